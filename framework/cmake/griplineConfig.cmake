@@ -1,0 +1,2 @@
+include(${CMAKE_CURRENT_LIST_DIR}/griplineTargets.cmake)
+include(${CMAKE_CURRENT_LIST_DIR}/GriplineAddPlugin.cmake)
