@@ -1,0 +1,53 @@
+// A closed line in the plane, whatever it was made from. The centre line of a track and a racing line are both this.
+#pragma once
+
+#include <span>
+#include <variant>
+
+#include "geometry/arc_path.hpp"
+#include "geometry/spline.hpp"
+
+namespace gripline {
+
+/// Stations run from 0 to length() and repeat. All queries are const, allocate nothing and may be called from several
+/// threads at once. A located place satisfies (x, y) = point(s) + n * (-sin yaw, cos yaw).
+class ClosedCurve {
+ public:
+  /// Straights and arcs; `closure` is the largest gap [m] and kink [rad] between the last segment and the first.
+  static ClosedCurve from_segments(const Pose& origin, std::span<const Segment> segments, double closure = 1e-5) {
+    return ClosedCurve(ArcPath(origin, segments, closure));
+  }
+  /// A periodic C2 cubic spline through points that do not repeat the first at the end.
+  static ClosedCurve from_points(std::span<const Point> points) { return ClosedCurve(SplinePath(points)); }
+
+  double length() const {
+    return std::visit([](const auto& path) { return path.length(); }, path_);
+  }
+  double wrap(double s) const { return wrap_periodic(s, length()); }
+
+  CurvePoint at(double s) const {
+    return std::visit([s](const auto& path) { return path.at(s); }, path_);
+  }
+
+  /// The nearest foot on the whole line.
+  CurveLocation locate(double x, double y) const {
+    return std::visit([x, y](const auto& path) { return path.locate(x, y); }, path_);
+  }
+
+  /// The nearest foot that is reached from `hint_s` by always coming closer: what a car that moved a little needs, and
+  /// the answer that does not jump to a neighbouring stretch of road.
+  CurveLocation locate(double x, double y, double hint_s) const {
+    return std::visit([x, y, hint_s](const auto& path) { return path.locate(x, y, hint_s); }, path_);
+  }
+
+  /// The spline, or null if the line is made of straights and arcs.
+  const SplinePath* spline() const { return std::get_if<SplinePath>(&path_); }
+
+ private:
+  explicit ClosedCurve(ArcPath path) : path_(std::move(path)) {}
+  explicit ClosedCurve(SplinePath path) : path_(std::move(path)) {}
+
+  std::variant<ArcPath, SplinePath> path_;
+};
+
+}  // namespace gripline

@@ -1,0 +1,44 @@
+// Points, poses and angles in the ground plane. Metres and radians, ISO axes (x forward, y left, yaw
+// counter-clockwise).
+#pragma once
+
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+
+namespace gripline {
+
+struct Point {
+  double x = 0.0;
+  double y = 0.0;
+};
+
+struct Pose {
+  double x = 0.0;
+  double y = 0.0;
+  double yaw = 0.0;
+};
+
+/// A shape that cannot be built or a place that cannot be used. what() is one line for the user: found, expected,
+/// remedy.
+class GeometryError : public std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+/// The same angle in (-pi, pi].
+inline double wrap_angle(double angle) {
+  const double wrapped = std::remainder(angle, 2.0 * std::numbers::pi);
+  return wrapped <= -std::numbers::pi ? std::numbers::pi : wrapped;
+}
+
+/// `value` moved by whole periods into [0, period).
+inline double wrap_periodic(double value, double period) {
+  if (value >= 0.0 && value < period) return value;
+  const double wrapped = value - period * std::floor(value / period);
+  return wrapped < period ? wrapped : 0.0;
+}
+
+/// `difference` of two stations of a closed line, the short way round: in [-period/2, period/2].
+inline double wrap_difference(double difference, double period) { return std::remainder(difference, period); }
+
+}  // namespace gripline

@@ -1,0 +1,35 @@
+// The closed polyline through points in file order, and the lap fraction measured along it.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "geometry/plane.hpp"
+
+namespace gripline {
+
+/// Lap fraction as ../discrepancy/PROTOCOL.md section 1 fixes it: s is the chord length accumulated in file order, L
+/// the total with the closing chord, f = s(nearest point) / L.
+class ClosedPolyline {
+ public:
+  /// At least three points; a last point equal to the first is dropped.
+  explicit ClosedPolyline(std::vector<Point> points);
+
+  double length() const { return length_; }
+  std::span<const Point> points() const { return points_; }
+  /// Chord length from the first point to point i [m].
+  double station(std::size_t i) const { return stations_[i]; }
+  /// Station [m] of the nearest point of the whole polyline.
+  double nearest_station(double x, double y) const;
+  /// In [0, 1).
+  double fraction(double x, double y) const;
+  /// The point at a station [m], periodic.
+  Point at(double s) const;
+
+ private:
+  std::vector<Point> points_;
+  std::vector<double> stations_;
+  double length_ = 0.0;
+};
+
+}  // namespace gripline

@@ -1,0 +1,50 @@
+// The line of least curvature between the edges of a road: eq. (1) of the paper.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "geometry/track.hpp"
+
+namespace gripline {
+
+/// One place of a racing line. left and right are the distances [m] from the line to the road's edges.
+struct RacingLineSample {
+  double s = 0.0;         ///< [m] along the racing line
+  double x = 0.0;         ///< [m]
+  double y = 0.0;         ///< [m]
+  double yaw = 0.0;       ///< [rad] in (-pi, pi]
+  double kappa = 0.0;     ///< [1/m] left positive
+  double centre_s = 0.0;  ///< [m] station of the centre line
+  double n = 0.0;         ///< [m] offset from the centre line, left positive
+  double left = 0.0;
+  double right = 0.0;
+};
+
+struct RacingLine {
+  ClosedCurve curve;                      ///< exact line through the optimised points
+  std::vector<RacingLineSample> samples;  ///< equally spaced along it
+  double squared_curvature = 0.0;         ///< integral of kappa^2 ds [1/m]
+  double largest_curvature = 0.0;         ///< max |kappa| over the samples [1/m]
+  int iterations = 0;                     ///< quadratic programs solved; 0 if the line was given, not computed
+
+  double length() const { return curve.length(); }
+};
+
+struct RacingLineOptions {
+  double car_width = 0.0;  ///< [m] half of it stays inside the edges
+  double margin = 0.0;     ///< [m] further distance to both edges
+  double spacing =
+      0.0;  ///< [m] of the stations and of the samples; 0 means an eighth of the mean half width, 0.023 m on ETHZ
+  double max_curvature = 0.0;  ///< [1/m] beyond which curvature is charged extra; 0 means none
+  int max_iterations = 60;     ///< quadratic programs
+};
+
+/// Minimises the integral of kappa^2 over offsets n in [-right + car_width/2 + margin, left - car_width/2 - margin].
+/// Throws GeometryError if the road is too narrow for that.
+RacingLine minimum_curvature_line(const Track& track, const RacingLineOptions& options);
+
+/// Samples any closed line every `spacing` metres and measures it against the road.
+RacingLine describe_line(const Track& track, ClosedCurve curve, double spacing);
+
+}  // namespace gripline

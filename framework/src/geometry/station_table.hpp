@@ -1,0 +1,28 @@
+// A quantity given at stations of a closed road: linear between them, and periodic.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+namespace gripline {
+
+class StationTable {
+ public:
+  /// The same value everywhere.
+  StationTable(double value = 0.0) : values_{value} {}  // NOLINT(google-explicit-constructor): a number is a table
+  /// Stations strictly increasing inside [0, period); throws GeometryError otherwise or if a value is not finite.
+  StationTable(double period, std::vector<double> stations, std::vector<double> values);
+
+  double at(double s) const;
+  bool constant() const { return values_.size() == 1; }
+  double minimum() const;
+  double maximum() const;
+
+ private:
+  double period_ = 0.0;
+  std::vector<double> stations_;
+  std::vector<double> values_;
+  std::vector<std::size_t> bucket_;  ///< last station at or before the start of the i-th equal share of the period
+};
+
+}  // namespace gripline

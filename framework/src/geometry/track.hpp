@@ -1,0 +1,81 @@
+// A closed road: centre line, edges, slope and walls.
+#pragma once
+
+#include <limits>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "geometry/closed_curve.hpp"
+#include "geometry/polyline.hpp"
+#include "geometry/station_table.hpp"
+
+namespace gripline {
+
+/// Everything a road is made of. Tables are by station of the centre line.
+struct TrackShape {
+  std::string name;
+  ClosedCurve centre;
+  StationTable half_width_right;  ///< [m] from the centre line to the right edge
+  StationTable half_width_left;   ///< [m]
+  StationTable grade;             ///< [rad] > 0 uphill along the direction of travel
+  StationTable bank;              ///< [rad] > 0: the right side is higher
+  StationTable wall_right = std::numeric_limits<double>::infinity();  ///< [m] beyond the right edge
+  StationTable wall_left = std::numeric_limits<double>::infinity();   ///< [m] beyond the left edge
+  std::optional<Pose> start;                                          ///< default: the centre line's first point
+  std::optional<ClosedPolyline> points;                               ///< as in the file, if the road came from points
+};
+
+/// Immutable after construction. All queries are const, allocate nothing and may be called from several threads at
+/// once.
+class Track {
+ public:
+  /// Throws GeometryError if the road crosses or overlaps itself, has no width, bends more sharply than it is wide, or
+  /// does not come back to its height.
+  explicit Track(TrackShape shape);
+
+  const std::string& name() const { return shape_.name; }
+  const ClosedCurve& centre() const { return shape_.centre; }
+  double length() const { return length_; }
+  double wrap(double s) const { return wrap_periodic(s, length_); }
+
+  /// The centre line at a station.
+  CurvePoint at(double s) const { return shape_.centre.at(s); }
+  /// Where a place is: station and offset n (left positive). With a hint: see ClosedCurve::locate.
+  CurveLocation locate(double x, double y) const { return shape_.centre.locate(x, y); }
+  CurveLocation locate(double x, double y, double hint_s) const { return shape_.centre.locate(x, y, hint_s); }
+
+  double half_width_right(double s) const { return shape_.half_width_right.at(s); }
+  double half_width_left(double s) const { return shape_.half_width_left.at(s); }
+  double grade(double s) const { return shape_.grade.at(s); }
+  double bank(double s) const { return shape_.bank.at(s); }
+  /// Smallest right plus left half width of the whole road [m].
+  double narrowest() const { return narrowest_; }
+
+  /// Distance beyond the nearer edge [m]: positive outside, negative inside.
+  double beyond_edge(const CurveLocation& place) const;
+  bool inside(const CurveLocation& place) const { return beyond_edge(place) <= 0.0; }
+  /// Distance to the wall on the side of `place` [m]: zero or negative means hit, infinite where there is no wall.
+  double wall_clearance(const CurveLocation& place) const;
+
+  /// Lap fraction in [0, 1): along the polyline of the file's points where there is one, else s / length.
+  double lap_fraction(double x, double y) const;
+
+  /// The default start of a world on this road.
+  Pose start() const { return start_; }
+
+ private:
+  TrackShape shape_;
+  double length_ = 0.0;
+  double narrowest_ = 0.0;
+  Pose start_;
+};
+
+/// One line saying why `start` cannot be used (off the road, or facing against the direction of travel); empty if it
+/// can.
+std::string check_start(const Track& track, const Pose& start);
+
+/// One line saying that a car of this width [m] does not fit on the road; empty if it does.
+std::string check_car_fits(const Track& track, double car_width);
+
+}  // namespace gripline
