@@ -1,0 +1,72 @@
+#pragma once
+#include <cstddef>
+#include <optional>
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace gripline {
+
+struct Origin;
+
+/// One thing wrong with what the user gave us, and where it is written.
+struct Diagnostic {
+  std::string file;  ///< as shown to the user; "--set" for an assignment of the command line; may be empty
+  int line = 0;      ///< from 1; 0 when there is no line (a missing file, a command line)
+  int column = 0;    ///< from 1, in characters, not bytes
+  std::string pointer;
+  std::string message;
+  std::vector<std::string> contexts;  ///< what was being read, for example "stack gp"; printed in brackets
+
+  /// `file:line:column: /json/pointer: message`; without a line `--set /json/pointer: message` or `file: message`.
+  [[nodiscard]] std::string text() const;
+};
+
+/// The user's input is refused. what() holds one line per error, without a newline at the end.
+class InputError : public std::runtime_error {
+ public:
+  static constexpr int exit_code = 2;
+  explicit InputError(std::vector<Diagnostic> diagnostics);
+  /// An error with no file behind it, for example a bad command line option.
+  explicit InputError(const std::string& message);
+  [[nodiscard]] std::span<const Diagnostic> diagnostics() const noexcept { return diagnostics_; }
+
+ private:
+  std::vector<Diagnostic> diagnostics_;
+};
+
+/// Collects errors so that the user sees all of them at once. Readers add to it and carry on with a harmless value;
+/// whoever owns it calls throw_if_any() before a value is used.
+class Errors {
+ public:
+  void add(const Origin& origin, std::string message);
+  void add(Diagnostic diagnostic);
+  /// Takes over what another reading step refused.
+  void add(const InputError& error);
+
+  /// What is being read from now on ("stack gp"), named in every message until it changes; empty for none. A value
+  /// inherited by several stacks is wrong once, and its one message names them all.
+  void set_context(std::string context) { context_ = std::move(context); }
+
+  [[nodiscard]] bool empty() const noexcept { return diagnostics_.empty(); }
+  [[nodiscard]] std::size_t size() const noexcept { return diagnostics_.size(); }
+  /// By file, line and column.
+  [[nodiscard]] std::vector<Diagnostic> sorted() const;
+  /// Throws InputError with everything collected, sorted.
+  void throw_if_any() const;
+
+ private:
+  std::vector<Diagnostic> diagnostics_;
+  std::string context_;
+};
+
+/// The candidate most like `name` (fewest insertions, deletions, substitutions and swaps; upper and lower case count
+/// as equal), if one is near enough to be what was meant.
+[[nodiscard]] std::optional<std::string> nearest(std::string_view name, std::span<const std::string> candidates);
+
+/// `; did you mean "x"?`, else `; known: a, b, c` (the first dozen), else nothing: to be appended to a message.
+[[nodiscard]] std::string did_you_mean(std::string_view name, std::span<const std::string> candidates);
+
+}  // namespace gripline

@@ -1,0 +1,39 @@
+#pragma once
+#include <filesystem>
+#include <string>
+#include <string_view>
+
+#include "config/node.hpp"
+
+namespace gripline {
+
+/// Strict JSON (RFC 8259, UTF-8; a UTF-8 byte order mark is skipped). Refused with one InputError that says where:
+/// syntax errors, comments, a truncated text, not UTF-8, NaN and Infinity, numbers beyond a double, a key written twice
+/// in one object, nesting deeper than `max_depth`.
+inline constexpr int max_depth = 200;
+
+/// Files larger than this are not a configuration [bytes].
+inline constexpr std::size_t max_file_size = std::size_t{64} << 20U;
+
+/// The text alone: "extends" is an ordinary key here. `name` is shown in messages, `folder` is where its relative
+/// paths start.
+[[nodiscard]] Node parse_text(std::string_view text, std::string name = "text", std::filesystem::path folder = {});
+
+/// A file alone. Refused besides: a missing file (with the nearest name beside it), a folder, an empty or unreadable
+/// file.
+[[nodiscard]] Node parse_file(const std::filesystem::path& file);
+
+/// A file with every "extends" carried out: an object that says `"extends": "other.json"` (relative to its file) is
+/// that file's object with this one's members merged over it, at any depth. Files that extend each other in a circle
+/// are refused with the chain. In such a merge null removes an inherited member; where there is none to remove the null
+/// stays, so that a stack's `"estimator": null` reaches the merge it was written for.
+[[nodiscard]] Node load_json(const std::filesystem::path& file);
+
+/// Replaces a text node, which names a JSON file relative to the file it is written in, by that file's tree
+/// (load_json). Other nodes stay as they are. Errors of naming are reported at the node.
+void inline_file(Node& node);
+
+/// The file a text node names, relative to where the node is written. Not checked for existence.
+[[nodiscard]] std::filesystem::path resolve_path(const Node& text);
+
+}  // namespace gripline

@@ -1,0 +1,24 @@
+#pragma once
+#include <string_view>
+
+#include "config/node.hpp"
+
+namespace gripline {
+
+/// RFC 7396: members of `patch` replace those of `base`, objects are merged, null removes, anything else replaces.
+/// Every value keeps the origin of the file it came from; an object built from both keeps the base's, unless the patch
+/// removes one of its members: then whatever is missing is missing because of the patch.
+[[nodiscard]] Node merge(Node base, const Node& patch);
+
+/// The same, but a null that has nothing to remove is kept: what "extends" uses (see load_json).
+[[nodiscard]] Node merge_keeping_nulls(Node base, const Node& patch);
+
+/// Carries out `--set /json/pointer=VALUE`. VALUE is read as JSON if it is JSON, else taken as text (`20 ms`).
+/// The parent must exist (InputError names the nearest key); the last name may be new; in an array it is an index, or
+/// `-` for one more element. Relative paths in VALUE start at the working folder.
+void apply_assignment(Node& root, std::string_view assignment);
+
+/// The same with pointer and value apart.
+void set_pointer(Node& root, std::string_view pointer, std::string_view value);
+
+}  // namespace gripline
