@@ -16,18 +16,18 @@
 namespace gripline {
 
 /// The numbers allowed, SI. An open end is excluded.
-struct Range {
+struct NumberRange {
   double lo = -std::numeric_limits<double>::infinity();
   double hi = std::numeric_limits<double>::infinity();
   bool lo_open = false;
   bool hi_open = false;
 
-  [[nodiscard]] static constexpr Range any() { return {}; }
-  [[nodiscard]] static constexpr Range closed(double lo, double hi) { return {lo, hi, false, false}; }
-  [[nodiscard]] static constexpr Range positive() { return at_most(std::numeric_limits<double>::infinity()); }
+  [[nodiscard]] static constexpr NumberRange any() { return {}; }
+  [[nodiscard]] static constexpr NumberRange closed(double lo, double hi) { return {lo, hi, false, false}; }
+  [[nodiscard]] static constexpr NumberRange positive() { return at_most(std::numeric_limits<double>::infinity()); }
   /// ]0, hi]
-  [[nodiscard]] static constexpr Range at_most(double hi) { return {0.0, hi, true, false}; }
-  [[nodiscard]] static constexpr Range non_negative() {
+  [[nodiscard]] static constexpr NumberRange at_most(double hi) { return {0.0, hi, true, false}; }
+  [[nodiscard]] static constexpr NumberRange non_negative() {
     return {0.0, std::numeric_limits<double>::infinity(), false, false};
   }
   [[nodiscard]] constexpr bool contains(double v) const {
@@ -45,7 +45,7 @@ struct IntegerRange {
 
 /// Reads of one value. Each adds to `errors` what is wrong and then gives back a harmless value of the right kind.
 /// A JSON number is SI; text is a number with a unit (to_si).
-[[nodiscard]] double read_number(const Node& node, std::string_view unit, const Range& range, Errors& errors);
+[[nodiscard]] double read_number(const Node& node, std::string_view unit, const NumberRange& range, Errors& errors);
 [[nodiscard]] std::int64_t read_integer(const Node& node, const IntegerRange& range, Errors& errors);
 [[nodiscard]] bool read_boolean(const Node& node, Errors& errors);
 [[nodiscard]] std::string read_text(const Node& node, Errors& errors);
@@ -54,7 +54,7 @@ struct IntegerRange {
 /// The elements; none after an error.
 [[nodiscard]] std::span<const Node> read_array(const Node& node, Errors& errors);
 /// An array of `count` numbers of one unit (any number of them if `count` is empty).
-[[nodiscard]] std::vector<double> read_numbers(const Node& node, std::string_view unit, const Range& range,
+[[nodiscard]] std::vector<double> read_numbers(const Node& node, std::string_view unit, const NumberRange& range,
                                                std::optional<std::size_t> count, Errors& errors);
 
 /// A cursor over one JSON object that knows which keys were asked for. Every reading function takes the key; without a
@@ -71,9 +71,9 @@ class ObjectReader {
   ~ObjectReader();
 
   /// SI; a fallback is given in SI as well and is not checked against the range.
-  double number(std::string_view key, std::string_view unit, const Range& range = {},
+  double number(std::string_view key, std::string_view unit, const NumberRange& range = {},
                 std::optional<double> fallback = std::nullopt);
-  std::optional<double> optional_number(std::string_view key, std::string_view unit, const Range& range = {});
+  std::optional<double> optional_number(std::string_view key, std::string_view unit, const NumberRange& range = {});
   std::int64_t integer(std::string_view key, const IntegerRange& range = {},
                        std::optional<std::int64_t> fallback = std::nullopt);
   bool boolean(std::string_view key, std::optional<bool> fallback = std::nullopt);
@@ -91,7 +91,7 @@ class ObjectReader {
   std::filesystem::path input_file(std::string_view key);
   /// The elements of an array; none if the key is absent and `required` is false.
   std::span<const Node> array(std::string_view key, bool required = true);
-  std::vector<double> numbers(std::string_view key, std::string_view unit, const Range& range = {},
+  std::vector<double> numbers(std::string_view key, std::string_view unit, const NumberRange& range = {},
                               std::optional<std::size_t> count = std::nullopt);
   /// The object under the key, to be read further. If it is missing that is reported once, and whatever is read from
   /// the result is harmless.
