@@ -1,0 +1,181 @@
+// Dual<N>: a value and its derivatives along N directions (forward-mode differentiation).
+//
+// A formula written once for any scalar T gives values with T = double and exact directional derivatives with
+// T = Dual<N>. Dual8 is the width that crosses plugin boundaries: whoever wants more directions calls again with
+// the next eight. Layout: N + 1 doubles, value first; nothing is allocated.
+//
+// Kinks: abs, min, max and comparisons act on the value and take the derivative of the branch chosen; at a tie the
+// first argument (for abs: the positive branch) wins. atan2(0, 0) has derivative 0.
+#pragma once
+
+#include <cmath>
+#include <cstddef>
+
+namespace gripline {
+
+template <int N>
+struct Dual {
+  double v = 0.0;
+  double d[N] = {};
+
+  constexpr Dual() = default;
+  constexpr Dual(double value) : v(value) {}  // NOLINT(google-explicit-constructor): a constant is a number too
+
+  /// The variable itself: value `value`, derivative 1 along `direction`.
+  static constexpr Dual variable(double value, int direction) {
+    Dual x(value);
+    x.d[direction] = 1.0;
+    return x;
+  }
+
+  constexpr Dual& operator+=(const Dual& b) {
+    v += b.v;
+    for (int i = 0; i < N; ++i) d[i] += b.d[i];
+    return *this;
+  }
+  constexpr Dual& operator-=(const Dual& b) {
+    v -= b.v;
+    for (int i = 0; i < N; ++i) d[i] -= b.d[i];
+    return *this;
+  }
+  constexpr Dual& operator*=(const Dual& b) {
+    for (int i = 0; i < N; ++i) d[i] = d[i] * b.v + v * b.d[i];
+    v *= b.v;
+    return *this;
+  }
+  constexpr Dual& operator/=(const Dual& b) {
+    const double inverse = 1.0 / b.v;
+    v *= inverse;
+    for (int i = 0; i < N; ++i) d[i] = (d[i] - v * b.d[i]) * inverse;
+    return *this;
+  }
+  constexpr Dual& operator+=(double b) {
+    v += b;
+    return *this;
+  }
+  constexpr Dual& operator-=(double b) {
+    v -= b;
+    return *this;
+  }
+  constexpr Dual& operator*=(double b) {
+    v *= b;
+    for (int i = 0; i < N; ++i) d[i] *= b;
+    return *this;
+  }
+  constexpr Dual& operator/=(double b) { return *this *= 1.0 / b; }
+
+  friend constexpr Dual operator+(Dual a, const Dual& b) { return a += b; }
+  friend constexpr Dual operator-(Dual a, const Dual& b) { return a -= b; }
+  friend constexpr Dual operator*(Dual a, const Dual& b) { return a *= b; }
+  friend constexpr Dual operator/(Dual a, const Dual& b) { return a /= b; }
+  friend constexpr Dual operator+(Dual a, double b) { return a += b; }
+  friend constexpr Dual operator-(Dual a, double b) { return a -= b; }
+  friend constexpr Dual operator*(Dual a, double b) { return a *= b; }
+  friend constexpr Dual operator/(Dual a, double b) { return a /= b; }
+  friend constexpr Dual operator+(double a, Dual b) { return b += a; }
+  friend constexpr Dual operator-(double a, const Dual& b) { return Dual(a) -= b; }
+  friend constexpr Dual operator*(double a, Dual b) { return b *= a; }
+  friend constexpr Dual operator/(double a, const Dual& b) { return Dual(a) /= b; }
+  friend constexpr Dual operator-(Dual a) { return a *= -1.0; }
+  friend constexpr Dual operator+(const Dual& a) { return a; }
+
+  friend constexpr bool operator<(const Dual& a, const Dual& b) { return a.v < b.v; }
+  friend constexpr bool operator>(const Dual& a, const Dual& b) { return a.v > b.v; }
+  friend constexpr bool operator<=(const Dual& a, const Dual& b) { return a.v <= b.v; }
+  friend constexpr bool operator>=(const Dual& a, const Dual& b) { return a.v >= b.v; }
+};
+
+using Dual8 = Dual<8>;
+
+constexpr double value(double x) { return x; }
+template <int N>
+constexpr double value(const Dual<N>& x) {
+  return x.v;
+}
+
+/// f(x) with value f and derivative f' applied to x's directions: the chain rule for hand-written derivatives.
+template <int N>
+constexpr Dual<N> chain(double f, double slope, const Dual<N>& x) {
+  Dual<N> y(f);
+  for (int i = 0; i < N; ++i) y.d[i] = slope * x.d[i];
+  return y;
+}
+constexpr double chain(double f, double /*slope*/, double /*x*/) { return f; }
+
+template <int N>
+Dual<N> sin(const Dual<N>& x) {
+  return chain(std::sin(x.v), std::cos(x.v), x);
+}
+template <int N>
+Dual<N> cos(const Dual<N>& x) {
+  return chain(std::cos(x.v), -std::sin(x.v), x);
+}
+template <int N>
+Dual<N> tan(const Dual<N>& x) {
+  const double t = std::tan(x.v);
+  return chain(t, 1.0 + t * t, x);
+}
+template <int N>
+Dual<N> atan(const Dual<N>& x) {
+  return chain(std::atan(x.v), 1.0 / (1.0 + x.v * x.v), x);
+}
+template <int N>
+Dual<N> exp(const Dual<N>& x) {
+  const double e = std::exp(x.v);
+  return chain(e, e, x);
+}
+template <int N>
+Dual<N> log(const Dual<N>& x) {
+  return chain(std::log(x.v), 1.0 / x.v, x);
+}
+template <int N>
+Dual<N> tanh(const Dual<N>& x) {
+  const double t = std::tanh(x.v);
+  return chain(t, 1.0 - t * t, x);
+}
+template <int N>
+Dual<N> sqrt(const Dual<N>& x) {
+  const double r = std::sqrt(x.v);
+  return chain(r, r > 0.0 ? 0.5 / r : 0.0, x);
+}
+template <int N>
+Dual<N> abs(const Dual<N>& x) {
+  return x.v < 0.0 ? -x : x;
+}
+template <int N>
+Dual<N> pow(const Dual<N>& x, double p) {
+  return chain(std::pow(x.v, p), p * std::pow(x.v, p - 1.0), x);
+}
+template <int N>
+Dual<N> atan2(const Dual<N>& y, const Dual<N>& x) {
+  const double r2 = x.v * x.v + y.v * y.v;
+  const double inverse = r2 > 0.0 ? 1.0 / r2 : 0.0;
+  Dual<N> a(std::atan2(y.v, x.v));
+  for (int i = 0; i < N; ++i) a.d[i] = (x.v * y.d[i] - y.v * x.d[i]) * inverse;
+  return a;
+}
+template <int N>
+Dual<N> hypot(const Dual<N>& x, const Dual<N>& y) {
+  return sqrt(x * x + y * y);
+}
+template <int N>
+Dual<N> min(const Dual<N>& a, const Dual<N>& b) {
+  return b.v < a.v ? b : a;
+}
+template <int N>
+Dual<N> max(const Dual<N>& a, const Dual<N>& b) {
+  return b.v > a.v ? b : a;
+}
+
+template <class T>
+constexpr T square(const T& x) {
+  return x * x;
+}
+template <class T>
+constexpr T clamp_value(const T& x, double lo, double hi) {
+  if (x < T(lo)) return T(lo);
+  if (x > T(hi)) return T(hi);
+  return x;
+}
+
+}  // namespace gripline

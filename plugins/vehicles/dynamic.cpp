@@ -1,0 +1,108 @@
+// Planar single-track car with Pacejka axles: the published plant, and the nominal model of the diagnosis protocol.
+//
+//   vx'    = (Fd - Fres - Ff sin(delta)) / m + vy omega - g sin(grade)
+//   vy'    = (Fr + Ff cos(delta)) / m - vx omega + g sin(bank)
+//   omega' = (Ff lf cos(delta) - Fr lr) / Iz
+//   Fd     = (Cm1 - Cm2 vx) d,  for d < 0 with Cb > 0 instead Cb d;   Fres = Cr0 + Cd vx^2
+//   af     = delta - atan2(omega lf + vy, |vx|),   ar = atan2(omega lr - vy, |vx|)
+//   Ff     = Df sin(Cf atan(Bf af)),   Fr = Dr sin(Cr atan(Br ar))
+//
+// Sources: Kalaria, Lin, Dolan, eq. (dyn_model), with the signs of the slope terms for ISO axes; Liniger, Domahidi, Morari
+// (2015) for the 1:43 car. Slips use |vx| as in the published plant.
+#include <gripline/plugin.hpp>
+
+namespace {
+
+using gripline::Point;
+using gripline::square;
+using std::abs;
+using std::atan;
+using std::atan2;
+using std::cos;
+using std::sin;
+
+class Dynamic final : public gripline::AutoDiffVehicle<Dynamic> {
+ public:
+  template <class T>
+  struct Params {
+    T m = T(0.041), Iz = T(27.8e-6), lf = T(0.029), lr = T(0.033);
+    T Bf = T(2.579), Cf = T(1.2), Df = T(0.192), Br = T(3.3852), Cr = T(1.2691), Dr = T(0.1737);
+    T Cm1 = T(0.287), Cm2 = T(0.0545), Cb = T(0), Cr0 = T(0.0518), Cd = T(0.00035);
+  };
+  static constexpr auto parameters() {
+    using P = Params<double>;
+    using gripline::param;
+    return std::tuple{
+        param("m", &P::m, "kg", {1e-6, 1e6}, "mass"),
+        param("Iz", &P::Iz, "kg m2", {1e-12, 1e9}, "yaw inertia"),
+        param("lf", &P::lf, "m", {1e-4, 100}, "centre of gravity to front axle"),
+        param("lr", &P::lr, "m", {1e-4, 100}, "centre of gravity to rear axle"),
+        param("Bf", &P::Bf, "1/rad", {0, 1e3}, "front stiffness factor").fit(2.579, 2.579, 0.1),
+        param("Cf", &P::Cf, "1", {0, 10}, "front shape factor"),
+        param("Df", &P::Df, "N", {0, 1e7}, "front peak lateral force").fit(0.192, 0.192, 0.1),
+        param("Br", &P::Br, "1/rad", {0, 1e3}, "rear stiffness factor").fit(3.3852, 3.3852, 0.1),
+        param("Cr", &P::Cr, "1", {0, 10}, "rear shape factor"),
+        param("Dr", &P::Dr, "N", {0, 1e7}, "rear peak lateral force").fit(0.1737, 0.1737, 0.1),
+        param("Cm1", &P::Cm1, "N", {0, 1e7}, "drive force at standstill and full throttle").fit(0.287, 0.287, 0.1),
+        param("Cm2", &P::Cm2, "N s/m", {0, 1e6}, "loss of drive force with speed"),
+        param("Cb", &P::Cb, "N", {0, 1e7}, "brake force at d = -1; 0: the motor brakes, (Cm1 - Cm2 vx) d"),
+        param("Cr0", &P::Cr0, "N", {0, 1e6}, "rolling resistance").fit(0.0518, 0.0518, 0.1),
+        param("Cd", &P::Cd, "N s2/m2", {0, 1e5}, "drag: force over speed squared")};
+  }
+
+  template <class T>
+  void drive(Point<T>& p, const Params<T>& k) const {
+    p.q.motor = k.Cm1;
+    p.q.emf = k.Cm2;
+    p.q.brake = k.Cb > T(0) ? k.Cb : k.Cm1 - k.Cm2 * p.q.vx;
+    p.q.rolling = k.Cr0;
+    p.q.drag = k.Cd;
+  }
+
+  template <class T>
+  void load(Point<T>& p, const Params<T>& k) const {
+    p.q.drive_force = gripline::drive_force(p.q);
+    p.q.m = k.m;
+    p.q.Iz = k.Iz;
+    p.q.lf = k.lf;
+    p.q.lr = k.lr;
+    p.q.load_front = T(1);
+    p.q.load_rear = T(1);
+  }
+
+  template <class T>
+  void tyre(Point<T>& p, const Params<T>& k) const {
+    auto& q = p.q;
+    const T forward = abs(q.vx);
+    q.slip_front = q.delta - atan2(q.omega * q.lf + q.vy, forward);
+    q.slip_rear = atan2(q.omega * q.lr - q.vy, forward);
+    q.peak_front = k.Df * q.load_front;
+    q.peak_rear = k.Dr * q.load_rear;
+    q.stiff_front = k.Bf;
+    q.stiff_rear = k.Br;
+  }
+
+  template <class T>
+  void force(Point<T>& p, const Params<T>& k) const {
+    auto& q = p.q;
+    q.force_front = q.peak_front * sin(k.Cf * atan(q.stiff_front * q.slip_front));
+    q.force_rear = q.peak_rear * sin(k.Cr * atan(q.stiff_rear * q.slip_rear));
+  }
+
+  template <class T>
+  void body(Point<T>& p, const Params<T>&) const {
+    auto& q = p.q;
+    const T sine = sin(q.delta);
+    const T cosine = cos(q.delta);
+    const T resistance = q.rolling + q.drag * square(q.vx);
+    q.ax = (q.drive_force - resistance - q.force_front * sine) / q.m + q.vy * q.omega;
+    q.ay = (q.force_rear + q.force_front * cosine) / q.m - q.vx * q.omega;
+    q.aw = (q.force_front * q.lf * cosine - q.force_rear * q.lr) / q.Iz;
+    q.grade = T(p.at.grade);
+    q.bank = T(p.at.bank);
+  }
+};
+
+}  // namespace
+
+GRIPLINE_PLUGINS(gripline::describe<Dynamic>("dynamic", "1.0", "single-track car with Pacejka axles, grade and bank"))
