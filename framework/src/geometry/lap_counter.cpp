@@ -1,0 +1,48 @@
+#include "geometry/lap_counter.hpp"
+
+#include <algorithm>
+
+namespace gripline {
+
+LapCounter::LapCounter(const Track& track, const Pose& start, double t)
+    : track_(track), place_(track.locate(start.x, start.y)), t_(t), x_(start.x), y_(start.y) {
+  line_ = track.at(place_.s);
+}
+
+/// The nearest stretch reached from the last place. A car that left the road and came back elsewhere is found again
+/// once it stands inside the road there.
+CurveLocation LapCounter::follow(double x, double y) const {
+  const CurveLocation near = track_.locate(x, y, place_.s);
+  if (track_.inside(near)) return near;
+  const CurveLocation nearest = track_.locate(x, y);
+  return track_.inside(nearest) ? nearest : near;
+}
+
+/// Distance in front of the centre-line normal at the start pose.
+double LapCounter::ahead_of_line(double x, double y) const {
+  return (x - line_.x) * std::cos(line_.yaw) + (y - line_.y) * std::sin(line_.yaw);
+}
+
+std::optional<double> LapCounter::advance(double t, double x, double y) {
+  const CurveLocation place = follow(x, y);
+  const double before = covered_;
+  covered_ += wrap_difference(place.s - place_.s, track_.length());
+  std::optional<double> ended;
+  const double lap_end = (laps_ + 1) * track_.length();
+  if (covered_ >= lap_end) {
+    // The normal is crossed between the two positions; should the car have been found again beyond it, count by
+    // station.
+    const double from = ahead_of_line(x_, y_), to = ahead_of_line(x, y);
+    double share = (lap_end - before) / (covered_ - before);
+    if (from <= 0.0 && to >= 0.0 && to > from) share = -from / (to - from);
+    ended = t_ + std::clamp(share, 0.0, 1.0) * (t - t_);
+    ++laps_;
+  }
+  place_ = place;
+  t_ = t;
+  x_ = x;
+  y_ = y;
+  return ended;
+}
+
+}  // namespace gripline

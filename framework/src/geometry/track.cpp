@@ -1,0 +1,162 @@
+#include "geometry/track.hpp"
+
+#include <algorithm>
+#include <cstdio>
+
+namespace gripline {
+namespace {
+
+template <class... Numbers>
+std::string format(const char* pattern, Numbers... numbers) {
+  char text[300];
+  std::snprintf(text, sizeof text, pattern, numbers...);
+  return text;
+}
+
+/// Places along a road at equal steps, fine enough to see an overlap of a fraction of the width.
+struct Station {
+  CurvePoint centre;
+  double right = 0.0, left = 0.0;
+};
+
+std::vector<Station> stations(const TrackShape& shape, double spacing) {
+  constexpr double kMost = 6000.0;  // the comparison is quadratic: at most 36 million pairs of squares
+  const double length = shape.centre.length();
+  const auto count = static_cast<std::size_t>(std::clamp(std::ceil(length / spacing), 64.0, kMost));
+  std::vector<Station> result(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    const double s = length * static_cast<double>(i) / static_cast<double>(count);
+    result[i] = {shape.centre.at(s), shape.half_width_right.at(s), shape.half_width_left.at(s)};
+  }
+  return result;
+}
+
+/// The road overlaps itself where a place on its edge lies inside the road at another station. On a sound road the
+/// centre line comes no nearer to a place on the edge than that edge's own half width.
+void check_overlap(const TrackShape& shape) {
+  constexpr double kTolerated = 0.9;  // an inner edge drawn through points may fold a little at a kink
+  const double narrow = std::min(shape.half_width_right.minimum(), shape.half_width_left.minimum());
+  const std::vector<Station> road = stations(shape, 0.25 * narrow);
+  const double length = shape.centre.length();
+  for (const Station& here : road) {
+    for (const double offset : {here.left, -here.right}) {
+      const double x = here.centre.x - offset * std::sin(here.centre.yaw);
+      const double y = here.centre.y + offset * std::cos(here.centre.yaw);
+      for (const Station& other : road) {
+        const double dx = x - other.centre.x, dy = y - other.centre.y;
+        const double width = kTolerated * std::min(other.left, other.right);
+        if (dx * dx + dy * dy >= width * width) continue;
+        const double apart = std::abs(wrap_difference(here.centre.s - other.centre.s, length));
+        if (apart <= 0.5 * narrow) continue;  // its own neighbourhood, where one width changes into another
+        const double bend = std::max(std::abs(here.centre.kappa), std::abs(other.centre.kappa));
+        if (apart < 4.0 * std::abs(offset) && bend > 0.0) {
+          throw GeometryError(
+              format("the road bends more sharply (radius %.4g m) than its half width %.4g m at s = %.4g m", 1.0 / bend,
+                     std::abs(offset), here.centre.s));
+        }
+        throw GeometryError(
+            format("the road crosses or overlaps itself: s = %.4g m and s = %.4g m share the place (%.4g, %.4g)",
+                   std::min(here.centre.s, other.centre.s), std::max(here.centre.s, other.centre.s), x, y));
+      }
+    }
+  }
+}
+
+/// The road must come back to its height: the integral of tan(grade) over a lap is zero, up to a hundredth of the
+/// climb.
+void check_height(const TrackShape& shape) {
+  if (shape.grade.constant() && shape.grade.minimum() == 0.0) return;
+  const double length = shape.centre.length();
+  const int count = static_cast<int>(std::clamp(length / 0.1, 4000.0, 200000.0));
+  const double step = length / count;
+  double height = 0.0, climb = 0.0;
+  for (int i = 0; i < count; ++i) {
+    const double rise = step * std::tan(shape.grade.at((i + 0.5) * step));
+    height += rise;
+    climb += std::max(rise, 0.0);
+  }
+  if (!(std::abs(height) <= 0.01 * climb)) {
+    throw GeometryError(format(
+        "the grade does not close: after one lap the road is %.4g m %s than where it began (its climb is %.4g m, "
+        "1 %% of that is accepted)",
+        std::abs(height), height > 0.0 ? "higher" : "lower", climb));
+  }
+}
+
+void check_widths(const TrackShape& shape) {
+  for (const StationTable* table : {&shape.half_width_right, &shape.half_width_left}) {
+    if (!(table->minimum() > 0.0) || !std::isfinite(table->maximum())) {
+      throw GeometryError(format("the %s half width is %.4g m somewhere, expected more than 0",
+                                 table == &shape.half_width_right ? "right" : "left", table->minimum()));
+    }
+  }
+  if (!(std::min(shape.wall_right.minimum(), shape.wall_left.minimum()) >= 0.0)) {
+    throw GeometryError("a wall stands inside the road: its distance beyond the edge must be 0 or more");
+  }
+  for (const StationTable* table : {&shape.grade, &shape.bank}) {
+    if (!(std::max(std::abs(table->minimum()), table->maximum()) < 0.8)) {
+      throw GeometryError(format("the %s is %.4g rad somewhere, expected less than 0.8",
+                                 table == &shape.grade ? "grade" : "bank",
+                                 std::max(std::abs(table->minimum()), table->maximum())));
+    }
+  }
+}
+
+double narrowest_width(const TrackShape& shape) {
+  double narrowest = INFINITY;
+  for (const Station& station : stations(shape, shape.centre.length() / 4000.0)) {
+    narrowest = std::min(narrowest, station.left + station.right);
+  }
+  return narrowest;
+}
+
+}  // namespace
+
+Track::Track(TrackShape shape) : shape_(std::move(shape)), length_(shape_.centre.length()) {
+  check_widths(shape_);
+  check_overlap(shape_);
+  check_height(shape_);
+  narrowest_ = narrowest_width(shape_);
+  const CurvePoint first = shape_.centre.at(0.0);
+  start_ = shape_.start.value_or(Pose{first.x, first.y, first.yaw});
+}
+
+double Track::beyond_edge(const CurveLocation& place) const {
+  return place.n >= 0.0 ? place.n - half_width_left(place.s) : -place.n - half_width_right(place.s);
+}
+
+double Track::wall_clearance(const CurveLocation& place) const {
+  return (place.n >= 0.0 ? shape_.wall_left : shape_.wall_right).at(place.s) - beyond_edge(place);
+}
+
+double Track::lap_fraction(double x, double y) const {
+  if (shape_.points) return shape_.points->fraction(x, y);
+  const double f = locate(x, y).s / length_;
+  return f < 1.0 ? f : 0.0;
+}
+
+std::string check_start(const Track& track, const Pose& start) {
+  constexpr double degrees = 180.0 / std::numbers::pi;
+  const CurveLocation place = track.locate(start.x, start.y);
+  const double heading = wrap_angle(start.yaw - place.yaw);
+  if (!track.inside(place)) {
+    const bool left = place.n > 0.0;
+    return format(
+        "start (%.4g, %.4g) is off the track: %.4g m %s of the centre line at s = %.4g m, where the half width is %.4g "
+        "m",
+        start.x, start.y, std::abs(place.n), left ? "left" : "right", place.s,
+        left ? track.half_width_left(place.s) : track.half_width_right(place.s));
+  }
+  if (std::abs(heading) > 0.5 * std::numbers::pi) {
+    return format("start faces backwards: yaw %.4g deg, but the track runs %.4g deg there",
+                  wrap_angle(start.yaw) * degrees, place.yaw * degrees);
+  }
+  return {};
+}
+
+std::string check_car_fits(const Track& track, double car_width) {
+  if (car_width < track.narrowest()) return {};
+  return format("the car is %.4g m wide, the track only %.4g m at its narrowest", car_width, track.narrowest());
+}
+
+}  // namespace gripline
