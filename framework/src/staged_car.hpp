@@ -1,0 +1,91 @@
+// A car as data flow: a vehicle model and effects, evaluated stage by stage, for values and derivatives alike.
+#pragma once
+
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include <gripline/interfaces.hpp>
+
+namespace gripline {
+
+/// Commands as they act at one instant.
+template <class T>
+struct ActingCommand {
+  T d, delta, delta_rate;
+};
+
+/// n instants of one car. Rows of `motion` are x, y, yaw, vx, vy, omega; rows of `memory` the effects' memories in the
+/// order they were added. `params` are all parameters (StagedCar::params order), null for the stored values.
+template <class T>
+struct CarBatch {
+  std::size_t n = 0;
+  const T* motion = nullptr;
+  const ActingCommand<T>* command = nullptr;
+  const T* memory = nullptr;
+  const Place* at = nullptr;
+  const T* params = nullptr;
+  const History<T>* history = nullptr;
+  T* motion_rate = nullptr;
+  T* memory_rate = nullptr;
+};
+inline constexpr int motion_size = 6;
+
+/// A model and its effects. Holds pointers, owns neither; the order of effects is the order of `add`.
+class StagedCar {
+ public:
+  StagedCar(const VehicleModel& model, std::vector<double> params);
+
+  /// Throws std::invalid_argument when the model has no such stage.
+  void add(const Effect& effect, std::vector<double> params, const std::string& name);
+
+  int memory() const { return memory_; }
+  /// How far back the effects read the commands with the stored parameters [s].
+  double look_back() const;
+
+  /// All parameters: the model's, then each effect's.
+  std::span<const double> params() const { return params_; }
+  std::span<double> params() { return params_; }
+  /// Where the parameters of effect number i (or, for -1, of the model) begin.
+  std::size_t param_offset(int effect) const;
+  std::size_t effects() const { return parts_.size(); }
+
+  /// Rates of every instant. Allocates nothing. Const and reentrant: scratch lives on the stack.
+  template <class T>
+  void rates(const CarBatch<T>& batch) const;
+
+  /// The last stage reached, for whoever needs forces or slips: q holds batch.n quantities.
+  template <class T>
+  void quantities(const CarBatch<T>& batch, Quantities<T>* q) const;
+
+  /// Steady memory for every instant of the batch, written to memory (n rows).
+  void start_memory(const CarBatch<double>& batch, double* memory) const;
+
+  /// Passes readings through the effects of Stage::reading.
+  template <class T>
+  void read(Reading<T>* readings, std::size_t n, const Place* at, const T* params) const;
+
+ private:
+  struct Part {
+    const Effect* effect;
+    std::size_t params, memory;
+  };
+  /// Either model stages first..last (part < 0) or one effect.
+  struct Step {
+    Stage first, last;
+    int part;
+  };
+  void plan();
+  template <class T>
+  void run(const Points<T>& chunk, const CarBatch<T>& batch, std::size_t begin) const;
+
+  const VehicleModel* model_;
+  std::vector<double> params_;
+  std::vector<Part> parts_;
+  std::vector<Step> steps_;
+  std::size_t model_params_;
+  int memory_ = 0;
+};
+
+}  // namespace gripline
