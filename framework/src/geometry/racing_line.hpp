@@ -35,7 +35,7 @@ struct RacingLineOptions {
   double car_width = 0.0;  ///< [m] half of it stays inside the edges
   double margin = 0.0;     ///< [m] further distance to both edges
   double spacing =
-      0.0;  ///< [m] of the stations and of the samples; 0 means an eighth of the mean half width, 0.023 m on ETHZ
+      0.0;  ///< [m] of the stations and of the samples; 0 means a sixteenth of the narrowest width: 23 mm on ETHZ
   double max_curvature = 0.0;  ///< [1/m] beyond which curvature is charged extra; 0 means none
   int max_iterations = 60;     ///< quadratic programs
 };
