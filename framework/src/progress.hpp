@@ -1,0 +1,70 @@
+// Progress of long work on a terminal: one line that redraws itself, with the time left; plain lines when piped.
+//
+//   Progress progress(std::cerr, "table1", runs.size());
+//   while (...) progress.advance(done, "elm, seed 3");   // call it as often as you like, also only to let time tick
+//   progress.finish();
+//
+// Nothing is printed by work that ends within two seconds of starting, unless the line is a live one. Not thread-safe.
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <iosfwd>
+#include <string>
+
+namespace gripline {
+
+/// What a stream can show. `live`: the line may be redrawn with carriage returns. `width` in columns.
+struct Terminal {
+  bool live = false;
+  bool colour = false;
+  bool unicode = false;
+  int width = 80;
+};
+
+/// Looks at file descriptor `fd` (isatty, window size) and at the environment: TERM=dumb is not live, a non-empty
+/// NO_COLOR (https://no-color.org) takes colours away, LC_ALL, LC_CTYPE or LANG decide about block characters.
+Terminal detect_terminal(int fd);
+
+/// A duration for people: "8 s", "2 min 05 s", "1 h 04 min".
+std::string duration_text(double seconds);
+
+class Progress {
+ public:
+  using Clock = std::chrono::steady_clock;
+
+  /// `out` is std::cout, std::cerr or std::clog (asked about its terminal) or any other stream (plain lines).
+  /// `total` is the amount of work in any unit, at least 1.
+  Progress(std::ostream& out, std::string title, std::size_t total);
+  Progress(std::ostream& out, std::string title, std::size_t total, Terminal terminal, Clock::time_point start);
+  Progress(const Progress&) = delete;
+  Progress& operator=(const Progress&) = delete;
+  /// Leaves a clean line behind when the work ended early.
+  ~Progress();
+
+  /// `done` units of `total` are finished; `note` says what is under way. Control characters are replaced by spaces.
+  void advance(std::size_t done, std::string note = {});
+  /// As advance, at a given instant (tests).
+  void advance_at(Clock::time_point now, std::size_t done, std::string note);
+
+  /// All is done: the live line becomes a summary with the time taken, a plain one is printed if two seconds passed.
+  void finish();
+  void finish_at(Clock::time_point now);
+
+ private:
+  double left(double elapsed) const;
+  std::string counted() const;
+  void draw_live(double elapsed);
+  void print_plain(double elapsed);
+
+  std::ostream& out_;
+  std::string title_, note_;
+  std::size_t total_, done_ = 0;
+  Terminal terminal_;
+  Clock::time_point start_, drawn_;
+  std::size_t printed_tenth_ = 0;
+  double printed_at_ = 0;
+  bool any_drawn_ = false, finished_ = false;
+};
+
+}  // namespace gripline
