@@ -1,0 +1,20 @@
+// No learning: the correction is zero and the belief stays what the stack was told at the start.
+#include <gripline/plugin.hpp>
+
+namespace {
+
+class None final : public gripline::AutoDiffEffect<None, gripline::Estimator> {
+ public:
+  explicit None(const gripline::Surroundings& around) : belief_{around.mu_init, around.mu_init, 0, 0, false} {}
+  void update(const gripline::Sample&) override {}
+  gripline::Belief belief() const override { return belief_; }
+  template <class T>
+  void act(gripline::Point<T>&) const {}
+
+ private:
+  gripline::Belief belief_;
+};
+
+}  // namespace
+
+GRIPLINE_PLUGINS(gripline::describe<None>("none", "1.0", "learns nothing: the nominal model and mu_init for good"))

@@ -1,0 +1,71 @@
+// What the car models without tyres share: parameters, drive train, inertia.
+//
+//   Fd = (Cm1 - Cm2 vx) d,  for d < 0 with Cb > 0 instead Cb d;   Fres = Cr0 + Cd vx^2
+//
+// The paper's e-kinematic model leaves resistance out (it is learned), so Cr0 and Cd default to 0; the parameters exist
+// for whoever knows them. Tyres that do not slip hold the car on a bank: no model here is pulled sideways by one.
+#pragma once
+
+#include <gripline/plugin.hpp>
+
+namespace gripline {
+
+template <class T>
+struct NoSlipParams {
+  T m = T(0.041), Iz = T(27.8e-6), lf = T(0.029), lr = T(0.033);
+  T Cm1 = T(0.287), Cm2 = T(0.0545), Cb = T(0), Cr0 = T(0), Cd = T(0);
+};
+
+/// Base of a model with the stages command, drive, load and body. D supplies
+/// `motion(Quantities<T>&, const T& drive_rate)`, which fills ax, ay, aw from drive_rate = (Fd - Fres) / m.
+template <class D>
+class NoSlipCar : public AutoDiffVehicle<D> {
+ public:
+  template <class T>
+  using Params = NoSlipParams<T>;
+
+  static constexpr auto parameters() {
+    using P = NoSlipParams<double>;
+    return std::tuple{
+        param("m", &P::m, "kg", {1e-6, 1e6}, "mass"),
+        param("Iz", &P::Iz, "kg m2", {1e-12, 1e9}, "yaw inertia"),
+        param("lf", &P::lf, "m", {1e-4, 100}, "centre of gravity to front axle"),
+        param("lr", &P::lr, "m", {1e-4, 100}, "centre of gravity to rear axle"),
+        param("Cm1", &P::Cm1, "N", {0, 1e7}, "drive force at standstill and full throttle").fit(0.287, 0.287, 0.1),
+        param("Cm2", &P::Cm2, "N s/m", {0, 1e6}, "loss of drive force with speed"),
+        param("Cb", &P::Cb, "N", {0, 1e7}, "brake force at d = -1; 0: the motor brakes, (Cm1 - Cm2 vx) d"),
+        param("Cr0", &P::Cr0, "N", {0, 1e6}, "rolling resistance; the paper's e-kinematic model has none"),
+        param("Cd", &P::Cd, "N s2/m2", {0, 1e5}, "drag: force over speed squared; none in the paper")};
+  }
+
+  template <class T>
+  void drive(Point<T>& p, const NoSlipParams<T>& k) const {
+    p.q.motor = k.Cm1;
+    p.q.emf = k.Cm2;
+    p.q.brake = k.Cb > T(0) ? k.Cb : k.Cm1 - k.Cm2 * p.q.vx;
+    p.q.rolling = k.Cr0;
+    p.q.drag = k.Cd;
+  }
+
+  template <class T>
+  void load(Point<T>& p, const NoSlipParams<T>& k) const {
+    p.q.drive_force = gripline::drive_force(p.q);
+    p.q.m = k.m;
+    p.q.Iz = k.Iz;
+    p.q.lf = k.lf;
+    p.q.lr = k.lr;
+    p.q.load_front = T(1);
+    p.q.load_rear = T(1);
+  }
+
+  template <class T>
+  void body(Point<T>& p, const NoSlipParams<T>&) const {
+    auto& q = p.q;
+    const T drive_rate = (q.drive_force - q.rolling - q.drag * square(q.vx)) / q.m;
+    static_cast<const D&>(*this).motion(q, drive_rate);
+    q.grade = T(p.at.grade);
+    q.bank = T(0);
+  }
+};
+
+}  // namespace gripline
