@@ -13,12 +13,12 @@ struct Origin;
 
 /// One thing wrong with what the user gave us, and where it is written.
 struct Diagnostic {
-  std::string file;  ///< as shown to the user; "--set" for an assignment of the command line; may be empty
-  int line = 0;      ///< from 1; 0 when there is no line (a missing file, a command line)
-  int column = 0;    ///< from 1, in characters, not bytes
-  std::string pointer;
-  std::string message;
-  std::vector<std::string> contexts;  ///< what was being read, for example "stack gp"; printed in brackets
+  std::string file{};  ///< as shown to the user; "--set" for an assignment of the command line; may be empty
+  int line = 0;        ///< from 1; 0 when there is no line (a missing file, a command line)
+  int column = 0;      ///< from 1, in characters, not bytes
+  std::string pointer{};
+  std::string message{};
+  std::vector<std::string> contexts{};  ///< what was being read, for example "stack gp"; printed in brackets
 
   /// `file:line:column: /json/pointer: message`; without a line `--set /json/pointer: message` or `file: message`.
   [[nodiscard]] std::string text() const;
@@ -29,6 +29,8 @@ class InputError : public std::runtime_error {
  public:
   static constexpr int exit_code = 2;
   explicit InputError(std::vector<Diagnostic> diagnostics);
+  /// One error at a place.
+  InputError(const Origin& origin, std::string message);
   /// An error with no file behind it, for example a bad command line option.
   explicit InputError(const std::string& message);
   [[nodiscard]] std::span<const Diagnostic> diagnostics() const noexcept { return diagnostics_; }

@@ -12,9 +12,6 @@ namespace gripline {
 /// in one object, nesting deeper than `max_depth`.
 inline constexpr int max_depth = 200;
 
-/// Files larger than this are not a configuration [bytes].
-inline constexpr std::size_t max_file_size = std::size_t{64} << 20U;
-
 /// The text alone: "extends" is an ordinary key here. `name` is shown in messages, `folder` is where its relative
 /// paths start.
 [[nodiscard]] Node parse_text(std::string_view text, std::string name = "text", std::filesystem::path folder = {});

@@ -116,11 +116,14 @@ class ObjectReader {
   void error_at(std::string_view key, std::string message);
 
  private:
+  ObjectReader(const Node& node, Errors& errors, bool missing);
   void asked(std::string_view key);
+  void check_note(const Node& note);
 
   const Node& node_;
   Errors& errors_;
   std::vector<std::string> asked_;
+  bool silent_;  ///< there is no object: that was reported, its keys are not
   bool finished_ = false;
 };
 

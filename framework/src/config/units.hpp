@@ -33,6 +33,9 @@ struct Unit {
 /// "a time", "an angle", "a pure number", or "a quantity in kg/m".
 [[nodiscard]] std::string describe(const Dimension& dimension);
 
+/// "expected a time [s]", "expected a pure number": for messages about a value whose unit is declared as `unit`.
+[[nodiscard]] std::string expectation(std::string_view unit);
+
 /// A number with a unit, "20 deg" or "5 km/h", in SI; it must be of the kind of `expected_unit`. Independent of the
 /// locale. Throws UnitError: `"6.2 m" is a length, expected a time [s]`. std::logic_error if `expected_unit` itself is
 /// not a unit: that is a mistake of the program.

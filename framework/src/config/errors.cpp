@@ -1,0 +1,124 @@
+#include "config/errors.hpp"
+
+#include <algorithm>
+#include <tuple>
+#include <utility>
+
+#include "config/node.hpp"
+
+namespace gripline {
+namespace {
+
+std::string joined_lines(std::span<const Diagnostic> diagnostics) {
+  std::string text;
+  for (const Diagnostic& one : diagnostics) {
+    if (!text.empty()) text += '\n';
+    text += one.text();
+  }
+  return text;
+}
+
+Diagnostic at_origin(const Origin& origin, std::string message) {
+  return {.file = origin.source ? origin.source->name : "",
+          .line = origin.line,
+          .column = origin.column,
+          .pointer = origin.pointer,
+          .message = std::move(message)};
+}
+
+char lower(char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; }
+
+/// Optimal string alignment distance: insertions, deletions, substitutions, and swaps of neighbours.
+std::size_t distance(std::string_view a, std::string_view b) {
+  std::vector<std::size_t> before(b.size() + 1), last(b.size() + 1), now(b.size() + 1);
+  for (std::size_t j = 0; j <= b.size(); ++j) last[j] = j;
+  for (std::size_t i = 1; i <= a.size(); ++i) {
+    now[0] = i;
+    for (std::size_t j = 1; j <= b.size(); ++j) {
+      const bool same = lower(a[i - 1]) == lower(b[j - 1]);
+      now[j] = std::min({last[j] + 1, now[j - 1] + 1, last[j - 1] + (same ? 0 : 1)});
+      const bool swapped = i > 1 && j > 1 && lower(a[i - 1]) == lower(b[j - 2]) && lower(a[i - 2]) == lower(b[j - 1]);
+      if (swapped) now[j] = std::min(now[j], before[j - 2] + 1);
+    }
+    std::swap(before, last);
+    std::swap(last, now);
+  }
+  return last[b.size()];
+}
+
+}  // namespace
+
+std::string Diagnostic::text() const {
+  std::string where = file;
+  if (line > 0) {
+    where += ':' + std::to_string(line) + ':' + std::to_string(column);
+    if (!pointer.empty()) where += ": " + pointer;
+  } else if (!pointer.empty()) {
+    where += (where.empty() ? "" : " ") + pointer;
+  }
+  std::string result = where.empty() ? message : where + ": " + message;
+  for (std::size_t i = 0; i < contexts.size(); ++i) result += (i == 0 ? " [" : ", ") + contexts[i];
+  if (!contexts.empty()) result += ']';
+  return result;
+}
+
+InputError::InputError(std::vector<Diagnostic> diagnostics)
+    : std::runtime_error(joined_lines(diagnostics)), diagnostics_(std::move(diagnostics)) {}
+
+InputError::InputError(const Origin& origin, std::string message)
+    : InputError(std::vector{at_origin(origin, std::move(message))}) {}
+
+InputError::InputError(const std::string& message) : InputError(std::vector{Diagnostic{.message = message}}) {}
+
+void Errors::add(const Origin& origin, std::string message) { add(at_origin(origin, std::move(message))); }
+
+void Errors::add(Diagnostic diagnostic) {
+  const auto place = [](const Diagnostic& d) { return std::tie(d.file, d.line, d.column, d.pointer, d.message); };
+  auto known = std::ranges::find_if(diagnostics_, [&](const Diagnostic& d) { return place(d) == place(diagnostic); });
+  if (known == diagnostics_.end()) known = diagnostics_.insert(known, std::move(diagnostic));
+  if (!context_.empty() && std::ranges::find(known->contexts, context_) == known->contexts.end()) {
+    known->contexts.push_back(context_);
+  }
+}
+
+void Errors::add(const InputError& error) {
+  for (const Diagnostic& one : error.diagnostics()) add(one);
+}
+
+std::vector<Diagnostic> Errors::sorted() const {
+  std::vector<Diagnostic> result = diagnostics_;
+  std::ranges::stable_sort(result, [](const Diagnostic& a, const Diagnostic& b) {
+    return std::tie(a.file, a.line, a.column) < std::tie(b.file, b.line, b.column);
+  });
+  return result;
+}
+
+void Errors::throw_if_any() const {
+  if (!diagnostics_.empty()) throw InputError(sorted());
+}
+
+std::optional<std::string> nearest(std::string_view name, std::span<const std::string> candidates) {
+  std::optional<std::string> best;
+  std::size_t best_distance = std::max<std::size_t>(1, name.size() / 3) + 1;
+  for (const std::string& candidate : candidates) {
+    const std::size_t d = distance(name, candidate);
+    // Changing every letter of a short word makes any other word of it: that is not a likeness.
+    if (d < best_distance && d < std::max(name.size(), candidate.size())) {
+      best = candidate;
+      best_distance = d;
+    }
+  }
+  return best;
+}
+
+std::string did_you_mean(std::string_view name, std::span<const std::string> candidates) {
+  if (const auto best = nearest(name, candidates)) return "; did you mean \"" + *best + "\"?";
+  if (candidates.empty()) return "";
+  constexpr std::size_t most = 12;
+  std::string list = "; known: ";
+  for (std::size_t i = 0; i < std::min(most, candidates.size()); ++i) list += (i == 0 ? "" : ", ") + candidates[i];
+  if (candidates.size() > most) list += ", ...";
+  return list;
+}
+
+}  // namespace gripline

@@ -1,0 +1,81 @@
+#include "config/files.hpp"
+
+#include <algorithm>
+#include <cerrno>
+#include <fstream>
+#include <system_error>
+#include <vector>
+
+#include "config/errors.hpp"
+
+namespace gripline {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::vector<std::string> names_in(const fs::path& folder) {
+  std::vector<std::string> names;
+  std::error_code error;
+  for (fs::directory_iterator it(folder, error), end; !error && it != end; it.increment(error)) {
+    names.push_back(it->path().filename().string());
+  }
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+/// Says which part of the path is missing, and what it may have been meant to be.
+std::string why_missing(const fs::path& file) {
+  fs::path known;
+  for (const fs::path& part : file) {
+    std::error_code error;
+    if (fs::exists(known / part, error)) {
+      known /= part;
+      continue;
+    }
+    const auto near = nearest(part.string(), names_in(known.empty() ? "." : known));
+    const std::string hint = near ? "; did you mean \"" + *near + "\"?" : "";
+    if (part == file.filename()) return "no such file" + hint;
+    return "no such file: there is no \"" + part.string() + "\"" +
+           (known.empty() ? "" : " in \"" + known.generic_string() + "\"") + hint;
+  }
+  return "no such file";
+}
+
+std::string last_system_error() { return std::error_code(errno, std::generic_category()).message(); }
+
+}  // namespace
+
+std::string why_unreadable(const fs::path& file) {
+  std::error_code error;
+  const fs::file_status status = fs::status(file, error);
+  if (status.type() == fs::file_type::not_found) return why_missing(file.lexically_normal());
+  if (status.type() == fs::file_type::none) return "cannot be read: " + error.message();
+  if (fs::is_directory(status)) return "is a folder, expected a file";
+  if (fs::is_regular_file(status) && fs::file_size(file, error) > max_file_size) {
+    return "is larger than " + std::to_string(max_file_size >> 20U) + " MB";
+  }
+  errno = 0;
+  if (!std::ifstream(file, std::ios::binary)) return "cannot be read: " + last_system_error();
+  return "";
+}
+
+std::string read_bytes(const fs::path& file) {
+  const auto refuse = [&](std::string reason) {
+    throw InputError(std::vector{Diagnostic{.file = shown(file), .message = std::move(reason)}});
+  };
+  if (std::string reason = why_unreadable(file); !reason.empty()) refuse(std::move(reason));
+  std::ifstream in(file, std::ios::binary);
+  std::string bytes;
+  std::vector<char> chunk(std::size_t{1} << 16U);
+  while (in.read(chunk.data(), static_cast<std::streamsize>(chunk.size())) || in.gcount() > 0) {
+    bytes.append(chunk.data(), static_cast<std::size_t>(in.gcount()));
+    // A device or a pipe has no size to ask for beforehand.
+    if (bytes.size() > max_file_size) refuse("is larger than " + std::to_string(max_file_size >> 20U) + " MB");
+  }
+  if (in.bad()) refuse("cannot be read: " + last_system_error());
+  return bytes;
+}
+
+std::string shown(const fs::path& file) { return file.lexically_normal().generic_string(); }
+
+}  // namespace gripline

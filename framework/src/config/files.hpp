@@ -1,0 +1,21 @@
+#pragma once
+#include <cstddef>
+#include <filesystem>
+#include <string>
+
+namespace gripline {
+
+/// Files larger than this are not input for us [bytes].
+inline constexpr std::size_t max_file_size = std::size_t{256} << 20U;
+
+/// Why `file` cannot be read, as the second half of a sentence about it: `no such file; did you mean "ethz.json"?`,
+/// `is a folder, expected a file`. Empty if it can.
+[[nodiscard]] std::string why_unreadable(const std::filesystem::path& file);
+
+/// All bytes of a file. Throws InputError: `name: reason`.
+[[nodiscard]] std::string read_bytes(const std::filesystem::path& file);
+
+/// A path as messages show it: `/` between names, without `.` and needless `..`.
+[[nodiscard]] std::string shown(const std::filesystem::path& file);
+
+}  // namespace gripline

@@ -1,0 +1,103 @@
+#include "config/json_file.hpp"
+
+#include <algorithm>
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "config/errors.hpp"
+#include "config/files.hpp"
+#include "config/json_parser.hpp"
+#include "config/merge_patch.hpp"
+
+namespace gripline {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Loads files that extend files. Knows the chain it is in, to notice a circle.
+class Loader {
+ public:
+  Node load(const fs::path& file) {
+    Node node = parse_file(file);
+    chain_.push_back(file);
+    expand(node);
+    chain_.pop_back();
+    return node;
+  }
+
+ private:
+  void expand(Node& node) {
+    if (node.is_array()) {
+      for (Node& one : node.array()) expand(one);
+    } else if (node.is_object()) {
+      for (Member& one : node.object()) expand(one.value);
+      if (const Node* base = node.find("extends")) {
+        const Node name = *base;
+        node.erase("extends");
+        if (!name.is_null()) node = over(name, std::move(node));
+      }
+    }
+  }
+
+  /// `patch` over the file that `name` names.
+  Node over(const Node& name, Node patch) {
+    if (!name.is_text())
+      throw InputError(name.origin, "expected the path of a JSON file to extend, found " + name.describe());
+    const fs::path file = resolve_path(name);
+    if (const std::string reason = why_unreadable(file); !reason.empty()) {
+      throw InputError(name.origin, '"' + name.text() + "\": " + reason);
+    }
+    refuse_circle(name, file);
+    Node base = load(file);
+    if (!base.is_object()) {
+      throw InputError(name.origin,
+                       '"' + name.text() + "\" holds " + base.describe() + ", expected an object to extend");
+    }
+    Origin where = patch.origin;
+    Node merged = merge_keeping_nulls(std::move(base), patch);
+    merged.origin = std::move(where);
+    return merged;
+  }
+
+  void refuse_circle(const Node& name, const fs::path& file) const {
+    const auto same = [&](const fs::path& other) {
+      std::error_code error;
+      return fs::equivalent(other, file, error);
+    };
+    const auto first = std::ranges::find_if(chain_, same);
+    if (first == chain_.end()) return;
+    std::string circle;
+    for (auto it = first; it != chain_.end(); ++it) circle += shown(*it) + " -> ";
+    throw InputError(name.origin, "files extend each other in a circle: " + circle + shown(*first));
+  }
+
+  std::vector<fs::path> chain_;
+};
+
+}  // namespace
+
+Node parse_text(std::string_view text, std::string name, fs::path folder) {
+  return parse_json(text, std::make_shared<const Source>(Source{std::move(name), std::move(folder)}));
+}
+
+Node parse_file(const fs::path& file) { return parse_text(read_bytes(file), shown(file), file.parent_path()); }
+
+Node load_json(const fs::path& file) { return Loader().load(file); }
+
+void inline_file(Node& node) {
+  if (!node.is_text()) return;
+  const fs::path file = resolve_path(node);
+  if (const std::string reason = why_unreadable(file); !reason.empty()) {
+    throw InputError(node.origin, '"' + node.text() + "\": " + reason);
+  }
+  node = load_json(file);
+}
+
+fs::path resolve_path(const Node& text) {
+  const fs::path path(text.text());
+  const fs::path folder = text.origin.source ? text.origin.source->folder : fs::path();
+  return (folder / path).lexically_normal();
+}
+
+}  // namespace gripline

@@ -1,0 +1,281 @@
+#include "config/units.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <cstddef>
+#include <cstdlib>
+#include <numbers>
+#include <optional>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "config/errors.hpp"
+#include "config/node.hpp"
+
+namespace gripline {
+namespace {
+
+struct Named {
+  std::string_view name;
+  Dimension dimension;
+  double factor;
+  bool takes_prefix;
+};
+
+constexpr double pi = std::numbers::pi;
+constexpr std::string_view squared = "\xc2\xb2", cubed = "\xc2\xb3", dot = "\xc2\xb7";  // UTF-8
+
+//                                          m   kg  s  rad A  K
+constexpr std::array<Named, 21> units{
+    {{"m", {{1, 0, 0, 0, 0, 0}}, 1.0, true},           {"g", {{0, 1, 0, 0, 0, 0}}, 1e-3, true},
+     {"s", {{0, 0, 1, 0, 0, 0}}, 1.0, true},           {"min", {{0, 0, 1, 0, 0, 0}}, 60.0, false},
+     {"h", {{0, 0, 1, 0, 0, 0}}, 3600.0, false},       {"rad", {{0, 0, 0, 1, 0, 0}}, 1.0, true},
+     {"deg", {{0, 0, 0, 1, 0, 0}}, pi / 180.0, false}, {"\xc2\xb0", {{0, 0, 0, 1, 0, 0}}, pi / 180.0, false},
+     {"rev", {{0, 0, 0, 1, 0, 0}}, 2.0 * pi, false},   {"rpm", {{0, 0, -1, 1, 0, 0}}, 2.0 * pi / 60.0, false},
+     {"A", {{0, 0, 0, 0, 1, 0}}, 1.0, true},           {"K", {{0, 0, 0, 0, 0, 1}}, 1.0, true},
+     {"Hz", {{0, 0, -1, 0, 0, 0}}, 1.0, true},         {"N", {{1, 1, -2, 0, 0, 0}}, 1.0, true},
+     {"Pa", {{-1, 1, -2, 0, 0, 0}}, 1.0, true},        {"bar", {{-1, 1, -2, 0, 0, 0}}, 1e5, false},
+     {"J", {{2, 1, -2, 0, 0, 0}}, 1.0, true},          {"W", {{2, 1, -3, 0, 0, 0}}, 1.0, true},
+     {"V", {{2, 1, -3, 0, -1, 0}}, 1.0, true},         {"ohm", {{2, 1, -3, 0, -2, 0}}, 1.0, true},
+     {"%", {{0, 0, 0, 0, 0, 0}}, 1e-2, false}}};
+
+constexpr std::array<std::pair<std::string_view, double>, 8> prefixes{
+    {{"k", 1e3}, {"M", 1e6}, {"G", 1e9}, {"c", 1e-2}, {"m", 1e-3}, {"u", 1e-6}, {"\xc2\xb5", 1e-6}, {"n", 1e-9}}};
+
+constexpr std::array<std::pair<Dimension, std::string_view>, 27> kinds{
+    {{{{0, 0, 0, 0, 0, 0}}, "a pure number"},
+     {{{1, 0, 0, 0, 0, 0}}, "a length"},
+     {{{2, 0, 0, 0, 0, 0}}, "an area"},
+     {{{3, 0, 0, 0, 0, 0}}, "a volume"},
+     {{{-1, 0, 0, 0, 0, 0}}, "a curvature"},
+     {{{0, 1, 0, 0, 0, 0}}, "a mass"},
+     {{{-3, 1, 0, 0, 0, 0}}, "a density"},
+     {{{2, 1, 0, 0, 0, 0}}, "a moment of inertia"},
+     {{{0, 0, 1, 0, 0, 0}}, "a time"},
+     {{{0, 0, -1, 0, 0, 0}}, "a frequency"},
+     {{{0, 0, 0, 1, 0, 0}}, "an angle"},
+     {{{0, 0, -1, 1, 0, 0}}, "an angular rate"},
+     {{{0, 0, -2, 1, 0, 0}}, "an angular acceleration"},
+     {{{1, 0, -1, 0, 0, 0}}, "a speed"},
+     {{{1, 0, -2, 0, 0, 0}}, "an acceleration"},
+     {{{1, 0, -3, 0, 0, 0}}, "a jerk"},
+     {{{1, 1, -2, 0, 0, 0}}, "a force"},
+     {{{0, 1, -2, 0, 0, 0}}, "a stiffness"},
+     {{{1, 1, -2, -1, 0, 0}}, "a force per angle"},
+     {{{0, 1, -1, 0, 0, 0}}, "a damping coefficient"},
+     {{{-1, 1, -2, 0, 0, 0}}, "a pressure"},
+     {{{2, 1, -2, 0, 0, 0}}, "a torque or an energy"},
+     {{{2, 1, -3, 0, 0, 0}}, "a power"},
+     {{{0, 0, 0, 0, 1, 0}}, "a current"},
+     {{{2, 1, -3, 0, -1, 0}}, "a voltage"},
+     {{{2, 1, -3, 0, -2, 0}}, "a resistance"},
+     {{{0, 0, 0, 0, 0, 1}}, "a temperature"}}};
+
+std::string quoted(std::string_view text) { return Node(text).describe(); }
+
+const Named* find_unit(std::string_view name) {
+  const auto* it = std::ranges::find(units, name, &Named::name);
+  return it == units.end() ? nullptr : it;
+}
+
+std::optional<Unit> find_prefixed(std::string_view name) {
+  if (const Named* unit = find_unit(name)) return Unit{unit->dimension, unit->factor};
+  for (const auto& [prefix, factor] : prefixes) {
+    if (!name.starts_with(prefix)) continue;
+    const Named* unit = find_unit(name.substr(prefix.size()));
+    if (unit != nullptr && unit->takes_prefix) return Unit{unit->dimension, factor * unit->factor};
+  }
+  return std::nullopt;
+}
+
+/// a b^sign
+Unit times(const Unit& a, const Unit& b, int sign) {
+  Unit result{a.dimension, sign > 0 ? a.factor * b.factor : a.factor / b.factor};
+  for (std::size_t i = 0; i < result.dimension.exponent.size(); ++i) {
+    result.dimension.exponent[i] += sign * b.dimension.exponent[i];
+  }
+  return result;
+}
+
+Unit power(const Unit& unit, int exponent) {
+  Unit result;
+  for (int i = 0; i < std::abs(exponent); ++i) result = times(result, unit, exponent > 0 ? 1 : -1);
+  return result;
+}
+
+/// unit := factor { (" " | "*" | "/") factor };  factor := ( "(" unit ")" | "1" | name ) [ power ]
+class UnitParser {
+ public:
+  explicit UnitParser(std::string_view text) : text_(text), rest_(text) {}
+
+  Unit parse() {
+    const Unit unit = product(0);
+    if (!rest_.empty()) refuse("a bracket too many");
+    return unit;
+  }
+
+ private:
+  Unit product(int depth) {
+    Unit result = factor(depth);
+    bool divided = false;
+    while (true) {
+      const bool blank = skip_blanks();
+      if (rest_.empty() || rest_.front() == ')') return result;
+      const bool divide = take("/");
+      const bool multiply = !divide && (take("*") || take(dot) || blank);
+      if (!divide && !multiply) refuse("a blank is missing before \"" + std::string(rest_) + '"');
+      if (multiply && divided) refuse("ambiguous, write brackets: \"N/(m s)\" or \"N s/m\"");
+      divided = divided || divide;
+      skip_blanks();
+      result = times(result, factor(depth), divide ? -1 : 1);
+    }
+  }
+
+  Unit factor(int depth) {
+    constexpr int deepest = 8;
+    if (depth > deepest) refuse("too many brackets");
+    Unit unit;
+    if (take("(")) {
+      unit = product(depth + 1);
+      if (!take(")")) refuse("a bracket is not closed");
+    } else if (!take("1")) {
+      unit = name();
+    }
+    return power(unit, exponent());
+  }
+
+  Unit name() {
+    std::size_t length = 0;
+    while (length < rest_.size() && is_letter(rest_.substr(length))) ++length;
+    if (length == 0) refuse(rest_.empty() ? "it ends too early" : "\"" + std::string(rest_) + "\" is no unit");
+    const std::string name(rest_.substr(0, length));
+    rest_.remove_prefix(length);
+    if (const auto unit = find_prefixed(name)) return *unit;
+    refuse("unknown unit \"" + name + '"' + suggestion(name));
+  }
+
+  int exponent() {
+    if (take(squared)) return 2;
+    if (take(cubed)) return 3;
+    const bool caret = take("^");
+    int value = 1;
+    const auto [stop, error] = std::from_chars(rest_.data(), rest_.data() + rest_.size(), value);
+    constexpr int highest = 9;
+    if (error == std::errc::invalid_argument && !caret) return 1;
+    if (error != std::errc() || std::abs(value) > highest || value == 0)
+      refuse("a power is a whole number from 1 to 9");
+    rest_.remove_prefix(static_cast<std::size_t>(stop - rest_.data()));
+    return value;
+  }
+
+  /// Whether a name goes on here. Powers and the product dot are the signs beyond ASCII that are not letters.
+  static bool is_letter(std::string_view rest) {
+    const char c = rest.front();
+    if (rest.starts_with(squared) || rest.starts_with(cubed) || rest.starts_with(dot)) return false;
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '%' || static_cast<unsigned char>(c) >= 0x80;
+  }
+
+  static std::string suggestion(const std::string& name) {
+    std::vector<std::string> names{"km", "cm", "mm", "kg", "ms", "kN", "mrad", "kW", "MPa", "kPa"};
+    for (const Named& one : units) names.emplace_back(one.name);
+    const auto near = nearest(name, names);
+    return near ? "; did you mean \"" + *near + "\"?" : "";
+  }
+
+  bool take(std::string_view token) {
+    if (!rest_.starts_with(token)) return false;
+    rest_.remove_prefix(token.size());
+    return true;
+  }
+
+  bool skip_blanks() {
+    const std::size_t length = std::min(rest_.find_first_not_of(' '), rest_.size());
+    rest_.remove_prefix(length);
+    return length > 0;
+  }
+
+  [[noreturn]] void refuse(const std::string& reason) const {
+    throw UnitError(quoted(text_) + " is not a unit: " + reason);
+  }
+
+  std::string_view text_;
+  std::string_view rest_;
+};
+
+std::string_view trimmed(std::string_view text) {
+  const auto from = text.find_first_not_of(' ');
+  if (from == std::string_view::npos) return {};
+  return text.substr(from, text.find_last_not_of(' ') - from + 1);
+}
+
+}  // namespace
+
+Unit Unit::parse(std::string_view text) {
+  const std::string_view body = trimmed(text);
+  if (body.empty() || body == "-") return {};
+  return UnitParser(body).parse();
+}
+
+std::string describe(const Dimension& dimension) {
+  const auto* kind = std::ranges::find(kinds, dimension, &std::pair<Dimension, std::string_view>::first);
+  if (kind != kinds.end()) return std::string(kind->second);
+  constexpr std::array<std::string_view, 6> symbols{"m", "kg", "s", "rad", "A", "K"};
+  std::string above, below;
+  int factors_below = 0;
+  for (std::size_t i = 0; i < symbols.size(); ++i) {
+    const int exponent = dimension.exponent[i];
+    if (exponent == 0) continue;
+    std::string& side = exponent > 0 ? above : below;
+    if (!side.empty()) side += ' ';
+    side += symbols[i];
+    if (std::abs(exponent) > 1) side += std::to_string(std::abs(exponent));
+    if (exponent < 0) ++factors_below;
+  }
+  if (factors_below > 1) below = '(' + below + ')';
+  return "a quantity in " + (above.empty() ? "1" : above) + (below.empty() ? "" : '/' + below);
+}
+
+std::string expectation(std::string_view unit) {
+  const Dimension dimension = Unit::parse(unit).dimension;
+  const std::string kind = describe(dimension);
+  if (dimension == Dimension{}) return "expected " + kind;
+  return "expected " + (kind.starts_with("a quantity") ? "a quantity" : kind) + " [" + std::string(unit) + ']';
+}
+
+double to_si(std::string_view text, std::string_view expected_unit) {
+  const std::string_view body = trimmed(text);
+  const Dimension expected = [&] {
+    try {
+      return Unit::parse(expected_unit).dimension;
+    } catch (const UnitError& error) {
+      throw std::logic_error(error.what());
+    }
+  }();
+  double value = 0.0;
+  const char* const end = body.data() + body.size();
+  const auto [stop, error] = std::from_chars(body.data(), end, value);
+  if (error == std::errc::result_out_of_range)
+    throw UnitError(quoted(text) + " is too large or too small for a number");
+  if (error != std::errc() || !std::isfinite(value)) {
+    throw UnitError(quoted(text) + " is not a finite number with a unit, " + expectation(expected_unit));
+  }
+  const std::string number(body.data(), stop);
+  const std::string_view rest = trimmed({stop, static_cast<std::size_t>(end - stop)});
+  if (rest.starts_with(',')) throw UnitError(quoted(text) + " has a comma; the decimal mark is a point");
+  if (rest.empty()) {
+    const std::string with_unit =
+        expected == Dimension{} ? "" : " or \"" + number + ' ' + std::string(expected_unit) + '"';
+    throw UnitError(quoted(text) + " has no unit: write " + number + " without quotes" + with_unit);
+  }
+  const Unit unit = Unit::parse(rest);
+  if (unit.dimension != expected) {
+    throw UnitError(quoted(text) + " is " + describe(unit.dimension) + ", " + expectation(expected_unit));
+  }
+  const double si = value * unit.factor;
+  if (!std::isfinite(si)) throw UnitError(quoted(text) + " is too large for a number");
+  return si;
+}
+
+}  // namespace gripline
