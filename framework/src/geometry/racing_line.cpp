@@ -9,6 +9,13 @@
 namespace gripline {
 namespace {
 
+/// What is minimised, with weights in their own units: the integral of kappa^2 + length_weight, and the charge for
+/// curvature beyond max_curvature (0: none).
+struct Price {
+  double length_weight = 0.0;
+  double max_curvature = 0.0;
+};
+
 /// The road cut at equal stations: the line's points are base + n * normal.
 struct Frame {
   std::vector<Point> base, normal;
@@ -68,14 +75,14 @@ Turn turn_at(const Frame& frame, std::span<const double> offsets, std::size_t i)
 
 constexpr double kExcessWeight = 100.0;  // of squared curvature beyond the bound, against squared curvature
 
-/// Integral of kappa^2 ds of the polyline, kappa = angle / way, plus the charge for what exceeds max_curvature.
-double cost(const Frame& frame, std::span<const double> offsets, double max_curvature) {
+/// The polyline's price, its curvature being angle / way.
+double cost(const Frame& frame, std::span<const double> offsets, const Price& price) {
   double sum = 0.0;
   for (std::size_t i = 0; i < offsets.size(); ++i) {
     const Turn turn = turn_at(frame, offsets, i);
-    sum += turn.angle * turn.angle / turn.way;
-    const double excess = std::abs(turn.angle) / turn.way - max_curvature;
-    if (max_curvature > 0.0 && excess > 0.0) sum += kExcessWeight * excess * excess * turn.way;
+    sum += turn.angle * turn.angle / turn.way + price.length_weight * turn.way;
+    const double excess = std::abs(turn.angle) / turn.way - price.max_curvature;
+    if (price.max_curvature > 0.0 && excess > 0.0) sum += kExcessWeight * excess * excess * turn.way;
   }
   return sum;
 }
@@ -101,7 +108,8 @@ struct Model {
   std::vector<double> gradient;
 };
 
-Model linearise(const Frame& frame, std::span<const double> offsets, double max_curvature) {
+Model linearise(const Frame& frame, std::span<const double> offsets, const Price& price) {
+  const double max_curvature = price.max_curvature, length_root = std::sqrt(price.length_weight);
   Model model(offsets.size());
   for (std::size_t i = 0; i < offsets.size(); ++i) {
     const Turn turn = turn_at(frame, offsets, i);
@@ -109,6 +117,11 @@ Model linearise(const Frame& frame, std::span<const double> offsets, double max_
     std::array<double, 3> by{};
     for (int k = 0; k < 3; ++k) by[k] = (turn.angle_by[k] - 0.5 * turn.angle / turn.way * turn.way_by[k]) / root;
     model.add(i, turn.angle / root, by);
+    if (length_root > 0.0) {
+      std::array<double, 3> longer{};
+      for (int k = 0; k < 3; ++k) longer[k] = 0.5 * length_root / root * turn.way_by[k];
+      model.add(i, length_root * root, longer);
+    }
     const double excess = std::abs(turn.angle) / turn.way - max_curvature;
     if (max_curvature > 0.0 && excess > 0.0) {
       // residual = sqrt(weight) (|angle| / sqrt(way) - max_curvature sqrt(way))
@@ -124,13 +137,14 @@ Model linearise(const Frame& frame, std::span<const double> offsets, double max_
   return model;
 }
 
-std::vector<double> optimise(const Frame& frame, const RacingLineOptions& options, int& iterations) {
-  const std::size_t n = frame.base.size();
-  std::vector<double> offsets(n), trial(n), lower(n), upper(n);
-  for (std::size_t i = 0; i < n; ++i) offsets[i] = std::clamp(0.0, frame.lower[i], frame.upper[i]);
-  double now = cost(frame, offsets, options.max_curvature);
-  for (iterations = 0; iterations < options.max_iterations;) {
-    const Model model = linearise(frame, offsets, options.max_curvature);
+/// Gauss-Newton steps from `offsets` to a local minimum; each step is a box QP, shortened until the cost falls.
+void descend(const Frame& frame, const Price& price, int most_steps, double settled, std::vector<double>& offsets,
+             int& iterations) {
+  const std::size_t n = offsets.size();
+  std::vector<double> trial(n), lower(n), upper(n);
+  double now = cost(frame, offsets, price);
+  for (int k = 0; k < most_steps; ++k) {
+    const Model model = linearise(frame, offsets, price);
     for (std::size_t i = 0; i < n; ++i) {
       lower[i] = frame.lower[i] - offsets[i];
       upper[i] = frame.upper[i] - offsets[i];
@@ -140,15 +154,30 @@ std::vector<double> optimise(const Frame& frame, const RacingLineOptions& option
     double share = 1.0, next = INFINITY;
     for (int halvings = 0; halvings < 30; ++halvings, share *= 0.5) {
       for (std::size_t i = 0; i < n; ++i) trial[i] = offsets[i] + share * step[i];
-      next = cost(frame, trial, options.max_curvature);
+      next = cost(frame, trial, price);
       if (next < now) break;
     }
-    if (!(next < now)) break;
+    if (!(next < now)) return;
     offsets = trial;
-    const bool settled = now - next < 1e-9 * now;
+    const bool small = now - next < settled * now;
     now = next;
-    if (settled) break;
+    if (small) return;
   }
+}
+
+/// The cost has several local minima: with no price on length a line may swing wide around every hairpin. Starting
+/// short and lowering the price step by step leads to the good one.
+std::vector<double> optimise(const Frame& frame, const RacingLineOptions& options, double mean_squared_curvature,
+                             int& iterations) {
+  std::vector<double> offsets(frame.base.size());
+  for (std::size_t i = 0; i < offsets.size(); ++i) offsets[i] = std::clamp(0.0, frame.lower[i], frame.upper[i]);
+  const Price wanted{options.length_price * mean_squared_curvature, options.max_curvature};
+  for (const double share : {3.0, 1.0, 0.3, 0.1}) {
+    if (share <= options.length_price) continue;
+    const Price stage{share * mean_squared_curvature, options.max_curvature};
+    descend(frame, stage, options.max_iterations, 1e-4, offsets, iterations);
+  }
+  descend(frame, wanted, options.max_iterations, 1e-10, offsets, iterations);
   return offsets;
 }
 
@@ -162,8 +191,9 @@ RacingLine minimum_curvature_line(const Track& track, const RacingLineOptions& o
   }
   const auto count = static_cast<std::size_t>(std::max(32.0, std::round(track.length() / spacing)));
   const Frame frame = cut(track, options, count);
+  const double mean_squared = describe_line(track, track.centre(), spacing).squared_curvature / track.length();
   int iterations = 0;
-  const std::vector<double> offsets = optimise(frame, options, iterations);
+  const std::vector<double> offsets = optimise(frame, options, mean_squared, iterations);
   std::vector<Point> points(count);
   for (std::size_t i = 0; i < count; ++i) {
     points[i] = {frame.base[i].x + offsets[i] * frame.normal[i].x, frame.base[i].y + offsets[i] * frame.normal[i].y};

@@ -37,11 +37,14 @@ struct RacingLineOptions {
   double spacing =
       0.0;  ///< [m] of the stations and of the samples; 0 means a sixteenth of the narrowest width: 23 mm on ETHZ
   double max_curvature = 0.0;  ///< [1/m] beyond which curvature is charged extra; 0 means none
-  int max_iterations = 60;     ///< quadratic programs
+  /// Price of the line's length beside its curvature, as a share of the centre line's mean squared curvature. 0 is eq.
+  /// (1). 0.2 gives up 0.3 % of curvature on the ETHZ tracks for 2 % of length, which is faster.
+  double length_price = 0.0;
+  int max_iterations = 60;  ///< quadratic programs
 };
 
-/// Minimises the integral of kappa^2 over offsets n in [-right + car_width/2 + margin, left - car_width/2 - margin].
-/// Throws GeometryError if the road is too narrow for that.
+/// Minimises the integral of kappa^2 (eq. (1): the sum over equal steps) over offsets n in [-right + car_width/2 +
+/// margin, left - car_width/2 - margin]. Throws GeometryError if the road is too narrow for that.
 RacingLine minimum_curvature_line(const Track& track, const RacingLineOptions& options);
 
 /// Samples any closed line every `spacing` metres and measures it against the road.
