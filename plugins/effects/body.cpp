@@ -1,0 +1,206 @@
+// Effects of Stage::body: accelerations and slopes (discrepancy protocol, section 4; u = vx / v_ref, L = lf + lr).
+//
+//   aero_drag     vx' -= a u^2
+//   rolling_res   vx' -= a
+//   diff_yaw      omega' -= k omega
+//   torque_vec    omega' += k (Fd / m) / L (delta / 0.2 rad)
+//   wind          rx = vx - (wx cos yaw + wy sin yaw),  ry = vy - (-wx sin yaw + wy cos yaw);
+//                 vx' -= Cd (rx |rx| - vx^2) / m,  vy' -= 2.5 Cd (ry hypot(rx, ry) - vy hypot(vx, vy)) / m
+//   plane_tilt    grade += tx cos yaw + ty sin yaw,  bank += tx sin yaw - ty cos yaw
+//   grade, bank   slope += direction sum_i c_i B(10 f - i), i = 0..9 periodic, f the lap fraction, B the cubic
+//   B-spline;
+//                 grade leaves out the mean of its c_i: a closed lap comes back to its height
+#include <gripline/plugin.hpp>
+
+namespace {
+
+using gripline::hypot;
+using gripline::param;
+using gripline::Point;
+using gripline::square;
+using gripline::Stage;
+using std::abs;
+using std::cos;
+using std::hypot;
+using std::sin;
+
+template <class T>
+struct Strength {
+  T a = T(0);
+};
+template <class T>
+struct Factor {
+  T k = T(0);
+};
+
+class AeroDrag final : public gripline::AutoDiffEffect<AeroDrag> {
+ public:
+  template <class T>
+  using Params = Strength<T>;
+  static constexpr auto parameters() {
+    return std::tuple{param("a", &Params<double>::a, "m/s2", {-50, 50}, "deceleration at v_ref").fit(0, 0.05, 0.1)};
+  }
+  explicit AeroDrag(const gripline::Surroundings& around) : v_ref_(around.car.v_ref) {}
+  Stage stage() const noexcept override { return Stage::body; }
+  template <class T>
+  void act(Point<T>& p, const Params<T>& k) const {
+    p.q.ax -= k.a * square(p.q.vx / v_ref_);
+  }
+
+ private:
+  double v_ref_;
+};
+
+class RollingRes final : public gripline::AutoDiffEffect<RollingRes> {
+ public:
+  template <class T>
+  using Params = Strength<T>;
+  static constexpr auto parameters() {
+    return std::tuple{param("a", &Params<double>::a, "m/s2", {-50, 50}, "deceleration").fit(0, 0.05, 0.1)};
+  }
+  Stage stage() const noexcept override { return Stage::body; }
+  template <class T>
+  void act(Point<T>& p, const Params<T>& k) const {
+    p.q.ax -= k.a;
+  }
+};
+
+class DiffYaw final : public gripline::AutoDiffEffect<DiffYaw> {
+ public:
+  template <class T>
+  using Params = Factor<T>;
+  static constexpr auto parameters() {
+    return std::tuple{param("k", &Params<double>::k, "1/s", {-50, 200}, "damping of the yaw rate").fit(0, 0.1, 0.3)};
+  }
+  Stage stage() const noexcept override { return Stage::body; }
+  template <class T>
+  void act(Point<T>& p, const Params<T>& k) const {
+    p.q.aw -= k.k * p.q.omega;
+  }
+};
+
+class TorqueVec final : public gripline::AutoDiffEffect<TorqueVec> {
+ public:
+  template <class T>
+  using Params = Factor<T>;
+  static constexpr auto parameters() {
+    return std::tuple{
+        param("k", &Params<double>::k, "1", {-20, 20}, "yaw moment from drive force while steering").fit(0, 0.1, 0.2)};
+  }
+  Stage stage() const noexcept override { return Stage::body; }
+  template <class T>
+  void act(Point<T>& p, const Params<T>& k) const {
+    p.q.aw += k.k * (p.q.drive_force / p.q.m) / (p.q.lf + p.q.lr) * (p.q.delta / 0.2);
+  }
+};
+
+class Wind final : public gripline::AutoDiffEffect<Wind> {
+ public:
+  template <class T>
+  struct Params {
+    T wx = T(0), wy = T(0);
+  };
+  static constexpr auto parameters() {
+    using P = Params<double>;
+    return std::tuple{param("wx", &P::wx, "m/s", {-80, 80}, "wind towards +x").fit(0, 2, 4),
+                      param("wy", &P::wy, "m/s", {-80, 80}, "wind towards +y").fit(0, 2, 4)};
+  }
+  Stage stage() const noexcept override { return Stage::body; }
+  template <class T>
+  void act(Point<T>& p, const Params<T>& k) const {
+    const T cosine = cos(p.q.yaw);
+    const T sine = sin(p.q.yaw);
+    const T rx = p.q.vx - (k.wx * cosine + k.wy * sine);
+    const T ry = p.q.vy - (k.wy * cosine - k.wx * sine);
+    p.q.ax -= p.q.drag * (rx * abs(rx) - square(p.q.vx)) / p.q.m;
+    p.q.ay -= p.q.drag * 2.5 * (ry * hypot(rx, ry) - p.q.vy * hypot(p.q.vx, p.q.vy)) / p.q.m;
+  }
+};
+
+class PlaneTilt final : public gripline::AutoDiffEffect<PlaneTilt> {
+ public:
+  template <class T>
+  struct Params {
+    T tx = T(0), ty = T(0);
+  };
+  static constexpr auto parameters() {
+    using P = Params<double>;
+    return std::tuple{param("tx", &P::tx, "rad", {-0.5, 0.5}, "rise of the ground towards +x").fit(0, 0.005, 0.01),
+                      param("ty", &P::ty, "rad", {-0.5, 0.5}, "rise of the ground towards +y").fit(0, 0.005, 0.01)};
+  }
+  Stage stage() const noexcept override { return Stage::body; }
+  template <class T>
+  void act(Point<T>& p, const Params<T>& k) const {
+    const T cosine = cos(p.q.yaw);
+    const T sine = sin(p.q.yaw);
+    p.q.grade += k.tx * cosine + k.ty * sine;
+    p.q.bank += k.tx * sine - k.ty * cosine;
+  }
+};
+
+/// Ten coefficients of a periodic slope profile over the lap.
+template <class D>
+class LapSlope : public gripline::AutoDiffEffect<D> {
+ public:
+  template <class T>
+  struct Params {
+    T c0 = T(0), c1 = T(0), c2 = T(0), c3 = T(0), c4 = T(0), c5 = T(0), c6 = T(0), c7 = T(0), c8 = T(0), c9 = T(0);
+  };
+  static constexpr auto parameters() {
+    using P = Params<double>;
+    constexpr auto one = [](const char* name, double P::*member) {
+      return param(name, member, "rad", {-0.5, 0.5}, "slope near that tenth of the lap").fit(0, 0.005, 0.01);
+    };
+    return std::tuple{one("c0", &P::c0), one("c1", &P::c1), one("c2", &P::c2), one("c3", &P::c3), one("c4", &P::c4),
+                      one("c5", &P::c5), one("c6", &P::c6), one("c7", &P::c7), one("c8", &P::c8), one("c9", &P::c9)};
+  }
+  Stage stage() const noexcept override { return Stage::body; }
+
+ protected:
+  /// sum_i c_i B(10 f - i) with B as the mean-free or plain spline.
+  template <class T>
+  static T slope(double f, const Params<T>& k, bool mean_free) {
+    const T* const c[] = {&k.c0, &k.c1, &k.c2, &k.c3, &k.c4, &k.c5, &k.c6, &k.c7, &k.c8, &k.c9};
+    T sum(0);
+    const double mean = mean_free ? 0.1 : 0.0;  // the ten B sum to 1 everywhere
+    for (int i = 0; i < 10; ++i) sum += *c[i] * (basis(10.0 * f - i) - mean);
+    return sum;
+  }
+
+ private:
+  static double basis(double x) {
+    const double z = std::abs(x - 10.0 * std::round(x / 10.0));
+    if (z < 1.0) return (4.0 - 6.0 * z * z + 3.0 * z * z * z) / 6.0;
+    if (z < 2.0) return (2.0 - z) * (2.0 - z) * (2.0 - z) / 6.0;
+    return 0.0;
+  }
+};
+
+class Grade final : public LapSlope<Grade> {
+ public:
+  template <class T>
+  void act(Point<T>& p, const Params<T>& k) const {
+    p.q.grade += slope(p.at.lap_fraction, k, true) * p.at.direction;
+  }
+};
+
+class Bank final : public LapSlope<Bank> {
+ public:
+  template <class T>
+  void act(Point<T>& p, const Params<T>& k) const {
+    p.q.bank += slope(p.at.lap_fraction, k, false) * p.at.direction;
+  }
+};
+
+}  // namespace
+
+GRIPLINE_PLUGINS(
+    gripline::describe<AeroDrag>("aero_drag", "1.0", "drag that grows with speed squared").precedence(10),
+    gripline::describe<RollingRes>("rolling_res", "1.0", "constant resistance").precedence(11),
+    gripline::describe<DiffYaw>("diff_yaw", "1.0", "something damps the yaw rate, as a locked differential does")
+        .precedence(12),
+    gripline::describe<TorqueVec>("torque_vec", "1.0", "drive force turns the car while steering").precedence(13),
+    gripline::describe<Wind>("wind", "1.0", "steady wind").precedence(14),
+    gripline::describe<PlaneTilt>("plane_tilt", "1.0", "the whole ground is tilted").precedence(15),
+    gripline::describe<Grade>("grade", "1.0", "slope along the lap").precedence(16),
+    gripline::describe<Bank>("bank", "1.0", "slope across the lap").precedence(17))

@@ -1,0 +1,44 @@
+// Effect of Stage::force: tyre forces build up over a distance sigma (discrepancy protocol, section 4).
+//
+//   Ff' = (vx / sigma) (Ff_static - Ff),  Fr likewise; the static value at the start
+#include <gripline/plugin.hpp>
+
+namespace {
+
+using gripline::param;
+using gripline::Point;
+using gripline::Points;
+using gripline::Stage;
+
+class Relaxation final : public gripline::AutoDiffEffect<Relaxation> {
+ public:
+  template <class T>
+  struct Params {
+    T sigma = T(0.1);
+  };
+  // The length that counts is relative to v_ref: 2 cm for the 1:43 car, 25 cm for a real one.
+  static constexpr auto parameters() {
+    return std::tuple{param("sigma", &Params<double>::sigma, "m", {0.002, 20}, "relaxation length").fit(0, 0.05, 0.05)};
+  }
+  Stage stage() const noexcept override { return Stage::force; }
+  int memory() const noexcept override { return 2; }
+  void start(const Points<double>& points) const override {
+    for (std::size_t i = 0; i < points.n; ++i) {
+      points.memory_rate[i * points.memory_stride] = points.q[i].force_front;
+      points.memory_rate[i * points.memory_stride + 1] = points.q[i].force_rear;
+    }
+  }
+  template <class T>
+  void act(Point<T>& p, const Params<T>& k) const {
+    const T rate = p.q.vx / k.sigma;
+    p.memory_rate[0] = rate * (p.q.force_front - p.memory[0]);
+    p.memory_rate[1] = rate * (p.q.force_rear - p.memory[1]);
+    p.q.force_front = p.memory[0];
+    p.q.force_rear = p.memory[1];
+  }
+};
+
+}  // namespace
+
+GRIPLINE_PLUGINS(
+    gripline::describe<Relaxation>("relaxation", "1.0", "tyre forces build up over a distance").precedence(10))
