@@ -36,14 +36,11 @@ void write_rates(const Quantities<T>& q, T* rate) {
 }
 
 template <class T>
-const T* effective_params(const CarBatch<T>& batch, const std::vector<double>& stored, T* scratch) {
-  if (batch.params != nullptr) return batch.params;
+const T* effective_params(const CarBatch<T>& batch, const std::vector<double>& stored) {
   if constexpr (std::is_same_v<T, double>) {
-    return stored.data();
-  } else {
-    std::copy(stored.begin(), stored.end(), scratch);
-    return scratch;
+    if (batch.params == nullptr) return stored.data();
   }
+  return batch.params;
 }
 constexpr std::size_t max_params = 256;
 
@@ -116,8 +113,7 @@ void StagedCar::run(const Points<T>& chunk, const CarBatch<T>& batch, std::size_
 
 template <class T>
 void StagedCar::quantities(const CarBatch<T>& batch, Quantities<T>* q) const {
-  T scratch[std::is_same_v<T, double> ? 1 : max_params];
-  const T* const params = effective_params(batch, params_, scratch);
+  const T* const params = effective_params(batch, params_);
   for (std::size_t begin = 0; begin < batch.n; begin += chunk_size) {
     const std::size_t n = std::min(chunk_size, batch.n - begin);
     for (std::size_t i = 0; i < n; ++i)
@@ -133,8 +129,7 @@ void StagedCar::quantities(const CarBatch<T>& batch, Quantities<T>* q) const {
 
 template <class T>
 void StagedCar::rates(const CarBatch<T>& batch) const {
-  T scratch[std::is_same_v<T, double> ? 1 : max_params];
-  const T* const params = effective_params(batch, params_, scratch);
+  const T* const params = effective_params(batch, params_);
   Quantities<T> q[chunk_size];
   for (std::size_t begin = 0; begin < batch.n; begin += chunk_size) {
     const std::size_t n = std::min(chunk_size, batch.n - begin);
@@ -188,13 +183,10 @@ void StagedCar::read(Reading<T>* readings, std::size_t n, const Place* at, const
     batch.n = n;
     batch.r = readings;
     batch.at = at;
-    T own[max_params];
-    if (params != nullptr) {
+    if constexpr (std::is_same_v<T, double>)
+      batch.params = (params != nullptr ? params : params_.data()) + part.params;
+    else
       batch.params = params + part.params;
-    } else {
-      std::copy(params_.begin() + static_cast<std::ptrdiff_t>(part.params), params_.end(), own);
-      batch.params = own;
-    }
     part.effect->read(batch);
   }
 }

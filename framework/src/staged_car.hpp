@@ -17,7 +17,8 @@ struct ActingCommand {
 };
 
 /// n instants of one car. Rows of `motion` are x, y, yaw, vx, vy, omega; rows of `memory` the effects' memories in the
-/// order they were added. `params` are all parameters (StagedCar::params order), null for the stored values.
+/// order they were added. `params` are all parameters (StagedCar::params order); null means the
+/// stored values, for T = double only.
 template <class T>
 struct CarBatch {
   std::size_t n = 0;
@@ -62,7 +63,7 @@ class StagedCar {
   /// Steady memory for every instant of the batch, written to memory (n rows).
   void start_memory(const CarBatch<double>& batch, double* memory) const;
 
-  /// Passes readings through the effects of Stage::reading.
+  /// Passes readings through the effects of Stage::reading. Null params: as in CarBatch.
   template <class T>
   void read(Reading<T>* readings, std::size_t n, const Place* at, const T* params) const;
 

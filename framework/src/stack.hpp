@@ -1,0 +1,71 @@
+// What drives: nominal model, estimator, planner, controller, and when to trust what was learned.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "vehicle.hpp"
+
+namespace gripline {
+
+struct StackSpec {
+  std::string name;
+  VehicleSpec model;
+  PluginSpec estimator;  // may be empty
+  PluginSpec planner, controller;
+  double adapt_after = 0.0;  // [s]
+  double mu_init = 1.0;
+  bool needs_truth() const;
+};
+StackSpec read_stack(const std::string& name, const Node& node, const Registry& registry, const CarFile& car,
+                     Errors& errors);
+
+/// What the stack believes now: Algorithm 1, lines 8-13.
+struct StackBelief {
+  CorrectedModel* model;  // f_nom, or f_corr once trusted
+  Belief mu;
+  const TyreCurve* learned;  // null until trusted
+};
+
+/// Where a stack is put: the world's public side. `truth` reaches only plugins that declare they need it.
+struct StackPlace {
+  Car car;
+  double dt = 0.02;
+  Hold hold = Hold::zoh;
+  std::uint64_t seed = 1;
+  const Course* course = nullptr;
+  const Truth* truth = nullptr;
+  std::string cache_dir;
+  void (*progress)(void*, const char*, double) = nullptr;
+  void* progress_context = nullptr;
+};
+
+class Stack {
+ public:
+  /// The spec must outlive the stack. Throws PluginError when a plugin cannot be created.
+  Stack(const StackSpec& spec, const StackPlace& place, const Observation& start);
+
+  /// What the step from `before` to `now` under u left unexplained (line 4); carries the models' memory on.
+  Sample sample(const Observation& before, const Input& u, const Observation& now);
+  /// Lines 5-7.
+  void learn(const Sample& sample);
+  StackBelief belief(double t);
+  SpeedPlanner& planner() { return *planner_; }
+  Controller& controller() { return *controller_; }
+  const TyreCurve* tyre_curve() const { return estimator_ ? estimator_->get() : nullptr; }
+  const StackSpec& spec() const { return spec_; }
+
+ private:
+  const StackSpec& spec_;
+  std::string cache_dir_;
+  Surroundings around_;
+  Vehicle vehicle_;
+  CorrectedModel nominal_;
+  std::optional<Instance<Estimator>> estimator_;
+  CorrectedModel corrected_;
+  Instance<SpeedPlanner> planner_;
+  Instance<Controller> controller_;
+};
+
+}  // namespace gripline

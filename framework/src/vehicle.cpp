@@ -1,0 +1,73 @@
+#include "vehicle.hpp"
+
+namespace gripline {
+namespace {
+
+Instance<Effect> create_effect(const PluginSpec& spec, const Surroundings& around) {
+  return create<Effect>(*spec.entry, around, spec.values);
+}
+
+Integration read_integration(ObjectReader& reader, const char* fallback) {
+  std::vector<std::string> names;
+  for (const Tableau& tableau : tableaux()) names.emplace_back(tableau.name);
+  Integration integration;
+  integration.tableau = find_tableau(reader.choice("integrator", names, std::string(fallback)));
+  integration.substeps = static_cast<int>(reader.integer("substeps", {1, 1000}, 1));
+  return integration;
+}
+
+}  // namespace
+
+CarFile read_car(const Node& node, Errors& errors) {
+  ObjectReader r(node, errors);
+  const auto positive = NumberRange::positive();
+  CarFile file;
+  Car& car = file.car;
+  car.m = r.number("m", "kg", positive);
+  car.Iz = r.number("Iz", "kg m2", positive);
+  car.lf = r.number("lf", "m", positive);
+  car.lr = r.number("lr", "m", positive);
+  car.length = r.number("length", "m", positive);
+  car.width = r.number("width", "m", positive);
+  car.d_min = r.number("d_min", "1", NumberRange::closed(-1, 0));
+  car.d_max = r.number("d_max", "1", NumberRange::at_most(1));
+  car.delta_max = r.number("delta_max", "rad", NumberRange::at_most(1.5));
+  car.ddelta_max = r.number("ddelta_max", "rad/s", positive);
+  car.v_ref = r.number("v_ref", "m/s", positive);
+  car.v_min = r.number("v_min", "m/s", positive);
+  file.known = {{"m", car.m}, {"Iz", car.Iz}, {"lf", car.lf}, {"lr", car.lr}};
+  if (r.has("known_params")) {
+    ObjectReader known = r.object("known_params");
+    for (const Member* member : known.members())
+      file.known[member->key] = member->value.is_number()
+                                    ? member->value.number()
+                                    : (errors.add(member->value.origin, "expected a number in SI"), 0.0);
+  }
+  r.finish();
+  return file;
+}
+
+VehicleSpec read_vehicle(const Node& node, const Registry& registry, const CarFile& car, const char* integrator,
+                         Errors& errors) {
+  ObjectReader r(node, errors);
+  VehicleSpec spec;
+  spec.model = read_plugin(r, abi::Kind::vehicle, registry, car.known);
+  for (const Node& one : r.array("effects", false)) {
+    ObjectReader effect(one, errors);
+    spec.effects.push_back(read_plugin(effect, abi::Kind::effect, registry));
+    effect.finish();
+  }
+  spec.integration = read_integration(r, integrator);
+  r.finish();
+  return spec;
+}
+
+Vehicle::Vehicle(const VehicleSpec& spec, const Surroundings& around)
+    : model_(create<VehicleModel>(*spec.model.entry, around, spec.model.values)), car_(*model_, spec.model.numbers()) {
+  for (const PluginSpec& one : spec.effects) {
+    effects_.push_back(create_effect(one, around));
+    car_.add(*effects_.back(), one.numbers(), one.id());
+  }
+}
+
+}  // namespace gripline

@@ -1,0 +1,44 @@
+// A car composed in JSON: a vehicle model and its effects, as a world's plant or a stack's nominal model.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "corrected_model.hpp"
+#include "plugin_spec.hpp"
+
+namespace gripline {
+
+/// What a car file says: constants for everybody, and model parameters that are known of this car (its drive, never its
+/// tyres). Model parameters called m, Iz, lf, lr are known from the constants.
+struct CarFile {
+  Car car;
+  KnownParams known;
+};
+CarFile read_car(const Node& node, Errors& errors);
+
+/// {"plugin", "params", "effects": [{"plugin", "params"}...], "integrator", "substeps"}.
+struct VehicleSpec {
+  PluginSpec model;
+  std::vector<PluginSpec> effects;
+  Integration integration;
+};
+/// `integrator`: the method when the JSON names none.
+VehicleSpec read_vehicle(const Node& node, const Registry& registry, const CarFile& car, const char* integrator,
+                         Errors& errors);
+
+/// Owns the instances behind a StagedCar.
+class Vehicle {
+ public:
+  Vehicle(const VehicleSpec& spec, const Surroundings& around);
+  const StagedCar& car() const { return car_; }
+  bool has_stage(Stage stage) const { return (model_->stages() & stage_bit(stage)) != 0; }
+
+ private:
+  Instance<VehicleModel> model_;
+  std::vector<Instance<Effect>> effects_;
+  StagedCar car_;
+};
+
+}  // namespace gripline

@@ -1,0 +1,324 @@
+#include "world.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <gripline/plugin.hpp>
+
+namespace gripline {
+namespace {
+
+/// The world's friction factor as a change of the tyre stage: both peaks times the factor.
+class FrictionFactor final : public AutoDiffEffect<FrictionFactor> {
+ public:
+  template <class T>
+  struct Params {
+    T factor = T(1);
+  };
+  static constexpr auto parameters() {
+    return std::tuple{param("factor", &Params<double>::factor, "1", {0, 10}, "multiplies both axles' peak force")};
+  }
+  Stage stage() const noexcept override { return Stage::tyre; }
+  template <class T>
+  void act(Point<T>& p, const Params<T>& k) const {
+    p.q.peak_front *= k.factor;
+    p.q.peak_rear *= k.factor;
+  }
+};
+
+constexpr double largest_slip = 1.5;  // [rad], beyond any tyre's peak
+
+/// Largest value of a curve over [0, largest_slip]: a grid, then golden section around its best point.
+template <class F>
+double peak_of(F&& force) {
+  constexpr int count = 300;
+  int best = 0;
+  double top = force(0.0);
+  for (int i = 1; i <= count; ++i)
+    if (const double f = force(largest_slip * i / count); f > top) top = f, best = i;
+  double lo = largest_slip * std::max(0, best - 1) / count;
+  double hi = largest_slip * std::min(count, best + 1) / count;
+  constexpr double golden = 0.6180339887498949;
+  for (int i = 0; i < 40; ++i) {
+    const double a = hi - golden * (hi - lo);
+    const double b = lo + golden * (hi - lo);
+    if (force(a) < force(b))
+      lo = a;
+    else
+      hi = b;
+  }
+  return std::max(top, force(0.5 * (lo + hi)));
+}
+
+double static_load(const Car& car, Axle axle) {
+  const double wheelbase = car.lf + car.lr;
+  return car.m * gravity * (axle == Axle::front ? car.lr : car.lf) / wheelbase;
+}
+
+}  // namespace
+
+/// The road under a point, for black boxes that ask by themselves.
+class World::RoadUnder final : public Ground {
+ public:
+  explicit RoadUnder(const World& world) : world_(world) {}
+  Patch at(double x, double y, double yaw) const override {
+    const Track& track = *world_.spec_.track;
+    const CurveLocation found = track.locate(x, y, world_.place_.s);
+    const double direction = std::cos(yaw - found.yaw) >= 0.0 ? 1.0 : -1.0;
+    return {direction * track.grade(found.s), direction * track.bank(found.s),
+            world_.friction_.factor(world_.step_, world_.time(), found.s)};
+  }
+
+ private:
+  const World& world_;
+};
+
+/// A vehicle model with effects, advanced by the framework's integrator.
+class World::ModelCar final : public World::Mover {
+ public:
+  ModelCar(const WorldSpec& spec, const Surroundings& around, const State& start, const Place& at)
+      : car_(around.car), vehicle_(spec.vehicle, around), model_(with_friction(), options(spec)) {
+    model_.reset(start, 0.0, at);
+    if (has_tyres()) {
+      for (const Axle axle : {Axle::front, Axle::rear})
+        peak_[static_cast<int>(axle)] = peak_of([&](double slip) { return curve(axle, slip); });
+    }
+    set_factor(1.0);
+    note(start, Input{}, at);
+  }
+
+  State advance(const State& x, const Input& u, const Place& at, double factor) override {
+    set_factor(factor);
+    note(x, u, at);
+    return model_.carry(x, u, at);
+  }
+  double peak_mu(Axle axle) const override { return peak_[static_cast<int>(axle)] / static_load(car_, axle); }
+  Acting acting() const override { return acting_; }
+
+  /// Force at a slip angle on a straight at reference speed without drive: front by steering, rear by drifting.
+  double curve(Axle axle, double slip) const override {
+    if (!has_tyres()) return 0.0;
+    const double v = car_.v_ref;
+    const double sideways = axle == Axle::rear ? -v * std::tan(std::clamp(slip, -1.55, 1.55)) : 0.0;
+    const double motion[] = {0, 0, 0, v, sideways, 0};
+    const ActingCommand<double> command = {0.0, axle == Axle::front ? slip : 0.0, 0.0};
+    // The curve is the tyres' alone, at factor 1: the schedule multiplies it.
+    std::vector<double> params(model_.car().params().begin(), model_.car().params().end());
+    if (friction_param_ > 0) params[friction_param_] = 1.0;
+    const Quantities<double> q = evaluate(motion, command, Place{}, params.data());
+    return axle == Axle::front ? q.force_front : q.force_rear;
+  }
+
+  bool accelerations(const Points<double>& points) const override { return fill(points); }
+  bool accelerations(const Points<Dual8>& points) const override { return fill(points); }
+
+ private:
+  static StepOptions options(const WorldSpec& spec) { return {spec.dt, spec.hold, spec.vehicle.integration}; }
+  StagedCar with_friction() {
+    StagedCar car = vehicle_.car();
+    if (vehicle_.has_stage(Stage::tyre)) {
+      friction_param_ = car.params().size();
+      car.add(friction_, {1.0}, "friction");
+    }
+    return car;
+  }
+  bool has_tyres() const { return friction_param_ > 0; }
+  void set_factor(double factor) {
+    if (has_tyres()) model_.car().params()[friction_param_] = factor;
+  }
+
+  /// Quantities of one instant with memory at its steady value.
+  Quantities<double> evaluate(const double* motion, const ActingCommand<double>& command, const Place& at,
+                              const double* params) const {
+    const CommandSample<double> sample = {command.d, command.delta};
+    const History<double> history = {&sample, 1, 0.0, 1.0, 0.0, Hold::zoh};
+    std::vector<double> memory(static_cast<std::size_t>(model_.car().memory())), rate(memory.size());
+    CarBatch<double> batch;
+    batch.n = 1;
+    batch.motion = motion;
+    batch.command = &command;
+    batch.at = &at;
+    batch.history = &history;
+    batch.params = params;
+    model_.car().start_memory(batch, memory.data());
+    batch.memory = memory.data();
+    batch.memory_rate = rate.data();
+    Quantities<double> q{};
+    model_.car().quantities(batch, &q);
+    return q;
+  }
+
+  void note(const State& x, const Input& u, const Place& at) {
+    const Quantities<double> q = model_.look(x, u, at);
+    acting_ = {q.d, q.delta, has_tyres() ? q.force_front : 0.0, has_tyres() ? q.force_rear : 0.0};
+  }
+
+  /// The true car's accelerations at the points' states and commands; memory steady.
+  template <class T>
+  bool fill(const Points<T>& points) const {
+    const auto values = model_.car().params();
+    std::vector<T> params(values.begin(), values.end());
+    std::vector<T> memory(static_cast<std::size_t>(model_.car().memory())), rate(memory.size());
+    for (std::size_t i = 0; i < points.n; ++i) {
+      Quantities<T>& q = points.q[i];
+      const T motion[] = {T(0), T(0), q.yaw, q.vx, q.vy, q.omega};
+      const ActingCommand<T> command = {q.d, q.delta, q.delta_rate};
+      const CommandSample<T> sample = {q.d, q.delta};
+      const History<T> history = {&sample, 1, 0.0, 1.0, 0.0, Hold::zoh};
+      CarBatch<T> batch;
+      batch.n = 1;
+      batch.motion = motion;
+      batch.command = &command;
+      batch.at = points.at + i;
+      batch.params = params.data();
+      batch.memory = memory.data();
+      batch.memory_rate = rate.data();
+      batch.history = &history;
+      Quantities<T> truth{};
+      model_.car().quantities(batch, &truth);
+      q.ax = truth.ax;
+      q.ay = truth.ay;
+      q.aw = truth.aw;
+    }
+    return true;
+  }
+
+  Car car_;
+  Vehicle vehicle_;
+  FrictionFactor friction_;
+  std::size_t friction_param_ = 0;  // 0: this car has no tyres
+  CorrectedModel model_;
+  double peak_[2] = {0, 0};
+  Acting acting_;
+};
+
+/// A plant plugin.
+class World::BlackBox final : public World::Mover {
+ public:
+  BlackBox(const WorldSpec& spec, const Surroundings& around, const State& start, const Ground& ground)
+      : plant_(create<Plant>(*spec.plant.entry, around, spec.plant.values)), ground_(ground), dt_(spec.dt) {
+    plant_->reset(start, ground_);
+  }
+  State advance(const State& x, const Input& u, const Place&, double) override {
+    const double delta = x.delta + dt_ * u.ddelta;
+    State next = plant_->advance(u.d, delta, dt_, ground_);
+    next.delta = delta;
+    acting_ = {u.d, delta, plant_->axle_force(Axle::front), plant_->axle_force(Axle::rear)};
+    return next;
+  }
+  double peak_mu(Axle axle) const override { return plant_->mu(axle); }
+  double curve(Axle axle, double slip) const override { return plant_->tyre_force(axle, slip); }
+  Acting acting() const override { return acting_; }
+  bool accelerations(const Points<double>&) const override { return false; }
+  bool accelerations(const Points<Dual8>&) const override { return false; }
+
+ private:
+  Instance<Plant> plant_;
+  const Ground& ground_;
+  double dt_;
+  Acting acting_;
+};
+
+class World::TruthView final : public Truth {
+ public:
+  explicit TruthView(const World& world) : world_(world) {}
+  double factor() const override { return world_.factor_; }
+  double mu(Axle axle) const override { return world_.factor_ * world_.mover_->peak_mu(axle); }
+  double tyre_force(Axle axle, double slip) const override { return world_.factor_ * world_.mover_->curve(axle, slip); }
+  bool accelerations(const Points<double>& points) const override { return world_.mover_->accelerations(points); }
+  bool accelerations(const Points<Dual8>& points) const override { return world_.mover_->accelerations(points); }
+
+ private:
+  const World& world_;
+};
+
+World::World(const WorldSpec& spec, std::uint64_t seed)
+    : spec_(spec),
+      friction_(spec.friction, spec.dt, seed),
+      sensors_(spec.sensors, seed),
+      course_(*spec.track, spec.car.car),
+      laps_(*spec.track, spec.start) {
+  state_.x = spec.start.x;
+  state_.y = spec.start.y;
+  state_.yaw = spec.start.yaw;
+  state_.vx = spec.start_speed;
+  Surroundings around;
+  around.car = spec.car.car;
+  around.dt = spec.dt;
+  around.seed = seed;
+  around.course = &course_;
+  road_ = std::make_unique<RoadUnder>(*this);
+  const CurveLocation found = spec.track->locate(state_.x, state_.y);
+  place_ = place_of(*spec.track, found, 0.0, state_.x, state_.y, state_.yaw);
+  sensed_hint_ = found.s;
+  if (spec.plant.empty())
+    mover_ = std::make_unique<ModelCar>(spec, around, state_, place_);
+  else
+    mover_ = std::make_unique<BlackBox>(spec, around, state_, *road_);
+  truth_ = std::make_unique<TruthView>(*this);
+  factor_ = friction_.factor(0, 0.0, place_.s);
+  sense();
+}
+
+World::~World() = default;
+
+const Truth& World::truth() const { return *truth_; }
+
+Input World::advance(const Input& wanted) {
+  const Car& car = spec_.car.car;
+  Input u;
+  u.d = std::clamp(wanted.d, car.d_min, car.d_max);
+  u.ddelta = std::clamp(wanted.ddelta, -car.ddelta_max, car.ddelta_max);
+  const double delta = std::clamp(state_.delta + spec_.dt * u.ddelta, -car.delta_max, car.delta_max);
+  u.ddelta = (delta - state_.delta) / spec_.dt;
+  factor_ = friction_.factor(step_, time(), place_.s);
+  state_ = mover_->advance(state_, u, place_, factor_);
+  d_ = u.d;
+  ++step_;
+  arrive(static_cast<double>(step_) * spec_.dt);
+  sense();
+  return u;
+}
+
+/// Where the car is now: place, lap, edges, walls.
+void World::arrive(double t) {
+  lap_ended_ = laps_.advance(t, state_.x, state_.y);
+  const CurveLocation& found = laps_.place();
+  place_ = place_of(*spec_.track, found, t, state_.x, state_.y, state_.yaw);
+  outside_ = !spec_.track->inside(found);
+  body_outside_ = false;
+  crashed_ = false;
+  const double c = std::cos(state_.yaw), s = std::sin(state_.yaw);
+  for (const double along : {-0.5, 0.5}) {
+    for (const double across : {-0.5, 0.5}) {
+      const double forward = along * spec_.car.car.length, left = across * spec_.car.car.width;
+      const CurveLocation corner =
+          spec_.track->locate(state_.x + forward * c - left * s, state_.y + forward * s + left * c, found.s);
+      body_outside_ = body_outside_ || !spec_.track->inside(corner);
+      crashed_ = crashed_ || spec_.track->wall_clearance(corner) <= 0.0;
+    }
+  }
+}
+
+void World::sense() {
+  const Reading<double> seen =
+      sensors_.sense(step_, {state_.x, state_.y, state_.yaw, state_.vx, state_.vy, state_.omega});
+  observation_.t = time();
+  observation_.step = step_;
+  observation_.x = {seen.x, seen.y, seen.yaw, seen.vx, seen.vy, seen.omega, state_.delta};
+  const CurveLocation found = spec_.track->locate(seen.x, seen.y, sensed_hint_);
+  sensed_hint_ = found.s;
+  observation_.at = place_of(*spec_.track, found, time(), seen.x, seen.y, seen.yaw);
+  observation_.d = d_;
+}
+
+double World::slip(Axle axle) const {
+  const Car& car = spec_.car.car;
+  const double forward = std::abs(state_.vx);
+  return axle == Axle::front ? state_.delta - std::atan2(state_.omega * car.lf + state_.vy, forward)
+                             : std::atan2(state_.omega * car.lr - state_.vy, forward);
+}
+
+World::Acting World::acting() const { return mover_->acting(); }
+
+}  // namespace gripline

@@ -1,0 +1,38 @@
+// A world as JSON describes it: car, track, plant, friction, sensors, start and end.
+#pragma once
+
+#include <memory>
+#include <optional>
+
+#include "friction.hpp"
+#include "geometry/track.hpp"
+#include "sensors.hpp"
+#include "vehicle.hpp"
+
+namespace gripline {
+
+struct WorldSpec {
+  CarFile car;
+  std::shared_ptr<const Track> track;
+  double dt = 0.02;
+  Hold hold = Hold::zoh;
+  /// Either a vehicle model with effects, integrated by the framework, or a black box (`plant` not empty).
+  VehicleSpec vehicle;
+  PluginSpec plant;
+  FrictionSpec friction;
+  SensorSpec sensors;
+  Pose start;
+  double start_speed = 0.1;
+  int laps = 0;                    // 0: until the duration
+  std::optional<double> duration;  // [s]
+  double timeout = 0.0;            // [s]
+};
+
+/// Throws PluginError when a plugin is missing; everything else goes to errors.
+WorldSpec read_world(const Node& node, const Registry& registry, Errors& errors);
+
+/// Replaces the file names a world holds (car, track, friction) by what stands in those files, so that the tree says
+/// everything.
+void inline_world_files(Node& world);
+
+}  // namespace gripline
