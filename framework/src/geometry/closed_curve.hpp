@@ -18,7 +18,7 @@ class ClosedCurve {
     return ClosedCurve(ArcPath(origin, segments, closure));
   }
   /// A periodic C2 cubic spline through points that do not repeat the first at the end.
-  static ClosedCurve from_points(std::span<const Point> points) { return ClosedCurve(SplinePath(points)); }
+  static ClosedCurve from_points(std::span<const PlanePoint> points) { return ClosedCurve(SplinePath(points)); }
 
   double length() const {
     return std::visit([](const auto& path) { return path.length(); }, path_);

@@ -8,7 +8,7 @@
 
 namespace gripline {
 
-struct Point {
+struct PlanePoint {
   double x = 0.0;
   double y = 0.0;
 };

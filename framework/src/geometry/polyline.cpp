@@ -5,14 +5,14 @@
 
 namespace gripline {
 
-ClosedPolyline::ClosedPolyline(std::vector<Point> points) : points_(std::move(points)) {
+ClosedPolyline::ClosedPolyline(std::vector<PlanePoint> points) : points_(std::move(points)) {
   if (points_.size() > 1 && points_.front().x == points_.back().x && points_.front().y == points_.back().y)
     points_.pop_back();
   if (points_.size() < 3)
     throw GeometryError("a closed line needs at least 3 points, found " + std::to_string(points_.size()));
   stations_.reserve(points_.size());
   for (std::size_t i = 0; i < points_.size(); ++i) {
-    const Point& next = points_[i + 1 == points_.size() ? 0 : i + 1];
+    const PlanePoint& next = points_[i + 1 == points_.size() ? 0 : i + 1];
     stations_.push_back(length_);
     length_ += std::hypot(next.x - points_[i].x, next.y - points_[i].y);
   }
@@ -21,8 +21,8 @@ ClosedPolyline::ClosedPolyline(std::vector<Point> points) : points_(std::move(po
 double ClosedPolyline::nearest_station(double x, double y) const {
   double best = INFINITY, station = 0.0;
   for (std::size_t i = 0; i < points_.size(); ++i) {
-    const Point& from = points_[i];
-    const Point& to = points_[i + 1 == points_.size() ? 0 : i + 1];
+    const PlanePoint& from = points_[i];
+    const PlanePoint& to = points_[i + 1 == points_.size() ? 0 : i + 1];
     const double ex = to.x - from.x, ey = to.y - from.y;
     const double square = ex * ex + ey * ey;
     const double share = square > 0.0 ? std::clamp(((x - from.x) * ex + (y - from.y) * ey) / square, 0.0, 1.0) : 0.0;
@@ -41,15 +41,15 @@ double ClosedPolyline::fraction(double x, double y) const {
   return f < 1.0 ? f : 0.0;
 }
 
-Point ClosedPolyline::at(double s) const {
+PlanePoint ClosedPolyline::at(double s) const {
   s = wrap_periodic(s, length_);
   const auto after = std::upper_bound(stations_.begin(), stations_.end(), s);
   const auto i = static_cast<std::size_t>(after - stations_.begin()) - 1;
   const bool last = i + 1 == points_.size();
   const double width = (last ? length_ : stations_[i + 1]) - stations_[i];
   const double share = width > 0.0 ? (s - stations_[i]) / width : 0.0;
-  const Point& from = points_[i];
-  const Point& to = points_[last ? 0 : i + 1];
+  const PlanePoint& from = points_[i];
+  const PlanePoint& to = points_[last ? 0 : i + 1];
   return {from.x + share * (to.x - from.x), from.y + share * (to.y - from.y)};
 }
 

@@ -13,10 +13,10 @@ namespace gripline {
 class ClosedPolyline {
  public:
   /// At least three points; a last point equal to the first is dropped.
-  explicit ClosedPolyline(std::vector<Point> points);
+  explicit ClosedPolyline(std::vector<PlanePoint> points);
 
   double length() const { return length_; }
-  std::span<const Point> points() const { return points_; }
+  std::span<const PlanePoint> points() const { return points_; }
   /// Chord length from the first point to point i [m].
   double station(std::size_t i) const { return stations_[i]; }
   /// Station [m] of the nearest point of the whole polyline.
@@ -24,10 +24,10 @@ class ClosedPolyline {
   /// In [0, 1).
   double fraction(double x, double y) const;
   /// The point at a station [m], periodic.
-  Point at(double s) const;
+  PlanePoint at(double s) const;
 
  private:
-  std::vector<Point> points_;
+  std::vector<PlanePoint> points_;
   std::vector<double> stations_;
   double length_ = 0.0;
 };

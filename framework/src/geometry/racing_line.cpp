@@ -18,7 +18,7 @@ struct Price {
 
 /// The road cut at equal stations: the line's points are base + n * normal.
 struct Frame {
-  std::vector<Point> base, normal;
+  std::vector<PlanePoint> base, normal;
   std::vector<double> lower, upper;
 };
 
@@ -51,7 +51,7 @@ struct Turn {
 Turn turn_at(const Frame& frame, std::span<const double> offsets, std::size_t i) {
   const std::size_t n = offsets.size();
   const std::array<std::size_t, 3> at{i == 0 ? n - 1 : i - 1, i, i + 1 == n ? 0 : i + 1};
-  std::array<Point, 3> p;
+  std::array<PlanePoint, 3> p;
   for (int k = 0; k < 3; ++k) {
     const std::size_t j = at[k];
     p[k] = {frame.base[j].x + offsets[j] * frame.normal[j].x, frame.base[j].y + offsets[j] * frame.normal[j].y};
@@ -63,7 +63,7 @@ Turn turn_at(const Frame& frame, std::span<const double> offsets, std::size_t i)
   turn.way = 0.5 * (a + b);
   // A chord (x, y) turns by (x dy - y dx) / |chord|^2 and grows by (x dx + y dy) / |chord|.
   for (int k = 0; k < 3; ++k) {
-    const Point& normal = frame.normal[at[k]];
+    const PlanePoint& normal = frame.normal[at[k]];
     const double turn_a = (ax * normal.y - ay * normal.x) / (a * a), turn_b = (bx * normal.y - by * normal.x) / (b * b);
     const double grow_a = (ax * normal.x + ay * normal.y) / a, grow_b = (bx * normal.x + by * normal.y) / b;
     const double in_a = k == 0 ? -1.0 : k == 1 ? 1.0 : 0.0, in_b = k == 1 ? -1.0 : k == 2 ? 1.0 : 0.0;
@@ -194,7 +194,7 @@ RacingLine minimum_curvature_line(const Track& track, const RacingLineOptions& o
   const double mean_squared = describe_line(track, track.centre(), spacing).squared_curvature / track.length();
   int iterations = 0;
   const std::vector<double> offsets = optimise(frame, options, mean_squared, iterations);
-  std::vector<Point> points(count);
+  std::vector<PlanePoint> points(count);
   for (std::size_t i = 0; i < count; ++i) {
     points[i] = {frame.base[i].x + offsets[i] * frame.normal[i].x, frame.base[i].y + offsets[i] * frame.normal[i].y};
   }

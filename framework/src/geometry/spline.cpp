@@ -60,12 +60,12 @@ std::vector<double> periodic_spline_slopes(std::span<const double> values, std::
   return slopes;
 }
 
-SplinePath::SplinePath(std::span<const Point> points) {
+SplinePath::SplinePath(std::span<const PlanePoint> points) {
   const std::size_t n = points.size();
   if (n < 4) throw GeometryError("a closed line needs at least 4 points, found " + std::to_string(n));
   std::vector<double> x(n), y(n), width(n);
   for (std::size_t i = 0; i < n; ++i) {
-    const Point& next = points[i + 1 == n ? 0 : i + 1];
+    const PlanePoint& next = points[i + 1 == n ? 0 : i + 1];
     x[i] = points[i].x;
     y[i] = points[i].y;
     width[i] = std::hypot(next.x - x[i], next.y - y[i]);

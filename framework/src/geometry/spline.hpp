@@ -16,7 +16,7 @@ std::vector<double> periodic_spline_slopes(std::span<const double> values, std::
 class SplinePath {
  public:
   /// At least four points, no two neighbours equal, the first not repeated at the end; else throws GeometryError.
-  explicit SplinePath(std::span<const Point> points);
+  explicit SplinePath(std::span<const PlanePoint> points);
 
   double length() const { return length_; }
   std::size_t knots() const { return pieces_.size(); }

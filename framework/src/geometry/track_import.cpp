@@ -1,0 +1,304 @@
+#include "geometry/track_import.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <numeric>
+
+#include "config/errors.hpp"
+#include "config/files.hpp"
+
+namespace gripline {
+namespace {
+
+[[noreturn]] void refuse(const CsvTable& table, int line, std::string message) {
+  throw InputError({Diagnostic{shown(table.file), line, line > 0 ? 1 : 0, {}, std::move(message), {}}});
+}
+
+constexpr std::size_t kFewestPoints = 8;
+
+/// Numbers of the rows to keep: all, or all but a last one that repeats the first.
+std::size_t distinct_rows(const CsvTable& table, std::span<const double> x, std::span<const double> y) {
+  std::size_t count = x.size();
+  if (count > 1 && x[0] == x[count - 1] && y[0] == y[count - 1]) --count;
+  if (count < kFewestPoints) {
+    refuse(table, 0,
+           "has " + std::to_string(count) + " points, a track needs at least " + std::to_string(kFewestPoints));
+  }
+  for (std::size_t i = 1; i < count; ++i) {
+    if (x[i] == x[i - 1] && y[i] == y[i - 1]) {
+      refuse(table, table.line[i], "repeats the point of line " + std::to_string(table.line[i - 1]));
+    }
+  }
+  return count;
+}
+
+std::vector<PlanePoint> points_of(const CsvTable& table, const char* x_name, const char* y_name,
+                             const ImportOptions& options) {
+  const std::vector<double> x = table.column(x_name), y = table.column(y_name);
+  const std::size_t count = distinct_rows(table, x, y);
+  std::vector<PlanePoint> points(count);
+  for (std::size_t i = 0; i < count; ++i) points[i] = {x[i], options.left_handed ? -y[i] : y[i]};
+  try {
+    drop_closing_point_and_check_closed(points);
+  } catch (const GeometryError& error) {
+    refuse(table, 0, error.what());
+  }
+  return points;
+}
+
+void check_columns(const CsvTable& table, std::span<const std::string> known) {
+  for (const std::string& name : table.header) {
+    if (std::find(known.begin(), known.end(), name) == known.end()) {
+      refuse(table, 1, "unknown column \"" + name + "\"" + did_you_mean(name, known));
+    }
+  }
+}
+
+std::vector<double> knot_stations(const ClosedCurve& curve) {
+  std::vector<double> stations(curve.spline()->knots());
+  for (std::size_t i = 0; i < stations.size(); ++i) stations[i] = curve.spline()->knot_station(i);
+  return stations;
+}
+
+TrackShape from_centre_columns(const CsvTable& table, const ImportOptions& options) {
+  const std::array<std::string, 6> known{"x_m", "y_m", "w_tr_right_m", "w_tr_left_m", "grade_rad", "bank_rad"};
+  check_columns(table, known);
+  std::vector<PlanePoint> points = points_of(table, "x_m", "y_m", options);
+  ClosedCurve centre = ClosedCurve::from_points(points);
+  const std::vector<double> stations = knot_stations(centre);
+  const auto by_station = [&](const char* name, double sign) {
+    std::vector<double> values = table.column(name);
+    values.resize(points.size());
+    for (double& value : values) value *= sign;
+    return StationTable(centre.length(), stations, std::move(values));
+  };
+  // Seen in a mirror, right is left and the higher side changes; uphill stays uphill.
+  StationTable right = by_station(options.left_handed ? "w_tr_left_m" : "w_tr_right_m", 1.0);
+  StationTable left = by_station(options.left_handed ? "w_tr_right_m" : "w_tr_left_m", 1.0);
+  StationTable grade = table.find("grade_rad") >= 0 ? by_station("grade_rad", 1.0) : StationTable();
+  StationTable bank =
+      table.find("bank_rad") >= 0 ? by_station("bank_rad", options.left_handed ? -1.0 : 1.0) : StationTable();
+  TrackShape shape{.centre = std::move(centre),
+                   .half_width_right = std::move(right),
+                   .half_width_left = std::move(left),
+                   .grade = std::move(grade),
+                   .bank = std::move(bank)};
+  shape.points = ClosedPolyline(std::move(points));
+  return shape;
+}
+
+TrackShape from_edge_columns(const CsvTable& table, const ImportOptions& options) {
+  const std::array<std::string, 6> known{"x_center_m", "y_center_m", "x_inner_m",
+                                         "y_inner_m",  "x_outer_m",  "y_outer_m"};
+  check_columns(table, known);
+  std::vector<PlanePoint> points = points_of(table, "x_center_m", "y_center_m", options);
+  ClosedCurve centre = ClosedCurve::from_points(points);
+  const std::vector<double> stations = knot_stations(centre);
+  std::array<std::vector<double>, 2> widths;  // inner, outer
+  std::array<double, 2> side{};               // sum of signed distances, left positive
+  for (int edge = 0; edge < 2; ++edge) {
+    const std::vector<double> x = table.column(edge == 0 ? "x_inner_m" : "x_outer_m");
+    const std::vector<double> y = table.column(edge == 0 ? "y_inner_m" : "y_outer_m");
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      const CurvePoint at = centre.at(stations[i]);
+      const double dx = x[i] - points[i].x, dy = (options.left_handed ? -y[i] : y[i]) - points[i].y;
+      widths[edge].push_back(std::hypot(dx, dy));
+      side[edge] += std::cos(at.yaw) * dy - std::sin(at.yaw) * dx;
+    }
+  }
+  if (side[0] * side[1] >= 0.0) refuse(table, 0, "inner and outer edge lie on the same side of the centre line");
+  const bool inner_left = side[0] > 0.0;
+  StationTable left(centre.length(), stations, std::move(widths[inner_left ? 0 : 1]));
+  StationTable right(centre.length(), stations, std::move(widths[inner_left ? 1 : 0]));
+  TrackShape shape{.centre = std::move(centre),
+                   .half_width_right = std::move(right),
+                   .half_width_left = std::move(left),
+                   .grade = {},
+                   .bank = {}};
+  shape.points = ClosedPolyline(std::move(points));
+  return shape;
+}
+
+double enclosed_area(std::span<const PlanePoint> points) {
+  double twice = 0.0;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const PlanePoint& a = points[i];
+    const PlanePoint& b = points[i + 1 == points.size() ? 0 : i + 1];
+    twice += a.x * b.y - b.x * a.y;
+  }
+  return 0.5 * twice;
+}
+
+/// Points every `spacing` metres along a closed line.
+std::vector<PlanePoint> resample(const ClosedCurve& curve, double spacing) {
+  const auto count = static_cast<std::size_t>(std::max(16.0, std::round(curve.length() / spacing)));
+  std::vector<PlanePoint> points(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    const CurvePoint at = curve.at(curve.length() * static_cast<double>(i) / static_cast<double>(count));
+    points[i] = {at.x, at.y};
+  }
+  return points;
+}
+
+PlanePoint on(const ClosedPolyline& edge, double x, double y) { return edge.at(edge.nearest_station(x, y)); }
+
+double height_on(const ClosedPolyline& edge, std::span<const double> heights, double x, double y) {
+  std::vector<double> stations(edge.points().size());
+  for (std::size_t i = 0; i < stations.size(); ++i) stations[i] = edge.station(i);
+  return StationTable(edge.length(), std::move(stations), {heights.begin(), heights.end()})
+      .at(edge.nearest_station(x, y));
+}
+
+}  // namespace
+
+void drop_closing_point_and_check_closed(std::vector<PlanePoint>& points) {
+  if (points.size() > 1 && points.front().x == points.back().x && points.front().y == points.back().y)
+    points.pop_back();
+  double longest = 0.0;
+  for (std::size_t i = 1; i < points.size(); ++i) {
+    longest = std::max(longest, std::hypot(points[i].x - points[i - 1].x, points[i].y - points[i - 1].y));
+  }
+  const double gap = std::hypot(points.front().x - points.back().x, points.front().y - points.back().y);
+  if (gap > 3.0 * longest) {
+    char text[160];
+    std::snprintf(text, sizeof text,
+                  "the line is open: its last point is %.4g m from its first, its longest step is %.4g m", gap,
+                  longest);
+    throw GeometryError(text);
+  }
+}
+
+TrackShape shape_from_table(const CsvTable& table, const ImportOptions& options) {
+  try {
+    return table.find("x_center_m") >= 0 ? from_edge_columns(table, options) : from_centre_columns(table, options);
+  } catch (const GeometryError& error) {
+    refuse(table, 0, error.what());
+  }
+}
+
+EdgePoints EdgePoints::from_table(const CsvTable& table) {
+  const std::array<std::string, 3> known{"x_m", "y_m", "z_m"};
+  check_columns(table, known);
+  EdgePoints edge;
+  edge.points = points_of(table, "x_m", "y_m", {});
+  if (table.find("z_m") >= 0) {
+    edge.heights = table.column("z_m");
+    edge.heights.resize(edge.points.size());
+  }
+  return edge;
+}
+
+TrackShape shape_from_edges(const EdgePoints& inner_points, const EdgePoints& outer_points, double spacing) {
+  const double area = enclosed_area(inner_points.points);
+  if (area * enclosed_area(outer_points.points) <= 0.0) {
+    throw GeometryError(
+        "the inner and the outer edge run opposite ways round; both must follow the direction of travel");
+  }
+  const ClosedPolyline inner(inner_points.points), outer(outer_points.points);
+  if (std::abs(enclosed_area(outer.points())) < std::abs(area)) {
+    throw GeometryError("the outer edge lies inside the inner edge; exchange them");
+  }
+  if (!(spacing > 0.0)) {
+    double sum = 0.0;
+    for (const PlanePoint& p : inner.points()) {
+      const PlanePoint q = on(outer, p.x, p.y);
+      sum += std::hypot(q.x - p.x, q.y - p.y);
+    }
+    spacing = 0.5 * sum / static_cast<double>(inner.points().size());
+  }
+  std::vector<PlanePoint> middle = resample(ClosedCurve::from_points(inner.points()), spacing);
+  for (PlanePoint& p : middle) {
+    const PlanePoint q = on(outer, p.x, p.y);
+    p = {0.5 * (p.x + q.x), 0.5 * (p.y + q.y)};
+  }
+  // Towards the line that is equally far from both edges: every point moves half the difference across.
+  constexpr int kRounds = 8;
+  for (int round = 0; round < kRounds; ++round) {
+    middle = resample(ClosedCurve::from_points(middle), spacing);
+    for (PlanePoint& p : middle) {
+      const PlanePoint a = on(inner, p.x, p.y), b = on(outer, p.x, p.y);
+      const double to_a = std::hypot(a.x - p.x, a.y - p.y), to_b = std::hypot(b.x - p.x, b.y - p.y);
+      const double across = std::hypot(b.x - a.x, b.y - a.y);
+      const double move = 0.5 * (to_b - to_a) / across;
+      p.x += move * (b.x - a.x);
+      p.y += move * (b.y - a.y);
+    }
+  }
+  ClosedCurve centre = ClosedCurve::from_points(middle);
+  const std::vector<double> stations = knot_stations(centre);
+  std::vector<double> to_inner, to_outer, height, bank;
+  const bool heights = !inner_points.heights.empty() && !outer_points.heights.empty();
+  const bool inner_left = area > 0.0;
+  for (const PlanePoint& p : middle) {
+    const PlanePoint a = on(inner, p.x, p.y), b = on(outer, p.x, p.y);
+    to_inner.push_back(std::hypot(a.x - p.x, a.y - p.y));
+    to_outer.push_back(std::hypot(b.x - p.x, b.y - p.y));
+    if (heights) {
+      const double za = height_on(inner, inner_points.heights, p.x, p.y),
+                   zb = height_on(outer, outer_points.heights, p.x, p.y);
+      height.push_back(0.5 * (za + zb));
+      bank.push_back(std::atan2(inner_left ? zb - za : za - zb, to_inner.back() + to_outer.back()));
+    }
+  }
+  const double length = centre.length();
+  StationTable left(length, stations, inner_left ? to_inner : to_outer),
+      right(length, stations, inner_left ? to_outer : to_inner);
+  TrackShape shape{.centre = std::move(centre),
+                   .half_width_right = std::move(right),
+                   .half_width_left = std::move(left),
+                   .grade = {},
+                   .bank = {}};
+  if (heights) {
+    shape.grade = grade_from_heights(length, stations, height);
+    shape.bank = StationTable(length, stations, std::move(bank));
+  }
+  shape.points = ClosedPolyline(std::move(middle));
+  return shape;
+}
+
+StationTable grade_from_heights(double length, std::span<const double> stations, std::span<const double> heights) {
+  const std::size_t n = stations.size();
+  std::vector<double> widths(n);
+  for (std::size_t i = 0; i < n; ++i)
+    widths[i] = i + 1 == n ? stations[0] + length - stations[i] : stations[i + 1] - stations[i];
+  const std::vector<double> slopes = periodic_spline_slopes(heights, widths);
+  // Within each interval the slope is a parabola: knots, and points between them for the table's straight pieces.
+  constexpr int kPerInterval = 8;
+  std::vector<std::pair<double, double>> rows;
+  for (std::size_t i = 0; i < n; ++i) {
+    const std::size_t j = i + 1 == n ? 0 : i + 1;
+    const double rise = (heights[j] - heights[i]) / widths[i];
+    for (int k = 0; k < kPerInterval; ++k) {
+      const double u = static_cast<double>(k) / kPerInterval;
+      const double slope =
+          slopes[i] * (1.0 - u) * (1.0 - 3.0 * u) + slopes[j] * u * (3.0 * u - 2.0) + 6.0 * rise * u * (1.0 - u);
+      rows.emplace_back(wrap_periodic(stations[i] + u * widths[i], length), std::atan(slope));
+    }
+  }
+  std::sort(rows.begin(), rows.end());
+  std::vector<double> s, grade;
+  for (const auto& [station, value] : rows) {
+    s.push_back(station);
+    grade.push_back(value);
+  }
+  return StationTable(length, std::move(s), std::move(grade));
+}
+
+StationTable grade_from_heights(const ClosedCurve& centre, const ClosedCurve& measured_along,
+                                std::span<const double> stations, std::span<const double> heights) {
+  std::vector<std::pair<double, double>> rows;
+  for (std::size_t i = 0; i < stations.size(); ++i) {
+    const CurvePoint at = measured_along.at(stations[i]);
+    rows.emplace_back(centre.locate(at.x, at.y).s, heights[i]);
+  }
+  std::sort(rows.begin(), rows.end());
+  std::vector<double> s, z;
+  for (const auto& [station, height] : rows) {
+    s.push_back(station);
+    z.push_back(height);
+  }
+  return grade_from_heights(centre.length(), s, z);
+}
+
+}  // namespace gripline
