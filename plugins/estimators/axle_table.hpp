@@ -1,0 +1,65 @@
+// A tyre curve as a table: cubic Hermite segments over the slip angle, once continuously differentiable.
+//
+// Evaluating it costs the same whatever was learned, which keeps a horizon of predictions cheap. The range covers every
+// slip angle atan2 and a steering angle can produce, so nothing has to be clipped (hard clips make solvers fail).
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include <gripline/dual.hpp>
+
+namespace gripline {
+
+inline constexpr double table_reach = 2.0;  // [rad], above pi/2 + any steering angle
+inline constexpr int table_knots = 101;
+inline constexpr double table_step = 2 * table_reach / (table_knots - 1);
+
+constexpr double table_slip(int knot) { return -table_reach + knot * table_step; }
+
+class AxleTable {
+ public:
+  AxleTable() : value_(table_knots, 0.0), slope_(table_knots, 0.0) {}
+
+  /// Force [N] and its slope [N/rad] at the knots; fill both, then evaluate.
+  std::vector<double>& values() { return value_; }
+  std::vector<double>& slopes() { return slope_; }
+
+  struct Value {
+    double force, slope;
+  };
+  Value at(double slip) const {
+    const double position = std::clamp((slip + table_reach) / table_step, 0.0, table_knots - 1.0);
+    const int i = std::min(static_cast<int>(position), table_knots - 2);
+    const double w = position - i;
+    const double f0 = value_[i], f1 = value_[i + 1];
+    const double s0 = slope_[i] * table_step, s1 = slope_[i + 1] * table_step;
+    const double c2 = 3 * (f1 - f0) - 2 * s0 - s1;
+    const double c3 = 2 * (f0 - f1) + s0 + s1;
+    return {f0 + w * (s0 + w * (c2 + w * c3)), (s0 + w * (2 * c2 + w * 3 * c3)) / table_step};
+  }
+
+  template <class T>
+  T force(const T& slip) const {
+    const Value v = at(value(slip));
+    return chain(v.force, v.slope, slip);
+  }
+
+  /// Half the distance from the largest to the smallest force within |slip| <= reach: the peak of an odd curve, and
+  /// the mean of both sides' peaks of one that is not quite odd.
+  double peak(double reach) const {
+    double lo = std::min(at(reach).force, at(-reach).force), hi = std::max(at(reach).force, at(-reach).force);
+    for (int i = 0; i < table_knots; ++i) {
+      if (std::abs(table_slip(i)) > reach) continue;
+      lo = std::min(lo, value_[i]);
+      hi = std::max(hi, value_[i]);
+    }
+    return 0.5 * (hi - lo);
+  }
+
+ private:
+  std::vector<double> value_, slope_;
+};
+
+}  // namespace gripline

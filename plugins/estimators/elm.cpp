@@ -1,0 +1,233 @@
+// The paper's learner: an extreme learning machine per axle for the lateral force, and the resistance Cr0 + Cd vx^2.
+//
+//   F_axle(slip) = m g sum_j beta_j h_j(slip),   h fixed at random (hidden_layer.hpp)
+//
+// The unknowns z = (beta_front, beta_rear, Cr0, Cd) enter the equations of step_path.hpp linearly, hence the loss over
+// the window, L(z) = mean of squared errors of the rates, is a quadratic with the window's Gram matrix, and the paper's
+// iterations of gradient descent with momentum,
+//   v <- momentum v + dL/dz,   z <- z - rate v,
+// run on that matrix: exact, and independent of the window's length. Everything is dimensionless: accelerations in g,
+// yaw acceleration times the radius of gyration sqrt(Iz/m) in g, forces in m g, speed in v_ref. The published rate
+// belongs to a loss on increments of the 1:43 car, whose curvature is (dt lf / Iz)^2 2/3 = 290 per squared newton;
+// `rate` keeps its published value by being multiplied with that number. Momentum as in the published code: the
+// gradient is not multiplied by (1 - momentum).
+//
+// Beyond the slips a car visits (0.6 rad) nothing is measured; a weak penalty on the slope there holds the curve level.
+//
+// Source: Kalaria, Lin, Dolan, eqs. (elm), (e_pred), (loss), (mu_pred), corrected as in step_path.hpp and
+// tyre_correction.hpp; mu = (max Ff + max Fr) / (m g) over the slips visited, per axle here.
+#include <Eigen/Cholesky>
+#include <gripline/plugin.hpp>
+
+#include "axle_table.hpp"
+#include "hidden_layer.hpp"
+#include "tyre_correction.hpp"
+#include "window_gram.hpp"
+
+namespace {
+
+using gripline::Axle;
+
+constexpr double published_curvature = 290.0;
+constexpr double level_beyond = 0.6;  // [rad]
+
+class Elm final : public gripline::AutoDiffEffect<Elm, gripline::Estimator> {
+ public:
+  struct Params {
+    int hidden = 40;
+    double rate = 0.002, momentum = 0.9;
+    int window = 300, iterations = 50;
+    double retain = 0.98;
+    double slip_start = 0.45, slip_cap = 0.6;
+    double level = 1e-3, ridge = 1e-9;
+    int solver = 0;
+  };
+  static constexpr auto parameters() {
+    using gripline::param;
+    using P = Params;
+    return std::tuple{
+        param("hidden", &P::hidden, "1", {1, 1000}, "hidden nodes per axle"),
+        param("rate", &P::rate, "1", {0, 1}, "rate of gradient descent, in the published code's units"),
+        param("momentum", &P::momentum, "1", {0, 0.999}, "share of the last update that is kept"),
+        param("window", &P::window, "1", {1, 100000}, "samples learned from (K_batch)"),
+        param("iterations", &P::iterations, "1", {0, 10000}, "descents per control step"),
+        param("retain", &P::retain, "1", {0.5, 1}, "weight of a sample relative to the next one; 1: all count equally"),
+        param("slip_start", &P::slip_start, "rad", {0, 1.5}, "slip range assumed visited at the start, for mu"),
+        param("slip_cap", &P::slip_cap, "rad", {0, 1.5}, "slips above this do not count for mu"),
+        param("level", &P::level, "1", {0, 1e3}, "weight of a level curve beyond the slips that are visited"),
+        param("ridge", &P::ridge, "1", {0, 1}, "weight on the squared unknowns in the pseudo-inverse"),
+        gripline::choice("solver", &P::solver, "momentum|pseudo_inverse", "how the window's loss is minimised")};
+  }
+
+  Elm(const gripline::Surroundings& around, const Params& params)
+      : params_(params),
+        car_(around.car),
+        drive_(around.nominal, around.car),
+        random_(around.seed),
+        front_layer_(params.hidden, random_),
+        rear_layer_(params.hidden, random_),
+        gram_(unknowns(), 3, params.window, params.retain),
+        mu_init_(around.mu_init),
+        visited_{params.slip_start, params.slip_start} {
+    for (auto* vector : {&weights_, &velocity_, &gradient_}) vector->setZero(unknowns());
+    rows_.setZero(unknowns(), 3);
+    normal_.setZero(unknowns(), unknowns());
+    factors_ = Eigen::LLT<Eigen::MatrixXd>(normal_);
+    level_.setZero(unknowns(), unknowns());
+    tabulate(front_layer_, front_table_rows_, 0);
+    tabulate(rear_layer_, rear_table_rows_, params.hidden);
+  }
+
+  void update(const gripline::Sample& k) override {
+    if (std::min(k.x.vx, k.x_next.vx) < car_.v_min || k.dt <= 0.0) return;
+    const auto path = gripline::step_path(k, car_, drive_, resistance_, learned(),
+                                          [this](Axle axle, double slip) { return table(axle).at(slip).force; });
+    fill_rows(path);
+    gram_.add(rows_, targets_);
+    visit(path);
+    if (params_.solver == 0)
+      descend();
+    else
+      solve();
+    read_weights();
+  }
+
+  gripline::Belief belief() const override {
+    if (!learned()) return {mu_init_, mu_init_, 0, 0, false};
+    const double L = car_.lf + car_.lr, weight = car_.m * gripline::gravity;
+    return {front_.peak(visited_.front) * L / (weight * car_.lr), rear_.peak(visited_.rear) * L / (weight * car_.lf),
+            misfit_, misfit_, true};
+  }
+
+  bool tyre_force(Axle axle, std::span<const double> slip, std::span<double> force,
+                  std::span<double> sigma) const override {
+    if (!learned()) return false;
+    for (std::size_t i = 0; i < force.size(); ++i) force[i] = table(axle).at(slip[i]).force;
+    const double share = (axle == Axle::front ? car_.lr : car_.lf) / (car_.lf + car_.lr);
+    for (double& one : sigma) one = misfit_ * share * car_.m * gripline::gravity;
+    return true;
+  }
+
+  template <class T>
+  void act(gripline::Point<T>& p) const {
+    gripline::correct_body(p.q, p.at, drive_.model_has_tyres(), car_.v_min, resistance_,
+                           [this](Axle axle, const T& slip) { return table(axle).force(slip); });
+  }
+
+ private:
+  int unknowns() const { return 2 * params_.hidden + 2; }
+  /// Whether enough was seen to speak of friction: a sixth of the window, one second of the default.
+  bool learned() const { return gram_.count() >= std::min(params_.window, 50); }
+  const gripline::AxleTable& table(Axle axle) const { return axle == Axle::front ? front_ : rear_; }
+
+  /// The layer at the table's knots, and the penalty on slopes beyond the visited slips.
+  void tabulate(const gripline::HiddenLayer& layer, Eigen::MatrixXd& rows, int first) {
+    const int n = layer.nodes();
+    rows.setZero(2 * gripline::table_knots, n);
+    Eigen::VectorXd h(n);
+    for (int i = 0; i < 2 * gripline::table_knots; ++i) {
+      const double slip = gripline::table_slip(i / 2);
+      h.setZero();
+      if (i % 2 == 0) {
+        layer.add(slip, 1.0, {h.data(), static_cast<std::size_t>(n)});
+      } else {
+        layer.add_slope(slip, 1.0, {h.data(), static_cast<std::size_t>(n)});
+        if (std::abs(slip) > level_beyond)
+          level_.block(first, first, n, n) += params_.level * gripline::table_step * h * h.transpose();
+      }
+      rows.row(i) = h;
+    }
+  }
+
+  /// The three equations of step_path.hpp, dimensionless.
+  void fill_rows(const gripline::StepPath& path) {
+    const int n = params_.hidden;
+    const double gyration = std::sqrt(car_.Iz / car_.m);
+    const double weight = car_.m * gripline::gravity;
+    rows_.setZero();
+    double* const h = rows_.data();  // column 0: mean features of both axles, to be scaled per equation
+    for (int i = 0; i < gripline::path_points; ++i) {
+      const double w = gripline::path_weights[i];
+      front_layer_.add(path.slip[i].front, w, {h, static_cast<std::size_t>(n)});
+      rear_layer_.add(path.slip[i].rear, w, {h + n, static_cast<std::size_t>(n)});
+    }
+    rows_.col(1).head(n) = path.cosine * rows_.col(0).head(n);
+    rows_.col(1).segment(n, n) = rows_.col(0).segment(n, n);
+    rows_.col(2).head(n) = car_.lf / gyration * path.cosine * rows_.col(0).head(n);
+    rows_.col(2).segment(n, n) = -car_.lr / gyration * rows_.col(0).segment(n, n);
+    rows_.col(0).head(n) *= -path.sine;
+    rows_.col(0).segment(n, n).setZero();
+    rows_(2 * n, 0) = -1.0;
+    rows_(2 * n + 1, 0) = -path.mean_square_speed() / gripline::square(car_.v_ref);
+    targets_ = {path.drive_loss / weight, path.side / weight, path.moment / (gyration * weight)};
+  }
+
+  void visit(const gripline::StepPath& path) {
+    for (const auto& slip : {path.slip.front(), path.slip.back()}) {
+      visited_.front = std::max(visited_.front, std::min(params_.slip_cap, std::abs(slip.front)));
+      visited_.rear = std::max(visited_.rear, std::min(params_.slip_cap, std::abs(slip.rear)));
+    }
+  }
+
+  /// Second derivative of the loss: mean over the samples and the three equations, as in the published code.
+  void form_normal() { normal_ = gram_.gram() * (2.0 / (3.0 * gram_.weight())) + level_; }
+
+  void descend() {
+    form_normal();
+    const double slope_scale = 2.0 / (3.0 * gram_.weight());
+    // The step may not exceed the stability limit 2 (1 + momentum) / largest eigenvalue; the trace bounds that value.
+    const double limit = 1.9 * (1.0 + params_.momentum) / std::max(1e-12, normal_.trace());
+    const double rate = std::min(params_.rate * published_curvature, limit);
+    for (int i = 0; i < params_.iterations; ++i) {
+      gradient_.noalias() = normal_ * weights_;
+      gradient_ -= slope_scale * gram_.moment();
+      velocity_ = params_.momentum * velocity_ + gradient_;
+      weights_ -= rate * velocity_;
+    }
+  }
+
+  void solve() {
+    form_normal();
+    normal_.diagonal().array() += params_.ridge;
+    factors_.compute(normal_);
+    gradient_ = gram_.moment() * (2.0 / (3.0 * gram_.weight()));
+    weights_ = factors_.solve(gradient_);
+  }
+
+  void read_weights() {
+    const int n = params_.hidden;
+    const double weight = car_.m * gripline::gravity;
+    const auto fill = [&](gripline::AxleTable& table, const Eigen::MatrixXd& rows, int first) {
+      knots_.noalias() = rows * weights_.segment(first, n);
+      for (int i = 0; i < gripline::table_knots; ++i) {
+        table.values()[i] = weight * knots_[2 * i];
+        table.slopes()[i] = weight * knots_[2 * i + 1];
+      }
+    };
+    fill(front_, front_table_rows_, 0);
+    fill(rear_, rear_table_rows_, n);
+    resistance_ = {weight * weights_[2 * n], weight * weights_[2 * n + 1] / gripline::square(car_.v_ref)};
+    misfit_ = std::sqrt(gram_.residual(weights_, gradient_) / (3.0 * gram_.weight()));
+  }
+
+  Params params_;
+  gripline::Car car_;
+  gripline::StraightDrive drive_;
+  gripline::SplitMix random_;
+  gripline::HiddenLayer front_layer_, rear_layer_;
+  gripline::WindowGram gram_;
+  double mu_init_;
+  gripline::Slips visited_;
+  Eigen::MatrixXd rows_, normal_, level_, front_table_rows_, rear_table_rows_;
+  Eigen::VectorXd weights_, velocity_, gradient_;
+  Eigen::Vector3d targets_ = Eigen::Vector3d::Zero();
+  Eigen::VectorXd knots_{2 * gripline::table_knots};
+  Eigen::LLT<Eigen::MatrixXd> factors_;
+  gripline::AxleTable front_, rear_;
+  gripline::Resistance resistance_;
+  double misfit_ = 0;
+};
+
+}  // namespace
+
+GRIPLINE_PLUGINS(gripline::describe<Elm>("elm", "1.0", "extreme learning machine per axle, by momentum descent"))

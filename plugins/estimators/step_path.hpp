@@ -1,0 +1,155 @@
+// What one control step says of tyre forces and resistance: the car's equations of motion integrated over the step.
+//
+//   m  (dvx/dt - mean(vy omega)) - straight drive  = -mean(Ff) sin(delta) - (Cr0 + Cd mean(vx^2))
+//   m  (dvy/dt + mean(vx omega)) - m g sin(bank)   =  mean(Ff) cos(delta) + mean(Fr)
+//   Iz  domega/dt                                  =  mean(Ff) lf cos(delta) - mean(Fr) lr
+//
+// with slips as the published plant has them (plugins/vehicles/dynamic.cpp). At 20 ms the slips of the 1:43 car change
+// by a third of their range within a step, so forces taken at its first instant would be biased: the means are
+// Simpson's rule over start, middle and end, the middle by the cubic through both ends with the slopes the present
+// model gives. The steering angle is held over the step (zoh). The straight drive, (Fd - Fres) / m of the nominal model
+// with its effects, is asked of the model itself at zero slip, so that every nominal model and effect is accounted for.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include <gripline/interfaces.hpp>
+
+namespace gripline {
+
+inline constexpr int path_points = 3;
+inline constexpr std::array<double, path_points> path_weights = {1.0 / 6, 4.0 / 6, 1.0 / 6};
+
+/// Velocities in the car's axes.
+struct Motion {
+  double vx = 0, vy = 0, omega = 0;
+};
+
+struct Slips {
+  double front = 0, rear = 0;
+};
+
+/// Slip angles [rad]; below v_min the forward speed is held, so that they stay smooth at standstill.
+template <class T>
+T front_slip(const T& vx, const T& vy, const T& omega, const T& delta, const T& lf, double v_min) {
+  using std::abs, std::atan2, std::max;
+  return delta - atan2(omega * lf + vy, max(T(abs(vx)), T(v_min)));
+}
+template <class T>
+T rear_slip(const T& vx, const T& vy, const T& omega, const T& lr, double v_min) {
+  using std::abs, std::atan2, std::max;
+  return atan2(omega * lr - vy, max(T(abs(vx)), T(v_min)));
+}
+
+inline Slips slips(const Motion& x, double delta, const Car& car) {
+  return {front_slip(x.vx, x.vy, x.omega, delta, car.lf, car.v_min), rear_slip(x.vx, x.vy, x.omega, car.lr, car.v_min)};
+}
+
+/// Resistance force Cr0 + Cd vx^2 beside the nominal model's own [N, N s2/m2].
+struct Resistance {
+  double Cr0 = 0, Cd = 0;
+};
+
+/// Rates of a car with known axle forces.
+inline Motion motion_rates(const Motion& x, double delta, double straight, double bank_rate, double force_front,
+                           double force_rear, const Resistance& resistance, const Car& car) {
+  const double sine = std::sin(delta), cosine = std::cos(delta);
+  const double loss = resistance.Cr0 + resistance.Cd * x.vx * x.vx;
+  return {straight - (loss + force_front * sine) / car.m + x.vy * x.omega,
+          bank_rate + (force_rear + force_front * cosine) / car.m - x.vx * x.omega,
+          (force_front * car.lf * cosine - force_rear * car.lr) / car.Iz};
+}
+
+/// One step, ready for regression. Forces [N]: drive_loss is the left side of the first equation, side of the second;
+/// moment [N m] of the third. slip[i] and speed[i] are at start, middle and end.
+struct StepPath {
+  std::array<Slips, path_points> slip;
+  std::array<double, path_points> speed;
+  double sine = 0, cosine = 1;
+  double drive_loss = 0, side = 0, moment = 0;
+
+  double mean_square_speed() const {
+    double sum = 0;
+    for (int i = 0; i < path_points; ++i) sum += path_weights[i] * speed[i] * speed[i];
+    return sum;
+  }
+};
+
+/// What the nominal model does with no slip at all: drive less resistance, slope and wind included, as rates.
+class StraightDrive {
+ public:
+  /// `nominal` outlives this. Throws nothing; costs one evaluation of the model.
+  explicit StraightDrive(Prediction* nominal, const Car& car) : nominal_(nominal) {
+    // A model with tyres answers a side slip with a side force, one without does not.
+    const double v = std::max(car.v_ref, 2 * car.v_min);
+    State sliding;
+    sliding.vx = v;
+    State rolling = sliding;
+    sliding.vy = 0.1 * v;
+    const Place flat;
+    has_tyres_ = std::abs(nominal_->rates(sliding, {}, flat).vy - nominal_->rates(rolling, {}, flat).vy) > 1e-9 * v;
+  }
+
+  bool model_has_tyres() const { return has_tyres_; }
+
+  struct Rates {
+    double forward = 0, side = 0;
+  };
+  Rates at(double vx, double d, const Place& place) const {
+    State straight;
+    straight.vx = vx;
+    const Prediction::Rates rates = nominal_->rates(straight, {d, 0.0}, place);
+    // Models without tyres leave the bank out: their wheels hold the car.
+    return {rates.vx, has_tyres_ ? rates.vy : rates.vy + gravity * std::sin(place.bank)};
+  }
+
+ private:
+  Prediction* nominal_;
+  bool has_tyres_ = false;
+};
+
+/// The path of a step. `force(Axle, slip)` is the present model of the tyres; with `use_model` false (nothing learned
+/// yet) the middle is the mean of both ends.
+template <class Force>
+StepPath step_path(const Sample& k, const Car& car, const StraightDrive& drive, const Resistance& resistance,
+                   bool use_model, const Force& force) {
+  const double delta = k.x_next.delta;
+  const Motion begin = {k.x.vx, k.x.vy, k.x.omega};
+  const Motion end = {k.x_next.vx, k.x_next.vy, k.x_next.omega};
+  const auto drive_begin = drive.at(begin.vx, k.u.d, k.at);
+  const auto drive_end = drive.at(end.vx, k.u.d, k.at_next);
+  Motion middle = {0.5 * (begin.vx + end.vx), 0.5 * (begin.vy + end.vy), 0.5 * (begin.omega + end.omega)};
+  if (use_model) {
+    const auto rates = [&](const Motion& x, const StraightDrive::Rates& straight) {
+      const Slips s = slips(x, delta, car);
+      return motion_rates(x, delta, straight.forward, straight.side, force(Axle::front, s.front),
+                          force(Axle::rear, s.rear), resistance, car);
+    };
+    const Motion a = rates(begin, drive_begin), b = rates(end, drive_end);
+    middle.vx += k.dt / 8 * (a.vx - b.vx);
+    middle.vy += k.dt / 8 * (a.vy - b.vy);
+    middle.omega += k.dt / 8 * (a.omega - b.omega);
+  }
+
+  StepPath path;
+  path.sine = std::sin(delta);
+  path.cosine = std::cos(delta);
+  const std::array<Motion, path_points> points = {begin, middle, end};
+  double vy_omega = 0, vx_omega = 0;
+  for (int i = 0; i < path_points; ++i) {
+    path.slip[i] = slips(points[i], delta, car);
+    path.speed[i] = points[i].vx;
+    vy_omega += path_weights[i] * points[i].vy * points[i].omega;
+    vx_omega += path_weights[i] * points[i].vx * points[i].omega;
+  }
+  const double forward = 0.5 * (drive_begin.forward + drive_end.forward);
+  const double side = 0.5 * (drive_begin.side + drive_end.side);
+  path.drive_loss = car.m * ((end.vx - begin.vx) / k.dt - forward - vy_omega);
+  path.side = car.m * ((end.vy - begin.vy) / k.dt - side + vx_omega);
+  path.moment = car.Iz * (end.omega - begin.omega) / k.dt;
+  return path;
+}
+
+}  // namespace gripline
