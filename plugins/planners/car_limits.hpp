@@ -1,0 +1,167 @@
+// What the car can do, as far as a stack may know it: drive and brakes from the nominal model, cornering from a
+// friction coefficient and a tyre of generic shape, steering from its stop.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <stdexcept>
+#include <vector>
+
+#include <gripline/interfaces.hpp>
+
+namespace gripline::planning {
+
+/// Accelerations on a straight and level road, tabled over speed [m/s2]:
+/// v' = coast(v) + drive(v) at full throttle, coast(v) - brake(v) at full brake.
+class DriveLimits {
+ public:
+  /// `rolling` [m/s2] and `drag` [1/m] are resistances that the nominal model lacks: rolling + drag v^2.
+  DriveLimits(Prediction& nominal, const Car& car, double rolling, double drag) {
+    const auto rate = [&](double v, double d) {
+      State x;
+      x.vx = v;
+      return nominal.rates(x, Input{d, 0.0}, Place{}).vx;
+    };
+    const auto resisted = [&](double v) { return rate(v, car.d_max) - rolling - drag * v * v; };
+    top_ = top_speed(resisted, car);
+    step_ = top_ / static_cast<double>(count - 1);
+    for (std::size_t i = 0; i < count; ++i) {
+      const double v = std::max(static_cast<double>(i) * step_, car.v_min);
+      const double free = rate(v, 0.0);
+      rows_.push_back({free - rolling - drag * v * v, std::max(0.0, rate(v, car.d_max) - free),
+                       std::max(0.0, free - rate(v, car.d_min))});
+    }
+  }
+
+  double coast(double v) const { return at(v).coast; }
+  double drive(double v) const { return at(v).drive; }
+  double brake(double v) const { return at(v).brake; }
+  /// Speed at which full throttle only just overcomes the resistances [m/s].
+  double top_speed() const { return top_; }
+
+ private:
+  struct Row {
+    double coast = 0, drive = 0, brake = 0;
+  };
+  static constexpr std::size_t count = 257;
+
+  template <class Rate>
+  static double top_speed(const Rate& rate, const Car& car) {
+    const double scale = std::max(car.v_ref, 0.1);
+    if (!(rate(std::max(car.v_min, 1e-3 * scale)) > 0.0))
+      throw std::invalid_argument("the nominal model does not accelerate at full throttle from standstill");
+    double hi = scale;
+    while (rate(hi) > 0.0) {
+      hi *= 1.25;
+      if (hi > 50.0 * scale) return hi;  // a model without emf or resistance: the corners limit the speed
+    }
+    double lo = 0.0;
+    for (int i = 0; i < 60; ++i) (rate(0.5 * (lo + hi)) > 0.0 ? lo : hi) = 0.5 * (lo + hi);
+    return hi;
+  }
+  Row at(double v) const {
+    const double position = std::clamp(v / step_, 0.0, static_cast<double>(count - 1));
+    const std::size_t i = std::min(static_cast<std::size_t>(position), count - 2);
+    const double w = position - static_cast<double>(i);
+    const Row &p = rows_[i], &q = rows_[i + 1];
+    return {p.coast + (q.coast - p.coast) * w, p.drive + (q.drive - p.drive) * w, p.brake + (q.brake - p.brake) * w};
+  }
+
+  std::vector<Row> rows_;
+  double top_ = 0, step_ = 1;
+};
+
+/// Lateral force of an axle over the car's mass [m/s2]: peak sin(C atan(B slip)).
+struct AxleGrip {
+  double peak = 0, B = 1, C = 1;
+  /// The slip that gives `force`; infinite beyond the peak.
+  double slip(double force) const {
+    if (!(force < peak)) return std::numeric_limits<double>::infinity();
+    return std::tan(std::asin(force / peak) / C) / B;
+  }
+};
+
+/// Both axles at one coefficient of friction, the static load on each.
+struct Grip {
+  AxleGrip front, rear;
+  static Grip uniform(double mu, const Car& car, double B, double C) {
+    const double wheelbase = car.lf + car.lr;
+    return {{mu * gravity * car.lr / wheelbase, B, C}, {mu * gravity * car.lf / wheelbase, B, C}};
+  }
+  /// Largest lateral acceleration with the yaw moments in balance [m/s2].
+  double lateral(const Car& car) const { return std::min(front.peak / car.lr, rear.peak / car.lf) * (car.lf + car.lr); }
+};
+
+/// A steady turn: the steering it needs, how much the tyres slow the car down, how the car stands.
+struct SteadyTurn {
+  double steering = 0;  // [rad], infinite when the tyres cannot give the force
+  double drag = 0;      // [m/s2]
+  double beta = 0;      // sideslip angle of the centre of gravity [rad]
+};
+
+/// Steady turn of curvature kappa >= 0 with lateral acceleration a >= 0 and the drive force that keeps the speed:
+///   Ff cos(delta) + Fr = m a cos(beta),   Ff cos(delta) lf = Fr lr,
+/// slips as in the single-track model: sin(beta + slip_r) = kappa lr cos(slip_r),
+/// delta = slip_f + atan((sin(beta) + kappa lf) / cos(beta)); drag = Ff sin(delta - beta) - Fr sin(beta).
+inline SteadyTurn steady_turn(const Car& car, const Grip& grip, double kappa, double a) {
+  const double wheelbase = car.lf + car.lr;
+  double delta = wheelbase * kappa, beta = car.lr * kappa, front = 0, rear = 0;
+  for (int iteration = 0; iteration < 8; ++iteration) {
+    const double balance = std::cos(delta) * car.lf / car.lr;  // Fr / Ff
+    front = a * std::cos(beta) / (std::cos(delta) + balance);
+    rear = balance * front;
+    const double slip_front = grip.front.slip(front), slip_rear = grip.rear.slip(rear);
+    const double sine = kappa * car.lr * std::cos(slip_rear);
+    if (!std::isfinite(slip_front) || !std::isfinite(slip_rear) || !(std::abs(sine) < 1.0))
+      return {std::numeric_limits<double>::infinity(), 0.0, 0.0};
+    beta = std::asin(sine) - slip_rear;
+    const double wanted = slip_front + std::atan((std::sin(beta) + kappa * car.lf) / std::cos(beta));
+    if (!(wanted < 1.5)) return {std::numeric_limits<double>::infinity(), 0.0, 0.0};
+    delta = 0.5 * (delta + wanted) + (iteration > 3 ? 0.5 * (wanted - delta) : 0.0);
+  }
+  return {delta, front * std::sin(delta - beta) - rear * std::sin(beta), beta};
+}
+
+/// Speed limit of a corner and drag in it, for one state of the tyres.
+class CornerLimits {
+ public:
+  CornerLimits(const Car& car, const Grip& grip, double top_speed) : car_(car), grip_(grip), top_(top_speed) {}
+
+  double lateral_limit() const { return grip_.lateral(car_); }
+
+  /// Largest speed at which the turn can be held steadily by tyres and steering [m/s]. `bank` as in Place. A line
+  /// sharper than the car can steer at all gets the speed of a crawl: a quarter of its friction circle's.
+  double speed(double kappa, double bank) const {
+    const double side = kappa < 0 ? -1.0 : 1.0;
+    const double curvature = std::abs(kappa), pull = side * gravity * std::sin(bank);
+    const auto possible = [&](double v) { return can_hold(v, curvature, pull); };
+    if (possible(top_)) return top_;
+    const double crawl = std::min(top_, 0.25 * std::sqrt(lateral_limit() / std::max(curvature, 1e-9)));
+    double lo = std::sqrt(std::max(0.0, pull) / std::max(curvature, 1e-9)), hi = top_;
+    if (!(lo < hi) || !possible(lo)) return crawl;
+    for (int i = 0; i < 40; ++i) (possible(0.5 * (lo + hi)) ? lo : hi) = 0.5 * (lo + hi);
+    return std::max(lo, crawl);
+  }
+
+  /// Deceleration by the tyres' side forces in a turn at speed v [m/s2]; 0 where the turn cannot be held.
+  double drag(double v, double kappa, double bank) const {
+    const double side = kappa < 0 ? -1.0 : 1.0;
+    const double a = side * (v * v * kappa - gravity * std::sin(bank));
+    return steady_turn(car_, grip_, std::abs(kappa), std::clamp(a, 0.0, 0.98 * lateral_limit())).drag;
+  }
+
+ private:
+  bool can_hold(double v, double curvature, double pull) const {
+    const double a = v * v * curvature - pull;
+    if (a < 0.0) return -a <= lateral_limit();
+    return a < lateral_limit() && steady_turn(car_, grip_, curvature, a).steering <= car_.delta_max;
+  }
+
+  Car car_;
+  Grip grip_;
+  double top_ = 0;
+};
+
+}  // namespace gripline::planning

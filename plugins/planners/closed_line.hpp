@@ -1,0 +1,136 @@
+// A closed driving line through equally spaced samples: where it is between them, and where a car is along it.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <span>
+#include <stdexcept>
+#include <vector>
+
+#include <gripline/types.hpp>
+
+namespace gripline::planning {
+
+inline double wrap_station(double s, double length) {
+  const double wrapped = s - length * std::floor(s / length);
+  return wrapped < length ? wrapped : 0.0;
+}
+
+/// Where a line parameter falls between its samples: value = lerp(sample[first], sample[second], share).
+struct Between {
+  std::size_t first = 0, second = 0;
+  double share = 0;
+};
+
+class ClosedLine {
+ public:
+  /// Samples equally spaced, the first not repeated; throws std::invalid_argument when there are fewer than eight.
+  explicit ClosedLine(std::vector<LinePoint> samples) : samples_(std::move(samples)) {
+    if (samples_.size() < 8) throw std::invalid_argument("a driving line needs at least 8 samples");
+    spacing_ = (samples_.back().s - samples_.front().s) / static_cast<double>(samples_.size() - 1);
+    length_ = spacing_ * static_cast<double>(samples_.size());
+    if (!(spacing_ > 0.0)) throw std::invalid_argument("a driving line's samples must advance along it");
+  }
+
+  std::span<const LinePoint> samples() const { return samples_; }
+  std::size_t size() const { return samples_.size(); }
+  double length() const { return length_; }
+  double spacing() const { return spacing_; }
+
+  Between between(double s) const {
+    const double position = wrap_station(s, length_) / spacing_;
+    const std::size_t i = std::min(static_cast<std::size_t>(position), samples_.size() - 1);
+    return {i, next(i), position - static_cast<double>(i)};
+  }
+
+  /// Position by cubic Hermite interpolation between samples and their tangents, heading (unwrapped to within pi of
+  /// the sample before it) of that cubic, the rest linear. `station` is the caller's to interpolate: it wraps.
+  LinePoint at(double s) const {
+    const Between b = between(s);
+    const LinePoint& p = samples_[b.first];
+    const LinePoint& q = samples_[b.second];
+    LinePoint r = p;
+    const Shape shape = hermite(p, q, b.share);
+    r.s = wrap_station(s, length_);
+    r.x = shape.x;
+    r.y = shape.y;
+    r.yaw = p.yaw + std::remainder(std::atan2(shape.dy, shape.dx) - p.yaw, 2.0 * M_PI);
+    const auto mix = [&](double from, double to) { return from + (to - from) * b.share; };
+    r.kappa = mix(p.kappa, q.kappa);
+    r.left = mix(p.left, q.left);
+    r.right = mix(p.right, q.right);
+    r.grade = mix(p.grade, q.grade);
+    r.bank = mix(p.bank, q.bank);
+    return r;
+  }
+
+  struct Foot {
+    double s = 0;         // of the nearest point, in [0, length)
+    double distance = 0;  // to it [m]
+  };
+  /// The nearest point of the whole line.
+  Foot project(double x, double y) const {
+    std::size_t best = 0;
+    double least = std::numeric_limits<double>::infinity();
+    for (std::size_t i = 0; i < samples_.size(); ++i) {
+      const double d2 = distance2(i, x, y);
+      if (d2 < least) {
+        least = d2;
+        best = i;
+      }
+    }
+    return refine(best, x, y);
+  }
+  /// The nearest point that is reached from `hint` by always coming closer: it does not jump to a neighbouring stretch.
+  Foot project(double x, double y, double hint) const {
+    std::size_t i = between(hint).first;
+    double d2 = distance2(i, x, y);
+    for (std::size_t moves = 0; moves < samples_.size(); ++moves) {
+      const double ahead = distance2(next(i), x, y);
+      const double behind = distance2(previous(i), x, y);
+      if (ahead >= d2 && behind >= d2) break;
+      i = ahead < behind ? next(i) : previous(i);
+      d2 = std::min(ahead, behind);
+    }
+    return refine(i, x, y);
+  }
+
+ private:
+  struct Shape {
+    double x = 0, y = 0, dx = 0, dy = 0;  // the point and its derivative by share
+  };
+  std::size_t next(std::size_t i) const { return i + 1 < samples_.size() ? i + 1 : 0; }
+  std::size_t previous(std::size_t i) const { return i > 0 ? i - 1 : samples_.size() - 1; }
+  double distance2(std::size_t i, double x, double y) const {
+    return square(x - samples_[i].x) + square(y - samples_[i].y);
+  }
+  Shape hermite(const LinePoint& p, const LinePoint& q, double u) const {
+    const double h00 = (1 + 2 * u) * (1 - u) * (1 - u), h01 = u * u * (3 - 2 * u);
+    const double h10 = u * (1 - u) * (1 - u), h11 = u * u * (u - 1);
+    const double g00 = 6 * u * (u - 1), g01 = -g00;
+    const double g10 = (1 - u) * (1 - 3 * u), g11 = u * (3 * u - 2);
+    const double px = spacing_ * std::cos(p.yaw), py = spacing_ * std::sin(p.yaw);
+    const double qx = spacing_ * std::cos(q.yaw), qy = spacing_ * std::sin(q.yaw);
+    return {h00 * p.x + h01 * q.x + h10 * px + h11 * qx, h00 * p.y + h01 * q.y + h10 * py + h11 * qy,
+            g00 * p.x + g01 * q.x + g10 * px + g11 * qx, g00 * p.y + g01 * q.y + g10 * py + g11 * qy};
+  }
+  /// Foot of the perpendicular on the two cubics beside sample i: (p - point) . p' = 0 by Gauss-Newton steps.
+  Foot refine(std::size_t i, double x, double y) const {
+    double position = static_cast<double>(i);
+    double distance = std::sqrt(distance2(i, x, y));
+    for (int iteration = 0; iteration < 6; ++iteration) {
+      const Between b = between(position * spacing_);
+      const Shape p = hermite(samples_[b.first], samples_[b.second], b.share);
+      distance = std::hypot(x - p.x, y - p.y);
+      const double move = ((x - p.x) * p.dx + (y - p.y) * p.dy) / (p.dx * p.dx + p.dy * p.dy);
+      position = std::clamp(position + move, static_cast<double>(i) - 1.0, static_cast<double>(i) + 1.0);
+    }
+    return {wrap_station(position * spacing_, length_), distance};
+  }
+
+  std::vector<LinePoint> samples_;
+  double spacing_ = 0, length_ = 0;
+};
+
+}  // namespace gripline::planning

@@ -1,0 +1,37 @@
+// The minimum-curvature line at the speed of one assumed friction, whatever was learned: the paper's row without an
+// adaptive speed.   v_ref(s) = pace * v(s; mu)
+#include "line_planner.hpp"
+
+namespace {
+
+using namespace gripline;
+
+class FixedSpeed final : public SpeedPlanner {
+ public:
+  struct Params : planning::LineParams {
+    double mu = 0.0;
+  };
+  static constexpr auto parameters() {
+    return std::tuple_cat(
+        planning::line_parameters<Params>(),
+        std::tuple{param("mu", &Params::mu, "1", {0, 5}, "assumed friction; 0: the stack's mu_init")});
+  }
+
+  FixedSpeed(const Surroundings& around, const Params& params)
+      : mu_(params.mu > 0 ? params.mu : around.mu_init), planner_(around, params, std::span(&mu_, 1)) {}
+
+  void plan(const Observation& now, const Belief& /*belief*/, const TyreCurve* /*learned*/,
+            std::span<RefPoint> horizon) override {
+    planner_.plan(now, mu_, horizon);
+  }
+  std::span<const LinePoint> line() const override { return planner_.line().samples(); }
+
+ private:
+  double mu_;
+  planning::LinePlanner planner_;
+};
+
+}  // namespace
+
+GRIPLINE_PLUGINS(gripline::describe<FixedSpeed>("fixed_speed", "1.0",
+                                                "minimum-curvature line at the speed of one assumed friction"))

@@ -1,0 +1,51 @@
+// The paper's planner: the minimum-curvature line at the speed that the estimated friction allows.
+//
+//   v_ref(s) = pace * v(s; mu),   mu = (mu_f lr + mu_r lf) / (lf + lr),   v(s; mu) linear between profiles of a grid
+//
+// Source: Kalaria, Lin, Dolan, Algorithm 1 line 14. Each profile of the grid is computed from the car's own drive,
+// brake and steering limits (speed_profile.hpp).
+#include "line_planner.hpp"
+
+namespace {
+
+using namespace gripline;
+
+class FrictionSpeed final : public SpeedPlanner {
+ public:
+  struct Params : planning::LineParams {
+    double mu_lo = 0.3, mu_hi = 1.3, mu_step = 0.04;
+  };
+  static constexpr auto parameters() {
+    return std::tuple_cat(planning::line_parameters<Params>(),
+                          std::tuple{param("mu_lo", &Params::mu_lo, "1", {0.01, 5}, "least friction of the grid"),
+                                     param("mu_hi", &Params::mu_hi, "1", {0.01, 5}, "largest friction of the grid"),
+                                     param("mu_step", &Params::mu_step, "1", {0.005, 1}, "step of the grid")});
+  }
+
+  FrictionSpeed(const Surroundings& around, const Params& params)
+      : car_(around.car), planner_(around, params, grid(params)) {}
+
+  void plan(const Observation& now, const Belief& belief, const TyreCurve* /*learned*/,
+            std::span<RefPoint> horizon) override {
+    planner_.plan(now, total_mu(belief, car_), horizon);
+  }
+  std::span<const LinePoint> line() const override { return planner_.line().samples(); }
+
+ private:
+  static std::vector<double> grid(const Params& params) {
+    if (params.mu_hi < params.mu_lo) throw std::invalid_argument("mu_hi is below mu_lo");
+    const double intervals = std::max(1.0, std::ceil((params.mu_hi - params.mu_lo) / params.mu_step - 1e-9));
+    std::vector<double> mus;
+    for (int i = 0; i <= static_cast<int>(intervals); ++i)
+      mus.push_back(std::lerp(params.mu_lo, params.mu_hi, i / intervals));
+    return mus;
+  }
+
+  Car car_;
+  planning::LinePlanner planner_;
+};
+
+}  // namespace
+
+GRIPLINE_PLUGINS(gripline::describe<FrictionSpeed>(
+    "friction_speed", "1.0", "minimum-curvature line at the speed that the estimated friction allows"))

@@ -1,0 +1,87 @@
+#include <gtest/gtest.h>
+
+#include "geometry/lap_counter.hpp"
+#include "planner_support.hpp"
+
+namespace {
+
+using namespace gripline;
+using namespace gripline::testing_support;
+using Changes = std::vector<std::pair<std::string, double>>;
+
+struct Drive {
+  std::vector<double> laps;  // [s]
+  double beyond_edge = -1;   // largest distance of the centre of gravity outside the track [m]
+  double speed_error = 0;    // rms against the reference after the first lap [m/s]
+  double deviation = 0;      // mean distance to the line [m]
+};
+
+/// Races pure_pursuit behind fixed_speed on the plant until `laps` laps or 60 s.
+Drive race(const Track& track, double pace, int laps, const Changes& changes = {}) {
+  const Registry registry = plugins();
+  const Car car = car_1_43();
+  const TrackCourse course(track, car);
+  DynamicCar plant(registry, 0.02);
+  Surroundings around;
+  around.car = car;
+  around.dt = 0.02;
+  around.course = &course;
+  around.nominal = &plant.prediction();
+  around.mu_init = 0.9;
+  const PluginEntry& planner_entry = registry.find(abi::Kind::planner, "fixed_speed");
+  const Changes planner_changes{{"pace", pace}, {"margin", 0.02}};
+  const auto planner = create<SpeedPlanner>(planner_entry, around, values_of(planner_entry, planner_changes));
+  const PluginEntry& entry = registry.find(abi::Kind::controller, "pure_pursuit");
+  const auto controller = create<Controller>(entry, around, values_of(entry, changes));
+
+  Drive result;
+  std::vector<RefPoint> horizon(static_cast<std::size_t>(controller->horizon()));
+  Observation now;
+  now.x = start_state(track);
+  LapCounter counter(track, track.start());
+  double started = 0, squares = 0, deviation = 0;
+  int counted = 0, steps = 0;
+  while (counter.laps() < laps && now.t < 60.0) {
+    planner->plan(now, {}, nullptr, horizon);
+    const Command command = controller->control(now, horizon, plant.prediction());
+    if (counter.laps() > 0) {
+      squares += (now.x.vx - horizon[0].v) * (now.x.vx - horizon[0].v);
+      ++counted;
+    }
+    deviation += std::hypot(now.x.x - horizon[0].x, now.x.y - horizon[0].y);
+    ++steps;
+    now.x = plant.advance(now.x, command.u);
+    now.t += 0.02;
+    now.d = command.u.d;
+    if (const auto ended = counter.advance(now.t, now.x.x, now.x.y)) {
+      result.laps.push_back(*ended - started);
+      started = *ended;
+    }
+    result.beyond_edge = std::max(result.beyond_edge, track.beyond_edge(counter.place()));
+  }
+  result.speed_error = counted > 0 ? std::sqrt(squares / counted) : 0;
+  result.deviation = deviation / steps;
+  return result;
+}
+
+class PurePursuitLaps : public ::testing::TestWithParam<std::pair<const char*, double>> {};
+
+TEST_P(PurePursuitLaps, StayInsideAtModerateSpeedFromStandstill) {
+  const auto [name, pace] = GetParam();
+  const Track track = std::string(name) == "ethz" ? ethz() : ethz_mobil();
+  const Drive drive = race(track, pace, 2);
+  ASSERT_EQ(drive.laps.size(), 2u);
+  RecordProperty("lap1", std::to_string(drive.laps[1]));
+  std::cout << name << " pace " << pace << ": laps " << drive.laps[0] << " " << drive.laps[1] << " s, deviation "
+            << drive.deviation << " m, speed error " << drive.speed_error << " m/s, closest to the edge "
+            << -drive.beyond_edge << " m\n";
+  EXPECT_LT(drive.beyond_edge, 0.0);
+  EXPECT_LT(drive.deviation, 0.03);
+  EXPECT_LT(drive.speed_error, 0.15);
+}
+INSTANTIATE_TEST_SUITE_P(Tracks, PurePursuitLaps,
+                         ::testing::Values(std::pair{"ethz", 0.5}, std::pair{"ethz", 0.7}, std::pair{"mobil", 0.5},
+                                           std::pair{"mobil", 0.7}, std::pair{"ethz", 0.8}, std::pair{"ethz", 0.9},
+                                           std::pair{"mobil", 0.8}, std::pair{"mobil", 0.9}));
+
+}  // namespace
