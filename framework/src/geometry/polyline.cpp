@@ -18,26 +18,47 @@ ClosedPolyline::ClosedPolyline(std::vector<PlanePoint> points) : points_(std::mo
   }
 }
 
-double ClosedPolyline::nearest_station(double x, double y) const {
-  double best = INFINITY, station = 0.0;
-  for (std::size_t i = 0; i < points_.size(); ++i) {
-    const PlanePoint& from = points_[i];
-    const PlanePoint& to = points_[i + 1 == points_.size() ? 0 : i + 1];
-    const double ex = to.x - from.x, ey = to.y - from.y;
-    const double square = ex * ex + ey * ey;
-    const double share = square > 0.0 ? std::clamp(((x - from.x) * ex + (y - from.y) * ey) / square, 0.0, 1.0) : 0.0;
-    const double dx = x - from.x - share * ex, dy = y - from.y - share * ey;
-    const double distance = dx * dx + dy * dy;
-    if (distance < best) {
-      best = distance;
-      station = stations_[i] + share * std::sqrt(square);
-    }
-  }
-  return wrap_periodic(station, length_);
+ClosedPolyline::Foot ClosedPolyline::foot(std::size_t chord, double x, double y) const {
+  const PlanePoint& from = points_[chord];
+  const PlanePoint& to = points_[chord + 1 == points_.size() ? 0 : chord + 1];
+  const double ex = to.x - from.x, ey = to.y - from.y;
+  const double square = ex * ex + ey * ey;
+  const double share = square > 0.0 ? std::clamp(((x - from.x) * ex + (y - from.y) * ey) / square, 0.0, 1.0) : 0.0;
+  const double dx = x - from.x - share * ex, dy = y - from.y - share * ey;
+  return {dx * dx + dy * dy, stations_[chord] + share * std::sqrt(square)};
 }
 
-double ClosedPolyline::fraction(double x, double y) const {
-  const double f = nearest_station(x, y) / length_;
+double ClosedPolyline::nearest_station(double x, double y) const {
+  Foot best = foot(0, x, y);
+  for (std::size_t i = 1; i < points_.size(); ++i) {
+    const Foot other = foot(i, x, y);
+    if (other.distance2 < best.distance2) best = other;
+  }
+  return wrap_periodic(best.station, length_);
+}
+
+double ClosedPolyline::nearest_station(double x, double y, std::size_t near) const {
+  constexpr std::size_t kBeyond = 3;
+  const std::size_t n = points_.size();
+  Foot best = foot(near, x, y);
+  for (const bool forward : {true, false}) {
+    std::size_t chord = near, without_gain = 0;
+    for (std::size_t k = 1; k < n && without_gain < kBeyond; ++k) {
+      chord = forward ? (chord + 1 == n ? 0 : chord + 1) : (chord == 0 ? n - 1 : chord - 1);
+      const Foot other = foot(chord, x, y);
+      if (other.distance2 < best.distance2) {
+        best = other;
+        without_gain = 0;
+      } else {
+        ++without_gain;
+      }
+    }
+  }
+  return wrap_periodic(best.station, length_);
+}
+
+double ClosedPolyline::as_fraction(double station) const {
+  const double f = station / length_;
   return f < 1.0 ? f : 0.0;
 }
 

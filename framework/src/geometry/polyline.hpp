@@ -21,12 +21,21 @@ class ClosedPolyline {
   double station(std::size_t i) const { return stations_[i]; }
   /// Station [m] of the nearest point of the whole polyline.
   double nearest_station(double x, double y) const;
+  /// The same, of the part around the chord that begins at point `near`: chords on both sides are followed while they
+  /// come closer, and some beyond.
+  double nearest_station(double x, double y, std::size_t near) const;
   /// In [0, 1).
-  double fraction(double x, double y) const;
+  double fraction(double x, double y) const { return as_fraction(nearest_station(x, y)); }
+  double fraction(double x, double y, std::size_t near) const { return as_fraction(nearest_station(x, y, near)); }
   /// The point at a station [m], periodic.
   PlanePoint at(double s) const;
 
  private:
+  struct Foot {
+    double distance2 = 0.0, station = 0.0;
+  };
+  Foot foot(std::size_t chord, double x, double y) const;
+  double as_fraction(double station) const;
   std::vector<PlanePoint> points_;
   std::vector<double> stations_;
   double length_ = 0.0;

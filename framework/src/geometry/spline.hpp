@@ -22,6 +22,8 @@ class SplinePath {
   std::size_t knots() const { return pieces_.size(); }
   /// Station of the i-th point the curve was made from [m].
   double knot_station(std::size_t i) const { return pieces_[i].s; }
+  /// Number of the last point at or before a station in [0, length).
+  std::size_t knot_before(double s) const { return piece_index(s); }
   CurvePoint at(double s) const;
   CurveLocation locate(double x, double y) const;
   CurveLocation locate(double x, double y, double hint_s) const;

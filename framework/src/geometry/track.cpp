@@ -129,9 +129,10 @@ double Track::wall_clearance(const CurveLocation& place) const {
   return (place.n >= 0.0 ? shape_.wall_left : shape_.wall_right).at(place.s) - beyond_edge(place);
 }
 
-double Track::lap_fraction(double x, double y) const {
-  if (shape_.points) return shape_.points->fraction(x, y);
-  const double f = locate(x, y).s / length_;
+double Track::lap_fraction(double x, double y, const CurveLocation& place) const {
+  const SplinePath* spline = shape_.centre.spline();
+  if (shape_.points && spline != nullptr) return shape_.points->fraction(x, y, spline->knot_before(place.s));
+  const double f = place.s / length_;
   return f < 1.0 ? f : 0.0;
 }
 

@@ -14,16 +14,16 @@ namespace gripline {
 
 /// Everything a road is made of. Tables are by station of the centre line.
 struct TrackShape {
-  std::string name;
+  std::string name = {};
   ClosedCurve centre;
-  StationTable half_width_right;  ///< [m] from the centre line to the right edge
-  StationTable half_width_left;   ///< [m]
-  StationTable grade;             ///< [rad] > 0 uphill along the direction of travel
-  StationTable bank;              ///< [rad] > 0: the right side is higher
+  StationTable half_width_right = {};  ///< [m] from the centre line to the right edge
+  StationTable half_width_left = {};   ///< [m]
+  StationTable grade = {};             ///< [rad] > 0 uphill along the direction of travel
+  StationTable bank = {};              ///< [rad] > 0: the right side is higher
   StationTable wall_right = std::numeric_limits<double>::infinity();  ///< [m] beyond the right edge
   StationTable wall_left = std::numeric_limits<double>::infinity();   ///< [m] beyond the left edge
-  std::optional<Pose> start;                                          ///< default: the centre line's first point
-  std::optional<ClosedPolyline> points;                               ///< as in the file, if the road came from points
+  std::optional<Pose> start = {};                                     ///< default: the centre line's first point
+  std::optional<ClosedPolyline> points = {};                          ///< as in the file, if the road came from points
 };
 
 /// Immutable after construction. All queries are const, allocate nothing and may be called from several threads at
@@ -58,8 +58,10 @@ class Track {
   /// Distance to the wall on the side of `place` [m]: zero or negative means hit, infinite where there is no wall.
   double wall_clearance(const CurveLocation& place) const;
 
-  /// Lap fraction in [0, 1): along the polyline of the file's points where there is one, else s / length.
-  double lap_fraction(double x, double y) const;
+  /// Lap fraction in [0, 1): along the polyline of the file's points where there is one, else s / length. `place` is
+  /// where (x, y) was located; the polyline is searched around its foot only. Without it the whole line is searched.
+  double lap_fraction(double x, double y, const CurveLocation& place) const;
+  double lap_fraction(double x, double y) const { return lap_fraction(x, y, locate(x, y)); }
 
   /// The default start of a world on this road.
   Pose start() const { return start_; }

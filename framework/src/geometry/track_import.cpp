@@ -34,7 +34,7 @@ std::size_t distinct_rows(const CsvTable& table, std::span<const double> x, std:
 }
 
 std::vector<PlanePoint> points_of(const CsvTable& table, const char* x_name, const char* y_name,
-                             const ImportOptions& options) {
+                                  const ImportOptions& options) {
   const std::vector<double> x = table.column(x_name), y = table.column(y_name);
   const std::size_t count = distinct_rows(table, x, y);
   std::vector<PlanePoint> points(count);
@@ -49,6 +49,9 @@ std::vector<PlanePoint> points_of(const CsvTable& table, const char* x_name, con
 
 void check_columns(const CsvTable& table, std::span<const std::string> known) {
   for (const std::string& name : table.header) {
+    if (name.find_first_not_of("+-.0123456789eE") == std::string::npos) {
+      refuse(table, 1, "the first line must name the columns: x_m,y_m,w_tr_right_m,w_tr_left_m");
+    }
     if (std::find(known.begin(), known.end(), name) == known.end()) {
       refuse(table, 1, "unknown column \"" + name + "\"" + did_you_mean(name, known));
     }
@@ -111,11 +114,8 @@ TrackShape from_edge_columns(const CsvTable& table, const ImportOptions& options
   const bool inner_left = side[0] > 0.0;
   StationTable left(centre.length(), stations, std::move(widths[inner_left ? 0 : 1]));
   StationTable right(centre.length(), stations, std::move(widths[inner_left ? 1 : 0]));
-  TrackShape shape{.centre = std::move(centre),
-                   .half_width_right = std::move(right),
-                   .half_width_left = std::move(left),
-                   .grade = {},
-                   .bank = {}};
+  TrackShape shape{
+      .centre = std::move(centre), .half_width_right = std::move(right), .half_width_left = std::move(left)};
   shape.points = ClosedPolyline(std::move(points));
   return shape;
 }
@@ -148,6 +148,36 @@ double height_on(const ClosedPolyline& edge, std::span<const double> heights, do
   for (std::size_t i = 0; i < stations.size(); ++i) stations[i] = edge.station(i);
   return StationTable(edge.length(), std::move(stations), {heights.begin(), heights.end()})
       .at(edge.nearest_station(x, y));
+}
+
+double mean_distance(const ClosedPolyline& from, const ClosedPolyline& to) {
+  double sum = 0.0;
+  for (const PlanePoint& p : from.points()) {
+    const PlanePoint q = on(to, p.x, p.y);
+    sum += std::hypot(q.x - p.x, q.y - p.y);
+  }
+  return sum / static_cast<double>(from.points().size());
+}
+
+/// The line that is equally far from both edges: from halfway across, every point moves half the difference.
+std::vector<PlanePoint> middle_line(const ClosedPolyline& inner, const ClosedPolyline& outer, double spacing) {
+  constexpr int kRounds = 8;
+  std::vector<PlanePoint> middle = resample(ClosedCurve::from_points(inner.points()), spacing);
+  for (PlanePoint& p : middle) {
+    const PlanePoint q = on(outer, p.x, p.y);
+    p = {0.5 * (p.x + q.x), 0.5 * (p.y + q.y)};
+  }
+  for (int round = 0; round < kRounds; ++round) {
+    middle = resample(ClosedCurve::from_points(middle), spacing);
+    for (PlanePoint& p : middle) {
+      const PlanePoint a = on(inner, p.x, p.y), b = on(outer, p.x, p.y);
+      const double to_a = std::hypot(a.x - p.x, a.y - p.y), to_b = std::hypot(b.x - p.x, b.y - p.y);
+      const double move = 0.5 * (to_b - to_a) / std::hypot(b.x - a.x, b.y - a.y);
+      p.x += move * (b.x - a.x);
+      p.y += move * (b.y - a.y);
+    }
+  }
+  return middle;
 }
 
 }  // namespace
@@ -190,65 +220,36 @@ EdgePoints EdgePoints::from_table(const CsvTable& table) {
 }
 
 TrackShape shape_from_edges(const EdgePoints& inner_points, const EdgePoints& outer_points, double spacing) {
-  const double area = enclosed_area(inner_points.points);
-  if (area * enclosed_area(outer_points.points) <= 0.0) {
+  const double area = enclosed_area(inner_points.points), outer_area = enclosed_area(outer_points.points);
+  if (area * outer_area <= 0.0) {
     throw GeometryError(
         "the inner and the outer edge run opposite ways round; both must follow the direction of travel");
   }
-  const ClosedPolyline inner(inner_points.points), outer(outer_points.points);
-  if (std::abs(enclosed_area(outer.points())) < std::abs(area)) {
+  if (std::abs(outer_area) < std::abs(area))
     throw GeometryError("the outer edge lies inside the inner edge; exchange them");
-  }
-  if (!(spacing > 0.0)) {
-    double sum = 0.0;
-    for (const PlanePoint& p : inner.points()) {
-      const PlanePoint q = on(outer, p.x, p.y);
-      sum += std::hypot(q.x - p.x, q.y - p.y);
-    }
-    spacing = 0.5 * sum / static_cast<double>(inner.points().size());
-  }
-  std::vector<PlanePoint> middle = resample(ClosedCurve::from_points(inner.points()), spacing);
-  for (PlanePoint& p : middle) {
-    const PlanePoint q = on(outer, p.x, p.y);
-    p = {0.5 * (p.x + q.x), 0.5 * (p.y + q.y)};
-  }
-  // Towards the line that is equally far from both edges: every point moves half the difference across.
-  constexpr int kRounds = 8;
-  for (int round = 0; round < kRounds; ++round) {
-    middle = resample(ClosedCurve::from_points(middle), spacing);
-    for (PlanePoint& p : middle) {
-      const PlanePoint a = on(inner, p.x, p.y), b = on(outer, p.x, p.y);
-      const double to_a = std::hypot(a.x - p.x, a.y - p.y), to_b = std::hypot(b.x - p.x, b.y - p.y);
-      const double across = std::hypot(b.x - a.x, b.y - a.y);
-      const double move = 0.5 * (to_b - to_a) / across;
-      p.x += move * (b.x - a.x);
-      p.y += move * (b.y - a.y);
-    }
-  }
+  const ClosedPolyline inner(inner_points.points), outer(outer_points.points);
+  std::vector<PlanePoint> middle =
+      middle_line(inner, outer, spacing > 0.0 ? spacing : 0.5 * mean_distance(inner, outer));
   ClosedCurve centre = ClosedCurve::from_points(middle);
+  const double length = centre.length();
   const std::vector<double> stations = knot_stations(centre);
-  std::vector<double> to_inner, to_outer, height, bank;
   const bool heights = !inner_points.heights.empty() && !outer_points.heights.empty();
   const bool inner_left = area > 0.0;
+  std::vector<double> to_inner, to_outer, height, bank;
   for (const PlanePoint& p : middle) {
     const PlanePoint a = on(inner, p.x, p.y), b = on(outer, p.x, p.y);
     to_inner.push_back(std::hypot(a.x - p.x, a.y - p.y));
     to_outer.push_back(std::hypot(b.x - p.x, b.y - p.y));
     if (heights) {
-      const double za = height_on(inner, inner_points.heights, p.x, p.y),
-                   zb = height_on(outer, outer_points.heights, p.x, p.y);
+      const double za = height_on(inner, inner_points.heights, p.x, p.y);
+      const double zb = height_on(outer, outer_points.heights, p.x, p.y);
       height.push_back(0.5 * (za + zb));
       bank.push_back(std::atan2(inner_left ? zb - za : za - zb, to_inner.back() + to_outer.back()));
     }
   }
-  const double length = centre.length();
-  StationTable left(length, stations, inner_left ? to_inner : to_outer),
-      right(length, stations, inner_left ? to_outer : to_inner);
   TrackShape shape{.centre = std::move(centre),
-                   .half_width_right = std::move(right),
-                   .half_width_left = std::move(left),
-                   .grade = {},
-                   .bank = {}};
+                   .half_width_right = StationTable(length, stations, inner_left ? to_outer : to_inner),
+                   .half_width_left = StationTable(length, stations, inner_left ? to_inner : to_outer)};
   if (heights) {
     shape.grade = grade_from_heights(length, stations, height);
     shape.bank = StationTable(length, stations, std::move(bank));
