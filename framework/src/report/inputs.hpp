@@ -24,77 +24,51 @@
 // OUT/<stack>/<seed>/tyres.csv, the learned tyre curve against the true one, one snapshot per second of simulated time
 // and one at the end; 41 slips per axle, equally spaced over -a .. a with a = 0.6 rad:
 //   t_s,axle,slip_rad,learned_n,sigma_n,true_n      axle is front or rear; sigma_n may be empty
-// OUT/<stack>/<seed>/timing.csv: every column that ends in _ms is a distribution; solve_ms, update_ms, plan_ms and
-// step_ms
-//   have names of their own in the report.
+// OUT/<stack>/<seed>/timing.csv, one row per control step: every column that ends in _ms is a distribution; solve_ms,
+//   update_ms, plan_ms and step_ms have names of their own in the report.
 //
 // OUT/validation_traces.csv, for the kinds offline_validation and force_validation, beside validation.csv:
 //   estimator,channel,t_s,truth,predicted[,sigma][,slip_rad]     channel as in validation.csv; slip_rad for axle forces
 //
 // OUT/diagnosis_report.json, beside diagnosis.json (arrays of one length within each object; null is a gap):
-//   {"sentence": "friction_patch at ... : grip 18 % lower ..., confidence 0.99",
-//    "log": "measured.csv", "world": "worlds/diagnose_rc43.json",
-//    "track":    {"x_m": [], "y_m": [], "left_x_m": [], "left_y_m": [], "right_x_m": [], "right_y_m": []},
-//    "residual": {"t_s": [], "lap_fraction": [], "x_m": [], "y_m": [], "vx_mps": [], "vy_mps": [], "yaw_rate_radps":
-//    [],
-//                 "d": [], "delta_rad": [],              where and in which state
-//                 "e_vx": [], "e_vy": [], "e_omega": [],  what the nominal model leaves unexplained, as rates, smoothed
-//                 "after_e_vx": [], "after_e_vy": [], "after_e_omega": [], "size": []},
-//                                     size = RMS over the channels in sensor sigmas of the window that starts there
-//    "horizon":  {"horizon_s": [0.1, 0.2, 0.5, 1, 2], "before": [], "after": []},          RMS in sensor sigmas, held
-//    out "traces":   [{"t_s": [], "channel": "vx_mps", "measured": [], "before": [], "after": []}],  held-out windows;
-//    NaN
-//                                                                   (null) between windows
-//    "seen_at":  [{"effect": "aero_drag", "param": "a", "unit": "m/s2", "size": 0.02}],    smallest size that would
-//    show "health":   [{"check": "dropped rows", "found": "2.0 %", "done": "interpolated", "level": "good|note|bad"}],
-//    "patch":    {...}}                the JSON merge patch that was written as augmented_world.json
+//   sentence   one sentence: place, size, certainty          log, world   file names, as given
+//   track      {x_m, y_m, left_x_m, left_y_m, right_x_m, right_y_m: []}
+//   residual   {t_s, lap_fraction, x_m, y_m, vx_mps, vy_mps, yaw_rate_radps, d, delta_rad: []   where, in which state
+//               e_vx, e_vy, e_omega: []                   what the nominal model leaves unexplained, smoothed, as rates
+//               after_e_vx, after_e_vy, after_e_omega: []     the same with the named effects
+//               size: []}                 RMS over the channels, in sensor sigmas, of the short window that starts here
+//   horizon    {horizon_s, before, after: []}        RMS in sensor sigmas on held-out data
+//   traces     [{channel: "vx_mps", t_s, measured, before, after: []}, ...]   held-out windows, null between windows
+//   seen_at    [{effect, param, unit, size}, ...]         the smallest size of each effect that would have been seen
+//   health     [{check, found, done, level: "good" | "note" | "bad"}, ...]    the data-health table
+//   patch      {...}                       the JSON merge patch that augmented_world.json adds to the nominal world
 #pragma once
 
 #include <filesystem>
-#include <map>
 #include <nlohmann/json.hpp>
 #include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "report/columns.hpp"
+
 namespace gripline::report {
 
-/// A CSV file by columns. Cells that are not numbers are NaN in `numbers` and stand in `texts`; a column of numbers has
-/// no texts. A last line without its line end is dropped: the run was cut off while writing it.
-class Columns {
- public:
-  static Columns read(const std::filesystem::path& file);  ///< An absent file gives no columns; throws on a broken one.
-  static Columns parse(std::string_view text);
-
-  [[nodiscard]] std::size_t rows() const { return rows_; }
-  [[nodiscard]] bool has(std::string_view name) const;
-  [[nodiscard]] const std::vector<std::string>& names() const { return names_; }
-  /// Empty if there is no such column.
-  [[nodiscard]] std::span<const double> numbers(std::string_view name) const;
-  /// The cell as written; empty if there is no such column.
-  [[nodiscard]] std::string text(std::string_view name, std::size_t row) const;
-
- private:
-  struct Column {
-    std::vector<double> numbers;
-    std::vector<std::string> texts;
-  };
-  std::vector<std::string> names_;
-  std::map<std::string, Column, std::less<>> columns_;
-  std::size_t rows_ = 0;
-};
-
-/// One run: a stack and a seed, with what its folder holds.
+/// What the folder of one run holds.
 struct Run {
-  std::string stack, seed, status;
   Columns steps, replay, tyres, timing;
 };
 
-/// A stack's place in the tables.
+/// A row of the tables.
 struct Stack {
   std::string name;
   bool needs_truth = false;
+};
+
+/// Which run, and how it ended; `status` is empty when runs.csv does not say.
+struct RunName {
+  std::string stack, seed, status;
 };
 
 /// Everything found in an OUT folder.
@@ -103,12 +77,23 @@ struct Inputs {
   nlohmann::json scene, claims, diagnosis, diagnosis_report, augmented_world, provenance;  // null if absent
   Columns runs_table, table, track, line, validation, validation_traces;
   std::vector<Stack> stacks;  // in the order of table.csv
+  std::vector<RunName> runs;  // in the order of runs.csv, else of the folders
 };
 
 /// Reads all but the runs' own files. Throws std::runtime_error with one line if the folder holds nothing to report.
 Inputs read_inputs(const std::filesystem::path& folder);
 
-/// Reads the folder of one run. Runs are read one at a time: ten seeds of seven stacks do not fit comfortably at once.
-Run read_run(const Inputs& inputs, std::string_view stack, std::string_view seed);
+/// Reads one run. One at a time: ten seeds of seven stacks do not fit comfortably at once.
+Run read_run(const Inputs& inputs, const RunName& name);
+
+/// The median of the values that are numbers; NaN if there are none.
+double median(std::span<const double> values);
+
+/// A 95 % interval of the median by order statistics, free of assumptions (needs six values; with fewer it is the range
+/// and covers less). NaN, NaN for less than two values.
+struct Interval {
+  double low, high;
+};
+Interval median_interval(std::span<const double> values);
 
 }  // namespace gripline::report

@@ -1,0 +1,124 @@
+#include "report/inputs.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <set>
+#include <stdexcept>
+#include <utility>
+
+namespace gripline::report {
+namespace {
+
+namespace fs = std::filesystem;
+
+nlohmann::json read_json(const fs::path& file) {
+  const std::string text = read_whole_file(file);
+  if (text.empty()) return nullptr;
+  try {
+    return nlohmann::json::parse(text);
+  } catch (const nlohmann::json::exception& error) {
+    throw std::runtime_error(file.string() + ": expected JSON: " + error.what());
+  }
+}
+
+std::vector<fs::path> folders_in(const fs::path& folder) {
+  std::vector<fs::path> found;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder))
+    if (entry.is_directory()) found.push_back(entry.path());
+  std::sort(found.begin(), found.end());
+  return found;
+}
+
+/// The runs of runs.csv; without one, every <stack>/<seed>/ that holds steps.csv.
+std::vector<RunName> find_runs(const Inputs& inputs) {
+  std::vector<RunName> runs;
+  const Columns& table = inputs.runs_table;
+  for (std::size_t i = 0; i < table.rows(); ++i)
+    runs.push_back({table.text("stack", i), table.text("seed", i), table.text("status", i)});
+  if (!runs.empty()) return runs;
+  for (const fs::path& stack : folders_in(inputs.folder))
+    for (const fs::path& seed : folders_in(stack))
+      if (fs::exists(seed / "steps.csv")) runs.push_back({stack.filename().string(), seed.filename().string(), ""});
+  return runs;
+}
+
+std::vector<Stack> find_stacks(const Inputs& inputs) {
+  std::vector<Stack> stacks;
+  std::set<std::string, std::less<>> known;
+  const auto add = [&](const std::string& name, bool truth) {
+    if (known.insert(name).second) stacks.push_back({name, truth});
+  };
+  for (const Columns* table : {&inputs.table, &inputs.runs_table})
+    for (std::size_t i = 0; i < table->rows(); ++i) add(table->text("stack", i), table->number("needs_truth", i) == 1);
+  for (const RunName& run : inputs.runs) add(run.stack, false);
+  return stacks;
+}
+
+std::vector<double> sorted_numbers(std::span<const double> values) {
+  std::vector<double> sorted;
+  std::copy_if(values.begin(), values.end(), std::back_inserter(sorted), [](double v) { return std::isfinite(v); });
+  std::sort(sorted.begin(), sorted.end());
+  return sorted;
+}
+
+}  // namespace
+
+Inputs read_inputs(const fs::path& folder) {
+  if (!fs::is_directory(folder))
+    throw std::runtime_error(folder.string() + ": no such folder; expected the results of compare, run or diagnose");
+  Inputs in;
+  in.folder = folder;
+  in.scene = read_json(folder / "scene.json");
+  in.claims = read_json(folder / "claims.json");
+  in.diagnosis = read_json(folder / "diagnosis.json");
+  in.diagnosis_report = read_json(folder / "diagnosis_report.json");
+  in.augmented_world = read_json(folder / "augmented_world.json");
+  in.provenance = read_json(folder / "provenance.json");
+  in.runs_table = Columns::read(folder / "runs.csv", true);
+  in.table = Columns::read(folder / "table.csv", true);
+  in.track = Columns::read(folder / "track.csv");
+  in.line = Columns::read(folder / "line.csv");
+  in.validation = Columns::read(folder / "validation.csv", true);
+  in.validation_traces = Columns::read(folder / "validation_traces.csv", true);
+  in.runs = find_runs(in);
+  in.stacks = find_stacks(in);
+  if (in.runs.empty() && in.validation.empty() && in.diagnosis.is_null())
+    throw std::runtime_error(folder.string() +
+                             ": nothing to report; expected runs.csv, <stack>/<seed>/steps.csv, validation.csv or "
+                             "diagnosis.json");
+  return in;
+}
+
+Run read_run(const Inputs& inputs, const RunName& name) {
+  const fs::path folder = inputs.folder / name.stack / name.seed;
+  return {Columns::read(folder / "steps.csv"), Columns::read(folder / "replay.csv"),
+          Columns::read(folder / "tyres.csv", true), Columns::read(folder / "timing.csv")};
+}
+
+double median(std::span<const double> values) {
+  const std::vector<double> sorted = sorted_numbers(values);
+  if (sorted.empty()) return std::numeric_limits<double>::quiet_NaN();
+  const std::size_t half = sorted.size() / 2;
+  return sorted.size() % 2 == 1 ? sorted[half] : (sorted[half - 1] + sorted[half]) / 2;
+}
+
+// The k-th smallest and k-th largest of n values enclose the median unless fewer than k values lie on one side of it:
+// probability 1 - 2 P(Binomial(n, 1/2) < k). The largest k that leaves at least 0.95.
+Interval median_interval(std::span<const double> values) {
+  const std::vector<double> sorted = sorted_numbers(values);
+  const std::size_t n = sorted.size();
+  if (n < 2) return {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::quiet_NaN()};
+  double term = std::pow(0.5, static_cast<double>(n));  // P(Binomial = 0)
+  double below = term;                                  // P(Binomial < k), k = 1
+  std::size_t k = 1;
+  while (k < n / 2) {
+    term *= static_cast<double>(n - k + 1) / static_cast<double>(k);
+    if (2 * (below + term) > 0.05) break;
+    below += term;
+    ++k;
+  }
+  return {sorted[k - 1], sorted[n - k]};
+}
+
+}  // namespace gripline::report

@@ -1,0 +1,32 @@
+// The page: its data as JSON in script elements that start nothing, and the bundle that draws them.
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "report/inputs.hpp"
+#include "report/packing.hpp"
+
+namespace gripline::report {
+
+/// How much is kept of each run, chosen so that the page stays below `page_budget` bytes.
+struct Detail {
+  Precision precision = Precision::single;
+  std::size_t stride = 1;         ///< of steps.csv
+  std::size_t replay_stride = 1;  ///< of replay.csv
+};
+
+inline constexpr double exact_budget = 4.5e6;  ///< bytes up to which every row is kept as float
+inline constexpr double page_budget = 11.5e6;  ///< bytes of packed columns at most
+
+/// Given the number of numbers in all runs that steps.csv (`step_cells`) and the other files (`other_cells`) hold.
+Detail choose_detail(double step_cells, double other_cells);
+
+/// The whole page as HTML. `progress(done, total, what)` is called per run.
+std::string page_html(const Inputs& inputs,
+                      const std::function<void(std::size_t, std::size_t, const std::string&)>& progress);
+
+}  // namespace gripline::report

@@ -1,0 +1,146 @@
+#include "report/series.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+namespace gripline::report {
+namespace {
+
+constexpr double missing = std::numeric_limits<double>::quiet_NaN();
+
+bool any_number(std::span<const double> values) {
+  return std::any_of(values.begin(), values.end(), [](double v) { return std::isfinite(v); });
+}
+
+/// d(values)/dt by central differences, one-sided at the ends; NaN where time does not advance.
+std::vector<double> slope(std::span<const double> t, std::span<const double> values) {
+  std::vector<double> out(values.size(), missing);
+  if (values.size() < 2) return out;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const std::size_t before = i == 0 ? 0 : i - 1;
+    const std::size_t after = std::min(i + 1, values.size() - 1);
+    const double dt = t[after] - t[before];
+    if (dt > 0) out[i] = (values[after] - values[before]) / dt;
+  }
+  return out;
+}
+
+std::vector<double> copy(std::span<const double> values) { return {values.begin(), values.end()}; }
+
+class ChannelList {
+ public:
+  explicit ChannelList(const Columns& steps) : steps_(steps) {}
+
+  /// `name` from the first of `columns` that holds numbers.
+  void take(std::string name, Thinning thinning, std::initializer_list<const char*> columns) {
+    for (const char* column : columns) {
+      const std::span<const double> values = steps_.numbers(column);
+      if (!any_number(values)) continue;
+      channels_.push_back({std::move(name), thinning, copy(values)});
+      return;
+    }
+  }
+  void add(std::string name, Thinning thinning, std::vector<double> values) {
+    channels_.push_back({std::move(name), thinning, std::move(values)});
+  }
+  /// Empty if there is no such channel.
+  [[nodiscard]] std::span<const double> find(std::string_view name) const {
+    for (const Channel& channel : channels_)
+      if (channel.name == name) return channel.values;
+    return {};
+  }
+  std::vector<Channel> release() { return std::move(channels_); }
+
+ private:
+  const Columns& steps_;
+  std::vector<Channel> channels_;
+};
+
+// The rates of the velocity in the car's turning axes, plus the turning of the axes: a = dv/dt + w x v.
+void add_accelerations(ChannelList& list) {
+  const std::span<const double> t = list.find("t"), vx = list.find("vx"), vy = list.find("vy"),
+                                w = list.find("yaw_rate");
+  if (vx.empty() || vy.empty() || w.empty()) return;
+  std::vector<double> ax = slope(t, vx), ay = slope(t, vy);
+  for (std::size_t i = 0; i < t.size(); ++i) {
+    ax[i] -= vy[i] * w[i];
+    ay[i] += vx[i] * w[i];
+  }
+  list.add("ax", Thinning::extremes, std::move(ax));
+  list.add("ay", Thinning::extremes, std::move(ay));
+}
+
+void add_belief(ChannelList& list, const CarShape& car) {
+  const std::span<const double> front = list.find("mu_front"), rear = list.find("mu_rear");
+  if (front.empty() || rear.empty()) return;
+  const double share = front_share(car);
+  std::vector<double> mu(front.size());
+  for (std::size_t i = 0; i < mu.size(); ++i) mu[i] = share * front[i] + (1 - share) * rear[i];
+  list.add("mu_belief", Thinning::extremes, std::move(mu));
+}
+
+}  // namespace
+
+double front_share(const CarShape& car) { return car.lf + car.lr > 0 ? car.lr / (car.lf + car.lr) : 0.5; }
+
+std::vector<double> thin(std::span<const double> values, Thinning thinning, std::size_t stride) {
+  if (stride <= 1) return copy(values);
+  std::vector<double> out;
+  for (std::size_t begin = 0; begin < values.size(); begin += 2 * stride) {
+    const std::size_t middle = std::min(begin + stride, values.size());
+    const std::size_t end = std::min(begin + 2 * stride, values.size());
+    if (thinning == Thinning::extremes) {
+      const auto less = [](double a, double b) { return std::isnan(b) ? !std::isnan(a) : a < b; };
+      const auto more = [](double a, double b) { return std::isnan(b) ? !std::isnan(a) : a > b; };
+      const auto low =
+          std::min_element(values.begin() + static_cast<long>(begin), values.begin() + static_cast<long>(end), less);
+      const auto high =
+          std::min_element(values.begin() + static_cast<long>(begin), values.begin() + static_cast<long>(end), more);
+      out.push_back(low < high ? *low : *high);
+      if (middle < end) out.push_back(low < high ? *high : *low);
+      continue;
+    }
+    for (const auto& [from, to] : {std::pair{begin, middle}, std::pair{middle, end}}) {
+      if (from >= to) continue;
+      double value = values[from];
+      if (thinning == Thinning::any)
+        for (std::size_t i = from; i < to; ++i) value = std::max(value, values[i]);
+      out.push_back(value);
+    }
+  }
+  return out;
+}
+
+std::vector<Channel> step_channels(const Run& run, const CarShape& car) {
+  ChannelList list(run.steps);
+  using enum Thinning;
+  list.take("t", sample, {"t_s"});
+  if (list.find("t").empty()) return {};
+  list.take("x", sample, {"x_true_m", "x_m"});
+  list.take("y", sample, {"y_true_m", "y_m"});
+  list.take("yaw", sample, {"yaw_true_rad", "yaw_rad"});
+  list.take("s", sample, {"s_m"});
+  list.take("lap", sample, {"lap"});
+  list.take("vx", extremes, {"vx_true_mps", "vx_mps"});
+  list.take("vy", extremes, {"vy_true_mps", "vy_mps"});
+  list.take("yaw_rate", extremes, {"yaw_rate_true_radps", "yaw_rate_radps"});
+  list.take("d", extremes, {"d_applied", "d"});
+  list.take("delta", extremes, {"delta_applied_rad", "delta_rad"});
+  list.take("offset", extremes, {"offset_m"});
+  list.take("outside", any, {"outside"});
+  list.take("v_ref", extremes, {"v_ref_mps"});
+  list.take("mu_front", extremes, {"mu_belief_front"});
+  list.take("mu_rear", extremes, {"mu_belief_rear"});
+  list.take("mu_true", extremes, {"mu_true"});
+  list.take("iterations", extremes, {"iterations"});
+  list.take("solved", extremes, {"solved"});
+  add_belief(list, car);
+  add_accelerations(list);
+  const std::span<const double> solve = run.timing.numbers("solve_ms");
+  if (solve.size() == run.steps.rows() && any_number(solve)) list.add("solve_ms", extremes, copy(solve));
+  return list.release();
+}
+
+}  // namespace gripline::report

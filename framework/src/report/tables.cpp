@@ -1,0 +1,153 @@
+#include "report/tables.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+#include <utility>
+
+#include "report/packing.hpp"
+
+namespace gripline::report {
+namespace {
+
+bool is_measure(const std::string& column) {
+  static const std::set<std::string, std::less<>> others{"stack", "seed", "status", "needs_truth"};
+  return !others.contains(column);
+}
+
+std::size_t index_of(const Inputs& inputs, const std::string& stack) {
+  const auto found =
+      std::find_if(inputs.stacks.begin(), inputs.stacks.end(), [&](const Stack& s) { return s.name == stack; });
+  return static_cast<std::size_t>(found - inputs.stacks.begin());
+}
+
+/// The values of one column of runs.csv that belong to one stack.
+std::vector<double> of_stack(const Columns& runs, const std::string& column, const std::string& stack) {
+  std::vector<double> values;
+  for (std::size_t i = 0; i < runs.rows(); ++i)
+    if (runs.text("stack", i) == stack && std::isfinite(runs.number(column, i)))
+      values.push_back(runs.number(column, i));
+  return values;
+}
+
+/// Readable text of whatever claims.json says about a claim's values: "elm 0.083, gp 0.099".
+std::string readable(const nlohmann::json& value) {
+  if (value.is_null()) return "";
+  if (value.is_string()) return value.get<std::string>();
+  std::string text;
+  if (value.is_structured()) {
+    for (const auto& [key, part] : value.items()) {
+      if (!text.empty()) text += ", ";
+      if (value.is_object()) text += key + " ";
+      text += part.is_structured() ? "(" + readable(part) + ")" : readable(part);
+    }
+    return text;
+  }
+  if (value.is_number_float()) {
+    const double number = value.get<double>();
+    const double digits =
+        number == 0 || !std::isfinite(number) ? 1 : std::pow(10, 3 - std::floor(std::log10(std::abs(number))));
+    return nlohmann::json(std::round(number * digits) / digits).dump();
+  }
+  return value.dump();
+}
+
+}  // namespace
+
+CarShape car_shape(const nlohmann::json& scene) {
+  CarShape car;
+  if (!scene.is_object() || !scene.contains("car") || !scene["car"].is_object()) return car;
+  const nlohmann::json& from = scene["car"];
+  const auto read = [&](const char* key) {
+    const auto found = from.find(key);
+    return found != from.end() && found->is_number() ? found->get<double>() : 0.0;
+  };
+  return {read("length"), read("width"), read("lf"), read("lr"), read("m")};
+}
+
+nlohmann::json table_json(const Inputs& inputs) {
+  const Columns& source = inputs.table.empty() ? inputs.runs_table : inputs.table;
+  std::vector<std::string> columns;
+  std::copy_if(source.names().begin(), source.names().end(), std::back_inserter(columns), is_measure);
+  nlohmann::json rows = nlohmann::json::array();
+  for (std::size_t stack = 0; stack < inputs.stacks.size(); ++stack) {
+    const std::string& name = inputs.stacks[stack].name;
+    nlohmann::json row = {{"stack", stack}};
+    std::size_t at = 0;
+    while (at < inputs.table.rows() && inputs.table.text("stack", at) != name) ++at;
+    for (const std::string& column : columns) {
+      const std::vector<double> values = of_stack(inputs.runs_table, column, name);
+      const Interval interval = median_interval(values);
+      row["values"].push_back(number_or_null(inputs.table.empty() ? median(values) : inputs.table.number(column, at)));
+      row["low"].push_back(number_or_null(interval.low));
+      row["high"].push_back(number_or_null(interval.high));
+      row["n"].push_back(values.size());
+    }
+    rows.push_back(std::move(row));
+  }
+  return {{"columns", columns}, {"rows", std::move(rows)}};
+}
+
+nlohmann::json runs_json(const Inputs& inputs) {
+  nlohmann::json runs = nlohmann::json::array();
+  for (std::size_t i = 0; i < inputs.runs.size(); ++i) {
+    const RunName& run = inputs.runs[i];
+    nlohmann::json values = nlohmann::json::object();
+    if (i < inputs.runs_table.rows())
+      for (const std::string& column : inputs.runs_table.names())
+        if (is_measure(column) && std::isfinite(inputs.runs_table.number(column, i)))
+          values[column] = inputs.runs_table.number(column, i);
+    runs.push_back({{"stack", index_of(inputs, run.stack)},
+                    {"seed", run.seed},
+                    {"status", run.status},
+                    {"values", std::move(values)}});
+  }
+  return runs;
+}
+
+nlohmann::json claims_json(const nlohmann::json& claims) {
+  const nlohmann::json& list = claims.is_object() && claims.contains("claims") ? claims["claims"] : claims;
+  nlohmann::json out = nlohmann::json::array();
+  if (!list.is_array()) return out;
+  for (const nlohmann::json& claim : list) {
+    if (!claim.is_object()) continue;
+    nlohmann::json detail;
+    for (const char* key : {"values", "reason", "share", "skipped"}) {
+      if (!claim.contains(key) || claim[key].is_boolean()) continue;
+      const std::string text = readable(claim[key]);
+      if (!text.empty())
+        detail.push_back(std::string(key) == "share" ? "holds in a share of " + text + " of the seeds" : text);
+    }
+    std::string joined;
+    for (const nlohmann::json& part : detail) joined += (joined.empty() ? "" : "; ") + part.get<std::string>();
+    const auto holds = claim.find("holds");
+    const bool known =
+        holds != claim.end() && holds->is_boolean() && !claim.value("skipped", nlohmann::json(false)).is_string();
+    out.push_back({{"text", readable(claim.value("text", nlohmann::json("")))},
+                   {"holds", known ? *holds : nlohmann::json(nullptr)},
+                   {"detail", joined}});
+  }
+  return out;
+}
+
+void TimeHistogram::add(double milliseconds) {
+  if (!std::isfinite(milliseconds) || milliseconds < 0) return;
+  const double decades = std::log10(std::max(milliseconds, first_ms) / first_ms);
+  ++bins_[std::min(static_cast<int>(decades * bins_per_decade), bin_count - 1)];
+  values_.push_back(static_cast<float>(milliseconds));
+}
+
+nlohmann::json TimeHistogram::json() const {
+  std::vector<float> sorted = values_;
+  std::sort(sorted.begin(), sorted.end());
+  const auto share = [&](double p) {
+    if (sorted.empty()) return nlohmann::json(nullptr);
+    return nlohmann::json(sorted[static_cast<std::size_t>(p * static_cast<double>(sorted.size() - 1))]);
+  };
+  nlohmann::json bins = nlohmann::json::array();
+  for (const auto& [index, count] : bins_) bins.push_back({index, count});
+  return {{"n", sorted.size()}, {"median", share(0.5)}, {"p95", share(0.95)},
+          {"p99", share(0.99)}, {"max", share(1)},      {"bins", std::move(bins)}};
+}
+
+}  // namespace gripline::report
