@@ -9,7 +9,8 @@
 // run on that matrix: exact, and independent of the window's length. Everything is dimensionless: accelerations in g,
 // yaw acceleration times the radius of gyration sqrt(Iz/m) in g, forces in m g, speed in v_ref. The published rate
 // belongs to a loss on increments of the 1:43 car, whose curvature is (dt lf / Iz)^2 2/3 = 290 per squared newton;
-// `rate` keeps its published value by being multiplied with that number. Momentum as in the published code: the
+// `rate` keeps its published value by being multiplied with that number, and the resistance its published slowness by
+// the ratio of the two sensitivities, (dt / m) / (dt lf / Iz) = 0.023 there. Momentum as in the published code: the
 // gradient is not multiplied by (1 - momentum).
 //
 // Beyond the slips a car visits (0.6 rad) nothing is measured; a weak penalty on the slope there holds the curve level.
@@ -29,6 +30,7 @@ namespace {
 using gripline::Axle;
 
 constexpr double published_curvature = 290.0;
+constexpr double resistance_scale = 0.023;
 constexpr double level_beyond = 0.6;  // [rad]
 
 class Elm final : public gripline::AutoDiffEffect<Elm, gripline::Estimator> {
@@ -37,9 +39,9 @@ class Elm final : public gripline::AutoDiffEffect<Elm, gripline::Estimator> {
     int hidden = 40;
     double rate = 0.002, momentum = 0.9;
     int window = 300, iterations = 50;
-    double retain = 0.98;
+    double retain = 0.97;
     double slip_start = 0.45, slip_cap = 0.6;
-    double level = 1e-3, ridge = 1e-9;
+    double level = 3e-3, ridge = 1e-9;
     int solver = 0;
   };
   static constexpr auto parameters() {
@@ -157,8 +159,8 @@ class Elm final : public gripline::AutoDiffEffect<Elm, gripline::Estimator> {
     rows_.col(2).segment(n, n) = -car_.lr / gyration * rows_.col(0).segment(n, n);
     rows_.col(0).head(n) *= -path.sine;
     rows_.col(0).segment(n, n).setZero();
-    rows_(2 * n, 0) = -1.0;
-    rows_(2 * n + 1, 0) = -path.mean_square_speed() / gripline::square(car_.v_ref);
+    rows_(2 * n, 0) = -resistance_scale;
+    rows_(2 * n + 1, 0) = -resistance_scale * path.mean_square_speed() / gripline::square(car_.v_ref);
     targets_ = {path.drive_loss / weight, path.side / weight, path.moment / (gyration * weight)};
   }
 
@@ -206,7 +208,8 @@ class Elm final : public gripline::AutoDiffEffect<Elm, gripline::Estimator> {
     };
     fill(front_, front_table_rows_, 0);
     fill(rear_, rear_table_rows_, n);
-    resistance_ = {weight * weights_[2 * n], weight * weights_[2 * n + 1] / gripline::square(car_.v_ref)};
+    resistance_ = {resistance_scale * weight * weights_[2 * n],
+                   resistance_scale * weight * weights_[2 * n + 1] / gripline::square(car_.v_ref)};
     misfit_ = std::sqrt(gram_.residual(weights_, gradient_) / (3.0 * gram_.weight()));
   }
 

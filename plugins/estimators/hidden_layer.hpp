@@ -1,5 +1,7 @@
-// The hidden layer of an extreme learning machine over one slip angle: h_j = tanh(w_j slip + b_j) / sqrt(n), input
-// weights and biases drawn once from a seed and never trained, so that the output is linear in what is learned.
+// The hidden layer of an extreme learning machine over one slip angle: h_j = a_j tanh(w_j slip + b_j), input weights
+// and biases drawn once from a seed and never trained, so that the output is linear in what is learned. Steep nodes are
+// small, a_j ~ 1 / w_j: descent then changes the curve as a whole before it bends it locally, and what was learned at
+// one slip angle carries over to the others.
 // Source: Huang, Zhu, Siew, Extreme learning machine (2006); the paper's input [slip, 1].
 #pragma once
 
@@ -29,9 +31,10 @@ class SplitMix {
 class HiddenLayer {
  public:
   /// Steepness |w| between 2 and 12 per radian, centres -b/w within +-0.6 rad: the slips a car visits.
-  HiddenLayer(int nodes, SplitMix& random) : weight_(nodes), bias_(nodes), scale_(1.0 / std::sqrt(nodes)) {
+  HiddenLayer(int nodes, SplitMix& random) : weight_(nodes), bias_(nodes), scale_(nodes) {
     for (int j = 0; j < nodes; ++j) {
-      weight_[j] = random.uniform(2.0, 12.0);
+      weight_[j] = random.uniform(gentlest, steepest);
+      scale_[j] = gentlest / (weight_[j] * std::sqrt(nodes));
       bias_[j] = -weight_[j] * random.uniform(-0.6, 0.6);
     }
   }
@@ -40,19 +43,19 @@ class HiddenLayer {
 
   /// h += factor * h(slip); the span has `nodes` elements.
   void add(double slip, double factor, std::span<double> h) const {
-    for (std::size_t j = 0; j < h.size(); ++j) h[j] += factor * scale_ * std::tanh(weight_[j] * slip + bias_[j]);
+    for (std::size_t j = 0; j < h.size(); ++j) h[j] += factor * scale_[j] * std::tanh(weight_[j] * slip + bias_[j]);
   }
   /// h += factor * dh/dslip.
   void add_slope(double slip, double factor, std::span<double> h) const {
     for (std::size_t j = 0; j < h.size(); ++j) {
       const double t = std::tanh(weight_[j] * slip + bias_[j]);
-      h[j] += factor * scale_ * weight_[j] * (1.0 - t * t);
+      h[j] += factor * scale_[j] * weight_[j] * (1.0 - t * t);
     }
   }
 
  private:
-  std::vector<double> weight_, bias_;
-  double scale_;
+  static constexpr double gentlest = 2.0, steepest = 12.0;  // [1/rad]
+  std::vector<double> weight_, bias_, scale_;
 };
 
 }  // namespace gripline
