@@ -264,13 +264,18 @@ World::~World() = default;
 
 const Truth& World::truth() const { return *truth_; }
 
-Input World::advance(const Input& wanted) {
+Input World::within_limits(const Input& wanted) const {
   const Car& car = spec_.car.car;
   Input u;
   u.d = std::clamp(wanted.d, car.d_min, car.d_max);
   u.ddelta = std::clamp(wanted.ddelta, -car.ddelta_max, car.ddelta_max);
   const double delta = std::clamp(state_.delta + spec_.dt * u.ddelta, -car.delta_max, car.delta_max);
   u.ddelta = (delta - state_.delta) / spec_.dt;
+  return u;
+}
+
+Input World::advance(const Input& wanted) {
+  const Input u = within_limits(wanted);
   factor_ = friction_.factor(step_, time(), place_.s);
   state_ = mover_->advance(state_, u, place_, factor_);
   d_ = u.d;

@@ -21,6 +21,8 @@ class World {
   /// Algorithm 1, line 3: the car under these commands for one control step. Commands beyond the car's limits are
   /// clamped; returns what was applied.
   Input advance(const Input& wanted);
+  /// The commands as the car's limits let them through.
+  Input within_limits(const Input& wanted) const;
 
   /// What sensors show now.
   const Observation& observe() const { return observation_; }

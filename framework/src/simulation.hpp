@@ -1,0 +1,39 @@
+// Algorithm 1 of the paper: one world, one stack, one rate, a fixed order.
+#pragma once
+
+#include <vector>
+
+#include "metrics.hpp"
+#include "recorder.hpp"
+#include "stack.hpp"
+#include "world.hpp"
+
+namespace gripline {
+
+class Simulation {
+ public:
+  /// All must outlive the simulation.
+  Simulation(World& world, Stack& stack, Recorder& recorder, Metrics& metrics);
+
+  /// Races until the world ends it. Every row up to the end is written whatever happens; never throws for a plugin's
+  /// fault.
+  RunSummary run();
+
+ private:
+  void start();
+  void step();
+  void decide();
+  bool over(RunSummary& summary) const;
+
+  World& world_;
+  Stack& stack_;
+  Recorder& recorder_;
+  Metrics& metrics_;
+  Observation now_;
+  Input u_;
+  std::vector<RefPoint> horizon_;
+  Command command_;
+  StepTiming timing_;
+};
+
+}  // namespace gripline
