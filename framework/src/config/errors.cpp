@@ -26,6 +26,20 @@ Diagnostic at_origin(const Origin& origin, std::string message) {
           .message = std::move(message)};
 }
 
+/// Keys and paths may hold anything, also line breaks and terminal commands: these are shown as escapes.
+std::string on_one_line(const std::string& text) {
+  constexpr std::string_view hex = "0123456789abcdef";
+  std::string result;
+  for (const char c : text) {
+    if (const auto byte = static_cast<unsigned char>(c); byte < 0x20 || byte == 0x7f) {
+      result += std::string("\\x") + hex[byte >> 4U] + hex[byte & 0xfU];
+    } else {
+      result += c;
+    }
+  }
+  return result;
+}
+
 char lower(char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; }
 
 /// Optimal string alignment distance: insertions, deletions, substitutions, and swaps of neighbours.
@@ -59,7 +73,7 @@ std::string Diagnostic::text() const {
   std::string result = where.empty() ? message : where + ": " + message;
   for (std::size_t i = 0; i < contexts.size(); ++i) result += (i == 0 ? " [" : ", ") + contexts[i];
   if (!contexts.empty()) result += ']';
-  return result;
+  return on_one_line(result);
 }
 
 InputError::InputError(std::vector<Diagnostic> diagnostics)

@@ -21,6 +21,7 @@ struct Diagnostic {
   std::vector<std::string> contexts{};  ///< what was being read, for example "stack gp"; printed in brackets
 
   /// `file:line:column: /json/pointer: message`; without a line `--set /json/pointer: message` or `file: message`.
+  /// Always one line: control characters are escaped.
   [[nodiscard]] std::string text() const;
 };
 

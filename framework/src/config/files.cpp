@@ -46,6 +46,7 @@ std::string last_system_error() { return std::error_code(errno, std::generic_cat
 }  // namespace
 
 std::string why_unreadable(const fs::path& file) {
+  if (file.native().find('\0') != std::string::npos) return "is not a path: it holds a NUL character";
   std::error_code error;
   const fs::file_status status = fs::status(file, error);
   if (status.type() == fs::file_type::not_found) return why_missing(file.lexically_normal());

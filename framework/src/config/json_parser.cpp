@@ -51,6 +51,7 @@ class CountingIterator {
 bool is_continuation(char c) { return (static_cast<unsigned char>(c) & 0xc0U) == 0x80U; }
 bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\n' || c == '\r'; }
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
+constexpr std::string_view letters = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ";
 bool is_word(char c) {
   return is_digit(c) || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_' || c == '+' || c == '-' ||
          c == '.';
@@ -146,9 +147,7 @@ class TreeBuilder final : public nlohmann::json_sax<Json> {
                    where.pointer);
     }
     open_.back()->object().push_back(Member{name, Node(), where.line, where.column});
-    event_ = Event::key;
-    end_ = read_;
-    return true;
+    return after(Event::key);
   }
 
   bool parse_error(std::size_t position, const std::string&, const nlohmann::detail::exception& error) override;
@@ -162,6 +161,13 @@ class TreeBuilder final : public nlohmann::json_sax<Json> {
     const std::string_view text = text_.view();
     while (start < text.size() && (is_blank(text[start]) || text[start] == ',' || text[start] == ':')) ++start;
     return start;
+  }
+
+  bool after(Event event) {
+    event_ = event;
+    end_ = read_;
+    number_start_ = std::string_view::npos;
+    return true;
   }
 
   Node& place(Node node, std::size_t start) {
@@ -183,11 +189,13 @@ class TreeBuilder final : public nlohmann::json_sax<Json> {
 
   bool scalar(Node node) {
     const bool number = node.is_number();
-    place(std::move(node), token_start());
-    event_ = Event::value;
-    end_ = read_;
-    // A number's end is seen only at the character after it.
-    if (number && !is_digit(text_.view()[end_ - 1])) --end_;
+    const std::size_t start = token_start();
+    place(std::move(node), start);
+    after(Event::value);
+    if (number) {
+      number_start_ = start;
+      if (!is_digit(text_.view()[end_ - 1])) --end_;  // a number's end is seen only at the character after it
+    }
     return true;
   }
 
@@ -199,16 +207,12 @@ class TreeBuilder final : public nlohmann::json_sax<Json> {
       text_.refuse(start, "nested deeper than " + std::to_string(max_depth) + " levels");
     }
     open_.push_back(&placed);
-    event_ = Event::open;
-    end_ = read_;
-    return true;
+    return after(Event::open);
   }
 
   bool close() {
     open_.pop_back();
-    event_ = Event::value;
-    end_ = read_;
-    return true;
+    return after(Event::value);
   }
 
   [[nodiscard]] std::string expectation(std::size_t start) const;
@@ -221,7 +225,8 @@ class TreeBuilder final : public nlohmann::json_sax<Json> {
   Node root_;
   std::vector<Node*> open_;  ///< the arrays and objects being read, outermost first
   Event event_ = Event::nothing;
-  std::size_t end_ = 0;  ///< just behind the last token that made an event
+  std::size_t end_ = 0;                                ///< just behind the last token that made an event
+  std::size_t number_start_ = std::string_view::npos;  ///< of that token, if it was a number
 };
 
 /// What may stand at `start`, judged by the last event and the separators since.
@@ -260,48 +265,68 @@ void TreeBuilder::refuse_string(std::size_t at, const std::string& reason) {
   text_.refuse(at, "not a JSON string: " + reason);
 }
 
-/// A token that is no JSON, or stands where it may not.
-void TreeBuilder::refuse_token(std::size_t at) {
-  const std::string_view text = text_.view();
+/// Where the token begins and ends that has `at` inside (a word or a sign) or at its end (a string).
+std::pair<std::size_t, std::size_t> token_around(std::string_view text, std::size_t at) {
   std::size_t start = at, end = at + 1;
   if (is_word(text[at])) {
     // "01" is reported as a stray 1 after the number 0: it is shown whole.
     while (start > 0 && is_word(text[start - 1])) --start;
     while (end < text.size() && is_word(text[end])) ++end;
-  } else if (text[at] == '"') {
-    start = text.rfind('"', at - 1);
-    while (start > 0 && text[start - 1] == '\\') start = text.rfind('"', start - 1);
+  } else if (text[at] == '"' && at > 0) {
+    do start = std::min(text.rfind('"', start - 1), at);
+    while (start > 0 && start < at && text[start - 1] == '\\');
   } else {
     while (end < text.size() && is_continuation(text[end])) ++end;
   }
-  const std::string found(text.substr(start, end - start));
-  const std::string shown = found.front() == '"' ? found : '"' + found + '"';
+  return {start, end};
+}
 
-  if (found == "/" || found == "#") text_.refuse(start, "JSON has no comments: write the words as a \"note\"");
-  if (found == "'") text_.refuse(start, "text is written in double quotes, found a single one");
+/// What people write who have another language in mind; empty if it is not that.
+std::string hint_for(const std::string& found) {
+  if (found == "/" || found == "#") return "JSON has no comments: write the words as a \"note\"";
+  if (found == "'") return "text is written in double quotes, found a single one";
   std::string word;
   for (const char c : found) word += static_cast<char>(c >= 'A' && c <= 'Z' ? c - 'A' + 'a' : c);
   for (const char* name : {"nan", "inf", "infinity"}) {
     if (word == name || (word.size() > 1 && word.substr(1) == name)) {
-      text_.refuse(start, "JSON has no " + found + ", expected a finite number");
+      return "JSON has no " + found + ", expected a finite number";
     }
   }
   for (const char* name : {"true", "false", "null"}) {
-    if (word == name && found != name) text_.refuse(start, shown + " is written " + name + " in JSON");
+    if (word == name && found != name) return found + " is written " + name + " in JSON";
   }
-  const std::string expected = expectation(start);
-  if ((found == "}" || found == "]") && expected != "\":\" after the key") {
-    const std::size_t before = text.find_last_not_of(" \t\r\n", start - 1);
-    if (start > 0 && before != std::string_view::npos && text[before] == ',') {
-      text_.refuse(before, "a comma before " + shown + "; only between two values is one allowed");
-    }
+  if (word == "none" || word == "nil") return found + " is written null in JSON";
+  if (!is_digit(word.front()) && word.front() != '.' && word.front() != '+' && word.front() != '-') return "";
+  if (Json::accept(found)) return "";
+  const std::size_t digits = found.find_first_not_of("+-.0123456789");
+  const bool quantity = digits != std::string::npos && found.find_first_not_of(letters, digits) == std::string::npos &&
+                        found.substr(digits) != "e" && found.substr(digits) != "E" &&
+                        Json::accept(found.substr(0, digits));
+  return found + " is not a JSON number" +
+         (quantity ? "; with a unit it is text: \"" + found.substr(0, digits) + ' ' + found.substr(digits) + '"' : "");
+}
+
+/// A token that is no JSON, or stands where it may not.
+void TreeBuilder::refuse_token(std::size_t at) {
+  const std::string_view text = text_.view();
+  const auto [start, end] = token_around(text, at);
+  const std::string found(text.substr(start, end - start));
+  if (std::string hint = hint_for(found); !hint.empty()) text_.refuse(start, std::move(hint));
+
+  const bool only_letters = found.find_first_not_of(letters) == std::string::npos;
+  if (only_letters && number_start_ < start && text.find_first_not_of(" \t", end_) == start) {
+    const std::string number(text.substr(number_start_, end_ - number_start_));
+    text_.refuse(number_start_, "a number with a unit is text: \"" + number + ' ' + found + '"');
   }
-  if (is_digit(found.front()) || found.front() == '.' || found.front() == '+' || found.front() == '-') {
-    if (!Json::accept(found)) text_.refuse(start, found + " is not a JSON number");
-  } else if (is_word(found.front()) && !Json::accept(found)) {
-    text_.refuse(start, "expected " + expected + ", found " + found + "; text is written in double quotes");
+  const std::size_t before = start == 0 ? std::string_view::npos : text.find_last_not_of(" \t\r\n", start - 1);
+  if ((found == "}" || found == "]") && before != std::string_view::npos && text[before] == ',') {
+    text_.refuse(before, "a comma before \"" + found + "\"; only between two values is one allowed");
   }
-  text_.refuse(start, "expected " + expected + ", found " + shown);
+  const std::string expected = "expected " + expectation(start) + ", found ";
+  if (is_word(found.front()) && !Json::accept(found)) {
+    text_.refuse(start, expected + found + "; text is written in double quotes");
+  }
+  text_.refuse(start, expected + (found.front() == '"' ? parse_json(found, nullptr) : Node(found)).describe());
 }
 
 bool TreeBuilder::parse_error(std::size_t position, const std::string&, const nlohmann::detail::exception& error) {
@@ -320,7 +345,9 @@ bool TreeBuilder::parse_error(std::size_t position, const std::string&, const nl
     const std::string_view reason = what.substr(from + in_string.size());
     refuse_string(at, std::string(reason.substr(0, reason.find("; last read"))));
   }
-  refuse_token(at);
+  // A broken word or number is noticed inside or behind it.
+  const bool broken = what.find("invalid literal") != what.npos || what.find("invalid number") != what.npos;
+  refuse_token(broken ? token_start() : at);
 }
 
 }  // namespace

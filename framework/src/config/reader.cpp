@@ -229,7 +229,7 @@ std::filesystem::path ObjectReader::input_file(std::string_view key) {
   const std::filesystem::path file = path(key);
   if (file.empty()) return file;
   if (const std::string reason = why_unreadable(file); !reason.empty()) {
-    error_at(key, node_.find(key)->describe() + ' ' + reason);
+    error_at(key, node_.find(key)->describe() + ": " + reason);
   }
   return file;
 }

@@ -112,7 +112,7 @@ class UnitParser {
 
   Unit parse() {
     const Unit unit = product(0);
-    if (!rest_.empty()) refuse("a bracket too many");
+    if (!rest_.empty()) refuse("a closing bracket too many");
     return unit;
   }
 
@@ -125,8 +125,8 @@ class UnitParser {
       if (rest_.empty() || rest_.front() == ')') return result;
       const bool divide = take("/");
       const bool multiply = !divide && (take("*") || take(dot) || blank);
-      if (!divide && !multiply) refuse("a blank is missing before \"" + std::string(rest_) + '"');
-      if (multiply && divided) refuse("ambiguous, write brackets: \"N/(m s)\" or \"N s/m\"");
+      if (!divide && !multiply) refuse("a blank or sign missing before " + quoted(rest_));
+      if (multiply && divided) refuse("a product after a quotient needs brackets, as in \"N/(m s)\" or \"N s/m\",");
       divided = divided || divide;
       skip_blanks();
       result = times(result, factor(depth), divide ? -1 : 1);
@@ -149,11 +149,11 @@ class UnitParser {
   Unit name() {
     std::size_t length = 0;
     while (length < rest_.size() && is_letter(rest_.substr(length))) ++length;
-    if (length == 0) refuse(rest_.empty() ? "it ends too early" : "\"" + std::string(rest_) + "\" is no unit");
+    if (length == 0) refuse(rest_.empty() ? "a name is missing at the end" : "no name at " + quoted(rest_));
     const std::string name(rest_.substr(0, length));
     rest_.remove_prefix(length);
     if (const auto unit = find_prefixed(name)) return *unit;
-    refuse("unknown unit \"" + name + '"' + suggestion(name));
+    throw UnitError("unknown unit \"" + name + '"' + suggestion(name));
   }
 
   int exponent() {
@@ -178,6 +178,24 @@ class UnitParser {
   }
 
   static std::string suggestion(const std::string& name) {
+    constexpr std::array<std::pair<std::string_view, std::string_view>, 16> spelled_out{{{"sec", "s"},
+                                                                                         {"secs", "s"},
+                                                                                         {"second", "s"},
+                                                                                         {"seconds", "s"},
+                                                                                         {"msec", "ms"},
+                                                                                         {"meter", "m"},
+                                                                                         {"meters", "m"},
+                                                                                         {"metre", "m"},
+                                                                                         {"metres", "m"},
+                                                                                         {"degree", "deg"},
+                                                                                         {"degrees", "deg"},
+                                                                                         {"kmh", "km/h"},
+                                                                                         {"kph", "km/h"},
+                                                                                         {"mps", "m/s"},
+                                                                                         {"Nm", "N m"},
+                                                                                         {"Ns", "N s"}}};
+    const auto* known = std::ranges::find(spelled_out, name, &std::pair<std::string_view, std::string_view>::first);
+    if (known != spelled_out.end()) return "; did you mean \"" + std::string(known->second) + "\"?";
     std::vector<std::string> names{"km", "cm", "mm", "kg", "ms", "kN", "mrad", "kW", "MPa", "kPa"};
     for (const Named& one : units) names.emplace_back(one.name);
     const auto near = nearest(name, names);
@@ -197,7 +215,7 @@ class UnitParser {
   }
 
   [[noreturn]] void refuse(const std::string& reason) const {
-    throw UnitError(quoted(text_) + " is not a unit: " + reason);
+    throw UnitError(reason + " in the unit " + quoted(text_));
   }
 
   std::string_view text_;
@@ -265,11 +283,18 @@ double to_si(std::string_view text, std::string_view expected_unit) {
   const std::string_view rest = trimmed({stop, static_cast<std::size_t>(end - stop)});
   if (rest.starts_with(',')) throw UnitError(quoted(text) + " has a comma; the decimal mark is a point");
   if (rest.empty()) {
-    const std::string with_unit =
-        expected == Dimension{} ? "" : " or \"" + number + ' ' + std::string(expected_unit) + '"';
-    throw UnitError(quoted(text) + " has no unit: write " + number + " without quotes" + with_unit);
+    if (expected == Dimension{}) throw UnitError(quoted(text) + " is text: write " + number + " without quotes");
+    throw UnitError(quoted(text) + " has no unit: write " + number + " without quotes, or \"" + number + ' ' +
+                    std::string(expected_unit) + '"');
   }
-  const Unit unit = Unit::parse(rest);
+  const Unit unit = [&] {
+    try {
+      return Unit::parse(rest);
+    } catch (const UnitError& error) {
+      const std::string reason = error.what();
+      throw UnitError(quoted(text) + ": " + reason + (reason.ends_with('?') ? "" : "; " + expectation(expected_unit)));
+    }
+  }();
   if (unit.dimension != expected) {
     throw UnitError(quoted(text) + " is " + describe(unit.dimension) + ", " + expectation(expected_unit));
   }

@@ -1,0 +1,388 @@
+#include "config/json_file.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <bit>
+#include <clocale>
+#include <cmath>
+#include <cstdint>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+#include <locale>
+#include <nlohmann/json.hpp>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "config/errors.hpp"
+#include "config/files.hpp"
+#include "config/hash.hpp"
+
+namespace gripline {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+
+/// A valid text with every construct of JSON and some of Unicode.
+const char* const everything = R"({
+  "note": "größer als – and \u00e9\ud83d\ude00 \"quoted\" \\ \/ \b\f\n\r\t\u0001",
+  "numbers": [0, -0.0, 1, -1.5, 2e3, 1.25E-3, 9007199254740991, 1e308, 5e-324, 0.1],
+  "words": [true, false, null],
+  "empty": [{}, [], ""],
+  "deep": { "a": { "b": [[1, { "c": "d" }], 2] } }
+})";
+
+/// The same tree: kinds, keys in order, values bit by bit.
+bool same(const Node& a, const Node& b) {
+  if (a.is_array() && b.is_array()) return std::ranges::equal(a.array(), b.array(), same);
+  if (a.is_object() && b.is_object()) {
+    return std::ranges::equal(a.object(), b.object(), [](const Member& x, const Member& y) {
+      return x.key == y.key && same(x.value, y.value);
+    });
+  }
+  if (a.is_number() && b.is_number()) {
+    return a.number() == b.number() && std::signbit(a.number()) == std::signbit(b.number());
+  }
+  if (a.is_text() && b.is_text()) return a.text() == b.text();
+  if (a.is_boolean() && b.is_boolean()) return a.boolean() == b.boolean();
+  return a.is_null() && b.is_null();
+}
+
+std::string message_of(std::string_view text) {
+  try {
+    (void)parse_text(text, "t");
+    return "accepted";
+  } catch (const InputError& error) {
+    return error.what();
+  }
+}
+
+/// A folder of its own for one test.
+class Folder {
+ public:
+  Folder() {
+    const testing::TestInfo* test = testing::UnitTest::GetInstance()->current_test_info();
+    path_ = fs::path(testing::TempDir()) / ("gripline_json_" + std::string(test->name()));
+    fs::remove_all(path_);
+    fs::create_directories(path_);
+  }
+  ~Folder() { fs::remove_all(path_); }
+  Folder(const Folder&) = delete;
+  Folder& operator=(const Folder&) = delete;
+  [[nodiscard]] fs::path write(const std::string& name, const std::string& text) const {
+    fs::create_directories((path_ / name).parent_path());
+    std::ofstream(path_ / name, std::ios::binary) << text;
+    return path_ / name;
+  }
+  [[nodiscard]] const fs::path& path() const { return path_; }
+
+ private:
+  fs::path path_;
+};
+
+TEST(ParseText, knows_where_everything_is_written) {
+  const Node node = parse_text("{\n  \"a\": [10,\t-2.5 , \"é\", {\"b\":true}],\r\n  \"c/d\":\n null }", "t");
+  const auto where = [&](const char* pointer) {
+    const Origin& at = find_pointer(node, pointer)->origin;
+    EXPECT_EQ(at.pointer, pointer);
+    return std::to_string(at.line) + ':' + std::to_string(at.column);
+  };
+  EXPECT_EQ(where(""), "1:1");
+  EXPECT_EQ(where("/a"), "2:8");
+  EXPECT_EQ(where("/a/0"), "2:9");
+  EXPECT_EQ(where("/a/1"), "2:13");
+  EXPECT_EQ(where("/a/2"), "2:20");
+  EXPECT_EQ(where("/a/3"), "2:25") << "a character beyond ASCII is one column";
+  EXPECT_EQ(where("/a/3/b"), "2:30");
+  EXPECT_EQ(where("/c~1d"), "4:2");
+  EXPECT_EQ(node.object()[1].key_line, 3);
+  EXPECT_EQ(node.object()[1].key_column, 3);
+  EXPECT_EQ(find_pointer(node, "/a/4"), nullptr);
+  EXPECT_EQ(find_pointer(node, "/a/x"), nullptr);
+  EXPECT_EQ(find_pointer(node, "/a/0/x"), nullptr);
+}
+
+TEST(ParseText, reads_every_construct) {
+  const Node node = parse_text(everything);
+  EXPECT_EQ(node.find("note")->text(), "größer als – and é\U0001F600 \"quoted\" \\ / \b\f\n\r\t\x01");
+  const std::vector<double> numbers{0, -0.0, 1, -1.5, 2e3, 1.25e-3, 9007199254740991.0, 1e308, 5e-324, 0.1};
+  ASSERT_EQ(node.find("numbers")->array().size(), numbers.size());
+  for (std::size_t i = 0; i < numbers.size(); ++i) EXPECT_EQ(node.find("numbers")->array()[i].number(), numbers[i]);
+  EXPECT_TRUE(find_pointer(node, "/words/0")->boolean());
+  EXPECT_TRUE(find_pointer(node, "/words/2")->is_null());
+  EXPECT_EQ(find_pointer(node, "/deep/a/b/0/1/c")->text(), "d");
+}
+
+TEST(ParseText, accepts_a_byte_order_mark_and_windows_line_ends) {
+  const Node node = parse_text("\xef\xbb\xbf{\r\n  \"a\": 1\r\n}\r\n");
+  EXPECT_EQ(node.find("a")->number(), 1.0);
+  EXPECT_EQ(node.find("a")->origin.line, 2);
+  EXPECT_EQ(node.find("a")->origin.column, 8);
+  EXPECT_EQ(node.origin.column, 1);
+}
+
+TEST(ParseText, accepts_two_hundred_levels_and_no_more) {
+  const auto nested = [](int depth) { return std::string(depth, '[') + std::string(depth, ']'); };
+  EXPECT_EQ(message_of(nested(max_depth)), "accepted");
+  EXPECT_EQ(message_of(nested(max_depth + 1)), "t:1:201: nested deeper than 200 levels");
+  EXPECT_THAT(message_of(std::string(100000, '[')), HasSubstr("nested deeper"));
+}
+
+TEST(ParseText, refuses_every_truncation) {
+  const std::string whole = everything;
+  for (std::size_t length = 0; length < whole.size(); ++length) {
+    const std::string part = whole.substr(0, length);
+    const std::string message = message_of(part);
+    ASSERT_TRUE(message.find("the file ends too early") != std::string::npos ||
+                message == "t: is empty, expected JSON" || message.find("not UTF-8") != std::string::npos)
+        << length << ": " << message;
+    ASSERT_EQ(message.find('\n'), std::string::npos);
+  }
+}
+
+// The grammar is nlohmann's; what this reader refuses beyond it are duplicates, depth, and bytes after a NUL. So
+// whatever it accepts nlohmann accepts, and what only it refuses it refuses for one of these reasons.
+TEST(ParseText, agrees_with_the_grammar_on_mutated_text) {
+  std::mt19937 random(1);
+  const std::string whole = everything;
+  const std::string signs = std::string("{}[]\",:0129-+.eE \n\t\\/utfnNI'#") + '\0' + "\x7f\x80\xc3\xff";
+  int accepted = 0;
+  for (int round = 0; round < 20000; ++round) {
+    std::string text = whole;
+    for (int change = 0; change < 1 + round % 3; ++change) {
+      const std::size_t at = random() % text.size();
+      const char sign = signs[random() % signs.size()];
+      const std::uint32_t kind = random() % 3;
+      if (kind == 0) text[at] = sign;
+      if (kind == 1) text.insert(at, 1, sign);
+      if (kind == 2) text.erase(at, 1 + random() % 8);
+    }
+    const std::string message = message_of(text);
+    ASSERT_EQ(message.find('\n'), std::string::npos) << message;
+    if (message == "accepted") {
+      ++accepted;
+      ASSERT_TRUE(nlohmann::json::accept(text)) << text;
+    } else if (nlohmann::json::accept(text)) {
+      ASSERT_TRUE(message.find("is already written") != std::string::npos ||
+                  message.find("NUL byte") != std::string::npos)
+          << message << '\n'
+          << text;
+    }
+  }
+  EXPECT_GT(accepted, 500) << "the mutations must leave some texts valid";
+}
+
+TEST(ParseText, refuses_random_bytes_without_a_crash) {
+  std::mt19937 random(2);
+  for (int round = 0; round < 5000; ++round) {
+    std::string text(1 + random() % 40, ' ');
+    for (char& c : text) c = static_cast<char>(random() & 0xffU);
+    if (round % 2 == 0) text.insert(0, "{\"a\": ");
+    ASSERT_EQ(message_of(text).find('\n'), std::string::npos);
+  }
+}
+
+TEST(ParseText, agrees_with_the_grammar_on_utf8) {
+  // All leading bytes with the second bytes at the edges of every rule, and continuation bytes missing or not.
+  for (int first = 0x80; first < 0x100; ++first) {
+    for (const int second : {0x7f, 0x80, 0x8f, 0x90, 0x9f, 0xa0, 0xbf, 0xc0}) {
+      for (const char* tail : {"", "\x80", "\xbf\x80", "\x80\x80\x80"}) {
+        const std::string text =
+            std::string("[\"") + static_cast<char>(first) + static_cast<char>(second) + tail + "\"]";
+        EXPECT_EQ(message_of(text) == "accepted", nlohmann::json::accept(text)) << first << ' ' << second;
+      }
+    }
+  }
+}
+
+TEST(ParseFile, refuses_what_is_no_file) {
+  const Folder folder;
+  const fs::path good = folder.write("worlds/ethz.json", "{}");
+  const auto why = [](const fs::path& file) -> std::string {
+    try {
+      (void)parse_file(file);
+      return "accepted";
+    } catch (const InputError& error) {
+      return error.what();
+    }
+  };
+  EXPECT_EQ(why(good), "accepted");
+  const std::string root = folder.path().generic_string();
+  EXPECT_EQ(why(folder.path() / "worlds/eth.json"),
+            root + "/worlds/eth.json: no such file; did you mean \"ethz.json\"?");
+  EXPECT_EQ(
+      why(folder.path() / "wrlds/ethz.json"),
+      root + "/wrlds/ethz.json: no such file: there is no \"wrlds\" in \"" + root + "\"; did you mean \"worlds\"?");
+  EXPECT_EQ(why(folder.path() / "worlds/quite_another"), root + "/worlds/quite_another: no such file");
+  EXPECT_EQ(why(folder.path() / "worlds"), root + "/worlds: is a folder, expected a file");
+  EXPECT_EQ(why(folder.write("empty.json", "")), root + "/empty.json: is empty, expected JSON");
+  EXPECT_THAT(why(good / "below"), HasSubstr("ethz.json/below: "));
+  EXPECT_EQ(why(std::string("a\0b", 3)), "a\\x00b: is not a path: it holds a NUL character");
+}
+
+TEST(ParseFile, stops_reading_what_never_ends) {
+  if (!fs::exists("/dev/zero")) GTEST_SKIP() << "no such device here";
+  try {
+    (void)parse_file("/dev/zero");
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("is larger than"));
+  }
+}
+
+TEST(LoadJson, extends_files_relative_to_their_own_folders) {
+  const Folder folder;
+  (void)folder.write("cars/small.json", R"({ "m": 1, "limits": { "d": 1, "delta": 2 }, "file": "car.csv" })");
+  (void)folder.write("worlds/a.json", R"({ "extends": "../cars/small.json", "limits": { "delta": null, "v": 3 } })");
+  const fs::path top = folder.write(
+      "experiments/e.json",
+      R"({ "note": "x", "world": { "extends": "../worlds/a.json", "m": 2 }, "list": [ { "extends": "../cars/small.json" } ] })");
+  const Node node = load_json(top);
+  EXPECT_EQ(content_text(node), R"({"list":[{"file":"car.csv","limits":{"d":1,"delta":2},"m":1}],)"
+                                R"("world":{"file":"car.csv","limits":{"d":1,"v":3},"m":2}})");
+  EXPECT_EQ(find_pointer(node, "/world/m")->origin.source->name, shown(top));
+  EXPECT_EQ(find_pointer(node, "/world/m")->origin.pointer, "/world/m");
+  EXPECT_EQ(find_pointer(node, "/world")->origin.source->name, shown(top));
+  EXPECT_EQ(find_pointer(node, "/world/limits/v")->origin.pointer, "/limits/v");
+  EXPECT_EQ(resolve_path(*find_pointer(node, "/world/file")), folder.path() / "cars/car.csv");
+}
+
+TEST(LoadJson, a_file_may_be_extended_twice_but_not_by_itself) {
+  const Folder folder;
+  (void)folder.write("base.json", R"({ "a": 1 })");
+  const fs::path twice = folder.write("twice.json", R"({ "x": { "extends": "base.json" }, "extends": "base.json" })");
+  EXPECT_EQ(content_text(load_json(twice)), R"({"a":1,"x":{"a":1}})");
+  (void)folder.write("b.json", R"({ "extends": "c.json" })");
+  (void)folder.write("c.json", R"({ "deep": [ { "extends": "./x/../b.json" } ] })");
+  fs::create_directories(folder.path() / "x");
+  try {
+    (void)load_json(folder.write("a.json", R"({ "extends": "b.json" })"));
+    FAIL();
+  } catch (const InputError& error) {
+    const std::string root = folder.path().generic_string();
+    EXPECT_EQ(error.what(), root + "/c.json:1:26: /deep/0/extends: files extend each other in a circle: " + root +
+                                "/b.json -> " + root + "/c.json -> " + root + "/b.json");
+  }
+}
+
+TEST(LoadJson, an_extends_can_be_taken_back) {
+  const Folder folder;
+  EXPECT_EQ(content_text(load_json(folder.write("a.json", R"({ "extends": null, "a": 1 })"))), R"({"a":1})");
+}
+
+TEST(InlineFile, puts_a_file_in_the_place_of_its_name) {
+  const Folder folder;
+  (void)folder.write("w/world.json", R"({ "extends": "base.json", "dt": 1 })");
+  (void)folder.write("w/base.json", R"({ "laps": 2 })");
+  Node node =
+      load_json(folder.write("e.json", R"({ "world": "w/world.json", "inline": { "a": 1 }, "bad": "w/wrld.json" })"));
+  inline_file(*node.find("world"));
+  inline_file(*node.find("inline"));
+  EXPECT_EQ(content_text(*node.find("world")), R"({"dt":1,"laps":2})");
+  EXPECT_EQ(content_text(*node.find("inline")), R"({"a":1})");
+  try {
+    inline_file(*node.find("bad"));
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_THAT(error.what(),
+                HasSubstr("e.json:1:57: /bad: \"w/wrld.json\": no such file; did you mean \"world.json\"?"));
+  }
+}
+
+TEST(JsonText, is_read_back_as_the_same_tree_and_the_same_bytes) {
+  const Node node = parse_text(everything);
+  const std::string text = to_json_text(node);
+  const Node again = parse_text(text);
+  EXPECT_TRUE(same(node, again));
+  EXPECT_EQ(to_json_text(again), text);
+  EXPECT_TRUE(nlohmann::json::accept(text));
+}
+
+TEST(JsonText, has_this_form) {
+  EXPECT_EQ(to_json_text(parse_text(R"({"b":[1,{"x":true}],"a":{},"c":[],"d":"é\n"})")),
+            "{\n  \"b\": [\n    1,\n    {\n      \"x\": true\n    }\n  ],\n  \"a\": {},\n  \"c\": [],\n  \"d\": "
+            "\"é\\n\"\n}\n");
+}
+
+TEST(JsonText, keeps_every_bit_of_a_number) {
+  std::mt19937_64 random(3);
+  for (int round = 0; round < 20000; ++round) {
+    const double value = round % 2 == 0 ? std::bit_cast<double>(random()) : static_cast<double>(random() >> 11U);
+    if (!std::isfinite(value)) continue;
+    const Node again = parse_text(number_text(value));
+    ASSERT_EQ(std::bit_cast<std::uint64_t>(again.number()), std::bit_cast<std::uint64_t>(value)) << number_text(value);
+  }
+  EXPECT_EQ(number_text(4), "4");
+  EXPECT_EQ(number_text(100000), "100000");
+  EXPECT_EQ(number_text(0.02), "0.02");
+  EXPECT_EQ(number_text(0.0), "0");
+  EXPECT_EQ(number_text(-0.0), "-0.0");
+  EXPECT_EQ(number_text(1e300), "1e+300");
+  EXPECT_THROW((void)number_text(std::numeric_limits<double>::quiet_NaN()), std::invalid_argument);
+}
+
+TEST(JsonText, of_trees_made_by_the_program) {
+  Node node;
+  node.set("seed", Node(7)).origin.line = 3;
+  node.set("name", Node("elm"));
+  node.set("on", Node(true));
+  node.set("list", Node(Node::Array{Node(1.5), Node::null()}));
+  node.set("seed", Node(8U));
+  node.erase("name");
+  EXPECT_EQ(to_json_text(node), "{\n  \"seed\": 8,\n  \"on\": true,\n  \"list\": [\n    1.5,\n    null\n  ]\n}\n");
+}
+
+TEST(ContentText, ignores_order_notes_and_removed_members) {
+  const Node a = parse_text(R"({ "b": 1.0, "a": { "note": "x", "y": [null, 2] }, "gone": null })");
+  const Node b = parse_text(R"({ "a": { "y": [null, 2e0] }, "note": ["other"], "b": 1 })");
+  EXPECT_EQ(content_text(a), R"({"a":{"y":[null,2]},"b":1})");
+  EXPECT_EQ(content_text(a), content_text(b));
+}
+
+struct DecimalComma : std::numpunct<char> {
+  char do_decimal_point() const override { return ','; }
+};
+
+TEST(Json, does_not_depend_on_the_locale) {
+  const std::locale before = std::locale::global(std::locale(std::locale::classic(), new DecimalComma));
+  const std::string c_before = std::setlocale(LC_NUMERIC, nullptr);
+  for (const char* name : {"de_DE.UTF-8", "de_DE.utf8", "fr_FR.UTF-8", "de_DE"}) {
+    if (std::setlocale(LC_NUMERIC, name) != nullptr) break;
+  }
+  const Node node = parse_text("[1234567.5, 1.5e-3]");
+  const std::string text = content_text(node);
+  std::setlocale(LC_NUMERIC, c_before.c_str());
+  std::locale::global(before);
+  EXPECT_EQ(node.array()[0].number(), 1234567.5);
+  EXPECT_EQ(node.array()[1].number(), 0.0015);
+  EXPECT_EQ(text, "[1234567.5,0.0015]");
+}
+
+// Examples published with FIPS 180 and, for the lengths around a block, by sha256sum.
+TEST(Sha256, of_published_examples) {
+  EXPECT_EQ(sha256_hex(""), "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855");
+  EXPECT_EQ(sha256_hex("abc"), "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
+  EXPECT_EQ(sha256_hex("abcdbcdecdefdefgefghfghighijhijkijkljklmklmnlmnomnopnopq"),
+            "248d6a61d20638b8e5c026930c3e6039a33ce45964ff2167f6ecedd419db06c1");
+  EXPECT_EQ(sha256_hex(std::string(1000000, 'a')), "cdc76e5c9914fb9281a1c7e284d73e67f1809a48a497200e046d39ccc7112cd0");
+  EXPECT_EQ(sha256_hex(std::string(55, 'x')), "d5e285683cd4efc02d021a5c62014694958901005d6f71e89e0989fac77e4072");
+  EXPECT_EQ(sha256_hex(std::string(56, 'x')), "04c26261370ee7541549d16dee320c723e3fd14671e66a099afe0a377c16888e");
+  EXPECT_EQ(sha256_hex(std::string(63, 'x')), "75220b47218278e656f2013bb8f0c455a25eaf01e86c64924e9d48d89776d6f2");
+  EXPECT_EQ(sha256_hex(std::string(64, 'x')), "7ce100971f64e7001e8fe5a51973ecdfe1ced42befe7ee8d5fd6219506b5393c");
+  EXPECT_EQ(sha256_hex(std::string(65, 'x')), "9537c5fdf120482f7d58d25e9ed583f52c02b4e304ea814db1633ad565aed7e9");
+  EXPECT_EQ(sha256_hex(std::string(119, 'x')), "000b48d4edf0fa7bee3c6236ecd2785baa5db4eeb8bb54341b029e0d9fa5fb0c");
+  EXPECT_EQ(sha256_hex(std::string(120, 'x')), "13f05a0b594787f5ecd315edc96141bd3243203d1b7d4f0836f37308b276ba98");
+}
+
+TEST(Sha256, of_a_file) {
+  const Folder folder;
+  EXPECT_EQ(sha256_of_file(folder.write("abc", "abc")), sha256_hex("abc"));
+  EXPECT_THROW((void)sha256_of_file(folder.path() / "missing"), InputError);
+}
+
+}  // namespace
+}  // namespace gripline

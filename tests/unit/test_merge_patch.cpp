@@ -1,0 +1,164 @@
+#include "config/merge_patch.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "config/errors.hpp"
+#include "config/json_file.hpp"
+
+namespace gripline {
+namespace {
+
+using testing::HasSubstr;
+
+std::string compact(const Node& node) {
+  std::string text = to_json_text(node);
+  std::erase_if(text, [](char c) { return c == '\n' || c == ' '; });
+  return text;
+}
+
+std::string merged(const std::string& base, const std::string& patch) {
+  return compact(merge(parse_text(base), parse_text(patch)));
+}
+
+// The table of RFC 7396, appendix A.
+TEST(Merge, follows_every_example_of_rfc_7396) {
+  const std::vector<std::vector<std::string>> rows{
+      {R"({"a":"b"})", R"({"a":"c"})", R"({"a":"c"})"},
+      {R"({"a":"b"})", R"({"b":"c"})", R"({"a":"b","b":"c"})"},
+      {R"({"a":"b"})", R"({"a":null})", R"({})"},
+      {R"({"a":"b","b":"c"})", R"({"a":null})", R"({"b":"c"})"},
+      {R"({"a":["b"]})", R"({"a":"c"})", R"({"a":"c"})"},
+      {R"({"a":"c"})", R"({"a":["b"]})", R"({"a":["b"]})"},
+      {R"({"a":{"b":"c"}})", R"({"a":{"b":"d","c":null}})", R"({"a":{"b":"d"}})"},
+      {R"({"a":[{"b":"c"}]})", R"({"a":[1]})", R"({"a":[1]})"},
+      {R"(["a","b"])", R"(["c","d"])", R"(["c","d"])"},
+      {R"({"a":"b"})", R"(["c"])", R"(["c"])"},
+      {R"({"a":"foo"})", R"(null)", R"(null)"},
+      {R"({"a":"foo"})", R"("bar")", R"("bar")"},
+      {R"({"e":null})", R"({"a":1})", R"({"e":null,"a":1})"},
+      {R"([1,2])", R"({"a":"b","c":null})", R"({"a":"b"})"},
+      {R"({})", R"({"a":{"bb":{"ccc":null}}})", R"({"a":{"bb":{}}})"}};
+  for (const auto& row : rows) EXPECT_EQ(merged(row[0], row[1]), row[2]) << row[0] << " + " << row[1];
+}
+
+TEST(Merge, keeps_the_origin_of_each_value) {
+  const Node base = parse_text("{ \"a\": 1,\n  \"b\": { \"x\": 1, \"y\": 2 } }", "base");
+  const Node patch = parse_text("{\n\n  \"b\": { \"y\": 3 }, \"c\": 4 }", "patch");
+  const Node node = merge(base, patch);
+  const auto where = [&](const char* pointer) {
+    const Origin& at = find_pointer(node, pointer)->origin;
+    return at.source->name + ':' + std::to_string(at.line) + ':' + std::to_string(at.column) + at.pointer;
+  };
+  EXPECT_EQ(where("/a"), "base:1:8/a");
+  EXPECT_EQ(where("/b"), "base:2:8/b");
+  EXPECT_EQ(where("/b/x"), "base:2:15/b/x");
+  EXPECT_EQ(where("/b/y"), "patch:3:15/b/y");
+  EXPECT_EQ(where("/c"), "patch:3:25/c");
+  EXPECT_EQ(node.object()[2].key_origin().column, 20);
+  EXPECT_EQ(node.object()[2].key_origin().source->name, "patch");
+}
+
+TEST(Merge, a_replaced_value_brings_the_place_of_its_key) {
+  const Node node = merge(parse_text("{ \"a\": 1 }", "base"), parse_text("{\n \"a\": 2 }", "patch"));
+  EXPECT_EQ(node.object()[0].key_origin().source->name, "patch");
+  EXPECT_EQ(node.object()[0].key_origin().line, 2);
+}
+
+TEST(Merge, what_a_patch_removed_is_missing_because_of_the_patch) {
+  const Node base = parse_text("{ \"a\": { \"x\": 1, \"y\": 2 } }", "base");
+  EXPECT_EQ(merge(base, parse_text(R"({ "a": { "x": null } })", "patch")).find("a")->origin.source->name, "patch");
+  EXPECT_EQ(merge(base, parse_text(R"({ "a": { "z": null } })", "patch")).find("a")->origin.source->name, "base");
+}
+
+TEST(Merge, keeping_nulls_lets_a_removal_reach_a_later_merge) {
+  const Node child = parse_text(R"({ "stacks": { "new": { "estimator": null }, "old": null } })");
+  const Node base =
+      parse_text(R"({ "base": { "estimator": 1, "planner": 2 }, "stacks": { "old": {}, "none": null } })");
+  const Node node = merge_keeping_nulls(base, child);
+  EXPECT_EQ(compact(*node.find("stacks")), R"({"none":null,"new":{"estimator":null}})");
+  EXPECT_EQ(compact(merge(*node.find("base"), *node.find("stacks")->find("new"))), R"({"planner":2})");
+  const Node again = merge_keeping_nulls(node, child);
+  EXPECT_EQ(compact(*again.find("stacks")->find("new")), R"({"estimator":null})") << "null over null stays null";
+}
+
+const char* const experiment = R"({ "world": { "dt": 0.02, "plant": { "params": { "Df": 1, "Cr0": 2 } } },
+  "base": { "mu_init": 1.0 }, "list": [ { "a": 1 }, 2 ], "a/b~": 3 })";
+
+std::string assigned(const std::string& assignment) {
+  Node node = parse_text(experiment);
+  try {
+    apply_assignment(node, assignment);
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  const std::string pointer = assignment.substr(0, assignment.find('='));
+  return compact(*find_pointer(node, pointer));
+}
+
+TEST(Assignment, value_is_json_or_else_text) {
+  EXPECT_EQ(assigned("/world/dt=0.01"), "0.01");
+  EXPECT_EQ(assigned("/world/dt=20 ms"), "\"20ms\"");
+  EXPECT_EQ(assigned("/world/dt=\"20 ms\""), "\"20ms\"");
+  EXPECT_EQ(assigned("/base/mu_init=null"), "null");
+  EXPECT_EQ(assigned("/base/mu_init="), "\"\"");
+  EXPECT_EQ(assigned("/base/mu_init=nan"), "\"nan\"");
+  EXPECT_EQ(assigned("/base/mu_init=a=b"), "\"a=b\"");
+  EXPECT_EQ(assigned("/world/friction=[{\"t\":0,\"factor\":1}]"), R"([{"t":0,"factor":1}])");
+  EXPECT_EQ(assigned("/world/plant/params/Df=true"), "true");
+  EXPECT_EQ(assigned("/a~1b~0=4"), "4");
+  EXPECT_EQ(assigned("/list/0/a=7"), "7");
+  EXPECT_EQ(assigned("/list/1={}"), "{}");
+  EXPECT_EQ(assigned("=[1]"), "[1]");
+}
+
+TEST(Assignment, a_new_element_goes_last) {
+  Node node = parse_text(experiment);
+  set_pointer(node, "/list/-", "9");
+  set_pointer(node, "/list/-", "10");
+  EXPECT_EQ(compact(*node.find("list")), R"([{"a":1},2,9,10])");
+}
+
+TEST(Assignment, refuses_what_has_no_parent) {
+  EXPECT_EQ(assigned("/wrld/dt=1"), "--set /wrld/dt: the top level has no \"wrld\"; did you mean \"world\"?");
+  EXPECT_EQ(assigned("/world/plant/param/Df=1"),
+            "--set /world/plant/param/Df: /world/plant has no \"param\"; did you mean \"params\"?");
+  EXPECT_EQ(assigned("/world/tires/Df=1"), "--set /world/tires/Df: /world has no \"tires\"; known: dt, plant");
+  EXPECT_EQ(assigned("/world/dt/x=1"), "--set /world/dt/x: /world/dt is 0.02, it has no members");
+  EXPECT_EQ(assigned("/world/dt/x/y=1"), "--set /world/dt/x/y: /world/dt is 0.02, it has no members");
+  EXPECT_EQ(
+      assigned("/list/2=1"),
+      "--set /list/2: \"2\" is not an element of /list, which has 2; expected an index from 0, or - for a new one");
+  EXPECT_THAT(assigned("/list/x=1"), HasSubstr("\"x\" is not an element of /list"));
+  EXPECT_THAT(assigned("/list/-1=1"), HasSubstr("\"-1\" is not an element of /list"));
+  EXPECT_THAT(assigned("/list/-/a=1"), HasSubstr("must stand last"));
+}
+
+TEST(Assignment, refuses_what_is_no_assignment) {
+  EXPECT_EQ(assigned("/world/dt"), "--set /world/dt: expected /json/pointer=VALUE");
+  EXPECT_THAT(assigned("world/dt=1"), HasSubstr("\"world/dt\" is not a JSON pointer"));
+  EXPECT_THAT(assigned("/a~2=1"), HasSubstr("is not a JSON pointer"));
+  EXPECT_THAT(assigned("/a~=1"), HasSubstr("is not a JSON pointer"));
+}
+
+TEST(Assignment, broken_json_is_not_taken_for_text) {
+  EXPECT_EQ(assigned("/list=[1,"),
+            "--set /list: not JSON, column 4: the file ends too early: the \"[\" of line 1, column 1 is not closed");
+  EXPECT_THAT(assigned("/base={\"a\":1,\"a\":2}"), HasSubstr("the key \"a\" is already written"));
+  EXPECT_THAT(assigned("/base=\"a"), HasSubstr("not JSON"));
+}
+
+TEST(Assignment, errors_in_a_set_value_name_the_option) {
+  Node node = parse_text(experiment);
+  apply_assignment(node, R"(/base={ "mu_init": [1, "x"] })");
+  Errors errors;
+  errors.add(find_pointer(node, "/base/mu_init/1")->origin, "wrong");
+  EXPECT_EQ(errors.sorted()[0].text(), "--set /base/mu_init/1: wrong");
+}
+
+}  // namespace
+}  // namespace gripline
