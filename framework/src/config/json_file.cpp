@@ -35,13 +35,13 @@ class Loader {
       if (const Node* base = node.find("extends")) {
         const Node name = *base;
         node.erase("extends");
-        if (!name.is_null()) node = over(name, std::move(node));
+        if (!name.is_null()) node = over(name, node);
       }
     }
   }
 
   /// `patch` over the file that `name` names.
-  Node over(const Node& name, Node patch) {
+  Node over(const Node& name, const Node& patch) {
     if (!name.is_text())
       throw InputError(name.origin, "expected the path of a JSON file to extend, found " + name.describe());
     const fs::path file = resolve_path(name);
@@ -54,9 +54,8 @@ class Loader {
       throw InputError(name.origin,
                        '"' + name.text() + "\" holds " + base.describe() + ", expected an object to extend");
     }
-    Origin where = patch.origin;
     Node merged = merge_keeping_nulls(std::move(base), patch);
-    merged.origin = std::move(where);
+    merged.origin = patch.origin;
     return merged;
   }
 

@@ -204,13 +204,13 @@ bool ObjectReader::boolean(std::string_view key, std::optional<bool> fallback) {
   return fallback.value_or(false);
 }
 
-std::string ObjectReader::text(std::string_view key, std::optional<std::string> fallback) {
+std::string ObjectReader::text(std::string_view key, const std::optional<std::string>& fallback) {
   if (const Node* node = fallback ? find(key) : require(key, "a text")) return read_text(*node, errors_);
   return fallback.value_or("");
 }
 
 std::string ObjectReader::choice(std::string_view key, std::span<const std::string> names,
-                                 std::optional<std::string> fallback) {
+                                 const std::optional<std::string>& fallback) {
   if (const Node* node = fallback ? find(key) : require(key, one_of(names))) {
     return names[read_choice(*node, names, errors_)];
   }
@@ -226,7 +226,7 @@ std::filesystem::path ObjectReader::path(std::string_view key) {
 }
 
 std::filesystem::path ObjectReader::input_file(std::string_view key) {
-  const std::filesystem::path file = path(key);
+  std::filesystem::path file = path(key);
   if (file.empty()) return file;
   if (const std::string reason = why_unreadable(file); !reason.empty()) {
     error_at(key, node_.find(key)->describe() + ": " + reason);

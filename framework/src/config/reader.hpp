@@ -77,10 +77,10 @@ class ObjectReader {
   std::int64_t integer(std::string_view key, const IntegerRange& range = {},
                        std::optional<std::int64_t> fallback = std::nullopt);
   bool boolean(std::string_view key, std::optional<bool> fallback = std::nullopt);
-  std::string text(std::string_view key, std::optional<std::string> fallback = std::nullopt);
+  std::string text(std::string_view key, const std::optional<std::string>& fallback = std::nullopt);
   /// One of `names`.
   std::string choice(std::string_view key, std::span<const std::string> names,
-                     std::optional<std::string> fallback = std::nullopt);
+                     const std::optional<std::string>& fallback = std::nullopt);
   /// One of an enumeration's names.
   template <class E>
   E choice(std::string_view key, std::initializer_list<std::pair<const char*, E>> names,
