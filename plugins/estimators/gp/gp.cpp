@@ -1,0 +1,270 @@
+// Three Gaussian processes for what the nominal model leaves unexplained, as in BayesRace and the paper's comparison.
+//
+//   (vx', vy', omega') = f_nom(x, u) + (g_1, g_2, g_3)(d, delta', delta, vx, vy, omega),   g_i ~ GP (kernel.hpp)
+//
+// A step is one sample: its mean rates against the nominal model's at the middle of the step, so that the mean
+// functions may be integrated like any other rate. Samples wait until the first `tune_at` are there; then the inputs
+// and targets are standardised, the kernels fitted to at most `tune_points` of them, and from there on the window
+// slides by one sample per step. Kernels are fitted again when the window is full for the first time and then every
+// `tune_every` steps (0: never). Derivatives are analytic.
+//
+// `gp` is told the true friction, as in the published comparison. `gp_own_mu` knows no more than the others: it inverts
+// the lateral and yaw equations of step_path.hpp at the window's samples for the axle forces under the learned means,
+// and takes mu from the slip angle with the largest mean force.
+//
+// Sources: Jain, O'Kelly, Chaudhari, Morari, BayesRace (2020); Kalaria, Lin, Dolan, section on baselines.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <gripline/plugin.hpp>
+#include <stdexcept>
+#include <vector>
+
+#include "../step_path.hpp"
+#include "sliding_gp.hpp"
+
+namespace {
+
+using gripline::Axle;
+using gripline::gp::InputRow;
+constexpr int channels = 3;
+
+struct GpParams {
+  int window = 410, tune_at = 150, tune_every = 0, tune_points = 150, tune_iterations = 40;
+};
+
+class Gp : public gripline::Estimator {
+ public:
+  using Params = GpParams;
+  static constexpr auto parameters() {
+    using gripline::param;
+    using P = Params;
+    return std::tuple{
+        param("window", &P::window, "1", {10, 5000}, "samples the processes remember"),
+        param("tune_at", &P::tune_at, "1", {5, 5000}, "samples before the first fit of the kernels"),
+        param("tune_every", &P::tune_every, "1", {0, 1e6}, "steps between later fits; 0: only when the window fills"),
+        param("tune_points", &P::tune_points, "1", {5, 2000}, "samples a fit looks at, evenly chosen"),
+        param("tune_iterations", &P::tune_iterations, "1", {0, 1000}, "steps of a fit")};
+  }
+
+  Gp(const gripline::Surroundings& around, const Params& params)
+      : params_(params),
+        car_(around.car),
+        nominal_(around.nominal),
+        straight_(around.nominal, around.car),
+        processes_{gripline::gp::SlidingGp(params.window), gripline::gp::SlidingGp(params.window),
+                   gripline::gp::SlidingGp(params.window)} {
+    if (params.tune_at > params.window) throw std::runtime_error("gp: tune_at is larger than window");
+    samples_.resize(params.window);
+  }
+
+  void update(const gripline::Sample& k) override {
+    if (std::min(k.x.vx, k.x_next.vx) < car_.v_min || k.dt <= 0.0) return;
+    const Sample& one = remember(k);
+    ++seen_;
+    const bool full = seen_ == params_.window && params_.window > params_.tune_at;
+    const bool again = params_.tune_every > 0 && seen_ > params_.tune_at && since_tune_ >= params_.tune_every;
+    if (seen_ == params_.tune_at || full || again) {
+      tune();
+    } else if (tuned_) {
+      ++since_tune_;
+      const InputRow x = (one.input - input_mean_).cwiseQuotient(input_scale_);
+      for (int c = 0; c < channels; ++c) processes_[c].slide(x, (one.target[c] - target_mean_[c]) / target_scale_[c]);
+    }
+  }
+
+  void apply(const gripline::Points<double>& points) const override { correct(points); }
+  void apply(const gripline::Points<gripline::Dual8>& points) const override { correct(points); }
+
+ protected:
+  struct Sample {
+    InputRow input = InputRow::Zero();
+    std::array<double, channels> target = {};
+    gripline::Motion rate, middle;
+    gripline::Slips slip;
+    double delta = 0, bank_rate = 0;
+  };
+
+  bool tuned() const { return tuned_; }
+  const gripline::Car& car() const { return car_; }
+  int count() const { return static_cast<int>(std::min<std::int64_t>(seen_, params_.window)); }
+  /// Sample i of the window, oldest first.
+  const Sample& sample(int i) const { return samples_[(seen_ - count() + i) % params_.window]; }
+  /// Rate of channel c at sample i with its noise taken off.
+  double smoothed_target(int c, int i) const {
+    return target_mean_[c] + target_scale_[c] * processes_[c].mean_at_sample(i);
+  }
+
+ private:
+  const Sample& remember(const gripline::Sample& k) {
+    Sample& one = samples_[seen_ % params_.window];
+    one.middle = {0.5 * (k.x.vx + k.x_next.vx), 0.5 * (k.x.vy + k.x_next.vy), 0.5 * (k.x.omega + k.x_next.omega)};
+    one.delta = k.x_next.delta;
+    gripline::State x = k.x;
+    x.vx = one.middle.vx;
+    x.vy = one.middle.vy;
+    x.omega = one.middle.omega;
+    x.delta = one.delta;
+    const auto nominal = nominal_->rates(x, k.u, k.at);
+    one.rate = {(k.x_next.vx - k.x.vx) / k.dt, (k.x_next.vy - k.x.vy) / k.dt, (k.x_next.omega - k.x.omega) / k.dt};
+    one.target = {one.rate.vx - nominal.vx, one.rate.vy - nominal.vy, one.rate.omega - nominal.omega};
+    one.input << k.u.d, k.u.ddelta, one.delta, one.middle.vx, one.middle.vy, one.middle.omega;
+    one.slip = gripline::slips(one.middle, one.delta, car_);
+    one.bank_rate = straight_.at(x.vx, k.u.d, k.at).side;
+    return one;
+  }
+
+  /// Standardises, fits the kernels to an even choice of the window, and puts the whole window in.
+  void tune() {
+    const int n = count();
+    Eigen::MatrixXd x(n, gripline::gp::inputs);
+    Eigen::MatrixXd y(n, channels);
+    for (int i = 0; i < n; ++i) {
+      x.row(i) = sample(i).input;
+      for (int c = 0; c < channels; ++c) y(i, c) = sample(i).target[c];
+    }
+    const auto spread = [](const auto& column) {
+      return std::max(1e-9, std::sqrt((column.array() - column.mean()).square().mean()));
+    };
+    for (int d = 0; d < gripline::gp::inputs; ++d) {
+      input_mean_[d] = x.col(d).mean();
+      input_scale_[d] = spread(x.col(d));
+      x.col(d) = (x.col(d).array() - input_mean_[d]) / input_scale_[d];
+    }
+    const int chosen = std::min(n, params_.tune_points);
+    Eigen::MatrixXd few(chosen, gripline::gp::inputs);
+    Eigen::VectorXd few_targets(chosen);
+    for (int c = 0; c < channels; ++c) {
+      target_mean_[c] = y.col(c).mean();
+      target_scale_[c] = spread(y.col(c));
+      y.col(c) = (y.col(c).array() - target_mean_[c]) / target_scale_[c];
+      for (int i = 0; i < chosen; ++i) {
+        const int from = static_cast<int>((static_cast<std::int64_t>(i) * n) / chosen);
+        few.row(i) = x.row(from);
+        few_targets[i] = y(from, c);
+      }
+      const auto kernel = gripline::gp::fit_kernel(processes_[c].kernel(), few, few_targets, params_.tune_iterations);
+      processes_[c].reset(kernel, x, y.col(c));
+    }
+    tuned_ = true;
+    since_tune_ = 0;
+  }
+
+  template <class T>
+  void correct(const gripline::Points<T>& points) const {
+    if (!tuned_) return;
+    for (std::size_t i = 0; i < points.n; ++i) {
+      auto& q = points.q[i];
+      const std::array<T, gripline::gp::inputs> z = {q.d, q.delta_rate, q.delta, q.vx, q.vy, q.omega};
+      InputRow x;
+      for (int d = 0; d < gripline::gp::inputs; ++d) x[d] = (gripline::value(z[d]) - input_mean_[d]) / input_scale_[d];
+      T* const rates[channels] = {&q.ax, &q.ay, &q.aw};
+      for (int c = 0; c < channels; ++c) {
+        const auto mean = processes_[c].mean(x);
+        T correction(target_mean_[c] + target_scale_[c] * mean.value);
+        if constexpr (!std::is_same_v<T, double>) {
+          for (int d = 0; d < gripline::gp::inputs; ++d) {
+            const double slope = target_scale_[c] * mean.gradient[d] / input_scale_[d];
+            for (int j = 0; j < 8; ++j) correction.d[j] += slope * z[d].d[j];
+          }
+        }
+        *rates[c] += correction;
+      }
+    }
+  }
+
+  Params params_;
+  gripline::Car car_;
+  gripline::Prediction* nominal_;
+  gripline::StraightDrive straight_;
+  std::array<gripline::gp::SlidingGp, channels> processes_;
+  std::vector<Sample> samples_;
+  std::int64_t seen_ = 0, since_tune_ = 0;
+  bool tuned_ = false;
+  InputRow input_mean_ = InputRow::Zero(), input_scale_ = InputRow::Ones();
+  std::array<double, channels> target_mean_ = {}, target_scale_ = {1, 1, 1};
+};
+
+class ToldGp final : public Gp {
+ public:
+  using Params = GpParams;
+  ToldGp(const gripline::Surroundings& around, const Params& params) : Gp(around, params), truth_(around.truth) {
+    if (truth_ == nullptr) throw std::runtime_error("gp needs the truth of a world; there is none here");
+  }
+  gripline::Belief belief() const override { return {truth_->mu(Axle::front), truth_->mu(Axle::rear), 0, 0, tuned()}; }
+
+ private:
+  const gripline::Truth* truth_;
+};
+
+/// mu per axle from the learned means: mean |force| of the samples in bins of slip, the largest bin counts.
+class OwnMuGp final : public Gp {
+ public:
+  using Params = GpParams;
+  OwnMuGp(const gripline::Surroundings& around, const Params& params)
+      : Gp(around, params), belief_{around.mu_init, around.mu_init, 0, 0, false} {}
+  void update(const gripline::Sample& k) override {
+    Gp::update(k);
+    if (tuned()) judge();
+  }
+  gripline::Belief belief() const override { return belief_; }
+
+ private:
+  static constexpr int bins = 12;
+  static constexpr double width = 0.05;  // [rad]; the last bin ends at the 0.6 rad of the paper
+  static constexpr int fewest = 3;       // samples that make a bin count
+
+  struct Bin {
+    int count = 0;
+    double sum = 0, squares = 0;
+    void add(double force) {
+      ++count;
+      sum += force;
+      squares += force * force;
+    }
+  };
+
+  void judge() {
+    std::array<Bin, bins> front = {}, rear = {};
+    const gripline::Car& c = car();
+    const double L = c.lf + c.lr;
+    for (int i = 0; i < count(); ++i) {
+      const Sample& s = sample(i);
+      // The learned part replaces the measured one: rate - target is the nominal model's.
+      const double side =
+          c.m * (s.rate.vy - s.target[1] + smoothed_target(1, i) + s.middle.vx * s.middle.omega - s.bank_rate);
+      const double moment = c.Iz * (s.rate.omega - s.target[2] + smoothed_target(2, i));
+      const double force_rear = (side * c.lf - moment) / L;
+      const double force_front = (side * c.lr + moment) / (L * std::cos(s.delta));
+      put(front, s.slip.front, force_front);
+      put(rear, s.slip.rear, force_rear);
+    }
+    const double weight = c.m * gripline::gravity;
+    read(front, weight * c.lr / L, belief_.mu_front, belief_.sigma_front);
+    read(rear, weight * c.lf / L, belief_.mu_rear, belief_.sigma_rear);
+    belief_.trusted = true;
+  }
+
+  static void put(std::array<Bin, bins>& all, double slip, double force) {
+    const int i = static_cast<int>(std::abs(slip) / width);
+    if (i < bins) all[i].add(slip < 0 ? -force : force);
+  }
+
+  static void read(const std::array<Bin, bins>& all, double load, double& mu, double& sigma) {
+    const Bin* best = nullptr;
+    for (const Bin& bin : all)
+      if (bin.count >= fewest && (best == nullptr || bin.sum * best->count > best->sum * bin.count)) best = &bin;
+    if (best == nullptr) return;
+    const double mean = best->sum / best->count;
+    mu = mean / load;
+    sigma = std::sqrt(std::max(0.0, best->squares / best->count - mean * mean)) / load;
+  }
+
+  gripline::Belief belief_;
+};
+
+}  // namespace
+
+GRIPLINE_PLUGINS(
+    gripline::describe<ToldGp>("gp", "1.0", "Gaussian processes on the residual, told the true friction").needs_truth(),
+    gripline::describe<OwnMuGp>("gp_own_mu", "1.0", "Gaussian processes on the residual, friction from their forces"))
