@@ -9,11 +9,13 @@ LapCounter::LapCounter(const Track& track, const Pose& start, double t)
   line_ = track.at(place_.s);
 }
 
-/// The nearest stretch reached from the last place. A car that left the road and came back elsewhere is found again
-/// once it stands inside the road there.
+/// The nearest stretch reached from the last place, also for a car that slides over the edge onto a neighbouring
+/// stretch. Only a car more than a whole width off that stands inside the road elsewhere is taken to have rejoined
+/// there.
 CurveLocation LapCounter::follow(double x, double y) const {
   const CurveLocation near = track_.locate(x, y, place_.s);
-  if (track_.inside(near)) return near;
+  const double half_width = near.n >= 0.0 ? track_.half_width_left(near.s) : track_.half_width_right(near.s);
+  if (track_.beyond_edge(near) <= half_width) return near;
   const CurveLocation nearest = track_.locate(x, y);
   return track_.inside(nearest) ? nearest : near;
 }

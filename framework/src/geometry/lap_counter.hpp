@@ -9,7 +9,8 @@ namespace gripline {
 
 /// Follows the car's station and the way it has covered since the start. A lap ends at the first forward crossing of
 /// the line after the road's whole length was covered, so that rolling back over the line and crossing it again, or
-/// waiting on it, counts once. Off the road the station is that of the nearest stretch the car came from.
+/// waiting on it, counts once. Off the road the car stays with the stretch it came from, until it is more than a whole
+/// width off and stands on another one.
 class LapCounter {
  public:
   /// Keeps a reference to `track`. The car is at `start` at time `t`.
@@ -23,7 +24,8 @@ class LapCounter {
   int laps() const { return laps_; }
   /// Way covered along the centre line since the start [m]; falls when the car goes backwards.
   double covered() const { return covered_; }
-  /// Where the car was at the last call, relative to the centre line.
+  /// Where the car was at the last call, relative to the stretch of road it is driving: what offsets and violations are
+  /// measured by.
   const CurveLocation& place() const { return place_; }
 
  private:
