@@ -1,6 +1,7 @@
 // Drives towards a point ahead, at the planned speed: for training laps and as the simplest controller there is.
 //
-//   delta = atan(2 (lf + lr) sin(eta) / l)      rear axle to target: distance l, angle eta off the car's axis
+//   kappa = 2 sin(eta) / l                rear axle to target: distance l, angle eta off the car's axis
+//   delta = atan((lf + lr) kappa) + k_yaw (v kappa - omega)                        the second term for tyres that slip
 //   a     = k_p (v_ref - v) + k_i int(v_ref - v) + (v_ref' - v_ref) / dt,   d from the nominal model so that v' = a
 //
 // Source: Coulter (1992), "Implementation of the pure pursuit path tracking algorithm"; the target is where the
@@ -20,7 +21,8 @@ class PurePursuit final : public Controller {
   struct Params {
     int horizon = 40;
     double lookahead = 1.5;
-    double lookahead_time = 0.1;
+    double lookahead_time = 0.05;
+    double k_yaw = 0.04;
     double k_p = 8.0;
     double k_i = 4.0;
   };
@@ -29,6 +31,7 @@ class PurePursuit final : public Controller {
         param("horizon", &Params::horizon, "1", {2, 500}, "reference points asked for beside the first"),
         param("lookahead", &Params::lookahead, "1", {0.1, 100}, "distance to the target at rest, in wheelbases"),
         param("lookahead_time", &Params::lookahead_time, "s", {0, 10}, "growth of that distance with speed"),
+        param("k_yaw", &Params::k_yaw, "s", {0, 10}, "steering per error of yaw rate"),
         param("k_p", &Params::k_p, "1/s", {0, 1e3}, "acceleration per error of speed"),
         param("k_i", &Params::k_i, "1/s2", {0, 1e3}, "acceleration per integrated error of speed")};
   }
@@ -70,7 +73,8 @@ class PurePursuit final : public Controller {
     const double across = -(target_x - rear_x) * sine + (target_y - rear_y) * cosine;
     const double l2 = along * along + across * across;
     if (along <= 0.0) return across >= 0.0 ? car_.delta_max : -car_.delta_max;  // the target lies behind: turn around
-    return std::atan(2.0 * wheelbase * across / std::max(l2, 1e-12));
+    const double kappa = 2.0 * across / std::max(l2, 1e-12);
+    return std::atan(wheelbase * kappa) + k_.k_yaw * (x.vx * kappa - x.omega);
   }
 
   double throttle(const Observation& now, std::span<const RefPoint> horizon, Prediction& model) {

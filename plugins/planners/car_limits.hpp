@@ -108,7 +108,7 @@ struct SteadyTurn {
 inline SteadyTurn steady_turn(const Car& car, const Grip& grip, double kappa, double a) {
   const double wheelbase = car.lf + car.lr;
   double delta = wheelbase * kappa, beta = car.lr * kappa, front = 0, rear = 0;
-  for (int iteration = 0; iteration < 8; ++iteration) {
+  for (int iteration = 0; iteration < 20; ++iteration) {
     const double balance = std::cos(delta) * car.lf / car.lr;  // Fr / Ff
     front = a * std::cos(beta) / (std::cos(delta) + balance);
     rear = balance * front;
@@ -119,49 +119,79 @@ inline SteadyTurn steady_turn(const Car& car, const Grip& grip, double kappa, do
     beta = std::asin(sine) - slip_rear;
     const double wanted = slip_front + std::atan((std::sin(beta) + kappa * car.lf) / std::cos(beta));
     if (!(wanted < 1.5)) return {std::numeric_limits<double>::infinity(), 0.0, 0.0};
-    delta = 0.5 * (delta + wanted) + (iteration > 3 ? 0.5 * (wanted - delta) : 0.0);
+    const double change = wanted - delta;
+    delta += iteration > 3 ? change : 0.5 * change;
+    if (std::abs(change) < 1e-10) break;
   }
   return {delta, front * std::sin(delta - beta) - rear * std::sin(beta), beta};
 }
 
-/// Speed limit of a corner and drag in it, for one state of the tyres.
+/// Speed limits of corners and the drag in them. Forces scale with mu and steering depends on their ratios only, so
+/// that one table over curvature and one over curvature and load serve every mu.
 class CornerLimits {
  public:
-  CornerLimits(const Car& car, const Grip& grip, double top_speed) : car_(car), grip_(grip), top_(top_speed) {}
+  /// `unit`: the axles at mu = 1.
+  CornerLimits(const Car& car, const Grip& unit, double top_speed)
+      : lateral_(unit.lateral(car)),
+        top_(top_speed),
+        steepest_(1.2 * std::tan(car.delta_max) / (car.lf + car.lr)),
+        accel_(curvatures),
+        drag_(curvatures * loads) {
+    for (std::size_t i = 0; i < curvatures; ++i) {
+      const double kappa = steepest_ * static_cast<double>(i) / (curvatures - 1);
+      accel_[i] = largest_accel(car, unit, kappa);
+      double last = 0.0;
+      for (std::size_t j = 0; j < loads; ++j) {
+        const double share = full_load * static_cast<double>(j) / (loads - 1);
+        const SteadyTurn turn = steady_turn(car, unit, kappa, share * lateral_);
+        if (std::isfinite(turn.steering)) last = turn.drag;
+        drag_[i * loads + j] = last;
+      }
+    }
+  }
 
-  double lateral_limit() const { return grip_.lateral(car_); }
+  /// Largest lateral acceleration with the yaw moments in balance [m/s2].
+  double lateral_limit(double mu) const { return mu * lateral_; }
 
   /// Largest speed at which the turn can be held steadily by tyres and steering [m/s]. `bank` as in Place. A line
   /// sharper than the car can steer at all gets the speed of a crawl: a quarter of its friction circle's.
-  double speed(double kappa, double bank) const {
-    const double side = kappa < 0 ? -1.0 : 1.0;
-    const double curvature = std::abs(kappa), pull = side * gravity * std::sin(bank);
-    const auto possible = [&](double v) { return can_hold(v, curvature, pull); };
-    if (possible(top_)) return top_;
-    const double crawl = std::min(top_, 0.25 * std::sqrt(lateral_limit() / std::max(curvature, 1e-9)));
-    double lo = std::sqrt(std::max(0.0, pull) / std::max(curvature, 1e-9)), hi = top_;
-    if (!(lo < hi) || !possible(lo)) return crawl;
-    for (int i = 0; i < 40; ++i) (possible(0.5 * (lo + hi)) ? lo : hi) = 0.5 * (lo + hi);
-    return std::max(lo, crawl);
+  double speed(double mu, double kappa, double bank) const {
+    const double curvature = std::abs(kappa), pull = (kappa < 0 ? -1.0 : 1.0) * gravity * std::sin(bank);
+    const double force = mu * lookup(accel_.data(), curvature / steepest_ * (curvatures - 1), curvatures);
+    const double a = std::max(force, mu * lateral_ / 16.0) + pull;  // crawl: v^2 kappa is a sixteenth of mu g
+    return std::min(top_, std::sqrt(std::max(a, 1e-4) / std::max(curvature, 1e-9)));
   }
 
-  /// Deceleration by the tyres' side forces in a turn at speed v [m/s2]; 0 where the turn cannot be held.
-  double drag(double v, double kappa, double bank) const {
-    const double side = kappa < 0 ? -1.0 : 1.0;
-    const double a = side * (v * v * kappa - gravity * std::sin(bank));
-    return steady_turn(car_, grip_, std::abs(kappa), std::clamp(a, 0.0, 0.98 * lateral_limit())).drag;
+  /// Deceleration by the tyres' side forces in a turn at speed v [m/s2]; that of the limit beyond it.
+  double drag(double mu, double v, double kappa, double bank) const {
+    const double a = (kappa < 0 ? -1.0 : 1.0) * (v * v * kappa - gravity * std::sin(bank));
+    const double row = std::min(std::abs(kappa) / steepest_, 1.0) * (curvatures - 1);
+    const double column = std::clamp(a / (mu * lateral_), 0.0, full_load) / full_load * (loads - 1);
+    const std::size_t i = std::min(static_cast<std::size_t>(row), curvatures - 2);
+    const double low = lookup(&drag_[i * loads], column, loads), high = lookup(&drag_[(i + 1) * loads], column, loads);
+    return mu * (low + (high - low) * (row - static_cast<double>(i)));
   }
 
  private:
-  bool can_hold(double v, double curvature, double pull) const {
-    const double a = v * v * curvature - pull;
-    if (a < 0.0) return -a <= lateral_limit();
-    return a < lateral_limit() && steady_turn(car_, grip_, curvature, a).steering <= car_.delta_max;
+  static constexpr std::size_t curvatures = 257, loads = 65;
+  static constexpr double full_load = 0.98;  // the slip of the peak itself depends on too little to be tabled
+
+  double largest_accel(const Car& car, const Grip& unit, double kappa) const {
+    const auto possible = [&](double a) { return steady_turn(car, unit, kappa, a).steering <= car.delta_max; };
+    if (!possible(0.0)) return 0.0;
+    double lo = 0.0, hi = lateral_ / std::cos(car.delta_max);  // none can be more: Ff <= its peak
+    for (int i = 0; i < 40; ++i) (possible(0.5 * (lo + hi)) ? lo : hi) = 0.5 * (lo + hi);
+    return std::min(lo, lateral_);
+  }
+  static double lookup(const double* values, double position, std::size_t count) {
+    const double inside = std::clamp(position, 0.0, static_cast<double>(count - 1));
+    const std::size_t i = std::min(static_cast<std::size_t>(inside), count - 2);
+    const double w = inside - static_cast<double>(i);
+    return values[i] * (1.0 - w) + values[i + 1] * w;
   }
 
-  Car car_;
-  Grip grip_;
-  double top_ = 0;
+  double lateral_, top_, steepest_;
+  std::vector<double> accel_, drag_;
 };
 
 }  // namespace gripline::planning

@@ -67,14 +67,15 @@ class RoadLine {
 /// Remembers where the car was on the line, so that the projection moves continuously.
 class LineFollower {
  public:
-  /// Station of the car's foot on the line. Whoever is further from the line than the road is wide has lost it and is
-  /// looked for everywhere.
+  /// Station of the car's foot on the line. A car further from the line than the road is wide, or whose foot jumped by
+  /// twice that, is not where it was: it is looked for everywhere.
   double locate(const ClosedLine& line, double x, double y) {
     ClosedLine::Foot foot{};
     if (!std::isnan(hint_)) {
       foot = line.project(x, y, hint_);
       const LinePoint p = line.at(foot.s);
-      if (foot.distance > p.left + p.right) hint_ = std::numeric_limits<double>::quiet_NaN();
+      const double width = p.left + p.right, jump = std::remainder(foot.s - hint_, line.length());
+      if (foot.distance > width || std::abs(jump) > 2.0 * width) hint_ = std::numeric_limits<double>::quiet_NaN();
     }
     if (std::isnan(hint_)) foot = line.project(x, y);
     hint_ = foot.s;

@@ -39,7 +39,7 @@ constexpr auto line_parameters() {
       param("max_curvature", static_cast<double P::*>(&P::max_curvature), "1/m", {0, 1e3},
             "soft bound of the line's curvature; 0: 0.8 of what the car can steer"),
       param("spacing", static_cast<double P::*>(&P::spacing), "m", {0, 10},
-            "between samples of the line; 0: a third of the wheelbase"),
+            "between samples of the line; 0: a sixth of the wheelbase"),
       param("pace", static_cast<double P::*>(&P::pace), "1", {0.05, 3}, "factor on all planned speeds"),
       param("from_car_speed", static_cast<bool P::*>(&P::from_car_speed), "1", {0, 1},
             "references gain speed only as fast as the car can; false: they drive the profile at once, as published"),
@@ -59,7 +59,7 @@ inline ClosedLine minimum_curvature_line(const Surroundings& around, const LineP
   if (around.course == nullptr) throw std::invalid_argument("a planner needs a course");
   const Car& car = around.car;
   const double wheelbase = car.lf + car.lr;
-  const double spacing = params.spacing > 0 ? params.spacing : wheelbase / 3.0;
+  const double spacing = params.spacing > 0 ? params.spacing : wheelbase / 6.0;
   const double wanted = std::ceil(around.course->length() / spacing);
   if (!(wanted >= 8) || wanted > 200000) throw std::invalid_argument("spacing does not suit the length of the course");
   LineOptions options;

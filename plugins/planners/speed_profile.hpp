@@ -23,14 +23,13 @@ struct ProfileOptions {
   double combined = 1.0;    // share of the drive and brake force that counts in the friction circle
 };
 
-/// Speeds [m/s] at the samples of the line, as fast as the limits allow with this grip.
-inline std::vector<double> speed_profile(const ClosedLine& line, const Car& car, const DriveLimits& limits,
-                                         const Grip& grip, double combined) {
-  const CornerLimits corner(car, grip, limits.top_speed());
+/// Speeds [m/s] at the samples of the line, as fast as the limits allow at this friction.
+inline std::vector<double> speed_profile(const ClosedLine& line, const DriveLimits& limits, const CornerLimits& corner,
+                                         double mu, double combined) {
   const std::size_t n = line.size();
-  const double ds = line.spacing(), lateral_limit = corner.lateral_limit();
+  const double ds = line.spacing(), lateral_limit = corner.lateral_limit(mu);
   std::vector<double> v(n);
-  for (std::size_t i = 0; i < n; ++i) v[i] = corner.speed(line.samples()[i].kappa, line.samples()[i].bank);
+  for (std::size_t i = 0; i < n; ++i) v[i] = corner.speed(mu, line.samples()[i].kappa, line.samples()[i].bank);
 
   // Longitudinal force left to the tyres beside their lateral one.
   const auto left_over = [&](double speed, const LinePoint& p) {
@@ -39,7 +38,7 @@ inline std::vector<double> speed_profile(const ClosedLine& line, const Car& car,
     return lateral_limit * std::sqrt(std::max(0.0, 1.0 - lateral * lateral)) / combined;
   };
   const auto passive = [&](double speed, const LinePoint& p) {
-    return limits.coast(speed) - corner.drag(speed, p.kappa, p.bank) - gravity * std::sin(p.grade);
+    return limits.coast(speed) - corner.drag(mu, speed, p.kappa, p.bank) - gravity * std::sin(p.grade);
   };
   // Two rounds: what the second finds already there is a fixed point, as the slowest corner is met in the first.
   for (std::size_t k = 0; k < 2 * n; ++k) {
@@ -70,9 +69,8 @@ class ProfileLibrary {
   ProfileLibrary(const ClosedLine& line, const Car& car, const DriveLimits& limits, const ProfileOptions& options,
                  std::span<const double> mus)
       : mus_(mus.begin(), mus.end()) {
-    for (const double mu : mus_)
-      profiles_.push_back(
-          speed_profile(line, car, limits, Grip::uniform(mu, car, options.B, options.C), options.combined));
+    const CornerLimits corner(car, Grip::uniform(1.0, car, options.B, options.C), limits.top_speed());
+    for (const double mu : mus_) profiles_.push_back(speed_profile(line, limits, corner, mu, options.combined));
   }
 
   std::span<const double> mus() const { return mus_; }

@@ -2,10 +2,10 @@
 
 #include "planner_support.hpp"
 
+namespace gripline {
 namespace {
 
-using namespace gripline;
-using namespace gripline::testing_support;
+using namespace testing_support;
 using Changes = std::vector<std::pair<std::string, double>>;
 
 class FixedSpeedTest : public ::testing::Test {
@@ -62,3 +62,4 @@ TEST_F(FixedSpeedTest, NeedsACourseAndAModel) {
 }
 
 }  // namespace
+}  // namespace gripline

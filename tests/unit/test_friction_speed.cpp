@@ -3,10 +3,10 @@
 
 #include "planner_support.hpp"
 
+namespace gripline {
 namespace {
 
-using namespace gripline;
-using namespace gripline::testing_support;
+using namespace testing_support;
 using Changes = std::vector<std::pair<std::string, double>>;
 
 class FrictionSpeedTest : public ::testing::Test {
@@ -155,3 +155,4 @@ TEST_F(FrictionSpeedTest, HeadingIsTheOneNearestToTheCars) {
 TEST_F(FrictionSpeedTest, RefusesAnEmptyGrid) { EXPECT_THROW(make({{"mu_lo", 1.0}, {"mu_hi", 0.5}}), PluginError); }
 
 }  // namespace
+}  // namespace gripline

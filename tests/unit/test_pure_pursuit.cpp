@@ -3,10 +3,10 @@
 #include "geometry/lap_counter.hpp"
 #include "planner_support.hpp"
 
+namespace gripline {
 namespace {
 
-using namespace gripline;
-using namespace gripline::testing_support;
+using namespace testing_support;
 using Changes = std::vector<std::pair<std::string, double>>;
 
 struct Drive {
@@ -64,6 +64,54 @@ Drive race(const Track& track, double pace, int laps, const Changes& changes = {
   return result;
 }
 
+// One decision for a car on a straight reference.
+Command decide(const State& x, double v_ref, const Changes& changes = {}) {
+  const Registry registry = plugins();
+  DynamicCar model(registry, 0.02);
+  Surroundings around;
+  around.car = car_1_43();
+  around.dt = 0.02;
+  const PluginEntry& entry = registry.find(abi::Kind::controller, "pure_pursuit");
+  const auto controller = create<Controller>(entry, around, values_of(entry, changes));
+  std::vector<RefPoint> horizon(static_cast<std::size_t>(controller->horizon()));
+  for (std::size_t k = 0; k < horizon.size(); ++k) {
+    horizon[k].x = v_ref * 0.02 * static_cast<double>(k);
+    horizon[k].v = v_ref;
+  }
+  Observation now;
+  now.x = x;
+  return controller->control(now, horizon, model.prediction());
+}
+
+TEST(PurePursuit, SteersTowardsTheLineWithinTheRate) {
+  State x;
+  x.vx = 1.0;
+  x.y = 0.05;  // left of the line
+  EXPECT_LT(decide(x, 1.0).u.ddelta, 0.0);
+  x.y = -0.05;
+  EXPECT_GT(decide(x, 1.0).u.ddelta, 0.0);
+  x.y = -1.0;
+  EXPECT_DOUBLE_EQ(decide(x, 1.0).u.ddelta, 5.0);
+  x.y = 0.0;
+  EXPECT_NEAR(decide(x, 1.0).u.ddelta, 0.0, 1e-12);
+}
+
+TEST(PurePursuit, ThrottleHoldsTheSpeedThatTheModelSays) {
+  State x;
+  x.vx = 2.0;
+  const double d = decide(x, 2.0).u.d;
+  EXPECT_NEAR((0.287 - 0.0545 * 2) * d, 0.0518 + 0.00035 * 4, 1e-9);  // drive against resistance
+  EXPECT_DOUBLE_EQ(decide(x, 4.0).u.d, 1.0);
+  EXPECT_DOUBLE_EQ(decide(x, 0.5).u.d, -0.1);
+}
+
+TEST(PurePursuit, TurnsAroundForATargetBehind) {
+  State x;
+  x.vx = 1.0;
+  x.yaw = 3.0;
+  EXPECT_DOUBLE_EQ(std::abs(decide(x, 1.0).u.ddelta), 5.0);
+}
+
 class PurePursuitLaps : public ::testing::TestWithParam<std::pair<const char*, double>> {};
 
 TEST_P(PurePursuitLaps, StayInsideAtModerateSpeedFromStandstill) {
@@ -71,17 +119,14 @@ TEST_P(PurePursuitLaps, StayInsideAtModerateSpeedFromStandstill) {
   const Track track = std::string(name) == "ethz" ? ethz() : ethz_mobil();
   const Drive drive = race(track, pace, 2);
   ASSERT_EQ(drive.laps.size(), 2u);
-  RecordProperty("lap1", std::to_string(drive.laps[1]));
-  std::cout << name << " pace " << pace << ": laps " << drive.laps[0] << " " << drive.laps[1] << " s, deviation "
-            << drive.deviation << " m, speed error " << drive.speed_error << " m/s, closest to the edge "
-            << -drive.beyond_edge << " m\n";
+  EXPECT_GT(drive.laps[0], drive.laps[1]);  // the standing start
   EXPECT_LT(drive.beyond_edge, 0.0);
   EXPECT_LT(drive.deviation, 0.03);
   EXPECT_LT(drive.speed_error, 0.15);
 }
 INSTANTIATE_TEST_SUITE_P(Tracks, PurePursuitLaps,
-                         ::testing::Values(std::pair{"ethz", 0.5}, std::pair{"ethz", 0.7}, std::pair{"mobil", 0.5},
-                                           std::pair{"mobil", 0.7}, std::pair{"ethz", 0.8}, std::pair{"ethz", 0.9},
-                                           std::pair{"mobil", 0.8}, std::pair{"mobil", 0.9}));
+                         ::testing::Values(std::pair{"ethz", 0.5}, std::pair{"ethz", 0.75}, std::pair{"mobil", 0.5},
+                                           std::pair{"mobil", 0.75}));
 
 }  // namespace
+}  // namespace gripline

@@ -4,11 +4,11 @@
 
 #include "planner_support.hpp"
 
+namespace gripline {
 namespace {
 
-using namespace gripline;
-using namespace gripline::planning;
-using namespace gripline::testing_support;
+using namespace planning;
+using namespace testing_support;
 
 ClosedLine circle(double radius, std::size_t n) {
   std::vector<LinePoint> samples(n);
@@ -82,38 +82,38 @@ TEST(CornerLimits, SteeringLimitsSharpTurns) {
   for (const double factor : {1.0, 0.6}) {
     DynamicCar plant(registry, 0.02, factor);
     const Grip grip = true_grip(factor);
-    const CornerLimits corner(car, grip, 4.21);
+    const CornerLimits corner(car, true_grip(1.0), 4.21);
     for (const auto& [radius, speed] : table) {
-      const double v = corner.speed(1 / radius, 0);
+      const double v = corner.speed(factor, 1 / radius, 0);
       EXPECT_NEAR(v, speed * std::sqrt(factor), 0.1) << radius;
-      EXPECT_DOUBLE_EQ(corner.speed(-1 / radius, 0), v);
+      EXPECT_DOUBLE_EQ(corner.speed(factor, -1 / radius, 0), v);
       const SteadyTurn turn = steady_turn(car, grip, 1 / radius, v * v / radius);
-      EXPECT_NEAR(turn.steering, car.delta_max, 1e-4);
+      EXPECT_NEAR(turn.steering, car.delta_max, 5e-3);
       State x;
       x.vx = v * std::cos(turn.beta);
       x.vy = v * std::sin(turn.beta);
       x.omega = v / radius;
       x.delta = turn.steering;
       const Prediction::Rates r = plant.prediction().rates(x, {0, 0}, {});
-      EXPECT_NEAR(r.vy, 0.0, 0.03) << radius;
+      EXPECT_NEAR(r.vy, 0.0, 0.01) << radius;
       EXPECT_NEAR(r.omega, 0.0, 2.0) << radius;  // of 4000 rad/s2 that one axle alone would give
     }
-    EXPECT_LE(corner.speed(1 / 2.0, 0), std::sqrt(corner.lateral_limit() * 2.0));
+    EXPECT_LE(corner.speed(factor, 1 / 2.0, 0), std::sqrt(corner.lateral_limit(factor) * 2.0) + 1e-9);
   }
 }
 
 TEST(CornerLimits, ALineSharperThanTheSteeringIsACrawl) {
   const CornerLimits corner(car_1_43(), true_grip(1), 4.21);
-  EXPECT_GT(corner.speed(28.0, 0), 0.0);
-  EXPECT_LT(corner.speed(28.0, 0), 0.25);
+  EXPECT_GT(corner.speed(1, 28.0, 0), 0.0);
+  EXPECT_LT(corner.speed(1, 28.0, 0), 0.25);
 }
 
 TEST(CornerLimits, BankHelpsTheTurnTowardsTheLowSide) {
   const CornerLimits corner(car_1_43(), true_grip(1), 4.21);
-  const double flat = corner.speed(2, 0);
-  EXPECT_GT(corner.speed(2, 0.1), flat);   // right side higher, left turn
-  EXPECT_LT(corner.speed(-2, 0.1), flat);  // right side higher, right turn
-  EXPECT_DOUBLE_EQ(corner.speed(2, 0.1), corner.speed(-2, -0.1));
+  const double flat = corner.speed(1, 2, 0);
+  EXPECT_GT(corner.speed(1, 2, 0.1), flat);   // right side higher, left turn
+  EXPECT_LT(corner.speed(1, -2, 0.1), flat);  // right side higher, right turn
+  EXPECT_DOUBLE_EQ(corner.speed(1, 2, 0.1), corner.speed(1, -2, -0.1));
 }
 
 TEST(CornerLimits, DragOfTheTyresIsThePlants) {
@@ -132,7 +132,7 @@ TEST(CornerLimits, DragOfTheTyresIsThePlants) {
   const DriveLimits limits(plant.prediction(), car, 0, 0);
   EXPECT_NEAR(along, limits.coast(v) - turn.drag, 0.03);
   EXPECT_GT(turn.drag, 0.3);
-  EXPECT_NEAR(CornerLimits(car, true_grip(1), 4.2).drag(v, -kappa, 0), turn.drag, 1e-12);
+  EXPECT_NEAR(CornerLimits(car, true_grip(1), 4.2).drag(1, v, -kappa, 0), turn.drag, 1e-3);
 }
 
 class ProfileTest : public ::testing::Test {
@@ -143,6 +143,7 @@ class ProfileTest : public ::testing::Test {
   Car car_ = car_1_43();
   TrackCourse course_{track_, car_};
   DriveLimits limits_{model_.prediction(), car_, 0, 0};
+  CornerLimits corner_{car_, Grip::uniform(1.0, car_, 3.0, 1.3), limits_.top_speed()};
   ClosedLine line_ = [this] {
     std::vector<LinePoint> samples(800);
     course_.minimum_curvature({0.0, 4.7}, samples);
@@ -151,18 +152,17 @@ class ProfileTest : public ::testing::Test {
 };
 
 TEST_F(ProfileTest, ObeysDriveBrakesAndCorners) {
-  const Grip grip = Grip::uniform(0.9, car_, 3.0, 1.3);
-  const std::vector<double> v = speed_profile(line_, car_, limits_, grip, 1.0);
-  const CornerLimits corner(car_, grip, limits_.top_speed());
+  const std::vector<double> v = speed_profile(line_, limits_, corner_, 0.9, 1.0);
   const double ds = line_.spacing();
   int braking = 0, driving = 0;
   for (std::size_t i = 0; i < v.size(); ++i) {
     const std::size_t j = (i + 1) % v.size();
     const double a = (v[j] * v[j] - v[i] * v[i]) / (2 * ds);
     const LinePoint& p = line_.samples()[i];
-    EXPECT_LE(v[i], corner.speed(p.kappa, p.bank) + 1e-9);
+    EXPECT_LE(v[i], corner_.speed(0.9, p.kappa, p.bank) + 1e-9);
     EXPECT_LE(a, limits_.coast(v[i]) + limits_.drive(v[i]) + 1e-6);
-    EXPECT_GE(a, limits_.coast(v[j]) - limits_.brake(v[j]) - corner.drag(v[j], line_.samples()[j].kappa, 0) - 1e-6);
+    EXPECT_GE(a,
+              limits_.coast(v[j]) - limits_.brake(v[j]) - corner_.drag(0.9, v[j], line_.samples()[j].kappa, 0) - 1e-6);
     braking += a < -1.0;
     driving += a > 1.0;
   }
@@ -172,19 +172,17 @@ TEST_F(ProfileTest, ObeysDriveBrakesAndCorners) {
 
 TEST_F(ProfileTest, IsTheFastestOfAFixedPoint) {
   // Raising any speed by 1 % must break a limit: every sample is at its corner speed or tied to a neighbour.
-  const Grip grip = Grip::uniform(0.9, car_, 3.0, 1.3);
-  const std::vector<double> v = speed_profile(line_, car_, limits_, grip, 0.0);
-  const CornerLimits corner(car_, grip, limits_.top_speed());
+  const std::vector<double> v = speed_profile(line_, limits_, corner_, 0.9, 0.0);
   const double ds = line_.spacing();
   const auto accel = [&](double u, const LinePoint& p, double force) {
-    return limits_.coast(u) - corner.drag(u, p.kappa, p.bank) + force;
+    return limits_.coast(u) - corner_.drag(0.9, u, p.kappa, p.bank) + force;
   };
   int loose = 0;
   for (std::size_t i = 0; i < v.size(); ++i) {
     const std::size_t before = (i + v.size() - 1) % v.size(), after = (i + 1) % v.size();
     const double raised = 1.01 * v[i];
     const LinePoint &p = line_.samples()[before], &q = line_.samples()[after];
-    const bool too_fast = raised > corner.speed(line_.samples()[i].kappa, 0);
+    const bool too_fast = raised > corner_.speed(0.9, line_.samples()[i].kappa, 0);
     const bool cannot_gain =
         raised * raised > v[before] * v[before] + 2 * ds * accel(v[before], p, limits_.drive(v[before]));
     const bool cannot_lose =
@@ -217,9 +215,9 @@ TEST_F(ProfileTest, SlopeCostsSpeedUphill) {
   std::vector<LinePoint> samples(line_.samples().begin(), line_.samples().end());
   for (LinePoint& p : samples) p.grade = 0.1;
   const ClosedLine uphill(std::move(samples));
-  const Grip grip = Grip::uniform(0.9, car_, 3.0, 1.3);
-  EXPECT_GT(lap_time(uphill, speed_profile(uphill, car_, limits_, grip, 1.0)),
-            lap_time(line_, speed_profile(line_, car_, limits_, grip, 1.0)));
+  EXPECT_GT(lap_time(uphill, speed_profile(uphill, limits_, corner_, 0.9, 1.0)),
+            lap_time(line_, speed_profile(line_, limits_, corner_, 0.9, 1.0)));
 }
 
 }  // namespace
+}  // namespace gripline
