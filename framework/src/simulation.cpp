@@ -84,11 +84,21 @@ bool Simulation::over(RunSummary& summary) const {
   return true;
 }
 
+void Simulation::tell_progress() const {
+  if (told_ == nullptr) return;
+  const WorldSpec& spec = world_.spec();
+  const double laps = world_.laps() + world_.place().s / world_.track().length();
+  told_(told_context_, std::min(1.0, spec.laps > 0 ? laps / (spec.laps + 1) : world_.time() / *spec.duration));
+}
+
 RunSummary Simulation::run() {
   RunSummary summary;
   try {
     start();
-    while (!over(summary)) step();
+    while (!over(summary)) {
+      step();
+      tell_progress();
+    }
   } catch (const PluginFailure& failure) {
     summary = metrics_.summary(Status::plugin_error, failure.what());
   }

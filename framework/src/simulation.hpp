@@ -18,12 +18,15 @@ class Simulation {
   /// Races until the world ends it. Every row up to the end is written whatever happens; never throws for a plugin's
   /// fault.
   RunSummary run();
+  /// `told` is called after every step with the share of the race that is done; may be null.
+  void on_progress(void (*told)(void*, double), void* context) { told_ = told, told_context_ = context; }
 
  private:
   void start();
   void step();
   void decide();
   bool over(RunSummary& summary) const;
+  void tell_progress() const;
 
   World& world_;
   Stack& stack_;
@@ -34,6 +37,8 @@ class Simulation {
   std::vector<RefPoint> horizon_;
   Command command_;
   StepTiming timing_;
+  void (*told_)(void*, double) = nullptr;
+  void* told_context_ = nullptr;
 };
 
 }  // namespace gripline

@@ -26,6 +26,10 @@ struct WorldSpec {
   int laps = 0;                    // 0: until the duration
   std::optional<double> duration;  // [s]
   double timeout = 0.0;            // [s]
+  /// Time-optimal flying lap [s] by friction factor, rising; for tables, never for stacks.
+  std::vector<std::pair<double, double>> time_optimal;
+  /// Linear in the factor, beyond the ends too; empty when the world states none.
+  std::optional<double> time_optimal_lap(double factor) const;
 };
 
 /// Throws PluginError when a plugin is missing; everything else goes to errors.

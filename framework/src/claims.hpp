@@ -1,0 +1,51 @@
+// Claims that must hold between the rows of a table: "elm.violation_s <= none.violation_s".
+#pragma once
+
+#include <functional>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "config/reader.hpp"
+
+namespace gripline {
+
+/// One side: factor * stack.column + offset; a plain number has no stack.
+struct ClaimTerm {
+  double factor = 1.0;
+  std::string stack, column;
+  double offset = 0.0;
+};
+struct Claim {
+  enum class Relation { less, less_equal, greater, greater_equal, equal };
+  std::string text;
+  ClaimTerm left, right;
+  Relation relation = Relation::less_equal;
+  /// About CPU time: only meaningful when runs do not share the machine.
+  bool about_time() const;
+};
+
+/// Parses "[number *] stack.column [+|- number] <relation> ..." and checks rows and columns; errors go to the node's
+/// place with the nearest known name.
+std::optional<Claim> read_claim(const Node& node, std::span<const std::string> stacks, Errors& errors);
+
+/// Whether `name` is a column that a table can have.
+bool is_table_column(std::string_view name);
+/// The columns without numbers in their names, for messages.
+std::span<const std::string> table_columns();
+
+/// Looks a value up: (stack, column, run); a run of -1 is the median over runs. Empty when it was not measured.
+using ClaimLookup = std::function<std::optional<double>(const std::string&, const std::string&, int)>;
+
+struct ClaimResult {
+  std::string text;
+  std::optional<bool> holds;  // empty: skipped
+  std::string why_skipped;
+  std::optional<double> left, right;  // medians
+  int runs_held = 0, runs = 0;
+};
+/// Holds when it holds for the medians and in at least `share` of the runs.
+ClaimResult judge(const Claim& claim, int runs, double share, const ClaimLookup& lookup);
+
+}  // namespace gripline

@@ -1,0 +1,115 @@
+#include "experiment.hpp"
+
+#include <algorithm>
+
+#include "config/json_file.hpp"
+#include "config/merge_patch.hpp"
+
+namespace gripline {
+namespace {
+
+bool is_plain_name(const std::string& name) {
+  return !name.empty() && name.front() != '.' && name.front() != '-' &&
+         std::all_of(name.begin(), name.end(), [](unsigned char c) {
+           return std::isalnum(c) != 0 || c == '_' || c == '-' || c == '.' || c == '+';
+         });
+}
+
+void read_seeds(ObjectReader& r, RaceSpec& race) {
+  std::int64_t first = 1, count = 1;
+  if (r.has("seeds")) {
+    ObjectReader seeds = r.object("seeds");
+    first = seeds.integer("first", {0, 1'000'000'000}, 1);
+    count = seeds.integer("count", {1, 100'000}, 1);
+    seeds.finish();
+  }
+  for (std::int64_t i = 0; i < count; ++i) race.seeds.push_back(static_cast<std::uint64_t>(first + i));
+}
+
+void read_stacks(ObjectReader& r, const Registry& registry, RaceSpec& race, Errors& errors) {
+  static const Node nothing{Node::Object{}};
+  const Node* base = r.find("base");
+  if (base == nullptr) base = &nothing;
+  ObjectReader stacks = r.object("stacks");
+  for (const Member* member : stacks.members()) {
+    errors.set_context("stack " + member->key);
+    if (!is_plain_name(member->key))
+      errors.add(member->key_origin(), "a stack's name becomes a folder: letters, digits, _ - + . only");
+    race.stacks.push_back(read_stack(member->key, merge(*base, member->value), registry, race.world.car, errors));
+  }
+  errors.set_context("");
+  if (race.stacks.empty()) stacks.error("an experiment needs at least one stack");
+}
+
+/// Text that names a file becomes an absolute path: the tree will be read from another folder.
+void make_paths_absolute(Node& node) {
+  if (node.is_object()) {
+    for (Member& member : node.object()) make_paths_absolute(member.value);
+  } else if (node.is_array()) {
+    for (Node& one : node.array()) make_paths_absolute(one);
+  } else if (node.is_text() && (node.text().ends_with(".csv") || node.text().ends_with(".json"))) {
+    const std::filesystem::path file = std::filesystem::absolute(resolve_path(node));
+    std::error_code ignored;
+    if (std::filesystem::exists(file, ignored)) node = Node(file.lexically_normal().string(), node.origin);
+  }
+}
+
+}  // namespace
+
+Node load_experiment(const std::filesystem::path& file, std::span<const std::string> assignments) {
+  Node tree = load_json(file);
+  if (Node* world = tree.find("world"); world != nullptr) {
+    inline_file(*world);
+    inline_world_files(*world);
+  }
+  for (const std::string& assignment : assignments) apply_assignment(tree, assignment);
+  if (Node* world = tree.find("world"); world != nullptr) inline_world_files(*world);
+  return tree;
+}
+
+std::string experiment_kind(const Node& tree) {
+  const Node* const kind = tree.find("kind");
+  return kind != nullptr && kind->is_text() ? kind->text() : "race";
+}
+
+RaceSpec read_race(const std::filesystem::path& file, Node tree, const Registry& registry) {
+  RaceSpec race;
+  race.name = file.stem().string();
+  race.tree = std::move(tree);
+  Errors errors;
+  {
+    ObjectReader r(race.tree, errors);
+    r.find("kind");
+    if (const Node* world = r.require("world", "a world file or an object"); world != nullptr)
+      race.world = read_world(*world, registry, errors);
+    read_seeds(r, race);
+    read_stacks(r, registry, race, errors);
+    std::vector<std::string> names;
+    for (const StackSpec& stack : race.stacks) names.push_back(stack.name);
+    for (const Node& node : r.array("claims", false))
+      if (std::optional<Claim> claim = read_claim(node, names, errors)) race.claims.push_back(*std::move(claim));
+    race.claim_share = r.number("claim_share", "1", NumberRange::closed(0, 1), 0.8);
+    r.finish();
+  }
+  errors.throw_if_any();
+  return race;
+}
+
+Node RaceSpec::run_tree(const std::string& stack, std::uint64_t seed) const {
+  Node one = tree;
+  const Node* const base = tree.find("base");
+  const Node* const patch = tree.find("stacks")->find(stack);
+  Node stacks{Node::Object{}};
+  stacks.set(stack, merge(base != nullptr ? *base : Node{Node::Object{}}, *patch));
+  Node seeds{Node::Object{}};
+  seeds.set("first", Node(static_cast<double>(seed)));
+  seeds.set("count", Node(1.0));
+  one.erase("base");
+  one.erase("claims");
+  one.set("seeds", std::move(seeds));
+  one.set("stacks", std::move(stacks));
+  make_paths_absolute(one);
+  return one;
+}
+
+}  // namespace gripline

@@ -1,0 +1,40 @@
+// Runs of a race as processes: one stack and one seed each, so that a crash costs one run.
+#pragma once
+
+#include <filesystem>
+#include <vector>
+
+#include "experiment.hpp"
+#include "run_result.hpp"
+
+namespace gripline {
+
+struct RunnerOptions {
+  std::filesystem::path out;
+  int jobs = 1;
+  bool show_progress = true;
+};
+
+struct RunId {
+  std::string stack;
+  std::uint64_t seed;
+};
+
+/// Names a run by its inputs: the expanded JSON, the files of the plugins it uses, the version.
+std::string run_key(const RaceSpec& race, const RunId& id, const Registry& registry);
+
+/// One run in this process, its files under OUT/<stack>/<seed>/. `fraction` is told how far it is, in [0, 1].
+RunSummary run_here(const RaceSpec& race, const RunId& id, const std::string& key, const std::filesystem::path& out,
+                    void (*fraction)(void*, double), void* context);
+
+/// Runs what is not yet finished, at most `jobs` at a time, each in a process of its own. On an interrupt (Ctrl-C) the
+/// running ones are stopped and `interrupted` is set. Results are in the order asked for.
+struct RunnerOutcome {
+  std::vector<RunResult> runs;
+  int kept = 0;
+  bool interrupted = false;
+};
+RunnerOutcome run_all(const RaceSpec& race, const std::vector<RunId>& ids, const Registry& registry,
+                      const RunnerOptions& options);
+
+}  // namespace gripline

@@ -1,0 +1,114 @@
+#include "world_spec.hpp"
+
+#include <algorithm>
+
+#include "config/json_file.hpp"
+#include "friction_file.hpp"
+#include "geometry/track_file.hpp"
+
+namespace gripline {
+namespace {
+
+bool has_plugin(const Registry& registry, abi::Kind kind, const std::string& id) {
+  const auto entries = registry.entries();
+  return std::any_of(entries.begin(), entries.end(),
+                     [&](const PluginEntry& entry) { return entry.decl->kind == kind && id == entry.decl->id; });
+}
+
+void read_plant(const Node& node, const Registry& registry, WorldSpec& world, Errors& errors) {
+  const Node* const id = node.find("plugin");
+  if (id != nullptr && id->is_text() && has_plugin(registry, abi::Kind::plant, id->text())) {
+    ObjectReader r(node, errors);
+    world.plant = read_plugin(r, abi::Kind::plant, registry, world.car.known);
+    r.finish();
+  } else {
+    world.vehicle = read_vehicle(node, registry, world.car, "rk6", errors);
+  }
+}
+
+void read_start(ObjectReader& r, WorldSpec& world, Errors& errors) {
+  world.start = world.track->start();
+  if (!r.has("start")) return;
+  ObjectReader start = r.object("start");
+  world.start.x = start.number("x", "m", NumberRange::any(), world.start.x);
+  world.start.y = start.number("y", "m", NumberRange::any(), world.start.y);
+  world.start.yaw = start.number("yaw", "rad", NumberRange::any(), world.start.yaw);
+  world.start_speed = start.number("speed", "m/s", NumberRange::non_negative(), world.start_speed);
+  start.finish();
+  if (const std::string problem = check_start(*world.track, world.start); !problem.empty())
+    errors.add(start.node().origin, problem);
+}
+
+/// When the race ends, and what lap the track allows at best.
+void read_end(ObjectReader& r, WorldSpec& world) {
+  world.duration = r.optional_number("duration", "s", NumberRange::positive());
+  world.laps = static_cast<int>(r.integer("laps", {0, 10000}, 0));
+  world.timeout = r.number("timeout", "s", NumberRange::positive(), world.duration.value_or(0.0) + 1e-9);
+  if (world.laps == 0 && !world.duration)
+    r.error("a world ends after \"laps\" or after a \"duration\"; neither is given");
+  if (world.laps > 0 && !world.duration && !r.has("timeout"))
+    r.error("a world that ends after laps needs a \"timeout\", for the car that never completes them");
+}
+
+void read_limit(ObjectReader& r, WorldSpec& world, Errors& errors) {
+  double last = 0.0;
+  for (const Node& point : r.array("time_optimal_laps", false)) {
+    ObjectReader one(point, errors);
+    const double factor = one.number("factor", "1", NumberRange::positive());
+    const double lap = one.number("lap", "s", NumberRange::positive());
+    one.finish();
+    if (!world.time_optimal.empty() && !(factor > last)) errors.add(point.origin, "factors must rise");
+    last = factor;
+    world.time_optimal.emplace_back(factor, lap);
+  }
+}
+
+}  // namespace
+
+std::optional<double> WorldSpec::time_optimal_lap(double factor) const {
+  if (time_optimal.empty()) return std::nullopt;
+  auto above = std::find_if(time_optimal.begin(), time_optimal.end(), [&](const auto& p) { return p.first >= factor; });
+  if (time_optimal.size() == 1) return time_optimal.front().second;
+  if (above == time_optimal.begin()) ++above;
+  if (above == time_optimal.end()) --above;
+  const auto& [f1, lap1] = *above;
+  const auto& [f0, lap0] = *(above - 1);
+  return lap0 + (lap1 - lap0) * (factor - f0) / (f1 - f0);
+}
+
+WorldSpec read_world(const Node& node, const Registry& registry, Errors& errors) {
+  ObjectReader r(node, errors);
+  WorldSpec world;
+  if (const Node* car = r.require("car", "a car file or an object"); car != nullptr) world.car = read_car(*car, errors);
+  if (const Node* track = r.require("track", "a track file or an object"); track != nullptr)
+    if (std::optional<Track> read = read_track(*track, errors))
+      world.track = std::make_shared<const Track>(*std::move(read));
+  world.dt = r.number("dt", "s", {1e-4, 1.0, false, false}, 0.02);
+  world.hold = r.choice<Hold>("input_hold", {{"zoh", Hold::zoh}, {"foh", Hold::foh}, {"rate", Hold::rate}}, Hold::zoh);
+  if (const Node* plant = r.require("plant", "a vehicle model or a plant"); plant != nullptr)
+    read_plant(*plant, registry, world, errors);
+  if (const Node* friction = r.find("friction"); friction != nullptr) world.friction = read_friction(*friction, errors);
+  if (const Node* sensors = r.find("sensors"); sensors != nullptr)
+    world.sensors = read_sensors(*sensors, world.dt, errors);
+  read_end(r, world);
+  read_limit(r, world, errors);
+  if (world.track) {
+    read_start(r, world, errors);
+    if (const std::string problem = check_car_fits(*world.track, world.car.car.width); !problem.empty())
+      r.error_at("track", problem);
+    if (const std::string problem = check_friction(world.friction, world.track->length()); !problem.empty())
+      r.error_at("friction", problem);
+  }
+  r.finish();
+  return world;
+}
+
+void inline_world_files(Node& world) {
+  for (const char* key : {"car", "track", "friction"}) {
+    Node* const node = world.find(key);
+    const bool json = node != nullptr && node->is_text() && node->text().ends_with(".json");
+    if (json) inline_file(*node);
+  }
+}
+
+}  // namespace gripline

@@ -1,0 +1,63 @@
+// gripline validate FILE...: reads everything, runs nothing.
+#include <iostream>
+
+#include "config/json_file.hpp"
+#include "geometry/track_file.hpp"
+#include "race_options.hpp"
+
+namespace gripline::tools {
+namespace po = boost::program_options;
+namespace {
+
+/// An experiment has stacks, a world has a plant, a car has a mass, anything else that has segments or a centre is a
+/// track.
+void validate_file(const std::string& file, const Registry& registry) {
+  if (file.ends_with(".csv")) {
+    load_track(file);
+    return;
+  }
+  Node tree = load_experiment(file, {});
+  Errors errors;
+  if (tree.find("stacks") != nullptr || tree.find("world") != nullptr) {
+    read_race(file, std::move(tree), registry);
+  } else if (tree.find("plant") != nullptr) {
+    inline_world_files(tree);
+    read_world(tree, registry, errors);
+  } else if (tree.find("segments") != nullptr || tree.find("centre") != nullptr || tree.find("edges") != nullptr) {
+    read_track(tree, errors);
+  } else if (tree.find("lf") != nullptr) {
+    read_car(tree, errors);
+  } else {
+    errors.add(tree.origin, "is no experiment (\"stacks\"), world (\"plant\"), track (\"segments\") or car (\"lf\")");
+  }
+  errors.throw_if_any();
+}
+
+}  // namespace
+
+int run_validate(Arguments args) {
+  po::options_description visible("options");
+  visible.add_options()("plugins", po::value<std::vector<std::string>>()->composing(), "a folder of plugins");
+  visible.add_options()("help,h", "this text");
+  const auto given = parse_options(args, visible, "validate FILE... [options]");
+  if (!given) return good;
+  if (given->count("experiment") == 0) throw InputError("which file?");
+  std::vector<std::string> dirs;
+  if (given->count("plugins") > 0) dirs = (*given)["plugins"].as<std::vector<std::string>>();
+  const Registry registry(Registry::search_path(dirs));
+  Errors errors;
+  for (const std::string& file : (*given)["experiment"].as<std::vector<std::string>>()) {
+    try {
+      validate_file(file, registry);
+      std::cout << file << ": good\n";
+    } catch (const InputError& e) {
+      errors.add(e);
+    }
+  }
+  if (errors.empty()) return good;
+  for (const Diagnostic& one : errors.sorted()) std::cerr << one.text() << '\n';
+  std::cerr << errors.size() << (errors.size() == 1 ? " error.\n" : " errors.\n");
+  return bad_input;
+}
+
+}  // namespace gripline::tools

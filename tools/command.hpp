@@ -1,0 +1,19 @@
+// The commands of the program: one function each, one file each.
+#pragma once
+
+#include <span>
+#include <string>
+
+namespace gripline::tools {
+
+/// Exit codes of the program.
+enum Exit : int { good = 0, claim_failed = 1, bad_input = 2, plugin_unusable = 3, run_broke = 4 };
+
+using Arguments = std::span<const std::string>;
+
+int run_compare(Arguments args);
+int run_one(Arguments args);
+int run_validate(Arguments args);
+int run_plugins(Arguments args);
+
+}  // namespace gripline::tools

@@ -1,0 +1,32 @@
+// Options that compare and run share.
+#pragma once
+
+#include <boost/program_options.hpp>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "command.hpp"
+#include "experiment.hpp"
+
+namespace gripline::tools {
+
+struct RaceOptions {
+  std::filesystem::path experiment;
+  std::vector<std::string> assignments, plugin_dirs;
+  std::filesystem::path out;
+  bool force = false;
+};
+
+/// Adds the shared options and the positional EXPERIMENT.
+void add_race_options(boost::program_options::options_description& visible);
+/// Parses; empty when --help was asked for and has been printed. Throws InputError without an experiment.
+std::optional<boost::program_options::variables_map> parse_options(
+    Arguments args, const boost::program_options::options_description& visible, const char* usage);
+RaceOptions read_race_options(const boost::program_options::variables_map& given);
+
+/// The one at `--out`, else out/<experiment>.
+std::filesystem::path out_of(const RaceOptions& options);
+
+}  // namespace gripline::tools
