@@ -173,10 +173,12 @@ inline double total_mu(const Belief& belief, const Car& car) {
 }
 
 /// Where the car should be k steps ahead. `left` and `right` are the distances [m] from the point to the track's edges
-/// along the point's normal (-sin yaw, cos yaw), right as a positive number.
+/// along the point's normal (-sin yaw, cos yaw), right as a positive number. `yaw` is the heading of the path; the car's
+/// own is planned to be yaw - beta.
 struct RefPoint {
   double s = 0, x = 0, y = 0, yaw = 0, kappa = 0, v = 0, left = 0, right = 0;
   Place at;
+  double beta = 0;  // sideslip angle [rad]
 };
 
 /// What a controller decided, and how the solve went.
