@@ -31,6 +31,28 @@ std::vector<Station> stations(const TrackShape& shape, double spacing) {
   return result;
 }
 
+/// What two stations that share a place have in common: a bend between them that is too sharp for the width, or
+/// nothing.
+[[noreturn]] void refuse_overlap(const TrackShape& shape, const CurvePoint& here, const CurvePoint& other,
+                                 double half_width) {
+  const double length = shape.centre.length();
+  const double way = wrap_difference(other.s - here.s, length);
+  constexpr int kSteps = 200;
+  CurvePoint sharpest = here;
+  for (int i = 0; i <= kSteps; ++i) {
+    const CurvePoint at = shape.centre.at(here.s + way * i / kSteps);
+    if (std::abs(at.kappa) > std::abs(sharpest.kappa)) sharpest = at;
+  }
+  if (std::abs(way) < 2.0 * std::numbers::pi * half_width && std::abs(sharpest.kappa) * half_width > 1.0) {
+    throw GeometryError(
+        format("the road bends more sharply (radius %.4g m at s = %.4g m) than its half width %.4g m allows",
+               1.0 / std::abs(sharpest.kappa), sharpest.s, half_width));
+  }
+  throw GeometryError(
+      format("the road crosses or overlaps itself: it comes to (%.4g, %.4g) at s = %.4g m and at s = %.4g m", here.x,
+             here.y, std::min(here.s, other.s), std::max(here.s, other.s)));
+}
+
 /// The road overlaps itself where a place on its edge lies inside the road at another station. On a sound road the
 /// centre line comes no nearer to a place on the edge than that edge's own half width.
 void check_overlap(const TrackShape& shape) {
@@ -46,17 +68,9 @@ void check_overlap(const TrackShape& shape) {
         const double dx = x - other.centre.x, dy = y - other.centre.y;
         const double width = kTolerated * std::min(other.left, other.right);
         if (dx * dx + dy * dy >= width * width) continue;
-        const double apart = std::abs(wrap_difference(here.centre.s - other.centre.s, length));
-        if (apart <= 0.5 * narrow) continue;  // its own neighbourhood, where one width changes into another
-        const double bend = std::max(std::abs(here.centre.kappa), std::abs(other.centre.kappa));
-        if (apart < 4.0 * std::abs(offset) && bend > 0.0) {
-          throw GeometryError(
-              format("the road bends more sharply (radius %.4g m) than its half width %.4g m at s = %.4g m", 1.0 / bend,
-                     std::abs(offset), here.centre.s));
-        }
-        throw GeometryError(
-            format("the road crosses or overlaps itself: s = %.4g m and s = %.4g m share the place (%.4g, %.4g)",
-                   std::min(here.centre.s, other.centre.s), std::max(here.centre.s, other.centre.s), x, y));
+        // Its own neighbourhood does not count, where one width changes into another.
+        if (std::abs(wrap_difference(here.centre.s - other.centre.s, length)) <= 0.5 * narrow) continue;
+        refuse_overlap(shape, here.centre, other.centre, std::abs(offset));
       }
     }
   }

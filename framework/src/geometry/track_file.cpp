@@ -23,15 +23,21 @@ Pose read_pose(ObjectReader pose) {
 }
 
 Segment read_segment(const Node& node, Errors& errors) {
+  constexpr Segment kAny{1.0, 0.0};
+  const std::size_t before = errors.size();
   ObjectReader segment(node, errors);
-  const bool line = segment.has("line"), arc = segment.has("arc");
-  if (line && arc) segment.error("a segment is a \"line\" or an \"arc\", found both");
-  if (line && !arc) return Segment::line(segment.number("line", "m", NumberRange::positive()));
-  ObjectReader bend = segment.object("arc");
-  const double radius = bend.number("radius", "m", NumberRange::positive());
-  const double turn = bend.number("turn", "rad", NumberRange::closed(-2.0 * kHalfTurn, 2.0 * kHalfTurn));
-  if (turn == 0.0) bend.error_at("turn", "an arc that does not turn; expected a line");
-  return Segment::arc(radius, turn);
+  const bool line = segment.find("line") != nullptr, arc = segment.find("arc") != nullptr;
+  if (line != arc) {
+    if (line) return Segment::line(segment.number("line", "m", NumberRange::positive()));
+    ObjectReader bend = segment.object("arc");
+    const double radius = bend.number("radius", "m", NumberRange::positive());
+    const double turn = bend.number("turn", "rad", NumberRange::closed(-2.0 * kHalfTurn, 2.0 * kHalfTurn));
+    if (errors.size() == before && turn == 0.0) bend.error_at("turn", "an arc that does not turn; expected a line");
+    return Segment::arc(radius, turn);
+  }
+  segment.finish();
+  if (errors.size() == before) segment.error("expected one of \"line\" and \"arc\"");
+  return kAny;
 }
 
 struct Rows {

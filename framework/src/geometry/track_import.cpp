@@ -120,16 +120,6 @@ TrackShape from_edge_columns(const CsvTable& table, const ImportOptions& options
   return shape;
 }
 
-double enclosed_area(std::span<const PlanePoint> points) {
-  double twice = 0.0;
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    const PlanePoint& a = points[i];
-    const PlanePoint& b = points[i + 1 == points.size() ? 0 : i + 1];
-    twice += a.x * b.y - b.x * a.y;
-  }
-  return 0.5 * twice;
-}
-
 /// Points every `spacing` metres along a closed line.
 std::vector<PlanePoint> resample(const ClosedCurve& curve, double spacing) {
   const auto count = static_cast<std::size_t>(std::max(16.0, std::round(curve.length() / spacing)));
@@ -150,13 +140,26 @@ double height_on(const ClosedPolyline& edge, std::span<const double> heights, do
       .at(edge.nearest_station(x, y));
 }
 
-double mean_distance(const ClosedPolyline& from, const ClosedPolyline& to) {
-  double sum = 0.0;
-  for (const PlanePoint& p : from.points()) {
-    const PlanePoint q = on(to, p.x, p.y);
-    sum += std::hypot(q.x - p.x, q.y - p.y);
+struct Sides {
+  double distance = 0.0;  ///< mean, from one edge to the other
+  double left = 0.0;      ///< mean distance of the other edge to the left of this one
+  double along = 0.0;     ///< mean cosine between the directions of the two edges
+};
+
+Sides compare(const ClosedPolyline& edge, const ClosedPolyline& other) {
+  Sides sides;
+  const double step = 1e-6 * other.length();
+  const std::size_t n = edge.points().size();
+  for (std::size_t i = 0; i < n; ++i) {
+    const PlanePoint p = edge.points()[i], next = edge.points()[i + 1 == n ? 0 : i + 1];
+    const double s = other.nearest_station(p.x, p.y);
+    const PlanePoint q = other.at(s), beyond = other.at(s + step);
+    const double yaw = std::atan2(next.y - p.y, next.x - p.x), other_yaw = std::atan2(beyond.y - q.y, beyond.x - q.x);
+    sides.distance += std::hypot(q.x - p.x, q.y - p.y) / static_cast<double>(n);
+    sides.left += (std::cos(yaw) * (q.y - p.y) - std::sin(yaw) * (q.x - p.x)) / static_cast<double>(n);
+    sides.along += std::cos(other_yaw - yaw) / static_cast<double>(n);
   }
-  return sum / static_cast<double>(from.points().size());
+  return sides;
 }
 
 /// The line that is equally far from both edges: from halfway across, every point moves half the difference.
@@ -190,7 +193,7 @@ void drop_closing_point_and_check_closed(std::vector<PlanePoint>& points) {
     longest = std::max(longest, std::hypot(points[i].x - points[i - 1].x, points[i].y - points[i - 1].y));
   }
   const double gap = std::hypot(points.front().x - points.back().x, points.front().y - points.back().y);
-  if (gap > 3.0 * longest) {
+  if (gap > 5.0 * longest) {
     char text[160];
     std::snprintf(text, sizeof text,
                   "the line is open: its last point is %.4g m from its first, its longest step is %.4g m", gap,
@@ -220,21 +223,18 @@ EdgePoints EdgePoints::from_table(const CsvTable& table) {
 }
 
 TrackShape shape_from_edges(const EdgePoints& inner_points, const EdgePoints& outer_points, double spacing) {
-  const double area = enclosed_area(inner_points.points), outer_area = enclosed_area(outer_points.points);
-  if (area * outer_area <= 0.0) {
-    throw GeometryError(
-        "the inner and the outer edge run opposite ways round; both must follow the direction of travel");
-  }
-  if (std::abs(outer_area) < std::abs(area))
-    throw GeometryError("the outer edge lies inside the inner edge; exchange them");
   const ClosedPolyline inner(inner_points.points), outer(outer_points.points);
-  std::vector<PlanePoint> middle =
-      middle_line(inner, outer, spacing > 0.0 ? spacing : 0.5 * mean_distance(inner, outer));
+  const Sides sides = compare(inner, outer);
+  if (sides.along <= 0.0) {
+    throw GeometryError("the two edges run opposite ways round; both must follow the direction of travel");
+  }
+  if (std::abs(sides.left) < 0.5 * sides.distance) throw GeometryError("the two edges cross each other");
+  std::vector<PlanePoint> middle = middle_line(inner, outer, spacing > 0.0 ? spacing : 0.5 * sides.distance);
   ClosedCurve centre = ClosedCurve::from_points(middle);
   const double length = centre.length();
   const std::vector<double> stations = knot_stations(centre);
   const bool heights = !inner_points.heights.empty() && !outer_points.heights.empty();
-  const bool inner_left = area > 0.0;
+  const bool inner_left = sides.left < 0.0;
   std::vector<double> to_inner, to_outer, height, bank;
   for (const PlanePoint& p : middle) {
     const PlanePoint a = on(inner, p.x, p.y), b = on(outer, p.x, p.y);

@@ -26,9 +26,9 @@ struct EdgePoints {
   static EdgePoints from_table(const CsvTable& table);  ///< columns x_m,y_m[,z_m]
 };
 
-/// A road between two measured edges whose points need not correspond. The centre line is where both edges are equally
-/// far, every `spacing` metres (0: half the mean width). Heights give grade and bank. Throws GeometryError if the edges
-/// do not run the same way round.
+/// A road between two measured edges whose points need not correspond; which one is left follows from the geometry. The
+/// centre line is where both edges are equally far, every `spacing` metres (0: half the mean width). Heights give grade
+/// and bank. Throws GeometryError if the edges cross or do not run the same way round.
 TrackShape shape_from_edges(const EdgePoints& inner, const EdgePoints& outer, double spacing = 0.0);
 
 /// Grade by station of `centre` from heights [m] at stations [m] of another line beside it, through a periodic spline:
@@ -40,7 +40,7 @@ StationTable grade_from_heights(const ClosedCurve& centre, const ClosedCurve& me
 StationTable grade_from_heights(double length, std::span<const double> stations, std::span<const double> heights);
 
 /// Splits the closing point off, if it repeats the first, and throws GeometryError unless the line through the points
-/// is closed: the gap from the last to the first is at most three times the longest step before it.
+/// is closed: the gap from the last to the first is at most five times the longest step before it.
 void drop_closing_point_and_check_closed(std::vector<PlanePoint>& points);
 
 }  // namespace gripline
