@@ -58,6 +58,14 @@ class AxleTable {
     return 0.5 * (hi - lo);
   }
 
+  /// The knot in 0..reach with the largest force.
+  double peak_slip(double reach) const {
+    int best = table_knots / 2;
+    for (int i = best; i < table_knots && table_slip(i) <= reach; ++i)
+      if (value_[i] > value_[best]) best = i;
+    return table_slip(best);
+  }
+
  private:
   std::vector<double> value_, slope_;
 };

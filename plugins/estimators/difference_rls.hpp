@@ -1,0 +1,76 @@
+// Recursive least squares on rates that are differences of noisy readings.
+//
+//   y_k = (z_{k+1} - z_k) / dt = row_k theta + (n_{k+1} - n_k) / dt + w_k
+//
+// n is the sensor's noise: it enters two neighbouring rates with opposite signs, so that treating them as independent
+// would throw away most of what a run of samples says. The noise of the newest reading is therefore an unknown beside
+// theta; two slots per channel take turns as the older and the newer one. w is what the equations leave out. The gain
+// is the Kalman gain, forgetting is whatever the caller adds to the covariance between steps.
+//
+// Source: Anderson, Moore, Optimal Filtering (1979), section 11.1 (coloured measurement noise by augmentation).
+#pragma once
+
+#include <Eigen/Core>
+#include <cmath>
+
+namespace gripline {
+
+class DifferenceRls {
+ public:
+  DifferenceRls(int unknowns, int channels) : unknowns_(unknowns), channels_(channels) {
+    const int size = unknowns + 2 * channels;
+    covariance_.setZero(size, size);
+    row_.setZero(size);
+    gain_.setZero(size);
+    estimate_.setZero(size);
+  }
+
+  auto theta() { return estimate_.head(unknowns_); }
+  auto theta() const { return estimate_.head(unknowns_); }
+  auto covariance() { return covariance_.topLeftCorner(unknowns_, unknowns_); }
+  auto covariance() const { return covariance_.topLeftCorner(unknowns_, unknowns_); }
+
+  /// Forgets the noise of the last reading: the next step does not continue the previous one. `sigma` per channel.
+  void break_sequence(const double* sigma) {
+    for (int c = 0; c < channels_; ++c) fresh_slot(slot(c, parity_), sigma[c]);
+  }
+  /// Begins a step: the newer noise of the last step becomes the older one, a new one is drawn.
+  void begin_step(const double* sigma) {
+    parity_ ^= 1;
+    for (int c = 0; c < channels_; ++c) fresh_slot(slot(c, parity_), sigma[c]);
+  }
+
+  struct Innovation {
+    double error, variance;
+  };
+  /// Error of the prediction of rate y in this channel, and its variance. `regressor` has `unknowns` entries.
+  template <class Row>
+  Innovation innovation(int channel, const Row& regressor, double y, double dt, double model_sigma) {
+    row_.setZero();
+    row_.head(unknowns_) = regressor;
+    row_[slot(channel, parity_)] = 1.0 / dt;
+    row_[slot(channel, parity_ ^ 1)] = -1.0 / dt;
+    gain_.noalias() = covariance_ * row_;
+    return {y - row_.dot(estimate_), row_.dot(gain_) + model_sigma * model_sigma};
+  }
+  /// Takes in the rate of the last call of innovation().
+  void absorb(const Innovation& innovation) {
+    estimate_ += gain_ * (innovation.error / innovation.variance);
+    covariance_.noalias() -= (gain_ / innovation.variance) * gain_.transpose();
+  }
+
+ private:
+  int slot(int channel, int parity) const { return unknowns_ + 2 * channel + parity; }
+  void fresh_slot(int i, double sigma) {
+    covariance_.row(i).setZero();
+    covariance_.col(i).setZero();
+    covariance_(i, i) = sigma * sigma;
+    estimate_[i] = 0;
+  }
+
+  int unknowns_, channels_, parity_ = 0;
+  Eigen::MatrixXd covariance_;
+  Eigen::VectorXd row_, gain_, estimate_;
+};
+
+}  // namespace gripline

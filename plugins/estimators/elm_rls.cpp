@@ -1,0 +1,278 @@
+// Extreme learning machine per axle by recursive least squares, with an uncertainty.
+//
+//   F_axle(slip) = axle load * sum_j theta_j h_j(slip),   h: generic tyres at random (generic_tyres.hpp)
+//
+// The unknowns (both axles' weights, Cr0, Cd) enter the equations of step_path.hpp linearly; each step is three rates
+// with the noise of differenced readings (difference_rls.hpp). Odd, saturating nodes and their prior carry what was
+// measured at the visited slips on to the peak, so that mu = peak / load is not biased by the slips visited, and the
+// covariance says how well it is known.
+//
+// Forgetting is directional: friction multiplies a tyre's whole curve, so between steps the covariance grows along the
+// present curves (both axles together, and each alone) and, very slowly, back towards the prior. The shape that was
+// learned at large slips survives a straight; nothing winds up.
+//
+// A sudden change is a likelihood-ratio test: over the last samples, do the innovations correlate with the predicted
+// forces? If so, uncertainty is added along the curves, and the next samples set the new scale.
+//
+// The readings' noise is not told; it is matched to the innovations, from a start and between bounds.
+#include <algorithm>
+#include <array>
+#include <gripline/plugin.hpp>
+
+#include "axle_table.hpp"
+#include "difference_rls.hpp"
+#include "generic_tyres.hpp"
+#include "tyre_correction.hpp"
+
+namespace {
+
+using gripline::Axle;
+using gripline::square;
+constexpr int channels = 3;
+
+class ElmRls final : public gripline::AutoDiffEffect<ElmRls, gripline::Estimator> {
+ public:
+  struct Params {
+    int hidden = 40;
+    double stiffness = 4.0, stiffness_spread = 0.5, shape = 1.4, shape_spread = 0.2, friction_spread = 0.3;
+    double drift = 0.03, axle_drift = 0.01, shape_memory = 300;
+    double alarm = 4.5, change = 0.3;
+    double sigma_v = 0.02, sigma_omega = 0.05, misfit = 0.02;
+  };
+  static constexpr auto parameters() {
+    using gripline::param;
+    using P = Params;
+    return std::tuple{
+        param("hidden", &P::hidden, "1", {2, 400}, "hidden nodes per axle: generic tyres"),
+        param("stiffness", &P::stiffness, "1/rad", {0.1, 100}, "stiffness factor B of a tyre: median of the prior"),
+        param("stiffness_spread", &P::stiffness_spread, "1", {0.01, 2}, "standard deviation of log B"),
+        param("shape", &P::shape, "1", {1.05, 2}, "shape factor C of a tyre: mean of the prior"),
+        param("shape_spread", &P::shape_spread, "1", {0.001, 1}, "standard deviation of C"),
+        param("friction_spread", &P::friction_spread, "1", {0.01, 2}, "standard deviation of friction over mu_init"),
+        param("drift", &P::drift, "1/s^0.5", {0, 1}, "random walk of friction, both axles together"),
+        param("axle_drift", &P::axle_drift, "1/s^0.5", {0, 1}, "random walk of each axle's friction"),
+        param("shape_memory", &P::shape_memory, "s", {1, 1e9}, "time in which the prior's uncertainty returns"),
+        param("alarm", &P::alarm, "1", {1, 100}, "score above which friction is taken to have changed suddenly"),
+        param("change", &P::change, "1", {0, 2}, "relative uncertainty of friction after such a change"),
+        param("sigma_v", &P::sigma_v, "m/s", {1e-6, 10}, "noise of vx and vy to begin with"),
+        param("sigma_omega", &P::sigma_omega, "rad/s", {1e-6, 10}, "noise of the yaw rate to begin with"),
+        param("misfit", &P::misfit, "m/s2", {1e-6, 10}, "accuracy of the equations themselves")};
+  }
+
+  ElmRls(const gripline::Surroundings& around, const Params& params)
+      : params_(params),
+        car_(around.car),
+        drive_(around.nominal, around.car),
+        random_(around.seed),
+        front_tyres_(params.hidden, prior(around.mu_init), random_),
+        rear_tyres_(params.hidden, prior(around.mu_init), random_),
+        rls_(2 * params.hidden + 2, channels),
+        load_{car_.m * gripline::gravity * car_.lr / (car_.lf + car_.lr),
+              car_.m * gripline::gravity * car_.lf / (car_.lf + car_.lr)},
+        gyration_(std::sqrt(car_.Iz / car_.m)),
+        sigma_{params.sigma_v, params.sigma_v, params.sigma_omega},
+        largest_sigma_{10 * params.sigma_v, 10 * params.sigma_v, 10 * params.sigma_omega},
+        rows_(Eigen::MatrixXd::Zero(unknowns(), channels)),
+        prior_covariance_(Eigen::MatrixXd::Zero(unknowns(), unknowns())) {
+    const int n = params.hidden;
+    prior_covariance_.topLeftCorner(n, n) = front_tyres_.prior_covariance();
+    prior_covariance_.block(n, n, n, n) = rear_tyres_.prior_covariance();
+    prior_covariance_(2 * n, 2 * n) = square(0.1);          // Cr0 over m g
+    prior_covariance_(2 * n + 1, 2 * n + 1) = square(0.1);  // Cd v_ref^2 over m g
+    rls_.covariance() = prior_covariance_;
+    tabulate(front_tyres_, front_rows_);
+    tabulate(rear_tyres_, rear_rows_);
+    rls_.theta().head(n).setConstant(front_tyres_.prior_mean());
+    rls_.theta().segment(n, n).setConstant(rear_tyres_.prior_mean());
+    read_theta();
+    // The mean of curves that peak at different slips is lower than mu_init: lift it there.
+    rls_.theta().head(n) *= around.mu_init / (front_.peak(peak_reach) / load_[0]);
+    rls_.theta().segment(n, n) *= around.mu_init / (rear_.peak(peak_reach) / load_[1]);
+    read_theta();
+  }
+
+  void update(const gripline::Sample& k) override {
+    if (std::min(k.x.vx, k.x_next.vx) < car_.v_min || k.dt <= 0.0) {
+      continues_ = false;
+      return;
+    }
+    const auto path = gripline::step_path(k, car_, drive_, resistance_, true,
+                                          [this](Axle axle, double slip) { return table(axle).at(slip).force; });
+    fill_rows(path);
+    if (!continues_) rls_.break_sequence(sigma_.data());
+    continues_ = true;
+    forget(k.dt);
+    rls_.begin_step(sigma_.data());
+    watch(k.dt);
+    for (int c = 0; c < channels; ++c) {
+      const auto innovation = rls_.innovation(c, rows_.col(c), rates_[c], k.dt, misfit(c));
+      match_noise(c, innovation);
+      rls_.absorb(innovation);
+    }
+    ++seen_;
+    read_theta();
+  }
+
+  gripline::Belief belief() const override { return belief_; }
+
+  bool tyre_force(Axle axle, std::span<const double> slip, std::span<double> force,
+                  std::span<double> sigma) const override {
+    for (std::size_t i = 0; i < force.size(); ++i) force[i] = table(axle).at(slip[i]).force;
+    for (std::size_t i = 0; i < sigma.size(); ++i) sigma[i] = deviation(axle, slip[i]);
+    return true;
+  }
+
+  template <class T>
+  void act(gripline::Point<T>& p) const {
+    gripline::correct_body(p.q, p.at, drive_.model_has_tyres(), car_.v_min, resistance_,
+                           [this](Axle axle, const T& slip) { return table(axle).force(slip); });
+  }
+
+ private:
+  static constexpr double peak_reach = 1.6;       // [rad]: where mu looks for the peak
+  static constexpr double score_memory = 0.9;     // per step, of the likelihood ratio
+  static constexpr double noise_gain = 0.01;      // per step, of matching the noise
+  static constexpr double smallest_sigma = 0.02;  // of the noise the filter starts from
+
+  gripline::TyrePrior prior(double mu_init) const {
+    return {params_.stiffness, params_.stiffness_spread, params_.shape, params_.shape_spread,
+            mu_init,           params_.friction_spread};
+  }
+  int unknowns() const { return 2 * params_.hidden + 2; }
+  int first(Axle axle) const { return axle == Axle::front ? 0 : params_.hidden; }
+  const gripline::AxleTable& table(Axle axle) const { return axle == Axle::front ? front_ : rear_; }
+  const gripline::GenericTyres& tyres(Axle axle) const { return axle == Axle::front ? front_tyres_ : rear_tyres_; }
+  double misfit(int channel) const { return channel == 2 ? params_.misfit / gyration_ : params_.misfit; }
+
+  static void tabulate(const gripline::GenericTyres& tyres, Eigen::MatrixXd& rows) {
+    const auto n = static_cast<std::size_t>(tyres.nodes());
+    rows.setZero(2 * gripline::table_knots, tyres.nodes());
+    Eigen::VectorXd h(tyres.nodes());
+    for (int i = 0; i < gripline::table_knots; ++i) {
+      h.setZero();
+      tyres.add(gripline::table_slip(i), 1.0, {h.data(), n});
+      rows.row(i) = h;
+      h.setZero();
+      tyres.add_slope(gripline::table_slip(i), 1.0, {h.data(), n});
+      rows.row(gripline::table_knots + i) = h;
+    }
+  }
+
+  /// Rates and their regressors: one column per channel.
+  void fill_rows(const gripline::StepPath& path) {
+    const int n = params_.hidden;
+    rows_.setZero();
+    double* const h = rows_.col(1).data();
+    for (int i = 0; i < gripline::path_points; ++i) {
+      const double w = gripline::path_weights[i];
+      front_tyres_.add(path.slip[i].front, w, {h, static_cast<std::size_t>(n)});
+      rear_tyres_.add(path.slip[i].rear, w, {h + n, static_cast<std::size_t>(n)});
+    }
+    rows_.col(0).head(n) = rows_.col(1).head(n) * (-path.sine * load_[0] / car_.m);
+    rows_(2 * n, 0) = -gripline::gravity;
+    rows_(2 * n + 1, 0) = -gripline::gravity * path.mean_square_speed() / square(car_.v_ref);
+    rows_.col(2).head(n) = rows_.col(1).head(n) * (path.cosine * load_[0] * car_.lf / car_.Iz);
+    rows_.col(2).segment(n, n) = rows_.col(1).segment(n, n) * (-load_[1] * car_.lr / car_.Iz);
+    rows_.col(1).head(n) *= path.cosine * load_[0] / car_.m;
+    rows_.col(1).segment(n, n) *= load_[1] / car_.m;
+    rates_ = {path.drive_loss / car_.m, path.side / car_.m, path.moment / car_.Iz};
+  }
+
+  void forget(double dt) {
+    spread_along_curves(params_.drift * std::sqrt(dt), params_.axle_drift * std::sqrt(dt));
+    rls_.covariance() += prior_covariance_ * (dt / params_.shape_memory);
+  }
+
+  /// Uncertainty of friction: standard deviations relative to it, of both axles together and of each alone.
+  void spread_along_curves(double together, double each) {
+    const int n = params_.hidden;
+    const auto curves = rls_.theta().head(2 * n);
+    rls_.covariance().topLeftCorner(2 * n, 2 * n).noalias() += (square(together) * curves) * curves.transpose();
+    for (int i : {0, n}) {
+      const auto curve = rls_.theta().segment(i, n);
+      rls_.covariance().block(i, i, n, n).noalias() += (square(each) * curve) * curve.transpose();
+    }
+  }
+
+  /// Has friction changed at once? Score test of a common scale on the forces, over the last samples.
+  void watch(double dt) {
+    const int n = params_.hidden;
+    score_ *= score_memory;
+    score_variance_ *= score_memory;
+    for (int c : {1, 2}) {
+      const auto innovation = rls_.innovation(c, rows_.col(c), rates_[c], dt, misfit(c));
+      const double force = rows_.col(c).head(2 * n).dot(rls_.theta().head(2 * n));
+      score_ += innovation.error * force / innovation.variance;
+      score_variance_ += square(force) / innovation.variance;
+    }
+    if (square(score_) <= square(params_.alarm) * score_variance_ || seen_ < settling) return;
+    spread_along_curves(params_.change, 0.3 * params_.change);
+    score_ = score_variance_ = 0;
+  }
+
+  /// Moves the assumed noise of a channel until the innovations have the variance they are said to have.
+  void match_noise(int c, const gripline::DifferenceRls::Innovation& innovation) {
+    if (seen_ < settling) return;
+    const double ratio = std::min(4.0, square(innovation.error) / innovation.variance);
+    sigma_[c] = std::clamp(sigma_[c] * std::exp(0.5 * noise_gain * (ratio - 1.0)), smallest_sigma * largest_sigma_[c],
+                           largest_sigma_[c]);
+  }
+
+  double deviation(Axle axle, double slip) const {
+    const int n = params_.hidden, i = first(axle);
+    std::array<double, 400> h{};
+    tyres(axle).add(slip, 1.0, {h.data(), static_cast<std::size_t>(n)});
+    double variance = 0;
+    const auto covariance = rls_.covariance();
+    for (int a = 0; a < n; ++a) {
+      double sum = 0;
+      for (int b = 0; b < n; ++b) sum += covariance(i + b, i + a) * h[b];
+      variance += h[a] * sum;
+    }
+    return load_[axle == Axle::front ? 0 : 1] * std::sqrt(std::max(0.0, variance));
+  }
+
+  void read_theta() {
+    const int n = params_.hidden;
+    const auto fill = [&](gripline::AxleTable& table, const Eigen::MatrixXd& rows, int begin, double load) {
+      knots_.noalias() = rows * rls_.theta().segment(begin, n);
+      for (int i = 0; i < gripline::table_knots; ++i) {
+        table.values()[i] = load * knots_[i];
+        table.slopes()[i] = load * knots_[gripline::table_knots + i];
+      }
+    };
+    fill(front_, front_rows_, 0, load_[0]);
+    fill(rear_, rear_rows_, n, load_[1]);
+    const double weight = car_.m * gripline::gravity;
+    resistance_ = {weight * rls_.theta()[2 * n], weight * rls_.theta()[2 * n + 1] / square(car_.v_ref)};
+    belief_.mu_front = front_.peak(peak_reach) / load_[0];
+    belief_.mu_rear = rear_.peak(peak_reach) / load_[1];
+    belief_.sigma_front = deviation(Axle::front, front_.peak_slip(peak_reach)) / load_[0];
+    belief_.sigma_rear = deviation(Axle::rear, rear_.peak_slip(peak_reach)) / load_[1];
+    belief_.trusted = seen_ >= settling;
+  }
+
+  static constexpr int settling = 50;  // samples before the innovations are taken as evidence
+
+  Params params_;
+  gripline::Car car_;
+  gripline::StraightDrive drive_;
+  gripline::SplitMix random_;
+  gripline::GenericTyres front_tyres_, rear_tyres_;
+  gripline::DifferenceRls rls_;
+  std::array<double, 2> load_;  // static axle loads [N]
+  double gyration_;
+  std::array<double, channels> sigma_, largest_sigma_, rates_ = {};
+  Eigen::MatrixXd rows_, prior_covariance_, front_rows_, rear_rows_;
+  Eigen::VectorXd knots_{2 * gripline::table_knots};
+  gripline::AxleTable front_, rear_;
+  gripline::Resistance resistance_;
+  gripline::Belief belief_;
+  double score_ = 0, score_variance_ = 0;
+  std::int64_t seen_ = 0;
+  bool continues_ = false;
+};
+
+}  // namespace
+
+GRIPLINE_PLUGINS(gripline::describe<ElmRls>("elm_rls", "1.0", "generic tyres per axle by recursive least squares"))
