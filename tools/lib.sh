@@ -1,0 +1,48 @@
+# Shared by quickstart and test: packages, build. Sourced, not run.
+set -euo pipefail
+root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
+cd "$root"
+
+say() { printf '%s\n' "$*" >&2; }
+die() { say "$*"; exit 1; }
+
+# Runs a command as root: directly, or through sudo.
+as_root() {
+  if [ "$(id -u)" = 0 ]; then "$@"
+  elif command -v sudo >/dev/null 2>&1; then sudo "$@"
+  else die "needs root or sudo to install packages: $*"
+  fi
+}
+
+require_debian_12() {
+  # shellcheck disable=SC1091
+  [ -r /etc/os-release ] && . /etc/os-release
+  [ "${ID:-}" = debian ] && [ "${VERSION_ID:-}" = 12 ] ||
+    die "this script installs packages of Debian 12; here is ${PRETTY_NAME:-an unknown system}. Install the packages listed in tools/lib.sh by hand, then: cmake -S . -B build && cmake --build build"
+  if dpkg-query -W -f '${Status}' libboost1.81-dev 2>/dev/null | grep -q 'ok installed'; then
+    die "libboost1.81-dev is installed and excludes Boost 1.74, which gripline uses; remove it first: apt-get remove libboost1.81-dev"
+  fi
+}
+
+build_packages="g++ cmake ninja-build pkg-config libeigen3-dev libboost-dev libboost-program-options-dev
+  libboost-filesystem-dev coinor-libipopt-dev nlohmann-json3-dev"
+test_packages="libgtest-dev libgmock-dev"
+
+# Installs what is missing of the packages named; asks the package lists only if something is.
+install_packages() {
+  local missing=()
+  for package in "$@"; do
+    dpkg-query -W -f '${Status}' "$package" 2>/dev/null | grep -q 'ok installed' || missing+=("$package")
+  done
+  [ ${#missing[@]} -eq 0 ] && return
+  say "installing ${missing[*]}"
+  as_root env DEBIAN_FRONTEND=noninteractive apt-get update -qq
+  as_root env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends "${missing[@]}" >/dev/null
+}
+
+# build TESTS(ON|OFF): configures build/ when needed and builds.
+build() {
+  cmake -G Ninja -S . -B build -DGRIPLINE_TESTS="$1" >build-configure.log 2>&1 || { cat build-configure.log >&2; die "cmake failed"; }
+  rm -f build-configure.log
+  cmake --build build
+}
