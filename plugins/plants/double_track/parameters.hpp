@@ -46,12 +46,12 @@ inline constexpr std::array<double, 27> default_engine{84,  230, 25,  // idle
                                                        720, 330, 66,  //
                                                        740, 260, 68};
 /// Gears when the world gives none: [gear, ratio, from m/s, to m/s].
-inline constexpr std::array<double, 24> default_gears{1, 2.75,  0,    9,   //
-                                                      2, 1.80,  7.5,  14,  //
-                                                      3, 1.25,  12,   24,  //
-                                                      4, 0.919, 20.5, 48,  // the published gear
-                                                      5, 0.72,  44,   70,  //
-                                                      6, 0.60,  65,   200};
+inline constexpr std::array<double, 24> default_gears{1, 2.75,  0,   9,   //
+                                                      2, 1.80,  7.5, 14,  //
+                                                      3, 1.25,  12,  30,  //
+                                                      4, 0.919, 26,  48,  // the published gear
+                                                      5, 0.72,  44,  70,  //
+                                                      6, 0.60,  65,  200};
 
 inline constexpr auto declare_body() {
   using P = Params;

@@ -1,0 +1,273 @@
+// The full-size car in its worlds: the hill circuit, its walls, its sensors, and Town07 from CSV.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <ctime>
+#include <fstream>
+#include <numbers>
+
+#include "config/json_file.hpp"
+#include "geometry/track_file.hpp"
+#include "geometry/track_import.hpp"
+#include "reference_data.hpp"
+#include "simulation.hpp"
+
+namespace gripline {
+namespace {
+
+using testing::HasSubstr;
+
+const Registry& registry() {
+  static const Registry all({GRIPLINE_PLUGIN_DIR});
+  return all;
+}
+
+WorldSpec world_from(Node tree) {
+  inline_world_files(tree);
+  Errors errors;
+  WorldSpec spec = read_world(tree, registry(), errors);
+  errors.throw_if_any();
+  return spec;
+}
+WorldSpec world_file(const std::string& name) {
+  return world_from(load_json(std::filesystem::path(GRIPLINE_SOURCE_DIR) / "worlds" / name));
+}
+
+/// A careful driver without anything learned.
+StackSpec careful_driver(const CarFile& car, const char* mu) {
+  const std::string text = R"({"model": {"plugin": "ekinematic"},
+    "planner": {"plugin": "fixed_speed", "params": {"mu": )" +
+                           std::string(mu) + R"(, "tyre_B": 10, "tyre_C": 1.5}},
+    "controller": {"plugin": "pure_pursuit",
+                   "params": {"horizon": 60, "lookahead_time": 0.3, "k_p": 1.5, "k_i": 0.1, "k_yaw": 0.02}}})";
+  Errors errors;
+  StackSpec spec = read_stack("careful", parse_text(text), registry(), car, errors);
+  errors.throw_if_any();
+  return spec;
+}
+
+RunSummary race(const WorldSpec& spec, const char* mu, std::uint64_t seed = 1) {
+  const StackSpec driver = careful_driver(spec.car, mu);
+  World world(spec, seed);
+  StackPlace place;
+  place.car = spec.car.car;
+  place.dt = spec.dt;
+  place.hold = spec.hold;
+  place.seed = seed;
+  place.course = &world.course();
+  Stack stack(driver, place, world.observe());
+  const std::filesystem::path folder =
+      std::filesystem::path(testing::TempDir()) / testing::UnitTest::GetInstance()->current_test_info()->name();
+  std::filesystem::create_directories(folder);
+  Recorder recorder(folder);
+  Metrics metrics(world, driver, seed);
+  return Simulation(world, stack, recorder, metrics).run();
+}
+
+TEST(FullSize, HillCircuitIsWhatItsNoteSays) {
+  const Track hill = load_track(GRIPLINE_SOURCE_DIR "/worlds/tracks/hill.json");
+  EXPECT_NEAR(hill.length(), 1176.0, 0.5);
+  EXPECT_DOUBLE_EQ(hill.narrowest(), 9.0);
+  double steepest = 0.0;
+  double bank = 0.0;
+  double kappa = 0.0;
+  double height = 0.0;
+  double top = 0.0;
+  const double step = 0.05;
+  for (double s = 0.0; s < hill.length(); s += step) {
+    steepest = std::max(steepest, std::abs(std::tan(hill.grade(s))));
+    bank = std::max(bank, std::abs(hill.bank(s)));
+    kappa = std::max(kappa, std::abs(hill.at(s).kappa));
+    height += step * std::tan(hill.grade(s));
+    top = std::max(top, height);
+  }
+  EXPECT_NEAR(steepest, 0.08, 1e-4);
+  EXPECT_NEAR(bank, 5.0 * std::numbers::pi / 180.0, 1e-6);
+  EXPECT_NEAR(1.0 / kappa, 22.0, 1e-9);
+  EXPECT_NEAR(height, 0.0, 0.01);
+  EXPECT_GT(top, 15.0);
+}
+
+TEST(FullSize, CarefulLapsOnTheHill) {
+  WorldSpec spec = world_file("full_size.json");
+  spec.duration = 120.0;
+  const RunSummary summary = race(spec, "0.5");
+  EXPECT_EQ(summary.status, Status::finished) << summary.message;
+  ASSERT_EQ(summary.laps.size(), 2u);
+  EXPECT_EQ(summary.violation_s, 0.0);
+  EXPECT_LT(summary.mean_deviation_m, 0.6);
+  EXPECT_LT(summary.laps[1], summary.laps[0]);
+  EXPECT_GT(summary.laps[1], 45.0);
+}
+
+TEST(FullSize, TooFastHitsTheWallAndSaysWhere) {
+  const WorldSpec spec = world_file("full_size.json");
+  const RunSummary summary = race(spec, "1.3");
+  EXPECT_EQ(summary.status, Status::crashed);
+  EXPECT_THAT(summary.message, HasSubstr("hit the wall at s = "));
+  EXPECT_THAT(summary.message, HasSubstr("m/s"));
+  EXPECT_GT(summary.violation_s, 0.0);
+}
+
+TEST(FullSize, SensorsShowSlopeAndNoiseAsStated) {
+  const WorldSpec spec = world_file("full_size.json");
+  World world(spec, 3);
+  World again(spec, 3);
+  World other(spec, 4);
+  double squares[6] = {};
+  const int steps = 2000;
+  bool differs = false;
+  for (int k = 0; k < steps; ++k) {
+    const Input u{0.05, 0.0};
+    world.advance(u);
+    again.advance(u);
+    other.advance(u);
+    const State& seen = world.observe().x;
+    const State& real = world.state();
+    const double error[6] = {seen.x - real.x,   seen.y - real.y,   seen.yaw - real.yaw,
+                             seen.vx - real.vx, seen.vy - real.vy, seen.omega - real.omega};
+    for (int i = 0; i < 6; ++i) squares[i] += error[i] * error[i];
+    ASSERT_EQ(seen.vx, again.observe().x.vx);
+    differs = differs || seen.vx != other.observe().x.vx;
+    EXPECT_NEAR(world.observe().at.grade, world.track().grade(world.observe().at.s), 1e-12);
+    EXPECT_NEAR(world.observe().at.bank, world.track().bank(world.observe().at.s), 1e-12);
+    if (world.crashed()) break;
+  }
+  EXPECT_TRUE(differs);
+  const double degree = std::numbers::pi / 180.0;
+  const double stated[6] = {0.02, 0.02, 0.2 * degree, 0.05, 0.05, 0.2 * degree};
+  for (int i = 0; i < 6; ++i)
+    EXPECT_NEAR(std::sqrt(squares[i] / static_cast<double>(world.step())), stated[i], 0.1 * stated[i]) << i;
+}
+
+TEST(FullSize, KnownThrottleAndBrakeMapIsTheCarsOwn) {
+  const WorldSpec spec = world_file("full_size.json");
+  struct Plane final : Ground {
+    Patch at(double, double, double) const override { return {}; }
+  };
+  const Plane plane;
+  const PluginEntry& entry = registry().find(abi::Kind::plant, "double_track");
+  const auto plant = create<Plant>(entry, Surroundings{}, spec.plant.values);
+  /// Acceleration at a speed with everything settled and no change of gear near.
+  const auto acceleration = [&](double v, double d) {
+    State x;
+    x.vx = v;
+    plant->reset(x, plane);
+    for (int k = 0; k < 20; ++k) x = plant->advance(d, 0.0, 0.02, plane);
+    const double before = x.vx;
+    for (int k = 0; k < 5; ++k) x = plant->advance(d, 0.0, 0.02, plane);
+    return (x.vx - before) / 0.1;
+  };
+  const double Cm1 = spec.car.known.at("Cm1");
+  const double Cm2 = spec.car.known.at("Cm2");
+  const double Cb = spec.car.known.at("Cb");
+  for (const double v : {15.0, 18.0, 21.0, 25.0, 31.0, 34.0, 38.0, 42.0}) {
+    const double driven = spec.car.car.m * (acceleration(v, 1.0) - acceleration(v, 0.0));
+    EXPECT_NEAR(driven, Cm1 - Cm2 * v, 0.14 * driven) << v;
+  }
+  for (const double v : {20.0, 30.0, 40.0}) {
+    const double braked = spec.car.car.m * (acceleration(v, 0.0) - acceleration(v, -0.7)) / 0.7;
+    EXPECT_NEAR(braked, Cb, 0.06 * Cb) << v;
+  }
+}
+
+TEST(FullSize, WorldStepIsFastWithTheRoadAskedAtEveryWheel) {
+#if defined(__SANITIZE_ADDRESS__)
+  GTEST_SKIP() << "built with sanitizers";
+#endif
+  const WorldSpec spec = world_file("full_size_wet.json");
+  World world(spec, 1);
+  timespec begin{};
+  timespec end{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &begin);
+  for (int k = 0; k < 300; ++k) world.advance({0.2, 0.0});
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &end);
+  const double spent =
+      static_cast<double>(end.tv_sec - begin.tv_sec) + 1e-9 * static_cast<double>(end.tv_nsec - begin.tv_nsec);
+  EXPECT_LT(spent, 300 * 0.02 / 100.0);
+}
+
+class FullSizeTown : public testing_support::WithReference {};
+
+/// Town07's centre line, edges and slope profile as one CSV in the TUM convention, driven with its slope.
+TEST_F(FullSizeTown, DrivesTown07FromCsvWithItsSlope) {
+  TrackShape shape = shape_from_table(read_csv(reference("track_carla.csv")), {.left_handed = true});
+  const CsvTable line = read_csv(reference("raceline_carla_tum.csv"));
+  const CsvTable slope = read_csv(reference("carla_slope_profile.csv"));
+  const std::vector<double> x = line.column("x_m");
+  const std::vector<double> y = line.column("y_m");
+  std::vector<PlanePoint> points;
+  for (std::size_t i = 0; i < x.size(); ++i) points.push_back({x[i], -y[i]});
+  drop_closing_point_and_check_closed(points);
+  shape.grade =
+      grade_from_heights(shape.centre, ClosedCurve::from_points(points), slope.column("s_m"), slope.column("z_m"));
+  const std::filesystem::path csv = std::filesystem::path(testing::TempDir()) / "town07.csv";
+  {
+    std::ofstream out(csv);
+    write_track_csv(out, Track(std::move(shape)), 2.0);
+  }
+  const std::string world = R"({"car": "cars/full_size.json", "track": ")" + csv.string() +
+                            R"(", "plant": {"plugin": "double_track"}, "laps": 1, "timeout": 120})";
+  const WorldSpec spec = world_from(parse_text(world, "town07", std::filesystem::path(GRIPLINE_SOURCE_DIR) / "worlds"));
+  EXPECT_NEAR(spec.track->length(), 1232.0, 1.0);
+  double steepest = 0.0;
+  for (double s = 0.0; s < spec.track->length(); s += 1.0)
+    steepest = std::max(steepest, std::abs(spec.track->grade(s)));
+  EXPECT_GT(steepest, 0.07);
+  const RunSummary summary = race(spec, "0.35");
+  EXPECT_EQ(summary.status, Status::finished) << summary.message;
+  EXPECT_EQ(summary.violation_s, 0.0);
+  ASSERT_EQ(summary.laps.size(), 1u);
+  EXPECT_GT(summary.laps[0], 45.0);  // the published lap at twice the grip
+  EXPECT_LT(summary.laps[0], 110.0);
+}
+
+std::string refusal(const std::string& world) {
+  try {
+    world_from(parse_text(world, "world", std::filesystem::path(GRIPLINE_SOURCE_DIR) / "worlds"));
+  } catch (const std::exception& error) {
+    return error.what();
+  }
+  return "nothing";
+}
+
+TEST(FullSizeBadInput, RoadCarAndSensors) {
+  const std::string car = R"("car": "cars/full_size.json", "plant": {"plugin": "double_track"}, "duration": 10)";
+  const std::string road = R"("segments": [{"line": 100}, {"arc": {"radius": 30, "turn": "180 deg"}}, {"line": 100},
+                               {"arc": {"radius": 30, "turn": "180 deg"}}])";
+  EXPECT_EQ(refusal("{" + car + R"(, "track": {"half_width": 4, )" + road + "}}"), "nothing");
+  EXPECT_THAT(refusal("{" + car +
+                      R"(, "track": {"half_width": 4, "grade": [{"s": 0, "grade": 0.05}, {"s": 150, "grade": 0}], )" +
+                      road + "}}"),
+              HasSubstr("the grade does not close"));
+  EXPECT_THAT(refusal("{" + car + R"(, "track": {"half_width": 0.8, )" + road + "}}"),
+              HasSubstr("the car is 1.84 m wide, the track only 1.6 m"));
+  EXPECT_THAT(
+      refusal("{" + car + R"(, "sensors": {"rate": {"x": "30 Hz"}}, "track": {"half_width": 4, )" + road + "}}"),
+      HasSubstr("no whole number of control steps"));
+}
+
+TEST(FullSizeBadInput, TablesOfThePlant) {
+  const auto with = [](const std::string& params) {
+    const std::string text = R"({"car": "cars/full_size.json", "track": "tracks/hill.json", "duration": 10,
+      "plant": {"plugin": "double_track", "params": {)" +
+                             params + "}}}";
+    try {
+      const WorldSpec spec =
+          world_from(parse_text(text, "world", std::filesystem::path(GRIPLINE_SOURCE_DIR) / "worlds"));
+      const World world(spec, 1);
+    } catch (const std::exception& error) {
+      return std::string(error.what());
+    }
+    return std::string("nothing");
+  };
+  EXPECT_EQ(with(R"("gears": [[1, 2, 0, 20], [2, 1, 15, 90]])"), "nothing");
+  EXPECT_THAT(with(R"("gears": [[1, 2, 0, 20], [2, 1, 25, 90]])"), HasSubstr("gears has a gap"));
+  EXPECT_THAT(with(R"("engine_torque": [[100, 300, 20], [400, 350, 20], [300, 340, 20]])"), HasSubstr("300"));
+  EXPECT_THAT(with(R"("engine_torque": [[100, 300, 20], [400, 350, 20], [300, 340, 20]])"), HasSubstr("400"));
+  EXPECT_THAT(with(R"("brake_byas": 0.6)"), HasSubstr("brake_bias"));
+}
+
+}  // namespace
+}  // namespace gripline
