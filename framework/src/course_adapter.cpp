@@ -19,7 +19,8 @@ CoursePoint TrackCourse::fill(double s, double n) const {
   p.right = track_.half_width_right(s);
   p.grade = track_.grade(s);
   p.bank = track_.bank(s);
-  p.lap_fraction = track_.lap_fraction(centre.x - n * std::sin(centre.yaw), centre.y + n * std::cos(centre.yaw));
+  p.lap_fraction = track_.lap_fraction(centre.x - n * std::sin(centre.yaw), centre.y + n * std::cos(centre.yaw),
+                                       {s, n, centre.yaw, centre.kappa});
   return p;
 }
 
@@ -63,7 +64,7 @@ Place place_of(const Track& track, const CurveLocation& location, double t, doub
   place.t = t;
   place.s = location.s;
   place.n = location.n;
-  place.lap_fraction = track.lap_fraction(x, y);
+  place.lap_fraction = track.lap_fraction(x, y, location);
   place.yaw_line = centre.yaw;
   place.kappa = centre.kappa;
   place.direction = std::cos(yaw - centre.yaw) >= 0.0 ? 1.0 : -1.0;
