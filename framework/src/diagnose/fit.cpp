@@ -1,0 +1,356 @@
+#include "fit.hpp"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+
+namespace gripline::diagnose {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+struct Evaluation {
+  double cost = 0;
+  VectorXd g;
+  MatrixXd N;
+  std::array<double, noise_states> slope{};
+  Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
+};
+
+void add_prior(const Catalogue& catalogue, const ModelSpec& model, Evaluation& e) {
+  const auto nuisances = catalogue.nuisances();
+  for (std::size_t i = 0; i < nuisances.size(); ++i) {
+    const double off = (model.nuisance[i] - nuisances[i].nominal) / nuisances[i].sigma;
+    const auto at = static_cast<Index>(i);
+    e.cost += 0.5 * off * off;
+    if (e.g.size() <= at) continue;
+    e.g[at] -= off / nuisances[i].sigma;
+    e.N(at, at) += 1.0 / (nuisances[i].sigma * nuisances[i].sigma);
+  }
+}
+
+Evaluation evaluate(const Problem& problem, const ModelSpec& model, const Noise& noise) {
+  Evaluation e;
+  const StagedCar car = problem.catalogue->build(model);
+  for (const Trace& trace : problem.traces) {
+    const LinearModel lm = linearise(car, trace, problem.substeps);
+    const std::vector<Direction> directions = own_directions(*problem.catalogue, model, trace, lm.memory);
+    std::vector<const Direction*> list;
+    for (const Direction& d : directions) list.push_back(&d);
+    FilterWants wants;
+    wants.directions = &list;
+    wants.process_slope = true;
+    const Likelihood l = filter(lm, noise, wants);
+    const auto p = static_cast<Index>(l.params);
+    if (e.g.size() == 0) {
+      e.g = VectorXd::Zero(p);
+      e.N = MatrixXd::Zero(p, p);
+    }
+    e.cost += l.cost;
+    e.g += Eigen::Map<const VectorXd>(l.g.data(), p);
+    e.N += Eigen::Map<const MatrixXd>(l.N.data(), p, p);
+    for (std::size_t i = 0; i < noise_states; ++i) {
+      e.slope[i] += l.slope[i];
+      for (std::size_t j = 0; j < noise_states; ++j)
+        e.information(static_cast<Index>(i), static_cast<Index>(j)) += l.information[i][j];
+    }
+  }
+  add_prior(*problem.catalogue, model, e);
+  return e;
+}
+
+/// Scale of each free parameter, to judge rank and steps without units.
+VectorXd scales(const Catalogue& catalogue, const ModelSpec& model) {
+  std::vector<double> s;
+  for (const Nuisance& n : catalogue.nuisances()) s.push_back(n.sigma);
+  for (const std::size_t member : model.members)
+    for (std::size_t f = 0; f < catalogue.candidates()[member].fitted.size(); ++f)
+      s.push_back(catalogue.candidates()[member].decl(f).scale);
+  return Eigen::Map<const VectorXd>(s.data(), static_cast<Index>(s.size()));
+}
+
+/// Solves N d = g leaving out directions the data say nothing about; `rank` counts those kept.
+VectorXd solve(const MatrixXd& N, const VectorXd& g, const VectorXd& scale, std::size_t& rank, MatrixXd* covariance) {
+  const MatrixXd scaled = scale.asDiagonal() * N * scale.asDiagonal();
+  // Equilibrated: what counts is how well directions can be told apart, not how strongly they act.
+  VectorXd size = scaled.diagonal().cwiseSqrt();
+  for (Index i = 0; i < size.size(); ++i)
+    if (!(size[i] > 1e-9)) size[i] = 1e-9;
+  const MatrixXd unit = size.cwiseInverse().asDiagonal() * scaled * size.cwiseInverse().asDiagonal();
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(unit);
+  VectorXd inverse = eigen.eigenvalues();
+  rank = 0;
+  for (Index i = 0; i < inverse.size(); ++i) {
+    const bool kept = inverse[i] > 1e-7;
+    rank += kept ? 1 : 0;
+    inverse[i] = kept ? 1.0 / inverse[i] : 0.0;
+  }
+  const MatrixXd back = scale.asDiagonal() * (size.cwiseInverse().asDiagonal() * eigen.eigenvectors());
+  const MatrixXd pseudo = back * inverse.asDiagonal() * back.transpose();
+  if (covariance != nullptr) *covariance = pseudo;
+  return pseudo * g;
+}
+
+/// Keeps parameters inside their ranges.
+void clamp_to_ranges(const Catalogue& catalogue, const ModelSpec& model, std::vector<double>& theta) {
+  std::size_t at = 0;
+  for (const Nuisance& n : catalogue.nuisances()) {
+    theta[at] = std::clamp(theta[at], n.nominal - 4.0 * n.sigma, n.nominal + 4.0 * n.sigma);
+    ++at;
+  }
+  for (const std::size_t member : model.members) {
+    const Candidate& c = catalogue.candidates()[member];
+    for (std::size_t f = 0; f < c.fitted.size(); ++f, ++at)
+      theta[at] = std::clamp(theta[at], c.decl(f).lo, c.decl(f).hi);
+  }
+}
+
+/// Next variances by Fisher scoring in their logarithms; steps of at most a factor of thirty.
+double improve_noise(const Problem& problem, const Evaluation& e, Noise& noise) {
+  Eigen::Vector3d slope;
+  Eigen::Matrix3d information;
+  for (Index i = 0; i < 3; ++i) {
+    slope[i] = e.slope[static_cast<std::size_t>(i)] * noise.process[static_cast<std::size_t>(i)];
+    for (Index j = 0; j < 3; ++j)
+      information(i, j) =
+          e.information(i, j) * noise.process[static_cast<std::size_t>(i)] * noise.process[static_cast<std::size_t>(j)];
+  }
+  const auto floor = [&](std::size_t i) { return std::pow(0.003 * problem.process_unit[i], 2); };
+  // A variance at its floor that wants to fall stays out of the system.
+  std::array<bool, 3> held{};
+  for (std::size_t i = 0; i < 3; ++i) {
+    const auto r = static_cast<Index>(i);
+    held[i] = noise.process[i] <= floor(i) * 1.0001 && slope[r] > 0.0;
+    if (!held[i]) continue;
+    information.row(r).setZero();
+    information.col(r).setZero();
+    information(r, r) = 1.0;
+    slope[r] = 0.0;
+  }
+  for (Index i = 0; i < 3; ++i) information(i, i) += 1e-6;
+  const Eigen::Vector3d step = -information.ldlt().solve(slope);
+  double gain = 0.0;
+  for (std::size_t i = 0; i < 3; ++i) {
+    if (held[i]) continue;
+    const double moved = std::clamp(step[static_cast<Index>(i)], -3.4, 3.4);
+    const double before = noise.process[i];
+    noise.process[i] = std::max(floor(i), before * std::exp(moved));
+    gain += std::abs(slope[static_cast<Index>(i)] * std::log(noise.process[i] / before));
+  }
+  return gain;
+}
+
+}  // namespace
+
+std::vector<double> pack(const Catalogue& catalogue, const ModelSpec& model) {
+  std::vector<double> theta = model.nuisance;
+  for (std::size_t i = 0; i < model.members.size(); ++i)
+    for (const std::size_t f : catalogue.candidates()[model.members[i]].fitted) theta.push_back(model.values[i][f]);
+  return theta;
+}
+
+void unpack(const Catalogue& catalogue, std::span<const double> theta, ModelSpec& model) {
+  std::size_t at = 0;
+  for (double& n : model.nuisance) n = theta[at++];
+  for (std::size_t i = 0; i < model.members.size(); ++i)
+    for (const std::size_t f : catalogue.candidates()[model.members[i]].fitted) model.values[i][f] = theta[at++];
+}
+
+Fit fit(const Problem& problem, const ModelSpec& start, const Noise& noise, int iterations) {
+  const Catalogue& catalogue = *problem.catalogue;
+  Fit best;
+  best.model = start;
+  best.noise = noise;
+  best.cost = std::numeric_limits<double>::infinity();
+  Evaluation at_best;
+  ModelSpec trial = start;
+  Noise trial_noise = noise;
+  std::vector<double> step;
+  double share = 1.0;
+  for (int i = 0; i < iterations; ++i) {
+    Evaluation e = evaluate(problem, trial, trial_noise);
+    if (!(e.cost <= best.cost + 1e-6)) {
+      // Not better: a shorter step from the best.
+      share *= 0.35;
+      if (share < 0.02) break;
+    } else {
+      best.model = trial;
+      best.noise = trial_noise;
+      best.cost = e.cost;
+      at_best = std::move(e);
+      share = 1.0;
+    }
+    std::vector<double> theta = pack(catalogue, best.model);
+    double gain = 0.0;
+    if (!theta.empty()) {
+      const VectorXd scale = scales(catalogue, best.model);
+      MatrixXd covariance;
+      std::size_t rank = 0;
+      const VectorXd full = solve(at_best.N, at_best.g, scale, rank, &covariance);
+      gain = 0.5 * at_best.g.dot(full);
+      for (std::size_t p = 0; p < theta.size(); ++p) {
+        // Very long steps leave the region where the linearisation means anything.
+        const double limit = 30.0 * scale[static_cast<Index>(p)];
+        theta[p] += share * std::clamp(full[static_cast<Index>(p)], -limit, limit);
+      }
+      clamp_to_ranges(catalogue, best.model, theta);
+    }
+    trial = best.model;
+    unpack(catalogue, theta, trial);
+    trial_noise = best.noise;
+    const double noise_gain = improve_noise(problem, at_best, trial_noise);
+    if (share < 1.0)
+      for (std::size_t c = 0; c < noise_states; ++c)
+        trial_noise.process[c] =
+            best.noise.process[c] * std::pow(trial_noise.process[c] / best.noise.process[c], share);
+    if (share == 1.0 && gain < 0.01 && noise_gain < 0.05) {
+      best.converged = true;
+      break;
+    }
+  }
+  best.theta = pack(catalogue, best.model);
+  best.free = 0;
+  if (!best.theta.empty() && at_best.g.size() > 0) {
+    const VectorXd scale = scales(catalogue, best.model);
+    MatrixXd covariance;
+    std::size_t rank = 0;
+    solve(at_best.N, at_best.g, scale, rank, &covariance);
+    best.covariance.assign(covariance.data(), covariance.data() + covariance.size());
+    best.free = rank - std::min(rank, catalogue.nuisances().size());
+  }
+  best.score = -best.cost - problem.penalty_per_parameter * static_cast<double>(best.free);
+  return best;
+}
+
+namespace {
+
+/// Gain of adding the directions in `part` to the own parameters, and their step; the rank is returned in dof.
+double conditional_gain(const MatrixXd& N, const VectorXd& g, Index own, Index first, Index count, std::size_t& dof,
+                        VectorXd& step) {
+  MatrixXd S = N.block(first, first, count, count);
+  VectorXd r = g.segment(first, count);
+  if (own > 0) {
+    const Eigen::LDLT<MatrixXd> base(N.topLeftCorner(own, own) +
+                                     1e-12 * MatrixXd(N.topLeftCorner(own, own).diagonal().asDiagonal()));
+    const MatrixXd cross = N.block(0, first, own, count);
+    S -= cross.transpose() * base.solve(cross);
+    r -= cross.transpose() * base.solve(g.head(own));
+  }
+  const VectorXd full = N.diagonal().segment(first, count);
+  VectorXd size(count);
+  for (Index i = 0; i < count; ++i) size[i] = full[i] > 0.0 ? std::sqrt(full[i]) : 1e-300;
+  const MatrixXd unit = size.cwiseInverse().asDiagonal() * S * size.cwiseInverse().asDiagonal();
+  const VectorXd unit_r = size.cwiseInverse().asDiagonal() * r;
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(unit);
+  dof = 0;
+  step = VectorXd::Zero(count);
+  double gain = 0.0;
+  for (Index i = 0; i < count; ++i) {
+    const double lambda = eigen.eigenvalues()[i];
+    if (!(lambda > 1e-6)) continue;
+    ++dof;
+    const double along = eigen.eigenvectors().col(i).dot(unit_r);
+    gain += 0.5 * along * along / lambda;
+    step += eigen.eigenvectors().col(i) * (along / lambda);
+  }
+  step = size.cwiseInverse().asDiagonal() * step;
+  return gain;
+}
+
+}  // namespace
+
+Screening screen(const Problem& problem, const Fit& fitted) {
+  const Catalogue& catalogue = *problem.catalogue;
+  Screening out;
+  MatrixXd N;
+  VectorXd g;
+  const StagedCar car = catalogue.build(fitted.model);
+  for (std::size_t t = 0; t < problem.traces.size(); ++t) {
+    const Trace& trace = problem.traces[t];
+    const LinearModel lm = linearise(car, trace, problem.substeps);
+    std::vector<Direction> directions = own_directions(catalogue, fitted.model, trace, lm.memory);
+    out.own = directions.size();
+    std::vector<Group> groups;
+    const std::vector<double> base_rates = rates_at_samples(car, trace, lm.memory);
+    candidate_directions(catalogue, fitted.model, trace, lm.memory, base_rates, directions, groups);
+    std::vector<const Direction*> list;
+    for (const Direction& d : directions) list.push_back(&d);
+    FilterWants wants;
+    wants.directions = &list;
+    const Likelihood l = filter(lm, fitted.noise, wants);
+    const auto p = static_cast<Index>(l.params);
+    if (t == 0) {
+      N = MatrixXd::Zero(p, p);
+      g = VectorXd::Zero(p);
+      out.groups = std::move(groups);
+    }
+    N += Eigen::Map<const MatrixXd>(l.N.data(), p, p);
+    g += Eigen::Map<const VectorXd>(l.g.data(), p);
+  }
+  Evaluation prior;
+  prior.g = g;
+  prior.N = N;
+  add_prior(catalogue, fitted.model, prior);
+  N = prior.N;
+  g = prior.g;
+  const auto own = static_cast<Index>(out.own);
+  for (const Group& group : out.groups) {
+    const Candidate& c = catalogue.candidates()[group.candidate];
+    Extension best;
+    best.candidate = group.candidate;
+    best.gain = -1.0;
+    const bool scanned = !group.starts.empty();
+    const std::size_t tries = scanned ? group.count : 1;
+    for (std::size_t i = 0; i < tries; ++i) {
+      VectorXd step;
+      std::size_t dof = 0;
+      const auto first = static_cast<Index>(group.first + i);
+      const auto count = static_cast<Index>(scanned ? 1 : group.count);
+      double gain = conditional_gain(N, g, own, first, count, dof, step);
+      std::vector<double> values = scanned ? group.starts[i] : c.defaults;
+      const std::size_t moving = scanned ? 1 : c.fitted.size();
+      bool outside = false;
+      for (std::size_t f = 0; f < moving && f < static_cast<std::size_t>(step.size()); ++f) {
+        const abi::ParamDecl& p = c.decl(f);
+        const double limit = 20.0 * p.scale;
+        const double wanted = p.neutral + std::clamp(step[static_cast<Index>(f)], -limit, limit);
+        if (count == 1 && p.neutral <= p.lo && wanted < p.neutral) outside = true;
+        values[c.fitted[f]] = std::clamp(wanted, p.lo, p.hi);
+      }
+      if (outside) gain = 0.0;
+      if (gain <= best.gain) continue;
+      best.gain = gain;
+      best.dof = scanned ? c.fitted.size() : dof;
+      best.start = catalogue.with(fitted.model, group.candidate);
+      best.start.values[best.start.position(group.candidate)] = values;
+    }
+    out.extensions.push_back(std::move(best));
+  }
+  const auto worth = [&](const Extension& e) {
+    return e.gain - problem.penalty_per_parameter * static_cast<double>(e.dof);
+  };
+  std::stable_sort(out.extensions.begin(), out.extensions.end(),
+                   [&](const Extension& a, const Extension& b) { return worth(a) > worth(b); });
+  out.params = static_cast<std::size_t>(g.size());
+  out.N.assign(N.data(), N.data() + N.size());
+  out.g.assign(g.data(), g.data() + g.size());
+  return out;
+}
+
+void renew_reference(Problem& problem, const Road& road, const Fit& fitted) {
+  const StagedCar car = problem.catalogue->build(fitted.model);
+  for (Trace& trace : problem.traces) {
+    const LinearModel lm = linearise(car, trace, problem.substeps);
+    FilterWants wants;
+    wants.smooth = true;
+    const Likelihood l = filter(lm, fitted.noise, wants);
+    std::vector<double> motion = trace.motion;
+    for (std::size_t k = 0; k < trace.size(); ++k)
+      for (std::size_t c = 0; c < channels; ++c) motion[k * channels + c] += l.smoothed[k * lm.states + c];
+    trace.set_motion(std::move(motion), road);
+  }
+}
+
+}  // namespace gripline::diagnose

@@ -1,0 +1,58 @@
+// Maximum likelihood of a model on logs: parameters by Gauss-Newton on the filter's innovations, the variances of the
+// unknown accelerations by Fisher scoring in the same iterations.
+#pragma once
+
+#include "filter.hpp"
+
+namespace gripline::diagnose {
+
+/// Everything the search works on. The traces' reference may be renewed; nothing else changes.
+struct Problem {
+  const Catalogue* catalogue = nullptr;
+  std::vector<Trace> traces;
+  Channels sensor{};                                // standard deviations of the readings
+  std::array<double, noise_states> process_unit{};  // usual size of unknown accelerations: 0.1 m/s2, and that over L
+  int substeps = 2;
+  double penalty_per_parameter = 0;  // half the logarithm of the number of readings
+  std::size_t rows = 0;
+};
+
+/// A model with its best parameters.
+struct Fit {
+  ModelSpec model;
+  Noise noise;
+  double cost = 0;       // minus log likelihood plus half the squared nuisance deviations in their standard deviations
+  std::size_t free = 0;  // effect parameters that the data determine (rank)
+  double score = 0;      // -cost - penalty * free: differences are log evidence (Schwarz)
+  std::vector<double> theta;       // free parameters: nuisances, then the members' in order
+  std::vector<double> covariance;  // theta x theta
+  bool converged = false;
+};
+
+/// Free parameters of a model as a vector, and back.
+std::vector<double> pack(const Catalogue& catalogue, const ModelSpec& model);
+void unpack(const Catalogue& catalogue, std::span<const double> theta, ModelSpec& model);
+
+/// Fits from the given values and variances.
+Fit fit(const Problem& problem, const ModelSpec& start, const Noise& noise, int iterations = 8);
+
+/// One linearisation of every candidate at a fitted model.
+struct Extension {
+  std::size_t candidate = 0;
+  double gain = 0;  // predicted rise of the log likelihood
+  std::size_t dof = 0;
+  ModelSpec start;  // the extended model at the predicted values
+};
+struct Screening {
+  std::vector<Extension> extensions;  // best score first
+  // Normal equations of everything, for searches over sets: own parameters first.
+  std::vector<Group> groups;
+  std::vector<double> N, g;
+  std::size_t params = 0, own = 0;
+};
+Screening screen(const Problem& problem, const Fit& fitted);
+
+/// Replaces the traces' reference by the trajectory smoothed with a fitted model.
+void renew_reference(Problem& problem, const Road& road, const Fit& fitted);
+
+}  // namespace gripline::diagnose

@@ -1,0 +1,65 @@
+// A car linearised along a reference trajectory: the deviation z of the true state (and of the effects' memory, and of
+// slowly changing unknown accelerations) from the reference obeys
+//
+//   z[k+1] = F[k] z[k] + f[k] + C[k] (theta - theta0) + process noise,
+//   y[k]   = h[k] + H[k] z[k] + D[k] (theta - theta0) + sensor noise.
+//
+// f is exact: one step of the nonlinear model from the reference minus the reference one step on; F and C come from
+// exact rates differentiated at the samples. The reference is close to the truth whatever the model, so nothing is ever
+// simulated over a long time with a wrong model and nothing can spin.
+#pragma once
+
+#include <vector>
+
+#include "candidates.hpp"
+#include "trace.hpp"
+
+namespace gripline::diagnose {
+
+inline constexpr std::size_t max_memory = 4;
+inline constexpr std::size_t noise_states = 3;  // unknown accelerations along vx, vy, omega
+
+/// A direction of change: rates by one parameter at every sample (rows of vx', vy', omega'), readings by it.
+struct Direction {
+  std::vector<double> rate;     // n x 3
+  std::vector<double> reading;  // n x 6, or empty
+};
+
+/// What depends on the model and its parameter values, for one trace. States are ordered: 6 of motion, the memory, 3
+/// unknown accelerations.
+struct LinearModel {
+  std::size_t n = 0;       // samples
+  std::size_t states = 0;  // 6 + memory + 3
+  double dt = 0;
+  std::vector<double> F;           // (n-1) x states x states
+  std::vector<double> input0;      // (n-1) x states x 3: what a rate at sample k, fading to k + 1, adds to z[k+1]
+  std::vector<double> input1;      // the same for a rate at sample k + 1
+  std::vector<double> offset;      // (n-1) x (states - 3): f
+  std::vector<double> innovation;  // n x 6: reading minus h; NaN where nothing was read
+  std::vector<double> H;           // n x 6 x 6, or empty for the identity
+  std::vector<double> memory;      // n x memory, along the reference
+};
+
+/// Correlation time of the unknown accelerations [s].
+inline constexpr double noise_time = 0.25;
+
+LinearModel linearise(const StagedCar& car, const Trace& trace, int substeps);
+
+/// Directions of the model's own free parameters: nuisances first, then every fitted parameter of the members.
+std::vector<Direction> own_directions(const Catalogue& catalogue, const ModelSpec& model, const Trace& trace,
+                                      const std::vector<double>& memory);
+
+/// A group of directions: what a candidate could add to the model.
+struct Group {
+  std::size_t candidate = 0;
+  std::size_t first = 0, count = 0;         // among the directions
+  std::vector<std::vector<double>> starts;  // scanned candidates: for each direction all parameters at that start
+  std::vector<double> units;  // of each direction: parameter change it stands for is units times its coefficient
+};
+
+/// Directions of every candidate that may be named and is not in the model, from its neutral value.
+void candidate_directions(const Catalogue& catalogue, const ModelSpec& model, const Trace& trace,
+                          const std::vector<double>& memory, const std::vector<double>& base_rates,
+                          std::vector<Direction>& directions, std::vector<Group>& groups);
+
+}  // namespace gripline::diagnose
