@@ -1,5 +1,6 @@
 // gripline compare and gripline run.
 #include <algorithm>
+#include <cstdio>
 #include <iostream>
 
 #include "config/errors.hpp"
@@ -8,6 +9,7 @@
 #include "race_options.hpp"
 #include "race_runner.hpp"
 #include "race_tables.hpp"
+#include "validation.hpp"
 
 namespace gripline::tools {
 namespace po = boost::program_options;
@@ -87,6 +89,18 @@ int race_and_report(const RaceSpec& race, const Selection& chosen, const Registr
   return failed ? claim_failed : good;
 }
 
+/// The kinds that answer a question about estimators instead of racing.
+int validate_and_report(const std::vector<ChannelScore>& scores, const std::filesystem::path& out) {
+  for (const ChannelScore& s : scores) {
+    char line[160];
+    std::snprintf(line, sizeof line, "%-14s %-12s  R2 %8.4f   rmse %.4g %s   n %zu", s.estimator.c_str(),
+                  s.channel.c_str(), s.r2, s.rmse, s.unit.c_str(), s.n);
+    std::cout << line << '\n';
+  }
+  std::cout << "results: " << out.string() << '\n';
+  return good;
+}
+
 }  // namespace
 
 int run_compare(Arguments args) {
@@ -101,9 +115,22 @@ int run_compare(Arguments args) {
   if (jobs < 1) throw InputError("-j " + std::to_string(jobs) + ": at least one run at a time");
   Node tree = load_experiment(options.experiment, options.assignments);
   const Registry registry(Registry::search_path(options.plugin_dirs));
+  const std::string kind = experiment_kind(tree);
+  if (kind == "offline_validation") {
+    open_out_folder(out_of(options), sha256_hex(content_text(tree)), options.force);
+    return validate_and_report(validate_offline(tree, registry, out_of(options)), out_of(options));
+  }
   const RaceSpec race = read_race(options.experiment, std::move(tree), registry);
   std::vector<std::string> only;
   if (given->count("only") > 0) only = split_names((*given)["only"].as<std::string>());
+  if (kind == "force_validation") {
+    open_out_folder(out_of(options), identity_of(race), options.force);
+    return validate_and_report(validate_forces(race, chosen_rows(race, only), out_of(options)), out_of(options));
+  }
+  if (kind != "race") {
+    const std::vector<std::string> kinds = {"race", "offline_validation", "force_validation", "diagnose"};
+    throw InputError(options.experiment.string() + ": /kind: \"" + kind + "\"" + did_you_mean(kind, kinds));
+  }
   return race_and_report(race, {chosen_rows(race, only), race.seeds}, registry, out_of(options), jobs, options.force);
 }
 

@@ -44,9 +44,13 @@ void Simulation::start() { decide(); }
 
 void Simulation::step() {
   const Observation before = now_;
-  u_ = world_.advance(command_.u);                        // line 3: x_t+1 <- dynamics(x_t, u_t)
-  now_ = world_.observe();                                //
-  const Sample sample = stack_.sample(before, u_, now_);  // line 4: e = x_t+1 - f_nom(x_t, u_t)
+  const State true_before = world_.state();
+  const Place true_place = world_.place();
+  u_ = world_.advance(command_.u);  // line 3: x_t+1 <- dynamics(x_t, u_t)
+  now_ = world_.observe();          //
+  const Sample sample = guard(stack_.spec().model.model.id(), now_.t,
+                              [&] { return stack_.sample(before, u_, now_); });  // line 4: e = x_t+1 - f_nom(x_t, u_t)
+  if (observer_ != nullptr) observer_->on_step(true_before, true_place, u_, world_, stack_);
   timed_call(stack_.spec().estimator.id(), now_.t, timing_.update_ms, [&] { stack_.learn(sample); });  // lines 5-7
   decide();                                                                                            // lines 8-15
 }
