@@ -1,5 +1,7 @@
 // The minimum-curvature line at the speed of one assumed friction, whatever was learned: the paper's row without an
 // adaptive speed.   v_ref(s) = pace * v(s; mu)
+#include <array>
+
 #include "line_planner.hpp"
 
 namespace {
@@ -10,24 +12,28 @@ class FixedSpeed final : public SpeedPlanner {
  public:
   struct Params : planning::LineParams {
     double mu = 0.0;
+    bool careful_start = false;
   };
   static constexpr auto parameters() {
-    return std::tuple_cat(
-        planning::line_parameters<Params>(),
-        std::tuple{param("mu", &Params::mu, "1", {0, 5}, "assumed friction; 0: the stack's mu_init")});
+    return std::tuple_cat(planning::line_parameters<Params>(),
+                          std::tuple{param("mu", &Params::mu, "1", {0, 5}, "assumed friction; 0: the stack's mu_init"),
+                                     param("careful_start", &Params::careful_start, "1", {0, 1},
+                                           "drive at mu_init until the stack trusts what it learned, then at mu")});
   }
 
   FixedSpeed(const Surroundings& around, const Params& params)
-      : mu_(params.mu > 0 ? params.mu : around.mu_init), planner_(around, params, std::span(&mu_, 1)) {}
+      : mu_(params.mu > 0 ? params.mu : around.mu_init),
+        mu_start_(params.careful_start ? around.mu_init : mu_),
+        planner_(around, params, std::array{std::min(mu_, mu_start_), std::max(mu_, mu_start_)}) {}
 
-  void plan(const Observation& now, const Belief& /*belief*/, const TyreCurve* /*learned*/,
+  void plan(const Observation& now, const Belief& belief, const TyreCurve* /*learned*/,
             std::span<RefPoint> horizon) override {
-    planner_.plan(now, mu_, horizon);
+    planner_.plan(now, belief.trusted ? mu_ : mu_start_, horizon);
   }
   std::span<const LinePoint> line() const override { return planner_.line().samples(); }
 
  private:
-  double mu_;
+  double mu_, mu_start_;
   planning::LinePlanner planner_;
 };
 
