@@ -14,6 +14,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <stdexcept>
 
 #include <gripline/interfaces.hpp>
 
@@ -80,8 +81,9 @@ struct StepPath {
 /// What the nominal model does with no slip at all: drive less resistance, slope and wind included, as rates.
 class StraightDrive {
  public:
-  /// `nominal` outlives this. Throws nothing; costs one evaluation of the model.
-  explicit StraightDrive(Prediction* nominal, const Car& car) : nominal_(nominal) {
+  /// `nominal` outlives this. Throws when there is none.
+  StraightDrive(Prediction* nominal, const Car& car) : nominal_(nominal) {
+    if (nominal == nullptr) throw std::runtime_error("needs a nominal model to learn what it misses");
     // A model with tyres answers a side slip with a side force, one without does not.
     const double v = std::max(car.v_ref, 2 * car.v_min);
     State sliding;

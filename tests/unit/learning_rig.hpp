@@ -4,16 +4,18 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <map>
+#include <random>
 #include <sstream>
 #include <string>
 #include <vector>
 
 #include "corrected_model.hpp"
+#include "reference_data.hpp"
 #include "registry.hpp"
 
 namespace gripline::rig {
@@ -44,9 +46,9 @@ inline Registry& registry() {
 
 using Settings = std::map<std::string, double>;
 
-inline std::vector<abi::ParamValue> values_of(const PluginEntry& entry, const Settings& settings) {
-  std::vector<abi::ParamValue> values;
-  for (const abi::ParamDecl& one : entry.params()) {
+inline std::vector<gripline::abi::ParamValue> values_of(const PluginEntry& entry, const Settings& settings) {
+  std::vector<gripline::abi::ParamValue> values;
+  for (const gripline::abi::ParamDecl& one : entry.params()) {
     const auto set = settings.find(one.name);
     values.push_back({set == settings.end() ? one.default_value : set->second, {}});
   }
@@ -57,7 +59,7 @@ inline std::vector<abi::ParamValue> values_of(const PluginEntry& entry, const Se
 class Nominal {
  public:
   explicit Nominal(const std::string& id, const Settings& settings = {}, const char* tableau = "rk4")
-      : entry_(registry().find(abi::Kind::vehicle, id)),
+      : entry_(registry().find(gripline::abi::Kind::vehicle, id)),
         values_(values_of(entry_, settings)),
         model_(create<VehicleModel>(entry_, Surroundings{}, values_)),
         prediction_(car(), options(tableau)) {}
@@ -78,7 +80,7 @@ class Nominal {
 
  private:
   const PluginEntry& entry_;
-  std::vector<abi::ParamValue> values_;
+  std::vector<gripline::abi::ParamValue> values_;
   Instance<VehicleModel> model_;
   CorrectedModel prediction_;
 };
@@ -195,22 +197,154 @@ class BendDriver {
   double curvature_ = 0;
 };
 
-/// One of the shared logs: states with the steering that acted before each row, inputs of the row.
-struct Log {
-  std::vector<double> t;
+/// A sequence of steps of the true car: states (steering as it acted before each), inputs, friction factors.
+struct Drive {
   std::vector<State> x;
   std::vector<Input> u;
+  std::vector<double> factor;
+  std::size_t steps() const { return x.size() - 1; }
 };
 
-inline std::filesystem::path reference_folder() {
-  const char* const chosen = std::getenv("GRIPLINE_REFERENCE_DIR");
-  return std::filesystem::path(chosen ? chosen : GRIPLINE_REFERENCE_DEFAULT) / "reference";
+/// The bend driver for `seconds`, friction by time.
+template <class Factor>
+Drive drive_bends(double seconds, unsigned seed, const Factor& factor_at) {
+  BendDriver driver(seed);
+  TrueCar truth;
+  Drive drive;
+  State x;
+  x.vx = 0.5;
+  drive.x.push_back(x);
+  for (int i = 0; i * dt < seconds; ++i) {
+    truth.factor = factor_at(i * dt);
+    drive.factor.push_back(truth.factor);
+    drive.u.push_back(driver.drive(drive.x.back(), truth));
+    drive.x.push_back(truth.step(drive.x.back(), drive.u.back()));
+  }
+  return drive;
 }
-/// True when the folder is there; otherwise the caller skips, unless the folder is required.
-inline bool have_reference() {
-  if (std::filesystem::exists(reference_folder())) return true;
-  if (std::getenv("GRIPLINE_REQUIRE_REFERENCE")) ADD_FAILURE() << "no folder " << reference_folder();
-  return false;
+
+/// Gaussian noise as the sensors of the 1:43 car have it (DEFINITIONS.md), seeded.
+class Noise {
+ public:
+  explicit Noise(std::uint64_t seed) : random_(seed) {}
+  State read(State x) {
+    x.vx += 0.02 * normal_(random_);
+    x.vy += 0.02 * normal_(random_);
+    x.omega += 0.05 * normal_(random_);
+    return x;
+  }
+
+ private:
+  std::mt19937_64 random_;
+  std::normal_distribution<double> normal_;
+};
+
+/// Largest slips of a drive so far, as DEFINITIONS.md counts them for mu_visited.
+struct Visited {
+  double front = 0, rear = 0;
+  void see(const TrueCar& truth, const State& x) {
+    if (x.vx < truth.car.v_min) return;
+    front = std::max(front, std::abs(truth.front_slip(x)));
+    rear = std::max(rear, std::abs(truth.rear_slip(x)));
+  }
+};
+
+/// An estimator of the 1:43 car behind a nominal model.
+inline Instance<Estimator> make_estimator(const std::string& id, Nominal& nominal, const Settings& settings = {},
+                                          std::uint64_t seed = 1, const Truth* truth = nullptr) {
+  const PluginEntry& entry = registry().find(gripline::abi::Kind::estimator, id);
+  Surroundings around;
+  around.car = small_car();
+  around.dt = dt;
+  around.seed = seed;
+  around.mu_init = 1.0;
+  around.nominal = &nominal.prediction();
+  around.truth = truth;
+  return create<Estimator>(entry, around, values_of(entry, settings));
+}
+
+/// The nominal model corrected by an estimator.
+inline CorrectedModel corrected(const Nominal& nominal, const Estimator& estimator) {
+  StagedCar car = nominal.car();
+  car.add(estimator, {}, "estimator");
+  return CorrectedModel(std::move(car), Nominal::options("rk4"));
+}
+
+/// Shares of the variance of e_vx, e_vy, e_omega that the correction explains, and the rms of what is left.
+struct Validation {
+  std::array<double, 3> r2{}, rmse{};
+};
+inline Validation validate(Nominal& nominal, const Estimator& estimator, const Drive& drive) {
+  CorrectedModel model = corrected(nominal, estimator);
+  std::array<double, 3> sum{}, squares{}, left{};
+  double n = 0;
+  for (std::size_t i = 0; i < drive.steps(); ++i) {
+    if (drive.x[i].vx < small_car().v_min) continue;
+    const State& next = drive.x[i + 1];
+    const State plain = nominal.prediction().carry(drive.x[i], drive.u[i], {});
+    const State better = model.carry(drive.x[i], drive.u[i], {});
+    const double e[] = {next.vx - plain.vx, next.vy - plain.vy, next.omega - plain.omega};
+    const double rest[] = {next.vx - better.vx, next.vy - better.vy, next.omega - better.omega};
+    for (int c = 0; c < 3; ++c) {
+      sum[c] += e[c] / dt;
+      squares[c] += e[c] * e[c] / (dt * dt);
+      left[c] += rest[c] * rest[c] / (dt * dt);
+    }
+    n += 1;
+  }
+  Validation out;
+  for (int c = 0; c < 3; ++c) {
+    out.r2[c] = 1.0 - left[c] / (squares[c] - sum[c] * sum[c] / n);
+    out.rmse[c] = std::sqrt(left[c] / n);
+  }
+  return out;
+}
+
+/// Feeds a whole drive, noise-free.
+inline void learn(Estimator& estimator, Nominal& nominal, const Drive& drive) {
+  for (std::size_t i = 0; i < drive.steps(); ++i)
+    estimator.update(
+        make_sample(nominal.prediction(), static_cast<std::int64_t>(i), drive.x[i], drive.u[i], drive.x[i + 1]));
+}
+
+/// Relative error of the resistance force that a corrected model has on a straight, worst over the speeds driven.
+inline double resistance_error(Nominal& nominal, const Estimator& estimator) {
+  CorrectedModel model = corrected(nominal, estimator);
+  const TrueCar truth;
+  double worst = 0;
+  for (double v = 1.0; v <= 2.6; v += 0.2) {
+    State x;
+    x.vx = v;
+    const double found = nominal.prediction().rates(x, {0.3, 0}, {}).vx - model.rates(x, {0.3, 0}, {}).vx;
+    worst = std::max(worst, std::abs(found * truth.car.m / (truth.Cr0 + truth.Cd * v * v) - 1.0));
+  }
+  return worst;
+}
+
+/// Discrete Jacobians of a model at a state under an input against central differences, relative to their size.
+inline double jacobian_error(CorrectedModel& model, const State& state, const Input& input) {
+  const auto n = static_cast<std::size_t>(model.states());
+  const Place at;
+  std::vector<double> x(n), next(n), A(n * n), B(2 * n), u = {input.d, input.ddelta};
+  model.start(state, x);
+  model.step(1, x, u, {&at, 1}, next, A, B);
+  double worst = 0;
+  std::vector<double> lo(n), hi(n);
+  for (std::size_t j = 0; j < n + 2; ++j) {
+    double& variable = j < n ? x[j] : u[j - n];
+    const double kept = variable, h = 1e-6 * std::max(1.0, std::abs(kept));
+    variable = kept + h;
+    model.step(1, x, u, {&at, 1}, hi, {}, {});
+    variable = kept - h;
+    model.step(1, x, u, {&at, 1}, lo, {}, {});
+    variable = kept;
+    for (std::size_t i = 0; i < n; ++i) {
+      const double expected = (hi[i] - lo[i]) / (2 * h);
+      const double found = j < n ? A[i * n + j] : B[i * 2 + (j - n)];
+      worst = std::max(worst, std::abs(found - expected) / std::max(1.0, std::abs(expected)));
+    }
+  }
+  return worst;
 }
 
 /// Columns by name from a CSV file with one header line.
@@ -231,9 +365,10 @@ inline std::map<std::string, std::vector<double>> read_columns(const std::filesy
   return columns;
 }
 
-inline Log read_log(const std::string& name, double until = 1e9) {
-  auto columns = read_columns(reference_folder() / name);
-  Log log;
+/// One of the shared logs, rows with t <= until: the inputs of a row act from it on.
+inline Drive read_log(const std::string& name, double until = 1e9) {
+  auto columns = read_columns(testing_support::reference_root() / "reference" / name);
+  Drive log;
   double delta = 0;
   for (std::size_t i = 0; i < columns["t_s"].size() && columns["t_s"][i] <= until; ++i) {
     const double steer = columns["steer_cmd_rad"][i];
@@ -245,7 +380,6 @@ inline Log read_log(const std::string& name, double until = 1e9) {
     x.vy = columns["vy_mps"][i];
     x.omega = columns["omega_radps"][i];
     x.delta = delta;
-    log.t.push_back(columns["t_s"][i]);
     log.x.push_back(x);
     log.u.push_back({columns["pwm_cmd"][i], (steer - delta) / dt});
     delta = steer;
