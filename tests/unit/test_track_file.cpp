@@ -187,6 +187,8 @@ TEST(TrackFile, JsonRefusals) {
   EXPECT_THAT(
       refusal(stadium(R"("half_width": 0.3, "walls": [{"side": "up", "from_s": 1, "to_s": 3, "distance": 0.5}])")),
       HasSubstr("/walls/0/side"));
+  EXPECT_THAT(refusal(R"({"centre": "hill.csv", "bank": [{"s": 0, "bank": 0.1}]})"),
+              HasSubstr("/bank: the points' file already has this"));
   EXPECT_THAT(refusal("12"), HasSubstr("expected a track"));
 }
 

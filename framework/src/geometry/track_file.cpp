@@ -89,6 +89,11 @@ class Details {
 
   void slope() {
     const NumberRange steep = NumberRange::closed(-0.7, 0.7);
+    for (const auto& [key, table] :
+         {std::pair{"grade", &shape_.grade}, {"height", &shape_.grade}, {"bank", &shape_.bank}}) {
+      const bool in_file = !table->constant() || table->minimum() != 0.0;
+      if (in_file && object_.has(key)) object_.error_at(key, "the points' file already has this by station");
+    }
     if (object_.has("grade") && object_.has("height"))
       object_.error_at("height", "\"grade\" and \"height\" say the same; expected one");
     with_rows("grade", {{"grade", "rad", steep}},
@@ -164,11 +169,9 @@ class Details {
     double end = 0.0;
     for (const Section& section : sections) {
       if (section.from < end) throw GeometryError("two walls of one side overlap");
-      if (section.from > end || stations.empty()) {
-        if (section.from > end) {
-          stations.push_back(end);
-          values.push_back(INFINITY);
-        }
+      if (section.from > end) {
+        stations.push_back(end);
+        values.push_back(INFINITY);
       }
       stations.push_back(section.from);
       values.push_back(section.distance);
