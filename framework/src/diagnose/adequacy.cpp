@@ -1,0 +1,274 @@
+#include "adequacy.hpp"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <functional>
+
+namespace gripline::diagnose {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+constexpr std::size_t place_knots = 24;
+constexpr double time_spacing = 2.0;  // between knots [s]
+
+double cubic_spline(double x) {
+  const double z = std::abs(x);
+  if (z < 1.0) return (4.0 - 6.0 * z * z + 3.0 * z * z * z) / 6.0;
+  if (z < 2.0) return (2.0 - z) * (2.0 - z) * (2.0 - z) / 6.0;
+  return 0.0;
+}
+
+/// Values of one basis at every sample of one trace: n x functions.
+struct Basis {
+  std::size_t functions = 0;
+  std::vector<double> value;
+};
+
+Basis place_basis(const Trace& trace) {
+  Basis b{place_knots, std::vector<double>(trace.size() * place_knots)};
+  const auto knots = static_cast<double>(place_knots);
+  for (std::size_t k = 0; k < trace.size(); ++k)
+    for (std::size_t i = 0; i < place_knots; ++i) {
+      const double x = knots * trace.at[k].lap_fraction - static_cast<double>(i);
+      b.value[k * place_knots + i] = cubic_spline(x - knots * std::round(x / knots));
+    }
+  return b;
+}
+
+std::size_t time_knots(const Problem& problem) {
+  double end = 0.0;
+  for (const Trace& t : problem.traces) end = std::max(end, t.at.back().t);
+  return static_cast<std::size_t>(std::clamp(end / time_spacing, 4.0, 40.0)) + 1;
+}
+
+Basis time_basis(const Trace& trace, std::size_t knots, double end) {
+  Basis b{knots, std::vector<double>(trace.size() * knots)};
+  const double spacing = end / static_cast<double>(knots - 1);
+  for (std::size_t k = 0; k < trace.size(); ++k)
+    for (std::size_t i = 0; i < knots; ++i)
+      b.value[k * knots + i] = cubic_spline(trace.at[k].t / spacing - static_cast<double>(i));
+  return b;
+}
+
+/// Scale of a signal: its root mean square, so that features bend where the car drives.
+double typical(const std::vector<double>& signal) {
+  double sum = 0.0;
+  for (const double v : signal) sum += v * v;
+  return std::max(1e-9, std::sqrt(sum / static_cast<double>(signal.size())));
+}
+
+struct Signals {
+  std::vector<double> vx, vy, omega, d, delta, d_rate, delta_rate;
+};
+Signals signals(const Trace& trace) {
+  Signals s;
+  for (std::size_t k = 0; k < trace.size(); ++k) {
+    const double* const row = trace.motion.data() + k * channels;
+    s.vx.push_back(row[3]);
+    s.vy.push_back(row[4]);
+    s.omega.push_back(row[5]);
+    const auto c = trace.command(k, 0.0);
+    const auto before = trace.command(k == 0 ? 0 : k - 1, 0.0);
+    s.d.push_back(c.d);
+    s.delta.push_back(c.delta);
+    s.d_rate.push_back((c.d - before.d) / trace.log.dt);
+    s.delta_rate.push_back((c.delta - before.delta) / trace.log.dt);
+  }
+  return s;
+}
+
+/// Features of scaled signals: each alone, bent, squared, and in pairs.
+Basis feature_basis(const std::vector<const std::vector<double>*>& of) {
+  const std::size_t n = of.front()->size();
+  const std::size_t m = of.size();
+  std::vector<std::vector<double>> scaled;
+  for (const auto* signal : of) {
+    double mean = 0.0;
+    const bool positive = std::all_of(signal->begin(), signal->end(), [](double v) { return v > 0.0; });
+    if (positive)  // a speed: what matters is how far it is from its mean
+      for (const double v : *signal) mean += v / static_cast<double>(n);
+    std::vector<double> z(n);
+    for (std::size_t k = 0; k < n; ++k) z[k] = (*signal)[k] - mean;
+    const double scale = typical(z);
+    for (double& v : z) v /= scale;
+    scaled.push_back(std::move(z));
+  }
+  std::vector<std::function<double(std::size_t)>> f;
+  for (std::size_t i = 0; i < m; ++i) {
+    const std::vector<double>& z = scaled[i];
+    f.push_back([&z](std::size_t k) { return z[k]; });
+    f.push_back([&z](std::size_t k) { return std::abs(z[k]); });
+    f.push_back([&z](std::size_t k) { return z[k] * std::abs(z[k]); });
+    f.push_back([&z](std::size_t k) { return std::tanh(4.0 * z[k]); });
+    f.push_back([&z](std::size_t k) { return z[k] * z[k] * z[k]; });
+    for (std::size_t j = i + 1; j < m; ++j) {
+      const std::vector<double>& w = scaled[j];
+      f.push_back([&z, &w](std::size_t k) { return z[k] * w[k]; });
+      f.push_back([&z, &w](std::size_t k) { return z[k] * std::abs(w[k]); });
+      f.push_back([&z, &w](std::size_t k) { return std::abs(z[k]) * w[k]; });
+    }
+  }
+  Basis b{f.size(), std::vector<double>(n * f.size())};
+  for (std::size_t k = 0; k < n; ++k)
+    for (std::size_t i = 0; i < f.size(); ++i) b.value[k * f.size() + i] = f[i](k);
+  return b;
+}
+
+std::vector<Direction> accelerations(const Basis& basis, std::size_t n) {
+  std::vector<Direction> directions;
+  for (std::size_t c = 0; c < 3; ++c)
+    for (std::size_t i = 0; i < basis.functions; ++i) {
+      Direction d;
+      d.rate.assign(n * 3, 0.0);
+      for (std::size_t k = 0; k < n; ++k) d.rate[k * 3 + c] = basis.value[k * basis.functions + i];
+      directions.push_back(std::move(d));
+    }
+  return directions;
+}
+
+/// Conditional score test of the last directions given the first `own`.
+struct Score {
+  double gain = 0;
+  std::size_t dof = 0;
+  VectorXd step;
+  MatrixXd information;
+};
+Score score_test(const MatrixXd& N, const VectorXd& g, Index own) {
+  const Index count = g.size() - own;
+  Score s;
+  s.information = N.bottomRightCorner(count, count);
+  VectorXd r = g.tail(count);
+  if (own > 0) {
+    const MatrixXd base = N.topLeftCorner(own, own) + 1e-12 * MatrixXd(N.topLeftCorner(own, own).diagonal().asDiagonal());
+    const Eigen::LDLT<MatrixXd> ldlt(base);
+    const MatrixXd cross = N.topRightCorner(own, count);
+    s.information -= cross.transpose() * ldlt.solve(cross);
+    r -= cross.transpose() * ldlt.solve(g.head(own));
+  }
+  VectorXd size = N.diagonal().tail(count).cwiseSqrt();
+  for (Index i = 0; i < count; ++i)
+    if (!(size[i] > 0.0)) size[i] = 1e-300;
+  const MatrixXd unit = size.cwiseInverse().asDiagonal() * s.information * size.cwiseInverse().asDiagonal();
+  const VectorXd unit_r = size.cwiseInverse().asDiagonal() * r;
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(unit);
+  s.step = VectorXd::Zero(count);
+  for (Index i = 0; i < count; ++i) {
+    const double lambda = eigen.eigenvalues()[i];
+    if (!(lambda > 1e-5)) continue;
+    ++s.dof;
+    const double along = eigen.eigenvectors().col(i).dot(unit_r);
+    s.gain += 0.5 * along * along / lambda;
+    s.step += eigen.eigenvectors().col(i) * (along / lambda);
+  }
+  s.step = size.cwiseInverse().asDiagonal() * s.step;
+  return s;
+}
+
+/// Where the fitted function is large, weighted by how well it is known: the stretch around its peak that stays above
+/// half of it.
+void locate(const Score& s, const Basis& basis, const std::function<double(double)>& knot_value, bool periodic,
+            BasisTest& test) {
+  const auto knots = static_cast<Index>(basis.functions);
+  constexpr int fine = 12;
+  const Index points = knots * fine;
+  std::vector<double> strength(static_cast<std::size_t>(points), 0.0);
+  std::array<std::vector<double>, 3> curve;
+  for (Index c = 0; c < 3; ++c) {
+    double weight = 0.0;
+    for (Index i = 0; i < knots; ++i) weight += std::max(0.0, s.information(c * knots + i, c * knots + i));
+    weight /= static_cast<double>(knots);
+    for (Index p = 0; p < points; ++p) {
+      const double x = static_cast<double>(p) / fine;
+      double value = 0.0;
+      for (Index i = 0; i < knots; ++i) {
+        double z = x - static_cast<double>(i);
+        if (periodic) z -= static_cast<double>(knots) * std::round(z / static_cast<double>(knots));
+        value += s.step[c * knots + i] * cubic_spline(z);
+      }
+      strength[static_cast<std::size_t>(p)] += weight * value * value;
+      curve[static_cast<std::size_t>(c)].push_back(value);
+    }
+  }
+  const auto peak = std::max_element(strength.begin(), strength.end()) - strength.begin();
+  const double half = 0.25 * strength[static_cast<std::size_t>(peak)];  // a quarter of the square
+  const auto above = [&](Index p) {
+    if (periodic) p = (p % points + points) % points;
+    return p >= 0 && p < points && strength[static_cast<std::size_t>(p)] >= half;
+  };
+  Index from = peak, to = peak;
+  while (peak - from < points / 2 && above(from - 1)) --from;
+  while (to - peak < points / 2 && above(to + 1)) ++to;
+  test.from = knot_value(static_cast<double>(from) / fine);
+  test.to = knot_value(static_cast<double>(to) / fine);
+  for (std::size_t c = 0; c < 3; ++c) test.size[c] = curve[c][static_cast<std::size_t>(peak)];
+}
+
+}  // namespace
+
+std::vector<BasisTest> remainder(const Problem& problem, const Fit& fitted) {
+  const Catalogue& catalogue = *problem.catalogue;
+  const StagedCar car = catalogue.build(fitted.model);
+  const std::size_t knots = time_knots(problem);
+  double end = 0.0;
+  for (const Trace& t : problem.traces) end = std::max(end, t.at.back().t);
+  std::vector<BasisTest> tests;
+  for (const Where where : {Where::position, Where::time, Where::state, Where::input}) {
+    MatrixXd N;
+    VectorXd g;
+    Index own = 0;
+    Basis basis;
+    for (const Trace& trace : problem.traces) {
+      const LinearModel lm = linearise(car, trace, problem.substeps);
+      std::vector<Direction> directions = own_directions(catalogue, fitted.model, trace, lm.memory);
+      own = static_cast<Index>(directions.size());
+      const Signals s = signals(trace);
+      switch (where) {
+        case Where::position: basis = place_basis(trace); break;
+        case Where::time: basis = time_basis(trace, knots, end); break;
+        case Where::state: basis = feature_basis({&s.vx, &s.vy, &s.omega}); break;
+        case Where::input: basis = feature_basis({&s.d, &s.delta, &s.delta_rate, &s.d_rate}); break;
+      }
+      for (Direction& d : accelerations(basis, trace.size())) directions.push_back(std::move(d));
+      std::vector<const Direction*> list;
+      for (const Direction& d : directions) list.push_back(&d);
+      FilterWants wants;
+      wants.directions = &list;
+      const Likelihood l = filter(lm, fitted.noise, wants);
+      const auto p = static_cast<Index>(l.params);
+      if (g.size() == 0) {
+        N = MatrixXd::Zero(p, p);
+        g = VectorXd::Zero(p);
+      }
+      N += Eigen::Map<const MatrixXd>(l.N.data(), p, p);
+      g += Eigen::Map<const VectorXd>(l.g.data(), p);
+    }
+    const auto nuisances = catalogue.nuisances();
+    for (std::size_t i = 0; i < nuisances.size(); ++i) {
+      const auto at = static_cast<Index>(i);
+      const double weight = 1.0 / (nuisances[i].sigma * nuisances[i].sigma);
+      N(at, at) += weight;
+      g[at] -= (fitted.model.nuisance[i] - nuisances[i].nominal) * weight;
+    }
+    const Score s = score_test(N, g, own);
+    BasisTest test;
+    test.where = where;
+    test.gain = s.gain;
+    test.dof = s.dof;
+    const auto dof = static_cast<double>(std::max<std::size_t>(1, s.dof));
+    test.excess = (2.0 * s.gain - dof) / std::sqrt(2.0 * dof);
+    if (where == Where::position)
+      locate(s, basis, [](double x) { return x / static_cast<double>(place_knots); }, true, test);
+    if (where == Where::time) {
+      const double spacing = end / static_cast<double>(knots - 1);
+      locate(s, basis, [&](double x) { return std::min(end, x * spacing); }, false, test);
+    }
+    tests.push_back(std::move(test));
+  }
+  return tests;
+}
+
+}  // namespace gripline::diagnose

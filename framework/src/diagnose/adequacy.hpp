@@ -1,0 +1,30 @@
+// Is anything left that no effect of the model explains, and where does it live? A joint score test of generic
+// accelerations: smooth functions of place, of time, of the state and of the inputs.
+#pragma once
+
+#include <string>
+
+#include "fit.hpp"
+
+namespace gripline::diagnose {
+
+enum class Where { position, time, state, input };
+inline constexpr std::array<const char*, 4> where_names = {"position", "time", "state", "input"};
+
+struct BasisTest {
+  Where where = Where::position;
+  double gain = 0;  // rise of the log likelihood with all its functions in
+  std::size_t dof = 0;
+  /// (2 gain - dof) / sqrt(2 dof): a standard normal when nothing is left.
+  double excess = 0;
+  /// Where along the basis' own axis the remainder is largest; for state and input the range of the quantity named.
+  double from = 0, to = 0;
+  std::string quantity;
+  /// Largest of its accelerations there, per channel [m/s2, m/s2, rad/s2].
+  std::array<double, 3> size{};
+};
+
+/// One test per kind, in the order of Where.
+std::vector<BasisTest> remainder(const Problem& problem, const Fit& fitted);
+
+}  // namespace gripline::diagnose

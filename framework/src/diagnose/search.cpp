@@ -1,0 +1,117 @@
+#include "search.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace gripline::diagnose {
+
+Search::Search(Problem& problem, const Road& road, const SearchOptions& options)
+    : problem_(problem), road_(road), options_(options) {}
+
+std::vector<const Fit*> Search::tried() const {
+  std::vector<const Fit*> all;
+  for (const auto& [members, one] : fits_) all.push_back(&one);
+  std::stable_sort(all.begin(), all.end(), [](const Fit* a, const Fit* b) { return a->score > b->score; });
+  return all;
+}
+
+const Fit& Search::fit_once(const ModelSpec& start, const Noise& noise) {
+  const auto found = fits_.find(start.members);
+  if (found != fits_.end()) return found->second;
+  return fits_.emplace(start.members, fit(problem_, start, noise)).first->second;
+}
+
+const Screening& Search::screen_once(const Fit& fitted) {
+  const auto found = screenings_.find(fitted.model.members);
+  if (found != screenings_.end()) return found->second;
+  return screenings_.emplace(fitted.model.members, screen(problem_, fitted)).first->second;
+}
+
+/// Two single directions that are the same up to a factor are one effect under two names.
+void Search::find_synonyms(const Screening& s) {
+  const auto N = [&](std::size_t i, std::size_t j) { return s.N[i * s.params + j]; };
+  std::vector<std::size_t> gone;
+  for (std::size_t a = 0; a < s.groups.size(); ++a)
+    for (std::size_t b = a + 1; b < s.groups.size(); ++b) {
+      const Group &x = s.groups[a], &y = s.groups[b];
+      if (x.count != 1 || y.count != 1) continue;
+      if (std::find(gone.begin(), gone.end(), x.candidate) != gone.end()) continue;
+      const double xx = N(x.first, x.first), yy = N(y.first, y.first), xy = N(x.first, y.first);
+      if (!(xx > 0.0 && yy > 0.0) || xy * xy < (1.0 - 1e-10) * xx * yy) continue;
+      synonyms_[x.candidate].push_back(y.candidate);
+      gone.push_back(y.candidate);
+    }
+}
+
+std::vector<const Fit*> Search::extend(const Fit& from, std::size_t tries) {
+  const Screening& s = screen_once(from);
+  std::vector<const Fit*> fits;
+  double best_gain = 0.0;
+  for (const Extension& e : s.extensions) best_gain = std::max(best_gain, e.gain);
+  for (const Extension& e : s.extensions) {
+    if (fits.size() >= tries) break;
+    const bool synonym = std::any_of(synonyms_.begin(), synonyms_.end(), [&](const auto& kept) {
+      return std::find(kept.second.begin(), kept.second.end(), e.candidate) != kept.second.end();
+    });
+    const double penalty = problem_.penalty_per_parameter * static_cast<double>(e.dof);
+    if (synonym || e.gain < 0.5 * penalty || e.gain < 0.03 * best_gain) continue;
+    fits.push_back(&fit_once(e.start, from.noise));
+  }
+  std::stable_sort(fits.begin(), fits.end(), [](const Fit* a, const Fit* b) { return a->score > b->score; });
+  return fits;
+}
+
+/// Adds effects one at a time to the best few models of each size.
+void Search::grow() {
+  std::vector<const Fit*> beam{nothing_};
+  for (std::size_t size = 1; size <= options_.max_effects; ++size) {
+    std::vector<const Fit*> next;
+    for (const Fit* from : beam)
+      for (const Fit* one : extend(*from, size == 1 ? options_.tries + 2 : options_.tries))
+        if (std::find(next.begin(), next.end(), one) == next.end()) next.push_back(one);
+    std::stable_sort(next.begin(), next.end(), [](const Fit* a, const Fit* b) { return a->score > b->score; });
+    if (next.empty() || next.front()->score < best_->score + options_.worth_adding) break;
+    best_ = next.front();
+    beam.clear();
+    for (const Fit* one : next)
+      if (beam.size() < options_.beam && one->score > best_->score - 0.5 * std::abs(best_->score - nothing_->score))
+        beam.push_back(one);
+  }
+}
+
+/// Tries the best model with fewer effects and with one exchanged.
+void Search::polish() {
+  for (bool moved = true; moved;) {
+    moved = false;
+    const Fit* const before = best_;
+    for (const std::size_t member : before->model.members) {
+      const Fit& less = fit_once(problem_.catalogue->without(before->model, member), before->noise);
+      if (less.score > best_->score - options_.worth_adding && less.model.members.size() < best_->model.members.size()) {
+        best_ = &less;
+        moved = true;
+      }
+      if (before->model.members.size() < 2) continue;
+      for (const Fit* swapped : extend(less, 3))
+        if (swapped->score > best_->score + 1e-3 && swapped->model.members.size() <= before->model.members.size()) {
+          best_ = swapped;
+          moved = true;
+        }
+    }
+  }
+}
+
+void Search::run() {
+  Noise noise;
+  noise.sensor = problem_.sensor;
+  for (std::size_t i = 0; i < noise_states; ++i) noise.process[i] = std::pow(5.0 * problem_.process_unit[i], 2);
+  const ModelSpec bare = problem_.catalogue->bare();
+  const Fit rough = fit(problem_, bare, noise, 4);
+  renew_reference(problem_, road_, rough);
+  nothing_ = &fit_once(bare, rough.noise);
+  best_ = nothing_;
+  find_synonyms(screen_once(*nothing_));
+  grow();
+  polish();
+}
+
+}  // namespace gripline::diagnose

@@ -1,0 +1,52 @@
+// Which effects are missing: a search over sets of candidates by penalised likelihood, with refits.
+#pragma once
+
+#include <map>
+
+#include "adequacy.hpp"
+#include "fit.hpp"
+
+namespace gripline::diagnose {
+
+struct SearchOptions {
+  std::size_t max_effects = 4;
+  std::size_t beam = 2;
+  std::size_t tries = 7;       // refits per model extended
+  double worth_adding = 3.0;   // rise of the score (log evidence) that an effect must bring
+};
+
+/// All models tried, and the best of them.
+class Search {
+ public:
+  Search(Problem& problem, const Road& road, const SearchOptions& options = {});
+
+  /// Runs the search; afterwards `best` is final.
+  void run();
+
+  const Fit& nothing() const { return *nothing_; }
+  const Fit& best() const { return *best_; }
+  /// Every model that was fitted, best score first.
+  std::vector<const Fit*> tried() const;
+  /// Candidates left out because another does exactly the same: (kept, left out).
+  const std::map<std::size_t, std::vector<std::size_t>>& synonyms() const { return synonyms_; }
+  /// The fit of the model with these members, from `start` when it was not tried yet.
+  const Fit& fit_once(const ModelSpec& start, const Noise& noise);
+  const Screening& screen_once(const Fit& fitted);
+
+ private:
+  void find_synonyms(const Screening& screening);
+  std::vector<const Fit*> extend(const Fit& from, std::size_t tries);
+  void grow();
+  void polish();
+
+  Problem& problem_;
+  const Road& road_;
+  SearchOptions options_;
+  std::map<std::vector<std::size_t>, Fit> fits_;
+  std::map<std::vector<std::size_t>, Screening> screenings_;
+  std::map<std::size_t, std::vector<std::size_t>> synonyms_;
+  const Fit* nothing_ = nullptr;
+  const Fit* best_ = nullptr;
+};
+
+}  // namespace gripline::diagnose
