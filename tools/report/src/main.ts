@@ -1,1 +1,200 @@
-document.getElementById("app")!.textContent = "report";
+// The page: sections in their order, built when they are needed.
+import { refreshCharts, repaintCharts, type Chart } from "./chart";
+import { ggChart, lapChart, speedDistance, timesChart, tradeOff, tyreChart, undrawable } from "./charts";
+import { Report } from "./data";
+import { diagnosisHead, gapCharts, healthTable, namedTable, patchBox, rankingTable, residualCharts, residualMap, seenAtTable } from "./diagnosis";
+import { h } from "./dom";
+import { Lazy } from "./figure";
+import { bindKeys, helpCard } from "./keys";
+import { mapsSection } from "./maps";
+import { Course } from "./mapview";
+import { Replay } from "./replay";
+import { State } from "./state";
+import { summarySection } from "./summary";
+import { claimsSection, tableSection } from "./table";
+import { onThemeChange, stackColour } from "./theme";
+import { timeCharts } from "./timecharts";
+import { validationCharts, validationTable } from "./validation";
+
+interface Section {
+  id: string;
+  title: string;
+  note?: string;
+  content: HTMLElement;
+}
+
+/** Charts in a grid that are drawn when they come near the window. */
+function grid(charts: (Chart | null)[], columns = ""): HTMLElement {
+  const present = charts.filter((chart): chart is Chart => chart !== null);
+  for (const chart of present) Lazy.when(chart.figure.element, () => chart.build());
+  return h("div", { class: `grid ${columns}` }, ...present.map((chart) => chart.figure.element));
+}
+
+/** Content that is made when it comes near the window. */
+function later(make: () => HTMLElement, height: number): HTMLElement {
+  const box = h("div", { style: `min-height:${height}px` });
+  Lazy.when(box, () => {
+    box.style.minHeight = "";
+    box.append(make());
+  });
+  return box;
+}
+
+function part(...children: (HTMLElement | null)[]): HTMLElement {
+  return h("div", { class: "stacked" }, ...children);
+}
+
+function raceSections(state: State, replay: Replay | null): Section[] {
+  const { meta } = state.report;
+  const sections: Section[] = [];
+  if (meta.table.rows.length) sections.push({ id: "table", title: "Comparison", content: tableSection(state) });
+  if (meta.claims.length) sections.push({ id: "claims", title: "Claims", content: claimsSection(meta.claims) });
+  if (replay) {
+    const lost = undrawable(state);
+    sections.push({
+      id: "replay",
+      title: "Replay",
+      note: `Point at a chart to move the cars; press ? for keys.${lost ? ` ${lost}.` : ""}`,
+      content: part(replay.element, grid(timeCharts(state))),
+    });
+    const length = () => Course.of(state.report, state.runs()).length;
+    sections.push({ id: "laps", title: "Laps", content: grid([lapChart(state), speedDistance(state, length)]) });
+    sections.push({ id: "maps", title: "Where they drove", content: later(() => mapsSection(state), 500) });
+    sections.push({ id: "grip", title: "Grip", content: grid([tyreChart(state, "front"), tyreChart(state, "rear"), ggChart(state)], "three") });
+  }
+  const costs = [
+    timesChart(state),
+    tradeOff(state, "pareto-pace", "Pace against safety", lastOf(meta.table.columns, /^pace_ratio\d+$/) ?? lastOf(meta.table.columns, /^lap\d+_s$/) ?? "", "violation_s"),
+    tradeOff(state, "pareto-cost", "Accuracy against cost", "solve_ms_median", "mean_deviation_m"),
+  ];
+  if (meta.table.rows.length && costs.some(Boolean)) sections.push({ id: "costs", title: "Cost and trade-offs", content: grid(costs, "three") });
+  return sections;
+}
+
+function lastOf(columns: string[], pattern: RegExp): string | undefined {
+  return columns.filter((name) => pattern.test(name)).pop();
+}
+
+function diagnosisSections(state: State): Section[] {
+  const { diagnosis: d, diagnosis_report: more } = state.report.meta;
+  if (!d) return [];
+  const extra = more ?? {};
+  const sections: Section[] = [{ id: "verdict", title: "Verdict", content: part(diagnosisHead(d, more), namedTable(d)) }];
+  if (extra.residual) sections.push({ id: "where", title: "Where it shows", content: part(later(() => residualMap(extra) ?? h("div"), 400), grid(residualCharts(state, extra, d))) });
+  if (extra.horizon || extra.traces?.length) sections.push({ id: "gap", title: "Before and after", content: grid(gapCharts(state, extra)) });
+  const ranking = rankingTable(d);
+  if (ranking) sections.push({ id: "ranking", title: "Ranking of effects", note: "Evidence over the nominal model; error on held-out data; share of resampled logs in which the effect wins.", content: ranking });
+  const seen = seenAtTable(extra);
+  if (seen) sections.push({ id: "sensitivity", title: "What would have been seen", content: seen });
+  const patch = patchBox(state);
+  if (patch) sections.push({ id: "patch", title: "Repair", content: patch });
+  const health = healthTable(extra);
+  if (health) sections.push({ id: "health", title: "The log's health", content: health });
+  return sections;
+}
+
+function validationSections(state: State): Section[] {
+  const { validation, traces } = state.report.meta;
+  if (!validation.length && !traces.length) return [];
+  return [{ id: "validation", title: "Validation", note: "R² and root mean square error on data that was not used for training.", content: part(validation.length ? validationTable(state) : null, grid(validationCharts(state))) }];
+}
+
+function chips(state: State): HTMLElement {
+  const bar = h("div", { class: "chips", role: "group", "aria-label": "Stacks on show" });
+  const draw = () =>
+    bar.replaceChildren(
+      ...state.report.meta.stacks.map(({ truth }, stack) =>
+        h(
+          "button",
+          {
+            type: "button",
+            class: truth ? "chip truth" : "chip",
+            style: `--c:${stackColour(stack)}`,
+            "aria-pressed": String(state.visible.has(stack)),
+            title: "Click: show or hide. Shift-click: alone.",
+            click: (event: MouseEvent) => (event.shiftKey ? state.solo(stack) : state.toggle(stack)),
+            mouseenter: () => state.hover(stack),
+            mouseleave: () => state.hover(null),
+          },
+          h("i", {}),
+          state.report.label(stack),
+        ),
+      ),
+    );
+  draw();
+  state.changed.on(draw);
+  onThemeChange(draw);
+  return bar;
+}
+
+function seedChoice(state: State): HTMLElement | null {
+  const { seeds } = state.report;
+  if (seeds.length < 2) return null;
+  const select = h("select", {}, ...seeds.map((seed) => h("option", { value: seed }, `seed ${seed}`)));
+  select.addEventListener("change", () => state.setSeed(select.value));
+  return h("label", { class: "seed" }, h("span", { class: "visually-hidden" }, "Seed"), select);
+}
+
+function topBar(state: State, sections: Section[], openHelp: () => void): HTMLElement {
+  const links = sections.map(({ id, title }) => h("a", { href: `#${id}` }, title));
+  const watcher = new IntersectionObserver(
+    (entries) => {
+      for (const { target, isIntersecting } of entries) if (isIntersecting) links.forEach((link) => link.classList.toggle("here", link.hash === `#${target.id}`));
+    },
+    { rootMargin: "-20% 0px -75% 0px" },
+  );
+  requestAnimationFrame(() => sections.forEach(({ id }) => watcher.observe(document.getElementById(id)!)));
+  const raced = state.report.meta.runs.some((run) => run.block);
+  return h(
+    "div",
+    { class: "top" },
+    h("nav", { "aria-label": "Sections" }, h("span", { class: "brand" }, "gripline"), ...links, h("button", { type: "button", class: "quiet help-button", "aria-label": "Keyboard help", click: openHelp }, "?")),
+    raced ? h("div", { class: "choices" }, chips(state), seedChoice(state)) : null,
+  );
+}
+
+function footer(state: State): HTMLElement {
+  const { version, provenance } = state.report.meta;
+  return h(
+    "footer",
+    {},
+    h("p", {}, `Written by gripline ${version}. This file holds everything it shows and asks nobody for anything.`),
+    provenance ? h("details", {}, h("summary", {}, "Where this comes from"), h("pre", {}, h("code", {}, JSON.stringify(provenance, null, 2)))) : null,
+  );
+}
+
+function start(): void {
+  const report = new Report();
+  const state = new State(report);
+  const replay = state.runs().some((run) => run.channel("x")) ? new Replay(state) : null;
+  const sections = [...diagnosisSections(state), ...raceSections(state, replay), ...validationSections(state)];
+  const card = helpCard();
+  const app = document.getElementById("app")!;
+  app.replaceChildren(
+    h("a", { class: "skip", href: "#main" }, "Skip to the content"),
+    topBar(state, sections, () => card.showModal()),
+    h(
+      "main",
+      { id: "main" },
+      summarySection(state),
+      ...sections.map(({ id, title, note, content }) => h("section", { id, "aria-labelledby": `${id}-title` }, h("h2", { id: `${id}-title` }, title), note ? h("p", { class: "section-note" }, note) : null, content)),
+    ),
+    footer(state),
+    card,
+  );
+  state.changed.on(refreshCharts);
+  state.hovered.on(repaintCharts);
+  onThemeChange(refreshCharts);
+  bindKeys(state, replay, card);
+  addEventListener("beforeprint", () => Lazy.openAll());
+  const idle = window.requestIdleCallback ?? ((work: () => void) => setTimeout(work, 50));
+  const fillIn = () => {
+    if (Lazy.openOne()) idle(fillIn);
+  };
+  idle(fillIn);
+  // For tests and the curious.
+  Object.assign(window, { gripline: { state, replay } });
+  performance.mark("gripline-built");
+}
+
+start();

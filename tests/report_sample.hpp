@@ -1,0 +1,319 @@
+// An OUT folder as compare writes it, made up: cars that follow a closed course at speeds that friction allows, beliefs
+// that follow the truth or do not. For tests of the report only; nothing in it is a result.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <numbers>
+#include <random>
+#include <string>
+#include <vector>
+
+namespace gripline::sample {
+
+namespace fs = std::filesystem;
+
+struct StackPlan {
+  std::string name;
+  bool truth = false;
+  double learns = 1;   ///< 0: believes mu = 1 for ever; 1: follows the truth
+  double caution = 1;  ///< share of the possible speed that is driven
+  double solve_ms = 0.8;
+};
+
+struct SampleOptions {
+  std::vector<StackPlan> stacks{{"none", false, 0, 0.93, 0.7},
+                                {"constant_speed", false, 0, 0.62, 0.7},
+                                {"elm", false, 1, 0.9, 0.8},
+                                {"gp", true, 0.9, 0.92, 4.2},
+                                {"oracle", true, 1, 0.96, 0.7}};
+  int seeds = 1;
+  int laps = 4;
+  double dt = 0.02;
+  double scale = 1;  ///< of the course
+};
+
+/// The course: position, direction and curvature over its length.
+class Course {
+ public:
+  explicit Course(double scale) {
+    constexpr int n = 720;
+    for (int i = 0; i < n; ++i) {
+      const double a = 2 * std::numbers::pi * i / n;
+      x_.push_back(
+          1.7 * scale *
+          (2.1 * std::cos(a) + 0.42 * std::cos(2 * a + 0.6) + 0.20 * std::sin(3 * a) + 0.17 * std::cos(5 * a)));
+      y_.push_back(
+          1.7 * scale *
+          (1.25 * std::sin(a) + 0.30 * std::sin(2 * a) - 0.17 * std::cos(3 * a + 0.5) + 0.16 * std::sin(4 * a)));
+    }
+    s_.push_back(0);
+    for (int i = 1; i <= n; ++i) s_.push_back(s_.back() + std::hypot(x_[i % n] - x_[i - 1], y_[i % n] - y_[i - 1]));
+    for (int i = 0; i < n; ++i) {
+      const int b = (i + n - 1) % n, c = (i + 1) % n;
+      yaw_.push_back(std::atan2(y_[c] - y_[b], x_[c] - x_[b]));
+    }
+    for (int i = 0; i < n; ++i) {
+      const int b = (i + n - 1) % n, c = (i + 1) % n;
+      kappa_.push_back(std::remainder(yaw_[c] - yaw_[b], 2 * std::numbers::pi) /
+                       std::hypot(x_[c] - x_[b], y_[c] - y_[b]));
+    }
+  }
+  struct Point {
+    double x, y, yaw, kappa;
+  };
+  [[nodiscard]] Point at(double s, double n = 0) const {
+    const double length = s_.back();
+    s -= length * std::floor(s / length);
+    const std::size_t count = x_.size();
+    const auto i = static_cast<std::size_t>(std::upper_bound(s_.begin(), s_.end(), s) - s_.begin() - 1) % count;
+    const std::size_t j = (i + 1) % count;
+    const double w = (s - s_[i]) / (s_[i + 1] - s_[i]);
+    const double yaw = yaw_[i] + w * std::remainder(yaw_[j] - yaw_[i], 2 * std::numbers::pi);
+    return {x_[i] + w * (x_[j] - x_[i]) - n * std::sin(yaw), y_[i] + w * (y_[j] - y_[i]) + n * std::cos(yaw), yaw,
+            kappa_[i] + w * (kappa_[j] - kappa_[i])};
+  }
+  [[nodiscard]] double length() const { return s_.back(); }
+
+ private:
+  std::vector<double> x_, y_, s_, yaw_, kappa_;
+};
+
+inline double friction(double t) { return t < 14.4 ? 0.909 : std::max(0.909 - (t - 14.4) / 44, 0.55); }
+
+/// Speed the course allows at station s with mu: corners by v^2 |kappa| = mu g, braking and driving by 4 m/s2.
+inline std::vector<double> allowed_speed(const Course& course, double mu, int n) {
+  std::vector<double> v(static_cast<std::size_t>(n));
+  const double ds = course.length() / n;
+  for (int i = 0; i < n; ++i) v[i] = std::min(3.4, std::sqrt(mu * 9.81 / (std::abs(course.at(i * ds).kappa) + 0.05)));
+  for (int k = 2 * n - 1; k >= 0; --k) v[k % n] = std::min(v[k % n], std::sqrt(std::pow(v[(k + 1) % n], 2) + 8 * ds));
+  for (int k = 1; k < 2 * n; ++k) v[k % n] = std::min(v[k % n], std::sqrt(std::pow(v[(k - 1) % n], 2) + 8 * ds));
+  return v;
+}
+
+inline std::string cells(const std::vector<double>& values) {
+  std::string row;
+  char text[32];
+  for (const double value : values) {
+    if (!row.empty()) row += ',';
+    if (!std::isnan(value)) row.append(text, static_cast<std::size_t>(std::snprintf(text, sizeof text, "%.6g", value)));
+  }
+  return row + '\n';
+}
+
+struct RunResult {
+  std::vector<double> laps, factors;
+  double violation = 0, deviation = 0, simulated = 0, mu_rmse = 0;
+  long steps = 0;
+};
+
+inline constexpr double half_width = 0.185, nan = std::numeric_limits<double>::quiet_NaN();
+
+inline double lateral_force(double peak, double slip) { return peak * std::sin(1.3 * std::atan(3.0 * slip)); }
+
+/// Drives one run and writes its folder.
+inline RunResult write_run(const fs::path& folder, const Course& course, const StackPlan& stack, int seed,
+                           const SampleOptions& options) {
+  fs::create_directories(folder);
+  std::ofstream steps(folder / "steps.csv"), replay(folder / "replay.csv"), tyres(folder / "tyres.csv"),
+      timing(folder / "timing.csv");
+  steps << "t_s,x_m,y_m,yaw_rad,vx_mps,vy_mps,yaw_rate_radps,d,delta_rad,x_true_m,y_true_m,yaw_true_rad,vx_true_mps,"
+           "vy_true_mps,yaw_rate_true_radps,d_applied,delta_applied_rad,mu_belief_front,mu_belief_rear,mu_true,s_m,"
+           "offset_m,lap,outside,v_ref_mps,iterations,solved\n";
+  replay << "t_s,mu_sigma_front,mu_sigma_rear,slip_front_rad,slip_rear_rad,force_drive_n,force_front_n,force_rear_n";
+  for (const char* kind : {"plan", "ref"})
+    for (int k = 0; k < 10; ++k) replay << ',' << kind << k << "_x_m," << kind << k << "_y_m";
+  replay << '\n';
+  tyres << "t_s,axle,slip_rad,learned_n,sigma_n,true_n\n";
+  timing << "step,solve_ms,update_ms\n";
+
+  std::mt19937 random(static_cast<unsigned>(1000 * seed) + static_cast<unsigned>(stack.name.size()));
+  std::normal_distribution<double> noise(0, 1);
+  constexpr int n = 400;
+  const double radius = 0.85 * half_width * options.scale;
+  RunResult result;
+  double s = 0, v = 0.1, offset = 0, belief = 1.0, yaw_before = course.at(0).yaw, yaw = yaw_before, lap_start = 0;
+  double v_before = v, wobble = 0;
+  int lap = 0;
+  std::vector<double> allowed;
+  double planned_for = -1;
+  for (long step = 0; lap < options.laps && step < 20000; ++step) {
+    const double t = static_cast<double>(step) * options.dt, mu = friction(t);
+    const double sees = t < 6.2 ? 1.0 : 1.0 + stack.learns * (mu - 1.0);
+    belief += (sees - belief) * 0.02 + 0.0008 * noise(random) * stack.learns * (t > 6.2);
+    const double plan_mu = std::max(0.3, belief) * stack.caution;
+    if (std::abs(plan_mu - planned_for) > 0.01) allowed = allowed_speed(course, planned_for = plan_mu, n);
+    const double v_ref = allowed[static_cast<std::size_t>(s / course.length() * n) % n];
+    const auto point = course.at(s);
+    v += std::clamp(v_ref - v, -5 * options.dt, 5 * options.dt);
+    const double excess = std::max(0.0, v * v * std::abs(point.kappa) / 9.81 - 0.97 * mu);
+    wobble += options.dt * (-2.5 * wobble + 0.08 * noise(random) / std::sqrt(options.dt) * 0.2);
+    const double wanted = 0.6 * radius * std::tanh(point.kappa * options.scale) + 0.25 * wobble -
+                          1.5 * excess * (point.kappa > 0 ? 1 : -1);
+    offset += (wanted - offset) * std::min(1.0, 5 * options.dt);
+    s += v * options.dt / (1 - point.kappa * offset);
+    const auto here = course.at(s, offset);
+    yaw += std::remainder(here.yaw - yaw, 2 * std::numbers::pi);
+    const double rate = step == 0 ? 0 : (yaw - yaw_before) / options.dt, ax = (v - v_before) / options.dt;
+    const double slip = rate * v * 0.041 / (0.36 * mu) * 0.3,
+                 delta = std::clamp(0.062 * point.kappa + 0.4 * slip, -0.35, 0.35);
+    const bool outside = std::abs(offset) > half_width * options.scale;
+    const double d = std::clamp(0.2 + ax / 5, -0.1, 1.0), vy = -0.02 * rate;
+    steps << cells({t,
+                    here.x + 0.002 * noise(random),
+                    here.y + 0.002 * noise(random),
+                    yaw + 0.005 * noise(random),
+                    v + 0.02 * noise(random),
+                    vy + 0.02 * noise(random),
+                    rate + 0.05 * noise(random),
+                    d,
+                    delta,
+                    here.x,
+                    here.y,
+                    yaw,
+                    v,
+                    vy,
+                    rate,
+                    d,
+                    delta,
+                    belief * 0.98,
+                    belief * 1.02,
+                    mu,
+                    std::fmod(s, course.length()),
+                    offset,
+                    static_cast<double>(lap),
+                    outside ? 1.0 : 0.0,
+                    v_ref,
+                    3.0 + (step % 50 == 0),
+                    1});
+    timing << cells({static_cast<double>(step), stack.solve_ms * std::exp(0.25 * noise(random)),
+                     0.03 * std::exp(0.2 * noise(random))});
+    if (step % 5 == 0) {
+      std::vector<double> row{t,
+                              stack.learns > 0 ? 0.02 + 0.15 * std::exp(-t / 4) : nan,
+                              stack.learns > 0 ? 0.02 + 0.12 * std::exp(-t / 4) : nan,
+                              slip,
+                              0.8 * slip,
+                              0.041 * ax,
+                              lateral_force(0.19 * mu, slip),
+                              lateral_force(0.17 * mu, slip)};
+      for (const bool plan : {true, false})
+        for (int k = 1; k <= 10; ++k) {
+          const auto ahead =
+              course.at(s + v * 0.04 * k,
+                        plan ? offset + (0.5 * radius * std::tanh(course.at(s + v * 0.04 * k).kappa) - offset) * 0.1 * k
+                             : 0.5 * radius * std::tanh(course.at(s + v * 0.04 * k).kappa));
+          row.push_back(ahead.x);
+          row.push_back(ahead.y);
+        }
+      replay << cells(row);
+    }
+    if (step % 50 == 0)
+      for (const char* axle : {"front", "rear"})
+        for (int k = -20; k <= 20; ++k) {
+          const double a = 0.03 * k, peak = axle[0] == 'f' ? 0.192 : 0.1737;
+          const double learned = lateral_force(peak * belief, a) * (1 - 0.35 * std::exp(-t / 4));
+          tyres << t << ',' << axle << ','
+                << cells({a, stack.learns > 0 ? learned : nan, 0.004 + 0.05 * a * a,
+                          lateral_force(peak * mu / 0.909, a)});
+        }
+    result.violation += outside ? options.dt : 0;
+    result.deviation += std::abs(offset - wanted) + 0.02;
+    result.mu_rmse += (belief - mu) * (belief - mu);
+    yaw_before = yaw;
+    v_before = v;
+    ++result.steps;
+    if (s >= (lap + 1) * course.length()) {
+      result.laps.push_back(t - lap_start);
+      result.factors.push_back(friction((t + lap_start) / 2) / 0.909);
+      lap_start = t;
+      ++lap;
+    }
+  }
+  result.simulated = static_cast<double>(result.steps) * options.dt;
+  result.deviation /= static_cast<double>(result.steps);
+  result.mu_rmse = std::sqrt(result.mu_rmse / static_cast<double>(result.steps));
+  return result;
+}
+
+inline void write_track(const fs::path& folder, const Course& course, double scale) {
+  std::ofstream track(folder / "track.csv"), line(folder / "line.csv");
+  track << "s_m,x_m,y_m,left_x_m,left_y_m,right_x_m,right_y_m\n";
+  line << "s_m,x_m,y_m\n";
+  for (int i = 0; i < 400; ++i) {
+    const double s = course.length() * i / 400;
+    const auto c = course.at(s), l = course.at(s, half_width * scale), r = course.at(s, -half_width * scale);
+    track << cells({s, c.x, c.y, l.x, l.y, r.x, r.y});
+    const auto p = course.at(s, 0.5 * half_width * scale * std::tanh(c.kappa * scale));
+    line << cells({s, p.x, p.y});
+  }
+}
+
+inline double median_of(std::vector<double> values) {
+  std::sort(values.begin(), values.end());
+  const std::size_t half = values.size() / 2;
+  return values.size() % 2 ? values[half] : (values[half - 1] + values[half]) / 2;
+}
+
+/// A name as one CSV cell.
+inline std::string quoted(const std::string& name) {
+  if (name.find_first_of(",\"\n") == std::string::npos) return name;
+  std::string text = "\"";
+  for (const char c : name) text += c == '"' ? std::string("\"\"") : std::string(1, c);
+  return text + '"';
+}
+
+/// Writes the whole OUT folder.
+inline void write_sample(const fs::path& folder, const SampleOptions& options = {}) {
+  fs::create_directories(folder);
+  const Course course(options.scale);
+  write_track(folder, course, options.scale);
+  std::ofstream(folder / "scene.json")
+      << R"({"name": "sample", "kind": "race", "world": "sample_course", "note": "Tyres wear from 14.4 s on. Made up for tests.", "dt": 0.02, "laps": )"
+      << options.laps << R"(, "car": {"m": 0.041, "lf": 0.029, "lr": 0.033, "length": 0.06, "width": 0.03}})";
+  std::ofstream runs(folder / "runs.csv"), table(folder / "table.csv");
+  runs << "stack,seed,status,needs_truth";
+  table << "stack,needs_truth,runs,finished,crashed";
+  for (int lap = 0; lap < options.laps; ++lap) {
+    runs << ",lap" << lap << "_s";
+    table << ",lap" << lap << "_s";
+  }
+  runs << ",mean_deviation_m,violation_s,mu_rmse,solve_ms_median,solver_failures,steps,simulated_s\n";
+  table << ",mean_deviation_m,violation_s,mu_rmse,solve_ms_median,solver_failures,steps,simulated_s,violation_s_max";
+  for (int lap = 0; lap < options.laps; ++lap) table << ",pace_ratio" << lap;
+  table << '\n';
+  for (const StackPlan& stack : options.stacks) {
+    std::vector<std::vector<double>> columns(static_cast<std::size_t>(options.laps) + 7);
+    for (int seed = 1; seed <= options.seeds; ++seed) {
+      const RunResult r = write_run(folder / stack.name / std::to_string(seed), course, stack, seed, options);
+      std::vector<double> row = r.laps;
+      row.resize(static_cast<std::size_t>(options.laps), nan);
+      for (const double value :
+           {r.deviation, r.violation, r.mu_rmse, stack.solve_ms, 0.0, static_cast<double>(r.steps), r.simulated})
+        row.push_back(value);
+      for (std::size_t i = 0; i < row.size(); ++i) columns[i].push_back(row[i]);
+      runs << quoted(stack.name) << ',' << seed << ",finished," << (stack.truth ? 1 : 0) << ',' << cells(row);
+    }
+    std::vector<double> row;
+    for (const auto& column : columns) row.push_back(median_of(column));
+    const auto& violations = columns[static_cast<std::size_t>(options.laps) + 1];
+    row.push_back(*std::max_element(violations.begin(), violations.end()));
+    for (int lap = 0; lap < options.laps; ++lap) {
+      const std::vector<double> limit = allowed_speed(course, 0.97 * friction(3.0 + 7.0 * lap), 400);
+      double seconds = lap == 0 ? 0.3 : 0;
+      for (const double v : limit) seconds += course.length() / 400 / v;
+      row.push_back(row[static_cast<std::size_t>(lap)] / seconds);
+    }
+    table << quoted(stack.name) << ',' << (stack.truth ? 1 : 0) << ',' << options.seeds << ',' << options.seeds << ",0,"
+          << cells(row);
+  }
+  std::ofstream(folder / "claims.json") << R"([
+    {"text": "elm.violation_s <= none.violation_s", "holds": true, "values": {"elm.violation_s": 0.46, "none.violation_s": 4.32}},
+    {"text": "elm.mean_deviation_m <= constant_speed.mean_deviation_m", "holds": false, "values": {"elm.mean_deviation_m": 0.0831, "constant_speed.mean_deviation_m": 0.0712}},
+    {"text": "elm.solve_ms_median < gp_own_mu.solve_ms_median", "holds": null, "reason": "gp_own_mu was left out by --only"}])";
+}
+
+}  // namespace gripline::sample

@@ -1,0 +1,330 @@
+// A chart: uPlot draws axes and handles cursor and zoom; the marks are drawn here, the same on screen and in SVG files.
+import uPlot from "uplot";
+import { h, short } from "./dom";
+import { makeFigure, type Figure } from "./figure";
+import { extent, lineAt, markRows, paintMarks, type Frame, type Mark, type Range } from "./marks";
+import { CanvasPen, fontFamily } from "./pen";
+import type { State } from "./state";
+import { axisTitle, chartSvg } from "./svgchart";
+import { token } from "./theme";
+
+export interface AxisSpec {
+  label: string;
+  unit?: string;
+  log?: boolean;
+  /** Values that must be within the range. */
+  include?: number[];
+  /** Exactly this range. */
+  fixed?: Range;
+  /** Where the ticks are. */
+  splits?: number[];
+  /** Text of a tick. */
+  tick?: (value: number) => string;
+  /** Digits in readouts. */
+  digits?: number;
+}
+
+export interface ChartSpec {
+  id: string;
+  title: string;
+  note?: string;
+  height?: number;
+  wide?: boolean;
+  x: AxisSpec;
+  y: AxisSpec;
+  /** x is the replay's time: the cursor is shared and moves the cars. */
+  time?: boolean;
+  /** One unit is equally long on both axes, around the origin. */
+  square?: boolean;
+  /** No legend for named points: their names stand beside them. */
+  bare?: boolean;
+  /** Called again whenever the reader's choice changes. */
+  marks: () => Mark[];
+}
+
+const charts = new Set<Chart>();
+
+/** Redraws every chart with fresh marks and colours. */
+export function refreshCharts(): void {
+  for (const chart of charts) chart.refresh();
+}
+/** Redraws for another emphasis. */
+export function repaintCharts(): void {
+  for (const chart of charts) chart.repaint();
+}
+
+export class Chart {
+  readonly figure: Figure;
+  private plot?: uPlot;
+  private observer?: ResizeObserver;
+  private marks: Mark[] = [];
+  private full: Range = [0, 1];
+  private window: Range = [0, 1];
+  private now?: HTMLElement;
+  private readonly values = new Map<Mark, HTMLElement>();
+  private readonly tip = h("div", { class: "tip", hidden: true });
+  private lastReadout = 0;
+
+  constructor(
+    readonly spec: ChartSpec,
+    private readonly state: State,
+  ) {
+    this.figure = makeFigure({
+      ...spec,
+      svg: () => this.svg(),
+      rows: () => this.rows(),
+    });
+    this.figure.body.style.minHeight = `${spec.height ?? 220}px`;
+    charts.add(this);
+    if (spec.time) state.clock.moved.on(() => this.follow());
+  }
+
+  /** Draws for the first time; the figure must be in the document. */
+  build(): this {
+    this.marks = this.spec.marks();
+    this.full = this.xRange();
+    this.plot = this.makePlot();
+    this.fillReadout();
+    if (!this.observer) {
+      this.observer = new ResizeObserver(() => this.resize());
+      this.observer.observe(this.figure.body);
+    }
+    this.follow();
+    return this;
+  }
+  refresh(): void {
+    if (!this.plot) return;
+    const { scales } = this.plot;
+    const zoomed = scales.x.min! > this.full[0] || scales.x.max! < this.full[1];
+    const kept: Range = [scales.x.min!, scales.x.max!];
+    this.plot.destroy();
+    this.build();
+    if (zoomed) this.plot.setScale("x", { min: kept[0], max: kept[1] });
+  }
+  repaint(): void {
+    this.plot?.redraw(false, false);
+  }
+
+  private size(): { width: number; height: number } {
+    const width = Math.max(160, this.figure.body.clientWidth);
+    return { width, height: this.spec.square ? Math.min(width - 6, 420) : (this.spec.height ?? 220) };
+  }
+  private resize(): void {
+    const size = this.size();
+    if (this.plot && (size.width !== this.plot.width || size.height !== this.plot.height)) {
+      this.plot.setSize(size);
+      this.follow();
+    }
+  }
+
+  private xRange(): Range {
+    const { x, square } = this.spec;
+    if (x.fixed) return x.fixed;
+    let [low, high] = extent(this.marks, "x");
+    if (square && low <= high) {
+      const reach = Math.max(-low, high);
+      return [-reach, reach];
+    }
+    for (const v of x.include ?? []) [low, high] = [Math.min(low, v), Math.max(high, v)];
+    if (!(low <= high)) return x.log ? [0.1, 10] : [0, 1];
+    if (x.log) return [low / 1.25, high * 1.25];
+    const pad = this.spec.time || x.tick ? 0 : (high - low) * 0.04;
+    return low === high ? [low - 0.5, high + 0.5] : [low - pad, high + pad];
+  }
+  private yRange(): Range {
+    const { y } = this.spec;
+    if (y.fixed) return y.fixed;
+    let [low, high] = extent(this.marks, "y", this.window);
+    for (const v of y.include ?? []) [low, high] = [Math.min(low, v), Math.max(high, v)];
+    if (!(low <= high)) return y.log ? [0.1, 10] : [0, 1];
+    if (y.log) return [Math.max(low, 1e-12) / 1.4, Math.max(high, 1e-12) * 1.4];
+    const pad = (high - low) * 0.08 || Math.max(Math.abs(high) * 0.1, 0.1);
+    return [low >= 0 ? Math.max(0, low - pad) : low - pad, high + pad];
+  }
+
+  private makePlot(): uPlot {
+    const { x, y, time, square } = this.spec;
+    const axis = (spec: AxisSpec, size: number, space: number): uPlot.Axis => ({
+      stroke: token("muted"),
+      font: `11px ${fontFamily}`,
+      size,
+      space,
+      gap: 4,
+      grid: { stroke: token("grid"), width: 1 },
+      ticks: { show: false },
+      border: { show: false },
+      values: (_, splits) => splits.map((v) => (v === null ? "" : (spec.tick?.(v) ?? short(v, 6).replace(/(\.\d*?)0+$/, "$1").replace(/\.$/, "")))),
+      ...(spec.splits ? { splits: spec.splits } : {}),
+      // One, two and five of each power of ten.
+      ...(spec.log ? { filter: (_u: uPlot, splits: number[]) => splits.map((v) => (/^[125]/.test(v.toExponential(3)) && /^.\.000/.test(v.toExponential(3)) ? v : null)) } : {}),
+    });
+    const options: uPlot.Options = {
+      ...this.size(),
+      pxAlign: false,
+      legend: { show: false },
+      cursor: {
+        y: !time,
+        points: { show: false },
+        drag: { x: true, y: false, setScale: true, dist: 6 },
+        ...(time ? { sync: { key: "time", scales: ["x", null] as [string, null], setSeries: false } } : {}),
+      },
+      scales: {
+        x: { time: false, distr: x.log ? 3 : 1, range: (_, low, high) => (this.window = [low, high]) },
+        y: { distr: y.log ? 3 : 1, range: () => (square ? this.squareRange() : this.yRange()) },
+      },
+      axes: [{ ...axis(x, 24, 60), label: axisTitle(x), labelSize: 18, labelGap: 0, labelFont: `11px ${fontFamily}` }, axis(y, 46, 34)],
+      series: [{}, { show: false }],
+      padding: [8, 10, 0, 0],
+      hooks: { draw: [(u) => this.paint(u)], setCursor: [(u) => this.hover(u)] },
+    };
+    this.figure.body.replaceChildren(h("div", { class: "axis-title" }, axisTitle(y)));
+    const plot = new uPlot(options, [this.full, [null, null]], this.figure.body);
+    plot.root.setAttribute("aria-hidden", "true");
+    plot.over.append(this.tip);
+    if (time) this.bindClock(plot);
+    plot.over.addEventListener("mouseleave", () => this.leave());
+    return plot;
+  }
+  private squareRange(): Range {
+    const { width, height } = this.size();
+    const reach = ((this.window[1] - this.window[0]) / 2) * ((height - 50) / (width - 56));
+    return [-reach, reach];
+  }
+
+  private bindClock(plot: uPlot): void {
+    this.now = h("div", { class: "now" });
+    plot.over.append(this.now);
+    const { clock } = this.state;
+    const seek = (event: MouseEvent) => clock.seek(plot.posToVal(event.offsetX, "x"));
+    plot.over.addEventListener("mousemove", (event) => {
+      if (!clock.playing && event.buttons === 0 && event.target === plot.over) seek(event);
+    });
+    plot.over.addEventListener("click", (event) => {
+      if (event.target === plot.over && plot.select.width < 6) seek(event);
+    });
+  }
+
+  private frame(u: uPlot, pixels: boolean): Frame {
+    const box = u.bbox;
+    const ratio = pixels ? 1 : 1 / devicePixelRatio;
+    return {
+      x: (v) => u.valToPos(v, "x", pixels),
+      y: (v) => u.valToPos(v, "y", pixels),
+      left: box.left * ratio,
+      top: box.top * ratio,
+      width: box.width * ratio,
+      height: box.height * ratio,
+    };
+  }
+  private paint(u: uPlot): void {
+    const { ctx } = u;
+    const ratio = devicePixelRatio;
+    const frame = this.frame(u, true);
+    ctx.save();
+    ctx.beginPath();
+    ctx.rect(frame.left, frame.top - 4 * ratio, frame.width, frame.height + 8 * ratio);
+    ctx.clip();
+    ctx.scale(ratio, ratio);
+    const scaled: Frame = {
+      x: (v) => frame.x(v) / ratio,
+      y: (v) => frame.y(v) / ratio,
+      left: frame.left / ratio,
+      top: frame.top / ratio,
+      width: frame.width / ratio,
+      height: frame.height / ratio,
+    };
+    paintMarks(new CanvasPen(ctx), scaled, this.marks, this.state.hot, token("muted"));
+    ctx.restore();
+  }
+
+  private fillReadout(): void {
+    const { readout } = this.figure;
+    readout.replaceChildren();
+    this.values.clear();
+    const seen = new Set<string>();
+    for (const mark of this.marks) {
+      // Points with names speak for themselves.
+      if (!mark.label || mark.kind === "rule" || seen.has(mark.label) || (mark.kind === "points" && mark.names && this.spec.bare)) continue;
+      seen.add(mark.label);
+      const value = h("b", {}, "");
+      const { stack } = mark;
+      readout.append(
+        h(
+          "span",
+          { class: "key", mouseenter: () => this.state.hover(stack ?? null), mouseleave: () => this.state.hover(null) },
+          h("i", { style: `--c:${mark.color}`, class: mark.kind === "line" && mark.dash ? "dashed" : mark.kind }),
+          mark.label,
+          mark.kind === "line" ? value : null,
+        ),
+      );
+      if (mark.kind === "line") this.values.set(mark, value);
+    }
+  }
+  private showValues(x: number | null): void {
+    const digits = this.spec.y.digits ?? 3;
+    for (const [mark, element] of this.values) {
+      const v = x === null ? NaN : lineAt(mark, x);
+      element.textContent = Number.isFinite(v) ? short(v, digits) : "";
+    }
+  }
+
+  private follow(): void {
+    const { plot, now } = this;
+    if (!plot || !now) return;
+    const { t } = this.state.clock;
+    now.style.transform = `translateX(${plot.valToPos(t, "x")}px)`;
+    now.hidden = t < plot.scales.x.min! || t > plot.scales.x.max!;
+    const time = performance.now();
+    if (this.state.clock.playing && time - this.lastReadout < 120) return;
+    this.lastReadout = time;
+    this.showValues(t);
+  }
+  private hover(u: uPlot): void {
+    const { left, top } = u.cursor;
+    if (left === undefined || left < 0 || top === undefined || top < 0) return;
+    if (!this.spec.time) this.showValues(u.posToVal(left, "x"));
+    this.showTip(u, left, top);
+  }
+  private leave(): void {
+    if (!this.spec.time) this.showValues(null);
+    this.tip.hidden = true;
+  }
+  /** The name of the nearest named point. */
+  private showTip(u: uPlot, left: number, top: number): void {
+    let nearest = 24;
+    let text = "";
+    for (const mark of this.marks) {
+      if (mark.kind !== "points" || !mark.names) continue;
+      for (let i = 0; i < mark.x.length; i++) {
+        const distance = Math.hypot(u.valToPos(mark.x[i], "x") - left, u.valToPos(mark.y[i], "y") - top);
+        if (distance < nearest) {
+          nearest = distance;
+          const { x, y } = this.spec;
+          text = `${mark.names[i]}: ${short(mark.x[i], x.digits)} ${x.unit ?? ""}, ${short(mark.y[i], y.digits)} ${y.unit ?? ""}`;
+        }
+      }
+    }
+    this.tip.hidden = !text;
+    this.tip.textContent = text;
+    this.tip.style.transform = `translate(${Math.min(left + 12, u.over.clientWidth - 160)}px, ${Math.max(0, top - 28)}px)`;
+  }
+
+  private svg(): string {
+    const marks = this.plot ? this.marks : this.spec.marks();
+    const scales = this.plot?.scales;
+    return chartSvg({
+      title: this.spec.title,
+      x: this.spec.x,
+      y: this.spec.y,
+      xRange: scales ? [scales.x.min!, scales.x.max!] : this.full,
+      yRange: scales ? [scales.y.min!, scales.y.max!] : this.yRange(),
+      marks,
+      width: this.spec.square ? 480 : 760,
+      height: this.spec.square ? 480 : 360,
+    });
+  }
+  private *rows(): Generator<(string | number)[]> {
+    yield ["series", `${this.spec.x.label} [${this.spec.x.unit ?? "1"}]`, `${this.spec.y.label} [${this.spec.y.unit ?? "1"}]`];
+    yield* markRows(this.plot ? this.marks : this.spec.marks());
+  }
+}

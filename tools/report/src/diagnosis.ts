@@ -1,0 +1,297 @@
+// The diagnosis: what is missing in the model, where it shows, how sure that is, and what the repair gains.
+import { Chart, type ChartSpec } from "./chart";
+import { download, fixed, h, short } from "./dom";
+import { makeFigure } from "./figure";
+import { Columns } from "./data";
+import { Course, drawCourse, fit } from "./mapview";
+import type { Mark } from "./marks";
+import { CanvasPen, SvgPen, type Pen } from "./pen";
+import type { State } from "./state";
+import { onThemeChange, sequential, stackColour, token } from "./theme";
+import type { Diagnosis, DiagnosisReport } from "./types";
+
+const numbers = (values: (number | null)[] | undefined) => Float64Array.from(values ?? [], (v) => v ?? NaN);
+const percent = (share: number) => `${fixed(100 * share, share > 0.995 ? 1 : 0)} %`;
+
+/** What to say if the diagnosis did not say it itself. */
+function sentence(d: Diagnosis): string {
+  const names = (d.named ?? []).map(({ effect, params, confidence }) => {
+    const values = Object.entries(params ?? {}).map(([name, value]) => `${name} ${short(value)}`);
+    return `${effect} (${values.join(", ")}${confidence === undefined ? "" : `; ${percent(confidence)} sure`})`;
+  });
+  switch (d.verdict) {
+    case "named":
+      return `The model lacks ${names.join(" and ")}.`;
+    case "nothing_missing":
+      return "Nothing is missing: no effect of the catalogue is supported by the log.";
+    case "indistinguishable":
+      return `Something is missing, but the log cannot tell apart ${(d.equivalent ?? []).map((set) => set.join(", ")).join("; ")}.`;
+    case "unknown":
+      return `Something is missing that the catalogue cannot explain; it shows by ${d.unknown?.where ?? "no single quantity"}${d.unknown?.interval ? ` in ${short(d.unknown.interval[0])} to ${short(d.unknown.interval[1])}` : ""}.`;
+  }
+}
+
+const verdictWords: Record<Diagnosis["verdict"], string> = {
+  named: "Named",
+  nothing_missing: "Nothing missing",
+  indistinguishable: "Cannot be told apart",
+  unknown: "Unknown effect",
+};
+
+export function diagnosisHead(d: Diagnosis, more: DiagnosisReport | null): HTMLElement {
+  const gap = d.gap;
+  return h(
+    "div",
+    { class: "verdict" },
+    h("span", { class: `badge ${d.verdict}` }, verdictWords[d.verdict]),
+    h("p", { class: "sentence" }, more?.sentence || sentence(d)),
+    d.manoeuvre ? h("p", { class: "lede" }, h("strong", {}, "To decide: "), d.manoeuvre) : null,
+    gap
+      ? h(
+          "p",
+          { class: "lede" },
+          `Error over ${short(gap.horizon_s)} s on data that was not fitted: ${short(gap.before)} σ before, ${short(gap.after)} σ after`,
+          gap.closure !== null && gap.closure !== undefined ? ` (${percent(gap.closure)} of the gap closed).` : ".",
+        )
+      : null,
+    more?.log ? h("p", { class: "note" }, `Log ${more.log}${more.world ? `, world ${more.world}` : ""}.`) : null,
+  );
+}
+
+export function namedTable(d: Diagnosis): HTMLElement | null {
+  const rows = (d.named ?? []).flatMap(({ effect, params, ci95, confidence }) =>
+    Object.entries(params ?? {}).map(([name, value], i) => {
+      const interval = ci95?.[name];
+      return h(
+        "tr",
+        {},
+        h("th", { scope: "row", class: "name" }, i === 0 ? effect : ""),
+        h("td", { class: "text" }, name),
+        h("td", {}, short(value, 4)),
+        h("td", {}, interval ? `${short(interval[0], 4)} – ${short(interval[1], 4)}` : "–"),
+        h("td", {}, i === 0 && confidence !== undefined ? percent(confidence) : ""),
+      );
+    }),
+  );
+  if (!rows.length) return null;
+  const head = ["effect", "parameter", "value", "95 % interval", "confidence"];
+  return h("div", { class: "table-scroll" }, h("table", { class: "comparison plain" }, h("thead", {}, h("tr", {}, ...head.map((text, i) => h("th", { scope: "col", class: i === 0 ? "name" : i === 1 ? "text" : undefined }, text)))), h("tbody", {}, ...rows)));
+}
+
+export function rankingTable(d: Diagnosis): HTMLElement | null {
+  const ranking = d.ranking ?? [];
+  if (!ranking.length) return null;
+  const most = Math.max(...ranking.map((entry) => entry.gain), 1e-9);
+  const named = new Set((d.named ?? []).map((entry) => entry.effect));
+  const bar = (share: number) => h("span", { class: "bar-cell" }, h("i", { style: `width:${(100 * Math.min(Math.max(share, 0), 1)).toFixed(1)}%` }));
+  const head = ["effect", "evidence gained", "", "error with it", "wins resampled"];
+  return h(
+    "div",
+    { class: "table-scroll", tabindex: 0, role: "region", "aria-label": "Ranking of effects" },
+    h(
+      "table",
+      { class: "comparison plain" },
+      h("thead", {}, h("tr", {}, ...head.map((text, i) => h("th", { scope: "col", class: i === 0 ? "name" : undefined }, text)))),
+      h(
+        "tbody",
+        {},
+        ...ranking.slice(0, 20).map((entry) =>
+          h(
+            "tr",
+            { class: named.has(entry.effect) ? "chosen" : undefined },
+            h("th", { scope: "row", class: "name" }, entry.effect),
+            h("td", {}, short(entry.gain, 4)),
+            h("td", { class: "wide" }, bar(entry.gain / most)),
+            h("td", {}, `${short(entry.held_out)} σ`),
+            h("td", {}, percent(entry.selected_fraction)),
+          ),
+        ),
+      ),
+    ),
+  );
+}
+
+/** Where on the track the residual is large. */
+export function residualMap(more: DiagnosisReport): HTMLElement | null {
+  const residual = more.residual;
+  const [xs, ys, size] = [numbers(residual?.x_m), numbers(residual?.y_m), numbers(residual?.size)];
+  if (!xs.length || !size.length) return null;
+  const track = new Columns({});
+  for (const [name, values] of Object.entries(more.track ?? {})) track.set(name, numbers(values));
+  if (!more.track) [track.set("x_m", xs), track.set("y_m", ys)];
+  const course = new Course(track, new Columns({}), []);
+  const sorted = [...size].filter(Number.isFinite).sort((a, b) => a - b);
+  // A few outliers must not take the whole scale.
+  const high = sorted[Math.floor(0.98 * (sorted.length - 1))] || 1;
+  const draw = (pen: Pen, width: number, height: number) => {
+    const view = fit(course.box, width, height, 16);
+    if (more.track) drawCourse(pen, course, view);
+    for (const i of [...size.keys()].filter((k) => Number.isFinite(size[k])).sort((a, b) => size[a] - size[b]))
+      pen.disc(view.x(xs[i]), view.y(ys[i]), 1.6 + 2.6 * Math.min(1, size[i] / high), sequential(size[i] / high), 0.85);
+  };
+  const height = Math.round(Math.min(560, Math.max(240, 720 * course.aspect + 30)));
+  const figure = makeFigure({
+    id: "residual-map",
+    title: "Where the model disagrees",
+    note: "Size and colour: error of a short simulation that starts there, in sensor sigmas.",
+    wide: true,
+    svg: () => {
+      const pen = new SvgPen(720, height, token("surface"));
+      draw(pen, 720, height);
+      return pen.toString();
+    },
+    rows: function* () {
+      yield ["x_m", "y_m", "size_sigma"];
+      for (let i = 0; i < xs.length; i++) yield [xs[i], ys[i], size[i]];
+    },
+  });
+  const canvas = h("canvas", { role: "img", "aria-label": "Residual over the track" });
+  const paint = () => {
+    const ratio = Math.min(2, devicePixelRatio * 1.5);
+    [canvas.width, canvas.height] = [720 * ratio, height * ratio];
+    canvas.style.aspectRatio = `720 / ${height}`;
+    const ctx = canvas.getContext("2d")!;
+    ctx.scale(ratio, ratio);
+    draw(new CanvasPen(ctx), 720, height);
+    const stops = Array.from({ length: 11 }, (_, i) => sequential(i / 10)).join(", ");
+    figure.readout.replaceChildren(h("div", { class: "colour-scale" }, h("span", {}, "0"), h("i", { style: `background: linear-gradient(to right, ${stops})` }), h("span", {}, `${short(high)} σ`)));
+  };
+  paint();
+  onThemeChange(paint);
+  figure.body.append(canvas);
+  return figure.element;
+}
+
+const residuals: [string, string, string, string][] = [
+  ["e_vx", "along the car", "m/s²", "e_vx"],
+  ["e_vy", "across the car", "m/s²", "e_vy"],
+  ["e_omega", "in yaw", "rad/s²", "e_omega"],
+];
+const against: Record<string, [string, string, number]> = {
+  lap_fraction: ["lap fraction", "1", 1],
+  t_s: ["time", "s", 1],
+  vx_mps: ["speed", "m/s", 1],
+  vy_mps: ["lateral speed", "m/s", 1],
+  yaw_rate_radps: ["yaw rate", "rad/s", 1],
+  d: ["throttle and brake", "1", 1],
+  delta_rad: ["steering", "°", 180 / Math.PI],
+};
+
+/** The residual of one channel against a quantity of the reader's choice, before and after. */
+export function residualCharts(state: State, more: DiagnosisReport, d: Diagnosis): Chart[] {
+  const residual = more.residual;
+  if (!residual) return [];
+  const choices = Object.keys(against).filter((name) => residual[name]?.some((v) => v !== null));
+  const where = { position: "lap_fraction", time: "t_s", state: "vx_mps", input: "d" }[d.unknown?.where ?? "position"] ?? "lap_fraction";
+  let by = choices.includes(where) ? where : choices[0];
+  if (!by) return [];
+  const x = { label: "", unit: "" };
+  const setAxis = () => ([x.label, x.unit] = against[by]);
+  setAxis();
+  const list: Chart[] = [];
+  for (const [name, words, unit, label] of residuals) {
+    if (!residual[name]) continue;
+    const marks = (): Mark[] => {
+      const xs = numbers(residual[by]).map((v) => v * against[by][2]);
+      const points = (column: string, text: string, color: string, alpha: number): Mark[] =>
+        residual[column] ? [{ kind: "points", x: xs, y: numbers(residual[column]), size: 1.4, alpha, color, label: text }] : [];
+      return [...points(name, "nominal model", stackColour(1), 0.45), ...points(`after_${name}`, "with what was named", stackColour(0), 0.45), { kind: "rule", axis: "y", at: 0, color: token("muted") }];
+    };
+    list.push(new Chart({ id: `residual-${name}`, title: `Unexplained ${words}`, height: 220, x, y: { label, unit }, marks }, state));
+  }
+  const select = h("select", { "aria-label": "Against" }, ...choices.map((name) => h("option", { value: name, selected: name === by }, `by ${against[name][0]}`)));
+  select.addEventListener("change", () => {
+    by = select.value;
+    setAxis();
+    for (const chart of list) chart.refresh();
+  });
+  list[0]?.figure.tools.prepend(select);
+  return list;
+}
+
+/** Error before and after against the horizon, and overlaid traces. */
+export function gapCharts(state: State, more: DiagnosisReport): Chart[] {
+  const specs: ChartSpec[] = [];
+  const { horizon } = more;
+  const [before, after] = ["nominal model", "with what was named"];
+  if (horizon)
+    specs.push({
+      id: "horizon",
+      title: "Error against horizon",
+      note: "Open-loop simulation on held-out data.",
+      height: 260,
+      x: { label: "horizon", unit: "s", log: true, tick: (v) => short(v, 1) },
+      y: { label: "error", unit: "σ", log: true, tick: (v) => short(v, 2) },
+      marks: () => {
+        const x = numbers(horizon.horizon_s);
+        return [
+          { kind: "line", x, y: numbers(horizon.before), color: stackColour(1), width: 2, dash: [6, 4], label: before },
+          { kind: "points", x, y: numbers(horizon.before), color: stackColour(1), size: 3.5, shape: "square" },
+          { kind: "line", x, y: numbers(horizon.after), color: stackColour(0), width: 2, label: after },
+          { kind: "points", x, y: numbers(horizon.after), color: stackColour(0), size: 3.5 },
+        ];
+      },
+    });
+  for (const trace of more.traces ?? [])
+    specs.push({
+      id: `trace-${trace.channel}`,
+      title: `Held-out ${trace.channel.replace(/_/g, " ")}`,
+      note: "Each piece starts from the measured state and runs freely.",
+      height: 220,
+      x: { label: "time", unit: "s" },
+      y: { label: trace.channel },
+      marks: () => {
+        const x = numbers(trace.t_s);
+        return [
+          { kind: "line", x, y: numbers(trace.measured), color: token("ink"), width: 2.2, dash: [2, 3], label: "measured" },
+          { kind: "line", x, y: numbers(trace.before), color: stackColour(1), dash: [6, 4], label: before },
+          { kind: "line", x, y: numbers(trace.after), color: stackColour(0), label: after },
+        ];
+      },
+    });
+  return specs.map((spec) => new Chart(spec, state));
+}
+
+export function seenAtTable(more: DiagnosisReport): HTMLElement | null {
+  const rows = more.seen_at ?? [];
+  if (!rows.length) return null;
+  return h(
+    "div",
+    { class: "table-scroll" },
+    h(
+      "table",
+      { class: "comparison plain" },
+      h("thead", {}, h("tr", {}, h("th", { class: "name", scope: "col" }, "effect"), h("th", { class: "text", scope: "col" }, "parameter"), h("th", { scope: "col" }, "would have been seen from"))),
+      h("tbody", {}, ...rows.map((row) => h("tr", {}, h("th", { scope: "row", class: "name" }, row.effect), h("td", { class: "text" }, row.param), h("td", {}, `${short(row.size)} ${row.unit}`)))),
+    ),
+  );
+}
+
+export function healthTable(more: DiagnosisReport): HTMLElement | null {
+  const rows = more.health ?? [];
+  if (!rows.length) return null;
+  const sign = { good: "✓", note: "●", bad: "✗" };
+  return h(
+    "div",
+    { class: "table-scroll" },
+    h(
+      "table",
+      { class: "comparison plain health" },
+      h("thead", {}, h("tr", {}, ...["", "check", "found", "done about it"].map((text) => h("th", { class: "text", scope: "col" }, text)))),
+      h("tbody", {}, ...rows.map((row) => h("tr", { class: row.level }, h("td", { class: "text sign" }, sign[row.level] ?? ""), ...[row.check, row.found, row.done].map((text) => h("td", { class: "text" }, text))))),
+    ),
+  );
+}
+
+export function patchBox(state: State): HTMLElement | null {
+  const patch = state.report.meta.diagnosis_report?.patch ?? state.report.meta.augmented_world;
+  if (!patch) return null;
+  const text = JSON.stringify(patch, null, 2);
+  return h(
+    "div",
+    { class: "patch" },
+    h("div", { class: "figure-head" }, h("h3", {}, "The patch"), h("button", { type: "button", class: "quiet", click: () => download("augmented_world.json", "application/json", `${text}\n`) }, "Save")),
+    h("p", { class: "note" }, "Stands in augmented_world.json; usable wherever a world is."),
+    h("pre", {}, h("code", {}, text)),
+  );
+}

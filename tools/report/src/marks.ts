@@ -1,0 +1,190 @@
+// What a chart consists of, independent of where it is drawn.
+import { indexBefore } from "./data";
+import { drawMarker, type Pen } from "./pen";
+import type { Shape } from "./theme";
+
+type Numbers = ArrayLike<number>;
+
+interface Common {
+  color: string;
+  alpha?: number;
+  /** Stands in legends and tooltips. */
+  label?: string;
+  /** Whose mark this is: others fade while this stack is pointed at. */
+  stack?: number;
+}
+export type Mark = Common &
+  (
+    | { kind: "line"; x: Numbers; y: Numbers; width?: number; dash?: number[]; step?: boolean }
+    | { kind: "band"; x: Numbers; low: Numbers; high: Numbers }
+    | { kind: "points"; x: Numbers; y: Numbers; size?: number; shape?: Shape; names?: string[] }
+    | { kind: "rule"; at: number; axis: "x" | "y"; dash?: number[]; width?: number }
+    | { kind: "span"; from: number; to: number }
+    | { kind: "text"; x: number; y: number; text: string }
+  );
+
+/** From data to pixels. */
+export interface Frame {
+  x(value: number): number;
+  y(value: number): number;
+  left: number;
+  top: number;
+  width: number;
+  height: number;
+}
+
+/** How strongly a mark shows while `hot` is pointed at. */
+function emphasis(mark: Mark, hot: number | null): number {
+  return hot === null || mark.stack === undefined || mark.stack === hot ? 1 : 0.12;
+}
+
+/** Runs of points that are numbers, as pixel lists. */
+function pieces(frame: Frame, xs: Numbers, ys: Numbers, step = false): number[][] {
+  const out: number[][] = [];
+  let piece: number[] = [];
+  for (let i = 0; i < xs.length; i++) {
+    if (!Number.isFinite(ys[i]) || !Number.isFinite(xs[i])) {
+      if (piece.length) out.push(piece);
+      piece = [];
+      continue;
+    }
+    const [x, y] = [frame.x(xs[i]), frame.y(ys[i])];
+    if (step && piece.length) piece.push(x, piece[piece.length - 1]);
+    piece.push(x, y);
+  }
+  if (piece.length) out.push(piece);
+  return out;
+}
+
+interface Label {
+  x: number;
+  y: number;
+  width: number;
+}
+
+/** A place for a label beside a point: inside the frame, over no other label. */
+function placeLabel(frame: Frame, placed: Label[], x: number, y: number, width: number): Label {
+  const beside = [
+    [9, -9],
+    [9, 9],
+    [-9 - width, -9],
+    [-9 - width, 9],
+    [9, 22],
+    [-9 - width, 22],
+    [9, -22],
+    [-9 - width, -22],
+  ].map(([dx, dy]): Label => ({ x: x + dx, y: y + dy, width }));
+  const inside = (l: Label) => l.x >= frame.left && l.x + width <= frame.left + frame.width && l.y >= frame.top && l.y <= frame.top + frame.height;
+  const free = (l: Label) => placed.every((p) => Math.abs(p.y - l.y) > 11 || p.x + p.width < l.x || l.x + l.width < p.x);
+  const label = beside.find((l) => inside(l) && free(l)) ?? beside[0];
+  placed.push(label);
+  return label;
+}
+
+export function paintMarks(pen: Pen, frame: Frame, marks: Mark[], hot: number | null, text: string): void {
+  const right = frame.left + frame.width;
+  const placed: Label[] = [];
+  const bottom = frame.top + frame.height;
+  for (const mark of marks) {
+    const alpha = (mark.alpha ?? 1) * emphasis(mark, hot);
+    const { color } = mark;
+    switch (mark.kind) {
+      case "line":
+        for (const piece of pieces(frame, mark.x, mark.y, mark.step))
+          pen.line(piece, { color, alpha, width: mark.width ?? 1.6, dash: mark.dash });
+        break;
+      case "band": {
+        const high = pieces(frame, mark.x, mark.high);
+        pieces(frame, mark.x, mark.low).forEach((low, i) => {
+          const back: number[] = [];
+          for (let k = low.length - 2; k >= 0; k -= 2) back.push(low[k], low[k + 1]);
+          if (high[i]) pen.area([...high[i], ...back], color, alpha);
+        });
+        break;
+      }
+      case "points":
+        for (let i = 0; i < mark.x.length; i++)
+          if (Number.isFinite(mark.x[i]) && Number.isFinite(mark.y[i]))
+            drawMarker(pen, mark.shape ?? "circle", frame.x(mark.x[i]), frame.y(mark.y[i]), mark.size ?? 3, color, alpha);
+        break;
+      case "rule": {
+        const at = mark.axis === "x" ? frame.x(mark.at) : frame.y(mark.at);
+        const points = mark.axis === "x" ? [at, frame.top, at, bottom] : [frame.left, at, right, at];
+        pen.line(points, { color, alpha, width: mark.width ?? 1, dash: mark.dash });
+        if (mark.label && mark.axis === "y") pen.text(right - 4, at - 8, mark.label, { color: text, align: "right", size: 11 });
+        if (mark.label && mark.axis === "x") pen.text(at + 4, frame.top + 8, mark.label, { color: text, size: 11 });
+        break;
+      }
+      case "span": {
+        const [a, b] = [frame.x(mark.from), frame.x(mark.to)];
+        pen.area([a, frame.top, b, frame.top, b, bottom, a, bottom], color, alpha);
+        break;
+      }
+      case "text": {
+        if (alpha <= 0.2) break;
+        const { x, y } = placeLabel(frame, placed, frame.x(mark.x), frame.y(mark.y), mark.text.length * 6.2);
+        pen.text(x, y, mark.text, { color, size: 11 });
+        break;
+      }
+    }
+  }
+}
+
+export type Range = [number, number];
+
+function widen(range: Range, values: Numbers, xs?: Numbers, window?: Range): void {
+  for (let i = 0; i < values.length; i++) {
+    const v = values[i];
+    if (!Number.isFinite(v)) continue;
+    if (xs && window && (xs[i] < window[0] || xs[i] > window[1])) continue;
+    if (v < range[0]) range[0] = v;
+    if (v > range[1]) range[1] = v;
+  }
+}
+
+/** What the marks span along x, or along y within a window of x. Infinite if there is nothing. */
+export function extent(marks: Mark[], axis: "x" | "y", window?: Range): Range {
+  const range: Range = [Infinity, -Infinity];
+  for (const mark of marks) {
+    if (mark.kind === "rule") {
+      if (mark.axis === axis) widen(range, [mark.at]);
+    } else if (mark.kind === "span") {
+      if (axis === "x") widen(range, [mark.from, mark.to]);
+    } else if (mark.kind === "text") {
+      widen(range, [mark[axis]]);
+    } else if (axis === "x") {
+      widen(range, mark.x);
+    } else if (mark.kind === "band") {
+      widen(range, mark.low, mark.x, window);
+      widen(range, mark.high, mark.x, window);
+    } else {
+      widen(range, mark.y, mark.x, window);
+    }
+  }
+  return range;
+}
+
+/** The value of a line at x, for ascending x; NaN outside. */
+export function lineAt(mark: Mark, x: number): number {
+  if (mark.kind !== "line" || !mark.x.length) return NaN;
+  const { x: xs, y: ys } = mark;
+  if (x < xs[0] || x > xs[xs.length - 1]) return NaN;
+  const i = indexBefore(xs, x);
+  if (mark.step || i + 1 >= xs.length || x === xs[i]) return ys[i];
+  return ys[i] + ((x - xs[i]) / (xs[i + 1] - xs[i])) * (ys[i + 1] - ys[i]);
+}
+
+/** Rows for a CSV file: [series, x, y] or [series, x, low, high]. */
+export function* markRows(marks: Mark[]): Generator<(string | number)[]> {
+  for (const mark of marks) {
+    const name = mark.label ?? "";
+    if (mark.kind === "line" || mark.kind === "points") {
+      for (let i = 0; i < mark.x.length; i++) {
+        const row = mark.kind === "points" && mark.names ? mark.names[i] : name;
+        if (row) yield [row, mark.x[i], mark.y[i]];
+      }
+    } else if (mark.kind === "band") {
+      for (let i = 0; i < mark.x.length; i++) yield [`${name} low`, mark.x[i], mark.low[i]], yield [`${name} high`, mark.x[i], mark.high[i]];
+    }
+  }
+}

@@ -1,0 +1,131 @@
+// What the reader has chosen: the stacks and the seed shown, the one looked at, and the replay's clock.
+import type { Report } from "./data";
+import { RunData } from "./data";
+
+type Listener = () => void;
+
+/** Something that tells others when it changed. */
+class Source {
+  private readonly listeners = new Set<Listener>();
+  on(listener: Listener): void {
+    this.listeners.add(listener);
+  }
+  emit(): void {
+    for (const listener of this.listeners) listener();
+  }
+}
+
+export class Clock {
+  readonly moved = new Source();
+  readonly changed = new Source();
+  t = 0;
+  end = 0;
+  rate = 1;
+  playing = false;
+  private last = 0;
+
+  seek(t: number): void {
+    this.t = Math.min(Math.max(t, 0), this.end);
+    this.moved.emit();
+  }
+  toggle(): void {
+    if (this.playing) this.pause();
+    else this.play();
+  }
+  play(): void {
+    if (this.t >= this.end) this.t = 0;
+    this.playing = true;
+    this.last = performance.now();
+    this.changed.emit();
+    requestAnimationFrame((now) => this.frame(now));
+  }
+  pause(): void {
+    this.playing = false;
+    this.changed.emit();
+  }
+  setRate(rate: number): void {
+    this.rate = rate;
+    this.changed.emit();
+  }
+  private frame(now: number): void {
+    if (!this.playing) return;
+    // A tab that was asleep must not jump.
+    const step = Math.min(now - this.last, 100) / 1000;
+    this.last = now;
+    this.seek(this.t + step * this.rate);
+    if (this.t >= this.end) this.pause();
+    else requestAnimationFrame((next) => this.frame(next));
+  }
+}
+
+export class State {
+  /** Stacks, seed or theme changed: pictures are stale. */
+  readonly changed = new Source();
+  /** Another stack is under the pointer, or none: emphasis only. */
+  readonly hovered = new Source();
+  readonly clock = new Clock();
+  readonly visible: Set<number>;
+  seed: string;
+  hot: number | null = null;
+  /** The stack whose car the replay follows and whose numbers the dial shows. */
+  focus = 0;
+
+  constructor(readonly report: Report) {
+    this.visible = new Set(report.meta.stacks.keys());
+    this.seed = report.seeds[0] ?? "";
+    this.focus = this.mostInteresting();
+    this.updateEnd();
+  }
+  /** The stack that knows friction best without having been told it. */
+  private mostInteresting(): number {
+    const { meta } = this.report;
+    const error = this.report.column("mu_rmse");
+    const own = meta.table.rows.filter((row) => !meta.stacks[row.stack].truth && meta.runs.some((run) => run.stack === row.stack && run.block));
+    own.sort((a, b) => (a.values[error] ?? Infinity) - (b.values[error] ?? Infinity));
+    return own[0]?.stack ?? Math.max(0, meta.runs.find((run) => run.block)?.stack ?? 0);
+  }
+  data(stack: number): RunData | undefined {
+    return this.report.run(stack, this.seed);
+  }
+  /** The runs on show, in the order of the table. */
+  runs(): RunData[] {
+    return this.report.meta.stacks.flatMap((_, stack) => {
+      const run = this.visible.has(stack) ? this.data(stack) : undefined;
+      return run ? [run] : [];
+    });
+  }
+  toggle(stack: number): void {
+    if (this.visible.has(stack)) this.visible.delete(stack);
+    else this.visible.add(stack);
+    this.update();
+  }
+  /** Shows one stack alone, or all again. */
+  solo(stack: number): void {
+    const alone = this.visible.size === 1 && this.visible.has(stack);
+    this.visible.clear();
+    for (const i of alone ? this.report.meta.stacks.keys() : [stack]) this.visible.add(i);
+    this.update();
+  }
+  setSeed(seed: string): void {
+    this.seed = seed;
+    this.update();
+  }
+  setFocus(stack: number): void {
+    this.focus = stack;
+    this.visible.add(stack);
+    this.update();
+  }
+  hover(stack: number | null): void {
+    if (this.hot === stack) return;
+    this.hot = stack;
+    this.hovered.emit();
+  }
+  update(): void {
+    this.updateEnd();
+    this.changed.emit();
+  }
+  private updateEnd(): void {
+    this.clock.end = Math.max(0, ...this.runs().map((run) => run.end));
+    if (this.clock.t > this.clock.end) this.clock.t = this.clock.end;
+  }
+}

@@ -1,0 +1,73 @@
+// The head of the page: what was raced, and what came out of it in a few figures.
+import { fixed, h, plural } from "./dom";
+import { measure } from "./measures";
+import type { State } from "./state";
+import { stackColour } from "./theme";
+
+interface Winner {
+  stack: number;
+  value: number;
+}
+
+/** Best value of a column among stacks that were not told the truth. */
+function winner(state: State, column: string): Winner | null {
+  const { table, stacks } = state.report.meta;
+  const index = state.report.column(column);
+  if (index < 0) return null;
+  let best: Winner | null = null;
+  for (const row of table.rows) {
+    const value = row.values[index];
+    if (value === null || stacks[row.stack].truth) continue;
+    if (!best || value < best.value) best = { stack: row.stack, value };
+  }
+  return best;
+}
+
+function tile(label: string, value: string, who: Node | string | null): HTMLElement {
+  return h("div", { class: "tile" }, h("span", { class: "tile-label" }, label), h("strong", {}, value), h("span", { class: "tile-who" }, who));
+}
+
+export function summarySection(state: State): HTMLElement {
+  const { meta } = state.report;
+  const { scene, stacks, claims, runs, table } = meta;
+  const name = (stack: number) => h("span", {}, h("i", { class: "swatch", style: `--c:${stackColour(stack)}` }), state.report.label(stack));
+  const tiles: HTMLElement[] = [];
+
+  const decided = claims.filter((claim) => claim.holds !== null);
+  if (decided.length) {
+    const held = decided.filter((claim) => claim.holds).length;
+    const skipped = claims.length - decided.length;
+    tiles.push(tile("Claims that hold", `${held} of ${decided.length}`, skipped ? `${skipped} not decided` : null));
+  }
+  const lastLap = table.columns.filter((c) => /^lap\d+_s$/.test(c)).pop();
+  for (const [label, column] of [
+    ["Fastest last lap", lastLap ?? ""],
+    ["Least time outside", "violation_s"],
+    ["Closest to its line", "mean_deviation_m"],
+    ["Cheapest solve", "solve_ms_median"],
+  ]) {
+    const best = winner(state, column);
+    const { unit, decimals } = measure(column);
+    if (!best) continue;
+    // Several equal firsts are no news about one of them.
+    const equal = table.rows.filter((row) => !stacks[row.stack].truth && fixed(row.values[state.report.column(column)], decimals) === fixed(best.value, decimals));
+    tiles.push(tile(label, `${fixed(best.value, decimals)} ${unit}`, equal.length > 1 ? `${equal.length} stacks alike` : name(best.stack)));
+  }
+  const seeds = state.report.seeds.length;
+  const parts = [
+    stacks.length ? plural(stacks.length, "stack") : "",
+    seeds > 1 ? plural(seeds, "seed") : "",
+    scene?.laps ? plural(scene.laps, "lap") : "",
+    scene?.world ? `world ${scene.world}` : "",
+  ].filter(Boolean);
+  const broken = runs.filter((run) => run.status && run.status !== "finished").length;
+  return h(
+    "header",
+    { class: "summary" },
+    h("p", { class: "eyebrow" }, [scene?.kind ?? (meta.diagnosis ? "diagnosis" : "report"), ...parts].join(" · ").replace(/_/g, " ")),
+    h("h1", {}, meta.title),
+    scene?.note ? h("p", { class: "lede" }, scene.note) : null,
+    broken ? h("p", { class: "lede alarm" }, `${broken} of ${plural(runs.length, "run")} did not finish.`) : null,
+    tiles.length > 1 ? h("div", { class: "tiles" }, ...tiles) : null,
+  );
+}

@@ -1,0 +1,109 @@
+// Charts over time: what the replay's clock runs through.
+import { Chart, type ChartSpec } from "./chart";
+import type { RunData } from "./data";
+import type { Mark } from "./marks";
+import { intervals } from "./mapview";
+import type { State } from "./state";
+import { stackColour, stackDash, token } from "./theme";
+
+/** The line of one run; dashed if the stack was told the truth. */
+export function runLine(state: State, run: RunData, y: ArrayLike<number>, x: ArrayLike<number> = run.t): Mark {
+  const { truth } = state.report.meta.stacks[run.stack];
+  const color = stackColour(run.stack);
+  return { kind: "line", x, y, color, dash: stackDash(truth), label: state.report.label(run.stack), stack: run.stack };
+}
+
+function channelMarks(state: State, channel: string, scale = 1): Mark[] {
+  return state.runs().flatMap((run) => {
+    const values = run.channel(channel);
+    return values ? [runLine(state, run, scale === 1 ? values : values.map((v) => v * scale))] : [];
+  });
+}
+
+/** Thin lines for what jumps from step to step. */
+function noisyMarks(state: State, channel: string): Mark[] {
+  return channelMarks(state, channel).map((mark) => ({ ...mark, width: 0.8, alpha: 0.7, dash: undefined }) as Mark);
+}
+
+function violationSpans(state: State): Mark[] {
+  return state.runs().flatMap((run) =>
+    intervals(run, "outside").map(([from, to]): Mark => ({ kind: "span", from, to, color: stackColour(run.stack), alpha: 0.18, stack: run.stack })),
+  );
+}
+
+/** The friction that was really there: the same for all, drawn once. */
+function truthMark(state: State): Mark[] {
+  const run = state.runs().reduce<RunData | undefined>((longest, r) => (!longest || r.end > longest.end ? r : longest), undefined);
+  const truth = run?.channel("mu_true");
+  return run && truth ? [{ kind: "line", x: run.t, y: truth, color: token("ink"), width: 2.4, label: "true", dash: [2, 3] }] : [];
+}
+
+/** mu of the whole car with one standard deviation to both sides, where the run states one. */
+function beliefBand(run: RunData): Mark[] {
+  const t = run.replay.get("t_s");
+  const front = run.replay.get("mu_sigma_front");
+  const rear = run.replay.get("mu_sigma_rear");
+  if (!t || !front || !rear || !run.channel("mu_belief")) return [];
+  const sigma = front.map((v, i) => (v + rear[i]) / 2);
+  const mu = t.map((time) => run.value("mu_belief", time));
+  return [
+    { kind: "band", x: t, low: mu.map((v, i) => v - sigma[i]), high: mu.map((v, i) => v + sigma[i]), color: stackColour(run.stack), alpha: 0.16, stack: run.stack },
+  ];
+}
+
+const time = { label: "time", unit: "s" };
+
+const specs = (state: State): (Omit<ChartSpec, "x" | "time"> & { needs: string[] })[] => [
+  {
+    id: "speed",
+    title: "Speed",
+    y: { label: "speed", unit: "m/s", include: [0] },
+    needs: ["speed"],
+    marks: () => [...violationSpans(state), ...channelMarks(state, "speed")],
+  },
+  {
+    id: "friction",
+    title: "Friction, believed and true",
+    note: "Band: one standard deviation of the belief.",
+    y: { label: "µ of the whole car", digits: 3 },
+    needs: ["mu_belief", "mu_true"],
+    marks: () => [...state.runs().flatMap(beliefBand), ...channelMarks(state, "mu_belief"), ...truthMark(state)],
+  },
+  {
+    id: "offset",
+    title: "Offset from the centre line",
+    note: "Left is positive. Shaded: outside the track.",
+    y: { label: "offset", unit: "m", include: [0] },
+    needs: ["offset"],
+    marks: () => [...violationSpans(state), ...channelMarks(state, "offset")],
+  },
+  {
+    id: "steering",
+    title: "Steering",
+    y: { label: "road wheel angle", unit: "°", digits: 3 },
+    needs: ["delta"],
+    marks: () => channelMarks(state, "delta", 180 / Math.PI),
+  },
+  {
+    id: "throttle",
+    title: "Throttle and brake",
+    y: { label: "command", unit: "1" },
+    needs: ["d"],
+    marks: () => channelMarks(state, "d"),
+  },
+  {
+    id: "solve-time",
+    title: "Time of each solve",
+    y: { label: "solve", unit: "ms", log: true },
+    needs: ["solve_ms"],
+    marks: () => noisyMarks(state, "solve_ms"),
+  },
+];
+
+/** The charts for which any run has data. */
+export function timeCharts(state: State): Chart[] {
+  const runs = state.runs();
+  return specs(state)
+    .filter(({ needs }) => needs.some((channel) => runs.some((run) => run.channel(channel))))
+    .map((spec) => new Chart({ ...spec, x: time, time: true, height: 190 }, state));
+}

@@ -1,0 +1,148 @@
+// The data that the report's writer (framework/src/report) puts into the page.
+
+/** One column of numbers; see framework/src/report/packing.hpp. */
+export interface Packed {
+  n: number;
+  k: "c" | "u" | "f" | "h";
+  o: number | null;
+  s?: number;
+  b?: string;
+}
+export type PackedColumns = Record<string, Packed>;
+
+export interface StackInfo {
+  name: string;
+  truth: boolean;
+}
+
+export interface TableRow {
+  stack: number;
+  values: (number | null)[];
+  low: (number | null)[];
+  high: (number | null)[];
+  n: number[];
+}
+
+export interface RunInfo {
+  stack: number;
+  seed: string;
+  status: string;
+  values: Record<string, number>;
+  block: string | null;
+}
+
+export interface Claim {
+  text: string;
+  holds: boolean | null;
+  detail: string;
+}
+
+export interface Times {
+  stack: number;
+  what: string;
+  n: number;
+  median: number;
+  p95: number;
+  p99: number;
+  max: number;
+  bins: [number, number][];
+}
+
+export interface Validation {
+  estimator: string;
+  channel: string;
+  unit: string;
+  n: number | null;
+  r2: number | null;
+  rmse: number | null;
+}
+
+export interface Trace {
+  estimator: string;
+  channel: string;
+  t_s?: Packed;
+  truth?: Packed;
+  predicted?: Packed;
+  sigma?: Packed;
+  slip_rad?: Packed;
+}
+
+export interface Named {
+  effect: string;
+  params?: Record<string, number>;
+  ci95?: Record<string, [number, number]>;
+  confidence?: number;
+}
+
+export interface Diagnosis {
+  verdict: "named" | "nothing_missing" | "indistinguishable" | "unknown";
+  named?: Named[];
+  equivalent?: string[][];
+  unknown?: { where: string; interval: [number, number] | null } | null;
+  nominal_fit?: Record<string, number> | null;
+  gap?: { horizon_s: number; before: number; after: number; closure: number | null };
+  ranking?: { effect: string; gain: number; held_out: number; selected_fraction: number }[];
+  manoeuvre?: string | null;
+}
+
+type Numbers = (number | null)[];
+
+export interface DiagnosisReport {
+  sentence?: string;
+  log?: string;
+  world?: string;
+  track?: Record<string, Numbers>;
+  residual?: Record<string, Numbers>;
+  horizon?: { horizon_s: Numbers; before: Numbers; after: Numbers };
+  traces?: { channel: string; t_s: Numbers; measured: Numbers; before: Numbers; after: Numbers }[];
+  seen_at?: { effect: string; param: string; unit: string; size: number }[];
+  health?: { check: string; found: string; done: string; level: "good" | "note" | "bad" }[];
+  patch?: unknown;
+}
+
+export interface Scene {
+  name?: string;
+  kind?: string;
+  world?: string;
+  note?: string;
+  dt?: number;
+  laps?: number;
+  car?: { m?: number; lf?: number; lr?: number; length?: number; width?: number };
+}
+
+export interface Meta {
+  version: string;
+  title: string;
+  scene: Scene | null;
+  stacks: StackInfo[];
+  table: { columns: string[]; rows: TableRow[] };
+  runs: RunInfo[];
+  claims: Claim[];
+  times: Times[];
+  track: PackedColumns;
+  line: PackedColumns;
+  validation: Validation[];
+  traces: Trace[];
+  diagnosis: Diagnosis | null;
+  diagnosis_report: DiagnosisReport | null;
+  augmented_world: unknown;
+  provenance: Record<string, unknown> | null;
+}
+
+/** A run's own block. */
+export interface RunBlock {
+  steps: PackedColumns;
+  stride: number;
+  undrawable: number;
+  replay: PackedColumns;
+  tyres: { front: PackedTyres; rear: PackedTyres };
+}
+
+export interface PackedTyres {
+  t: (number | null)[];
+  start: number[];
+  slip?: Packed;
+  learned?: Packed;
+  sigma?: Packed;
+  truth?: Packed;
+}
