@@ -322,7 +322,7 @@ inline double resistance_error(Nominal& nominal, const Estimator& estimator) {
 }
 
 /// Discrete Jacobians of a model at a state under an input against central differences, relative to their size.
-inline double jacobian_error(CorrectedModel& model, const State& state, const Input& input) {
+inline double jacobian_error(CorrectedModel& model, const State& state, const Input& input, double difference = 1e-6) {
   const auto n = static_cast<std::size_t>(model.states());
   const Place at;
   std::vector<double> x(n), next(n), A(n * n), B(2 * n), u = {input.d, input.ddelta};
@@ -332,7 +332,7 @@ inline double jacobian_error(CorrectedModel& model, const State& state, const In
   std::vector<double> lo(n), hi(n);
   for (std::size_t j = 0; j < n + 2; ++j) {
     double& variable = j < n ? x[j] : u[j - n];
-    const double kept = variable, h = 1e-6 * std::max(1.0, std::abs(kept));
+    const double kept = variable, h = difference * std::max(1.0, std::abs(kept));
     variable = kept + h;
     model.step(1, x, u, {&at, 1}, hi, {}, {});
     variable = kept - h;
