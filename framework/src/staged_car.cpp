@@ -156,7 +156,7 @@ void StagedCar::start_memory(const CarBatch<double>& batch, double* memory) cons
       points.n = 1;
       points.q = &q;
       points.at = batch.at + i;
-      points.params = params_.data();
+      points.params = effective_params(batch, params_);
       if (batch.history != nullptr) points.history = batch.history + i;
       if (step.part < 0) {
         model_->evaluate(step.first, step.last, points);
@@ -176,7 +176,7 @@ void StagedCar::start_memory(const CarBatch<double>& batch, double* memory) cons
 }
 
 template <class T>
-void StagedCar::read(Reading<T>* readings, std::size_t n, const Place* at, const T* params) const {
+void StagedCar::read(Reading<T>* readings, std::size_t n, const Place* at, const std::type_identity_t<T>* params) const {
   for (const Part& part : parts_) {
     if (part.effect->stage() != Stage::reading) continue;
     Readings<T> batch;

@@ -65,7 +65,7 @@ class StagedCar {
 
   /// Passes readings through the effects of Stage::reading. Null params: as in CarBatch.
   template <class T>
-  void read(Reading<T>* readings, std::size_t n, const Place* at, const T* params) const;
+  void read(Reading<T>* readings, std::size_t n, const Place* at, const std::type_identity_t<T>* params) const;
 
  private:
   struct Part {
