@@ -18,6 +18,7 @@
 #include <algorithm>
 #include <array>
 #include <gripline/plugin.hpp>
+#include <stdexcept>
 
 #include "axle_table.hpp"
 #include "difference_rls.hpp"
@@ -30,7 +31,7 @@ using gripline::Axle;
 using gripline::square;
 constexpr int channels = 3;
 
-class ElmRls final : public gripline::AutoDiffEffect<ElmRls, gripline::Estimator> {
+class ElmRls : public gripline::AutoDiffEffect<ElmRls, gripline::Estimator> {
  public:
   struct Params {
     int hidden = 40;
@@ -273,6 +274,24 @@ class ElmRls final : public gripline::AutoDiffEffect<ElmRls, gripline::Estimator
   bool continues_ = false;
 };
 
+/// The same learned tyres, but the friction that plans are made for is the true one: the upper bound for a world whose
+/// car is a black box.
+class ToldElmRls final : public ElmRls {
+ public:
+  ToldElmRls(const gripline::Surroundings& around, const Params& params)
+      : ElmRls(around, params), truth_(around.truth) {
+    if (truth_ == nullptr) throw std::runtime_error("elm_rls_told needs the truth of a world; there is none here");
+  }
+  gripline::Belief belief() const override {
+    return {truth_->mu(Axle::front), truth_->mu(Axle::rear), 0, 0, ElmRls::belief().trusted};
+  }
+
+ private:
+  const gripline::Truth* truth_;
+};
+
 }  // namespace
 
-GRIPLINE_PLUGINS(gripline::describe<ElmRls>("elm_rls", "1.0", "generic tyres per axle by recursive least squares"))
+GRIPLINE_PLUGINS(
+    gripline::describe<ElmRls>("elm_rls", "1.0", "generic tyres per axle by recursive least squares"),
+    gripline::describe<ToldElmRls>("elm_rls_told", "1.0", "as elm_rls, told the true friction").needs_truth())
