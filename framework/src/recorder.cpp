@@ -75,7 +75,7 @@ void Recorder::write_step(const StepRecord& record) {
   const bool held = world.spec().hold == Hold::zoh;
   const double d = held ? record.sent.d : world.observe().d;
   const double delta = held ? truth.delta + dt * record.sent.ddelta : truth.delta;
-  const World::Acting acting = world.acting();
+  const World::Acting acting = world.acting_under(record.sent);
   steps_ << world.time() << seen.x << seen.y << seen.yaw << seen.vx << seen.vy << seen.omega << d << delta << truth.x
          << truth.y << truth.yaw << truth.vx << truth.vy << truth.omega << acting.d << acting.delta
          << record.belief.mu.mu_front << record.belief.mu.mu_rear << record.mu_true << world.place().s
@@ -87,7 +87,7 @@ void Recorder::write_step(const StepRecord& record) {
 
 void Recorder::write_replay(const StepRecord& record) {
   const World& world = record.world;
-  const World::Acting acting = world.acting();
+  const World::Acting acting = world.acting_under(record.sent);
   replay_ << world.time() << record.belief.mu.sigma_front << record.belief.mu.sigma_rear << world.slip(Axle::front)
           << world.slip(Axle::rear) << NAN << acting.force_front << acting.force_rear;
   write_points(replay_, record.stack.controller().predicted());

@@ -63,10 +63,13 @@ VehicleSpec read_vehicle(const Node& node, const Registry& registry, const CarFi
 }
 
 Vehicle::Vehicle(const VehicleSpec& spec, const Surroundings& around)
-    : model_(create<VehicleModel>(*spec.model.entry, around, spec.model.values)), car_(*model_, spec.model.numbers()) {
+    : model_(create<VehicleModel>(*spec.model.entry, around, spec.model.values)),
+      car_(*model_, spec.model.numbers()),
+      memoryless_(car_) {
   for (const PluginSpec& one : spec.effects) {
     effects_.push_back(create_effect(one, around));
     car_.add(*effects_.back(), one.numbers(), one.id());
+    if (effects_.back()->memory() == 0) memoryless_.add(*effects_.back(), one.numbers(), one.id());
   }
 }
 

@@ -33,12 +33,14 @@ class Vehicle {
  public:
   Vehicle(const VehicleSpec& spec, const Surroundings& around);
   const StagedCar& car() const { return car_; }
+  /// The same without the effects that have memory.
+  const StagedCar& car_without_memory() const { return memoryless_; }
   bool has_stage(Stage stage) const { return (model_->stages() & stage_bit(stage)) != 0; }
 
  private:
   Instance<VehicleModel> model_;
   std::vector<Instance<Effect>> effects_;
-  StagedCar car_;
+  StagedCar car_, memoryless_;
 };
 
 }  // namespace gripline

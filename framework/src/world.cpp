@@ -77,21 +77,28 @@ class World::RoadUnder final : public Ground {
 class World::ModelCar final : public World::Mover {
  public:
   ModelCar(const WorldSpec& spec, const Surroundings& around, const State& start, const Place& at)
-      : car_(around.car), vehicle_(spec.vehicle, around), model_(with_friction(), options(spec)) {
+      : car_(around.car),
+        vehicle_(spec.vehicle, around),
+        model_(with_friction(vehicle_.car()), options(spec)),
+        memoryless_(with_friction(vehicle_.car_without_memory())) {
     model_.reset(start, 0.0, at);
     if (has_tyres()) {
       for (const Axle axle : {Axle::front, Axle::rear})
         peak_[static_cast<int>(axle)] = peak_of([&](double slip) { return curve(axle, slip); });
     }
-    set_factor(1.0);
-    note(start, Input{}, at);
+    acting_ = acting_under(start, Input{}, at, 1.0);
   }
 
   State advance(const State& x, const Input& u, const Place& at, double factor) override {
-    set_factor(factor);
-    note(x, u, at);
+    acting_ = acting_under(x, u, at, factor);
     return model_.carry(x, u, at);
   }
+  Acting acting_under(const State& x, const Input& next, const Place& at, double factor) override {
+    set_factor(factor);
+    const Quantities<double> q = model_.look(x, next, at);
+    return {q.d, q.delta, has_tyres() ? q.force_front : 0.0, has_tyres() ? q.force_rear : 0.0};
+  }
+  void read(Reading<double>& reading, const Place& at) const override { model_.car().read(&reading, 1, &at, nullptr); }
   double peak_mu(Axle axle) const override { return peak_[static_cast<int>(axle)] / static_load(car_, axle); }
   Acting acting() const override { return acting_; }
 
@@ -104,7 +111,7 @@ class World::ModelCar final : public World::Mover {
     const ActingCommand<double> command = {0.0, axle == Axle::front ? slip : 0.0, 0.0};
     // The curve is the tyres' alone, at factor 1: the schedule multiplies it.
     std::vector<double> params(model_.car().params().begin(), model_.car().params().end());
-    if (friction_param_ > 0) params[friction_param_] = 1.0;
+    params.back() = 1.0;
     const Quantities<double> q = evaluate(motion, command, Place{}, params.data());
     return axle == Axle::front ? q.force_front : q.force_rear;
   }
@@ -114,17 +121,16 @@ class World::ModelCar final : public World::Mover {
 
  private:
   static StepOptions options(const WorldSpec& spec) { return {spec.dt, spec.hold, spec.vehicle.integration}; }
-  StagedCar with_friction() {
-    StagedCar car = vehicle_.car();
-    if (vehicle_.has_stage(Stage::tyre)) {
-      friction_param_ = car.params().size();
-      car.add(friction_, {1.0}, "friction");
-    }
+  /// Friction is the last effect, its factor the last parameter.
+  StagedCar with_friction(StagedCar car) {
+    if (has_tyres()) car.add(friction_, {1.0}, "friction");
     return car;
   }
-  bool has_tyres() const { return friction_param_ > 0; }
+  bool has_tyres() const { return vehicle_.has_stage(Stage::tyre); }
   void set_factor(double factor) {
-    if (has_tyres()) model_.car().params()[friction_param_] = factor;
+    if (!has_tyres()) return;
+    model_.car().params().back() = factor;
+    memoryless_.params().back() = factor;
   }
 
   /// Quantities of one instant with memory at its steady value.
@@ -148,17 +154,11 @@ class World::ModelCar final : public World::Mover {
     return q;
   }
 
-  void note(const State& x, const Input& u, const Place& at) {
-    const Quantities<double> q = model_.look(x, u, at);
-    acting_ = {q.d, q.delta, has_tyres() ? q.force_front : 0.0, has_tyres() ? q.force_rear : 0.0};
-  }
-
-  /// The true car's accelerations at the points' states and commands; memory steady.
+  /// The true car's accelerations at the points' states and commands, without its effects that have memory.
   template <class T>
   bool fill(const Points<T>& points) const {
-    const auto values = model_.car().params();
+    const auto values = memoryless_.params();
     std::vector<T> params(values.begin(), values.end());
-    std::vector<T> memory(static_cast<std::size_t>(model_.car().memory())), rate(memory.size());
     for (std::size_t i = 0; i < points.n; ++i) {
       Quantities<T>& q = points.q[i];
       const T motion[] = {T(0), T(0), q.yaw, q.vx, q.vy, q.omega};
@@ -171,11 +171,9 @@ class World::ModelCar final : public World::Mover {
       batch.command = &command;
       batch.at = points.at + i;
       batch.params = params.data();
-      batch.memory = memory.data();
-      batch.memory_rate = rate.data();
       batch.history = &history;
       Quantities<T> truth{};
-      model_.car().quantities(batch, &truth);
+      memoryless_.quantities(batch, &truth);
       q.ax = truth.ax;
       q.ay = truth.ay;
       q.aw = truth.aw;
@@ -186,8 +184,8 @@ class World::ModelCar final : public World::Mover {
   Car car_;
   Vehicle vehicle_;
   FrictionFactor friction_;
-  std::size_t friction_param_ = 0;  // 0: this car has no tyres
   CorrectedModel model_;
+  StagedCar memoryless_;
   double peak_[2] = {0, 0};
   Acting acting_;
 };
@@ -209,6 +207,10 @@ class World::BlackBox final : public World::Mover {
   double peak_mu(Axle axle) const override { return plant_->mu(axle); }
   double curve(Axle axle, double slip) const override { return plant_->tyre_force(axle, slip); }
   Acting acting() const override { return acting_; }
+  Acting acting_under(const State& x, const Input& next, const Place&, double) override {
+    return {next.d, x.delta + dt_ * next.ddelta, acting_.force_front, acting_.force_rear};
+  }
+  void read(Reading<double>&, const Place&) const override {}
   bool accelerations(const Points<double>&) const override { return false; }
   bool accelerations(const Points<Dual8>&) const override { return false; }
 
@@ -256,7 +258,7 @@ World::World(const WorldSpec& spec, std::uint64_t seed)
   else
     mover_ = std::make_unique<BlackBox>(spec, around, state_, *road_);
   truth_ = std::make_unique<TruthView>(*this);
-  factor_ = friction_.factor(0, 0.0, place_.s);
+  set_factor();
   sense();
 }
 
@@ -276,14 +278,17 @@ Input World::within_limits(const Input& wanted) const {
 
 Input World::advance(const Input& wanted) {
   const Input u = within_limits(wanted);
-  factor_ = friction_.factor(step_, time(), place_.s);
   state_ = mover_->advance(state_, u, place_, factor_);
   d_ = u.d;
   ++step_;
   arrive(static_cast<double>(step_) * spec_.dt);
+  set_factor();
   sense();
   return u;
 }
+
+/// Friction of the step that begins now: known to Truth before the step, as to the published oracle.
+void World::set_factor() { factor_ = friction_.factor(step_, time(), place_.s); }
 
 /// Where the car is now: place, lap, edges, walls.
 void World::arrive(double t) {
@@ -306,8 +311,9 @@ void World::arrive(double t) {
 }
 
 void World::sense() {
-  const Reading<double> seen =
-      sensors_.sense(step_, {state_.x, state_.y, state_.yaw, state_.vx, state_.vy, state_.omega});
+  Reading<double> shown = {state_.x, state_.y, state_.yaw, state_.vx, state_.vy, state_.omega};
+  mover_->read(shown, place_);
+  const Reading<double> seen = sensors_.sense(step_, shown);
   observation_.t = time();
   observation_.step = step_;
   observation_.x = {seen.x, seen.y, seen.yaw, seen.vx, seen.vy, seen.omega, state_.delta};
@@ -325,5 +331,8 @@ double World::slip(Axle axle) const {
 }
 
 World::Acting World::acting() const { return mover_->acting(); }
+World::Acting World::acting_under(const Input& next) const {
+  return mover_->acting_under(state_, next, place_, factor_);
+}
 
 }  // namespace gripline

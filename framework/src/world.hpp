@@ -39,11 +39,14 @@ class World {
 
   /// True slip angle now, from the car's geometry [rad].
   double slip(Axle axle) const;
-  /// What acted at the start of the last step: throttle and road wheel angle behind the actuators, lateral axle forces.
+  /// What acts at an instant: throttle and road wheel angle behind the actuators, lateral axle forces.
   struct Acting {
     double d = 0, delta = 0, force_front = 0, force_rear = 0;
   };
+  /// At the start of the last step.
   Acting acting() const;
+  /// Now, when `next` is given now. A black box tells the forces of its last step.
+  Acting acting_under(const Input& next) const;
 
   /// The centre of gravity, or a corner of the car, is outside the edges.
   bool outside() const { return outside_; }
@@ -67,11 +70,15 @@ class World {
     virtual double peak_mu(Axle axle) const = 0;  // at factor 1
     virtual double curve(Axle axle, double slip) const = 0;
     virtual Acting acting() const = 0;
+    virtual Acting acting_under(const State& x, const Input& next, const Place& at, double factor) = 0;
+    /// What the car's own effects make of a reading.
+    virtual void read(Reading<double>& reading, const Place& at) const = 0;
     virtual bool accelerations(const Points<double>& points) const = 0;
     virtual bool accelerations(const Points<Dual8>& points) const = 0;
   };
 
   void arrive(double t);
+  void set_factor();
   void sense();
 
   const WorldSpec& spec_;
@@ -82,7 +89,7 @@ class World {
   State state_;
   Place place_;
   std::int64_t step_ = 0;
-  double factor_ = 1.0;
+  double factor_ = 1.0;  // held over the step that begins now
   double d_ = 0.0;
   Observation observation_;
   double sensed_hint_ = 0.0;

@@ -20,6 +20,9 @@ void read_plant(const Node& node, const Registry& registry, WorldSpec& world, Er
   if (id != nullptr && id->is_text() && has_plugin(registry, abi::Kind::plant, id->text())) {
     ObjectReader r(node, errors);
     world.plant = read_plugin(r, abi::Kind::plant, registry, world.car.known);
+    if (world.hold != Hold::zoh)
+      errors.add(node.origin,
+                 "\"" + id->text() + "\" moves by itself under held commands; expected input_hold \"zoh\"");
     r.finish();
   } else {
     world.vehicle = read_vehicle(node, registry, world.car, "rk6", errors);
@@ -27,7 +30,7 @@ void read_plant(const Node& node, const Registry& registry, WorldSpec& world, Er
 }
 
 void read_start(ObjectReader& r, WorldSpec& world, Errors& errors) {
-  world.start = world.track->start();
+  if (world.track) world.start = world.track->start();
   if (!r.has("start")) return;
   ObjectReader start = r.object("start");
   world.start.x = start.number("x", "m", NumberRange::any(), world.start.x);
@@ -35,6 +38,7 @@ void read_start(ObjectReader& r, WorldSpec& world, Errors& errors) {
   world.start.yaw = start.number("yaw", "rad", NumberRange::any(), world.start.yaw);
   world.start_speed = start.number("speed", "m/s", NumberRange::non_negative(), world.start_speed);
   start.finish();
+  if (!world.track) return;
   if (const std::string problem = check_start(*world.track, world.start); !problem.empty())
     errors.add(start.node().origin, problem);
 }
@@ -92,8 +96,8 @@ WorldSpec read_world(const Node& node, const Registry& registry, Errors& errors)
     world.sensors = read_sensors(*sensors, world.dt, errors);
   read_end(r, world);
   read_limit(r, world, errors);
+  read_start(r, world, errors);
   if (world.track) {
-    read_start(r, world, errors);
     if (const std::string problem = check_car_fits(*world.track, world.car.car.width); !problem.empty())
       r.error_at("track", problem);
     if (const std::string problem = check_friction(world.friction, world.track->length()); !problem.empty())
