@@ -1,0 +1,427 @@
+// Model predictive control by Ipopt: the problem of mpc_problem.hpp, solved to convergence in every step.
+//
+// Multiple shooting. Variables, stage by stage: u_k, x_{k+1}, eps_{k+1}. Constraints, stage by stage: the defect
+// x_{k+1} - f(x_k, u_k) = 0, and the two soft edges n . p - eps <= upper, n . p + eps >= lower. Constraint Jacobian
+// exact (Prediction), Hessian of the Lagrangian by Gauss-Newton: the cost is a sum of squares of linear terms, so this
+// is its exact Hessian and a constant; only the curvature of the dynamics is left out. Source: Kalaria, Lin, Dolan, eq.
+// (opt); Waechter and Biegler (2006) for the method.
+#include <IpIpoptApplication.hpp>
+#include <IpSolveStatistics.hpp>
+#include <IpTNLP.hpp>
+#include <algorithm>
+#include <cmath>
+#include <gripline/plugin.hpp>
+#include <vector>
+
+#include "controllers/mpc_problem.hpp"
+
+namespace {
+
+using gripline::mpc::Problem;
+using Ipopt::Index;
+using Ipopt::Number;
+
+/// Where things stand in the vectors of the program.
+struct Layout {
+  int steps, states;
+  int block() const { return states + 3; }
+  int variables() const { return steps * block(); }
+  int rows_per_stage() const { return states + 2; }
+  int rows() const { return steps * rows_per_stage(); }
+  int input(int k) const { return k * block(); }
+  int state(int k) const { return (k - 1) * block() + 2; }  // k = 1 .. steps
+  int slack(int k) const { return state(k) + states; }
+};
+
+/// The program of one instant, with what a warm start needs of the last one.
+class Program final : public Ipopt::TNLP {
+ public:
+  void set(const Problem& problem, gripline::Prediction& model) {
+    const Layout fresh = {problem.horizon(), problem.states()};
+    if (fresh.steps != layout_.steps || fresh.states != layout_.states) allocate(fresh);
+    problem_ = &problem;
+    model_ = &model;
+    if (warm_)
+      shift();
+    else
+      guess();
+    evaluated_ = false;
+  }
+  bool warm() const { return warm_; }
+  void forget() { warm_ = false; }
+  const Layout& layout() const { return layout_; }
+  std::span<const double> solution() const { return z_; }
+  Ipopt::SolverReturn status() const { return status_; }
+  double cost() const { return cost_; }
+
+  bool get_nlp_info(Index& n, Index& m, Index& jacobian, Index& hessian, IndexStyleEnum& style) override {
+    n = layout_.variables();
+    m = layout_.rows();
+    jacobian = static_cast<Index>(jacobian_rows_.size());
+    hessian = static_cast<Index>(hessian_rows_.size());
+    style = C_STYLE;
+    return true;
+  }
+
+  bool get_bounds_info(Index n, Number* lower, Number* upper, Index m, Number* row_lower, Number* row_upper) override {
+    constexpr double far = 2e19;
+    std::fill_n(lower, n, -far);
+    std::fill_n(upper, n, far);
+    std::fill_n(row_lower, m, 0.0);
+    std::fill_n(row_upper, m, 0.0);
+    const gripline::Car& car = problem_->car();
+    for (int k = 0; k < layout_.steps; ++k) {
+      const auto& stage = problem_->stage(k + 1);
+      const int u = layout_.input(k), delta = layout_.state(k + 1) + 6,
+                row = k * layout_.rows_per_stage() + layout_.states;
+      lower[u] = car.d_min, upper[u] = car.d_max;
+      lower[u + 1] = -car.ddelta_max, upper[u + 1] = car.ddelta_max;
+      lower[delta] = -stage.delta_max, upper[delta] = stage.delta_max;
+      lower[layout_.slack(k + 1)] = 0.0;
+      row_lower[row] = -far, row_upper[row] = std::min(stage.edge_upper, far);
+      row_lower[row + 1] = std::max(stage.edge_lower, -far), row_upper[row + 1] = far;
+    }
+    return true;
+  }
+
+  bool get_starting_point(Index n, bool, Number* x, bool init_z, Number* z_lower, Number* z_upper, Index m,
+                          bool init_lambda, Number* lambda) override {
+    std::copy_n(z_.begin(), n, x);
+    if (init_z) {
+      std::copy_n(bound_lower_.begin(), n, z_lower);
+      std::copy_n(bound_upper_.begin(), n, z_upper);
+    }
+    if (init_lambda) std::copy_n(multipliers_.begin(), m, lambda);
+    return true;
+  }
+
+  bool eval_f(Index, const Number* x, bool, Number& value) override {
+    value = cost_of(x);
+    return std::isfinite(value);
+  }
+
+  bool eval_grad_f(Index n, const Number* x, bool, Number* gradient) override {
+    // The cost is a quadratic: gradient = H (x - where each residual vanishes), written out term by term.
+    std::fill_n(gradient, n, 0.0);
+    const auto& p = problem_->params();
+    double before = problem_->throttle_before();
+    for (int k = 0; k < layout_.steps; ++k) {
+      const int u = layout_.input(k), s = layout_.state(k + 1), e = layout_.slack(k + 1);
+      const auto& stage = problem_->stage(k + 1);
+      const double change = x[u] - before;
+      gradient[u] += 2 * p.r_d * change + 2 * p.regularization * x[u];
+      if (k > 0) gradient[layout_.input(k - 1)] -= 2 * p.r_d * change;
+      before = x[u];
+      gradient[u + 1] += 2 * problem_->weight_ddelta() * x[u + 1];
+      const double ex = x[s] - stage.x, ey = x[s + 1] - stage.y;
+      gradient[s] += 2 * (stage.q_xx * ex + stage.q_xy * ey);
+      gradient[s + 1] += 2 * (stage.q_xy * ex + stage.q_yy * ey);
+      gradient[s + 2] += 2 * stage.q_yaw * (x[s + 2] - stage.yaw);
+      gradient[s + 3] += 2 * stage.q_v * (x[s + 3] - stage.v);
+      gradient[e] += 2 * p.slack * x[e] + p.slack_linear;
+    }
+    return true;
+  }
+
+  bool eval_g(Index, const Number* x, bool fresh, Index, Number* rows) override {
+    if (!predict(x, fresh)) return false;
+    for (int k = 0; k < layout_.steps; ++k) {
+      const int row = k * layout_.rows_per_stage(), s = layout_.state(k + 1);
+      for (int i = 0; i < layout_.states; ++i)
+        rows[row + i] = x[s + i] - next_[static_cast<std::size_t>(k * layout_.states + i)];
+      const auto& stage = problem_->stage(k + 1);
+      const double along = stage.normal_x * x[s] + stage.normal_y * x[s + 1];
+      rows[row + layout_.states] = along - x[layout_.slack(k + 1)];
+      rows[row + layout_.states + 1] = along + x[layout_.slack(k + 1)];
+    }
+    return true;
+  }
+
+  bool eval_jac_g(Index, const Number* x, bool fresh, Index, Index, Index* rows, Index* columns,
+                  Number* values) override {
+    if (values == nullptr) {
+      std::copy(jacobian_rows_.begin(), jacobian_rows_.end(), rows);
+      std::copy(jacobian_columns_.begin(), jacobian_columns_.end(), columns);
+      return true;
+    }
+    if (!predict(x, fresh)) return false;
+    Number* v = values;
+    const int nx = layout_.states;
+    for (int k = 0; k < layout_.steps; ++k) {
+      const double* const a = A_.data() + static_cast<std::ptrdiff_t>(k) * nx * nx;
+      const double* const b = B_.data() + static_cast<std::ptrdiff_t>(k) * nx * 2;
+      for (int i = 0; i < nx; ++i) {
+        *v++ = 1.0;
+        *v++ = -b[2 * i];
+        *v++ = -b[2 * i + 1];
+        if (k == 0) continue;
+        for (int j = 0; j < nx; ++j) *v++ = -a[i * nx + j];
+      }
+      const auto& stage = problem_->stage(k + 1);
+      for (const double sign : {-1.0, 1.0}) {
+        *v++ = stage.normal_x;
+        *v++ = stage.normal_y;
+        *v++ = sign;
+      }
+    }
+    return true;
+  }
+
+  bool eval_h(Index, const Number*, bool, Number factor, Index, const Number*, bool, Index, Index* rows, Index* columns,
+              Number* values) override {
+    if (values == nullptr) {
+      std::copy(hessian_rows_.begin(), hessian_rows_.end(), rows);
+      std::copy(hessian_columns_.begin(), hessian_columns_.end(), columns);
+      return true;
+    }
+    Number* v = values;
+    const auto& p = problem_->params();
+    for (int k = 0; k < layout_.steps; ++k) {
+      const auto& stage = problem_->stage(k + 1);
+      const double followers = k + 1 < layout_.steps ? 2.0 : 1.0;
+      *v++ = factor * 2 * (p.r_d * followers + p.regularization);
+      if (k > 0) *v++ = factor * -2 * p.r_d;
+      for (const double weight :
+           {problem_->weight_ddelta(), stage.q_xx, stage.q_xy, stage.q_yy, stage.q_yaw, stage.q_v, p.slack})
+        *v++ = factor * 2 * weight;
+    }
+    return true;
+  }
+
+  void finalize_solution(Ipopt::SolverReturn status, Index n, const Number* x, const Number* z_lower,
+                         const Number* z_upper, Index m, const Number*, const Number* lambda, Number value,
+                         const Ipopt::IpoptData*, Ipopt::IpoptCalculatedQuantities*) override {
+    status_ = status;
+    cost_ = value;
+    if (status != Ipopt::SUCCESS && status != Ipopt::STOP_AT_ACCEPTABLE_POINT) return;
+    std::copy_n(x, n, z_.begin());
+    std::copy_n(z_lower, n, bound_lower_.begin());
+    std::copy_n(z_upper, n, bound_upper_.begin());
+    std::copy_n(lambda, m, multipliers_.begin());
+    warm_ = true;
+  }
+
+ private:
+  void allocate(const Layout& layout) {
+    layout_ = layout;
+    const auto n = static_cast<std::size_t>(layout.variables());
+    const auto steps = static_cast<std::size_t>(layout.steps), nx = static_cast<std::size_t>(layout.states);
+    z_.assign(n, 0.0);
+    bound_lower_.assign(n, 1.0);
+    bound_upper_.assign(n, 1.0);
+    multipliers_.assign(static_cast<std::size_t>(layout.rows()), 0.0);
+    x_.resize(steps * nx);
+    u_.resize(steps * 2);
+    next_.resize(steps * nx);
+    A_.resize(steps * nx * nx);
+    B_.resize(steps * nx * 2);
+    warm_ = false;
+    fix_structure();
+  }
+
+  void fix_structure() {
+    const auto entry = [](std::vector<Index>& rows, std::vector<Index>& columns, Index row, Index column) {
+      rows.push_back(row);
+      columns.push_back(column);
+    };
+    jacobian_rows_.clear(), jacobian_columns_.clear(), hessian_rows_.clear(), hessian_columns_.clear();
+    for (int k = 0; k < layout_.steps; ++k) {
+      const int row = k * layout_.rows_per_stage(), u = layout_.input(k), s = layout_.state(k + 1);
+      for (int i = 0; i < layout_.states; ++i) {
+        entry(jacobian_rows_, jacobian_columns_, row + i, s + i);
+        entry(jacobian_rows_, jacobian_columns_, row + i, u);
+        entry(jacobian_rows_, jacobian_columns_, row + i, u + 1);
+        if (k == 0) continue;
+        for (int j = 0; j < layout_.states; ++j)
+          entry(jacobian_rows_, jacobian_columns_, row + i, layout_.state(k) + j);
+      }
+      for (const int edge : {0, 1})
+        for (const int column : {s, s + 1, layout_.slack(k + 1)})
+          entry(jacobian_rows_, jacobian_columns_, row + layout_.states + edge, column);
+      entry(hessian_rows_, hessian_columns_, u, u);
+      if (k > 0) entry(hessian_rows_, hessian_columns_, u, layout_.input(k - 1));
+      entry(hessian_rows_, hessian_columns_, u + 1, u + 1);
+      entry(hessian_rows_, hessian_columns_, s, s);
+      entry(hessian_rows_, hessian_columns_, s + 1, s);
+      entry(hessian_rows_, hessian_columns_, s + 1, s + 1);
+      entry(hessian_rows_, hessian_columns_, s + 2, s + 2);
+      entry(hessian_rows_, hessian_columns_, s + 3, s + 3);
+      entry(hessian_rows_, hessian_columns_, layout_.slack(k + 1), layout_.slack(k + 1));
+    }
+  }
+
+  /// A first guess: on the references, at their speed, steering for their curvature.
+  void guess() {
+    const auto start = problem_->start();
+    std::fill(z_.begin(), z_.end(), 0.0);
+    for (int k = 1; k <= layout_.steps; ++k) {
+      const auto& stage = problem_->stage(k);
+      double* const s = z_.data() + layout_.state(k);
+      std::copy(start.begin(), start.end(), s);
+      s[0] = stage.x, s[1] = stage.y, s[2] = stage.yaw, s[3] = std::max(stage.v, start[3]);
+      s[4] = s[5] = 0.0;
+    }
+  }
+
+  /// The last solution one step on, its end repeated.
+  void shift() {
+    const auto move = [](std::vector<double>& all, int block) {
+      std::copy(all.begin() + block, all.end(), all.begin());
+    };
+    move(z_, layout_.block());
+    move(bound_lower_, layout_.block());
+    move(bound_upper_, layout_.block());
+    move(multipliers_, layout_.rows_per_stage());
+    // Yaw is unwrapped near the car's; a plan from before a jump of 2 pi is brought along.
+    const double jump = 2.0 * std::numbers::pi *
+                        std::round((problem_->stage(1).yaw - z_[static_cast<std::size_t>(layout_.state(1) + 2)]) /
+                                   (2.0 * std::numbers::pi));
+    for (int k = 1; k <= layout_.steps; ++k) z_[static_cast<std::size_t>(layout_.state(k) + 2)] += jump;
+  }
+
+  double cost_of(const Number* x) const {
+    const auto& p = problem_->params();
+    double total = 0.0, before = problem_->throttle_before();
+    for (int k = 0; k < layout_.steps; ++k) {
+      const int u = layout_.input(k), s = layout_.state(k + 1);
+      const auto& stage = problem_->stage(k + 1);
+      const double ex = x[s] - stage.x, ey = x[s + 1] - stage.y, eps = x[layout_.slack(k + 1)];
+      total += p.r_d * gripline::square(x[u] - before) + p.regularization * gripline::square(x[u]) +
+               problem_->weight_ddelta() * gripline::square(x[u + 1]) + stage.q_xx * ex * ex +
+               2 * stage.q_xy * ex * ey + stage.q_yy * ey * ey + stage.q_yaw * gripline::square(x[s + 2] - stage.yaw) +
+               stage.q_v * gripline::square(x[s + 3] - stage.v) + (p.slack * eps + p.slack_linear) * eps;
+      before = x[u];
+    }
+    return total;
+  }
+
+  /// All steps and their derivatives in one call; kept until Ipopt says that x is new.
+  bool predict(const Number* x, bool fresh) {
+    if (fresh || !evaluated_) {
+      const auto nx = static_cast<std::size_t>(layout_.states);
+      const auto start = problem_->start();
+      for (int k = 0; k < layout_.steps; ++k) {
+        const double* const from = k == 0 ? start.data() : x + layout_.state(k);
+        std::copy_n(from, nx, x_.begin() + static_cast<std::ptrdiff_t>(static_cast<std::size_t>(k) * nx));
+        std::copy_n(x + layout_.input(k), 2, u_.begin() + 2 * static_cast<std::ptrdiff_t>(k));
+      }
+      model_->step(static_cast<std::size_t>(layout_.steps), x_, u_, problem_->places(), next_, A_, B_);
+      evaluated_ = true;
+    }
+    return std::all_of(next_.begin(), next_.end(), [](double v) { return std::isfinite(v); });
+  }
+
+  const Problem* problem_ = nullptr;
+  gripline::Prediction* model_ = nullptr;
+  Layout layout_ = {0, 0};
+  bool warm_ = false, evaluated_ = false;
+  std::vector<double> z_, bound_lower_, bound_upper_, multipliers_;
+  std::vector<double> x_, u_, next_, A_, B_;
+  std::vector<Index> jacobian_rows_, jacobian_columns_, hessian_rows_, hessian_columns_;
+  Ipopt::SolverReturn status_ = Ipopt::UNASSIGNED;
+  double cost_ = 0.0;
+};
+
+class MpcIpopt final : public gripline::Controller {
+ public:
+  struct Params : gripline::mpc::ProblemParams {
+    int max_iterations = 100;
+    double tolerance = 1e-7;
+  };
+  static constexpr auto parameters() {
+    using gripline::param;
+    return std::tuple_cat(
+        gripline::mpc::problem_parameters(),
+        std::tuple{param("max_iterations", &Params::max_iterations, "1", {1, 10000}, "iterations before a solve fails"),
+                   param("tolerance", &Params::tolerance, "1", {1e-12, 1e-2}, "Ipopt's tolerance")});
+  }
+
+  MpcIpopt(const gripline::Surroundings& around, const Params& params)
+      : problem_(params, around.car, around.dt), program_(new Program) {
+    const auto options = application_.Options();
+    options->SetIntegerValue("print_level", 0);
+    options->SetStringValue("sb", "yes");
+    options->SetIntegerValue("max_iter", params.max_iterations);
+    options->SetNumericValue("tol", params.tolerance);
+    options->SetNumericValue("acceptable_tol", 100 * params.tolerance);
+    options->SetStringValue("linear_solver", "mumps");
+    options->SetStringValue("jac_d_constant", "yes");
+    options->SetStringValue("option_file_name", "");
+    // A warm start stays near where it begins: small pushes from the bounds, small barrier.
+    options->SetNumericValue("warm_start_bound_push", 1e-6);
+    options->SetNumericValue("warm_start_bound_frac", 1e-6);
+    options->SetNumericValue("warm_start_slack_bound_push", 1e-6);
+    options->SetNumericValue("warm_start_slack_bound_frac", 1e-6);
+    options->SetNumericValue("warm_start_mult_bound_push", 1e-6);
+    if (application_.Initialize("") != Ipopt::Solve_Succeeded) throw std::runtime_error("Ipopt does not start");
+  }
+
+  int horizon() const noexcept override { return problem_.horizon() + 1; }
+
+  gripline::Command control(const gripline::Observation& now, std::span<const gripline::RefPoint> references,
+                            gripline::Prediction& model) override {
+    problem_.set(now, references, model);
+    program_->set(problem_, model);
+    bool solved = solve(program_->warm());
+    int iterations = iterations_;
+    if (!solved && program_->warm()) {  // once more from a cold start
+      program_->forget();
+      program_->set(problem_, model);
+      solved = solve(false);
+      iterations += iterations_;
+    }
+    if (solved)
+      note_plan(now);
+    else
+      plan_age_ = std::min(plan_age_ + 1, problem_.horizon() - 1);
+    return {solved ? planned_input(0) : fallback(now), iterations, solved, program_->cost()};
+  }
+
+  std::span<const gripline::State> predicted() const override { return predicted_; }
+
+ private:
+  bool solve(bool warm) {
+    const auto options = application_.Options();
+    options->SetStringValue("warm_start_init_point", warm ? "yes" : "no");
+    options->SetNumericValue("mu_init", warm ? 1e-5 : 1e-2);
+    const Ipopt::ApplicationReturnStatus status = application_.OptimizeTNLP(program_);
+    iterations_ = Ipopt::IsValid(application_.Statistics()) ? application_.Statistics()->IterationCount() : 0;
+    return status == Ipopt::Solve_Succeeded || status == Ipopt::Solved_To_Acceptable_Level;
+  }
+
+  gripline::Input planned_input(int k) const {
+    const auto z = program_->solution();
+    const auto i = static_cast<std::size_t>(program_->layout().input(k));
+    return {z[i], z[i + 1]};
+  }
+
+  void note_plan(const gripline::Observation& now) {
+    const auto z = program_->solution();
+    plan_age_ = 0;
+    plan_.clear();
+    predicted_.assign(1, now.x);
+    for (int k = 0; k < problem_.horizon(); ++k) {
+      plan_.push_back(planned_input(k));
+      const double* const s = z.data() + program_->layout().state(k + 1);
+      predicted_.push_back({s[0], s[1], s[2], s[3], s[4], s[5], s[6]});
+    }
+  }
+
+  /// The last plan that was found, where it stands now; without one, straight on.
+  gripline::Input fallback(const gripline::Observation& now) const {
+    if (plan_.empty()) return {0.0, -now.x.delta / problem_.dt()};
+    return plan_[static_cast<std::size_t>(plan_age_)];
+  }
+
+  Problem problem_;
+  Ipopt::IpoptApplication application_;
+  Ipopt::SmartPtr<Program> program_;
+  std::vector<gripline::Input> plan_;
+  std::vector<gripline::State> predicted_;
+  int plan_age_ = 0, iterations_ = 0;
+};
+
+}  // namespace
+
+GRIPLINE_PLUGINS(gripline::describe<MpcIpopt>("mpc_ipopt", "1.0",
+                                              "model predictive control, solved to convergence by Ipopt"))
