@@ -46,13 +46,24 @@ void Simulation::step() {
   const Observation before = now_;
   const State true_before = world_.state();
   const Place true_place = world_.place();
-  u_ = world_.advance(command_.u);  // line 3: x_t+1 <- dynamics(x_t, u_t)
-  now_ = world_.observe();          //
-  const Sample sample = guard(stack_.spec().model.model.id(), now_.t,
-                              [&] { return stack_.sample(before, u_, now_); });  // line 4: e = x_t+1 - f_nom(x_t, u_t)
+  u_ = guard(world_.plant_id(), now_.t, [&] { return world_.advance(command_.u); });  // line 3: x_t+1 <- dynamics
+  if (!world_.sane()) return;                                                         // over
+  now_ = world_.observe();
+  const Sample sample = sample_of(before);  // line 4: e = x_t+1 - f_nom(x_t, u_t)
   if (observer_ != nullptr) observer_->on_step(true_before, true_place, u_, world_, stack_);
   timed_call(stack_.spec().estimator.id(), now_.t, timing_.update_ms, [&] { stack_.learn(sample); });  // lines 5-7
   decide();                                                                                            // lines 8-15
+}
+
+/// The nominal and the corrected model are asked here first: what is wrong with them is not the controller's fault.
+Sample Simulation::sample_of(const Observation& before) {
+  const StackSpec& spec = stack_.spec();
+  const Sample sample = guard(spec.model.model.id(), now_.t, [&] { return stack_.sample(before, u_, now_); });
+  require_finite(spec.model.model.id(), now_.t, "a prediction", {sample.e_vx, sample.e_vy, sample.e_omega});
+  if (spec.estimator.empty()) return sample;
+  const State next = guard(spec.estimator.id(), now_.t, [&] { return stack_.follow(sample); });
+  require_finite(spec.estimator.id(), now_.t, "a correction", {next.x, next.y, next.yaw, next.vx, next.vy, next.omega});
+  return sample;
 }
 
 void Simulation::decide() {
@@ -61,6 +72,8 @@ void Simulation::decide() {
   require_finite(stack_.spec().estimator.id(), now_.t, "a friction", {belief.mu.mu_front, belief.mu.mu_rear});
   timed_call(stack_.spec().planner.id(), now_.t, timing_.plan_ms,
              [&] { stack_.planner().plan(now_, belief.mu, belief.learned, horizon_); });  // line 14
+  for (const RefPoint& point : horizon_)
+    require_finite(stack_.spec().planner.id(), now_.t, "a reference", {point.x, point.y, point.yaw, point.v});
   timed_call(stack_.spec().controller.id(), now_.t, timing_.solve_ms,
              [&] { command_ = stack_.controller().control(now_, horizon_, *belief.model); });  // line 15
   require_finite(stack_.spec().controller.id(), now_.t, "a command", {command_.u.d, command_.u.ddelta});
@@ -72,8 +85,9 @@ void Simulation::decide() {
 bool Simulation::over(RunSummary& summary) const {
   const WorldSpec& spec = world_.spec();
   const State& x = world_.state();
-  if (!std::isfinite(x.x + x.y + x.yaw + x.vx + x.vy + x.omega)) {
-    summary = metrics_.summary(Status::error, "the world's car has a state that is not a number");
+  if (!world_.sane()) {
+    summary = metrics_.summary(Status::error, world_.plant_id() + " at t = " + std::to_string(now_.t) +
+                                                  " s: gave the world's car a state that is not a number");
   } else if (world_.crashed()) {
     summary = metrics_.summary(Status::crashed, "hit the wall at s = " + std::to_string(world_.place().s) + " m with " +
                                                     std::to_string(std::hypot(x.vx, x.vy)) + " m/s");

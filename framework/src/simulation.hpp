@@ -34,6 +34,7 @@ class Simulation {
  private:
   void start();
   void step();
+  Sample sample_of(const Observation& before);
   void decide();
   bool over(RunSummary& summary) const;
   void tell_progress() const;

@@ -101,7 +101,6 @@ Sample Stack::sample(const Observation& before, const Input& u, const Observatio
   sample.x_next = now.x;
   sample.at_next = now.at;
   const State predicted = nominal_.carry(before.x, u, before.at);
-  corrected_.carry(before.x, u, before.at);
   sample.e_vx = (now.x.vx - predicted.vx) / sample.dt;
   sample.e_vy = (now.x.vy - predicted.vy) / sample.dt;
   sample.e_omega = (now.x.omega - predicted.omega) / sample.dt;

@@ -46,8 +46,10 @@ class Stack {
   /// The spec must outlive the stack. Throws PluginError when a plugin cannot be created.
   Stack(const StackSpec& spec, const StackPlace& place, const Observation& start);
 
-  /// What the step from `before` to `now` under u left unexplained (line 4); carries the models' memory on.
+  /// What the step from `before` to `now` under u left unexplained (line 4); carries the nominal model's memory on.
   Sample sample(const Observation& before, const Input& u, const Observation& now);
+  /// Carries the corrected model's memory over the same step; returns the state it predicts.
+  State follow(const Sample& sample) { return corrected_.carry(sample.x, sample.u, sample.at); }
   /// Lines 5-7.
   void learn(const Sample& sample);
   StackBelief belief(double t);

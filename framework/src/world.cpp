@@ -281,10 +281,15 @@ Input World::advance(const Input& wanted) {
   state_ = mover_->advance(state_, u, place_, factor_);
   d_ = u.d;
   ++step_;
+  if (!sane()) return u;  // there is no place to look for
   arrive(static_cast<double>(step_) * spec_.dt);
   set_factor();
   sense();
   return u;
+}
+
+bool World::sane() const {
+  return std::isfinite(state_.x + state_.y + state_.yaw + state_.vx + state_.vy + state_.omega);
 }
 
 /// Friction of the step that begins now: known to Truth before the step, as to the published oracle.

@@ -27,6 +27,11 @@ class World {
   /// What sensors show now.
   const Observation& observe() const { return observation_; }
 
+  /// False once the car's equations left the numbers; the world then stands still.
+  bool sane() const;
+  /// The plugin that moves the car, for messages.
+  std::string plant_id() const { return spec_.plant.empty() ? spec_.vehicle.model.id() : spec_.plant.id(); }
+
   /// True state; `delta` is the steering angle commanded last.
   const State& state() const { return state_; }
   const Place& place() const { return place_; }
