@@ -13,7 +13,7 @@
 namespace gripline {
 
 inline constexpr double table_reach = 2.0;  // [rad], above pi/2 + any steering angle
-inline constexpr int table_knots = 101;
+inline constexpr int table_knots = 161;
 inline constexpr double table_step = 2 * table_reach / (table_knots - 1);
 
 constexpr double table_slip(int knot) { return -table_reach + knot * table_step; }

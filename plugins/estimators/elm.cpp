@@ -13,7 +13,8 @@
 // the ratio of the two sensitivities, (dt / m) / (dt lf / Iz) = 0.023 there. Momentum as in the published code: the
 // gradient is not multiplied by (1 - momentum).
 //
-// Beyond the slips a car visits (0.6 rad) nothing is measured; a weak penalty on the slope there holds the curve level.
+// Beyond the slips a car visits (slip_cap) hardly anything is measured; a weak penalty on the slope there holds the
+// curve level.
 //
 // Source: Kalaria, Lin, Dolan, eqs. (elm), (e_pred), (loss), (mu_pred), corrected as in step_path.hpp and
 // tyre_correction.hpp; mu = (max Ff + max Fr) / (m g) over the slips visited, per axle here.
@@ -31,7 +32,6 @@ using gripline::Axle;
 
 constexpr double published_curvature = 290.0;
 constexpr double resistance_scale = 0.023;
-constexpr double level_beyond = 0.6;  // [rad]
 
 class Elm final : public gripline::AutoDiffEffect<Elm, gripline::Estimator> {
  public:
@@ -55,7 +55,7 @@ class Elm final : public gripline::AutoDiffEffect<Elm, gripline::Estimator> {
         param("iterations", &P::iterations, "1", {0, 10000}, "descents per control step"),
         param("retain", &P::retain, "1", {0.5, 1}, "weight of a sample relative to the next one; 1: all count equally"),
         param("slip_start", &P::slip_start, "rad", {0, 1.5}, "slip range assumed visited at the start, for mu"),
-        param("slip_cap", &P::slip_cap, "rad", {0, 1.5}, "slips above this do not count for mu"),
+        param("slip_cap", &P::slip_cap, "rad", {0.01, 1.5}, "largest slip of interest: nodes lie below, and mu"),
         param("level", &P::level, "1", {0, 1e3}, "weight of a level curve beyond the slips that are visited"),
         param("ridge", &P::ridge, "1", {0, 1}, "weight on the squared unknowns in the pseudo-inverse"),
         gripline::choice("solver", &P::solver, "momentum|pseudo_inverse", "how the window's loss is minimised")};
@@ -66,8 +66,8 @@ class Elm final : public gripline::AutoDiffEffect<Elm, gripline::Estimator> {
         car_(around.car),
         drive_(around.nominal, around.car),
         random_(around.seed),
-        front_layer_(params.hidden, random_),
-        rear_layer_(params.hidden, random_),
+        front_layer_(params.hidden, params.slip_cap, random_),
+        rear_layer_(params.hidden, params.slip_cap, random_),
         gram_(unknowns(), 3, params.window, params.retain),
         mu_init_(around.mu_init),
         visited_{params.slip_start, params.slip_start} {
@@ -134,7 +134,7 @@ class Elm final : public gripline::AutoDiffEffect<Elm, gripline::Estimator> {
         layer.add(slip, 1.0, {h.data(), static_cast<std::size_t>(n)});
       } else {
         layer.add_slope(slip, 1.0, {h.data(), static_cast<std::size_t>(n)});
-        if (std::abs(slip) > level_beyond)
+        if (std::abs(slip) > params_.slip_cap)
           level_.block(first, first, n, n) += params_.level * gripline::table_step * h * h.transpose();
       }
       rows.row(i) = h;

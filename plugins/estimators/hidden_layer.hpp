@@ -30,12 +30,12 @@ class SplitMix {
 
 class HiddenLayer {
  public:
-  /// Steepness |w| between 2 and 12 per radian, centres -b/w within +-0.6 rad: the slips a car visits.
-  HiddenLayer(int nodes, SplitMix& random) : weight_(nodes), bias_(nodes), scale_(nodes) {
+  /// Centres -b/w within +-reach [rad], the slips a car visits; steepness w between 1.2 and 7.2 over that range.
+  HiddenLayer(int nodes, double reach, SplitMix& random) : weight_(nodes), bias_(nodes), scale_(nodes) {
     for (int j = 0; j < nodes; ++j) {
-      weight_[j] = random.uniform(gentlest, steepest);
-      scale_[j] = gentlest / (weight_[j] * std::sqrt(nodes));
-      bias_[j] = -weight_[j] * random.uniform(-0.6, 0.6);
+      weight_[j] = random.uniform(gentlest, steepest) / reach;
+      scale_[j] = gentlest / (weight_[j] * reach * std::sqrt(nodes));
+      bias_[j] = -weight_[j] * random.uniform(-reach, reach);
     }
   }
 
@@ -54,7 +54,7 @@ class HiddenLayer {
   }
 
  private:
-  static constexpr double gentlest = 2.0, steepest = 12.0;  // [1/rad]
+  static constexpr double gentlest = 1.2, steepest = 7.2;
   std::vector<double> weight_, bias_, scale_;
 };
 

@@ -9,8 +9,8 @@
 // `tune_every` steps (0: never). Derivatives are analytic.
 //
 // `gp` is told the true friction, as in the published comparison. `gp_own_mu` knows no more than the others: it inverts
-// the lateral and yaw equations of step_path.hpp at the window's samples for the axle forces under the learned means,
-// and takes mu from the slip angle with the largest mean force.
+// the lateral and yaw equations of step_path.hpp at its samples for the axle forces under the learned means, and takes
+// mu from the visited slip angle with the largest mean force.
 //
 // Sources: Jain, O'Kelly, Chaudhari, Morari, BayesRace (2020); Kalaria, Lin, Dolan, section on baselines.
 #include <algorithm>
@@ -87,6 +87,7 @@ class Gp : public gripline::Estimator {
 
   bool tuned() const { return tuned_; }
   const gripline::Car& car() const { return car_; }
+  std::int64_t seen() const { return seen_; }
   int count() const { return static_cast<int>(std::min<std::int64_t>(seen_, params_.window)); }
   /// Sample i of the window, oldest first.
   const Sample& sample(int i) const { return samples_[(seen_ - count() + i) % params_.window]; }
@@ -197,69 +198,85 @@ class ToldGp final : public Gp {
   const gripline::Truth* truth_;
 };
 
-/// mu per axle from the learned means: mean |force| of the samples in bins of slip, the largest bin counts.
+/// The friction of one axle from its forces: bins of slip remember the mean force relative to a common scale, and the
+/// newest samples set the scale. What was seen at large slips so speaks on, at today's friction, while the car drives
+/// with small ones; mu taken from the window alone would slow the car, which would lower the slips, and so forth.
+class SlipBins {
+ public:
+  void see(double slip, double force) {
+    const int i = static_cast<int>(std::abs(slip) / width);
+    if (i >= bins || std::abs(slip) < smallest) return;
+    const double size = slip < 0 ? -force : force;
+    Bin& bin = bins_[i];
+    if (bin.count >= fewest) {
+      const double ratio = std::clamp(size / (scale_ * bin.force), 0.5, 2.0);
+      spread_ += scale_gain * ((ratio - 1) * (ratio - 1) - spread_);
+      scale_ *= 1 + scale_gain * (ratio - 1);
+    }
+    bin.count = std::min(bin.count + 1, bin_memory);
+    bin.force += (size / scale_ - bin.force) / bin.count;
+  }
+  /// Largest force at the present scale; 0 before any bin has enough samples.
+  double peak() const {
+    double best = 0;
+    for (const Bin& bin : bins_)
+      if (bin.count >= fewest) best = std::max(best, bin.force);
+    return scale_ * best;
+  }
+  double deviation() const { return peak() * std::sqrt(spread_); }
+
+ private:
+  static constexpr int bins = 12;
+  static constexpr double width = 0.05;       // [rad]; the last bin ends at the 0.6 rad of the paper
+  static constexpr double smallest = 0.05;    // [rad]: below, the force says more of the slip's error than of friction
+  static constexpr double scale_gain = 0.05;  // per sample
+  static constexpr int fewest = 3, bin_memory = 200;
+
+  struct Bin {
+    int count = 0;
+    double force = 0;
+  };
+  std::array<Bin, bins> bins_ = {};
+  double scale_ = 1, spread_ = 0;
+};
+
 class OwnMuGp final : public Gp {
  public:
   using Params = GpParams;
   OwnMuGp(const gripline::Surroundings& around, const Params& params)
       : Gp(around, params), belief_{around.mu_init, around.mu_init, 0, 0, false} {}
   void update(const gripline::Sample& k) override {
+    const auto before = seen();
     Gp::update(k);
-    if (tuned()) judge();
+    if (!tuned() || seen() == before) return;
+    for (int i = belief_.trusted ? count() - 1 : 0; i < count(); ++i) judge(i);
+    belief_.trusted = true;
+    const double weight = car().m * gripline::gravity, L = car().lf + car().lr;
+    if (front_.peak() > 0) {
+      belief_.mu_front = front_.peak() * L / (weight * car().lr);
+      belief_.sigma_front = front_.deviation() * L / (weight * car().lr);
+    }
+    if (rear_.peak() > 0) {
+      belief_.mu_rear = rear_.peak() * L / (weight * car().lf);
+      belief_.sigma_rear = rear_.deviation() * L / (weight * car().lf);
+    }
   }
   gripline::Belief belief() const override { return belief_; }
 
  private:
-  static constexpr int bins = 12;
-  static constexpr double width = 0.05;  // [rad]; the last bin ends at the 0.6 rad of the paper
-  static constexpr int fewest = 3;       // samples that make a bin count
-
-  struct Bin {
-    int count = 0;
-    double sum = 0, squares = 0;
-    void add(double force) {
-      ++count;
-      sum += force;
-      squares += force * force;
-    }
-  };
-
-  void judge() {
-    std::array<Bin, bins> front = {}, rear = {};
+  /// Axle forces of sample i under the learned means. They replace the measured residual: rate less target is the
+  /// nominal model's.
+  void judge(int i) {
     const gripline::Car& c = car();
-    const double L = c.lf + c.lr;
-    for (int i = 0; i < count(); ++i) {
-      const Sample& s = sample(i);
-      // The learned part replaces the measured one: rate - target is the nominal model's.
-      const double side =
-          c.m * (s.rate.vy - s.target[1] + smoothed_target(1, i) + s.middle.vx * s.middle.omega - s.bank_rate);
-      const double moment = c.Iz * (s.rate.omega - s.target[2] + smoothed_target(2, i));
-      const double force_rear = (side * c.lf - moment) / L;
-      const double force_front = (side * c.lr + moment) / (L * std::cos(s.delta));
-      put(front, s.slip.front, force_front);
-      put(rear, s.slip.rear, force_rear);
-    }
-    const double weight = c.m * gripline::gravity;
-    read(front, weight * c.lr / L, belief_.mu_front, belief_.sigma_front);
-    read(rear, weight * c.lf / L, belief_.mu_rear, belief_.sigma_rear);
-    belief_.trusted = true;
+    const Sample& s = sample(i);
+    const double side =
+        c.m * (s.rate.vy - s.target[1] + smoothed_target(1, i) + s.middle.vx * s.middle.omega - s.bank_rate);
+    const double moment = c.Iz * (s.rate.omega - s.target[2] + smoothed_target(2, i));
+    front_.see(s.slip.front, (side * c.lr + moment) / ((c.lf + c.lr) * std::cos(s.delta)));
+    rear_.see(s.slip.rear, (side * c.lf - moment) / (c.lf + c.lr));
   }
 
-  static void put(std::array<Bin, bins>& all, double slip, double force) {
-    const int i = static_cast<int>(std::abs(slip) / width);
-    if (i < bins) all[i].add(slip < 0 ? -force : force);
-  }
-
-  static void read(const std::array<Bin, bins>& all, double load, double& mu, double& sigma) {
-    const Bin* best = nullptr;
-    for (const Bin& bin : all)
-      if (bin.count >= fewest && (best == nullptr || bin.sum * best->count > best->sum * bin.count)) best = &bin;
-    if (best == nullptr) return;
-    const double mean = best->sum / best->count;
-    mu = mean / load;
-    sigma = std::sqrt(std::max(0.0, best->squares / best->count - mean * mean)) / load;
-  }
-
+  SlipBins front_, rear_;
   gripline::Belief belief_;
 };
 
