@@ -35,7 +35,7 @@ class ElmRls : public gripline::AutoDiffEffect<ElmRls, gripline::Estimator> {
  public:
   struct Params {
     int hidden = 40;
-    double stiffness = 4.0, stiffness_spread = 0.5, shape = 1.4, shape_spread = 0.2, friction_spread = 0.3;
+    double stiffness = 6.0, stiffness_spread = 0.7, shape = 1.4, shape_spread = 0.2, friction_spread = 0.3;
     double drift = 0.02, axle_drift = 0.01, shape_memory = 1000;
     double alarm = 4.5, change = 0.3;
     double sigma_v = 0.02, sigma_omega = 0.05, misfit = 0.02;

@@ -19,7 +19,7 @@
 namespace gripline {
 
 struct TyrePrior {
-  double stiffness = 4.0, stiffness_spread = 0.5;  // median of B [1/rad] and standard deviation of its logarithm
+  double stiffness = 6.0, stiffness_spread = 0.7;  // median of B [1/rad] and standard deviation of its logarithm
   double shape = 1.4, shape_spread = 0.2;          // mean and standard deviation of C, at least 1.05
   double friction = 1.0, friction_spread = 0.3;    // mean of D over load, standard deviation relative to it
 };
