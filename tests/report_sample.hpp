@@ -310,10 +310,10 @@ inline void write_sample(const fs::path& folder, const SampleOptions& options = 
     table << quoted(stack.name) << ',' << (stack.truth ? 1 : 0) << ',' << options.seeds << ',' << options.seeds << ",0,"
           << cells(row);
   }
-  std::ofstream(folder / "claims.json") << R"([
-    {"text": "elm.violation_s <= none.violation_s", "holds": true, "values": {"elm.violation_s": 0.46, "none.violation_s": 4.32}},
-    {"text": "elm.mean_deviation_m <= constant_speed.mean_deviation_m", "holds": false, "values": {"elm.mean_deviation_m": 0.0831, "constant_speed.mean_deviation_m": 0.0712}},
-    {"text": "elm.solve_ms_median < gp_own_mu.solve_ms_median", "holds": null, "reason": "gp_own_mu was left out by --only"}])";
+  std::ofstream(folder / "claims.json") << R"({"claims": [
+    {"text": "elm.violation_s <= none.violation_s", "holds": true, "values": {"left": 0.46, "right": 4.32, "runs_held": 5, "runs": 5}},
+    {"text": "elm.mean_deviation_m <= constant_speed.mean_deviation_m", "holds": false, "values": {"left": 0.0831, "right": 0.0712, "runs_held": 1, "runs": 5}}],
+    "skipped": [{"text": "elm.solve_ms_median < gp_own_mu.solve_ms_median", "why": "a row was left out by --only"}]})";
 }
 
 }  // namespace gripline::sample

@@ -1,6 +1,7 @@
 // The commands of the program: one function each, one file each.
 #pragma once
 
+#include <filesystem>
 #include <span>
 #include <string>
 
@@ -15,5 +16,10 @@ int run_compare(Arguments args);
 int run_one(Arguments args);
 int run_validate(Arguments args);
 int run_plugins(Arguments args);
+int run_report(Arguments args);
+
+/// Writes the report of a folder that was just filled and says where it is. A report that cannot be written is said on
+/// stderr and spoils nothing.
+void report_results(const std::filesystem::path& folder);
 
 }  // namespace gripline::tools

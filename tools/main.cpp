@@ -21,6 +21,7 @@ constexpr CommandEntry commands[] = {
     {"compare", run_compare, "race every stack of an experiment and print the table"},
     {"run", run_one, "one stack and one seed of an experiment"},
     {"validate", run_validate, "read files whole and say everything that is wrong with them"},
+    {"report", run_report, "redraw the report of a results folder; runs nothing"},
     {"plugins", run_plugins, "list the plugins, or describe one"},
 };
 

@@ -3,8 +3,10 @@
 #include <charconv>
 #include <fstream>
 #include <limits>
-#include <stdexcept>
+
 #include <utility>
+
+#include "config/errors.hpp"
 
 namespace gripline::report {
 namespace {
@@ -107,11 +109,11 @@ std::string Columns::text(std::string_view name, std::size_t row) const {
 std::string read_whole_file(const std::filesystem::path& file) {
   if (!std::filesystem::exists(file)) return {};
   std::ifstream in(file, std::ios::binary | std::ios::ate);
-  if (!in || std::filesystem::is_directory(file)) throw std::runtime_error(file.string() + ": cannot be read");
+  if (!in || std::filesystem::is_directory(file)) throw InputError(file.string() + ": cannot be read");
   std::string text(static_cast<std::size_t>(in.tellg()), '\0');
   in.seekg(0);
   if (!in.read(text.data(), static_cast<std::streamsize>(text.size())) && !text.empty())
-    throw std::runtime_error(file.string() + ": cannot be read");
+    throw InputError(file.string() + ": cannot be read");
   return text;
 }
 

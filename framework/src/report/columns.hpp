@@ -16,7 +16,7 @@ class Columns {
  public:
   /// `with_texts` keeps every cell as written too; for small tables.
   static Columns parse(std::string_view text, bool with_texts = false);
-  /// An absent file gives no columns. Throws std::runtime_error if it is there and cannot be read.
+  /// An absent file gives no columns. Throws InputError if it is there and cannot be read.
   static Columns read(const std::filesystem::path& file, bool with_texts = false);
 
   [[nodiscard]] std::size_t rows() const { return rows_; }
@@ -40,7 +40,7 @@ class Columns {
   std::size_t rows_ = 0;
 };
 
-/// The whole file, or nothing if there is none. Throws std::runtime_error naming the file if it cannot be read.
+/// The whole file, or nothing if there is none. Throws InputError naming the file if it cannot be read.
 std::string read_whole_file(const std::filesystem::path& file);
 
 }  // namespace gripline::report

@@ -4,8 +4,10 @@
 #include <cmath>
 #include <limits>
 #include <set>
-#include <stdexcept>
+
 #include <utility>
+
+#include "config/errors.hpp"
 
 namespace gripline::report {
 namespace {
@@ -18,7 +20,7 @@ nlohmann::json read_json(const fs::path& file) {
   try {
     return nlohmann::json::parse(text);
   } catch (const nlohmann::json::exception& error) {
-    throw std::runtime_error(file.string() + ": expected JSON: " + error.what());
+    throw InputError(file.string() + ": expected JSON: " + error.what());
   }
 }
 
@@ -66,7 +68,7 @@ std::vector<double> sorted_numbers(std::span<const double> values) {
 
 Inputs read_inputs(const fs::path& folder) {
   if (!fs::is_directory(folder))
-    throw std::runtime_error(folder.string() + ": no such folder; expected the results of compare, run or diagnose");
+    throw InputError(folder.string() + ": no such folder; expected the results of compare, run or diagnose");
   Inputs in;
   in.folder = folder;
   in.scene = read_json(folder / "scene.json");
@@ -84,9 +86,9 @@ Inputs read_inputs(const fs::path& folder) {
   in.runs = find_runs(in);
   in.stacks = find_stacks(in);
   if (in.runs.empty() && in.validation.empty() && in.diagnosis.is_null())
-    throw std::runtime_error(folder.string() +
-                             ": nothing to report; expected runs.csv, <stack>/<seed>/steps.csv, validation.csv or "
-                             "diagnosis.json");
+    throw InputError(folder.string() +
+                     ": nothing to report; expected runs.csv, <stack>/<seed>/steps.csv, validation.csv or "
+                     "diagnosis.json");
   return in;
 }
 

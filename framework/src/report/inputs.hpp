@@ -80,7 +80,7 @@ struct Inputs {
   std::vector<RunName> runs;  // in the order of runs.csv, else of the folders
 };
 
-/// Reads all but the runs' own files. Throws std::runtime_error with one line if the folder holds nothing to report.
+/// Reads all but the runs' own files. Throws InputError with one line if the folder holds nothing to report.
 Inputs read_inputs(const std::filesystem::path& folder);
 
 /// Reads one run. One at a time: ten seeds of seven stacks do not fit comfortably at once.

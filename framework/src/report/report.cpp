@@ -1,31 +1,26 @@
 #include "report/report.hpp"
 
-#include <fstream>
-#include <stdexcept>
 #include <system_error>
 
+#include "csv_writer.hpp"
+#include "report/figures.hpp"
 #include "report/inputs.hpp"
 #include "report/page.hpp"
 
 namespace gripline::report {
 namespace {
 
-namespace fs = std::filesystem;
-
-/// Aside, then renamed: whoever looks finds a whole file or none.
-void write_whole(const fs::path& file, const std::string& text) {
-  const fs::path aside = file.parent_path() / ("." + file.filename().string() + ".part");
-  std::ofstream out(aside, std::ios::binary);
-  out.write(text.data(), static_cast<std::streamsize>(text.size()));
-  out.close();
+std::vector<std::filesystem::path> write_figures(const Inputs& inputs, const std::filesystem::path& folder) {
   std::error_code failed;
-  if (out) fs::rename(aside, file, failed);
-  if (!out || failed) {
-    std::error_code ignored;
-    fs::remove(aside, ignored);
-    throw std::runtime_error(file.string() +
-                             ": cannot be written; expected a folder one may write to and room on the disk");
-  }
+  std::filesystem::create_directories(folder, failed);
+  if (failed) throw std::runtime_error("cannot make " + folder.string() + ": " + failed.message());
+  std::vector<std::filesystem::path> written;
+  for (const std::vector<FigureFile>& figures : {race_figures(inputs), model_figures(inputs)})
+    for (const FigureFile& figure : figures) {
+      write_file(folder / figure.name, figure.svg);
+      written.push_back(folder / figure.name);
+    }
+  return written;
 }
 
 }  // namespace
@@ -35,8 +30,11 @@ Written write_report(const Options& options) {
   Written written;
   written.page = options.page.empty() ? options.folder / "report.html" : options.page;
   const std::string html = page_html(inputs, options.progress);
-  write_whole(written.page, html);
+  write_file(written.page, html);
   written.bytes = html.size();
+  if (options.figures)
+    written.figures =
+        write_figures(inputs, options.figure_folder.empty() ? options.folder / "figures" : options.figure_folder);
   return written;
 }
 

@@ -24,7 +24,8 @@ struct Written {
 };
 
 /// Writes the page, whole or not at all (aside, then renamed), and the figures if asked for. Same folder, same bytes.
-/// Throws std::runtime_error with one line: nothing to report, a file that cannot be read or written.
+/// Throws InputError with one line when there is nothing to report or a file cannot be read, std::runtime_error when
+/// one cannot be written.
 Written write_report(const Options& options);
 
 }  // namespace gripline::report

@@ -30,26 +30,9 @@ std::vector<double> of_stack(const Columns& runs, const std::string& column, con
   return values;
 }
 
-/// Readable text of whatever claims.json says about a claim's values: "elm 0.083, gp 0.099".
 std::string readable(const nlohmann::json& value) {
-  if (value.is_null()) return "";
-  if (value.is_string()) return value.get<std::string>();
-  std::string text;
-  if (value.is_structured()) {
-    for (const auto& [key, part] : value.items()) {
-      if (!text.empty()) text += ", ";
-      if (value.is_object()) text += key + " ";
-      text += part.is_structured() ? "(" + readable(part) + ")" : readable(part);
-    }
-    return text;
-  }
-  if (value.is_number_float()) {
-    const double number = value.get<double>();
-    const double digits =
-        number == 0 || !std::isfinite(number) ? 1 : std::pow(10, 3 - std::floor(std::log10(std::abs(number))));
-    return nlohmann::json(std::round(number * digits) / digits).dump();
-  }
-  return value.dump();
+  return value.is_string() ? value.get<std::string>()
+                           : value.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 
 }  // namespace
@@ -106,27 +89,23 @@ nlohmann::json runs_json(const Inputs& inputs) {
 }
 
 nlohmann::json claims_json(const nlohmann::json& claims) {
-  const nlohmann::json& list = claims.is_object() && claims.contains("claims") ? claims["claims"] : claims;
   nlohmann::json out = nlohmann::json::array();
-  if (!list.is_array()) return out;
-  for (const nlohmann::json& claim : list) {
-    if (!claim.is_object()) continue;
-    nlohmann::json detail;
-    for (const char* key : {"values", "reason", "share", "skipped"}) {
-      if (!claim.contains(key) || claim[key].is_boolean()) continue;
-      const std::string text = readable(claim[key]);
-      if (!text.empty())
-        detail.push_back(std::string(key) == "share" ? "holds in a share of " + text + " of the seeds" : text);
+  const auto add = [&](const nlohmann::json& list) {
+    if (!list.is_array()) return;
+    for (const nlohmann::json& claim : list) {
+      if (!claim.is_object()) continue;
+      const auto holds = claim.find("holds");
+      const bool decided = holds != claim.end() && holds->is_boolean();
+      out.push_back({{"text", claim.contains("text") ? readable(claim["text"]) : std::string()},
+                     {"holds", decided ? *holds : nlohmann::json(nullptr)},
+                     {"values", claim.contains("values") ? claim["values"] : nlohmann::json(nullptr)},
+                     {"why", claim.contains("why") ? readable(claim["why"]) : std::string()}});
     }
-    std::string joined;
-    for (const nlohmann::json& part : detail) joined += (joined.empty() ? "" : "; ") + part.get<std::string>();
-    const auto holds = claim.find("holds");
-    const bool known =
-        holds != claim.end() && holds->is_boolean() && !claim.value("skipped", nlohmann::json(false)).is_string();
-    out.push_back({{"text", readable(claim.value("text", nlohmann::json("")))},
-                   {"holds", known ? *holds : nlohmann::json(nullptr)},
-                   {"detail", joined}});
-  }
+  };
+  if (claims.is_array()) add(claims);
+  if (claims.is_object())
+    for (const char* key : {"claims", "skipped"})
+      if (claims.contains(key)) add(claims[key]);
   return out;
 }
 

@@ -19,7 +19,8 @@ nlohmann::json table_json(const Inputs& inputs);
 /// [{"stack", "seed", "status", "values": {column: number}}], stack as an index into inputs.stacks.
 nlohmann::json runs_json(const Inputs& inputs);
 
-/// [{"text", "holds": true | false | null, "detail"}] whatever claims.json wraps them in; `detail` is readable text.
+/// [{"text", "holds": true | false | null, "values", "why"}], those that were skipped at the end. `values` as written:
+/// {"left", "right", "runs_held", "runs"}.
 nlohmann::json claims_json(const nlohmann::json& claims);
 
 /// Step times of one stack, pooled over its runs, in bins of equal width on a logarithmic axis.

@@ -113,7 +113,7 @@ export function speedDistance(state: State, length: () => number): Chart {
       chart.refresh();
     }),
   );
-  chart.figure.tools.prepend(h("span", { class: "group", role: "group", "aria-label": "Lap" }, ...buttons));
+  chart.figure.controls.append(h("span", { class: "group", role: "group", "aria-label": "Lap" }, ...buttons));
   return chart;
 }
 
@@ -159,11 +159,11 @@ export function ggChart(state: State): Chart | null {
         });
         const high = Math.max(...frictions.map(([, v]) => v));
         const low = Math.min(...frictions.map(([v]) => v));
-        const reach = Number.isFinite(high) ? high * 1.25 : 1.2;
+        const reach = Number.isFinite(high) ? high * 1.2 : 1.2;
         const points = runs.flatMap((run): Mark[] => {
           const [ax, ay] = [run.channel("ax"), run.channel("ay")];
           if (!ax || !ay) return [];
-          const keep = [...ax.keys()].filter((i) => Math.hypot(ax[i], ay[i]) < 2.5 * reach * g);
+          const keep = [...ax.keys()].filter((i) => Math.hypot(ax[i], ay[i]) < 1.15 * reach * g);
           return [
             { kind: "points", x: keep.map((i) => ay[i] / g), y: keep.map((i) => ax[i] / g), size: 1.3, alpha: 0.5, color: stackColour(run.stack), label: state.report.label(run.stack), stack: run.stack },
           ];
@@ -220,7 +220,7 @@ export function timesChart(state: State): Chart | null {
     what = choice.value;
     chart.refresh();
   });
-  if (kinds.length > 1) chart.figure.tools.prepend(choice);
+  if (kinds.length > 1) chart.figure.controls.append(choice);
   return chart;
 }
 
@@ -287,7 +287,7 @@ export function tradeOff(state: State, id: string, title: string, first: string,
     });
     return select;
   };
-  chart.figure.tools.prepend(
+  chart.figure.controls.append(
     choose(xAxis, "Horizontal axis", (axis) => (xAxis = axis)),
     choose(yAxis, "Vertical axis", (axis) => (yAxis = axis)),
   );
@@ -310,7 +310,7 @@ export function tyreChart(state: State, axle: "front" | "rear"): Chart | null {
       id: `tyre-${axle}`,
       title: `${axle === "front" ? "Front" : "Rear"} tyre, learned and true`,
       note: "At the replay's time. Shaded: slips visited so far by the stack followed; band: one standard deviation.",
-      height: 260,
+      height: 330,
       x: { label: "slip angle", unit: "°" },
       y: { label: "lateral force", unit: "N" },
       marks: () => {

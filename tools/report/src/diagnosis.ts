@@ -205,7 +205,7 @@ export function residualCharts(state: State, more: DiagnosisReport, d: Diagnosis
     setAxis();
     for (const chart of list) chart.refresh();
   });
-  list[0]?.figure.tools.prepend(select);
+  list[0]?.figure.controls.append(select);
   return list;
 }
 

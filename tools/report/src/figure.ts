@@ -15,12 +15,14 @@ export interface Figure {
   element: HTMLElement;
   body: HTMLElement;
   readout: HTMLElement;
-  tools: HTMLElement;
+  /** Choices that change the picture. */
+  controls: HTMLElement;
 }
 
 export function makeFigure({ id, title, note, wide, svg, rows }: FigureContent): Figure {
   const body = h("div", { class: "figure-body" });
   const readout = h("div", { class: "readout", "aria-live": "off" });
+  const controls = h("div", { class: "figure-controls" });
   const tools = h("div", { class: "figure-tools" });
   if (svg)
     tools.append(
@@ -45,10 +47,10 @@ export function makeFigure({ id, title, note, wide, svg, rows }: FigureContent):
   const element = h(
     "figure",
     { class: wide ? "figure wide" : "figure", id: `figure-${id}` },
-    h("figcaption", {}, h("div", { class: "figure-head" }, h("h3", {}, title), tools), note ? h("p", { class: "note" }, note) : null, readout),
+    h("figcaption", {}, h("div", { class: "figure-head" }, h("h3", {}, title), tools), note ? h("p", { class: "note" }, note) : null, controls, readout),
     body,
   );
-  return { element, body, readout, tools };
+  return { element, body, readout, controls };
 }
 
 /** Calls `build` once, when the element comes near the window or `force` is called. */

@@ -47,19 +47,21 @@ export function mapsSection(state: State): HTMLElement {
 
   const draw = () => {
     const track = course();
+    const shown = state.runs().length;
+    grid.style.setProperty("--columns", String(shown <= 3 ? Math.max(shown, 2) : shown === 4 ? 2 : 3));
     scale.replaceChildren(colourScale(...speedRange(state)));
     grid.replaceChildren(
       ...state.runs().map(({ stack }) => {
         const run = state.data(stack)!;
         const label = state.report.label(stack);
-        const size = { width: 320, height: Math.round(Math.min(420, Math.max(150, 320 * track.aspect + 20))) };
+        const size = { width: 480, height: Math.round(Math.min(560, Math.max(200, 480 * track.aspect + 10))) };
         const figure = makeFigure({
           id: `map-${state.report.meta.stacks[stack].name}`,
           title: label,
           svg: () => {
-            const pen = new SvgPen(640, 2 * size.height + 30, token("surface"));
+            const pen = new SvgPen(640, Math.round(640 * size.height / size.width) + 20, token("surface"));
             pen.text(16, 18, label, { color: token("ink"), size: 15, weight: 600 });
-            drawMap(pen, state, track, stack, lap, 640, 2 * size.height + 30);
+            drawMap(pen, state, track, stack, lap, 640, Math.round(640 * size.height / size.width) + 20);
             return pen.toString();
           },
           rows: function* () {
@@ -73,7 +75,7 @@ export function mapsSection(state: State): HTMLElement {
         figure.readout.append(outside > 0 ? h("span", { class: "alarm" }, `${outside.toFixed(2)} s outside`) : "never outside");
         const canvas = h("canvas", { role: "img", "aria-label": `Trajectory of ${label} over the track, coloured by speed` });
         canvas.style.aspectRatio = `${size.width} / ${size.height}`;
-        const ratio = Math.min(2, devicePixelRatio * 1.5);
+        const ratio = Math.min(2, devicePixelRatio);
         [canvas.width, canvas.height] = [size.width * ratio, size.height * ratio];
         const ctx = canvas.getContext("2d")!;
         ctx.scale(ratio, ratio);

@@ -1,5 +1,5 @@
 // The comparison table, and the claims.
-import { fixed, h } from "./dom";
+import { fixed, h, short } from "./dom";
 import { measure, type Measure } from "./measures";
 import type { State } from "./state";
 import { stackColour } from "./theme";
@@ -136,11 +136,21 @@ const verdicts = new Map<boolean | null, [string, string, string]>([
   [null, ["skipped", "○", "not decided"]],
 ]);
 
+/** "0.46 against 4.32, in 4 of 5 runs" */
+function claimDetail({ values, why }: Claim): string {
+  if (!values) return why;
+  const { left, right, runs_held: held, runs } = values;
+  const known = (v: number | null | undefined) => v !== null && v !== undefined;
+  return [known(left) || known(right) ? `${short(left, 4)} against ${short(right, 4)}` : "", runs && runs > 1 && held !== undefined ? `in ${held} of ${runs} runs` : "", why].filter(Boolean).join(", ");
+}
+
 export function claimsSection(claims: Claim[]): HTMLElement {
   return h(
     "ul",
     { class: "claims" },
-    ...claims.map(({ text, holds, detail }) => {
+    ...claims.map((claim) => {
+      const { text, holds } = claim;
+      const detail = claimDetail(claim);
       const [style, sign, words] = verdicts.get(holds)!;
       return h(
         "li",

@@ -33,8 +33,10 @@ export interface RunInfo {
 
 export interface Claim {
   text: string;
+  /** null: it was not decided, `why` says the reason. */
   holds: boolean | null;
-  detail: string;
+  values: { left?: number | null; right?: number | null; runs_held?: number; runs?: number } | null;
+  why: string;
 }
 
 export interface Times {

@@ -63,7 +63,7 @@ export function validationCharts(state: State): Chart[] {
   return [...new Set(traces.map((trace) => trace.channel))].map((channel) => {
     const own = traces.filter((trace) => trace.channel === channel);
     const unit = validation.find((e) => e.channel === channel)?.unit;
-    const overSlip = own.some((trace) => trace.slip_rad);
+    const overSlip = own.some((trace) => trace.slip_rad && unpack(trace.slip_rad).some(Number.isFinite));
     const columns = (trace: Trace, name: "t_s" | "truth" | "predicted" | "slip_rad") => (trace[name] ? unpack(trace[name]!) : new Float64Array(0));
     const marks = (): Mark[] => {
       const x = (trace: Trace) => (overSlip ? columns(trace, "slip_rad").map((a) => (a * 180) / Math.PI) : columns(trace, "t_s"));
