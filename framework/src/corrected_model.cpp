@@ -33,7 +33,7 @@ void CorrectedModel::load(Stepper<T>& stepper, std::size_t n, const T* rows, con
   const auto past = static_cast<std::size_t>(past_);
   const bool looks_back = past > 0;
   stepper.resize(n, car_.memory(), options_.integration.tableau->stages, looks_back ? past_ + 1 : 0);
-  stepper.hold = options_.hold == Hold::rate ? Hold::foh : options_.hold;
+  stepper.hold = options_.hold;
   stepper.past_dt = options_.dt;
   // The newest sample begins to act at the start of the step (zoh) or is reached at its end.
   stepper.past_offset = -options_.dt * static_cast<double>(stepper.hold == Hold::zoh ? past_ : past_ - 1);
@@ -106,7 +106,7 @@ void CorrectedModel::derivatives(std::size_t n, const double* x, const double* u
   const auto stride = static_cast<std::size_t>(nx);
   if (dual_rows_.size() < (n + 1) * stride) dual_rows_.resize((n + 1) * stride);
   if (dual_inputs_.size() < 2 * n) dual_inputs_.resize(2 * n);
-  std::fill_n(A, n * stride * stride, 0.0);
+  if (A != nullptr) std::fill_n(A, n * stride * stride, 0.0);
   for (int first = 0; first < nx; first += 8) {  // nx - 2 of the row and two inputs: nx directions
     seed_block(n, x, u, first);
     load(dual_stepper_, n, dual_rows_.data(), dual_inputs_.data(), stride);
@@ -118,12 +118,13 @@ void CorrectedModel::derivatives(std::size_t n, const double* x, const double* u
         if (first == 0) x_next[i * stride + r] = row[r].v;
         for (int k = 0; k < std::min(8, nx - first); ++k) {
           const int column = first + k + 2;
-          if (column < nx)
-            A[(i * stride + r) * stride + static_cast<std::size_t>(column)] = row[r].d[k];
-          else
+          if (column >= nx && B != nullptr)
             B[(i * stride + r) * 2 + static_cast<std::size_t>(column - nx)] = row[r].d[k];
+          if (column < nx && A != nullptr)
+            A[(i * stride + r) * stride + static_cast<std::size_t>(column)] = row[r].d[k];
         }
       }
+      if (A == nullptr) continue;
       A[i * stride * stride] = 1.0;
       A[(i * stride + 1) * stride + 1] = 1.0;
     }
@@ -133,7 +134,7 @@ void CorrectedModel::derivatives(std::size_t n, const double* x, const double* u
 void CorrectedModel::step(std::size_t n, std::span<const double> x, std::span<const double> u,
                           std::span<const Place> at, std::span<double> x_next, std::span<double> A,
                           std::span<double> B) {
-  if (A.empty())
+  if (A.empty() && B.empty())
     values(n, x.data(), u.data(), at.data(), x_next.data());
   else
     derivatives(n, x.data(), u.data(), at.data(), x_next.data(), A.data(), B.data());

@@ -30,6 +30,8 @@ template <class T>
 void Stepper<T>::stage_inputs(std::size_t n, const Place* at, double from, double c, double h, double dt) {
   const double elapsed = from + c * h;
   const double share = elapsed / dt;
+  // A held command changes between steps: stages at either end of a step look back from within it.
+  const double now = hold == Hold::foh ? elapsed : from + std::clamp(c, 1e-9, 1.0 - 1e-9) * h;
   for (std::size_t i = 0; i < n; ++i) {
     const Ramp& r = ramp[i];
     command_[i] = {r.begin.d + (r.end.d - r.begin.d) * share, r.begin.delta + (r.end.delta - r.begin.delta) * share,
@@ -38,7 +40,7 @@ void Stepper<T>::stage_inputs(std::size_t n, const Place* at, double from, doubl
     place_[i].t += elapsed;
     if (past_ > 0) {
       const auto count = static_cast<std::size_t>(past_);
-      history_[i] = {past.data() + i * count, count, past_offset, past_dt, elapsed, hold};
+      history_[i] = {past.data() + i * count, count, past_offset, past_dt, now, hold};
     }
   }
 }
