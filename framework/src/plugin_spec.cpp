@@ -18,7 +18,8 @@ std::vector<std::string> split_choices(const char* choices) {
 
 /// A table is [[a, b], ...], rows of equal length, the first column rising; or the name of a CSV file of that shape.
 Table read_table(const Node& node, const abi::ParamDecl& decl, PluginSpec& spec, Errors& errors) {
-  std::vector<double>& data = spec.tables.emplace_back();
+  const auto shared = std::make_shared<std::vector<double>>();
+  std::vector<double>& data = *shared;
   std::size_t cols = 0;
   const auto refuse = [&](const std::string& text) {
     errors.add(node.origin, std::string(decl.name) + ": " + text);
@@ -43,6 +44,7 @@ Table read_table(const Node& node, const abi::ParamDecl& decl, PluginSpec& spec,
     }
   }
   if (cols == 0) return refuse("a table must not be empty");
+  spec.tables.push_back(shared);
   const Table table = {data.data(), data.size() / cols, cols};
   for (std::size_t row = 1; row < table.rows; ++row)
     if (!(table.at(row, 0) > table.at(row - 1, 0)))

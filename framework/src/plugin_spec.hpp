@@ -1,8 +1,8 @@
 // A plugin as JSON writes it, {"plugin": id, "params": {...}}, checked against what the plugin declares.
 #pragma once
 
-#include <deque>
 #include <map>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -11,11 +11,11 @@
 
 namespace gripline {
 
-/// A plugin chosen and its parameters, in the order of its declaration. Tables point into `tables`.
+/// A plugin chosen and its parameters, in the order of its declaration. Tables point into `tables`, which copies share.
 struct PluginSpec {
   const PluginEntry* entry = nullptr;
   std::vector<abi::ParamValue> values;
-  std::deque<std::vector<double>> tables;
+  std::vector<std::shared_ptr<const std::vector<double>>> tables;
 
   bool empty() const { return entry == nullptr; }
   std::string id() const { return entry == nullptr ? "" : entry->decl->id; }
