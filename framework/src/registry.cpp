@@ -64,8 +64,12 @@ std::vector<fs::path> Registry::search_path(std::span<const std::string> extra_d
 }
 
 Registry::Registry(std::vector<fs::path> directories) : directories_(std::move(directories)) {
+  std::vector<fs::path> searched;
   for (const fs::path& directory : directories_) {
     std::error_code ignored;
+    const fs::path real = fs::weakly_canonical(directory, ignored);
+    if (std::find(searched.begin(), searched.end(), real) != searched.end()) continue;
+    searched.push_back(real);
     std::vector<fs::path> libraries;
     for (const auto& file : fs::directory_iterator(directory, ignored))
       if (file.path().extension() == ".so" && !fs::is_directory(file.path(), ignored)) libraries.push_back(file.path());

@@ -36,8 +36,8 @@ struct PluginEntry {
 
 class Registry {
  public:
-  /// Searches the directories in this order, each not recursive, *.so sorted by name, links followed. A library that
-  /// cannot be used is remembered with its reason; two libraries that offer one id are an error.
+  /// Searches the directories in this order, each once and not recursive, *.so sorted by name, links followed. A
+  /// library that cannot be used is remembered with its reason; two libraries that offer one id are an error.
   explicit Registry(std::vector<std::filesystem::path> directories);
 
   /// --plugins DIR..., then GRIPLINE_PLUGIN_PATH, then ../lib/gripline as seen from the program.
