@@ -56,13 +56,14 @@ class TermParser {
   ClaimTerm parse() {
     ClaimTerm term;
     skip();
+    const std::size_t begin = at_;
     if (const std::optional<double> number = read_number()) {
       skip();
-      if (!accept('*')) {
-        finish();
-        return {0.0, "", "", *number};
-      }
-      term.factor = *number;
+      if (at_ == text_.size()) return {0.0, "", "", *number};
+      if (accept('*'))
+        term.factor = *number;
+      else
+        at_ = begin;  // a name that begins with digits
     }
     skip();
     term.stack = name();
@@ -96,7 +97,7 @@ class TermParser {
   std::optional<double> read_number() {
     double number = 0.0;
     const auto [end, code] = std::from_chars(text_.data() + at_, text_.data() + text_.size(), number);
-    if (code != std::errc()) return std::nullopt;
+    if (code != std::errc() || !std::isfinite(number)) return std::nullopt;
     at_ = static_cast<std::size_t>(end - text_.data());
     return number;
   }

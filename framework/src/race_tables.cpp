@@ -47,6 +47,10 @@ std::optional<double> at(const std::vector<double>& values, int index) {
 
 std::optional<double> run_value(const RaceResults& results, const RunResult& run, const std::string& column) {
   const RunSummary& s = run.summary;
+  if (column == "runs") return 1.0;
+  if (column == "finished") return s.status == Status::finished ? 1.0 : 0.0;
+  if (column == "crashed") return s.status == Status::crashed ? 1.0 : 0.0;
+  if (s.steps == 0) return std::nullopt;  // a run that was lost measured nothing
   if (column == "mean_deviation_m") return s.mean_deviation_m;
   if (column == "violation_s" || column == "violation_s_max") return s.violation_s;
   if (column == "violation_body_s") return s.violation_body_s;
@@ -61,9 +65,6 @@ std::optional<double> run_value(const RaceResults& results, const RunResult& run
   if (column == "steps") return static_cast<double>(s.steps);
   if (column == "cpu_s") return run.timing.cpu_s;
   if (column == "simulated_s") return s.simulated_s;
-  if (column == "runs") return 1.0;
-  if (column == "finished") return s.status == Status::finished ? 1.0 : 0.0;
-  if (column == "crashed") return s.status == Status::crashed ? 1.0 : 0.0;
   if (const int lap = numbered(column, "lap", "_mean_factor"); lap >= 0) return at(s.lap_mean_factors, lap);
   if (const int lap = numbered(column, "lap", "_s"); lap >= 0) return at(s.laps, lap);
   if (const int lap = numbered(column, "pace_ratio", ""); lap >= 0)
