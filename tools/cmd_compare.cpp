@@ -70,7 +70,7 @@ int race_and_report(const RaceSpec& race, const Selection& chosen, const Registr
   std::vector<RunId> ids;
   for (const std::string& stack : chosen.stacks)
     for (const std::uint64_t seed : chosen.seeds) ids.push_back({stack, seed});
-  const RunnerOutcome outcome = run_all(race, ids, registry, {out, jobs, true});
+  const RunnerOutcome outcome = run_all(race, ids, {out, jobs, true});
   const RaceResults results = {race, outcome.runs, chosen.stacks};
   const std::vector<ClaimResult> claims =
       outcome.interrupted ? std::vector<ClaimResult>{} : judge_all(results, jobs == 1);
@@ -79,6 +79,7 @@ int race_and_report(const RaceSpec& race, const Selection& chosen, const Registr
   report_broken(outcome);
   if (outcome.kept > 0) std::cout << outcome.kept << " of " << ids.size() << " runs were already there.\n";
   std::cout << "results: " << out.string() << '\n';
+  report_results(out);
   if (outcome.interrupted) {
     std::cerr << "interrupted: " << outcome.runs.size() << " of " << ids.size()
               << " runs are finished and kept; the same command goes on from here\n";
@@ -98,6 +99,7 @@ int validate_and_report(const std::vector<ChannelScore>& scores, const std::file
     std::cout << line << '\n';
   }
   std::cout << "results: " << out.string() << '\n';
+  report_results(out);
   return good;
 }
 
@@ -122,7 +124,10 @@ int run_compare(Arguments args) {
   }
   const RaceSpec race = read_race(options.experiment, std::move(tree), registry);
   std::vector<std::string> only;
-  if (given->count("only") > 0) only = split_names((*given)["only"].as<std::string>());
+  if (given->count("only") > 0) {
+    only = split_names((*given)["only"].as<std::string>());
+    if (only.empty()) throw InputError("--only names no stack; expected names with commas between them");
+  }
   if (kind == "force_validation") {
     open_out_folder(out_of(options), identity_of(race), options.force);
     return validate_and_report(validate_forces(race, chosen_rows(race, only), out_of(options)), out_of(options));
@@ -137,7 +142,7 @@ int run_compare(Arguments args) {
 int run_one(Arguments args) {
   po::options_description visible("options");
   visible.add_options()("stack", po::value<std::string>(), "the stack to run");
-  visible.add_options()("seed", po::value<std::uint64_t>(), "the seed (default: the experiment's first)");
+  visible.add_options()("seed", po::value<std::int64_t>(), "the seed (default: the experiment's first)");
   add_race_options(visible);
   const auto given = parse_options(args, visible, "run EXPERIMENT --stack S [--seed N] [options]");
   if (!given) return good;
@@ -151,10 +156,15 @@ int run_one(Arguments args) {
   }
   const std::string stack = given->count("stack") > 0 ? (*given)["stack"].as<std::string>() : race.stacks[0].name;
   require_stack(race, stack);
-  const std::uint64_t seed = given->count("seed") > 0 ? (*given)["seed"].as<std::uint64_t>() : race.seeds.front();
+  if (given->count("seed") > 0) {
+    const std::int64_t seed = (*given)["seed"].as<std::int64_t>();
+    if (seed < 0 || seed > largest_seed)
+      throw InputError("--seed " + std::to_string(seed) + ": expected 0 to " + std::to_string(largest_seed));
+    race.seeds = {static_cast<std::uint64_t>(seed)};
+  }
+  race.seeds.resize(1);
   race.claims.clear();
-  race.seeds = {seed};
-  return race_and_report(race, {{stack}, {seed}}, registry, out_of(options), 1, options.force);
+  return race_and_report(race, {{stack}, race.seeds}, registry, out_of(options), 1, options.force);
 }
 
 }  // namespace gripline::tools

@@ -60,10 +60,9 @@ int run_plugins(Arguments args) {
   visible.add_options()("help,h", "this text");
   const auto given = parse_options(args, visible, "plugins list | describe ID [options]");
   if (!given) return good;
-  std::vector<std::string> words, dirs;
+  std::vector<std::string> words;
   if (given->count("experiment") > 0) words = (*given)["experiment"].as<std::vector<std::string>>();
-  if (given->count("plugins") > 0) dirs = (*given)["plugins"].as<std::vector<std::string>>();
-  const Registry registry(Registry::search_path(dirs));
+  const Registry registry(Registry::search_path(plugin_dirs_of(*given)));
   if (words.size() == 1 && words[0] == "list") {
     list(registry);
     return good;

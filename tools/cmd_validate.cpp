@@ -42,22 +42,25 @@ int run_validate(Arguments args) {
   const auto given = parse_options(args, visible, "validate FILE... [options]");
   if (!given) return good;
   if (given->count("experiment") == 0) throw InputError("which file?");
-  std::vector<std::string> dirs;
-  if (given->count("plugins") > 0) dirs = (*given)["plugins"].as<std::vector<std::string>>();
-  const Registry registry(Registry::search_path(dirs));
+  const Registry registry(Registry::search_path(plugin_dirs_of(*given)));
   Errors errors;
+  std::vector<std::string> unusable;
   for (const std::string& file : (*given)["experiment"].as<std::vector<std::string>>()) {
     try {
       validate_file(file, registry);
       std::cout << file << ": good\n";
     } catch (const InputError& e) {
       errors.add(e);
+    } catch (const PluginError& e) {
+      unusable.push_back(file + ": " + e.what());
     }
   }
-  if (errors.empty()) return good;
+  const std::size_t count = errors.size() + unusable.size();
+  if (count == 0) return good;
   for (const Diagnostic& one : errors.sorted()) std::cerr << one.text() << '\n';
-  std::cerr << errors.size() << (errors.size() == 1 ? " error.\n" : " errors.\n");
-  return bad_input;
+  for (const std::string& one : unusable) std::cerr << one << '\n';
+  std::cerr << count << (count == 1 ? " error.\n" : " errors.\n");
+  return errors.empty() ? plugin_unusable : bad_input;
 }
 
 }  // namespace gripline::tools

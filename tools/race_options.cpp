@@ -35,6 +35,14 @@ std::optional<po::variables_map> parse_options(Arguments args, const po::options
   return given;
 }
 
+std::vector<std::string> plugin_dirs_of(const po::variables_map& given) {
+  std::vector<std::string> dirs;
+  if (given.count("plugins") > 0) dirs = given["plugins"].as<std::vector<std::string>>();
+  for (const std::string& dir : dirs)
+    if (!std::filesystem::is_directory(dir)) throw InputError("--plugins " + dir + ": no such folder");
+  return dirs;
+}
+
 RaceOptions read_race_options(const po::variables_map& given) {
   RaceOptions options;
   if (given.count("experiment") == 0) throw InputError("which experiment? For example experiments/table1.json");
@@ -42,11 +50,9 @@ RaceOptions read_race_options(const po::variables_map& given) {
   if (files.size() > 1) throw InputError("one experiment at a time; found " + files[0] + " and " + files[1]);
   options.experiment = files.front();
   if (given.count("set") > 0) options.assignments = given["set"].as<std::vector<std::string>>();
-  if (given.count("plugins") > 0) options.plugin_dirs = given["plugins"].as<std::vector<std::string>>();
+  options.plugin_dirs = plugin_dirs_of(given);
   if (given.count("out") > 0) options.out = given["out"].as<std::string>();
   options.force = given.count("force") > 0;
-  for (const std::string& dir : options.plugin_dirs)
-    if (!std::filesystem::is_directory(dir)) throw InputError("--plugins " + dir + ": no such folder");
   return options;
 }
 

@@ -24,6 +24,8 @@ void add_race_options(boost::program_options::options_description& visible);
 /// Parses; empty when --help was asked for and has been printed. Throws InputError without an experiment.
 std::optional<boost::program_options::variables_map> parse_options(
     Arguments args, const boost::program_options::options_description& visible, const char* usage);
+/// The folders of `--plugins`. Throws InputError when one is not there.
+std::vector<std::string> plugin_dirs_of(const boost::program_options::variables_map& given);
 RaceOptions read_race_options(const boost::program_options::variables_map& given);
 
 /// The one at `--out`, else out/<experiment>.

@@ -9,17 +9,16 @@ namespace gripline {
 namespace {
 
 bool is_plain_name(const std::string& name) {
-  return !name.empty() && name.front() != '.' && name.front() != '-' &&
-         std::all_of(name.begin(), name.end(), [](unsigned char c) {
-           return std::isalnum(c) != 0 || c == '_' || c == '-' || c == '.' || c == '+';
-         });
+  return !name.empty() && name.front() != '-' && std::all_of(name.begin(), name.end(), [](unsigned char c) {
+    return std::isalnum(c) != 0 || c == '_' || c == '-';
+  });
 }
 
 void read_seeds(ObjectReader& r, RaceSpec& race) {
   std::int64_t first = 1, count = 1;
   if (r.has("seeds")) {
     ObjectReader seeds = r.object("seeds");
-    first = seeds.integer("first", {0, 1'000'000'000}, 1);
+    first = seeds.integer("first", {0, largest_seed}, 1);
     count = seeds.integer("count", {1, 100'000}, 1);
     seeds.finish();
   }
@@ -34,23 +33,25 @@ void read_stacks(ObjectReader& r, const Registry& registry, RaceSpec& race, Erro
   for (const Member* member : stacks.members()) {
     errors.set_context("stack " + member->key);
     if (!is_plain_name(member->key))
-      errors.add(member->key_origin(), "a stack's name becomes a folder: letters, digits, _ - + . only");
+      errors.add(member->key_origin(),
+                 "a stack's name is a folder and a word of claims: letters, digits, _ and - only");
     race.stacks.push_back(read_stack(member->key, merge(*base, member->value), registry, race.world.car, errors));
   }
   errors.set_context("");
   if (race.stacks.empty()) stacks.error("an experiment needs at least one stack");
 }
 
-/// Text that names a file becomes an absolute path: the tree will be read from another folder.
-void make_paths_absolute(Node& node) {
+/// Calls use(text node, path) for every text that names a file that is there.
+template <class N, class Use>
+void each_file(N& node, Use&& use) {
   if (node.is_object()) {
-    for (Member& member : node.object()) make_paths_absolute(member.value);
+    for (auto& member : node.object()) each_file(member.value, use);
   } else if (node.is_array()) {
-    for (Node& one : node.array()) make_paths_absolute(one);
+    for (auto& one : node.array()) each_file(one, use);
   } else if (node.is_text() && (node.text().ends_with(".csv") || node.text().ends_with(".json"))) {
-    const std::filesystem::path file = std::filesystem::absolute(resolve_path(node));
+    const std::filesystem::path file = std::filesystem::absolute(resolve_path(node)).lexically_normal();
     std::error_code ignored;
-    if (std::filesystem::exists(file, ignored)) node = Node(file.lexically_normal().string(), node.origin);
+    if (std::filesystem::is_regular_file(file, ignored)) use(node, file);
   }
 }
 
@@ -79,7 +80,8 @@ RaceSpec read_race(const std::filesystem::path& file, Node tree, const Registry&
   Errors errors;
   {
     ObjectReader r(race.tree, errors);
-    r.find("kind");
+    static const std::vector<std::string> kinds = {"race", "offline_validation", "force_validation", "diagnose", "fit"};
+    (void)r.choice("kind", kinds, "race");
     if (const Node* world = r.require("world", "a world file or an object"); world != nullptr)
       race.world = read_world(*world, registry, errors);
     read_seeds(r, race);
@@ -108,8 +110,34 @@ Node RaceSpec::run_tree(const std::string& stack, std::uint64_t seed) const {
   one.erase("claims");
   one.set("seeds", std::move(seeds));
   one.set("stacks", std::move(stacks));
-  make_paths_absolute(one);
+  // The tree will be read from another folder.
+  each_file(one, [](Node& node, const std::filesystem::path& file) { node = Node(file.string(), node.origin); });
   return one;
+}
+
+std::vector<std::filesystem::path> files_named(const Node& tree) {
+  std::vector<std::filesystem::path> files;
+  each_file(tree, [&](const Node&, const std::filesystem::path& file) { files.push_back(file); });
+  std::sort(files.begin(), files.end());
+  return files;
+}
+
+std::set<std::filesystem::path> libraries_of(const WorldSpec& world, std::span<const StackSpec> stacks) {
+  std::set<std::filesystem::path> used;
+  const auto use = [&](const PluginSpec& spec) {
+    if (!spec.empty()) used.insert(spec.entry->library);
+  };
+  const auto use_vehicle = [&](const VehicleSpec& vehicle) {
+    use(vehicle.model);
+    for (const PluginSpec& effect : vehicle.effects) use(effect);
+  };
+  use(world.plant);
+  use_vehicle(world.vehicle);
+  for (const StackSpec& stack : stacks) {
+    use_vehicle(stack.model);
+    for (const PluginSpec* spec : {&stack.estimator, &stack.planner, &stack.controller}) use(*spec);
+  }
+  return used;
 }
 
 }  // namespace gripline

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -18,6 +19,8 @@ Node load_experiment(const std::filesystem::path& file, std::span<const std::str
 /// "race", "offline_validation", "force_validation", "diagnose": the "kind" of a loaded tree; race when it says none.
 std::string experiment_kind(const Node& tree);
 
+inline constexpr std::int64_t largest_seed = 1'000'000'000;
+
 struct RaceSpec {
   std::string name;  // of the file, without its ending
   Node tree;
@@ -30,6 +33,11 @@ struct RaceSpec {
   /// The tree of one run: the same experiment with one stack and one seed, claims left out; can be given back to `run`.
   Node run_tree(const std::string& stack, std::uint64_t seed) const;
 };
+
+/// The files that the texts of a run's tree name, sorted.
+std::vector<std::filesystem::path> files_named(const Node& tree);
+/// The libraries that a world and stacks are made of, sorted.
+std::set<std::filesystem::path> libraries_of(const WorldSpec& world, std::span<const StackSpec> stacks);
 
 /// Throws InputError with every error of the tree, PluginError when a plugin is missing.
 RaceSpec read_race(const std::filesystem::path& file, Node tree, const Registry& registry);

@@ -1,7 +1,6 @@
 #include "out_folder.hpp"
 
 #include <cmath>
-#include <set>
 
 #include "config/errors.hpp"
 #include "config/hash.hpp"
@@ -68,26 +67,14 @@ Node describe_origin(const RaceSpec& race, const Registry& registry) {
   origin.set("gripline", Node(GRIPLINE_VERSION));
   origin.set("compiler", Node("g++ " __VERSION__));
   origin.set("plugin_abi", Node(static_cast<double>(abi::number)));
-  std::set<std::string> used;
-  const auto use = [&](const PluginSpec& spec) {
-    if (!spec.empty()) used.insert(spec.entry->library.string());
-  };
-  use(race.world.plant);
-  use(race.world.vehicle.model);
-  for (const PluginSpec& effect : race.world.vehicle.effects) use(effect);
-  for (const StackSpec& stack : race.stacks) {
-    for (const PluginSpec* spec : {&stack.model.model, &stack.estimator, &stack.planner, &stack.controller}) use(*spec);
-    for (const PluginSpec& effect : stack.model.effects) use(effect);
-  }
   Node::Array libraries;
-  for (const std::string& library : used) {
+  for (const fs::path& library : libraries_of(race.world, race.stacks)) {
     Node one{Node::Object{}};
-    one.set("file", Node(fs::path(library).filename().string()));
+    one.set("file", Node(library.filename().string()));
     one.set("sha256", Node(sha256_of_file(library)));
     Node::Array plugins;
     for (const PluginEntry& entry : registry.entries())
-      if (entry.library.string() == library)
-        plugins.emplace_back(std::string(entry.decl->id) + " " + entry.decl->version);
+      if (entry.library == library) plugins.emplace_back(std::string(entry.decl->id) + " " + entry.decl->version);
     one.set("plugins", Node(std::move(plugins)));
     libraries.push_back(std::move(one));
   }

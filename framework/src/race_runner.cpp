@@ -82,6 +82,9 @@ class SharedFractions {
   Slot* slots_;
 };
 
+/// A broken run is shown but never counted as done: its key is not the one a rerun looks for.
+std::string broken_key(const std::string& key) { return "broken " + key; }
+
 /// What a process left when it did not come to an end: its rows stay, with a summary that says so.
 void keep_broken_run(const RaceSpec& race, const RunId& id, const fs::path& out, const std::string& key,
                      const std::string& why) {
@@ -95,8 +98,7 @@ void keep_broken_run(const RaceSpec& race, const RunId& id, const fs::path& out,
   summary.message = why;
   for (const StackSpec& stack : race.stacks)
     if (stack.name == id.stack) summary.needs_truth = stack.needs_truth();
-  // A broken run is shown but never counted as done: its key is not the one a rerun looks for.
-  write_summary(partial, summary, "broken " + key);
+  write_summary(partial, summary, broken_key(key));
   fs::remove_all(run_folder(out, id), ignored);
   fs::rename(partial, run_folder(out, id), ignored);
 }
@@ -142,6 +144,9 @@ std::string describe_exit(int status) {
 class Pool {
  public:
   Pool(const RaceSpec& race, const fs::path& out, std::size_t count) : race_(race), out_(out), fractions_(count) {}
+  ~Pool() { stop(); }
+  Pool(const Pool&) = delete;
+  Pool& operator=(const Pool&) = delete;
   std::size_t running() const { return children_.size(); }
   double fractions() const { return fractions_.sum(); }
   std::string names() const {
@@ -201,17 +206,22 @@ class Pool {
 
 }  // namespace
 
-std::string run_key(const RaceSpec& race, const RunId& id, const Registry& registry) {
-  std::string text = content_text(race.run_tree(id.stack, id.seed));
+std::string run_key(const RaceSpec& race, const RunId& id, FileHashes& hashes) {
+  const Node tree = race.run_tree(id.stack, id.seed);
+  std::string text = content_text(tree);
   text += "\n" GRIPLINE_VERSION "\n";
-  for (const PluginEntry& entry : registry.entries()) text += entry.library.filename().string() + entry.decl->id;
-  static std::map<fs::path, std::string> hashes;
-  for (const PluginEntry& entry : registry.entries()) {
-    auto [found, fresh] = hashes.try_emplace(entry.library);
-    if (fresh) found->second = sha256_of_file(entry.library);
-    text += found->second;
-  }
+  for (const fs::path& file : files_named(tree)) text += hashes.of(file);
+  const auto stack =
+      std::find_if(race.stacks.begin(), race.stacks.end(), [&](const auto& s) { return s.name == id.stack; });
+  for (const fs::path& library : libraries_of(race.world, std::span(&*stack, 1)))
+    text += library.filename().string() + hashes.of(library);
   return sha256_hex(text);
+}
+
+const std::string& FileHashes::of(const fs::path& file) {
+  auto [found, fresh] = known_.try_emplace(file);
+  if (fresh) found->second = sha256_of_file(file);
+  return found->second;
 }
 
 RunSummary run_here(const RaceSpec& race, const RunId& id, const std::string& key, const fs::path& out,
@@ -249,20 +259,20 @@ RunSummary run_here(const RaceSpec& race, const RunId& id, const std::string& ke
     summary.message = e.what();
   }
   const bool broken = summary.status == Status::plugin_error || summary.status == Status::error;
-  write_summary(partial, summary, broken ? "broken " + key : key);
+  write_summary(partial, summary, broken ? broken_key(key) : key);
   const fs::path folder = run_folder(out, id);
   fs::remove_all(folder);
   fs::rename(partial, folder);
   return summary;
 }
 
-RunnerOutcome run_all(const RaceSpec& race, const std::vector<RunId>& ids, const Registry& registry,
-                      const RunnerOptions& options) {
+RunnerOutcome run_all(const RaceSpec& race, const std::vector<RunId>& ids, const RunnerOptions& options) {
   RunnerOutcome outcome;
   std::vector<std::string> keys;
   std::vector<std::size_t> waiting;
+  FileHashes hashes;
   for (std::size_t i = 0; i < ids.size(); ++i) {
-    keys.push_back(run_key(race, ids[i], registry));
+    keys.push_back(run_key(race, ids[i], hashes));
     if (read_result(run_folder(options.out, ids[i]), keys[i]))
       ++outcome.kept;
     else
@@ -286,8 +296,12 @@ RunnerOutcome run_all(const RaceSpec& race, const std::vector<RunId>& ids, const
   }
   outcome.interrupted = InterruptWatch::seen();
   pool.stop();
-  for (const RunId& id : ids) {
-    if (std::optional<RunResult> result = read_result(run_folder(options.out, id), "")) {
+  for (std::size_t i = 0; i < ids.size(); ++i) {
+    const RunId& id = ids[i];
+    // What an older version left counts as absent: an interrupt may have come before its turn.
+    std::optional<RunResult> result = read_result(run_folder(options.out, id), keys[i]);
+    if (!result) result = read_result(run_folder(options.out, id), broken_key(keys[i]));
+    if (result) {
       outcome.runs.push_back(*std::move(result));
     } else if (!outcome.interrupted) {
       RunResult lost;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <map>
 #include <vector>
 
 #include "experiment.hpp"
@@ -20,8 +21,18 @@ struct RunId {
   std::uint64_t seed;
 };
 
-/// Names a run by its inputs: the expanded JSON, the files of the plugins it uses, the version.
-std::string run_key(const RaceSpec& race, const RunId& id, const Registry& registry);
+/// SHA-256 of files, each read once.
+class FileHashes {
+ public:
+  const std::string& of(const std::filesystem::path& file);
+
+ private:
+  std::map<std::filesystem::path, std::string> known_;
+};
+
+/// Names a run by its inputs: the expanded JSON and the files it names, the libraries of the plugins it uses, the
+/// version.
+std::string run_key(const RaceSpec& race, const RunId& id, FileHashes& hashes);
 
 /// One run in this process, its files under OUT/<stack>/<seed>/. `fraction` is told how far it is, in [0, 1].
 RunSummary run_here(const RaceSpec& race, const RunId& id, const std::string& key, const std::filesystem::path& out,
@@ -34,7 +45,6 @@ struct RunnerOutcome {
   int kept = 0;
   bool interrupted = false;
 };
-RunnerOutcome run_all(const RaceSpec& race, const std::vector<RunId>& ids, const Registry& registry,
-                      const RunnerOptions& options);
+RunnerOutcome run_all(const RaceSpec& race, const std::vector<RunId>& ids, const RunnerOptions& options);
 
 }  // namespace gripline
