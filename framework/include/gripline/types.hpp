@@ -84,7 +84,8 @@ struct CommandSample {
   T d, delta;
 };
 
-/// Commands up to now, equally spaced: sample i was given at t0 + i dt. Read-only; owned by the caller.
+/// Commands up to now, equally spaced: sample i was given at t0 + i dt (zoh) or reached then (foh, rate; the throttle
+/// of rate held until then). Read-only; owned by the caller.
 template <class T>
 struct History {
   const CommandSample<T>* samples = nullptr;
@@ -101,13 +102,16 @@ struct History {
     if (count == 0) return {T(0), T(0), T(0)};
     const T position = (T(now - t0) - age) * (1.0 / dt);
     if (!(position > T(0))) return {samples[0].d, samples[0].delta, T(0)};
-    std::size_t i = static_cast<std::size_t>(value(position));
+    const std::size_t i = static_cast<std::size_t>(value(position));
+    if (hold == Hold::zoh) {
+      const CommandSample<T>& held = samples[i < count ? i : count - 1];
+      return {held.d, held.delta, i > 0 && i < count ? (held.delta - samples[i - 1].delta) * (1.0 / dt) : T(0)};
+    }
     if (i + 1 >= count) return {samples[count - 1].d, samples[count - 1].delta, T(0)};
     const T slope = (samples[i + 1].delta - samples[i].delta) * (1.0 / dt);
-    if (hold == Hold::zoh) return {samples[i].d, samples[i].delta, slope};
     const T w = position - static_cast<double>(i);
-    return {samples[i].d + (samples[i + 1].d - samples[i].d) * w,
-            samples[i].delta + (samples[i + 1].delta - samples[i].delta) * w, slope};
+    const T d = hold == Hold::rate ? samples[i + 1].d : samples[i].d + (samples[i + 1].d - samples[i].d) * w;
+    return {d, samples[i].delta + (samples[i + 1].delta - samples[i].delta) * w, slope};
   }
 };
 
@@ -173,8 +177,8 @@ inline double total_mu(const Belief& belief, const Car& car) {
 }
 
 /// Where the car should be k steps ahead. `left` and `right` are the distances [m] from the point to the track's edges
-/// along the point's normal (-sin yaw, cos yaw), right as a positive number. `yaw` is the heading of the path; the car's
-/// own is planned to be yaw - beta.
+/// along the point's normal (-sin yaw, cos yaw), right as a positive number. `yaw` is the heading of the path; the
+/// car's own is planned to be yaw - beta.
 struct RefPoint {
   double s = 0, x = 0, y = 0, yaw = 0, kappa = 0, v = 0, left = 0, right = 0;
   Place at;
