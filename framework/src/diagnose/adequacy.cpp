@@ -143,7 +143,8 @@ Score score_test(const MatrixXd& N, const VectorXd& g, Index own) {
   s.information = N.bottomRightCorner(count, count);
   VectorXd r = g.tail(count);
   if (own > 0) {
-    const MatrixXd base = N.topLeftCorner(own, own) + 1e-12 * MatrixXd(N.topLeftCorner(own, own).diagonal().asDiagonal());
+    const MatrixXd base =
+        N.topLeftCorner(own, own) + 1e-12 * MatrixXd(N.topLeftCorner(own, own).diagonal().asDiagonal());
     const Eigen::LDLT<MatrixXd> ldlt(base);
     const MatrixXd cross = N.topRightCorner(own, count);
     s.information -= cross.transpose() * ldlt.solve(cross);
@@ -227,10 +228,18 @@ std::vector<BasisTest> remainder(const Problem& problem, const Fit& fitted) {
       own = static_cast<Index>(directions.size());
       const Signals s = signals(trace);
       switch (where) {
-        case Where::position: basis = place_basis(trace); break;
-        case Where::time: basis = time_basis(trace, knots, end); break;
-        case Where::state: basis = feature_basis({&s.vx, &s.vy, &s.omega}); break;
-        case Where::input: basis = feature_basis({&s.d, &s.delta, &s.delta_rate, &s.d_rate}); break;
+        case Where::position:
+          basis = place_basis(trace);
+          break;
+        case Where::time:
+          basis = time_basis(trace, knots, end);
+          break;
+        case Where::state:
+          basis = feature_basis({&s.vx, &s.vy, &s.omega});
+          break;
+        case Where::input:
+          basis = feature_basis({&s.d, &s.delta, &s.delta_rate, &s.d_rate});
+          break;
       }
       for (Direction& d : accelerations(basis, trace.size())) directions.push_back(std::move(d));
       std::vector<const Direction*> list;
@@ -261,10 +270,12 @@ std::vector<BasisTest> remainder(const Problem& problem, const Fit& fitted) {
     const auto dof = static_cast<double>(std::max<std::size_t>(1, s.dof));
     test.excess = (2.0 * s.gain - dof) / std::sqrt(2.0 * dof);
     if (where == Where::position)
-      locate(s, basis, [](double x) { return x / static_cast<double>(place_knots); }, true, test);
+      locate(
+          s, basis, [](double x) { return x / static_cast<double>(place_knots); }, true, test);
     if (where == Where::time) {
       const double spacing = end / static_cast<double>(knots - 1);
-      locate(s, basis, [&](double x) { return std::min(end, x * spacing); }, false, test);
+      locate(
+          s, basis, [&](double x) { return std::min(end, x * spacing); }, false, test);
     }
     tests.push_back(std::move(test));
   }

@@ -190,13 +190,14 @@ class Pass {
       out_.slope[i] += 0.5 * (dS[i] / S - e * e * dS[i] / (S * S) + 2.0 * e * de[i] / S);
       for (std::size_t j = 0; j < noise_states; ++j)
         out_.information[i][j] += 0.5 * dS[i] * dS[j] / (S * S) + de[i] * de[j] / S;
-      Vector dK;
-      for (std::size_t r = 0; r < N; ++r) dK[r] = (dPH[i][r] - K[r] * dS[i]) / S;
+      // With the best gain dP becomes (I - K H) dP (I - K H)'.
+      Vector half;
       for (std::size_t r = 0; r < N; ++r) {
-        dz_[i][r] += dK[r] * e + K[r] * de[i];
-        for (std::size_t q = 0; q < N; ++q)
-          dP_[i][r * N + q] -= dK[r] * S * K[q] + K[r] * dS[i] * K[q] + K[r] * S * dK[q];
+        half[r] = dPH[i][r] - 0.5 * dS[i] * K[r];
+        dz_[i][r] += (dPH[i][r] - K[r] * dS[i]) / S * e + K[r] * de[i];
       }
+      for (std::size_t r = 0; r < N; ++r)
+        for (std::size_t q = 0; q < N; ++q) dP_[i][r * N + q] -= K[r] * half[q] + half[r] * K[q];
     }
   }
 

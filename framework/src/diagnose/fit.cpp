@@ -3,6 +3,8 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
+#include <cstdlib>
 
 namespace gripline::diagnose {
 namespace {
@@ -134,9 +136,11 @@ double improve_noise(const Problem& problem, const Evaluation& e, Noise& noise) 
   double gain = 0.0;
   for (std::size_t i = 0; i < 3; ++i) {
     if (held[i]) continue;
-    const double moved = std::clamp(step[static_cast<Index>(i)], -3.4, 3.4);
+    // Downwards the step is taken in the variance itself, upwards in its logarithm: both then never fall short.
+    const double moved = step[static_cast<Index>(i)];
     const double before = noise.process[i];
-    noise.process[i] = std::max(floor(i), before * std::exp(moved));
+    const double factor = moved < 0.0 ? std::max(1.0 + moved, 0.01) : std::exp(std::min(moved, 3.4));
+    noise.process[i] = std::max(floor(i), before * factor);
     gain += std::abs(slope[static_cast<Index>(i)] * std::log(noise.process[i] / before));
   }
   return gain;
@@ -171,6 +175,12 @@ Fit fit(const Problem& problem, const ModelSpec& start, const Noise& noise, int 
   double share = 1.0;
   for (int i = 0; i < iterations; ++i) {
     Evaluation e = evaluate(problem, trial, trial_noise);
+    if (getenv("FITV")) {
+      printf("   it %d share %.3f cost %.4f q %.5f %.5f %.5f th", i, share, e.cost, std::sqrt(trial_noise.process[0]),
+             std::sqrt(trial_noise.process[1]), std::sqrt(trial_noise.process[2]));
+      for (double x : pack(catalogue, trial)) printf(" %.5g", x);
+      printf("\n");
+    }
     if (!(e.cost <= best.cost + 1e-6)) {
       // Not better: a shorter step from the best.
       share *= 0.35;

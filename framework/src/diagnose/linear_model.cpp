@@ -82,9 +82,10 @@ bool reads(const Catalogue& catalogue, const ModelSpec& model) {
 /// F = exp(h A) and the weights of an input that is linear in time: with P1 = h sum (hA)^i / (i+1)! and
 /// P2 = h sum (hA)^i / (i+2)!, an input b0 at the start and b1 at the end adds (P1 - P2) b0 + P2 b1.
 template <std::size_t N>
-void exponentials(const double* A, std::size_t n, double h, double* F, double* in0, double* in1) {
+void exponentials(const double* A, double h, double* F, double* in0, double* in1) {
+  constexpr std::size_t n = N;
   // Power series by rows of motion inputs: exp acts on the identity, P1 and P2 on the three columns 3..5.
-  constexpr int order = 8;
+  constexpr int order = 7;
   double term[N][N] = {}, sum[N][N] = {}, p1[N][3] = {}, p2[N][3] = {};
   for (std::size_t i = 0; i < n; ++i) term[i][i] = sum[i][i] = 1.0;
   for (std::size_t c = 0; c < 3; ++c) {
@@ -95,7 +96,7 @@ void exponentials(const double* A, std::size_t n, double h, double* F, double* i
   for (int k = 1; k <= order; ++k) {
     double next[N][N] = {};
     for (std::size_t i = 0; i < n; ++i)
-      for (std::size_t l = 0; l < n; ++l) {
+      for (std::size_t l = 2; l < n; ++l) {  // nothing depends on x and y
         const double a = A[i * n + l] * h;
         if (a == 0.0) continue;
         for (std::size_t j = 0; j < n; ++j) next[i][j] += a * term[l][j];
@@ -122,7 +123,20 @@ void exponentials(const double* A, std::size_t n, double h, double* F, double* i
   }
 }
 
-constexpr std::size_t max_states = channels + max_memory + noise_states;
+void exponentials(std::size_t n, const double* A, double h, double* F, double* in0, double* in1) {
+  switch (n) {
+    case 9:
+      return exponentials<9>(A, h, F, in0, in1);
+    case 10:
+      return exponentials<10>(A, h, F, in0, in1);
+    case 11:
+      return exponentials<11>(A, h, F, in0, in1);
+    case 12:
+      return exponentials<12>(A, h, F, in0, in1);
+    default:
+      return exponentials<channels + max_memory + noise_states>(A, h, F, in0, in1);
+  }
+}
 
 /// Cuts the step where the series would not converge well: a stiff lag. Inputs and outputs as exponentials().
 void transition(const double* A, std::size_t n, double h, double* F, double* in0, double* in1) {
@@ -130,11 +144,11 @@ void transition(const double* A, std::size_t n, double h, double* F, double* in0
   for (std::size_t i = 3; i < n; ++i) fastest = std::max(fastest, std::abs(A[i * n + i]));
   const int pieces = std::max(1, static_cast<int>(std::ceil(h * fastest / 2.0)));
   if (pieces == 1) {
-    exponentials<max_states>(A, n, h, F, in0, in1);
+    exponentials(n, A, h, F, in0, in1);
     return;
   }
   std::vector<double> f(n * n), a0(n * 3), a1(n * 3), Fs(n * n, 0.0), s0(n * 3, 0.0), s1(n * 3, 0.0), next(n * n);
-  exponentials<max_states>(A, n, h / pieces, f.data(), a0.data(), a1.data());
+  exponentials(n, A, h / pieces, f.data(), a0.data(), a1.data());
   for (std::size_t i = 0; i < n; ++i) Fs[i * n + i] = 1.0;
   const auto advance = [&](std::vector<double>& rows, std::size_t columns) {
     std::fill(next.begin(), next.end(), 0.0);

@@ -86,7 +86,8 @@ void Search::polish() {
     const Fit* const before = best_;
     for (const std::size_t member : before->model.members) {
       const Fit& less = fit_once(problem_.catalogue->without(before->model, member), before->noise);
-      if (less.score > best_->score - options_.worth_adding && less.model.members.size() < best_->model.members.size()) {
+      if (less.score > best_->score - options_.worth_adding &&
+          less.model.members.size() < best_->model.members.size()) {
         best_ = &less;
         moved = true;
       }

@@ -11,8 +11,8 @@ namespace gripline::diagnose {
 struct SearchOptions {
   std::size_t max_effects = 4;
   std::size_t beam = 2;
-  std::size_t tries = 7;       // refits per model extended
-  double worth_adding = 3.0;   // rise of the score (log evidence) that an effect must bring
+  std::size_t tries = 7;      // refits per model extended
+  double worth_adding = 3.0;  // rise of the score (log evidence) that an effect must bring
 };
 
 /// All models tried, and the best of them.
