@@ -30,6 +30,14 @@ class DifferenceRls {
   auto covariance() { return covariance_.topLeftCorner(unknowns_, unknowns_); }
   auto covariance() const { return covariance_.topLeftCorner(unknowns_, unknowns_); }
 
+  /// Starts over: the unknowns' covariance, no memory of readings.
+  void reset_covariance(const Eigen::MatrixXd& covariance) {
+    covariance_.setZero();
+    covariance_.topLeftCorner(unknowns_, unknowns_) = covariance;
+  }
+  /// Estimated noise of the newest reading of a channel.
+  double noise(int channel) const { return estimate_[slot(channel, parity_)]; }
+
   /// Forgets the noise of the last reading: the next step does not continue the previous one. `sigma` per channel.
   void break_sequence(const double* sigma) {
     for (int c = 0; c < channels_; ++c) fresh_slot(slot(c, parity_), sigma[c]);

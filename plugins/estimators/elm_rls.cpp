@@ -14,7 +14,8 @@
 // A sudden change is a likelihood-ratio test: over the last samples, do the innovations correlate with the predicted
 // forces? If so, uncertainty is added along the curves, and the next samples set the new scale.
 //
-// The readings' noise is not told; it is matched to the innovations, from a start and between bounds.
+// Neither the readings' noise nor how well the equations hold is told; both are matched to the innovations, from a
+// start and between bounds. Slips are taken on the path predicted from the readings freed of their estimated noise.
 #include <algorithm>
 #include <array>
 #include <gripline/plugin.hpp>
@@ -36,7 +37,7 @@ class ElmRls : public gripline::AutoDiffEffect<ElmRls, gripline::Estimator> {
   struct Params {
     int hidden = 40;
     double stiffness = 6.0, stiffness_spread = 0.7, shape = 1.4, shape_spread = 0.2, friction_spread = 0.3;
-    double drift = 0.02, axle_drift = 0.01, shape_memory = 1000;
+    double drift = 0.015, axle_drift = 0.005, shape_memory = 1000;
     double alarm = 4.5, change = 0.3;
     double sigma_v = 0.02, sigma_omega = 0.05, misfit = 0.02;
   };
@@ -57,7 +58,7 @@ class ElmRls : public gripline::AutoDiffEffect<ElmRls, gripline::Estimator> {
         param("change", &P::change, "1", {0, 2}, "relative uncertainty of friction after such a change"),
         param("sigma_v", &P::sigma_v, "m/s", {1e-6, 10}, "noise of vx and vy to begin with"),
         param("sigma_omega", &P::sigma_omega, "rad/s", {1e-6, 10}, "noise of the yaw rate to begin with"),
-        param("misfit", &P::misfit, "m/s2", {1e-6, 10}, "accuracy of the equations themselves")};
+        param("misfit", &P::misfit, "m/s2", {1e-6, 10}, "accuracy of the equations at best")};
   }
 
   ElmRls(const gripline::Surroundings& around, const Params& params)
@@ -70,9 +71,11 @@ class ElmRls : public gripline::AutoDiffEffect<ElmRls, gripline::Estimator> {
         rls_(2 * params.hidden + 2, channels),
         load_{car_.m * gripline::gravity * car_.lr / (car_.lf + car_.lr),
               car_.m * gripline::gravity * car_.lf / (car_.lf + car_.lr)},
+        mu_init_(around.mu_init),
         gyration_(std::sqrt(car_.Iz / car_.m)),
         sigma_{params.sigma_v, params.sigma_v, params.sigma_omega},
         largest_sigma_{10 * params.sigma_v, 10 * params.sigma_v, 10 * params.sigma_omega},
+        misfit_{params.misfit, params.misfit, params.misfit / gyration_},
         rows_(Eigen::MatrixXd::Zero(unknowns(), channels)),
         prior_covariance_(Eigen::MatrixXd::Zero(unknowns(), unknowns())) {
     const int n = params.hidden;
@@ -80,16 +83,9 @@ class ElmRls : public gripline::AutoDiffEffect<ElmRls, gripline::Estimator> {
     prior_covariance_.block(n, n, n, n) = rear_tyres_.prior_covariance();
     prior_covariance_(2 * n, 2 * n) = square(0.1);          // Cr0 over m g
     prior_covariance_(2 * n + 1, 2 * n + 1) = square(0.1);  // Cd v_ref^2 over m g
-    rls_.covariance() = prior_covariance_;
     tabulate(front_tyres_, front_rows_);
     tabulate(rear_tyres_, rear_rows_);
-    rls_.theta().head(n).setConstant(front_tyres_.prior_mean());
-    rls_.theta().segment(n, n).setConstant(rear_tyres_.prior_mean());
-    read_theta();
-    // The mean of curves that peak at different slips is lower than mu_init: lift it there.
-    rls_.theta().head(n) *= around.mu_init / (front_.peak(peak_reach) / load_[0]);
-    rls_.theta().segment(n, n) *= around.mu_init / (rear_.peak(peak_reach) / load_[1]);
-    read_theta();
+    start_over();
   }
 
   void update(const gripline::Sample& k) override {
@@ -97,11 +93,11 @@ class ElmRls : public gripline::AutoDiffEffect<ElmRls, gripline::Estimator> {
       continues_ = false;
       return;
     }
-    const auto path = gripline::step_path(k, car_, drive_, resistance_, true,
-                                          [this](Axle axle, double slip) { return table(axle).at(slip).force; });
-    fill_rows(path);
     if (!continues_) rls_.break_sequence(sigma_.data());
     continues_ = true;
+    const gripline::Motion begin = {k.x.vx - rls_.noise(0), k.x.vy - rls_.noise(1), k.x.omega - rls_.noise(2)};
+    fill_rows(gripline::predicted_path(begin, k, car_, drive_, resistance_,
+                                       [this](Axle axle, double slip) { return table(axle).at(slip).force; }));
     forget(k.dt);
     rls_.begin_step(sigma_.data());
     watch(k.dt);
@@ -112,6 +108,7 @@ class ElmRls : public gripline::AutoDiffEffect<ElmRls, gripline::Estimator> {
     }
     ++seen_;
     read_theta();
+    if (!plausible()) start_over();
   }
 
   gripline::Belief belief() const override { return belief_; }
@@ -133,7 +130,9 @@ class ElmRls : public gripline::AutoDiffEffect<ElmRls, gripline::Estimator> {
   static constexpr double peak_reach = 1.6;       // [rad]: where mu looks for the peak
   static constexpr double score_memory = 0.9;     // per step, of the likelihood ratio
   static constexpr double noise_gain = 0.01;      // per step, of matching the noise
-  static constexpr double smallest_sigma = 0.02;  // of the noise the filter starts from
+  static constexpr double smallest_sigma = 2e-3;  // of largest_sigma_: 0.02 of what the filter starts from
+  static constexpr double misfit_gain = 0.02;     // per step, of matching the misfit
+  static constexpr double telling_share = 0.4;    // of friction: forces below say nothing of a sudden change
 
   gripline::TyrePrior prior(double mu_init) const {
     return {params_.stiffness, params_.stiffness_spread, params_.shape, params_.shape_spread,
@@ -143,7 +142,7 @@ class ElmRls : public gripline::AutoDiffEffect<ElmRls, gripline::Estimator> {
   int first(Axle axle) const { return axle == Axle::front ? 0 : params_.hidden; }
   const gripline::AxleTable& table(Axle axle) const { return axle == Axle::front ? front_ : rear_; }
   const gripline::GenericTyres& tyres(Axle axle) const { return axle == Axle::front ? front_tyres_ : rear_tyres_; }
-  double misfit(int channel) const { return channel == 2 ? params_.misfit / gyration_ : params_.misfit; }
+  double misfit(int channel) const { return misfit_[channel]; }
 
   static void tabulate(const gripline::GenericTyres& tyres, Eigen::MatrixXd& rows) {
     const auto n = static_cast<std::size_t>(tyres.nodes());
@@ -179,6 +178,28 @@ class ElmRls : public gripline::AutoDiffEffect<ElmRls, gripline::Estimator> {
     rates_ = {path.drive_loss / car_.m, path.side / car_.m, path.moment / car_.Iz};
   }
 
+  void start_over() {
+    const int n = params_.hidden;
+    seen_ = 0;
+    continues_ = false;
+    score_ = score_variance_ = 0;
+    rls_.theta().setZero();
+    rls_.theta().head(n).setConstant(front_tyres_.prior_mean());
+    rls_.theta().segment(n, n).setConstant(rear_tyres_.prior_mean());
+    rls_.reset_covariance(prior_covariance_);
+    read_theta();
+    // The mean of curves that peak at different slips is lower than mu_init: lift it there.
+    rls_.theta().head(n) *= mu_init_ / belief_.mu_front;
+    rls_.theta().segment(n, n) *= mu_init_ / belief_.mu_rear;
+    read_theta();
+  }
+
+  /// A car in a spin or against a wall obeys other equations; what was learned from it is thrown away.
+  bool plausible() const {
+    const auto fair = [this](double mu) { return mu > 0.05 * mu_init_ && mu < 4 * mu_init_; };
+    return fair(belief_.mu_front) && fair(belief_.mu_rear);
+  }
+
   void forget(double dt) {
     spread_along_curves(params_.drift * std::sqrt(dt), params_.axle_drift * std::sqrt(dt));
     rls_.covariance() += prior_covariance_ * (dt / params_.shape_memory);
@@ -195,9 +216,12 @@ class ElmRls : public gripline::AutoDiffEffect<ElmRls, gripline::Estimator> {
     }
   }
 
-  /// Has friction changed at once? Score test of a common scale on the forces, over the last samples.
+  /// Has friction changed at once? Score test of a common scale on the forces, over the last samples with forces large
+  /// enough to tell: at small ones an offset of the steering looks like a change.
   void watch(double dt) {
     const int n = params_.hidden;
+    const double side = std::abs(rows_.col(1).head(2 * n).dot(rls_.theta().head(2 * n)));
+    if (side < telling_share * gripline::gravity * std::min(belief_.mu_front, belief_.mu_rear)) return;
     score_ *= score_memory;
     score_variance_ *= score_memory;
     for (int c : {1, 2}) {
@@ -211,12 +235,18 @@ class ElmRls : public gripline::AutoDiffEffect<ElmRls, gripline::Estimator> {
     score_ = score_variance_ = 0;
   }
 
-  /// Moves the assumed noise of a channel until the innovations have the variance they are said to have.
+  /// Moves the assumed noise of a channel until the innovations have the variance they are said to have, and the
+  /// assumed misfit until they are no longer correlated: what the equations leave out lasts, noise does not.
   void match_noise(int c, const gripline::DifferenceRls::Innovation& innovation) {
     if (seen_ < settling) return;
     const double ratio = std::min(4.0, square(innovation.error) / innovation.variance);
     sigma_[c] = std::clamp(sigma_[c] * std::exp(0.5 * noise_gain * (ratio - 1.0)), smallest_sigma * largest_sigma_[c],
                            largest_sigma_[c]);
+    const double product = innovation.error * last_error_[c] / innovation.variance;
+    last_error_[c] = innovation.error;
+    const double least = c == 2 ? params_.misfit / gyration_ : params_.misfit;
+    misfit_[c] =
+        std::clamp(misfit_[c] * std::exp(misfit_gain * (std::clamp(product, -2.0, 2.0) - 0.1)), least, 100 * least);
   }
 
   double deviation(Axle axle, double slip) const {
@@ -262,8 +292,8 @@ class ElmRls : public gripline::AutoDiffEffect<ElmRls, gripline::Estimator> {
   gripline::GenericTyres front_tyres_, rear_tyres_;
   gripline::DifferenceRls rls_;
   std::array<double, 2> load_;  // static axle loads [N]
-  double gyration_;
-  std::array<double, channels> sigma_, largest_sigma_, rates_ = {};
+  double mu_init_, gyration_;
+  std::array<double, channels> sigma_, largest_sigma_, misfit_, last_error_ = {}, rates_ = {};
   Eigen::MatrixXd rows_, prior_covariance_, front_rows_, rear_rows_;
   Eigen::VectorXd knots_{2 * gripline::table_knots};
   gripline::AxleTable front_, rear_;

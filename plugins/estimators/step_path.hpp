@@ -112,8 +112,30 @@ class StraightDrive {
   bool has_tyres_ = false;
 };
 
-/// The path of a step. `force(Axle, slip)` is the present model of the tyres; with `use_model` false (nothing learned
-/// yet) the middle is the mean of both ends.
+/// Start, middle and end of a step.
+using Path = std::array<Motion, path_points>;
+
+/// The equations of motion along a given path; the rates are differences of the readings.
+inline StepPath equations_along(const Path& points, const Sample& k, const Car& car, double straight, double side) {
+  const double delta = k.x_next.delta;
+  StepPath path;
+  path.sine = std::sin(delta);
+  path.cosine = std::cos(delta);
+  double vy_omega = 0, vx_omega = 0;
+  for (int i = 0; i < path_points; ++i) {
+    path.slip[i] = slips(points[i], delta, car);
+    path.speed[i] = points[i].vx;
+    vy_omega += path_weights[i] * points[i].vy * points[i].omega;
+    vx_omega += path_weights[i] * points[i].vx * points[i].omega;
+  }
+  path.drive_loss = car.m * ((k.x_next.vx - k.x.vx) / k.dt - straight - vy_omega);
+  path.side = car.m * ((k.x_next.vy - k.x.vy) / k.dt - side + vx_omega);
+  path.moment = car.Iz * (k.x_next.omega - k.x.omega) / k.dt;
+  return path;
+}
+
+/// Path through both readings of a step. `force(Axle, slip)` is the present model of the tyres; with `use_model` false
+/// (nothing learned yet) the middle is the mean of both ends.
 template <class Force>
 StepPath step_path(const Sample& k, const Car& car, const StraightDrive& drive, const Resistance& resistance,
                    bool use_model, const Force& force) {
@@ -134,24 +156,35 @@ StepPath step_path(const Sample& k, const Car& car, const StraightDrive& drive, 
     middle.vy += k.dt / 8 * (a.vy - b.vy);
     middle.omega += k.dt / 8 * (a.omega - b.omega);
   }
+  return equations_along({begin, middle, end}, k, car, 0.5 * (drive_begin.forward + drive_end.forward),
+                         0.5 * (drive_begin.side + drive_end.side));
+}
 
-  StepPath path;
-  path.sine = std::sin(delta);
-  path.cosine = std::cos(delta);
-  const std::array<Motion, path_points> points = {begin, middle, end};
-  double vy_omega = 0, vx_omega = 0;
-  for (int i = 0; i < path_points; ++i) {
-    path.slip[i] = slips(points[i], delta, car);
-    path.speed[i] = points[i].vx;
-    vy_omega += path_weights[i] * points[i].vy * points[i].omega;
-    vx_omega += path_weights[i] * points[i].vx * points[i].omega;
+/// Path that the present model predicts from `begin` on, an estimate of the state freed of noise: slips from noisy
+/// readings would make every tyre look softer than it is, most of all at speed, where slips are small. Two classical
+/// Runge-Kutta steps.
+template <class Force>
+StepPath predicted_path(const Motion& begin, const Sample& k, const Car& car, const StraightDrive& drive,
+                        const Resistance& resistance, const Force& force) {
+  const double delta = k.x_next.delta;
+  const auto straight = drive.at(0.5 * (k.x.vx + k.x_next.vx), k.u.d, k.at);
+  const auto rates = [&](const Motion& x) {
+    const Slips s = slips(x, delta, car);
+    return motion_rates(x, delta, straight.forward, straight.side, force(Axle::front, s.front),
+                        force(Axle::rear, s.rear), resistance, car);
+  };
+  const auto moved = [](const Motion& x, const Motion& rate, double by) -> Motion {
+    return {x.vx + by * rate.vx, x.vy + by * rate.vy, x.omega + by * rate.omega};
+  };
+  const double h = 0.5 * k.dt;
+  Path points = {begin, begin, begin};
+  for (int i = 1; i < path_points; ++i) {
+    const Motion& x = points[i - 1];
+    const Motion k1 = rates(x), k2 = rates(moved(x, k1, h / 2)), k3 = rates(moved(x, k2, h / 2)),
+                 k4 = rates(moved(x, k3, h));
+    points[i] = moved(moved(moved(moved(x, k1, h / 6), k2, h / 3), k3, h / 3), k4, h / 6);
   }
-  const double forward = 0.5 * (drive_begin.forward + drive_end.forward);
-  const double side = 0.5 * (drive_begin.side + drive_end.side);
-  path.drive_loss = car.m * ((end.vx - begin.vx) / k.dt - forward - vy_omega);
-  path.side = car.m * ((end.vy - begin.vy) / k.dt - side + vx_omega);
-  path.moment = car.Iz * (end.omega - begin.omega) / k.dt;
-  return path;
+  return equations_along(points, k, car, straight.forward, straight.side);
 }
 
 }  // namespace gripline

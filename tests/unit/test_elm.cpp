@@ -165,7 +165,8 @@ TEST(Elm, JacobianAgreesWithDifferences) {
   CorrectedModel model = corrected(nominal, *elm);
   for (std::size_t i = 50; i < drive.steps(); i += 37) {
     if (drive.x[i].vx < 0.35) continue;  // below, the guard's kink is where a difference must not straddle
-    EXPECT_LT(jacobian_error(model, drive.x[i], drive.u[i]), 1e-6) << i;
+    // Small differences: the table's second derivative jumps at its knots.
+    EXPECT_LT(jacobian_error(model, drive.x[i], drive.u[i], 3e-7), 1e-6) << i;
   }
 }
 

@@ -189,8 +189,21 @@ TEST(ElmRls, JacobianAgreesWithDifferences) {
   CorrectedModel model = corrected(nominal, *rls);
   for (std::size_t i = 50; i < drive.steps(); i += 37) {
     if (drive.x[i].vx < 0.35) continue;  // below, the guard's kink is where a difference must not straddle
-    EXPECT_LT(jacobian_error(model, drive.x[i], drive.u[i]), 1e-6) << i;
+    // Small differences: the table's second derivative jumps at its knots.
+    EXPECT_LT(jacobian_error(model, drive.x[i], drive.u[i], 3e-7), 1e-6) << i;
   }
+}
+
+TEST(ElmRls, SurvivesSamplesThatNoTyreExplains) {
+  Nominal nominal("ekinematic");
+  const auto rls = make_estimator("elm_rls", nominal);
+  Drive drive = drive_bends(16, 3, fresh);
+  for (std::size_t i = 100; i < 200; ++i) {  // a car that is thrown about
+    drive.x[i].omega += i % 7 < 3 ? 40.0 : -40.0;
+    drive.x[i].vy += i % 11 < 5 ? 2.0 : -2.0;
+  }
+  learn(*rls, nominal, drive);
+  EXPECT_NEAR(total_mu(rls->belief(), small_car()), TrueCar().mu(), 0.08);
 }
 
 TEST(ElmRls, SameSamplesSameBytes) {
