@@ -1,0 +1,63 @@
+#include "adaptive_laps.hpp"
+
+#include <algorithm>
+
+#include "tyre_fit.hpp"
+
+namespace gripline::planning {
+
+AdaptiveLaps::AdaptiveLaps(const LapSetup& setup, std::vector<LapMember> members, const AdaptiveOptions& options)
+    : setup_(&setup), options_(options), members_(std::move(members)) {
+  for (const LapMember& m : members_) shown_.push_back({m.plan, m.plan, 0});
+}
+
+void AdaptiveLaps::advance_order() {
+  if (order_.due < 0 || order_.due-- > 0) return;
+  LapMember& member = members_[order_.member];
+  // Tyres for which no lap is found keep the old lap, and are not asked about again.
+  if (!solve_again(*setup_, order_.tyres, member)) {
+    member.tyres = order_.tyres;
+    return;
+  }
+  ++solves_;
+  Shown& shown = shown_[order_.member];
+  shown.from = shown.now;
+  shown.left = options_.glide;
+}
+
+bool AdaptiveLaps::out_of_date(const Tyres& learned, std::size_t member) const {
+  const LapMember& m = members_[member];
+  return difference(m.tyres, scaled_to(learned, m.mu), options_.slip_range) > options_.tolerance;
+}
+
+void AdaptiveLaps::place_order(const Tyres& learned, std::size_t nearest, std::size_t other) {
+  if (order_.due >= 0) return;
+  for (const std::size_t member : {nearest, other}) {
+    if (!out_of_date(learned, member)) continue;
+    order_ = {member, scaled_to(learned, members_[member].mu), options_.latency};
+    return;
+  }
+}
+
+void AdaptiveLaps::glide() {
+  for (std::size_t i = 0; i < shown_.size(); ++i) {
+    Shown& s = shown_[i];
+    if (s.left == 0) continue;
+    --s.left;
+    mix(members_[i].plan, s.from, static_cast<double>(s.left) / options_.glide, s.now);
+  }
+}
+
+void AdaptiveLaps::step(const Tyres* learned, double mu, LapPlan& out) {
+  std::size_t upper = 0;
+  while (upper + 1 < members_.size() && members_[upper].mu < mu) ++upper;
+  const std::size_t lower = upper > 0 ? upper - 1 : 0;
+  const double gap = members_[upper].mu - members_[lower].mu;
+  const double share = gap > 0 ? std::clamp((mu - members_[lower].mu) / gap, 0.0, 1.0) : 1.0;
+  advance_order();
+  if (learned != nullptr) place_order(*learned, share > 0.5 ? upper : lower, share > 0.5 ? lower : upper);
+  glide();
+  mix(shown_[lower].now, shown_[upper].now, share, out);
+}
+
+}  // namespace gripline::planning

@@ -1,0 +1,26 @@
+// The line along which a lap is optimised: the minimum-curvature line, with how far the edges are on its normals.
+#pragma once
+
+#include <vector>
+
+#include <gripline/interfaces.hpp>
+
+#include "../closed_line.hpp"
+#include "lap_solver.hpp"
+
+namespace gripline::planning {
+
+/// Nodes of the program on the base line.
+struct LapNodes {
+  std::vector<double> s;           // station on the base line [m]
+  std::vector<double> n_lo, n_hi;  // where the normal leaves the road, shrunk by the margin [m]
+  std::vector<double> ds;          // to the next node [m]
+  std::vector<LapPlace> places;    // between them
+};
+
+/// `count` nodes, closer to each other where `speed` (at the samples of `base`) is low: half evenly by way, half by
+/// time. The edges are where the signed distance from the centre line reaches the half width less `margin`.
+LapNodes place_nodes(const ClosedLine& base, const std::vector<double>& speed, const Course& course, double margin,
+                     std::size_t count);
+
+}  // namespace gripline::planning

@@ -1,0 +1,158 @@
+#include "lap_library.hpp"
+
+#include <unistd.h>
+
+#include <bit>
+#include <charconv>
+#include <cstdint>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <optional>
+#include <stdexcept>
+
+namespace gripline::planning {
+namespace {
+
+constexpr double version = 1;  // of the program that is solved; part of every hash
+
+std::uint64_t hash_of(std::span<const double> values, std::uint64_t hash) {
+  for (const double value : values)
+    for (std::uint64_t bits = std::bit_cast<std::uint64_t>(value), i = 0; i < 8; ++i)
+      hash = (hash ^ ((bits >> (8 * i)) & 0xff)) * 1099511628211ull;
+  return hash;
+}
+
+std::filesystem::path cache_file(const LapSetup& setup, const Tyres& shape, const std::vector<double>& mus,
+                                 const char* cache_dir) {
+  std::vector<double> all = setup.fingerprint();
+  for (const AxleShape& t : {shape.front, shape.rear}) all.insert(all.end(), {t.B, t.C, t.D});
+  all.insert(all.end(), mus.begin(), mus.end());
+  all.push_back(version);
+  char name[64];
+  char* end = name;
+  for (const std::uint64_t seed : {14695981039346656037ull, 1099511628211ull})
+    end = std::to_chars(end, std::end(name), hash_of(all, seed), 16).ptr;
+  return std::filesystem::path(cache_dir) / ("time_optimal-" + std::string(name, end) + ".txt");
+}
+
+/// Every number on a line of its own, in the order in which `visit` meets them: sizes are known from the setup.
+template <class Visit>
+void visit_numbers(std::vector<LapMember>& members, std::size_t nodes, const Visit& visit) {
+  for (LapMember& m : members) {
+    m.solution.z.resize(nodes);
+    for (auto& z : m.solution.z)
+      for (double& one : z) visit(one);
+    visit(m.solution.time);
+    for (std::vector<double>* v : {&m.solution.lambda, &m.solution.lower, &m.solution.upper}) {
+      double size = static_cast<double>(v->size());
+      visit(size);
+      if (!(size >= 0 && size <= 1e7)) size = 0;
+      v->resize(static_cast<std::size_t>(size));
+      for (double& one : *v) visit(one);
+    }
+  }
+}
+
+bool read_cache(const std::filesystem::path& path, std::size_t nodes, std::vector<LapMember>& members) {
+  std::ifstream file(path, std::ios::binary);
+  if (!file) return false;
+  const std::string text{std::istreambuf_iterator<char>(file), {}};
+  const char* at = text.data();
+  const char* const end = at + text.size();
+  bool good = true;
+  std::vector<LapMember> read = members;
+  visit_numbers(read, nodes, [&](double& value) {
+    if (!good) return;
+    const auto [next, error] = std::from_chars(at, end, value);
+    good = error == std::errc{} && next != end && *next == '\n';
+    at = good ? next + 1 : at;
+  });
+  if (!good || at != end) return false;
+  members = std::move(read);
+  return true;
+}
+
+/// Written aside and renamed: a reader finds the whole file or none. A cache that cannot be written is no error.
+void write_cache(const std::filesystem::path& path, std::size_t nodes, std::vector<LapMember>& members) {
+  std::error_code ignored;
+  std::filesystem::create_directories(path.parent_path(), ignored);
+  std::filesystem::path aside = path;
+  aside += "." + std::to_string(::getpid());
+  {
+    std::ofstream file(aside, std::ios::binary);
+    visit_numbers(members, nodes, [&](double& value) {
+      char digits[40];
+      const auto written = std::to_chars(digits, std::end(digits) - 1, value);
+      *written.ptr = '\n';
+      file.write(digits, written.ptr + 1 - digits);
+    });
+    if (!file.flush()) {
+      std::filesystem::remove(aside, ignored);
+      return;
+    }
+  }
+  std::filesystem::rename(aside, path, ignored);
+}
+
+/// The member at `index`, warm from `neighbour` when there is one, else or when that fails from the base line.
+void solve_member(const LapSetup& setup, LapMember& member, const LapMember* neighbour) {
+  LapSolution solution;
+  if (neighbour != nullptr) solution = solve_lap(setup.problem(member.tyres), neighbour->solution);
+  if (!solution.solved) solution = solve_lap(setup.problem(member.tyres), setup.cold_guess(member.tyres));
+  if (!solution.solved)
+    throw std::runtime_error("found no time-optimal lap at mu = " + std::to_string(member.mu) +
+                             "; check the road's width, the margin and the car's limits");
+  member.solution = std::move(solution);
+}
+
+}  // namespace
+
+double mu_of(const Tyres& tyres) { return (tyres.front.D + tyres.rear.D) / gravity; }
+
+Tyres scaled_to(const Tyres& shape, double mu) {
+  const double factor = mu / mu_of(shape);
+  Tyres tyres = shape;
+  tyres.front.D *= factor;
+  tyres.rear.D *= factor;
+  return tyres;
+}
+
+std::vector<LapMember> build_library(const LapSetup& setup, const Tyres& shape, const std::vector<double>& mus,
+                                     const char* cache_dir, const Progress& progress) {
+  std::vector<LapMember> members(mus.size());
+  for (std::size_t i = 0; i < mus.size(); ++i) {
+    members[i].mu = mus[i];
+    members[i].tyres = scaled_to(shape, mus[i]);
+  }
+  const std::size_t nodes = setup.nodes().s.size();
+  std::filesystem::path file;
+  if (cache_dir != nullptr) file = cache_file(setup, shape, mus, cache_dir);
+  if (cache_dir == nullptr || !read_cache(file, nodes, members)) {
+    // The grippiest first: its tyres are furthest from sliding, where a cold start succeeds most easily.
+    for (std::size_t i = mus.size(); i-- > 0;) {
+      solve_member(setup, members[i], i + 1 < mus.size() ? &members[i + 1] : nullptr);
+      const double done = static_cast<double>(mus.size() - i) / static_cast<double>(mus.size());
+      if (progress.tell != nullptr) progress.tell(progress.context, "time-optimal lines", done);
+    }
+    if (cache_dir != nullptr) write_cache(file, nodes, members);
+  }
+  for (LapMember& m : members) m.plan = make_plan(setup, m.solution);
+  return members;
+}
+
+bool solve_again(const LapSetup& setup, const Tyres& tyres, LapMember& member) {
+  LapSolution solution = solve_lap(setup.problem(tyres), member.solution, 150);
+  if (!solution.solved) {
+    LapSolution primal = member.solution;
+    primal.lambda.clear();
+    solution = solve_lap(setup.problem(tyres), primal, 150);
+  }
+  if (!solution.solved) return false;
+  member.tyres = tyres;
+  member.solution = std::move(solution);
+  member.plan = make_plan(setup, member.solution);
+  return true;
+}
+
+}  // namespace gripline::planning

@@ -1,0 +1,36 @@
+// Time-optimal laps over a grid of friction, solved once and kept in a cache by the hash of everything they depend on.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "lap_plan.hpp"
+
+namespace gripline::planning {
+
+/// Tyres of a shape whose peaks together give this mu: D_front + D_rear = mu g, in the shape's own proportion.
+Tyres scaled_to(const Tyres& shape, double mu);
+/// Friction of the whole car: (D_front + D_rear) / g.
+double mu_of(const Tyres& tyres);
+
+struct LapMember {
+  double mu = 0;
+  Tyres tyres;
+  LapSolution solution;
+  LapPlan plan;
+};
+
+struct Progress {
+  void (*tell)(void* context, const char* what, double fraction) = nullptr;
+  void* context = nullptr;
+};
+
+/// Members at the given mus (ascending), all with the tyres of `shape`. Throws std::runtime_error naming the mu where
+/// no lap was found. `cache_dir` may be null.
+std::vector<LapMember> build_library(const LapSetup& setup, const Tyres& shape, const std::vector<double>& mus,
+                                     const char* cache_dir, const Progress& progress);
+
+/// Solves a member anew for other tyres, warm from its last solution; false, and the member as it was, when that fails.
+bool solve_again(const LapSetup& setup, const Tyres& tyres, LapMember& member);
+
+}  // namespace gripline::planning

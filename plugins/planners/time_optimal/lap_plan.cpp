@@ -1,0 +1,149 @@
+#include "lap_plan.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace gripline::planning {
+
+LapPlan make_plan(const LapSetup& setup, const LapSolution& solution) {
+  LapPlan plan;
+  plan.time = solution.time;
+  for (std::size_t k = 0; k < solution.z.size(); ++k) {
+    const auto& z = solution.z[k];
+    const double kappa = setup.base().at(setup.nodes().s[k]).kappa;
+    const double beta = std::atan2(z[lap_vy], z[lap_vx]);
+    const double slope = (1.0 - z[lap_n] * kappa) * std::tan(z[lap_xi] + beta);  // dn/ds
+    plan.nodes.push_back({z[lap_n], slope, std::hypot(z[lap_vx], z[lap_vy]), beta});
+  }
+  return plan;
+}
+
+void mix(const LapPlan& a, const LapPlan& b, double share, LapPlan& out) {
+  const auto between = [share](double from, double to) { return from + (to - from) * share; };
+  out.nodes.resize(a.nodes.size());
+  for (std::size_t k = 0; k < a.nodes.size(); ++k) {
+    const LapPlan::Node &p = a.nodes[k], &q = b.nodes[k];
+    out.nodes[k] = {between(p.n, q.n), between(p.slope, q.slope), between(p.v, q.v), between(p.beta, q.beta)};
+  }
+  out.time = between(a.time, b.time);
+}
+
+FollowedLine::FollowedLine(const LapSetup& setup) : base_(&setup.base()), nodes_(&setup.nodes()) {
+  const std::vector<double>& s = nodes_->s;
+  bucket_.resize(s.size());
+  for (std::size_t i = 0; i < bucket_.size(); ++i) {
+    const double from = base_->length() * static_cast<double>(i) / static_cast<double>(bucket_.size());
+    bucket_[i] = static_cast<std::size_t>(std::upper_bound(s.begin(), s.end(), from) - s.begin()) - 1;
+  }
+  for (std::size_t k = 0; k < s.size(); ++k)
+    for (std::size_t j = 0; j < samples_per_interval; ++j) {
+      const double at = s[k] + nodes_->ds[k] * static_cast<double>(j) / samples_per_interval;
+      base_samples_.push_back(base_->at(at));
+      base_samples_.back().station = base_->samples()[base_->between(at).first].station;
+    }
+  samples_ = base_samples_;
+}
+
+std::size_t FollowedLine::interval(double s) const {
+  const double share = s / base_->length() * static_cast<double>(bucket_.size());
+  std::size_t k = bucket_[std::min(static_cast<std::size_t>(share), bucket_.size() - 1)];
+  while (k + 1 < nodes_->s.size() && nodes_->s[k + 1] <= s) ++k;
+  return k;
+}
+
+/// Cubic Hermite between the nodes; derivatives by station of the base line.
+FollowedLine::Offset FollowedLine::offset(std::size_t k, double u) const {
+  const LapPlan::Node& p = plan_.nodes[k];
+  const LapPlan::Node& q = plan_.nodes[k + 1 < plan_.nodes.size() ? k + 1 : 0];
+  const double h = nodes_->ds[k], rise = q.n - p.n, a = p.slope * h, b = q.slope * h;
+  const double c2 = 3.0 * rise - 2.0 * a - b, c3 = a + b - 2.0 * rise;
+  return {p.n + u * (a + u * (c2 + u * c3)), (a + u * (2.0 * c2 + 3.0 * u * c3)) / h,
+          (2.0 * c2 + 6.0 * u * c3) / (h * h)};
+}
+
+void FollowedLine::set(const LapPlan& plan) {
+  plan_.nodes.assign(plan.nodes.begin(), plan.nodes.end());
+  plan_.time = plan.time;
+  place_samples();
+}
+
+PlanPoint FollowedLine::at(double station) const {
+  const double s = wrap_station(station, base_->length());
+  const std::size_t k = interval(s);
+  const double u = (s - nodes_->s[k]) / nodes_->ds[k];
+  const Offset o = offset(k, u);
+  const LinePoint p = base_->at(s);
+  const LapPlan::Node& a = plan_.nodes[k];
+  const LapPlan::Node& b = plan_.nodes[k + 1 < plan_.nodes.size() ? k + 1 : 0];
+  const double along = 1.0 - o.n * p.kappa;
+  PlanPoint r;
+  r.x = p.x - o.n * std::sin(p.yaw);
+  r.y = p.y + o.n * std::cos(p.yaw);
+  r.yaw = p.yaw + std::atan2(o.slope, along);
+  r.stretch = std::hypot(along, o.slope);
+  // d(yaw)/ds over the stretch; the base line's curvature counts as constant within a sample.
+  r.kappa = (p.kappa + (o.bend * along + o.slope * o.slope * p.kappa) / (r.stretch * r.stretch)) / r.stretch;
+  r.v = a.v + (b.v - a.v) * u;
+  r.beta = a.beta + (b.beta - a.beta) * u;
+  return r;
+}
+
+void FollowedLine::place_samples() {
+  double way = 0;
+  for (std::size_t i = 0; i < samples_.size(); ++i) {
+    const std::size_t k = i / samples_per_interval;
+    const double u = static_cast<double>(i % samples_per_interval) / samples_per_interval;
+    const Offset o = offset(k, u);
+    const LinePoint& p = base_samples_[i];
+    LinePoint& r = samples_[i];
+    const double along = 1.0 - o.n * p.kappa;
+    r.x = p.x - o.n * std::sin(p.yaw);
+    r.y = p.y + o.n * std::cos(p.yaw);
+    r.yaw = std::remainder(p.yaw + std::atan2(o.slope, along), 2.0 * std::numbers::pi);
+    const double stretch = std::hypot(along, o.slope);
+    r.kappa = (p.kappa + (o.bend * along + o.slope * o.slope * p.kappa) / (stretch * stretch)) / stretch;
+    r.left = p.left - o.n;
+    r.right = p.right + o.n;
+    if (i > 0) way += std::hypot(r.x - samples_[i - 1].x, r.y - samples_[i - 1].y);
+    r.s = way;
+  }
+}
+
+/// Newton's method on (P(s) - p) . P'(s) = 0, with the curvature of P left out.
+double FollowedLine::refine(double s, double x, double y) const {
+  for (int i = 0; i < 8; ++i) {
+    const PlanPoint p = at(s);
+    const double ahead = (x - p.x) * std::cos(p.yaw) + (y - p.y) * std::sin(p.yaw);
+    const double most = 0.05 * base_->length();
+    s += std::clamp(ahead / p.stretch, -most, most);
+  }
+  return wrap_station(s, base_->length());
+}
+
+double FollowedLine::locate(double x, double y) {
+  const auto distance = [&](const PlanPoint& p) { return std::hypot(x - p.x, y - p.y); };
+  if (!std::isnan(hint_)) {
+    const LinePoint road = base_->at(hint_);
+    const double width = road.left + road.right;
+    const double s = refine(hint_, x, y);
+    const double jump = std::remainder(s - hint_, base_->length());
+    // A car further off than the road is wide, or whose foot jumped, is not where it was.
+    if (distance(at(s)) <= width && std::abs(jump) <= 2.0 * width) return hint_ = s;
+  }
+  std::size_t best = 0;
+  double least = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < samples_.size(); ++i) {
+    const double d = std::hypot(x - samples_[i].x, y - samples_[i].y);
+    if (d < least) {
+      least = d;
+      best = i;
+    }
+  }
+  const std::size_t k = best / samples_per_interval;
+  const double s =
+      nodes_->s[k] + nodes_->ds[k] * static_cast<double>(best % samples_per_interval) / samples_per_interval;
+  return hint_ = refine(s, x, y);
+}
+
+}  // namespace gripline::planning

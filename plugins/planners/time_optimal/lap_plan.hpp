@@ -1,0 +1,62 @@
+// A lap as it is followed: offset from the base line, speed and sideslip at the nodes, and the line that results.
+#pragma once
+
+#include <limits>
+#include <span>
+#include <vector>
+
+#include "lap_setup.hpp"
+
+namespace gripline::planning {
+
+/// What is kept of a solution: at each node the offset n [m], its slope dn/ds, the speed along the path [m/s] and the
+/// sideslip angle [rad]. Plans of one setup mix linearly: offsets stay within the edges.
+struct LapPlan {
+  struct Node {
+    double n = 0, slope = 0, v = 0, beta = 0;
+  };
+  std::vector<Node> nodes;
+  double time = 0;  // [s]
+};
+LapPlan make_plan(const LapSetup& setup, const LapSolution& solution);
+/// out = (1 - share) a + share b. `out` may be a or b.
+void mix(const LapPlan& a, const LapPlan& b, double share, LapPlan& out);
+
+/// Where the plan leads at a station of the base line.
+struct PlanPoint {
+  double x = 0, y = 0, yaw = 0;  // of the path
+  double v = 0, beta = 0, kappa = 0;
+  double stretch = 1;  // metres of path per metre of base line
+};
+
+/// A plan that is driven. All queries are by station of the base line; nothing is allocated after construction.
+class FollowedLine {
+ public:
+  explicit FollowedLine(const LapSetup& setup);
+
+  void set(const LapPlan& plan);
+  PlanPoint at(double s) const;
+  /// Station of the point of the path nearest to (x, y), continuing from the last call.
+  double locate(double x, double y);
+  /// The path as a closed line of samples, for reports.
+  std::span<const LinePoint> samples() const { return samples_; }
+
+ private:
+  struct Offset {
+    double n = 0, slope = 0, bend = 0;
+  };
+  std::size_t interval(double s) const;
+  Offset offset(std::size_t k, double share) const;
+  double refine(double s, double x, double y) const;
+  void place_samples();
+
+  static constexpr std::size_t samples_per_interval = 4;
+  const ClosedLine* base_;
+  const LapNodes* nodes_;
+  LapPlan plan_;
+  std::vector<std::size_t> bucket_;
+  std::vector<LinePoint> base_samples_, samples_;
+  double hint_ = std::numeric_limits<double>::quiet_NaN();
+};
+
+}  // namespace gripline::planning

@@ -1,0 +1,118 @@
+#include "lap_setup.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+namespace gripline::planning {
+namespace {
+
+Grip grip_of(const Tyres& tyres) {
+  return {{tyres.front.D, tyres.front.B, tyres.front.C}, {tyres.rear.D, tyres.rear.B, tyres.rear.C}};
+}
+
+/// The racing line keeps half the car inside; what the margin asks beyond that is asked of it as well, and that its
+/// turns can be driven, so that every node has room on both sides.
+ClosedLine compute_base(const Surroundings& around, double margin) {
+  if (around.course == nullptr) throw std::invalid_argument("a planner needs a course");
+  const Car& car = around.car;
+  const double wheelbase = car.lf + car.lr;
+  std::vector<LinePoint> samples(static_cast<std::size_t>(std::ceil(6.0 * around.course->length() / wheelbase)));
+  LineOptions options;
+  options.margin = std::max(0.0, margin - 0.4 * car.width);
+  options.max_curvature = 0.8 * std::tan(car.delta_max) / wheelbase;
+  around.course->minimum_curvature(options, samples);
+  return ClosedLine(std::move(samples));
+}
+
+DriveCurves tabulate(const DriveLimits& limits) {
+  constexpr int count = 41;
+  const auto table = [&](auto&& f) {
+    std::vector<double> values(count);
+    for (int i = 0; i < count; ++i) values[static_cast<std::size_t>(i)] = f(limits.top_speed() * i / (count - 1));
+    return SmoothCurve(0.0, limits.top_speed(), values);
+  };
+  return {table([&](double v) { return limits.coast(v); }), table([&](double v) { return limits.drive(v); }),
+          table([&](double v) { return limits.brake(v); })};
+}
+
+Prediction& nominal_of(const Surroundings& around) {
+  if (around.nominal == nullptr) throw std::invalid_argument("a speed planner needs the stack's nominal model");
+  return *around.nominal;
+}
+
+}  // namespace
+
+LapSetup::LapSetup(const Surroundings& around, const SetupOptions& options, const Tyres& typical)
+    : car_(around.car),
+      options_(options),
+      limits_(nominal_of(around), around.car, options.rolling, options.drag),
+      base_(compute_base(around, options.margin)),
+      curves_(tabulate(limits_)) {
+  const double spacing = options.spacing > 0 ? options.spacing : car_.lf + car_.lr;
+  const auto count = static_cast<std::size_t>(std::clamp(std::ceil(base_.length() / spacing), 20.0, 4000.0));
+  nodes_ = place_nodes(base_, profile(typical), *around.course, options.margin, count);
+}
+
+std::vector<double> LapSetup::profile(const Tyres& tyres) const {
+  const CornerLimits corner(car_, grip_of(tyres), limits_.top_speed());
+  return speed_profile(base_, limits_, corner, 1.0, 0.0);
+}
+
+LapProblem LapSetup::problem(const Tyres& tyres) const {
+  return {.car = car_,
+          .tyres = tyres,
+          .drive = curves_,
+          .top_speed = limits_.top_speed(),
+          .combined = options_.combined,
+          .slip_max = options_.slip_max,
+          .places = nodes_.places,
+          .ds = nodes_.ds,
+          .n_lo = nodes_.n_lo,
+          .n_hi = nodes_.n_hi};
+}
+
+LapSolution LapSetup::cold_guess(const Tyres& tyres) const {
+  const std::vector<double> v = profile(tyres);
+  const Grip grip = grip_of(tyres);
+  LapSolution guess;
+  for (const double s : nodes_.s) {
+    const Between b = base_.between(s);
+    const double speed = 0.95 * (v[b.first] + (v[b.second] - v[b.first]) * b.share);
+    const double kappa = base_.at(s).kappa, side = kappa < 0 ? -1.0 : 1.0;
+    const double a = std::min(speed * speed * std::abs(kappa), 0.9 * grip.lateral(car_));
+    SteadyTurn turn = steady_turn(car_, grip, std::abs(kappa), a);
+    if (!std::isfinite(turn.steering)) turn = {};
+    const double delta = std::min(turn.steering, 0.98 * car_.delta_max);
+    guess.z.push_back({0.0, -side * turn.beta, speed * std::cos(turn.beta), side * speed * std::sin(turn.beta),
+                       speed * kappa, side * delta, 0.0, 0.0});
+  }
+  return guess;
+}
+
+std::vector<double> LapSetup::fingerprint() const {
+  const Car& c = car_;
+  std::vector<double> all{c.m,
+                          c.Iz,
+                          c.lf,
+                          c.lr,
+                          c.length,
+                          c.width,
+                          c.d_min,
+                          c.d_max,
+                          c.delta_max,
+                          c.ddelta_max,
+                          limits_.top_speed(),
+                          options_.margin,
+                          options_.combined,
+                          options_.slip_max};
+  const auto add = [&](std::span<const double> values) { all.insert(all.end(), values.begin(), values.end()); };
+  for (const SmoothCurve* curve : {&curves_.coast, &curves_.drive, &curves_.brake}) add(curve->values());
+  add(nodes_.s);
+  add(nodes_.n_lo);
+  add(nodes_.n_hi);
+  for (const LapPlace& p : nodes_.places) add(std::array{p.kappa, p.grade, p.bank});
+  return all;
+}
+
+}  // namespace gripline::planning

@@ -1,0 +1,47 @@
+// Everything about a road and a car that all laps of one planner share, and the way from tyres to a lap.
+#pragma once
+
+#include <vector>
+
+#include "../speed_profile.hpp"
+#include "base_line.hpp"
+#include "lap_solver.hpp"
+
+namespace gripline::planning {
+
+struct SetupOptions {
+  double margin = 0;             // kept by the centre of gravity from both edges [m]
+  double spacing = 0;            // mean distance of the nodes [m]
+  double rolling = 0, drag = 0;  // resistance that the nominal model lacks, see DriveLimits
+  double combined = 0;           // see LapProblem
+  double slip_max = 0.6;         // see LapProblem [rad]
+};
+
+class LapSetup {
+ public:
+  /// Computes the base line (Course::minimum_curvature). `typical` are tyres to place the nodes by.
+  LapSetup(const Surroundings& around, const SetupOptions& options, const Tyres& typical);
+
+  const ClosedLine& base() const { return base_; }
+  const LapNodes& nodes() const { return nodes_; }
+  const DriveLimits& limits() const { return limits_; }
+  const Car& car() const { return car_; }
+
+  LapProblem problem(const Tyres& tyres) const;
+  /// The base line driven at nearly the speed these tyres allow on it: where a cold solve begins.
+  LapSolution cold_guess(const Tyres& tyres) const;
+  /// Everything that decides the result of a solve except the tyres, as numbers to be hashed.
+  std::vector<double> fingerprint() const;
+
+ private:
+  std::vector<double> profile(const Tyres& tyres) const;
+
+  Car car_;
+  SetupOptions options_;
+  DriveLimits limits_;
+  ClosedLine base_;
+  DriveCurves curves_;
+  LapNodes nodes_;
+};
+
+}  // namespace gripline::planning

@@ -1,0 +1,51 @@
+// The fastest lap as a nonlinear program: direct collocation along a base line, solved by Ipopt.
+//
+//   minimise  sum_k ds_k time(z_k) (1 + w (rate_k / rate_max)^2),      z_k = ((x_k + x_k+1) / 2, u_k)
+//   subject to  x_k+1 - x_k = ds_k dx/ds(z_k)   (implicit midpoint, x_N = x_0),  n_lo <= n_k <= n_hi,
+//               |delta_k| <= delta_max, |rate_k| <= rate_max,  -brake(vx) <= a_k <= drive(vx),  |slips| <= slip_max
+//
+// The controls are constant over an interval. Jacobian and Hessian of the Lagrangian are exact: an interval depends on
+// eight numbers only.
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "lap_dynamics.hpp"
+
+namespace gripline::planning {
+
+/// Drive, brakes and free rolling over speed [m/s2], twice differentiable.
+struct DriveCurves {
+  SmoothCurve coast, drive, brake;
+};
+
+/// Interval k leads from node k to node k + 1, the last back to node 0.
+struct LapProblem {
+  Car car;
+  Tyres tyres;
+  DriveCurves drive;
+  double top_speed = 0;            // [m/s]
+  double combined = 0;             // > 0: (combined a)^2 + (Ff + Fr)^2 <= (Df + Dr)^2
+  double slip_max = 0.6;           // of both axles: beyond it a tyre is a brake, and the plan a drift [rad]
+  double smoothness = 1e-4;        // the weight w
+  std::vector<LapPlace> places;    // of the intervals
+  std::vector<double> ds;          // their lengths [m]
+  std::vector<double> n_lo, n_hi;  // of the nodes [m]
+
+  std::size_t size() const { return ds.size(); }
+};
+
+struct LapSolution {
+  std::vector<std::array<double, lap_variables>> z;  // nodes' states and the controls that begin there
+  double time = 0;                                   // of the lap [s]
+  int iterations = 0;
+  bool solved = false;
+  // Multipliers of the constraints and of the variables' bounds, for a warm start; empty if never solved.
+  std::vector<double> lambda, lower, upper;
+};
+
+/// Solves from `guess`, warm when it brings multipliers along. Stops on iterations, never on time.
+LapSolution solve_lap(const LapProblem& problem, const LapSolution& guess, int max_iterations = 400);
+
+}  // namespace gripline::planning

@@ -1,0 +1,106 @@
+// Second<N>: a value with its gradient and Hessian along N directions, for exact Hessians of small functions.
+#pragma once
+
+#include <cmath>
+#include <cstddef>
+
+#include <gripline/dual.hpp>
+
+namespace gripline::planning {
+
+template <int N>
+struct Second {
+  double v = 0.0;
+  double g[N] = {};
+  double h[N * (N + 1) / 2] = {};  // lower triangle by rows
+
+  Second() = default;
+  Second(double value) : v(value) {}  // NOLINT(google-explicit-constructor): a constant is a number too
+  static Second variable(double value, int direction) {
+    Second x(value);
+    x.g[direction] = 1.0;
+    return x;
+  }
+  static constexpr int entry(int row, int column) { return row * (row + 1) / 2 + column; }
+  static constexpr int entries = N * (N + 1) / 2;
+
+  Second& operator+=(const Second& b) {
+    v += b.v;
+    for (int i = 0; i < N; ++i) g[i] += b.g[i];
+    for (int i = 0; i < entries; ++i) h[i] += b.h[i];
+    return *this;
+  }
+  Second& operator-=(const Second& b) {
+    v -= b.v;
+    for (int i = 0; i < N; ++i) g[i] -= b.g[i];
+    for (int i = 0; i < entries; ++i) h[i] -= b.h[i];
+    return *this;
+  }
+  Second& operator*=(double b) {
+    v *= b;
+    for (double& one : g) one *= b;
+    for (double& one : h) one *= b;
+    return *this;
+  }
+  friend Second operator+(Second a, const Second& b) { return a += b; }
+  friend Second operator-(Second a, const Second& b) { return a -= b; }
+  friend Second operator-(Second a) { return a *= -1.0; }
+  friend Second operator*(Second a, double b) { return a *= b; }
+  friend Second operator*(double a, Second b) { return b *= a; }
+  friend Second operator+(Second a, double b) {
+    a.v += b;
+    return a;
+  }
+  friend Second operator+(double a, Second b) { return b + a; }
+  friend Second operator-(Second a, double b) { return a + (-b); }
+  friend Second operator-(double a, Second b) {
+    b *= -1.0;
+    return b + a;
+  }
+  friend Second operator*(const Second& a, const Second& b) {
+    Second r(a.v * b.v);
+    for (int i = 0; i < N; ++i) r.g[i] = a.v * b.g[i] + b.v * a.g[i];
+    for (int i = 0, e = 0; i < N; ++i)
+      for (int j = 0; j <= i; ++j, ++e) r.h[e] = a.v * b.h[e] + b.v * a.h[e] + a.g[i] * b.g[j] + a.g[j] * b.g[i];
+    return r;
+  }
+  friend Second operator/(const Second& a, const Second& b) {
+    const double u = 1.0 / b.v;
+    return a * chain(u, -u * u, 2.0 * u * u * u, b);
+  }
+  friend Second operator/(const Second& a, double b) { return a * (1.0 / b); }
+  friend Second operator/(double a, const Second& b) { return Second(a) / b; }
+
+  /// f(x) from f, f', f'' at x's value.
+  friend Second chain(double f, double slope, double bend, const Second& x) {
+    Second r(f);
+    for (int i = 0; i < N; ++i) r.g[i] = slope * x.g[i];
+    for (int i = 0, e = 0; i < N; ++i)
+      for (int j = 0; j <= i; ++j, ++e) r.h[e] = slope * x.h[e] + bend * x.g[i] * x.g[j];
+    return r;
+  }
+};
+
+inline double chain(double f, double /*slope*/, double /*bend*/, double /*x*/) { return f; }
+template <int N>
+Dual<N> chain(double f, double slope, double /*bend*/, const Dual<N>& x) {
+  return gripline::chain(f, slope, x);
+}
+
+template <int N>
+Second<N> sin(const Second<N>& x) {
+  const double s = std::sin(x.v);
+  return chain(s, std::cos(x.v), -s, x);
+}
+template <int N>
+Second<N> cos(const Second<N>& x) {
+  const double c = std::cos(x.v);
+  return chain(c, -std::sin(x.v), -c, x);
+}
+template <int N>
+Second<N> atan(const Second<N>& x) {
+  const double u = 1.0 / (1.0 + x.v * x.v);
+  return chain(std::atan(x.v), u, -2.0 * x.v * u * u, x);
+}
+
+}  // namespace gripline::planning

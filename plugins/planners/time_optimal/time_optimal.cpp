@@ -1,0 +1,204 @@
+// The line and the speed of the fastest lap at the friction that is believed, from the safe side.
+//
+//   lap(mu): the program of lap_solver.hpp on tyres F = D sin(C atan(B slip)), linear between the members of a library
+//   mu_plan = factor (mu - sigma sigma_mu), rising by at most `rise` per second; start mu_init until mu is trusted
+//
+// The library is computed offline on tyres of a generic shape. Once a tyre curve is learned, its fit per axle
+// (tyre_fit.hpp) replaces the generic one: members near mu_plan are solved anew (adaptive_laps.hpp). Speeds are stated
+// along the car's axis, v cos(beta).
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <optional>
+
+#include <gripline/plugin.hpp>
+
+#include "adaptive_laps.hpp"
+#include "tyre_fit.hpp"
+
+namespace {
+
+using namespace gripline;
+using namespace gripline::planning;
+
+class TimeOptimal final : public SpeedPlanner {
+ public:
+  struct Params {
+    double margin = 0.4, tighten = 0.0, tighten_sigma = 0.5;
+    double factor = 0.97, sigma = 1.0, start = 0.6, rise = 0.1, pace = 1.0;
+    double mu_lo = 0.35, mu_hi = 1.15, mu_step = 0.1;
+    double front_B = 4.0, front_C = 1.3, rear_B = 4.0, rear_C = 1.3, balance = 1.0;
+    double slip_max = 0.6, combined = 0.0, spacing = 0.0, rolling = 0.0, drag = 0.0;
+    bool replan = true, from_car_speed = true;
+    double tolerance = 0.03;
+    int latency = 25;
+  };
+  static constexpr auto parameters() {
+    using P = Params;
+    return std::tuple{
+        param("margin", &P::margin, "1", {0, 10}, "kept by the planned line from both edges, in widths of the car"),
+        param("tighten", &P::tighten, "1", {0, 10},
+              "taken from the room stated to the controller, in widths of the car"),
+        param("tighten_sigma", &P::tighten_sigma, "1", {0, 100},
+              "the same, per relative standard deviation of the friction"),
+        param("factor", &P::factor, "1", {0.1, 1.5}, "planned over believed friction"),
+        param("sigma", &P::sigma, "1", {0, 10},
+              "standard deviations that the planned friction stays below the estimate"),
+        param("start", &P::start, "1", {0.05, 2}, "planned over initially believed friction until it is trusted"),
+        param("rise", &P::rise, "1/s", {0, 100}, "fastest rise of the planned friction"),
+        param("pace", &P::pace, "1", {0.05, 2}, "factor on all planned speeds"),
+        param("mu_lo", &P::mu_lo, "1", {0.05, 5}, "least friction of the library"),
+        param("mu_hi", &P::mu_hi, "1", {0.05, 5}, "largest friction of the library"),
+        param("mu_step", &P::mu_step, "1", {0.01, 1}, "step of the library"),
+        param("front_B", &P::front_B, "1/rad", {0.1, 1e3}, "stiffness factor of the generic front tyre"),
+        param("front_C", &P::front_C, "1", {1, 3}, "shape factor of the generic front tyre"),
+        param("rear_B", &P::rear_B, "1/rad", {0.1, 1e3}, "stiffness factor of the generic rear tyre"),
+        param("rear_C", &P::rear_C, "1", {1, 3}, "shape factor of the generic rear tyre"),
+        param("balance", &P::balance, "1", {0.3, 3}, "friction of the generic front over the rear axle"),
+        param("slip_max", &P::slip_max, "rad", {0.05, 1.4}, "largest slip that is planned"),
+        param("combined", &P::combined, "1", {0, 1}, "share of drive and brake forces in the friction circle"),
+        param("spacing", &P::spacing, "m", {0, 100}, "of the program's nodes; 0: the wheelbase"),
+        param("rolling", &P::rolling, "m/s2", {0, 100}, "rolling resistance over mass that the nominal model lacks"),
+        param("drag", &P::drag, "1/m", {0, 10}, "drag over mass and squared speed that the nominal model lacks"),
+        param("replan", &P::replan, "1", {0, 1}, "solve again for the learned tyres"),
+        param("from_car_speed", &P::from_car_speed, "1", {0, 1},
+              "references gain speed only as fast as the car can; false: they drive the plan at once"),
+        param("tolerance", &P::tolerance, "1", {1e-3, 1},
+              "difference of tyre force over its peak that asks for a new solve"),
+        param("latency", &P::latency, "1", {0, 10000}, "control steps that a solve takes")};
+  }
+
+  TimeOptimal(const Surroundings& around, const Params& params)
+      : k_(params),
+        car_(around.car),
+        dt_(around.dt),
+        mu_init_(around.mu_init),
+        course_(around.course),
+        generic_(generic_tyres(around.car, params)),
+        setup_(around, options(around.car, params), scaled_to(generic_, std::sqrt(params.mu_lo * params.mu_hi))),
+        laps_(
+            setup_,
+            build_library(setup_, generic_, grid(params), around.cache_dir, {around.progress, around.progress_context}),
+            {params.tolerance, params.slip_max, params.latency, std::max(1, params.latency)}),
+        line_(setup_),
+        mu_plan_(params.start * around.mu_init) {
+    laps_.step(nullptr, mu_plan_, plan_);
+    line_.set(plan_);
+  }
+
+  void plan(const Observation& now, const Belief& belief, const TyreCurve* learned,
+            std::span<RefPoint> horizon) override {
+    front_seen_.see(now.x.delta - slip(now.x.vy + car_.lf * now.x.omega, now.x.vx));
+    rear_seen_.see(slip(now.x.vy - car_.lr * now.x.omega, now.x.vx));
+    const Tyres tyres = believed_tyres(belief, learned);
+    const double spread = (belief.sigma_front * car_.lr + belief.sigma_rear * car_.lf) / (car_.lf + car_.lr);
+    approach(belief.trusted ? k_.factor * (mu_of(tyres) - k_.sigma * spread) : k_.start * mu_init_);
+    laps_.step(belief.trusted && learned != nullptr && k_.replan ? &tyres : nullptr, mu_plan_, plan_);
+    line_.set(plan_);
+    const double tightened = car_.width * (k_.tighten + k_.tighten_sigma * spread / std::max(mu_of(tyres), 1e-3));
+    sample(now, tightened, horizon);
+  }
+  std::span<const LinePoint> line() const override { return line_.samples(); }
+
+ private:
+  static SetupOptions options(const Car& car, const Params& k) {
+    return {k.margin * car.width, k.spacing, k.rolling, k.drag, k.combined, k.slip_max};
+  }
+  static Tyres generic_tyres(const Car& car, const Params& k) {
+    const Tyres tyres{{k.front_B, k.front_C, k.balance * car.lr}, {k.rear_B, k.rear_C, car.lf}};
+    return scaled_to(tyres, 1.0);
+  }
+  static std::vector<double> grid(const Params& k) {
+    if (k.mu_hi < k.mu_lo) throw std::invalid_argument("mu_hi is below mu_lo");
+    std::vector<double> mus{k.mu_lo};
+    const int intervals = static_cast<int>(std::ceil((k.mu_hi - k.mu_lo) / k.mu_step - 1e-9));
+    for (int i = 1; i <= intervals; ++i) mus.push_back(std::lerp(k.mu_lo, k.mu_hi, static_cast<double>(i) / intervals));
+    return mus;
+  }
+  double slip(double across, double along) const { return std::atan2(across, std::max(std::abs(along), car_.v_min)); }
+
+  Tyres believed_tyres(const Belief& belief, const TyreCurve* learned) const {
+    const double weight = gravity / (car_.lf + car_.lr);
+    const auto prior = [](const AxleShape& shape, double D, double mu, double sigma) {
+      return AxlePrior{{shape.B, shape.C, std::max(D, 1e-3)}, std::max(0.08, sigma / std::max(mu, 1e-3))};
+    };
+    const AxlePrior front =
+        prior(generic_.front, belief.mu_front * weight * car_.lr, belief.mu_front, belief.sigma_front);
+    const AxlePrior rear = prior(generic_.rear, belief.mu_rear * weight * car_.lf, belief.mu_rear, belief.sigma_rear);
+    if (learned == nullptr) return {front.shape, rear.shape};
+    return {fit_learned(*learned, Axle::front, car_.m, front_seen_.visited(), front),
+            fit_learned(*learned, Axle::rear, car_.m, rear_seen_.visited(), rear)};
+  }
+
+  /// Down at once, up slowly.
+  void approach(double target) { mu_plan_ = std::min(target, mu_plan_ + k_.rise * dt_); }
+
+  RefPoint reference(double s, double yaw_near, double tightened, double& station) const {
+    const PlanPoint p = line_.at(s);
+    const CoursePoint c = course_->locate(p.x, p.y, station);
+    station = c.s;
+    RefPoint r;
+    r.s = s;
+    r.x = p.x;
+    r.y = p.y;
+    r.yaw = yaw_near + std::remainder(p.yaw - yaw_near, 2.0 * std::numbers::pi);
+    r.kappa = p.kappa;
+    r.v = k_.pace * p.v * std::cos(p.beta);
+    r.beta = p.beta;
+    // Room along the path's normal; the offset is measured along the centre line's.
+    const double across = std::max(0.5, std::cos(p.yaw - c.yaw));
+    r.left = (c.left - c.n) / across - tightened;
+    r.right = (c.right + c.n) / across - tightened;
+    r.at.s = c.s;
+    r.at.n = c.n;
+    r.at.lap_fraction = c.lap_fraction;
+    r.at.yaw_line = c.yaw;
+    r.at.kappa = c.kappa;
+    r.at.grade = c.grade;
+    r.at.bank = c.bank;
+    return r;
+  }
+
+  /// The first advance is with the car's own speed; references then gain speed as the car can until they drive the
+  /// plan. Each advance takes the speed half-way.
+  void sample(const Observation& now, double tightened, std::span<RefPoint> horizon) {
+    double s = line_.locate(now.x.x, now.x.y), station = now.at.s, yaw = now.x.yaw;
+    double v = std::max(std::hypot(now.x.vx, now.x.vy), 0.01);
+    for (std::size_t k = 0; k < horizon.size(); ++k) {
+      RefPoint& r = horizon[k];
+      r = reference(s, yaw, tightened, station);
+      r.at.t = now.t + static_cast<double>(k) * dt_;
+      r.at.direction = now.at.direction;
+      yaw = r.yaw;
+      const PlanPoint here = line_.at(s);
+      if (k > 0) {
+        const double gain =
+            k_.from_car_speed ? std::max(0.0, setup_.limits().coast(v) + setup_.limits().drive(v)) : 1e9;
+        v = std::min(k_.pace * here.v, v + gain * dt_);
+        r.v = v * std::cos(here.beta);
+      }
+      const double half = s + 0.5 * dt_ * v / here.stretch;
+      const PlanPoint middle = line_.at(half);
+      const double planned = k_.pace * middle.v;
+      const double advance = k > 0 && v >= k_.pace * here.v ? planned : v;  // on the plan it goes on as planned
+      s = wrap_station(s + dt_ * advance / middle.stretch, setup_.base().length());
+    }
+  }
+
+  Params k_;
+  Car car_;
+  double dt_, mu_init_;
+  const Course* course_;
+  Tyres generic_;
+  LapSetup setup_;
+  AdaptiveLaps laps_;
+  FollowedLine line_;
+  LapPlan plan_;
+  double mu_plan_;
+  SlipRange front_seen_, rear_seen_;
+};
+
+}  // namespace
+
+GRIPLINE_PLUGINS(gripline::describe<TimeOptimal>(
+    "time_optimal", "1.0", "the fastest lap at the friction that is believed, from the safe side"))

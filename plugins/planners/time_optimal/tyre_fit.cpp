@@ -1,0 +1,112 @@
+#include "tyre_fit.hpp"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+
+namespace gripline::planning {
+namespace {
+
+constexpr int grid = 24;
+constexpr double floor_share = 0.02;  // no curve is trusted better than this share of the peak
+
+AxleShape shape_of(const Eigen::Vector3d& p) { return {std::exp(p[0]), p[1], std::exp(p[2])}; }
+
+/// Residual and its gradient by (ln B, C, ln D) of one point.
+struct Residual {
+  double r = 0;
+  Eigen::Vector3d gradient = Eigen::Vector3d::Zero();
+};
+Residual residual(const AxleShape& t, double slip, double force, double scale) {
+  const double angle = std::atan(t.B * slip), sine = std::sin(t.C * angle), cosine = std::cos(t.C * angle);
+  const double bend = t.D * cosine * t.C * t.B * slip / (1.0 + square(t.B * slip));
+  return {(t.D * sine - force) / scale, Eigen::Vector3d(bend, t.D * cosine * angle, t.D * sine) / scale};
+}
+
+}  // namespace
+
+void SlipRange::see(double slip) {
+  const auto i = static_cast<std::size_t>(std::min(std::abs(slip) / bin, static_cast<double>(counts_.size() - 1)));
+  counts_[i] += 1.0;
+  total_ += 1.0;
+}
+
+double SlipRange::visited() const {
+  double below = 0;
+  for (std::size_t i = 0; i < counts_.size(); ++i) {
+    below += counts_[i];
+    if (below >= 0.995 * total_) return bin * static_cast<double>(i + 1);
+  }
+  return bin * static_cast<double>(counts_.size());
+}
+
+AxleShape fit_axle(std::span<const double> slip, std::span<const double> force, std::span<const double> sigma,
+                   const AxlePrior& prior) {
+  const Eigen::Vector3d start(std::log(prior.shape.B), prior.shape.C, std::log(prior.shape.D));
+  const Eigen::Vector3d spread(0.5, 0.2, prior.sigma_D);
+  const auto evaluate = [&](const Eigen::Vector3d& p, Eigen::Matrix3d* normal, Eigen::Vector3d* gradient) {
+    const AxleShape shape = shape_of(p);
+    double total = 0;
+    for (std::size_t i = 0; i < slip.size(); ++i) {
+      const double own = i < sigma.size() ? sigma[i] : 0.0;
+      const Residual one = residual(shape, slip[i], force[i], std::hypot(own, floor_share * prior.shape.D));
+      total += one.r * one.r;
+      if (normal == nullptr) continue;
+      *normal += one.gradient * one.gradient.transpose();
+      *gradient += one.gradient * one.r;
+    }
+    const Eigen::Vector3d off = (p - start).cwiseQuotient(spread);
+    if (normal != nullptr) {
+      normal->diagonal() += spread.cwiseProduct(spread).cwiseInverse();
+      *gradient += off.cwiseQuotient(spread);
+    }
+    return total + off.squaredNorm();
+  };
+  Eigen::Vector3d p = start;
+  double damping = 1e-3, cost = evaluate(p, nullptr, nullptr);
+  for (int iteration = 0; iteration < 20; ++iteration) {
+    Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
+    Eigen::Vector3d gradient = Eigen::Vector3d::Zero();
+    evaluate(p, &normal, &gradient);
+    normal.diagonal() *= 1.0 + damping;
+    Eigen::Vector3d trial = p - normal.ldlt().solve(gradient);
+    trial[1] = std::clamp(trial[1], 1.0, 2.0);
+    trial[0] = std::clamp(trial[0], start[0] - 2.0, start[0] + 2.0);
+    const double tried = evaluate(trial, nullptr, nullptr);
+    if (tried < cost) {
+      p = trial;
+      cost = tried;
+      damping *= 0.3;
+    } else {
+      damping *= 10.0;
+    }
+  }
+  return shape_of(p);
+}
+
+AxleShape fit_learned(const TyreCurve& learned, Axle axle, double mass, double visited, const AxlePrior& prior) {
+  std::array<double, 2 * grid> slip{}, force{}, sigma{};
+  for (std::size_t i = 0; i < grid; ++i) {
+    slip[i] = visited * static_cast<double>(i + 1) / grid;
+    slip[grid + i] = -slip[i];
+  }
+  if (!learned.tyre_force(axle, slip, force, sigma)) return prior.shape;
+  for (std::size_t i = 0; i < grid; ++i) {
+    force[i] = 0.5 * (force[i] - force[grid + i]) / mass;
+    sigma[i] = 0.5 * std::hypot(sigma[i], sigma[grid + i]) / mass;
+    if (!std::isfinite(force[i]) || !std::isfinite(sigma[i])) return prior.shape;
+  }
+  return fit_axle(std::span(slip).first(grid), std::span(force).first(grid), std::span(sigma).first(grid), prior);
+}
+
+double difference(const Tyres& a, const Tyres& b, double range) {
+  double largest = 0;
+  for (int i = 1; i <= grid; ++i) {
+    const double slip = range * i / grid;
+    largest = std::max(largest, std::abs(axle_force(a.front, slip) - axle_force(b.front, slip)) / a.front.D);
+    largest = std::max(largest, std::abs(axle_force(a.rear, slip) - axle_force(b.rear, slip)) / a.rear.D);
+  }
+  return largest;
+}
+
+}  // namespace gripline::planning

@@ -1,0 +1,43 @@
+// From a learned force curve to a tyre that a program can be solved with: D sin(C atan(B slip)) through the learned
+// forces over the slips that were visited, weighted by their uncertainty, near what is believed where they say nothing.
+#pragma once
+
+#include <array>
+#include <span>
+
+#include <gripline/interfaces.hpp>
+
+#include "lap_dynamics.hpp"
+
+namespace gripline::planning {
+
+/// Counts the slips an axle went through, to know over which range its curve means something.
+class SlipRange {
+ public:
+  void see(double slip);
+  /// Below this lie 99.5 % of the slips seen [rad].
+  double visited() const;
+
+ private:
+  static constexpr double bin = 0.01;
+  std::array<double, 120> counts_{};
+  double total_ = 0;
+};
+
+struct AxlePrior {
+  AxleShape shape;        // what is believed without the curve
+  double sigma_D = 0.08;  // of its D, relative
+};
+
+/// Forces over mass [m/s2] at positive slips, averaged over both sides by the caller; sigma may be empty. Levenberg
+/// steps in (ln B, C, ln D), always the same number.
+AxleShape fit_axle(std::span<const double> slip, std::span<const double> force, std::span<const double> sigma,
+                   const AxlePrior& prior);
+
+/// Asks `learned` for an axle and fits it; the prior's shape when it does not know.
+AxleShape fit_learned(const TyreCurve& learned, Axle axle, double mass, double visited, const AxlePrior& prior);
+
+/// Largest difference of two pairs of curves over |slip| <= range, relative to the first pair's peaks.
+double difference(const Tyres& a, const Tyres& b, double range);
+
+}  // namespace gripline::planning
