@@ -22,7 +22,7 @@ struct Params {
   // wheels and tyres
   double radius = 0.34, wheel_inertia = 1.5;
   double mu_y = 1.05, mu_x = 1.15, load_sensitivity = 0.06;
-  double stiffness_front = 17.0, stiffness_rear = 19.5, stiffness_load = 2.1, stiffness_x = 25.0;
+  double stiffness_front = 17.0, stiffness_rear = 19.5, stiffness_load = 2.75, stiffness_x = 25.0;
   double C_y = 1.5, E_y = -0.5, C_x = 1.65, E_x = 0.3;
   double relaxation_x = 0.25, relaxation_y = 0.50, contact_damping = 2000;
   // engine, brakes, steering
@@ -91,7 +91,7 @@ inline constexpr auto declare_tyres() {
       param("stiffness_rear", &P::stiffness_rear, "1/rad", {1, 100},
             "rear cornering stiffness over static load; the difference is 0.4 deg/g of understeer (Milliken 5)"),
       param("stiffness_load", &P::stiffness_load, "1", {0.5, 100},
-            "load of the largest cornering stiffness over static load (Pacejka app. 3: 2.13)"),
+            "load of the largest cornering stiffness over static load (Pacejka app. 3: 2.13 times 4000 N)"),
       param("stiffness_x", &P::stiffness_x, "1", {1, 200}, "slip stiffness over load (Pacejka app. 3: 21.5)"),
       param("C_y", &P::C_y, "1", {1.01, 1.99}, "lateral shape factor (Pacejka 4.3: 1.2 to 1.6)"),
       param("E_y", &P::E_y, "1", {-10, 0.9}, "lateral curvature factor (Pacejka app. 3: -1.0)"),
