@@ -316,4 +316,97 @@ inline void write_sample(const fs::path& folder, const SampleOptions& options = 
     "skipped": [{"text": "elm.solve_ms_median < gp_own_mu.solve_ms_median", "why": "a row was left out by --only"}]})";
 }
 
+/// Numbers as a JSON array, null for NaN.
+inline std::string json_array(const std::vector<double>& values) {
+  std::string text = "[";
+  for (const double value : values) {
+    if (text.size() > 1) text += ',';
+    const std::string cell = cells({value});
+    text += std::isnan(value) ? "null" : cell.substr(0, cell.size() - 1);
+  }
+  return text + "]";
+}
+
+/// An OUT folder as `compare` writes it for validations.
+inline void write_validation_sample(const fs::path& folder) {
+  fs::create_directories(folder);
+  std::ofstream scores(folder / "validation.csv"), traces(folder / "validation_traces.csv");
+  scores << "estimator,channel,unit,n,r2,rmse\n";
+  traces << "estimator,channel,t_s,truth,predicted,slip_rad\n";
+  const char* channels[] = {"e_vx", "e_vy", "e_omega", "force_front"};
+  const char* units[] = {"m/s2", "m/s2", "rad/s2", "N"};
+  for (const char* estimator : {"elm", "gp"})
+    for (int c = 0; c < 4; ++c) {
+      scores << estimator << ',' << channels[c] << ',' << units[c] << ",350," << 0.99 - 0.01 * c << ",0.0" << c + 2
+             << '\n';
+      for (int i = 0; i < 350; ++i) {
+        const double t = 0.02 * i, slip = 0.3 * std::sin(1.3 * t);
+        const double truth = c == 3 ? lateral_force(0.19, slip) : std::sin(1.1 * t + c) * (c + 1);
+        const double off = (estimator[0] == 'e' ? 0.05 : 0.08) * std::sin(9 * t);
+        traces << estimator << ',' << channels[c] << ','
+               << cells({t, truth, truth + off * (c == 3 ? 0.1 : 1), c == 3 ? slip : nan});
+      }
+    }
+}
+
+/// An OUT folder as `diagnose` writes it.
+inline void write_diagnosis_sample(const fs::path& folder) {
+  fs::create_directories(folder);
+  std::ofstream(folder / "diagnosis.json") << R"({"verdict": "named",
+    "named": [{"effect": "friction_patch", "params": {"k": -0.18, "s0": 0.62, "w": 0.12},
+               "ci95": {"k": [-0.2, -0.16], "s0": [0.615, 0.625], "w": [0.11, 0.13]}, "confidence": 0.991}],
+    "equivalent": [], "unknown": null, "nominal_fit": {"Df": 0.1914},
+    "gap": {"horizon_s": 1.0, "before": 3.41, "after": 0.06, "closure": 0.985},
+    "ranking": [{"effect": "friction_patch", "gain": 812.4, "held_out": 0.06, "selected_fraction": 0.99},
+                {"effect": "bank", "gain": 341.2, "held_out": 1.9, "selected_fraction": 0.01},
+                {"effect": "downforce", "gain": 44.7, "held_out": 3.2, "selected_fraction": 0}],
+    "manoeuvre": null})";
+  const Course course(1);
+  std::vector<double> x, y, lx, ly, rx, ry, t, f, ex, ey, v, e_vx, e_vy, e_w, a_vx, a_vy, a_w, size, d, delta;
+  for (int i = 0; i < 300; ++i) {
+    const double s = course.length() * i / 300;
+    const auto c = course.at(s), l = course.at(s, half_width), r = course.at(s, -half_width);
+    x.push_back(c.x), y.push_back(c.y), lx.push_back(l.x), ly.push_back(l.y), rx.push_back(r.x), ry.push_back(r.y);
+  }
+  std::mt19937 random(7);
+  std::normal_distribution<double> noise(0, 1);
+  for (int i = 0; i < 1500; ++i) {
+    const double share = std::fmod(i / 375.0, 1.0);
+    const auto p = course.at(share * course.length(), 0.04 * noise(random));
+    const double patch = std::abs(share - 0.62) < 0.06 ? 1 : 0;
+    t.push_back(0.02 * i), f.push_back(share), ex.push_back(p.x), ey.push_back(p.y);
+    v.push_back(2 + 0.5 * std::sin(7 * share)), d.push_back(0.3 * std::cos(9 * share)),
+        delta.push_back(0.062 * p.kappa);
+    e_vx.push_back(0.1 * noise(random)), e_vy.push_back(-0.9 * patch + 0.1 * noise(random)),
+        e_w.push_back(5 * patch * p.kappa + noise(random));
+    a_vx.push_back(0.1 * noise(random)), a_vy.push_back(0.1 * noise(random)), a_w.push_back(noise(random));
+    size.push_back(1 + 5 * patch + 0.3 * std::abs(noise(random)));
+  }
+  std::vector<double> tt, measured, before, after;
+  for (int i = 0; i < 500; ++i) {
+    const double time = 0.02 * i, since = std::fmod(time, 1.0);
+    tt.push_back(time);
+    measured.push_back(2 + std::sin(time));
+    before.push_back(i % 50 == 49 ? nan : 2 + std::sin(time) + 0.3 * since * since);
+    after.push_back(i % 50 == 49 ? nan : 2 + std::sin(time) + 0.01 * since);
+  }
+  std::ofstream out(folder / "diagnosis_report.json");
+  out << R"({"sentence": "The track is slippery at 62 % of the lap: 18 % less grip (16 to 20 %) over an eighth of the lap; 99 % sure.",)"
+      << R"("log": "measured.csv", "world": "worlds/diagnose_rc43.json", "track": {"x_m": )" << json_array(x)
+      << R"(, "y_m": )" << json_array(y) << R"(, "left_x_m": )" << json_array(lx) << R"(, "left_y_m": )"
+      << json_array(ly) << R"(, "right_x_m": )" << json_array(rx) << R"(, "right_y_m": )" << json_array(ry)
+      << R"(}, "residual": {"t_s": )" << json_array(t) << R"(, "lap_fraction": )" << json_array(f) << R"(, "x_m": )"
+      << json_array(ex) << R"(, "y_m": )" << json_array(ey) << R"(, "vx_mps": )" << json_array(v) << R"(, "d": )"
+      << json_array(d) << R"(, "delta_rad": )" << json_array(delta) << R"(, "e_vx": )" << json_array(e_vx)
+      << R"(, "e_vy": )" << json_array(e_vy) << R"(, "e_omega": )" << json_array(e_w) << R"(, "after_e_vx": )"
+      << json_array(a_vx) << R"(, "after_e_vy": )" << json_array(a_vy) << R"(, "after_e_omega": )" << json_array(a_w)
+      << R"(, "size": )" << json_array(size)
+      << R"(}, "horizon": {"horizon_s": [0.1, 0.2, 0.5, 1, 2], "before": [0.2, 0.5, 1.6, 3.41, 7.9], "after": [0.02, 0.02, 0.04, 0.06, 0.13]},)"
+      << R"("traces": [{"channel": "vx_mps", "t_s": )" << json_array(tt) << R"(, "measured": )" << json_array(measured)
+      << R"(, "before": )" << json_array(before) << R"(, "after": )" << json_array(after)
+      << R"(}], "seen_at": [{"effect": "aero_drag", "param": "a", "unit": "m/s2", "size": 0.021}],)"
+      << R"("health": [{"check": "dropped rows", "found": "2.0 %", "done": "interpolated", "level": "note"}, {"check": "time", "found": "even, 50 Hz", "done": "", "level": "good"}],)"
+      << R"("patch": {"plant": {"effects": [{"plugin": "friction_patch", "params": {"k": -0.18, "s0": 0.62, "w": 0.12}}]}}})";
+}
+
 }  // namespace gripline::sample

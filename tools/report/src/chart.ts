@@ -1,6 +1,6 @@
 // A chart: uPlot draws axes and handles cursor and zoom; the marks are drawn here, the same on screen and in SVG files.
 import uPlot from "uplot";
-import { h, short } from "./dom";
+import { h, plain, short } from "./dom";
 import { makeFigure, type Figure } from "./figure";
 import { extent, lineAt, markRows, paintMarks, type Frame, type Mark, type Range } from "./marks";
 import { CanvasPen, fontFamily } from "./pen";
@@ -153,7 +153,7 @@ export class Chart {
       grid: { stroke: token("grid"), width: 1 },
       ticks: { show: false },
       border: { show: false },
-      values: (_, splits) => splits.map((v) => (v === null ? "" : (spec.tick?.(v) ?? short(v, 6).replace(/(\.\d*?)0+$/, "$1").replace(/\.$/, "")))),
+      values: (_, splits) => splits.map((v) => (v === null ? "" : (spec.tick?.(v) ?? plain(v, 6)))),
       ...(spec.splits ? { splits: spec.splits } : {}),
       // One, two and five of each power of ten.
       ...(spec.log ? { filter: (_u: uPlot, splits: number[]) => splits.map((v) => (/^[125]/.test(v.toExponential(3)) && /^.\.000/.test(v.toExponential(3)) ? v : null)) } : {}),
@@ -300,7 +300,7 @@ export class Chart {
         if (distance < nearest) {
           nearest = distance;
           const { x, y } = this.spec;
-          text = `${mark.names[i]}: ${short(mark.x[i], x.digits)} ${x.unit ?? ""}, ${short(mark.y[i], y.digits)} ${y.unit ?? ""}`;
+          text = `${mark.names[i]}: ${plain(mark.x[i], x.digits)} ${x.unit ?? ""}, ${plain(mark.y[i], y.digits)} ${y.unit ?? ""}`;
         }
       }
     }

@@ -1,8 +1,7 @@
 // Charts that are not over time: laps, speed over distance, g-g, step times, trade-offs.
 import { Chart } from "./chart";
 import type { RunData } from "./data";
-import { interpolate } from "./data";
-import { h, plural, short } from "./dom";
+import { h, plain, plural } from "./dom";
 import { laps } from "./mapview";
 import type { Mark } from "./marks";
 import { measure, timeName } from "./measures";
@@ -170,7 +169,7 @@ export function ggChart(state: State): Chart | null {
         });
         const frame: Mark = { kind: "points", x: [-reach, reach], y: [NaN, NaN], color: "transparent" };
         if (!Number.isFinite(high)) return [frame, ...points];
-        return [frame, ...points, circle(high, [], `µ ${short(high)}`), ...(high - low > 0.01 ? [circle(low, [5, 4], `µ ${short(low)}`)] : [])];
+        return [frame, ...points, circle(high, [], `µ ${plain(high)}`), ...(high - low > 0.01 ? [circle(low, [5, 4], `µ ${plain(low)}`)] : [])];
       },
     },
     state,
@@ -190,7 +189,7 @@ export function timesChart(state: State): Chart | null {
       title: "Step times",
       note: "Share of all steps per bin, all seeds. Thread CPU time.",
       height: 300,
-      x: { label: "time", unit: "ms", log: true, tick: (v) => short(v, 1) },
+      x: { label: "time", unit: "ms", log: true },
       y: { label: "share of steps", unit: "%", include: [0] },
       marks: () =>
         times
@@ -350,6 +349,3 @@ export function undrawable(state: State): string {
   const lost = state.runs().filter((run) => run.undrawable > 0);
   return lost.map((run) => `${state.report.label(run.stack)}: ${plural(run.undrawable, "value")} beyond drawing`).join("; ");
 }
-
-/** Value of a run's channel at a distance; for tests. */
-export const probes = { interpolate, speedOverLap };

@@ -1,6 +1,6 @@
 // The diagnosis: what is missing in the model, where it shows, how sure that is, and what the repair gains.
 import { Chart, type ChartSpec } from "./chart";
-import { download, fixed, h, short } from "./dom";
+import { download, fixed, h, plain } from "./dom";
 import { makeFigure } from "./figure";
 import { Columns } from "./data";
 import { Course, drawCourse, fit } from "./mapview";
@@ -16,7 +16,7 @@ const percent = (share: number) => `${fixed(100 * share, share > 0.995 ? 1 : 0)}
 /** What to say if the diagnosis did not say it itself. */
 function sentence(d: Diagnosis): string {
   const names = (d.named ?? []).map(({ effect, params, confidence }) => {
-    const values = Object.entries(params ?? {}).map(([name, value]) => `${name} ${short(value)}`);
+    const values = Object.entries(params ?? {}).map(([name, value]) => `${name} ${plain(value)}`);
     return `${effect} (${values.join(", ")}${confidence === undefined ? "" : `; ${percent(confidence)} sure`})`;
   });
   switch (d.verdict) {
@@ -27,7 +27,7 @@ function sentence(d: Diagnosis): string {
     case "indistinguishable":
       return `Something is missing, but the log cannot tell apart ${(d.equivalent ?? []).map((set) => set.join(", ")).join("; ")}.`;
     case "unknown":
-      return `Something is missing that the catalogue cannot explain; it shows by ${d.unknown?.where ?? "no single quantity"}${d.unknown?.interval ? ` in ${short(d.unknown.interval[0])} to ${short(d.unknown.interval[1])}` : ""}.`;
+      return `Something is missing that the catalogue cannot explain; it shows by ${d.unknown?.where ?? "no single quantity"}${d.unknown?.interval ? ` in ${plain(d.unknown.interval[0])} to ${plain(d.unknown.interval[1])}` : ""}.`;
   }
 }
 
@@ -50,7 +50,7 @@ export function diagnosisHead(d: Diagnosis, more: DiagnosisReport | null): HTMLE
       ? h(
           "p",
           { class: "lede" },
-          `Error over ${short(gap.horizon_s)} s on data that was not fitted: ${short(gap.before)} σ before, ${short(gap.after)} σ after`,
+          `Error over ${plain(gap.horizon_s)} s on data that was not fitted: ${plain(gap.before)} σ before, ${plain(gap.after)} σ after`,
           gap.closure !== null && gap.closure !== undefined ? ` (${percent(gap.closure)} of the gap closed).` : ".",
         )
       : null,
@@ -67,8 +67,8 @@ export function namedTable(d: Diagnosis): HTMLElement | null {
         {},
         h("th", { scope: "row", class: "name" }, i === 0 ? effect : ""),
         h("td", { class: "text" }, name),
-        h("td", {}, short(value, 4)),
-        h("td", {}, interval ? `${short(interval[0], 4)} – ${short(interval[1], 4)}` : "–"),
+        h("td", {}, plain(value, 4)),
+        h("td", {}, interval ? `${plain(interval[0], 4)} – ${plain(interval[1], 4)}` : "–"),
         h("td", {}, i === 0 && confidence !== undefined ? percent(confidence) : ""),
       );
     }),
@@ -100,9 +100,9 @@ export function rankingTable(d: Diagnosis): HTMLElement | null {
             "tr",
             { class: named.has(entry.effect) ? "chosen" : undefined },
             h("th", { scope: "row", class: "name" }, entry.effect),
-            h("td", {}, short(entry.gain, 4)),
+            h("td", {}, plain(entry.gain, 4)),
             h("td", { class: "wide" }, bar(entry.gain / most)),
-            h("td", {}, `${short(entry.held_out)} σ`),
+            h("td", {}, `${plain(entry.held_out)} σ`),
             h("td", {}, percent(entry.selected_fraction)),
           ),
         ),
@@ -154,7 +154,7 @@ export function residualMap(more: DiagnosisReport): HTMLElement | null {
     ctx.scale(ratio, ratio);
     draw(new CanvasPen(ctx), 720, height);
     const stops = Array.from({ length: 11 }, (_, i) => sequential(i / 10)).join(", ");
-    figure.readout.replaceChildren(h("div", { class: "colour-scale" }, h("span", {}, "0"), h("i", { style: `background: linear-gradient(to right, ${stops})` }), h("span", {}, `${short(high)} σ`)));
+    figure.readout.replaceChildren(h("div", { class: "colour-scale" }, h("span", {}, "0"), h("i", { style: `background: linear-gradient(to right, ${stops})` }), h("span", {}, `${plain(high)} σ`)));
   };
   paint();
   onThemeChange(paint);
@@ -220,8 +220,8 @@ export function gapCharts(state: State, more: DiagnosisReport): Chart[] {
       title: "Error against horizon",
       note: "Open-loop simulation on held-out data.",
       height: 260,
-      x: { label: "horizon", unit: "s", log: true, tick: (v) => short(v, 1) },
-      y: { label: "error", unit: "σ", log: true, tick: (v) => short(v, 2) },
+      x: { label: "horizon", unit: "s", log: true },
+      y: { label: "error", unit: "σ", log: true },
       marks: () => {
         const x = numbers(horizon.horizon_s);
         return [
@@ -262,7 +262,7 @@ export function seenAtTable(more: DiagnosisReport): HTMLElement | null {
       "table",
       { class: "comparison plain" },
       h("thead", {}, h("tr", {}, h("th", { class: "name", scope: "col" }, "effect"), h("th", { class: "text", scope: "col" }, "parameter"), h("th", { scope: "col" }, "would have been seen from"))),
-      h("tbody", {}, ...rows.map((row) => h("tr", {}, h("th", { scope: "row", class: "name" }, row.effect), h("td", { class: "text" }, row.param), h("td", {}, `${short(row.size)} ${row.unit}`)))),
+      h("tbody", {}, ...rows.map((row) => h("tr", {}, h("th", { scope: "row", class: "name" }, row.effect), h("td", { class: "text" }, row.param), h("td", {}, `${plain(row.size)} ${row.unit}`)))),
     ),
   );
 }

@@ -43,6 +43,11 @@ export function short(value: number | null | undefined, digits = 3): string {
   return text.replace("-", "−");
 }
 
+/** The same without zeros at its end: for texts and ticks, not for values that change before one's eyes. */
+export function plain(value: number | null | undefined, digits = 3): string {
+  return short(value, digits).replace(/(\.\d*?)0+(?=$|e)/, "$1").replace(/\.(?=$|e)/, "");
+}
+
 /** A number with a fixed count of decimals. */
 export function fixed(value: number | null | undefined, decimals: number): string {
   if (value === null || value === undefined || !Number.isFinite(value)) return "–";

@@ -80,7 +80,7 @@ function diagnosisSections(state: State): Section[] {
   if (!d) return [];
   const extra = more ?? {};
   const sections: Section[] = [{ id: "verdict", title: "Verdict", content: part(diagnosisHead(d, more), namedTable(d)) }];
-  if (extra.residual) sections.push({ id: "where", title: "Where it shows", content: part(later(() => residualMap(extra) ?? h("div"), 400), grid(residualCharts(state, extra, d))) });
+  if (extra.residual) sections.push({ id: "where", title: "Where it shows", content: part(later(() => residualMap(extra) ?? h("div"), 400), grid(residualCharts(state, extra, d), "three")) });
   if (extra.horizon || extra.traces?.length) sections.push({ id: "gap", title: "Before and after", content: grid(gapCharts(state, extra)) });
   const ranking = rankingTable(d);
   if (ranking) sections.push({ id: "ranking", title: "Ranking of effects", note: "Evidence over the nominal model; error on held-out data; share of resampled logs in which the effect wins.", content: ranking });

@@ -71,7 +71,8 @@ export function mapsSection(state: State): HTMLElement {
           },
         });
         const [from, to] = lap === null ? [0, Infinity] : (laps(run)[lap] ?? [Infinity, Infinity]);
-        const outside = intervals(run, "outside", from, to).reduce((sum, [a, b]) => sum + b - a, 0);
+        const counted = lap === null ? state.report.meta.runs.find((r) => r.stack === stack && r.seed === state.seed)?.values.violation_s : undefined;
+        const outside = counted ?? intervals(run, "outside", from, to).reduce((sum, [a, b]) => sum + b - a, 0);
         figure.readout.append(outside > 0 ? h("span", { class: "alarm" }, `${outside.toFixed(2)} s outside`) : "never outside");
         const canvas = h("canvas", { role: "img", "aria-label": `Trajectory of ${label} over the track, coloured by speed` });
         canvas.style.aspectRatio = `${size.width} / ${size.height}`;

@@ -9,15 +9,23 @@ interface Winner {
   value: number;
 }
 
-/** Best value of a column among stacks that were not told the truth. */
-function winner(state: State, column: string): Winner | null {
+/** Stacks that may win: not told the truth, and in the end at least once where the log says. */
+function contenders(state: State): number[] {
   const { table, stacks } = state.report.meta;
+  const finished = state.report.column("finished");
+  return table.rows.filter((row) => !stacks[row.stack].truth && (finished < 0 || row.values[finished] !== 0)).map((row) => row.stack);
+}
+
+/** Best value of a column among them; null if there is nobody to beat. */
+function winner(state: State, column: string): Winner | null {
+  const { table } = state.report.meta;
   const index = state.report.column(column);
-  if (index < 0) return null;
+  const able = contenders(state);
+  if (index < 0 || able.length < 2) return null;
   let best: Winner | null = null;
   for (const row of table.rows) {
     const value = row.values[index];
-    if (value === null || stacks[row.stack].truth) continue;
+    if (value === null || !able.includes(row.stack)) continue;
     if (!best || value < best.value) best = { stack: row.stack, value };
   }
   return best;
@@ -50,7 +58,7 @@ export function summarySection(state: State): HTMLElement {
     const { unit, decimals } = measure(column);
     if (!best) continue;
     // Several equal firsts are no news about one of them.
-    const equal = table.rows.filter((row) => !stacks[row.stack].truth && fixed(row.values[state.report.column(column)], decimals) === fixed(best.value, decimals));
+    const equal = table.rows.filter((row) => contenders(state).includes(row.stack) && fixed(row.values[state.report.column(column)], decimals) === fixed(best.value, decimals));
     tiles.push(tile(label, `${fixed(best.value, decimals)} ${unit}`, equal.length > 1 ? `${equal.length} stacks alike` : name(best.stack)));
   }
   const seeds = state.report.seeds.length;
@@ -65,7 +73,7 @@ export function summarySection(state: State): HTMLElement {
     "header",
     { class: "summary" },
     h("p", { class: "eyebrow" }, [scene?.kind ?? (meta.diagnosis ? "diagnosis" : "report"), ...parts].join(" · ").replace(/_/g, " ")),
-    h("h1", {}, meta.title),
+    h("h1", {}, meta.diagnosis_report?.log ?? meta.title),
     scene?.note ? h("p", { class: "lede" }, scene.note) : null,
     broken ? h("p", { class: "lede alarm" }, `${broken} of ${plural(runs.length, "run")} did not finish.`) : null,
     tiles.length > 1 ? h("div", { class: "tiles" }, ...tiles) : null,

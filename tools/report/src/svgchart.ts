@@ -1,6 +1,6 @@
 // A chart as an SVG file: the same marks, with axes drawn here.
 import type { AxisSpec } from "./chart";
-import { short } from "./dom";
+import { plain } from "./dom";
 import { paintMarks, type Frame, type Mark, type Range } from "./marks";
 import { drawMarker, SvgPen } from "./pen";
 import { token } from "./theme";
@@ -59,11 +59,11 @@ export function chartSvg({ title, x, y, xRange, yRange, marks, width, height }: 
   const [ink, muted, grid] = [token("ink"), token("muted"), token("grid")];
   for (const v of ticks(xRange, plotWidth / 90, x.log)) {
     pen.line([frame.x(v), top, frame.x(v), top + plotHeight], { color: grid, width: 1 });
-    pen.text(frame.x(v), top + plotHeight + 14, x.tick?.(v) ?? short(v), { color: muted, align: "center" });
+    pen.text(frame.x(v), top + plotHeight + 14, x.tick?.(v) ?? plain(v, 6), { color: muted, align: "center" });
   }
   for (const v of ticks(yRange, plotHeight / 45, y.log)) {
     pen.line([left, frame.y(v), left + plotWidth, frame.y(v)], { color: grid, width: 1 });
-    pen.text(left - 8, frame.y(v), y.tick?.(v) ?? short(v), { color: muted, align: "right" });
+    pen.text(left - 8, frame.y(v), y.tick?.(v) ?? plain(v, 6), { color: muted, align: "right" });
   }
   pen.clipped(left, top - 4, plotWidth, plotHeight + 8, () => paintMarks(pen, frame, marks, null, muted));
   pen.text(left, 16, title, { color: ink, size: 14, weight: 600 });

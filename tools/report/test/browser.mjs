@@ -1,0 +1,244 @@
+// Opens report pages in Chromium and uses them as a reader would: node browser.mjs JOB.json
+//
+// JOB: {"chromium": path, "shots": folder or "", "pages": [{"name", "file", "kind": "race" | "other", "cpu_s": limit,
+//       "poses": [{"stack": name, "t", "x", "y"}], "texts": [must be on the page], "harmless": bool}]}
+// Prints one line per check, ends non-zero if one failed.
+import { readFileSync } from "node:fs";
+import { join } from "node:path";
+import { pathToFileURL } from "node:url";
+import { chromium } from "playwright-core";
+
+const job = JSON.parse(readFileSync(process.argv[2], "utf8"));
+let failures = 0;
+function check(good, words) {
+  if (!good) failures++;
+  console.log(`${good ? "ok  " : "FAIL"} ${words}`);
+}
+
+/** A page with everything recorded that must not happen. */
+async function open(browser, file, options = {}) {
+  const context = await browser.newContext({ viewport: { width: 1280, height: 900 }, acceptDownloads: true, ...options });
+  const page = await context.newPage();
+  const unwanted = [];
+  page.on("console", (message) => ["error", "warning"].includes(message.type()) && unwanted.push(message.text()));
+  page.on("pageerror", (error) => unwanted.push(error.message));
+  page.on("dialog", (dialog) => (unwanted.push(`dialog: ${dialog.message()}`), dialog.dismiss()));
+  page.on("request", (request) => {
+    const url = request.url();
+    if (url !== pathToFileURL(file).href && !/^(data|blob):/.test(url)) unwanted.push(`request: ${url}`);
+  });
+  const session = await context.newCDPSession(page);
+  await session.send("Performance.enable", { timeDomain: "threadTicks" });
+  await page.goto(pathToFileURL(file).href);
+  await page.waitForFunction(() => performance.getEntriesByName("gripline-built").length > 0);
+  await page.evaluate(() => new Promise((done) => requestAnimationFrame(() => setTimeout(done, 0))));
+  const { metrics } = await session.send("Performance.getMetrics");
+  const cpu = metrics.find((metric) => metric.name === "TaskDuration").value;
+  return { page, context, unwanted, cpu };
+}
+
+const seek = (page, t) => page.evaluate((time) => window.gripline.state.clock.seek(time), t);
+const now = (page) => page.evaluate(() => window.gripline.state.clock.t);
+const frame = (page) => page.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))));
+
+/** The cars stand where the log says, and are drawn there in their colours. */
+async function checkPoses(page, poses) {
+  let worst = 0;
+  let painted = 0;
+  for (const pose of poses) {
+    await seek(page, pose.t);
+    await frame(page);
+    const found = await page.evaluate((name) => {
+      const { state, replay } = window.gripline;
+      const stack = state.report.meta.stacks.findIndex((s) => s.name === name);
+      state.setFocus(stack);
+      replay.follow(true);
+      return new Promise((done) =>
+        requestAnimationFrame(() =>
+          requestAnimationFrame(() => {
+            const { x, y } = state.data(stack).pose(state.clock.t);
+            const at = replay.carOnScreen(stack);
+            const canvas = replay.canvas;
+            const ratio = canvas.width / canvas.clientWidth;
+            // Behind the windscreen the body has its full colour.
+            const yaw = state.data(stack).pose(state.clock.t).yaw;
+            const back = 18;
+            const [px, py] = [(at.x - back * Math.cos(yaw)) * ratio, (at.y + back * Math.sin(yaw)) * ratio];
+            const data = canvas.getContext("2d").getImageData(Math.round(px), Math.round(py), 1, 1).data;
+            const colour = getComputedStyle(document.documentElement).getPropertyValue(`--s${stack % 10}`).trim();
+            replay.follow(false);
+            done({ x, y, colour, drawn: `#${[...data.slice(0, 3)].map((v) => v.toString(16).padStart(2, "0")).join("")}` });
+          }),
+        ),
+      );
+    }, pose.stack);
+    worst = Math.max(worst, Math.hypot(found.x - pose.x, found.y - pose.y));
+    if (found.drawn === found.colour) painted++;
+  }
+  check(worst < 0.002, `cars stand where the log says (worst ${(1000 * worst).toFixed(3)} mm of ${poses.length})`);
+  check(painted >= 0.9 * poses.length, `cars are drawn there in their colours (${painted} of ${poses.length})`);
+}
+
+/** Pointing at one time chart moves the clock, the cars and every other time chart's cursor. */
+async function checkCursorSync(page) {
+  await page.evaluate(() => window.gripline.state.clock.pause());
+  await seek(page, 0);
+  const charts = await page.$$("#replay figure");
+  const over = await charts[0].$(".u-over");
+  await over.scrollIntoViewIfNeeded();
+  await page.waitForTimeout(100);
+  const box = await over.boundingBox();
+  await page.mouse.move(box.x + box.width * 0.3, box.y + box.height / 2);
+  await page.mouse.move(box.x + box.width * 0.5, box.y + box.height / 2);
+  await frame(page);
+  const end = await page.evaluate(() => window.gripline.state.clock.end);
+  const t = await now(page);
+  check(Math.abs(t / end - 0.5) < 0.02, `pointing at the middle of a chart sets the clock to the middle (${(t / end).toFixed(3)})`);
+  const cursors = await page.$$eval("#replay .now", (list) => list.map((now) => {
+    const shift = new DOMMatrix(getComputedStyle(now).transform).m41;
+    return shift / now.parentElement.clientWidth;
+  }));
+  check(cursors.length >= 3 && cursors.every((share) => Math.abs(share - 0.5) < 0.02), `every time chart's cursor follows (${cursors.length} charts)`);
+  const crossed = await page.$$eval("#replay .u-cursor-x", (list) => list.filter((line) => !line.classList.contains("u-off") && new DOMMatrix(getComputedStyle(line).transform).m41 > 0).length);
+  check(crossed === cursors.length, `uPlot's own cursors are in step (${crossed})`);
+  const scrubbed = await page.$eval(".scrubber input", (input) => Number(input.value));
+  check(Math.abs(scrubbed - t) < 1e-6, "the scrubber follows");
+  await page.mouse.move(10, 10);
+}
+
+async function checkKeys(page) {
+  await page.evaluate(() => document.activeElement?.blur());
+  await seek(page, 5);
+  await page.keyboard.press("ArrowRight");
+  check(Math.abs((await now(page)) - 5.1) < 1e-6, "arrow right steps 0.1 s");
+  await page.keyboard.press("Shift+ArrowLeft");
+  check(Math.abs((await now(page)) - 4.1) < 1e-6, "shift arrow left steps 1 s back");
+  await page.keyboard.press("Home");
+  check((await now(page)) === 0, "home goes to the start");
+  const before = await page.evaluate(() => window.gripline.state.visible.size);
+  await page.keyboard.press("1");
+  check((await page.evaluate(() => window.gripline.state.visible.size)) === before - 1, "1 hides the first stack");
+  await page.keyboard.press("1");
+  await page.keyboard.press("f");
+  check(await page.evaluate(() => window.gripline.replay.following), "f follows");
+  await page.keyboard.press("z");
+  check(!(await page.evaluate(() => window.gripline.replay.following)), "z shows the whole track");
+  await page.keyboard.press("?");
+  check(await page.$eval("dialog.help", (card) => card.open), "? explains the keys");
+  await page.keyboard.press("Escape");
+}
+
+/** Plays for a while: the clock advances at its rate, frames come and are cheap. */
+async function checkPlaying(page) {
+  await page.evaluate(() => scrollTo(0, document.getElementById("replay").offsetTop - 90));
+  await seek(page, 1);
+  const played = await page.evaluate(async () => {
+    const { state, replay } = window.gripline;
+    replay.cost.length = 0;
+    let frames = 0;
+    const begin = performance.now();
+    const from = state.clock.t;
+    state.clock.play();
+    await new Promise((done) => {
+      const count = (time) => {
+        frames++;
+        if (time - begin > 2000) done();
+        else requestAnimationFrame(count);
+      };
+      requestAnimationFrame(count);
+    });
+    state.clock.pause();
+    const seconds = (performance.now() - begin) / 1000;
+    const cost = [...replay.cost].sort((a, b) => a - b);
+    return { rate: frames / seconds, speed: (state.clock.t - from) / seconds, cars: state.runs().length, cost: cost[Math.floor(cost.length / 2)] };
+  });
+  check(played.speed > 0.5 && played.speed < 1.1, `the clock runs at its rate (${played.speed.toFixed(2)})`);
+  // A loaded machine without a graphics card drops frames; what one costs to draw does not depend on others as much.
+  check(played.cost < 1000 / 60, `a frame with ${played.cars} cars is drawn in ${played.cost.toFixed(1)} ms (${played.rate.toFixed(0)} frames/s here)`);
+}
+
+async function checkDownloads(page) {
+  for (const [label, good] of [
+    ["SVG", (text) => text.startsWith("<svg ") && text.trim().endsWith("</svg>")],
+    ["CSV", (text) => text.split("\n")[0].startsWith("series,") && text.split("\n").length > 100],
+  ]) {
+    const [download] = await Promise.all([page.waitForEvent("download"), page.click(`#figure-friction .figure-tools button:text-is("${label}")`)]);
+    const text = readFileSync(await download.path(), "utf8");
+    const parses = label === "CSV" || (await page.evaluate((svg) => !new DOMParser().parseFromString(svg, "image/svg+xml").querySelector("parsererror"), text));
+    check(good(text) && parses, `${download.suggestedFilename()} is a whole file (${text.length} bytes)`);
+  }
+}
+
+async function buildAll(page) {
+  const height = await page.evaluate(() => document.documentElement.scrollHeight);
+  for (let y = 0; y < height; y += 700) {
+    await page.evaluate((to) => scrollTo(0, to), y);
+    await page.waitForTimeout(40);
+  }
+  await page.waitForTimeout(300);
+  await page.evaluate(() => scrollTo(0, 0));
+}
+
+/** Nothing sticks out to the right, and every chart has been painted. */
+async function checkShape(page, words) {
+  await buildAll(page);
+  const shape = await page.evaluate(() => ({
+    over: document.documentElement.scrollWidth - innerWidth,
+    empty: [...document.querySelectorAll("figure canvas, .stage canvas")].filter((canvas) => {
+      const { width, height } = canvas;
+      if (!width || !height) return true;
+      const data = canvas.getContext("2d").getImageData(0, 0, width, height).data;
+      return !data.some((v, i) => i % 4 === 3 && v > 0);
+    }).length,
+    canvases: document.querySelectorAll("figure canvas, .stage canvas").length,
+  }));
+  check(shape.over <= 0, `${words}: nothing sticks out (${shape.over} px)`);
+  check(shape.empty === 0 && shape.canvases > 0, `${words}: all ${shape.canvases} pictures are painted`);
+}
+
+async function shoot(page, name) {
+  if (job.shots) await page.screenshot({ path: join(job.shots, `${name}.png`), fullPage: true });
+}
+
+async function checkPage(browser, spec) {
+  console.log(`-- ${spec.name}`);
+  const { page, context, unwanted, cpu } = await open(browser, spec.file);
+  check(cpu < spec.cpu_s, `built and painted in ${cpu.toFixed(2)} s of CPU (limit ${spec.cpu_s})`);
+  for (const text of spec.texts ?? []) check((await page.textContent("body")).includes(text), `shows ${JSON.stringify(text)}`);
+  await checkShape(page, "desk");
+  if (spec.kind === "race") {
+    if (spec.poses?.length) await checkPoses(page, spec.poses);
+    await checkCursorSync(page);
+    await checkKeys(page);
+    await checkPlaying(page);
+    await checkDownloads(page);
+    await page.emulateMedia({ media: "print" });
+    check(await page.$eval(".transport", (bar) => getComputedStyle(bar).display === "none"), "printing leaves the controls out");
+    await page.emulateMedia({ media: "screen" });
+  }
+  await shoot(page, `${spec.name}-light`);
+  check(unwanted.length === 0, `no console errors, no requests${unwanted.length ? `: ${unwanted.slice(0, 3).join(" | ")}` : ""}`);
+  await context.close();
+
+  const dark = await open(browser, spec.file, { colorScheme: "dark" });
+  const paper = await dark.page.evaluate(() => getComputedStyle(document.body).backgroundColor);
+  check(Math.max(...paper.match(/\d+/g).slice(0, 3).map(Number)) < 60, `dark: paper is ${paper}`);
+  await shoot(dark.page, `${spec.name}-dark`);
+  check(dark.unwanted.length === 0, "dark: no console errors");
+  await dark.context.close();
+
+  const phone = await open(browser, spec.file, { viewport: { width: 390, height: 844 }, deviceScaleFactor: 2, hasTouch: true });
+  await checkShape(phone.page, "phone");
+  await shoot(phone.page, `${spec.name}-phone`);
+  check(phone.unwanted.length === 0, `phone: no console errors${phone.unwanted.length ? `: ${phone.unwanted[0]}` : ""}`);
+  await phone.context.close();
+}
+
+const browser = await chromium.launch({ executablePath: job.chromium, args: ["--no-sandbox"] });
+try {
+  for (const spec of job.pages) await checkPage(browser, spec);
+} finally {
+  await browser.close();
+}
+console.log(failures ? `${failures} checks failed` : "all checks passed");
+process.exit(failures ? 1 : 0);
