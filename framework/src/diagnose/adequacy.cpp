@@ -210,59 +210,75 @@ void locate(const Score& s, const Basis& basis, const std::function<double(doubl
 
 }  // namespace
 
-std::vector<BasisTest> remainder(const Problem& problem, const Fit& fitted) {
-  const Catalogue& catalogue = *problem.catalogue;
-  const StagedCar car = catalogue.build(fitted.model);
-  const std::size_t knots = time_knots(problem);
+namespace {
+
+double end_time(const Problem& problem) {
   double end = 0.0;
   for (const Trace& t : problem.traces) end = std::max(end, t.at.back().t);
+  return end;
+}
+
+/// Normal equations of the model's own parameters and one basis.
+struct BasisSystem {
+  MatrixXd N;
+  VectorXd g;
+  Index own = 0;
+  Basis basis;
+};
+BasisSystem basis_system(const Problem& problem, const Fit& fitted, Where where) {
+  const Catalogue& catalogue = *problem.catalogue;
+  const StagedCar car = catalogue.build(fitted.model);
+  BasisSystem out;
+  for (const Trace& trace : problem.traces) {
+    const LinearModel lm = linearise(car, trace, problem.substeps);
+    std::vector<Direction> directions = own_directions(catalogue, fitted.model, trace, lm.memory);
+    out.own = static_cast<Index>(directions.size());
+    const Signals s = signals(trace);
+    switch (where) {
+      case Where::position:
+        out.basis = place_basis(trace);
+        break;
+      case Where::time:
+        out.basis = time_basis(trace, time_knots(problem), end_time(problem));
+        break;
+      case Where::state:
+        out.basis = feature_basis({&s.vx, &s.vy, &s.omega});
+        break;
+      case Where::input:
+        out.basis = feature_basis({&s.d, &s.delta, &s.delta_rate, &s.d_rate});
+        break;
+    }
+    for (Direction& d : accelerations(out.basis, trace.size())) directions.push_back(std::move(d));
+    std::vector<const Direction*> list;
+    for (const Direction& d : directions) list.push_back(&d);
+    FilterWants wants;
+    wants.directions = &list;
+    const Likelihood l = filter(lm, fitted.noise, wants);
+    const auto p = static_cast<Index>(l.params);
+    if (out.g.size() == 0) {
+      out.N = MatrixXd::Zero(p, p);
+      out.g = VectorXd::Zero(p);
+    }
+    out.N += Eigen::Map<const MatrixXd>(l.N.data(), p, p);
+    out.g += Eigen::Map<const VectorXd>(l.g.data(), p);
+  }
+  const auto nuisances = catalogue.nuisances();
+  for (std::size_t i = 0; i < nuisances.size(); ++i) {
+    const auto at = static_cast<Index>(i);
+    const double weight = 1.0 / (nuisances[i].sigma * nuisances[i].sigma);
+    out.N(at, at) += weight;
+    out.g[at] -= (fitted.model.nuisance[i] - nuisances[i].nominal) * weight;
+  }
+  return out;
+}
+
+}  // namespace
+
+std::vector<BasisTest> remainder(const Problem& problem, const Fit& fitted) {
   std::vector<BasisTest> tests;
   for (const Where where : {Where::position, Where::time, Where::state, Where::input}) {
-    MatrixXd N;
-    VectorXd g;
-    Index own = 0;
-    Basis basis;
-    for (const Trace& trace : problem.traces) {
-      const LinearModel lm = linearise(car, trace, problem.substeps);
-      std::vector<Direction> directions = own_directions(catalogue, fitted.model, trace, lm.memory);
-      own = static_cast<Index>(directions.size());
-      const Signals s = signals(trace);
-      switch (where) {
-        case Where::position:
-          basis = place_basis(trace);
-          break;
-        case Where::time:
-          basis = time_basis(trace, knots, end);
-          break;
-        case Where::state:
-          basis = feature_basis({&s.vx, &s.vy, &s.omega});
-          break;
-        case Where::input:
-          basis = feature_basis({&s.d, &s.delta, &s.delta_rate, &s.d_rate});
-          break;
-      }
-      for (Direction& d : accelerations(basis, trace.size())) directions.push_back(std::move(d));
-      std::vector<const Direction*> list;
-      for (const Direction& d : directions) list.push_back(&d);
-      FilterWants wants;
-      wants.directions = &list;
-      const Likelihood l = filter(lm, fitted.noise, wants);
-      const auto p = static_cast<Index>(l.params);
-      if (g.size() == 0) {
-        N = MatrixXd::Zero(p, p);
-        g = VectorXd::Zero(p);
-      }
-      N += Eigen::Map<const MatrixXd>(l.N.data(), p, p);
-      g += Eigen::Map<const VectorXd>(l.g.data(), p);
-    }
-    const auto nuisances = catalogue.nuisances();
-    for (std::size_t i = 0; i < nuisances.size(); ++i) {
-      const auto at = static_cast<Index>(i);
-      const double weight = 1.0 / (nuisances[i].sigma * nuisances[i].sigma);
-      N(at, at) += weight;
-      g[at] -= (fitted.model.nuisance[i] - nuisances[i].nominal) * weight;
-    }
-    const Score s = score_test(N, g, own);
+    const BasisSystem system = basis_system(problem, fitted, where);
+    const Score s = score_test(system.N, system.g, system.own);
     BasisTest test;
     test.where = where;
     test.gain = s.gain;
@@ -271,15 +287,53 @@ std::vector<BasisTest> remainder(const Problem& problem, const Fit& fitted) {
     test.excess = (2.0 * s.gain - dof) / std::sqrt(2.0 * dof);
     if (where == Where::position)
       locate(
-          s, basis, [](double x) { return x / static_cast<double>(place_knots); }, true, test);
+          s, system.basis, [](double x) { return x / static_cast<double>(place_knots); }, true, test);
     if (where == Where::time) {
-      const double spacing = end / static_cast<double>(knots - 1);
+      const double end = end_time(problem);
+      const double spacing = end / static_cast<double>(time_knots(problem) - 1);
       locate(
-          s, basis, [&](double x) { return std::min(end, x * spacing); }, false, test);
+          s, system.basis, [&](double x) { return std::min(end, x * spacing); }, false, test);
     }
     tests.push_back(std::move(test));
   }
   return tests;
+}
+
+std::vector<double> support_beside(const Problem& problem, const Fit& fitted, Where where) {
+  const Catalogue& catalogue = *problem.catalogue;
+  const BasisSystem system = basis_system(problem, fitted, where);
+  const Index own = system.own, count = system.g.size() - own;
+  // Information on the own parameters once the basis may explain what it can, pseudo-inverted for safety.
+  const MatrixXd cross = system.N.topRightCorner(own, count);
+  VectorXd size = system.N.diagonal().tail(count).cwiseSqrt();
+  for (Index i = 0; i < count; ++i)
+    if (!(size[i] > 0.0)) size[i] = 1e-300;
+  const MatrixXd unit =
+      size.cwiseInverse().asDiagonal() * system.N.bottomRightCorner(count, count) * size.cwiseInverse().asDiagonal();
+  const MatrixXd regular = unit + 1e-6 * MatrixXd::Identity(count, count);
+  const MatrixXd scaled = cross * size.cwiseInverse().asDiagonal();
+  const MatrixXd information = system.N.topLeftCorner(own, own) - scaled * regular.ldlt().solve(scaled.transpose());
+  const auto nuisances = static_cast<Index>(catalogue.nuisances().size());
+  std::vector<double> support;
+  Index at = nuisances;
+  for (std::size_t i = 0; i < fitted.model.members.size(); ++i) {
+    const Candidate& c = catalogue.candidates()[fitted.model.members[i]];
+    const auto p = static_cast<Index>(c.fitted.size());
+    // Conditional on the others' values: generous to the effect.
+    MatrixXd block = information.block(at, at, p, p);
+    if (nuisances > 0) {
+      const MatrixXd to = information.block(0, at, nuisances, p);
+      block -= to.transpose() * information.topLeftCorner(nuisances, nuisances).ldlt().solve(to);
+    }
+    VectorXd off(p);
+    for (Index f = 0; f < p; ++f) {
+      const abi::ParamDecl& decl = c.decl(static_cast<std::size_t>(f));
+      off[f] = fitted.model.values[i][c.fitted[static_cast<std::size_t>(f)]] - decl.neutral;
+    }
+    support.push_back(0.5 * off.dot(block * off) - problem.penalty_per_parameter * static_cast<double>(p));
+    at += p;
+  }
+  return support;
 }
 
 }  // namespace gripline::diagnose

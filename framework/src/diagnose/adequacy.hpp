@@ -27,4 +27,8 @@ struct BasisTest {
 /// One test per kind, in the order of Where.
 std::vector<BasisTest> remainder(const Problem& problem, const Fit& fitted);
 
+/// For each member of the model: log evidence that it is there even if all functions of one kind are (Wald's test minus
+/// the penalty of its parameters). Negative: the generic functions explain what it explained.
+std::vector<double> support_beside(const Problem& problem, const Fit& fitted, Where where);
+
 }  // namespace gripline::diagnose

@@ -70,6 +70,7 @@ class Pass {
   Likelihood run() {
     start();
     for (std::size_t k = 0; k < lm_.n; ++k) {
+      if (wants_.restart > 0 && k > 0 && k % wants_.restart == 0) forget();
       if (wants_.smooth) keep(k);
       update(k);
       if (wants_.block > 0 && ((k + 1) % wants_.block == 0 || k + 1 == lm_.n)) end_block();
@@ -107,6 +108,15 @@ class Pass {
       kept_z_.resize(lm_.n * N);
       updates_.reserve(lm_.n * channels);
     }
+  }
+
+  /// A new window with a free start. The directions' past is forgotten too.
+  void forget() {
+    P_.fill(0.0);
+    z_.fill(0.0);
+    for (std::size_t c = 0; c < channels; ++c) P_[c * N + c] = std::pow(diffuse * noise_.sensor[c], 2);
+    for (std::size_t i = 0; i < noise_states; ++i) P_[(N - noise_states + i) * (N + 1)] = noise_.process[i];
+    std::fill(dtheta_.begin(), dtheta_.end(), 0.0);
   }
 
   void keep(std::size_t k) {

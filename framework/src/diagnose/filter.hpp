@@ -36,7 +36,8 @@ struct FilterWants {
   const std::vector<const Direction*>* directions = nullptr;
   bool process_slope = false;
   bool smooth = false;
-  std::size_t block = 0;  // samples per block; 0: none
+  std::size_t block = 0;    // samples per block; 0: none
+  std::size_t restart = 0;  // samples after which the state is forgotten; 0: never
 };
 
 Likelihood filter(const LinearModel& model, const Noise& noise, const FilterWants& wants);

@@ -15,12 +15,12 @@ constexpr std::size_t chunk = 32;
 double phi1(double z) { return std::abs(z) < 1e-4 ? 1.0 + 0.5 * z : std::expm1(z) / z; }
 double phi2(double z) { return std::abs(z) < 1e-3 ? 0.5 + z / 6.0 : (std::expm1(z) - z) / (z * z); }
 
-History<double> history_at(const Trace& trace, double now) {
+History<double> history_at(const Measured& log, double now) {
   History<double> history;
-  history.samples = trace.log.command.data();
-  history.count = trace.log.command.size();
-  history.t0 = trace.log.t0;
-  history.dt = trace.log.dt;
+  history.samples = log.command.data();
+  history.count = log.command.size();
+  history.t0 = log.t0;
+  history.dt = log.dt;
   history.now = now;
   history.hold = Hold::foh;
   return history;
@@ -63,25 +63,28 @@ void Trace::set_motion(std::vector<double> rows, const Road& road) {
     for (const CommandSample<double>& c : log.command) command_dual.push_back({Dual8(c.d), Dual8(c.delta)});
 }
 
-ActingCommand<double> Trace::command(std::size_t k, double share) const {
+ActingCommand<double> command_at(const Measured& log, std::size_t k, double share) {
   const CommandSample<double>& a = log.command[k];
-  const CommandSample<double>& b = log.command[std::min(k + 1, size() - 1)];
+  const CommandSample<double>& b = log.command[std::min(k + 1, log.size() - 1)];
   return {a.d + share * (b.d - a.d), a.delta + share * (b.delta - a.delta), (b.delta - a.delta) / log.dt};
 }
 
-Place Trace::place(std::size_t k, double share) const {
-  Place p = at[k];
-  p.t += share * log.dt;
-  if (k + 1 < size()) {
-    const Place& next = at[k + 1];
-    double step = next.lap_fraction - p.lap_fraction;
-    step -= std::round(step);
-    p.lap_fraction += share * step;
-    p.lap_fraction -= std::floor(p.lap_fraction);
-    p.grade += share * (next.grade - p.grade);
-    p.bank += share * (next.bank - p.bank);
-  }
+Place between(const Place& from, const Place& to, double share, double dt) {
+  Place p = from;
+  p.t += share * dt;
+  double step = to.lap_fraction - from.lap_fraction;
+  step -= std::round(step);
+  p.lap_fraction += share * step;
+  p.lap_fraction -= std::floor(p.lap_fraction);
+  p.grade += share * (to.grade - from.grade);
+  p.bank += share * (to.bank - from.bank);
   return p;
+}
+
+ActingCommand<double> Trace::command(std::size_t k, double share) const { return command_at(log, k, share); }
+
+Place Trace::place(std::size_t k, double share) const {
+  return between(at[k], at[std::min(k + 1, size() - 1)], share, log.dt);
 }
 
 std::array<double, 6> Trace::reference(std::size_t k, double share) const {
@@ -134,53 +137,69 @@ std::vector<double> smooth_readings(const Measured& log, int half) {
   return rows;
 }
 
+Stepping::Stepping(const StagedCar& car, const Measured& log, int substeps)
+    : car_(car),
+      log_(log),
+      m_(static_cast<std::size_t>(car.memory())),
+      looks_back_(car.look_back() > 0.0),
+      knots_(step_knots(car, log.dt, substeps)) {}
+
+void Stepping::advance(std::span<const std::size_t> sample, std::span<const Place> from, std::span<const Place> to,
+                       double* x, double* memory) {
+  const std::size_t n = sample.size();
+  for (auto* rows : {&xs_, &kx_, &sum_x_}) rows->resize(n * channels);
+  for (auto* rows : {&ms_, &km_, &sum_m_}) rows->resize(n * m_);
+  command_.resize(n);
+  at_.resize(n);
+  history_.resize(n);
+  CarBatch<double> batch;
+  batch.n = n;
+  batch.motion = xs_.data();
+  batch.memory = ms_.data();
+  batch.command = command_.data();
+  batch.at = at_.data();
+  batch.motion_rate = kx_.data();
+  batch.memory_rate = km_.data();
+  if (looks_back_) batch.history = history_.data();
+  for (std::size_t piece = 0; piece + 1 < knots_.size(); ++piece) {
+    const double h = (knots_[piece + 1] - knots_[piece]) * log_.dt;
+    constexpr double node[4] = {0, 0.5, 0.5, 1}, weight[4] = {1.0 / 6, 1.0 / 3, 1.0 / 3, 1.0 / 6};
+    for (int stage = 0; stage < 4; ++stage) {
+      const double share = knots_[piece] + node[stage] * (knots_[piece + 1] - knots_[piece]);
+      if (stage != 2)
+        for (std::size_t i = 0; i < n; ++i) {
+          command_[i] = command_at(log_, sample[i], share);
+          at_[i] = between(from[i], to[i], share, log_.dt);
+          if (looks_back_) history_[i] = history_at(log_, at_[i].t);
+        }
+      for (std::size_t i = 0; i < n * channels; ++i) xs_[i] = stage == 0 ? x[i] : x[i] + node[stage] * h * kx_[i];
+      for (std::size_t i = 0; i < n * m_; ++i) ms_[i] = stage == 0 ? memory[i] : memory[i] + node[stage] * h * km_[i];
+      car_.rates(batch);
+      for (std::size_t i = 0; i < n * channels; ++i)
+        sum_x_[i] = (stage == 0 ? 0.0 : sum_x_[i]) + weight[stage] * kx_[i];
+      for (std::size_t i = 0; i < n * m_; ++i) sum_m_[i] = (stage == 0 ? 0.0 : sum_m_[i]) + weight[stage] * km_[i];
+    }
+    for (std::size_t i = 0; i < n * channels; ++i) x[i] += h * sum_x_[i];
+    for (std::size_t i = 0; i < n * m_; ++i) memory[i] += h * sum_m_[i];
+  }
+}
+
 void step_all(const StagedCar& car, const Trace& trace, const std::vector<double>& memory, int substeps,
               std::vector<double>& next) {
   const std::size_t steps = trace.size() - 1;
   const auto m = static_cast<std::size_t>(car.memory());
   const std::size_t width = channels + m;
   next.resize(steps * width);
-  const double dt = trace.log.dt;
-  const std::vector<double> knots = step_knots(car, dt, substeps);
-  const bool looks_back = car.look_back() > 0.0;
-  std::vector<double> x(chunk * channels), mem(chunk * m), xs(x.size()), ms(mem.size()), kx(x.size()), km(mem.size()),
-      sum_x(x.size()), sum_m(mem.size());
-  std::array<ActingCommand<double>, chunk> command;
-  std::array<Place, chunk> at;
-  std::array<History<double>, chunk> history;
+  Stepping stepping(car, trace.log, substeps);
+  std::vector<double> x(chunk * channels), mem(chunk * m);
+  std::array<std::size_t, chunk> sample{};
   for (std::size_t begin = 0; begin < steps; begin += chunk) {
     const std::size_t n = std::min(chunk, steps - begin);
+    for (std::size_t i = 0; i < n; ++i) sample[i] = begin + i;
     std::copy_n(trace.motion.begin() + static_cast<std::ptrdiff_t>(begin * channels), n * channels, x.begin());
     std::copy_n(memory.begin() + static_cast<std::ptrdiff_t>(begin * m), n * m, mem.begin());
-    CarBatch<double> batch;
-    batch.n = n;
-    batch.motion = xs.data();
-    batch.memory = ms.data();
-    batch.command = command.data();
-    batch.at = at.data();
-    batch.motion_rate = kx.data();
-    batch.memory_rate = km.data();
-    if (looks_back) batch.history = history.data();
-    for (std::size_t piece = 0; piece + 1 < knots.size(); ++piece) {
-      const double h = (knots[piece + 1] - knots[piece]) * dt;
-      constexpr double node[4] = {0, 0.5, 0.5, 1}, weight[4] = {1.0 / 6, 1.0 / 3, 1.0 / 3, 1.0 / 6};
-      for (int stage = 0; stage < 4; ++stage) {
-        const double share = knots[piece] + node[stage] * (knots[piece + 1] - knots[piece]);
-        if (stage != 2)
-          for (std::size_t i = 0; i < n; ++i) {
-            command[i] = trace.command(begin + i, share);
-            at[i] = trace.place(begin + i, share);
-            if (looks_back) history[i] = history_at(trace, at[i].t);
-          }
-        for (std::size_t i = 0; i < n * channels; ++i) xs[i] = stage == 0 ? x[i] : x[i] + node[stage] * h * kx[i];
-        for (std::size_t i = 0; i < n * m; ++i) ms[i] = stage == 0 ? mem[i] : mem[i] + node[stage] * h * km[i];
-        car.rates(batch);
-        for (std::size_t i = 0; i < n * channels; ++i) sum_x[i] = (stage == 0 ? 0.0 : sum_x[i]) + weight[stage] * kx[i];
-        for (std::size_t i = 0; i < n * m; ++i) sum_m[i] = (stage == 0 ? 0.0 : sum_m[i]) + weight[stage] * km[i];
-      }
-      for (std::size_t i = 0; i < n * channels; ++i) x[i] += h * sum_x[i];
-      for (std::size_t i = 0; i < n * m; ++i) mem[i] += h * sum_m[i];
-    }
+    stepping.advance({sample.data(), n}, {trace.at.data() + begin, n}, {trace.at.data() + begin + 1, n}, x.data(),
+                     mem.data());
     for (std::size_t i = 0; i < n; ++i) {
       std::copy_n(x.begin() + static_cast<std::ptrdiff_t>(i * channels), channels,
                   next.begin() + static_cast<std::ptrdiff_t>((begin + i) * width));
@@ -216,7 +235,7 @@ std::vector<double> run_memory(const StagedCar& car, const Trace& trace) {
         x[i * channels + c] = share == 0.0 ? trace.motion[k * channels + c] : ref[c];
       command[i] = trace.command(k, share);
       at[i] = trace.place(k, share);
-      history[i] = history_at(trace, at[i].t);
+      history[i] = history_at(trace.log, at[i].t);
     }
     batch.n = copies;
   };
@@ -257,7 +276,7 @@ std::vector<double> rates_at_samples(const StagedCar& car, const Trace& trace, c
   std::vector<History<double>> history(n);
   for (std::size_t k = 0; k < n; ++k) {
     command[k] = trace.command(k, 0.0);
-    history[k] = history_at(trace, trace.at[k].t);
+    history[k] = history_at(trace.log, trace.at[k].t);
   }
   CarBatch<double> batch;
   batch.n = n;

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "../geometry/track.hpp"
@@ -54,8 +55,35 @@ struct Trace {
 /// A first reference by a local quadratic fit to each channel over 2 * half + 1 samples; missing readings are bridged.
 std::vector<double> smooth_readings(const Measured& log, int half);
 
-/// Advances every sample of the reference by one step of dt with the classical Runge-Kutta method: next has size() - 1
-/// rows of motion_size + memory. `memory` holds size() rows. Steps are split where delayed commands have their kinks.
+/// Acting command `share` of a step after sample k; commands are linear between samples.
+ActingCommand<double> command_at(const Measured& log, std::size_t k, double share);
+/// Place `share` of a step of dt after `from`, on the way to `to`.
+Place between(const Place& from, const Place& to, double share, double dt);
+
+/// One step of dt of many cars, each at its own sample of a log, by the classical Runge-Kutta method. Steps are split
+/// where delayed commands have their kinks. Holds references.
+class Stepping {
+ public:
+  Stepping(const StagedCar& car, const Measured& log, int substeps);
+  /// Car i starts at sample[i], at place from[i], and will be near to[i] afterwards; rows of x (motion_size) and of
+  /// memory are overwritten with the state after the step.
+  void advance(std::span<const std::size_t> sample, std::span<const Place> from, std::span<const Place> to, double* x,
+               double* memory);
+
+ private:
+  const StagedCar& car_;
+  const Measured& log_;
+  std::size_t m_;
+  bool looks_back_;
+  std::vector<double> knots_;
+  std::vector<double> xs_, ms_, kx_, km_, sum_x_, sum_m_;
+  std::vector<ActingCommand<double>> command_;
+  std::vector<Place> at_;
+  std::vector<History<double>> history_;
+};
+
+/// Advances every sample of the reference by one step of dt: next has size() - 1 rows of motion_size + memory.
+/// `memory` holds size() rows.
 void step_all(const StagedCar& car, const Trace& trace, const std::vector<double>& memory, int substeps,
               std::vector<double>& next);
 
