@@ -1,10 +1,13 @@
 // Model predictive control by Ipopt: the problem of mpc_problem.hpp, solved to convergence in every step.
 //
 // Multiple shooting. Variables, stage by stage: u_k, x_{k+1}, eps_{k+1}. Constraints, stage by stage: the defect
-// x_{k+1} - f(x_k, u_k) = 0, and the two soft edges n . p - eps <= upper, n . p + eps >= lower. Constraint Jacobian
-// exact (Prediction), Hessian of the Lagrangian by Gauss-Newton: the cost is a sum of squares of linear terms, so this
-// is its exact Hessian and a constant; only the curvature of the dynamics is left out. Source: Kalaria, Lin, Dolan, eq.
-// (opt); Waechter and Biegler (2006) for the method.
+// x_{k+1} - f(x_k, u_k) = 0, and the two soft edges n . p - eps <= upper, n . p + eps >= lower. Constraint Jacobian exact
+// (Prediction), Hessian of the Lagrangian by Gauss-Newton: the cost is a sum of squares of linear terms, so this is its
+// exact Hessian and a constant; only the curvature of the dynamics is left out. Where the reference cannot be followed
+// the residuals are large, the curvature left out is as large as what is kept, and the iterates oscillate around the
+// solution: a solve that has not converged after `gauss_newton_iterations` goes on with the curvature added, from
+// differences of the exact Jacobian.
+// Source: Kalaria, Lin, Dolan, eq. (opt); Waechter and Biegler (2006) for the method.
 #include <IpIpoptApplication.hpp>
 #include <IpSolveStatistics.hpp>
 #include <IpTNLP.hpp>
@@ -51,7 +54,6 @@ class Program final : public Ipopt::TNLP {
   void forget() { warm_ = false; }
   const Layout& layout() const { return layout_; }
   std::span<const double> solution() const { return z_; }
-  Ipopt::SolverReturn status() const { return status_; }
   double cost() const { return cost_; }
 
   bool get_nlp_info(Index& n, Index& m, Index& jacobian, Index& hessian, IndexStyleEnum& style) override {
@@ -167,8 +169,8 @@ class Program final : public Ipopt::TNLP {
     return true;
   }
 
-  bool eval_h(Index, const Number*, bool, Number factor, Index, const Number*, bool, Index, Index* rows, Index* columns,
-              Number* values) override {
+  bool eval_h(Index, const Number* x, bool fresh, Number factor, Index, const Number* lambda, bool, Index, Index* rows,
+              Index* columns, Number* values) override {
     if (values == nullptr) {
       std::copy(hessian_rows_.begin(), hessian_rows_.end(), rows);
       std::copy(hessian_columns_.begin(), hessian_columns_.end(), columns);
@@ -185,15 +187,21 @@ class Program final : public Ipopt::TNLP {
            {problem_->weight_ddelta(), stage.q_xx, stage.q_xy, stage.q_yy, stage.q_yaw, stage.q_v, p.slack})
         *v++ = factor * 2 * weight;
     }
-    return true;
+    if (!curved_) {
+      std::fill(v, values + hessian_rows_.size(), 0.0);
+      return true;
+    }
+    return predict(x, fresh) && add_curvature(lambda, v);
   }
+  /// Whether the Hessian holds the curvature of the dynamics.
+  void set_curved(bool curved) { curved_ = curved; }
 
   void finalize_solution(Ipopt::SolverReturn status, Index n, const Number* x, const Number* z_lower,
                          const Number* z_upper, Index m, const Number*, const Number* lambda, Number value,
                          const Ipopt::IpoptData*, Ipopt::IpoptCalculatedQuantities*) override {
-    status_ = status;
     cost_ = value;
-    if (status != Ipopt::SUCCESS && status != Ipopt::STOP_AT_ACCEPTABLE_POINT) return;
+    const bool solved = status == Ipopt::SUCCESS || status == Ipopt::STOP_AT_ACCEPTABLE_POINT;
+    if (!solved && status != Ipopt::MAXITER_EXCEEDED) return;
     std::copy_n(x, n, z_.begin());
     std::copy_n(z_lower, n, bound_lower_.begin());
     std::copy_n(z_upper, n, bound_upper_.begin());
@@ -215,6 +223,9 @@ class Program final : public Ipopt::TNLP {
     next_.resize(steps * nx);
     A_.resize(steps * nx * nx);
     B_.resize(steps * nx * 2);
+    moved_next_.resize(steps * nx);
+    moved_A_.resize(steps * nx * nx);
+    moved_B_.resize(steps * nx * 2);
     warm_ = false;
     fix_structure();
   }
@@ -248,6 +259,59 @@ class Program final : public Ipopt::TNLP {
       entry(hessian_rows_, hessian_columns_, s + 3, s + 3);
       entry(hessian_rows_, hessian_columns_, layout_.slack(k + 1), layout_.slack(k + 1));
     }
+    for (int k = 0; k < layout_.steps; ++k)
+      for (int i = first_curved(k); i < curved_count(); ++i)
+        for (int j = first_curved(k); j <= i; ++j)
+          entry(hessian_rows_, hessian_columns_, curved_variable(k, i), curved_variable(k, j));
+  }
+
+  // The variables of a step in which the dynamics curve: the state from yaw on (nothing depends on the position), then
+  // the two inputs. The first state is given, not a variable.
+  int curved_count() const { return layout_.states; }
+  int first_curved(int k) const { return k == 0 ? layout_.states - 2 : 0; }
+  int curved_variable(int k, int i) const {
+    const int of_state = layout_.states - 2;
+    return i < of_state ? layout_.state(k) + 2 + i : layout_.input(k) + i - of_state;
+  }
+
+  /// d(lambda' f)/d(variable i of step k) from the Jacobians given.
+  double slope(const double* a, const double* b, int k, int i, const Number* lambda) const {
+    const int nx = layout_.states, of_state = nx - 2;
+    const Number* const row = lambda + static_cast<std::ptrdiff_t>(k) * layout_.rows_per_stage();
+    double sum = 0.0;
+    for (int r = 0; r < nx; ++r)
+      sum += row[r] * (i < of_state ? a[(k * nx + r) * nx + 2 + i] : b[(k * nx + r) * 2 + i - of_state]);
+    return sum;
+  }
+
+  /// -lambda' f'' of every step, column by column from Jacobians at points moved a little, all steps at once.
+  bool add_curvature(const Number* lambda, Number* values) {
+    constexpr double h = 1e-6;
+    const int nx = layout_.states, count = curved_count();
+    block_.resize(static_cast<std::size_t>(layout_.steps * count * count));
+    for (int j = 0; j < count; ++j) {
+      moved_x_ = x_;
+      moved_u_ = u_;
+      for (int k = 0; k < layout_.steps; ++k) {
+        if (j < nx - 2)
+          moved_x_[static_cast<std::size_t>(k * nx + 2 + j)] += h;
+        else
+          moved_u_[static_cast<std::size_t>(2 * k + j - (nx - 2))] += h;
+      }
+      model_->step(static_cast<std::size_t>(layout_.steps), moved_x_, moved_u_, problem_->places(), moved_next_,
+                   moved_A_, moved_B_);
+      for (int k = 0; k < layout_.steps; ++k)
+        for (int i = 0; i < count; ++i)
+          block_[static_cast<std::size_t>((k * count + i) * count + j)] =
+              -(slope(moved_A_.data(), moved_B_.data(), k, i, lambda) - slope(A_.data(), B_.data(), k, i, lambda)) / h;
+    }
+    for (int k = 0; k < layout_.steps; ++k)
+      for (int i = first_curved(k); i < count; ++i)
+        for (int j = first_curved(k); j <= i; ++j) {
+          const auto at = [&](int a, int b) { return block_[static_cast<std::size_t>((k * count + a) * count + b)]; };
+          *values++ = 0.5 * (at(i, j) + at(j, i));
+        }
+    return std::all_of(block_.begin(), block_.end(), [](double v) { return std::isfinite(v); });
   }
 
   /// A first guess: on the references, at their speed, steering for their curvature.
@@ -316,32 +380,34 @@ class Program final : public Ipopt::TNLP {
   Layout layout_ = {0, 0};
   bool warm_ = false, evaluated_ = false;
   std::vector<double> z_, bound_lower_, bound_upper_, multipliers_;
+  bool curved_ = false;
   std::vector<double> x_, u_, next_, A_, B_;
+  std::vector<double> moved_x_, moved_u_, moved_next_, moved_A_, moved_B_, block_;
   std::vector<Index> jacobian_rows_, jacobian_columns_, hessian_rows_, hessian_columns_;
-  Ipopt::SolverReturn status_ = Ipopt::UNASSIGNED;
   double cost_ = 0.0;
 };
 
 class MpcIpopt final : public gripline::Controller {
  public:
   struct Params : gripline::mpc::ProblemParams {
-    int max_iterations = 100;
+    int gauss_newton_iterations = 25, max_iterations = 100;
     double tolerance = 1e-7;
   };
   static constexpr auto parameters() {
     using gripline::param;
     return std::tuple_cat(
         gripline::mpc::problem_parameters(),
-        std::tuple{param("max_iterations", &Params::max_iterations, "1", {1, 10000}, "iterations before a solve fails"),
+        std::tuple{param("gauss_newton_iterations", &Params::gauss_newton_iterations, "1", {0, 10000},
+                         "iterations before the curvature of the dynamics is added"),
+                   param("max_iterations", &Params::max_iterations, "1", {1, 10000}, "iterations before a solve fails"),
                    param("tolerance", &Params::tolerance, "1", {1e-12, 1e-2}, "Ipopt's tolerance")});
   }
 
   MpcIpopt(const gripline::Surroundings& around, const Params& params)
-      : problem_(params, around.car, around.dt), program_(new Program) {
+      : problem_(params, around.car, around.dt), params_(params), program_(new Program) {
     const auto options = application_.Options();
     options->SetIntegerValue("print_level", 0);
     options->SetStringValue("sb", "yes");
-    options->SetIntegerValue("max_iter", params.max_iterations);
     options->SetNumericValue("tol", params.tolerance);
     options->SetNumericValue("acceptable_tol", 100 * params.tolerance);
     options->SetStringValue("linear_solver", "mumps");
@@ -362,13 +428,15 @@ class MpcIpopt final : public gripline::Controller {
                             gripline::Prediction& model) override {
     problem_.set(now, references, model);
     program_->set(problem_, model);
-    bool solved = solve(program_->warm());
-    int iterations = iterations_;
-    if (!solved && program_->warm()) {  // once more from a cold start
+    int iterations = 0;
+    const int first = std::min(params_.gauss_newton_iterations, params_.max_iterations);
+    bool solved = solve(program_->warm(), false, first, iterations);
+    if (!solved) solved = solve(program_->warm(), true, params_.max_iterations - first, iterations);
+    if (!solved) {  // once more from a cold start
       program_->forget();
       program_->set(problem_, model);
-      solved = solve(false);
-      iterations += iterations_;
+      solved = solve(false, true, params_.max_iterations, iterations);
+      if (!solved) program_->forget();
     }
     if (solved)
       note_plan(now);
@@ -380,12 +448,15 @@ class MpcIpopt final : public gripline::Controller {
   std::span<const gripline::State> predicted() const override { return predicted_; }
 
  private:
-  bool solve(bool warm) {
+  bool solve(bool warm, bool curved, int limit, int& iterations) {
+    if (limit <= 0) return false;
     const auto options = application_.Options();
+    program_->set_curved(curved);
+    options->SetIntegerValue("max_iter", limit);
     options->SetStringValue("warm_start_init_point", warm ? "yes" : "no");
     options->SetNumericValue("mu_init", warm ? 1e-5 : 1e-2);
     const Ipopt::ApplicationReturnStatus status = application_.OptimizeTNLP(program_);
-    iterations_ = Ipopt::IsValid(application_.Statistics()) ? application_.Statistics()->IterationCount() : 0;
+    if (Ipopt::IsValid(application_.Statistics())) iterations += application_.Statistics()->IterationCount();
     return status == Ipopt::Solve_Succeeded || status == Ipopt::Solved_To_Acceptable_Level;
   }
 
@@ -414,11 +485,12 @@ class MpcIpopt final : public gripline::Controller {
   }
 
   Problem problem_;
+  Params params_;
   Ipopt::IpoptApplication application_;
   Ipopt::SmartPtr<Program> program_;
   std::vector<gripline::Input> plan_;
   std::vector<gripline::State> predicted_;
-  int plan_age_ = 0, iterations_ = 0;
+  int plan_age_ = 0;
 };
 
 }  // namespace
