@@ -134,7 +134,7 @@ std::vector<Direction> accelerations(const Basis& basis, std::size_t n) {
 struct Score {
   double gain = 0;
   std::size_t dof = 0;
-  VectorXd step;
+  VectorXd step, score;
   MatrixXd information;
 };
 Score score_test(const MatrixXd& N, const VectorXd& g, Index own) {
@@ -150,6 +150,7 @@ Score score_test(const MatrixXd& N, const VectorXd& g, Index own) {
     s.information -= cross.transpose() * ldlt.solve(cross);
     r -= cross.transpose() * ldlt.solve(g.head(own));
   }
+  s.score = r;
   VectorXd size = N.diagonal().tail(count).cwiseSqrt();
   for (Index i = 0; i < count; ++i)
     if (!(size[i] > 0.0)) size[i] = 1e-300;
@@ -169,43 +170,44 @@ Score score_test(const MatrixXd& N, const VectorXd& g, Index own) {
   return s;
 }
 
-/// Where the fitted function is large, weighted by how well it is known: the stretch around its peak that stays above
-/// half of it.
-void locate(const Score& s, const Basis& basis, const std::function<double(double)>& knot_value, bool periodic,
+/// Evidence near each knot by itself: the three accelerations there, nothing else. Neighbours share some of it, but no
+/// function can hide behind another's opposite. The stretch around the strongest knot that keeps above a third of it.
+void locate(const Score& s, Index knots, const std::function<double(double)>& knot_value, bool periodic,
             BasisTest& test) {
-  const auto knots = static_cast<Index>(basis.functions);
-  constexpr int fine = 12;
-  const Index points = knots * fine;
-  std::vector<double> strength(static_cast<std::size_t>(points), 0.0);
-  std::array<std::vector<double>, 3> curve;
-  for (Index c = 0; c < 3; ++c) {
-    double weight = 0.0;
-    for (Index i = 0; i < knots; ++i) weight += std::max(0.0, s.information(c * knots + i, c * knots + i));
-    weight /= static_cast<double>(knots);
-    for (Index p = 0; p < points; ++p) {
-      const double x = static_cast<double>(p) / fine;
-      double value = 0.0;
-      for (Index i = 0; i < knots; ++i) {
-        double z = x - static_cast<double>(i);
-        if (periodic) z -= static_cast<double>(knots) * std::round(z / static_cast<double>(knots));
-        value += s.step[c * knots + i] * cubic_spline(z);
-      }
-      strength[static_cast<std::size_t>(p)] += weight * value * value;
-      curve[static_cast<std::size_t>(c)].push_back(value);
+  std::vector<double> gain(static_cast<std::size_t>(knots), 0.0);
+  std::vector<Eigen::Vector3d> step(static_cast<std::size_t>(knots), Eigen::Vector3d::Zero());
+  for (Index i = 0; i < knots; ++i) {
+    Eigen::Matrix3d information;
+    Eigen::Vector3d score;
+    for (Index a = 0; a < 3; ++a) {
+      score[a] = s.score[a * knots + i];
+      for (Index b = 0; b < 3; ++b) information(a, b) = s.information(a * knots + i, b * knots + i);
     }
+    const Eigen::Vector3d size = information.diagonal().cwiseMax(1e-300).cwiseSqrt();
+    const Eigen::Matrix3d unit = size.cwiseInverse().asDiagonal() * information * size.cwiseInverse().asDiagonal();
+    const Eigen::Vector3d scaled = size.cwiseInverse().asDiagonal() * score;
+    const Eigen::Vector3d found = (unit + 1e-3 * Eigen::Matrix3d::Identity()).ldlt().solve(scaled);
+    gain[static_cast<std::size_t>(i)] = std::max(0.0, 0.5 * scaled.dot(found));
+    step[static_cast<std::size_t>(i)] = size.cwiseInverse().asDiagonal() * found;
   }
-  const auto peak = std::max_element(strength.begin(), strength.end()) - strength.begin();
-  const double half = 0.25 * strength[static_cast<std::size_t>(peak)];  // a quarter of the square
-  const auto above = [&](Index p) {
-    if (periodic) p = (p % points + points) % points;
-    return p >= 0 && p < points && strength[static_cast<std::size_t>(p)] >= half;
+  const auto peak = static_cast<Index>(std::max_element(gain.begin(), gain.end()) - gain.begin());
+  const auto at = [&](Index i) -> double {
+    if (periodic) i = (i % knots + knots) % knots;
+    return i >= 0 && i < knots ? gain[static_cast<std::size_t>(i)] : 0.0;
   };
   Index from = peak, to = peak;
-  while (peak - from < points / 2 && above(from - 1)) --from;
-  while (to - peak < points / 2 && above(to + 1)) ++to;
-  test.from = knot_value(static_cast<double>(from) / fine);
-  test.to = knot_value(static_cast<double>(to) / fine);
-  for (std::size_t c = 0; c < 3; ++c) test.size[c] = curve[c][static_cast<std::size_t>(peak)];
+  while (peak - from < knots / 3 && at(from - 1) > at(peak) / 3.0) --from;
+  while (to - peak < knots / 3 && at(to + 1) > at(peak) / 3.0) ++to;
+  double sum = 0.0, centre = 0.0;
+  for (Index i = from - 1; i <= to + 1; ++i) {
+    sum += at(i);
+    centre += at(i) * static_cast<double>(i);
+  }
+  centre /= sum;
+  const double half = 0.5 * static_cast<double>(to - from + 1);
+  test.from = knot_value(centre - half);
+  test.to = knot_value(centre + half);
+  for (std::size_t c = 0; c < 3; ++c) test.size[c] = step[static_cast<std::size_t>(peak)][static_cast<Index>(c)];
 }
 
 }  // namespace
@@ -287,12 +289,13 @@ std::vector<BasisTest> remainder(const Problem& problem, const Fit& fitted) {
     test.excess = (2.0 * s.gain - dof) / std::sqrt(2.0 * dof);
     if (where == Where::position)
       locate(
-          s, system.basis, [](double x) { return x / static_cast<double>(place_knots); }, true, test);
+          s, place_knots, [](double x) { return x / static_cast<double>(place_knots); }, true, test);
     if (where == Where::time) {
       const double end = end_time(problem);
       const double spacing = end / static_cast<double>(time_knots(problem) - 1);
       locate(
-          s, system.basis, [&](double x) { return std::min(end, x * spacing); }, false, test);
+          s, static_cast<Index>(time_knots(problem)), [&](double x) { return std::clamp(x * spacing, 0.0, end); },
+          false, test);
     }
     tests.push_back(std::move(test));
   }

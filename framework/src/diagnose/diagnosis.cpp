@@ -111,6 +111,11 @@ Diagnosis Diagnoser::run(std::span<const LogFile> logs, std::span<const LogFile>
   search.run();
   d.nothing = search.nothing();
   decide(search, d);
+  if (!d.fit.theta.empty()) {
+    // Along the trajectory that the found model itself smooths, for the last per mille of the parameters.
+    renew_reference(problem_, road_, d.fit);
+    d.fit = fit(problem_, d.fit.model, d.fit.noise, 5);
+  }
   describe(d.fit, d);
   measure_gap(held_out, search, d);
   if (d.verdict == Verdict::nothing_missing) find_floors(search, d);

@@ -227,13 +227,20 @@ std::size_t drop_outliers(Raw& raw) {
       off[i] = raw.at(i, c) - guess;
       if (std::isfinite(off[i])) size.push_back(std::abs(off[i]));
     }
-    const double usual = 1.4826 * median(size);
+    // Never less than a fiftieth of what the channel changes in half a second: rounding is no outlier.
+    double change = 0.0, count = 1e-9;
+    for (std::size_t i = 25; i < raw.size(); ++i) {
+      const double step = raw.at(i, c) - raw.at(i - 25, c);
+      if (!std::isfinite(step)) continue;
+      change += step * step;
+      count += 1.0;
+    }
+    const double usual = std::max(1.4826 * median(size), 0.003 * std::sqrt(change / count));
     if (!(usual > 0.0)) continue;
     for (std::size_t i = 2; i + 2 < raw.size(); ++i) {
-      // A spike stands out by itself and makes its neighbours stand out by less, with the other sign.
-      const bool peak = std::abs(off[i]) > 7.0 * usual && std::abs(off[i]) >= std::abs(off[i - 1]) &&
-                        std::abs(off[i]) >= std::abs(off[i + 1]);
-      if (!peak) continue;
+      // A spike of size s leaves -2/3 s beside it; a quick motion of the car does not.
+      const auto beside = [&](std::size_t j) { return std::abs(off[j] / off[i] + 2.0 / 3.0) < 0.35; };
+      if (!(std::abs(off[i]) > 7.0 * usual) || !beside(i - 1) || !beside(i + 1)) continue;
       raw.at(i, c) = nan_value;
       ++dropped;
     }
