@@ -3,7 +3,10 @@
 //   Fd = (Cm1 - Cm2 vx) d,  for d < 0 with Cb > 0 instead Cb d;   Fres = Cr0 + Cd vx^2
 //
 // The paper's e-kinematic model leaves resistance out (it is learned), so Cr0 and Cd default to 0; the parameters exist
-// for whoever knows them. Tyres that do not slip hold the car on a bank: no model here is pulled sideways by one.
+// for whoever knows them. yaw_gain = 1 is the formula; the published code multiplies the yaw acceleration by L where it
+// should divide, which is yaw_gain = L^2: the observed yaw rate then holds over the horizon. That slip matters: near the
+// limit a car turns far less than a rolling one, and a controller that believes the formula swings from edge to edge
+// (experiments/README.md). Tyres that do not slip hold the car on a bank: no model here is pulled sideways by one.
 #pragma once
 
 #include <gripline/plugin.hpp>
@@ -13,7 +16,7 @@ namespace gripline {
 template <class T>
 struct NoSlipParams {
   T m = T(0.041), Iz = T(27.8e-6), lf = T(0.029), lr = T(0.033);
-  T Cm1 = T(0.287), Cm2 = T(0.0545), Cb = T(0), Cr0 = T(0), Cd = T(0);
+  T Cm1 = T(0.287), Cm2 = T(0.0545), Cb = T(0), Cr0 = T(0), Cd = T(0), yaw_gain = T(1);
 };
 
 /// Base of a model with the stages command, drive, load and body. D supplies
@@ -35,7 +38,9 @@ class NoSlipCar : public AutoDiffVehicle<D> {
         param("Cm2", &P::Cm2, "N s/m", {0, 1e6}, "loss of drive force with speed"),
         param("Cb", &P::Cb, "N", {0, 1e7}, "brake force at d = -1; 0: the motor brakes, (Cm1 - Cm2 vx) d"),
         param("Cr0", &P::Cr0, "N", {0, 1e6}, "rolling resistance; the paper's e-kinematic model has none"),
-        param("Cd", &P::Cd, "N s2/m2", {0, 1e5}, "drag: force over speed squared; none in the paper")};
+        param("Cd", &P::Cd, "N s2/m2", {0, 1e5}, "drag: force over speed squared; none in the paper"),
+        param("yaw_gain", &P::yaw_gain, "1", {0, 10},
+              "factor on the yaw acceleration; 1 is the formula, L^2 (0.003844 for the 1:43 car) the published code")};
   }
 
   template <class T>
@@ -59,10 +64,11 @@ class NoSlipCar : public AutoDiffVehicle<D> {
   }
 
   template <class T>
-  void body(Point<T>& p, const NoSlipParams<T>&) const {
+  void body(Point<T>& p, const NoSlipParams<T>& k) const {
     auto& q = p.q;
     const T drive_rate = (q.drive_force - q.rolling - q.drag * square(q.vx)) / q.m;
     static_cast<const D&>(*this).motion(q, drive_rate);
+    q.aw *= k.yaw_gain;
     q.grade = T(p.at.grade);
     q.bank = T(0);
   }
