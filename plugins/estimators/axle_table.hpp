@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <vector>
 
 #include <gripline/dual.hpp>
@@ -13,10 +14,10 @@
 namespace gripline {
 
 inline constexpr double table_reach = 2.0;  // [rad], above pi/2 + any steering angle
-inline constexpr int table_knots = 161;
-inline constexpr double table_step = 2 * table_reach / (table_knots - 1);
+inline constexpr std::ptrdiff_t table_knots = 161;
+inline constexpr double table_step = 2 * table_reach / static_cast<double>(table_knots - 1);
 
-constexpr double table_slip(int knot) { return -table_reach + knot * table_step; }
+constexpr double table_slip(std::ptrdiff_t knot) { return -table_reach + static_cast<double>(knot) * table_step; }
 
 class AxleTable {
  public:
@@ -31,8 +32,8 @@ class AxleTable {
   };
   Value at(double slip) const {
     const double position = std::clamp((slip + table_reach) / table_step, 0.0, table_knots - 1.0);
-    const int i = std::min(static_cast<int>(position), table_knots - 2);
-    const double w = position - i;
+    const auto i = std::min(static_cast<std::ptrdiff_t>(position), table_knots - 2);
+    const double w = position - static_cast<double>(i);
     const double f0 = value_[i], f1 = value_[i + 1];
     const double s0 = slope_[i] * table_step, s1 = slope_[i + 1] * table_step;
     const double c2 = 3 * (f1 - f0) - 2 * s0 - s1;
@@ -50,7 +51,7 @@ class AxleTable {
   /// the mean of both sides' peaks of one that is not quite odd.
   double peak(double reach) const {
     double lo = std::min(at(reach).force, at(-reach).force), hi = std::max(at(reach).force, at(-reach).force);
-    for (int i = 0; i < table_knots; ++i) {
+    for (std::ptrdiff_t i = 0; i < table_knots; ++i) {
       if (std::abs(table_slip(i)) > reach) continue;
       lo = std::min(lo, value_[i]);
       hi = std::max(hi, value_[i]);
@@ -60,8 +61,8 @@ class AxleTable {
 
   /// The knot in 0..reach with the largest force.
   double peak_slip(double reach) const {
-    int best = table_knots / 2;
-    for (int i = best; i < table_knots && table_slip(i) <= reach; ++i)
+    std::ptrdiff_t best = table_knots / 2;
+    for (std::ptrdiff_t i = best; i < table_knots && table_slip(i) <= reach; ++i)
       if (value_[i] > value_[best]) best = i;
     return table_slip(best);
   }

@@ -17,8 +17,8 @@ namespace gripline {
 
 class DifferenceRls {
  public:
-  DifferenceRls(int unknowns, int channels) : unknowns_(unknowns), channels_(channels) {
-    const int size = unknowns + 2 * channels;
+  DifferenceRls(Eigen::Index unknowns, Eigen::Index channels) : unknowns_(unknowns), channels_(channels) {
+    const Eigen::Index size = unknowns + 2 * channels;
     covariance_.setZero(size, size);
     row_.setZero(size);
     gain_.setZero(size);
@@ -40,12 +40,12 @@ class DifferenceRls {
 
   /// Forgets the noise of the last reading: the next step does not continue the previous one. `sigma` per channel.
   void break_sequence(const double* sigma) {
-    for (int c = 0; c < channels_; ++c) fresh_slot(slot(c, parity_), sigma[c]);
+    for (Eigen::Index c = 0; c < channels_; ++c) fresh_slot(slot(c, parity_), sigma[c]);
   }
   /// Begins a step: the newer noise of the last step becomes the older one, a new one is drawn.
   void begin_step(const double* sigma) {
     parity_ ^= 1;
-    for (int c = 0; c < channels_; ++c) fresh_slot(slot(c, parity_), sigma[c]);
+    for (Eigen::Index c = 0; c < channels_; ++c) fresh_slot(slot(c, parity_), sigma[c]);
   }
 
   struct Innovation {
@@ -68,15 +68,16 @@ class DifferenceRls {
   }
 
  private:
-  int slot(int channel, int parity) const { return unknowns_ + 2 * channel + parity; }
-  void fresh_slot(int i, double sigma) {
+  Eigen::Index slot(Eigen::Index channel, int parity) const { return unknowns_ + 2 * channel + parity; }
+  void fresh_slot(Eigen::Index i, double sigma) {
     covariance_.row(i).setZero();
     covariance_.col(i).setZero();
     covariance_(i, i) = sigma * sigma;
     estimate_[i] = 0;
   }
 
-  int unknowns_, channels_, parity_ = 0;
+  Eigen::Index unknowns_, channels_;
+  int parity_ = 0;
   Eigen::MatrixXd covariance_;
   Eigen::VectorXd row_, gain_, estimate_;
 };

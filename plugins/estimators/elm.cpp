@@ -117,17 +117,17 @@ class Elm final : public gripline::AutoDiffEffect<Elm, gripline::Estimator> {
   }
 
  private:
-  int unknowns() const { return 2 * params_.hidden + 2; }
+  Eigen::Index unknowns() const { return 2 * static_cast<Eigen::Index>(params_.hidden) + 2; }
   /// Whether enough was seen to speak of friction: a sixth of the window, one second of the default.
   bool learned() const { return gram_.count() >= std::min(params_.window, 50); }
   const gripline::AxleTable& table(Axle axle) const { return axle == Axle::front ? front_ : rear_; }
 
   /// The layer at the table's knots, and the penalty on slopes beyond the visited slips.
-  void tabulate(const gripline::HiddenLayer& layer, Eigen::MatrixXd& rows, int first) {
-    const int n = layer.nodes();
+  void tabulate(const gripline::HiddenLayer& layer, Eigen::MatrixXd& rows, Eigen::Index first) {
+    const Eigen::Index n = layer.nodes();
     rows.setZero(2 * gripline::table_knots, n);
     Eigen::VectorXd h(n);
-    for (int i = 0; i < 2 * gripline::table_knots; ++i) {
+    for (std::ptrdiff_t i = 0; i < 2 * gripline::table_knots; ++i) {
       const double slip = gripline::table_slip(i / 2);
       h.setZero();
       if (i % 2 == 0) {
@@ -143,7 +143,7 @@ class Elm final : public gripline::AutoDiffEffect<Elm, gripline::Estimator> {
 
   /// The three equations of step_path.hpp, dimensionless.
   void fill_rows(const gripline::StepPath& path) {
-    const int n = params_.hidden;
+    const Eigen::Index n = params_.hidden;
     const double gyration = std::sqrt(car_.Iz / car_.m);
     const double weight = car_.m * gripline::gravity;
     rows_.setZero();
@@ -197,11 +197,11 @@ class Elm final : public gripline::AutoDiffEffect<Elm, gripline::Estimator> {
   }
 
   void read_weights() {
-    const int n = params_.hidden;
+    const Eigen::Index n = params_.hidden;
     const double weight = car_.m * gripline::gravity;
-    const auto fill = [&](gripline::AxleTable& table, const Eigen::MatrixXd& rows, int first) {
+    const auto fill = [&](gripline::AxleTable& table, const Eigen::MatrixXd& rows, Eigen::Index first) {
       knots_.noalias() = rows * weights_.segment(first, n);
-      for (int i = 0; i < gripline::table_knots; ++i) {
+      for (std::ptrdiff_t i = 0; i < gripline::table_knots; ++i) {
         table.values()[i] = weight * knots_[2 * i];
         table.slopes()[i] = weight * knots_[2 * i + 1];
       }

@@ -68,7 +68,7 @@ class ElmRls : public gripline::AutoDiffEffect<ElmRls, gripline::Estimator> {
         random_(around.seed),
         front_tyres_(params.hidden, prior(around.mu_init), random_),
         rear_tyres_(params.hidden, prior(around.mu_init), random_),
-        rls_(2 * params.hidden + 2, channels),
+        rls_(unknowns(), channels),
         load_{car_.m * gripline::gravity * car_.lr / (car_.lf + car_.lr),
               car_.m * gripline::gravity * car_.lf / (car_.lf + car_.lr)},
         mu_init_(around.mu_init),
@@ -78,7 +78,7 @@ class ElmRls : public gripline::AutoDiffEffect<ElmRls, gripline::Estimator> {
         misfit_{params.misfit, params.misfit, params.misfit / gyration_},
         rows_(Eigen::MatrixXd::Zero(unknowns(), channels)),
         prior_covariance_(Eigen::MatrixXd::Zero(unknowns(), unknowns())) {
-    const int n = params.hidden;
+    const Eigen::Index n = params.hidden;
     prior_covariance_.topLeftCorner(n, n) = front_tyres_.prior_covariance();
     prior_covariance_.block(n, n, n, n) = rear_tyres_.prior_covariance();
     prior_covariance_(2 * n, 2 * n) = square(0.1);          // Cr0 over m g
@@ -138,7 +138,7 @@ class ElmRls : public gripline::AutoDiffEffect<ElmRls, gripline::Estimator> {
     return {params_.stiffness, params_.stiffness_spread, params_.shape, params_.shape_spread,
             mu_init,           params_.friction_spread};
   }
-  int unknowns() const { return 2 * params_.hidden + 2; }
+  Eigen::Index unknowns() const { return 2 * static_cast<Eigen::Index>(params_.hidden) + 2; }
   int first(Axle axle) const { return axle == Axle::front ? 0 : params_.hidden; }
   const gripline::AxleTable& table(Axle axle) const { return axle == Axle::front ? front_ : rear_; }
   const gripline::GenericTyres& tyres(Axle axle) const { return axle == Axle::front ? front_tyres_ : rear_tyres_; }
@@ -148,7 +148,7 @@ class ElmRls : public gripline::AutoDiffEffect<ElmRls, gripline::Estimator> {
     const auto n = static_cast<std::size_t>(tyres.nodes());
     rows.setZero(2 * gripline::table_knots, tyres.nodes());
     Eigen::VectorXd h(tyres.nodes());
-    for (int i = 0; i < gripline::table_knots; ++i) {
+    for (std::ptrdiff_t i = 0; i < gripline::table_knots; ++i) {
       h.setZero();
       tyres.add(gripline::table_slip(i), 1.0, {h.data(), n});
       rows.row(i) = h;
@@ -160,7 +160,7 @@ class ElmRls : public gripline::AutoDiffEffect<ElmRls, gripline::Estimator> {
 
   /// Rates and their regressors: one column per channel.
   void fill_rows(const gripline::StepPath& path) {
-    const int n = params_.hidden;
+    const Eigen::Index n = params_.hidden;
     rows_.setZero();
     double* const h = rows_.col(1).data();
     for (int i = 0; i < gripline::path_points; ++i) {
@@ -179,7 +179,7 @@ class ElmRls : public gripline::AutoDiffEffect<ElmRls, gripline::Estimator> {
   }
 
   void start_over() {
-    const int n = params_.hidden;
+    const Eigen::Index n = params_.hidden;
     seen_ = 0;
     continues_ = false;
     score_ = score_variance_ = 0;
@@ -207,10 +207,10 @@ class ElmRls : public gripline::AutoDiffEffect<ElmRls, gripline::Estimator> {
 
   /// Uncertainty of friction: standard deviations relative to it, of both axles together and of each alone.
   void spread_along_curves(double together, double each) {
-    const int n = params_.hidden;
+    const Eigen::Index n = params_.hidden;
     const auto curves = rls_.theta().head(2 * n);
     rls_.covariance().topLeftCorner(2 * n, 2 * n).noalias() += (square(together) * curves) * curves.transpose();
-    for (int i : {0, n}) {
+    for (const Eigen::Index i : {Eigen::Index{0}, n}) {
       const auto curve = rls_.theta().segment(i, n);
       rls_.covariance().block(i, i, n, n).noalias() += (square(each) * curve) * curve.transpose();
     }
@@ -219,7 +219,7 @@ class ElmRls : public gripline::AutoDiffEffect<ElmRls, gripline::Estimator> {
   /// Has friction changed at once? Score test of a common scale on the forces, over the last samples with forces large
   /// enough to tell: at small ones an offset of the steering looks like a change.
   void watch(double dt) {
-    const int n = params_.hidden;
+    const Eigen::Index n = params_.hidden;
     const double side = std::abs(rows_.col(1).head(2 * n).dot(rls_.theta().head(2 * n)));
     if (side < telling_share * gripline::gravity * std::min(belief_.mu_front, belief_.mu_rear)) return;
     score_ *= score_memory;
@@ -250,24 +250,24 @@ class ElmRls : public gripline::AutoDiffEffect<ElmRls, gripline::Estimator> {
   }
 
   double deviation(Axle axle, double slip) const {
-    const int n = params_.hidden, i = first(axle);
+    const Eigen::Index n = params_.hidden, i = first(axle);
     std::array<double, 400> h{};
     tyres(axle).add(slip, 1.0, {h.data(), static_cast<std::size_t>(n)});
     double variance = 0;
     const auto covariance = rls_.covariance();
-    for (int a = 0; a < n; ++a) {
+    for (Eigen::Index a = 0; a < n; ++a) {
       double sum = 0;
-      for (int b = 0; b < n; ++b) sum += covariance(i + b, i + a) * h[b];
+      for (Eigen::Index b = 0; b < n; ++b) sum += covariance(i + b, i + a) * h[b];
       variance += h[a] * sum;
     }
     return load_[axle == Axle::front ? 0 : 1] * std::sqrt(std::max(0.0, variance));
   }
 
   void read_theta() {
-    const int n = params_.hidden;
-    const auto fill = [&](gripline::AxleTable& table, const Eigen::MatrixXd& rows, int begin, double load) {
+    const Eigen::Index n = params_.hidden;
+    const auto fill = [&](gripline::AxleTable& table, const Eigen::MatrixXd& rows, Eigen::Index begin, double load) {
       knots_.noalias() = rows * rls_.theta().segment(begin, n);
-      for (int i = 0; i < gripline::table_knots; ++i) {
+      for (std::ptrdiff_t i = 0; i < gripline::table_knots; ++i) {
         table.values()[i] = load * knots_[i];
         table.slopes()[i] = load * knots_[gripline::table_knots + i];
       }

@@ -11,7 +11,7 @@ namespace gripline {
 
 class WindowGram {
  public:
-  WindowGram(int unknowns, int rows, int window, double retain)
+  WindowGram(Eigen::Index unknowns, int rows, int window, double retain)
       : rows_(rows), window_(window), retain_(retain), expiry_(std::pow(retain, window)) {
     ring_.setZero(unknowns, static_cast<Eigen::Index>(rows) * window);
     ring_target_.setZero(static_cast<Eigen::Index>(rows) * window);

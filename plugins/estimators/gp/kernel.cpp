@@ -131,7 +131,8 @@ Kernel fit_kernel(const Kernel& start, const Eigen::MatrixXd& x, const Eigen::Ve
       direction = memory.descent(slope);
     }
     bool moved = false;
-    for (double length = 1.0; length > 1e-4; length *= 0.4) {
+    double length = 1.0;
+    for (int shorter = 0; shorter < 10; ++shorter, length *= 0.4) {
       const HyperVector next = inside(at + length * direction);
       HyperVector next_slope;
       const double value = log_likelihood(from_logs(next), x, y, &next_slope);
