@@ -1,0 +1,256 @@
+// Look-back adaptation: a bank of Pacejka tyre models, of which the one is used that predicted the last steps best.
+//
+//   F_axle(slip) = D sin(C atan(B slip)),  (B, C, D) of every model and axle drawn around a centre
+//   error_i(k)  = |(x, y, yaw, vx) predicted by model i for step k - observed|^2,  model = argmin of its mean over W steps
+//   mu          = mean D of the best ten models over the static load, averaged over 20 steps
+//
+// `lla_privileged` is as published: the centre is the true tyre, resistance is the true one, and the first W steps drive
+// with the true model. `lla` knows neither: its centre is B = 4, C = 1.4, D = mu_init times the static axle load, and
+// resistance is what is left of vx' over the last second. Widths as published: B 20 %, C 10 %, D 50 % standard deviation.
+// Source: Nagy et al., "Learning model-predictive control with look-back adaptation" (LLA-MPC, IROS 2025).
+#include <algorithm>
+#include <cmath>
+#include <gripline/plugin.hpp>
+#include <numbers>
+#include <numeric>
+#include <random>
+#include <vector>
+
+#include "tyre_correction.hpp"
+
+namespace {
+
+using gripline::Axle;
+using gripline::square;
+
+struct Pacejka {
+  double B, C, D;
+  template <class T>
+  T force(const T& slip) const {
+    using std::atan, std::sin;
+    return D * sin(C * atan(B * slip));
+  }
+};
+struct Model {
+  Pacejka front, rear;
+};
+
+/// The magic formula through a curve: its slope at zero and its peak are kept, C is found by search.
+template <class F>
+Pacejka through(F&& curve, double peak) {
+  const double slope = curve(1e-4) / 1e-4;
+  Pacejka best{slope / (1.3 * peak), 1.3, peak};
+  double least = INFINITY;
+  for (double C = 1.0; C <= 2.0; C += 1e-4) {
+    const Pacejka one{slope / (C * peak), C, peak};
+    double error = 0.0;
+    for (double slip = 0.05; slip < 0.8; slip += 0.05) error += square(one.force(slip) - curve(slip));
+    if (error < least) least = error, best = one;
+  }
+  return best;
+}
+
+class LookBack final : public gripline::AutoDiffEffect<LookBack, gripline::Estimator> {
+ public:
+  struct Params {
+    int models = 20000, window = 10, best = 10, average = 20;
+    double spread_B = 0.2, spread_C = 0.1, spread_D = 0.5;
+    double centre_B = 4.0, centre_C = 1.4;
+  };
+  static constexpr auto parameters() {
+    using gripline::param;
+    using P = Params;
+    return std::tuple{param("models", &P::models, "1", {10, 1000000}, "models in the bank"),
+                      param("window", &P::window, "1", {1, 1000}, "steps looked back on"),
+                      param("best", &P::best, "1", {1, 1000}, "models averaged for the friction"),
+                      param("average", &P::average, "1", {1, 1000}, "steps over which the friction is averaged"),
+                      param("spread_B", &P::spread_B, "1", {0, 10}, "relative standard deviation of B"),
+                      param("spread_C", &P::spread_C, "1", {0, 10}, "relative standard deviation of C"),
+                      param("spread_D", &P::spread_D, "1", {0, 10}, "relative standard deviation of D"),
+                      param("centre_B", &P::centre_B, "1/rad", {0.1, 100}, "centre of B without truth"),
+                      param("centre_C", &P::centre_C, "1", {0.5, 3}, "centre of C without truth")};
+  }
+
+  LookBack(const gripline::Surroundings& around, const Params& params)
+      : params_(params),
+        car_(around.car),
+        drive_(around.nominal, around.car),
+        truth_(around.truth),
+        random_(around.seed) {
+    const double weight = car_.m * gripline::gravity / (car_.lf + car_.lr);
+    load_[0] = weight * car_.lr;
+    load_[1] = weight * car_.lf;
+    centre_ = truth_ != nullptr ? true_model() : generic_model(around.mu_init);
+    if (truth_ != nullptr) learn_true_resistance();
+    bank_.reserve(static_cast<std::size_t>(params.models));
+    for (int i = 0; i < params.models; ++i) bank_.push_back({draw(centre_.front), draw(centre_.rear)});
+    errors_.assign(bank_.size() * static_cast<std::size_t>(params.window), 0.0);
+    sums_.assign(bank_.size(), 0.0);
+    order_.resize(bank_.size());
+    chosen_ = centre_;
+    mu_[0] = centre_.front.D / load_[0];
+    mu_[1] = centre_.rear.D / load_[1];
+    history_.assign(static_cast<std::size_t>(params.average), {mu_[0], mu_[1]});
+  }
+
+  void update(const gripline::Sample& k) override {
+    if (std::min(k.x.vx, k.x_next.vx) < car_.v_min) return;
+    const double drive = drive_.at(0.5 * (k.x.vx + k.x_next.vx), k.u.d, k.at).forward;
+    double* const errors = errors_.data() + static_cast<std::size_t>(seen_ % params_.window) * bank_.size();
+    for (std::size_t i = 0; i < bank_.size(); ++i) {
+      const double error = error_of(bank_[i], k, drive);
+      sums_[i] += error - errors[i];
+      errors[i] = error;
+    }
+    ++seen_;
+    if (truth_ == nullptr) learn_resistance(k, drive);
+    if (seen_ <= params_.window) return;
+    choose();
+  }
+
+  gripline::Belief belief() const override { return {mu_[0], mu_[1], 0, 0, false}; }
+
+  bool tyre_force(Axle axle, std::span<const double> slip, std::span<double> force,
+                  std::span<double> sigma) const override {
+    const Pacejka& tyre = axle == Axle::front ? chosen_.front : chosen_.rear;
+    for (std::size_t i = 0; i < force.size(); ++i) force[i] = tyre.force(slip[i]);
+    std::fill(sigma.begin(), sigma.end(), 0.0);
+    return true;
+  }
+
+  template <class T>
+  void act(gripline::Point<T>& p) const {
+    gripline::correct_body(p.q, p.at, drive_.model_has_tyres(), car_.v_min, resistance_,
+                           [this](Axle axle, const T& slip) {
+                             return axle == Axle::front ? chosen_.front.force(slip) : chosen_.rear.force(slip);
+                           });
+  }
+
+ private:
+  struct Motion {
+    double x, y, yaw, vx, vy, omega;
+  };
+
+  double normal() {
+    const double u = (static_cast<double>(random_() >> 11) + 0.5) * 0x1p-53;
+    const double v = (static_cast<double>(random_() >> 11) + 0.5) * 0x1p-53;
+    return std::sqrt(-2.0 * std::log(u)) * std::cos(2.0 * std::numbers::pi * v);
+  }
+  /// A model drawn around a centre, each number kept within a tenth and ten times it.
+  Pacejka draw(const Pacejka& c) {
+    const auto one = [&](double centre, double spread) {
+      return std::clamp(centre * (1.0 + spread * normal()), 0.1 * centre, 10.0 * centre);
+    };
+    const double B = one(c.B, params_.spread_B), C = one(c.C, params_.spread_C), D = one(c.D, params_.spread_D);
+    return {B, C, D};
+  }
+  Model generic_model(double mu) const {
+    return {{params_.centre_B, params_.centre_C, mu * load_[0]}, {params_.centre_B, params_.centre_C, mu * load_[1]}};
+  }
+  Model true_model() const {
+    const auto curve = [this](Axle axle) {
+      return [this, axle](double slip) { return truth_->tyre_force(axle, slip); };
+    };
+    return {through(curve(Axle::front), truth_->mu(Axle::front) * load_[0]),
+            through(curve(Axle::rear), truth_->mu(Axle::rear) * load_[1])};
+  }
+  /// Resistance from the true car rolling straight without drive, at two speeds.
+  void learn_true_resistance() {
+    const auto loss = [this](double v) {
+      gripline::Quantities<double> q{};
+      q.vx = v;
+      const gripline::Place at;
+      gripline::Points<double> points;
+      points.n = 1;
+      points.q = &q;
+      points.at = &at;
+      return truth_->accelerations(points) ? -car_.m * q.ax : 0.0;
+    };
+    const double slow = loss(0.5 * car_.v_ref), fast = loss(car_.v_ref);
+    resistance_.Cd = (fast - slow) / (0.75 * square(car_.v_ref));
+    resistance_.Cr0 = fast - resistance_.Cd * square(car_.v_ref);
+  }
+
+  Motion rates(const Model& model, const Motion& s, double drive, double delta) const {
+    const double ff = model.front.force(gripline::front_slip(s.vx, s.vy, s.omega, delta, car_.lf, car_.v_min));
+    const double fr = model.rear.force(gripline::rear_slip(s.vx, s.vy, s.omega, car_.lr, car_.v_min));
+    const double c = std::cos(s.yaw), n = std::sin(s.yaw), steer = std::cos(delta);
+    const double loss = resistance_.Cr0 + resistance_.Cd * square(s.vx) + ff * std::sin(delta);
+    return {s.vx * c - s.vy * n,
+            s.vx * n + s.vy * c,
+            s.omega,
+            drive - loss / car_.m + s.vy * s.omega,
+            (fr + ff * steer) / car_.m - s.vx * s.omega,
+            (ff * car_.lf * steer - fr * car_.lr) / car_.Iz};
+  }
+  static Motion step(const Motion& s, const Motion& r, double h) {
+    return {s.x + h * r.x, s.y + h * r.y, s.yaw + h * r.yaw, s.vx + h * r.vx, s.vy + h * r.vy, s.omega + h * r.omega};
+  }
+
+  /// One step of the classical Runge-Kutta method; the drive is that of the mean speed.
+  Motion predict(const Model& model, const gripline::Sample& k, double drive) const {
+    const Motion s = {k.x.x, k.x.y, k.x.yaw, k.x.vx, k.x.vy, k.x.omega};
+    const double delta = k.x_next.delta;
+    const Motion k1 = rates(model, s, drive, delta);
+    const Motion k2 = rates(model, step(s, k1, 0.5 * k.dt), drive, delta);
+    const Motion k3 = rates(model, step(s, k2, 0.5 * k.dt), drive, delta);
+    const Motion k4 = rates(model, step(s, k3, k.dt), drive, delta);
+    Motion out = step(s, k1, k.dt / 6);
+    out = step(out, k2, k.dt / 3);
+    out = step(out, k3, k.dt / 3);
+    return step(out, k4, k.dt / 6);
+  }
+
+  double error_of(const Model& model, const gripline::Sample& k, double drive) const {
+    const Motion p = predict(model, k, drive);
+    return square(p.x - k.x_next.x) + square(p.y - k.x_next.y) + square(p.yaw - k.x_next.yaw) +
+           square(p.vx - k.x_next.vx);
+  }
+
+  /// What the chosen model leaves of vx', as a constant resistance, with the memory of a second.
+  void learn_resistance(const gripline::Sample& k, double drive) {
+    const double missing = (predict(chosen_, k, drive).vx - k.x_next.vx) / k.dt;
+    resistance_.Cr0 = std::max(0.0, resistance_.Cr0 + std::min(1.0, k.dt) * car_.m * missing);
+  }
+
+  void choose() {
+    std::iota(order_.begin(), order_.end(), std::size_t{0});
+    const auto count = std::min<std::size_t>(static_cast<std::size_t>(params_.best), order_.size());
+    std::partial_sort(order_.begin(), order_.begin() + static_cast<std::ptrdiff_t>(count), order_.end(),
+                      [this](std::size_t a, std::size_t b) { return sums_[a] < sums_[b]; });
+    chosen_ = bank_[order_[0]];
+    double front = 0.0, rear = 0.0;
+    for (std::size_t i = 0; i < count; ++i) {
+      front += bank_[order_[i]].front.D / static_cast<double>(count);
+      rear += bank_[order_[i]].rear.D / static_cast<double>(count);
+    }
+    history_[static_cast<std::size_t>(seen_ % params_.average)] = {front / load_[0], rear / load_[1]};
+    mu_[0] = mu_[1] = 0.0;
+    for (const auto& [one, other] : history_) {
+      mu_[0] += one / static_cast<double>(history_.size());
+      mu_[1] += other / static_cast<double>(history_.size());
+    }
+  }
+
+  Params params_;
+  gripline::Car car_;
+  gripline::StraightDrive drive_;
+  const gripline::Truth* truth_;
+  std::mt19937_64 random_;
+  double load_[2] = {0, 0};  // static, front and rear [N]
+  Model centre_{}, chosen_{};
+  gripline::Resistance resistance_{};
+  std::vector<Model> bank_;
+  std::vector<double> errors_, sums_;  // window x models; sums over the window
+  std::vector<std::size_t> order_;
+  std::vector<std::pair<double, double>> history_;
+  double mu_[2] = {1, 1};
+  std::int64_t seen_ = 0;
+};
+
+}  // namespace
+
+GRIPLINE_PLUGINS(gripline::describe<LookBack>("lla", "1.0", "look-back adaptation over a bank of tyre models"),
+                 gripline::describe<LookBack>("lla_privileged", "1.0",
+                                              "the same, its bank centred on the true tyres, as published")
+                     .needs_truth())
