@@ -4,6 +4,7 @@
 #include "config/json_file.hpp"
 #include "geometry/track_file.hpp"
 #include "race_options.hpp"
+#include "validation.hpp"
 
 namespace gripline::tools {
 namespace po = boost::program_options;
@@ -18,7 +19,9 @@ void validate_file(const std::string& file, const Registry& registry) {
   }
   Node tree = load_experiment(file, {});
   Errors errors;
-  if (tree.find("stacks") != nullptr || tree.find("world") != nullptr) {
+  if (experiment_kind(tree) == "offline_validation") {
+    check_offline(tree, registry);
+  } else if (tree.find("stacks") != nullptr || tree.find("world") != nullptr) {
     read_race(file, std::move(tree), registry);
   } else if (tree.find("plant") != nullptr) {
     inline_world_files(tree);

@@ -253,6 +253,8 @@ class LapQuestioner final : public StepObserver {
 
 }  // namespace
 
+void check_offline(const Node& tree, const Registry& registry) { read_offline(tree, registry); }
+
 std::vector<ChannelScore> validate_offline(const Node& tree, const Registry& registry,
                                            const std::filesystem::path& out) {
   const OfflineSpec spec = read_offline(tree, registry);

@@ -23,6 +23,8 @@ struct ChannelScore {
 /// Kind "force_validation": a race; the rows with an estimator are asked, before they learn from a step, about the
 /// first full lap after they trust what they learned: e_vx, e_vy, e_omega and both axle forces. Writes
 /// OUT/validation.csv (estimator,channel,unit,n,r2,rmse) and OUT/validation_traces.csv.
+/// Reads an offline validation whole and runs nothing. Throws InputError.
+void check_offline(const Node& tree, const Registry& registry);
 std::vector<ChannelScore> validate_offline(const Node& tree, const Registry& registry,
                                            const std::filesystem::path& out);
 std::vector<ChannelScore> validate_forces(const RaceSpec& race, const std::vector<std::string>& rows,
