@@ -17,6 +17,8 @@ int run_one(Arguments args);
 int run_validate(Arguments args);
 int run_plugins(Arguments args);
 int run_report(Arguments args);
+int run_diagnose(Arguments args);
+int run_predict(Arguments args);
 
 /// Writes the report of a folder that was just filled and says where it is. A report that cannot be written is said on
 /// stderr and spoils nothing.

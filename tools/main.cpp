@@ -22,6 +22,8 @@ constexpr CommandEntry commands[] = {
     {"run", run_one, "one stack and one seed of an experiment"},
     {"validate", run_validate, "read files whole and say everything that is wrong with them"},
     {"report", run_report, "redraw the report of a results folder; runs nothing"},
+    {"diagnose", run_diagnose, "name the effect that is missing between a world and a log"},
+    {"predict", run_predict, "how far a world's model is off a log, by horizon"},
     {"plugins", run_plugins, "list the plugins, or describe one"},
 };
 

@@ -94,6 +94,7 @@ WorldSpec read_world(const Node& node, const Registry& registry, Errors& errors)
   if (const Node* friction = r.find("friction"); friction != nullptr) world.friction = read_friction(*friction, errors);
   if (const Node* sensors = r.find("sensors"); sensors != nullptr)
     world.sensors = read_sensors(*sensors, world.dt, errors);
+  (void)r.find("nominal_uncertainty");  // how far diagnose trusts the model's parameters
   read_end(r, world);
   read_limit(r, world, errors);
   read_start(r, world, errors);

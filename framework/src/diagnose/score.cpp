@@ -193,7 +193,6 @@ CaseScore score_case(const fs::path& folder, const Registry& registry, const Wor
   Errors errors;
   if (const Node* u = node.find("nominal_uncertainty"); u != nullptr && file.options.uncertainty.empty())
     read_uncertainty(*u, file.options, errors);
-  node.erase("nominal_uncertainty");
   const WorldSpec world = read_world(node, registry, errors);
   errors.throw_if_any();
 
