@@ -57,9 +57,13 @@ LapNodes place_nodes(const ClosedLine& base, const std::vector<double>& speed, c
   for (std::size_t k = 0; k < count; ++k) {
     const double s = nodes.s[k], end = k + 1 < count ? nodes.s[k + 1] : base.length();
     const LinePoint p = base.at(s), q = base.at(end), m = base.at(0.5 * (s + end));
-    const double station = base.samples()[base.between(s).first].station;
-    nodes.n_hi.push_back(reach(course, p, station, 1.0, margin));
-    nodes.n_lo.push_back(-reach(course, p, station, -1.0, margin));
+    const auto room = [&](const LinePoint& from, std::vector<double>& lo, std::vector<double>& hi) {
+      const double station = base.samples()[base.between(from.s).first].station;
+      hi.push_back(reach(course, from, station, 1.0, margin));
+      lo.push_back(-reach(course, from, station, -1.0, margin));
+    };
+    room(p, nodes.n_lo, nodes.n_hi);
+    room(m, nodes.mid_lo, nodes.mid_hi);
     nodes.ds.push_back(end - s);
     const double turned = std::remainder(q.yaw - p.yaw, 2.0 * std::numbers::pi);
     nodes.places.push_back({turned / (end - s), m.grade, m.bank});

@@ -12,10 +12,11 @@ namespace gripline::planning {
 
 /// Nodes of the program on the base line.
 struct LapNodes {
-  std::vector<double> s;           // station on the base line [m]
-  std::vector<double> n_lo, n_hi;  // where the normal leaves the road, shrunk by the margin [m]
-  std::vector<double> ds;          // to the next node [m]
-  std::vector<LapPlace> places;    // between them
+  std::vector<double> s;               // station on the base line [m]
+  std::vector<double> n_lo, n_hi;      // where the normal leaves the road, shrunk by the margin [m]
+  std::vector<double> mid_lo, mid_hi;  // the same half-way to the next node
+  std::vector<double> ds;              // to the next node [m]
+  std::vector<LapPlace> places;        // between them
 };
 
 /// `count` nodes, closer to each other where `speed` (at the samples of `base`) is low: half evenly by way, half by

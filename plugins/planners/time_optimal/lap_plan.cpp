@@ -6,16 +6,45 @@
 
 namespace gripline::planning {
 
+namespace {
+
+/// Curvature of the path at every node: change of heading from the node before to the one after, over the way between.
+void set_curvatures(const LapSetup& setup, LapPlan& plan) {
+  const std::size_t count = plan.nodes.size();
+  std::vector<double> heading(count), way(count);
+  for (std::size_t k = 0; k < count; ++k) {
+    const LinePoint p = setup.base().at(setup.nodes().s[k]);
+    const LapPlan::Node& node = plan.nodes[k];
+    const double along = 1.0 - node.n * p.kappa;
+    heading[k] = p.yaw + std::atan2(node.slope, along);
+    way[k] = std::hypot(along, node.slope) * setup.nodes().ds[k];
+  }
+  for (std::size_t k = 0; k < count; ++k) {
+    const std::size_t before = k > 0 ? k - 1 : count - 1, after = k + 1 < count ? k + 1 : 0;
+    const double turned = std::remainder(heading[after] - heading[before], 2.0 * std::numbers::pi);
+    plan.nodes[k].kappa = turned / (0.5 * way[before] + way[k] + 0.5 * way[after]);
+  }
+}
+
+}  // namespace
+
+/// The midpoint rule fixes differences of n and means of the other states; what alternates from node to node is
+/// invisible to it. Hence slopes of n are those of the parabola through three nodes, other states are averaged.
 LapPlan make_plan(const LapSetup& setup, const LapSolution& solution) {
   LapPlan plan;
   plan.time = solution.time;
-  for (std::size_t k = 0; k < solution.z.size(); ++k) {
-    const auto& z = solution.z[k];
-    const double kappa = setup.base().at(setup.nodes().s[k]).kappa;
-    const double beta = std::atan2(z[lap_vy], z[lap_vx]);
-    const double slope = (1.0 - z[lap_n] * kappa) * std::tan(z[lap_xi] + beta);  // dn/ds
-    plan.nodes.push_back({z[lap_n], slope, std::hypot(z[lap_vx], z[lap_vy]), beta});
+  const std::size_t count = solution.z.size();
+  for (std::size_t k = 0; k < count; ++k) {
+    const std::size_t before = k > 0 ? k - 1 : count - 1, after = k + 1 < count ? k + 1 : 0;
+    const auto &p = solution.z[before], &z = solution.z[k], &q = solution.z[after];
+    const double h0 = setup.nodes().ds[before], h1 = setup.nodes().ds[k];
+    const double slope0 = (z[lap_n] - p[lap_n]) / h0, slope1 = (q[lap_n] - z[lap_n]) / h1;
+    const auto mean = [&](std::size_t i) { return 0.25 * (p[i] + 2.0 * z[i] + q[i]); };
+    const double vx = mean(lap_vx), vy = mean(lap_vy);
+    plan.nodes.push_back(
+        {z[lap_n], (h1 * slope0 + h0 * slope1) / (h0 + h1), std::hypot(vx, vy), std::atan2(vy, vx), 0.0});
   }
+  set_curvatures(setup, plan);
   return plan;
 }
 
@@ -24,7 +53,8 @@ void mix(const LapPlan& a, const LapPlan& b, double share, LapPlan& out) {
   out.nodes.resize(a.nodes.size());
   for (std::size_t k = 0; k < a.nodes.size(); ++k) {
     const LapPlan::Node &p = a.nodes[k], &q = b.nodes[k];
-    out.nodes[k] = {between(p.n, q.n), between(p.slope, q.slope), between(p.v, q.v), between(p.beta, q.beta)};
+    out.nodes[k] = {between(p.n, q.n), between(p.slope, q.slope), between(p.v, q.v), between(p.beta, q.beta),
+                    between(p.kappa, q.kappa)};
   }
   out.time = between(a.time, b.time);
 }
@@ -58,8 +88,7 @@ FollowedLine::Offset FollowedLine::offset(std::size_t k, double u) const {
   const LapPlan::Node& q = plan_.nodes[k + 1 < plan_.nodes.size() ? k + 1 : 0];
   const double h = nodes_->ds[k], rise = q.n - p.n, a = p.slope * h, b = q.slope * h;
   const double c2 = 3.0 * rise - 2.0 * a - b, c3 = a + b - 2.0 * rise;
-  return {p.n + u * (a + u * (c2 + u * c3)), (a + u * (2.0 * c2 + 3.0 * u * c3)) / h,
-          (2.0 * c2 + 6.0 * u * c3) / (h * h)};
+  return {p.n + u * (a + u * (c2 + u * c3)), (a + u * (2.0 * c2 + 3.0 * u * c3)) / h};
 }
 
 void FollowedLine::set(const LapPlan& plan) {
@@ -82,8 +111,7 @@ PlanPoint FollowedLine::at(double station) const {
   r.y = p.y + o.n * std::cos(p.yaw);
   r.yaw = p.yaw + std::atan2(o.slope, along);
   r.stretch = std::hypot(along, o.slope);
-  // d(yaw)/ds over the stretch; the base line's curvature counts as constant within a sample.
-  r.kappa = (p.kappa + (o.bend * along + o.slope * o.slope * p.kappa) / (r.stretch * r.stretch)) / r.stretch;
+  r.kappa = a.kappa + (b.kappa - a.kappa) * u;
   r.v = a.v + (b.v - a.v) * u;
   r.beta = a.beta + (b.beta - a.beta) * u;
   return r;
@@ -101,8 +129,8 @@ void FollowedLine::place_samples() {
     r.x = p.x - o.n * std::sin(p.yaw);
     r.y = p.y + o.n * std::cos(p.yaw);
     r.yaw = std::remainder(p.yaw + std::atan2(o.slope, along), 2.0 * std::numbers::pi);
-    const double stretch = std::hypot(along, o.slope);
-    r.kappa = (p.kappa + (o.bend * along + o.slope * o.slope * p.kappa) / (stretch * stretch)) / stretch;
+    const std::size_t after = k + 1 < plan_.nodes.size() ? k + 1 : 0;
+    r.kappa = std::lerp(plan_.nodes[k].kappa, plan_.nodes[after].kappa, u);
     r.left = p.left - o.n;
     r.right = p.right + o.n;
     if (i > 0) way += std::hypot(r.x - samples_[i - 1].x, r.y - samples_[i - 1].y);

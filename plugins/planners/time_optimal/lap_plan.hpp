@@ -9,11 +9,11 @@
 
 namespace gripline::planning {
 
-/// What is kept of a solution: at each node the offset n [m], its slope dn/ds, the speed along the path [m/s] and the
-/// sideslip angle [rad]. Plans of one setup mix linearly: offsets stay within the edges.
+/// What is kept of a solution: at each node the offset n [m], its slope dn/ds, the speed along the path [m/s], the
+/// sideslip angle [rad] and the path's curvature [1/m]. Plans of one setup mix linearly: offsets stay within the edges.
 struct LapPlan {
   struct Node {
-    double n = 0, slope = 0, v = 0, beta = 0;
+    double n = 0, slope = 0, v = 0, beta = 0, kappa = 0;
   };
   std::vector<Node> nodes;
   double time = 0;  // [s]
@@ -43,7 +43,7 @@ class FollowedLine {
 
  private:
   struct Offset {
-    double n = 0, slope = 0, bend = 0;
+    double n = 0, slope = 0;
   };
   std::size_t interval(double s) const;
   Offset offset(std::size_t k, double share) const;

@@ -69,7 +69,9 @@ LapProblem LapSetup::problem(const Tyres& tyres) const {
           .places = nodes_.places,
           .ds = nodes_.ds,
           .n_lo = nodes_.n_lo,
-          .n_hi = nodes_.n_hi};
+          .n_hi = nodes_.n_hi,
+          .mid_lo = nodes_.mid_lo,
+          .mid_hi = nodes_.mid_hi};
 }
 
 LapSolution LapSetup::cold_guess(const Tyres& tyres) const {
@@ -111,6 +113,8 @@ std::vector<double> LapSetup::fingerprint() const {
   add(nodes_.s);
   add(nodes_.n_lo);
   add(nodes_.n_hi);
+  add(nodes_.mid_lo);
+  add(nodes_.mid_hi);
   for (const LapPlace& p : nodes_.places) add(std::array{p.kappa, p.grade, p.bank});
   return all;
 }

@@ -46,7 +46,7 @@ class LapNlp final : public Ipopt::TNLP {
   bool get_nlp_info(Index& n, Index& m, Index& nnz_jac, Index& nnz_h, IndexStyleEnum& style) override {
     n = V * n_;
     m = rows() * n_;
-    nnz_jac = n_ * (S * (2 * S + 2) + 6 + 4 * S + (p_.combined > 0 ? 2 * S + 1 : 0));
+    nnz_jac = n_ * (S * (2 * S + 2) + 8 + 4 * S + (p_.combined > 0 ? 2 * S + 1 : 0));
     nnz_h = n_ * hessian_entries;
     style = C_STYLE;
     return true;
@@ -72,9 +72,11 @@ class LapNlp final : public Ipopt::TNLP {
       high[S + 1] = unbounded;
       low[S + 2] = low[S + 3] = -p_.slip_max;
       high[S + 2] = high[S + 3] = p_.slip_max;
+      low[S + 4] = p_.mid_lo[i] / scales_.z[lap_n];
+      high[S + 4] = p_.mid_hi[i] / scales_.z[lap_n];
       if (p_.combined > 0) {
-        low[S + 4] = -unbounded;
-        high[S + 4] = 1.0;
+        low[S + 5] = -unbounded;
+        high[S + 5] = 1.0;
       }
     }
     return true;
@@ -130,7 +132,8 @@ class LapNlp final : public Ipopt::TNLP {
       row[S + 1] = (z[lap_a] + apply(p_.drive.brake, z[lap_vx])) / scales_.z[lap_a];
       row[S + 2] = r.slip_front;
       row[S + 3] = r.slip_rear;
-      if (p_.combined > 0) row[S + 4] = circle(z, r);
+      row[S + 4] = 0.5 * (x[V * k + lap_n] + x[V * next(k) + lap_n]);
+      if (p_.combined > 0) row[S + 5] = circle(z, r);
     }
     return true;
   }
@@ -211,7 +214,7 @@ class LapNlp final : public Ipopt::TNLP {
  private:
   static constexpr Index hessian_entries = 2 * (S * (S + 1) / 2) + S * S + 2 * 2 * S + 3;
 
-  Index rows() const { return S + 4 + (p_.combined > 0 ? 1 : 0); }
+  Index rows() const { return S + 5 + (p_.combined > 0 ? 1 : 0); }
   Index next(Index k) const { return k + 1 < n_ ? k + 1 : 0; }
   double step(Index k, int j) const { return p_.ds[static_cast<std::size_t>(k)] / scales_.z[j]; }
 
@@ -268,10 +271,12 @@ class LapNlp final : public Ipopt::TNLP {
     };
     states(row + 2, r.slip_front);
     states(row + 3, r.slip_rear);
+    put(row + 4, V * k + lap_n, 0.5);
+    put(row + 4, V * next(k) + lap_n, 0.5);
     if (!(p_.combined > 0)) return;
     const Dual8 c = circle(z, r);
-    states(row + 4, c);
-    put(row + 4, V * k + lap_a, c.d[lap_a] * scales_.z[lap_a]);
+    states(row + 5, c);
+    put(row + 5, V * k + lap_a, c.d[lap_a] * scales_.z[lap_a]);
   }
 
   Second<V> lagrangian(Index k, const Number* x, double factor, const Number* lambda) const {
@@ -285,7 +290,7 @@ class LapNlp final : public Ipopt::TNLP {
     l += (lambda[S + 1] * share) * apply(p_.drive.brake, z[lap_vx]);
     l += lambda[S + 2] * r.slip_front;
     l += lambda[S + 3] * r.slip_rear;
-    if (p_.combined > 0) l += lambda[S + 4] * circle(z, r);
+    if (p_.combined > 0) l += lambda[S + 5] * circle(z, r);
     return l;
   }
 

@@ -1,7 +1,8 @@
 // The fastest lap as a nonlinear program: direct collocation along a base line, solved by Ipopt.
 //
 //   minimise  sum_k ds_k time(z_k) (1 + w (rate_k / rate_max)^2),      z_k = ((x_k + x_k+1) / 2, u_k)
-//   subject to  x_k+1 - x_k = ds_k dx/ds(z_k)   (implicit midpoint, x_N = x_0),  n_lo <= n_k <= n_hi,
+//   subject to  x_k+1 - x_k = ds_k dx/ds(z_k)   (implicit midpoint, x_N = x_0),  n_lo <= n <= n_hi at nodes and
+//               half-way between them,
 //               |delta_k| <= delta_max, |rate_k| <= rate_max,  -brake(vx) <= a_k <= drive(vx),  |slips| <= slip_max
 //
 // The controls are constant over an interval. Jacobian and Hessian of the Lagrangian are exact: an interval depends on
@@ -25,13 +26,14 @@ struct LapProblem {
   Car car;
   Tyres tyres;
   DriveCurves drive;
-  double top_speed = 0;            // [m/s]
-  double combined = 0;             // > 0: (combined a)^2 + (Ff + Fr)^2 <= (Df + Dr)^2
-  double slip_max = 0.6;           // of both axles: beyond it a tyre is a brake, and the plan a drift [rad]
-  double smoothness = 1e-4;        // the weight w
-  std::vector<LapPlace> places;    // of the intervals
-  std::vector<double> ds;          // their lengths [m]
-  std::vector<double> n_lo, n_hi;  // of the nodes [m]
+  double top_speed = 0;                // [m/s]
+  double combined = 0;                 // > 0: (combined a)^2 + (Ff + Fr)^2 <= (Df + Dr)^2
+  double slip_max = 0.6;               // of both axles: beyond it a tyre is a brake, and the plan a drift [rad]
+  double smoothness = 1e-4;            // the weight w
+  std::vector<LapPlace> places;        // of the intervals
+  std::vector<double> ds;              // their lengths [m]
+  std::vector<double> n_lo, n_hi;      // at the nodes [m]
+  std::vector<double> mid_lo, mid_hi;  // and half-way through the intervals
 
   std::size_t size() const { return ds.size(); }
 };

@@ -133,10 +133,10 @@ class TimeOptimal final : public SpeedPlanner {
   /// Down at once, up slowly.
   void approach(double target) { mu_plan_ = std::min(target, mu_plan_ + k_.rise * dt_); }
 
-  RefPoint reference(double s, double yaw_near, double tightened, double& station) const {
+  RefPoint reference(double s, double yaw_near, double tightened) const {
     const PlanPoint p = line_.at(s);
-    const CoursePoint c = course_->locate(p.x, p.y, station);
-    station = c.s;
+    const ClosedLine& base = setup_.base();
+    const CoursePoint c = course_->locate(p.x, p.y, base.samples()[base.between(s).first].station);
     RefPoint r;
     r.s = s;
     r.x = p.x;
@@ -162,11 +162,11 @@ class TimeOptimal final : public SpeedPlanner {
   /// The first advance is with the car's own speed; references then gain speed as the car can until they drive the
   /// plan. Each advance takes the speed half-way.
   void sample(const Observation& now, double tightened, std::span<RefPoint> horizon) {
-    double s = line_.locate(now.x.x, now.x.y), station = now.at.s, yaw = now.x.yaw;
+    double s = line_.locate(now.x.x, now.x.y), yaw = now.x.yaw;
     double v = std::max(std::hypot(now.x.vx, now.x.vy), 0.01);
     for (std::size_t k = 0; k < horizon.size(); ++k) {
       RefPoint& r = horizon[k];
-      r = reference(s, yaw, tightened, station);
+      r = reference(s, yaw, tightened);
       r.at.t = now.t + static_cast<double>(k) * dt_;
       r.at.direction = now.at.direction;
       yaw = r.yaw;
