@@ -150,8 +150,8 @@ class Elm final : public gripline::AutoDiffEffect<Elm, gripline::Estimator> {
     double* const h = rows_.data();  // column 0: mean features of both axles, to be scaled per equation
     for (int i = 0; i < gripline::path_points; ++i) {
       const double w = gripline::path_weights[i];
-      front_layer_.add(path.slip[i].front, w, {h, static_cast<std::size_t>(n)});
-      rear_layer_.add(path.slip[i].rear, w, {h + n, static_cast<std::size_t>(n)});
+      front_layer_.add(path.slip[i].front, w * path.load_front, {h, static_cast<std::size_t>(n)});
+      rear_layer_.add(path.slip[i].rear, w * path.load_rear, {h + n, static_cast<std::size_t>(n)});
     }
     rows_.col(1).head(n) = path.cosine * rows_.col(0).head(n);
     rows_.col(1).segment(n, n) = rows_.col(0).segment(n, n);

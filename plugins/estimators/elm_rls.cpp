@@ -165,8 +165,8 @@ class ElmRls : public gripline::AutoDiffEffect<ElmRls, gripline::Estimator> {
     double* const h = rows_.col(1).data();
     for (int i = 0; i < gripline::path_points; ++i) {
       const double w = gripline::path_weights[i];
-      front_tyres_.add(path.slip[i].front, w, {h, static_cast<std::size_t>(n)});
-      rear_tyres_.add(path.slip[i].rear, w, {h + n, static_cast<std::size_t>(n)});
+      front_tyres_.add(path.slip[i].front, w * path.load_front, {h, static_cast<std::size_t>(n)});
+      rear_tyres_.add(path.slip[i].rear, w * path.load_rear, {h + n, static_cast<std::size_t>(n)});
     }
     rows_.col(0).head(n) = rows_.col(1).head(n) * (-path.sine * load_[0] / car_.m);
     rows_(2 * n, 0) = -gripline::gravity;

@@ -7,7 +7,8 @@
 // with slips as the published plant has them (plugins/vehicles/dynamic.cpp). At 20 ms the slips of the 1:43 car change
 // by a third of their range within a step, so forces taken at its first instant would be biased: the means are
 // Simpson's rule over start, middle and end, the middle by the cubic through both ends with the slopes the present
-// model gives. The steering angle is held over the step (zoh). The straight drive, (Fd - Fres) / m of the nominal model
+// model gives. Forces are curves over slip times the axle loads of the nominal model (1 without effects on loads). The
+// steering angle is held over the step (zoh). The straight drive, (Fd - Fres) / m of the nominal model
 // with its effects, is asked of the model itself at zero slip, so that every nominal model and effect is accounted for.
 #pragma once
 
@@ -70,6 +71,7 @@ struct StepPath {
   std::array<double, path_points> speed;
   double sine = 0, cosine = 1;
   double drive_loss = 0, side = 0, moment = 0;
+  double load_front = 1, load_rear = 1;  // of the axles, relative to the static ones: forces are these times the curves
 
   double mean_square_speed() const {
     double sum = 0;
@@ -98,13 +100,15 @@ class StraightDrive {
 
   struct Rates {
     double forward = 0, side = 0;
+    double load_front = 1, load_rear = 1;
   };
   Rates at(double vx, double d, const Place& place) const {
     State straight;
     straight.vx = vx;
     const Prediction::Rates rates = nominal_->rates(straight, {d, 0.0}, place);
     // Models without tyres leave the bank out: their wheels hold the car.
-    return {rates.vx, has_tyres_ ? rates.vy : rates.vy + gravity * std::sin(place.bank)};
+    return {rates.vx, has_tyres_ ? rates.vy : rates.vy + gravity * std::sin(place.bank), rates.load_front,
+            rates.load_rear};
   }
 
  private:
@@ -116,7 +120,8 @@ class StraightDrive {
 using Path = std::array<Motion, path_points>;
 
 /// The equations of motion along a given path; the rates are differences of the readings.
-inline StepPath equations_along(const Path& points, const Sample& k, const Car& car, double straight, double side) {
+inline StepPath equations_along(const Path& points, const Sample& k, const Car& car,
+                                const StraightDrive::Rates& straight) {
   const double delta = k.x_next.delta;
   StepPath path;
   path.sine = std::sin(delta);
@@ -128,8 +133,10 @@ inline StepPath equations_along(const Path& points, const Sample& k, const Car& 
     vy_omega += path_weights[i] * points[i].vy * points[i].omega;
     vx_omega += path_weights[i] * points[i].vx * points[i].omega;
   }
-  path.drive_loss = car.m * ((k.x_next.vx - k.x.vx) / k.dt - straight - vy_omega);
-  path.side = car.m * ((k.x_next.vy - k.x.vy) / k.dt - side + vx_omega);
+  path.load_front = straight.load_front;
+  path.load_rear = straight.load_rear;
+  path.drive_loss = car.m * ((k.x_next.vx - k.x.vx) / k.dt - straight.forward - vy_omega);
+  path.side = car.m * ((k.x_next.vy - k.x.vy) / k.dt - straight.side + vx_omega);
   path.moment = car.Iz * (k.x_next.omega - k.x.omega) / k.dt;
   return path;
 }
@@ -148,16 +155,18 @@ StepPath step_path(const Sample& k, const Car& car, const StraightDrive& drive, 
   if (use_model) {
     const auto rates = [&](const Motion& x, const StraightDrive::Rates& straight) {
       const Slips s = slips(x, delta, car);
-      return motion_rates(x, delta, straight.forward, straight.side, force(Axle::front, s.front),
-                          force(Axle::rear, s.rear), resistance, car);
+      return motion_rates(x, delta, straight.forward, straight.side, straight.load_front * force(Axle::front, s.front),
+                          straight.load_rear * force(Axle::rear, s.rear), resistance, car);
     };
     const Motion a = rates(begin, drive_begin), b = rates(end, drive_end);
     middle.vx += k.dt / 8 * (a.vx - b.vx);
     middle.vy += k.dt / 8 * (a.vy - b.vy);
     middle.omega += k.dt / 8 * (a.omega - b.omega);
   }
-  return equations_along({begin, middle, end}, k, car, 0.5 * (drive_begin.forward + drive_end.forward),
-                         0.5 * (drive_begin.side + drive_end.side));
+  return equations_along(
+      {begin, middle, end}, k, car,
+      {0.5 * (drive_begin.forward + drive_end.forward), 0.5 * (drive_begin.side + drive_end.side),
+       0.5 * (drive_begin.load_front + drive_end.load_front), 0.5 * (drive_begin.load_rear + drive_end.load_rear)});
 }
 
 /// Path that the present model predicts from `begin` on, an estimate of the state freed of noise: slips from noisy
@@ -170,8 +179,8 @@ StepPath predicted_path(const Motion& begin, const Sample& k, const Car& car, co
   const auto straight = drive.at(0.5 * (k.x.vx + k.x_next.vx), k.u.d, k.at);
   const auto rates = [&](const Motion& x) {
     const Slips s = slips(x, delta, car);
-    return motion_rates(x, delta, straight.forward, straight.side, force(Axle::front, s.front),
-                        force(Axle::rear, s.rear), resistance, car);
+    return motion_rates(x, delta, straight.forward, straight.side, straight.load_front * force(Axle::front, s.front),
+                        straight.load_rear * force(Axle::rear, s.rear), resistance, car);
   };
   const auto moved = [](const Motion& x, const Motion& rate, double by) -> Motion {
     return {x.vx + by * rate.vx, x.vy + by * rate.vy, x.omega + by * rate.omega};
@@ -184,7 +193,7 @@ StepPath predicted_path(const Motion& begin, const Sample& k, const Car& car, co
                  k4 = rates(moved(x, k3, h));
     points[i] = moved(moved(moved(moved(x, k1, h / 6), k2, h / 3), k3, h / 3), k4, h / 6);
   }
-  return equations_along(points, k, car, straight.forward, straight.side);
+  return equations_along(points, k, car, straight);
 }
 
 }  // namespace gripline

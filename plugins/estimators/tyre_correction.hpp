@@ -4,7 +4,8 @@
 //   vy'     = (Fr + Ff cos(delta)) / m - vx omega   (+ g sin(bank) where the nominal model leaves it out)
 //   omega'  = (Ff lf cos(delta) - Fr lr) / Iz
 //
-// The paper adds f_dyn - f_ekin to f_ekin; the last two rows are that sum. Its slope terms stand here with g for m and
+// with Ff, Fr the learned curves times the axle loads of the nominal model's load stage (1 unless an effect there says
+// more). The paper adds f_dyn - f_ekin to f_ekin; the last two rows are that sum. Its slope terms stand here with g for m and
 // with the road's signs (grade and bank are added by the framework). A nominal model that has tyres itself gives its
 // own part of vx' back first.
 #pragma once
@@ -17,8 +18,8 @@ template <class T, class Force>
 void correct_body(Quantities<T>& q, const Place& at, bool model_has_tyres, double v_min, const Resistance& resistance,
                   const Force& force) {
   using std::cos, std::sin;
-  const T ff = force(Axle::front, front_slip(q.vx, q.vy, q.omega, q.delta, q.lf, v_min));
-  const T fr = force(Axle::rear, rear_slip(q.vx, q.vy, q.omega, q.lr, v_min));
+  const T ff = q.load_front * force(Axle::front, front_slip(q.vx, q.vy, q.omega, q.delta, q.lf, v_min));
+  const T fr = q.load_rear * force(Axle::rear, rear_slip(q.vx, q.vy, q.omega, q.lr, v_min));
   const T sine = sin(q.delta), cosine = cos(q.delta);
   T straight = q.ax;
   if (model_has_tyres)

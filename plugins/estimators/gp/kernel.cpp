@@ -39,7 +39,7 @@ Bounds bounds() {
   hi.signal = 1e3;
   lo.constant = 1e-3;
   hi.constant = 1e2;
-  lo.noise = 1e-5;
+  lo.noise = 1e-3;
   hi.noise = 1.0;
   return {to_logs(lo), to_logs(hi)};
 }
