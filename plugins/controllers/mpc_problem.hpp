@@ -58,11 +58,11 @@ constexpr auto problem_parameters() {
 
 /// What stage k = 1 .. N asks of the state there.
 struct Stage {
-  double x = 0, y = 0, yaw = 0, v = 0;           // reference; yaw unwrapped so that it continues the car's
-  double q_xx = 0, q_xy = 0, q_yy = 0;           // Q_k
+  double x = 0, y = 0, yaw = 0, v = 0;  // reference; yaw unwrapped so that it continues the car's
+  double q_xx = 0, q_xy = 0, q_yy = 0;  // Q_k
   double q_yaw = 0, q_v = 0;
-  double normal_x = 0, normal_y = 0;             // n_k
-  double edge_lower = 0, edge_upper = 0;         // of n_k . p_k; infinite without track bounds
+  double normal_x = 0, normal_y = 0;      // n_k
+  double edge_lower = 0, edge_upper = 0;  // of n_k . p_k; infinite without track bounds
   double delta_max = 0;
 };
 

@@ -1,0 +1,83 @@
+// Model-predictive control in real time: the problem of mpc_problem.hpp, eq. (opt) of the paper, by the sequential quadratic
+// programming of sqp.hpp.
+//
+// The plan of the step before, shifted by one, is the start. A solve that does not converge is counted as failed; its best
+// iterate, in the worst case the shifted plan, is driven, and the next step starts anew if not even one program was solved.
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <vector>
+
+#include "controllers/mpc_problem.hpp"
+#include "controllers/mpc_sqp/sqp.hpp"
+
+namespace {
+
+using namespace gripline;
+
+class MpcSqp final : public Controller {
+ public:
+  struct Params : mpc::ProblemParams {
+    int iterations = mpc::SqpOptions{}.iterations;
+    double tolerance = mpc::SqpOptions{}.tolerance;
+  };
+  static constexpr auto parameters() {
+    return std::tuple_cat(
+        mpc::problem_parameters(),
+        std::tuple{param("iterations", &Params::iterations, "1", {1, 1000}, "quadratic programs per step at most"),
+                   param("tolerance", &Params::tolerance, "1", {1e-9, 1},
+                         "largest last change of an input, as a share of its range")});
+  }
+
+  MpcSqp(const Surroundings& around, const Params& params)
+      : problem_(params, around.car, around.dt),
+        options_{.iterations = params.iterations, .tolerance = params.tolerance, .qp = {}} {}
+
+  int horizon() const noexcept override { return problem_.horizon() + 1; }
+
+  Command control(const Observation& now, std::span<const RefPoint> horizon, Prediction& model) override {
+    problem_.set(now, horizon, model);
+    if (sqp_ == nullptr || sqp_->states() != problem_.states()) {
+      sqp_ = std::make_unique<mpc::Sqp>(problem_.horizon(), problem_.states(), options_);
+      predicted_.resize(static_cast<std::size_t>(problem_.horizon()) + 1);
+      start_anew_ = true;
+    }
+    if (start_anew_) {
+      sqp_->guess(problem_, model);
+    } else {
+      sqp_->shift();
+    }
+    const mpc::SqpReport report = sqp_->solve(problem_, model);
+    const bool solved = report.status == mpc::SqpStatus::converged;
+    start_anew_ = report.status == mpc::SqpStatus::no_step || report.status == mpc::SqpStatus::not_finite;
+    for (std::size_t k = 0; k < predicted_.size(); ++k) predicted_[k] = state_at(k);
+
+    Command command;
+    const Car& car = problem_.car();
+    const double d = sqp_->u()[0], ddelta = sqp_->u()[1];
+    command.u.d = std::isfinite(d) ? std::clamp(d, car.d_min, car.d_max) : 0.0;
+    command.u.ddelta = std::isfinite(ddelta) ? std::clamp(ddelta, -car.ddelta_max, car.ddelta_max) : 0.0;
+    command.iterations = report.iterations;
+    command.solved = solved;
+    command.cost = std::isfinite(report.cost) ? report.cost : 0.0;
+    return command;
+  }
+
+  std::span<const State> predicted() const override { return predicted_; }
+
+ private:
+  State state_at(std::size_t k) const {
+    const double* x = sqp_->x().data() + k * static_cast<std::size_t>(sqp_->states());
+    return {x[0], x[1], x[2], x[3], x[4], x[5], x[6]};
+  }
+
+  mpc::Problem problem_;
+  mpc::SqpOptions options_;
+  std::unique_ptr<mpc::Sqp> sqp_;
+  std::vector<State> predicted_;
+  bool start_anew_ = true;
+};
+
+}  // namespace
+
+GRIPLINE_PLUGINS(gripline::describe<MpcSqp>("mpc_sqp", "1.0", "model-predictive control by real-time SQP"))
