@@ -160,7 +160,9 @@ Prediction::Rates CorrectedModel::rates(const State& x, const Input& u, const Pl
     batch.memory_rate = memory_rate.data();
   }
   car_.rates(batch);
-  return {rate[3], rate[4], rate[5]};
+  Quantities<double> q{};
+  car_.quantities(batch, &q);
+  return {rate[3], rate[4], rate[5], q.load_front, q.load_rear};
 }
 
 void CorrectedModel::reset(const State& x, double d, const Place& at) {

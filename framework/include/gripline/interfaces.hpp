@@ -86,9 +86,10 @@ class Prediction {
   virtual void step(std::size_t n, std::span<const double> x, std::span<const double> u, std::span<const Place> at,
                     std::span<double> x_next, std::span<double> A, std::span<double> B) = 0;
   /// Rates (vx', vy', omega') of one state under a held input, without memory effects: for planners that need the
-  /// car's real drive, brake and steering limits.
+  /// car's real drive, brake and steering limits. Loads per axle as in Quantities: relative to the static ones.
   struct Rates {
     double vx = 0, vy = 0, omega = 0;
+    double load_front = 1, load_rear = 1;
   };
   virtual Rates rates(const State& x, const Input& u, const Place& at) = 0;
 };
