@@ -40,6 +40,14 @@ install_packages() {
   as_root env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends "${missing[@]}" >/dev/null
 }
 
+# What the report's tests in a real browser need. Where it cannot be had they are skipped, and this says so.
+install_browser() {
+  ( install_packages chromium ) || say "no Chromium: the report is not tested in a browser"
+  command -v node >/dev/null 2>&1 || ( install_packages nodejs npm ) || say "no Node: the report is not tested in a browser"
+  [ -d tools/report/node_modules/playwright-core ] ||
+    ( cd tools/report && npm ci --silent --ignore-scripts ) || say "npm ci failed in tools/report: the report is not tested in a browser"
+}
+
 # build TESTS(ON|OFF): configures build/ when needed and builds.
 build() {
   cmake -G Ninja -S . -B build -DGRIPLINE_TESTS="$1" >build-configure.log 2>&1 || { cat build-configure.log >&2; die "cmake failed"; }

@@ -1,5 +1,5 @@
 // The comparison table, and the claims.
-import { fixed, h, short } from "./dom";
+import { fixed, h, plain } from "./dom";
 import { measure, type Measure } from "./measures";
 import type { State } from "./state";
 import { stackColour } from "./theme";
@@ -141,7 +141,7 @@ function claimDetail({ values, why }: Claim): string {
   if (!values) return why;
   const { left, right, runs_held: held, runs } = values;
   const known = (v: number | null | undefined) => v !== null && v !== undefined;
-  return [known(left) || known(right) ? `${short(left, 4)} against ${short(right, 4)}` : "", runs && runs > 1 && held !== undefined ? `in ${held} of ${runs} runs` : "", why].filter(Boolean).join(", ");
+  return [known(left) || known(right) ? `${plain(left, 4)} against ${plain(right, 4)}` : "", runs && runs > 1 && held !== undefined ? `in ${held} of ${runs} runs` : "", why].filter(Boolean).join(", ");
 }
 
 export function claimsSection(claims: Claim[]): HTMLElement {

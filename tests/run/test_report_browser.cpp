@@ -1,0 +1,162 @@
+// The report in a real browser, and its bundle rebuilt from source. Needs Chromium, Node and `npm ci` in tools/report;
+// without them these tests are skipped, unless GRIPLINE_REQUIRE_BROWSER=1.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+
+#include <array>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "report/columns.hpp"
+#include "report/report.hpp"
+#include "report_sample.hpp"
+
+namespace gripline::report {
+namespace {
+
+namespace fs = std::filesystem;
+
+const fs::path source = fs::path(GRIPLINE_SOURCE_DIR) / "tools" / "report";
+const fs::path work = fs::path(GRIPLINE_BUILD_DIR) / "report_browser";
+
+struct Outcome {
+  int code;
+  std::string output;
+};
+
+/// Runs a command of the shell with stderr in its output.
+Outcome shell(const std::string& command) {
+  std::FILE* pipe = popen((command + " 2>&1").c_str(), "r");
+  if (pipe == nullptr) return {-1, "popen failed"};
+  std::string output;
+  std::array<char, 4096> buffer{};
+  for (std::size_t n = 0; (n = std::fread(buffer.data(), 1, buffer.size(), pipe)) > 0;) output.append(buffer.data(), n);
+  const int status = pclose(pipe);
+  return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, output};
+}
+
+std::string chromium() {
+  if (const char* named = std::getenv("GRIPLINE_CHROMIUM")) return named;
+  std::string found = shell("command -v chromium || command -v chromium-browser || command -v google-chrome").output;
+  while (!found.empty() && found.back() == '\n') found.pop_back();
+  return found;
+}
+
+/// What is missing to run the scripts; empty if nothing is.
+std::string missing(bool browser) {
+  if (shell("command -v node").code != 0) return "Node is not installed";
+  if (!fs::exists(source / "node_modules" / "esbuild")) return "tools/report/node_modules is not there (npm ci)";
+  if (browser && chromium().empty()) return "Chromium is not installed";
+  return "";
+}
+
+class Browser : public testing::Test {
+ protected:
+  void require(bool browser) {
+    const std::string lack = missing(browser);
+    if (lack.empty()) return;
+    const char* required = std::getenv("GRIPLINE_REQUIRE_BROWSER");
+    if (required != nullptr && std::string(required) == "1") FAIL() << lack;
+    GTEST_SKIP() << lack;
+  }
+};
+
+std::string quoted_path(const fs::path& path) { return "'" + path.string() + "'"; }
+
+std::string bytes_of(const fs::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+/// Where the log says that cars were, at some of its instants.
+nlohmann::json logged_poses(const fs::path& folder, const sample::SampleOptions& options) {
+  nlohmann::json poses = nlohmann::json::array();
+  for (const sample::StackPlan& stack : options.stacks) {
+    const Columns steps = Columns::read(folder / stack.name / "1" / "steps.csv");
+    for (std::size_t row = 40; row < steps.rows(); row += steps.rows() / 5)
+      poses.push_back({{"stack", stack.name},
+                       {"t", steps.number("t_s", row)},
+                       {"x", steps.number("x_true_m", row)},
+                       {"y", steps.number("y_true_m", row)}});
+  }
+  return poses;
+}
+
+/// Writes the report of a folder and describes it for the script.
+nlohmann::json page(const std::string& name, const std::string& kind, double cpu_s) {
+  return {{"name", name},
+          {"kind", kind},
+          {"cpu_s", cpu_s},
+          {"file", write_report({work / name, {}, false, {}, {}}).page.string()}};
+}
+
+sample::SampleOptions many_runs() {
+  sample::SampleOptions options;
+  options.seeds = 10;
+  options.stacks.push_back({"elm_rls", false, 1, 0.92, 0.4});
+  options.stacks.push_back({"best", false, 1, 0.96, 0.5});
+  return options;
+}
+
+TEST_F(Browser, ShowsWhatTheLogSays) {
+  require(true);
+  if (IsSkipped() || HasFatalFailure()) return;
+  fs::remove_all(work);
+  const sample::SampleOptions five;
+  sample::write_sample(work / "race", five);
+  sample::write_sample(work / "many", many_runs());
+  sample::write_diagnosis_sample(work / "diagnosis");
+  sample::write_validation_sample(work / "validation");
+  sample::SampleOptions nasty;
+  nasty.laps = 1;
+  nasty.stacks = {{"<img src=x onerror=alert(1)> \"\xc3\xbc\" 'b'", false, 1, 0.9, 0.8},
+                  {"--> ]]>", true, 0, 0.9, 0.8}};
+  sample::write_sample(work / "nasty", nasty);
+  std::ofstream(work / "nasty" / "claims.json")
+      << R"({"claims": [{"text": "</script><script>alert(1)</script>", "holds": true, "values": {"left": 1e308, "right": -1e308}}]})";
+
+  nlohmann::json job = {{"chromium", chromium()}, {"shots", ""}, {"pages", nlohmann::json::array()}};
+  if (const char* shots = std::getenv("GRIPLINE_SCREENSHOTS")) job["shots"] = shots;
+  nlohmann::json race = page("race", "race", 1.0);
+  race["poses"] = logged_poses(work / "race", five);
+  race["texts"] = {"oracle *", "elm.violation_s <= none.violation_s", "0.46 against 4.32, in 5 of 5 runs"};
+  job["pages"].push_back(race);
+  job["pages"].push_back(page("many", "other", 2.0));
+  job["pages"].push_back(page("diagnosis", "other", 1.0));
+  job["pages"].push_back(page("validation", "other", 1.0));
+  nlohmann::json harmless = page("nasty", "other", 1.0);
+  harmless["texts"] = {nasty.stacks[0].name, "</script><script>alert(1)</script>"};
+  job["pages"].push_back(harmless);
+  std::ofstream(work / "job.json") << job.dump(1);
+
+  const Outcome outcome =
+      shell("node " + quoted_path(source / "test" / "browser.mjs") + " " + quoted_path(work / "job.json"));
+  EXPECT_EQ(outcome.code, 0) << outcome.output;
+  EXPECT_THAT(outcome.output, testing::HasSubstr("all checks passed"));
+}
+
+TEST_F(Browser, TheCommittedBundleIsWhatTheSourceGives) {
+  require(false);
+  if (IsSkipped() || HasFatalFailure()) return;
+  const fs::path rebuilt = work.parent_path() / "report_rebuilt";
+  const Outcome outcome = shell("node " + quoted_path(source / "build.mjs") + " --to " + quoted_path(rebuilt));
+  ASSERT_EQ(outcome.code, 0) << outcome.output;
+  for (const char* name : {"report.js", "report.css"})
+    EXPECT_EQ(bytes_of(rebuilt / name), bytes_of(source / "dist" / name))
+        << name << ": run npm run build in tools/report";
+}
+
+TEST_F(Browser, TheSourceHasItsTypesRight) {
+  require(false);
+  if (IsSkipped() || HasFatalFailure()) return;
+  const Outcome outcome = shell("cd " + quoted_path(source) + " && node node_modules/typescript/bin/tsc --noEmit");
+  EXPECT_EQ(outcome.code, 0) << outcome.output;
+}
+
+}  // namespace
+}  // namespace gripline::report
