@@ -16,6 +16,7 @@ int run_compare(Arguments args);
 int run_one(Arguments args);
 int run_validate(Arguments args);
 int run_plugins(Arguments args);
+int run_bench_command(Arguments args);
 int run_report(Arguments args);
 int run_diagnose(Arguments args);
 int run_predict(Arguments args);
