@@ -3,7 +3,7 @@
 //   vx'    = (Fd - Fres - Ff sin(delta)) / m + vy omega - g sin(grade)
 //   vy'    = (Fr + Ff cos(delta)) / m - vx omega + g sin(bank)
 //   omega' = (Ff lf cos(delta) - Fr lr) / Iz
-//   Fd     = (Cm1 - Cm2 vx) d,  for d < 0 with Cb > 0 instead Cb d;   Fres = Cr0 + Cd vx^2
+//   Fd     = (Cm1 - Cm2 vx) d,  for d < 0 with Cb > 0 instead Cb d;   Fres = (Cr0 + Cd vx^2) sign(vx)
 //   af     = delta - atan2(omega lf + vy, |vx|),   ar = atan2(omega lr - vy, |vx|)
 //   Ff     = Df sin(Cf atan(Bf af)),   Fr = Dr sin(Cr atan(Br ar))
 //
@@ -20,6 +20,8 @@ using std::atan;
 using std::atan2;
 using std::cos;
 using std::sin;
+
+constexpr double crawl = 0.02;  // [m/s]
 
 class Dynamic final : public gripline::AutoDiffVehicle<Dynamic> {
  public:
@@ -94,7 +96,9 @@ class Dynamic final : public gripline::AutoDiffVehicle<Dynamic> {
     auto& q = p.q;
     const T sine = sin(q.delta);
     const T cosine = cos(q.delta);
-    const T resistance = q.rolling + q.drag * square(q.vx);
+    // Against the motion: reversing cars are braked too. Full from crawling speed on, so that rest stays at rest.
+    const T against = gripline::clamp_value(q.vx * (1.0 / crawl), -1.0, 1.0);
+    const T resistance = against * (q.rolling + q.drag * square(q.vx));
     q.ax = (q.drive_force - resistance - q.force_front * sine) / q.m + q.vy * q.omega;
     q.ay = (q.force_rear + q.force_front * cosine) / q.m - q.vx * q.omega;
     q.aw = (q.force_front * q.lf * cosine - q.force_rear * q.lr) / q.Iz;
