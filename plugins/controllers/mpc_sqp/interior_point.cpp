@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace gripline::ocp {
 namespace {
@@ -74,7 +75,9 @@ void InteriorPoint::set_bounds(const OcpQp& qp, Point& point) {
       const double width = row_width(qp.lower(k)[r], qp.upper(k)[r]);
       for (const bool is_upper : {false, true}) {
         const int i = bounds_per_stage * k + (is_upper ? row_count : 0) + r;
-        const double bound = is_upper ? qp.upper(k)[r] : -qp.lower(k)[r];
+        // A row that is fixed has no interior; it is given one too small to matter.
+        const double room = qp.upper(k)[r] - qp.lower(k)[r] < 1e-7 ? 1e-7 : 0.0;
+        const double bound = (is_upper ? qp.upper(k)[r] : -qp.lower(k)[r]) + room;
         const bool exists = has_row(k, horizon_, r) && std::isfinite(bound);
         sign_.data()[i] = exists ? (is_upper ? 1.0 : -1.0) : 0.0;
         bound_.data()[i] = exists ? bound : 1.0;
@@ -120,6 +123,10 @@ double InteriorPoint::set_pairs(const Point& point) {
       n_.data()[i] = s + q * eps - l_.data()[i];
       ++pairs_;
     });
+  }
+  // No predictor yet.
+  for (const auto& [next, now] : {std::pair{&t_next_, &t_}, {&l_next_, &l_}, {&eps_next_, &eps_}, {&n_next_, &n_}}) {
+    std::copy_n(now->data(), now->size(), next->data());
   }
   return mean;
 }

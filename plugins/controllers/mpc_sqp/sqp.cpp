@@ -2,13 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 namespace gripline::mpc {
 namespace {
 
-constexpr int steering = 6;        // index of delta in a row of x
-constexpr double decrease = 0.1;   // share of the promised fall of the merit that a step must bring
-constexpr double shortest = 0.01;  // length of a step
+constexpr std::size_t heading = 2;  // index of yaw in a row of x
+constexpr int steering = 6;         // index of delta in a row of x
+constexpr double decrease = 0.1;    // share of the promised fall of the merit that a step must bring
+constexpr double shortest = 0.01;   // length of a step
 // Damping after a shortened step, its growth, and its bounds, all relative to the curvature that the last step met.
 constexpr double damping_first = 0.1, damping_change = 10, damping_most = 1e4;
 
@@ -257,9 +259,18 @@ double Sqp::search(const Problem& problem, Prediction& model, SqpReport& report)
   return 0;
 }
 
+/// Puts the problem's start into the iterate; a heading that was wrapped since is unwrapped for all of it.
+void Sqp::meet(const Problem& problem) {
+  const auto n = static_cast<std::size_t>(states_);
+  const double turn = 2 * std::numbers::pi;
+  const double jump = turn * std::round((problem.start()[heading] - now_.x[heading]) / turn);
+  for (std::size_t i = heading; std::isfinite(jump) && i < now_.x.size(); i += n) now_.x[i] += jump;
+  std::copy(problem.start().begin(), problem.start().end(), now_.x.begin());
+}
+
 SqpReport Sqp::solve(const Problem& problem, Prediction& model) {
   SqpReport report;
-  std::copy(problem.start().begin(), problem.start().end(), now_.x.begin());
+  meet(problem);
   std::fill(prices_.begin(), prices_.end(), 0.0);
   damping_ = 0;
   double share = 0;  // damping relative to the curvature met

@@ -66,6 +66,7 @@ class Sqp {
     operator LinearisedRows() const { return {x, u, a, b}; }
   };
 
+  void meet(const Problem& problem);
   Input pursue(const Problem& problem, const double* x, int k) const;
   bool linearise(const Problem& problem, Prediction& model, Iterate& at);
   bool solve_step_program(const Problem& problem, SqpReport& report);
