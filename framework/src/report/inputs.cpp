@@ -37,11 +37,11 @@ std::vector<RunName> find_runs(const Inputs& inputs) {
   std::vector<RunName> runs;
   const Columns& table = inputs.runs_table;
   for (std::size_t i = 0; i < table.rows(); ++i)
-    runs.push_back({table.text("stack", i), table.text("seed", i), table.text("status", i)});
+    runs.push_back({table.text("stack", i), table.text("seed", i), table.text("status", i), ""});
   if (!runs.empty()) return runs;
   for (const fs::path& stack : folders_in(inputs.folder))
     for (const fs::path& seed : folders_in(stack))
-      if (fs::exists(seed / "steps.csv")) runs.push_back({stack.filename().string(), seed.filename().string(), ""});
+      if (fs::exists(seed / "steps.csv")) runs.push_back({stack.filename().string(), seed.filename().string(), "", ""});
   return runs;
 }
 
@@ -84,6 +84,12 @@ Inputs read_inputs(const fs::path& folder) {
   in.validation = Columns::read(folder / "validation.csv", true);
   in.validation_traces = Columns::read(folder / "validation_traces.csv", true);
   in.runs = find_runs(in);
+  for (RunName& run : in.runs) {
+    if (run.status == "finished") continue;
+    const nlohmann::json summary = read_json(folder / run.stack / run.seed / "summary.json");
+    if (summary.is_object() && summary.contains("message") && summary["message"].is_string())
+      run.message = summary["message"].get<std::string>();
+  }
   in.stacks = find_stacks(in);
   if (in.runs.empty() && in.validation.empty() && in.diagnosis.is_null())
     throw InputError(folder.string() +

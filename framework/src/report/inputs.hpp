@@ -66,9 +66,9 @@ struct Stack {
   bool needs_truth = false;
 };
 
-/// Which run, and how it ended; `status` is empty when runs.csv does not say.
+/// Which run, and how it ended; `status` and `message` are empty when runs.csv and summary.json do not say.
 struct RunName {
-  std::string stack, seed, status;
+  std::string stack, seed, status, message;
 };
 
 /// Everything found in an OUT folder.

@@ -83,6 +83,7 @@ nlohmann::json runs_json(const Inputs& inputs) {
     runs.push_back({{"stack", index_of(inputs, run.stack)},
                     {"seed", run.seed},
                     {"status", run.status},
+                    {"message", run.message},
                     {"values", std::move(values)}});
   }
   return runs;

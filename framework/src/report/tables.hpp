@@ -16,7 +16,8 @@ namespace gripline::report {
 /// one, medians of runs.csv), with intervals of the median over the runs where runs.csv has the same column.
 nlohmann::json table_json(const Inputs& inputs);
 
-/// [{"stack", "seed", "status", "values": {column: number}}], stack as an index into inputs.stacks.
+/// [{"stack", "seed", "status", "message", "values": {column: number}}], stack as an index into inputs.stacks; the
+/// message is that of the run's summary.json.
 nlohmann::json runs_json(const Inputs& inputs);
 
 /// [{"text", "holds": true | false | null, "values", "why"}], those that were skipped at the end. `values` as written:

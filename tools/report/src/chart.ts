@@ -42,15 +42,23 @@ export interface ChartSpec {
   marks: () => Mark[];
 }
 
-const charts = new Set<Chart>();
+const charts = new Map<Element, Chart>();
 
-/** Redraws every chart with fresh marks and colours. */
-export function refreshCharts(): void {
-  for (const chart of charts) chart.refresh();
+/** Charts out of sight are redrawn when they come into it. */
+const sight = new IntersectionObserver(
+  (entries) => {
+    for (const { target, isIntersecting } of entries) charts.get(target)?.setSeen(isIntersecting);
+  },
+  { rootMargin: "200px" },
+);
+
+/** Redraws every chart with fresh marks and colours; `all` whether anybody sees them or not. */
+export function refreshCharts(all = false): void {
+  for (const chart of charts.values()) chart.refresh(all);
 }
 /** Redraws for another emphasis. */
 export function repaintCharts(): void {
-  for (const chart of charts) chart.repaint();
+  for (const chart of charts.values()) chart.repaint();
 }
 
 export class Chart {
@@ -64,6 +72,8 @@ export class Chart {
   private readonly values = new Map<Mark, HTMLElement>();
   private readonly tip = h("div", { class: "tip", hidden: true });
   private lastReadout = 0;
+  private seen = true;
+  private stale: "" | "paint" | "marks" = "";
 
   constructor(
     readonly spec: ChartSpec,
@@ -75,7 +85,8 @@ export class Chart {
       rows: () => this.rows(),
     });
     this.figure.body.style.minHeight = `${spec.height ?? 220}px`;
-    charts.add(this);
+    charts.set(this.figure.element, this);
+    sight.observe(this.figure.element);
     if (spec.time) state.clock.moved.on(() => this.follow());
   }
 
@@ -92,8 +103,19 @@ export class Chart {
     this.follow();
     return this;
   }
-  refresh(): void {
+  setSeen(seen: boolean): void {
+    this.seen = seen;
+    if (!seen) return;
+    if (this.stale === "marks") this.refresh();
+    else if (this.stale === "paint") this.repaint();
+  }
+  refresh(all = false): void {
     if (!this.plot) return;
+    if (!this.seen && !all) {
+      this.stale = "marks";
+      return;
+    }
+    this.stale = "";
     const { scales } = this.plot;
     const zoomed = scales.x.min! > this.full[0] || scales.x.max! < this.full[1];
     const kept: Range = [scales.x.min!, scales.x.max!];
@@ -102,6 +124,11 @@ export class Chart {
     if (zoomed) this.plot.setScale("x", { min: kept[0], max: kept[1] });
   }
   repaint(): void {
+    if (!this.seen) {
+      this.stale ||= "paint";
+      return;
+    }
+    this.stale = "";
     this.plot?.redraw(false, false);
   }
 

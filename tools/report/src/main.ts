@@ -182,11 +182,15 @@ function start(): void {
     footer(state),
     card,
   );
-  state.changed.on(refreshCharts);
+  state.changed.on(() => refreshCharts());
   state.hovered.on(repaintCharts);
-  onThemeChange(refreshCharts);
+  // Paper shows everything.
+  onThemeChange(() => refreshCharts(matchMedia("print").matches));
   bindKeys(state, replay, card);
-  addEventListener("beforeprint", () => Lazy.openAll());
+  addEventListener("beforeprint", () => {
+    Lazy.openAll();
+    refreshCharts(true);
+  });
   const idle = window.requestIdleCallback ?? ((work: () => void) => setTimeout(work, 50));
   const fillIn = () => {
     if (Lazy.openOne()) idle(fillIn);

@@ -125,7 +125,7 @@ export function tableSection(state: State): HTMLElement {
     box,
     h("div", { class: "under-table" }, h("p", { class: "note" }, legend.filter(Boolean).join(" ")), used.some((c) => !c.measure.main) ? more : null),
     lost.length
-      ? h("p", { class: "note" }, "Not finished: ", lost.map((run) => `${stacks[run.stack].name}, seed ${run.seed} (${run.status})`).join("; "), ".")
+      ? h("p", { class: "note" }, "Not finished: ", lost.map((run) => `${stacks[run.stack].name}, seed ${run.seed} (${[run.status, run.message].filter(Boolean).join(": ")})`).join("; "), ".")
       : null,
   );
 }

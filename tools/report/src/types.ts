@@ -27,6 +27,7 @@ export interface RunInfo {
   stack: number;
   seed: string;
   status: string;
+  message: string;
   values: Record<string, number>;
   block: string | null;
 }
