@@ -66,9 +66,9 @@ class TermParser {
         at_ = begin;  // a name that begins with digits
     }
     skip();
-    term.stack = name();
+    term.stack = name("_-");
     if (!accept('.')) throw std::string("expected stack.column, found \"" + std::string(text_) + "\"");
-    term.column = name();
+    term.column = name("_");  // "a.x-1" subtracts
     skip();
     if (accept('+'))
       term.offset = required_number();
@@ -87,9 +87,11 @@ class TermParser {
     ++at_;
     return true;
   }
-  std::string name() {
+  std::string name(std::string_view besides) {
     const std::size_t begin = at_;
-    const auto part = [&](char c) { return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_' || c == '-'; };
+    const auto part = [&](char c) {
+      return std::isalnum(static_cast<unsigned char>(c)) != 0 || besides.find(c) != besides.npos;
+    };
     while (at_ < text_.size() && part(text_[at_])) ++at_;
     if (begin == at_) throw std::string("expected a name in \"" + std::string(text_) + "\"");
     return std::string(text_.substr(begin, at_ - begin));

@@ -16,7 +16,7 @@ bool is_plain_name(const std::string& name) {
 
 void read_seeds(ObjectReader& r, RaceSpec& race) {
   std::int64_t first = 1, count = 1;
-  if (r.has("seeds")) {
+  if (r.find("seeds") != nullptr && r.has("seeds")) {
     ObjectReader seeds = r.object("seeds");
     first = seeds.integer("first", {0, largest_seed}, 1);
     count = seeds.integer("count", {1, 100'000}, 1);
@@ -38,7 +38,7 @@ void read_stacks(ObjectReader& r, const Registry& registry, RaceSpec& race, Erro
     race.stacks.push_back(read_stack(member->key, merge(*base, member->value), registry, race.world.car, errors));
   }
   errors.set_context("");
-  if (race.stacks.empty()) stacks.error("an experiment needs at least one stack");
+  if (race.stacks.empty() && r.has("stacks")) stacks.error("an experiment needs at least one stack");
 }
 
 /// Calls use(text node, path) for every text that names a file that is there.
@@ -88,7 +88,9 @@ RaceSpec read_race(const std::filesystem::path& file, Node tree, const Registry&
     read_stacks(r, registry, race, errors);
     std::vector<std::string> names;
     for (const StackSpec& stack : race.stacks) names.push_back(stack.name);
-    for (const Node& node : r.array("claims", false))
+    const std::span<const Node> claims = r.array("claims", false);
+    // Without stacks every claim would be wrong too: one message is enough.
+    for (const Node& node : names.empty() ? std::span<const Node>{} : claims)
       if (std::optional<Claim> claim = read_claim(node, names, errors)) race.claims.push_back(*std::move(claim));
     race.claim_share = r.number("claim_share", "1", NumberRange::closed(0, 1), 0.8);
     r.finish();

@@ -39,14 +39,19 @@ double Metrics::weight(double front, double rear) const {
 
 double Metrics::mu_true() const { return weight(world_.truth().mu(Axle::front), world_.truth().mu(Axle::rear)); }
 
-/// The true curve is asked only where the slip grows beyond what was seen; between it is monotone up to its peak.
+/// The true curve is asked only where the slip grows beyond what was seen, and in between: a peak may be jumped over.
 void Metrics::see_slip(Axle axle) {
   const auto i = static_cast<std::size_t>(axle);
+  const double seen = largest_slip_[i];
   const double slip = std::abs(world_.slip(axle));
-  if (!(slip > largest_slip_[i])) return;
+  if (!(slip > seen)) return;
   largest_slip_[i] = slip;
-  const double force = world_.truth().tyre_force(axle, slip) / world_.truth().factor();
-  largest_force_[i] = std::max(largest_force_[i], force);
+  constexpr double spacing = 0.005;  // [rad]
+  const int count = static_cast<int>(std::clamp(std::ceil((slip - seen) / spacing), 1.0, 400.0));
+  for (int k = 1; k <= count; ++k) {
+    const double force = world_.truth().tyre_force(axle, seen + (slip - seen) * k / count) / world_.truth().factor();
+    largest_force_[i] = std::max(largest_force_[i], force);
+  }
 }
 
 void Metrics::lap(double ended) {

@@ -108,7 +108,9 @@ double Progress::left(double elapsed) const {
   return done_ == 0 ? -1 : elapsed / static_cast<double>(done_) * static_cast<double>(total_ - done_);
 }
 
-std::string Progress::counted() const { return std::to_string(done_) + " of " + std::to_string(total_); }
+std::string Progress::counted() const {
+  return std::to_string(done_ / counted_in_) + " of " + std::to_string(total_ / counted_in_);
+}
 
 void Progress::advance(std::size_t done, std::string note) { advance_at(Clock::now(), done, std::move(note)); }
 

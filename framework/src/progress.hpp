@@ -42,6 +42,9 @@ class Progress {
   /// Leaves a clean line behind when the work ended early.
   ~Progress();
 
+  /// So many units make one of what is counted: a run in thousandths is shown as "1 of 4".
+  void count_in(std::size_t units) { counted_in_ = units > 0 ? units : 1; }
+
   /// `done` units of `total` are finished; `note` says what is under way. Control characters are replaced by spaces.
   void advance(std::size_t done, std::string note = {});
   /// As advance, at a given instant (tests).
@@ -59,7 +62,7 @@ class Progress {
 
   std::ostream& out_;
   std::string title_, note_;
-  std::size_t total_, done_ = 0;
+  std::size_t total_, done_ = 0, counted_in_ = 1;
   Terminal terminal_;
   Clock::time_point start_, drawn_;
   std::size_t printed_tenth_ = 0;

@@ -282,6 +282,7 @@ RunnerOutcome run_all(const RaceSpec& race, const std::vector<RunId>& ids, const
   Pool pool(race, options.out, waiting.size());
   {
     Progress progress(std::cerr, race.name, std::max<std::size_t>(1, waiting.size() * 1000));
+    progress.count_in(1000);
     std::size_t next = 0;
     while ((next < waiting.size() || pool.running() > 0) && !InterruptWatch::seen()) {
       while (next < waiting.size() && pool.running() < static_cast<std::size_t>(options.jobs)) {

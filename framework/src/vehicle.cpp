@@ -16,6 +16,27 @@ Integration read_integration(ObjectReader& reader, const char* fallback) {
   return integration;
 }
 
+/// An effect that this model cannot have is told here, where its place in the file is known. What a constructor has to
+/// say is the run's affair.
+void check_effects(const VehicleSpec& spec, const Car& car, std::span<const Node> nodes, Errors& errors) {
+  Surroundings around;
+  around.car = car;
+  try {
+    const auto model = create<VehicleModel>(*spec.model.entry, around, spec.model.values);
+    StagedCar staged(*model, spec.model.numbers());
+    std::vector<Instance<Effect>> effects;
+    for (std::size_t i = 0; i < spec.effects.size(); ++i) {
+      effects.push_back(create_effect(spec.effects[i], around));
+      try {
+        staged.add(*effects.back(), spec.effects[i].numbers(), spec.effects[i].id());
+      } catch (const std::invalid_argument& problem) {
+        errors.add(nodes[i].origin, problem.what());
+      }
+    }
+  } catch (const PluginError&) {
+  }
+}
+
 }  // namespace
 
 CarFile read_car(const Node& node, Errors& errors) {
@@ -51,14 +72,17 @@ VehicleSpec read_vehicle(const Node& node, const Registry& registry, const CarFi
                          Errors& errors) {
   ObjectReader r(node, errors);
   VehicleSpec spec;
+  const std::size_t before = errors.size();
   spec.model = read_plugin(r, abi::Kind::vehicle, registry, car.known);
-  for (const Node& one : r.array("effects", false)) {
+  const std::span<const Node> effects = r.array("effects", false);
+  for (const Node& one : effects) {
     ObjectReader effect(one, errors);
     spec.effects.push_back(read_plugin(effect, abi::Kind::effect, registry));
     effect.finish();
   }
   spec.integration = read_integration(r, integrator);
   r.finish();
+  if (errors.size() == before) check_effects(spec, car.car, effects, errors);
   return spec;
 }
 

@@ -116,8 +116,8 @@ class World::ModelCar final : public World::Mover {
     return axle == Axle::front ? q.force_front : q.force_rear;
   }
 
-  bool accelerations(const Points<double>& points) const override { return fill(points); }
-  bool accelerations(const Points<Dual8>& points) const override { return fill(points); }
+  bool accelerations(const Points<double>& points, double factor) const override { return fill(points, factor); }
+  bool accelerations(const Points<Dual8>& points, double factor) const override { return fill(points, factor); }
 
  private:
   static StepOptions options(const WorldSpec& spec) { return {spec.dt, spec.hold, spec.vehicle.integration}; }
@@ -128,9 +128,7 @@ class World::ModelCar final : public World::Mover {
   }
   bool has_tyres() const { return vehicle_.has_stage(Stage::tyre); }
   void set_factor(double factor) {
-    if (!has_tyres()) return;
-    model_.car().params().back() = factor;
-    memoryless_.params().back() = factor;
+    if (has_tyres()) model_.car().params().back() = factor;
   }
 
   /// Quantities of one instant with memory at its steady value.
@@ -156,9 +154,10 @@ class World::ModelCar final : public World::Mover {
 
   /// The true car's accelerations at the points' states and commands, without its effects that have memory.
   template <class T>
-  bool fill(const Points<T>& points) const {
+  bool fill(const Points<T>& points, double factor) const {
     const auto values = memoryless_.params();
     std::vector<T> params(values.begin(), values.end());
+    if (has_tyres()) params.back() = T(factor);
     for (std::size_t i = 0; i < points.n; ++i) {
       Quantities<T>& q = points.q[i];
       const T motion[] = {T(0), T(0), q.yaw, q.vx, q.vy, q.omega};
@@ -211,8 +210,8 @@ class World::BlackBox final : public World::Mover {
     return {next.d, x.delta + dt_ * next.ddelta, acting_.force_front, acting_.force_rear};
   }
   void read(Reading<double>&, const Place&) const override {}
-  bool accelerations(const Points<double>&) const override { return false; }
-  bool accelerations(const Points<Dual8>&) const override { return false; }
+  bool accelerations(const Points<double>&, double) const override { return false; }
+  bool accelerations(const Points<Dual8>&, double) const override { return false; }
 
  private:
   Instance<Plant> plant_;
@@ -227,8 +226,12 @@ class World::TruthView final : public Truth {
   double factor() const override { return world_.factor_; }
   double mu(Axle axle) const override { return world_.factor_ * world_.mover_->peak_mu(axle); }
   double tyre_force(Axle axle, double slip) const override { return world_.factor_ * world_.mover_->curve(axle, slip); }
-  bool accelerations(const Points<double>& points) const override { return world_.mover_->accelerations(points); }
-  bool accelerations(const Points<Dual8>& points) const override { return world_.mover_->accelerations(points); }
+  bool accelerations(const Points<double>& points) const override {
+    return world_.mover_->accelerations(points, world_.factor_);
+  }
+  bool accelerations(const Points<Dual8>& points) const override {
+    return world_.mover_->accelerations(points, world_.factor_);
+  }
 
  private:
   const World& world_;

@@ -78,8 +78,8 @@ class World {
     virtual Acting acting_under(const State& x, const Input& next, const Place& at, double factor) = 0;
     /// What the car's own effects make of a reading.
     virtual void read(Reading<double>& reading, const Place& at) const = 0;
-    virtual bool accelerations(const Points<double>& points) const = 0;
-    virtual bool accelerations(const Points<Dual8>& points) const = 0;
+    virtual bool accelerations(const Points<double>& points, double factor) const = 0;
+    virtual bool accelerations(const Points<Dual8>& points, double factor) const = 0;
   };
 
   void arrive(double t);

@@ -40,7 +40,7 @@ class Elm final : public gripline::AutoDiffEffect<Elm, gripline::Estimator> {
     double rate = 0.002, momentum = 0.9;
     int window = 300, iterations = 50;
     double retain = 0.97;
-    double slip_start = 0.45, slip_cap = 0.6;
+    double slip_start = 0.3, slip_cap = 0.6;
     double level = 3e-3, ridge = 1e-9;
     int solver = 0;
   };

@@ -113,9 +113,9 @@ TEST(Filter, MissingReadingsAreNotRead) {
 TEST(Rollout, TheTrueCarPredictsItsOwnLog) {
   DiagnoseRig rig;
   const std::vector<std::pair<const char*, std::vector<double>>> effects = {
-      {"aero_drag", {0.4}}, {"steer_lag", {0.03}},      {"motor_lag", {0.08}},       {"input_delay", {0.033}},
-      {"vx_scale", {0.03}}, {"yawrate_bias", {0.1}},    {"relaxation", {0.05}},      {"brake_fade", {0.4}},
-      {"comb_slip", {0.6}}, {"friction_drift", {-0.1}}, {"plane_tilt", {0.02, 0.01}}};
+      {"aero_drag", {0.4}},     {"steer_lag", {0.03}},      {"motor_lag", {0.08}},
+      {"input_delay", {0.033}}, {"vx_scale", {0.03}},       {"yawrate_bias", {0.1}},
+      {"relaxation", {0.05}},   {"friction_drift", {-0.1}}, {"plane_tilt", {0.02, 0.01}}};
   for (const auto& [id, values] : effects) {
     const ModelSpec truth = rig.with(id, values);
     Trace trace;

@@ -145,8 +145,9 @@ TEST_F(LogFiles, DroppedRowsOutliersAndNansAreLeftOut) {
   for (std::size_t k = 0; k < rows_.size(); ++k)
     for (std::size_t c = 0; c < channels; ++c) {
       const double y = log.stretches[0].reading[k * channels + c];
-      if (!std::isnan(y))
+      if (!std::isnan(y)) {
         EXPECT_NEAR(y, rows_[k][1 + c], 8.0 * rig_.world().sensors.channels[c].sigma) << k << " " << c;
+      }
     }
 }
 

@@ -47,6 +47,17 @@ TEST(Duration, IsReadable) {
   EXPECT_EQ(duration_text(3840), "1 h 04 min");
 }
 
+TEST(Progress, CountsInWholesOfItsUnits) {
+  std::ostringstream out;
+  const Watch watch;
+  Progress progress(out, "table1", 4000, {}, watch.start);
+  progress.count_in(1000);
+  progress.advance_at(watch.at(3), 1500, "elm");
+  progress.advance_at(watch.at(8), 4000, "");
+  progress.finish_at(watch.at(8));
+  EXPECT_EQ(out.str(), "table1: 1 of 4, 5 s left (elm)\ntable1: 4 of 4 in 8 s\n");
+}
+
 TEST(Progress, PipedPrintsPlainLinesPerTenth) {
   std::ostringstream out;
   const Watch watch;

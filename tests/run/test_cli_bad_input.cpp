@@ -1,0 +1,135 @@
+// Every kind of bad input at the command line: one message, its place in the file, exit code 2, nothing raced.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "program.hpp"
+
+namespace gripline {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::Not;
+using namespace testing_support;
+namespace fs = std::filesystem;
+
+const fs::path folder = fs::path(GRIPLINE_FIXTURE_DIR) / "experiments" / "bad";
+
+std::vector<std::string> fixtures() {
+  std::vector<std::string> names;
+  for (const auto& entry : fs::directory_iterator(folder))
+    if (entry.path().extension() == ".json") names.push_back(entry.path().stem().string());
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+/// Each fixture names what is wrong with it; beside it stands the message, every byte of it.
+class BadInput : public testing::TestWithParam<std::string> {};
+
+TEST_P(BadInput, IsRefusedWithItsMessage) {
+  const std::string file = GetParam() + ".json", expected = contents(folder / (GetParam() + ".expected"));
+  const Outcome validated = gripline_with({"validate", file}, {folder, {}});
+  EXPECT_EQ(validated.code, 2);
+  EXPECT_EQ(validated.err, expected + "1 error.\n");
+  EXPECT_EQ(validated.out, "");
+  const Folder out;
+  const Outcome raced = gripline_with({"compare", file, "--out", out / "results"}, {folder, {}});
+  EXPECT_EQ(raced.code, 2);
+  EXPECT_EQ(raced.err, expected);
+  EXPECT_FALSE(fs::exists(out / "results"));
+}
+
+INSTANTIATE_TEST_SUITE_P(Fixtures, BadInput, testing::ValuesIn(fixtures()), [](const auto& one) { return one.param; });
+
+TEST(BadInputFolder, EveryMessageHasItsFixture) {
+  EXPECT_GT(fixtures().size(), 40u);
+  for (const auto& entry : fs::directory_iterator(folder))
+    EXPECT_TRUE(fs::exists(fs::path(entry.path()).replace_extension(".json"))) << entry.path();
+}
+
+/// Forms that look wrong and are right: a byte order mark, Windows line ends, a last point equal to the first.
+TEST(OddInput, Works) {
+  const Folder place;
+  const std::string good = contents(fs::path(GRIPLINE_FIXTURE_DIR) / "experiments/good.json");
+  std::string windows = "\xef\xbb\xbf";
+  for (const char c : good) windows += c == '\n' ? "\r\n" : std::string(1, c);
+  for (const char* track : {"last_equals_first.csv", "crlf.csv"}) {
+    write_text(place / "experiments/good.json", windows);
+    write_text(place / "worlds/short.json", R"({"extends": ")" + std::string(GRIPLINE_FIXTURE_DIR) +
+                                                R"(/worlds/short.json", "track": ")" +
+                                                std::string(GRIPLINE_FIXTURE_DIR) + "/tracks/" + track + "\"}");
+    const Outcome outcome = gripline_with({"compare", "experiments/good.json", "--out", track}, {place.path(), {}});
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    EXPECT_EQ(lines(place / (std::string(track) + "/runs.csv")).size(), 5u);
+  }
+}
+
+TEST(CommandLine, WrongWordsAreRefusedWithAHint) {
+  const auto refused = [](std::vector<std::string> words) {
+    const Outcome outcome = gripline_with(std::move(words));
+    EXPECT_EQ(outcome.code, 2) << outcome.err;
+    EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
+    EXPECT_EQ(outcome.out, "");
+    return outcome.err;
+  };
+  const std::string good = "experiments/good.json";
+  EXPECT_EQ(refused({"comapre", good}), "no command \"comapre\"; did you mean \"compare\"?\n");
+  EXPECT_EQ(refused({"compare"}), "which experiment? For example experiments/table1.json\n");
+  EXPECT_THAT(refused({"compare", good, good}), HasSubstr("one experiment at a time"));
+  EXPECT_EQ(refused({"compare", good, "-j", "0"}), "-j 0: at least one run at a time\n");
+  EXPECT_EQ(refused({"compare", good, "-j", "-3"}), "-j -3: at least one run at a time\n");
+  EXPECT_THAT(refused({"compare", good, "-j", "two"}),
+              AllOf(HasSubstr("two"), HasSubstr("see gripline compare --help")));
+  EXPECT_THAT(refused({"compare", good, "--jbos", "2"}),
+              AllOf(HasSubstr("--jbos"), HasSubstr("see gripline compare --help")));
+  EXPECT_THAT(refused({"compare", good, "--only", "tolled"}),
+              HasSubstr("no stack \"tolled\" in good; did you mean \"told\"?"));
+  EXPECT_THAT(refused({"compare", good, "--only", ""}), HasSubstr("--only"));
+  EXPECT_THAT(refused({"compare", good, "--only", ","}), HasSubstr("--only names no stack"));
+  EXPECT_THAT(refused({"compare", good, "--plugins", "no/folder"}), HasSubstr("--plugins no/folder: no such folder"));
+  EXPECT_THAT(refused({"compare", good, "--set", "world"}), HasSubstr("expected /json/pointer=VALUE"));
+  EXPECT_THAT(refused({"compare", good, "--set", "/wolrd/dt=1"}), HasSubstr("did you mean \"world\"?"));
+  EXPECT_THAT(refused({"compare", good, "--set", "/base/controller/params={\"horizon\": 0}"}),
+              HasSubstr("--set /base/controller/params/horizon: expected a whole number from 2 to 500, found 0"));
+  EXPECT_THAT(refused({"compare", "experiments/godo.json"}),
+              HasSubstr("experiments/godo.json: no such file; did you mean \"good.json\"?"));
+  EXPECT_THAT(refused({"compare", "experiments"}), HasSubstr("experiments: is a folder, expected a file"));
+  EXPECT_THAT(refused({"compare", good, "--out", "worlds/short.json"}), HasSubstr("is a file; --out names a folder"));
+  EXPECT_THAT(refused({"compare", good, "--out", "worlds", "--force"}), HasSubstr("was not made by gripline"));
+  EXPECT_EQ(refused({"run", good}), "which stack? --stack one of: slow, told\n");
+  EXPECT_THAT(refused({"run", good, "--stack", "slwo"}),
+              HasSubstr("no stack \"slwo\" in good; did you mean \"slow\"?"));
+  EXPECT_THAT(refused({"run", good, "--stack", "slow", "--seed", "-1"}),
+              HasSubstr("--seed -1: expected 0 to 1000000000"));
+  EXPECT_THAT(refused({"run", good, "--stack", "slow", "--seed", "1e3"}), HasSubstr("1e3"));
+  EXPECT_EQ(refused({"validate"}), "which file?\n");
+  EXPECT_THAT(refused({"plugins", "lsit"}), HasSubstr("plugins list, or plugins describe ID"));
+}
+
+TEST(Validate, TellsEverythingWrongWithEveryFile) {
+  const Outcome outcome = gripline_with(
+      {"validate", "bad/unknown_key.json", "good.json", "bad/claim_of_an_unknown_row.json", "../worlds/short.json"},
+      {fs::path(GRIPLINE_FIXTURE_DIR) / "experiments", {}});
+  EXPECT_EQ(outcome.code, 2);
+  EXPECT_EQ(outcome.out, "good.json: good\n../worlds/short.json: good\n");
+  EXPECT_THAT(outcome.err, AllOf(HasSubstr("bad/unknown_key.json:3:3: /stakcs"), HasSubstr("no stack \"tolld\""),
+                                 HasSubstr("2 errors.\n"), Not(HasSubstr("terminate"))));
+}
+
+TEST(Validate, ReadsWorldsTracksAndCars) {
+  const fs::path worlds = fs::path(GRIPLINE_SOURCE_DIR) / "worlds";
+  const Outcome good = gripline_with(
+      {"validate", "ethz.json", "ethz_wear.json", "mobil.json", "full_size.json", "tracks/ethz.json",
+       "tracks/hill.json", "cars/orca_1_43.json", (fs::path(GRIPLINE_FIXTURE_DIR) / "tracks/oval.csv").string()},
+      {worlds, {}});
+  EXPECT_EQ(good.code, 0) << good.err;
+  EXPECT_EQ(std::count(good.out.begin(), good.out.end(), '\n'), 8);
+  const Outcome bad = gripline_with({"validate", "tracks/open.csv", "bad_json/number_is_text.json"});
+  EXPECT_EQ(bad.code, 2);
+  EXPECT_THAT(bad.err, AllOf(HasSubstr("open.csv"), HasSubstr("is no experiment (\"stacks\"), world (\"plant\")")));
+}
+
+}  // namespace
+}  // namespace gripline

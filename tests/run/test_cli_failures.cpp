@@ -1,0 +1,178 @@
+// What goes wrong while racing: plugins that cannot be used, processes that die, an interrupt, a full disk.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <sys/mount.h>
+
+#include <algorithm>
+#include <chrono>
+#include <thread>
+
+#include "csv.hpp"
+#include "program.hpp"
+
+namespace gripline {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::Not;
+using testing::StartsWith;
+using namespace testing_support;
+namespace fs = std::filesystem;
+
+class Failures : public testing::Test {
+ protected:
+  /// The good experiment with fixture plugins and settings.
+  Outcome compare(std::vector<std::string> words) const {
+    words.insert(words.begin(), {"compare", "experiments/good.json", "--out", out()});
+    return gripline_with(words);
+  }
+  std::string out() const { return folder_ / "out"; }
+  static std::string plugins_of(const char* name) { return fixture_plugins(name).string(); }
+  Folder folder_;
+};
+
+TEST_F(Failures, AMissingPluginNamesTheNearestAndEveryFolderSearched) {
+  const Outcome outcome = compare({"--set", "/base/controller/plugin=pure_persuit", "--plugins", plugins_of("spies")});
+  EXPECT_EQ(outcome.code, 3);
+  EXPECT_THAT(outcome.err, AllOf(StartsWith("no controller plugin \"pure_persuit\"; did you mean \"pure_pursuit\"?"),
+                                 HasSubstr("; searched " + plugins_of("spies") + " "), HasSubstr("lib/gripline")));
+  EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1);
+  EXPECT_FALSE(fs::exists(out()));
+}
+
+TEST_F(Failures, ALibraryThatCannotBeUsedIsToldWithItsReasonWhenItsPluginIsMissed) {
+  const Outcome absent =
+      compare({"--set", "/base/controller/plugin=needs_absent", "--plugins", plugins_of("needs_absent")});
+  EXPECT_EQ(absent.code, 3);
+  EXPECT_THAT(
+      absent.err,
+      HasSubstr("needs_absent.so: libgripline_absent.so: cannot open shared object file: No such file or directory"));
+  const Outcome abi = compare({"--set", "/base/controller/plugin=other", "--plugins", plugins_of("other_abi")});
+  EXPECT_EQ(abi.code, 3);
+  EXPECT_THAT(abi.err, HasSubstr("other_abi.so: built for plugin ABI 7, this gripline has ABI 1; rebuild the plugin"));
+  write_text(folder_ / "text/text.so", "not a library\n");
+  const Outcome text = compare({"--set", "/base/controller/plugin=other", "--plugins", folder_ / "text"});
+  EXPECT_EQ(text.code, 3);
+  EXPECT_THAT(text.err, HasSubstr("text.so: is not a shared library"));
+  const Outcome none = compare({"--set", "/base/controller/plugin=other", "--plugins", plugins_of("not_a_plugin")});
+  EXPECT_EQ(none.code, 3);
+  EXPECT_THAT(none.err, HasSubstr("not_a_plugin.so: is not a gripline plugin: it has no symbol gripline_plugins_abi1"));
+}
+
+/// A broken library beside the plugins that are used is no obstacle, and is listed.
+TEST_F(Failures, ALibraryThatCannotBeUsedDoesNotDisturbTheOthers) {
+  EXPECT_EQ(compare({"--plugins", plugins_of("other_abi"), "--plugins", plugins_of("needs_absent")}).code, 0);
+  const Outcome list = gripline_with({"plugins", "list", "--plugins", plugins_of("other_abi")});
+  EXPECT_EQ(list.code, 0);
+  EXPECT_THAT(list.out, HasSubstr("unusable   " + plugins_of("other_abi") + "/other_abi.so: built for plugin ABI 7"));
+}
+
+TEST_F(Failures, OneIdOfferedTwiceIsRefused) {
+  const Outcome outcome = compare({"--plugins", plugins_of("duplicate")});
+  EXPECT_EQ(outcome.code, 3);
+  EXPECT_THAT(outcome.err,
+              AllOf(StartsWith("effect \"aero_drag\" is offered twice: by "), HasSubstr("duplicate.so and by ")));
+}
+
+TEST_F(Failures, ValidateTellsOfAMissingPluginAndGoesOn) {
+  write_text(folder_ / "missing.json",
+             R"({"extends": ")" + std::string(GRIPLINE_FIXTURE_DIR) +
+                 R"(/experiments/good.json", "base": {"controller": {"plugin": "mpc_ipotp"}}})");
+  const Outcome outcome = gripline_with({"validate", (folder_ / "missing.json").string(), "experiments/good.json"});
+  EXPECT_EQ(outcome.code, 3);
+  EXPECT_EQ(outcome.out, "experiments/good.json: good\n");
+  EXPECT_THAT(outcome.err,
+              AllOf(HasSubstr("missing.json: no controller plugin \"mpc_ipotp\""), HasSubstr("1 error.\n")));
+}
+
+TEST_F(Failures, APluginThatCrashesItsProcessIsOneLostRun) {
+  const Outcome outcome =
+      compare({"--plugins", plugins_of("faults"), "-j", "2", "--set", "/seeds/count=1", "--set",
+               R"(/stacks/crashes={"controller": {"plugin": "fault.crashes", "params": {"step": 20}}})"});
+  EXPECT_EQ(outcome.code, 4);
+  EXPECT_THAT(outcome.err,
+              HasSubstr("crashes, seed 1: error: its process was ended by signal 11 (Segmentation fault)"));
+  EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
+  EXPECT_THAT(lines(out() + "/runs.csv").at(1), StartsWith("slow,1,finished,"));
+  EXPECT_THAT(lines(out() + "/runs.csv").at(2), StartsWith("told,1,finished,"));
+  EXPECT_THAT(lines(out() + "/runs.csv").at(3), StartsWith("crashes,1,error,0,"));
+  EXPECT_EQ(read_csv(out() + "/crashes/1/steps.csv").rows(), 20u);
+}
+
+TEST_F(Failures, PluginsThatThrowOrReturnNaN) {
+  const Outcome outcome = compare({"--plugins", plugins_of("faults"), "--set", "/seeds/count=1", "--set",
+                                   R"(/stacks/throws={"controller": {"plugin": "fault.throws"}})", "--set",
+                                   R"(/stacks/nan={"controller": {"plugin": "fault.nan_command"}})", "--set",
+                                   R"(/stacks/start={"controller": {"plugin": "fault.throws_at_start"}})"});
+  EXPECT_EQ(outcome.code, 4);
+  EXPECT_THAT(outcome.err,
+              AllOf(HasSubstr("throws, seed 1: plugin_error: fault.throws at t = 0.200000 s: lost the road\n"),
+                    HasSubstr("nan, seed 1: plugin_error: fault.nan_command at t = 0.200000 s: returned a command that "
+                              "is not a number\n"),
+                    HasSubstr("start, seed 1: plugin_error: fault.throws_at_start: no fuel\n")));
+  EXPECT_EQ(read_csv(out() + "/throws/1/steps.csv").rows(), 10u);
+  EXPECT_EQ(read_csv(out() + "/nan/1/steps.csv").rows(), 10u);
+  EXPECT_THAT(contents(out() + "/runs.csv"), AllOf(HasSubstr("slow,1,finished,"), HasSubstr("start,1,plugin_error,")));
+  EXPECT_THAT(outcome.out, HasSubstr("plugin_error"));
+}
+
+/// Ctrl-C: a clean stop that says how to go on, and the same experiment does.
+TEST_F(Failures, AnInterruptKeepsWhatIsFinishedAndTheSameCommandGoesOn) {
+  // `slow` ends after its lap; `told` drives straight on for days.
+  std::vector<std::string> words = {"compare",   "experiments/good.json", "--out", out(),
+                                    "--plugins", plugins_of("spies")};
+  for (const char* set : {"/seeds/count=1", "/world/duration=null", "/world/laps=1", "/world/timeout=1000000",
+                          R"(/stacks/told={"controller": {"plugin": "spy.constant", "params": {"d": 0.3}}})"})
+    words.insert(words.end(), {"--set", set});
+  std::vector<std::string> program = words;
+  program.insert(program.begin(), GRIPLINE_PROGRAM);
+  const Process process(program, folder_.path());
+  const auto begin = std::chrono::steady_clock::now();
+  while (!(fs::exists(out() + "/slow/1/summary.json") && fs::exists(out() + "/told/.1.partial/steps.csv")) &&
+         std::chrono::steady_clock::now() - begin < std::chrono::seconds(120))
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  process.signal(SIGINT);
+  const Outcome stopped = process.wait();
+  EXPECT_EQ(stopped.code, 4);
+  EXPECT_THAT(stopped.err,
+              HasSubstr("interrupted: 1 of 2 runs are finished and kept; the same command goes on from here\n"));
+  EXPECT_TRUE(fs::exists(out() + "/slow/1/summary.json"));
+  EXPECT_FALSE(fs::exists(out() + "/told/.1.partial"));
+  EXPECT_FALSE(fs::exists(out() + "/told/1"));
+  words.insert(words.end(), {"--only", "slow"});
+  const Outcome again = gripline_with(words);
+  EXPECT_EQ(again.code, 0) << again.err;
+  EXPECT_THAT(again.out, HasSubstr("1 of 1 runs were already there."));
+}
+
+/// A disk that fills up while racing: one message with the system's reason, and the process ends.
+TEST_F(Failures, AFullDiskIsOneMessage) {
+  fs::create_directory(out());
+  if (mount("tmpfs", out().c_str(), "tmpfs", 0, "size=96k") != 0) GTEST_SKIP() << "no right to mount a small disk here";
+  const Outcome outcome =
+      gripline_with({"compare", "experiments/good.json", "--out", out(), "--set", "/world/duration=30 s"});
+  umount2(out().c_str(), MNT_DETACH);
+  EXPECT_EQ(outcome.code, 4);
+  EXPECT_THAT(outcome.err, AllOf(HasSubstr("No space left on device"), Not(HasSubstr("terminate called"))));
+}
+
+TEST_F(Failures, ATableThatCannotBeWrittenIsOneMessage) {
+  if (!fs::exists("/dev/full")) GTEST_SKIP() << "no such device here";
+  ASSERT_EQ(compare({}).code, 0);
+  fs::remove(out() + "/table.csv");
+  fs::create_symlink("/dev/full", out() + "/table.csv");
+  const Outcome outcome = compare({});
+  EXPECT_EQ(outcome.code, 4);
+  EXPECT_EQ(outcome.err, "gripline: cannot write " + out() + "/table.csv: No space left on device\n");
+}
+
+TEST_F(Failures, AFolderWithoutTheRightToWriteIsOneMessage) {
+  const Outcome outcome = gripline_with({"compare", "experiments/good.json", "--out", "/proc/gripline"});
+  EXPECT_EQ(outcome.code, 2);
+  EXPECT_THAT(outcome.err, StartsWith("cannot make /proc/gripline: "));
+}
+
+}  // namespace
+}  // namespace gripline

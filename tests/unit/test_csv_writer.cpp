@@ -1,0 +1,110 @@
+#include "csv_writer.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <locale>
+
+#include "csv.hpp"
+#include "host_support.hpp"
+
+namespace gripline {
+namespace {
+
+using testing::HasSubstr;
+using namespace testing_support;
+
+TEST(CsvWriter, WritesNumbersWordsAndEmptyCells) {
+  const Folder folder;
+  {
+    CsvWriter csv(folder / "t.csv", "a,b,c,d");
+    csv << 0.1 << 3 << "elm" << NAN;
+    csv.end_row();
+    csv << -1e-300 << std::int64_t{1234567890123456789} << std::string_view() << 1e22;
+    csv.end_row();
+  }
+  EXPECT_EQ(contents(folder / "t.csv"), "a,b,c,d\n0.1,3,elm,\n-1e-300,1234567890123456789,,1e+22\n");
+}
+
+TEST(CsvWriter, EveryBitOfANumberComesBack) {
+  const Folder folder;
+  const std::vector<double> numbers = {
+      0.1, 1.0 / 3.0, -5e-324, std::numeric_limits<double>::max(), 123456789.12345678, 0.30000000000000004, -0.0};
+  {
+    CsvWriter csv(folder / "t.csv", "x");
+    for (const double number : numbers) {
+      csv << number;
+      csv.end_row();
+    }
+  }
+  EXPECT_EQ(read_csv(folder / "t.csv").values, numbers);
+}
+
+/// A process that dies between two rows has every complete row in its file, and no half one.
+TEST(CsvWriter, ARowReachesTheFileWhenItEnds) {
+  const Folder folder;
+  CsvWriter csv(folder / "t.csv", "x,y");
+  EXPECT_EQ(contents(folder / "t.csv"), "x,y\n");
+  csv << 1.0 << 2.0;
+  csv.end_row();
+  csv << 3.0;
+  EXPECT_EQ(contents(folder / "t.csv"), "x,y\n1,2\n");
+}
+
+TEST(CsvWriter, AFullDiskIsToldWithItsReason) {
+  const std::filesystem::path full = "/dev/full";
+  if (!std::filesystem::exists(full)) GTEST_SKIP() << "no such device here";
+  try {
+    CsvWriter csv(full, "x");
+    FAIL() << "written";
+  } catch (const std::runtime_error& error) {
+    EXPECT_STREQ(error.what(), "cannot write /dev/full: No space left on device");
+  }
+}
+
+TEST(CsvWriter, AFileThatCannotBeMadeIsToldWithItsReason) {
+  const Folder folder;
+  try {
+    CsvWriter csv(folder / "no_folder/t.csv", "x");
+    FAIL() << "written";
+  } catch (const std::runtime_error& error) {
+    EXPECT_THAT(error.what(), HasSubstr("no_folder/t.csv: No such file or directory"));
+  }
+}
+
+TEST(WriteFile, IsWholeOrAbsent) {
+  const Folder folder;
+  write_file(folder / "t.json", "first");
+  write_file(folder / "t.json", "second");
+  EXPECT_EQ(contents(folder / "t.json"), "second");
+  EXPECT_FALSE(std::filesystem::exists(folder / "t.json.partial"));
+  EXPECT_THROW(write_file(folder / "no_folder/t.json", "x"), std::runtime_error);
+  // Where the aside file fills the disk, what stood there stays.
+  if (!std::filesystem::exists("/dev/full")) return;
+  std::filesystem::create_symlink("/dev/full", folder / "t.json.partial");
+  EXPECT_THROW(write_file(folder / "t.json", "third"), std::runtime_error);
+  EXPECT_EQ(contents(folder / "t.json"), "second");
+}
+
+struct DecimalComma : std::numpunct<char> {
+  char do_decimal_point() const override { return ','; }
+  std::string do_grouping() const override { return "\3"; }
+  char do_thousands_sep() const override { return '.'; }
+};
+
+TEST(CsvWriter, DoesNotDependOnTheLocale) {
+  const Folder folder;
+  const std::locale before = std::locale::global(std::locale(std::locale::classic(), new DecimalComma));
+  {
+    CsvWriter csv(folder / "t.csv", "x,y");
+    csv << 1234.5 << 1234567;
+    csv.end_row();
+  }
+  std::locale::global(before);
+  EXPECT_EQ(contents(folder / "t.csv"), "x,y\n1234.5,1234567\n");
+}
+
+}  // namespace
+}  // namespace gripline
