@@ -131,6 +131,17 @@ double check_time(const CsvTable& table, Raw& raw, std::vector<Health>& health) 
   return dt;
 }
 
+/// A heading in radians is seen to jump by half a turn where it is wrapped, which is rare; one in degrees does so in
+/// every quick bend.
+void check_yaw_is_radians(const CsvTable& table, const Raw& raw) {
+  std::size_t jumps = 0;
+  for (std::size_t i = 1; i < raw.size(); ++i)
+    if (std::abs(raw.at(i, 2) - raw.at(i - 1, 2)) > 3.141592653589793) ++jumps;
+  if (20 * jumps > raw.size())
+    refuse(table, "yaw_rad jumps by more than half a turn in " + std::to_string(jumps) + " of " +
+                      std::to_string(raw.size()) + " rows: it looks like degrees; expected rad");
+}
+
 void unwrap_yaw(Raw& raw, std::vector<Health>& health) {
   double turns = 0.0, last = nan_value;
   std::size_t jumps = 0;
@@ -311,6 +322,7 @@ LogFile read_log_file(const std::filesystem::path& file, const LogExpectations& 
     log.health.push_back(
         {"rows", std::to_string(unusable) + " without time or command", "left out", Health::Level::note});
   const double dt = check_time(table, raw, log.health);
+  check_yaw_is_radians(table, raw);
   unwrap_yaw(raw, log.health);
   check_units(table, raw, dt, expected, log.health);
   if (expected.road != nullptr) check_place(table, raw, *expected.road);

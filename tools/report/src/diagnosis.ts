@@ -100,9 +100,9 @@ export function rankingTable(d: Diagnosis): HTMLElement | null {
             "tr",
             { class: named.has(entry.effect) ? "chosen" : undefined },
             h("th", { scope: "row", class: "name" }, entry.effect),
-            h("td", {}, plain(entry.gain, 4)),
+            h("td", {}, fixed(entry.gain, 1)),
             h("td", { class: "wide" }, bar(entry.gain / most)),
-            h("td", {}, `${plain(entry.held_out)} σ`),
+            h("td", {}, `${fixed(entry.held_out, entry.held_out < 0.1 ? 3 : 2)} σ`),
             h("td", {}, percent(entry.selected_fraction)),
           ),
         ),
@@ -177,6 +177,15 @@ const against: Record<string, [string, string, number]> = {
   delta_rad: ["steering", "°", 180 / Math.PI],
 };
 
+const channelNames: Record<string, [string, string]> = {
+  x_m: ["x", "m"],
+  y_m: ["y", "m"],
+  yaw_rad: ["heading", "rad"],
+  vx_mps: ["speed along the car", "m/s"],
+  vy_mps: ["speed across the car", "m/s"],
+  yaw_rate_radps: ["yaw rate", "rad/s"],
+};
+
 /** The residual of one channel against a quantity of the reader's choice, before and after. */
 export function residualCharts(state: State, more: DiagnosisReport, d: Diagnosis): Chart[] {
   const residual = more.residual;
@@ -232,14 +241,15 @@ export function gapCharts(state: State, more: DiagnosisReport): Chart[] {
         ];
       },
     });
-  for (const trace of more.traces ?? [])
+  for (const trace of more.traces ?? []) {
+    const [name, unit] = channelNames[trace.channel] ?? [trace.channel, ""];
     specs.push({
       id: `trace-${trace.channel}`,
-      title: `Held-out ${trace.channel.replace(/_/g, " ")}`,
+      title: `Held-out ${name}`,
       note: "Each piece starts from the measured state and runs freely.",
       height: 220,
       x: { label: "time", unit: "s" },
-      y: { label: trace.channel },
+      y: { label: name, unit },
       marks: () => {
         const x = numbers(trace.t_s);
         return [
@@ -249,6 +259,7 @@ export function gapCharts(state: State, more: DiagnosisReport): Chart[] {
         ];
       },
     });
+  }
   return specs.map((spec) => new Chart(spec, state));
 }
 
