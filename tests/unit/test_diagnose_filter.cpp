@@ -32,7 +32,7 @@ TEST(Filter, GradientByParametersAgreesWithDifferences) {
     const ModelSpec model = rig.with(id, {moved});
     const Trace& trace = problem.traces.front();
     const LinearModel lm = linearise(rig.catalogue().build(model), trace, 3);
-    const auto directions = own_directions(rig.catalogue(), model, trace, lm);
+    const auto directions = own_directions(rig.catalogue(), model, trace, lm.memory);
     const std::vector<const Direction*> list{&directions.front()};
     FilterWants wants;
     wants.directions = &list;

@@ -71,25 +71,6 @@ TEST(MpcIpopt, BothControllersSolveTheSameProblem) {
   expect_agreement(result);
 }
 
-TEST(MpcIpopt, SoDoTheyWithThePublishedCostAndWithEveryTerm) {
-  DrivingScene published(registry(), {});
-  expect_agreement(compare(published, {{"horizon", 20}, {"track_bounds", 0}}, 120, 6));
-  DrivingScene everything(registry(), {.mobil = true});
-  expect_agreement(compare(everything,
-                           with(20, {{"q_x", 0},
-                                     {"q_y", 0},
-                                     {"q_lag", 1},
-                                     {"q_contour", 2},
-                                     {"p_x", 1},
-                                     {"p_y", 0.5},
-                                     {"p_yaw", 0.1},
-                                     {"p_v", 0.1},
-                                     {"tighten", 0.05},
-                                     {"slack", 300},
-                                     {"slack_linear", 0.5}}),
-                           120, 6));
-}
-
 TEST(MpcIpopt, DrivesInsideTheTrackAndReportsItsPlan) {
   DrivingScene scene(registry(), {});
   auto controller = scene.controller("mpc_ipopt", with(20));

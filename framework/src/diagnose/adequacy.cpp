@@ -130,20 +130,6 @@ std::vector<Direction> accelerations(const Basis& basis, std::size_t n) {
   return directions;
 }
 
-/// Readings of speeds and yaw rate that are off by a constant or in proportion to one of them.
-std::vector<Direction> sensor_errors(const Trace& trace) {
-  std::vector<Direction> directions;
-  const std::size_t n = trace.size();
-  for (std::size_t c = 3; c < channels; ++c)
-    for (std::size_t by = 2; by < channels; ++by) {
-      Direction d;
-      d.reading.assign(n * channels, 0.0);
-      for (std::size_t k = 0; k < n; ++k) d.reading[k * channels + c] = by == 2 ? 1.0 : trace.motion[k * channels + by];
-      directions.push_back(std::move(d));
-    }
-  return directions;
-}
-
 /// Conditional score test of the last directions given the first `own`.
 struct Score {
   double gain = 0;
@@ -247,7 +233,7 @@ BasisSystem basis_system(const Problem& problem, const Fit& fitted, Where where)
   BasisSystem out;
   for (const Trace& trace : problem.traces) {
     const LinearModel lm = linearise(car, trace, problem.substeps);
-    std::vector<Direction> directions = own_directions(catalogue, fitted.model, trace, lm);
+    std::vector<Direction> directions = own_directions(catalogue, fitted.model, trace, lm.memory);
     out.own = static_cast<Index>(directions.size());
     const Signals s = signals(trace);
     switch (where) {
@@ -265,8 +251,6 @@ BasisSystem basis_system(const Problem& problem, const Fit& fitted, Where where)
         break;
     }
     for (Direction& d : accelerations(out.basis, trace.size())) directions.push_back(std::move(d));
-    if (where == Where::state)
-      for (Direction& d : sensor_errors(trace)) directions.push_back(std::move(d));
     std::vector<const Direction*> list;
     for (const Direction& d : directions) list.push_back(&d);
     FilterWants wants;

@@ -279,9 +279,6 @@ class Pass {
         dtheta_[i * params_ + p] += sum;
       }
     }
-    for (const std::size_t p : steppers_)
-      for (std::size_t i = 0; i < channels; ++i)
-        dtheta_[i * params_ + p] += (*wants_.directions)[p]->step[k * channels + i];
   }
 
   void end_block() {
@@ -351,7 +348,6 @@ class Pass {
     for (std::size_t p = 0; p < params_; ++p) {
       const Direction& d = *(*wants_.directions)[p];
       if (!d.rate.empty()) movers_.push_back(p);
-      if (!d.step.empty()) steppers_.push_back(p);
       if (!d.reading.empty()) readers_.push_back(p);
     }
   }
@@ -369,7 +365,7 @@ class Pass {
   std::array<Vector, noise_states> dz_;
   std::vector<double> dtheta_, next_, J_, kept_P_, kept_z_, gains_;
   std::vector<Update> updates_;
-  std::vector<std::size_t> movers_, steppers_, readers_;
+  std::vector<std::size_t> movers_, readers_;
   double cost_before_ = 0;
   Eigen::MatrixXd total_N_;
   Eigen::VectorXd total_g_;

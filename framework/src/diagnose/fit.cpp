@@ -3,6 +3,8 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
+#include <cstdlib>
 
 namespace gripline::diagnose {
 namespace {
@@ -36,7 +38,7 @@ Evaluation evaluate(const Problem& problem, const ModelSpec& model, const Noise&
   const StagedCar car = problem.catalogue->build(model);
   for (const Trace& trace : problem.traces) {
     const LinearModel lm = linearise(car, trace, problem.substeps);
-    const std::vector<Direction> directions = own_directions(*problem.catalogue, model, trace, lm);
+    const std::vector<Direction> directions = own_directions(*problem.catalogue, model, trace, lm.memory);
     std::vector<const Direction*> list;
     for (const Direction& d : directions) list.push_back(&d);
     FilterWants wants;
@@ -173,6 +175,12 @@ Fit fit(const Problem& problem, const ModelSpec& start, const Noise& noise, int 
   double share = 1.0;
   for (int i = 0; i < iterations; ++i) {
     Evaluation e = evaluate(problem, trial, trial_noise);
+    if (getenv("FITV")) {
+      printf("   it %d share %.3f cost %.4f q %.5f %.5f %.5f th", i, share, e.cost, std::sqrt(trial_noise.process[0]),
+             std::sqrt(trial_noise.process[1]), std::sqrt(trial_noise.process[2]));
+      for (double x : pack(catalogue, trial)) printf(" %.5g", x);
+      printf("\n");
+    }
     if (!(e.cost <= best.cost + 1e-6)) {
       // Not better: a shorter step from the best.
       share *= 0.35;
@@ -272,7 +280,7 @@ Screening screen(const Problem& problem, const Fit& fitted) {
   for (std::size_t t = 0; t < problem.traces.size(); ++t) {
     const Trace& trace = problem.traces[t];
     const LinearModel lm = linearise(car, trace, problem.substeps);
-    std::vector<Direction> directions = own_directions(catalogue, fitted.model, trace, lm);
+    std::vector<Direction> directions = own_directions(catalogue, fitted.model, trace, lm.memory);
     out.own = directions.size();
     std::vector<Group> groups;
     const std::vector<double> base_rates = rates_at_samples(car, trace, lm.memory);

@@ -215,7 +215,6 @@ LinearModel linearise(const StagedCar& car, const Trace& trace, int substeps) {
   for (std::size_t k = 0; k < lm.n; ++k)
     for (std::size_t j = channels; j < body; ++j) fastest = std::max(fastest, std::abs(A[k * N * N + j * N + j]));
   substeps = std::max(substeps, static_cast<int>(std::ceil(std::min(lm.dt * fastest, 20.0) / 0.8)));
-  lm.substeps = substeps;
   step_all(car, trace, lm.memory, substeps, lm.offset);
   for (std::size_t k = 0; k + 1 < lm.n; ++k) {
     double* const f = lm.offset.data() + k * body;
@@ -269,32 +268,28 @@ void exact_directions(const StagedCar& car, const Trace& trace, const std::vecto
   }
 }
 
-/// A parameter of an effect that remembers changes its whole past, and delayed commands have kinks within a step: one
-/// whole step with it moved up minus one with it moved down, memory run along the reference both times.
-Direction difference_direction(StagedCar& car, const Trace& trace, std::size_t slot, double up, double down,
-                               int substeps) {
+/// A parameter of an effect that remembers changes its whole past: rates with it moved up minus rates with it moved
+/// down, memory run along the reference both times.
+Direction difference_direction(StagedCar& car, const Trace& trace, std::size_t slot, double up, double down) {
   const double keep = car.params()[slot];
-  const std::size_t width = channels + static_cast<std::size_t>(car.memory());
-  const auto next = [&](double value) {
+  const auto rates = [&](double value) {
     car.params()[slot] = value;
-    std::vector<double> rows;
-    step_all(car, trace, run_memory(car, trace), substeps, rows);
-    return rows;
+    return rates_at_samples(car, trace, run_memory(car, trace));
   };
-  const std::vector<double> high = next(up), low = next(down);
+  const std::vector<double> high = rates(up), low = rates(down);
   car.params()[slot] = keep;
   Direction d;
-  d.step.resize((trace.size() - 1) * channels);
-  for (std::size_t k = 0; k + 1 < trace.size(); ++k)
-    for (std::size_t c = 0; c < channels; ++c)
-      d.step[k * channels + c] = (high[k * width + c] - low[k * width + c]) / (up - down);
+  d.rate.resize(trace.size() * 3);
+  for (std::size_t k = 0; k < trace.size(); ++k)
+    for (std::size_t c = 0; c < 3; ++c)
+      d.rate[k * 3 + c] = (high[k * channels + 3 + c] - low[k * channels + 3 + c]) / (up - down);
   return d;
 }
 
 }  // namespace
 
 std::vector<Direction> own_directions(const Catalogue& catalogue, const ModelSpec& model, const Trace& trace,
-                                      const LinearModel& lm) {
+                                      const std::vector<double>& memory) {
   StagedCar car = catalogue.build(model);
   std::vector<std::size_t> seed;
   std::vector<std::size_t> place;
@@ -317,16 +312,16 @@ std::vector<Direction> own_directions(const Catalogue& catalogue, const ModelSpe
         place.push_back(count++);
         continue;
       }
+      // Half a sample for a delay, whose rates have kinks; a per mille of its value for a memory.
       const double value = car.params()[at[f]];
-      const double step = 1e-3 * std::abs(value) + 1e-6 * c.decl(f).scale;
+      const double step = c.effect->memory() > 0 ? 1e-3 * std::abs(value) + 1e-6 * c.decl(f).scale : 0.5 * trace.log.dt;
       moved.push_back({at[f], count++, value + step, value - step});
     }
   }
   std::vector<Direction> exact(seed.size()), all(count);
-  exact_directions(car, trace, lm.memory, seed, reads(catalogue, model), exact);
+  exact_directions(car, trace, memory, seed, reads(catalogue, model), exact);
   for (std::size_t i = 0; i < seed.size(); ++i) all[place[i]] = std::move(exact[i]);
-  for (const Moved& one : moved)
-    all[one.place] = difference_direction(car, trace, one.slot, one.up, one.down, lm.substeps);
+  for (const Moved& one : moved) all[one.place] = difference_direction(car, trace, one.slot, one.up, one.down);
   return all;
 }
 

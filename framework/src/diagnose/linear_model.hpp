@@ -21,8 +21,7 @@ inline constexpr std::size_t noise_states = 3;  // unknown accelerations along v
 
 /// A direction of change: rates by one parameter at every sample (rows of vx', vy', omega'), readings by it.
 struct Direction {
-  std::vector<double> rate;     // n x 3, or empty
-  std::vector<double> step;     // (n-1) x 6: what it adds to the motion over a whole step, or empty
+  std::vector<double> rate;     // n x 3
   std::vector<double> reading;  // n x 6, or empty
 };
 
@@ -48,7 +47,7 @@ LinearModel linearise(const StagedCar& car, const Trace& trace, int substeps);
 
 /// Directions of the model's own free parameters: nuisances first, then every fitted parameter of the members.
 std::vector<Direction> own_directions(const Catalogue& catalogue, const ModelSpec& model, const Trace& trace,
-                                      const LinearModel& lm);
+                                      const std::vector<double>& memory);
 
 /// A group of directions: what a candidate could add to the model.
 struct Group {

@@ -133,7 +133,7 @@ double check_time(const CsvTable& table, Raw& raw, std::vector<Health>& health) 
 
 /// A heading in radians is seen to jump by half a turn where it is wrapped, which is rare; one in degrees does so in
 /// every quick bend.
-void check_yaw_is_radians(const CsvTable& table, const Raw& raw) {
+void check_yaw_is_radians(const CsvTable& table, Raw& raw) {
   std::size_t jumps = 0;
   for (std::size_t i = 1; i < raw.size(); ++i)
     if (std::abs(raw.at(i, 2) - raw.at(i - 1, 2)) > 3.141592653589793) ++jumps;
