@@ -87,10 +87,14 @@ async function checkCursorSync(page) {
   await page.evaluate(() => window.gripline.state.clock.pause());
   await seek(page, 0);
   const charts = await page.$$("#replay figure");
-  const over = await charts[0].$(".u-over");
-  await over.scrollIntoViewIfNeeded();
-  await page.waitForTimeout(100);
-  const box = await over.boundingBox();
+  // A chart out of sight waits to be drawn, and is drawn anew when it comes into sight: bring it there, then look.
+  await charts[0].scrollIntoViewIfNeeded();
+  let box = null;
+  for (let tries = 0; box === null && tries < 40; ++tries) {
+    await page.waitForTimeout(100);
+    const over = await charts[0].$(".u-over");
+    box = over === null ? null : await over.boundingBox();
+  }
   await page.mouse.move(box.x + box.width * 0.3, box.y + box.height / 2);
   await page.mouse.move(box.x + box.width * 0.5, box.y + box.height / 2);
   await frame(page);
