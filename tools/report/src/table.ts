@@ -30,7 +30,7 @@ function cell(row: TableRow, column: Column, bestValue: number | null, truth: bo
   const shown = fixed(value, m.decimals);
   const isBest = bestValue !== null && !truth && value !== null && fixed(bestValue, m.decimals) === shown;
   const [low, high] = [row.low[index], row.high[index]];
-  const spread = low !== null && high !== null && low !== high;
+  const spread = low !== null && high !== null && fixed(low, m.decimals) !== fixed(high, m.decimals);
   return h(
     "td",
     { class: isBest ? "best" : undefined },
