@@ -21,6 +21,7 @@ function sourceHash() {
 }
 
 const stamp = `source ${sourceHash()}`;
+const licence = readFileSync(join(here, "node_modules/uplot/LICENSE"), "utf8").trim();
 const shared = { bundle: true, minify: true, legalComments: "none", write: false, logLevel: "warning" };
 const script = await build({
   ...shared,
@@ -28,7 +29,7 @@ const script = await build({
   format: "iife",
   target: "es2020",
   charset: "ascii",
-  banner: { js: `/* gripline report, ${stamp}; holds uPlot 1.6.32 (c) 2022 Leon Sorokin, MIT licence */` },
+  banner: { js: `/* gripline report, ${stamp}\n\nIt holds uPlot 1.6.32:\n\n${licence}\n*/` },
 });
 const style = await build({
   ...shared,
