@@ -27,7 +27,7 @@ void Curvature::stage_step(const LinearisedRows& from, const LinearisedRows& to,
   const double *x0 = from.x.data() + place(k, states_), *x1 = to.x.data() + place(k, states_);
   const double *u0 = from.u.data() + place(k, 2), *u1 = to.u.data() + place(k, 2);
   for (int i = 0; i < states_; ++i) step_[static_cast<std::size_t>(i)] = k == 0 ? 0.0 : x1[i] - x0[i];
-  for (int i = 0; i < 2; ++i) step_[static_cast<std::size_t>(states_ + i)] = u1[i] - u0[i];
+  for (int i = 0; i < 2; ++i) step_[static_cast<std::size_t>(states_) + static_cast<std::size_t>(i)] = u1[i] - u0[i];
 }
 
 void Curvature::stage_change(const LinearisedRows& from, const LinearisedRows& to, const double* pi, int k) {

@@ -10,7 +10,7 @@ namespace {
 constexpr std::size_t heading = 2;  // index of yaw in a row of x
 constexpr int steering = 6;         // index of delta in a row of x
 constexpr double decrease = 0.1;    // share of the promised fall of the merit that a step must bring
-constexpr double shortest = 0.01;   // length of a step
+constexpr int halvings = 7;         // of a step before it is given up
 // Damping after a shortened step, its growth, and its bounds, all relative to the curvature that the last step met.
 constexpr double damping_first = 0.1, damping_change = 10, damping_most = 1e4;
 
@@ -250,7 +250,8 @@ double Sqp::search(const Problem& problem, Prediction& model, SqpReport& report)
   const double merit = now_.cost + defect_cost(now_);
   const double rounding = 1e-10 * std::abs(merit);
   promised_ = merit - problem.cost(trial_.x, trial_.u);
-  for (double length = 1; length > shortest; length *= 0.5) {
+  double length = 1;
+  for (int halving = 0; halving < halvings; ++halving, length *= 0.5) {
     take_step(length, trial_);
     ++report.predictions;
     if (!linearise(problem, model, trial_)) continue;
