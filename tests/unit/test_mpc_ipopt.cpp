@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cstdlib>
 
 #include "mpc_support.hpp"
 
@@ -11,7 +12,10 @@ using namespace gripline;
 using namespace gripline::testing_support;
 
 const Registry& registry() {
-  static const Registry one = plugins();
+  static const Registry one = [] {
+    setenv("OPENBLAS_NUM_THREADS", "1", 1);  // read when Ipopt is loaded; its matrices are too small to share
+    return plugins();
+  }();
   return one;
 }
 
