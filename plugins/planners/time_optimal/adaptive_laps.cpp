@@ -1,6 +1,7 @@
 #include "adaptive_laps.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "tyre_fit.hpp"
 
@@ -14,9 +15,9 @@ AdaptiveLaps::AdaptiveLaps(const LapSetup& setup, std::vector<LapMember> members
 void AdaptiveLaps::advance_order() {
   if (order_.due < 0 || order_.due-- > 0) return;
   LapMember& member = members_[order_.member];
-  // Tyres for which no lap is found keep the old lap, and are not asked about again.
-  if (!solve_again(*setup_, order_.tyres, member)) {
-    member.tyres = order_.tyres;
+  // A car for which no lap is found keeps the old lap, and is not asked about again.
+  if (!solve_again(*setup_, order_.belief, member)) {
+    member.belief = order_.belief;
     return;
   }
   ++solves_;
@@ -25,16 +26,18 @@ void AdaptiveLaps::advance_order() {
   shown.left = options_.glide;
 }
 
-bool AdaptiveLaps::out_of_date(const Tyres& learned, std::size_t member) const {
+bool AdaptiveLaps::out_of_date(const CarBelief& learned, std::size_t member) const {
   const LapMember& m = members_[member];
-  return difference(m.tyres, scaled_to(learned, m.mu), options_.slip_range) > options_.tolerance;
+  for (const double v : {0.25 * setup_->top_speed(), 0.75 * setup_->top_speed()})
+    if (std::abs(learned.resistance.at(v) - m.belief.resistance.at(v)) > options_.tolerance * gravity) return true;
+  return difference(m.belief.tyres, scaled_to(learned.tyres, m.mu), options_.slip_range) > options_.tolerance;
 }
 
-void AdaptiveLaps::place_order(const Tyres& learned, std::size_t nearest, std::size_t other) {
+void AdaptiveLaps::place_order(const CarBelief& learned, std::size_t nearest, std::size_t other) {
   if (order_.due >= 0) return;
   for (const std::size_t member : {nearest, other}) {
     if (!out_of_date(learned, member)) continue;
-    order_ = {member, scaled_to(learned, members_[member].mu), options_.latency};
+    order_ = {member, {scaled_to(learned.tyres, members_[member].mu), learned.resistance}, options_.latency};
     return;
   }
 }
@@ -48,7 +51,7 @@ void AdaptiveLaps::glide() {
   }
 }
 
-void AdaptiveLaps::step(const Tyres* learned, double mu, LapPlan& out) {
+void AdaptiveLaps::step(const CarBelief* learned, double mu, LapPlan& out) {
   std::size_t upper = 0;
   while (upper + 1 < members_.size() && members_[upper].mu < mu) ++upper;
   const std::size_t lower = upper > 0 ? upper - 1 : 0;

@@ -1,5 +1,5 @@
 // A library of laps that follows what is learned: members near the present friction are solved anew when the learned
-// tyres differ from those they were solved for, and glide to the new lap.
+// tyres differ from those they were solved for (or the learned resistance does), and glide to the new lap.
 //
 // A solve takes longer than a control step. So that a run does not depend on the machine, it is ordered in one step and
 // its result is used a fixed number of steps later, as if another thread had worked on it meanwhile.
@@ -12,7 +12,7 @@
 namespace gripline::planning {
 
 struct AdaptiveOptions {
-  double tolerance = 0.03;  // of force over peak, that makes a member out of date
+  double tolerance = 0.03;  // of tyre force over peak, or of resistance over weight, that makes a member out of date
   double slip_range = 0.6;  // over which tyres are compared [rad]
   int latency = 25;         // steps between order and use
   int glide = 25;           // steps in which a member goes over to its new lap
@@ -22,9 +22,9 @@ class AdaptiveLaps {
  public:
   AdaptiveLaps(const LapSetup& setup, std::vector<LapMember> members, const AdaptiveOptions& options);
 
-  /// One control step: ends and orders solves for the tyres learned (null: nothing is learned). Then `out` is the lap
+  /// One control step: ends and orders solves for the car learned (null: nothing is learned). Then `out` is the lap
   /// at this friction.
-  void step(const Tyres* learned, double mu, LapPlan& out);
+  void step(const CarBelief* learned, double mu, LapPlan& out);
   /// Solves that were ended so far.
   int solves() const { return solves_; }
 
@@ -35,12 +35,12 @@ class AdaptiveLaps {
   };
   struct Order {
     std::size_t member = 0;
-    Tyres tyres;
+    CarBelief belief;
     int due = -1;  // steps until it is used; -1: no order
   };
   void advance_order();
-  void place_order(const Tyres& learned, std::size_t nearest, std::size_t other);
-  bool out_of_date(const Tyres& learned, std::size_t member) const;
+  void place_order(const CarBelief& learned, std::size_t nearest, std::size_t other);
+  bool out_of_date(const CarBelief& learned, std::size_t member) const;
   void glide();
 
   const LapSetup* setup_;

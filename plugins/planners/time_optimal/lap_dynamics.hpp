@@ -29,6 +29,16 @@ struct AxleShape {
 struct Tyres {
   AxleShape front, rear;
 };
+/// Deceleration rolling + drag vx^2 that the nominal model lacks [m/s2, 1/m].
+struct Resistance {
+  double rolling = 0, drag = 0;
+  double at(double v) const { return rolling + drag * v * v; }
+};
+/// What is learned of a car, or assumed of it.
+struct CarBelief {
+  Tyres tyres;
+  Resistance resistance;
+};
 
 /// Indices of a lap's variables: the state at a node, then the controls of the interval that begins there.
 enum LapVariable : int { lap_n, lap_xi, lap_vx, lap_vy, lap_omega, lap_delta, lap_a, lap_rate };

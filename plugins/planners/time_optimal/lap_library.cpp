@@ -23,10 +23,11 @@ std::uint64_t hash_of(std::span<const double> values, std::uint64_t hash) {
   return hash;
 }
 
-std::filesystem::path cache_file(const LapSetup& setup, const Tyres& shape, const std::vector<double>& mus,
+std::filesystem::path cache_file(const LapSetup& setup, const CarBelief& typical, const std::vector<double>& mus,
                                  const char* cache_dir) {
   std::vector<double> all = setup.fingerprint();
-  for (const AxleShape& t : {shape.front, shape.rear}) all.insert(all.end(), {t.B, t.C, t.D});
+  for (const AxleShape& t : {typical.tyres.front, typical.tyres.rear}) all.insert(all.end(), {t.B, t.C, t.D});
+  all.insert(all.end(), {typical.resistance.rolling, typical.resistance.drag});
   all.insert(all.end(), mus.begin(), mus.end());
   all.push_back(version);
   char name[64];
@@ -98,8 +99,8 @@ void write_cache(const std::filesystem::path& path, std::size_t nodes, std::vect
 /// The member at `index`, warm from `neighbour` when there is one, else or when that fails from the base line.
 void solve_member(const LapSetup& setup, LapMember& member, const LapMember* neighbour) {
   LapSolution solution;
-  if (neighbour != nullptr) solution = solve_lap(setup.problem(member.tyres), neighbour->solution);
-  if (!solution.solved) solution = solve_lap(setup.problem(member.tyres), setup.cold_guess(member.tyres));
+  if (neighbour != nullptr) solution = solve_lap(setup.problem(member.belief), neighbour->solution);
+  if (!solution.solved) solution = solve_lap(setup.problem(member.belief), setup.cold_guess(member.belief.tyres));
   if (!solution.solved)
     throw std::runtime_error("found no time-optimal lap at mu = " + std::to_string(member.mu) +
                              "; check the road's width, the margin and the car's limits");
@@ -118,16 +119,16 @@ Tyres scaled_to(const Tyres& shape, double mu) {
   return tyres;
 }
 
-std::vector<LapMember> build_library(const LapSetup& setup, const Tyres& shape, const std::vector<double>& mus,
+std::vector<LapMember> build_library(const LapSetup& setup, const CarBelief& typical, const std::vector<double>& mus,
                                      const char* cache_dir, const Progress& progress) {
   std::vector<LapMember> members(mus.size());
   for (std::size_t i = 0; i < mus.size(); ++i) {
     members[i].mu = mus[i];
-    members[i].tyres = scaled_to(shape, mus[i]);
+    members[i].belief = {scaled_to(typical.tyres, mus[i]), typical.resistance};
   }
   const std::size_t nodes = setup.nodes().s.size();
   std::filesystem::path file;
-  if (cache_dir != nullptr) file = cache_file(setup, shape, mus, cache_dir);
+  if (cache_dir != nullptr) file = cache_file(setup, typical, mus, cache_dir);
   if (cache_dir == nullptr || !read_cache(file, nodes, members)) {
     // The grippiest first: its tyres are furthest from sliding, where a cold start succeeds most easily.
     for (std::size_t i = mus.size(); i-- > 0;) {
@@ -141,15 +142,15 @@ std::vector<LapMember> build_library(const LapSetup& setup, const Tyres& shape, 
   return members;
 }
 
-bool solve_again(const LapSetup& setup, const Tyres& tyres, LapMember& member) {
-  LapSolution solution = solve_lap(setup.problem(tyres), member.solution, 150);
+bool solve_again(const LapSetup& setup, const CarBelief& belief, LapMember& member) {
+  LapSolution solution = solve_lap(setup.problem(belief), member.solution, 150);
   if (!solution.solved) {
     LapSolution primal = member.solution;
     primal.lambda.clear();
-    solution = solve_lap(setup.problem(tyres), primal, 150);
+    solution = solve_lap(setup.problem(belief), primal, 150);
   }
   if (!solution.solved) return false;
-  member.tyres = tyres;
+  member.belief = belief;
   member.solution = std::move(solution);
   member.plan = make_plan(setup, member.solution);
   return true;

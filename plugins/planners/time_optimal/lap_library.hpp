@@ -15,7 +15,7 @@ double mu_of(const Tyres& tyres);
 
 struct LapMember {
   double mu = 0;
-  Tyres tyres;
+  CarBelief belief;  // that it was solved for
   LapSolution solution;
   LapPlan plan;
 };
@@ -25,12 +25,13 @@ struct Progress {
   void* context = nullptr;
 };
 
-/// Members at the given mus (ascending), all with the tyres of `shape`. Throws std::runtime_error naming the mu where
+/// Members at the given mus (ascending), all with tyres of the shape and with the resistance of `typical`. Throws std::runtime_error naming the mu where
 /// no lap was found. `cache_dir` may be null.
-std::vector<LapMember> build_library(const LapSetup& setup, const Tyres& shape, const std::vector<double>& mus,
+std::vector<LapMember> build_library(const LapSetup& setup, const CarBelief& typical, const std::vector<double>& mus,
                                      const char* cache_dir, const Progress& progress);
 
-/// Solves a member anew for other tyres, warm from its last solution; false, and the member as it was, when that fails.
-bool solve_again(const LapSetup& setup, const Tyres& tyres, LapMember& member);
+/// Solves a member anew for another belief, warm from its last solution; false, and the member as it was, when that
+/// fails.
+bool solve_again(const LapSetup& setup, const CarBelief& belief, LapMember& member);
 
 }  // namespace gripline::planning

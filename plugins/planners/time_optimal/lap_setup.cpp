@@ -43,15 +43,16 @@ Prediction& nominal_of(const Surroundings& around) {
 
 }  // namespace
 
-LapSetup::LapSetup(const Surroundings& around, const SetupOptions& options, const Tyres& typical)
+LapSetup::LapSetup(const Surroundings& around, const SetupOptions& options, const CarBelief& typical)
     : car_(around.car),
       options_(options),
-      limits_(nominal_of(around), around.car, options.rolling, options.drag),
+      typical_(typical),
+      limits_(nominal_of(around), around.car, typical.resistance.rolling, typical.resistance.drag),
       base_(compute_base(around, options.margin)),
       curves_(tabulate(limits_)) {
   const double spacing = options.spacing > 0 ? options.spacing : car_.lf + car_.lr;
   const auto count = static_cast<std::size_t>(std::clamp(std::ceil(base_.length() / spacing), 20.0, 4000.0));
-  nodes_ = place_nodes(base_, profile(typical), *around.course, options.margin, count);
+  nodes_ = place_nodes(base_, profile(typical.tyres), *around.course, options.margin, count);
 }
 
 std::vector<double> LapSetup::profile(const Tyres& tyres) const {
@@ -59,10 +60,18 @@ std::vector<double> LapSetup::profile(const Tyres& tyres) const {
   return speed_profile(base_, limits_, corner, 1.0, 0.0);
 }
 
-LapProblem LapSetup::problem(const Tyres& tyres) const {
+LapProblem LapSetup::problem(const CarBelief& belief) const {
+  DriveCurves curves = curves_;
+  const std::span<const double> coast = curves_.coast.values();
+  std::vector<double> learned(coast.begin(), coast.end());
+  for (std::size_t i = 0; i < learned.size(); ++i) {
+    const double v = limits_.top_speed() * static_cast<double>(i) / static_cast<double>(learned.size() - 1);
+    learned[i] -= belief.resistance.at(v) - typical_.resistance.at(v);
+  }
+  curves.coast = SmoothCurve(0.0, limits_.top_speed(), learned);
   return {.car = car_,
-          .tyres = tyres,
-          .drive = curves_,
+          .tyres = belief.tyres,
+          .drive = curves,
           .top_speed = limits_.top_speed(),
           .combined = options_.combined,
           .slip_max = options_.slip_max,

@@ -10,27 +10,30 @@
 namespace gripline::planning {
 
 struct SetupOptions {
-  double margin = 0;             // kept by the centre of gravity from both edges [m]
-  double spacing = 0;            // mean distance of the nodes [m]
-  double rolling = 0, drag = 0;  // resistance that the nominal model lacks, see DriveLimits
-  double combined = 0;           // see LapProblem
-  double slip_max = 0.6;         // see LapProblem [rad]
+  double margin = 0;      // kept by the centre of gravity from both edges [m]
+  double spacing = 0;     // mean distance of the nodes [m]
+  double combined = 0;    // see LapProblem
+  double slip_max = 0.6;  // see LapProblem [rad]
 };
 
 class LapSetup {
  public:
-  /// Computes the base line (Course::minimum_curvature). `typical` are tyres to place the nodes by.
-  LapSetup(const Surroundings& around, const SetupOptions& options, const Tyres& typical);
+  /// Computes the base line (Course::minimum_curvature). `typical` places the nodes and shapes cold guesses.
+  LapSetup(const Surroundings& around, const SetupOptions& options, const CarBelief& typical);
 
   const ClosedLine& base() const { return base_; }
   const LapNodes& nodes() const { return nodes_; }
-  const DriveLimits& limits() const { return limits_; }
+  double top_speed() const { return limits_.top_speed(); }
+  /// Acceleration at full throttle on a straight [m/s2].
+  double full_throttle(double v, const Resistance& resistance) const {
+    return limits_.coast(v) + limits_.drive(v) - (resistance.at(v) - typical_.resistance.at(v));
+  }
   const Car& car() const { return car_; }
 
-  LapProblem problem(const Tyres& tyres) const;
+  LapProblem problem(const CarBelief& belief) const;
   /// The base line driven at nearly the speed these tyres allow on it: where a cold solve begins.
   LapSolution cold_guess(const Tyres& tyres) const;
-  /// Everything that decides the result of a solve except the tyres, as numbers to be hashed.
+  /// Everything that decides the result of a solve except what is believed of the car, as numbers to be hashed.
   std::vector<double> fingerprint() const;
 
  private:
@@ -38,6 +41,7 @@ class LapSetup {
 
   Car car_;
   SetupOptions options_;
+  CarBelief typical_;
   DriveLimits limits_;
   ClosedLine base_;
   DriveCurves curves_;

@@ -4,7 +4,7 @@
 //   mu_plan = factor (mu - sigma sigma_mu), rising by at most `rise` per second; start mu_init until mu is trusted
 //
 // The library is computed offline on tyres of a generic shape. Once a tyre curve is learned, its fit per axle
-// (tyre_fit.hpp) replaces the generic one: members near mu_plan are solved anew (adaptive_laps.hpp). Speeds are stated
+// (tyre_fit.hpp) replaces the generic one, and the resistance that the nominal model lacks is learned too: members near mu_plan are solved anew (adaptive_laps.hpp). Speeds are stated
 // along the car's axis, v cos(beta).
 #include <algorithm>
 #include <cmath>
@@ -14,6 +14,7 @@
 #include <gripline/plugin.hpp>
 
 #include "adaptive_laps.hpp"
+#include "resistance_fit.hpp"
 #include "tyre_fit.hpp"
 
 namespace {
@@ -28,7 +29,7 @@ class TimeOptimal final : public SpeedPlanner {
     double factor = 0.97, sigma = 1.0, start = 0.6, rise = 0.1, pace = 1.0;
     double mu_lo = 0.35, mu_hi = 1.15, mu_step = 0.1;
     double front_B = 4.0, front_C = 1.3, rear_B = 4.0, rear_C = 1.3, balance = 1.0;
-    double slip_max = 0.6, combined = 0.0, spacing = 0.0, rolling = 0.0, drag = 0.0;
+    double slip_max = 0.7, combined = 0.0, spacing = 0.0, rolling = 0.0, drag = 0.0;
     bool replan = true, from_car_speed = true;
     double tolerance = 0.03;
     int latency = 25;
@@ -75,12 +76,15 @@ class TimeOptimal final : public SpeedPlanner {
         mu_init_(around.mu_init),
         course_(around.course),
         generic_(generic_tyres(around.car, params)),
-        setup_(around, options(around.car, params), scaled_to(generic_, std::sqrt(params.mu_lo * params.mu_hi))),
+        nominal_(around.nominal),
+        typical_{scaled_to(generic_, std::sqrt(params.mu_lo * params.mu_hi)), {params.rolling, params.drag}},
+        setup_(around, options(around.car, params), typical_),
         laps_(
             setup_,
-            build_library(setup_, generic_, grid(params), around.cache_dir, {around.progress, around.progress_context}),
+            build_library(setup_, typical_, grid(params), around.cache_dir, {around.progress, around.progress_context}),
             {params.tolerance, params.slip_max, params.latency, std::max(1, params.latency)}),
         line_(setup_),
+        resistance_(typical_.resistance, around.car.v_ref),
         mu_plan_(params.start * around.mu_init) {
     laps_.step(nullptr, mu_plan_, plan_);
     line_.set(plan_);
@@ -93,7 +97,11 @@ class TimeOptimal final : public SpeedPlanner {
     const Tyres tyres = believed_tyres(belief, learned);
     const double spread = (belief.sigma_front * car_.lr + belief.sigma_rear * car_.lf) / (car_.lf + car_.lr);
     approach(belief.trusted ? k_.factor * (mu_of(tyres) - k_.sigma * spread) : k_.start * mu_init_);
-    laps_.step(belief.trusted && learned != nullptr && k_.replan ? &tyres : nullptr, mu_plan_, plan_);
+    const bool replan = belief.trusted && learned != nullptr && k_.replan;
+    if (replan && before_) resistance_.learn(*before_, now, dt_, tyres.front, car_, *nominal_);
+    before_ = now;
+    const CarBelief car{tyres, resistance_.value()};
+    laps_.step(replan ? &car : nullptr, mu_plan_, plan_);
     line_.set(plan_);
     const double tightened = car_.width * (k_.tighten + k_.tighten_sigma * spread / std::max(mu_of(tyres), 1e-3));
     sample(now, tightened, horizon);
@@ -102,7 +110,7 @@ class TimeOptimal final : public SpeedPlanner {
 
  private:
   static SetupOptions options(const Car& car, const Params& k) {
-    return {k.margin * car.width, k.spacing, k.rolling, k.drag, k.combined, k.slip_max};
+    return {k.margin * car.width, k.spacing, k.combined, k.slip_max};
   }
   static Tyres generic_tyres(const Car& car, const Params& k) {
     const Tyres tyres{{k.front_B, k.front_C, k.balance * car.lr}, {k.rear_B, k.rear_C, car.lf}};
@@ -172,8 +180,7 @@ class TimeOptimal final : public SpeedPlanner {
       yaw = r.yaw;
       const PlanPoint here = line_.at(s);
       if (k > 0) {
-        const double gain =
-            k_.from_car_speed ? std::max(0.0, setup_.limits().coast(v) + setup_.limits().drive(v)) : 1e9;
+        const double gain = k_.from_car_speed ? std::max(0.0, setup_.full_throttle(v, resistance_.value())) : 1e9;
         v = std::min(k_.pace * here.v, v + gain * dt_);
         r.v = v * std::cos(here.beta);
       }
@@ -190,10 +197,14 @@ class TimeOptimal final : public SpeedPlanner {
   double dt_, mu_init_;
   const Course* course_;
   Tyres generic_;
+  Prediction* nominal_;
+  CarBelief typical_;
   LapSetup setup_;
   AdaptiveLaps laps_;
   FollowedLine line_;
   LapPlan plan_;
+  ResistanceFit resistance_;
+  std::optional<Observation> before_;
   double mu_plan_;
   SlipRange front_seen_, rear_seen_;
 };

@@ -1,0 +1,64 @@
+// Learns rolling + drag v^2, the deceleration that the nominal model lacks, from what the car did.
+//
+//   y = straight - (vx' - vy omega + Ff sin(delta) / m + g sin(grade)),   straight: the nominal model's vx' at no slip
+//   (rolling, drag) minimise  sum_i retain^(now - i) (y_i - rolling - drag v_i^2)^2 / noise^2 + prior
+//
+// A planner is told the learned tyres (TyreCurve) but not the rest of what its stack learned; this is the rest it needs.
+#pragma once
+
+#include <gripline/interfaces.hpp>
+
+#include "lap_dynamics.hpp"
+
+namespace gripline::planning {
+
+class ResistanceFit {
+ public:
+  /// `v_ref`: typical speed; the prior holds both parts to within 0.3 m g at it.
+  ResistanceFit(const Resistance& prior, double v_ref) : prior_(prior), v_ref2_(v_ref * v_ref) {}
+
+  /// One step of dt from `before` to `now`, with the steering angle and throttle held in it, and the front tyre.
+  void learn(const Observation& before, const Observation& now, double dt, const AxleShape& front, const Car& car,
+             Prediction& nominal) {
+    const auto mean = [](double a, double b) { return 0.5 * (a + b); };
+    State straight;
+    straight.vx = mean(before.x.vx, now.x.vx);
+    if (!(straight.vx > 2.0 * car.v_min)) return;
+    const double vy = mean(before.x.vy, now.x.vy), omega = mean(before.x.omega, now.x.omega), delta = now.x.delta;
+    const double slip = delta - std::atan((vy + car.lf * omega) / straight.vx);
+    const double change = (now.x.vx - before.x.vx) / dt;
+    const double turn = vy * omega - axle_force(front, slip) * std::sin(delta);
+    const double expected = nominal.rates(straight, Input{now.d, 0.0}, Place{}).vx - gravity * std::sin(now.at.grade);
+    add(expected + turn - change, straight.vx);
+  }
+
+  Resistance value() const {
+    // (A + P) z = b, z relative to the prior, drag in units of 1 / v_ref^2.
+    const double p = square(noise / spread);
+    const double a = a11_ + p, d = a22_ + p, det = a * d - a12_ * a12_;
+    const double rolling = (d * b1_ - a12_ * b2_) / det, drag = (a * b2_ - a12_ * b1_) / det;
+    return {prior_.rolling + rolling, prior_.drag + drag / v_ref2_};
+  }
+
+ private:
+  static constexpr double noise = 1.0;             // of one step's y [m/s2]
+  static constexpr double spread = 0.3 * gravity;  // of the prior, both parts [m/s2]
+  static constexpr double retain = 0.999;          // from step to step
+
+  void add(double y, double v) {
+    const double rest = y - prior_.at(v), u = v * v / v_ref2_;
+    if (std::abs(rest) > 2.0 * gravity) return;  // not a resistance: a crash, a jump of the sensors
+    for (double* sum : {&a11_, &a12_, &a22_, &b1_, &b2_}) *sum *= retain;
+    a11_ += 1.0;
+    a12_ += u;
+    a22_ += u * u;
+    b1_ += rest;
+    b2_ += u * rest;
+  }
+
+  Resistance prior_;
+  double v_ref2_;
+  double a11_ = 0, a12_ = 0, a22_ = 0, b1_ = 0, b2_ = 0;
+};
+
+}  // namespace gripline::planning
