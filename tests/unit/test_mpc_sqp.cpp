@@ -242,6 +242,23 @@ TEST(MpcSqp, MirroredProblemsHaveMirroredSolutions) {
   }
 }
 
+/// As above, each with the plan of its own drive carried along.
+TEST(MpcSqp, AMirroredDriveIsTheMirroredDrive) {
+  DrivingScene scene(registry(), {});
+  auto one = scene.controller("mpc_sqp", {{"horizon", 30}, {"q_yaw", 0.01}, {"q_v", 0.01}, {"tighten", 0.008}});
+  auto other = scene.controller("mpc_sqp", {{"horizon", 30}, {"q_yaw", 0.01}, {"q_v", 0.01}, {"tighten", 0.008}});
+  for (int step = 0; step < 200; ++step) {
+    const Observation now = scene.observe();
+    const auto references = scene.references(31);
+    const Instant image = mirrored({now, {references.begin(), references.end()}});
+    const Command left = one->control(now, references, scene.model());
+    const Command right = other->control(image.now, image.references, scene.model());
+    EXPECT_TRUE(left.solved && right.solved) << "step " << step;
+    EXPECT_LT(input_difference(left.u, {right.u.d, -right.u.ddelta}, scene.car()), 1e-4) << "step " << step;
+    scene.drive(left.u);
+  }
+}
+
 TEST(MpcSqp, AWholeTurnOfTheHeadingChangesNothing) {
   DrivingScene scene(registry(), {});
   auto one = scene.controller("mpc_sqp", {{"horizon", 20}});

@@ -143,6 +143,19 @@ TEST(Recorder, RowsTellPlaceBeliefAndReference) {
   for (std::size_t k = 0; k < t.size(); ++k) EXPECT_DOUBLE_EQ(t[k], 0.02 * static_cast<double>(k));
 }
 
+/// The car starts in the middle of the road while the line of least curvature runs along the right edge: the pursuit
+/// crosses that edge once.
+TEST(Recorder, OutsideIsTheOffsetBeyondTheEdge) {
+  const Folder folder;
+  Race race(folder.path(), R"({"start": {"speed": 1}, "duration": "2 s"})");
+  race.run();
+  const CsvTable steps = race.steps();
+  const std::vector<double> outside = steps.column("outside"), offset = steps.column("offset_m");
+  EXPECT_THAT(outside, testing::Contains(1));
+  EXPECT_THAT(outside, testing::Contains(0));
+  for (std::size_t k = 0; k < outside.size(); ++k) EXPECT_EQ(outside[k], std::abs(offset[k]) > 0.3 ? 1 : 0) << k;
+}
+
 TEST(Recorder, TyresAreTheLearnedAndTheTrueCurve) {
   const Folder folder;
   Race race(folder.path(), R"({"friction": [{"t": 0, "factor": 0.8}]})", R"({"estimator": {"plugin": "oracle"}})");
