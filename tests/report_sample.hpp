@@ -123,7 +123,7 @@ inline RunResult write_run(const fs::path& folder, const Course& course, const S
   steps << "t_s,x_m,y_m,yaw_rad,vx_mps,vy_mps,yaw_rate_radps,d,delta_rad,x_true_m,y_true_m,yaw_true_rad,vx_true_mps,"
            "vy_true_mps,yaw_rate_true_radps,d_applied,delta_applied_rad,mu_belief_front,mu_belief_rear,mu_true,s_m,"
            "offset_m,lap,outside,v_ref_mps,iterations,solved\n";
-  replay << "t_s,mu_sigma_front,mu_sigma_rear,slip_front_rad,slip_rear_rad,force_drive_n,force_front_n,force_rear_n";
+  replay << "t_s,mu_sigma_front,mu_sigma_rear,slip_front_rad,slip_rear_rad,force_front_n,force_rear_n";
   for (const char* kind : {"plan", "ref"})
     for (int k = 0; k < 10; ++k) replay << ',' << kind << k << "_x_m," << kind << k << "_y_m";
   replay << '\n';
@@ -197,7 +197,6 @@ inline RunResult write_run(const fs::path& folder, const Course& course, const S
                               stack.learns > 0 ? 0.02 + 0.12 * std::exp(-t / 4) : nan,
                               slip,
                               0.8 * slip,
-                              0.041 * ax,
                               lateral_force(0.19 * mu, slip),
                               lateral_force(0.17 * mu, slip)};
       for (const bool plan : {true, false})
@@ -240,14 +239,21 @@ inline RunResult write_run(const fs::path& folder, const Course& course, const S
 }
 
 inline void write_track(const fs::path& folder, const Course& course, double scale) {
-  std::ofstream track(folder / "track.csv"), line(folder / "line.csv");
+  std::ofstream track(folder / "track.csv");
   track << "s_m,x_m,y_m,left_x_m,left_y_m,right_x_m,right_y_m\n";
-  line << "s_m,x_m,y_m\n";
   for (int i = 0; i < 400; ++i) {
     const double s = course.length() * i / 400;
     const auto c = course.at(s), l = course.at(s, half_width * scale), r = course.at(s, -half_width * scale);
     track << cells({s, c.x, c.y, l.x, l.y, r.x, r.y});
-    const auto p = course.at(s, 0.5 * half_width * scale * std::tanh(c.kappa * scale));
+  }
+}
+
+inline void write_line(const fs::path& folder, const Course& course, double scale) {
+  std::ofstream line(folder / "line.csv");
+  line << "s_m,x_m,y_m\n";
+  for (int i = 0; i < 400; ++i) {
+    const double s = course.length() * i / 400;
+    const auto p = course.at(s, 0.5 * half_width * scale * std::tanh(course.at(s).kappa * scale));
     line << cells({s, p.x, p.y});
   }
 }
@@ -289,6 +295,7 @@ inline void write_sample(const fs::path& folder, const SampleOptions& options = 
     std::vector<std::vector<double>> columns(static_cast<std::size_t>(options.laps) + 7);
     for (int seed = 1; seed <= options.seeds; ++seed) {
       const RunResult r = write_run(folder / stack.name / std::to_string(seed), course, stack, seed, options);
+      write_line(folder / stack.name / std::to_string(seed), course, options.scale);
       std::vector<double> row = r.laps;
       row.resize(static_cast<std::size_t>(options.laps), nan);
       for (const double value :

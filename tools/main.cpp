@@ -1,5 +1,6 @@
 #include <boost/program_options/errors.hpp>
 #include <csignal>
+#include <cstdlib>
 #include <iostream>
 #include <string>
 #include <vector>
@@ -80,6 +81,7 @@ int guarded(Arguments args) {
 
 int main(int argc, char** argv) {
   std::signal(SIGPIPE, SIG_IGN);
+  setenv("OPENBLAS_NUM_THREADS", "1", 0);  // read when Ipopt is loaded: a run is one thread, and the same bytes
   const std::vector<std::string> args(argv + 1, argv + argc);
   return gripline::tools::guarded(args);
 }

@@ -18,8 +18,7 @@ constexpr std::size_t slip_count = 41;  // per axle, in tyres.csv
 constexpr double shown_slip = 0.6;      // [rad]
 
 std::string replay_header() {
-  std::string header =
-      "t_s,mu_sigma_front,mu_sigma_rear,slip_front_rad,slip_rear_rad,force_drive_n,force_front_n,force_rear_n";
+  std::string header = "t_s,mu_sigma_front,mu_sigma_rear,slip_front_rad,slip_rear_rad,force_front_n,force_rear_n";
   for (const char* what : {"plan", "ref"})
     for (int i = 0; i < shown_points; ++i) {
       const std::string name = what + std::to_string(i);
@@ -51,12 +50,14 @@ void write_points(CsvWriter& out, std::span<const P> points) {
 }  // namespace
 
 Recorder::Recorder(const std::filesystem::path& folder)
-    : steps_(folder / "steps.csv", steps_header),
+    : folder_(folder),
+      steps_(folder / "steps.csv", steps_header),
       timing_(folder / "timing.csv", "t_s,update_ms,plan_ms,solve_ms,cpu_s"),
       replay_(folder / "replay.csv", replay_header()),
       tyres_(folder / "tyres.csv", "t_s,axle,slip_rad,learned_n,sigma_n,true_n") {}
 
 void Recorder::write(const StepRecord& record) {
+  if (record.world.step() == 0) write_line(record.stack.planner().line());
   write_step(record);
   timing_ << record.world.time() << record.timing.update_ms << record.timing.plan_ms << record.timing.solve_ms
           << process_cpu_s();
@@ -85,11 +86,20 @@ void Recorder::write_step(const StepRecord& record) {
   steps_.end_row();
 }
 
+void Recorder::write_line(std::span<const LinePoint> line) const {
+  if (line.empty()) return;
+  CsvWriter out(folder_ / "line.csv", "s_m,x_m,y_m");
+  for (const LinePoint& point : line) {
+    out << point.s << point.x << point.y;
+    out.end_row();
+  }
+}
+
 void Recorder::write_replay(const StepRecord& record) {
   const World& world = record.world;
   const World::Acting acting = world.acting_under(record.sent);
   replay_ << world.time() << record.belief.mu.sigma_front << record.belief.mu.sigma_rear << world.slip(Axle::front)
-          << world.slip(Axle::rear) << NAN << acting.force_front << acting.force_rear;
+          << world.slip(Axle::rear) << acting.force_front << acting.force_rear;
   write_points(replay_, record.stack.controller().predicted());
   write_points(replay_, record.horizon);
   replay_.end_row();

@@ -1,4 +1,4 @@
-// The files of one run: steps.csv, timing.csv, replay.csv, tyres.csv (columns: DEFINITIONS and report/inputs.hpp).
+// The files of one run: steps.csv, timing.csv, replay.csv, tyres.csv, line.csv (columns: DEFINITIONS and report/inputs.hpp).
 #pragma once
 
 #include <memory>
@@ -33,10 +33,12 @@ class Recorder {
   void write(const StepRecord& record);
 
  private:
+  void write_line(std::span<const LinePoint> line) const;
   void write_step(const StepRecord& record);
   void write_replay(const StepRecord& record);
   void write_tyres(const StepRecord& record);
 
+  std::filesystem::path folder_;
   CsvWriter steps_, timing_, replay_, tyres_;
 };
 

@@ -57,8 +57,8 @@ class Process {
 };
 
 inline Outcome run_program(const std::vector<std::string>& words, const Call& call = {}) {
-  char scratch[] = "/tmp/gripline_call_XXXXXX";
-  const std::filesystem::path folder = mkdtemp(scratch);
+  std::string scratch = std::filesystem::temp_directory_path() / "gripline_call_XXXXXX";
+  const std::filesystem::path folder = mkdtemp(scratch.data());
   const Outcome outcome = Process(words, folder, call).wait();
   std::filesystem::remove_all(folder);
   return outcome;

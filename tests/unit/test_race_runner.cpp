@@ -56,7 +56,7 @@ TEST_F(Runner, ARunLeavesItsFiles) {
   std::vector<std::string> files;
   for (const auto& one : fs::directory_iterator(file("good/1"))) files.push_back(one.path().filename().string());
   EXPECT_THAT(files, UnorderedElementsAre("config.json", "steps.csv", "summary.json", "timing.csv", "replay.csv",
-                                          "tyres.csv", "log.txt"));
+                                          "tyres.csv", "line.csv", "log.txt"));
   EXPECT_EQ(content_text(parse_file(file("good/1/config.json"))), content_text(race.run_tree("good", 1)));
 }
 

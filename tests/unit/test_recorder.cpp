@@ -34,6 +34,7 @@ TEST(Recorder, WallClockFiguresAreInTimingOnly) {
   Race race(folder.path());
   race.run();
   EXPECT_EQ(lines(folder / "timing.csv").size(), 52u);
+  EXPECT_GT(lines(folder / "line.csv").size(), 100u);
   const CsvTable timing = read_csv(folder / "timing.csv");
   for (const double ms : timing.column("solve_ms")) EXPECT_GE(ms, 0);
   const std::vector<double> cpu = timing.column("cpu_s");

@@ -80,10 +80,11 @@ Inputs read_inputs(const fs::path& folder) {
   in.runs_table = Columns::read(folder / "runs.csv", true);
   in.table = Columns::read(folder / "table.csv", true);
   in.track = Columns::read(folder / "track.csv");
-  in.line = Columns::read(folder / "line.csv");
   in.validation = Columns::read(folder / "validation.csv", true);
   in.validation_traces = Columns::read(folder / "validation_traces.csv", true);
   in.runs = find_runs(in);
+  for (const RunName& run : in.runs)
+    if (in.line.empty()) in.line = Columns::read(folder / run.stack / run.seed / "line.csv");
   for (RunName& run : in.runs) {
     if (run.status == "finished") continue;
     const nlohmann::json summary = read_json(folder / run.stack / run.seed / "summary.json");

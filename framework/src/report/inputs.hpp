@@ -10,17 +10,18 @@
 //    "car": {"m": 0.041, "lf": 0.029, "lr": 0.033, "length": 0.06, "width": 0.03}}
 // OUT/track.csv, once per experiment, closed, the first point not repeated, at most about 2000 points:
 //   s_m,x_m,y_m,left_x_m,left_y_m,right_x_m,right_y_m
-// OUT/line.csv, the line the planners follow first (optional), closed, first point not repeated:
-//   s_m,x_m,y_m
 //
 // OUT/<stack>/<seed>/replay.csv, one row per 5th control step (steps 0, 5, 10, ...):
 //   t_s                                    as in steps.csv
 //   mu_sigma_front,mu_sigma_rear           standard deviation of the belief, same unit as mu_belief_*
 //   slip_front_rad,slip_rear_rad           true slip angles
-//   force_drive_n,force_front_n,force_rear_n   true forces: along the car, lateral per axle (left positive)
+//   force_front_n,force_rear_n             true lateral forces per axle (left positive)
 //   plan0_x_m,plan0_y_m .. plan9_x_m,plan9_y_m   the controller's predicted positions, spread evenly over its horizon,
 //                                          the last one being the end of the horizon (any count from 2 to 50 works)
 //   ref0_x_m,ref0_y_m .. ref9_x_m,ref9_y_m       the planner's reference points, chosen the same way
+// OUT/<stack>/<seed>/line.csv, the line the planner follows first, closed, first point not repeated; the first run's is
+// drawn:
+//   s_m,x_m,y_m
 // OUT/<stack>/<seed>/tyres.csv, the learned tyre curve against the true one, one snapshot per second of simulated time
 // and one at the end; 41 slips per axle, equally spaced over -a .. a with a = 0.6 rad:
 //   t_s,axle,slip_rad,learned_n,sigma_n,true_n      axle is front or rear; sigma_n may be empty

@@ -205,16 +205,14 @@ export class Stage {
     ctx.globalAlpha = 1;
   }
 
-  // Lateral forces stand on their axles, the driving force on the rear one (the net force along the car where the log
-  // does not state it); the circle is what friction would allow the axle: mu times its static load. One car length is
+  // Lateral forces stand on their axles, the net force along the car on the rear one; the circle is what friction would allow the axle: mu times its static load. One car length is
   // one static axle load.
   private drawForces(ctx: CanvasRenderingContext2D, camera: Camera, run: RunData, t: number): void {
     const { car } = this;
     const pose = run.pose(t);
     const front = run.replayValue("force_front_n", t);
     const rear = run.replayValue("force_rear_n", t);
-    const stated = run.replayValue("force_drive_n", t);
-    const drive = Number.isFinite(stated) ? stated : car.mass * run.value("ax", t);
+    const drive = car.mass * run.value("ax", t);
     if (!Number.isFinite(front) || !Number.isFinite(rear)) return;
     const weight = car.mass * 9.81 || 2 * Math.max(Math.abs(front), Math.abs(rear));
     const share = car.lr / (car.lf + car.lr);
