@@ -1,7 +1,9 @@
 // gripline validate FILE...: reads everything, runs nothing.
+#include <algorithm>
 #include <iostream>
 
 #include "config/json_file.hpp"
+#include "friction_file.hpp"
 #include "geometry/track_file.hpp"
 #include "race_options.hpp"
 #include "validation.hpp"
@@ -10,8 +12,11 @@ namespace gripline::tools {
 namespace po = boost::program_options;
 namespace {
 
-/// An experiment has stacks, a world has a plant, a car has a mass, anything else that has segments or a centre is a
-/// track.
+bool has_any(const Node& tree, std::initializer_list<const char*> keys) {
+  return std::any_of(keys.begin(), keys.end(), [&](const char* key) { return tree.find(key) != nullptr; });
+}
+
+/// What a file is shows in the keys that only its kind has.
 void validate_file(const std::string& file, const Registry& registry) {
   if (file.ends_with(".csv")) {
     load_track(file);
@@ -21,17 +26,21 @@ void validate_file(const std::string& file, const Registry& registry) {
   Errors errors;
   if (experiment_kind(tree) == "offline_validation") {
     check_offline(tree, registry);
-  } else if (tree.find("stacks") != nullptr || tree.find("world") != nullptr) {
+  } else if (has_any(tree, {"stacks", "world"})) {
     read_race(file, std::move(tree), registry);
-  } else if (tree.find("plant") != nullptr) {
+  } else if (has_any(tree, {"plant"})) {
     inline_world_files(tree);
     read_world(tree, registry, errors);
-  } else if (tree.find("segments") != nullptr || tree.find("centre") != nullptr || tree.find("edges") != nullptr) {
+  } else if (has_any(tree, {"segments", "centre", "edges"})) {
     read_track(tree, errors);
-  } else if (tree.find("lf") != nullptr) {
+  } else if (has_any(tree, {"lf"})) {
     read_car(tree, errors);
+  } else if (has_any(tree, {"points", "per_step", "patches"})) {
+    read_friction(tree, errors);
   } else {
-    errors.add(tree.origin, "is no experiment (\"stacks\"), world (\"plant\"), track (\"segments\") or car (\"lf\")");
+    errors.add(tree.origin,
+               "is no experiment (\"stacks\"), world (\"plant\"), track (\"segments\"), car (\"lf\") or friction "
+               "schedule (\"points\")");
   }
   errors.throw_if_any();
 }
