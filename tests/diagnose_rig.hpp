@@ -39,7 +39,9 @@ class DiagnoseRig {
   struct Drive {
     double seconds = 20;
     std::uint64_t seed = 1;
-    double noise = 1;  // factor on the world's sensor noise
+    double noise = 1;    // factor on the world's sensor noise
+    double steer = 1;    // factor on the steering
+    double braking = 0;  // how far the pedal swings beyond the usual, into the brakes
   };
   /// What the sensors of a car with this model show while it weaves around; samples 20 ms apart.
   diagnose::Measured simulate(const diagnose::ModelSpec& truth, const Drive& drive) const {
@@ -52,8 +54,8 @@ class DiagnoseRig {
     for (std::size_t k = 0; k < n; ++k) {
       const double t = static_cast<double>(k) * log.dt;
       const double turn = std::sin(0.9 * t + a) > 0.0 ? 1.0 : -1.0;
-      const double delta = 0.16 * std::sin(2.1 * t + a) + 0.05 * turn * std::sin(5.7 * t + b);
-      log.command.push_back({0.55 + 0.25 * std::sin(1.3 * t + b) + 0.1 * std::sin(7.9 * t), delta});
+      const double delta = drive.steer * (0.16 * std::sin(2.1 * t + a) + 0.05 * turn * std::sin(5.7 * t + b));
+      log.command.push_back({0.55 + (0.25 + drive.braking) * std::sin(1.3 * t + b) + 0.1 * std::sin(7.9 * t), delta});
     }
     std::vector<double> x = {1.0, 0.5, 0.3, 1.6, 0.0, 0.0}, memory(static_cast<std::size_t>(car.memory()));
     double hint = std::nan("");

@@ -5,6 +5,7 @@
 
 #include "config/errors.hpp"
 #include "config/hash.hpp"
+#include "diagnose/diagnose_experiment.hpp"
 #include "out_folder.hpp"
 #include "race_options.hpp"
 #include "race_runner.hpp"
@@ -103,6 +104,20 @@ int validate_and_report(const std::vector<ChannelScore>& scores, const std::file
   return good;
 }
 
+int diagnose_and_report(const Node& tree, const Registry& registry, const std::filesystem::path& out) {
+  const diagnose::DiagnoseOutcome outcome = diagnose::run_diagnose_experiment(tree, registry, out);
+  for (const diagnose::CaseOutcome& c : outcome.cases)
+    std::cout << c.name << ": " << diagnose::verdict_names[static_cast<std::size_t>(c.verdict)] << ": " << c.sentence
+              << '\n';
+  bool failed = false;
+  for (const ClaimResult& claim : outcome.claims) {
+    failed |= claim.holds == false;
+    std::cout << (claim.holds == true ? "holds  " : "FAILS  ") << claim.text << '\n';
+  }
+  std::cout << "results: " << out.string() << '\n';
+  return failed ? claim_failed : good;
+}
+
 }  // namespace
 
 int run_compare(Arguments args) {
@@ -121,6 +136,10 @@ int run_compare(Arguments args) {
   if (kind == "offline_validation") {
     open_out_folder(out_of(options), sha256_hex(content_text(tree)), options.force);
     return validate_and_report(validate_offline(tree, registry, out_of(options)), out_of(options));
+  }
+  if (kind == "diagnose") {
+    open_out_folder(out_of(options), sha256_hex(content_text(tree)), options.force);
+    return diagnose_and_report(tree, registry, out_of(options));
   }
   const RaceSpec race = read_race(options.experiment, std::move(tree), registry);
   std::vector<std::string> only;

@@ -3,6 +3,7 @@
 #include <iostream>
 
 #include "config/json_file.hpp"
+#include "diagnose/diagnose_experiment.hpp"
 #include "friction_file.hpp"
 #include "geometry/track_file.hpp"
 #include "race_options.hpp"
@@ -26,6 +27,8 @@ void validate_file(const std::string& file, const Registry& registry) {
   Errors errors;
   if (experiment_kind(tree) == "offline_validation") {
     check_offline(tree, registry);
+  } else if (experiment_kind(tree) == "diagnose") {
+    diagnose::check_diagnose_experiment(tree, registry);
   } else if (has_any(tree, {"stacks", "world"})) {
     read_race(file, std::move(tree), registry);
   } else if (has_any(tree, {"plant"})) {

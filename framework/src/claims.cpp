@@ -127,12 +127,16 @@ constexpr RelationName relations[] = {{"<=", Claim::Relation::less_equal},
                                       {"<", Claim::Relation::less},
                                       {">", Claim::Relation::greater}};
 
-void check_names(const ClaimTerm& term, std::span<const std::string> stacks, const Node& node, Errors& errors) {
+void check_names(const ClaimTerm& term, std::span<const std::string> stacks, std::span<const std::string> columns,
+                 const Node& node, Errors& errors) {
   if (term.stack.empty()) return;
   if (std::find(stacks.begin(), stacks.end(), term.stack) == stacks.end())
     errors.add(node.origin, "no stack \"" + term.stack + "\"" + did_you_mean(term.stack, stacks));
-  if (!is_table_column(term.column))
-    errors.add(node.origin, "no column \"" + term.column + "\"" + did_you_mean(term.column, table_columns()));
+  const bool known = columns.empty() ? is_table_column(term.column)
+                                     : std::find(columns.begin(), columns.end(), term.column) != columns.end();
+  if (!known)
+    errors.add(node.origin, "no column \"" + term.column + "\"" +
+                                did_you_mean(term.column, columns.empty() ? table_columns() : columns));
 }
 
 bool compare(double left, Claim::Relation relation, double right) {
@@ -174,7 +178,8 @@ bool is_table_column(std::string_view name) {
 
 std::span<const std::string> table_columns() { return fixed_columns(); }
 
-std::optional<Claim> read_claim(const Node& node, std::span<const std::string> stacks, Errors& errors) {
+std::optional<Claim> read_claim(const Node& node, std::span<const std::string> stacks, Errors& errors,
+                                std::span<const std::string> columns) {
   if (!node.is_text()) {
     errors.add(node.origin, "expected a claim such as \"a.violation_s <= b.violation_s\", found " + node.describe());
     return std::nullopt;
@@ -192,8 +197,8 @@ std::optional<Claim> read_claim(const Node& node, std::span<const std::string> s
       errors.add(node.origin, problem);
       return std::nullopt;
     }
-    check_names(claim.left, stacks, node, errors);
-    check_names(claim.right, stacks, node, errors);
+    check_names(claim.left, stacks, columns, node, errors);
+    check_names(claim.right, stacks, columns, node, errors);
     return claim;
   }
   errors.add(node.origin, "a claim compares with <, <=, >, >= or ==; found \"" + claim.text + "\"");

@@ -28,7 +28,9 @@ struct Claim {
 
 /// Parses "[number *] stack.column [+|- number] <relation> ..." and checks rows and columns; errors go to the node's
 /// place with the nearest known name.
-std::optional<Claim> read_claim(const Node& node, std::span<const std::string> stacks, Errors& errors);
+/// `columns`: what a table of another kind has instead of is_table_column's.
+std::optional<Claim> read_claim(const Node& node, std::span<const std::string> stacks, Errors& errors,
+                                std::span<const std::string> columns = {});
 
 /// Whether `name` is a column that a table can have.
 bool is_table_column(std::string_view name);

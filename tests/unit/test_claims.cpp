@@ -124,6 +124,16 @@ TEST(Claims, HoldForTheMedianAndForEnoughRuns) {
   EXPECT_EQ(judge(claim, 5, 0.8, values).text, "elm.violation_s <= none.violation_s");
 }
 
+TEST(Claims, OtherTablesHaveOtherColumns) {
+  const std::vector<std::string> names = {"drag"}, columns = {"named", "closure"};
+  Errors errors;
+  EXPECT_TRUE(read_claim(Node("drag.closure >= 0.95"), names, errors, columns));
+  EXPECT_TRUE(errors.empty());
+  (void)read_claim(Node("drag.closur >= 0.95"), names, errors, columns);
+  ASSERT_EQ(errors.size(), 1U);
+  EXPECT_THAT(errors.sorted().front().text(), testing::HasSubstr("did you mean \"closure\"?"));
+}
+
 TEST(Claims, WhatWasNotMeasuredMakesNoClaimTrue) {
   Values values = constant(0, 1);
   EXPECT_FALSE(holds("elm.lap0_s <= none.violation_s", values));

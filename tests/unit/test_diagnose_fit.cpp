@@ -36,6 +36,38 @@ TEST(Fit, ProcessVariancesVanishWhenThereIsNone) {
     EXPECT_LT(std::sqrt(f.noise.process[i]), 0.1 * problem.process_unit[i]);
 }
 
+/// A tyre that relaxes shows nothing of its stiffness in the rates of an instant, only through what is remembered.
+TEST(Fit, FindsWhatActsBeforeAnEffectThatRemembers) {
+  DiagnoseRig rig;
+  const ModelSpec truth = rig.with(rig.with("relaxation", {0.05}), "front_stiff", {0.15});
+  Problem problem = rig.problem({rig.simulate(truth, {20, 25, 1})});
+  const Fit rough = fit(problem, rig.catalogue().bare(), rig.noise(problem, 5.0), 4);
+  renew_reference(problem, rig.road(), rough);
+  const ModelSpec start = rig.with(rig.with("relaxation", {0.04}), "front_stiff", {0.02});
+  Fit found = fit(problem, start, rough.noise, 15);
+  renew_reference(problem, rig.road(), found);
+  found = fit(problem, found.model, found.noise, 10);
+  const auto stiff = found.model.values[found.model.position(rig.catalogue().find("front_stiff"))][0];
+  const auto sigma = found.model.values[found.model.position(rig.catalogue().find("relaxation"))][0];
+  EXPECT_NEAR(stiff, 0.15, 0.003);
+  EXPECT_NEAR(sigma, 0.05, 0.003);
+}
+
+/// Three standard deviations are more than a nuisance may take: the tyre's grip is named.
+TEST(Fit, NuisancesStayWithinTheirLimits) {
+  DiagnoseRig rig;
+  Nuisance n;
+  n.name = "Df";
+  n.nominal = rig.catalogue().nominal(n.name, &n.index);
+  n.sigma = 0.02 * n.nominal;
+  rig.catalogue().set_nuisances({n});
+  Problem problem = rig.problem({rig.simulate(rig.with("front_grip", {0.06}), {20, 27, 1})});
+  Search search(problem, rig.road());
+  search.run();
+  EXPECT_LE(search.nothing().theta[0], n.nominal * 1.0401);
+  EXPECT_EQ(rig.catalogue().name(search.best().model), "front_grip");
+}
+
 TEST(Search, NamesWhatIsMissing) {
   DiagnoseRig rig;
   Problem problem = rig.problem({rig.simulate(rig.with("drive_gain", {0.12}), {30, 31, 1})});
@@ -96,6 +128,28 @@ TEST(Search, WrongNominalParametersAreFittedAlongside) {
   EXPECT_EQ(rig.catalogue().name(search.best().model), "rolling_res");
   for (std::size_t i = 0; i < 3; ++i)
     EXPECT_NEAR(search.best().theta[i], truth.nuisance[i], 0.01 * truth.nuisance[i]) << nuisances[i].name;
+}
+
+/// A filter free to call anything random explains an oscillation by noise; it is told all the same, with its frequency.
+TEST(Remainder, TellsARhythmFromNoise) {
+  DiagnoseRig rig;
+  Measured log = rig.simulate(rig.catalogue().bare(), {40, 45, 1});
+  // What a yaw acceleration of 6 rad/s2 at 0.7 Hz adds to the readings of yaw and yaw rate.
+  const double rate = 2.0 * M_PI * 0.7;
+  for (std::size_t k = 0; k < log.size(); ++k) {
+    const double t = static_cast<double>(k) * log.dt;
+    log.reading[k * channels + 2] -= 6.0 / (rate * rate) * std::sin(rate * t);
+    log.reading[k * channels + 5] -= 6.0 / rate * std::cos(rate * t);
+  }
+  Problem problem = rig.problem({log});
+  Fit f = fit(problem, rig.catalogue().bare(), rig.noise(problem, 5.0), 8);
+  renew_reference(problem, rig.road(), f);
+  f = fit(problem, f.model, f.noise, 8);
+  double excess = 0.0, frequency = 0.0;
+  for (const BasisTest& test : remainder(problem, f))
+    if (test.quantity == "frequency") excess = test.excess, frequency = test.from;
+  EXPECT_GT(excess, structured);
+  EXPECT_NEAR(frequency, 0.7, 0.03);
 }
 
 TEST(Remainder, SeesAPushOfTheRoadAndWhereItIs) {

@@ -161,6 +161,39 @@ TEST_F(LogFiles, LongGapsCutTheLog) {
   EXPECT_TRUE(mentions(log, "gaps"));
 }
 
+TEST_F(LogFiles, StandingStartsAreLeftOut) {
+  const LogFile log = read(changed([](std::size_t i, Row& r) {
+    if (i < 60) r[4] = 0.005 * static_cast<double>(i);  // up to 0.3 m/s in 1.2 s; a fifth of v_ref is 0.4 m/s
+  }));
+  ASSERT_EQ(log.stretches.size(), 1U);
+  EXPECT_NEAR(log.stretches[0].t0, 1.2, 0.021);
+  EXPECT_TRUE(mentions(log, "speed"));
+}
+
+TEST_F(LogFiles, AnotherTrackIsRefusedALittleOutsideIsNot) {
+  const auto on_road = [&](double aside, double away) {
+    const Track& track = rig_.road().track();
+    std::vector<Row> rows = rows_;
+    double s = 0.0;
+    for (Row& r : rows) {
+      const CurvePoint at = track.at(track.wrap(s));
+      r[1] = at.x - aside * std::sin(at.yaw) + away;
+      r[2] = at.y + aside * std::cos(at.yaw);
+      r[4] = 1.6;
+      s += 1.6 * 0.02 * (1.0 - aside * at.kappa > 0.2 ? 1.0 / (1.0 - aside * at.kappa) : 1.0);
+    }
+    return rows;
+  };
+  const LogExpectations expected{2.0, &rig_.road()};
+  EXPECT_NO_THROW((void)read_log_file(write(on_road(0.2, 0.0)), expected));
+  try {
+    (void)read_log_file(write(on_road(0.0, 6.0)), expected);
+    ADD_FAILURE() << "accepted";
+  } catch (const InputError& e) {
+    EXPECT_NE(std::string(e.what()).find("another track"), std::string::npos) << e.what();
+  }
+}
+
 TEST_F(LogFiles, UnevenTimeIsBroughtToAGrid) {
   std::mt19937_64 random(3);
   const LogFile log = read(changed([&](std::size_t, Row& r) {

@@ -4,6 +4,9 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <numbers>
+
+#include "normal_equations.hpp"
 
 namespace gripline::diagnose {
 namespace {
@@ -227,7 +230,28 @@ struct BasisSystem {
   Index own = 0;
   Basis basis;
 };
-BasisSystem basis_system(const Problem& problem, const Fit& fitted, Where where) {
+/// A cosine and a sine in time.
+Basis wave(const Trace& trace, double frequency) {
+  Basis b{2, std::vector<double>(trace.size() * 2)};
+  for (std::size_t k = 0; k < trace.size(); ++k) {
+    const double turn = 2.0 * std::numbers::pi * frequency * trace.at[k].t;
+    b.value[2 * k] = std::cos(turn);
+    b.value[2 * k + 1] = std::sin(turn);
+  }
+  return b;
+}
+
+/// The basis of one kind.
+Basis basis_of(const Problem& problem, const Trace& trace, Where where) {
+  if (where == Where::position) return place_basis(trace);
+  if (where == Where::time) return time_basis(trace, time_knots(problem), end_time(problem));
+  const Signals s = signals(trace);
+  if (where == Where::state) return feature_basis({&s.vx, &s.vy, &s.omega});
+  return feature_basis({&s.d, &s.delta, &s.delta_rate, &s.d_rate});
+}
+
+using BasisOf = std::function<Basis(const Trace&)>;
+BasisSystem basis_system(const Problem& problem, const Fit& fitted, const BasisOf& basis_of) {
   const Catalogue& catalogue = *problem.catalogue;
   const StagedCar car = catalogue.build(fitted.model);
   BasisSystem out;
@@ -235,21 +259,7 @@ BasisSystem basis_system(const Problem& problem, const Fit& fitted, Where where)
     const LinearModel lm = linearise(car, trace, problem.substeps);
     std::vector<Direction> directions = own_directions(catalogue, fitted.model, trace, lm.memory);
     out.own = static_cast<Index>(directions.size());
-    const Signals s = signals(trace);
-    switch (where) {
-      case Where::position:
-        out.basis = place_basis(trace);
-        break;
-      case Where::time:
-        out.basis = time_basis(trace, time_knots(problem), end_time(problem));
-        break;
-      case Where::state:
-        out.basis = feature_basis({&s.vx, &s.vy, &s.omega});
-        break;
-      case Where::input:
-        out.basis = feature_basis({&s.d, &s.delta, &s.delta_rate, &s.d_rate});
-        break;
-    }
+    out.basis = basis_of(trace);
     for (Direction& d : accelerations(out.basis, trace.size())) directions.push_back(std::move(d));
     std::vector<const Direction*> list;
     for (const Direction& d : directions) list.push_back(&d);
@@ -271,15 +281,173 @@ BasisSystem basis_system(const Problem& problem, const Fit& fitted, Where where)
     out.N(at, at) += weight;
     out.g[at] -= (fitted.model.nuisance[i] - nuisances[i].nominal) * weight;
   }
+  hold_at_limits(catalogue, fitted.model, out.N, out.g);
   return out;
+}
+
+constexpr double highest = 3.0;  // frequency of a rhythm [Hz]; what is quicker moves no car
+
+/// Periodogram of one unknown acceleration as the smoother saw it, tapered by a cosine (von Hann) so that slow parts do
+/// not leak into quick ones: one ordinate per 1 / T.
+std::vector<double> periodogram(const Likelihood& l, std::size_t states, std::size_t channel, double dt) {
+  const std::size_t n = l.smoothed.size() / states;
+  const auto bins = static_cast<std::size_t>(highest * dt * static_cast<double>(n));
+  std::vector<double> power;
+  for (std::size_t j = 1; j <= bins; ++j) {
+    const double turn = 2.0 * std::numbers::pi * static_cast<double>(j) / static_cast<double>(n);
+    double re = 0.0, im = 0.0;
+    for (std::size_t k = 0; k < n; ++k) {
+      const double at = static_cast<double>(k);
+      const double taper = 0.5 - 0.5 * std::cos(2.0 * std::numbers::pi * (at + 0.5) / static_cast<double>(n));
+      const double y = taper * l.smoothed[k * states + states - noise_states + channel];
+      re += y * std::cos(turn * at);
+      im += y * std::sin(turn * at);
+    }
+    power.push_back(re * re + im * im);
+  }
+  return power;
+}
+
+/// Where in a spectrum a line stands out most: frequency, and minus the log of the chance that it does so by accident.
+struct Line {
+  double frequency = 0, gain = 0;
+};
+Line strongest_line(const std::vector<double>& power, double seconds) {
+  constexpr std::ptrdiff_t reach = 16, own = 3;
+  Line line;
+  const auto bins = static_cast<std::ptrdiff_t>(power.size());
+  std::vector<double> around;
+  for (std::ptrdiff_t j = 0; bins >= 3 * reach && j < bins; ++j) {
+    around.clear();
+    for (std::ptrdiff_t i = std::max<std::ptrdiff_t>(0, j - reach); i <= std::min(bins - 1, j + reach); ++i)
+      if (std::abs(i - j) >= own) around.push_back(power[static_cast<std::size_t>(i)]);
+    const auto middle = around.begin() + static_cast<std::ptrdiff_t>(around.size() / 2);
+    std::nth_element(around.begin(), middle, around.end());
+    // Ordinates scatter exponentially about a smooth spectrum; the median of an exponential is log 2 of its mean.
+    const double gain = *middle > 0.0 ? std::numbers::ln2 * power[static_cast<std::size_t>(j)] / *middle : 0.0;
+    if (gain > line.gain) line = {static_cast<double>(j + 1) / seconds, gain};
+  }
+  return line;
+}
+
+/// A rhythm in what is left. A filter free to call anything random explains a steady oscillation by more noise; but an
+/// oscillation is a line that stands out of the spectrum, and once its frequency is known the likelihood says whether
+/// it is there.
+BasisTest rhythm(const Problem& problem, const Fit& fitted) {
+  BasisTest test;
+  test.where = Where::time;
+  test.quantity = "frequency";
+  const StagedCar car = problem.catalogue->build(fitted.model);
+  double chances = 0.0;
+  Line best;
+  for (const Trace& trace : problem.traces) {
+    const LinearModel lm = linearise(car, trace, problem.substeps);
+    FilterWants wants;
+    wants.smooth = true;
+    const Likelihood l = filter(lm, fitted.noise, wants);
+    for (std::size_t c = 0; c < noise_states; ++c) {
+      const std::vector<double> power = periodogram(l, lm.states, c, lm.dt);
+      chances += static_cast<double>(power.size());
+      const Line line = strongest_line(power, static_cast<double>(trace.size()) * lm.dt);
+      if (line.gain > best.gain) best = line;
+    }
+  }
+  // Most spectra have no such line, and then there is nothing to ask.
+  if (chances == 0.0 || best.gain < std::log(chances) + 2.0) return test;
+  const BasisSystem system =
+      basis_system(problem, fitted, [&](const Trace& trace) { return wave(trace, best.frequency); });
+  const Score s = score_test(system.N, system.g, system.own);
+  test.gain = s.gain;
+  test.dof = s.dof;
+  test.from = test.to = best.frequency;
+  // The frequency was chosen among many; 4 stands for about one chance in thousands, as with the others.
+  test.excess = 0.5 * (s.gain - 0.5 * static_cast<double>(s.dof) - std::log(chances));
+  return test;
+}
+
+/// The shapes that most effects of a car have, few enough that a small remainder of such a shape is not lost among
+/// dozens of functions: of speed and throttle along the car, of slip, turning and steering across it.
+constexpr std::size_t along_functions = 8, across_functions = 9;
+Basis simple_basis(const Trace& trace) {
+  constexpr std::size_t functions = along_functions + across_functions;
+  Basis b{functions, std::vector<double>(trace.size() * functions)};
+  const Signals s = signals(trace);
+  const double v = typical(s.vx), w = typical(s.omega), vy = typical(s.vy), delta = typical(s.delta);
+  for (std::size_t k = 0; k < trace.size(); ++k) {
+    const double u = s.vx[k] / v, d = s.d[k], turn = s.omega[k] / w, slide = s.vy[k] / vy, steer = s.delta[k] / delta;
+    const double row[functions] = {1.0,
+                                   u,
+                                   u * u,
+                                   d,
+                                   std::abs(d),
+                                   d * u,
+                                   d * std::abs(d),
+                                   turn * turn,
+                                   1.0,
+                                   slide,
+                                   turn,
+                                   steer,
+                                   u * turn,
+                                   u * steer,
+                                   turn * std::abs(turn),
+                                   std::tanh(4.0 * turn),
+                                   steer * std::abs(steer)};
+    std::copy_n(row, functions, b.value.begin() + static_cast<std::ptrdiff_t>(k * functions));
+  }
+  return b;
+}
+
+/// A chi-square as a standard normal (Wilson and Hilferty 1931).
+double as_normal(double chi_square, double dof) {
+  const double spread = 2.0 / (9.0 * dof);
+  return (std::cbrt(chi_square / dof) - (1.0 - spread)) / std::sqrt(spread);
+}
+
+/// Whether an acceleration other than this one is random: what a model lacks is mostly seen as noise in one of them.
+bool rough_beside(const Problem& problem, const Fit& fitted, std::size_t channel) {
+  for (std::size_t c = 0; c < noise_states; ++c)
+    if (c != channel && fitted.noise.process[c] > std::pow(0.1 * problem.process_unit[c], 2)) return true;
+  return false;
+}
+
+/// One test per acceleration, each with its own few functions.
+void add_focused(const Problem& problem, const Fit& fitted, std::vector<BasisTest>& tests) {
+  const BasisSystem system = basis_system(problem, fitted, simple_basis);
+  constexpr std::size_t functions = along_functions + across_functions;
+  for (std::size_t channel = 0; channel < noise_states; ++channel) {
+    std::vector<Index> rows;
+    for (Index i = 0; i < system.own; ++i) rows.push_back(i);
+    const std::size_t first = channel == 0 ? 0 : along_functions;
+    const std::size_t last = channel == 0 ? along_functions : functions;
+    for (std::size_t f = first; f < last; ++f) rows.push_back(system.own + static_cast<Index>(channel * functions + f));
+    const Score s = score_test(system.N(rows, rows), system.g(rows), system.own);
+    BasisTest test;
+    test.where = Where::state;
+    test.focused = true;
+    test.gain = s.gain;
+    test.dof = s.dof;
+    // 3.5 standard deviations of a normal are as rare as 4 of the other tests' statistic. On a rough road, where all
+    // accelerations are random, twice that: the functions are evaluated along a reference that carries the same
+    // randomness, and the statistic is no chi-square any more.
+    const double rare = rough_beside(problem, fitted, channel) ? 7.0 : 3.5;
+    if (s.dof > 0) test.excess = structured / rare * as_normal(2.0 * s.gain, static_cast<double>(s.dof));
+    tests.push_back(std::move(test));
+  }
 }
 
 }  // namespace
 
+const BasisTest& strongest(std::span<const BasisTest> tests) {
+  const auto rank = [](const BasisTest& t) { return std::pair(t.excess > structured && !t.focused, t.excess); };
+  return *std::max_element(tests.begin(), tests.end(),
+                           [&](const BasisTest& a, const BasisTest& b) { return rank(a) < rank(b); });
+}
+
 std::vector<BasisTest> remainder(const Problem& problem, const Fit& fitted) {
   std::vector<BasisTest> tests;
   for (const Where where : {Where::position, Where::time, Where::state, Where::input}) {
-    const BasisSystem system = basis_system(problem, fitted, where);
+    const BasisSystem system =
+        basis_system(problem, fitted, [&](const Trace& trace) { return basis_of(problem, trace, where); });
     const Score s = score_test(system.N, system.g, system.own);
     BasisTest test;
     test.where = where;
@@ -299,12 +467,15 @@ std::vector<BasisTest> remainder(const Problem& problem, const Fit& fitted) {
     }
     tests.push_back(std::move(test));
   }
+  tests.push_back(rhythm(problem, fitted));
+  add_focused(problem, fitted, tests);
   return tests;
 }
 
 std::vector<double> support_beside(const Problem& problem, const Fit& fitted, Where where) {
   const Catalogue& catalogue = *problem.catalogue;
-  const BasisSystem system = basis_system(problem, fitted, where);
+  const BasisSystem system =
+      basis_system(problem, fitted, [&](const Trace& trace) { return basis_of(problem, trace, where); });
   const Index own = system.own, count = system.g.size() - own;
   // Information on the own parameters once the basis may explain what it can, pseudo-inverted for safety.
   const MatrixXd cross = system.N.topRightCorner(own, count);

@@ -20,11 +20,17 @@ struct BasisTest {
   /// Where along the basis' own axis the remainder is largest; for state and input the range of the quantity named.
   double from = 0, to = 0;
   std::string quantity;
+  /// A test of few functions: it sees small remainders of simple shape, and says less about where they live.
+  bool focused = false;
   /// Largest of its accelerations there, per channel [m/s2, m/s2, rad/s2].
   std::array<double, 3> size{};
 };
 
-/// One test per kind, in the order of Where.
+/// One test per kind, in the order of Where, then one of rhythms in time (quantity "frequency", from and to in Hz), then
+/// the focused ones.
+inline constexpr double structured = 4.0;  // excess of a test beyond which something is left
+/// The strongest test; a focused one only when no other finds anything.
+const BasisTest& strongest(std::span<const BasisTest> tests);
 std::vector<BasisTest> remainder(const Problem& problem, const Fit& fitted);
 
 /// For each member of the model: log evidence that it is there even if all functions of one kind are (Wald's test minus

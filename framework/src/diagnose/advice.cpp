@@ -61,6 +61,7 @@ std::string where_text(const BasisTest& test) {
     case Where::position:
       return "at lap fractions " + number(test.from) + " to " + number(test.to);
     case Where::time:
+      if (test.quantity == "frequency") return "as an oscillation of " + number(test.from) + " Hz";
       return "between " + number(test.from) + " s and " + number(test.to) + " s";
     case Where::state:
       return "as a function of the state";

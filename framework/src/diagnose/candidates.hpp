@@ -71,10 +71,10 @@ class Catalogue {
   /// Effects before the members in a built car.
   std::size_t own_effects() const { return own_.size(); }
   std::string name(const ModelSpec& model) const;
-
- private:
+  /// Whether candidate a acts earlier in the chain of stages than candidate b.
   bool before(std::size_t a, std::size_t b) const;
 
+ private:
   Car car_;
   Instance<VehicleModel> model_;
   const PluginEntry* model_entry_;

@@ -11,7 +11,7 @@ namespace gripline::diagnose {
 namespace {
 
 constexpr double worth_adding = 3.0;      // log evidence an effect must bring
-constexpr double structured = 4.0;        // excess of a basis test beyond which something is left
+constexpr double never_worse = 1.02;      // errors on data not fitted, over those of the nominal model
 constexpr double same_evidence = 2.0;     // models closer than this cannot be told apart
 constexpr double ninety_five = 1.959964;  // standard deviations of a 95 % interval
 
@@ -118,6 +118,7 @@ Diagnosis Diagnoser::run(std::span<const LogFile> logs, std::span<const LogFile>
   }
   describe(d.fit, d);
   measure_gap(held_out, search, d);
+  if (d.gap.after > never_worse * d.gap.before) take_back(held_out, search, d);
   if (d.verdict == Verdict::nothing_missing) find_floors(search, d);
   d.sentence = sentence(d);
   return d;
@@ -126,16 +127,11 @@ Diagnosis Diagnoser::run(std::span<const LogFile> logs, std::span<const LogFile>
 void Diagnoser::decide(Search& search, Diagnosis& d) {
   d.fit = search.best();
   d.tests = remainder(problem_, d.fit);
-  const auto worst = [](const std::vector<BasisTest>& tests) {
-    return *std::max_element(tests.begin(), tests.end(),
-                             [](const BasisTest& a, const BasisTest& b) { return a.excess < b.excess; });
-  };
-  const BasisTest left = worst(d.tests);
-  if (left.excess > structured) {
+  if (const BasisTest left = strongest(d.tests); left.excess > structured || search.exhausted()) {
     strip_unsupported(search, d, left.where);
     d.tests = remainder(problem_, d.fit);
     d.verdict = Verdict::unknown;
-    d.unknown = worst(d.tests);
+    d.unknown = strongest(d.tests);
   }
   // Rivals: every model tried whose evidence is near.
   std::vector<const Fit*> rivals{&d.fit};
@@ -195,6 +191,25 @@ void Diagnoser::decide(Search& search, Diagnosis& d) {
       if (d.equivalent.empty()) d.equivalent.push_back(ids(d.fit.model));
       d.equivalent.push_back(same);
     }
+}
+
+/// What was found does not predict what was not fitted: the nominal model is returned as it was given, and the verdict is
+/// that whatever is missing is not known.
+void Diagnoser::take_back(std::span<const LogFile> held_out, Search& search, Diagnosis& d) {
+  if (d.verdict != Verdict::nothing_missing) {
+    d.verdict = Verdict::unknown;
+    if (!d.unknown) d.unknown = strongest(d.tests);
+  }
+  d.named.clear();
+  d.equivalent.clear();
+  d.manoeuvre.clear();
+  d.nominal_fit.clear();
+  d.fit = search.nothing();
+  d.fit.model = catalogue_.bare();
+  d.fit.theta.clear();
+  d.fit.covariance.clear();
+  d.horizons.clear();
+  measure_gap(held_out, search, d);
 }
 
 /// Something is left: effects that generic functions of the same kind explain as well were stand-ins for it.
@@ -316,11 +331,10 @@ void Diagnoser::measure_gap(std::span<const LogFile> held_out, Search& search, D
   const double rest = std::min(1.0, d.gap.after);
   d.gap.closure = d.gap.before > rest + 1e-9 ? (d.gap.before - d.gap.after) / (d.gap.before - rest) : 0.0;
   for (Ranked& row : d.ranking) {
-    const auto single = std::vector<std::size_t>{catalogue_.find(row.effect)};
-    row.held_out = before[3];
-    for (const Fit* one : search.tried())
-      if (one->model.members == single)
-        row.held_out = prediction_errors(known, unseen, road_, *one, std::span(seconds).subspan(3, 1)).front();
+    const Fit* const one = search.alone(catalogue_.find(row.effect));
+    row.held_out = one == nullptr
+                       ? before[3]
+                       : prediction_errors(known, unseen, road_, *one, std::span(seconds).subspan(3, 1)).front();
   }
 }
 
@@ -330,8 +344,7 @@ void Diagnoser::rank(Search& search, const std::map<std::size_t, double>& wins, 
     Ranked row;
     row.effect = catalogue_.candidates()[e.candidate].id;
     row.gain = e.gain - problem_.penalty_per_parameter * static_cast<double>(e.dof);
-    for (const Fit* one : search.tried())
-      if (one->model.members == std::vector<std::size_t>{e.candidate}) row.gain = one->score - search.nothing().score;
+    if (search.alone(e.candidate) != nullptr) row.gain = search.gain_alone(e.candidate);
     if (const auto found = wins.find(e.candidate); found != wins.end()) row.selected_fraction = found->second;
     d.ranking.push_back(std::move(row));
   }

@@ -89,6 +89,7 @@ class Diagnoser {
   void rank(Search& search, const std::map<std::size_t, double>& wins, Diagnosis& d) const;
   void measure_gap(std::span<const LogFile> held_out, Search& search, Diagnosis& d);
   void describe(const Fit& fitted, Diagnosis& d) const;
+  void take_back(std::span<const LogFile> held_out, Search& search, Diagnosis& d);
   void find_floors(Search& search, Diagnosis& d) const;
 
   const WorldSpec& world_;

@@ -69,7 +69,8 @@ Node diagnosis_json(const Diagnosis& d) {
   if (d.unknown) {
     Node unknown = object();
     unknown.set("where", Node(where_names[static_cast<std::size_t>(d.unknown->where)]));
-    const bool along = d.unknown->where == Where::position || d.unknown->where == Where::time;
+    const bool along =
+        (d.unknown->where == Where::position || d.unknown->where == Where::time) && d.unknown->quantity.empty();
     unknown.set("interval", along ? Node(Node::Array{number(d.unknown->from), number(d.unknown->to)}) : Node::null());
     out.set("unknown", std::move(unknown));
   } else {

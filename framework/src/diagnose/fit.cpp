@@ -3,8 +3,8 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
-#include <cstdlib>
+
+#include "normal_equations.hpp"
 
 namespace gripline::diagnose {
 namespace {
@@ -85,7 +85,7 @@ VectorXd solve(const MatrixXd& N, const VectorXd& g, const VectorXd& scale, std:
   VectorXd inverse = eigen.eigenvalues();
   rank = 0;
   for (Index i = 0; i < inverse.size(); ++i) {
-    const bool kept = inverse[i] > 1e-7;
+    const bool kept = inverse[i] > 1e-10;
     rank += kept ? 1 : 0;
     inverse[i] = kept ? 1.0 / inverse[i] : 0.0;
   }
@@ -95,11 +95,39 @@ VectorXd solve(const MatrixXd& N, const VectorXd& g, const VectorXd& scale, std:
   return pseudo * g;
 }
 
+/// The step of all parameters when nuisances may not leave their limits: those that would are put there one by one.
+VectorXd bounded_step(const Catalogue& catalogue, const ModelSpec& model, MatrixXd N, VectorXd g, const VectorXd& scale,
+                      std::size_t& rank, MatrixXd* covariance) {
+  const auto nuisances = catalogue.nuisances();
+  hold_at_limits(catalogue, model, N, g);
+  VectorXd moved = VectorXd::Zero(g.size());
+  std::vector<bool> held(nuisances.size(), false);
+  for (;;) {
+    const VectorXd step = solve(N, g, scale, rank, covariance) + moved;
+    std::size_t worst = nuisances.size();
+    double over = 1e-9, end = 0.0;
+    for (std::size_t i = 0; i < nuisances.size(); ++i) {
+      const Nuisance& n = nuisances[i];
+      const double off = model.nuisance[i] + step[static_cast<Index>(i)] - n.nominal;
+      const double beyond = std::abs(off) / n.sigma - nuisance_limit;
+      if (held[i] || beyond <= over) continue;
+      over = beyond;
+      worst = i;
+      end = n.nominal + (off > 0.0 ? 1.0 : -1.0) * nuisance_limit * n.sigma;
+    }
+    if (worst == nuisances.size()) return step;
+    const auto at = static_cast<Index>(worst);
+    held[worst] = true;
+    moved[at] = end - model.nuisance[worst];
+    hold(N, g, at, moved[at]);
+  }
+}
+
 /// Keeps parameters inside their ranges.
 void clamp_to_ranges(const Catalogue& catalogue, const ModelSpec& model, std::vector<double>& theta) {
   std::size_t at = 0;
   for (const Nuisance& n : catalogue.nuisances()) {
-    theta[at] = std::clamp(theta[at], n.nominal - 4.0 * n.sigma, n.nominal + 4.0 * n.sigma);
+    theta[at] = std::clamp(theta[at], n.nominal - nuisance_limit * n.sigma, n.nominal + nuisance_limit * n.sigma);
     ++at;
   }
   for (const std::size_t member : model.members) {
@@ -107,6 +135,19 @@ void clamp_to_ranges(const Catalogue& catalogue, const ModelSpec& model, std::ve
     for (std::size_t f = 0; f < c.fitted.size(); ++f, ++at)
       theta[at] = std::clamp(theta[at], c.decl(f).lo, c.decl(f).hi);
   }
+}
+
+/// Random accelerations below this size mean nothing.
+double least_variance(const Problem& problem, std::size_t i) { return std::pow(0.003 * problem.process_unit[i], 2); }
+
+/// True when some variance is small enough to be a remnant of parameters that are not there yet, and is not at its floor.
+bool remnant(const Problem& problem, const Noise& noise) {
+  bool any = false;
+  for (std::size_t c = 0; c < noise_states; ++c) {
+    if (noise.process[c] > std::pow(0.5 * problem.process_unit[c], 2)) return false;
+    any |= noise.process[c] > 4.0 * least_variance(problem, c);
+  }
+  return any;
 }
 
 /// Next variances by Fisher scoring in their logarithms; steps of at most a factor of thirty.
@@ -119,7 +160,7 @@ double improve_noise(const Problem& problem, const Evaluation& e, Noise& noise) 
       information(i, j) =
           e.information(i, j) * noise.process[static_cast<std::size_t>(i)] * noise.process[static_cast<std::size_t>(j)];
   }
-  const auto floor = [&](std::size_t i) { return std::pow(0.003 * problem.process_unit[i], 2); };
+  const auto floor = [&](std::size_t i) { return least_variance(problem, i); };
   // A variance at its floor that wants to fall stays out of the system.
   std::array<bool, 3> held{};
   for (std::size_t i = 0; i < 3; ++i) {
@@ -172,33 +213,47 @@ Fit fit(const Problem& problem, const ModelSpec& start, const Noise& noise, int 
   ModelSpec trial = start;
   Noise trial_noise = noise;
   std::vector<double> step;
-  double share = 1.0;
+  // How much of a step is taken: of the parameters, and of the variances, whose steps overshoot more easily.
+  double share = 1.0, noise_share = 1.0;
+  bool with_noise = false, asking = false, asked = false;
   for (int i = 0; i < iterations; ++i) {
     Evaluation e = evaluate(problem, trial, trial_noise);
-    if (getenv("FITV")) {
-      printf("   it %d share %.3f cost %.4f q %.5f %.5f %.5f th", i, share, e.cost, std::sqrt(trial_noise.process[0]),
-             std::sqrt(trial_noise.process[1]), std::sqrt(trial_noise.process[2]));
-      for (double x : pack(catalogue, trial)) printf(" %.5g", x);
-      printf("\n");
-    }
-    if (!(e.cost <= best.cost + 1e-6)) {
-      // Not better: a shorter step from the best.
-      share *= 0.35;
-      if (share < 0.02) break;
-    } else {
+    const bool better = e.cost <= best.cost + 1e-6;
+    if (better) {
       best.model = trial;
       best.noise = trial_noise;
       best.cost = e.cost;
       at_best = std::move(e);
       share = 1.0;
+      if (with_noise) noise_share = std::min(1.0, 3.0 * noise_share);
+    } else if (!asking) {
+      // Not better: first the parameters alone, then a shorter step from the best.
+      if (with_noise)
+        noise_share *= 0.25;
+      else
+        share *= 0.35;
+      if (share < 0.02) break;
     }
+    if (!std::isfinite(best.cost)) break;  // the model cannot be evaluated at its start values
+    asking = false;
+    if (!asked && i >= 3 && (i >= 5 || share == 1.0) && remnant(problem, best.noise)) {
+      // What is left may be parameters still on their way, and the way down is long and flat: would no noise do as well?
+      asked = asking = true;
+      trial = best.model;
+      trial_noise = best.noise;
+      for (std::size_t c = 0; c < noise_states; ++c)
+        trial_noise.process[c] = std::min(trial_noise.process[c], least_variance(problem, c));
+      with_noise = false;
+      continue;
+    }
+    const bool alone = !better && with_noise;
     std::vector<double> theta = pack(catalogue, best.model);
     double gain = 0.0;
     if (!theta.empty()) {
       const VectorXd scale = scales(catalogue, best.model);
       MatrixXd covariance;
       std::size_t rank = 0;
-      const VectorXd full = solve(at_best.N, at_best.g, scale, rank, &covariance);
+      const VectorXd full = bounded_step(catalogue, best.model, at_best.N, at_best.g, scale, rank, &covariance);
       gain = 0.5 * at_best.g.dot(full);
       for (std::size_t p = 0; p < theta.size(); ++p) {
         // Very long steps leave the region where the linearisation means anything.
@@ -211,11 +266,13 @@ Fit fit(const Problem& problem, const ModelSpec& start, const Noise& noise, int 
     unpack(catalogue, theta, trial);
     trial_noise = best.noise;
     const double noise_gain = improve_noise(problem, at_best, trial_noise);
-    if (share < 1.0)
-      for (std::size_t c = 0; c < noise_states; ++c)
-        trial_noise.process[c] =
-            best.noise.process[c] * std::pow(trial_noise.process[c] / best.noise.process[c], share);
-    if (share == 1.0 && gain < 0.01 && noise_gain < 0.05) {
+    const double part = std::min(share, noise_share);
+    with_noise = !(alone && !theta.empty());
+    for (std::size_t c = 0; c < noise_states; ++c)
+      trial_noise.process[c] =
+          with_noise ? best.noise.process[c] * std::pow(trial_noise.process[c] / best.noise.process[c], part)
+                     : best.noise.process[c];
+    if (better && gain < 0.01 && noise_gain < 0.05) {
       best.converged = true;
       break;
     }
@@ -226,7 +283,7 @@ Fit fit(const Problem& problem, const ModelSpec& start, const Noise& noise, int 
     const VectorXd scale = scales(catalogue, best.model);
     MatrixXd covariance;
     std::size_t rank = 0;
-    solve(at_best.N, at_best.g, scale, rank, &covariance);
+    bounded_step(catalogue, best.model, at_best.N, at_best.g, scale, rank, &covariance);
     best.covariance.assign(covariance.data(), covariance.data() + covariance.size());
     best.free = rank - std::min(rank, catalogue.nuisances().size());
   }
@@ -254,12 +311,15 @@ double conditional_gain(const MatrixXd& N, const VectorXd& g, Index own, Index f
   const MatrixXd unit = size.cwiseInverse().asDiagonal() * S * size.cwiseInverse().asDiagonal();
   const VectorXd unit_r = size.cwiseInverse().asDiagonal() * r;
   const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(unit);
+  // One direction counts as long as rounding allows: an effect that is a nuisance under another name differs from it
+  // only by how far the nuisance is trusted. Of several, those that the others all but replace are left out.
+  const double smallest = count == 1 ? 1e-10 : 1e-6;
   dof = 0;
   step = VectorXd::Zero(count);
   double gain = 0.0;
   for (Index i = 0; i < count; ++i) {
     const double lambda = eigen.eigenvalues()[i];
-    if (!(lambda > 1e-6)) continue;
+    if (!(lambda > smallest)) continue;
     ++dof;
     const double along = eigen.eigenvectors().col(i).dot(unit_r);
     gain += 0.5 * along * along / lambda;
@@ -305,6 +365,7 @@ Screening screen(const Problem& problem, const Fit& fitted) {
   add_prior(catalogue, fitted.model, prior);
   N = prior.N;
   g = prior.g;
+  hold_at_limits(catalogue, fitted.model, N, g);
   const auto own = static_cast<Index>(out.own);
   for (const Group& group : out.groups) {
     const Candidate& c = catalogue.candidates()[group.candidate];

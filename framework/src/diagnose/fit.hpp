@@ -33,7 +33,8 @@ struct Fit {
 std::vector<double> pack(const Catalogue& catalogue, const ModelSpec& model);
 void unpack(const Catalogue& catalogue, std::span<const double> theta, ModelSpec& model);
 
-/// Fits from the given values and variances.
+/// Fits from the given values and variances. Where random accelerations remain it is tried whether none would do as well:
+/// parameters that are not there yet look like randomness, and the way down is long and flat.
 Fit fit(const Problem& problem, const ModelSpec& start, const Noise& noise, int iterations = 8);
 
 /// One linearisation of every candidate at a fitted model.

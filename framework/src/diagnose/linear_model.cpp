@@ -286,6 +286,32 @@ Direction difference_direction(StagedCar& car, const Trace& trace, std::size_t s
   return d;
 }
 
+/// Rates hold the memory fixed, but a parameter that acts before an effect with memory also changes what that effect
+/// remembers: with relaxing tyres nothing of a tyre shows in the rates at all. Such parameters are moved and the memory
+/// is run anew.
+bool is_remembered(const Catalogue& catalogue, const ModelSpec& model, std::size_t candidate) {
+  return std::any_of(model.members.begin(), model.members.end(), [&](std::size_t m) {
+    return catalogue.candidates()[m].effect->memory() > 0 && catalogue.before(candidate, m);
+  });
+}
+bool nominal_is_remembered(const Catalogue& catalogue, const ModelSpec& model) {
+  return std::any_of(model.members.begin(), model.members.end(), [&](std::size_t m) {
+    const Effect& effect = *catalogue.candidates()[m].effect;
+    return effect.memory() > 0 && effect.stage() > Stage::command;
+  });
+}
+
+/// The same as exact_directions where memories change with the parameters; `step` by parameter.
+void moved_directions(StagedCar& car, const Trace& trace, std::span<const std::size_t> seed,
+                      std::span<const double> step, std::span<Direction> directions) {
+  for (std::size_t i = 0; i < seed.size(); ++i) {
+    const double value = car.params()[seed[i]];
+    directions[i] = difference_direction(car, trace, seed[i], value + step[i], value - step[i]);
+  }
+}
+
+constexpr double small_step = 1e-3;  // of a parameter's scale, for differences
+
 }  // namespace
 
 std::vector<Direction> own_directions(const Catalogue& catalogue, const ModelSpec& model, const Trace& trace,
@@ -294,19 +320,31 @@ std::vector<Direction> own_directions(const Catalogue& catalogue, const ModelSpe
   std::vector<std::size_t> seed;
   std::vector<std::size_t> place;
   std::size_t count = 0;
-  for (const Nuisance& n : catalogue.nuisances()) {
-    seed.push_back(n.index);
-    place.push_back(count++);
-  }
   struct Moved {
     std::size_t slot, place;
     double up, down;
   };
   std::vector<Moved> moved;
+  const bool remembered = nominal_is_remembered(catalogue, model);
+  for (const Nuisance& n : catalogue.nuisances()) {
+    if (remembered) {
+      const double value = car.params()[n.index], step = small_step * n.sigma;
+      moved.push_back({n.index, count++, value + step, value - step});
+      continue;
+    }
+    seed.push_back(n.index);
+    place.push_back(count++);
+  }
   for (std::size_t i = 0; i < model.members.size(); ++i) {
     const Candidate& c = catalogue.candidates()[model.members[i]];
     const auto at = slots(catalogue, model, car, i);
+    const bool later = is_remembered(catalogue, model, model.members[i]);
     for (std::size_t f = 0; f < at.size(); ++f) {
+      if (later && !c.remembers) {
+        const double value = car.params()[at[f]], step = small_step * c.decl(f).scale;
+        moved.push_back({at[f], count++, value + step, value - step});
+        continue;
+      }
       if (!c.remembers) {
         seed.push_back(at[f]);
         place.push_back(count++);
@@ -390,7 +428,13 @@ void candidate_directions(const Catalogue& catalogue, const ModelSpec& model, co
       StagedCar car = catalogue.build(more);
       const auto at = slots(catalogue, more, car, more.position(i));
       std::vector<Direction> all(at.size());
-      exact_directions(car, trace, memory, at, c.effect->stage() == Stage::reading, all);
+      const bool later = is_remembered(catalogue, model, i);
+      std::vector<double> step;
+      for (std::size_t f = 0; f < at.size(); ++f) step.push_back(small_step * c.decl(f).scale);
+      if (later)
+        moved_directions(car, trace, at, step, all);
+      else
+        exact_directions(car, trace, memory, at, c.effect->stage() == Stage::reading, all);
       std::vector<std::size_t> shapes;
       for (std::size_t f = 0; f < all.size(); ++f)
         if (vanishes(all[f])) shapes.push_back(f);
@@ -408,7 +452,10 @@ void candidate_directions(const Catalogue& catalogue, const ModelSpec& model, co
           for (std::size_t f = 1; f < shapes.size(); ++f) car.params()[at[shapes[f]]] = c.decl(shapes[f]).start;
           std::vector<Direction> one(1);
           const std::size_t seed[] = {at[strength]};
-          exact_directions(car, trace, memory, seed, false, one);
+          if (later)
+            moved_directions(car, trace, seed, std::span(step).subspan(strength, 1), one);
+          else
+            exact_directions(car, trace, memory, seed, false, one);
           directions.push_back(std::move(one.front()));
           group.units.push_back(1.0);
           std::vector<double> start = c.defaults;

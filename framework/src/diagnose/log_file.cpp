@@ -296,6 +296,26 @@ Measured to_grid(const Raw& raw, std::size_t first, std::size_t last, double dt,
   return log;
 }
 
+/// Standing starts and stops: slip angles mean little there, and no model of the tyres is asked about them. Their rows
+/// go, which cuts the log.
+void leave_out_slow(Raw& raw, double v_ref, double dt, std::vector<Health>& health) {
+  const double slowest = 0.2 * v_ref;
+  Raw kept;
+  for (std::size_t i = 0; i < raw.size(); ++i) {
+    if (raw.at(i, 3) < slowest) continue;
+    kept.t.push_back(raw.t[i]);
+    kept.d.push_back(raw.d[i]);
+    kept.delta.push_back(raw.delta[i]);
+    kept.row.push_back(raw.row[i]);
+    for (std::size_t c = 0; c < channels; ++c) kept.reading.push_back(raw.at(i, c));
+  }
+  if (kept.size() == raw.size()) return;
+  health.push_back({"speed",
+                    text(static_cast<double>(raw.size() - kept.size()) * dt) + " s below " + text(slowest) + " m/s",
+                    "left out", Health::Level::note});
+  raw = std::move(kept);
+}
+
 void check_place(const CsvTable& table, const Raw& raw, const Road& road) {
   std::vector<double> beyond;
   for (std::size_t i = 0; i < raw.size(); i += 10) {
@@ -305,7 +325,8 @@ void check_place(const CsvTable& table, const Raw& raw, const Road& road) {
     beyond.push_back(road.track().beyond_edge(found));
   }
   const double usual = median(beyond);
-  if (usual > 0.0)
+  // A bad driver leaves his own road by less than its width.
+  if (usual > 0.5 * road.track().narrowest())
     refuse(table, "half of the log lies more than " + text(usual) + " m outside \"" + road.track().name() +
                       "\": it is from another track; give the right one with --track FILE.csv");
 }
@@ -338,6 +359,8 @@ LogFile read_log_file(const std::filesystem::path& file, const LogExpectations& 
     log.health.push_back({"outliers", std::to_string(dropped) + " readings (" + text(100.0 * share, 2) + " %)",
                           "left out", share > 0.05 ? Health::Level::bad : Health::Level::note});
   }
+  const double begin = raw.t.front();
+  leave_out_slow(raw, expected.v_ref, dt, log.health);
   double jitter = 0.0;
   std::size_t gone = 0, first = 0, short_ones = 0;
   for (std::size_t i = 1; i <= raw.size(); ++i) {
@@ -347,8 +370,8 @@ LogFile read_log_file(const std::filesystem::path& file, const LogExpectations& 
       jitter = std::max(jitter, std::abs(step / dt - std::round(step / dt)));
       continue;
     }
-    if (raw.t[i - 1] - raw.t[first] >= short_stretch)
-      log.stretches.push_back(to_grid(raw, first, i, dt, raw.t.front()));
+    if (i > first && raw.t[i - 1] - raw.t[first] >= short_stretch)
+      log.stretches.push_back(to_grid(raw, first, i, dt, begin));
     else
       ++short_ones;
     first = i;

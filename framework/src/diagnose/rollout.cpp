@@ -12,6 +12,22 @@ std::array<double, channels> read_state(const StagedCar& car, const double* x, c
   return {r.x, r.y, r.yaw, r.vx, r.vy, r.omega};
 }
 
+/// Substeps that a memory as quick as the quickest here needs: its own slope times a substep stays below 0.8.
+int substeps_for(const StagedCar& car, const Trace& trace, const std::vector<double>& memory, int wanted) {
+  const auto m = static_cast<std::size_t>(car.memory());
+  if (m == 0 || trace.size() == 0) return wanted;
+  const std::vector<double> rates = memory_rates(car, trace, memory);
+  double fastest = 0.0;
+  for (std::size_t j = 0; j < m; ++j) {
+    std::vector<double> moved = memory;
+    for (std::size_t k = 0; k < trace.size(); ++k) moved[k * m + j] += 1e-6 * (1.0 + std::abs(moved[k * m + j]));
+    const std::vector<double> changed = memory_rates(car, trace, moved);
+    for (std::size_t k = j; k < memory.size(); k += m)
+      fastest = std::max(fastest, std::abs((changed[k] - rates[k]) / (moved[k] - memory[k])));
+  }
+  return std::max(wanted, static_cast<int>(std::ceil(std::min(trace.log.dt * fastest, 40.0) / 0.8)));
+}
+
 }  // namespace
 
 std::vector<double> states_of_readings(const StagedCar& car, const std::vector<double>& readings,
@@ -58,7 +74,7 @@ Rollouts roll_out(const StagedCar& car, const Trace& trace, const Road& road, co
     from[i] = trace.at[s];
     hint[i] = from[i].s;
   }
-  Stepping stepping(car, trace.log, options.substeps);
+  Stepping stepping(car, trace.log, substeps_for(car, trace, memory, options.substeps));
   for (std::size_t j = 0; j < out.samples; ++j) {
     for (std::size_t i = 0; i < n; ++i) {
       const double* const row = x.data() + i * channels;

@@ -18,7 +18,7 @@ std::vector<const Fit*> Search::tried() const {
 const Fit& Search::fit_once(const ModelSpec& start, const Noise& noise) {
   const auto found = fits_.find(start.members);
   if (found != fits_.end()) return found->second;
-  return fits_.emplace(start.members, fit(problem_, start, noise)).first->second;
+  return fits_.emplace(start.members, fit(problem_, start, noise, small_.empty() ? 8 : 14)).first->second;
 }
 
 const Screening& Search::screen_once(const Fit& fitted) {
@@ -61,6 +61,11 @@ std::vector<const Fit*> Search::extend(const Fit& from, std::size_t tries) {
   return fits;
 }
 
+double Search::required(std::size_t size) const {
+  if (size <= 1) return options_.worth_adding;
+  return std::max(options_.worth_beside, options_.share_beside * (best_->score - nothing_->score));
+}
+
 /// Adds effects one at a time to the best few models of each size.
 void Search::grow() {
   std::vector<const Fit*> beam{nothing_};
@@ -70,7 +75,7 @@ void Search::grow() {
       for (const Fit* one : extend(*from, size == 1 ? options_.tries + 2 : options_.tries))
         if (std::find(next.begin(), next.end(), one) == next.end()) next.push_back(one);
     std::stable_sort(next.begin(), next.end(), [](const Fit* a, const Fit* b) { return a->score > b->score; });
-    if (next.empty() || next.front()->score < best_->score + options_.worth_adding) break;
+    if (next.empty() || next.front()->score < best_->score + required(size)) break;
     best_ = next.front();
     beam.clear();
     for (const Fit* one : next)
@@ -86,19 +91,69 @@ void Search::polish() {
     const Fit* const before = best_;
     for (const std::size_t member : before->model.members) {
       const Fit& less = fit_once(problem_.catalogue->without(before->model, member), before->noise);
-      if (less.score > best_->score - options_.worth_adding &&
+      if (less.score > best_->score - required(best_->model.members.size()) &&
           less.model.members.size() < best_->model.members.size()) {
         best_ = &less;
         moved = true;
       }
       if (before->model.members.size() < 2) continue;
       for (const Fit* swapped : extend(less, 3))
-        if (swapped->score > best_->score + 1e-3 && swapped->model.members.size() <= before->model.members.size()) {
+        if (swapped->score > best_->score + (swapped->model.members.size() > best_->model.members.size()
+                                                 ? required(swapped->model.members.size())
+                                                 : 1e-3)) {
           best_ = swapped;
           moved = true;
         }
     }
   }
+}
+
+/// The reference so far was smoothed with the nominal car, and what is missing bends it: a strong effect leaves errors
+/// of second order that further effects would take up. Once more along the trajectory that the model found smooths.
+void Search::settle() {
+  const Fit found = *best_, nothing = *nothing_;
+  std::vector<Fit> near;
+  for (const Fit* one : tried())
+    if (one != best_ && one->score > best_->score - 15.0 && near.size() < 6) near.push_back(*one);
+  for (const auto& [members, one] : fits_)
+    if (members.size() < 2) small_.emplace(members, one);
+  renew_reference(problem_, road_, found);
+  fits_.clear();
+  screenings_.clear();
+  nothing_ = &fit_once(nothing.model, nothing.noise);
+  best_ = &fit_once(found.model, found.noise);
+  for (const Fit& one : near) {
+    const Fit& again = fit_once(one.model, one.noise);
+    if (again.score > best_->score) best_ = &again;
+  }
+  polish();
+  const Fit* const before = best_;
+  const Fit* more = nullptr;
+  for (const Fit* one : extend(*before, 3))
+    if (one->score > before->score + required(one->model.members.size()) &&
+        (more == nullptr || one->score > more->score))
+      more = one;
+  if (more == nullptr) return;
+  if (more->model.members.size() > options_.max_effects) {
+    exhausted_ = true;
+    return;
+  }
+  best_ = more;
+  polish();
+}
+
+const Fit* Search::alone(std::size_t candidate) const {
+  const std::vector<std::size_t> members{candidate};
+  if (const auto first = small_.find(members); first != small_.end()) return &first->second;
+  const auto found = fits_.find(members);
+  return found != fits_.end() ? &found->second : nullptr;
+}
+
+double Search::gain_alone(std::size_t candidate) const {
+  const Fit* const one = alone(candidate);
+  const auto first = small_.find({candidate});
+  const bool old = first != small_.end() && &first->second == one;
+  return one->score - (old ? small_.at({}).score : nothing_->score);
 }
 
 void Search::run() {
@@ -113,6 +168,7 @@ void Search::run() {
   find_synonyms(screen_once(*nothing_));
   grow();
   polish();
+  if (best_ != nothing_) settle();
 }
 
 }  // namespace gripline::diagnose

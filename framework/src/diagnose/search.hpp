@@ -9,10 +9,14 @@
 namespace gripline::diagnose {
 
 struct SearchOptions {
-  std::size_t max_effects = 4;
+  std::size_t max_effects = 3;  // more than that is not named: see `exhausted`
   std::size_t beam = 2;
   std::size_t tries = 7;      // refits per model extended
   double worth_adding = 3.0;  // rise of the score (log evidence) that an effect must bring
+  /// The same beside other effects: there are dozens to choose from, and what is known of the found ones (integration,
+  /// linearisation) is good to a share of what they explain.
+  double worth_beside = 6.5;
+  double share_beside = 0.002;
 };
 
 /// All models tried, and the best of them.
@@ -25,7 +29,12 @@ class Search {
 
   const Fit& nothing() const { return *nothing_; }
   const Fit& best() const { return *best_; }
-  /// Every model that was fitted, best score first.
+  /// Even the largest model allowed asks for another effect: the catalogue only imitates what is missing.
+  bool exhausted() const { return exhausted_; }
+  /// What one effect alone is worth: null when that was not tried. Its fit, and the rise of the score over nothing.
+  const Fit* alone(std::size_t candidate) const;
+  double gain_alone(std::size_t candidate) const;
+  /// Every model that was fitted along the last reference, best score first.
   std::vector<const Fit*> tried() const;
   /// Candidates left out because another does exactly the same: (kept, left out).
   const std::map<std::size_t, std::vector<std::size_t>>& synonyms() const { return synonyms_; }
@@ -36,8 +45,11 @@ class Search {
  private:
   void find_synonyms(const Screening& screening);
   std::vector<const Fit*> extend(const Fit& from, std::size_t tries);
+  /// What the last effect of a model of this size must bring.
+  double required(std::size_t size) const;
   void grow();
   void polish();
+  void settle();
 
   Problem& problem_;
   const Road& road_;
@@ -45,6 +57,8 @@ class Search {
   std::map<std::vector<std::size_t>, Fit> fits_;
   std::map<std::vector<std::size_t>, Screening> screenings_;
   std::map<std::size_t, std::vector<std::size_t>> synonyms_;
+  std::map<std::vector<std::size_t>, Fit> small_;  // nothing and single effects along the first reference
+  bool exhausted_ = false;
   const Fit* nothing_ = nullptr;
   const Fit* best_ = nullptr;
 };

@@ -269,9 +269,14 @@ std::vector<double> run_memory(const StagedCar& car, const Trace& trace) {
   return rows;
 }
 
-std::vector<double> rates_at_samples(const StagedCar& car, const Trace& trace, const std::vector<double>& memory) {
+namespace {
+
+/// Rates of the motion and of the memory at every sample.
+void all_rates(const StagedCar& car, const Trace& trace, const std::vector<double>& memory, std::vector<double>& rate,
+               std::vector<double>& memory_rate) {
   const std::size_t n = trace.size();
-  std::vector<double> rate(n * channels), memory_rate(memory.size());
+  rate.resize(n * channels);
+  memory_rate.resize(memory.size());
   std::vector<ActingCommand<double>> command(n);
   std::vector<History<double>> history(n);
   for (std::size_t k = 0; k < n; ++k) {
@@ -288,7 +293,20 @@ std::vector<double> rates_at_samples(const StagedCar& car, const Trace& trace, c
   batch.memory_rate = memory_rate.data();
   batch.history = history.data();
   car.rates(batch);
+}
+
+}  // namespace
+
+std::vector<double> rates_at_samples(const StagedCar& car, const Trace& trace, const std::vector<double>& memory) {
+  std::vector<double> rate, memory_rate;
+  all_rates(car, trace, memory, rate, memory_rate);
   return rate;
+}
+
+std::vector<double> memory_rates(const StagedCar& car, const Trace& trace, const std::vector<double>& memory) {
+  std::vector<double> rate, memory_rate;
+  all_rates(car, trace, memory, rate, memory_rate);
+  return memory_rate;
 }
 
 }  // namespace gripline::diagnose

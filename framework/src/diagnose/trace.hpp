@@ -92,5 +92,7 @@ std::vector<double> run_memory(const StagedCar& car, const Trace& trace);
 
 /// Rates at every sample of the reference: size() rows of motion_size (memory rates left out).
 std::vector<double> rates_at_samples(const StagedCar& car, const Trace& trace, const std::vector<double>& memory);
+/// The same of the memory.
+std::vector<double> memory_rates(const StagedCar& car, const Trace& trace, const std::vector<double>& memory);
 
 }  // namespace gripline::diagnose

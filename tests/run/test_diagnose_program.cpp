@@ -1,0 +1,198 @@
+// gripline diagnose and predict as users call them, on cases that tests/blind makes.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+
+#include <fstream>
+
+#include "csv.hpp"
+#include "program.hpp"
+
+namespace gripline {
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+using namespace testing_support;
+namespace fs = std::filesystem;
+
+const std::string worlds = std::string(GRIPLINE_SOURCE_DIR) + "/worlds/";
+
+Outcome make_cases(const fs::path& out, const std::string& only) {
+  return run_program({std::string(GRIPLINE_BUILD_DIR) + "/tests/blind_cases", out.string(), "--seed", "5", "--count",
+                      "1", "--only", only});
+}
+
+/// A table with texts in it, row by row.
+std::vector<std::map<std::string, std::string>> rows_of(const fs::path& file) {
+  const auto cells = [](const std::string& line) {
+    std::vector<std::string> out(1);
+    for (const char c : line) {
+      if (c == ',')
+        out.emplace_back();
+      else
+        out.back() += c;
+    }
+    return out;
+  };
+  std::ifstream in(file);
+  std::string line;
+  std::getline(in, line);
+  const auto header = cells(line);
+  std::vector<std::map<std::string, std::string>> rows;
+  while (std::getline(in, line)) {
+    const auto values = cells(line);
+    auto& row = rows.emplace_back();
+    for (std::size_t i = 0; i < header.size() && i < values.size(); ++i) row[header[i]] = values[i];
+  }
+  return rows;
+}
+
+/// One case of the 1:43 car per kind, made once.
+class DiagnoseProgram : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    folder_ = fs::path(testing::TempDir()) / ("gripline_diagnose_" + std::to_string(getpid()));
+    fs::create_directories(folder_);
+    made_ = make_cases(in("blind"), "none_white,single_white,excluded");
+  }
+  static void TearDownTestSuite() { fs::remove_all(folder_); }
+  static fs::path in(const std::string& name) { return folder_ / name; }
+  static fs::path case_of(const std::string& kind) { return in("blind/cases/" + kind + "_000"); }
+  /// Diagnoses the log of a case; `more` follows.
+  static Outcome diagnose(const fs::path& one, const std::string& out, std::vector<std::string> more = {}) {
+    std::vector<std::string> words = {"diagnose", worlds + "diagnose_rc43.json", (one / "measured.csv").string(),
+                                      "--out", in(out).string()};
+    if (more.empty()) more = {"--case", (one / "case.json").string()};
+    words.insert(words.end(), more.begin(), more.end());
+    return gripline_with(words);
+  }
+  static fs::path track_of(const fs::path& one) {
+    const std::string text = contents(one / "case.json");
+    const std::size_t at = text.find("rc43_");
+    return in("blind/tracks/" + text.substr(at, text.find('"', at) - at));
+  }
+  static fs::path folder_;
+  static Outcome made_;
+};
+fs::path DiagnoseProgram::folder_;
+Outcome DiagnoseProgram::made_;
+
+TEST_F(DiagnoseProgram, CasesAreTheSameForTheSameSeed) {
+  ASSERT_EQ(made_.code, 0) << made_.err;
+  ASSERT_EQ(make_cases(in("again"), "single_white").code, 0);
+  for (const char* file : {"measured.csv", "heldout.csv", "case.json", "answer.json"})
+    EXPECT_EQ(contents(in("again/cases/single_white_000") / file), contents(case_of("single_white") / file)) << file;
+}
+
+TEST_F(DiagnoseProgram, ScoresAFolderAndItsCarsAreThoseOfTheProtocol) {
+  const Outcome scored =
+      gripline_with({"diagnose", "--score", in("blind/cases").string(), "--out", in("score").string()});
+  ASSERT_EQ(scored.code, 0) << scored.err;
+  EXPECT_THAT(scored.out, HasSubstr("nothing missing, white"));
+  const auto rows = rows_of(in("score/score.csv"));
+  ASSERT_EQ(rows.size(), 3U);
+  for (const auto& row : rows) EXPECT_EQ(row.at("right"), "1") << row.at("case");
+  // Where nothing is missing the nominal car predicts the exact log up to the rounding of files: two integrators agree.
+  EXPECT_LT(std::stod(rows[1].at("error_before")), 0.02);
+  // Where something is, its true parameters do.
+  EXPECT_LT(std::stod(rows[2].at("error_true")), 0.02);
+  EXPECT_GT(std::stod(rows[2].at("error_before")), 0.5);
+}
+
+TEST_F(DiagnoseProgram, ExitCodesSayWhatWasFound) {
+  const Outcome named = diagnose(case_of("single_white"), "named");
+  EXPECT_EQ(named.code, 0) << named.out << named.err;
+  EXPECT_THAT(named.out, HasSubstr("named: aero_drag"));
+  const Outcome nothing = diagnose(case_of("none_white"), "nothing");
+  EXPECT_EQ(nothing.code, 0) << nothing.out;
+  EXPECT_THAT(contents(in("nothing/diagnosis.json")), HasSubstr("seen_at"));
+  const Outcome unknown = diagnose(case_of("excluded"), "unknown");
+  EXPECT_EQ(unknown.code, 1) << unknown.out;
+  EXPECT_THAT(unknown.out, HasSubstr("no effect of the catalogue explains"));
+}
+
+TEST_F(DiagnoseProgram, SameInputSameBytesWithinItsTimeAndMemory) {
+  rusage before{}, after{};
+  getrusage(RUSAGE_CHILDREN, &before);
+  ASSERT_EQ(diagnose(case_of("single_white"), "one").code, 0);
+  getrusage(RUSAGE_CHILDREN, &after);
+  const auto seconds = [](const rusage& r) {
+    return static_cast<double>(r.ru_utime.tv_sec + r.ru_stime.tv_sec) +
+           1e-6 * static_cast<double>(r.ru_utime.tv_usec + r.ru_stime.tv_usec);
+  };
+  EXPECT_LT(seconds(after) - seconds(before), 5.0);
+  EXPECT_LT(after.ru_maxrss, 500'000);  // [kB]
+  ASSERT_EQ(diagnose(case_of("single_white"), "two").code, 0);
+  for (const char* file : {"diagnosis.json", "augmented_world.json"})
+    EXPECT_EQ(contents(in("one") / file), contents(in("two") / file)) << file;
+}
+
+TEST_F(DiagnoseProgram, HeldOutLogsMeasureTheGapAndTheAugmentedWorldPredicts) {
+  const fs::path one = case_of("single_white");
+  ASSERT_EQ(
+      diagnose(one, "held", {"--case", (one / "case.json").string(), "--held-out", (one / "heldout.csv").string()})
+          .code,
+      0);
+  const std::string augmented = in("held/augmented_world.json").string();
+  EXPECT_EQ(gripline_with({"validate", augmented}).code, 0);
+  const auto error = [&](const std::string& world, const std::string& name) {
+    const Outcome predicted = gripline_with({"predict", world, (one / "heldout.csv").string(), "--track",
+                                             track_of(one).string(), "--out", in(name).string()});
+    EXPECT_EQ(predicted.code, 0) << predicted.err;
+    const CsvTable table = read_csv(in(name), true);
+    return table.at(table.rows() - 1, static_cast<std::size_t>(table.find("position_m")));
+  };
+  EXPECT_LT(error(augmented, "after.csv"), 0.2 * error(worlds + "diagnose_rc43.json", "before.csv"));
+}
+
+TEST_F(DiagnoseProgram, AnotherTrackIsRefusedWithOneLine) {
+  // The same log on the world's own road.
+  const fs::path one = case_of("single_white");
+  const Outcome wrong = gripline_with(
+      {"diagnose", worlds + "diagnose_rc43.json", (one / "measured.csv").string(), "--out", in("wrong").string()});
+  EXPECT_EQ(wrong.code, 2);
+  EXPECT_THAT(wrong.err, HasSubstr("another track; give the right one with --track"));
+  EXPECT_EQ(std::count(wrong.err.begin(), wrong.err.end(), '\n'), 1) << wrong.err;
+  const Outcome right = diagnose(one, "right", {"--track", track_of(one).string()});
+  EXPECT_EQ(right.code, 0) << right.err;
+}
+
+TEST_F(DiagnoseProgram, InputThatIsNoneEndsWithTwo) {
+  const fs::path one = case_of("single_white");
+  EXPECT_EQ(gripline_with({"diagnose"}).code, 2);
+  EXPECT_EQ(gripline_with({"diagnose", worlds + "diagnose_rc43.json", in("no.csv").string()}).code, 2);
+  const Outcome unknown_effect = [&] {
+    std::ofstream(in("case.json")) << "{\"exclude\": [\"aero_dragg\"]}";
+    return diagnose(one, "bad", {"--track", track_of(one).string(), "--case", in("case.json").string()});
+  }();
+  EXPECT_EQ(unknown_effect.code, 2);
+  EXPECT_THAT(unknown_effect.err, HasSubstr("did you mean \"aero_drag\"?"));
+}
+
+/// 1 % of the readings far off and 2 % of the rows gone: the same name, and the log's health says so.
+TEST_F(DiagnoseProgram, OutliersAndDroppedRowsChangeNoName) {
+  const fs::path one = case_of("single_white");
+  std::ifstream from(one / "measured.csv");
+  std::ofstream to(in("dirty.csv"));
+  std::string line;
+  for (int row = 0; std::getline(from, line); ++row) {
+    if (row > 0 && row % 50 == 17) continue;
+    if (row > 0 && row % 100 == 31) {  // the speed
+      std::size_t at = 0;
+      for (int i = 0; i < 4; ++i) at = line.find(',', at) + 1;
+      line.replace(at, line.find(',', at) - at, "9.5");
+    }
+    to << line << '\n';
+  }
+  to.close();
+  const Outcome dirty = gripline_with({"diagnose", worlds + "diagnose_rc43.json", in("dirty.csv").string(), "--case",
+                                       (one / "case.json").string(), "--out", in("dirty").string()});
+  EXPECT_EQ(dirty.code, 0) << dirty.err;
+  EXPECT_THAT(dirty.out, HasSubstr("named: aero_drag"));
+  EXPECT_THAT(dirty.out, HasSubstr("log: outliers"));
+  EXPECT_THAT(dirty.out, HasSubstr("log: rows"));
+}
+
+}  // namespace
+}  // namespace gripline
