@@ -62,12 +62,13 @@ void Metrics::lap(double ended) {
 }
 
 void Metrics::friction(const Belief& belief) {
-  if (laps_when_trusted_ < 0) laps_when_trusted_ = world_.laps();
+  const double driven = world_.covered() / world_.track().length();
+  if (!trusted_since_) trusted_since_ = driven;
   const double believed = weight(belief.mu_front, belief.mu_rear);
   const double error = believed - mu_true();
   mu_square_.add(error * error);
   bias_.add(error);
-  if (world_.laps() < laps_when_trusted_ + 2) return;
+  if (driven < *trusted_since_ + 2) return;
   const double visited = world_.truth().factor() * (largest_force_[0] + largest_force_[1]) / wheelbase_force_;
   visited_square_.add((believed - visited) * (believed - visited));
 }

@@ -58,9 +58,9 @@ class Metrics {
   double lap_began_ = 0;
   Mean factor_, deviation_, mu_square_, visited_square_, bias_;
   double largest_slip_[2] = {0, 0};
-  double largest_force_[2] = {0, 0};  // over the slips seen, at factor 1 [N]
-  double wheelbase_force_ = 0;        // m g
-  int laps_when_trusted_ = -1;
+  double largest_force_[2] = {0, 0};     // over the slips seen, at factor 1 [N]
+  double wheelbase_force_ = 0;           // m g
+  std::optional<double> trusted_since_;  // laps driven
 };
 
 }  // namespace gripline

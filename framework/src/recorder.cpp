@@ -4,6 +4,8 @@
 #include <cmath>
 #include <ctime>
 
+#include "guard.hpp"
+
 namespace gripline {
 namespace {
 
@@ -47,6 +49,12 @@ void write_points(CsvWriter& out, std::span<const P> points) {
   }
 }
 
+/// What a plugin answers; its exceptions made ours.
+template <class F>
+auto asked(const StepRecord& record, const PluginSpec& plugin, F&& question) {
+  return guard(plugin.id(), record.world.time(), question);
+}
+
 }  // namespace
 
 Recorder::Recorder(const std::filesystem::path& folder)
@@ -57,7 +65,8 @@ Recorder::Recorder(const std::filesystem::path& folder)
       tyres_(folder / "tyres.csv", "t_s,axle,slip_rad,learned_n,sigma_n,true_n") {}
 
 void Recorder::write(const StepRecord& record) {
-  if (record.world.step() == 0) write_line(record.stack.planner().line());
+  if (record.world.step() == 0)
+    write_line(asked(record, record.stack.spec().planner, [&] { return record.stack.planner().line(); }));
   write_step(record);
   timing_ << record.world.time() << record.timing.update_ms << record.timing.plan_ms << record.timing.solve_ms
           << process_cpu_s();
@@ -100,7 +109,8 @@ void Recorder::write_replay(const StepRecord& record) {
   const World::Acting acting = world.acting_under(record.sent);
   replay_ << world.time() << record.belief.mu.sigma_front << record.belief.mu.sigma_rear << world.slip(Axle::front)
           << world.slip(Axle::rear) << acting.force_front << acting.force_rear;
-  write_points(replay_, record.stack.controller().predicted());
+  write_points(replay_,
+               asked(record, record.stack.spec().controller, [&] { return record.stack.controller().predicted(); }));
   write_points(replay_, record.horizon);
   replay_.end_row();
 }
@@ -112,7 +122,9 @@ void Recorder::write_tyres(const StepRecord& record) {
   for (std::size_t i = 0; i < slip_count; ++i)
     slip[i] = shown_slip * (2.0 * static_cast<double>(i) / (slip_count - 1) - 1.0);
   for (const Axle axle : {Axle::front, Axle::rear}) {
-    if (!curve->tyre_force(axle, slip, force, sigma)) return;
+    const bool known =
+        asked(record, record.stack.spec().estimator, [&] { return curve->tyre_force(axle, slip, force, sigma); });
+    if (!known) return;
     for (std::size_t i = 0; i < slip_count; ++i) {
       tyres_ << record.world.time() << (axle == Axle::front ? "front" : "rear") << slip[i] << force[i] << sigma[i]
              << record.world.truth().tyre_force(axle, slip[i]);

@@ -69,7 +69,8 @@ Sample Simulation::sample_of(const Observation& before) {
 void Simulation::decide() {
   StackBelief belief = guard(stack_.spec().estimator.id(), now_.t,
                              [&] { return stack_.belief(now_.t); });  // lines 8-13: {f_corr, mu} or {f_nom, mu_init}
-  require_finite(stack_.spec().estimator.id(), now_.t, "a friction", {belief.mu.mu_front, belief.mu.mu_rear});
+  require_finite(stack_.spec().estimator.id(), now_.t, "a friction",
+                 {belief.mu.mu_front, belief.mu.mu_rear, belief.mu.sigma_front, belief.mu.sigma_rear});
   timed_call(stack_.spec().planner.id(), now_.t, timing_.plan_ms,
              [&] { stack_.planner().plan(now_, belief.mu, belief.learned, horizon_); });  // line 14
   for (const RefPoint& point : horizon_)
@@ -77,7 +78,8 @@ void Simulation::decide() {
   timed_call(stack_.spec().controller.id(), now_.t, timing_.solve_ms,
              [&] { command_ = stack_.controller().control(now_, horizon_, *belief.model); });  // line 15
   require_finite(stack_.spec().controller.id(), now_.t, "a command", {command_.u.d, command_.u.ddelta});
-  if (world_.step() > 0) metrics_.step(belief, stack_.planner().line(), command_.solved);
+  const auto line = guard(stack_.spec().planner.id(), now_.t, [&] { return stack_.planner().line(); });
+  if (world_.step() > 0) metrics_.step(belief, line, command_.solved);
   recorder_.write(
       {world_, stack_, belief, horizon_, command_, world_.within_limits(command_.u), metrics_.mu_true(), timing_});
 }
@@ -105,8 +107,8 @@ bool Simulation::over(RunSummary& summary) const {
 void Simulation::tell_progress() const {
   if (told_ == nullptr) return;
   const WorldSpec& spec = world_.spec();
-  const double laps = world_.laps() + world_.place().s / world_.track().length();
-  told_(told_context_, std::min(1.0, spec.laps > 0 ? laps / (spec.laps + 1) : world_.time() / *spec.duration));
+  const double laps = world_.covered() / world_.track().length();
+  told_(told_context_, std::clamp(spec.laps > 0 ? laps / spec.laps : world_.time() / *spec.duration, 0.0, 1.0));
 }
 
 RunSummary Simulation::run() {

@@ -9,6 +9,7 @@ Surroundings surroundings(const StackSpec& spec, const StackPlace& place, const 
   Surroundings around;
   around.car = place.car;
   around.dt = place.dt;
+  around.hold = place.hold;
   around.seed = place.seed;
   around.mu_init = spec.mu_init;
   around.course = place.course;

@@ -176,7 +176,8 @@ void StagedCar::start_memory(const CarBatch<double>& batch, double* memory) cons
 }
 
 template <class T>
-void StagedCar::read(Reading<T>* readings, std::size_t n, const Place* at, const std::type_identity_t<T>* params) const {
+void StagedCar::read(Reading<T>* readings, std::size_t n, const Place* at,
+                     const std::type_identity_t<T>* params) const {
   for (const Part& part : parts_) {
     if (part.effect->stage() != Stage::reading) continue;
     Readings<T> batch;

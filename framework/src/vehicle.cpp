@@ -86,10 +86,14 @@ VehicleSpec read_vehicle(const Node& node, const Registry& registry, const CarFi
   return spec;
 }
 
-Vehicle::Vehicle(const VehicleSpec& spec, const Surroundings& around)
+Vehicle::Vehicle(const VehicleSpec& spec, const Surroundings& around, const Effect* first)
     : model_(create<VehicleModel>(*spec.model.entry, around, spec.model.values)),
       car_(*model_, spec.model.numbers()),
       memoryless_(car_) {
+  if (first != nullptr && has_stage(first->stage())) {
+    car_.add(*first, {1.0}, "world");
+    memoryless_.add(*first, {1.0}, "world");
+  }
   for (const PluginSpec& one : spec.effects) {
     effects_.push_back(create_effect(one, around));
     car_.add(*effects_.back(), one.numbers(), one.id());

@@ -31,7 +31,8 @@ VehicleSpec read_vehicle(const Node& node, const Registry& registry, const CarFi
 /// Owns the instances behind a StagedCar.
 class Vehicle {
  public:
-  Vehicle(const VehicleSpec& spec, const Surroundings& around);
+  /// `first` acts before the spec's effects where the model has its stage; one parameter, 1 at first. It may be null.
+  Vehicle(const VehicleSpec& spec, const Surroundings& around, const Effect* first = nullptr);
   const StagedCar& car() const { return car_; }
   /// The same without the effects that have memory.
   const StagedCar& car_without_memory() const { return memoryless_; }

@@ -78,14 +78,12 @@ class World::ModelCar final : public World::Mover {
  public:
   ModelCar(const WorldSpec& spec, const Surroundings& around, const State& start, const Place& at)
       : car_(around.car),
-        vehicle_(spec.vehicle, around),
-        model_(with_friction(vehicle_.car()), options(spec)),
-        memoryless_(with_friction(vehicle_.car_without_memory())) {
+        vehicle_(spec.vehicle, around, &friction_),
+        model_(vehicle_.car(), options(spec)),
+        memoryless_(vehicle_.car_without_memory()),
+        peaks_move_(model_.car().effects() > (has_tyres() ? 1u : 0u)) {
     model_.reset(start, 0.0, at);
-    if (has_tyres()) {
-      for (const Axle axle : {Axle::front, Axle::rear})
-        peak_[static_cast<int>(axle)] = peak_of([&](double slip) { return curve(axle, slip); });
-    }
+    find_peaks(at);
     acting_ = acting_under(start, Input{}, at, 1.0);
   }
 
@@ -99,11 +97,14 @@ class World::ModelCar final : public World::Mover {
     return {q.d, q.delta, has_tyres() ? q.force_front : 0.0, has_tyres() ? q.force_rear : 0.0};
   }
   void read(Reading<double>& reading, const Place& at) const override { model_.car().read(&reading, 1, &at, nullptr); }
-  double peak_mu(Axle axle) const override { return peak_[static_cast<int>(axle)] / static_load(car_, axle); }
+  double peak_mu(Axle axle, const Place& at) const override {
+    if (peaks_move_ && at.t != peaks_at_) find_peaks(at);
+    return peak_[static_cast<int>(axle)] / static_load(car_, axle);
+  }
   Acting acting() const override { return acting_; }
 
   /// Force at a slip angle on a straight at reference speed without drive: front by steering, rear by drifting.
-  double curve(Axle axle, double slip) const override {
+  double curve(Axle axle, double slip, const Place& at) const override {
     if (!has_tyres()) return 0.0;
     const double v = car_.v_ref;
     const double sideways = axle == Axle::rear ? -v * std::tan(std::clamp(slip, -1.55, 1.55)) : 0.0;
@@ -111,8 +112,12 @@ class World::ModelCar final : public World::Mover {
     const ActingCommand<double> command = {0.0, axle == Axle::front ? slip : 0.0, 0.0};
     // The curve is the tyres' alone, at factor 1: the schedule multiplies it.
     std::vector<double> params(model_.car().params().begin(), model_.car().params().end());
-    params.back() = 1.0;
-    const Quantities<double> q = evaluate(motion, command, Place{}, params.data());
+    params[factor_at()] = 1.0;
+    Place flat;
+    flat.t = at.t;
+    flat.s = at.s;
+    flat.lap_fraction = at.lap_fraction;
+    const Quantities<double> q = evaluate(motion, command, flat, params.data());
     return axle == Axle::front ? q.force_front : q.force_rear;
   }
 
@@ -121,14 +126,17 @@ class World::ModelCar final : public World::Mover {
 
  private:
   static StepOptions options(const WorldSpec& spec) { return {spec.dt, spec.hold, spec.vehicle.integration}; }
-  /// Friction is the last effect, its factor the last parameter.
-  StagedCar with_friction(StagedCar car) {
-    if (has_tyres()) car.add(friction_, {1.0}, "friction");
-    return car;
+  /// Friction is the first effect, so that what the others do with the peaks holds for the present ones.
+  std::size_t factor_at() const { return model_.car().param_offset(0); }
+  void find_peaks(const Place& at) const {
+    peaks_at_ = at.t;
+    if (!has_tyres()) return;
+    for (const Axle axle : {Axle::front, Axle::rear})
+      peak_[static_cast<int>(axle)] = peak_of([&](double slip) { return curve(axle, slip, at); });
   }
   bool has_tyres() const { return vehicle_.has_stage(Stage::tyre); }
   void set_factor(double factor) {
-    if (has_tyres()) model_.car().params().back() = factor;
+    if (has_tyres()) model_.car().params()[factor_at()] = factor;
   }
 
   /// Quantities of one instant with memory at its steady value.
@@ -157,7 +165,7 @@ class World::ModelCar final : public World::Mover {
   bool fill(const Points<T>& points, double factor) const {
     const auto values = memoryless_.params();
     std::vector<T> params(values.begin(), values.end());
-    if (has_tyres()) params.back() = T(factor);
+    if (has_tyres()) params[factor_at()] = T(factor);
     for (std::size_t i = 0; i < points.n; ++i) {
       Quantities<T>& q = points.q[i];
       const T motion[] = {T(0), T(0), q.yaw, q.vx, q.vy, q.omega};
@@ -181,11 +189,12 @@ class World::ModelCar final : public World::Mover {
   }
 
   Car car_;
-  Vehicle vehicle_;
   FrictionFactor friction_;
+  Vehicle vehicle_;
   CorrectedModel model_;
   StagedCar memoryless_;
-  double peak_[2] = {0, 0};
+  bool peaks_move_;  // with the car's own effects, which may depend on time and place
+  mutable double peak_[2] = {0, 0}, peaks_at_ = 0;
   Acting acting_;
 };
 
@@ -203,8 +212,8 @@ class World::BlackBox final : public World::Mover {
     acting_ = {u.d, delta, plant_->axle_force(Axle::front), plant_->axle_force(Axle::rear)};
     return next;
   }
-  double peak_mu(Axle axle) const override { return plant_->mu(axle); }
-  double curve(Axle axle, double slip) const override { return plant_->tyre_force(axle, slip); }
+  double peak_mu(Axle axle, const Place&) const override { return plant_->mu(axle); }
+  double curve(Axle axle, double slip, const Place&) const override { return plant_->tyre_force(axle, slip); }
   Acting acting() const override { return acting_; }
   Acting acting_under(const State& x, const Input& next, const Place&, double) override {
     return {next.d, x.delta + dt_ * next.ddelta, acting_.force_front, acting_.force_rear};
@@ -224,8 +233,10 @@ class World::TruthView final : public Truth {
  public:
   explicit TruthView(const World& world) : world_(world) {}
   double factor() const override { return world_.factor_; }
-  double mu(Axle axle) const override { return world_.factor_ * world_.mover_->peak_mu(axle); }
-  double tyre_force(Axle axle, double slip) const override { return world_.factor_ * world_.mover_->curve(axle, slip); }
+  double mu(Axle axle) const override { return world_.factor_ * world_.mover_->peak_mu(axle, world_.place_); }
+  double tyre_force(Axle axle, double slip) const override {
+    return world_.factor_ * world_.mover_->curve(axle, slip, world_.place_);
+  }
   bool accelerations(const Points<double>& points) const override {
     return world_.mover_->accelerations(points, world_.factor_);
   }

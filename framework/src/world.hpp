@@ -61,6 +61,8 @@ class World {
   /// Moment at which a lap ended within the last step [s].
   std::optional<double> lap_ended() const { return lap_ended_; }
   int laps() const { return laps_.laps(); }
+  /// Way along the centre line since the start [m].
+  double covered() const { return laps_.covered(); }
 
  private:
   class ModelCar;
@@ -72,8 +74,8 @@ class World {
    public:
     virtual ~Mover() = default;
     virtual State advance(const State& x, const Input& u, const Place& at, double factor) = 0;
-    virtual double peak_mu(Axle axle) const = 0;  // at factor 1
-    virtual double curve(Axle axle, double slip) const = 0;
+    virtual double peak_mu(Axle axle, const Place& at) const = 0;  // at factor 1
+    virtual double curve(Axle axle, double slip, const Place& at) const = 0;
     virtual Acting acting() const = 0;
     virtual Acting acting_under(const State& x, const Input& next, const Place& at, double factor) = 0;
     /// What the car's own effects make of a reading.

@@ -70,7 +70,11 @@ void read_limit(ObjectReader& r, WorldSpec& world, Errors& errors) {
 }  // namespace
 
 std::optional<double> WorldSpec::time_optimal_lap(double factor) const {
-  if (time_optimal.empty()) return std::nullopt;
+  // Beyond the ends nobody computed a lap: no figure is better than a guess.
+  constexpr double rounding = 1e-9;
+  if (time_optimal.empty() || factor < time_optimal.front().first - rounding ||
+      factor > time_optimal.back().first + rounding)
+    return std::nullopt;
   auto above = std::find_if(time_optimal.begin(), time_optimal.end(), [&](const auto& p) { return p.first >= factor; });
   if (time_optimal.size() == 1) return time_optimal.front().second;
   if (above == time_optimal.begin()) ++above;

@@ -65,7 +65,7 @@ class Elm final : public gripline::AutoDiffEffect<Elm, gripline::Estimator> {
   Elm(const gripline::Surroundings& around, const Params& params)
       : params_(params),
         car_(around.car),
-        drive_(around.nominal, around.car),
+        drive_(around),
         random_(around.seed),
         front_layer_(params.hidden, params.slip_cap, random_),
         rear_layer_(params.hidden, params.slip_cap, random_),

@@ -64,7 +64,7 @@ class ElmRls : public gripline::AutoDiffEffect<ElmRls, gripline::Estimator> {
   ElmRls(const gripline::Surroundings& around, const Params& params)
       : params_(params),
         car_(around.car),
-        drive_(around.nominal, around.car),
+        drive_(around),
         random_(around.seed),
         front_tyres_(params.hidden, prior(around.mu_init), random_),
         rear_tyres_(params.hidden, prior(around.mu_init), random_),

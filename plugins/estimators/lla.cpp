@@ -74,7 +74,7 @@ class LookBack final : public gripline::AutoDiffEffect<LookBack, gripline::Estim
   LookBack(const gripline::Surroundings& around, const Params& params)
       : params_(params),
         car_(around.car),
-        drive_(around.nominal, around.car),
+        drive_(around),
         truth_(around.truth),
         random_(around.seed) {
     const double weight = car_.m * gripline::gravity / (car_.lf + car_.lr);

@@ -83,9 +83,12 @@ struct StepPath {
 /// What the nominal model does with no slip at all: drive less resistance, slope and wind included, as rates.
 class StraightDrive {
  public:
-  /// `nominal` outlives this. Throws when there is none.
-  StraightDrive(Prediction* nominal, const Car& car) : nominal_(nominal) {
-    if (nominal == nullptr) throw std::runtime_error("needs a nominal model to learn what it misses");
+  /// The nominal model outlives this. Throws when there is none, or when commands move within a step: a step's equations
+  /// would be taken at the wrong steering angle.
+  explicit StraightDrive(const Surroundings& around) : nominal_(around.nominal) {
+    if (nominal_ == nullptr) throw std::runtime_error("needs a nominal model to learn what it misses");
+    if (around.hold != Hold::zoh) throw std::runtime_error("learns from held commands only: input_hold \"zoh\"");
+    const Car& car = around.car;
     // A model with tyres answers a side slip with a side force, one without does not.
     const double v = std::max(car.v_ref, 2 * car.v_min);
     State sliding;

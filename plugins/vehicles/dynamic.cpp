@@ -8,7 +8,9 @@
 //   Ff     = Df sin(Cf atan(Bf af)),   Fr = Dr sin(Cr atan(Br ar))
 //
 // Sources: Kalaria, Lin, Dolan, eq. (dyn_model), with the signs of the slope terms for ISO axes; Liniger, Domahidi, Morari
-// (2015) for the 1:43 car. Slips use |vx| as in the published plant.
+// (2015) for the 1:43 car. Slips use |vx| as in the published plant. The tyres that parameters default to are generic, of
+// friction 1 (LLA-MPC's prior), and resistance is zero: what is true of a world's car stands in the world, so that a stack
+// whose nominal model this is knows nothing unless it is told.
 #include <gripline/plugin.hpp>
 
 namespace {
@@ -28,8 +30,8 @@ class Dynamic final : public gripline::AutoDiffVehicle<Dynamic> {
   template <class T>
   struct Params {
     T m = T(0.041), Iz = T(27.8e-6), lf = T(0.029), lr = T(0.033);
-    T Bf = T(2.579), Cf = T(1.2), Df = T(0.192), Br = T(3.3852), Cr = T(1.2691), Dr = T(0.1737);
-    T Cm1 = T(0.287), Cm2 = T(0.0545), Cb = T(0), Cr0 = T(0.0518), Cd = T(0.00035);
+    T Bf = T(4), Cf = T(1.4), Df = T(0.21), Br = T(4), Cr = T(1.4), Dr = T(0.19);
+    T Cm1 = T(0.287), Cm2 = T(0.0545), Cb = T(0), Cr0 = T(0), Cd = T(0);
   };
   static constexpr auto parameters() {
     using P = Params<double>;

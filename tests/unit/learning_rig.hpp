@@ -14,6 +14,7 @@
 #include <string>
 #include <vector>
 
+#include "../published_car.hpp"
 #include "corrected_model.hpp"
 #include "reference_data.hpp"
 #include "registry.hpp"
@@ -50,7 +51,7 @@ inline std::vector<gripline::abi::ParamValue> values_of(const PluginEntry& entry
   std::vector<gripline::abi::ParamValue> values;
   for (const gripline::abi::ParamDecl& one : entry.params()) {
     const auto set = settings.find(one.name);
-    values.push_back({set == settings.end() ? one.default_value : set->second, {}});
+    values.push_back({set == settings.end() ? testing_support::published(entry, one) : set->second, {}});
   }
   return values;
 }

@@ -79,9 +79,10 @@ class DrivingScene {
  private:
   std::vector<double> model_numbers(double tyre_error) const {
     std::vector<double> numbers;
-    for (const abi::ParamDecl& p : registry_.find(abi::Kind::vehicle, "dynamic").params()) {
+    const PluginEntry& entry = registry_.find(abi::Kind::vehicle, "dynamic");
+    for (const abi::ParamDecl& p : entry.params()) {
       const std::string name = p.name;
-      numbers.push_back(p.default_value * (name == "Df" || name == "Dr" ? tyre_error : 1.0));
+      numbers.push_back(published(entry, p) * (name == "Df" || name == "Dr" ? tyre_error : 1.0));
     }
     return numbers;
   }

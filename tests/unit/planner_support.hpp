@@ -13,6 +13,7 @@
 
 #include <gripline/interfaces.hpp>
 
+#include "../published_car.hpp"
 #include "corrected_model.hpp"
 #include "course_adapter.hpp"
 #include "geometry/track.hpp"
@@ -103,7 +104,7 @@ class DynamicCar {
   void set_factor(double factor) {
     for (std::size_t i = 0; i < entry_.params().size(); ++i) {
       const std::string name = entry_.params()[i].name;
-      if (name == "Df" || name == "Dr") model_.car().params()[i] = entry_.params()[i].default_value * factor;
+      if (name == "Df" || name == "Dr") model_.car().params()[i] = published(entry_, entry_.params()[i]) * factor;
     }
     model_.refresh();
   }
@@ -115,7 +116,7 @@ class DynamicCar {
  private:
   static std::vector<double> numbers(const PluginEntry& entry) {
     std::vector<double> numbers;
-    for (const abi::ParamDecl& p : entry.params()) numbers.push_back(p.default_value);
+    for (const abi::ParamDecl& p : entry.params()) numbers.push_back(published(entry, p));
     return numbers;
   }
   const PluginEntry& entry_;

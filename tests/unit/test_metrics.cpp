@@ -163,7 +163,8 @@ TEST(Metrics, FrictionErrorsAgainstTheTruthAndAgainstWhatWasVisited) {
   belief.mu_rear = 0.8;
   const double believed = (0.9 * car.lr + 0.8 * car.lf) / (car.lf + car.lr);
   double squares = 0, bias = 0, visited_squares = 0, reach_front = 0, reach_rear = 0;
-  int trusted = 0, visited = 0, laps_at_trust = -1;
+  double driven_at_trust = -1;
+  int trusted = 0, visited = 0;
   while (drive.world().laps() < 5) {
     belief.trusted = drive.world().time() > 5;
     const double speed = 1.2 + 0.4 * std::sin(drive.world().time());
@@ -172,12 +173,13 @@ TEST(Metrics, FrictionErrorsAgainstTheTruthAndAgainstWhatWasVisited) {
     reach_front = std::max(reach_front, std::abs(world.slip(Axle::front)));
     reach_rear = std::max(reach_rear, std::abs(world.slip(Axle::rear)));
     if (!belief.trusted) continue;
-    if (laps_at_trust < 0) laps_at_trust = world.laps();
+    const double driven = world.covered() / world.track().length();
+    if (driven_at_trust < 0) driven_at_trust = driven;
     const double f = world.truth().factor(), error = believed - f * 0.3657 / (0.041 * 9.81);
     squares += error * error;
     bias += error;
     ++trusted;
-    if (world.laps() < laps_at_trust + 2) continue;
+    if (driven < driven_at_trust + 2) continue;
     const double force = 0.192 * std::sin(1.2 * std::atan(2.579 * reach_front)) +
                          0.1737 * std::sin(1.2691 * std::atan(3.3852 * reach_rear));
     const double gap = believed - f * force / (0.041 * 9.81);

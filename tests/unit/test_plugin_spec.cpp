@@ -69,7 +69,7 @@ TEST(PluginSpec, WhatIsKnownOfTheCarComesBeforeTheDefaultAndAfterTheJson) {
   EXPECT_EQ(value(R"({"plugin": "dynamic"})", "m"), 2.0);
   EXPECT_EQ(value(R"({"plugin": "dynamic"})", "Cm1"), 0.5);
   EXPECT_EQ(value(R"({"plugin": "dynamic", "params": {"m": "3 kg"}})", "m"), 3.0);
-  EXPECT_EQ(value(R"({"plugin": "dynamic"})", "Df"), 0.192);
+  EXPECT_EQ(value(R"({"plugin": "dynamic"})", "Df"), 0.21);
 }
 
 TEST(PluginSpec, ATableMayBeACsvFileBesideTheJson) {

@@ -91,10 +91,12 @@ TEST(Stack, RefusalsSayWhatAndWhere) {
 
 /// Line 4: what the nominal model leaves unexplained, as a rate; nothing when it is the plant itself.
 TEST(Stack, TheSampleIsWhatTheNominalModelLeavesUnexplained) {
-  Rig same(R"({"model": {"plugin": "dynamic", "integrator": "rk6"}})", R"({"start": {"speed": 1.5}})");
-  Rig wrong(
-      R"({"model": {"plugin": "dynamic", "integrator": "rk6", "effects": [{"plugin": "rolling_res", "params": {"a": -0.7}}]}})",
-      R"({"start": {"speed": 1.5}})");
+  const auto told = [](const std::string& more) {
+    return R"({"model": {"plugin": "dynamic", "integrator": "rk6", "params": )" + std::string(published_tyres_json) +
+           more + "}}";
+  };
+  Rig same(told(""), R"({"start": {"speed": 1.5}})");
+  Rig wrong(told(R"(, "effects": [{"plugin": "rolling_res", "params": {"a": -0.7}}])"), R"({"start": {"speed": 1.5}})");
   for (int k = 0; k < 10; ++k) {
     const Input u = {0.5, k < 5 ? 2.0 : -1.0};
     const Sample exact = same.advance(u);
@@ -112,11 +114,20 @@ TEST(Stack, TheSampleIsWhatTheNominalModelLeavesUnexplained) {
   }
 }
 
+/// A nominal model of the same equations that is not told the plant's tyres does not know them.
+TEST(Stack, DefaultsOfAModelAreNotTheTruth) {
+  Rig untold(R"({"model": {"plugin": "dynamic", "integrator": "rk6"}})", R"({"start": {"speed": 1.5}})");
+  double largest = 0;
+  for (int k = 0; k < 10; ++k) largest = std::max(largest, std::abs(untold.advance({0.5, 2.0}).e_omega));
+  EXPECT_GT(largest, 1);
+}
+
 /// A plant with a lag, explained by a nominal model with the same lag: its memory is carried along the inputs applied.
 TEST(Stack, MemoryOfTheNominalModelFollowsTheInputsApplied) {
   constexpr const char* lag =
       R"([{"plugin": "steer_lag", "params": {"tau": 0.05}}, {"plugin": "input_delay", "params": {"T": 0.04}}])";
-  const std::string model = std::string(R"({"plugin": "dynamic", "integrator": "rk6", "effects": )") + lag + "}";
+  const std::string model = R"({"plugin": "dynamic", "integrator": "rk6", "params": )" +
+                            std::string(published_tyres_json) + R"(, "effects": )" + lag + "}";
   Rig rig(R"({"model": )" + model + "}", R"({"start": {"speed": 1.5}, "plant": )" + model + "}");
   for (int k = 0; k < 40; ++k) {
     const Sample sample = rig.advance({0.2 + 0.01 * k, k % 7 < 3 ? 2.0 : -1.5});

@@ -140,18 +140,6 @@ TEST(World, EffectsOfThePlantAreTrueToo) {
               0.5 * 0.8 * 0.1737 * std::sin(1.2691 * std::atan(3.3852 * 0.2)), 1e-12);
 }
 
-TEST(World, TheFullSizeCarHasItsFriction) {
-  const Node tree = json(R"({"car": "cars/full_size.json", "track": "tracks/hill.json", "duration": 1,
-    "plant": {"plugin": "double_track"}, "friction": [{"t": 0, "factor": 0.8}]})");
-  Node inlined = tree;
-  inline_world_files(inlined);
-  Errors errors;
-  const WorldSpec spec = read_world(inlined, plugins(), errors);
-  ASSERT_TRUE(errors.empty());
-  const World world(spec, 1);
-  EXPECT_NEAR(total_truth(world), 0.8 * 1.05, 0.8 * 0.005);
-}
-
 /// What the oracle is told: the plant's own accelerations, without those effects that have memory.
 template <class T>
 Quantities<T> told(const World& world, double vx, double vy, double omega, double d, double delta) {
@@ -170,13 +158,46 @@ Quantities<T> told(const World& world, double vx, double vy, double omega, doubl
   return q;
 }
 
+TEST(World, FrictionThatThePlantChangesWithTimeIsTrueToo) {
+  const WorldSpec spec = world_of(R"({"plant": {"effects": [{"plugin": "friction_drift", "params": {"k": -0.6}}]}})");
+  World world(spec, 1);
+  EXPECT_NEAR(total_truth(world), 0.909227, 1e-6);
+  for (int k = 0; k < 50; ++k) world.advance({0.2, 0});
+  EXPECT_NEAR(total_truth(world), (1 - 0.6 / 60) * 0.909227, 1e-6);
+}
+
+/// comb_slip takes from the peak that is there: Dr sqrt(1 - k (Fd / Dr)^2) with Dr after the schedule's factor.
+TEST(World, EffectsOfThePlantMeetTheFrictionOfTheSchedule) {
+  const WorldSpec spec = world_of(R"({"start": {"speed": 1}, "friction": [{"t": 0, "factor": 0.6}],
+    "plant": {"effects": [{"plugin": "comb_slip", "params": {"k": 0.5}}]}})");
+  const World world(spec, 1);
+  const double vx = 1, vy = -0.4, slip = std::atan2(0.4, 1.0), d = 0.4;
+  const double drive = (0.287 - 0.0545 * vx) * d, peak = 0.6 * 0.1737;
+  const double rear =
+      peak * std::sqrt(1 - 0.5 * (drive / peak) * (drive / peak)) * std::sin(1.2691 * std::atan(3.3852 * slip));
+  const double front = 0.6 * 0.192 * std::sin(1.2 * std::atan(2.579 * slip));
+  EXPECT_NEAR(told<double>(world, vx, vy, 0, d, 0).ay, (rear + front) / 0.041, 1e-9);
+}
+
+TEST(World, TheFullSizeCarHasItsFriction) {
+  const Node tree = json(R"({"car": "cars/full_size.json", "track": "tracks/hill.json", "duration": 1,
+    "plant": {"plugin": "double_track"}, "friction": [{"t": 0, "factor": 0.8}]})");
+  Node inlined = tree;
+  inline_world_files(inlined);
+  Errors errors;
+  const WorldSpec spec = read_world(inlined, plugins(), errors);
+  ASSERT_TRUE(errors.empty());
+  const World world(spec, 1);
+  EXPECT_NEAR(total_truth(world), 0.8 * 1.05, 0.8 * 0.005);
+}
+
 TEST(World, TruthTellsTheTrueAccelerations) {
   const WorldSpec spec =
       world_of(R"({"friction": {"per_step": {"start_step": 0, "divide": 4}}, "plant": {"plugin": "dynamic", "effects": [
     {"plugin": "steer_lag", "params": {"tau": 0.1}}, {"plugin": "relaxation", "params": {"sigma": 0.1}},
     {"plugin": "aero_drag", "params": {"a": 0.5}}, {"plugin": "input_delay", "params": {"T": 0.04}}]}})");
   World world(spec, 1);
-  world.advance({0.5, 1});  // memories are not steady
+  world.advance({0.5, 1});       // memories are not steady
   const double f = 0.75 * 0.75;  // of the step that begins now
   const Quantities<double> q = told<double>(world, 2, 0.1, 3, 0.5, 0.1);
   const double front = f * 0.192 * std::sin(1.2 * std::atan(2.579 * (0.1 - std::atan2(3 * 0.029 + 0.1, 2))));

@@ -80,9 +80,12 @@ TEST(WorldSpec, TimeOptimalLapsAreLinearInTheFactor) {
   EXPECT_DOUBLE_EQ(world.time_optimal_lap(0.8).value(), 7.4);
   EXPECT_DOUBLE_EQ(world.time_optimal_lap(0.65).value(), 7.7);
   EXPECT_DOUBLE_EQ(world.time_optimal_lap(0.9).value(), 7.2);
-  EXPECT_DOUBLE_EQ(world.time_optimal_lap(1.1).value(), 6.8);  // beyond the ends too
-  EXPECT_DOUBLE_EQ(world.time_optimal_lap(0.4).value(), 8.2);
-  EXPECT_EQ(world_of(R"({"time_optimal_laps": [{"factor": 1, "lap": 7}]})").time_optimal_lap(0.3), 7);
+  EXPECT_DOUBLE_EQ(world.time_optimal_lap(1).value(), 7);
+  EXPECT_FALSE(world.time_optimal_lap(1.1).has_value());
+  EXPECT_FALSE(world.time_optimal_lap(0.4).has_value());
+  const WorldSpec one = world_of(R"({"time_optimal_laps": [{"factor": 1, "lap": 7}]})");
+  EXPECT_EQ(one.time_optimal_lap(1), 7);
+  EXPECT_FALSE(one.time_optimal_lap(0.3).has_value());
   EXPECT_THAT(why(R"({"time_optimal_laps": [{"factor": 1, "lap": 7}, {"factor": 1, "lap": 7}]})"),
               HasSubstr("/time_optimal_laps/1: factors must rise"));
 }

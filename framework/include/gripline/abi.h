@@ -63,7 +63,7 @@ struct Manifest {
   std::size_t plugin_count;
 };
 
-/// A hash over the sizes of everything that crosses the boundary: edited types are noticed even when the number is not.
+/// A hash over the sizes of the structs that cross the boundary: most edits are noticed even when the number is forgotten.
 constexpr std::uint64_t layout_hash() {
   constexpr std::size_t sizes[] = {sizeof(State),
                                    sizeof(Input),

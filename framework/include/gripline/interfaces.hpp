@@ -179,6 +179,7 @@ class Plant {
 struct Surroundings {
   Car car;
   double dt = 0;                    // control step [s]
+  Hold hold = Hold::zoh;            // what commands do within a step
   std::uint64_t seed = 1;           // of this run
   double mu_init = 1;               // what the stack believes before it learned
   const Course* course = nullptr;   // null for models and effects of offline work

@@ -51,7 +51,7 @@ class Gp : public gripline::Estimator {
       : params_(params),
         car_(around.car),
         nominal_(around.nominal),
-        straight_(around.nominal, around.car),
+        straight_(around),
         processes_{gripline::gp::SlidingGp(params.window), gripline::gp::SlidingGp(params.window),
                    gripline::gp::SlidingGp(params.window)} {
     if (params.tune_at > params.window) throw std::runtime_error("gp: tune_at is larger than window");
