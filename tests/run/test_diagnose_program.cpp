@@ -170,6 +170,28 @@ TEST_F(DiagnoseProgram, InputThatIsNoneEndsWithTwo) {
   EXPECT_THAT(unknown_effect.err, HasSubstr("did you mean \"aero_drag\"?"));
 }
 
+/// An experiment of kind "diagnose", cut to one case.
+TEST_F(DiagnoseProgram, AnExperimentDrivesDiagnosesAndJudges) {
+  const std::string file = std::string(GRIPLINE_SOURCE_DIR) + "/experiments/diagnose/hidden_1_43.json";
+  const std::string drag =
+      "/cases={\"drag\": {\"hidden\": {\"plant\": {\"effects\": [{\"plugin\": \"aero_drag\", \"params\": {\"a\": "
+      "0.4}}]}}, "
+      "\"missing\": [[\"aero_drag\"]], \"round_trip\": true}}";
+  const auto compare = [&](const std::string& claims, const std::string& out) {
+    return gripline_with({"compare", file, "--set", drag, "--set", "/claims=" + claims, "--out", in(out).string()});
+  };
+  const Outcome good = compare("[\"drag.right == 1\", \"drag.round_trip == 1\", \"drag.closure >= 0.95\"]", "e1");
+  EXPECT_EQ(good.code, 0) << good.out << good.err;
+  EXPECT_THAT(good.out, HasSubstr("drag: named: aero_drag"));
+  EXPECT_TRUE(fs::exists(in("e1/drag/augmented_world.json")));
+  EXPECT_EQ(rows_of(in("e1/diagnoses.csv")).front().at("round_trip"), "1");
+  EXPECT_EQ(compare("[\"drag.unknown == 1\"]", "e2").code, 1);
+  const Outcome bad = compare("[\"drag.rihgt == 1\"]", "e3");
+  EXPECT_EQ(bad.code, 2);
+  EXPECT_THAT(bad.err, HasSubstr("did you mean \"right\"?"));
+  EXPECT_FALSE(fs::exists(in("e3/drag"))) << "driven before it was read";
+}
+
 /// 1 % of the readings far off and 2 % of the rows gone: the same name, and the log's health says so.
 TEST_F(DiagnoseProgram, OutliersAndDroppedRowsChangeNoName) {
   const fs::path one = case_of("single_white");

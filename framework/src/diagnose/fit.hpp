@@ -27,6 +27,7 @@ struct Fit {
   std::vector<double> theta;       // free parameters: nuisances, then the members' in order
   std::vector<double> covariance;  // theta x theta
   bool converged = false;
+  bool finished = false;  // nothing is gained by going on
 };
 
 /// Free parameters of a model as a vector, and back.

@@ -46,7 +46,10 @@ Raw read_columns(const CsvTable& table) {
   std::string missing;
   const auto need = [&](const char* name) {
     const int i = table.find(name);
-    if (i < 0) missing += (missing.empty() ? "" : ", ") + (name + did_you_mean(name, table.header));
+    if (i >= 0) return i;
+    // What was found is listed below; only a near name belongs here.
+    const std::string near = did_you_mean(name, table.header);
+    missing += (missing.empty() ? "" : ", ") + (name + (near.find("did you mean") != near.npos ? near : ""));
     return i;
   };
   const int t = need("t_s");

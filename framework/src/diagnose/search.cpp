@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace gripline::diagnose {
 
@@ -15,10 +16,23 @@ std::vector<const Fit*> Search::tried() const {
   return all;
 }
 
-const Fit& Search::fit_once(const ModelSpec& start, const Noise& noise) {
+const Fit& Search::fit_once(const ModelSpec& start, const Noise& noise) { return finish(rough_fit(start, noise)); }
+
+/// A few iterations: enough to see which of many is worth finishing.
+Fit& Search::rough_fit(const ModelSpec& start, const Noise& noise) {
   const auto found = fits_.find(start.members);
   if (found != fits_.end()) return found->second;
-  return fits_.emplace(start.members, fit(problem_, start, noise, small_.empty() ? 8 : 14)).first->second;
+  constexpr int few = 4;
+  return fits_.emplace(start.members, fit(problem_, start, noise, few)).first->second;
+}
+
+const Fit& Search::finish(Fit& rough) {
+  if (rough.converged || rough.finished) return rough;
+  Fit better = fit(problem_, rough.model, rough.noise, small_.empty() ? 7 : 12);
+  if (better.score >= rough.score) rough = std::move(better);
+  rough.finished = true;
+  screenings_.erase(rough.model.members);
+  return rough;
 }
 
 const Screening& Search::screen_once(const Fit& fitted) {
@@ -46,17 +60,27 @@ void Search::find_synonyms(const Screening& s) {
 std::vector<const Fit*> Search::extend(const Fit& from, std::size_t tries) {
   const Screening& s = screen_once(from);
   std::vector<const Fit*> fits;
+  std::vector<Fit*> rough;
   double best_gain = 0.0;
   for (const Extension& e : s.extensions) best_gain = std::max(best_gain, e.gain);
   for (const Extension& e : s.extensions) {
-    if (fits.size() >= tries) break;
+    if (rough.size() >= tries) break;
     const bool synonym = std::any_of(synonyms_.begin(), synonyms_.end(), [&](const auto& kept) {
       return std::find(kept.second.begin(), kept.second.end(), e.candidate) != kept.second.end();
     });
     const double penalty = problem_.penalty_per_parameter * static_cast<double>(e.dof);
-    if (synonym || e.gain < 0.5 * penalty || e.gain < 0.03 * best_gain) continue;
-    fits.push_back(&fit_once(e.start, from.noise));
+    // Predicted gains are good to a factor of two.
+    const double wanted = penalty + 0.4 * required(e.start.members.size());
+    if (synonym || e.gain < wanted || e.gain < 0.03 * best_gain) continue;
+    rough.push_back(&rough_fit(e.start, from.noise));
   }
+  double best = -std::numeric_limits<double>::infinity();
+  for (const Fit* one : rough) best = std::max(best, one->score);
+  // An unfinished fit lies below what it will be by a share of what it explains.
+  const double margin = 15.0 + 0.2 * std::max(0.0, best - from.score);
+  for (Fit* one : rough)
+    if (one->score > best - margin) finish(*one);
+  fits.assign(rough.begin(), rough.end());
   std::stable_sort(fits.begin(), fits.end(), [](const Fit* a, const Fit* b) { return a->score > b->score; });
   return fits;
 }

@@ -11,7 +11,7 @@ namespace gripline::diagnose {
 struct SearchOptions {
   std::size_t max_effects = 3;  // more than that is not named: see `exhausted`
   std::size_t beam = 2;
-  std::size_t tries = 7;      // refits per model extended
+  std::size_t tries = 6;      // refits per model extended
   double worth_adding = 3.0;  // rise of the score (log evidence) that an effect must bring
   /// The same beside other effects: there are dozens to choose from, and what is known of the found ones (integration,
   /// linearisation) is good to a share of what they explain.
@@ -43,6 +43,8 @@ class Search {
   const Screening& screen_once(const Fit& fitted);
 
  private:
+  Fit& rough_fit(const ModelSpec& start, const Noise& noise);
+  const Fit& finish(Fit& rough);
   void find_synonyms(const Screening& screening);
   std::vector<const Fit*> extend(const Fit& from, std::size_t tries);
   /// What the last effect of a model of this size must bring.
