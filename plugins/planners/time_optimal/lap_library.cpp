@@ -14,7 +14,8 @@
 namespace gripline::planning {
 namespace {
 
-constexpr double version = 1;  // of the program that is solved; part of every hash
+constexpr int most_iterations = 100;  // of a solve while driving: with the one after a failure it fits the latency
+constexpr double version = 2;         // of the program that is solved; part of every hash
 
 std::uint64_t hash_of(std::span<const double> values, std::uint64_t hash) {
   for (const double value : values)
@@ -143,11 +144,11 @@ std::vector<LapMember> build_library(const LapSetup& setup, const CarBelief& typ
 }
 
 bool solve_again(const LapSetup& setup, const CarBelief& belief, LapMember& member) {
-  LapSolution solution = solve_lap(setup.problem(belief), member.solution, 150);
+  LapSolution solution = solve_lap(setup.problem(belief), member.solution, most_iterations);
   if (!solution.solved) {
     LapSolution primal = member.solution;
     primal.lambda.clear();
-    solution = solve_lap(setup.problem(belief), primal, 150);
+    solution = solve_lap(setup.problem(belief), primal, most_iterations);
   }
   if (!solution.solved) return false;
   member.belief = belief;

@@ -32,7 +32,7 @@ class TimeOptimal final : public SpeedPlanner {
     double slip_max = 0.7, combined = 0.0, spacing = 0.0, rolling = 0.0, drag = 0.0;
     bool replan = true, from_car_speed = true;
     double tolerance = 0.03;
-    int latency = 25;
+    int latency = 100;
   };
   static constexpr auto parameters() {
     using P = Params;
@@ -66,7 +66,7 @@ class TimeOptimal final : public SpeedPlanner {
               "references gain speed only as fast as the car can; false: they drive the plan at once"),
         param("tolerance", &P::tolerance, "1", {1e-3, 1},
               "difference of tyre force over its peak that asks for a new solve"),
-        param("latency", &P::latency, "1", {0, 10000}, "control steps that a solve takes")};
+        param("latency", &P::latency, "1", {0, 10000}, "control steps that a solve takes, on another core")};
   }
 
   TimeOptimal(const Surroundings& around, const Params& params)
