@@ -10,6 +10,7 @@ namespace {
 
 const std::vector<std::string>& fixed_columns() {
   static const std::vector<std::string> names = {"mean_deviation_m",
+                                                 "hilly_deviation_m",
                                                  "violation_s",
                                                  "violation_body_s",
                                                  "violation_after_adapt_s",

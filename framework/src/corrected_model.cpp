@@ -162,7 +162,7 @@ Prediction::Rates CorrectedModel::rates(const State& x, const Input& u, const Pl
   car_.rates(batch);
   Quantities<double> q{};
   car_.quantities(batch, &q);
-  return {rate[3], rate[4], rate[5], q.load_front, q.load_rear};
+  return {rate[3], rate[4], rate[5], q.load_front, q.load_rear, q.drive_force};
 }
 
 void CorrectedModel::reset(const State& x, double d, const Place& at) {

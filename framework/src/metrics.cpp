@@ -5,6 +5,8 @@
 
 namespace gripline {
 
+static constexpr double hilly_from = 0.03;  // grade
+
 std::string_view status_name(Status status) {
   constexpr std::string_view names[] = {"finished", "crashed", "timeout", "plugin_error", "error"};
   return names[static_cast<std::size_t>(status)];
@@ -80,7 +82,11 @@ void Metrics::step(const StackBelief& belief, std::span<const LinePoint> line, b
   if (!solved) ++summary_.solver_failures;
   factor_.add(world_.truth().factor());
   if (world_.lap_ended()) lap(*world_.lap_ended());
-  if (!line.empty()) deviation_.add(distance_to_line(line, world_.state().x, world_.state().y));
+  if (!line.empty()) {
+    const double distance = distance_to_line(line, world_.state().x, world_.state().y);
+    deviation_.add(distance);
+    if (std::abs(std::tan(world_.place().grade)) > hilly_from) hilly_deviation_.add(distance);
+  }
   see_slip(Axle::front);
   see_slip(Axle::rear);
   if (world_.outside()) summary_.violation_s += dt;
@@ -96,6 +102,7 @@ RunSummary Metrics::summary(Status status, std::string message) const {
   out.status = status;
   out.message = std::move(message);
   out.mean_deviation_m = deviation_.mean();
+  if (hilly_deviation_.count > 0) out.hilly_deviation_m = hilly_deviation_.mean();
   // Sums of steps carry rounding; times are whole steps.
   const double dt = world_.spec().dt;
   const auto whole = [dt](double time) { return std::round(time / dt) * dt; };

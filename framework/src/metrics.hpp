@@ -21,6 +21,7 @@ struct RunSummary {
   bool needs_truth = false;
   std::vector<double> laps, lap_mean_factors;  // [s], [-]
   double mean_deviation_m = 0;
+  std::optional<double> hilly_deviation_m;  // the same where the road is steeper than 3 %; none without such road
   double violation_s = 0, violation_body_s = 0;
   std::optional<double> violation_after_adapt_s;
   /// Root mean square of believed total mu against mu_true over every step at which the stack trusts what it learned;
@@ -56,7 +57,7 @@ class Metrics {
   const World& world_;
   RunSummary summary_;
   double lap_began_ = 0;
-  Mean factor_, deviation_, mu_square_, visited_square_, bias_;
+  Mean factor_, deviation_, hilly_deviation_, mu_square_, visited_square_, bias_;
   double largest_slip_[2] = {0, 0};
   double largest_force_[2] = {0, 0};     // over the slips seen, at factor 1 [N]
   double wheelbase_force_ = 0;           // m g

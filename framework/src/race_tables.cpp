@@ -52,6 +52,7 @@ std::optional<double> run_value(const RaceResults& results, const RunResult& run
   if (column == "crashed") return s.status == Status::crashed ? 1.0 : 0.0;
   if (s.steps == 0) return std::nullopt;  // a run that was lost measured nothing
   if (column == "mean_deviation_m") return s.mean_deviation_m;
+  if (column == "hilly_deviation_m") return s.hilly_deviation_m;
   if (column == "violation_s" || column == "violation_s_max") return s.violation_s;
   if (column == "violation_body_s") return s.violation_body_s;
   if (column == "violation_after_adapt_s" || column == "violation_after_adapt_s_max") return s.violation_after_adapt_s;

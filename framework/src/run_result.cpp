@@ -78,6 +78,7 @@ void write_summary(const std::filesystem::path& folder, const RunSummary& s, con
   node.set("lap_s", numbers(s.laps));
   node.set("lap_mean_factor", numbers(s.lap_mean_factors));
   node.set("mean_deviation_m", Node(s.mean_deviation_m));
+  node.set("hilly_deviation_m", number_or_null(s.hilly_deviation_m));
   node.set("violation_s", Node(s.violation_s));
   node.set("violation_body_s", Node(s.violation_body_s));
   node.set("violation_after_adapt_s", number_or_null(s.violation_after_adapt_s));
@@ -108,6 +109,7 @@ std::optional<RunResult> read_result(const std::filesystem::path& folder, const 
     s.laps = read_array(node, "lap_s");
     s.lap_mean_factors = read_array(node, "lap_mean_factor");
     s.mean_deviation_m = read_value(node, "mean_deviation_m");
+    s.hilly_deviation_m = read_maybe(node, "hilly_deviation_m");
     s.violation_s = read_value(node, "violation_s");
     s.violation_body_s = read_value(node, "violation_body_s");
     s.violation_after_adapt_s = read_maybe(node, "violation_after_adapt_s");

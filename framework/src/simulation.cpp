@@ -49,8 +49,8 @@ void Simulation::step() {
   u_ = guard(world_.plant_id(), now_.t, [&] { return world_.advance(command_.u); });  // line 3: x_t+1 <- dynamics
   if (!world_.sane()) return;                                                         // over
   now_ = world_.observe();
-  const Sample sample = sample_of(before);  // line 4: e = x_t+1 - f_nom(x_t, u_t)
   if (observer_ != nullptr) observer_->on_step(true_before, true_place, u_, world_, stack_);
+  const Sample sample = sample_of(before);  // line 4: e = x_t+1 - f_nom(x_t, u_t)
   timed_call(stack_.spec().estimator.id(), now_.t, timing_.update_ms, [&] { stack_.learn(sample); });  // lines 5-7
   decide();                                                                                            // lines 8-15
 }

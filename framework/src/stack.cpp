@@ -64,6 +64,7 @@ StackSpec read_stack(const std::string& name, const Node& node, const Registry& 
   spec.planner = read_role(r, "planner", abi::Kind::planner, registry, true);
   spec.controller = read_role(r, "controller", abi::Kind::controller, registry, true);
   spec.adapt_after = r.number("adapt_after", "s", NumberRange::non_negative(), 0.0);
+  spec.careful_until = r.number("careful_until", "s", NumberRange::non_negative(), 0.0);
   spec.mu_init = r.number("mu_init", "1", NumberRange::closed(0.01, 10.0), 1.0);
   r.finish();
   return spec;
@@ -101,7 +102,11 @@ Sample Stack::sample(const Observation& before, const Input& u, const Observatio
   sample.at = before.at;
   sample.x_next = now.x;
   sample.at_next = now.at;
+  const Quantities<double> begin = nominal_.look(before.x, u, before.at);
   const State predicted = nominal_.carry(before.x, u, before.at);
+  const Quantities<double> end = nominal_.look(now.x, {u.d, 0.0}, now.at);
+  sample.d_behind = u.d - 0.5 * (begin.d + end.d);
+  sample.delta_behind = now.x.delta - 0.5 * (begin.delta + end.delta);
   sample.e_vx = (now.x.vx - predicted.vx) / sample.dt;
   sample.e_vy = (now.x.vy - predicted.vy) / sample.dt;
   sample.e_omega = (now.x.omega - predicted.omega) / sample.dt;
@@ -117,6 +122,7 @@ StackBelief Stack::belief(double t) {
   now.mu.mu_front = now.mu.mu_rear = spec_.mu_init;
   if (!estimator_ || !(t > spec_.adapt_after)) return now;
   now.model = &corrected_;
+  if (!(t > spec_.careful_until)) return now;
   now.mu = (*estimator_)->belief();
   now.mu.trusted = true;
   now.learned = estimator_->get();

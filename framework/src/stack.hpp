@@ -14,7 +14,8 @@ struct StackSpec {
   VehicleSpec model;
   PluginSpec estimator;  // may be empty
   PluginSpec planner, controller;
-  double adapt_after = 0.0;  // [s]
+  double adapt_after = 0.0;    // [s] from then on the learned correction is part of the model
+  double careful_until = 0.0;  // [s] until then plans are made for mu_init all the same
   double mu_init = 1.0;
   bool needs_truth() const;
 };
@@ -25,7 +26,7 @@ StackSpec read_stack(const std::string& name, const Node& node, const Registry& 
 struct StackBelief {
   CorrectedModel* model;  // f_nom, or f_corr once trusted
   Belief mu;
-  const TyreCurve* learned;  // null until trusted
+  const TyreCurve* learned;  // null until plans may rest on it
 };
 
 /// Where a stack is put: the world's public side. `truth` reaches only plugins that declare they need it.

@@ -204,7 +204,8 @@ Traces ask_offline(const OfflineSpec& spec, const PluginSpec& plugin, const std:
 class LapQuestioner final : public StepObserver {
  public:
   LapQuestioner(const Vehicle& vehicle, const StackSpec& spec, const WorldSpec& world)
-      : nominal_(vehicle.car(), {world.dt, world.hold, spec.model.integration}), adapt_after_(spec.adapt_after) {}
+      : nominal_(vehicle.car(), {world.dt, world.hold, spec.model.integration}),
+        adapt_after_(std::max(spec.adapt_after, spec.careful_until)) {}
 
   void on_step(const State& before, const Place& at, const Input& u, const World& world, Stack& stack) override {
     const State without = nominal_.carry(before, u, at);
@@ -215,7 +216,7 @@ class LapQuestioner final : public StepObserver {
     StackBelief belief = stack.belief(at.t);
     const auto said = unexplained(predict(*belief.model, before, u, at), without, world.spec().dt);
     for (std::size_t i = 0; i < 3; ++i) traces_[i].add(at.t, truth[i], said[i]);
-    add_forces(stack, before, at.t, u, world);
+    add_forces(*belief.model, before, at.t, u, at, world);
   }
   const Traces& traces() const { return traces_; }
 
@@ -227,22 +228,22 @@ class LapQuestioner final : public StepObserver {
     model.step(1, row, input, std::span(&at, 1), next, {}, {});
     return {next[0], next[1], next[2], next[3], next[4], next[5], next[6]};
   }
-  /// True forces acted at the start of the step, at the slips of that instant.
-  void add_forces(Stack& stack, const State& before, double t, const Input& u, const World& world) {
-    const TyreCurve* const curve = stack.tyre_curve();
-    if (curve == nullptr) return;
-    const Car& car = world.spec().car.car;
-    const double delta = before.delta + world.spec().dt * u.ddelta;
-    const double slips[] = {delta - std::atan2(before.omega * car.lf + before.vy, std::abs(before.vx)),
-                            std::atan2(before.omega * car.lr - before.vy, std::abs(before.vx))};
+  /// True forces acted at the start of the step. The model's are what its motion there needs: with Ff, Fr as in
+  /// tyre_correction.hpp, m (vy' + vx omega) = Ff cos(delta) + Fr and Iz omega' = Ff lf cos(delta) - Fr lr. Loads,
+  /// lags and whatever else the model knows are so part of what is asked, for every estimator.
+  void add_forces(CorrectedModel& model, const State& before, double t, const Input& u, const Place& at,
+                  const World& world) {
+    const Quantities<double> q = model.look(before, u, at);
+    const double side = q.m * (q.ay + q.vx * q.omega);
+    const double moment = q.Iz * q.aw;
+    const double wheelbase = q.lf + q.lr;
+    const double said[] = {(q.lr * side + moment) / (wheelbase * std::cos(q.delta)),
+                           (q.lf * side - moment) / wheelbase};
+    const double slips[] = {q.delta - std::atan2(q.omega * q.lf + q.vy, std::abs(q.vx)),
+                            std::atan2(q.omega * q.lr - q.vy, std::abs(q.vx))};
     const World::Acting acting = world.acting();
     const double truth[] = {acting.force_front, acting.force_rear};
-    for (std::size_t i = 0; i < 2; ++i) {
-      double force = 0.0;
-      const Axle axle = i == 0 ? Axle::front : Axle::rear;
-      if (curve->tyre_force(axle, std::span(&slips[i], 1), std::span(&force, 1), {}))
-        traces_[3 + i].add(t, truth[i], force, slips[i]);
-    }
+    for (std::size_t i = 0; i < 2; ++i) traces_[3 + i].add(t, truth[i], said[i], slips[i]);
   }
 
   CorrectedModel nominal_;

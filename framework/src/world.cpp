@@ -207,9 +207,9 @@ class World::BlackBox final : public World::Mover {
   }
   State advance(const State& x, const Input& u, const Place&, double) override {
     const double delta = x.delta + dt_ * u.ddelta;
+    acting_ = {u.d, delta, plant_->axle_force(Axle::front), plant_->axle_force(Axle::rear)};
     State next = plant_->advance(u.d, delta, dt_, ground_);
     next.delta = delta;
-    acting_ = {u.d, delta, plant_->axle_force(Axle::front), plant_->axle_force(Axle::rear)};
     return next;
   }
   double peak_mu(Axle axle, const Place&) const override { return plant_->mu(axle); }

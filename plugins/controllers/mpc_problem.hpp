@@ -28,7 +28,7 @@ struct ProblemParams {
   double q_x = 1, q_y = 1, q_lag = 0, q_contour = 0, q_yaw = 0, q_v = 0;
   double p_x = 0, p_y = 0, p_yaw = 0, p_v = 0;
   double r_d = 5e-3, r_ddelta = 1, regularization = 1e-6;
-  bool track_bounds = true;
+  bool track_bounds = true, slope = true;
   double tighten = 0, slack = 1e3, slack_linear = 0;
 };
 
@@ -51,6 +51,7 @@ constexpr auto problem_parameters() {
       param("r_ddelta", &P::r_ddelta, "1/rad2", {0, 1e6}, "weight of the change of steering per step"),
       param("regularization", &P::regularization, "1", {1e-9, 1}, "small weight of both inputs themselves"),
       param("track_bounds", &P::track_bounds, "1", {0, 1}, "whether the track's edges bound the plan, softly"),
+      param("slope", &P::slope, "1", {0, 1}, "whether the prediction sees grade and bank of the road ahead"),
       param("tighten", &P::tighten, "m", {0, 10}, "distance kept from both edges"),
       param("slack", &P::slack, "1/m2", {1e-6, 1e9}, "weight of the squared excess over an edge"),
       param("slack_linear", &P::slack_linear, "1/m", {0, 1e9}, "weight of the excess over an edge")};
@@ -84,7 +85,11 @@ class Problem {
     double yaw_near = now.x.yaw;
     for (int k = 0; k <= horizon(); ++k) {
       const RefPoint& r = references[static_cast<std::size_t>(k)];
-      if (k < horizon()) places_[static_cast<std::size_t>(k)] = r.at;
+      if (k < horizon()) {
+        Place& at = places_[static_cast<std::size_t>(k)];
+        at = r.at;
+        if (!params_.slope) at.grade = at.bank = 0.0;
+      }
       Stage& s = stages_[static_cast<std::size_t>(k)];
       s = stage_for(r, k == horizon());
       s.yaw = yaw_near = yaw_near + std::remainder(r.yaw - r.beta - yaw_near, 2.0 * std::numbers::pi);

@@ -33,6 +33,7 @@ using gripline::Axle;
 
 constexpr double published_curvature = 290.0;
 constexpr double resistance_scale = 0.023;
+constexpr double least_mu = 0.2;  // for the friction ellipse while little is learned
 
 class Elm final : public gripline::AutoDiffEffect<Elm, gripline::Estimator> {
  public:
@@ -44,22 +45,26 @@ class Elm final : public gripline::AutoDiffEffect<Elm, gripline::Estimator> {
     double slip_start = 0.3, slip_cap = 0.6;
     double level = 3e-3, ridge = 1e-9;
     int solver = 0;
+    double ellipse = 0, drive_front = 0, brake_front = 0;
   };
   static constexpr auto parameters() {
     using gripline::param;
     using P = Params;
-    return std::tuple{
-        param("hidden", &P::hidden, "1", {1, 1000}, "hidden nodes per axle"),
-        param("rate", &P::rate, "1", {0, 1}, "rate of gradient descent, in the published code's units"),
-        param("momentum", &P::momentum, "1", {0, 0.999}, "share of the last update that is kept"),
-        param("window", &P::window, "1", {1, 100000}, "samples learned from (K_batch)"),
-        param("iterations", &P::iterations, "1", {0, 10000}, "descents per control step"),
-        param("retain", &P::retain, "1", {0.5, 1}, "weight of a sample relative to the next one; 1: all count equally"),
-        param("slip_start", &P::slip_start, "rad", {0, 1.5}, "slip range assumed visited at the start, for mu"),
-        param("slip_cap", &P::slip_cap, "rad", {0.01, 1.5}, "largest slip of interest: nodes lie below, and mu"),
-        param("level", &P::level, "1", {0, 1e3}, "weight of a level curve beyond the slips that are visited"),
-        param("ridge", &P::ridge, "1", {0, 1}, "weight on the squared unknowns in the pseudo-inverse"),
-        gripline::choice("solver", &P::solver, "momentum|pseudo_inverse", "how the window's loss is minimised")};
+    return std::tuple_cat(
+        std::tuple{
+            param("hidden", &P::hidden, "1", {1, 1000}, "hidden nodes per axle"),
+            param("rate", &P::rate, "1", {0, 1}, "rate of gradient descent, in the published code's units"),
+            param("momentum", &P::momentum, "1", {0, 0.999}, "share of the last update that is kept"),
+            param("window", &P::window, "1", {1, 100000}, "samples learned from (K_batch)"),
+            param("iterations", &P::iterations, "1", {0, 10000}, "descents per control step"),
+            param("retain", &P::retain, "1", {0.5, 1},
+                  "weight of a sample relative to the next one; 1: all count equally"),
+            param("slip_start", &P::slip_start, "rad", {0, 1.5}, "slip range assumed visited at the start, for mu"),
+            param("slip_cap", &P::slip_cap, "rad", {0.01, 1.5}, "largest slip of interest: nodes lie below, and mu"),
+            param("level", &P::level, "1", {0, 1e3}, "weight of a level curve beyond the slips that are visited"),
+            param("ridge", &P::ridge, "1", {0, 1}, "weight on the squared unknowns in the pseudo-inverse"),
+            gripline::choice("solver", &P::solver, "momentum|pseudo_inverse", "how the window's loss is minimised")},
+        gripline::ellipse_parameters<P>());
   }
 
   Elm(const gripline::Surroundings& around, const Params& params)
@@ -71,6 +76,7 @@ class Elm final : public gripline::AutoDiffEffect<Elm, gripline::Estimator> {
         rear_layer_(params.hidden, params.slip_cap, random_),
         gram_(unknowns(), 3, params.window, params.retain),
         mu_init_(around.mu_init),
+        ellipse_{params.ellipse, params.drive_front, params.brake_front},
         visited_{params.slip_start, params.slip_start} {
     for (auto* vector : {&weights_, &velocity_, &gradient_}) vector->setZero(unknowns());
     rows_.setZero(unknowns(), 3);
@@ -83,7 +89,7 @@ class Elm final : public gripline::AutoDiffEffect<Elm, gripline::Estimator> {
 
   void update(const gripline::Sample& k) override {
     if (std::min(k.x.vx, k.x_next.vx) < car_.v_min || k.dt <= 0.0) return;
-    const auto path = gripline::step_path(k, car_, drive_, resistance_, learned(),
+    const auto path = gripline::step_path(k, car_, drive_, resistance_, ellipse_, peaks_, learned(),
                                           [this](Axle axle, double slip) { return table(axle).at(slip).force; });
     fill_rows(path);
     gram_.add(rows_, targets_);
@@ -113,7 +119,7 @@ class Elm final : public gripline::AutoDiffEffect<Elm, gripline::Estimator> {
 
   template <class T>
   void act(gripline::Point<T>& p) const {
-    gripline::correct_body(p.q, p.at, drive_.model_has_tyres(), car_.v_min, resistance_,
+    gripline::correct_body(p.q, p.at, drive_.model_has_tyres(), car_.v_min, resistance_, ellipse_, peaks_,
                            [this](Axle axle, const T& slip) { return table(axle).force(slip); });
   }
 
@@ -211,6 +217,8 @@ class Elm final : public gripline::AutoDiffEffect<Elm, gripline::Estimator> {
     fill(rear_, rear_table_rows_, n);
     resistance_ = {resistance_scale * weight * weights_[2 * n],
                    resistance_scale * weight * weights_[2 * n + 1] / gripline::square(car_.v_ref)};
+    peaks_ = {std::max(front_.peak(visited_.front), least_mu * weight * car_.lr / (car_.lf + car_.lr)),
+              std::max(rear_.peak(visited_.rear), least_mu * weight * car_.lf / (car_.lf + car_.lr))};
     misfit_ = std::sqrt(gram_.residual(weights_, gradient_) / (3.0 * gram_.weight()));
   }
 
@@ -221,6 +229,8 @@ class Elm final : public gripline::AutoDiffEffect<Elm, gripline::Estimator> {
   gripline::HiddenLayer front_layer_, rear_layer_;
   gripline::WindowGram gram_;
   double mu_init_;
+  gripline::Ellipse ellipse_;
+  gripline::Peaks peaks_;
   gripline::Slips visited_;
   Eigen::MatrixXd rows_, normal_, level_, front_table_rows_, rear_table_rows_;
   Eigen::VectorXd weights_, velocity_, gradient_;

@@ -36,29 +36,34 @@ class ElmRls : public gripline::AutoDiffEffect<ElmRls, gripline::Estimator> {
  public:
   struct Params {
     int hidden = 40;
-    double stiffness = 6.0, stiffness_spread = 0.7, shape = 1.4, shape_spread = 0.2, friction_spread = 0.3;
+    double stiffness = 6.0, stiffness_spread = 0.7, shape = 1.4, shape_spread = 0.2;
+    double friction = 0, friction_spread = 0.3;
     double drift = 0.015, axle_drift = 0.005, shape_memory = 1000;
     double alarm = 4.5, change = 0.3;
     double sigma_v = 0.02, sigma_omega = 0.05, misfit = 0.02;
+    double ellipse = 0, drive_front = 0, brake_front = 0;
   };
   static constexpr auto parameters() {
     using gripline::param;
     using P = Params;
-    return std::tuple{
-        param("hidden", &P::hidden, "1", {2, 400}, "hidden nodes per axle: generic tyres"),
-        param("stiffness", &P::stiffness, "1/rad", {0.1, 100}, "stiffness factor B of a tyre: median of the prior"),
-        param("stiffness_spread", &P::stiffness_spread, "1", {0.01, 2}, "standard deviation of log B"),
-        param("shape", &P::shape, "1", {1.05, 2}, "shape factor C of a tyre: mean of the prior"),
-        param("shape_spread", &P::shape_spread, "1", {0.001, 1}, "standard deviation of C"),
-        param("friction_spread", &P::friction_spread, "1", {0.01, 2}, "standard deviation of friction over mu_init"),
-        param("drift", &P::drift, "1/s^0.5", {0, 1}, "random walk of friction, both axles together"),
-        param("axle_drift", &P::axle_drift, "1/s^0.5", {0, 1}, "random walk of each axle's friction"),
-        param("shape_memory", &P::shape_memory, "s", {1, 1e9}, "time in which the prior's uncertainty returns"),
-        param("alarm", &P::alarm, "1", {1, 100}, "score above which friction is taken to have changed suddenly"),
-        param("change", &P::change, "1", {0, 2}, "relative uncertainty of friction after such a change"),
-        param("sigma_v", &P::sigma_v, "m/s", {1e-6, 10}, "noise of vx and vy to begin with"),
-        param("sigma_omega", &P::sigma_omega, "rad/s", {1e-6, 10}, "noise of the yaw rate to begin with"),
-        param("misfit", &P::misfit, "m/s2", {1e-6, 10}, "accuracy of the equations at best")};
+    return std::tuple_cat(
+        std::tuple{
+            param("hidden", &P::hidden, "1", {2, 400}, "hidden nodes per axle: generic tyres"),
+            param("stiffness", &P::stiffness, "1/rad", {0.1, 100}, "stiffness factor B of a tyre: median of the prior"),
+            param("stiffness_spread", &P::stiffness_spread, "1", {0.01, 2}, "standard deviation of log B"),
+            param("shape", &P::shape, "1", {1.05, 2}, "shape factor C of a tyre: mean of the prior"),
+            param("shape_spread", &P::shape_spread, "1", {0.001, 1}, "standard deviation of C"),
+            param("friction", &P::friction, "1", {0, 5}, "friction that the prior expects; 0: the stack's mu_init"),
+            param("friction_spread", &P::friction_spread, "1", {0.01, 2}, "standard deviation of that, relative to it"),
+            param("drift", &P::drift, "1/s^0.5", {0, 1}, "random walk of friction, both axles together"),
+            param("axle_drift", &P::axle_drift, "1/s^0.5", {0, 1}, "random walk of each axle's friction"),
+            param("shape_memory", &P::shape_memory, "s", {1, 1e9}, "time in which the prior's uncertainty returns"),
+            param("alarm", &P::alarm, "1", {1, 100}, "score above which friction is taken to have changed suddenly"),
+            param("change", &P::change, "1", {0, 2}, "relative uncertainty of friction after such a change"),
+            param("sigma_v", &P::sigma_v, "m/s", {1e-6, 10}, "noise of vx and vy to begin with"),
+            param("sigma_omega", &P::sigma_omega, "rad/s", {1e-6, 10}, "noise of the yaw rate to begin with"),
+            param("misfit", &P::misfit, "m/s2", {1e-6, 10}, "accuracy of the equations at best")},
+        gripline::ellipse_parameters<P>());
   }
 
   ElmRls(const gripline::Surroundings& around, const Params& params)
@@ -66,13 +71,14 @@ class ElmRls : public gripline::AutoDiffEffect<ElmRls, gripline::Estimator> {
         car_(around.car),
         drive_(around),
         random_(around.seed),
-        front_tyres_(params.hidden, prior(around.mu_init), random_),
-        rear_tyres_(params.hidden, prior(around.mu_init), random_),
+        front_tyres_(params.hidden, prior(expected(around, params)), random_),
+        rear_tyres_(params.hidden, prior(expected(around, params)), random_),
         rls_(unknowns(), channels),
         load_{car_.m * gripline::gravity * car_.lr / (car_.lf + car_.lr),
               car_.m * gripline::gravity * car_.lf / (car_.lf + car_.lr)},
-        mu_init_(around.mu_init),
+        expected_(expected(around, params)),
         gyration_(std::sqrt(car_.Iz / car_.m)),
+        ellipse_{params.ellipse, params.drive_front, params.brake_front},
         sigma_{params.sigma_v, params.sigma_v, params.sigma_omega},
         largest_sigma_{10 * params.sigma_v, 10 * params.sigma_v, 10 * params.sigma_omega},
         misfit_{params.misfit, params.misfit, params.misfit / gyration_},
@@ -96,7 +102,7 @@ class ElmRls : public gripline::AutoDiffEffect<ElmRls, gripline::Estimator> {
     if (!continues_) rls_.break_sequence(sigma_.data());
     continues_ = true;
     const gripline::Motion begin = {k.x.vx - rls_.noise(0), k.x.vy - rls_.noise(1), k.x.omega - rls_.noise(2)};
-    fill_rows(gripline::predicted_path(begin, k, car_, drive_, resistance_,
+    fill_rows(gripline::predicted_path(begin, k, car_, drive_, resistance_, ellipse_, peaks_,
                                        [this](Axle axle, double slip) { return table(axle).at(slip).force; }));
     forget(k.dt);
     rls_.begin_step(sigma_.data());
@@ -122,7 +128,7 @@ class ElmRls : public gripline::AutoDiffEffect<ElmRls, gripline::Estimator> {
 
   template <class T>
   void act(gripline::Point<T>& p) const {
-    gripline::correct_body(p.q, p.at, drive_.model_has_tyres(), car_.v_min, resistance_,
+    gripline::correct_body(p.q, p.at, drive_.model_has_tyres(), car_.v_min, resistance_, ellipse_, peaks_,
                            [this](Axle axle, const T& slip) { return table(axle).force(slip); });
   }
 
@@ -134,9 +140,12 @@ class ElmRls : public gripline::AutoDiffEffect<ElmRls, gripline::Estimator> {
   static constexpr double misfit_gain = 0.02;     // per step, of matching the misfit
   static constexpr double telling_share = 0.4;    // of friction: forces below say nothing of a sudden change
 
-  gripline::TyrePrior prior(double mu_init) const {
-    return {params_.stiffness, params_.stiffness_spread, params_.shape, params_.shape_spread,
-            mu_init,           params_.friction_spread};
+  static double expected(const gripline::Surroundings& around, const Params& params) {
+    return params.friction > 0 ? params.friction : around.mu_init;
+  }
+  gripline::TyrePrior prior(double mu) const {
+    return {params_.stiffness,      params_.stiffness_spread, params_.shape, params_.shape_spread, mu,
+            params_.friction_spread};
   }
   Eigen::Index unknowns() const { return 2 * static_cast<Eigen::Index>(params_.hidden) + 2; }
   int first(Axle axle) const { return axle == Axle::front ? 0 : params_.hidden; }
@@ -188,15 +197,15 @@ class ElmRls : public gripline::AutoDiffEffect<ElmRls, gripline::Estimator> {
     rls_.theta().segment(n, n).setConstant(rear_tyres_.prior_mean());
     rls_.reset_covariance(prior_covariance_);
     read_theta();
-    // The mean of curves that peak at different slips is lower than mu_init: lift it there.
-    rls_.theta().head(n) *= mu_init_ / belief_.mu_front;
-    rls_.theta().segment(n, n) *= mu_init_ / belief_.mu_rear;
+    // The mean of curves that peak at different slips is lower than what is expected: lift it there.
+    rls_.theta().head(n) *= expected_ / belief_.mu_front;
+    rls_.theta().segment(n, n) *= expected_ / belief_.mu_rear;
     read_theta();
   }
 
   /// A car in a spin or against a wall obeys other equations; what was learned from it is thrown away.
   bool plausible() const {
-    const auto fair = [this](double mu) { return mu > 0.05 * mu_init_ && mu < 4 * mu_init_; };
+    const auto fair = [this](double mu) { return mu > 0.05 * expected_ && mu < 4 * expected_; };
     return fair(belief_.mu_front) && fair(belief_.mu_rear);
   }
 
@@ -276,6 +285,7 @@ class ElmRls : public gripline::AutoDiffEffect<ElmRls, gripline::Estimator> {
     fill(rear_, rear_rows_, n, load_[1]);
     const double weight = car_.m * gripline::gravity;
     resistance_ = {weight * rls_.theta()[2 * n], weight * rls_.theta()[2 * n + 1] / square(car_.v_ref)};
+    peaks_ = {std::max(front_.peak(peak_reach), 1e-3 * load_[0]), std::max(rear_.peak(peak_reach), 1e-3 * load_[1])};
     belief_.mu_front = front_.peak(peak_reach) / load_[0];
     belief_.mu_rear = rear_.peak(peak_reach) / load_[1];
     belief_.sigma_front = deviation(Axle::front, front_.peak_slip(peak_reach)) / load_[0];
@@ -292,7 +302,9 @@ class ElmRls : public gripline::AutoDiffEffect<ElmRls, gripline::Estimator> {
   gripline::GenericTyres front_tyres_, rear_tyres_;
   gripline::DifferenceRls rls_;
   std::array<double, 2> load_;  // static axle loads [N]
-  double mu_init_, gyration_;
+  double expected_, gyration_;
+  gripline::Ellipse ellipse_;
+  gripline::Peaks peaks_;
   std::array<double, channels> sigma_, largest_sigma_, misfit_, last_error_ = {}, rates_ = {};
   Eigen::MatrixXd rows_, prior_covariance_, front_rows_, rear_rows_;
   Eigen::VectorXd knots_{2 * gripline::table_knots};

@@ -120,7 +120,7 @@ class LookBack final : public gripline::AutoDiffEffect<LookBack, gripline::Estim
 
   template <class T>
   void act(gripline::Point<T>& p) const {
-    gripline::correct_body(p.q, p.at, drive_.model_has_tyres(), car_.v_min, resistance_,
+    gripline::correct_body(p.q, p.at, drive_.model_has_tyres(), car_.v_min, resistance_, {}, {},
                            [this](Axle axle, const T& slip) {
                              return axle == Axle::front ? chosen_.front.force(slip) : chosen_.rear.force(slip);
                            });

@@ -7,8 +7,9 @@
 // with slips as the published plant has them (plugins/vehicles/dynamic.cpp). At 20 ms the slips of the 1:43 car change
 // by a third of their range within a step, so forces taken at its first instant would be biased: the means are
 // Simpson's rule over start, middle and end, the middle by the cubic through both ends with the slopes the present
-// model gives. Forces are curves over slip times the axle loads of the nominal model (1 without effects on loads). The
-// steering angle is held over the step (zoh). The straight drive, (Fd - Fres) / m of the nominal model
+// model gives. Forces are curves over slip times the axle loads of the nominal model (1 without effects on loads), less
+// what drive and brakes leave of the friction ellipse. The steering angle is held over the step (zoh), at what the
+// nominal model says acts in its middle. The straight drive, (Fd - Fres) / m of the nominal model
 // with its effects, is asked of the model itself at zero slip, so that every nominal model and effect is accounted for.
 #pragma once
 
@@ -16,8 +17,9 @@
 #include <array>
 #include <cmath>
 #include <stdexcept>
+#include <tuple>
 
-#include <gripline/interfaces.hpp>
+#include <gripline/plugin.hpp>
 
 namespace gripline {
 
@@ -48,6 +50,38 @@ T rear_slip(const T& vx, const T& vy, const T& omega, const T& lr, double v_min)
 inline Slips slips(const Motion& x, double delta, const Car& car) {
   return {front_slip(x.vx, x.vy, x.omega, delta, car.lf, car.v_min), rear_slip(x.vx, x.vy, x.omega, car.lr, car.v_min)};
 }
+
+/// Side force beside drive and brakes: an axle that gives Fx keeps sqrt(1 - (Fx / (ratio Fy_max))^2) of its side force
+/// (the friction ellipse; Pacejka, Tyre and Vehicle Dynamics, 1.3). Fx is the axle's share of the drive or brake force.
+struct Ellipse {
+  double ratio = 0;  // largest Fx over largest Fy; 0: forces do not share friction
+  double drive_front = 0, brake_front = 0;
+
+  template <class T>
+  T left(Axle axle, const T& drive_force, const T& load, double peak) const {
+    using std::max, std::sqrt;
+    if (!(ratio > 0.0)) return T(1);
+    const double front = drive_force < T(0) ? brake_front : drive_front;
+    const T used = drive_force * (axle == Axle::front ? front : 1.0 - front) / (load * (ratio * peak));
+    return sqrt(max(T(1) - used * used, T(least)));
+  }
+  static constexpr double least = 0.04;  // of the square: wheels are kept from locking and spinning
+};
+
+/// Declarations of an estimator's members ellipse, drive_front, brake_front.
+template <class P>
+constexpr auto ellipse_parameters() {
+  return std::tuple{
+      param("ellipse", &P::ellipse, "1", {0, 5},
+            "largest drive or brake force over largest side force of a tyre; 0: they do not share friction"),
+      param("drive_front", &P::drive_front, "1", {0, 1}, "front share of the drive force"),
+      param("brake_front", &P::brake_front, "1", {0, 1}, "front share of the brake force")};
+}
+
+/// Largest side forces of the axles at static load, as believed [N].
+struct Peaks {
+  double front = 1, rear = 1;
+};
 
 /// Resistance force Cr0 + Cd vx^2 beside the nominal model's own [N, N s2/m2].
 struct Resistance {
@@ -104,6 +138,14 @@ class StraightDrive {
   struct Rates {
     double forward = 0, side = 0;
     double load_front = 1, load_rear = 1;
+    double drive_force = 0;
+    /// Loads become what they are worth to the side beside drive and brakes.
+    Rates beside(const Ellipse& ellipse, const Peaks& peaks) const {
+      Rates r = *this;
+      r.load_front *= ellipse.left(Axle::front, drive_force, load_front, peaks.front);
+      r.load_rear *= ellipse.left(Axle::rear, drive_force, load_rear, peaks.rear);
+      return r;
+    }
   };
   Rates at(double vx, double d, const Place& place) const {
     State straight;
@@ -111,7 +153,7 @@ class StraightDrive {
     const Prediction::Rates rates = nominal_->rates(straight, {d, 0.0}, place);
     // Models without tyres leave the bank out: their wheels hold the car.
     return {rates.vx, has_tyres_ ? rates.vy : rates.vy + gravity * std::sin(place.bank), rates.load_front,
-            rates.load_rear};
+            rates.load_rear, rates.drive_force};
   }
 
  private:
@@ -125,7 +167,7 @@ using Path = std::array<Motion, path_points>;
 /// The equations of motion along a given path; the rates are differences of the readings.
 inline StepPath equations_along(const Path& points, const Sample& k, const Car& car,
                                 const StraightDrive::Rates& straight) {
-  const double delta = k.x_next.delta;
+  const double delta = k.x_next.delta - k.delta_behind;
   StepPath path;
   path.sine = std::sin(delta);
   path.cosine = std::cos(delta);
@@ -148,12 +190,12 @@ inline StepPath equations_along(const Path& points, const Sample& k, const Car& 
 /// (nothing learned yet) the middle is the mean of both ends.
 template <class Force>
 StepPath step_path(const Sample& k, const Car& car, const StraightDrive& drive, const Resistance& resistance,
-                   bool use_model, const Force& force) {
-  const double delta = k.x_next.delta;
+                   const Ellipse& ellipse, const Peaks& peaks, bool use_model, const Force& force) {
+  const double delta = k.x_next.delta - k.delta_behind;
   const Motion begin = {k.x.vx, k.x.vy, k.x.omega};
   const Motion end = {k.x_next.vx, k.x_next.vy, k.x_next.omega};
-  const auto drive_begin = drive.at(begin.vx, k.u.d, k.at);
-  const auto drive_end = drive.at(end.vx, k.u.d, k.at_next);
+  const auto drive_begin = drive.at(begin.vx, k.u.d - k.d_behind, k.at).beside(ellipse, peaks);
+  const auto drive_end = drive.at(end.vx, k.u.d - k.d_behind, k.at_next).beside(ellipse, peaks);
   Motion middle = {0.5 * (begin.vx + end.vx), 0.5 * (begin.vy + end.vy), 0.5 * (begin.omega + end.omega)};
   if (use_model) {
     const auto rates = [&](const Motion& x, const StraightDrive::Rates& straight) {
@@ -177,9 +219,9 @@ StepPath step_path(const Sample& k, const Car& car, const StraightDrive& drive, 
 /// Runge-Kutta steps.
 template <class Force>
 StepPath predicted_path(const Motion& begin, const Sample& k, const Car& car, const StraightDrive& drive,
-                        const Resistance& resistance, const Force& force) {
-  const double delta = k.x_next.delta;
-  const auto straight = drive.at(0.5 * (k.x.vx + k.x_next.vx), k.u.d, k.at);
+                        const Resistance& resistance, const Ellipse& ellipse, const Peaks& peaks, const Force& force) {
+  const double delta = k.x_next.delta - k.delta_behind;
+  const auto straight = drive.at(0.5 * (k.x.vx + k.x_next.vx), k.u.d - k.d_behind, k.at).beside(ellipse, peaks);
   const auto rates = [&](const Motion& x) {
     const Slips s = slips(x, delta, car);
     return motion_rates(x, delta, straight.forward, straight.side, straight.load_front * force(Axle::front, s.front),

@@ -12,28 +12,29 @@ class FixedSpeed final : public SpeedPlanner {
  public:
   struct Params : planning::LineParams {
     double mu = 0.0;
-    bool careful_start = false;
+    double careful_until = 0.0;
   };
   static constexpr auto parameters() {
     return std::tuple_cat(planning::line_parameters<Params>(),
                           std::tuple{param("mu", &Params::mu, "1", {0, 5}, "assumed friction; 0: the stack's mu_init"),
-                                     param("careful_start", &Params::careful_start, "1", {0, 1},
-                                           "drive at mu_init until the stack trusts what it learned, then at mu")});
+                                     param("careful_until", &Params::careful_until, "s", {0, 1e6},
+                                           "plan for mu_init until then, whatever mu is")});
   }
 
   FixedSpeed(const Surroundings& around, const Params& params)
       : mu_(params.mu > 0 ? params.mu : around.mu_init),
-        mu_start_(params.careful_start ? around.mu_init : mu_),
+        mu_start_(params.careful_until > 0 ? around.mu_init : mu_),
+        careful_until_(params.careful_until),
         planner_(around, params, std::array{std::min(mu_, mu_start_), std::max(mu_, mu_start_)}) {}
 
-  void plan(const Observation& now, const Belief& belief, const TyreCurve* /*learned*/,
+  void plan(const Observation& now, const Belief& /*belief*/, const TyreCurve* /*learned*/,
             std::span<RefPoint> horizon) override {
-    planner_.plan(now, belief.trusted ? mu_ : mu_start_, horizon);
+    planner_.plan(now, now.t > careful_until_ ? mu_ : mu_start_, horizon);
   }
   std::span<const LinePoint> line() const override { return planner_.line().samples(); }
 
  private:
-  double mu_, mu_start_;
+  double mu_, mu_start_, careful_until_;
   planning::LinePlanner planner_;
 };
 

@@ -13,21 +13,29 @@ using namespace gripline;
 class FrictionSpeed final : public SpeedPlanner {
  public:
   struct Params : planning::LineParams {
-    double mu_lo = 0.3, mu_hi = 1.3, mu_step = 0.04;
+    double mu_lo = 0.3, mu_hi = 1.3, mu_step = 0.04, rise = 0.0;
   };
   static constexpr auto parameters() {
     return std::tuple_cat(planning::line_parameters<Params>(),
                           std::tuple{param("mu_lo", &Params::mu_lo, "1", {0.01, 5}, "least friction of the grid"),
                                      param("mu_hi", &Params::mu_hi, "1", {0.01, 5}, "largest friction of the grid"),
-                                     param("mu_step", &Params::mu_step, "1", {0.005, 1}, "step of the grid")});
+                                     param("mu_step", &Params::mu_step, "1", {0.005, 1}, "step of the grid"),
+                                     param("rise", &Params::rise, "1/s", {0, 100},
+                                           "fastest rise of the planned friction; 0: at once, as published")});
   }
 
   FrictionSpeed(const Surroundings& around, const Params& params)
-      : car_(around.car), planner_(around, params, grid(params)) {}
+      : car_(around.car),
+        step_(params.rise > 0 ? params.rise * around.dt : std::numeric_limits<double>::infinity()),
+        planner_(around, params, grid(params)) {}
 
   void plan(const Observation& now, const Belief& belief, const TyreCurve* /*learned*/,
             std::span<RefPoint> horizon) override {
-    planner_.plan(now, total_mu(belief, car_), horizon);
+    // Down at once, up slowly: tyres must not be asked for a grip that the car has yet to learn to use.
+    const double mu = total_mu(belief, car_);
+    planned_ = std::min(mu, planned_ + step_);
+    if (!std::isfinite(planned_)) planned_ = mu;
+    planner_.plan(now, planned_, horizon);
   }
   std::span<const LinePoint> line() const override { return planner_.line().samples(); }
 
@@ -42,6 +50,8 @@ class FrictionSpeed final : public SpeedPlanner {
   }
 
   Car car_;
+  double step_;
+  double planned_ = std::numeric_limits<double>::infinity();
   planning::LinePlanner planner_;
 };
 

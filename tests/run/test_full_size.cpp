@@ -141,6 +141,7 @@ TEST(FullSize, SensorsShowSlopeAndNoiseAsStated) {
     EXPECT_NEAR(std::sqrt(squares[i] / static_cast<double>(world.step())), stated[i], 0.1 * stated[i]) << i;
 }
 
+/// The nominal model's straight-line acceleration against the plant's own.
 TEST(FullSize, KnownThrottleAndBrakeMapIsTheCarsOwn) {
   const WorldSpec spec = world_file("full_size.json");
   struct Plane final : Ground {
@@ -149,27 +150,33 @@ TEST(FullSize, KnownThrottleAndBrakeMapIsTheCarsOwn) {
   const Plane plane;
   const PluginEntry& entry = registry().find(abi::Kind::plant, "double_track");
   const auto plant = create<Plant>(entry, Surroundings{}, spec.plant.values);
-  /// Acceleration at a speed with everything settled and no change of gear near.
-  const auto acceleration = [&](double v, double d) {
+  /// Acceleration at a speed with everything settled and no change of gear near, and that speed.
+  const auto plant_rate = [&](double v, double d) {
     State x;
     x.vx = v;
     plant->reset(x, plane);
     for (int k = 0; k < 20; ++k) x = plant->advance(d, 0.0, 0.02, plane);
     const double before = x.vx;
     for (int k = 0; k < 5; ++k) x = plant->advance(d, 0.0, 0.02, plane);
-    return (x.vx - before) / 0.1;
+    return std::pair{(x.vx - before) / 0.1, 0.5 * (before + x.vx)};
   };
-  const double Cm1 = spec.car.known.at("Cm1");
-  const double Cm2 = spec.car.known.at("Cm2");
-  const double Cb = spec.car.known.at("Cb");
-  for (const double v : {15.0, 18.0, 21.0, 25.0, 31.0, 34.0, 38.0, 42.0}) {
-    const double driven = spec.car.car.m * (acceleration(v, 1.0) - acceleration(v, 0.0));
-    EXPECT_NEAR(driven, Cm1 - Cm2 * v, 0.14 * driven) << v;
-  }
-  for (const double v : {20.0, 30.0, 40.0}) {
-    const double braked = spec.car.car.m * (acceleration(v, 0.0) - acceleration(v, -0.7)) / 0.7;
-    EXPECT_NEAR(braked, Cb, 0.06 * Cb) << v;
-  }
+  Errors errors;
+  const StackSpec stack = read_stack("known", parse_text(R"({"model": {"plugin": "ekinematic"},
+    "planner": {"plugin": "fixed_speed"}, "controller": {"plugin": "pure_pursuit"}})"),
+                                     registry(), spec.car, errors);
+  errors.throw_if_any();
+  Surroundings around;
+  around.car = spec.car.car;
+  around.dt = spec.dt;
+  const Vehicle vehicle(stack.model, around);
+  CorrectedModel model(vehicle.car(), {spec.dt, spec.hold, stack.model.integration});
+  for (const double d : {1.0, 0.5, 0.0, -0.3, -0.7})
+    for (const double v : {18.0, 21.0, 24.0, 33.0, 36.0, 40.0}) {
+      const auto [rate, speed] = plant_rate(v, d);
+      State x;
+      x.vx = speed;
+      EXPECT_NEAR(model.rates(x, {d, 0.0}, Place{}).vx, rate, 0.06 + 0.06 * std::abs(rate)) << v << " m/s, d = " << d;
+    }
 }
 
 TEST(FullSize, WorldStepIsFastWithTheRoadAskedAtEveryWheel) {

@@ -3,6 +3,7 @@
 #include "allocation_counter.hpp"
 #include "estimators/difference_rls.hpp"
 #include "estimators/generic_tyres.hpp"
+#include "estimators/step_path.hpp"
 #include "learning_rig.hpp"
 
 namespace gripline {
@@ -99,6 +100,31 @@ TEST(GenericTyres, PriorIsTheMixtureItClaims) {
     for (int b = 0; b < 40; ++b) implied += h[a] * covariance(a, b) * h[b];
   }
   EXPECT_NEAR(implied, square - mean * mean, 1e-12);
+}
+
+TEST(Ellipse, TakesFromTheSideWhatDriveAndBrakesUse) {
+  const Ellipse none;
+  EXPECT_EQ(none.left(Axle::front, 5000.0, 1.0, 6000.0), 1.0);
+  const Ellipse ellipse{1.1, 0.4, 0.6};
+  // Drive: 0.4 in front, 0.6 behind; brakes the other way round. The load stretches the ellipse.
+  EXPECT_NEAR(ellipse.left(Axle::front, 5000.0, 1.0, 6000.0), std::sqrt(1 - square(2000 / 6600.0)), 1e-12);
+  EXPECT_NEAR(ellipse.left(Axle::rear, 5000.0, 1.0, 6000.0), std::sqrt(1 - square(3000 / 6600.0)), 1e-12);
+  EXPECT_NEAR(ellipse.left(Axle::front, -5000.0, 1.2, 6000.0), std::sqrt(1 - square(3000 / 7920.0)), 1e-12);
+  EXPECT_NEAR(ellipse.left(Axle::rear, -5000.0, 0.8, 6000.0), std::sqrt(1 - square(2000 / 5280.0)), 1e-12);
+  EXPECT_DOUBLE_EQ(ellipse.left(Axle::rear, 1e6, 1.0, 6000.0), 0.2);
+  Dual8 force(5000.0);
+  force.d[0] = 1.0;
+  const double h = 1e-3;
+  const double slope =
+      (ellipse.left(Axle::rear, 5000.0 + h, 1.0, 6000.0) - ellipse.left(Axle::rear, 5000.0 - h, 1.0, 6000.0)) / (2 * h);
+  EXPECT_NEAR(ellipse.left(Axle::rear, force, Dual8(1.0), 6000.0).d[0], slope, 1e-9);
+}
+
+TEST(ElmRls, ExpectsAnotherFrictionThanIsPlannedFor) {
+  Nominal nominal("ekinematic");
+  const Belief belief = make_estimator("elm_rls", nominal, {{"friction", 1.3}})->belief();
+  EXPECT_NEAR(belief.mu_front, 1.3, 1e-9);
+  EXPECT_NEAR(belief.mu_rear, 1.3, 1e-9);
 }
 
 TEST(ElmRls, StartsFromWhatItWasTold) {

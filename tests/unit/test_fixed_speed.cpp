@@ -52,6 +52,25 @@ TEST_F(FixedSpeedTest, DrivesLikeFrictionSpeedThatBelievesMuInit) {
   }
 }
 
+TEST_F(FixedSpeedTest, IsCarefulForAsLongAsItIsTold) {
+  const auto planner = make("fixed_speed", 0.5, {{"mu", 1.0}, {"careful_until", 10}});
+  const auto careful = make("fixed_speed", 0.5);
+  const auto fast = make("fixed_speed", 1.0);
+  const auto speed_at = [&](double t) {
+    Observation now;
+    now.t = t;
+    now.x.x = planner->line()[0].x;
+    now.x.y = planner->line()[0].y;
+    std::array<RefPoint, 2> horizon{};
+    planner->plan(now, {1, 1, 0, 0, t < 5}, nullptr, horizon);
+    return horizon[0].v;
+  };
+  EXPECT_EQ(speed_at(0), speed(*careful, 0, 1.0));
+  EXPECT_EQ(speed_at(10), speed(*careful, 0, 1.0));
+  EXPECT_EQ(speed_at(10.02), speed(*fast, 0, 1.0));
+  EXPECT_GT(speed_at(10.02), speed_at(10));
+}
+
 TEST_F(FixedSpeedTest, NeedsACourseAndAModel) {
   const PluginEntry& entry = registry_.find(abi::Kind::planner, "fixed_speed");
   Surroundings around;

@@ -86,6 +86,25 @@ TEST(Metrics, DeviationIsTheTimeMeanOfTheDistance) {
   EXPECT_NEAR(drive.summary().mean_deviation_m, sum / 40, 1e-15);
 }
 
+TEST(Metrics, HillyDeviationCountsWhereTheRoadIsSteep) {
+  EXPECT_FALSE(Drive(R"({"start": {"speed": 1}})").summary().hilly_deviation_m.has_value());
+  Drive drive(R"({"start": {"speed": 1}, "track": {"half_width": 0.3,
+    "segments": [{"line": 2}, {"arc": {"radius": 1, "turn": "180 deg"}}, {"line": 2}, {"arc": {"radius": 1, "turn": "180 deg"}}],
+    "grade": [{"s": 0, "grade": 0}, {"s": 0.2, "grade": 0}, {"s": 0.5, "grade": 0.1}, {"s": 0.8, "grade": 0}, {"s": 4, "grade": 0}, {"s": 4.5, "grade": -0.06}, {"s": 5, "grade": 0}]}})");
+  const std::vector<LinePoint> line = square();
+  double sum = 0;
+  int count = 0;
+  for (int k = 0; k < 60; ++k) {
+    drive.step({0.4, 0.2}, {}, line);
+    if (std::abs(std::tan(drive.world().place().grade)) <= 0.03) continue;
+    sum += distance_to_line(line, drive.world().state().x, drive.world().state().y);
+    ++count;
+  }
+  ASSERT_GT(count, 5);
+  ASSERT_LT(count, 55);
+  EXPECT_NEAR(drive.summary().hilly_deviation_m.value(), sum / count, 1e-12);
+}
+
 TEST(Metrics, ViolationsAreTimesOutside) {
   Drive drive(R"({"start": {"speed": 1.5, "yaw": "15 deg"}})");
   int centre = 0, body = 0, trusted = 0;

@@ -242,4 +242,23 @@ TEST(MpcProblem, TheStartAndThePlacesAreTheModelsAndTheReferences) {
   EXPECT_EQ(problem.places()[2].s, 2.0);
 }
 
+TEST(MpcProblem, LeavesTheSlopeOutWhenTold) {
+  ProblemParams p = no_cost();
+  std::vector<RefPoint> references = straight(p.horizon + 1, 0.3);
+  for (RefPoint& r : references) {
+    r.at.grade = 0.05;
+    r.at.bank = -0.02;
+  }
+  for (const bool slope : {true, false}) {
+    p.slope = slope;
+    Problem problem(p, testing_support::car_1_43(), 0.02);
+    problem.set(Observation{}, references, Glide());
+    for (std::size_t k = 0; k < problem.places().size(); ++k) {
+      EXPECT_EQ(problem.places()[k].grade, slope ? 0.05 : 0.0);
+      EXPECT_EQ(problem.places()[k].bank, slope ? -0.02 : 0.0);
+      EXPECT_EQ(problem.places()[k].s, references[k].at.s);
+    }
+  }
+}
+
 }  // namespace

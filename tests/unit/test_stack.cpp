@@ -151,6 +151,42 @@ TEST(Stack, BelievesMuInitUntilItTrusts) {
   }
 }
 
+/// The learned model drives before plans rest on it.
+TEST(Stack, PlansStayCarefulUntilToldOtherwise) {
+  Rig rig(
+      R"({"estimator": {"plugin": "spy.truthful"}, "adapt_after": "0.1 s", "careful_until": "0.2 s", "mu_init": 0.4})");
+  const CorrectedModel* const nominal = rig.stack().belief(0.0).model;
+  const StackBelief careful = rig.stack().belief(0.15);
+  EXPECT_NE(careful.model, nominal);
+  EXPECT_FALSE(careful.mu.trusted);
+  EXPECT_EQ(careful.mu.mu_front, 0.4);
+  EXPECT_EQ(careful.learned, nullptr);
+  const StackBelief later = rig.stack().belief(0.21);
+  EXPECT_TRUE(later.mu.trusted);
+  EXPECT_NEAR(total_mu(later.mu, rig.world().spec().car.car), 0.9092, 1e-4);
+}
+
+/// How far the wheels and the throttle are behind their commands in the middle of a step.
+TEST(Stack, SamplesSayHowFarTheNominalModelIsBehindItsCommands) {
+  Rig plain("{}", R"({"start": {"speed": 1.5}})");
+  const Sample none = plain.advance({0.4, 2.0});
+  EXPECT_EQ(none.d_behind, 0.0);
+  EXPECT_EQ(none.delta_behind, 0.0);
+  const double tau = 0.05;
+  Rig rig(R"({"model": {"effects": [{"plugin": "steer_lag", "params": {"tau": 0.05}}]}})",
+          R"({"start": {"speed": 1.5}})");
+  double wheel = 0.0;
+  double delta = 0.0;
+  for (int k = 0; k < 10; ++k) {
+    const Sample sample = rig.advance({0.4, k < 5 ? 2.0 : -1.0});
+    delta += 0.02 * (k < 5 ? 2.0 : -1.0);
+    const double after = delta + (wheel - delta) * std::exp(-0.02 / tau);
+    EXPECT_NEAR(sample.delta_behind, delta - 0.5 * (wheel + after), 5e-5) << k;
+    EXPECT_EQ(sample.d_behind, 0.0);
+    wheel = after;
+  }
+}
+
 TEST(Stack, WithoutAnEstimatorItBelievesMuInitForGood) {
   Rig rig(R"({"mu_init": 0.8})");
   const StackBelief belief = rig.stack().belief(1000);

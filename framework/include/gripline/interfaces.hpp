@@ -90,6 +90,7 @@ class Prediction {
   struct Rates {
     double vx = 0, vy = 0, omega = 0;
     double load_front = 1, load_rear = 1;
+    double drive_force = 0;  // as in Quantities [N]
   };
   virtual Rates rates(const State& x, const Input& u, const Place& at) = 0;
 };

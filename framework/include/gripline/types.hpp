@@ -162,6 +162,9 @@ struct Sample {
   State x_next;
   Place at_next;
   double e_vx = 0, e_vy = 0, e_omega = 0;
+  // Commands (throttle, steering angle) less what acts of them in the middle of the step, where the nominal model knows
+  // lags, gains or delays of the command.
+  double d_behind = 0, delta_behind = 0;
 };
 
 /// What a stack believes of friction: mu per axle, relative to that axle's static load, and standard deviations.
