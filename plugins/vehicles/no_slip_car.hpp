@@ -2,7 +2,7 @@
 //
 //   Fd = (Cm1 - Cm2 vx) d,  for d < 0 with Cb > 0 instead Cb d;   Fres = Cr0 + Cd vx^2
 //
-// or, where an engine's map was measured (v_1 > 0): between closed(vx) at closed and full(vx) at full throttle,
+// or, where an engine's map was measured (v_1 above 0.1 m/s): between closed(vx) at closed and full(vx) at full throttle,
 //
 //   Fd = (full(vx) - closed(vx)) d,   Fres = Cr0 + Cd vx^2 - closed(vx)
 //
@@ -30,6 +30,8 @@ struct NoSlipParams {
   T full_0 = T(0), full_1 = T(0), full_2 = T(0), full_3 = T(0), full_4 = T(0), full_5 = T(0);
   T closed_0 = T(0), closed_1 = T(0), closed_2 = T(0), closed_3 = T(0), closed_4 = T(0), closed_5 = T(0);
 };
+
+inline constexpr double least_map_speed = 0.1;  // [m/s]
 
 /// Declarations of the engine's map.
 constexpr auto drive_map_parameters() {
@@ -117,7 +119,7 @@ class NoSlipCar : public AutoDiffVehicle<D> {
     p.q.brake = k.Cb > T(0) ? k.Cb : k.Cm1 - k.Cm2 * p.q.vx;
     p.q.rolling = k.Cr0;
     p.q.drag = k.Cd;
-    if (!(k.v_1 > T(0))) return;
+    if (!(k.v_1 > T(least_map_speed))) return;
     const MapPlace<T> place = map_place(p.q.vx, k);
     const T closed = place.of({&k.closed_0, &k.closed_1, &k.closed_2, &k.closed_3, &k.closed_4, &k.closed_5});
     p.q.motor = place.of({&k.full_0, &k.full_1, &k.full_2, &k.full_3, &k.full_4, &k.full_5}) - closed;

@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "config/json_file.hpp"
+#include "experiment.hpp"
 #include "geometry/track_file.hpp"
 #include "geometry/track_import.hpp"
 #include "reference_data.hpp"
@@ -47,8 +48,7 @@ StackSpec careful_driver(const CarFile& car, const char* mu) {
   return spec;
 }
 
-RunSummary race(const WorldSpec& spec, const char* mu, std::uint64_t seed = 1) {
-  const StackSpec driver = careful_driver(spec.car, mu);
+RunSummary drive(const WorldSpec& spec, const StackSpec& driver, std::uint64_t seed) {
   World world(spec, seed);
   StackPlace place;
   place.car = spec.car.car;
@@ -63,6 +63,9 @@ RunSummary race(const WorldSpec& spec, const char* mu, std::uint64_t seed = 1) {
   Recorder recorder(folder);
   Metrics metrics(world, driver, seed);
   return Simulation(world, stack, recorder, metrics).run();
+}
+RunSummary race(const WorldSpec& spec, const char* mu, std::uint64_t seed = 1) {
+  return drive(spec, careful_driver(spec.car, mu), seed);
 }
 
 TEST(FullSize, HillCircuitIsWhatItsNoteSays) {
@@ -177,6 +180,33 @@ TEST(FullSize, KnownThrottleAndBrakeMapIsTheCarsOwn) {
       x.vx = speed;
       EXPECT_NEAR(model.rates(x, {d, 0.0}, Place{}).vx, rate, 0.06 + 0.06 * std::abs(rate)) << v << " m/s, d = " << d;
     }
+}
+
+/// A row of experiments/full_size_wear.json for as long as the test wants.
+RunSummary row_of_wear(const std::string& row, double duration) {
+  const std::filesystem::path file = std::filesystem::path(GRIPLINE_SOURCE_DIR) / "experiments/full_size_wear.json";
+  RaceSpec race = read_race(file, load_experiment(file, {}), registry());
+  race.world.duration = duration;
+  for (const StackSpec& stack : race.stacks)
+    if (stack.name == row) return drive(race.world, stack, race.seeds.front());
+  throw std::invalid_argument("no row " + row);
+}
+
+TEST(FullSize, TheLearnedStackStaysOnTheRoadAndKnowsItsGrip) {
+  const RunSummary best = row_of_wear("best", 75.0);
+  EXPECT_EQ(best.status, Status::finished) << best.message;
+  ASSERT_EQ(best.laps.size(), 1u);
+  EXPECT_EQ(best.violation_s, 0.0);
+  EXPECT_LT(best.mean_deviation_m, 0.1);
+  EXPECT_LT(best.mu_rmse.value(), 0.08);
+  EXPECT_LT(best.hilly_deviation_m.value(), best.mean_deviation_m);
+  const RunSummary again = row_of_wear("best", 75.0);
+  EXPECT_EQ(again.mean_deviation_m, best.mean_deviation_m);
+}
+
+TEST(FullSize, WithoutLearningTheCarIsLostOncePlansAreMadeForFreshTyres) {
+  const RunSummary none = row_of_wear("none", 75.0);
+  EXPECT_GT(none.violation_s, 0.0);
 }
 
 TEST(FullSize, WorldStepIsFastWithTheRoadAskedAtEveryWheel) {

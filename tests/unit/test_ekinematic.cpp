@@ -34,6 +34,29 @@ TEST(EKinematic, ResistanceAndBrakesAreParameters) {
   EXPECT_NEAR(driving.ax, ((0.287 - 0.109) * 0.5 - 0.0518 - 0.04) / 0.041, 1e-12);
 }
 
+TEST(EKinematic, AnEnginesMapTakesThePlaceOfItsStraightLine) {
+  const TestedModel tested(
+      "ekinematic", {{"m", 1000},       {"Cr0", 50},        {"Cd", 0.5},        {"Cb", 8000},       {"v_1", 10},
+                     {"v_2", 15},       {"v_3", 25},        {"v_4", 30},        {"v_5", 50},        {"full_0", 9000},
+                     {"full_1", 9500},  {"full_2", 6500},   {"full_3", 6700},   {"full_4", 5000},   {"full_5", 4500},
+                     {"closed_0", 0},   {"closed_1", -500}, {"closed_2", -300}, {"closed_3", -400}, {"closed_4", -200},
+                     {"closed_5", -300}});
+  const auto rate = [&](double v, double d) { return tested.at({v, 0, 0, d, 0, 0}).ax; };
+  const auto expected = [](double v, double full, double closed, double d) {
+    return ((full - closed) * d + closed - 50 - 0.5 * v * v) / 1000;
+  };
+  EXPECT_NEAR(rate(10, 1.0), expected(10, 9500, -500, 1.0), 1e-12);
+  EXPECT_NEAR(rate(20, 1.0), expected(20, 6600, -350, 1.0), 1e-12);
+  EXPECT_NEAR(rate(20, 0.4), expected(20, 6600, -350, 0.4), 1e-12);
+  EXPECT_NEAR(rate(28, 0.0), expected(28, 0, -280, 0.0), 1e-12);
+  EXPECT_NEAR(rate(40, 1.0), expected(40, 4750, -250, 1.0), 1e-12);
+  EXPECT_NEAR(rate(70, 1.0), expected(70, 4500, -300, 1.0), 1e-12);
+  EXPECT_NEAR(rate(5, 1.0), expected(5, 9250, -250, 1.0), 1e-12);
+  EXPECT_NEAR(rate(20, -0.5), (-8000 * 0.5 - 350 - 50 - 200) / 1000.0, 1e-12);
+  const double h = 1e-4;
+  EXPECT_NEAR(rate(25 + h, 1.0), rate(25 - h, 1.0), 1e-3);
+}
+
 TEST(EKinematic, FeelsTheGradeAndIsHeldOnABank) {
   Place place;
   place.grade = 0.03;

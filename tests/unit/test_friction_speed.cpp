@@ -52,6 +52,22 @@ TEST_F(FrictionSpeedTest, LineLiesInsideTheTrackByHalfTheCarAndTheMargin) {
   }
 }
 
+TEST_F(FrictionSpeedTest, PlannedFrictionFallsAtOnceAndRisesAsSlowlyAsTold) {
+  const auto slow = make({{"rise", 0.5}});
+  const auto published = make();
+  const State x = on_line(slow->line()[300], 1.0);
+  const auto speed = [&](SpeedPlanner& planner, double mu) {
+    std::array<RefPoint, 2> horizon{};
+    planner.plan(seen(x), believe(mu, mu), nullptr, horizon);
+    return horizon[0].v;
+  };
+  EXPECT_EQ(speed(*slow, 0.5), speed(*published, 0.5));
+  for (int k = 1; k <= 20; ++k) EXPECT_NEAR(speed(*slow, 0.9), speed(*published, 0.5 + 0.01 * k), 1e-9);
+  for (int k = 0; k < 40; ++k) speed(*slow, 0.9);
+  EXPECT_EQ(speed(*slow, 0.9), speed(*published, 0.9));
+  EXPECT_EQ(speed(*slow, 0.4), speed(*published, 0.4));
+}
+
 TEST_F(FrictionSpeedTest, HorizonStartsAtTheFootAndAdvancesByTheSpeedsItStates) {
   const auto planner = make();
   const LinePoint p = planner->line()[300];
