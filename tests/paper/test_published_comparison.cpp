@@ -1,0 +1,90 @@
+// The figures that the README quotes against the published ones, raced anew: the paper's Table I with the real-time
+// controller, the validation between two tracks, and `best` through a sudden loss of grip.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "../run/program.hpp"
+#include "csv.hpp"
+
+namespace gripline {
+namespace {
+
+using namespace testing_support;
+
+/// Runs an experiment of the repository into a folder; expects every claim to hold.
+class Published : public testing::Test {
+ protected:
+  void compare(const std::string& experiment, std::vector<std::string> more) {
+    std::vector<std::string> words = {"compare", GRIPLINE_SOURCE_DIR "/experiments/" + experiment + ".json", "--out",
+                                      (folder_ / "out").string()};
+    words.insert(words.end(), more.begin(), more.end());
+    const Outcome outcome = gripline_with(words);
+    ASSERT_EQ(outcome.code, 0) << outcome.out << outcome.err;
+  }
+  /// A row of one of the tables, by its first cells.
+  std::map<std::string, std::string> row(const char* file, const std::vector<std::string>& key) const {
+    const std::vector<std::string> all = lines(folder_ / (std::string("out/") + file));
+    const std::vector<std::string> names = cells(all.at(0));
+    for (const std::string& line : all) {
+      const std::vector<std::string> values = cells(line);
+      if (!std::equal(key.begin(), key.end(), values.begin())) continue;
+      std::map<std::string, std::string> found;
+      for (std::size_t i = 0; i < names.size(); ++i) found[names[i]] = values[i];
+      return found;
+    }
+    ADD_FAILURE() << "no such row in " << file;
+    return {};
+  }
+  static double number(const std::map<std::string, std::string>& row, const std::string& name) {
+    return row.count(name) != 0 && !row.at(name).empty() ? std::stod(row.at(name)) : NAN;
+  }
+
+ private:
+  static std::vector<std::string> cells(const std::string& line) {
+    std::vector<std::string> out(1);
+    for (const char c : line) {
+      if (c == ',')
+        out.emplace_back();
+      else
+        out.back() += c;
+    }
+    return out;
+  }
+  Folder folder_;
+};
+
+/// The published adaptive row: laps 8.54 7.66 8.02 8.76 s, deviation 0.050 m, outside for 1.22 s.
+TEST_F(Published, TheAdaptiveRowOfTableOneIsNoWorse) {
+  compare("table1", {"--only", "none,constant_speed,elm", "--set", "/base/controller/plugin=\"mpc_sqp\""});
+  const auto elm = row("table.csv", {"elm"});
+  EXPECT_LE(number(elm, "lap0_s"), 8.54);
+  EXPECT_LE(number(elm, "lap1_s"), 7.66);
+  EXPECT_LE(number(elm, "lap2_s"), 8.02);
+  EXPECT_LE(number(elm, "lap3_s"), 8.76);
+  EXPECT_LE(number(elm, "mean_deviation_m"), 0.050);
+  EXPECT_LE(number(elm, "violation_s"), 1.22);
+  EXPECT_LE(number(elm, "mu_visited_rmse"), 0.03);
+  EXPECT_EQ(number(elm, "solver_failures"), 0);
+}
+
+TEST_F(Published, WhatIsLearnedOnOneTrackHoldsOnAnother) {
+  compare("offline_validation", {});
+  for (const char* channel : {"e_vx", "e_vy", "e_omega"}) {
+    const double elm = number(row("validation.csv", {"elm", channel}), "r2");
+    EXPECT_GE(elm, 0.95) << channel;
+    EXPECT_GE(elm, number(row("validation.csv", {"gp", channel}), "r2") - 0.02) << channel;
+  }
+}
+
+/// The published successor: laps 7.74 7.76 9.16 s and 0.65 s outside, privileged. The claims state the pace.
+TEST_F(Published, TheBestRowPassesASuddenLossOfGripInside) {
+  compare("ethz_exp2_sudden", {"--only", "best"});
+  const auto best = row("table.csv", {"best"});
+  EXPECT_EQ(number(best, "needs_truth"), 0);
+  EXPECT_LE(number(best, "violation_s"), 0.10);
+  EXPECT_LE(number(best, "mu_rmse"), 0.03);
+  EXPECT_LT(number(best, "lap2_s"), 9.16);
+}
+
+}  // namespace
+}  // namespace gripline
