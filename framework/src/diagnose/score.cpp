@@ -223,7 +223,7 @@ CaseScore score_case(const fs::path& folder, const Registry& registry, const Wor
   s.right = judge(a, d, named);
   s.class_size = d.verdict == Verdict::indistinguishable ? static_cast<double>(d.equivalent.size()) : none;
   s.located = a.unknown ? judge_place(a, d) : none;
-  s.parameter_error = s.covered = s.closure = s.error_true = s.lambda = none;
+  s.parameter_error = s.covered = s.closure = s.error_true = s.lambda = s.lambda_least = none;
   if (s.right > 0.0 && !a.unknown) compare_params(a, d, s);
   Channels sigma{};
   for (std::size_t c = 0; c < channels; ++c) sigma[c] = world.sensors.channels[c].sigma;
@@ -238,22 +238,31 @@ CaseScore score_case(const fs::path& folder, const Registry& registry, const Wor
       s.closure = (s.error_before - s.error_after) / (s.error_before - s.error_true);
     ModelSpec without = catalogue.bare();
     without.nuisance = truth->nuisance;
-    if (!a.names.empty())
-      s.lambda = 2.0 * (windowed_cost(diagnoser.problem(), without) - windowed_cost(diagnoser.problem(), *truth));
+    if (!a.names.empty()) {
+      const double true_cost = windowed_cost(diagnoser.problem(), *truth);
+      s.lambda = 2.0 * (windowed_cost(diagnoser.problem(), without) - true_cost);
+      s.lambda_least = s.lambda;
+      for (const std::size_t member : truth->members)
+        if (truth->members.size() > 1)
+          s.lambda_least =
+              std::min(s.lambda_least,
+                       2.0 * (windowed_cost(diagnoser.problem(), catalogue.without(*truth, member)) - true_cost));
+    }
   }
   return s;
 }
 
 std::string score_csv(std::span<const CaseScore> scores) {
   std::string text =
-      "case,kind,vehicle,condition,truth,verdict,named,right,lambda,confidence,closure,parameter_error,covered,"
+      "case,kind,vehicle,condition,truth,verdict,named,right,lambda,lambda_least,confidence,closure,parameter_error,"
+      "covered,"
       "error_before,error_after,error_true,located,class_size,cpu_s\n";
   for (const CaseScore& s : scores)
     text += s.id + "," + s.kind + "," + s.vehicle + "," + s.condition + "," + s.truth + "," + s.verdict + "," +
-            s.named + "," + cell(s.right) + "," + cell(s.lambda) + "," + cell(s.confidence) + "," + cell(s.closure) +
-            "," + cell(s.parameter_error) + "," + cell(s.covered) + "," + cell(s.error_before) + "," +
-            cell(s.error_after) + "," + cell(s.error_true) + "," + cell(s.located) + "," + cell(s.class_size) + "," +
-            cell(s.cpu_s) + "\n";
+            s.named + "," + cell(s.right) + "," + cell(s.lambda) + "," + cell(s.lambda_least) + "," +
+            cell(s.confidence) + "," + cell(s.closure) + "," + cell(s.parameter_error) + "," + cell(s.covered) + "," +
+            cell(s.error_before) + "," + cell(s.error_after) + "," + cell(s.error_true) + "," + cell(s.located) + "," +
+            cell(s.class_size) + "," + cell(s.cpu_s) + "\n";
   return text;
 }
 
@@ -277,7 +286,7 @@ struct Line {
 }  // namespace
 
 std::string scorecard(std::span<const CaseScore> scores) {
-  const auto detectable = [](const CaseScore& s) { return s.lambda >= 100.0; };
+  const auto detectable = [](const CaseScore& s) { return s.lambda_least >= 100.0; };
   const std::vector<Line> lines = {
       {"one effect, white noise",
        [&](const CaseScore& s) { return s.kind == "single" && s.condition == "white" && detectable(s); }},
@@ -289,7 +298,12 @@ std::string scorecard(std::span<const CaseScore> scores) {
        [&](const CaseScore& s) { return s.kind == "single" && s.condition == "process_noise" && detectable(s); }},
       {"one effect, wrong nominal",
        [&](const CaseScore& s) { return s.kind == "single" && s.condition == "wrong_nominal" && detectable(s); }},
-      {"two effects", [&](const CaseScore& s) { return s.kind == "pair"; }},
+      {"one effect, white, lambda >= 1000",
+       [&](const CaseScore& s) { return s.kind == "single" && s.condition == "white" && s.lambda >= 1000.0; }},
+      {"two effects, white",
+       [&](const CaseScore& s) { return s.kind == "pair" && s.condition == "white" && detectable(s); }},
+      {"two effects, process noise",
+       [&](const CaseScore& s) { return s.kind == "pair" && s.condition == "process_noise" && detectable(s); }},
       {"three effects", [&](const CaseScore& s) { return s.kind == "triple"; }},
       {"nothing missing, white", [](const CaseScore& s) { return s.kind == "none" && s.condition == "white"; }},
       {"nothing missing, other", [](const CaseScore& s) { return s.kind == "none" && s.condition != "white"; }},
@@ -297,7 +311,8 @@ std::string scorecard(std::span<const CaseScore> scores) {
       {"all", [](const CaseScore&) { return true; }},
   };
   std::string text =
-      "condition                     cases  right   wrong name  closure median / tenth   error*sqrt(lambda)  covered  "
+      "condition                          cases  right   wrong name  closure median / tenth   error*sqrt(lambda)  "
+      "covered  "
       "located  cpu s\n";
   for (const Line& line : lines) {
     std::vector<double> right, closure, scaled, covered, located, cpu;
@@ -320,12 +335,12 @@ std::string scorecard(std::span<const CaseScore> scores) {
     };
     char row[240];
     std::snprintf(row, sizeof row,
-                  "%-29s %5zu  %5.1f%%  %10zu  %8.4f / %8.4f     %8.3f            %5.2f    %5.2f   %5.2f\n", line.name,
+                  "%-34s %5zu  %5.1f%%  %10zu  %8.4f / %8.4f     %8.3f            %5.2f    %5.2f   %5.2f\n", line.name,
                   right.size(), 100.0 * mean(right), wrong, quantile(closure, 0.5), quantile(closure, 0.1),
                   quantile(scaled, 0.5), mean(covered), mean(located), mean(cpu));
     text += row;
   }
-  double sure = 0, sure_right = 0, all = 0, worse = 0, brier = 0, judged = 0;
+  double sure = 0, sure_right = 0, sure_detectable = 0, all = 0, worse = 0, brier = 0, judged = 0;
   for (const CaseScore& s : scores) {
     if (s.error_after > 1.02 * s.error_before) worse += 1;
     if (s.verdict != "named") continue;
@@ -334,13 +349,16 @@ std::string scorecard(std::span<const CaseScore> scores) {
     if (s.confidence < 0.95) continue;
     sure += 1;
     sure_right += s.right;
+    sure_detectable += s.kind != "none" && std::isnan(s.located) && detectable(s);
   }
-  for (const CaseScore& s : scores) all += s.kind != "none" && std::isnan(s.located) && s.lambda >= 100.0;
+  for (const CaseScore& s : scores) all += s.kind != "none" && std::isnan(s.located) && detectable(s);
   char row[240];
   std::snprintf(
       row, sizeof row,
-      "confidence >= 0.95: %.0f answers of %.0f detectable, right %.1f%%; Brier %.4f; worse than nominal %.0f of %zu\n",
-      sure, all, sure > 0 ? 100.0 * sure_right / sure : 0.0, judged > 0 ? brier / judged : 0.0, worse, scores.size());
+      "confidence >= 0.95: %.0f answers, right %.1f%%; %.0f of %.0f detectable cases got one; Brier %.4f; worse than "
+      "nominal %.0f of %zu\n",
+      sure, sure > 0 ? 100.0 * sure_right / sure : 0.0, sure_detectable, all, judged > 0 ? brier / judged : 0.0, worse,
+      scores.size());
   return text + row;
 }
 

@@ -15,6 +15,7 @@ struct CaseScore {
   std::string truth, verdict, named;
   double right = 0;            // 1, 0.5 (a set of equals that holds the truth) or 0
   double lambda = 0;           // twice the log-likelihood gain of the truth with free starts every second
+  double lambda_least = 0;     // the same of the least of several effects, over the truth without it
   double confidence = 0;       // of the least certain name; of "nothing" 1
   double closure = 0;          // NaN where it means nothing
   double parameter_error = 0;  // root mean square of the relative errors; NaN without a right name
