@@ -118,7 +118,9 @@ Diagnosis Diagnoser::run(std::span<const LogFile> logs, std::span<const LogFile>
   }
   describe(d.fit, d);
   measure_gap(held_out, search, d);
-  if (d.gap.after > never_worse * d.gap.before) take_back(held_out, search, d);
+  // Beside something unknown, effects that leave most of the gap open are imitations of it.
+  const bool imitation = d.verdict == Verdict::unknown && !d.named.empty() && d.gap.closure < 0.5;
+  if (d.gap.after > never_worse * d.gap.before || imitation) take_back(held_out, search, d);
   if (d.verdict == Verdict::nothing_missing) find_floors(search, d);
   d.sentence = sentence(d);
   return d;

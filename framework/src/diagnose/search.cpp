@@ -69,8 +69,9 @@ std::vector<const Fit*> Search::extend(const Fit& from, std::size_t tries) {
       return std::find(kept.second.begin(), kept.second.end(), e.candidate) != kept.second.end();
     });
     const double penalty = problem_.penalty_per_parameter * static_cast<double>(e.dof);
-    // Predicted gains are good to a factor of two.
-    const double wanted = penalty + 0.4 * required(e.start.members.size());
+    // Predicted gains are good to a factor of two, and too low where the noise still holds what is missing: that weighs
+    // on effects of many parameters.
+    const double wanted = e.dof > 3 ? 0.5 * penalty : penalty + 0.4 * required(e.start.members.size());
     if (synonym || e.gain < wanted || e.gain < 0.03 * best_gain) continue;
     rough.push_back(&rough_fit(e.start, from.noise));
   }
