@@ -250,12 +250,13 @@ double Sqp::search(const Problem& problem, Prediction& model, SqpReport& report)
   const double merit = now_.cost + defect_cost(now_);
   const double rounding = 1e-10 * std::abs(merit);
   promised_ = merit - problem.cost(trial_.x, trial_.u);
+  const double asked = decrease * std::max(0.0, promised_);  // never a rise, whatever curvature was learned
   double length = 1;
   for (int halving = 0; halving < halvings; ++halving, length *= 0.5) {
     take_step(length, trial_);
     ++report.predictions;
     if (!linearise(problem, model, trial_)) continue;
-    if (trial_.cost + defect_cost(trial_) <= merit - decrease * length * promised_ + rounding) return length;
+    if (trial_.cost + defect_cost(trial_) <= merit - length * asked + rounding) return length;
   }
   return 0;
 }
