@@ -31,6 +31,8 @@ namespace gripline::tools {
 namespace po = boost::program_options;
 namespace {
 
+constexpr std::int64_t most_instances = 100'000;
+
 std::int64_t count_allocations() {
 #ifdef GRIPLINE_COUNTS_ALLOCATIONS
   return allocation_count.load(std::memory_order_relaxed);
@@ -54,22 +56,25 @@ int run_bench_command(Arguments args) {
   auto add = visible.add_options();
   add("out", po::value<std::string>(), "write the rows to this CSV file");
   add("world", po::value<std::string>()->default_value("worlds/ethz.json"), "the world that is driven");
-  add("instances", po::value<int>()->default_value(200), "recorded problems");
+  add("instances", po::value<std::string>()->default_value("200"), "recorded problems");
   add("plugins", po::value<std::vector<std::string>>()->composing(), "a folder of plugins");
   add("help,h", "this text");
   const auto given = parse_options(args, visible, "bench [--out F.csv] [options]");
   if (!given) return good;
-  const int instances = (*given)["instances"].as<int>();
-  if (instances < 20) throw InputError("--instances " + std::to_string(instances) + ": at least 20");
-  std::vector<std::string> dirs;
-  if (given->count("plugins") > 0) dirs = (*given)["plugins"].as<std::vector<std::string>>();
-  const Registry registry(Registry::search_path(dirs));
-  Node tree = load_json((*given)["world"].as<std::string>());
-  inline_world_files(tree);
+  if (given->count("experiment") > 0)
+    throw InputError("bench takes no file: \"" + (*given)["experiment"].as<std::vector<std::string>>().front() +
+                     "\"; a world is given by --world");
+  const std::int64_t instances = whole_number(*given, "instances", "--instances");
+  if (instances < 20 || instances > most_instances)
+    throw InputError("--instances " + std::to_string(instances) + ": expected 20 to " + std::to_string(most_instances));
+  const std::string world_file = (*given)["world"].as<std::string>();
+  if (given->count("out") > 0) require_writable("--out", (*given)["out"].as<std::string>(), std::span(&world_file, 1));
+  const Registry registry(Registry::search_path(plugin_dirs_of(*given)));
+  const Node tree = load_world(world_file);
   Errors errors;
   const WorldSpec world = read_world(tree, registry, errors);
   errors.throw_if_any();
-  const std::vector<BenchRow> rows = run_bench(world, registry, count_allocations, instances);
+  const std::vector<BenchRow> rows = run_bench(world, registry, count_allocations, static_cast<int>(instances));
   std::cout
       << "case                   median us    p95 us    p99 us  allocs  iters  error p95    failed  ratio to Ipopt\n";
   for (const BenchRow& row : rows) print(row);

@@ -1,10 +1,12 @@
 // gripline compare and gripline run.
 #include <algorithm>
+#include <cctype>
 #include <cstdio>
 #include <iostream>
+#include <sstream>
 
+#include "config/blame.hpp"
 #include "config/errors.hpp"
-#include "config/hash.hpp"
 #include "diagnose/diagnose_experiment.hpp"
 #include "out_folder.hpp"
 #include "race_options.hpp"
@@ -19,6 +21,7 @@ namespace {
 struct Selection {
   std::vector<std::string> stacks;
   std::vector<std::uint64_t> seeds;
+  bool judged = true;  // are claims asked about?
 };
 
 void require_stack(const RaceSpec& race, const std::string& name) {
@@ -30,12 +33,19 @@ void require_stack(const RaceSpec& race, const std::string& name) {
 
 std::vector<std::string> split_names(const std::string& text) {
   std::vector<std::string> names;
-  std::size_t begin = 0;
-  while (begin <= text.size()) {
-    const std::size_t comma = std::min(text.find(',', begin), text.size());
-    if (comma > begin) names.push_back(text.substr(begin, comma - begin));
-    begin = comma + 1;
+  std::string name;
+  std::istringstream rest(text);
+  const auto blank = [](unsigned char c) { return std::isspace(c) != 0; };
+  while (std::getline(rest, name, ',')) {
+    name.erase(std::find_if_not(name.rbegin(), name.rend(), blank).base(), name.end());
+    name.erase(name.begin(), std::find_if_not(name.begin(), name.end(), blank));
+    names.push_back(name);
   }
+  if (text.ends_with(',')) names.emplace_back();
+  if (std::all_of(names.begin(), names.end(), [](const std::string& one) { return one.empty(); }))
+    throw InputError("--only names no stack; expected names with commas between them");
+  if (std::find(names.begin(), names.end(), "") != names.end())
+    throw InputError("--only " + text + ": a name is missing between commas");
   return names;
 }
 
@@ -47,9 +57,6 @@ std::vector<std::string> chosen_rows(const RaceSpec& race, const std::vector<std
     if (only.empty() || std::find(only.begin(), only.end(), stack.name) != only.end()) rows.push_back(stack.name);
   return rows;
 }
-
-/// What makes two calls the same experiment: its tree, not the rows chosen.
-std::string identity_of(const RaceSpec& race) { return sha256_hex(content_text(race.tree)); }
 
 void report_broken(const RunnerOutcome& outcome) {
   for (const RunResult& run : outcome.runs)
@@ -64,31 +71,87 @@ bool any_broken(const RunnerOutcome& outcome) {
   });
 }
 
+/// Everything of this race in the folder: what was asked for now and what earlier calls left.
+std::vector<RunResult> all_results(const RaceSpec& race, const RunnerOutcome& now, const std::filesystem::path& out) {
+  std::vector<RunResult> all = results_in(race, out);
+  const auto place = [&](const RunResult& run) {
+    const auto stack = std::find_if(race.stacks.begin(), race.stacks.end(),
+                                    [&](const StackSpec& s) { return s.name == run.summary.stack; });
+    return std::pair(stack - race.stacks.begin(), run.summary.seed);
+  };
+  for (const RunResult& run : now.runs)
+    if (std::none_of(all.begin(), all.end(), [&](const RunResult& other) { return place(other) == place(run); }))
+      all.push_back(run);  // lost without a trace
+  std::sort(all.begin(), all.end(), [&](const RunResult& a, const RunResult& b) { return place(a) < place(b); });
+  return all;
+}
+
+/// What claims may be asked of: the experiment's own seeds, and stacks that have them all.
+RaceResults judgeable(const RaceResults& all) {
+  RaceResults judged = {all.race, {}, {}};
+  const auto& seeds = all.race.seeds;
+  for (const RunResult& run : all.runs)
+    if (std::find(seeds.begin(), seeds.end(), run.summary.seed) != seeds.end()) judged.runs.push_back(run);
+  for (const std::string& stack : all.rows)
+    if (judged.of(stack).size() == seeds.size()) judged.rows.push_back(stack);
+  return judged;
+}
+
+std::vector<std::string> rows_of(const RaceSpec& race, const std::vector<RunResult>& runs) {
+  std::vector<std::string> rows;
+  for (const StackSpec& stack : race.stacks)
+    if (std::any_of(runs.begin(), runs.end(), [&](const RunResult& run) { return run.summary.stack == stack.name; }))
+      rows.push_back(stack.name);
+  return rows;
+}
+
 int race_and_report(const RaceSpec& race, const Selection& chosen, const Registry& registry,
                     const std::filesystem::path& out, int jobs, bool force) {
-  open_out_folder(out, identity_of(race), force);
+  const OutLock lock = open_out_folder(out, experiment_identity(race.tree), force);
   write_scene(out, race, registry);
   std::vector<RunId> ids;
   for (const std::string& stack : chosen.stacks)
     for (const std::uint64_t seed : chosen.seeds) ids.push_back({stack, seed});
   const RunnerOutcome outcome = run_all(race, ids, {out, jobs, true});
-  const RaceResults results = {race, outcome.runs, chosen.stacks};
+  const std::string interrupted = "interrupted: " + std::to_string(outcome.runs.size()) + " of " +
+                                  std::to_string(ids.size()) +
+                                  " runs are finished and kept; the same command goes on from here\n";
+  if (outcome.interrupted && outcome.runs.empty()) {
+    std::cerr << interrupted;
+    return run_broke;
+  }
+  std::vector<RunResult> runs = all_results(race, outcome, out);
+  const std::vector<std::string> rows = rows_of(race, runs);
+  const RaceResults all = {race, std::move(runs), rows};
   const std::vector<ClaimResult> claims =
-      outcome.interrupted ? std::vector<ClaimResult>{} : judge_all(results, jobs == 1);
-  write_tables(out, results, claims);
-  print_tables(std::cout, results, claims);
+      outcome.interrupted ? std::vector<ClaimResult>{} : judge_all(judgeable(all), jobs == 1);
+  write_tables(out, all, claims);
+  const std::vector<ClaimResult> asked = chosen.judged ? claims : std::vector<ClaimResult>{};
+  print_tables(std::cout, {race, outcome.runs, chosen.stacks}, asked);
   report_broken(outcome);
   if (outcome.kept > 0) std::cout << outcome.kept << " of " << ids.size() << " runs were already there.\n";
+  if (all.runs.size() > outcome.runs.size())
+    std::cout << "The files and the report have " << all.runs.size() - outcome.runs.size()
+              << " more of this experiment's runs, from earlier calls.\n";
   std::cout << "results: " << out.string() << '\n';
   report_results(out);
   if (outcome.interrupted) {
-    std::cerr << "interrupted: " << outcome.runs.size() << " of " << ids.size()
-              << " runs are finished and kept; the same command goes on from here\n";
+    std::cerr << interrupted;
     return run_broke;
   }
   if (any_broken(outcome)) return run_broke;
-  const bool failed = std::any_of(claims.begin(), claims.end(), [](const ClaimResult& c) { return c.holds == false; });
+  const bool failed = std::any_of(asked.begin(), asked.end(), [](const ClaimResult& c) { return c.holds == false; });
   return failed ? claim_failed : good;
+}
+
+/// The experiment with its assignments; an error that one of them makes is told at it.
+template <class Read>
+void read_with_blame(const RaceOptions& options, Read&& read) {
+  try {
+    read(options.assignments);
+  } catch (const InputError& error) {
+    throw blame_assignments(error, options.assignments, read);
+  }
 }
 
 /// The kinds that answer a question about estimators instead of racing.
@@ -123,67 +186,73 @@ int diagnose_and_report(const Node& tree, const Registry& registry, const std::f
 int run_compare(Arguments args) {
   po::options_description visible("options");
   visible.add_options()("only", po::value<std::string>(), "stacks to run, a,b,c (default: all)");
-  visible.add_options()("jobs,j", po::value<int>()->default_value(1), "runs at the same time");
   add_race_options(visible);
   const auto given = parse_options(args, visible, "compare EXPERIMENT [options]");
   if (!given) return good;
   const RaceOptions options = read_race_options(*given);
-  const int jobs = (*given)["jobs"].as<int>();
-  if (jobs < 1) throw InputError("-j " + std::to_string(jobs) + ": at least one run at a time");
-  Node tree = load_experiment(options.experiment, options.assignments);
   const Registry registry(Registry::search_path(options.plugin_dirs));
+  Node tree;
+  std::optional<RaceSpec> race;
+  read_with_blame(options, [&](std::span<const std::string> assignments) {
+    race.reset();
+    tree = load_experiment(options.experiment, assignments);
+    if (experiment_kind(tree) == "offline_validation")
+      check_offline(tree, registry);
+    else if (experiment_kind(tree) == "diagnose")
+      diagnose::check_diagnose_experiment(tree, registry);
+    else
+      race.emplace(read_race(options.experiment, tree, registry));
+  });
   const std::string kind = experiment_kind(tree);
-  if (kind == "offline_validation") {
-    open_out_folder(out_of(options), sha256_hex(content_text(tree)), options.force);
-    return validate_and_report(validate_offline(tree, registry, out_of(options)), out_of(options));
+  const std::filesystem::path out = out_of(options);
+  if (!race) {
+    const OutLock lock = open_out_folder(out, experiment_identity(tree), options.force);
+    if (kind == "diagnose") return diagnose_and_report(tree, registry, out);
+    return validate_and_report(validate_offline(tree, registry, out), out);
   }
-  if (kind == "diagnose") {
-    open_out_folder(out_of(options), sha256_hex(content_text(tree)), options.force);
-    return diagnose_and_report(tree, registry, out_of(options));
-  }
-  const RaceSpec race = read_race(options.experiment, std::move(tree), registry);
   std::vector<std::string> only;
-  if (given->count("only") > 0) {
-    only = split_names((*given)["only"].as<std::string>());
-    if (only.empty()) throw InputError("--only names no stack; expected names with commas between them");
-  }
+  if (given->count("only") > 0) only = split_names((*given)["only"].as<std::string>());
+  const std::vector<std::string> rows = chosen_rows(*race, only);
   if (kind == "force_validation") {
-    open_out_folder(out_of(options), identity_of(race), options.force);
-    return validate_and_report(validate_forces(race, chosen_rows(race, only), out_of(options)), out_of(options));
+    const OutLock lock = open_out_folder(out, experiment_identity(tree), options.force);
+    return validate_and_report(validate_forces(*race, rows, out), out);
   }
   if (kind != "race") {
     const std::vector<std::string> kinds = {"race", "offline_validation", "force_validation", "diagnose"};
     throw InputError(options.experiment.string() + ": /kind: \"" + kind + "\"" + did_you_mean(kind, kinds));
   }
-  return race_and_report(race, {chosen_rows(race, only), race.seeds}, registry, out_of(options), jobs, options.force);
+  return race_and_report(*race, {rows, race->seeds}, registry, out, options.jobs, options.force);
 }
 
 int run_one(Arguments args) {
   po::options_description visible("options");
   visible.add_options()("stack", po::value<std::string>(), "the stack to run");
-  visible.add_options()("seed", po::value<std::int64_t>(), "the seed (default: the experiment's first)");
+  visible.add_options()("seed", po::value<std::string>(), "the seed (default: the experiment's first)");
   add_race_options(visible);
   const auto given = parse_options(args, visible, "run EXPERIMENT --stack S [--seed N] [options]");
   if (!given) return good;
   const RaceOptions options = read_race_options(*given);
   const Registry registry(Registry::search_path(options.plugin_dirs));
-  RaceSpec race = read_race(options.experiment, load_experiment(options.experiment, options.assignments), registry);
-  if (given->count("stack") == 0 && race.stacks.size() != 1) {
+  std::optional<RaceSpec> race;
+  read_with_blame(options, [&](std::span<const std::string> assignments) {
+    race.reset();
+    race.emplace(read_race(options.experiment, load_experiment(options.experiment, assignments), registry));
+  });
+  if (given->count("stack") == 0 && race->stacks.size() != 1) {
     std::string names;
-    for (const StackSpec& stack : race.stacks) names += (names.empty() ? "" : ", ") + stack.name;
+    for (const StackSpec& stack : race->stacks) names += (names.empty() ? "" : ", ") + stack.name;
     throw InputError("which stack? --stack one of: " + names);
   }
-  const std::string stack = given->count("stack") > 0 ? (*given)["stack"].as<std::string>() : race.stacks[0].name;
-  require_stack(race, stack);
+  const std::string stack = given->count("stack") > 0 ? (*given)["stack"].as<std::string>() : race->stacks[0].name;
+  require_stack(*race, stack);
+  std::uint64_t seed = race->seeds.front();
   if (given->count("seed") > 0) {
-    const std::int64_t seed = (*given)["seed"].as<std::int64_t>();
-    if (seed < 0 || seed > largest_seed)
-      throw InputError("--seed " + std::to_string(seed) + ": expected 0 to " + std::to_string(largest_seed));
-    race.seeds = {static_cast<std::uint64_t>(seed)};
+    const std::int64_t number = whole_number(*given, "seed", "--seed");
+    if (number < 0 || number > largest_seed)
+      throw InputError("--seed " + std::to_string(number) + ": expected 0 to " + std::to_string(largest_seed));
+    seed = static_cast<std::uint64_t>(number);
   }
-  race.seeds.resize(1);
-  race.claims.clear();
-  return race_and_report(race, {{stack}, race.seeds}, registry, out_of(options), 1, options.force);
+  return race_and_report(*race, {{stack}, {seed}, false}, registry, out_of(options), options.jobs, options.force);
 }
 
 }  // namespace gripline::tools

@@ -10,6 +10,7 @@
 #include "diagnose/diagnosis_files.hpp"
 #include "diagnose/report_data.hpp"
 #include "diagnose/score.hpp"
+#include "out_folder.hpp"
 #include "progress.hpp"
 #include "race_options.hpp"
 
@@ -84,6 +85,7 @@ struct DiagnoseOptions {
   Files logs, held_out;
   std::optional<fs::path> case_file, track;
   fs::path out;
+  bool force = false;
 };
 
 DiagnoseOptions read_options(const po::variables_map& given) {
@@ -99,6 +101,8 @@ DiagnoseOptions read_options(const po::variables_map& given) {
   if (given.count("track") > 0) o.track = existing(given["track"].as<std::string>());
   o.out = given.count("out") > 0 ? fs::path(given["out"].as<std::string>())
                                  : fs::path("out") / ("diagnose_" + fs::path(o.logs.front()).stem().string());
+  if (o.out.empty()) throw InputError("--out names no folder");
+  o.force = given.count("force") > 0;
   return o;
 }
 
@@ -106,9 +110,8 @@ int diagnose_logs(DiagnoseOptions options, const Registry& registry) {
   diagnose::CaseFile given;
   if (options.case_file) given = diagnose::read_case(*options.case_file);
   if (!options.track) options.track = given.track;
-  Node node = load_json(options.world);
+  const Node node = load_world(options.world, options.track);
   Errors errors;
-  if (options.track) node.set("track", Node(fs::absolute(*options.track).string()));
   if (const Node* u = node.find("nominal_uncertainty"); u != nullptr && given.options.uncertainty.empty())
     diagnose::read_uncertainty(*u, given.options, errors);
   const WorldSpec world = read_world(node, registry, errors);
@@ -121,6 +124,7 @@ int diagnose_logs(DiagnoseOptions options, const Registry& registry) {
     return logs;
   };
   const std::vector<diagnose::LogFile> logs = read(options.logs), held_out = read(options.held_out);
+  const OutLock lock = open_out_folder(options.out, "diagnosis", options.force);
   const diagnose::Diagnosis d = diagnoser.run(logs, held_out);
   print(d);
   diagnose::write_diagnosis(options.out, d, diagnoser, world, options.world, options.track);
@@ -146,6 +150,7 @@ int run_diagnose(Arguments args) {
   add("case", po::value<std::string>(), "CASE.json: effects to exclude, how far nominal parameters are trusted");
   add("track", po::value<std::string>(), "another road, CSV or JSON");
   add("out", po::value<std::string>(), "folder for results (default: out/diagnose_<log>)");
+  add("force", "replace another experiment's results in that folder");
   add("score", po::value<std::string>(), "a folder of cases with answers: diagnose all and print the scorecard");
   add("plugins", po::value<Files>()->composing(), "a folder of plugins, searched first");
   add("help,h", "this text");

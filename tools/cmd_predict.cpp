@@ -62,13 +62,17 @@ int run_predict(Arguments args) {
   std::vector<std::string> words;
   if (given->count("experiment") > 0) words = (*given)["experiment"].as<std::vector<std::string>>();
   if (words.size() != 2) throw InputError("predict needs a world and a log: gripline predict WORLD.json LOG.csv");
-  for (const std::string& file : words)
-    if (!fs::exists(file)) throw InputError(file + ": no such file");
+  if (given->count("out") > 0) {
+    std::vector<std::string> inputs = words;
+    if (given->count("track") > 0) inputs.push_back((*given)["track"].as<std::string>());
+    require_writable("--out", (*given)["out"].as<std::string>(), inputs);
+  }
   const std::vector<double> horizons = read_horizons((*given)["horizon"].as<std::string>());
 
   const Registry registry(Registry::search_path(plugin_dirs_of(*given)));
-  Node node = load_json(words[0]);
-  if (given->count("track") > 0) node.set("track", Node(fs::absolute((*given)["track"].as<std::string>()).string()));
+  std::optional<fs::path> track;
+  if (given->count("track") > 0) track = (*given)["track"].as<std::string>();
+  const Node node = load_world(words[0], track);
   Errors errors;
   const WorldSpec world = read_world(node, registry, errors);
   errors.throw_if_any();

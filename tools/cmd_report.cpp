@@ -21,6 +21,15 @@ report::Written write_with_progress(report::Options options) {
   return written;
 }
 
+/// The page must not take the place of what it is drawn from.
+void require_page(const std::filesystem::path& page, const std::filesystem::path& folder) {
+  std::vector<std::string> inputs;
+  std::error_code failed;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(folder, failed))
+    if (entry.is_regular_file(failed) && entry.path().extension() != ".html") inputs.push_back(entry.path().string());
+  require_writable("--page", page, inputs);
+}
+
 std::string size_text(std::size_t bytes) {
   const std::size_t tenths = bytes / 100000;
   return std::to_string(tenths / 10) + "." + std::to_string(tenths % 10) + " MB";
@@ -42,7 +51,10 @@ int run_report(Arguments args) {
   report::Options options;
   options.folder = folders.front();
   options.figures = given->count("figures") > 0;
-  if (given->count("page") > 0) options.page = (*given)["page"].as<std::string>();
+  if (given->count("page") > 0) {
+    options.page = (*given)["page"].as<std::string>();
+    require_page(options.page, options.folder);
+  }
   const report::Written written = write_with_progress(std::move(options));
   std::cout << "report: " << written.page.string() << " (" << size_text(written.bytes) << ")\n";
   for (const std::filesystem::path& figure : written.figures) std::cout << "figure: " << figure.string() << '\n';

@@ -1,9 +1,9 @@
 // gripline validate FILE...: reads everything, runs nothing.
-#include <algorithm>
 #include <iostream>
 
 #include "config/json_file.hpp"
 #include "diagnose/diagnose_experiment.hpp"
+#include "file_kind.hpp"
 #include "friction_file.hpp"
 #include "geometry/track_file.hpp"
 #include "race_options.hpp"
@@ -13,37 +13,39 @@ namespace gripline::tools {
 namespace po = boost::program_options;
 namespace {
 
-bool has_any(const Node& tree, std::initializer_list<const char*> keys) {
-  return std::any_of(keys.begin(), keys.end(), [&](const char* key) { return tree.find(key) != nullptr; });
-}
-
-/// What a file is shows in the keys that only its kind has.
 void validate_file(const std::string& file, const Registry& registry) {
   if (file.ends_with(".csv")) {
     load_track(file);
     return;
   }
-  Node tree = load_experiment(file, {});
+  Node tree = load_json(file);
   Errors errors;
-  if (experiment_kind(tree) == "offline_validation") {
-    check_offline(tree, registry);
-  } else if (experiment_kind(tree) == "diagnose") {
-    diagnose::check_diagnose_experiment(tree, registry);
-  } else if (has_any(tree, {"stacks", "world"})) {
-    read_race(file, std::move(tree), registry);
-  } else if (has_any(tree, {"plant"})) {
-    inline_world_files(tree);
-    read_world(tree, registry, errors);
-  } else if (has_any(tree, {"segments", "centre", "edges"})) {
-    read_track(tree, errors);
-  } else if (has_any(tree, {"lf"})) {
-    read_car(tree, errors);
-  } else if (has_any(tree, {"points", "per_step", "patches"})) {
-    read_friction(tree, errors);
-  } else {
-    errors.add(tree.origin,
-               "is no experiment (\"stacks\"), world (\"plant\"), track (\"segments\"), car (\"lf\") or friction "
-               "schedule (\"points\")");
+  switch (kind_of(tree)) {
+    case FileKind::experiment:
+      tree = load_experiment(file, {});
+      if (experiment_kind(tree) == "offline_validation")
+        check_offline(tree, registry);
+      else if (experiment_kind(tree) == "diagnose")
+        diagnose::check_diagnose_experiment(tree, registry);
+      else
+        read_race(file, std::move(tree), registry);
+      break;
+    case FileKind::world:
+      read_world(load_world(file), registry, errors);
+      break;
+    case FileKind::track:
+      load_track(file);
+      break;
+    case FileKind::car:
+      read_car(tree, errors);
+      break;
+    case FileKind::friction:
+      read_friction(tree, errors);
+      break;
+    case FileKind::unknown:
+      errors.add(tree.origin,
+                 "is no experiment (\"stacks\"), world (\"plant\"), track (\"segments\"), car (\"lf\") or friction "
+                 "schedule (\"points\")");
   }
   errors.throw_if_any();
 }
@@ -67,7 +69,7 @@ int run_validate(Arguments args) {
     } catch (const InputError& e) {
       errors.add(e);
     } catch (const PluginError& e) {
-      unusable.push_back(file + ": " + e.what());
+      unusable.emplace_back(e.what());
     }
   }
   const std::size_t count = errors.size() + unusable.size();

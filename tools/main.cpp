@@ -1,6 +1,12 @@
+#include <sys/stat.h>
+#include <unistd.h>
 #include <boost/program_options/errors.hpp>
+
+#include <cerrno>
 #include <csignal>
+#include <cstdio>
 #include <cstdlib>
+#include <cstring>
 #include <iostream>
 #include <string>
 #include <vector>
@@ -76,6 +82,18 @@ int guarded(Arguments args) {
   }
 }
 
+/// Words that were lost are a failure, unless whoever read them went away (`| head`).
+int after_output(int code) {
+  errno = 0;
+  std::cout.flush();
+  const bool lost = !std::cout || std::ferror(stdout) != 0;
+  struct stat where {};
+  if (!lost || (fstat(STDOUT_FILENO, &where) == 0 && (S_ISFIFO(where.st_mode) || S_ISSOCK(where.st_mode)))) return code;
+  std::cerr << "gripline: cannot write the output" << (errno != 0 ? std::string(": ") + std::strerror(errno) : "")
+            << '\n';
+  return code == good ? run_broke : code;
+}
+
 }  // namespace
 }  // namespace gripline::tools
 
@@ -83,5 +101,5 @@ int main(int argc, char** argv) {
   std::signal(SIGPIPE, SIG_IGN);
   setenv("OPENBLAS_NUM_THREADS", "1", 0);  // read when Ipopt is loaded: a run is one thread, and the same bytes
   const std::vector<std::string> args(argv + 1, argv + argc);
-  return gripline::tools::guarded(args);
+  return gripline::tools::after_output(gripline::tools::guarded(args));
 }

@@ -35,7 +35,8 @@ class CsvWriter {
   bool fresh_ = true;
 };
 
-/// Writes a file aside and renames it, so that it is either whole or absent. Throws std::runtime_error.
+/// Writes a file aside and renames it, so that it is either whole or absent. Symbolic links are followed to what they
+/// name; what is no regular file (a device, a pipe) is written to as it is. Throws std::runtime_error.
 void write_file(const std::filesystem::path& file, std::string_view text);
 
 }  // namespace gripline

@@ -4,9 +4,12 @@
 
 #include "config/json_file.hpp"
 #include "config/merge_patch.hpp"
+#include "file_kind.hpp"
 
 namespace gripline {
 namespace {
+
+constexpr std::size_t longest_name = 100;
 
 bool is_plain_name(const std::string& name) {
   return !name.empty() && name.front() != '-' && std::all_of(name.begin(), name.end(), [](unsigned char c) {
@@ -35,10 +38,34 @@ void read_stacks(ObjectReader& r, const Registry& registry, RaceSpec& race, Erro
     if (!is_plain_name(member->key))
       errors.add(member->key_origin(),
                  "a stack's name is a folder and a word of claims: letters, digits, _ and - only");
+    if (member->key.size() > longest_name)
+      errors.add(member->key_origin(), "a stack's name is a folder: expected at most " + std::to_string(longest_name) +
+                                           " letters, found " + std::to_string(member->key.size()));
     race.stacks.push_back(read_stack(member->key, merge(*base, member->value), registry, race.world.car, errors));
   }
   errors.set_context("");
   if (race.stacks.empty() && r.has("stacks")) stacks.error("an experiment needs at least one stack");
+}
+
+/// Reaching into a stack that is not there would make one that races as its base does: a slip of the name.
+void refuse_new_stack(const Node& tree, const std::string& assignment) {
+  const std::string pointer = assignment.substr(0, assignment.find('='));
+  const Node* const stacks = tree.find("stacks");
+  if (!pointer.starts_with("/stacks/") || stacks == nullptr || !stacks->is_object()) return;
+  const std::vector<std::string> names = split_pointer(pointer);
+  if (names.size() < 3 || stacks->find(names[1]) != nullptr) return;
+  std::vector<std::string> known;
+  for (const Member& member : stacks->object()) known.push_back(member.key);
+  throw InputError(
+      {Diagnostic{"--set", 0, 0, pointer, "no stack \"" + names[1] + "\"" + did_you_mean(names[1], known), {}}});
+}
+
+/// Puts the world's files in their places.
+void expand(Node& tree) {
+  Node* const world = tree.find("world");
+  if (world == nullptr) return;
+  inline_file_of(*world, FileKind::world);
+  inline_world_files(*world);
 }
 
 /// Calls use(text node, path) for every text that names a file that is there.
@@ -59,12 +86,13 @@ void each_file(N& node, Use&& use) {
 
 Node load_experiment(const std::filesystem::path& file, std::span<const std::string> assignments) {
   Node tree = load_json(file);
-  if (Node* world = tree.find("world"); world != nullptr) {
-    inline_file(*world);
-    inline_world_files(*world);
+  expect_kind(tree, FileKind::experiment);
+  expand(tree);
+  for (const std::string& assignment : assignments) {
+    refuse_new_stack(tree, assignment);
+    apply_assignment(tree, assignment);
+    expand(tree);  // the next one may reach into a file that this one named
   }
-  for (const std::string& assignment : assignments) apply_assignment(tree, assignment);
-  if (Node* world = tree.find("world"); world != nullptr) inline_world_files(*world);
   return tree;
 }
 

@@ -75,6 +75,15 @@ abi::ParamValue read_value(const Node& node, const abi::ParamDecl& decl, PluginS
   return {read_number(node, decl.unit, range, errors), {}};
 }
 
+/// The registry's words with the place where the plugin is named.
+const PluginEntry& find_at(const Registry& registry, abi::Kind kind, const Node& name) {
+  try {
+    return registry.find(kind, name.text());
+  } catch (const PluginError& error) {
+    throw PluginError(InputError(name.origin, error.what()).what());
+  }
+}
+
 }  // namespace
 
 std::vector<double> PluginSpec::numbers() const {
@@ -89,7 +98,7 @@ PluginSpec read_plugin(ObjectReader& reader, abi::Kind kind, const Registry& reg
   const std::string id = reader.text("plugin");
   const Node* const params = reader.find("params");
   if (id.empty()) return spec;
-  spec.entry = &registry.find(kind, id);
+  spec.entry = &find_at(registry, kind, *reader.node().find("plugin"));
   static const Node no_params{Node::Object{}};
   const Node& given = params != nullptr && !params->is_null() ? *params : no_params;
   ObjectReader values(given, reader.errors());

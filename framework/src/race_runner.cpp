@@ -2,12 +2,14 @@
 
 #include <fcntl.h>
 #include <sys/mman.h>
+#include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <atomic>
 #include <cerrno>
+#include <charconv>
 #include <csignal>
 #include <cstring>
 #include <iostream>
@@ -16,7 +18,7 @@
 #include "config/hash.hpp"
 #include "config/json_file.hpp"
 #include "csv_writer.hpp"
-#include "guard.hpp"
+#include "plugin_cache.hpp"
 #include "progress.hpp"
 #include "simulation.hpp"
 
@@ -56,31 +58,33 @@ class InterruptWatch {
   }, old_term_{};
 };
 
-/// One number per run that children write and the parent reads: how far they are.
-class SharedFractions {
+/// One place per run that children write and the parent reads.
+class SharedProgress {
  public:
-  explicit SharedFractions(std::size_t count) : count_(std::max<std::size_t>(count, 1)) {
+  explicit SharedProgress(std::size_t count) : count_(std::max<std::size_t>(count, 1)) {
     void* const memory =
-        mmap(nullptr, count_ * sizeof(Slot), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
+        mmap(nullptr, count_ * sizeof(RunProgress), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
     if (memory == MAP_FAILED) throw std::runtime_error(std::string("no shared memory: ") + std::strerror(errno));
-    slots_ = static_cast<Slot*>(memory);
-    for (std::size_t i = 0; i < count_; ++i) new (slots_ + i) Slot(0.0);
+    slots_ = static_cast<RunProgress*>(memory);
+    for (std::size_t i = 0; i < count_; ++i) new (slots_ + i) RunProgress;
   }
-  ~SharedFractions() { munmap(slots_, count_ * sizeof(Slot)); }
-  SharedFractions(const SharedFractions&) = delete;
-  SharedFractions& operator=(const SharedFractions&) = delete;
-  using Slot = std::atomic<double>;
-  Slot* slot(std::size_t i) { return slots_ + i; }
+  ~SharedProgress() { munmap(slots_, count_ * sizeof(RunProgress)); }
+  SharedProgress(const SharedProgress&) = delete;
+  SharedProgress& operator=(const SharedProgress&) = delete;
+  RunProgress* slot(std::size_t i) { return slots_ + i; }
+  const RunProgress* slot(std::size_t i) const { return slots_ + i; }
   double sum() const {
     double total = 0.0;
-    for (std::size_t i = 0; i < count_; ++i) total += slots_[i].load(std::memory_order_relaxed);
+    for (std::size_t i = 0; i < count_; ++i) total += slots_[i].fraction.load(std::memory_order_relaxed);
     return total;
   }
 
  private:
   std::size_t count_;
-  Slot* slots_;
+  RunProgress* slots_;
 };
+
+constexpr int run_lost = 4;  // exit code of a process that could not even leave a summary
 
 /// A broken run is shown but never counted as done: its key is not the one a rerun looks for.
 std::string broken_key(const std::string& key) { return "broken " + key; }
@@ -105,9 +109,12 @@ void keep_broken_run(const RaceSpec& race, const RunId& id, const fs::path& out,
 
 /// The child: its words go to log.txt, its result to its folder.
 [[noreturn]] void child(const RaceSpec& race, const RunId& id, const std::string& key, const fs::path& out,
-                        SharedFractions::Slot* slot) {
+                        pid_t parent, RunProgress* progress) {
   std::signal(SIGINT, SIG_IGN);  // the parent decides
   std::signal(SIGTERM, SIG_DFL);
+  prctl(PR_SET_PDEATHSIG, SIGKILL);          // nobody would collect what it races for
+  if (getppid() != parent) _exit(run_lost);  // it died before that was said
+  last_call() = &progress->last;
   int code = 0;
   try {
     fs::create_directories(partial_folder(out, id));
@@ -117,43 +124,51 @@ void keep_broken_run(const RaceSpec& race, const RunId& id, const fs::path& out,
       dup2(file, STDERR_FILENO);
       close(file);
     }
-    run_here(
-        race, id, key, out,
-        [](void* context, double fraction) {
-          static_cast<SharedFractions::Slot*>(context)->store(fraction, std::memory_order_relaxed);
-        },
-        slot);
+    run_here(race, id, key, out, progress);
   } catch (const std::exception& e) {
     try {
       keep_broken_run(race, id, out, key, e.what());
     } catch (const std::exception&) {
-      code = 4;
+      code = run_lost;
     }
   }
   std::cout.flush();
   _exit(code);
 }
 
-std::string describe_exit(int status) {
+/// How a process ended that left no summary, and where it was.
+std::string describe_exit(int status, const LastCall& last) {
+  std::string text;
   if (WIFSIGNALED(status))
-    return std::string("its process was ended by signal ") + std::to_string(WTERMSIG(status)) + " (" +
-           strsignal(WTERMSIG(status)) + ")";
-  return "its process ended with exit code " + std::to_string(WEXITSTATUS(status));
+    text = "its process was ended by signal " + std::to_string(WTERMSIG(status)) + " (" + strsignal(WTERMSIG(status)) +
+           ")";
+  else
+    text = "its process ended with exit code " + std::to_string(WEXITSTATUS(status)) + " before the race did";
+  const std::string who = last.who.get();
+  if (who.empty()) return text;
+  const double t = last.t.load(std::memory_order_relaxed);
+  if (std::isnan(t)) return text + " while " + who + " was made";
+  return text + " at t = " + std::to_string(t) + " s; the plugin called last was " + who;
 }
 
 class Pool {
  public:
-  Pool(const RaceSpec& race, const fs::path& out, std::size_t count) : race_(race), out_(out), fractions_(count) {}
+  Pool(const RaceSpec& race, const fs::path& out, std::size_t count) : race_(race), out_(out), progress_(count) {}
   ~Pool() { stop(); }
   Pool(const Pool&) = delete;
   Pool& operator=(const Pool&) = delete;
   std::size_t running() const { return children_.size(); }
-  double fractions() const { return fractions_.sum(); }
+  double fractions() const { return progress_.sum(); }
   std::string names() const {
     std::string text;
-    for (const auto& [pid, job] : children_)
+    for (const auto& [pid, job] : children_) {
       text += (text.empty() ? "" : ", ") + job.id.stack +
               (race_.seeds.size() > 1 ? " seed " + std::to_string(job.id.seed) : "");
+      const RunProgress& now = *progress_.slot(job.slot);
+      const double preparing = now.preparing.load(std::memory_order_relaxed);
+      if (preparing >= 0 && now.fraction.load(std::memory_order_relaxed) <= 0)
+        text += " (" + now.what.get() + " " + std::to_string(std::lround(100 * std::min(preparing, 1.0))) + " %)";
+    }
     return text;
   }
 
@@ -162,9 +177,9 @@ class Pool {
     fs::remove_all(partial_folder(out_, id), ignored);
     std::cout.flush();
     std::cerr.flush();
-    const pid_t pid = fork();
+    const pid_t parent = getpid(), pid = fork();
     if (pid < 0) throw std::runtime_error(std::string("cannot start a process: ") + std::strerror(errno));
-    if (pid == 0) child(race_, id, key, out_, fractions_.slot(slot));
+    if (pid == 0) child(race_, id, key, out_, parent, progress_.slot(slot));
     children_[pid] = {id, key, slot};
   }
 
@@ -176,8 +191,11 @@ class Pool {
       if (found == children_.end()) continue;
       const Job job = found->second;
       children_.erase(found);
-      fractions_.slot(job.slot)->store(1.0, std::memory_order_relaxed);
-      if (status != 0) keep_broken_run(race_, job.id, out_, job.key, describe_exit(status));
+      progress_.slot(job.slot)->fraction.store(1.0, std::memory_order_relaxed);
+      // A plugin may have called exit(0): then its process looks well, and what it was to leave is not there.
+      std::error_code ignored;
+      if (status != 0 || fs::exists(partial_folder(out_, job.id), ignored))
+        keep_broken_run(race_, job.id, out_, job.key, describe_exit(status, progress_.slot(job.slot)->last));
     }
   }
 
@@ -200,7 +218,7 @@ class Pool {
   };
   const RaceSpec& race_;
   fs::path out_;
-  SharedFractions fractions_;
+  SharedProgress progress_;
   std::map<pid_t, Job> children_;
 };
 
@@ -209,7 +227,7 @@ class Pool {
 std::string run_key(const RaceSpec& race, const RunId& id, FileHashes& hashes) {
   const Node tree = race.run_tree(id.stack, id.seed);
   std::string text = content_text(tree);
-  text += "\n" GRIPLINE_VERSION "\n";
+  text += "\n" + hashes.of("/proc/self/exe") + "\n";  // the program, also while a newer one takes its place
   for (const fs::path& file : files_named(tree)) text += hashes.of(file);
   const auto stack =
       std::find_if(race.stacks.begin(), race.stacks.end(), [&](const auto& s) { return s.name == id.stack; });
@@ -225,7 +243,7 @@ const std::string& FileHashes::of(const fs::path& file) {
 }
 
 RunSummary run_here(const RaceSpec& race, const RunId& id, const std::string& key, const fs::path& out,
-                    void (*fraction)(void*, double), void* context) {
+                    RunProgress* progress) {
   const auto spec =
       std::find_if(race.stacks.begin(), race.stacks.end(), [&](const auto& s) { return s.name == id.stack; });
   const fs::path partial = partial_folder(out, id);
@@ -244,12 +262,25 @@ RunSummary run_here(const RaceSpec& race, const RunId& id, const std::string& ke
     place.seed = id.seed;
     place.course = &world.course();
     place.truth = &world.truth();
-    place.cache_dir = (out / ".cache").string();
+    place.cache_dir = plugin_cache_folder().string();
+    if (progress != nullptr) {
+      place.progress_context = progress;
+      place.progress = [](void* context, const char* what, double fraction) {
+        auto* const told = static_cast<RunProgress*>(context);
+        told->what.set(what != nullptr ? what : "preparing");
+        told->preparing.store(fraction, std::memory_order_relaxed);
+      };
+    }
     Stack stack(*spec, place, world.observe());
     Recorder recorder(partial);
     Metrics metrics(world, *spec, id.seed);
     Simulation simulation(world, stack, recorder, metrics);
-    simulation.on_progress(fraction, context);
+    if (progress != nullptr)
+      simulation.on_progress(
+          [](void* context, double fraction) {
+            static_cast<std::atomic<double>*>(context)->store(fraction, std::memory_order_relaxed);
+          },
+          &progress->fraction);
     summary = simulation.run();
   } catch (const PluginError& e) {
     summary.status = Status::plugin_error;
@@ -264,6 +295,30 @@ RunSummary run_here(const RaceSpec& race, const RunId& id, const std::string& ke
   fs::remove_all(folder);
   fs::rename(partial, folder);
   return summary;
+}
+
+std::vector<RunResult> results_in(const RaceSpec& race, const fs::path& out) {
+  std::vector<RunResult> all;
+  FileHashes hashes;
+  for (const StackSpec& stack : race.stacks) {
+    std::vector<std::uint64_t> seeds;
+    std::error_code ignored;
+    for (const auto& entry : fs::directory_iterator(out / stack.name, ignored)) {
+      const std::string name = entry.path().filename().string();
+      std::uint64_t seed = 0;
+      std::from_chars(name.data(), name.data() + name.size(), seed);
+      if (std::to_string(seed) == name) seeds.push_back(seed);
+    }
+    std::sort(seeds.begin(), seeds.end());
+    for (const std::uint64_t seed : seeds) {
+      const RunId id = {stack.name, seed};
+      const std::string key = run_key(race, id, hashes);
+      std::optional<RunResult> result = read_result(run_folder(out, id), key);
+      if (!result) result = read_result(run_folder(out, id), broken_key(key));
+      if (result) all.push_back(*std::move(result));
+    }
+  }
+  return all;
 }
 
 RunnerOutcome run_all(const RaceSpec& race, const std::vector<RunId>& ids, const RunnerOptions& options) {

@@ -15,6 +15,8 @@
 
 #include <gripline/abi.h>
 
+#include "guard.hpp"
+
 namespace gripline {
 
 /// A plugin that cannot be found, loaded or created: exit code 3.
@@ -71,6 +73,7 @@ using Instance = std::unique_ptr<Interface, void (*)(void*)>;
 template <class Interface>
 Instance<Interface> create(const PluginEntry& entry, const Surroundings& around,
                            std::span<const abi::ParamValue> values) {
+  if (LastCall* const call = last_call(); call != nullptr) call->note(entry.decl->id, NAN);
   char error[1024] = "";
   void* const raw = entry.decl->create(&around, values.data(), error, sizeof error);
   if (raw == nullptr) throw PluginError(std::string(entry.decl->id) + ": " + error);

@@ -2,10 +2,12 @@
 
 #include <limits>
 
+#include "config/hash.hpp"
+
 namespace gripline {
 namespace {
 
-Surroundings surroundings(const StackSpec& spec, const StackPlace& place, const std::string& cache_dir) {
+Surroundings surroundings(const StackSpec& spec, const StackPlace& place) {
   Surroundings around;
   around.car = place.car;
   around.dt = place.dt;
@@ -13,15 +15,23 @@ Surroundings surroundings(const StackSpec& spec, const StackPlace& place, const 
   around.seed = place.seed;
   around.mu_init = spec.mu_init;
   around.course = place.course;
-  around.cache_dir = cache_dir.empty() ? nullptr : cache_dir.c_str();
   around.progress = place.progress;
   around.progress_context = place.progress_context;
   return around;
 }
 
+/// A rebuilt library never meets what its former self kept.
+std::string cache_of(const PluginSpec& spec, const std::string& cache_dir) {
+  if (cache_dir.empty() || spec.empty()) return {};
+  const std::string hash = sha256_of_file(spec.entry->library).substr(0, 16);
+  return cache_dir + "/" + spec.entry->library.stem().string() + "-" + hash;
+}
+
 /// An instance with truth if, and only if, the plugin declares that it needs it.
 template <class Interface>
-Instance<Interface> create_for(const PluginSpec& spec, Surroundings around, const Truth* truth) {
+Instance<Interface> create_for(const PluginSpec& spec, Surroundings around, const Truth* truth,
+                               const std::string& cache_dir) {
+  around.cache_dir = cache_dir.empty() ? nullptr : cache_dir.c_str();
   around.truth = spec.entry->needs_truth() ? truth : nullptr;
   return create<Interface>(*spec.entry, around, spec.values);
 }
@@ -72,8 +82,9 @@ StackSpec read_stack(const std::string& name, const Node& node, const Registry& 
 
 Stack::Stack(const StackSpec& spec, const StackPlace& place, const Observation& start)
     : spec_(spec),
-      cache_dir_(place.cache_dir),
-      around_(surroundings(spec, place, cache_dir_)),
+      cache_dirs_{cache_of(spec.estimator, place.cache_dir), cache_of(spec.planner, place.cache_dir),
+                  cache_of(spec.controller, place.cache_dir)},
+      around_(surroundings(spec, place)),
       vehicle_(spec.model, around_),
       nominal_(vehicle_.car(), {place.dt, place.hold, spec.model.integration}),
       corrected_(nominal_),
@@ -81,9 +92,9 @@ Stack::Stack(const StackSpec& spec, const StackPlace& place, const Observation& 
       controller_(nullptr, nullptr) {
   around_.nominal = &nominal_;
   nominal_.reset(start.x, start.d, start.at);
-  if (!spec.estimator.empty()) estimator_ = create_for<Estimator>(spec.estimator, around_, place.truth);
-  planner_ = create_for<SpeedPlanner>(spec.planner, around_, place.truth);
-  controller_ = create_for<Controller>(spec.controller, around_, place.truth);
+  if (!spec.estimator.empty()) estimator_ = create_for<Estimator>(spec.estimator, around_, place.truth, cache_dirs_[0]);
+  planner_ = create_for<SpeedPlanner>(spec.planner, around_, place.truth, cache_dirs_[1]);
+  controller_ = create_for<Controller>(spec.controller, around_, place.truth, cache_dirs_[2]);
   if (estimator_) {
     StagedCar car = vehicle_.car();
     car.add(**estimator_, {}, spec.estimator.id());

@@ -1,6 +1,7 @@
 // What drives: nominal model, estimator, planner, controller, and when to trust what was learned.
 #pragma once
 
+#include <array>
 #include <optional>
 #include <string>
 #include <vector>
@@ -37,7 +38,7 @@ struct StackPlace {
   std::uint64_t seed = 1;
   const Course* course = nullptr;
   const Truth* truth = nullptr;
-  std::string cache_dir;
+  std::string cache_dir;  // empty: nothing is kept; else each library gets a folder of its own in it
   void (*progress)(void*, const char*, double) = nullptr;
   void* progress_context = nullptr;
 };
@@ -61,7 +62,7 @@ class Stack {
 
  private:
   const StackSpec& spec_;
-  std::string cache_dir_;
+  std::array<std::string, 3> cache_dirs_;  // of estimator, planner, controller, which keep pointers into it
   Surroundings around_;
   Vehicle vehicle_;
   CorrectedModel nominal_;

@@ -6,6 +6,8 @@
 
 #include "config/json_file.hpp"
 #include "csv_writer.hpp"
+#include "file_kind.hpp"
+#include "plugin_cache.hpp"
 #include "recorder.hpp"
 #include "simulation.hpp"
 
@@ -137,7 +139,7 @@ WorldSpec read_drive_world(ObjectReader& r, const char* key, const Registry& reg
   WorldSpec world;
   if (const Node* node = drive.require("world", "a world file or an object"); node != nullptr) {
     Node whole = *node;
-    inline_file(whole);
+    inline_file_of(whole, FileKind::world);
     inline_world_files(whole);
     world = read_world(whole, registry, errors);
   }
@@ -281,7 +283,7 @@ std::vector<ChannelScore> validate_forces(const RaceSpec& race, const std::vecto
     place.seed = race.seeds.front();
     place.course = &world.course();
     place.truth = &world.truth();
-    place.cache_dir = (out / ".cache").string();
+    place.cache_dir = plugin_cache_folder().string();
     Stack stack(spec, place, world.observe());
     std::filesystem::create_directories(out / spec.name);
     Recorder recorder(out / spec.name);

@@ -3,11 +3,14 @@
 #include <algorithm>
 
 #include "config/json_file.hpp"
+#include "file_kind.hpp"
 #include "friction_file.hpp"
 #include "geometry/track_file.hpp"
 
 namespace gripline {
 namespace {
+
+constexpr double fastest_start = 150.0;  // [m/s]: beyond any car of these models, a slip of units
 
 bool has_plugin(const Registry& registry, abi::Kind kind, const std::string& id) {
   const auto entries = registry.entries();
@@ -32,13 +35,14 @@ void read_plant(const Node& node, const Registry& registry, WorldSpec& world, Er
 void read_start(ObjectReader& r, WorldSpec& world, Errors& errors) {
   if (world.track) world.start = world.track->start();
   if (!r.has("start")) return;
+  const std::size_t before = errors.size();
   ObjectReader start = r.object("start");
   world.start.x = start.number("x", "m", NumberRange::any(), world.start.x);
   world.start.y = start.number("y", "m", NumberRange::any(), world.start.y);
   world.start.yaw = start.number("yaw", "rad", NumberRange::any(), world.start.yaw);
-  world.start_speed = start.number("speed", "m/s", NumberRange::non_negative(), world.start_speed);
+  world.start_speed = start.number("speed", "m/s", NumberRange::closed(0.0, fastest_start), world.start_speed);
   start.finish();
-  if (!world.track) return;
+  if (!world.track || errors.size() != before) return;
   if (const std::string problem = check_start(*world.track, world.start); !problem.empty())
     errors.add(start.node().origin, problem);
 }
@@ -87,7 +91,9 @@ std::optional<double> WorldSpec::time_optimal_lap(double factor) const {
 WorldSpec read_world(const Node& node, const Registry& registry, Errors& errors) {
   ObjectReader r(node, errors);
   WorldSpec world;
+  const std::size_t before = errors.size();
   if (const Node* car = r.require("car", "a car file or an object"); car != nullptr) world.car = read_car(*car, errors);
+  const bool car_known = errors.size() == before;
   if (const Node* track = r.require("track", "a track file or an object"); track != nullptr)
     if (std::optional<Track> read = read_track(*track, errors))
       world.track = std::make_shared<const Track>(*std::move(read));
@@ -103,8 +109,8 @@ WorldSpec read_world(const Node& node, const Registry& registry, Errors& errors)
   read_limit(r, world, errors);
   read_start(r, world, errors);
   if (world.track) {
-    if (const std::string problem = check_car_fits(*world.track, world.car.car.width); !problem.empty())
-      r.error_at("track", problem);
+    const std::string problem = car_known ? check_car_fits(*world.track, world.car.car.width) : "";
+    if (!problem.empty()) r.error_at("track", problem);
     if (const std::string problem = check_friction(world.friction, world.track->length()); !problem.empty())
       r.error_at("friction", problem);
   }
@@ -112,11 +118,23 @@ WorldSpec read_world(const Node& node, const Registry& registry, Errors& errors)
   return world;
 }
 
+Node load_world(const std::filesystem::path& file, const std::optional<std::filesystem::path>& track) {
+  Node tree = load_json(file);
+  expect_kind(tree, FileKind::world);
+  if (track) {
+    if (!tree.is_object()) throw InputError(tree.origin, "expected a world, an object; found " + tree.describe());
+    tree.set("track", Node(std::filesystem::absolute(*track).string()));
+  }
+  inline_world_files(tree);
+  return tree;
+}
+
 void inline_world_files(Node& world) {
-  for (const char* key : {"car", "track", "friction"}) {
+  for (const auto& [key, kind] :
+       {std::pair{"car", FileKind::car}, {"track", FileKind::track}, {"friction", FileKind::friction}}) {
     Node* const node = world.find(key);
     const bool json = node != nullptr && node->is_text() && node->text().ends_with(".json");
-    if (json) inline_file(*node);
+    if (json) inline_file_of(*node, kind);
   }
 }
 

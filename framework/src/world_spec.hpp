@@ -1,6 +1,7 @@
 // A world as JSON describes it: car, track, plant, friction, sensors, start and end.
 #pragma once
 
+#include <filesystem>
 #include <memory>
 #include <optional>
 
@@ -34,6 +35,9 @@ struct WorldSpec {
 
 /// Throws PluginError when a plugin is missing; everything else goes to errors.
 WorldSpec read_world(const Node& node, const Registry& registry, Errors& errors);
+
+/// The tree of a world file with everything it names in its place, on another track if one is given. Throws InputError.
+Node load_world(const std::filesystem::path& file, const std::optional<std::filesystem::path>& track = {});
 
 /// Replaces the file names a world holds (car, track, friction) by what stands in those files, so that the tree says
 /// everything.

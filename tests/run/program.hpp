@@ -45,6 +45,7 @@ class Process {
     dup2(open(out_.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644), STDOUT_FILENO);
     dup2(open(err_.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644), STDERR_FILENO);
     unsetenv("GRIPLINE_PLUGIN_PATH");
+    setenv("XDG_CACHE_HOME", GRIPLINE_BUILD_DIR "/cache", 1);  // tests leave nothing at home
     for (const auto& [name, value] : call.environment) setenv(name.c_str(), value.c_str(), 1);
     std::vector<char*> arguments;
     for (const std::string& word : words) arguments.push_back(const_cast<char*>(word.c_str()));

@@ -36,8 +36,11 @@ class Failures : public testing::Test {
 TEST_F(Failures, AMissingPluginNamesTheNearestAndEveryFolderSearched) {
   const Outcome outcome = compare({"--set", "/base/controller/plugin=pure_persuit", "--plugins", plugins_of("spies")});
   EXPECT_EQ(outcome.code, 3);
-  EXPECT_THAT(outcome.err, AllOf(StartsWith("no controller plugin \"pure_persuit\"; did you mean \"pure_pursuit\"?"),
-                                 HasSubstr("; searched " + plugins_of("spies") + " "), HasSubstr("lib/gripline")));
+  EXPECT_THAT(
+      outcome.err,
+      AllOf(StartsWith(
+                "--set /base/controller/plugin: no controller plugin \"pure_persuit\"; did you mean \"pure_pursuit\"?"),
+            HasSubstr("; searched " + plugins_of("spies") + " "), HasSubstr("lib/gripline")));
   EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1);
   EXPECT_FALSE(fs::exists(out()));
 }
@@ -83,8 +86,9 @@ TEST_F(Failures, ValidateTellsOfAMissingPluginAndGoesOn) {
   const Outcome outcome = gripline_with({"validate", (folder_ / "missing.json").string(), "experiments/good.json"});
   EXPECT_EQ(outcome.code, 3);
   EXPECT_EQ(outcome.out, "experiments/good.json: good\n");
-  EXPECT_THAT(outcome.err,
-              AllOf(HasSubstr("missing.json: no controller plugin \"mpc_ipotp\""), HasSubstr("1 error.\n")));
+  EXPECT_THAT(outcome.err, AllOf(HasSubstr("missing.json:1:"),
+                                 HasSubstr(": /base/controller/plugin: no controller plugin \"mpc_ipotp\""),
+                                 HasSubstr("1 error.\n")));
 }
 
 TEST_F(Failures, APluginThatCrashesItsProcessIsOneLostRun) {
@@ -93,7 +97,8 @@ TEST_F(Failures, APluginThatCrashesItsProcessIsOneLostRun) {
                R"(/stacks/crashes={"controller": {"plugin": "fault.crashes", "params": {"step": 20}}})"});
   EXPECT_EQ(outcome.code, 4);
   EXPECT_THAT(outcome.err,
-              HasSubstr("crashes, seed 1: error: its process was ended by signal 11 (Segmentation fault)"));
+              HasSubstr("crashes, seed 1: error: its process was ended by signal 11 (Segmentation fault) at t = "
+                        "0.400000 s; the plugin called last was fault.crashes\n"));
   EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
   EXPECT_THAT(lines(out() + "/runs.csv").at(1), StartsWith("slow,1,finished,"));
   EXPECT_THAT(lines(out() + "/runs.csv").at(2), StartsWith("told,1,finished,"));
@@ -147,10 +152,73 @@ TEST_F(Failures, AnInterruptKeepsWhatIsFinishedAndTheSameCommandGoesOn) {
   EXPECT_THAT(again.out, HasSubstr("1 of 1 runs were already there."));
 }
 
-/// A disk that fills up while racing: one message with the system's reason, and the process ends.
+/// Ctrl-C before the first run ended: there is nothing to show, and nothing is shown.
+TEST_F(Failures, AnInterruptBeforeTheFirstResultPrintsNoTable) {
+  const std::vector<std::string> words = {GRIPLINE_PROGRAM,
+                                          "compare",
+                                          "experiments/good.json",
+                                          "--out",
+                                          out(),
+                                          "--plugins",
+                                          plugins_of("spies"),
+                                          "--only",
+                                          "told",
+                                          "--set",
+                                          R"(/stacks/told={"controller": {"plugin": "spy.constant"}})",
+                                          "--set",
+                                          "/world/duration=1000000 s"};
+  const Process process(words, folder_.path());
+  const auto begin = std::chrono::steady_clock::now();
+  while (!fs::exists(out() + "/told/.1.partial/steps.csv") &&
+         std::chrono::steady_clock::now() - begin < std::chrono::seconds(120))
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  process.signal(SIGINT);
+  const Outcome stopped = process.wait();
+  EXPECT_EQ(stopped.code, 4);
+  EXPECT_EQ(stopped.out, "");
+  EXPECT_EQ(stopped.err, "interrupted: 0 of 2 runs are finished and kept; the same command goes on from here\n");
+}
+
+/// Whoever kills the parent ends its runs: nobody would collect them.
+TEST_F(Failures, RunsDieWithTheirParent) {
+  const std::vector<std::string> words = {GRIPLINE_PROGRAM,
+                                          "compare",
+                                          "experiments/good.json",
+                                          "--out",
+                                          out(),
+                                          "--plugins",
+                                          plugins_of("spies"),
+                                          "--only",
+                                          "told",
+                                          "--set",
+                                          R"(/stacks/told={"controller": {"plugin": "spy.constant"}})",
+                                          "--set",
+                                          "/world/duration=1000000 s"};
+  const Process process(words, folder_.path());
+  const std::string steps = out() + "/told/.1.partial/steps.csv";
+  const auto begin = std::chrono::steady_clock::now();
+  while (!fs::exists(steps) && std::chrono::steady_clock::now() - begin < std::chrono::seconds(120))
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  process.signal(SIGKILL);
+  EXPECT_EQ(process.wait().code, 128 + SIGKILL);
+  std::this_thread::sleep_for(std::chrono::milliseconds(500));
+  const auto size = fs::file_size(steps);
+  std::this_thread::sleep_for(std::chrono::milliseconds(500));
+  EXPECT_EQ(fs::file_size(steps), size);
+}
+
+/// A disk that fills up while racing: one message with the system's reason, and the process ends. Where no small disk
+/// may be mounted, a limit on the size of files stands for it.
 TEST_F(Failures, AFullDiskIsOneMessage) {
   fs::create_directory(out());
-  if (mount("tmpfs", out().c_str(), "tmpfs", 0, "size=96k") != 0) GTEST_SKIP() << "no right to mount a small disk here";
+  const std::string command =
+      std::string(GRIPLINE_PROGRAM) + " compare experiments/good.json --out " + out() + " --set '/world/duration=30 s'";
+  const Outcome limited = run_program({"/bin/sh", "-c", "trap '' XFSZ; ulimit -f 100; exec " + command});
+  EXPECT_EQ(limited.code, 4);
+  EXPECT_THAT(limited.err, AllOf(HasSubstr(".csv: File too large"), Not(HasSubstr("terminate called"))));
+  fs::remove_all(out());
+  fs::create_directory(out());
+  if (mount("tmpfs", out().c_str(), "tmpfs", 0, "size=96k") != 0) return;
   const Outcome outcome =
       gripline_with({"compare", "experiments/good.json", "--out", out(), "--set", "/world/duration=30 s"});
   umount2(out().c_str(), MNT_DETACH);

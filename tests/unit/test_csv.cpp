@@ -49,6 +49,13 @@ TEST_F(Csv, AcceptsWindowsLinesCommentsBlanksAndNoLastNewline) {
   EXPECT_THAT(table.line, ElementsAre(2, 5));
 }
 
+TEST_F(Csv, AByteOrderMarkIsNoLetterOfTheFirstColumn) {
+  const CsvTable table = read("\xef\xbb\xbf# x,y\n1,2\n");
+  EXPECT_THAT(table.header, ElementsAre("x", "y"));
+  EXPECT_THAT(table.values, ElementsAre(1, 2));
+  EXPECT_EQ(why("\xef\xbb\xbfx;y\n"), "t.csv:1:2: columns are separated by ';' here; expected ','");
+}
+
 TEST_F(Csv, MissingCellsOnlyWhereTheyAreAllowed) {
   EXPECT_EQ(why("a,b\n1,\n"), "t.csv:2:3: expected a finite number, found \"\"");
   EXPECT_EQ(why("a,b\nnan,1\n"), "t.csv:2:1: expected a finite number, found \"nan\"");
@@ -63,12 +70,16 @@ TEST_F(Csv, RefusalsSayLineAndColumn) {
   EXPECT_EQ(why("a,b\n1,inf\n"), "t.csv:2:3: expected a finite number, found \"inf\"");
   EXPECT_EQ(why("a,b\n1,2 m\n"), "t.csv:2:3: expected a finite number, found \"2 m\"");
   EXPECT_EQ(why("a,b\n1,0x10\n"), "t.csv:2:3: expected a finite number, found \"0x10\"");
-  EXPECT_EQ(why("a,b\n1\n"), "t.csv:2:1: expected 2 columns as in the header, found 1");
+  EXPECT_EQ(why("a,b\n1\n"), "t.csv:2:2: expected 2 columns as in the header, found 1");
   EXPECT_EQ(why("a,b\n1,5,2,5\n"),
-            "t.csv:2:1: expected 2 columns as in the header, found 4 (is the decimal sign a comma? expected '.')");
+            "t.csv:2:5: expected 2 columns as in the header, found 4 (is the decimal sign a comma? expected '.')");
   EXPECT_EQ(why("a;b\n1;2\n"), "t.csv:1:2: columns are separated by ';' here; expected ','");
+  EXPECT_EQ(why("# a;b\n1;2\n"), "t.csv:1:4: columns are separated by ';' here; expected ','");
+  EXPECT_EQ(why("a,b\n  1, \xc3\xa4\n"), "t.csv:2:6: expected a finite number, found \"\xc3\xa4\"");
+  EXPECT_EQ(why("a,b\n \xc3\xa4,2;3\n", true).substr(0, 9), "t.csv:2:2");
+  EXPECT_EQ(why("a,b\n1, 2;4\n").substr(0, 9), "t.csv:2:5");
   EXPECT_EQ(why("a\n1;2\n"),
-            "t.csv:2:1: columns are separated by ';' here; expected ',' between columns and '.' as the decimal sign");
+            "t.csv:2:2: columns are separated by ';' here; expected ',' between columns and '.' as the decimal sign");
   EXPECT_EQ(why(""), "t.csv:1:1: the file is empty; expected a header line and rows of numbers");
   EXPECT_EQ(why("\n\n"), "t.csv:1:1: the file is empty; expected a header line and rows of numbers");
   EXPECT_THAT(refusal([&] { (void)read_csv(folder_ / "absent.csv"); }), EndsWith("absent.csv: no such file"));

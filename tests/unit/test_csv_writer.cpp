@@ -1,5 +1,9 @@
 #include "csv_writer.hpp"
 
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -86,6 +90,41 @@ TEST(WriteFile, IsWholeOrAbsent) {
   std::filesystem::create_symlink("/dev/full", folder / "t.json.partial");
   EXPECT_THROW(write_file(folder / "t.json", "third"), std::runtime_error);
   EXPECT_EQ(contents(folder / "t.json"), "second");
+}
+
+/// A link stays a link, and what it names is written, there already or not.
+TEST(WriteFile, FollowsLinksToWhatTheyName) {
+  namespace fs = std::filesystem;
+  const Folder folder;
+  fs::create_directory(folder / "real");
+  fs::create_symlink("real/t.json", folder / "inner.json");
+  fs::create_symlink(folder / "inner.json", folder / "outer.json");
+  for (const char* text : {"first", "second"}) {
+    write_file(folder / "outer.json", text);
+    EXPECT_EQ(contents(folder / "real/t.json"), text);
+    EXPECT_TRUE(fs::is_symlink(folder / "outer.json") && fs::is_symlink(folder / "inner.json"));
+    EXPECT_FALSE(fs::exists(folder / "real/t.json.partial"));
+  }
+}
+
+/// A device is written to; a file renamed over it would take its place for everyone.
+TEST(WriteFile, NeverTakesThePlaceOfADevice) {
+  namespace fs = std::filesystem;
+  const Folder folder;
+  const fs::path pipe = folder / "pipe";
+  ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+  const int reader = open(pipe.c_str(), O_RDONLY | O_NONBLOCK);
+  ASSERT_GE(reader, 0);
+  write_file(pipe, "words");
+  char words[16] = "";
+  EXPECT_EQ(read(reader, words, sizeof words), 5);
+  EXPECT_STREQ(words, "words");
+  close(reader);
+  EXPECT_TRUE(fs::is_fifo(pipe));
+  ASSERT_TRUE(fs::is_character_file("/dev/full")) << "no such device here";
+  fs::create_symlink("/dev/full", folder / "full");
+  EXPECT_THROW(write_file(folder / "full", "words"), std::runtime_error);
+  EXPECT_TRUE(fs::is_character_file("/dev/full"));
 }
 
 struct DecimalComma : std::numpunct<char> {

@@ -51,6 +51,60 @@ TEST(OutFolder, ForceOnTheSameExperimentBeginsAgain) {
   EXPECT_FALSE(fs::exists(folder / "out/elm"));
 }
 
+TEST(OutFolder, ForceTakesOnlyWhatGriplineMakes) {
+  const Folder folder;
+  { open_out_folder(folder / "out", "one", false); }
+  const std::vector<std::string> made = {"runs.csv",
+                                         "report.html",
+                                         "figures/speed.svg",
+                                         "elm/1/steps.csv",
+                                         "elm/.2.partial/steps.csv",
+                                         "train/steps.csv",
+                                         "train/tyres.csv",
+                                         "case/diagnosis.json",
+                                         "case/drive/steps.csv",
+                                         "case/drive/tyres.csv",
+                                         "case/round_trip/diagnosis.json"};
+  const std::vector<std::string> foreign = {"notes.txt", "figures/mine.pdf", "elm/1/remark.md", "photos/1.jpg",
+                                            "logs/steps.csv"};
+  for (const auto* files : {&made, &foreign})
+    for (const std::string& file : *files) write_text(folder / ("out/" + file), "x");
+  fs::create_directory(folder / "out/empty");
+  { open_out_folder(folder / "out", "two", true); }
+  for (const std::string& file : made) EXPECT_FALSE(fs::exists(folder / ("out/" + file))) << file;
+  for (const std::string& file : foreign) EXPECT_TRUE(fs::exists(folder / ("out/" + file))) << file;
+  EXPECT_FALSE(fs::exists(folder / "out/train"));
+  EXPECT_FALSE(fs::exists(folder / "out/elm/.2.partial"));
+  EXPECT_TRUE(fs::exists(folder / "out/empty"));
+}
+
+TEST(OutFolder, OneAtATime) {
+  const Folder folder;
+  {
+    const OutLock first = open_out_folder(folder / "out", "one", false);
+    for (const bool force : {false, true})
+      EXPECT_EQ(refusal([&] { open_out_folder(folder / "out", "one", force); }),
+                (folder / "out").string() +
+                    ": another gripline is writing there now; wait for its end or choose another --out");
+  }
+  EXPECT_FALSE(fs::exists(folder / "out/.lock"));
+  EXPECT_NO_THROW(open_out_folder(folder / "out", "one", false));
+}
+
+/// A lock left by a process that was killed holds nobody up.
+TEST(OutFolder, ALockFileAloneIsNoLock) {
+  const Folder folder;
+  write_text(folder / "out/.lock", "");
+  EXPECT_NO_THROW(open_out_folder(folder / "out", "one", false));
+}
+
+TEST(OutFolder, SeedsAndClaimsDoNotMakeAnotherExperiment) {
+  const auto identity = [](const char* text) { return experiment_identity(json(text)); };
+  const std::string one = identity(R"({"stacks": {"a": {}}, "seeds": {"count": 2}, "claims": ["a.runs > 1"]})");
+  EXPECT_EQ(one, identity(R"({"stacks": {"a": {}}, "seeds": {"count": 3}, "claim_share": 0.5})"));
+  EXPECT_NE(one, identity(R"({"stacks": {"a": {}, "b": {}}})"));
+}
+
 TEST(OutFolder, WhatGriplineDidNotMakeIsNeverEmptied) {
   const Folder folder;
   write_text(folder / "home/thesis.tex", "years of work");

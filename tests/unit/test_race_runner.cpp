@@ -80,7 +80,9 @@ TEST_F(Runner, AProcessThatCrashesIsOneLostRun) {
   EXPECT_EQ(outcome.runs[2].summary.status, Status::finished);
   const RunSummary& lost = outcome.runs[1].summary;
   EXPECT_EQ(lost.status, Status::error);
-  EXPECT_THAT(lost.message, HasSubstr("its process was ended by signal 11 (Segmentation fault)"));
+  EXPECT_EQ(lost.message,
+            "its process was ended by signal 11 (Segmentation fault) at t = 0.200000 s; the plugin called last was "
+            "fault.crashes");
   EXPECT_EQ(lost.stack, "crashes");
   EXPECT_EQ(read_csv(file("crashes/1/steps.csv")).rows(), 10u);
   EXPECT_EQ(contents(file("crashes/1/steps.csv")).back(), '\n');
@@ -95,6 +97,41 @@ TEST_F(Runner, PluginErrorsKeepTheirRowsAndTheirWords) {
   EXPECT_EQ(read_csv(file("throws/1/steps.csv")).rows(), 10u);
   EXPECT_EQ(outcome.runs[1].summary.status, Status::plugin_error);
   EXPECT_EQ(outcome.runs[1].summary.message, "fault.throws_at_start: no fuel");
+}
+
+/// exit(0) looks like a good end; the race did not come to one.
+TEST_F(Runner, APluginThatEndsItsProcessQuietlyIsALostRun) {
+  const RaceSpec race = race_of(R"({"stacks": {"exits": {"controller": {"plugin": "fault.exits"}}}})");
+  const RunnerOutcome outcome = run(race, {{"exits", 1}});
+  ASSERT_EQ(outcome.runs.size(), 1u);
+  EXPECT_EQ(outcome.runs[0].summary.status, Status::error);
+  EXPECT_EQ(outcome.runs[0].summary.message,
+            "its process ended with exit code 0 before the race did at t = 0.200000 s; the plugin called last was "
+            "fault.exits");
+  EXPECT_EQ(read_csv(file("exits/1/steps.csv")).rows(), 10u);
+  EXPECT_FALSE(fs::exists(file("exits/.1.partial")));
+}
+
+TEST_F(Runner, APluginTellsHowFarItsPreparationsAre) {
+  const RaceSpec race = race_of(R"({"stacks": {"tells": {"controller": {"plugin": "fault.tells_cache"}}}})");
+  RunProgress progress;
+  run_here(race, {"tells", 1}, "key", folder_.path(), &progress);
+  EXPECT_EQ(progress.what.get(), "counting sheep");
+  EXPECT_EQ(progress.preparing.load(), 0.25);
+  run_here(race, {"good", 1}, "key", folder_.path(), &progress);
+  EXPECT_EQ(progress.fraction.load(), 1.0);
+}
+
+/// Everything of the race that stands in the folder, in its order, whoever asked for it; nothing of another race.
+TEST_F(Runner, ResultsOfEarlierCallsAreFound) {
+  run(race_of(), {{"fast", 1}, {"good", 10}, {"good", 2}, {"throws", 1}});
+  write_text(file("good/notes/summary.json"), "{}");
+  write_text(file("good/007/summary.json"), "{}");
+  std::vector<std::string> found;
+  for (const RunResult& one : results_in(race_of(), folder_.path()))
+    found.push_back(one.summary.stack + " " + std::to_string(one.summary.seed));
+  EXPECT_THAT(found, testing::ElementsAre("good 2", "good 10", "fast 1", "throws 1"));
+  EXPECT_TRUE(results_in(race_of(R"({"base": {"mu_init": 0.9}})"), folder_.path()).empty());
 }
 
 TEST_F(Runner, BrokenRunsAreNotKept) {

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "config/hash.hpp"
 #include "host_support.hpp"
 #include "world.hpp"
 
@@ -51,6 +52,22 @@ TEST(Stack, OnlyWhoDeclaresItIsToldTheTruth) {
   EXPECT_NO_THROW(Rig(R"({"estimator": {"plugin": "spy.truthful"}})"));
   EXPECT_NO_THROW(Rig(R"({"estimator": {"plugin": "spy.truthful"}, "planner": {"plugin": "spy.blind", "params": null},
     "controller": {"plugin": "spy.blind"}})"));
+}
+
+/// Every library has a folder of its own in the cache, named by what the library is.
+TEST(Stack, ALibraryMeetsOnlyWhatItKeptItself) {
+  const WorldSpec world_spec = world_of();
+  const StackSpec spec = stack_of(world_spec.car, R"({"controller": {"plugin": "fault.tells_cache", "params": null}})");
+  const World world(world_spec, 1);
+  StackPlace place;
+  place.car = world_spec.car.car;
+  place.dt = world_spec.dt;
+  place.course = &world.course();
+  const auto told = [&] { return refusal([&] { Stack(spec, place, world.observe()); }); };
+  EXPECT_EQ(told(), "fault.tells_cache: no cache");
+  place.cache_dir = "/cache";
+  const std::string hash = sha256_of_file(spec.controller.entry->library).substr(0, 16);
+  EXPECT_EQ(told(), "fault.tells_cache: /cache/faults-" + hash);
 }
 
 TEST(Stack, SaysWhetherItNeedsTheTruth) {

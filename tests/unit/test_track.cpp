@@ -314,5 +314,43 @@ TEST(StationTable, IsLinearAndPeriodic) {
   EXPECT_THROW(StationTable(10.0, {1.0, 2.0}, {0.0, NAN}), GeometryError);
 }
 
+std::string why_refused(const std::vector<PlanePoint>& points, double half_width) {
+  try {
+    Track(TrackShape{
+        .centre = ClosedCurve::from_points(points), .half_width_right = half_width, .half_width_left = half_width});
+  } catch (const GeometryError& error) {
+    return error.what();
+  }
+  return "nothing";
+}
+
+/// Edges of a road laid over itself keep their distance from every centre line; the centre lines meet.
+TEST(Track, ARoadOverItselfIsRefused) {
+  std::vector<PlanePoint> twice, there_and_back, oval;
+  for (int i = 0; i < 120; ++i) twice.push_back({5 * std::cos(2 * kPi * i / 60), 5 * std::sin(2 * kPi * i / 60)});
+  EXPECT_THAT(why_refused(twice, 0.2), HasSubstr("the road runs over itself: it is at (5, "));
+  // An oval that turns round on its straight, goes back over several points and on again.
+  for (int i = 0; i < 80; ++i) oval.push_back({10 * std::cos(2 * kPi * i / 80), 5 * std::sin(2 * kPi * i / 80)});
+  EXPECT_EQ(why_refused(oval, 0.2), "nothing");
+  for (int i = 0; i < 80; ++i) {
+    there_and_back.push_back(oval[static_cast<std::size_t>(i)]);
+    if (i != 30) continue;
+    for (const int back : {29, 28, 27, 26, 25, 26, 27, 28, 29, 30})
+      there_and_back.push_back({oval[static_cast<std::size_t>(back)].x, oval[static_cast<std::size_t>(back)].y});
+  }
+  EXPECT_NE(why_refused(there_and_back, 0.2), "nothing");
+  // A hairpin as tight as its width allows is no such thing.
+  const std::vector<Segment> hairpin{Segment::line(6), Segment::arc(0.32, kPi), Segment::line(6),
+                                     Segment::arc(0.32, kPi)};
+  EXPECT_NO_THROW(Track(
+      TrackShape{.centre = ClosedCurve::from_segments({}, hairpin), .half_width_right = 0.3, .half_width_left = 0.3}));
+}
+
+TEST(Track, MillimetresAreNoticed) {
+  std::vector<PlanePoint> points;
+  for (int i = 0; i < 60; ++i) points.push_back({2865 * std::cos(2 * kPi * i / 60), 2865 * std::sin(2 * kPi * i / 60)});
+  EXPECT_EQ(why_refused(points, 185), "a lap of 18001 m with widths of 370 m: millimetres? Lengths are metres");
+}
+
 }  // namespace
 }  // namespace gripline

@@ -168,5 +168,29 @@ TEST(WorldSpec, FilesAreInlinedSoThatTheTreeSaysEverything) {
             "/orca_1_43.json");
 }
 
+/// One mistake is one message: what would follow from it is not told.
+TEST(WorldSpec, AMistakeIsToldOnce) {
+  EXPECT_EQ(why(R"({"car": {"width": "3 s"}})").find("the car is"), std::string::npos);
+  EXPECT_THAT(why(R"({"car": 3})"), HasSubstr("/car: expected an object, found 3"));
+  EXPECT_EQ(why(R"({"car": 3})").find("narrowest"), std::string::npos);
+  EXPECT_EQ(why(R"({"start": {"x": "1e400 m"}})").find("off the track"), std::string::npos);
+}
+
+TEST(WorldSpec, NumbersBeyondReasonAreRefused) {
+  EXPECT_THAT(why(R"({"start": {"speed": "900 km/h"}})"), HasSubstr("/start/speed: \"900 km/h\" is out of range"));
+  EXPECT_THAT(why(R"({"start": {"x": "1e307 km"}})"), HasSubstr("/start/x: "));
+}
+
+TEST(WorldSpec, AWorldFileIsReadWithEverythingItNames) {
+  const std::filesystem::path worlds = std::filesystem::path(GRIPLINE_SOURCE_DIR) / "worlds";
+  const Node whole = load_world(worlds / "ethz.json");
+  EXPECT_TRUE(whole.find("car")->is_object());
+  EXPECT_TRUE(whole.find("track")->is_object());
+  const Node elsewhere = load_world(worlds / "ethz.json", worlds / "tracks/ring.json");
+  EXPECT_EQ(content_text(*elsewhere.find("track")), content_text(load_json(worlds / "tracks/ring.json")));
+  EXPECT_THAT(refusal([&] { (void)load_world(worlds / "cars/orca_1_43.json"); }),
+              HasSubstr("is a car, expected a world"));
+}
+
 }  // namespace
 }  // namespace gripline

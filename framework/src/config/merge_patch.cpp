@@ -69,14 +69,6 @@ Node read_value(std::string_view value, const Origin& origin) {
   return node;
 }
 
-std::vector<std::string> keys_of(const Node& node) {
-  std::vector<std::string> keys;
-  if (node.is_object()) {
-    for (const Member& one : node.object()) keys.push_back(one.key);
-  }
-  return keys;
-}
-
 /// The element an array's pointer name means: an index, or one past the end for `-`; nothing if it is neither.
 std::optional<std::size_t> index_of(const std::string& name, std::size_t size) {
   if (name == "-") return size;
@@ -134,11 +126,9 @@ class Assignment {
       refuse("- makes a new element and must stand last");
     }
     if (!node.is_object()) refuse(where + " is " + node.describe() + ", it has no members");
-    Node* const next = node.find(name);
-    if (next == nullptr) {
-      refuse(where + " has no \"" + name + "\"" + did_you_mean(name, keys_of(node)));
-    }
-    return *next;
+    if (Node* const next = node.find(name); next != nullptr) return *next;
+    // Whether there may be such an object is for whoever reads the tree to say.
+    return node.set(name, Node(Node::Object{}, {source_, 0, 0, join_pointer(path, name)}));
   }
 
   [[noreturn]] void refuse(std::string message) const {

@@ -14,8 +14,9 @@ namespace gripline {
 [[nodiscard]] Node merge_keeping_nulls(Node base, const Node& patch);
 
 /// Carries out `--set /json/pointer=VALUE`. VALUE is read as JSON if it is JSON, else taken as text (`20 ms`).
-/// The parent must exist (InputError names the nearest key); the last name may be new; in an array it is an index, or
-/// `-` for one more element. Relative paths in VALUE start at the working folder.
+/// Names that are missing on the way are made objects; a parent that is something else is refused (InputError). In an
+/// array a name is an index, or `-` for one more element at the end. Relative paths in VALUE start at the working
+/// folder.
 void apply_assignment(Node& root, std::string_view assignment);
 
 /// The same with pointer and value apart.

@@ -60,8 +60,8 @@ void wrong(const Node& node, const std::string& expected, Errors& errors) {
 
 double NumberRange::some() const {
   if (contains(0.0)) return 0.0;
-  if (contains(lo)) return lo;
-  if (contains(hi)) return hi;
+  if (std::isfinite(lo) && contains(lo)) return lo;
+  if (std::isfinite(hi) && contains(hi)) return hi;
   if (std::isfinite(lo) && std::isfinite(hi)) return 0.5 * (lo + hi);
   return std::isfinite(lo) ? lo + 1.0 : hi - 1.0;
 }
@@ -79,6 +79,10 @@ double read_number(const Node& node, std::string_view unit, const NumberRange& r
     }
   } else {
     wrong(node, expectation(unit), errors);
+    return range.some();
+  }
+  if (!std::isfinite(value)) {
+    errors.add(node.origin, node.describe() + " is beyond any number: " + expectation(unit));
     return range.some();
   }
   if (range.contains(value)) return value;

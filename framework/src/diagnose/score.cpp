@@ -188,8 +188,7 @@ std::vector<fs::path> case_folders(const fs::path& folder) {
 CaseScore score_case(const fs::path& folder, const Registry& registry, const WorldOf& world_of, const fs::path& out) {
   CaseFile file = read_case(folder / "case.json");
   const fs::path world_file = world_of(file.vehicle);
-  Node node = load_json(world_file);
-  if (file.track) node.set("track", Node(fs::absolute(*file.track).string()));
+  const Node node = load_world(world_file, file.track);
   Errors errors;
   if (const Node* u = node.find("nominal_uncertainty"); u != nullptr && file.options.uncertainty.empty())
     read_uncertainty(*u, file.options, errors);

@@ -76,6 +76,38 @@ void check_overlap(const TrackShape& shape) {
   }
 }
 
+/// A road that comes back over itself, the same line again or the other way, has edges that keep their distance from
+/// every centre line: only the centre lines meet. A sound road's centre line bends no sharper than its half width w, so
+/// after 2 w of way it is 2 w sin(1) from where it was, and while it turns by 120 degrees it gets 2 w sin(60 deg) away.
+void check_retrace(const TrackShape& shape) {
+  constexpr double kTogether = 0.5, kTurned = 2.0 / 3.0 * std::numbers::pi;
+  const double narrow = std::min(shape.half_width_right.minimum(), shape.half_width_left.minimum());
+  const std::vector<Station> road = stations(shape, 0.25 * narrow);
+  const double length = shape.centre.length();
+  for (std::size_t i = 0; i < road.size(); ++i) {
+    for (std::size_t j = i + 1; j < road.size(); ++j) {
+      const CurvePoint &here = road[i].centre, &other = road[j].centre;
+      const double width = std::min(std::min(road[i].left, road[i].right), std::min(road[j].left, road[j].right));
+      const double dx = here.x - other.x, dy = here.y - other.y;
+      if (dx * dx + dy * dy >= kTogether * kTogether * width * width) continue;
+      const double way = std::abs(wrap_difference(here.s - other.s, length));
+      if (way <= 2.0 * width && std::abs(wrap_angle(here.yaw - other.yaw)) < kTurned) continue;
+      throw GeometryError(
+          format("the road runs over itself: it is at (%.4g, %.4g) at s = %.4g m and again at s = %.4g m", here.x,
+                 here.y, here.s, other.s));
+    }
+  }
+}
+
+/// Lengths are metres; a file in millimetres gives a road wider than any.
+void check_units(const TrackShape& shape) {
+  constexpr double kWidest = 100.0;  // [m], half a road
+  const double half = std::max(shape.half_width_right.maximum(), shape.half_width_left.maximum());
+  if (half <= kWidest) return;
+  throw GeometryError(format("a lap of %.0f m with widths of %.4g m: millimetres? Lengths are metres",
+                             shape.centre.length(), 2.0 * half));
+}
+
 /// The road must come back to its height: the integral of tan(grade) over a lap is zero, up to a hundredth of the
 /// climb.
 void check_height(const TrackShape& shape) {
@@ -128,7 +160,9 @@ double narrowest_width(const TrackShape& shape) {
 
 Track::Track(TrackShape shape) : shape_(std::move(shape)), length_(shape_.centre.length()) {
   check_widths(shape_);
+  check_units(shape_);
   check_overlap(shape_);
+  check_retrace(shape_);
   check_height(shape_);
   narrowest_ = narrowest_width(shape_);
   const CurvePoint first = shape_.centre.at(0.0);

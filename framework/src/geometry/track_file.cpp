@@ -16,8 +16,9 @@ constexpr double kHalfTurn = std::numbers::pi;
 
 Pose read_pose(ObjectReader pose) {
   Pose result;
-  result.x = pose.number("x", "m");
-  result.y = pose.number("y", "m");
+  const NumberRange near = NumberRange::closed(-1e8, 1e8);
+  result.x = pose.number("x", "m", near);
+  result.y = pose.number("y", "m", near);
   result.yaw = pose.number("yaw", "rad", NumberRange::closed(-2.0 * kHalfTurn, 2.0 * kHalfTurn));
   return result;
 }

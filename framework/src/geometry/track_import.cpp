@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdio>
 #include <numeric>
 
@@ -16,6 +17,7 @@ namespace {
 }
 
 constexpr std::size_t kFewestPoints = 8;
+constexpr double kFarthest = 1e8;  // [m]: beyond it sums of squares and differences of neighbours lose their digits
 
 /// Numbers of the rows to keep: all, or all but a last one that repeats the first.
 std::size_t distinct_rows(const CsvTable& table, std::span<const double> x, std::span<const double> y) {
@@ -38,7 +40,11 @@ std::vector<PlanePoint> points_of(const CsvTable& table, const char* x_name, con
   const std::vector<double> x = table.column(x_name), y = table.column(y_name);
   const std::size_t count = distinct_rows(table, x, y);
   std::vector<PlanePoint> points(count);
-  for (std::size_t i = 0; i < count; ++i) points[i] = {x[i], options.left_handed ? -y[i] : y[i]};
+  for (std::size_t i = 0; i < count; ++i) {
+    if (!(std::max(std::abs(x[i]), std::abs(y[i])) <= kFarthest))
+      refuse(table, table.line[i], "a point farther away than " + std::to_string(std::lround(kFarthest)) + " m");
+    points[i] = {x[i], options.left_handed ? -y[i] : y[i]};
+  }
   try {
     drop_closing_point_and_check_closed(points);
   } catch (const GeometryError& error) {

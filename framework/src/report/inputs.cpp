@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "config/errors.hpp"
+#include "config/json_file.hpp"
 
 namespace gripline::report {
 namespace {
@@ -19,8 +20,9 @@ nlohmann::json read_json(const fs::path& file) {
   if (text.empty()) return nullptr;
   try {
     return nlohmann::json::parse(text);
-  } catch (const nlohmann::json::exception& error) {
-    throw InputError(file.string() + ": expected JSON: " + error.what());
+  } catch (const nlohmann::json::exception&) {
+    (void)parse_file(file);  // says the same with line and column
+    throw InputError(file.string() + ": is not JSON; the results were cut short or edited, race them again");
   }
 }
 

@@ -2,6 +2,7 @@
 
 #include <system_error>
 
+#include "config/errors.hpp"
 #include "csv_writer.hpp"
 #include "report/figures.hpp"
 #include "report/inputs.hpp"
@@ -25,7 +26,7 @@ std::vector<std::filesystem::path> write_figures(const Inputs& inputs, const std
 
 }  // namespace
 
-Written write_report(const Options& options) {
+Written write_report(const Options& options) try {
   const Inputs inputs = read_inputs(options.folder);
   Written written;
   written.page = options.page.empty() ? options.folder / "report.html" : options.page;
@@ -36,6 +37,8 @@ Written write_report(const Options& options) {
     written.figures =
         write_figures(inputs, options.figure_folder.empty() ? options.folder / "figures" : options.figure_folder);
   return written;
+} catch (const nlohmann::json::exception& error) {
+  throw InputError(options.folder.string() + ": a JSON file there is not as gripline wrote it: " + error.what());
 }
 
 }  // namespace gripline::report
