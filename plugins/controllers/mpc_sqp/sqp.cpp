@@ -243,20 +243,21 @@ double Sqp::defect_cost(const Iterate& at) const {
 }
 
 /// The length of the step to trial_, which is then linearised; 0 if none is short enough to improve the merit. The cost is
-/// convex and the linearised defects vanish, so a step of length a promises a times what the full one does.
+/// convex and the linearised defects vanish, so a step of length a promises a times what the full one does. With learned curvature the
+/// promise can be a small rise, and a tenth of it is granted: near the solution a strict descent of this merit turns good
+/// steps away (measured: the first input's error grows from 1.5e-4 to 3e-3 of its range).
 double Sqp::search(const Problem& problem, Prediction& model, SqpReport& report) {
   price_defects();
   take_step(1, trial_);
   const double merit = now_.cost + defect_cost(now_);
   const double rounding = 1e-10 * std::abs(merit);
   promised_ = merit - problem.cost(trial_.x, trial_.u);
-  const double asked = decrease * std::max(0.0, promised_);  // never a rise, whatever curvature was learned
   double length = 1;
   for (int halving = 0; halving < halvings; ++halving, length *= 0.5) {
     take_step(length, trial_);
     ++report.predictions;
     if (!linearise(problem, model, trial_)) continue;
-    if (trial_.cost + defect_cost(trial_) <= merit - length * asked + rounding) return length;
+    if (trial_.cost + defect_cost(trial_) <= merit - decrease * length * promised_ + rounding) return length;
   }
   return 0;
 }

@@ -47,8 +47,8 @@ class Sqp {
 
   int states() const { return states_; }
 
-  /// Rows of the iterate: x [N+1][states], u [N][2]. After a solve, the plan; after one that did not converge, the best
-  /// that was found, never worse in merit than the start.
+  /// Rows of the iterate: x [N+1][states], u [N][2]. After a solve, the plan; after one that did not converge, the last
+  /// iterate accepted.
   std::span<double> x() { return now_.x; }
   std::span<double> u() { return now_.u; }
 
