@@ -77,7 +77,8 @@ TEST_F(Experiment, AssignmentsActOnTheExpandedTree) {
   EXPECT_EQ(spec.world.duration, 3.0);
   EXPECT_EQ(spec.world.vehicle.model.values[6].number, 0.15);
   EXPECT_THAT(why({"/base/mu_innit=1"}), HasSubstr("unknown key \"mu_innit\"; did you mean \"mu_init\"?"));
-  EXPECT_THAT(why({"/bsae/mu_init=1"}), AllOf(HasSubstr("--set /bsae: unknown key"), HasSubstr("did you mean \"base\"?")));
+  EXPECT_THAT(why({"/bsae/mu_init=1"}),
+              AllOf(HasSubstr("--set /bsae: unknown key"), HasSubstr("did you mean \"base\"?")));
   EXPECT_THAT(why({"/world/duration=3 m"}),
               HasSubstr("--set /world/duration: \"3 m\" is a length, expected a time [s]"));
   EXPECT_THAT(why({"mu_init"}), HasSubstr("expected /json/pointer=VALUE"));

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstdlib>
 
+#include "mpc_optimality.hpp"
 #include "mpc_support.hpp"
 
 namespace {
@@ -92,6 +93,52 @@ TEST(MpcIpopt, SoDoTheyWithThePublishedCostAndWithEveryTerm) {
                                      {"slack", 300},
                                      {"slack_linear", 0.5}}),
                            120, 6));
+}
+
+/// The inputs that lead along a plan: steering rates from its angles, throttles by Newton's method on the speed.
+std::vector<double> inputs_of(std::span<const double> x, int steps, Prediction& model, std::span<const Place> places) {
+  const auto n = static_cast<std::size_t>(model.states());
+  std::vector<double> u, next(n), a(n * n), b(n * 2);
+  for (int k = 0; k < steps; ++k) {
+    const auto here = x.subspan(static_cast<std::size_t>(k) * n, n),
+               there = x.subspan((static_cast<std::size_t>(k) + 1) * n, n);
+    double input[2] = {0, (there[6] - here[6]) / model.dt()};
+    for (int i = 0; i < 8; ++i) {
+      model.step(1, here, input, places.subspan(static_cast<std::size_t>(k), 1), next, a, b);
+      input[0] += (there[3] - next[3]) / b[3 * 2];
+    }
+    u.insert(u.end(), {input[0], input[1]});
+  }
+  return u;
+}
+
+TEST(MpcIpopt, SolutionsMeetTheConditionsOfOptimalityOnRecordedInstants) {
+  DrivingScene scene(registry(), {});
+  auto driver = scene.controller("mpc_sqp", with(50));
+  auto judged = scene.controller("mpc_ipopt", with(50, {{"tolerance", 1e-9}}));
+  mpc::Problem problem(problem_params(50), scene.car(), scene.dt);
+  std::vector<double> stationarity;
+  for (int step = 0; stationarity.size() < 50; ++step) {
+    const Observation now = scene.observe();
+    const auto references = scene.references(51);
+    if (step % 6 == 5) {
+      ASSERT_TRUE(judged->control(now, references, scene.model()).solved) << "step " << step;
+      std::vector<double> x;
+      for (const State& s : judged->predicted()) x.insert(x.end(), {s.x, s.y, s.yaw, s.vx, s.vy, s.omega, s.delta});
+      problem.set(now, references, scene.model());
+      const std::vector<double> u = inputs_of(x, 50, scene.model(), problem.places());
+      const Optimality off = optimality(problem, x, u, scene.model(), 1e-3);
+      EXPECT_LT(off.defect, 1e-6) << "step " << step;
+      stationarity.push_back(off.stationarity);
+      EXPECT_LT(off.bounds, 1e-6) << "step " << step;
+    }
+    scene.drive(driver->control(now, references, scene.model()).u);
+  }
+  // The edges are soft: an interior point within a micrometre of one is off by 2e-3 of its force.
+  std::sort(stationarity.begin(), stationarity.end());
+  EXPECT_LT(stationarity[25], 1e-3);
+  EXPECT_LT(stationarity[45], 1e-2);
+  EXPECT_LT(stationarity.back(), 5e-2);
 }
 
 TEST(MpcIpopt, DrivesInsideTheTrackAndReportsItsPlan) {

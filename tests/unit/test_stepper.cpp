@@ -21,7 +21,8 @@ class TestedCar {
     const Node file = load_json(std::filesystem::path(GRIPLINE_SOURCE_DIR) / "worlds/cars/orca_1_43.json");
     Errors errors;
     const CarFile car = read_car(file, errors);
-    const std::string text = R"({"plugin": "dynamic", "params": )" + std::string(published_tyres_json) + R"(, "effects": )" + effects + "}";
+    const std::string text =
+        R"({"plugin": "dynamic", "params": )" + std::string(published_tyres_json) + R"(, "effects": )" + effects + "}";
     const VehicleSpec spec = read_vehicle(json(text), plugins(), car, "rk4", errors);
     errors.throw_if_any();
     Surroundings around;
