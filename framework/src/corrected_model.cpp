@@ -15,7 +15,8 @@ void CorrectedModel::refresh() {
   past_ = back > 0.0 ? static_cast<int>(std::ceil(back / options_.dt - 1e-9)) + 1 : 0;
   if (options_.hold == Hold::foh) past_ = std::max(past_, 1);
   dual_params_.assign(car_.params().begin(), car_.params().end());
-  if (past_ != before || carried_.empty()) carried_.assign(static_cast<std::size_t>(car_.memory() + 2 * past_), 0.0);
+  if (past_ != before || carried_.empty())
+    carried_.assign(static_cast<std::size_t>(car_.memory()) + 2 * static_cast<std::size_t>(past_), 0.0);
   row_.resize(static_cast<std::size_t>(states()));
   row_next_.resize(static_cast<std::size_t>(states()));
 }

@@ -13,7 +13,10 @@ struct Tableau {
   int order;
   int stages;
   std::span<const double> a, b, c;
-  double weight(int row, int column) const { return a[static_cast<std::size_t>(row * (row - 1) / 2 + column)]; }
+  double weight(int row, int column) const {
+    return a[static_cast<std::size_t>(row) * (static_cast<std::size_t>(row) - 1) / 2 +
+             static_cast<std::size_t>(column)];
+  }
 };
 
 /// "euler", "heun", "rk4"; "rkf5": the fifth-order weights of Fehlberg (NASA TR R-315, 1969, table III), which the

@@ -38,14 +38,13 @@ class Node {
   using Array = std::vector<Node>;
   using Object = std::vector<Member>;  ///< in the order written; keys are unique
 
-  Node() = default;
+  Node();
   template <std::same_as<bool> B>
-  explicit Node(B value, Origin where = {}) : origin(std::move(where)), value_(value) {}
+  explicit Node(B value, Origin where = {});
   template <class N>
-  requires(std::is_arithmetic_v<N> && !std::same_as<N, bool>) explicit Node(N value, Origin where = {})
-      : origin(std::move(where)), value_(static_cast<double>(value)) {}
-  explicit Node(std::string_view value, Origin where = {}) : origin(std::move(where)), value_(std::string(value)) {}
-  explicit Node(const char* value, Origin where = {}) : Node(std::string_view(value), std::move(where)) {}
+  requires(std::is_arithmetic_v<N> && !std::same_as<N, bool>) explicit Node(N value, Origin where = {});
+  explicit Node(std::string_view value, Origin where = {});
+  explicit Node(const char* value, Origin where = {});
   explicit Node(Array value, Origin where = {});
   explicit Node(Object value, Origin where = {});
   [[nodiscard]] static Node null(Origin where = {});
@@ -93,6 +92,16 @@ struct Member {
   /// Where the key is written, with the pointer of the value.
   [[nodiscard]] Origin key_origin() const;
 };
+
+// Here, where Member is complete.
+inline Node::Node() = default;
+template <std::same_as<bool> B>
+Node::Node(B value, Origin where) : origin(std::move(where)), value_(value) {}
+template <class N>
+requires(std::is_arithmetic_v<N> && !std::same_as<N, bool>) Node::Node(N value, Origin where)
+    : origin(std::move(where)), value_(static_cast<double>(value)) {}
+inline Node::Node(std::string_view value, Origin where) : origin(std::move(where)), value_(std::string(value)) {}
+inline Node::Node(const char* value, Origin where) : Node(std::string_view(value), std::move(where)) {}
 
 /// Splits a JSON pointer into its names (`~1` is `/`, `~0` is `~`). Throws InputError unless it is empty or starts
 /// with `/` and every `~` is followed by 0 or 1.
