@@ -24,7 +24,9 @@ Surroundings surroundings(const StackSpec& spec, const StackPlace& place) {
 std::string cache_of(const PluginSpec& spec, const std::string& cache_dir) {
   if (cache_dir.empty() || spec.empty()) return {};
   const std::string hash = sha256_of_file(spec.entry->library).substr(0, 16);
-  return cache_dir + "/" + spec.entry->library.stem().string() + "-" + hash;
+  // One that knows the truth must not leave it where its neighbour in the library reads.
+  return cache_dir + "/" + spec.entry->library.stem().string() + "-" + hash +
+         (spec.entry->needs_truth() ? "-told" : "");
 }
 
 /// An instance with truth if, and only if, the plugin declares that it needs it.

@@ -18,6 +18,20 @@ bool has_plugin(const Registry& registry, abi::Kind kind, const std::string& id)
                      [&](const PluginEntry& entry) { return entry.decl->kind == kind && id == entry.decl->id; });
 }
 
+/// What a plant says of its parameters when it is made from them belongs to their place in the file.
+void check_plant(const WorldSpec& world, const Node& node, Errors& errors) {
+  if (!errors.empty()) return;
+  Surroundings around;
+  around.car = world.car.car;
+  around.dt = world.dt;
+  try {
+    create<Plant>(*world.plant.entry, around, world.plant.values);
+  } catch (const PluginError& problem) {
+    const Node* const params = node.find("params");
+    errors.add((params != nullptr ? *params : node).origin, problem.what());
+  }
+}
+
 void read_plant(const Node& node, const Registry& registry, WorldSpec& world, Errors& errors) {
   const Node* const id = node.find("plugin");
   if (id != nullptr && id->is_text() && has_plugin(registry, abi::Kind::plant, id->text())) {
@@ -27,6 +41,7 @@ void read_plant(const Node& node, const Registry& registry, WorldSpec& world, Er
       errors.add(node.origin,
                  "\"" + id->text() + "\" moves by itself under held commands; expected input_hold \"zoh\"");
     r.finish();
+    check_plant(world, node, errors);
   } else {
     world.vehicle = read_vehicle(node, registry, world.car, "rk6", errors);
   }
