@@ -13,6 +13,7 @@
 #include "out_folder.hpp"
 #include "progress.hpp"
 #include "race_options.hpp"
+#include "stop_signal.hpp"
 
 namespace gripline::tools {
 namespace po = boost::program_options;
@@ -39,23 +40,48 @@ fs::path world_of(const std::string& vehicle) {
   throw InputError("no world for vehicle \"" + vehicle + "\"; looked for" + looked);
 }
 
+/// The first of an error's lines: a case that cannot be read is told in one.
+std::string one_line(const std::exception& e) {
+  const std::string text = e.what();
+  return text.substr(0, text.find('\n'));
+}
+
 int score(const fs::path& cases, const fs::path& out, const Registry& registry) {
   if (!fs::is_directory(cases)) throw InputError(cases.string() + ": no such folder");
   const std::vector<fs::path> folders = diagnose::case_folders(cases);
   if (folders.empty()) throw InputError(cases.string() + ": no folder in it holds a case.json");
+  if (std::none_of(folders.begin(), folders.end(), [](const fs::path& f) { return fs::exists(f / "answer.json"); }))
+    throw InputError(cases.string() + ": none of its " + std::to_string(folders.size()) +
+                     " cases has an answer.json, so there is nothing to score; diagnose them one by one");
   std::vector<diagnose::CaseScore> scores;
+  std::vector<std::string> failed;
+  StopSignal stop(StopSignal::Reaction::note);
   Progress progress(std::cerr, "diagnose", folders.size());
+  std::size_t tried = 0;
   for (const fs::path& folder : folders) {
-    progress.advance(scores.size(), folder.filename().string());
-    scores.push_back(diagnose::score_case(folder, registry, world_of, out / folder.filename()));
+    if (StopSignal::seen()) break;
+    progress.advance(tried++, folder.filename().string());
+    try {
+      scores.push_back(diagnose::score_case(folder, registry, world_of, out / folder.filename()));
+    } catch (const InputError& e) {
+      failed.push_back(one_line(e));
+    }
   }
   progress.finish();
-  fs::create_directories(out);
-  write_file(out / "score.csv", diagnose::score_csv(scores));
-  const std::string card = diagnose::scorecard(scores);
-  write_file(out / "scorecard.txt", card);
-  std::cout << card << "scores: " << (out / "score.csv").string() << '\n';
-  return good;
+  for (const std::string& why : failed) std::cerr << "not scored: " << why << '\n';
+  if (StopSignal::seen()) std::cerr << "interrupted: " << tried << " of " << folders.size() << " cases are diagnosed\n";
+  if (!scores.empty()) {
+    fs::create_directories(out);
+    write_file(out / "score.csv", diagnose::score_csv(scores));
+    const std::string card = diagnose::scorecard(scores);
+    write_file(out / "scorecard.txt", card);
+    std::cout << card;
+    if (scores.size() < folders.size())
+      std::cout << scores.size() << " of " << folders.size() << " cases are in these figures\n";
+    std::cout << "scores: " << (out / "score.csv").string() << '\n';
+  }
+  if (StopSignal::seen()) return run_broke;
+  return failed.empty() ? good : bad_input;
 }
 
 void print(const diagnose::Diagnosis& d) {
@@ -125,7 +151,10 @@ int diagnose_logs(DiagnoseOptions options, const Registry& registry) {
   };
   const std::vector<diagnose::LogFile> logs = read(options.logs), held_out = read(options.held_out);
   const OutLock lock = open_out_folder(options.out, "diagnosis", options.force);
-  const diagnose::Diagnosis d = diagnoser.run(logs, held_out);
+  const diagnose::Diagnosis d = [&] {
+    const StopSignal stop(StopSignal::Reaction::end_here);
+    return diagnoser.run(logs, held_out);
+  }();
   print(d);
   diagnose::write_diagnosis(options.out, d, diagnoser, world, options.world, options.track);
   std::string names;
@@ -157,10 +186,17 @@ int run_diagnose(Arguments args) {
   const auto given = parse_options(args, visible, "diagnose WORLD.json LOG.csv... [options]");
   if (!given) return good;
   const Registry registry(Registry::search_path(plugin_dirs_of(*given)));
-  if (given->count("score") > 0)
+  if (given->count("score") > 0) {
+    for (const char* other : {"experiment", "held-out", "case", "track"})
+      if (given->count(other) > 0)
+        throw InputError(std::string("--score takes a folder of cases and nothing else; found ") +
+                         (other == std::string("experiment") ? "\"" + (*given)[other].as<Files>().front() + "\""
+                                                             : std::string("--") + other) +
+                         " beside it");
     return score((*given)["score"].as<std::string>(),
                  given->count("out") > 0 ? fs::path((*given)["out"].as<std::string>()) : fs::path("out") / "score",
                  registry);
+  }
   return diagnose_logs(read_options(*given), registry);
 }
 

@@ -216,5 +216,42 @@ TEST_F(DiagnoseProgram, OutliersAndDroppedRowsChangeNoName) {
   EXPECT_THAT(dirty.out, HasSubstr("log: rows"));
 }
 
+TEST_F(DiagnoseProgram, TheSameLogTwiceIsOneAndNoHeldOutLog) {
+  const fs::path one = case_of("none_white");
+  fs::copy_file(one / "measured.csv", in("twin.csv"), fs::copy_options::overwrite_existing);
+  const std::string track = track_of(one).string();
+  const Outcome twice = diagnose(one, "twice", {in("twin.csv").string(), "--track", track});
+  EXPECT_EQ(twice.code, 0) << twice.out << twice.err;
+  EXPECT_THAT(twice.out, HasSubstr("nothing_missing"));
+  EXPECT_THAT(twice.out, HasSubstr("holds the same rows as measured.csv; used once"));
+  const Outcome held = diagnose(one, "held_twin", {"--track", track, "--held-out", in("twin.csv").string()});
+  EXPECT_EQ(held.code, 2);
+  EXPECT_THAT(held.err, HasSubstr("same rows as the log measured.csv"));
+}
+
+TEST_F(DiagnoseProgram, AScorecardOutlivesABadCase) {
+  const fs::path folder = in("mixed/cases");
+  fs::create_directories(folder);
+  fs::copy(in("blind/tracks"), in("mixed/tracks"));
+  for (const char* kind : {"none_white", "single_white", "excluded"})
+    fs::copy(case_of(kind), folder / kind, fs::copy_options::recursive);
+  std::ofstream(folder / "single_white" / "answer.json") << R"({"kind": 3, "effects": []})";
+  fs::copy_file(worlds + "diagnose_rc43.json", folder / "excluded" / "case.json", fs::copy_options::overwrite_existing);
+  const Outcome mixed = gripline_with({"diagnose", "--score", folder.string(), "--out", in("mixed/out").string()});
+  EXPECT_EQ(mixed.code, 2);
+  EXPECT_THAT(mixed.out, HasSubstr("1 of 3 cases are in these figures"));
+  EXPECT_THAT(mixed.out, Not(HasSubstr("nan")));
+  EXPECT_THAT(mixed.err, HasSubstr("/kind: expected a text"));
+  EXPECT_THAT(mixed.err, HasSubstr("case.json: is a world, expected a case\n"));
+  EXPECT_EQ(rows_of(in("mixed/out/score.csv")).size(), 1U);
+  for (const auto& one : fs::directory_iterator(folder)) fs::remove(one.path() / "answer.json");
+  const Outcome none = gripline_with({"diagnose", "--score", folder.string(), "--out", in("mixed/none").string()});
+  EXPECT_EQ(none.code, 2);
+  EXPECT_THAT(none.err, HasSubstr("none of its 3 cases has an answer.json"));
+  const Outcome both = gripline_with({"diagnose", "--score", folder.string(), worlds + "diagnose_rc43.json"});
+  EXPECT_EQ(both.code, 2);
+  EXPECT_THAT(both.err, HasSubstr("--score takes a folder of cases and nothing else"));
+}
+
 }  // namespace
 }  // namespace gripline

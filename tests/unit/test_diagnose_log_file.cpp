@@ -207,5 +207,87 @@ TEST_F(LogFiles, UnevenTimeIsBroughtToAGrid) {
   EXPECT_TRUE(mentions(log, "time"));
 }
 
+TEST_F(LogFiles, AByteOrderMarkIsNoPartOfTheFirstColumn) {
+  const std::string header = std::string("\xef\xbb\xbf") + usual;
+  EXPECT_NO_THROW((void)read_log_file(write(rows_, header), {2.0, nullptr}));
+}
+
+TEST_F(LogFiles, ColumnsOfOtherNamesAreRecognisedAndTwiceIsTooOften) {
+  const std::string other = refusal(rows_, "time,x_m,y_m,heading,vx_mps,vy_mps,yaw_rate_radps,throttle,delta_rad");
+  EXPECT_NE(other.find("t_s; did you mean \"time\"?"), std::string::npos) << other;
+  EXPECT_NE(other.find("yaw_rad; did you mean \"heading\"?"), std::string::npos) << other;
+  EXPECT_NE(other.find("d; did you mean \"throttle\"?"), std::string::npos) << other;
+  const std::string twice = refusal(rows_, "t_s,x_m,y_m,yaw_rad,vx_mps,vx_mps,yaw_rate_radps,d,delta_rad");
+  EXPECT_NE(twice.find("vx_mps stands there 2 times"), std::string::npos) << twice;
+}
+
+TEST_F(LogFiles, SmallUnitsAreToldByWhatTheyLookLike) {
+  EXPECT_NE(refusal(changed([](std::size_t, Row& r) { r[0] *= 1e3; })).find("milliseconds"), std::string::npos);
+  EXPECT_NE(refusal(changed([](std::size_t, Row& r) { r[1] *= 1e3, r[2] *= 1e3; })).find("millimetres"),
+            std::string::npos);
+}
+
+TEST_F(LogFiles, WrongSignsAreHintedAt) {
+  EXPECT_NE(refusal(changed([](std::size_t, Row& r) { r[8] = -r[8]; })).find("steering seems to have the other sign"),
+            std::string::npos);
+  EXPECT_NE(refusal(changed([](std::size_t, Row& r) { r[2] = -r[2]; })).find("left-handed"), std::string::npos);
+  EXPECT_NE(refusal(changed([](std::size_t, Row& r) { r[6] = -r[6]; })).find("yaw_rate_radps seems to have the other"),
+            std::string::npos);
+}
+
+TEST_F(LogFiles, OutliersOfAnySizeAreLeftOutBeforeAnythingIsJudged) {
+  std::mt19937_64 random(11);
+  for (const double size : {50.0, 1e308}) {
+    const LogFile log = read(changed([&](std::size_t, Row& r) {
+      if (random() % 100 == 0) r[1 + random() % 6] += random() % 2 == 0 ? size : -size;
+    }));
+    ASSERT_EQ(log.stretches.size(), 1U);
+    EXPECT_TRUE(mentions(log, "outliers"));
+    std::size_t lost = 0;
+    for (std::size_t k = 0; k < rows_.size(); ++k)
+      for (std::size_t c = 0; c < channels; ++c) {
+        const double y = log.stretches[0].reading[k * 6 + c];
+        lost += std::isnan(y);
+        // Whole turns of the heading may be added to all that follows; what counts is that nothing stands out.
+        const double off = c == 2 ? std::remainder(y - rows_[k][1 + c], 2.0 * M_PI) : y - rows_[k][1 + c];
+        if (!std::isnan(y)) {
+          EXPECT_LT(std::abs(off), 8.0 * rig_.world().sensors.channels[c].sigma) << size << " " << k << " " << c;
+        }
+      }
+    EXPECT_LT(lost, rows_.size() * 6 / 100);
+  }
+}
+
+TEST_F(LogFiles, BlankRowsGoWithTheirCommandsWhichAreThenGuesses) {
+  std::vector<std::size_t> blank;
+  const LogFile log = read(changed([&](std::size_t i, Row& r) {
+    if (i % 90 != 40) return;
+    blank.push_back(i);
+    std::fill(r.begin() + 1, r.end(), 0.0);
+  }));
+  ASSERT_EQ(log.stretches.size(), 1U);
+  const Measured& m = log.stretches[0];
+  ASSERT_EQ(m.guessed.size(), rows_.size());
+  for (const std::size_t i : blank) {
+    EXPECT_TRUE(std::isnan(m.reading[i * 6])) << i;
+    EXPECT_TRUE(m.guessed[i]) << i;
+    EXPECT_NEAR(m.command[i].d, rows_[i][7], 0.05) << i;
+  }
+  EXPECT_FALSE(m.guessed[45]);
+  EXPECT_TRUE(read(rows_).stretches[0].guessed.empty());
+}
+
+TEST_F(LogFiles, TheSameLogCountsOnce) {
+  LogFile a = read(rows_), b = a, other = read(changed([](std::size_t i, Row&r) { r[4] += i == 9 ? 1e-3 : 0.0; }));
+  b.name = "copy.csv";
+  const std::vector<LogFile> three{a, b, other};
+  const std::vector<LogFile> once = each_once(three);
+  ASSERT_EQ(once.size(), 2U);
+  EXPECT_TRUE(mentions(once[0], "logs"));
+  EXPECT_FALSE(mentions(once[1], "logs"));
+  EXPECT_THROW(check_held_out(three, std::vector<LogFile>{b}), InputError);
+  EXPECT_NO_THROW(check_held_out(std::vector<LogFile>{a}, std::vector<LogFile>{other}));
+}
+
 }  // namespace
 }  // namespace gripline::diagnose

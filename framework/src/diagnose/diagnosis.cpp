@@ -10,8 +10,9 @@
 namespace gripline::diagnose {
 namespace {
 
+constexpr double nuisance_worse = 1.02;   // errors on data not fitted, over those of the nominal model
 constexpr double worth_adding = 3.0;      // log evidence an effect must bring
-constexpr double never_worse = 1.02;      // errors on data not fitted, over those of the nominal model
+constexpr double beyond_doubt = 15.0;     // log evidence that needs no second witness
 constexpr double same_evidence = 2.0;     // models closer than this cannot be told apart
 constexpr double ninety_five = 1.959964;  // standard deviations of a 95 % interval
 
@@ -102,7 +103,9 @@ void Diagnoser::prepare(std::span<const LogFile> logs, Diagnosis& d) {
   d.sensor = problem_.sensor;
 }
 
-Diagnosis Diagnoser::run(std::span<const LogFile> logs, std::span<const LogFile> held_out) {
+Diagnosis Diagnoser::run(std::span<const LogFile> given, std::span<const LogFile> given_held_out) {
+  check_held_out(given, given_held_out);
+  const std::vector<LogFile> logs = each_once(given), held_out = each_once(given_held_out);
   Diagnosis d;
   prepare(logs, d);
   SearchOptions options;
@@ -110,24 +113,64 @@ Diagnosis Diagnoser::run(std::span<const LogFile> logs, std::span<const LogFile>
   Search search(problem_, road_, options);
   search.run();
   d.nothing = search.nothing();
-  decide(search, d);
+  const Unseen unseen(problem_, road_, held_out);
+  decide(search, unseen, d);
   if (!d.fit.theta.empty()) {
     // Along the trajectory that the found model itself smooths, for the last per mille of the parameters.
     renew_reference(problem_, road_, d.fit);
     d.fit = fit(problem_, d.fit.model, d.fit.noise, 5);
   }
   describe(d.fit, d);
-  measure_gap(held_out, search, d);
+  measure_gap(unseen, search, d);
   // Beside something unknown, effects that leave most of the gap open are imitations of it.
   const bool imitation = d.verdict == Verdict::unknown && !d.named.empty() && d.gap.closure < 0.5;
-  if (d.gap.after > never_worse * d.gap.before || imitation) take_back(held_out, search, d);
+  // Where nothing is named only refitted nuisances differ.
+  const bool no_better = d.named.empty() ? d.gap.after > nuisance_worse * d.gap.before : d.gap.after >= d.gap.before;
+  if (no_better || imitation) take_back(unseen, search, d);
   if (d.verdict == Verdict::nothing_missing) find_floors(search, d);
   d.sentence = sentence(d);
   return d;
 }
 
-void Diagnoser::decide(Search& search, Diagnosis& d) {
+/// True when the 95 % region of a member's parameters holds the values at which it does nothing.
+bool Diagnoser::may_be_nothing(const Fit& fitted, std::size_t which) const {
+  std::size_t at = catalogue_.nuisances().size();
+  for (std::size_t i = 0; i < which; ++i) at += catalogue_.candidates()[fitted.model.members[i]].fitted.size();
+  const Candidate& c = catalogue_.candidates()[fitted.model.members[which]];
+  const std::size_t all = fitted.theta.size();
+  // One interval that leaves out the neutral value is enough: the others may say where, or how wide.
+  for (std::size_t f = 0; f < c.fitted.size(); ++f, ++at) {
+    const double off = fitted.theta[at] - c.decl(f).neutral;
+    if (std::abs(off) > ninety_five * std::sqrt(std::max(0.0, fitted.covariance[at * all + at]))) return false;
+  }
+  return true;
+}
+
+/// An effect that stands on little evidence must also help where nothing was fitted.
+bool Diagnoser::helps(const Fit& with, const Fit& without, const Unseen& unseen) const {
+  if (with.score - without.score > beyond_doubt) return true;
+  return unseen.error_after_refit(with) < unseen.error_after_refit(without);
+}
+
+/// Takes out what may be nothing or does not help, the least supported first.
+void Diagnoser::drop_idle(Search& search, const Unseen& unseen, Diagnosis& d) {
+  for (bool dropped = true; dropped;) {
+    dropped = false;
+    const Fit* next = nullptr;
+    for (std::size_t i = 0; i < d.fit.model.members.size(); ++i) {
+      const Fit& without = search.fit_once(catalogue_.without(d.fit.model, d.fit.model.members[i]), d.fit.noise);
+      const bool idle = may_be_nothing(d.fit, i) || !helps(d.fit, without, unseen);
+      if (idle && (next == nullptr || without.score > next->score)) next = &without;
+    }
+    if (next == nullptr) return;
+    d.fit = *next;
+    dropped = true;
+  }
+}
+
+void Diagnoser::decide(Search& search, const Unseen& unseen, Diagnosis& d) {
   d.fit = search.best();
+  drop_idle(search, unseen, d);
   d.tests = remainder(problem_, d.fit);
   if (const BasisTest left = strongest(d.tests); left.excess > structured || search.exhausted()) {
     strip_unsupported(search, d, left.where);
@@ -176,8 +219,10 @@ void Diagnoser::decide(Search& search, Diagnosis& d) {
   equals.push_back(ids(d.fit.model));
   for (const Fit* rival : rivals) {
     const bool near = rival->score > d.fit.score - same_evidence;
-    if (near && !contains(rival->model, d.fit.model) && !rival->model.members.empty())
-      equals.push_back(ids(rival->model));
+    if (!near || contains(rival->model, d.fit.model) || rival->model.members.empty()) continue;
+    bool idle = false;
+    for (std::size_t i = 0; i < rival->model.members.size(); ++i) idle |= may_be_nothing(*rival, i);
+    if (!idle && helps(*rival, search.nothing(), unseen)) equals.push_back(ids(rival->model));
   }
   if (equals.size() > 1) {
     d.verdict = Verdict::indistinguishable;
@@ -197,7 +242,7 @@ void Diagnoser::decide(Search& search, Diagnosis& d) {
 
 /// What was found does not predict what was not fitted: the nominal model is returned as it was given, and the verdict is
 /// that whatever is missing is not known.
-void Diagnoser::take_back(std::span<const LogFile> held_out, Search& search, Diagnosis& d) {
+void Diagnoser::take_back(const Unseen& unseen, Search& search, Diagnosis& d) {
   if (d.verdict != Verdict::nothing_missing) {
     d.verdict = Verdict::unknown;
     if (!d.unknown) d.unknown = strongest(d.tests);
@@ -211,7 +256,7 @@ void Diagnoser::take_back(std::span<const LogFile> held_out, Search& search, Dia
   d.fit.theta.clear();
   d.fit.covariance.clear();
   d.horizons.clear();
-  measure_gap(held_out, search, d);
+  measure_gap(unseen, search, d);
 }
 
 /// Something is left: effects that generic functions of the same kind explain as well were stand-ins for it.
@@ -240,89 +285,12 @@ void Diagnoser::describe(const Fit& fitted, Diagnosis& d) const {
   }
 }
 
-namespace {
-
-/// The sample from which on a log is held out: its last whole laps, about a third; below three laps its last third.
-std::size_t hold_out_from(const Trace& trace) {
-  std::vector<double> laps(trace.size(), 0.0);
-  for (std::size_t k = 1; k < trace.size(); ++k) {
-    double step = trace.at[k].lap_fraction - trace.at[k - 1].lap_fraction;
-    laps[k] = laps[k - 1] + std::abs(step - std::round(step));
-  }
-  const double third = laps.back() / 3.0;
-  if (third < 1.0) return trace.size() - trace.size() / 3;
-  const double from = laps.back() - std::floor(third);
-  return static_cast<std::size_t>(std::lower_bound(laps.begin(), laps.end(), from) - laps.begin());
-}
-
-Trace beginning(const Trace& trace, std::size_t samples) {
-  Trace part = trace;
-  part.log.command.resize(samples);
-  part.log.reading.resize(samples * channels);
-  part.motion.resize(samples * channels);
-  part.at.resize(samples);
-  part.command_dual.resize(samples);
-  return part;
-}
-
-/// Logs to predict, and from which sample on.
-struct Unseen {
-  std::vector<Trace> traces;
-  std::vector<std::size_t> from;
-};
-
-std::vector<double> prediction_errors(const Problem& problem, const Unseen& unseen, const Road& road, const Fit& f,
-                                      std::span<const double> horizons) {
-  Problem other = problem;
-  other.traces = unseen.traces;
-  renew_reference(other, road, f);
-  const StagedCar car = problem.catalogue->build(f.model);
-  std::vector<double> errors;
-  for (const double horizon : horizons) {
-    double sum = 0.0, count = 0.0;
-    for (std::size_t i = 0; i < other.traces.size(); ++i) {
-      RolloutOptions options;
-      options.horizon = horizon;
-      options.first = unseen.from[i] + 10;
-      options.every = 25;
-      options.substeps = problem.substeps;
-      const Rollouts r = roll_out(car, other.traces[i], road, options);
-      const double e = rms(r, problem.sensor);
-      sum += e * e * static_cast<double>(r.start.size());
-      count += static_cast<double>(r.start.size());
-    }
-    errors.push_back(count > 0.0 ? std::sqrt(sum / count) : 0.0);
-  }
-  return errors;
-}
-
-}  // namespace
-
-void Diagnoser::measure_gap(std::span<const LogFile> held_out, Search& search, Diagnosis& d) {
-  Unseen unseen;
-  Problem known = problem_;
-  for (const LogFile& log : held_out)
-    for (const Measured& m : log.stretches) {
-      Trace trace;
-      trace.log = m;
-      trace.set_motion(smooth_readings(m, 3), road_);
-      unseen.traces.push_back(std::move(trace));
-      unseen.from.push_back(0);
-    }
-  if (held_out.empty())
-    for (Trace& trace : known.traces) {
-      unseen.from.push_back(hold_out_from(trace));
-      unseen.traces.push_back(trace);
-      trace = beginning(trace, std::max<std::size_t>(unseen.from.back(), 50));
-    }
-  const auto refit = [&](const Fit& f) {
-    return held_out.empty() && !f.theta.empty() ? fit(known, f.model, f.noise, 3) : f;
-  };
+void Diagnoser::measure_gap(const Unseen& unseen, Search& search, Diagnosis& d) {
   constexpr std::array<double, 5> seconds = {0.1, 0.2, 0.5, 1.0, 2.0};
   Fit nominal = search.nothing();
   nominal.model = catalogue_.bare();  // before: nothing refitted
-  const auto before = prediction_errors(known, unseen, road_, nominal, seconds);
-  const auto after = d.fit.theta.empty() ? before : prediction_errors(known, unseen, road_, refit(d.fit), seconds);
+  const auto before = unseen.errors(nominal, seconds);
+  const auto after = d.fit.theta.empty() ? before : unseen.errors(unseen.refit(d.fit), seconds);
   for (std::size_t i = 0; i < seconds.size(); ++i) {
     d.horizons.push_back({seconds[i], before[i], after[i]});
     if (seconds[i] != d.gap.horizon) continue;
@@ -334,9 +302,7 @@ void Diagnoser::measure_gap(std::span<const LogFile> held_out, Search& search, D
   d.gap.closure = d.gap.before > rest + 1e-9 ? (d.gap.before - d.gap.after) / (d.gap.before - rest) : 0.0;
   for (Ranked& row : d.ranking) {
     const Fit* const one = search.alone(catalogue_.find(row.effect));
-    row.held_out = one == nullptr
-                       ? before[3]
-                       : prediction_errors(known, unseen, road_, *one, std::span(seconds).subspan(3, 1)).front();
+    row.held_out = one == nullptr ? before[3] : unseen.errors(*one, std::span(seconds).subspan(3, 1)).front();
   }
 }
 

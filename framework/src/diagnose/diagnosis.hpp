@@ -7,8 +7,8 @@
 
 #include "../world_spec.hpp"
 #include "log_file.hpp"
-#include "rollout.hpp"
 #include "search.hpp"
+#include "unseen.hpp"
 
 namespace gripline::diagnose {
 
@@ -84,12 +84,15 @@ class Diagnoser {
 
  private:
   void prepare(std::span<const LogFile> logs, Diagnosis& d);
-  void decide(Search& search, Diagnosis& d);
+  void decide(Search& search, const Unseen& unseen, Diagnosis& d);
+  bool may_be_nothing(const Fit& fitted, std::size_t which) const;
+  bool helps(const Fit& with, const Fit& without, const Unseen& unseen) const;
+  void drop_idle(Search& search, const Unseen& unseen, Diagnosis& d);
   void strip_unsupported(Search& search, Diagnosis& d, Where where);
   void rank(Search& search, const std::map<std::size_t, double>& wins, Diagnosis& d) const;
-  void measure_gap(std::span<const LogFile> held_out, Search& search, Diagnosis& d);
+  void measure_gap(const Unseen& unseen, Search& search, Diagnosis& d);
   void describe(const Fit& fitted, Diagnosis& d) const;
-  void take_back(std::span<const LogFile> held_out, Search& search, Diagnosis& d);
+  void take_back(const Unseen& unseen, Search& search, Diagnosis& d);
   void find_floors(Search& search, Diagnosis& d) const;
 
   const WorldSpec& world_;

@@ -1,11 +1,13 @@
 #include "diagnosis_files.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 
 #include "../config/errors.hpp"
 #include "../config/json_file.hpp"
 #include "../config/reader.hpp"
+#include "../file_kind.hpp"
 
 namespace gripline::diagnose {
 namespace {
@@ -147,6 +149,16 @@ void read_uncertainty(const Node& node, CaseOptions& options, Errors& errors) {
 
 CaseFile read_case(const fs::path& file) {
   const Node node = load_json(file);
+  constexpr std::array<const char*, 7> keys = {"vehicle",     "track",   "direction",          "sample_time_s",
+                                               "noise_sigma", "exclude", "nominal_uncertainty"};
+  // The wrong file altogether is one fault, not one for each of its keys.
+  if (!node.is_object() ||
+      !std::any_of(keys.begin(), keys.end(), [&](const char* k) { return node.find(k) != nullptr; }))
+    throw InputError(file.string() +
+                     ": is no case; expected an object with some of vehicle, track, noise_sigma, "
+                     "exclude, nominal_uncertainty");
+  if (const FileKind kind = kind_of(node); kind == FileKind::world || kind == FileKind::experiment)
+    throw InputError(file.string() + ": is " + std::string(kind_text(kind)) + ", expected a case");
   Errors errors;
   CaseFile out;
   {

@@ -233,7 +233,15 @@ class Pass {
       propagate(F, dP_[i]);
       dP_[i][a * N + a] += growth;
     }
+    if (k < lm_.guessed.size() && lm_.guessed[k]) jolt();
     if (params_ > 0) predict_params(k, F);
+  }
+
+  /// A command that was not recorded may have been anything between its neighbours or beyond: speeds are not known
+  /// afterwards as they would be. A quick move of the steering for 20 ms is worth some twenty deviations of a gyroscope.
+  void jolt() {
+    constexpr double size = 20.0;
+    for (std::size_t c = 3; c < channels; ++c) P_[c * N + c] += std::pow(size * noise_.sensor[c], 2);
   }
 
   /// P = F P F'.

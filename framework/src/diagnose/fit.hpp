@@ -54,7 +54,10 @@ struct Screening {
 };
 Screening screen(const Problem& problem, const Fit& fitted);
 
-/// Replaces the traces' reference by the trajectory smoothed with a fitted model.
-void renew_reference(Problem& problem, const Road& road, const Fit& fitted);
+/// Replaces the traces' reference by the trajectory smoothed with a fitted model. Returns by how much it moved: root mean
+/// square in sensor standard deviations.
+double renew_reference(Problem& problem, const Road& road, const Fit& fitted);
+/// The same until it stands still: a channel that nobody read starts far off.
+void settle_reference(Problem& problem, const Road& road, const Fit& fitted);
 
 }  // namespace gripline::diagnose

@@ -200,6 +200,8 @@ LinearModel linearise(const StagedCar& car, const Trace& trace, int substeps) {
     }
   });
 
+  if (!trace.log.guessed.empty())
+    for (std::size_t k = 0; k + 1 < lm.n; ++k) lm.guessed.push_back(trace.log.guessed_step(k));
   lm.F.resize((lm.n - 1) * N * N);
   lm.input0.resize((lm.n - 1) * N * 3);
   lm.input1.resize((lm.n - 1) * N * 3);

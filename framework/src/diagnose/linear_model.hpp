@@ -37,6 +37,7 @@ struct LinearModel {
   std::vector<double> offset;      // (n-1) x (states - 3): f
   std::vector<double> innovation;  // n x 6: reading minus h; NaN where nothing was read
   std::vector<double> H;           // n x 6 x 6, or empty for the identity
+  std::vector<bool> guessed;       // n - 1: the command during the step is a guess; or empty
   std::vector<double> memory;      // n x memory, along the reference
 };
 

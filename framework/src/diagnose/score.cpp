@@ -7,6 +7,7 @@
 #include <set>
 
 #include "../config/json_file.hpp"
+#include "../config/reader.hpp"
 #include "../geometry/track_file.hpp"
 #include "diagnosis_files.hpp"
 
@@ -41,36 +42,57 @@ struct Answer {
   std::optional<std::pair<double, double>> interval;
 };
 
-Answer read_answer(const fs::path& file) {
-  const Node node = parse_file(file);
-  Answer a;
-  a.kind = node.find("kind")->text();
-  for (const Node& e : node.find("effects")->array()) {
-    const std::string id = e.find("effect")->text();
+Names read_names(const Node& list, Errors& errors) {
+  Names ids;
+  for (const Node& id : read_array(list, errors)) ids.insert(read_text(id, errors));
+  return ids;
+}
+
+void read_effects(ObjectReader& reader, Answer& a) {
+  for (const Node& one : reader.array("effects")) {
+    ObjectReader effect(one, reader.errors());
+    const std::string id = effect.text("effect");
     std::map<std::string, double> params;
-    for (const Member& p : e.find("params")->object())
-      if (p.value.is_number()) params[p.key] = p.value.number();
+    ObjectReader values = effect.object("params");
+    for (const Member* p : values.members())
+      if (p->value.is_number()) params[p->key] = p->value.number();
     a.names.insert(id);
     a.effects.emplace_back(id, params);
   }
-  a.right.push_back(a.names);
-  if (const Node* sets = node.find("equivalent"); sets != nullptr && sets->is_array())
-    for (const Node& set : sets->array()) {
-      Names ids;
-      for (const Node& id : set.array()) ids.insert(id.text());
-      a.right.push_back(ids);
+}
+
+Answer read_answer(const fs::path& file) {
+  if (!fs::exists(file)) throw InputError(file.string() + ": no such file; a case is scored against its answer");
+  const Node node = parse_file(file);
+  Errors errors;
+  Answer a;
+  if (!node.is_object()) throw InputError(node.origin, "expected an object with \"kind\" and \"effects\"");
+  {
+    ObjectReader reader(node, errors);
+    a.kind = reader.text("kind");
+    read_effects(reader, a);
+    a.right.push_back(a.names);
+    for (const Node& set : reader.array("equivalent", false)) a.right.push_back(read_names(set, errors));
+    if (reader.find("process_noise") != nullptr) a.condition = "process_noise";
+    if (reader.find("nuisance") != nullptr) {
+      a.condition = "wrong_nominal";
+      ObjectReader nuisance = reader.object("nuisance");
+      for (const Member* m : nuisance.members())
+        a.nuisance[m->key] = read_number(m->value, "1", NumberRange::any(), errors);
     }
-  if (const Node* p = node.find("process_noise"); p != nullptr && p->is_object()) a.condition = "process_noise";
-  if (const Node* n = node.find("nuisance"); n != nullptr && n->is_object()) {
-    a.condition = "wrong_nominal";
-    for (const Member& m : n->object()) a.nuisance[m.key] = m.value.number();
+    if (reader.find("unknown") != nullptr) {
+      a.unknown = true;
+      ObjectReader unknown = reader.object("unknown");
+      for (const Node& w : unknown.array("where")) a.where.push_back(read_text(w, errors));
+      if (unknown.find("interval") != nullptr)
+        if (const auto ends = unknown.numbers("interval", "1", NumberRange::any(), 2); ends.size() == 2)
+          a.interval = {ends[0], ends[1]};
+      unknown.find("note");
+    }
+    // Whatever else an answer tells of its case is not asked here.
+    (void)reader.members();
   }
-  if (const Node* u = node.find("unknown"); u != nullptr && u->is_object()) {
-    a.unknown = true;
-    for (const Node& w : u->find("where")->array()) a.where.push_back(w.text());
-    if (const Node* i = u->find("interval"); i != nullptr && i->is_array())
-      a.interval = {i->array()[0].number(), i->array()[1].number()};
-  }
+  errors.throw_if_any();
   return a;
 }
 
@@ -187,6 +209,7 @@ std::vector<fs::path> case_folders(const fs::path& folder) {
 
 CaseScore score_case(const fs::path& folder, const Registry& registry, const WorldOf& world_of, const fs::path& out) {
   CaseFile file = read_case(folder / "case.json");
+  const Answer a = read_answer(folder / "answer.json");  // first: without it the rest is in vain
   const fs::path world_file = world_of(file.vehicle);
   const Node node = load_world(world_file, file.track);
   Errors errors;
@@ -206,7 +229,6 @@ CaseScore score_case(const fs::path& folder, const Registry& registry, const Wor
   s.cpu_s = cpu_seconds() - begin;
   if (!out.empty()) write_diagnosis(out, d, diagnoser, world, world_file, file.track);
 
-  const Answer a = read_answer(folder / "answer.json");
   const Catalogue& catalogue = diagnoser.catalogue();
   s.kind = a.kind;
   s.condition = a.condition;
@@ -332,11 +354,16 @@ std::string scorecard(std::span<const CaseScore> scores) {
       for (const double x : v) sum += x;
       return v.empty() ? none : sum / static_cast<double>(v.size());
     };
+    const auto shown = [](double v, const char* format) {
+      char buffer[40];
+      std::snprintf(buffer, sizeof buffer, format, v);
+      return std::isnan(v) ? std::string("-") : std::string(buffer);
+    };
     char row[240];
-    std::snprintf(row, sizeof row,
-                  "%-34s %5zu  %5.1f%%  %10zu  %8.4f / %8.4f     %8.3f            %5.2f    %5.2f   %5.2f\n", line.name,
-                  right.size(), 100.0 * mean(right), wrong, quantile(closure, 0.5), quantile(closure, 0.1),
-                  quantile(scaled, 0.5), mean(covered), mean(located), mean(cpu));
+    std::snprintf(row, sizeof row, "%-34s %5zu  %5.1f%%  %10zu  %8s / %8s     %8s            %5s    %5s   %5.2f\n",
+                  line.name, right.size(), 100.0 * mean(right), wrong, shown(quantile(closure, 0.5), "%.4f").c_str(),
+                  shown(quantile(closure, 0.1), "%.4f").c_str(), shown(quantile(scaled, 0.5), "%.3f").c_str(),
+                  shown(mean(covered), "%.2f").c_str(), shown(mean(located), "%.2f").c_str(), mean(cpu));
     text += row;
   }
   double sure = 0, sure_right = 0, sure_detectable = 0, all = 0, worse = 0, brier = 0, judged = 0;

@@ -142,7 +142,7 @@ void Search::settle() {
     if (one != best_ && one->score > best_->score - 15.0 && near.size() < 6) near.push_back(*one);
   for (const auto& [members, one] : fits_)
     if (members.size() < 2) small_.emplace(members, one);
-  renew_reference(problem_, road_, found);
+  settle_reference(problem_, road_, found);
   fits_.clear();
   screenings_.clear();
   nothing_ = &fit_once(nothing.model, nothing.noise);
@@ -187,7 +187,7 @@ void Search::run() {
   for (std::size_t i = 0; i < noise_states; ++i) noise.process[i] = std::pow(5.0 * problem_.process_unit[i], 2);
   const ModelSpec bare = problem_.catalogue->bare();
   const Fit rough = fit(problem_, bare, noise, 4);
-  renew_reference(problem_, road_, rough);
+  settle_reference(problem_, road_, rough);
   nothing_ = &fit_once(bare, rough.noise);
   best_ = nothing_;
   find_synonyms(screen_once(*nothing_));

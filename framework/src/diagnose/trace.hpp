@@ -20,6 +20,9 @@ struct Measured {
   double t0 = 0.0;              // time of the first row since the start of the log, for effects that depend on time
   std::vector<double> reading;  // n x 6
   std::vector<CommandSample<double>> command;
+  std::vector<bool> guessed;  // samples whose command nobody recorded; empty: none
+  /// Whether what was commanded during the step after sample k is a guess.
+  bool guessed_step(std::size_t k) const { return k + 1 < guessed.size() && (guessed[k] || guessed[k + 1]); }
   std::size_t size() const { return command.size(); }
 };
 
