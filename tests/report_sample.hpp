@@ -33,7 +33,8 @@ struct SampleOptions {
   int seeds = 1;
   int laps = 4;
   double dt = 0.02;
-  double scale = 1;  ///< of the course
+  double scale = 1;       ///< of the course
+  double tyres_from = 0;  ///< no curve is known before [s]
 };
 
 /// The course: position, direction and curvature over its length.
@@ -210,7 +211,7 @@ inline RunResult write_run(const fs::path& folder, const Course& course, const S
         }
       replay << cells(row);
     }
-    if (step % 50 == 0)
+    if (step % 50 == 0 && t >= options.tyres_from)
       for (const char* axle : {"front", "rear"})
         for (int k = -20; k <= 20; ++k) {
           const double a = 0.03 * k, peak = axle[0] == 'f' ? 0.192 : 0.1737;
@@ -321,6 +322,40 @@ inline void write_sample(const fs::path& folder, const SampleOptions& options = 
     {"text": "elm.violation_s <= none.violation_s", "holds": true, "values": {"left": 0.46, "right": 4.32, "runs_held": 5, "runs": 5}},
     {"text": "elm.mean_deviation_m <= constant_speed.mean_deviation_m", "holds": false, "values": {"left": 0.0831, "right": 0.0712, "runs_held": 1, "runs": 5}}],
     "skipped": [{"text": "elm.solve_ms_median < gp_own_mu.solve_ms_median", "why": "a row was left out by --only"}]})";
+}
+
+/// A race of which nothing is left but its beginning: one row crashed after three steps, one never began.
+inline void write_broken_sample(const fs::path& folder) {
+  fs::create_directories(folder / "elm" / "1");
+  std::ofstream(folder / "scene.json")
+      << R"({"name": "broken", "kind": "race", "world": "nowhere", "note": ["One `base` row,", "and a gain of -3."], "dt": 0.02, "laps": 4})";
+  std::ofstream(folder / "runs.csv") << "stack,seed,status,needs_truth,lap0_s,lap1_s,violation_s,solve_ms_median\n"
+                                        "elm,1,crashed,0,,,0.04,0.1\n"
+                                        "lost,1,plugin_error,0,,,,\n";
+  std::ofstream(folder / "table.csv")
+      << "stack,needs_truth,runs,finished,crashed,lap0_s,lap1_s,violation_s,solve_ms_median\n"
+         "elm,0,1,0,1,,,0.04,0.1\n"
+         "lost,0,1,0,0,,,,\n";
+  std::ofstream(folder / "elm" / "1" / "steps.csv")
+      << "t_s,x_m,y_m,yaw_rad,vx_mps,vy_mps,yaw_rate_radps,mu_belief_front,mu_belief_rear,mu_true,s_m,offset_m,lap\n"
+         "0,0,0,0,0.1,0,0,1,1,0.9,0,0,0\n0.02,0.002,0,0,0.1,0,0,1,1,0.9,0.002,0,0\n0.04,0.004,0,0,0.1,0,0,1,1,0.9,0."
+         "004,0,0\n";
+}
+
+/// An OUT folder as `compare` writes it for the kind diagnose: two cases, one of them with files of its own.
+inline void write_cases_sample(const fs::path& folder) {
+  fs::create_directories(folder / "drag" / "drive");
+  std::ofstream(folder / "scene.json") << R"({"name": "hidden_things", "kind": "diagnose", "note": "Made up."})";
+  std::ofstream(folder / "diagnoses.csv")
+      << "case,verdict,named,nothing_missing,indistinguishable,unknown,right,confidence,before,after,closure\n"
+         "drag,named,1,0,0,0,1,0.99995,5.19,0.945,1\n"
+         "nothing,unknown,0,0,0,1,0,1,0.94,0.94,0\n";
+  std::ofstream(folder / "claims.json") << R"({"claims": [
+    {"text": "drag.closure >= 0.9", "holds": true, "values": {"left": 1, "right": 0.9, "runs_held": 1, "runs": 1}}]})";
+  std::ofstream(folder / "drag" / "diagnosis_report.json")
+      << R"({"sentence": "aero_drag (a = -0.42 m/s2) is missing.", "log": "steps.csv"})";
+  std::ofstream(folder / "drag" / "report.html") << "its own page";
+  std::ofstream(folder / "drag" / "drive" / "steps.csv") << "t_s,x_m,y_m\n0,0,0\n0.02,1,0\n0.04,2,0\n";
 }
 
 /// Numbers as a JSON array, null for NaN.

@@ -74,7 +74,13 @@ int run_bench_command(Arguments args) {
   Errors errors;
   const WorldSpec world = read_world(tree, registry, errors);
   errors.throw_if_any();
-  const std::vector<BenchRow> rows = run_bench(world, registry, count_allocations, static_cast<int>(instances));
+  const std::vector<BenchRow> rows = [&] {
+    ToldProgress progress(std::cerr, "bench");
+    std::vector<BenchRow> measured =
+        run_bench(world, registry, count_allocations, static_cast<int>(instances), progress.tell());
+    progress.finish();
+    return measured;
+  }();
   std::cout
       << "case                   median us    p95 us    p99 us  allocs  iters  error p95    failed  ratio to Ipopt\n";
   for (const BenchRow& row : rows) print(row);

@@ -9,6 +9,7 @@
 #include "config/errors.hpp"
 #include "diagnose/diagnose_experiment.hpp"
 #include "out_folder.hpp"
+#include "progress.hpp"
 #include "race_options.hpp"
 #include "race_runner.hpp"
 #include "race_tables.hpp"
@@ -167,8 +168,17 @@ int validate_and_report(const std::vector<ChannelScore>& scores, const std::file
   return good;
 }
 
-int diagnose_and_report(const Node& tree, const Registry& registry, const std::filesystem::path& out) {
-  const diagnose::DiagnoseOutcome outcome = diagnose::run_diagnose_experiment(tree, registry, out);
+int diagnose_and_report(const Node& tree, const Registry& registry, const std::string& name,
+                        const std::filesystem::path& out) {
+  write_scene(out, name, "diagnose", tree);
+  ToldProgress progress(std::cerr, name);
+  const diagnose::DiagnoseOutcome outcome = diagnose::run_diagnose_experiment(tree, registry, out, progress.tell());
+  progress.finish();
+  write_claims(out, outcome.claims);
+  for (const diagnose::CaseOutcome& c : outcome.cases) {
+    write_scene(out / c.name, c.name + " of " + name, "diagnosis", Node{Node::Object{}});
+    write_case_report(out / c.name);
+  }
   for (const diagnose::CaseOutcome& c : outcome.cases)
     std::cout << c.name << ": " << diagnose::verdict_names[static_cast<std::size_t>(c.verdict)] << ": " << c.sentence
               << '\n';
@@ -178,6 +188,7 @@ int diagnose_and_report(const Node& tree, const Registry& registry, const std::f
     std::cout << (claim.holds == true ? "holds  " : "FAILS  ") << claim.text << '\n';
   }
   std::cout << "results: " << out.string() << '\n';
+  report_results(out);
   return failed ? claim_failed : good;
 }
 
@@ -205,17 +216,26 @@ int run_compare(Arguments args) {
   });
   const std::string kind = experiment_kind(tree);
   const std::filesystem::path out = out_of(options);
+  const std::string name = options.experiment.stem().string();
   if (!race) {
     const OutLock lock = open_out_folder(out, experiment_identity(tree), options.force);
-    if (kind == "diagnose") return diagnose_and_report(tree, registry, out);
-    return validate_and_report(validate_offline(tree, registry, out), out);
+    if (kind == "diagnose") return diagnose_and_report(tree, registry, name, out);
+    write_scene(out, name, kind, tree);
+    ToldProgress progress(std::cerr, name);
+    const std::vector<ChannelScore> scores = validate_offline(tree, registry, out, progress.tell());
+    progress.finish();
+    return validate_and_report(scores, out);
   }
   std::vector<std::string> only;
   if (given->count("only") > 0) only = split_names((*given)["only"].as<std::string>());
   const std::vector<std::string> rows = chosen_rows(*race, only);
   if (kind == "force_validation") {
     const OutLock lock = open_out_folder(out, experiment_identity(tree), options.force);
-    return validate_and_report(validate_forces(*race, rows, out), out);
+    write_scene(out, *race, registry);
+    ToldProgress progress(std::cerr, name);
+    const std::vector<ChannelScore> scores = validate_forces(*race, rows, out, progress.tell());
+    progress.finish();
+    return validate_and_report(scores, out);
   }
   if (kind != "race") {
     const std::vector<std::string> kinds = {"race", "offline_validation", "force_validation", "diagnose"};

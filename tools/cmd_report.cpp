@@ -11,13 +11,12 @@ namespace po = boost::program_options;
 namespace {
 
 report::Written write_with_progress(report::Options options) {
-  std::optional<Progress> progress;
-  options.progress = [&](std::size_t done, std::size_t total, const std::string& what) {
-    if (!progress) progress.emplace(std::cerr, "report", total);
-    progress->advance(done, what);
+  ToldProgress progress(std::cerr, "report");
+  options.progress = [tell = progress.tell()](std::size_t done, std::size_t total, const std::string& what) {
+    tell(static_cast<double>(done), total, what);
   };
   report::Written written = write_report(options);
-  if (progress) progress->finish();
+  progress.finish();
   return written;
 }
 
@@ -59,6 +58,14 @@ int run_report(Arguments args) {
   std::cout << "report: " << written.page.string() << " (" << size_text(written.bytes) << ")\n";
   for (const std::filesystem::path& figure : written.figures) std::cout << "figure: " << figure.string() << '\n';
   return good;
+}
+
+void write_case_report(const std::filesystem::path& folder) try {
+  report::Options options;
+  options.folder = folder;
+  write_report(options);
+} catch (const std::exception& e) {
+  std::cerr << "no report: " << e.what() << '\n';
 }
 
 void report_results(const std::filesystem::path& folder) {

@@ -24,5 +24,7 @@ int run_predict(Arguments args);
 /// Writes the report of a folder that was just filled and says where it is. A report that cannot be written is said on
 /// stderr and spoils nothing.
 void report_results(const std::filesystem::path& folder);
+/// The same without a word unless it fails: one of many.
+void write_case_report(const std::filesystem::path& folder);
 
 }  // namespace gripline::tools

@@ -1,6 +1,7 @@
 #include "bench.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <ctime>
 #include <limits>
@@ -134,9 +135,38 @@ struct Replay {
   double allocations = 0;
 };
 
+/// How far the bench is, in pieces that take very different times.
+class Pace {
+ public:
+  Pace(const Tell& tell, double cost, std::size_t rows) : tell_(tell), cost_(cost), rows_(rows) {}
+  /// The next piece and about what it costs, in any unit.
+  void begin(std::string what, double cost) {
+    done_ += now_;
+    now_ = cost;
+    what_ = std::move(what);
+    at(0);
+  }
+  void at(double share) const {
+    const auto rows = static_cast<double>(rows_);
+    if (tell_) tell_(std::min(rows, rows * (done_ + share * now_) / cost_), rows_, what_);
+  }
+
+ private:
+  const Tell& tell_;
+  double cost_, done_ = 0, now_ = 0;
+  std::size_t rows_;
+  std::string what_;
+};
+
+/// About what a replay costs: Ipopt's steps grow faster than the horizon, those of the QP are small beside them.
+double replay_cost(const std::string& controller, int horizon) {
+  return controller == "mpc_ipopt" ? horizon * horizon : horizon;
+}
+
 /// Every instance in turn to a fresh controller; with a twin, its update counts too.
 Replay replay(Recording& recording, const WorldSpec& world, const PluginSpec& controller, int horizon, Estimator* twin,
-              AllocationCount allocations) {
+              AllocationCount allocations, const Pace& pace) {
+  constexpr std::size_t told_every = 20;
   const gripline::Instance<Controller> instance =
       create<Controller>(*controller.entry, surroundings(world), controller.values);
   CorrectedModel& model = recording.drive.model();
@@ -156,6 +186,7 @@ Replay replay(Recording& recording, const WorldSpec& world, const PluginSpec& co
     out.iterations.push_back(command.iterations);
     out.inputs.push_back(command.u);
     if (!command.solved) ++out.failures;
+    if (i % told_every == 0) pace.at(static_cast<double>(i) / static_cast<double>(recording.instances.size()));
   }
   out.allocations = static_cast<double>(allocated) / static_cast<double>(recording.instances.size() - warm);
   return out;
@@ -198,18 +229,20 @@ gripline::Instance<Estimator> learned_twin(const Recording& recording, const Wor
 
 /// The cases of one horizon: Ipopt first, the others against it.
 void bench_horizon(int horizon, Recording& recording, const WorldSpec& world, const Registry& registry,
-                   CorrectedModel& nominal, AllocationCount allocations, std::vector<BenchRow>& rows) {
+                   CorrectedModel& nominal, AllocationCount allocations, Pace& pace, std::vector<BenchRow>& rows) {
   const std::string suffix = "_n" + std::to_string(horizon) + "_elm40";
   const PluginSpec exact =
       controller_spec("mpc_ipopt", horizon, R"(, "tolerance": 1e-10, "max_iterations": 1000)", registry);
-  const std::vector<Input> reference = replay(recording, world, exact, horizon, nullptr, allocations).inputs;
+  pace.begin("exact solutions" + suffix, replay_cost("mpc_ipopt", horizon));
+  const std::vector<Input> reference = replay(recording, world, exact, horizon, nullptr, allocations, pace).inputs;
   double ipopt_median = nan;
   for (const char* id : {"mpc_ipopt", "mpc_sqp"}) {
     const PluginSpec spec = controller_spec(id, horizon, "", registry);
     std::vector<Replay> tries;
     for (int i = 0; i < replays; ++i) {
+      pace.begin(id + suffix, replay_cost(id, horizon));
       const auto twin = learned_twin(recording, world, registry, nominal);
-      tries.push_back(replay(recording, world, spec, horizon, twin.get(), allocations));
+      tries.push_back(replay(recording, world, spec, horizon, twin.get(), allocations, pace));
     }
     const auto best = std::min_element(tries.begin(), tries.end(), [](const Replay& a, const Replay& b) {
       return percentile(a.times, 0.5) < percentile(b.times, 0.5);
@@ -260,15 +293,24 @@ BenchRow bench_gp(const WorldSpec& world, const Registry& registry, AllocationCo
 }  // namespace
 
 std::vector<BenchRow> run_bench(const WorldSpec& world, const Registry& registry, AllocationCount allocations,
-                                int instances) {
+                                int instances, const Tell& tell) {
   constexpr int lead_in = 600;
+  constexpr std::array horizons = {50, 20};
+  double cost = 0;
+  for (const int horizon : horizons)
+    cost += (1 + replays) * replay_cost("mpc_ipopt", horizon) + replays * replay_cost("mpc_sqp", horizon);
+  const double drives = 0.02 * cost;
+  Pace pace(tell, cost + 2 * drives, 2 * horizons.size() + 2);
+  pace.begin("recording", drives);
   const StackSpec spec = stack_with("elm", longest_horizon, world, registry);
   Recording recording{Drive(world, stack_with("elm", longest_horizon, world, registry)), {}, {}};
   record(recording, lead_in, instances);
   const Vehicle vehicle(spec.model, surroundings(world));
   CorrectedModel nominal(vehicle.car(), {world.dt, world.hold, spec.model.integration});
   std::vector<BenchRow> rows;
-  for (const int horizon : {50, 20}) bench_horizon(horizon, recording, world, registry, nominal, allocations, rows);
+  for (const int horizon : horizons)
+    bench_horizon(horizon, recording, world, registry, nominal, allocations, pace, rows);
+  pace.begin("gp_410", drives);
   rows.push_back(bench_gp(world, registry, allocations, lead_in, instances));
   rows.push_back(bench_update(recording, world, registry, nominal, allocations));
   return rows;

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "progress.hpp"
 #include "registry.hpp"
 #include "world_spec.hpp"
 
@@ -27,7 +28,7 @@ using AllocationCount = std::int64_t (*)();
 /// problems and replays them three times to each controller; the replay with the least median counts. Learning is
 /// included where the case says elm40: the estimator's update on a twin that keeps learning.
 std::vector<BenchRow> run_bench(const WorldSpec& world, const Registry& registry, AllocationCount allocations,
-                                int instances);
+                                int instances, const Tell& tell = {});
 
 void write_bench(const std::filesystem::path& file, std::span<const BenchRow> rows);
 

@@ -252,4 +252,12 @@ void write_scene(const fs::path& out, const RaceSpec& race, const Registry& regi
   write_track(out, *race.world.track);
 }
 
+void write_scene(const fs::path& out, const std::string& name, const std::string& kind, const Node& tree) {
+  Node scene{Node::Object{}};
+  scene.set("name", Node(name));
+  scene.set("kind", Node(kind));
+  if (const Node* note = tree.is_object() ? tree.find("note") : nullptr; note != nullptr) scene.set("note", *note);
+  write_file(out / "scene.json", to_json_text(scene));
+}
+
 }  // namespace gripline

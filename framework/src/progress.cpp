@@ -173,4 +173,22 @@ void Progress::finish_at(Clock::time_point now) {
   out_ << std::flush;
 }
 
+ToldProgress::ToldProgress(std::ostream& out, std::string title)
+    : ToldProgress(out, std::move(title), detect_terminal(descriptor_of(out)), Progress::Clock::now()) {}
+
+ToldProgress::ToldProgress(std::ostream& out, std::string title, Terminal terminal, Progress::Clock::time_point start)
+    : out_(out), title_(std::move(title)), terminal_(terminal), start_(start) {}
+
+Tell ToldProgress::tell() {
+  constexpr std::size_t units = 1000;  // of one part
+  return [this](double done, std::size_t total, const std::string& what) {
+    if (!progress_) progress_.emplace(out_, title_, total * units, terminal_, start_).count_in(units);
+    progress_->advance(static_cast<std::size_t>(std::max(done, 0.0) * units), what);
+  };
+}
+
+void ToldProgress::finish() {
+  if (progress_) progress_->finish();
+}
+
 }  // namespace gripline

@@ -9,7 +9,9 @@
 
 #include <chrono>
 #include <cstddef>
+#include <functional>
 #include <iosfwd>
+#include <optional>
 #include <string>
 
 namespace gripline {
@@ -68,6 +70,26 @@ class Progress {
   std::size_t printed_tenth_ = 0;
   double printed_at_ = 0;
   bool any_drawn_ = false, finished_ = false;
+};
+
+/// Long work that can say how far it is calls this: `done` of `total` parts, fractions included, and what is under way.
+using Tell = std::function<void(double done, std::size_t total, const std::string& what)>;
+
+/// A progress that begins with the first word of the work and learns from it how many parts there are.
+class ToldProgress {
+ public:
+  ToldProgress(std::ostream& out, std::string title);
+  ToldProgress(std::ostream& out, std::string title, Terminal terminal, Progress::Clock::time_point start);
+  /// For the work; this object must outlive it.
+  Tell tell();
+  void finish();
+
+ private:
+  std::ostream& out_;
+  std::string title_;
+  Terminal terminal_;
+  Progress::Clock::time_point start_;
+  std::optional<Progress> progress_;
 };
 
 }  // namespace gripline

@@ -126,32 +126,6 @@ void write_table(const std::filesystem::path& out, const RaceResults& results, s
 
 Node optional_number(const std::optional<double>& value) { return value ? Node(*value) : Node::null(); }
 
-void write_claims(const std::filesystem::path& out, std::span<const ClaimResult> claims) {
-  Node::Array all;
-  Node::Array skipped;
-  for (const ClaimResult& claim : claims) {
-    Node one{Node::Object{}};
-    one.set("text", Node(claim.text));
-    if (!claim.holds) {
-      one.set("why", Node(claim.why_skipped));
-      skipped.push_back(std::move(one));
-      continue;
-    }
-    one.set("holds", Node(*claim.holds));
-    Node values{Node::Object{}};
-    values.set("left", optional_number(claim.left));
-    values.set("right", optional_number(claim.right));
-    values.set("runs_held", Node(static_cast<double>(claim.runs_held)));
-    values.set("runs", Node(static_cast<double>(claim.runs)));
-    one.set("values", std::move(values));
-    all.push_back(std::move(one));
-  }
-  Node root{Node::Object{}};
-  root.set("claims", Node(std::move(all)));
-  root.set("skipped", Node(std::move(skipped)));
-  write_file(out / "claims.json", to_json_text(root));
-}
-
 std::string text(const std::optional<double>& value, const char* format) {
   if (!value || std::isnan(*value)) return "-";
   char buffer[64];
@@ -237,6 +211,32 @@ std::vector<ClaimResult> judge_all(const RaceResults& results, bool alone) {
     }
   }
   return judged;
+}
+
+void write_claims(const std::filesystem::path& out, std::span<const ClaimResult> claims) {
+  Node::Array all;
+  Node::Array skipped;
+  for (const ClaimResult& claim : claims) {
+    Node one{Node::Object{}};
+    one.set("text", Node(claim.text));
+    if (!claim.holds) {
+      one.set("why", Node(claim.why_skipped));
+      skipped.push_back(std::move(one));
+      continue;
+    }
+    one.set("holds", Node(*claim.holds));
+    Node values{Node::Object{}};
+    values.set("left", optional_number(claim.left));
+    values.set("right", optional_number(claim.right));
+    values.set("runs_held", Node(static_cast<double>(claim.runs_held)));
+    values.set("runs", Node(static_cast<double>(claim.runs)));
+    one.set("values", std::move(values));
+    all.push_back(std::move(one));
+  }
+  Node root{Node::Object{}};
+  root.set("claims", Node(std::move(all)));
+  root.set("skipped", Node(std::move(skipped)));
+  write_file(out / "claims.json", to_json_text(root));
 }
 
 void write_tables(const std::filesystem::path& out, const RaceResults& results, std::span<const ClaimResult> claims) {

@@ -25,6 +25,7 @@ struct RaceResults {
 std::vector<ClaimResult> judge_all(const RaceResults& results, bool alone);
 
 /// Throws std::runtime_error when the disk refuses.
+void write_claims(const std::filesystem::path& out, std::span<const ClaimResult> claims);
 void write_tables(const std::filesystem::path& out, const RaceResults& results, std::span<const ClaimResult> claims);
 void print_tables(std::ostream& out, const RaceResults& results, std::span<const ClaimResult> claims);
 

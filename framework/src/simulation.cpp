@@ -4,6 +4,7 @@
 #include <cmath>
 #include <ctime>
 
+#include "config/node.hpp"
 #include "guard.hpp"
 
 namespace gripline {
@@ -22,6 +23,9 @@ void timed_call(const std::string& who, double t, double& spent, F&& call) {
   guard(who, t, call);
   spent = thread_cpu_ms() - begin;
 }
+
+/// For messages: a place or a speed to one decimal.
+std::string tenths(double value) { return number_text(std::round(10 * value) / 10); }
 
 void require_finite(const std::string& who, double t, const char* what, std::initializer_list<double> numbers) {
   for (const double number : numbers)
@@ -91,13 +95,13 @@ bool Simulation::over(RunSummary& summary) const {
     summary = metrics_.summary(Status::error, world_.plant_id() + " at t = " + std::to_string(now_.t) +
                                                   " s: gave the world's car a state that is not a number");
   } else if (world_.crashed()) {
-    summary = metrics_.summary(Status::crashed, "hit the wall at s = " + std::to_string(world_.place().s) + " m with " +
-                                                    std::to_string(std::hypot(x.vx, x.vy)) + " m/s");
+    summary = metrics_.summary(Status::crashed, "hit the wall at s = " + tenths(world_.place().s) + " m with " +
+                                                    tenths(std::hypot(x.vx, x.vy)) + " m/s");
   } else if ((spec.laps > 0 && world_.laps() >= spec.laps) ||
              (spec.duration && world_.time() >= *spec.duration - 0.5 * spec.dt)) {
     summary = metrics_.summary(Status::finished, "");
   } else if (world_.time() >= spec.timeout - 0.5 * spec.dt) {
-    summary = metrics_.summary(Status::timeout, "still driving after " + std::to_string(spec.timeout) + " s");
+    summary = metrics_.summary(Status::timeout, "still driving after " + number_text(spec.timeout) + " s");
   } else {
     return false;
   }

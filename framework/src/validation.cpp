@@ -1,5 +1,6 @@
 #include "validation.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <memory>
@@ -100,9 +101,25 @@ class SampleRecorder final : public StepObserver {
   std::vector<Sample> samples_;
 };
 
+/// Which of how many parts of the work a simulation is.
+struct Part {
+  const Tell& tell;
+  std::size_t index, count;
+  std::string what;
+  void follow(Simulation& simulation) {
+    if (!tell) return;
+    simulation.on_progress(
+        [](void* context, double fraction) {
+          const auto& part = *static_cast<const Part*>(context);
+          part.tell(static_cast<double>(part.index) + fraction, part.count, part.what);
+        },
+        this);
+  }
+};
+
 /// One drive of the driver in a world, kept in a scratch folder inside OUT.
 std::vector<Sample> drive(const WorldSpec& spec, const StackSpec& driver, std::uint64_t seed,
-                          const std::filesystem::path& folder) {
+                          const std::filesystem::path& folder, Part part) {
   World world(spec, seed);
   StackPlace place;
   place.car = spec.car.car;
@@ -121,6 +138,7 @@ std::vector<Sample> drive(const WorldSpec& spec, const StackSpec& driver, std::u
   SampleRecorder samples(CorrectedModel(vehicle.car(), {spec.dt, spec.hold, driver.model.integration}));
   Simulation simulation(world, stack, recorder, metrics);
   simulation.observe_with(&samples);
+  part.follow(simulation);
   const RunSummary summary = simulation.run();
   if (summary.status != Status::finished)
     throw std::runtime_error(folder.filename().string() + ": the driver did not finish: " + summary.message);
@@ -258,23 +276,34 @@ class LapQuestioner final : public StepObserver {
 
 void check_offline(const Node& tree, const Registry& registry) { read_offline(tree, registry); }
 
-std::vector<ChannelScore> validate_offline(const Node& tree, const Registry& registry,
-                                           const std::filesystem::path& out) {
+std::vector<ChannelScore> validate_offline(const Node& tree, const Registry& registry, const std::filesystem::path& out,
+                                           const Tell& tell) {
   const OfflineSpec spec = read_offline(tree, registry);
-  const std::vector<Sample> train = drive(spec.train, spec.driver, spec.seed, out / "train");
-  const std::vector<Sample> test = drive(spec.test, spec.driver, spec.seed, out / "test");
+  const std::size_t parts = 2 + spec.estimators.size();
+  const auto train = drive(spec.train, spec.driver, spec.seed, out / "train", {tell, 0, parts, "training drive"});
+  const auto test = drive(spec.test, spec.driver, spec.seed, out / "test", {tell, 1, parts, "test drive"});
   ValidationFiles files(out);
   std::vector<ChannelScore> all;
-  for (const auto& [name, plugin] : spec.estimators) files.add(name, ask_offline(spec, plugin, train, test), all);
+  std::size_t part = 2;
+  for (const auto& [name, plugin] : spec.estimators) {
+    if (tell) tell(static_cast<double>(part++), parts, name);
+    files.add(name, ask_offline(spec, plugin, train, test), all);
+  }
   return all;
 }
 
 std::vector<ChannelScore> validate_forces(const RaceSpec& race, const std::vector<std::string>& rows,
-                                          const std::filesystem::path& out) {
+                                          const std::filesystem::path& out, const Tell& tell) {
   ValidationFiles files(out);
   std::vector<ChannelScore> all;
+  const auto asked = [&](const StackSpec& spec) {
+    return !spec.estimator.empty() && std::find(rows.begin(), rows.end(), spec.name) != rows.end();
+  };
+  const auto count = static_cast<std::size_t>(std::count_if(race.stacks.begin(), race.stacks.end(), asked));
+  std::size_t index = 0;
   for (const StackSpec& spec : race.stacks) {
-    if (spec.estimator.empty() || std::find(rows.begin(), rows.end(), spec.name) == rows.end()) continue;
+    if (!asked(spec)) continue;
+    Part part{tell, index++, count, spec.name};
     World world(race.world, race.seeds.front());
     StackPlace place;
     place.car = race.world.car.car;
@@ -295,6 +324,7 @@ std::vector<ChannelScore> validate_forces(const RaceSpec& race, const std::vecto
     LapQuestioner questions(vehicle, spec, race.world);
     Simulation simulation(world, stack, recorder, metrics);
     simulation.observe_with(&questions);
+    part.follow(simulation);
     simulation.run();
     files.add(spec.name, questions.traces(), all);
   }

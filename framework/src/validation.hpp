@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "experiment.hpp"
+#include "progress.hpp"
 
 namespace gripline {
 
@@ -25,9 +26,9 @@ struct ChannelScore {
 /// OUT/validation.csv (estimator,channel,unit,n,r2,rmse) and OUT/validation_traces.csv.
 /// Reads an offline validation whole and runs nothing. Throws InputError.
 void check_offline(const Node& tree, const Registry& registry);
-std::vector<ChannelScore> validate_offline(const Node& tree, const Registry& registry,
-                                           const std::filesystem::path& out);
+std::vector<ChannelScore> validate_offline(const Node& tree, const Registry& registry, const std::filesystem::path& out,
+                                           const Tell& tell = {});
 std::vector<ChannelScore> validate_forces(const RaceSpec& race, const std::vector<std::string>& rows,
-                                          const std::filesystem::path& out);
+                                          const std::filesystem::path& out, const Tell& tell = {});
 
 }  // namespace gripline

@@ -63,6 +63,17 @@ TEST_F(Cli, PluginsAreListedAndDescribed) {
   EXPECT_EQ(missing.err, "no plugin \"pure_persuit\"; did you mean \"pure_pursuit\"?\n");
 }
 
+TEST_F(Cli, AValidationSaysWhatItIs) {
+  const std::string experiment = std::string(GRIPLINE_SOURCE_DIR) + "/experiments/offline_validation.json";
+  const Outcome outcome = gripline_with({"compare", experiment, "--out", out()});
+  EXPECT_EQ(outcome.code, 0) << outcome.err;
+  const Node scene = parse_file(out() + "/scene.json");
+  EXPECT_EQ(scene.find("name")->text(), "offline_validation");
+  EXPECT_EQ(scene.find("kind")->text(), "offline_validation");
+  EXPECT_THAT(scene.find("note")->text(), HasSubstr("offline_val"));
+  EXPECT_THAT(contents(out() + "/report.html"), HasSubstr("<title>offline_validation "));
+}
+
 TEST_F(Cli, CompareRacesEveryStackAndSeedAndPrintsTheTable) {
   const Outcome outcome = compare({"--out", out()});
   EXPECT_EQ(outcome.code, 0) << outcome.err;

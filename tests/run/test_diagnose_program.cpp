@@ -185,6 +185,9 @@ TEST_F(DiagnoseProgram, AnExperimentDrivesDiagnosesAndJudges) {
   EXPECT_THAT(good.out, HasSubstr("drag: named: aero_drag"));
   EXPECT_TRUE(fs::exists(in("e1/drag/augmented_world.json")));
   EXPECT_EQ(rows_of(in("e1/diagnoses.csv")).front().at("round_trip"), "1");
+  for (const char* page : {"e1/report.html", "e1/drag/report.html"}) EXPECT_TRUE(fs::exists(in(page))) << page;
+  EXPECT_THAT(contents(in("e1/drag/report.html")), HasSubstr("<title>drag of hidden_1_43 "));
+  EXPECT_THAT(contents(in("e1/claims.json")), HasSubstr("drag.round_trip == 1"));
   EXPECT_EQ(compare("[\"drag.unknown == 1\"]", "e2").code, 1);
   const Outcome bad = compare("[\"drag.rihgt == 1\"]", "e3");
   EXPECT_EQ(bad.code, 2);

@@ -112,6 +112,13 @@ TEST_F(Browser, ShowsWhatTheLogSays) {
   sample::write_sample(work / "many", many_runs());
   sample::write_diagnosis_sample(work / "diagnosis");
   sample::write_validation_sample(work / "validation");
+  sample::SampleOptions late_options;
+  late_options.laps = 1;
+  late_options.tyres_from = 2;
+  late_options.stacks = {{"elm", false, 1, 0.9, 0.8}};
+  sample::write_sample(work / "late", late_options);
+  sample::write_broken_sample(work / "broken");
+  sample::write_cases_sample(work / "cases");
   sample::SampleOptions nasty;
   nasty.laps = 1;
   nasty.stacks = {{"<img src=x onerror=alert(1)> \"\xc3\xbc\" 'b'", false, 1, 0.9, 0.8},
@@ -124,7 +131,14 @@ TEST_F(Browser, ShowsWhatTheLogSays) {
   if (const char* shots = std::getenv("GRIPLINE_SCREENSHOTS")) job["shots"] = shots;
   nlohmann::json race = page("race", "race", 1.0);
   race["poses"] = logged_poses(work / "race", five);
-  race["texts"] = {"oracle *", "elm.violation_s <= none.violation_s", "0.46 against 4.32, in 5 of 5 runs"};
+  race["texts"] = {"oracle *",
+                   "elm.violation_s <= none.violation_s",
+                   "0.46 against 4.32 s, in 5 of 5 runs",
+                   "0.083 against 0.071 m",
+                   "best among the others",
+                   "One seed:",
+                   "4 laps"};
+  race["absent"] = {"asked", "e\xe2\x88\x92"};
   job["pages"].push_back(race);
   job["pages"].push_back(page("many", "other", 2.0));
   job["pages"].push_back(page("diagnosis", "other", 1.0));
@@ -132,10 +146,36 @@ TEST_F(Browser, ShowsWhatTheLogSays) {
   nlohmann::json harmless = page("nasty", "other", 1.0);
   harmless["texts"] = {nasty.stacks[0].name, "</script><script>alert(1)</script>"};
   job["pages"].push_back(harmless);
+  nlohmann::json late = page("late", "other", 1.0);
+  late["late_tyres"] = 2.0;
+  late["absent"] = {"among the others", "Bold and marked"};
+  job["pages"].push_back(late);
+  nlohmann::json broken = page("broken", "other", 1.0);
+  broken["texts"] = {"none of 4 laps finished", "2 of 2 runs did not finish",
+                     "One base row, and a gain of \xe2\x88\x92"
+                     "3."};
+  broken["absent"] = {"among the others", "`", "NaN", "Infinity", "undefined"};
+  job["pages"].push_back(broken);
+  nlohmann::json cases = page("cases", "other", 1.0);
+  cases["texts"] = {"hidden_things", "Unknown effect",
+                    "aero_drag (a = \xe2\x88\x92"
+                    "0.42 m/s2) is missing.",
+                    "> 99.9 %", "\xe2\x9c\x97 no"};
+  cases["pictures"] = false;
+  cases["links"] = {"drag/report.html"};
+  job["pages"].push_back(cases);
   std::ofstream(work / "job.json") << job.dump(1);
 
   const Outcome outcome =
       shell("node " + quoted_path(source / "test" / "browser.mjs") + " " + quoted_path(work / "job.json"));
+  EXPECT_EQ(outcome.code, 0) << outcome.output;
+  EXPECT_THAT(outcome.output, testing::HasSubstr("all checks passed"));
+}
+
+TEST_F(Browser, NumbersAreWrittenAsPeopleReadThem) {
+  require(false);
+  if (IsSkipped() || HasFatalFailure()) return;
+  const Outcome outcome = shell("node " + quoted_path(source / "test" / "numbers.mjs"));
   EXPECT_EQ(outcome.code, 0) << outcome.output;
   EXPECT_THAT(outcome.output, testing::HasSubstr("all checks passed"));
 }

@@ -346,6 +346,41 @@ TEST(ReportPage, LeavesOutWhatIsMissing) {
   EXPECT_EQ(unpacked(block(html, "run-0")["steps"]["x"]).size(), 2u);
 }
 
+std::string title_of_page(const fs::path& folder) {
+  const std::string html = bytes_of(write_report({folder, {}, false, {}, {}}).page);
+  const std::string title = block(html, "meta")["title"];
+  EXPECT_THAT(html, HasSubstr("<title>" + title + " · gripline</title>"));
+  return title;
+}
+
+TEST(ReportPage, IsNamedAfterWhatItShowsAndNotAfterItsFolder) {
+  const Folder folder;
+  sample::write_validation_sample(folder.path() / "v");
+  EXPECT_EQ(title_of_page(folder.path() / "v"), "v") << "nothing else to call it";
+  std::ofstream(folder.path() / "v" / "scene.json")
+      << R"({"name": "offline_validation", "kind": "offline_validation"})";
+  EXPECT_EQ(title_of_page(folder.path() / "v"), "offline_validation");
+  sample::write_diagnosis_sample(folder.path() / "d");
+  EXPECT_EQ(title_of_page(folder.path() / "d"), "measured.csv");
+  std::ofstream(folder.path() / "d" / "scene.json") << R"({"name": "drag of hidden", "kind": "diagnosis"})";
+  EXPECT_EQ(title_of_page(folder.path() / "d"), "drag of hidden");
+}
+
+TEST(ReportPage, CasesOfADiagnoseExperimentAreAnOverview) {
+  const Folder folder;
+  sample::write_cases_sample(folder.path());
+  const nlohmann::json meta = block(bytes_of(write_report({folder.path(), {}, false, {}, {}}).page), "meta");
+  ASSERT_EQ(meta["cases"].size(), 2u);
+  EXPECT_EQ(meta["cases"][0]["case"], "drag");
+  EXPECT_EQ(meta["cases"][0]["verdict"], "named");
+  EXPECT_EQ(meta["cases"][0]["sentence"], "aero_drag (a = -0.42 m/s2) is missing.");
+  EXPECT_EQ(meta["cases"][0]["page"], true);
+  EXPECT_DOUBLE_EQ(meta["cases"][0]["values"]["before"].get<double>(), 5.19);
+  EXPECT_EQ(meta["cases"][1]["page"], false);
+  EXPECT_EQ(meta["cases"][1]["sentence"], "");
+  EXPECT_TRUE(meta["runs"].empty()) << "the drives of a case are no race";
+}
+
 TEST(ReportPage, RefusesAFolderWithoutResults) {
   const Folder folder;
   for (const fs::path& path : {folder.path(), folder.path() / "absent"}) {

@@ -55,7 +55,7 @@ TEST(Simulation, FinishesAfterItsLapsAndTimesOutWithoutThem) {
   Race late(folder / "late", R"({"duration": null, "laps": 1, "timeout": "0.6 s"})");
   const RunSummary timeout = late.run();
   EXPECT_EQ(timeout.status, Status::timeout);
-  EXPECT_THAT(timeout.message, HasSubstr("still driving after 0.6"));
+  EXPECT_THAT(timeout.message, HasSubstr("still driving after 0.6 s"));
   EXPECT_EQ(timeout.steps, 30);
 }
 

@@ -11,6 +11,7 @@
 #pragma once
 
 #include "../claims.hpp"
+#include "../progress.hpp"
 #include "../registry.hpp"
 #include "../stack.hpp"
 #include "diagnosis.hpp"
@@ -33,6 +34,7 @@ std::span<const std::string> outcome_columns();
 
 /// Reads an experiment whole and runs nothing. Throws InputError with every error of the tree.
 void check_diagnose_experiment(const Node& tree, const Registry& registry);
-DiagnoseOutcome run_diagnose_experiment(const Node& tree, const Registry& registry, const std::filesystem::path& out);
+DiagnoseOutcome run_diagnose_experiment(const Node& tree, const Registry& registry, const std::filesystem::path& out,
+                                        const Tell& tell = {});
 
 }  // namespace gripline::diagnose

@@ -40,7 +40,8 @@ std::vector<RunName> find_runs(const Inputs& inputs) {
   const Columns& table = inputs.runs_table;
   for (std::size_t i = 0; i < table.rows(); ++i)
     runs.push_back({table.text("stack", i), table.text("seed", i), table.text("status", i), ""});
-  if (!runs.empty()) return runs;
+  // The drives beside a diagnosis are what it was made from, not a race.
+  if (!runs.empty() || !inputs.diagnoses.empty() || !inputs.diagnosis.is_null()) return runs;
   for (const fs::path& stack : folders_in(inputs.folder))
     for (const fs::path& seed : folders_in(stack))
       if (fs::exists(seed / "steps.csv")) runs.push_back({stack.filename().string(), seed.filename().string(), "", ""});
@@ -84,6 +85,7 @@ Inputs read_inputs(const fs::path& folder) {
   in.track = Columns::read(folder / "track.csv");
   in.validation = Columns::read(folder / "validation.csv", true);
   in.validation_traces = Columns::read(folder / "validation_traces.csv", true);
+  in.diagnoses = Columns::read(folder / "diagnoses.csv", true);
   in.runs = find_runs(in);
   for (const RunName& run : in.runs)
     if (in.line.empty()) in.line = Columns::read(folder / run.stack / run.seed / "line.csv");
@@ -94,11 +96,17 @@ Inputs read_inputs(const fs::path& folder) {
       run.message = summary["message"].get<std::string>();
   }
   in.stacks = find_stacks(in);
-  if (in.runs.empty() && in.validation.empty() && in.diagnosis.is_null())
+  if (in.runs.empty() && in.validation.empty() && in.diagnosis.is_null() && in.diagnoses.empty())
     throw InputError(folder.string() +
                      ": nothing to report; expected runs.csv, <stack>/<seed>/steps.csv, validation.csv or "
                      "diagnosis.json");
   return in;
+}
+
+std::string sentence_of(const fs::path& folder) {
+  const nlohmann::json told = read_json(folder / "diagnosis_report.json");
+  const bool there = told.is_object() && told.contains("sentence") && told["sentence"].is_string();
+  return there ? told["sentence"].get<std::string>() : std::string();
 }
 
 Run read_run(const Inputs& inputs, const RunName& name) {

@@ -43,6 +43,9 @@
 //   seen_at    [{effect, param, unit, size}, ...]         the smallest size of each effect that would have been seen
 //   health     [{check, found, done, level: "good" | "note" | "bad"}, ...]    the data-health table
 //   patch      {...}                       the JSON merge patch that augmented_world.json adds to the nominal world
+//
+// OUT/diagnoses.csv, of the kind diagnose: one row per case, its folder OUT/<case>/ is a diagnosis with a page of its own:
+//   case,verdict,right,confidence,before,after,closure and others
 #pragma once
 
 #include <filesystem>
@@ -76,13 +79,16 @@ struct RunName {
 struct Inputs {
   std::filesystem::path folder;
   nlohmann::json scene, claims, diagnosis, diagnosis_report, augmented_world, provenance;  // null if absent
-  Columns runs_table, table, track, line, validation, validation_traces;
+  Columns runs_table, table, track, line, validation, validation_traces, diagnoses;
   std::vector<Stack> stacks;  // in the order of table.csv
   std::vector<RunName> runs;  // in the order of runs.csv, else of the folders
 };
 
 /// Reads all but the runs' own files. Throws InputError with one line if the folder holds nothing to report.
 Inputs read_inputs(const std::filesystem::path& folder);
+
+/// The sentence of a diagnosis in a folder; empty if there is none.
+std::string sentence_of(const std::filesystem::path& folder);
 
 /// Reads one run. One at a time: ten seeds of seven stacks do not fit comfortably at once.
 Run read_run(const Inputs& inputs, const RunName& name);

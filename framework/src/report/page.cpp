@@ -123,6 +123,25 @@ nlohmann::json validation_json(const Columns& validation) {
   return out;
 }
 
+/// The cases of a diagnose experiment: [{"case", "verdict", "sentence", "page", "values": {...}}].
+nlohmann::json cases_json(const Inputs& inputs) {
+  nlohmann::json out = nlohmann::json::array();
+  const Columns& table = inputs.diagnoses;
+  for (std::size_t i = 0; i < table.rows(); ++i) {
+    const std::string name = table.text("case", i);
+    const std::filesystem::path folder = inputs.folder / name;
+    nlohmann::json values = nlohmann::json::object();
+    for (const std::string& column : table.names())
+      if (std::isfinite(table.number(column, i))) values[column] = table.number(column, i);
+    out.push_back({{"case", name},
+                   {"verdict", table.text("verdict", i)},
+                   {"sentence", sentence_of(folder)},
+                   {"page", std::filesystem::exists(folder / "report.html")},
+                   {"values", std::move(values)}});
+  }
+  return out;
+}
+
 /// Lines of a text file, without counting its header.
 double count_rows(const std::filesystem::path& file) {
   const std::string text = read_whole_file(file);
@@ -146,6 +165,8 @@ std::string script_data(const std::string& id, const nlohmann::json& value) {
 std::string title_of(const Inputs& inputs) {
   if (inputs.scene.is_object() && inputs.scene.contains("name") && inputs.scene["name"].is_string())
     return inputs.scene["name"].get<std::string>();
+  const nlohmann::json& told = inputs.diagnosis_report;
+  if (told.is_object() && told.contains("log") && told["log"].is_string()) return told["log"].get<std::string>();
   return std::filesystem::absolute(inputs.folder).lexically_normal().filename().string();
 }
 
@@ -202,6 +223,7 @@ std::string page_html(const Inputs& inputs,
                                {"line", packed_columns(inputs.line, Precision::single)},
                                {"validation", validation_json(inputs.validation)},
                                {"traces", traces_json(inputs.validation_traces)},
+                               {"cases", cases_json(inputs)},
                                {"diagnosis", inputs.diagnosis},
                                {"diagnosis_report", inputs.diagnosis_report},
                                {"augmented_world", inputs.augmented_world},

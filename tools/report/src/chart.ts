@@ -1,11 +1,11 @@
 // A chart: uPlot draws axes and handles cursor and zoom; the marks are drawn here, the same on screen and in SVG files.
 import uPlot from "uplot";
-import { h, plain, short } from "./dom";
+import { decimalsFor, fixed, h, plain, short, unitText } from "./dom";
 import { makeFigure, type Figure } from "./figure";
-import { extent, lineAt, markRows, paintMarks, type Frame, type Mark, type Range } from "./marks";
-import { CanvasPen, fontFamily } from "./pen";
+import { extent, legendMarks, lineAt, markRows, paintMarks, type Frame, type Mark, type Range } from "./marks";
+import { CanvasPen, drawMarker, fontFamily, SvgPen } from "./pen";
 import type { State } from "./state";
-import { axisTitle, chartSvg } from "./svgchart";
+import { axisTitle, chartSvg, tickTexts } from "./svgchart";
 import { token } from "./theme";
 
 export interface AxisSpec {
@@ -61,6 +61,15 @@ export function repaintCharts(): void {
   for (const chart of charts.values()) chart.repaint();
 }
 
+/** A sample of a mark for the legend: lines dashed or dotted as drawn, markers in their shape. */
+function legendKey(mark: Mark): SVGElement {
+  const [width, height] = [mark.kind === "points" ? 12 : 20, 12];
+  const pen = new SvgPen(width, height, "none");
+  if (mark.kind === "points") drawMarker(pen, mark.shape ?? "circle", 6, 6, 4, mark.color);
+  else pen.line([0, 6, width, 6], { color: mark.color, width: mark.kind === "line" ? 2.4 : 8, dash: mark.kind === "line" ? mark.dash : undefined, alpha: mark.kind === "line" ? 1 : 0.4 });
+  return pen.element("key-mark");
+}
+
 export class Chart {
   readonly figure: Figure;
   private plot?: uPlot;
@@ -68,6 +77,8 @@ export class Chart {
   private marks: Mark[] = [];
   private full: Range = [0, 1];
   private window: Range = [0, 1];
+  /** What all values span: all readouts of the chart have the same decimals. */
+  private reach: Range = [0, 1];
   private now?: HTMLElement;
   private readonly values = new Map<Mark, HTMLElement>();
   private readonly tip = h("div", { class: "tip", hidden: true });
@@ -94,10 +105,12 @@ export class Chart {
   build(): this {
     this.marks = this.spec.marks();
     this.full = this.xRange();
+    this.reach = extent(this.marks, "y");
     this.plot = this.makePlot();
     this.fillReadout();
     if (!this.observer) {
-      this.observer = new ResizeObserver(() => this.resize());
+      // In the next frame: a figure that grows while sizes are being told would have to be told again.
+      this.observer = new ResizeObserver(() => requestAnimationFrame(() => this.resize()));
       this.observer.observe(this.figure.body);
     }
     this.follow();
@@ -180,7 +193,7 @@ export class Chart {
       grid: { stroke: token("grid"), width: 1 },
       ticks: { show: false },
       border: { show: false },
-      values: (_, splits) => splits.map((v) => (v === null ? "" : (spec.tick?.(v) ?? plain(v, 6)))),
+      values: (_, splits) => tickTexts(splits, spec),
       ...(spec.splits ? { splits: spec.splits } : {}),
       // One, two and five of each power of ten.
       ...(spec.log ? { filter: (_u: uPlot, splits: number[]) => splits.map((v) => (/^[125]/.test(v.toExponential(3)) && /^.\.000/.test(v.toExponential(3)) ? v : null)) } : {}),
@@ -199,7 +212,7 @@ export class Chart {
         x: { time: false, distr: x.log ? 3 : 1, range: (_, low, high) => (this.window = [low, high]) },
         y: { distr: y.log ? 3 : 1, range: () => (square ? this.squareRange() : this.yRange()) },
       },
-      axes: [{ ...axis(x, 24, 60), label: axisTitle(x), labelSize: 18, labelGap: 0, labelFont: `11px ${fontFamily}` }, axis(y, 46, 34)],
+      axes: [{ ...axis(x, 24, 60), ...(x.label ? { label: axisTitle(x), labelSize: 18, labelGap: 0, labelFont: `11px ${fontFamily}` } : {}) }, axis(y, 46, 34)],
       series: [{}, { show: false }],
       padding: [8, 10, 0, 0],
       hooks: { draw: [(u) => this.paint(u)], setCursor: [(u) => this.hover(u)] },
@@ -249,7 +262,8 @@ export class Chart {
     const frame = this.frame(u, true);
     ctx.save();
     ctx.beginPath();
-    ctx.rect(frame.left, frame.top - 4 * ratio, frame.width, frame.height + 8 * ratio);
+    // Marks on an axis are drawn whole.
+    ctx.rect(frame.left - 2 * ratio, frame.top - 8 * ratio, frame.width + 8 * ratio, frame.height + 16 * ratio);
     ctx.clip();
     ctx.scale(ratio, ratio);
     const scaled: Frame = {
@@ -268,30 +282,34 @@ export class Chart {
     const { readout } = this.figure;
     readout.replaceChildren();
     this.values.clear();
-    const seen = new Set<string>();
-    for (const mark of this.marks) {
+    for (const mark of legendMarks(this.marks)) {
       // Points with names speak for themselves.
-      if (!mark.label || mark.kind === "rule" || seen.has(mark.label) || (mark.kind === "points" && mark.names && this.spec.bare)) continue;
-      seen.add(mark.label);
-      const value = h("b", {}, "");
+      if (mark.kind === "points" && mark.names && this.spec.bare) continue;
+      const value = this.reads(mark) ? h("b", {}, "") : null;
       const { stack } = mark;
       readout.append(
         h(
           "span",
           { class: "key", mouseenter: () => this.state.hover(stack ?? null), mouseleave: () => this.state.hover(null) },
-          h("i", { style: `--c:${mark.color}`, class: mark.kind === "line" && mark.dash ? "dashed" : mark.kind }),
-          mark.label,
-          mark.kind === "line" ? value : null,
+          legendKey(mark),
+          mark.label!,
+          value,
         ),
       );
-      if (mark.kind === "line") this.values.set(mark, value);
+      if (value) this.values.set(mark, value);
     }
   }
+  /** Whether the mark has one value at each x that is worth reading off. */
+  private reads(mark: Mark): boolean {
+    return mark.kind === "line" && !mark.step && !this.spec.square && mark.x.length > 2;
+  }
   private showValues(x: number | null): void {
-    const digits = this.spec.y.digits ?? 3;
+    const { log, digits = 3 } = this.spec.y;
+    const [low, high] = this.reach;
+    const decimals = decimalsFor(high - low, digits);
     for (const [mark, element] of this.values) {
       const v = x === null ? NaN : lineAt(mark, x);
-      element.textContent = Number.isFinite(v) ? short(v, digits) : "";
+      element.textContent = Number.isFinite(v) ? (log ? short(v, digits) : fixed(v, decimals)) : "";
     }
   }
 
@@ -327,7 +345,7 @@ export class Chart {
         if (distance < nearest) {
           nearest = distance;
           const { x, y } = this.spec;
-          text = `${mark.names[i]}: ${plain(mark.x[i], x.digits)} ${x.unit ?? ""}, ${plain(mark.y[i], y.digits)} ${y.unit ?? ""}`;
+          text = `${mark.names[i]}: ${plain(mark.x[i], x.digits)} ${unitText(x.unit)}, ${plain(mark.y[i], y.digits)} ${unitText(y.unit)}`;
         }
       }
     }

@@ -86,7 +86,7 @@ export function speedDistance(state: State, length: () => number): Chart {
     {
       id: "speed-distance",
       title: "Speed over the lap",
-      note: "Dotted: the speed that the planner of the car followed asked for.",
+      note: "Dotted: the reference speed of the car followed.",
       height: 260,
       wide: true,
       x: { label: "distance from the start line", unit: "m" },
@@ -131,7 +131,7 @@ function wanted(state: State, lap: number, length: number): Mark[] {
     while (i < run.t.length && (run.t[i] < window[0] || Math.abs((((s[i] - s[0]) % length) + length) % length - x) > 1e-9)) i++;
     y.push(reference[Math.min(i, reference.length - 1)]);
   }
-  return [{ kind: "line", x: line.x, y, color: stackColour(run.stack), dash: [1, 3], alpha: 0.9, label: `${state.report.label(run.stack)}, asked`, stack: run.stack }];
+  return [{ kind: "line", x: line.x, y, color: stackColour(run.stack), dash: [1, 3], alpha: 0.9, label: `${state.report.label(run.stack)}, reference`, stack: run.stack }];
 }
 
 /** Accelerations along and across the car, with the circle of the largest and the smallest friction of the run. */
@@ -304,6 +304,9 @@ export function tyreChart(state: State, axle: "front" | "rear"): Chart | null {
     const seen = [...slip.keys()].filter((i) => t[i] <= state.clock.t && Number.isFinite(slip[i])).map((i) => slip[i] * degrees);
     return seen.length ? [{ kind: "span", from: Math.min(...seen), to: Math.max(...seen), color: token("muted"), alpha: 0.12 }] : [];
   };
+  const early = h("p", { class: "note early" });
+  // Friction multiplies the peak force, so a curve of another time is one of now but for its size.
+  const scaled = (forces: Float64Array, by: number) => (Number.isFinite(by) ? forces.map((f) => f * by) : forces);
   const chart = new Chart(
     {
       id: `tyre-${axle}`,
@@ -316,22 +319,29 @@ export function tyreChart(state: State, axle: "front" | "rear"): Chart | null {
         const runs = state.runs();
         const out: Mark[] = [];
         let truth: Mark | undefined;
+        const waiting: string[] = [];
         for (const run of runs) {
           const curve = run[axle].at(state.clock.t);
           if (!curve) continue;
           const x = curve.slip.map((a) => a * degrees);
           const { learned, sigma } = curve;
-          if (curve.truth && (!truth || run.stack === state.focus)) truth = { kind: "line", x, y: curve.truth, color: token("ink"), width: 2.4, dash: [2, 3], label: "true" };
-          if (!learned) continue;
-          if (sigma) out.push({ kind: "band", x, low: learned.map((f, i) => f - sigma[i]), high: learned.map((f, i) => f + sigma[i]), color: stackColour(run.stack), alpha: 0.14, stack: run.stack });
+          if (curve.truth && (!truth || run.stack === state.focus)) {
+            const y = curve.early ? scaled(curve.truth, run.value("mu_true", state.clock.t) / run.value("mu_true", curve.t)) : curve.truth;
+            truth = { kind: "line", x, y, color: token("ink"), width: 2.4, dash: [2, 3], label: "true" };
+          }
+          if (curve.early) waiting.push(state.report.label(run.stack));
+          if (!learned || curve.early) continue;
+          if (sigma) out.push({ kind: "band", x, low: learned.map((f, i) => f - sigma[i]), high: learned.map((f, i) => f + sigma[i]), color: stackColour(run.stack), alpha: 0.24, stack: run.stack });
           out.push(runLine(state, run, learned, x));
         }
+        early.textContent = waiting.length ? `Nothing learned yet: ${waiting.join(", ")}.` : "";
         const followed = runs.find((run) => run.stack === state.focus);
         return [...(followed ? visited(followed) : []), ...out, ...(truth ? [truth] : [])];
       },
     },
     state,
   );
+  chart.figure.element.querySelector("figcaption")!.append(early);
   let drawn = -1;
   state.clock.moved.on(() => {
     // Snapshots are a second apart: redrawing more often shows nothing new.

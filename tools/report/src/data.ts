@@ -1,5 +1,5 @@
 // Reading the page's data blocks: columns are unpacked when somebody asks for them, runs parsed when they are shown.
-import type { Meta, Packed, PackedColumns, PackedTyres, RunBlock } from "./types";
+import type { Meta, Packed, PackedColumns, PackedTyres, RunBlock, TableRow } from "./types";
 
 function bytesOf(base64: string): DataView {
   const text = atob(base64);
@@ -71,6 +71,8 @@ export function interpolate(xs: ArrayLike<number>, values: ArrayLike<number>, x:
 /** One axle's tyre curve at one instant. */
 export interface TyreCurve {
   t: number;
+  /** Asked for a time before this one. */
+  early: boolean;
   slip: Float64Array;
   learned?: Float64Array;
   sigma?: Float64Array;
@@ -88,14 +90,14 @@ class TyreHistory {
   get times(): number[] {
     return this.packed.t.map((t) => t ?? NaN);
   }
-  /** The last snapshot taken until t. */
+  /** The last snapshot taken until t; before the first one nothing was learned, and that one is `early`. */
   at(t: number): TyreCurve | undefined {
     if (!this.packed.start.length) return undefined;
     const times = this.times;
     const i = indexBefore(times, t);
     const [from, to] = [this.packed.start[i], this.packed.start[i + 1]];
     const cut = (name: string) => this.columns.get(name)?.subarray(from, to);
-    return { t: times[i], slip: cut("slip")!, learned: cut("learned"), sigma: cut("sigma"), truth: cut("truth") };
+    return { t: times[i], early: times[i] > t + 1e-9, slip: cut("slip")!, learned: cut("learned"), sigma: cut("sigma"), truth: cut("truth") };
   }
 }
 
@@ -210,6 +212,15 @@ export class Report {
   label(stack: number): string {
     const info = this.meta.stacks[stack];
     return info.truth ? `${info.name} *` : info.name;
+  }
+  /** How many runs of a row finished; null where the log does not say. */
+  finished(row: TableRow): number | null {
+    const index = this.column("finished");
+    return index < 0 ? null : row.values[index];
+  }
+  /** Rows that may be best: not told the truth, and in the end at least once where the log says. */
+  contenders(): TableRow[] {
+    return this.meta.table.rows.filter((row) => !this.meta.stacks[row.stack].truth && this.finished(row) !== 0);
   }
   column(name: string): number {
     return this.meta.table.columns.indexOf(name);

@@ -1,6 +1,6 @@
 // The diagnosis: what is missing in the model, where it shows, how sure that is, and what the repair gains.
 import { Chart, type ChartSpec } from "./chart";
-import { download, fixed, h, plain } from "./dom";
+import { download, fixed, h, percent, plain, prose } from "./dom";
 import { makeFigure } from "./figure";
 import { Columns } from "./data";
 import { Course, drawCourse, fit } from "./mapview";
@@ -8,10 +8,9 @@ import type { Mark } from "./marks";
 import { CanvasPen, SvgPen, type Pen } from "./pen";
 import type { State } from "./state";
 import { onThemeChange, sequential, stackColour, token } from "./theme";
-import type { Diagnosis, DiagnosisReport } from "./types";
+import type { Case, Diagnosis, DiagnosisReport } from "./types";
 
 const numbers = (values: (number | null)[] | undefined) => Float64Array.from(values ?? [], (v) => v ?? NaN);
-const percent = (share: number) => `${fixed(100 * share, share > 0.995 ? 1 : 0)} %`;
 
 /** What to say if the diagnosis did not say it itself. */
 function sentence(d: Diagnosis): string {
@@ -44,8 +43,8 @@ export function diagnosisHead(d: Diagnosis, more: DiagnosisReport | null): HTMLE
     "div",
     { class: "verdict" },
     h("span", { class: `badge ${d.verdict}` }, verdictWords[d.verdict]),
-    h("p", { class: "sentence" }, more?.sentence || sentence(d)),
-    d.manoeuvre ? h("p", { class: "lede" }, h("strong", {}, "To decide: "), d.manoeuvre) : null,
+    h("p", { class: "sentence" }, ...prose(more?.sentence || sentence(d))),
+    d.manoeuvre ? h("p", { class: "lede" }, h("strong", {}, "To decide: "), ...prose(d.manoeuvre)) : null,
     gap
       ? h(
           "p",
@@ -55,6 +54,39 @@ export function diagnosisHead(d: Diagnosis, more: DiagnosisReport | null): HTMLE
         )
       : null,
     more?.log ? h("p", { class: "note" }, `Log ${more.log}${more.world ? `, world ${more.world}` : ""}.`) : null,
+  );
+}
+
+/** The cases of an experiment: what was found in each, whether that was right, and the way to its own page. */
+export function casesTable(cases: Case[]): HTMLElement {
+  const head = ["case", "found", "right", "confidence", "error before", "after", "gap closed"];
+  const sigmas = (v: number | undefined) => (v === undefined ? "–" : `${fixed(v, 2)} σ`);
+  const right = (v: number | undefined) => (v === undefined ? "–" : v === 1 ? "✓ yes" : "✗ no");
+  return h(
+    "div",
+    { class: "table-scroll", tabindex: 0, role: "region", "aria-label": "Cases" },
+    h(
+      "table",
+      { class: "comparison" },
+      h("thead", {}, h("tr", {}, ...head.map((text, i) => h("th", { scope: "col", class: i === 0 ? "name" : i === 1 ? "text" : undefined }, text)))),
+      h(
+        "tbody",
+        {},
+        ...cases.map(({ case: name, verdict, sentence: words, page, values: v }) =>
+          h(
+            "tr",
+            {},
+            h("th", { scope: "row", class: "name" }, page ? h("a", { href: `${encodeURIComponent(name)}/report.html` }, name) : name),
+            h("td", { class: "text found" }, h("strong", {}, verdictWords[verdict as Diagnosis["verdict"]] ?? verdict), words ? h("p", { class: "note" }, ...prose(words)) : null),
+            h("td", { class: v.right === 0 ? "alarm" : undefined }, right(v.right)),
+            h("td", {}, percent(v.confidence)),
+            h("td", {}, sigmas(v.before)),
+            h("td", {}, sigmas(v.after)),
+            h("td", {}, percent(v.closure)),
+          ),
+        ),
+      ),
+    ),
   );
 }
 
@@ -68,7 +100,7 @@ export function namedTable(d: Diagnosis): HTMLElement | null {
         h("th", { scope: "row", class: "name" }, i === 0 ? effect : ""),
         h("td", { class: "text" }, name),
         h("td", {}, plain(value, 4)),
-        h("td", {}, interval ? `${plain(interval[0], 4)} – ${plain(interval[1], 4)}` : "–"),
+        h("td", {}, interval ? `${plain(interval[0], 4)} to ${plain(interval[1], 4)}` : "–"),
         h("td", {}, i === 0 && confidence !== undefined ? percent(confidence) : ""),
       );
     }),
@@ -289,7 +321,7 @@ export function healthTable(more: DiagnosisReport): HTMLElement | null {
       "table",
       { class: "comparison plain health" },
       h("thead", {}, h("tr", {}, ...["", "check", "found", "done about it"].map((text) => h("th", { class: "text", scope: "col" }, text)))),
-      h("tbody", {}, ...rows.map((row) => h("tr", { class: row.level }, h("td", { class: "text sign" }, sign[row.level] ?? ""), ...[row.check, row.found, row.done].map((text) => h("td", { class: "text" }, text))))),
+      h("tbody", {}, ...rows.map((row) => h("tr", { class: row.level }, h("td", { class: "text sign" }, sign[row.level] ?? ""), ...[row.check, row.found, row.done].map((text) => h("td", { class: "text" }, ...prose(text)))))),
     ),
   );
 }

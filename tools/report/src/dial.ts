@@ -24,7 +24,7 @@ export class Dial {
 
   constructor() {
     const ticks = [0, 0.2, 0.4, 0.6, 0.8, 1, 1.2].flatMap((value) => {
-      const [outer, inner, text] = [at(value, 82), at(value, 76), at(value, 63)];
+      const [outer, inner, text] = [at(value, 82), at(value, 77), at(value, 60)];
       return [
         s("line", { class: "dial-tick", x1: outer[0], y1: outer[1], x2: inner[0], y2: inner[1] }),
         s("text", { class: "dial-label", x: text[0], y: text[1] + 3, "text-anchor": "middle" }, value.toFixed(1)),
@@ -47,7 +47,7 @@ export class Dial {
   show(belief: number, sigma: number, truth: number, color: string): void {
     this.element.style.setProperty("--c", color);
     const known = Number.isFinite(belief);
-    const [from, to] = [at(belief, 72), at(belief, 93)];
+    const [from, to] = [at(belief, 75), at(belief, 93)];
     this.needle.setAttribute("visibility", known ? "visible" : "hidden");
     if (known) for (const [name, value] of Object.entries({ x1: from[0], y1: from[1], x2: to[0], y2: to[1] })) this.needle.setAttribute(name, value.toFixed(2));
     this.band.setAttribute("d", known && sigma > 0 ? arc(Math.max(0, belief - sigma), Math.min(full, belief + sigma), 82) : "");

@@ -33,25 +33,73 @@ export function s<K extends keyof SVGElementTagNameMap>(
   return element;
 }
 
+/** Text in which every minus is a true one, whoever wrote it. */
+export function trueMinus(text: string): string {
+  return text.replace(/(^|[^\p{L}\p{N}_)\]}])-(?=\.?\d)/gu, "$1−");
+}
+
+/** 1.5e-7 as people write it: 1.5 × 10⁻⁷. */
+function powerOfTen(text: string): string {
+  const [mantissa, exponent] = text.split("e");
+  return `${mantissa} × 10${exponent.replace("+", "").replace(/[-\d]/g, (c) => "⁰¹²³⁴⁵⁶⁷⁸⁹"[Number(c)] ?? "⁻")}`.replace("-", "−");
+}
+
 /** A number with `digits` significant digits, a true minus, and no noise behind them. */
 export function short(value: number | null | undefined, digits = 3): string {
   if (value === null || value === undefined || !Number.isFinite(value)) return "–";
   if (value === 0) return "0";
-  const size = Math.floor(Math.log10(Math.abs(value)));
-  const text =
-    size >= 6 || size < -4 ? value.toExponential(digits - 1) : value.toFixed(Math.max(0, Math.min(8, digits - 1 - size)));
-  return text.replace("-", "−");
+  // Of the rounded number: 0.0999999 is written as 0.100, like 0.1.
+  const size = Math.floor(Math.log10(Math.abs(Number(value.toPrecision(digits)))) + 1e-12);
+  if (size >= 6 || size < -4) return powerOfTen(value.toExponential(digits - 1));
+  return value.toFixed(Math.max(0, Math.min(8, digits - 1 - size))).replace("-", "−");
 }
 
 /** The same without zeros at its end: for texts and ticks, not for values that change before one's eyes. */
 export function plain(value: number | null | undefined, digits = 3): string {
-  return short(value, digits).replace(/(\.\d*?)0+(?=$|e)/, "$1").replace(/\.(?=$|e)/, "");
+  return short(value, digits).replace(/(\.\d*?)0+(?=$| )/, "$1").replace(/\.(?=$| )/, "");
 }
 
-/** A number with a fixed count of decimals. */
+/** A number with a fixed count of decimals; what rounds to zero has no sign. */
 export function fixed(value: number | null | undefined, decimals: number): string {
   if (value === null || value === undefined || !Number.isFinite(value)) return "–";
-  return (Math.abs(value) >= 1e7 ? value.toExponential(2) : value.toFixed(decimals)).replace("-", "−");
+  if (Math.abs(value) >= 1e7) return powerOfTen(value.toExponential(2));
+  const text = value.toFixed(decimals);
+  return (Number(text) === 0 ? (0).toFixed(decimals) : text).replace("-", "−");
+}
+
+/** How many decimals tell apart about 10^digits values within a span. */
+export function decimalsFor(span: number, digits = 3): number {
+  return span > 0 && Number.isFinite(span) ? Math.max(0, Math.min(6, digits - 1 - Math.floor(Math.log10(span)))) : digits;
+}
+
+/** A share as percent; only what is all of it is called 100 %. */
+export function percent(share: number | null | undefined): string {
+  if (share === null || share === undefined || !Number.isFinite(share)) return "–";
+  if (share >= 1 - 1e-9) return "100 %";
+  if (share > 0.9995) return "> 99.9 %";
+  return `${fixed(100 * share, share > 0.995 ? 1 : 0)} %`;
+}
+
+/** Units as written by hand: m/s2 is m/s². */
+export function unitText(unit: string | undefined): string {
+  return (unit ?? "").replace(/(?<=[a-z])([23])\b/g, (digit) => (digit === "2" ? "²" : "³"));
+}
+
+/** Text of a JSON file, perhaps in lines, with `code` between backticks set as such. */
+export function prose(text: string | string[]): (HTMLElement | string)[] {
+  const whole = Array.isArray(text) ? text.join(" ") : text;
+  const parts = whole.split("`");
+  // A backtick without its partner is one that was meant.
+  if (parts.length % 2 === 0) return [trueMinus(whole)];
+  return parts.map((part, i) => (i % 2 ? h("code", {}, part) : trueMinus(part)));
+}
+
+/** Puts new children in a box; who stood on a control of it with the keyboard stands there still. */
+export function redraw(box: HTMLElement, ...children: HTMLElement[]): void {
+  const controls = () => [...box.querySelectorAll<HTMLElement>("button, select, a, input, [tabindex]")];
+  const at = controls().indexOf(document.activeElement as HTMLElement);
+  box.replaceChildren(...children);
+  if (at >= 0) controls()[at]?.focus({ preventScroll: true });
 }
 
 export function plural(count: number, one: string, many = `${one}s`): string {

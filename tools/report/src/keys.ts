@@ -69,7 +69,8 @@ export function bindKeys(state: State, replay: Replay | null, card: HTMLDialogEl
   document.addEventListener("keydown", (event) => {
     if (event.ctrlKey || event.metaKey || event.altKey || card.open) return;
     const target = event.target as HTMLElement;
-    if (target.closest("input, select, textarea, [contenteditable]")) return;
+    // The slider of time obeys the same keys as the rest of the page.
+    if (target.closest("input:not([type=range]), select, textarea, [contenteditable]")) return;
     if (event.key === " " && target.closest("button, a, summary")) return;
     const digit = /^Digit([1-9])$/.exec(event.code);
     if (digit) {

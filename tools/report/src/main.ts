@@ -2,8 +2,8 @@
 import { refreshCharts, repaintCharts, type Chart } from "./chart";
 import { ggChart, lapChart, speedDistance, timesChart, tradeOff, tyreChart, undrawable } from "./charts";
 import { Report } from "./data";
-import { diagnosisHead, gapCharts, healthTable, namedTable, patchBox, rankingTable, residualCharts, residualMap, seenAtTable } from "./diagnosis";
-import { h } from "./dom";
+import { casesTable, diagnosisHead, gapCharts, healthTable, namedTable, patchBox, rankingTable, residualCharts, residualMap, seenAtTable } from "./diagnosis";
+import { h, redraw } from "./dom";
 import { Lazy } from "./figure";
 import { bindKeys, helpCard } from "./keys";
 import { mapsSection } from "./maps";
@@ -48,7 +48,7 @@ function raceSections(state: State, replay: Replay | null): Section[] {
   const { meta } = state.report;
   const sections: Section[] = [];
   if (meta.table.rows.length) sections.push({ id: "table", title: "Comparison", content: tableSection(state) });
-  if (meta.claims.length) sections.push({ id: "claims", title: "Claims", content: claimsSection(meta.claims) });
+  if (meta.claims.length && !meta.cases.length) sections.push({ id: "claims", title: "Claims", content: claimsSection(state) });
   if (replay) {
     const lost = undrawable(state);
     sections.push({
@@ -102,7 +102,8 @@ function validationSections(state: State): Section[] {
 function chips(state: State): HTMLElement {
   const bar = h("div", { class: "chips", role: "group", "aria-label": "Stacks on show" });
   const draw = () =>
-    bar.replaceChildren(
+    redraw(
+      bar,
       ...state.report.meta.stacks.map(({ truth }, stack) =>
         h(
           "button",
@@ -167,7 +168,10 @@ function start(): void {
   const report = new Report();
   const state = new State(report);
   const replay = state.runs().some((run) => run.channel("x")) ? new Replay(state) : null;
-  const sections = [...diagnosisSections(state), ...raceSections(state, replay), ...validationSections(state)];
+  const { cases, claims } = report.meta;
+  const overview: Section[] = cases.length ? [{ id: "cases", title: "Cases", note: "Error over 1 s on data that was not fitted, in sensor standard deviations.", content: casesTable(cases) }] : [];
+  if (cases.length && claims.length) overview.push({ id: "claims", title: "Claims", content: claimsSection(state) });
+  const sections = [...overview, ...diagnosisSections(state), ...raceSections(state, replay), ...validationSections(state)];
   const card = helpCard();
   const app = document.getElementById("app")!;
   app.replaceChildren(

@@ -1,5 +1,5 @@
 // Small track maps, one per stack: the trajectory coloured by speed, violations marked.
-import { h, short } from "./dom";
+import { decimalsFor, fixed, h } from "./dom";
 import { makeFigure } from "./figure";
 import { Course, drawCourse, drawSpeedTrail, drawViolations, fit, intervals, laps } from "./mapview";
 import { CanvasPen, SvgPen, type Pen } from "./pen";
@@ -19,9 +19,9 @@ function colourScale(low: number, high: number): HTMLElement {
   return h(
     "div",
     { class: "colour-scale" },
-    h("span", {}, short(low, 2)),
+    h("span", {}, fixed(low, decimalsFor(high - low, 2))),
     h("i", { style: `background: linear-gradient(to right, ${stops})` }),
-    h("span", {}, `${short(high, 3)} m/s`),
+    h("span", {}, `${fixed(high, decimalsFor(high - low, 2))} m/s`),
     h("span", { class: "violation-key" }, "outside the track"),
   );
 }

@@ -23,6 +23,22 @@ export function fit(box: Box, width: number, height: number, margin: number): Vi
   return { scale, x: (mx) => width / 2 + (mx - cx) * scale, y: (my) => height / 2 - (my - cy) * scale };
 }
 
+/** Makes room for cars that left the track, up to a tenth of its size: who went further is out of the picture. */
+function widenFor(box: Box, runs: RunData[]): void {
+  const room = 0.1 * Math.max(box.right - box.left, box.top - box.bottom);
+  const most = { left: box.left - room, right: box.right + room, bottom: box.bottom - room, top: box.top + room };
+  for (const run of runs) {
+    const [xs, ys] = [run.channel("x") ?? [], run.channel("y") ?? []];
+    for (let i = 0; i < xs.length; i++) {
+      if (!Number.isFinite(xs[i]) || !Number.isFinite(ys[i])) continue;
+      box.left = Math.max(most.left, Math.min(box.left, xs[i]));
+      box.right = Math.min(most.right, Math.max(box.right, xs[i]));
+      box.bottom = Math.max(most.bottom, Math.min(box.bottom, ys[i]));
+      box.top = Math.min(most.top, Math.max(box.top, ys[i]));
+    }
+  }
+}
+
 /** The edges and the centre of a course, as far as the log knows them. */
 export class Course {
   readonly left?: [Float64Array, Float64Array];
@@ -56,6 +72,7 @@ export class Course {
     const edges = [this.left, this.right, this.centre].filter((edge) => edge !== undefined);
     edges.forEach(cover);
     if (!edges.length) for (const run of runs) cover([run.channel("x") ?? [], run.channel("y") ?? []]);
+    else widenFor(box, runs);
     this.box = box.left <= box.right ? box : { left: -1, right: 1, bottom: -1, top: 1 };
   }
   static of(report: Report, runs: RunData[]): Course {

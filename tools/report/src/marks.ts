@@ -98,7 +98,10 @@ export function paintMarks(pen: Pen, frame: Frame, marks: Mark[], hot: number | 
         pieces(frame, mark.x, mark.low).forEach((low, i) => {
           const back: number[] = [];
           for (let k = low.length - 2; k >= 0; k -= 2) back.push(low[k], low[k + 1]);
-          if (high[i]) pen.area([...high[i], ...back], color, alpha);
+          if (!high[i]) return;
+          pen.area([...high[i], ...back], color, alpha);
+          // Edges show where the band ends, and that there is one where it is thin.
+          for (const edge of [high[i], low]) pen.line(edge, { color, alpha: Math.min(1, 2.2 * alpha), width: 0.8 });
         });
         break;
       }
@@ -128,6 +131,25 @@ export function paintMarks(pen: Pen, frame: Frame, marks: Mark[], hot: number | 
       }
     }
   }
+}
+
+/** Whether anything of a mark can be seen. */
+function visible(mark: Mark): boolean {
+  const some = (values: Numbers) => {
+    for (let i = 0; i < values.length; i++) if (Number.isFinite(values[i])) return true;
+    return false;
+  };
+  return mark.kind === "line" || mark.kind === "points" ? some(mark.y) : mark.kind === "band" ? some(mark.low) : true;
+}
+
+/** The first mark of every label that stands in the legend: what is not drawn has no place there. */
+export function legendMarks(marks: Mark[]): Mark[] {
+  const seen = new Set<string>();
+  return marks.filter((mark) => {
+    if (!mark.label || mark.kind === "rule" || seen.has(mark.label) || !visible(mark)) return false;
+    seen.add(mark.label);
+    return true;
+  });
 }
 
 export type Range = [number, number];

@@ -27,9 +27,9 @@ const known: Record<string, Omit<Measure, "help"> & { help?: string }> = {
   runs: { group: "Runs", label: "runs", unit: "", decimals: 0, better: null, main: false },
   finished: { group: "Runs", label: "finished", unit: "", decimals: 0, better: "high", main: true },
   crashed: { group: "Runs", label: "crashed", unit: "", decimals: 0, better: "low", main: false },
-  steps: { group: "Runs", label: "steps", unit: "", decimals: 0, better: null, main: false },
-  cpu_s: { group: "Runs", label: "CPU", unit: "s", decimals: 1, better: null, main: false },
-  simulated_s: { group: "Runs", label: "simulated", unit: "s", decimals: 1, better: null, main: false },
+  steps: { group: "Size", label: "steps", unit: "", decimals: 0, better: null, main: false },
+  cpu_s: { group: "Size", label: "CPU", unit: "s", decimals: 1, better: null, main: false },
+  simulated_s: { group: "Size", label: "simulated", unit: "s", decimals: 1, better: null, main: false },
 };
 
 export function measure(column: string): Measure {

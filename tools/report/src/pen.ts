@@ -144,6 +144,13 @@ export class SvgPen implements Pen {
     draw();
     this.parts.push("</g>");
   }
+  /** As a part of the page. */
+  element(className: string): SVGElement {
+    const { documentElement } = new DOMParser().parseFromString(this.toString().replace(/\n/g, ""), "image/svg+xml");
+    documentElement.setAttribute("class", className);
+    documentElement.setAttribute("aria-hidden", "true");
+    return document.importNode(documentElement, true) as unknown as SVGElement;
+  }
   toString(): string {
     return (
       `<svg xmlns="http://www.w3.org/2000/svg" width="${this.width}" height="${this.height}" ` +

@@ -1,7 +1,7 @@
 // The replay: all cars on one track, driven by the clock that the time charts share.
 import { Camera } from "./camera";
 import { Dial } from "./dial";
-import { fixed, h, s } from "./dom";
+import { fixed, h, redraw, s } from "./dom";
 import { Course, intervals, laps } from "./mapview";
 import { carDimensions, Stage, type Layers } from "./stage";
 import type { State } from "./state";
@@ -19,6 +19,17 @@ const icons: Record<string, string> = {
 function icon(name: string): SVGElement {
   const filled = name === "play" || name === "pause";
   return s("svg", { viewBox: "0 0 20 20", class: filled ? "icon filled" : "icon", "aria-hidden": "true" }, s("path", { d: icons[name] }));
+}
+
+/** A small picture of something the replay draws. */
+function symbol(name: string): SVGElement {
+  const shapes: Record<string, SVGElement[]> = {
+    plan: [s("path", { d: "M2 8H26", class: "stroke own" }), ...[8, 17, 26].map((x) => s("circle", { cx: x, cy: 8, r: 2.4, class: "fill own" }))],
+    reference: [8, 17, 26].map((x) => s("circle", { cx: x, cy: 8, r: 3.2, class: "stroke" })),
+    force: [s("circle", { cx: 10, cy: 8, r: 7, class: "stroke dash" }), s("path", { d: "M10 8H20", class: "stroke bold" }), s("path", { d: "M26 8L18.5 4.4V11.6Z", class: "fill" })],
+    outside: [s("circle", { cx: 14, cy: 8, r: 6, class: "stroke alarm-stroke" })],
+  };
+  return s("svg", { viewBox: "0 0 30 16", "aria-hidden": "true" }, ...shapes[name]);
 }
 
 export class Replay {
@@ -100,9 +111,24 @@ export class Replay {
       h("span", { class: "group" }, this.followButton, button("fit", "Whole track", () => this.follow(false)), button("minus", "Smaller", () => this.zoomBy(1 / 1.4)), button("plus", "Larger", () => this.zoomBy(1.4))),
       h("span", { class: "group", role: "group", "aria-label": "Layers" }, ...this.layerButtons.values()),
     );
-    const head = h("tr", {}, ...["car", "lap", "m/s", "offset", "µ"].map((text, i) => h("th", { scope: "col", class: i ? "number" : undefined }, text)));
-    const panel = h("aside", { class: "panel" }, this.dial.element, h("table", { class: "cars" }, h("thead", {}, head), this.cars));
+    const head = h("tr", {}, ...["car", "lap", "m/s", "offset, m", "µ"].map((text, i) => h("th", { scope: "col", class: i ? "number" : undefined }, text)));
+    const panel = h("aside", { class: "panel" }, this.dial.element, h("table", { class: "cars" }, h("thead", {}, head), this.cars), this.symbols());
     return h("div", { class: "replay" }, h("div", { class: "replay-main" }, this.holder, transport, options), panel);
+  }
+
+  /** What is drawn around the car followed, in words. */
+  private symbols(): HTMLElement {
+    const { layers } = this;
+    const entries: [boolean, string, string][] = [
+      [layers.plan && this.knows("plan0_x_m"), "plan", "plan of its controller"],
+      [this.knows("ref0_x_m"), "reference", "reference points"],
+      [this.knows("force_front_n"), "force", "tyre forces (when it is followed), and what friction allows"],
+      [true, "outside", "outside the track"],
+    ];
+    return h("ul", { class: "symbols" }, ...entries.filter(([there]) => there).map(([, name, words]) => h("li", {}, symbol(name), words)));
+  }
+  private knows(column: string): boolean {
+    return this.state.runs().some((run) => run.replay.get(column));
   }
 
   private bind(): void {
@@ -122,7 +148,7 @@ export class Replay {
     });
     state.changed.on(() => this.refresh());
     onThemeChange(() => this.refresh());
-    new ResizeObserver(() => this.resize()).observe(this.holder);
+    new ResizeObserver(() => requestAnimationFrame(() => this.resize())).observe(this.holder);
     this.bindPointer();
     this.showPlaying();
     this.refresh();
@@ -186,7 +212,8 @@ export class Replay {
     this.scrub.max = String(state.clock.end);
     this.drawStrip();
     this.cells.clear();
-    this.cars.replaceChildren(
+    redraw(
+      this.cars,
       ...state.runs().map(({ stack }) => {
         const cells = Array.from({ length: 4 }, () => h("td", { class: "number" }));
         this.cells.set(stack, cells);

@@ -1,6 +1,7 @@
 // What the reader has chosen: the stacks and the seed shown, the one looked at, and the replay's clock.
 import type { Report } from "./data";
 import { RunData } from "./data";
+import type { TableRow } from "./types";
 
 type Listener = () => void;
 
@@ -81,7 +82,9 @@ export class State {
     const { meta } = this.report;
     const error = this.report.column("mu_rmse");
     const own = meta.table.rows.filter((row) => !meta.stacks[row.stack].truth && meta.runs.some((run) => run.stack === row.stack && run.block));
-    own.sort((a, b) => (a.values[error] ?? Infinity) - (b.values[error] ?? Infinity));
+    // Who did not finish knows less than it seems.
+    const lost = (row: TableRow) => Number(this.report.finished(row) === 0);
+    own.sort((a, b) => lost(a) - lost(b) || (a.values[error] ?? Infinity) - (b.values[error] ?? Infinity));
     return own[0]?.stack ?? Math.max(0, meta.runs.find((run) => run.block)?.stack ?? 0);
   }
   data(stack: number): RunData | undefined {

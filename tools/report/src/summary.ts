@@ -1,5 +1,5 @@
 // The head of the page: what was raced, and what came out of it in a few figures.
-import { fixed, h, plural } from "./dom";
+import { fixed, h, plural, prose } from "./dom";
 import { measure } from "./measures";
 import type { State } from "./state";
 import { stackColour } from "./theme";
@@ -9,26 +9,29 @@ interface Winner {
   value: number;
 }
 
-/** Stacks that may win: not told the truth, and in the end at least once where the log says. */
-function contenders(state: State): number[] {
-  const { table, stacks } = state.report.meta;
-  const finished = state.report.column("finished");
-  return table.rows.filter((row) => !stacks[row.stack].truth && (finished < 0 || row.values[finished] !== 0)).map((row) => row.stack);
-}
-
-/** Best value of a column among them; null if there is nobody to beat. */
+/** Best value of a column among the contenders; null if there is nobody to beat. */
 function winner(state: State, column: string): Winner | null {
-  const { table } = state.report.meta;
   const index = state.report.column(column);
-  const able = contenders(state);
+  const able = state.report.contenders();
   if (index < 0 || able.length < 2) return null;
   let best: Winner | null = null;
-  for (const row of table.rows) {
+  for (const row of able) {
     const value = row.values[index];
-    if (value === null || !able.includes(row.stack)) continue;
+    if (value === null) continue;
     if (!best || value < best.value) best = { stack: row.stack, value };
   }
   return best;
+}
+
+/** "4 laps", or how many of them were driven at most. */
+function drivenLaps(state: State): string {
+  const { scene, runs } = state.report.meta;
+  const finished = runs.map((run) => Object.keys(run.values).filter((name) => /^lap\d+_s$/.test(name)).length);
+  if (!runs.length) return "";
+  const most = Math.max(...finished);
+  const asked = scene?.laps ?? 0;
+  if (!asked || most >= asked) return most ? plural(most, "lap") : "no lap finished";
+  return most ? `${most} of ${plural(asked, "lap")} driven` : `none of ${plural(asked, "lap")} finished`;
 }
 
 function tile(label: string, value: string, who: Node | string | null): HTMLElement {
@@ -58,14 +61,14 @@ export function summarySection(state: State): HTMLElement {
     const { unit, decimals } = measure(column);
     if (!best) continue;
     // Several equal firsts are no news about one of them.
-    const equal = table.rows.filter((row) => contenders(state).includes(row.stack) && fixed(row.values[state.report.column(column)], decimals) === fixed(best.value, decimals));
+    const equal = state.report.contenders().filter((row) => fixed(row.values[state.report.column(column)], decimals) === fixed(best.value, decimals));
     tiles.push(tile(label, `${fixed(best.value, decimals)} ${unit}`, equal.length > 1 ? `${equal.length} stacks alike` : name(best.stack)));
   }
   const seeds = state.report.seeds.length;
   const parts = [
     stacks.length ? plural(stacks.length, "stack") : "",
-    seeds > 1 ? plural(seeds, "seed") : "",
-    scene?.laps ? plural(scene.laps, "lap") : "",
+    seeds ? plural(seeds, "seed") : "",
+    drivenLaps(state),
     scene?.world ? `world ${scene.world}` : "",
   ].filter(Boolean);
   const broken = runs.filter((run) => run.status && run.status !== "finished").length;
@@ -73,8 +76,8 @@ export function summarySection(state: State): HTMLElement {
     "header",
     { class: "summary" },
     h("p", { class: "eyebrow" }, [scene?.kind ?? (meta.diagnosis ? "diagnosis" : "report"), ...parts].join(" · ").replace(/_/g, " ")),
-    h("h1", {}, meta.diagnosis_report?.log ?? meta.title),
-    scene?.note ? h("p", { class: "lede" }, scene.note) : null,
+    h("h1", {}, meta.title),
+    scene?.note ? h("p", { class: "lede" }, ...prose(scene.note)) : null,
     broken ? h("p", { class: "lede alarm" }, `${broken} of ${plural(runs.length, "run")} did not finish.`) : null,
     tiles.length > 1 ? h("div", { class: "tiles" }, ...tiles) : null,
   );

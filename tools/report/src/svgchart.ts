@@ -1,7 +1,7 @@
 // A chart as an SVG file: the same marks, with axes drawn here.
 import type { AxisSpec } from "./chart";
-import { plain } from "./dom";
-import { paintMarks, type Frame, type Mark, type Range } from "./marks";
+import { fixed, plain, unitText } from "./dom";
+import { legendMarks, paintMarks, type Frame, type Mark, type Range } from "./marks";
 import { drawMarker, SvgPen } from "./pen";
 import { token } from "./theme";
 
@@ -21,6 +21,14 @@ export function ticks([low, high]: Range, count: number, log = false): number[] 
   return out;
 }
 
+/** Texts of ticks with as many decimals as the one that needs most; on a logarithmic axis each for itself. */
+export function tickTexts(values: (number | null)[], axis: AxisSpec): string[] {
+  const texts = values.map((v) => (v === null ? "" : (axis.tick?.(v) ?? plain(v, 6))));
+  if (axis.tick || axis.log || texts.some((text) => text.includes("×"))) return texts;
+  const decimals = Math.max(0, ...texts.map((text) => (text.split(".")[1] ?? "").length));
+  return values.map((v) => (v === null ? "" : fixed(v, decimals)));
+}
+
 function scale([low, high]: Range, from: number, to: number, log?: boolean): (v: number) => number {
   const map = log ? Math.log10 : (v: number) => v;
   const [a, b] = [map(low), map(high)];
@@ -28,7 +36,7 @@ function scale([low, high]: Range, from: number, to: number, log?: boolean): (v:
 }
 
 export function axisTitle(axis: AxisSpec): string {
-  return axis.unit ? `${axis.label} [${axis.unit}]` : axis.label;
+  return axis.unit ? `${axis.label} [${unitText(axis.unit)}]` : axis.label;
 }
 
 export interface SvgChart {
@@ -43,10 +51,20 @@ export interface SvgChart {
 }
 
 export function chartSvg({ title, x, y, xRange, yRange, marks, width, height }: SvgChart): string {
-  const named = marks.filter((mark, i) => mark.label && mark.kind !== "rule" && marks.findIndex((m) => m.label === mark.label) === i);
-  const legendHeight = named.length ? 22 : 0;
+  const named = legendMarks(marks);
+  const [left, right] = [62, 16];
+  // The legend breaks its lines before the picture ends.
+  const places: [number, number][] = [];
+  let [at, line] = [left, 0];
+  for (const mark of named) {
+    const wide = 44 + mark.label!.length * 6.4;
+    if (at > left && at + wide - 20 > width - right) [at, line] = [left, line + 1];
+    places.push([at, 38 + 18 * line]);
+    at += wide;
+  }
+  const legendHeight = named.length ? 22 + 18 * line : 0;
   const pen = new SvgPen(width, height, token("surface"));
-  const [left, right, top, bottom] = [62, 16, 34 + legendHeight, 46];
+  const [top, bottom] = [34 + legendHeight, 46];
   const [plotWidth, plotHeight] = [width - left - right, height - top - bottom];
   const frame: Frame = {
     x: scale(xRange, left, left + plotWidth, x.log),
@@ -57,23 +75,26 @@ export function chartSvg({ title, x, y, xRange, yRange, marks, width, height }: 
     height: plotHeight,
   };
   const [ink, muted, grid] = [token("ink"), token("muted"), token("grid")];
-  for (const v of ticks(xRange, plotWidth / 90, x.log)) {
+  const xTicks = x.splits ?? ticks(xRange, plotWidth / 90, x.log);
+  const xTexts = tickTexts(xTicks, x);
+  xTicks.forEach((v, i) => {
     pen.line([frame.x(v), top, frame.x(v), top + plotHeight], { color: grid, width: 1 });
-    pen.text(frame.x(v), top + plotHeight + 14, x.tick?.(v) ?? plain(v, 6), { color: muted, align: "center" });
-  }
-  for (const v of ticks(yRange, plotHeight / 45, y.log)) {
+    pen.text(frame.x(v), top + plotHeight + 14, xTexts[i], { color: muted, align: "center" });
+  });
+  const yTicks = ticks(yRange, plotHeight / 45, y.log);
+  const yTexts = tickTexts(yTicks, y);
+  yTicks.forEach((v, i) => {
     pen.line([left, frame.y(v), left + plotWidth, frame.y(v)], { color: grid, width: 1 });
-    pen.text(left - 8, frame.y(v), y.tick?.(v) ?? plain(v, 6), { color: muted, align: "right" });
-  }
-  pen.clipped(left, top - 4, plotWidth, plotHeight + 8, () => paintMarks(pen, frame, marks, null, muted));
+    pen.text(left - 8, frame.y(v), yTexts[i], { color: muted, align: "right" });
+  });
+  pen.clipped(left - 2, top - 8, plotWidth + 8, plotHeight + 16, () => paintMarks(pen, frame, marks, null, muted));
   pen.text(left, 16, title, { color: ink, size: 14, weight: 600 });
-  let at = left;
-  for (const mark of named) {
-    if (mark.kind === "points") drawMarker(pen, mark.shape ?? "circle", at + 9, 38, 4, mark.color);
-    else pen.line([at, 38, at + 18, 38], { color: mark.color, width: 2.5, dash: mark.kind === "line" ? mark.dash : undefined });
-    pen.text(at + 24, 38, mark.label!, { color: ink });
-    at += 44 + mark.label!.length * 6.4;
-  }
+  named.forEach((mark, i) => {
+    const [x0, y0] = places[i];
+    if (mark.kind === "points") drawMarker(pen, mark.shape ?? "circle", x0 + 9, y0, 4, mark.color);
+    else pen.line([x0, y0, x0 + 18, y0], { color: mark.color, width: 2.5, dash: mark.kind === "line" ? mark.dash : undefined });
+    pen.text(x0 + 24, y0, mark.label!, { color: ink });
+  });
   pen.text(left + plotWidth / 2, height - 12, axisTitle(x), { color: muted, align: "center" });
   pen.text(left, top - 12, axisTitle(y), { color: muted });
   return pen.toString();

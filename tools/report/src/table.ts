@@ -1,5 +1,5 @@
 // The comparison table, and the claims.
-import { fixed, h, plain } from "./dom";
+import { decimalsFor, fixed, h, plain, prose, redraw } from "./dom";
 import { measure, type Measure } from "./measures";
 import type { State } from "./state";
 import { stackColour } from "./theme";
@@ -11,11 +11,10 @@ interface Column {
   measure: Measure;
 }
 
-/** The best value of a column among stacks that were not told the truth; null where nothing is better than another. */
+/** The best value of a column among the contenders; null where nothing is better than another. */
 function best(state: State, column: Column): number | null {
-  const { rows } = state.report.meta.table;
-  const values = rows
-    .filter((row) => !state.report.meta.stacks[row.stack].truth)
+  const values = state.report
+    .contenders()
     .map((row) => row.values[column.index])
     .filter((v): v is number => v !== null);
   if (values.length < 2 || !column.measure.better) return null;
@@ -24,19 +23,27 @@ function best(state: State, column: Column): number | null {
   return column.measure.better === "low" ? low : high;
 }
 
-function cell(row: TableRow, column: Column, bestValue: number | null, truth: boolean): HTMLElement {
+function cell(state: State, row: TableRow, column: Column, bestValue: number | null, able: boolean): HTMLElement {
   const { index, measure: m } = column;
   const value = row.values[index];
+  if (column.name === "finished") return finishedCell(state, row, value);
   const shown = fixed(value, m.decimals);
-  const isBest = bestValue !== null && !truth && value !== null && fixed(bestValue, m.decimals) === shown;
+  const isBest = bestValue !== null && able && value !== null && fixed(bestValue, m.decimals) === shown;
   const [low, high] = [row.low[index], row.high[index]];
   const spread = low !== null && high !== null && fixed(low, m.decimals) !== fixed(high, m.decimals);
   return h(
     "td",
     { class: isBest ? "best" : undefined },
     h("span", { class: "value" }, value === null ? h("span", { class: "none" }, "–") : shown, isBest ? h("span", { class: "visually-hidden" }, " (best)") : null),
-    spread ? h("span", { class: "interval" }, `${fixed(low, m.decimals)} – ${fixed(high, m.decimals)}`) : null,
+    spread ? h("span", { class: "interval" }, `${fixed(low, m.decimals)}–${fixed(high, m.decimals)}`) : null,
   );
+}
+
+/** How many of its runs a stack finished: nobody's figures mean much who lost some. */
+function finishedCell(state: State, row: TableRow, value: number | null): HTMLElement {
+  const runs = state.report.column("runs") < 0 ? null : row.values[state.report.column("runs")];
+  const lost = value !== null && runs !== null && value < runs;
+  return h("td", { class: lost ? "alarm" : undefined }, runs === null ? fixed(value, 0) : `${fixed(value, 0)} of ${fixed(runs, 0)}`);
 }
 
 function headRows(columns: Column[], sort: (column: Column) => void, sorted: Column | null, up: boolean): HTMLElement {
@@ -67,6 +74,21 @@ function headRows(columns: Column[], sort: (column: Column) => void, sorted: Col
   );
 }
 
+/** Runs that did not finish, those of a stack with the same end together. */
+function lostRuns(state: State): string[] {
+  const { runs, stacks } = state.report.meta;
+  const ends = new Map<string, { stack: number; end: string; seeds: string[] }>();
+  for (const { stack, seed, status, message } of runs) {
+    if (!status || status === "finished") continue;
+    const end = [status.replace(/_/g, " "), message].filter(Boolean).join(": ");
+    const key = `${stack} ${end}`;
+    const known = ends.get(key) ?? { stack, end, seeds: [] };
+    known.seeds.push(seed);
+    ends.set(key, known);
+  }
+  return [...ends.values()].map(({ stack, end, seeds }) => `${stacks[stack].name}, seed${seeds.length > 1 ? "s" : ""} ${seeds.join(", ")}: ${end}`);
+}
+
 export function tableSection(state: State): HTMLElement {
   const { table, stacks, runs } = state.report.meta;
   let all = false;
@@ -74,7 +96,7 @@ export function tableSection(state: State): HTMLElement {
   let up = true;
   const box = h("div", { class: "table-scroll", tabindex: 0, role: "region", "aria-label": "Comparison table" });
   const every = table.columns.map((name, index) => ({ index, name, measure: measure(name) }));
-  const order = ["Lap time", "Pace over limit", "Driving", "Friction", "Step time", "Runs", "Friction factor", "Other"];
+  const order = ["Runs", "Lap time", "Pace over limit", "Driving", "Friction", "Step time", "Friction factor", "Size", "Other"];
   every.sort((a, b) => order.indexOf(a.measure.group) - order.indexOf(b.measure.group) || a.index - b.index);
   const used = every.filter((column) => table.rows.some((row) => row.values[column.index] !== null));
 
@@ -86,6 +108,7 @@ export function tableSection(state: State): HTMLElement {
       const key = (row: TableRow) => row.values[index] ?? Infinity;
       rows.sort((a, b) => (up ? key(a) - key(b) : key(b) - key(a)));
     }
+    const able = new Set(state.report.contenders().map((row) => row.stack));
     const bests = columns.map((column) => best(state, column));
     const body = rows.map((row) => {
       const { name, truth } = stacks[row.stack];
@@ -93,7 +116,7 @@ export function tableSection(state: State): HTMLElement {
         "tr",
         { class: truth ? "truth" : undefined, mouseenter: () => state.hover(row.stack), mouseleave: () => state.hover(null) },
         h("th", { scope: "row", class: "name" }, h("i", { class: "swatch", style: `--c:${stackColour(row.stack)}` }), name, truth ? h("abbr", { title: "was told the truth" }, " *") : null),
-        ...columns.map((column, i) => cell(row, column, bests[i], truth)),
+        ...columns.map((column, i) => cell(state, row, column, bests[i], able.has(row.stack))),
       );
     });
     const sort = (column: Column) => {
@@ -101,7 +124,7 @@ export function tableSection(state: State): HTMLElement {
       sorted = column;
       draw();
     };
-    box.replaceChildren(h("table", { class: "comparison" }, headRows(columns, sort, sorted, up), h("tbody", {}, ...body)));
+    redraw(box, h("table", { class: "comparison" }, headRows(columns, sort, sorted, up), h("tbody", {}, ...body)));
   };
   draw();
   state.changed.on(draw);
@@ -109,8 +132,8 @@ export function tableSection(state: State): HTMLElement {
   const most = Math.max(0, ...table.rows.flatMap((row) => row.n));
   const legend = [
     stacks.some((stack) => stack.truth) ? "* was told the true friction." : "",
-    "Bold and marked: best among the others.",
-    most >= 6 ? `Medians over ${most} seeds, below them the 95 % interval of the median.` : most > 1 ? `Medians over ${most} seeds, below them smallest and largest.` : "",
+    state.report.contenders().length < 2 ? "" : `Bold and marked: best${stacks.some((stack) => stack.truth) ? " among the others" : ""}.`,
+    most >= 6 ? `Medians over ${most} seeds, below them the 95 % interval of the median.` : most > 1 ? `Medians over ${most} seeds, below them smallest and largest.` : stacks.length > 1 ? "One seed: how much of a difference is chance cannot be told." : "",
   ];
   const more = h("button", { type: "button", class: "quiet" }, "All columns");
   more.addEventListener("click", () => {
@@ -125,7 +148,7 @@ export function tableSection(state: State): HTMLElement {
     box,
     h("div", { class: "under-table" }, h("p", { class: "note" }, legend.filter(Boolean).join(" ")), used.some((c) => !c.measure.main) ? more : null),
     lost.length
-      ? h("p", { class: "note" }, "Not finished: ", lost.map((run) => `${stacks[run.stack].name}, seed ${run.seed} (${[run.status, run.message].filter(Boolean).join(": ")})`).join("; "), ".")
+      ? h("div", { class: "note lost" }, h("p", {}, "Not finished:"), h("ul", {}, ...lostRuns(state).map((text) => h("li", {}, ...prose(text)))))
       : null,
   );
 }
@@ -136,27 +159,41 @@ const verdicts = new Map<boolean | null, [string, string, string]>([
   [null, ["skipped", "○", "not decided"]],
 ]);
 
-/** "0.46 against 4.32, in 4 of 5 runs" */
-function claimDetail({ values, why }: Claim): string {
-  if (!values) return why;
-  const { left, right, runs_held: held, runs } = values;
-  const known = (v: number | null | undefined) => v !== null && v !== undefined;
-  return [known(left) || known(right) ? `${plain(left, 4)} against ${plain(right, 4)}` : "", runs && runs > 1 && held !== undefined ? `in ${held} of ${runs} runs` : "", why].filter(Boolean).join(", ");
+/** The measure that a claim compares: the first column named after a stack. */
+function claimMeasure(state: State, text: string): Measure | null {
+  const { columns } = state.report.meta.table;
+  const name = [...text.matchAll(/\.([A-Za-z_]\w*)/g)].map(([, column]) => column).find((column) => columns.includes(column));
+  return name ? measure(name) : null;
 }
 
-export function claimsSection(claims: Claim[]): HTMLElement {
+/** "0.46 against 4.32 s, in 4 of 5 runs" */
+function claimDetail(state: State, { text, values, why }: Claim): string {
+  if (!values) return why;
+  const { left, right, runs_held: held, runs } = values;
+  const sides = [left, right].filter((v): v is number => typeof v === "number" && Number.isFinite(v));
+  const m = claimMeasure(state, text);
+  // Both sides with the same decimals, as many as it takes to see that they differ.
+  const apart = sides.length === 2 ? Math.abs(sides[0] - sides[1]) : 0;
+  const most = Math.max(...sides.map(Math.abs));
+  const decimals = Math.max(m?.decimals ?? 0, apart > 0 ? Math.min(6, decimalsFor(apart, 1)) : m ? 0 : decimalsFor(most, 4));
+  const side = (v: number | null | undefined) => (Math.abs(v ?? 0) >= 1e6 ? plain(v, 4) : fixed(v, decimals));
+  const unit = m && m.unit !== "1" ? ` ${m.unit}` : "";
+  return [sides.length ? `${side(left)} against ${side(right)}${unit}` : "", runs && runs > 1 && held !== undefined ? `in ${held} of ${runs} runs` : "", why].filter(Boolean).join(", ");
+}
+
+export function claimsSection(state: State): HTMLElement {
   return h(
     "ul",
     { class: "claims" },
-    ...claims.map((claim) => {
+    ...state.report.meta.claims.map((claim) => {
       const { text, holds } = claim;
-      const detail = claimDetail(claim);
+      const detail = claimDetail(state, claim);
       const [style, sign, words] = verdicts.get(holds)!;
       return h(
         "li",
         { class: style },
         h("span", { class: "sign", "aria-hidden": "true" }, sign),
-        h("div", {}, h("code", {}, text), h("span", { class: "visually-hidden" }, ` ${words}`), detail ? h("p", { class: "note" }, detail) : null),
+        h("div", {}, h("code", {}, text), h("span", { class: "visually-hidden" }, ` ${words}`), detail ? h("p", { class: "note" }, ...prose(detail)) : null),
       );
     }),
   );

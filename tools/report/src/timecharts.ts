@@ -47,7 +47,7 @@ function beliefBand(run: RunData): Mark[] {
   const sigma = front.map((v, i) => (v + rear[i]) / 2);
   const mu = t.map((time) => run.value("mu_belief", time));
   return [
-    { kind: "band", x: t, low: mu.map((v, i) => v - sigma[i]), high: mu.map((v, i) => v + sigma[i]), color: stackColour(run.stack), alpha: 0.16, stack: run.stack },
+    { kind: "band", x: t, low: mu.map((v, i) => v - sigma[i]), high: mu.map((v, i) => v + sigma[i]), color: stackColour(run.stack), alpha: 0.24, stack: run.stack },
   ];
 }
 

@@ -103,11 +103,21 @@ export interface DiagnosisReport {
   patch?: unknown;
 }
 
+/** One case of a diagnose experiment. */
+export interface Case {
+  case: string;
+  verdict: string;
+  sentence: string;
+  /** Whether it has a page of its own beside this one. */
+  page: boolean;
+  values: Record<string, number>;
+}
+
 export interface Scene {
   name?: string;
   kind?: string;
   world?: string;
-  note?: string;
+  note?: string | string[];
   dt?: number;
   laps?: number;
   car?: { m?: number; lf?: number; lr?: number; length?: number; width?: number };
@@ -126,6 +136,7 @@ export interface Meta {
   line: PackedColumns;
   validation: Validation[];
   traces: Trace[];
+  cases: Case[];
   diagnosis: Diagnosis | null;
   diagnosis_report: DiagnosisReport | null;
   augmented_world: unknown;

@@ -1,7 +1,7 @@
 // Offline and force validation: how well estimators predict what the nominal model leaves unexplained.
 import { Chart } from "./chart";
 import { unpack } from "./data";
-import { fixed, h, short } from "./dom";
+import { decimalsFor, fixed, h, unitText } from "./dom";
 import type { Mark } from "./marks";
 import type { State } from "./state";
 import { stackColour, token } from "./theme";
@@ -24,7 +24,15 @@ export function validationTable(state: State): HTMLElement {
   const rows = estimators(state);
   const channels = [...new Set(validation.map((entry) => entry.channel))];
   const find = (estimator: string, channel: string) => validation.find((e) => e.estimator === estimator && e.channel === channel);
-  const bestR2 = channels.map((channel) => Math.max(...validation.filter((e) => e.channel === channel).map((e) => e.r2 ?? -Infinity)));
+  const texts = (channel: string) => {
+    const own = validation.filter((e) => e.channel === channel);
+    const errors = own.map((e) => e.rmse).filter((v): v is number => v !== null);
+    // As many decimals as the smallest error needs for three digits.
+    const decimals = decimalsFor(Math.min(...errors));
+    return { r2: (v?: number | null) => fixed(v, 3), rmse: (v?: number | null) => fixed(v, decimals), unit: unitText(own[0]?.unit), most: Math.max(...own.map((e) => e.r2 ?? -Infinity)), least: Math.min(...errors) };
+  };
+  const cell = (text: string, best: boolean) =>
+    h("td", { class: best && rows.length > 1 ? "best" : undefined }, h("span", { class: "value" }, text, best && rows.length > 1 ? h("span", { class: "visually-hidden" }, " (best)") : null));
   return h(
     "div",
     { class: "table-scroll", tabindex: 0, role: "region", "aria-label": "Validation" },
@@ -34,7 +42,8 @@ export function validationTable(state: State): HTMLElement {
       h(
         "thead",
         {},
-        h("tr", {}, h("th", { class: "name", scope: "col" }, "estimator"), ...channels.map((channel) => h("th", { scope: "col", title: nameOf[channel] }, `R² ${channel}`)), ...channels.map((channel) => h("th", { scope: "col" }, `rmse ${channel}`, h("small", {}, ` ${validation.find((e) => e.channel === channel)?.unit ?? ""}`)))),
+        h("tr", { class: "groups" }, h("th", { class: "name" }), ...channels.map((channel) => h("th", { colspan: 2, scope: "colgroup" }, nameOf[channel] ?? channel))),
+        h("tr", {}, h("th", { class: "name", scope: "col" }, "estimator"), ...channels.flatMap((channel) => [h("th", { scope: "col", class: "first", title: "1 is perfect, 0 is no better than the mean" }, "R²"), h("th", { scope: "col", title: "root mean square error" }, "rms error", h("small", {}, ` ${texts(channel).unit}`))])),
       ),
       h(
         "tbody",
@@ -44,11 +53,11 @@ export function validationTable(state: State): HTMLElement {
             "tr",
             {},
             h("th", { scope: "row", class: "name" }, h("i", { class: "swatch", style: `--c:${stackColour(i)}` }), estimator),
-            ...channels.map((channel, k) => {
-              const r2 = find(estimator, channel)?.r2;
-              return h("td", { class: rows.length > 1 && r2 === bestR2[k] ? "best" : undefined }, h("span", { class: "value" }, fixed(r2, 3)));
+            ...channels.flatMap((channel) => {
+              const found = find(estimator, channel);
+              const { r2, rmse, most, least } = texts(channel);
+              return [cell(r2(found?.r2), found?.r2 !== undefined && r2(found.r2) === r2(most)), cell(rmse(found?.rmse), found?.rmse !== undefined && rmse(found.rmse) === rmse(least))];
             }),
-            ...channels.map((channel) => h("td", {}, short(find(estimator, channel)?.rmse))),
           ),
         ),
       ),

@@ -22,8 +22,11 @@ async function open(browser, file, options = {}) {
   const unwanted = [];
   page.on("console", (message) => {
     // Reading pixels back is this script's doing, not the page's.
-    if (["error", "warning"].includes(message.type()) && !message.text().includes("willReadFrequently")) unwanted.push(message.text());
+    if (!message.text().includes("willReadFrequently")) unwanted.push(`${message.type()}: ${message.text()}`);
   });
+  // What Chromium only notes, a loop of ResizeObservers for one, is an error event of the window.
+  await page.exposeFunction("unwantedEvent", (text) => unwanted.push(text));
+  await page.addInitScript(() => addEventListener("error", (event) => window.unwantedEvent(event.message)));
   page.on("pageerror", (error) => unwanted.push(error.message));
   page.on("dialog", (dialog) => (unwanted.push(`dialog: ${dialog.message()}`), dialog.dismiss()));
   page.on("request", (request) => {
@@ -133,6 +136,54 @@ async function checkKeys(page) {
   await page.keyboard.press("?");
   check(await page.$eval("dialog.help", (card) => card.open), "? explains the keys");
   await page.keyboard.press("Escape");
+
+  // The slider obeys the same keys, and whoever stands on a control stays there when it is drawn anew.
+  await seek(page, 5);
+  await page.focus(".scrubber input");
+  await page.keyboard.press("ArrowRight");
+  check(Math.abs((await now(page)) - 5.1) < 1e-6, "arrow right on the slider steps 0.1 s");
+  await page.keyboard.press("Space");
+  check(await page.evaluate(() => window.gripline.state.clock.playing), "space on the slider plays");
+  await page.keyboard.press("Space");
+  for (const [words, selector] of [
+    ["a chip", ".chip:nth-child(2)"],
+    ["a column's head", ".comparison thead th:nth-child(3) button"],
+    ["a car of the replay", ".cars tbody tr:nth-child(2) button"],
+  ]) {
+    await page.focus(selector);
+    await page.keyboard.press("Enter");
+    check(await page.evaluate((s) => document.activeElement === document.querySelector(s), selector), `the focus stays on ${words}`);
+  }
+  await page.focus(".chip:nth-child(2)");
+  await page.keyboard.press("Enter");
+  check((await page.evaluate(() => window.gripline.state.visible.size)) === before, "all stacks are back");
+  const unnamed = await page.$$eval("button, select, input, a[href], [role=img], [role=region]", (list) =>
+    list.filter((e) => !(e.getAttribute("aria-label") || e.getAttribute("aria-labelledby") || e.textContent.trim() || e.title || e.closest("label")?.textContent.trim())).map((e) => e.outerHTML.slice(0, 80)),
+  );
+  check(unnamed.length === 0, `every control has a name (${unnamed.slice(0, 2).join(" | ")})`);
+}
+
+/** Lines stand in the legend as they are drawn. */
+async function checkLegend(page) {
+  const dashes = await page.$$eval("#figure-friction .key", (keys) => Object.fromEntries(keys.map((key) => [key.firstChild.nextSibling.textContent, key.querySelector("path")?.getAttribute("stroke-dasharray") ?? ""])));
+  check(dashes.true === "2 3" && dashes["oracle *"] === "6 4" && dashes.elm === "", `the legend's lines are dotted, dashed, solid (${JSON.stringify(dashes)})`);
+  const decimals = await page.$$eval("#replay .readout", (list) => list.map((readout) => new Set([...readout.querySelectorAll("b")].map((b) => (b.textContent.split(".")[1] ?? "").length)).size));
+  check(Math.max(...decimals.slice(0, -1)) === 1, `readouts of one chart have the same decimals (${decimals})`);
+}
+
+/** Before the first snapshot nothing was learned, and the chart says so. */
+async function checkLateTyres(page, from) {
+  const shown = async (t) => {
+    await seek(page, t);
+    await page.evaluate(() => document.getElementById("figure-tyre-front").scrollIntoView({ behavior: "instant" }));
+    await page.waitForTimeout(150);
+    await frame(page);
+    return page.$eval("#figure-tyre-front", (figure) => ({ keys: [...figure.querySelectorAll(".key")].map((key) => key.textContent.trim()), early: figure.querySelector(".early").textContent }));
+  };
+  const before = await shown(0);
+  check(before.keys.join() === "true" && before.early === "Nothing learned yet: elm.", `no curve is shown before it was learned (${JSON.stringify(before)})`);
+  const after = await shown(from + 1);
+  check(after.keys.includes("elm") && after.early === "", `and one afterwards (${JSON.stringify(after)})`);
 }
 
 /** Plays for a while: the clock advances at its rate, frames come and are cheap. */
@@ -187,7 +238,7 @@ async function buildAll(page) {
 }
 
 /** Nothing sticks out to the right, and every chart has been painted. */
-async function checkShape(page, words) {
+async function checkShape(page, words, pictures = true) {
   await buildAll(page);
   const shape = await page.evaluate(() => ({
     over: document.documentElement.scrollWidth - innerWidth,
@@ -200,7 +251,7 @@ async function checkShape(page, words) {
     canvases: document.querySelectorAll("figure canvas, .stage canvas").length,
   }));
   check(shape.over <= 0, `${words}: nothing sticks out (${shape.over} px)`);
-  check(shape.empty === 0 && shape.canvases > 0, `${words}: all ${shape.canvases} pictures are painted`);
+  check(shape.empty === 0 && (shape.canvases > 0 || !pictures), `${words}: all ${shape.canvases} pictures are painted`);
 }
 
 async function shoot(page, name) {
@@ -211,18 +262,28 @@ async function checkPage(browser, spec) {
   console.log(`-- ${spec.name}`);
   const { page, context, unwanted, cpu } = await open(browser, spec.file);
   check(cpu < spec.cpu_s, `built and painted in ${cpu.toFixed(2)} s of CPU (limit ${spec.cpu_s})`);
-  for (const text of spec.texts ?? []) check((await page.textContent("body")).includes(text), `shows ${JSON.stringify(text)}`);
-  await checkShape(page, "desk");
+  const words = await page.evaluate(() => document.getElementById("app").innerText);
+  for (const text of spec.texts ?? []) check(words.includes(text), `shows ${JSON.stringify(text)}`);
+  for (const text of spec.absent ?? []) check(!words.includes(text), `does not say ${JSON.stringify(text)}`);
+  for (const link of spec.links ?? []) check((await page.$(`a[href="${link}"]`)) !== null, `links to ${link}`);
+  await checkShape(page, "desk", spec.pictures);
+  // Charts follow a window that changes its size.
+  for (const width of [820, 1280]) {
+    await page.setViewportSize({ width, height: 900 });
+    await page.waitForTimeout(150);
+  }
   if (spec.kind === "race") {
     if (spec.poses?.length) await checkPoses(page, spec.poses);
     await checkCursorSync(page);
     await checkKeys(page);
+    await checkLegend(page);
     await checkPlaying(page);
     await checkDownloads(page);
     await page.emulateMedia({ media: "print" });
     check(await page.$eval(".transport", (bar) => getComputedStyle(bar).display === "none"), "printing leaves the controls out");
     await page.emulateMedia({ media: "screen" });
   }
+  if (spec.late_tyres) await checkLateTyres(page, spec.late_tyres);
   await shoot(page, `${spec.name}-light`);
   check(unwanted.length === 0, `no console errors, no requests${unwanted.length ? `: ${unwanted.slice(0, 3).join(" | ")}` : ""}`);
   await context.close();
@@ -235,7 +296,7 @@ async function checkPage(browser, spec) {
   await dark.context.close();
 
   const phone = await open(browser, spec.file, { viewport: { width: 390, height: 844 }, deviceScaleFactor: 2, hasTouch: true });
-  await checkShape(phone.page, "phone");
+  await checkShape(phone.page, "phone", spec.pictures);
   await shoot(phone.page, `${spec.name}-phone`);
   check(phone.unwanted.length === 0, `phone: no console errors${phone.unwanted.length ? `: ${phone.unwanted[0]}` : ""}`);
   await phone.context.close();
