@@ -79,6 +79,10 @@ void StagedCar::plan() {
     if (model_called) from = static_cast<Stage>(s + 1);
   }
   if (from <= Stage::body) steps_.push_back({from, Stage::body, -1});
+  remembering_ = 0;
+  for (std::size_t i = 0; i < steps_.size(); ++i)
+    if (steps_[i].part >= 0 && parts_[static_cast<std::size_t>(steps_[i].part)].effect->memory() > 0)
+      remembering_ = i + 1;
 }
 
 double StagedCar::look_back() const {
@@ -93,9 +97,10 @@ std::size_t StagedCar::param_offset(int effect) const {
 }
 
 template <class T>
-void StagedCar::run(const Points<T>& chunk, const CarBatch<T>& batch, std::size_t begin) const {
+void StagedCar::run(std::span<const Step> steps, const Points<T>& chunk, const CarBatch<T>& batch,
+                    std::size_t begin) const {
   const auto stride = static_cast<std::size_t>(memory_);
-  for (const Step& step : steps_) {
+  for (const Step& step : steps) {
     Points<T> points = chunk;
     if (step.part < 0) {
       model_->evaluate(step.first, step.last, points);
@@ -123,7 +128,7 @@ void StagedCar::quantities(const CarBatch<T>& batch, Quantities<T>* q) const {
     chunk.q = q + begin;
     chunk.at = batch.at + begin;
     chunk.params = params;
-    run(chunk, batch, begin);
+    run<T>(steps_, chunk, batch, begin);
   }
 }
 
@@ -140,8 +145,24 @@ void StagedCar::rates(const CarBatch<T>& batch) const {
     chunk.q = q;
     chunk.at = batch.at + begin;
     chunk.params = params;
-    run(chunk, batch, begin);
+    run<T>(steps_, chunk, batch, begin);
     for (std::size_t i = 0; i < n; ++i) write_rates(q[i], batch.motion_rate + (begin + i) * motion_size);
+  }
+}
+
+void StagedCar::memory_rates(const CarBatch<double>& batch) const {
+  const double* const params = effective_params(batch, params_);
+  Quantities<double> q[chunk_size];
+  for (std::size_t begin = 0; begin < batch.n; begin += chunk_size) {
+    const std::size_t n = std::min(chunk_size, batch.n - begin);
+    for (std::size_t i = 0; i < n; ++i)
+      fill_state(q[i], batch.motion + (begin + i) * motion_size, batch.command[begin + i]);
+    Points<double> chunk;
+    chunk.n = n;
+    chunk.q = q;
+    chunk.at = batch.at + begin;
+    chunk.params = params;
+    run<double>(std::span(steps_).first(remembering_), chunk, batch, begin);
   }
 }
 

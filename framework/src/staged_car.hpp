@@ -56,6 +56,10 @@ class StagedCar {
   template <class T>
   void rates(const CarBatch<T>& batch) const;
 
+  /// Rates of the memory only, for whoever runs it along a known motion: stages after the last effect that remembers
+  /// are left out, and batch.motion_rate is not written.
+  void memory_rates(const CarBatch<double>& batch) const;
+
   /// The last stage reached, for whoever needs forces or slips: q holds batch.n quantities.
   template <class T>
   void quantities(const CarBatch<T>& batch, Quantities<T>* q) const;
@@ -79,12 +83,13 @@ class StagedCar {
   };
   void plan();
   template <class T>
-  void run(const Points<T>& chunk, const CarBatch<T>& batch, std::size_t begin) const;
+  void run(std::span<const Step> steps, const Points<T>& chunk, const CarBatch<T>& batch, std::size_t begin) const;
 
   const VehicleModel* model_;
   std::vector<double> params_;
   std::vector<Part> parts_;
   std::vector<Step> steps_;
+  std::size_t remembering_ = 0;  // steps up to the last effect with a memory
   std::size_t model_params_;
   int memory_ = 0;
 };

@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "diagnose/adequacy.hpp"
+#include "diagnose/constancy.hpp"
 #include "diagnose/search.hpp"
 #include "diagnose_rig.hpp"
 
@@ -184,6 +185,88 @@ TEST(Remainder, TellsARhythmFromNoise) {
     if (test.quantity == "frequency") excess = test.excess, frequency = test.from;
   EXPECT_GT(excess, structured);
   EXPECT_NEAR(frequency, 0.7, 0.03);
+}
+
+/// A grip that falls is no smaller grip: what is named must be the same throughout the log.
+TEST(Remainder, WhatIsNamedIsConstant) {
+  DiagnoseRig rig({"friction_drift"});
+  const auto most = [&](const ModelSpec& truth) {
+    Problem problem = rig.problem({rig.simulate(truth, {40, 47, 1})});
+    Fit f = fit(problem, rig.with("friction_scale", {-0.05}), rig.noise(problem, 1.0), 10);
+    settle_reference(problem, rig.road(), f);
+    f = fit(problem, f.model, f.noise, 10);
+    double excess = 0.0;
+    for (const BasisTest& test : constancy(problem, f)) excess = std::max(excess, test.excess);
+    return excess;
+  };
+  EXPECT_LT(most(rig.with("friction_scale", {-0.1})), structured);
+  EXPECT_GT(most(rig.with("friction_drift", {-0.1})), structured);
+}
+
+/// What is left out behind the last effect that remembers does not change what it remembers.
+TEST(StagedCar, MemoryRatesAreThoseOfTheWholeCar) {
+  DiagnoseRig rig;
+  const ModelSpec model = rig.with(rig.with("relaxation", {0.05}), "steer_lag", {0.04});
+  Problem problem = rig.problem({rig.simulate(model, {10, 55, 1})});
+  const Trace& trace = problem.traces.front();
+  const StagedCar car = rig.catalogue().build(model);
+  const std::vector<double> memory = run_memory(car, trace), whole = memory_rates(car, trace, memory);
+  for (std::size_t k = 0; k < trace.size(); k += 100) {
+    std::vector<double> rate(3);
+    const ActingCommand<double> command = trace.command(k, 0.0);
+    CarBatch<double> batch;
+    batch.n = 1;
+    batch.motion = trace.motion.data() + k * channels;
+    batch.memory = memory.data() + k * 3;
+    batch.command = &command;
+    batch.at = &trace.at[k];
+    batch.memory_rate = rate.data();
+    car.memory_rates(batch);
+    for (std::size_t j = 0; j < 3; ++j) EXPECT_DOUBLE_EQ(rate[j], whole[k * 3 + j]);
+  }
+}
+
+TEST(LinearModel, StepsOfIntegrationFollowTheSampleTime) {
+  DiagnoseRig rig;
+  Problem problem = rig.problem({rig.simulate(rig.catalogue().bare(), {10, 49, 1})});
+  const StagedCar car = rig.catalogue().build(rig.catalogue().bare());
+  const int usual = substeps_of_motion(car, problem.traces);
+  problem.traces.front().log.dt = 0.05;
+  const int slow = substeps_of_motion(car, problem.traces);
+  problem.traces.front().log.dt = 0.002;
+  EXPECT_EQ(substeps_of_motion(car, problem.traces), 1);
+  EXPECT_GE(slow, 2 * usual);
+}
+
+/// Shape parameters cost less than those that stand for an effect of their own, but never nothing.
+TEST(Problem, ChargesShapesLess) {
+  Problem p;
+  p.penalty_per_parameter = 5.0;
+  EXPECT_DOUBLE_EQ(p.charge(1), 5.0);
+  EXPECT_DOUBLE_EQ(p.charge(3), 15.0);
+  EXPECT_DOUBLE_EQ(p.charge(10), 15.0 + 7 * 2.0);
+}
+
+/// Slopes of the road in random accelerations: ten coefficients that together stand out, none by itself.
+TEST(Search, NamesAGradeInProcessNoise) {
+  DiagnoseRig rig;
+  const ModelSpec truth =
+      rig.with("grade", {-0.001, -0.001, -0.004, -0.012, -0.009, -0.001, 0.001, 0.006, 0.013, 0.008});
+  Problem problem = rig.problem({rig.simulate(truth, {60, 51, 1})});
+  Search search(problem, rig.road());
+  search.run();
+  EXPECT_EQ(rig.catalogue().name(search.best().model), "grade");
+}
+
+/// A fit that cannot come near what is wanted stops early, and says no more than it found.
+TEST(Fit, StopsWhenTheScoreIsOutOfReach) {
+  DiagnoseRig rig;
+  Problem problem = rig.problem({rig.simulate(rig.with("drive_gain", {0.12}), {20, 53, 1})});
+  const ModelSpec start = rig.with("yaw_inertia", {0.1});
+  const Fit whole = fit(problem, start, rig.noise(problem, 5.0), 10);
+  const Fit early = fit(problem, start, rig.noise(problem, 5.0), 10, {0.01, whole.score + 1e6});
+  EXPECT_LE(early.score, whole.score + 1e-6);
+  EXPECT_FALSE(early.converged);
 }
 
 TEST(Remainder, SeesAPushOfTheRoadAndWhereItIs) {

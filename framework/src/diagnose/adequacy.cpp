@@ -6,7 +6,8 @@
 #include <functional>
 #include <numbers>
 
-#include "normal_equations.hpp"
+#include "constancy.hpp"
+#include "score_test.hpp"
 
 namespace gripline::diagnose {
 namespace {
@@ -133,46 +134,6 @@ std::vector<Direction> accelerations(const Basis& basis, std::size_t n) {
   return directions;
 }
 
-/// Conditional score test of the last directions given the first `own`.
-struct Score {
-  double gain = 0;
-  std::size_t dof = 0;
-  VectorXd step, score;
-  MatrixXd information;
-};
-Score score_test(const MatrixXd& N, const VectorXd& g, Index own) {
-  const Index count = g.size() - own;
-  Score s;
-  s.information = N.bottomRightCorner(count, count);
-  VectorXd r = g.tail(count);
-  if (own > 0) {
-    const MatrixXd base =
-        N.topLeftCorner(own, own) + 1e-12 * MatrixXd(N.topLeftCorner(own, own).diagonal().asDiagonal());
-    const Eigen::LDLT<MatrixXd> ldlt(base);
-    const MatrixXd cross = N.topRightCorner(own, count);
-    s.information -= cross.transpose() * ldlt.solve(cross);
-    r -= cross.transpose() * ldlt.solve(g.head(own));
-  }
-  s.score = r;
-  VectorXd size = N.diagonal().tail(count).cwiseSqrt();
-  for (Index i = 0; i < count; ++i)
-    if (!(size[i] > 0.0)) size[i] = 1e-300;
-  const MatrixXd unit = size.cwiseInverse().asDiagonal() * s.information * size.cwiseInverse().asDiagonal();
-  const VectorXd unit_r = size.cwiseInverse().asDiagonal() * r;
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(unit);
-  s.step = VectorXd::Zero(count);
-  for (Index i = 0; i < count; ++i) {
-    const double lambda = eigen.eigenvalues()[i];
-    if (!(lambda > 1e-5)) continue;
-    ++s.dof;
-    const double along = eigen.eigenvectors().col(i).dot(unit_r);
-    s.gain += 0.5 * along * along / lambda;
-    s.step += eigen.eigenvectors().col(i) * (along / lambda);
-  }
-  s.step = size.cwiseInverse().asDiagonal() * s.step;
-  return s;
-}
-
 /// Evidence near each knot by itself: the three accelerations there, nothing else. Neighbours share some of it, but no
 /// function can hide behind another's opposite. The stretch around the strongest knot that keeps above a third of it.
 void locate(const Score& s, Index knots, const std::function<double(double)>& knot_value, bool periodic,
@@ -223,13 +184,6 @@ double end_time(const Problem& problem) {
   return end;
 }
 
-/// Normal equations of the model's own parameters and one basis.
-struct BasisSystem {
-  MatrixXd N;
-  VectorXd g;
-  Index own = 0;
-  Basis basis;
-};
 /// A cosine and a sine in time.
 Basis wave(const Trace& trace, double frequency) {
   Basis b{2, std::vector<double>(trace.size() * 2)};
@@ -251,38 +205,10 @@ Basis basis_of(const Problem& problem, const Trace& trace, Where where) {
 }
 
 using BasisOf = std::function<Basis(const Trace&)>;
-BasisSystem basis_system(const Problem& problem, const Fit& fitted, const BasisOf& basis_of) {
-  const Catalogue& catalogue = *problem.catalogue;
-  const StagedCar car = catalogue.build(fitted.model);
-  BasisSystem out;
-  for (const Trace& trace : problem.traces) {
-    const LinearModel lm = linearise(car, trace, problem.substeps);
-    std::vector<Direction> directions = own_directions(catalogue, fitted.model, trace, lm.memory);
-    out.own = static_cast<Index>(directions.size());
-    out.basis = basis_of(trace);
-    for (Direction& d : accelerations(out.basis, trace.size())) directions.push_back(std::move(d));
-    std::vector<const Direction*> list;
-    for (const Direction& d : directions) list.push_back(&d);
-    FilterWants wants;
-    wants.directions = &list;
-    const Likelihood l = filter(lm, fitted.noise, wants);
-    const auto p = static_cast<Index>(l.params);
-    if (out.g.size() == 0) {
-      out.N = MatrixXd::Zero(p, p);
-      out.g = VectorXd::Zero(p);
-    }
-    out.N += Eigen::Map<const MatrixXd>(l.N.data(), p, p);
-    out.g += Eigen::Map<const VectorXd>(l.g.data(), p);
-  }
-  const auto nuisances = catalogue.nuisances();
-  for (std::size_t i = 0; i < nuisances.size(); ++i) {
-    const auto at = static_cast<Index>(i);
-    const double weight = 1.0 / (nuisances[i].sigma * nuisances[i].sigma);
-    out.N(at, at) += weight;
-    out.g[at] -= (fitted.model.nuisance[i] - nuisances[i].nominal) * weight;
-  }
-  hold_at_limits(catalogue, fitted.model, out.N, out.g);
-  return out;
+ScoreSystem basis_system(const Problem& problem, const Fit& fitted, const BasisOf& basis_of) {
+  return score_system(problem, fitted, [&](const Trace& trace, const LinearModel&) {
+    return accelerations(basis_of(trace), trace.size());
+  });
 }
 
 constexpr double highest = 3.0;  // frequency of a rhythm [Hz]; what is quicker moves no car
@@ -354,7 +280,7 @@ BasisTest rhythm(const Problem& problem, const Fit& fitted) {
   }
   // Most spectra have no such line, and then there is nothing to ask.
   if (chances == 0.0 || best.gain < std::log(chances) + 2.0) return test;
-  const BasisSystem system =
+  const ScoreSystem system =
       basis_system(problem, fitted, [&](const Trace& trace) { return wave(trace, best.frequency); });
   const Score s = score_test(system.N, system.g, system.own);
   test.gain = s.gain;
@@ -397,12 +323,6 @@ Basis simple_basis(const Trace& trace) {
   return b;
 }
 
-/// A chi-square as a standard normal (Wilson and Hilferty 1931).
-double as_normal(double chi_square, double dof) {
-  const double spread = 2.0 / (9.0 * dof);
-  return (std::cbrt(chi_square / dof) - (1.0 - spread)) / std::sqrt(spread);
-}
-
 /// Whether an acceleration other than this one is random: what a model lacks is mostly seen as noise in one of them.
 bool rough_beside(const Problem& problem, const Fit& fitted, std::size_t channel) {
   for (std::size_t c = 0; c < noise_states; ++c)
@@ -412,7 +332,7 @@ bool rough_beside(const Problem& problem, const Fit& fitted, std::size_t channel
 
 /// One test per acceleration, each with its own few functions.
 void add_focused(const Problem& problem, const Fit& fitted, std::vector<BasisTest>& tests) {
-  const BasisSystem system = basis_system(problem, fitted, simple_basis);
+  const ScoreSystem system = basis_system(problem, fitted, simple_basis);
   constexpr std::size_t functions = along_functions + across_functions;
   for (std::size_t channel = 0; channel < noise_states; ++channel) {
     std::vector<Index> rows;
@@ -446,7 +366,7 @@ const BasisTest& strongest(std::span<const BasisTest> tests) {
 std::vector<BasisTest> remainder(const Problem& problem, const Fit& fitted) {
   std::vector<BasisTest> tests;
   for (const Where where : {Where::position, Where::time, Where::state, Where::input}) {
-    const BasisSystem system =
+    const ScoreSystem system =
         basis_system(problem, fitted, [&](const Trace& trace) { return basis_of(problem, trace, where); });
     const Score s = score_test(system.N, system.g, system.own);
     BasisTest test;
@@ -469,12 +389,13 @@ std::vector<BasisTest> remainder(const Problem& problem, const Fit& fitted) {
   }
   tests.push_back(rhythm(problem, fitted));
   add_focused(problem, fitted, tests);
+  for (BasisTest& test : constancy(problem, fitted)) tests.push_back(std::move(test));
   return tests;
 }
 
 std::vector<double> support_beside(const Problem& problem, const Fit& fitted, Where where) {
   const Catalogue& catalogue = *problem.catalogue;
-  const BasisSystem system =
+  const ScoreSystem system =
       basis_system(problem, fitted, [&](const Trace& trace) { return basis_of(problem, trace, where); });
   const Index own = system.own, count = system.g.size() - own;
   // Information on the own parameters once the basis may explain what it can, pseudo-inverted for safety.
@@ -504,7 +425,7 @@ std::vector<double> support_beside(const Problem& problem, const Fit& fitted, Wh
       const abi::ParamDecl& decl = c.decl(static_cast<std::size_t>(f));
       off[f] = fitted.model.values[i][c.fitted[static_cast<std::size_t>(f)]] - decl.neutral;
     }
-    support.push_back(0.5 * off.dot(block * off) - problem.penalty_per_parameter * static_cast<double>(p));
+    support.push_back(0.5 * off.dot(block * off) - problem.charge(static_cast<std::size_t>(p)));
     at += p;
   }
   return support;

@@ -26,8 +26,7 @@ Resampled resample(const Problem& problem, std::span<const Fit* const> models, i
   const std::size_t blocks = cost.front().size();
   std::vector<double> score(models.size());
   for (int draw = 0; draw < draws; ++draw) {
-    for (std::size_t i = 0; i < models.size(); ++i)
-      score[i] = -problem.penalty_per_parameter * static_cast<double>(models[i]->free);
+    for (std::size_t i = 0; i < models.size(); ++i) score[i] = -models[i]->penalty;
     for (std::size_t b = 0; b < blocks; ++b) {
       const std::size_t pick = random() % blocks;
       for (std::size_t i = 0; i < models.size(); ++i) score[i] -= cost[i][pick];

@@ -6,11 +6,12 @@
 #include "../config/errors.hpp"
 #include "advice.hpp"
 #include "confidence.hpp"
+#include "constancy.hpp"
 
 namespace gripline::diagnose {
 namespace {
 
-constexpr double nuisance_worse = 1.02;   // errors on data not fitted, over those of the nominal model
+constexpr double no_worse = 1.02;         // errors on data not fitted, over those of the nominal model
 constexpr double worth_adding = 3.0;      // log evidence an effect must bring
 constexpr double beyond_doubt = 15.0;     // log evidence that needs no second witness
 constexpr double same_evidence = 2.0;     // models closer than this cannot be told apart
@@ -99,6 +100,7 @@ void Diagnoser::prepare(std::span<const LogFile> logs, Diagnosis& d) {
     problem_.rows += trace.size() * channels;
     problem_.traces.push_back(std::move(trace));
   }
+  problem_.substeps = substeps_of_motion(catalogue_.build(catalogue_.bare()), problem_.traces);
   problem_.penalty_per_parameter = 0.5 * std::log(static_cast<double>(problem_.rows));
   d.sensor = problem_.sensor;
 }
@@ -124,8 +126,10 @@ Diagnosis Diagnoser::run(std::span<const LogFile> given, std::span<const LogFile
   measure_gap(unseen, search, d);
   // Beside something unknown, effects that leave most of the gap open are imitations of it.
   const bool imitation = d.verdict == Verdict::unknown && !d.named.empty() && d.gap.closure < 0.5;
-  // Where nothing is named only refitted nuisances differ.
-  const bool no_better = d.named.empty() ? d.gap.after > nuisance_worse * d.gap.before : d.gap.after >= d.gap.before;
+  // Where nothing is named only refitted nuisances differ, and what stands beyond doubt may be small or rest during the
+  // laps held out: these only must not do harm.
+  const bool sure = d.named.empty() || d.fit.score - d.nothing.score > beyond_doubt;
+  const bool no_better = sure ? d.gap.after > no_worse * d.gap.before : d.gap.after >= d.gap.before;
   if (no_better || imitation) take_back(unseen, search, d);
   if (d.verdict == Verdict::nothing_missing) find_floors(search, d);
   d.sentence = sentence(d);
@@ -173,8 +177,9 @@ void Diagnoser::decide(Search& search, const Unseen& unseen, Diagnosis& d) {
   drop_idle(search, unseen, d);
   d.tests = remainder(problem_, d.fit);
   if (const BasisTest left = strongest(d.tests); left.excess > structured || search.exhausted()) {
+    const std::size_t named = d.fit.model.members.size();
     strip_unsupported(search, d, left.where);
-    d.tests = remainder(problem_, d.fit);
+    if (d.fit.model.members.size() < named) d.tests = remainder(problem_, d.fit);
     d.verdict = Verdict::unknown;
     d.unknown = strongest(d.tests);
   }
@@ -259,13 +264,17 @@ void Diagnoser::take_back(const Unseen& unseen, Search& search, Diagnosis& d) {
   measure_gap(unseen, search, d);
 }
 
-/// Something is left: effects that generic functions of the same kind explain as well were stand-ins for it.
+/// Something is left: effects that generic functions of the same kind explain as well, or whose size changes with time,
+/// were stand-ins for it. A stand-in of another time does harm on the next drive.
 void Diagnoser::strip_unsupported(Search& search, Diagnosis& d, Where where) {
   while (!d.fit.model.members.empty()) {
-    const std::vector<double> support = support_beside(problem_, d.fit, where);
-    const auto weakest = std::min_element(support.begin(), support.end());
-    if (*weakest > worth_adding) return;
-    const std::size_t member = d.fit.model.members[static_cast<std::size_t>(weakest - support.begin())];
+    const std::vector<double> support = support_beside(problem_, d.fit, where), drift = drifts(problem_, d.fit);
+    auto which = std::min_element(support.begin(), support.end()) - support.begin();
+    if (support[static_cast<std::size_t>(which)] > worth_adding) {
+      which = std::max_element(drift.begin(), drift.end()) - drift.begin();
+      if (drift[static_cast<std::size_t>(which)] < structured) return;
+    }
+    const std::size_t member = d.fit.model.members[static_cast<std::size_t>(which)];
     d.fit = search.fit_once(catalogue_.without(d.fit.model, member), d.fit.noise);
   }
 }
@@ -311,7 +320,7 @@ void Diagnoser::rank(Search& search, const std::map<std::size_t, double>& wins, 
   for (const Extension& e : search.screen_once(search.nothing()).extensions) {
     Ranked row;
     row.effect = catalogue_.candidates()[e.candidate].id;
-    row.gain = e.gain - problem_.penalty_per_parameter * static_cast<double>(e.dof);
+    row.gain = e.gain - problem_.charge(e.dof);
     if (search.alone(e.candidate) != nullptr) row.gain = search.gain_alone(e.candidate);
     if (const auto found = wins.find(e.candidate); found != wins.end()) row.selected_fraction = found->second;
     d.ranking.push_back(std::move(row));

@@ -220,7 +220,10 @@ class Pass {
       z[i] = sum;
     }
     z_ = z;
-    propagate(F, P_);
+    Matrix across;
+    for (std::size_t i = 0; i < N; ++i)
+      for (std::size_t j = 0; j < N; ++j) across[j * N + i] = F[i * N + j];
+    propagate(F, across.data(), P_);
     const double growth = 1.0 - std::exp(-2.0 * lm_.dt / noise_time);
     for (std::size_t i = 0; i < noise_states; ++i) {
       const std::size_t a = N - noise_states + i;
@@ -230,7 +233,7 @@ class Pass {
       for (std::size_t r = 0; r < N; ++r)
         for (std::size_t q = 0; q < N; ++q) dz[r] += F[r * N + q] * dz_[i][q];
       dz_[i] = dz;
-      propagate(F, dP_[i]);
+      propagate(F, across.data(), dP_[i]);
       dP_[i][a * N + a] += growth;
     }
     if (k < lm_.guessed.size() && lm_.guessed[k]) jolt();
@@ -244,24 +247,33 @@ class Pass {
     for (std::size_t c = 3; c < channels; ++c) P_[c * N + c] += std::pow(size * noise_.sensor[c], 2);
   }
 
-  /// P = F P F'.
-  static void propagate(const double* F, Matrix& P) {
+  /// P = F P F'. Nothing depends on x and y, the unknown accelerations only on themselves. `across` is F transposed, so
+  /// that both products run along rows.
+  static void propagate(const double* F, const double* across, Matrix& P) {
+    constexpr std::size_t body = N - noise_states;
     Matrix T;
     for (std::size_t i = 0; i < N; ++i) {
       Vector sum{};
-      for (std::size_t l = 0; l < N; ++l) {
+      if (i < 2) std::copy_n(P.data() + i * N, N, sum.begin());
+      const std::size_t first = i < body ? 2 : i, last = i < body ? N : i + 1;
+      for (std::size_t l = first; l < last; ++l) {
         const double f = F[i * N + l];
-        if (f == 0.0) continue;
         for (std::size_t j = 0; j < N; ++j) sum[j] += f * P[l * N + j];
       }
-      for (std::size_t j = 0; j < N; ++j) T[i * N + j] = sum[j];
+      std::copy_n(sum.begin(), N, T.data() + i * N);
+    }
+    for (std::size_t i = 0; i < N; ++i) {
+      Vector sum{};
+      for (std::size_t l = 2; l < N; ++l) {
+        const double t = T[i * N + l];
+        for (std::size_t j = 0; j < N; ++j) sum[j] += t * across[l * N + j];
+      }
+      sum[0] += T[i * N];
+      sum[1] += T[i * N + 1];
+      for (std::size_t j = i; j < N; ++j) P[i * N + j] = sum[j];
     }
     for (std::size_t i = 0; i < N; ++i)
-      for (std::size_t j = i; j < N; ++j) {
-        double sum = 0.0;
-        for (std::size_t l = 0; l < N; ++l) sum += T[i * N + l] * F[j * N + l];
-        P[i * N + j] = P[j * N + i] = sum;
-      }
+      for (std::size_t j = 0; j < i; ++j) P[i * N + j] = P[j * N + i];
   }
 
   void predict_params(std::size_t k, const double* F) {

@@ -150,6 +150,20 @@ bool remnant(const Problem& problem, const Noise& noise) {
   return any;
 }
 
+/// What a model's effects cost when the data determine only `free` of their parameters.
+double penalty_of(const Problem& problem, const ModelSpec& model, std::size_t free) {
+  double sum = 0.0;
+  std::size_t all = 0, most = 0;
+  for (const std::size_t member : model.members) {
+    const std::size_t count = problem.catalogue->candidates()[member].fitted.size();
+    sum += problem.charge(count);
+    all += count;
+    most = std::max(most, count);
+  }
+  const double each = problem.charge(most) - problem.charge(most - std::min<std::size_t>(most, 1));
+  return sum - each * static_cast<double>(all - std::min(all, free));
+}
+
 /// Next variances by Fisher scoring in their logarithms; steps of at most a factor of thirty.
 double improve_noise(const Problem& problem, const Evaluation& e, Noise& noise) {
   Eigen::Vector3d slope;
@@ -203,7 +217,7 @@ void unpack(const Catalogue& catalogue, std::span<const double> theta, ModelSpec
     for (const std::size_t f : catalogue.candidates()[model.members[i]].fitted) model.values[i][f] = theta[at++];
 }
 
-Fit fit(const Problem& problem, const ModelSpec& start, const Noise& noise, int iterations) {
+Fit fit(const Problem& problem, const ModelSpec& start, const Noise& noise, int iterations, const FitLimits& limits) {
   const Catalogue& catalogue = *problem.catalogue;
   Fit best;
   best.model = start;
@@ -219,6 +233,7 @@ Fit fit(const Problem& problem, const ModelSpec& start, const Noise& noise, int 
   for (int i = 0; i < iterations; ++i) {
     Evaluation e = evaluate(problem, trial, trial_noise);
     const bool better = e.cost <= best.cost + 1e-6;
+    const double gained = best.cost - e.cost;
     if (better) {
       best.model = trial;
       best.noise = trial_noise;
@@ -272,10 +287,13 @@ Fit fit(const Problem& problem, const ModelSpec& start, const Noise& noise, int 
       trial_noise.process[c] =
           with_noise ? best.noise.process[c] * std::pow(trial_noise.process[c] / best.noise.process[c], part)
                      : best.noise.process[c];
-    if (better && gain < 0.01 && noise_gain < 0.05) {
+    // Variances near their floor promise more than they keep: then what the last step brought counts.
+    if (better && gain < limits.tolerance && (noise_gain < 5.0 * limits.tolerance || gained < limits.tolerance)) {
       best.converged = true;
       break;
     }
+    // Far from the best, a step promises no more than a part of what a fit ends up with.
+    if (i > 0 && best.cost - 4.0 * (gain + noise_gain) > -limits.wanted) break;
   }
   best.theta = pack(catalogue, best.model);
   best.free = 0;
@@ -287,7 +305,8 @@ Fit fit(const Problem& problem, const ModelSpec& start, const Noise& noise, int 
     best.covariance.assign(covariance.data(), covariance.data() + covariance.size());
     best.free = rank - std::min(rank, catalogue.nuisances().size());
   }
-  best.score = -best.cost - problem.penalty_per_parameter * static_cast<double>(best.free);
+  best.penalty = penalty_of(problem, best.model, best.free);
+  best.score = -best.cost - best.penalty;
   return best;
 }
 
@@ -399,9 +418,7 @@ Screening screen(const Problem& problem, const Fit& fitted) {
     }
     out.extensions.push_back(std::move(best));
   }
-  const auto worth = [&](const Extension& e) {
-    return e.gain - problem.penalty_per_parameter * static_cast<double>(e.dof);
-  };
+  const auto worth = [&](const Extension& e) { return e.gain - problem.charge(e.dof); };
   std::stable_sort(out.extensions.begin(), out.extensions.end(),
                    [&](const Extension& a, const Extension& b) { return worth(a) > worth(b); });
   out.params = static_cast<std::size_t>(g.size());

@@ -2,6 +2,9 @@
 // unknown accelerations by Fisher scoring in the same iterations.
 #pragma once
 
+#include <algorithm>
+#include <limits>
+
 #include "filter.hpp"
 
 namespace gripline::diagnose {
@@ -15,6 +18,17 @@ struct Problem {
   int substeps = 2;
   double penalty_per_parameter = 0;  // half the logarithm of the number of readings
   std::size_t rows = 0;
+
+  /// What the parameters of one effect cost. Schwarz's penalty for each is that of a parameter that could be anything;
+  /// beyond three they give one effect its shape along the lap. Chi-squares of equal significance grow by about one unit
+  /// of log likelihood per degree of freedom, and two are charged.
+  double charge(std::size_t parameters) const {
+    const std::size_t shape = parameters - std::min(parameters, full_charge);
+    return penalty_per_parameter *
+           (static_cast<double>(parameters - shape) + shape_charge * static_cast<double>(shape));
+  }
+  static constexpr std::size_t full_charge = 3;
+  static constexpr double shape_charge = 0.4;
 };
 
 /// A model with its best parameters.
@@ -23,7 +37,8 @@ struct Fit {
   Noise noise;
   double cost = 0;       // minus log likelihood plus half the squared nuisance deviations in their standard deviations
   std::size_t free = 0;  // effect parameters that the data determine (rank)
-  double score = 0;      // -cost - penalty * free: differences are log evidence (Schwarz)
+  double penalty = 0;    // for its effects' parameters
+  double score = 0;      // -cost - penalty: differences are log evidence (Schwarz)
   std::vector<double> theta;       // free parameters: nuisances, then the members' in order
   std::vector<double> covariance;  // theta x theta
   bool converged = false;
@@ -34,9 +49,17 @@ struct Fit {
 std::vector<double> pack(const Catalogue& catalogue, const ModelSpec& model);
 void unpack(const Catalogue& catalogue, std::span<const double> theta, ModelSpec& model);
 
+/// When a fit may stop before its iterations are used up.
+struct FitLimits {
+  double tolerance = 0.01;  // log likelihood that may be left unfound
+  /// Score that it must be able to reach to be of interest.
+  double wanted = -std::numeric_limits<double>::infinity();
+};
+
 /// Fits from the given values and variances. Where random accelerations remain it is tried whether none would do as well:
 /// parameters that are not there yet look like randomness, and the way down is long and flat.
-Fit fit(const Problem& problem, const ModelSpec& start, const Noise& noise, int iterations = 8);
+Fit fit(const Problem& problem, const ModelSpec& start, const Noise& noise, int iterations = 8,
+        const FitLimits& limits = {});
 
 /// One linearisation of every candidate at a fitted model.
 struct Extension {

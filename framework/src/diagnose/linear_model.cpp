@@ -83,44 +83,55 @@ bool reads(const Catalogue& catalogue, const ModelSpec& model) {
 /// P2 = h sum (hA)^i / (i+2)!, an input b0 at the start and b1 at the end adds (P1 - P2) b0 + P2 b1.
 template <std::size_t N>
 void exponentials(const double* A, double h, double* F, double* in0, double* in1) {
-  constexpr std::size_t n = N;
-  // Power series by rows of motion inputs: exp acts on the identity, P1 and P2 on the three columns 3..5.
+  // Power series by rows; P1 and P2 need the three columns 3..5. Nothing depends on x and y, so that columns begin with
+  // the yaw; the unknown accelerations only fade.
   constexpr int order = 7;
-  double term[N][N] = {}, sum[N][N] = {}, p1[N][3] = {}, p2[N][3] = {};
-  for (std::size_t i = 0; i < n; ++i) term[i][i] = sum[i][i] = 1.0;
+  constexpr std::size_t body = N - noise_states, columns = N - 2;
+  double term[body][columns] = {}, sum[body][columns] = {}, p1[body][3] = {}, p2[body][3] = {};
+  double fading[noise_states];
+  for (std::size_t i = 2; i < body; ++i) term[i][i - 2] = sum[i][i - 2] = 1.0;
   for (std::size_t c = 0; c < 3; ++c) {
     p1[3 + c][c] = h;
     p2[3 + c][c] = 0.5 * h;
+    fading[c] = 1.0;
   }
   double factorial = 1.0;
   for (int k = 1; k <= order; ++k) {
-    double next[N][N] = {};
-    for (std::size_t i = 0; i < n; ++i)
-      for (std::size_t l = 2; l < n; ++l) {  // nothing depends on x and y
-        const double a = A[i * n + l] * h;
+    double next[body][columns] = {};
+    for (std::size_t i = 0; i < body; ++i) {
+      for (std::size_t l = 2; l < body; ++l) {
+        const double a = A[i * N + l] * h;
         if (a == 0.0) continue;
-        for (std::size_t j = 0; j < n; ++j) next[i][j] += a * term[l][j];
+        for (std::size_t j = 0; j < columns; ++j) next[i][j] += a * term[l][j];
       }
+      for (std::size_t c = 0; c < noise_states; ++c) next[i][body + c - 2] += A[i * N + body + c] * h * fading[c];
+    }
+    for (std::size_t c = 0; c < noise_states; ++c) fading[c] *= A[(body + c) * (N + 1)] * h;
     factorial *= k;
     const double f0 = 1.0 / factorial, f1 = h / (factorial * (k + 1)), f2 = h / (factorial * (k + 1) * (k + 2));
-    for (std::size_t i = 0; i < n; ++i) {
-      for (std::size_t j = 0; j < n; ++j) {
+    for (std::size_t i = 0; i < body; ++i) {
+      for (std::size_t j = 0; j < columns; ++j) {
         term[i][j] = next[i][j];
         sum[i][j] += f0 * next[i][j];
       }
       for (std::size_t c = 0; c < 3; ++c) {
-        p1[i][c] += f1 * next[i][3 + c];
-        p2[i][c] += f2 * next[i][3 + c];
+        p1[i][c] += f1 * next[i][1 + c];
+        p2[i][c] += f2 * next[i][1 + c];
       }
     }
   }
-  for (std::size_t i = 0; i < n; ++i) {
-    for (std::size_t j = 0; j < n; ++j) F[i * n + j] = sum[i][j];
+  std::fill_n(F, N * N, 0.0);
+  std::fill_n(in0, N * 3, 0.0);
+  std::fill_n(in1, N * 3, 0.0);
+  F[0] = F[N + 1] = 1.0;
+  for (std::size_t i = 0; i < body; ++i) {
+    for (std::size_t j = 0; j < columns; ++j) F[i * N + 2 + j] = sum[i][j];
     for (std::size_t c = 0; c < 3; ++c) {
       in0[i * 3 + c] = p1[i][c] - p2[i][c];
       in1[i * 3 + c] = p2[i][c];
     }
   }
+  for (std::size_t i = body; i < N; ++i) F[i * (N + 1)] = std::exp(A[i * (N + 1)] * h);
 }
 
 void exponentials(std::size_t n, const double* A, double h, double* F, double* in0, double* in1) {
@@ -216,7 +227,9 @@ LinearModel linearise(const StagedCar& car, const Trace& trace, int substeps) {
   double fastest = 0.0;
   for (std::size_t k = 0; k < lm.n; ++k)
     for (std::size_t j = channels; j < body; ++j) fastest = std::max(fastest, std::abs(A[k * N * N + j * N + j]));
-  substeps = std::max(substeps, static_cast<int>(std::ceil(std::min(lm.dt * fastest, 20.0) / 0.8)));
+  // Where it settles many times within a sample, what settles is small and only must not grow.
+  const double settles = std::min(lm.dt * fastest, 20.0);
+  substeps = std::max(substeps, static_cast<int>(std::ceil(settles / (settles < 4.0 ? 0.8 : 1.4))));
   step_all(car, trace, lm.memory, substeps, lm.offset);
   for (std::size_t k = 0; k + 1 < lm.n; ++k) {
     double* const f = lm.offset.data() + k * body;
@@ -238,6 +251,21 @@ LinearModel linearise(const StagedCar& car, const Trace& trace, int substeps) {
   });
   if (!plain) lm.H = std::move(H);
   return lm;
+}
+
+int substeps_of_motion(const StagedCar& car, std::span<const Trace> traces) {
+  constexpr double longest = 0.25;  // of a step over the time constant: an error of 0.25^5 / 120 of what settles
+  std::vector<double> fastest;
+  for (const Trace& trace : traces)
+    DualPass{car, trace, run_memory(car, trace)}.run({}, true, [&](std::size_t, const Dual8* rate, const Dual8*) {
+      double one = 0.0;
+      for (std::size_t c = 3; c < channels; ++c) one = std::max(one, std::abs(rate[c].d[c - 2]));
+      fastest.push_back(one * trace.log.dt);
+    });
+  if (fastest.empty()) return 2;
+  const auto middle = fastest.begin() + static_cast<std::ptrdiff_t>(fastest.size() / 2);
+  std::nth_element(fastest.begin(), middle, fastest.end());
+  return static_cast<int>(std::clamp(std::ceil(*middle / longest), 1.0, 8.0));
 }
 
 namespace {

@@ -46,6 +46,10 @@ inline constexpr double noise_time = 0.25;
 
 LinearModel linearise(const StagedCar& car, const Trace& trace, int substeps);
 
+/// Steps of integration per sample that a car's motion needs along these traces: its slip settles within a few times
+/// 10 ms at the small scale, and logs are read at 20 to 100 Hz.
+int substeps_of_motion(const StagedCar& car, std::span<const Trace> traces);
+
 /// Directions of the model's own free parameters: nuisances first, then every fitted parameter of the members.
 std::vector<Direction> own_directions(const Catalogue& catalogue, const ModelSpec& model, const Trace& trace,
                                       const std::vector<double>& memory);

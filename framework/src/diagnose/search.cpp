@@ -5,6 +5,14 @@
 #include <limits>
 
 namespace gripline::diagnose {
+namespace {
+
+constexpr double rough_tolerance = 0.05;  // log evidence that does not matter while models are chosen
+
+/// A fit that was not finished lies below what it will be by a share of what it explains.
+double unfinished(double best, double from) { return 15.0 + 0.2 * std::max(0.0, best - from); }
+
+}  // namespace
 
 Search::Search(Problem& problem, const Road& road, const SearchOptions& options)
     : problem_(problem), road_(road), options_(options) {}
@@ -18,17 +26,18 @@ std::vector<const Fit*> Search::tried() const {
 
 const Fit& Search::fit_once(const ModelSpec& start, const Noise& noise) { return finish(rough_fit(start, noise)); }
 
-/// A few iterations: enough to see which of many is worth finishing.
-Fit& Search::rough_fit(const ModelSpec& start, const Noise& noise) {
+/// A few iterations: enough to see which of many is worth finishing. Fewer where `wanted` is out of reach.
+Fit& Search::rough_fit(const ModelSpec& start, const Noise& noise, double wanted) {
   const auto found = fits_.find(start.members);
   if (found != fits_.end()) return found->second;
   constexpr int few = 4;
-  return fits_.emplace(start.members, fit(problem_, start, noise, few)).first->second;
+  return fits_.emplace(start.members, fit(problem_, start, noise, few, {rough_tolerance, wanted})).first->second;
 }
 
 const Fit& Search::finish(Fit& rough) {
   if (rough.converged || rough.finished) return rough;
-  Fit better = fit(problem_, rough.model, rough.noise, small_.empty() ? 7 : 12);
+  const bool last = !small_.empty();
+  Fit better = fit(problem_, rough.model, rough.noise, last ? 12 : 7, {last ? 0.01 : rough_tolerance});
   if (better.score >= rough.score) rough = std::move(better);
   rough.finished = true;
   screenings_.erase(rough.model.members);
@@ -57,30 +66,30 @@ void Search::find_synonyms(const Screening& s) {
     }
 }
 
-std::vector<const Fit*> Search::extend(const Fit& from, std::size_t tries) {
+std::vector<const Fit*> Search::extend(const Fit& from, std::size_t tries, double rival, double enough) {
   const Screening& s = screen_once(from);
   std::vector<const Fit*> fits;
   std::vector<Fit*> rough;
-  double best_gain = 0.0;
+  double best_gain = 0.0, best = rival;
   for (const Extension& e : s.extensions) best_gain = std::max(best_gain, e.gain);
   for (const Extension& e : s.extensions) {
     if (rough.size() >= tries) break;
     const bool synonym = std::any_of(synonyms_.begin(), synonyms_.end(), [&](const auto& kept) {
       return std::find(kept.second.begin(), kept.second.end(), e.candidate) != kept.second.end();
     });
-    const double penalty = problem_.penalty_per_parameter * static_cast<double>(e.dof);
+    const double penalty = problem_.charge(e.dof);
     // Predicted gains are good to a factor of two, and too low where the noise still holds what is missing: that weighs
     // on effects of many parameters.
     const double wanted = e.dof > 3 ? 0.5 * penalty : penalty + 0.4 * required(e.start.members.size());
     if (synonym || e.gain < wanted || e.gain < 0.03 * best_gain) continue;
-    rough.push_back(&rough_fit(e.start, from.noise));
+    // What cannot come near the best so far is told early; twice the margin, for it is told from less.
+    rough.push_back(&rough_fit(e.start, from.noise, best - 2.0 * unfinished(best, from.score)));
+    best = std::max(best, rough.back()->score);
+    if (best > enough) return {rough.back()};
   }
-  double best = -std::numeric_limits<double>::infinity();
-  for (const Fit* one : rough) best = std::max(best, one->score);
-  // An unfinished fit lies below what it will be by a share of what it explains.
-  const double margin = 15.0 + 0.2 * std::max(0.0, best - from.score);
+  const double margin = unfinished(best, from.score);
   for (Fit* one : rough)
-    if (one->score > best - margin) finish(*one);
+    if (one->score > best - margin && finish(*one).score > enough) return {one};
   fits.assign(rough.begin(), rough.end());
   std::stable_sort(fits.begin(), fits.end(), [](const Fit* a, const Fit* b) { return a->score > b->score; });
   return fits;
@@ -96,9 +105,12 @@ void Search::grow() {
   std::vector<const Fit*> beam{nothing_};
   for (std::size_t size = 1; size <= options_.max_effects; ++size) {
     std::vector<const Fit*> next;
+    double best = -std::numeric_limits<double>::infinity();
     for (const Fit* from : beam)
-      for (const Fit* one : extend(*from, size == 1 ? options_.tries + 2 : options_.tries))
+      for (const Fit* one : extend(*from, size == 1 ? options_.tries + 2 : options_.tries, best)) {
         if (std::find(next.begin(), next.end(), one) == next.end()) next.push_back(one);
+        best = std::max(best, one->score);
+      }
     std::stable_sort(next.begin(), next.end(), [](const Fit* a, const Fit* b) { return a->score > b->score; });
     if (next.empty() || next.front()->score < best_->score + required(size)) break;
     best_ = next.front();
@@ -115,14 +127,16 @@ void Search::polish() {
     moved = false;
     const Fit* const before = best_;
     for (const std::size_t member : before->model.members) {
-      const Fit& less = fit_once(problem_.catalogue->without(before->model, member), before->noise);
+      Fit& rough = rough_fit(problem_.catalogue->without(before->model, member), before->noise);
+      const bool near = rough.score > best_->score - unfinished(best_->score, nothing_->score);
+      const Fit& less = near ? finish(rough) : rough;
       if (less.score > best_->score - required(best_->model.members.size()) &&
           less.model.members.size() < best_->model.members.size()) {
         best_ = &less;
         moved = true;
       }
       if (before->model.members.size() < 2) continue;
-      for (const Fit* swapped : extend(less, 3))
+      for (const Fit* swapped : extend(less, 3, best_->score))
         if (swapped->score > best_->score + (swapped->model.members.size() > best_->model.members.size()
                                                  ? required(swapped->model.members.size())
                                                  : 1e-3)) {
@@ -153,17 +167,15 @@ void Search::settle() {
   }
   polish();
   const Fit* const before = best_;
-  const Fit* more = nullptr;
-  for (const Fit* one : extend(*before, 3))
-    if (one->score > before->score + required(one->model.members.size()) &&
-        (more == nullptr || one->score > more->score))
-      more = one;
-  if (more == nullptr) return;
-  if (more->model.members.size() > options_.max_effects) {
+  const double worth = before->score + required(before->model.members.size() + 1);
+  const bool largest = before->model.members.size() == options_.max_effects;
+  const auto more = extend(*before, 3, before->score, largest ? worth : std::numeric_limits<double>::infinity());
+  if (more.empty() || more.front()->score <= worth) return;
+  if (largest) {
     exhausted_ = true;
     return;
   }
-  best_ = more;
+  best_ = more.front();
   polish();
 }
 

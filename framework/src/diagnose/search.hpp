@@ -1,6 +1,7 @@
 // Which effects are missing: a search over sets of candidates by penalised likelihood, with refits.
 #pragma once
 
+#include <limits>
 #include <map>
 
 #include "adequacy.hpp"
@@ -43,10 +44,14 @@ class Search {
   const Screening& screen_once(const Fit& fitted);
 
  private:
-  Fit& rough_fit(const ModelSpec& start, const Noise& noise);
+  Fit& rough_fit(const ModelSpec& start, const Noise& noise, double wanted = -std::numeric_limits<double>::infinity());
   const Fit& finish(Fit& rough);
   void find_synonyms(const Screening& screening);
-  std::vector<const Fit*> extend(const Fit& from, std::size_t tries);
+  /// The best extensions of a model, best first, well fitted where they come near the score of a `rival`; only one when
+  /// its score is enough.
+  std::vector<const Fit*> extend(const Fit& from, std::size_t tries,
+                                 double rival = -std::numeric_limits<double>::infinity(),
+                                 double enough = std::numeric_limits<double>::infinity());
   /// What the last effect of a model of this size must bring.
   double required(std::size_t size) const;
   void grow();

@@ -216,7 +216,7 @@ std::vector<double> run_memory(const StagedCar& car, const Trace& trace) {
   const bool looks_back = car.look_back() > 0.0;
   constexpr int substeps = 2;
   // Row 0: the memory as it is; row 1 + j: memory j moved a little, for the slope of its rate.
-  std::vector<double> x((m + 1) * channels), rate((m + 1) * channels), mem((m + 1) * m), mem_rate((m + 1) * m);
+  std::vector<double> x((m + 1) * channels), mem((m + 1) * m), mem_rate((m + 1) * m);
   std::vector<ActingCommand<double>> command(m + 1);
   std::vector<Place> at(m + 1);
   std::vector<History<double>> history(m + 1);
@@ -225,7 +225,6 @@ std::vector<double> run_memory(const StagedCar& car, const Trace& trace) {
   batch.memory = mem.data();
   batch.command = command.data();
   batch.at = at.data();
-  batch.motion_rate = rate.data();
   batch.memory_rate = mem_rate.data();
   if (looks_back) batch.history = history.data();
   const auto go_to = [&](std::size_t k, double share, std::size_t copies) {
@@ -252,13 +251,13 @@ std::vector<double> run_memory(const StagedCar& car, const Trace& trace) {
         std::copy(now.begin(), now.end(), mem.begin() + static_cast<std::ptrdiff_t>(i * m));
       std::vector<double>& moved = mem;
       for (std::size_t j = 0; j < m; ++j) moved[(j + 1) * m + j] += 1e-6 * (1.0 + std::abs(now[j]));
-      car.rates(batch);
+      car.memory_rates(batch);
       for (std::size_t j = 0; j < m; ++j) {
         first[j] = mem_rate[j];
         slope[j] = (mem_rate[(j + 1) * m + j] - mem_rate[j]) / (moved[(j + 1) * m + j] - now[j]);
       }
       go_to(k, static_cast<double>(s + 1) / substeps, 1);
-      car.rates(batch);
+      car.memory_rates(batch);
       for (std::size_t j = 0; j < m; ++j) {
         const double z = h * slope[j];
         now[j] += h * (phi1(z) * first[j] + phi2(z) * (mem_rate[j] - first[j]));

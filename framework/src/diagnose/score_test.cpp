@@ -1,0 +1,84 @@
+#include "score_test.hpp"
+
+#include <cmath>
+
+#include "normal_equations.hpp"
+
+namespace gripline::diagnose {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+Score score_test(const MatrixXd& N, const VectorXd& g, Index own) {
+  const Index count = g.size() - own;
+  Score s;
+  s.information = N.bottomRightCorner(count, count);
+  VectorXd r = g.tail(count);
+  if (own > 0) {
+    const MatrixXd base =
+        N.topLeftCorner(own, own) + 1e-12 * MatrixXd(N.topLeftCorner(own, own).diagonal().asDiagonal());
+    const Eigen::LDLT<MatrixXd> ldlt(base);
+    const MatrixXd cross = N.topRightCorner(own, count);
+    s.information -= cross.transpose() * ldlt.solve(cross);
+    r -= cross.transpose() * ldlt.solve(g.head(own));
+  }
+  s.score = r;
+  VectorXd size = N.diagonal().tail(count).cwiseSqrt();
+  for (Index i = 0; i < count; ++i)
+    if (!(size[i] > 0.0)) size[i] = 1e-300;
+  const MatrixXd unit = size.cwiseInverse().asDiagonal() * s.information * size.cwiseInverse().asDiagonal();
+  const VectorXd unit_r = size.cwiseInverse().asDiagonal() * r;
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(unit);
+  s.step = VectorXd::Zero(count);
+  for (Index i = 0; i < count; ++i) {
+    const double lambda = eigen.eigenvalues()[i];
+    if (!(lambda > 1e-5)) continue;
+    ++s.dof;
+    const double along = eigen.eigenvectors().col(i).dot(unit_r);
+    s.gain += 0.5 * along * along / lambda;
+    s.step += eigen.eigenvectors().col(i) * (along / lambda);
+  }
+  s.step = size.cwiseInverse().asDiagonal() * s.step;
+  return s;
+}
+
+ScoreSystem score_system(const Problem& problem, const Fit& fitted, const FurtherDirections& further) {
+  const Catalogue& catalogue = *problem.catalogue;
+  const StagedCar car = catalogue.build(fitted.model);
+  ScoreSystem out;
+  for (const Trace& trace : problem.traces) {
+    const LinearModel lm = linearise(car, trace, problem.substeps);
+    std::vector<Direction> directions = own_directions(catalogue, fitted.model, trace, lm.memory);
+    out.own = static_cast<Index>(directions.size());
+    for (Direction& d : further(trace, lm)) directions.push_back(std::move(d));
+    std::vector<const Direction*> list;
+    for (const Direction& d : directions) list.push_back(&d);
+    FilterWants wants;
+    wants.directions = &list;
+    const Likelihood l = filter(lm, fitted.noise, wants);
+    const auto p = static_cast<Index>(l.params);
+    if (out.g.size() == 0) {
+      out.N = MatrixXd::Zero(p, p);
+      out.g = VectorXd::Zero(p);
+    }
+    out.N += Eigen::Map<const MatrixXd>(l.N.data(), p, p);
+    out.g += Eigen::Map<const VectorXd>(l.g.data(), p);
+  }
+  const auto nuisances = catalogue.nuisances();
+  for (std::size_t i = 0; i < nuisances.size(); ++i) {
+    const auto at = static_cast<Index>(i);
+    const double weight = 1.0 / (nuisances[i].sigma * nuisances[i].sigma);
+    out.N(at, at) += weight;
+    out.g[at] -= (fitted.model.nuisance[i] - nuisances[i].nominal) * weight;
+  }
+  hold_at_limits(catalogue, fitted.model, out.N, out.g);
+  return out;
+}
+
+double as_normal(double chi_square, double dof) {
+  const double spread = 2.0 / (9.0 * dof);
+  return (std::cbrt(chi_square / dof) - (1.0 - spread)) / std::sqrt(spread);
+}
+
+}  // namespace gripline::diagnose
