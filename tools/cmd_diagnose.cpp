@@ -153,7 +153,10 @@ int diagnose_logs(DiagnoseOptions options, const Registry& registry) {
   const OutLock lock = open_out_folder(options.out, "diagnosis", options.force);
   const diagnose::Diagnosis d = [&] {
     const StopSignal stop(StopSignal::Reaction::end_here);
-    return diagnoser.run(logs, held_out);
+    ToldProgress progress(std::cerr, "diagnose");
+    diagnose::Diagnosis found = diagnoser.run(logs, held_out, progress.tell());
+    progress.finish();
+    return found;
   }();
   print(d);
   diagnose::write_diagnosis(options.out, d, diagnoser, world, options.world, options.track);

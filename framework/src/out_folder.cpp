@@ -165,6 +165,10 @@ Node describe_world(const RaceSpec& race) {
        {std::pair{"m", car.m}, {"lf", car.lf}, {"lr", car.lr}, {"length", car.length}, {"width", car.width}})
     shape.set(name, Node(number));
   scene.set("car", std::move(shape));
+  Node::Array told;
+  for (const StackSpec& stack : race.stacks)
+    if (stack.needs_truth()) told.emplace_back(stack.name);
+  scene.set("told", Node(std::move(told)));
   Node::Array limit;
   for (const auto& [factor, lap] : race.world.time_optimal) {
     Node point{Node::Object{}};

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <iostream>
+#include <limits>
 #include <string_view>
 #include <utility>
 
@@ -188,7 +189,9 @@ Tell ToldProgress::tell() {
 }
 
 void ToldProgress::finish() {
-  if (progress_) progress_->finish();
+  if (!progress_) return;
+  progress_->advance(std::numeric_limits<std::size_t>::max());  // no more than there are
+  progress_->finish();
 }
 
 }  // namespace gripline

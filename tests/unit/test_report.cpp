@@ -182,13 +182,26 @@ TEST(ReportSeries, ThinningKeepsEveryExtreme) {
     EXPECT_EQ(*std::max_element(kept.begin(), kept.end()), 9);
     EXPECT_EQ(*std::min_element(kept.begin(), kept.end()), -9);
     // The envelope of every bucket is that of the full data.
-    for (std::size_t bucket = 0; (bucket + 1) * 2 * stride <= values.size(); ++bucket) {
+    for (std::size_t bucket = 0; (bucket + 1) * 2 * stride + stride < values.size(); ++bucket) {
       const auto from = values.begin() + static_cast<long>(bucket * 2 * stride);
       const auto [low, high] = std::minmax_element(from, from + static_cast<long>(2 * stride));
       EXPECT_EQ(std::min(kept[2 * bucket], kept[2 * bucket + 1]), *low);
       EXPECT_EQ(std::max(kept[2 * bucket], kept[2 * bucket + 1]), *high);
     }
   }
+}
+
+/// What falls or rises to the end of the log has its extreme in the last row, however many rows remain there.
+TEST(ReportSeries, ThinningKeepsTheEnds) {
+  for (std::size_t stride = 2; stride < 6; ++stride)
+    for (std::size_t n = stride + 1; n < 50; ++n)
+      for (const double sign : {1.0, -1.0}) {
+        std::vector<double> values(n);
+        for (std::size_t i = 0; i < n; ++i) values[i] = sign * static_cast<double>(i * i);
+        const std::vector<double> kept = thin(values, Thinning::extremes, stride);
+        EXPECT_EQ(*std::min_element(kept.begin(), kept.end()), *std::min_element(values.begin(), values.end())) << n;
+        EXPECT_EQ(*std::max_element(kept.begin(), kept.end()), *std::max_element(values.begin(), values.end())) << n;
+      }
 }
 
 TEST(ReportSeries, ThinningSharesItsPlacesAmongChannels) {
@@ -257,21 +270,44 @@ TEST(ReportTables, TimesPooledOnALogarithmicAxis) {
   EXPECT_EQ(counted, 100);
 }
 
-TEST(ReportPage, DetailStaysWithinTheBudget) {
-  EXPECT_EQ(choose_detail(22 * 9000.0, 1e5).stride, 1u);
-  EXPECT_EQ(choose_detail(22 * 9000.0, 1e5).precision, Precision::single);
-  for (const double rows : {5e4, 1.3e5, 6e5, 5e6}) {
-    const Detail detail = choose_detail(22 * rows, 10 * rows);
-    EXPECT_EQ(detail.precision, Precision::half);
-    EXPECT_LE(32 * rows * 8 / 3 / static_cast<double>(detail.stride), page_budget);
-  }
-}
-
 /// The JSON of one of the page's data blocks.
 nlohmann::json block(const std::string& html, const std::string& id) {
   const std::string open = "<script type=\"application/json\" id=\"" + id + "\">";
   const std::size_t begin = html.find(open) + open.size();
   return nlohmann::json::parse(html.substr(begin, html.find("</script>", begin) - begin));
+}
+
+TEST(ReportPage, DetailStaysWithinTheBudget) {
+  EXPECT_EQ(choose_detail({22 * 9000.0, 9e4, 1e4}).stride, 1u);
+  EXPECT_EQ(choose_detail({22 * 9000.0, 9e4, 1e4}).precision, Precision::single);
+  // Steps of all runs; a snapshot of the curves, 82 rows of four numbers, comes once in 50 of them.
+  for (const double rows : {5e4, 1.3e5, 6.1e5, 5e6}) {
+    const Cells cells = {22 * rows, 48 * rows / 5, 328 * rows / 50};
+    const Detail detail = choose_detail(cells);
+    EXPECT_EQ(detail.precision, Precision::half);
+    EXPECT_EQ(detail.stride, detail.replay_stride);
+    const double kept = (cells.steps + cells.replay) / static_cast<double>(detail.stride) +
+                        cells.tyres / static_cast<double>(detail.tyre_stride);
+    EXPECT_LE(kept * 8 / 3, page_budget);
+    EXPECT_LT(detail.stride, 1.5 + 1.2 * (cells.steps + cells.replay) * 8 / 3 / page_budget)
+        << "more is lost than needs be";
+  }
+}
+
+TEST(ReportPage, ThinnedTyreCurvesKeepTheFirstAndTheLast) {
+  const Folder folder;
+  sample::SampleOptions options;
+  options.seeds = 30;
+  sample::write_sample(folder.path(), options);
+  const std::string html = bytes_of(write_report({folder.path(), {}, false, {}, {}}).page);
+  EXPECT_LT(html.size(), 15u << 20);
+  const Columns tyres = Columns::read(folder.path() / "elm" / "1" / "tyres.csv", true);
+  const nlohmann::json front = block(html, "run-60")["tyres"]["front"];
+  EXPECT_EQ(front["t"].front(), 0.0);
+  EXPECT_EQ(front["t"].back(), tyres.number("t_s", tyres.rows() - 1));
+  EXPECT_LT(front["t"].size(), tyres.rows() / 82) << "thinned";
+  EXPECT_EQ(front["start"].size(), front["t"].size());
+  EXPECT_EQ(front["slip"]["n"], 41 * front["t"].size());
 }
 
 TEST(ReportPage, HoldsTheLogAndNothingFromOutside) {

@@ -105,24 +105,35 @@ void Diagnoser::prepare(std::span<const LogFile> logs, Diagnosis& d) {
   d.sensor = problem_.sensor;
 }
 
-Diagnosis Diagnoser::run(std::span<const LogFile> given, std::span<const LogFile> given_held_out) {
+Diagnosis Diagnoser::run(std::span<const LogFile> given, std::span<const LogFile> given_held_out, const Tell& tell) {
+  // Parts that take about equally long: the search is four of them.
+  constexpr std::size_t parts = 8;
+  const auto at = [&](double done, const char* what) {
+    if (tell) tell(done, parts, what);
+  };
+  at(0, "preparing");
   check_held_out(given, given_held_out);
   const std::vector<LogFile> logs = each_once(given), held_out = each_once(given_held_out);
   Diagnosis d;
   prepare(logs, d);
   SearchOptions options;
   options.worth_adding = worth_adding;
+  at(1, "searching");
+  if (tell) options.tell = [&](double done, std::size_t, const std::string& what) { tell(1 + done, parts, what); };
   Search search(problem_, road_, options);
   search.run();
   d.nothing = search.nothing();
+  at(5, "judging");
   const Unseen unseen(problem_, road_, held_out);
   decide(search, unseen, d);
+  at(6, "refining");
   if (!d.fit.theta.empty()) {
     // Along the trajectory that the found model itself smooths, for the last per mille of the parameters.
     renew_reference(problem_, road_, d.fit);
     d.fit = fit(problem_, d.fit.model, d.fit.noise, 5);
   }
   describe(d.fit, d);
+  at(7, "measuring the gap");
   measure_gap(unseen, search, d);
   // Beside something unknown, effects that leave most of the gap open are imitations of it.
   const bool imitation = d.verdict == Verdict::unknown && !d.named.empty() && d.gap.closure < 0.5;

@@ -194,17 +194,23 @@ double Search::gain_alone(std::size_t candidate) const {
 }
 
 void Search::run() {
+  const auto tell = [&](double quarters) {
+    if (options_.tell) options_.tell(quarters, 4, "searching");
+  };
   Noise noise;
   noise.sensor = problem_.sensor;
   for (std::size_t i = 0; i < noise_states; ++i) noise.process[i] = std::pow(5.0 * problem_.process_unit[i], 2);
   const ModelSpec bare = problem_.catalogue->bare();
   const Fit rough = fit(problem_, bare, noise, 4);
   settle_reference(problem_, road_, rough);
+  tell(1);
   nothing_ = &fit_once(bare, rough.noise);
   best_ = nothing_;
   find_synonyms(screen_once(*nothing_));
   grow();
+  tell(2);
   polish();
+  tell(3);
   if (best_ != nothing_) settle();
 }
 

@@ -4,6 +4,7 @@
 #include <limits>
 #include <map>
 
+#include "../progress.hpp"
 #include "adequacy.hpp"
 #include "fit.hpp"
 
@@ -18,6 +19,7 @@ struct SearchOptions {
   /// linearisation) is good to a share of what they explain.
   double worth_beside = 6.5;
   double share_beside = 0.002;
+  Tell tell;  // how much of the search is done, in quarters; may be empty
 };
 
 /// All models tried, and the best of them.

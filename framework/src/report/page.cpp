@@ -23,22 +23,36 @@ nlohmann::json packed_columns(const Columns& table, Precision precision, std::si
   return out;
 }
 
-/// Snapshots of one axle's curve one after the other, with where each begins.
-nlohmann::json packed_tyres(const Columns& tyres, const char* axle, Precision precision) {
-  std::map<std::string_view, std::vector<double>> kept;
-  nlohmann::json times = nlohmann::json::array(), starts = nlohmann::json::array();
+/// Where the snapshots of one axle stand in tyres.csv: their rows follow one another.
+std::vector<std::vector<std::size_t>> snapshots(const Columns& tyres, const char* axle) {
+  std::vector<std::vector<std::size_t>> found;
   double last = std::nan("");
   for (std::size_t i = 0; i < tyres.rows(); ++i) {
     if (tyres.text("axle", i) != axle) continue;
     if (const double t = tyres.number("t_s", i); t != last) {
       last = t;
-      times.push_back(number_or_null(t));
-      starts.push_back(kept["slip"].size());
+      found.emplace_back();
     }
-    kept["slip"].push_back(tyres.number("slip_rad", i));
-    kept["learned"].push_back(tyres.number("learned_n", i));
-    kept["sigma"].push_back(tyres.number("sigma_n", i));
-    kept["truth"].push_back(tyres.number("true_n", i));
+    found.back().push_back(i);
+  }
+  return found;
+}
+
+/// Snapshots of one axle's curve one after the other, with where each begins.
+nlohmann::json packed_tyres(const Columns& tyres, const char* axle, Precision precision, std::size_t stride) {
+  std::map<std::string_view, std::vector<double>> kept;
+  nlohmann::json times = nlohmann::json::array(), starts = nlohmann::json::array();
+  const std::vector<std::vector<std::size_t>> all = snapshots(tyres, axle);
+  for (std::size_t k = 0; k < all.size(); ++k) {
+    if (k % stride != 0 && k + 1 != all.size()) continue;
+    times.push_back(number_or_null(tyres.number("t_s", all[k].front())));
+    starts.push_back(kept["slip"].size());
+    for (const std::size_t i : all[k]) {
+      kept["slip"].push_back(tyres.number("slip_rad", i));
+      kept["learned"].push_back(tyres.number("learned_n", i));
+      kept["sigma"].push_back(tyres.number("sigma_n", i));
+      kept["truth"].push_back(tyres.number("true_n", i));
+    }
   }
   nlohmann::json out = {{"t", times}, {"start", starts}};
   for (const auto& [name, values] : kept) out[std::string(name)] = pack(values, precision);
@@ -64,8 +78,8 @@ nlohmann::json run_json(const Run& run, const CarShape& car, const Detail& detai
           {"undrawable", count_undrawable(channels)},
           {"replay", packed_columns(run.replay, detail.precision, detail.replay_stride)},
           {"tyres",
-           {{"front", packed_tyres(run.tyres, "front", detail.precision)},
-            {"rear", packed_tyres(run.tyres, "rear", detail.precision)}}}};
+           {{"front", packed_tyres(run.tyres, "front", detail.precision, detail.tyre_stride)},
+            {"rear", packed_tyres(run.tyres, "rear", detail.precision, detail.tyre_stride)}}}};
 }
 
 using Histograms = std::map<std::pair<std::size_t, std::string>, TimeHistogram>;
@@ -149,13 +163,14 @@ double count_rows(const std::filesystem::path& file) {
 }
 
 Detail detail_of(const Inputs& inputs) {
-  double steps = 0, others = 0;
+  Cells cells;
   for (const RunName& run : inputs.runs) {
     const std::filesystem::path folder = inputs.folder / run.stack / run.seed;
-    steps += channels_per_step * count_rows(folder / "steps.csv");
-    others += 48 * count_rows(folder / "replay.csv") + 4 * count_rows(folder / "tyres.csv");
+    cells.steps += channels_per_step * count_rows(folder / "steps.csv");
+    cells.replay += 48 * count_rows(folder / "replay.csv");
+    cells.tyres += 4 * count_rows(folder / "tyres.csv");
   }
-  return choose_detail(steps, others);
+  return choose_detail(cells);
 }
 
 std::string script_data(const std::string& id, const nlohmann::json& value) {
@@ -189,11 +204,19 @@ constexpr std::string_view head = R"(<!doctype html>
 
 }  // namespace
 
-Detail choose_detail(double step_cells, double other_cells) {
-  if ((step_cells + other_cells) * bytes_single <= exact_budget) return {};
-  Detail detail{Precision::half, 1, 1};
-  const double share = (step_cells + other_cells) * bytes_half / page_budget;
-  if (share > 1) detail.stride = detail.replay_stride = static_cast<std::size_t>(std::ceil(share));
+Detail choose_detail(const Cells& cells) {
+  constexpr double tyre_share = 0.15;  // of a page that is full: curves change slowly
+  if ((cells.steps + cells.replay + cells.tyres) * bytes_single <= exact_budget) return {};
+  const auto stride = [](double bytes, double budget) {
+    return static_cast<std::size_t>(std::max(1.0, std::ceil(bytes / budget)));
+  };
+  Detail detail{Precision::half, 1, 1, 1};
+  double tyres = cells.tyres * bytes_half;
+  const double others = (cells.steps + cells.replay) * bytes_half;
+  if (tyres + others <= page_budget) return detail;
+  detail.tyre_stride = stride(tyres, tyre_share * page_budget);
+  tyres /= static_cast<double>(detail.tyre_stride);
+  detail.stride = detail.replay_stride = stride(others, page_budget - tyres);
   return detail;
 }
 

@@ -17,13 +17,17 @@ struct Detail {
   Precision precision = Precision::single;
   std::size_t stride = 1;         ///< of steps.csv
   std::size_t replay_stride = 1;  ///< of replay.csv
+  std::size_t tyre_stride = 1;    ///< of the snapshots of tyres.csv, the last one kept besides
 };
 
 inline constexpr double exact_budget = 4.5e6;  ///< bytes up to which every row is kept as float
 inline constexpr double page_budget = 11.5e6;  ///< bytes of packed columns at most
 
-/// Given the number of numbers in all runs that steps.csv (`step_cells`) and the other files (`other_cells`) hold.
-Detail choose_detail(double step_cells, double other_cells);
+/// Given how many numbers the files of all runs hold.
+struct Cells {
+  double steps = 0, replay = 0, tyres = 0;
+};
+Detail choose_detail(const Cells& cells);
 
 /// The whole page as HTML. `progress(done, total, what)` is called per run.
 std::string page_html(const Inputs& inputs,

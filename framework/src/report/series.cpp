@@ -29,6 +29,26 @@ std::vector<double> slope(std::span<const double> t, std::span<const double> val
 
 std::vector<double> copy(std::span<const double> values) { return {values.begin(), values.end()}; }
 
+// Two times `stride` rows become their smallest and their largest value in their order. What remains at the end for one
+// place only joins the two before it, and its place takes the last value.
+void keep_extremes(std::span<const double> values, std::size_t stride, std::vector<double>& out) {
+  const auto less = [](double a, double b) { return std::isnan(b) ? !std::isnan(a) : a < b; };
+  const auto more = [](double a, double b) { return std::isnan(b) ? !std::isnan(a) : a > b; };
+  const std::size_t n = values.size();
+  for (std::size_t begin = 0; begin < n;) {
+    std::size_t end = std::min(begin + 2 * stride, n);
+    const bool joined = end == begin + 2 * stride && end < n && n - end <= stride;
+    if (joined) end = n;
+    const auto rows = values.subspan(begin, end - begin);
+    const auto low = std::min_element(rows.begin(), rows.end(), less);
+    const auto high = std::min_element(rows.begin(), rows.end(), more);
+    out.push_back(low < high ? *low : *high);
+    if (rows.size() > stride) out.push_back(low < high ? *high : *low);
+    if (joined) out.push_back(rows.back());
+    begin = end;
+  }
+}
+
 class ChannelList {
  public:
   explicit ChannelList(const Columns& steps) : steps_(steps) {}
@@ -88,27 +108,13 @@ double front_share(const CarShape& car) { return car.lf + car.lr > 0 ? car.lr / 
 std::vector<double> thin(std::span<const double> values, Thinning thinning, std::size_t stride) {
   if (stride <= 1) return copy(values);
   std::vector<double> out;
-  for (std::size_t begin = 0; begin < values.size(); begin += 2 * stride) {
-    const std::size_t middle = std::min(begin + stride, values.size());
-    const std::size_t end = std::min(begin + 2 * stride, values.size());
-    if (thinning == Thinning::extremes) {
-      const auto less = [](double a, double b) { return std::isnan(b) ? !std::isnan(a) : a < b; };
-      const auto more = [](double a, double b) { return std::isnan(b) ? !std::isnan(a) : a > b; };
-      const auto low =
-          std::min_element(values.begin() + static_cast<long>(begin), values.begin() + static_cast<long>(end), less);
-      const auto high =
-          std::min_element(values.begin() + static_cast<long>(begin), values.begin() + static_cast<long>(end), more);
-      out.push_back(low < high ? *low : *high);
-      if (middle < end) out.push_back(low < high ? *high : *low);
-      continue;
-    }
-    for (const auto& [from, to] : {std::pair{begin, middle}, std::pair{middle, end}}) {
-      if (from >= to) continue;
-      double value = values[from];
-      if (thinning == Thinning::any)
-        for (std::size_t i = from; i < to; ++i) value = std::max(value, values[i]);
-      out.push_back(value);
-    }
+  if (thinning == Thinning::extremes) {
+    keep_extremes(values, stride, out);
+    return out;
+  }
+  for (std::size_t begin = 0; begin < values.size(); begin += stride) {
+    const auto rows = values.subspan(begin, std::min(stride, values.size() - begin));
+    out.push_back(thinning == Thinning::any ? *std::max_element(rows.begin(), rows.end()) : rows.front());
   }
   return out;
 }

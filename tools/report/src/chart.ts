@@ -22,6 +22,8 @@ export interface AxisSpec {
   tick?: (value: number) => string;
   /** Digits in readouts. */
   digits?: number;
+  /** Decimals in readouts, where the span of the values shall not decide. */
+  decimals?: number;
 }
 
 export interface ChartSpec {
@@ -304,9 +306,7 @@ export class Chart {
     return mark.kind === "line" && !mark.step && !this.spec.square && mark.x.length > 2;
   }
   private showValues(x: number | null): void {
-    const { log, digits = 3 } = this.spec.y;
-    const [low, high] = this.reach;
-    const decimals = decimalsFor(high - low, digits);
+    const { log, digits = 3, decimals = decimalsFor(this.reach[1] - this.reach[0], digits) } = this.spec.y;
     for (const [mark, element] of this.values) {
       const v = x === null ? NaN : lineAt(mark, x);
       element.textContent = Number.isFinite(v) ? (log ? short(v, digits) : fixed(v, decimals)) : "";

@@ -93,10 +93,20 @@ function diagnosisSections(state: State): Section[] {
   return sections;
 }
 
+function validationNote(state: State): string {
+  const { scene } = state.report.meta;
+  return [
+    scene?.kind === "force_validation"
+      ? "R² and root mean square error over the first full lap after each trusts what it learned; it is asked about a step before it learns from it."
+      : "R² and root mean square error on data that was not used for training.",
+    scene?.told?.length ? "* was told the true friction; bold and marked: best among the others." : "",
+  ].filter(Boolean).join(" ");
+}
+
 function validationSections(state: State): Section[] {
   const { validation, traces } = state.report.meta;
   if (!validation.length && !traces.length) return [];
-  return [{ id: "validation", title: "Validation", note: "R² and root mean square error on data that was not used for training.", content: part(validation.length ? validationTable(state) : null, grid(validationCharts(state))) }];
+  return [{ id: "validation", title: "Validation", note: validationNote(state), content: part(validation.length ? validationTable(state) : null, grid(validationCharts(state))) }];
 }
 
 function chips(state: State): HTMLElement {
@@ -181,7 +191,7 @@ function start(): void {
       "main",
       { id: "main" },
       summarySection(state),
-      ...sections.map(({ id, title, note, content }) => h("section", { id, "aria-labelledby": `${id}-title` }, h("h2", { id: `${id}-title` }, title), note ? h("p", { class: "section-note" }, note) : null, content)),
+      ...sections.map(({ id, title, note, content }) => h("section", { id, "aria-labelledby": `${id}-title` }, h("h2", { id: `${id}-title` }, title), note ? h("p", { class: id === "replay" ? "section-note on-screen" : "section-note" }, note) : null, content)),
     ),
     footer(state),
     card,

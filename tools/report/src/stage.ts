@@ -159,7 +159,7 @@ export class Stage {
     if (!Number.isFinite(pose.x) || !Number.isFinite(pose.y)) return;
     const { car } = this;
     // Far away the outline is enlarged so that it can be seen.
-    const grow = Math.max(1, 15 / (car.length * camera.scale));
+    const grow = Math.max(1, 19 / (car.length * camera.scale));
     const [length, width] = [car.length * grow, car.width * grow];
     const pixel = 1 / camera.scale;
     ctx.save();

@@ -74,6 +74,17 @@ function headRows(columns: Column[], sort: (column: Column) => void, sorted: Col
   );
 }
 
+/** "none 10 crashed, gp 8 crashed" */
+function lostCounts(state: State): string {
+  const { runs, stacks } = state.report.meta;
+  const counts = new Map<string, number>();
+  for (const { stack, status } of runs) {
+    const key = `${stacks[stack].name}\t${status.replace(/_/g, " ")}`;
+    if (status && status !== "finished") counts.set(key, (counts.get(key) ?? 0) + 1);
+  }
+  return [...counts].map(([key, count]) => key.replace("\t", ` ${count} × `)).join(", ");
+}
+
 /** Runs that did not finish, those of a stack with the same end together. */
 function lostRuns(state: State): string[] {
   const { runs, stacks } = state.report.meta;
@@ -100,6 +111,7 @@ export function tableSection(state: State): HTMLElement {
   every.sort((a, b) => order.indexOf(a.measure.group) - order.indexOf(b.measure.group) || a.index - b.index);
   const used = every.filter((column) => table.rows.some((row) => row.values[column.index] !== null));
 
+  const most = Math.max(0, ...table.rows.flatMap((row) => row.n));
   const draw = () => {
     const columns = used.filter((column) => all || column.measure.main);
     const rows = [...table.rows];
@@ -124,12 +136,11 @@ export function tableSection(state: State): HTMLElement {
       sorted = column;
       draw();
     };
-    redraw(box, h("table", { class: "comparison" }, headRows(columns, sort, sorted, up), h("tbody", {}, ...body)));
+    redraw(box, h("table", { class: most > 1 ? "comparison dense" : "comparison" }, headRows(columns, sort, sorted, up), h("tbody", {}, ...body)));
   };
   draw();
   state.changed.on(draw);
 
-  const most = Math.max(0, ...table.rows.flatMap((row) => row.n));
   const legend = [
     stacks.some((stack) => stack.truth) ? "* was told the true friction." : "",
     state.report.contenders().length < 2 ? "" : `Bold and marked: best${stacks.some((stack) => stack.truth) ? " among the others" : ""}.`,
@@ -142,13 +153,14 @@ export function tableSection(state: State): HTMLElement {
     draw();
   });
   const lost = runs.filter((run) => run.status && run.status !== "finished");
+  const ends = lostRuns(state);
   return h(
     "div",
     {},
     box,
     h("div", { class: "under-table" }, h("p", { class: "note" }, legend.filter(Boolean).join(" ")), used.some((c) => !c.measure.main) ? more : null),
     lost.length
-      ? h("div", { class: "note lost" }, h("p", {}, "Not finished:"), h("ul", {}, ...lostRuns(state).map((text) => h("li", {}, ...prose(text)))))
+      ? h("details", { class: "note lost", open: ends.length <= 6 }, h("summary", {}, `Not finished: ${lostCounts(state)}`), h("ul", {}, ...ends.map((text) => h("li", {}, ...prose(text)))))
       : null,
   );
 }
@@ -177,7 +189,7 @@ function claimDetail(state: State, { text, values, why }: Claim): string {
   const most = Math.max(...sides.map(Math.abs));
   const decimals = Math.max(m?.decimals ?? 0, apart > 0 ? Math.min(6, decimalsFor(apart, 1)) : m ? 0 : decimalsFor(most, 4));
   const side = (v: number | null | undefined) => (Math.abs(v ?? 0) >= 1e6 ? plain(v, 4) : fixed(v, decimals));
-  const unit = m && m.unit !== "1" ? ` ${m.unit}` : "";
+  const unit = m?.unit && m.unit !== "1" ? ` ${m.unit}` : "";
   return [sides.length ? `${side(left)} against ${side(right)}${unit}` : "", runs && runs > 1 && held !== undefined ? `in ${held} of ${runs} runs` : "", why].filter(Boolean).join(", ");
 }
 

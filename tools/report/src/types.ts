@@ -120,6 +120,7 @@ export interface Scene {
   note?: string | string[];
   dt?: number;
   laps?: number;
+  told?: string[];
   car?: { m?: number; lf?: number; lr?: number; length?: number; width?: number };
 }
 

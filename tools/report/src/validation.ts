@@ -4,7 +4,7 @@ import { unpack } from "./data";
 import { decimalsFor, fixed, h, unitText } from "./dom";
 import type { Mark } from "./marks";
 import type { State } from "./state";
-import { stackColour, token } from "./theme";
+import { stackColour, stackDash, token } from "./theme";
 import type { Trace } from "./types";
 
 const nameOf: Record<string, string> = {
@@ -24,15 +24,18 @@ export function validationTable(state: State): HTMLElement {
   const rows = estimators(state);
   const channels = [...new Set(validation.map((entry) => entry.channel))];
   const find = (estimator: string, channel: string) => validation.find((e) => e.estimator === estimator && e.channel === channel);
+  const told = new Set(state.report.meta.scene?.told ?? []);
+  const able = (estimator: string) => !told.has(estimator);
   const texts = (channel: string) => {
     const own = validation.filter((e) => e.channel === channel);
+    const rivals = own.filter((e) => able(e.estimator));
     const errors = own.map((e) => e.rmse).filter((v): v is number => v !== null);
     // As many decimals as the smallest error needs for three digits.
     const decimals = decimalsFor(Math.min(...errors));
-    return { r2: (v?: number | null) => fixed(v, 3), rmse: (v?: number | null) => fixed(v, decimals), unit: unitText(own[0]?.unit), most: Math.max(...own.map((e) => e.r2 ?? -Infinity)), least: Math.min(...errors) };
+    return { r2: (v?: number | null) => fixed(v, 3), rmse: (v?: number | null) => fixed(v, decimals), unit: unitText(own[0]?.unit), most: Math.max(...rivals.map((e) => e.r2 ?? -Infinity)), least: Math.min(...rivals.map((e) => e.rmse ?? Infinity)) };
   };
   const cell = (text: string, best: boolean) =>
-    h("td", { class: best && rows.length > 1 ? "best" : undefined }, h("span", { class: "value" }, text, best && rows.length > 1 ? h("span", { class: "visually-hidden" }, " (best)") : null));
+    h("td", { class: best ? "best" : undefined }, h("span", { class: "value" }, text, best ? h("span", { class: "visually-hidden" }, " (best)") : null));
   return h(
     "div",
     { class: "table-scroll", tabindex: 0, role: "region", "aria-label": "Validation" },
@@ -51,12 +54,13 @@ export function validationTable(state: State): HTMLElement {
         ...rows.map((estimator, i) =>
           h(
             "tr",
-            {},
-            h("th", { scope: "row", class: "name" }, h("i", { class: "swatch", style: `--c:${stackColour(i)}` }), estimator),
+            { class: able(estimator) ? undefined : "truth" },
+            h("th", { scope: "row", class: "name" }, h("i", { class: "swatch", style: `--c:${stackColour(i)}` }), estimator, able(estimator) ? null : h("abbr", { title: "was told the truth" }, " *")),
             ...channels.flatMap((channel) => {
               const found = find(estimator, channel);
               const { r2, rmse, most, least } = texts(channel);
-              return [cell(r2(found?.r2), found?.r2 !== undefined && r2(found.r2) === r2(most)), cell(rmse(found?.rmse), found?.rmse !== undefined && rmse(found.rmse) === rmse(least))];
+              const rival = found !== undefined && able(estimator) && rows.filter(able).length > 1;
+              return [cell(r2(found?.r2), rival && r2(found.r2) === r2(most)), cell(rmse(found?.rmse), rival && rmse(found.rmse) === rmse(least))];
             }),
           ),
         ),
@@ -81,8 +85,9 @@ export function validationCharts(state: State): Chart[] {
         : { kind: "line", x: x(own[0]), y: columns(own[0], "truth"), width: 2.2, color: token("ink"), dash: [2, 3], label: "true" };
       const predictions = own.map((trace): Mark => {
         const stack = names.indexOf(trace.estimator);
-        const common = { x: x(trace), y: columns(trace, "predicted"), color: stackColour(stack), label: trace.estimator };
-        return overSlip ? { kind: "points", size: 1.6, alpha: 0.6, ...common } : { kind: "line", ...common };
+        const truth = state.report.meta.scene?.told?.includes(trace.estimator) ?? false;
+        const common = { x: x(trace), y: columns(trace, "predicted"), color: stackColour(stack), label: truth ? `${trace.estimator} *` : trace.estimator };
+        return overSlip ? { kind: "points", size: 1.6, alpha: 0.6, ...common } : { kind: "line", dash: stackDash(truth), ...common };
       });
       return [truth, ...predictions];
     };
