@@ -159,7 +159,7 @@ TEST_F(Browser, ShowsWhatTheLogSays) {
   nlohmann::json cases = page("cases", "other", 1.0);
   cases["texts"] = {"hidden_things", "Unknown effect",
                     "aero_drag (a = \xe2\x88\x92"
-                    "0.42 m/s2) is missing.",
+                    "0.42 m/s\xc2\xb2) is missing.",
                     "> 99.9 %", "\xe2\x9c\x97 no"};
   cases["pictures"] = false;
   cases["links"] = {"drag/report.html"};

@@ -465,6 +465,10 @@ TEST(ReportFigures, AreWholeDrawings) {
       EXPECT_TRUE(svg.ends_with("</svg>\n"));
       EXPECT_THAT(svg, Not(testing::ContainsRegex("nan|inf[^o]")));
       EXPECT_THAT(svg, HasSubstr("<path d=\"M"));
+      EXPECT_THAT(svg, Not(testing::ContainsRegex(">-[0-9]"))) << figure << ": a hyphen for a minus";
+      if (figure.stem() == "step_times") {
+        EXPECT_THAT(svg, Not(HasSubstr(">0.0001<"))) << "no step of the sample is that short";
+      }
     }
     EXPECT_THAT(found, testing::UnorderedElementsAreArray(names)) << kind;
   }

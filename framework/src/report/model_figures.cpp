@@ -77,7 +77,7 @@ std::vector<FigureFile> validation(const Inputs& inputs) {
       }
       panel.series.push_back(series(kind, x, p.predicted, series_colour(k), estimators[k]));
     }
-    panel.x.label = slip ? "slip angle [deg]" : "time [s]";
+    panel.x.label = slip ? "slip angle [°]" : "time [s]";
     (slip ? over_slip : over_time).push_back(std::move(panel));
   }
   std::vector<FigureFile> figures;

@@ -1,8 +1,10 @@
 #include "report/plot.hpp"
 
 #include <algorithm>
+#include <cctype>
 #include <charconv>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <set>
 
@@ -16,12 +18,12 @@ constexpr const char* ink = "#1a1c20";
 constexpr const char* muted = "#62676f";
 constexpr const char* grid = "#e7e5e0";
 
-/// Shortest text of at most `digits` significant digits, the same in every locale.
+/// Shortest text of at most `digits` significant digits with a true minus, the same in every locale.
 std::string text(double value, int digits = 5) {
   char buffer[40];
   const auto end =
-      std::to_chars(buffer, buffer + sizeof buffer, value == 0 ? 0.0 : value, std::chars_format::general, digits).ptr;
-  return {buffer, end};
+      std::to_chars(buffer, buffer + sizeof buffer, std::abs(value), std::chars_format::general, digits).ptr;
+  return (value < 0 ? "−" : "") + std::string(buffer, end);
 }
 std::string pixel(double value) {
   char buffer[40];
@@ -195,7 +197,7 @@ void draw_labels(Document& out, const Panel& panel, const Frame& f, const Scale&
   }
 }
 
-void draw_panel(Document& out, const Panel& panel, Frame f, std::size_t number) {
+void draw_panel(Document& out, const Panel& panel, Frame f, const std::string& clip) {
   auto [x0, x1] = range_of(panel.x, panel.series, true);
   auto [y0, y1] = range_of(panel.y, panel.series, false);
   if (panel.equal) {
@@ -208,7 +210,6 @@ void draw_panel(Document& out, const Panel& panel, Frame f, std::size_t number) 
   const Scale sy{y0, y1, f.top + f.height, f.top, panel.y.logarithmic};
   if (panel.axes) draw_axes(out, panel, f, sx, sy);
   if (!panel.title.empty()) out.write(f.left + f.width, f.top - 7, panel.title, ink, 12, "end", true);
-  const std::string clip = "c" + std::to_string(number);
   out.raw("<clipPath id=\"" + clip + "\"><rect x=\"" + pixel(f.left) + "\" y=\"" + pixel(f.top - 6) + "\" width=\"" +
           pixel(f.width) + "\" height=\"" + pixel(f.height + 12) + "\"/></clipPath>\n<g clip-path=\"url(#" + clip +
           ")\">\n");
@@ -291,12 +292,16 @@ std::string draw_panels(const std::string& title, const std::vector<Panel>& pane
   const double head = 34 + legend;
   const double total_height = head + height * static_cast<double>(rows);
   body.write(margin_left, 20, title, ink, 14, "start", true);
+  // Names within the file, of its own: several figures may stand in one page.
+  std::string name = "clip-";
+  std::copy_if(title.begin(), title.end(), std::back_inserter(name),
+               [](unsigned char c) { return c < 0x80 && std::isalnum(c) != 0; });
   for (std::size_t i = 0; i < panels.size(); ++i) {
     const double left = width * static_cast<double>(i % shown), top = head + height * static_cast<double>(i / shown);
     draw_panel(
         body, panels[i],
         {left + margin_left, top + margin_top, width - margin_left - margin_right, height - margin_top - margin_bottom},
-        i);
+        name + std::to_string(i));
   }
   return "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"" + pixel(total_width) + "\" height=\"" +
          pixel(total_height) + "\" viewBox=\"0 0 " + pixel(total_width) + " " + pixel(total_height) +

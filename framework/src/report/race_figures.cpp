@@ -185,7 +185,7 @@ std::vector<double> interpolated(std::span<const double> at, const std::vector<d
 FigureFile friction(const std::vector<Drawn>& runs) {
   Panel panel;
   panel.x.label = "time [s]";
-  panel.y.label = "mu of the whole car";
+  panel.y.label = "µ of the whole car";
   for (const Drawn& d : runs) {
     const auto t = d.run.replay.numbers("t_s"), front = d.run.replay.numbers("mu_sigma_front"),
                rear = d.run.replay.numbers("mu_sigma_rear");
@@ -241,7 +241,7 @@ std::vector<FigureFile> tyre_curves(const std::vector<Drawn>& runs) {
   for (const char* axle : {"front", "rear"}) {
     Panel panel;
     panel.title = axle;
-    panel.x.label = "slip angle [deg]";
+    panel.x.label = "slip angle [°]";
     panel.y.label = "lateral force [N]";
     for (const Drawn& d : runs) {
       const Curve curve = last_curve(d.run.tyres, axle);
@@ -312,8 +312,8 @@ FigureFile step_times(const Inputs& inputs) {
     TimeHistogram histogram;
     for (const RunName& name : inputs.runs) {
       if (name.stack != inputs.stacks[i].name) continue;
-      for (const double ms : Columns::read(inputs.folder / name.stack / name.seed / "timing.csv").numbers("solve_ms"))
-        histogram.add(ms);
+      const Columns timing = Columns::read(inputs.folder / name.stack / name.seed / "timing.csv");
+      for (const double ms : timing.numbers("solve_ms")) histogram.add(ms);
     }
     const nlohmann::json counts = histogram.json();
     if (counts["n"] == 0) continue;

@@ -90,8 +90,9 @@ export function prose(text: string | string[]): (HTMLElement | string)[] {
   const whole = Array.isArray(text) ? text.join(" ") : text;
   const parts = whole.split("`");
   // A backtick without its partner is one that was meant.
-  if (parts.length % 2 === 0) return [trueMinus(whole)];
-  return parts.map((part, i) => (i % 2 ? h("code", {}, part) : trueMinus(part)));
+  const typeset = (part: string) => trueMinus(part).replace(/(?<=\b(m|rad)\/s)2\b/g, "²");
+  if (parts.length % 2 === 0) return [typeset(whole)];
+  return parts.map((part, i) => (i % 2 ? h("code", {}, part) : typeset(part)));
 }
 
 /** Puts new children in a box; who stood on a control of it with the keyboard stands there still. */

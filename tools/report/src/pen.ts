@@ -100,6 +100,7 @@ export class SvgPen implements Pen {
     readonly width: number,
     readonly height: number,
     paper: string,
+    private readonly name = "",
   ) {
     this.parts.push(`<rect width="${width}" height="${height}" fill="${paper}"/>`);
   }
@@ -138,7 +139,8 @@ export class SvgPen implements Pen {
   }
   /** Everything drawn by `draw` is cut off outside the rectangle. */
   clipped(x: number, y: number, width: number, height: number, draw: () => void): void {
-    const id = `clip${this.parts.length}`;
+    // A name of its own: several figures may stand in one page.
+    const id = `clip-${this.name}-${this.parts.length}`;
     this.parts.push(`<clipPath id="${id}"><rect x="${x}" y="${y}" width="${width}" height="${height}"/></clipPath>`);
     this.parts.push(`<g clip-path="url(#${id})">`);
     draw();

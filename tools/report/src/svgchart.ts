@@ -63,7 +63,7 @@ export function chartSvg({ title, x, y, xRange, yRange, marks, width, height }: 
     at += wide;
   }
   const legendHeight = named.length ? 22 + 18 * line : 0;
-  const pen = new SvgPen(width, height, token("surface"));
+  const pen = new SvgPen(width, height, token("surface"), title.replace(/[^A-Za-z0-9]/g, ""));
   const [top, bottom] = [34 + legendHeight, 46];
   const [plotWidth, plotHeight] = [width - left - right, height - top - bottom];
   const frame: Frame = {

@@ -193,11 +193,25 @@ function claimDetail(state: State, { text, values, why }: Claim): string {
   return [sides.length ? `${side(left)} against ${side(right)}${unit}` : "", runs && runs > 1 && held !== undefined ? `in ${held} of ${runs} runs` : "", why].filter(Boolean).join(", ");
 }
 
+/** The claims that were decided, and those that were not, put aside where they are many. */
 export function claimsSection(state: State): HTMLElement {
+  const { claims } = state.report.meta;
+  const skipped = claims.filter((claim) => claim.holds === null);
+  if (skipped.length < 3) return claimList(state, claims);
+  const decided = claims.filter((claim) => claim.holds !== null);
+  return h(
+    "div",
+    {},
+    decided.length ? claimList(state, decided) : null,
+    h("details", { class: "aside" }, h("summary", {}, `${skipped.length} not decided`), claimList(state, skipped)),
+  );
+}
+
+function claimList(state: State, claims: Claim[]): HTMLElement {
   return h(
     "ul",
     { class: "claims" },
-    ...state.report.meta.claims.map((claim) => {
+    ...claims.map((claim) => {
       const { text, holds } = claim;
       const detail = claimDetail(state, claim);
       const [style, sign, words] = verdicts.get(holds)!;
