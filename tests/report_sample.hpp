@@ -370,7 +370,8 @@ inline std::string json_array(const std::vector<double>& values) {
 }
 
 /// An OUT folder as `compare` writes it for validations.
-inline void write_validation_sample(const fs::path& folder) {
+/// `own_drives`: each estimator was asked about a drive of its own.
+inline void write_validation_sample(const fs::path& folder, bool own_drives = false) {
   fs::create_directories(folder);
   std::ofstream scores(folder / "validation.csv"), traces(folder / "validation_traces.csv");
   scores << "estimator,channel,unit,n,r2,rmse\n";
@@ -382,7 +383,7 @@ inline void write_validation_sample(const fs::path& folder) {
       scores << estimator << ',' << channels[c] << ',' << units[c] << ",350," << 0.99 - 0.01 * c << ",0.0" << c + 2
              << '\n';
       for (int i = 0; i < 350; ++i) {
-        const double t = 0.02 * i, slip = 0.3 * std::sin(1.3 * t);
+        const double t = 0.02 * i + (own_drives && estimator[0] == 'g' ? 1 : 0), slip = 0.3 * std::sin(1.3 * t);
         const double truth = c == 3 ? lateral_force(0.19, slip) : std::sin(1.1 * t + c) * (c + 1);
         const double off = (estimator[0] == 'e' ? 0.05 : 0.08) * std::sin(9 * t);
         traces << estimator << ',' << channels[c] << ','

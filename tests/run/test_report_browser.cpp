@@ -117,6 +117,7 @@ TEST_F(Browser, ShowsWhatTheLogSays) {
   late_options.tyres_from = 2;
   late_options.stacks = {{"elm", false, 1, 0.9, 0.8}};
   sample::write_sample(work / "late", late_options);
+  sample::write_validation_sample(work / "drives", true);
   sample::write_broken_sample(work / "broken");
   sample::write_cases_sample(work / "cases");
   sample::SampleOptions nasty;
@@ -150,6 +151,9 @@ TEST_F(Browser, ShowsWhatTheLogSays) {
   late["late_tyres"] = 2.0;
   late["absent"] = {"among the others", "Bold and marked"};
   job["pages"].push_back(late);
+  nlohmann::json drives = page("drives", "other", 1.0);
+  drives["chosen"] = {{"figure", "validation-e_vx"}, {"first", "elm"}, {"other", "gp"}};
+  job["pages"].push_back(drives);
   nlohmann::json broken = page("broken", "other", 1.0);
   broken["texts"] = {"none of 4 laps finished", "2 of 2 runs did not finish",
                      "One base row, and a gain of \xe2\x88\x92"

@@ -474,6 +474,20 @@ TEST(ReportFigures, AreWholeDrawings) {
   }
 }
 
+TEST(ReportFigures, DrivesOfTheirOwnHavePanelsOfTheirOwn) {
+  const Folder folder;
+  const auto panels = [&](const std::string& name, bool own_drives) {
+    sample::write_validation_sample(folder.path() / name, own_drives);
+    const Written written = write_report({folder.path() / name, {}, true, {}, {}});
+    const std::string svg = bytes_of(folder.path() / name / "figures" / "offline_validation.svg");
+    std::size_t count = 0;
+    for (std::size_t at = 0; (at = svg.find("<clipPath", at)) != svg.npos; ++at) ++count;
+    return count;
+  };
+  EXPECT_EQ(panels("one", false), 3u);
+  EXPECT_EQ(panels("own", true), 6u);
+}
+
 TEST(ReportPlot, TicksAreRound) {
   EXPECT_THAT(round_ticks(0, 10, 5), ElementsAre(0, 2, 4, 6, 8, 10));
   EXPECT_THAT(round_ticks(-0.11, 0.2, 3),

@@ -56,36 +56,50 @@ Series series(Series::Kind kind, std::vector<double> x, std::vector<double> y, s
   return s;
 }
 
+/// Whether all were asked about the same drive: on a drive of its own each has a truth of its own.
+bool one_truth(const std::vector<std::pair<std::size_t, Prediction>>& all) {
+  return std::all_of(all.begin(), all.end(), [&](const auto& one) {
+    return one.second.t == all.front().second.t && one.second.truth == all.front().second.truth;
+  });
+}
+
 std::vector<FigureFile> validation(const Inputs& inputs) {
   const Columns& traces = inputs.validation_traces;
   const std::vector<std::string> estimators = distinct(traces, "estimator");
   std::vector<Panel> over_time, over_slip;
+  bool shared = true;
   for (const std::string& channel : distinct(traces, "channel")) {
-    Panel panel;
-    panel.y.label = channel + unit_of(inputs.validation, channel);
-    bool slip = false;
-    for (std::size_t k = 0; k < estimators.size(); ++k) {
-      const Prediction p = select(traces, estimators[k], channel);
-      if (p.t.empty()) continue;
-      slip = any_number(p.slip);
-      const Series::Kind kind = slip ? Series::Kind::points : Series::Kind::line;
-      const std::vector<double>& x = slip ? p.slip : p.t;
-      if (panel.series.empty()) {
-        Series truth = series(kind, x, p.truth, "#1a1c20", "true");
+    std::vector<std::pair<std::size_t, Prediction>> all;
+    for (std::size_t k = 0; k < estimators.size(); ++k)
+      if (Prediction p = select(traces, estimators[k], channel); !p.t.empty()) all.emplace_back(k, std::move(p));
+    if (all.empty()) continue;
+    shared = shared && one_truth(all);
+    const bool slip = any_number(all.front().second.slip);
+    const Series::Kind kind = slip ? Series::Kind::points : Series::Kind::line;
+    std::vector<Panel>& panels = slip ? over_slip : over_time;
+    for (const auto& [k, p] : all) {
+      if (!one_truth(all) || k == all.front().first) {
+        Panel panel;
+        panel.y.label = channel + unit_of(inputs.validation, channel);
+        panel.x.label = slip ? "slip angle [°]" : "time [s]";
+        if (!one_truth(all)) panel.title = estimators[k];
+        Series truth = series(kind, slip ? p.slip : p.t, p.truth, "#1a1c20", "true");
         if (!slip) truth.dash = "2 3", truth.width = 2;
         panel.series.push_back(std::move(truth));
+        panels.push_back(std::move(panel));
       }
-      panel.series.push_back(series(kind, x, p.predicted, series_colour(k), estimators[k]));
+      panels.back().series.push_back(series(kind, slip ? p.slip : p.t, p.predicted, series_colour(k), estimators[k]));
     }
-    panel.x.label = slip ? "slip angle [°]" : "time [s]";
-    (slip ? over_slip : over_time).push_back(std::move(panel));
   }
+  const int side_by_side = static_cast<int>(estimators.size());
   std::vector<FigureFile> figures;
   if (!over_time.empty())
-    figures.push_back({"offline_validation.svg",
-                       draw_panels("What the nominal model misses, true and predicted", over_time, 1, 900, 230)});
+    figures.push_back(
+        {"offline_validation.svg", draw_panels("What the nominal model misses, true and predicted", over_time,
+                                               shared ? 1 : side_by_side, shared ? 900 : 420, 230)});
   if (!over_slip.empty())
-    figures.push_back({"force_validation.svg", draw_panels("Axle forces, true and predicted", over_slip, 2, 450, 340)});
+    figures.push_back({"force_validation.svg", draw_panels("Axle forces, true and predicted", over_slip,
+                                                           shared ? 2 : side_by_side, shared ? 450 : 420, 340)});
   return figures;
 }
 

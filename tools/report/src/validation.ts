@@ -69,6 +69,23 @@ export function validationTable(state: State): HTMLElement {
   );
 }
 
+/** Whether all were asked about the same drive: on a drive of its own each has a truth of its own. */
+function oneTruth(traces: Trace[]): boolean {
+  const values = ({ t_s, truth }: Trace) => [t_s, truth].flatMap((column) => (column ? [...unpack(column)] : []));
+  const first = values(traces[0]);
+  return traces.every((trace) => {
+    const own = values(trace);
+    return own.length === first.length && own.every((v, i) => Object.is(v, first[i]));
+  });
+}
+
+/** The estimator that explains a channel best without having been told. */
+function mostTrusted(state: State, channel: string, own: Trace[]): string {
+  const { validation, scene } = state.report.meta;
+  const rivals = validation.filter((entry) => entry.channel === channel && !scene?.told?.includes(entry.estimator) && own.some((trace) => trace.estimator === entry.estimator));
+  return [...rivals].sort((a, b) => (b.r2 ?? -Infinity) - (a.r2 ?? -Infinity))[0]?.estimator ?? own[0].estimator;
+}
+
 /** Truth and predictions of one channel: over time, or over the slip angle where there is one. */
 export function validationCharts(state: State): Chart[] {
   const { traces, validation } = state.report.meta;
@@ -78,12 +95,15 @@ export function validationCharts(state: State): Chart[] {
     const unit = validation.find((e) => e.channel === channel)?.unit;
     const overSlip = own.some((trace) => trace.slip_rad && unpack(trace.slip_rad).some(Number.isFinite));
     const columns = (trace: Trace, name: "t_s" | "truth" | "predicted" | "slip_rad") => (trace[name] ? unpack(trace[name]!) : new Float64Array(0));
+    const shared = oneTruth(own);
+    let chosen = mostTrusted(state, channel, own);
     const marks = (): Mark[] => {
+      const shown = shared ? own : own.filter((trace) => trace.estimator === chosen);
       const x = (trace: Trace) => (overSlip ? columns(trace, "slip_rad").map((a) => (a * 180) / Math.PI) : columns(trace, "t_s"));
       const truth: Mark = overSlip
-        ? { kind: "points", x: x(own[0]), y: columns(own[0], "truth"), size: 1.6, alpha: 0.5, color: token("ink"), label: "true" }
-        : { kind: "line", x: x(own[0]), y: columns(own[0], "truth"), width: 2.2, color: token("ink"), dash: [2, 3], label: "true" };
-      const predictions = own.map((trace): Mark => {
+        ? { kind: "points", x: x(shown[0]), y: columns(shown[0], "truth"), size: 1.6, alpha: 0.5, color: token("ink"), label: "true" }
+        : { kind: "line", x: x(shown[0]), y: columns(shown[0], "truth"), width: 2.2, color: token("ink"), dash: [2, 3], label: "true" };
+      const predictions = shown.map((trace): Mark => {
         const stack = names.indexOf(trace.estimator);
         const truth = state.report.meta.scene?.told?.includes(trace.estimator) ?? false;
         const common = { x: x(trace), y: columns(trace, "predicted"), color: stackColour(stack), label: truth ? `${trace.estimator} *` : trace.estimator };
@@ -91,7 +111,7 @@ export function validationCharts(state: State): Chart[] {
       });
       return [truth, ...predictions];
     };
-    return new Chart(
+    const chart = new Chart(
       {
         id: `validation-${channel}`,
         title: nameOf[channel] ?? channel,
@@ -103,5 +123,14 @@ export function validationCharts(state: State): Chart[] {
       },
       state,
     );
+    if (!shared) {
+      const select = h("select", { "aria-label": "Estimator" }, ...own.map(({ estimator }) => h("option", { value: estimator, selected: estimator === chosen }, estimator)));
+      select.addEventListener("change", () => {
+        chosen = select.value;
+        chart.refresh();
+      });
+      chart.figure.controls.append(select);
+    }
+    return chart;
   });
 }

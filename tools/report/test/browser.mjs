@@ -215,6 +215,16 @@ async function checkPlaying(page) {
   check(played.cost < 1000 / 60, `a frame with ${played.cars} cars is drawn in ${played.cost.toFixed(1)} ms (${played.rate.toFixed(0)} frames/s here)`);
 }
 
+/** Where each has a truth of its own, one is shown at a time. */
+async function checkChosen(page, { figure, first, other }) {
+  const keys = () => page.$$eval(`#figure-${figure} .key`, (list) => list.map((key) => key.textContent.trim()));
+  await page.evaluate((id) => document.getElementById(id).scrollIntoView({ behavior: "instant" }), `figure-${figure}`);
+  await page.waitForTimeout(200);
+  check((await keys()).join() === `true,${first}`, `one estimator is shown beside its truth (${await keys()})`);
+  await page.selectOption(`#figure-${figure} select`, other);
+  check((await keys()).join() === `true,${other}`, `another can be chosen (${await keys()})`);
+}
+
 async function checkDownloads(page) {
   for (const [label, good] of [
     ["SVG", (text) => text.startsWith("<svg ") && text.trim().endsWith("</svg>")],
@@ -283,6 +293,7 @@ async function checkPage(browser, spec) {
     check(await page.$eval(".transport", (bar) => getComputedStyle(bar).display === "none"), "printing leaves the controls out");
     await page.emulateMedia({ media: "screen" });
   }
+  if (spec.chosen) await checkChosen(page, spec.chosen);
   if (spec.late_tyres) await checkLateTyres(page, spec.late_tyres);
   await shoot(page, `${spec.name}-light`);
   check(unwanted.length === 0, `no console errors, no requests${unwanted.length ? `: ${unwanted.slice(0, 3).join(" | ")}` : ""}`);
