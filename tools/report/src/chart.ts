@@ -69,6 +69,7 @@ function legendKey(mark: Mark): SVGElement {
   const pen = new SvgPen(width, height, "none");
   if (mark.kind === "points") drawMarker(pen, mark.shape ?? "circle", 6, 6, 4, mark.color);
   else pen.line([0, 6, width, 6], { color: mark.color, width: mark.kind === "line" ? 2.4 : 8, dash: mark.kind === "line" ? mark.dash : undefined, alpha: mark.kind === "line" ? 1 : 0.4 });
+  if (mark.kind === "line" && mark.shape && mark.shapesAt?.length) drawMarker(pen, mark.shape, 10, 6, 3, mark.color);
   return pen.element("key-mark");
 }
 

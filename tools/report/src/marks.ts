@@ -15,7 +15,7 @@ interface Common {
 }
 export type Mark = Common &
   (
-    | { kind: "line"; x: Numbers; y: Numbers; width?: number; dash?: number[]; step?: boolean }
+    | { kind: "line"; x: Numbers; y: Numbers; width?: number; dash?: number[]; step?: boolean; shape?: Shape; shapesAt?: number[] }
     | { kind: "band"; x: Numbers; low: Numbers; high: Numbers }
     | { kind: "points"; x: Numbers; y: Numbers; size?: number; shape?: Shape; names?: string[] }
     | { kind: "rule"; at: number; axis: "x" | "y"; dash?: number[]; width?: number }
@@ -92,6 +92,8 @@ export function paintMarks(pen: Pen, frame: Frame, marks: Mark[], hot: number | 
       case "line":
         for (const piece of pieces(frame, mark.x, mark.y, mark.step))
           pen.line(piece, { color, alpha, width: mark.width ?? 1.6, dash: mark.dash });
+        for (const i of mark.shapesAt ?? [])
+          if (mark.shape && Number.isFinite(mark.y[i])) drawMarker(pen, mark.shape, frame.x(mark.x[i]), frame.y(mark.y[i]), 3, color, alpha);
         break;
       case "band": {
         const high = pieces(frame, mark.x, mark.high);

@@ -93,6 +93,7 @@ export function chartSvg({ title, x, y, xRange, yRange, marks, width, height }: 
     const [x0, y0] = places[i];
     if (mark.kind === "points") drawMarker(pen, mark.shape ?? "circle", x0 + 9, y0, 4, mark.color);
     else pen.line([x0, y0, x0 + 18, y0], { color: mark.color, width: 2.5, dash: mark.kind === "line" ? mark.dash : undefined });
+    if (mark.kind === "line" && mark.shape && mark.shapesAt?.length) drawMarker(pen, mark.shape, x0 + 9, y0, 3, mark.color);
     pen.text(x0 + 24, y0, mark.label!, { color: ink });
   });
   pen.text(left + plotWidth / 2, height - 12, axisTitle(x), { color: muted, align: "center" });

@@ -167,6 +167,8 @@ async function checkKeys(page) {
 async function checkLegend(page) {
   const dashes = await page.$$eval("#figure-friction .key", (keys) => Object.fromEntries(keys.map((key) => [key.firstChild.nextSibling.textContent, key.querySelector("path")?.getAttribute("stroke-dasharray") ?? ""])));
   check(dashes.true === "2 3" && dashes["oracle *"] === "6 4" && dashes.elm === "", `the legend's lines are dotted, dashed, solid (${JSON.stringify(dashes)})`);
+  const shapes = await page.$$eval("#figure-friction .key", (keys) => keys.slice(0, 5).map((key) => [...key.querySelectorAll("svg > :not(rect)")].map((part) => part.outerHTML.replace(/#[0-9a-f]{6}/g, "")).join()));
+  check(new Set(shapes).size === shapes.length, "stacks differ in the legend without their colours");
   const decimals = await page.$$eval("#replay .readout", (list) => list.map((readout) => new Set([...readout.querySelectorAll("b")].map((b) => (b.textContent.split(".")[1] ?? "").length)).size));
   check(Math.max(...decimals.slice(0, -1)) === 1, `readouts of one chart have the same decimals (${decimals})`);
 }
