@@ -98,6 +98,8 @@ void print(const diagnose::Diagnosis& d) {
                   r.selected_fraction);
     std::cout << row;
   }
+  if (d.verdict == diagnose::Verdict::unknown && !d.ranking.empty())
+    std::cout << "wins compare the effects of the catalogue with each other; here none of them is enough\n";
   std::cout << "\nhorizon    before     after   (sensor standard deviations, data not fitted)\n";
   for (const diagnose::Diagnosis::Horizon& h : d.horizons) {
     char row[120];

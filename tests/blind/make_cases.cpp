@@ -24,8 +24,10 @@ struct Condition {
   const char* name;
   const char* kind;  // none, single, pair, unknown
   bool process_noise = false, wrong_nominal = false, outside = false, excluded = false, brief = false;
+  bool more_outside = false;
+  double dt = 0.02;  // of the logs
 };
-constexpr std::array<Condition, 11> conditions = {{
+constexpr std::array<Condition, 17> conditions = {{
     {"none_white", "none"},
     {"none_process", "none", true},
     {"none_nominal", "none", false, true},
@@ -37,6 +39,12 @@ constexpr std::array<Condition, 11> conditions = {{
     {"pair_process", "pair", true},
     {"outside", "unknown", false, false, true},
     {"excluded", "unknown", false, false, false, true},
+    {"outside_more", "unknown", false, false, true, false, false, true},
+    {"outside_process", "unknown", true, false, true},
+    {"none_20hz", "none", false, false, false, false, false, false, 0.05},
+    {"none_100hz", "none", false, false, false, false, false, false, 0.01},
+    {"single_20hz", "single", false, false, false, false, false, false, 0.05},
+    {"single_100hz", "single", false, false, false, false, false, false, 0.01},
 }};
 
 /// Nominal world, catalogue and roads of one car.
@@ -180,7 +188,7 @@ Draft draft(const Condition& condition, std::size_t i, Random& r) {
     }
   }
   if (condition.outside) {
-    const std::vector<std::string> outsiders = outside_ids();
+    const std::vector<std::string> outsiders = condition.more_outside ? more_outside_ids() : outside_ids();
     c.outside = draw_outside(outsiders[(i / 2) % outsiders.size()], c.car, 1.0, c.seconds, r);
     c.effects.clear();
   }
@@ -279,7 +287,7 @@ std::string case_json(const Draft& c, const std::string& track, int direction, c
   constexpr std::array<const char*, 6> names = {"x_m", "y_m", "yaw_rad", "vx_mps", "vy_mps", "yaw_rate_radps"};
   std::string text = "{\n  \"vehicle\": \"" + std::string(vehicles[static_cast<std::size_t>(c.car)]) +
                      "\",\n  \"track\": \"" + track + "\",\n  \"direction\": " + std::to_string(direction) +
-                     ",\n  \"sample_time_s\": 0.02,\n  \"noise_sigma\": {";
+                     ",\n  \"sample_time_s\": " + number(c.condition.dt) + ",\n  \"noise_sigma\": {";
   for (std::size_t i = 0; i < 6; ++i)
     text += (i > 0 ? ", \"" : "\"") + std::string(names[i]) + "\": " + number(noise[i]);
   text += "},\n  \"exclude\": " + list(c.excluded) + ",\n  \"nominal_uncertainty\": ";
@@ -326,6 +334,7 @@ void make_case(const Condition& condition, std::size_t i, std::uint64_t seed, st
   for (Effect& e : stated.effects)
     if (e.id == "sensor_latency") e.params["T"] = plan.latency;
   plan.seconds = c.seconds;
+  plan.dt = condition.dt;
   plan.process_noise = condition.process_noise;
   const int direction = r() % 3 == 0 ? -1 : 1;
   plan.style = {uniform(r, 0.78, 0.95), uniform(r, 0.04, full ? 0.12 : 0.18), uniform(r, 0.1, 0.5),

@@ -18,7 +18,7 @@ class OutsideTyre final : public gripline::Effect {
   Stage stage() const noexcept override { return Stage::tyre; }
   void apply(const Points<double>& p) const override {
     for (std::size_t i = 0; i < p.n; ++i) {
-      p.q[i].peak_front *= o_.grip() * o_.side(p.q[i].slip_front);
+      p.q[i].peak_front *= o_.grip() * o_.front(p.q[i].vx) * o_.side(p.q[i].slip_front);
       p.q[i].peak_rear *= o_.grip() * o_.side(p.q[i].slip_rear);
     }
   }
@@ -33,7 +33,7 @@ struct Plan {
   diagnose::ModelSpec model;  // effects of the catalogue, values of the nominal parameters
   std::optional<blind::Effect> outside;
   double latency = 0;  // of all readings [s]
-  double seconds = 60;
+  double seconds = 60, dt = 0.02;
   bool process_noise = false;
   Style style;
 };
@@ -80,9 +80,10 @@ inline std::optional<Log> simulate(const Plan& plan, const diagnose::Road& road,
   const auto m = static_cast<std::size_t>(car.memory());
   std::vector<double> memory(m);
 
-  constexpr int pieces = 8;
+  const int pieces = static_cast<int>(std::round(plan.dt / 0.0025));
   Log out;
   diagnose::Measured& log = out.log;
+  log.dt = plan.dt;
   const double h = log.dt / pieces;
   const auto lead = static_cast<std::size_t>(std::round(plan.latency / h));
   const auto n = static_cast<std::size_t>(std::round(plan.seconds / log.dt)) + 1;

@@ -2,6 +2,7 @@
 
 #include "diagnose/adequacy.hpp"
 #include "diagnose/constancy.hpp"
+#include "diagnose/diagnosis.hpp"
 #include "diagnose/search.hpp"
 #include "diagnose_rig.hpp"
 
@@ -128,6 +129,31 @@ TEST(Filter, GuessedCommandsExplainNothing) {
   };
   const double blind = cost_of(false), told = cost_of(true);
   EXPECT_GT(blind, 100.0 * told);
+}
+
+/// The second effect explains a four-hundredth of what the first does, and that is still thousands of units.
+TEST(Search, NamesTheSmallBesideTheHuge) {
+  DiagnoseRig rig;
+  const ModelSpec truth = rig.with(rig.with("vx_scale", {-0.3}), "yaw_inertia", {0.2});
+  Problem problem = rig.problem({rig.simulate(truth, {40, 57, 0.3})});
+  Search search(problem, rig.road());
+  search.run();
+  EXPECT_EQ(rig.catalogue().name(search.best().model), "yaw_inertia+vx_scale");
+}
+
+/// What is measured in standard deviations of a noise that is not there means nothing, and the reader is told.
+TEST(Diagnoser, TellsThatALogHasNoNoise) {
+  DiagnoseRig rig;
+  const auto told = [&](double noise) {
+    Diagnoser diagnoser(rig.world(), rig.registry(), {});
+    LogFile log;
+    log.stretches.push_back(rig.simulate(rig.with("drive_gain", {0.12}), {20, 59, noise}));
+    const Diagnosis d = diagnoser.run({&log, 1}, {});
+    return std::any_of(d.health.begin(), d.health.end(),
+                       [](const Health& h) { return h.found.starts_with("none to be seen"); });
+  };
+  EXPECT_TRUE(told(0.0));
+  EXPECT_FALSE(told(1.0));
 }
 
 TEST(Search, TellsExactSynonyms) {

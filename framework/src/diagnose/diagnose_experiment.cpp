@@ -8,6 +8,7 @@
 #include "../config/merge_patch.hpp"
 #include "../csv_writer.hpp"
 #include "../experiment.hpp"
+#include "../plugin_cache.hpp"
 #include "../simulation.hpp"
 #include "diagnosis_files.hpp"
 #include "report_data.hpp"
@@ -109,7 +110,7 @@ fs::path drive(const WorldSpec& spec, const StackSpec& driver, std::uint64_t see
   place.hold = spec.hold;
   place.seed = seed;
   place.course = &world.course();
-  place.cache_dir = (folder / ".." / ".." / ".cache").lexically_normal().string();
+  place.cache_dir = plugin_cache_folder().string();
   Stack stack(driver, place, world.observe());
   fs::create_directories(folder);
   {

@@ -12,6 +12,7 @@ namespace gripline::diagnose {
 namespace {
 
 constexpr double no_worse = 1.02;         // errors on data not fitted, over those of the nominal model
+constexpr double no_noise = 0.05;         // of the stated: a log with less has none
 constexpr double worth_adding = 3.0;      // log evidence an effect must bring
 constexpr double beyond_doubt = 15.0;     // log evidence that needs no second witness
 constexpr double same_evidence = 2.0;     // models closer than this cannot be told apart
@@ -84,6 +85,15 @@ void Diagnoser::prepare(std::span<const LogFile> logs, Diagnosis& d) {
     const double floor = 1e-6 * (c < 2 ? car.lf + car.lr : c == 2 ? 1.0 : car.v_ref);
     if (std::isnan(seen[c])) {
       problem_.sensor[c] = std::max(floor, stated);
+      continue;
+    }
+    if (stated > 0.0 && seen[c] < no_noise * stated) {
+      // Simulated, or filtered: what is left is rounding, of which nothing is known.
+      problem_.sensor[c] = no_noise * stated;
+      d.health.push_back({std::string("noise of ") + channel_name(c), "none to be seen, stated " + number(stated),
+                          "a twentieth of the stated is used; figures in standard deviations, intervals and confidence "
+                          "are not to be relied on",
+                          Health::Level::bad});
       continue;
     }
     const bool agrees = stated > 0.0 && seen[c] > 0.85 * stated && seen[c] < 1.15 * stated;

@@ -331,12 +331,20 @@ bool nominal_is_remembered(const Catalogue& catalogue, const ModelSpec& model) {
   });
 }
 
-/// The same as exact_directions where memories change with the parameters; `step` by parameter.
+/// The same as exact_directions where memories change with the parameters; `step` by parameter, `base` the rates of the
+/// car as it is.
 void moved_directions(StagedCar& car, const Trace& trace, std::span<const std::size_t> seed,
-                      std::span<const double> step, std::span<Direction> directions) {
+                      std::span<const double> step, const std::vector<double>& base, std::span<Direction> directions) {
   for (std::size_t i = 0; i < seed.size(); ++i) {
-    const double value = car.params()[seed[i]];
-    directions[i] = difference_direction(car, trace, seed[i], value + step[i], value - step[i]);
+    const double keep = car.params()[seed[i]];
+    car.params()[seed[i]] = keep + step[i];
+    const std::vector<double> rates = rates_at_samples(car, trace, run_memory(car, trace));
+    car.params()[seed[i]] = keep;
+    std::vector<double>& rate = directions[i].rate;
+    rate.resize(trace.size() * 3);
+    for (std::size_t k = 0; k < trace.size(); ++k)
+      for (std::size_t c = 0; c < 3; ++c)
+        rate[k * 3 + c] = (rates[k * channels + 3 + c] - base[k * channels + 3 + c]) / step[i];
   }
 }
 
@@ -462,7 +470,7 @@ void candidate_directions(const Catalogue& catalogue, const ModelSpec& model, co
       std::vector<double> step;
       for (std::size_t f = 0; f < at.size(); ++f) step.push_back(small_step * c.decl(f).scale);
       if (later)
-        moved_directions(car, trace, at, step, all);
+        moved_directions(car, trace, at, step, base_rates, all);
       else
         exact_directions(car, trace, memory, at, c.effect->stage() == Stage::reading, all);
       std::vector<std::size_t> shapes;
@@ -483,7 +491,7 @@ void candidate_directions(const Catalogue& catalogue, const ModelSpec& model, co
           std::vector<Direction> one(1);
           const std::size_t seed[] = {at[strength]};
           if (later)
-            moved_directions(car, trace, seed, std::span(step).subspan(strength, 1), one);
+            moved_directions(car, trace, seed, std::span(step).subspan(strength, 1), base_rates, one);
           else
             exact_directions(car, trace, memory, seed, false, one);
           directions.push_back(std::move(one.front()));

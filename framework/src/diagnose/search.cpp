@@ -97,7 +97,8 @@ std::vector<const Fit*> Search::extend(const Fit& from, std::size_t tries, doubl
 
 double Search::required(std::size_t size) const {
   if (size <= 1) return options_.worth_adding;
-  return std::max(options_.worth_beside, options_.share_beside * (best_->score - nothing_->score));
+  const double share = small_.empty() ? options_.share_beside : options_.share_settled;
+  return std::max(options_.worth_beside, share * (best_->score - nothing_->score));
 }
 
 /// Adds effects one at a time to the best few models of each size.
@@ -135,7 +136,8 @@ void Search::polish() {
         best_ = &less;
         moved = true;
       }
-      if (before->model.members.size() < 2) continue;
+      // Once the reference is the found model's own, far swaps have been tried along the one before.
+      if (before->model.members.size() < 2 || (!near && !small_.empty())) continue;
       for (const Fit* swapped : extend(less, 3, best_->score))
         if (swapped->score > best_->score + (swapped->model.members.size() > best_->model.members.size()
                                                  ? required(swapped->model.members.size())
@@ -166,17 +168,21 @@ void Search::settle() {
     if (again.score > best_->score) best_ = &again;
   }
   polish();
+  while (grow_once()) polish();
+}
+
+/// One effect more beside those found, along their own reference.
+bool Search::grow_once() {
   const Fit* const before = best_;
-  const double worth = before->score + required(before->model.members.size() + 1);
-  const bool largest = before->model.members.size() == options_.max_effects;
+  const bool largest = before->model.members.size() >= options_.max_effects;
+  // That the catalogue does not suffice is said only of what no error of the models could be.
+  const double least = largest ? options_.share_beside * (before->score - nothing_->score) : 0.0;
+  const double worth = before->score + std::max(required(before->model.members.size() + 1), least);
   const auto more = extend(*before, 3, before->score, largest ? worth : std::numeric_limits<double>::infinity());
-  if (more.empty() || more.front()->score <= worth) return;
-  if (largest) {
-    exhausted_ = true;
-    return;
-  }
-  best_ = more.front();
-  polish();
+  if (more.empty() || more.front()->score <= worth) return false;
+  exhausted_ = largest;
+  if (!largest) best_ = more.front();
+  return !largest;
 }
 
 const Fit* Search::alone(std::size_t candidate) const {

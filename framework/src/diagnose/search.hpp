@@ -15,10 +15,12 @@ struct SearchOptions {
   std::size_t beam = 2;
   std::size_t tries = 6;      // refits per model extended
   double worth_adding = 3.0;  // rise of the score (log evidence) that an effect must bring
-  /// The same beside other effects: there are dozens to choose from, and what is known of the found ones (integration,
-  /// linearisation) is good to a share of what they explain.
+  /// The same beside other effects: there are dozens to choose from, and what is known of the found ones is good to a
+  /// share of what they explain: linearisation along a reference that they bend, and later, along their own reference,
+  /// integration.
   double worth_beside = 6.5;
   double share_beside = 0.002;
+  double share_settled = 0.0001;
   Tell tell;  // how much of the search is done, in quarters; may be empty
 };
 
@@ -59,6 +61,7 @@ class Search {
   void grow();
   void polish();
   void settle();
+  bool grow_once();
 
   Problem& problem_;
   const Road& road_;
