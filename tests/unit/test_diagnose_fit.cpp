@@ -141,6 +141,23 @@ TEST(Search, NamesTheSmallBesideTheHuge) {
   EXPECT_EQ(rig.catalogue().name(search.best().model), "yaw_inertia+vx_scale");
 }
 
+/// What was met once may belong to the place or to the time.
+TEST(Diagnoser, IsLessSureOfAPlacePassedOnce) {
+  DiagnoseRig rig;
+  const auto confidence = [&](const ModelSpec& truth) {
+    Diagnoser diagnoser(rig.world(), rig.registry(), {});
+    LogFile log;
+    log.stretches.push_back(rig.simulate(truth, {40, 61, 1}));
+    const Diagnosis d = diagnoser.run({&log, 1}, {});
+    return d.named.empty() ? 0.0 : d.named.front().confidence;
+  };
+  // The rig's car weaves about on the spot and never completes a lap.
+  const double patch = confidence(rig.with("friction_patch", {-0.3, 0.25, 0.15}));
+  EXPECT_LE(patch, 0.9);
+  EXPECT_GT(patch, 0.0);
+  EXPECT_GT(confidence(rig.with("drive_gain", {0.12})), 0.95);
+}
+
 /// What is measured in standard deviations of a noise that is not there means nothing, and the reader is told.
 TEST(Diagnoser, TellsThatALogHasNoNoise) {
   DiagnoseRig rig;
@@ -261,7 +278,7 @@ TEST(LinearModel, StepsOfIntegrationFollowTheSampleTime) {
   const int slow = substeps_of_motion(car, problem.traces);
   problem.traces.front().log.dt = 0.002;
   EXPECT_EQ(substeps_of_motion(car, problem.traces), 1);
-  EXPECT_GE(slow, 2 * usual);
+  EXPECT_GT(slow, usual);
 }
 
 /// Shape parameters cost less than those that stand for an effect of their own, but never nothing.

@@ -13,6 +13,7 @@ namespace {
 
 constexpr double no_worse = 1.02;         // errors on data not fitted, over those of the nominal model
 constexpr double no_noise = 0.05;         // of the stated: a log with less has none
+constexpr double most_in_one_lap = 0.9;   // confidence in an effect of place that was passed once
 constexpr double worth_adding = 3.0;      // log evidence an effect must bring
 constexpr double beyond_doubt = 15.0;     // log evidence that needs no second witness
 constexpr double same_evidence = 2.0;     // models closer than this cannot be told apart
@@ -171,6 +172,29 @@ bool Diagnoser::may_be_nothing(const Fit& fitted, std::size_t which) const {
   return true;
 }
 
+/// Below two laps a place is passed once or not again: what an effect does there could as well belong to that time.
+bool Diagnoser::place_may_be_time(std::size_t candidate) const {
+  double laps = 0.0;
+  bool differs = false;
+  const ModelSpec model = catalogue_.with(catalogue_.bare(), candidate);
+  const StagedCar car = catalogue_.build(model);
+  for (const Trace& trace : problem_.traces) {
+    Trace elsewhere = trace;
+    double driven = 0.0;
+    for (std::size_t k = 0; k < trace.size(); ++k) {
+      double& place = elsewhere.at[k].lap_fraction;
+      place = place < 0.5 ? place + 0.5 : place - 0.5;
+      if (k == 0) continue;
+      const double step = trace.at[k].lap_fraction - trace.at[k - 1].lap_fraction;
+      driven += step - std::round(step);
+    }
+    laps += std::abs(driven);
+    const std::vector<double> memory = run_memory(car, trace);
+    differs |= rates_at_samples(car, trace, memory) != rates_at_samples(car, elsewhere, memory);
+  }
+  return differs && laps < 2.0;
+}
+
 /// An effect that stands on little evidence must also help where nothing was fitted.
 bool Diagnoser::helps(const Fit& with, const Fit& without, const Unseen& unseen) const {
   if (with.score - without.score > beyond_doubt) return true;
@@ -228,6 +252,7 @@ void Diagnoser::decide(Search& search, const Unseen& unseen, Diagnosis& d) {
     }
     named.confidence = std::min({wins, evidence, 0.999});
     if (d.verdict == Verdict::unknown) named.confidence = std::min(named.confidence, 0.5);
+    if (place_may_be_time(member)) named.confidence = std::min(named.confidence, most_in_one_lap);
     d.named.push_back(std::move(named));
   }
   if (d.verdict == Verdict::unknown) return;

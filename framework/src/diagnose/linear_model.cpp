@@ -254,7 +254,7 @@ LinearModel linearise(const StagedCar& car, const Trace& trace, int substeps) {
 }
 
 int substeps_of_motion(const StagedCar& car, std::span<const Trace> traces) {
-  constexpr double longest = 0.25;  // of a step over the time constant: an error of 0.25^5 / 120 of what settles
+  constexpr double longest = 0.3;  // of a step over the time constant: an error of 0.3^5 / 120 of what settles
   std::vector<double> fastest;
   for (const Trace& trace : traces)
     DualPass{car, trace, run_memory(car, trace)}.run({}, true, [&](std::size_t, const Dual8* rate, const Dual8*) {
