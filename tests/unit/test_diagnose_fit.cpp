@@ -147,15 +147,18 @@ TEST(Diagnoser, IsLessSureOfAPlacePassedOnce) {
   const auto confidence = [&](const ModelSpec& truth) {
     Diagnoser diagnoser(rig.world(), rig.registry(), {});
     LogFile log;
-    log.stretches.push_back(rig.simulate(truth, {40, 61, 1}));
+    log.stretches.push_back(rig.simulate(truth, {30, 61, 1}));
     const Diagnosis d = diagnoser.run({&log, 1}, {});
-    return d.named.empty() ? 0.0 : d.named.front().confidence;
+    return d.named.empty() ? std::pair(std::string("nothing"), 0.0)
+                           : std::pair(d.named.front().effect, d.named.front().confidence);
   };
   // The rig's car weaves about on the spot and never completes a lap.
-  const double patch = confidence(rig.with("friction_patch", {-0.3, 0.25, 0.15}));
+  const auto [place, patch] = confidence(rig.with("friction_patch", {-0.3, 0.32, 0.1}));
+  EXPECT_EQ(place, "friction_patch");
   EXPECT_LE(patch, 0.9);
-  EXPECT_GT(patch, 0.0);
-  EXPECT_GT(confidence(rig.with("drive_gain", {0.12})), 0.95);
+  const auto [drive, gain] = confidence(rig.with("drive_gain", {0.12}));
+  EXPECT_EQ(drive, "drive_gain");
+  EXPECT_GT(gain, 0.95);
 }
 
 /// What is measured in standard deviations of a noise that is not there means nothing, and the reader is told.

@@ -173,11 +173,12 @@ bool Diagnoser::may_be_nothing(const Fit& fitted, std::size_t which) const {
 }
 
 /// Below two laps a place is passed once or not again: what an effect does there could as well belong to that time.
-bool Diagnoser::place_may_be_time(std::size_t candidate) const {
+bool Diagnoser::place_may_be_time(const ModelSpec& model, std::size_t member) const {
   double laps = 0.0;
   bool differs = false;
-  const ModelSpec model = catalogue_.with(catalogue_.bare(), candidate);
-  const StagedCar car = catalogue_.build(model);
+  ModelSpec alone = catalogue_.with(catalogue_.bare(), member);
+  alone.values.front() = model.values[model.position(member)];
+  const StagedCar car = catalogue_.build(alone);
   for (const Trace& trace : problem_.traces) {
     Trace elsewhere = trace;
     double driven = 0.0;
@@ -252,7 +253,7 @@ void Diagnoser::decide(Search& search, const Unseen& unseen, Diagnosis& d) {
     }
     named.confidence = std::min({wins, evidence, 0.999});
     if (d.verdict == Verdict::unknown) named.confidence = std::min(named.confidence, 0.5);
-    if (place_may_be_time(member)) named.confidence = std::min(named.confidence, most_in_one_lap);
+    if (place_may_be_time(d.fit.model, member)) named.confidence = std::min(named.confidence, most_in_one_lap);
     d.named.push_back(std::move(named));
   }
   if (d.verdict == Verdict::unknown) return;

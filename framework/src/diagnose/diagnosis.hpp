@@ -86,7 +86,7 @@ class Diagnoser {
   void prepare(std::span<const LogFile> logs, Diagnosis& d);
   void decide(Search& search, const Unseen& unseen, Diagnosis& d);
   bool may_be_nothing(const Fit& fitted, std::size_t which) const;
-  bool place_may_be_time(std::size_t candidate) const;
+  bool place_may_be_time(const ModelSpec& model, std::size_t member) const;
   bool helps(const Fit& with, const Fit& without, const Unseen& unseen) const;
   void drop_idle(Search& search, const Unseen& unseen, Diagnosis& d);
   void strip_unsupported(Search& search, Diagnosis& d, Where where);
