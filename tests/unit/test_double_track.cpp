@@ -127,17 +127,21 @@ TEST(Tyre, CombinedSlipPeaksLieOnAnEllipse) {
   }
 }
 
-TEST(Tyre, RelaxesOverItsLength) {
+TEST(Tyre, RelaxesOverItsLengths) {
   const Params p;
   const DoubleTrackCar car(p);
   const Tyre& tyre = car.tyre(Axle::rear);
   const double V = 10.0;
   const double slip = 0.005;
-  double y = 0.0;
   const double h = 1e-5;
+  double y = 0.0;
   for (double way = 0.0; way < p.relaxation_y; way += V * h)
     y += h * tyre.force({V, -slip * V, V}, 0.0, y, tyre.static_load(), 1.0, h).rate_y;
   EXPECT_NEAR(y / slip, 1.0 - std::exp(-1.0), 0.01);
+  double x = 0.0;
+  for (double way = 0.0; way < p.relaxation_x; way += V * h)
+    x += h * tyre.force({V, 0.0, (1.0 - slip) * V}, x, 0.0, tyre.static_load(), 1.0, h).rate_x;
+  EXPECT_NEAR(x / -slip, 1.0 - std::exp(-1.0), 0.01);
 }
 
 TEST(Tyre, TruthAddsUpToTheStatedFriction) {
@@ -214,6 +218,61 @@ TEST(Loads, DownforceAndDips) {
   double sum = 0.0;
   for (const WheelLoads& w : car.loads()) sum += w.Fz;
   EXPECT_NEAR(sum, p.m * (gravity + 900.0 * 0.001) + 0.5 * 900.0, 1.0);
+}
+
+TEST(Loads, DownforceActsOnItsAxle) {
+  Params p = bare();
+  p.downforce_front = 0.2;
+  p.downforce_rear = 0.5;
+  DoubleTrackCar car(p);
+  car.reset(rolling(40.0), Road{});
+  const auto& w = car.loads();
+  EXPECT_NEAR(w[0].Fz + w[1].Fz, p.m * gravity * p.lr / (p.lf + p.lr) + 0.2 * 1600.0, 1.0);
+  EXPECT_NEAR(w[2].Fz + w[3].Fz, p.m * gravity * p.lf / (p.lf + p.lr) + 0.5 * 1600.0, 1.0);
+}
+
+TEST(Loads, RollStiffnessSharesTheTransfer) {
+  Params p = bare();
+  p.roll_front = 0.7;
+  DoubleTrackCar car(p);
+  const Road road;
+  settle_on_circle(car, 15.0, 60.0, road);
+  const auto& w = car.loads();
+  // side forces of the axles as the moments balance; the steering angle turns them by a few hundredths only
+  const double side = p.m * car.motion().vx * car.motion().omega;
+  const double front = side * p.lr / (p.lf + p.lr);
+  const double rear = side - front;
+  const double elastic = (p.h - p.roll_centre_front) * front + (p.h - p.roll_centre_rear) * rear;
+  const double moved_front = (p.roll_centre_front * front + 0.7 * elastic) / p.track_front;
+  const double moved_rear = (p.roll_centre_rear * rear + 0.3 * elastic) / p.track_rear;
+  EXPECT_NEAR(0.5 * (w[1].Fz - w[0].Fz), moved_front, 0.01 * moved_front);
+  EXPECT_NEAR(0.5 * (w[3].Fz - w[2].Fz), moved_rear, 0.01 * moved_rear);
+}
+
+TEST(Loads, FollowTheForcesWithTheirLag) {
+  const Params p = bare();
+  DoubleTrackCar car(p);
+  const Road road;
+  car.reset(rolling(20.0), road);
+  const double h = p.step;
+  double along = 0.0;  // forces through a first-order lag, filtered here
+  double across = 0.0;
+  double largest = 0.0;
+  for (int k = 0; k < 800; ++k) {
+    car.advance(-0.4, 0.05, h, road);
+    const auto& w = car.loads();
+    const double steer = car.motion().steer;  // the front wheels' angles differ from it by less than a hundredth
+    const double Fx_front = (w[0].Fx + w[1].Fx) * std::cos(steer) - (w[0].Fy + w[1].Fy) * std::sin(steer);
+    const double Fy_front = (w[0].Fy + w[1].Fy) * std::cos(steer) + (w[0].Fx + w[1].Fx) * std::sin(steer);
+    along += h / p.load_lag * (Fx_front + w[2].Fx + w[3].Fx - along);
+    across += h / p.load_lag * (Fy_front + w[2].Fy + w[3].Fy - across);
+    const double moment = 0.5 * (w[1].Fz - w[0].Fz) * p.track_front + 0.5 * (w[3].Fz - w[2].Fz) * p.track_rear;
+    const double front = p.m * gravity * p.lr / (p.lf + p.lr);
+    ASSERT_NEAR(moment, across * p.h, 30.0) << k;
+    ASSERT_NEAR(w[0].Fz + w[1].Fz, front - along * p.h / (p.lf + p.lr), 15.0) << k;
+    largest = std::max(largest, moment);
+  }
+  EXPECT_GT(largest, 2000.0);
 }
 
 TEST(Car, UndersteerGradientOnACircle) {
@@ -476,6 +535,26 @@ TEST(Car, SteeringLagsAndIsLimitedInRate) {
   EXPECT_NEAR(car.motion().steer, 0.3, 1e-6);
 }
 
+TEST(Car, InnerWheelSteersMore) {
+  Params p = bare();
+  for (const double ackermann : {0.0, 0.6, 1.0}) {
+    p.ackermann = ackermann;
+    DoubleTrackCar car(p);
+    const Road road;
+    car.reset(rolling(5.0), road);
+    drive(car, 0.02, 0.3, 2.0, road);
+    const Motion& z = car.motion();
+    const auto angle = [&](std::size_t wheel, double py) {
+      const WheelLoads& w = car.loads()[wheel];
+      return std::atan2(z.vy + z.omega * p.lf, z.vx - z.omega * py) - std::atan2(w.Vy, w.Vx);
+    };
+    const double left = angle(0, 0.5 * p.track_front);
+    const double right = angle(1, -0.5 * p.track_front);
+    // Ackermann: cot(outer) - cot(inner) = track / wheelbase
+    EXPECT_NEAR(1.0 / std::tan(right) - 1.0 / std::tan(left), ackermann * p.track_front / (p.lf + p.lr), 1e-6);
+  }
+}
+
 TEST(Car, StartsFromRestAndChangesGear) {
   const Params p;
   DoubleTrackCar car(p);
@@ -563,36 +642,6 @@ std::string complaint(const std::function<void(Params&)>& change) {
     return e.what();
   }
   return "nothing";
-}
-
-template <std::size_t n>
-std::string engine_complaint(const std::array<double, n>& rows) {
-  return complaint([&](Params& p) { p.engine_torque = {rows.data(), n / 3, 3}; });
-}
-template <std::size_t n>
-std::string gear_complaint(const std::array<double, n>& rows) {
-  return complaint([&](Params& p) { p.gears = {rows.data(), n / 4, 4}; });
-}
-
-TEST(BadInput, EngineTable) {
-  EXPECT_THAT(engine_complaint(std::array<double, 9>{100, 300, 20, 400, 350, 20, 300, 340, 20}),
-              HasSubstr("goes back: row 3 is at 300 rad/s after 400 rad/s"));
-  EXPECT_THAT(engine_complaint(std::array<double, 3>{100, 300, 20}), HasSubstr("expected at least 2"));
-  EXPECT_THAT(engine_complaint(std::array<double, 6>{100, 300, -20, 400, 350, 20}), HasSubstr("none below 0"));
-  EXPECT_THAT(engine_complaint(std::array<double, 6>{0, 300, 20, 400, 350, 20}), HasSubstr("expected the idle speed"));
-  const std::array<double, 4> square{100, 300, 400, 300};
-  EXPECT_THAT(complaint([&](Params& p) { p.engine_torque = {square.data(), 2, 2}; }), HasSubstr("expected 3"));
-}
-
-TEST(BadInput, GearMap) {
-  EXPECT_THAT(gear_complaint(std::array<double, 8>{1, 3, 0, 10, 2, 2, 12, 20}),
-              HasSubstr("gap: gear 1 ends at 10 m/s and gear 2 begins at 12 m/s"));
-  EXPECT_THAT(gear_complaint(std::array<double, 8>{1, 3, 0, 10, 3, 2, 8, 20}),
-              HasSubstr("gap: row 2 is gear 3, expected gear 2"));
-  EXPECT_THAT(gear_complaint(std::array<double, 4>{1, 3, 2, 10}), HasSubstr("begins at 2 m/s, expected 0"));
-  EXPECT_THAT(gear_complaint(std::array<double, 8>{1, 2, 0, 10, 2, 3, 8, 20}), HasSubstr("expected ratios that fall"));
-  EXPECT_THAT(gear_complaint(std::array<double, 4>{1, 2, 0, 0}), HasSubstr("range that is not empty"));
-  EXPECT_THAT(gear_complaint(std::array<double, 8>{1, 3, 0, 20, 2, 2, 8, 15}), HasSubstr("expected both above gear 1"));
 }
 
 TEST(BadInput, ParametersThatDoNotFitTogether) {
