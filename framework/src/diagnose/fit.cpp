@@ -234,6 +234,7 @@ Fit fit(const Problem& problem, const ModelSpec& start, const Noise& noise, int 
     Evaluation e = evaluate(problem, trial, trial_noise);
     const bool better = e.cost <= best.cost + 1e-6;
     const double gained = best.cost - e.cost;
+    const bool whole = with_noise && share == 1.0 && noise_share == 1.0;  // the step that led here was not shortened
     if (better) {
       best.model = trial;
       best.noise = trial_noise;
@@ -287,8 +288,9 @@ Fit fit(const Problem& problem, const ModelSpec& start, const Noise& noise, int 
       trial_noise.process[c] =
           with_noise ? best.noise.process[c] * std::pow(trial_noise.process[c] / best.noise.process[c], part)
                      : best.noise.process[c];
-    // Variances near their floor promise more than they keep: then what the last step brought counts.
-    if (better && gain < limits.tolerance && (noise_gain < 5.0 * limits.tolerance || gained < limits.tolerance)) {
+    // Variances near their floor promise more than they keep: then what a whole step brought counts.
+    if (better && gain < limits.tolerance &&
+        (noise_gain < 5.0 * limits.tolerance || (whole && gained < limits.tolerance))) {
       best.converged = true;
       break;
     }
