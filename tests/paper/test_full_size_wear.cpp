@@ -1,6 +1,8 @@
-// The full-size experiments keep their claims: forces of one run, slope against no slope.
+// The full-size experiments keep their claims: fading friction and slope against no slope, on two seeds each, and the
+// forces of one run.
 #include <gtest/gtest.h>
 
+#include "../run/program.hpp"
 #include "experiment.hpp"
 #include "validation.hpp"
 
@@ -25,6 +27,23 @@ TEST(FullSizeWear, AxleForcesAreLearnedFromNoisyStates) {
     ++axles;
   }
   EXPECT_EQ(axles, 4);
+}
+
+void expect_claims(const std::string& experiment, const std::string& rows) {
+  const std::filesystem::path out = std::filesystem::path(testing::TempDir()) / experiment;
+  const testing_support::Outcome run = testing_support::run_program(
+      {GRIPLINE_PROGRAM, "compare", GRIPLINE_SOURCE_DIR "/experiments/" + experiment + ".json", "--only", rows, "--set",
+       "/seeds/count=2", "-j", "1", "--out", out.string(), "--force"});
+  EXPECT_EQ(run.code, 0) << run.out << run.err;
+}
+
+TEST(FullSizeWear, FadingFrictionIsDrivenToTheEndWithLearningOnly) {
+  // "finished" is whoever stands somewhere at the end of the duration; the claims on lap 2 say who drove
+  expect_claims("full_size_wear", "none,elm,best,oracle");
+}
+
+TEST(FullSizeWear, SlopeInThePredictionLowersTheDeviationOnHills) {
+  expect_claims("full_size_slope", "best,best_no_slope");
 }
 
 }  // namespace
