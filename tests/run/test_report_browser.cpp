@@ -168,6 +168,16 @@ TEST_F(Browser, ShowsWhatTheLogSays) {
   cases["pictures"] = false;
   cases["links"] = {"drag/report.html"};
   job["pages"].push_back(cases);
+  sample::SampleOptions twenty;
+  twenty.laps = 20;
+  twenty.stacks = {{"elm", false, 1, 0.9, 0.8}};
+  sample::write_sample(work / "laps", twenty);
+  nlohmann::json many_laps = page("laps", "other", 1.0);
+  many_laps["many_laps"] = 20;
+  job["pages"].push_back(many_laps);
+  sample::write_sample(work / "undrawable", late_options);
+  std::ofstream(work / "undrawable" / "scene.json") << R"({"note": {"not": "a text"}})";
+  job["undrawable"] = page("undrawable", "other", 1.0)["file"];
   std::ofstream(work / "job.json") << job.dump(1);
 
   const Outcome outcome =

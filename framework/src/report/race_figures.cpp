@@ -366,7 +366,7 @@ FigureFile laps(const Inputs& inputs) {
     s.colour = series_colour(row);
     s.label = label_of(inputs.stacks[row]);
     s.width = 9;
-    limit.label = "time-optimal lap at that friction";
+    limit.label = "limit at that friction";
     limit.width = 2;
     panel.series.push_back(std::move(s));
     panel.series.push_back(std::move(limit));
@@ -384,7 +384,7 @@ FigureFile pareto(const Inputs& inputs) {
     if (name.starts_with("pace_ratio")) pace = name;
   if (pace.empty() || !inputs.table.has("violation_s")) return {"pareto.svg", ""};
   Panel panel;
-  panel.x.label = "lap time over the time-optimal lap, last lap";
+  panel.x.label = "lap time over the limit, last lap";
   panel.y.label = "time outside [s]";
   for (std::size_t row = 0; row < inputs.table.rows(); ++row) {
     Series s;

@@ -187,7 +187,7 @@ export class Chart {
 
   private makePlot(): uPlot {
     const { x, y, time, square } = this.spec;
-    const axis = (spec: AxisSpec, size: number, space: number): uPlot.Axis => ({
+    const axis = (spec: AxisSpec, size: uPlot.Axis["size"], space: number): uPlot.Axis => ({
       stroke: token("muted"),
       font: `11px ${fontFamily}`,
       size,
@@ -215,7 +215,7 @@ export class Chart {
         x: { time: false, distr: x.log ? 3 : 1, range: (_, low, high) => (this.window = [low, high]) },
         y: { distr: y.log ? 3 : 1, range: () => (square ? this.squareRange() : this.yRange()) },
       },
-      axes: [{ ...axis(x, 24, 60), ...(x.label ? { label: axisTitle(x), labelSize: 18, labelGap: 0, labelFont: `11px ${fontFamily}` } : {}) }, axis(y, 46, 34)],
+      axes: [{ ...axis(x, 24, 60), ...(x.label ? { label: axisTitle(x), labelSize: 18, labelGap: 0, labelFont: `11px ${fontFamily}` } : {}) }, axis(y, (_, texts) => Math.max(46, 10 + 6.4 * Math.max(0, ...(texts ?? []).map((text) => text.length))), 34)],
       series: [{}, { show: false }],
       padding: [8, 10, 0, 0],
       hooks: { draw: [(u) => this.paint(u)], setCursor: [(u) => this.hover(u)] },

@@ -1,6 +1,7 @@
 // Charts that are not over time: laps, speed over distance, g-g, step times, trade-offs.
 import { Chart } from "./chart";
-import type { RunData } from "./data";
+import { reach, type RunData } from "./data";
+import { lapChoice } from "./lapchoice";
 import { h, plain, plural } from "./dom";
 import { laps } from "./mapview";
 import type { Mark } from "./marks";
@@ -40,7 +41,7 @@ export function lapChart(state: State): Chart | null {
         if (ratio)
           limits.push({ kind: "line", x: [x - width * 0.42, x + width * 0.42], y: [value / ratio, value / ratio], color: token("ink"), width: 2, ...(limits.length ? {} : { label: "limit" }) });
       });
-      out.push({ kind: "points", ...points, size: 4.5, color: stackColour(stack), shape: stackShape(stack), label: state.report.label(stack), stack });
+      out.push({ kind: "points", ...points, size: lapColumns.length > 40 ? 2 : 4.5, color: stackColour(stack), shape: stackShape(stack), label: state.report.label(stack), stack });
     });
     return [...limits, ...out];
   };
@@ -48,10 +49,10 @@ export function lapChart(state: State): Chart | null {
     {
       id: "laps",
       title: "Lap by lap, against the limit",
-      note: stacks.length && table.columns.some((c) => /^pace_ratio/.test(c)) ? "Bars: the time-optimal lap at that lap's mean friction." : undefined,
+      note: stacks.length && table.columns.some((c) => /^pace_ratio/.test(c)) ? "Bars: the limit at that lap's mean friction." : undefined,
       height: 300,
       wide: true,
-      x: { label: "", fixed: [-0.5, lapColumns.length - 0.5], splits: lapColumns.map((_, i) => i), tick: (v) => `lap ${v}` },
+      x: { label: "", fixed: [-0.5, lapColumns.length - 0.5], splits: lapColumns.map((_, i) => i).filter((i) => i % Math.ceil(lapColumns.length / 8) === 0), tick: (v) => `lap ${v}` },
       y: { label: "lap time", unit: "s", digits: 4 },
       marks,
     },
@@ -102,17 +103,12 @@ export function speedDistance(state: State, length: () => number): Chart {
     },
     state,
   );
-  const buttons = Array.from({ length: count }, (_, i) =>
-    h("button", { type: "button", class: "quiet", "aria-pressed": i === 0 ? "true" : "false" }, `lap ${i}`),
-  );
-  buttons.forEach((button, i) =>
-    button.addEventListener("click", () => {
-      lap = i;
-      buttons.forEach((b, k) => b.setAttribute("aria-pressed", String(k === i)));
+  chart.figure.controls.append(
+    lapChoice(count, 0, (choice) => {
+      lap = choice ?? 0;
       chart.refresh();
     }),
   );
-  chart.figure.controls.append(h("span", { class: "group", role: "group", "aria-label": "Lap" }, ...buttons));
   return chart;
 }
 
@@ -153,21 +149,21 @@ export function ggChart(state: State): Chart | null {
       marks: () => {
         const runs = state.runs();
         const frictions = runs.flatMap((run) => {
-          const mu = run.channel("mu_true")?.filter(Number.isFinite);
-          return mu?.length ? [[Math.min(...mu), Math.max(...mu)]] : [];
+          const mu = run.channel("mu_true");
+          return mu ? [reach(mu)] : [];
         });
         const high = Math.max(...frictions.map(([, v]) => v));
         const low = Math.min(...frictions.map(([v]) => v));
-        const reach = Number.isFinite(high) ? high * 1.2 : 1.2;
+        const half = Number.isFinite(high) ? high * 1.2 : 1.2;
         const points = runs.flatMap((run): Mark[] => {
           const [ax, ay] = [run.channel("ax"), run.channel("ay")];
           if (!ax || !ay) return [];
-          const keep = [...ax.keys()].filter((i) => Math.hypot(ax[i], ay[i]) < 1.15 * reach * g);
+          const keep = [...ax.keys()].filter((i) => Math.hypot(ax[i], ay[i]) < 1.15 * half * g);
           return [
             { kind: "points", x: keep.map((i) => ay[i] / g), y: keep.map((i) => ax[i] / g), size: 1.3, alpha: 0.5, color: stackColour(run.stack), label: state.report.label(run.stack), stack: run.stack },
           ];
         });
-        const frame: Mark = { kind: "points", x: [-reach, reach], y: [NaN, NaN], color: "transparent" };
+        const frame: Mark = { kind: "points", x: [-half, half], y: [NaN, NaN], color: "transparent" };
         if (!Number.isFinite(high)) return [frame, ...points];
         return [frame, ...points, circle(high, [], `µ ${plain(high)}`), ...(high - low > 0.01 ? [circle(low, [5, 4], `µ ${plain(low)}`)] : [])];
       },
@@ -209,7 +205,8 @@ export function timesChart(state: State): Chart | null {
               y.push(0);
             }
             const { truth } = state.report.meta.stacks[entry.stack];
-            return { kind: "line", step: true, x, y, color: stackColour(entry.stack), dash: stackDash(truth), label: state.report.label(entry.stack), stack: entry.stack };
+            const highest = [...y.keys()].sort((a, b) => y[b] - y[a]).slice(0, 3);
+            return { kind: "line", step: true, x, y, color: stackColour(entry.stack), dash: stackDash(truth), label: state.report.label(entry.stack), stack: entry.stack, shape: stackShape(entry.stack), shapesAt: highest };
           }),
     },
     state,
@@ -255,7 +252,7 @@ export function tradeOff(state: State, id: string, title: string, first: string,
   const y = { label: yAxis.label, digits: 4 };
   const marks = (): Mark[] => {
     const [xi, yi] = [state.report.column(xAxis.name), state.report.column(yAxis.name)];
-    const medians: { x: number; y: number; stack: number }[] = [];
+    const medians: { x: number; y: number }[] = [];
     const out: Mark[] = [];
     for (const row of table.rows) {
       const { stack } = row;
@@ -267,7 +264,8 @@ export function tradeOff(state: State, id: string, title: string, first: string,
         out.push({ kind: "points", x: own.map((run) => run.values[xAxis.name]), y: own.map((run) => run.values[yAxis.name]), names: own.map((run) => `${state.report.label(stack)}, seed ${run.seed}`), size: 2.2, alpha: 0.45, color, stack });
       out.push({ kind: "points", x: [vx], y: [vy], names: [state.report.label(stack)], size: 6, color, shape, stack, label: state.report.label(stack) });
       out.push({ kind: "text", x: vx, y: vy, text: state.report.label(stack), color: token("ink"), stack });
-      medians.push({ x: vx, y: vy, stack });
+      // Who never finished has beaten nobody.
+      if (state.report.finished(row) !== 0) medians.push({ x: vx, y: vy });
     }
     const bothLow = measure(xAxis.name).better === "low" && measure(yAxis.name).better === "low";
     const front = bothLow ? paretoFront(medians) : [];
@@ -301,8 +299,8 @@ export function tyreChart(state: State, axle: "front" | "rear"): Chart | null {
   const visited = (run: RunData): Mark[] => {
     const [t, slip] = [run.replay.get("t_s"), run.replay.get(`slip_${axle}_rad`)];
     if (!t || !slip) return [];
-    const seen = [...slip.keys()].filter((i) => t[i] <= state.clock.t && Number.isFinite(slip[i])).map((i) => slip[i] * degrees);
-    return seen.length ? [{ kind: "span", from: Math.min(...seen), to: Math.max(...seen), color: token("muted"), alpha: 0.12 }] : [];
+    const [from, to] = reach(slip.filter((_, i) => t[i] <= state.clock.t));
+    return from <= to ? [{ kind: "span", from: from * degrees, to: to * degrees, color: token("muted"), alpha: 0.12 }] : [];
   };
   const early = h("p", { class: "note early" });
   // Friction multiplies the peak force, so a curve of another time is one of now but for its size.

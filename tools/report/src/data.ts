@@ -48,6 +48,17 @@ export class Columns {
   }
 }
 
+/** The smallest and the largest number; [Infinity, -Infinity] if there is none. However many: they are no arguments. */
+export function reach(values: ArrayLike<number>): [number, number] {
+  let [low, high] = [Infinity, -Infinity];
+  for (let i = 0; i < values.length; i++) {
+    if (!Number.isFinite(values[i])) continue;
+    if (values[i] < low) low = values[i];
+    if (values[i] > high) high = values[i];
+  }
+  return [low, high];
+}
+
 /** The last index whose value is at most x, at least 0, for ascending values. */
 export function indexBefore(values: ArrayLike<number>, x: number): number {
   let low = 0;

@@ -11,6 +11,7 @@ import { Course } from "./mapview";
 import { Replay } from "./replay";
 import { State } from "./state";
 import { summarySection } from "./summary";
+import { lineSwatch } from "./swatch";
 import { claimsSection, tableSection } from "./table";
 import { onThemeChange, stackColour } from "./theme";
 import { timeCharts } from "./timecharts";
@@ -119,7 +120,7 @@ function chips(state: State): HTMLElement {
           "button",
           {
             type: "button",
-            class: truth ? "chip truth" : "chip",
+            class: "chip",
             style: `--c:${stackColour(stack)}`,
             "aria-pressed": String(state.visible.has(stack)),
             title: "Click: show or hide. Shift-click: alone.",
@@ -127,7 +128,7 @@ function chips(state: State): HTMLElement {
             mouseenter: () => state.hover(stack),
             mouseleave: () => state.hover(null),
           },
-          h("i", {}),
+          lineSwatch(stack, truth),
           state.report.label(stack),
         ),
       ),
@@ -215,4 +216,12 @@ function start(): void {
   performance.mark("gripline-built");
 }
 
-start();
+try {
+  start();
+} catch (error) {
+  // A page that cannot draw itself says so; the console has the rest.
+  document.getElementById("app")!.replaceChildren(
+    h("main", {}, h("h1", {}, "This report cannot be drawn"), h("p", {}, `${error instanceof Error ? error.message : error}. One of the files it was made from is not as gripline writes it; race again, or look at table.csv and runs.csv.`)),
+  );
+  throw error;
+}

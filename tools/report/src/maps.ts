@@ -1,6 +1,7 @@
 // Small track maps, one per stack: the trajectory coloured by speed, violations marked.
 import { decimalsFor, fixed, h } from "./dom";
 import { makeFigure } from "./figure";
+import { lapChoice } from "./lapchoice";
 import { Course, drawCourse, drawSpeedTrail, drawViolations, fit, intervals, laps } from "./mapview";
 import { CanvasPen, SvgPen, type Pen } from "./pen";
 import type { State } from "./state";
@@ -86,19 +87,12 @@ export function mapsSection(state: State): HTMLElement {
       }),
     );
   };
-  const choices = [null, ...Array.from({ length: count }, (_, i) => i)];
-  const buttons = choices.map((choice) =>
-    h("button", { type: "button", class: "quiet", "aria-pressed": String(choice === lap) }, choice === null ? "all laps" : `lap ${choice}`),
-  );
-  buttons.forEach((button, i) =>
-    button.addEventListener("click", () => {
-      lap = choices[i];
-      buttons.forEach((b, k) => b.setAttribute("aria-pressed", String(k === i)));
-      draw();
-    }),
-  );
+  const choice = lapChoice(count, null, (chosen) => {
+    lap = chosen;
+    draw();
+  });
   draw();
   state.changed.on(draw);
   onThemeChange(draw);
-  return h("div", {}, h("div", { class: "bar" }, h("span", { class: "group", role: "group", "aria-label": "Lap" }, ...buttons), scale), grid);
+  return h("div", {}, h("div", { class: "bar" }, choice, scale), grid);
 }

@@ -1,5 +1,5 @@
 // Track maps: the course, and trajectories over it.
-import { Columns, type Report, type RunData } from "./data";
+import { Columns, reach, type Report, type RunData } from "./data";
 import type { Pen } from "./pen";
 import { sequential, token } from "./theme";
 
@@ -58,7 +58,7 @@ export class Course {
     this.centre = pair(track, "x_m", "y_m");
     this.line = pair(line, "x_m", "y_m");
     const s = track.get("s_m");
-    this.length = s && s.length > 1 ? s[s.length - 1] + (s[s.length - 1] - s[s.length - 2]) : Math.max(0, ...runs.flatMap((run) => [...(run.channel("s") ?? [])]));
+    this.length = s && s.length > 1 ? s[s.length - 1] + (s[s.length - 1] - s[s.length - 2]) : Math.max(0, ...runs.map((run) => reach(run.channel("s") ?? [])[1]));
     const box = { left: Infinity, right: -Infinity, bottom: Infinity, top: -Infinity };
     const cover = ([xs, ys]: [ArrayLike<number>, ArrayLike<number>]) => {
       for (let i = 0; i < xs.length; i++) {
@@ -190,11 +190,16 @@ export function laps(run: RunData): [number, number][] {
   if (!lap || !lap.length) return [[0, run.end]];
   const out: [number, number][] = [];
   let begin = run.t[0];
-  for (let i = 1; i < lap.length; i++)
-    if (lap[i] !== lap[i - 1]) {
+  let current = NaN;
+  for (let i = 0; i < lap.length; i++) {
+    // What was not logged ends no lap.
+    if (!Number.isFinite(lap[i]) || lap[i] === current) continue;
+    if (Number.isFinite(current)) {
       out.push([begin, run.t[i]]);
       begin = run.t[i];
     }
+    current = lap[i];
+  }
   // The step after the finish line is no lap.
   if (run.end - begin > 0.2) out.push([begin, run.end]);
   return out;

@@ -83,7 +83,8 @@ function placeLabel(frame: Frame, placed: Label[], x: number, y: number, width: 
 
 export function paintMarks(pen: Pen, frame: Frame, marks: Mark[], hot: number | null, text: string): void {
   const right = frame.left + frame.width;
-  const placed: Label[] = [];
+  // Labels keep clear of one another and of the points that have names.
+  const placed: Label[] = marks.flatMap((mark) => (mark.kind === "text" ? [{ x: frame.x(mark.x) - 6, y: frame.y(mark.y), width: 12 }] : []));
   const bottom = frame.top + frame.height;
   for (const mark of marks) {
     const alpha = (mark.alpha ?? 1) * emphasis(mark, hot);
@@ -92,8 +93,6 @@ export function paintMarks(pen: Pen, frame: Frame, marks: Mark[], hot: number | 
       case "line":
         for (const piece of pieces(frame, mark.x, mark.y, mark.step))
           pen.line(piece, { color, alpha, width: mark.width ?? 1.6, dash: mark.dash });
-        for (const i of mark.shapesAt ?? [])
-          if (mark.shape && Number.isFinite(mark.y[i])) drawMarker(pen, mark.shape, frame.x(mark.x[i]), frame.y(mark.y[i]), 3, color, alpha);
         break;
       case "band": {
         const high = pieces(frame, mark.x, mark.high);
@@ -132,6 +131,12 @@ export function paintMarks(pen: Pen, frame: Frame, marks: Mark[], hot: number | 
         break;
       }
     }
+  }
+  // Above all lines: one drawn later would hide them.
+  for (const mark of marks) {
+    if (mark.kind !== "line" || !mark.shape) continue;
+    for (const i of mark.shapesAt ?? [])
+      if (Number.isFinite(mark.x[i]) && Number.isFinite(mark.y[i])) drawMarker(pen, mark.shape, frame.x(mark.x[i]), frame.y(mark.y[i]), 3, mark.color, emphasis(mark, hot));
   }
 }
 

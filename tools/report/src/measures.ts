@@ -37,7 +37,7 @@ export function measure(column: string): Measure {
   if (lap) return { group: "Lap time", label: `lap ${lap[1]}`, unit: "s", decimals: 2, better: "low", main: true, help: "" };
   const pace = /^pace_ratio(\d+)$/.exec(column);
   if (pace)
-    return { group: "Pace over limit", label: `lap ${pace[1]}`, unit: "", decimals: 3, better: "low", main: true, help: "lap time over the time-optimal lap at the lap's mean friction" };
+    return { group: "Pace over limit", label: `lap ${pace[1]}`, unit: "", decimals: 3, better: "low", main: true, help: "lap time over the limit at the lap's mean friction" };
   const factor = /^lap(\d+)_mean_factor$/.exec(column);
   if (factor)
     return { group: "Friction factor", label: `lap ${factor[1]}`, unit: "", decimals: 3, better: null, main: false, help: "mean friction factor of the lap" };

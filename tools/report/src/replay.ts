@@ -5,6 +5,7 @@ import { fixed, h, redraw, s } from "./dom";
 import { Course, intervals, laps } from "./mapview";
 import { carDimensions, Stage, type Layers } from "./stage";
 import type { State } from "./state";
+import { swatch } from "./swatch";
 import { onThemeChange, stackColour } from "./theme";
 
 const rates = [0.1, 0.25, 0.5, 1, 2, 4];
@@ -220,7 +221,7 @@ export class Replay {
         return h(
           "tr",
           { class: stack === state.focus ? "focus" : undefined, mouseenter: () => state.hover(stack), mouseleave: () => state.hover(null) },
-          h("th", { scope: "row" }, h("button", { type: "button", click: () => state.setFocus(stack) }, h("i", { class: "swatch", style: `--c:${stackColour(stack)}` }), state.report.label(stack))),
+          h("th", { scope: "row" }, h("button", { type: "button", title: state.report.label(stack), click: () => state.setFocus(stack) }, swatch(stack), state.report.label(stack))),
           ...cells,
         );
       }),

@@ -2,9 +2,9 @@
 import type { Camera } from "./camera";
 import { indexBefore, type RunData } from "./data";
 import type { Course } from "./mapview";
-import { fontFamily } from "./pen";
+import { CanvasPen, drawMarker, fontFamily } from "./pen";
 import type { Scene } from "./types";
-import { stackColour, token } from "./theme";
+import { stackColour, stackShape, token } from "./theme";
 
 export interface Layers {
   line: boolean;
@@ -199,8 +199,10 @@ export class Stage {
     ctx.closePath();
     ctx.fill();
     ctx.stroke();
-    ctx.fillStyle = token("glass");
-    ctx.fillRect(-length * 0.12, -width * 0.26, length * 0.22, width * 0.52);
+    // Its marker on the roof, upright: no colour is needed to tell cars apart.
+    ctx.rotate(-pose.yaw);
+    ctx.scale(pixel, -pixel);
+    drawMarker(new CanvasPen(ctx), stackShape(run.stack), 0, 0, (0.27 * width) / pixel, token("surface"), ctx.globalAlpha);
     ctx.restore();
     ctx.globalAlpha = 1;
   }

@@ -2,7 +2,7 @@
 import { fixed, h, plural, prose } from "./dom";
 import { measure } from "./measures";
 import type { State } from "./state";
-import { stackColour } from "./theme";
+import { swatch } from "./swatch";
 
 interface Winner {
   stack: number;
@@ -41,7 +41,7 @@ function tile(label: string, value: string, who: Node | string | null): HTMLElem
 export function summarySection(state: State): HTMLElement {
   const { meta } = state.report;
   const { scene, stacks, claims, runs, table } = meta;
-  const name = (stack: number) => h("span", {}, h("i", { class: "swatch", style: `--c:${stackColour(stack)}` }), state.report.label(stack));
+  const name = (stack: number) => h("span", {}, swatch(stack), state.report.label(stack));
   const tiles: HTMLElement[] = [];
 
   const decided = claims.filter((claim) => claim.holds !== null);

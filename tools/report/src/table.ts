@@ -2,13 +2,19 @@
 import { decimalsFor, fixed, h, plain, prose, redraw } from "./dom";
 import { measure, type Measure } from "./measures";
 import type { State } from "./state";
-import { stackColour } from "./theme";
+import { swatch } from "./swatch";
 import type { Claim, TableRow } from "./types";
 
 interface Column {
   index: number;
   name: string;
   measure: Measure;
+}
+
+/** Columns of later laps stand aside with the rest. */
+const mostLaps = 12;
+function lapOf(column: string): number {
+  return Number(/^(?:lap|pace_ratio)(\d+)/.exec(column)?.[1] ?? 0);
 }
 
 /** The best value of a column among the contenders; null where nothing is better than another. */
@@ -113,7 +119,7 @@ export function tableSection(state: State): HTMLElement {
 
   const most = Math.max(0, ...table.rows.flatMap((row) => row.n));
   const draw = () => {
-    const columns = used.filter((column) => all || column.measure.main);
+    const columns = used.filter((column) => all || (column.measure.main && lapOf(column.name) < mostLaps));
     const rows = [...table.rows];
     if (sorted) {
       const { index } = sorted;
@@ -127,7 +133,7 @@ export function tableSection(state: State): HTMLElement {
       return h(
         "tr",
         { class: truth ? "truth" : undefined, mouseenter: () => state.hover(row.stack), mouseleave: () => state.hover(null) },
-        h("th", { scope: "row", class: "name" }, h("i", { class: "swatch", style: `--c:${stackColour(row.stack)}` }), name, truth ? h("abbr", { title: "was told the truth" }, " *") : null),
+        h("th", { scope: "row", class: "name" }, swatch(row.stack), name, truth ? h("abbr", { title: "was told the truth" }, " *") : null),
         ...columns.map((column, i) => cell(state, row, column, bests[i], able.has(row.stack))),
       );
     });
@@ -158,7 +164,7 @@ export function tableSection(state: State): HTMLElement {
     "div",
     {},
     box,
-    h("div", { class: "under-table" }, h("p", { class: "note" }, legend.filter(Boolean).join(" ")), used.some((c) => !c.measure.main) ? more : null),
+    h("div", { class: "under-table" }, h("p", { class: "note" }, legend.filter(Boolean).join(" ")), used.some((c) => !c.measure.main || lapOf(c.name) >= mostLaps) ? more : null),
     lost.length
       ? h("details", { class: "note lost", open: ends.length <= 6 }, h("summary", {}, `Not finished: ${lostCounts(state)}`), h("ul", {}, ...ends.map((text) => h("li", {}, ...prose(text)))))
       : null,

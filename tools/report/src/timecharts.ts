@@ -10,7 +10,8 @@ import { stackColour, stackDash, stackShape, token } from "./theme";
 function sparse(x: ArrayLike<number>, stack: number): number[] {
   const count = 5;
   const share = (0.5 + 0.381966 * stack) % 1;
-  return x.length < 4 * count ? [] : Array.from({ length: count }, (_, k) => Math.floor(((k + share) / count) * (x.length - 1)));
+  if (x.length < 4 * count) return x.length ? [x.length - 1] : [];
+  return Array.from({ length: count }, (_, k) => Math.floor(((k + share) / count) * (x.length - 1)));
 }
 
 /** The line of one run; dashed if the stack was told the truth. */
@@ -29,7 +30,7 @@ function channelMarks(state: State, channel: string, scale = 1): Mark[] {
 
 /** Thin lines for what jumps from step to step. */
 function noisyMarks(state: State, channel: string): Mark[] {
-  return channelMarks(state, channel).map((mark) => ({ ...mark, width: 0.8, alpha: 0.7, dash: undefined, shapesAt: undefined }) as Mark);
+  return channelMarks(state, channel).map((mark) => ({ ...mark, width: 0.8, alpha: 0.7, dash: undefined }) as Mark);
 }
 
 function violationSpans(state: State): Mark[] {

@@ -4,6 +4,7 @@ import { unpack } from "./data";
 import { decimalsFor, fixed, h, unitText } from "./dom";
 import type { Mark } from "./marks";
 import type { State } from "./state";
+import { swatch } from "./swatch";
 import { stackColour, stackDash, token } from "./theme";
 import type { Trace } from "./types";
 
@@ -55,7 +56,7 @@ export function validationTable(state: State): HTMLElement {
           h(
             "tr",
             { class: able(estimator) ? undefined : "truth" },
-            h("th", { scope: "row", class: "name" }, h("i", { class: "swatch", style: `--c:${stackColour(i)}` }), estimator, able(estimator) ? null : h("abbr", { title: "was told the truth" }, " *")),
+            h("th", { scope: "row", class: "name" }, swatch(i), estimator, able(estimator) ? null : h("abbr", { title: "was told the truth" }, " *")),
             ...channels.flatMap((channel) => {
               const found = find(estimator, channel);
               const { r2, rmse, most, least } = texts(channel);
@@ -101,7 +102,7 @@ export function validationCharts(state: State): Chart[] {
       const shown = shared ? own : own.filter((trace) => trace.estimator === chosen);
       const x = (trace: Trace) => (overSlip ? columns(trace, "slip_rad").map((a) => (a * 180) / Math.PI) : columns(trace, "t_s"));
       const truth: Mark = overSlip
-        ? { kind: "points", x: x(shown[0]), y: columns(shown[0], "truth"), size: 1.6, alpha: 0.5, color: token("ink"), label: "true" }
+        ? { kind: "points", x: x(shown[0]), y: columns(shown[0], "truth"), size: 2.4, alpha: 0.5, shape: "ring", color: token("ink"), label: "true" }
         : { kind: "line", x: x(shown[0]), y: columns(shown[0], "truth"), width: 2.2, color: token("ink"), dash: [2, 3], label: "true" };
       const predictions = shown.map((trace): Mark => {
         const stack = names.indexOf(trace.estimator);

@@ -1,7 +1,8 @@
 // Opens report pages in Chromium and uses them as a reader would: node browser.mjs JOB.json
 //
 // JOB: {"chromium": path, "shots": folder or "", "pages": [{"name", "file", "kind": "race" | "other", "cpu_s": limit,
-//       "poses": [{"stack": name, "t", "x", "y"}], "texts": [must be on the page], "harmless": bool}]}
+//       "poses": [{"stack": name, "t", "x", "y"}], "texts": [must be on the page], ...}],
+//       "undrawable": a page that must say that it cannot be drawn}
 // Prints one line per check, ends non-zero if one failed.
 import { readFileSync } from "node:fs";
 import { join } from "node:path";
@@ -36,7 +37,7 @@ async function open(browser, file, options = {}) {
   const session = await context.newCDPSession(page);
   await session.send("Performance.enable", { timeDomain: "threadTicks" });
   await page.goto(pathToFileURL(file).href);
-  await page.waitForFunction(() => performance.getEntriesByName("gripline-built").length > 0);
+  await page.waitForFunction(() => performance.getEntriesByName("gripline-built").length > 0 || document.querySelector("h1"));
   await page.evaluate(() => new Promise((done) => requestAnimationFrame(() => setTimeout(done, 0))));
   const { metrics } = await session.send("Performance.getMetrics");
   const cpu = metrics.find((metric) => metric.name === "TaskDuration").value;
@@ -167,10 +168,44 @@ async function checkKeys(page) {
 async function checkLegend(page) {
   const dashes = await page.$$eval("#figure-friction .key", (keys) => Object.fromEntries(keys.map((key) => [key.firstChild.nextSibling.textContent, key.querySelector("path")?.getAttribute("stroke-dasharray") ?? ""])));
   check(dashes.true === "2 3" && dashes["oracle *"] === "6 4" && dashes.elm === "", `the legend's lines are dotted, dashed, solid (${JSON.stringify(dashes)})`);
-  const shapes = await page.$$eval("#figure-friction .key", (keys) => keys.slice(0, 5).map((key) => [...key.querySelectorAll("svg > :not(rect)")].map((part) => part.outerHTML.replace(/#[0-9a-f]{6}/g, "")).join()));
-  check(new Set(shapes).size === shapes.length, "stacks differ in the legend without their colours");
+  for (const [where, selector] of [
+    ["the legend", "#figure-friction .key"],
+    ["the legend of solves", "#figure-solve-time .key"],
+    ["the legend of step times", "#figure-step-times .key"],
+    ["the chips", ".chip"],
+    ["the table", ".comparison tbody th"],
+    ["the replay's table", ".cars tbody th"],
+  ]) {
+    // Charts out of sight wait to be drawn anew.
+    await page.evaluate((at) => document.querySelector(at).scrollIntoView({ behavior: "instant", block: "center" }), selector);
+    await page.waitForTimeout(150);
+    const shapes = await page.$$eval(selector, (list) => list.slice(0, 5).map((key) => [...key.querySelectorAll("svg > :not(rect)")].map((part) => part.outerHTML.replace(/#[0-9a-f]{6}/g, "")).join()));
+    check(shapes.length === 5 && shapes.every(Boolean) && new Set(shapes).size === shapes.length, `stacks differ in ${where} without their colours`);
+  }
   const decimals = await page.$$eval("#replay .readout", (list) => list.map((readout) => new Set([...readout.querySelectorAll("b")].map((b) => (b.textContent.split(".")[1] ?? "").length)).size));
   check(Math.max(...decimals.slice(0, -1)) === 1, `readouts of one chart have the same decimals (${decimals})`);
+}
+
+/** Many laps are chosen from a list, and those after the twelfth stand aside in the table. */
+async function checkManyLaps(page, laps) {
+  const lists = await page.$$eval("select[aria-label=Lap]", (found) => found.map((select) => select.options.length));
+  check(lists.join() === `${laps},${laps + 1}`, `laps are chosen from lists (${lists})`);
+  const heads = () => page.$$eval(".comparison thead th", (list) => list.filter((th) => /^lap \d+ s$/.test(th.innerText)).length);
+  check((await heads()) === 12, `the table shows twelve of them (${await heads()})`);
+  await page.click("text=All columns");
+  check((await heads()) >= laps, `and all when asked (${await heads()})`);
+  await page.click("text=Fewer columns");
+  await page.selectOption("#figure-speed-distance select", { index: laps - 1 });
+  check((await page.$$("#figure-speed-distance .key")).length > 0, "the last lap can be chosen");
+}
+
+/** A page made of files that are not as they should be says so, and nothing else. */
+async function checkUndrawable(browser, file) {
+  const { page, context, unwanted } = await open(browser, file);
+  const words = await page.evaluate(() => document.getElementById("app").innerText);
+  check(words.includes("This report cannot be drawn"), `says that it cannot be drawn (${words.slice(0, 60)})`);
+  check(unwanted.length > 0, "and the console says why");
+  await context.close();
 }
 
 /** Before the first snapshot nothing was learned, and the chart says so. */
@@ -296,6 +331,7 @@ async function checkPage(browser, spec) {
     await page.emulateMedia({ media: "screen" });
   }
   if (spec.chosen) await checkChosen(page, spec.chosen);
+  if (spec.many_laps) await checkManyLaps(page, spec.many_laps);
   if (spec.late_tyres) await checkLateTyres(page, spec.late_tyres);
   await shoot(page, `${spec.name}-light`);
   check(unwanted.length === 0, `no console errors, no requests${unwanted.length ? `: ${unwanted.slice(0, 3).join(" | ")}` : ""}`);
@@ -318,6 +354,7 @@ async function checkPage(browser, spec) {
 const browser = await chromium.launch({ executablePath: job.chromium, args: ["--no-sandbox"] });
 try {
   for (const spec of job.pages) await checkPage(browser, spec);
+  await checkUndrawable(browser, job.undrawable);
 } finally {
   await browser.close();
 }
