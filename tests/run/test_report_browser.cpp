@@ -175,6 +175,12 @@ TEST_F(Browser, ShowsWhatTheLogSays) {
   nlohmann::json many_laps = page("laps", "other", 1.0);
   many_laps["many_laps"] = 20;
   job["pages"].push_back(many_laps);
+  sample::write_sample(work / "cut", late_options);
+  for (const char* table : {"runs.csv", "table.csv", "claims.json"}) fs::remove(work / "cut" / table);
+  fs::copy(work / "cut" / "elm" / "1", work / "cut" / "elm" / ".2.partial");
+  nlohmann::json cut = page("cut", "other", 1.0);
+  cut["absent"] = {"partial", "Comparison"};
+  job["pages"].push_back(cut);
   sample::write_sample(work / "undrawable", late_options);
   std::ofstream(work / "undrawable" / "scene.json") << R"({"note": {"not": "a text"}})";
   job["undrawable"] = page("undrawable", "other", 1.0)["file"];

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <bit>
 #include <chrono>
 #include <cmath>
@@ -18,6 +19,7 @@
 #include "config/hash.hpp"
 #include "report/bundle.hpp"
 #include "report/columns.hpp"
+#include "report/inputs.hpp"
 #include "report/packing.hpp"
 #include "report/page.hpp"
 #include "report/plot.hpp"
@@ -387,6 +389,22 @@ std::string title_of_page(const fs::path& folder) {
   const std::string title = block(html, "meta")["title"];
   EXPECT_THAT(html, HasSubstr("<title>" + title + " · gripline</title>"));
   return title;
+}
+
+TEST(ReportPage, AnExperimentThatWasCutShortHasItsRunsAndNoTable) {
+  const Folder cut;
+  const fs::path folder = cut.path();
+  sample::write_sample(folder, sample::SampleOptions{});
+  for (const char* table : {"runs.csv", "table.csv"}) fs::remove(folder / table);
+  fs::copy(folder / "elm" / "1", folder / "elm" / ".2.partial");
+  std::ofstream(folder / "elm" / "1" / "summary.json") << R"({"status": "crashed", "message": "hit a wall"})";
+  const Inputs inputs = read_inputs(folder);
+  ASSERT_EQ(inputs.runs.size(), 5u) << "the partial run is none";
+  const auto elm =
+      std::find_if(inputs.runs.begin(), inputs.runs.end(), [](const RunName& r) { return r.stack == "elm"; });
+  EXPECT_EQ(elm->status, "crashed");
+  EXPECT_EQ(elm->message, "hit a wall");
+  EXPECT_EQ(table_json(inputs)["rows"].size(), 0u);
 }
 
 TEST(ReportPage, IsNamedAfterWhatItShowsAndNotAfterItsFolder) {

@@ -26,10 +26,16 @@ nlohmann::json read_json(const fs::path& file) {
   }
 }
 
+std::string text_or(const nlohmann::json& object, const char* key) {
+  const auto found = object.find(key);
+  return found != object.end() && found->is_string() ? found->get<std::string>() : std::string();
+}
+
 std::vector<fs::path> folders_in(const fs::path& folder) {
   std::vector<fs::path> found;
   for (const fs::directory_entry& entry : fs::directory_iterator(folder))
-    if (entry.is_directory()) found.push_back(entry.path());
+    // Hidden ones are runs that were cut short.
+    if (entry.is_directory() && !entry.path().filename().string().starts_with(".")) found.push_back(entry.path());
   std::sort(found.begin(), found.end());
   return found;
 }
@@ -56,7 +62,9 @@ std::vector<Stack> find_stacks(const Inputs& inputs) {
   };
   for (const Columns* table : {&inputs.table, &inputs.runs_table})
     for (std::size_t i = 0; i < table->rows(); ++i) add(table->text("stack", i), table->number("needs_truth", i) == 1);
-  for (const RunName& run : inputs.runs) add(run.stack, false);
+  const nlohmann::json told =
+      inputs.scene.is_object() ? inputs.scene.value("told", nlohmann::json()) : nlohmann::json();
+  for (const RunName& run : inputs.runs) add(run.stack, std::find(told.begin(), told.end(), run.stack) != told.end());
   return stacks;
 }
 
@@ -92,8 +100,9 @@ Inputs read_inputs(const fs::path& folder) {
   for (RunName& run : in.runs) {
     if (run.status == "finished") continue;
     const nlohmann::json summary = read_json(folder / run.stack / run.seed / "summary.json");
-    if (summary.is_object() && summary.contains("message") && summary["message"].is_string())
-      run.message = summary["message"].get<std::string>();
+    if (!summary.is_object()) continue;
+    if (run.status.empty()) run.status = text_or(summary, "status");
+    run.message = text_or(summary, "message");
   }
   in.stacks = find_stacks(in);
   if (in.runs.empty() && in.validation.empty() && in.diagnosis.is_null() && in.diagnoses.empty())
@@ -105,8 +114,7 @@ Inputs read_inputs(const fs::path& folder) {
 
 std::string sentence_of(const fs::path& folder) {
   const nlohmann::json told = read_json(folder / "diagnosis_report.json");
-  const bool there = told.is_object() && told.contains("sentence") && told["sentence"].is_string();
-  return there ? told["sentence"].get<std::string>() : std::string();
+  return told.is_object() ? text_or(told, "sentence") : std::string();
 }
 
 Run read_run(const Inputs& inputs, const RunName& name) {

@@ -53,7 +53,8 @@ nlohmann::json table_json(const Inputs& inputs) {
   std::vector<std::string> columns;
   std::copy_if(source.names().begin(), source.names().end(), std::back_inserter(columns), is_measure);
   nlohmann::json rows = nlohmann::json::array();
-  for (std::size_t stack = 0; stack < inputs.stacks.size(); ++stack) {
+  // An experiment that was cut short has runs, but no table.
+  for (std::size_t stack = 0; !columns.empty() && stack < inputs.stacks.size(); ++stack) {
     const std::string& name = inputs.stacks[stack].name;
     nlohmann::json row = {{"stack", stack}};
     std::size_t at = 0;

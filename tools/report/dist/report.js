@@ -1,4 +1,4 @@
-/* gripline report, source a65581a496b69756c0b8ab18bc81747794811d31f82c1b28ba42e4e064a9f7a8
+/* gripline report, source e2d06cbb2fa88c247d987d4fb9b0121e008eee07e2079a1cd760d39053f9ae8c
 
 It holds uPlot 1.6.32:
 
