@@ -186,6 +186,16 @@ async function checkLegend(page) {
   check(Math.max(...decimals.slice(0, -1)) === 1, `readouts of one chart have the same decimals (${decimals})`);
 }
 
+/** What is marked as best is the smallest of the stacks that were not told the truth. */
+async function checkBest(page) {
+  const wrong = await page.$$eval(".comparison tbody tr:not(.truth)", (rows) => {
+    const cells = rows.map((row) => [...row.querySelectorAll("td")].map((td) => ({ best: td.classList.contains("best"), value: Number(td.querySelector(".value")?.firstChild?.textContent) })));
+    const marked = cells.flatMap((row) => row.map(({ best, value }, column) => (best ? value === Math.min(...cells.map((other) => other[column].value).filter(Number.isFinite)) : null))).filter((v) => v !== null);
+    return marked.length > 4 ? marked.filter((good) => !good).length : "too few are marked";
+  });
+  check(wrong === 0, `the best of each column is marked (${wrong} wrong)`);
+}
+
 /** Many laps are chosen from a list, and those after the twelfth stand aside in the table. */
 async function checkManyLaps(page, laps) {
   const lists = await page.$$eval("select[aria-label=Lap]", (found) => found.map((select) => select.options.length));
@@ -323,6 +333,7 @@ async function checkPage(browser, spec) {
     if (spec.poses?.length) await checkPoses(page, spec.poses);
     await checkCursorSync(page);
     await checkKeys(page);
+    await checkBest(page);
     await checkLegend(page);
     await checkPlaying(page);
     await checkDownloads(page);
