@@ -26,7 +26,7 @@ class FullSizeLimit {
 
   /// What the road asks at a point: normal acceleration and the slope's pull.
   struct Road {
-    double curve = 0;  // d grade/ds [1/m]
+    double curve = 0;  // of the road's surface along the car [1/m]: d grade/ds and, in a banked turn, kappa sin(bank)
     double grade = 0, bank = 0;
   };
 
@@ -80,13 +80,15 @@ class FullSizeLimit {
   double effective_mass() const { return p_.m + 4.0 * p_.wheel_inertia / square(p_.radius); }
 
   /// Flying lap [s] on a closed line.
-  double lap(std::span<const LinePoint> line) const {
+  double lap(std::span<const LinePoint> line, const Track& track) const {
     const std::size_t n = line.size();
     const double ds = line[1].s - line[0].s;
+    std::vector<double> bend(n);
+    for (std::size_t i = 0; i < n; ++i) bend[i] = track.at(track.locate(line[i].x, line[i].y).s).kappa;
     const auto road = [&](std::size_t i) {
       const LinePoint& a = line[(i + n - 1) % n];
       const LinePoint& b = line[(i + 1) % n];
-      return Road{(b.grade - a.grade) / (2.0 * ds), line[i].grade, line[i].bank};
+      return Road{(b.grade - a.grade) / (2.0 * ds) + bend[i] * std::sin(line[i].bank), line[i].grade, line[i].bank};
     };
     const auto across = [&](double v, std::size_t i) {
       return std::abs(v * v * line[i].kappa - gravity * std::sin(line[i].bank));

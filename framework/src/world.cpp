@@ -64,9 +64,8 @@ class World::RoadUnder final : public Ground {
   Patch at(double x, double y, double yaw) const override {
     const Track& track = *world_.spec_.track;
     const CurveLocation found = track.locate(x, y, world_.place_.s);
-    const double direction = std::cos(yaw - found.yaw) >= 0.0 ? 1.0 : -1.0;
-    return {direction * track.grade(found.s), direction * track.bank(found.s),
-            world_.friction_.factor(world_.step_, world_.time(), found.s)};
+    const Track::Slope slope = track.slope(found, yaw);
+    return {slope.grade, slope.bank, world_.friction_.factor(world_.step_, world_.time(), found.s)};
   }
 
  private:

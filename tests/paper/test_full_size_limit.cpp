@@ -49,7 +49,7 @@ TEST(FullSizeLimit, WorldsStateTheirLimit) {
   ASSERT_GE(world.time_optimal.size(), 4u);
   const auto line = testing_support::line_of_the_centre_of_gravity(*world.track, world.car.car);
   for (const auto& [factor, lap] : world.time_optimal) {
-    const double computed = testing_support::FullSizeLimit({}, factor).lap(line);
+    const double computed = testing_support::FullSizeLimit({}, factor).lap(line, *world.track);
     EXPECT_NEAR(computed, lap, 0.02) << factor;
   }
 }

@@ -284,6 +284,29 @@ TEST(Track, EdgesAndWallsAreMeasuredOnTheRightSide) {
   EXPECT_NEAR(track.narrowest(), 0.8, 1e-12);
 }
 
+TEST(Track, SlopeTurnsWithTheCar) {
+  const Track hill = shipped("hill.json");
+  const double s = 300.0;  // climbing, banked 5 degrees into a left turn
+  const CurveLocation place{s, 0.0, hill.at(s).yaw};
+  const double grade = hill.grade(s), bank = hill.bank(s);
+  ASSERT_GT(grade, 0.01);
+  ASSERT_GT(bank, 0.08);
+  const auto seen = [&](double turned) { return hill.slope(place, place.yaw + turned); };
+  EXPECT_NEAR(seen(0.0).grade, grade, 1e-12);
+  EXPECT_NEAR(seen(0.0).bank, bank, 1e-12);
+  EXPECT_NEAR(seen(kPi).grade, -grade, 1e-12);
+  EXPECT_NEAR(seen(kPi).bank, -bank, 1e-12);
+  // Facing left, towards the lower side: downhill ahead, and the right side of the car is the one ahead on the road.
+  EXPECT_NEAR(seen(kPi / 2).grade, -bank, 1e-12);
+  EXPECT_NEAR(seen(kPi / 2).bank, grade, 1e-12);
+  // A banked turn presses the car on: the slope along it grows by kappa sin(bank) per metre.
+  const double ahead = 0.5, yaw = place.yaw;
+  const auto at = [&](double way) { return hill.slope({s + way, 0.0, hill.at(s + way).yaw}, yaw).grade; };
+  const double road = (hill.grade(s + ahead) - hill.grade(s - ahead)) / (2 * ahead);
+  EXPECT_NEAR((at(ahead) - at(-ahead)) / (2 * ahead), road + hill.at(s).kappa * std::sin(bank), 1e-4);
+  EXPECT_GT(hill.at(s).kappa, 0.03);
+}
+
 TEST(Track, StartIsChecked) {
   const Track track = shipped("ethz.json");
   const Pose start = track.start();

@@ -173,6 +173,13 @@ double Track::beyond_edge(const CurveLocation& place) const {
   return place.n >= 0.0 ? place.n - half_width_left(place.s) : -place.n - half_width_right(place.s);
 }
 
+Track::Slope Track::slope(const CurveLocation& place, double yaw) const {
+  const double cosine = std::cos(yaw - place.yaw), sine = std::sin(yaw - place.yaw);
+  const double up = std::sin(shape_.grade.at(place.s)), across = std::sin(shape_.bank.at(place.s));
+  const auto angle = [](double part) { return std::asin(std::clamp(part, -1.0, 1.0)); };
+  return {angle(up * cosine - across * sine), angle(up * sine + across * cosine)};
+}
+
 double Track::wall_clearance(const CurveLocation& place) const {
   return (place.n >= 0.0 ? shape_.wall_left : shape_.wall_right).at(place.s) - beyond_edge(place);
 }

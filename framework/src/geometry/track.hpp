@@ -49,6 +49,12 @@ class Track {
   double half_width_left(double s) const { return shape_.half_width_left.at(s); }
   double grade(double s) const { return shape_.grade.at(s); }
   double bank(double s) const { return shape_.bank.at(s); }
+  /// Grade and bank as a car sees them that heads for `yaw` at `place`, whichever way it stands across the road [rad].
+  /// Along a banked turn they change with the road's heading: with kappa sin(bank) per metre, which presses the car on.
+  struct Slope {
+    double grade = 0, bank = 0;
+  };
+  Slope slope(const CurveLocation& place, double yaw) const;
   /// Smallest right plus left half width of the whole road [m].
   double narrowest() const { return narrowest_; }
 

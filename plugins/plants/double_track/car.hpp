@@ -11,7 +11,9 @@
 //   front + rear = m (g_n + vx^2 d grade/ds) + c V^2,   front's static share lr / (lf + lr)
 //   longitudinal transfer   h sum Fx / (lf + lr)     from front to rear; holds at rest on a slope too
 //   lateral transfer, front (z_f Fyf + k_f ((h - z_f) Fyf + (h - z_r) Fyr)) / track_front, rear alike with 1 - k_f
-// g_n = g sqrt(1 - sin(grade)^2 - sin(bank)^2); d grade/ds is the difference of the grades under the two axles.
+// g_n = g sqrt(1 - sin(grade)^2 - sin(bank)^2); d grade/ds is the difference of the grades under the two axles, along the
+// car: in a turn whose bank turns with the road that is d grade/ds of the road and kappa sin(bank), the curvature of the
+// surface in the car's direction (Meusnier).
 #pragma once
 
 #include <algorithm>
