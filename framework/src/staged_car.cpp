@@ -132,8 +132,8 @@ void StagedCar::quantities(const CarBatch<T>& batch, Quantities<T>* q) const {
   }
 }
 
-template <class T>
-void StagedCar::rates(const CarBatch<T>& batch) const {
+template <class T, class Use>
+void StagedCar::in_chunks(std::span<const Step> steps, const CarBatch<T>& batch, const Use& use) const {
   const T* const params = effective_params(batch, params_);
   Quantities<T> q[chunk_size];
   for (std::size_t begin = 0; begin < batch.n; begin += chunk_size) {
@@ -145,25 +145,19 @@ void StagedCar::rates(const CarBatch<T>& batch) const {
     chunk.q = q;
     chunk.at = batch.at + begin;
     chunk.params = params;
-    run<T>(steps_, chunk, batch, begin);
-    for (std::size_t i = 0; i < n; ++i) write_rates(q[i], batch.motion_rate + (begin + i) * motion_size);
+    run<T>(steps, chunk, batch, begin);
+    for (std::size_t i = 0; i < n; ++i) use(q[i], begin + i);
   }
 }
 
+template <class T>
+void StagedCar::rates(const CarBatch<T>& batch) const {
+  in_chunks(std::span<const Step>(steps_), batch,
+            [&](const Quantities<T>& q, std::size_t i) { write_rates(q, batch.motion_rate + i * motion_size); });
+}
+
 void StagedCar::memory_rates(const CarBatch<double>& batch) const {
-  const double* const params = effective_params(batch, params_);
-  Quantities<double> q[chunk_size];
-  for (std::size_t begin = 0; begin < batch.n; begin += chunk_size) {
-    const std::size_t n = std::min(chunk_size, batch.n - begin);
-    for (std::size_t i = 0; i < n; ++i)
-      fill_state(q[i], batch.motion + (begin + i) * motion_size, batch.command[begin + i]);
-    Points<double> chunk;
-    chunk.n = n;
-    chunk.q = q;
-    chunk.at = batch.at + begin;
-    chunk.params = params;
-    run<double>(std::span(steps_).first(remembering_), chunk, batch, begin);
-  }
+  in_chunks(std::span<const Step>(steps_).first(remembering_), batch, [](const Quantities<double>&, std::size_t) {});
 }
 
 void StagedCar::start_memory(const CarBatch<double>& batch, double* memory) const {

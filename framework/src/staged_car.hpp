@@ -84,6 +84,9 @@ class StagedCar {
   void plan();
   template <class T>
   void run(std::span<const Step> steps, const Points<T>& chunk, const CarBatch<T>& batch, std::size_t begin) const;
+  /// Runs the steps chunk by chunk; `use(quantities, i)` sees point i of the batch after them.
+  template <class T, class Use>
+  void in_chunks(std::span<const Step> steps, const CarBatch<T>& batch, const Use& use) const;
 
   const VehicleModel* model_;
   std::vector<double> params_;

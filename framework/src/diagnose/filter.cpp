@@ -415,4 +415,12 @@ Likelihood filter(const LinearModel& model, const Noise& noise, const FilterWant
   }
 }
 
+Likelihood filter_along(const LinearModel& model, const Noise& noise, const std::vector<Direction>& directions) {
+  std::vector<const Direction*> list;
+  for (const Direction& d : directions) list.push_back(&d);
+  FilterWants wants;
+  wants.directions = &list;
+  return filter(model, noise, wants);
+}
+
 }  // namespace gripline::diagnose

@@ -41,5 +41,7 @@ struct FilterWants {
 };
 
 Likelihood filter(const LinearModel& model, const Noise& noise, const FilterWants& wants);
+/// Gradient and curvature along these directions, nothing else.
+Likelihood filter_along(const LinearModel& model, const Noise& noise, const std::vector<Direction>& directions);
 
 }  // namespace gripline::diagnose

@@ -366,11 +366,7 @@ Screening screen(const Problem& problem, const Fit& fitted) {
     std::vector<Group> groups;
     const std::vector<double> base_rates = rates_at_samples(car, trace, lm.memory);
     candidate_directions(catalogue, fitted.model, trace, lm.memory, base_rates, directions, groups);
-    std::vector<const Direction*> list;
-    for (const Direction& d : directions) list.push_back(&d);
-    FilterWants wants;
-    wants.directions = &list;
-    const Likelihood l = filter(lm, fitted.noise, wants);
+    const Likelihood l = filter_along(lm, fitted.noise, directions);
     const auto p = static_cast<Index>(l.params);
     if (t == 0) {
       N = MatrixXd::Zero(p, p);

@@ -52,11 +52,7 @@ ScoreSystem score_system(const Problem& problem, const Fit& fitted, const Furthe
     std::vector<Direction> directions = own_directions(catalogue, fitted.model, trace, lm.memory);
     out.own = static_cast<Index>(directions.size());
     for (Direction& d : further(trace, lm)) directions.push_back(std::move(d));
-    std::vector<const Direction*> list;
-    for (const Direction& d : directions) list.push_back(&d);
-    FilterWants wants;
-    wants.directions = &list;
-    const Likelihood l = filter(lm, fitted.noise, wants);
+    const Likelihood l = filter_along(lm, fitted.noise, directions);
     const auto p = static_cast<Index>(l.params);
     if (out.g.size() == 0) {
       out.N = MatrixXd::Zero(p, p);
