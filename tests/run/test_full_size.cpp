@@ -300,7 +300,8 @@ TEST(FullSizeBadInput, TablesOfThePlant) {
     return std::string("nothing");
   };
   EXPECT_EQ(with(R"("gears": [[1, 2, 0, 20], [2, 1, 15, 90]])"), "nothing");
-  EXPECT_THAT(with(R"("gears": [[1, 2, 0, 20], [2, 1, 25, 90]])"), HasSubstr("/plant/params: double_track: gears has a gap"));
+  EXPECT_THAT(with(R"("gears": [[1, 2, 0, 20], [2, 1, 25, 90]])"),
+              HasSubstr("/plant/params: double_track: gears has a gap"));
   EXPECT_THAT(with(R"("engine_torque": [[100, 300, 20], [400, 350, 20], [300, 340, 20]])"), HasSubstr("300"));
   EXPECT_THAT(with(R"("engine_torque": [[100, 300, 20], [400, 350, 20], [300, 340, 20]])"), HasSubstr("400"));
   EXPECT_THAT(with(R"("brake_byas": 0.6)"), HasSubstr("brake_bias"));

@@ -3,26 +3,13 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <functional>
 
-#include "plants/double_track/car.hpp"
+#include "double_track_rig.hpp"
 
 namespace gripline::double_track {
 namespace {
 
 using testing::HasSubstr;
-
-struct Plane final : Ground {
-  explicit Plane(double friction = 1.0) : factor(friction) {}
-  double factor;
-  Patch at(double, double, double) const override { return {0.0, 0.0, factor}; }
-};
-
-State rolling(double speed) {
-  State x;
-  x.vx = speed;
-  return x;
-}
 
 Engine small_engine() {
   static constexpr std::array<double, 9> rows{100, 200, 20, 300, 400, 40, 500, 300, 60};
@@ -105,7 +92,7 @@ TEST(Car, TorquesAreSplitBetweenTheAxles) {
   p.drive_front = 0.3;
   p.brake_bias = 0.7;
   DoubleTrackCar car(p);
-  const Plane road;
+  const Road road;
   car.reset(rolling(20.0), road);
   car.advance(0.5, 0.0, 0.5, road);
   EXPECT_GT(torques(car).drive, 500.0);
@@ -118,7 +105,7 @@ TEST(Car, TorquesAreSplitBetweenTheAxles) {
 TEST(Car, TheEngineBrakesAtClosedThrottle) {
   const Params p;
   DoubleTrackCar car(p);
-  const Plane road;
+  const Road road;
   car.reset(rolling(36.0), road);
   car.advance(0.0, 0.0, 1.0, road);
   EXPECT_EQ(car.gear(), 4);
@@ -131,7 +118,7 @@ TEST(Car, TheEngineBrakesAtClosedThrottle) {
 TEST(Car, PedalsActWithTheirLags) {
   const Params p;
   DoubleTrackCar car(p);
-  const Plane road;
+  const Road road;
   car.reset(rolling(30.0), road);
   car.advance(-1.0, 0.0, p.brake_lag, road);
   EXPECT_NEAR(car.motion().brake, 1.0 - std::exp(-1.0), 1e-3);
@@ -142,7 +129,8 @@ TEST(Car, PedalsActWithTheirLags) {
 
 TEST(Car, SlipControlKeepsDrivenWheelsFromSpinning) {
   Params p;
-  const Plane ice(0.2);
+  Road ice;
+  ice.factor = 0.2;
   double way[2];
   double fastest[2] = {0.0, 0.0};  // surplus of a wheel's speed over the car's [m/s]
   for (const bool control : {false, true}) {
@@ -159,17 +147,6 @@ TEST(Car, SlipControlKeepsDrivenWheelsFromSpinning) {
   EXPECT_GT(fastest[0], 10.0);
   EXPECT_LT(fastest[1], 2.5);
   EXPECT_GT(way[1], way[0]);
-}
-
-std::string complaint(const std::function<void(Params&)>& change) {
-  Params p;
-  change(p);
-  try {
-    const DoubleTrackCar car(p);
-  } catch (const std::invalid_argument& e) {
-    return e.what();
-  }
-  return "nothing";
 }
 
 template <std::size_t n>
