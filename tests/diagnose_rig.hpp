@@ -42,6 +42,7 @@ class DiagnoseRig {
     double noise = 1;    // factor on the world's sensor noise
     double steer = 1;    // factor on the steering
     double braking = 0;  // how far the pedal swings beyond the usual, into the brakes
+    double rough = 0;    // random accelerations of the discrepancy protocol, times this
   };
   /// What the sensors of a car with this model show while it weaves around; samples 20 ms apart.
   diagnose::Measured simulate(const diagnose::ModelSpec& truth, const Drive& drive) const {
@@ -70,6 +71,9 @@ class DiagnoseRig {
     batch.history = &history;
     if (!memory.empty()) car.start_memory(batch, memory.data());
     diagnose::Stepping stepping(car, log, 16);
+    constexpr std::array<double, 3> usual = {0.1, 0.1, 0.8};  // [m/s2, m/s2, rad/s2]
+    std::array<double, 3> road{};
+    const double keeps = std::exp(-log.dt / diagnose::noise_time);
     for (std::size_t k = 0; k < n; ++k) {
       Reading<double> r{x[0], x[1], x[2], x[3], x[4], x[5]};
       car.read(&r, 1, &at, nullptr);
@@ -80,6 +84,10 @@ class DiagnoseRig {
       Place next = road_.at(static_cast<double>(k + 1) * log.dt, x[0] + log.dt * x[3] * std::cos(x[2]),
                             x[1] + log.dt * x[3] * std::sin(x[2]), x[2], hint);
       stepping.advance({&k, 1}, {&at, 1}, {&next, 1}, x.data(), memory.data());
+      for (std::size_t c = 0; c < 3 && drive.rough > 0.0; ++c) {
+        road[c] = keeps * road[c] + std::sqrt(1.0 - keeps * keeps) * drive.rough * usual[c] * normal(random);
+        x[3 + c] += log.dt * road[c];
+      }
       at = road_.at(static_cast<double>(k + 1) * log.dt, x[0], x[1], x[2], hint);
     }
     return log;

@@ -233,6 +233,19 @@ TEST(Remainder, TellsARhythmFromNoise) {
   EXPECT_NEAR(frequency, 0.7, 0.03);
 }
 
+/// The spectrum of a rough road has lines of its own: those are no rhythm.
+TEST(Remainder, HearsNoRhythmInARoughRoad) {
+  DiagnoseRig rig;
+  for (const std::uint64_t seed : {81, 82, 83, 84, 85}) {
+    Problem problem = rig.problem({rig.simulate(rig.catalogue().bare(), {.seconds = 40, .seed = seed, .rough = 1})});
+    Fit f = fit(problem, rig.catalogue().bare(), rig.noise(problem, 5.0), 8);
+    renew_reference(problem, rig.road(), f);
+    f = fit(problem, f.model, f.noise, 8);
+    ASSERT_TRUE(rough_road(problem, f.noise));
+    for (const BasisTest& test : remainder(problem, f)) EXPECT_LT(test.excess, structured) << test.quantity << seed;
+  }
+}
+
 /// A grip that falls is no smaller grip: what is named must be the same throughout the log.
 TEST(Remainder, WhatIsNamedIsConstant) {
   DiagnoseRig rig({"friction_drift"});
@@ -297,11 +310,36 @@ TEST(Problem, ChargesShapesLess) {
 TEST(Search, NamesAGradeInProcessNoise) {
   DiagnoseRig rig;
   const ModelSpec truth =
-      rig.with("grade", {-0.001, -0.001, -0.004, -0.012, -0.009, -0.001, 0.001, 0.006, 0.013, 0.008});
-  Problem problem = rig.problem({rig.simulate(truth, {60, 51, 1})});
+      rig.with("grade", {-0.003, -0.003, -0.012, -0.036, -0.027, -0.003, 0.003, 0.018, 0.039, 0.024});
+  Problem problem = rig.problem({rig.simulate(truth, {.seconds = 60, .seed = 51, .rough = 1})});
   Search search(problem, rig.road());
   search.run();
+  EXPECT_TRUE(rough_road(problem, search.best().noise));
   EXPECT_EQ(rig.catalogue().name(search.best().model), "grade");
+}
+
+/// Where the road hides the car, readings that follow one another tell the same: parameters cost less than by their
+/// number, and effects that this makes visible are seen. Nothing that is not there is.
+TEST(Search, ChargesByIndependentValuesOnARoughRoad) {
+  DiagnoseRig rig;
+  const ModelSpec small = rig.with("steer_offset", {0.003});
+  for (const bool rough : {false, true}) {
+    Problem problem = rig.problem({rig.simulate(small, {.seconds = 40, .seed = 57, .rough = rough ? 1.0 : 0.0})});
+    const double before = problem.penalty_per_parameter;
+    Search search(problem, rig.road());
+    search.run();
+    EXPECT_EQ(rig.catalogue().name(search.best().model), "steer_offset") << rough;
+    if (rough)
+      EXPECT_NEAR(problem.penalty_per_parameter, 0.5 * std::log(3.0 * 40.02 / 0.5), 1e-9);
+    else
+      EXPECT_EQ(problem.penalty_per_parameter, before);
+  }
+  for (const std::uint64_t seed : {58, 59, 60}) {
+    Problem problem = rig.problem({rig.simulate(rig.catalogue().bare(), {.seconds = 40, .seed = seed, .rough = 1})});
+    Search search(problem, rig.road());
+    search.run();
+    EXPECT_EQ(rig.catalogue().name(search.best().model), "none") << seed;
+  }
 }
 
 /// A fit that cannot come near what is wanted stops early, and says no more than it found.

@@ -287,7 +287,9 @@ BasisTest rhythm(const Problem& problem, const Fit& fitted) {
   test.dof = s.dof;
   test.from = test.to = best.frequency;
   // The frequency was chosen among many; 4 stands for about one chance in thousands, as with the others.
-  test.excess = 0.5 * (s.gain - 0.5 * static_cast<double>(s.dof) - std::log(chances));
+  // On a rough road the spectrum that the frequency was read from is mostly the road's own: half of that.
+  const double share = rough_road(problem, fitted.noise) ? 0.25 : 0.5;
+  test.excess = share * (s.gain - 0.5 * static_cast<double>(s.dof) - std::log(chances));
   return test;
 }
 

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numeric>
 #include <span>
 
@@ -13,15 +12,10 @@ namespace {
 
 using Eigen::Index;
 
-/// Standard deviations of a normal that are as rare as `structured` of the other tests. On a rough road, where all three
-/// accelerations are random, twice as many: contributions are evaluated along a reference that carries the same
-/// randomness, and the statistic is no chi-square any more. (What a model lacks is seen as noise in one or two of them.)
-double rare(const Problem& problem, const Fit& fitted) {
-  double least = std::numeric_limits<double>::infinity();
-  for (std::size_t c = 0; c < noise_states; ++c)
-    least = std::min(least, std::sqrt(fitted.noise.process[c]) / problem.process_unit[c]);
-  return least > 0.2 ? 7.0 : 3.5;
-}
+/// Standard deviations of a normal that are as rare as `structured` of the other tests. On a rough road twice as
+/// many: contributions are evaluated along a reference that carries the same randomness, and the statistic is no
+/// chi-square any more.
+double rare(const Problem& problem, const Fit& fitted) { return rough_road(problem, fitted.noise) ? 7.0 : 3.5; }
 
 /// What a member adds to the rates and readings along the reference, with its memory.
 Direction contribution(const Catalogue& catalogue, const ModelSpec& model, std::size_t member, const Trace& trace,

@@ -149,8 +149,9 @@ Diagnosis Diagnoser::run(std::span<const LogFile> given, std::span<const LogFile
   // Beside something unknown, effects that leave most of the gap open are imitations of it.
   const bool imitation = d.verdict == Verdict::unknown && !d.named.empty() && d.gap.closure < 0.5;
   // Where nothing is named only refitted nuisances differ, and what stands beyond doubt may be small or rest during the
-  // laps held out: these only must not do harm.
-  const bool sure = d.named.empty() || d.fit.score - d.nothing.score > beyond_doubt;
+  // laps held out or drown in a rough road: these only must not do harm.
+  const bool sure =
+      d.named.empty() || d.fit.score - d.nothing.score > beyond_doubt || rough_road(problem_, d.fit.noise);
   const bool no_better = sure ? d.gap.after > no_worse * d.gap.before : d.gap.after >= d.gap.before;
   if (no_better || imitation) take_back(unseen, search, d);
   if (d.verdict == Verdict::nothing_missing) find_floors(search, d);
@@ -196,9 +197,10 @@ bool Diagnoser::place_may_be_time(const ModelSpec& model, std::size_t member) co
   return differs && laps < 2.0;
 }
 
-/// An effect that stands on little evidence must also help where nothing was fitted.
+/// An effect that stands on little evidence must also help where nothing was fitted. On a rough road errors of
+/// predictions are mostly the road's, and bear witness to nothing.
 bool Diagnoser::helps(const Fit& with, const Fit& without, const Unseen& unseen) const {
-  if (with.score - without.score > beyond_doubt) return true;
+  if (with.score - without.score > beyond_doubt || rough_road(problem_, with.noise)) return true;
   return unseen.error_after_refit(with) < unseen.error_after_refit(without);
 }
 

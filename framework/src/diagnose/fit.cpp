@@ -203,6 +203,23 @@ double improve_noise(const Problem& problem, const Evaluation& e, Noise& noise) 
 
 }  // namespace
 
+double Problem::seconds() const {
+  double sum = 0.0;
+  for (const Trace& trace : traces) sum += static_cast<double>(trace.size()) * trace.log.dt;
+  return sum;
+}
+
+bool rough_road(const Problem& problem, const Noise& noise) {
+  for (std::size_t c = 0; c < noise_states; ++c)
+    if (!(noise.process[c] > std::pow(0.2 * problem.process_unit[c], 2))) return false;
+  return true;
+}
+
+void charge_for(const Problem& problem, Fit& fitted) {
+  fitted.penalty = penalty_of(problem, fitted.model, fitted.free);
+  fitted.score = -fitted.cost - fitted.penalty;
+}
+
 std::vector<double> pack(const Catalogue& catalogue, const ModelSpec& model) {
   std::vector<double> theta = model.nuisance;
   for (std::size_t i = 0; i < model.members.size(); ++i)
@@ -307,8 +324,7 @@ Fit fit(const Problem& problem, const ModelSpec& start, const Noise& noise, int 
     best.covariance.assign(covariance.data(), covariance.data() + covariance.size());
     best.free = rank - std::min(rank, catalogue.nuisances().size());
   }
-  best.penalty = penalty_of(problem, best.model, best.free);
-  best.score = -best.cost - best.penalty;
+  charge_for(problem, best);
   return best;
 }
 

@@ -29,7 +29,13 @@ struct Problem {
   }
   static constexpr std::size_t full_charge = 3;
   static constexpr double shape_charge = 0.4;
+  /// Time of all traces together [s].
+  double seconds() const;
 };
+
+/// Whether the car drives on a rough road: all three accelerations are random by a fifth of their usual size or more.
+/// What a model lacks is mostly seen as noise in one or two of them.
+bool rough_road(const Problem& problem, const Noise& noise);
 
 /// A model with its best parameters.
 struct Fit {
@@ -44,6 +50,9 @@ struct Fit {
   bool converged = false;
   bool finished = false;  // nothing is gained by going on
 };
+
+/// Sets a fit's penalty and score by what parameters cost now.
+void charge_for(const Problem& problem, Fit& fitted);
 
 /// Free parameters of a model as a vector, and back.
 std::vector<double> pack(const Catalogue& catalogue, const ModelSpec& model);

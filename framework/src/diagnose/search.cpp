@@ -149,6 +149,19 @@ void Search::polish() {
   }
 }
 
+/// Schwarz's penalty counts readings, as if each told something new. On a rough road what they tell of the car is covered
+/// by random accelerations, and only their independent values count: one per channel in twice their correlation time.
+void Search::charge_by_road() {
+  if (!rough_road(problem_, best_->noise)) return;
+  const double independent = static_cast<double>(noise_states) * problem_.seconds() / (2.0 * noise_time);
+  problem_.penalty_per_parameter = 0.5 * std::log(std::min(static_cast<double>(problem_.rows), independent));
+  for (auto& [members, one] : fits_) charge_for(problem_, one);
+  screenings_.clear();
+  best_ = nothing_;
+  grow();
+  polish();
+}
+
 /// The reference so far was smoothed with the nominal car, and what is missing bends it: a strong effect leaves errors
 /// of second order that further effects would take up. Once more along the trajectory that the model found smooths.
 void Search::settle() {
@@ -216,6 +229,7 @@ void Search::run() {
   grow();
   tell(2);
   polish();
+  charge_by_road();
   tell(3);
   if (best_ != nothing_) settle();
 }

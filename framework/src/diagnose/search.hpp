@@ -61,6 +61,7 @@ class Search {
   void grow();
   void polish();
   void settle();
+  void charge_by_road();
   bool grow_once();
 
   Problem& problem_;
