@@ -23,28 +23,29 @@ constexpr int roads_per_car = 5;
 struct Condition {
   const char* name;
   const char* kind;  // none, single, pair, unknown
-  bool process_noise = false, wrong_nominal = false, outside = false, excluded = false, brief = false;
-  bool more_outside = false;
+  bool process_noise = false, wrong_nominal = false, outside = false, more_outside = false, excluded = false;
+  bool brief = false, faint = false;
   double dt = 0.02;  // of the logs
 };
-constexpr std::array<Condition, 17> conditions = {{
-    {"none_white", "none"},
-    {"none_process", "none", true},
-    {"none_nominal", "none", false, true},
-    {"single_white", "single"},
-    {"single_process", "single", true},
-    {"single_nominal", "single", false, true},
-    {"single_short", "single", false, false, false, false, true},
-    {"pair_white", "pair"},
-    {"pair_process", "pair", true},
-    {"outside", "unknown", false, false, true},
-    {"excluded", "unknown", false, false, false, true},
-    {"outside_more", "unknown", false, false, true, false, false, true},
-    {"outside_process", "unknown", true, false, true},
-    {"none_20hz", "none", false, false, false, false, false, false, 0.05},
-    {"none_100hz", "none", false, false, false, false, false, false, 0.01},
-    {"single_20hz", "single", false, false, false, false, false, false, 0.05},
-    {"single_100hz", "single", false, false, false, false, false, false, 0.01},
+constexpr std::array<Condition, 18> conditions = {{
+    {.name = "none_white", .kind = "none"},
+    {.name = "none_process", .kind = "none", .process_noise = true},
+    {.name = "none_nominal", .kind = "none", .wrong_nominal = true},
+    {.name = "single_white", .kind = "single"},
+    {.name = "single_process", .kind = "single", .process_noise = true},
+    {.name = "single_nominal", .kind = "single", .wrong_nominal = true},
+    {.name = "single_short", .kind = "single", .brief = true},
+    {.name = "single_faint", .kind = "single", .process_noise = true, .faint = true},
+    {.name = "pair_white", .kind = "pair"},
+    {.name = "pair_process", .kind = "pair", .process_noise = true},
+    {.name = "outside", .kind = "unknown", .outside = true},
+    {.name = "excluded", .kind = "unknown", .excluded = true},
+    {.name = "outside_more", .kind = "unknown", .outside = true, .more_outside = true},
+    {.name = "outside_process", .kind = "unknown", .process_noise = true, .outside = true},
+    {.name = "none_20hz", .kind = "none", .dt = 0.05},
+    {.name = "none_100hz", .kind = "none", .dt = 0.01},
+    {.name = "single_20hz", .kind = "single", .dt = 0.05},
+    {.name = "single_100hz", .kind = "single", .dt = 0.01},
 }};
 
 /// Nominal world, catalogue and roads of one car.
@@ -173,6 +174,7 @@ Draft draft(const Condition& condition, std::size_t i, Random& r) {
   // Sizes from typical down to a tenth, so that some stand near what can be detected.
   const bool small = !condition.outside && !condition.excluded && r() % 3 == 0;
   c.share = small ? std::exp(uniform(r, std::log(0.1), 0.0)) : 1.0;
+  if (condition.faint) c.share = std::exp(uniform(r, std::log(0.1), std::log(0.5)));
   const std::string kind = condition.kind;
   if (kind == "single" || condition.excluded) {
     c.effects.push_back(draw(ids[(i / 2) % ids.size()], c.car, c.share, r));

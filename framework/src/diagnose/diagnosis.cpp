@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "../config/errors.hpp"
 #include "advice.hpp"
@@ -17,6 +18,7 @@ constexpr double most_in_one_lap = 0.9;   // confidence in an effect of place th
 constexpr double worth_adding = 3.0;      // log evidence an effect must bring
 constexpr double beyond_doubt = 15.0;     // log evidence that needs no second witness
 constexpr double same_evidence = 2.0;     // models closer than this cannot be told apart
+constexpr double all_but_sure = 0.98;     // chance that a set of equals holds the truth
 constexpr double ninety_five = 1.959964;  // standard deviations of a 95 % interval
 
 std::vector<Nuisance> read_uncertainty(const CaseOptions& options, const Catalogue& catalogue) {
@@ -220,6 +222,34 @@ void Diagnoser::drop_idle(Search& search, const Unseen& unseen, Diagnosis& d) {
   }
 }
 
+/// Models that the data cannot tell from the one found, that first: where any is as good, the fewest that together hold
+/// the truth as good as surely. More effects than were found, or one that may be nothing, say nothing else.
+std::vector<const Fit*> Diagnoser::equals_of(const Fit& found, std::span<const Fit* const> rivals, const Fit& nothing,
+                                             const Unseen& unseen) const {
+  const double far = -std::log(1.0 - all_but_sure);
+  std::vector<const Fit*> near;
+  for (const Fit* rival : rivals)
+    if (rival != &found && found.score - rival->score < far && !rival->model.members.empty() &&
+        !contains(rival->model, found.model))
+      near.push_back(rival);
+  std::vector<const Fit*> equals{&found};
+  std::vector<double> chance{1.0};
+  for (const Fit* rival : near) {
+    // Best first: with none as good as the one found there is nothing to ask.
+    if (equals.size() == 1 && found.score - rival->score > same_evidence) break;
+    bool idle = false;
+    for (std::size_t i = 0; i < rival->model.members.size(); ++i) idle |= may_be_nothing(*rival, i);
+    if (idle || !helps(*rival, nothing, unseen)) continue;
+    equals.push_back(rival);
+    chance.push_back(std::exp(rival->score - found.score));
+  }
+  const double all = std::accumulate(chance.begin(), chance.end(), 0.0);
+  std::size_t enough = 0;
+  for (double held = 0.0; enough < chance.size() && held < all_but_sure * all; ++enough) held += chance[enough];
+  equals.resize(enough);
+  return equals;
+}
+
 void Diagnoser::decide(Search& search, const Unseen& unseen, Diagnosis& d) {
   d.fit = search.best();
   drop_idle(search, unseen, d);
@@ -264,24 +294,16 @@ void Diagnoser::decide(Search& search, const Unseen& unseen, Diagnosis& d) {
     return;
   }
   d.verdict = Verdict::named;
-  std::vector<std::vector<std::string>> equals;
   const auto ids = [&](const ModelSpec& model) {
     std::vector<std::string> list;
     for (const std::size_t m : model.members) list.push_back(catalogue_.candidates()[m].id);
     return list;
   };
-  equals.push_back(ids(d.fit.model));
-  for (const Fit* rival : rivals) {
-    const bool near = rival->score > d.fit.score - same_evidence;
-    if (!near || contains(rival->model, d.fit.model) || rival->model.members.empty()) continue;
-    bool idle = false;
-    for (std::size_t i = 0; i < rival->model.members.size(); ++i) idle |= may_be_nothing(*rival, i);
-    if (!idle && helps(*rival, search.nothing(), unseen)) equals.push_back(ids(rival->model));
-  }
+  const std::vector<const Fit*> equals = equals_of(d.fit, rivals, search.nothing(), unseen);
   if (equals.size() > 1) {
     d.verdict = Verdict::indistinguishable;
-    d.equivalent = equals;
-    d.manoeuvre = advice(equals);
+    for (const Fit* one : equals) d.equivalent.push_back(ids(one->model));
+    d.manoeuvre = advice(d.equivalent);
   }
   // Names for one and the same thing.
   for (const auto& [kept, others] : search.synonyms())

@@ -87,6 +87,8 @@ class Diagnoser {
   void decide(Search& search, const Unseen& unseen, Diagnosis& d);
   bool may_be_nothing(const Fit& fitted, std::size_t which) const;
   bool place_may_be_time(const ModelSpec& model, std::size_t member) const;
+  std::vector<const Fit*> equals_of(const Fit& found, std::span<const Fit* const> rivals, const Fit& nothing,
+                                    const Unseen& unseen) const;
   bool helps(const Fit& with, const Fit& without, const Unseen& unseen) const;
   void drop_idle(Search& search, const Unseen& unseen, Diagnosis& d);
   void strip_unsupported(Search& search, Diagnosis& d, Where where);
