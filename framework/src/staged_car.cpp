@@ -20,6 +20,13 @@ void fill_state(Quantities<T>& q, const T* motion, const ActingCommand<T>& comma
   q.delta_rate = command.delta_rate;
 }
 
+/// sin(a) without the call on flat ground: at zero the sine is its argument, derivatives included.
+template <class T>
+T sine_of_slope(const T& a) {
+  using std::sin;
+  return a < 0.0 || a > 0.0 ? sin(a) : a;
+}
+
 /// x' = vx cos(yaw) - vy sin(yaw), y' = vx sin(yaw) + vy cos(yaw), yaw' = omega, and the slope in the body rates.
 template <class T>
 void write_rates(const Quantities<T>& q, T* rate) {
@@ -30,8 +37,8 @@ void write_rates(const Quantities<T>& q, T* rate) {
   rate[0] = q.vx * c - q.vy * s;
   rate[1] = q.vx * s + q.vy * c;
   rate[2] = q.omega;
-  rate[3] = q.ax - gravity * sin(q.grade);
-  rate[4] = q.ay + gravity * sin(q.bank);
+  rate[3] = q.ax - gravity * sine_of_slope(q.grade);
+  rate[4] = q.ay + gravity * sine_of_slope(q.bank);
   rate[5] = q.aw;
 }
 

@@ -31,8 +31,7 @@ TEST(Filter, GradientByParametersAgreesWithDifferences) {
     const double moved = value * 1.01;
     const ModelSpec model = rig.with(id, {moved});
     const Trace& trace = problem.traces.front();
-    const LinearModel lm = linearise(rig.catalogue().build(model), trace, 3);
-    const auto directions = own_directions(rig.catalogue(), model, trace, lm.memory);
+    const auto [lm, directions, work] = linearise_own(rig.catalogue(), model, trace, 3);
     const std::vector<const Direction*> list{&directions.front()};
     FilterWants wants;
     wants.directions = &list;

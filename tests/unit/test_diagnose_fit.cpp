@@ -255,7 +255,8 @@ TEST(Remainder, WhatIsNamedIsConstant) {
     settle_reference(problem, rig.road(), f);
     f = fit(problem, f.model, f.noise, 10);
     double excess = 0.0;
-    for (const BasisTest& test : constancy(problem, f)) excess = std::max(excess, test.excess);
+    for (const BasisTest& test : constancy(problem, f, linearise_all(problem, f.model)))
+      excess = std::max(excess, test.excess);
     return excess;
   };
   EXPECT_LT(most(rig.with("friction_scale", {-0.1})), structured);
@@ -351,6 +352,30 @@ TEST(Fit, StopsWhenTheScoreIsOutOfReach) {
   const Fit early = fit(problem, start, rig.noise(problem, 5.0), 10, {0.01, whole.score + 1e6});
   EXPECT_LE(early.score, whole.score + 1e-6);
   EXPECT_FALSE(early.converged);
+}
+
+/// The search's work is counted, not timed, and when it is spent the best so far is the answer.
+TEST(Search, EndsWithWhatItHasWhenItsWorkIsSpent) {
+  DiagnoseRig rig;
+  const ModelSpec truth = rig.with(rig.with("steer_offset", {0.015}), "yaw_inertia", {0.25});
+  const std::vector<Measured> log{rig.simulate(truth, {20, 33, 1})};
+  const auto searched = [&](double most_work) {
+    Problem problem = rig.problem(log);
+    SearchOptions options;
+    options.most_work = most_work;
+    Search search(problem, rig.road(), options);
+    search.run();
+    return std::pair(search.work(), search.best().model.members.size());
+  };
+  const auto whole = searched(1e12), none = searched(0.0);
+  EXPECT_EQ(whole.second, 2u);
+  // Less than what the nominal car itself takes: nothing is tried. A little more: one effect is found, no second looked for.
+  EXPECT_EQ(none.second, 0u);
+  const auto some = searched(none.first + 1.0);
+  EXPECT_EQ(some.second, 1u);
+  EXPECT_GT(some.first, none.first + 1.0);
+  EXPECT_LT(some.first, 0.7 * whole.first);
+  EXPECT_EQ(searched(none.first + 1.0), some);
 }
 
 TEST(Remainder, SeesAPushOfTheRoadAndWhereItIs) {

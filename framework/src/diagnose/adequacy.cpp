@@ -205,8 +205,9 @@ Basis basis_of(const Problem& problem, const Trace& trace, Where where) {
 }
 
 using BasisOf = std::function<Basis(const Trace&)>;
-ScoreSystem basis_system(const Problem& problem, const Fit& fitted, const BasisOf& basis_of) {
-  return score_system(problem, fitted, [&](const Trace& trace, const LinearModel&) {
+ScoreSystem basis_system(const Problem& problem, const Fit& fitted, std::span<const Linearised> along,
+                         const BasisOf& basis_of) {
+  return score_system(problem, fitted, along, [&](const Trace& trace, const LinearModel&) {
     return accelerations(basis_of(trace), trace.size());
   });
 }
@@ -259,29 +260,27 @@ Line strongest_line(const std::vector<double>& power, double seconds) {
 /// A rhythm in what is left. A filter free to call anything random explains a steady oscillation by more noise; but an
 /// oscillation is a line that stands out of the spectrum, and once its frequency is known the likelihood says whether
 /// it is there.
-BasisTest rhythm(const Problem& problem, const Fit& fitted) {
+BasisTest rhythm(const Problem& problem, const Fit& fitted, std::span<const Linearised> along) {
   BasisTest test;
   test.where = Where::time;
   test.quantity = "frequency";
-  const StagedCar car = problem.catalogue->build(fitted.model);
   double chances = 0.0;
   Line best;
-  for (const Trace& trace : problem.traces) {
-    const LinearModel lm = linearise(car, trace, problem.substeps);
+  for (const auto& [lm, own, work] : along) {
     FilterWants wants;
     wants.smooth = true;
     const Likelihood l = filter(lm, fitted.noise, wants);
     for (std::size_t c = 0; c < noise_states; ++c) {
       const std::vector<double> power = periodogram(l, lm.states, c, lm.dt);
       chances += static_cast<double>(power.size());
-      const Line line = strongest_line(power, static_cast<double>(trace.size()) * lm.dt);
+      const Line line = strongest_line(power, static_cast<double>(lm.n) * lm.dt);
       if (line.gain > best.gain) best = line;
     }
   }
   // Most spectra have no such line, and then there is nothing to ask.
   if (chances == 0.0 || best.gain < std::log(chances) + 2.0) return test;
   const ScoreSystem system =
-      basis_system(problem, fitted, [&](const Trace& trace) { return wave(trace, best.frequency); });
+      basis_system(problem, fitted, along, [&](const Trace& trace) { return wave(trace, best.frequency); });
   const Score s = score_test(system.N, system.g, system.own);
   test.gain = s.gain;
   test.dof = s.dof;
@@ -333,8 +332,9 @@ bool rough_beside(const Problem& problem, const Fit& fitted, std::size_t channel
 }
 
 /// One test per acceleration, each with its own few functions.
-void add_focused(const Problem& problem, const Fit& fitted, std::vector<BasisTest>& tests) {
-  const ScoreSystem system = basis_system(problem, fitted, simple_basis);
+void add_focused(const Problem& problem, const Fit& fitted, std::span<const Linearised> along,
+                 std::vector<BasisTest>& tests) {
+  const ScoreSystem system = basis_system(problem, fitted, along, simple_basis);
   constexpr std::size_t functions = along_functions + across_functions;
   for (std::size_t channel = 0; channel < noise_states; ++channel) {
     std::vector<Index> rows;
@@ -367,9 +367,10 @@ const BasisTest& strongest(std::span<const BasisTest> tests) {
 
 std::vector<BasisTest> remainder(const Problem& problem, const Fit& fitted) {
   std::vector<BasisTest> tests;
+  const std::vector<Linearised> along = linearise_all(problem, fitted.model);
   for (const Where where : {Where::position, Where::time, Where::state, Where::input}) {
     const ScoreSystem system =
-        basis_system(problem, fitted, [&](const Trace& trace) { return basis_of(problem, trace, where); });
+        basis_system(problem, fitted, along, [&](const Trace& trace) { return basis_of(problem, trace, where); });
     const Score s = score_test(system.N, system.g, system.own);
     BasisTest test;
     test.where = where;
@@ -389,16 +390,17 @@ std::vector<BasisTest> remainder(const Problem& problem, const Fit& fitted) {
     }
     tests.push_back(std::move(test));
   }
-  tests.push_back(rhythm(problem, fitted));
-  add_focused(problem, fitted, tests);
-  for (BasisTest& test : constancy(problem, fitted)) tests.push_back(std::move(test));
+  tests.push_back(rhythm(problem, fitted, along));
+  add_focused(problem, fitted, along, tests);
+  for (BasisTest& test : constancy(problem, fitted, along)) tests.push_back(std::move(test));
   return tests;
 }
 
-std::vector<double> support_beside(const Problem& problem, const Fit& fitted, Where where) {
+std::vector<double> support_beside(const Problem& problem, const Fit& fitted, std::span<const Linearised> along,
+                                   Where where) {
   const Catalogue& catalogue = *problem.catalogue;
   const ScoreSystem system =
-      basis_system(problem, fitted, [&](const Trace& trace) { return basis_of(problem, trace, where); });
+      basis_system(problem, fitted, along, [&](const Trace& trace) { return basis_of(problem, trace, where); });
   const Index own = system.own, count = system.g.size() - own;
   // Information on the own parameters once the basis may explain what it can, pseudo-inverted for safety.
   const MatrixXd cross = system.N.topRightCorner(own, count);

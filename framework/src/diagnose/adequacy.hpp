@@ -2,6 +2,7 @@
 // accelerations: smooth functions of place, of time, of the state and of the inputs.
 #pragma once
 
+#include <span>
 #include <string>
 
 #include "fit.hpp"
@@ -34,7 +35,8 @@ const BasisTest& strongest(std::span<const BasisTest> tests);
 std::vector<BasisTest> remainder(const Problem& problem, const Fit& fitted);
 
 /// For each member of the model: log evidence that it is there even if all functions of one kind are (Wald's test minus
-/// the penalty of its parameters). Negative: the generic functions explain what it explained.
-std::vector<double> support_beside(const Problem& problem, const Fit& fitted, Where where);
+/// the penalty of its parameters). `along` as for score_system. Negative: the generic functions explain what it explained.
+std::vector<double> support_beside(const Problem& problem, const Fit& fitted, std::span<const Linearised> along,
+                                   Where where);
 
 }  // namespace gripline::diagnose

@@ -20,10 +20,10 @@ double rare(const Problem& problem, const Fit& fitted) { return rough_road(probl
 /// What a member adds to the rates and readings along the reference, with its memory.
 Direction contribution(const Catalogue& catalogue, const ModelSpec& model, std::size_t member, const Trace& trace,
                        const LinearModel& lm) {
-  const StagedCar with = catalogue.build(model);
   const StagedCar without = catalogue.build(catalogue.without(model, member));
   Direction d;
   if (catalogue.candidates()[member].effect->stage() == Stage::reading) {
+    const StagedCar with = catalogue.build(model);
     d.reading.resize(trace.size() * channels);
     for (std::size_t k = 0; k < trace.size(); ++k) {
       const double* const x = trace.motion.data() + k * channels;
@@ -35,11 +35,10 @@ Direction contribution(const Catalogue& catalogue, const ModelSpec& model, std::
     }
     return d;
   }
-  const std::vector<double> high = rates_at_samples(with, trace, lm.memory);
   const std::vector<double> low = rates_at_samples(without, trace, run_memory(without, trace));
   d.rate.resize(trace.size() * 3);
   for (std::size_t k = 0; k < trace.size(); ++k)
-    for (std::size_t c = 0; c < 3; ++c) d.rate[k * 3 + c] = high[k * channels + 3 + c] - low[k * channels + 3 + c];
+    for (std::size_t c = 0; c < 3; ++c) d.rate[k * 3 + c] = lm.rate[k * 3 + c] - low[k * channels + 3 + c];
   return d;
 }
 
@@ -96,10 +95,10 @@ constexpr Index functions = 4;  // of each kind
 constexpr Index kinds = 2;      // time, driving
 
 /// The model's own parameters, then for every member its contribution times the functions of each kind.
-ScoreSystem variations(const Problem& problem, const Fit& fitted) {
+ScoreSystem variations(const Problem& problem, const Fit& fitted, std::span<const Linearised> along) {
   double end = 0.0;
   for (const Trace& t : problem.traces) end = std::max(end, t.at.back().t);
-  return score_system(problem, fitted, [&](const Trace& trace, const LinearModel& lm) {
+  return score_system(problem, fitted, along, [&](const Trace& trace, const LinearModel& lm) {
     std::vector<Direction> all;
     const Variation time = with_time(trace, end), driving = with_driving(trace);
     for (const std::size_t member : fitted.model.members) {
@@ -129,19 +128,19 @@ BasisTest test_of(const ScoreSystem& system, std::span<const Index> members, Ind
 
 }  // namespace
 
-std::vector<BasisTest> constancy(const Problem& problem, const Fit& fitted) {
+std::vector<BasisTest> constancy(const Problem& problem, const Fit& fitted, std::span<const Linearised> along) {
   if (fitted.model.members.empty()) return {};
-  const ScoreSystem system = variations(problem, fitted);
+  const ScoreSystem system = variations(problem, fitted, along);
   std::vector<Index> members(fitted.model.members.size());
   std::iota(members.begin(), members.end(), Index{0});
   const double limit = rare(problem, fitted);
   return {test_of(system, members, 0, limit), test_of(system, members, 1, limit)};
 }
 
-std::vector<double> drifts(const Problem& problem, const Fit& fitted) {
+std::vector<double> drifts(const Problem& problem, const Fit& fitted, std::span<const Linearised> along) {
   std::vector<double> excess;
   if (fitted.model.members.empty()) return excess;
-  const ScoreSystem system = variations(problem, fitted);
+  const ScoreSystem system = variations(problem, fitted, along);
   for (Index m = 0; m < static_cast<Index>(fitted.model.members.size()); ++m)
     excess.push_back(test_of(system, std::span(&m, 1), 0, rare(problem, fitted)).excess);
   return excess;

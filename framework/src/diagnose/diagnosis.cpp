@@ -155,7 +155,7 @@ Diagnosis Diagnoser::run(std::span<const LogFile> given, std::span<const LogFile
   const bool sure =
       d.named.empty() || d.fit.score - d.nothing.score > beyond_doubt || rough_road(problem_, d.fit.noise);
   const bool no_better = sure ? d.gap.after > no_worse * d.gap.before : d.gap.after >= d.gap.before;
-  if (no_better || imitation) take_back(unseen, search, d);
+  if (no_better || imitation) take_back(search, d);
   if (d.verdict == Verdict::nothing_missing) find_floors(search, d);
   d.sentence = sentence(d);
   return d;
@@ -212,12 +212,14 @@ void Diagnoser::drop_idle(Search& search, const Unseen& unseen, Diagnosis& d) {
     dropped = false;
     const Fit* next = nullptr;
     for (std::size_t i = 0; i < d.fit.model.members.size(); ++i) {
-      const Fit& without = search.fit_once(catalogue_.without(d.fit.model, d.fit.model.members[i]), d.fit.noise);
+      // What is far behind needs no finished fit to be told so, unless it is what remains.
+      const Fit& without = search.fit_near(catalogue_.without(d.fit.model, d.fit.model.members[i]), d.fit.noise,
+                                           d.fit.score, beyond_doubt);
       const bool idle = may_be_nothing(d.fit, i) || !helps(d.fit, without, unseen);
       if (idle && (next == nullptr || without.score > next->score)) next = &without;
     }
     if (next == nullptr) return;
-    d.fit = *next;
+    d.fit = search.fit_once(next->model, next->noise);
     dropped = true;
   }
 }
@@ -318,7 +320,7 @@ void Diagnoser::decide(Search& search, const Unseen& unseen, Diagnosis& d) {
 
 /// What was found does not predict what was not fitted: the nominal model is returned as it was given, and the verdict is
 /// that whatever is missing is not known.
-void Diagnoser::take_back(const Unseen& unseen, Search& search, Diagnosis& d) {
+void Diagnoser::take_back(const Search& search, Diagnosis& d) const {
   if (d.verdict != Verdict::nothing_missing) {
     d.verdict = Verdict::unknown;
     if (!d.unknown) d.unknown = strongest(d.tests);
@@ -331,15 +333,18 @@ void Diagnoser::take_back(const Unseen& unseen, Search& search, Diagnosis& d) {
   d.fit.model = catalogue_.bare();
   d.fit.theta.clear();
   d.fit.covariance.clear();
-  d.horizons.clear();
-  measure_gap(unseen, search, d);
+  for (auto& row : d.horizons) row.after = row.before;
+  d.gap.after = d.gap.before;
+  d.gap.closure = 0.0;
 }
 
 /// Something is left: effects that generic functions of the same kind explain as well, or whose size changes with time,
 /// were stand-ins for it. A stand-in of another time does harm on the next drive.
 void Diagnoser::strip_unsupported(Search& search, Diagnosis& d, Where where) {
   while (!d.fit.model.members.empty()) {
-    const std::vector<double> support = support_beside(problem_, d.fit, where), drift = drifts(problem_, d.fit);
+    const std::vector<Linearised> along = linearise_all(problem_, d.fit.model);
+    const std::vector<double> support = support_beside(problem_, d.fit, along, where),
+                              drift = drifts(problem_, d.fit, along);
     auto which = std::min_element(support.begin(), support.end()) - support.begin();
     if (support[static_cast<std::size_t>(which)] > worth_adding) {
       which = std::max_element(drift.begin(), drift.end()) - drift.begin();

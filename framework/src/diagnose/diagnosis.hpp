@@ -95,7 +95,7 @@ class Diagnoser {
   void rank(Search& search, const std::map<std::size_t, double>& wins, Diagnosis& d) const;
   void measure_gap(const Unseen& unseen, Search& search, Diagnosis& d);
   void describe(const Fit& fitted, Diagnosis& d) const;
-  void take_back(const Unseen& unseen, Search& search, Diagnosis& d);
+  void take_back(const Search& search, Diagnosis& d) const;
   void find_floors(Search& search, Diagnosis& d) const;
 
   const WorldSpec& world_;

@@ -57,7 +57,23 @@ struct Update {
   double e, S;
 };
 
-template <std::size_t N>
+/// What a filter carries: a number, or a number with its derivatives by the three process variances.
+using WithSlopes = Eigen::Array4d;
+static_assert(noise_states == 3);
+
+double value(double x) { return x; }
+double value(const WithSlopes& x) { return x[0]; }
+double& value_of(double& x) { return x; }
+double& value_of(WithSlopes& x) { return x[0]; }
+template <class T>
+T constant(double x) {
+  T all{};
+  if constexpr (!std::is_same_v<T, double>) all.setZero();
+  value_of(all) = x;
+  return all;
+}
+
+template <std::size_t N, class T>
 class Pass {
  public:
   Pass(const LinearModel& model, const Noise& noise, const FilterWants& wants)
@@ -82,25 +98,13 @@ class Pass {
   }
 
  private:
-  using Matrix = std::array<double, N * N>;
-  using Vector = std::array<double, N>;
+  static constexpr bool with_slopes = !std::is_same_v<T, double>;
+  static constexpr std::size_t body = N - noise_states;
+  using Matrix = std::array<T, N * N>;
+  using Vector = std::array<T, N>;
 
   void start() {
-    P_.fill(0.0);
-    z_.fill(0.0);
-    for (std::size_t c = 0; c < channels; ++c) {
-      const double s = diffuse * noise_.sensor[c];
-      P_[c * N + c] = s * s;
-    }
-    for (std::size_t i = 0; i < noise_states; ++i) {
-      const std::size_t a = N - noise_states + i;
-      P_[a * N + a] = noise_.process[i];
-      if (!wants_.process_slope) continue;
-      dP_[i].fill(0.0);
-      dz_[i].fill(0.0);
-      dP_[i][a * N + a] = 1.0;
-    }
-    dtheta_.assign(N * params_, 0.0);
+    forget();
     next_.assign(N * params_, 0.0);
     J_.assign(params_, 0.0);
     if (wants_.smooth) {
@@ -112,16 +116,23 @@ class Pass {
 
   /// A new window with a free start. The directions' past is forgotten too.
   void forget() {
-    P_.fill(0.0);
-    z_.fill(0.0);
-    for (std::size_t c = 0; c < channels; ++c) P_[c * N + c] = std::pow(diffuse * noise_.sensor[c], 2);
-    for (std::size_t i = 0; i < noise_states; ++i) P_[(N - noise_states + i) * (N + 1)] = noise_.process[i];
-    std::fill(dtheta_.begin(), dtheta_.end(), 0.0);
+    P_.fill(constant<T>(0.0));
+    z_.fill(constant<T>(0.0));
+    for (std::size_t c = 0; c < channels; ++c) P_[c * (N + 1)] = constant<T>(std::pow(diffuse * noise_.sensor[c], 2));
+    for (std::size_t i = 0; i < noise_states; ++i) add_variance(i, 1.0);
+    dtheta_.assign(N * params_, 0.0);
+  }
+
+  /// Adds a share of a process variance where it acts.
+  void add_variance(std::size_t i, double share) {
+    T& to = P_[(body + i) * (N + 1)];
+    value_of(to) += share * noise_.process[i];
+    if constexpr (with_slopes) to[static_cast<Eigen::Index>(i) + 1] += share;
   }
 
   void keep(std::size_t k) {
-    std::copy(P_.begin(), P_.end(), kept_P_.begin() + static_cast<std::ptrdiff_t>(k * N * N));
-    std::copy(z_.begin(), z_.end(), kept_z_.begin() + static_cast<std::ptrdiff_t>(k * N));
+    for (std::size_t i = 0; i < N * N; ++i) kept_P_[k * N * N + i] = value(P_[i]);
+    for (std::size_t i = 0; i < N; ++i) kept_z_[k * N + i] = value(z_[i]);
   }
 
   void update(std::size_t k) {
@@ -135,30 +146,34 @@ class Pass {
     }
   }
 
-  /// H v of a vector with stride: the plain case picks one element.
+  /// H v: the plain case picks one element.
   template <bool plain>
-  static double row(const double* v, std::size_t stride, std::size_t c, const double* h) {
-    if constexpr (plain) return v[c * stride];
-    double sum = 0.0;
-    for (std::size_t j = 0; j < channels; ++j) sum += h[j] * v[j * stride];
+  static T row(const T* v, std::size_t c, const double* h) {
+    if constexpr (plain) return v[c];
+    T sum = constant<T>(0.0);
+    for (std::size_t j = 0; j < channels; ++j) sum += h[j] * v[j];
     return sum;
   }
 
+  /// One reading. Derivatives go through the same formulas: that of the gain is (dPH - K dS) / S, and with the best gain
+  /// dP becomes (I - K H) dP (I - K H)', which is dP less K half' + half K' with half = dPH - K dS / 2. For the values
+  /// themselves half is PH / 2, and the same lines take K S K' off P.
   template <bool plain>
   void scalar(std::size_t k, std::size_t c, double raw, const double* h) {
-    Vector PH, K;
-    for (std::size_t i = 0; i < N; ++i) PH[i] = row<plain>(P_.data() + i * N, 1, c, h);
+    Vector PH, half;
+    for (std::size_t i = 0; i < N; ++i) PH[i] = row<plain>(P_.data() + i * N, c, h);
     const double r = noise_.sensor[c] * noise_.sensor[c];
-    const double S = row<plain>(PH.data(), 1, c, h) + r;
-    const double inverse = 1.0 / S;
-    const double e = raw - row<plain>(z_.data(), 1, c, h);
-    for (std::size_t i = 0; i < N; ++i) K[i] = PH[i] * inverse;
-    out_.cost += 0.5 * (e * e * inverse + std::log(S * (1.0 / r)));
+    const T S = row<plain>(PH.data(), c, h) + constant<T>(r);
+    const T e = constant<T>(raw) - row<plain>(z_.data(), c, h);
+    const double inverse = 1.0 / value(S), error = value(e);
+    std::array<double, N> K;
+    for (std::size_t i = 0; i < N; ++i) K[i] = value(PH[i]) * inverse;
+    out_.cost += 0.5 * (error * error * inverse + std::log(value(S) * (1.0 / r)));
     ++out_.rows;
-    if (wants_.process_slope) slope_update<plain>(c, h, K, e, S);
+    if constexpr (with_slopes) add_slopes(S, e, inverse);
     if (params_ > 0) {
       param_row<plain>(k, c, h);
-      normal_.add(J_.data(), e, inverse);
+      normal_.add(J_.data(), error, inverse);
       for (std::size_t i = 0; i < N; ++i) {
         double* const d = dtheta_.data() + i * params_;
         const double gain = K[i];
@@ -167,10 +182,12 @@ class Pass {
       }
     }
     for (std::size_t i = 0; i < N; ++i) {
-      z_[i] += K[i] * e;
-      for (std::size_t j = 0; j < N; ++j) P_[i * N + j] -= K[i] * PH[j];
+      half[i] = PH[i] - (0.5 * K[i]) * S;
+      z_[i] += K[i] * e + (error * inverse) * (PH[i] - K[i] * S);
     }
-    if (wants_.smooth) updates_.push_back({k, c, e, S});
+    for (std::size_t i = 0; i < N; ++i)
+      for (std::size_t j = 0; j < N; ++j) P_[i * N + j] -= K[i] * half[j] + K[j] * half[i];
+    if (wants_.smooth) updates_.push_back({k, c, error, value(S)});
     if (wants_.smooth) gains_.insert(gains_.end(), K.begin(), K.end());
   }
 
@@ -187,55 +204,32 @@ class Pass {
     for (const std::size_t p : readers_) J_[p] += (*wants_.directions)[p]->reading[k * channels + c];
   }
 
-  template <bool plain>
-  void slope_update(std::size_t c, const double* h, const Vector& K, double e, double S) {
-    std::array<double, noise_states> dS{}, de{};
-    std::array<Vector, noise_states> dPH;
+  /// Gradient and expected information by the variances.
+  void add_slopes(const T& S, const T& e, double inverse) {
+    const double ratio = e[0] * inverse;
+    const T scaled = S * inverse;
     for (std::size_t i = 0; i < noise_states; ++i) {
-      for (std::size_t r = 0; r < N; ++r) dPH[i][r] = row<plain>(dP_[i].data() + r * N, 1, c, h);
-      dS[i] = row<plain>(dPH[i].data(), 1, c, h);
-      de[i] = -row<plain>(dz_[i].data(), 1, c, h);
-    }
-    for (std::size_t i = 0; i < noise_states; ++i) {
-      out_.slope[i] += 0.5 * (dS[i] / S - e * e * dS[i] / (S * S) + 2.0 * e * de[i] / S);
-      for (std::size_t j = 0; j < noise_states; ++j)
-        out_.information[i][j] += 0.5 * dS[i] * dS[j] / (S * S) + de[i] * de[j] / S;
-      // With the best gain dP becomes (I - K H) dP (I - K H)'.
-      Vector half;
-      for (std::size_t r = 0; r < N; ++r) {
-        half[r] = dPH[i][r] - 0.5 * dS[i] * K[r];
-        dz_[i][r] += (dPH[i][r] - K[r] * dS[i]) / S * e + K[r] * de[i];
+      const auto a = static_cast<Eigen::Index>(i) + 1;
+      out_.slope[i] += 0.5 * (scaled[a] - ratio * ratio * S[a]) + ratio * e[a];
+      for (std::size_t j = 0; j < noise_states; ++j) {
+        const auto b = static_cast<Eigen::Index>(j) + 1;
+        out_.information[i][j] += 0.5 * scaled[a] * scaled[b] + e[a] * e[b] * inverse;
       }
-      for (std::size_t r = 0; r < N; ++r)
-        for (std::size_t q = 0; q < N; ++q) dP_[i][r * N + q] -= K[r] * half[q] + half[r] * K[q];
     }
   }
 
   void predict(std::size_t k) {
     const double* const F = lm_.F.data() + k * N * N;
-    Vector z{};
+    Vector z;
     for (std::size_t i = 0; i < N; ++i) {
-      double sum = i < N - noise_states ? lm_.offset[k * (N - noise_states) + i] : 0.0;
+      T sum = constant<T>(i < body ? lm_.offset[k * body + i] : 0.0);
       for (std::size_t j = 0; j < N; ++j) sum += F[i * N + j] * z_[j];
       z[i] = sum;
     }
     z_ = z;
-    Matrix across;
-    for (std::size_t i = 0; i < N; ++i)
-      for (std::size_t j = 0; j < N; ++j) across[j * N + i] = F[i * N + j];
-    propagate(F, across.data(), P_);
+    propagate(F);
     const double growth = 1.0 - std::exp(-2.0 * lm_.dt / noise_time);
-    for (std::size_t i = 0; i < noise_states; ++i) {
-      const std::size_t a = N - noise_states + i;
-      P_[a * N + a] += growth * noise_.process[i];
-      if (!wants_.process_slope) continue;
-      Vector dz{};
-      for (std::size_t r = 0; r < N; ++r)
-        for (std::size_t q = 0; q < N; ++q) dz[r] += F[r * N + q] * dz_[i][q];
-      dz_[i] = dz;
-      propagate(F, across.data(), dP_[i]);
-      dP_[i][a * N + a] += growth;
-    }
+    for (std::size_t i = 0; i < noise_states; ++i) add_variance(i, growth);
     if (k < lm_.guessed.size() && lm_.guessed[k]) jolt();
     if (params_ > 0) predict_params(k, F);
   }
@@ -244,36 +238,38 @@ class Pass {
   /// afterwards as they would be. A quick move of the steering for 20 ms is worth some twenty deviations of a gyroscope.
   void jolt() {
     constexpr double size = 20.0;
-    for (std::size_t c = 3; c < channels; ++c) P_[c * N + c] += std::pow(size * noise_.sensor[c], 2);
+    for (std::size_t c = 3; c < channels; ++c) value_of(P_[c * (N + 1)]) += std::pow(size * noise_.sensor[c], 2);
   }
 
-  /// P = F P F'. Nothing depends on x and y, the unknown accelerations only on themselves. `across` is F transposed, so
-  /// that both products run along rows.
-  static void propagate(const double* F, const double* across, Matrix& P) {
-    constexpr std::size_t body = N - noise_states;
-    Matrix T;
-    for (std::size_t i = 0; i < N; ++i) {
-      Vector sum{};
-      if (i < 2) std::copy_n(P.data() + i * N, N, sum.begin());
-      const std::size_t first = i < body ? 2 : i, last = i < body ? N : i + 1;
-      for (std::size_t l = first; l < last; ++l) {
-        const double f = F[i * N + l];
-        for (std::size_t j = 0; j < N; ++j) sum[j] += f * P[l * N + j];
-      }
-      std::copy_n(sum.begin(), N, T.data() + i * N);
-    }
-    for (std::size_t i = 0; i < N; ++i) {
-      Vector sum{};
+  /// P = F P F'. Nothing depends on x and y, the unknown accelerations only on themselves.
+  void propagate(const double* F) {
+    std::array<double, N * body> across;  // F's rows of the body transposed, so that both products run along rows
+    for (std::size_t i = 0; i < body; ++i)
+      for (std::size_t j = 0; j < N; ++j) across[j * body + i] = F[i * N + j];
+    Matrix t;
+    for (std::size_t i = 0; i < body; ++i) {
+      Vector sum;
+      for (std::size_t j = 0; j < N; ++j) sum[j] = i < 2 ? P_[i * N + j] : constant<T>(0.0);
       for (std::size_t l = 2; l < N; ++l) {
-        const double t = T[i * N + l];
-        for (std::size_t j = 0; j < N; ++j) sum[j] += t * across[l * N + j];
+        const double f = F[i * N + l];
+        for (std::size_t j = 0; j < N; ++j) sum[j] += f * P_[l * N + j];
       }
-      sum[0] += T[i * N];
-      sum[1] += T[i * N + 1];
-      for (std::size_t j = i; j < N; ++j) P[i * N + j] = sum[j];
+      std::copy_n(sum.begin(), N, t.begin() + static_cast<std::ptrdiff_t>(i * N));
     }
-    for (std::size_t i = 0; i < N; ++i)
-      for (std::size_t j = 0; j < i; ++j) P[i * N + j] = P[j * N + i];
+    for (std::size_t i = 0; i < body; ++i) {
+      std::array<T, body> sum;
+      for (std::size_t j = 0; j < body; ++j) sum[j] = j < 2 ? t[i * N + j] : constant<T>(0.0);
+      for (std::size_t l = 2; l < N; ++l) {
+        const T one = t[i * N + l];
+        for (std::size_t j = 0; j < body; ++j) sum[j] += across[l * body + j] * one;
+      }
+      for (std::size_t j = i; j < body; ++j) P_[j * N + i] = P_[i * N + j] = sum[j];
+    }
+    for (std::size_t a = body; a < N; ++a) {
+      const double fade = F[a * (N + 1)];
+      for (std::size_t i = 0; i < body; ++i) P_[a * N + i] = P_[i * N + a] = fade * t[i * N + a];
+      for (std::size_t j = body; j < N; ++j) P_[a * N + j] *= fade * F[j * (N + 1)];
+    }
   }
 
   void predict_params(std::size_t k, const double* F) {
@@ -332,7 +328,7 @@ class Pass {
   /// x_s = x_f + P_f lambda with lambda running backwards through updates and predictions.
   void smooth() {
     out_.smoothed.resize(lm_.n * N);
-    Vector lambda{};
+    std::array<double, N> lambda{};
     std::size_t u = updates_.size();
     for (std::size_t k = lm_.n; k-- > 0;) {
       while (u > 0 && updates_[u - 1].k == k) {
@@ -356,7 +352,7 @@ class Pass {
       }
       if (k == 0) break;
       const double* const F = lm_.F.data() + (k - 1) * N * N;
-      Vector back{};
+      std::array<double, N> back{};
       for (std::size_t i = 0; i < N; ++i)
         for (std::size_t j = 0; j < N; ++j) back[j] += F[i * N + j] * lambda[i];
       lambda = back;
@@ -379,10 +375,8 @@ class Pass {
   std::size_t params_;
   Normal normal_;
   Likelihood out_;
-  Matrix P_{};
-  Vector z_{};
-  std::array<Matrix, noise_states> dP_;
-  std::array<Vector, noise_states> dz_;
+  Matrix P_;
+  Vector z_;
   std::vector<double> dtheta_, next_, J_, kept_P_, kept_z_, gains_;
   std::vector<Update> updates_;
   std::vector<std::size_t> movers_, readers_;
@@ -393,9 +387,12 @@ class Pass {
 
 template <std::size_t N>
 Likelihood run(const LinearModel& model, const Noise& noise, const FilterWants& wants) {
-  auto pass = std::make_unique<Pass<N>>(model, noise, wants);
-  pass->sort_directions();
-  return pass->run();
+  const auto go = [&]<class T>(T) {
+    auto pass = std::make_unique<Pass<N, T>>(model, noise, wants);
+    pass->sort_directions();
+    return pass->run();
+  };
+  return wants.process_slope ? go(WithSlopes{}) : go(0.0);
 }
 
 }  // namespace
@@ -415,9 +412,11 @@ Likelihood filter(const LinearModel& model, const Noise& noise, const FilterWant
   }
 }
 
-Likelihood filter_along(const LinearModel& model, const Noise& noise, const std::vector<Direction>& directions) {
+Likelihood filter_along(const LinearModel& model, const Noise& noise, std::span<const Direction> directions,
+                        std::span<const Direction> further) {
   std::vector<const Direction*> list;
   for (const Direction& d : directions) list.push_back(&d);
+  for (const Direction& d : further) list.push_back(&d);
   FilterWants wants;
   wants.directions = &list;
   return filter(model, noise, wants);

@@ -41,7 +41,8 @@ struct FilterWants {
 };
 
 Likelihood filter(const LinearModel& model, const Noise& noise, const FilterWants& wants);
-/// Gradient and curvature along these directions, nothing else.
-Likelihood filter_along(const LinearModel& model, const Noise& noise, const std::vector<Direction>& directions);
+/// Gradient and curvature along these directions, then `further` ones, nothing else.
+Likelihood filter_along(const LinearModel& model, const Noise& noise, std::span<const Direction> directions,
+                        std::span<const Direction> further = {});
 
 }  // namespace gripline::diagnose

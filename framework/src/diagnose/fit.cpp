@@ -7,19 +7,21 @@
 #include "normal_equations.hpp"
 
 namespace gripline::diagnose {
-namespace {
 
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
+/// Cost of a model at its parameters, its gradient and its expected curvature.
 struct Evaluation {
-  double cost = 0;
+  double cost = 0, work = 0;
   VectorXd g;
   MatrixXd N;
   std::array<double, noise_states> slope{};
   Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
 };
+
+namespace {
 
 void add_prior(const Catalogue& catalogue, const ModelSpec& model, Evaluation& e) {
   const auto nuisances = catalogue.nuisances();
@@ -35,10 +37,9 @@ void add_prior(const Catalogue& catalogue, const ModelSpec& model, Evaluation& e
 
 Evaluation evaluate(const Problem& problem, const ModelSpec& model, const Noise& noise) {
   Evaluation e;
-  const StagedCar car = problem.catalogue->build(model);
   for (const Trace& trace : problem.traces) {
-    const LinearModel lm = linearise(car, trace, problem.substeps);
-    const std::vector<Direction> directions = own_directions(*problem.catalogue, model, trace, lm.memory);
+    const auto [lm, directions, work] = linearise_own(*problem.catalogue, model, trace, problem.substeps);
+    e.work += work * static_cast<double>(trace.size());
     std::vector<const Direction*> list;
     for (const Direction& d : directions) list.push_back(&d);
     FilterWants wants;
@@ -220,6 +221,13 @@ void charge_for(const Problem& problem, Fit& fitted) {
   fitted.score = -fitted.cost - fitted.penalty;
 }
 
+std::vector<Linearised> linearise_all(const Problem& problem, const ModelSpec& model) {
+  std::vector<Linearised> all;
+  for (const Trace& trace : problem.traces)
+    all.push_back(linearise_own(*problem.catalogue, model, trace, problem.substeps));
+  return all;
+}
+
 std::vector<double> pack(const Catalogue& catalogue, const ModelSpec& model) {
   std::vector<double> theta = model.nuisance;
   for (std::size_t i = 0; i < model.members.size(); ++i)
@@ -235,20 +243,29 @@ void unpack(const Catalogue& catalogue, std::span<const double> theta, ModelSpec
 }
 
 Fit fit(const Problem& problem, const ModelSpec& start, const Noise& noise, int iterations, const FitLimits& limits) {
+  Fit from;
+  from.model = start;
+  from.noise = noise;
+  return go_on(problem, from, iterations, limits);
+}
+
+Fit go_on(const Problem& problem, const Fit& from, int iterations, const FitLimits& limits) {
   const Catalogue& catalogue = *problem.catalogue;
   Fit best;
-  best.model = start;
-  best.noise = noise;
+  best.model = from.model;
+  best.noise = from.noise;
   best.cost = std::numeric_limits<double>::infinity();
   Evaluation at_best;
-  ModelSpec trial = start;
-  Noise trial_noise = noise;
+  ModelSpec trial = from.model;
+  Noise trial_noise = from.noise;
   std::vector<double> step;
   // How much of a step is taken: of the parameters, and of the variances, whose steps overshoot more easily.
   double share = 1.0, noise_share = 1.0;
   bool with_noise = false, asking = false, asked = false;
   for (int i = 0; i < iterations; ++i) {
-    Evaluation e = evaluate(problem, trial, trial_noise);
+    const bool known = i == 0 && from.evaluation != nullptr;
+    Evaluation e = known ? *from.evaluation : evaluate(problem, trial, trial_noise);
+    if (!known) best.work += e.work;
     const bool better = e.cost <= best.cost + 1e-6;
     const double gained = best.cost - e.cost;
     const bool whole = with_noise && share == 1.0 && noise_share == 1.0;  // the step that led here was not shortened
@@ -324,6 +341,7 @@ Fit fit(const Problem& problem, const ModelSpec& start, const Noise& noise, int 
     best.covariance.assign(covariance.data(), covariance.data() + covariance.size());
     best.free = rank - std::min(rank, catalogue.nuisances().size());
   }
+  best.evaluation = std::make_shared<const Evaluation>(std::move(at_best));
   charge_for(problem, best);
   return best;
 }
@@ -373,15 +391,12 @@ Screening screen(const Problem& problem, const Fit& fitted) {
   Screening out;
   MatrixXd N;
   VectorXd g;
-  const StagedCar car = catalogue.build(fitted.model);
   for (std::size_t t = 0; t < problem.traces.size(); ++t) {
     const Trace& trace = problem.traces[t];
-    const LinearModel lm = linearise(car, trace, problem.substeps);
-    std::vector<Direction> directions = own_directions(catalogue, fitted.model, trace, lm.memory);
+    auto [lm, directions, work] = linearise_own(catalogue, fitted.model, trace, problem.substeps);
     out.own = directions.size();
     std::vector<Group> groups;
-    const std::vector<double> base_rates = rates_at_samples(car, trace, lm.memory);
-    candidate_directions(catalogue, fitted.model, trace, lm.memory, base_rates, directions, groups);
+    candidate_directions(catalogue, fitted.model, trace, lm, directions, groups);
     const Likelihood l = filter_along(lm, fitted.noise, directions);
     const auto p = static_cast<Index>(l.params);
     if (t == 0) {

@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <limits>
+#include <memory>
 
+#include "directions.hpp"
 #include "filter.hpp"
 
 namespace gripline::diagnose {
@@ -37,6 +39,8 @@ struct Problem {
 /// What a model lacks is mostly seen as noise in one or two of them.
 bool rough_road(const Problem& problem, const Noise& noise);
 
+struct Evaluation;  // of a model at its parameters: see fit.cpp
+
 /// A model with its best parameters.
 struct Fit {
   ModelSpec model;
@@ -49,10 +53,15 @@ struct Fit {
   std::vector<double> covariance;  // theta x theta
   bool converged = false;
   bool finished = false;  // nothing is gained by going on
+  std::shared_ptr<const Evaluation> evaluation;
+  double work = 0;  // that it took: see Linearised::work, times samples
 };
 
 /// Sets a fit's penalty and score by what parameters cost now.
 void charge_for(const Problem& problem, Fit& fitted);
+
+/// A model along every trace.
+std::vector<Linearised> linearise_all(const Problem& problem, const ModelSpec& model);
 
 /// Free parameters of a model as a vector, and back.
 std::vector<double> pack(const Catalogue& catalogue, const ModelSpec& model);
@@ -69,6 +78,8 @@ struct FitLimits {
 /// parameters that are not there yet look like randomness, and the way down is long and flat.
 Fit fit(const Problem& problem, const ModelSpec& start, const Noise& noise, int iterations = 8,
         const FitLimits& limits = {});
+/// Goes on from where a fit ended, on the same problem.
+Fit go_on(const Problem& problem, const Fit& from, int iterations, const FitLimits& limits);
 
 /// One linearisation of every candidate at a fitted model.
 struct Extension {

@@ -9,6 +9,7 @@
 // simulated over a long time with a wrong model and nothing can spin.
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "candidates.hpp"
@@ -31,6 +32,7 @@ struct LinearModel {
   std::size_t n = 0;       // samples
   std::size_t states = 0;  // 6 + memory + 3
   double dt = 0;
+  int substeps = 0;                // of each step of integration
   std::vector<double> F;           // (n-1) x states x states
   std::vector<double> input0;      // (n-1) x states x 3: what a rate at sample k, fading to k + 1, adds to z[k+1]
   std::vector<double> input1;      // the same for a rate at sample k + 1
@@ -39,32 +41,21 @@ struct LinearModel {
   std::vector<double> H;           // n x 6 x 6, or empty for the identity
   std::vector<bool> guessed;       // n - 1: the command during the step is a guess; or empty
   std::vector<double> memory;      // n x memory, along the reference
+  std::vector<double> rate;        // n x 3: vx', vy', omega' along the reference
+  std::size_t memories() const { return states - channels - noise_states; }
 };
 
 /// Correlation time of the unknown accelerations [s].
 inline constexpr double noise_time = 0.25;
 
-LinearModel linearise(const StagedCar& car, const Trace& trace, int substeps);
+/// `along` lists parameters of the car, at most lanes_beside_state of them: rates by these cost nothing and are written
+/// to `directions`.
+LinearModel linearise(const StagedCar& car, const Trace& trace, int substeps, std::span<const std::size_t> along = {},
+                      std::span<Direction> directions = {});
+std::size_t lanes_beside_state(const StagedCar& car);
 
 /// Steps of integration per sample that a car's motion needs along these traces: its slip settles within a few times
 /// 10 ms at the small scale, and logs are read at 20 to 100 Hz.
 int substeps_of_motion(const StagedCar& car, std::span<const Trace> traces);
-
-/// Directions of the model's own free parameters: nuisances first, then every fitted parameter of the members.
-std::vector<Direction> own_directions(const Catalogue& catalogue, const ModelSpec& model, const Trace& trace,
-                                      const std::vector<double>& memory);
-
-/// A group of directions: what a candidate could add to the model.
-struct Group {
-  std::size_t candidate = 0;
-  std::size_t first = 0, count = 0;         // among the directions
-  std::vector<std::vector<double>> starts;  // scanned candidates: for each direction all parameters at that start
-  std::vector<double> units;  // of each direction: parameter change it stands for is units times its coefficient
-};
-
-/// Directions of every candidate that may be named and is not in the model, from its neutral value.
-void candidate_directions(const Catalogue& catalogue, const ModelSpec& model, const Trace& trace,
-                          const std::vector<double>& memory, const std::vector<double>& base_rates,
-                          std::vector<Direction>& directions, std::vector<Group>& groups);
 
 }  // namespace gripline::diagnose

@@ -43,16 +43,16 @@ Score score_test(const MatrixXd& N, const VectorXd& g, Index own) {
   return s;
 }
 
-ScoreSystem score_system(const Problem& problem, const Fit& fitted, const FurtherDirections& further) {
+ScoreSystem score_system(const Problem& problem, const Fit& fitted, std::span<const Linearised> along,
+                         const FurtherDirections& further) {
   const Catalogue& catalogue = *problem.catalogue;
-  const StagedCar car = catalogue.build(fitted.model);
   ScoreSystem out;
-  for (const Trace& trace : problem.traces) {
-    const LinearModel lm = linearise(car, trace, problem.substeps);
-    std::vector<Direction> directions = own_directions(catalogue, fitted.model, trace, lm.memory);
-    out.own = static_cast<Index>(directions.size());
-    for (Direction& d : further(trace, lm)) directions.push_back(std::move(d));
-    const Likelihood l = filter_along(lm, fitted.noise, directions);
+  for (std::size_t t = 0; t < problem.traces.size(); ++t) {
+    const LinearModel& lm = along[t].lm;
+    const std::vector<Direction>& own = along[t].own;
+    const std::vector<Direction> others = further(problem.traces[t], lm);
+    out.own = static_cast<Index>(own.size());
+    const Likelihood l = filter_along(lm, fitted.noise, own, others);
     const auto p = static_cast<Index>(l.params);
     if (out.g.size() == 0) {
       out.N = MatrixXd::Zero(p, p);

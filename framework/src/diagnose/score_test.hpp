@@ -3,6 +3,7 @@
 
 #include <Eigen/Dense>
 #include <functional>
+#include <span>
 
 #include "fit.hpp"
 
@@ -24,7 +25,9 @@ struct ScoreSystem {
   Eigen::Index own = 0;
 };
 using FurtherDirections = std::function<std::vector<Direction>(const Trace&, const LinearModel&)>;
-ScoreSystem score_system(const Problem& problem, const Fit& fitted, const FurtherDirections& further);
+/// `along` is linearise_all of the fitted model.
+ScoreSystem score_system(const Problem& problem, const Fit& fitted, std::span<const Linearised> along,
+                         const FurtherDirections& further);
 
 /// A chi-square as a standard normal (Wilson and Hilferty 1931).
 double as_normal(double chi_square, double dof);

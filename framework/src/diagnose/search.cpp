@@ -26,18 +26,26 @@ std::vector<const Fit*> Search::tried() const {
 
 const Fit& Search::fit_once(const ModelSpec& start, const Noise& noise) { return finish(rough_fit(start, noise)); }
 
+const Fit& Search::fit_near(const ModelSpec& start, const Noise& noise, double above, double margin) {
+  Fit& rough = rough_fit(start, noise);
+  return rough.score > above - margin - unfinished(above, nothing_->score) ? finish(rough) : rough;
+}
+
 /// A few iterations: enough to see which of many is worth finishing. Fewer where `wanted` is out of reach.
 Fit& Search::rough_fit(const ModelSpec& start, const Noise& noise, double wanted) {
   const auto found = fits_.find(start.members);
   if (found != fits_.end()) return found->second;
   constexpr int few = 4;
-  return fits_.emplace(start.members, fit(problem_, start, noise, few, {rough_tolerance, wanted})).first->second;
+  Fit& f = fits_.emplace(start.members, fit(problem_, start, noise, few, {rough_tolerance, wanted})).first->second;
+  work_ += f.work;
+  return f;
 }
 
 const Fit& Search::finish(Fit& rough) {
   if (rough.converged || rough.finished) return rough;
   const bool last = !small_.empty();
-  Fit better = fit(problem_, rough.model, rough.noise, last ? 12 : 7, {last ? 0.01 : rough_tolerance});
+  Fit better = go_on(problem_, rough, last ? 12 : 7, {last ? 0.01 : rough_tolerance});
+  work_ += better.work;
   if (better.score >= rough.score) rough = std::move(better);
   rough.finished = true;
   screenings_.erase(rough.model.members);
@@ -73,7 +81,7 @@ std::vector<const Fit*> Search::extend(const Fit& from, std::size_t tries, doubl
   double best_gain = 0.0, best = rival;
   for (const Extension& e : s.extensions) best_gain = std::max(best_gain, e.gain);
   for (const Extension& e : s.extensions) {
-    if (rough.size() >= tries) break;
+    if (rough.size() >= tries || (spent() && !rough.empty())) break;
     const bool synonym = std::any_of(synonyms_.begin(), synonyms_.end(), [&](const auto& kept) {
       return std::find(kept.second.begin(), kept.second.end(), e.candidate) != kept.second.end();
     });
@@ -104,7 +112,7 @@ double Search::required(std::size_t size) const {
 /// Adds effects one at a time to the best few models of each size.
 void Search::grow() {
   std::vector<const Fit*> beam{nothing_};
-  for (std::size_t size = 1; size <= options_.max_effects; ++size) {
+  for (std::size_t size = 1; size <= options_.max_effects && !spent(); ++size) {
     std::vector<const Fit*> next;
     double best = -std::numeric_limits<double>::infinity();
     for (const Fit* from : beam)
@@ -124,7 +132,7 @@ void Search::grow() {
 
 /// Tries the best model with fewer effects and with one exchanged.
 void Search::polish() {
-  for (bool moved = true; moved;) {
+  for (bool moved = true; moved && !spent();) {
     moved = false;
     const Fit* const before = best_;
     for (const std::size_t member : before->model.members) {
@@ -157,9 +165,11 @@ void Search::charge_by_road() {
   problem_.penalty_per_parameter = 0.5 * std::log(std::min(static_cast<double>(problem_.rows), independent));
   for (auto& [members, one] : fits_) charge_for(problem_, one);
   screenings_.clear();
+  const Fit* const found = best_;
   best_ = nothing_;
   grow();
   polish();
+  if (spent() && found->score > best_->score) best_ = found;  // there was no time to find it again
 }
 
 /// The reference so far was smoothed with the nominal car, and what is missing bends it: a strong effect leaves errors
@@ -177,11 +187,12 @@ void Search::settle() {
   nothing_ = &fit_once(nothing.model, nothing.noise);
   best_ = &fit_once(found.model, found.noise);
   for (const Fit& one : near) {
+    if (spent()) break;
     const Fit& again = fit_once(one.model, one.noise);
     if (again.score > best_->score) best_ = &again;
   }
   polish();
-  while (grow_once()) polish();
+  while (!spent() && grow_once()) polish();
 }
 
 /// One effect more beside those found, along their own reference.

@@ -21,6 +21,9 @@ struct SearchOptions {
   double worth_beside = 6.5;
   double share_beside = 0.002;
   double share_settled = 0.0001;
+  /// Work after which the search ends with what it has: see Linearised::work, times samples. Three millions are about
+  /// three seconds. Pairs that the catalogue holds took up to two and a half; something else can be imitated for ever.
+  double most_work = 3e6;
   Tell tell;  // how much of the search is done, in quarters; may be empty
 };
 
@@ -39,17 +42,23 @@ class Search {
   /// What one effect alone is worth: null when that was not tried. Its fit, and the rise of the score over nothing.
   const Fit* alone(std::size_t candidate) const;
   double gain_alone(std::size_t candidate) const;
+  /// What the fits cost so far.
+  double work() const { return work_; }
   /// Every model that was fitted along the last reference, best score first.
   std::vector<const Fit*> tried() const;
   /// Candidates left out because another does exactly the same: (kept, left out).
   const std::map<std::size_t, std::vector<std::size_t>>& synonyms() const { return synonyms_; }
   /// The fit of the model with these members, from `start` when it was not tried yet.
   const Fit& fit_once(const ModelSpec& start, const Noise& noise);
+  /// The same, left unfinished where that cannot bring the score within `margin` of `above`.
+  const Fit& fit_near(const ModelSpec& start, const Noise& noise, double above, double margin);
   const Screening& screen_once(const Fit& fitted);
 
  private:
   Fit& rough_fit(const ModelSpec& start, const Noise& noise, double wanted = -std::numeric_limits<double>::infinity());
   const Fit& finish(Fit& rough);
+  /// Enough was tried: what follows only brings to an end what was begun.
+  bool spent() const { return work_ > options_.most_work; }
   void find_synonyms(const Screening& screening);
   /// The best extensions of a model, best first, well fitted where they come near the score of a `rival`; only one when
   /// its score is enough.
@@ -72,6 +81,7 @@ class Search {
   std::map<std::size_t, std::vector<std::size_t>> synonyms_;
   std::map<std::vector<std::size_t>, Fit> small_;  // nothing and single effects along the first reference
   bool exhausted_ = false;
+  double work_ = 0;
   const Fit* nothing_ = nullptr;
   const Fit* best_ = nullptr;
 };
