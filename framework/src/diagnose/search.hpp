@@ -22,7 +22,7 @@ struct SearchOptions {
   double share_beside = 0.002;
   double share_settled = 0.0001;
   /// Work after which the search ends with what it has: see Linearised::work, times samples. Three millions are about
-  /// three seconds. Pairs that the catalogue holds took up to two and a half; something else can be imitated for ever.
+  /// three seconds. Pairs that the catalogue holds seldom take more; something else can be imitated for ever.
   double most_work = 3e6;
   Tell tell;  // how much of the search is done, in quarters; may be empty
 };
