@@ -39,10 +39,10 @@ class DiagnoseRig {
   struct Drive {
     double seconds = 20;
     std::uint64_t seed = 1;
-    double noise = 1;    // factor on the world's sensor noise
-    double steer = 1;    // factor on the steering
-    double braking = 0;  // how far the pedal swings beyond the usual, into the brakes
-    double rough = 0;    // random accelerations of the discrepancy protocol, times this
+    double noise = 1;               // factor on the world's sensor noise
+    double steer = 1;               // factor on the steering
+    double braking = 0;             // how far the pedal swings beyond the usual, into the brakes
+    std::array<double, 3> rough{};  // random accelerations of the discrepancy protocol, times these
   };
   /// What the sensors of a car with this model show while it weaves around; samples 20 ms apart.
   diagnose::Measured simulate(const diagnose::ModelSpec& truth, const Drive& drive) const {
@@ -84,8 +84,8 @@ class DiagnoseRig {
       Place next = road_.at(static_cast<double>(k + 1) * log.dt, x[0] + log.dt * x[3] * std::cos(x[2]),
                             x[1] + log.dt * x[3] * std::sin(x[2]), x[2], hint);
       stepping.advance({&k, 1}, {&at, 1}, {&next, 1}, x.data(), memory.data());
-      for (std::size_t c = 0; c < 3 && drive.rough > 0.0; ++c) {
-        road[c] = keeps * road[c] + std::sqrt(1.0 - keeps * keeps) * drive.rough * usual[c] * normal(random);
+      for (std::size_t c = 0; c < 3 && drive.rough != std::array<double, 3>{}; ++c) {
+        road[c] = keeps * road[c] + std::sqrt(1.0 - keeps * keeps) * drive.rough[c] * usual[c] * normal(random);
         x[3 + c] += log.dt * road[c];
       }
       at = road_.at(static_cast<double>(k + 1) * log.dt, x[0], x[1], x[2], hint);

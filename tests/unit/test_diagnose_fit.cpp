@@ -11,6 +11,8 @@ namespace {
 
 using test::DiagnoseRig;
 
+constexpr std::array<double, 3> smooth = {0, 0, 0}, everywhere = {1, 1, 1};
+
 TEST(Fit, FindsParametersWithinTheirUncertainty) {
   DiagnoseRig rig;
   const std::vector<std::pair<const char*, std::vector<double>>> effects = {{"rolling_res", {0.3}},
@@ -233,11 +235,28 @@ TEST(Remainder, TellsARhythmFromNoise) {
   EXPECT_NEAR(frequency, 0.7, 0.03);
 }
 
+/// A yaw acceleration that is random while nothing else is: no road does that.
+TEST(Remainder, TellsARoughRoadFromWhatOneDirectionLacks) {
+  DiagnoseRig rig;
+  const auto uneven = [&](const std::array<double, 3>& rough) {
+    Problem problem = rig.problem({rig.simulate(rig.catalogue().bare(), {.seconds = 40, .seed = 87, .rough = rough})});
+    Fit f = fit(problem, rig.catalogue().bare(), rig.noise(problem, 5.0), 8);
+    renew_reference(problem, rig.road(), f);
+    f = fit(problem, f.model, f.noise, 8);
+    return remainder(problem, f)[4].excess;
+  };
+  EXPECT_LT(uneven(smooth), structured);
+  EXPECT_LT(uneven(everywhere), structured);
+  EXPECT_GT(uneven({1, 0, 0}), structured);
+  EXPECT_GT(uneven({0, 0, 2}), structured);
+}
+
 /// The spectrum of a rough road has lines of its own: those are no rhythm.
 TEST(Remainder, HearsNoRhythmInARoughRoad) {
   DiagnoseRig rig;
   for (const std::uint64_t seed : {81, 82, 83, 84, 85}) {
-    Problem problem = rig.problem({rig.simulate(rig.catalogue().bare(), {.seconds = 40, .seed = seed, .rough = 1})});
+    Problem problem =
+        rig.problem({rig.simulate(rig.catalogue().bare(), {.seconds = 40, .seed = seed, .rough = everywhere})});
     Fit f = fit(problem, rig.catalogue().bare(), rig.noise(problem, 5.0), 8);
     renew_reference(problem, rig.road(), f);
     f = fit(problem, f.model, f.noise, 8);
@@ -312,7 +331,7 @@ TEST(Search, NamesAGradeInProcessNoise) {
   DiagnoseRig rig;
   const ModelSpec truth =
       rig.with("grade", {-0.003, -0.003, -0.012, -0.036, -0.027, -0.003, 0.003, 0.018, 0.039, 0.024});
-  Problem problem = rig.problem({rig.simulate(truth, {.seconds = 60, .seed = 51, .rough = 1})});
+  Problem problem = rig.problem({rig.simulate(truth, {.seconds = 60, .seed = 51, .rough = everywhere})});
   Search search(problem, rig.road());
   search.run();
   EXPECT_TRUE(rough_road(problem, search.best().noise));
@@ -325,7 +344,8 @@ TEST(Search, ChargesByIndependentValuesOnARoughRoad) {
   DiagnoseRig rig;
   const ModelSpec small = rig.with("steer_offset", {0.003});
   for (const bool rough : {false, true}) {
-    Problem problem = rig.problem({rig.simulate(small, {.seconds = 40, .seed = 57, .rough = rough ? 1.0 : 0.0})});
+    Problem problem =
+        rig.problem({rig.simulate(small, {.seconds = 40, .seed = 57, .rough = rough ? everywhere : smooth})});
     const double before = problem.penalty_per_parameter;
     Search search(problem, rig.road());
     search.run();
@@ -336,11 +356,35 @@ TEST(Search, ChargesByIndependentValuesOnARoughRoad) {
       EXPECT_EQ(problem.penalty_per_parameter, before);
   }
   for (const std::uint64_t seed : {58, 59, 60}) {
-    Problem problem = rig.problem({rig.simulate(rig.catalogue().bare(), {.seconds = 40, .seed = seed, .rough = 1})});
+    Problem problem =
+        rig.problem({rig.simulate(rig.catalogue().bare(), {.seconds = 40, .seed = seed, .rough = everywhere})});
     Search search(problem, rig.road());
     search.run();
     EXPECT_EQ(rig.catalogue().name(search.best().model), "none") << seed;
   }
+}
+
+/// Places that were not driven through: there a calm shape does nothing, and elsewhere it is what it was.
+TEST(Fit, CalmShapesRestWhereNothingWasSeen) {
+  DiagnoseRig rig;
+  const ModelSpec truth = rig.with("bank", {0.02, 0.02, 0.02, 0.02, 0.02, 0.02, 0.02, 0.02, 0.02, 0.02});
+  Problem problem = rig.problem({rig.simulate(truth, {.seconds = 3, .seed = 89})});
+  std::array<double, 10> seen{};
+  for (const Place& at : problem.traces.front().at)
+    seen[static_cast<std::size_t>(10.0 * at.lap_fraction + 0.5) % 10] += 0.01;
+  ModelSpec start = truth;
+  for (double& c : start.values.front()) c = 0.08;
+  problem.calm_shapes = true;
+  const Fit f = fit(problem, start, rig.noise(problem, 0.003), 10);
+  int rested = 0;
+  for (std::size_t i = 0; i < 10; ++i) {
+    const bool near = seen[i] + seen[(i + 1) % 10] + seen[(i + 9) % 10] + seen[(i + 2) % 10] + seen[(i + 8) % 10] > 0.0;
+    if (near) continue;
+    ++rested;
+    EXPECT_LT(std::abs(f.theta[i]), 0.005) << i;
+  }
+  EXPECT_GT(rested, 2);
+  EXPECT_GT(*std::max_element(f.theta.begin(), f.theta.end()), 0.012);
 }
 
 /// A fit that cannot come near what is wanted stops early, and says no more than it found.

@@ -357,6 +357,34 @@ void add_focused(const Problem& problem, const Fit& fitted, std::span<const Line
   }
 }
 
+/// A road shakes a car in all directions. Random accelerations in some of them only are what a model lacks, called random
+/// by a filter that is free to: they count by how sure it is of them, from a tenth of their usual size. Where they come
+/// from the other tests tell better.
+BasisTest uneven_noise(const Problem& problem, const Fit& fitted, std::span<const Linearised> along,
+                       const BasisTest& where) {
+  BasisTest test = where;
+  test.focused = true;
+  test.gain = test.excess = 0.0;
+  test.dof = noise_states;
+  if (rough_road(problem, fitted.noise)) return test;
+  Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
+  for (const Linearised& one : along) {
+    FilterWants wants;
+    wants.process_slope = true;
+    const Likelihood l = filter(one.lm, fitted.noise, wants);
+    for (std::size_t i = 0; i < noise_states; ++i)
+      for (std::size_t j = 0; j < noise_states; ++j)
+        information(static_cast<Index>(i), static_cast<Index>(j)) += l.information[i][j];
+  }
+  for (std::size_t c = 0; c < noise_states; ++c) {
+    const double variance = fitted.noise.process[c];
+    if (variance < std::pow(0.1 * problem.process_unit[c], 2)) continue;
+    const auto i = static_cast<Index>(c);
+    test.excess = std::max(test.excess, variance * std::sqrt(information(i, i)));
+  }
+  return test;
+}
+
 }  // namespace
 
 const BasisTest& strongest(std::span<const BasisTest> tests) {
@@ -390,6 +418,7 @@ std::vector<BasisTest> remainder(const Problem& problem, const Fit& fitted) {
     }
     tests.push_back(std::move(test));
   }
+  tests.push_back(uneven_noise(problem, fitted, along, strongest(tests)));
   tests.push_back(rhythm(problem, fitted, along));
   add_focused(problem, fitted, along, tests);
   for (BasisTest& test : constancy(problem, fitted, along)) tests.push_back(std::move(test));

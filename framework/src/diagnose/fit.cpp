@@ -23,6 +23,21 @@ struct Evaluation {
 
 namespace {
 
+void add_shape_prior(const Catalogue& catalogue, const ModelSpec& model, Evaluation& e) {
+  auto at = static_cast<Index>(catalogue.nuisances().size());
+  for (std::size_t i = 0; i < model.members.size(); ++i) {
+    const Candidate& c = catalogue.candidates()[model.members[i]];
+    for (std::size_t f = 0; f < c.fitted.size(); ++f, ++at) {
+      if (c.fitted.size() <= Problem::full_charge) continue;
+      const double scale = c.decl(f).scale;
+      const double off = (model.values[i][c.fitted[f]] - c.decl(f).neutral) / scale;
+      e.cost += 0.5 * off * off;
+      e.g[at] -= off / scale;
+      e.N(at, at) += 1.0 / (scale * scale);
+    }
+  }
+}
+
 void add_prior(const Catalogue& catalogue, const ModelSpec& model, Evaluation& e) {
   const auto nuisances = catalogue.nuisances();
   for (std::size_t i = 0; i < nuisances.size(); ++i) {
@@ -61,6 +76,7 @@ Evaluation evaluate(const Problem& problem, const ModelSpec& model, const Noise&
     }
   }
   add_prior(*problem.catalogue, model, e);
+  if (problem.calm_shapes) add_shape_prior(*problem.catalogue, model, e);
   return e;
 }
 

@@ -20,6 +20,9 @@ struct Problem {
   int substeps = 2;
   double penalty_per_parameter = 0;  // half the logarithm of the number of readings
   std::size_t rows = 0;
+  /// Whether shapes along the lap are drawn to where they do nothing, by their parameters' scales: where no data are they
+  /// would be anything.
+  bool calm_shapes = false;
 
   /// What the parameters of one effect cost. Schwarz's penalty for each is that of a parameter that could be anything;
   /// beyond three they give one effect its shape along the lap. Chi-squares of equal significance grow by about one unit

@@ -43,6 +43,7 @@ Unseen::Unseen(const Problem& problem, const Road& road, std::span<const LogFile
       from_.push_back(0);
     }
   if (!own_laps_) return;
+  known_.calm_shapes = true;
   for (Trace& trace : known_.traces) {
     from_.push_back(hold_out_from(trace));
     traces_.push_back(trace);
