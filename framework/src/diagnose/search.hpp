@@ -1,6 +1,7 @@
 // Which effects are missing: a search over sets of candidates by penalised likelihood, with refits.
 #pragma once
 
+#include <algorithm>
 #include <limits>
 #include <map>
 
@@ -21,8 +22,9 @@ struct SearchOptions {
   double worth_beside = 6.5;
   double share_beside = 0.002;
   double share_settled = 0.0001;
-  /// Work after which the search ends with what it has: see Linearised::work, times samples. Three millions are about
-  /// three seconds. Pairs that the catalogue holds seldom take more; something else can be imitated for ever.
+  /// Work after which the search ends with what it has: see Linearised::work, times samples; logs beyond a minute may
+  /// take more in proportion. Three millions are about three seconds. Pairs that the catalogue holds seldom take more;
+  /// something else can be imitated for ever.
   double most_work = 3e6;
   Tell tell;  // how much of the search is done, in quarters; may be empty
 };
@@ -58,7 +60,7 @@ class Search {
   Fit& rough_fit(const ModelSpec& start, const Noise& noise, double wanted = -std::numeric_limits<double>::infinity());
   const Fit& finish(Fit& rough);
   /// Enough was tried: what follows only brings to an end what was begun.
-  bool spent() const { return work_ > options_.most_work; }
+  bool spent() const { return work_ > options_.most_work * std::max(1.0, problem_.seconds() / 60.0); }
   void find_synonyms(const Screening& screening);
   /// The best extensions of a model, best first, well fitted where they come near the score of a `rival`; only one when
   /// its score is enough.
