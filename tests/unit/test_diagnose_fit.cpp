@@ -282,6 +282,20 @@ TEST(Remainder, WhatIsNamedIsConstant) {
   EXPECT_GT(most(rig.with("friction_drift", {-0.1})), structured);
 }
 
+/// Wheels that stand askew are no change of the steering's ratio: that would be larger to one side and smaller to the other.
+TEST(Remainder, WhatIsNamedIsTheSameToBothSides) {
+  DiagnoseRig rig({"steer_offset"});
+  const auto most = [&](const ModelSpec& truth) {
+    Problem problem = rig.problem({rig.simulate(truth, {40, 48, 1})});
+    Fit f = fit(problem, rig.with("steer_gain", {0.01}), rig.noise(problem, 1.0), 10);
+    settle_reference(problem, rig.road(), f);
+    f = fit(problem, f.model, f.noise, 10);
+    return inconstancy(problem, f, linearise_all(problem, f.model)).front();
+  };
+  EXPECT_LT(most(rig.with("steer_gain", {0.06})), structured);
+  EXPECT_GT(most(rig.with("steer_offset", {0.01})), structured);
+}
+
 /// What is left out behind the last effect that remembers does not change what it remembers.
 TEST(StagedCar, MemoryRatesAreThoseOfTheWholeCar) {
   DiagnoseRig rig;

@@ -79,6 +79,20 @@ Variation with_driving(const Trace& trace) {
   return f;
 }
 
+/// To which side the car turns: minus one to one.
+Variation with_side(const Trace& trace) {
+  const std::size_t n = trace.size();
+  Variation f(1, std::vector<double>(n));
+  double square = 0.0;
+  for (std::size_t k = 0; k < n; ++k) {
+    f[0][k] = trace.motion[k * channels + 3] * trace.motion[k * channels + 5];
+    square += f[0][k] * f[0][k] / static_cast<double>(n);
+  }
+  const double scale = std::max(1e-9, 0.5 * std::sqrt(square));
+  for (double& v : f[0]) v = std::tanh(v / scale);
+  return f;
+}
+
 void add_varied(const Direction& d, const Variation& variation, std::vector<Direction>& out) {
   for (const std::vector<double>& f : variation) {
     Direction varied = d;
@@ -91,8 +105,13 @@ void add_varied(const Direction& d, const Variation& variation, std::vector<Dire
   }
 }
 
-constexpr Index functions = 4;  // of each kind
-constexpr Index kinds = 2;      // time, driving
+/// Functions of one kind among those of a member.
+struct Kind {
+  Where where;
+  Index first, count;
+};
+constexpr Kind by_time{Where::time, 0, 4}, by_driving{Where::state, 4, 4}, by_side{Where::state, 8, 1};
+constexpr Index functions = 9;  // of each member
 
 /// The model's own parameters, then for every member its contribution times the functions of each kind.
 ScoreSystem variations(const Problem& problem, const Fit& fitted, std::span<const Linearised> along) {
@@ -100,25 +119,26 @@ ScoreSystem variations(const Problem& problem, const Fit& fitted, std::span<cons
   for (const Trace& t : problem.traces) end = std::max(end, t.at.back().t);
   return score_system(problem, fitted, along, [&](const Trace& trace, const LinearModel& lm) {
     std::vector<Direction> all;
-    const Variation time = with_time(trace, end), driving = with_driving(trace);
+    const Variation time = with_time(trace, end), driving = with_driving(trace), side = with_side(trace);
     for (const std::size_t member : fitted.model.members) {
       const Direction d = contribution(*problem.catalogue, fitted.model, member, trace, lm);
       add_varied(d, time, all);
       add_varied(d, driving, all);
+      add_varied(d, side, all);
     }
     return all;
   });
 }
 
 /// The test of some members' variations of one kind.
-BasisTest test_of(const ScoreSystem& system, std::span<const Index> members, Index kind, double rare) {
+BasisTest test_of(const ScoreSystem& system, std::span<const Index> members, const Kind& kind, double rare) {
   std::vector<Index> rows;
   for (Index i = 0; i < system.own; ++i) rows.push_back(i);
   for (const Index m : members)
-    for (Index f = 0; f < functions; ++f) rows.push_back(system.own + (kinds * m + kind) * functions + f);
+    for (Index f = 0; f < kind.count; ++f) rows.push_back(system.own + m * functions + kind.first + f);
   const Score s = score_test(system.N(rows, rows), system.g(rows), system.own);
   BasisTest test;
-  test.where = kind == 0 ? Where::time : Where::state;
+  test.where = kind.where;
   test.focused = true;
   test.gain = s.gain;
   test.dof = s.dof;
@@ -134,15 +154,20 @@ std::vector<BasisTest> constancy(const Problem& problem, const Fit& fitted, std:
   std::vector<Index> members(fitted.model.members.size());
   std::iota(members.begin(), members.end(), Index{0});
   const double limit = rare(problem, fitted);
-  return {test_of(system, members, 0, limit), test_of(system, members, 1, limit)};
+  return {test_of(system, members, by_time, limit), test_of(system, members, by_driving, limit),
+          test_of(system, members, by_side, limit)};
 }
 
-std::vector<double> drifts(const Problem& problem, const Fit& fitted, std::span<const Linearised> along) {
+std::vector<double> inconstancy(const Problem& problem, const Fit& fitted, std::span<const Linearised> along) {
   std::vector<double> excess;
   if (fitted.model.members.empty()) return excess;
   const ScoreSystem system = variations(problem, fitted, along);
-  for (Index m = 0; m < static_cast<Index>(fitted.model.members.size()); ++m)
-    excess.push_back(test_of(system, std::span(&m, 1), 0, rare(problem, fitted)).excess);
+  const double limit = rare(problem, fitted);
+  for (Index m = 0; m < static_cast<Index>(fitted.model.members.size()); ++m) {
+    const std::span<const Index> one(&m, 1);
+    excess.push_back(
+        std::max(test_of(system, one, by_time, limit).excess, test_of(system, one, by_side, limit).excess));
+  }
   return excess;
 }
 

@@ -338,17 +338,17 @@ void Diagnoser::take_back(const Search& search, Diagnosis& d) const {
   d.gap.closure = 0.0;
 }
 
-/// Something is left: effects that generic functions of the same kind explain as well, or whose size changes with time,
-/// were stand-ins for it. A stand-in of another time does harm on the next drive.
+/// Something is left: effects that generic functions of the same kind explain as well, or whose size changes with time or
+/// from side to side, were stand-ins for it.
 void Diagnoser::strip_unsupported(Search& search, Diagnosis& d, Where where) {
   while (!d.fit.model.members.empty()) {
     const std::vector<Linearised> along = linearise_all(problem_, d.fit.model);
     const std::vector<double> support = support_beside(problem_, d.fit, along, where),
-                              drift = drifts(problem_, d.fit, along);
+                              varies = inconstancy(problem_, d.fit, along);
     auto which = std::min_element(support.begin(), support.end()) - support.begin();
     if (support[static_cast<std::size_t>(which)] > worth_adding) {
-      which = std::max_element(drift.begin(), drift.end()) - drift.begin();
-      if (drift[static_cast<std::size_t>(which)] < structured) return;
+      which = std::max_element(varies.begin(), varies.end()) - varies.begin();
+      if (varies[static_cast<std::size_t>(which)] < structured) return;
     }
     const std::size_t member = d.fit.model.members[static_cast<std::size_t>(which)];
     d.fit = search.fit_once(catalogue_.without(d.fit.model, member), d.fit.noise);
