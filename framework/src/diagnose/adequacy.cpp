@@ -281,7 +281,7 @@ BasisTest rhythm(const Problem& problem, const Fit& fitted, std::span<const Line
   if (chances == 0.0 || best.gain < std::log(chances) + 2.0) return test;
   const ScoreSystem system =
       basis_system(problem, fitted, along, [&](const Trace& trace) { return wave(trace, best.frequency); });
-  const Score s = score_test(system.N, system.g, system.own);
+  const Score s = score_test(system.normal.N, system.normal.g, system.own);
   test.gain = s.gain;
   test.dof = s.dof;
   test.from = test.to = best.frequency;
@@ -342,7 +342,7 @@ void add_focused(const Problem& problem, const Fit& fitted, std::span<const Line
     const std::size_t first = channel == 0 ? 0 : along_functions;
     const std::size_t last = channel == 0 ? along_functions : functions;
     for (std::size_t f = first; f < last; ++f) rows.push_back(system.own + static_cast<Index>(channel * functions + f));
-    const Score s = score_test(system.N(rows, rows), system.g(rows), system.own);
+    const Score s = score_test(system.normal.N(rows, rows), system.normal.g(rows), system.own);
     BasisTest test;
     test.where = Where::state;
     test.focused = true;
@@ -399,7 +399,7 @@ std::vector<BasisTest> remainder(const Problem& problem, const Fit& fitted) {
   for (const Where where : {Where::position, Where::time, Where::state, Where::input}) {
     const ScoreSystem system =
         basis_system(problem, fitted, along, [&](const Trace& trace) { return basis_of(problem, trace, where); });
-    const Score s = score_test(system.N, system.g, system.own);
+    const Score s = score_test(system.normal.N, system.normal.g, system.own);
     BasisTest test;
     test.where = where;
     test.gain = s.gain;
@@ -430,17 +430,18 @@ std::vector<double> support_beside(const Problem& problem, const Fit& fitted, st
   const Catalogue& catalogue = *problem.catalogue;
   const ScoreSystem system =
       basis_system(problem, fitted, along, [&](const Trace& trace) { return basis_of(problem, trace, where); });
-  const Index own = system.own, count = system.g.size() - own;
+  const Index own = system.own, count = system.normal.g.size() - own;
   // Information on the own parameters once the basis may explain what it can, pseudo-inverted for safety.
-  const MatrixXd cross = system.N.topRightCorner(own, count);
-  VectorXd size = system.N.diagonal().tail(count).cwiseSqrt();
+  const MatrixXd cross = system.normal.N.topRightCorner(own, count);
+  VectorXd size = system.normal.N.diagonal().tail(count).cwiseSqrt();
   for (Index i = 0; i < count; ++i)
     if (!(size[i] > 0.0)) size[i] = 1e-300;
-  const MatrixXd unit =
-      size.cwiseInverse().asDiagonal() * system.N.bottomRightCorner(count, count) * size.cwiseInverse().asDiagonal();
+  const MatrixXd unit = size.cwiseInverse().asDiagonal() * system.normal.N.bottomRightCorner(count, count) *
+                        size.cwiseInverse().asDiagonal();
   const MatrixXd regular = unit + 1e-6 * MatrixXd::Identity(count, count);
   const MatrixXd scaled = cross * size.cwiseInverse().asDiagonal();
-  const MatrixXd information = system.N.topLeftCorner(own, own) - scaled * regular.ldlt().solve(scaled.transpose());
+  const MatrixXd information =
+      system.normal.N.topLeftCorner(own, own) - scaled * regular.ldlt().solve(scaled.transpose());
   const auto nuisances = static_cast<Index>(catalogue.nuisances().size());
   std::vector<double> support;
   Index at = nuisances;

@@ -136,7 +136,7 @@ BasisTest test_of(const ScoreSystem& system, std::span<const Index> members, con
   for (Index i = 0; i < system.own; ++i) rows.push_back(i);
   for (const Index m : members)
     for (Index f = 0; f < kind.count; ++f) rows.push_back(system.own + m * functions + kind.first + f);
-  const Score s = score_test(system.N(rows, rows), system.g(rows), system.own);
+  const Score s = score_test(system.normal.N(rows, rows), system.normal.g(rows), system.own);
   BasisTest test;
   test.where = kind.where;
   test.focused = true;

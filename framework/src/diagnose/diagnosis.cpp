@@ -8,6 +8,7 @@
 #include "advice.hpp"
 #include "confidence.hpp"
 #include "constancy.hpp"
+#include "search.hpp"
 
 namespace gripline::diagnose {
 namespace {
@@ -411,8 +412,8 @@ void Diagnoser::find_floors(Search& search, Diagnosis& d) const {
     const Candidate& c = catalogue_.candidates()[group.candidate];
     double largest = 0.0;
     for (std::size_t i = 0; i < group.count; ++i) {
-      const std::size_t at = group.first + i;
-      const double information = s.N[at * s.params + at];
+      const auto at = static_cast<Eigen::Index>(group.first + i);
+      const double information = s.normal.N(at, at);
       if (!(information > 0.0)) continue;
       largest = std::max(largest, std::sqrt(2.0 * (worth_adding + problem_.penalty_per_parameter) / information));
     }

@@ -5,12 +5,15 @@
 #include <map>
 #include <optional>
 
+#include "../progress.hpp"
 #include "../world_spec.hpp"
+#include "adequacy.hpp"
 #include "log_file.hpp"
-#include "search.hpp"
 #include "unseen.hpp"
 
 namespace gripline::diagnose {
+
+class Search;
 
 /// What a case may bring besides the log.
 struct CaseOptions {

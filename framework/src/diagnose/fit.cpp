@@ -15,8 +15,7 @@ using Eigen::VectorXd;
 /// Cost of a model at its parameters, its gradient and its expected curvature.
 struct Evaluation {
   double cost = 0, work = 0;
-  VectorXd g;
-  MatrixXd N;
+  NormalEquations normal;
   std::array<double, noise_states> slope{};
   Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
 };
@@ -32,21 +31,8 @@ void add_shape_prior(const Catalogue& catalogue, const ModelSpec& model, Evaluat
       const double scale = c.decl(f).scale;
       const double off = (model.values[i][c.fitted[f]] - c.decl(f).neutral) / scale;
       e.cost += 0.5 * off * off;
-      e.g[at] -= off / scale;
-      e.N(at, at) += 1.0 / (scale * scale);
+      e.normal.add_belief(at, off, scale);
     }
-  }
-}
-
-void add_prior(const Catalogue& catalogue, const ModelSpec& model, Evaluation& e) {
-  const auto nuisances = catalogue.nuisances();
-  for (std::size_t i = 0; i < nuisances.size(); ++i) {
-    const double off = (model.nuisance[i] - nuisances[i].nominal) / nuisances[i].sigma;
-    const auto at = static_cast<Index>(i);
-    e.cost += 0.5 * off * off;
-    if (e.g.size() <= at) continue;
-    e.g[at] -= off / nuisances[i].sigma;
-    e.N(at, at) += 1.0 / (nuisances[i].sigma * nuisances[i].sigma);
   }
 }
 
@@ -61,21 +47,15 @@ Evaluation evaluate(const Problem& problem, const ModelSpec& model, const Noise&
     wants.directions = &list;
     wants.process_slope = true;
     const Likelihood l = filter(lm, noise, wants);
-    const auto p = static_cast<Index>(l.params);
-    if (e.g.size() == 0) {
-      e.g = VectorXd::Zero(p);
-      e.N = MatrixXd::Zero(p, p);
-    }
     e.cost += l.cost;
-    e.g += Eigen::Map<const VectorXd>(l.g.data(), p);
-    e.N += Eigen::Map<const MatrixXd>(l.N.data(), p, p);
+    e.normal.add(l);
     for (std::size_t i = 0; i < noise_states; ++i) {
       e.slope[i] += l.slope[i];
       for (std::size_t j = 0; j < noise_states; ++j)
         e.information(static_cast<Index>(i), static_cast<Index>(j)) += l.information[i][j];
     }
   }
-  add_prior(*problem.catalogue, model, e);
+  e.cost += e.normal.add_nuisances(*problem.catalogue, model);
   if (problem.calm_shapes) add_shape_prior(*problem.catalogue, model, e);
   return e;
 }
@@ -113,14 +93,14 @@ VectorXd solve(const MatrixXd& N, const VectorXd& g, const VectorXd& scale, std:
 }
 
 /// The step of all parameters when nuisances may not leave their limits: those that would are put there one by one.
-VectorXd bounded_step(const Catalogue& catalogue, const ModelSpec& model, MatrixXd N, VectorXd g, const VectorXd& scale,
+VectorXd bounded_step(const Catalogue& catalogue, const ModelSpec& model, NormalEquations normal, const VectorXd& scale,
                       std::size_t& rank, MatrixXd* covariance) {
   const auto nuisances = catalogue.nuisances();
-  hold_at_limits(catalogue, model, N, g);
-  VectorXd moved = VectorXd::Zero(g.size());
+  hold_at_limits(catalogue, model, normal);
+  VectorXd moved = VectorXd::Zero(normal.g.size());
   std::vector<bool> held(nuisances.size(), false);
   for (;;) {
-    const VectorXd step = solve(N, g, scale, rank, covariance) + moved;
+    const VectorXd step = solve(normal.N, normal.g, scale, rank, covariance) + moved;
     std::size_t worst = nuisances.size();
     double over = 1e-9, end = 0.0;
     for (std::size_t i = 0; i < nuisances.size(); ++i) {
@@ -136,7 +116,7 @@ VectorXd bounded_step(const Catalogue& catalogue, const ModelSpec& model, Matrix
     const auto at = static_cast<Index>(worst);
     held[worst] = true;
     moved[at] = end - model.nuisance[worst];
-    hold(N, g, at, moved[at]);
+    hold(normal, at, moved[at]);
   }
 }
 
@@ -319,8 +299,8 @@ Fit go_on(const Problem& problem, const Fit& from, int iterations, const FitLimi
       const VectorXd scale = scales(catalogue, best.model);
       MatrixXd covariance;
       std::size_t rank = 0;
-      const VectorXd full = bounded_step(catalogue, best.model, at_best.N, at_best.g, scale, rank, &covariance);
-      gain = 0.5 * at_best.g.dot(full);
+      const VectorXd full = bounded_step(catalogue, best.model, at_best.normal, scale, rank, &covariance);
+      gain = 0.5 * at_best.normal.g.dot(full);
       for (std::size_t p = 0; p < theta.size(); ++p) {
         // Very long steps leave the region where the linearisation means anything.
         const double limit = 30.0 * scale[static_cast<Index>(p)];
@@ -349,127 +329,17 @@ Fit go_on(const Problem& problem, const Fit& from, int iterations, const FitLimi
   }
   best.theta = pack(catalogue, best.model);
   best.free = 0;
-  if (!best.theta.empty() && at_best.g.size() > 0) {
+  if (!best.theta.empty() && at_best.normal.g.size() > 0) {
     const VectorXd scale = scales(catalogue, best.model);
     MatrixXd covariance;
     std::size_t rank = 0;
-    bounded_step(catalogue, best.model, at_best.N, at_best.g, scale, rank, &covariance);
+    bounded_step(catalogue, best.model, at_best.normal, scale, rank, &covariance);
     best.covariance.assign(covariance.data(), covariance.data() + covariance.size());
     best.free = rank - std::min(rank, catalogue.nuisances().size());
   }
   best.evaluation = std::make_shared<const Evaluation>(std::move(at_best));
   charge_for(problem, best);
   return best;
-}
-
-namespace {
-
-/// Gain of adding the directions in `part` to the own parameters, and their step; the rank is returned in dof.
-double conditional_gain(const MatrixXd& N, const VectorXd& g, Index own, Index first, Index count, std::size_t& dof,
-                        VectorXd& step) {
-  MatrixXd S = N.block(first, first, count, count);
-  VectorXd r = g.segment(first, count);
-  if (own > 0) {
-    const Eigen::LDLT<MatrixXd> base(N.topLeftCorner(own, own) +
-                                     1e-12 * MatrixXd(N.topLeftCorner(own, own).diagonal().asDiagonal()));
-    const MatrixXd cross = N.block(0, first, own, count);
-    S -= cross.transpose() * base.solve(cross);
-    r -= cross.transpose() * base.solve(g.head(own));
-  }
-  const VectorXd full = N.diagonal().segment(first, count);
-  VectorXd size(count);
-  for (Index i = 0; i < count; ++i) size[i] = full[i] > 0.0 ? std::sqrt(full[i]) : 1e-300;
-  const MatrixXd unit = size.cwiseInverse().asDiagonal() * S * size.cwiseInverse().asDiagonal();
-  const VectorXd unit_r = size.cwiseInverse().asDiagonal() * r;
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(unit);
-  // One direction counts as long as rounding allows: an effect that is a nuisance under another name differs from it
-  // only by how far the nuisance is trusted. Of several, those that the others all but replace are left out.
-  const double smallest = count == 1 ? 1e-10 : 1e-6;
-  dof = 0;
-  step = VectorXd::Zero(count);
-  double gain = 0.0;
-  for (Index i = 0; i < count; ++i) {
-    const double lambda = eigen.eigenvalues()[i];
-    if (!(lambda > smallest)) continue;
-    ++dof;
-    const double along = eigen.eigenvectors().col(i).dot(unit_r);
-    gain += 0.5 * along * along / lambda;
-    step += eigen.eigenvectors().col(i) * (along / lambda);
-  }
-  step = size.cwiseInverse().asDiagonal() * step;
-  return gain;
-}
-
-}  // namespace
-
-Screening screen(const Problem& problem, const Fit& fitted) {
-  const Catalogue& catalogue = *problem.catalogue;
-  Screening out;
-  MatrixXd N;
-  VectorXd g;
-  for (std::size_t t = 0; t < problem.traces.size(); ++t) {
-    const Trace& trace = problem.traces[t];
-    auto [lm, directions, work] = linearise_own(catalogue, fitted.model, trace, problem.substeps);
-    out.own = directions.size();
-    std::vector<Group> groups;
-    candidate_directions(catalogue, fitted.model, trace, lm, directions, groups);
-    const Likelihood l = filter_along(lm, fitted.noise, directions);
-    const auto p = static_cast<Index>(l.params);
-    if (t == 0) {
-      N = MatrixXd::Zero(p, p);
-      g = VectorXd::Zero(p);
-      out.groups = std::move(groups);
-    }
-    N += Eigen::Map<const MatrixXd>(l.N.data(), p, p);
-    g += Eigen::Map<const VectorXd>(l.g.data(), p);
-  }
-  Evaluation prior;
-  prior.g = g;
-  prior.N = N;
-  add_prior(catalogue, fitted.model, prior);
-  N = prior.N;
-  g = prior.g;
-  hold_at_limits(catalogue, fitted.model, N, g);
-  const auto own = static_cast<Index>(out.own);
-  for (const Group& group : out.groups) {
-    const Candidate& c = catalogue.candidates()[group.candidate];
-    Extension best;
-    best.candidate = group.candidate;
-    best.gain = -1.0;
-    const bool scanned = !group.starts.empty();
-    const std::size_t tries = scanned ? group.count : 1;
-    for (std::size_t i = 0; i < tries; ++i) {
-      VectorXd step;
-      std::size_t dof = 0;
-      const auto first = static_cast<Index>(group.first + i);
-      const auto count = static_cast<Index>(scanned ? 1 : group.count);
-      double gain = conditional_gain(N, g, own, first, count, dof, step);
-      std::vector<double> values = scanned ? group.starts[i] : c.defaults;
-      const std::size_t moving = scanned ? 1 : c.fitted.size();
-      bool outside = false;
-      for (std::size_t f = 0; f < moving && f < static_cast<std::size_t>(step.size()); ++f) {
-        const abi::ParamDecl& p = c.decl(f);
-        const double limit = 20.0 * p.scale;
-        const double wanted = p.neutral + std::clamp(step[static_cast<Index>(f)], -limit, limit);
-        if (count == 1 && p.neutral <= p.lo && wanted < p.neutral) outside = true;
-        values[c.fitted[f]] = std::clamp(wanted, p.lo, p.hi);
-      }
-      if (outside) gain = 0.0;
-      if (gain <= best.gain) continue;
-      best.gain = gain;
-      best.dof = scanned ? c.fitted.size() : dof;
-      best.start = catalogue.with(fitted.model, group.candidate);
-      best.start.values[best.start.position(group.candidate)] = values;
-    }
-    out.extensions.push_back(std::move(best));
-  }
-  const auto worth = [&](const Extension& e) { return e.gain - problem.charge(e.dof); };
-  std::stable_sort(out.extensions.begin(), out.extensions.end(),
-                   [&](const Extension& a, const Extension& b) { return worth(a) > worth(b); });
-  out.params = static_cast<std::size_t>(g.size());
-  out.N.assign(N.data(), N.data() + N.size());
-  out.g.assign(g.data(), g.data() + g.size());
-  return out;
 }
 
 double renew_reference(Problem& problem, const Road& road, const Fit& fitted) {

@@ -84,22 +84,6 @@ Fit fit(const Problem& problem, const ModelSpec& start, const Noise& noise, int 
 /// Goes on from where a fit ended, on the same problem.
 Fit go_on(const Problem& problem, const Fit& from, int iterations, const FitLimits& limits);
 
-/// One linearisation of every candidate at a fitted model.
-struct Extension {
-  std::size_t candidate = 0;
-  double gain = 0;  // predicted rise of the log likelihood
-  std::size_t dof = 0;
-  ModelSpec start;  // the extended model at the predicted values
-};
-struct Screening {
-  std::vector<Extension> extensions;  // best score first
-  // Normal equations of everything, for searches over sets: own parameters first.
-  std::vector<Group> groups;
-  std::vector<double> N, g;
-  std::size_t params = 0, own = 0;
-};
-Screening screen(const Problem& problem, const Fit& fitted);
-
 /// Replaces the traces' reference by the trajectory smoothed with a fitted model. Returns by how much it moved: root mean
 /// square in sensor standard deviations.
 double renew_reference(Problem& problem, const Road& road, const Fit& fitted);

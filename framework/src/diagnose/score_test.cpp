@@ -10,7 +10,7 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-Score score_test(const MatrixXd& N, const VectorXd& g, Index own) {
+Score score_test(const MatrixXd& N, const VectorXd& g, Index own, double smallest) {
   const Index count = g.size() - own;
   Score s;
   s.information = N.bottomRightCorner(count, count);
@@ -33,7 +33,7 @@ Score score_test(const MatrixXd& N, const VectorXd& g, Index own) {
   s.step = VectorXd::Zero(count);
   for (Index i = 0; i < count; ++i) {
     const double lambda = eigen.eigenvalues()[i];
-    if (!(lambda > 1e-5)) continue;
+    if (!(lambda > smallest)) continue;
     ++s.dof;
     const double along = eigen.eigenvectors().col(i).dot(unit_r);
     s.gain += 0.5 * along * along / lambda;
@@ -52,23 +52,10 @@ ScoreSystem score_system(const Problem& problem, const Fit& fitted, std::span<co
     const std::vector<Direction>& own = along[t].own;
     const std::vector<Direction> others = further(problem.traces[t], lm);
     out.own = static_cast<Index>(own.size());
-    const Likelihood l = filter_along(lm, fitted.noise, own, others);
-    const auto p = static_cast<Index>(l.params);
-    if (out.g.size() == 0) {
-      out.N = MatrixXd::Zero(p, p);
-      out.g = VectorXd::Zero(p);
-    }
-    out.N += Eigen::Map<const MatrixXd>(l.N.data(), p, p);
-    out.g += Eigen::Map<const VectorXd>(l.g.data(), p);
+    out.normal.add(filter_along(lm, fitted.noise, own, others));
   }
-  const auto nuisances = catalogue.nuisances();
-  for (std::size_t i = 0; i < nuisances.size(); ++i) {
-    const auto at = static_cast<Index>(i);
-    const double weight = 1.0 / (nuisances[i].sigma * nuisances[i].sigma);
-    out.N(at, at) += weight;
-    out.g[at] -= (fitted.model.nuisance[i] - nuisances[i].nominal) * weight;
-  }
-  hold_at_limits(catalogue, fitted.model, out.N, out.g);
+  out.normal.add_nuisances(catalogue, fitted.model);
+  hold_at_limits(catalogue, fitted.model, out.normal);
   return out;
 }
 

@@ -6,22 +6,23 @@
 #include <span>
 
 #include "fit.hpp"
+#include "normal_equations.hpp"
 
 namespace gripline::diagnose {
 
-/// Conditional score test of the last directions given the first `own`.
+/// Conditional score test of the last directions given the first `own`. Combinations of unit directions of which less
+/// than `smallest` is left beside the others are left out.
 struct Score {
   double gain = 0;  // predicted rise of the log likelihood
   std::size_t dof = 0;
   Eigen::VectorXd step, score;
   Eigen::MatrixXd information;
 };
-Score score_test(const Eigen::MatrixXd& N, const Eigen::VectorXd& g, Eigen::Index own);
+Score score_test(const Eigen::MatrixXd& N, const Eigen::VectorXd& g, Eigen::Index own, double smallest = 1e-5);
 
 /// Normal equations of a fitted model's own parameters, then of further directions.
 struct ScoreSystem {
-  Eigen::MatrixXd N;
-  Eigen::VectorXd g;
+  NormalEquations normal;
   Eigen::Index own = 0;
 };
 using FurtherDirections = std::function<std::vector<Direction>(const Trace&, const LinearModel&)>;

@@ -60,7 +60,9 @@ const Screening& Search::screen_once(const Fit& fitted) {
 
 /// Two single directions that are the same up to a factor are one effect under two names.
 void Search::find_synonyms(const Screening& s) {
-  const auto N = [&](std::size_t i, std::size_t j) { return s.N[i * s.params + j]; };
+  const auto N = [&](std::size_t i, std::size_t j) {
+    return s.normal.N(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j));
+  };
   std::vector<std::size_t> gone;
   for (std::size_t a = 0; a < s.groups.size(); ++a)
     for (std::size_t b = a + 1; b < s.groups.size(); ++b) {

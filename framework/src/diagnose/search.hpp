@@ -7,7 +7,7 @@
 
 #include "../progress.hpp"
 #include "adequacy.hpp"
-#include "fit.hpp"
+#include "screening.hpp"
 
 namespace gripline::diagnose {
 

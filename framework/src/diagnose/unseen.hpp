@@ -1,9 +1,9 @@
 // Data that no model was fitted to, and how well a model predicts it.
 #pragma once
 
+#include "fit.hpp"
 #include "log_file.hpp"
 #include "rollout.hpp"
-#include "search.hpp"
 
 namespace gripline::diagnose {
 
