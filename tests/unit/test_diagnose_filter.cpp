@@ -147,5 +147,25 @@ TEST(Rollout, TheTrueCarPredictsItsOwnLog) {
   }
 }
 
+/// Steps of the steering for single samples that the log lost: the filter must not call their traces a missing effect.
+TEST(Filter, GuessedCommandsExplainNothing) {
+  DiagnoseRig rig;
+  diagnose::Measured log = rig.simulate(rig.catalogue().bare(), {20, 71, 1});
+  for (std::size_t k = 40; k + 1 < log.size(); k += 50) {
+    // What the driver did there is not what the log's neighbours suggest.
+    log.command[k].delta += 0.15;
+    for (std::size_t c = 0; c < 6; ++c) log.reading[k * 6 + c] = std::nan("");
+  }
+  const auto cost_of = [&](bool told) {
+    if (told) log.guessed.assign(log.size(), false);
+    for (std::size_t k = 40; told && k + 1 < log.size(); k += 50) log.guessed[k] = true;
+    Problem p = rig.problem({log});
+    Noise noise = rig.noise(p, 0.003);
+    return fit(p, rig.catalogue().bare(), noise, 8).noise.process[2];
+  };
+  const double blind = cost_of(false), told = cost_of(true);
+  EXPECT_GT(blind, 100.0 * told);
+}
+
 }  // namespace
 }  // namespace gripline::diagnose
