@@ -24,15 +24,17 @@ struct Condition {
   const char* name;
   const char* kind;  // none, single, pair, unknown
   bool process_noise = false, wrong_nominal = false, outside = false, more_outside = false, excluded = false;
-  bool brief = false, faint = false;
+  bool brief = false, faint = false, mild = false;
   double dt = 0.02;  // of the logs
 };
-constexpr std::array<Condition, 18> conditions = {{
+constexpr std::array<Condition, 20> conditions = {{
     {.name = "none_white", .kind = "none"},
     {.name = "none_process", .kind = "none", .process_noise = true},
     {.name = "none_nominal", .kind = "none", .wrong_nominal = true},
+    {.name = "none_mild", .kind = "none", .process_noise = true, .mild = true},
     {.name = "single_white", .kind = "single"},
     {.name = "single_process", .kind = "single", .process_noise = true},
+    {.name = "single_mild", .kind = "single", .process_noise = true, .mild = true},
     {.name = "single_nominal", .kind = "single", .wrong_nominal = true},
     {.name = "single_short", .kind = "single", .brief = true},
     {.name = "single_faint", .kind = "single", .process_noise = true, .faint = true},
@@ -157,7 +159,7 @@ struct Draft {
   std::optional<OutsideCase> outside;
   std::vector<std::string> excluded;
   std::map<std::string, double> nuisance;  // relative; Cr0_over_m in m/s2
-  double seconds = 60, share = 1, noise = 1;
+  double seconds = 60, share = 1, noise = 1, rough = 0;
   bool with_vy = true;
 };
 
@@ -206,6 +208,7 @@ Draft draft(const Condition& condition, std::size_t i, Random& r) {
     for (const char* name : {"Df", "Dr", "Cm1"}) c.nuisance[name] = off(q);
     for (const char* name : {"Bf", "Br", "Cr0_over_m"}) c.nuisance[name] = off(2 * q);
   }
+  if (condition.process_noise) c.rough = condition.mild ? std::exp(uniform(r, std::log(0.1), 0.0)) : 1.0;
   return c;
 }
 
@@ -276,8 +279,8 @@ std::string answer_json(const Draft& c, const std::string& track, int direction,
   text += "},\n  \"process_noise\": ";
   text += !c.condition.process_noise
               ? "null"
-              : "{\"ax_mps2\": 0.1, \"ay_mps2\": 0.1, \"yaw_acc_radps2\": " + std::string(full ? "0.05" : "0.8") +
-                    ", \"tau_s\": 0.25}";
+              : "{\"ax_mps2\": " + number(0.1 * c.rough) + ", \"ay_mps2\": " + number(0.1 * c.rough) +
+                    ", \"yaw_acc_radps2\": " + number((full ? 0.05 : 0.8) * c.rough) + ", \"tau_s\": 0.25}";
   text += ",\n  \"nuisance\": " + (c.nuisance.empty() ? std::string("null") : object(c.nuisance)) +
           ",\n  \"seed\": " + std::to_string(seed) + ",\n  \"magnitude\": " + number(c.share) +
           ",\n  \"length_s\": " + number(c.seconds) + ",\n  \"laps\": {\"measured\": " + number(laps[0], 5) +
@@ -337,7 +340,7 @@ void make_case(const Condition& condition, std::size_t i, std::uint64_t seed, st
     if (e.id == "sensor_latency") e.params["T"] = plan.latency;
   plan.seconds = c.seconds;
   plan.dt = condition.dt;
-  plan.process_noise = condition.process_noise;
+  plan.roughness = c.rough;
   const int direction = r() % 3 == 0 ? -1 : 1;
   plan.style = {uniform(r, 0.78, 0.95), uniform(r, 0.04, full ? 0.12 : 0.18), uniform(r, 0.1, 0.5),
                 uniform(r, 0.7, 1.3), direction};
@@ -347,7 +350,7 @@ void make_case(const Condition& condition, std::size_t i, std::uint64_t seed, st
   int attempts = 0;
   const Log measured = drive(plan, road, c.car, r, attempts);
   plan.seconds = full ? 36 : 20;
-  plan.process_noise = false;
+  plan.roughness = 0.0;
   plan.style = {uniform(r, 0.72, 0.92), uniform(r, 0.04, 0.12), uniform(r, 0.1, 0.5), uniform(r, 0.7, 1.3),
                 r() % 3 == 0 ? -direction : direction};
   const Log held = drive(plan, road, c.car, r, attempts);

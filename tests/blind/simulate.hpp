@@ -34,7 +34,7 @@ struct Plan {
   std::optional<blind::Effect> outside;
   double latency = 0;  // of all readings [s]
   double seconds = 60, dt = 0.02;
-  bool process_noise = false;
+  double roughness = 0;  // process noise of the protocol, times this
   Style style;
 };
 
@@ -46,8 +46,9 @@ struct Log {
 /// Process noise of the protocol: accelerations with a correlation time of a quarter of a second.
 class Disturbance {
  public:
-  Disturbance(bool on, bool full, Random& r) : on_(on), sigma_{0.1, 0.1, full ? 0.05 : 0.8}, r_(r) {
-    for (std::size_t i = 0; on && i < 3; ++i) value_[i] = sigma_[i] * normal(r);
+  Disturbance(double size, bool full, Random& r)
+      : on_(size > 0.0), sigma_{size * 0.1, size * 0.1, size * (full ? 0.05 : 0.8)}, r_(r) {
+    for (std::size_t i = 0; on_ && i < 3; ++i) value_[i] = sigma_[i] * normal(r);
   }
   void advance(double h) {
     const double keep = std::exp(-h / 0.25), fresh = std::sqrt(1.0 - keep * keep);
@@ -87,7 +88,7 @@ inline std::optional<Log> simulate(const Plan& plan, const diagnose::Road& road,
   const double h = log.dt / pieces;
   const auto lead = static_cast<std::size_t>(std::round(plan.latency / h));
   const auto n = static_cast<std::size_t>(std::round(plan.seconds / log.dt)) + 1;
-  Disturbance disturbance(plan.process_noise, car_kind == 1, r);
+  Disturbance disturbance(plan.roughness, car_kind == 1, r);
   double hint = std::nan(""), last_fraction = std::nan("");
 
   const auto rates = [&](double t, const std::array<double, 6>& at, const std::vector<double>& mem,

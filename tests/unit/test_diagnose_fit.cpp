@@ -84,6 +84,26 @@ TEST(Fit, CalmShapesRestWhereNothingWasSeen) {
   EXPECT_GT(*std::max_element(f.theta.begin(), f.theta.end()), 0.012);
 }
 
+/// A model that gives no numbers is no model: going on with it leaves it the worst.
+TEST(Fit, WhatCannotBeEvaluatedStaysTheWorst) {
+  DiagnoseRig rig;
+  Problem problem = rig.problem({rig.simulate(rig.catalogue().bare(), {10, 54, 1})});
+  const Fit broken = fit(problem, rig.with("drive_gain", {std::nan("")}), rig.noise(problem, 5.0), 4);
+  EXPECT_EQ(broken.score, -std::numeric_limits<double>::infinity());
+  EXPECT_EQ(go_on(problem, broken, 4, {}).score, -std::numeric_limits<double>::infinity());
+}
+
+/// Going on from what is known gives what beginning at its end gives.
+TEST(Fit, GoesOnFromWhereItEnded) {
+  DiagnoseRig rig;
+  Problem problem = rig.problem({rig.simulate(rig.with("front_stiff", {-0.15}), {20, 56, 1})});
+  const Fit begun = fit(problem, rig.with("front_stiff", {0.0}), rig.noise(problem, 5.0), 2);
+  const Fit more = go_on(problem, begun, 20, {}), anew = fit(problem, begun.model, begun.noise, 20);
+  EXPECT_EQ(more.score, anew.score);
+  EXPECT_EQ(more.theta, anew.theta);
+  EXPECT_GT(more.score, begun.score + 1.0);
+}
+
 /// A fit that cannot come near what is wanted stops early, and says no more than it found.
 TEST(Fit, StopsWhenTheScoreIsOutOfReach) {
   DiagnoseRig rig;

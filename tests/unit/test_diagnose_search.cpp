@@ -158,5 +158,24 @@ TEST(Search, EndsWithWhatItHasWhenItsWorkIsSpent) {
   EXPECT_EQ(searched(none.first + 1.0), some);
 }
 
+/// What could be as well is told also when no work is left: without its rivals the best would look surer than it is.
+TEST(Search, KeepsRivalsWhenItsWorkIsSpent) {
+  DiagnoseRig rig;
+  const Measured log = rig.simulate(rig.with("drive_gain", {0.03}), {.seconds = 20, .seed = 302, .rough = everywhere});
+  const auto near = [&](double most_work) {
+    Problem problem = rig.problem({log});
+    SearchOptions options;
+    options.most_work = most_work;
+    Search search(problem, rig.road(), options);
+    search.run();
+    const auto all = search.tried();
+    return std::count_if(all.begin(), all.end(), [&](const Fit* one) {
+      return !one->model.members.empty() && one->score > search.best().score - 4.0;
+    });
+  };
+  EXPECT_GT(near(1e12), 1);
+  EXPECT_GT(near(40000), 1);
+}
+
 }  // namespace
 }  // namespace gripline::diagnose

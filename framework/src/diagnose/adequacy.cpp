@@ -326,8 +326,9 @@ Basis simple_basis(const Trace& trace) {
 
 /// Whether an acceleration other than this one is random: what a model lacks is mostly seen as noise in one of them.
 bool rough_beside(const Problem& problem, const Fit& fitted, std::size_t channel) {
+  const std::array<double, noise_states> rough = roughness(problem, fitted.noise);
   for (std::size_t c = 0; c < noise_states; ++c)
-    if (c != channel && fitted.noise.process[c] > std::pow(0.1 * problem.process_unit[c], 2)) return true;
+    if (c != channel && rough[c] > 0.1) return true;
   return false;
 }
 
@@ -348,8 +349,8 @@ void add_focused(const Problem& problem, const Fit& fitted, std::span<const Line
     test.focused = true;
     test.gain = s.gain;
     test.dof = s.dof;
-    // 3.5 standard deviations of a normal are as rare as 4 of the other tests' statistic. On a rough road, where all
-    // accelerations are random, twice that: the functions are evaluated along a reference that carries the same
+    // 3.5 standard deviations of a normal are as rare as 4 of the other tests' statistic. Where another acceleration is
+    // random too, twice that: the functions are evaluated along a reference that carries the same
     // randomness, and the statistic is no chi-square any more.
     const double rare = rough_beside(problem, fitted, channel) ? 7.0 : 3.5;
     if (s.dof > 0) test.excess = structured / rare * as_normal(2.0 * s.gain, static_cast<double>(s.dof));
@@ -357,16 +358,20 @@ void add_focused(const Problem& problem, const Fit& fitted, std::span<const Line
   }
 }
 
-/// A road shakes a car in all directions. Random accelerations in some of them only are what a model lacks, called random
-/// by a filter that is free to: they count by how sure it is of them, from a tenth of their usual size. Where they come
-/// from the other tests tell better.
+/// A road shakes a car in all directions. Random accelerations in some of them only (from a tenth of their usual size)
+/// are what a model lacks, called random by a filter that is free to: they count by how sure it is of them, and of another
+/// one's being less than a third of that. What kind of thing it is the other tests tell better, also where they are not
+/// sure.
 BasisTest uneven_noise(const Problem& problem, const Fit& fitted, std::span<const Linearised> along,
-                       const BasisTest& where) {
-  BasisTest test = where;
-  test.focused = true;
-  test.gain = test.excess = 0.0;
+                       const BasisTest& kind) {
+  BasisTest test;
+  test.where = kind.where;
+  test.quantity = "noise";
   test.dof = noise_states;
-  if (rough_road(problem, fitted.noise)) return test;
+  test.focused = true;
+  const std::array<double, noise_states> rough = roughness(problem, fitted.noise);
+  const double most = std::ranges::max(rough), even = most / 3.0;
+  if (most < 0.1 || std::ranges::min(rough) > even) return test;
   Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
   for (const Linearised& one : along) {
     FilterWants wants;
@@ -376,12 +381,16 @@ BasisTest uneven_noise(const Problem& problem, const Fit& fitted, std::span<cons
       for (std::size_t j = 0; j < noise_states; ++j)
         information(static_cast<Index>(i), static_cast<Index>(j)) += l.information[i][j];
   }
+  const Eigen::Matrix3d covariance = information.inverse();
+  double random = 0.0, calm = 0.0;
   for (std::size_t c = 0; c < noise_states; ++c) {
-    const double variance = fitted.noise.process[c];
-    if (variance < std::pow(0.1 * problem.process_unit[c], 2)) continue;
     const auto i = static_cast<Index>(c);
-    test.excess = std::max(test.excess, variance * std::sqrt(information(i, i)));
+    if (!(covariance(i, i) > 0.0)) continue;
+    const double variance = fitted.noise.process[c], sigma = std::sqrt(covariance(i, i));
+    random = std::max(random, variance / sigma);
+    calm = std::max(calm, (std::pow(even * problem.process_unit[c], 2) - variance) / sigma);
   }
+  test.excess = std::min(random, calm);
   return test;
 }
 

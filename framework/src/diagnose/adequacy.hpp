@@ -27,8 +27,8 @@ struct BasisTest {
   std::array<double, 3> size{};
 };
 
-/// One test per kind, in the order of Where, then one of random accelerations in some directions only (focused, placed
-/// where the strongest before it is), one of rhythms in time (quantity "frequency", from and to in Hz), then the focused
+/// One test per kind, in the order of Where, then one of random accelerations in some directions only (quantity "noise",
+/// of the kind of the strongest before it), one of rhythms in time (quantity "frequency", from and to in Hz), then the focused
 /// ones.
 inline constexpr double structured = 4.0;  // excess of a test beyond which something is left
 /// The strongest test; a focused one only when no other finds anything.

@@ -57,6 +57,9 @@ std::string list(const Diagnosis& d) {
 }
 
 std::string where_text(const BasisTest& test) {
+  if (test.quantity == "noise")
+    return std::string("as accelerations that look random, but in some directions only, and most by ") +
+           where_names[static_cast<std::size_t>(test.where)];
   switch (test.where) {
     case Where::position:
       return "at lap fractions " + number(test.from) + " to " + number(test.to);

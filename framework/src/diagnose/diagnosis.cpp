@@ -230,21 +230,18 @@ void Diagnoser::drop_idle(Search& search, const Unseen& unseen, Diagnosis& d) {
 std::vector<const Fit*> Diagnoser::equals_of(const Fit& found, std::span<const Fit* const> rivals, const Fit& nothing,
                                              const Unseen& unseen) const {
   const double far = -std::log(1.0 - all_but_sure);
-  std::vector<const Fit*> near;
-  for (const Fit* rival : rivals)
-    if (rival != &found && found.score - rival->score < far && !rival->model.members.empty() &&
-        !contains(rival->model, found.model))
-      near.push_back(rival);
   std::vector<const Fit*> equals{&found};
   std::vector<double> chance{1.0};
-  for (const Fit* rival : near) {
+  for (const Fit* rival : rivals) {
+    const double behind = found.score - rival->score;
+    if (rival == &found || rival->model.members.empty() || contains(rival->model, found.model)) continue;
     // Best first: with none as good as the one found there is nothing to ask.
-    if (equals.size() == 1 && found.score - rival->score > same_evidence) break;
+    if (behind > (equals.size() == 1 ? same_evidence : far)) break;
     bool idle = false;
     for (std::size_t i = 0; i < rival->model.members.size(); ++i) idle |= may_be_nothing(*rival, i);
     if (idle || !helps(*rival, nothing, unseen)) continue;
     equals.push_back(rival);
-    chance.push_back(std::exp(rival->score - found.score));
+    chance.push_back(std::exp(-behind));
   }
   const double all = std::accumulate(chance.begin(), chance.end(), 0.0);
   std::size_t enough = 0;
@@ -332,6 +329,7 @@ void Diagnoser::take_back(const Search& search, Diagnosis& d) const {
   d.nominal_fit.clear();
   d.fit = search.nothing();
   d.fit.model = catalogue_.bare();
+  d.fit.evaluation.reset();
   d.fit.theta.clear();
   d.fit.covariance.clear();
   for (auto& row : d.horizons) row.after = row.before;
@@ -375,6 +373,7 @@ void Diagnoser::measure_gap(const Unseen& unseen, Search& search, Diagnosis& d) 
   constexpr std::array<double, 5> seconds = {0.1, 0.2, 0.5, 1.0, 2.0};
   Fit nominal = search.nothing();
   nominal.model = catalogue_.bare();  // before: nothing refitted
+  nominal.evaluation.reset();
   const auto before = unseen.errors(nominal, seconds);
   const auto after = d.fit.theta.empty() ? before : unseen.errors(unseen.refit(d.fit), seconds);
   for (std::size_t i = 0; i < seconds.size(); ++i) {

@@ -206,10 +206,14 @@ double Problem::seconds() const {
   return sum;
 }
 
+std::array<double, noise_states> roughness(const Problem& problem, const Noise& noise) {
+  std::array<double, noise_states> ratio;
+  for (std::size_t c = 0; c < noise_states; ++c) ratio[c] = std::sqrt(noise.process[c]) / problem.process_unit[c];
+  return ratio;
+}
+
 bool rough_road(const Problem& problem, const Noise& noise) {
-  for (std::size_t c = 0; c < noise_states; ++c)
-    if (!(noise.process[c] > std::pow(0.2 * problem.process_unit[c], 2))) return false;
-  return true;
+  return std::ranges::min(roughness(problem, noise)) > 0.2;
 }
 
 void charge_for(const Problem& problem, Fit& fitted) {
@@ -254,7 +258,6 @@ Fit go_on(const Problem& problem, const Fit& from, int iterations, const FitLimi
   Evaluation at_best;
   ModelSpec trial = from.model;
   Noise trial_noise = from.noise;
-  std::vector<double> step;
   // How much of a step is taken: of the parameters, and of the variances, whose steps overshoot more easily.
   double share = 1.0, noise_share = 1.0;
   bool with_noise = false, asking = false, asked = false;
@@ -337,7 +340,7 @@ Fit go_on(const Problem& problem, const Fit& from, int iterations, const FitLimi
     best.covariance.assign(covariance.data(), covariance.data() + covariance.size());
     best.free = rank - std::min(rank, catalogue.nuisances().size());
   }
-  best.evaluation = std::make_shared<const Evaluation>(std::move(at_best));
+  if (std::isfinite(best.cost)) best.evaluation = std::make_shared<const Evaluation>(std::move(at_best));
   charge_for(problem, best);
   return best;
 }

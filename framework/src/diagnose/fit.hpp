@@ -11,14 +11,15 @@
 
 namespace gripline::diagnose {
 
-/// Everything the search works on. The traces' reference may be renewed; nothing else changes.
+/// Everything the search works on. The traces' reference may be renewed, and the penalty follows the road that is found;
+/// nothing else changes.
 struct Problem {
   const Catalogue* catalogue = nullptr;
   std::vector<Trace> traces;
   Channels sensor{};                                // standard deviations of the readings
   std::array<double, noise_states> process_unit{};  // usual size of unknown accelerations: 0.1 m/s2, and that over L
   int substeps = 2;
-  double penalty_per_parameter = 0;  // half the logarithm of the number of readings
+  double penalty_per_parameter = 0;  // half the logarithm of the number of readings that tell something of their own
   std::size_t rows = 0;
   /// Whether shapes along the lap are drawn to where they do nothing, by their parameters' scales: where no data are they
   /// would be anything.
@@ -38,6 +39,8 @@ struct Problem {
   double seconds() const;
 };
 
+/// How random each acceleration is, in its usual size.
+std::array<double, noise_states> roughness(const Problem& problem, const Noise& noise);
 /// Whether the car drives on a rough road: all three accelerations are random by a fifth of their usual size or more.
 /// What a model lacks is mostly seen as noise in one or two of them.
 bool rough_road(const Problem& problem, const Noise& noise);
@@ -48,14 +51,15 @@ struct Evaluation;  // of a model at its parameters: see fit.cpp
 struct Fit {
   ModelSpec model;
   Noise noise;
-  double cost = 0;       // minus log likelihood plus half the squared nuisance deviations in their standard deviations
-  std::size_t free = 0;  // effect parameters that the data determine (rank)
-  double penalty = 0;    // for its effects' parameters
-  double score = 0;      // -cost - penalty: differences are log evidence (Schwarz)
-  std::vector<double> theta;       // free parameters: nuisances, then the members' in order
+  double cost = 0;            // minus log likelihood plus half the squared deviations of what is believed beforehand
+  std::size_t free = 0;       // effect parameters that the data determine (rank)
+  double penalty = 0;         // for its effects' parameters
+  double score = 0;           // -cost - penalty: differences are log evidence (Schwarz)
+  std::vector<double> theta;  // free parameters: nuisances, then the members' in order
   std::vector<double> covariance;  // theta x theta
   bool converged = false;
   bool finished = false;  // nothing is gained by going on
+  /// Of this model along the references and with the beliefs it was fitted with; null when it could not be evaluated.
   std::shared_ptr<const Evaluation> evaluation;
   double work = 0;  // that it took: see Linearised::work, times samples
 };

@@ -188,8 +188,8 @@ void Search::settle() {
   screenings_.clear();
   nothing_ = &fit_once(nothing.model, nothing.noise);
   best_ = &fit_once(found.model, found.noise);
+  // Also when the work is spent: without its rivals the best would look surer than it is.
   for (const Fit& one : near) {
-    if (spent()) break;
     const Fit& again = fit_once(one.model, one.noise);
     if (again.score > best_->score) best_ = &again;
   }
