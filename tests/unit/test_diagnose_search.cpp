@@ -35,6 +35,19 @@ TEST(Search, NamesTwo) {
   EXPECT_EQ(found.name(), "steer_offset+yaw_inertia");
 }
 
+/// A heavier car on a slicker road corners as before: neither shows by itself.
+TEST(Search, NamesTwoThatHideEachOther) {
+  DiagnoseRig rig;
+  const ModelSpec truth = rig.with(rig.with("mass", {0.12}), "friction_scale", {-0.095});
+  const Searched found(rig, rig.simulate(truth, {30, 34, 1}));
+  EXPECT_EQ(found.name(), "mass+friction_scale");
+  const Fit& nothing = found.search.nothing();
+  const std::vector<Extension> pairs = best_pairs(found.problem, nothing, screen(found.problem, nothing), 3);
+  ASSERT_EQ(pairs.size(), 3u);
+  EXPECT_EQ(rig.catalogue().name(pairs.front().start), "mass+friction_scale");
+  EXPECT_GE(pairs[0].gain, pairs[1].gain);
+}
+
 TEST(Search, NamesNothingWhenNothingIsMissing) {
   DiagnoseRig rig;
   const Searched found(rig, rig.simulate(rig.catalogue().bare(), {30, 35, 1}));

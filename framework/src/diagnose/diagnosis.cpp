@@ -13,14 +13,15 @@
 namespace gripline::diagnose {
 namespace {
 
-constexpr double no_worse = 1.02;         // errors on data not fitted, over those of the nominal model
-constexpr double no_noise = 0.05;         // of the stated: a log with less has none
-constexpr double most_in_one_lap = 0.9;   // confidence in an effect of place that was passed once
-constexpr double worth_adding = 3.0;      // log evidence an effect must bring
-constexpr double beyond_doubt = 15.0;     // log evidence that needs no second witness
-constexpr double same_evidence = 2.0;     // models closer than this cannot be told apart
-constexpr double all_but_sure = 0.98;     // chance that a set of equals holds the truth
-constexpr double ninety_five = 1.959964;  // standard deviations of a 95 % interval
+constexpr double no_worse = 1.02;            // errors on data not fitted, over those of the nominal model
+constexpr double no_worse_when_rough = 1.1;  // the same where they are mostly the road's
+constexpr double no_noise = 0.05;            // of the stated: a log with less has none
+constexpr double most_in_one_lap = 0.9;      // confidence in an effect of place that was passed once
+constexpr double worth_adding = 3.0;         // log evidence an effect must bring
+constexpr double beyond_doubt = 15.0;        // log evidence that needs no second witness
+constexpr double same_evidence = 2.0;        // models closer than this cannot be told apart
+constexpr double all_but_sure = 0.98;        // chance that a set of equals holds the truth
+constexpr double ninety_five = 1.959964;     // standard deviations of a 95 % interval
 
 std::vector<Nuisance> read_uncertainty(const CaseOptions& options, const Catalogue& catalogue) {
   std::vector<Nuisance> nuisances;
@@ -153,9 +154,10 @@ Diagnosis Diagnoser::run(std::span<const LogFile> given, std::span<const LogFile
   const bool imitation = d.verdict == Verdict::unknown && !d.named.empty() && d.gap.closure < 0.5;
   // Where nothing is named only refitted nuisances differ, and what stands beyond doubt may be small or rest during the
   // laps held out or drown in a rough road: these only must not do harm.
-  const bool sure =
-      d.named.empty() || d.fit.score - d.nothing.score > beyond_doubt || rough_road(problem_, d.fit.noise);
-  const bool no_better = sure ? d.gap.after > no_worse * d.gap.before : d.gap.after >= d.gap.before;
+  const bool rough = rough_road(problem_, d.fit.noise);
+  const bool sure = d.named.empty() || d.fit.score - d.nothing.score > beyond_doubt || rough;
+  const bool no_better =
+      sure ? d.gap.after > (rough ? no_worse_when_rough : no_worse) * d.gap.before : d.gap.after >= d.gap.before;
   if (no_better || imitation) take_back(search, d);
   if (d.verdict == Verdict::nothing_missing) find_floors(search, d);
   d.sentence = sentence(d);

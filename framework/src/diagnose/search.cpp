@@ -132,6 +132,20 @@ void Search::grow() {
   }
 }
 
+/// Where more than one effect is missing, the two may hide each other and be no one's neighbours in the beam.
+void Search::try_pairs() {
+  constexpr std::size_t most = 3;
+  if (best_->model.members.size() < 2) return;
+  const Fit* const grown = best_;
+  for (const Extension& pair : best_pairs(problem_, *nothing_, screen_once(*nothing_), most)) {
+    Fit& rough = rough_fit(pair.start, nothing_->noise, best_->score - 2.0 * unfinished(best_->score, nothing_->score));
+    const bool near = rough.score > best_->score - unfinished(best_->score, nothing_->score);
+    if (near && finish(rough).score > best_->score) best_ = &rough;
+  }
+  if (best_ != grown)
+    while (grow_once()) continue;
+}
+
 /// Tries the best model with fewer effects and with one exchanged.
 void Search::polish() {
   for (bool moved = true; moved && !spent();) {
@@ -240,6 +254,7 @@ void Search::run() {
   best_ = nothing_;
   find_synonyms(screen_once(*nothing_));
   grow();
+  try_pairs();
   tell(2);
   polish();
   charge_by_road();

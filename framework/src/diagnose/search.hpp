@@ -70,6 +70,7 @@ class Search {
   /// What the last effect of a model of this size must bring.
   double required(std::size_t size) const;
   void grow();
+  void try_pairs();
   void polish();
   void settle();
   void charge_by_road();
