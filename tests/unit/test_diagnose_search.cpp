@@ -42,8 +42,8 @@ TEST(Search, NamesTwoThatHideEachOther) {
   const Searched found(rig, rig.simulate(truth, {30, 34, 1}));
   EXPECT_EQ(found.name(), "mass+friction_scale");
   const Fit& nothing = found.search.nothing();
-  const std::vector<Extension> pairs = best_pairs(found.problem, nothing, screen(found.problem, nothing), 3);
-  ASSERT_EQ(pairs.size(), 3u);
+  const std::vector<Extension> pairs = best_pairs(found.problem, nothing, screen(found.problem, nothing));
+  ASSERT_GT(pairs.size(), 1u);
   EXPECT_EQ(rig.catalogue().name(pairs.front().start), "mass+friction_scale");
   EXPECT_GE(pairs[0].gain, pairs[1].gain);
 }

@@ -53,6 +53,7 @@ std::vector<double> integrate(const std::vector<double>& A, double h, std::vecto
   return z;
 }
 
+/// To within what the power series leaves out at its longest step.
 TEST(Transition, AgreesWithIntegrationAlsoWhereItIsStiff) {
   constexpr double h = 0.02;
   for (const double lag_rate : {15.0, 400.0, 1500.0}) {

@@ -218,7 +218,6 @@ void candidate_directions(const Catalogue& catalogue, const ModelSpec& model, co
         for (std::size_t r = 0; r < 3; ++r)
           d.rate[k * 3 + r] = (rates[k * channels + 3 + r] - lm.rate[k * 3 + r]) / unit;
       directions.push_back(std::move(d));
-      group.units.push_back(1.0);
     } else {
       ModelSpec more = with_values(catalogue, model, i, at_neutral(c));
       StagedCar car = catalogue.build(more);
@@ -239,7 +238,6 @@ void candidate_directions(const Catalogue& catalogue, const ModelSpec& model, co
       if (shapes.empty() || shapes.size() == all.size()) {
         for (Direction& d : all) {
           directions.push_back(std::move(d));
-          group.units.push_back(1.0);
         }
       } else {
         // Scan the first shape parameter; the strength is the first parameter that does something.
@@ -255,7 +253,6 @@ void candidate_directions(const Catalogue& catalogue, const ModelSpec& model, co
           else
             exact_directions(car, trace, lm.memory, seed, one);
           directions.push_back(std::move(one.front()));
-          group.units.push_back(1.0);
           std::vector<double> start = c.defaults;
           start[c.fitted[shapes.front()]] = value;
           group.starts.push_back(std::move(start));

@@ -21,7 +21,6 @@ struct Group {
   std::size_t candidate = 0;
   std::size_t first = 0, count = 0;         // among the directions
   std::vector<std::vector<double>> starts;  // scanned candidates: for each direction all parameters at that start
-  std::vector<double> units;  // of each direction: parameter change it stands for is units times its coefficient
 };
 
 /// Directions of every candidate that may be named and is not in the model, from its neutral value. `lm` is the model's.

@@ -83,8 +83,7 @@ Screening screen(const Problem& problem, const Fit& fitted) {
   return out;
 }
 
-std::vector<Extension> best_pairs(const Problem& problem, const Fit& fitted, const Screening& screening,
-                                  std::size_t most) {
+std::vector<Extension> best_pairs(const Problem& problem, const Fit& fitted, const Screening& screening) {
   const Catalogue& catalogue = *problem.catalogue;
   std::vector<Extension> pairs;
   for (const Group& a : screening.groups)
@@ -104,7 +103,6 @@ std::vector<Extension> best_pairs(const Problem& problem, const Fit& fitted, con
       pairs.push_back(std::move(pair));
     }
   std::stable_sort(pairs.begin(), pairs.end(), [](const Extension& a, const Extension& b) { return a.gain > b.gain; });
-  pairs.resize(std::min(pairs.size(), most));
   return pairs;
 }
 

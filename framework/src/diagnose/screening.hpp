@@ -21,9 +21,8 @@ struct Screening {
   std::vector<Group> groups;
 };
 Screening screen(const Problem& problem, const Fit& fitted);
-/// The pairs of candidates with one parameter each that together would bring most, best first: two effects that hide each
+/// Pairs of candidates with one parameter each, those that together would bring most first: two effects that hide each
 /// other show little of either alone.
-std::vector<Extension> best_pairs(const Problem& problem, const Fit& fitted, const Screening& screening,
-                                  std::size_t most);
+std::vector<Extension> best_pairs(const Problem& problem, const Fit& fitted, const Screening& screening);
 
 }  // namespace gripline::diagnose

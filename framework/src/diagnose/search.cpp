@@ -76,6 +76,12 @@ void Search::find_synonyms(const Screening& s) {
     }
 }
 
+bool Search::left_out(std::size_t candidate) const {
+  return std::any_of(synonyms_.begin(), synonyms_.end(), [&](const auto& kept) {
+    return std::find(kept.second.begin(), kept.second.end(), candidate) != kept.second.end();
+  });
+}
+
 std::vector<const Fit*> Search::extend(const Fit& from, std::size_t tries, double rival, double enough) {
   const Screening& s = screen_once(from);
   std::vector<const Fit*> fits;
@@ -84,14 +90,11 @@ std::vector<const Fit*> Search::extend(const Fit& from, std::size_t tries, doubl
   for (const Extension& e : s.extensions) best_gain = std::max(best_gain, e.gain);
   for (const Extension& e : s.extensions) {
     if (rough.size() >= tries || (spent() && !rough.empty())) break;
-    const bool synonym = std::any_of(synonyms_.begin(), synonyms_.end(), [&](const auto& kept) {
-      return std::find(kept.second.begin(), kept.second.end(), e.candidate) != kept.second.end();
-    });
     const double penalty = problem_.charge(e.dof);
     // Predicted gains are good to a factor of two, and too low where the noise still holds what is missing: that weighs
     // on effects of many parameters.
     const double wanted = e.dof > 3 ? 0.5 * penalty : penalty + 0.4 * required(e.start.members.size());
-    if (synonym || e.gain < wanted || e.gain < 0.03 * best_gain) continue;
+    if (left_out(e.candidate) || e.gain < wanted || e.gain < 0.03 * best_gain) continue;
     // What cannot come near the best so far is told early; twice the margin, for it is told from less.
     rough.push_back(&rough_fit(e.start, from.noise, best - 2.0 * unfinished(best, from.score)));
     best = std::max(best, rough.back()->score);
@@ -137,13 +140,18 @@ void Search::try_pairs() {
   constexpr std::size_t most = 3;
   if (best_->model.members.size() < 2) return;
   const Fit* const grown = best_;
-  for (const Extension& pair : best_pairs(problem_, *nothing_, screen_once(*nothing_), most)) {
+  std::size_t tries = 0;
+  for (const Extension& pair : best_pairs(problem_, *nothing_, screen_once(*nothing_))) {
+    const auto& members = pair.start.members;
+    if (std::any_of(members.begin(), members.end(), [&](std::size_t m) { return left_out(m); })) continue;
+    if (tries++ == most || spent()) break;
     Fit& rough = rough_fit(pair.start, nothing_->noise, best_->score - 2.0 * unfinished(best_->score, nothing_->score));
     const bool near = rough.score > best_->score - unfinished(best_->score, nothing_->score);
     if (near && finish(rough).score > best_->score) best_ = &rough;
   }
-  if (best_ != grown)
-    while (grow_once()) continue;
+  // Not beyond the largest model: whether that is enough is asked along its own reference.
+  const auto may_grow = [&] { return best_->model.members.size() < options_.max_effects && !spent(); };
+  while (best_ != grown && may_grow() && grow_once()) continue;
 }
 
 /// Tries the best model with fewer effects and with one exchanged.

@@ -62,6 +62,8 @@ class Search {
   /// Enough was tried: what follows only brings to an end what was begun.
   bool spent() const { return work_ > options_.most_work * std::max(1.0, problem_.seconds() / 60.0); }
   void find_synonyms(const Screening& screening);
+  /// Whether another does exactly the same and stands for it.
+  bool left_out(std::size_t candidate) const;
   /// The best extensions of a model, best first, well fitted where they come near the score of a `rival`; only one when
   /// its score is enough.
   std::vector<const Fit*> extend(const Fit& from, std::size_t tries,
