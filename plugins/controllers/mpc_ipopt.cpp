@@ -16,7 +16,7 @@
 #include <gripline/plugin.hpp>
 #include <vector>
 
-#include "controllers/mpc_problem.hpp"
+#include "common/mpc/mpc_problem.hpp"
 
 namespace {
 
@@ -403,8 +403,8 @@ class MpcIpopt final : public gripline::Controller {
                    param("tolerance", &Params::tolerance, "1", {1e-12, 1e-2}, "Ipopt's tolerance")});
   }
 
-  MpcIpopt(const gripline::Surroundings& around, const Params& params)
-      : problem_(params, around.car, around.dt), params_(params), program_(new Program) {
+  MpcIpopt(const gripline::PluginContext& context, const Params& params)
+      : problem_(params, context.car, context.dt), params_(params), program_(new Program) {
     const auto options = application_.Options();
     options->SetIntegerValue("print_level", 0);
     options->SetStringValue("sb", "yes");

@@ -36,7 +36,7 @@ class PurePursuit final : public Controller {
         param("k_i", &Params::k_i, "1/s2", {0, 1e3}, "acceleration per integrated error of speed")};
   }
 
-  PurePursuit(const Surroundings& around, const Params& params) : car_(around.car), dt_(around.dt), k_(params) {}
+  PurePursuit(const PluginContext& context, const Params& params) : car_(context.car), dt_(context.dt), k_(params) {}
 
   int horizon() const noexcept override { return k_.horizon + 1; }
 

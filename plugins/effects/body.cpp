@@ -40,7 +40,7 @@ class AeroDrag final : public gripline::AutoDiffEffect<AeroDrag> {
   static constexpr auto parameters() {
     return std::tuple{param("a", &Params<double>::a, "m/s2", {-50, 50}, "deceleration at v_ref").fit(0, 0.05, 0.1)};
   }
-  explicit AeroDrag(const gripline::Surroundings& around) : v_ref_(around.car.v_ref) {}
+  explicit AeroDrag(const gripline::PluginContext& context) : v_ref_(context.car.v_ref) {}
   Stage stage() const noexcept override { return Stage::body; }
   template <class T>
   void act(Point<T>& p, const Params<T>& k) const {

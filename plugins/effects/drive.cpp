@@ -18,7 +18,7 @@ using std::max;
 
 class DriveEffect {
  public:
-  explicit DriveEffect(const gripline::Surroundings& around) : v_ref_(around.car.v_ref) {}
+  explicit DriveEffect(const gripline::PluginContext& context) : v_ref_(context.car.v_ref) {}
 
  protected:
   double v_ref_;

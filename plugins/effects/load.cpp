@@ -105,7 +105,7 @@ class Downforce final : public gripline::AutoDiffEffect<Downforce> {
     return std::tuple{
         param("k", &Params<double>::k, "1", {-0.9, 5}, "relative gain of axle load at v_ref").fit(0, 0.02, 0.05)};
   }
-  explicit Downforce(const gripline::Surroundings& around) : v_ref_(around.car.v_ref) {}
+  explicit Downforce(const gripline::PluginContext& context) : v_ref_(context.car.v_ref) {}
   Stage stage() const noexcept override { return Stage::load; }
   template <class T>
   void act(Point<T>& p, const Params<T>& k) const {

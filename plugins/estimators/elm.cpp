@@ -22,10 +22,10 @@
 #include <Eigen/Cholesky>
 #include <gripline/plugin.hpp>
 
-#include "axle_table.hpp"
-#include "hidden_layer.hpp"
-#include "tyre_correction.hpp"
-#include "window_gram.hpp"
+#include "common/learning/axle_table.hpp"
+#include "common/learning/hidden_layer.hpp"
+#include "common/learning/tyre_correction.hpp"
+#include "common/learning/window_gram.hpp"
 
 namespace {
 
@@ -67,15 +67,15 @@ class Elm final : public gripline::AutoDiffEffect<Elm, gripline::Estimator> {
         gripline::ellipse_parameters<P>());
   }
 
-  Elm(const gripline::Surroundings& around, const Params& params)
+  Elm(const gripline::PluginContext& context, const Params& params)
       : params_(params),
-        car_(around.car),
-        drive_(around),
-        random_(around.seed),
+        car_(context.car),
+        drive_(context),
+        random_(context.seed),
         front_layer_(params.hidden, params.slip_cap, random_),
         rear_layer_(params.hidden, params.slip_cap, random_),
         gram_(unknowns(), 3, params.window, params.retain),
-        mu_init_(around.mu_init),
+        mu_init_(context.mu_init),
         ellipse_{params.ellipse, params.drive_front, params.brake_front},
         visited_{params.slip_start, params.slip_start} {
     for (auto* vector : {&weights_, &velocity_, &gradient_}) vector->setZero(unknowns());

@@ -21,10 +21,10 @@
 #include <gripline/plugin.hpp>
 #include <stdexcept>
 
-#include "axle_table.hpp"
-#include "difference_rls.hpp"
-#include "generic_tyres.hpp"
-#include "tyre_correction.hpp"
+#include "common/learning/axle_table.hpp"
+#include "common/learning/difference_rls.hpp"
+#include "common/learning/generic_tyres.hpp"
+#include "common/learning/tyre_correction.hpp"
 
 namespace {
 
@@ -66,17 +66,17 @@ class ElmRls : public gripline::AutoDiffEffect<ElmRls, gripline::Estimator> {
         gripline::ellipse_parameters<P>());
   }
 
-  ElmRls(const gripline::Surroundings& around, const Params& params)
+  ElmRls(const gripline::PluginContext& context, const Params& params)
       : params_(params),
-        car_(around.car),
-        drive_(around),
-        random_(around.seed),
-        front_tyres_(params.hidden, prior(expected(around, params)), random_),
-        rear_tyres_(params.hidden, prior(expected(around, params)), random_),
+        car_(context.car),
+        drive_(context),
+        random_(context.seed),
+        front_tyres_(params.hidden, prior(expected(context, params)), random_),
+        rear_tyres_(params.hidden, prior(expected(context, params)), random_),
         rls_(unknowns(), channels),
         load_{car_.m * gripline::gravity * car_.lr / (car_.lf + car_.lr),
               car_.m * gripline::gravity * car_.lf / (car_.lf + car_.lr)},
-        expected_(expected(around, params)),
+        expected_(expected(context, params)),
         gyration_(std::sqrt(car_.Iz / car_.m)),
         ellipse_{params.ellipse, params.drive_front, params.brake_front},
         sigma_{params.sigma_v, params.sigma_v, params.sigma_omega},
@@ -140,8 +140,8 @@ class ElmRls : public gripline::AutoDiffEffect<ElmRls, gripline::Estimator> {
   static constexpr double misfit_gain = 0.02;     // per step, of matching the misfit
   static constexpr double telling_share = 0.4;    // of friction: forces below say nothing of a sudden change
 
-  static double expected(const gripline::Surroundings& around, const Params& params) {
-    return params.friction > 0 ? params.friction : around.mu_init;
+  static double expected(const gripline::PluginContext& context, const Params& params) {
+    return params.friction > 0 ? params.friction : context.mu_init;
   }
   gripline::TyrePrior prior(double mu) const {
     return {params_.stiffness,      params_.stiffness_spread, params_.shape, params_.shape_spread, mu,
@@ -320,8 +320,8 @@ class ElmRls : public gripline::AutoDiffEffect<ElmRls, gripline::Estimator> {
 /// car is a black box.
 class ToldElmRls final : public ElmRls {
  public:
-  ToldElmRls(const gripline::Surroundings& around, const Params& params)
-      : ElmRls(around, params), truth_(around.truth) {
+  ToldElmRls(const gripline::PluginContext& context, const Params& params)
+      : ElmRls(context, params), truth_(context.truth) {
     if (truth_ == nullptr) throw std::runtime_error("elm_rls_told needs the truth of a world; there is none here");
   }
   gripline::Belief belief() const override {

@@ -16,7 +16,7 @@
 #include <random>
 #include <vector>
 
-#include "tyre_correction.hpp"
+#include "common/learning/tyre_correction.hpp"
 
 namespace {
 
@@ -71,16 +71,12 @@ class LookBack final : public gripline::AutoDiffEffect<LookBack, gripline::Estim
                       param("centre_C", &P::centre_C, "1", {0.5, 3}, "centre of C without truth")};
   }
 
-  LookBack(const gripline::Surroundings& around, const Params& params)
-      : params_(params),
-        car_(around.car),
-        drive_(around),
-        truth_(around.truth),
-        random_(around.seed) {
+  LookBack(const gripline::PluginContext& context, const Params& params)
+      : params_(params), car_(context.car), drive_(context), truth_(context.truth), random_(context.seed) {
     const double weight = car_.m * gripline::gravity / (car_.lf + car_.lr);
     load_[0] = weight * car_.lr;
     load_[1] = weight * car_.lf;
-    centre_ = truth_ != nullptr ? true_model() : generic_model(around.mu_init);
+    centre_ = truth_ != nullptr ? true_model() : generic_model(context.mu_init);
     if (truth_ != nullptr) learn_true_resistance();
     bank_.reserve(static_cast<std::size_t>(params.models));
     for (int i = 0; i < params.models; ++i) bank_.push_back({draw(centre_.front), draw(centre_.rear)});

@@ -7,7 +7,7 @@ namespace {
 
 class Oracle final : public gripline::Estimator {
  public:
-  explicit Oracle(const gripline::Surroundings& around) : truth_(around.truth) {
+  explicit Oracle(const gripline::PluginContext& context) : truth_(context.truth) {
     if (truth_ == nullptr) throw std::runtime_error("oracle needs the truth of a world; there is none here");
   }
 

@@ -2,7 +2,7 @@
 // adaptive speed.   v_ref(s) = pace * v(s; mu)
 #include <array>
 
-#include "line_planner.hpp"
+#include "common/line/line_planner.hpp"
 
 namespace {
 
@@ -21,11 +21,11 @@ class FixedSpeed final : public SpeedPlanner {
                                            "plan for mu_init until then, whatever mu is")});
   }
 
-  FixedSpeed(const Surroundings& around, const Params& params)
-      : mu_(params.mu > 0 ? params.mu : around.mu_init),
-        mu_start_(params.careful_until > 0 ? around.mu_init : mu_),
+  FixedSpeed(const PluginContext& context, const Params& params)
+      : mu_(params.mu > 0 ? params.mu : context.mu_init),
+        mu_start_(params.careful_until > 0 ? context.mu_init : mu_),
         careful_until_(params.careful_until),
-        planner_(around, params, std::array{std::min(mu_, mu_start_), std::max(mu_, mu_start_)}) {}
+        planner_(context, params, std::array{std::min(mu_, mu_start_), std::max(mu_, mu_start_)}) {}
 
   void plan(const Observation& now, const Belief& /*belief*/, const TyreCurve* /*learned*/,
             std::span<RefPoint> horizon) override {

@@ -4,7 +4,7 @@
 //
 // Source: Kalaria, Lin, Dolan, Algorithm 1 line 14. Each profile of the grid is computed from the car's own drive,
 // brake and steering limits (speed_profile.hpp).
-#include "line_planner.hpp"
+#include "common/line/line_planner.hpp"
 
 namespace {
 
@@ -24,10 +24,10 @@ class FrictionSpeed final : public SpeedPlanner {
                                            "fastest rise of the planned friction; 0: at once, as published")});
   }
 
-  FrictionSpeed(const Surroundings& around, const Params& params)
-      : car_(around.car),
-        step_(params.rise > 0 ? params.rise * around.dt : std::numeric_limits<double>::infinity()),
-        planner_(around, params, grid(params)) {}
+  FrictionSpeed(const PluginContext& context, const Params& params)
+      : car_(context.car),
+        step_(params.rise > 0 ? params.rise * context.dt : std::numeric_limits<double>::infinity()),
+        planner_(context, params, grid(params)) {}
 
   void plan(const Observation& now, const Belief& belief, const TyreCurve* /*learned*/,
             std::span<RefPoint> horizon) override {

@@ -7,7 +7,7 @@
 //
 // Source: Kalaria, Lin, Dolan, eq. (ekin_model), with lr / L (centre of gravity to rear axle) where the paper prints
 // lf / L, and 1 / L where the published code multiplies. The vx' inside the last two rows leaves the slope out.
-#include "no_slip_car.hpp"
+#include "common/vehicle/no_slip_car.hpp"
 
 namespace {
 

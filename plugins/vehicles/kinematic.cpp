@@ -12,7 +12,7 @@
 //
 // A state that starts on the map stays on it. Source: Rajamani, Vehicle Dynamics and Control, section 2.2; the paper's
 // eq. (kin_model) with lr, not lf, in beta. The drive force acts along v, as there.
-#include "no_slip_car.hpp"
+#include "common/vehicle/no_slip_car.hpp"
 
 namespace {
 

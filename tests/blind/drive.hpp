@@ -2,8 +2,8 @@
 // hands and feet of a person.
 #pragma once
 
+#include "blind/sizes.hpp"
 #include "geometry/track.hpp"
-#include "sizes.hpp"
 
 namespace gripline::blind {
 

@@ -5,12 +5,12 @@
 #include <iostream>
 #include <set>
 
+#include "blind/road.hpp"
+#include "blind/simulate.hpp"
 #include "config/json_file.hpp"
-#include "csv_writer.hpp"
-#include "registry.hpp"
-#include "road.hpp"
-#include "simulate.hpp"
-#include "world_spec.hpp"
+#include "plugin/registry.hpp"
+#include "util/csv_writer.hpp"
+#include "world/world_spec.hpp"
 
 namespace gripline::blind {
 namespace {

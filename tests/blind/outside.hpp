@@ -4,7 +4,7 @@
 
 #include <gripline/plugin.hpp>
 
-#include "sizes.hpp"
+#include "blind/sizes.hpp"
 
 namespace gripline::blind {
 

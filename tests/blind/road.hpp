@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <fstream>
 
-#include "sizes.hpp"
+#include "blind/sizes.hpp"
 
 namespace gripline::blind {
 

@@ -4,10 +4,10 @@
 
 #include <optional>
 
-#include "diagnose/candidates.hpp"
-#include "diagnose/trace.hpp"
-#include "drive.hpp"
-#include "outside.hpp"
+#include "blind/drive.hpp"
+#include "blind/outside.hpp"
+#include "diagnose/model/candidates.hpp"
+#include "measured/trace.hpp"
 
 namespace gripline::blind {
 

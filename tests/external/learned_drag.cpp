@@ -10,8 +10,8 @@ class LearnedDrag final : public gripline::AutoDiffEffect<LearnedDrag, gripline:
   static constexpr auto parameters() {
     return std::tuple{gripline::param("rate", &Params::rate, "1", {0, 2}, "step of normalised LMS")};
   }
-  LearnedDrag(const gripline::Surroundings& around, const Params& params)
-      : rate_(params.rate), belief_{around.mu_init, around.mu_init, 0, 0, false} {}
+  LearnedDrag(const gripline::PluginContext& context, const Params& params)
+      : rate_(params.rate), belief_{context.mu_init, context.mu_init, 0, 0, false} {}
 
   void update(const gripline::Sample& k) override {
     const double regressor = -k.x.vx * k.x.vx;

@@ -2,8 +2,8 @@
 #include <gtest/gtest.h>
 
 #include "config/json_file.hpp"
-#include "full_size_limit.hpp"
-#include "world_spec.hpp"
+#include "support/full_size_limit.hpp"
+#include "world/world_spec.hpp"
 
 namespace gripline {
 namespace {

@@ -2,9 +2,9 @@
 // forces of one run.
 #include <gtest/gtest.h>
 
-#include "../run/program.hpp"
-#include "experiment.hpp"
-#include "validation.hpp"
+#include "experiment/experiment.hpp"
+#include "experiment/validation.hpp"
+#include "support/program.hpp"
 
 namespace gripline {
 namespace {

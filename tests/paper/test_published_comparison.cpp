@@ -3,8 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "../run/program.hpp"
-#include "csv.hpp"
+#include "support/program.hpp"
+#include "util/csv.hpp"
 
 namespace gripline {
 namespace {

@@ -6,9 +6,9 @@
 #include <clocale>
 #include <cstdlib>
 
-#include "csv.hpp"
-#include "out_folder.hpp"
-#include "program.hpp"
+#include "experiment/out_folder.hpp"
+#include "support/program.hpp"
+#include "util/csv.hpp"
 
 namespace gripline {
 namespace {

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "program.hpp"
+#include "support/program.hpp"
 
 namespace gripline {
 namespace {

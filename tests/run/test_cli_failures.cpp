@@ -8,8 +8,8 @@
 #include <chrono>
 #include <thread>
 
-#include "csv.hpp"
-#include "program.hpp"
+#include "support/program.hpp"
+#include "util/csv.hpp"
 
 namespace gripline {
 namespace {

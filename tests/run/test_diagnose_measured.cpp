@@ -6,9 +6,9 @@
 #include <fstream>
 
 #include "config/json_file.hpp"
-#include "csv.hpp"
-#include "program.hpp"
-#include "reference_data.hpp"
+#include "support/program.hpp"
+#include "support/reference_data.hpp"
+#include "util/csv.hpp"
 
 namespace gripline {
 namespace {

@@ -5,8 +5,8 @@
 
 #include <fstream>
 
-#include "csv.hpp"
-#include "program.hpp"
+#include "support/program.hpp"
+#include "util/csv.hpp"
 
 namespace gripline {
 namespace {

@@ -3,8 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "csv.hpp"
-#include "program.hpp"
+#include "support/program.hpp"
+#include "util/csv.hpp"
 
 namespace gripline {
 namespace {
@@ -54,7 +54,7 @@ TEST_F(ExternalPlugin, AgainstTheHeadersAlone) {
   const Registry registry({built});
   const PluginEntry& entry = registry.find(abi::Kind::estimator, "demo.learned_drag");
   const std::vector<abi::ParamValue> values = {{0.5, {}}};
-  const auto estimator = create<Estimator>(entry, Surroundings{}, values);
+  const auto estimator = create<Estimator>(entry, PluginContext{}, values);
   for (int i = 0; i < 50; ++i) {
     Sample sample;
     sample.x.vx = 1.0 + 0.02 * i;

@@ -8,11 +8,11 @@
 #include <numbers>
 
 #include "config/json_file.hpp"
-#include "experiment.hpp"
+#include "experiment/experiment.hpp"
 #include "geometry/track_file.hpp"
 #include "geometry/track_import.hpp"
-#include "reference_data.hpp"
-#include "simulation.hpp"
+#include "race/simulation.hpp"
+#include "support/reference_data.hpp"
 
 namespace gripline {
 namespace {
@@ -152,7 +152,7 @@ TEST(FullSize, KnownThrottleAndBrakeMapIsTheCarsOwn) {
   };
   const Plane plane;
   const PluginEntry& entry = registry().find(abi::Kind::plant, "double_track");
-  const auto plant = create<Plant>(entry, Surroundings{}, spec.plant.values);
+  const auto plant = create<Plant>(entry, PluginContext{}, spec.plant.values);
   /// Acceleration at a speed with everything settled and no change of gear near, and that speed.
   const auto plant_rate = [&](double v, double d) {
     State x;
@@ -168,10 +168,10 @@ TEST(FullSize, KnownThrottleAndBrakeMapIsTheCarsOwn) {
     "planner": {"plugin": "fixed_speed"}, "controller": {"plugin": "pure_pursuit"}})"),
                                      registry(), spec.car, errors);
   errors.throw_if_any();
-  Surroundings around;
-  around.car = spec.car.car;
-  around.dt = spec.dt;
-  const Vehicle vehicle(stack.model, around);
+  PluginContext context;
+  context.car = spec.car.car;
+  context.dt = spec.dt;
+  const Vehicle vehicle(stack.model, context);
   CorrectedModel model(vehicle.car(), {spec.dt, spec.hold, stack.model.integration});
   for (const double d : {1.0, 0.5, 0.0, -0.3, -0.7})
     for (const double v : {18.0, 21.0, 24.0, 33.0, 36.0, 40.0}) {

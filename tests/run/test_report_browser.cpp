@@ -14,7 +14,7 @@
 
 #include "report/columns.hpp"
 #include "report/report.hpp"
-#include "report_sample.hpp"
+#include "support/report_sample.hpp"
 
 namespace gripline::report {
 namespace {

@@ -50,7 +50,7 @@ struct PluginDecl {
   int precedence;
   /// Returns a pointer to the interface of the kind (VehicleModel*, Effect*, ...) as void*, or null with a message in
   /// error (at most error_size bytes, terminated).
-  void* (*create)(const Surroundings*, const ParamValue*, char* error, std::size_t error_size);
+  void* (*create)(const PluginContext*, const ParamValue*, char* error, std::size_t error_size);
   void (*destroy)(void*);
 };
 
@@ -86,7 +86,7 @@ constexpr std::uint64_t layout_hash() {
                                    sizeof(LinePoint),
                                    sizeof(Table),
                                    sizeof(LineOptions),
-                                   sizeof(Surroundings),
+                                   sizeof(PluginContext),
                                    sizeof(ParamDecl),
                                    sizeof(ParamValue),
                                    sizeof(PluginDecl),

@@ -177,7 +177,7 @@ class Plant {
 };
 
 /// What an instance is made from, beside its own parameters. Pointers outlive the instance.
-struct Surroundings {
+struct PluginContext {
   Car car;
   double dt = 0;                    // control step [s]
   Hold hold = Hold::zoh;            // what commands do within a step

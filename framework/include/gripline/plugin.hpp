@@ -6,7 +6,7 @@
 //     static constexpr auto parameters() {
 //       return std::tuple{gripline::param("a", &Params<double>::a, "m/s2", {-5, 5}, "drag at v_ref").fit(0, 0.1, 0.3)};
 //     }
-//     explicit Drag(const gripline::Surroundings& around) : v_ref_(around.car.v_ref) {}
+//     explicit Drag(const gripline::PluginContext& context) : v_ref_(context.car.v_ref) {}
 //     gripline::Stage stage() const noexcept override { return gripline::Stage::body; }
 //     template <class T> void act(gripline::Point<T>& p, const Params<T>& k) const {
 //       p.q.ax -= k.a * gripline::square(p.q.vx / v_ref_);
@@ -156,18 +156,18 @@ template <class D>
 inline constexpr auto param_decls = make_param_decls<D>();
 
 template <class D>
-std::unique_ptr<D> construct(const Surroundings& around, const abi::ParamValue* values) {
+std::unique_ptr<D> construct(const PluginContext& context, const abi::ParamValue* values) {
   if constexpr (HasParamStruct<D>) {
-    return std::make_unique<D>(around, bind_struct<D>(values));
-  } else if constexpr (std::is_constructible_v<D, const Surroundings&>) {
-    return std::make_unique<D>(around);
+    return std::make_unique<D>(context, bind_struct<D>(values));
+  } else if constexpr (std::is_constructible_v<D, const PluginContext&>) {
+    return std::make_unique<D>(context);
   } else {
     return std::make_unique<D>();
   }
 }
 
 template <class D, class Base>
-void* create(const Surroundings* around, const abi::ParamValue* values, char* error, std::size_t size) {
+void* create(const PluginContext* context, const abi::ParamValue* values, char* error, std::size_t size) {
   const auto fail = [&](const char* text) -> void* {
     if (size > 0) {
       std::strncpy(error, text, size - 1);
@@ -176,7 +176,7 @@ void* create(const Surroundings* around, const abi::ParamValue* values, char* er
     return nullptr;
   };
   try {
-    return static_cast<Base*>(construct<D>(*around, values).release());
+    return static_cast<Base*>(construct<D>(*context, values).release());
   } catch (const std::exception& e) {
     return fail(e.what());
   } catch (...) {

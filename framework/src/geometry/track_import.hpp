@@ -4,8 +4,8 @@
 #include <span>
 #include <vector>
 
-#include "csv.hpp"
 #include "geometry/track.hpp"
+#include "util/csv.hpp"
 
 namespace gripline {
 

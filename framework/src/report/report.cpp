@@ -3,10 +3,10 @@
 #include <system_error>
 
 #include "config/errors.hpp"
-#include "csv_writer.hpp"
 #include "report/figures.hpp"
 #include "report/inputs.hpp"
 #include "report/page.hpp"
+#include "util/csv_writer.hpp"
 
 namespace gripline::report {
 namespace {

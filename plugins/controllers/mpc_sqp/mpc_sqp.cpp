@@ -8,7 +8,7 @@
 #include <memory>
 #include <vector>
 
-#include "controllers/mpc_problem.hpp"
+#include "common/mpc/mpc_problem.hpp"
 #include "controllers/mpc_sqp/sqp.hpp"
 
 namespace {
@@ -29,8 +29,8 @@ class MpcSqp final : public Controller {
                          "largest last change of an input, as a share of its range")});
   }
 
-  MpcSqp(const Surroundings& around, const Params& params)
-      : problem_(params, around.car, around.dt),
+  MpcSqp(const PluginContext& context, const Params& params)
+      : problem_(params, context.car, context.dt),
         options_{.iterations = params.iterations, .tolerance = params.tolerance, .qp = {}} {}
 
   int horizon() const noexcept override { return problem_.horizon() + 1; }

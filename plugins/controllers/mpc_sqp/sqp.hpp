@@ -13,7 +13,7 @@
 #include <span>
 #include <vector>
 
-#include "controllers/mpc_problem.hpp"
+#include "common/mpc/mpc_problem.hpp"
 #include "controllers/mpc_sqp/curvature.hpp"
 #include "controllers/mpc_sqp/ocp_qp.hpp"
 

@@ -20,8 +20,8 @@
 #include <stdexcept>
 #include <vector>
 
-#include "../step_path.hpp"
-#include "sliding_gp.hpp"
+#include "common/learning/step_path.hpp"
+#include "estimators/gp/sliding_gp.hpp"
 
 namespace {
 
@@ -47,11 +47,11 @@ class Gp : public gripline::Estimator {
         param("tune_iterations", &P::tune_iterations, "1", {0, 1000}, "steps of a fit")};
   }
 
-  Gp(const gripline::Surroundings& around, const Params& params)
+  Gp(const gripline::PluginContext& context, const Params& params)
       : params_(params),
-        car_(around.car),
-        nominal_(around.nominal),
-        straight_(around),
+        car_(context.car),
+        nominal_(context.nominal),
+        straight_(context),
         processes_{gripline::gp::SlidingGp(params.window), gripline::gp::SlidingGp(params.window),
                    gripline::gp::SlidingGp(params.window)} {
     if (params.tune_at > params.window) throw std::runtime_error("gp: tune_at is larger than window");
@@ -189,7 +189,7 @@ class Gp : public gripline::Estimator {
 class ToldGp final : public Gp {
  public:
   using Params = GpParams;
-  ToldGp(const gripline::Surroundings& around, const Params& params) : Gp(around, params), truth_(around.truth) {
+  ToldGp(const gripline::PluginContext& context, const Params& params) : Gp(context, params), truth_(context.truth) {
     if (truth_ == nullptr) throw std::runtime_error("gp needs the truth of a world; there is none here");
   }
   gripline::Belief belief() const override { return {truth_->mu(Axle::front), truth_->mu(Axle::rear), 0, 0, tuned()}; }
@@ -243,8 +243,8 @@ class SlipBins {
 class OwnMuGp final : public Gp {
  public:
   using Params = GpParams;
-  OwnMuGp(const gripline::Surroundings& around, const Params& params)
-      : Gp(around, params), belief_{around.mu_init, around.mu_init, 0, 0, false} {}
+  OwnMuGp(const gripline::PluginContext& context, const Params& params)
+      : Gp(context, params), belief_{context.mu_init, context.mu_init, 0, 0, false} {}
   void update(const gripline::Sample& k) override {
     const auto before = seen();
     Gp::update(k);

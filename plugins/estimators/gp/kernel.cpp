@@ -1,4 +1,4 @@
-#include "kernel.hpp"
+#include "estimators/gp/kernel.hpp"
 
 #include <Eigen/Cholesky>
 #include <algorithm>

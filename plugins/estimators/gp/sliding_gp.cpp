@@ -1,4 +1,4 @@
-#include "sliding_gp.hpp"
+#include "estimators/gp/sliding_gp.hpp"
 
 #include <Eigen/Cholesky>
 #include <algorithm>

@@ -6,7 +6,7 @@
 
 #include <Eigen/Core>
 
-#include "kernel.hpp"
+#include "estimators/gp/kernel.hpp"
 
 namespace gripline::gp {
 

@@ -1,9 +1,9 @@
-#include "adaptive_laps.hpp"
+#include "planners/time_optimal/adaptive_laps.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-#include "tyre_fit.hpp"
+#include "planners/time_optimal/tyre_fit.hpp"
 
 namespace gripline::planning {
 

@@ -7,7 +7,7 @@
 
 #include <vector>
 
-#include "lap_library.hpp"
+#include "planners/time_optimal/lap_library.hpp"
 
 namespace gripline::planning {
 

@@ -1,4 +1,4 @@
-#include "base_line.hpp"
+#include "planners/time_optimal/base_line.hpp"
 
 #include <cmath>
 #include <numbers>

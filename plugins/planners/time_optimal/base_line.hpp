@@ -5,8 +5,8 @@
 
 #include <gripline/interfaces.hpp>
 
-#include "../closed_line.hpp"
-#include "lap_solver.hpp"
+#include "common/line/closed_line.hpp"
+#include "planners/time_optimal/lap_solver.hpp"
 
 namespace gripline::planning {
 

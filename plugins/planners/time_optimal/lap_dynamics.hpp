@@ -17,8 +17,8 @@
 
 #include <gripline/types.hpp>
 
-#include "second_order.hpp"
-#include "smooth_curve.hpp"
+#include "planners/time_optimal/second_order.hpp"
+#include "planners/time_optimal/smooth_curve.hpp"
 
 namespace gripline::planning {
 

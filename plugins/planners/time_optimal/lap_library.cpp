@@ -1,4 +1,4 @@
-#include "lap_library.hpp"
+#include "planners/time_optimal/lap_library.hpp"
 
 #include <unistd.h>
 

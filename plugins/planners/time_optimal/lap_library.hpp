@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "lap_plan.hpp"
+#include "planners/time_optimal/lap_plan.hpp"
 
 namespace gripline::planning {
 

@@ -1,4 +1,4 @@
-#include "lap_plan.hpp"
+#include "planners/time_optimal/lap_plan.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "lap_setup.hpp"
+#include "planners/time_optimal/lap_setup.hpp"
 
 namespace gripline::planning {
 

@@ -1,4 +1,4 @@
-#include "lap_setup.hpp"
+#include "planners/time_optimal/lap_setup.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -13,15 +13,15 @@ Grip grip_of(const Tyres& tyres) {
 
 /// The racing line keeps half the car inside; what the margin asks beyond that is asked of it as well, and that its
 /// turns can be driven, so that every node has room on both sides.
-ClosedLine compute_base(const Surroundings& around, double margin) {
-  if (around.course == nullptr) throw std::invalid_argument("a planner needs a course");
-  const Car& car = around.car;
+ClosedLine compute_base(const PluginContext& context, double margin) {
+  if (context.course == nullptr) throw std::invalid_argument("a planner needs a course");
+  const Car& car = context.car;
   const double wheelbase = car.lf + car.lr;
-  std::vector<LinePoint> samples(static_cast<std::size_t>(std::ceil(6.0 * around.course->length() / wheelbase)));
+  std::vector<LinePoint> samples(static_cast<std::size_t>(std::ceil(6.0 * context.course->length() / wheelbase)));
   LineOptions options;
   options.margin = std::max(0.0, margin - 0.4 * car.width);
   options.max_curvature = 0.8 * std::tan(car.delta_max) / wheelbase;
-  around.course->minimum_curvature(options, samples);
+  context.course->minimum_curvature(options, samples);
   return ClosedLine(std::move(samples));
 }
 
@@ -36,23 +36,23 @@ DriveCurves tabulate(const DriveLimits& limits) {
           table([&](double v) { return limits.brake(v); })};
 }
 
-Prediction& nominal_of(const Surroundings& around) {
-  if (around.nominal == nullptr) throw std::invalid_argument("a speed planner needs the stack's nominal model");
-  return *around.nominal;
+Prediction& nominal_of(const PluginContext& context) {
+  if (context.nominal == nullptr) throw std::invalid_argument("a speed planner needs the stack's nominal model");
+  return *context.nominal;
 }
 
 }  // namespace
 
-LapSetup::LapSetup(const Surroundings& around, const SetupOptions& options, const CarBelief& typical)
-    : car_(around.car),
+LapSetup::LapSetup(const PluginContext& context, const SetupOptions& options, const CarBelief& typical)
+    : car_(context.car),
       options_(options),
       typical_(typical),
-      limits_(nominal_of(around), around.car, typical.resistance.rolling, typical.resistance.drag),
-      base_(compute_base(around, options.margin)),
+      limits_(nominal_of(context), context.car, typical.resistance.rolling, typical.resistance.drag),
+      base_(compute_base(context, options.margin)),
       curves_(tabulate(limits_)) {
   const double spacing = options.spacing > 0 ? options.spacing : car_.lf + car_.lr;
   const auto count = static_cast<std::size_t>(std::clamp(std::ceil(base_.length() / spacing), 20.0, 4000.0));
-  nodes_ = place_nodes(base_, profile(typical.tyres), *around.course, options.margin, count);
+  nodes_ = place_nodes(base_, profile(typical.tyres), *context.course, options.margin, count);
 }
 
 std::vector<double> LapSetup::profile(const Tyres& tyres) const {

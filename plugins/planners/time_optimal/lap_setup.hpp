@@ -3,9 +3,9 @@
 
 #include <vector>
 
-#include "../speed_profile.hpp"
-#include "base_line.hpp"
-#include "lap_solver.hpp"
+#include "common/line/speed_profile.hpp"
+#include "planners/time_optimal/base_line.hpp"
+#include "planners/time_optimal/lap_solver.hpp"
 
 namespace gripline::planning {
 
@@ -19,7 +19,7 @@ struct SetupOptions {
 class LapSetup {
  public:
   /// Computes the base line (Course::minimum_curvature). `typical` places the nodes and shapes cold guesses.
-  LapSetup(const Surroundings& around, const SetupOptions& options, const CarBelief& typical);
+  LapSetup(const PluginContext& context, const SetupOptions& options, const CarBelief& typical);
 
   const ClosedLine& base() const { return base_; }
   const LapNodes& nodes() const { return nodes_; }

@@ -1,4 +1,4 @@
-#include "lap_solver.hpp"
+#include "planners/time_optimal/lap_solver.hpp"
 
 #include <IpIpoptApplication.hpp>
 #include <IpSolveStatistics.hpp>

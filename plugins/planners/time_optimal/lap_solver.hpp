@@ -12,7 +12,7 @@
 #include <array>
 #include <vector>
 
-#include "lap_dynamics.hpp"
+#include "planners/time_optimal/lap_dynamics.hpp"
 
 namespace gripline::planning {
 

@@ -8,7 +8,7 @@
 
 #include <gripline/interfaces.hpp>
 
-#include "lap_dynamics.hpp"
+#include "planners/time_optimal/lap_dynamics.hpp"
 
 namespace gripline::planning {
 

@@ -13,9 +13,9 @@
 
 #include <gripline/plugin.hpp>
 
-#include "adaptive_laps.hpp"
-#include "resistance_fit.hpp"
-#include "tyre_fit.hpp"
+#include "planners/time_optimal/adaptive_laps.hpp"
+#include "planners/time_optimal/resistance_fit.hpp"
+#include "planners/time_optimal/tyre_fit.hpp"
 
 namespace {
 
@@ -69,23 +69,23 @@ class TimeOptimal final : public SpeedPlanner {
         param("latency", &P::latency, "1", {0, 10000}, "control steps that a solve takes, on another core")};
   }
 
-  TimeOptimal(const Surroundings& around, const Params& params)
+  TimeOptimal(const PluginContext& context, const Params& params)
       : k_(params),
-        car_(around.car),
-        dt_(around.dt),
-        mu_init_(around.mu_init),
-        course_(around.course),
-        generic_(generic_tyres(around.car, params)),
-        nominal_(around.nominal),
+        car_(context.car),
+        dt_(context.dt),
+        mu_init_(context.mu_init),
+        course_(context.course),
+        generic_(generic_tyres(context.car, params)),
+        nominal_(context.nominal),
         typical_{scaled_to(generic_, std::sqrt(params.mu_lo * params.mu_hi)), {params.rolling, params.drag}},
-        setup_(around, options(around.car, params), typical_),
+        setup_(context, options(context.car, params), typical_),
         laps_(
             setup_,
-            build_library(setup_, typical_, grid(params), around.cache_dir, {around.progress, around.progress_context}),
+            build_library(setup_, typical_, grid(params), context.cache_dir, {context.progress, context.progress_context}),
             {params.tolerance, params.slip_max, params.latency, std::max(1, params.latency)}),
         line_(setup_),
-        resistance_(typical_.resistance, around.car.v_ref),
-        mu_plan_(params.start * around.mu_init) {
+        resistance_(typical_.resistance, context.car.v_ref),
+        mu_plan_(params.start * context.mu_init) {
     laps_.step(nullptr, mu_plan_, plan_);
     line_.set(plan_);
   }

@@ -1,4 +1,4 @@
-#include "tyre_fit.hpp"
+#include "planners/time_optimal/tyre_fit.hpp"
 
 #include <Eigen/Cholesky>
 #include <algorithm>

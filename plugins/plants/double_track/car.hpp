@@ -22,9 +22,9 @@
 #include <cmath>
 #include <cstddef>
 
-#include "drivetrain.hpp"
-#include "parameters.hpp"
-#include "tyre.hpp"
+#include "plants/double_track/drivetrain.hpp"
+#include "plants/double_track/parameters.hpp"
+#include "plants/double_track/tyre.hpp"
 
 namespace gripline::double_track {
 

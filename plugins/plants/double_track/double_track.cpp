@@ -2,7 +2,7 @@
 // relaxation, an engine with gears, slope. The equations stand in car.hpp, tyre.hpp and drivetrain.hpp.
 #include <gripline/plugin.hpp>
 
-#include "car.hpp"
+#include "plants/double_track/car.hpp"
 
 namespace {
 
@@ -15,7 +15,7 @@ class DoubleTrack final : public gripline::Plant {
   using Params = gripline::double_track::Params;
   static constexpr auto parameters() { return gripline::double_track::declare_parameters(); }
 
-  DoubleTrack(const gripline::Surroundings&, const Params& params) : car_(params) {}
+  DoubleTrack(const gripline::PluginContext&, const Params& params) : car_(params) {}
 
   void reset(const State& x, const Ground& ground) override { car_.reset(x, ground); }
 

@@ -1,0 +1,205 @@
+#include "car/corrected_model.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace gripline {
+
+CorrectedModel::CorrectedModel(StagedCar car, StepOptions options) : car_(std::move(car)), options_(options) {
+  refresh();
+}
+
+void CorrectedModel::refresh() {
+  const double back = car_.look_back();
+  const int before = past_;
+  past_ = back > 0.0 ? static_cast<int>(std::ceil(back / options_.dt - 1e-9)) + 1 : 0;
+  if (options_.hold == Hold::foh) past_ = std::max(past_, 1);
+  dual_params_.assign(car_.params().begin(), car_.params().end());
+  if (past_ != before || carried_.empty())
+    carried_.assign(static_cast<std::size_t>(car_.memory()) + 2 * static_cast<std::size_t>(past_), 0.0);
+  row_.resize(static_cast<std::size_t>(states()));
+  row_next_.resize(static_cast<std::size_t>(states()));
+}
+
+void CorrectedModel::start(const State& now, std::span<double> x) const {
+  const double state[] = {now.x, now.y, now.yaw, now.vx, now.vy, now.omega, now.delta};
+  std::copy(std::begin(state), std::end(state), x.begin());
+  std::copy(carried_.begin(), carried_.end(), x.begin() + state_size);
+}
+
+/// Rows and inputs into the stepper's arrays: motion, memory, the ramp of the commands, the past ones.
+template <class T>
+void CorrectedModel::load(Stepper<T>& stepper, std::size_t n, const T* rows, const T* inputs, std::size_t stride) {
+  const auto memory = static_cast<std::size_t>(car_.memory());
+  const auto past = static_cast<std::size_t>(past_);
+  const bool looks_back = past > 0;
+  stepper.resize(n, car_.memory(), options_.integration.tableau->stages, looks_back ? past_ + 1 : 0);
+  stepper.hold = options_.hold;
+  stepper.past_dt = options_.dt;
+  // The newest sample begins to act at the start of the step (zoh) or is reached at its end.
+  stepper.past_offset = -options_.dt * static_cast<double>(stepper.hold == Hold::zoh ? past_ : past_ - 1);
+  for (std::size_t i = 0; i < n; ++i) {
+    const T* const row = rows + i * stride;
+    const T d = inputs[2 * i];
+    const T rate = inputs[2 * i + 1];
+    const T delta = row[6] + rate * options_.dt;
+    std::copy_n(row, motion_size, stepper.motion.begin() + static_cast<std::ptrdiff_t>(i * motion_size));
+    std::copy_n(row + state_size, memory, stepper.memory.begin() + static_cast<std::ptrdiff_t>(i * memory));
+    const T* const commands = row + state_size + memory;
+    auto& ramp = stepper.ramp[i];
+    ramp.end = {d, delta, rate};
+    ramp.begin = ramp.end;
+    if (options_.hold != Hold::zoh) ramp.begin.delta = row[6];
+    if (options_.hold == Hold::foh) ramp.begin.d = commands[2 * (past - 1)];
+    if (!looks_back) continue;
+    CommandSample<T>* const samples = stepper.past.data() + i * (past + 1);
+    for (std::size_t j = 0; j < past; ++j) samples[j] = {commands[2 * j], commands[2 * j + 1]};
+    samples[past] = {d, delta};
+  }
+}
+
+template <class T>
+void CorrectedModel::unload(const Stepper<T>& stepper, std::size_t i, T* row) const {
+  const auto memory = static_cast<std::size_t>(car_.memory());
+  const auto past = static_cast<std::size_t>(past_);
+  std::copy_n(stepper.motion.begin() + static_cast<std::ptrdiff_t>(i * motion_size), motion_size, row);
+  row[6] = stepper.ramp[i].end.delta;
+  std::copy_n(stepper.memory.begin() + static_cast<std::ptrdiff_t>(i * memory), memory, row + state_size);
+  T* const commands = row + state_size + memory;
+  for (std::size_t j = 0; j < past; ++j) {
+    const CommandSample<T>& sample = stepper.past[i * (past + 1) + j + 1];
+    commands[2 * j] = sample.d;
+    commands[2 * j + 1] = sample.delta;
+  }
+}
+
+void CorrectedModel::values(std::size_t n, const double* x, const double* u, const Place* at, double* x_next) {
+  const auto nx = static_cast<std::size_t>(states());
+  load(stepper_, n, x, u, nx);
+  stepper_.step(car_, options_.integration, options_.dt, n, at, nullptr);
+  for (std::size_t i = 0; i < n; ++i) unload(stepper_, i, x_next + i * nx);
+}
+
+/// Rows and inputs as duals whose eight directions are the variables first .. first + 7, counted over the row from yaw
+/// on and then the inputs: position needs none, nothing depends on it.
+void CorrectedModel::seed_block(std::size_t n, const double* x, const double* u, int first) {
+  const int nx = states();
+  const auto stride = static_cast<std::size_t>(nx);
+  for (std::size_t i = 0; i < n; ++i) {
+    for (int j = 0; j < nx; ++j) {
+      Dual8& value = dual_rows_[i * stride + static_cast<std::size_t>(j)];
+      value = Dual8(x[i * stride + static_cast<std::size_t>(j)]);
+      const int direction = j - 2 - first;
+      if (j >= 2 && direction >= 0 && direction < 8) value.d[direction] = 1.0;
+    }
+    for (int j = 0; j < 2; ++j) {
+      Dual8& value = dual_inputs_[2 * i + static_cast<std::size_t>(j)];
+      value = Dual8(u[2 * i + static_cast<std::size_t>(j)]);
+      const int direction = nx + j - 2 - first;
+      if (direction >= 0 && direction < 8) value.d[direction] = 1.0;
+    }
+  }
+}
+
+void CorrectedModel::derivatives(std::size_t n, const double* x, const double* u, const Place* at, double* x_next,
+                                 double* A, double* B) {
+  const int nx = states();
+  const auto stride = static_cast<std::size_t>(nx);
+  if (dual_rows_.size() < (n + 1) * stride) dual_rows_.resize((n + 1) * stride);
+  if (dual_inputs_.size() < 2 * n) dual_inputs_.resize(2 * n);
+  if (A != nullptr) std::fill_n(A, n * stride * stride, 0.0);
+  for (int first = 0; first < nx; first += 8) {  // nx - 2 of the row and two inputs: nx directions
+    seed_block(n, x, u, first);
+    load(dual_stepper_, n, dual_rows_.data(), dual_inputs_.data(), stride);
+    dual_stepper_.step(car_, options_.integration, options_.dt, n, at, dual_params_.data());
+    Dual8* const row = dual_rows_.data() + n * stride;
+    for (std::size_t i = 0; i < n; ++i) {
+      unload(dual_stepper_, i, row);
+      for (std::size_t r = 0; r < stride; ++r) {
+        if (first == 0) x_next[i * stride + r] = row[r].v;
+        for (int k = 0; k < std::min(8, nx - first); ++k) {
+          const int column = first + k + 2;
+          if (column >= nx && B != nullptr)
+            B[(i * stride + r) * 2 + static_cast<std::size_t>(column - nx)] = row[r].d[k];
+          if (column < nx && A != nullptr)
+            A[(i * stride + r) * stride + static_cast<std::size_t>(column)] = row[r].d[k];
+        }
+      }
+      if (A == nullptr) continue;
+      A[i * stride * stride] = 1.0;
+      A[(i * stride + 1) * stride + 1] = 1.0;
+    }
+  }
+}
+
+void CorrectedModel::step(std::size_t n, std::span<const double> x, std::span<const double> u,
+                          std::span<const Place> at, std::span<double> x_next, std::span<double> A,
+                          std::span<double> B) {
+  if (A.empty() && B.empty())
+    values(n, x.data(), u.data(), at.data(), x_next.data());
+  else
+    derivatives(n, x.data(), u.data(), at.data(), x_next.data(), A.data(), B.data());
+}
+
+Prediction::Rates CorrectedModel::rates(const State& x, const Input& u, const Place& at) {
+  const double motion[] = {x.x, x.y, x.yaw, x.vx, x.vy, x.omega};
+  const ActingCommand<double> command = {u.d, x.delta, u.ddelta};
+  double rate[motion_size];
+  std::vector<double> memory(static_cast<std::size_t>(car_.memory())), memory_rate(memory.size());
+  const CommandSample<double> sample = {u.d, x.delta};
+  const History<double> history = {&sample, 1, 0.0, options_.dt, 0.0, options_.hold};
+  CarBatch<double> batch;
+  batch.n = 1;
+  batch.motion = motion;
+  batch.command = &command;
+  batch.at = &at;
+  batch.history = &history;
+  batch.motion_rate = rate;
+  if (!memory.empty()) {
+    car_.start_memory(batch, memory.data());
+    batch.memory = memory.data();
+    batch.memory_rate = memory_rate.data();
+  }
+  car_.rates(batch);
+  Quantities<double> q{};
+  car_.quantities(batch, &q);
+  return {rate[3], rate[4], rate[5], q.load_front, q.load_rear, q.drive_force};
+}
+
+void CorrectedModel::reset(const State& x, double d, const Place& at) {
+  const auto memory = static_cast<std::size_t>(car_.memory());
+  const double motion[] = {x.x, x.y, x.yaw, x.vx, x.vy, x.omega};
+  const ActingCommand<double> command = {d, x.delta, 0.0};
+  const CommandSample<double> sample = {d, x.delta};
+  const History<double> history = {&sample, 1, 0.0, options_.dt, 0.0, options_.hold};
+  CarBatch<double> batch;
+  batch.n = 1;
+  batch.motion = motion;
+  batch.command = &command;
+  batch.at = &at;
+  batch.history = &history;
+  if (memory > 0) car_.start_memory(batch, carried_.data());
+  for (int j = 0; j < past_; ++j) {
+    carried_[memory + 2 * static_cast<std::size_t>(j)] = d;
+    carried_[memory + 2 * static_cast<std::size_t>(j) + 1] = x.delta;
+  }
+}
+
+State CorrectedModel::advance(const State& x, const Input& u, const Place& at) {
+  start(x, row_);
+  const double input[] = {u.d, u.ddelta};
+  values(1, row_.data(), input, &at, row_next_.data());
+  std::copy(row_next_.begin() + state_size, row_next_.end(), carried_.begin());
+  return {row_next_[0], row_next_[1], row_next_[2], row_next_[3], row_next_[4], row_next_[5], row_next_[6]};
+}
+
+Quantities<double> CorrectedModel::quantities(const State& x, const Input& u, const Place& at) {
+  start(x, row_);
+  const double input[] = {u.d, u.ddelta};
+  load(stepper_, 1, row_.data(), input, row_.size());
+  Quantities<double> q{};
+  stepper_.quantities(car_, options_.dt, 1, &at, nullptr, &q);
+  return q;
+}
+
+}  // namespace gripline

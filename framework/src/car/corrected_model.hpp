@@ -1,0 +1,65 @@
+// x_{k+1} = f(x_k, u_k): a nominal model, its effects and what an estimator learned, with the exact derivative of the
+// discrete step. One class is the world's car, a stack's belief and diagnose's candidate.
+#pragma once
+
+#include <vector>
+
+#include "car/staged_car.hpp"
+#include "car/stepper.hpp"
+
+namespace gripline {
+
+/// How commands act between two control steps: `zoh` the new command is held over the step (as published), `foh` linear
+/// from the old to the new one, `rate` throttle held and steering moving with its rate.
+struct StepOptions {
+  double dt = 0.02;
+  Hold hold = Hold::zoh;
+  Integration integration;
+};
+
+/// A row of x: State, the effects' memory, then the last commands (d, delta; oldest first) when an effect looks back or
+/// the hold needs them. The memory observed now is carried along with advance().
+class CorrectedModel final : public Prediction {
+ public:
+  CorrectedModel(StagedCar car, StepOptions options);
+
+  /// The car; change its parameters freely, then call refresh().
+  const StagedCar& car() const { return car_; }
+  StagedCar& car() { return car_; }
+  void refresh();
+
+  int states() const noexcept override { return state_size + car_.memory() + 2 * past_; }
+  double dt() const noexcept override { return options_.dt; }
+  void start(const State& now, std::span<double> x) const override;
+  void step(std::size_t n, std::span<const double> x, std::span<const double> u, std::span<const Place> at,
+            std::span<double> x_next, std::span<double> A, std::span<double> B) override;
+  Rates rates(const State& x, const Input& u, const Place& at) override;
+
+  /// Sets memory and past commands to their steady values for a car that starts in this state under this throttle.
+  void reset(const State& x, double d, const Place& at);
+  /// One step from an observed state: returns the state predicted after it, and carries memory and past commands on.
+  State advance(const State& x, const Input& u, const Place& at);
+  /// The working quantities at the start of that step, with memory as carried: forces, slips, effective commands.
+  Quantities<double> quantities(const State& x, const Input& u, const Place& at);
+
+ private:
+  template <class T>
+  void load(Stepper<T>& stepper, std::size_t n, const T* rows, const T* inputs, std::size_t stride);
+  template <class T>
+  void unload(const Stepper<T>& stepper, std::size_t i, T* row) const;
+  void values(std::size_t n, const double* x, const double* u, const Place* at, double* x_next);
+  void derivatives(std::size_t n, const double* x, const double* u, const Place* at, double* x_next, double* A,
+                   double* B);
+  void seed_block(std::size_t n, const double* x, const double* u, int first);
+
+  StagedCar car_;
+  StepOptions options_;
+  int past_ = 0;
+  std::vector<double> carried_;  // memory, then past commands
+  std::vector<double> row_, row_next_;
+  Stepper<double> stepper_;
+  Stepper<Dual8> dual_stepper_;
+  std::vector<Dual8> dual_params_, dual_rows_, dual_inputs_;
+};
+
+}  // namespace gripline

@@ -1,0 +1,104 @@
+#include "car/vehicle.hpp"
+
+namespace gripline {
+namespace {
+
+Instance<Effect> create_effect(const PluginSpec& spec, const PluginContext& context) {
+  return create<Effect>(*spec.entry, context, spec.values);
+}
+
+Integration read_integration(ObjectReader& reader, const char* fallback) {
+  std::vector<std::string> names;
+  for (const Tableau& tableau : tableaux()) names.emplace_back(tableau.name);
+  Integration integration;
+  integration.tableau = find_tableau(reader.choice("integrator", names, std::string(fallback)));
+  integration.substeps = static_cast<int>(reader.integer("substeps", {1, 1000}, 1));
+  return integration;
+}
+
+/// An effect that this model cannot have is told here, where its place in the file is known. What a constructor has to
+/// say is the run's affair.
+void check_effects(const VehicleSpec& spec, const Car& car, std::span<const Node> nodes, Errors& errors) {
+  PluginContext context;
+  context.car = car;
+  try {
+    const auto model = create<VehicleModel>(*spec.model.entry, context, spec.model.values);
+    StagedCar staged(*model, spec.model.numbers());
+    std::vector<Instance<Effect>> effects;
+    for (std::size_t i = 0; i < spec.effects.size(); ++i) {
+      effects.push_back(create_effect(spec.effects[i], context));
+      try {
+        staged.add(*effects.back(), spec.effects[i].numbers(), spec.effects[i].id());
+      } catch (const std::invalid_argument& problem) {
+        errors.add(nodes[i].origin, problem.what());
+      }
+    }
+  } catch (const PluginError&) {
+  }
+}
+
+}  // namespace
+
+CarFile read_car(const Node& node, Errors& errors) {
+  ObjectReader r(node, errors);
+  const auto positive = NumberRange::positive();
+  CarFile file;
+  Car& car = file.car;
+  car.m = r.number("m", "kg", positive);
+  car.Iz = r.number("Iz", "kg m2", positive);
+  car.lf = r.number("lf", "m", positive);
+  car.lr = r.number("lr", "m", positive);
+  car.length = r.number("length", "m", positive);
+  car.width = r.number("width", "m", positive);
+  car.d_min = r.number("d_min", "1", NumberRange::closed(-1, 0));
+  car.d_max = r.number("d_max", "1", NumberRange::at_most(1));
+  car.delta_max = r.number("delta_max", "rad", NumberRange::at_most(1.5));
+  car.ddelta_max = r.number("ddelta_max", "rad/s", positive);
+  car.v_ref = r.number("v_ref", "m/s", positive);
+  car.v_min = r.number("v_min", "m/s", positive);
+  file.known = {{"m", car.m}, {"Iz", car.Iz}, {"lf", car.lf}, {"lr", car.lr}};
+  if (r.has("known_params")) {
+    ObjectReader known = r.object("known_params");
+    for (const Member* member : known.members())
+      file.known[member->key] = member->value.is_number()
+                                    ? member->value.number()
+                                    : (errors.add(member->value.origin, "expected a number in SI"), 0.0);
+  }
+  r.finish();
+  return file;
+}
+
+VehicleSpec read_vehicle(const Node& node, const Registry& registry, const CarFile& car, const char* integrator,
+                         Errors& errors) {
+  ObjectReader r(node, errors);
+  VehicleSpec spec;
+  const std::size_t before = errors.size();
+  spec.model = read_plugin(r, abi::Kind::vehicle, registry, car.known);
+  const std::span<const Node> effects = r.array("effects", false);
+  for (const Node& one : effects) {
+    ObjectReader effect(one, errors);
+    spec.effects.push_back(read_plugin(effect, abi::Kind::effect, registry));
+    effect.finish();
+  }
+  spec.integration = read_integration(r, integrator);
+  r.finish();
+  if (errors.size() == before) check_effects(spec, car.car, effects, errors);
+  return spec;
+}
+
+Vehicle::Vehicle(const VehicleSpec& spec, const PluginContext& context, const Effect* first)
+    : model_(create<VehicleModel>(*spec.model.entry, context, spec.model.values)),
+      car_(*model_, spec.model.numbers()),
+      memoryless_(car_) {
+  if (first != nullptr && has_stage(first->stage())) {
+    car_.add(*first, {1.0}, "world");
+    memoryless_.add(*first, {1.0}, "world");
+  }
+  for (const PluginSpec& one : spec.effects) {
+    effects_.push_back(create_effect(one, context));
+    car_.add(*effects_.back(), one.numbers(), one.id());
+    if (effects_.back()->memory() == 0) memoryless_.add(*effects_.back(), one.numbers(), one.id());
+  }
+}
+
+}  // namespace gripline

@@ -1,0 +1,47 @@
+// A car composed in JSON: a vehicle model and its effects, as a world's plant or a stack's nominal model.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "car/corrected_model.hpp"
+#include "plugin/plugin_spec.hpp"
+
+namespace gripline {
+
+/// What a car file says: constants for everybody, and model parameters that are known of this car (its drive, never its
+/// tyres). Model parameters called m, Iz, lf, lr are known from the constants.
+struct CarFile {
+  Car car;
+  KnownParams known;
+};
+CarFile read_car(const Node& node, Errors& errors);
+
+/// {"plugin", "params", "effects": [{"plugin", "params"}...], "integrator", "substeps"}.
+struct VehicleSpec {
+  PluginSpec model;
+  std::vector<PluginSpec> effects;
+  Integration integration;
+};
+/// `integrator`: the method when the JSON names none.
+VehicleSpec read_vehicle(const Node& node, const Registry& registry, const CarFile& car, const char* integrator,
+                         Errors& errors);
+
+/// Owns the instances behind a StagedCar.
+class Vehicle {
+ public:
+  /// `first` acts before the spec's effects where the model has its stage; one parameter, 1 at first. It may be null.
+  Vehicle(const VehicleSpec& spec, const PluginContext& context, const Effect* first = nullptr);
+  const StagedCar& car() const { return car_; }
+  /// The same without the effects that have memory.
+  const StagedCar& car_without_memory() const { return memoryless_; }
+  bool has_stage(Stage stage) const { return (model_->stages() & stage_bit(stage)) != 0; }
+
+ private:
+  Instance<VehicleModel> model_;
+  std::vector<Instance<Effect>> effects_;
+  StagedCar car_, memoryless_;
+};
+
+}  // namespace gripline

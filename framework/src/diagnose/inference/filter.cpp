@@ -1,0 +1,425 @@
+// One reading after the other (the sensors are independent), so nothing is inverted:
+//
+//   e = y - h - H z,  S = H P H' + r,  K = P H' / S,  z += K e,  P -= K S K',   cost = sum (e^2 / S + log S) / 2.
+//
+// The derivative J of the predicted reading by the parameters obeys the same recursion with the same gains
+// (dz -= K J); how the gains themselves depend on parameters is left out, as in Gauss-Newton. Smoothing follows Bryson
+// and Frazier: the adjoint of the filter, without inverses.
+#include "diagnose/inference/filter.hpp"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+
+namespace gripline::diagnose {
+namespace {
+
+constexpr double diffuse = 300.0;  // standard deviations of a sensor in which the start is unknown
+
+/// Collects weighted rows of the parameter Jacobian and adds J J' to the normal matrix in blocks of rows.
+class Normal {
+ public:
+  explicit Normal(std::size_t params) : p_(params), rows_(static_cast<Eigen::Index>(params), capacity) {
+    N_ = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(p_), static_cast<Eigen::Index>(p_));
+    g_ = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(p_));
+  }
+  void add(const double* J, double e, double inverse_S) {
+    const double root = std::sqrt(inverse_S);
+    double* const row = rows_.data() + static_cast<std::size_t>(used_) * p_;
+    for (std::size_t i = 0; i < p_; ++i) row[i] = J[i] * root;
+    const double scaled = e * root;
+    for (std::size_t i = 0; i < p_; ++i) g_[static_cast<Eigen::Index>(i)] += row[i] * scaled;
+    if (++used_ == capacity) flush();
+  }
+  void flush() {
+    if (used_ > 0) N_.selfadjointView<Eigen::Lower>().rankUpdate(rows_.leftCols(used_));
+    used_ = 0;
+  }
+  const Eigen::MatrixXd& N() const { return N_; }
+  const Eigen::VectorXd& g() const { return g_; }
+  void clear() {
+    N_.setZero();
+    g_.setZero();
+  }
+
+ private:
+  static constexpr Eigen::Index capacity = 256;
+  std::size_t p_;
+  Eigen::MatrixXd rows_;
+  Eigen::MatrixXd N_;
+  Eigen::VectorXd g_;
+  Eigen::Index used_ = 0;
+};
+
+/// What the adjoint needs of one reading.
+struct Update {
+  std::size_t k, channel;
+  double e, S;
+};
+
+/// What a filter carries: a number, or a number with its derivatives by the three process variances.
+using WithSlopes = Eigen::Array4d;
+static_assert(noise_states == 3);
+
+double value(double x) { return x; }
+double value(const WithSlopes& x) { return x[0]; }
+double& value_of(double& x) { return x; }
+double& value_of(WithSlopes& x) { return x[0]; }
+template <class T>
+T constant(double x) {
+  T all{};
+  if constexpr (!std::is_same_v<T, double>) all.setZero();
+  value_of(all) = x;
+  return all;
+}
+
+template <std::size_t N, class T>
+class Pass {
+ public:
+  Pass(const LinearModel& model, const Noise& noise, const FilterWants& wants)
+      : lm_(model),
+        noise_(noise),
+        wants_(wants),
+        params_(wants.directions != nullptr ? wants.directions->size() : 0),
+        normal_(params_) {}
+
+  Likelihood run() {
+    start();
+    for (std::size_t k = 0; k < lm_.n; ++k) {
+      if (wants_.restart > 0 && k > 0 && k % wants_.restart == 0) forget();
+      if (wants_.smooth) keep(k);
+      update(k);
+      if (wants_.block > 0 && ((k + 1) % wants_.block == 0 || k + 1 == lm_.n)) end_block();
+      if (k + 1 < lm_.n) predict(k);
+    }
+    finish();
+    if (wants_.smooth) smooth();
+    return std::move(out_);
+  }
+
+ private:
+  static constexpr bool with_slopes = !std::is_same_v<T, double>;
+  static constexpr std::size_t body = N - noise_states;
+  using Matrix = std::array<T, N * N>;
+  using Vector = std::array<T, N>;
+
+  void start() {
+    forget();
+    next_.assign(N * params_, 0.0);
+    J_.assign(params_, 0.0);
+    if (wants_.smooth) {
+      kept_P_.resize(lm_.n * N * N);
+      kept_z_.resize(lm_.n * N);
+      updates_.reserve(lm_.n * channels);
+    }
+  }
+
+  /// A new window with a free start. The directions' past is forgotten too.
+  void forget() {
+    P_.fill(constant<T>(0.0));
+    z_.fill(constant<T>(0.0));
+    for (std::size_t c = 0; c < channels; ++c) P_[c * (N + 1)] = constant<T>(std::pow(diffuse * noise_.sensor[c], 2));
+    for (std::size_t i = 0; i < noise_states; ++i) add_variance(i, 1.0);
+    dtheta_.assign(N * params_, 0.0);
+  }
+
+  /// Adds a share of a process variance where it acts.
+  void add_variance(std::size_t i, double share) {
+    T& to = P_[(body + i) * (N + 1)];
+    value_of(to) += share * noise_.process[i];
+    if constexpr (with_slopes) to[static_cast<Eigen::Index>(i) + 1] += share;
+  }
+
+  void keep(std::size_t k) {
+    for (std::size_t i = 0; i < N * N; ++i) kept_P_[k * N * N + i] = value(P_[i]);
+    for (std::size_t i = 0; i < N; ++i) kept_z_[k * N + i] = value(z_[i]);
+  }
+
+  void update(std::size_t k) {
+    for (std::size_t c = 0; c < channels; ++c) {
+      const double raw = lm_.innovation[k * channels + c];
+      if (std::isnan(raw)) continue;
+      if (lm_.H.empty())
+        scalar<true>(k, c, raw, nullptr);
+      else
+        scalar<false>(k, c, raw, lm_.H.data() + (k * channels + c) * channels);
+    }
+  }
+
+  /// H v: the plain case picks one element.
+  template <bool plain>
+  static T row(const T* v, std::size_t c, const double* h) {
+    if constexpr (plain) return v[c];
+    T sum = constant<T>(0.0);
+    for (std::size_t j = 0; j < channels; ++j) sum += h[j] * v[j];
+    return sum;
+  }
+
+  /// One reading. Derivatives go through the same formulas: that of the gain is (dPH - K dS) / S, and with the best gain
+  /// dP becomes (I - K H) dP (I - K H)', which is dP less K half' + half K' with half = dPH - K dS / 2. For the values
+  /// themselves half is PH / 2, and the same lines take K S K' off P.
+  template <bool plain>
+  void scalar(std::size_t k, std::size_t c, double raw, const double* h) {
+    Vector PH, half;
+    for (std::size_t i = 0; i < N; ++i) PH[i] = row<plain>(P_.data() + i * N, c, h);
+    const double r = noise_.sensor[c] * noise_.sensor[c];
+    const T S = row<plain>(PH.data(), c, h) + constant<T>(r);
+    const T e = constant<T>(raw) - row<plain>(z_.data(), c, h);
+    const double inverse = 1.0 / value(S), error = value(e);
+    std::array<double, N> K;
+    for (std::size_t i = 0; i < N; ++i) K[i] = value(PH[i]) * inverse;
+    out_.cost += 0.5 * (error * error * inverse + std::log(value(S) * (1.0 / r)));
+    ++out_.rows;
+    if constexpr (with_slopes) add_slopes(S, e, inverse);
+    if (params_ > 0) {
+      param_row<plain>(k, c, h);
+      normal_.add(J_.data(), error, inverse);
+      for (std::size_t i = 0; i < N; ++i) {
+        double* const d = dtheta_.data() + i * params_;
+        const double gain = K[i];
+        if (gain == 0.0) continue;
+        for (std::size_t p = 0; p < params_; ++p) d[p] -= gain * J_[p];
+      }
+    }
+    for (std::size_t i = 0; i < N; ++i) {
+      half[i] = PH[i] - (0.5 * K[i]) * S;
+      z_[i] += K[i] * e + (error * inverse) * (PH[i] - K[i] * S);
+    }
+    for (std::size_t i = 0; i < N; ++i)
+      for (std::size_t j = 0; j < N; ++j) P_[i * N + j] -= K[i] * half[j] + K[j] * half[i];
+    if (wants_.smooth) updates_.push_back({k, c, error, value(S)});
+    if (wants_.smooth) gains_.insert(gains_.end(), K.begin(), K.end());
+  }
+
+  template <bool plain>
+  void param_row(std::size_t k, std::size_t c, const double* h) {
+    if constexpr (plain) {
+      std::copy_n(dtheta_.begin() + static_cast<std::ptrdiff_t>(c * params_), params_, J_.begin());
+    } else {
+      std::fill(J_.begin(), J_.end(), 0.0);
+      for (std::size_t j = 0; j < channels; ++j)
+        if (h[j] != 0.0)
+          for (std::size_t p = 0; p < params_; ++p) J_[p] += h[j] * dtheta_[j * params_ + p];
+    }
+    for (const std::size_t p : readers_) J_[p] += (*wants_.directions)[p]->reading[k * channels + c];
+  }
+
+  /// Gradient and expected information by the variances.
+  void add_slopes(const T& S, const T& e, double inverse) {
+    const double ratio = e[0] * inverse;
+    const T scaled = S * inverse;
+    for (std::size_t i = 0; i < noise_states; ++i) {
+      const auto a = static_cast<Eigen::Index>(i) + 1;
+      out_.slope[i] += 0.5 * (scaled[a] - ratio * ratio * S[a]) + ratio * e[a];
+      for (std::size_t j = 0; j < noise_states; ++j) {
+        const auto b = static_cast<Eigen::Index>(j) + 1;
+        out_.information[i][j] += 0.5 * scaled[a] * scaled[b] + e[a] * e[b] * inverse;
+      }
+    }
+  }
+
+  void predict(std::size_t k) {
+    const double* const F = lm_.F.data() + k * N * N;
+    Vector z;
+    for (std::size_t i = 0; i < N; ++i) {
+      T sum = constant<T>(i < body ? lm_.offset[k * body + i] : 0.0);
+      for (std::size_t j = 0; j < N; ++j) sum += F[i * N + j] * z_[j];
+      z[i] = sum;
+    }
+    z_ = z;
+    propagate(F);
+    const double growth = 1.0 - std::exp(-2.0 * lm_.dt / noise_time);
+    for (std::size_t i = 0; i < noise_states; ++i) add_variance(i, growth);
+    if (k < lm_.guessed.size() && lm_.guessed[k]) inflate_covariance();
+    if (params_ > 0) predict_params(k, F);
+  }
+
+  /// A command that was not recorded may have been anything between its neighbours or beyond: speeds are not known
+  /// afterwards as they would be. A quick move of the steering for 20 ms is worth some twenty deviations of a gyroscope.
+  void inflate_covariance() {
+    constexpr double size = 20.0;
+    for (std::size_t c = 3; c < channels; ++c) value_of(P_[c * (N + 1)]) += std::pow(size * noise_.sensor[c], 2);
+  }
+
+  /// P = F P F'. Nothing depends on x and y, the unknown accelerations only on themselves.
+  void propagate(const double* F) {
+    std::array<double, N * body> across;  // F's rows of the body transposed, so that both products run along rows
+    for (std::size_t i = 0; i < body; ++i)
+      for (std::size_t j = 0; j < N; ++j) across[j * body + i] = F[i * N + j];
+    Matrix t;
+    for (std::size_t i = 0; i < body; ++i) {
+      Vector sum;
+      for (std::size_t j = 0; j < N; ++j) sum[j] = i < 2 ? P_[i * N + j] : constant<T>(0.0);
+      for (std::size_t l = 2; l < N; ++l) {
+        const double f = F[i * N + l];
+        for (std::size_t j = 0; j < N; ++j) sum[j] += f * P_[l * N + j];
+      }
+      std::copy_n(sum.begin(), N, t.begin() + static_cast<std::ptrdiff_t>(i * N));
+    }
+    for (std::size_t i = 0; i < body; ++i) {
+      std::array<T, body> sum;
+      for (std::size_t j = 0; j < body; ++j) sum[j] = j < 2 ? t[i * N + j] : constant<T>(0.0);
+      for (std::size_t l = 2; l < N; ++l) {
+        const T one = t[i * N + l];
+        for (std::size_t j = 0; j < body; ++j) sum[j] += across[l * body + j] * one;
+      }
+      for (std::size_t j = i; j < body; ++j) P_[j * N + i] = P_[i * N + j] = sum[j];
+    }
+    for (std::size_t a = body; a < N; ++a) {
+      const double fade = F[a * (N + 1)];
+      for (std::size_t i = 0; i < body; ++i) P_[a * N + i] = P_[i * N + a] = fade * t[i * N + a];
+      for (std::size_t j = body; j < N; ++j) P_[a * N + j] *= fade * F[j * (N + 1)];
+    }
+  }
+
+  void predict_params(std::size_t k, const double* F) {
+    for (std::size_t i = 0; i < N; ++i) {
+      double* const to = next_.data() + i * params_;
+      std::fill_n(to, params_, 0.0);
+      for (std::size_t l = 0; l < N; ++l) {
+        const double f = F[i * N + l];
+        if (f == 0.0) continue;
+        const double* const from = dtheta_.data() + l * params_;
+        for (std::size_t p = 0; p < params_; ++p) to[p] += f * from[p];
+      }
+    }
+    dtheta_.swap(next_);
+    const double* const in0 = lm_.input0.data() + k * N * 3;
+    const double* const in1 = lm_.input1.data() + k * N * 3;
+    for (const std::size_t p : movers_) {
+      const double* const b0 = (*wants_.directions)[p]->rate.data() + k * 3;
+      const double* const b1 = b0 + 3;
+      for (std::size_t i = 0; i < N; ++i) {
+        double sum = 0.0;
+        for (std::size_t c = 0; c < 3; ++c) sum += in0[i * 3 + c] * b0[c] + in1[i * 3 + c] * b1[c];
+        dtheta_[i * params_ + p] += sum;
+      }
+    }
+  }
+
+  void end_block() {
+    normal_.flush();
+    const auto n = static_cast<Eigen::Index>(params_);
+    const Eigen::MatrixXd full = normal_.N().selfadjointView<Eigen::Lower>();
+    out_.block_N.insert(out_.block_N.end(), full.data(), full.data() + n * n);
+    out_.block_g.insert(out_.block_g.end(), normal_.g().data(), normal_.g().data() + n);
+    out_.block_cost.push_back(out_.cost - cost_before_);
+    cost_before_ = out_.cost;
+    ++out_.blocks;
+    total_N_ = total_N_.size() == 0 ? full : Eigen::MatrixXd(total_N_ + full);
+    total_g_ = total_g_.size() == 0 ? normal_.g() : Eigen::VectorXd(total_g_ + normal_.g());
+    normal_.clear();
+  }
+
+  void finish() {
+    out_.params = params_;
+    if (params_ == 0) return;
+    normal_.flush();
+    Eigen::MatrixXd full = normal_.N().selfadjointView<Eigen::Lower>();
+    Eigen::VectorXd g = normal_.g();
+    if (wants_.block > 0) {
+      full = total_N_;
+      g = total_g_;
+    }
+    out_.N.assign(full.data(), full.data() + full.size());
+    out_.g.assign(g.data(), g.data() + g.size());
+  }
+
+  /// x_s = x_f + P_f lambda with lambda running backwards through updates and predictions.
+  void smooth() {
+    out_.smoothed.resize(lm_.n * N);
+    std::array<double, N> lambda{};
+    std::size_t u = updates_.size();
+    for (std::size_t k = lm_.n; k-- > 0;) {
+      while (u > 0 && updates_[u - 1].k == k) {
+        --u;
+        const Update& one = updates_[u];
+        const double* const K = gains_.data() + u * N;
+        double along = 0.0;
+        for (std::size_t i = 0; i < N; ++i) along += K[i] * lambda[i];
+        const double push = one.e / one.S - along;
+        if (lm_.H.empty()) {
+          lambda[one.channel] += push;
+        } else {
+          const double* const h = lm_.H.data() + (k * channels + one.channel) * channels;
+          for (std::size_t j = 0; j < channels; ++j) lambda[j] += h[j] * push;
+        }
+      }
+      for (std::size_t i = 0; i < N; ++i) {
+        double sum = kept_z_[k * N + i];
+        for (std::size_t j = 0; j < N; ++j) sum += kept_P_[(k * N + i) * N + j] * lambda[j];
+        out_.smoothed[k * N + i] = sum;
+      }
+      if (k == 0) break;
+      const double* const F = lm_.F.data() + (k - 1) * N * N;
+      std::array<double, N> back{};
+      for (std::size_t i = 0; i < N; ++i)
+        for (std::size_t j = 0; j < N; ++j) back[j] += F[i * N + j] * lambda[i];
+      lambda = back;
+    }
+  }
+
+ public:
+  void sort_directions() {
+    for (std::size_t p = 0; p < params_; ++p) {
+      const Direction& d = *(*wants_.directions)[p];
+      if (!d.rate.empty()) movers_.push_back(p);
+      if (!d.reading.empty()) readers_.push_back(p);
+    }
+  }
+
+ private:
+  const LinearModel& lm_;
+  const Noise& noise_;
+  const FilterWants& wants_;
+  std::size_t params_;
+  Normal normal_;
+  Likelihood out_;
+  Matrix P_;
+  Vector z_;
+  std::vector<double> dtheta_, next_, J_, kept_P_, kept_z_, gains_;
+  std::vector<Update> updates_;
+  std::vector<std::size_t> movers_, readers_;
+  double cost_before_ = 0;
+  Eigen::MatrixXd total_N_;
+  Eigen::VectorXd total_g_;
+};
+
+template <std::size_t N>
+Likelihood run(const LinearModel& model, const Noise& noise, const FilterWants& wants) {
+  const auto go = [&]<class T>(T) {
+    auto pass = std::make_unique<Pass<N, T>>(model, noise, wants);
+    pass->sort_directions();
+    return pass->run();
+  };
+  return wants.process_slope ? go(WithSlopes{}) : go(0.0);
+}
+
+}  // namespace
+
+Likelihood filter(const LinearModel& model, const Noise& noise, const FilterWants& wants) {
+  switch (model.states) {
+    case 9:
+      return run<9>(model, noise, wants);
+    case 10:
+      return run<10>(model, noise, wants);
+    case 11:
+      return run<11>(model, noise, wants);
+    case 12:
+      return run<12>(model, noise, wants);
+    default:
+      return run<13>(model, noise, wants);
+  }
+}
+
+Likelihood filter_along(const LinearModel& model, const Noise& noise, std::span<const Direction> directions,
+                        std::span<const Direction> further) {
+  std::vector<const Direction*> list;
+  for (const Direction& d : directions) list.push_back(&d);
+  for (const Direction& d : further) list.push_back(&d);
+  FilterWants wants;
+  wants.directions = &list;
+  return filter(model, noise, wants);
+}
+
+}  // namespace gripline::diagnose

@@ -1,0 +1,48 @@
+// Kalman filter over a linearised model: the likelihood of a log, its derivatives and normal equations by parameters,
+// and by the variances of the unknown accelerations.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "diagnose/model/linear_model.hpp"
+
+namespace gripline::diagnose {
+
+/// Gaussian noise: standard deviations of the six readings, variances of the three unknown accelerations.
+struct Noise {
+  Channels sensor{};
+  std::array<double, noise_states> process{};  // [m2/s4, m2/s4, rad2/s4]
+};
+
+/// Minus log likelihood and what it takes to lower it.
+struct Likelihood {
+  double cost = 0;       // -log p up to a constant that does not depend on the model
+  std::size_t rows = 0;  // scalar readings used
+  // By parameters: cost(theta) ~ cost - g' d + d' N d / 2.
+  std::size_t params = 0;
+  std::vector<double> g, N;  // params; params x params, row-major
+  // The same for blocks of consecutive samples, when asked for.
+  std::vector<double> block_g, block_N, block_cost;
+  std::size_t blocks = 0;
+  // By process variances: gradient and expected information.
+  std::array<double, noise_states> slope{};
+  std::array<std::array<double, noise_states>, noise_states> information{};
+  // Smoothed deviations from the reference, n x states, when asked for.
+  std::vector<double> smoothed;
+};
+
+struct FilterWants {
+  const std::vector<const Direction*>* directions = nullptr;
+  bool process_slope = false;
+  bool smooth = false;
+  std::size_t block = 0;    // samples per block; 0: none
+  std::size_t restart = 0;  // samples after which the state is forgotten; 0: never
+};
+
+Likelihood filter(const LinearModel& model, const Noise& noise, const FilterWants& wants);
+/// Gradient and curvature along these directions, then `further` ones, nothing else.
+Likelihood filter_along(const LinearModel& model, const Noise& noise, std::span<const Direction> directions,
+                        std::span<const Direction> further = {});
+
+}  // namespace gripline::diagnose

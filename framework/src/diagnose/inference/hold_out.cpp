@@ -1,0 +1,85 @@
+#include "diagnose/inference/hold_out.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace gripline::diagnose {
+namespace {
+
+/// The sample from which on a log is held out: its last whole laps, about a third; below three laps its last third.
+std::size_t hold_out_from(const Trace& trace) {
+  std::vector<double> laps(trace.size(), 0.0);
+  for (std::size_t k = 1; k < trace.size(); ++k) {
+    double step = trace.at[k].lap_fraction - trace.at[k - 1].lap_fraction;
+    laps[k] = laps[k - 1] + std::abs(step - std::round(step));
+  }
+  const double third = laps.back() / 3.0;
+  if (third < 1.0) return trace.size() - trace.size() / 3;
+  const double from = laps.back() - std::floor(third);
+  return static_cast<std::size_t>(std::lower_bound(laps.begin(), laps.end(), from) - laps.begin());
+}
+
+Trace beginning(const Trace& trace, std::size_t samples) {
+  Trace part = trace;
+  part.log.command.resize(samples);
+  if (!part.log.guessed.empty()) part.log.guessed.resize(samples);
+  part.log.reading.resize(samples * channels);
+  part.motion.resize(samples * channels);
+  part.at.resize(samples);
+  part.command_dual.resize(samples);
+  return part;
+}
+
+}  // namespace
+
+HoldOut::HoldOut(const Problem& problem, const Road& road, std::span<const LogFile> held_out)
+    : road_(road), known_(problem), own_laps_(held_out.empty()) {
+  for (const LogFile& log : held_out)
+    for (const Measured& m : log.stretches) {
+      Trace trace;
+      trace.log = m;
+      trace.set_motion(smooth_readings(m, 3), road_);
+      traces_.push_back(std::move(trace));
+      from_.push_back(0);
+    }
+  if (!own_laps_) return;
+  known_.calm_shapes = true;
+  for (Trace& trace : known_.traces) {
+    from_.push_back(hold_out_from(trace));
+    traces_.push_back(trace);
+    trace = beginning(trace, std::max<std::size_t>(from_.back(), 50));
+  }
+}
+
+Fit HoldOut::refit(const Fit& f) const { return own_laps_ && !f.theta.empty() ? fit(known_, f.model, f.noise, 3) : f; }
+
+double HoldOut::error_after_refit(const Fit& f) const {
+  constexpr std::array<double, 1> second = {1.0};
+  return errors(refit(f), second).front();
+}
+
+std::vector<double> HoldOut::errors(const Fit& f, std::span<const double> horizons) const {
+  Problem other = known_;
+  other.traces = traces_;
+  settle_reference(other, road_, f);
+  const StagedCar car = known_.catalogue->build(f.model);
+  std::vector<double> errors;
+  for (const double horizon : horizons) {
+    double sum = 0.0, count = 0.0;
+    for (std::size_t i = 0; i < other.traces.size(); ++i) {
+      RolloutOptions options;
+      options.horizon = horizon;
+      options.first = from_[i] + 10;
+      options.every = 25;
+      options.substeps = known_.substeps;
+      const Rollouts r = roll_out(car, other.traces[i], road_, options);
+      const double e = rms(r, known_.sensor);
+      sum += e * e * static_cast<double>(r.start.size());
+      count += static_cast<double>(r.start.size());
+    }
+    errors.push_back(count > 0.0 ? std::sqrt(sum / count) : 0.0);
+  }
+  return errors;
+}
+
+}  // namespace gripline::diagnose

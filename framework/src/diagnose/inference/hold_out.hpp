@@ -1,0 +1,30 @@
+// Data that no model was fitted to, and how well a model predicts it.
+#pragma once
+
+#include "diagnose/inference/fit.hpp"
+#include "measured/log_file.hpp"
+#include "measured/rollout.hpp"
+
+namespace gripline::diagnose {
+
+/// Logs to predict: those held out, else the last whole laps (about a third) of the fitted logs, whose models are then
+/// refitted on what comes before. Holds references.
+class HoldOut {
+ public:
+  HoldOut(const Problem& problem, const Road& road, std::span<const LogFile> held_out);
+  /// Root mean square of predictions over each horizon [s], in sensor standard deviations.
+  std::vector<double> errors(const Fit& fitted, std::span<const double> horizons) const;
+  /// The same over 1 s of a model as it is refitted to what is known.
+  double error_after_refit(const Fit& fitted) const;
+  /// The model as the known data alone would have it.
+  Fit refit(const Fit& fitted) const;
+
+ private:
+  const Road& road_;
+  Problem known_;
+  std::vector<Trace> traces_;
+  std::vector<std::size_t> from_;  // sample of each trace
+  bool own_laps_ = false;
+};
+
+}  // namespace gripline::diagnose

@@ -1,0 +1,67 @@
+#include "diagnose/inference/score_test.hpp"
+
+#include <cmath>
+
+#include "diagnose/inference/normal_equations.hpp"
+
+namespace gripline::diagnose {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+Score score_test(const MatrixXd& N, const VectorXd& g, Index own, double smallest) {
+  const Index count = g.size() - own;
+  Score s;
+  s.information = N.bottomRightCorner(count, count);
+  VectorXd r = g.tail(count);
+  if (own > 0) {
+    const MatrixXd base =
+        N.topLeftCorner(own, own) + 1e-12 * MatrixXd(N.topLeftCorner(own, own).diagonal().asDiagonal());
+    const Eigen::LDLT<MatrixXd> ldlt(base);
+    const MatrixXd cross = N.topRightCorner(own, count);
+    s.information -= cross.transpose() * ldlt.solve(cross);
+    r -= cross.transpose() * ldlt.solve(g.head(own));
+  }
+  s.score = r;
+  VectorXd size = N.diagonal().tail(count).cwiseSqrt();
+  for (Index i = 0; i < count; ++i)
+    if (!(size[i] > 0.0)) size[i] = 1e-300;
+  const MatrixXd unit = size.cwiseInverse().asDiagonal() * s.information * size.cwiseInverse().asDiagonal();
+  const VectorXd unit_r = size.cwiseInverse().asDiagonal() * r;
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(unit);
+  s.step = VectorXd::Zero(count);
+  for (Index i = 0; i < count; ++i) {
+    const double lambda = eigen.eigenvalues()[i];
+    if (!(lambda > smallest)) continue;
+    ++s.dof;
+    const double along = eigen.eigenvectors().col(i).dot(unit_r);
+    s.gain += 0.5 * along * along / lambda;
+    s.step += eigen.eigenvectors().col(i) * (along / lambda);
+  }
+  s.step = size.cwiseInverse().asDiagonal() * s.step;
+  return s;
+}
+
+ScoreSystem score_system(const Problem& problem, const Fit& fitted, std::span<const Linearised> along,
+                         const FurtherDirections& further) {
+  const Catalogue& catalogue = *problem.catalogue;
+  ScoreSystem out;
+  for (std::size_t t = 0; t < problem.traces.size(); ++t) {
+    const LinearModel& lm = along[t].lm;
+    const std::vector<Direction>& own = along[t].own;
+    const std::vector<Direction> others = further(problem.traces[t], lm);
+    out.own = static_cast<Index>(own.size());
+    out.normal.add(filter_along(lm, fitted.noise, own, others));
+  }
+  out.normal.add_nuisances(catalogue, fitted.model);
+  hold_at_limits(catalogue, fitted.model, out.normal);
+  return out;
+}
+
+double as_normal(double chi_square, double dof) {
+  const double spread = 2.0 / (9.0 * dof);
+  return (std::cbrt(chi_square / dof) - (1.0 - spread)) / std::sqrt(spread);
+}
+
+}  // namespace gripline::diagnose

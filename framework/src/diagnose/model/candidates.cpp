@@ -1,0 +1,125 @@
+#include "diagnose/model/candidates.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace gripline::diagnose {
+namespace {
+
+std::vector<abi::ParamValue> default_values(const PluginEntry& entry) {
+  std::vector<abi::ParamValue> values;
+  for (const abi::ParamDecl& p : entry.params()) values.push_back({p.fit ? p.start : p.default_value, Table{}});
+  return values;
+}
+
+/// An effect is a candidate when something of it can be fitted, nothing of it is a table, and it needs no truth.
+bool can_be_fitted(const PluginEntry& entry) {
+  const auto params = entry.params();
+  return entry.decl->kind == abi::Kind::effect && !entry.needs_truth() &&
+         std::any_of(params.begin(), params.end(), [](const abi::ParamDecl& p) { return p.fit; }) &&
+         std::none_of(params.begin(), params.end(),
+                      [](const abi::ParamDecl& p) { return p.type == abi::ParamType::table; });
+}
+
+}  // namespace
+
+std::size_t ModelSpec::position(std::size_t candidate) const {
+  return static_cast<std::size_t>(std::find(members.begin(), members.end(), candidate) - members.begin());
+}
+
+Catalogue::Catalogue(const VehicleSpec& nominal, const Car& car, const Registry& registry,
+                     std::span<const std::string> exclude)
+    : car_(car), model_(nullptr, nullptr), model_entry_(nominal.model.entry), model_params_(nominal.model.numbers()) {
+  PluginContext context;
+  context.car = car;
+  model_ = create<VehicleModel>(*nominal.model.entry, context, nominal.model.values);
+  for (const PluginSpec& one : nominal.effects)
+    own_.push_back({create<Effect>(*one.entry, context, one.values), one.numbers(), one.id()});
+  for (const PluginEntry& entry : registry.entries()) {
+    if (!can_be_fitted(entry)) continue;
+    Candidate c;
+    c.id = entry.decl->id;
+    c.entry = &entry;
+    const auto values = default_values(entry);
+    c.effect = create<Effect>(entry, context, values);
+    if ((model_->stages() & stage_bit(c.effect->stage())) == 0) continue;
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      c.defaults.push_back(values[i].number);
+      if (entry.decl->params[i].fit) c.fitted.push_back(i);
+    }
+    c.excluded = std::find(exclude.begin(), exclude.end(), c.id) != exclude.end();
+    c.remembers = c.effect->memory() > 0 || c.effect->look_back(c.defaults) > 0.0;
+    candidates_.push_back(std::move(c));
+  }
+  std::sort(candidates_.begin(), candidates_.end(), [](const Candidate& a, const Candidate& b) { return a.id < b.id; });
+}
+
+std::size_t Catalogue::find(std::string_view id) const {
+  const auto found =
+      std::find_if(candidates_.begin(), candidates_.end(), [&](const Candidate& c) { return c.id == id; });
+  return static_cast<std::size_t>(found - candidates_.begin());
+}
+
+double Catalogue::nominal(std::string_view name, std::size_t* index) const {
+  const auto params = model_entry_->params();
+  for (std::size_t i = 0; i < params.size(); ++i) {
+    if (name != params[i].name) continue;
+    if (index != nullptr) *index = i;
+    return model_params_[i];
+  }
+  return std::numeric_limits<double>::quiet_NaN();
+}
+
+ModelSpec Catalogue::bare() const {
+  ModelSpec model;
+  for (const Nuisance& n : nuisances_) model.nuisance.push_back(n.nominal);
+  return model;
+}
+
+bool Catalogue::before(std::size_t a, std::size_t b) const {
+  const Candidate& x = candidates_[a];
+  const Candidate& y = candidates_[b];
+  const auto key = [](const Candidate& c) {
+    return std::tuple(c.effect->stage(), c.entry->decl->precedence, std::string_view(c.id));
+  };
+  return key(x) < key(y);
+}
+
+ModelSpec Catalogue::with(const ModelSpec& model, std::size_t candidate) const {
+  ModelSpec more = model;
+  const auto at = std::upper_bound(more.members.begin(), more.members.end(), candidate,
+                                   [&](std::size_t a, std::size_t b) { return before(a, b); });
+  const auto offset = at - more.members.begin();
+  more.members.insert(at, candidate);
+  more.values.insert(more.values.begin() + offset, candidates_[candidate].defaults);
+  return more;
+}
+
+ModelSpec Catalogue::without(const ModelSpec& model, std::size_t candidate) const {
+  ModelSpec less = model;
+  const auto offset = static_cast<std::ptrdiff_t>(model.position(candidate));
+  less.members.erase(less.members.begin() + offset);
+  less.values.erase(less.values.begin() + offset);
+  return less;
+}
+
+StagedCar Catalogue::build(const ModelSpec& model) const {
+  std::vector<double> params = model_params_;
+  for (std::size_t i = 0; i < nuisances_.size(); ++i) params[nuisances_[i].index] = model.nuisance[i];
+  StagedCar car(*model_, std::move(params));
+  for (const Own& own : own_) car.add(*own.effect, own.params, own.id);
+  for (std::size_t i = 0; i < model.members.size(); ++i) {
+    const Candidate& c = candidates_[model.members[i]];
+    car.add(*c.effect, model.values[i], c.id);
+  }
+  return car;
+}
+
+std::string Catalogue::name(const ModelSpec& model) const {
+  std::string text;
+  for (const std::size_t member : model.members) text += (text.empty() ? "" : "+") + candidates_[member].id;
+  return text.empty() ? "none" : text;
+}
+
+}  // namespace gripline::diagnose

@@ -1,0 +1,92 @@
+// The nominal car and every effect that may be missing from it, as instances ready to be combined.
+#pragma once
+
+#include <array>
+#include <functional>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "car/staged_car.hpp"
+#include "car/vehicle.hpp"
+#include "plugin/registry.hpp"
+
+namespace gripline::diagnose {
+
+/// An effect plugin with at least one parameter to fit.
+struct Candidate {
+  std::string id;
+  const PluginEntry* entry = nullptr;
+  Instance<Effect> effect{nullptr, nullptr};
+  std::vector<double> defaults;     // every parameter; those to fit at their start
+  std::vector<std::size_t> fitted;  // indices of the parameters to fit
+  bool excluded = false;            // must not be named in this case
+  /// Hidden state or delay: its derivative at the neutral value is a limit, taken as a secant.
+  bool remembers = false;
+  const abi::ParamDecl& decl(std::size_t fit) const { return entry->decl->params[fitted[fit]]; }
+};
+
+/// A parameter of the nominal model that is known only to within a standard deviation.
+struct Nuisance {
+  std::string name;       // of the model's parameter
+  std::size_t index = 0;  // among them
+  double nominal = 0, sigma = 0;
+};
+
+/// Which effects are in the model and with what values.
+struct ModelSpec {
+  std::vector<std::size_t> members;         // candidates, in chain order
+  std::vector<std::vector<double>> values;  // all parameters of each member
+  std::vector<double> nuisance;             // values of the nuisance parameters
+
+  std::size_t position(std::size_t candidate) const;  // members.size() when it is not in
+  bool has(std::size_t candidate) const { return position(candidate) < members.size(); }
+};
+
+/// The nominal car of a world, its own effects included, and all candidates. Immutable after construction.
+class Catalogue {
+ public:
+  /// `exclude` holds ids that must not be named; an id that no plugin has is an error of the caller's.
+  Catalogue(const VehicleSpec& nominal, const Car& car, const Registry& registry, std::span<const std::string> exclude);
+
+  std::span<const Candidate> candidates() const { return candidates_; }
+  std::size_t find(std::string_view id) const;  // candidates().size() when unknown
+  const Car& car() const { return car_; }
+  const VehicleModel& model() const { return *model_; }
+
+  void set_nuisances(std::vector<Nuisance> nuisances) { nuisances_ = std::move(nuisances); }
+  std::span<const Nuisance> nuisances() const { return nuisances_; }
+  /// Value of a parameter of the nominal model by name; NaN when it has none of that name.
+  double nominal(std::string_view name, std::size_t* index = nullptr) const;
+
+  /// The model without any candidate.
+  ModelSpec bare() const;
+  /// The model with one more effect at its start values.
+  ModelSpec with(const ModelSpec& model, std::size_t candidate) const;
+  ModelSpec without(const ModelSpec& model, std::size_t candidate) const;
+  /// The car of a model; holds pointers into this catalogue. Parameter order: the nominal model's, its own effects',
+  /// then the members'.
+  StagedCar build(const ModelSpec& model) const;
+  /// Effects before the members in a built car.
+  std::size_t own_effects() const { return own_.size(); }
+  std::string name(const ModelSpec& model) const;
+  /// Whether candidate a acts earlier in the chain of stages than candidate b.
+  bool before(std::size_t a, std::size_t b) const;
+
+ private:
+  Car car_;
+  Instance<VehicleModel> model_;
+  const PluginEntry* model_entry_;
+  std::vector<double> model_params_;
+  struct Own {
+    Instance<Effect> effect;
+    std::vector<double> params;
+    std::string id;
+  };
+  std::vector<Own> own_;
+  std::vector<Candidate> candidates_;
+  std::vector<Nuisance> nuisances_;
+};
+
+}  // namespace gripline::diagnose

@@ -1,0 +1,103 @@
+#include "diagnose/model/linear_model.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "diagnose/model/dual_pass.hpp"
+#include "diagnose/model/transition.hpp"
+
+namespace gripline::diagnose {
+
+LinearModel linearise(const StagedCar& car, const Trace& trace, int substeps, std::span<const std::size_t> along,
+                      std::span<Direction> directions) {
+  const auto m = static_cast<std::size_t>(car.memory());
+  if (m > max_memory) throw std::invalid_argument("more than 4 hidden states in one model");
+  LinearModel lm;
+  lm.n = trace.size();
+  lm.dt = trace.log.dt;
+  const std::size_t body = channels + m, N = lm.states = body + noise_states;
+  lm.memory = run_memory(car, trace);
+
+  if (!trace.log.guessed.empty())
+    for (std::size_t k = 0; k + 1 < lm.n; ++k) lm.guessed.push_back(trace.log.guessed_step(k));
+  lm.rate.resize(lm.n * 3);
+  for (Direction& d : directions) d.rate.resize(lm.n * 3);
+  lm.F.resize((lm.n - 1) * N * N);
+  lm.input0.resize((lm.n - 1) * N * 3);
+  lm.input1.resize((lm.n - 1) * N * 3);
+  // Rates by the state at a sample and at the one before, whose mean rules the step between; and by some parameters.
+  std::vector<double> A(N * N, 0.0), before(N * N, 0.0);
+  for (std::size_t c = 0; c < noise_states; ++c) {
+    A[(3 + c) * N + body + c] = before[(3 + c) * N + body + c] = 1.0;
+    A[(body + c) * (N + 1)] = before[(body + c) * (N + 1)] = -1.0 / noise_time;
+  }
+  double fastest = 0.0;  // of the memory: what is stiff needs shorter steps than the motion
+  const DualPass pass{car, trace, lm.memory};
+  pass.run(along, true, [&](std::size_t k, const Dual8* rate, const Dual8* memory_rate) {
+    const auto row = [&](std::size_t i, const Dual8& r) {
+      for (std::size_t c = 0; c < 4; ++c) A[i * N + 2 + c] = r.d[c];
+      for (std::size_t j = 0; j < m; ++j) A[i * N + channels + j] = r.d[4 + j];
+    };
+    for (std::size_t i = 0; i < channels; ++i) row(i, rate[i]);
+    for (std::size_t j = 0; j < m; ++j) row(channels + j, memory_rate[j]);
+    for (std::size_t j = channels; j < body; ++j) fastest = std::max(fastest, std::abs(A[j * (N + 1)]));
+    for (std::size_t c = 0; c < 3; ++c) {
+      lm.rate[k * 3 + c] = rate[3 + c].v;
+      for (std::size_t i = 0; i < along.size(); ++i) directions[i].rate[k * 3 + c] = rate[3 + c].d[4 + m + i];
+    }
+    if (k > 0) {
+      for (std::size_t i = 0; i < N * N; ++i) before[i] = 0.5 * (before[i] + A[i]);
+      transition(before.data(), N, lm.dt, lm.F.data() + (k - 1) * N * N, lm.input0.data() + (k - 1) * N * 3,
+                 lm.input1.data() + (k - 1) * N * 3);
+    }
+    before = A;
+  });
+
+  // Where it settles many times within a sample, what settles is small and only must not grow.
+  const double settles = std::min(lm.dt * fastest, 20.0);
+  substeps = std::max(substeps, static_cast<int>(std::ceil(settles / (settles < 4.0 ? 0.8 : 1.4))));
+  lm.substeps = substeps;
+  step_all(car, trace, lm.memory, substeps, lm.offset);
+  for (std::size_t k = 0; k + 1 < lm.n; ++k) {
+    double* const f = lm.offset.data() + k * body;
+    for (std::size_t c = 0; c < channels; ++c) f[c] -= trace.motion[(k + 1) * channels + c];
+    for (std::size_t j = 0; j < m; ++j) f[channels + j] -= lm.memory[(k + 1) * m + j];
+  }
+
+  lm.innovation.resize(lm.n * channels);
+  read_pass(car, trace, {}, true, [&](std::size_t k, const std::array<Dual8, channels>& out) {
+    bool plain = true;
+    for (std::size_t c = 0; c < channels; ++c) {
+      lm.innovation[k * channels + c] = trace.log.reading[k * channels + c] - out[c].v;
+      for (std::size_t j = 0; j < channels; ++j) plain &= out[c].d[j] == (c == j ? 1.0 : 0.0);
+    }
+    if (plain && lm.H.empty()) return;
+    if (lm.H.empty()) {
+      lm.H.resize(lm.n * channels * channels);
+      for (std::size_t i = 0; i < lm.n * channels; ++i) lm.H[i * channels + i % channels] = 1.0;
+    }
+    for (std::size_t c = 0; c < channels; ++c)
+      std::copy_n(out[c].d, channels, lm.H.begin() + static_cast<std::ptrdiff_t>((k * channels + c) * channels));
+  });
+  return lm;
+}
+
+std::size_t lanes_beside_state(const StagedCar& car) { return DualPass::lanes - DualPass::state_lanes(car); }
+
+int substeps_of_motion(const StagedCar& car, std::span<const Trace> traces) {
+  constexpr double longest = 0.3;  // of a step over the time constant: an error of 0.3^5 / 120 of what settles
+  std::vector<double> fastest;
+  for (const Trace& trace : traces)
+    DualPass{car, trace, run_memory(car, trace)}.run({}, true, [&](std::size_t, const Dual8* rate, const Dual8*) {
+      double one = 0.0;
+      for (std::size_t c = 3; c < channels; ++c) one = std::max(one, std::abs(rate[c].d[c - 2]));
+      fastest.push_back(one * trace.log.dt);
+    });
+  if (fastest.empty()) return 2;
+  const auto middle = fastest.begin() + static_cast<std::ptrdiff_t>(fastest.size() / 2);
+  std::nth_element(fastest.begin(), middle, fastest.end());
+  return static_cast<int>(std::clamp(std::ceil(*middle / longest), 1.0, 8.0));
+}
+
+}  // namespace gripline::diagnose

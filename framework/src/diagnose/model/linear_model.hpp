@@ -1,0 +1,61 @@
+// A car linearised along a reference trajectory: the deviation z of the true state (and of the effects' memory, and of
+// slowly changing unknown accelerations) from the reference obeys
+//
+//   z[k+1] = F[k] z[k] + f[k] + C[k] (theta - theta0) + process noise,
+//   y[k]   = h[k] + H[k] z[k] + D[k] (theta - theta0) + sensor noise.
+//
+// f is exact: one step of the nonlinear model from the reference minus the reference one step on; F and C come from
+// exact rates differentiated at the samples. The reference is close to the truth whatever the model, so nothing is ever
+// simulated over a long time with a wrong model and nothing can spin.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "diagnose/model/candidates.hpp"
+#include "measured/trace.hpp"
+
+namespace gripline::diagnose {
+
+inline constexpr std::size_t max_memory = 4;
+inline constexpr std::size_t noise_states = 3;  // unknown accelerations along vx, vy, omega
+
+/// A direction of change: rates by one parameter at every sample (rows of vx', vy', omega'), readings by it.
+struct Direction {
+  std::vector<double> rate;     // n x 3
+  std::vector<double> reading;  // n x 6, or empty
+};
+
+/// What depends on the model and its parameter values, for one trace. States are ordered: 6 of motion, the memory, 3
+/// unknown accelerations.
+struct LinearModel {
+  std::size_t n = 0;       // samples
+  std::size_t states = 0;  // 6 + memory + 3
+  double dt = 0;
+  int substeps = 0;                // of each step of integration
+  std::vector<double> F;           // (n-1) x states x states
+  std::vector<double> input0;      // (n-1) x states x 3: what a rate at sample k, fading to k + 1, adds to z[k+1]
+  std::vector<double> input1;      // the same for a rate at sample k + 1
+  std::vector<double> offset;      // (n-1) x (states - 3): f
+  std::vector<double> innovation;  // n x 6: reading minus h; NaN where nothing was read
+  std::vector<double> H;           // n x 6 x 6, or empty for the identity
+  std::vector<bool> guessed;       // n - 1: the command during the step is a guess; or empty
+  std::vector<double> memory;      // n x memory, along the reference
+  std::vector<double> rate;        // n x 3: vx', vy', omega' along the reference
+  std::size_t memories() const { return states - channels - noise_states; }
+};
+
+/// Correlation time of the unknown accelerations [s].
+inline constexpr double noise_time = 0.25;
+
+/// `along` lists parameters of the car, at most lanes_beside_state of them: rates by these cost nothing and are written
+/// to `directions`.
+LinearModel linearise(const StagedCar& car, const Trace& trace, int substeps, std::span<const std::size_t> along = {},
+                      std::span<Direction> directions = {});
+std::size_t lanes_beside_state(const StagedCar& car);
+
+/// Steps of integration per sample that a car's motion needs along these traces: its slip settles within a few times
+/// 10 ms at the small scale, and logs are read at 20 to 100 Hz.
+int substeps_of_motion(const StagedCar& car, std::span<const Trace> traces);
+
+}  // namespace gripline::diagnose

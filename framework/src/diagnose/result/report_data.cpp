@@ -1,0 +1,195 @@
+#include "diagnose/result/report_data.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace gripline::diagnose {
+namespace {
+
+constexpr std::size_t every = 5;      // samples between points of the pictures
+constexpr double short_window = 0.2;  // [s]
+
+Node object() { return Node(Node::Object{}); }
+Node number(double v) {
+  // Six digits are more than a picture shows.
+  if (!std::isfinite(v)) return Node::null();
+  if (v == 0.0) return Node(0.0);
+  const double scale = std::pow(10.0, 5.0 - std::floor(std::log10(std::abs(v))));
+  return Node(std::round(v * scale) / scale);
+}
+
+/// Columns of an object, filled row by row.
+class Table {
+ public:
+  explicit Table(std::vector<std::string> names) : names_(std::move(names)), columns_(names_.size()) {}
+  void row(std::initializer_list<double> values) {
+    std::size_t i = 0;
+    for (const double v : values) columns_[i++].push_back(number(v));
+  }
+  void gap() {
+    for (Node::Array& c : columns_) c.push_back(Node::null());
+  }
+  Node node() && {
+    Node out = object();
+    for (std::size_t i = 0; i < names_.size(); ++i) out.set(names_[i], Node(std::move(columns_[i])));
+    return out;
+  }
+
+ private:
+  std::vector<std::string> names_;
+  std::vector<Node::Array> columns_;
+};
+
+Node track_node(const Track& track) {
+  Table t({"x_m", "y_m", "left_x_m", "left_y_m", "right_x_m", "right_y_m"});
+  constexpr int points = 600;
+  for (int i = 0; i < points; ++i) {
+    const double s = track.length() * i / points;
+    const CurvePoint p = track.at(s);
+    const double nx = -std::sin(p.yaw), ny = std::cos(p.yaw);
+    const double left = track.half_width_left(s), right = track.half_width_right(s);
+    t.row({p.x, p.y, p.x + left * nx, p.y + left * ny, p.x - right * nx, p.y - right * ny});
+  }
+  return std::move(t).node();
+}
+
+/// Unknown accelerations smoothed from a log under a model: n x 3.
+std::vector<double> unexplained(const Catalogue& catalogue, const Problem& problem, const Trace& trace,
+                                const ModelSpec& model, const Noise& noise) {
+  const LinearModel lm = linearise(catalogue.build(model), trace, problem.substeps);
+  FilterWants wants;
+  wants.smooth = true;
+  const Likelihood l = filter(lm, noise, wants);
+  std::vector<double> a(trace.size() * 3);
+  for (std::size_t k = 0; k < trace.size(); ++k)
+    for (std::size_t c = 0; c < 3; ++c) a[k * 3 + c] = l.smoothed[(k + 1) * lm.states - 3 + c];
+  return a;
+}
+
+Node residual_node(const Diagnosis& d, const Diagnoser& diagnoser) {
+  const Catalogue& catalogue = diagnoser.catalogue();
+  const Problem& problem = diagnoser.problem();
+  Table t({"t_s", "lap_fraction", "x_m", "y_m", "vx_mps", "vy_mps", "yaw_rate_radps", "d", "delta_rad", "e_vx", "e_vy",
+           "e_omega", "after_e_vx", "after_e_vy", "after_e_omega", "size"});
+  // Both with the same freedom, so that a smaller curve means a better model.
+  Noise noise = d.nothing.noise;
+  for (std::size_t c = 0; c < noise_states; ++c)
+    noise.process[c] = std::max(noise.process[c], std::pow(problem.process_unit[c], 2));
+  const ModelSpec bare = catalogue.bare();
+  for (const Trace& trace : problem.traces) {
+    const std::vector<double> before = unexplained(catalogue, problem, trace, bare, noise);
+    const std::vector<double> after = unexplained(catalogue, problem, trace, d.fit.model, noise);
+    RolloutOptions options;
+    options.horizon = short_window;
+    options.first = 0;
+    options.every = every;
+    const Rollouts rolled = roll_out(catalogue.build(bare), trace, diagnoser.road(), options);
+    std::vector<double> size(trace.size(), std::nan(""));
+    const std::size_t width = rolled.samples * channels;
+    for (std::size_t i = 0; i < rolled.start.size(); ++i) {
+      Rollouts one;
+      const auto from = static_cast<std::ptrdiff_t>(i * width), to = static_cast<std::ptrdiff_t>((i + 1) * width);
+      one.error.assign(rolled.error.begin() + from, rolled.error.begin() + to);
+      one.predicted.assign(rolled.predicted.begin() + from, rolled.predicted.begin() + to);
+      size[rolled.start[i]] = rms(one, problem.sensor);
+    }
+    for (std::size_t k = 0; k < trace.size(); k += every) {
+      const double* const x = trace.motion.data() + k * channels;
+      const CommandSample<double>& u = trace.log.command[k];
+      t.row({trace.at[k].t, trace.at[k].lap_fraction, x[0], x[1], x[3], x[4], x[5], u.d, u.delta, before[k * 3],
+             before[k * 3 + 1], before[k * 3 + 2], after[k * 3], after[k * 3 + 1], after[k * 3 + 2], size[k]});
+    }
+    t.gap();
+  }
+  return std::move(t).node();
+}
+
+/// Predictions of one second, one after the other, over data that was not fitted.
+Node traces_node(const Diagnosis& d, const Diagnoser& diagnoser, std::span<const LogFile> held_out) {
+  const Catalogue& catalogue = diagnoser.catalogue();
+  Problem problem = diagnoser.problem();
+  std::size_t first = 50;
+  if (held_out.empty()) {
+    first = problem.traces.front().size() * 2 / 3;
+  } else {
+    Trace trace;
+    trace.log = held_out.front().stretches.front();
+    trace.set_motion(smooth_readings(trace.log, 3), diagnoser.road());
+    problem.traces.assign(1, std::move(trace));
+  }
+  problem.traces.resize(1);
+  RolloutOptions options;
+  options.first = first;
+  const auto roll = [&](const ModelSpec& model, const Noise& noise) {
+    Fit f;
+    f.model = model;
+    f.noise = noise;
+    Problem own = problem;
+    renew_reference(own, diagnoser.road(), f);
+    return roll_out(catalogue.build(model), own.traces.front(), diagnoser.road(), options);
+  };
+  const Rollouts before = roll(catalogue.bare(), d.nothing.noise);
+  const Rollouts after = roll(d.fit.model, d.fit.noise);
+  const Trace& trace = problem.traces.front();
+  constexpr std::array<const char*, channels> names = {"x_m", "y_m", "yaw_rad", "vx_mps", "vy_mps", "yaw_rate_radps"};
+  constexpr std::size_t windows = 20;
+  Node::Array out;
+  for (std::size_t c = 3; c < channels; ++c) {
+    Table t({"t_s", "measured", "before", "after"});
+    for (std::size_t i = 0; i < std::min(windows, before.start.size()); ++i) {
+      for (std::size_t j = 0; j < before.samples; ++j) {
+        const std::size_t k = before.start[i] + j + 1, at = (i * before.samples + j) * channels + c;
+        t.row({trace.log.t0 + static_cast<double>(k) * trace.log.dt, trace.log.reading[k * channels + c],
+               before.predicted[at], after.predicted[at]});
+      }
+      t.gap();
+    }
+    Node one = object();
+    one.set("channel", Node(names[c]));
+    Node columns = std::move(t).node();
+    for (Member& m : columns.object()) one.set(m.key, std::move(m.value));
+    out.push_back(std::move(one));
+  }
+  return Node(std::move(out));
+}
+
+}  // namespace
+
+Node report_data(const Diagnosis& d, const Diagnoser& diagnoser, std::span<const LogFile> held_out,
+                 const std::string& log, const std::string& world, const Node& patch) {
+  Node out = object();
+  out.set("sentence", Node(d.sentence));
+  out.set("log", Node(log));
+  out.set("world", Node(world));
+  out.set("track", track_node(diagnoser.road().track()));
+  out.set("residual", residual_node(d, diagnoser));
+  Table horizon({"horizon_s", "before", "after"});
+  for (const Diagnosis::Horizon& h : d.horizons) horizon.row({h.seconds, h.before, h.after});
+  out.set("horizon", std::move(horizon).node());
+  out.set("traces", traces_node(d, diagnoser, held_out));
+  Node::Array floors;
+  for (const Floor& f : d.floors) {
+    Node one = object();
+    one.set("effect", Node(f.effect));
+    one.set("param", Node(f.param));
+    one.set("unit", Node(f.unit));
+    one.set("size", number(f.size));
+    floors.push_back(std::move(one));
+  }
+  out.set("seen_at", Node(std::move(floors)));
+  Node::Array health;
+  constexpr std::array<const char*, 3> levels = {"good", "note", "bad"};
+  for (const Health& h : d.health) {
+    Node one = object();
+    one.set("check", Node(h.check));
+    one.set("found", Node(h.found));
+    one.set("done", Node(h.done));
+    one.set("level", Node(levels[static_cast<std::size_t>(h.level)]));
+    health.push_back(std::move(one));
+  }
+  out.set("health", Node(std::move(health)));
+  out.set("patch", patch);
+  return out;
+}
+
+}  // namespace gripline::diagnose

@@ -1,0 +1,245 @@
+#include "diagnose/scoring/diagnose_experiment.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "config/json_file.hpp"
+#include "config/merge_patch.hpp"
+#include "diagnose/result/diagnosis_files.hpp"
+#include "diagnose/result/report_data.hpp"
+#include "experiment/experiment.hpp"
+#include "plugin/plugin_cache.hpp"
+#include "race/simulation.hpp"
+#include "util/csv_writer.hpp"
+
+namespace gripline::diagnose {
+namespace {
+
+namespace fs = std::filesystem;
+using Names = std::set<std::string>;
+
+struct HiddenCase {
+  std::string name;
+  WorldSpec world;             // with what is hidden
+  std::vector<Names> missing;  // sets of effects that are right
+  bool round_trip = false;
+};
+
+struct DiagnoseExperiment {
+  Node nominal_tree;
+  WorldSpec nominal;
+  StackSpec driver, other_driver;
+  std::uint64_t seed = 1;
+  CaseOptions options;
+  std::vector<HiddenCase> cases;
+  std::vector<Claim> claims;
+};
+
+Names read_names(const Node& node, Errors& errors) {
+  Names names;
+  if (node.is_text()) return {node.text()};
+  if (!node.is_array()) {
+    errors.add(node.origin, "expected an effect or a list of effects, found " + node.describe());
+    return names;
+  }
+  for (const Node& id : node.array()) names.insert(read_text(id, errors));
+  return names;
+}
+
+StackSpec read_driver(ObjectReader& r, const char* key, const DiagnoseExperiment& e, const Registry& registry,
+                      Errors& errors) {
+  Node stack{Node::Object{}};
+  if (const Node* given = r.require(key, "a model, a planner and a controller"); given != nullptr) stack = *given;
+  return read_stack("driver", stack, registry, e.nominal.car, errors);
+}
+
+HiddenCase read_hidden(const Member& member, const DiagnoseExperiment& e, const Registry& registry, Errors& errors) {
+  HiddenCase one;
+  one.name = member.key;
+  errors.set_context("case " + member.key);
+  ObjectReader r(member.value, errors);
+  Node tree = e.nominal_tree;
+  if (const Node* hidden = r.find("hidden"); hidden != nullptr) tree = merge(tree, *hidden);
+  inline_world_files(tree);
+  one.world = read_world(tree, registry, errors);
+  for (const Node& set : r.array("missing", false)) one.missing.push_back(read_names(set, errors));
+  one.round_trip = r.boolean("round_trip", false);
+  r.finish();
+  errors.set_context("");
+  return one;
+}
+
+DiagnoseExperiment read_experiment(const Node& tree, const Registry& registry) {
+  Errors errors;
+  DiagnoseExperiment e;
+  {
+    ObjectReader r(tree, errors);
+    r.find("kind");
+    if (const Node* nominal = r.require("nominal", "a world file or an object"); nominal != nullptr) {
+      e.nominal_tree = *nominal;
+      inline_file(e.nominal_tree);
+      inline_world_files(e.nominal_tree);
+      e.nominal = read_world(e.nominal_tree, registry, errors);
+    }
+    e.driver = read_driver(r, "driver", e, registry, errors);
+    e.other_driver = r.has("held_out_driver") ? read_driver(r, "held_out_driver", e, registry, errors) : e.driver;
+    e.seed = static_cast<std::uint64_t>(r.integer("seed", {0, largest_seed}, 1));
+    if (const Node* u = r.find("nominal_uncertainty"); u != nullptr) read_uncertainty(*u, e.options, errors);
+    for (const Node& id : r.array("exclude", false)) e.options.exclude.push_back(read_text(id, errors));
+    std::vector<std::string> names;
+    ObjectReader cases = r.object("cases");
+    for (const Member* member : cases.members()) {
+      e.cases.push_back(read_hidden(*member, e, registry, errors));
+      names.push_back(member->key);
+    }
+    for (const Node& node : names.empty() ? std::span<const Node>{} : r.array("claims", false))
+      if (auto claim = read_claim(node, names, errors, outcome_columns())) e.claims.push_back(*std::move(claim));
+    r.finish();
+  }
+  errors.throw_if_any();
+  return e;
+}
+
+/// One drive; its log is the run's steps.csv.
+fs::path drive(const WorldSpec& spec, const StackSpec& driver, std::uint64_t seed, const fs::path& folder) {
+  World world(spec, seed);
+  StackPlace place;
+  place.car = spec.car.car;
+  place.dt = spec.dt;
+  place.hold = spec.hold;
+  place.seed = seed;
+  place.course = &world.course();
+  place.cache_dir = plugin_cache_folder().string();
+  Stack stack(driver, place, world.observe());
+  fs::create_directories(folder);
+  {
+    Recorder recorder(folder);
+    Metrics metrics(world, driver, seed);
+    Simulation simulation(world, stack, recorder, metrics);
+    const RunSummary summary = simulation.run();
+    if (summary.status != Status::finished)
+      throw std::runtime_error(folder.string() + ": the driver did not finish: " + summary.message);
+  }
+  return folder / "steps.csv";
+}
+
+Diagnosis diagnose_logs(const WorldSpec& nominal, const Registry& registry, const CaseOptions& options,
+                        const fs::path& log, const fs::path& held_out, const fs::path& world_file,
+                        const fs::path& out) {
+  Diagnoser diagnoser(nominal, registry, options);
+  const LogExpectations expected{nominal.car.car.v_ref, &diagnoser.road()};
+  const std::vector<LogFile> logs{read_log_file(log, expected)}, held{read_log_file(held_out, expected)};
+  Diagnosis d = diagnoser.run(logs, held);
+  write_diagnosis(out, d, diagnoser, nominal, world_file, std::nullopt);
+  write_file(out / "diagnosis_report.json",
+             to_json_text(report_data(d, diagnoser, held, log.filename().string(), world_file.filename().string(),
+                                      world_patch(d, diagnoser, nominal))));
+  return d;
+}
+
+Names names_of(const Diagnosis& d) {
+  Names names;
+  for (const NamedEffect& n : d.named) names.insert(n.effect);
+  return names;
+}
+
+/// Drives the world that was found and asks again, with that world as the nominal one: 1 when nothing is missing.
+double round_trip(const DiagnoseExperiment& e, const Registry& registry, const fs::path& folder) {
+  Errors errors;
+  Node tree = load_json(folder / "augmented_world.json");
+  inline_world_files(tree);
+  const WorldSpec found = read_world(tree, registry, errors);
+  errors.throw_if_any();
+  const fs::path again = folder / "round_trip";
+  const fs::path log = drive(found, e.driver, e.seed + 100, again / "drive");
+  const fs::path held = drive(found, e.other_driver, e.seed + 101, again / "held_out");
+  const Diagnosis d = diagnose_logs(found, registry, CaseOptions{}, log, held, folder / "augmented_world.json", again);
+  return d.verdict == Verdict::nothing_missing ? 1.0 : 0.0;
+}
+
+CaseOutcome run_case(const DiagnoseExperiment& e, const HiddenCase& one, const Registry& registry,
+                     const fs::path& out) {
+  const fs::path folder = out / one.name;
+  const fs::path log = drive(one.world, e.driver, e.seed, folder / "drive");
+  const fs::path held = drive(one.world, e.other_driver, e.seed + 1, folder / "held_out");
+  const Diagnosis d = diagnose_logs(e.nominal, registry, e.options, log, held, out / "nominal_world.json", folder);
+  CaseOutcome outcome;
+  outcome.name = one.name;
+  outcome.sentence = d.sentence;
+  outcome.verdict = d.verdict;
+  const Names named = names_of(d);
+  const bool right = std::find(one.missing.begin(), one.missing.end(), named) != one.missing.end() ||
+                     (one.missing.empty() && named.empty());
+  double confidence = 1.0;
+  for (const NamedEffect& n : d.named) confidence = std::min(confidence, n.confidence);
+  for (std::size_t v = 0; v < verdict_names.size(); ++v)
+    outcome.values.emplace_back(verdict_names[v], static_cast<std::size_t>(d.verdict) == v ? 1.0 : 0.0);
+  outcome.values.emplace_back("right", right ? 1.0 : 0.0);
+  outcome.values.emplace_back("confidence", confidence);
+  outcome.values.emplace_back("before", d.gap.before);
+  outcome.values.emplace_back("after", d.gap.after);
+  outcome.values.emplace_back("closure", d.gap.closure);
+  if (d.unknown) {
+    outcome.values.emplace_back("from", d.unknown->from);
+    outcome.values.emplace_back("to", d.unknown->to);
+  }
+  if (one.round_trip) outcome.values.emplace_back("round_trip", round_trip(e, registry, folder));
+  return outcome;
+}
+
+std::optional<double> look_up(std::span<const CaseOutcome> cases, const std::string& name, const std::string& column) {
+  for (const CaseOutcome& c : cases)
+    for (const auto& [key, value] : c.values)
+      if (c.name == name && key == column) return value;
+  return std::nullopt;
+}
+
+void write_outcome(const fs::path& out, const DiagnoseOutcome& outcome) {
+  std::string text = "case,verdict";
+  for (const std::string& column : outcome_columns()) text += "," + column;
+  text += '\n';
+  for (const CaseOutcome& c : outcome.cases) {
+    text += c.name + "," + verdict_names[static_cast<std::size_t>(c.verdict)];
+    for (const std::string& column : outcome_columns()) {
+      const auto value = look_up(outcome.cases, c.name, column);
+      char cell[40] = "";
+      if (value) std::snprintf(cell, sizeof cell, "%.6g", *value);
+      text += "," + std::string(cell);
+    }
+    text += '\n';
+  }
+  write_file(out / "diagnoses.csv", text);
+}
+
+}  // namespace
+
+std::span<const std::string> outcome_columns() {
+  static const std::vector<std::string> names = {
+      "named",  "nothing_missing", "indistinguishable", "unknown", "right", "confidence",
+      "before", "after",           "closure",           "from",    "to",    "round_trip"};
+  return names;
+}
+
+void check_diagnose_experiment(const Node& tree, const Registry& registry) { read_experiment(tree, registry); }
+
+DiagnoseOutcome run_diagnose_experiment(const Node& tree, const Registry& registry, const fs::path& out,
+                                        const Tell& tell) {
+  const DiagnoseExperiment e = read_experiment(tree, registry);
+  DiagnoseOutcome outcome;
+  fs::create_directories(out);
+  // What augmented worlds extend: the nominal world with everything it names in its place.
+  write_file(out / "nominal_world.json", to_json_text(e.nominal_tree));
+  for (const HiddenCase& one : e.cases) {
+    if (tell) tell(static_cast<double>(outcome.cases.size()), e.cases.size(), one.name);
+    outcome.cases.push_back(run_case(e, one, registry, out));
+  }
+  write_outcome(out, outcome);
+  for (const Claim& claim : e.claims)
+    outcome.claims.push_back(judge(claim, 1, 1.0, [&](const std::string& name, const std::string& column, int) {
+      return look_up(outcome.cases, name, column);
+    }));
+  return outcome;
+}
+
+}  // namespace gripline::diagnose

@@ -1,0 +1,226 @@
+#include "experiment/claims.hpp"
+
+#include <algorithm>
+#include <cctype>
+#include <charconv>
+#include <cmath>
+
+namespace gripline {
+namespace {
+
+const std::vector<std::string>& fixed_columns() {
+  static const std::vector<std::string> names = {"mean_deviation_m",
+                                                 "hilly_deviation_m",
+                                                 "violation_s",
+                                                 "violation_body_s",
+                                                 "violation_after_adapt_s",
+                                                 "mu_rmse",
+                                                 "mu_visited_rmse",
+                                                 "solve_ms_median",
+                                                 "solve_ms_p95",
+                                                 "solve_ms_p99",
+                                                 "update_ms_median",
+                                                 "solver_failures",
+                                                 "steps",
+                                                 "cpu_s",
+                                                 "simulated_s",
+                                                 "runs",
+                                                 "finished",
+                                                 "crashed",
+                                                 "violation_s_max",
+                                                 "violation_after_adapt_s_max",
+                                                 "lap0_s",
+                                                 "lap0_mean_factor",
+                                                 "pace_ratio0"};
+  return names;
+}
+
+/// lap12_s -> lap0_s: numbers of laps do not matter to a name.
+std::string without_lap(std::string_view name) {
+  std::string out;
+  for (std::size_t i = 0; i < name.size(); ++i) {
+    const bool digit = std::isdigit(static_cast<unsigned char>(name[i])) != 0;
+    const bool counted = name.starts_with("lap") || name.starts_with("pace_ratio");
+    if (digit && counted) {
+      if (out.empty() || out.back() != '0') out += '0';
+    } else {
+      out += name[i];
+    }
+  }
+  return out;
+}
+
+class TermParser {
+ public:
+  explicit TermParser(std::string_view text) : text_(text) {}
+  /// Throws std::string with what is wrong.
+  ClaimTerm parse() {
+    ClaimTerm term;
+    skip();
+    const std::size_t begin = at_;
+    if (const std::optional<double> number = read_number()) {
+      skip();
+      if (at_ == text_.size()) return {0.0, "", "", *number};
+      if (accept('*'))
+        term.factor = *number;
+      else
+        at_ = begin;  // a name that begins with digits
+    }
+    skip();
+    term.stack = name("_-");
+    if (!accept('.')) throw std::string("expected stack.column, found \"" + std::string(text_) + "\"");
+    term.column = name("_");  // "a.x-1" subtracts
+    skip();
+    if (accept('+'))
+      term.offset = required_number();
+    else if (accept('-'))
+      term.offset = -required_number();
+    finish();
+    return term;
+  }
+
+ private:
+  void skip() {
+    while (at_ < text_.size() && text_[at_] == ' ') ++at_;
+  }
+  bool accept(char c) {
+    if (at_ >= text_.size() || text_[at_] != c) return false;
+    ++at_;
+    return true;
+  }
+  std::string name(std::string_view besides) {
+    const std::size_t begin = at_;
+    const auto part = [&](char c) {
+      return std::isalnum(static_cast<unsigned char>(c)) != 0 || besides.find(c) != besides.npos;
+    };
+    while (at_ < text_.size() && part(text_[at_])) ++at_;
+    if (begin == at_) throw std::string("expected a name in \"" + std::string(text_) + "\"");
+    return std::string(text_.substr(begin, at_ - begin));
+  }
+  std::optional<double> read_number() {
+    double number = 0.0;
+    const auto [end, code] = std::from_chars(text_.data() + at_, text_.data() + text_.size(), number);
+    if (code != std::errc() || !std::isfinite(number)) return std::nullopt;
+    at_ = static_cast<std::size_t>(end - text_.data());
+    return number;
+  }
+  double required_number() {
+    skip();
+    const std::optional<double> number = read_number();
+    if (!number) throw std::string("expected a number in \"" + std::string(text_) + "\"");
+    return *number;
+  }
+  void finish() {
+    skip();
+    if (at_ != text_.size()) throw std::string("cannot read \"" + std::string(text_.substr(at_)) + "\"");
+  }
+  std::string_view text_;
+  std::size_t at_ = 0;
+};
+
+struct RelationName {
+  const char* text;
+  Claim::Relation relation;
+};
+constexpr RelationName relations[] = {{"<=", Claim::Relation::less_equal},
+                                      {">=", Claim::Relation::greater_equal},
+                                      {"==", Claim::Relation::equal},
+                                      {"<", Claim::Relation::less},
+                                      {">", Claim::Relation::greater}};
+
+void check_names(const ClaimTerm& term, std::span<const std::string> stacks, std::span<const std::string> columns,
+                 const Node& node, Errors& errors) {
+  if (term.stack.empty()) return;
+  if (std::find(stacks.begin(), stacks.end(), term.stack) == stacks.end())
+    errors.add(node.origin, "no stack \"" + term.stack + "\"" + did_you_mean(term.stack, stacks));
+  const bool known = columns.empty() ? is_table_column(term.column)
+                                     : std::find(columns.begin(), columns.end(), term.column) != columns.end();
+  if (!known)
+    errors.add(node.origin, "no column \"" + term.column + "\"" +
+                                did_you_mean(term.column, columns.empty() ? table_columns() : columns));
+}
+
+bool compare(double left, Claim::Relation relation, double right) {
+  switch (relation) {
+    case Claim::Relation::less:
+      return left < right;
+    case Claim::Relation::less_equal:
+      return left <= right;
+    case Claim::Relation::greater:
+      return left > right;
+    case Claim::Relation::greater_equal:
+      return left >= right;
+    case Claim::Relation::equal:
+      return left == right;
+  }
+  return false;
+}
+
+std::optional<double> evaluate(const ClaimTerm& term, int run, const ClaimLookup& lookup) {
+  if (term.stack.empty()) return term.offset;
+  const std::optional<double> value = lookup(term.stack, term.column, run);
+  if (!value) return std::nullopt;
+  return term.factor * *value + term.offset;
+}
+
+}  // namespace
+
+bool Claim::about_time() const {
+  const auto timed = [](const ClaimTerm& term) {
+    return term.column.starts_with("solve_ms") || term.column.starts_with("update_ms") || term.column == "cpu_s";
+  };
+  return timed(left) || timed(right);
+}
+
+bool is_table_column(std::string_view name) {
+  const auto& names = fixed_columns();
+  return std::find(names.begin(), names.end(), without_lap(name)) != names.end();
+}
+
+std::span<const std::string> table_columns() { return fixed_columns(); }
+
+std::optional<Claim> read_claim(const Node& node, std::span<const std::string> stacks, Errors& errors,
+                                std::span<const std::string> columns) {
+  if (!node.is_text()) {
+    errors.add(node.origin, "expected a claim such as \"a.violation_s <= b.violation_s\", found " + node.describe());
+    return std::nullopt;
+  }
+  Claim claim;
+  claim.text = node.text();
+  for (const auto& [text, relation] : relations) {
+    const std::size_t at = claim.text.find(text);
+    if (at == std::string::npos) continue;
+    claim.relation = relation;
+    try {
+      claim.left = TermParser(std::string_view(claim.text).substr(0, at)).parse();
+      claim.right = TermParser(std::string_view(claim.text).substr(at + std::string_view(text).size())).parse();
+    } catch (const std::string& problem) {
+      errors.add(node.origin, problem);
+      return std::nullopt;
+    }
+    check_names(claim.left, stacks, columns, node, errors);
+    check_names(claim.right, stacks, columns, node, errors);
+    return claim;
+  }
+  errors.add(node.origin, "a claim compares with <, <=, >, >= or ==; found \"" + claim.text + "\"");
+  return std::nullopt;
+}
+
+ClaimResult judge(const Claim& claim, int runs, double share, const ClaimLookup& lookup) {
+  ClaimResult result;
+  result.text = claim.text;
+  result.left = evaluate(claim.left, -1, lookup);
+  result.right = evaluate(claim.right, -1, lookup);
+  for (int run = 0; run < runs; ++run) {
+    const std::optional<double> left = evaluate(claim.left, run, lookup);
+    const std::optional<double> right = evaluate(claim.right, run, lookup);
+    ++result.runs;
+    if (left && right && compare(*left, claim.relation, *right)) ++result.runs_held;
+  }
+  // A value that was never measured makes no claim true.
+  const bool medians = result.left && result.right && compare(*result.left, claim.relation, *result.right);
+  result.holds = medians && result.runs_held >= share * result.runs - 1e-9;
+  return result;
+}
+
+}  // namespace gripline

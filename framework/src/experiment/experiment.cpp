@@ -1,0 +1,173 @@
+#include "experiment/experiment.hpp"
+
+#include <algorithm>
+
+#include "config/file_kind.hpp"
+#include "config/json_file.hpp"
+#include "config/merge_patch.hpp"
+
+namespace gripline {
+namespace {
+
+constexpr std::size_t longest_name = 100;
+
+bool is_plain_name(const std::string& name) {
+  return !name.empty() && name.front() != '-' && std::all_of(name.begin(), name.end(), [](unsigned char c) {
+    return std::isalnum(c) != 0 || c == '_' || c == '-';
+  });
+}
+
+void read_seeds(ObjectReader& r, RaceSpec& race) {
+  std::int64_t first = 1, count = 1;
+  if (r.find("seeds") != nullptr && r.has("seeds")) {
+    ObjectReader seeds = r.object("seeds");
+    first = seeds.integer("first", {0, largest_seed}, 1);
+    count = seeds.integer("count", {1, 100'000}, 1);
+    seeds.finish();
+  }
+  for (std::int64_t i = 0; i < count; ++i) race.seeds.push_back(static_cast<std::uint64_t>(first + i));
+}
+
+void read_stacks(ObjectReader& r, const Registry& registry, RaceSpec& race, Errors& errors) {
+  static const Node nothing{Node::Object{}};
+  const Node* base = r.find("base");
+  if (base == nullptr) base = &nothing;
+  ObjectReader stacks = r.object("stacks");
+  for (const Member* member : stacks.members()) {
+    errors.set_context("stack " + member->key);
+    if (!is_plain_name(member->key))
+      errors.add(member->key_origin(),
+                 "a stack's name is a folder and a word of claims: letters, digits, _ and - only");
+    if (member->key.size() > longest_name)
+      errors.add(member->key_origin(), "a stack's name is a folder: expected at most " + std::to_string(longest_name) +
+                                           " letters, found " + std::to_string(member->key.size()));
+    race.stacks.push_back(read_stack(member->key, merge(*base, member->value), registry, race.world.car, errors));
+  }
+  errors.set_context("");
+  if (race.stacks.empty() && r.has("stacks")) stacks.error("an experiment needs at least one stack");
+}
+
+/// Reaching into a stack that is not there would make one that races as its base does: a slip of the name.
+void refuse_new_stack(const Node& tree, const std::string& assignment) {
+  const std::string pointer = assignment.substr(0, assignment.find('='));
+  const Node* const stacks = tree.find("stacks");
+  if (!pointer.starts_with("/stacks/") || stacks == nullptr || !stacks->is_object()) return;
+  const std::vector<std::string> names = split_pointer(pointer);
+  if (names.size() < 3 || stacks->find(names[1]) != nullptr) return;
+  std::vector<std::string> known;
+  for (const Member& member : stacks->object()) known.push_back(member.key);
+  throw InputError(
+      {Diagnostic{"--set", 0, 0, pointer, "no stack \"" + names[1] + "\"" + did_you_mean(names[1], known), {}}});
+}
+
+/// Puts the world's files in their places.
+void expand(Node& tree) {
+  Node* const world = tree.find("world");
+  if (world == nullptr) return;
+  inline_file_of(*world, FileKind::world);
+  inline_world_files(*world);
+}
+
+/// Calls use(text node, path) for every text that names a file that is there.
+template <class N, class Use>
+void each_file(N& node, Use&& use) {
+  if (node.is_object()) {
+    for (auto& member : node.object()) each_file(member.value, use);
+  } else if (node.is_array()) {
+    for (auto& one : node.array()) each_file(one, use);
+  } else if (node.is_text() && (node.text().ends_with(".csv") || node.text().ends_with(".json"))) {
+    const std::filesystem::path file = std::filesystem::absolute(resolve_path(node)).lexically_normal();
+    std::error_code ignored;
+    if (std::filesystem::is_regular_file(file, ignored)) use(node, file);
+  }
+}
+
+}  // namespace
+
+Node load_experiment(const std::filesystem::path& file, std::span<const std::string> assignments) {
+  Node tree = load_json(file);
+  expect_kind(tree, FileKind::experiment);
+  expand(tree);
+  for (const std::string& assignment : assignments) {
+    refuse_new_stack(tree, assignment);
+    apply_assignment(tree, assignment);
+    expand(tree);  // the next one may reach into a file that this one named
+  }
+  return tree;
+}
+
+std::string experiment_kind(const Node& tree) {
+  const Node* const kind = tree.find("kind");
+  return kind != nullptr && kind->is_text() ? kind->text() : "race";
+}
+
+RaceSpec read_race(const std::filesystem::path& file, Node tree, const Registry& registry) {
+  RaceSpec race;
+  race.name = file.stem().string();
+  race.tree = std::move(tree);
+  Errors errors;
+  {
+    ObjectReader r(race.tree, errors);
+    static const std::vector<std::string> kinds = {"race", "offline_validation", "force_validation", "diagnose", "fit"};
+    (void)r.choice("kind", kinds, "race");
+    if (const Node* world = r.require("world", "a world file or an object"); world != nullptr)
+      race.world = read_world(*world, registry, errors);
+    read_seeds(r, race);
+    read_stacks(r, registry, race, errors);
+    std::vector<std::string> names;
+    for (const StackSpec& stack : race.stacks) names.push_back(stack.name);
+    const std::span<const Node> claims = r.array("claims", false);
+    // Without stacks every claim would be wrong too: one message is enough.
+    for (const Node& node : names.empty() ? std::span<const Node>{} : claims)
+      if (std::optional<Claim> claim = read_claim(node, names, errors)) race.claims.push_back(*std::move(claim));
+    race.claim_share = r.number("claim_share", "1", NumberRange::closed(0, 1), 0.8);
+    r.finish();
+  }
+  errors.throw_if_any();
+  return race;
+}
+
+Node RaceSpec::run_tree(const std::string& stack, std::uint64_t seed) const {
+  Node one = tree;
+  const Node* const base = tree.find("base");
+  const Node* const patch = tree.find("stacks")->find(stack);
+  Node stacks{Node::Object{}};
+  stacks.set(stack, merge(base != nullptr ? *base : Node{Node::Object{}}, *patch));
+  Node seeds{Node::Object{}};
+  seeds.set("first", Node(static_cast<double>(seed)));
+  seeds.set("count", Node(1.0));
+  one.erase("base");
+  one.erase("claims");
+  one.set("seeds", std::move(seeds));
+  one.set("stacks", std::move(stacks));
+  // The tree will be read from another folder.
+  each_file(one, [](Node& node, const std::filesystem::path& file) { node = Node(file.string(), node.origin); });
+  return one;
+}
+
+std::vector<std::filesystem::path> files_named(const Node& tree) {
+  std::vector<std::filesystem::path> files;
+  each_file(tree, [&](const Node&, const std::filesystem::path& file) { files.push_back(file); });
+  std::sort(files.begin(), files.end());
+  return files;
+}
+
+std::set<std::filesystem::path> libraries_of(const WorldSpec& world, std::span<const StackSpec> stacks) {
+  std::set<std::filesystem::path> used;
+  const auto use = [&](const PluginSpec& spec) {
+    if (!spec.empty()) used.insert(spec.entry->library);
+  };
+  const auto use_vehicle = [&](const VehicleSpec& vehicle) {
+    use(vehicle.model);
+    for (const PluginSpec& effect : vehicle.effects) use(effect);
+  };
+  use(world.plant);
+  use_vehicle(world.vehicle);
+  for (const StackSpec& stack : stacks) {
+    use_vehicle(stack.model);
+    for (const PluginSpec* spec : {&stack.estimator, &stack.planner, &stack.controller}) use(*spec);
+  }
+  return used;
+}
+
+}  // namespace gripline

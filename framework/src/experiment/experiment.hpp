@@ -1,0 +1,45 @@
+// An experiment as JSON describes it: one world, named stacks, seeds, and the claims that must hold between them.
+#pragma once
+
+#include <filesystem>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "experiment/claims.hpp"
+#include "race/stack.hpp"
+#include "world/world_spec.hpp"
+
+namespace gripline {
+
+/// The tree of an experiment file, everything it names by JSON files put in its place, and `--set` assignments applied.
+/// Throws InputError.
+Node load_experiment(const std::filesystem::path& file, std::span<const std::string> assignments);
+
+/// "race", "offline_validation", "force_validation", "diagnose": the "kind" of a loaded tree; race when it says none.
+std::string experiment_kind(const Node& tree);
+
+inline constexpr std::int64_t largest_seed = 1'000'000'000;
+
+struct RaceSpec {
+  std::string name;  // of the file, without its ending
+  Node tree;
+  WorldSpec world;
+  std::vector<StackSpec> stacks;
+  std::vector<std::uint64_t> seeds;
+  std::vector<Claim> claims;
+  double claim_share = 0.8;
+
+  /// The tree of one run: the same experiment with one stack and one seed, claims left out; can be given back to `run`.
+  Node run_tree(const std::string& stack, std::uint64_t seed) const;
+};
+
+/// The files that the texts of a run's tree name, sorted.
+std::vector<std::filesystem::path> files_named(const Node& tree);
+/// The libraries that a world and stacks are made of, sorted.
+std::set<std::filesystem::path> libraries_of(const WorldSpec& world, std::span<const StackSpec> stacks);
+
+/// Throws InputError with every error of the tree, PluginError when a plugin is missing.
+RaceSpec read_race(const std::filesystem::path& file, Node tree, const Registry& registry);
+
+}  // namespace gripline

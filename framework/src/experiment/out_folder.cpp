@@ -1,0 +1,267 @@
+#include "experiment/out_folder.hpp"
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cmath>
+#include <span>
+#include <vector>
+
+#include "config/errors.hpp"
+#include "config/hash.hpp"
+#include "config/json_file.hpp"
+#include "util/csv_writer.hpp"
+
+namespace gripline {
+namespace fs = std::filesystem;
+namespace {
+
+constexpr const char* marker = "experiment.json";
+constexpr const char* lock_name = ".lock";
+
+std::string identity_in(const fs::path& out) {
+  std::error_code ignored;
+  if (!fs::exists(out / marker, ignored)) return {};
+  try {
+    const Node node = parse_file(out / marker);
+    const Node* const identity = node.find("identity");
+    return identity != nullptr && identity->is_text() ? identity->text() : "";
+  } catch (const std::exception&) {
+    return {};
+  }
+}
+
+/// Anything but the lock.
+bool occupied(const fs::path& out) {
+  std::error_code failed;
+  for (const auto& entry : fs::directory_iterator(out, failed))
+    if (entry.path().filename() != lock_name) return true;
+  return false;
+}
+
+void refuse_others(const fs::path& out, const std::string& identity, bool force) {
+  const std::string found = identity_in(out);
+  if (found.empty() && force)
+    throw InputError(out.string() + " was not made by gripline; --force does not empty it, choose another --out");
+  if (found == identity || force) return;
+  throw InputError(out.string() + " already holds " + (found.empty() ? "something else" : "another experiment") +
+                   "; choose another --out, or --force to replace it");
+}
+
+bool is_number(std::string_view text) {
+  return !text.empty() && std::all_of(text.begin(), text.end(), [](unsigned char c) { return std::isdigit(c) != 0; });
+}
+
+/// Removes files of these names, whole or half written.
+void remove_named(const fs::path& folder, std::span<const char* const> names) {
+  std::error_code failed;
+  for (const char* name : names) {
+    fs::remove(folder / name, failed);
+    fs::remove(folder / (std::string(name) + ".partial"), failed);
+  }
+}
+
+/// What a run leaves: OUT/<stack>/<seed>/ or, half done, OUT/<stack>/.<seed>.partial/.
+void remove_run(const fs::path& folder) {
+  constexpr std::array names = {"config.json", "summary.json", "steps.csv", "timing.csv",
+                                "replay.csv",  "tyres.csv",    "line.csv",  "log.txt"};
+  std::error_code failed;
+  remove_named(folder, names);
+  fs::remove(folder, failed);  // an empty one
+}
+
+bool is_run(const fs::path& folder) {
+  std::string name = folder.filename().string();
+  if (name.starts_with('.') && name.ends_with(".partial")) name = name.substr(1, name.size() - 9);
+  return is_number(name);
+}
+
+constexpr std::array result_names = {"scene.json",
+                                     "provenance.json",
+                                     "track.csv",
+                                     "runs.csv",
+                                     "table.csv",
+                                     "claims.json",
+                                     "report.html",
+                                     "validation.csv",
+                                     "validation_traces.csv",
+                                     "diagnosis.json",
+                                     "diagnosis_report.json",
+                                     "augmented_world.json",
+                                     "diagnoses.csv",
+                                     "nominal_world.json",
+                                     "score.csv",
+                                     "scorecard.txt"};
+
+/// A stack's folder of a race holds runs; one of a validation is a run itself; one of a diagnosed case holds drives, its
+/// diagnosis and, as a case again, the round trip.
+void remove_part(const fs::path& folder) {
+  std::error_code failed;
+  const auto is_recording = [&](const fs::path& place) {
+    return fs::exists(place / "steps.csv", failed) && fs::exists(place / "tyres.csv", failed);
+  };
+  const bool diagnosed = fs::exists(folder / "diagnosis.json", failed), recording = is_recording(folder);
+  std::vector<fs::path> runs, parts;
+  for (const auto& entry : fs::directory_iterator(folder, failed)) {
+    if (!entry.is_directory(failed) || entry.is_symlink(failed)) continue;
+    if (is_run(entry.path()) || (diagnosed && is_recording(entry.path()))) runs.push_back(entry.path());
+    if (diagnosed && entry.path().filename() == "round_trip") parts.push_back(entry.path());
+  }
+  for (const fs::path& run : runs) remove_run(run);
+  for (const fs::path& part : parts) remove_part(part);
+  if (recording) remove_run(folder);
+  if (diagnosed) remove_named(folder, result_names);
+  if (diagnosed || !runs.empty()) fs::remove(folder, failed);  // an empty one
+}
+
+/// All that gripline ever writes into a folder of results, and nothing else.
+void remove_results(const fs::path& out) {
+  std::error_code failed;
+  std::vector<fs::path> folders;
+  for (const auto& entry : fs::directory_iterator(out, failed))
+    if (entry.is_directory(failed) && !entry.is_symlink(failed)) folders.push_back(entry.path());
+  for (const fs::path& folder : folders) {
+    if (folder.filename() != "figures") {
+      remove_part(folder);
+      continue;
+    }
+    std::vector<fs::path> drawn;
+    for (const auto& entry : fs::directory_iterator(folder, failed))
+      if (entry.path().extension() == ".svg") drawn.push_back(entry.path());
+    for (const fs::path& figure : drawn) fs::remove(figure, failed);
+    fs::remove(folder, failed);
+  }
+  remove_named(out, result_names);
+}
+
+void write_track(const fs::path& out, const Track& track) {
+  CsvWriter csv(out / "track.csv", "s_m,x_m,y_m,left_x_m,left_y_m,right_x_m,right_y_m");
+  const int count = static_cast<int>(std::clamp(track.length() / 0.02, 200.0, 2000.0));
+  for (int i = 0; i < count; ++i) {
+    const CurvePoint p = track.at(track.length() * i / count);
+    const double left = track.half_width_left(p.s), right = track.half_width_right(p.s);
+    const double nx = -std::sin(p.yaw), ny = std::cos(p.yaw);
+    csv << p.s << p.x << p.y << p.x + left * nx << p.y + left * ny << p.x - right * nx << p.y - right * ny;
+    csv.end_row();
+  }
+}
+
+Node describe_world(const RaceSpec& race) {
+  const Car& car = race.world.car.car;
+  Node scene{Node::Object{}};
+  scene.set("name", Node(race.name));
+  scene.set("kind", Node(experiment_kind(race.tree)));
+  if (const Node* note = race.tree.find("note"); note != nullptr) scene.set("note", *note);
+  scene.set("world", Node(race.world.track->name()));
+  scene.set("dt", Node(race.world.dt));
+  scene.set("laps", Node(static_cast<double>(race.world.laps)));
+  Node shape{Node::Object{}};
+  for (const auto& [name, number] :
+       {std::pair{"m", car.m}, {"lf", car.lf}, {"lr", car.lr}, {"length", car.length}, {"width", car.width}})
+    shape.set(name, Node(number));
+  scene.set("car", std::move(shape));
+  Node::Array told;
+  for (const StackSpec& stack : race.stacks)
+    if (stack.needs_truth()) told.emplace_back(stack.name);
+  scene.set("told", Node(std::move(told)));
+  Node::Array limit;
+  for (const auto& [factor, lap] : race.world.time_optimal) {
+    Node point{Node::Object{}};
+    point.set("factor", Node(factor));
+    point.set("lap_s", Node(lap));
+    limit.push_back(std::move(point));
+  }
+  scene.set("time_optimal_laps", Node(std::move(limit)));
+  return scene;
+}
+
+Node describe_origin(const RaceSpec& race, const Registry& registry) {
+  Node origin{Node::Object{}};
+  origin.set("gripline", Node(GRIPLINE_VERSION));
+  origin.set("compiler", Node("g++ " __VERSION__));
+  origin.set("plugin_abi", Node(static_cast<double>(abi::number)));
+  Node::Array libraries;
+  for (const fs::path& library : libraries_of(race.world, race.stacks)) {
+    Node one{Node::Object{}};
+    one.set("file", Node(library.filename().string()));
+    one.set("sha256", Node(sha256_of_file(library)));
+    Node::Array plugins;
+    for (const PluginEntry& entry : registry.entries())
+      if (entry.library == library) plugins.emplace_back(std::string(entry.decl->id) + " " + entry.decl->version);
+    one.set("plugins", Node(std::move(plugins)));
+    libraries.push_back(std::move(one));
+  }
+  origin.set("libraries", Node(std::move(libraries)));
+  return origin;
+}
+
+}  // namespace
+
+OutLock::OutLock(fs::path folder) : file_(std::move(folder) / lock_name) {
+  while (true) {
+    handle_ = open(file_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
+    if (handle_ < 0) return;  // whoever writes the first result says why nothing can be written
+    if (flock(handle_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
+      close(handle_);
+      throw InputError(file_.parent_path().string() +
+                       ": another gripline is writing there now; wait for its end or choose another --out");
+    }
+    // The one before may have removed the file between the two calls: then this lock is on nothing.
+    struct stat held {
+    }, named{};
+    if (fstat(handle_, &held) == 0 && stat(file_.c_str(), &named) == 0 && held.st_ino == named.st_ino) return;
+    close(handle_);
+  }
+}
+
+OutLock::~OutLock() {
+  if (handle_ < 0) return;
+  unlink(file_.c_str());
+  close(handle_);
+}
+
+std::string experiment_identity(const Node& tree) {
+  Node same = tree;
+  for (const char* key : {"seeds", "claims", "claim_share"}) same.erase(key);
+  return sha256_hex(content_text(same));
+}
+
+OutLock open_out_folder(const fs::path& out, const std::string& identity, bool force) {
+  std::error_code failed;
+  if (fs::exists(out, failed) && !fs::is_directory(out, failed))
+    throw InputError(out.string() + " is a file; --out names a folder");
+  // A lock beside foreign files would be one more of them: such a folder is refused untouched.
+  if (occupied(out) && !fs::exists(out / lock_name, failed)) refuse_others(out, identity, force);
+  fs::create_directories(out, failed);
+  if (failed) throw InputError("cannot make " + out.string() + ": " + failed.message());
+  OutLock lock(out);
+  if (occupied(out)) {
+    refuse_others(out, identity, force);
+    if (force) remove_results(out);
+  }
+  Node node{Node::Object{}};
+  node.set("identity", Node(identity));
+  write_file(out / marker, to_json_text(node));
+  return lock;
+}
+
+void write_scene(const fs::path& out, const RaceSpec& race, const Registry& registry) {
+  write_file(out / "scene.json", to_json_text(describe_world(race)));
+  write_file(out / "provenance.json", to_json_text(describe_origin(race, registry)));
+  write_track(out, *race.world.track);
+}
+
+void write_scene(const fs::path& out, const std::string& name, const std::string& kind, const Node& tree) {
+  Node scene{Node::Object{}};
+  scene.set("name", Node(name));
+  scene.set("kind", Node(kind));
+  if (const Node* note = tree.is_object() ? tree.find("note") : nullptr; note != nullptr) scene.set("note", *note);
+  write_file(out / "scene.json", to_json_text(scene));
+}
+
+}  // namespace gripline

@@ -1,0 +1,41 @@
+// The folder an experiment writes: claimed, continued or refused.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <utility>
+
+#include "experiment/experiment.hpp"
+
+namespace gripline {
+
+/// One gripline at a time writes into a folder: an flock on OUT/.lock for as long as this lives, gone with the process.
+class OutLock {
+ public:
+  /// Throws InputError when another process holds it. A file system that knows no locks is used without.
+  explicit OutLock(std::filesystem::path folder);
+  OutLock(OutLock&& other) noexcept : file_(std::move(other.file_)), handle_(std::exchange(other.handle_, -1)) {}
+  OutLock(const OutLock&) = delete;
+  OutLock& operator=(const OutLock&) = delete;
+  ~OutLock();
+
+ private:
+  std::filesystem::path file_;
+  int handle_ = -1;
+};
+
+/// What makes two calls the same experiment: its tree without seeds and claims, which say how much of it is raced and
+/// what is asked of the result.
+std::string experiment_identity(const Node& tree);
+
+/// Makes OUT ready for an experiment with this identity. An existing folder that is not empty is refused (InputError)
+/// unless it holds the same experiment (finished runs are then kept) or `force` (what gripline made there is then
+/// removed and everything else stays; a folder that gripline did not make is refused all the same).
+OutLock open_out_folder(const std::filesystem::path& out, const std::string& identity, bool force);
+
+/// What the report needs to know once per experiment: scene.json, track.csv, provenance.json.
+void write_scene(const std::filesystem::path& out, const RaceSpec& race, const Registry& registry);
+/// The same for experiments that are no race: scene.json with the name, the kind and the note of `tree`.
+void write_scene(const std::filesystem::path& out, const std::string& name, const std::string& kind, const Node& tree);
+
+}  // namespace gripline

@@ -1,0 +1,64 @@
+// Runs of a race as processes: one stack and one seed each, so that a crash costs one run.
+#pragma once
+
+#include <atomic>
+#include <filesystem>
+#include <map>
+#include <vector>
+
+#include "experiment/experiment.hpp"
+#include "experiment/run_result.hpp"
+#include "plugin/guard.hpp"
+
+namespace gripline {
+
+struct RunnerOptions {
+  std::filesystem::path out;
+  int jobs = 1;
+  bool show_progress = true;
+};
+
+struct RunId {
+  std::string stack;
+  std::uint64_t seed;
+};
+
+/// SHA-256 of files, each read once.
+class FileHashes {
+ public:
+  const std::string& of(const std::filesystem::path& file);
+
+ private:
+  std::map<std::filesystem::path, std::string> known_;
+};
+
+/// Names a run by its inputs: the expanded JSON and the files it names, the libraries of the plugins it uses, the
+/// program that runs.
+std::string run_key(const RaceSpec& race, const RunId& id, FileHashes& hashes);
+
+/// How far a run is: written by the process that races, read by the one that waits.
+struct RunProgress {
+  std::atomic<double> fraction{0.0};    // of the race
+  std::atomic<double> preparing{-1.0};  // of what a plugin computes before the first step; negative: nothing
+  SharedText what;                      // it computes
+  LastCall last;
+};
+
+/// One run in this process, its files under OUT/<stack>/<seed>/. `progress` may be null.
+RunSummary run_here(const RaceSpec& race, const RunId& id, const std::string& key, const std::filesystem::path& out,
+                    RunProgress* progress);
+
+/// Runs what is not yet finished, at most `jobs` at a time, each in a process of its own. On an interrupt (Ctrl-C) the
+/// running ones are stopped and `interrupted` is set. Results are in the order asked for.
+struct RunnerOutcome {
+  std::vector<RunResult> runs;
+  int kept = 0;
+  bool interrupted = false;
+};
+/// The runs of this race that stand finished or broken in OUT, whoever asked for them: stacks in the order of the
+/// experiment, seeds rising. What other inputs, plugins or programs left there does not count.
+std::vector<RunResult> results_in(const RaceSpec& race, const std::filesystem::path& out);
+
+RunnerOutcome run_all(const RaceSpec& race, const std::vector<RunId>& ids, const RunnerOptions& options);
+
+}  // namespace gripline

@@ -1,0 +1,211 @@
+// Is this what its columns say? Units, signs and places, by medians, so that no outlier decides.
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <numbers>
+
+#include "measured/raw_log.hpp"
+
+namespace gripline::diagnose {
+namespace {
+
+double quantile(std::vector<double> values, double q) {
+  if (values.empty()) return 0.0;
+  const auto at = values.begin() + static_cast<std::ptrdiff_t>(q * static_cast<double>(values.size() - 1));
+  std::nth_element(values.begin(), at, values.end());
+  return *at;
+}
+
+/// What half a second of a log shows by different channels.
+struct Window {
+  double seconds = 0;
+  double way = 0, travel_angle = 0;  // between its ends, by position
+  double turn = 0;                   // by heading
+  double heading = 0;                // half way
+  double speed = 0, rate = 0;        // means of the channels
+  double steer = 0;
+};
+
+std::vector<Window> windows_of(const Raw& raw, double dt) {
+  const auto stride = static_cast<std::size_t>(std::max(2.0, std::round(0.5 / dt)));
+  std::vector<Window> windows;
+  for (std::size_t i = 0; i + stride < raw.size(); i += stride / 2) {
+    Window w;
+    const std::size_t end = i + stride;
+    w.seconds = raw.t[end] - raw.t[i];
+    if (w.seconds > 1.5 * static_cast<double>(stride) * dt) continue;
+    const auto mean = [&](std::size_t c) {
+      double sum = 0.0, count = 0.0;
+      for (std::size_t j = i; j <= end; ++j)
+        if (!std::isnan(raw.at(j, c))) {
+          sum += raw.at(j, c);
+          count += 1.0;
+        }
+      return 2.0 * count > static_cast<double>(stride) ? sum / count : nothing_read;
+    };
+    const double dx = raw.at(end, 0) - raw.at(i, 0), dy = raw.at(end, 1) - raw.at(i, 1);
+    w.way = std::hypot(dx, dy);
+    w.travel_angle = std::atan2(dy, dx);
+    w.turn = raw.at(end, 2) - raw.at(i, 2);
+    w.heading = 0.5 * (raw.at(end, 2) + raw.at(i, 2));
+    w.speed = mean(3);
+    w.rate = mean(5);
+    for (std::size_t j = i; j <= end; ++j) w.steer += raw.delta[j] / static_cast<double>(stride + 1);
+    if (std::isfinite(w.way + w.turn + w.speed + w.rate)) windows.push_back(w);
+  }
+  return windows;
+}
+
+/// Median of `top` over `bottom` where `bottom` is large enough to divide by.
+template <class Top, class Bottom>
+double usual_ratio(const std::vector<Window>& windows, Top top, Bottom bottom) {
+  std::vector<double> sizes, ratios;
+  for (const Window& w : windows) sizes.push_back(std::abs(bottom(w)));
+  const double enough = 0.5 * quantile(sizes, 0.9);
+  for (const Window& w : windows)
+    if (std::abs(bottom(w)) >= enough && bottom(w) != 0.0) ratios.push_back(top(w) / bottom(w));
+  return ratios.empty() ? nothing_read : median(ratios);
+}
+
+/// A ratio that is a unit rather than a car.
+struct Unit {
+  double low, high;
+  const char* found;
+};
+void check_speed(const CsvTable& table, double ratio) {
+  constexpr std::array<Unit, 6> units = {{{2.8, 4.6, "vx_mps looks like km/h; expected m/s"},
+                                          {1.8, 2.6, "vx_mps looks like mph; expected m/s"},
+                                          {7e-4, 1.4e-3, "x_m, y_m look like millimetres; expected m"},
+                                          {7e-3, 1.4e-2, "x_m, y_m look like centimetres; expected m"},
+                                          {700, 1400, "vx_mps looks like mm/s; expected m/s"},
+                                          {70, 140, "vx_mps looks like cm/s; expected m/s"}}};
+  const std::string found = "vx_mps is " + short_text(ratio) + " times the speed of x_m, y_m";
+  for (const Unit& u : units)
+    if (ratio > u.low && ratio < u.high) refuse(table, found + ": " + u.found);
+  if (!(ratio > 0.6 && ratio < 1.6)) refuse(table, found + "; expected about 1");
+}
+
+void check_rate(const CsvTable& table, double ratio) {
+  if (ratio > 30.0 && ratio < 90.0)
+    refuse(table, "yaw_rate_radps is " + short_text(ratio) +
+                      " times the rate of yaw_rad: it looks like deg/s; expected rad/s");
+  if (ratio > 1.0 / 90.0 && ratio < 1.0 / 30.0)
+    refuse(table, "yaw_rad turns " + short_text(1.0 / ratio) +
+                      " times as fast as yaw_rate_radps says: it looks like degrees; expected rad");
+  if (ratio < -0.5)
+    refuse(table,
+           "yaw_rate_radps seems to have the other sign: it is negative where yaw_rad rises; expected both positive "
+           "to the left (counter-clockwise)");
+}
+
+/// How far directions agree: length of the mean of unit vectors, and its angle.
+std::complex<double> mean_direction(const std::vector<double>& angles) {
+  std::complex<double> sum;
+  for (const double a : angles) sum += std::polar(1.0, a);
+  return sum / std::max(1.0, static_cast<double>(angles.size()));
+}
+
+/// The car moves about where it points. Where it does not, the frame is turned or mirrored.
+void check_frame(const CsvTable& table, const std::vector<Window>& windows) {
+  std::vector<double> ways, off, mirrored;
+  for (const Window& w : windows) ways.push_back(w.way);
+  const double enough = 0.5 * median(ways);
+  for (const Window& w : windows) {
+    if (w.way < enough || std::abs(w.turn) > 1.5) continue;
+    off.push_back(w.travel_angle - w.heading);
+    mirrored.push_back(w.travel_angle + w.heading);
+  }
+  if (off.size() < 5) return;
+  const std::complex<double> direct = mean_direction(off), mirror = mean_direction(mirrored);
+  if (direct.real() > 0.7) return;
+  if (std::abs(direct) > 0.9)
+    refuse(table, "the car moves " + short_text(std::arg(direct)) +
+                      " rad to the left of where yaw_rad points; expected yaw counter-clockwise from the x axis");
+  if (std::abs(mirror) > 0.9)
+    refuse(table,
+           "yaw_rad turns the other way than the path of x_m, y_m: the frame seems to be left-handed; expected y to "
+           "the left of x and yaw counter-clockwise");
+}
+
+/// A car turns to where it is steered, but for moments of a slide.
+void check_steering(const CsvTable& table, const std::vector<Window>& windows) {
+  std::vector<double> sizes;
+  for (const Window& w : windows) sizes.push_back(std::abs(w.steer));
+  const double enough = std::max(1e-3, quantile(sizes, 0.7));
+  double along = 0.0, all = 0.0;
+  for (const Window& w : windows) {
+    if (std::abs(w.steer) < enough) continue;
+    all += 1.0;
+    along += w.steer * w.turn > 0.0 ? 1.0 : 0.0;
+  }
+  if (all >= 8.0 && along < 0.15 * all)
+    refuse(table, "the steering seems to have the other sign: the car turns right where delta_rad is positive in " +
+                      std::to_string(std::lround(100.0 * (1.0 - along / all))) +
+                      " % of the bends; expected positive to the left");
+}
+
+}  // namespace
+
+void check_yaw_is_radians(const CsvTable& table, const Raw& raw) {
+  std::size_t jumps = 0;
+  for (std::size_t i = 1; i < raw.size(); ++i)
+    if (std::abs(raw.at(i, 2) - raw.at(i - 1, 2)) > std::numbers::pi) ++jumps;
+  if (20 * jumps > raw.size())
+    refuse(table, "yaw_rad jumps by more than half a turn in " + std::to_string(jumps) + " of " +
+                      std::to_string(raw.size()) + " rows: it looks like degrees; expected rad");
+}
+
+void check_units(const CsvTable& table, const Raw& raw, double dt, const LogExpectations& expected,
+                 std::vector<Health>& health) {
+  const std::vector<Window> windows = windows_of(raw, dt);
+  std::vector<double> speeds, angles, pedals;
+  for (const Window& w : windows) speeds.push_back(w.way / w.seconds);
+  const double top = quantile(speeds, 0.95);
+  if (top < 0.15 * expected.v_ref)
+    refuse(table, "the car is parked: it hardly exceeds " + short_text(top) + " m/s; expected driving around " +
+                      short_text(expected.v_ref) + " m/s");
+  const double v_ratio = usual_ratio(
+      windows, [](const Window& w) { return std::abs(w.speed) * w.seconds; }, [](const Window& w) { return w.way; });
+  check_speed(table, v_ratio);
+  std::vector<Window> gentle;
+  for (const Window& w : windows)
+    if (std::abs(w.turn) < 2.5) gentle.push_back(w);
+  const double w_ratio = usual_ratio(
+      gentle, [](const Window& w) { return w.rate * w.seconds; }, [](const Window& w) { return w.turn; });
+  check_rate(table, w_ratio);
+  for (const double angle : raw.delta) angles.push_back(std::abs(angle));
+  for (const double d : raw.d) pedals.push_back(std::abs(d));
+  if (const double largest = quantile(angles, 0.97); largest > 1.6)
+    refuse(table, "delta_rad reaches " + short_text(largest) + ": it looks like degrees; expected rad");
+  if (const double largest = quantile(pedals, 0.97); largest > 1.5)
+    refuse(table, "d reaches " + short_text(largest) + ": it looks like per cent; expected -1 to 1");
+  check_frame(table, windows);
+  check_steering(table, windows);
+  health.push_back({"units",
+                    "speed over distance " + short_text(v_ratio) + ", yaw rate over yaw " + short_text(w_ratio),
+                    "plausible"});
+}
+
+void check_place(const CsvTable& table, const Raw& raw, const Road& road) {
+  const auto usual_beyond = [&](double side) {
+    std::vector<double> beyond;
+    for (std::size_t i = 0; i < raw.size(); i += 10) {
+      const double x = raw.at(i, 0), y = side * raw.at(i, 1);
+      if (!std::isnan(x) && !std::isnan(y)) beyond.push_back(road.track().beyond_edge(road.track().locate(x, y)));
+    }
+    return median(beyond);
+  };
+  const double usual = usual_beyond(1.0);
+  // A bad driver leaves his own road by less than its width.
+  const double allowed = 0.5 * road.track().narrowest();
+  if (usual <= allowed) return;
+  const std::string found =
+      "half of the log lies more than " + short_text(usual) + " m outside \"" + road.track().name() + "\"";
+  if (usual_beyond(-1.0) <= allowed)
+    refuse(table, found +
+                      ", and with the sign of y_m changed on it: the frame seems to be left-handed; expected y to "
+                      "the left of x");
+  refuse(table, found + ": it is from another track; give the right one with --track FILE.csv");
+}
+
+}  // namespace gripline::diagnose

@@ -1,0 +1,115 @@
+#include "measured/rollout.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace gripline::diagnose {
+namespace {
+
+std::array<double, channels> read_state(const StagedCar& car, const double* x, const Place& at) {
+  Reading<double> r{x[0], x[1], x[2], x[3], x[4], x[5]};
+  car.read(&r, 1, &at, nullptr);
+  return {r.x, r.y, r.yaw, r.vx, r.vy, r.omega};
+}
+
+/// Substeps that a memory as quick as the quickest here needs: its own slope times a substep stays below 0.8.
+int substeps_for(const StagedCar& car, const Trace& trace, const std::vector<double>& memory, int wanted) {
+  const auto m = static_cast<std::size_t>(car.memory());
+  if (m == 0 || trace.size() == 0) return wanted;
+  const std::vector<double> rates = memory_rates(car, trace, memory);
+  double fastest = 0.0;
+  for (std::size_t j = 0; j < m; ++j) {
+    std::vector<double> moved = memory;
+    for (std::size_t k = 0; k < trace.size(); ++k) moved[k * m + j] += 1e-6 * (1.0 + std::abs(moved[k * m + j]));
+    const std::vector<double> changed = memory_rates(car, trace, moved);
+    for (std::size_t k = j; k < memory.size(); k += m)
+      fastest = std::max(fastest, std::abs((changed[k] - rates[k]) / (moved[k] - memory[k])));
+  }
+  return std::max(wanted, static_cast<int>(std::ceil(std::min(trace.log.dt * fastest, 40.0) / 0.8)));
+}
+
+}  // namespace
+
+std::vector<double> states_of_readings(const StagedCar& car, const std::vector<double>& readings,
+                                       const std::vector<Place>& at) {
+  std::vector<double> states = readings;
+  for (std::size_t k = 0; k < at.size(); ++k) {
+    double* const x = states.data() + k * channels;
+    // Sensor errors are small changes of the state, so that taking them off repeatedly converges.
+    for (int i = 0; i < 60; ++i) {
+      const auto shown = read_state(car, x, at[k]);
+      double largest = 0.0;
+      for (std::size_t c = 0; c < channels; ++c) {
+        const double off = shown[c] - readings[k * channels + c];
+        if (std::isnan(off)) continue;
+        x[c] -= off;
+        largest = std::max(largest, std::abs(off));
+      }
+      if (largest < 1e-12) break;
+    }
+  }
+  return states;
+}
+
+Rollouts roll_out(const StagedCar& car, const Trace& trace, const Road& road, const RolloutOptions& options) {
+  Rollouts out;
+  out.samples = static_cast<std::size_t>(std::round(options.horizon / trace.log.dt));
+  for (std::size_t s = options.first; s + out.samples < trace.size(); s += options.every) out.start.push_back(s);
+  const std::size_t n = out.start.size();
+  const auto m = static_cast<std::size_t>(car.memory());
+  out.error.resize(n * out.samples * channels);
+  out.predicted.resize(out.error.size());
+  if (n == 0) return out;
+  const std::vector<double> memory = run_memory(car, trace);
+  std::vector<double> x(n * channels), mem(n * m);
+  std::vector<std::size_t> sample = out.start;
+  std::vector<Place> from(n), to(n);
+  std::vector<double> hint(n);
+  for (std::size_t i = 0; i < n; ++i) {
+    const std::size_t s = out.start[i];
+    std::copy_n(trace.motion.begin() + static_cast<std::ptrdiff_t>(s * channels), channels,
+                x.begin() + static_cast<std::ptrdiff_t>(i * channels));
+    std::copy_n(memory.begin() + static_cast<std::ptrdiff_t>(s * m), m,
+                mem.begin() + static_cast<std::ptrdiff_t>(i * m));
+    from[i] = trace.at[s];
+    hint[i] = from[i].s;
+  }
+  Stepping stepping(car, trace.log, substeps_for(car, trace, memory, options.substeps));
+  for (std::size_t j = 0; j < out.samples; ++j) {
+    for (std::size_t i = 0; i < n; ++i) {
+      const double* const row = x.data() + i * channels;
+      const double cosine = std::cos(row[2]), sine = std::sin(row[2]);
+      double ahead = hint[i];
+      to[i] = road.at(from[i].t + trace.log.dt, row[0] + trace.log.dt * (row[3] * cosine - row[4] * sine),
+                      row[1] + trace.log.dt * (row[3] * sine + row[4] * cosine), row[2], ahead);
+    }
+    stepping.advance(sample, from, to, x.data(), mem.data());
+    for (std::size_t i = 0; i < n; ++i) {
+      const double* const row = x.data() + i * channels;
+      ++sample[i];
+      from[i] = road.at(trace.log.t0 + static_cast<double>(sample[i]) * trace.log.dt, row[0], row[1], row[2], hint[i]);
+      const auto shown = read_state(car, row, from[i]);
+      for (std::size_t c = 0; c < channels; ++c) {
+        const std::size_t at = (i * out.samples + j) * channels + c;
+        out.predicted[at] = shown[c];
+        out.error[at] = shown[c] - trace.log.reading[sample[i] * channels + c];
+      }
+    }
+  }
+  return out;
+}
+
+double rms(const Rollouts& rollouts, const Channels& sigma, double clip) {
+  double sum = 0.0;
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < rollouts.error.size(); ++i) {
+    if (std::isnan(rollouts.error[i]) && std::isfinite(rollouts.predicted[i])) continue;  // nothing was read
+    double ratio = std::abs(rollouts.error[i]) / sigma[i % channels];
+    if (!(ratio < clip)) ratio = clip;
+    sum += ratio * ratio;
+    ++count;
+  }
+  return count == 0 ? 0.0 : std::sqrt(sum / static_cast<double>(count));
+}
+
+}  // namespace gripline::diagnose

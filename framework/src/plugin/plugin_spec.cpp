@@ -1,0 +1,118 @@
+#include "plugin/plugin_spec.hpp"
+
+#include <cmath>
+#include <sstream>
+
+#include "config/json_file.hpp"
+#include "util/csv.hpp"
+
+namespace gripline {
+namespace {
+
+std::vector<std::string> split_choices(const char* choices) {
+  std::vector<std::string> names;
+  std::stringstream stream(choices);
+  for (std::string name; std::getline(stream, name, '|');) names.push_back(name);
+  return names;
+}
+
+/// A table is [[a, b], ...], rows of equal length, the first column rising; or the name of a CSV file of that shape.
+Table read_table(const Node& node, const abi::ParamDecl& decl, PluginSpec& spec, Errors& errors) {
+  const auto shared = std::make_shared<std::vector<double>>();
+  std::vector<double>& data = *shared;
+  std::size_t cols = 0;
+  const auto refuse = [&](const std::string& text) {
+    errors.add(node.origin, std::string(decl.name) + ": " + text);
+    return Table{};
+  };
+  if (node.is_text()) {
+    try {
+      const CsvTable csv = read_csv(resolve_path(node));
+      cols = csv.columns;
+      data = csv.values;
+    } catch (const std::exception& e) {
+      return refuse(e.what());
+    }
+  } else {
+    if (!node.is_array())
+      return refuse("expected a table: [[x, y], ...] or the name of a CSV file, found " + node.describe());
+    for (const Node& row : node.array()) {
+      const std::vector<double> numbers = read_numbers(row, "1", NumberRange::any(), std::nullopt, errors);
+      if (cols == 0) cols = numbers.size();
+      if (numbers.size() != cols) return refuse("rows of a table must be equally long");
+      data.insert(data.end(), numbers.begin(), numbers.end());
+    }
+  }
+  if (cols == 0) return refuse("a table must not be empty");
+  spec.tables.push_back(shared);
+  const Table table = {data.data(), data.size() / cols, cols};
+  for (std::size_t row = 1; row < table.rows; ++row)
+    if (!(table.at(row, 0) > table.at(row - 1, 0)))
+      return refuse("the first column must rise; row " + std::to_string(row + 1) + " goes back from " +
+                    number_text(table.at(row - 1, 0)) + " to " + number_text(table.at(row, 0)));
+  for (const double number : data)
+    if (!(number >= decl.lo && number <= decl.hi))
+      return refuse(number_text(number) + " is outside [" + number_text(decl.lo) + ", " + number_text(decl.hi) + "]");
+  return table;
+}
+
+abi::ParamValue read_value(const Node& node, const abi::ParamDecl& decl, PluginSpec& spec, Errors& errors) {
+  const auto range = NumberRange::closed(decl.lo, decl.hi);
+  switch (decl.type) {
+    case abi::ParamType::boolean:
+      return {read_boolean(node, errors) ? 1.0 : 0.0, {}};
+    case abi::ParamType::integer: {
+      const IntegerRange whole = {static_cast<std::int64_t>(decl.lo), static_cast<std::int64_t>(decl.hi)};
+      return {static_cast<double>(read_integer(node, whole, errors)), {}};
+    }
+    case abi::ParamType::choice:
+      return {static_cast<double>(read_choice(node, split_choices(decl.choices), errors)), {}};
+    case abi::ParamType::table:
+      return {0.0, read_table(node, decl, spec, errors)};
+    case abi::ParamType::number:
+      break;
+  }
+  return {read_number(node, decl.unit, range, errors), {}};
+}
+
+/// The registry's words with the place where the plugin is named.
+const PluginEntry& find_at(const Registry& registry, abi::Kind kind, const Node& name) {
+  try {
+    return registry.find(kind, name.text());
+  } catch (const PluginError& error) {
+    throw PluginError(InputError(name.origin, error.what()).what());
+  }
+}
+
+}  // namespace
+
+std::vector<double> PluginSpec::numbers() const {
+  std::vector<double> out;
+  out.reserve(values.size());
+  for (const abi::ParamValue& value : values) out.push_back(value.number);
+  return out;
+}
+
+PluginSpec read_plugin(ObjectReader& reader, abi::Kind kind, const Registry& registry, const KnownParams& known) {
+  PluginSpec spec;
+  const std::string id = reader.text("plugin");
+  const Node* const params = reader.find("params");
+  if (id.empty()) return spec;
+  spec.entry = &find_at(registry, kind, *reader.node().find("plugin"));
+  static const Node no_params{Node::Object{}};
+  const Node& given = params != nullptr && !params->is_null() ? *params : no_params;
+  ObjectReader values(given, reader.errors());
+  for (const abi::ParamDecl& decl : spec.entry->params()) {
+    const Node* const node = values.find(decl.name);
+    if (node != nullptr) {
+      spec.values.push_back(read_value(*node, decl, spec, reader.errors()));
+    } else {
+      const auto from_car = known.find(decl.name);
+      spec.values.push_back({from_car != known.end() ? from_car->second : decl.default_value, {}});
+    }
+  }
+  values.finish();
+  return spec;
+}
+
+}  // namespace gripline

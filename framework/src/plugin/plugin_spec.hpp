@@ -1,0 +1,33 @@
+// A plugin as JSON writes it, {"plugin": id, "params": {...}}, checked against what the plugin declares.
+#pragma once
+
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "config/reader.hpp"
+#include "plugin/registry.hpp"
+
+namespace gripline {
+
+/// A plugin chosen and its parameters, in the order of its declaration. Tables point into `tables`, which copies share.
+struct PluginSpec {
+  const PluginEntry* entry = nullptr;
+  std::vector<abi::ParamValue> values;
+  std::vector<std::shared_ptr<const std::vector<double>>> tables;
+
+  bool empty() const { return entry == nullptr; }
+  std::string id() const { return entry == nullptr ? "" : entry->decl->id; }
+  /// The numbers alone, as effects and vehicle models take them.
+  std::vector<double> numbers() const;
+};
+
+/// Values for parameters that the JSON does not give, by name: what a car states of itself.
+using KnownParams = std::map<std::string, double>;
+
+/// Reads "plugin" and "params" from an object; other keys are the caller's. A parameter not given takes its value from
+/// `known`, else its default. Throws PluginError when there is no such plugin.
+PluginSpec read_plugin(ObjectReader& reader, abi::Kind kind, const Registry& registry, const KnownParams& known = {});
+
+}  // namespace gripline

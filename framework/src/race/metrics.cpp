@@ -1,0 +1,120 @@
+#include "race/metrics.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace gripline {
+
+static constexpr double hilly_from = 0.03;  // grade
+
+std::string_view status_name(Status status) {
+  constexpr std::string_view names[] = {"finished", "crashed", "timeout", "plugin_error", "error"};
+  return names[static_cast<std::size_t>(status)];
+}
+
+double distance_to_line(std::span<const LinePoint> line, double x, double y) {
+  double nearest = INFINITY;
+  for (std::size_t i = 0; i < line.size(); ++i) {
+    const LinePoint& a = line[i];
+    const LinePoint& b = line[i + 1 < line.size() ? i + 1 : 0];
+    const double ex = b.x - a.x, ey = b.y - a.y;
+    const double length2 = ex * ex + ey * ey;
+    const double along = length2 > 0 ? std::clamp(((x - a.x) * ex + (y - a.y) * ey) / length2, 0.0, 1.0) : 0.0;
+    const double dx = x - a.x - along * ex, dy = y - a.y - along * ey;
+    nearest = std::min(nearest, dx * dx + dy * dy);
+  }
+  return std::sqrt(nearest);
+}
+
+Metrics::Metrics(const World& world, const StackSpec& stack, std::uint64_t seed)
+    : world_(world), wheelbase_force_(world.spec().car.car.m * gravity) {
+  summary_.stack = stack.name;
+  summary_.seed = seed;
+  summary_.needs_truth = stack.needs_truth();
+}
+
+/// Axle values of mu, each relative to its static load, as one for the car.
+double Metrics::weight(double front, double rear) const {
+  const Car& car = world_.spec().car.car;
+  return (front * car.lr + rear * car.lf) / (car.lf + car.lr);
+}
+
+double Metrics::mu_true() const { return weight(world_.truth().mu(Axle::front), world_.truth().mu(Axle::rear)); }
+
+/// The true curve is asked only where the slip grows beyond what was seen, and in between: a peak may be jumped over.
+void Metrics::see_slip(Axle axle) {
+  const auto i = static_cast<std::size_t>(axle);
+  const double seen = largest_slip_[i];
+  const double slip = std::abs(world_.slip(axle));
+  if (!(slip > seen)) return;
+  largest_slip_[i] = slip;
+  constexpr double spacing = 0.005;  // [rad]
+  const int count = static_cast<int>(std::clamp(std::ceil((slip - seen) / spacing), 1.0, 400.0));
+  for (int k = 1; k <= count; ++k) {
+    const double force = world_.truth().tyre_force(axle, seen + (slip - seen) * k / count) / world_.truth().factor();
+    largest_force_[i] = std::max(largest_force_[i], force);
+  }
+}
+
+void Metrics::lap(double ended) {
+  summary_.laps.push_back(ended - lap_began_);
+  summary_.lap_mean_factors.push_back(factor_.mean());
+  lap_began_ = ended;
+  factor_ = {};
+}
+
+void Metrics::friction(const Belief& belief) {
+  const double driven = world_.covered() / world_.track().length();
+  if (!trusted_since_) trusted_since_ = driven;
+  const double believed = weight(belief.mu_front, belief.mu_rear);
+  const double error = believed - mu_true();
+  mu_square_.add(error * error);
+  bias_.add(error);
+  if (driven < *trusted_since_ + 2) return;
+  const double visited = world_.truth().factor() * (largest_force_[0] + largest_force_[1]) / wheelbase_force_;
+  visited_square_.add((believed - visited) * (believed - visited));
+}
+
+void Metrics::step(const StackBelief& belief, std::span<const LinePoint> line, bool solved) {
+  const double dt = world_.spec().dt;
+  ++summary_.steps;
+  summary_.simulated_s = world_.time();
+  if (!solved) ++summary_.solver_failures;
+  factor_.add(world_.truth().factor());
+  if (world_.lap_ended()) lap(*world_.lap_ended());
+  if (!line.empty()) {
+    const double distance = distance_to_line(line, world_.state().x, world_.state().y);
+    deviation_.add(distance);
+    if (std::abs(std::tan(world_.place().grade)) > hilly_from) hilly_deviation_.add(distance);
+  }
+  see_slip(Axle::front);
+  see_slip(Axle::rear);
+  if (world_.outside()) summary_.violation_s += dt;
+  if (world_.body_outside()) summary_.violation_body_s += dt;
+  if (!belief.mu.trusted) return;
+  if (!summary_.violation_after_adapt_s) summary_.violation_after_adapt_s = 0.0;
+  if (world_.outside()) *summary_.violation_after_adapt_s += dt;
+  friction(belief.mu);
+}
+
+RunSummary Metrics::summary(Status status, std::string message) const {
+  RunSummary out = summary_;
+  out.status = status;
+  out.message = std::move(message);
+  out.mean_deviation_m = deviation_.mean();
+  if (hilly_deviation_.count > 0) out.hilly_deviation_m = hilly_deviation_.mean();
+  // Sums of steps carry rounding; times are whole steps.
+  const double dt = world_.spec().dt;
+  const auto whole = [dt](double time) { return std::round(time / dt) * dt; };
+  out.violation_s = whole(out.violation_s);
+  out.violation_body_s = whole(out.violation_body_s);
+  if (out.violation_after_adapt_s) out.violation_after_adapt_s = whole(*out.violation_after_adapt_s);
+  if (mu_square_.count > 0) {
+    out.mu_rmse = std::sqrt(mu_square_.mean());
+    out.mu_bias = bias_.mean();
+  }
+  if (visited_square_.count > 0) out.mu_visited_rmse = std::sqrt(visited_square_.mean());
+  return out;
+}
+
+}  // namespace gripline

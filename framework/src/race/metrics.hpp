@@ -1,0 +1,67 @@
+// What a run is judged by, as DEFINITIONS state it: laps, deviation, violation, error of the friction estimate.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "race/stack.hpp"
+#include "world/world.hpp"
+
+namespace gripline {
+
+enum class Status { finished, crashed, timeout, plugin_error, error };
+std::string_view status_name(Status status);
+
+struct RunSummary {
+  std::string stack;
+  std::uint64_t seed = 1;
+  Status status = Status::error;
+  std::string message;  // why it ended when it did not finish
+  bool needs_truth = false;
+  std::vector<double> laps, lap_mean_factors;  // [s], [-]
+  double mean_deviation_m = 0;
+  std::optional<double> hilly_deviation_m;  // the same where the road is steeper than 3 %; none without such road
+  double violation_s = 0, violation_body_s = 0;
+  std::optional<double> violation_after_adapt_s;
+  /// Root mean square of believed total mu against mu_true over every step at which the stack trusts what it learned;
+  /// against mu_visited from the end of the second lap after that moment on. Bias: believed minus true, as mu_rmse.
+  std::optional<double> mu_rmse, mu_visited_rmse, mu_bias;
+  std::int64_t solver_failures = 0, steps = 0;
+  double simulated_s = 0;
+};
+
+/// Distance from a point to a closed line given by samples, measured to its chords.
+double distance_to_line(std::span<const LinePoint> line, double x, double y);
+
+class Metrics {
+ public:
+  Metrics(const World& world, const StackSpec& stack, std::uint64_t seed);
+  /// After every control step, at the state it led to.
+  void step(const StackBelief& belief, std::span<const LinePoint> line, bool solved);
+  double mu_true() const;
+  RunSummary summary(Status status, std::string message) const;
+
+ private:
+  struct Mean {
+    double sum = 0;
+    std::int64_t count = 0;
+    void add(double value) { sum += value, ++count; }
+    double mean() const { return count > 0 ? sum / static_cast<double>(count) : 0.0; }
+  };
+  double weight(double front, double rear) const;
+  void see_slip(Axle axle);
+  void lap(double ended);
+  void friction(const Belief& belief);
+
+  const World& world_;
+  RunSummary summary_;
+  double lap_began_ = 0;
+  Mean factor_, deviation_, hilly_deviation_, mu_square_, visited_square_, bias_;
+  double largest_slip_[2] = {0, 0};
+  double largest_force_[2] = {0, 0};     // over the slips seen, at factor 1 [N]
+  double wheelbase_force_ = 0;           // m g
+  std::optional<double> trusted_since_;  // laps driven
+};
+
+}  // namespace gripline

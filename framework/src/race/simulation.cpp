@@ -1,0 +1,132 @@
+#include "race/simulation.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <ctime>
+
+#include "config/node.hpp"
+#include "plugin/guard.hpp"
+
+namespace gripline {
+namespace {
+
+double thread_cpu_ms() {
+  timespec now{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return 1e3 * static_cast<double>(now.tv_sec) + 1e-6 * static_cast<double>(now.tv_nsec);
+}
+
+/// Runs a plugin's call, its exceptions made ours, and adds its CPU time to `spent`.
+template <class F>
+void timed_call(const std::string& who, double t, double& spent, F&& call) {
+  const double begin = thread_cpu_ms();
+  guard(who, t, call);
+  spent = thread_cpu_ms() - begin;
+}
+
+/// For messages: a place or a speed to one decimal.
+std::string tenths(double value) { return number_text(std::round(10 * value) / 10); }
+
+void require_finite(const std::string& who, double t, const char* what, std::initializer_list<double> numbers) {
+  for (const double number : numbers)
+    if (!std::isfinite(number))
+      throw PluginFailure(who + " at t = " + std::to_string(t) + " s: returned " + what + " that is not a number");
+}
+
+}  // namespace
+
+Simulation::Simulation(World& world, Stack& stack, Recorder& recorder, Metrics& metrics)
+    : world_(world), stack_(stack), recorder_(recorder), metrics_(metrics), now_(world.observe()) {
+  const int points = stack_.controller().horizon();
+  if (points < 1 || points > 10000)
+    throw PluginFailure(stack_.spec().controller.id() + ": wants a horizon of " + std::to_string(points) + " points");
+  horizon_.resize(static_cast<std::size_t>(points));
+}
+
+/// The instant before the first step: there is nothing to learn from yet, and the car needs a first command.
+void Simulation::start() { decide(); }
+
+void Simulation::step() {
+  const Observation before = now_;
+  const State true_before = world_.state();
+  const Place true_place = world_.place();
+  u_ = guard(world_.plant_id(), now_.t, [&] { return world_.advance(command_.u); });  // line 3: x_t+1 <- dynamics
+  if (!world_.sane()) return;                                                         // over
+  now_ = world_.observe();
+  if (observer_ != nullptr) observer_->on_step(true_before, true_place, u_, world_, stack_);
+  const Sample sample = sample_of(before);  // line 4: e = x_t+1 - f_nom(x_t, u_t)
+  timed_call(stack_.spec().estimator.id(), now_.t, timing_.update_ms, [&] { stack_.learn(sample); });  // lines 5-7
+  decide();                                                                                            // lines 8-15
+}
+
+/// The nominal and the corrected model are asked here first: what is wrong with them is not the controller's fault.
+Sample Simulation::sample_of(const Observation& before) {
+  const StackSpec& spec = stack_.spec();
+  const Sample sample = guard(spec.model.model.id(), now_.t, [&] { return stack_.sample(before, u_, now_); });
+  require_finite(spec.model.model.id(), now_.t, "a prediction", {sample.e_vx, sample.e_vy, sample.e_omega});
+  if (spec.estimator.empty()) return sample;
+  const State next = guard(spec.estimator.id(), now_.t, [&] { return stack_.follow(sample); });
+  require_finite(spec.estimator.id(), now_.t, "a correction", {next.x, next.y, next.yaw, next.vx, next.vy, next.omega});
+  return sample;
+}
+
+void Simulation::decide() {
+  StackBelief belief = guard(stack_.spec().estimator.id(), now_.t,
+                             [&] { return stack_.belief(now_.t); });  // lines 8-13: {f_corr, mu} or {f_nom, mu_init}
+  require_finite(stack_.spec().estimator.id(), now_.t, "a friction",
+                 {belief.mu.mu_front, belief.mu.mu_rear, belief.mu.sigma_front, belief.mu.sigma_rear});
+  timed_call(stack_.spec().planner.id(), now_.t, timing_.plan_ms,
+             [&] { stack_.planner().plan(now_, belief.mu, belief.learned, horizon_); });  // line 14
+  for (const RefPoint& point : horizon_)
+    require_finite(stack_.spec().planner.id(), now_.t, "a reference", {point.x, point.y, point.yaw, point.v});
+  timed_call(stack_.spec().controller.id(), now_.t, timing_.solve_ms,
+             [&] { command_ = stack_.controller().control(now_, horizon_, *belief.model); });  // line 15
+  require_finite(stack_.spec().controller.id(), now_.t, "a command", {command_.u.d, command_.u.ddelta});
+  const auto line = guard(stack_.spec().planner.id(), now_.t, [&] { return stack_.planner().line(); });
+  if (world_.step() > 0) metrics_.step(belief, line, command_.solved);
+  recorder_.write(
+      {world_, stack_, belief, horizon_, command_, world_.within_limits(command_.u), metrics_.mu_true(), timing_});
+}
+
+bool Simulation::over(RunSummary& summary) const {
+  const WorldSpec& spec = world_.spec();
+  const State& x = world_.state();
+  if (!world_.sane()) {
+    summary = metrics_.summary(Status::error, world_.plant_id() + " at t = " + std::to_string(now_.t) +
+                                                  " s: gave the world's car a state that is not a number");
+  } else if (world_.crashed()) {
+    summary = metrics_.summary(Status::crashed, "hit the wall at s = " + tenths(world_.place().s) + " m with " +
+                                                    tenths(std::hypot(x.vx, x.vy)) + " m/s");
+  } else if ((spec.laps > 0 && world_.laps() >= spec.laps) ||
+             (spec.duration && world_.time() >= *spec.duration - 0.5 * spec.dt)) {
+    summary = metrics_.summary(Status::finished, "");
+  } else if (world_.time() >= spec.timeout - 0.5 * spec.dt) {
+    summary = metrics_.summary(Status::timeout, "still driving after " + number_text(spec.timeout) + " s");
+  } else {
+    return false;
+  }
+  return true;
+}
+
+void Simulation::tell_progress() const {
+  if (told_ == nullptr) return;
+  const WorldSpec& spec = world_.spec();
+  const double laps = world_.covered() / world_.track().length();
+  told_(told_context_, std::clamp(spec.laps > 0 ? laps / spec.laps : world_.time() / *spec.duration, 0.0, 1.0));
+}
+
+RunSummary Simulation::run() {
+  RunSummary summary;
+  try {
+    start();
+    while (!over(summary)) {
+      step();
+      tell_progress();
+    }
+  } catch (const PluginFailure& failure) {
+    summary = metrics_.summary(Status::plugin_error, failure.what());
+  }
+  return summary;
+}
+
+}  // namespace gripline

@@ -1,0 +1,145 @@
+#include "race/stack.hpp"
+
+#include <limits>
+
+#include "config/hash.hpp"
+
+namespace gripline {
+namespace {
+
+PluginContext surroundings(const StackSpec& spec, const StackPlace& place) {
+  PluginContext context;
+  context.car = place.car;
+  context.dt = place.dt;
+  context.hold = place.hold;
+  context.seed = place.seed;
+  context.mu_init = spec.mu_init;
+  context.course = place.course;
+  context.progress = place.progress;
+  context.progress_context = place.progress_context;
+  return context;
+}
+
+/// A rebuilt library never meets what its former self kept.
+std::string cache_of(const PluginSpec& spec, const std::string& cache_dir) {
+  if (cache_dir.empty() || spec.empty()) return {};
+  const std::string hash = sha256_of_file(spec.entry->library).substr(0, 16);
+  // One that knows the truth must not leave it where its neighbour in the library reads.
+  return cache_dir + "/" + spec.entry->library.stem().string() + "-" + hash +
+         (spec.entry->needs_truth() ? "-told" : "");
+}
+
+/// An instance with truth if, and only if, the plugin declares that it needs it.
+template <class Interface>
+Instance<Interface> create_for(const PluginSpec& spec, PluginContext context, const Truth* truth,
+                               const std::string& cache_dir) {
+  context.cache_dir = cache_dir.empty() ? nullptr : cache_dir.c_str();
+  context.truth = spec.entry->needs_truth() ? truth : nullptr;
+  return create<Interface>(*spec.entry, context, spec.values);
+}
+
+void refuse_truth(const PluginSpec& plugin, const Node& node, Errors& errors) {
+  if (!plugin.empty() && plugin.entry->needs_truth())
+    errors.add(node.origin, "\"" + plugin.id() + "\" knows the truth; a stack's nominal model must not");
+}
+
+PluginSpec read_role(ObjectReader& r, const char* key, abi::Kind kind, const Registry& registry, bool required) {
+  if (!required && !r.has(key)) {
+    r.find(key);
+    return {};
+  }
+  ObjectReader role = r.object(key);
+  PluginSpec spec = read_plugin(role, kind, registry);
+  role.finish();
+  return spec;
+}
+
+}  // namespace
+
+bool StackSpec::needs_truth() const {
+  for (const PluginSpec* spec : {&estimator, &planner, &controller})
+    if (!spec->empty() && spec->entry->needs_truth()) return true;
+  return false;
+}
+
+StackSpec read_stack(const std::string& name, const Node& node, const Registry& registry, const CarFile& car,
+                     Errors& errors) {
+  ObjectReader r(node, errors);
+  StackSpec spec;
+  spec.name = name;
+  if (const Node* model = r.require("model", "a vehicle model"); model != nullptr) {
+    spec.model = read_vehicle(*model, registry, car, "rk4", errors);
+    refuse_truth(spec.model.model, *model, errors);
+    for (const PluginSpec& effect : spec.model.effects) refuse_truth(effect, *model, errors);
+  }
+  spec.estimator = read_role(r, "estimator", abi::Kind::estimator, registry, false);
+  spec.planner = read_role(r, "planner", abi::Kind::planner, registry, true);
+  spec.controller = read_role(r, "controller", abi::Kind::controller, registry, true);
+  spec.adapt_after = r.number("adapt_after", "s", NumberRange::non_negative(), 0.0);
+  spec.careful_until = r.number("careful_until", "s", NumberRange::non_negative(), 0.0);
+  spec.mu_init = r.number("mu_init", "1", NumberRange::closed(0.01, 10.0), 1.0);
+  r.finish();
+  return spec;
+}
+
+Stack::Stack(const StackSpec& spec, const StackPlace& place, const Observation& start)
+    : spec_(spec),
+      cache_dirs_{cache_of(spec.estimator, place.cache_dir), cache_of(spec.planner, place.cache_dir),
+                  cache_of(spec.controller, place.cache_dir)},
+      context_(surroundings(spec, place)),
+      vehicle_(spec.model, context_),
+      nominal_(vehicle_.car(), {place.dt, place.hold, spec.model.integration}),
+      corrected_(nominal_),
+      planner_(nullptr, nullptr),
+      controller_(nullptr, nullptr) {
+  context_.nominal = &nominal_;
+  nominal_.reset(start.x, start.d, start.at);
+  if (!spec.estimator.empty()) estimator_ = create_for<Estimator>(spec.estimator, context_, place.truth, cache_dirs_[0]);
+  planner_ = create_for<SpeedPlanner>(spec.planner, context_, place.truth, cache_dirs_[1]);
+  controller_ = create_for<Controller>(spec.controller, context_, place.truth, cache_dirs_[2]);
+  if (estimator_) {
+    StagedCar car = vehicle_.car();
+    car.add(**estimator_, {}, spec.estimator.id());
+    corrected_ = CorrectedModel(std::move(car), {place.dt, place.hold, spec.model.integration});
+  }
+  corrected_.reset(start.x, start.d, start.at);
+}
+
+Sample Stack::sample(const Observation& before, const Input& u, const Observation& now) {
+  Sample sample;
+  sample.t = before.t;
+  sample.dt = context_.dt;
+  sample.step = before.step;
+  sample.x = before.x;
+  sample.u = u;
+  sample.at = before.at;
+  sample.x_next = now.x;
+  sample.at_next = now.at;
+  const Quantities<double> begin = nominal_.quantities(before.x, u, before.at);
+  const State predicted = nominal_.advance(before.x, u, before.at);
+  const Quantities<double> end = nominal_.quantities(now.x, {u.d, 0.0}, now.at);
+  sample.d_behind = u.d - 0.5 * (begin.d + end.d);
+  sample.delta_behind = now.x.delta - 0.5 * (begin.delta + end.delta);
+  sample.e_vx = (now.x.vx - predicted.vx) / sample.dt;
+  sample.e_vy = (now.x.vy - predicted.vy) / sample.dt;
+  sample.e_omega = (now.x.omega - predicted.omega) / sample.dt;
+  return sample;
+}
+
+void Stack::learn(const Sample& sample) {
+  if (estimator_) (*estimator_)->update(sample);
+}
+
+StackBelief Stack::belief(double t) {
+  StackBelief now{&nominal_, {}, nullptr};
+  now.mu.mu_front = now.mu.mu_rear = spec_.mu_init;
+  if (!estimator_ || !(t > spec_.adapt_after)) return now;
+  now.model = &corrected_;
+  if (!(t > spec_.careful_until)) return now;
+  now.mu = (*estimator_)->belief();
+  now.mu.trusted = true;
+  now.learned = estimator_->get();
+  return now;
+}
+
+}  // namespace gripline

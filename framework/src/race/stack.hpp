@@ -1,0 +1,75 @@
+// What drives: nominal model, estimator, planner, controller, and when to trust what was learned.
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "car/vehicle.hpp"
+
+namespace gripline {
+
+struct StackSpec {
+  std::string name;
+  VehicleSpec model;
+  PluginSpec estimator;  // may be empty
+  PluginSpec planner, controller;
+  double adapt_after = 0.0;    // [s] from then on the learned correction is part of the model
+  double careful_until = 0.0;  // [s] until then plans are made for mu_init all the same
+  double mu_init = 1.0;
+  bool needs_truth() const;
+};
+StackSpec read_stack(const std::string& name, const Node& node, const Registry& registry, const CarFile& car,
+                     Errors& errors);
+
+/// What the stack believes now: Algorithm 1, lines 8-13.
+struct StackBelief {
+  CorrectedModel* model;  // f_nom, or f_corr once trusted
+  Belief mu;
+  const TyreCurve* learned;  // null until plans may rest on it
+};
+
+/// Where a stack is put: the world's public side. `truth` reaches only plugins that declare they need it.
+struct StackPlace {
+  Car car;
+  double dt = 0.02;
+  Hold hold = Hold::zoh;
+  std::uint64_t seed = 1;
+  const Course* course = nullptr;
+  const Truth* truth = nullptr;
+  std::string cache_dir;  // empty: nothing is kept; else each library gets a folder of its own in it
+  void (*progress)(void*, const char*, double) = nullptr;
+  void* progress_context = nullptr;
+};
+
+class Stack {
+ public:
+  /// The spec must outlive the stack. Throws PluginError when a plugin cannot be created.
+  Stack(const StackSpec& spec, const StackPlace& place, const Observation& start);
+
+  /// What the step from `before` to `now` under u left unexplained (line 4); carries the nominal model's memory on.
+  Sample sample(const Observation& before, const Input& u, const Observation& now);
+  /// Carries the corrected model's memory over the same step; returns the state it predicts.
+  State follow(const Sample& sample) { return corrected_.advance(sample.x, sample.u, sample.at); }
+  /// Lines 5-7.
+  void learn(const Sample& sample);
+  StackBelief belief(double t);
+  SpeedPlanner& planner() { return *planner_; }
+  Controller& controller() { return *controller_; }
+  const TyreCurve* tyre_curve() const { return estimator_ ? estimator_->get() : nullptr; }
+  const StackSpec& spec() const { return spec_; }
+
+ private:
+  const StackSpec& spec_;
+  std::array<std::string, 3> cache_dirs_;  // of estimator, planner, controller, which keep pointers into it
+  PluginContext context_;
+  Vehicle vehicle_;
+  CorrectedModel nominal_;
+  std::optional<Instance<Estimator>> estimator_;
+  CorrectedModel corrected_;
+  Instance<SpeedPlanner> planner_;
+  Instance<Controller> controller_;
+};
+
+}  // namespace gripline

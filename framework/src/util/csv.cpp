@@ -1,0 +1,121 @@
+#include "util/csv.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <limits>
+#include <span>
+
+#include "config/errors.hpp"
+#include "config/files.hpp"
+
+namespace gripline {
+namespace {
+
+[[noreturn]] void refuse(const std::filesystem::path& file, int line, int column, std::string message) {
+  throw InputError({Diagnostic{file.string(), line, column, "", std::move(message), {}}});
+}
+
+/// A line as it stands in the file; places in it are counted in characters from 1, as editors do.
+struct Line {
+  std::string_view raw;
+  int number = 0;
+  int column(const char* at) const {
+    return 1 + static_cast<int>(std::count_if(raw.data(), at, [](char c) { return (c & 0xc0) != 0x80; }));
+  }
+};
+
+std::string_view trim(std::string_view text) {
+  const auto blank = [](char c) { return c == ' ' || c == '\t' || c == '\r'; };
+  while (!text.empty() && blank(text.front())) text.remove_prefix(1);
+  while (!text.empty() && blank(text.back())) text.remove_suffix(1);
+  return text;
+}
+
+/// Cells of one line; each is a part of it.
+void split(std::string_view line, std::vector<std::string_view>& cells) {
+  cells.clear();
+  std::size_t begin = 0;
+  while (true) {
+    const std::size_t comma = line.find(',', begin);
+    const std::size_t end = comma == std::string_view::npos ? line.size() : comma;
+    cells.push_back(trim(line.substr(begin, end - begin)));
+    if (comma == std::string_view::npos) return;
+    begin = comma + 1;
+  }
+}
+
+double parse(const std::filesystem::path& file, const Line& line, std::string_view cell, bool allow_missing) {
+  const bool missing = cell.empty() || cell == "nan" || cell == "NaN";
+  if (missing && allow_missing) return std::numeric_limits<double>::quiet_NaN();
+  double number = 0.0;
+  const char* const end = cell.data() + cell.size();
+  const auto [stop, code] = std::from_chars(cell.data(), end, number);
+  if (code != std::errc() || stop != end || !std::isfinite(number)) {
+    const std::size_t semicolon = cell.find(';');
+    if (semicolon != std::string_view::npos)
+      refuse(file, line.number, line.column(cell.data() + semicolon),
+             "columns are separated by ';' here; expected ',' between columns and '.' as the decimal sign");
+    refuse(file, line.number, line.column(cell.data()),
+           "expected a finite number, found \"" + std::string(cell) + "\"");
+  }
+  return number;
+}
+
+}  // namespace
+
+int CsvTable::find(std::string_view name) const {
+  const auto found = std::find(header.begin(), header.end(), name);
+  return found == header.end() ? -1 : static_cast<int>(found - header.begin());
+}
+
+std::vector<double> CsvTable::column(std::string_view name) const {
+  const int index = find(name);
+  if (index < 0) refuse(file, 1, 1, "no column \"" + std::string(name) + "\"" + did_you_mean(name, header));
+  std::vector<double> out(rows());
+  for (std::size_t i = 0; i < out.size(); ++i) out[i] = at(i, static_cast<std::size_t>(index));
+  return out;
+}
+
+CsvTable read_csv(const std::filesystem::path& file, bool allow_missing) {
+  constexpr std::string_view byte_order_mark = "\xef\xbb\xbf";
+  const std::string text = read_bytes(file);
+  CsvTable table;
+  table.file = file;
+  std::vector<std::string_view> cells;
+  Line line;
+  std::string_view rest = text;
+  if (rest.starts_with(byte_order_mark)) rest.remove_prefix(byte_order_mark.size());
+  while (!rest.empty()) {
+    const std::size_t newline = rest.find('\n');
+    line.raw = rest.substr(0, newline);
+    rest.remove_prefix(newline == std::string_view::npos ? rest.size() : newline + 1);
+    ++line.number;
+    std::string_view words = trim(line.raw);
+    if (words.empty()) continue;
+    if (table.header.empty()) {
+      if (words.front() == '#') words = trim(words.substr(1));
+      if (const std::size_t semicolon = words.find(';'); semicolon != std::string_view::npos)
+        refuse(file, line.number, line.column(words.data() + semicolon),
+               "columns are separated by ';' here; expected ','");
+      split(words, cells);
+      table.header.assign(cells.begin(), cells.end());
+      table.columns = cells.size();
+      continue;
+    }
+    if (words.front() == '#') continue;
+    split(words, cells);
+    if (cells.size() != table.columns) {
+      const bool more = cells.size() > table.columns;
+      refuse(file, line.number, line.column(more ? cells[table.columns].data() : words.data() + words.size()),
+             "expected " + std::to_string(table.columns) + " columns as in the header, found " +
+                 std::to_string(cells.size()) + (more ? " (is the decimal sign a comma? expected '.')" : ""));
+    }
+    for (const std::string_view cell : cells) table.values.push_back(parse(file, line, cell, allow_missing));
+    table.line.push_back(line.number);
+  }
+  if (table.header.empty()) refuse(file, 1, 1, "the file is empty; expected a header line and rows of numbers");
+  return table;
+}
+
+}  // namespace gripline

@@ -1,0 +1,356 @@
+#include "world/world.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <gripline/plugin.hpp>
+
+namespace gripline {
+namespace {
+
+/// The world's friction factor as a change of the tyre stage: both peaks times the factor.
+class FrictionFactor final : public AutoDiffEffect<FrictionFactor> {
+ public:
+  template <class T>
+  struct Params {
+    T factor = T(1);
+  };
+  static constexpr auto parameters() {
+    return std::tuple{param("factor", &Params<double>::factor, "1", {0, 10}, "multiplies both axles' peak force")};
+  }
+  Stage stage() const noexcept override { return Stage::tyre; }
+  template <class T>
+  void act(Point<T>& p, const Params<T>& k) const {
+    p.q.peak_front *= k.factor;
+    p.q.peak_rear *= k.factor;
+  }
+};
+
+constexpr double largest_slip = 1.5;  // [rad], beyond any tyre's peak
+
+/// Largest value of a curve over [0, largest_slip]: a grid, then golden section around its best point.
+template <class F>
+double peak_of(F&& force) {
+  constexpr int count = 300;
+  int best = 0;
+  double top = force(0.0);
+  for (int i = 1; i <= count; ++i)
+    if (const double f = force(largest_slip * i / count); f > top) top = f, best = i;
+  double lo = largest_slip * std::max(0, best - 1) / count;
+  double hi = largest_slip * std::min(count, best + 1) / count;
+  constexpr double golden = 0.6180339887498949;
+  for (int i = 0; i < 40; ++i) {
+    const double a = hi - golden * (hi - lo);
+    const double b = lo + golden * (hi - lo);
+    if (force(a) < force(b))
+      lo = a;
+    else
+      hi = b;
+  }
+  return std::max(top, force(0.5 * (lo + hi)));
+}
+
+double static_load(const Car& car, Axle axle) {
+  const double wheelbase = car.lf + car.lr;
+  return car.m * gravity * (axle == Axle::front ? car.lr : car.lf) / wheelbase;
+}
+
+}  // namespace
+
+/// The road under a point, for black boxes that ask by themselves.
+class World::RoadUnder final : public Ground {
+ public:
+  explicit RoadUnder(const World& world) : world_(world) {}
+  Patch at(double x, double y, double yaw) const override {
+    const Track& track = *world_.spec_.track;
+    const CurveLocation found = track.locate(x, y, world_.place_.s);
+    const Track::Slope slope = track.slope(found, yaw);
+    return {slope.grade, slope.bank, world_.friction_.factor(world_.step_, world_.time(), found.s)};
+  }
+
+ private:
+  const World& world_;
+};
+
+/// A vehicle model with effects, advanced by the framework's integrator.
+class World::ModelCar final : public World::Mover {
+ public:
+  ModelCar(const WorldSpec& spec, const PluginContext& context, const State& start, const Place& at)
+      : car_(context.car),
+        vehicle_(spec.vehicle, context, &friction_),
+        model_(vehicle_.car(), options(spec)),
+        memoryless_(vehicle_.car_without_memory()),
+        peaks_move_(model_.car().effects() > (has_tyres() ? 1u : 0u)) {
+    model_.reset(start, 0.0, at);
+    find_peaks(at);
+    acting_ = acting_under(start, Input{}, at, 1.0);
+  }
+
+  State advance(const State& x, const Input& u, const Place& at, double factor) override {
+    acting_ = acting_under(x, u, at, factor);
+    return model_.advance(x, u, at);
+  }
+  Acting acting_under(const State& x, const Input& next, const Place& at, double factor) override {
+    set_factor(factor);
+    const Quantities<double> q = model_.quantities(x, next, at);
+    return {q.d, q.delta, has_tyres() ? q.force_front : 0.0, has_tyres() ? q.force_rear : 0.0};
+  }
+  void read(Reading<double>& reading, const Place& at) const override { model_.car().read(&reading, 1, &at, nullptr); }
+  double peak_mu(Axle axle, const Place& at) const override {
+    if (peaks_move_ && at.t != peaks_at_) find_peaks(at);
+    return peak_[static_cast<int>(axle)] / static_load(car_, axle);
+  }
+  Acting acting() const override { return acting_; }
+
+  /// Force at a slip angle on a straight at reference speed without drive: front by steering, rear by drifting.
+  double curve(Axle axle, double slip, const Place& at) const override {
+    if (!has_tyres()) return 0.0;
+    const double v = car_.v_ref;
+    const double sideways = axle == Axle::rear ? -v * std::tan(std::clamp(slip, -1.55, 1.55)) : 0.0;
+    const double motion[] = {0, 0, 0, v, sideways, 0};
+    const ActingCommand<double> command = {0.0, axle == Axle::front ? slip : 0.0, 0.0};
+    // The curve is the tyres' alone, at factor 1: the schedule multiplies it.
+    std::vector<double> params(model_.car().params().begin(), model_.car().params().end());
+    params[factor_at()] = 1.0;
+    Place flat;
+    flat.t = at.t;
+    flat.s = at.s;
+    flat.lap_fraction = at.lap_fraction;
+    const Quantities<double> q = evaluate(motion, command, flat, params.data());
+    return axle == Axle::front ? q.force_front : q.force_rear;
+  }
+
+  bool accelerations(const Points<double>& points, double factor) const override { return fill(points, factor); }
+  bool accelerations(const Points<Dual8>& points, double factor) const override { return fill(points, factor); }
+
+ private:
+  static StepOptions options(const WorldSpec& spec) { return {spec.dt, spec.hold, spec.vehicle.integration}; }
+  /// Friction is the first effect, so that what the others do with the peaks holds for the present ones.
+  std::size_t factor_at() const { return model_.car().param_offset(0); }
+  void find_peaks(const Place& at) const {
+    peaks_at_ = at.t;
+    if (!has_tyres()) return;
+    for (const Axle axle : {Axle::front, Axle::rear})
+      peak_[static_cast<int>(axle)] = peak_of([&](double slip) { return curve(axle, slip, at); });
+  }
+  bool has_tyres() const { return vehicle_.has_stage(Stage::tyre); }
+  void set_factor(double factor) {
+    if (has_tyres()) model_.car().params()[factor_at()] = factor;
+  }
+
+  /// Quantities of one instant with memory at its steady value.
+  Quantities<double> evaluate(const double* motion, const ActingCommand<double>& command, const Place& at,
+                              const double* params) const {
+    const CommandSample<double> sample = {command.d, command.delta};
+    const History<double> history = {&sample, 1, 0.0, 1.0, 0.0, Hold::zoh};
+    std::vector<double> memory(static_cast<std::size_t>(model_.car().memory())), rate(memory.size());
+    CarBatch<double> batch;
+    batch.n = 1;
+    batch.motion = motion;
+    batch.command = &command;
+    batch.at = &at;
+    batch.history = &history;
+    batch.params = params;
+    model_.car().start_memory(batch, memory.data());
+    batch.memory = memory.data();
+    batch.memory_rate = rate.data();
+    Quantities<double> q{};
+    model_.car().quantities(batch, &q);
+    return q;
+  }
+
+  /// The true car's accelerations at the points' states and commands, without its effects that have memory.
+  template <class T>
+  bool fill(const Points<T>& points, double factor) const {
+    const auto values = memoryless_.params();
+    std::vector<T> params(values.begin(), values.end());
+    if (has_tyres()) params[factor_at()] = T(factor);
+    for (std::size_t i = 0; i < points.n; ++i) {
+      Quantities<T>& q = points.q[i];
+      const T motion[] = {T(0), T(0), q.yaw, q.vx, q.vy, q.omega};
+      const ActingCommand<T> command = {q.d, q.delta, q.delta_rate};
+      const CommandSample<T> sample = {q.d, q.delta};
+      const History<T> history = {&sample, 1, 0.0, 1.0, 0.0, Hold::zoh};
+      CarBatch<T> batch;
+      batch.n = 1;
+      batch.motion = motion;
+      batch.command = &command;
+      batch.at = points.at + i;
+      batch.params = params.data();
+      batch.history = &history;
+      Quantities<T> truth{};
+      memoryless_.quantities(batch, &truth);
+      q.ax = truth.ax;
+      q.ay = truth.ay;
+      q.aw = truth.aw;
+    }
+    return true;
+  }
+
+  Car car_;
+  FrictionFactor friction_;
+  Vehicle vehicle_;
+  CorrectedModel model_;
+  StagedCar memoryless_;
+  bool peaks_move_;  // with the car's own effects, which may depend on time and place
+  mutable double peak_[2] = {0, 0}, peaks_at_ = 0;
+  Acting acting_;
+};
+
+/// A plant plugin.
+class World::BlackBox final : public World::Mover {
+ public:
+  BlackBox(const WorldSpec& spec, const PluginContext& context, const State& start, const Ground& ground)
+      : plant_(create<Plant>(*spec.plant.entry, context, spec.plant.values)), ground_(ground), dt_(spec.dt) {
+    plant_->reset(start, ground_);
+  }
+  State advance(const State& x, const Input& u, const Place&, double) override {
+    const double delta = x.delta + dt_ * u.ddelta;
+    acting_ = {u.d, delta, plant_->axle_force(Axle::front), plant_->axle_force(Axle::rear)};
+    State next = plant_->advance(u.d, delta, dt_, ground_);
+    next.delta = delta;
+    return next;
+  }
+  double peak_mu(Axle axle, const Place&) const override { return plant_->mu(axle); }
+  double curve(Axle axle, double slip, const Place&) const override { return plant_->tyre_force(axle, slip); }
+  Acting acting() const override { return acting_; }
+  Acting acting_under(const State& x, const Input& next, const Place&, double) override {
+    return {next.d, x.delta + dt_ * next.ddelta, acting_.force_front, acting_.force_rear};
+  }
+  void read(Reading<double>&, const Place&) const override {}
+  bool accelerations(const Points<double>&, double) const override { return false; }
+  bool accelerations(const Points<Dual8>&, double) const override { return false; }
+
+ private:
+  Instance<Plant> plant_;
+  const Ground& ground_;
+  double dt_;
+  Acting acting_;
+};
+
+class World::TruthView final : public Truth {
+ public:
+  explicit TruthView(const World& world) : world_(world) {}
+  double factor() const override { return world_.factor_; }
+  double mu(Axle axle) const override { return world_.factor_ * world_.mover_->peak_mu(axle, world_.place_); }
+  double tyre_force(Axle axle, double slip) const override {
+    return world_.factor_ * world_.mover_->curve(axle, slip, world_.place_);
+  }
+  bool accelerations(const Points<double>& points) const override {
+    return world_.mover_->accelerations(points, world_.factor_);
+  }
+  bool accelerations(const Points<Dual8>& points) const override {
+    return world_.mover_->accelerations(points, world_.factor_);
+  }
+
+ private:
+  const World& world_;
+};
+
+World::World(const WorldSpec& spec, std::uint64_t seed)
+    : spec_(spec),
+      friction_(spec.friction, spec.dt, seed),
+      sensors_(spec.sensors, seed),
+      course_(*spec.track, spec.car.car),
+      laps_(*spec.track, spec.start) {
+  state_.x = spec.start.x;
+  state_.y = spec.start.y;
+  state_.yaw = spec.start.yaw;
+  state_.vx = spec.start_speed;
+  PluginContext context;
+  context.car = spec.car.car;
+  context.dt = spec.dt;
+  context.seed = seed;
+  context.course = &course_;
+  road_ = std::make_unique<RoadUnder>(*this);
+  const CurveLocation found = spec.track->locate(state_.x, state_.y);
+  place_ = place_of(*spec.track, found, 0.0, state_.x, state_.y, state_.yaw);
+  sensed_hint_ = found.s;
+  if (spec.plant.empty())
+    mover_ = std::make_unique<ModelCar>(spec, context, state_, place_);
+  else
+    mover_ = std::make_unique<BlackBox>(spec, context, state_, *road_);
+  truth_ = std::make_unique<TruthView>(*this);
+  set_factor();
+  sense();
+}
+
+World::~World() = default;
+
+const Truth& World::truth() const { return *truth_; }
+
+Input World::within_limits(const Input& wanted) const {
+  const Car& car = spec_.car.car;
+  Input u;
+  u.d = std::clamp(wanted.d, car.d_min, car.d_max);
+  u.ddelta = std::clamp(wanted.ddelta, -car.ddelta_max, car.ddelta_max);
+  const double delta = std::clamp(state_.delta + spec_.dt * u.ddelta, -car.delta_max, car.delta_max);
+  u.ddelta = (delta - state_.delta) / spec_.dt;
+  return u;
+}
+
+Input World::advance(const Input& wanted) {
+  const Input u = within_limits(wanted);
+  state_ = mover_->advance(state_, u, place_, factor_);
+  d_ = u.d;
+  ++step_;
+  if (!sane()) return u;  // there is no place to look for
+  arrive(static_cast<double>(step_) * spec_.dt);
+  set_factor();
+  sense();
+  return u;
+}
+
+bool World::sane() const {
+  return std::isfinite(state_.x + state_.y + state_.yaw + state_.vx + state_.vy + state_.omega);
+}
+
+/// Friction of the step that begins now: known to Truth before the step, as to the published oracle.
+void World::set_factor() { factor_ = friction_.factor(step_, time(), place_.s); }
+
+/// Where the car is now: place, lap, edges, walls.
+void World::arrive(double t) {
+  lap_ended_ = laps_.advance(t, state_.x, state_.y);
+  const CurveLocation& found = laps_.place();
+  place_ = place_of(*spec_.track, found, t, state_.x, state_.y, state_.yaw);
+  outside_ = !spec_.track->inside(found);
+  body_outside_ = false;
+  crashed_ = false;
+  const double c = std::cos(state_.yaw), s = std::sin(state_.yaw);
+  for (const double along : {-0.5, 0.5}) {
+    for (const double across : {-0.5, 0.5}) {
+      const double forward = along * spec_.car.car.length, left = across * spec_.car.car.width;
+      const CurveLocation corner =
+          spec_.track->locate(state_.x + forward * c - left * s, state_.y + forward * s + left * c, found.s);
+      body_outside_ = body_outside_ || !spec_.track->inside(corner);
+      crashed_ = crashed_ || spec_.track->wall_clearance(corner) <= 0.0;
+    }
+  }
+}
+
+void World::sense() {
+  Reading<double> shown = {state_.x, state_.y, state_.yaw, state_.vx, state_.vy, state_.omega};
+  mover_->read(shown, place_);
+  const Reading<double> seen = sensors_.sense(step_, shown);
+  observation_.t = time();
+  observation_.step = step_;
+  observation_.x = {seen.x, seen.y, seen.yaw, seen.vx, seen.vy, seen.omega, state_.delta};
+  const CurveLocation found = spec_.track->locate(seen.x, seen.y, sensed_hint_);
+  sensed_hint_ = found.s;
+  observation_.at = place_of(*spec_.track, found, time(), seen.x, seen.y, seen.yaw);
+  observation_.d = d_;
+}
+
+double World::slip(Axle axle) const {
+  const Car& car = spec_.car.car;
+  const double forward = std::abs(state_.vx);
+  return axle == Axle::front ? state_.delta - std::atan2(state_.omega * car.lf + state_.vy, forward)
+                             : std::atan2(state_.omega * car.lr - state_.vy, forward);
+}
+
+World::Acting World::acting() const { return mover_->acting(); }
+World::Acting World::acting_under(const Input& next) const {
+  return mover_->acting_under(state_, next, place_, factor_);
+}
+
+}  // namespace gripline

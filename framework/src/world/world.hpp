@@ -1,0 +1,110 @@
+// The truth: advances the car, holds friction, shows the stack what sensors see. The only owner of true friction.
+#pragma once
+
+#include <memory>
+#include <random>
+
+#include "geometry/course_adapter.hpp"
+#include "geometry/lap_counter.hpp"
+#include "world/world_spec.hpp"
+
+namespace gripline {
+
+class World {
+ public:
+  /// The spec must outlive the world.
+  World(const WorldSpec& spec, std::uint64_t seed);
+  ~World();
+  World(const World&) = delete;
+  World& operator=(const World&) = delete;
+
+  /// Algorithm 1, line 3: the car under these commands for one control step. Commands beyond the car's limits are
+  /// clamped; returns what was applied.
+  Input advance(const Input& wanted);
+  /// The commands as the car's limits let them through.
+  Input within_limits(const Input& wanted) const;
+
+  /// What sensors show now.
+  const Observation& observe() const { return observation_; }
+
+  /// False once the car's equations left the numbers; the world then stands still.
+  bool sane() const;
+  /// The plugin that moves the car, for messages.
+  std::string plant_id() const { return spec_.plant.empty() ? spec_.vehicle.model.id() : spec_.plant.id(); }
+
+  /// True state; `delta` is the steering angle commanded last.
+  const State& state() const { return state_; }
+  const Place& place() const { return place_; }
+  double time() const { return place_.t; }
+  std::int64_t step() const { return step_; }
+  const Truth& truth() const;
+  const Track& track() const { return *spec_.track; }
+  const Course& course() const { return course_; }
+  const WorldSpec& spec() const { return spec_; }
+
+  /// True slip angle now, from the car's geometry [rad].
+  double slip(Axle axle) const;
+  /// What acts at an instant: throttle and road wheel angle behind the actuators, lateral axle forces.
+  struct Acting {
+    double d = 0, delta = 0, force_front = 0, force_rear = 0;
+  };
+  /// At the start of the last step.
+  Acting acting() const;
+  /// Now, when `next` is given now. A black box tells the forces of its last step.
+  Acting acting_under(const Input& next) const;
+
+  /// The centre of gravity, or a corner of the car, is outside the edges.
+  bool outside() const { return outside_; }
+  bool body_outside() const { return body_outside_; }
+  /// The car's body touches a wall.
+  bool crashed() const { return crashed_; }
+  /// Moment at which a lap ended within the last step [s].
+  std::optional<double> lap_ended() const { return lap_ended_; }
+  int laps() const { return laps_.laps(); }
+  /// Way along the centre line since the start [m].
+  double covered() const { return laps_.covered(); }
+
+ private:
+  class ModelCar;
+  class BlackBox;
+  class TruthView;
+  class RoadUnder;
+  /// How the car moves: a model integrated here, or a black box.
+  class Mover {
+   public:
+    virtual ~Mover() = default;
+    virtual State advance(const State& x, const Input& u, const Place& at, double factor) = 0;
+    virtual double peak_mu(Axle axle, const Place& at) const = 0;  // at factor 1
+    virtual double curve(Axle axle, double slip, const Place& at) const = 0;
+    virtual Acting acting() const = 0;
+    virtual Acting acting_under(const State& x, const Input& next, const Place& at, double factor) = 0;
+    /// What the car's own effects make of a reading.
+    virtual void read(Reading<double>& reading, const Place& at) const = 0;
+    virtual bool accelerations(const Points<double>& points, double factor) const = 0;
+    virtual bool accelerations(const Points<Dual8>& points, double factor) const = 0;
+  };
+
+  void arrive(double t);
+  void set_factor();
+  void sense();
+
+  const WorldSpec& spec_;
+  FrictionSchedule friction_;
+  Sensors sensors_;
+  TrackCourse course_;
+  LapCounter laps_;
+  State state_;
+  Place place_;
+  std::int64_t step_ = 0;
+  double factor_ = 1.0;  // held over the step that begins now
+  double d_ = 0.0;
+  Observation observation_;
+  double sensed_hint_ = 0.0;
+  bool outside_ = false, body_outside_ = false, crashed_ = false;
+  std::optional<double> lap_ended_;
+  std::unique_ptr<RoadUnder> road_;
+  std::unique_ptr<Mover> mover_;
+  std::unique_ptr<TruthView> truth_;
+};
+
+}  // namespace gripline

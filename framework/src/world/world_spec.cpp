@@ -1,0 +1,156 @@
+#include "world/world_spec.hpp"
+
+#include <algorithm>
+
+#include "config/file_kind.hpp"
+#include "config/json_file.hpp"
+#include "geometry/track_file.hpp"
+#include "world/friction_file.hpp"
+
+namespace gripline {
+namespace {
+
+constexpr double fastest_start = 150.0;  // [m/s]: beyond any car of these models, a slip of units
+
+bool has_plugin(const Registry& registry, abi::Kind kind, const std::string& id) {
+  const auto entries = registry.entries();
+  return std::any_of(entries.begin(), entries.end(),
+                     [&](const PluginEntry& entry) { return entry.decl->kind == kind && id == entry.decl->id; });
+}
+
+/// What a plant says of its parameters when it is made from them belongs to their place in the file.
+void check_plant(const WorldSpec& world, const Node& node, Errors& errors) {
+  if (!errors.empty()) return;
+  PluginContext context;
+  context.car = world.car.car;
+  context.dt = world.dt;
+  try {
+    create<Plant>(*world.plant.entry, context, world.plant.values);
+  } catch (const PluginError& problem) {
+    const Node* const params = node.find("params");
+    errors.add((params != nullptr ? *params : node).origin, problem.what());
+  }
+}
+
+void read_plant(const Node& node, const Registry& registry, WorldSpec& world, Errors& errors) {
+  const Node* const id = node.find("plugin");
+  if (id != nullptr && id->is_text() && has_plugin(registry, abi::Kind::plant, id->text())) {
+    ObjectReader r(node, errors);
+    world.plant = read_plugin(r, abi::Kind::plant, registry, world.car.known);
+    if (world.hold != Hold::zoh)
+      errors.add(node.origin,
+                 "\"" + id->text() + "\" moves by itself under held commands; expected input_hold \"zoh\"");
+    r.finish();
+    check_plant(world, node, errors);
+  } else {
+    world.vehicle = read_vehicle(node, registry, world.car, "rk6", errors);
+  }
+}
+
+void read_start(ObjectReader& r, WorldSpec& world, Errors& errors) {
+  if (world.track) world.start = world.track->start();
+  if (!r.has("start")) return;
+  const std::size_t before = errors.size();
+  ObjectReader start = r.object("start");
+  world.start.x = start.number("x", "m", NumberRange::any(), world.start.x);
+  world.start.y = start.number("y", "m", NumberRange::any(), world.start.y);
+  world.start.yaw = start.number("yaw", "rad", NumberRange::any(), world.start.yaw);
+  world.start_speed = start.number("speed", "m/s", NumberRange::closed(0.0, fastest_start), world.start_speed);
+  start.finish();
+  if (!world.track || errors.size() != before) return;
+  if (const std::string problem = check_start(*world.track, world.start); !problem.empty())
+    errors.add(start.node().origin, problem);
+}
+
+/// When the race ends, and what lap the track allows at best.
+void read_end(ObjectReader& r, WorldSpec& world) {
+  world.duration = r.optional_number("duration", "s", NumberRange::positive());
+  world.laps = static_cast<int>(r.integer("laps", {0, 10000}, 0));
+  world.timeout = r.number("timeout", "s", NumberRange::positive(), world.duration.value_or(0.0) + 1e-9);
+  if (world.laps == 0 && !world.duration)
+    r.error("a world ends after \"laps\" or after a \"duration\"; neither is given");
+  if (world.laps > 0 && !world.duration && !r.has("timeout"))
+    r.error("a world that ends after laps needs a \"timeout\", for the car that never completes them");
+}
+
+void read_limit(ObjectReader& r, WorldSpec& world, Errors& errors) {
+  double last = 0.0;
+  for (const Node& point : r.array("time_optimal_laps", false)) {
+    ObjectReader one(point, errors);
+    const double factor = one.number("factor", "1", NumberRange::positive());
+    const double lap = one.number("lap", "s", NumberRange::positive());
+    one.finish();
+    if (!world.time_optimal.empty() && !(factor > last)) errors.add(point.origin, "factors must rise");
+    last = factor;
+    world.time_optimal.emplace_back(factor, lap);
+  }
+}
+
+}  // namespace
+
+std::optional<double> WorldSpec::time_optimal_lap(double factor) const {
+  // Beyond the ends nobody computed a lap: no figure is better than a guess.
+  constexpr double rounding = 1e-9;
+  if (time_optimal.empty() || factor < time_optimal.front().first - rounding ||
+      factor > time_optimal.back().first + rounding)
+    return std::nullopt;
+  auto above = std::find_if(time_optimal.begin(), time_optimal.end(), [&](const auto& p) { return p.first >= factor; });
+  if (time_optimal.size() == 1) return time_optimal.front().second;
+  if (above == time_optimal.begin()) ++above;
+  if (above == time_optimal.end()) --above;
+  const auto& [f1, lap1] = *above;
+  const auto& [f0, lap0] = *(above - 1);
+  return lap0 + (lap1 - lap0) * (factor - f0) / (f1 - f0);
+}
+
+WorldSpec read_world(const Node& node, const Registry& registry, Errors& errors) {
+  ObjectReader r(node, errors);
+  WorldSpec world;
+  const std::size_t before = errors.size();
+  if (const Node* car = r.require("car", "a car file or an object"); car != nullptr) world.car = read_car(*car, errors);
+  const bool car_known = errors.size() == before;
+  if (const Node* track = r.require("track", "a track file or an object"); track != nullptr)
+    if (std::optional<Track> read = read_track(*track, errors))
+      world.track = std::make_shared<const Track>(*std::move(read));
+  world.dt = r.number("dt", "s", {1e-4, 1.0, false, false}, 0.02);
+  world.hold = r.choice<Hold>("input_hold", {{"zoh", Hold::zoh}, {"foh", Hold::foh}, {"rate", Hold::rate}}, Hold::zoh);
+  if (const Node* plant = r.require("plant", "a vehicle model or a plant"); plant != nullptr)
+    read_plant(*plant, registry, world, errors);
+  if (const Node* friction = r.find("friction"); friction != nullptr) world.friction = read_friction(*friction, errors);
+  if (const Node* sensors = r.find("sensors"); sensors != nullptr)
+    world.sensors = read_sensors(*sensors, world.dt, errors);
+  (void)r.find("nominal_uncertainty");  // how far diagnose trusts the model's parameters
+  read_end(r, world);
+  read_limit(r, world, errors);
+  read_start(r, world, errors);
+  if (world.track) {
+    const std::string problem = car_known ? check_car_fits(*world.track, world.car.car.width) : "";
+    if (!problem.empty()) r.error_at("track", problem);
+    if (const std::string problem = check_friction(world.friction, world.track->length()); !problem.empty())
+      r.error_at("friction", problem);
+  }
+  r.finish();
+  return world;
+}
+
+Node load_world(const std::filesystem::path& file, const std::optional<std::filesystem::path>& track) {
+  Node tree = load_json(file);
+  expect_kind(tree, FileKind::world);
+  if (track) {
+    if (!tree.is_object()) throw InputError(tree.origin, "expected a world, an object; found " + tree.describe());
+    tree.set("track", Node(std::filesystem::absolute(*track).string()));
+  }
+  inline_world_files(tree);
+  return tree;
+}
+
+void inline_world_files(Node& world) {
+  for (const auto& [key, kind] :
+       {std::pair{"car", FileKind::car}, {"track", FileKind::track}, {"friction", FileKind::friction}}) {
+    Node* const node = world.find(key);
+    const bool json = node != nullptr && node->is_text() && node->text().ends_with(".json");
+    if (json) inline_file_of(*node, kind);
+  }
+}
+
+}  // namespace gripline

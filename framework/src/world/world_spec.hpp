@@ -1,0 +1,46 @@
+// A world as JSON describes it: car, track, plant, friction, sensors, start and end.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+
+#include "car/vehicle.hpp"
+#include "geometry/track.hpp"
+#include "world/friction.hpp"
+#include "world/sensors.hpp"
+
+namespace gripline {
+
+struct WorldSpec {
+  CarFile car;
+  std::shared_ptr<const Track> track;
+  double dt = 0.02;
+  Hold hold = Hold::zoh;
+  /// Either a vehicle model with effects, integrated by the framework, or a black box (`plant` not empty).
+  VehicleSpec vehicle;
+  PluginSpec plant;
+  FrictionSpec friction;
+  SensorSpec sensors;
+  Pose start;
+  double start_speed = 0.1;
+  int laps = 0;                    // 0: until the duration
+  std::optional<double> duration;  // [s]
+  double timeout = 0.0;            // [s]
+  /// Time-optimal flying lap [s] by friction factor, rising; for tables, never for stacks.
+  std::vector<std::pair<double, double>> time_optimal;
+  /// Linear in the factor, beyond the ends too; empty when the world states none.
+  std::optional<double> time_optimal_lap(double factor) const;
+};
+
+/// Throws PluginError when a plugin is missing; everything else goes to errors.
+WorldSpec read_world(const Node& node, const Registry& registry, Errors& errors);
+
+/// The tree of a world file with everything it names in its place, on another track if one is given. Throws InputError.
+Node load_world(const std::filesystem::path& file, const std::optional<std::filesystem::path>& track = {});
+
+/// Replaces the file names a world holds (car, track, friction) by what stands in those files, so that the tree says
+/// everything.
+void inline_world_files(Node& world);
+
+}  // namespace gripline

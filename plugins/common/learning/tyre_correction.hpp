@@ -1,0 +1,37 @@
+// e_pred of the paper: what axle forces and resistance change in the accelerations of the nominal model.
+//
+//   vx'    += -(Cr0 + Cd vx^2 + Ff sin(delta)) / m + vy omega
+//   vy'     = (Fr + Ff cos(delta)) / m - vx omega   (+ g sin(bank) where the nominal model leaves it out)
+//   omega'  = (Ff lf cos(delta) - Fr lr) / Iz
+//
+// with Ff, Fr the learned curves times the axle loads of the nominal model's load stage (1 unless an effect there says
+// more), less what drive and brakes leave of the friction ellipse. The paper adds f_dyn - f_ekin to f_ekin; the last two rows are that sum. Its slope terms stand here with g for m and
+// with the road's signs (grade and bank are added by the framework). A nominal model that has tyres itself gives its
+// own part of vx' back first.
+#pragma once
+
+#include "common/learning/step_path.hpp"
+
+namespace gripline {
+
+template <class T, class Force>
+void correct_body(Quantities<T>& q, const Place& at, bool model_has_tyres, double v_min, const Resistance& resistance,
+                  const Ellipse& ellipse, const Peaks& peaks, const Force& force) {
+  using std::cos, std::sin;
+  const T ff = q.load_front * ellipse.left(Axle::front, q.drive_force, q.load_front, peaks.front) *
+               force(Axle::front, front_slip(q.vx, q.vy, q.omega, q.delta, q.lf, v_min));
+  const T fr = q.load_rear * ellipse.left(Axle::rear, q.drive_force, q.load_rear, peaks.rear) *
+               force(Axle::rear, rear_slip(q.vx, q.vy, q.omega, q.lr, v_min));
+  const T sine = sin(q.delta), cosine = cos(q.delta);
+  T straight = q.ax;
+  if (model_has_tyres)
+    straight += q.force_front * sine / q.m - q.vy * q.omega;
+  else
+    q.bank += at.bank;
+  const T loss = resistance.Cr0 + resistance.Cd * square(q.vx) + ff * sine;
+  q.ax = straight - loss / q.m + q.vy * q.omega;
+  q.ay = (fr + ff * cosine) / q.m - q.vx * q.omega;
+  q.aw = (ff * q.lf * cosine - fr * q.lr) / q.Iz;
+}
+
+}  // namespace gripline

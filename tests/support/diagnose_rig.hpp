@@ -1,0 +1,135 @@
+// Small logs with known effects, for tests of the diagnosis: the 1:43 car under a smooth, seeded command signal.
+#pragma once
+
+#include <cmath>
+#include <random>
+
+#include "config/json_file.hpp"
+#include "diagnose/inference/fit.hpp"
+#include "world/world_spec.hpp"
+
+namespace gripline::test {
+
+class DiagnoseRig {
+ public:
+  explicit DiagnoseRig(std::vector<std::string> exclude = {})
+      : registry_({GRIPLINE_PLUGIN_DIR}),
+        world_(load()),
+        catalogue_(world_.vehicle, world_.car.car, registry_, exclude),
+        road_(world_.track) {}
+
+  diagnose::Catalogue& catalogue() { return catalogue_; }
+  const diagnose::Road& road() const { return road_; }
+  const WorldSpec& world() const { return world_; }
+  const Registry& registry() const { return registry_; }
+
+  /// A model with one effect whose fitted parameters have these values.
+  diagnose::ModelSpec with(const std::string& id, const std::vector<double>& fitted) const {
+    return with(catalogue_.bare(), id, fitted);
+  }
+  diagnose::ModelSpec with(const diagnose::ModelSpec& model, const std::string& id,
+                           const std::vector<double>& fitted) const {
+    const std::size_t c = catalogue_.find(id);
+    diagnose::ModelSpec more = catalogue_.with(model, c);
+    for (std::size_t f = 0; f < fitted.size(); ++f)
+      more.values[more.position(c)][catalogue_.candidates()[c].fitted[f]] = fitted[f];
+    return more;
+  }
+
+  struct Drive {
+    double seconds = 20;
+    std::uint64_t seed = 1;
+    double noise = 1;               // factor on the world's sensor noise
+    double steer = 1;               // factor on the steering
+    double braking = 0;             // how far the pedal swings beyond the usual, into the brakes
+    std::array<double, 3> rough{};  // random accelerations of the discrepancy protocol, times these
+  };
+  /// What the sensors of a car with this model show while it weaves around; samples 20 ms apart.
+  diagnose::Measured simulate(const diagnose::ModelSpec& truth, const Drive& drive) const {
+    const StagedCar car = catalogue_.build(truth);
+    diagnose::Measured log;
+    const auto n = static_cast<std::size_t>(std::round(drive.seconds / log.dt)) + 1;
+    std::mt19937_64 random(drive.seed);
+    std::normal_distribution<double> normal;
+    const double a = normal(random), b = normal(random);
+    for (std::size_t k = 0; k < n; ++k) {
+      const double t = static_cast<double>(k) * log.dt;
+      const double turn = std::sin(0.9 * t + a) > 0.0 ? 1.0 : -1.0;
+      const double delta = drive.steer * (0.16 * std::sin(2.1 * t + a) + 0.05 * turn * std::sin(5.7 * t + b));
+      log.command.push_back({0.55 + (0.25 + drive.braking) * std::sin(1.3 * t + b) + 0.1 * std::sin(7.9 * t), delta});
+    }
+    std::vector<double> x = {1.0, 0.5, 0.3, 1.6, 0.0, 0.0}, memory(static_cast<std::size_t>(car.memory()));
+    double hint = std::nan("");
+    Place at = road_.at(0.0, x[0], x[1], x[2], hint);
+    const ActingCommand<double> first = diagnose::command_at(log, 0, 0.0);
+    const History<double> history{log.command.data(), n, 0.0, log.dt, 0.0, Hold::foh};
+    CarBatch<double> batch;
+    batch.n = 1;
+    batch.motion = x.data();
+    batch.command = &first;
+    batch.at = &at;
+    batch.history = &history;
+    if (!memory.empty()) car.start_memory(batch, memory.data());
+    diagnose::Stepping stepping(car, log, 16);
+    constexpr std::array<double, 3> usual = {0.1, 0.1, 0.8};  // [m/s2, m/s2, rad/s2]
+    std::array<double, 3> road{};
+    const double keeps = std::exp(-log.dt / diagnose::noise_time);
+    for (std::size_t k = 0; k < n; ++k) {
+      Reading<double> r{x[0], x[1], x[2], x[3], x[4], x[5]};
+      car.read(&r, 1, &at, nullptr);
+      const std::array<double, 6> shown = {r.x, r.y, r.yaw, r.vx, r.vy, r.omega};
+      for (std::size_t c = 0; c < 6; ++c)
+        log.reading.push_back(shown[c] + drive.noise * world_.sensors.channels[c].sigma * normal(random));
+      if (k + 1 == n) break;
+      Place next = road_.at(static_cast<double>(k + 1) * log.dt, x[0] + log.dt * x[3] * std::cos(x[2]),
+                            x[1] + log.dt * x[3] * std::sin(x[2]), x[2], hint);
+      stepping.advance({&k, 1}, {&at, 1}, {&next, 1}, x.data(), memory.data());
+      for (std::size_t c = 0; c < 3 && drive.rough != std::array<double, 3>{}; ++c) {
+        road[c] = keeps * road[c] + std::sqrt(1.0 - keeps * keeps) * drive.rough[c] * usual[c] * normal(random);
+        x[3 + c] += log.dt * road[c];
+      }
+      at = road_.at(static_cast<double>(k + 1) * log.dt, x[0], x[1], x[2], hint);
+    }
+    return log;
+  }
+
+  /// A problem of these logs, the world's noise levels believed.
+  diagnose::Problem problem(std::vector<diagnose::Measured> logs) const {
+    diagnose::Problem p;
+    p.catalogue = &catalogue_;
+    for (std::size_t c = 0; c < 6; ++c) p.sensor[c] = world_.sensors.channels[c].sigma;
+    p.process_unit = {0.1, 0.1, 1.6};
+    for (diagnose::Measured& log : logs) {
+      diagnose::Trace trace;
+      trace.log = std::move(log);
+      trace.set_motion(diagnose::smooth_readings(trace.log, 3), road_);
+      p.rows += 6 * trace.size();
+      p.traces.push_back(std::move(trace));
+    }
+    p.penalty_per_parameter = 0.5 * std::log(static_cast<double>(p.rows));
+    return p;
+  }
+
+  diagnose::Noise noise(const diagnose::Problem& p, double process) const {
+    diagnose::Noise n;
+    n.sensor = p.sensor;
+    for (std::size_t i = 0; i < diagnose::noise_states; ++i) n.process[i] = std::pow(process * p.process_unit[i], 2);
+    return n;
+  }
+
+ private:
+  WorldSpec load() const {
+    Errors errors;
+    WorldSpec world =
+        read_world(load_json(std::string(GRIPLINE_SOURCE_DIR) + "/worlds/diagnose_rc43.json"), registry_, errors);
+    errors.throw_if_any();
+    return world;
+  }
+
+  Registry registry_;
+  WorldSpec world_;
+  diagnose::Catalogue catalogue_;
+  diagnose::Road road_;
+};
+
+}  // namespace gripline::test

@@ -1,0 +1,45 @@
+// One race in this process: a small world, a driver, and the files it leaves.
+#pragma once
+
+#include "race/simulation.hpp"
+#include "support/host_support.hpp"
+#include "util/csv.hpp"
+
+namespace gripline::testing_support {
+
+class Race {
+ public:
+  /// JSON merge patches of the small world and the driver (host_support.hpp).
+  Race(const std::filesystem::path& folder, std::string_view world = "{}", std::string_view stack = "{}",
+       std::uint64_t seed = 1)
+      : folder_(folder), seed_(seed), world_spec_(world_of(world)), stack_spec_(stack_of(world_spec_.car, stack)) {}
+
+  WorldSpec& world() { return world_spec_; }
+
+  RunSummary run(void (*told)(void*, double) = nullptr, void* context = nullptr) {
+    World world(world_spec_, seed_);
+    StackPlace place;
+    place.car = world_spec_.car.car;
+    place.dt = world_spec_.dt;
+    place.hold = world_spec_.hold;
+    place.seed = seed_;
+    place.course = &world.course();
+    place.truth = &world.truth();
+    Stack stack(stack_spec_, place, world.observe());
+    std::filesystem::create_directories(folder_);
+    Recorder recorder(folder_);
+    Metrics metrics(world, stack_spec_, seed_);
+    Simulation simulation(world, stack, recorder, metrics);
+    simulation.on_progress(told, context);
+    return simulation.run();
+  }
+  CsvTable steps() const { return read_csv(folder_ / "steps.csv"); }
+
+ private:
+  std::filesystem::path folder_;
+  std::uint64_t seed_;
+  WorldSpec world_spec_;
+  StackSpec stack_spec_;
+};
+
+}  // namespace gripline::testing_support

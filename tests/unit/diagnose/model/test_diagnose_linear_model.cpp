@@ -1,0 +1,47 @@
+#include <gtest/gtest.h>
+
+#include "diagnose/inference/fit.hpp"
+#include "support/diagnose_rig.hpp"
+
+namespace gripline::diagnose {
+namespace {
+
+using test::DiagnoseRig;
+
+/// What is left out behind the last effect that remembers does not change what it remembers.
+TEST(StagedCar, MemoryRatesAreThoseOfTheWholeCar) {
+  DiagnoseRig rig;
+  const ModelSpec model = rig.with(rig.with("relaxation", {0.05}), "steer_lag", {0.04});
+  Problem problem = rig.problem({rig.simulate(model, {10, 55, 1})});
+  const Trace& trace = problem.traces.front();
+  const StagedCar car = rig.catalogue().build(model);
+  const std::vector<double> memory = run_memory(car, trace), whole = memory_rates(car, trace, memory);
+  for (std::size_t k = 0; k < trace.size(); k += 100) {
+    std::vector<double> rate(3);
+    const ActingCommand<double> command = trace.command(k, 0.0);
+    CarBatch<double> batch;
+    batch.n = 1;
+    batch.motion = trace.motion.data() + k * channels;
+    batch.memory = memory.data() + k * 3;
+    batch.command = &command;
+    batch.at = &trace.at[k];
+    batch.memory_rate = rate.data();
+    car.memory_rates(batch);
+    for (std::size_t j = 0; j < 3; ++j) EXPECT_DOUBLE_EQ(rate[j], whole[k * 3 + j]);
+  }
+}
+
+TEST(LinearModel, StepsOfIntegrationFollowTheSampleTime) {
+  DiagnoseRig rig;
+  Problem problem = rig.problem({rig.simulate(rig.catalogue().bare(), {10, 49, 1})});
+  const StagedCar car = rig.catalogue().build(rig.catalogue().bare());
+  const int usual = substeps_of_motion(car, problem.traces);
+  problem.traces.front().log.dt = 0.05;
+  const int slow = substeps_of_motion(car, problem.traces);
+  problem.traces.front().log.dt = 0.002;
+  EXPECT_EQ(substeps_of_motion(car, problem.traces), 1);
+  EXPECT_GT(slow, usual);
+}
+
+}  // namespace
+}  // namespace gripline::diagnose

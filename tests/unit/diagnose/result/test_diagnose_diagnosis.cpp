@@ -1,0 +1,68 @@
+#include <gtest/gtest.h>
+
+#include "diagnose/result/diagnosis.hpp"
+#include "support/diagnose_rig.hpp"
+
+namespace gripline::diagnose {
+namespace {
+
+using test::DiagnoseRig;
+
+/// What was met once may belong to the place or to the time.
+TEST(Diagnoser, IsLessSureOfAPlacePassedOnce) {
+  DiagnoseRig rig;
+  const auto confidence = [&](const ModelSpec& truth) {
+    Diagnoser diagnoser(rig.world(), rig.registry(), {});
+    LogFile log;
+    log.stretches.push_back(rig.simulate(truth, {30, 61, 1}));
+    const Diagnosis d = diagnoser.run({&log, 1}, {});
+    return d.named.empty() ? std::pair(std::string("nothing"), 0.0)
+                           : std::pair(d.named.front().effect, d.named.front().confidence);
+  };
+  // The rig's car weaves about on the spot and never completes a lap.
+  const auto [place, patch] = confidence(rig.with("friction_patch", {-0.3, 0.32, 0.1}));
+  EXPECT_EQ(place, "friction_patch");
+  EXPECT_LE(patch, 0.9);
+  const auto [drive, gain] = confidence(rig.with("drive_gain", {0.12}));
+  EXPECT_EQ(drive, "drive_gain");
+  EXPECT_GT(gain, 0.95);
+}
+
+/// More drive and less back-EMF do nearly the same: on a rough road a small one of them could be either. The set holds the
+/// truth, and the reader is told what to drive.
+TEST(Diagnoser, ListsTwinsThatANoisyLogCannotTellApart) {
+  DiagnoseRig rig;
+  int sets = 0;
+  for (const std::uint64_t seed : {301, 302, 303}) {
+    Diagnoser diagnoser(rig.world(), rig.registry(), {});
+    LogFile log;
+    log.stretches.push_back(
+        rig.simulate(rig.with("drive_gain", {0.03}), {.seconds = 20, .seed = seed, .rough = {1, 1, 1}}));
+    const Diagnosis d = diagnoser.run({&log, 1}, {});
+    if (d.verdict != Verdict::indistinguishable) continue;
+    ++sets;
+    EXPECT_GT(d.equivalent.size(), 1u);
+    EXPECT_EQ(std::count(d.equivalent.begin(), d.equivalent.end(), std::vector<std::string>{"drive_gain"}), 1) << seed;
+    EXPECT_FALSE(d.manoeuvre.empty());
+    for (const NamedEffect& n : d.named) EXPECT_LT(n.confidence, 0.95);
+  }
+  EXPECT_GE(sets, 2);
+}
+
+/// What is measured in standard deviations of a noise that is not there means nothing, and the reader is told.
+TEST(Diagnoser, TellsThatALogHasNoNoise) {
+  DiagnoseRig rig;
+  const auto told = [&](double noise) {
+    Diagnoser diagnoser(rig.world(), rig.registry(), {});
+    LogFile log;
+    log.stretches.push_back(rig.simulate(rig.with("drive_gain", {0.12}), {20, 59, noise}));
+    const Diagnosis d = diagnoser.run({&log, 1}, {});
+    return std::any_of(d.health.begin(), d.health.end(),
+                       [](const Health& h) { return h.found.starts_with("none to be seen"); });
+  };
+  EXPECT_TRUE(told(0.0));
+  EXPECT_FALSE(told(1.0));
+}
+
+}  // namespace
+}  // namespace gripline::diagnose

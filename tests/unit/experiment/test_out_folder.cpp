@@ -1,0 +1,156 @@
+#include "experiment/out_folder.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "config/hash.hpp"
+#include "support/host_support.hpp"
+#include "util/csv.hpp"
+
+namespace gripline {
+namespace {
+
+using testing::HasSubstr;
+using namespace testing_support;
+namespace fs = std::filesystem;
+
+TEST(OutFolder, IsMadeWithItsParents) {
+  const Folder folder;
+  open_out_folder(folder / "a/b", "one", false);
+  EXPECT_TRUE(fs::exists(folder / "a/b/experiment.json"));
+  fs::create_directory(folder / "empty");
+  EXPECT_NO_THROW(open_out_folder(folder / "empty", "one", false));
+}
+
+TEST(OutFolder, TheSameExperimentGoesOn) {
+  const Folder folder;
+  open_out_folder(folder / "out", "one", false);
+  write_text(folder / "out/elm/1/summary.json", "{}");
+  open_out_folder(folder / "out", "one", false);
+  EXPECT_TRUE(fs::exists(folder / "out/elm/1/summary.json"));
+}
+
+TEST(OutFolder, AnotherExperimentIsRefusedUnlessForced) {
+  const Folder folder;
+  open_out_folder(folder / "out", "one", false);
+  write_text(folder / "out/elm/1/summary.json", "{}");
+  const std::string message = refusal([&] { open_out_folder(folder / "out", "two", false); });
+  EXPECT_THAT(message,
+              HasSubstr("out already holds another experiment; choose another --out, or --force to replace it"));
+  EXPECT_TRUE(fs::exists(folder / "out/elm/1/summary.json"));
+  open_out_folder(folder / "out", "two", true);
+  EXPECT_FALSE(fs::exists(folder / "out/elm"));
+  EXPECT_NO_THROW(open_out_folder(folder / "out", "two", false));
+}
+
+TEST(OutFolder, ForceOnTheSameExperimentBeginsAgain) {
+  const Folder folder;
+  open_out_folder(folder / "out", "one", false);
+  write_text(folder / "out/elm/1/summary.json", "{}");
+  open_out_folder(folder / "out", "one", true);
+  EXPECT_FALSE(fs::exists(folder / "out/elm"));
+}
+
+TEST(OutFolder, ForceTakesOnlyWhatGriplineMakes) {
+  const Folder folder;
+  { open_out_folder(folder / "out", "one", false); }
+  const std::vector<std::string> made = {"runs.csv",
+                                         "report.html",
+                                         "figures/speed.svg",
+                                         "elm/1/steps.csv",
+                                         "elm/.2.partial/steps.csv",
+                                         "train/steps.csv",
+                                         "train/tyres.csv",
+                                         "case/diagnosis.json",
+                                         "case/drive/steps.csv",
+                                         "case/drive/tyres.csv",
+                                         "case/round_trip/diagnosis.json"};
+  const std::vector<std::string> foreign = {"notes.txt", "figures/mine.pdf", "elm/1/remark.md", "photos/1.jpg",
+                                            "logs/steps.csv"};
+  for (const auto* files : {&made, &foreign})
+    for (const std::string& file : *files) write_text(folder / ("out/" + file), "x");
+  fs::create_directory(folder / "out/empty");
+  { open_out_folder(folder / "out", "two", true); }
+  for (const std::string& file : made) EXPECT_FALSE(fs::exists(folder / ("out/" + file))) << file;
+  for (const std::string& file : foreign) EXPECT_TRUE(fs::exists(folder / ("out/" + file))) << file;
+  EXPECT_FALSE(fs::exists(folder / "out/train"));
+  EXPECT_FALSE(fs::exists(folder / "out/elm/.2.partial"));
+  EXPECT_TRUE(fs::exists(folder / "out/empty"));
+}
+
+TEST(OutFolder, OneAtATime) {
+  const Folder folder;
+  {
+    const OutLock first = open_out_folder(folder / "out", "one", false);
+    for (const bool force : {false, true})
+      EXPECT_EQ(refusal([&] { open_out_folder(folder / "out", "one", force); }),
+                (folder / "out").string() +
+                    ": another gripline is writing there now; wait for its end or choose another --out");
+  }
+  EXPECT_FALSE(fs::exists(folder / "out/.lock"));
+  EXPECT_NO_THROW(open_out_folder(folder / "out", "one", false));
+}
+
+/// A lock left by a process that was killed holds nobody up.
+TEST(OutFolder, ALockFileAloneIsNoLock) {
+  const Folder folder;
+  write_text(folder / "out/.lock", "");
+  EXPECT_NO_THROW(open_out_folder(folder / "out", "one", false));
+}
+
+TEST(OutFolder, SeedsAndClaimsDoNotMakeAnotherExperiment) {
+  const auto identity = [](const char* text) { return experiment_identity(json(text)); };
+  const std::string one = identity(R"({"stacks": {"a": {}}, "seeds": {"count": 2}, "claims": ["a.runs > 1"]})");
+  EXPECT_EQ(one, identity(R"({"stacks": {"a": {}}, "seeds": {"count": 3}, "claim_share": 0.5})"));
+  EXPECT_NE(one, identity(R"({"stacks": {"a": {}, "b": {}}})"));
+}
+
+TEST(OutFolder, WhatGriplineDidNotMakeIsNeverEmptied) {
+  const Folder folder;
+  write_text(folder / "home/thesis.tex", "years of work");
+  EXPECT_THAT(refusal([&] { open_out_folder(folder / "home", "one", false); }),
+              HasSubstr("already holds something else"));
+  EXPECT_THAT(refusal([&] { open_out_folder(folder / "home", "one", true); }),
+              HasSubstr("was not made by gripline; --force does not empty it, choose another --out"));
+  write_text(folder / "home/experiment.json", "{\"identity\": ");  // somebody else's file of that name
+  EXPECT_THAT(refusal([&] { open_out_folder(folder / "home", "one", true); }), HasSubstr("was not made by gripline"));
+  EXPECT_EQ(contents(folder / "home/thesis.tex"), "years of work");
+}
+
+TEST(OutFolder, AFileIsNoFolder) {
+  const Folder folder;
+  write_text(folder / "file", "x");
+  EXPECT_THAT(refusal([&] { open_out_folder(folder / "file", "one", true); }),
+              HasSubstr("file is a file; --out names a folder"));
+  EXPECT_THAT(refusal([&] { open_out_folder(folder / "file/out", "one", false); }), HasSubstr("cannot make"));
+}
+
+TEST(OutFolder, TheSceneTellsTheReportWhatItNeeds) {
+  const Folder folder;
+  Node world = small_world();
+  inline_world_files(world);
+  Node tree = json(R"({"note": "a note", "stacks": {"a": {"model": {"plugin": "ekinematic"},
+    "planner": {"plugin": "fixed_speed"}, "controller": {"plugin": "pure_pursuit"}}}})");
+  tree.set("world", world);
+  const RaceSpec race = read_race("scene.json", tree, plugins());
+  write_scene(folder.path(), race, plugins());
+  const Node scene = parse_file(folder / "scene.json");
+  EXPECT_EQ(scene.find("name")->text(), "scene");
+  EXPECT_EQ(scene.find("kind")->text(), "race");
+  EXPECT_EQ(scene.find("note")->text(), "a note");
+  EXPECT_EQ(find_pointer(scene, "/car/width")->number(), 0.03);
+  const CsvTable track = read_csv(folder / "track.csv");
+  EXPECT_GE(track.rows(), 200u);
+  EXPECT_NEAR(track.column("left_y_m").at(0), 0.3, 1e-12);
+  EXPECT_NEAR(track.column("right_y_m").at(0), -0.3, 1e-12);
+  const Node origin = parse_file(folder / "provenance.json");
+  EXPECT_EQ(origin.find("plugin_abi")->number(), abi::number);
+  const Node::Array& libraries = origin.find("libraries")->array();
+  ASSERT_EQ(libraries.size(), 4u);
+  EXPECT_EQ(libraries[0].find("file")->text(), "dynamic.so");
+  EXPECT_EQ(libraries[0].find("sha256")->text(), sha256_of_file(fs::path(GRIPLINE_PLUGIN_DIR) / "dynamic.so"));
+  EXPECT_EQ(libraries[0].find("plugins")->array().at(0).text(), "dynamic 1.0");
+}
+
+}  // namespace
+}  // namespace gripline

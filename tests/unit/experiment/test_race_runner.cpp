@@ -1,0 +1,216 @@
+#include "experiment/race_runner.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <csignal>
+#include <thread>
+
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cerrno>
+
+#include "support/host_support.hpp"
+#include "util/csv.hpp"
+
+namespace gripline {
+namespace {
+
+using testing::HasSubstr;
+using testing::UnorderedElementsAre;
+using namespace testing_support;
+namespace fs = std::filesystem;
+
+/// Five stacks of the small world: two that finish and three that do not.
+class Runner : public testing::Test {
+ protected:
+  RaceSpec race_of(const char* patch = "{}") const {
+    Node world = small_world();
+    inline_world_files(world);
+    Node tree = json(
+        R"({"base": {"model": {"plugin": "ekinematic"}, "planner": {"plugin": "fixed_speed", "params": {"mu": 0.3}},
+      "controller": {"plugin": "pure_pursuit"}}, "stacks": {"good": {}, "fast": {"planner": {"params": {"mu": 0.5}}},
+      "crashes": {"controller": {"plugin": "fault.crashes"}}, "throws": {"controller": {"plugin": "fault.throws"}},
+      "no_start": {"controller": {"plugin": "fault.throws_at_start"}}}})");
+    tree.set("world", world);
+    return read_race("race.json", merge(tree, json(patch)), plugins());
+  }
+  RunnerOutcome run(const RaceSpec& race, const std::vector<RunId>& ids, int jobs = 1) const {
+    return run_all(race, ids, {folder_.path(), jobs, false});
+  }
+  fs::path file(const std::string& name) const { return folder_ / name; }
+  Folder folder_;
+};
+
+TEST_F(Runner, ARunLeavesItsFiles) {
+  const RaceSpec race = race_of();
+  const RunnerOutcome outcome = run(race, {{"good", 1}});
+  ASSERT_EQ(outcome.runs.size(), 1u);
+  EXPECT_EQ(outcome.runs[0].summary.status, Status::finished);
+  EXPECT_EQ(outcome.runs[0].summary.steps, 50);
+  EXPECT_GT(outcome.runs[0].timing.cpu_s, 0);
+  EXPECT_EQ(outcome.kept, 0);
+  EXPECT_FALSE(outcome.interrupted);
+  std::vector<std::string> files;
+  for (const auto& one : fs::directory_iterator(file("good/1"))) files.push_back(one.path().filename().string());
+  EXPECT_THAT(files, UnorderedElementsAre("config.json", "steps.csv", "summary.json", "timing.csv", "replay.csv",
+                                          "tyres.csv", "line.csv", "log.txt"));
+  EXPECT_EQ(content_text(parse_file(file("good/1/config.json"))), content_text(race.run_tree("good", 1)));
+}
+
+TEST_F(Runner, FinishedRunsAreKept) {
+  const RaceSpec race = race_of();
+  run(race, {{"good", 1}});
+  const auto before = fs::last_write_time(file("good/1/steps.csv"));
+  const RunnerOutcome again = run(race, {{"good", 1}, {"good", 2}});
+  EXPECT_EQ(again.kept, 1);
+  EXPECT_EQ(again.runs.size(), 2u);
+  EXPECT_EQ(fs::last_write_time(file("good/1/steps.csv")), before);
+  const RunnerOutcome changed = run(race_of(R"({"base": {"mu_init": 0.9}})"), {{"good", 1}});
+  EXPECT_EQ(changed.kept, 0);
+}
+
+/// One lost run; the others finish, and every complete row stays.
+TEST_F(Runner, AProcessThatCrashesIsOneLostRun) {
+  const RunnerOutcome outcome = run(race_of(), {{"good", 1}, {"crashes", 1}, {"fast", 1}});
+  ASSERT_EQ(outcome.runs.size(), 3u);
+  EXPECT_EQ(outcome.runs[0].summary.status, Status::finished);
+  EXPECT_EQ(outcome.runs[2].summary.status, Status::finished);
+  const RunSummary& lost = outcome.runs[1].summary;
+  EXPECT_EQ(lost.status, Status::error);
+  EXPECT_EQ(lost.message,
+            "its process was ended by signal 11 (Segmentation fault) at t = 0.200000 s; the plugin called last was "
+            "fault.crashes");
+  EXPECT_EQ(lost.stack, "crashes");
+  EXPECT_EQ(read_csv(file("crashes/1/steps.csv")).rows(), 10u);
+  EXPECT_EQ(contents(file("crashes/1/steps.csv")).back(), '\n');
+  EXPECT_TRUE(fs::exists(file("crashes/1/config.json")));
+}
+
+TEST_F(Runner, PluginErrorsKeepTheirRowsAndTheirWords) {
+  const RunnerOutcome outcome = run(race_of(), {{"throws", 1}, {"no_start", 1}});
+  EXPECT_EQ(outcome.runs[0].summary.status, Status::plugin_error);
+  EXPECT_EQ(outcome.runs[0].summary.message, "fault.throws at t = 0.200000 s: lost the road");
+  EXPECT_EQ(outcome.runs[0].summary.steps, 9);
+  EXPECT_EQ(read_csv(file("throws/1/steps.csv")).rows(), 10u);
+  EXPECT_EQ(outcome.runs[1].summary.status, Status::plugin_error);
+  EXPECT_EQ(outcome.runs[1].summary.message, "fault.throws_at_start: no fuel");
+}
+
+/// exit(0) looks like a good end; the race did not come to one.
+TEST_F(Runner, APluginThatEndsItsProcessQuietlyIsALostRun) {
+  const RaceSpec race = race_of(R"({"stacks": {"exits": {"controller": {"plugin": "fault.exits"}}}})");
+  const RunnerOutcome outcome = run(race, {{"exits", 1}});
+  ASSERT_EQ(outcome.runs.size(), 1u);
+  EXPECT_EQ(outcome.runs[0].summary.status, Status::error);
+  EXPECT_EQ(outcome.runs[0].summary.message,
+            "its process ended with exit code 0 before the race did at t = 0.200000 s; the plugin called last was "
+            "fault.exits");
+  EXPECT_EQ(read_csv(file("exits/1/steps.csv")).rows(), 10u);
+  EXPECT_FALSE(fs::exists(file("exits/.1.partial")));
+}
+
+TEST_F(Runner, APluginTellsHowFarItsPreparationsAre) {
+  const RaceSpec race = race_of(R"({"stacks": {"tells": {"controller": {"plugin": "fault.tells_cache"}}}})");
+  RunProgress progress;
+  run_here(race, {"tells", 1}, "key", folder_.path(), &progress);
+  EXPECT_EQ(progress.what.get(), "counting sheep");
+  EXPECT_EQ(progress.preparing.load(), 0.25);
+  run_here(race, {"good", 1}, "key", folder_.path(), &progress);
+  EXPECT_EQ(progress.fraction.load(), 1.0);
+}
+
+/// Everything of the race that stands in the folder, in its order, whoever asked for it; nothing of another race.
+TEST_F(Runner, ResultsOfEarlierCallsAreFound) {
+  run(race_of(), {{"fast", 1}, {"good", 10}, {"good", 2}, {"throws", 1}});
+  write_text(file("good/notes/summary.json"), "{}");
+  write_text(file("good/007/summary.json"), "{}");
+  std::vector<std::string> found;
+  for (const RunResult& one : results_in(race_of(), folder_.path()))
+    found.push_back(one.summary.stack + " " + std::to_string(one.summary.seed));
+  EXPECT_THAT(found, testing::ElementsAre("good 2", "good 10", "fast 1", "throws 1"));
+  EXPECT_TRUE(results_in(race_of(R"({"base": {"mu_init": 0.9}})"), folder_.path()).empty());
+}
+
+TEST_F(Runner, BrokenRunsAreNotKept) {
+  const std::vector<RunId> ids = {{"crashes", 1}, {"throws", 1}};
+  run(race_of(), ids);
+  EXPECT_EQ(run(race_of(), ids).kept, 0);
+}
+
+TEST_F(Runner, ManyAtOnceAreTheSameBytes) {
+  const RaceSpec race = race_of(R"({"world": {"sensors": {"sigma": {"x": 0.002, "yaw_rate": 0.05}}}})");
+  const std::vector<RunId> ids = {{"good", 1}, {"good", 2}, {"fast", 1}, {"fast", 2}};
+  run_all(race, ids, {file("one"), 1, false});
+  run_all(race, ids, {file("two"), 2, false});
+  for (const RunId& id : ids)
+    for (const char* name : {"steps.csv", "summary.json", "replay.csv", "config.json"}) {
+      const std::string path = id.stack + "/" + std::to_string(id.seed) + "/" + name;
+      EXPECT_EQ(contents(file("one/" + path)), contents(file("two/" + path))) << path;
+    }
+  EXPECT_NE(contents(file("one/good/1/steps.csv")), contents(file("one/good/2/steps.csv")));
+}
+
+/// Ctrl-C: what runs is stopped, what is finished is kept, nothing half remains, and the same call goes on from there.
+TEST_F(Runner, AnInterruptStopsCleanlyAndCanBeContinued) {
+  const RaceSpec race = race_of(R"({"stacks": {"long": {}}, "world": {"duration": "20000 s"}})");
+  const RaceSpec brief = race_of();
+  run(brief, {{"good", 1}});
+  std::thread interrupter([] {
+    std::this_thread::sleep_for(std::chrono::milliseconds(400));
+    kill(getpid(), SIGINT);
+  });
+  const RunnerOutcome outcome = run(race, {{"good", 1}, {"long", 1}}, 2);
+  interrupter.join();
+  EXPECT_TRUE(outcome.interrupted);
+  EXPECT_TRUE(outcome.runs.empty());  // what stands in good/1 is another experiment's
+  EXPECT_FALSE(fs::exists(file("long/1")));
+  EXPECT_FALSE(fs::exists(file("long/.1.partial")));
+  const RunnerOutcome again = run(brief, {{"good", 1}, {"fast", 1}});
+  EXPECT_FALSE(again.interrupted);
+  EXPECT_EQ(again.kept, 1);
+  EXPECT_EQ(again.runs.size(), 2u);
+}
+
+/// Every input of a run names it, and nothing else does.
+TEST_F(Runner, AKeyNamesTheInputsOfARun) {
+  write_text(file("curve.csv"), "x,y\n0,1\n1,2\n");
+  const std::string typed = R"({"stacks": {"typed": {"estimator": {"plugin": "spy.typed", "params": {"curve": ")" +
+                            file("curve.csv").string() + R"("}}}}})";
+  const auto key = [&](const std::string& patch, const RunId& id) {
+    FileHashes hashes;
+    return run_key(race_of(patch.c_str()), id, hashes);
+  };
+  const std::string good = key("{}", {"good", 1});
+  EXPECT_EQ(good, key("{}", {"good", 1}));
+  EXPECT_EQ(good, key(R"({"note": "words", "world": {"note": "more"}, "claims": []})", {"good", 1}));
+  EXPECT_EQ(good, key(R"({"stacks": {"other": {}}, "seeds": {"count": 9}})", {"good", 1}));
+  EXPECT_NE(good, key("{}", {"good", 2}));
+  EXPECT_NE(good, key("{}", {"fast", 1}));
+  EXPECT_NE(good, key(R"({"world": {"duration": 2}})", {"good", 1}));
+  EXPECT_NE(good, key(R"({"base": {"mu_init": 0.9}})", {"good", 1}));
+  const std::string before = key(typed, {"typed", 1});
+  EXPECT_EQ(before, key(typed, {"typed", 1}));
+  write_text(file("curve.csv"), "x,y\n0,1\n1,3\n");
+  EXPECT_NE(before, key(typed, {"typed", 1}));
+}
+
+TEST_F(Runner, LeftoversOfALostProcessDoNoHarm) {
+  write_text(file("good/.1.partial/steps.csv"), "half a ro");
+  EXPECT_EQ(run(race_of(), {{"good", 1}}).runs[0].summary.status, Status::finished);
+  EXPECT_FALSE(fs::exists(file("good/.1.partial")));
+}
+
+/// Where nothing can be written the call ends with the reason, and no process stays behind.
+TEST_F(Runner, NoProcessOutlivesACallThatFails) {
+  write_text(file("good"), "a file where a folder belongs");
+  const RaceSpec race = race_of(R"({"stacks": {"long": {}}, "world": {"duration": "20000 s"}})");
+  EXPECT_THROW(run(race, {{"long", 1}, {"good", 1}}, 2), std::exception);
+  EXPECT_EQ(waitpid(-1, nullptr, WNOHANG), -1);
+  EXPECT_EQ(errno, ECHILD);
+}
+
+}  // namespace
+}  // namespace gripline

@@ -1,0 +1,197 @@
+#include "experiment/race_tables.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <sstream>
+
+#include "support/host_support.hpp"
+
+namespace gripline {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::Not;
+using namespace testing_support;
+
+/// A race of JSON stacks with the world's own lap table.
+RaceSpec race_of(const char* claims = "[]", int seeds = 3) {
+  Node world = merge(small_world(), json(R"({"duration": null, "laps": 2, "timeout": 9,
+    "time_optimal_laps": [{"factor": 0.5, "lap": 8}, {"factor": 1, "lap": 7}]})"));
+  inline_world_files(world);
+  Node tree = json(R"({"base": {"model": {"plugin": "ekinematic"}, "planner": {"plugin": "fixed_speed"},
+    "controller": {"plugin": "pure_pursuit"}}, "stacks": {"none": {}, "elm": {}, "oracle": {"estimator": {"plugin": "oracle"}}}})");
+  tree.set("world", world);
+  tree.set("claims", json(claims));
+  Node count{Node::Object{}};
+  count.set("count", Node(seeds));
+  tree.set("seeds", count);
+  return read_race("table.json", tree, plugins());
+}
+
+RunResult run_of(const std::string& stack, std::uint64_t seed, double violation, std::vector<double> laps) {
+  RunResult run;
+  run.summary.stack = stack;
+  run.summary.seed = seed;
+  run.summary.status = Status::finished;
+  run.summary.laps = std::move(laps);
+  run.summary.lap_mean_factors.assign(run.summary.laps.size(), 0.75);
+  run.summary.violation_s = violation;
+  run.summary.mean_deviation_m = 0.1 * violation;
+  run.summary.steps = 100;
+  run.summary.simulated_s = 2;
+  run.timing.solve_ms_median = 1.5 + violation;
+  run.timing.cpu_s = 0.25;
+  return run;
+}
+
+/// elm: three runs of which one is a crash; none: three runs, one that drove no second lap; oracle: told the truth.
+std::vector<RunResult> some_runs() {
+  std::vector<RunResult> runs = {run_of("none", 1, 3, {8, 9}), run_of("none", 2, 5, {8.5}),
+                                 run_of("none", 3, 4, {9, 7}), run_of("elm", 1, 1, {7.5, 7.25}),
+                                 run_of("elm", 2, 2, {7, 7}),  run_of("elm", 3, 6, {7.2, 7})};
+  runs[5].summary.status = Status::crashed;
+  runs[4].summary.violation_after_adapt_s = 0.5;
+  runs[5].summary.violation_after_adapt_s = 1.5;
+  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+    runs.push_back(run_of("oracle", seed, 0, {7, 7}));
+    runs.back().summary.needs_truth = true;
+  }
+  return runs;
+}
+
+std::map<std::string, std::string> cells(const std::filesystem::path& file, const std::string& begins) {
+  const std::vector<std::string> all = lines(file);
+  std::map<std::string, std::string> found;
+  for (const std::string& line : all) {
+    if (line.rfind(begins, 0) != 0) continue;
+    std::stringstream names(all[0]), values(line);
+    for (std::string name; std::getline(names, name, ',');) {
+      std::string value;
+      std::getline(values, value, ',');
+      found[name] = value;
+    }
+  }
+  return found;
+}
+
+/// DEFINITIONS.md, "Files".
+TEST(RaceTables, HaveTheDefinedColumns) {
+  const Folder folder;
+  const RaceSpec race = race_of();
+  write_tables(folder.path(), {race, some_runs(), {"none", "elm", "oracle"}}, {});
+  const std::string measured =
+      "lap0_s,lap1_s,lap0_mean_factor,lap1_mean_factor,mean_deviation_m,violation_s,violation_body_s,"
+      "violation_after_adapt_s,mu_rmse,mu_visited_rmse,solve_ms_median,solve_ms_p95,solve_ms_p99,update_ms_median,"
+      "solver_failures,steps,cpu_s,simulated_s";
+  EXPECT_EQ(lines(folder / "runs.csv").at(0), "stack,seed,status,needs_truth," + measured);
+  EXPECT_EQ(lines(folder / "table.csv").at(0), "stack,needs_truth," + measured +
+                                                   ",runs,finished,crashed,violation_s_max,violation_after_adapt_s_max,"
+                                                   "pace_ratio0,pace_ratio1");
+  EXPECT_EQ(lines(folder / "runs.csv").size(), 10u);
+  EXPECT_EQ(lines(folder / "table.csv").size(), 4u);
+}
+
+TEST(RaceTables, RunsAreRowsWithBareNamesAndEmptyCells) {
+  const Folder folder;
+  const RaceSpec race = race_of();
+  write_tables(folder.path(), {race, some_runs(), {"none", "elm", "oracle"}}, {});
+  auto row = cells(folder / "runs.csv", "none,2,");
+  EXPECT_EQ(row["status"], "finished");
+  EXPECT_EQ(row["needs_truth"], "0");
+  EXPECT_EQ(row["lap0_s"], "8.5");
+  EXPECT_EQ(row["lap1_s"], "");  // not driven
+  EXPECT_EQ(row["violation_s"], "5");
+  EXPECT_EQ(row["violation_after_adapt_s"], "");  // never trusted
+  EXPECT_EQ(row["cpu_s"], "0.25");
+  row = cells(folder / "runs.csv", "oracle,1,");
+  EXPECT_EQ(row["stack"], "oracle");
+  EXPECT_EQ(row["needs_truth"], "1");
+  EXPECT_EQ(cells(folder / "runs.csv", "elm,3,")["status"], "crashed");
+}
+
+TEST(RaceTables, TableIsMediansCountsMaximaAndSums) {
+  const Folder folder;
+  const RaceSpec race = race_of();
+  write_tables(folder.path(), {race, some_runs(), {"none", "elm", "oracle"}}, {});
+  auto none = cells(folder / "table.csv", "none,"), elm = cells(folder / "table.csv", "elm,");
+  EXPECT_EQ(none["lap0_s"], "8.5");
+  EXPECT_EQ(none["lap1_s"], "8");  // of the two that drove it
+  EXPECT_EQ(none["violation_s"], "4");
+  EXPECT_EQ(none["violation_s_max"], "5");
+  EXPECT_EQ(none["violation_after_adapt_s_max"], "");
+  EXPECT_EQ(elm["violation_after_adapt_s"], "1");
+  EXPECT_EQ(elm["violation_after_adapt_s_max"], "1.5");
+  EXPECT_EQ(elm["runs"], "3");
+  EXPECT_EQ(elm["finished"], "2");
+  EXPECT_EQ(elm["crashed"], "1");
+  EXPECT_EQ(elm["cpu_s"], "0.75");
+  EXPECT_EQ(elm["simulated_s"], "6");
+  EXPECT_EQ(elm["lap0_mean_factor"], "0.75");
+  EXPECT_DOUBLE_EQ(std::stod(none["pace_ratio0"]), 8.5 / 7.5);  // the time-optimal lap at factor 0.75 takes 7.5 s
+}
+
+TEST(RaceTables, OnlyTheRowsAskedFor) {
+  const Folder folder;
+  const RaceSpec race = race_of(R"(["elm.violation_s <= none.violation_s", "elm.violation_s <= 3"])");
+  std::vector<RunResult> runs = some_runs();
+  runs.erase(runs.begin(), runs.begin() + 3);
+  const RaceResults results = {race, runs, {"elm", "oracle"}};
+  const std::vector<ClaimResult> claims = judge_all(results, true);
+  ASSERT_EQ(claims.size(), 2u);
+  EXPECT_FALSE(claims[0].holds.has_value());
+  EXPECT_EQ(claims[0].why_skipped, "a row was left out by --only");
+  EXPECT_EQ(claims[1].runs_held, 2);
+  EXPECT_FALSE(claims[1].holds.value());  // two of three are fewer than 80 %
+  write_tables(folder.path(), results, claims);
+  EXPECT_TRUE(cells(folder / "table.csv", "none,").empty());
+  const Node written = parse_file(folder / "claims.json");
+  EXPECT_EQ(written.find("skipped")->array().at(0).find("text")->text(), "elm.violation_s <= none.violation_s");
+  EXPECT_EQ(written.find("claims")->array().at(0).find("holds")->boolean(), false);
+  EXPECT_EQ(find_pointer(written, "/claims/0/values/left")->number(), 2);
+  EXPECT_EQ(find_pointer(written, "/claims/0/values/right")->number(), 3);
+}
+
+TEST(RaceTables, ClaimsOnTimesNeedTheMachineAlone) {
+  const RaceSpec race = race_of(R"(["elm.solve_ms_median < none.solve_ms_median", "elm.lap0_s < none.lap0_s"])");
+  const RaceResults results = {race, some_runs(), {"none", "elm", "oracle"}};
+  const std::vector<ClaimResult> shared = judge_all(results, false), alone = judge_all(results, true);
+  EXPECT_FALSE(shared[0].holds.has_value());
+  EXPECT_THAT(shared[0].why_skipped, HasSubstr("-j 1"));
+  EXPECT_TRUE(shared[1].holds.value());
+  EXPECT_TRUE(alone[0].holds.has_value());
+}
+
+/// A run whose process was lost has no zeros to its credit.
+TEST(RaceTables, ALostRunMeasuredNothing) {
+  const Folder folder;
+  const RaceSpec race = race_of(R"(["elm.violation_s <= none.violation_s"])", 1);
+  RunResult lost;
+  lost.summary.stack = "elm";
+  lost.summary.status = Status::error;
+  const RaceResults results = {race, {run_of("none", 1, 3, {8, 9}), lost}, {"none", "elm"}};
+  write_tables(folder.path(), results, {});
+  auto row = cells(folder / "table.csv", "elm,");
+  EXPECT_EQ(row["violation_s"], "");
+  EXPECT_EQ(row["mean_deviation_m"], "");
+  EXPECT_EQ(row["runs"], "1");
+  EXPECT_EQ(row["finished"], "0");
+  EXPECT_FALSE(judge_all(results, true).at(0).holds.value());
+}
+
+TEST(RaceTables, ThePrintedTableMarksWhoWasToldTheTruth) {
+  const RaceSpec race = race_of(R"(["elm.violation_s <= none.violation_s", "none.violation_s < elm.violation_s",
+                                    "elm.solve_ms_median < none.solve_ms_median"])");
+  const RaceResults results = {race, some_runs(), {"none", "elm", "oracle"}};
+  std::ostringstream out;
+  print_tables(out, results, judge_all(results, false));
+  EXPECT_THAT(out.str(), AllOf(HasSubstr("oracle *"), HasSubstr("* was told the truth"), Not(HasSubstr("elm *"))));
+  EXPECT_THAT(out.str(), HasSubstr("2/3 finished"));
+  EXPECT_THAT(out.str(), HasSubstr("1 skipped"));
+  EXPECT_THAT(out.str(), HasSubstr("FAILS    none.violation_s < elm.violation_s   (4 against 2,"));
+  EXPECT_THAT(out.str(), HasSubstr("skipped  elm.solve_ms_median < none.solve_ms_median   (on times: needs -j 1)"));
+}
+
+}  // namespace
+}  // namespace gripline

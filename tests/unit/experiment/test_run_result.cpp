@@ -1,0 +1,115 @@
+#include "experiment/run_result.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "support/host_support.hpp"
+#include "util/csv_writer.hpp"
+
+namespace gripline {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::Not;
+using namespace testing_support;
+
+RunSummary some() {
+  RunSummary s;
+  s.stack = "elm";
+  s.seed = 7;
+  s.status = Status::finished;
+  s.needs_truth = true;
+  s.laps = {8.5, 7.25};
+  s.lap_mean_factors = {1, 0.9};
+  s.mean_deviation_m = 0.05;
+  s.violation_s = 0.46;
+  s.violation_body_s = 1.5;
+  s.violation_after_adapt_s = 0.2;
+  s.mu_rmse = 0.02;
+  s.mu_bias = -0.01;
+  s.solver_failures = 3;
+  s.steps = 1780;
+  s.simulated_s = 35.6;
+  return s;
+}
+
+TEST(RunResult, ASummaryComesBack) {
+  const Folder folder;
+  write_summary(folder.path(), some(), "key");
+  const RunSummary s = read_result(folder.path(), "key").value().summary;
+  EXPECT_EQ(s.stack, "elm");
+  EXPECT_EQ(s.seed, 7u);
+  EXPECT_EQ(s.status, Status::finished);
+  EXPECT_TRUE(s.needs_truth);
+  EXPECT_THAT(s.laps, ElementsAre(8.5, 7.25));
+  EXPECT_THAT(s.lap_mean_factors, ElementsAre(1, 0.9));
+  EXPECT_EQ(s.mean_deviation_m, 0.05);
+  EXPECT_EQ(s.violation_s, 0.46);
+  EXPECT_EQ(s.violation_body_s, 1.5);
+  EXPECT_EQ(s.violation_after_adapt_s, 0.2);
+  EXPECT_EQ(s.mu_rmse, 0.02);
+  EXPECT_EQ(s.mu_bias, -0.01);
+  EXPECT_FALSE(s.mu_visited_rmse.has_value());  // null: was not measured
+  EXPECT_EQ(s.solver_failures, 3);
+  EXPECT_EQ(s.steps, 1780);
+  EXPECT_EQ(s.simulated_s, 35.6);
+  EXPECT_THAT(contents(folder / "summary.json"), HasSubstr("\"mu_visited_rmse\": null"));
+}
+
+TEST(RunResult, EveryStatusComesBackWithItsMessage) {
+  for (const Status status :
+       {Status::finished, Status::crashed, Status::timeout, Status::plugin_error, Status::error}) {
+    const Folder folder;
+    RunSummary s = some();
+    s.status = status;
+    s.message = "why, with \"quotes\"\nand a line";
+    write_summary(folder.path(), s, "key");
+    EXPECT_EQ(read_result(folder.path(), "").value().summary.status, status);
+    EXPECT_EQ(read_result(folder.path(), "").value().summary.message, s.message);
+  }
+}
+
+TEST(RunResult, AnotherKeyIsNotThisRun) {
+  const Folder folder;
+  write_summary(folder.path(), some(), "key");
+  EXPECT_FALSE(read_result(folder.path(), "other").has_value());
+  EXPECT_TRUE(read_result(folder.path(), "").has_value());
+  EXPECT_FALSE(read_result(folder / "absent", "").has_value());
+}
+
+TEST(RunResult, WhatIsNotWholeIsAsIfAbsent) {
+  const Folder folder;
+  write_text(folder / "summary.json", R"({"stack": "elm", "sta)");
+  EXPECT_FALSE(read_result(folder.path(), "").has_value());
+  write_summary(folder.path(), some(), "key");
+  write_text(folder / "timing.csv", "t_s,update_ms\n0,1,2\n");
+  EXPECT_FALSE(read_result(folder.path(), "").has_value());
+}
+
+TEST(RunResult, TimesAreNearestRankPercentiles) {
+  const Folder folder;
+  write_summary(folder.path(), some(), "key");
+  {
+    CsvWriter csv(folder / "timing.csv", "t_s,update_ms,plan_ms,solve_ms,cpu_s");
+    for (int i = 1; i <= 200; ++i) {
+      csv << 0.02 * i << 2.0 * i << 0.0 << 201.0 - i << 0.1 * i;
+      csv.end_row();
+    }
+  }
+  const RunTiming timing = read_result(folder.path(), "key").value().timing;
+  EXPECT_EQ(timing.solve_ms_median, 100);
+  EXPECT_EQ(timing.solve_ms_p95, 190);
+  EXPECT_EQ(timing.solve_ms_p99, 198);
+  EXPECT_EQ(timing.update_ms_median, 200);
+  EXPECT_DOUBLE_EQ(timing.cpu_s, 20);
+}
+
+TEST(RunResult, WallClockFiguresAreNotInTheSummary) {
+  const Folder folder;
+  write_summary(folder.path(), some(), "key");
+  EXPECT_THAT(contents(folder / "summary.json"), Not(testing::AnyOf(HasSubstr("_ms"), HasSubstr("cpu"))));
+}
+
+}  // namespace
+}  // namespace gripline

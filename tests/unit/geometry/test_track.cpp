@@ -1,0 +1,379 @@
+#include "geometry/track.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <cstdlib>
+#include <new>
+#include <random>
+
+#include "geometry/track_file.hpp"
+#include "support/reference_data.hpp"
+#include "util/csv.hpp"
+
+namespace {
+std::atomic<long> allocations{0};
+}
+
+[[gnu::noinline]] void* operator new(std::size_t size) {
+  ++allocations;
+  if (void* memory = std::malloc(size)) return memory;
+  throw std::bad_alloc();
+}
+[[gnu::noinline]] void operator delete(void* memory) noexcept { std::free(memory); }
+[[gnu::noinline]] void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
+
+namespace gripline {
+namespace {
+
+using ::testing::HasSubstr;
+
+constexpr double kPi = std::numbers::pi;
+
+Track shipped(const std::string& name) { return load_track(std::string(GRIPLINE_SOURCE_DIR "/worlds/tracks/") + name); }
+
+PlanePoint beside(const CurvePoint& at, double n) { return {at.x - n * std::sin(at.yaw), at.y + n * std::cos(at.yaw)}; }
+
+ClosedCurve ellipse(double a, double b, int points) {
+  std::vector<PlanePoint> p;
+  for (int i = 0; i < points; ++i)
+    p.push_back({a * std::cos(2 * kPi * i / points), b * std::sin(2 * kPi * i / points)});
+  return ClosedCurve::from_points(p);
+}
+
+/// Two straights of 4 m, two half circles of radius 1 m, counter-clockwise from (0, 0) along x.
+ClosedCurve stadium() {
+  const std::vector<Segment> segments{Segment::line(4.0), Segment::arc(1.0, kPi), Segment::line(4.0),
+                                      Segment::arc(1.0, kPi)};
+  return ClosedCurve::from_segments({0.0, 0.0, 0.0}, segments);
+}
+
+TEST(ArcPath, IsExact) {
+  const ClosedCurve curve = stadium();
+  EXPECT_DOUBLE_EQ(curve.length(), 8.0 + 2.0 * kPi);
+  const CurvePoint top = curve.at(4.0 + 0.5 * kPi);
+  EXPECT_NEAR(top.x, 5.0, 1e-15);
+  EXPECT_NEAR(top.y, 1.0, 1e-15);
+  EXPECT_NEAR(top.yaw, 0.5 * kPi, 1e-15);
+  EXPECT_EQ(top.kappa, 1.0);
+  EXPECT_EQ(curve.at(2.0).kappa, 0.0);
+  const CurvePoint back = curve.at(4.0 + kPi + 1.0);
+  EXPECT_NEAR(std::abs(back.yaw), kPi, 1e-15);
+  EXPECT_NEAR(back.x, 3.0, 1e-14);
+  EXPECT_NEAR(back.y, 2.0, 1e-14);
+}
+
+TEST(ArcPath, RepeatsItself) {
+  const ClosedCurve curve = stadium();
+  for (const double s : {0.3, 5.0, 9.9, 13.0}) {
+    const CurvePoint a = curve.at(s), b = curve.at(s - 3.0 * curve.length()), c = curve.at(s + 2.0 * curve.length());
+    EXPECT_NEAR(a.x, b.x, 1e-12);
+    EXPECT_NEAR(a.y, c.y, 1e-12);
+    EXPECT_NEAR(b.s, s, 1e-12);
+  }
+}
+
+TEST(ArcPath, LeftIsPositive) {
+  const ClosedCurve curve = stadium();
+  EXPECT_NEAR(curve.locate(2.0, 0.3).n, 0.3, 1e-15);
+  EXPECT_NEAR(curve.locate(2.0, -0.3).n, -0.3, 1e-15);
+  const CurveLocation outside = curve.locate(5.5, 1.0);
+  EXPECT_NEAR(outside.n, -0.5, 1e-15);
+  EXPECT_NEAR(outside.s, 4.0 + 0.5 * kPi, 1e-15);
+}
+
+TEST(ArcPath, RefusesWhatDoesNotClose) {
+  const std::vector<Segment> gap{Segment::line(4.0), Segment::arc(1.0, kPi), Segment::line(3.9),
+                                 Segment::arc(1.0, kPi)};
+  const std::vector<Segment> kink{Segment::line(4.0), Segment::arc(1.0, kPi), Segment::line(4.0),
+                                  Segment::arc(1.0, 0.9 * kPi)};
+  const std::vector<Segment> empty{Segment::line(0.0)};
+  EXPECT_THROW(ClosedCurve::from_segments({}, gap), GeometryError);
+  EXPECT_THROW(ClosedCurve::from_segments({}, kink), GeometryError);
+  EXPECT_THROW(ClosedCurve::from_segments({}, empty), GeometryError);
+  EXPECT_THROW(ClosedCurve::from_segments({}, {}), GeometryError);
+}
+
+TEST(SplinePath, MatchesAnEllipse) {
+  const double a = 3.0, b = 2.0;
+  const ClosedCurve curve = ellipse(a, b, 240);
+  EXPECT_NEAR(curve.length(), 15.865439589290589, 1e-6);  // 4 a E(sqrt(1 - b^2/a^2))
+  for (int i = 0; i < 100; ++i) {
+    const CurvePoint at = curve.at(0.1586 * i);
+    EXPECT_NEAR(at.x * at.x / (a * a) + at.y * at.y / (b * b), 1.0, 1e-7);
+    const double c = at.x / a, s = at.y / b;
+    const double kappa = a * b / std::pow(a * a * s * s + b * b * c * c, 1.5);
+    EXPECT_NEAR(at.kappa, kappa, 2e-3);
+    EXPECT_NEAR(wrap_angle(at.yaw - std::atan2(b * c, -a * s)), 0.0, 1e-5);
+  }
+}
+
+TEST(SplinePath, StationsAreArcLengthAndCurvatureIsContinuous) {
+  const ClosedCurve curve = ellipse(3.0, 2.0, 31);
+  const double h = 1e-4;
+  for (double s = 0.0; s < curve.length(); s += 0.0371) {
+    const CurvePoint before = curve.at(s - h), at = curve.at(s), after = curve.at(s + h);
+    EXPECT_NEAR(std::hypot(after.x - before.x, after.y - before.y), 2.0 * h, 1e-9);
+    EXPECT_NEAR((after.kappa + before.kappa) / 2.0, at.kappa, 1e-3);
+    EXPECT_NEAR(wrap_angle(after.yaw - before.yaw) / (2.0 * h), at.kappa, 1e-3);
+  }
+}
+
+TEST(SplinePath, RefusesPointsThatMakeNoLine) {
+  const std::vector<PlanePoint> few{{0, 0}, {1, 0}, {1, 1}};
+  const std::vector<PlanePoint> same{{0, 0}, {1, 0}, {1, 0}, {1, 1}, {0, 1}};
+  EXPECT_THROW(ClosedCurve::from_points(few), GeometryError);
+  EXPECT_THROW(ClosedCurve::from_points(same), GeometryError);
+}
+
+void expect_round_trip(const ClosedCurve& curve, double widest, double tolerance) {
+  std::mt19937_64 random(7);
+  std::uniform_real_distribution<double> station(0.0, curve.length()), offset(-widest, widest), error(-0.1, 0.1);
+  for (int i = 0; i < 2000; ++i) {
+    const double s = station(random), n = offset(random);
+    const CurvePoint at = curve.at(s);
+    const PlanePoint p = beside(at, n);
+    for (const CurveLocation& found : {curve.locate(p.x, p.y), curve.locate(p.x, p.y, s + error(random))}) {
+      EXPECT_NEAR(wrap_difference(found.s - s, curve.length()), 0.0, tolerance);
+      EXPECT_NEAR(found.n, n, tolerance);
+      EXPECT_NEAR(wrap_angle(found.yaw - at.yaw), 0.0, 20.0 * tolerance);
+    }
+  }
+}
+
+TEST(ClosedCurve, LocateInvertsAt) {
+  expect_round_trip(stadium(), 0.8, 1e-12);
+  expect_round_trip(shipped("ethz.json").centre(), 0.18, 1e-9);
+  expect_round_trip(shipped("ethz_mobil.json").centre(), 0.225, 1e-9);
+  expect_round_trip(ellipse(3.0, 2.0, 61), 0.8, 1e-9);
+}
+
+TEST(ClosedCurve, AHintStaysOnItsStretch) {
+  // Between the two straights of the stadium, nearer to the upper one: the hint decides.
+  const ClosedCurve curve = stadium();
+  EXPECT_NEAR(curve.locate(2.0, 1.2).s, 4.0 + kPi + 2.0, 1e-12);
+  EXPECT_NEAR(curve.locate(2.0, 1.2, 1.9).s, 2.0, 1e-12);
+  EXPECT_NEAR(curve.locate(2.0, 1.2, 1.9).n, 1.2, 1e-12);
+}
+
+TEST(ClosedCurve, LocateFindsTheNearestPointFromAnywhere) {
+  const ClosedCurve oval = ellipse(3.0, 2.0, 61);
+  const Track ethz = shipped("ethz.json");
+  std::mt19937_64 random(11);
+  std::uniform_real_distribution<double> place(-4.0, 4.0);
+  for (int i = 0; i < 300; ++i) {
+    const double x = place(random), y = place(random);
+    for (const ClosedCurve* curve : {&oval, &ethz.centre()}) {
+      double nearest = INFINITY;
+      for (int k = 0; k < 4000; ++k) {
+        const CurvePoint at = curve->at(curve->length() * k / 4000.0);
+        nearest = std::min(nearest, std::hypot(at.x - x, at.y - y));
+      }
+      const double found = std::abs(curve->locate(x, y).n);
+      EXPECT_LE(found, nearest + 1e-12);
+      EXPECT_GE(found, nearest - 2e-3);
+    }
+  }
+}
+
+TEST(ClosedCurve, QueriesAllocateNothing) {
+  const Track arcs = shipped("ethz.json");
+  const Track points = load_track(GRIPLINE_FIXTURE_DIR "/tracks/hill.csv");
+  const long before = allocations.load();
+  double sum = 0.0;
+  for (const Track* track : {&arcs, &points}) {
+    for (double s = -1.0; s < 20.0; s += 0.37) {
+      const CurvePoint at = track->at(s);
+      const CurveLocation place = track->locate(at.x, at.y, s), anywhere = track->locate(at.x + 0.01, at.y);
+      sum += place.n + anywhere.s + track->half_width_left(s) + track->half_width_right(s) + track->grade(s) +
+             track->bank(s);
+      sum += track->lap_fraction(at.x, at.y, place) + track->beyond_edge(place) + track->wall_clearance(place);
+    }
+  }
+  EXPECT_EQ(allocations.load(), before);
+  EXPECT_TRUE(std::isinf(sum));  // no walls: the sum was not optimised away
+}
+
+TEST(Track, EthzClosesAndHasThePublishedSize) {
+  const Track ethz = shipped("ethz.json"), mobil = shipped("ethz_mobil.json");
+  EXPECT_NEAR(ethz.length(), 17.84405, 1e-5);
+  EXPECT_NEAR(mobil.length(), 12.8549, 5e-5);
+  for (const Track* track : {&ethz, &mobil}) {
+    const CurvePoint end = track->at(track->length() - 1e-9), begin = track->at(0.0);
+    EXPECT_NEAR(end.x, begin.x, 1e-8);
+    EXPECT_NEAR(end.y, begin.y, 1e-8);
+    EXPECT_NEAR(wrap_angle(end.yaw - begin.yaw), 0.0, 1e-7);
+    EXPECT_EQ(check_start(*track, track->start()), "");
+  }
+  EXPECT_NEAR(ethz.start().x, -0.84574, 1e-12);
+  EXPECT_NEAR(ethz.start().yaw, -kPi / 4, 1e-12);
+  EXPECT_EQ(ethz.half_width_left(3.0), 0.185);
+  EXPECT_EQ(mobil.half_width_right(3.0), 0.23);
+}
+
+class ReferenceTracks : public testing_support::WithReference {
+ protected:
+  /// Largest distance of the published centre and edge points from ours.
+  static void expect_within(const Track& track, const CsvTable& table, double tolerance, double spiral_begin = 0.0,
+                            double spiral_end = 0.0) {
+    const std::vector<double> cx = table.column("x_center_m"), cy = table.column("y_center_m");
+    const std::vector<double> ix = table.column("x_inner_m"), iy = table.column("y_inner_m");
+    const std::vector<double> ox = table.column("x_outer_m"), oy = table.column("y_outer_m");
+    double inner_side = 0.0;
+    for (std::size_t i = 0; i < cx.size(); ++i) {
+      const CurveLocation centre = track.locate(cx[i], cy[i]);
+      EXPECT_NEAR(centre.n, 0.0, tolerance) << "centre point " << i;
+      const CurveLocation inner = track.locate(ix[i], iy[i], centre.s), outer = track.locate(ox[i], oy[i], centre.s);
+      const double edge_tolerance = centre.s > spiral_begin && centre.s < spiral_end ? 3e-3 : tolerance;
+      EXPECT_NEAR(track.beyond_edge(inner), 0.0, edge_tolerance) << "inner point " << i;
+      EXPECT_NEAR(track.beyond_edge(outer), 0.0, edge_tolerance) << "outer point " << i;
+      EXPECT_LT(inner.n * outer.n, 0.0);
+      inner_side += inner.n;
+    }
+    EXPECT_GT(std::abs(inner_side) / static_cast<double>(cx.size()), 0.1);
+  }
+};
+
+TEST_F(ReferenceTracks, OurArcsAreWithinAMillimetre) {
+  // In ETHZ's spiral the published edge points lie up to 10 degrees off the normals of the published centre line, which
+  // makes that road up to 3 mm narrower than its half width of 0.185 m; its centre points are within the millimetre
+  // too.
+  expect_within(shipped("ethz.json"), read_csv(reference("track_ethz.csv")), 1e-3, 5.13, 6.63);
+  expect_within(shipped("ethz_mobil.json"), read_csv(reference("track_ethzMobil.csv")), 1e-3);
+}
+
+TEST(Track, SidesTablesAndLapFraction) {
+  const Track hill = load_track(GRIPLINE_FIXTURE_DIR "/tracks/hill.csv");
+  EXPECT_NEAR(hill.grade(0.25 * hill.length()), 0.05, 1e-3);  // a quarter round the oval by symmetry
+  EXPECT_NEAR(hill.grade(0.75 * hill.length()), -0.05, 1e-3);
+  EXPECT_NEAR(hill.bank(1.0), 0.02, 1e-15);
+  const Track oval = load_track(GRIPLINE_FIXTURE_DIR "/tracks/oval.csv");
+  const CsvTable table = read_csv(GRIPLINE_FIXTURE_DIR "/tracks/oval.csv");
+  const std::vector<double> x = table.column("x_m"), y = table.column("y_m");
+  std::vector<double> chord{0.0};
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    const std::size_t j = (i + 1) % x.size();
+    chord.push_back(chord.back() + std::hypot(x[j] - x[i], y[j] - y[i]));
+  }
+  for (std::size_t i = 0; i < x.size(); ++i) EXPECT_NEAR(oval.lap_fraction(x[i], y[i]), chord[i] / chord.back(), 1e-12);
+  // Beside the road the search around the foot agrees with the search everywhere.
+  const ClosedPolyline whole([&] {
+    std::vector<PlanePoint> points;
+    for (std::size_t i = 0; i < x.size(); ++i) points.push_back({x[i], y[i]});
+    return points;
+  }());
+  std::mt19937_64 random(3);
+  std::uniform_real_distribution<double> station(0.0, oval.length()), offset(-0.5, 0.4);
+  for (int i = 0; i < 500; ++i) {
+    const PlanePoint p = beside(oval.at(station(random)), offset(random));
+    EXPECT_DOUBLE_EQ(oval.lap_fraction(p.x, p.y), whole.fraction(p.x, p.y));
+  }
+}
+
+TEST(Track, EdgesAndWallsAreMeasuredOnTheRightSide) {
+  TrackShape shape{.centre = stadium(), .half_width_right = 0.3, .half_width_left = 0.5};
+  shape.wall_right = 0.2;
+  const Track track(std::move(shape));
+  EXPECT_NEAR(track.beyond_edge(track.locate(2.0, 0.4)), -0.1, 1e-12);
+  EXPECT_NEAR(track.beyond_edge(track.locate(2.0, -0.4)), 0.1, 1e-12);
+  EXPECT_TRUE(track.inside(track.locate(2.0, -0.2999)));
+  EXPECT_NEAR(track.wall_clearance(track.locate(2.0, -0.45)), 0.05, 1e-12);
+  EXPECT_LE(track.wall_clearance(track.locate(2.0, -0.5001)), 0.0);
+  EXPECT_TRUE(std::isinf(track.wall_clearance(track.locate(2.0, 0.45))));
+  EXPECT_NEAR(track.narrowest(), 0.8, 1e-12);
+}
+
+TEST(Track, SlopeTurnsWithTheCar) {
+  const Track hill = shipped("hill.json");
+  const double s = 300.0;  // climbing, banked 5 degrees into a left turn
+  const CurveLocation place{s, 0.0, hill.at(s).yaw};
+  const double grade = hill.grade(s), bank = hill.bank(s);
+  ASSERT_GT(grade, 0.01);
+  ASSERT_GT(bank, 0.08);
+  const auto seen = [&](double turned) { return hill.slope(place, place.yaw + turned); };
+  EXPECT_NEAR(seen(0.0).grade, grade, 1e-12);
+  EXPECT_NEAR(seen(0.0).bank, bank, 1e-12);
+  EXPECT_NEAR(seen(kPi).grade, -grade, 1e-12);
+  EXPECT_NEAR(seen(kPi).bank, -bank, 1e-12);
+  // Facing left, towards the lower side: downhill ahead, and the right side of the car is the one ahead on the road.
+  EXPECT_NEAR(seen(kPi / 2).grade, -bank, 1e-12);
+  EXPECT_NEAR(seen(kPi / 2).bank, grade, 1e-12);
+  // A banked turn presses the car on: the slope along it grows by kappa sin(bank) per metre.
+  const double ahead = 0.5, yaw = place.yaw;
+  const auto at = [&](double way) { return hill.slope({s + way, 0.0, hill.at(s + way).yaw}, yaw).grade; };
+  const double road = (hill.grade(s + ahead) - hill.grade(s - ahead)) / (2 * ahead);
+  EXPECT_NEAR((at(ahead) - at(-ahead)) / (2 * ahead), road + hill.at(s).kappa * std::sin(bank), 1e-4);
+  EXPECT_GT(hill.at(s).kappa, 0.03);
+}
+
+TEST(Track, StartIsChecked) {
+  const Track track = shipped("ethz.json");
+  const Pose start = track.start();
+  EXPECT_EQ(check_start(track, start), "");
+  EXPECT_THAT(check_start(track, {start.x, start.y, start.yaw + kPi}),
+              HasSubstr("faces backwards: yaw 135 deg, but the track runs -45 deg"));
+  EXPECT_THAT(check_start(track, {start.x - 0.2, start.y - 0.2, start.yaw}),
+              HasSubstr("off the track: 0.2828 m right"));
+  EXPECT_EQ(check_start(track, {start.x, start.y, start.yaw + 1.0}), "");
+}
+
+TEST(Track, CarMustFit) {
+  const Track track = shipped("ethz.json");
+  EXPECT_EQ(check_car_fits(track, 0.03), "");
+  EXPECT_THAT(check_car_fits(track, 0.4), HasSubstr("0.4 m wide, the track only 0.37 m"));
+}
+
+TEST(StationTable, IsLinearAndPeriodic) {
+  const StationTable table(10.0, {1.0, 4.0, 9.0}, {1.0, 4.0, -1.0});
+  EXPECT_DOUBLE_EQ(table.at(2.5), 2.5);
+  EXPECT_DOUBLE_EQ(table.at(9.5), -0.5);
+  EXPECT_DOUBLE_EQ(table.at(0.5), 0.5);
+  EXPECT_DOUBLE_EQ(table.at(-0.5), -0.5);
+  EXPECT_DOUBLE_EQ(table.at(14.0), 4.0);
+  EXPECT_EQ(StationTable(3.0).at(1e9), 3.0);
+  EXPECT_THROW(StationTable(10.0, {1.0, 1.0}, {0.0, 0.0}), GeometryError);
+  EXPECT_THROW(StationTable(10.0, {1.0, 10.0}, {0.0, 0.0}), GeometryError);
+  EXPECT_THROW(StationTable(10.0, {1.0, 2.0}, {0.0, NAN}), GeometryError);
+}
+
+std::string why_refused(const std::vector<PlanePoint>& points, double half_width) {
+  try {
+    Track(TrackShape{
+        .centre = ClosedCurve::from_points(points), .half_width_right = half_width, .half_width_left = half_width});
+  } catch (const GeometryError& error) {
+    return error.what();
+  }
+  return "nothing";
+}
+
+/// Edges of a road laid over itself keep their distance from every centre line; the centre lines meet.
+TEST(Track, ARoadOverItselfIsRefused) {
+  std::vector<PlanePoint> twice, there_and_back, oval;
+  for (int i = 0; i < 120; ++i) twice.push_back({5 * std::cos(2 * kPi * i / 60), 5 * std::sin(2 * kPi * i / 60)});
+  EXPECT_THAT(why_refused(twice, 0.2), HasSubstr("the road runs over itself: it is at (5, "));
+  // An oval that turns round on its straight, goes back over several points and on again.
+  for (int i = 0; i < 80; ++i) oval.push_back({10 * std::cos(2 * kPi * i / 80), 5 * std::sin(2 * kPi * i / 80)});
+  EXPECT_EQ(why_refused(oval, 0.2), "nothing");
+  for (int i = 0; i < 80; ++i) {
+    there_and_back.push_back(oval[static_cast<std::size_t>(i)]);
+    if (i != 30) continue;
+    for (const int back : {29, 28, 27, 26, 25, 26, 27, 28, 29, 30})
+      there_and_back.push_back({oval[static_cast<std::size_t>(back)].x, oval[static_cast<std::size_t>(back)].y});
+  }
+  EXPECT_NE(why_refused(there_and_back, 0.2), "nothing");
+  // A hairpin as tight as its width allows is no such thing.
+  const std::vector<Segment> hairpin{Segment::line(6), Segment::arc(0.32, kPi), Segment::line(6),
+                                     Segment::arc(0.32, kPi)};
+  EXPECT_NO_THROW(Track(
+      TrackShape{.centre = ClosedCurve::from_segments({}, hairpin), .half_width_right = 0.3, .half_width_left = 0.3}));
+}
+
+TEST(Track, MillimetresAreNoticed) {
+  std::vector<PlanePoint> points;
+  for (int i = 0; i < 60; ++i) points.push_back({2865 * std::cos(2 * kPi * i / 60), 2865 * std::sin(2 * kPi * i / 60)});
+  EXPECT_EQ(why_refused(points, 185), "a lap of 18001 m with widths of 370 m: millimetres? Lengths are metres");
+}
+
+}  // namespace
+}  // namespace gripline

@@ -1,0 +1,167 @@
+#include "plugin/registry.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdlib>
+
+#include "support/host_support.hpp"
+
+namespace gripline {
+namespace {
+
+using testing::AllOf;
+using testing::EndsWith;
+using testing::HasSubstr;
+using testing::Not;
+using namespace testing_support;
+
+/// The reason why the only library of a fixture folder cannot be used.
+std::string reason(const std::string& fixture) {
+  const Registry registry({fixture_plugins(fixture)});
+  if (registry.unusable().size() != 1 || !registry.entries().empty()) return "usable";
+  return registry.unusable()[0].reason;
+}
+std::string reason_of_file(std::string_view bytes) {
+  const Folder folder;
+  write_text(folder / "file.so", bytes);
+  const Registry registry({folder.path()});
+  return registry.unusable().size() == 1 ? registry.unusable()[0].reason : "usable";
+}
+
+TEST(Registry, LoadsEveryPluginOfTheProduct) {
+  const Registry registry({GRIPLINE_PLUGIN_DIR});
+  EXPECT_TRUE(registry.unusable().empty()) << registry.unusable()[0].library << registry.unusable()[0].reason;
+  for (const auto& [kind, id] : {std::pair{abi::Kind::vehicle, "dynamic"},
+                                 {abi::Kind::effect, "relaxation"},
+                                 {abi::Kind::estimator, "none"},
+                                 {abi::Kind::planner, "friction_speed"},
+                                 {abi::Kind::controller, "pure_pursuit"},
+                                 {abi::Kind::plant, "double_track"}})
+    EXPECT_EQ(registry.find(kind, id).decl->id, std::string(id));
+  EXPECT_TRUE(registry.find(abi::Kind::estimator, "oracle").needs_truth());
+  EXPECT_FALSE(registry.find(abi::Kind::estimator, "none").needs_truth());
+}
+
+/// Conditions of every declared parameter: documented, with a unit, its default inside its range.
+TEST(Registry, EveryParameterIsDeclaredWhole) {
+  for (const PluginEntry& entry : plugins().entries()) {
+    EXPECT_STRNE(entry.decl->summary, "") << entry.decl->id;
+    EXPECT_STRNE(entry.decl->version, "") << entry.decl->id;
+    for (const abi::ParamDecl& p : entry.params()) {
+      const std::string what = std::string(entry.decl->id) + "." + p.name;
+      EXPECT_STRNE(p.doc, "") << what;
+      EXPECT_STRNE(p.unit, "") << what;
+      EXPECT_LE(p.lo, p.hi) << what;
+      if (p.type == abi::ParamType::table) continue;
+      EXPECT_GE(p.default_value, p.lo) << what;
+      EXPECT_LE(p.default_value, p.hi) << what;
+    }
+  }
+}
+
+TEST(Registry, AnotherAbiIsRefusedBeforeItsCodeRuns) {
+  EXPECT_EQ(reason("other_abi"),
+            "built for plugin ABI 7, this gripline has ABI 1; rebuild the plugin against the installed headers");
+  EXPECT_EQ(reason("stated_abi"),
+            "states plugin ABI 2, this gripline has ABI 1; rebuild the plugin against the installed headers");
+  EXPECT_EQ(
+      reason("other_layout"),
+      "its types (built by another compiler) differ from this gripline's; rebuild the plugin against the installed "
+      "headers");
+}
+
+TEST(Registry, WhatIsNoPluginSaysSo) {
+  EXPECT_EQ(reason("not_a_plugin"), "is not a gripline plugin: it has no symbol gripline_plugins_abi1");
+  EXPECT_EQ(reason_of_file("just text\n"), "is not a shared library");
+  EXPECT_EQ(reason_of_file(""), "is not a shared library");
+  EXPECT_EQ(reason_of_file("\x7f"
+                           "ELF"),
+            "is not a shared library");
+}
+
+/// A copy that was interrupted, at any length.
+TEST(Registry, ATruncatedLibraryIsRefused) {
+  const std::string whole = contents(fixture_plugins("duplicate") / "duplicate.so");
+  ASSERT_GT(whole.size(), 4000u);
+  for (const std::size_t size :
+       {std::size_t{20}, std::size_t{64}, std::size_t{200}, whole.size() / 4, whole.size() / 2, whole.size() - 1000})
+    EXPECT_NE(reason_of_file(std::string_view(whole).substr(0, size)), "usable") << size;
+}
+
+TEST(Registry, AMissingDependencyIsToldInTheLoadersWords) {
+  EXPECT_THAT(reason("needs_absent"),
+              AllOf(HasSubstr("libgripline_absent.so"), HasSubstr("cannot open shared object file")));
+}
+
+TEST(Registry, TwoLibrariesWithOneIdAreAnError) {
+  const std::string message = refusal([] { Registry({fixture_plugins("duplicate"), GRIPLINE_PLUGIN_DIR}); });
+  EXPECT_THAT(message, AllOf(HasSubstr("effect \"aero_drag\" is offered twice: by "), HasSubstr("duplicate.so and by "),
+                             EndsWith("body.so")));
+}
+
+TEST(Registry, OneIdMayNamePluginsOfTwoKinds) {
+  const Registry registry({fixture_plugins("spies")});
+  EXPECT_EQ(registry.find(abi::Kind::estimator, "spy.order").decl->kind, abi::Kind::estimator);
+  EXPECT_EQ(registry.find(abi::Kind::planner, "spy.order").decl->kind, abi::Kind::planner);
+}
+
+TEST(Registry, AFolderNamedTwiceIsSearchedOnce) {
+  const Folder folder;
+  const std::filesystem::path spies = fixture_plugins("spies");
+  std::filesystem::create_directory_symlink(spies, folder / "link");
+  const std::size_t once = Registry({spies}).entries().size();
+  EXPECT_EQ(Registry({spies, spies}).entries().size(), once);
+  EXPECT_EQ(Registry({spies, spies / ".." / "spies", folder / "link"}).entries().size(), once);
+}
+
+TEST(Registry, OtherFilesAndMissingFoldersAreNoMatter) {
+  const Folder folder;
+  write_text(folder / "readme.txt", "no library");
+  std::filesystem::create_directory(folder / "folder.so");
+  std::filesystem::create_symlink(fixture_plugins("spies") / "spies.so", folder / "spies.so");  // links are followed
+  const Registry registry({folder.path(), folder / "absent"});
+  EXPECT_TRUE(registry.unusable().empty());
+  EXPECT_EQ(registry.entries().size(), Registry({fixture_plugins("spies")}).entries().size());
+}
+
+TEST(Registry, AMissingPluginNamesTheNearestEveryFolderAndEveryReason) {
+  const std::filesystem::path spies = fixture_plugins("spies"), broken = fixture_plugins("needs_absent"),
+                              nowhere = "/no/folder";
+  const Registry registry({spies, broken, nowhere});
+  const std::string message = refusal([&] { registry.find(abi::Kind::controller, "spy.constnat"); });
+  EXPECT_THAT(message, AllOf(HasSubstr("no controller plugin \"spy.constnat\"; did you mean \"spy.constant\"?"),
+                             HasSubstr("searched " + spies.string() + " " + broken.string() + " /no/folder"),
+                             HasSubstr("needs_absent.so: libgripline_absent.so: cannot open shared object file")));
+  EXPECT_THAT(message, Not(HasSubstr("\n")));
+  EXPECT_THAT(refusal([&] { registry.find(abi::Kind::vehicle, "spy.constant"); }),
+              HasSubstr("no vehicle plugin \"spy.constant\"; \"spy.constant\" is of kind controller"));
+}
+
+TEST(Registry, SearchesOptionsThenTheEnvironmentThenTheProgramsOwn) {
+  setenv("GRIPLINE_PLUGIN_PATH", "/one:/two::", 1);
+  const std::vector<std::string> extra = {"/first", "/second"};
+  const auto path = Registry::search_path(extra);
+  unsetenv("GRIPLINE_PLUGIN_PATH");
+  ASSERT_EQ(path.size(), 5u);
+  EXPECT_EQ(path[0], "/first");
+  EXPECT_EQ(path[1], "/second");
+  EXPECT_EQ(path[2], "/one");
+  EXPECT_EQ(path[3], "/two");
+  EXPECT_THAT(path[4].string(), EndsWith("lib/gripline"));
+  EXPECT_EQ(Registry::search_path({}).size(), 1u);
+}
+
+TEST(Registry, AConstructorThatThrowsIsAPluginError) {
+  const PluginEntry& entry = plugins().find(abi::Kind::controller, "fault.throws_at_start");
+  EXPECT_EQ(refusal([&] { create<Controller>(entry, PluginContext{}, {}); }), "fault.throws_at_start: no fuel");
+}
+
+TEST(Registry, KindsHaveTheirNames) {
+  EXPECT_EQ(kind_name(abi::Kind::vehicle), "vehicle");
+  EXPECT_EQ(kind_name(abi::Kind::plant), "plant");
+}
+
+}  // namespace
+}  // namespace gripline

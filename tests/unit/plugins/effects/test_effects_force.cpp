@@ -1,0 +1,33 @@
+#include "support/effect_bench.hpp"
+
+namespace gripline {
+namespace {
+
+using test::EffectBench;
+
+TEST(Relaxation, ForcesFollowTheStaticOnesOverADistance) {
+  EffectBench bench("relaxation");
+  bench.memory = {1.0, 2.0};
+  const auto q = bench.apply({0.5});
+  EXPECT_EQ(q.force_front, 1.0);
+  EXPECT_EQ(q.force_rear, 2.0);
+  EXPECT_NEAR(bench.memory_rate[0], (4.0 / 0.5) * (3.0 - 1.0), 1e-13);
+  EXPECT_NEAR(bench.memory_rate[1], (4.0 / 0.5) * (2.5 - 2.0), 1e-13);
+}
+
+TEST(Relaxation, StartsAtTheStaticForces) {
+  const EffectBench bench("relaxation");
+  Quantities<double> q = test::bench_quantities();
+  double memory[2] = {0, 0};
+  Points<double> points;
+  points.n = 1;
+  points.q = &q;
+  points.memory_rate = memory;
+  points.memory_stride = 2;
+  bench.effect().start(points);
+  EXPECT_EQ(memory[0], 3.0);
+  EXPECT_EQ(memory[1], 2.5);
+}
+
+}  // namespace
+}  // namespace gripline

@@ -1,0 +1,411 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <random>
+
+#include "common/line/car_limits.hpp"
+#include "planners/time_optimal/lap_dynamics.hpp"
+#include "planners/time_optimal/tyre_fit.cpp"
+#include "support/planner_support.hpp"
+
+namespace gripline {
+namespace {
+
+using namespace planning;
+using namespace testing_support;
+using Changes = std::vector<std::pair<std::string, double>>;
+
+// True tyres of the 1:43 car, forces over mass; for tests only, no planner is given them.
+Tyres true_tyres() { return {{2.579, 1.2, 0.192 / 0.041}, {3.3852, 1.2691, 0.1737 / 0.041}}; }
+
+TEST(SmoothCurve, ReproducesParabolas) {
+  std::vector<double> values;
+  for (int i = 0; i <= 10; ++i) values.push_back(3 - 2 * (0.4 * i) + 0.7 * square(0.4 * i));
+  const SmoothCurve curve(0, 4, values);
+  for (double x = 0.05; x < 4; x += 0.31) {
+    EXPECT_NEAR(curve.at(x).f, 3 - 2 * x + 0.7 * x * x, 1e-12);
+    EXPECT_NEAR(curve.at(x).slope, -2 + 1.4 * x, 1e-11);
+    EXPECT_NEAR(curve.at(x).bend, 1.4, 1e-10);
+  }
+  EXPECT_NEAR(curve.at(5).f, 3 - 8 + 0.7 * 16 + (-2 + 1.4 * 4), 1e-11);  // on along the last tangent
+}
+
+// Gradient and Hessian of every rate against central differences, at seeded states.
+TEST(LapDynamics, SecondDerivativesAreThoseOfTheRates) {
+  const Car car = car_1_43();
+  std::vector<double> coast;
+  for (int i = 0; i <= 10; ++i) coast.push_back(-1.2 - 0.01 * i * i);
+  const SmoothCurve curve(0, 4.2, coast);
+  const LapPlace place{1.7, 0.05, -0.03};
+  std::mt19937 random(7);
+  const auto uniform = [&](double lo, double hi) { return std::uniform_real_distribution<double>(lo, hi)(random); };
+  for (int trial = 0; trial < 20; ++trial) {
+    const double at[lap_variables] = {uniform(-0.1, 0.1), uniform(-0.4, 0.4), uniform(0.8, 3), uniform(-0.5, 0.5),
+                                      uniform(-6, 6),     uniform(-0.3, 0.3), uniform(-1, 4),  uniform(-5, 5)};
+    const auto evaluate = [&](const double(&z)[lap_variables]) {
+      const LapRates<double> r = lap_rates(car, true_tyres(), curve, place, z);
+      return std::vector<double>{r.time,     r.state[0],   r.state[1],  r.state[2], r.state[3], r.state[4],
+                                 r.state[5], r.slip_front, r.slip_rear, r.front,    r.rear};
+    };
+    Second<lap_variables> z[lap_variables];
+    Dual8 zd[lap_variables];
+    for (int i = 0; i < lap_variables; ++i) {
+      z[i] = Second<lap_variables>::variable(at[i], i);
+      zd[i] = Dual8::variable(at[i], i);
+    }
+    const auto r = lap_rates(car, true_tyres(), curve, place, z);
+    const auto d = lap_rates(car, true_tyres(), curve, place, zd);
+    const Second<lap_variables>* second[] = {&r.time,      &r.state[0], &r.state[1], &r.state[2],
+                                             &r.state[3],  &r.state[4], &r.state[5], &r.slip_front,
+                                             &r.slip_rear, &r.front,    &r.rear};
+    const Dual8* dual[] = {&d.time,     &d.state[0],   &d.state[1],  &d.state[2], &d.state[3], &d.state[4],
+                           &d.state[5], &d.slip_front, &d.slip_rear, &d.front,    &d.rear};
+    const auto moved = [&](int i, double by, int j, double by_j) {
+      double y[lap_variables];
+      std::copy(std::begin(at), std::end(at), std::begin(y));
+      y[i] += by;
+      y[j] += by_j;
+      return evaluate(y);
+    };
+    const double h = 1e-4;
+    for (int i = 0; i < lap_variables; ++i) {
+      const auto up = moved(i, h, i, 0), down = moved(i, -h, i, 0);
+      for (std::size_t c = 0; c < up.size(); ++c) {
+        const double scale = 1 + std::abs(second[c]->v) + std::abs(second[c]->g[i]);
+        EXPECT_NEAR(second[c]->g[i], (up[c] - down[c]) / (2 * h), 1e-5 * scale);
+        EXPECT_NEAR(dual[c]->d[i], second[c]->g[i], 1e-12 * scale);
+        EXPECT_NEAR(dual[c]->v, second[c]->v, 1e-12 * scale);
+      }
+      for (int j = 0; j <= i; ++j) {
+        const auto pp = moved(i, h, j, h), pm = moved(i, h, j, -h), mp = moved(i, -h, j, h), mm = moved(i, -h, j, -h);
+        for (std::size_t c = 0; c < pp.size(); ++c) {
+          const double numeric = (pp[c] - pm[c] - mp[c] + mm[c]) / (4 * h * h);
+          const double exact = second[c]->h[Second<lap_variables>::entry(i, j)];
+          EXPECT_NEAR(exact, numeric, 2e-4 * (1 + std::abs(exact) + std::abs(second[c]->v)))
+              << c << " " << i << " " << j;
+        }
+      }
+    }
+  }
+}
+
+// The car of the program is the car of the `dynamic` plugin.
+TEST(LapDynamics, RatesAreThoseOfTheDynamicModel) {
+  const Registry registry = plugins();
+  DynamicCar plant(registry, 0.02);
+  const Car car = car_1_43();
+  const DriveLimits limits(plant.prediction(), car, 0, 0);
+  std::vector<double> coast;
+  for (int i = 0; i <= 40; ++i) coast.push_back(limits.coast(limits.top_speed() * i / 40));
+  const SmoothCurve curve(0, limits.top_speed(), coast);
+  State x;
+  x.vx = 2.1;
+  x.vy = -0.3;
+  x.omega = 4.0;
+  x.delta = 0.2;
+  const double d = 0.6, n = 0.05, xi = 0.1, kappa = 2.0;
+  const double a = (0.287 - 0.0545 * x.vx) * d / car.m;
+  const double z[lap_variables] = {n, xi, x.vx, x.vy, x.omega, x.delta, a, 1.5};
+  const LapRates<double> r = lap_rates(car, true_tyres(), curve, {kappa, 0, 0}, z);
+  const Prediction::Rates expected = plant.prediction().rates(x, {d, 0}, {});
+  EXPECT_NEAR(r.state[lap_vx] / r.time, expected.vx, 1e-3);
+  EXPECT_NEAR(r.state[lap_vy] / r.time, expected.vy, 1e-9);
+  EXPECT_NEAR(r.state[lap_omega] / r.time, expected.omega, 1e-6);
+  EXPECT_NEAR(r.state[lap_delta] / r.time, 1.5, 1e-12);
+  EXPECT_NEAR(r.state[lap_n] / r.time, x.vx * std::sin(xi) + x.vy * std::cos(xi), 1e-12);
+  EXPECT_NEAR(1 / r.time, (x.vx * std::cos(xi) - x.vy * std::sin(xi)) / (1 - n * kappa), 1e-12);
+}
+
+std::vector<double> slips(double range) {
+  std::vector<double> slip;
+  for (int i = 1; i <= 24; ++i) slip.push_back(range * i / 24);
+  return slip;
+}
+std::vector<double> forces(const AxleShape& axle, const std::vector<double>& slip) {
+  std::vector<double> force;
+  for (const double one : slip) force.push_back(axle_force(axle, one));
+  return force;
+}
+
+TEST(TyreFit, FindsTheCurveFromTheSlipsVisited) {
+  const AxlePrior prior{{4.0, 1.3, 6.0}, 0.3};
+  for (const AxleShape& truth : {true_tyres().front, true_tyres().rear}) {
+    const std::vector<double> slip = slips(0.5);
+    const AxleShape fit = fit_axle(slip, forces(truth, slip), {}, prior);
+    for (const double one : slip) EXPECT_NEAR(axle_force(fit, one), axle_force(truth, one), 0.015 * truth.D);
+    EXPECT_NEAR(axle_force(fit, 0.6), axle_force(truth, 0.6), 0.03 * truth.D);
+    EXPECT_NEAR(fit.D, truth.D, 0.06 * truth.D);
+  }
+}
+
+TEST(TyreFit, StaysNearTheBeliefWhereNothingWasLearned) {
+  const AxlePrior prior{{4.0, 1.3, 6.0}, 0.08};
+  const std::vector<double> slip = slips(0.5), force(24, 0.0), sigma(24, 100.0);
+  const AxleShape fit = fit_axle(slip, force, sigma, prior);
+  EXPECT_NEAR(fit.D, 6.0, 0.05);
+  EXPECT_NEAR(fit.B, 4.0, 0.05);
+}
+
+TEST(TyreFit, DifferenceIsRelativeToThePeak) {
+  Tyres weaker = true_tyres();
+  weaker.rear.D *= 0.9;
+  EXPECT_NEAR(difference(true_tyres(), weaker, 0.6), 0.1 * std::sin(1.2691 * std::atan(3.3852 * 0.6)), 1e-9);
+  EXPECT_EQ(difference(true_tyres(), true_tyres(), 0.6), 0.0);
+}
+
+TEST(SlipRange, IgnoresWhatIsRare) {
+  SlipRange range;
+  for (int i = 0; i < 1000; ++i) range.see(i % 2 == 0 ? 0.305 : -0.1);
+  range.see(1.1);
+  EXPECT_NEAR(range.visited(), 0.31, 1e-9);
+}
+
+// Tyres that the planner can ask about.
+class Curve final : public TyreCurve {
+ public:
+  explicit Curve(const Tyres& tyres) : tyres_(tyres) {}
+  bool tyre_force(Axle axle, std::span<const double> slip, std::span<double> force,
+                  std::span<double> sigma) const override {
+    const AxleShape& shape = axle == Axle::front ? tyres_.front : tyres_.rear;
+    for (std::size_t i = 0; i < slip.size(); ++i) force[i] = 0.041 * axle_force(shape, slip[i]);
+    std::fill(sigma.begin(), sigma.end(), 0.0);
+    return true;
+  }
+
+ private:
+  Tyres tyres_;
+};
+
+class TimeOptimalTest : public ::testing::Test {
+ protected:
+  Instance<SpeedPlanner> make(const Track& track, Changes changes, const char* cache = nullptr) {
+    course_ = std::make_unique<TrackCourse>(track, car_);
+    PluginContext context;
+    context.car = car_;
+    context.dt = 0.02;
+    context.course = course_.get();
+    context.nominal = &model_.prediction();
+    context.mu_init = 1.0;
+    context.cache_dir = cache;
+    context.progress = [](void* context, const char*, double fraction) {
+      static_cast<std::vector<double>*>(context)->push_back(fraction);
+    };
+    context.progress_context = &progress_;
+    const PluginEntry& entry = registry_.find(abi::Kind::planner, "time_optimal");
+    return create<SpeedPlanner>(entry, context, values_of(entry, changes));
+  }
+  /// Few members, coarse nodes: what the planner does with laps, not how good they are.
+  static Changes coarse(Changes more = {}) {
+    Changes changes{{"mu_lo", 0.6}, {"mu_hi", 0.9}, {"mu_step", 0.3}, {"spacing", 0.12}};
+    changes.insert(changes.end(), more.begin(), more.end());
+    return changes;
+  }
+  static Belief believe(double mu, double sigma = 0.0, bool trusted = true) { return {mu, mu, sigma, sigma, trusted}; }
+
+  static Observation on(const RefPoint& r, double t) {
+    Observation now;
+    now.t = t;
+    now.x = {r.x, r.y, r.yaw - r.beta, r.v, r.v * std::tan(r.beta), 0.0, 0.0};
+    now.at = r.at;
+    return now;
+  }
+  Observation at_line(SpeedPlanner& planner, std::size_t i) const {
+    const LinePoint& p = planner.line()[i];
+    Observation now;
+    now.x = {p.x, p.y, p.yaw, 2.0, 0.0, 0.0, 0.0};
+    now.at.s = p.station;
+    return now;
+  }
+
+  /// Drives the references exactly, as a perfect car would, and returns the time of the second lap [s].
+  double flying_lap(SpeedPlanner& planner, const Belief& belief) {
+    std::vector<RefPoint> horizon(2);
+    Observation now = at_line(planner, 0);
+    double covered = 0, laps[2] = {0, 0}, t = 0;
+    const double length = course_->length();
+    double station = now.at.s;
+    for (int lap = 0; lap < 2;) {
+      planner.plan(now, belief, nullptr, horizon);
+      now = on(horizon[1], t += 0.02);
+      covered += std::remainder(now.at.s - station, length);
+      station = now.at.s;
+      if (covered >= length * (lap + 1)) {
+        // Back to the moment of the crossing; what is left over belongs to the next lap.
+        const double speed = std::remainder(horizon[1].at.s - horizon[0].at.s, length) / 0.02;
+        ++lap;
+        laps[lap - 1] = t - (covered - length * lap) / speed;
+      }
+    }
+    return laps[1] - laps[0];
+  }
+
+  Registry registry_ = plugins();
+  Car car_ = car_1_43();
+  Track ethz_ = ethz();
+  Track mobil_ = ethz_mobil();
+  DynamicCar model_{registry_, 0.02};
+  std::unique_ptr<TrackCourse> course_;
+  std::vector<double> progress_;
+};
+
+// DEFINITIONS.md, pace ratio, states 7.00, 7.91 and 8.07 s on ETHZ for factors 1, 0.6579 and 0.612, 5.11 and 5.68 s on
+// Mobil; the world of ETHZ goes on to 0.55 with our own 8.39 s, as a regression. How
+// far its laps may slide is not stated: a lap may brake by drifting, since the car's brakes are weak. With slips up to
+// 0.6 rad ours lie within 2 % on either side, and without a bound they are faster.
+TEST_F(TimeOptimalTest, ReproducesThePaceTableWithTheTrueTyres) {
+  const auto lap = [&](const Track& track, double factor, double slip_max) {
+    const double mu = factor * (0.192 + 0.1737) / (0.041 * gravity);
+    const auto planner = make(track, {{"margin", 0},
+                                      {"factor", 1},
+                                      {"mu_lo", mu},
+                                      {"mu_hi", mu},
+                                      {"front_B", 2.579},
+                                      {"front_C", 1.2},
+                                      {"rear_B", 3.3852},
+                                      {"rear_C", 1.2691},
+                                      {"balance", 0.192 * 0.029 / (0.1737 * 0.033)},
+                                      {"slip_max", slip_max},
+                                      {"start", mu}});
+    return flying_lap(*planner, believe(mu));
+  };
+  struct Row {
+    const char* name;
+    const Track* track;
+    double factor, time;
+  };
+  for (const Row& row :
+       {Row{"ethz", &ethz_, 1, 7.00}, Row{"ethz", &ethz_, 0.6579, 7.91}, Row{"ethz", &ethz_, 0.612, 8.07},
+        Row{"ethz", &ethz_, 0.55, 8.39}, Row{"mobil", &mobil_, 1, 5.11}, Row{"mobil", &mobil_, 0.6579, 5.68}}) {
+    const double bounded = lap(*row.track, row.factor, 0.6);
+    EXPECT_NEAR(bounded, row.time, 0.02 * row.time) << row.name << " " << row.factor;
+    std::cout << row.name << " factor " << row.factor << ": " << bounded << " s with slips up to 0.6 rad, stated "
+              << row.time << " s\n";
+  }
+  EXPECT_LT(lap(ethz_, 1, 1.2), 7.00);
+  EXPECT_LT(lap(mobil_, 1, 1.2), 5.11);
+}
+
+TEST_F(TimeOptimalTest, LineKeepsItsMarginAndReferencesKeepTheLimits) {
+  const auto planner = make(ethz_, {{"factor", 1.0}, {"mu_lo", 0.9}, {"mu_hi", 0.9}, {"start", 0.9}});
+  std::vector<RefPoint> horizon(400);
+  planner->plan(at_line(*planner, 0), believe(0.9), nullptr, horizon);
+  for (int i = 0; i < 300; ++i) planner->plan(on(horizon[1], 0), believe(0.9), nullptr, horizon);
+  for (const RefPoint& r : horizon) {
+    const CoursePoint c = course_->locate(r.x, r.y, r.at.s);
+    EXPECT_GT(std::min(c.left - c.n, c.right + c.n), 0.4 * car_.width - 4e-3);
+    EXPECT_NEAR(r.at.n, c.n, 1e-9);
+    const double speed = r.v / std::cos(r.beta);
+    EXPECT_LT(speed * speed * std::abs(r.kappa), 1.15 * 0.9 * gravity);
+    EXPECT_LT(std::abs(r.beta), 0.7);
+  }
+  for (std::size_t k = 1; k < horizon.size(); ++k) {
+    const double way = std::hypot(horizon[k].x - horizon[k - 1].x, horizon[k].y - horizon[k - 1].y);
+    const double speed =
+        0.5 * (horizon[k].v / std::cos(horizon[k].beta) + horizon[k - 1].v / std::cos(horizon[k - 1].beta));
+    EXPECT_NEAR(way, 0.02 * speed, 0.06 * 0.02 * speed);
+  }
+}
+
+TEST_F(TimeOptimalTest, LessFrictionIsAnotherLineAndSlower) {
+  const auto planner = make(mobil_, coarse({{"rise", 100}}));
+  const double fast = flying_lap(*planner, believe(0.9));
+  const std::vector<LinePoint> line(planner->line().begin(), planner->line().end());
+  const double slow = flying_lap(*planner, believe(0.65));
+  EXPECT_GT(slow, 1.08 * fast);
+  double moved = 0;
+  for (std::size_t i = 0; i < line.size(); ++i)
+    moved = std::max(moved, std::hypot(line[i].x - planner->line()[i].x, line[i].y - planner->line()[i].y));
+  EXPECT_GT(moved, 0.01);
+}
+
+TEST_F(TimeOptimalTest, ExploresFromTheSafeSide) {
+  // Speed of the reference at one place: how fast the planned friction is.
+  const auto planner = make(mobil_, coarse({{"factor", 1.0}, {"start", 0.6}, {"rise", 0.1}}));
+  std::vector<RefPoint> horizon(2);
+  const Observation here = at_line(*planner, 100);
+  const auto speed = [&](const Belief& belief) {
+    planner->plan(here, belief, nullptr, horizon);
+    return horizon[0].v;
+  };
+  const double start = speed(believe(1.0, 0, false));
+  for (int i = 0; i < 50; ++i) EXPECT_NEAR(speed(believe(1.0, 0, false)), start, 1e-9);  // not trusted: no rise
+  const double first = speed(believe(0.9));
+  for (int i = 0; i < 149; ++i) speed(believe(0.9));
+  const double risen = speed(believe(0.9));
+  for (int i = 0; i < 500; ++i) speed(believe(0.9));
+  const double full = speed(believe(0.9));
+  EXPECT_LT(first, start + 0.02 * (full - start));
+  EXPECT_NEAR((risen - start) / (full - start), 1.0, 0.05);          // 0.3 at 0.1 per second took 3 s
+  EXPECT_LT(speed(believe(0.9, 0.1)), full - 0.2 * (full - start));  // uncertain: slower at once
+  EXPECT_NEAR(speed(believe(0.6)), start, 1e-9);                     // slippery: at once
+}
+
+TEST_F(TimeOptimalTest, UncertaintyTakesRoomFromTheController) {
+  const auto planner = make(mobil_, coarse({{"tighten", 0.2}, {"tighten_sigma", 0.5}}));
+  std::vector<RefPoint> horizon(10);
+  const Observation now = at_line(*planner, 100);
+  planner->plan(now, believe(0.6), nullptr, horizon);
+  const double certain = horizon[0].left;
+  const CoursePoint c = course_->locate(horizon[0].x, horizon[0].y, horizon[0].at.s);
+  EXPECT_NEAR(certain, (c.left - c.n) / std::cos(horizon[0].yaw - c.yaw) - 0.2 * 0.03, 1e-6);
+  planner->plan(now, believe(0.6, 0.06), nullptr, horizon);
+  const CoursePoint later = course_->locate(horizon[0].x, horizon[0].y, horizon[0].at.s);
+  EXPECT_NEAR(horizon[0].left, (later.left - later.n) / std::cos(horizon[0].yaw - later.yaw) - 0.03 * (0.2 + 0.5 * 0.1),
+              1e-6);
+}
+
+TEST_F(TimeOptimalTest, IsSolvedAgainForTheLearnedTyres) {
+  const auto drive = [&](const TyreCurve& curve, int steps) {
+    const auto planner = make(mobil_, coarse({{"latency", 10}, {"factor", 1.0}, {"start", 0.75}}));
+    std::vector<RefPoint> horizon(2);
+    std::vector<double> speeds;
+    for (int i = 0; i < steps; ++i) {
+      Observation now = at_line(*planner, 150);
+      now.x.vy = i % 2 == 0 ? 0.5 : -0.5;  // slips up to some 0.25 rad are visited
+      planner->plan(now, believe(0.75), &curve, horizon);
+      speeds.push_back(horizon[0].v);
+    }
+    return speeds;
+  };
+  Tyres weak_rear = true_tyres();
+  weak_rear.rear.D *= 0.9;
+  weak_rear.front.D += 0.1 * true_tyres().rear.D;
+  const std::vector<double> even = drive(Curve(true_tyres()), 80), weak = drive(Curve(weak_rear), 80);
+  EXPECT_NE(even.back(), even.front());
+  EXPECT_NE(weak.back(), even.back());
+  EXPECT_EQ(even, drive(Curve(true_tyres()), 80));  // to the last bit
+  EXPECT_NEAR(even[79], even[78], 1e-9);            // settled
+}
+
+TEST_F(TimeOptimalTest, LibraryIsKeptByContent) {
+  const std::filesystem::path folder = std::filesystem::path(::testing::TempDir()) / "gripline_time_optimal";
+  std::filesystem::remove_all(folder);
+  const auto files = [&] {
+    std::vector<std::filesystem::path> found;
+    for (const auto& entry : std::filesystem::directory_iterator(folder)) found.push_back(entry.path());
+    return found;
+  };
+  const double computed = flying_lap(*make(mobil_, coarse(), folder.c_str()), believe(0.8));
+  EXPECT_THAT(progress_, ::testing::ElementsAre(0.5, 1.0));
+  ASSERT_EQ(files().size(), 1u);
+  progress_.clear();
+  EXPECT_EQ(flying_lap(*make(mobil_, coarse(), folder.c_str()), believe(0.8)), computed);
+  EXPECT_TRUE(progress_.empty());
+  make(mobil_, coarse({{"slip_max", 0.5}}), folder.c_str());
+  EXPECT_EQ(files().size(), 2u);
+  // A damaged file is not believed.
+  for (const auto& path : files()) std::ofstream(path, std::ios::trunc) << "0.1\n0.2\n";
+  EXPECT_EQ(flying_lap(*make(mobil_, coarse(), folder.c_str()), believe(0.8)), computed);
+  std::filesystem::remove_all(folder);
+}
+
+TEST_F(TimeOptimalTest, RefusesWhatCannotBe) {
+  EXPECT_THROW(make(mobil_, {{"mu_lo", 1.0}, {"mu_hi", 0.5}}), PluginError);
+  const PluginEntry& entry = registry_.find(abi::Kind::planner, "time_optimal");
+  EXPECT_THROW(create<SpeedPlanner>(entry, PluginContext{}, values_of(entry)), PluginError);
+}
+
+}  // namespace
+}  // namespace gripline

@@ -1,0 +1,238 @@
+#include "race/stack.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "config/hash.hpp"
+#include "support/host_support.hpp"
+#include "world/world.hpp"
+
+namespace gripline {
+namespace {
+
+using testing::HasSubstr;
+using namespace testing_support;
+
+/// A world, a stack in it, and steps of both.
+class Rig {
+ public:
+  explicit Rig(std::string_view stack, std::string_view world = "{}")
+      : world_spec_(world_of(world)),
+        stack_spec_(stack_of(world_spec_.car, stack)),
+        world_(world_spec_, 1),
+        stack_(stack_spec_, place(), world_.observe()) {}
+  World& world() { return world_; }
+  Stack& stack() { return stack_; }
+  const StackSpec& spec() const { return stack_spec_; }
+  Sample advance(const Input& wanted) {
+    const Observation before = world_.observe();
+    const Input u = world_.advance(wanted);
+    return stack_.sample(before, u, world_.observe());
+  }
+
+ private:
+  StackPlace place() {
+    StackPlace place;
+    place.car = world_spec_.car.car;
+    place.dt = world_spec_.dt;
+    place.hold = world_spec_.hold;
+    place.course = &world_.course();
+    place.truth = &world_.truth();
+    return place;
+  }
+  WorldSpec world_spec_;
+  StackSpec stack_spec_;
+  World world_;
+  Stack stack_;
+};
+
+TEST(Stack, OnlyWhoDeclaresItIsToldTheTruth) {
+  EXPECT_NO_THROW(Rig(R"({"estimator": {"plugin": "spy.blind"}, "planner": {"plugin": "spy.blind", "params": null},
+    "controller": {"plugin": "spy.blind"}, "model": {"effects": [{"plugin": "spy.blind"}]}})"));
+  EXPECT_NO_THROW(Rig(R"({"estimator": {"plugin": "spy.truthful"}})"));
+  EXPECT_NO_THROW(Rig(R"({"estimator": {"plugin": "spy.truthful"}, "planner": {"plugin": "spy.blind", "params": null},
+    "controller": {"plugin": "spy.blind"}})"));
+}
+
+/// Every library has a folder of its own in the cache, named by what the library is.
+TEST(Stack, ALibraryMeetsOnlyWhatItKeptItself) {
+  const WorldSpec world_spec = world_of();
+  const StackSpec spec = stack_of(world_spec.car, R"({"controller": {"plugin": "fault.tells_cache", "params": null}})");
+  const World world(world_spec, 1);
+  StackPlace place;
+  place.car = world_spec.car.car;
+  place.dt = world_spec.dt;
+  place.course = &world.course();
+  const auto told = [&] { return refusal([&] { Stack(spec, place, world.observe()); }); };
+  EXPECT_EQ(told(), "fault.tells_cache: no cache");
+  place.cache_dir = "/cache";
+  const std::string hash = sha256_of_file(spec.controller.entry->library).substr(0, 16);
+  EXPECT_EQ(told(), "fault.tells_cache: /cache/faults-" + hash);
+}
+
+TEST(Stack, SaysWhetherItNeedsTheTruth) {
+  const CarFile car = world_of().car;
+  EXPECT_FALSE(stack_of(car).needs_truth());
+  EXPECT_FALSE(stack_of(car, R"({"estimator": {"plugin": "none"}})").needs_truth());
+  EXPECT_TRUE(stack_of(car, R"({"estimator": {"plugin": "spy.truthful"}})").needs_truth());
+  EXPECT_TRUE(stack_of(car, R"({"estimator": {"plugin": "oracle"}})").needs_truth());
+}
+
+TEST(Stack, ANominalModelMustNotKnowTheTruth) {
+  const CarFile car = world_of().car;
+  EXPECT_THAT(refusal([&] { stack_of(car, R"({"model": {"plugin": "spy.truthful"}})"); }),
+              HasSubstr("/model: \"spy.truthful\" knows the truth; a stack's nominal model must not"));
+  EXPECT_THAT(refusal([&] { stack_of(car, R"({"model": {"effects": [{"plugin": "spy.truthful"}]}})"); }),
+              HasSubstr("\"spy.truthful\" knows the truth; a stack's nominal model must not"));
+}
+
+TEST(Stack, APlantOfAWorldIsNoNominalModel) {
+  EXPECT_THAT(refusal([&] { stack_of(world_of().car, R"({"model": {"plugin": "double_track"}})"); }),
+              HasSubstr("no vehicle plugin \"double_track\"; \"double_track\" is of kind plant"));
+}
+
+TEST(Stack, RefusalsSayWhatAndWhere) {
+  const CarFile car = world_of().car;
+  const auto why = [&](const char* patch) { return refusal([&] { stack_of(car, patch); }); };
+  EXPECT_THAT(why(R"({"model": null})"), HasSubstr("/model: missing, expected a vehicle model"));
+  EXPECT_THAT(why(R"({"planner": null})"), HasSubstr("/planner: missing, expected an object"));
+  EXPECT_THAT(why(R"({"controller": null})"), HasSubstr("/controller: missing, expected an object"));
+  EXPECT_THAT(why(R"({"estimator": {"params": {}}})"), HasSubstr("/estimator/plugin: missing"));
+  EXPECT_THAT(why(R"({"adapt_after": "6.2 m"})"), HasSubstr("\"6.2 m\" is a length, expected a time [s]"));
+  EXPECT_THAT(why(R"({"adapt_after": -1})"), HasSubstr("/adapt_after: -1 is out of range"));
+  EXPECT_THAT(why(R"({"mu_init": 0})"), HasSubstr("/mu_init: 0 is out of range"));
+  EXPECT_THAT(why(R"({"estimatr": null, "x": 1})"), HasSubstr("unknown key \"x\""));
+  EXPECT_THAT(why(R"({"controller": {"params": {"horizon": 0}}})"),
+              HasSubstr("/controller/params/horizon: expected a whole number from 2 to 500, found 0"));
+}
+
+/// Line 4: what the nominal model leaves unexplained, as a rate; nothing when it is the plant itself.
+TEST(Stack, TheSampleIsWhatTheNominalModelLeavesUnexplained) {
+  const auto told = [](const std::string& more) {
+    return R"({"model": {"plugin": "dynamic", "integrator": "rk6", "params": )" + std::string(published_tyres_json) +
+           more + "}}";
+  };
+  Rig same(told(""), R"({"start": {"speed": 1.5}})");
+  Rig wrong(told(R"(, "effects": [{"plugin": "rolling_res", "params": {"a": -0.7}}])"), R"({"start": {"speed": 1.5}})");
+  for (int k = 0; k < 10; ++k) {
+    const Input u = {0.5, k < 5 ? 2.0 : -1.0};
+    const Sample exact = same.advance(u);
+    EXPECT_NEAR(exact.e_vx, 0, 1e-10);
+    EXPECT_NEAR(exact.e_omega, 0, 1e-8);
+    const Sample off = wrong.advance(u);
+    EXPECT_NEAR(off.e_vx, -0.7, 0.02);
+    EXPECT_EQ(off.step, k);
+    EXPECT_NEAR(off.t, 0.02 * k, 1e-12);
+    EXPECT_EQ(off.dt, 0.02);
+    EXPECT_EQ(off.x_next.vx, wrong.world().state().vx);
+    EXPECT_NEAR(off.at.t, 0.02 * k, 1e-12);
+    EXPECT_NEAR(off.at_next.t, 0.02 * (k + 1), 1e-12);
+    EXPECT_EQ(off.u.d, 0.5);
+  }
+}
+
+/// A nominal model of the same equations that is not told the plant's tyres does not know them.
+TEST(Stack, DefaultsOfAModelAreNotTheTruth) {
+  Rig untold(R"({"model": {"plugin": "dynamic", "integrator": "rk6"}})", R"({"start": {"speed": 1.5}})");
+  double largest = 0;
+  for (int k = 0; k < 10; ++k) largest = std::max(largest, std::abs(untold.advance({0.5, 2.0}).e_omega));
+  EXPECT_GT(largest, 1);
+}
+
+/// A plant with a lag, explained by a nominal model with the same lag: its memory is carried along the inputs applied.
+TEST(Stack, MemoryOfTheNominalModelFollowsTheInputsApplied) {
+  constexpr const char* lag =
+      R"([{"plugin": "steer_lag", "params": {"tau": 0.05}}, {"plugin": "input_delay", "params": {"T": 0.04}}])";
+  const std::string model = R"({"plugin": "dynamic", "integrator": "rk6", "params": )" +
+                            std::string(published_tyres_json) + R"(, "effects": )" + lag + "}";
+  Rig rig(R"({"model": )" + model + "}", R"({"start": {"speed": 1.5}, "plant": )" + model + "}");
+  for (int k = 0; k < 40; ++k) {
+    const Sample sample = rig.advance({0.2 + 0.01 * k, k % 7 < 3 ? 2.0 : -1.5});
+    EXPECT_NEAR(sample.e_omega, 0, 1e-8) << k;
+    EXPECT_NEAR(sample.e_vx, 0, 1e-10) << k;
+  }
+}
+
+TEST(Stack, BelievesMuInitUntilItTrusts) {
+  Rig rig(R"({"estimator": {"plugin": "spy.truthful"}, "adapt_after": "0.1 s", "mu_init": 1.3})");
+  for (int k = 0; k < 10; ++k) {
+    const StackBelief belief = rig.stack().belief(0.02 * k);
+    const bool trusts = 0.02 * k > 0.1;
+    EXPECT_EQ(belief.mu.trusted, trusts);
+    EXPECT_EQ(belief.learned != nullptr, trusts);
+    if (trusts)
+      EXPECT_NEAR(total_mu(belief.mu, rig.world().spec().car.car), 0.9092, 1e-4);
+    else
+      EXPECT_EQ(belief.mu.mu_front, 1.3);
+    rig.advance({0.3, 0});
+  }
+}
+
+/// The learned model drives before plans rest on it.
+TEST(Stack, PlansStayCarefulUntilToldOtherwise) {
+  Rig rig(
+      R"({"estimator": {"plugin": "spy.truthful"}, "adapt_after": "0.1 s", "careful_until": "0.2 s", "mu_init": 0.4})");
+  const CorrectedModel* const nominal = rig.stack().belief(0.0).model;
+  const StackBelief careful = rig.stack().belief(0.15);
+  EXPECT_NE(careful.model, nominal);
+  EXPECT_FALSE(careful.mu.trusted);
+  EXPECT_EQ(careful.mu.mu_front, 0.4);
+  EXPECT_EQ(careful.learned, nullptr);
+  const StackBelief later = rig.stack().belief(0.21);
+  EXPECT_TRUE(later.mu.trusted);
+  EXPECT_NEAR(total_mu(later.mu, rig.world().spec().car.car), 0.9092, 1e-4);
+}
+
+/// How far the wheels and the throttle are behind their commands in the middle of a step.
+TEST(Stack, SamplesSayHowFarTheNominalModelIsBehindItsCommands) {
+  Rig plain("{}", R"({"start": {"speed": 1.5}})");
+  const Sample none = plain.advance({0.4, 2.0});
+  EXPECT_EQ(none.d_behind, 0.0);
+  EXPECT_EQ(none.delta_behind, 0.0);
+  const double tau = 0.05;
+  Rig rig(R"({"model": {"effects": [{"plugin": "steer_lag", "params": {"tau": 0.05}}]}})",
+          R"({"start": {"speed": 1.5}})");
+  double wheel = 0.0;
+  double delta = 0.0;
+  for (int k = 0; k < 10; ++k) {
+    const Sample sample = rig.advance({0.4, k < 5 ? 2.0 : -1.0});
+    delta += 0.02 * (k < 5 ? 2.0 : -1.0);
+    const double after = delta + (wheel - delta) * std::exp(-0.02 / tau);
+    EXPECT_NEAR(sample.delta_behind, delta - 0.5 * (wheel + after), 5e-5) << k;
+    EXPECT_EQ(sample.d_behind, 0.0);
+    wheel = after;
+  }
+}
+
+TEST(Stack, WithoutAnEstimatorItBelievesMuInitForGood) {
+  Rig rig(R"({"mu_init": 0.8})");
+  const StackBelief belief = rig.stack().belief(1000);
+  EXPECT_EQ(belief.mu.mu_front, 0.8);
+  EXPECT_EQ(belief.mu.mu_rear, 0.8);
+  EXPECT_FALSE(belief.mu.trusted);
+  EXPECT_EQ(belief.learned, nullptr);
+  EXPECT_EQ(rig.stack().tyre_curve(), nullptr);
+}
+
+/// f_corr = f_nom + e_pred once trusted, f_nom before.
+TEST(Stack, TheModelIsCorrectedOnceTrusted) {
+  Rig rig(
+      R"({"estimator": {"plugin": "oracle"}, "model": {"plugin": "ekinematic", "integrator": "rk6"}, "adapt_after": "0.1 s"})",
+      R"({"start": {"speed": 1.5}})");
+  for (int k = 0; k < 20; ++k) {
+    const Observation now = rig.world().observe();
+    CorrectedModel& model = *rig.stack().belief(now.t).model;
+    std::vector<double> row(static_cast<std::size_t>(model.states())), next(row.size());
+    model.start(now.x, row);
+    const Input input = {0.4, k < 8 ? 1.5 : 0.0};
+    const double u[] = {input.d, input.ddelta};
+    model.step(1, row, u, {&now.at, 1}, next, {}, {});
+    const Sample sample = rig.advance(input);
+    rig.stack().follow(sample);
+    const double error = std::abs(next[5] - sample.x_next.omega);
+    EXPECT_EQ(now.t > 0.1, error < 1e-9) << k << ": " << error;
+  }
+}
+
+}  // namespace
+}  // namespace gripline

@@ -1,0 +1,107 @@
+#include "util/csv.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <locale>
+
+#include "support/host_support.hpp"
+
+namespace gripline {
+namespace {
+
+using testing::ElementsAre;
+using testing::EndsWith;
+using testing::HasSubstr;
+using namespace testing_support;
+
+class Csv : public testing::Test {
+ protected:
+  CsvTable read(std::string_view text, bool allow_missing = false) {
+    write_text(folder_ / "t.csv", text);
+    return read_csv(folder_ / "t.csv", allow_missing);
+  }
+  /// The message behind the file's name.
+  std::string why(std::string_view text, bool allow_missing = false) {
+    const std::string message = refusal([&] { (void)read(text, allow_missing); });
+    const auto at = message.find("t.csv");
+    return at == std::string::npos ? message : message.substr(at);
+  }
+  Folder folder_;
+};
+
+TEST_F(Csv, ReadsNumbersUnderNames) {
+  const CsvTable table = read("x_m, y_m,z\n1,2,-3.5e-2\n4,5,6\n");
+  EXPECT_THAT(table.header, ElementsAre("x_m", "y_m", "z"));
+  EXPECT_EQ(table.rows(), 2u);
+  EXPECT_EQ(table.at(0, 2), -0.035);
+  EXPECT_THAT(table.column("y_m"), ElementsAre(2, 5));
+  EXPECT_EQ(table.find("z"), 2);
+  EXPECT_EQ(table.find("w"), -1);
+  EXPECT_THAT(table.line, ElementsAre(2, 3));
+}
+
+TEST_F(Csv, AcceptsWindowsLinesCommentsBlanksAndNoLastNewline) {
+  const CsvTable table = read("# x,y\r\n1,2\r\n\r\n# a remark\r\n 3 ,\t4");
+  EXPECT_THAT(table.header, ElementsAre("x", "y"));
+  EXPECT_THAT(table.values, ElementsAre(1, 2, 3, 4));
+  EXPECT_THAT(table.line, ElementsAre(2, 5));
+}
+
+TEST_F(Csv, AByteOrderMarkIsNoLetterOfTheFirstColumn) {
+  const CsvTable table = read("\xef\xbb\xbf# x,y\n1,2\n");
+  EXPECT_THAT(table.header, ElementsAre("x", "y"));
+  EXPECT_THAT(table.values, ElementsAre(1, 2));
+  EXPECT_EQ(why("\xef\xbb\xbfx;y\n"), "t.csv:1:2: columns are separated by ';' here; expected ','");
+}
+
+TEST_F(Csv, MissingCellsOnlyWhereTheyAreAllowed) {
+  EXPECT_EQ(why("a,b\n1,\n"), "t.csv:2:3: expected a finite number, found \"\"");
+  EXPECT_EQ(why("a,b\nnan,1\n"), "t.csv:2:1: expected a finite number, found \"nan\"");
+  const CsvTable table = read("a,b\n1,\nnan,2\n", true);
+  EXPECT_TRUE(std::isnan(table.at(0, 1)));
+  EXPECT_TRUE(std::isnan(table.at(1, 0)));
+  EXPECT_EQ(table.at(1, 1), 2);
+}
+
+TEST_F(Csv, RefusalsSayLineAndColumn) {
+  EXPECT_EQ(why("a,b\n1,2\n3,x\n"), "t.csv:3:3: expected a finite number, found \"x\"");
+  EXPECT_EQ(why("a,b\n1,inf\n"), "t.csv:2:3: expected a finite number, found \"inf\"");
+  EXPECT_EQ(why("a,b\n1,2 m\n"), "t.csv:2:3: expected a finite number, found \"2 m\"");
+  EXPECT_EQ(why("a,b\n1,0x10\n"), "t.csv:2:3: expected a finite number, found \"0x10\"");
+  EXPECT_EQ(why("a,b\n1\n"), "t.csv:2:2: expected 2 columns as in the header, found 1");
+  EXPECT_EQ(why("a,b\n1,5,2,5\n"),
+            "t.csv:2:5: expected 2 columns as in the header, found 4 (is the decimal sign a comma? expected '.')");
+  EXPECT_EQ(why("a;b\n1;2\n"), "t.csv:1:2: columns are separated by ';' here; expected ','");
+  EXPECT_EQ(why("# a;b\n1;2\n"), "t.csv:1:4: columns are separated by ';' here; expected ','");
+  EXPECT_EQ(why("a,b\n  1, \xc3\xa4\n"), "t.csv:2:6: expected a finite number, found \"\xc3\xa4\"");
+  EXPECT_EQ(why("a,b\n \xc3\xa4,2;3\n", true).substr(0, 9), "t.csv:2:2");
+  EXPECT_EQ(why("a,b\n1, 2;4\n").substr(0, 9), "t.csv:2:5");
+  EXPECT_EQ(why("a\n1;2\n"),
+            "t.csv:2:2: columns are separated by ';' here; expected ',' between columns and '.' as the decimal sign");
+  EXPECT_EQ(why(""), "t.csv:1:1: the file is empty; expected a header line and rows of numbers");
+  EXPECT_EQ(why("\n\n"), "t.csv:1:1: the file is empty; expected a header line and rows of numbers");
+  EXPECT_THAT(refusal([&] { (void)read_csv(folder_ / "absent.csv"); }), EndsWith("absent.csv: no such file"));
+  EXPECT_THAT(refusal([&] { (void)read_csv(folder_.path()); }), HasSubstr("is a folder, expected a file"));
+}
+
+TEST_F(Csv, AMissingColumnNamesTheNearest) {
+  const CsvTable table = read("x_m,yaw_rad\n1,2\n");
+  EXPECT_THAT(refusal([&] { (void)table.column("yaw"); }), HasSubstr("no column \"yaw\""));
+  EXPECT_THAT(refusal([&] { (void)table.column("x_n"); }), HasSubstr("did you mean \"x_m\"?"));
+}
+
+struct DecimalComma : std::numpunct<char> {
+  char do_decimal_point() const override { return ','; }
+};
+
+TEST_F(Csv, DoesNotDependOnTheLocale) {
+  const std::locale before = std::locale::global(std::locale(std::locale::classic(), new DecimalComma));
+  const CsvTable table = read("a\n1.5\n");
+  std::locale::global(before);
+  EXPECT_EQ(table.at(0, 0), 1.5);
+}
+
+}  // namespace
+}  // namespace gripline

@@ -1,0 +1,330 @@
+#include "bench/bench.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <ctime>
+#include <limits>
+
+#include "config/json_file.hpp"
+#include "race/stack.hpp"
+#include "util/csv_writer.hpp"
+#include "world/world.hpp"
+
+namespace gripline {
+namespace {
+
+constexpr int longest_horizon = 50;
+constexpr int replays = 3;
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+
+double thread_cpu_us() {
+  timespec now{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return 1e6 * static_cast<double>(now.tv_sec) + 1e-3 * static_cast<double>(now.tv_nsec);
+}
+
+/// Nearest rank; NaN of nothing.
+double percentile(std::vector<double> values, double share) {
+  if (values.empty()) return nan;
+  const auto rank = static_cast<std::size_t>(std::ceil(share * static_cast<double>(values.size())));
+  const std::size_t index = std::clamp<std::size_t>(rank, 1, values.size()) - 1;
+  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(index), values.end());
+  return values[index];
+}
+
+StackSpec stack_with(const std::string& estimator, int horizon, const WorldSpec& world, const Registry& registry) {
+  const std::string text = R"({"model": {"plugin": "ekinematic", "params": {"yaw_gain": 0.003844}},
+    "estimator": {"plugin": ")" +
+                           estimator + R"("}, "planner": {"plugin": "friction_speed"},
+    "controller": {"plugin": "mpc_sqp", "params": {"horizon": )" +
+                           std::to_string(horizon) +
+                           R"(, "q_yaw": 0.01, "r_ddelta": 0.01, "r_d": 1e-4}}, "adapt_after": 2})";
+  Errors errors;
+  StackSpec spec = read_stack("bench", parse_text(text), registry, world.car, errors);
+  errors.throw_if_any();
+  return spec;
+}
+
+/// A race that can be stopped at any step.
+class Drive {
+ public:
+  Drive(const WorldSpec& spec, StackSpec stack)
+      : spec_(std::move(stack)), world_(spec, 1), stack_(spec_, place(spec), world_.observe()) {
+    horizon_.resize(static_cast<std::size_t>(stack_.controller().horizon()));
+    decide();
+  }
+  Sample step(bool learn) {
+    const Observation before = world_.observe();
+    const Input u = world_.advance(command_.u);
+    const Sample sample = stack_.sample(before, u, world_.observe());
+    if (learn) stack_.learn(sample);
+    decide();
+    return sample;
+  }
+  const Observation& now() const { return world_.observe(); }
+  std::span<const RefPoint> horizon() const { return horizon_; }
+  CorrectedModel& model() { return *stack_.belief(world_.time()).model; }
+  const Command& command() const { return command_; }
+
+ private:
+  StackPlace place(const WorldSpec& spec) {
+    StackPlace place;
+    place.car = spec.car.car;
+    place.dt = spec.dt;
+    place.hold = spec.hold;
+    place.course = &world_.course();
+    return place;
+  }
+  void decide() {
+    const StackBelief belief = stack_.belief(world_.time());
+    stack_.planner().plan(world_.observe(), belief.mu, belief.learned, horizon_);
+    command_ = stack_.controller().control(world_.observe(), horizon_, *belief.model);
+  }
+
+  StackSpec spec_;
+  World world_;
+  Stack stack_;
+  std::vector<RefPoint> horizon_;
+  Command command_;
+};
+
+struct Instance50 {
+  Observation now;
+  std::vector<RefPoint> horizon;
+  Sample sample;
+};
+
+/// What all cases of the frozen model share.
+struct Recording {
+  Drive drive;
+  std::vector<Sample> learned;  // everything the estimator saw
+  std::vector<Instance50> instances;
+};
+
+void record(Recording& recording, int lead_in, int count) {
+  for (int i = 0; i < lead_in; ++i) recording.learned.push_back(recording.drive.step(true));
+  for (int i = 0; i < count; ++i) {
+    const Sample sample = recording.drive.step(false);
+    const auto horizon = recording.drive.horizon();
+    recording.instances.push_back({recording.drive.now(), {horizon.begin(), horizon.end()}, sample});
+  }
+}
+
+PluginSpec controller_spec(const std::string& id, int horizon, const std::string& more, const Registry& registry) {
+  Errors errors;
+  const Node node = parse_text(R"({"plugin": ")" + id + R"(", "params": {"horizon": )" + std::to_string(horizon) +
+                               R"(, "q_yaw": 0.01, "r_ddelta": 0.01, "r_d": 1e-4)" + more + "}}");
+  ObjectReader reader(node, errors);
+  PluginSpec spec = read_plugin(reader, abi::Kind::controller, registry);
+  errors.throw_if_any();
+  return spec;
+}
+
+PluginContext surroundings(const WorldSpec& world) {
+  PluginContext context;
+  context.car = world.car.car;
+  context.dt = world.dt;
+  return context;
+}
+
+struct Replay {
+  std::vector<double> times, iterations;
+  std::vector<Input> inputs;
+  int failures = 0;
+  double allocations = 0;
+};
+
+/// How far the bench is, in pieces that take very different times.
+class Pace {
+ public:
+  Pace(const Tell& tell, double cost, std::size_t rows) : tell_(tell), cost_(cost), rows_(rows) {}
+  /// The next piece and about what it costs, in any unit.
+  void begin(std::string what, double cost) {
+    done_ += now_;
+    now_ = cost;
+    what_ = std::move(what);
+    at(0);
+  }
+  void at(double share) const {
+    const auto rows = static_cast<double>(rows_);
+    if (tell_) tell_(std::min(rows, rows * (done_ + share * now_) / cost_), rows_, what_);
+  }
+
+ private:
+  const Tell& tell_;
+  double cost_, done_ = 0, now_ = 0;
+  std::size_t rows_;
+  std::string what_;
+};
+
+/// About what a replay costs: Ipopt's steps grow faster than the horizon, those of the QP are small beside them.
+double replay_cost(const std::string& controller, int horizon) {
+  return controller == "mpc_ipopt" ? horizon * horizon : horizon;
+}
+
+/// Every instance in turn to a fresh controller; with a twin, its update counts too.
+Replay replay(Recording& recording, const WorldSpec& world, const PluginSpec& controller, int horizon, Estimator* twin,
+              AllocationCount allocations, const Pace& pace) {
+  constexpr std::size_t told_every = 20;
+  const gripline::Instance<Controller> instance =
+      create<Controller>(*controller.entry, surroundings(world), controller.values);
+  CorrectedModel& model = recording.drive.model();
+  Replay out;
+  const std::size_t warm = recording.instances.size() / 10;
+  std::int64_t allocated = 0;
+  for (std::size_t i = 0; i < recording.instances.size(); ++i) {
+    const Instance50& one = recording.instances[i];
+    const std::int64_t before = allocations();
+    const double begin = thread_cpu_us();
+    if (twin != nullptr) twin->update(one.sample);
+    const Command command =
+        instance->control(one.now, std::span(one.horizon).first(static_cast<std::size_t>(horizon) + 1), model);
+    const double spent = thread_cpu_us() - begin;
+    if (i >= warm) allocated += allocations() - before;
+    out.times.push_back(spent);
+    out.iterations.push_back(command.iterations);
+    out.inputs.push_back(command.u);
+    if (!command.solved) ++out.failures;
+    if (i % told_every == 0) pace.at(static_cast<double>(i) / static_cast<double>(recording.instances.size()));
+  }
+  out.allocations = static_cast<double>(allocated) / static_cast<double>(recording.instances.size() - warm);
+  return out;
+}
+
+double input_error(const Input& a, const Input& b, const Car& car) {
+  return std::max(std::abs(a.d - b.d) / (car.d_max - car.d_min), std::abs(a.ddelta - b.ddelta) / (2 * car.ddelta_max));
+}
+
+BenchRow summarize(const std::string& name, const Replay& best, const std::vector<Input>* reference, const Car& car) {
+  BenchRow row;
+  row.name = name;
+  row.median_us = percentile(best.times, 0.5);
+  row.p95_us = percentile(best.times, 0.95);
+  row.p99_us = percentile(best.times, 0.99);
+  row.allocations_per_step = best.allocations;
+  row.iterations_median = percentile(best.iterations, 0.5);
+  row.failures = best.failures;
+  row.ratio_to_mpc_ipopt = row.first_input_error_p95 = nan;
+  if (reference == nullptr) return row;
+  std::vector<double> errors;
+  for (std::size_t i = 0; i < best.inputs.size(); ++i)
+    errors.push_back(input_error(best.inputs[i], (*reference)[i], car));
+  row.first_input_error_p95 = percentile(std::move(errors), 0.95);
+  return row;
+}
+
+gripline::Instance<Estimator> learned_twin(const Recording& recording, const WorldSpec& world, const Registry& registry,
+                                           CorrectedModel& nominal) {
+  Errors errors;
+  const Node node = parse_text(R"({"plugin": "elm"})");
+  ObjectReader reader(node, errors);
+  const PluginSpec spec = read_plugin(reader, abi::Kind::estimator, registry);
+  PluginContext context = surroundings(world);
+  context.nominal = &nominal;
+  gripline::Instance<Estimator> twin = create<Estimator>(*spec.entry, context, spec.values);
+  for (const Sample& sample : recording.learned) twin->update(sample);
+  return twin;
+}
+
+/// The cases of one horizon: Ipopt first, the others against it.
+void bench_horizon(int horizon, Recording& recording, const WorldSpec& world, const Registry& registry,
+                   CorrectedModel& nominal, AllocationCount allocations, Pace& pace, std::vector<BenchRow>& rows) {
+  const std::string suffix = "_n" + std::to_string(horizon) + "_elm40";
+  const PluginSpec exact =
+      controller_spec("mpc_ipopt", horizon, R"(, "tolerance": 1e-10, "max_iterations": 1000)", registry);
+  pace.begin("exact solutions" + suffix, replay_cost("mpc_ipopt", horizon));
+  const std::vector<Input> reference = replay(recording, world, exact, horizon, nullptr, allocations, pace).inputs;
+  double ipopt_median = nan;
+  for (const char* id : {"mpc_ipopt", "mpc_sqp"}) {
+    const PluginSpec spec = controller_spec(id, horizon, "", registry);
+    std::vector<Replay> tries;
+    for (int i = 0; i < replays; ++i) {
+      pace.begin(id + suffix, replay_cost(id, horizon));
+      const auto twin = learned_twin(recording, world, registry, nominal);
+      tries.push_back(replay(recording, world, spec, horizon, twin.get(), allocations, pace));
+    }
+    const auto best = std::min_element(tries.begin(), tries.end(), [](const Replay& a, const Replay& b) {
+      return percentile(a.times, 0.5) < percentile(b.times, 0.5);
+    });
+    BenchRow row = summarize(id + suffix, *best, &reference, world.car.car);
+    if (std::isnan(ipopt_median)) ipopt_median = row.median_us;
+    row.ratio_to_mpc_ipopt = row.median_us / ipopt_median;
+    rows.push_back(std::move(row));
+  }
+}
+
+/// The update alone.
+BenchRow bench_update(const Recording& recording, const WorldSpec& world, const Registry& registry,
+                      CorrectedModel& nominal, AllocationCount allocations) {
+  const auto twin = learned_twin(recording, world, registry, nominal);
+  Replay out;
+  const std::int64_t before = allocations();
+  out.times.reserve(recording.instances.size());
+  const std::int64_t reserved = allocations() - before;
+  for (const Instance50& one : recording.instances) {
+    const double begin = thread_cpu_us();
+    twin->update(one.sample);
+    out.times.push_back(thread_cpu_us() - begin);
+  }
+  out.allocations =
+      static_cast<double>(allocations() - before - reserved) / static_cast<double>(recording.instances.size());
+  return summarize("elm_update", out, nullptr, world.car.car);
+}
+
+/// A stack with a Gaussian process over its full window, learning and all, as it races.
+BenchRow bench_gp(const WorldSpec& world, const Registry& registry, AllocationCount allocations, int lead_in,
+                  int count) {
+  Drive drive(world, stack_with("gp_own_mu", 20, world, registry));
+  for (int i = 0; i < lead_in; ++i) drive.step(true);
+  Replay out;
+  const std::int64_t before = allocations();
+  for (int i = 0; i < count; ++i) {
+    const double begin = thread_cpu_us();
+    drive.step(true);
+    out.times.push_back(thread_cpu_us() - begin);
+    out.iterations.push_back(drive.command().iterations);
+    if (!drive.command().solved) ++out.failures;
+  }
+  out.allocations = static_cast<double>(allocations() - before) / count;
+  return summarize("gp_410", out, nullptr, world.car.car);
+}
+
+}  // namespace
+
+std::vector<BenchRow> run_bench(const WorldSpec& world, const Registry& registry, AllocationCount allocations,
+                                int instances, const Tell& tell) {
+  constexpr int lead_in = 600;
+  constexpr std::array horizons = {50, 20};
+  double cost = 0;
+  for (const int horizon : horizons)
+    cost += (1 + replays) * replay_cost("mpc_ipopt", horizon) + replays * replay_cost("mpc_sqp", horizon);
+  const double drives = 0.02 * cost;
+  Pace pace(tell, cost + 2 * drives, 2 * horizons.size() + 2);
+  pace.begin("recording", drives);
+  const StackSpec spec = stack_with("elm", longest_horizon, world, registry);
+  Recording recording{Drive(world, stack_with("elm", longest_horizon, world, registry)), {}, {}};
+  record(recording, lead_in, instances);
+  const Vehicle vehicle(spec.model, surroundings(world));
+  CorrectedModel nominal(vehicle.car(), {world.dt, world.hold, spec.model.integration});
+  std::vector<BenchRow> rows;
+  for (const int horizon : horizons)
+    bench_horizon(horizon, recording, world, registry, nominal, allocations, pace, rows);
+  pace.begin("gp_410", drives);
+  rows.push_back(bench_gp(world, registry, allocations, lead_in, instances));
+  rows.push_back(bench_update(recording, world, registry, nominal, allocations));
+  return rows;
+}
+
+void write_bench(const std::filesystem::path& file, std::span<const BenchRow> rows) {
+  CsvWriter csv(file,
+                "case,median_us,p95_us,p99_us,allocations_per_step,iterations_median,first_input_error_p95,failures,"
+                "ratio_to_mpc_ipopt");
+  for (const BenchRow& row : rows) {
+    csv << row.name << row.median_us << row.p95_us << row.p99_us << row.allocations_per_step << row.iterations_median
+        << row.first_input_error_p95 << row.failures << row.ratio_to_mpc_ipopt;
+    csv.end_row();
+  }
+}
+
+}  // namespace gripline

@@ -1,0 +1,35 @@
+// How long the steps of a stack take: recorded instances, replayed to every controller in one process.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "plugin/registry.hpp"
+#include "util/progress.hpp"
+#include "world/world_spec.hpp"
+
+namespace gripline {
+
+/// One case. Times are thread CPU time per control step [us]; an error is a share of the input's range, against the same
+/// problem solved by Ipopt to 1e-10; NaN where a figure has no meaning.
+struct BenchRow {
+  std::string name;
+  double median_us = 0, p95_us = 0, p99_us = 0;
+  double allocations_per_step = 0, iterations_median = 0, first_input_error_p95 = 0;
+  int failures = 0;
+  double ratio_to_mpc_ipopt = 0;
+};
+
+/// Number of heap allocations of this process so far; supplied by the program, which can see them.
+using AllocationCount = std::int64_t (*)();
+
+/// Drives a lap and a half in this world with a learned stack, freezes what it learned, records `instances` consecutive
+/// problems and replays them three times to each controller; the replay with the least median counts. Learning is
+/// included where the case says elm40: the estimator's update on a twin that keeps learning.
+std::vector<BenchRow> run_bench(const WorldSpec& world, const Registry& registry, AllocationCount allocations,
+                                int instances, const Tell& tell = {});
+
+void write_bench(const std::filesystem::path& file, std::span<const BenchRow> rows);
+
+}  // namespace gripline

@@ -1,0 +1,208 @@
+// gripline diagnose WORLD.json LOG.csv...: name the missing effect, add it, show the gap shrink.
+// gripline diagnose --score CASES: cases with answers, all of them, and a scorecard.
+#include <boost/dll/runtime_symbol_info.hpp>
+#include <fstream>
+#include <iostream>
+
+#include "config/errors.hpp"
+#include "config/json_file.hpp"
+#include "diagnose/result/diagnosis_files.hpp"
+#include "diagnose/result/report_data.hpp"
+#include "diagnose/scoring/score.hpp"
+#include "experiment/out_folder.hpp"
+#include "gripline/race_options.hpp"
+#include "gripline/stop_signal.hpp"
+#include "util/csv_writer.hpp"
+#include "util/progress.hpp"
+
+namespace gripline::tools {
+namespace po = boost::program_options;
+namespace fs = std::filesystem;
+namespace {
+
+using Files = std::vector<std::string>;
+
+fs::path existing(const std::string& file) {
+  if (!fs::exists(file)) throw InputError(file + ": no such file");
+  return file;
+}
+
+/// worlds/diagnose_<vehicle>.json from the working folder up to where the program is installed.
+fs::path world_of(const std::string& vehicle) {
+  const std::string name = "diagnose_" + vehicle + ".json";
+  std::string looked;
+  const fs::path program = fs::path(boost::dll::program_location().string()).parent_path();
+  for (const fs::path& folder :
+       {fs::path("worlds"), program / ".." / "share" / "gripline" / "worlds", program / ".." / ".." / "worlds"}) {
+    if (fs::is_regular_file(folder / name)) return folder / name;
+    looked += " " + (folder / name).lexically_normal().string();
+  }
+  throw InputError("no world for vehicle \"" + vehicle + "\"; looked for" + looked);
+}
+
+/// The first of an error's lines: a case that cannot be read is told in one.
+std::string one_line(const std::exception& e) {
+  const std::string text = e.what();
+  return text.substr(0, text.find('\n'));
+}
+
+int score(const fs::path& cases, const fs::path& out, const Registry& registry) {
+  if (!fs::is_directory(cases)) throw InputError(cases.string() + ": no such folder");
+  const std::vector<fs::path> folders = diagnose::case_folders(cases);
+  if (folders.empty()) throw InputError(cases.string() + ": no folder in it holds a case.json");
+  if (std::none_of(folders.begin(), folders.end(), [](const fs::path& f) { return fs::exists(f / "answer.json"); }))
+    throw InputError(cases.string() + ": none of its " + std::to_string(folders.size()) +
+                     " cases has an answer.json, so there is nothing to score; diagnose them one by one");
+  std::vector<diagnose::CaseScore> scores;
+  std::vector<std::string> failed;
+  StopSignal stop(StopSignal::Reaction::note);
+  Progress progress(std::cerr, "diagnose", folders.size());
+  std::size_t tried = 0;
+  for (const fs::path& folder : folders) {
+    if (StopSignal::seen()) break;
+    progress.advance(tried++, folder.filename().string());
+    try {
+      scores.push_back(diagnose::score_case(folder, registry, world_of, out / folder.filename()));
+    } catch (const InputError& e) {
+      failed.push_back(one_line(e));
+    }
+  }
+  progress.finish();
+  for (const std::string& why : failed) std::cerr << "not scored: " << why << '\n';
+  if (StopSignal::seen()) std::cerr << "interrupted: " << tried << " of " << folders.size() << " cases are diagnosed\n";
+  if (!scores.empty()) {
+    fs::create_directories(out);
+    write_file(out / "score.csv", diagnose::score_csv(scores));
+    const std::string card = diagnose::scorecard(scores);
+    write_file(out / "scorecard.txt", card);
+    std::cout << card;
+    if (scores.size() < folders.size())
+      std::cout << scores.size() << " of " << folders.size() << " cases are in these figures\n";
+    std::cout << "scores: " << (out / "score.csv").string() << '\n';
+  }
+  if (StopSignal::seen()) return run_broke;
+  return failed.empty() ? good : bad_input;
+}
+
+void print(const diagnose::Diagnosis& d) {
+  for (const diagnose::Health& h : d.health)
+    if (h.level != diagnose::Health::Level::good)
+      std::cout << "log: " << h.check << ": " << h.found << "; " << h.done << '\n';
+  std::cout << diagnose::verdict_names[static_cast<std::size_t>(d.verdict)] << ": " << d.sentence << '\n';
+  std::cout << "\neffect              evidence   error with it   wins\n";
+  std::size_t shown = 0;
+  for (const diagnose::Ranked& r : d.ranking) {
+    if (++shown > 6) break;
+    char row[120];
+    std::snprintf(row, sizeof row, "%-18s %9.1f   %13.3f   %4.2f\n", r.effect.c_str(), r.gain, r.held_out,
+                  r.selected_fraction);
+    std::cout << row;
+  }
+  if (d.verdict == diagnose::Verdict::unknown && !d.ranking.empty())
+    std::cout << "wins compare the effects of the catalogue with each other; here none of them is enough\n";
+  std::cout << "\nhorizon    before     after   (sensor standard deviations, data not fitted)\n";
+  for (const diagnose::Diagnosis::Horizon& h : d.horizons) {
+    char row[120];
+    std::snprintf(row, sizeof row, "%5.1f s %9.3f %9.3f\n", h.seconds, h.before, h.after);
+    std::cout << row;
+  }
+}
+
+struct DiagnoseOptions {
+  fs::path world;
+  Files logs, held_out;
+  std::optional<fs::path> case_file, track;
+  fs::path out;
+  bool force = false;
+};
+
+DiagnoseOptions read_options(const po::variables_map& given) {
+  DiagnoseOptions o;
+  Files words;
+  if (given.count("experiment") > 0) words = given["experiment"].as<Files>();
+  if (words.size() < 2) throw InputError("diagnose needs a world and a log: gripline diagnose WORLD.json LOG.csv");
+  o.world = existing(words.front());
+  for (std::size_t i = 1; i < words.size(); ++i) o.logs.push_back(existing(words[i]).string());
+  if (given.count("held-out") > 0)
+    for (const std::string& file : given["held-out"].as<Files>()) o.held_out.push_back(existing(file).string());
+  if (given.count("case") > 0) o.case_file = existing(given["case"].as<std::string>());
+  if (given.count("track") > 0) o.track = existing(given["track"].as<std::string>());
+  o.out = given.count("out") > 0 ? fs::path(given["out"].as<std::string>())
+                                 : fs::path("out") / ("diagnose_" + fs::path(o.logs.front()).stem().string());
+  if (o.out.empty()) throw InputError("--out names no folder");
+  o.force = given.count("force") > 0;
+  return o;
+}
+
+int diagnose_logs(DiagnoseOptions options, const Registry& registry) {
+  diagnose::CaseFile given;
+  if (options.case_file) given = diagnose::read_case(*options.case_file);
+  if (!options.track) options.track = given.track;
+  const Node node = load_world(options.world, options.track);
+  Errors errors;
+  if (const Node* u = node.find("nominal_uncertainty"); u != nullptr && given.options.uncertainty.empty())
+    diagnose::read_uncertainty(*u, given.options, errors);
+  const WorldSpec world = read_world(node, registry, errors);
+  errors.throw_if_any();
+  diagnose::Diagnoser diagnoser(world, registry, given.options);
+  const diagnose::LogExpectations expected{world.car.car.v_ref, &diagnoser.road()};
+  const auto read = [&](const Files& files) {
+    std::vector<diagnose::LogFile> logs;
+    for (const std::string& file : files) logs.push_back(diagnose::read_log_file(file, expected));
+    return logs;
+  };
+  const std::vector<diagnose::LogFile> logs = read(options.logs), held_out = read(options.held_out);
+  const OutLock lock = open_out_folder(options.out, "diagnosis", options.force);
+  const diagnose::Diagnosis d = [&] {
+    const StopSignal stop(StopSignal::Reaction::end_here);
+    ToldProgress progress(std::cerr, "diagnose");
+    diagnose::Diagnosis found = diagnoser.run(logs, held_out, progress.tell());
+    progress.finish();
+    return found;
+  }();
+  print(d);
+  diagnose::write_diagnosis(options.out, d, diagnoser, world, options.world, options.track);
+  std::string names;
+  for (const std::string& file : options.logs)
+    names += (names.empty() ? "" : ", ") + fs::path(file).filename().string();
+  write_file(options.out / "diagnosis_report.json",
+             to_json_text(diagnose::report_data(d, diagnoser, held_out, names, options.world.filename().string(),
+                                                diagnose::world_patch(d, diagnoser, world))));
+  std::cout << "\ndiagnosis: " << (options.out / "diagnosis.json").string()
+            << "\nworld with what was found: " << (options.out / "augmented_world.json").string() << '\n';
+  report_results(options.out);
+  const bool decided = d.verdict == diagnose::Verdict::named || d.verdict == diagnose::Verdict::nothing_missing;
+  return decided ? good : claim_failed;
+}
+
+}  // namespace
+
+int run_diagnose(Arguments args) {
+  po::options_description visible("options");
+  auto add = visible.add_options();
+  add("held-out", po::value<Files>()->multitoken()->composing(), "logs to measure the gap on (default: the last laps)");
+  add("case", po::value<std::string>(), "CASE.json: effects to exclude, how far nominal parameters are trusted");
+  add("track", po::value<std::string>(), "another road, CSV or JSON");
+  add("out", po::value<std::string>(), "folder for results (default: out/diagnose_<log>)");
+  add("force", "replace another experiment's results in that folder");
+  add("score", po::value<std::string>(), "a folder of cases with answers: diagnose all and print the scorecard");
+  add("plugins", po::value<Files>()->composing(), "a folder of plugins, searched first");
+  add("help,h", "this text");
+  const auto given = parse_options(args, visible, "diagnose WORLD.json LOG.csv... [options]");
+  if (!given) return good;
+  const Registry registry(Registry::search_path(plugin_dirs_of(*given)));
+  if (given->count("score") > 0) {
+    for (const char* other : {"experiment", "held-out", "case", "track"})
+      if (given->count(other) > 0)
+        throw InputError(std::string("--score takes a folder of cases and nothing else; found ") +
+                         (other == std::string("experiment") ? "\"" + (*given)[other].as<Files>().front() + "\""
+                                                             : std::string("--") + other) +
+                         " beside it");
+    return score((*given)["score"].as<std::string>(),
+                 given->count("out") > 0 ? fs::path((*given)["out"].as<std::string>()) : fs::path("out") / "score",
+                 registry);
+  }
+  return diagnose_logs(read_options(*given), registry);
+}
+
+}  // namespace gripline::tools

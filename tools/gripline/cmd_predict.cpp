@@ -1,0 +1,123 @@
+// gripline predict WORLD.json LOG.csv: how far a world's model is off a log, open loop, by horizon.
+#include <cmath>
+#include <iostream>
+
+#include "config/errors.hpp"
+#include "config/json_file.hpp"
+#include "gripline/race_options.hpp"
+#include "measured/log_file.hpp"
+#include "measured/rollout.hpp"
+#include "util/csv_writer.hpp"
+#include "world/world_spec.hpp"
+
+namespace gripline::tools {
+namespace po = boost::program_options;
+namespace fs = std::filesystem;
+namespace {
+
+std::vector<double> read_horizons(const std::string& text) {
+  std::vector<double> horizons;
+  std::size_t at = 0;
+  while (at <= text.size()) {
+    const std::size_t comma = std::min(text.find(',', at), text.size());
+    const std::string one = text.substr(at, comma - at);
+    char* end = nullptr;
+    const double value = std::strtod(one.c_str(), &end);
+    if (one.empty() || *end != '\0' || !(value > 0.0) || value > 1000.0)
+      throw InputError("--horizon " + text + ": \"" + one + "\" is no time in seconds; expected for example 0.1,0.5,1");
+    horizons.push_back(value);
+    at = comma + 1;
+  }
+  return horizons;
+}
+
+/// Root mean squares of position [m], yaw, vx, vy, yaw rate over all samples up to the horizon.
+struct Errors5 {
+  double position = 0, yaw = 0, vx = 0, vy = 0, yaw_rate = 0;
+};
+Errors5 errors_of(const std::vector<diagnose::Rollouts>& all) {
+  std::array<double, 6> sum{}, count{};
+  for (const diagnose::Rollouts& r : all)
+    for (std::size_t i = 0; i < r.error.size(); ++i) {
+      if (std::isnan(r.error[i])) continue;
+      sum[i % 6] += r.error[i] * r.error[i];
+      count[i % 6] += 1.0;
+    }
+  const auto root = [&](std::size_t c) { return std::sqrt(sum[c] / count[c]); };
+  return {std::sqrt(sum[0] / count[0] + sum[1] / count[1]), root(2), root(3), root(4), root(5)};
+}
+
+}  // namespace
+
+int run_predict(Arguments args) {
+  po::options_description visible("options");
+  auto add = visible.add_options();
+  add("horizon", po::value<std::string>()->default_value("0.1,0.2,0.5,1,2"), "seconds, separated by commas");
+  add("track", po::value<std::string>(), "another road, CSV or JSON");
+  add("out", po::value<std::string>(), "a CSV file for the table");
+  add("plugins", po::value<std::vector<std::string>>()->composing(), "a folder of plugins, searched first");
+  add("help,h", "this text");
+  const auto given = parse_options(args, visible, "predict WORLD.json LOG.csv [options]");
+  if (!given) return good;
+  std::vector<std::string> words;
+  if (given->count("experiment") > 0) words = (*given)["experiment"].as<std::vector<std::string>>();
+  if (words.size() != 2) throw InputError("predict needs a world and a log: gripline predict WORLD.json LOG.csv");
+  if (given->count("out") > 0) {
+    std::vector<std::string> inputs = words;
+    if (given->count("track") > 0) inputs.push_back((*given)["track"].as<std::string>());
+    require_writable("--out", (*given)["out"].as<std::string>(), inputs);
+  }
+  const std::vector<double> horizons = read_horizons((*given)["horizon"].as<std::string>());
+
+  const Registry registry(Registry::search_path(plugin_dirs_of(*given)));
+  std::optional<fs::path> track;
+  if (given->count("track") > 0) track = (*given)["track"].as<std::string>();
+  const Node node = load_world(words[0], track);
+  Errors errors;
+  const WorldSpec world = read_world(node, registry, errors);
+  errors.throw_if_any();
+  if (world.vehicle.model.empty())
+    throw InputError(words[0] + ": its car is a black box; predict needs a vehicle model");
+  PluginContext context;
+  context.car = world.car.car;
+  const Vehicle vehicle(world.vehicle, context);
+  const diagnose::Road road(world.track);
+  const diagnose::LogFile log = diagnose::read_log_file(words[1], {world.car.car.v_ref, &road});
+
+  std::optional<CsvWriter> file;
+  const char* const header = "horizon_s,position_m,yaw_rad,vx_mps,vy_mps,yaw_rate_radps";
+  if (given->count("out") > 0) file.emplace((*given)["out"].as<std::string>(), header);
+  std::cout << "horizon   position m    yaw rad     vx m/s     vy m/s   yaw rate rad/s\n";
+  for (const double horizon : horizons) {
+    std::vector<diagnose::Rollouts> all;
+    for (const diagnose::Measured& m : log.stretches) {
+      diagnose::Trace trace;
+      trace.log = m;
+      // From the measured state itself; where a reading is missing, from its neighbours.
+      std::vector<double> start = m.reading;
+      const std::vector<double> smooth = diagnose::smooth_readings(m, 3);
+      for (std::size_t i = 0; i < start.size(); ++i)
+        if (std::isnan(start[i])) start[i] = smooth[i];
+      trace.set_motion(start, road);
+      trace.set_motion(diagnose::states_of_readings(vehicle.car(), start, trace.at), road);
+      diagnose::RolloutOptions options;
+      options.horizon = horizon;
+      options.substeps = 4;
+      all.push_back(diagnose::roll_out(vehicle.car(), trace, road, options));
+    }
+    std::size_t starts = 0;
+    for (const diagnose::Rollouts& r : all) starts += r.start.size();
+    if (starts == 0) throw InputError(words[1] + ": too short for a horizon of " + std::to_string(horizon) + " s");
+    const Errors5 e = errors_of(all);
+    char row[160];
+    std::snprintf(row, sizeof row, "%5.2f s %12.5f %10.5f %10.5f %10.5f %12.5f\n", horizon, e.position, e.yaw, e.vx,
+                  e.vy, e.yaw_rate);
+    std::cout << row;
+    if (!file) continue;
+    *file << horizon << e.position << e.yaw << e.vx << e.vy << e.yaw_rate;
+    file->end_row();
+  }
+  return good;
+}
+
+}  // namespace gripline::tools

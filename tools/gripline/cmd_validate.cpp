@@ -1,0 +1,83 @@
+// gripline validate FILE...: reads everything, runs nothing.
+#include <iostream>
+
+#include "config/file_kind.hpp"
+#include "config/json_file.hpp"
+#include "diagnose/scoring/diagnose_experiment.hpp"
+#include "experiment/validation.hpp"
+#include "geometry/track_file.hpp"
+#include "gripline/race_options.hpp"
+#include "world/friction_file.hpp"
+
+namespace gripline::tools {
+namespace po = boost::program_options;
+namespace {
+
+void validate_file(const std::string& file, const Registry& registry) {
+  if (file.ends_with(".csv")) {
+    load_track(file);
+    return;
+  }
+  Node tree = load_json(file);
+  Errors errors;
+  switch (kind_of(tree)) {
+    case FileKind::experiment:
+      tree = load_experiment(file, {});
+      if (experiment_kind(tree) == "offline_validation")
+        check_offline(tree, registry);
+      else if (experiment_kind(tree) == "diagnose")
+        diagnose::check_diagnose_experiment(tree, registry);
+      else
+        read_race(file, std::move(tree), registry);
+      break;
+    case FileKind::world:
+      read_world(load_world(file), registry, errors);
+      break;
+    case FileKind::track:
+      load_track(file);
+      break;
+    case FileKind::car:
+      read_car(tree, errors);
+      break;
+    case FileKind::friction:
+      read_friction(tree, errors);
+      break;
+    case FileKind::unknown:
+      errors.add(tree.origin,
+                 "is no experiment (\"stacks\"), world (\"plant\"), track (\"segments\"), car (\"lf\") or friction "
+                 "schedule (\"points\")");
+  }
+  errors.throw_if_any();
+}
+
+}  // namespace
+
+int run_validate(Arguments args) {
+  po::options_description visible("options");
+  visible.add_options()("plugins", po::value<std::vector<std::string>>()->composing(), "a folder of plugins");
+  visible.add_options()("help,h", "this text");
+  const auto given = parse_options(args, visible, "validate FILE... [options]");
+  if (!given) return good;
+  if (given->count("experiment") == 0) throw InputError("which file?");
+  const Registry registry(Registry::search_path(plugin_dirs_of(*given)));
+  Errors errors;
+  std::vector<std::string> unusable;
+  for (const std::string& file : (*given)["experiment"].as<std::vector<std::string>>()) {
+    try {
+      validate_file(file, registry);
+      std::cout << file << ": good\n";
+    } catch (const InputError& e) {
+      errors.add(e);
+    } catch (const PluginError& e) {
+      unusable.emplace_back(e.what());
+    }
+  }
+  const std::size_t count = errors.size() + unusable.size();
+  if (count == 0) return good;
+  for (const Diagnostic& one : errors.sorted()) std::cerr << one.text() << '\n';
+  for (const std::string& one : unusable) std::cerr << one << '\n';
+  std::cerr << count << (count == 1 ? " error.\n" : " errors.\n");
+  return errors.empty() ? plugin_unusable : bad_input;
+}
+
+}  // namespace gripline::tools

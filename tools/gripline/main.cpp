@@ -1,0 +1,105 @@
+#include <sys/stat.h>
+#include <unistd.h>
+#include <boost/program_options/errors.hpp>
+
+#include <cerrno>
+#include <csignal>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <iostream>
+#include <string>
+#include <vector>
+
+#include "config/errors.hpp"
+#include "gripline/command.hpp"
+#include "plugin/registry.hpp"
+
+namespace gripline::tools {
+namespace {
+
+struct CommandEntry {
+  const char* name;
+  int (*run)(Arguments);
+  const char* summary;
+};
+
+constexpr CommandEntry commands[] = {
+    {"compare", run_compare, "race every stack of an experiment and print the table"},
+    {"run", run_one, "one stack and one seed of an experiment"},
+    {"validate", run_validate, "read files whole and say everything that is wrong with them"},
+    {"report", run_report, "redraw the report of a results folder; runs nothing"},
+    {"diagnose", run_diagnose, "name the effect that is missing between a world and a log"},
+    {"predict", run_predict, "how far a world's model is off a log, by horizon"},
+    {"bench", run_bench_command, "how long the steps of a stack take"},
+    {"plugins", run_plugins, "list the plugins, or describe one"},
+};
+
+void print_help(std::ostream& out) {
+  out << "gripline: race estimators and controllers at the limit of grip\n\nusage: gripline COMMAND ...\n\n";
+  for (const CommandEntry& command : commands)
+    out << "  " << command.name << std::string(12 - std::string(command.name).size(), ' ') << command.summary << '\n';
+  out << "\n  --help      this text; after a command, that command's options\n  --version   the version\n\n"
+         "exit: 0 good, 1 a claim failed, 2 your input, 3 a plugin cannot be used, 4 a run broke\n";
+}
+
+int dispatch(Arguments args) {
+  if (args.empty()) {
+    print_help(std::cerr);
+    return bad_input;
+  }
+  if (args[0] == "--help" || args[0] == "-h" || args[0] == "help") {
+    print_help(std::cout);
+    return good;
+  }
+  if (args[0] == "--version") {
+    std::cout << "gripline " << GRIPLINE_VERSION << " (plugin ABI " << abi::number << ")\n";
+    return good;
+  }
+  std::vector<std::string> names;
+  for (const CommandEntry& command : commands) {
+    if (args[0] == command.name) return command.run(args.subspan(1));
+    names.emplace_back(command.name);
+  }
+  throw InputError("no command \"" + args[0] + "\"" + did_you_mean(args[0], names));
+}
+
+int guarded(Arguments args) {
+  try {
+    return dispatch(args);
+  } catch (const InputError& e) {
+    std::cerr << e.what() << '\n';
+    return bad_input;
+  } catch (const PluginError& e) {
+    std::cerr << e.what() << '\n';
+    return plugin_unusable;
+  } catch (const boost::program_options::error& e) {
+    std::cerr << e.what() << "; see gripline " << args[0] << " --help\n";
+    return bad_input;
+  } catch (const std::exception& e) {
+    std::cerr << "gripline: " << e.what() << '\n';
+    return run_broke;
+  }
+}
+
+/// Words that were lost are a failure, unless whoever read them went away (`| head`).
+int after_output(int code) {
+  errno = 0;
+  std::cout.flush();
+  const bool lost = !std::cout || std::ferror(stdout) != 0;
+  struct stat where {};
+  if (!lost || (fstat(STDOUT_FILENO, &where) == 0 && (S_ISFIFO(where.st_mode) || S_ISSOCK(where.st_mode)))) return code;
+  std::cerr << "gripline: cannot write the output" << (errno != 0 ? std::string(": ") + std::strerror(errno) : "")
+            << '\n';
+  return code == good ? run_broke : code;
+}
+
+}  // namespace
+}  // namespace gripline::tools
+
+int main(int argc, char** argv) {
+  std::signal(SIGPIPE, SIG_IGN);
+  setenv("OPENBLAS_NUM_THREADS", "1", 0);  // read when Ipopt is loaded: a run is one thread, and the same bytes
+  const std::vector<std::string> args(argv + 1, argv + argc);
+  return gripline::tools::after_output(gripline::tools::guarded(args));
+}
