@@ -9,8 +9,8 @@
 
 namespace gripline::abi {
 
-inline constexpr std::uint32_t number = 1;
-#define GRIPLINE_MANIFEST_SYMBOL gripline_plugins_abi1
+inline constexpr std::uint32_t number = 2;
+#define GRIPLINE_MANIFEST_SYMBOL gripline_plugins_abi2
 
 enum class Kind : std::uint32_t { vehicle, effect, estimator, planner, controller, plant };
 inline constexpr int kind_count = 6;
@@ -31,6 +31,8 @@ struct ParamDecl {
   // A parameter that may be fitted: the value at which the effect vanishes, a value to start a fit from, its scale.
   bool fit;
   double neutral, start, scale;
+  // A place along the lap, as a lap fraction: values a whole number apart are the same place.
+  bool periodic;
 };
 
 struct ParamValue {
@@ -48,6 +50,9 @@ struct PluginDecl {
   std::size_t param_count;
   /// Order in which diagnose puts effects of one stage into a chain; lower acts first.
   int precedence;
+  /// What to drive so that a log tells this effect from others that look like it, as an imperative ("coast down from top
+  /// speed"); "" when nothing is advised. `diagnose` prints it. Never null.
+  const char* advice;
   /// Returns a pointer to the interface of the kind (VehicleModel*, Effect*, ...) as void*, or null with a message in
   /// error (at most error_size bytes, terminated).
   void* (*create)(const PluginContext*, const ParamValue*, char* error, std::size_t error_size);

@@ -65,6 +65,12 @@ struct Param {
     copy.decl.scale = scale;
     return copy;
   }
+  /// Marks the parameter as a place along the lap, a lap fraction: values a whole number apart are the same place.
+  constexpr Param periodic() const {
+    Param copy = *this;
+    copy.decl.periodic = true;
+    return copy;
+  }
 };
 
 template <class P, class V>
@@ -82,14 +88,15 @@ constexpr Param<P, V> param(const char* name, V P::*member, const char* unit, Ra
   } else {
     fallback = P{}.*member;
   }
-  return {member, {name, unit, doc, type, fallback, range.lo, range.hi, nullptr, false, 0, 0, 1}};
+  return {member, {name, unit, doc, type, fallback, range.lo, range.hi, nullptr, false, 0, 0, 1, false}};
 }
 
 /// A choice among names; the member is an int that holds the index.
 template <class P>
 constexpr Param<P, int> choice(const char* name, int P::*member, const char* choices, const char* doc) {
   return {member,
-          {name, "1", doc, abi::ParamType::choice, static_cast<double>(P{}.*member), 0, 1e9, choices, false, 0, 0, 1}};
+          {name, "1", doc, abi::ParamType::choice, static_cast<double>(P{}.*member), 0, 1e9, choices, false, 0, 0, 1,
+           false}};
 }
 
 namespace detail {
@@ -207,8 +214,8 @@ constexpr abi::Kind kind_of() {
 template <class D>
 constexpr abi::PluginDecl describe_as(const char* id, const char* version, const char* summary, std::uint32_t flags) {
   const auto fill = [&]<class Base>(std::type_identity<Base>) -> abi::PluginDecl {
-    return {kind_of<D>(),     flags,         id, version, summary, param_decls<D>.data(), param_count<D>(), 0,
-            &create<D, Base>, &destroy<Base>};
+    return {kind_of<D>(),     flags, id, version,          summary,       param_decls<D>.data(),
+            param_count<D>(), 0,     "", &create<D, Base>, &destroy<Base>};
   };
   if constexpr (std::is_base_of_v<VehicleModel, D>)
     return fill(std::type_identity<VehicleModel>{});
@@ -237,6 +244,12 @@ struct Described {
   constexpr Described precedence(int value) const {
     Described copy = *this;
     copy.decl.precedence = value;
+    return copy;
+  }
+  /// What to drive so that a log tells this effect from others that look like it.
+  constexpr Described advice(const char* text) const {
+    Described copy = *this;
+    copy.decl.advice = text;
     return copy;
   }
 };

@@ -44,6 +44,22 @@ TEST(Registry, LoadsEveryPluginOfTheProduct) {
   EXPECT_FALSE(registry.find(abi::Kind::estimator, "none").needs_truth());
 }
 
+TEST(Registry, DeclaredDataArrivesWhole) {
+  const PluginEntry& entry = plugins().find(abi::Kind::effect, "spy.declared");
+  EXPECT_EQ(entry.decl->precedence, 7);
+  EXPECT_STREQ(entry.decl->advice, "drive a lap");
+  ASSERT_EQ(entry.params().size(), 2u);
+  const abi::ParamDecl &strength = entry.params()[0], &place = entry.params()[1];
+  EXPECT_EQ(strength.default_value, 0.25);
+  EXPECT_TRUE(strength.fit);
+  EXPECT_EQ(std::tuple(strength.neutral, strength.start, strength.scale), std::tuple(0.0, 0.1, 0.2));
+  EXPECT_FALSE(strength.periodic);
+  EXPECT_TRUE(place.fit);
+  EXPECT_TRUE(place.periodic);
+  EXPECT_EQ(std::tuple(place.neutral, place.start, place.scale), std::tuple(0.5, 0.4, 0.05));
+  EXPECT_STREQ(plugins().find(abi::Kind::effect, "spy.blind").decl->advice, "");
+}
+
 /// Conditions of every declared parameter: documented, with a unit, its default inside its range.
 TEST(Registry, EveryParameterIsDeclaredWhole) {
   for (const PluginEntry& entry : plugins().entries()) {
@@ -63,9 +79,9 @@ TEST(Registry, EveryParameterIsDeclaredWhole) {
 
 TEST(Registry, AnotherAbiIsRefusedBeforeItsCodeRuns) {
   EXPECT_EQ(reason("other_abi"),
-            "built for plugin ABI 7, this gripline has ABI 1; rebuild the plugin against the installed headers");
+            "built for plugin ABI 7, this gripline has ABI 2; rebuild the plugin against the installed headers");
   EXPECT_EQ(reason("stated_abi"),
-            "states plugin ABI 2, this gripline has ABI 1; rebuild the plugin against the installed headers");
+            "states plugin ABI 3, this gripline has ABI 2; rebuild the plugin against the installed headers");
   EXPECT_EQ(
       reason("other_layout"),
       "its types (built by another compiler) differ from this gripline's; rebuild the plugin against the installed "
@@ -73,7 +89,7 @@ TEST(Registry, AnotherAbiIsRefusedBeforeItsCodeRuns) {
 }
 
 TEST(Registry, WhatIsNoPluginSaysSo) {
-  EXPECT_EQ(reason("not_a_plugin"), "is not a gripline plugin: it has no symbol gripline_plugins_abi1");
+  EXPECT_EQ(reason("not_a_plugin"), "is not a gripline plugin: it has no symbol gripline_plugins_abi2");
   EXPECT_EQ(reason_of_file("just text\n"), "is not a shared library");
   EXPECT_EQ(reason_of_file(""), "is not a shared library");
   EXPECT_EQ(reason_of_file("\x7f"
