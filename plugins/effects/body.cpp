@@ -1,4 +1,4 @@
-// Effects of Stage::body: accelerations and slopes (discrepancy protocol, section 4; u = vx / v_ref, L = lf + lr).
+// Effects of Stage::body: accelerations and slopes (framework/doc/effects.md; u = vx / v_ref, L = lf + lr).
 //
 //   aero_drag     vx' -= a u^2
 //   rolling_res   vx' -= a

@@ -6,7 +6,7 @@
 //   steer_gain                                     delta = (1 + k) delta_in
 //   steer_offset                                   delta = delta_in + d0
 //
-// They act in this order whatever the order of their names: delay, lag, gain, offset (discrepancy protocol, section 4).
+// They act in this order whatever the order of their names: delay, lag, gain, offset (framework/doc/effects.md).
 // A lag vanishes as tau goes to 0, where its equation is singular; its parameter is bounded from below instead.
 #include <gripline/plugin.hpp>
 

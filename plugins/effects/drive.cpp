@@ -1,4 +1,4 @@
-// Effects of Stage::drive: motor and brakes (discrepancy protocol, section 4; u = vx / v_ref).
+// Effects of Stage::drive: motor and brakes (framework/doc/effects.md; u = vx / v_ref).
 //
 //   back_emf     Cm2 -> Cm2 + k Cm1 / v_ref
 //   drive_gain   Cm1 -> Cm1 (1 + k)

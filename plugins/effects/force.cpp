@@ -1,4 +1,4 @@
-// Effect of Stage::force: tyre forces build up over a distance sigma (discrepancy protocol, section 4).
+// Effect of Stage::force: tyre forces build up over a distance sigma (framework/doc/effects.md).
 //
 //   Ff' = (vx / sigma) (Ff_static - Ff),  Fr likewise; the static value at the start
 #include <gripline/plugin.hpp>

@@ -1,5 +1,5 @@
-// Effects of Stage::load: mass, geometry and what presses on the axles (discrepancy protocol, section 4; u = vx /
-// v_ref, L = lf + lr). A change of load multiplies the axle's peak force D.
+// Effects of Stage::load: mass, geometry and what presses on the axles (framework/doc/effects.md; u = vx / v_ref,
+// L = lf + lr). A change of load multiplies the axle's peak force D.
 //
 //   mass            m *= 1 + k,  D *= 1 + k on both axles, Iz unchanged
 //   yaw_inertia     Iz *= 1 + k

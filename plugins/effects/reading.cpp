@@ -1,4 +1,4 @@
-// Effects of Stage::reading: what sensors show of a state (discrepancy protocol, section 4).
+// Effects of Stage::reading: what sensors show of a state (framework/doc/effects.md).
 //
 //   vx_scale, vx_bias   reading = (1 + k) vx + b
 //   yawrate_bias        reading = omega + b

@@ -1,4 +1,4 @@
-// Effects of Stage::tyre: peak force D and stiffness factor B per axle (discrepancy protocol, section 4).
+// Effects of Stage::tyre: peak force D and stiffness factor B per axle (framework/doc/effects.md).
 //
 //   friction_scale   D *= 1 + k on both axles
 //   friction_drift   D *= 1 + k t / 60 s on both axles

@@ -1,4 +1,4 @@
-// Planar single-track car with Pacejka axles: the published plant, and the nominal model of the diagnosis protocol.
+// Planar single-track car with Pacejka axles: the published plant, and the nominal model of diagnose's blind cases.
 //
 //   vx'    = (Fd - Fres - Ff sin(delta)) / m + vy omega - g sin(grade)
 //   vy'    = (Fr + Ff cos(delta)) / m - vx omega + g sin(bank)

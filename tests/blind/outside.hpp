@@ -1,5 +1,5 @@
-// Effects outside the catalogue: what the answer's author knows and the diagnosis does not. Some are the protocol's
-// public examples (section 4), the others are ours. None can be fitted, none is a plugin.
+// Effects outside the catalogue: what the answer's author knows and the diagnosis does not. Some are those of
+// the first given cases, the others are ours. None can be fitted, none is a plugin.
 #pragma once
 
 #include <gripline/plugin.hpp>

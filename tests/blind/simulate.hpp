@@ -1,5 +1,5 @@
 // Logs of blind cases: the nominal car with hidden effects under the driver's commands, integrated in steps of 2.5 ms
-// by the classical Runge-Kutta method; commands linear between samples (discrepancy protocol, sections 1 to 4).
+// by the classical Runge-Kutta method; commands linear between samples (framework/doc/diagnose-cases.md).
 #pragma once
 
 #include <optional>
@@ -34,7 +34,7 @@ struct Plan {
   std::optional<blind::Effect> outside;
   double latency = 0;  // of all readings [s]
   double seconds = 60, dt = 0.02;
-  double roughness = 0;  // process noise of the protocol, times this
+  double roughness = 0;  // process noise of framework/doc/diagnose-cases.md, times this
   Style style;
 };
 
@@ -43,7 +43,7 @@ struct Log {
   double laps = 0;
 };
 
-/// Process noise of the protocol: accelerations with a correlation time of a quarter of a second.
+/// Process noise (framework/doc/diagnose-cases.md): accelerations with a correlation time of a quarter of a second.
 class Disturbance {
  public:
   Disturbance(double size, bool full, Random& r)

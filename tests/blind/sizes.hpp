@@ -1,4 +1,4 @@
-// Typical sizes of the catalogue's effects, per car, and how a case draws from them (discrepancy protocol, section 4).
+// Typical sizes of the catalogue's effects, per car, and how a case draws from them (framework/doc/effects.md).
 #pragma once
 
 #include <cmath>

@@ -42,7 +42,7 @@ class DiagnoseRig {
     double noise = 1;               // factor on the world's sensor noise
     double steer = 1;               // factor on the steering
     double braking = 0;             // how far the pedal swings beyond the usual, into the brakes
-    std::array<double, 3> rough{};  // random accelerations of the discrepancy protocol, times these
+    std::array<double, 3> rough{};  // process noise of framework/doc/diagnose-cases.md, times these
   };
   /// What the sensors of a car with this model show while it weaves around; samples 20 ms apart.
   diagnose::Measured simulate(const diagnose::ModelSpec& truth, const Drive& drive) const {

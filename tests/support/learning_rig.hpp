@@ -224,7 +224,7 @@ Drive drive_bends(double seconds, unsigned seed, const Factor& factor_at) {
   return drive;
 }
 
-/// Gaussian noise as the sensors of the 1:43 car have it (DEFINITIONS.md), seeded.
+/// Gaussian noise as the sensors of the 1:43 car have it (framework/doc/worlds.md), seeded.
 class Noise {
  public:
   explicit Noise(std::uint64_t seed) : random_(seed) {}
@@ -240,7 +240,7 @@ class Noise {
   std::normal_distribution<double> normal_;
 };
 
-/// Largest slips of a drive so far, as DEFINITIONS.md counts them for mu_visited.
+/// Largest slips of a drive so far, as framework/doc/metrics.md counts them for the visited mu.
 struct Visited {
   double front = 0, rear = 0;
   void see(const TrueCar& truth, const State& x) {

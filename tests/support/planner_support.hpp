@@ -51,7 +51,7 @@ inline Track make_track(const char* name, const Pose& origin, std::span<const Se
   return Track(std::move(shape));
 }
 
-/// ETHZ as straights and arcs (FACTS.md section 10).
+/// ETHZ as straights and arcs (worlds/tracks/ethz.json).
 inline Track ethz() {
   const double deg = std::numbers::pi / 180.0;
   const auto line = [](double length) { return Segment::line(length); };
@@ -67,7 +67,7 @@ inline Track ethz() {
                     {-0.84574, 1.0979, -45 * deg});
 }
 
-/// ETHZMobil (FACTS.md section 10): radii of 0.3 m and straights of 0.6, 1.2 and 2.4 m, driven clockwise.
+/// ETHZMobil (worlds/tracks/ethz_mobil.json): radii of 0.3 m and straights of 0.6, 1.2 and 2.4 m, driven clockwise.
 inline Track ethz_mobil() {
   const double right = -std::numbers::pi / 2;
   const auto line = [](double length) { return Segment::line(length); };

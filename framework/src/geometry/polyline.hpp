@@ -8,7 +8,7 @@
 
 namespace gripline {
 
-/// Lap fraction as ../discrepancy/PROTOCOL.md section 1 fixes it: s is the chord length accumulated in file order, L
+/// Lap fraction (framework/doc/axes-and-signs.md): s is the chord length accumulated in file order, L
 /// the total with the closing chord, f = s(nearest point) / L.
 class ClosedPolyline {
  public:

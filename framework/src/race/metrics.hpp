@@ -1,4 +1,4 @@
-// What a run is judged by, as DEFINITIONS state it: laps, deviation, violation, error of the friction estimate.
+// What a run is judged by (framework/doc/metrics.md): laps, deviation, violation, error of the friction estimate.
 #pragma once
 
 #include <optional>

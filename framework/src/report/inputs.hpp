@@ -1,7 +1,7 @@
 // What a report is made of: the files of an OUT folder, read into columns.
 //
-// The files of DEFINITIONS (runs.csv, table.csv, claims.json, <stack>/<seed>/{config.json, steps.csv, summary.json,
-// timing.csv}) and the following, which exist for the report only. Every one of them, every column and every cell may
+// The files of framework/doc/output.md (runs.csv, table.csv, claims.json, <stack>/<seed>/{config.json, steps.csv,
+// summary.json, timing.csv}) and the following, which exist for the report only. Every one of them, every column and every cell may
 // be missing: the report then leaves out what it cannot draw. Units are in the names, rows end in \n, numbers are
 // std::to_chars.
 //

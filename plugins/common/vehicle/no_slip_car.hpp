@@ -13,7 +13,7 @@
 // for whoever knows them. yaw_gain = 1 is the formula; the published code multiplies the yaw acceleration by L where it
 // should divide, which is yaw_gain = L^2: the observed yaw rate then holds over the horizon. That slip matters: near the
 // limit a car turns far less than a rolling one, and a controller that believes the formula swings from edge to edge
-// (experiments/README.md). Tyres that do not slip hold the car on a bank: no model here is pulled sideways by one.
+// (framework/doc/models.md). Tyres that do not slip hold the car on a bank: no model here is pulled sideways by one.
 #pragma once
 
 #include <array>

@@ -76,7 +76,7 @@ std::map<std::string, std::string> cells(const std::filesystem::path& file, cons
   return found;
 }
 
-/// DEFINITIONS.md, "Files".
+/// framework/doc/output.md.
 TEST(RaceTables, HaveTheDefinedColumns) {
   const Folder folder;
   const RaceSpec race = race_of();

@@ -316,7 +316,7 @@ TEST_F(ImportedTracks, DiagnosisTracksHaveExactLapFractions) {
     for (std::size_t i = 0; i < x.size(); i += 7) EXPECT_NEAR(track.lap_fraction(x[i], y[i]), chord[i] / length, 1e-12);
     for (double s = 0.0; s < track.length(); s += track.length() / 777.0) {
       const CurvePoint at = track.at(s);
-      EXPECT_NEAR(track.lap_fraction(at.x, at.y), s / track.length(), 1e-4) << name;  // as the protocol promises
+      EXPECT_NEAR(track.lap_fraction(at.x, at.y), s / track.length(), 1e-4) << name;  // framework/doc/axes-and-signs.md
     }
   }
 }

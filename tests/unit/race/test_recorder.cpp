@@ -14,7 +14,7 @@ using testing::Each;
 using testing::HasSubstr;
 using namespace testing_support;
 
-/// DEFINITIONS.md, "Files": the log columns of the diagnosis protocol, then the run's own.
+/// framework/doc/output.md: the columns of a measured log, then the run's own.
 constexpr const char* steps_columns =
     "t_s,x_m,y_m,yaw_rad,vx_mps,vy_mps,yaw_rate_radps,d,delta_rad,"
     "x_true_m,y_true_m,yaw_true_rad,vx_true_mps,vy_true_mps,yaw_rate_true_radps,d_applied,delta_applied_rad,"

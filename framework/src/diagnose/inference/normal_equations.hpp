@@ -43,7 +43,7 @@ struct NormalEquations {
 };
 
 /// Nuisances deviate by at most this many of their standard deviations: what is beyond is a missing effect, not a
-/// parameter known badly (discrepancy protocol, section 2).
+/// parameter known badly (framework/doc/diagnose.md, "Parameters that are not known well").
 inline constexpr double nuisance_limit = 2.0;
 
 /// Takes a parameter out of the system: its step is `step`, the others see what that does.

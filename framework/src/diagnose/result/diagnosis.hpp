@@ -1,5 +1,5 @@
 // The whole chain: where a world and a log disagree, which effect is missing, how sure that is, and how much smaller
-// the gap gets with it. The contract of its result is ../discrepancy/PROTOCOL.md, section 6.
+// the gap gets with it. The contract of its result: framework/doc/diagnose.md.
 #pragma once
 
 #include <map>

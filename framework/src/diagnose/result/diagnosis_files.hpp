@@ -1,4 +1,4 @@
-// The files of a diagnosis: diagnosis.json (the protocol's contract), augmented_world.json, the report's data.
+// The files of a diagnosis: diagnosis.json and augmented_world.json (framework/doc/diagnose.md), the report's data.
 #pragma once
 
 #include <filesystem>
@@ -13,8 +13,8 @@ Node diagnosis_json(const Diagnosis& d);
 /// What the named effects and refitted parameters change in a world's plant: a merge patch.
 Node world_patch(const Diagnosis& d, const Diagnoser& diagnoser, const WorldSpec& world);
 
-/// CASE.json of the protocol: exclude, nominal_uncertainty, noise_sigma; `track` is resolved beside the case or in
-/// ../../tracks.
+/// case.json (framework/doc/diagnose-cases.md): exclude, nominal_uncertainty, noise_sigma; `track` is
+/// resolved beside the case or in ../../tracks.
 struct CaseFile {
   CaseOptions options;
   std::optional<std::filesystem::path> track;

@@ -118,7 +118,7 @@ std::optional<ModelSpec> true_model(const Catalogue& catalogue, const Answer& a)
   return model;
 }
 
-/// Section 5 of the protocol.
+/// E of framework/doc/diagnose-cases.md, "Scores".
 double rollout_error(const Catalogue& catalogue, const ModelSpec& model, const Measured& held, const Road& road,
                      const Channels& sigma) {
   const StagedCar car = catalogue.build(model);

@@ -1,4 +1,5 @@
-// Blind cases with answers: diagnoses every case of a folder and compares, by the rules of the discrepancy protocol.
+// Blind cases with answers: diagnoses every case of a folder and compares, by the rules of
+// framework/doc/diagnose-cases.md.
 #pragma once
 
 #include <filesystem>

@@ -69,7 +69,8 @@ TEST(DriveLimits, KnownResistanceAddsToAModelWithoutIt) {
 TEST(CornerLimits, SteeringLimitsSharpTurns) {
   const Registry registry = plugins();
   const Car car = car_1_43();
-  // FACTS.md section 1a, which leaves cosines of the steering angle and the drive force's side component out.
+  // Computed apart from the published parameters, without the cosine of the steering angle and the side component of
+  // the drive force.
   const std::array<std::pair<double, double>, 9> table{{{.18, .49},
                                                         {.20, .85},
                                                         {.215, 1.02},

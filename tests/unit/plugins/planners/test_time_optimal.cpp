@@ -250,7 +250,7 @@ class TimeOptimalTest : public ::testing::Test {
   std::vector<double> progress_;
 };
 
-// DEFINITIONS.md, pace ratio, states 7.00, 7.91 and 8.07 s on ETHZ for factors 1, 0.6579 and 0.612, 5.11 and 5.68 s on
+// framework/doc/limits.md states 7.00, 7.91 and 8.07 s on ETHZ for factors 1, 0.6579 and 0.612, 5.11 and 5.68 s on
 // Mobil; the world of ETHZ goes on to 0.55 with our own 8.39 s, as a regression. How
 // far its laps may slide is not stated: a lap may brake by drifting, since the car's brakes are weak. With slips up to
 // 0.6 rad ours lie within 2 % on either side, and without a bound they are faster.
