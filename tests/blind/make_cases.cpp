@@ -9,6 +9,7 @@
 #include "blind/simulate.hpp"
 #include "config/json_file.hpp"
 #include "plugin/registry.hpp"
+#include "support/paths.hpp"
 #include "util/csv_writer.hpp"
 #include "world/world_spec.hpp"
 
@@ -375,8 +376,10 @@ int run(int argc, char** argv) {
       "seed", po::value<std::uint64_t>()->default_value(1), "another seed, other cases")(
       "count", po::value<std::size_t>()->default_value(20), "cases per condition")(
       "only", po::value<std::string>()->default_value(""), "conditions, separated by commas")(
-      "plugins", po::value<std::string>()->default_value(GRIPLINE_PLUGIN_DIR), "folder of the catalogue's plugins")(
-      "worlds", po::value<std::string>()->default_value(GRIPLINE_SOURCE_DIR "/worlds"), "folder of the nominal worlds");
+      "plugins", po::value<std::string>()->default_value(testing_support::plugin_dir().string()),
+      "folder of the catalogue's plugins")(
+      "worlds", po::value<std::string>()->default_value((testing_support::source_dir() / "worlds").string()),
+      "folder of the nominal worlds");
   po::positional_options_description words;
   words.add("out", 1);
   po::variables_map given;

@@ -3,6 +3,7 @@
 
 #include "config/json_file.hpp"
 #include "support/full_size_limit.hpp"
+#include "support/paths.hpp"
 #include "world/world_spec.hpp"
 
 namespace gripline {
@@ -40,9 +41,9 @@ TEST(FullSizeLimit, SteadyTurnsOfThePlantReachIt) {
 }
 
 TEST(FullSizeLimit, WorldsStateTheirLimit) {
-  const Registry registry({GRIPLINE_PLUGIN_DIR});
+  const Registry registry({testing_support::plugin_dir()});
   Errors errors;
-  Node tree = load_json(GRIPLINE_SOURCE_DIR "/worlds/full_size_wear.json");
+  Node tree = load_json(testing_support::source_dir() / "worlds/full_size_wear.json");
   inline_world_files(tree);
   const WorldSpec world = read_world(tree, registry, errors);
   errors.throw_if_any();

@@ -4,18 +4,19 @@
 
 #include "experiment/experiment.hpp"
 #include "experiment/validation.hpp"
+#include "support/paths.hpp"
 #include "support/program.hpp"
 
 namespace gripline {
 namespace {
 
 const Registry& registry() {
-  static const Registry all({GRIPLINE_PLUGIN_DIR});
+  static const Registry all({testing_support::plugin_dir()});
   return all;
 }
 
 TEST(FullSizeWear, AxleForcesAreLearnedFromNoisyStates) {
-  const std::filesystem::path file = std::filesystem::path(GRIPLINE_SOURCE_DIR) / "experiments/full_size_forces.json";
+  const std::filesystem::path file = testing_support::source_dir() / "experiments/full_size_forces.json";
   const RaceSpec race = read_race(file, load_experiment(file, {}), registry());
   const std::filesystem::path out = std::filesystem::path(testing::TempDir()) / "full_size_forces";
   std::filesystem::create_directories(out);
@@ -31,9 +32,10 @@ TEST(FullSizeWear, AxleForcesAreLearnedFromNoisyStates) {
 
 void expect_claims(const std::string& experiment, const std::string& rows) {
   const std::filesystem::path out = std::filesystem::path(testing::TempDir()) / experiment;
-  const testing_support::Outcome run = testing_support::run_program(
-      {GRIPLINE_PROGRAM, "compare", GRIPLINE_SOURCE_DIR "/experiments/" + experiment + ".json", "--only", rows, "--set",
-       "/seeds/count=2", "-j", "1", "--out", out.string(), "--force"});
+  const testing_support::Outcome run =
+      testing_support::run_program({testing_support::gripline_program(), "compare",
+                                    testing_support::source_dir() / ("experiments/" + experiment + ".json"), "--only",
+                                    rows, "--set", "/seeds/count=2", "-j", "1", "--out", out.string(), "--force"});
   EXPECT_EQ(run.code, 0) << run.out << run.err;
 }
 

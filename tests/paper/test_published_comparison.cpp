@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "support/paths.hpp"
 #include "support/program.hpp"
 #include "util/csv.hpp"
 
@@ -15,7 +16,7 @@ using namespace testing_support;
 class Published : public testing::Test {
  protected:
   void compare(const std::string& experiment, std::vector<std::string> more) {
-    std::vector<std::string> words = {"compare", GRIPLINE_SOURCE_DIR "/experiments/" + experiment + ".json", "--out",
+    std::vector<std::string> words = {"compare", source_dir() / ("experiments/" + experiment + ".json"), "--out",
                                       (folder_ / "out").string()};
     words.insert(words.end(), more.begin(), more.end());
     const Outcome outcome = gripline_with(words);

@@ -7,6 +7,7 @@
 #include <cstdlib>
 
 #include "experiment/out_folder.hpp"
+#include "support/paths.hpp"
 #include "support/program.hpp"
 #include "util/csv.hpp"
 
@@ -64,7 +65,7 @@ TEST_F(Cli, PluginsAreListedAndDescribed) {
 }
 
 TEST_F(Cli, AValidationSaysWhatItIs) {
-  const std::string experiment = std::string(GRIPLINE_SOURCE_DIR) + "/experiments/offline_validation.json";
+  const std::string experiment = source_dir() / "experiments/offline_validation.json";
   const Outcome outcome = gripline_with({"compare", experiment, "--out", out()});
   EXPECT_EQ(outcome.code, 0) << outcome.err;
   const Node scene = parse_file(out() + "/scene.json");
@@ -137,11 +138,10 @@ TEST_F(Cli, AnotherProgramRacesAgain) {
   ASSERT_EQ(compare({"--out", out(), "--only", "slow"}).code, 0);
   const std::string other = folder_ / "bin/gripline";
   fs::create_directories(folder_ / "bin");
-  fs::copy_file(GRIPLINE_PROGRAM, other);
+  fs::copy_file(gripline_program(), other);
   std::ofstream(other, std::ios::binary | std::ios::app) << "a rebuilt one";
   const Outcome outcome = run_program(
-      {other, "compare", "experiments/good.json", "--only", "slow", "--out", out(), "--plugins", GRIPLINE_PLUGIN_DIR},
-      Call{});
+      {other, "compare", "experiments/good.json", "--only", "slow", "--out", out(), "--plugins", plugin_dir()}, Call{});
   EXPECT_EQ(outcome.code, 0) << outcome.err;
   EXPECT_THAT(outcome.out, Not(HasSubstr("already there")));
 }
@@ -184,8 +184,7 @@ TEST_F(Cli, FinishedRunsAreKeptAndForceBeginsAgain) {
 
 TEST_F(Cli, WithoutOutResultsAreUnderTheExperimentsName) {
   const Call here = {folder_.path(), {}};
-  const Outcome outcome =
-      gripline_with({"compare", std::string(GRIPLINE_FIXTURE_DIR) + "/experiments/good.json"}, here);
+  const Outcome outcome = gripline_with({"compare", fixture_dir() / "experiments/good.json"}, here);
   EXPECT_EQ(outcome.code, 0) << outcome.err;
   EXPECT_TRUE(fs::exists(folder_ / "out/good/table.csv"));
 }
@@ -230,12 +229,11 @@ TEST_F(Cli, SetActsOnTheExpandedExperiment) {
   EXPECT_EQ(find_pointer(parse_file(out() + "/slow/1/config.json"), "/stacks/slow/planner/params/mu")->number(), 0.2);
   // A file name starts at the current folder, and swaps the whole world.
   write_text(folder_ / "worlds/other.json",
-             R"({"extends": ")" + std::string(GRIPLINE_FIXTURE_DIR) + R"(/worlds/short.json", "duration": "0.3 s"})");
+             R"({"extends": ")" + fixture_dir().string() + R"(/worlds/short.json", "duration": "0.3 s"})");
   EXPECT_EQ(column("/world=" + (folder_ / "worlds/other.json").string(), "t_s").back(), 0.3);
-  const Outcome relative =
-      gripline_with({"run", std::string(GRIPLINE_FIXTURE_DIR) + "/experiments/good.json", "--stack", "slow", "--out",
-                     "o", "--set", "/world=\"worlds/other.json\"", "--set", "/world/dt=0.01"},
-                    {folder_.path(), {}});
+  const Outcome relative = gripline_with({"run", fixture_dir() / "experiments/good.json", "--stack", "slow", "--out",
+                                          "o", "--set", "/world=\"worlds/other.json\"", "--set", "/world/dt=0.01"},
+                                         {folder_.path(), {}});
   EXPECT_EQ(relative.code, 0) << relative.err;
   const std::vector<double> t = read_csv(folder_ / "o/slow/1/steps.csv").column("t_s");
   EXPECT_EQ(t.back(), 0.3);
@@ -298,9 +296,9 @@ TEST_F(Cli, DecimalCommasOfTheLocaleChangeNothing) {
   if (!commas_here && std::getenv("GRIPLINE_REQUIRE_REFERENCE") == nullptr)
     GTEST_SKIP() << "no locale with decimal commas can be made here: " << made.err;
   ASSERT_TRUE(commas_here) << "localedef (Debian: locales) makes no locale with decimal commas: " << made.err;
-  const Outcome plain = compare({"--out", out("a")}, {GRIPLINE_FIXTURE_DIR, {{"LC_ALL", "C"}}});
-  const Outcome commas = compare(
-      {"--out", out("b")}, {GRIPLINE_FIXTURE_DIR, {{"LC_ALL", "de_DE.UTF-8"}, {"LOCPATH", folder_.path().string()}}});
+  const Outcome plain = compare({"--out", out("a")}, {fixture_dir(), {{"LC_ALL", "C"}}});
+  const Outcome commas =
+      compare({"--out", out("b")}, {fixture_dir(), {{"LC_ALL", "de_DE.UTF-8"}, {"LOCPATH", folder_.path().string()}}});
   ASSERT_EQ(plain.code, 0);
   ASSERT_EQ(commas.code, 0) << commas.err;
   EXPECT_EQ(contents(out("a") + "/slow/1/steps.csv"), contents(out("b") + "/slow/1/steps.csv"));
@@ -309,13 +307,13 @@ TEST_F(Cli, DecimalCommasOfTheLocaleChangeNothing) {
 }
 
 TEST_F(Cli, LostOutputIsAFailure) {
-  const Outcome outcome = run_program({"/bin/sh", "-c", std::string(GRIPLINE_PROGRAM) + " plugins list > /dev/full"});
+  const Outcome outcome = run_program({"/bin/sh", "-c", gripline_program().string() + " plugins list > /dev/full"});
   EXPECT_EQ(outcome.code, 4);
   EXPECT_EQ(outcome.err, "gripline: cannot write the output: No space left on device\n");
 }
 
 TEST_F(Cli, OutputMayBePipedAway) {
-  const Outcome outcome = run_program({"/bin/sh", "-c", std::string(GRIPLINE_PROGRAM) + " plugins list | true"});
+  const Outcome outcome = run_program({"/bin/sh", "-c", gripline_program().string() + " plugins list | true"});
   EXPECT_EQ(outcome.err, "");
 }
 

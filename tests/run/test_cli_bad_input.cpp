@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "support/paths.hpp"
 #include "support/program.hpp"
 
 namespace gripline {
@@ -15,7 +16,7 @@ using testing::Not;
 using namespace testing_support;
 namespace fs = std::filesystem;
 
-const fs::path folder = fs::path(GRIPLINE_FIXTURE_DIR) / "experiments" / "bad";
+const fs::path folder = fixture_dir() / "experiments" / "bad";
 
 std::vector<std::string> fixtures() {
   std::vector<std::string> names;
@@ -52,14 +53,14 @@ TEST(BadInputFolder, EveryMessageHasItsFixture) {
 /// Forms that look wrong and are right: a byte order mark, Windows line ends, a last point equal to the first.
 TEST(OddInput, Works) {
   const Folder place;
-  const std::string good = contents(fs::path(GRIPLINE_FIXTURE_DIR) / "experiments/good.json");
+  const std::string good = contents(fixture_dir() / "experiments/good.json");
   std::string windows = "\xef\xbb\xbf";
   for (const char c : good) windows += c == '\n' ? "\r\n" : std::string(1, c);
   for (const char* track : {"last_equals_first.csv", "crlf.csv"}) {
     write_text(place / "experiments/good.json", windows);
-    write_text(place / "worlds/short.json", R"({"extends": ")" + std::string(GRIPLINE_FIXTURE_DIR) +
-                                                R"(/worlds/short.json", "track": ")" +
-                                                std::string(GRIPLINE_FIXTURE_DIR) + "/tracks/" + track + "\"}");
+    write_text(place / "worlds/short.json", R"({"extends": ")" + fixture_dir().string() +
+                                                R"(/worlds/short.json", "track": ")" + fixture_dir().string() +
+                                                "/tracks/" + track + "\"}");
     const Outcome outcome = gripline_with({"compare", "experiments/good.json", "--out", track}, {place.path(), {}});
     EXPECT_EQ(outcome.code, 0) << outcome.err;
     EXPECT_EQ(lines(place / (std::string(track) + "/runs.csv")).size(), 5u);
@@ -128,7 +129,7 @@ TEST(CommandLine, WrongWordsAreRefusedWithAHint) {
 TEST(Validate, TellsEverythingWrongWithEveryFile) {
   const Outcome outcome = gripline_with(
       {"validate", "bad/unknown_key.json", "good.json", "bad/claim_of_an_unknown_row.json", "../worlds/short.json"},
-      {fs::path(GRIPLINE_FIXTURE_DIR) / "experiments", {}});
+      {fixture_dir() / "experiments", {}});
   EXPECT_EQ(outcome.code, 2);
   EXPECT_EQ(outcome.out, "good.json: good\n../worlds/short.json: good\n");
   EXPECT_THAT(outcome.err, AllOf(HasSubstr("bad/unknown_key.json:3:3: /stakcs"), HasSubstr("no stack \"tolld\""),
@@ -136,11 +137,11 @@ TEST(Validate, TellsEverythingWrongWithEveryFile) {
 }
 
 TEST(Validate, ReadsWorldsTracksAndCars) {
-  const fs::path worlds = fs::path(GRIPLINE_SOURCE_DIR) / "worlds";
-  const Outcome good = gripline_with(
-      {"validate", "ethz.json", "ethz_wear.json", "mobil.json", "full_size.json", "tracks/ethz.json",
-       "tracks/hill.json", "cars/orca_1_43.json", (fs::path(GRIPLINE_FIXTURE_DIR) / "tracks/oval.csv").string()},
-      {worlds, {}});
+  const fs::path worlds = source_dir() / "worlds";
+  const Outcome good =
+      gripline_with({"validate", "ethz.json", "ethz_wear.json", "mobil.json", "full_size.json", "tracks/ethz.json",
+                     "tracks/hill.json", "cars/orca_1_43.json", fixture_dir() / "tracks/oval.csv"},
+                    {worlds, {}});
   EXPECT_EQ(good.code, 0) << good.err;
   EXPECT_EQ(std::count(good.out.begin(), good.out.end(), '\n'), 8);
   const Outcome bad = gripline_with({"validate", "tracks/open.csv", "bad_json/number_is_text.json"});

@@ -8,6 +8,7 @@
 #include <chrono>
 #include <thread>
 
+#include "support/paths.hpp"
 #include "support/program.hpp"
 #include "util/csv.hpp"
 
@@ -81,7 +82,7 @@ TEST_F(Failures, OneIdOfferedTwiceIsRefused) {
 
 TEST_F(Failures, ValidateTellsOfAMissingPluginAndGoesOn) {
   write_text(folder_ / "missing.json",
-             R"({"extends": ")" + std::string(GRIPLINE_FIXTURE_DIR) +
+             R"({"extends": ")" + fixture_dir().string() +
                  R"(/experiments/good.json", "base": {"controller": {"plugin": "mpc_ipotp"}}})");
   const Outcome outcome = gripline_with({"validate", (folder_ / "missing.json").string(), "experiments/good.json"});
   EXPECT_EQ(outcome.code, 3);
@@ -132,7 +133,7 @@ TEST_F(Failures, AnInterruptKeepsWhatIsFinishedAndTheSameCommandGoesOn) {
                           R"(/stacks/told={"controller": {"plugin": "spy.constant", "params": {"d": 0.3}}})"})
     words.insert(words.end(), {"--set", set});
   std::vector<std::string> program = words;
-  program.insert(program.begin(), GRIPLINE_PROGRAM);
+  program.insert(program.begin(), gripline_program());
   const Process process(program, folder_.path());
   const auto begin = std::chrono::steady_clock::now();
   while (!(fs::exists(out() + "/slow/1/summary.json") && fs::exists(out() + "/told/.1.partial/steps.csv")) &&
@@ -154,7 +155,7 @@ TEST_F(Failures, AnInterruptKeepsWhatIsFinishedAndTheSameCommandGoesOn) {
 
 /// Ctrl-C before the first run ended: there is nothing to show, and nothing is shown.
 TEST_F(Failures, AnInterruptBeforeTheFirstResultPrintsNoTable) {
-  const std::vector<std::string> words = {GRIPLINE_PROGRAM,
+  const std::vector<std::string> words = {gripline_program(),
                                           "compare",
                                           "experiments/good.json",
                                           "--out",
@@ -181,7 +182,7 @@ TEST_F(Failures, AnInterruptBeforeTheFirstResultPrintsNoTable) {
 
 /// Whoever kills the parent ends its runs: nobody would collect them.
 TEST_F(Failures, RunsDieWithTheirParent) {
-  const std::vector<std::string> words = {GRIPLINE_PROGRAM,
+  const std::vector<std::string> words = {gripline_program(),
                                           "compare",
                                           "experiments/good.json",
                                           "--out",
@@ -212,7 +213,7 @@ TEST_F(Failures, RunsDieWithTheirParent) {
 TEST_F(Failures, AFullDiskIsOneMessage) {
   fs::create_directory(out());
   const std::string command =
-      std::string(GRIPLINE_PROGRAM) + " compare experiments/good.json --out " + out() + " --set '/world/duration=30 s'";
+      gripline_program().string() + " compare experiments/good.json --out " + out() + " --set '/world/duration=30 s'";
   const Outcome limited = run_program({"/bin/sh", "-c", "trap '' XFSZ; ulimit -f 100; exec " + command});
   EXPECT_EQ(limited.code, 4);
   EXPECT_THAT(limited.err, AllOf(HasSubstr(".csv: File too large"), Not(HasSubstr("terminate called"))));

@@ -5,6 +5,7 @@
 
 #include <fstream>
 
+#include "support/paths.hpp"
 #include "support/program.hpp"
 #include "util/csv.hpp"
 
@@ -16,11 +17,10 @@ using testing::Not;
 using namespace testing_support;
 namespace fs = std::filesystem;
 
-const std::string worlds = std::string(GRIPLINE_SOURCE_DIR) + "/worlds/";
+const std::string worlds = source_dir().string() + "/worlds/";
 
 Outcome make_cases(const fs::path& out, const std::string& only) {
-  return run_program({std::string(GRIPLINE_BUILD_DIR) + "/tests/blind_cases", out.string(), "--seed", "5", "--count",
-                      "1", "--only", only});
+  return run_program({build_dir() / "tests/blind_cases", out.string(), "--seed", "5", "--count", "1", "--only", only});
 }
 
 /// A table with texts in it, row by row.
@@ -172,7 +172,7 @@ TEST_F(DiagnoseProgram, InputThatIsNoneEndsWithTwo) {
 
 /// An experiment of kind "diagnose", cut to one case.
 TEST_F(DiagnoseProgram, AnExperimentDrivesDiagnosesAndJudges) {
-  const std::string file = std::string(GRIPLINE_SOURCE_DIR) + "/experiments/diagnose/hidden_1_43.json";
+  const std::string file = source_dir() / "experiments/diagnose/hidden_1_43.json";
   const std::string drag =
       "/cases={\"drag\": {\"hidden\": {\"plant\": {\"effects\": [{\"plugin\": \"aero_drag\", \"params\": {\"a\": "
       "0.4}}]}}, "

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "support/paths.hpp"
 #include "support/program.hpp"
 #include "util/csv.hpp"
 
@@ -15,7 +16,7 @@ namespace fs = std::filesystem;
 
 class ExternalPlugin : public testing::Test {
  protected:
-  ExternalPlugin() { fs::copy(fs::path(GRIPLINE_SOURCE_DIR) / "tests/external", folder_ / "mine"); }
+  ExternalPlugin() { fs::copy(source_dir() / "tests/external", folder_ / "mine"); }
 
   /// Configures and builds the copy outside our tree; the folder of the plugin.
   fs::path build(std::vector<std::string> settings) {
@@ -48,7 +49,7 @@ class ExternalPlugin : public testing::Test {
 };
 
 TEST_F(ExternalPlugin, AgainstTheHeadersAlone) {
-  const fs::path built = build({"-DGRIPLINE_INCLUDE=" + std::string(GRIPLINE_SOURCE_DIR) + "/framework/include"});
+  const fs::path built = build({"-DGRIPLINE_INCLUDE=" + source_dir().string() + "/framework/include"});
   race(built);
   // What it learned, asked for in this process.
   const Registry registry({built});
@@ -75,8 +76,7 @@ TEST_F(ExternalPlugin, AgainstTheHeadersAlone) {
 
 TEST_F(ExternalPlugin, AgainstAnInstallTree) {
   const fs::path prefix = folder_ / "installed";
-  const Outcome installed =
-      run_program({"cmake", "--install", std::string(GRIPLINE_BUILD_DIR) + "/framework", "--prefix", prefix});
+  const Outcome installed = run_program({"cmake", "--install", build_dir() / "framework", "--prefix", prefix});
   ASSERT_EQ(installed.code, 0) << installed.out << installed.err;
   race(build({"-DCMAKE_PREFIX_PATH=" + prefix.string()}));
 }

@@ -12,6 +12,7 @@
 #include "geometry/track_file.hpp"
 #include "geometry/track_import.hpp"
 #include "race/simulation.hpp"
+#include "support/paths.hpp"
 #include "support/reference_data.hpp"
 
 namespace gripline {
@@ -20,7 +21,7 @@ namespace {
 using testing::HasSubstr;
 
 const Registry& registry() {
-  static const Registry all({GRIPLINE_PLUGIN_DIR});
+  static const Registry all({testing_support::plugin_dir()});
   return all;
 }
 
@@ -32,7 +33,7 @@ WorldSpec world_from(Node tree) {
   return spec;
 }
 WorldSpec world_file(const std::string& name) {
-  return world_from(load_json(std::filesystem::path(GRIPLINE_SOURCE_DIR) / "worlds" / name));
+  return world_from(load_json(testing_support::source_dir() / "worlds" / name));
 }
 
 /// A careful driver without anything learned.
@@ -69,7 +70,7 @@ RunSummary race(const WorldSpec& spec, const char* mu, std::uint64_t seed = 1) {
 }
 
 TEST(FullSize, HillCircuitIsWhatItsNoteSays) {
-  const Track hill = load_track(GRIPLINE_SOURCE_DIR "/worlds/tracks/hill.json");
+  const Track hill = load_track(testing_support::source_dir() / "worlds/tracks/hill.json");
   EXPECT_NEAR(hill.length(), 1176.0, 0.5);
   EXPECT_DOUBLE_EQ(hill.narrowest(), 9.0);
   double steepest = 0.0;
@@ -184,7 +185,7 @@ TEST(FullSize, KnownThrottleAndBrakeMapIsTheCarsOwn) {
 
 /// A row of experiments/full_size_wear.json for as long as the test wants.
 RunSummary row_of_wear(const std::string& row, double duration) {
-  const std::filesystem::path file = std::filesystem::path(GRIPLINE_SOURCE_DIR) / "experiments/full_size_wear.json";
+  const std::filesystem::path file = testing_support::source_dir() / "experiments/full_size_wear.json";
   RaceSpec race = read_race(file, load_experiment(file, {}), registry());
   race.world.duration = duration;
   for (const StackSpec& stack : race.stacks)
@@ -246,7 +247,7 @@ TEST_F(FullSizeTown, DrivesTown07FromCsvWithItsSlope) {
   }
   const std::string world = R"({"car": "cars/full_size.json", "track": ")" + csv.string() +
                             R"(", "plant": {"plugin": "double_track"}, "laps": 1, "timeout": 120})";
-  const WorldSpec spec = world_from(parse_text(world, "town07", std::filesystem::path(GRIPLINE_SOURCE_DIR) / "worlds"));
+  const WorldSpec spec = world_from(parse_text(world, "town07", testing_support::source_dir() / "worlds"));
   EXPECT_NEAR(spec.track->length(), 1232.0, 1.0);
   double steepest = 0.0;
   for (double s = 0.0; s < spec.track->length(); s += 1.0)
@@ -262,7 +263,7 @@ TEST_F(FullSizeTown, DrivesTown07FromCsvWithItsSlope) {
 
 std::string refusal(const std::string& world) {
   try {
-    world_from(parse_text(world, "world", std::filesystem::path(GRIPLINE_SOURCE_DIR) / "worlds"));
+    world_from(parse_text(world, "world", testing_support::source_dir() / "worlds"));
   } catch (const std::exception& error) {
     return error.what();
   }
@@ -291,8 +292,7 @@ TEST(FullSizeBadInput, TablesOfThePlant) {
       "plant": {"plugin": "double_track", "params": {)" +
                              params + "}}}";
     try {
-      const WorldSpec spec =
-          world_from(parse_text(text, "world", std::filesystem::path(GRIPLINE_SOURCE_DIR) / "worlds"));
+      const WorldSpec spec = world_from(parse_text(text, "world", testing_support::source_dir() / "worlds"));
       const World world(spec, 1);
     } catch (const std::exception& error) {
       return std::string(error.what());

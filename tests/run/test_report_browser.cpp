@@ -14,6 +14,7 @@
 
 #include "report/columns.hpp"
 #include "report/report.hpp"
+#include "support/paths.hpp"
 #include "support/report_sample.hpp"
 
 namespace gripline::report {
@@ -21,8 +22,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-const fs::path source = fs::path(GRIPLINE_SOURCE_DIR) / "tools" / "report";
-const fs::path work = fs::path(GRIPLINE_BUILD_DIR) / "report_browser";
+const fs::path source = testing_support::source_dir() / "tools" / "report";
+const fs::path work = testing_support::build_dir() / "report_browser";
 
 struct Outcome {
   int code;

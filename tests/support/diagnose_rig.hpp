@@ -6,6 +6,7 @@
 
 #include "config/json_file.hpp"
 #include "diagnose/inference/fit.hpp"
+#include "support/paths.hpp"
 #include "world/world_spec.hpp"
 
 namespace gripline::test {
@@ -13,7 +14,7 @@ namespace gripline::test {
 class DiagnoseRig {
  public:
   explicit DiagnoseRig(std::vector<std::string> exclude = {})
-      : registry_({GRIPLINE_PLUGIN_DIR}),
+      : registry_({testing_support::plugin_dir()}),
         world_(load()),
         catalogue_(world_.vehicle, world_.car.car, registry_, exclude),
         road_(world_.track) {}
@@ -121,7 +122,7 @@ class DiagnoseRig {
   WorldSpec load() const {
     Errors errors;
     WorldSpec world =
-        read_world(load_json(std::string(GRIPLINE_SOURCE_DIR) + "/worlds/diagnose_rc43.json"), registry_, errors);
+        read_world(load_json(testing_support::source_dir() / "worlds/diagnose_rc43.json"), registry_, errors);
     errors.throw_if_any();
     return world;
   }

@@ -7,11 +7,12 @@
 #include <vector>
 
 #include "plugin/registry.hpp"
+#include "support/paths.hpp"
 
 namespace gripline::test {
 
 inline const Registry& plugins() {
-  static const Registry registry({GRIPLINE_PLUGIN_DIR});
+  static const Registry registry({testing_support::plugin_dir()});
   return registry;
 }
 

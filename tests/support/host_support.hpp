@@ -14,25 +14,24 @@
 #include "config/merge_patch.hpp"
 #include "plugin/registry.hpp"
 #include "race/stack.hpp"
+#include "support/paths.hpp"
 #include "world/world_spec.hpp"
 
 namespace gripline::testing_support {
 
 /// Folder of one fixture library, or of several: tests/plugins/<name> in the build tree.
 inline std::filesystem::path fixture_plugins(const std::string& name) {
-  return std::filesystem::path(GRIPLINE_BUILD_DIR) / "tests" / "plugins" / name;
+  return build_dir() / "tests" / "plugins" / name;
 }
 
 /// The product's plugins with those that spy and those that go wrong.
 inline const Registry& plugins() {
-  static const Registry all({GRIPLINE_PLUGIN_DIR, fixture_plugins("spies"), fixture_plugins("faults")});
+  static const Registry all({plugin_dir(), fixture_plugins("spies"), fixture_plugins("faults")});
   return all;
 }
 
 /// JSON whose relative paths start at worlds/.
-inline Node json(std::string_view text) {
-  return parse_text(text, "test", std::filesystem::path(GRIPLINE_SOURCE_DIR) / "worlds");
-}
+inline Node json(std::string_view text) { return parse_text(text, "test", source_dir() / "worlds"); }
 
 /// The published 1:43 car's tyres and resistance (published_car.hpp), which `dynamic` must be told.
 inline constexpr std::string_view published_tyres_json =

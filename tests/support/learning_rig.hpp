@@ -16,6 +16,7 @@
 
 #include "car/corrected_model.hpp"
 #include "plugin/registry.hpp"
+#include "support/paths.hpp"
 #include "support/published_car.hpp"
 #include "support/reference_data.hpp"
 
@@ -41,7 +42,7 @@ inline Car small_car() {
 }
 
 inline Registry& registry() {
-  static Registry one({GRIPLINE_PLUGIN_DIR});
+  static Registry one({testing_support::plugin_dir()});
   return one;
 }
 

@@ -17,6 +17,7 @@
 #include "geometry/course_adapter.hpp"
 #include "geometry/track.hpp"
 #include "plugin/registry.hpp"
+#include "support/paths.hpp"
 #include "support/published_car.hpp"
 
 namespace gripline::testing_support {
@@ -124,7 +125,7 @@ class DynamicCar {
   CorrectedModel model_;
 };
 
-inline Registry plugins() { return Registry({GRIPLINE_PLUGIN_DIR}); }
+inline Registry plugins() { return Registry({plugin_dir()}); }
 
 /// The published start: the track's start pose at 0.1 m/s.
 inline State start_state(const Track& track) {

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "support/host_support.hpp"
+#include "support/paths.hpp"
 
 namespace gripline::testing_support {
 
@@ -21,7 +22,7 @@ struct Outcome {
 
 /// Where and how to run it.
 struct Call {
-  std::filesystem::path folder = GRIPLINE_FIXTURE_DIR;  // working folder
+  std::filesystem::path folder = fixture_dir();  // working folder
   std::map<std::string, std::string> environment;
 };
 
@@ -45,7 +46,7 @@ class Process {
     dup2(open(out_.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644), STDOUT_FILENO);
     dup2(open(err_.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644), STDERR_FILENO);
     unsetenv("GRIPLINE_PLUGIN_PATH");
-    setenv("XDG_CACHE_HOME", GRIPLINE_BUILD_DIR "/cache", 1);  // tests leave nothing at home
+    setenv("XDG_CACHE_HOME", (build_dir() / "cache").c_str(), 1);  // tests leave nothing at home
     for (const auto& [name, value] : call.environment) setenv(name.c_str(), value.c_str(), 1);
     std::vector<char*> arguments;
     for (const std::string& word : words) arguments.push_back(const_cast<char*>(word.c_str()));
@@ -67,7 +68,7 @@ inline Outcome run_program(const std::vector<std::string>& words, const Call& ca
 
 /// gripline WORDS...
 inline Outcome gripline_with(std::vector<std::string> words, const Call& call = {}) {
-  words.insert(words.begin(), GRIPLINE_PROGRAM);
+  words.insert(words.begin(), gripline_program());
   return run_program(words, call);
 }
 

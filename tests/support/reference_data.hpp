@@ -7,12 +7,14 @@
 #include <filesystem>
 #include <string>
 
+#include "support/paths.hpp"
+
 namespace gripline::testing_support {
 
 /// Folder that holds reference/, measured/ and discrepancy/: GRIPLINE_REFERENCE_DIR, else beside the repository.
 inline std::filesystem::path reference_root() {
   const char* set = std::getenv("GRIPLINE_REFERENCE_DIR");
-  return set != nullptr && *set != '\0' ? set : GRIPLINE_REFERENCE_DEFAULT;
+  return set != nullptr && *set != '\0' ? set : default_reference();
 }
 
 inline bool reference_required() {

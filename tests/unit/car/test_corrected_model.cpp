@@ -7,6 +7,7 @@
 #include <random>
 
 #include "support/host_support.hpp"
+#include "support/paths.hpp"
 
 namespace gripline {
 
@@ -33,8 +34,7 @@ class TestedModel {
  private:
   static CarFile car_file() {
     Errors errors;
-    CarFile file =
-        read_car(load_json(std::filesystem::path(GRIPLINE_SOURCE_DIR) / "worlds/cars/orca_1_43.json"), errors);
+    CarFile file = read_car(load_json(source_dir() / "worlds/cars/orca_1_43.json"), errors);
     errors.throw_if_any();
     return file;
   }

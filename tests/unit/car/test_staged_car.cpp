@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "support/host_support.hpp"
+#include "support/paths.hpp"
 
 namespace gripline {
 namespace {
@@ -227,8 +228,7 @@ TEST(StagedCar, ManyPointsAtOnceAreEachAlone) {
     return s;
   }();
   Errors errors;
-  const CarFile file =
-      read_car(load_json(std::filesystem::path(GRIPLINE_SOURCE_DIR) / "worlds/cars/orca_1_43.json"), errors);
+  const CarFile file = read_car(load_json(testing_support::source_dir() / "worlds/cars/orca_1_43.json"), errors);
   const Node node = testing_support::json(R"({"plugin": "dynamic", "effects": [
     {"plugin": "relaxation", "params": {"sigma": 0.05}}, {"plugin": "aero_drag", "params": {"a": 0.5}},
     {"plugin": "steer_lag", "params": {"tau": 0.03}}]})");

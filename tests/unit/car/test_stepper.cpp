@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "support/host_support.hpp"
+#include "support/paths.hpp"
 
 namespace gripline {
 namespace {
@@ -18,7 +19,7 @@ using namespace testing_support;
 class TestedCar {
  public:
   explicit TestedCar(const char* effects = "[]") {
-    const Node file = load_json(std::filesystem::path(GRIPLINE_SOURCE_DIR) / "worlds/cars/orca_1_43.json");
+    const Node file = load_json(source_dir() / "worlds/cars/orca_1_43.json");
     Errors errors;
     const CarFile car = read_car(file, errors);
     const std::string text =

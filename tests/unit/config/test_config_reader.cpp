@@ -12,6 +12,7 @@
 
 #include "config/json_file.hpp"
 #include "config/merge_patch.hpp"
+#include "support/paths.hpp"
 
 namespace gripline {
 namespace {
@@ -83,7 +84,7 @@ class BadJson : public testing::TestWithParam<std::string> {};
 
 TEST_P(BadJson, is_refused_with_its_message) {
   const fs::path before = fs::current_path();
-  fs::current_path(fs::path(GRIPLINE_FIXTURE_DIR) / "bad_json");
+  fs::current_path(testing_support::fixture_dir() / "bad_json");
   const std::string message = message_of(GetParam() + ".json");
   const std::string expected = contents(GetParam() + ".expected");
   fs::current_path(before);
@@ -92,7 +93,7 @@ TEST_P(BadJson, is_refused_with_its_message) {
 
 std::vector<std::string> fixtures() {
   std::vector<std::string> names;
-  for (const auto& entry : fs::directory_iterator(fs::path(GRIPLINE_FIXTURE_DIR) / "bad_json")) {
+  for (const auto& entry : fs::directory_iterator(testing_support::fixture_dir() / "bad_json")) {
     if (entry.path().extension() == ".json") names.push_back(entry.path().stem().string());
   }
   std::sort(names.begin(), names.end());
@@ -102,7 +103,7 @@ std::vector<std::string> fixtures() {
 INSTANTIATE_TEST_SUITE_P(fixtures, BadJson, testing::ValuesIn(fixtures()), [](const auto& one) { return one.param; });
 
 TEST(BadJsonFolder, every_message_has_its_fixture) {
-  const fs::path folder = fs::path(GRIPLINE_FIXTURE_DIR) / "bad_json";
+  const fs::path folder = testing_support::fixture_dir() / "bad_json";
   EXPECT_GT(fixtures().size(), 100U);
   for (const auto& entry : fs::directory_iterator(folder)) {
     const fs::path partner = fs::path(entry.path()).replace_extension(".json");

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "support/host_support.hpp"
+#include "support/paths.hpp"
 
 namespace gripline {
 namespace {
@@ -10,14 +11,13 @@ namespace {
 using namespace testing_support;
 
 TEST(FileKind, ShowsInTheKeys) {
-  const std::filesystem::path worlds = std::filesystem::path(GRIPLINE_SOURCE_DIR) / "worlds";
+  const std::filesystem::path worlds = source_dir() / "worlds";
   EXPECT_EQ(kind_of(load_json(worlds / "ethz.json")), FileKind::world);
   EXPECT_EQ(kind_of(load_json(worlds / "tracks/hill.json")), FileKind::track);
   EXPECT_EQ(kind_of(load_json(worlds / "cars/full_size.json")), FileKind::car);
   for (const auto& entry : std::filesystem::directory_iterator(worlds / "friction"))
     EXPECT_EQ(kind_of(load_json(entry.path())), FileKind::friction) << entry.path();
-  for (const auto& entry :
-       std::filesystem::directory_iterator(std::filesystem::path(GRIPLINE_SOURCE_DIR) / "experiments")) {
+  for (const auto& entry : std::filesystem::directory_iterator(source_dir() / "experiments")) {
     if (entry.path().extension() != ".json") continue;
     EXPECT_EQ(kind_of(load_json(entry.path())), FileKind::experiment) << entry.path();
   }

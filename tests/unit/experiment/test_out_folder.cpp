@@ -5,6 +5,7 @@
 
 #include "config/hash.hpp"
 #include "support/host_support.hpp"
+#include "support/paths.hpp"
 #include "util/csv.hpp"
 
 namespace gripline {
@@ -148,7 +149,7 @@ TEST(OutFolder, TheSceneTellsTheReportWhatItNeeds) {
   const Node::Array& libraries = origin.find("libraries")->array();
   ASSERT_EQ(libraries.size(), 4u);
   EXPECT_EQ(libraries[0].find("file")->text(), "dynamic.so");
-  EXPECT_EQ(libraries[0].find("sha256")->text(), sha256_of_file(fs::path(GRIPLINE_PLUGIN_DIR) / "dynamic.so"));
+  EXPECT_EQ(libraries[0].find("sha256")->text(), sha256_of_file(plugin_dir() / "dynamic.so"));
   EXPECT_EQ(libraries[0].find("plugins")->array().at(0).text(), "dynamic 1.0");
 }
 

@@ -5,11 +5,12 @@
 #include <vector>
 
 #include "geometry/track_file.hpp"
+#include "support/paths.hpp"
 
 namespace gripline {
 namespace {
 
-Track shipped(const std::string& name) { return load_track(std::string(GRIPLINE_SOURCE_DIR "/worlds/tracks/") + name); }
+Track shipped(const std::string& name) { return load_track(testing_support::source_dir() / "worlds/tracks" / name); }
 
 PlanePoint place(const Track& track, double s, double n) {
   const CurvePoint at = track.at(s);

@@ -8,6 +8,7 @@
 #include "geometry/cyclic_box_qp.hpp"
 #include "geometry/track_file.hpp"
 #include "geometry/track_import.hpp"
+#include "support/paths.hpp"
 #include "support/reference_data.hpp"
 
 namespace gripline {
@@ -16,7 +17,7 @@ namespace {
 constexpr double kPi = std::numbers::pi;
 constexpr double kCarWidth = 0.03;
 
-Track shipped(const std::string& name) { return load_track(std::string(GRIPLINE_SOURCE_DIR "/worlds/tracks/") + name); }
+Track shipped(const std::string& name) { return load_track(testing_support::source_dir() / "worlds/tracks" / name); }
 
 Track ring(double radius, double half_width) {
   const std::vector<Segment> segments{Segment::arc(radius, 2.0 * kPi)};

@@ -9,6 +9,7 @@
 #include <random>
 
 #include "geometry/track_file.hpp"
+#include "support/paths.hpp"
 #include "support/reference_data.hpp"
 #include "util/csv.hpp"
 
@@ -31,7 +32,7 @@ using ::testing::HasSubstr;
 
 constexpr double kPi = std::numbers::pi;
 
-Track shipped(const std::string& name) { return load_track(std::string(GRIPLINE_SOURCE_DIR "/worlds/tracks/") + name); }
+Track shipped(const std::string& name) { return load_track(testing_support::source_dir() / "worlds/tracks" / name); }
 
 PlanePoint beside(const CurvePoint& at, double n) { return {at.x - n * std::sin(at.yaw), at.y + n * std::cos(at.yaw)}; }
 
@@ -179,7 +180,7 @@ TEST(ClosedCurve, LocateFindsTheNearestPointFromAnywhere) {
 
 TEST(ClosedCurve, QueriesAllocateNothing) {
   const Track arcs = shipped("ethz.json");
-  const Track points = load_track(GRIPLINE_FIXTURE_DIR "/tracks/hill.csv");
+  const Track points = load_track(testing_support::fixture_dir() / "tracks/hill.csv");
   const long before = allocations.load();
   double sum = 0.0;
   for (const Track* track : {&arcs, &points}) {
@@ -244,12 +245,12 @@ TEST_F(ReferenceTracks, OurArcsAreWithinAMillimetre) {
 }
 
 TEST(Track, SidesTablesAndLapFraction) {
-  const Track hill = load_track(GRIPLINE_FIXTURE_DIR "/tracks/hill.csv");
+  const Track hill = load_track(testing_support::fixture_dir() / "tracks/hill.csv");
   EXPECT_NEAR(hill.grade(0.25 * hill.length()), 0.05, 1e-3);  // a quarter round the oval by symmetry
   EXPECT_NEAR(hill.grade(0.75 * hill.length()), -0.05, 1e-3);
   EXPECT_NEAR(hill.bank(1.0), 0.02, 1e-15);
-  const Track oval = load_track(GRIPLINE_FIXTURE_DIR "/tracks/oval.csv");
-  const CsvTable table = read_csv(GRIPLINE_FIXTURE_DIR "/tracks/oval.csv");
+  const Track oval = load_track(testing_support::fixture_dir() / "tracks/oval.csv");
+  const CsvTable table = read_csv(testing_support::fixture_dir() / "tracks/oval.csv");
   const std::vector<double> x = table.column("x_m"), y = table.column("y_m");
   std::vector<double> chord{0.0};
   for (std::size_t i = 0; i < x.size(); ++i) {

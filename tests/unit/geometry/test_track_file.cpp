@@ -8,6 +8,7 @@
 
 #include "config/json_file.hpp"
 #include "geometry/track_import.hpp"
+#include "support/paths.hpp"
 #include "support/reference_data.hpp"
 
 namespace gripline {
@@ -19,11 +20,12 @@ using ::testing::StartsWith;
 
 constexpr double kDegree = std::numbers::pi / 180.0;
 
-std::string fixture(const std::string& name) { return std::string(GRIPLINE_FIXTURE_DIR "/tracks/") + name; }
+std::string fixture(const std::string& name) { return testing_support::fixture_dir() / "tracks" / name; }
 
 Track parse(const std::string& text) {
   Errors errors;
-  std::optional<Track> track = read_track(parse_text(text, "world.json", GRIPLINE_FIXTURE_DIR "/tracks"), errors);
+  std::optional<Track> track =
+      read_track(parse_text(text, "world.json", testing_support::fixture_dir() / "tracks"), errors);
   errors.throw_if_any();
   return std::move(track.value());
 }
@@ -193,7 +195,7 @@ TEST(TrackFile, JsonRefusals) {
 }
 
 TEST(TrackFile, WrittenCsvReadsBackAsTheSameRoad) {
-  const Track track = load_track(GRIPLINE_SOURCE_DIR "/worlds/tracks/ethz_mobil.json");
+  const Track track = load_track(testing_support::source_dir() / "worlds/tracks/ethz_mobil.json");
   const auto file = std::filesystem::path(::testing::TempDir()) / "gripline_written_track.csv";
   std::ofstream out(file);
   write_track_csv(out, track, 0.02);
@@ -240,7 +242,7 @@ TEST_F(ImportedTracks, PublishedTablesOfCentreAndEdges) {
   const Track ethz(shape_from_table(read_csv(reference("track_ethz.csv"))));
   EXPECT_NEAR(ethz.length(), 17.844, 5e-3);
   EXPECT_NEAR(ethz.half_width_left(1.0), 0.185, 1e-4);
-  const Track ours = load_track(GRIPLINE_SOURCE_DIR "/worlds/tracks/ethz.json");
+  const Track ours = load_track(testing_support::source_dir() / "worlds/tracks/ethz.json");
   for (double s = 0.0; s < ethz.length(); s += 0.05) {
     const CurvePoint at = ethz.at(s);
     EXPECT_NEAR(ours.locate(at.x, at.y).n, 0.0, 1.5e-3);

@@ -7,6 +7,7 @@
 #include <cstdlib>
 
 #include "support/host_support.hpp"
+#include "support/paths.hpp"
 
 namespace gripline {
 namespace {
@@ -31,7 +32,7 @@ std::string reason_of_file(std::string_view bytes) {
 }
 
 TEST(Registry, LoadsEveryPluginOfTheProduct) {
-  const Registry registry({GRIPLINE_PLUGIN_DIR});
+  const Registry registry({plugin_dir()});
   EXPECT_TRUE(registry.unusable().empty()) << registry.unusable()[0].library << registry.unusable()[0].reason;
   for (const auto& [kind, id] : {std::pair{abi::Kind::vehicle, "dynamic"},
                                  {abi::Kind::effect, "relaxation"},
@@ -112,7 +113,7 @@ TEST(Registry, AMissingDependencyIsToldInTheLoadersWords) {
 }
 
 TEST(Registry, TwoLibrariesWithOneIdAreAnError) {
-  const std::string message = refusal([] { Registry({fixture_plugins("duplicate"), GRIPLINE_PLUGIN_DIR}); });
+  const std::string message = refusal([] { Registry({fixture_plugins("duplicate"), plugin_dir()}); });
   EXPECT_THAT(message, AllOf(HasSubstr("effect \"aero_drag\" is offered twice: by "), HasSubstr("duplicate.so and by "),
                              EndsWith("body.so")));
 }

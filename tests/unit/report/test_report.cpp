@@ -25,6 +25,7 @@
 #include "report/plot.hpp"
 #include "report/series.hpp"
 #include "report/tables.hpp"
+#include "support/paths.hpp"
 #include "support/report_sample.hpp"
 
 namespace gripline::report {
@@ -525,7 +526,7 @@ TEST(ReportPlot, TextIsEscapedAndEmptyPanelsAreDrawn) {
 
 // --- The bundle -----------------------------------------------------------------------------------------------------
 
-const fs::path source = fs::path(GRIPLINE_SOURCE_DIR) / "tools" / "report";
+const fs::path source = testing_support::source_dir() / "tools" / "report";
 
 TEST(ReportBundle, IsTheCommittedOne) {
   EXPECT_EQ(bundled_script(), bytes_of(source / "dist" / "report.js"));

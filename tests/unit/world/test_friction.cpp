@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "config/json_file.hpp"
+#include "support/paths.hpp"
 #include "support/reference_data.hpp"
 #include "util/csv.hpp"
 #include "world/friction_file.hpp"
@@ -35,7 +36,8 @@ std::string refusal(const char* text) {
 
 FrictionSpec shipped(const std::string& name) {
   Errors errors;
-  const FrictionSpec spec = read_friction(load_json(GRIPLINE_SOURCE_DIR "/worlds/friction/" + name + ".json"), errors);
+  const FrictionSpec spec =
+      read_friction(load_json(testing_support::source_dir() / "worlds/friction" / (name + ".json")), errors);
   errors.throw_if_any();
   return spec;
 }
@@ -144,7 +146,7 @@ TEST(Friction, StructsAreCheckedAsWell) {
 }
 
 TEST(Friction, EveryShippedScheduleReads) {
-  for (const auto& file : std::filesystem::directory_iterator(GRIPLINE_SOURCE_DIR "/worlds/friction")) {
+  for (const auto& file : std::filesystem::directory_iterator(testing_support::source_dir() / "worlds/friction")) {
     if (file.path().extension() != ".json") continue;
     const FrictionSchedule schedule(shipped(file.path().stem().string()), kDt);
     EXPECT_LT(schedule.factor(3000, 60.0, 0.0), 1.0) << file.path();

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "support/host_support.hpp"
+#include "support/paths.hpp"
 
 namespace gripline {
 namespace {
@@ -93,7 +94,7 @@ TEST(WorldSpec, TimeOptimalLapsAreLinearInTheFactor) {
 /// The published tables of the two tracks.
 TEST(WorldSpec, ShippedWorldsStateTheDefinitionsTables) {
   const auto lap = [](const char* file, double factor) {
-    Node tree = load_json(std::filesystem::path(GRIPLINE_SOURCE_DIR) / "worlds" / file);
+    Node tree = load_json(source_dir() / "worlds" / file);
     inline_world_files(tree);
     Errors errors;
     const WorldSpec world = read_world(tree, plugins(), errors);
@@ -157,7 +158,7 @@ TEST(WorldSpec, EverythingWrongIsToldAtOnce) {
 }
 
 TEST(WorldSpec, FilesAreInlinedSoThatTheTreeSaysEverything) {
-  Node tree = load_json(std::filesystem::path(GRIPLINE_SOURCE_DIR) / "worlds/ethz_wear.json");
+  Node tree = load_json(source_dir() / "worlds/ethz_wear.json");
   inline_world_files(tree);
   EXPECT_TRUE(tree.find("car")->is_object());
   EXPECT_TRUE(tree.find("track")->find("segments")->is_array());
@@ -182,7 +183,7 @@ TEST(WorldSpec, NumbersBeyondReasonAreRefused) {
 }
 
 TEST(WorldSpec, AWorldFileIsReadWithEverythingItNames) {
-  const std::filesystem::path worlds = std::filesystem::path(GRIPLINE_SOURCE_DIR) / "worlds";
+  const std::filesystem::path worlds = source_dir() / "worlds";
   const Node whole = load_world(worlds / "ethz.json");
   EXPECT_TRUE(whole.find("car")->is_object());
   EXPECT_TRUE(whole.find("track")->is_object());

@@ -10,6 +10,7 @@
 
 #include "plugin/registry.hpp"
 #include "support/double_track_rig.hpp"
+#include "support/paths.hpp"
 
 namespace gripline::double_track {
 namespace {
@@ -380,7 +381,7 @@ TEST(BadInput, ParametersThatDoNotFitTogether) {
 }
 
 TEST(Plugin, LoadsAndDrivesAsAPlant) {
-  const Registry registry({GRIPLINE_PLUGIN_DIR});
+  const Registry registry({testing_support::plugin_dir()});
   const PluginEntry& entry = registry.find(abi::Kind::plant, "double_track");
   std::vector<abi::ParamValue> values;
   for (const abi::ParamDecl& decl : entry.params()) {

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "support/host_support.hpp"
+#include "support/paths.hpp"
 #include "support/reference_data.hpp"
 #include "util/csv.hpp"
 #include "world/friction.hpp"
@@ -17,7 +18,7 @@ using namespace testing_support;
 
 /// A shipped world with another integrator for its plant.
 WorldSpec shipped(const char* file, const char* integrator, int substeps = 1) {
-  Node tree = load_json(std::filesystem::path(GRIPLINE_SOURCE_DIR) / "worlds" / file);
+  Node tree = load_json(source_dir() / "worlds" / file);
   inline_world_files(tree);
   tree.find("plant")->set("integrator", Node(integrator));
   tree.find("plant")->set("substeps", Node(substeps));
