@@ -7,9 +7,9 @@
 
 namespace gripline {
 
-/// What --set assignments did wrong is told at the assignment, not at the line of the file it happened to spoil: an
-/// error that appears once the k-th assignment is carried out is that assignment's. `read` reads everything with the
-/// first so many assignments; what it throws besides InputError counts as no error.
+/// Reports an error that a --set assignment caused at that assignment, not at the line of the file that became wrong:
+/// an error that first appears after the k-th assignment belongs to it. `read` is called with the first 0, 1, 2 ...
+/// assignments and reads everything; exceptions other than InputError count as no error.
 [[nodiscard]] InputError blame_assignments(const InputError& error, std::span<const std::string> assignments,
                                            const std::function<void(std::span<const std::string>)>& read);
 

@@ -116,7 +116,7 @@ std::optional<std::string> nearest(std::string_view name, std::span<const std::s
   std::size_t best_distance = std::max<std::size_t>(1, name.size() / 3) + 1;
   for (const std::string& candidate : candidates) {
     const std::size_t d = distance(name, candidate);
-    // Changing every letter of a short word makes any other word of it: that is not a likeness.
+    // A distance of a whole word is no similarity: by it any short word resembles any other.
     if (d < best_distance && d < std::max(name.size(), candidate.size())) {
       best = candidate;
       best_distance = d;

@@ -32,7 +32,7 @@ class InputError : public std::runtime_error {
   explicit InputError(std::vector<Diagnostic> diagnostics);
   /// One error at a place.
   InputError(const Origin& origin, std::string message);
-  /// An error with no file behind it, for example a bad command line option.
+  /// An error that belongs to no file, for example a bad command line option.
   explicit InputError(const std::string& message);
   [[nodiscard]] std::span<const Diagnostic> diagnostics() const noexcept { return diagnostics_; }
 

@@ -1,4 +1,4 @@
-// What a JSON file of ours is, by the keys that only its kind has: so that the wrong one is named in one line.
+// Kind of a JSON file, told by keys that only this kind has: a file of the wrong kind is refused with one message.
 #pragma once
 
 #include <string_view>

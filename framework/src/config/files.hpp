@@ -5,7 +5,7 @@
 
 namespace gripline {
 
-/// Files larger than this are not input for us [bytes].
+/// Larger input files are refused [bytes].
 inline constexpr std::size_t max_file_size = std::size_t{256} << 20U;
 
 /// Why `file` cannot be read, as the second half of a sentence about it: `no such file; did you mean "ethz.json"?`,

@@ -1,5 +1,5 @@
-// nlohmann's SAX parser supplies the grammar; this file adds what it lacks: places, the refusal of duplicate keys, and
-// messages that say what to write instead. The only file that includes <nlohmann/json.hpp>.
+// nlohmann's SAX parser supplies the grammar; this file adds line and column of every value, the refusal of duplicate
+// keys, and messages that say what to write instead.
 #include "config/json_parser.hpp"
 
 #include <algorithm>
@@ -281,7 +281,7 @@ std::pair<std::size_t, std::size_t> token_around(std::string_view text, std::siz
   return {start, end};
 }
 
-/// What people write who have another language in mind; empty if it is not that.
+/// Hint for a token of another notation (comments, single quotes, nan, None, True); empty for any other.
 std::string hint_for(const std::string& found) {
   if (found == "/" || found == "#") return "JSON has no comments: write the words as a \"note\"";
   if (found == "'") return "text is written in double quotes, found a single one";

@@ -26,7 +26,7 @@ struct Origin {
   std::string pointer;                   ///< JSON pointer (RFC 6901) within that source; empty is the whole
 };
 
-/// Origin of the member or element `name` of what stands at `parent`, for a thing that is missing there.
+/// Origin of the member or element `name` of the value at `parent`, for messages about one that is missing there.
 [[nodiscard]] Origin child_of(const Origin& parent, std::string_view name);
 
 struct Member;

@@ -116,7 +116,7 @@ std::string read_text(const Node& node, Errors& errors) {
 std::size_t read_choice(const Node& node, std::span<const std::string> names, Errors& errors) {
   const auto known = node.is_text() ? std::ranges::find(names, node.text()) : names.end();
   if (known != names.end()) return static_cast<std::size_t>(known - names.begin());
-  // A list this long is not read; the nearest name is.
+  // In place of a long list of names the message has the nearest one.
   constexpr std::size_t most = 6;
   const bool hint = node.is_text() && names.size() > most;
   if (hint) {

@@ -93,8 +93,8 @@ class ObjectReader {
   std::span<const Node> array(std::string_view key, bool required = true);
   std::vector<double> numbers(std::string_view key, std::string_view unit, const NumberRange& range = {},
                               std::optional<std::size_t> count = std::nullopt);
-  /// The object under the key, to be read further. If it is missing that is reported once, and whatever is read from
-  /// the result is harmless.
+  /// The object under the key, to be read further. If it is missing, that is reported once; the reader returned then
+  /// gives valid defaults and reports nothing more.
   ObjectReader object(std::string_view key);
 
   /// The value of a key that may be absent (null pointer then); marks the key as asked for.

@@ -12,7 +12,7 @@ class UnitError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// What a quantity is: its exponents of length, mass, time, angle, current and temperature. Angle is a dimension of
+/// A physical dimension: exponents of length, mass, time, angle, current and temperature. Angle is a dimension of
 /// its own here, so that "20 kg" and a bare "3" are both refused where an angle is expected.
 struct Dimension {
   std::array<int, 6> exponent{};  ///< m, kg, s, rad, A, K

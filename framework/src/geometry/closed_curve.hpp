@@ -1,4 +1,4 @@
-// A closed line in the plane, whatever it was made from. The centre line of a track and a racing line are both this.
+// A closed curve in the plane, of straights and arcs or a spline: the centre line of a track, a racing line.
 #pragma once
 
 #include <span>
@@ -29,13 +29,13 @@ class ClosedCurve {
     return std::visit([s](const auto& path) { return path.at(s); }, path_);
   }
 
-  /// The nearest foot on the whole line.
+  /// The nearest point of the whole curve.
   CurveLocation locate(double x, double y) const {
     return std::visit([x, y](const auto& path) { return path.locate(x, y); }, path_);
   }
 
-  /// The nearest foot that is reached from `hint_s` by always coming closer: what a car that moved a little needs, and
-  /// the answer that does not jump to a neighbouring stretch of road.
+  /// Local search: the nearest point that is reached from station `hint_s` with the distance falling all the way. For a
+  /// car that moved a little; does not jump to a neighbouring stretch of road.
   CurveLocation locate(double x, double y, double hint_s) const {
     return std::visit([x, y, hint_s](const auto& path) { return path.locate(x, y, hint_s); }, path_);
   }

@@ -21,7 +21,7 @@ class TrackCourse final : public Course {
   Car car_;
 };
 
-/// Where a car is, for Place: slope as driven (against the direction of travel it changes sign).
+/// Place of a car; grade and bank along its direction of travel: against the order of the file they change sign.
 Place place_of(const Track& track, const CurveLocation& location, double t, double x, double y, double yaw);
 
 }  // namespace gripline

@@ -1,4 +1,4 @@
-// What a closed line answers.
+// Results of queries to a closed curve.
 #pragma once
 
 #include "geometry/plane.hpp"

@@ -7,10 +7,10 @@
 
 namespace gripline {
 
-/// Follows the car's station and the way it has covered since the start. A lap ends at the first forward crossing of
-/// the line after the road's whole length was covered, so that rolling back over the line and crossing it again, or
-/// waiting on it, counts once. Off the road the car stays with the stretch it came from, until it is more than a whole
-/// width off and stands on another one.
+/// Follows the car's station and the distance it has covered along the centre line since the start. A lap ends at the
+/// first forward crossing of the line after the road's whole length was covered, so that rolling back over the line and
+/// crossing it again, or waiting on it, counts once. Off the road the car stays with the stretch it came from, until it
+/// is more than a whole width off and stands on another one.
 class LapCounter {
  public:
   /// Keeps a reference to `track`. The car is at `start` at time `t`.
@@ -22,7 +22,7 @@ class LapCounter {
 
   /// Laps ended so far; the lap now being driven has this number, counted from zero.
   int laps() const { return laps_; }
-  /// Way covered along the centre line since the start [m]; falls when the car goes backwards.
+  /// Distance covered along the centre line since the start [m]; falls when the car goes backwards.
   double covered() const { return covered_; }
   /// Where the car was at the last call, relative to the stretch of road it is driving: what offsets and violations are
   /// measured by.

@@ -9,8 +9,8 @@
 namespace gripline {
 namespace {
 
-/// What is minimised, with weights in their own units: the integral of kappa^2 + length_weight, and the charge for
-/// curvature beyond max_curvature (0: none).
+/// Weights of the cost: the integral of kappa^2 + length_weight [1/m2], and a quadratic penalty on curvature beyond
+/// max_curvature [1/m] (0: none).
 struct Price {
   double length_weight = 0.0;
   double max_curvature = 0.0;
@@ -75,7 +75,7 @@ Turn turn_at(const Frame& frame, std::span<const double> offsets, std::size_t i)
 
 constexpr double kExcessWeight = 100.0;  // of squared curvature beyond the bound, against squared curvature
 
-/// The polyline's price, its curvature being angle / way.
+/// The polyline's cost, its curvature being angle / way.
 double cost(const Frame& frame, std::span<const double> offsets, const Price& price) {
   double sum = 0.0;
   for (std::size_t i = 0; i < offsets.size(); ++i) {
@@ -130,7 +130,7 @@ Model linearise(const Frame& frame, std::span<const double> offsets, const Price
       model.add(i, weight * excess * root, by);
     }
   }
-  // A shift of the whole line may change no curvature at all: a charge far below any curvature's keeps it in place.
+  // A shift of the whole line may change no curvature at all: a small regularisation makes the Hessian definite.
   double largest = 0.0;
   for (const double d : model.hessian.diagonal) largest = std::max(largest, d);
   for (double& d : model.hessian.diagonal) d += 1e-13 * largest;
@@ -165,8 +165,8 @@ void descend(const Frame& frame, const Price& price, int most_steps, double sett
   }
 }
 
-/// The cost has several local minima: with no price on length a line may swing wide around every hairpin. Starting
-/// short and lowering the price step by step leads to the good one.
+/// The cost has several local minima: without weight on the length a line may swing wide around hairpins. Continuation
+/// finds a good one: the weight starts large and is lowered step by step.
 std::vector<double> optimise(const Frame& frame, const RacingLineOptions& options, double mean_squared_curvature,
                              int& iterations) {
   std::vector<double> offsets(frame.base.size());

@@ -34,11 +34,11 @@ struct RacingLine {
 struct RacingLineOptions {
   double car_width = 0.0;  ///< [m] half of it stays inside the edges
   double margin = 0.0;     ///< [m] further distance to both edges
-  double spacing =
-      0.0;  ///< [m] of the stations and of the samples; 0 means a sixteenth of the narrowest width: 23 mm on ETHZ
-  double max_curvature = 0.0;  ///< [1/m] beyond which curvature is charged extra; 0 means none
-  /// Price of the line's length beside its curvature, as a share of the centre line's mean squared curvature. 0 is eq.
-  /// (1). 0.2 gives up 0.3 % of curvature on the ETHZ tracks for 2 % of length, which is faster.
+  /// [m] of the stations and of the samples; 0 means a sixteenth of the narrowest width, 23 mm on ETHZ
+  double spacing = 0.0;
+  double max_curvature = 0.0;  ///< [1/m] soft bound; 0 means none
+  /// Weight of the line's length beside its squared curvature, relative to the centre line's mean squared curvature. 0
+  /// is eq. (1). 0.2 costs 0.3 % of squared curvature on the ETHZ tracks and saves 2 % of length, which is faster.
   double length_price = 0.0;
   int max_iterations = 60;  ///< quadratic programs
 };

@@ -111,7 +111,8 @@ double SplinePath::arc_length(const Piece& piece, double t) {
   return sum * t;
 }
 
-/// Inverse of arc_length: Newton from the proportional guess. The speed stays near 1, so three steps reach rounding.
+/// Inverse of arc_length: Newton's method from the proportional guess; |r'(t)| stays near 1, so that
+/// three steps reach rounding error.
 double SplinePath::parameter(const Piece& piece, double along) {
   double t = piece.width * along / piece.length;
   for (int k = 0; k < 3; ++k) {

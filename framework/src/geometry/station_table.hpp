@@ -10,7 +10,8 @@ class StationTable {
  public:
   /// The same value everywhere.
   StationTable(double value = 0.0) : values_{value} {}  // NOLINT(google-explicit-constructor): a number is a table
-  /// Stations strictly increasing inside [0, period); throws GeometryError otherwise or if a value is not finite.
+  /// Stations strictly increasing inside [0, period); throws GeometryError otherwise or if a value is NaN.
+  /// An infinite value holds up to the next station: nothing there, as between walls.
   StationTable(double period, std::vector<double> stations, std::vector<double> values);
 
   double at(double s) const;

@@ -31,8 +31,8 @@ std::vector<Station> stations(const TrackShape& shape, double spacing) {
   return result;
 }
 
-/// What two stations that share a place have in common: a bend between them that is too sharp for the width, or
-/// nothing.
+/// Throws the reason why two stations share a place: a bend between them that is too sharp for the width, or a road
+/// that crosses itself.
 [[noreturn]] void refuse_overlap(const TrackShape& shape, const CurvePoint& here, const CurvePoint& other,
                                  double half_width) {
   const double length = shape.centre.length();
@@ -101,7 +101,7 @@ void check_retrace(const TrackShape& shape) {
 
 /// Lengths are metres; a file in millimetres gives a road wider than any.
 void check_units(const TrackShape& shape) {
-  constexpr double kWidest = 100.0;  // [m], half a road
+  constexpr double kWidest = 100.0;  // [m], half width
   const double half = std::max(shape.half_width_right.maximum(), shape.half_width_left.maximum());
   if (half <= kWidest) return;
   throw GeometryError(format("a lap of %.0f m with widths of %.4g m: millimetres? Lengths are metres",

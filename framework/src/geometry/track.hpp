@@ -49,8 +49,8 @@ class Track {
   double half_width_left(double s) const { return shape_.half_width_left.at(s); }
   double grade(double s) const { return shape_.grade.at(s); }
   double bank(double s) const { return shape_.bank.at(s); }
-  /// Grade and bank as a car sees them that heads for `yaw` at `place`, whichever way it stands across the road [rad].
-  /// Along a banked turn they change with the road's heading: with kappa sin(bank) per metre, which presses the car on.
+  /// Grade and bank in the axes of a car with heading `yaw` at `place` [rad]. In a turn of constant bank the grade
+  /// along a fixed heading changes by kappa sin(bank) per metre, which adds to the car's load (Meusnier).
   struct Slope {
     double grade = 0, bank = 0;
   };
@@ -58,7 +58,7 @@ class Track {
   /// Smallest right plus left half width of the whole road [m].
   double narrowest() const { return narrowest_; }
 
-  /// Distance beyond the nearer edge [m]: positive outside, negative inside.
+  /// Distance beyond the edge on the side of `place` [m]: positive outside, negative inside.
   double beyond_edge(const CurveLocation& place) const;
   bool inside(const CurveLocation& place) const { return beyond_edge(place) <= 0.0; }
   /// Distance to the wall on the side of `place` [m]: zero or negative means hit, infinite where there is no wall.

@@ -11,17 +11,11 @@
 
 namespace gripline {
 
-/// Reads a road: the name of a .json or .csv file (relative to where it is written), or an object.
-///
-///   {"origin": {"x", "y", "yaw"}, "segments": [{"line": 1.7}, {"arc": {"radius": 0.2, "turn": "180 deg"}}, ...],
-///    "half_width": 0.185 | {"left", "right"} | [{"s", "left", "right"}, ...]}           straights and arcs; turns left
-///    > 0
-///   {"centre": "road.csv", "left_handed": false}                                        see shape_from_table
-///   {"edges": {"inner": "a.csv", "outer": "b.csv", "spacing": 2}}                       see shape_from_edges
-///
-/// Each may add "name", "start" (a pose), "grade": [{"s", "grade"}, ...] or "height": [{"s", "z"}, ...], "bank": [{"s",
-/// "bank"}, ...], and "walls": {"left": 3, "right": 3} [m beyond the edges] or [{"side": "left", "from_s", "to_s",
-/// "distance"}, ...].
+/// Reads a road: the name of a .json or .csv file (relative to where it is written), or an object with exactly one of
+///   "segments"   straights and arcs, turns to the left positive, with "half_width" and "origin"
+///   "centre"     see shape_from_table
+///   "edges"      see shape_from_edges
+/// and "name", "start", "grade" or "height", "bank", "walls"; every key is explained in framework/doc/worlds.md.
 /// Empty after an error, which has been added to `errors`.
 std::optional<Track> read_track(const Node& node, Errors& errors);
 

@@ -17,7 +17,7 @@ namespace {
 }
 
 constexpr std::size_t kFewestPoints = 8;
-constexpr double kFarthest = 1e8;  // [m]: beyond it sums of squares and differences of neighbours lose their digits
+constexpr double kFarthest = 1e8;  // [m]: beyond it sums of squares and differences of neighbours lose precision
 
 /// Numbers of the rows to keep: all, or all but a last one that repeats the first.
 std::size_t distinct_rows(const CsvTable& table, std::span<const double> x, std::span<const double> y) {
@@ -82,7 +82,7 @@ TrackShape from_centre_columns(const CsvTable& table, const ImportOptions& optio
     for (double& value : values) value *= sign;
     return StationTable(centre.length(), stations, std::move(values));
   };
-  // Seen in a mirror, right is left and the higher side changes; uphill stays uphill.
+  // Mirroring exchanges left and right and the sign of the bank; the grade stays.
   StationTable right = by_station(options.left_handed ? "w_tr_left_m" : "w_tr_right_m", 1.0);
   StationTable left = by_station(options.left_handed ? "w_tr_right_m" : "w_tr_left_m", 1.0);
   StationTable grade = table.find("grade_rad") >= 0 ? by_station("grade_rad", 1.0) : StationTable();
