@@ -1,6 +1,3 @@
 # Libraries of single plugins beyond the SDK and Eigen.
-foreach(name mpc_ipopt time_optimal)
-  if(TARGET ${name})
-    target_link_libraries(${name} PRIVATE PkgConfig::IPOPT)
-  endif()
-endforeach()
+target_link_libraries(mpc_ipopt PRIVATE PkgConfig::IPOPT)
+target_link_libraries(time_optimal_parts PUBLIC PkgConfig::IPOPT)

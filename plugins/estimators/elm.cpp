@@ -24,18 +24,20 @@
 
 #include "common/learning/axle_table.hpp"
 #include "common/learning/hidden_layer.hpp"
+#include "common/learning/step_path.hpp"
 #include "common/learning/tyre_correction.hpp"
 #include "common/learning/window_gram.hpp"
 
 namespace {
 
-using gripline::Axle;
+using namespace gripline;
+using namespace gripline::learning;
 
 constexpr double published_curvature = 290.0;
 constexpr double resistance_scale = 0.023;
 constexpr double least_mu = 0.2;  // for the friction ellipse while little is learned
 
-class Elm final : public gripline::AutoDiffEffect<Elm, gripline::Estimator> {
+class Elm final : public AutoDiffEffect<Elm, Estimator> {
  public:
   struct Params {
     int hidden = 40;
@@ -48,7 +50,6 @@ class Elm final : public gripline::AutoDiffEffect<Elm, gripline::Estimator> {
     double ellipse = 0, drive_front = 0, brake_front = 0;
   };
   static constexpr auto parameters() {
-    using gripline::param;
     using P = Params;
     return std::tuple_cat(
         std::tuple{
@@ -63,17 +64,19 @@ class Elm final : public gripline::AutoDiffEffect<Elm, gripline::Estimator> {
             param("slip_cap", &P::slip_cap, "rad", {0.01, 1.5}, "largest slip of interest: nodes lie below, and mu"),
             param("level", &P::level, "1", {0, 1e3}, "weight of a level curve beyond the slips that are visited"),
             param("ridge", &P::ridge, "1", {0, 1}, "weight on the squared unknowns in the pseudo-inverse"),
-            gripline::choice("solver", &P::solver, "momentum|pseudo_inverse", "how the window's loss is minimised")},
-        gripline::ellipse_parameters<P>());
+            choice("solver", &P::solver, "momentum|pseudo_inverse", "how the window's loss is minimised")},
+        ellipse_parameters<P>());
   }
 
-  Elm(const gripline::PluginContext& context, const Params& params)
+  Elm(const PluginContext& context, const Params& params)
       : params_(params),
         car_(context.car),
         drive_(context),
         random_(context.seed),
         front_layer_(params.hidden, params.slip_cap, random_),
         rear_layer_(params.hidden, params.slip_cap, random_),
+        front_nodes_(front_layer_),
+        rear_nodes_(rear_layer_),
         gram_(unknowns(), 3, params.window, params.retain),
         mu_init_(context.mu_init),
         ellipse_{params.ellipse, params.drive_front, params.brake_front},
@@ -83,14 +86,15 @@ class Elm final : public gripline::AutoDiffEffect<Elm, gripline::Estimator> {
     normal_.setZero(unknowns(), unknowns());
     factors_ = Eigen::LLT<Eigen::MatrixXd>(normal_);
     level_.setZero(unknowns(), unknowns());
-    tabulate(front_layer_, front_table_rows_, 0);
-    tabulate(rear_layer_, rear_table_rows_, params.hidden);
+    penalise_slopes(front_nodes_, 0);
+    penalise_slopes(rear_nodes_, params.hidden);
   }
 
-  void update(const gripline::Sample& k) override {
+  void update(const Sample& k) override {
     if (std::min(k.x.vx, k.x_next.vx) < car_.v_min || k.dt <= 0.0) return;
-    const auto path = gripline::step_path(k, car_, drive_, resistance_, ellipse_, peaks_, learned(),
-                                          [this](Axle axle, double slip) { return table(axle).at(slip).force; });
+    const auto force = [this](Axle axle, double slip) { return tyres_.of(axle).at(slip).force; };
+    const LearnedCar car{car_, drive_, resistance_, ellipse_, peaks_, force};
+    const StepPath path = step_path(k, car, learned());
     fill_rows(path);
     gram_.add(rows_, targets_);
     visit(path);
@@ -101,62 +105,52 @@ class Elm final : public gripline::AutoDiffEffect<Elm, gripline::Estimator> {
     read_weights();
   }
 
-  gripline::Belief belief() const override {
+  Belief belief() const override {
     if (!learned()) return {mu_init_, mu_init_, 0, 0, false};
-    const double L = car_.lf + car_.lr, weight = car_.m * gripline::gravity;
-    return {front_.peak(visited_.front) * L / (weight * car_.lr), rear_.peak(visited_.rear) * L / (weight * car_.lf),
-            misfit_, misfit_, true};
+    const double L = car_.lf + car_.lr, weight = car_.m * gravity;
+    return {tyres_.front.peak(visited_.front) * L / (weight * car_.lr),
+            tyres_.rear.peak(visited_.rear) * L / (weight * car_.lf), misfit_, misfit_, true};
   }
 
   bool tyre_force(Axle axle, std::span<const double> slip, std::span<double> force,
                   std::span<double> sigma) const override {
     if (!learned()) return false;
-    for (std::size_t i = 0; i < force.size(); ++i) force[i] = table(axle).at(slip[i]).force;
+    tyres_.forces(axle, slip, force);
     const double share = (axle == Axle::front ? car_.lr : car_.lf) / (car_.lf + car_.lr);
-    for (double& one : sigma) one = misfit_ * share * car_.m * gripline::gravity;
+    for (double& one : sigma) one = misfit_ * share * car_.m * gravity;
     return true;
   }
 
   template <class T>
-  void act(gripline::Point<T>& p) const {
-    gripline::correct_body(p.q, p.at, drive_.model_has_tyres(), car_.v_min, resistance_, ellipse_, peaks_,
-                           [this](Axle axle, const T& slip) { return table(axle).force(slip); });
+  void act(Point<T>& p) const {
+    correct_body(p.q, p.at, drive_.model_has_tyres(), car_.v_min, resistance_, ellipse_, peaks_,
+                 [this](Axle axle, const T& slip) { return tyres_.of(axle).force(slip); });
   }
 
  private:
   Eigen::Index unknowns() const { return 2 * static_cast<Eigen::Index>(params_.hidden) + 2; }
   /// Whether enough was seen to speak of friction: a sixth of the window, one second of the default.
   bool learned() const { return gram_.count() >= std::min(params_.window, 50); }
-  const gripline::AxleTable& table(Axle axle) const { return axle == Axle::front ? front_ : rear_; }
 
-  /// The layer at the table's knots, and the penalty on slopes beyond the visited slips.
-  void tabulate(const gripline::HiddenLayer& layer, Eigen::MatrixXd& rows, Eigen::Index first) {
-    const Eigen::Index n = layer.nodes();
-    rows.setZero(2 * gripline::table_knots, n);
-    Eigen::VectorXd h(n);
-    for (std::ptrdiff_t i = 0; i < 2 * gripline::table_knots; ++i) {
-      const double slip = gripline::table_slip(i / 2);
-      h.setZero();
-      if (i % 2 == 0) {
-        layer.add(slip, 1.0, {h.data(), static_cast<std::size_t>(n)});
-      } else {
-        layer.add_slope(slip, 1.0, {h.data(), static_cast<std::size_t>(n)});
-        if (std::abs(slip) > params_.slip_cap)
-          level_.block(first, first, n, n) += params_.level * gripline::table_step * h * h.transpose();
-      }
-      rows.row(i) = h;
+  /// Adds the penalty on slopes beyond slip_cap to the unknowns from `first` on.
+  void penalise_slopes(const TabulatedLayer& nodes, Eigen::Index first) {
+    const Eigen::Index n = params_.hidden;
+    for (std::ptrdiff_t i = 0; i < table_knots; ++i) {
+      if (std::abs(table_slip(i)) <= params_.slip_cap) continue;
+      const Eigen::VectorXd h = nodes.slopes(i);
+      level_.block(first, first, n, n) += params_.level * table_step * h * h.transpose();
     }
   }
 
   /// The three equations of step_path.hpp, dimensionless.
-  void fill_rows(const gripline::StepPath& path) {
+  void fill_rows(const StepPath& path) {
     const Eigen::Index n = params_.hidden;
     const double gyration = std::sqrt(car_.Iz / car_.m);
-    const double weight = car_.m * gripline::gravity;
+    const double weight = car_.m * gravity;
     rows_.setZero();
     double* const h = rows_.data();  // column 0: mean features of both axles, to be scaled per equation
-    for (int i = 0; i < gripline::path_points; ++i) {
-      const double w = gripline::path_weights[i];
+    for (int i = 0; i < path_points; ++i) {
+      const double w = path_weights[i];
       front_layer_.add(path.slip[i].front, w * path.load_front, {h, static_cast<std::size_t>(n)});
       rear_layer_.add(path.slip[i].rear, w * path.load_rear, {h + n, static_cast<std::size_t>(n)});
     }
@@ -167,11 +161,11 @@ class Elm final : public gripline::AutoDiffEffect<Elm, gripline::Estimator> {
     rows_.col(0).head(n) *= -path.sine;
     rows_.col(0).segment(n, n).setZero();
     rows_(2 * n, 0) = -resistance_scale;
-    rows_(2 * n + 1, 0) = -resistance_scale * path.mean_square_speed() / gripline::square(car_.v_ref);
+    rows_(2 * n + 1, 0) = -resistance_scale * path.mean_square_speed() / square(car_.v_ref);
     targets_ = {path.drive_loss / weight, path.side / weight, path.moment / (gyration * weight)};
   }
 
-  void visit(const gripline::StepPath& path) {
+  void visit(const StepPath& path) {
     for (const auto& slip : {path.slip.front(), path.slip.back()}) {
       visited_.front = std::max(visited_.front, std::min(params_.slip_cap, std::abs(slip.front)));
       visited_.rear = std::max(visited_.rear, std::min(params_.slip_cap, std::abs(slip.rear)));
@@ -205,40 +199,33 @@ class Elm final : public gripline::AutoDiffEffect<Elm, gripline::Estimator> {
 
   void read_weights() {
     const Eigen::Index n = params_.hidden;
-    const double weight = car_.m * gripline::gravity;
-    const auto fill = [&](gripline::AxleTable& table, const Eigen::MatrixXd& rows, Eigen::Index first) {
-      knots_.noalias() = rows * weights_.segment(first, n);
-      for (std::ptrdiff_t i = 0; i < gripline::table_knots; ++i) {
-        table.values()[i] = weight * knots_[2 * i];
-        table.slopes()[i] = weight * knots_[2 * i + 1];
-      }
-    };
-    fill(front_, front_table_rows_, 0);
-    fill(rear_, rear_table_rows_, n);
+    const double weight = car_.m * gravity;
+    front_nodes_.fill(tyres_.front, weights_.segment(0, n), weight);
+    rear_nodes_.fill(tyres_.rear, weights_.segment(n, n), weight);
     resistance_ = {resistance_scale * weight * weights_[2 * n],
-                   resistance_scale * weight * weights_[2 * n + 1] / gripline::square(car_.v_ref)};
-    peaks_ = {std::max(front_.peak(visited_.front), least_mu * weight * car_.lr / (car_.lf + car_.lr)),
-              std::max(rear_.peak(visited_.rear), least_mu * weight * car_.lf / (car_.lf + car_.lr))};
+                   resistance_scale * weight * weights_[2 * n + 1] / square(car_.v_ref)};
+    peaks_ = {std::max(tyres_.front.peak(visited_.front), least_mu * weight * car_.lr / (car_.lf + car_.lr)),
+              std::max(tyres_.rear.peak(visited_.rear), least_mu * weight * car_.lf / (car_.lf + car_.lr))};
     misfit_ = std::sqrt(gram_.residual(weights_, gradient_) / (3.0 * gram_.weight()));
   }
 
   Params params_;
-  gripline::Car car_;
-  gripline::StraightDrive drive_;
-  gripline::SplitMix random_;
-  gripline::HiddenLayer front_layer_, rear_layer_;
-  gripline::WindowGram gram_;
+  Car car_;
+  StraightDrive drive_;
+  SplitMix64 random_;
+  HiddenLayer front_layer_, rear_layer_;
+  TabulatedLayer front_nodes_, rear_nodes_;
+  WindowGram gram_;
   double mu_init_;
-  gripline::Ellipse ellipse_;
-  gripline::Peaks peaks_;
-  gripline::Slips visited_;
-  Eigen::MatrixXd rows_, normal_, level_, front_table_rows_, rear_table_rows_;
+  FrictionEllipse ellipse_;
+  PeakForces peaks_;
+  Slips visited_;
+  Eigen::MatrixXd rows_, normal_, level_;
   Eigen::VectorXd weights_, velocity_, gradient_;
   Eigen::Vector3d targets_ = Eigen::Vector3d::Zero();
-  Eigen::VectorXd knots_{2 * gripline::table_knots};
   Eigen::LLT<Eigen::MatrixXd> factors_;
-  gripline::AxleTable front_, rear_;
-  gripline::Resistance resistance_;
+  AxleTables tyres_;
+  ResistanceForce resistance_;
   double misfit_ = 0;
 };
 

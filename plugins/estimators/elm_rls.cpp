@@ -24,15 +24,16 @@
 #include "common/learning/axle_table.hpp"
 #include "common/learning/difference_rls.hpp"
 #include "common/learning/generic_tyres.hpp"
+#include "common/learning/step_path.hpp"
 #include "common/learning/tyre_correction.hpp"
 
 namespace {
 
-using gripline::Axle;
-using gripline::square;
+using namespace gripline;
+using namespace gripline::learning;
 constexpr int channels = 3;
 
-class ElmRls : public gripline::AutoDiffEffect<ElmRls, gripline::Estimator> {
+class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
  public:
   struct Params {
     int hidden = 40;
@@ -44,7 +45,6 @@ class ElmRls : public gripline::AutoDiffEffect<ElmRls, gripline::Estimator> {
     double ellipse = 0, drive_front = 0, brake_front = 0;
   };
   static constexpr auto parameters() {
-    using gripline::param;
     using P = Params;
     return std::tuple_cat(
         std::tuple{
@@ -63,19 +63,20 @@ class ElmRls : public gripline::AutoDiffEffect<ElmRls, gripline::Estimator> {
             param("sigma_v", &P::sigma_v, "m/s", {1e-6, 10}, "noise of vx and vy to begin with"),
             param("sigma_omega", &P::sigma_omega, "rad/s", {1e-6, 10}, "noise of the yaw rate to begin with"),
             param("misfit", &P::misfit, "m/s2", {1e-6, 10}, "accuracy of the equations at best")},
-        gripline::ellipse_parameters<P>());
+        ellipse_parameters<P>());
   }
 
-  ElmRls(const gripline::PluginContext& context, const Params& params)
+  ElmRls(const PluginContext& context, const Params& params)
       : params_(params),
         car_(context.car),
         drive_(context),
         random_(context.seed),
         front_tyres_(params.hidden, prior(expected(context, params)), random_),
         rear_tyres_(params.hidden, prior(expected(context, params)), random_),
+        front_nodes_(front_tyres_),
+        rear_nodes_(rear_tyres_),
         rls_(unknowns(), channels),
-        load_{car_.m * gripline::gravity * car_.lr / (car_.lf + car_.lr),
-              car_.m * gripline::gravity * car_.lf / (car_.lf + car_.lr)},
+        load_{car_.m * gravity * car_.lr / (car_.lf + car_.lr), car_.m * gravity * car_.lf / (car_.lf + car_.lr)},
         expected_(expected(context, params)),
         gyration_(std::sqrt(car_.Iz / car_.m)),
         ellipse_{params.ellipse, params.drive_front, params.brake_front},
@@ -89,47 +90,46 @@ class ElmRls : public gripline::AutoDiffEffect<ElmRls, gripline::Estimator> {
     prior_covariance_.block(n, n, n, n) = rear_tyres_.prior_covariance();
     prior_covariance_(2 * n, 2 * n) = square(0.1);          // Cr0 over m g
     prior_covariance_(2 * n + 1, 2 * n + 1) = square(0.1);  // Cd v_ref^2 over m g
-    tabulate(front_tyres_, front_rows_);
-    tabulate(rear_tyres_, rear_rows_);
     start_over();
   }
 
-  void update(const gripline::Sample& k) override {
+  void update(const Sample& k) override {
     if (std::min(k.x.vx, k.x_next.vx) < car_.v_min || k.dt <= 0.0) {
       continues_ = false;
       return;
     }
     if (!continues_) rls_.break_sequence(sigma_.data());
     continues_ = true;
-    const gripline::Motion begin = {k.x.vx - rls_.noise(0), k.x.vy - rls_.noise(1), k.x.omega - rls_.noise(2)};
-    fill_rows(gripline::predicted_path(begin, k, car_, drive_, resistance_, ellipse_, peaks_,
-                                       [this](Axle axle, double slip) { return table(axle).at(slip).force; }));
+    const BodyVelocity begin = {k.x.vx - rls_.noise(0), k.x.vy - rls_.noise(1), k.x.omega - rls_.noise(2)};
+    const auto force = [this](Axle axle, double slip) { return tables_.of(axle).at(slip).force; };
+    const LearnedCar car{car_, drive_, resistance_, ellipse_, peaks_, force};
+    fill_rows(predicted_path(begin, k, car));
     forget(k.dt);
     rls_.begin_step(sigma_.data());
     watch(k.dt);
     for (int c = 0; c < channels; ++c) {
       const auto innovation = rls_.innovation(c, rows_.col(c), rates_[c], k.dt, misfit(c));
       match_noise(c, innovation);
-      rls_.absorb(innovation);
+      rls_.update(innovation);
     }
     ++seen_;
     read_theta();
     if (!plausible()) start_over();
   }
 
-  gripline::Belief belief() const override { return belief_; }
+  Belief belief() const override { return belief_; }
 
   bool tyre_force(Axle axle, std::span<const double> slip, std::span<double> force,
                   std::span<double> sigma) const override {
-    for (std::size_t i = 0; i < force.size(); ++i) force[i] = table(axle).at(slip[i]).force;
+    tables_.forces(axle, slip, force);
     for (std::size_t i = 0; i < sigma.size(); ++i) sigma[i] = deviation(axle, slip[i]);
     return true;
   }
 
   template <class T>
-  void act(gripline::Point<T>& p) const {
-    gripline::correct_body(p.q, p.at, drive_.model_has_tyres(), car_.v_min, resistance_, ellipse_, peaks_,
-                           [this](Axle axle, const T& slip) { return table(axle).force(slip); });
+  void act(Point<T>& p) const {
+    correct_body(p.q, p.at, drive_.model_has_tyres(), car_.v_min, resistance_, ellipse_, peaks_,
+                 [this](Axle axle, const T& slip) { return tables_.of(axle).force(slip); });
   }
 
  private:
@@ -140,46 +140,31 @@ class ElmRls : public gripline::AutoDiffEffect<ElmRls, gripline::Estimator> {
   static constexpr double misfit_gain = 0.02;     // per step, of matching the misfit
   static constexpr double telling_share = 0.4;    // of friction: forces below say nothing of a sudden change
 
-  static double expected(const gripline::PluginContext& context, const Params& params) {
+  static double expected(const PluginContext& context, const Params& params) {
     return params.friction > 0 ? params.friction : context.mu_init;
   }
-  gripline::TyrePrior prior(double mu) const {
+  TyrePrior prior(double mu) const {
     return {params_.stiffness,      params_.stiffness_spread, params_.shape, params_.shape_spread, mu,
             params_.friction_spread};
   }
   Eigen::Index unknowns() const { return 2 * static_cast<Eigen::Index>(params_.hidden) + 2; }
   int first(Axle axle) const { return axle == Axle::front ? 0 : params_.hidden; }
-  const gripline::AxleTable& table(Axle axle) const { return axle == Axle::front ? front_ : rear_; }
-  const gripline::GenericTyres& tyres(Axle axle) const { return axle == Axle::front ? front_tyres_ : rear_tyres_; }
+  const GenericTyres& tyres(Axle axle) const { return axle == Axle::front ? front_tyres_ : rear_tyres_; }
   double misfit(int channel) const { return misfit_[channel]; }
 
-  static void tabulate(const gripline::GenericTyres& tyres, Eigen::MatrixXd& rows) {
-    const auto n = static_cast<std::size_t>(tyres.nodes());
-    rows.setZero(2 * gripline::table_knots, tyres.nodes());
-    Eigen::VectorXd h(tyres.nodes());
-    for (std::ptrdiff_t i = 0; i < gripline::table_knots; ++i) {
-      h.setZero();
-      tyres.add(gripline::table_slip(i), 1.0, {h.data(), n});
-      rows.row(i) = h;
-      h.setZero();
-      tyres.add_slope(gripline::table_slip(i), 1.0, {h.data(), n});
-      rows.row(gripline::table_knots + i) = h;
-    }
-  }
-
   /// Rates and their regressors: one column per channel.
-  void fill_rows(const gripline::StepPath& path) {
+  void fill_rows(const StepPath& path) {
     const Eigen::Index n = params_.hidden;
     rows_.setZero();
     double* const h = rows_.col(1).data();
-    for (int i = 0; i < gripline::path_points; ++i) {
-      const double w = gripline::path_weights[i];
+    for (int i = 0; i < path_points; ++i) {
+      const double w = path_weights[i];
       front_tyres_.add(path.slip[i].front, w * path.load_front, {h, static_cast<std::size_t>(n)});
       rear_tyres_.add(path.slip[i].rear, w * path.load_rear, {h + n, static_cast<std::size_t>(n)});
     }
     rows_.col(0).head(n) = rows_.col(1).head(n) * (-path.sine * load_[0] / car_.m);
-    rows_(2 * n, 0) = -gripline::gravity;
-    rows_(2 * n + 1, 0) = -gripline::gravity * path.mean_square_speed() / square(car_.v_ref);
+    rows_(2 * n, 0) = -gravity;
+    rows_(2 * n + 1, 0) = -gravity * path.mean_square_speed() / square(car_.v_ref);
     rows_.col(2).head(n) = rows_.col(1).head(n) * (path.cosine * load_[0] * car_.lf / car_.Iz);
     rows_.col(2).segment(n, n) = rows_.col(1).segment(n, n) * (-load_[1] * car_.lr / car_.Iz);
     rows_.col(1).head(n) *= path.cosine * load_[0] / car_.m;
@@ -230,7 +215,7 @@ class ElmRls : public gripline::AutoDiffEffect<ElmRls, gripline::Estimator> {
   void watch(double dt) {
     const Eigen::Index n = params_.hidden;
     const double side = std::abs(rows_.col(1).head(2 * n).dot(rls_.theta().head(2 * n)));
-    if (side < telling_share * gripline::gravity * std::min(belief_.mu_front, belief_.mu_rear)) return;
+    if (side < telling_share * gravity * std::min(belief_.mu_front, belief_.mu_rear)) return;
     score_ *= score_memory;
     score_variance_ *= score_memory;
     for (int c : {1, 2}) {
@@ -246,7 +231,7 @@ class ElmRls : public gripline::AutoDiffEffect<ElmRls, gripline::Estimator> {
 
   /// Moves the assumed noise of a channel until the innovations have the variance they are said to have, and the
   /// assumed misfit until they are no longer correlated: what the equations leave out lasts, noise does not.
-  void match_noise(int c, const gripline::DifferenceRls::Innovation& innovation) {
+  void match_noise(int c, const DifferenceRls::Innovation& innovation) {
     if (seen_ < settling) return;
     const double ratio = std::min(4.0, square(innovation.error) / innovation.variance);
     sigma_[c] = std::clamp(sigma_[c] * std::exp(0.5 * noise_gain * (ratio - 1.0)), smallest_sigma * largest_sigma_[c],
@@ -274,43 +259,37 @@ class ElmRls : public gripline::AutoDiffEffect<ElmRls, gripline::Estimator> {
 
   void read_theta() {
     const Eigen::Index n = params_.hidden;
-    const auto fill = [&](gripline::AxleTable& table, const Eigen::MatrixXd& rows, Eigen::Index begin, double load) {
-      knots_.noalias() = rows * rls_.theta().segment(begin, n);
-      for (std::ptrdiff_t i = 0; i < gripline::table_knots; ++i) {
-        table.values()[i] = load * knots_[i];
-        table.slopes()[i] = load * knots_[gripline::table_knots + i];
-      }
-    };
-    fill(front_, front_rows_, 0, load_[0]);
-    fill(rear_, rear_rows_, n, load_[1]);
-    const double weight = car_.m * gripline::gravity;
+    front_nodes_.fill(tables_.front, rls_.theta().segment(0, n), load_[0]);
+    rear_nodes_.fill(tables_.rear, rls_.theta().segment(n, n), load_[1]);
+    const double weight = car_.m * gravity;
     resistance_ = {weight * rls_.theta()[2 * n], weight * rls_.theta()[2 * n + 1] / square(car_.v_ref)};
-    peaks_ = {std::max(front_.peak(peak_reach), 1e-3 * load_[0]), std::max(rear_.peak(peak_reach), 1e-3 * load_[1])};
-    belief_.mu_front = front_.peak(peak_reach) / load_[0];
-    belief_.mu_rear = rear_.peak(peak_reach) / load_[1];
-    belief_.sigma_front = deviation(Axle::front, front_.peak_slip(peak_reach)) / load_[0];
-    belief_.sigma_rear = deviation(Axle::rear, rear_.peak_slip(peak_reach)) / load_[1];
+    peaks_ = {std::max(tables_.front.peak(peak_reach), 1e-3 * load_[0]),
+              std::max(tables_.rear.peak(peak_reach), 1e-3 * load_[1])};
+    belief_.mu_front = tables_.front.peak(peak_reach) / load_[0];
+    belief_.mu_rear = tables_.rear.peak(peak_reach) / load_[1];
+    belief_.sigma_front = deviation(Axle::front, tables_.front.peak_slip(peak_reach)) / load_[0];
+    belief_.sigma_rear = deviation(Axle::rear, tables_.rear.peak_slip(peak_reach)) / load_[1];
     belief_.trusted = seen_ >= settling;
   }
 
   static constexpr int settling = 50;  // samples before the innovations are taken as evidence
 
   Params params_;
-  gripline::Car car_;
-  gripline::StraightDrive drive_;
-  gripline::SplitMix random_;
-  gripline::GenericTyres front_tyres_, rear_tyres_;
-  gripline::DifferenceRls rls_;
+  Car car_;
+  StraightDrive drive_;
+  SplitMix64 random_;
+  GenericTyres front_tyres_, rear_tyres_;
+  TabulatedLayer front_nodes_, rear_nodes_;
+  DifferenceRls rls_;
   std::array<double, 2> load_;  // static axle loads [N]
   double expected_, gyration_;
-  gripline::Ellipse ellipse_;
-  gripline::Peaks peaks_;
+  FrictionEllipse ellipse_;
+  PeakForces peaks_;
   std::array<double, channels> sigma_, largest_sigma_, misfit_, last_error_ = {}, rates_ = {};
-  Eigen::MatrixXd rows_, prior_covariance_, front_rows_, rear_rows_;
-  Eigen::VectorXd knots_{2 * gripline::table_knots};
-  gripline::AxleTable front_, rear_;
-  gripline::Resistance resistance_;
-  gripline::Belief belief_;
+  Eigen::MatrixXd rows_, prior_covariance_;
+  AxleTables tables_;
+  ResistanceForce resistance_;
+  Belief belief_;
   double score_ = 0, score_variance_ = 0;
   std::int64_t seen_ = 0;
   bool continues_ = false;
@@ -320,16 +299,15 @@ class ElmRls : public gripline::AutoDiffEffect<ElmRls, gripline::Estimator> {
 /// car is a black box.
 class ToldElmRls final : public ElmRls {
  public:
-  ToldElmRls(const gripline::PluginContext& context, const Params& params)
-      : ElmRls(context, params), truth_(context.truth) {
+  ToldElmRls(const PluginContext& context, const Params& params) : ElmRls(context, params), truth_(context.truth) {
     if (truth_ == nullptr) throw std::runtime_error("elm_rls_told needs the truth of a world; there is none here");
   }
-  gripline::Belief belief() const override {
+  Belief belief() const override {
     return {truth_->mu(Axle::front), truth_->mu(Axle::rear), 0, 0, ElmRls::belief().trusted};
   }
 
  private:
-  const gripline::Truth* truth_;
+  const Truth* truth_;
 };
 
 }  // namespace

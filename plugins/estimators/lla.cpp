@@ -16,33 +16,35 @@
 #include <random>
 #include <vector>
 
+#include "common/learning/single_track.hpp"
+#include "common/learning/straight_drive.hpp"
 #include "common/learning/tyre_correction.hpp"
+#include "common/vehicle/magic_formula.hpp"
 
 namespace {
 
-using gripline::Axle;
-using gripline::square;
+using namespace gripline;
+using namespace gripline::learning;
+using vehicle::AxleTyres;
+using vehicle::MagicFormula;
 
-struct Pacejka {
-  double B, C, D;
-  template <class T>
-  T force(const T& slip) const {
-    using std::atan, std::sin;
-    return D * sin(C * atan(B * slip));
-  }
+/// Pose [m, m, rad] and velocities in the car's axes [m/s, m/s, rad/s], or their rates.
+struct PlanarState {
+  double x, y, yaw, vx, vy, omega;
 };
-struct Model {
-  Pacejka front, rear;
-};
+PlanarState advanced(const PlanarState& s, const PlanarState& rate, double h) {
+  return {s.x + h * rate.x,   s.y + h * rate.y,   s.yaw + h * rate.yaw,
+          s.vx + h * rate.vx, s.vy + h * rate.vy, s.omega + h * rate.omega};
+}
 
 /// The magic formula through a curve: its slope at zero and its peak are kept, C is found by search.
 template <class F>
-Pacejka through(F&& curve, double peak) {
+MagicFormula through(F&& curve, double peak) {
   const double slope = curve(1e-4) / 1e-4;
-  Pacejka best{slope / (1.3 * peak), 1.3, peak};
+  MagicFormula best{slope / (1.3 * peak), 1.3, peak};
   double least = INFINITY;
   for (double C = 1.0; C <= 2.0; C += 1e-4) {
-    const Pacejka one{slope / (C * peak), C, peak};
+    const MagicFormula one{slope / (C * peak), C, peak};
     double error = 0.0;
     for (double slip = 0.05; slip < 0.8; slip += 0.05) error += square(one.force(slip) - curve(slip));
     if (error < least) least = error, best = one;
@@ -50,7 +52,7 @@ Pacejka through(F&& curve, double peak) {
   return best;
 }
 
-class LookBack final : public gripline::AutoDiffEffect<LookBack, gripline::Estimator> {
+class LookBack final : public AutoDiffEffect<LookBack, Estimator> {
  public:
   struct Params {
     int models = 20000, window = 10, best = 10, average = 20;
@@ -58,7 +60,6 @@ class LookBack final : public gripline::AutoDiffEffect<LookBack, gripline::Estim
     double centre_B = 4.0, centre_C = 1.4;
   };
   static constexpr auto parameters() {
-    using gripline::param;
     using P = Params;
     return std::tuple{param("models", &P::models, "1", {10, 1000000}, "models in the bank"),
                       param("window", &P::window, "1", {1, 1000}, "steps looked back on"),
@@ -71,9 +72,9 @@ class LookBack final : public gripline::AutoDiffEffect<LookBack, gripline::Estim
                       param("centre_C", &P::centre_C, "1", {0.5, 3}, "centre of C without truth")};
   }
 
-  LookBack(const gripline::PluginContext& context, const Params& params)
+  LookBack(const PluginContext& context, const Params& params)
       : params_(params), car_(context.car), drive_(context), truth_(context.truth), random_(context.seed) {
-    const double weight = car_.m * gripline::gravity / (car_.lf + car_.lr);
+    const double weight = car_.m * gravity / (car_.lf + car_.lr);
     load_[0] = weight * car_.lr;
     load_[1] = weight * car_.lf;
     centre_ = truth_ != nullptr ? true_model() : generic_model(context.mu_init);
@@ -89,7 +90,7 @@ class LookBack final : public gripline::AutoDiffEffect<LookBack, gripline::Estim
     history_.assign(static_cast<std::size_t>(params.average), {mu_[0], mu_[1]});
   }
 
-  void update(const gripline::Sample& k) override {
+  void update(const Sample& k) override {
     if (std::min(k.x.vx, k.x_next.vx) < car_.v_min) return;
     const double drive = drive_.at(0.5 * (k.x.vx + k.x_next.vx), k.u.d, k.at).forward;
     double* const errors = errors_.data() + static_cast<std::size_t>(seen_ % params_.window) * bank_.size();
@@ -104,46 +105,42 @@ class LookBack final : public gripline::AutoDiffEffect<LookBack, gripline::Estim
     choose();
   }
 
-  gripline::Belief belief() const override { return {mu_[0], mu_[1], 0, 0, false}; }
+  Belief belief() const override { return {mu_[0], mu_[1], 0, 0, false}; }
 
   bool tyre_force(Axle axle, std::span<const double> slip, std::span<double> force,
                   std::span<double> sigma) const override {
-    const Pacejka& tyre = axle == Axle::front ? chosen_.front : chosen_.rear;
+    const MagicFormula& tyre = axle == Axle::front ? chosen_.front : chosen_.rear;
     for (std::size_t i = 0; i < force.size(); ++i) force[i] = tyre.force(slip[i]);
     std::fill(sigma.begin(), sigma.end(), 0.0);
     return true;
   }
 
   template <class T>
-  void act(gripline::Point<T>& p) const {
-    gripline::correct_body(p.q, p.at, drive_.model_has_tyres(), car_.v_min, resistance_, {}, {},
-                           [this](Axle axle, const T& slip) {
-                             return axle == Axle::front ? chosen_.front.force(slip) : chosen_.rear.force(slip);
-                           });
+  void act(Point<T>& p) const {
+    correct_body(p.q, p.at, drive_.model_has_tyres(), car_.v_min, resistance_, {}, {},
+                 [this](Axle axle, const T& slip) {
+                   return axle == Axle::front ? chosen_.front.force(slip) : chosen_.rear.force(slip);
+                 });
   }
 
  private:
-  struct Motion {
-    double x, y, yaw, vx, vy, omega;
-  };
-
   double normal() {
     const double u = (static_cast<double>(random_() >> 11) + 0.5) * 0x1p-53;
     const double v = (static_cast<double>(random_() >> 11) + 0.5) * 0x1p-53;
     return std::sqrt(-2.0 * std::log(u)) * std::cos(2.0 * std::numbers::pi * v);
   }
   /// A model drawn around a centre, each number kept within a tenth and ten times it.
-  Pacejka draw(const Pacejka& c) {
+  MagicFormula draw(const MagicFormula& c) {
     const auto one = [&](double centre, double spread) {
       return std::clamp(centre * (1.0 + spread * normal()), 0.1 * centre, 10.0 * centre);
     };
     const double B = one(c.B, params_.spread_B), C = one(c.C, params_.spread_C), D = one(c.D, params_.spread_D);
     return {B, C, D};
   }
-  Model generic_model(double mu) const {
+  AxleTyres generic_model(double mu) const {
     return {{params_.centre_B, params_.centre_C, mu * load_[0]}, {params_.centre_B, params_.centre_C, mu * load_[1]}};
   }
-  Model true_model() const {
+  AxleTyres true_model() const {
     const auto curve = [this](Axle axle) {
       return [this, axle](double slip) { return truth_->tyre_force(axle, slip); };
     };
@@ -153,10 +150,10 @@ class LookBack final : public gripline::AutoDiffEffect<LookBack, gripline::Estim
   /// Resistance from the true car rolling straight without drive, at two speeds.
   void learn_true_resistance() {
     const auto loss = [this](double v) {
-      gripline::Quantities<double> q{};
+      Quantities<double> q{};
       q.vx = v;
-      const gripline::Place at;
-      gripline::Points<double> points;
+      const Place at;
+      Points<double> points;
       points.n = 1;
       points.q = &q;
       points.at = &at;
@@ -167,44 +164,31 @@ class LookBack final : public gripline::AutoDiffEffect<LookBack, gripline::Estim
     resistance_.Cr0 = fast - resistance_.Cd * square(car_.v_ref);
   }
 
-  Motion rates(const Model& model, const Motion& s, double drive, double delta) const {
-    const double ff = model.front.force(gripline::front_slip(s.vx, s.vy, s.omega, delta, car_.lf, car_.v_min));
-    const double fr = model.rear.force(gripline::rear_slip(s.vx, s.vy, s.omega, car_.lr, car_.v_min));
-    const double c = std::cos(s.yaw), n = std::sin(s.yaw), steer = std::cos(delta);
-    const double loss = resistance_.Cr0 + resistance_.Cd * square(s.vx) + ff * std::sin(delta);
-    return {s.vx * c - s.vy * n,
-            s.vx * n + s.vy * c,
-            s.omega,
-            drive - loss / car_.m + s.vy * s.omega,
-            (fr + ff * steer) / car_.m - s.vx * s.omega,
-            (ff * car_.lf * steer - fr * car_.lr) / car_.Iz};
-  }
-  static Motion step(const Motion& s, const Motion& r, double h) {
-    return {s.x + h * r.x, s.y + h * r.y, s.yaw + h * r.yaw, s.vx + h * r.vx, s.vy + h * r.vy, s.omega + h * r.omega};
+  PlanarState rates(const AxleTyres& tyres, const PlanarState& s, double drive, double delta) const {
+    const BodyVelocity body = {s.vx, s.vy, s.omega};
+    const Slips slip = slips(body, delta, car_);
+    const double resistance = resistance_.Cr0 + resistance_.Cd * square(s.vx);
+    const BodyVelocity rate = body_rates(
+        body, delta, drive, 0.0, {tyres.front.force(slip.front), tyres.rear.force(slip.rear)}, resistance, car_);
+    const double c = std::cos(s.yaw), n = std::sin(s.yaw);
+    return {s.vx * c - s.vy * n, s.vx * n + s.vy * c, s.omega, rate.vx, rate.vy, rate.omega};
   }
 
   /// One step of the classical Runge-Kutta method; the drive is that of the mean speed.
-  Motion predict(const Model& model, const gripline::Sample& k, double drive) const {
-    const Motion s = {k.x.x, k.x.y, k.x.yaw, k.x.vx, k.x.vy, k.x.omega};
+  PlanarState predict(const AxleTyres& tyres, const Sample& k, double drive) const {
+    const PlanarState s = {k.x.x, k.x.y, k.x.yaw, k.x.vx, k.x.vy, k.x.omega};
     const double delta = k.x_next.delta;
-    const Motion k1 = rates(model, s, drive, delta);
-    const Motion k2 = rates(model, step(s, k1, 0.5 * k.dt), drive, delta);
-    const Motion k3 = rates(model, step(s, k2, 0.5 * k.dt), drive, delta);
-    const Motion k4 = rates(model, step(s, k3, k.dt), drive, delta);
-    Motion out = step(s, k1, k.dt / 6);
-    out = step(out, k2, k.dt / 3);
-    out = step(out, k3, k.dt / 3);
-    return step(out, k4, k.dt / 6);
+    return runge_kutta_step(s, k.dt, [&](const PlanarState& at) { return rates(tyres, at, drive, delta); });
   }
 
-  double error_of(const Model& model, const gripline::Sample& k, double drive) const {
-    const Motion p = predict(model, k, drive);
+  double error_of(const AxleTyres& tyres, const Sample& k, double drive) const {
+    const PlanarState p = predict(tyres, k, drive);
     return square(p.x - k.x_next.x) + square(p.y - k.x_next.y) + square(p.yaw - k.x_next.yaw) +
            square(p.vx - k.x_next.vx);
   }
 
   /// What the chosen model leaves of vx', as a constant resistance, with the memory of a second.
-  void learn_resistance(const gripline::Sample& k, double drive) {
+  void learn_resistance(const Sample& k, double drive) {
     const double missing = (predict(chosen_, k, drive).vx - k.x_next.vx) / k.dt;
     resistance_.Cr0 = std::max(0.0, resistance_.Cr0 + std::min(1.0, k.dt) * car_.m * missing);
   }
@@ -229,14 +213,14 @@ class LookBack final : public gripline::AutoDiffEffect<LookBack, gripline::Estim
   }
 
   Params params_;
-  gripline::Car car_;
-  gripline::StraightDrive drive_;
-  const gripline::Truth* truth_;
+  Car car_;
+  StraightDrive drive_;
+  const Truth* truth_;
   std::mt19937_64 random_;
   double load_[2] = {0, 0};  // static, front and rear [N]
-  Model centre_{}, chosen_{};
-  gripline::Resistance resistance_{};
-  std::vector<Model> bank_;
+  AxleTyres centre_{}, chosen_{};
+  ResistanceForce resistance_;
+  std::vector<AxleTyres> bank_;
   std::vector<double> errors_, sums_;  // window x models; sums over the window
   std::vector<std::size_t> order_;
   std::vector<std::pair<double, double>> history_;

@@ -2,7 +2,7 @@
 // adaptive speed.   v_ref(s) = pace * v(s; mu)
 #include <array>
 
-#include "common/line/line_planner.hpp"
+#include "common/planning/line_planner.hpp"
 
 namespace {
 

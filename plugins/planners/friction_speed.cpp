@@ -4,7 +4,7 @@
 //
 // Source: Kalaria, Lin, Dolan, Algorithm 1 line 14. Each profile of the grid is computed from the car's own drive,
 // brake and steering limits (speed_profile.hpp).
-#include "common/line/line_planner.hpp"
+#include "common/planning/line_planner.hpp"
 
 namespace {
 
@@ -27,11 +27,11 @@ class FrictionSpeed final : public SpeedPlanner {
   FrictionSpeed(const PluginContext& context, const Params& params)
       : car_(context.car),
         step_(params.rise > 0 ? params.rise * context.dt : std::numeric_limits<double>::infinity()),
-        planner_(context, params, grid(params)) {}
+        planner_(context, params, planning::friction_grid(params.mu_lo, params.mu_hi, params.mu_step)) {}
 
   void plan(const Observation& now, const Belief& belief, const TyreCurve* /*learned*/,
             std::span<RefPoint> horizon) override {
-    // Down at once, up slowly: tyres must not be asked for a grip that the car has yet to learn to use.
+    // A fall of the friction counts at once, a rise at the rate `rise`: what was just learned may be wrong.
     const double mu = total_mu(belief, car_);
     planned_ = std::min(mu, planned_ + step_);
     if (!std::isfinite(planned_)) planned_ = mu;
@@ -40,15 +40,6 @@ class FrictionSpeed final : public SpeedPlanner {
   std::span<const LinePoint> line() const override { return planner_.line().samples(); }
 
  private:
-  static std::vector<double> grid(const Params& params) {
-    if (params.mu_hi < params.mu_lo) throw std::invalid_argument("mu_hi is below mu_lo");
-    const double intervals = std::max(1.0, std::ceil((params.mu_hi - params.mu_lo) / params.mu_step - 1e-9));
-    std::vector<double> mus;
-    for (int i = 0; i <= static_cast<int>(intervals); ++i)
-      mus.push_back(std::lerp(params.mu_lo, params.mu_hi, i / intervals));
-    return mus;
-  }
-
   Car car_;
   double step_;
   double planned_ = std::numeric_limits<double>::infinity();

@@ -12,6 +12,7 @@
 // friction 1 (LLA-MPC's prior), and resistance is zero: what is true of a world's car stands in the world, so that a stack
 // whose nominal model this is knows nothing unless it is told.
 #include <gripline/plugin.hpp>
+#include <gripline/slip.hpp>
 
 namespace {
 
@@ -19,7 +20,6 @@ using gripline::Point;
 using gripline::square;
 using std::abs;
 using std::atan;
-using std::atan2;
 using std::cos;
 using std::sin;
 
@@ -78,8 +78,8 @@ class Dynamic final : public gripline::AutoDiffVehicle<Dynamic> {
   void tyre(Point<T>& p, const Params<T>& k) const {
     auto& q = p.q;
     const T forward = abs(q.vx);
-    q.slip_front = q.delta - atan2(q.omega * q.lf + q.vy, forward);
-    q.slip_rear = atan2(q.omega * q.lr - q.vy, forward);
+    q.slip_front = gripline::front_slip(forward, q.vy, q.omega, q.delta, q.lf);
+    q.slip_rear = gripline::rear_slip(forward, q.vy, q.omega, q.lr);
     q.peak_front = k.Df * q.load_front;
     q.peak_rear = k.Dr * q.load_rear;
     q.stiff_front = k.Bf;

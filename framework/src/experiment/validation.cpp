@@ -5,6 +5,8 @@
 #include <cmath>
 #include <memory>
 
+#include <gripline/slip.hpp>
+
 #include "config/file_kind.hpp"
 #include "config/json_file.hpp"
 #include "plugin/plugin_cache.hpp"
@@ -259,8 +261,8 @@ class LapQuestioner final : public StepObserver {
     const double wheelbase = q.lf + q.lr;
     const double said[] = {(q.lr * side + moment) / (wheelbase * std::cos(q.delta)),
                            (q.lf * side - moment) / wheelbase};
-    const double slips[] = {q.delta - std::atan2(q.omega * q.lf + q.vy, std::abs(q.vx)),
-                            std::atan2(q.omega * q.lr - q.vy, std::abs(q.vx))};
+    const double slips[] = {front_slip(std::abs(q.vx), q.vy, q.omega, q.delta, q.lf),
+                            rear_slip(std::abs(q.vx), q.vy, q.omega, q.lr)};
     const World::Acting acting = world.acting();
     const double truth[] = {acting.force_front, acting.force_rear};
     for (std::size_t i = 0; i < 2; ++i) traces_[3 + i].add(t, truth[i], said[i], slips[i]);

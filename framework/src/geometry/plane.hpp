@@ -6,6 +6,8 @@
 #include <numbers>
 #include <stdexcept>
 
+#include <gripline/periodic.hpp>
+
 namespace gripline {
 
 struct PlanePoint {
@@ -29,13 +31,6 @@ class GeometryError : public std::runtime_error {
 inline double wrap_angle(double angle) {
   const double wrapped = std::remainder(angle, 2.0 * std::numbers::pi);
   return wrapped <= -std::numbers::pi ? std::numbers::pi : wrapped;
-}
-
-/// `value` moved by whole periods into [0, period).
-inline double wrap_periodic(double value, double period) {
-  if (value >= 0.0 && value < period) return value;
-  const double wrapped = value - period * std::floor(value / period);
-  return wrapped < period ? wrapped : 0.0;
 }
 
 /// `difference` of two stations of a closed line, the short way round: in [-period/2, period/2].

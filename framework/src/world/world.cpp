@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include <gripline/plugin.hpp>
+#include <gripline/slip.hpp>
 
 namespace gripline {
 namespace {
@@ -344,8 +345,8 @@ void World::sense() {
 double World::slip(Axle axle) const {
   const Car& car = spec_.car.car;
   const double forward = std::abs(state_.vx);
-  return axle == Axle::front ? state_.delta - std::atan2(state_.omega * car.lf + state_.vy, forward)
-                             : std::atan2(state_.omega * car.lr - state_.vy, forward);
+  return axle == Axle::front ? front_slip(forward, state_.vy, state_.omega, state_.delta, car.lf)
+                             : rear_slip(forward, state_.vy, state_.omega, car.lr);
 }
 
 World::Acting World::acting() const { return mover_->acting(); }

@@ -4,19 +4,23 @@
 // slip angle atan2 and a steering angle can produce, so nothing has to be clipped (hard clips make solvers fail).
 #pragma once
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <span>
 #include <vector>
 
 #include <gripline/dual.hpp>
+#include <gripline/types.hpp>
 
-namespace gripline {
+namespace gripline::learning {
 
 inline constexpr double table_reach = 2.0;  // [rad], above pi/2 + any steering angle
 inline constexpr std::ptrdiff_t table_knots = 161;
-inline constexpr double table_step = 2 * table_reach / static_cast<double>(table_knots - 1);
+inline constexpr double table_step = 2 * table_reach / static_cast<double>(table_knots - 1);  // [rad]
 
+/// Slip angle at a knot [rad].
 constexpr double table_slip(std::ptrdiff_t knot) { return -table_reach + static_cast<double>(knot) * table_step; }
 
 class AxleTable {
@@ -28,7 +32,7 @@ class AxleTable {
   std::vector<double>& slopes() { return slope_; }
 
   struct Value {
-    double force, slope;
+    double force, slope;  // [N, N/rad]
   };
   Value at(double slip) const {
     const double position = std::clamp((slip + table_reach) / table_step, 0.0, table_knots - 1.0);
@@ -71,4 +75,51 @@ class AxleTable {
   std::vector<double> value_, slope_;
 };
 
-}  // namespace gripline
+/// The curves of both axles.
+struct AxleTables {
+  AxleTable front, rear;
+
+  const AxleTable& of(Axle axle) const { return axle == Axle::front ? front : rear; }
+  /// Forces [N] at these slip angles [rad].
+  void forces(Axle axle, std::span<const double> slip, std::span<double> force) const {
+    for (std::size_t i = 0; i < force.size(); ++i) force[i] = of(axle).at(slip[i]).force;
+  }
+};
+
+/// The nodes of a hidden layer and their slopes at the knots of a table, so that the table of any output weights is one
+/// product of a matrix with a vector. Layer: nodes(), add(slip, factor, span), add_slope(slip, factor, span).
+class TabulatedLayer {
+ public:
+  template <class Layer>
+  explicit TabulatedLayer(const Layer& layer) : rows_(2 * table_knots, layer.nodes()), knots_(2 * table_knots) {
+    const auto n = static_cast<std::size_t>(layer.nodes());
+    Eigen::VectorXd h(layer.nodes());
+    for (std::ptrdiff_t i = 0; i < table_knots; ++i) {
+      h.setZero();
+      layer.add(table_slip(i), 1.0, {h.data(), n});
+      rows_.row(i) = h;
+      h.setZero();
+      layer.add_slope(table_slip(i), 1.0, {h.data(), n});
+      rows_.row(table_knots + i) = h;
+    }
+  }
+
+  /// Slopes of the nodes at a knot.
+  auto slopes(std::ptrdiff_t knot) const { return rows_.row(table_knots + knot); }
+
+  /// Fills the table of the curve factor * sum_j weights_j h_j(slip). Allocates nothing.
+  template <class Weights>
+  void fill(AxleTable& table, const Weights& weights, double factor) {
+    knots_.noalias() = rows_ * weights;
+    for (std::ptrdiff_t i = 0; i < table_knots; ++i) {
+      table.values()[i] = factor * knots_[i];
+      table.slopes()[i] = factor * knots_[table_knots + i];
+    }
+  }
+
+ private:
+  Eigen::MatrixXd rows_;  // values at the knots, then slopes [2 table_knots][nodes]
+  Eigen::VectorXd knots_;
+};
+
+}  // namespace gripline::learning

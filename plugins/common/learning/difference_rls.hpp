@@ -13,7 +13,7 @@
 #include <Eigen/Core>
 #include <cmath>
 
-namespace gripline {
+namespace gripline::learning {
 
 class DifferenceRls {
  public:
@@ -62,7 +62,7 @@ class DifferenceRls {
     return {y - row_.dot(estimate_), row_.dot(gain_) + model_sigma * model_sigma};
   }
   /// Takes in the rate of the last call of innovation().
-  void absorb(const Innovation& innovation) {
+  void update(const Innovation& innovation) {
     estimate_ += gain_ * (innovation.error / innovation.variance);
     covariance_.noalias() -= (gain_ / innovation.variance) * gain_.transpose();
   }
@@ -82,4 +82,4 @@ class DifferenceRls {
   Eigen::VectorXd row_, gain_, estimate_;
 };
 
-}  // namespace gripline
+}  // namespace gripline::learning

@@ -16,7 +16,7 @@
 
 #include "common/learning/hidden_layer.hpp"
 
-namespace gripline {
+namespace gripline::learning {
 
 struct TyrePrior {
   double stiffness = 6.0, stiffness_spread = 0.7;  // median of B [1/rad] and standard deviation of its logarithm
@@ -27,7 +27,7 @@ struct TyrePrior {
 class GenericTyres {
  public:
   /// Nodes spread evenly over the prior (an additive recurrence), shifted by the seed.
-  GenericTyres(int nodes, const TyrePrior& prior, SplitMix& random) : B_(nodes), C_(nodes), prior_(prior) {
+  GenericTyres(int nodes, const TyrePrior& prior, SplitMix64& random) : B_(nodes), C_(nodes), prior_(prior) {
     double u = random.uniform(0, 1), v = random.uniform(0, 1);
     for (int j = 0; j < nodes; ++j) {
       u = std::fmod(u + 0.7548776662466927, 1.0);
@@ -75,4 +75,4 @@ class GenericTyres {
   TyrePrior prior_;
 };
 
-}  // namespace gripline
+}  // namespace gripline::learning

@@ -10,12 +10,12 @@
 #include <span>
 #include <vector>
 
-namespace gripline {
+namespace gripline::learning {
 
 /// A small reproducible generator (splitmix64): the same numbers on every platform and standard library.
-class SplitMix {
+class SplitMix64 {
  public:
-  explicit SplitMix(std::uint64_t seed) : state_(seed) {}
+  explicit SplitMix64(std::uint64_t seed) : state_(seed) {}
   std::uint64_t next() {
     std::uint64_t z = (state_ += 0x9e3779b97f4a7c15ull);
     z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9ull;
@@ -31,7 +31,7 @@ class SplitMix {
 class HiddenLayer {
  public:
   /// Centres -b/w within +-reach [rad], the slips a car visits; steepness w between 1.2 and 7.2 over that range.
-  HiddenLayer(int nodes, double reach, SplitMix& random) : weight_(nodes), bias_(nodes), scale_(nodes) {
+  HiddenLayer(int nodes, double reach, SplitMix64& random) : weight_(nodes), bias_(nodes), scale_(nodes) {
     for (int j = 0; j < nodes; ++j) {
       weight_[j] = random.uniform(gentlest, steepest) / reach;
       scale_[j] = gentlest / (weight_[j] * reach * std::sqrt(nodes));
@@ -58,4 +58,4 @@ class HiddenLayer {
   std::vector<double> weight_, bias_, scale_;
 };
 
-}  // namespace gripline
+}  // namespace gripline::learning

@@ -5,23 +5,31 @@
 //   omega'  = (Ff lf cos(delta) - Fr lr) / Iz
 //
 // with Ff, Fr the learned curves times the axle loads of the nominal model's load stage (1 unless an effect there says
-// more), less what drive and brakes leave of the friction ellipse. The paper adds f_dyn - f_ekin to f_ekin; the last two rows are that sum. Its slope terms stand here with g for m and
-// with the road's signs (grade and bank are added by the framework). A nominal model that has tyres itself gives its
-// own part of vx' back first.
+// more), less what drive and brakes leave of the friction ellipse. The paper adds f_dyn - f_ekin to f_ekin; the last two
+// rows are that sum. Its slope terms stand here with g for m and with the road's signs (grade and bank are added by the
+// framework). A nominal model that has tyres itself gives its own part of vx' back first.
 #pragma once
 
-#include "common/learning/step_path.hpp"
+#include <cmath>
 
-namespace gripline {
+#include <gripline/types.hpp>
 
+#include "common/learning/friction_ellipse.hpp"
+#include "common/learning/single_track.hpp"
+
+namespace gripline::learning {
+
+/// Corrects q at Stage::body. `force(Axle, slip)` is the learned side force at static load [N].
 template <class T, class Force>
-void correct_body(Quantities<T>& q, const Place& at, bool model_has_tyres, double v_min, const Resistance& resistance,
-                  const Ellipse& ellipse, const Peaks& peaks, const Force& force) {
+void correct_body(Quantities<T>& q, const Place& at, bool model_has_tyres, double v_min,
+                  const ResistanceForce& resistance, const FrictionEllipse& ellipse, const PeakForces& peaks,
+                  const Force& force) {
   using std::cos, std::sin;
-  const T ff = q.load_front * ellipse.left(Axle::front, q.drive_force, q.load_front, peaks.front) *
-               force(Axle::front, front_slip(q.vx, q.vy, q.omega, q.delta, q.lf, v_min));
-  const T fr = q.load_rear * ellipse.left(Axle::rear, q.drive_force, q.load_rear, peaks.rear) *
-               force(Axle::rear, rear_slip(q.vx, q.vy, q.omega, q.lr, v_min));
+  const T forward = slip_speed(q.vx, v_min);
+  const T ff = q.load_front * ellipse.side_share(Axle::front, q.drive_force, q.load_front, peaks.front) *
+               force(Axle::front, front_slip(forward, q.vy, q.omega, q.delta, q.lf));
+  const T fr = q.load_rear * ellipse.side_share(Axle::rear, q.drive_force, q.load_rear, peaks.rear) *
+               force(Axle::rear, rear_slip(forward, q.vy, q.omega, q.lr));
   const T sine = sin(q.delta), cosine = cos(q.delta);
   T straight = q.ax;
   if (model_has_tyres)
@@ -34,4 +42,4 @@ void correct_body(Quantities<T>& q, const Place& at, bool model_has_tyres, doubl
   q.aw = (ff * q.lf * cosine - fr * q.lr) / q.Iz;
 }
 
-}  // namespace gripline
+}  // namespace gripline::learning

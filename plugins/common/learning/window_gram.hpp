@@ -7,7 +7,7 @@
 
 #include <Eigen/Core>
 
-namespace gripline {
+namespace gripline::learning {
 
 class WindowGram {
  public:
@@ -94,4 +94,4 @@ class WindowGram {
   int next_ = 0, count_ = 0;
 };
 
-}  // namespace gripline
+}  // namespace gripline::learning

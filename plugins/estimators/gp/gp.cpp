@@ -20,24 +20,27 @@
 #include <stdexcept>
 #include <vector>
 
-#include "common/learning/step_path.hpp"
+#include "common/learning/single_track.hpp"
+#include "common/learning/straight_drive.hpp"
 #include "estimators/gp/sliding_gp.hpp"
 
 namespace {
 
-using gripline::Axle;
-using gripline::gp::InputRow;
+using namespace gripline;
+using namespace gripline::gp;
+using learning::BodyVelocity;
+using learning::Slips;
+using learning::StraightDrive;
 constexpr int channels = 3;
 
 struct GpParams {
   int window = 410, tune_at = 150, tune_every = 0, tune_points = 150, tune_iterations = 40;
 };
 
-class Gp : public gripline::Estimator {
+class Gp : public Estimator {
  public:
   using Params = GpParams;
   static constexpr auto parameters() {
-    using gripline::param;
     using P = Params;
     return std::tuple{
         param("window", &P::window, "1", {10, 5000}, "samples the processes remember"),
@@ -47,20 +50,19 @@ class Gp : public gripline::Estimator {
         param("tune_iterations", &P::tune_iterations, "1", {0, 1000}, "steps of a fit")};
   }
 
-  Gp(const gripline::PluginContext& context, const Params& params)
+  Gp(const PluginContext& context, const Params& params)
       : params_(params),
         car_(context.car),
         nominal_(context.nominal),
         straight_(context),
-        processes_{gripline::gp::SlidingGp(params.window), gripline::gp::SlidingGp(params.window),
-                   gripline::gp::SlidingGp(params.window)} {
+        processes_{SlidingGp(params.window), SlidingGp(params.window), SlidingGp(params.window)} {
     if (params.tune_at > params.window) throw std::runtime_error("gp: tune_at is larger than window");
     samples_.resize(params.window);
   }
 
-  void update(const gripline::Sample& k) override {
+  void update(const Sample& k) override {
     if (std::min(k.x.vx, k.x_next.vx) < car_.v_min || k.dt <= 0.0) return;
-    const Sample& one = remember(k);
+    const TrainingSample& one = remember(k);
     ++seen_;
     const bool full = seen_ == params_.window && params_.window > params_.tune_at;
     const bool again = params_.tune_every > 0 && seen_ > params_.tune_at && since_tune_ >= params_.tune_every;
@@ -73,35 +75,35 @@ class Gp : public gripline::Estimator {
     }
   }
 
-  void apply(const gripline::Points<double>& points) const override { correct(points); }
-  void apply(const gripline::Points<gripline::Dual8>& points) const override { correct(points); }
+  void apply(const Points<double>& points) const override { correct(points); }
+  void apply(const Points<Dual8>& points) const override { correct(points); }
 
  protected:
-  struct Sample {
+  struct TrainingSample {
     InputRow input = InputRow::Zero();
     std::array<double, channels> target = {};
-    gripline::Motion rate, middle;
-    gripline::Slips slip;
+    BodyVelocity rate, middle;  // measured over the step; mean of its ends
+    Slips slip;
     double delta = 0, bank_rate = 0;
   };
 
   bool tuned() const { return tuned_; }
-  const gripline::Car& car() const { return car_; }
+  const Car& car() const { return car_; }
   std::int64_t seen() const { return seen_; }
   int count() const { return static_cast<int>(std::min<std::int64_t>(seen_, params_.window)); }
   /// Sample i of the window, oldest first.
-  const Sample& sample(int i) const { return samples_[(seen_ - count() + i) % params_.window]; }
+  const TrainingSample& sample(int i) const { return samples_[(seen_ - count() + i) % params_.window]; }
   /// Rate of channel c at sample i with its noise taken off.
   double smoothed_target(int c, int i) const {
     return target_mean_[c] + target_scale_[c] * processes_[c].mean_at_sample(i);
   }
 
  private:
-  const Sample& remember(const gripline::Sample& k) {
-    Sample& one = samples_[seen_ % params_.window];
+  const TrainingSample& remember(const Sample& k) {
+    TrainingSample& one = samples_[seen_ % params_.window];
     one.middle = {0.5 * (k.x.vx + k.x_next.vx), 0.5 * (k.x.vy + k.x_next.vy), 0.5 * (k.x.omega + k.x_next.omega)};
     one.delta = k.x_next.delta;
-    gripline::State x = k.x;
+    State x = k.x;
     x.vx = one.middle.vx;
     x.vy = one.middle.vy;
     x.omega = one.middle.omega;
@@ -110,7 +112,7 @@ class Gp : public gripline::Estimator {
     one.rate = {(k.x_next.vx - k.x.vx) / k.dt, (k.x_next.vy - k.x.vy) / k.dt, (k.x_next.omega - k.x.omega) / k.dt};
     one.target = {one.rate.vx - nominal.vx, one.rate.vy - nominal.vy, one.rate.omega - nominal.omega};
     one.input << k.u.d, k.u.ddelta, one.delta, one.middle.vx, one.middle.vy, one.middle.omega;
-    one.slip = gripline::slips(one.middle, one.delta, car_);
+    one.slip = learning::slips(one.middle, one.delta, car_);
     one.bank_rate = straight_.at(x.vx, k.u.d, k.at).side;
     return one;
   }
@@ -118,7 +120,7 @@ class Gp : public gripline::Estimator {
   /// Standardises, fits the kernels to an even choice of the window, and puts the whole window in.
   void tune() {
     const int n = count();
-    Eigen::MatrixXd x(n, gripline::gp::inputs);
+    Eigen::MatrixXd x(n, inputs);
     Eigen::MatrixXd y(n, channels);
     for (int i = 0; i < n; ++i) {
       x.row(i) = sample(i).input;
@@ -127,13 +129,13 @@ class Gp : public gripline::Estimator {
     const auto spread = [](const auto& column) {
       return std::max(1e-9, std::sqrt((column.array() - column.mean()).square().mean()));
     };
-    for (int d = 0; d < gripline::gp::inputs; ++d) {
+    for (int d = 0; d < inputs; ++d) {
       input_mean_[d] = x.col(d).mean();
       input_scale_[d] = spread(x.col(d));
       x.col(d) = (x.col(d).array() - input_mean_[d]) / input_scale_[d];
     }
     const int chosen = std::min(n, params_.tune_points);
-    Eigen::MatrixXd few(chosen, gripline::gp::inputs);
+    Eigen::MatrixXd few(chosen, inputs);
     Eigen::VectorXd few_targets(chosen);
     for (int c = 0; c < channels; ++c) {
       target_mean_[c] = y.col(c).mean();
@@ -144,7 +146,7 @@ class Gp : public gripline::Estimator {
         few.row(i) = x.row(from);
         few_targets[i] = y(from, c);
       }
-      const auto kernel = gripline::gp::fit_kernel(processes_[c].kernel(), few, few_targets, params_.tune_iterations);
+      const auto kernel = fit_kernel(processes_[c].kernel(), few, few_targets, params_.tune_iterations);
       processes_[c].reset(kernel, x, y.col(c));
     }
     tuned_ = true;
@@ -152,19 +154,19 @@ class Gp : public gripline::Estimator {
   }
 
   template <class T>
-  void correct(const gripline::Points<T>& points) const {
+  void correct(const Points<T>& points) const {
     if (!tuned_) return;
     for (std::size_t i = 0; i < points.n; ++i) {
       auto& q = points.q[i];
-      const std::array<T, gripline::gp::inputs> z = {q.d, q.delta_rate, q.delta, q.vx, q.vy, q.omega};
+      const std::array<T, inputs> z = {q.d, q.delta_rate, q.delta, q.vx, q.vy, q.omega};
       InputRow x;
-      for (int d = 0; d < gripline::gp::inputs; ++d) x[d] = (gripline::value(z[d]) - input_mean_[d]) / input_scale_[d];
+      for (int d = 0; d < inputs; ++d) x[d] = (value(z[d]) - input_mean_[d]) / input_scale_[d];
       T* const rates[channels] = {&q.ax, &q.ay, &q.aw};
       for (int c = 0; c < channels; ++c) {
         const auto mean = processes_[c].mean(x);
         T correction(target_mean_[c] + target_scale_[c] * mean.value);
         if constexpr (!std::is_same_v<T, double>) {
-          for (int d = 0; d < gripline::gp::inputs; ++d) {
+          for (int d = 0; d < inputs; ++d) {
             const double slope = target_scale_[c] * mean.gradient[d] / input_scale_[d];
             for (int j = 0; j < 8; ++j) correction.d[j] += slope * z[d].d[j];
           }
@@ -175,11 +177,11 @@ class Gp : public gripline::Estimator {
   }
 
   Params params_;
-  gripline::Car car_;
-  gripline::Prediction* nominal_;
-  gripline::StraightDrive straight_;
-  std::array<gripline::gp::SlidingGp, channels> processes_;
-  std::vector<Sample> samples_;
+  Car car_;
+  Prediction* nominal_;
+  StraightDrive straight_;
+  std::array<SlidingGp, channels> processes_;
+  std::vector<TrainingSample> samples_;
   std::int64_t seen_ = 0, since_tune_ = 0;
   bool tuned_ = false;
   InputRow input_mean_ = InputRow::Zero(), input_scale_ = InputRow::Ones();
@@ -189,13 +191,13 @@ class Gp : public gripline::Estimator {
 class ToldGp final : public Gp {
  public:
   using Params = GpParams;
-  ToldGp(const gripline::PluginContext& context, const Params& params) : Gp(context, params), truth_(context.truth) {
+  ToldGp(const PluginContext& context, const Params& params) : Gp(context, params), truth_(context.truth) {
     if (truth_ == nullptr) throw std::runtime_error("gp needs the truth of a world; there is none here");
   }
-  gripline::Belief belief() const override { return {truth_->mu(Axle::front), truth_->mu(Axle::rear), 0, 0, tuned()}; }
+  Belief belief() const override { return {truth_->mu(Axle::front), truth_->mu(Axle::rear), 0, 0, tuned()}; }
 
  private:
-  const gripline::Truth* truth_;
+  const Truth* truth_;
 };
 
 /// The friction of one axle from its forces: bins of slip remember the mean force relative to a common scale, and the
@@ -203,7 +205,7 @@ class ToldGp final : public Gp {
 /// with small ones; mu taken from the window alone would slow the car, which would lower the slips, and so forth.
 class SlipBins {
  public:
-  void see(double slip, double force) {
+  void add(double slip, double force) {
     const int i = static_cast<int>(std::abs(slip) / width);
     if (i >= bins || std::abs(slip) < smallest) return;
     const double size = slip < 0 ? -force : force;
@@ -243,15 +245,15 @@ class SlipBins {
 class OwnMuGp final : public Gp {
  public:
   using Params = GpParams;
-  OwnMuGp(const gripline::PluginContext& context, const Params& params)
+  OwnMuGp(const PluginContext& context, const Params& params)
       : Gp(context, params), belief_{context.mu_init, context.mu_init, 0, 0, false} {}
-  void update(const gripline::Sample& k) override {
+  void update(const Sample& k) override {
     const auto before = seen();
     Gp::update(k);
     if (!tuned() || seen() == before) return;
     for (int i = belief_.trusted ? count() - 1 : 0; i < count(); ++i) judge(i);
     belief_.trusted = true;
-    const double weight = car().m * gripline::gravity, L = car().lf + car().lr;
+    const double weight = car().m * gravity, L = car().lf + car().lr;
     if (front_.peak() > 0) {
       belief_.mu_front = front_.peak() * L / (weight * car().lr);
       belief_.sigma_front = front_.deviation() * L / (weight * car().lr);
@@ -261,23 +263,23 @@ class OwnMuGp final : public Gp {
       belief_.sigma_rear = rear_.deviation() * L / (weight * car().lf);
     }
   }
-  gripline::Belief belief() const override { return belief_; }
+  Belief belief() const override { return belief_; }
 
  private:
   /// Axle forces of sample i under the learned means. They replace the measured residual: rate less target is the
   /// nominal model's.
   void judge(int i) {
-    const gripline::Car& c = car();
-    const Sample& s = sample(i);
+    const Car& c = car();
+    const TrainingSample& s = sample(i);
     const double side =
         c.m * (s.rate.vy - s.target[1] + smoothed_target(1, i) + s.middle.vx * s.middle.omega - s.bank_rate);
     const double moment = c.Iz * (s.rate.omega - s.target[2] + smoothed_target(2, i));
-    front_.see(s.slip.front, (side * c.lr + moment) / ((c.lf + c.lr) * std::cos(s.delta)));
-    rear_.see(s.slip.rear, (side * c.lf - moment) / (c.lf + c.lr));
+    front_.add(s.slip.front, (side * c.lr + moment) / ((c.lf + c.lr) * std::cos(s.delta)));
+    rear_.add(s.slip.rear, (side * c.lf - moment) / (c.lf + c.lr));
   }
 
   SlipBins front_, rear_;
-  gripline::Belief belief_;
+  Belief belief_;
 };
 
 }  // namespace

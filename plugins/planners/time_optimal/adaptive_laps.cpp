@@ -5,7 +5,7 @@
 
 #include "planners/time_optimal/tyre_fit.hpp"
 
-namespace gripline::planning {
+namespace gripline::time_optimal {
 
 AdaptiveLaps::AdaptiveLaps(const LapSetup& setup, std::vector<LapMember> members, const AdaptiveOptions& options)
     : setup_(&setup), options_(options), members_(std::move(members)) {
@@ -21,9 +21,9 @@ void AdaptiveLaps::advance_order() {
     return;
   }
   ++solves_;
-  Shown& shown = shown_[order_.member];
+  Transition& shown = shown_[order_.member];
   shown.from = shown.now;
-  shown.left = options_.glide;
+  shown.left = options_.transition;
 }
 
 bool AdaptiveLaps::out_of_date(const CarBelief& learned, std::size_t member) const {
@@ -42,12 +42,12 @@ void AdaptiveLaps::place_order(const CarBelief& learned, std::size_t nearest, st
   }
 }
 
-void AdaptiveLaps::glide() {
+void AdaptiveLaps::advance_transitions() {
   for (std::size_t i = 0; i < shown_.size(); ++i) {
-    Shown& s = shown_[i];
+    Transition& s = shown_[i];
     if (s.left == 0) continue;
     --s.left;
-    mix(members_[i].plan, s.from, static_cast<double>(s.left) / options_.glide, s.now);
+    interpolate(members_[i].plan, s.from, static_cast<double>(s.left) / options_.transition, s.now);
   }
 }
 
@@ -59,8 +59,8 @@ void AdaptiveLaps::step(const CarBelief* learned, double mu, LapPlan& out) {
   const double share = gap > 0 ? std::clamp((mu - members_[lower].mu) / gap, 0.0, 1.0) : 1.0;
   advance_order();
   if (learned != nullptr) place_order(*learned, share > 0.5 ? upper : lower, share > 0.5 ? lower : upper);
-  glide();
-  mix(shown_[lower].now, shown_[upper].now, share, out);
+  advance_transitions();
+  interpolate(shown_[lower].now, shown_[upper].now, share, out);
 }
 
-}  // namespace gripline::planning
+}  // namespace gripline::time_optimal

@@ -1,5 +1,5 @@
 // A library of laps that follows what is learned: members near the present friction are solved anew when the learned
-// tyres differ from those they were solved for (or the learned resistance does), and glide to the new lap.
+// tyres differ from those they were solved for (or the learned resistance does), and go over to the new lap in steps.
 //
 // A solve takes longer than a control step. So that a run does not depend on the machine, it is ordered in one step and
 // its result is used a fixed number of steps later, as if another thread had worked on it meanwhile.
@@ -9,13 +9,13 @@
 
 #include "planners/time_optimal/lap_library.hpp"
 
-namespace gripline::planning {
+namespace gripline::time_optimal {
 
 struct AdaptiveOptions {
   double tolerance = 0.03;  // of tyre force over peak, or of resistance over weight, that makes a member out of date
   double slip_range = 0.6;  // over which tyres are compared [rad]
   int latency = 25;         // steps between order and use
-  int glide = 25;           // steps in which a member goes over to its new lap
+  int transition = 25;      // steps in which a member goes over to its new lap
 };
 
 class AdaptiveLaps {
@@ -29,9 +29,9 @@ class AdaptiveLaps {
   int solves() const { return solves_; }
 
  private:
-  struct Shown {
+  struct Transition {
     LapPlan from, now;
-    int left = 0;  // steps of the glide
+    int left = 0;  // steps
   };
   struct Order {
     std::size_t member = 0;
@@ -41,14 +41,14 @@ class AdaptiveLaps {
   void advance_order();
   void place_order(const CarBelief& learned, std::size_t nearest, std::size_t other);
   bool out_of_date(const CarBelief& learned, std::size_t member) const;
-  void glide();
+  void advance_transitions();
 
   const LapSetup* setup_;
   AdaptiveOptions options_;
   std::vector<LapMember> members_;
-  std::vector<Shown> shown_;
+  std::vector<Transition> shown_;
   Order order_;
   int solves_ = 0;
 };
 
-}  // namespace gripline::planning
+}  // namespace gripline::time_optimal

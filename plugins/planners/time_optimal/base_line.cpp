@@ -3,15 +3,18 @@
 #include <cmath>
 #include <numbers>
 
-namespace gripline::planning {
+namespace gripline::time_optimal {
+
+using namespace planning;
+
 namespace {
 
 /// How far one can go along a normal of the base line before the margin to an edge is used up, towards `side` (+1
 /// left). Marches in small steps, then bisects. Never nearer than a fifth of the radius to the centre of curvature.
 double reach(const Course& course, const LinePoint& p, double station, double side, double margin) {
   const double nx = -std::sin(p.yaw) * side, ny = std::cos(p.yaw) * side;
-  const double bend = p.kappa * side;
-  const double most = std::min(2.0 * (p.left + p.right), bend > 1e-9 ? 0.8 / bend : 1e9);
+  const double curvature = p.kappa * side;
+  const double most = std::min(2.0 * (p.left + p.right), curvature > 1e-9 ? 0.8 / curvature : 1e9);
   double hint = station;
   const auto room = [&](double way) {
     const CoursePoint c = course.locate(p.x + nx * way, p.y + ny * way, hint);
@@ -58,7 +61,7 @@ LapNodes place_nodes(const ClosedLine& base, const std::vector<double>& speed, c
     const double s = nodes.s[k], end = k + 1 < count ? nodes.s[k + 1] : base.length();
     const LinePoint p = base.at(s), q = base.at(end), m = base.at(0.5 * (s + end));
     const auto room = [&](const LinePoint& from, std::vector<double>& lo, std::vector<double>& hi) {
-      const double station = base.samples()[base.between(from.s).first].station;
+      const double station = base.samples()[base.bracket(from.s).first].station;
       hi.push_back(reach(course, from, station, 1.0, margin));
       lo.push_back(-reach(course, from, station, -1.0, margin));
     };
@@ -71,4 +74,4 @@ LapNodes place_nodes(const ClosedLine& base, const std::vector<double>& speed, c
   return nodes;
 }
 
-}  // namespace gripline::planning
+}  // namespace gripline::time_optimal

@@ -5,10 +5,10 @@
 
 #include <gripline/interfaces.hpp>
 
-#include "common/line/closed_line.hpp"
+#include "common/planning/closed_line.hpp"
 #include "planners/time_optimal/lap_solver.hpp"
 
-namespace gripline::planning {
+namespace gripline::time_optimal {
 
 /// Nodes of the program on the base line.
 struct LapNodes {
@@ -21,7 +21,7 @@ struct LapNodes {
 
 /// `count` nodes, closer to each other where `speed` (at the samples of `base`) is low: half evenly by way, half by
 /// time. The edges are where the signed distance from the centre line reaches the half width less `margin`.
-LapNodes place_nodes(const ClosedLine& base, const std::vector<double>& speed, const Course& course, double margin,
-                     std::size_t count);
+LapNodes place_nodes(const planning::ClosedLine& base, const std::vector<double>& speed, const Course& course,
+                     double margin, std::size_t count);
 
-}  // namespace gripline::planning
+}  // namespace gripline::time_optimal

@@ -17,27 +17,24 @@
 
 #include <gripline/types.hpp>
 
-#include "planners/time_optimal/second_order.hpp"
-#include "planners/time_optimal/smooth_curve.hpp"
+#include "common/vehicle/magic_formula.hpp"
+#include "planners/time_optimal/cubic_spline.hpp"
+#include "planners/time_optimal/second_order_dual.hpp"
 
-namespace gripline::planning {
+namespace gripline::time_optimal {
 
-/// Lateral force of an axle over the car's mass: D sin(C atan(B slip)) [m/s2].
-struct AxleShape {
-  double B = 3, C = 1.3, D = 5;
-};
-struct Tyres {
-  AxleShape front, rear;
-};
+using vehicle::AxleTyres;  // lateral forces of the axles over the car's mass [m/s2]
+using vehicle::MagicFormula;
+
 /// Deceleration rolling + drag vx^2 that the nominal model lacks [m/s2, 1/m].
-struct Resistance {
+struct SpecificResistance {
   double rolling = 0, drag = 0;
   double at(double v) const { return rolling + drag * v * v; }
 };
 /// What is learned of a car, or assumed of it.
 struct CarBelief {
-  Tyres tyres;
-  Resistance resistance;
+  AxleTyres tyres;
+  SpecificResistance resistance;
 };
 
 /// Indices of a lap's variables: the state at a node, then the controls of the interval that begins there.
@@ -58,24 +55,25 @@ struct LapRates {
 };
 
 template <class T>
-T apply(const SmoothCurve& curve, const T& x) {
+T apply(const CubicSpline& curve, const T& x) {
   double at = 0;
   if constexpr (std::is_same_v<T, double>)
     at = x;
   else
     at = x.v;
-  const SmoothCurve::Value y = curve.at(at);
-  return chain(y.f, y.slope, y.bend, x);
+  const CubicSpline::Value y = curve.at(at);
+  return chain(y.f, y.slope, y.curvature, x);
+}
+
+/// Slip angle of the front axle of a car that moves forward, vx > 0 [rad].
+template <class T>
+T forward_front_slip(const T& vx, const T& vy, const T& omega, const T& delta, const Car& car) {
+  using std::atan;
+  return delta - atan((vy + car.lf * omega) / vx);
 }
 
 template <class T>
-T axle_force(const AxleShape& axle, const T& slip) {
-  using std::atan, std::sin;
-  return axle.D * sin(axle.C * atan(axle.B * slip));
-}
-
-template <class T>
-LapRates<T> lap_rates(const Car& car, const Tyres& tyres, const SmoothCurve& coast, const LapPlace& place,
+LapRates<T> lap_rates(const Car& car, const AxleTyres& tyres, const CubicSpline& coast, const LapPlace& place,
                       const T (&z)[lap_variables]) {
   using std::atan, std::cos, std::sin;
   const T &n = z[lap_n], &xi = z[lap_xi], &vx = z[lap_vx], &vy = z[lap_vy], &omega = z[lap_omega];
@@ -83,10 +81,10 @@ LapRates<T> lap_rates(const Car& car, const Tyres& tyres, const SmoothCurve& coa
   LapRates<T> r;
   const T cosine = cos(xi), sine = sin(xi);
   r.time = (1.0 - place.kappa * n) / (vx * cosine - vy * sine);
-  r.slip_front = delta - atan((vy + car.lf * omega) / vx);
+  r.slip_front = forward_front_slip(vx, vy, omega, delta, car);
   r.slip_rear = -atan((vy - car.lr * omega) / vx);
-  r.front = axle_force(tyres.front, r.slip_front);
-  r.rear = axle_force(tyres.rear, r.slip_rear);
+  r.front = tyres.front.force(r.slip_front);
+  r.rear = tyres.rear.force(r.slip_rear);
   const T along = r.front * sin(delta), across = r.front * cos(delta);
   r.state[lap_n] = (vx * sine + vy * cosine) * r.time;
   r.state[lap_xi] = omega * r.time - place.kappa;
@@ -97,4 +95,4 @@ LapRates<T> lap_rates(const Car& car, const Tyres& tyres, const SmoothCurve& coa
   return r;
 }
 
-}  // namespace gripline::planning
+}  // namespace gripline::time_optimal

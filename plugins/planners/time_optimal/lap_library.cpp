@@ -11,7 +11,7 @@
 #include <optional>
 #include <stdexcept>
 
-namespace gripline::planning {
+namespace gripline::time_optimal {
 namespace {
 
 constexpr int most_iterations = 100;  // of a solve while driving: with the one after a failure it fits the latency
@@ -27,7 +27,7 @@ std::uint64_t hash_of(std::span<const double> values, std::uint64_t hash) {
 std::filesystem::path cache_file(const LapSetup& setup, const CarBelief& typical, const std::vector<double>& mus,
                                  const char* cache_dir) {
   std::vector<double> all = setup.fingerprint();
-  for (const AxleShape& t : {typical.tyres.front, typical.tyres.rear}) all.insert(all.end(), {t.B, t.C, t.D});
+  for (const MagicFormula& t : {typical.tyres.front, typical.tyres.rear}) all.insert(all.end(), {t.B, t.C, t.D});
   all.insert(all.end(), {typical.resistance.rolling, typical.resistance.drag});
   all.insert(all.end(), mus.begin(), mus.end());
   all.push_back(version);
@@ -110,11 +110,11 @@ void solve_member(const LapSetup& setup, LapMember& member, const LapMember* nei
 
 }  // namespace
 
-double mu_of(const Tyres& tyres) { return (tyres.front.D + tyres.rear.D) / gravity; }
+double mu_of(const AxleTyres& tyres) { return (tyres.front.D + tyres.rear.D) / gravity; }
 
-Tyres scaled_to(const Tyres& shape, double mu) {
+AxleTyres scaled_to(const AxleTyres& shape, double mu) {
   const double factor = mu / mu_of(shape);
-  Tyres tyres = shape;
+  AxleTyres tyres = shape;
   tyres.front.D *= factor;
   tyres.rear.D *= factor;
   return tyres;
@@ -157,4 +157,4 @@ bool solve_again(const LapSetup& setup, const CarBelief& belief, LapMember& memb
   return true;
 }
 
-}  // namespace gripline::planning
+}  // namespace gripline::time_optimal

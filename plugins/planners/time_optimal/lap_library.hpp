@@ -6,12 +6,12 @@
 
 #include "planners/time_optimal/lap_plan.hpp"
 
-namespace gripline::planning {
+namespace gripline::time_optimal {
 
 /// Tyres of a shape whose peaks together give this mu: D_front + D_rear = mu g, in the shape's own proportion.
-Tyres scaled_to(const Tyres& shape, double mu);
+AxleTyres scaled_to(const AxleTyres& shape, double mu);
 /// Friction of the whole car: (D_front + D_rear) / g.
-double mu_of(const Tyres& tyres);
+double mu_of(const AxleTyres& tyres);
 
 struct LapMember {
   double mu = 0;
@@ -34,4 +34,4 @@ std::vector<LapMember> build_library(const LapSetup& setup, const CarBelief& typ
 /// fails.
 bool solve_again(const LapSetup& setup, const CarBelief& belief, LapMember& member);
 
-}  // namespace gripline::planning
+}  // namespace gripline::time_optimal

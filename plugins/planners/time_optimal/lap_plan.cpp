@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace gripline::planning {
+namespace gripline::time_optimal {
 
 namespace {
 
@@ -48,8 +48,8 @@ LapPlan make_plan(const LapSetup& setup, const LapSolution& solution) {
   return plan;
 }
 
-void mix(const LapPlan& a, const LapPlan& b, double share, LapPlan& out) {
-  const auto between = [share](double from, double to) { return from + (to - from) * share; };
+void interpolate(const LapPlan& a, const LapPlan& b, double weight, LapPlan& out) {
+  const auto between = [weight](double from, double to) { return from + (to - from) * weight; };
   out.nodes.resize(a.nodes.size());
   for (std::size_t k = 0; k < a.nodes.size(); ++k) {
     const LapPlan::Node &p = a.nodes[k], &q = b.nodes[k];
@@ -59,7 +59,7 @@ void mix(const LapPlan& a, const LapPlan& b, double share, LapPlan& out) {
   out.time = between(a.time, b.time);
 }
 
-FollowedLine::FollowedLine(const LapSetup& setup) : base_(&setup.base()), nodes_(&setup.nodes()) {
+PlanFollower::PlanFollower(const LapSetup& setup) : base_(&setup.base()), nodes_(&setup.nodes()) {
   const std::vector<double>& s = nodes_->s;
   bucket_.resize(s.size());
   for (std::size_t i = 0; i < bucket_.size(); ++i) {
@@ -70,12 +70,12 @@ FollowedLine::FollowedLine(const LapSetup& setup) : base_(&setup.base()), nodes_
     for (std::size_t j = 0; j < samples_per_interval; ++j) {
       const double at = s[k] + nodes_->ds[k] * static_cast<double>(j) / samples_per_interval;
       base_samples_.push_back(base_->at(at));
-      base_samples_.back().station = base_->samples()[base_->between(at).first].station;
+      base_samples_.back().station = base_->samples()[base_->bracket(at).first].station;
     }
   samples_ = base_samples_;
 }
 
-std::size_t FollowedLine::interval(double s) const {
+std::size_t PlanFollower::interval(double s) const {
   const double share = s / base_->length() * static_cast<double>(bucket_.size());
   std::size_t k = bucket_[std::min(static_cast<std::size_t>(share), bucket_.size() - 1)];
   while (k + 1 < nodes_->s.size() && nodes_->s[k + 1] <= s) ++k;
@@ -83,7 +83,7 @@ std::size_t FollowedLine::interval(double s) const {
 }
 
 /// Cubic Hermite between the nodes; derivatives by station of the base line.
-FollowedLine::Offset FollowedLine::offset(std::size_t k, double u) const {
+PlanFollower::Offset PlanFollower::offset(std::size_t k, double u) const {
   const LapPlan::Node& p = plan_.nodes[k];
   const LapPlan::Node& q = plan_.nodes[k + 1 < plan_.nodes.size() ? k + 1 : 0];
   const double h = nodes_->ds[k], rise = q.n - p.n, a = p.slope * h, b = q.slope * h;
@@ -91,14 +91,14 @@ FollowedLine::Offset FollowedLine::offset(std::size_t k, double u) const {
   return {p.n + u * (a + u * (c2 + u * c3)), (a + u * (2.0 * c2 + 3.0 * u * c3)) / h};
 }
 
-void FollowedLine::set(const LapPlan& plan) {
+void PlanFollower::set(const LapPlan& plan) {
   plan_.nodes.assign(plan.nodes.begin(), plan.nodes.end());
   plan_.time = plan.time;
   place_samples();
 }
 
-PlanPoint FollowedLine::at(double station) const {
-  const double s = wrap_station(station, base_->length());
+PlanPoint PlanFollower::at(double station) const {
+  const double s = wrap_periodic(station, base_->length());
   const std::size_t k = interval(s);
   const double u = (s - nodes_->s[k]) / nodes_->ds[k];
   const Offset o = offset(k, u);
@@ -117,7 +117,7 @@ PlanPoint FollowedLine::at(double station) const {
   return r;
 }
 
-void FollowedLine::place_samples() {
+void PlanFollower::place_samples() {
   double way = 0;
   for (std::size_t i = 0; i < samples_.size(); ++i) {
     const std::size_t k = i / samples_per_interval;
@@ -139,17 +139,17 @@ void FollowedLine::place_samples() {
 }
 
 /// Newton's method on (P(s) - p) . P'(s) = 0, with the curvature of P left out.
-double FollowedLine::refine(double s, double x, double y) const {
+double PlanFollower::refine(double s, double x, double y) const {
   for (int i = 0; i < 8; ++i) {
     const PlanPoint p = at(s);
     const double ahead = (x - p.x) * std::cos(p.yaw) + (y - p.y) * std::sin(p.yaw);
     const double most = 0.05 * base_->length();
     s += std::clamp(ahead / p.stretch, -most, most);
   }
-  return wrap_station(s, base_->length());
+  return wrap_periodic(s, base_->length());
 }
 
-double FollowedLine::locate(double x, double y) {
+double PlanFollower::locate(double x, double y) {
   const auto distance = [&](const PlanPoint& p) { return std::hypot(x - p.x, y - p.y); };
   if (!std::isnan(hint_)) {
     const LinePoint road = base_->at(hint_);
@@ -174,4 +174,4 @@ double FollowedLine::locate(double x, double y) {
   return hint_ = refine(s, x, y);
 }
 
-}  // namespace gripline::planning
+}  // namespace gripline::time_optimal

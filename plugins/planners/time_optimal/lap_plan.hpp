@@ -7,10 +7,10 @@
 
 #include "planners/time_optimal/lap_setup.hpp"
 
-namespace gripline::planning {
+namespace gripline::time_optimal {
 
 /// What is kept of a solution: at each node the offset n [m], its slope dn/ds, the speed along the path [m/s], the
-/// sideslip angle [rad] and the path's curvature [1/m]. Plans of one setup mix linearly: offsets stay within the edges.
+/// sideslip angle [rad] and the path's curvature [1/m]. Plans of one setup are interpolated linearly: offsets stay within the edges.
 struct LapPlan {
   struct Node {
     double n = 0, slope = 0, v = 0, beta = 0, kappa = 0;
@@ -19,8 +19,8 @@ struct LapPlan {
   double time = 0;  // [s]
 };
 LapPlan make_plan(const LapSetup& setup, const LapSolution& solution);
-/// out = (1 - share) a + share b. `out` may be a or b.
-void mix(const LapPlan& a, const LapPlan& b, double share, LapPlan& out);
+/// out = (1 - weight) a + weight b. `out` may be a or b.
+void interpolate(const LapPlan& a, const LapPlan& b, double weight, LapPlan& out);
 
 /// Where the plan leads at a station of the base line.
 struct PlanPoint {
@@ -30,9 +30,9 @@ struct PlanPoint {
 };
 
 /// A plan that is driven. All queries are by station of the base line; nothing is allocated after construction.
-class FollowedLine {
+class PlanFollower {
  public:
-  explicit FollowedLine(const LapSetup& setup);
+  explicit PlanFollower(const LapSetup& setup);
 
   void set(const LapPlan& plan);
   PlanPoint at(double s) const;
@@ -51,7 +51,7 @@ class FollowedLine {
   void place_samples();
 
   static constexpr std::size_t samples_per_interval = 4;
-  const ClosedLine* base_;
+  const planning::ClosedLine* base_;
   const LapNodes* nodes_;
   LapPlan plan_;
   std::vector<std::size_t> bucket_;
@@ -59,4 +59,4 @@ class FollowedLine {
   double hint_ = std::numeric_limits<double>::quiet_NaN();
 };
 
-}  // namespace gripline::planning
+}  // namespace gripline::time_optimal

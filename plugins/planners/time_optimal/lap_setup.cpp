@@ -2,26 +2,26 @@
 
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
 
-namespace gripline::planning {
+#include "common/planning/planner_context.hpp"
+
+namespace gripline::time_optimal {
+
+using namespace planning;
+
 namespace {
-
-Grip grip_of(const Tyres& tyres) {
-  return {{tyres.front.D, tyres.front.B, tyres.front.C}, {tyres.rear.D, tyres.rear.B, tyres.rear.C}};
-}
 
 /// The racing line keeps half the car inside; what the margin asks beyond that is asked of it as well, and that its
 /// turns can be driven, so that every node has room on both sides.
 ClosedLine compute_base(const PluginContext& context, double margin) {
-  if (context.course == nullptr) throw std::invalid_argument("a planner needs a course");
+  const Course& course = course_of(context);
   const Car& car = context.car;
   const double wheelbase = car.lf + car.lr;
-  std::vector<LinePoint> samples(static_cast<std::size_t>(std::ceil(6.0 * context.course->length() / wheelbase)));
+  std::vector<LinePoint> samples(static_cast<std::size_t>(std::ceil(6.0 * course.length() / wheelbase)));
   LineOptions options;
   options.margin = std::max(0.0, margin - 0.4 * car.width);
-  options.max_curvature = 0.8 * std::tan(car.delta_max) / wheelbase;
-  context.course->minimum_curvature(options, samples);
+  options.max_curvature = drivable_curvature(car);
+  course.minimum_curvature(options, samples);
   return ClosedLine(std::move(samples));
 }
 
@@ -30,15 +30,10 @@ DriveCurves tabulate(const DriveLimits& limits) {
   const auto table = [&](auto&& f) {
     std::vector<double> values(count);
     for (int i = 0; i < count; ++i) values[static_cast<std::size_t>(i)] = f(limits.top_speed() * i / (count - 1));
-    return SmoothCurve(0.0, limits.top_speed(), values);
+    return CubicSpline(0.0, limits.top_speed(), values);
   };
   return {table([&](double v) { return limits.coast(v); }), table([&](double v) { return limits.drive(v); }),
           table([&](double v) { return limits.brake(v); })};
-}
-
-Prediction& nominal_of(const PluginContext& context) {
-  if (context.nominal == nullptr) throw std::invalid_argument("a speed planner needs the stack's nominal model");
-  return *context.nominal;
 }
 
 }  // namespace
@@ -55,8 +50,8 @@ LapSetup::LapSetup(const PluginContext& context, const SetupOptions& options, co
   nodes_ = place_nodes(base_, profile(typical.tyres), *context.course, options.margin, count);
 }
 
-std::vector<double> LapSetup::profile(const Tyres& tyres) const {
-  const CornerLimits corner(car_, grip_of(tyres), limits_.top_speed());
+std::vector<double> LapSetup::profile(const AxleTyres& tyres) const {
+  const CornerLimits corner(car_, tyres, limits_.top_speed());
   return speed_profile(base_, limits_, corner, 1.0, 0.0);
 }
 
@@ -68,7 +63,7 @@ LapProblem LapSetup::problem(const CarBelief& belief) const {
     const double v = limits_.top_speed() * static_cast<double>(i) / static_cast<double>(learned.size() - 1);
     learned[i] -= belief.resistance.at(v) - typical_.resistance.at(v);
   }
-  curves.coast = SmoothCurve(0.0, limits_.top_speed(), learned);
+  curves.coast = CubicSpline(0.0, limits_.top_speed(), learned);
   return {.car = car_,
           .tyres = belief.tyres,
           .drive = curves,
@@ -83,16 +78,15 @@ LapProblem LapSetup::problem(const CarBelief& belief) const {
           .mid_hi = nodes_.mid_hi};
 }
 
-LapSolution LapSetup::cold_guess(const Tyres& tyres) const {
+LapSolution LapSetup::cold_guess(const AxleTyres& tyres) const {
   const std::vector<double> v = profile(tyres);
-  const Grip grip = grip_of(tyres);
   LapSolution guess;
   for (const double s : nodes_.s) {
-    const Between b = base_.between(s);
-    const double speed = 0.95 * (v[b.first] + (v[b.second] - v[b.first]) * b.share);
+    const Bracket b = base_.bracket(s);
+    const double speed = 0.95 * (v[b.first] + (v[b.second] - v[b.first]) * b.weight);
     const double kappa = base_.at(s).kappa, side = kappa < 0 ? -1.0 : 1.0;
-    const double a = std::min(speed * speed * std::abs(kappa), 0.9 * grip.lateral(car_));
-    SteadyTurn turn = steady_turn(car_, grip, std::abs(kappa), a);
+    const double a = std::min(speed * speed * std::abs(kappa), 0.9 * lateral_limit(tyres, car_));
+    SteadyTurn turn = steady_turn(car_, tyres, std::abs(kappa), a);
     if (!std::isfinite(turn.steering)) turn = {};
     const double delta = std::min(turn.steering, 0.98 * car_.delta_max);
     guess.z.push_back({0.0, -side * turn.beta, speed * std::cos(turn.beta), side * speed * std::sin(turn.beta),
@@ -118,7 +112,7 @@ std::vector<double> LapSetup::fingerprint() const {
                           options_.combined,
                           options_.slip_max};
   const auto add = [&](std::span<const double> values) { all.insert(all.end(), values.begin(), values.end()); };
-  for (const SmoothCurve* curve : {&curves_.coast, &curves_.drive, &curves_.brake}) add(curve->values());
+  for (const CubicSpline* curve : {&curves_.coast, &curves_.drive, &curves_.brake}) add(curve->values());
   add(nodes_.s);
   add(nodes_.n_lo);
   add(nodes_.n_hi);
@@ -128,4 +122,4 @@ std::vector<double> LapSetup::fingerprint() const {
   return all;
 }
 
-}  // namespace gripline::planning
+}  // namespace gripline::time_optimal

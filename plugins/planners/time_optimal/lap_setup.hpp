@@ -3,11 +3,11 @@
 
 #include <vector>
 
-#include "common/line/speed_profile.hpp"
+#include "common/planning/speed_profile.hpp"
 #include "planners/time_optimal/base_line.hpp"
 #include "planners/time_optimal/lap_solver.hpp"
 
-namespace gripline::planning {
+namespace gripline::time_optimal {
 
 struct SetupOptions {
   double margin = 0;      // kept by the centre of gravity from both edges [m]
@@ -21,31 +21,31 @@ class LapSetup {
   /// Computes the base line (Course::minimum_curvature). `typical` places the nodes and shapes cold guesses.
   LapSetup(const PluginContext& context, const SetupOptions& options, const CarBelief& typical);
 
-  const ClosedLine& base() const { return base_; }
+  const planning::ClosedLine& base() const { return base_; }
   const LapNodes& nodes() const { return nodes_; }
   double top_speed() const { return limits_.top_speed(); }
   /// Acceleration at full throttle on a straight [m/s2].
-  double full_throttle(double v, const Resistance& resistance) const {
+  double full_throttle(double v, const SpecificResistance& resistance) const {
     return limits_.coast(v) + limits_.drive(v) - (resistance.at(v) - typical_.resistance.at(v));
   }
   const Car& car() const { return car_; }
 
   LapProblem problem(const CarBelief& belief) const;
   /// The base line driven at nearly the speed these tyres allow on it: where a cold solve begins.
-  LapSolution cold_guess(const Tyres& tyres) const;
+  LapSolution cold_guess(const AxleTyres& tyres) const;
   /// Everything that decides the result of a solve except what is believed of the car, as numbers to be hashed.
   std::vector<double> fingerprint() const;
 
  private:
-  std::vector<double> profile(const Tyres& tyres) const;
+  std::vector<double> profile(const AxleTyres& tyres) const;
 
   Car car_;
   SetupOptions options_;
   CarBelief typical_;
-  DriveLimits limits_;
-  ClosedLine base_;
+  planning::DriveLimits limits_;
+  planning::ClosedLine base_;
   DriveCurves curves_;
   LapNodes nodes_;
 };
 
-}  // namespace gripline::planning
+}  // namespace gripline::time_optimal

@@ -7,7 +7,7 @@
 #include <limits>
 #include <numbers>
 
-namespace gripline::planning {
+namespace gripline::time_optimal {
 namespace {
 
 using Ipopt::Index;
@@ -166,11 +166,11 @@ class LapNlp final : public Ipopt::TNLP {
               Index* cols, Number* values) override {
     std::size_t e = 0;
     for (Index k = 0; k < n_; ++k) {
-      Second<V> l;
+      SecondOrderDual<V> l;
       if (values != nullptr) l = lagrangian(k, x, factor, lambda + rows() * k);
       const auto put = [&](Index row, Index col, int i, int j, double share) {
         if (values != nullptr) {
-          const int entry = i >= j ? Second<V>::entry(i, j) : Second<V>::entry(j, i);
+          const int entry = i >= j ? SecondOrderDual<V>::entry(i, j) : SecondOrderDual<V>::entry(j, i);
           values[e] = share * l.h[entry] * scales_.z[i] * scales_.z[j];
         } else {
           rows_out[e] = std::max(row, col);
@@ -279,11 +279,11 @@ class LapNlp final : public Ipopt::TNLP {
     put(row + 5, V * k + lap_a, c.d[lap_a] * scales_.z[lap_a]);
   }
 
-  Second<V> lagrangian(Index k, const Number* x, double factor, const Number* lambda) const {
-    Second<V> z[V];
+  SecondOrderDual<V> lagrangian(Index k, const Number* x, double factor, const Number* lambda) const {
+    SecondOrderDual<V> z[V];
     middle(x, k, z);
-    const LapRates<Second<V>> r = rates(k, z);
-    Second<V> l = factor * cost(k, z, r);
+    const LapRates<SecondOrderDual<V>> r = rates(k, z);
+    SecondOrderDual<V> l = factor * cost(k, z, r);
     for (int j = 0; j < S; ++j) l -= lambda[j] * step(k, j) * r.state[j];
     const double share = 1.0 / scales_.z[lap_a];
     l -= (lambda[S] * share) * apply(p_.drive.drive, z[lap_vx]);
@@ -331,4 +331,4 @@ LapSolution solve_lap(const LapProblem& problem, const LapSolution& guess, int m
   return solution;
 }
 
-}  // namespace gripline::planning
+}  // namespace gripline::time_optimal

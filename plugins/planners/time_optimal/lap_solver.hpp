@@ -14,17 +14,17 @@
 
 #include "planners/time_optimal/lap_dynamics.hpp"
 
-namespace gripline::planning {
+namespace gripline::time_optimal {
 
 /// Drive, brakes and free rolling over speed [m/s2], twice differentiable.
 struct DriveCurves {
-  SmoothCurve coast, drive, brake;
+  CubicSpline coast, drive, brake;
 };
 
 /// Interval k leads from node k to node k + 1, the last back to node 0.
 struct LapProblem {
   Car car;
-  Tyres tyres;
+  AxleTyres tyres;
   DriveCurves drive;
   double top_speed = 0;                // [m/s]
   double combined = 0;                 // > 0: (combined a)^2 + (Ff + Fr)^2 <= (Df + Dr)^2
@@ -50,4 +50,4 @@ struct LapSolution {
 /// Solves from `guess`, warm when it brings multipliers along. Stops on iterations, never on time.
 LapSolution solve_lap(const LapProblem& problem, const LapSolution& guess, int max_iterations = 400);
 
-}  // namespace gripline::planning
+}  // namespace gripline::time_optimal

@@ -10,29 +10,29 @@
 
 #include "planners/time_optimal/lap_dynamics.hpp"
 
-namespace gripline::planning {
+namespace gripline::time_optimal {
 
 class ResistanceFit {
  public:
   /// `v_ref`: typical speed; the prior holds both parts to within 0.3 m g at it.
-  ResistanceFit(const Resistance& prior, double v_ref) : prior_(prior), v_ref2_(v_ref * v_ref) {}
+  ResistanceFit(const SpecificResistance& prior, double v_ref) : prior_(prior), v_ref2_(v_ref * v_ref) {}
 
   /// One step of dt from `before` to `now`, with the steering angle and throttle held in it, and the front tyre.
-  void learn(const Observation& before, const Observation& now, double dt, const AxleShape& front, const Car& car,
+  void learn(const Observation& before, const Observation& now, double dt, const MagicFormula& front, const Car& car,
              Prediction& nominal) {
     const auto mean = [](double a, double b) { return 0.5 * (a + b); };
     State straight;
     straight.vx = mean(before.x.vx, now.x.vx);
     if (!(straight.vx > 2.0 * car.v_min)) return;
     const double vy = mean(before.x.vy, now.x.vy), omega = mean(before.x.omega, now.x.omega), delta = now.x.delta;
-    const double slip = delta - std::atan((vy + car.lf * omega) / straight.vx);
+    const double slip = forward_front_slip(straight.vx, vy, omega, delta, car);
     const double change = (now.x.vx - before.x.vx) / dt;
-    const double turn = vy * omega - axle_force(front, slip) * std::sin(delta);
+    const double turn = vy * omega - front.force(slip) * std::sin(delta);
     const double expected = nominal.rates(straight, Input{now.d, 0.0}, Place{}).vx - gravity * std::sin(now.at.grade);
     add(expected + turn - change, straight.vx);
   }
 
-  Resistance value() const {
+  SpecificResistance value() const {
     // (A + P) z = b, z relative to the prior, drag in units of 1 / v_ref^2.
     const double p = square(noise / spread);
     const double a = a11_ + p, d = a22_ + p, det = a * d - a12_ * a12_;
@@ -56,9 +56,9 @@ class ResistanceFit {
     b2_ += u * rest;
   }
 
-  Resistance prior_;
+  SpecificResistance prior_;
   double v_ref2_;
   double a11_ = 0, a12_ = 0, a22_ = 0, b1_ = 0, b2_ = 0;
 };
 
-}  // namespace gripline::planning
+}  // namespace gripline::time_optimal

@@ -12,7 +12,9 @@
 #include <optional>
 
 #include <gripline/plugin.hpp>
+#include <gripline/slip.hpp>
 
+#include "common/planning/planner_context.hpp"
 #include "planners/time_optimal/adaptive_laps.hpp"
 #include "planners/time_optimal/resistance_fit.hpp"
 #include "planners/time_optimal/tyre_fit.hpp"
@@ -21,6 +23,7 @@ namespace {
 
 using namespace gripline;
 using namespace gripline::planning;
+using namespace gripline::time_optimal;
 
 class TimeOptimal final : public SpeedPlanner {
  public:
@@ -79,10 +82,10 @@ class TimeOptimal final : public SpeedPlanner {
         nominal_(context.nominal),
         typical_{scaled_to(generic_, std::sqrt(params.mu_lo * params.mu_hi)), {params.rolling, params.drag}},
         setup_(context, options(context.car, params), typical_),
-        laps_(
-            setup_,
-            build_library(setup_, typical_, grid(params), context.cache_dir, {context.progress, context.progress_context}),
-            {params.tolerance, params.slip_max, params.latency, std::max(1, params.latency)}),
+        laps_(setup_,
+              build_library(setup_, typical_, friction_grid(params.mu_lo, params.mu_hi, params.mu_step),
+                            context.cache_dir, {context.progress, context.progress_context}),
+              {params.tolerance, params.slip_max, params.latency, std::max(1, params.latency)}),
         line_(setup_),
         resistance_(typical_.resistance, context.car.v_ref),
         mu_plan_(params.start * context.mu_init) {
@@ -92,9 +95,10 @@ class TimeOptimal final : public SpeedPlanner {
 
   void plan(const Observation& now, const Belief& belief, const TyreCurve* learned,
             std::span<RefPoint> horizon) override {
-    front_seen_.see(now.x.delta - slip(now.x.vy + car_.lf * now.x.omega, now.x.vx));
-    rear_seen_.see(slip(now.x.vy - car_.lr * now.x.omega, now.x.vx));
-    const Tyres tyres = believed_tyres(belief, learned);
+    const double forward = std::max(std::abs(now.x.vx), car_.v_min);
+    front_seen_.add(front_slip(forward, now.x.vy, now.x.omega, now.x.delta, car_.lf));
+    rear_seen_.add(rear_slip(forward, now.x.vy, now.x.omega, car_.lr));
+    const AxleTyres tyres = believed_tyres(belief, learned);
     const double spread = (belief.sigma_front * car_.lr + belief.sigma_rear * car_.lf) / (car_.lf + car_.lr);
     approach(belief.trusted ? k_.factor * (mu_of(tyres) - k_.sigma * spread) : k_.start * mu_init_);
     const bool replan = belief.trusted && learned != nullptr && k_.replan;
@@ -112,22 +116,13 @@ class TimeOptimal final : public SpeedPlanner {
   static SetupOptions options(const Car& car, const Params& k) {
     return {k.margin * car.width, k.spacing, k.combined, k.slip_max};
   }
-  static Tyres generic_tyres(const Car& car, const Params& k) {
-    const Tyres tyres{{k.front_B, k.front_C, k.balance * car.lr}, {k.rear_B, k.rear_C, car.lf}};
+  static AxleTyres generic_tyres(const Car& car, const Params& k) {
+    const AxleTyres tyres{{k.front_B, k.front_C, k.balance * car.lr}, {k.rear_B, k.rear_C, car.lf}};
     return scaled_to(tyres, 1.0);
   }
-  static std::vector<double> grid(const Params& k) {
-    if (k.mu_hi < k.mu_lo) throw std::invalid_argument("mu_hi is below mu_lo");
-    std::vector<double> mus{k.mu_lo};
-    const int intervals = static_cast<int>(std::ceil((k.mu_hi - k.mu_lo) / k.mu_step - 1e-9));
-    for (int i = 1; i <= intervals; ++i) mus.push_back(std::lerp(k.mu_lo, k.mu_hi, static_cast<double>(i) / intervals));
-    return mus;
-  }
-  double slip(double across, double along) const { return std::atan2(across, std::max(std::abs(along), car_.v_min)); }
-
-  Tyres believed_tyres(const Belief& belief, const TyreCurve* learned) const {
+  AxleTyres believed_tyres(const Belief& belief, const TyreCurve* learned) const {
     const double weight = gravity / (car_.lf + car_.lr);
-    const auto prior = [](const AxleShape& shape, double D, double mu, double sigma) {
+    const auto prior = [](const MagicFormula& shape, double D, double mu, double sigma) {
       return AxlePrior{{shape.B, shape.C, std::max(D, 1e-3)}, std::max(0.08, sigma / std::max(mu, 1e-3))};
     };
     const AxlePrior front =
@@ -144,7 +139,7 @@ class TimeOptimal final : public SpeedPlanner {
   RefPoint reference(double s, double yaw_near, double tightened) const {
     const PlanPoint p = line_.at(s);
     const ClosedLine& base = setup_.base();
-    const CoursePoint c = course_->locate(p.x, p.y, base.samples()[base.between(s).first].station);
+    const CoursePoint c = course_->locate(p.x, p.y, base.samples()[base.bracket(s).first].station);
     RefPoint r;
     r.s = s;
     r.x = p.x;
@@ -188,7 +183,7 @@ class TimeOptimal final : public SpeedPlanner {
       const PlanPoint middle = line_.at(half);
       const double planned = k_.pace * middle.v;
       const double advance = k > 0 && v >= k_.pace * here.v ? planned : v;  // on the plan it goes on as planned
-      s = wrap_station(s + dt_ * advance / middle.stretch, setup_.base().length());
+      s = wrap_periodic(s + dt_ * advance / middle.stretch, setup_.base().length());
     }
   }
 
@@ -196,12 +191,12 @@ class TimeOptimal final : public SpeedPlanner {
   Car car_;
   double dt_, mu_init_;
   const Course* course_;
-  Tyres generic_;
+  AxleTyres generic_;
   Prediction* nominal_;
   CarBelief typical_;
   LapSetup setup_;
   AdaptiveLaps laps_;
-  FollowedLine line_;
+  PlanFollower line_;
   LapPlan plan_;
   ResistanceFit resistance_;
   std::optional<Observation> before_;

@@ -4,28 +4,28 @@
 #include <algorithm>
 #include <cmath>
 
-namespace gripline::planning {
+namespace gripline::time_optimal {
 namespace {
 
 constexpr int grid = 24;
 constexpr double floor_share = 0.02;  // no curve is trusted better than this share of the peak
 
-AxleShape shape_of(const Eigen::Vector3d& p) { return {std::exp(p[0]), p[1], std::exp(p[2])}; }
+MagicFormula shape_of(const Eigen::Vector3d& p) { return {std::exp(p[0]), p[1], std::exp(p[2])}; }
 
 /// Residual and its gradient by (ln B, C, ln D) of one point.
 struct Residual {
   double r = 0;
   Eigen::Vector3d gradient = Eigen::Vector3d::Zero();
 };
-Residual residual(const AxleShape& t, double slip, double force, double scale) {
+Residual residual(const MagicFormula& t, double slip, double force, double scale) {
   const double angle = std::atan(t.B * slip), sine = std::sin(t.C * angle), cosine = std::cos(t.C * angle);
-  const double bend = t.D * cosine * t.C * t.B * slip / (1.0 + square(t.B * slip));
-  return {(t.D * sine - force) / scale, Eigen::Vector3d(bend, t.D * cosine * angle, t.D * sine) / scale};
+  const double by_log_B = t.D * cosine * t.C * t.B * slip / (1.0 + square(t.B * slip));
+  return {(t.D * sine - force) / scale, Eigen::Vector3d(by_log_B, t.D * cosine * angle, t.D * sine) / scale};
 }
 
 }  // namespace
 
-void SlipRange::see(double slip) {
+void SlipRange::add(double slip) {
   const auto i = static_cast<std::size_t>(std::min(std::abs(slip) / bin, static_cast<double>(counts_.size() - 1)));
   counts_[i] += 1.0;
   total_ += 1.0;
@@ -40,12 +40,12 @@ double SlipRange::visited() const {
   return bin * static_cast<double>(counts_.size());
 }
 
-AxleShape fit_axle(std::span<const double> slip, std::span<const double> force, std::span<const double> sigma,
-                   const AxlePrior& prior) {
+MagicFormula fit_axle(std::span<const double> slip, std::span<const double> force, std::span<const double> sigma,
+                      const AxlePrior& prior) {
   const Eigen::Vector3d start(std::log(prior.shape.B), prior.shape.C, std::log(prior.shape.D));
   const Eigen::Vector3d spread(0.5, 0.2, prior.sigma_D);
   const auto evaluate = [&](const Eigen::Vector3d& p, Eigen::Matrix3d* normal, Eigen::Vector3d* gradient) {
-    const AxleShape shape = shape_of(p);
+    const MagicFormula shape = shape_of(p);
     double total = 0;
     for (std::size_t i = 0; i < slip.size(); ++i) {
       const double own = i < sigma.size() ? sigma[i] : 0.0;
@@ -84,7 +84,7 @@ AxleShape fit_axle(std::span<const double> slip, std::span<const double> force, 
   return shape_of(p);
 }
 
-AxleShape fit_learned(const TyreCurve& learned, Axle axle, double mass, double visited, const AxlePrior& prior) {
+MagicFormula fit_learned(const TyreCurve& learned, Axle axle, double mass, double visited, const AxlePrior& prior) {
   std::array<double, 2 * grid> slip{}, force{}, sigma{};
   for (std::size_t i = 0; i < grid; ++i) {
     slip[i] = visited * static_cast<double>(i + 1) / grid;
@@ -99,14 +99,14 @@ AxleShape fit_learned(const TyreCurve& learned, Axle axle, double mass, double v
   return fit_axle(std::span(slip).first(grid), std::span(force).first(grid), std::span(sigma).first(grid), prior);
 }
 
-double difference(const Tyres& a, const Tyres& b, double range) {
+double difference(const AxleTyres& a, const AxleTyres& b, double range) {
   double largest = 0;
   for (int i = 1; i <= grid; ++i) {
     const double slip = range * i / grid;
-    largest = std::max(largest, std::abs(axle_force(a.front, slip) - axle_force(b.front, slip)) / a.front.D);
-    largest = std::max(largest, std::abs(axle_force(a.rear, slip) - axle_force(b.rear, slip)) / a.rear.D);
+    largest = std::max(largest, std::abs(a.front.force(slip) - b.front.force(slip)) / a.front.D);
+    largest = std::max(largest, std::abs(a.rear.force(slip) - b.rear.force(slip)) / a.rear.D);
   }
   return largest;
 }
 
-}  // namespace gripline::planning
+}  // namespace gripline::time_optimal

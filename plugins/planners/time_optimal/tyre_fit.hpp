@@ -9,12 +9,12 @@
 
 #include "planners/time_optimal/lap_dynamics.hpp"
 
-namespace gripline::planning {
+namespace gripline::time_optimal {
 
 /// Counts the slips an axle went through, to know over which range its curve means something.
 class SlipRange {
  public:
-  void see(double slip);
+  void add(double slip);
   /// Below this lie 99.5 % of the slips seen [rad].
   double visited() const;
 
@@ -25,19 +25,19 @@ class SlipRange {
 };
 
 struct AxlePrior {
-  AxleShape shape;        // what is believed without the curve
+  MagicFormula shape;     // what is believed without the curve
   double sigma_D = 0.08;  // of its D, relative
 };
 
 /// Forces over mass [m/s2] at positive slips, averaged over both sides by the caller; sigma may be empty. Levenberg
 /// steps in (ln B, C, ln D), always the same number.
-AxleShape fit_axle(std::span<const double> slip, std::span<const double> force, std::span<const double> sigma,
-                   const AxlePrior& prior);
+MagicFormula fit_axle(std::span<const double> slip, std::span<const double> force, std::span<const double> sigma,
+                      const AxlePrior& prior);
 
 /// Asks `learned` for an axle and fits it; the prior's shape when it does not know.
-AxleShape fit_learned(const TyreCurve& learned, Axle axle, double mass, double visited, const AxlePrior& prior);
+MagicFormula fit_learned(const TyreCurve& learned, Axle axle, double mass, double visited, const AxlePrior& prior);
 
 /// Largest difference of two pairs of curves over |slip| <= range, relative to the first pair's peaks.
-double difference(const Tyres& a, const Tyres& b, double range);
+double difference(const AxleTyres& a, const AxleTyres& b, double range);
 
-}  // namespace gripline::planning
+}  // namespace gripline::time_optimal

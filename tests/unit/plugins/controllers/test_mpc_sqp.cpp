@@ -1,15 +1,8 @@
-// The real-time controller. Sqp lies inside the plugin, which exports its manifest only, so its sources are compiled in here;
-// the plugin itself is loaded too.
+// The real-time controller: its solver, and the plugin as a stack loads it.
 #include "controllers/mpc_sqp/sqp.hpp"
 
 #include <gtest/gtest.h>
 
-#include "controllers/mpc_sqp/active_set.cpp"
-#include "controllers/mpc_sqp/curvature.cpp"
-#include "controllers/mpc_sqp/interior_point.cpp"
-#include "controllers/mpc_sqp/ocp_qp.cpp"
-#include "controllers/mpc_sqp/riccati.cpp"
-#include "controllers/mpc_sqp/sqp.cpp"
 #include "support/allocation_counter.hpp"
 #include "support/mpc_optimality.hpp"
 #include "support/mpc_support.hpp"

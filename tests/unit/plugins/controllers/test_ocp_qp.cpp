@@ -1,15 +1,13 @@
-// The stage-wise quadratic program. Its solver lies inside the mpc_sqp plugin, which exports its manifest only, so its
-// sources are compiled in here.
+// The stage-wise quadratic program inside the mpc_sqp plugin, and its solver.
 #include "controllers/mpc_sqp/ocp_qp.hpp"
 
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
 
-#include "controllers/mpc_sqp/active_set.cpp"
-#include "controllers/mpc_sqp/interior_point.cpp"
-#include "controllers/mpc_sqp/ocp_qp.cpp"
-#include "controllers/mpc_sqp/riccati.cpp"
+#include "controllers/mpc_sqp/active_set.hpp"
+#include "controllers/mpc_sqp/interior_point.hpp"
+#include "controllers/mpc_sqp/riccati.hpp"
 #include "support/allocation_counter.hpp"
 #include "support/ocp_support.hpp"
 

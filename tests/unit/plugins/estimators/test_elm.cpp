@@ -43,7 +43,7 @@ TEST(WindowGram, HoldsExactlyTheLastSamplesWithTheirWeights) {
   std::normal_distribution<double> normal;
   const int unknowns = 5, window = 7;
   const double retain = 0.9;
-  WindowGram gram(unknowns, 2, window, retain);
+  learning::WindowGram gram(unknowns, 2, window, retain);
   std::vector<Eigen::MatrixXd> rows;
   std::vector<Eigen::VectorXd> targets;
   for (int k = 0; k < 60; ++k) {

@@ -1,14 +1,15 @@
 #include <Eigen/Dense>
 
 #include "common/learning/difference_rls.hpp"
+#include "common/learning/friction_ellipse.hpp"
 #include "common/learning/generic_tyres.hpp"
-#include "common/learning/step_path.hpp"
 #include "support/allocation_counter.hpp"
 #include "support/learning_rig.hpp"
 
 namespace gripline {
 namespace {
 
+using namespace learning;
 using namespace rig;
 
 double fresh(double) { return 1.0; }
@@ -65,7 +66,7 @@ TEST(DifferenceRls, EqualsGeneralisedLeastSquaresWithTheNoisesTrueCovariance) {
   rls.break_sequence(&sigma);
   for (int k = 0; k < steps; ++k) {
     rls.begin_step(&sigma);
-    rls.absorb(rls.innovation(0, rows.row(k).transpose(), y[k], h, misfit));
+    rls.update(rls.innovation(0, rows.row(k).transpose(), y[k], h, misfit));
   }
 
   Eigen::MatrixXd noise = Eigen::MatrixXd::Zero(steps, steps);  // of differences of white noise: tridiagonal
@@ -81,7 +82,7 @@ TEST(DifferenceRls, EqualsGeneralisedLeastSquaresWithTheNoisesTrueCovariance) {
 }
 
 TEST(GenericTyres, PriorIsTheMixtureItClaims) {
-  SplitMix random(1);
+  SplitMix64 random(1);
   const TyrePrior prior;
   const GenericTyres tyres(40, prior, random);
   std::vector<double> h(40, 0.0), slope(40, 0.0), lo(40, 0.0), hi(40, 0.0);
@@ -102,22 +103,23 @@ TEST(GenericTyres, PriorIsTheMixtureItClaims) {
   EXPECT_NEAR(implied, square - mean * mean, 1e-12);
 }
 
-TEST(Ellipse, TakesFromTheSideWhatDriveAndBrakesUse) {
-  const Ellipse none;
-  EXPECT_EQ(none.left(Axle::front, 5000.0, 1.0, 6000.0), 1.0);
-  const Ellipse ellipse{1.1, 0.4, 0.6};
+TEST(FrictionEllipse, TakesFromTheSideWhatDriveAndBrakesUse) {
+  const FrictionEllipse none;
+  EXPECT_EQ(none.side_share(Axle::front, 5000.0, 1.0, 6000.0), 1.0);
+  const FrictionEllipse ellipse{1.1, 0.4, 0.6};
   // Drive: 0.4 in front, 0.6 behind; brakes the other way round. The load stretches the ellipse.
-  EXPECT_NEAR(ellipse.left(Axle::front, 5000.0, 1.0, 6000.0), std::sqrt(1 - square(2000 / 6600.0)), 1e-12);
-  EXPECT_NEAR(ellipse.left(Axle::rear, 5000.0, 1.0, 6000.0), std::sqrt(1 - square(3000 / 6600.0)), 1e-12);
-  EXPECT_NEAR(ellipse.left(Axle::front, -5000.0, 1.2, 6000.0), std::sqrt(1 - square(3000 / 7920.0)), 1e-12);
-  EXPECT_NEAR(ellipse.left(Axle::rear, -5000.0, 0.8, 6000.0), std::sqrt(1 - square(2000 / 5280.0)), 1e-12);
-  EXPECT_DOUBLE_EQ(ellipse.left(Axle::rear, 1e6, 1.0, 6000.0), 0.2);
+  EXPECT_NEAR(ellipse.side_share(Axle::front, 5000.0, 1.0, 6000.0), std::sqrt(1 - square(2000 / 6600.0)), 1e-12);
+  EXPECT_NEAR(ellipse.side_share(Axle::rear, 5000.0, 1.0, 6000.0), std::sqrt(1 - square(3000 / 6600.0)), 1e-12);
+  EXPECT_NEAR(ellipse.side_share(Axle::front, -5000.0, 1.2, 6000.0), std::sqrt(1 - square(3000 / 7920.0)), 1e-12);
+  EXPECT_NEAR(ellipse.side_share(Axle::rear, -5000.0, 0.8, 6000.0), std::sqrt(1 - square(2000 / 5280.0)), 1e-12);
+  EXPECT_DOUBLE_EQ(ellipse.side_share(Axle::rear, 1e6, 1.0, 6000.0), 0.2);
   Dual8 force(5000.0);
   force.d[0] = 1.0;
   const double h = 1e-3;
-  const double slope =
-      (ellipse.left(Axle::rear, 5000.0 + h, 1.0, 6000.0) - ellipse.left(Axle::rear, 5000.0 - h, 1.0, 6000.0)) / (2 * h);
-  EXPECT_NEAR(ellipse.left(Axle::rear, force, Dual8(1.0), 6000.0).d[0], slope, 1e-9);
+  const double slope = (ellipse.side_share(Axle::rear, 5000.0 + h, 1.0, 6000.0) -
+                        ellipse.side_share(Axle::rear, 5000.0 - h, 1.0, 6000.0)) /
+                       (2 * h);
+  EXPECT_NEAR(ellipse.side_share(Axle::rear, force, Dual8(1.0), 6000.0).d[0], slope, 1e-9);
 }
 
 TEST(ElmRls, ExpectsAnotherFrictionThanIsPlannedFor) {

@@ -1,5 +1,7 @@
-#include "estimators/gp/kernel.cpp"
-#include "estimators/gp/sliding_gp.cpp"
+#include <Eigen/Dense>
+
+#include "estimators/gp/kernel.hpp"
+#include "estimators/gp/sliding_gp.hpp"
 #include "support/allocation_counter.hpp"
 #include "support/learning_rig.hpp"
 

@@ -5,29 +5,30 @@
 #include <fstream>
 #include <random>
 
-#include "common/line/car_limits.hpp"
+#include "common/planning/car_limits.hpp"
 #include "planners/time_optimal/lap_dynamics.hpp"
-#include "planners/time_optimal/tyre_fit.cpp"
+#include "planners/time_optimal/tyre_fit.hpp"
 #include "support/planner_support.hpp"
 
 namespace gripline {
 namespace {
 
 using namespace planning;
+using namespace time_optimal;
 using namespace testing_support;
 using Changes = std::vector<std::pair<std::string, double>>;
 
 // True tyres of the 1:43 car, forces over mass; for tests only, no planner is given them.
-Tyres true_tyres() { return {{2.579, 1.2, 0.192 / 0.041}, {3.3852, 1.2691, 0.1737 / 0.041}}; }
+AxleTyres true_tyres() { return {{2.579, 1.2, 0.192 / 0.041}, {3.3852, 1.2691, 0.1737 / 0.041}}; }
 
-TEST(SmoothCurve, ReproducesParabolas) {
+TEST(CubicSpline, ReproducesParabolas) {
   std::vector<double> values;
   for (int i = 0; i <= 10; ++i) values.push_back(3 - 2 * (0.4 * i) + 0.7 * square(0.4 * i));
-  const SmoothCurve curve(0, 4, values);
+  const CubicSpline curve(0, 4, values);
   for (double x = 0.05; x < 4; x += 0.31) {
     EXPECT_NEAR(curve.at(x).f, 3 - 2 * x + 0.7 * x * x, 1e-12);
     EXPECT_NEAR(curve.at(x).slope, -2 + 1.4 * x, 1e-11);
-    EXPECT_NEAR(curve.at(x).bend, 1.4, 1e-10);
+    EXPECT_NEAR(curve.at(x).curvature, 1.4, 1e-10);
   }
   EXPECT_NEAR(curve.at(5).f, 3 - 8 + 0.7 * 16 + (-2 + 1.4 * 4), 1e-11);  // on along the last tangent
 }
@@ -37,7 +38,7 @@ TEST(LapDynamics, SecondDerivativesAreThoseOfTheRates) {
   const Car car = car_1_43();
   std::vector<double> coast;
   for (int i = 0; i <= 10; ++i) coast.push_back(-1.2 - 0.01 * i * i);
-  const SmoothCurve curve(0, 4.2, coast);
+  const CubicSpline curve(0, 4.2, coast);
   const LapPlace place{1.7, 0.05, -0.03};
   std::mt19937 random(7);
   const auto uniform = [&](double lo, double hi) { return std::uniform_real_distribution<double>(lo, hi)(random); };
@@ -49,17 +50,17 @@ TEST(LapDynamics, SecondDerivativesAreThoseOfTheRates) {
       return std::vector<double>{r.time,     r.state[0],   r.state[1],  r.state[2], r.state[3], r.state[4],
                                  r.state[5], r.slip_front, r.slip_rear, r.front,    r.rear};
     };
-    Second<lap_variables> z[lap_variables];
+    SecondOrderDual<lap_variables> z[lap_variables];
     Dual8 zd[lap_variables];
     for (int i = 0; i < lap_variables; ++i) {
-      z[i] = Second<lap_variables>::variable(at[i], i);
+      z[i] = SecondOrderDual<lap_variables>::variable(at[i], i);
       zd[i] = Dual8::variable(at[i], i);
     }
     const auto r = lap_rates(car, true_tyres(), curve, place, z);
     const auto d = lap_rates(car, true_tyres(), curve, place, zd);
-    const Second<lap_variables>* second[] = {&r.time,      &r.state[0], &r.state[1], &r.state[2],
-                                             &r.state[3],  &r.state[4], &r.state[5], &r.slip_front,
-                                             &r.slip_rear, &r.front,    &r.rear};
+    const SecondOrderDual<lap_variables>* second[] = {&r.time,      &r.state[0], &r.state[1], &r.state[2],
+                                                      &r.state[3],  &r.state[4], &r.state[5], &r.slip_front,
+                                                      &r.slip_rear, &r.front,    &r.rear};
     const Dual8* dual[] = {&d.time,     &d.state[0],   &d.state[1],  &d.state[2], &d.state[3], &d.state[4],
                            &d.state[5], &d.slip_front, &d.slip_rear, &d.front,    &d.rear};
     const auto moved = [&](int i, double by, int j, double by_j) {
@@ -82,7 +83,7 @@ TEST(LapDynamics, SecondDerivativesAreThoseOfTheRates) {
         const auto pp = moved(i, h, j, h), pm = moved(i, h, j, -h), mp = moved(i, -h, j, h), mm = moved(i, -h, j, -h);
         for (std::size_t c = 0; c < pp.size(); ++c) {
           const double numeric = (pp[c] - pm[c] - mp[c] + mm[c]) / (4 * h * h);
-          const double exact = second[c]->h[Second<lap_variables>::entry(i, j)];
+          const double exact = second[c]->h[SecondOrderDual<lap_variables>::entry(i, j)];
           EXPECT_NEAR(exact, numeric, 2e-4 * (1 + std::abs(exact) + std::abs(second[c]->v)))
               << c << " " << i << " " << j;
         }
@@ -99,7 +100,7 @@ TEST(LapDynamics, RatesAreThoseOfTheDynamicModel) {
   const DriveLimits limits(plant.prediction(), car, 0, 0);
   std::vector<double> coast;
   for (int i = 0; i <= 40; ++i) coast.push_back(limits.coast(limits.top_speed() * i / 40));
-  const SmoothCurve curve(0, limits.top_speed(), coast);
+  const CubicSpline curve(0, limits.top_speed(), coast);
   State x;
   x.vx = 2.1;
   x.vy = -0.3;
@@ -123,19 +124,19 @@ std::vector<double> slips(double range) {
   for (int i = 1; i <= 24; ++i) slip.push_back(range * i / 24);
   return slip;
 }
-std::vector<double> forces(const AxleShape& axle, const std::vector<double>& slip) {
+std::vector<double> forces(const MagicFormula& axle, const std::vector<double>& slip) {
   std::vector<double> force;
-  for (const double one : slip) force.push_back(axle_force(axle, one));
+  for (const double one : slip) force.push_back(axle.force(one));
   return force;
 }
 
 TEST(TyreFit, FindsTheCurveFromTheSlipsVisited) {
   const AxlePrior prior{{4.0, 1.3, 6.0}, 0.3};
-  for (const AxleShape& truth : {true_tyres().front, true_tyres().rear}) {
+  for (const MagicFormula& truth : {true_tyres().front, true_tyres().rear}) {
     const std::vector<double> slip = slips(0.5);
-    const AxleShape fit = fit_axle(slip, forces(truth, slip), {}, prior);
-    for (const double one : slip) EXPECT_NEAR(axle_force(fit, one), axle_force(truth, one), 0.015 * truth.D);
-    EXPECT_NEAR(axle_force(fit, 0.6), axle_force(truth, 0.6), 0.03 * truth.D);
+    const MagicFormula fit = fit_axle(slip, forces(truth, slip), {}, prior);
+    for (const double one : slip) EXPECT_NEAR(fit.force(one), truth.force(one), 0.015 * truth.D);
+    EXPECT_NEAR(fit.force(0.6), truth.force(0.6), 0.03 * truth.D);
     EXPECT_NEAR(fit.D, truth.D, 0.06 * truth.D);
   }
 }
@@ -143,13 +144,13 @@ TEST(TyreFit, FindsTheCurveFromTheSlipsVisited) {
 TEST(TyreFit, StaysNearTheBeliefWhereNothingWasLearned) {
   const AxlePrior prior{{4.0, 1.3, 6.0}, 0.08};
   const std::vector<double> slip = slips(0.5), force(24, 0.0), sigma(24, 100.0);
-  const AxleShape fit = fit_axle(slip, force, sigma, prior);
+  const MagicFormula fit = fit_axle(slip, force, sigma, prior);
   EXPECT_NEAR(fit.D, 6.0, 0.05);
   EXPECT_NEAR(fit.B, 4.0, 0.05);
 }
 
 TEST(TyreFit, DifferenceIsRelativeToThePeak) {
-  Tyres weaker = true_tyres();
+  AxleTyres weaker = true_tyres();
   weaker.rear.D *= 0.9;
   EXPECT_NEAR(difference(true_tyres(), weaker, 0.6), 0.1 * std::sin(1.2691 * std::atan(3.3852 * 0.6)), 1e-9);
   EXPECT_EQ(difference(true_tyres(), true_tyres(), 0.6), 0.0);
@@ -157,25 +158,25 @@ TEST(TyreFit, DifferenceIsRelativeToThePeak) {
 
 TEST(SlipRange, IgnoresWhatIsRare) {
   SlipRange range;
-  for (int i = 0; i < 1000; ++i) range.see(i % 2 == 0 ? 0.305 : -0.1);
-  range.see(1.1);
+  for (int i = 0; i < 1000; ++i) range.add(i % 2 == 0 ? 0.305 : -0.1);
+  range.add(1.1);
   EXPECT_NEAR(range.visited(), 0.31, 1e-9);
 }
 
 // Tyres that the planner can ask about.
 class Curve final : public TyreCurve {
  public:
-  explicit Curve(const Tyres& tyres) : tyres_(tyres) {}
+  explicit Curve(const AxleTyres& tyres) : tyres_(tyres) {}
   bool tyre_force(Axle axle, std::span<const double> slip, std::span<double> force,
                   std::span<double> sigma) const override {
-    const AxleShape& shape = axle == Axle::front ? tyres_.front : tyres_.rear;
-    for (std::size_t i = 0; i < slip.size(); ++i) force[i] = 0.041 * axle_force(shape, slip[i]);
+    const MagicFormula& shape = axle == Axle::front ? tyres_.front : tyres_.rear;
+    for (std::size_t i = 0; i < slip.size(); ++i) force[i] = 0.041 * shape.force(slip[i]);
     std::fill(sigma.begin(), sigma.end(), 0.0);
     return true;
   }
 
  private:
-  Tyres tyres_;
+  AxleTyres tyres_;
 };
 
 class TimeOptimalTest : public ::testing::Test {
@@ -369,7 +370,7 @@ TEST_F(TimeOptimalTest, IsSolvedAgainForTheLearnedTyres) {
     }
     return speeds;
   };
-  Tyres weak_rear = true_tyres();
+  AxleTyres weak_rear = true_tyres();
   weak_rear.rear.D *= 0.9;
   weak_rear.front.D += 0.1 * true_tyres().rear.D;
   const std::vector<double> even = drive(Curve(true_tyres()), 80), weak = drive(Curve(weak_rear), 80);

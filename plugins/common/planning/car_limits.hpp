@@ -11,6 +11,8 @@
 
 #include <gripline/interfaces.hpp>
 
+#include "common/vehicle/magic_formula.hpp"
+
 namespace gripline::planning {
 
 /// Accelerations on a straight and level road, tabled over speed [m/s2]:
@@ -73,26 +75,16 @@ class DriveLimits {
   double top_ = 0, step_ = 1;
 };
 
-/// Lateral force of an axle over the car's mass [m/s2]: peak sin(C atan(B slip)).
-struct AxleGrip {
-  double peak = 0, B = 1, C = 1;
-  /// The slip that gives `force`; infinite beyond the peak.
-  double slip(double force) const {
-    if (!(force < peak)) return std::numeric_limits<double>::infinity();
-    return std::tan(std::asin(force / peak) / C) / B;
-  }
-};
+/// Both axles at one coefficient of friction, the static load on each. Forces are per mass of the car [m/s2].
+inline vehicle::AxleTyres equal_friction(double mu, const Car& car, double B, double C) {
+  const double wheelbase = car.lf + car.lr;
+  return {{B, C, mu * gravity * car.lr / wheelbase}, {B, C, mu * gravity * car.lf / wheelbase}};
+}
 
-/// Both axles at one coefficient of friction, the static load on each.
-struct Grip {
-  AxleGrip front, rear;
-  static Grip uniform(double mu, const Car& car, double B, double C) {
-    const double wheelbase = car.lf + car.lr;
-    return {{mu * gravity * car.lr / wheelbase, B, C}, {mu * gravity * car.lf / wheelbase, B, C}};
-  }
-  /// Largest lateral acceleration with the yaw moments in balance [m/s2].
-  double lateral(const Car& car) const { return std::min(front.peak / car.lr, rear.peak / car.lf) * (car.lf + car.lr); }
-};
+/// Largest lateral acceleration of tyres per mass with the yaw moments in balance [m/s2].
+inline double lateral_limit(const vehicle::AxleTyres& tyres, const Car& car) {
+  return std::min(tyres.front.D / car.lr, tyres.rear.D / car.lf) * (car.lf + car.lr);
+}
 
 /// A steady turn: the steering it needs, how much the tyres slow the car down, how the car stands.
 struct SteadyTurn {
@@ -101,18 +93,18 @@ struct SteadyTurn {
   double beta = 0;      // sideslip angle of the centre of gravity [rad]
 };
 
-/// Steady turn of curvature kappa >= 0 with lateral acceleration a >= 0 and the drive force that keeps the speed:
+/// Steady turn of curvature kappa >= 0 on tyres whose forces are per mass [m/s2], with lateral acceleration a >= 0 and the drive force that keeps the speed:
 ///   Ff cos(delta) + Fr = m a cos(beta),   Ff cos(delta) lf = Fr lr,
 /// slips as in the single-track model: sin(beta + slip_r) = kappa lr cos(slip_r),
 /// delta = slip_f + atan((sin(beta) + kappa lf) / cos(beta)); drag = Ff sin(delta - beta) - Fr sin(beta).
-inline SteadyTurn steady_turn(const Car& car, const Grip& grip, double kappa, double a) {
+inline SteadyTurn steady_turn(const Car& car, const vehicle::AxleTyres& tyres, double kappa, double a) {
   const double wheelbase = car.lf + car.lr;
   double delta = wheelbase * kappa, beta = car.lr * kappa, front = 0, rear = 0;
   for (int iteration = 0; iteration < 20; ++iteration) {
     const double balance = std::cos(delta) * car.lf / car.lr;  // Fr / Ff
     front = a * std::cos(beta) / (std::cos(delta) + balance);
     rear = balance * front;
-    const double slip_front = grip.front.slip(front), slip_rear = grip.rear.slip(rear);
+    const double slip_front = tyres.front.slip(front), slip_rear = tyres.rear.slip(rear);
     const double sine = kappa * car.lr * std::cos(slip_rear);
     if (!std::isfinite(slip_front) || !std::isfinite(slip_rear) || !(std::abs(sine) < 1.0))
       return {std::numeric_limits<double>::infinity(), 0.0, 0.0};
@@ -131,8 +123,8 @@ inline SteadyTurn steady_turn(const Car& car, const Grip& grip, double kappa, do
 class CornerLimits {
  public:
   /// `unit`: the axles at mu = 1.
-  CornerLimits(const Car& car, const Grip& unit, double top_speed)
-      : lateral_(unit.lateral(car)),
+  CornerLimits(const Car& car, const vehicle::AxleTyres& unit, double top_speed)
+      : lateral_(planning::lateral_limit(unit, car)),
         top_(top_speed),
         steepest_(1.2 * std::tan(car.delta_max) / (car.lf + car.lr)),
         accel_(curvatures),
@@ -176,7 +168,7 @@ class CornerLimits {
   static constexpr std::size_t curvatures = 257, loads = 65;
   static constexpr double full_load = 0.98;  // the slip of the peak itself depends on too little to be tabled
 
-  double largest_accel(const Car& car, const Grip& unit, double kappa) const {
+  double largest_accel(const Car& car, const vehicle::AxleTyres& unit, double kappa) const {
     const auto possible = [&](double a) { return steady_turn(car, unit, kappa, a).steering <= car.delta_max; };
     if (!possible(0.0)) return 0.0;
     double lo = 0.0, hi = lateral_ / std::cos(car.delta_max);  // none can be more: Ff <= its peak

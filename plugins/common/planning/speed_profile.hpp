@@ -13,13 +13,13 @@
 #include <span>
 #include <vector>
 
-#include "common/line/car_limits.hpp"
-#include "common/line/closed_line.hpp"
+#include "common/planning/car_limits.hpp"
+#include "common/planning/closed_line.hpp"
 
 namespace gripline::planning {
 
 struct ProfileOptions {
-  double B = 3.0, C = 1.3;  // generic tyre shape, see AxleGrip
+  double B = 3.0, C = 1.3;  // shape of the generic tyre
   double combined = 1.0;    // share of the drive and brake force that counts in the friction circle
 };
 
@@ -69,27 +69,27 @@ class ProfileLibrary {
   ProfileLibrary(const ClosedLine& line, const Car& car, const DriveLimits& limits, const ProfileOptions& options,
                  std::span<const double> mus)
       : mus_(mus.begin(), mus.end()) {
-    const CornerLimits corner(car, Grip::uniform(1.0, car, options.B, options.C), limits.top_speed());
+    const CornerLimits corner(car, equal_friction(1.0, car, options.B, options.C), limits.top_speed());
     for (const double mu : mus_) profiles_.push_back(speed_profile(line, limits, corner, mu, options.combined));
   }
 
   std::span<const double> mus() const { return mus_; }
   std::span<const double> profile(std::size_t i) const { return profiles_[i]; }
 
-  /// Which two profiles stand for mu, and the share of the second.
-  Between select(double mu) const {
+  /// The profiles on either side of mu.
+  Bracket select(double mu) const {
     if (mus_.size() == 1 || !(mu > mus_.front())) return {0, 0, 0.0};
     if (mu >= mus_.back()) return {mus_.size() - 1, mus_.size() - 1, 0.0};
     const auto above = static_cast<std::size_t>(std::upper_bound(mus_.begin(), mus_.end(), mu) - mus_.begin());
     return {above - 1, above, (mu - mus_[above - 1]) / (mus_[above] - mus_[above - 1])};
   }
-  double speed(const Between& mu, const Between& place) const {
+  double speed(const Bracket& mu, const Bracket& place) const {
     const auto along = [&](std::size_t i) {
       const std::vector<double>& v = profiles_[i];
-      return v[place.first] + (v[place.second] - v[place.first]) * place.share;
+      return v[place.first] + (v[place.second] - v[place.first]) * place.weight;
     };
     const double first = along(mu.first);
-    return mu.share > 0.0 ? first + (along(mu.second) - first) * mu.share : first;
+    return mu.weight > 0.0 ? first + (along(mu.second) - first) * mu.weight : first;
   }
 
  private:

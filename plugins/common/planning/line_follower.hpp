@@ -9,7 +9,7 @@
 
 #include <gripline/interfaces.hpp>
 
-#include "common/line/closed_line.hpp"
+#include "common/planning/closed_line.hpp"
 
 namespace gripline::planning {
 
@@ -44,13 +44,13 @@ class RoadLine {
     r.kappa = p.kappa;
     r.left = p.left;
     r.right = p.right;
-    const Between b = line_.between(s);
+    const Bracket b = line_.bracket(s);
     const Place &from = places_[b.first], &to = places_[b.second];
-    const auto mix = [&](double u, double v) { return u + (v - u) * b.share; };
-    const auto around = [&](double u, double v, double period) { return u + std::remainder(v - u, period) * b.share; };
-    r.at.s = wrap_station(around(from.s, to.s, road_length_), road_length_);
+    const auto mix = [&](double u, double v) { return u + (v - u) * b.weight; };
+    const auto around = [&](double u, double v, double period) { return u + std::remainder(v - u, period) * b.weight; };
+    r.at.s = wrap_periodic(around(from.s, to.s, road_length_), road_length_);
     r.at.n = mix(from.n, to.n);
-    r.at.lap_fraction = wrap_station(around(from.lap_fraction, to.lap_fraction, 1.0), 1.0);
+    r.at.lap_fraction = wrap_periodic(around(from.lap_fraction, to.lap_fraction, 1.0), 1.0);
     r.at.yaw_line = around(from.yaw_line, to.yaw_line, 2.0 * std::numbers::pi);
     r.at.kappa = mix(from.kappa, to.kappa);
     r.at.grade = p.grade;

@@ -10,10 +10,11 @@
 
 #include <gripline/plugin.hpp>
 
-#include "common/line/car_limits.hpp"
-#include "common/line/closed_line.hpp"
-#include "common/line/line_follower.hpp"
-#include "common/line/speed_profile.hpp"
+#include "common/planning/car_limits.hpp"
+#include "common/planning/closed_line.hpp"
+#include "common/planning/line_follower.hpp"
+#include "common/planning/planner_context.hpp"
+#include "common/planning/speed_profile.hpp"
 
 namespace gripline::planning {
 
@@ -56,23 +57,17 @@ constexpr auto line_parameters() {
 
 /// The driving line of these parameters. Throws std::invalid_argument when there is no course.
 inline ClosedLine minimum_curvature_line(const PluginContext& context, const LineParams& params) {
-  if (context.course == nullptr) throw std::invalid_argument("a planner needs a course");
+  const Course& course = course_of(context);
   const Car& car = context.car;
-  const double wheelbase = car.lf + car.lr;
-  const double spacing = params.spacing > 0 ? params.spacing : wheelbase / 6.0;
-  const double wanted = std::ceil(context.course->length() / spacing);
+  const double spacing = params.spacing > 0 ? params.spacing : (car.lf + car.lr) / 6.0;
+  const double wanted = std::ceil(course.length() / spacing);
   if (!(wanted >= 8) || wanted > 200000) throw std::invalid_argument("spacing does not suit the length of the course");
   LineOptions options;
   options.margin = params.margin;
-  options.max_curvature = params.max_curvature > 0 ? params.max_curvature : 0.8 * std::tan(car.delta_max) / wheelbase;
+  options.max_curvature = params.max_curvature > 0 ? params.max_curvature : drivable_curvature(car);
   std::vector<LinePoint> samples(static_cast<std::size_t>(wanted));
-  context.course->minimum_curvature(options, samples);
+  course.minimum_curvature(options, samples);
   return ClosedLine(std::move(samples));
-}
-
-inline Prediction& nominal_of(const PluginContext& context) {
-  if (context.nominal == nullptr) throw std::invalid_argument("a speed planner needs the stack's nominal model");
-  return *context.nominal;
 }
 
 /// Follows one line at profiles over the given grid of mu.
@@ -88,8 +83,8 @@ class LinePlanner {
 
   void plan(const Observation& now, double mu, std::span<RefPoint> horizon) {
     const ClosedLine& line = road_.line();
-    const Between at_mu = profiles_.select(mu);
-    const auto speed = [&](double s) { return pace_ * profiles_.speed(at_mu, line.between(s)); };
+    const Bracket at_mu = profiles_.select(mu);
+    const auto speed = [&](double s) { return pace_ * profiles_.speed(at_mu, line.bracket(s)); };
     const auto reach = [&](double v) {
       return from_car_speed_ ? std::max(0.0, limits_.coast(v) + limits_.drive(v))
                              : std::numeric_limits<double>::infinity();

@@ -7,18 +7,18 @@
 #include <span>
 #include <vector>
 
-namespace gripline::planning {
+namespace gripline::time_optimal {
 
-class SmoothCurve {
+class CubicSpline {
  public:
   /// values[i] at lo + i (hi - lo) / (size - 1); at least four.
-  SmoothCurve(double lo, double hi, std::span<const double> values)
+  CubicSpline(double lo, double hi, std::span<const double> values)
       : lo_(lo), step_((hi - lo) / static_cast<double>(values.size() - 1)), values_(values.begin(), values.end()) {
     slopes_ = slopes();
   }
 
   struct Value {
-    double f = 0, slope = 0, bend = 0;
+    double f = 0, slope = 0, curvature = 0;
   };
   /// Beyond the ends the curve goes on along its last tangent.
   Value at(double x) const {
@@ -56,4 +56,4 @@ class SmoothCurve {
   std::vector<double> values_, slopes_;
 };
 
-}  // namespace gripline::planning
+}  // namespace gripline::time_optimal

@@ -8,19 +8,15 @@
 #include <stdexcept>
 #include <vector>
 
+#include <gripline/periodic.hpp>
 #include <gripline/types.hpp>
 
 namespace gripline::planning {
 
-inline double wrap_station(double s, double length) {
-  const double wrapped = s - length * std::floor(s / length);
-  return wrapped < length ? wrapped : 0.0;
-}
-
-/// Where a line parameter falls between its samples: value = lerp(sample[first], sample[second], share).
-struct Between {
+/// Two neighbouring samples and the weight of the second: value = lerp(sample[first], sample[second], weight).
+struct Bracket {
   std::size_t first = 0, second = 0;
-  double share = 0;
+  double weight = 0;
 };
 
 class ClosedLine {
@@ -38,8 +34,9 @@ class ClosedLine {
   double length() const { return length_; }
   double spacing() const { return spacing_; }
 
-  Between between(double s) const {
-    const double position = wrap_station(s, length_) / spacing_;
+  /// The samples on either side of station s [m], which may be laps away.
+  Bracket bracket(double s) const {
+    const double position = wrap_periodic(s, length_) / spacing_;
     const std::size_t i = std::min(static_cast<std::size_t>(position), samples_.size() - 1);
     return {i, next(i), position - static_cast<double>(i)};
   }
@@ -47,16 +44,16 @@ class ClosedLine {
   /// Position by cubic Hermite interpolation between samples and their tangents, heading (unwrapped to within pi of
   /// the sample before it) of that cubic, the rest linear. `station` is the caller's to interpolate: it wraps.
   LinePoint at(double s) const {
-    const Between b = between(s);
+    const Bracket b = bracket(s);
     const LinePoint& p = samples_[b.first];
     const LinePoint& q = samples_[b.second];
     LinePoint r = p;
-    const Shape shape = hermite(p, q, b.share);
-    r.s = wrap_station(s, length_);
+    const Shape shape = hermite(p, q, b.weight);
+    r.s = wrap_periodic(s, length_);
     r.x = shape.x;
     r.y = shape.y;
     r.yaw = p.yaw + std::remainder(std::atan2(shape.dy, shape.dx) - p.yaw, 2.0 * M_PI);
-    const auto mix = [&](double from, double to) { return from + (to - from) * b.share; };
+    const auto mix = [&](double from, double to) { return from + (to - from) * b.weight; };
     r.kappa = mix(p.kappa, q.kappa);
     r.left = mix(p.left, q.left);
     r.right = mix(p.right, q.right);
@@ -84,7 +81,7 @@ class ClosedLine {
   }
   /// The nearest point that is reached from `hint` by always coming closer: it does not jump to a neighbouring stretch.
   Foot project(double x, double y, double hint) const {
-    std::size_t i = between(hint).first;
+    std::size_t i = bracket(hint).first;
     double d2 = distance2(i, x, y);
     for (std::size_t moves = 0; moves < samples_.size(); ++moves) {
       const double ahead = distance2(next(i), x, y);
@@ -98,7 +95,7 @@ class ClosedLine {
 
  private:
   struct Shape {
-    double x = 0, y = 0, dx = 0, dy = 0;  // the point and its derivative by share
+    double x = 0, y = 0, dx = 0, dy = 0;  // the point and its derivative by the weight
   };
   std::size_t next(std::size_t i) const { return i + 1 < samples_.size() ? i + 1 : 0; }
   std::size_t previous(std::size_t i) const { return i > 0 ? i - 1 : samples_.size() - 1; }
@@ -120,13 +117,13 @@ class ClosedLine {
     double position = static_cast<double>(i);
     double distance = std::sqrt(distance2(i, x, y));
     for (int iteration = 0; iteration < 6; ++iteration) {
-      const Between b = between(position * spacing_);
-      const Shape p = hermite(samples_[b.first], samples_[b.second], b.share);
+      const Bracket b = bracket(position * spacing_);
+      const Shape p = hermite(samples_[b.first], samples_[b.second], b.weight);
       distance = std::hypot(x - p.x, y - p.y);
       const double move = ((x - p.x) * p.dx + (y - p.y) * p.dy) / (p.dx * p.dx + p.dy * p.dy);
       position = std::clamp(position + move, static_cast<double>(i) - 1.0, static_cast<double>(i) + 1.0);
     }
-    return {wrap_station(position * spacing_, length_), distance};
+    return {wrap_periodic(position * spacing_, length_), distance};
   }
 
   std::vector<LinePoint> samples_;

@@ -1,4 +1,4 @@
-#include "common/line/speed_profile.hpp"
+#include "common/planning/speed_profile.hpp"
 
 #include <gtest/gtest.h>
 
@@ -25,8 +25,8 @@ ClosedLine circle(double radius, std::size_t n) {
 }
 
 // Tyres of the 1:43 car, per mass.
-Grip true_grip(double factor) {
-  return {{0.192 / 0.041 * factor, 2.579, 1.2}, {0.1737 / 0.041 * factor, 3.3852, 1.2691}};
+vehicle::AxleTyres true_tyres(double factor) {
+  return {{2.579, 1.2, 0.192 / 0.041 * factor}, {3.3852, 1.2691, 0.1737 / 0.041 * factor}};
 }
 
 TEST(ClosedLine, PositionAndFootOnACircle) {
@@ -82,8 +82,8 @@ TEST(CornerLimits, SteeringLimitsSharpTurns) {
                                                         {.985, 2.88}}};
   for (const double factor : {1.0, 0.6}) {
     DynamicCar plant(registry, 0.02, factor);
-    const Grip grip = true_grip(factor);
-    const CornerLimits corner(car, true_grip(1.0), 4.21);
+    const vehicle::AxleTyres grip = true_tyres(factor);
+    const CornerLimits corner(car, true_tyres(1.0), 4.21);
     for (const auto& [radius, speed] : table) {
       const double v = corner.speed(factor, 1 / radius, 0);
       EXPECT_NEAR(v, speed * std::sqrt(factor), 0.1) << radius;
@@ -104,13 +104,13 @@ TEST(CornerLimits, SteeringLimitsSharpTurns) {
 }
 
 TEST(CornerLimits, ALineSharperThanTheSteeringIsACrawl) {
-  const CornerLimits corner(car_1_43(), true_grip(1), 4.21);
+  const CornerLimits corner(car_1_43(), true_tyres(1), 4.21);
   EXPECT_GT(corner.speed(1, 28.0, 0), 0.0);
   EXPECT_LT(corner.speed(1, 28.0, 0), 0.25);
 }
 
 TEST(CornerLimits, BankHelpsTheTurnTowardsTheLowSide) {
-  const CornerLimits corner(car_1_43(), true_grip(1), 4.21);
+  const CornerLimits corner(car_1_43(), true_tyres(1), 4.21);
   const double flat = corner.speed(1, 2, 0);
   EXPECT_GT(corner.speed(1, 2, 0.1), flat);   // right side higher, left turn
   EXPECT_LT(corner.speed(1, -2, 0.1), flat);  // right side higher, right turn
@@ -122,7 +122,7 @@ TEST(CornerLimits, DragOfTheTyresIsThePlants) {
   DynamicCar plant(registry, 0.02);
   const Car car = car_1_43();
   const double v = 1.5, kappa = 2.0;
-  const SteadyTurn turn = steady_turn(car, true_grip(1), kappa, v * v * kappa);
+  const SteadyTurn turn = steady_turn(car, true_tyres(1), kappa, v * v * kappa);
   State x;
   x.vx = v * std::cos(turn.beta);
   x.vy = v * std::sin(turn.beta);
@@ -133,7 +133,7 @@ TEST(CornerLimits, DragOfTheTyresIsThePlants) {
   const DriveLimits limits(plant.prediction(), car, 0, 0);
   EXPECT_NEAR(along, limits.coast(v) - turn.drag, 0.03);
   EXPECT_GT(turn.drag, 0.3);
-  EXPECT_NEAR(CornerLimits(car, true_grip(1), 4.2).drag(1, v, -kappa, 0), turn.drag, 1e-3);
+  EXPECT_NEAR(CornerLimits(car, true_tyres(1), 4.2).drag(1, v, -kappa, 0), turn.drag, 1e-3);
 }
 
 class ProfileTest : public ::testing::Test {
@@ -144,7 +144,7 @@ class ProfileTest : public ::testing::Test {
   Car car_ = car_1_43();
   TrackCourse course_{track_, car_};
   DriveLimits limits_{model_.prediction(), car_, 0, 0};
-  CornerLimits corner_{car_, Grip::uniform(1.0, car_, 3.0, 1.3), limits_.top_speed()};
+  CornerLimits corner_{car_, equal_friction(1.0, car_, 3.0, 1.3), limits_.top_speed()};
   ClosedLine line_ = [this] {
     std::vector<LinePoint> samples(800);
     course_.minimum_curvature({0.0, 4.7}, samples);
@@ -204,7 +204,7 @@ TEST_F(ProfileTest, LibraryInterpolatesAndIsNotOneProfileTimesARoot) {
   }
   const double t5 = lap_time(line_, library.profile(0)), t10 = lap_time(line_, library.profile(3));
   EXPECT_LT(t5 / t10, 0.97 * std::sqrt(2.0));
-  const Between place = line_.between(1.234);
+  const Bracket place = line_.bracket(1.234);
   const double half = library.speed(library.select(0.55), place);
   EXPECT_NEAR(half, 0.5 * (library.speed(library.select(0.5), place) + library.speed(library.select(0.6), place)),
               1e-12);

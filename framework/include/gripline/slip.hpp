@@ -1,0 +1,30 @@
+// Slip angles of a single-track car [rad], positive where the tyre pushes to the left.
+//
+//   front = delta - atan2(omega lf + vy, forward),   rear = atan2(omega lr - vy, forward)
+//
+// `forward` stands for the forward speed [m/s]: |vx| in a plant, max(|vx|, v_min) in a model whose derivatives must stay
+// finite at standstill. T is double or Dual<N>.
+// Source: Kalaria, Lin, Dolan, eq. (dyn_model), with |vx| as in the published plant.
+#pragma once
+
+#include <cmath>
+
+#include <gripline/dual.hpp>
+
+namespace gripline {
+
+/// Slip angle of the front axle, which lies lf [m] before the centre of gravity and is steered by delta [rad].
+template <class T>
+T front_slip(const T& forward, const T& vy, const T& omega, const T& delta, const T& lf) {
+  using std::atan2;
+  return delta - atan2(omega * lf + vy, forward);
+}
+
+/// Slip angle of the rear axle, lr [m] behind the centre of gravity.
+template <class T>
+T rear_slip(const T& forward, const T& vy, const T& omega, const T& lr) {
+  using std::atan2;
+  return atan2(omega * lr - vy, forward);
+}
+
+}  // namespace gripline

@@ -1,0 +1,62 @@
+// What the nominal model does with no slip at all: drive less resistance, slope and wind included, as rates. It is asked of
+// the model itself, so that every nominal model and effect is accounted for.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include <gripline/plugin.hpp>
+
+#include "common/learning/friction_ellipse.hpp"
+
+namespace gripline::learning {
+
+class StraightDrive {
+ public:
+  /// The nominal model outlives this. Throws when there is none, or when commands move within a step: a step's equations
+  /// would be taken at the wrong steering angle.
+  explicit StraightDrive(const PluginContext& context) : nominal_(context.nominal) {
+    if (nominal_ == nullptr) throw std::runtime_error("needs a nominal model to learn what it misses");
+    if (context.hold != Hold::zoh) throw std::runtime_error("learns from held commands only: input_hold \"zoh\"");
+    const Car& car = context.car;
+    // A model with tyres answers a side slip with a side force, one without does not.
+    const double v = std::max(car.v_ref, 2 * car.v_min);
+    State sliding;
+    sliding.vx = v;
+    State rolling = sliding;
+    sliding.vy = 0.1 * v;
+    const Place flat;
+    has_tyres_ = std::abs(nominal_->rates(sliding, {}, flat).vy - nominal_->rates(rolling, {}, flat).vy) > 1e-9 * v;
+  }
+
+  bool model_has_tyres() const { return has_tyres_; }
+
+  struct Rates {
+    double forward = 0, side = 0;          // of vx and vy [m/s2]
+    double load_front = 1, load_rear = 1;  // of the axles, relative to the static ones
+    double drive_force = 0;                // Fd [N]
+    /// The same with each load reduced to what drive and brakes leave it for side forces.
+    Rates reduced_by(const FrictionEllipse& ellipse, const PeakForces& peaks) const {
+      Rates r = *this;
+      r.load_front *= ellipse.side_share(Axle::front, drive_force, load_front, peaks.front);
+      r.load_rear *= ellipse.side_share(Axle::rear, drive_force, load_rear, peaks.rear);
+      return r;
+    }
+  };
+  /// At forward speed vx [m/s] and throttle d.
+  Rates at(double vx, double d, const Place& place) const {
+    State straight;
+    straight.vx = vx;
+    const Prediction::Rates rates = nominal_->rates(straight, {d, 0.0}, place);
+    // Models without tyres leave the bank out: their wheels hold the car.
+    return {rates.vx, has_tyres_ ? rates.vy : rates.vy + gravity * std::sin(place.bank), rates.load_front,
+            rates.load_rear, rates.drive_force};
+  }
+
+ private:
+  Prediction* nominal_;
+  bool has_tyres_ = false;
+};
+
+}  // namespace gripline::learning

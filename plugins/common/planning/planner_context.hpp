@@ -1,0 +1,36 @@
+// What planners ask of their context, and a car's own limits that their lines respect.
+#pragma once
+
+#include <cmath>
+#include <stdexcept>
+#include <vector>
+
+#include <gripline/interfaces.hpp>
+
+namespace gripline::planning {
+
+/// The road. Throws std::invalid_argument when there is none.
+inline const Course& course_of(const PluginContext& context) {
+  if (context.course == nullptr) throw std::invalid_argument("a planner needs a course");
+  return *context.course;
+}
+
+/// The stack's nominal model. Throws std::invalid_argument when there is none.
+inline Prediction& nominal_of(const PluginContext& context) {
+  if (context.nominal == nullptr) throw std::invalid_argument("a speed planner needs the stack's nominal model");
+  return *context.nominal;
+}
+
+/// The soft bound of a line's curvature: 0.8 of what the car can steer without slip [1/m].
+inline double drivable_curvature(const Car& car) { return 0.8 * std::tan(car.delta_max) / (car.lf + car.lr); }
+
+/// Friction coefficients from `lo` to `hi`, equally spaced by at most `step`. Throws std::invalid_argument for hi < lo.
+inline std::vector<double> friction_grid(double lo, double hi, double step) {
+  if (hi < lo) throw std::invalid_argument("mu_hi is below mu_lo");
+  std::vector<double> mus{lo};
+  const int intervals = static_cast<int>(std::ceil((hi - lo) / step - 1e-9));
+  for (int i = 1; i <= intervals; ++i) mus.push_back(std::lerp(lo, hi, static_cast<double>(i) / intervals));
+  return mus;
+}
+
+}  // namespace gripline::planning
