@@ -3,12 +3,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <ctime>
 #include <limits>
 
 #include "config/json_file.hpp"
 #include "race/stack.hpp"
+#include "util/clock.hpp"
 #include "util/csv_writer.hpp"
+#include "util/statistics.hpp"
 #include "world/world.hpp"
 
 namespace gripline {
@@ -18,20 +19,7 @@ constexpr int longest_horizon = 50;
 constexpr int replays = 3;
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
-double thread_cpu_us() {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return 1e6 * static_cast<double>(now.tv_sec) + 1e-3 * static_cast<double>(now.tv_nsec);
-}
-
-/// Nearest rank; NaN of nothing.
-double percentile(std::vector<double> values, double share) {
-  if (values.empty()) return nan;
-  const auto rank = static_cast<std::size_t>(std::ceil(share * static_cast<double>(values.size())));
-  const std::size_t index = std::clamp<std::size_t>(rank, 1, values.size()) - 1;
-  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(index), values.end());
-  return values[index];
-}
+double thread_cpu_us() { return 1e6 * thread_cpu_s(); }
 
 StackSpec stack_with(const std::string& estimator, int horizon, const WorldSpec& world, const Registry& registry) {
   const std::string text = R"({"model": {"plugin": "ekinematic", "params": {"yaw_gain": 0.003844}},
@@ -199,18 +187,18 @@ double input_error(const Input& a, const Input& b, const Car& car) {
 BenchRow summarize(const std::string& name, const Replay& best, const std::vector<Input>* reference, const Car& car) {
   BenchRow row;
   row.name = name;
-  row.median_us = percentile(best.times, 0.5);
-  row.p95_us = percentile(best.times, 0.95);
-  row.p99_us = percentile(best.times, 0.99);
+  row.median_us = nearest_rank_quantile(best.times, 0.5);
+  row.p95_us = nearest_rank_quantile(best.times, 0.95);
+  row.p99_us = nearest_rank_quantile(best.times, 0.99);
   row.allocations_per_step = best.allocations;
-  row.iterations_median = percentile(best.iterations, 0.5);
+  row.iterations_median = nearest_rank_quantile(best.iterations, 0.5);
   row.failures = best.failures;
   row.ratio_to_mpc_ipopt = row.first_input_error_p95 = nan;
   if (reference == nullptr) return row;
   std::vector<double> errors;
   for (std::size_t i = 0; i < best.inputs.size(); ++i)
     errors.push_back(input_error(best.inputs[i], (*reference)[i], car));
-  row.first_input_error_p95 = percentile(std::move(errors), 0.95);
+  row.first_input_error_p95 = nearest_rank_quantile(std::move(errors), 0.95);
   return row;
 }
 
@@ -245,7 +233,7 @@ void bench_horizon(int horizon, Recording& recording, const WorldSpec& world, co
       tries.push_back(replay(recording, world, spec, horizon, twin.get(), allocations, pace));
     }
     const auto best = std::min_element(tries.begin(), tries.end(), [](const Replay& a, const Replay& b) {
-      return percentile(a.times, 0.5) < percentile(b.times, 0.5);
+      return nearest_rank_quantile(a.times, 0.5) < nearest_rank_quantile(b.times, 0.5);
     });
     BenchRow row = summarize(id + suffix, *best, &reference, world.car.car);
     if (std::isnan(ipopt_median)) ipopt_median = row.median_us;

@@ -11,9 +11,9 @@
 #include "diagnose/scoring/score.hpp"
 #include "experiment/out_folder.hpp"
 #include "gripline/race_options.hpp"
-#include "gripline/stop_signal.hpp"
 #include "util/csv_writer.hpp"
 #include "util/progress.hpp"
+#include "util/signals.hpp"
 
 namespace gripline::tools {
 namespace po = boost::program_options;
@@ -55,7 +55,7 @@ int score(const fs::path& cases, const fs::path& out, const Registry& registry) 
                      " cases has an answer.json, so there is nothing to score; diagnose them one by one");
   std::vector<diagnose::CaseScore> scores;
   std::vector<std::string> failed;
-  StopSignal stop(StopSignal::Reaction::note);
+  const StopSignal stop(StopSignal::Reaction::note_then_end, run_broke);
   Progress progress(std::cerr, "diagnose", folders.size());
   std::size_t tried = 0;
   for (const fs::path& folder : folders) {
@@ -154,7 +154,7 @@ int diagnose_logs(DiagnoseOptions options, const Registry& registry) {
   const std::vector<diagnose::LogFile> logs = read(options.logs), held_out = read(options.held_out);
   const OutLock lock = open_out_folder(options.out, "diagnosis", options.force);
   const diagnose::Diagnosis d = [&] {
-    const StopSignal stop(StopSignal::Reaction::end_here);
+    const StopSignal stop(StopSignal::Reaction::end, run_broke);
     ToldProgress progress(std::cerr, "diagnose");
     diagnose::Diagnosis found = diagnoser.run(logs, held_out, progress.tell());
     progress.finish();

@@ -21,6 +21,7 @@
 #include "race/simulation.hpp"
 #include "util/csv_writer.hpp"
 #include "util/progress.hpp"
+#include "util/signals.hpp"
 
 namespace gripline {
 namespace fs = std::filesystem;
@@ -30,33 +31,6 @@ fs::path run_folder(const fs::path& out, const RunId& id) { return out / id.stac
 fs::path partial_folder(const fs::path& out, const RunId& id) {
   return out / id.stack / ("." + std::to_string(id.seed) + ".partial");
 }
-
-/// Set by SIGINT and SIGTERM while runs are under way; the handler does nothing else.
-volatile std::sig_atomic_t interrupted_flag = 0;
-void note_interrupt(int) { interrupted_flag = 1; }
-
-/// Installs the handler for as long as it lives.
-class InterruptWatch {
- public:
-  InterruptWatch() {
-    interrupted_flag = 0;
-    struct sigaction action {};
-    action.sa_handler = note_interrupt;
-    sigaction(SIGINT, &action, &old_int_);
-    sigaction(SIGTERM, &action, &old_term_);
-  }
-  ~InterruptWatch() {
-    sigaction(SIGINT, &old_int_, nullptr);
-    sigaction(SIGTERM, &old_term_, nullptr);
-  }
-  InterruptWatch(const InterruptWatch&) = delete;
-  InterruptWatch& operator=(const InterruptWatch&) = delete;
-  static bool seen() { return interrupted_flag != 0; }
-
- private:
-  struct sigaction old_int_ {
-  }, old_term_{};
-};
 
 /// One place per run that children write and the parent reads.
 class SharedProgress {
@@ -333,13 +307,13 @@ RunnerOutcome run_all(const RaceSpec& race, const std::vector<RunId>& ids, const
     else
       waiting.push_back(i);
   }
-  const InterruptWatch watch;
+  const StopSignal stop(StopSignal::Reaction::note);
   Pool pool(race, options.out, waiting.size());
   {
     Progress progress(std::cerr, race.name, std::max<std::size_t>(1, waiting.size() * 1000));
     progress.count_in(1000);
     std::size_t next = 0;
-    while ((next < waiting.size() || pool.running() > 0) && !InterruptWatch::seen()) {
+    while ((next < waiting.size() || pool.running() > 0) && !StopSignal::seen()) {
       while (next < waiting.size() && pool.running() < static_cast<std::size_t>(options.jobs)) {
         pool.start(ids[waiting[next]], keys[waiting[next]], next);
         ++next;
@@ -348,9 +322,9 @@ RunnerOutcome run_all(const RaceSpec& race, const std::vector<RunId>& ids, const
       if (options.show_progress) progress.advance(static_cast<std::size_t>(pool.fractions() * 1000), pool.names());
       if (pool.running() > 0) usleep(20'000);
     }
-    if (options.show_progress && !InterruptWatch::seen()) progress.finish();
+    if (options.show_progress && !StopSignal::seen()) progress.finish();
   }
-  outcome.interrupted = InterruptWatch::seen();
+  outcome.interrupted = StopSignal::seen();
   pool.stop();
   for (std::size_t i = 0; i < ids.size(); ++i) {
     const RunId& id = ids[i];

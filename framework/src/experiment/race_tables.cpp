@@ -7,6 +7,7 @@
 
 #include "config/node.hpp"
 #include "util/csv_writer.hpp"
+#include "util/statistics.hpp"
 
 namespace gripline {
 namespace {
@@ -15,13 +16,6 @@ std::size_t most_laps(const RaceResults& results) {
   std::size_t most = 0;
   for (const RunResult& run : results.runs) most = std::max(most, run.summary.laps.size());
   return most;
-}
-
-std::optional<double> median(std::vector<double> values) {
-  if (values.empty()) return std::nullopt;
-  std::sort(values.begin(), values.end());
-  const std::size_t n = values.size();
-  return n % 2 == 1 ? values[n / 2] : 0.5 * (values[n / 2 - 1] + values[n / 2]);
 }
 
 std::optional<double> pace_ratio(const RaceResults& results, const RunSummary& run, std::size_t lap) {
@@ -186,6 +180,7 @@ std::optional<double> RaceResults::value(const std::string& stack, const std::st
     return sum;
   }
   if (column.ends_with("_max") && !values.empty()) return *std::max_element(values.begin(), values.end());
+  if (values.empty()) return std::nullopt;
   return median(std::move(values));
 }
 

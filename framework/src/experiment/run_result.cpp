@@ -1,11 +1,11 @@
 #include "experiment/run_result.hpp"
 
-#include <algorithm>
 #include <cmath>
 
 #include "config/json_file.hpp"
 #include "util/csv.hpp"
 #include "util/csv_writer.hpp"
+#include "util/statistics.hpp"
 
 namespace gripline {
 namespace {
@@ -44,24 +44,15 @@ Status status_of(std::string_view name) {
   return Status::error;
 }
 
-/// Nearest-rank percentile.
-double percentile(std::vector<double> values, double share) {
-  if (values.empty()) return 0.0;
-  const auto rank = static_cast<std::size_t>(std::ceil(share * static_cast<double>(values.size())));
-  const std::size_t index = std::min(values.size() - 1, rank == 0 ? 0 : rank - 1);
-  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(index), values.end());
-  return values[index];
-}
-
 RunTiming read_timing(const std::filesystem::path& folder) {
   RunTiming timing;
   const CsvTable table = read_csv(folder / "timing.csv");
   if (table.rows() == 0) return timing;
   const std::vector<double> solve = table.column("solve_ms");
-  timing.solve_ms_median = percentile(solve, 0.5);
-  timing.solve_ms_p95 = percentile(solve, 0.95);
-  timing.solve_ms_p99 = percentile(solve, 0.99);
-  timing.update_ms_median = percentile(table.column("update_ms"), 0.5);
+  timing.solve_ms_median = nearest_rank_quantile(solve, 0.5);
+  timing.solve_ms_p95 = nearest_rank_quantile(solve, 0.95);
+  timing.solve_ms_p99 = nearest_rank_quantile(solve, 0.99);
+  timing.update_ms_median = nearest_rank_quantile(table.column("update_ms"), 0.5);
   timing.cpu_s = table.column("cpu_s").back();
   return timing;
 }

@@ -5,16 +5,10 @@
 #include <numbers>
 
 #include "measured/raw_log.hpp"
+#include "util/statistics.hpp"
 
 namespace gripline::diagnose {
 namespace {
-
-double quantile(std::vector<double> values, double q) {
-  if (values.empty()) return 0.0;
-  const auto at = values.begin() + static_cast<std::ptrdiff_t>(q * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), at, values.end());
-  return *at;
-}
 
 /// What half a second of a log shows by different channels.
 struct Window {
@@ -61,10 +55,10 @@ template <class Top, class Bottom>
 double usual_ratio(const std::vector<Window>& windows, Top top, Bottom bottom) {
   std::vector<double> sizes, ratios;
   for (const Window& w : windows) sizes.push_back(std::abs(bottom(w)));
-  const double enough = 0.5 * quantile(sizes, 0.9);
+  const double enough = 0.5 * lower_quantile(sizes, 0.9, 0.0);
   for (const Window& w : windows)
     if (std::abs(bottom(w)) >= enough && bottom(w) != 0.0) ratios.push_back(top(w) / bottom(w));
-  return ratios.empty() ? nothing_read : median(ratios);
+  return upper_median(ratios, nothing_read);
 }
 
 /// A ratio that is a unit rather than a car.
@@ -109,7 +103,7 @@ std::complex<double> mean_direction(const std::vector<double>& angles) {
 void check_frame(const CsvTable& table, const std::vector<Window>& windows) {
   std::vector<double> ways, off, mirrored;
   for (const Window& w : windows) ways.push_back(w.way);
-  const double enough = 0.5 * median(ways);
+  const double enough = 0.5 * upper_median(ways, 0.0);
   for (const Window& w : windows) {
     if (w.way < enough || std::abs(w.turn) > 1.5) continue;
     off.push_back(w.travel_angle - w.heading);
@@ -131,7 +125,7 @@ void check_frame(const CsvTable& table, const std::vector<Window>& windows) {
 void check_steering(const CsvTable& table, const std::vector<Window>& windows) {
   std::vector<double> sizes;
   for (const Window& w : windows) sizes.push_back(std::abs(w.steer));
-  const double enough = std::max(1e-3, quantile(sizes, 0.7));
+  const double enough = std::max(1e-3, lower_quantile(sizes, 0.7, 0.0));
   double along = 0.0, all = 0.0;
   for (const Window& w : windows) {
     if (std::abs(w.steer) < enough) continue;
@@ -160,7 +154,7 @@ void check_units(const CsvTable& table, const Raw& raw, double dt, const LogExpe
   const std::vector<Window> windows = windows_of(raw, dt);
   std::vector<double> speeds, angles, pedals;
   for (const Window& w : windows) speeds.push_back(w.way / w.seconds);
-  const double top = quantile(speeds, 0.95);
+  const double top = lower_quantile(speeds, 0.95, 0.0);
   if (top < 0.15 * expected.v_ref)
     refuse(table, "the car is parked: it hardly exceeds " + short_text(top) + " m/s; expected driving around " +
                       short_text(expected.v_ref) + " m/s");
@@ -175,9 +169,9 @@ void check_units(const CsvTable& table, const Raw& raw, double dt, const LogExpe
   check_rate(table, w_ratio);
   for (const double angle : raw.delta) angles.push_back(std::abs(angle));
   for (const double d : raw.d) pedals.push_back(std::abs(d));
-  if (const double largest = quantile(angles, 0.97); largest > 1.6)
+  if (const double largest = lower_quantile(angles, 0.97, 0.0); largest > 1.6)
     refuse(table, "delta_rad reaches " + short_text(largest) + ": it looks like degrees; expected rad");
-  if (const double largest = quantile(pedals, 0.97); largest > 1.5)
+  if (const double largest = lower_quantile(pedals, 0.97, 0.0); largest > 1.5)
     refuse(table, "d reaches " + short_text(largest) + ": it looks like per cent; expected -1 to 1");
   check_frame(table, windows);
   check_steering(table, windows);
@@ -193,7 +187,7 @@ void check_place(const CsvTable& table, const Raw& raw, const Road& road) {
       const double x = raw.at(i, 0), y = side * raw.at(i, 1);
       if (!std::isnan(x) && !std::isnan(y)) beyond.push_back(road.track().beyond_edge(road.track().locate(x, y)));
     }
-    return median(beyond);
+    return upper_median(beyond, 0.0);
   };
   const double usual = usual_beyond(1.0);
   // A bad driver leaves his own road by less than its width.

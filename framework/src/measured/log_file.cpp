@@ -5,6 +5,7 @@
 
 #include "config/errors.hpp"
 #include "measured/raw_log.hpp"
+#include "util/statistics.hpp"
 
 namespace gripline::diagnose {
 namespace {
@@ -173,7 +174,7 @@ Channels estimate_noise(std::span<const Measured> stretches) {
       }
     // The smaller half is hardly touched by the car's own quick motions: the median of a chi-square with one degree of
     // freedom is 0.4549 of its mean.
-    sigma[c] = squares.empty() ? nothing_read : std::sqrt(median(squares) / 0.4549);
+    sigma[c] = std::sqrt(upper_median(squares, nothing_read) / 0.4549);
   }
   return sigma;
 }

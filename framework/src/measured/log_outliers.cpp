@@ -3,6 +3,7 @@
 #include <numbers>
 
 #include "measured/raw_log.hpp"
+#include "util/statistics.hpp"
 
 namespace gripline::diagnose {
 namespace {
@@ -23,7 +24,7 @@ std::vector<double> off_neighbours(const Raw& raw, std::size_t c) {
     around.clear();
     for (std::size_t j = i - std::min(i, reach); j <= std::min(raw.size() - 1, i + reach); ++j)
       if (j != i && !std::isnan(raw.at(j, c))) around.push_back(apart(c, raw.at(i, c), raw.at(j, c)));
-    if (around.size() >= 4) off[i] = median(around);
+    if (around.size() >= 4) off[i] = upper_median(around, 0.0);
   }
   return off;
 }
@@ -35,10 +36,7 @@ double ordinary_change(const Raw& raw, std::size_t c) {
   if (c < yaw) {  // nine rows' way
     for (std::size_t i = 8; i < raw.size(); ++i)
       if (const double way = raw.at(i, c) - raw.at(i - 8, c); std::isfinite(way)) values.push_back(std::abs(way));
-    if (values.empty()) return 0.0;
-    const auto high = values.begin() + static_cast<std::ptrdiff_t>(values.size() * 9 / 10);
-    std::nth_element(values.begin(), high, values.end());
-    return *high;
+    return order_statistic(values, values.size() * 9 / 10, 0.0);
   }
   for (std::size_t i = 0; i < raw.size(); ++i)
     if (!std::isnan(raw.at(i, c))) values.push_back(raw.at(i, c));
@@ -53,7 +51,7 @@ std::vector<bool> gross(const Raw& raw, std::size_t c) {
   std::vector<double> sizes;
   for (const double o : off)
     if (!std::isnan(o)) sizes.push_back(std::abs(o));
-  const double limit = ordinary_change(raw, c) + 7.0 * 1.4826 * median(sizes);
+  const double limit = ordinary_change(raw, c) + 7.0 * 1.4826 * upper_median(sizes, 0.0);
   const auto far = [&](std::size_t i) { return std::abs(off[i]) > limit; };
   std::vector<bool> out(raw.size(), false);
   for (std::size_t i = 0; limit > 0.0 && i < raw.size(); ++i) {
@@ -121,7 +119,7 @@ void drop_gross_outliers(Raw& raw, std::vector<Health>& health) {
     for (std::size_t i = 0; i < raw.size(); ++i)
       if (!std::isnan(raw.at(i, c))) sizes.push_back(std::abs(raw.at(i, c)));
     // Beyond all sense first: such numbers would not even survive a subtraction.
-    const double senseless = 1e6 * (1.0 + median(sizes));
+    const double senseless = 1e6 * (1.0 + upper_median(sizes, 0.0));
     std::vector<bool> out(raw.size(), false);
     for (std::size_t i = 0; i < raw.size(); ++i)
       if (std::abs(raw.at(i, c)) > senseless) {
@@ -196,7 +194,7 @@ std::size_t drop_outliers(Raw& raw) {
       change += step * step;
       count += 1.0;
     }
-    const double usual = std::max(1.4826 * median(size), 0.003 * std::sqrt(change / count));
+    const double usual = std::max(1.4826 * upper_median(size, 0.0), 0.003 * std::sqrt(change / count));
     if (!(usual > 0.0)) continue;
     for (std::size_t i = 2; i + 2 < raw.size(); ++i) {
       // A spike of size s leaves -2/3 s beside it; a quick motion of the car does not.

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "config/errors.hpp"
+#include "util/statistics.hpp"
 
 namespace gripline::diagnose {
 std::string short_text(double value, int digits) {
@@ -18,13 +19,6 @@ void refuse(const CsvTable& table, const std::string& message, std::size_t row) 
   if (row != SIZE_MAX) d.line = table.line[row];
   d.message = message;
   throw InputError({d});
-}
-
-double median(std::vector<double> values) {
-  if (values.empty()) return 0.0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 namespace {
@@ -148,7 +142,7 @@ double check_time(const CsvTable& table, Raw& raw, std::vector<Health>& health) 
   std::vector<double> steps;
   for (std::size_t i = 1; i < raw.size(); ++i) steps.push_back(raw.t[i] - raw.t[i - 1]);
   // The usual step, then refined over whole steps so that rounding of the stamps does not add up.
-  double dt = median(steps);
+  double dt = upper_median(steps, 0.0);
   double whole = 0.0, span = 0.0;
   for (const double s : steps)
     if (s < 1.5 * dt) {

@@ -27,7 +27,6 @@ struct Raw {
 std::string short_text(double value, int digits = 3);
 /// Throws InputError with the table's file and, where given, the line of a row.
 [[noreturn]] void refuse(const CsvTable& table, const std::string& message, std::size_t row = SIZE_MAX);
-double median(std::vector<double> values);
 
 /// Throws InputError when columns are missing or stand there twice.
 Raw read_columns(const CsvTable& table);

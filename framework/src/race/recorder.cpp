@@ -2,9 +2,9 @@
 
 #include <array>
 #include <cmath>
-#include <ctime>
 
 #include "plugin/guard.hpp"
+#include "util/clock.hpp"
 
 namespace gripline {
 namespace {
@@ -27,12 +27,6 @@ std::string replay_header() {
       header += "," + name + "_x_m," + name + "_y_m";
     }
   return header;
-}
-
-double process_cpu_s() {
-  timespec now{};
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 
 /// Ten points spread evenly over a sequence, the last one being its end.

@@ -2,26 +2,20 @@
 
 #include <algorithm>
 #include <cmath>
-#include <ctime>
 
 #include "config/node.hpp"
 #include "plugin/guard.hpp"
+#include "util/clock.hpp"
 
 namespace gripline {
 namespace {
 
-double thread_cpu_ms() {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return 1e3 * static_cast<double>(now.tv_sec) + 1e-6 * static_cast<double>(now.tv_nsec);
-}
-
-/// Runs a plugin's call, its exceptions made ours, and adds its CPU time to `spent`.
+/// Runs a plugin's call, its exceptions made ours, and gives its CPU time [ms].
 template <class F>
-void timed_call(const std::string& who, double t, double& spent, F&& call) {
-  const double begin = thread_cpu_ms();
+void timed_call(const std::string& who, double t, double& spent_ms, F&& call) {
+  const double begin = thread_cpu_s();
   guard(who, t, call);
-  spent = thread_cpu_ms() - begin;
+  spent_ms = 1e3 * (thread_cpu_s() - begin);
 }
 
 /// For messages: a place or a speed to one decimal.

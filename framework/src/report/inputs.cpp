@@ -9,6 +9,7 @@
 
 #include "config/errors.hpp"
 #include "config/json_file.hpp"
+#include "util/statistics.hpp"
 
 namespace gripline::report {
 namespace {
@@ -123,12 +124,7 @@ Run read_run(const Inputs& inputs, const RunName& name) {
           Columns::read(folder / "tyres.csv", true), Columns::read(folder / "timing.csv")};
 }
 
-double median(std::span<const double> values) {
-  const std::vector<double> sorted = sorted_numbers(values);
-  if (sorted.empty()) return std::numeric_limits<double>::quiet_NaN();
-  const std::size_t half = sorted.size() / 2;
-  return sorted.size() % 2 == 1 ? sorted[half] : (sorted[half - 1] + sorted[half]) / 2;
-}
+double median_of_numbers(std::span<const double> values) { return median(sorted_numbers(values)); }
 
 // The k-th smallest and k-th largest of n values enclose the median unless fewer than k values lie on one side of it:
 // probability 1 - 2 P(Binomial(n, 1/2) < k). The largest k that leaves at least 0.95.

@@ -62,7 +62,8 @@ nlohmann::json table_json(const Inputs& inputs) {
     for (const std::string& column : columns) {
       const std::vector<double> values = of_stack(inputs.runs_table, column, name);
       const Interval interval = median_interval(values);
-      row["values"].push_back(number_or_null(inputs.table.empty() ? median(values) : inputs.table.number(column, at)));
+      row["values"].push_back(
+          number_or_null(inputs.table.empty() ? median_of_numbers(values) : inputs.table.number(column, at)));
       row["low"].push_back(number_or_null(interval.low));
       row["high"].push_back(number_or_null(interval.high));
       row["n"].push_back(values.size());

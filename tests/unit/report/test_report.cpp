@@ -234,15 +234,15 @@ TEST(ReportSeries, DerivesAccelerationsAndFrictionOfTheWholeCar) {
 
 TEST(ReportTables, IntervalOfTheMedianByOrderStatistics) {
   std::vector<double> ten{10, 1, 9, 2, 8, 3, 7, 4, 6, 5};
-  EXPECT_EQ(median(ten), 5.5);
+  EXPECT_EQ(median_of_numbers(ten), 5.5);
   // n = 10: second smallest to second largest, covering 97.9 %.
   EXPECT_EQ(median_interval(ten).low, 2);
   EXPECT_EQ(median_interval(ten).high, 9);
   const std::vector<double> three{3, gap, 1, 2};
-  EXPECT_EQ(median(three), 2);
+  EXPECT_EQ(median_of_numbers(three), 2);
   EXPECT_EQ(median_interval(three).low, 1);
   EXPECT_TRUE(std::isnan(median_interval(std::vector<double>{1}).low));
-  EXPECT_TRUE(std::isnan(median(std::vector<double>{})));
+  EXPECT_TRUE(std::isnan(median_of_numbers(std::vector<double>{})));
   // n = 20: the sixth, P(Binomial(20, 1/2) <= 5) = 0.0207.
   std::vector<double> twenty(20);
   for (std::size_t i = 0; i < twenty.size(); ++i) twenty[i] = static_cast<double>(i + 1);

@@ -8,6 +8,7 @@
 
 #include "diagnose/inference/constancy.hpp"
 #include "diagnose/inference/score_test.hpp"
+#include "util/statistics.hpp"
 
 namespace gripline::diagnose {
 namespace {
@@ -248,10 +249,9 @@ Line strongest_line(const std::vector<double>& power, double seconds) {
     around.clear();
     for (std::ptrdiff_t i = std::max<std::ptrdiff_t>(0, j - reach); i <= std::min(bins - 1, j + reach); ++i)
       if (std::abs(i - j) >= own) around.push_back(power[static_cast<std::size_t>(i)]);
-    const auto middle = around.begin() + static_cast<std::ptrdiff_t>(around.size() / 2);
-    std::nth_element(around.begin(), middle, around.end());
+    const double middle = upper_median(around);
     // Ordinates scatter exponentially about a smooth spectrum; the median of an exponential is log 2 of its mean.
-    const double gain = *middle > 0.0 ? std::numbers::ln2 * power[static_cast<std::size_t>(j)] / *middle : 0.0;
+    const double gain = middle > 0.0 ? std::numbers::ln2 * power[static_cast<std::size_t>(j)] / middle : 0.0;
     if (gain > line.gain) line = {static_cast<double>(j + 1) / seconds, gain};
   }
   return line;

@@ -6,6 +6,7 @@
 
 #include "diagnose/model/dual_pass.hpp"
 #include "diagnose/model/transition.hpp"
+#include "util/statistics.hpp"
 
 namespace gripline::diagnose {
 
@@ -95,9 +96,7 @@ int substeps_of_motion(const StagedCar& car, std::span<const Trace> traces) {
       fastest.push_back(one * trace.log.dt);
     });
   if (fastest.empty()) return 2;
-  const auto middle = fastest.begin() + static_cast<std::ptrdiff_t>(fastest.size() / 2);
-  std::nth_element(fastest.begin(), middle, fastest.end());
-  return static_cast<int>(std::clamp(std::ceil(*middle / longest), 1.0, 8.0));
+  return static_cast<int>(std::clamp(std::ceil(upper_median(std::move(fastest)) / longest), 1.0, 8.0));
 }
 
 }  // namespace gripline::diagnose

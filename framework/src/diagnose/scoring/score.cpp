@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <ctime>
 #include <map>
 #include <set>
 
@@ -10,6 +9,8 @@
 #include "config/reader.hpp"
 #include "diagnose/result/diagnosis_files.hpp"
 #include "geometry/track_file.hpp"
+#include "util/clock.hpp"
+#include "util/statistics.hpp"
 
 namespace gripline::diagnose {
 namespace {
@@ -17,12 +18,6 @@ namespace {
 namespace fs = std::filesystem;
 using Names = std::set<std::string>;
 const double none = std::nan("");
-
-double cpu_seconds() {
-  timespec t{};
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
-  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
-}
 
 std::string joined(const Names& names) {
   std::string text;
@@ -221,12 +216,12 @@ CaseScore score_case(const fs::path& folder, const Registry& registry, const Wor
   CaseScore s;
   s.id = folder.filename().string();
   s.vehicle = file.vehicle;
-  const double begin = cpu_seconds();
+  const double begin = process_cpu_s();
   Diagnoser diagnoser(world, registry, file.options);
   const LogExpectations expected{world.car.car.v_ref, &diagnoser.road()};
   const std::vector<LogFile> logs{read_log_file(folder / "measured.csv", expected)};
   const Diagnosis d = diagnoser.run(logs, {});
-  s.cpu_s = cpu_seconds() - begin;
+  s.cpu_s = process_cpu_s() - begin;
   if (!out.empty()) write_diagnosis(out, d, diagnoser, world, world_file, file.track);
 
   const Catalogue& catalogue = diagnoser.catalogue();
@@ -288,15 +283,6 @@ std::string score_csv(std::span<const CaseScore> scores) {
 }
 
 namespace {
-
-double quantile(std::vector<double> v, double q) {
-  if (v.empty()) return none;
-  std::sort(v.begin(), v.end());
-  const double at = q * static_cast<double>(v.size() - 1);
-  const auto i = static_cast<std::size_t>(at);
-  const double next = v[std::min(i + 1, v.size() - 1)];
-  return v[i] + (at - static_cast<double>(i)) * (next - v[i]);
-}
 
 /// A line of the scorecard over the cases a rule picks.
 struct Line {
@@ -360,10 +346,11 @@ std::string scorecard(std::span<const CaseScore> scores) {
       return std::isnan(v) ? std::string("-") : std::string(buffer);
     };
     char row[240];
-    std::snprintf(row, sizeof row, "%-34s %5zu  %5.1f%%  %10zu  %8s / %8s     %8s            %5s    %5s   %5.2f\n",
-                  line.name, right.size(), 100.0 * mean(right), wrong, shown(quantile(closure, 0.5), "%.4f").c_str(),
-                  shown(quantile(closure, 0.1), "%.4f").c_str(), shown(quantile(scaled, 0.5), "%.3f").c_str(),
-                  shown(mean(covered), "%.2f").c_str(), shown(mean(located), "%.2f").c_str(), mean(cpu));
+    std::snprintf(
+        row, sizeof row, "%-34s %5zu  %5.1f%%  %10zu  %8s / %8s     %8s            %5s    %5s   %5.2f\n", line.name,
+        right.size(), 100.0 * mean(right), wrong, shown(linear_quantile(closure, 0.5), "%.4f").c_str(),
+        shown(linear_quantile(closure, 0.1), "%.4f").c_str(), shown(linear_quantile(scaled, 0.5), "%.3f").c_str(),
+        shown(mean(covered), "%.2f").c_str(), shown(mean(located), "%.2f").c_str(), mean(cpu));
     text += row;
   }
   double sure = 0, sure_right = 0, sure_detectable = 0, all = 0, worse = 0, brier = 0, judged = 0;

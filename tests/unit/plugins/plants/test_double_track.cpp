@@ -5,12 +5,12 @@
 #include <chrono>
 #include <cmath>
 #include <cstring>
-#include <ctime>
 #include <vector>
 
 #include "plugin/registry.hpp"
 #include "support/double_track_rig.hpp"
 #include "support/paths.hpp"
+#include "util/clock.hpp"
 
 namespace gripline::double_track {
 namespace {
@@ -365,14 +365,9 @@ TEST(Car, HundredTimesFasterThanRealTime) {
   DoubleTrackCar car(p);
   const Road road;
   car.reset(rolling(25.0), road);
-  const auto cpu = [] {
-    timespec now{};
-    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-    return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-  };
-  const double begin = cpu();
+  const double begin = thread_cpu_s();
   drive(car, 0.3, 0.03, 40.0, road);
-  EXPECT_LT((cpu() - begin) / 40.0, 1.0 / 100.0);
+  EXPECT_LT((thread_cpu_s() - begin) / 40.0, 1.0 / 100.0);
 }
 
 TEST(BadInput, ParametersThatDoNotFitTogether) {

@@ -1,0 +1,19 @@
+#include "util/clock.hpp"
+
+#include <ctime>
+
+namespace gripline {
+namespace {
+
+double seconds_of(clockid_t clock) {
+  timespec now{};
+  clock_gettime(clock, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
+}  // namespace
+
+double thread_cpu_s() { return seconds_of(CLOCK_THREAD_CPUTIME_ID); }
+double process_cpu_s() { return seconds_of(CLOCK_PROCESS_CPUTIME_ID); }
+
+}  // namespace gripline

@@ -1,0 +1,30 @@
+// SIGINT (Ctrl-C) and SIGTERM during long work.
+#pragma once
+
+#include <csignal>
+
+namespace gripline {
+
+/// Handles both signals for as long as it lives, and puts the handlers before it back afterwards. One at a time.
+class StopSignal {
+ public:
+  enum class Reaction {
+    note,           ///< seen() becomes true: the work ends at its next step
+    note_then_end,  ///< as note; a second signal ends the process
+    end,            ///< the first signal ends the process
+  };
+  /// A process that is ended says on stderr that it was interrupted and that nothing was written, and leaves with
+  /// `exit_code`.
+  explicit StopSignal(Reaction reaction, int exit_code = 1);
+  ~StopSignal();
+  StopSignal(const StopSignal&) = delete;
+  StopSignal& operator=(const StopSignal&) = delete;
+  /// Whether a signal came since the last one was made.
+  static bool seen();
+
+ private:
+  struct sigaction old_int_ {
+  }, old_term_{};
+};
+
+}  // namespace gripline
