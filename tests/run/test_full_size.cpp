@@ -10,7 +10,7 @@
 #include "experiment/experiment.hpp"
 #include "geometry/track_file.hpp"
 #include "geometry/track_import.hpp"
-#include "race/simulation.hpp"
+#include "race/assembly.hpp"
 #include "support/paths.hpp"
 #include "support/reference_data.hpp"
 #include "util/clock.hpp"
@@ -50,20 +50,9 @@ StackSpec careful_driver(const CarFile& car, const char* mu) {
 }
 
 RunSummary drive(const WorldSpec& spec, const StackSpec& driver, std::uint64_t seed) {
-  World world(spec, seed);
-  StackPlace place;
-  place.car = spec.car.car;
-  place.dt = spec.dt;
-  place.hold = spec.hold;
-  place.seed = seed;
-  place.course = &world.course();
-  Stack stack(driver, place, world.observe());
   const std::filesystem::path folder =
       std::filesystem::path(testing::TempDir()) / testing::UnitTest::GetInstance()->current_test_info()->name();
-  std::filesystem::create_directories(folder);
-  Recorder recorder(folder);
-  Metrics metrics(world, driver, seed);
-  return Simulation(world, stack, recorder, metrics).run();
+  return RaceAssembly(spec, driver, {.seed = seed, .folder = folder}).run();
 }
 RunSummary race(const WorldSpec& spec, const char* mu, std::uint64_t seed = 1) {
   return drive(spec, careful_driver(spec.car, mu), seed);

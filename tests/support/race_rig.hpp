@@ -1,7 +1,7 @@
 // One race in this process: a small world, a driver, and the files it leaves.
 #pragma once
 
-#include "race/simulation.hpp"
+#include "race/assembly.hpp"
 #include "support/host_support.hpp"
 #include "util/csv.hpp"
 
@@ -16,22 +16,10 @@ class Race {
 
   WorldSpec& world() { return world_spec_; }
 
-  RunSummary run(void (*told)(void*, double) = nullptr, void* context = nullptr) {
-    World world(world_spec_, seed_);
-    StackPlace place;
-    place.car = world_spec_.car.car;
-    place.dt = world_spec_.dt;
-    place.hold = world_spec_.hold;
-    place.seed = seed_;
-    place.course = &world.course();
-    place.truth = &world.truth();
-    Stack stack(stack_spec_, place, world.observe());
-    std::filesystem::create_directories(folder_);
-    Recorder recorder(folder_);
-    Metrics metrics(world, stack_spec_, seed_);
-    Simulation simulation(world, stack, recorder, metrics);
-    simulation.on_progress(told, context);
-    return simulation.run();
+  RunSummary run(void (*on_step)(void*, double) = nullptr, void* context = nullptr) {
+    RaceAssembly race(world_spec_, stack_spec_, {.seed = seed_, .folder = folder_});
+    race.simulation().on_progress(on_step, context);
+    return race.run();
   }
   CsvTable steps() const { return read_csv(folder_ / "steps.csv"); }
 

@@ -6,11 +6,10 @@
 #include <limits>
 
 #include "config/json_file.hpp"
-#include "race/stack.hpp"
+#include "race/assembly.hpp"
 #include "util/clock.hpp"
 #include "util/csv_writer.hpp"
 #include "util/statistics.hpp"
-#include "world/world.hpp"
 
 namespace gripline {
 namespace {
@@ -34,68 +33,33 @@ StackSpec stack_with(const std::string& estimator, int horizon, const WorldSpec&
   return spec;
 }
 
-/// A race that can be stopped at any step.
-class Drive {
- public:
-  Drive(const WorldSpec& spec, StackSpec stack)
-      : spec_(std::move(stack)), world_(spec, 1), stack_(spec_, place(spec), world_.observe()) {
-    horizon_.resize(static_cast<std::size_t>(stack_.controller().horizon()));
-    decide();
-  }
-  Sample step(bool learn) {
-    const Observation before = world_.observe();
-    const Input u = world_.advance(command_.u);
-    const Sample sample = stack_.sample(before, u, world_.observe());
-    if (learn) stack_.learn(sample);
-    decide();
-    return sample;
-  }
-  const Observation& now() const { return world_.observe(); }
-  std::span<const RefPoint> horizon() const { return horizon_; }
-  CorrectedModel& model() { return *stack_.belief(world_.time()).model; }
-  const Command& command() const { return command_; }
-
- private:
-  StackPlace place(const WorldSpec& spec) {
-    StackPlace place;
-    place.car = spec.car.car;
-    place.dt = spec.dt;
-    place.hold = spec.hold;
-    place.course = &world_.course();
-    return place;
-  }
-  void decide() {
-    const StackBelief belief = stack_.belief(world_.time());
-    stack_.planner().plan(world_.observe(), belief.mu, belief.learned, horizon_);
-    command_ = stack_.controller().control(world_.observe(), horizon_, *belief.model);
-  }
-
-  StackSpec spec_;
-  World world_;
-  Stack stack_;
-  std::vector<RefPoint> horizon_;
-  Command command_;
-};
-
-struct Instance50 {
+/// A control step, to be decided again by each controller.
+struct RecordedStep {
   Observation now;
   std::vector<RefPoint> horizon;
-  Sample sample;
+  Sample sample;  // of the step before
 };
 
-/// What all cases of the frozen model share.
+/// A race, and what all cases of the frozen model share.
 struct Recording {
-  Drive drive;
+  RaceAssembly race;
   std::vector<Sample> learned;  // everything the estimator saw
-  std::vector<Instance50> instances;
+  std::vector<RecordedStep> steps;
 };
 
+/// The stack learns during the lead-in; what it learned then stays.
 void record(Recording& recording, int lead_in, int count) {
-  for (int i = 0; i < lead_in; ++i) recording.learned.push_back(recording.drive.step(true));
+  Simulation& simulation = recording.race.simulation();
+  simulation.start();
+  for (int i = 0; i < lead_in; ++i) {
+    simulation.step();
+    recording.learned.push_back(simulation.sample());
+  }
+  simulation.stop_learning();
   for (int i = 0; i < count; ++i) {
-    const Sample sample = recording.drive.step(false);
-    const auto horizon = recording.drive.horizon();
-    recording.instances.push_back({recording.drive.now(), {horizon.begin(), horizon.end()}, sample});
+    simulation.step();
+    const auto horizon = simulation.horizon();
+    recording.steps.push_back({simulation.now(), {horizon.begin(), horizon.end()}, simulation.sample()});
   }
 }
 
@@ -109,7 +73,7 @@ PluginSpec controller_spec(const std::string& id, int horizon, const std::string
   return spec;
 }
 
-PluginContext surroundings(const WorldSpec& world) {
+PluginContext plugin_context(const WorldSpec& world) {
   PluginContext context;
   context.car = world.car.car;
   context.dt = world.dt;
@@ -124,9 +88,10 @@ struct Replay {
 };
 
 /// How far the bench is, in pieces that take very different times.
-class Pace {
+class BenchProgress {
  public:
-  Pace(const Tell& tell, double cost, std::size_t rows) : tell_(tell), cost_(cost), rows_(rows) {}
+  BenchProgress(const ProgressCallback& callback, double cost, std::size_t rows)
+      : callback_(callback), cost_(cost), rows_(rows) {}
   /// The next piece and about what it costs, in any unit.
   void begin(std::string what, double cost) {
     done_ += now_;
@@ -136,11 +101,11 @@ class Pace {
   }
   void at(double share) const {
     const auto rows = static_cast<double>(rows_);
-    if (tell_) tell_(std::min(rows, rows * (done_ + share * now_) / cost_), rows_, what_);
+    if (callback_) callback_(std::min(rows, rows * (done_ + share * now_) / cost_), rows_, what_);
   }
 
  private:
-  const Tell& tell_;
+  const ProgressCallback& callback_;
   double cost_, done_ = 0, now_ = 0;
   std::size_t rows_;
   std::string what_;
@@ -153,16 +118,16 @@ double replay_cost(const std::string& controller, int horizon) {
 
 /// Every instance in turn to a fresh controller; with a twin, its update counts too.
 Replay replay(Recording& recording, const WorldSpec& world, const PluginSpec& controller, int horizon, Estimator* twin,
-              AllocationCount allocations, const Pace& pace) {
+              AllocationCount allocations, const BenchProgress& progress) {
   constexpr std::size_t told_every = 20;
   const gripline::Instance<Controller> instance =
-      create<Controller>(*controller.entry, surroundings(world), controller.values);
-  CorrectedModel& model = recording.drive.model();
+      create<Controller>(*controller.entry, plugin_context(world), controller.values);
+  CorrectedModel& model = *recording.race.stack().belief(recording.race.simulation().now().t).model;
   Replay out;
-  const std::size_t warm = recording.instances.size() / 10;
+  const std::size_t warm = recording.steps.size() / 10;
   std::int64_t allocated = 0;
-  for (std::size_t i = 0; i < recording.instances.size(); ++i) {
-    const Instance50& one = recording.instances[i];
+  for (std::size_t i = 0; i < recording.steps.size(); ++i) {
+    const RecordedStep& one = recording.steps[i];
     const std::int64_t before = allocations();
     const double begin = thread_cpu_us();
     if (twin != nullptr) twin->update(one.sample);
@@ -174,9 +139,9 @@ Replay replay(Recording& recording, const WorldSpec& world, const PluginSpec& co
     out.iterations.push_back(command.iterations);
     out.inputs.push_back(command.u);
     if (!command.solved) ++out.failures;
-    if (i % told_every == 0) pace.at(static_cast<double>(i) / static_cast<double>(recording.instances.size()));
+    if (i % told_every == 0) progress.at(static_cast<double>(i) / static_cast<double>(recording.steps.size()));
   }
-  out.allocations = static_cast<double>(allocated) / static_cast<double>(recording.instances.size() - warm);
+  out.allocations = static_cast<double>(allocated) / static_cast<double>(recording.steps.size() - warm);
   return out;
 }
 
@@ -208,7 +173,7 @@ gripline::Instance<Estimator> learned_twin(const Recording& recording, const Wor
   const Node node = parse_text(R"({"plugin": "elm"})");
   ObjectReader reader(node, errors);
   const PluginSpec spec = read_plugin(reader, abi::Kind::estimator, registry);
-  PluginContext context = surroundings(world);
+  PluginContext context = plugin_context(world);
   context.nominal = &nominal;
   gripline::Instance<Estimator> twin = create<Estimator>(*spec.entry, context, spec.values);
   for (const Sample& sample : recording.learned) twin->update(sample);
@@ -217,20 +182,21 @@ gripline::Instance<Estimator> learned_twin(const Recording& recording, const Wor
 
 /// The cases of one horizon: Ipopt first, the others against it.
 void bench_horizon(int horizon, Recording& recording, const WorldSpec& world, const Registry& registry,
-                   CorrectedModel& nominal, AllocationCount allocations, Pace& pace, std::vector<BenchRow>& rows) {
+                   CorrectedModel& nominal, AllocationCount allocations, BenchProgress& progress,
+                   std::vector<BenchRow>& rows) {
   const std::string suffix = "_n" + std::to_string(horizon) + "_elm40";
   const PluginSpec exact =
       controller_spec("mpc_ipopt", horizon, R"(, "tolerance": 1e-10, "max_iterations": 1000)", registry);
-  pace.begin("exact solutions" + suffix, replay_cost("mpc_ipopt", horizon));
-  const std::vector<Input> reference = replay(recording, world, exact, horizon, nullptr, allocations, pace).inputs;
+  progress.begin("exact solutions" + suffix, replay_cost("mpc_ipopt", horizon));
+  const std::vector<Input> reference = replay(recording, world, exact, horizon, nullptr, allocations, progress).inputs;
   double ipopt_median = nan;
   for (const char* id : {"mpc_ipopt", "mpc_sqp"}) {
     const PluginSpec spec = controller_spec(id, horizon, "", registry);
     std::vector<Replay> tries;
     for (int i = 0; i < replays; ++i) {
-      pace.begin(id + suffix, replay_cost(id, horizon));
+      progress.begin(id + suffix, replay_cost(id, horizon));
       const auto twin = learned_twin(recording, world, registry, nominal);
-      tries.push_back(replay(recording, world, spec, horizon, twin.get(), allocations, pace));
+      tries.push_back(replay(recording, world, spec, horizon, twin.get(), allocations, progress));
     }
     const auto best = std::min_element(tries.begin(), tries.end(), [](const Replay& a, const Replay& b) {
       return nearest_rank_quantile(a.times, 0.5) < nearest_rank_quantile(b.times, 0.5);
@@ -248,31 +214,34 @@ BenchRow bench_update(const Recording& recording, const WorldSpec& world, const 
   const auto twin = learned_twin(recording, world, registry, nominal);
   Replay out;
   const std::int64_t before = allocations();
-  out.times.reserve(recording.instances.size());
+  out.times.reserve(recording.steps.size());
   const std::int64_t reserved = allocations() - before;
-  for (const Instance50& one : recording.instances) {
+  for (const RecordedStep& one : recording.steps) {
     const double begin = thread_cpu_us();
     twin->update(one.sample);
     out.times.push_back(thread_cpu_us() - begin);
   }
   out.allocations =
-      static_cast<double>(allocations() - before - reserved) / static_cast<double>(recording.instances.size());
+      static_cast<double>(allocations() - before - reserved) / static_cast<double>(recording.steps.size());
   return summarize("elm_update", out, nullptr, world.car.car);
 }
 
 /// A stack with a Gaussian process over its full window, learning and all, as it races.
 BenchRow bench_gp(const WorldSpec& world, const Registry& registry, AllocationCount allocations, int lead_in,
                   int count) {
-  Drive drive(world, stack_with("gp_own_mu", 20, world, registry));
-  for (int i = 0; i < lead_in; ++i) drive.step(true);
+  const StackSpec stack = stack_with("gp_own_mu", 20, world, registry);
+  RaceAssembly race(world, stack);
+  Simulation& simulation = race.simulation();
+  simulation.start();
+  for (int i = 0; i < lead_in; ++i) simulation.step();
   Replay out;
   const std::int64_t before = allocations();
   for (int i = 0; i < count; ++i) {
     const double begin = thread_cpu_us();
-    drive.step(true);
+    simulation.step();
     out.times.push_back(thread_cpu_us() - begin);
-    out.iterations.push_back(drive.command().iterations);
-    if (!drive.command().solved) ++out.failures;
+    out.iterations.push_back(simulation.command().iterations);
+    if (!simulation.command().solved) ++out.failures;
   }
   out.allocations = static_cast<double>(allocations() - before) / count;
   return summarize("gp_410", out, nullptr, world.car.car);
@@ -281,24 +250,24 @@ BenchRow bench_gp(const WorldSpec& world, const Registry& registry, AllocationCo
 }  // namespace
 
 std::vector<BenchRow> run_bench(const WorldSpec& world, const Registry& registry, AllocationCount allocations,
-                                int instances, const Tell& tell) {
+                                int instances, const ProgressCallback& callback) {
   constexpr int lead_in = 600;
   constexpr std::array horizons = {50, 20};
   double cost = 0;
   for (const int horizon : horizons)
     cost += (1 + replays) * replay_cost("mpc_ipopt", horizon) + replays * replay_cost("mpc_sqp", horizon);
   const double drives = 0.02 * cost;
-  Pace pace(tell, cost + 2 * drives, 2 * horizons.size() + 2);
-  pace.begin("recording", drives);
+  BenchProgress progress(callback, cost + 2 * drives, 2 * horizons.size() + 2);
+  progress.begin("recording", drives);
   const StackSpec spec = stack_with("elm", longest_horizon, world, registry);
-  Recording recording{Drive(world, stack_with("elm", longest_horizon, world, registry)), {}, {}};
+  Recording recording{RaceAssembly(world, spec), {}, {}};
   record(recording, lead_in, instances);
-  const Vehicle vehicle(spec.model, surroundings(world));
+  const Vehicle vehicle(spec.model, plugin_context(world));
   CorrectedModel nominal(vehicle.car(), {world.dt, world.hold, spec.model.integration});
   std::vector<BenchRow> rows;
   for (const int horizon : horizons)
-    bench_horizon(horizon, recording, world, registry, nominal, allocations, pace, rows);
-  pace.begin("gp_410", drives);
+    bench_horizon(horizon, recording, world, registry, nominal, allocations, progress, rows);
+  progress.begin("gp_410", drives);
   rows.push_back(bench_gp(world, registry, allocations, lead_in, instances));
   rows.push_back(bench_update(recording, world, registry, nominal, allocations));
   return rows;

@@ -11,8 +11,8 @@
 
 namespace gripline {
 
-/// One case. Times are thread CPU time per control step [us]; an error is a share of the input's range, against the same
-/// problem solved by Ipopt to 1e-10; NaN where a figure has no meaning.
+/// One case. Times are thread CPU time per control step [us]; an error is a share of the input's range, against the
+/// same problem solved by Ipopt to 1e-10; NaN where a figure has no meaning.
 struct BenchRow {
   std::string name;
   double median_us = 0, p95_us = 0, p99_us = 0;
@@ -28,7 +28,7 @@ using AllocationCount = std::int64_t (*)();
 /// problems and replays them three times to each controller; the replay with the least median counts. Learning is
 /// included where the case says elm40: the estimator's update on a twin that keeps learning.
 std::vector<BenchRow> run_bench(const WorldSpec& world, const Registry& registry, AllocationCount allocations,
-                                int instances, const Tell& tell = {});
+                                int instances, const ProgressCallback& progress = {});
 
 void write_bench(const std::filesystem::path& file, std::span<const BenchRow> rows);
 

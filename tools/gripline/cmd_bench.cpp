@@ -1,91 +1,44 @@
-// gripline bench: how long steps take, and whether they allocate.
-#include <atomic>
-#include <cstdio>
-#include <cstdlib>
+// gripline bench: hands over to the program gripline-bench, which knows the plugins that are compared and counts every
+// allocation of its process; no other command should.
+#include <unistd.h>
+
+#include <boost/dll/runtime_symbol_info.hpp>
+#include <cerrno>
+#include <cstring>
 #include <iostream>
+#include <stdexcept>
+#include <vector>
 
-#include "bench/bench.hpp"
-#include "config/json_file.hpp"
-#include "experiment/experiment.hpp"
-#include "gripline/race_options.hpp"
-
-#if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__)
-// The whole process allocates through these, plugins and Eigen included; they count and hand on.
-namespace {
-std::atomic<std::int64_t> allocation_count{0};
-}
-extern "C" void* __libc_malloc(std::size_t);                 // NOLINT(bugprone-reserved-identifier)
-extern "C" void* __libc_memalign(std::size_t, std::size_t);  // NOLINT(bugprone-reserved-identifier)
-extern "C" void* malloc(std::size_t size) {
-  allocation_count.fetch_add(1, std::memory_order_relaxed);
-  return __libc_malloc(size);
-}
-extern "C" void* aligned_alloc(std::size_t alignment, std::size_t size) {
-  allocation_count.fetch_add(1, std::memory_order_relaxed);
-  return __libc_memalign(alignment, size);
-}
-#define GRIPLINE_COUNTS_ALLOCATIONS 1
-#endif
+#include "gripline/command.hpp"
 
 namespace gripline::tools {
-namespace po = boost::program_options;
 namespace {
 
-constexpr std::int64_t most_instances = 100'000;
+namespace fs = std::filesystem;
 
-std::int64_t count_allocations() {
-#ifdef GRIPLINE_COUNTS_ALLOCATIONS
-  return allocation_count.load(std::memory_order_relaxed);
-#else
-  return 0;
-#endif
-}
-
-void print(const BenchRow& row) {
-  char line[200];
-  std::snprintf(line, sizeof line, "%-22s %9.1f %9.1f %9.1f %8.2f %6.0f %12.2e %6d %9.4f", row.name.c_str(),
-                row.median_us, row.p95_us, row.p99_us, row.allocations_per_step, row.iterations_median,
-                row.first_input_error_p95, row.failures, row.ratio_to_mpc_ipopt);
-  std::cout << line << '\n';
+/// Beside this program as it is built, in libexec as it is installed.
+fs::path bench_program() {
+  const fs::path here = fs::path(boost::dll::program_location().string()).parent_path();
+  std::string searched;
+  for (const fs::path& folder : {here, here.parent_path() / "libexec"}) {
+    const fs::path program = folder / "gripline-bench";
+    std::error_code ignored;
+    if (fs::is_regular_file(program, ignored)) return program;
+    searched += " " + program.string();
+  }
+  throw std::runtime_error("bench needs the program gripline-bench, which is not installed; searched" + searched);
 }
 
 }  // namespace
 
 int run_bench_command(Arguments args) {
-  po::options_description visible("options");
-  auto add = visible.add_options();
-  add("out", po::value<std::string>(), "write the rows to this CSV file");
-  add("world", po::value<std::string>()->default_value("worlds/ethz.json"), "the world that is driven");
-  add("instances", po::value<std::string>()->default_value("200"), "recorded problems");
-  add("plugins", po::value<std::vector<std::string>>()->composing(), "a folder of plugins");
-  add("help,h", "this text");
-  const auto given = parse_options(args, visible, "bench [--out F.csv] [options]");
-  if (!given) return good;
-  if (given->count("experiment") > 0)
-    throw InputError("bench takes no file: \"" + (*given)["experiment"].as<std::vector<std::string>>().front() +
-                     "\"; a world is given by --world");
-  const std::int64_t instances = whole_number(*given, "instances", "--instances");
-  if (instances < 20 || instances > most_instances)
-    throw InputError("--instances " + std::to_string(instances) + ": expected 20 to " + std::to_string(most_instances));
-  const std::string world_file = (*given)["world"].as<std::string>();
-  if (given->count("out") > 0) require_writable("--out", (*given)["out"].as<std::string>(), std::span(&world_file, 1));
-  const Registry registry(Registry::search_path(plugin_dirs_of(*given)));
-  const Node tree = load_world(world_file);
-  Errors errors;
-  const WorldSpec world = read_world(tree, registry, errors);
-  errors.throw_if_any();
-  const std::vector<BenchRow> rows = [&] {
-    ToldProgress progress(std::cerr, "bench");
-    std::vector<BenchRow> measured =
-        run_bench(world, registry, count_allocations, static_cast<int>(instances), progress.tell());
-    progress.finish();
-    return measured;
-  }();
-  std::cout
-      << "case                   median us    p95 us    p99 us  allocs  iters  error p95    failed  ratio to Ipopt\n";
-  for (const BenchRow& row : rows) print(row);
-  if (given->count("out") > 0) write_bench((*given)["out"].as<std::string>(), rows);
-  return good;
+  const std::string program = bench_program().string();
+  std::vector<char*> words = {const_cast<char*>(program.c_str())};
+  for (const std::string& arg : args) words.push_back(const_cast<char*>(arg.c_str()));
+  words.push_back(nullptr);
+  std::cout.flush();
+  execv(program.c_str(), words.data());
+  throw std::runtime_error(program + ": cannot be started: " + std::strerror(errno));
 }
 
 }  // namespace gripline::tools

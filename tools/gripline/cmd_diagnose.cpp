@@ -4,13 +4,14 @@
 #include <fstream>
 #include <iostream>
 
+#include "cli/options.hpp"
 #include "config/errors.hpp"
 #include "config/json_file.hpp"
 #include "diagnose/result/diagnosis_files.hpp"
 #include "diagnose/result/report_data.hpp"
 #include "diagnose/scoring/score.hpp"
 #include "experiment/out_folder.hpp"
-#include "gripline/race_options.hpp"
+#include "gripline/command.hpp"
 #include "util/csv_writer.hpp"
 #include "util/progress.hpp"
 #include "util/signals.hpp"
@@ -20,7 +21,7 @@ namespace po = boost::program_options;
 namespace fs = std::filesystem;
 namespace {
 
-using Files = std::vector<std::string>;
+constexpr const char* files_word = "world-and-logs";  // the positional words
 
 fs::path existing(const std::string& file) {
   if (!fs::exists(file)) throw InputError(file + ": no such file");
@@ -110,25 +111,31 @@ void print(const diagnose::Diagnosis& d) {
 
 struct DiagnoseOptions {
   fs::path world;
-  Files logs, held_out;
+  Words logs, held_out;
   std::optional<fs::path> case_file, track;
   fs::path out;
   bool force = false;
 };
 
+void refuse_beside_score(const po::variables_map& given) {
+  for (const char* other : {files_word, "held-out", "case", "track"}) {
+    if (given.count(other) == 0) continue;
+    const std::string found =
+        other == files_word ? "\"" + words_of(given, other).front() + "\"" : std::string("--") + other;
+    throw InputError("--score takes a folder of cases and nothing else; found " + found + " beside it");
+  }
+}
+
 DiagnoseOptions read_options(const po::variables_map& given) {
   DiagnoseOptions o;
-  Files words;
-  if (given.count("experiment") > 0) words = given["experiment"].as<Files>();
+  const Words words = words_of(given, files_word);
   if (words.size() < 2) throw InputError("diagnose needs a world and a log: gripline diagnose WORLD.json LOG.csv");
   o.world = existing(words.front());
   for (std::size_t i = 1; i < words.size(); ++i) o.logs.push_back(existing(words[i]).string());
-  if (given.count("held-out") > 0)
-    for (const std::string& file : given["held-out"].as<Files>()) o.held_out.push_back(existing(file).string());
-  if (given.count("case") > 0) o.case_file = existing(given["case"].as<std::string>());
-  if (given.count("track") > 0) o.track = existing(given["track"].as<std::string>());
-  o.out = given.count("out") > 0 ? fs::path(given["out"].as<std::string>())
-                                 : fs::path("out") / ("diagnose_" + fs::path(o.logs.front()).stem().string());
+  for (const std::string& file : words_of(given, "held-out")) o.held_out.push_back(existing(file).string());
+  if (const auto file = text_of(given, "case")) o.case_file = existing(*file);
+  if (const auto file = text_of(given, "track")) o.track = existing(*file);
+  o.out = text_of(given, "out").value_or(fs::path("out") / ("diagnose_" + fs::path(o.logs.front()).stem().string()));
   if (o.out.empty()) throw InputError("--out names no folder");
   o.force = given.count("force") > 0;
   return o;
@@ -146,7 +153,7 @@ int diagnose_logs(DiagnoseOptions options, const Registry& registry) {
   errors.throw_if_any();
   diagnose::Diagnoser diagnoser(world, registry, given.options);
   const diagnose::LogExpectations expected{world.car.car.v_ref, &diagnoser.road()};
-  const auto read = [&](const Files& files) {
+  const auto read = [&](const Words& files) {
     std::vector<diagnose::LogFile> logs;
     for (const std::string& file : files) logs.push_back(diagnose::read_log_file(file, expected));
     return logs;
@@ -155,8 +162,8 @@ int diagnose_logs(DiagnoseOptions options, const Registry& registry) {
   const OutLock lock = open_out_folder(options.out, "diagnosis", options.force);
   const diagnose::Diagnosis d = [&] {
     const StopSignal stop(StopSignal::Reaction::end, run_broke);
-    ToldProgress progress(std::cerr, "diagnose");
-    diagnose::Diagnosis found = diagnoser.run(logs, held_out, progress.tell());
+    CallbackProgress progress(std::cerr, "diagnose");
+    diagnose::Diagnosis found = diagnoser.run(logs, held_out, progress.callback());
     progress.finish();
     return found;
   }();
@@ -180,27 +187,20 @@ int diagnose_logs(DiagnoseOptions options, const Registry& registry) {
 int run_diagnose(Arguments args) {
   po::options_description visible("options");
   auto add = visible.add_options();
-  add("held-out", po::value<Files>()->multitoken()->composing(), "logs to measure the gap on (default: the last laps)");
+  add("held-out", po::value<Words>()->multitoken()->composing(), "logs to measure the gap on (default: the last laps)");
   add("case", po::value<std::string>(), "CASE.json: effects to exclude, how far nominal parameters are trusted");
   add("track", po::value<std::string>(), "another road, CSV or JSON");
   add("out", po::value<std::string>(), "folder for results (default: out/diagnose_<log>)");
   add("force", "replace another experiment's results in that folder");
   add("score", po::value<std::string>(), "a folder of cases with answers: diagnose all and print the scorecard");
-  add("plugins", po::value<Files>()->composing(), "a folder of plugins, searched first");
+  add_plugins_option(visible);
   add("help,h", "this text");
-  const auto given = parse_options(args, visible, "diagnose WORLD.json LOG.csv... [options]");
+  const auto given = parse_options(args, visible, "diagnose WORLD.json LOG.csv... [options]", files_word);
   if (!given) return good;
   const Registry registry(Registry::search_path(plugin_dirs_of(*given)));
-  if (given->count("score") > 0) {
-    for (const char* other : {"experiment", "held-out", "case", "track"})
-      if (given->count(other) > 0)
-        throw InputError(std::string("--score takes a folder of cases and nothing else; found ") +
-                         (other == std::string("experiment") ? "\"" + (*given)[other].as<Files>().front() + "\""
-                                                             : std::string("--") + other) +
-                         " beside it");
-    return score((*given)["score"].as<std::string>(),
-                 given->count("out") > 0 ? fs::path((*given)["out"].as<std::string>()) : fs::path("out") / "score",
-                 registry);
+  if (const auto cases = text_of(*given, "score")) {
+    refuse_beside_score(*given);
+    return score(*cases, text_of(*given, "out").value_or(fs::path("out") / "score"), registry);
   }
   return diagnose_logs(read_options(*given), registry);
 }

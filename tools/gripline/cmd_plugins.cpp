@@ -1,9 +1,11 @@
 // gripline plugins list | describe ID.
 #include <iostream>
 
+#include "cli/options.hpp"
 #include "config/errors.hpp"
 #include "config/node.hpp"
-#include "gripline/race_options.hpp"
+#include "gripline/command.hpp"
+#include "plugin/registry.hpp"
 
 namespace gripline::tools {
 namespace po = boost::program_options;
@@ -56,12 +58,11 @@ void describe(const PluginEntry& entry) {
 
 int run_plugins(Arguments args) {
   po::options_description visible("options");
-  visible.add_options()("plugins", po::value<std::vector<std::string>>()->composing(), "a folder of plugins");
+  add_plugins_option(visible);
   visible.add_options()("help,h", "this text");
-  const auto given = parse_options(args, visible, "plugins list | describe ID [options]");
+  const auto given = parse_options(args, visible, "plugins list | describe ID [options]", "request");
   if (!given) return good;
-  std::vector<std::string> words;
-  if (given->count("experiment") > 0) words = (*given)["experiment"].as<std::vector<std::string>>();
+  const Words words = words_of(*given, "request");
   const Registry registry(Registry::search_path(plugin_dirs_of(*given)));
   if (words.size() == 1 && words[0] == "list") {
     list(registry);

@@ -1,10 +1,12 @@
 // gripline predict WORLD.json LOG.csv: how far a world's model is off a log, open loop, by horizon.
+#include <algorithm>
 #include <cmath>
 #include <iostream>
 
+#include "cli/options.hpp"
 #include "config/errors.hpp"
 #include "config/json_file.hpp"
-#include "gripline/race_options.hpp"
+#include "gripline/command.hpp"
 #include "measured/log_file.hpp"
 #include "measured/rollout.hpp"
 #include "util/csv_writer.hpp"
@@ -32,10 +34,10 @@ std::vector<double> read_horizons(const std::string& text) {
 }
 
 /// Root mean squares of position [m], yaw, vx, vy, yaw rate over all samples up to the horizon.
-struct Errors5 {
+struct ErrorsAtHorizon {
   double position = 0, yaw = 0, vx = 0, vy = 0, yaw_rate = 0;
 };
-Errors5 errors_of(const std::vector<diagnose::Rollouts>& all) {
+ErrorsAtHorizon errors_of(const std::vector<diagnose::Rollouts>& all) {
   std::array<double, 6> sum{}, count{};
   for (const diagnose::Rollouts& r : all)
     for (std::size_t i = 0; i < r.error.size(); ++i) {
@@ -47,6 +49,51 @@ Errors5 errors_of(const std::vector<diagnose::Rollouts>& all) {
   return {std::sqrt(sum[0] / count[0] + sum[1] / count[1]), root(2), root(3), root(4), root(5)};
 }
 
+struct PredictRequest {
+  fs::path world, log;
+  std::optional<fs::path> track, out;
+  std::vector<double> horizons;
+};
+
+PredictRequest read_request(const po::variables_map& given) {
+  const Words words = words_of(given, "world-and-log");
+  if (words.size() != 2) throw InputError("predict needs a world and a log: gripline predict WORLD.json LOG.csv");
+  PredictRequest request{words[0], words[1], {}, {}, {}};
+  Words inputs = words;
+  if (const auto track = text_of(given, "track")) {
+    request.track = *track;
+    inputs.push_back(*track);
+  }
+  if (const auto out = text_of(given, "out")) {
+    require_writable("--out", *out, inputs);
+    request.out = *out;
+  }
+  request.horizons = read_horizons(*text_of(given, "horizon"));
+  return request;
+}
+
+/// Free simulations of every stretch of a log, each from the measured state itself; where a reading is missing, from
+/// its neighbours.
+std::vector<diagnose::Rollouts> roll_out_all(const StagedCar& car, const diagnose::LogFile& log,
+                                             const diagnose::Road& road, double horizon) {
+  std::vector<diagnose::Rollouts> all;
+  for (const diagnose::Measured& m : log.stretches) {
+    diagnose::Trace trace;
+    trace.log = m;
+    std::vector<double> start = m.reading;
+    const std::vector<double> smooth = diagnose::smooth_readings(m, 3);
+    for (std::size_t i = 0; i < start.size(); ++i)
+      if (std::isnan(start[i])) start[i] = smooth[i];
+    trace.set_motion(start, road);
+    trace.set_motion(diagnose::states_of_readings(car, start, trace.at), road);
+    diagnose::RolloutOptions options;
+    options.horizon = horizon;
+    options.substeps = 4;
+    all.push_back(diagnose::roll_out(car, trace, road, options));
+  }
+  return all;
+}
+
 }  // namespace
 
 int run_predict(Arguments args) {
@@ -55,60 +102,33 @@ int run_predict(Arguments args) {
   add("horizon", po::value<std::string>()->default_value("0.1,0.2,0.5,1,2"), "seconds, separated by commas");
   add("track", po::value<std::string>(), "another road, CSV or JSON");
   add("out", po::value<std::string>(), "a CSV file for the table");
-  add("plugins", po::value<std::vector<std::string>>()->composing(), "a folder of plugins, searched first");
+  add_plugins_option(visible);
   add("help,h", "this text");
-  const auto given = parse_options(args, visible, "predict WORLD.json LOG.csv [options]");
+  const auto given = parse_options(args, visible, "predict WORLD.json LOG.csv [options]", "world-and-log");
   if (!given) return good;
-  std::vector<std::string> words;
-  if (given->count("experiment") > 0) words = (*given)["experiment"].as<std::vector<std::string>>();
-  if (words.size() != 2) throw InputError("predict needs a world and a log: gripline predict WORLD.json LOG.csv");
-  if (given->count("out") > 0) {
-    std::vector<std::string> inputs = words;
-    if (given->count("track") > 0) inputs.push_back((*given)["track"].as<std::string>());
-    require_writable("--out", (*given)["out"].as<std::string>(), inputs);
-  }
-  const std::vector<double> horizons = read_horizons((*given)["horizon"].as<std::string>());
+  const PredictRequest request = read_request(*given);
 
   const Registry registry(Registry::search_path(plugin_dirs_of(*given)));
-  std::optional<fs::path> track;
-  if (given->count("track") > 0) track = (*given)["track"].as<std::string>();
-  const Node node = load_world(words[0], track);
+  const Node node = load_world(request.world, request.track);
   Errors errors;
   const WorldSpec world = read_world(node, registry, errors);
   errors.throw_if_any();
   if (world.vehicle.model.empty())
-    throw InputError(words[0] + ": its car is a black box; predict needs a vehicle model");
+    throw InputError(request.world.string() + ": its car is a black box; predict needs a vehicle model");
   PluginContext context;
   context.car = world.car.car;
   const Vehicle vehicle(world.vehicle, context);
   const diagnose::Road road(world.track);
-  const diagnose::LogFile log = diagnose::read_log_file(words[1], {world.car.car.v_ref, &road});
+  const diagnose::LogFile log = diagnose::read_log_file(request.log, {world.car.car.v_ref, &road});
 
   std::optional<CsvWriter> file;
-  const char* const header = "horizon_s,position_m,yaw_rad,vx_mps,vy_mps,yaw_rate_radps";
-  if (given->count("out") > 0) file.emplace((*given)["out"].as<std::string>(), header);
+  if (request.out) file.emplace(*request.out, "horizon_s,position_m,yaw_rad,vx_mps,vy_mps,yaw_rate_radps");
   std::cout << "horizon   position m    yaw rad     vx m/s     vy m/s   yaw rate rad/s\n";
-  for (const double horizon : horizons) {
-    std::vector<diagnose::Rollouts> all;
-    for (const diagnose::Measured& m : log.stretches) {
-      diagnose::Trace trace;
-      trace.log = m;
-      // From the measured state itself; where a reading is missing, from its neighbours.
-      std::vector<double> start = m.reading;
-      const std::vector<double> smooth = diagnose::smooth_readings(m, 3);
-      for (std::size_t i = 0; i < start.size(); ++i)
-        if (std::isnan(start[i])) start[i] = smooth[i];
-      trace.set_motion(start, road);
-      trace.set_motion(diagnose::states_of_readings(vehicle.car(), start, trace.at), road);
-      diagnose::RolloutOptions options;
-      options.horizon = horizon;
-      options.substeps = 4;
-      all.push_back(diagnose::roll_out(vehicle.car(), trace, road, options));
-    }
-    std::size_t starts = 0;
-    for (const diagnose::Rollouts& r : all) starts += r.start.size();
-    if (starts == 0) throw InputError(words[1] + ": too short for a horizon of " + std::to_string(horizon) + " s");
-    const Errors5 e = errors_of(all);
+  for (const double horizon : request.horizons) {
+    const std::vector<diagnose::Rollouts> all = roll_out_all(vehicle.car(), log, road, horizon);
+    if (std::all_of(all.begin(), all.end(), [](const diagnose::Rollouts& r) { return r.start.empty(); }))
+      throw InputError(request.log.string() + ": too short for a horizon of " + std::to_string(horizon) + " s");
+    const ErrorsAtHorizon e = errors_of(all);
     char row[160];
     std::snprintf(row, sizeof row, "%5.2f s %12.5f %10.5f %10.5f %10.5f %12.5f\n", horizon, e.position, e.yaw, e.vx,
                   e.vy, e.yaw_rate);

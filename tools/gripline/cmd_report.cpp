@@ -1,8 +1,9 @@
 // gripline report: the page and the figures of a results folder.
 #include <iostream>
 
+#include "cli/options.hpp"
 #include "config/errors.hpp"
-#include "gripline/race_options.hpp"
+#include "gripline/command.hpp"
 #include "report/report.hpp"
 #include "util/progress.hpp"
 
@@ -11,16 +12,16 @@ namespace po = boost::program_options;
 namespace {
 
 report::Written write_with_progress(report::Options options) {
-  ToldProgress progress(std::cerr, "report");
-  options.progress = [tell = progress.tell()](std::size_t done, std::size_t total, const std::string& what) {
-    tell(static_cast<double>(done), total, what);
+  CallbackProgress progress(std::cerr, "report");
+  options.progress = [callback = progress.callback()](std::size_t done, std::size_t total, const std::string& what) {
+    callback(static_cast<double>(done), total, what);
   };
   report::Written written = write_report(options);
   progress.finish();
   return written;
 }
 
-/// The page must not take the place of what it is drawn from.
+/// Refuses a --page that is one of the files the report is made from.
 void require_page(const std::filesystem::path& page, const std::filesystem::path& folder) {
   std::vector<std::string> inputs;
   std::error_code failed;
@@ -42,10 +43,10 @@ int run_report(Arguments args) {
   add("figures", "write the figures as SVG files too, into OUT/figures");
   add("page", po::value<std::string>(), "the page to write (default: OUT/report.html)");
   add("help,h", "this text");
-  const auto given = parse_options(args, visible, "report OUT [options]");
+  const auto given = parse_options(args, visible, "report OUT [options]", "results");
   if (!given) return good;
-  if (given->count("experiment") == 0) throw InputError("which results? For example out/table1");
-  const auto& folders = (*given)["experiment"].as<std::vector<std::string>>();
+  const Words folders = words_of(*given, "results");
+  if (folders.empty()) throw InputError("which results? For example out/table1");
   if (folders.size() > 1) throw InputError("one folder at a time; found " + folders[0] + " and " + folders[1]);
   report::Options options;
   options.folder = folders.front();

@@ -3,10 +3,9 @@
 
 #include "config/file_kind.hpp"
 #include "config/json_file.hpp"
-#include "diagnose/scoring/diagnose_experiment.hpp"
-#include "experiment/validation.hpp"
 #include "geometry/track_file.hpp"
-#include "gripline/race_options.hpp"
+#include "gripline/command.hpp"
+#include "gripline/experiment_kinds.hpp"
 #include "world/friction_file.hpp"
 
 namespace gripline::tools {
@@ -22,13 +21,7 @@ void validate_file(const std::string& file, const Registry& registry) {
   Errors errors;
   switch (kind_of(tree)) {
     case FileKind::experiment:
-      tree = load_experiment(file, {});
-      if (experiment_kind(tree) == "offline_validation")
-        check_offline(tree, registry);
-      else if (experiment_kind(tree) == "diagnose")
-        diagnose::check_diagnose_experiment(tree, registry);
-      else
-        read_race(file, std::move(tree), registry);
+      read_experiment(file, {}, registry);
       break;
     case FileKind::world:
       read_world(load_world(file), registry, errors);
@@ -54,15 +47,16 @@ void validate_file(const std::string& file, const Registry& registry) {
 
 int run_validate(Arguments args) {
   po::options_description visible("options");
-  visible.add_options()("plugins", po::value<std::vector<std::string>>()->composing(), "a folder of plugins");
+  add_plugins_option(visible);
   visible.add_options()("help,h", "this text");
-  const auto given = parse_options(args, visible, "validate FILE... [options]");
+  const auto given = parse_options(args, visible, "validate FILE... [options]", "files");
   if (!given) return good;
-  if (given->count("experiment") == 0) throw InputError("which file?");
+  const Words files = words_of(*given, "files");
+  if (files.empty()) throw InputError("which file?");
   const Registry registry(Registry::search_path(plugin_dirs_of(*given)));
   Errors errors;
   std::vector<std::string> unusable;
-  for (const std::string& file : (*given)["experiment"].as<std::vector<std::string>>()) {
+  for (const std::string& file : files) {
     try {
       validate_file(file, registry);
       std::cout << file << ": good\n";

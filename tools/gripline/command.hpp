@@ -2,15 +2,10 @@
 #pragma once
 
 #include <filesystem>
-#include <span>
-#include <string>
+
+#include "cli/program.hpp"
 
 namespace gripline::tools {
-
-/// Exit codes of the program.
-enum Exit : int { good = 0, claim_failed = 1, bad_input = 2, plugin_unusable = 3, run_broke = 4 };
-
-using Arguments = std::span<const std::string>;
 
 int run_compare(Arguments args);
 int run_one(Arguments args);

@@ -1,12 +1,3 @@
-#include <sys/stat.h>
-#include <unistd.h>
-#include <boost/program_options/errors.hpp>
-
-#include <cerrno>
-#include <csignal>
-#include <cstdio>
-#include <cstdlib>
-#include <cstring>
 #include <iostream>
 #include <string>
 #include <vector>
@@ -64,42 +55,9 @@ int dispatch(Arguments args) {
   throw InputError("no command \"" + args[0] + "\"" + did_you_mean(args[0], names));
 }
 
-int guarded(Arguments args) {
-  try {
-    return dispatch(args);
-  } catch (const InputError& e) {
-    std::cerr << e.what() << '\n';
-    return bad_input;
-  } catch (const PluginError& e) {
-    std::cerr << e.what() << '\n';
-    return plugin_unusable;
-  } catch (const boost::program_options::error& e) {
-    std::cerr << e.what() << "; see gripline " << args[0] << " --help\n";
-    return bad_input;
-  } catch (const std::exception& e) {
-    std::cerr << "gripline: " << e.what() << '\n';
-    return run_broke;
-  }
-}
-
-/// Words that were lost are a failure, unless whoever read them went away (`| head`).
-int after_output(int code) {
-  errno = 0;
-  std::cout.flush();
-  const bool lost = !std::cout || std::ferror(stdout) != 0;
-  struct stat where {};
-  if (!lost || (fstat(STDOUT_FILENO, &where) == 0 && (S_ISFIFO(where.st_mode) || S_ISSOCK(where.st_mode)))) return code;
-  std::cerr << "gripline: cannot write the output" << (errno != 0 ? std::string(": ") + std::strerror(errno) : "")
-            << '\n';
-  return code == good ? run_broke : code;
-}
-
 }  // namespace
 }  // namespace gripline::tools
 
 int main(int argc, char** argv) {
-  std::signal(SIGPIPE, SIG_IGN);
-  setenv("OPENBLAS_NUM_THREADS", "1", 0);  // read when Ipopt is loaded: a run is one thread, and the same bytes
-  const std::vector<std::string> args(argv + 1, argv + argc);
-  return gripline::tools::after_output(gripline::tools::guarded(args));
+  return gripline::tools::run_program(argc, argv, gripline::tools::dispatch, "gripline ");
 }

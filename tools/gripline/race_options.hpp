@@ -1,42 +1,27 @@
 // Options that compare and run share.
 #pragma once
 
-#include <boost/program_options.hpp>
-#include <filesystem>
-#include <optional>
-#include <span>
-#include <string>
-#include <vector>
+#include <functional>
 
-#include "experiment/experiment.hpp"
-#include "gripline/command.hpp"
+#include "cli/options.hpp"
 
 namespace gripline::tools {
 
 struct RaceOptions {
   std::filesystem::path experiment;
-  std::vector<std::string> assignments, plugin_dirs;
-  std::filesystem::path out;
+  Words assignments, plugin_dirs;
+  std::filesystem::path out;  // the one at --out, else out/<experiment>
   int jobs = 1;
   bool force = false;
 };
 
-/// Adds the shared options and the positional EXPERIMENT.
+/// The positional word of both commands, for parse_options().
+inline constexpr const char* experiment_word = "experiment";
 void add_race_options(boost::program_options::options_description& visible);
-/// Parses; empty when --help was asked for and has been printed. Throws InputError without an experiment.
-std::optional<boost::program_options::variables_map> parse_options(
-    Arguments args, const boost::program_options::options_description& visible, const char* usage);
-/// The folders of `--plugins`. Throws InputError when one is not there.
-std::vector<std::string> plugin_dirs_of(const boost::program_options::variables_map& given);
-/// The whole number of an option given as text. Throws InputError that names it as `shown`.
-std::int64_t whole_number(const boost::program_options::variables_map& given, const char* name,
-                          const std::string& shown);
-/// A file to be written, asked before long work: refused (InputError) when it is one of the inputs or cannot be made.
-void require_writable(const std::string& option, const std::filesystem::path& file,
-                      std::span<const std::string> inputs);
+/// Throws InputError, also without an experiment.
 RaceOptions read_race_options(const boost::program_options::variables_map& given);
 
-/// The one at `--out`, else out/<experiment>.
-std::filesystem::path out_of(const RaceOptions& options);
+/// Calls read(assignments); an error that one of the assignments makes is told at it. Throws what `read` throws.
+void read_with_blame(const RaceOptions& options, const std::function<void(std::span<const std::string>)>& read);
 
 }  // namespace gripline::tools

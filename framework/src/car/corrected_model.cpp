@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "car/instant.hpp"
+
 namespace gripline {
 
 CorrectedModel::CorrectedModel(StagedCar car, StepOptions options) : car_(std::move(car)), options_(options) {
@@ -15,8 +17,8 @@ void CorrectedModel::refresh() {
   past_ = back > 0.0 ? static_cast<int>(std::ceil(back / options_.dt - 1e-9)) + 1 : 0;
   if (options_.hold == Hold::foh) past_ = std::max(past_, 1);
   dual_params_.assign(car_.params().begin(), car_.params().end());
-  if (past_ != before || carried_.empty())
-    carried_.assign(static_cast<std::size_t>(car_.memory()) + 2 * static_cast<std::size_t>(past_), 0.0);
+  if (past_ != before || current_.empty())
+    current_.assign(static_cast<std::size_t>(car_.memory()) + 2 * static_cast<std::size_t>(past_), 0.0);
   row_.resize(static_cast<std::size_t>(states()));
   row_next_.resize(static_cast<std::size_t>(states()));
 }
@@ -24,7 +26,7 @@ void CorrectedModel::refresh() {
 void CorrectedModel::start(const State& now, std::span<double> x) const {
   const double state[] = {now.x, now.y, now.yaw, now.vx, now.vy, now.omega, now.delta};
   std::copy(std::begin(state), std::end(state), x.begin());
-  std::copy(carried_.begin(), carried_.end(), x.begin() + state_size);
+  std::copy(current_.begin(), current_.end(), x.begin() + state_size);
 }
 
 /// Rows and inputs into the stepper's arrays: motion, memory, the ramp of the commands, the past ones.
@@ -143,17 +145,10 @@ void CorrectedModel::step(std::size_t n, std::span<const double> x, std::span<co
 
 Prediction::Rates CorrectedModel::rates(const State& x, const Input& u, const Place& at) {
   const double motion[] = {x.x, x.y, x.yaw, x.vx, x.vy, x.omega};
-  const ActingCommand<double> command = {u.d, x.delta, u.ddelta};
   double rate[motion_size];
   std::vector<double> memory(static_cast<std::size_t>(car_.memory())), memory_rate(memory.size());
-  const CommandSample<double> sample = {u.d, x.delta};
-  const History<double> history = {&sample, 1, 0.0, options_.dt, 0.0, options_.hold};
-  CarBatch<double> batch;
-  batch.n = 1;
-  batch.motion = motion;
-  batch.command = &command;
-  batch.at = &at;
-  batch.history = &history;
+  InstantBatch<double> instant(motion, {u.d, x.delta, u.ddelta}, at, options_.dt, options_.hold);
+  CarBatch<double>& batch = instant.batch;
   batch.motion_rate = rate;
   if (!memory.empty()) {
     car_.start_memory(batch, memory.data());
@@ -169,19 +164,11 @@ Prediction::Rates CorrectedModel::rates(const State& x, const Input& u, const Pl
 void CorrectedModel::reset(const State& x, double d, const Place& at) {
   const auto memory = static_cast<std::size_t>(car_.memory());
   const double motion[] = {x.x, x.y, x.yaw, x.vx, x.vy, x.omega};
-  const ActingCommand<double> command = {d, x.delta, 0.0};
-  const CommandSample<double> sample = {d, x.delta};
-  const History<double> history = {&sample, 1, 0.0, options_.dt, 0.0, options_.hold};
-  CarBatch<double> batch;
-  batch.n = 1;
-  batch.motion = motion;
-  batch.command = &command;
-  batch.at = &at;
-  batch.history = &history;
-  if (memory > 0) car_.start_memory(batch, carried_.data());
+  const InstantBatch<double> instant(motion, {d, x.delta, 0.0}, at, options_.dt, options_.hold);
+  if (memory > 0) car_.start_memory(instant.batch, current_.data());
   for (int j = 0; j < past_; ++j) {
-    carried_[memory + 2 * static_cast<std::size_t>(j)] = d;
-    carried_[memory + 2 * static_cast<std::size_t>(j) + 1] = x.delta;
+    current_[memory + 2 * static_cast<std::size_t>(j)] = d;
+    current_[memory + 2 * static_cast<std::size_t>(j) + 1] = x.delta;
   }
 }
 
@@ -189,7 +176,7 @@ State CorrectedModel::advance(const State& x, const Input& u, const Place& at) {
   start(x, row_);
   const double input[] = {u.d, u.ddelta};
   values(1, row_.data(), input, &at, row_next_.data());
-  std::copy(row_next_.begin() + state_size, row_next_.end(), carried_.begin());
+  std::copy(row_next_.begin() + state_size, row_next_.end(), current_.begin());
   return {row_next_[0], row_next_[1], row_next_[2], row_next_[3], row_next_[4], row_next_[5], row_next_[6]};
 }
 

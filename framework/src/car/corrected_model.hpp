@@ -18,7 +18,7 @@ struct StepOptions {
 };
 
 /// A row of x: State, the effects' memory, then the last commands (d, delta; oldest first) when an effect looks back or
-/// the hold needs them. The memory observed now is carried along with advance().
+/// the hold needs them. The memory and past commands of the instant observed last are kept and moved on by advance().
 class CorrectedModel final : public Prediction {
  public:
   CorrectedModel(StagedCar car, StepOptions options);
@@ -37,9 +37,9 @@ class CorrectedModel final : public Prediction {
 
   /// Sets memory and past commands to their steady values for a car that starts in this state under this throttle.
   void reset(const State& x, double d, const Place& at);
-  /// One step from an observed state: returns the state predicted after it, and carries memory and past commands on.
+  /// One step from an observed state: returns the state predicted after it, and advances memory and past commands.
   State advance(const State& x, const Input& u, const Place& at);
-  /// The working quantities at the start of that step, with memory as carried: forces, slips, effective commands.
+  /// The working quantities at the start of that step, with the memory kept: forces, slips, effective commands.
   Quantities<double> quantities(const State& x, const Input& u, const Place& at);
 
  private:
@@ -55,7 +55,7 @@ class CorrectedModel final : public Prediction {
   StagedCar car_;
   StepOptions options_;
   int past_ = 0;
-  std::vector<double> carried_;  // memory, then past commands
+  std::vector<double> current_;  // memory and past commands of the instant observed last
   std::vector<double> row_, row_next_;
   Stepper<double> stepper_;
   Stepper<Dual8> dual_stepper_;

@@ -17,8 +17,8 @@ struct ActingCommand {
 };
 
 /// n instants of one car. Rows of `motion` are x, y, yaw, vx, vy, omega; rows of `memory` the effects' memories in the
-/// order they were added. `params` are all parameters (StagedCar::params order); null means the
-/// stored values, for T = double only.
+/// order they were added. `params` are all parameters (StagedCar::params order); null means the stored values, for
+/// T = double only.
 template <class T>
 struct CarBatch {
   std::size_t n = 0;
@@ -56,7 +56,7 @@ class StagedCar {
   template <class T>
   void rates(const CarBatch<T>& batch) const;
 
-  /// Rates of the memory only, for whoever runs it along a known motion: stages after the last effect that remembers
+  /// Rates of the memory only, for whoever runs it along a known motion: stages after the last effect with memory
   /// are left out, and batch.motion_rate is not written.
   void memory_rates(const CarBatch<double>& batch) const;
 
@@ -92,7 +92,7 @@ class StagedCar {
   std::vector<double> params_;
   std::vector<Part> parts_;
   std::vector<Step> steps_;
-  std::size_t remembering_ = 0;  // steps up to the last effect with a memory
+  std::size_t remembering_ = 0;  // steps up to the last effect that has memory
   std::size_t model_params_;
   int memory_ = 0;
 };

@@ -16,8 +16,8 @@ Integration read_integration(ObjectReader& reader, const char* fallback) {
   return integration;
 }
 
-/// An effect that this model cannot have is told here, where its place in the file is known. What a constructor has to
-/// say is the run's affair.
+/// Reports effects on a stage that this model lacks, while their place in the file is known. Constructors that throw
+/// are left to the run.
 void check_effects(const VehicleSpec& spec, const Car& car, std::span<const Node> nodes, Errors& errors) {
   PluginContext context;
   context.car = car;

@@ -35,7 +35,7 @@ const std::vector<std::string>& fixed_columns() {
   return names;
 }
 
-/// lap12_s -> lap0_s: numbers of laps do not matter to a name.
+/// lap12_s -> lap0_s: a column exists for every lap.
 std::string without_lap(std::string_view name) {
   std::string out;
   for (std::size_t i = 0; i < name.size(); ++i) {
@@ -217,7 +217,7 @@ ClaimResult judge(const Claim& claim, int runs, double share, const ClaimLookup&
     ++result.runs;
     if (left && right && compare(*left, claim.relation, *right)) ++result.runs_held;
   }
-  // A value that was never measured makes no claim true.
+  // A claim about a value that was not measured does not hold.
   const bool medians = result.left && result.right && compare(*result.left, claim.relation, *result.right);
   result.holds = medians && result.runs_held >= share * result.runs - 1e-9;
   return result;

@@ -16,7 +16,7 @@ namespace gripline {
 /// Throws InputError.
 Node load_experiment(const std::filesystem::path& file, std::span<const std::string> assignments);
 
-/// "race", "offline_validation", "force_validation", "diagnose": the "kind" of a loaded tree; race when it says none.
+/// The "kind" of a loaded tree; "race" when it says none. Which there are: tools/gripline/experiment_kinds.cpp.
 std::string experiment_kind(const Node& tree);
 
 inline constexpr std::int64_t largest_seed = 1'000'000'000;

@@ -98,8 +98,8 @@ constexpr std::array result_names = {"scene.json",
                                      "score.csv",
                                      "scorecard.txt"};
 
-/// A stack's folder of a race holds runs; one of a validation is a run itself; one of a diagnosed case holds drives, its
-/// diagnosis and, as a case again, the round trip.
+/// Removes one folder of the results: the runs of a race's stack, a single run of a validation, or a diagnosed case
+/// with its drives, its diagnosis and its round trip, which is a case again.
 void remove_part(const fs::path& folder) {
   std::error_code failed;
   const auto is_recording = [&](const fs::path& place) {
@@ -205,13 +205,13 @@ Node describe_origin(const RaceSpec& race, const Registry& registry) {
 OutLock::OutLock(fs::path folder) : file_(std::move(folder) / lock_name) {
   while (true) {
     handle_ = open(file_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
-    if (handle_ < 0) return;  // whoever writes the first result says why nothing can be written
+    if (handle_ < 0) return;  // the first result that is written fails with the reason
     if (flock(handle_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
       close(handle_);
       throw InputError(file_.parent_path().string() +
                        ": another gripline is writing there now; wait for its end or choose another --out");
     }
-    // The one before may have removed the file between the two calls: then this lock is on nothing.
+    // The holder before may have removed the file between the two calls: then the lock is on no file.
     struct stat held {
     }, named{};
     if (fstat(handle_, &held) == 0 && stat(file_.c_str(), &named) == 0 && held.st_ino == named.st_ino) return;
@@ -235,7 +235,7 @@ OutLock open_out_folder(const fs::path& out, const std::string& identity, bool f
   std::error_code failed;
   if (fs::exists(out, failed) && !fs::is_directory(out, failed))
     throw InputError(out.string() + " is a file; --out names a folder");
-  // A lock beside foreign files would be one more of them: such a folder is refused untouched.
+  // A folder of other files is refused before a lock is made in it.
   if (occupied(out) && !fs::exists(out / lock_name, failed)) refuse_others(out, identity, force);
   fs::create_directories(out, failed);
   if (failed) throw InputError("cannot make " + out.string() + ": " + failed.message());

@@ -1,4 +1,4 @@
-// The folder an experiment writes: claimed, continued or refused.
+// The results folder of an experiment: made, continued or refused, and locked while it is written.
 #pragma once
 
 #include <filesystem>

@@ -18,7 +18,7 @@
 #include "config/hash.hpp"
 #include "config/json_file.hpp"
 #include "plugin/plugin_cache.hpp"
-#include "race/simulation.hpp"
+#include "race/assembly.hpp"
 #include "util/csv_writer.hpp"
 #include "util/progress.hpp"
 #include "util/signals.hpp"
@@ -58,12 +58,12 @@ class SharedProgress {
   RunProgress* slots_;
 };
 
-constexpr int run_lost = 4;  // exit code of a process that could not even leave a summary
+constexpr int run_lost = 4;  // exit code of a process that could not leave a summary
 
 /// A broken run is shown but never counted as done: its key is not the one a rerun looks for.
 std::string broken_key(const std::string& key) { return "broken " + key; }
 
-/// What a process left when it did not come to an end: its rows stay, with a summary that says so.
+/// Keeps the rows of a run whose process broke off, with a summary that says why.
 void keep_broken_run(const RaceSpec& race, const RunId& id, const fs::path& out, const std::string& key,
                      const std::string& why) {
   const fs::path partial = partial_folder(out, id);
@@ -81,13 +81,13 @@ void keep_broken_run(const RaceSpec& race, const RunId& id, const fs::path& out,
   fs::rename(partial, run_folder(out, id), ignored);
 }
 
-/// The child: its words go to log.txt, its result to its folder.
+/// The body of a run's process: output goes to log.txt, results to the folder of the run.
 [[noreturn]] void child(const RaceSpec& race, const RunId& id, const std::string& key, const fs::path& out,
                         pid_t parent, RunProgress* progress) {
   std::signal(SIGINT, SIG_IGN);  // the parent decides
   std::signal(SIGTERM, SIG_DFL);
-  prctl(PR_SET_PDEATHSIG, SIGKILL);          // nobody would collect what it races for
-  if (getppid() != parent) _exit(run_lost);  // it died before that was said
+  prctl(PR_SET_PDEATHSIG, SIGKILL);          // ends with the parent
+  if (getppid() != parent) _exit(run_lost);  // the parent ended before the line above
   last_call() = &progress->last;
   int code = 0;
   try {
@@ -166,7 +166,7 @@ class Pool {
       const Job job = found->second;
       children_.erase(found);
       progress_.slot(job.slot)->fraction.store(1.0, std::memory_order_relaxed);
-      // A plugin may have called exit(0): then its process looks well, and what it was to leave is not there.
+      // After exit(0) in a plugin the status is good, but the partial folder is still there.
       std::error_code ignored;
       if (status != 0 || fs::exists(partial_folder(out_, job.id), ignored))
         keep_broken_run(race_, job.id, out_, job.key, describe_exit(status, progress_.slot(job.slot)->last));
@@ -201,7 +201,7 @@ class Pool {
 std::string run_key(const RaceSpec& race, const RunId& id, FileHashes& hashes) {
   const Node tree = race.run_tree(id.stack, id.seed);
   std::string text = content_text(tree);
-  text += "\n" + hashes.of("/proc/self/exe") + "\n";  // the program, also while a newer one takes its place
+  text += "\n" + hashes.of("/proc/self/exe") + "\n";  // this program, even when its file was replaced meanwhile
   for (const fs::path& file : files_named(tree)) text += hashes.of(file);
   const auto stack =
       std::find_if(race.stacks.begin(), race.stacks.end(), [&](const auto& s) { return s.name == id.stack; });
@@ -228,34 +228,26 @@ RunSummary run_here(const RaceSpec& race, const RunId& id, const std::string& ke
   summary.seed = id.seed;
   summary.needs_truth = spec->needs_truth();
   try {
-    World world(race.world, id.seed);
-    StackPlace place;
-    place.car = race.world.car.car;
-    place.dt = race.world.dt;
-    place.hold = race.world.hold;
-    place.seed = id.seed;
-    place.course = &world.course();
-    place.truth = &world.truth();
-    place.cache_dir = plugin_cache_folder().string();
+    RaceSetup setup;
+    setup.seed = id.seed;
+    setup.folder = partial;
+    setup.cache_dir = plugin_cache_folder();
     if (progress != nullptr) {
-      place.progress_context = progress;
-      place.progress = [](void* context, const char* what, double fraction) {
-        auto* const told = static_cast<RunProgress*>(context);
-        told->what.set(what != nullptr ? what : "preparing");
-        told->preparing.store(fraction, std::memory_order_relaxed);
+      setup.preparing_context = progress;
+      setup.on_preparing = [](void* context, const char* what, double fraction) {
+        auto* const shown = static_cast<RunProgress*>(context);
+        shown->what.set(what != nullptr ? what : "preparing");
+        shown->preparing.store(fraction, std::memory_order_relaxed);
       };
     }
-    Stack stack(*spec, place, world.observe());
-    Recorder recorder(partial);
-    Metrics metrics(world, *spec, id.seed);
-    Simulation simulation(world, stack, recorder, metrics);
+    RaceAssembly assembly(race.world, *spec, setup);
     if (progress != nullptr)
-      simulation.on_progress(
+      assembly.simulation().on_progress(
           [](void* context, double fraction) {
             static_cast<std::atomic<double>*>(context)->store(fraction, std::memory_order_relaxed);
           },
           &progress->fraction);
-    summary = simulation.run();
+    summary = assembly.run();
   } catch (const PluginError& e) {
     summary.status = Status::plugin_error;
     summary.message = e.what();
@@ -328,7 +320,7 @@ RunnerOutcome run_all(const RaceSpec& race, const std::vector<RunId>& ids, const
   pool.stop();
   for (std::size_t i = 0; i < ids.size(); ++i) {
     const RunId& id = ids[i];
-    // What an older version left counts as absent: an interrupt may have come before its turn.
+    // Results of other inputs have another key and count as absent.
     std::optional<RunResult> result = read_result(run_folder(options.out, id), keys[i]);
     if (!result) result = read_result(run_folder(options.out, id), broken_key(keys[i]));
     if (result) {

@@ -10,8 +10,7 @@
 #include "config/file_kind.hpp"
 #include "config/json_file.hpp"
 #include "plugin/plugin_cache.hpp"
-#include "race/recorder.hpp"
-#include "race/simulation.hpp"
+#include "race/assembly.hpp"
 #include "util/csv_writer.hpp"
 
 namespace gripline {
@@ -21,7 +20,7 @@ constexpr std::array<const char*, 5> channel_names = {"e_vx", "e_vy", "e_omega",
 constexpr std::array<const char*, 5> channel_units = {"m/s2", "m/s2", "rad/s2", "N", "N"};
 
 /// Truth and prediction of one channel along a lap.
-struct Trace {
+struct ChannelTrace {
   std::vector<double> t, truth, predicted, slip;
   void add(double time, double is, double said, double slip_angle = NAN) {
     t.push_back(time);
@@ -30,9 +29,9 @@ struct Trace {
     slip.push_back(slip_angle);
   }
 };
-using Traces = std::array<Trace, channel_names.size()>;
+using ChannelTraces = std::array<ChannelTrace, channel_names.size()>;
 
-ChannelScore score(const std::string& estimator, std::size_t channel, const Trace& trace) {
+ChannelScore score(const std::string& estimator, std::size_t channel, const ChannelTrace& trace) {
   ChannelScore s = {estimator, channel_names[channel], channel_units[channel], trace.truth.size(), 0, 0};
   double mean = 0.0, residual = 0.0, total = 0.0;
   for (const double e : trace.truth) mean += e / static_cast<double>(s.n);
@@ -51,9 +50,9 @@ class ValidationFiles {
   explicit ValidationFiles(const std::filesystem::path& out)
       : scores_(out / "validation.csv", "estimator,channel,unit,n,r2,rmse"),
         traces_(out / "validation_traces.csv", "estimator,channel,t_s,truth,predicted,slip_rad") {}
-  void add(const std::string& estimator, const Traces& traces, std::vector<ChannelScore>& all) {
+  void add(const std::string& estimator, const ChannelTraces& traces, std::vector<ChannelScore>& all) {
     for (std::size_t channel = 0; channel < traces.size(); ++channel) {
-      const Trace& trace = traces[channel];
+      const ChannelTrace& trace = traces[channel];
       if (trace.t.empty()) continue;
       const ChannelScore s = score(estimator, channel, trace);
       all.push_back(s);
@@ -81,20 +80,9 @@ class SampleRecorder final : public StepObserver {
  public:
   explicit SampleRecorder(CorrectedModel nominal) : nominal_(std::move(nominal)) {}
   void on_step(const State& before, const Place& at, const Input& u, const World& world, Stack&) override {
-    Sample s;
-    s.t = at.t;
-    s.dt = world.spec().dt;
-    s.step = world.step() - 1;
-    s.x = before;
-    s.u = u;
-    s.at = at;
-    s.x_next = world.state();
-    s.at_next = world.place();
-    const auto e = unexplained(s.x_next, nominal_.advance(before, u, at), s.dt);
-    s.e_vx = e[0];
-    s.e_vy = e[1];
-    s.e_omega = e[2];
-    samples_.push_back(s);
+    const Observation from = {at.t, world.step() - 1, before, at, 0.0};
+    const Observation to = {world.time(), world.step(), world.state(), world.place(), u.d};
+    samples_.push_back(residual_sample(nominal_, from, u, to));
   }
   std::vector<Sample> take() { return std::move(samples_); }
 
@@ -103,17 +91,17 @@ class SampleRecorder final : public StepObserver {
   std::vector<Sample> samples_;
 };
 
-/// Which of how many parts of the work a simulation is.
-struct Part {
-  const Tell& tell;
+/// One of several simulations that the progress counts.
+struct PartOfWork {
+  const ProgressCallback& callback;
   std::size_t index, count;
   std::string what;
   void follow(Simulation& simulation) {
-    if (!tell) return;
+    if (!callback) return;
     simulation.on_progress(
         [](void* context, double fraction) {
-          const auto& part = *static_cast<const Part*>(context);
-          part.tell(static_cast<double>(part.index) + fraction, part.count, part.what);
+          const auto& part = *static_cast<const PartOfWork*>(context);
+          part.callback(static_cast<double>(part.index) + fraction, part.count, part.what);
         },
         this);
   }
@@ -121,27 +109,16 @@ struct Part {
 
 /// One drive of the driver in a world, kept in a scratch folder inside OUT.
 std::vector<Sample> drive(const WorldSpec& spec, const StackSpec& driver, std::uint64_t seed,
-                          const std::filesystem::path& folder, Part part) {
-  World world(spec, seed);
-  StackPlace place;
-  place.car = spec.car.car;
-  place.dt = spec.dt;
-  place.hold = spec.hold;
-  place.seed = seed;
-  place.course = &world.course();
-  Stack stack(driver, place, world.observe());
-  std::filesystem::create_directories(folder);
-  Recorder recorder(folder);
-  Metrics metrics(world, driver, seed);
+                          const std::filesystem::path& folder, PartOfWork part) {
+  RaceAssembly race(spec, driver, {.seed = seed, .folder = folder, .cache_dir = plugin_cache_folder()});
   PluginContext context;
   context.car = spec.car.car;
   context.dt = spec.dt;
   const Vehicle vehicle(driver.model, context);
   SampleRecorder samples(CorrectedModel(vehicle.car(), {spec.dt, spec.hold, driver.model.integration}));
-  Simulation simulation(world, stack, recorder, metrics);
-  simulation.observe_with(&samples);
-  part.follow(simulation);
-  const RunSummary summary = simulation.run();
+  race.simulation().observe_with(&samples);
+  part.follow(race.simulation());
+  const RunSummary summary = race.run();
   if (summary.status != Status::finished)
     throw std::runtime_error(folder.filename().string() + ": the driver did not finish: " + summary.message);
   return samples.take();
@@ -179,8 +156,8 @@ OfflineSpec read_offline(const Node& tree, const Registry& registry) {
     spec.seed = static_cast<std::uint64_t>(r.integer("seed", {0, 1'000'000'000}, 1));
     Node driver{Node::Object{}};
     if (const Node* model = r.require("model", "a vehicle model"); model != nullptr) driver.set("model", *model);
-    if (const Node* wheel = r.require("driver", "a planner and a controller"); wheel != nullptr && wheel->is_object())
-      for (const Member& member : wheel->object()) driver.set(member.key, member.value);
+    if (const Node* roles = r.require("driver", "a planner and a controller"); roles != nullptr && roles->is_object())
+      for (const Member& member : roles->object()) driver.set(member.key, member.value);
     spec.driver = read_stack("driver", driver, registry, spec.train.car, errors);
     ObjectReader estimators = r.object("estimators");
     for (const Member* member : estimators.members()) {
@@ -195,8 +172,8 @@ OfflineSpec read_offline(const Node& tree, const Registry& registry) {
 }
 
 /// Shows an estimator the training samples, then compares its correction with the test's.
-Traces ask_offline(const OfflineSpec& spec, const PluginSpec& plugin, const std::vector<Sample>& train,
-                   const std::vector<Sample>& test) {
+ChannelTraces predict_offline(const OfflineSpec& spec, const PluginSpec& plugin, const std::vector<Sample>& train,
+                              const std::vector<Sample>& test) {
   PluginContext context;
   context.car = spec.train.car.car;
   context.dt = spec.train.dt;
@@ -210,9 +187,9 @@ Traces ask_offline(const OfflineSpec& spec, const PluginSpec& plugin, const std:
   StagedCar car = vehicle.car();
   car.add(*estimator, {}, plugin.id());
   CorrectedModel corrected(std::move(car), options);
-  Traces traces;
+  ChannelTraces traces;
   for (const Sample& sample : test) {
-    // Near standstill the tyres' equations are stiffer than the control step, and what a step does is the integrator's.
+    // Near standstill the tyres' equations are stiff for the control step: the residual is mostly integration error.
     if (sample.x.vx < context.car.v_min) continue;
     const State without = nominal.advance(sample.x, sample.u, sample.at);
     const auto said = unexplained(corrected.advance(sample.x, sample.u, sample.at), without, sample.dt);
@@ -222,10 +199,11 @@ Traces ask_offline(const OfflineSpec& spec, const PluginSpec& plugin, const std:
   return traces;
 }
 
-/// Asks a racing stack before it learns, over the first full lap after it trusts what it learned.
-class LapQuestioner final : public StepObserver {
+/// Compares the predictions of a racing stack with the truth, each before it learns from the step, over the first full
+/// lap after it trusts what it learned.
+class LapEvaluation final : public StepObserver {
  public:
-  LapQuestioner(const Vehicle& vehicle, const StackSpec& spec, const WorldSpec& world)
+  LapEvaluation(const Vehicle& vehicle, const StackSpec& spec, const WorldSpec& world)
       : nominal_(vehicle.car(), {world.dt, world.hold, spec.model.integration}),
         adapt_after_(std::max(spec.adapt_after, spec.careful_until)) {}
 
@@ -240,7 +218,7 @@ class LapQuestioner final : public StepObserver {
     for (std::size_t i = 0; i < 3; ++i) traces_[i].add(at.t, truth[i], said[i]);
     add_forces(*belief.model, before, at.t, u, at, world);
   }
-  const Traces& traces() const { return traces_; }
+  const ChannelTraces& traces() const { return traces_; }
 
  private:
   static State predict(CorrectedModel& model, const State& x, const Input& u, const Place& at) {
@@ -250,9 +228,9 @@ class LapQuestioner final : public StepObserver {
     model.step(1, row, input, std::span(&at, 1), next, {}, {});
     return {next[0], next[1], next[2], next[3], next[4], next[5], next[6]};
   }
-  /// True forces acted at the start of the step. The model's are what its motion there needs: with Ff, Fr as in
-  /// tyre_correction.hpp, m (vy' + vx omega) = Ff cos(delta) + Fr and Iz omega' = Ff lf cos(delta) - Fr lr. Loads,
-  /// lags and whatever else the model knows are so part of what is asked, for every estimator.
+  /// The true forces are those at the start of the step. The model's are solved from its accelerations there:
+  /// m (vy' + vx omega) = Ff cos(delta) + Fr and Iz omega' = Ff lf cos(delta) - Fr lr, Ff and Fr positive to the left.
+  /// They include loads, lags and whatever else the model has, for every estimator alike.
   void add_forces(CorrectedModel& model, const State& before, double t, const Input& u, const Place& at,
                   const World& world) {
     const Quantities<double> q = model.quantities(before, u, at);
@@ -271,7 +249,7 @@ class LapQuestioner final : public StepObserver {
   CorrectedModel nominal_;
   double adapt_after_;
   int lap_ = -1;
-  Traces traces_;
+  ChannelTraces traces_;
 };
 
 }  // namespace
@@ -279,23 +257,23 @@ class LapQuestioner final : public StepObserver {
 void check_offline(const Node& tree, const Registry& registry) { read_offline(tree, registry); }
 
 std::vector<ChannelScore> validate_offline(const Node& tree, const Registry& registry, const std::filesystem::path& out,
-                                           const Tell& tell) {
+                                           const ProgressCallback& progress) {
   const OfflineSpec spec = read_offline(tree, registry);
   const std::size_t parts = 2 + spec.estimators.size();
-  const auto train = drive(spec.train, spec.driver, spec.seed, out / "train", {tell, 0, parts, "training drive"});
-  const auto test = drive(spec.test, spec.driver, spec.seed, out / "test", {tell, 1, parts, "test drive"});
+  const auto train = drive(spec.train, spec.driver, spec.seed, out / "train", {progress, 0, parts, "training drive"});
+  const auto test = drive(spec.test, spec.driver, spec.seed, out / "test", {progress, 1, parts, "test drive"});
   ValidationFiles files(out);
   std::vector<ChannelScore> all;
   std::size_t part = 2;
   for (const auto& [name, plugin] : spec.estimators) {
-    if (tell) tell(static_cast<double>(part++), parts, name);
-    files.add(name, ask_offline(spec, plugin, train, test), all);
+    if (progress) progress(static_cast<double>(part++), parts, name);
+    files.add(name, predict_offline(spec, plugin, train, test), all);
   }
   return all;
 }
 
 std::vector<ChannelScore> validate_forces(const RaceSpec& race, const std::vector<std::string>& rows,
-                                          const std::filesystem::path& out, const Tell& tell) {
+                                          const std::filesystem::path& out, const ProgressCallback& progress) {
   ValidationFiles files(out);
   std::vector<ChannelScore> all;
   const auto asked = [&](const StackSpec& spec) {
@@ -305,30 +283,18 @@ std::vector<ChannelScore> validate_forces(const RaceSpec& race, const std::vecto
   std::size_t index = 0;
   for (const StackSpec& spec : race.stacks) {
     if (!asked(spec)) continue;
-    Part part{tell, index++, count, spec.name};
-    World world(race.world, race.seeds.front());
-    StackPlace place;
-    place.car = race.world.car.car;
-    place.dt = race.world.dt;
-    place.hold = race.world.hold;
-    place.seed = race.seeds.front();
-    place.course = &world.course();
-    place.truth = &world.truth();
-    place.cache_dir = plugin_cache_folder().string();
-    Stack stack(spec, place, world.observe());
-    std::filesystem::create_directories(out / spec.name);
-    Recorder recorder(out / spec.name);
-    Metrics metrics(world, spec, place.seed);
+    PartOfWork part{progress, index++, count, spec.name};
+    const RaceSetup setup = {.seed = race.seeds.front(), .folder = out / spec.name, .cache_dir = plugin_cache_folder()};
+    RaceAssembly assembly(race.world, spec, setup);
     PluginContext context;
-    context.car = place.car;
-    context.dt = place.dt;
+    context.car = race.world.car.car;
+    context.dt = race.world.dt;
     const Vehicle vehicle(spec.model, context);
-    LapQuestioner questions(vehicle, spec, race.world);
-    Simulation simulation(world, stack, recorder, metrics);
-    simulation.observe_with(&questions);
-    part.follow(simulation);
-    simulation.run();
-    files.add(spec.name, questions.traces(), all);
+    LapEvaluation evaluation(vehicle, spec, race.world);
+    assembly.simulation().observe_with(&evaluation);
+    part.follow(assembly.simulation());
+    assembly.run();
+    files.add(spec.name, evaluation.traces(), all);
   }
   return all;
 }

@@ -17,18 +17,20 @@ struct ChannelScore {
   double r2 = 0, rmse = 0;
 };
 
-/// Kind "offline_validation": drives a lap with the same driver in the worlds "train" and "test", shows every estimator
-/// the first and asks it about the second.
+// Both kinds write OUT/validation.csv (estimator,channel,unit,n,r2,rmse) and OUT/validation_traces.csv and return the
+// scores. They throw std::runtime_error when a driver does not finish or the disk refuses.
+
+/// Reads an experiment of kind "offline_validation" whole and runs nothing. Throws InputError.
 ///   {"kind": "offline_validation", "train": {"world", "laps"}, "test": {"world", "laps"}, "model": {...},
 ///    "driver": {"planner", "controller"}, "estimators": {name: {"plugin", "params"}}, "seed": 1}
-/// Kind "force_validation": a race; the rows with an estimator are asked, before they learn from a step, about the
-/// first full lap after they trust what they learned: e_vx, e_vy, e_omega and both axle forces. Writes
-/// OUT/validation.csv (estimator,channel,unit,n,r2,rmse) and OUT/validation_traces.csv.
-/// Reads an offline validation whole and runs nothing. Throws InputError.
 void check_offline(const Node& tree, const Registry& registry);
+/// Drives with the same driver in the worlds "train" and "test", shows every estimator the first drive and compares its
+/// predictions of the second one's e_vx, e_vy, e_omega.
 std::vector<ChannelScore> validate_offline(const Node& tree, const Registry& registry, const std::filesystem::path& out,
-                                           const Tell& tell = {});
+                                           const ProgressCallback& progress = {});
+/// Kind "force_validation", a race: the first full lap after a stack trusts what it learned, for the rows that have an
+/// estimator. Predictions of e_vx, e_vy, e_omega and of both axle forces, each before the stack learns from the step.
 std::vector<ChannelScore> validate_forces(const RaceSpec& race, const std::vector<std::string>& rows,
-                                          const std::filesystem::path& out, const Tell& tell = {});
+                                          const std::filesystem::path& out, const ProgressCallback& progress = {});
 
 }  // namespace gripline

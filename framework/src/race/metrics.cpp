@@ -41,8 +41,9 @@ double Metrics::weight(double front, double rear) const {
 
 double Metrics::mu_true() const { return weight(world_.truth().mu(Axle::front), world_.truth().mu(Axle::rear)); }
 
-/// The true curve is asked only where the slip grows beyond what was seen, and in between: a peak may be jumped over.
-void Metrics::see_slip(Axle axle) {
+/// Largest true force over the slips visited so far. Evaluated only when the slip exceeds the largest one before, and
+/// at points in between, because one step may pass over the peak.
+void Metrics::visit_slip(Axle axle) {
   const auto i = static_cast<std::size_t>(axle);
   const double seen = largest_slip_[i];
   const double slip = std::abs(world_.slip(axle));
@@ -87,8 +88,8 @@ void Metrics::step(const StackBelief& belief, std::span<const LinePoint> line, b
     deviation_.add(distance);
     if (std::abs(std::tan(world_.place().grade)) > hilly_from) hilly_deviation_.add(distance);
   }
-  see_slip(Axle::front);
-  see_slip(Axle::rear);
+  visit_slip(Axle::front);
+  visit_slip(Axle::rear);
   if (world_.outside()) summary_.violation_s += dt;
   if (world_.body_outside()) summary_.violation_body_s += dt;
   if (!belief.mu.trusted) return;
@@ -103,7 +104,7 @@ RunSummary Metrics::summary(Status status, std::string message) const {
   out.message = std::move(message);
   out.mean_deviation_m = deviation_.mean();
   if (hilly_deviation_.count > 0) out.hilly_deviation_m = hilly_deviation_.mean();
-  // Sums of steps carry rounding; times are whole steps.
+  // Sums of dt are whole numbers of steps up to rounding.
   const double dt = world_.spec().dt;
   const auto whole = [dt](double time) { return std::round(time / dt) * dt; };
   out.violation_s = whole(out.violation_s);

@@ -1,4 +1,4 @@
-// What a run is judged by (framework/doc/metrics.md): laps, deviation, violation, error of the friction estimate.
+// Metrics of a run (framework/doc/metrics.md): lap times, deviation, time outside, error of the friction estimate.
 #pragma once
 
 #include <optional>
@@ -50,7 +50,7 @@ class Metrics {
     double mean() const { return count > 0 ? sum / static_cast<double>(count) : 0.0; }
   };
   double weight(double front, double rear) const;
-  void see_slip(Axle axle);
+  void visit_slip(Axle axle);
   void lap(double ended);
   void friction(const Belief& belief);
 

@@ -43,9 +43,9 @@ void write_points(CsvWriter& out, std::span<const P> points) {
   }
 }
 
-/// What a plugin answers; its exceptions made ours.
+/// What a plugin returns; its exceptions become PluginFailure.
 template <class F>
-auto asked(const StepRecord& record, const PluginSpec& plugin, F&& question) {
+auto ask_plugin(const StepRecord& record, const PluginSpec& plugin, F&& question) {
   return guard(plugin.id(), record.world.time(), question);
 }
 
@@ -60,7 +60,7 @@ Recorder::Recorder(const std::filesystem::path& folder)
 
 void Recorder::write(const StepRecord& record) {
   if (record.world.step() == 0)
-    write_line(asked(record, record.stack.spec().planner, [&] { return record.stack.planner().line(); }));
+    write_line(ask_plugin(record, record.stack.spec().planner, [&] { return record.stack.planner().line(); }));
   write_step(record);
   timing_ << record.world.time() << record.timing.update_ms << record.timing.plan_ms << record.timing.solve_ms
           << process_cpu_s();
@@ -103,8 +103,8 @@ void Recorder::write_replay(const StepRecord& record) {
   const World::Acting acting = world.acting_under(record.sent);
   replay_ << world.time() << record.belief.mu.sigma_front << record.belief.mu.sigma_rear << world.slip(Axle::front)
           << world.slip(Axle::rear) << acting.force_front << acting.force_rear;
-  write_points(replay_,
-               asked(record, record.stack.spec().controller, [&] { return record.stack.controller().predicted(); }));
+  write_points(replay_, ask_plugin(record, record.stack.spec().controller,
+                                   [&] { return record.stack.controller().predicted(); }));
   write_points(replay_, record.horizon);
   replay_.end_row();
 }
@@ -117,7 +117,7 @@ void Recorder::write_tyres(const StepRecord& record) {
     slip[i] = shown_slip * (2.0 * static_cast<double>(i) / (slip_count - 1) - 1.0);
   for (const Axle axle : {Axle::front, Axle::rear}) {
     const bool known =
-        asked(record, record.stack.spec().estimator, [&] { return curve->tyre_force(axle, slip, force, sigma); });
+        ask_plugin(record, record.stack.spec().estimator, [&] { return curve->tyre_force(axle, slip, force, sigma); });
     if (!known) return;
     for (std::size_t i = 0; i < slip_count; ++i) {
       tyres_ << record.world.time() << (axle == Axle::front ? "front" : "rear") << slip[i] << force[i] << sigma[i]

@@ -10,7 +10,7 @@
 namespace gripline {
 namespace {
 
-/// Runs a plugin's call, its exceptions made ours, and gives its CPU time [ms].
+/// Calls a plugin: its exceptions become PluginFailure, its CPU time [ms] goes to `spent_ms`.
 template <class F>
 void timed_call(const std::string& who, double t, double& spent_ms, F&& call) {
   const double begin = thread_cpu_s();
@@ -29,8 +29,8 @@ void require_finite(const std::string& who, double t, const char* what, std::ini
 
 }  // namespace
 
-Simulation::Simulation(World& world, Stack& stack, Recorder& recorder, Metrics& metrics)
-    : world_(world), stack_(stack), recorder_(recorder), metrics_(metrics), now_(world.observe()) {
+Simulation::Simulation(World& world, Stack& stack, Metrics& metrics, Recorder* recorder)
+    : world_(world), stack_(stack), metrics_(metrics), recorder_(recorder), now_(world.observe()) {
   const int points = stack_.controller().horizon();
   if (points < 1 || points > 10000)
     throw PluginFailure(stack_.spec().controller.id() + ": wants a horizon of " + std::to_string(points) + " points");
@@ -45,15 +45,16 @@ void Simulation::step() {
   const State true_before = world_.state();
   const Place true_place = world_.place();
   u_ = guard(world_.plant_id(), now_.t, [&] { return world_.advance(command_.u); });  // line 3: x_t+1 <- dynamics
-  if (!world_.sane()) return;                                                         // over
+  if (!world_.finite()) return;                                                       // over
   now_ = world_.observe();
   if (observer_ != nullptr) observer_->on_step(true_before, true_place, u_, world_, stack_);
-  const Sample sample = sample_of(before);  // line 4: e = x_t+1 - f_nom(x_t, u_t)
-  timed_call(stack_.spec().estimator.id(), now_.t, timing_.update_ms, [&] { stack_.learn(sample); });  // lines 5-7
-  decide();                                                                                            // lines 8-15
+  sample_ = sample_of(before);  // line 4: e = x_t+1 - f_nom(x_t, u_t)
+  if (learns_)                  // lines 5-7
+    timed_call(stack_.spec().estimator.id(), now_.t, timing_.update_ms, [&] { stack_.learn(sample_); });
+  decide();  // lines 8-15
 }
 
-/// The nominal and the corrected model are asked here first: what is wrong with them is not the controller's fault.
+/// Evaluates both models before the controller does, so that a prediction that is not finite is blamed on its plugin.
 Sample Simulation::sample_of(const Observation& before) {
   const StackSpec& spec = stack_.spec();
   const Sample sample = guard(spec.model.model.id(), now_.t, [&] { return stack_.sample(before, u_, now_); });
@@ -78,14 +79,15 @@ void Simulation::decide() {
   require_finite(stack_.spec().controller.id(), now_.t, "a command", {command_.u.d, command_.u.ddelta});
   const auto line = guard(stack_.spec().planner.id(), now_.t, [&] { return stack_.planner().line(); });
   if (world_.step() > 0) metrics_.step(belief, line, command_.solved);
-  recorder_.write(
+  if (recorder_ == nullptr) return;
+  recorder_->write(
       {world_, stack_, belief, horizon_, command_, world_.within_limits(command_.u), metrics_.mu_true(), timing_});
 }
 
 bool Simulation::over(RunSummary& summary) const {
   const WorldSpec& spec = world_.spec();
   const State& x = world_.state();
-  if (!world_.sane()) {
+  if (!world_.finite()) {
     summary = metrics_.summary(Status::error, world_.plant_id() + " at t = " + std::to_string(now_.t) +
                                                   " s: gave the world's car a state that is not a number");
   } else if (world_.crashed()) {
@@ -103,10 +105,10 @@ bool Simulation::over(RunSummary& summary) const {
 }
 
 void Simulation::tell_progress() const {
-  if (told_ == nullptr) return;
+  if (progress_ == nullptr) return;
   const WorldSpec& spec = world_.spec();
   const double laps = world_.covered() / world_.track().length();
-  told_(told_context_, std::clamp(spec.laps > 0 ? laps / spec.laps : world_.time() / *spec.duration, 0.0, 1.0));
+  progress_(progress_context_, std::clamp(spec.laps > 0 ? laps / spec.laps : world_.time() / *spec.duration, 0.0, 1.0));
 }
 
 RunSummary Simulation::run() {

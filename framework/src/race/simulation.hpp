@@ -10,7 +10,7 @@
 
 namespace gripline {
 
-/// Somebody who looks at every step before the stack learns from it: validation.
+/// Is shown every step before the stack learns from it.
 class StepObserver {
  public:
   virtual ~StepObserver() = default;
@@ -20,20 +20,32 @@ class StepObserver {
 
 class Simulation {
  public:
-  /// All must outlive the simulation.
-  Simulation(World& world, Stack& stack, Recorder& recorder, Metrics& metrics);
+  /// All must outlive the simulation; without a recorder no rows are written. Throws PluginFailure when the controller
+  /// wants a horizon that cannot be.
+  Simulation(World& world, Stack& stack, Metrics& metrics, Recorder* recorder);
 
   /// Races until the world ends it. Every row up to the end is written whatever happens; never throws for a plugin's
   /// fault.
   RunSummary run();
   /// May be null; must outlive the run.
   void observe_with(StepObserver* observer) { observer_ = observer; }
-  /// `told` is called after every step with the share of the race that is done; may be null.
-  void on_progress(void (*told)(void*, double), void* context) { told_ = told, told_context_ = context; }
+  /// `on_step` is called after every step with the share of the race that is done, in [0, 1]; may be null.
+  void on_progress(void (*on_step)(void*, double), void* context) { progress_ = on_step, progress_context_ = context; }
 
- private:
+  /// What run() is made of, for whoever stops at every step: start() once, then step() as often as wanted. Both throw
+  /// PluginFailure.
   void start();
   void step();
+  /// Lines 5-7 are left out from now on: the estimator stays as it is.
+  void stop_learning() { learns_ = false; }
+  /// The instant reached, and what was decided there.
+  const Observation& now() const { return now_; }
+  std::span<const RefPoint> horizon() const { return horizon_; }
+  const Command& command() const { return command_; }
+  /// Line 4 of the last step.
+  const Sample& sample() const { return sample_; }
+
+ private:
   Sample sample_of(const Observation& before);
   void decide();
   bool over(RunSummary& summary) const;
@@ -41,15 +53,17 @@ class Simulation {
 
   World& world_;
   Stack& stack_;
-  Recorder& recorder_;
   Metrics& metrics_;
+  Recorder* recorder_;
   Observation now_;
   Input u_;
   std::vector<RefPoint> horizon_;
   Command command_;
   StepTiming timing_;
-  void (*told_)(void*, double) = nullptr;
-  void* told_context_ = nullptr;
+  Sample sample_;
+  bool learns_ = true;
+  void (*progress_)(void*, double) = nullptr;
+  void* progress_context_ = nullptr;
   StepObserver* observer_ = nullptr;
 };
 

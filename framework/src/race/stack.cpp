@@ -7,24 +7,25 @@
 namespace gripline {
 namespace {
 
-PluginContext surroundings(const StackSpec& spec, const StackPlace& place) {
+PluginContext plugin_context(const StackSpec& spec, const StackContext& world) {
   PluginContext context;
-  context.car = place.car;
-  context.dt = place.dt;
-  context.hold = place.hold;
-  context.seed = place.seed;
+  context.car = world.car;
+  context.dt = world.dt;
+  context.hold = world.hold;
+  context.seed = world.seed;
   context.mu_init = spec.mu_init;
-  context.course = place.course;
-  context.progress = place.progress;
-  context.progress_context = place.progress_context;
+  context.course = world.course;
+  context.progress = world.progress;
+  context.progress_context = world.progress_context;
   return context;
 }
 
-/// A rebuilt library never meets what its former self kept.
+/// The cache folder of a plugin. It holds the hash of the library, so that a rebuilt one does not read results of
+/// another build.
 std::string cache_of(const PluginSpec& spec, const std::string& cache_dir) {
   if (cache_dir.empty() || spec.empty()) return {};
   const std::string hash = sha256_of_file(spec.entry->library).substr(0, 16);
-  // One that knows the truth must not leave it where its neighbour in the library reads.
+  // A plugin that is told the truth has a folder of its own: no other plugin of its library reads from it.
   return cache_dir + "/" + spec.entry->library.stem().string() + "-" + hash +
          (spec.entry->needs_truth() ? "-told" : "");
 }
@@ -82,48 +83,28 @@ StackSpec read_stack(const std::string& name, const Node& node, const Registry& 
   return spec;
 }
 
-Stack::Stack(const StackSpec& spec, const StackPlace& place, const Observation& start)
+Stack::Stack(const StackSpec& spec, const StackContext& world, const Observation& start)
     : spec_(spec),
-      cache_dirs_{cache_of(spec.estimator, place.cache_dir), cache_of(spec.planner, place.cache_dir),
-                  cache_of(spec.controller, place.cache_dir)},
-      context_(surroundings(spec, place)),
+      cache_dirs_{cache_of(spec.estimator, world.cache_dir), cache_of(spec.planner, world.cache_dir),
+                  cache_of(spec.controller, world.cache_dir)},
+      context_(plugin_context(spec, world)),
       vehicle_(spec.model, context_),
-      nominal_(vehicle_.car(), {place.dt, place.hold, spec.model.integration}),
+      nominal_(vehicle_.car(), {world.dt, world.hold, spec.model.integration}),
       corrected_(nominal_),
       planner_(nullptr, nullptr),
       controller_(nullptr, nullptr) {
   context_.nominal = &nominal_;
   nominal_.reset(start.x, start.d, start.at);
-  if (!spec.estimator.empty()) estimator_ = create_for<Estimator>(spec.estimator, context_, place.truth, cache_dirs_[0]);
-  planner_ = create_for<SpeedPlanner>(spec.planner, context_, place.truth, cache_dirs_[1]);
-  controller_ = create_for<Controller>(spec.controller, context_, place.truth, cache_dirs_[2]);
+  if (!spec.estimator.empty())
+    estimator_ = create_for<Estimator>(spec.estimator, context_, world.truth, cache_dirs_[0]);
+  planner_ = create_for<SpeedPlanner>(spec.planner, context_, world.truth, cache_dirs_[1]);
+  controller_ = create_for<Controller>(spec.controller, context_, world.truth, cache_dirs_[2]);
   if (estimator_) {
     StagedCar car = vehicle_.car();
     car.add(**estimator_, {}, spec.estimator.id());
-    corrected_ = CorrectedModel(std::move(car), {place.dt, place.hold, spec.model.integration});
+    corrected_ = CorrectedModel(std::move(car), {world.dt, world.hold, spec.model.integration});
   }
   corrected_.reset(start.x, start.d, start.at);
-}
-
-Sample Stack::sample(const Observation& before, const Input& u, const Observation& now) {
-  Sample sample;
-  sample.t = before.t;
-  sample.dt = context_.dt;
-  sample.step = before.step;
-  sample.x = before.x;
-  sample.u = u;
-  sample.at = before.at;
-  sample.x_next = now.x;
-  sample.at_next = now.at;
-  const Quantities<double> begin = nominal_.quantities(before.x, u, before.at);
-  const State predicted = nominal_.advance(before.x, u, before.at);
-  const Quantities<double> end = nominal_.quantities(now.x, {u.d, 0.0}, now.at);
-  sample.d_behind = u.d - 0.5 * (begin.d + end.d);
-  sample.delta_behind = now.x.delta - 0.5 * (begin.delta + end.delta);
-  sample.e_vx = (now.x.vx - predicted.vx) / sample.dt;
-  sample.e_vy = (now.x.vy - predicted.vy) / sample.dt;
-  sample.e_omega = (now.x.omega - predicted.omega) / sample.dt;
-  return sample;
 }
 
 void Stack::learn(const Sample& sample) {

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "car/vehicle.hpp"
+#include "race/sample.hpp"
 
 namespace gripline {
 
@@ -30,8 +31,8 @@ struct StackBelief {
   const TyreCurve* learned;  // null until plans may rest on it
 };
 
-/// Where a stack is put: the world's public side. `truth` reaches only plugins that declare they need it.
-struct StackPlace {
+/// What a stack is told of the world it drives in. `truth` reaches only plugins that declare they need it.
+struct StackContext {
   Car car;
   double dt = 0.02;
   Hold hold = Hold::zoh;
@@ -46,11 +47,13 @@ struct StackPlace {
 class Stack {
  public:
   /// The spec must outlive the stack. Throws PluginError when a plugin cannot be created.
-  Stack(const StackSpec& spec, const StackPlace& place, const Observation& start);
+  Stack(const StackSpec& spec, const StackContext& world, const Observation& start);
 
-  /// What the step from `before` to `now` under u left unexplained (line 4); carries the nominal model's memory on.
-  Sample sample(const Observation& before, const Input& u, const Observation& now);
-  /// Carries the corrected model's memory over the same step; returns the state it predicts.
+  /// What the step from `before` to `now` under u left unexplained (line 4); advances the nominal model's memory.
+  Sample sample(const Observation& before, const Input& u, const Observation& now) {
+    return residual_sample(nominal_, before, u, now);
+  }
+  /// Advances the corrected model's memory over the same step; returns the state it predicts.
   State follow(const Sample& sample) { return corrected_.advance(sample.x, sample.u, sample.at); }
   /// Lines 5-7.
   void learn(const Sample& sample);

@@ -1,4 +1,4 @@
-// A CSV file by columns, for files that our own programs wrote.
+// A CSV file by columns. Lenient, for files that gripline wrote itself.
 #pragma once
 
 #include <filesystem>

@@ -55,8 +55,8 @@ std::vector<RunName> find_runs(const Inputs& inputs) {
   return runs;
 }
 
-std::vector<Stack> find_stacks(const Inputs& inputs) {
-  std::vector<Stack> stacks;
+std::vector<StackEntry> find_stacks(const Inputs& inputs) {
+  std::vector<StackEntry> stacks;
   std::set<std::string, std::less<>> known;
   const auto add = [&](const std::string& name, bool truth) {
     if (known.insert(name).second) stacks.push_back({name, truth});

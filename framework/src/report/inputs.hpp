@@ -1,9 +1,9 @@
 // What a report is made of: the files of an OUT folder, read into columns.
 //
 // The files of framework/doc/output.md (runs.csv, table.csv, claims.json, <stack>/<seed>/{config.json, steps.csv,
-// summary.json, timing.csv}) and the following, which exist for the report only. Every one of them, every column and every cell may
-// be missing: the report then leaves out what it cannot draw. Units are in the names, rows end in \n, numbers are
-// std::to_chars.
+// summary.json, timing.csv}) and the following, which exist for the report only. Every one of them, every column and
+// every cell may be missing: the report then leaves out what it cannot draw. Units are in the names, rows end in \n,
+// numbers are std::to_chars.
 //
 // OUT/scene.json, once per experiment:
 //   {"name": "table1", "kind": "race", "world": "ethz_wear", "note": "...", "dt": 0.02, "laps": 4,
@@ -45,7 +45,7 @@
 //   health     [{check, found, done, level: "good" | "note" | "bad"}, ...]    the data-health table
 //   patch      {...}                       the JSON merge patch that augmented_world.json adds to the nominal world
 //
-// OUT/diagnoses.csv, of the kind diagnose: one row per case, its folder OUT/<case>/ is a diagnosis with a page of its own:
+// OUT/diagnoses.csv, of the kind diagnose: one row per case; OUT/<case>/ is a diagnosis with a page of its own:
 //   case,verdict,right,confidence,before,after,closure and others
 #pragma once
 
@@ -66,7 +66,7 @@ struct Run {
 };
 
 /// A row of the tables.
-struct Stack {
+struct StackEntry {
   std::string name;
   bool needs_truth = false;
 };
@@ -81,8 +81,8 @@ struct Inputs {
   std::filesystem::path folder;
   nlohmann::json scene, claims, diagnosis, diagnosis_report, augmented_world, provenance;  // null if absent
   Columns runs_table, table, track, line, validation, validation_traces, diagnoses;
-  std::vector<Stack> stacks;  // in the order of table.csv
-  std::vector<RunName> runs;  // in the order of runs.csv, else of the folders
+  std::vector<StackEntry> stacks;  // in the order of table.csv
+  std::vector<RunName> runs;       // in the order of runs.csv, else of the folders
 };
 
 /// Reads all but the runs' own files. Throws InputError with one line if the folder holds nothing to report.
@@ -91,7 +91,7 @@ Inputs read_inputs(const std::filesystem::path& folder);
 /// The sentence of a diagnosis in a folder; empty if there is none.
 std::string sentence_of(const std::filesystem::path& folder);
 
-/// Reads one run. One at a time: ten seeds of seven stacks do not fit comfortably at once.
+/// Reads one run. Hold one at a time: a report may have seventy.
 Run read_run(const Inputs& inputs, const RunName& name);
 
 /// The median of the values that are numbers; NaN if there are none.

@@ -20,11 +20,11 @@ std::vector<std::string> distinct(const Columns& table, const char* column) {
   return names;
 }
 
-struct Prediction {
+struct PredictionTrace {
   std::vector<double> t, slip, truth, predicted;
 };
-Prediction select(const Columns& traces, const std::string& estimator, const std::string& channel) {
-  Prediction p;
+PredictionTrace select(const Columns& traces, const std::string& estimator, const std::string& channel) {
+  PredictionTrace p;
   for (std::size_t i = 0; i < traces.rows(); ++i) {
     if (traces.text("estimator", i) != estimator || traces.text("channel", i) != channel) continue;
     p.t.push_back(traces.number("t_s", i));
@@ -56,8 +56,8 @@ Series series(Series::Kind kind, std::vector<double> x, std::vector<double> y, s
   return s;
 }
 
-/// Whether all were asked about the same drive: on a drive of its own each has a truth of its own.
-bool one_truth(const std::vector<std::pair<std::size_t, Prediction>>& all) {
+/// Whether all predict the same drive, which then has one truth.
+bool one_truth(const std::vector<std::pair<std::size_t, PredictionTrace>>& all) {
   return std::all_of(all.begin(), all.end(), [&](const auto& one) {
     return one.second.t == all.front().second.t && one.second.truth == all.front().second.truth;
   });
@@ -69,9 +69,9 @@ std::vector<FigureFile> validation(const Inputs& inputs) {
   std::vector<Panel> over_time, over_slip;
   bool shared = true;
   for (const std::string& channel : distinct(traces, "channel")) {
-    std::vector<std::pair<std::size_t, Prediction>> all;
+    std::vector<std::pair<std::size_t, PredictionTrace>> all;
     for (std::size_t k = 0; k < estimators.size(); ++k)
-      if (Prediction p = select(traces, estimators[k], channel); !p.t.empty()) all.emplace_back(k, std::move(p));
+      if (PredictionTrace p = select(traces, estimators[k], channel); !p.t.empty()) all.emplace_back(k, std::move(p));
     if (all.empty()) continue;
     shared = shared && one_truth(all);
     const bool slip = any_number(all.front().second.slip);

@@ -10,13 +10,13 @@ namespace {
 
 bool drawable(double value) { return std::abs(value) <= drawable_limit; }
 
-struct Range {
+struct ValueRange {
   double low = std::numeric_limits<double>::infinity(), high = -std::numeric_limits<double>::infinity();
   bool gaps = false;
 };
 
-Range range_of(std::span<const double> values) {
-  Range range;
+ValueRange range_of(std::span<const double> values) {
+  ValueRange range;
   for (const double value : values) {
     if (!drawable(value)) {
       range.gaps = true;
@@ -43,7 +43,7 @@ void append(std::vector<std::uint8_t>& bytes, std::uint32_t word, int count) {
 }
 
 // A spread below rounding of the values themselves is a constant.
-bool is_constant(const Range& range) {
+bool is_constant(const ValueRange& range) {
   return !range.gaps && range.high - range.low <= 1e-12 * std::max(std::abs(range.low), std::abs(range.high));
 }
 
@@ -65,7 +65,7 @@ std::string base64(std::span<const std::uint8_t> bytes) {
 
 nlohmann::json pack(std::span<const double> values, Precision precision) {
   nlohmann::json column = {{"n", values.size()}};
-  const Range range = range_of(values);
+  const ValueRange range = range_of(values);
   if (!(range.low <= range.high)) {
     column["k"] = "c";
     column["o"] = nullptr;

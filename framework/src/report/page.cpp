@@ -59,9 +59,9 @@ nlohmann::json packed_tyres(const Columns& tyres, const char* axle, Precision pr
   return out;
 }
 
-std::size_t count_undrawable(const std::vector<Channel>& channels) {
+std::size_t count_undrawable(const std::vector<TimeSeries>& channels) {
   std::size_t count = 0;
-  for (const Channel& channel : channels)
+  for (const TimeSeries& channel : channels)
     count += static_cast<std::size_t>(std::count_if(channel.values.begin(), channel.values.end(), [](double v) {
       return std::isinf(v) || std::abs(v) > drawable_limit;
     }));
@@ -69,9 +69,9 @@ std::size_t count_undrawable(const std::vector<Channel>& channels) {
 }
 
 nlohmann::json run_json(const Run& run, const CarShape& car, const Detail& detail) {
-  const std::vector<Channel> channels = step_channels(run, car);
+  const std::vector<TimeSeries> channels = step_channels(run, car);
   nlohmann::json steps = nlohmann::json::object();
-  for (const Channel& channel : channels)
+  for (const TimeSeries& channel : channels)
     steps[channel.name] = pack(thin(channel.values, channel.thinning, detail.stride), detail.precision);
   return {{"steps", std::move(steps)},
           {"stride", detail.stride},
@@ -187,18 +187,21 @@ std::string title_of(const Inputs& inputs) {
 
 nlohmann::json stacks_json(const Inputs& inputs) {
   nlohmann::json out = nlohmann::json::array();
-  for (const Stack& stack : inputs.stacks) out.push_back({{"name", stack.name}, {"truth", stack.needs_truth}});
+  for (const StackEntry& stack : inputs.stacks) out.push_back({{"name", stack.name}, {"truth", stack.needs_truth}});
   return out;
 }
 
-// The policy forbids every request: what is not in the file does not exist for the page.
-constexpr std::string_view head = R"(<!doctype html>
+// The content security policy forbids every request: the page has only what stands in the file.
+constexpr std::string_view head =
+    R"(<!doctype html>
 <html lang="en">
 <head>
 <meta charset="utf-8">
 <meta name="viewport" content="width=device-width, initial-scale=1">
 <meta name="color-scheme" content="light dark">
-<meta http-equiv="Content-Security-Policy" content="default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data: blob:">
+)"
+    R"(<meta http-equiv="Content-Security-Policy" content="default-src 'none'; style-src 'unsafe-inline'; )"
+    R"(script-src 'unsafe-inline'; img-src data: blob:">
 <link rel="icon" href="data:,">
 )";
 

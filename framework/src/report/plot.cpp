@@ -41,7 +41,7 @@ struct Scale {
   }
 };
 
-struct Frame {
+struct PlotFrame {
   double left, top, width, height;
 };
 
@@ -158,7 +158,7 @@ void draw_series(Document& out, const Series& s, const Scale& sx, const Scale& s
   if (!d.empty()) out.path(s.kind == closed ? d + "Z" : d, s, s.kind == closed && s.filled);
 }
 
-void draw_axes(Document& out, const Panel& panel, const Frame& f, const Scale& sx, const Scale& sy) {
+void draw_axes(Document& out, const Panel& panel, const PlotFrame& f, const Scale& sx, const Scale& sy) {
   const double bottom = f.top + f.height;
   for (const auto& [v, words] : ticks_of(panel.x, sx.low, sx.high, static_cast<int>(f.width / 70))) {
     out.raw("<path d=\"M" + pixel(sx(v)) + " " + pixel(f.top) + "V" + pixel(bottom) + "\" stroke=\"" + grid + "\"/>\n");
@@ -174,7 +174,7 @@ void draw_axes(Document& out, const Panel& panel, const Frame& f, const Scale& s
 }
 
 /// Texts beside their points: inside the frame, over no other text.
-void draw_labels(Document& out, const Panel& panel, const Frame& f, const Scale& sx, const Scale& sy) {
+void draw_labels(Document& out, const Panel& panel, const PlotFrame& f, const Scale& sx, const Scale& sy) {
   struct Box {
     double x, y, width;
   };
@@ -197,7 +197,7 @@ void draw_labels(Document& out, const Panel& panel, const Frame& f, const Scale&
   }
 }
 
-void draw_panel(Document& out, const Panel& panel, Frame f, const std::string& clip) {
+void draw_panel(Document& out, const Panel& panel, PlotFrame f, const std::string& clip) {
   auto [x0, x1] = range_of(panel.x, panel.series, true);
   auto [y0, y1] = range_of(panel.y, panel.series, false);
   if (panel.equal) {

@@ -1,4 +1,4 @@
-// Line, point and area charts as SVG files: what a paper needs, in its fewest parts. Light, for print.
+// Line, point and area charts as SVG files, in light colours for print.
 #pragma once
 
 #include <array>
@@ -37,7 +37,7 @@ struct Panel {
   std::string title;
   Axis x, y;
   std::vector<Series> series;
-  bool equal = false;  // a metre is a metre in both directions
+  bool equal = false;  // one scale for both axes
   bool axes = true;
   std::vector<std::pair<std::array<double, 2>, std::string>> labels;  // texts beside points
 };

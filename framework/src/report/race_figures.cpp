@@ -33,18 +33,18 @@ struct Drawn {
   [[nodiscard]] bool has(const std::string& name) const { return channels.contains(name); }
 };
 
-std::string label_of(const Stack& stack) { return stack.needs_truth ? stack.name + " *" : stack.name; }
+std::string label_of(const StackEntry& stack) { return stack.needs_truth ? stack.name + " *" : stack.name; }
 
 /// The first run that left a log, of every stack.
 std::vector<Drawn> first_runs(const Inputs& inputs) {
   std::vector<Drawn> drawn;
   const CarShape car = car_shape(inputs.scene);
   for (std::size_t i = 0; i < inputs.stacks.size(); ++i) {
-    const Stack& stack = inputs.stacks[i];
+    const StackEntry& stack = inputs.stacks[i];
     for (const RunName& name : inputs.runs) {
       if (name.stack != stack.name) continue;
       Drawn one{i, label_of(stack), series_colour(i), stack.needs_truth ? dashed : "", {}, read_run(inputs, name)};
-      for (Channel& channel : step_channels(one.run, car)) one.channels[channel.name] = std::move(channel.values);
+      for (TimeSeries& channel : step_channels(one.run, car)) one.channels[channel.name] = std::move(channel.values);
       if (one.channels.empty()) continue;
       drawn.push_back(std::move(one));
       break;

@@ -49,9 +49,9 @@ void keep_extremes(std::span<const double> values, std::size_t stride, std::vect
   }
 }
 
-class ChannelList {
+class TimeSeriesList {
  public:
-  explicit ChannelList(const Columns& steps) : steps_(steps) {}
+  explicit TimeSeriesList(const Columns& steps) : steps_(steps) {}
 
   /// `name` from the first of `columns` that holds numbers.
   void take(std::string name, Thinning thinning, std::initializer_list<const char*> columns) {
@@ -67,19 +67,19 @@ class ChannelList {
   }
   /// Empty if there is no such channel.
   [[nodiscard]] std::span<const double> find(std::string_view name) const {
-    for (const Channel& channel : channels_)
+    for (const TimeSeries& channel : channels_)
       if (channel.name == name) return channel.values;
     return {};
   }
-  std::vector<Channel> release() { return std::move(channels_); }
+  std::vector<TimeSeries> release() { return std::move(channels_); }
 
  private:
   const Columns& steps_;
-  std::vector<Channel> channels_;
+  std::vector<TimeSeries> channels_;
 };
 
 // The rates of the velocity in the car's turning axes, plus the turning of the axes: a = dv/dt + w x v.
-void add_accelerations(ChannelList& list) {
+void add_accelerations(TimeSeriesList& list) {
   const std::span<const double> t = list.find("t"), vx = list.find("vx"), vy = list.find("vy"),
                                 w = list.find("yaw_rate");
   if (vx.empty() || vy.empty() || w.empty()) return;
@@ -92,7 +92,7 @@ void add_accelerations(ChannelList& list) {
   list.add("ay", Thinning::extremes, std::move(ay));
 }
 
-void add_belief(ChannelList& list, const CarShape& car) {
+void add_belief(TimeSeriesList& list, const CarShape& car) {
   const std::span<const double> front = list.find("mu_front"), rear = list.find("mu_rear");
   if (front.empty() || rear.empty()) return;
   const double share = front_share(car);
@@ -119,8 +119,8 @@ std::vector<double> thin(std::span<const double> values, Thinning thinning, std:
   return out;
 }
 
-std::vector<Channel> step_channels(const Run& run, const CarShape& car) {
-  ChannelList list(run.steps);
+std::vector<TimeSeries> step_channels(const Run& run, const CarShape& car) {
+  TimeSeriesList list(run.steps);
   using enum Thinning;
   list.take("t", sample, {"t_s"});
   if (list.find("t").empty()) return {};

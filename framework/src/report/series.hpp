@@ -18,7 +18,7 @@ enum class Thinning {
   any        ///< a flag: set if it was set anywhere in between
 };
 
-struct Channel {
+struct TimeSeries {
   std::string name;
   Thinning thinning = Thinning::extremes;
   std::vector<double> values;
@@ -42,6 +42,6 @@ double front_share(const CarShape& car);
 ///   ax, ay      accelerations of the centre of gravity along and across the car [m/s2]: vx' - vy w, vy' + vx w
 ///   solve_ms    from timing.csv, if it has a row per step
 /// Columns that are absent or empty are left out. The first channel is t.
-std::vector<Channel> step_channels(const Run& run, const CarShape& car);
+std::vector<TimeSeries> step_channels(const Run& run, const CarShape& car);
 
 }  // namespace gripline::report

@@ -17,7 +17,7 @@ bool is_measure(const std::string& column) {
 
 std::size_t index_of(const Inputs& inputs, const std::string& stack) {
   const auto found =
-      std::find_if(inputs.stacks.begin(), inputs.stacks.end(), [&](const Stack& s) { return s.name == stack; });
+      std::find_if(inputs.stacks.begin(), inputs.stacks.end(), [&](const StackEntry& s) { return s.name == stack; });
   return static_cast<std::size_t>(found - inputs.stacks.begin());
 }
 

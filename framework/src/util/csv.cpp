@@ -17,7 +17,7 @@ namespace {
 }
 
 /// A line as it stands in the file; places in it are counted in characters from 1, as editors do.
-struct Line {
+struct CsvLine {
   std::string_view raw;
   int number = 0;
   int column(const char* at) const {
@@ -45,7 +45,7 @@ void split(std::string_view line, std::vector<std::string_view>& cells) {
   }
 }
 
-double parse(const std::filesystem::path& file, const Line& line, std::string_view cell, bool allow_missing) {
+double parse(const std::filesystem::path& file, const CsvLine& line, std::string_view cell, bool allow_missing) {
   const bool missing = cell.empty() || cell == "nan" || cell == "NaN";
   if (missing && allow_missing) return std::numeric_limits<double>::quiet_NaN();
   double number = 0.0;
@@ -83,7 +83,7 @@ CsvTable read_csv(const std::filesystem::path& file, bool allow_missing) {
   CsvTable table;
   table.file = file;
   std::vector<std::string_view> cells;
-  Line line;
+  CsvLine line;
   std::string_view rest = text;
   if (rest.starts_with(byte_order_mark)) rest.remove_prefix(byte_order_mark.size());
   while (!rest.empty()) {

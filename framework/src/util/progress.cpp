@@ -15,7 +15,7 @@ namespace gripline {
 namespace {
 
 constexpr double quiet_seconds = 2.0;        // work shorter than this needs no progress
-constexpr double plain_period_seconds = 30;  // a piped log hears at least this often
+constexpr double plain_period_seconds = 30;  // longest time between two lines of a piped log
 constexpr auto frame = std::chrono::milliseconds(100);
 
 std::string_view environment(const char* name) {
@@ -148,7 +148,7 @@ void Progress::draw_live(double elapsed) {
   out_ << '\r' << line << tail << "\x1b[K" << std::flush;
 }
 
-// A log wants few lines: one per tenth of the work, or one per half minute when a tenth takes longer.
+// One line per tenth of the work, or one per half minute when a tenth takes longer.
 void Progress::print_plain(double elapsed) {
   const std::size_t tenth = done_ * 10 / total_;
   if (elapsed < quiet_seconds || done_ == total_) return;
@@ -174,13 +174,14 @@ void Progress::finish_at(Clock::time_point now) {
   out_ << std::flush;
 }
 
-ToldProgress::ToldProgress(std::ostream& out, std::string title)
-    : ToldProgress(out, std::move(title), detect_terminal(descriptor_of(out)), Progress::Clock::now()) {}
+CallbackProgress::CallbackProgress(std::ostream& out, std::string title)
+    : CallbackProgress(out, std::move(title), detect_terminal(descriptor_of(out)), Progress::Clock::now()) {}
 
-ToldProgress::ToldProgress(std::ostream& out, std::string title, Terminal terminal, Progress::Clock::time_point start)
+CallbackProgress::CallbackProgress(std::ostream& out, std::string title, Terminal terminal,
+                                   Progress::Clock::time_point start)
     : out_(out), title_(std::move(title)), terminal_(terminal), start_(start) {}
 
-Tell ToldProgress::tell() {
+ProgressCallback CallbackProgress::callback() {
   constexpr std::size_t units = 1000;  // of one part
   return [this](double done, std::size_t total, const std::string& what) {
     if (!progress_) progress_.emplace(out_, title_, total * units, terminal_, start_).count_in(units);
@@ -188,9 +189,9 @@ Tell ToldProgress::tell() {
   };
 }
 
-void ToldProgress::finish() {
+void CallbackProgress::finish() {
   if (!progress_) return;
-  progress_->advance(std::numeric_limits<std::size_t>::max());  // no more than there are
+  progress_->advance(std::numeric_limits<std::size_t>::max());  // clamped to the total
   progress_->finish();
 }
 

@@ -72,16 +72,16 @@ class Progress {
   bool any_drawn_ = false, finished_ = false;
 };
 
-/// Long work that can say how far it is calls this: `done` of `total` parts, fractions included, and what is under way.
-using Tell = std::function<void(double done, std::size_t total, const std::string& what)>;
+/// Called by long work: `done` of `total` parts are finished, fractions included; `what` is under way.
+using ProgressCallback = std::function<void(double done, std::size_t total, const std::string& what)>;
 
-/// A progress that begins with the first word of the work and learns from it how many parts there are.
-class ToldProgress {
+/// A Progress driven by a ProgressCallback: it begins with the first call, which says how many parts there are.
+class CallbackProgress {
  public:
-  ToldProgress(std::ostream& out, std::string title);
-  ToldProgress(std::ostream& out, std::string title, Terminal terminal, Progress::Clock::time_point start);
-  /// For the work; this object must outlive it.
-  Tell tell();
+  CallbackProgress(std::ostream& out, std::string title);
+  CallbackProgress(std::ostream& out, std::string title, Terminal terminal, Progress::Clock::time_point start);
+  /// To be given to the work; this object must outlive it.
+  ProgressCallback callback();
   void finish();
 
  private:

@@ -6,6 +6,8 @@
 #include <gripline/plugin.hpp>
 #include <gripline/slip.hpp>
 
+#include "car/instant.hpp"
+
 namespace gripline {
 namespace {
 
@@ -58,7 +60,7 @@ double static_load(const Car& car, Axle axle) {
 
 }  // namespace
 
-/// The road under a point, for black boxes that ask by themselves.
+/// The road under a point, for plants that ask for it at every wheel.
 class World::RoadUnder final : public Ground {
  public:
   explicit RoadUnder(const World& world) : world_(world) {}
@@ -110,7 +112,7 @@ class World::ModelCar final : public World::Mover {
     const double sideways = axle == Axle::rear ? -v * std::tan(std::clamp(slip, -1.55, 1.55)) : 0.0;
     const double motion[] = {0, 0, 0, v, sideways, 0};
     const ActingCommand<double> command = {0.0, axle == Axle::front ? slip : 0.0, 0.0};
-    // The curve is the tyres' alone, at factor 1: the schedule multiplies it.
+    // At factor 1: the caller multiplies by the schedule's factor.
     std::vector<double> params(model_.car().params().begin(), model_.car().params().end());
     params[factor_at()] = 1.0;
     Place flat;
@@ -126,7 +128,7 @@ class World::ModelCar final : public World::Mover {
 
  private:
   static StepOptions options(const WorldSpec& spec) { return {spec.dt, spec.hold, spec.vehicle.integration}; }
-  /// Friction is the first effect, so that what the others do with the peaks holds for the present ones.
+  /// Friction is the first effect: the others change the peaks it leaves.
   std::size_t factor_at() const { return model_.car().param_offset(0); }
   void find_peaks(const Place& at) const {
     peaks_at_ = at.t;
@@ -142,15 +144,9 @@ class World::ModelCar final : public World::Mover {
   /// Quantities of one instant with memory at its steady value.
   Quantities<double> evaluate(const double* motion, const ActingCommand<double>& command, const Place& at,
                               const double* params) const {
-    const CommandSample<double> sample = {command.d, command.delta};
-    const History<double> history = {&sample, 1, 0.0, 1.0, 0.0, Hold::zoh};
     std::vector<double> memory(static_cast<std::size_t>(model_.car().memory())), rate(memory.size());
-    CarBatch<double> batch;
-    batch.n = 1;
-    batch.motion = motion;
-    batch.command = &command;
-    batch.at = &at;
-    batch.history = &history;
+    InstantBatch<double> instant(motion, command, at, 1.0, Hold::zoh);
+    CarBatch<double>& batch = instant.batch;
     batch.params = params;
     model_.car().start_memory(batch, memory.data());
     batch.memory = memory.data();
@@ -169,18 +165,10 @@ class World::ModelCar final : public World::Mover {
     for (std::size_t i = 0; i < points.n; ++i) {
       Quantities<T>& q = points.q[i];
       const T motion[] = {T(0), T(0), q.yaw, q.vx, q.vy, q.omega};
-      const ActingCommand<T> command = {q.d, q.delta, q.delta_rate};
-      const CommandSample<T> sample = {q.d, q.delta};
-      const History<T> history = {&sample, 1, 0.0, 1.0, 0.0, Hold::zoh};
-      CarBatch<T> batch;
-      batch.n = 1;
-      batch.motion = motion;
-      batch.command = &command;
-      batch.at = points.at + i;
-      batch.params = params.data();
-      batch.history = &history;
+      InstantBatch<T> instant(motion, {q.d, q.delta, q.delta_rate}, points.at[i], 1.0, Hold::zoh);
+      instant.batch.params = params.data();
       Quantities<T> truth{};
-      memoryless_.quantities(batch, &truth);
+      memoryless_.quantities(instant.batch, &truth);
       q.ax = truth.ax;
       q.ay = truth.ay;
       q.aw = truth.aw;
@@ -295,18 +283,18 @@ Input World::advance(const Input& wanted) {
   state_ = mover_->advance(state_, u, place_, factor_);
   d_ = u.d;
   ++step_;
-  if (!sane()) return u;  // there is no place to look for
+  if (!finite()) return u;  // it has no place on the track
   arrive(static_cast<double>(step_) * spec_.dt);
   set_factor();
   sense();
   return u;
 }
 
-bool World::sane() const {
+bool World::finite() const {
   return std::isfinite(state_.x + state_.y + state_.yaw + state_.vx + state_.vy + state_.omega);
 }
 
-/// Friction of the step that begins now: known to Truth before the step, as to the published oracle.
+/// Friction of the step that begins now. Truth shows it before the step, as the published oracle has it.
 void World::set_factor() { factor_ = friction_.factor(step_, time(), place_.s); }
 
 /// Where the car is now: place, lap, edges, walls.

@@ -27,8 +27,8 @@ class World {
   /// What sensors show now.
   const Observation& observe() const { return observation_; }
 
-  /// False once the car's equations left the numbers; the world then stands still.
-  bool sane() const;
+  /// False once the car's state is no longer finite; the world is then not advanced any further.
+  bool finite() const;
   /// The plugin that moves the car, for messages.
   std::string plant_id() const { return spec_.plant.empty() ? spec_.vehicle.model.id() : spec_.plant.id(); }
 
@@ -61,7 +61,7 @@ class World {
   /// Moment at which a lap ended within the last step [s].
   std::optional<double> lap_ended() const { return lap_ended_; }
   int laps() const { return laps_.laps(); }
-  /// Way along the centre line since the start [m].
+  /// Distance along the centre line since the start [m].
   double covered() const { return laps_.covered(); }
 
  private:
@@ -78,7 +78,7 @@ class World {
     virtual double curve(Axle axle, double slip, const Place& at) const = 0;
     virtual Acting acting() const = 0;
     virtual Acting acting_under(const State& x, const Input& next, const Place& at, double factor) = 0;
-    /// What the car's own effects make of a reading.
+    /// Passes a reading through the car's own effects.
     virtual void read(Reading<double>& reading, const Place& at) const = 0;
     virtual bool accelerations(const Points<double>& points, double factor) const = 0;
     virtual bool accelerations(const Points<Dual8>& points, double factor) const = 0;

@@ -10,7 +10,7 @@
 namespace gripline {
 namespace {
 
-constexpr double fastest_start = 150.0;  // [m/s]: beyond any car of these models, a slip of units
+constexpr double fastest_start = 150.0;  // [m/s]; faster is beyond these cars, most likely a wrong unit
 
 bool has_plugin(const Registry& registry, abi::Kind kind, const std::string& id) {
   const auto entries = registry.entries();
@@ -18,7 +18,7 @@ bool has_plugin(const Registry& registry, abi::Kind kind, const std::string& id)
                      [&](const PluginEntry& entry) { return entry.decl->kind == kind && id == entry.decl->id; });
 }
 
-/// What a plant says of its parameters when it is made from them belongs to their place in the file.
+/// Makes the plant once, so that its complaint about its parameters is reported at their place in the file.
 void check_plant(const WorldSpec& world, const Node& node, Errors& errors) {
   if (!errors.empty()) return;
   PluginContext context;
@@ -89,7 +89,7 @@ void read_limit(ObjectReader& r, WorldSpec& world, Errors& errors) {
 }  // namespace
 
 std::optional<double> WorldSpec::time_optimal_lap(double factor) const {
-  // Beyond the ends nobody computed a lap: no figure is better than a guess.
+  // Nothing is extrapolated.
   constexpr double rounding = 1e-9;
   if (time_optimal.empty() || factor < time_optimal.front().first - rounding ||
       factor > time_optimal.back().first + rounding)

@@ -29,7 +29,7 @@ struct WorldSpec {
   double timeout = 0.0;            // [s]
   /// Time-optimal flying lap [s] by friction factor, rising; for tables, never for stacks.
   std::vector<std::pair<double, double>> time_optimal;
-  /// Linear in the factor, beyond the ends too; empty when the world states none.
+  /// Linear in the factor between the laps stated; empty beyond them, and when the world states none.
   std::optional<double> time_optimal_lap(double factor) const;
 };
 

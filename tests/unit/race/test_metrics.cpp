@@ -89,8 +89,10 @@ TEST(Metrics, DeviationIsTheTimeMeanOfTheDistance) {
 TEST(Metrics, HillyDeviationCountsWhereTheRoadIsSteep) {
   EXPECT_FALSE(Drive(R"({"start": {"speed": 1}})").summary().hilly_deviation_m.has_value());
   Drive drive(R"({"start": {"speed": 1}, "track": {"half_width": 0.3,
-    "segments": [{"line": 2}, {"arc": {"radius": 1, "turn": "180 deg"}}, {"line": 2}, {"arc": {"radius": 1, "turn": "180 deg"}}],
-    "grade": [{"s": 0, "grade": 0}, {"s": 0.2, "grade": 0}, {"s": 0.5, "grade": 0.1}, {"s": 0.8, "grade": 0}, {"s": 4, "grade": 0}, {"s": 4.5, "grade": -0.06}, {"s": 5, "grade": 0}]}})");
+    "segments": [{"line": 2}, {"arc": {"radius": 1, "turn": "180 deg"}},
+                 {"line": 2}, {"arc": {"radius": 1, "turn": "180 deg"}}],
+    "grade": [{"s": 0, "grade": 0}, {"s": 0.2, "grade": 0}, {"s": 0.5, "grade": 0.1}, {"s": 0.8, "grade": 0},
+              {"s": 4, "grade": 0}, {"s": 4.5, "grade": -0.06}, {"s": 5, "grade": 0}]}})");
   const std::vector<LinePoint> line = square();
   double sum = 0;
   int count = 0;

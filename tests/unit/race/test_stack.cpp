@@ -4,8 +4,8 @@
 #include <gtest/gtest.h>
 
 #include "config/hash.hpp"
+#include "race/assembly.hpp"
 #include "support/host_support.hpp"
-#include "world/world.hpp"
 
 namespace gripline {
 namespace {
@@ -17,33 +17,20 @@ using namespace testing_support;
 class Rig {
  public:
   explicit Rig(std::string_view stack, std::string_view world = "{}")
-      : world_spec_(world_of(world)),
-        stack_spec_(stack_of(world_spec_.car, stack)),
-        world_(world_spec_, 1),
-        stack_(stack_spec_, place(), world_.observe()) {}
-  World& world() { return world_; }
-  Stack& stack() { return stack_; }
+      : world_spec_(world_of(world)), stack_spec_(stack_of(world_spec_.car, stack)), race_(world_spec_, stack_spec_) {}
+  World& world() { return race_.world(); }
+  Stack& stack() { return race_.stack(); }
   const StackSpec& spec() const { return stack_spec_; }
   Sample advance(const Input& wanted) {
-    const Observation before = world_.observe();
-    const Input u = world_.advance(wanted);
-    return stack_.sample(before, u, world_.observe());
+    const Observation before = world().observe();
+    const Input u = world().advance(wanted);
+    return stack().sample(before, u, world().observe());
   }
 
  private:
-  StackPlace place() {
-    StackPlace place;
-    place.car = world_spec_.car.car;
-    place.dt = world_spec_.dt;
-    place.hold = world_spec_.hold;
-    place.course = &world_.course();
-    place.truth = &world_.truth();
-    return place;
-  }
   WorldSpec world_spec_;
   StackSpec stack_spec_;
-  World world_;
-  Stack stack_;
+  RaceAssembly race_;
 };
 
 TEST(Stack, OnlyWhoDeclaresItIsToldTheTruth) {
@@ -58,16 +45,12 @@ TEST(Stack, OnlyWhoDeclaresItIsToldTheTruth) {
 TEST(Stack, ALibraryMeetsOnlyWhatItKeptItself) {
   const WorldSpec world_spec = world_of();
   const StackSpec spec = stack_of(world_spec.car, R"({"controller": {"plugin": "fault.tells_cache", "params": null}})");
-  const World world(world_spec, 1);
-  StackPlace place;
-  place.car = world_spec.car.car;
-  place.dt = world_spec.dt;
-  place.course = &world.course();
-  const auto told = [&] { return refusal([&] { Stack(spec, place, world.observe()); }); };
-  EXPECT_EQ(told(), "fault.tells_cache: no cache");
-  place.cache_dir = "/cache";
+  const auto told = [&](const std::string& cache) {
+    return refusal([&] { RaceAssembly(world_spec, spec, {.cache_dir = cache}); });
+  };
+  EXPECT_EQ(told(""), "fault.tells_cache: no cache");
   const std::string hash = sha256_of_file(spec.controller.entry->library).substr(0, 16);
-  EXPECT_EQ(told(), "fault.tells_cache: /cache/faults-" + hash);
+  EXPECT_EQ(told("/cache"), "fault.tells_cache: /cache/faults-" + hash);
 }
 
 TEST(Stack, SaysWhetherItNeedsTheTruth) {
@@ -217,7 +200,8 @@ TEST(Stack, WithoutAnEstimatorItBelievesMuInitForGood) {
 /// f_corr = f_nom + e_pred once trusted, f_nom before.
 TEST(Stack, TheModelIsCorrectedOnceTrusted) {
   Rig rig(
-      R"({"estimator": {"plugin": "oracle"}, "model": {"plugin": "ekinematic", "integrator": "rk6"}, "adapt_after": "0.1 s"})",
+      R"({"estimator": {"plugin": "oracle"}, "model": {"plugin": "ekinematic", "integrator": "rk6"},
+          "adapt_after": "0.1 s"})",
       R"({"start": {"speed": 1.5}})");
   for (int k = 0; k < 20; ++k) {
     const Observation now = rig.world().observe();

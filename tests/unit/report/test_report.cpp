@@ -226,7 +226,8 @@ TEST(ReportSeries, DerivesAccelerationsAndFrictionOfTheWholeCar) {
   for (int i = 0; i < 10; ++i) text += std::to_string(0.02 * i) + ",2,0,0.5,0.8,1.0\n";
   const report::Run run{Columns::parse(text), {}, {}, {}};
   std::map<std::string, std::vector<double>> channels;
-  for (Channel& channel : step_channels(run, {0.06, 0.03, 0.03, 0.01, 0.04})) channels[channel.name] = channel.values;
+  for (TimeSeries& channel : step_channels(run, {0.06, 0.03, 0.03, 0.01, 0.04}))
+    channels[channel.name] = channel.values;
   EXPECT_NEAR(channels["ax"][5], 0, 1e-12);
   EXPECT_NEAR(channels["ay"][5], 1, 1e-12);
   EXPECT_NEAR(channels["mu_belief"][0], 0.25 * 0.8 + 0.75 * 1.0, 1e-12);

@@ -135,10 +135,10 @@ TEST(Progress, LeavesACleanLineWhenAbandoned) {
 TEST(Progress, WorkThatTellsItsPartsIsCountedInThem) {
   std::ostringstream out;
   const auto begin = Progress::Clock::now() - std::chrono::seconds(30);
-  ToldProgress progress(out, "forces", {true, false, false, 80}, begin);
+  CallbackProgress progress(out, "forces", {true, false, false, 80}, begin);
   progress.finish();
   EXPECT_EQ(out.str(), "") << "work that told nothing";
-  progress.tell()(1.5, 4, "elm");
+  progress.callback()(1.5, 4, "elm");
   EXPECT_EQ(last_frame(out.str()), "forces  #########---------------  1 of 4, 50 s left  elm");
   progress.finish();
   EXPECT_EQ(last_frame(out.str()), "forces: 4 of 4 in 30 s\n");

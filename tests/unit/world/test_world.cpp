@@ -110,7 +110,7 @@ TEST(World, FrictionIsHeldOverAStep) {
     EXPECT_DOUBLE_EQ(world.truth().factor(), expected);
     patched = patched || expected < 0.4;
     world.advance({0.3, 0});
-    ASSERT_TRUE(world.sane());
+    ASSERT_TRUE(world.finite());
   }
   EXPECT_TRUE(patched);
 }
@@ -328,9 +328,9 @@ TEST(World, AForceThatIsNoNumberStopsTheWorldInsteadOfLosingTheCar) {
       R"({"plant": {"plugin": "dynamic", "effects": [{"plugin": "fault.nan_force", "params": {"t": 0.09}}]}})");
   World world(spec, 1);
   for (int k = 0; k < 4; ++k) world.advance({0.5, 0});
-  EXPECT_TRUE(world.sane());
+  EXPECT_TRUE(world.finite());
   world.advance({0.5, 0});
-  EXPECT_FALSE(world.sane());
+  EXPECT_FALSE(world.finite());
   EXPECT_NO_THROW(world.advance({0.5, 0}));
   EXPECT_EQ(world.plant_id(), "dynamic");
 }

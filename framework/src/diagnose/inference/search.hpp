@@ -26,7 +26,7 @@ struct SearchOptions {
   /// take more in proportion. Three millions are about three seconds. Pairs that the catalogue holds seldom take more;
   /// something else can be imitated for ever.
   double most_work = 3e6;
-  Tell tell;  // how much of the search is done, in quarters; may be empty
+  ProgressCallback tell;  // how much of the search is done, in quarters; may be empty
 };
 
 /// All models tried, and the best of them.

@@ -120,7 +120,8 @@ void Diagnoser::prepare(std::span<const LogFile> logs, Diagnosis& d) {
   d.sensor = problem_.sensor;
 }
 
-Diagnosis Diagnoser::run(std::span<const LogFile> given, std::span<const LogFile> given_held_out, const Tell& tell) {
+Diagnosis Diagnoser::run(std::span<const LogFile> given, std::span<const LogFile> given_held_out,
+                         const ProgressCallback& tell) {
   // Parts that take about equally long: the search is four of them.
   constexpr std::size_t parts = 8;
   const auto at = [&](double done, const char* what) {

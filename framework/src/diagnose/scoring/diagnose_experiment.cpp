@@ -10,7 +10,7 @@
 #include "diagnose/result/report_data.hpp"
 #include "experiment/experiment.hpp"
 #include "plugin/plugin_cache.hpp"
-#include "race/simulation.hpp"
+#include "race/assembly.hpp"
 #include "util/csv_writer.hpp"
 
 namespace gripline::diagnose {
@@ -103,24 +103,10 @@ DiagnoseExperiment read_experiment(const Node& tree, const Registry& registry) {
 
 /// One drive; its log is the run's steps.csv.
 fs::path drive(const WorldSpec& spec, const StackSpec& driver, std::uint64_t seed, const fs::path& folder) {
-  World world(spec, seed);
-  StackPlace place;
-  place.car = spec.car.car;
-  place.dt = spec.dt;
-  place.hold = spec.hold;
-  place.seed = seed;
-  place.course = &world.course();
-  place.cache_dir = plugin_cache_folder().string();
-  Stack stack(driver, place, world.observe());
-  fs::create_directories(folder);
-  {
-    Recorder recorder(folder);
-    Metrics metrics(world, driver, seed);
-    Simulation simulation(world, stack, recorder, metrics);
-    const RunSummary summary = simulation.run();
-    if (summary.status != Status::finished)
-      throw std::runtime_error(folder.string() + ": the driver did not finish: " + summary.message);
-  }
+  const RunSummary summary =
+      RaceAssembly(spec, driver, {.seed = seed, .folder = folder, .cache_dir = plugin_cache_folder()}).run();
+  if (summary.status != Status::finished)
+    throw std::runtime_error(folder.string() + ": the driver did not finish: " + summary.message);
   return folder / "steps.csv";
 }
 
@@ -224,7 +210,7 @@ std::span<const std::string> outcome_columns() {
 void check_diagnose_experiment(const Node& tree, const Registry& registry) { read_experiment(tree, registry); }
 
 DiagnoseOutcome run_diagnose_experiment(const Node& tree, const Registry& registry, const fs::path& out,
-                                        const Tell& tell) {
+                                        const ProgressCallback& tell) {
   const DiagnoseExperiment e = read_experiment(tree, registry);
   DiagnoseOutcome outcome;
   fs::create_directories(out);

@@ -1,0 +1,37 @@
+#include "race/assembly.hpp"
+
+namespace gripline {
+namespace {
+
+/// What this stack is told of its world; the truth reaches only plugins that declare they need it (stack.cpp).
+StackContext stack_context(const World& world, const RaceSetup& setup) {
+  const WorldSpec& spec = world.spec();
+  StackContext context;
+  context.car = spec.car.car;
+  context.dt = spec.dt;
+  context.hold = spec.hold;
+  context.seed = setup.seed;
+  context.course = &world.course();
+  context.truth = &world.truth();
+  context.cache_dir = setup.cache_dir.string();
+  context.progress = setup.on_preparing;
+  context.progress_context = setup.preparing_context;
+  return context;
+}
+
+std::optional<Recorder> recorder_in(const std::filesystem::path& folder) {
+  if (folder.empty()) return std::nullopt;
+  std::filesystem::create_directories(folder);
+  return Recorder(folder);
+}
+
+}  // namespace
+
+RaceAssembly::RaceAssembly(const WorldSpec& world, const StackSpec& stack, const RaceSetup& setup)
+    : world_(world, setup.seed),
+      stack_(stack, stack_context(world_, setup), world_.observe()),
+      recorder_(recorder_in(setup.folder)),
+      metrics_(world_, stack, setup.seed),
+      simulation_(world_, stack_, metrics_, recorder_ ? &*recorder_ : nullptr) {}
+
+}  // namespace gripline

@@ -1,0 +1,41 @@
+// A race put together: the one place where a world, a stack, its judgement, its files and Algorithm 1 meet.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+
+#include "race/simulation.hpp"
+
+namespace gripline {
+
+/// A race besides its world and its stack.
+struct RaceSetup {
+  std::uint64_t seed = 1;
+  std::filesystem::path folder;     ///< where the run's files go, made when absent; empty: none are written
+  std::filesystem::path cache_dir;  ///< where plugins keep expensive results between runs; empty: nothing is kept
+  /// What a plugin computes before the first step and the share of it that is done; may be null.
+  void (*on_preparing)(void* context, const char* what, double fraction) = nullptr;
+  void* preparing_context = nullptr;
+};
+
+/// Owns all parts of a race, made in this order: world, stack, files, metrics, simulation.
+class RaceAssembly {
+ public:
+  /// Both specs must outlive the race. Throws PluginError when a plugin cannot be created, PluginFailure when one
+  /// cannot race, std::runtime_error when a file cannot be made.
+  RaceAssembly(const WorldSpec& world, const StackSpec& stack, const RaceSetup& setup = {});
+
+  World& world() { return world_; }
+  Stack& stack() { return stack_; }
+  Simulation& simulation() { return simulation_; }
+  RunSummary run() { return simulation_.run(); }
+
+ private:
+  World world_;
+  Stack stack_;
+  std::optional<Recorder> recorder_;
+  Metrics metrics_;
+  Simulation simulation_;
+};
+
+}  // namespace gripline

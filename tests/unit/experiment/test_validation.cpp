@@ -1,0 +1,112 @@
+#include "experiment/validation.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <map>
+
+#include "support/host_support.hpp"
+
+namespace gripline {
+namespace {
+
+using testing::HasSubstr;
+using testing::ThrowsMessage;
+using namespace testing_support;
+
+/// One lap of the small oval at about 1.5 m/s.
+Node lap_world(std::string_view patch = "{}") {
+  const Node lap = json(R"({"duration": null, "laps": 1, "timeout": "30 s", "start": {"speed": 1}})");
+  return merge(merge(small_world(), lap), json(patch));
+}
+
+Node offline(std::string_view estimators) {
+  Node tree = json(R"({"kind": "offline_validation", "model": {"plugin": "ekinematic"},
+    "driver": {"planner": {"plugin": "fixed_speed", "params": {"mu": 0.6}}, "controller": {"plugin": "pure_pursuit"}}})");
+  for (const char* key : {"train", "test"}) {
+    Node drive{Node::Object{}};
+    drive.set("world", lap_world());
+    tree.set(key, std::move(drive));
+  }
+  tree.set("estimators", json(estimators));
+  return tree;
+}
+
+using Scores = std::map<std::string, ChannelScore>;
+Scores by_channel(const std::vector<ChannelScore>& all, const std::string& estimator) {
+  Scores scores;
+  for (const ChannelScore& one : all)
+    if (one.estimator == estimator) scores[one.channel] = one;
+  return scores;
+}
+
+TEST(OfflineValidation, WhoLearnsNothingExplainsNothing) {
+  const Folder out;
+  const auto scores = by_channel(
+      validate_offline(offline(R"({"none": {"plugin": "none"}, "elm": {"plugin": "elm"}})"), plugins(), out.path()),
+      "none");
+  ASSERT_EQ(scores.size(), 3u);
+  for (const auto& [channel, score] : scores) {
+    EXPECT_GT(score.n, 200u) << channel;
+    EXPECT_GT(score.rmse, 0.0) << channel;
+    EXPECT_LE(score.r2, 0.0) << channel;  // zero is no better than the mean
+  }
+  EXPECT_EQ(scores.at("e_vy").unit, "m/s2");
+}
+
+TEST(OfflineValidation, WhatWasLearnedOnOneLapHoldsOnTheNext) {
+  const Folder out;
+  const auto scores = by_channel(
+      validate_offline(
+          offline(R"({"elm": {"plugin": "elm", "params": {"solver": "pseudo_inverse", "window": 2000, "retain": 1}}})"),
+          plugins(), out.path()),
+      "elm");
+  for (const char* channel : {"e_vx", "e_vy", "e_omega"}) EXPECT_GT(scores.at(channel).r2, 0.9) << channel;
+}
+
+TEST(OfflineValidation, WritesScoresAndTraces) {
+  const Folder out;
+  const auto all = validate_offline(offline(R"({"none": {"plugin": "none"}})"), plugins(), out.path());
+  EXPECT_EQ(lines(out / "validation.csv").at(0), "estimator,channel,unit,n,r2,rmse");
+  EXPECT_EQ(lines(out / "validation.csv").size(), 4u);
+  const std::vector<std::string> traces = lines(out / "validation_traces.csv");
+  EXPECT_EQ(traces.at(0), "estimator,channel,t_s,truth,predicted,slip_rad");
+  EXPECT_EQ(traces.size(), 1 + all[0].n + all[1].n + all[2].n);
+  EXPECT_TRUE(std::filesystem::exists(out / "train/steps.csv"));
+  EXPECT_TRUE(std::filesystem::exists(out / "test/steps.csv"));
+}
+
+TEST(OfflineValidation, ADriverThatDoesNotFinishIsAnError) {
+  const Folder out;
+  Node tree = offline(R"({"none": {"plugin": "none"}})");
+  tree.find("test")->set("world", lap_world(R"({"timeout": "1 s"})"));
+  EXPECT_THAT([&] { validate_offline(tree, plugins(), out.path()); },
+              ThrowsMessage<std::runtime_error>(HasSubstr("test: the driver did not finish: still driving after 1 s")));
+}
+
+RaceSpec race_of(std::string_view stacks) {
+  Node tree = json(R"({"kind": "force_validation", "base": {"model": {"plugin": "ekinematic"},
+    "planner": {"plugin": "fixed_speed", "params": {"mu": 0.6}}, "controller": {"plugin": "pure_pursuit"}}})");
+  tree.set("world", lap_world(R"({"laps": 3})"));
+  tree.set("stacks", json(stacks));
+  inline_world_files(*tree.find("world"));
+  return read_race("forces.json", std::move(tree), plugins());
+}
+
+/// The oracle knows the true car: its predictions of every channel are the truth, over one lap and for asked rows only.
+TEST(ForceValidation, TheTrueCarIsPredictedExactly) {
+  const Folder out;
+  const RaceSpec race = race_of(R"({"plain": {}, "told": {"estimator": {"plugin": "oracle"}, "adapt_after": "1 s"},
+                                    "unasked": {"estimator": {"plugin": "none"}}})");
+  const auto all = validate_forces(race, {"plain", "told"}, out.path());
+  const Scores scores = by_channel(all, "told");
+  EXPECT_EQ(all.size(), 5u);
+  ASSERT_EQ(scores.size(), 5u);
+  for (const auto& [channel, score] : scores) EXPECT_GT(score.r2, 0.99) << channel;
+  EXPECT_EQ(scores.at("force_rear").unit, "N");
+  EXPECT_FALSE(std::filesystem::exists(out / "unasked"));
+}
+
+}  // namespace
+}  // namespace gripline

@@ -1,0 +1,94 @@
+// gripline-bench, the program behind `gripline bench`: how long steps take, and whether they allocate.
+#include <atomic>
+#include <cstdio>
+#include <cstdlib>
+#include <iostream>
+
+#include "bench/bench.hpp"
+#include "cli/options.hpp"
+#include "config/json_file.hpp"
+
+#if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__)
+// The whole process allocates through these, plugins and Eigen included; they count and hand on.
+namespace {
+std::atomic<std::int64_t> allocation_count{0};
+}
+extern "C" void* __libc_malloc(std::size_t);                 // NOLINT(bugprone-reserved-identifier)
+extern "C" void* __libc_memalign(std::size_t, std::size_t);  // NOLINT(bugprone-reserved-identifier)
+extern "C" void* malloc(std::size_t size) {
+  allocation_count.fetch_add(1, std::memory_order_relaxed);
+  return __libc_malloc(size);
+}
+extern "C" void* aligned_alloc(std::size_t alignment, std::size_t size) {
+  allocation_count.fetch_add(1, std::memory_order_relaxed);
+  return __libc_memalign(alignment, size);
+}
+#define GRIPLINE_COUNTS_ALLOCATIONS 1
+#endif
+
+namespace gripline::tools {
+namespace {
+
+namespace po = boost::program_options;
+
+constexpr std::int64_t most_instances = 100'000;
+
+std::int64_t count_allocations() {
+#ifdef GRIPLINE_COUNTS_ALLOCATIONS
+  return allocation_count.load(std::memory_order_relaxed);
+#else
+  return 0;
+#endif
+}
+
+void print(const BenchRow& row) {
+  char line[200];
+  std::snprintf(line, sizeof line, "%-22s %9.1f %9.1f %9.1f %8.2f %6.0f %12.2e %6d %9.4f", row.name.c_str(),
+                row.median_us, row.p95_us, row.p99_us, row.allocations_per_step, row.iterations_median,
+                row.first_input_error_p95, row.failures, row.ratio_to_mpc_ipopt);
+  std::cout << line << '\n';
+}
+
+int run(Arguments args) {
+  po::options_description visible("options");
+  auto add = visible.add_options();
+  add("out", po::value<std::string>(), "write the rows to this CSV file");
+  add("world", po::value<std::string>()->default_value("worlds/ethz.json"), "the world that is driven");
+  add("instances", po::value<std::string>()->default_value("200"), "recorded problems");
+  add_plugins_option(visible);
+  add("help,h", "this text");
+  const auto given = parse_options(args, visible, "bench [--out F.csv] [options]", "unexpected");
+  if (!given) return good;
+  if (const Words unexpected = words_of(*given, "unexpected"); !unexpected.empty())
+    throw InputError("bench takes no file: \"" + unexpected.front() + "\"; a world is given by --world");
+  const std::int64_t instances = whole_number(*given, "instances", "--instances");
+  if (instances < 20 || instances > most_instances)
+    throw InputError("--instances " + std::to_string(instances) + ": expected 20 to " + std::to_string(most_instances));
+  const std::string world_file = (*given)["world"].as<std::string>();
+  const std::optional<std::string> out = text_of(*given, "out");
+  if (out) require_writable("--out", *out, std::span(&world_file, 1));
+  const Registry registry(Registry::search_path(plugin_dirs_of(*given)));
+  const Node tree = load_world(world_file);
+  Errors errors;
+  const WorldSpec world = read_world(tree, registry, errors);
+  errors.throw_if_any();
+  const std::vector<BenchRow> rows = [&] {
+    CallbackProgress progress(std::cerr, "bench");
+    std::vector<BenchRow> measured =
+        run_bench(world, registry, count_allocations, static_cast<int>(instances), progress.callback());
+    progress.finish();
+    return measured;
+  }();
+  std::cout
+      << "case                   median us    p95 us    p99 us  allocs  iters  error p95    failed  ratio to Ipopt\n";
+  for (const BenchRow& row : rows) print(row);
+  if (out) write_bench(*out, rows);
+  return good;
+}
+
+}  // namespace
+}  // namespace gripline::tools
+
+int main(int argc, char** argv) {
+  return gripline::tools::run_program(argc, argv, gripline::tools::run, "gripline bench");
+}

@@ -1,0 +1,82 @@
+#include "cli/options.hpp"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <charconv>
+#include <cstring>
+#include <iostream>
+
+#include "config/errors.hpp"
+
+namespace gripline::tools {
+namespace po = boost::program_options;
+
+void add_plugins_option(po::options_description& visible) {
+  visible.add_options()("plugins", po::value<Words>()->composing(), "a folder of plugins, searched first");
+}
+
+std::optional<po::variables_map> parse_options(Arguments args, const po::options_description& visible,
+                                               const char* usage, const char* positional) {
+  po::options_description all;
+  all.add(visible);
+  all.add_options()(positional, po::value<Words>());
+  po::positional_options_description places;
+  places.add(positional, -1);
+  po::variables_map given;
+  const Words words(args.begin(), args.end());
+  const auto style = po::command_line_style::unix_style & ~po::command_line_style::allow_guessing;
+  po::store(po::command_line_parser(words).options(all).positional(places).style(style).run(), given);
+  po::notify(given);
+  if (given.count("help") > 0) {
+    std::cout << "usage: gripline " << usage << "\n\n" << visible;
+    return std::nullopt;
+  }
+  return given;
+}
+
+Words words_of(const po::variables_map& given, const char* name) {
+  return given.count(name) > 0 ? given[name].as<Words>() : Words{};
+}
+
+std::optional<std::string> text_of(const po::variables_map& given, const char* name) {
+  if (given.count(name) == 0) return std::nullopt;
+  return given[name].as<std::string>();
+}
+
+Words plugin_dirs_of(const po::variables_map& given) {
+  Words dirs = words_of(given, "plugins");
+  for (const std::string& dir : dirs)
+    if (!std::filesystem::is_directory(dir))
+      throw InputError(
+          "--plugins " + dir +
+          (std::filesystem::exists(dir) ? ": is a file, expected a folder of plugins" : ": no such folder"));
+  return dirs;
+}
+
+std::int64_t whole_number(const po::variables_map& given, const char* name, const std::string& shown) {
+  const std::string& text = given[name].as<std::string>();
+  std::int64_t value = 0;
+  const auto [stop, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || stop != text.data() + text.size())
+    throw InputError(shown + " " + text + ": expected a whole number");
+  return value;
+}
+
+void require_writable(const std::string& option, const std::filesystem::path& file,
+                      std::span<const std::string> inputs) {
+  const auto refuse = [&](const std::string& why) { throw InputError(option + " " + file.string() + ": " + why); };
+  if (file.empty()) throw InputError(option + " names no file");
+  std::error_code failed;
+  for (const std::string& input : inputs)
+    if (std::filesystem::equivalent(file, input, failed)) refuse("is what is read; choose another file");
+  const bool there = std::filesystem::exists(file, failed);
+  const int handle = open(file.c_str(), O_WRONLY | O_CREAT | O_NONBLOCK, 0644);
+  // A pipe that nobody reads from yet is no obstacle.
+  if (handle < 0 && errno != ENXIO) refuse(std::string("cannot be written: ") + std::strerror(errno));
+  if (handle >= 0) close(handle);
+  if (!there) std::filesystem::remove(std::filesystem::canonical(file, failed), failed);
+}
+
+}  // namespace gripline::tools

@@ -1,0 +1,39 @@
+// Reading what is given on a command line.
+#pragma once
+
+#include <boost/program_options.hpp>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "cli/program.hpp"
+
+namespace gripline::tools {
+
+using Words = std::vector<std::string>;
+
+/// Parses; empty when --help was asked for and has been printed. `positional` names the words that belong to no option,
+/// for words_of(). `usage` follows "usage: gripline ". Throws boost::program_options::error.
+std::optional<boost::program_options::variables_map> parse_options(
+    Arguments args, const boost::program_options::options_description& visible, const char* usage,
+    const char* positional);
+/// Every value of an option that may be repeated, or of the positional words; none when it was not given.
+Words words_of(const boost::program_options::variables_map& given, const char* name);
+/// The value of an option, if it was given.
+std::optional<std::string> text_of(const boost::program_options::variables_map& given, const char* name);
+
+/// Adds --plugins.
+void add_plugins_option(boost::program_options::options_description& visible);
+/// The folders of `--plugins`. Throws InputError when one is not there.
+Words plugin_dirs_of(const boost::program_options::variables_map& given);
+/// The whole number of an option given as text. Throws InputError that names it as `shown`.
+std::int64_t whole_number(const boost::program_options::variables_map& given, const char* name,
+                          const std::string& shown);
+/// A file to be written, asked before long work: refused (InputError) when it is one of the inputs or cannot be made.
+void require_writable(const std::string& option, const std::filesystem::path& file,
+                      std::span<const std::string> inputs);
+
+}  // namespace gripline::tools

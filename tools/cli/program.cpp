@@ -1,0 +1,60 @@
+#include "cli/program.hpp"
+
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <boost/program_options/errors.hpp>
+#include <cerrno>
+#include <csignal>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <iostream>
+#include <vector>
+
+#include "config/errors.hpp"
+#include "plugin/registry.hpp"
+
+namespace gripline::tools {
+namespace {
+
+int run_guarded(Arguments args, int (*body)(Arguments), const std::string& command) {
+  try {
+    return body(args);
+  } catch (const InputError& e) {
+    std::cerr << e.what() << '\n';
+    return bad_input;
+  } catch (const PluginError& e) {
+    std::cerr << e.what() << '\n';
+    return plugin_unusable;
+  } catch (const boost::program_options::error& e) {
+    std::cerr << e.what() << "; see " << command << (command.ends_with(' ') ? args[0] : "") << " --help\n";
+    return bad_input;
+  } catch (const std::exception& e) {
+    std::cerr << "gripline: " << e.what() << '\n';
+    return run_broke;
+  }
+}
+
+/// The exit code once the output is written. A reader that went away (`| head`) is no error.
+int after_output(int code) {
+  errno = 0;
+  std::cout.flush();
+  const bool lost = !std::cout || std::ferror(stdout) != 0;
+  struct stat where {};
+  if (!lost || (fstat(STDOUT_FILENO, &where) == 0 && (S_ISFIFO(where.st_mode) || S_ISSOCK(where.st_mode)))) return code;
+  std::cerr << "gripline: cannot write the output" << (errno != 0 ? std::string(": ") + std::strerror(errno) : "")
+            << '\n';
+  return code == good ? run_broke : code;
+}
+
+}  // namespace
+
+int run_program(int argc, char** argv, int (*body)(Arguments), const std::string& command) {
+  std::signal(SIGPIPE, SIG_IGN);
+  setenv("OPENBLAS_NUM_THREADS", "1", 0);  // read when Ipopt is loaded: a run is one thread, and the same bytes
+  const std::vector<std::string> args(argv + 1, argv + argc);
+  return after_output(run_guarded(args, body, command));
+}
+
+}  // namespace gripline::tools

@@ -1,0 +1,54 @@
+// gripline run EXPERIMENT --stack S --seed N: one run of a race.
+#include "config/errors.hpp"
+#include "gripline/command.hpp"
+#include "gripline/experiment_kinds.hpp"
+#include "gripline/race_kind.hpp"
+#include "gripline/race_options.hpp"
+
+namespace gripline::tools {
+namespace po = boost::program_options;
+namespace {
+
+std::string stack_of(const po::variables_map& given, const RaceSpec& race) {
+  const std::optional<std::string> asked = text_of(given, "stack");
+  if (!asked && race.stacks.size() != 1) {
+    std::string names;
+    for (const StackSpec& stack : race.stacks) names += (names.empty() ? "" : ", ") + stack.name;
+    throw InputError("which stack? --stack one of: " + names);
+  }
+  const std::string stack = asked.value_or(race.stacks[0].name);
+  require_stack(race, stack);
+  return stack;
+}
+
+std::uint64_t seed_of(const po::variables_map& given, const RaceSpec& race) {
+  if (given.count("seed") == 0) return race.seeds.front();
+  const std::int64_t number = whole_number(given, "seed", "--seed");
+  if (number < 0 || number > largest_seed)
+    throw InputError("--seed " + std::to_string(number) + ": expected 0 to " + std::to_string(largest_seed));
+  return static_cast<std::uint64_t>(number);
+}
+
+}  // namespace
+
+int run_one(Arguments args) {
+  po::options_description visible("options");
+  visible.add_options()("stack", po::value<std::string>(), "the stack to run");
+  visible.add_options()("seed", po::value<std::string>(), "the seed (default: the experiment's first)");
+  add_race_options(visible);
+  const auto given = parse_options(args, visible, "run EXPERIMENT --stack S [--seed N] [options]", experiment_word);
+  if (!given) return good;
+  const RaceOptions options = read_race_options(*given);
+  const Registry registry(Registry::search_path(options.plugin_dirs));
+  std::optional<RaceSpec> race;
+  read_with_blame(options, [&](std::span<const std::string> assignments) {
+    race.reset();
+    Node tree = load_experiment(options.experiment, assignments);
+    kind_of_experiment(tree);  // refuses a kind that is not there
+    race.emplace(read_race(options.experiment, std::move(tree), registry));
+  });
+  const RunSelection one = {{stack_of(*given, *race)}, {seed_of(*given, *race)}, false};
+  return race_and_report(*race, one, registry, options.out, options.jobs, options.force);
+}
+
+}  // namespace gripline::tools

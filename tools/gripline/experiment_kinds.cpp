@@ -1,0 +1,36 @@
+#include "gripline/experiment_kinds.hpp"
+
+#include "config/reader.hpp"
+#include "experiment/experiment.hpp"
+
+namespace gripline::tools {
+namespace {
+
+constexpr ExperimentKind kinds[] = {
+    {"race", read_race_experiment},  // the first is the one of an experiment that says none
+    {"offline_validation", read_offline_validation},
+    {"force_validation", read_force_validation},
+    {"diagnose", read_diagnose_experiment},
+};
+
+}  // namespace
+
+const ExperimentKind& kind_of_experiment(const Node& tree) {
+  const Node* const kind = tree.find("kind");
+  if (kind == nullptr) return kinds[0];
+  std::vector<std::string> names;
+  for (const ExperimentKind& one : kinds) names.emplace_back(one.name);
+  Errors errors;
+  const std::size_t index = read_choice(*kind, names, errors);
+  errors.throw_if_any();
+  return kinds[index];
+}
+
+std::unique_ptr<Experiment> read_experiment(const std::filesystem::path& file, std::span<const std::string> assignments,
+                                            const Registry& registry) {
+  Node tree = load_experiment(file, assignments);
+  const ExperimentKind& kind = kind_of_experiment(tree);
+  return kind.read(file, std::move(tree), registry);
+}
+
+}  // namespace gripline::tools

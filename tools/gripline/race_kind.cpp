@@ -1,0 +1,137 @@
+#include "gripline/race_kind.hpp"
+
+#include <algorithm>
+#include <iostream>
+
+#include "config/errors.hpp"
+#include "experiment/out_folder.hpp"
+#include "experiment/race_runner.hpp"
+#include "experiment/race_tables.hpp"
+#include "gripline/command.hpp"
+#include "gripline/experiment_kinds.hpp"
+
+namespace gripline::tools {
+namespace {
+
+void report_broken(const RunnerOutcome& outcome) {
+  for (const RunResult& run : outcome.runs)
+    if (!run.summary.message.empty() && run.summary.status != Status::finished)
+      std::cerr << run.summary.stack << ", seed " << run.summary.seed << ": " << status_name(run.summary.status) << ": "
+                << run.summary.message << '\n';
+}
+
+bool any_broken(const RunnerOutcome& outcome) {
+  return std::any_of(outcome.runs.begin(), outcome.runs.end(), [](const RunResult& run) {
+    return run.summary.status == Status::error || run.summary.status == Status::plugin_error;
+  });
+}
+
+/// Everything of this race in the folder: what was asked for now and what earlier calls left.
+std::vector<RunResult> all_results(const RaceSpec& race, const RunnerOutcome& now, const std::filesystem::path& out) {
+  std::vector<RunResult> all = results_in(race, out);
+  const auto place = [&](const RunResult& run) {
+    const auto stack = std::find_if(race.stacks.begin(), race.stacks.end(),
+                                    [&](const StackSpec& s) { return s.name == run.summary.stack; });
+    return std::pair(stack - race.stacks.begin(), run.summary.seed);
+  };
+  for (const RunResult& run : now.runs)
+    if (std::none_of(all.begin(), all.end(), [&](const RunResult& other) { return place(other) == place(run); }))
+      all.push_back(run);  // lost without a trace
+  std::sort(all.begin(), all.end(), [&](const RunResult& a, const RunResult& b) { return place(a) < place(b); });
+  return all;
+}
+
+/// What claims may be asked of: the experiment's own seeds, and stacks that have them all.
+RaceResults judgeable(const RaceResults& all) {
+  RaceResults judged = {all.race, {}, {}};
+  const auto& seeds = all.race.seeds;
+  for (const RunResult& run : all.runs)
+    if (std::find(seeds.begin(), seeds.end(), run.summary.seed) != seeds.end()) judged.runs.push_back(run);
+  for (const std::string& stack : all.rows)
+    if (judged.of(stack).size() == seeds.size()) judged.rows.push_back(stack);
+  return judged;
+}
+
+std::vector<std::string> rows_of(const RaceSpec& race, const std::vector<RunResult>& runs) {
+  std::vector<std::string> rows;
+  for (const StackSpec& stack : race.stacks)
+    if (std::any_of(runs.begin(), runs.end(), [&](const RunResult& run) { return run.summary.stack == stack.name; }))
+      rows.push_back(stack.name);
+  return rows;
+}
+
+class RaceExperiment final : public Experiment {
+ public:
+  RaceExperiment(RaceSpec race, const Registry& registry) : race_(std::move(race)), registry_(registry) {}
+  int run(const ExperimentRequest& request) override {
+    return race_and_report(race_, {chosen_rows(race_, request.only), race_.seeds}, registry_, request.out, request.jobs,
+                           request.force);
+  }
+
+ private:
+  RaceSpec race_;
+  const Registry& registry_;
+};
+
+}  // namespace
+
+void require_stack(const RaceSpec& race, const std::string& name) {
+  std::vector<std::string> names;
+  for (const StackSpec& stack : race.stacks) names.push_back(stack.name);
+  if (std::find(names.begin(), names.end(), name) == names.end())
+    throw InputError("no stack \"" + name + "\" in " + race.name + did_you_mean(name, names));
+}
+
+std::vector<std::string> chosen_rows(const RaceSpec& race, const std::vector<std::string>& only) {
+  for (const std::string& name : only) require_stack(race, name);
+  std::vector<std::string> rows;
+  for (const StackSpec& stack : race.stacks)
+    if (only.empty() || std::find(only.begin(), only.end(), stack.name) != only.end()) rows.push_back(stack.name);
+  return rows;
+}
+
+int race_and_report(const RaceSpec& race, const RunSelection& chosen, const Registry& registry,
+                    const std::filesystem::path& out, int jobs, bool force) {
+  const OutLock lock = open_out_folder(out, experiment_identity(race.tree), force);
+  write_scene(out, race, registry);
+  std::vector<RunId> ids;
+  for (const std::string& stack : chosen.stacks)
+    for (const std::uint64_t seed : chosen.seeds) ids.push_back({stack, seed});
+  const RunnerOutcome outcome = run_all(race, ids, {out, jobs, true});
+  const std::string interrupted = "interrupted: " + std::to_string(outcome.runs.size()) + " of " +
+                                  std::to_string(ids.size()) +
+                                  " runs are finished and kept; the same command goes on from here\n";
+  if (outcome.interrupted && outcome.runs.empty()) {
+    std::cerr << interrupted;
+    return run_broke;
+  }
+  std::vector<RunResult> runs = all_results(race, outcome, out);
+  const std::vector<std::string> rows = rows_of(race, runs);
+  const RaceResults all = {race, std::move(runs), rows};
+  const std::vector<ClaimResult> claims =
+      outcome.interrupted ? std::vector<ClaimResult>{} : judge_all(judgeable(all), jobs == 1);
+  write_tables(out, all, claims);
+  const std::vector<ClaimResult> asked = chosen.judged ? claims : std::vector<ClaimResult>{};
+  print_tables(std::cout, {race, outcome.runs, chosen.stacks}, asked);
+  report_broken(outcome);
+  if (outcome.kept > 0) std::cout << outcome.kept << " of " << ids.size() << " runs were already there.\n";
+  if (all.runs.size() > outcome.runs.size())
+    std::cout << "The files and the report have " << all.runs.size() - outcome.runs.size()
+              << " more of this experiment's runs, from earlier calls.\n";
+  std::cout << "results: " << out.string() << '\n';
+  report_results(out);
+  if (outcome.interrupted) {
+    std::cerr << interrupted;
+    return run_broke;
+  }
+  if (any_broken(outcome)) return run_broke;
+  const bool failed = std::any_of(asked.begin(), asked.end(), [](const ClaimResult& c) { return c.holds == false; });
+  return failed ? claim_failed : good;
+}
+
+std::unique_ptr<Experiment> read_race_experiment(const std::filesystem::path& file, Node tree,
+                                                 const Registry& registry) {
+  return std::make_unique<RaceExperiment>(read_race(file, std::move(tree), registry), registry);
+}
+
+}  // namespace gripline::tools

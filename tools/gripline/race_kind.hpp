@@ -1,0 +1,29 @@
+// Experiments of kind "race", for compare and for run.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "experiment/experiment.hpp"
+#include "plugin/registry.hpp"
+
+namespace gripline::tools {
+
+/// Throws InputError with the nearest name when the race has no such stack.
+void require_stack(const RaceSpec& race, const std::string& name);
+/// Rows in the order of the experiment, whatever the order asked for; all when none is. Throws InputError.
+std::vector<std::string> chosen_rows(const RaceSpec& race, const std::vector<std::string>& only);
+
+/// The runs that are asked for.
+struct RunSelection {
+  std::vector<std::string> stacks;
+  std::vector<std::uint64_t> seeds;
+  bool judged = true;  // are claims asked about?
+};
+/// Races them, writes and prints tables and report. Returns the program's exit code.
+int race_and_report(const RaceSpec& race, const RunSelection& chosen, const Registry& registry,
+                    const std::filesystem::path& out, int jobs, bool force);
+
+}  // namespace gripline::tools

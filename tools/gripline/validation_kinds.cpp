@@ -1,0 +1,76 @@
+// Experiments that ask how well estimators predict: kinds "offline_validation" and "force_validation".
+#include <cstdio>
+#include <iostream>
+
+#include "experiment/out_folder.hpp"
+#include "experiment/validation.hpp"
+#include "gripline/command.hpp"
+#include "gripline/experiment_kinds.hpp"
+#include "gripline/race_kind.hpp"
+
+namespace gripline::tools {
+namespace {
+
+int print_and_report(const std::vector<ChannelScore>& scores, const std::filesystem::path& out) {
+  for (const ChannelScore& s : scores) {
+    char line[160];
+    std::snprintf(line, sizeof line, "%-14s %-12s  R2 %8.4f   rmse %.4g %s   n %zu", s.estimator.c_str(),
+                  s.channel.c_str(), s.r2, s.rmse, s.unit.c_str(), s.n);
+    std::cout << line << '\n';
+  }
+  std::cout << "results: " << out.string() << '\n';
+  report_results(out);
+  return good;
+}
+
+class OfflineValidation final : public Experiment {
+ public:
+  OfflineValidation(std::string name, Node tree, const Registry& registry)
+      : name_(std::move(name)), tree_(std::move(tree)), registry_(registry) {}
+  int run(const ExperimentRequest& request) override {
+    const OutLock lock = open_out_folder(request.out, experiment_identity(tree_), request.force);
+    write_scene(request.out, name_, "offline_validation", tree_);
+    CallbackProgress progress(std::cerr, name_);
+    const std::vector<ChannelScore> scores = validate_offline(tree_, registry_, request.out, progress.callback());
+    progress.finish();
+    return print_and_report(scores, request.out);
+  }
+
+ private:
+  std::string name_;
+  Node tree_;
+  const Registry& registry_;
+};
+
+class ForceValidation final : public Experiment {
+ public:
+  ForceValidation(RaceSpec race, const Registry& registry) : race_(std::move(race)), registry_(registry) {}
+  int run(const ExperimentRequest& request) override {
+    const std::vector<std::string> rows = chosen_rows(race_, request.only);
+    const OutLock lock = open_out_folder(request.out, experiment_identity(race_.tree), request.force);
+    write_scene(request.out, race_, registry_);
+    CallbackProgress progress(std::cerr, race_.name);
+    const std::vector<ChannelScore> scores = validate_forces(race_, rows, request.out, progress.callback());
+    progress.finish();
+    return print_and_report(scores, request.out);
+  }
+
+ private:
+  RaceSpec race_;
+  const Registry& registry_;
+};
+
+}  // namespace
+
+std::unique_ptr<Experiment> read_offline_validation(const std::filesystem::path& file, Node tree,
+                                                    const Registry& registry) {
+  check_offline(tree, registry);
+  return std::make_unique<OfflineValidation>(file.stem().string(), std::move(tree), registry);
+}
+
+std::unique_ptr<Experiment> read_force_validation(const std::filesystem::path& file, Node tree,
+                                                  const Registry& registry) {
+  return std::make_unique<ForceValidation>(read_race(file, std::move(tree), registry), registry);
+}
+
+}  // namespace gripline::tools
