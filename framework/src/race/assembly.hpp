@@ -11,8 +11,8 @@ namespace gripline {
 /// A race besides its world and its stack.
 struct RaceSetup {
   std::uint64_t seed = 1;
-  std::filesystem::path folder;     ///< where the run's files go, made when absent; empty: none are written
-  std::filesystem::path cache_dir;  ///< where plugins keep expensive results between runs; empty: nothing is kept
+  std::filesystem::path folder{};     ///< where the run's files go, made when absent; empty: none are written
+  std::filesystem::path cache_dir{};  ///< where plugins keep expensive results between runs; empty: nothing is kept
   /// What a plugin computes before the first step and the share of it that is done; may be null.
   void (*on_preparing)(void* context, const char* what, double fraction) = nullptr;
   void* preparing_context = nullptr;
