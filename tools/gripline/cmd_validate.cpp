@@ -1,12 +1,14 @@
 // gripline validate FILE...: reads everything, runs nothing.
 #include <iostream>
 
+#include "cli/options.hpp"
 #include "config/file_kind.hpp"
 #include "config/json_file.hpp"
 #include "geometry/track_file.hpp"
 #include "gripline/command.hpp"
 #include "gripline/experiment_kinds.hpp"
 #include "world/friction_file.hpp"
+#include "world/world_spec.hpp"
 
 namespace gripline::tools {
 namespace po = boost::program_options;
