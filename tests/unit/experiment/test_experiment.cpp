@@ -141,7 +141,6 @@ TEST_F(Experiment, RefusalsSayWhatAndWhere) {
   EXPECT_THAT(why({"/claims/0=fastt.lap0_s < 8"}), HasSubstr("no stack \"fastt\"; did you mean \"fast\"?"));
   EXPECT_THAT(why({"/claims/0=fast.lap_s < 8"}), HasSubstr("no column \"lap_s\""));
   EXPECT_THAT(why({"/claim_share=1.5"}), HasSubstr("/claim_share: 1.5 is out of range"));
-  EXPECT_THAT(why({"/kind=rase"}), HasSubstr("/kind: expected"));
   EXPECT_THAT(why({"/base/controller/params={\"horizon\": 0}"}),
               HasSubstr("/horizon: expected a whole number from 2 to 500"));
 }
