@@ -118,8 +118,8 @@ Sample Stack::sample(const Observation& before, const Input& u, const Observatio
   const Quantities<double> begin = nominal_.quantities(before.x, u, before.at);
   const State predicted = nominal_.advance(before.x, u, before.at);
   const Quantities<double> end = nominal_.quantities(now.x, {u.d, 0.0}, now.at);
-  sample.d_behind = u.d - 0.5 * (begin.d + end.d);
-  sample.delta_behind = now.x.delta - 0.5 * (begin.delta + end.delta);
+  sample.d_lag = u.d - 0.5 * (begin.d + end.d);
+  sample.delta_lag = now.x.delta - 0.5 * (begin.delta + end.delta);
   sample.e_vx = (now.x.vx - predicted.vx) / sample.dt;
   sample.e_vy = (now.x.vy - predicted.vy) / sample.dt;
   sample.e_omega = (now.x.omega - predicted.omega) / sample.dt;
