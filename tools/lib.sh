@@ -26,7 +26,7 @@ require_debian_12() {
 
 build_packages="g++ cmake ninja-build pkg-config libeigen3-dev libboost-dev libboost-program-options-dev
   libboost-filesystem-dev coinor-libipopt-dev nlohmann-json3-dev"
-test_packages="libgtest-dev libgmock-dev locales"
+test_packages="libgtest-dev libgmock-dev locales doxygen"
 
 # Installs what is missing of the packages named; asks the package lists only if something is.
 install_packages() {

@@ -7,9 +7,8 @@
 //   wind          rx = vx - (wx cos yaw + wy sin yaw),  ry = vy - (-wx sin yaw + wy cos yaw);
 //                 vx' -= Cd (rx |rx| - vx^2) / m,  vy' -= 2.5 Cd (ry hypot(rx, ry) - vy hypot(vx, vy)) / m
 //   plane_tilt    grade += tx cos yaw + ty sin yaw,  bank += tx sin yaw - ty cos yaw
-//   grade, bank   slope += direction sum_i c_i B(10 f - i), i = 0..9 periodic, f the lap fraction, B the cubic
-//   B-spline;
-//                 grade leaves out the mean of its c_i: a closed lap comes back to its height
+//   grade, bank   slope += direction sum_i c_i B(10 f - i), i = 0..9 periodic, f the lap fraction, B the
+//                 cubic B-spline; grade leaves out the mean of its c_i: a closed lap comes back to its height
 #include <gripline/plugin.hpp>
 
 namespace {
@@ -144,15 +143,12 @@ class LapSlope : public gripline::AutoDiffEffect<D> {
  public:
   template <class T>
   struct Params {
-    T c0 = T(0), c1 = T(0), c2 = T(0), c3 = T(0), c4 = T(0), c5 = T(0), c6 = T(0), c7 = T(0), c8 = T(0), c9 = T(0);
+    std::array<T, 10> c = {};
   };
   static constexpr auto parameters() {
-    using P = Params<double>;
-    constexpr auto one = [](const char* name, double P::*member) {
-      return param(name, member, "rad", {-0.5, 0.5}, "slope near that tenth of the lap").fit(0, 0.005, 0.01);
-    };
-    return std::tuple{one("c0", &P::c0), one("c1", &P::c1), one("c2", &P::c2), one("c3", &P::c3), one("c4", &P::c4),
-                      one("c5", &P::c5), one("c6", &P::c6), one("c7", &P::c7), one("c8", &P::c8), one("c9", &P::c9)};
+    return std::tuple{param({"c0", "c1", "c2", "c3", "c4", "c5", "c6", "c7", "c8", "c9"}, &Params<double>::c, "rad",
+                            {-0.5, 0.5}, "slope near that tenth of the lap")
+                          .fit(0, 0.005, 0.01)};
   }
   Stage stage() const noexcept override { return Stage::body; }
 
@@ -160,10 +156,9 @@ class LapSlope : public gripline::AutoDiffEffect<D> {
   /// sum_i c_i B(10 f - i) with B as the mean-free or plain spline.
   template <class T>
   static T slope(double f, const Params<T>& k, bool mean_free) {
-    const T* const c[] = {&k.c0, &k.c1, &k.c2, &k.c3, &k.c4, &k.c5, &k.c6, &k.c7, &k.c8, &k.c9};
     T sum(0);
     const double mean = mean_free ? 0.1 : 0.0;  // the ten B sum to 1 everywhere
-    for (int i = 0; i < 10; ++i) sum += *c[i] * (basis(10.0 * f - i) - mean);
+    for (int i = 0; i < 10; ++i) sum += k.c[static_cast<std::size_t>(i)] * (basis(10.0 * f - i) - mean);
     return sum;
   }
 

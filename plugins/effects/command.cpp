@@ -14,7 +14,6 @@ namespace {
 
 using gripline::param;
 using gripline::Point;
-using gripline::Points;
 using gripline::Stage;
 
 /// Commands as they were T seconds ago. If all six sensors lag by T, the commands seem early by T: the same model.
@@ -29,7 +28,7 @@ class Delay : public gripline::AutoDiffEffect<D> {
     return std::tuple{param("T", &Params<double>::delay, "s", {0, 1}, "delay").fit(0, 0.02, 0.02)};
   }
   Stage stage() const noexcept override { return Stage::command; }
-  double look_back(std::span<const double> params) const noexcept override { return params[0]; }
+  double delay(const Params<double>& k) const noexcept { return k.delay; }
   template <class T>
   void act(Point<T>& p, const Params<T>& k) const {
     if (p.history == nullptr) return;
@@ -54,9 +53,7 @@ class MotorLag final : public gripline::AutoDiffEffect<MotorLag> {
   }
   Stage stage() const noexcept override { return Stage::command; }
   int memory() const noexcept override { return 1; }
-  void start(const Points<double>& points) const override {
-    for (std::size_t i = 0; i < points.n; ++i) points.memory_rate[i * points.memory_stride] = points.q[i].d;
-  }
+  void initial(const Point<double>& p, const Params<double>&, std::span<double> memory) const { memory[0] = p.q.d; }
   template <class T>
   void act(Point<T>& p, const Params<T>& k) const {
     p.memory_rate[0] = (p.q.d - p.memory[0]) / k.tau;
@@ -75,9 +72,7 @@ class SteerLag final : public gripline::AutoDiffEffect<SteerLag> {
   }
   Stage stage() const noexcept override { return Stage::command; }
   int memory() const noexcept override { return 1; }
-  void start(const Points<double>& points) const override {
-    for (std::size_t i = 0; i < points.n; ++i) points.memory_rate[i * points.memory_stride] = points.q[i].delta;
-  }
+  void initial(const Point<double>& p, const Params<double>&, std::span<double> memory) const { memory[0] = p.q.delta; }
   template <class T>
   void act(Point<T>& p, const Params<T>& k) const {
     const T rate = (p.q.delta - p.memory[0]) / k.tau;

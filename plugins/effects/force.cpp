@@ -7,7 +7,6 @@ namespace {
 
 using gripline::param;
 using gripline::Point;
-using gripline::Points;
 using gripline::Stage;
 
 class Relaxation final : public gripline::AutoDiffEffect<Relaxation> {
@@ -22,11 +21,9 @@ class Relaxation final : public gripline::AutoDiffEffect<Relaxation> {
   }
   Stage stage() const noexcept override { return Stage::force; }
   int memory() const noexcept override { return 2; }
-  void start(const Points<double>& points) const override {
-    for (std::size_t i = 0; i < points.n; ++i) {
-      points.memory_rate[i * points.memory_stride] = points.q[i].force_front;
-      points.memory_rate[i * points.memory_stride + 1] = points.q[i].force_rear;
-    }
+  void initial(const Point<double>& p, const Params<double>&, std::span<double> memory) const {
+    memory[0] = p.q.force_front;
+    memory[1] = p.q.force_rear;
   }
   template <class T>
   void act(Point<T>& p, const Params<T>& k) const {

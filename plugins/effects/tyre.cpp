@@ -70,16 +70,12 @@ class FrictionPatch final : public gripline::AutoDiffEffect<FrictionPatch> {
   void act(Point<T>& p, const Params<T>& k) const {
     constexpr double edge = 0.012;
     T q = T(p.at.lap_fraction) - k.s0;
-    q -= std::floor(value(q) + 0.5);
+    q -= std::floor(gripline::value(q) + 0.5);
     const T window = (tanh((q + k.w * 0.5) / edge) - tanh((q - k.w * 0.5) / edge)) * 0.5;
     const T factor = k.k * window + 1.0;
     p.q.peak_front *= factor;
     p.q.peak_rear *= factor;
   }
-
- private:
-  static double value(double x) { return x; }
-  static double value(const gripline::Dual8& x) { return x.v; }
 };
 
 class FrontGrip final : public RelativeTyre<FrontGrip> {

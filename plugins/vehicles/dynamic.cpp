@@ -41,16 +41,16 @@ class Dynamic final : public gripline::AutoDiffVehicle<Dynamic> {
         param("Iz", &P::Iz, "kg m2", {1e-12, 1e9}, "yaw inertia"),
         param("lf", &P::lf, "m", {1e-4, 100}, "centre of gravity to front axle"),
         param("lr", &P::lr, "m", {1e-4, 100}, "centre of gravity to rear axle"),
-        param("Bf", &P::Bf, "1/rad", {0, 1e3}, "front stiffness factor").fit(2.579, 2.579, 0.1),
+        param("Bf", &P::Bf, "1/rad", {0, 1e3}, "front stiffness factor"),
         param("Cf", &P::Cf, "1", {0, 10}, "front shape factor"),
-        param("Df", &P::Df, "N", {0, 1e7}, "front peak lateral force").fit(0.192, 0.192, 0.1),
-        param("Br", &P::Br, "1/rad", {0, 1e3}, "rear stiffness factor").fit(3.3852, 3.3852, 0.1),
+        param("Df", &P::Df, "N", {0, 1e7}, "front peak lateral force"),
+        param("Br", &P::Br, "1/rad", {0, 1e3}, "rear stiffness factor"),
         param("Cr", &P::Cr, "1", {0, 10}, "rear shape factor"),
-        param("Dr", &P::Dr, "N", {0, 1e7}, "rear peak lateral force").fit(0.1737, 0.1737, 0.1),
-        param("Cm1", &P::Cm1, "N", {0, 1e7}, "drive force at standstill and full throttle").fit(0.287, 0.287, 0.1),
+        param("Dr", &P::Dr, "N", {0, 1e7}, "rear peak lateral force"),
+        param("Cm1", &P::Cm1, "N", {0, 1e7}, "drive force at standstill and full throttle"),
         param("Cm2", &P::Cm2, "N s/m", {0, 1e6}, "loss of drive force with speed"),
         param("Cb", &P::Cb, "N", {0, 1e7}, "brake force at d = -1; 0: the motor brakes, (Cm1 - Cm2 vx) d"),
-        param("Cr0", &P::Cr0, "N", {0, 1e6}, "rolling resistance").fit(0.0518, 0.0518, 0.1),
+        param("Cr0", &P::Cr0, "N", {0, 1e6}, "rolling resistance"),
         param("Cd", &P::Cd, "N s2/m2", {0, 1e5}, "drag: force over speed squared")};
   }
 

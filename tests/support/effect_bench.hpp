@@ -76,6 +76,20 @@ class EffectBench {
     return out;
   }
 
+  /// Its memory at the start of a run.
+  std::vector<double> start_memory(const std::vector<double>& params) const {
+    Quantities<double> begin = q;
+    std::vector<double> first(static_cast<std::size_t>(effect_->memory()));
+    Points<double> points;
+    points.n = 1;
+    points.q = &begin;
+    points.at = &at;
+    points.params = params.data();
+    points.memory_stride = first.size();
+    effect_->start_memory(points, first.data());
+    return first;
+  }
+
   /// Derivatives by every parameter of one quantity: exact ones against central differences.
   void expect_exact_derivatives(const std::vector<double>& params) {
     constexpr std::size_t n = sizeof(Quantities<double>) / sizeof(double);

@@ -11,6 +11,7 @@ std::filesystem::path fixture_dir();        // tests/fixtures in it
 std::filesystem::path build_dir();          // root of the build tree
 std::filesystem::path plugin_dir();         // the built plugin libraries
 std::filesystem::path gripline_program();   // the built program
+std::filesystem::path compiler();           // the C++ compiler that built all this
 std::filesystem::path default_reference();  // the reference data where GRIPLINE_REFERENCE_DIR is not set
 
 }  // namespace gripline::testing_support

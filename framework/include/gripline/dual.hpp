@@ -1,11 +1,12 @@
-// Dual<N>: a value and its derivatives along N directions (forward-mode differentiation).
-//
-// A formula written once for any scalar T gives values with T = double and exact directional derivatives with
-// T = Dual<N>. Dual8 is the width that crosses plugin boundaries: whoever wants more directions calls again with
-// the next eight. Layout: N + 1 doubles, value first; nothing is allocated.
-//
-// Kinks: abs, min, max and comparisons act on the value and take the derivative of the branch chosen; at a tie the
-// first argument (for abs: the positive branch) wins. atan2(0, 0) has derivative 0.
+/// \file
+/// Dual<N>: a value and its derivatives along N directions (forward-mode differentiation).
+///
+/// A formula written once for any scalar T gives values with T = double and exact directional derivatives with
+/// T = Dual<N>. Dual8 is the width that crosses plugin boundaries: whoever wants more directions calls again with the
+/// next eight. Layout: N + 1 doubles, value first; nothing is allocated.
+///
+/// Kinks: abs, min, max and comparisons act on the value and take the derivative of the branch chosen; at a tie the
+/// first argument (for abs: the positive branch) wins. atan2(0, 0) has derivative 0.
 #pragma once
 
 #include <cmath>
@@ -14,6 +15,7 @@
 
 namespace gripline {
 
+/// \cond
 namespace dual_detail {
 
 // Four derivatives at a time. Written out because a compiler that cannot prove a and b distinct from the result does
@@ -75,13 +77,17 @@ constexpr void accumulate(double* r, const double* a) {
 }
 
 }  // namespace dual_detail
+/// \endcond
 
+/// A value and its derivatives along N directions.
 template <int N>
 struct Dual {
-  double v = 0.0;
-  double d[N] = {};
+  double v = 0.0;    ///< value
+  double d[N] = {};  ///< derivatives
 
+  /// Zero, without derivatives.
   constexpr Dual() = default;
+  /// A constant.
   constexpr Dual(double value) : v(value) {}  // NOLINT(google-explicit-constructor): a constant is a number too
 
   /// The variable itself: value `value`, derivative 1 along `direction`.
@@ -91,6 +97,10 @@ struct Dual {
     return x;
   }
 
+  /// \name Arithmetic
+  ///@{
+
+  /// As of numbers; derivatives by the rules of sums, products and quotients.
   constexpr Dual& operator+=(const Dual& b) {
     v += b.v;
     dual_detail::accumulate<N, 1>(d, b.d);
@@ -141,16 +151,26 @@ struct Dual {
   friend constexpr Dual operator/(double a, const Dual& b) { return Dual(a) /= b; }
   friend constexpr Dual operator-(Dual a) { return a *= -1.0; }
   friend constexpr Dual operator+(const Dual& a) { return a; }
+  ///@}
 
+  /// \name Comparisons
+  ///@{
+
+  /// Of the values alone.
   friend constexpr bool operator<(const Dual& a, const Dual& b) { return a.v < b.v; }
   friend constexpr bool operator>(const Dual& a, const Dual& b) { return a.v > b.v; }
   friend constexpr bool operator<=(const Dual& a, const Dual& b) { return a.v <= b.v; }
   friend constexpr bool operator>=(const Dual& a, const Dual& b) { return a.v >= b.v; }
+  ///@}
 };
 
+/// The width that crosses plugin boundaries.
 using Dual8 = Dual<8>;
 
+/// A number without its derivatives. In a formula this drops what the caller asks for: use it to choose an index or a
+/// branch, never on the way to a result.
 constexpr double value(double x) { return x; }
+/// The same of a number with derivatives.
 template <int N>
 constexpr double value(const Dual<N>& x) {
   return x.v;
@@ -163,8 +183,13 @@ constexpr Dual<N> chain(double f, double slope, const Dual<N>& x) {
   dual_detail::scale<N>(y.d, slope, x.d);
   return y;
 }
+/// The same for a plain number: f.
 constexpr double chain(double f, double /*slope*/, double /*x*/) { return f; }
 
+/// \name Functions
+///@{
+
+/// As of double, with derivatives; where the derivative does not exist, as said at the head of dual.hpp.
 template <int N>
 Dual<N> sin(const Dual<N>& x) {
   return chain(std::sin(x.v), std::cos(x.v), x);
@@ -229,11 +254,14 @@ template <int N>
 Dual<N> max(const Dual<N>& a, const Dual<N>& b) {
   return b.v > a.v ? b : a;
 }
+///@}
 
+/// x times x.
 template <class T>
 constexpr T square(const T& x) {
   return x * x;
 }
+/// x, or the limit it is beyond; beyond a limit the derivative is 0.
 template <class T>
 constexpr T clamp_value(const T& x, double lo, double hi) {
   if (x < T(lo)) return T(lo);

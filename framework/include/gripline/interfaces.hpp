@@ -1,8 +1,16 @@
-// What plugins implement and what they are given. One class per role; the contract of each call stands above it.
-//
-// Common rules. The caller allocates; spans of length 0 mean "not wanted". `const` calls may come from several threads
-// at once, all others are serial per instance. An exception ends the run with the plugin's name and the text, every
-// complete row kept; non-finite output is treated the same. Nothing here owns anything across the boundary.
+/// \file
+/// What plugins implement (VehicleModel, Effect, Estimator, SpeedPlanner, Controller, Plant) and what they are given
+/// (PluginContext, Course, Prediction, Truth, Ground). The contract of each call stands above it.
+///
+/// Rules of every call, unless its contract says otherwise:
+/// - The caller allocates and owns all arrays; they are valid until the call returns. A span of length 0 means "not
+///   wanted". Objects behind references and pointers live longer than the plugin that was given them.
+/// - `const` calls may come from several threads at once, so they keep no scratch in the instance. All others come one
+///   after the other per instance; instances share no thread rules.
+/// - An exception derived from std::exception ends the run with the plugin's name, the time and its text; every complete
+///   row is kept. A number that is not finite, where one is returned or filled, is treated the same.
+/// - Calls made in every control step (apply, evaluate, update, belief, plan, control, advance) allocate nothing.
+/// - Only fixed-layout data crosses: no containers, no ownership. Instances are destroyed by the library that made them.
 #pragma once
 
 #include <cstdint>
@@ -12,128 +20,150 @@
 
 namespace gripline {
 
-/// The equations of a car, evaluated in stages. `evaluate` fills the quantities of every stage in [first, last]: stage
-/// by stage from the quantities before them, so that the host can let effects act in between; the two overloads are one
-/// formula in two scalars. A model fills only stages it has; `load` must fill m, Iz, lf, lr and drive_force, `body`
-/// must fill ax, ay, aw and copies grade and bank from the place. At Stage::command the host has set d, delta,
-/// delta_rate.
+/// The equations of a car, evaluated in stages so that effects can act in between. Authors derive from AutoDiffVehicle.
 class VehicleModel {
  public:
   virtual ~VehicleModel() = default;
-  /// Bits of the stages this model has (stage_bit). An effect of another stage is refused with that reason.
+  /// Bits of the stages this model has (stage_bit), always the same. An effect of another stage is refused with that
+  /// reason.
   virtual unsigned stages() const noexcept = 0;
+  /// Fills the quantities of the stages first .. last of all n points, each stage from the quantities before it; the
+  /// host has set the state, d, delta and delta_rate. Stages that the model lacks are left alone. `load` must fill
+  /// drive_force, m, Iz, lf and lr; `body` must fill ax, ay, aw and copy grade and bank from the place. memory and
+  /// history are null. points.params are the model's own, in the order of its declaration.
   virtual void evaluate(Stage first, Stage last, const Points<double>& points) const = 0;
+  /// The same formula with derivatives: values must equal those of the overload above.
   virtual void evaluate(Stage first, Stage last, const Points<Dual8>& points) const = 0;
 };
 
-/// A change of one stage's quantities: a missing physical effect, or what an estimator learned.
-/// Effects with memory integrate it along: `apply` reads points.memory and writes points.memory_rate.
+/// A change of one stage's quantities: a missing physical effect, or what an estimator learned. Authors derive from
+/// AutoDiffEffect, or from AutoDiffReading for Stage::reading.
 class Effect {
  public:
   virtual ~Effect() = default;
+  /// The stage after which it acts, always the same.
   virtual Stage stage() const noexcept = 0;
-  /// Number of doubles of memory per car.
+  /// Number of its states that the host integrates per car (a lagged force, a temperature), always the same. Effects of
+  /// Stage::reading have none.
   virtual int memory() const noexcept { return 0; }
-  /// How far back [s] this effect reads the commands with these parameters; 0 when it does not.
+  /// How far back [s] it reads the commands with these parameters (in the order of declaration); 0 when it does not.
   virtual double look_back(std::span<const double> /*params*/) const noexcept { return 0.0; }
-  /// Writes the memory's value at the start of a run (its steady value) to memory[i * memory_stride + j] through the
-  /// pointer points.memory_rate. Called with all stages before this effect evaluated. Default: zero.
-  virtual void start(const Points<double>& /*points*/) const {}
+  /// The memory at the start of a run, its steady value: fills memory[i * points.memory_stride + j]. Called once per
+  /// run, with all stages before this effect evaluated; points.memory and points.memory_rate are null, `memory` is
+  /// zero on entry, which is what stays by default.
+  virtual void start_memory(const Points<double>& /*points*/, double* /*memory*/) const {}
+  /// Changes the quantities of its stage in points.q (of Stage::reading: points.reading) for all n points, and writes
+  /// every points.memory_rate of its own. Several effects of one stage act one after the other.
   virtual void apply(const Points<double>& points) const = 0;
+  /// The same formula with derivatives: values must equal those of the overload above.
   virtual void apply(const Points<Dual8>& points) const = 0;
-  /// Effects of Stage::reading change readings; all others leave them alone.
-  virtual void read(const Readings<double>& /*readings*/) const {}
-  virtual void read(const Readings<Dual8>& /*readings*/) const {}
 };
 
 /// Lateral tyre force as somebody knows it.
 class TyreCurve {
  public:
   virtual ~TyreCurve() = default;
-  /// Fills force [N] (and, where not empty, its standard deviation sigma [N]) of the axle at each slip angle [rad], at
-  /// the axle's present load. False when there is no tyre to ask about; the spans are then left alone.
+  /// Fills force [N] and, where not empty, its standard deviation sigma [N] of the axle at each slip angle [rad], at the
+  /// axle's present load. Signs as in Quantities: a positive slip angle gives a positive force, to the left. All spans
+  /// that are not empty are equally long. False when it knows no tyre: the spans are then left alone.
   virtual bool tyre_force(Axle axle, std::span<const double> slip, std::span<double> force,
                           std::span<double> sigma) const = 0;
 };
 
-/// Learns from every step what the nominal model misses, and what that says of friction. As an effect it acts in
-/// Stage::body, after the nominal model and its effects filled it.
+/// Learns from every step what the nominal model misses, and what that says of friction. As an effect it corrects
+/// Stage::body, after the nominal model and its effects filled it: points.params is not to be read, since nobody fits
+/// an estimator. Authors derive from AutoDiffEffect<D, Estimator>.
 class Estimator : public Effect, public TyreCurve {
  public:
   Stage stage() const noexcept override { return Stage::body; }
-  /// Algorithm 1, lines 5-7. Called once per step, before and after the stack trusts what was learned.
+  /// Algorithm 1, lines 5 to 7: takes in one step. Called once in every step from the first, also while the stack still
+  /// drives on the nominal model alone (before its adapt_after).
   virtual void update(const Sample& sample) = 0;
-  /// What it believes now; mu_init until it learned anything.
+  /// Algorithm 1, line 8: what it believes now; mu_init of the context until it learned anything. `trusted` is the
+  /// stack's to set.
   virtual Belief belief() const = 0;
+  /// By default it knows no tyre.
   bool tyre_force(Axle, std::span<const double>, std::span<double>, std::span<double>) const override { return false; }
 };
 
-/// x_{k+1} = f(x_k, u_k) of the nominal model with its effects, exactly differentiated through the integrator. Made by
-/// the framework for controllers and planners. A row of x is a State (7 numbers in the order of the struct) followed by
-/// the effects' memory; a row of u is (d, ddelta).
+/// x_{k+1} = f(x_k, u_k) of a model with its effects, exactly differentiated through the integrator. Made by the
+/// framework for controllers and planners. A row of x is a State (7 numbers in the order of the struct) followed by the
+/// effects' memory and the commands still on their way; a row of u is an Input (d, ddelta).
 class Prediction {
  public:
   virtual ~Prediction() = default;
-  /// Length of a row of x: 7 + memory.
+  /// Length of a row of x: 7 + memory + 2 per command on its way.
   virtual int states() const noexcept = 0;
   /// Length of a step [s].
   virtual double dt() const noexcept = 0;
-  /// Writes the row for a state observed now: the state, then the memory as the framework carried it along.
+  /// Fills the row x (states() numbers) for a state observed now: the state, then the memory as the framework carried
+  /// it along.
   virtual void start(const State& now, std::span<double> x) const = 0;
-  /// n independent steps at once. x: n rows, u: n rows of 2, at: n places, x_next: n rows. A (row-major, per step
-  /// states x states) and B (states x 2) are derivatives of x_next by x and u; empty when not wanted. Allocates only
-  /// when n grows. Not const: it works in its own buffers.
+  /// n independent steps at once. x: n rows, u: n rows of 2, at: n places, x_next: n rows to fill. A (row-major, per
+  /// step states x states) and B (states x 2) are derivatives of x_next by x and u; empty when not wanted. Allocates
+  /// only when n grows. Not const: it works in its own buffers.
   virtual void step(std::size_t n, std::span<const double> x, std::span<const double> u, std::span<const Place> at,
                     std::span<double> x_next, std::span<double> A, std::span<double> B) = 0;
-  /// Rates (vx', vy', omega') of one state under a held input, without memory effects: for planners that need the
-  /// car's real drive, brake and steering limits. Loads per axle as in Quantities: relative to the static ones.
+  /// Rates of a state under a held input, and what the axles carry then.
   struct Rates {
-    double vx = 0, vy = 0, omega = 0;
-    double load_front = 1, load_rear = 1;
-    double drive_force = 0;  // as in Quantities [N]
+    double vx = 0;           ///< vx' [m/s2]
+    double vy = 0;           ///< vy' [m/s2]
+    double omega = 0;        ///< omega' [rad/s2]
+    double load_front = 1;   ///< as in Quantities, relative to the static load [-]
+    double load_rear = 1;    ///< as in Quantities, relative to the static load [-]
+    double drive_force = 0;  ///< as in Quantities [N]
   };
+  /// Rates of one state under a held input, memory at its steady value: for planners that need the car's real drive,
+  /// brake and steering limits. May allocate.
   virtual Rates rates(const State& x, const Input& u, const Place& at) = 0;
 };
 
 /// Options of the minimum-curvature line.
 struct LineOptions {
-  double margin = 0;         // kept from both edges beside half the car's width [m]
-  double max_curvature = 0;  // soft bound, 0 for none [1/m]
+  double margin = 0;         ///< kept from both edges beside half the car's width [m]
+  double max_curvature = 0;  ///< soft bound, 0 for none [1/m]
 };
 
 /// The road as every stack may see it.
 class Course {
  public:
   virtual ~Course() = default;
-  virtual double length() const noexcept = 0;  // of the centre line [m]
+  /// Length of the centre line [m].
+  virtual double length() const noexcept = 0;
+  /// The centre line at a station [m]; stations wrap around the lap.
   virtual CoursePoint at(double s) const = 0;
-  /// Nearest point of the centre line; near station `hint_s` when that is not NaN, else anywhere.
+  /// Nearest point of the centre line to a position [m]; near station `hint_s` when that is not NaN, else anywhere.
   virtual CoursePoint locate(double x, double y, double hint_s) const = 0;
-  /// Minimum-curvature line (eq. (1) of the paper) as line.size() samples equally spaced along it, closed (the first
-  /// sample is not repeated). Computed on call: seconds, not microseconds.
+  /// Fills `line` with the minimum-curvature line (eq. (1) of the paper) as line.size() samples equally spaced along it,
+  /// closed (the first sample is not repeated). Takes seconds and allocates: for constructors. Throws when there is no
+  /// such line, as on a road narrower than the car with its margins.
   virtual void minimum_curvature(const LineOptions& options, std::span<LinePoint> line) const = 0;
 };
 
-/// Chooses the reference. Algorithm 1, line 14.
+/// Chooses the reference.
 class SpeedPlanner {
  public:
   virtual ~SpeedPlanner() = default;
-  /// Fills horizon[k], k = 0 .. size-1, for the times now.t + k dt. `learned` is null until the stack trusts it.
+  /// Algorithm 1, line 14: fills horizon[k], k = 0 .. size - 1, for the times now.t + k dt. `belief` is mu_init,
+  /// untrusted, and `learned` null until plans may rest on what was learned (the stack's careful_until).
   virtual void plan(const Observation& now, const Belief& belief, const TyreCurve* learned,
                     std::span<RefPoint> horizon) = 0;
-  /// The closed line that `plan` follows at this moment, for the deviation metric and the report; the span stays valid
-  /// until the next call of plan.
+  /// The closed line that `plan` follows at this moment, for the deviation metric and the report. Owned by the planner,
+  /// valid until the next call of plan; may be empty.
   virtual std::span<const LinePoint> line() const = 0;
 };
 
-/// Drives. Algorithm 1, line 15.
+/// Drives.
 class Controller {
  public:
   virtual ~Controller() = default;
-  /// How many reference points it wants: N + 1, the first for now.
+  /// How many reference points it wants: N + 1 of a horizon of N steps, the first for now; at least 1, always the same.
   virtual int horizon() const noexcept = 0;
+  /// Algorithm 1, line 15: the command for the step that begins now. `horizon` has horizon() points; `model` is the
+  /// nominal model, corrected by the estimator once the stack trusts it. The host clips the command to the car's limits.
   virtual Command control(const Observation& now, std::span<const RefPoint> horizon, Prediction& model) = 0;
-  /// The states predicted in the last call, for the report; may be empty.
+  /// The states predicted in the last call of control, for the report; owned by the controller, valid until the next
+  /// call; may be empty.
   virtual std::span<const State> predicted() const { return {}; }
 };
 
@@ -141,12 +171,16 @@ class Controller {
 class Truth {
  public:
   virtual ~Truth() = default;
-  virtual double factor() const = 0;                            // friction factor under the car
-  virtual double mu(Axle axle) const = 0;                       // peak lateral force over the axle's static load
-  virtual double tyre_force(Axle axle, double slip) const = 0;  // at static load, with the present factor [N]
-  /// Fills ax, ay, aw of points from yaw, vx, vy, omega, d, delta as the true car would have them (its effects
-  /// without memory included). False when the world's car is a black box; points are then left alone.
+  /// Friction factor of the road under the car [-].
+  virtual double factor() const = 0;
+  /// Peak lateral force of an axle over its static load, with the present factor [-].
+  virtual double mu(Axle axle) const = 0;
+  /// Lateral force [N] at a slip angle [rad], at static load, with the present factor; signs as in TyreCurve.
+  virtual double tyre_force(Axle axle, double slip) const = 0;
+  /// Fills ax, ay, aw of points from yaw, vx, vy, omega, d, delta as the true car would have them (its effects without
+  /// memory included). False when the world's car is a Plant; points are then left alone.
   virtual bool accelerations(const Points<double>& points) const = 0;
+  /// The same with derivatives.
   virtual bool accelerations(const Points<Dual8>& points) const = 0;
 };
 
@@ -154,10 +188,13 @@ class Truth {
 class Ground {
  public:
   virtual ~Ground() = default;
+  /// The road at one point.
   struct Patch {
-    double grade = 0, bank = 0;  // along and across `yaw`, signs as in Place [rad]
-    double factor = 1;           // friction [-]
+    double grade = 0;   ///< slope along `yaw`, positive uphill [rad]
+    double bank = 0;    ///< slope across `yaw`, positive where the right side is higher [rad]
+    double factor = 1;  ///< friction [-]
   };
+  /// The road at a position [m], seen along a heading [rad].
   virtual Patch at(double x, double y, double yaw) const = 0;
 };
 
@@ -165,30 +202,34 @@ class Ground {
 class Plant {
  public:
   virtual ~Plant() = default;
-  /// Puts the car at rest or rolling at this state, hidden states steady.
+  /// Puts the car at rest or rolling at this state, hidden states steady. Called before the first `advance`.
   virtual void reset(const State& x, const Ground& ground) = 0;
-  /// Advances by dt [s] under commands held (d, steering angle delta [rad]); returns the state after it.
+  /// Advances by dt [s] under commands held (throttle d [-], steering angle delta [rad]); returns the state after it,
+  /// with delta as commanded.
   virtual State advance(double d, double delta, double dt, const Ground& ground) = 0;
-  /// Static peak lateral force over static load of an axle at factor 1, and the force at a slip angle: for Truth.
+  /// Peak lateral force of an axle over its static load at friction factor 1 [-]: for Truth.
   virtual double mu(Axle axle) const = 0;
+  /// Lateral force [N] at a slip angle [rad] at static load and friction factor 1; signs as in TyreCurve: for Truth.
   virtual double tyre_force(Axle axle, double slip) const = 0;
-  /// Tyre forces at the last step, lateral per axle [N]: for validation files.
+  /// Lateral force of an axle at the end of the last step, positive to the left [N]: for validation files.
   virtual double axle_force(Axle axle) const = 0;
 };
 
 /// What an instance is made from, beside its own parameters. Pointers outlive the instance.
 struct PluginContext {
-  Car car;
-  double dt = 0;                    // control step [s]
-  Hold hold = Hold::zoh;            // what commands do within a step
-  std::uint64_t seed = 1;           // of this run
-  double mu_init = 1;               // what the stack believes before it learned
-  const Course* course = nullptr;   // null for models and effects of offline work
-  Prediction* nominal = nullptr;    // the stack's nominal model; null for models, effects and plants
-  const Truth* truth = nullptr;     // null unless the plugin declares needs_truth
-  const char* cache_dir = nullptr;  // where an expensive, content-addressed result may be kept; null: nowhere
-  void (*progress)(void* context, const char* what, double fraction) = nullptr;  // may be null
-  void* progress_context = nullptr;
+  Car car;                          ///< the stack's car, or the world's
+  double dt = 0;                    ///< control step [s]; 0 in offline work
+  Hold hold = Hold::zoh;            ///< what commands do within a step
+  std::uint64_t seed = 1;           ///< of this run: all randomness of a plugin comes from it
+  double mu_init = 1;               ///< what the stack believes of friction before it learned [-]
+  const Course* course = nullptr;   ///< the road; null for effects and models in offline work
+  Prediction* nominal = nullptr;    ///< the stack's nominal model; null for models, effects and plants
+  const Truth* truth = nullptr;     ///< null unless the plugin is an estimator, planner or controller that declares
+                                    ///< needs_truth
+  const char* cache_dir = nullptr;  ///< where an expensive, content-addressed result may be kept; null: nowhere
+  /// Tells the user how far something long has come: what it is, and the fraction done. Null when nobody listens.
+  void (*progress)(void* context, const char* what, double fraction) = nullptr;
+  void* progress_context = nullptr;  ///< first argument of progress
 };
 
 }  // namespace gripline

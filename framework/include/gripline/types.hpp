@@ -1,103 +1,193 @@
-// The data that crosses plugin boundaries: doubles in plain structs.
-//
-// SI units and ISO axes throughout: x forward, y left, yaw counter-clockwise, steering positive to the left. No Eigen,
-// JSON or std::string here: their layout follows compiler flags and versions, ours must not.
+/// \file
+/// The data that crosses plugin boundaries: doubles in plain structs.
+///
+/// SI units and ISO axes throughout: x forward, y left, yaw counter-clockwise, steering positive to the left. No Eigen,
+/// JSON or std::string here: their layout follows compiler flags and versions, ours must not.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
-#include <span>
 
 #include <gripline/dual.hpp>
 
 namespace gripline {
 
-inline constexpr double gravity = 9.81;  // [m/s2]
+/// Acceleration of free fall [m/s2].
+inline constexpr double gravity = 9.81;
 
-/// State of a car: pose [m, m, rad, yaw unwrapped], velocities in the car's axes at the centre of gravity
-/// [m/s, m/s, rad/s], and the steering angle last commanded [rad].
+/// State of a car: pose of the centre of gravity, velocities in the car's axes, steering.
 struct State {
-  double x = 0, y = 0, yaw = 0, vx = 0, vy = 0, omega = 0, delta = 0;
+  double x = 0;      ///< position [m]
+  double y = 0;      ///< position [m]
+  double yaw = 0;    ///< heading [rad], unwrapped: it goes on beyond a full turn
+  double vx = 0;     ///< velocity forward [m/s]
+  double vy = 0;     ///< velocity to the left [m/s]
+  double omega = 0;  ///< yaw rate [rad/s]
+  double delta = 0;  ///< steering angle last commanded, at the road wheels [rad]
 };
+/// Numbers in a State, for rows of a Prediction.
 inline constexpr int state_size = 7;
 
-/// What a controller decides for one step: throttle or brake d [-], rate of the commanded steering angle [rad/s].
+/// What a controller decides for one step.
 struct Input {
-  double d = 0, ddelta = 0;
+  double d = 0;       ///< throttle (d > 0) or brake (d < 0) [-]
+  double ddelta = 0;  ///< rate of the commanded steering angle [rad/s]
 };
 
-/// When and where. `s` is the station on the centre line [m], `n` the offset to its left [m]; `lap_fraction` is s over
-/// the length, in file order whichever way the car drives; `direction` is +1 along the file, -1 against it. `grade` > 0
-/// is uphill along the direction of travel, `bank` > 0 means the right side is higher [rad]. Never friction.
+/// When and where: the time and the Frenet coordinates of a point, with what the road is there. Never friction.
 struct Place {
-  double t = 0, s = 0, n = 0, lap_fraction = 0, yaw_line = 0, kappa = 0, grade = 0, bank = 0, direction = 1;
+  double t = 0;             ///< time since the start of the run [s]
+  double s = 0;             ///< station on the centre line [m]
+  double n = 0;             ///< offset from the centre line to its left [m]
+  double lap_fraction = 0;  ///< s over the length [-], in file order whichever way the car drives
+  double yaw_line = 0;      ///< heading of the centre line [rad]
+  double kappa = 0;         ///< curvature of the centre line [1/m], positive to the left
+  double grade = 0;         ///< slope along the direction of travel [rad], positive uphill
+  double bank = 0;          ///< slope across it [rad], positive where the right side is higher
+  double direction = 1;     ///< +1: the car drives along the file, -1: against it
 };
 
 /// Constants of a car that every plugin of a stack may know. Friction is not among them.
 struct Car {
-  double m = 0, Iz = 0, lf = 0, lr = 0;                        // [kg, kg m2, m, m]
-  double length = 0, width = 0;                                // outline, centred on the centre of gravity [m]
-  double d_min = 0, d_max = 0, delta_max = 0, ddelta_max = 0;  // limits of the commands [-, -, rad, rad/s]
-  double v_ref = 1;                                            // typical speed, the unit of u = vx / v_ref [m/s]
-  double v_min = 0;                                            // below this speed models hold their slip terms [m/s]
+  double m = 0;           ///< mass [kg]
+  double Iz = 0;          ///< yaw inertia [kg m2]
+  double lf = 0;          ///< centre of gravity to front axle [m]
+  double lr = 0;          ///< centre of gravity to rear axle [m]
+  double length = 0;      ///< of the outline, centred on the centre of gravity [m]
+  double width = 0;       ///< of the outline [m]
+  double d_min = 0;       ///< least throttle, negative where the car brakes [-]
+  double d_max = 0;       ///< largest throttle [-]
+  double delta_max = 0;   ///< largest steering angle to either side [rad]
+  double ddelta_max = 0;  ///< largest steering rate to either side [rad/s]
+  double v_ref = 1;       ///< typical speed: the unit of u = vx / v_ref [m/s]
+  double v_min = 0;       ///< below this speed models hold their slip terms [m/s]
 };
 
-enum class Axle : int { front = 0, rear = 1 };
+/// One of the two axles.
+enum class Axle : int {
+  front = 0,  ///< the steered one
+  rear = 1    ///< the other
+};
 
-/// The stages in which a car is evaluated, in this order. An effect hooks one stage and changes its quantities.
-enum class Stage : int { command, drive, load, tyre, force, body, reading };
+/// The stages in which a car is evaluated, in this order. An effect acts in one stage and changes its quantities.
+enum class Stage : int {
+  command,  ///< what acts of the commands: d, delta, delta_rate
+  drive,    ///< drive train, brakes and resistance
+  load,     ///< inertia, geometry, axle loads
+  tyre,     ///< slip angles and the tyres' peak and stiffness
+  force,    ///< lateral forces
+  body,     ///< accelerations and slopes
+  reading   ///< what sensors show of a state
+};
+/// Number of stages.
 inline constexpr int stage_count = 7;
+/// The bit of a stage in VehicleModel::stages.
 constexpr unsigned stage_bit(Stage stage) { return 1u << static_cast<unsigned>(stage); }
 
 /// The working quantities of one car at one instant. A vehicle model fills a stage, effects of that stage change it,
 /// the next stage builds on it. Effects read everything of earlier stages and write their own stage only.
 template <class T>
 struct Quantities {
-  // state, given
-  T yaw, vx, vy, omega;
-  // command: effective throttle [-], road wheel angle [rad] and its rate [rad/s]
-  T d, delta, delta_rate;
-  // drive: Fd = (motor - emf vx) d for d >= 0, brake d for d < 0 [N, N s/m, N]; Fres = rolling + drag vx^2 [N, N s2/m2]
-  T motor, emf, brake, rolling, drag;
-  // load: inertia, geometry [kg, kg m2, m, m], axle loads relative to the static ones of the nominal car [-].
-  // drive_force Fd [N] is computed on entry to this stage and read-only.
-  T drive_force, m, Iz, lf, lr, load_front, load_rear;
-  // tyre: peak lateral force [N] and stiffness factor B [1/rad] per axle. slip_* [rad] are read-only.
-  T slip_front, slip_rear, peak_front, peak_rear, stiff_front, stiff_rear;
-  // force: lateral force per axle, positive to the left [N]
-  T force_front, force_rear;
-  // body: rates of vx, vy, omega without slope [m/s2, m/s2, rad/s2]; then slope angles [rad], which add
-  // -g sin(grade) to vx' and +g sin(bank) to vy'
-  T ax, ay, aw, grade, bank;
+  /// \name State, given
+  ///@{
+  T yaw;    ///< heading [rad]
+  T vx;     ///< velocity forward [m/s]
+  T vy;     ///< velocity to the left [m/s]
+  T omega;  ///< yaw rate [rad/s]
+  ///@}
+  /// \name Stage::command
+  ///@{
+  T d;           ///< throttle that acts [-]
+  T delta;       ///< road wheel angle [rad]
+  T delta_rate;  ///< its rate [rad/s]
+  ///@}
+  /// \name Stage::drive
+  /// Drive force Fd = (motor - emf vx) d for d >= 0, brake d for d < 0; resistance Fres = rolling + drag vx^2.
+  ///@{
+  T motor;    ///< drive force at rest and full throttle [N]
+  T emf;      ///< loss of drive force with speed (back-EMF) [N s/m]
+  T brake;    ///< brake force at d = -1 [N]
+  T rolling;  ///< rolling resistance [N]
+  T drag;     ///< drag over speed squared [N s2/m2]
+  ///@}
+  /// \name Stage::load
+  ///@{
+  T drive_force;  ///< Fd [N], computed on entry to this stage: effects must not write it
+  T m;            ///< mass [kg]
+  T Iz;           ///< yaw inertia [kg m2]
+  T lf;           ///< centre of gravity to front axle [m]
+  T lr;           ///< centre of gravity to rear axle [m]
+  T load_front;   ///< axle load relative to the nominal car's static one [-]
+  T load_rear;    ///< axle load relative to the nominal car's static one [-]
+  ///@}
+  /// \name Stage::tyre
+  /// A positive slip angle pushes its axle to the left (positive force).
+  ///@{
+  T slip_front;   ///< delta - atan2(vy + lf omega, |vx|) [rad]: effects must not write it
+  T slip_rear;    ///< -atan2(vy - lr omega, |vx|) [rad]: effects must not write it
+  T peak_front;   ///< peak lateral force of the axle [N]
+  T peak_rear;    ///< peak lateral force of the axle [N]
+  T stiff_front;  ///< stiffness factor B of the Magic Formula [1/rad]
+  T stiff_rear;   ///< stiffness factor B of the Magic Formula [1/rad]
+  ///@}
+  /// \name Stage::force
+  ///@{
+  T force_front;  ///< lateral force of the axle, in the wheels' axes, positive to the left [N]
+  T force_rear;   ///< lateral force of the axle, positive to the left [N]
+  ///@}
+  /// \name Stage::body
+  ///@{
+  T ax;     ///< vx' on level ground, vy omega included [m/s2]
+  T ay;     ///< vy' on level ground, -vx omega included [m/s2]
+  T aw;     ///< omega' [rad/s2]
+  T grade;  ///< adds -g sin(grade) to vx' [rad]
+  T bank;   ///< adds +g sin(bank) to vy' [rad]
+  ///@}
 };
 
-/// What sensors show of a state; the quantities of Stage::reading.
+/// What sensors show of a state: the quantities of Stage::reading.
 template <class T>
 struct Reading {
-  T x, y, yaw, vx, vy, omega;
+  T x;      ///< position [m]
+  T y;      ///< position [m]
+  T yaw;    ///< heading [rad]
+  T vx;     ///< velocity forward [m/s]
+  T vy;     ///< velocity to the left [m/s]
+  T omega;  ///< yaw rate [rad/s]
 };
 
-enum class Hold : int { zoh, foh, rate };
+/// What a command does between two samples.
+enum class Hold : int {
+  zoh,  ///< throttle and steering angle held from the sample on (zero-order hold)
+  foh,  ///< both lines between samples (first-order hold)
+  rate  ///< steering a line between samples, throttle held until the sample
+};
 
+/// Throttle and steering angle commanded at one instant.
 template <class T>
 struct CommandSample {
-  T d, delta;
+  T d;      ///< throttle [-]
+  T delta;  ///< steering angle [rad]
 };
 
 /// Commands up to now, equally spaced: sample i was given at t0 + i dt (zoh) or reached then (foh, rate; the throttle
 /// of rate held until then). Read-only; owned by the caller.
 template <class T>
 struct History {
-  const CommandSample<T>* samples = nullptr;
-  std::size_t count = 0;
-  double t0 = 0, dt = 0;
-  double now = 0;  // the instant that is being evaluated, same clock as t0
-  Hold hold = Hold::foh;
+  const CommandSample<T>* samples = nullptr;  ///< oldest first
+  std::size_t count = 0;                      ///< of samples
+  double t0 = 0;                              ///< time of the oldest [s]
+  double dt = 0;                              ///< between samples [s]
+  double now = 0;                             ///< the instant that is being evaluated, same clock as t0 [s]
+  Hold hold = Hold::foh;                      ///< what the commands did between samples
 
-  /// Command and its rate `age` seconds ago; before the first sample the first command held.
+  /// A command at one instant.
   struct Value {
-    T d, delta, delta_rate;
+    T d;           ///< throttle [-]
+    T delta;       ///< steering angle [rad]
+    T delta_rate;  ///< its rate [rad/s]
   };
+  /// Command and its rate `age` seconds ago; before the first sample the first command held.
   Value at(const T& age) const {
     if (count == 0) return {T(0), T(0), T(0)};
     const T position = (T(now - t0) - age) * (1.0 / dt);
@@ -116,62 +206,59 @@ struct History {
 };
 
 /// n instants evaluated in one call: a horizon, a batch of rollouts. All arrays are the caller's, of length n unless
-/// said otherwise. `params` are the values of the callee's declared parameters, in the order of its declaration,
-/// carrying derivatives where the caller wants them. `memory` and `memory_rate` are the callee's own slice:
-/// memory[i * memory_stride + j] is its j-th memory at instant i; null when it has none. `history` is null unless
-/// the callee looks back.
+/// said otherwise, and none of them overlap.
 template <class T>
 struct Points {
-  std::size_t n = 0;
-  Quantities<T>* q = nullptr;
-  const Place* at = nullptr;
-  const T* params = nullptr;
-  const T* memory = nullptr;
-  T* memory_rate = nullptr;
-  std::size_t memory_stride = 0;
-  const History<T>* history = nullptr;
+  std::size_t n = 0;           ///< number of instants
+  Quantities<T>* q = nullptr;  ///< read and written; null at Stage::reading
+  const Place* at = nullptr;   ///< when and where
+  const T* params = nullptr;   ///< values of the callee's declared parameters in the order of declaration (0 in the
+                               ///< place of a table), the same for all instants, with derivatives where wanted
+  const T* memory = nullptr;   ///< the callee's own: memory[i * memory_stride + j] is its j-th at instant i; null when
+                               ///< it has none
+  T* memory_rate = nullptr;    ///< to be written, arranged as memory: its rates [per s]
+  std::size_t memory_stride = 0;        ///< from one instant to the next in memory and memory_rate
+  const History<T>* history = nullptr;  ///< commands up to each instant; null unless some effect looks back
+  Reading<T>* reading = nullptr;        ///< at Stage::reading: read and written; null at all other stages
 };
 
-/// n readings changed in one call by an effect of Stage::reading.
-template <class T>
-struct Readings {
-  std::size_t n = 0;
-  Reading<T>* r = nullptr;
-  const Place* at = nullptr;
-  const T* params = nullptr;
-};
-
-/// What the stack sees at an instant: the state as sensed, where that is, and the command held until now.
+/// What the stack sees at an instant.
 struct Observation {
-  double t = 0;
-  std::int64_t step = 0;
-  State x;
-  Place at;
-  double d = 0;  // throttle commanded in the step that ended now [-]
+  double t = 0;           ///< time since the start of the run [s]
+  std::int64_t step = 0;  ///< number of the control step, from 0
+  State x;                ///< as sensed; delta is the steering angle last commanded
+  Place at;               ///< where that is
+  double d = 0;           ///< throttle commanded in the step that ended now [-]
 };
 
 /// One step as the stack saw it, for learning. `u` was held over the step; the steering command of the step is
-/// x_next.delta (zoh) with rate u.ddelta. `e_*` is what the nominal model left unexplained, as a rate:
-/// (x_next - f_nom(x, u)) / dt for vx, vy, omega [m/s2, m/s2, rad/s2] (Algorithm 1, line 4).
+/// x_next.delta (zoh) with rate u.ddelta.
 struct Sample {
-  double t = 0, dt = 0;
-  std::int64_t step = 0;
-  State x;
-  Input u;
-  Place at;
-  State x_next;
-  Place at_next;
-  double e_vx = 0, e_vy = 0, e_omega = 0;
-  // Commands (throttle, steering angle) less what acts of them in the middle of the step, where the nominal model knows
-  // lags, gains or delays of the command.
-  double d_behind = 0, delta_behind = 0;
+  double t = 0;           ///< at the start of the step [s]
+  double dt = 0;          ///< length of the step [s]
+  std::int64_t step = 0;  ///< its number, from 0
+  State x;                ///< sensed at its start
+  Input u;                ///< commanded for it
+  Place at;               ///< where it started
+  State x_next;           ///< sensed at its end
+  Place at_next;          ///< where it ended
+  double e_vx = 0;       ///< residual (x_next - f_nom(x, u)) / dt of vx, what the nominal model left unexplained [m/s2]
+  double e_vy = 0;       ///< the same of vy [m/s2] (Algorithm 1, line 4)
+  double e_omega = 0;    ///< the same of omega [rad/s2]
+  double d_lag = 0;      ///< throttle commanded less what acts of it in the middle of the step, where the nominal model
+                         ///< knows lags, gains or delays of the command; else 0 [-]
+  double delta_lag = 0;  ///< the same of the steering angle [rad]
 };
 
-/// What a stack believes of friction: mu per axle, relative to that axle's static load, and standard deviations.
-/// `trusted` says whether the stack uses what it learned (after adapt_after).
+/// What a stack believes of friction: peak lateral force of an axle over that axle's static load, and its standard
+/// deviation.
 struct Belief {
-  double mu_front = 1, mu_rear = 1, sigma_front = 0, sigma_rear = 0;
-  bool trusted = false;
+  double mu_front = 1;     ///< [-]
+  double mu_rear = 1;      ///< [-]
+  double sigma_front = 0;  ///< standard deviation of mu_front [-]
+  double sigma_rear = 0;   ///< standard deviation of mu_rear [-]
+  bool trusted = false;    ///< whether plans may rest on it. The stack sets it (true after its careful_until); what an
+                           ///< estimator writes here is overwritten
 };
 
 /// mu of the whole car: axle values weighted by static load.
@@ -179,38 +266,64 @@ inline double total_mu(const Belief& belief, const Car& car) {
   return (belief.mu_front * car.lr + belief.mu_rear * car.lf) / (car.lf + car.lr);
 }
 
-/// Where the car should be k steps ahead. `left` and `right` are the distances [m] from the point to the track's edges
-/// along the point's normal (-sin yaw, cos yaw), right as a positive number. `yaw` is the heading of the path; the
-/// car's own is planned to be yaw - beta.
+/// Where the car should be k steps ahead.
 struct RefPoint {
-  double s = 0, x = 0, y = 0, yaw = 0, kappa = 0, v = 0, left = 0, right = 0;
-  Place at;
-  double beta = 0;  // sideslip angle [rad]
+  double s = 0;      ///< arc length along the planned line [m]
+  double x = 0;      ///< position [m]
+  double y = 0;      ///< position [m]
+  double yaw = 0;    ///< heading of the path [rad]; the car's own is planned to be yaw - beta
+  double kappa = 0;  ///< curvature of the path [1/m], positive to the left
+  double v = 0;      ///< speed along the path [m/s]
+  double left = 0;   ///< distance to the track's left edge along the point's normal (-sin yaw, cos yaw) [m]
+  double right = 0;  ///< distance to the right edge against that normal, a positive number [m]
+  Place at;          ///< the same point on the centre line
+  double beta = 0;   ///< planned sideslip angle atan2(vy, vx) [rad]
 };
 
 /// What a controller decided, and how the solve went.
 struct Command {
-  Input u;
-  int iterations = 0;
-  bool solved = true;
-  double cost = 0;
+  Input u;             ///< for the step that begins now; the host clips it to the car's limits
+  int iterations = 0;  ///< of the solver
+  bool solved = true;  ///< false: the solver failed, u is a fallback
+  double cost = 0;     ///< of the solution
 };
 
 /// A point of a course: on the centre line at station s, with offset n to its left where a position was asked about.
-/// `left` and `right` are the half widths at s.
+/// Directions are those of the file, whichever way the car drives.
 struct CoursePoint {
-  double s = 0, n = 0, x = 0, y = 0, yaw = 0, kappa = 0, left = 0, right = 0, grade = 0, bank = 0, lap_fraction = 0;
+  double s = 0;             ///< station [m]
+  double n = 0;             ///< offset to the left [m]
+  double x = 0;             ///< position on the centre line [m]
+  double y = 0;             ///< position on the centre line [m]
+  double yaw = 0;           ///< heading of the centre line [rad]
+  double kappa = 0;         ///< its curvature [1/m], positive to the left
+  double left = 0;          ///< half width to the left [m]
+  double right = 0;         ///< half width to the right [m]
+  double grade = 0;         ///< slope along file order [rad], positive uphill
+  double bank = 0;          ///< slope across it [rad], positive where the right side is higher
+  double lap_fraction = 0;  ///< as in Place [-]
 };
 
-/// A sample of a closed driving line, at arc length s of that line and station `station` of the centre line.
+/// A sample of a closed driving line, in file order.
 struct LinePoint {
-  double s = 0, x = 0, y = 0, yaw = 0, kappa = 0, left = 0, right = 0, station = 0, grade = 0, bank = 0;
+  double s = 0;        ///< arc length along this line [m]
+  double x = 0;        ///< position [m]
+  double y = 0;        ///< position [m]
+  double yaw = 0;      ///< heading [rad]
+  double kappa = 0;    ///< curvature [1/m], positive to the left
+  double left = 0;     ///< distance to the track's left edge [m]
+  double right = 0;    ///< distance to the right edge, a positive number [m]
+  double station = 0;  ///< of the same point on the centre line [m]
+  double grade = 0;    ///< as in CoursePoint [rad]
+  double bank = 0;     ///< as in CoursePoint [rad]
 };
 
-/// A table parameter: rows x cols numbers, row-major; owned by the host for the life of the instance.
+/// A table parameter: rows x cols numbers; owned by the host for the life of the instance.
 struct Table {
-  const double* data = nullptr;
-  std::size_t rows = 0, cols = 0;
+  const double* data = nullptr;  ///< row-major; null when the user gave none
+  std::size_t rows = 0;          ///< 0 when the user gave none
+  std::size_t cols = 0;          ///< of every row; the first column rises
+  /// The number in a row and column, both from 0.
   constexpr double at(std::size_t row, std::size_t col) const { return data[row * cols + col]; }
 };
 

@@ -63,6 +63,8 @@ void StagedCar::add(const Effect& effect, std::vector<double> params, const std:
   if ((model_->stages() & stage_bit(stage)) == 0)
     throw std::invalid_argument("effect \"" + name + "\" acts on the " + stage_names[static_cast<int>(stage)] +
                                 " stage, which this model does not have");
+  if (stage == Stage::reading && effect.memory() > 0)
+    throw std::invalid_argument("effect \"" + name + "\" has memory, which an effect of the reading stage cannot have");
   if (params_.size() + params.size() > max_params) throw std::invalid_argument("more than 256 parameters in one car");
   parts_.push_back({&effect, params_.size(), static_cast<std::size_t>(memory_)});
   params_.insert(params_.end(), params.begin(), params.end());
@@ -187,9 +189,8 @@ void StagedCar::start_memory(const CarBatch<double>& batch, double* memory) cons
       const Part& part = parts_[static_cast<std::size_t>(step.part)];
       points.params += part.params;
       points.memory_stride = static_cast<std::size_t>(memory_);
-      points.memory_rate = row + part.memory;
       std::fill_n(row + part.memory, part.effect->memory(), 0.0);
-      if (part.effect->memory() > 0) part.effect->start(points);
+      if (part.effect->memory() > 0) part.effect->start_memory(points, row + part.memory);
       points.memory = row + part.memory;
       points.memory_rate = unused.data();
       part.effect->apply(points);
@@ -202,15 +203,15 @@ void StagedCar::read(Reading<T>* readings, std::size_t n, const Place* at,
                      const std::type_identity_t<T>* params) const {
   for (const Part& part : parts_) {
     if (part.effect->stage() != Stage::reading) continue;
-    Readings<T> batch;
-    batch.n = n;
-    batch.r = readings;
-    batch.at = at;
+    Points<T> points;
+    points.n = n;
+    points.reading = readings;
+    points.at = at;
     if constexpr (std::is_same_v<T, double>)
-      batch.params = (params != nullptr ? params : params_.data()) + part.params;
+      points.params = (params != nullptr ? params : params_.data()) + part.params;
     else
-      batch.params = params + part.params;
-    part.effect->read(batch);
+      points.params = params + part.params;
+    part.effect->apply(points);
   }
 }
 

@@ -6,6 +6,10 @@
 #include <boost/dll/runtime_symbol_info.hpp>
 #include <boost/dll/shared_library.hpp>
 #include <cstdlib>
+#include <cstring>
+#include <type_traits>
+
+#include <gripline/abi_layout.hpp>
 
 #include "config/errors.hpp"
 
@@ -31,6 +35,18 @@ std::string loader_reason(const fs::path& library) {
   return text != nullptr ? text : "unknown reason";
 }
 
+/// Whether virtual functions stand in the same places. Compared as bytes: == says nothing of pointers to virtual functions.
+bool same_slots(const abi::detail::Chain<>&, const abi::detail::Chain<>&) { return true; }
+template <class T, class... Rest>
+bool same_slots(const abi::detail::Chain<T, Rest...>& a, const abi::detail::Chain<T, Rest...>& b) {
+  if constexpr (std::is_member_pointer_v<T>) {
+    if (std::memcmp(&a.first, &b.first, sizeof a.first) != 0) return false;
+  } else {
+    if (!same_slots(a.first, b.first)) return false;
+  }
+  return same_slots(a.rest, b.rest);
+}
+
 std::string manifest_problem(const abi::Manifest& manifest) {
   const std::string rebuild = "; rebuild the plugin against the installed headers";
   if (manifest.abi != abi::number)
@@ -38,6 +54,9 @@ std::string manifest_problem(const abi::Manifest& manifest) {
            std::to_string(abi::number) + rebuild;
   if (manifest.size != sizeof(abi::Manifest) || manifest.layout_hash != abi::layout_hash())
     return std::string("its types (built by ") + manifest.compiler + ") differ from this gripline's" + rebuild;
+  if (!same_slots(*static_cast<const decltype(abi::virtual_slots)*>(manifest.virtual_slots), abi::virtual_slots))
+    return std::string("its virtual functions (built by ") + manifest.compiler +
+           ") stand in another order than this gripline's" + rebuild;
   return {};
 }
 

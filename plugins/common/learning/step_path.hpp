@@ -49,7 +49,7 @@ using VelocityPath = std::array<BodyVelocity, path_points>;
 /// The equations of motion along a given path; the rates are differences of the readings.
 inline StepPath equations_along(const VelocityPath& points, const Sample& k, const Car& car,
                                 const StraightDrive::Rates& straight) {
-  const double delta = k.x_next.delta - k.delta_behind;
+  const double delta = k.x_next.delta - k.delta_lag;
   StepPath path;
   path.sine = std::sin(delta);
   path.cosine = std::cos(delta);
@@ -97,7 +97,7 @@ LearnedCar(const Car&, const StraightDrive&, const ResistanceForce&, const Frict
 /// Path through both readings of a step. With `use_model` false (nothing learned yet) the middle is the mean of both ends.
 template <class Force>
 StepPath step_path(const Sample& k, const LearnedCar<Force>& learned, bool use_model) {
-  const double delta = k.x_next.delta - k.delta_behind, d = k.u.d - k.d_behind;
+  const double delta = k.x_next.delta - k.delta_lag, d = k.u.d - k.d_lag;
   const BodyVelocity begin = {k.x.vx, k.x.vy, k.x.omega};
   const BodyVelocity end = {k.x_next.vx, k.x_next.vy, k.x_next.omega};
   const StraightDrive::Rates at_begin = learned.straight(begin.vx, d, k.at);
@@ -120,8 +120,8 @@ StepPath step_path(const Sample& k, const LearnedCar<Force>& learned, bool use_m
 /// Runge-Kutta steps.
 template <class Force>
 StepPath predicted_path(const BodyVelocity& begin, const Sample& k, const LearnedCar<Force>& learned) {
-  const double delta = k.x_next.delta - k.delta_behind;
-  const auto straight = learned.straight(0.5 * (k.x.vx + k.x_next.vx), k.u.d - k.d_behind, k.at);
+  const double delta = k.x_next.delta - k.delta_lag;
+  const auto straight = learned.straight(0.5 * (k.x.vx + k.x_next.vx), k.u.d - k.d_lag, k.at);
   const auto rates = [&](const BodyVelocity& x) { return learned.rates(x, delta, straight); };
   const double h = 0.5 * k.dt;
   const BodyVelocity middle = runge_kutta_step(begin, h, rates);

@@ -70,19 +70,20 @@ class Letter : public Effect {
   Stage stage() const noexcept override { return stage_; }
   int memory() const noexcept override { return memory_; }
   double look_back(std::span<const double> params) const noexcept override { return params.empty() ? 0.0 : params[0]; }
-  void start(const Points<double>& points) const override {
-    for (int j = 0; j < memory_; ++j) points.memory_rate[j] = digit_ + 100 * j;
+  void start_memory(const Points<double>&, double* memory) const override {
+    for (int j = 0; j < memory_; ++j) memory[j] = digit_ + 100 * j;
   }
   void apply(const Points<double>& points) const override { spell(points); }
   void apply(const Points<Dual8>& points) const override { spell(points); }
-  void read(const Readings<double>& readings) const override {
-    for (std::size_t i = 0; i < readings.n; ++i) readings.r[i].vx = readings.r[i].vx * 10.0 + digit_;
-  }
 
  private:
   template <class T>
   void spell(const Points<T>& points) const {
     for (std::size_t i = 0; i < points.n; ++i) {
+      if (stage_ == Stage::reading) {
+        points.reading[i].vx = points.reading[i].vx * 10.0 + digit_;
+        continue;
+      }
       points.q[i].ax = points.q[i].ax * 10.0 + digit_;
       for (int j = 0; j < memory_; ++j)
         points.memory_rate[i * points.memory_stride + static_cast<std::size_t>(j)] =
@@ -195,6 +196,18 @@ TEST(StagedCar, ReadingsPassThroughTheReadingEffectsOnly) {
   car.read(&reading, 1, &at, static_cast<const double*>(nullptr));
   EXPECT_EQ(reading.vx, 134);
   EXPECT_EQ(rates(car)[3], 12359);
+}
+
+TEST(StagedCar, RefusesAReadingThatRemembers) {
+  const Spelling<true> model;
+  const Letter lagged(Stage::reading, 3, 1);
+  StagedCar car(model, {0});
+  try {
+    car.add(lagged, {}, "gyro");
+    FAIL() << "was taken";
+  } catch (const std::invalid_argument& error) {
+    EXPECT_STREQ(error.what(), "effect \"gyro\" has memory, which an effect of the reading stage cannot have");
+  }
 }
 
 TEST(StagedCar, MotionIsInTheWorldAndSlopesPull) {

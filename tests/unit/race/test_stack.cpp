@@ -170,8 +170,8 @@ TEST(Stack, PlansStayCarefulUntilToldOtherwise) {
 TEST(Stack, SamplesSayHowFarTheNominalModelIsBehindItsCommands) {
   Rig plain("{}", R"({"start": {"speed": 1.5}})");
   const Sample none = plain.advance({0.4, 2.0});
-  EXPECT_EQ(none.d_behind, 0.0);
-  EXPECT_EQ(none.delta_behind, 0.0);
+  EXPECT_EQ(none.d_lag, 0.0);
+  EXPECT_EQ(none.delta_lag, 0.0);
   const double tau = 0.05;
   Rig rig(R"({"model": {"effects": [{"plugin": "steer_lag", "params": {"tau": 0.05}}]}})",
           R"({"start": {"speed": 1.5}})");
@@ -181,8 +181,8 @@ TEST(Stack, SamplesSayHowFarTheNominalModelIsBehindItsCommands) {
     const Sample sample = rig.advance({0.4, k < 5 ? 2.0 : -1.0});
     delta += 0.02 * (k < 5 ? 2.0 : -1.0);
     const double after = delta + (wheel - delta) * std::exp(-0.02 / tau);
-    EXPECT_NEAR(sample.delta_behind, delta - 0.5 * (wheel + after), 5e-5) << k;
-    EXPECT_EQ(sample.d_behind, 0.0);
+    EXPECT_NEAR(sample.delta_lag, delta - 0.5 * (wheel + after), 5e-5) << k;
+    EXPECT_EQ(sample.d_lag, 0.0);
     wheel = after;
   }
 }

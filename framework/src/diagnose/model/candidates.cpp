@@ -30,7 +30,11 @@ std::size_t ModelSpec::position(std::size_t candidate) const {
 
 Catalogue::Catalogue(const VehicleSpec& nominal, const Car& car, const Registry& registry,
                      std::span<const std::string> exclude)
-    : car_(car), model_(nullptr, nullptr), model_entry_(nominal.model.entry), model_params_(nominal.model.numbers()) {
+    : car_(car),
+      nominal_(nominal),
+      model_(nullptr, nullptr),
+      model_entry_(nominal.model.entry),
+      model_params_(nominal.model.numbers()) {
   PluginContext context;
   context.car = car;
   model_ = create<VehicleModel>(*nominal.model.entry, context, nominal.model.values);

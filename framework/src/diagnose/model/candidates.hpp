@@ -76,6 +76,7 @@ class Catalogue {
 
  private:
   Car car_;
+  VehicleSpec nominal_;  // keeps the tables alive that instances point into
   Instance<VehicleModel> model_;
   const PluginEntry* model_entry_;
   std::vector<double> model_params_;

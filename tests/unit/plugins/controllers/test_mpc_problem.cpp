@@ -106,7 +106,7 @@ TEST(MpcProblem, EveryParameterIsDeclaredOnceWithItsUnitAndMeaning) {
           EXPECT_LE(d.lo, d.default_value) << d.name;
           EXPECT_GE(d.hi, d.default_value) << d.name;
         };
-        (check(declared.decl), ...);
+        (std::for_each(declared.decls.begin(), declared.decls.end(), check), ...);
       },
       mpc::problem_parameters());
   EXPECT_TRUE(names.contains("horizon"));

@@ -81,15 +81,7 @@ TEST(SteerLag, AngleAndRateAreThoseOfTheLag) {
 TEST(Lags, StartAtTheCommandTheyFollow) {
   for (const char* id : {"motor_lag", "steer_lag"}) {
     const EffectBench bench(id);
-    Quantities<double> q = test::bench_quantities();
-    double memory = -1.0;
-    Points<double> points;
-    points.n = 1;
-    points.q = &q;
-    points.memory_rate = &memory;
-    points.memory_stride = 1;
-    bench.effect().start(points);
-    EXPECT_EQ(memory, id == std::string("motor_lag") ? q.d : q.delta);
+    EXPECT_EQ(bench.start_memory({0.05})[0], id == std::string("motor_lag") ? bench.q.d : bench.q.delta);
   }
 }
 

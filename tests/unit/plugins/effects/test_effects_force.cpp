@@ -17,16 +17,7 @@ TEST(Relaxation, ForcesFollowTheStaticOnesOverADistance) {
 
 TEST(Relaxation, StartsAtTheStaticForces) {
   const EffectBench bench("relaxation");
-  Quantities<double> q = test::bench_quantities();
-  double memory[2] = {0, 0};
-  Points<double> points;
-  points.n = 1;
-  points.q = &q;
-  points.memory_rate = memory;
-  points.memory_stride = 2;
-  bench.effect().start(points);
-  EXPECT_EQ(memory[0], 3.0);
-  EXPECT_EQ(memory[1], 2.5);
+  EXPECT_EQ(bench.start_memory({0.5}), (std::vector<double>{3.0, 2.5}));
 }
 
 }  // namespace

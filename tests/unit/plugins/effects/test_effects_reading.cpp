@@ -9,9 +9,13 @@ Reading<double> read(const char* id, double parameter) {
   const EffectBench bench(id);
   Reading<double> r{1, 2, 3, 4, 5, 6};
   const Place at;
-  Readings<double> readings{1, &r, &at, &parameter};
+  Points<double> points;
+  points.n = 1;
+  points.reading = &r;
+  points.at = &at;
+  points.params = &parameter;
   EXPECT_EQ(bench.effect().stage(), Stage::reading);
-  bench.effect().read(readings);
+  bench.effect().apply(points);
   return r;
 }
 
