@@ -1,4 +1,4 @@
-# Shared by quickstart and test: packages, build. Sourced, not run.
+# Shared by the scripts of this folder: packages, build. Sourced, not run.
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 cd "$root"
@@ -27,6 +27,7 @@ require_debian_12() {
 build_packages="g++ cmake ninja-build pkg-config libeigen3-dev libboost-dev libboost-program-options-dev
   libboost-filesystem-dev coinor-libipopt-dev nlohmann-json3-dev"
 test_packages="libgtest-dev libgmock-dev locales doxygen"
+check_packages="clang clang-tidy clang-format python3"
 
 # Installs what is missing of the packages named; asks the package lists only if something is.
 install_packages() {
@@ -48,9 +49,14 @@ install_browser() {
     ( cd tools/report && npm ci --silent --ignore-scripts ) || say "npm ci failed in tools/report: the report is not tested in a browser"
 }
 
+# Runs a command; its words are shown only where it fails.
+quietly() {
+  local words
+  words=$("$@" 2>&1) || die "$words"
+}
+
 # build TESTS(ON|OFF): configures build/ when needed and builds.
 build() {
-  cmake -G Ninja -S . -B build -DGRIPLINE_TESTS="$1" >build-configure.log 2>&1 || { cat build-configure.log >&2; die "cmake failed"; }
-  rm -f build-configure.log
+  quietly cmake -G Ninja -S . -B build -DGRIPLINE_TESTS="$1"
   cmake --build build
 }
