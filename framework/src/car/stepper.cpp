@@ -95,7 +95,7 @@ void Stepper<T>::step(const StagedCar& car, const Integration& integration, doub
 
 template <class T>
 void Stepper<T>::quantities(const StagedCar& car, double dt, std::size_t n, const Place* at, const T* params,
-                      Quantities<T>* q) {
+                            Quantities<T>* q) {
   stage_inputs(n, at, 0.0, 0.0, dt, dt);
   CarBatch<T> batch;
   batch.n = n;

@@ -145,7 +145,8 @@ void Search::try_pairs() {
     const auto& members = pair.start.members;
     if (std::any_of(members.begin(), members.end(), [&](std::size_t m) { return left_out(m); })) continue;
     if (tries++ == most || spent()) break;
-    Fit& rough = rough_fit(pair.start, null_model_->noise, best_->score - 2.0 * unfinished(best_->score, null_model_->score));
+    Fit& rough =
+        rough_fit(pair.start, null_model_->noise, best_->score - 2.0 * unfinished(best_->score, null_model_->score));
     const bool near = rough.score > best_->score - unfinished(best_->score, null_model_->score);
     if (near && finish(rough).score > best_->score) best_ = &rough;
   }
