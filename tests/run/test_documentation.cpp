@@ -143,19 +143,41 @@ std::vector<std::string> wrong_commands(const std::string& text, const std::set<
   return wrong;
 }
 
-/// Every page of the repository that people write.
-std::vector<fs::path> pages() {
+/// Files of the tree that inline code of a page names and that are not there.
+std::vector<std::string> absent_files(const std::string& text) {
+  static const std::regex path(R"(`((?:framework|plugins|tests|worlds|experiments|tools)/[\w./-]+)`)");
+  std::vector<std::string> absent;
+  const Page page = split(text);
+  for (const auto& [number, line] : page.prose)
+    for (const std::smatch& found : matches(line, path))
+      if (!fs::exists(root / found[1].str())) absent.push_back(std::to_string(number) + ": " + found[1].str());
+  return absent;
+}
+
+/// Pages of framework/doc that a source cites and that are not there.
+std::vector<std::string> absent_pages(const std::string& text) {
+  static const std::regex cited(R"(framework/doc/[\w-]+\.md)");
+  std::vector<std::string> absent;
+  for (const std::smatch& found : matches(text, cited))
+    if (!fs::exists(root / found.str())) absent.push_back(found.str());
+  return absent;
+}
+
+/// Every file of the repository with one of these endings that people write.
+std::vector<fs::path> written(const std::set<std::string>& endings) {
   static const std::set<std::string> left_out = {"node_modules", "dist", "out", ".git"};
   std::vector<fs::path> found;
   for (auto at = fs::recursive_directory_iterator(root); at != fs::recursive_directory_iterator(); ++at) {
     const std::string name = at->path().filename().string();
     if (at->is_directory() && (left_out.count(name) > 0 || fs::exists(at->path() / "CMakeCache.txt")))
       at.disable_recursion_pending();
-    else if (name.ends_with(".md"))
+    else if (endings.count(at->path().extension().string()) > 0)
       found.push_back(at->path());
   }
   return found;
 }
+
+std::vector<fs::path> pages() { return written({".md"}); }
 
 TEST(Documentation, LinksResolve) {
   ASSERT_GT(pages().size(), 10U);
@@ -166,6 +188,23 @@ TEST(Documentation, CommandsNameWhatExists) {
   const std::set<std::string> known = sub_commands();
   ASSERT_EQ(known.count("compare"), 1U);
   for (const fs::path& page : pages()) EXPECT_THAT(wrong_commands(contents(page), known), IsEmpty()) << page;
+}
+
+TEST(Documentation, FilesNamedInProseExist) {
+  for (const fs::path& page : pages()) EXPECT_THAT(absent_files(contents(page)), IsEmpty()) << page;
+  EXPECT_THAT(absent_files("`tests/run` and\n`tests/absent.hpp`, `worlds/full_size*.json`, `out/table1`\n"),
+              ElementsAre("2: tests/absent.hpp"));
+}
+
+TEST(Documentation, PagesThatSourcesCiteExist) {
+  const std::vector<fs::path> sources = written({".cpp", ".hpp", ".h", ".json"});
+  ASSERT_GT(sources.size(), 100U);
+  for (const fs::path& source : sources) {
+    if (source.filename() == "test_documentation.cpp") continue;  // it names one that is absent
+    EXPECT_THAT(absent_pages(contents(source)), IsEmpty()) << source;
+  }
+  EXPECT_THAT(absent_pages("// framework/doc/effects.md, framework/doc/absent.md"),
+              ElementsAre("framework/doc/absent.md"));
 }
 
 TEST(Documentation, ABrokenLinkIsSeen) {
