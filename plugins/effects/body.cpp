@@ -189,13 +189,34 @@ class Bank final : public LapSlope<Bank> {
 
 }  // namespace
 
-GRIPLINE_PLUGINS(
-    gripline::describe<AeroDrag>("aero_drag", "1.0", "drag that grows with speed squared").precedence(10),
-    gripline::describe<RollingRes>("rolling_res", "1.0", "constant resistance").precedence(11),
-    gripline::describe<DiffYaw>("diff_yaw", "1.0", "something damps the yaw rate, as a locked differential does")
-        .precedence(12),
-    gripline::describe<TorqueVec>("torque_vec", "1.0", "drive force turns the car while steering").precedence(13),
-    gripline::describe<Wind>("wind", "1.0", "steady wind").precedence(14),
-    gripline::describe<PlaneTilt>("plane_tilt", "1.0", "the whole ground is tilted").precedence(15),
-    gripline::describe<Grade>("grade", "1.0", "slope along the lap").precedence(16),
-    gripline::describe<Bank>("bank", "1.0", "slope across the lap").precedence(17))
+GRIPLINE_PLUGINS(gripline::describe<AeroDrag>("aero_drag", "1.0", "drag that grows with speed squared")
+                     .advice("coast down from top speed to half of it on a level straight; "
+                             "drive the same lap in the other direction, and coast down once; "
+                             "full throttle from a quarter of top speed to top speed")
+                     .precedence(10),
+                 gripline::describe<RollingRes>("rolling_res", "1.0", "constant resistance")
+                     .advice("coast down from top speed to half of it on a level straight; "
+                             "drive the same lap in the other direction, and coast down once")
+                     .precedence(11),
+                 gripline::describe<DiffYaw>("diff_yaw", "1.0",
+                                             "something damps the yaw rate, as a locked differential does")
+                     .advice("power on and lift off in a steady corner, then brake in a turn")
+                     .precedence(12),
+                 gripline::describe<TorqueVec>("torque_vec", "1.0", "drive force turns the car while steering")
+                     .advice("power on and lift off in a steady corner, then brake in a turn")
+                     .precedence(13),
+                 gripline::describe<Wind>("wind", "1.0", "steady wind")
+                     .advice("drive the same lap in the other direction")
+                     .precedence(14),
+                 gripline::describe<PlaneTilt>("plane_tilt", "1.0", "the whole ground is tilted")
+                     .advice("drive the same lap in the other direction")
+                     .precedence(15),
+                 gripline::describe<Grade>("grade", "1.0", "slope along the lap")
+                     .advice("drive the same lap in the other direction, and coast down once; "
+                             "drive the same lap in the other direction; "
+                             "the same place at two speeds, for three laps or more")
+                     .precedence(16),
+                 gripline::describe<Bank>("bank", "1.0", "slope across the lap")
+                     .advice("drive the same lap in the other direction; "
+                             "the same place at two speeds, for three laps or more")
+                     .precedence(17))

@@ -37,5 +37,6 @@ class Relaxation final : public gripline::AutoDiffEffect<Relaxation> {
 
 }  // namespace
 
-GRIPLINE_PLUGINS(
-    gripline::describe<Relaxation>("relaxation", "1.0", "tyre forces build up over a distance").precedence(10))
+GRIPLINE_PLUGINS(gripline::describe<Relaxation>("relaxation", "1.0", "tyre forces build up over a distance")
+                     .advice("a steering chirp up to 3 Hz at two speeds")
+                     .precedence(10))

@@ -59,6 +59,10 @@ class YawrateBias final : public gripline::AutoDiffReading<YawrateBias> {
 }  // namespace
 
 GRIPLINE_PLUGINS(
-    gripline::describe<VxScale>("vx_scale", "1.0", "the speed sensor is out by a factor").precedence(10),
-    gripline::describe<VxBias>("vx_bias", "1.0", "the speed sensor is out by an offset").precedence(20),
+    gripline::describe<VxScale>("vx_scale", "1.0", "the speed sensor is out by a factor")
+        .advice("two straights at constant speeds a factor of two apart")
+        .precedence(10),
+    gripline::describe<VxBias>("vx_bias", "1.0", "the speed sensor is out by an offset")
+        .advice("two straights at constant speeds a factor of two apart")
+        .precedence(20),
     gripline::describe<YawrateBias>("yawrate_bias", "1.0", "the yaw rate sensor is out by an offset").precedence(30))

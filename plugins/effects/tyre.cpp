@@ -61,9 +61,10 @@ class FrictionPatch final : public gripline::AutoDiffEffect<FrictionPatch> {
   };
   static constexpr auto parameters() {
     using P = Params<double>;
-    return std::tuple{param("k", &P::k, "1", {-0.95, 5}, "relative change of friction").fit(0, -0.1, 0.1),
-                      param("s0", &P::s0, "1", {-1, 2}, "centre of the patch, as a lap fraction").fit(0.5, 0.5, 0.05),
-                      param("w", &P::w, "1", {0.02, 0.6}, "length of the patch over the lap").fit(0.14, 0.14, 0.05)};
+    return std::tuple{
+        param("k", &P::k, "1", {-0.95, 5}, "relative change of friction").fit(0, -0.1, 0.1),
+        param("s0", &P::s0, "1", {-1, 2}, "centre of the patch, as a lap fraction").fit(0.5, 0.5, 0.05).periodic(),
+        param("w", &P::w, "1", {0.02, 0.6}, "length of the patch over the lap").fit(0.14, 0.14, 0.05)};
   }
   Stage stage() const noexcept override { return Stage::tyre; }
   template <class T>
@@ -130,14 +131,30 @@ class CombSlip final : public gripline::AutoDiffEffect<CombSlip> {
 
 }  // namespace
 
-GRIPLINE_PLUGINS(
-    gripline::describe<FrictionScale>("friction_scale", "1.0", "more or less friction everywhere").precedence(10),
-    gripline::describe<FrictionDrift>("friction_drift", "1.0", "friction changes with time").precedence(11),
-    gripline::describe<FrictionPatch>("friction_patch", "1.0", "friction differs on one stretch of the lap")
-        .precedence(12),
-    gripline::describe<FrontGrip>("front_grip", "1.0", "the front axle grips more or less").precedence(20),
-    gripline::describe<RearGrip>("rear_grip", "1.0", "the rear axle grips more or less").precedence(21),
-    gripline::describe<FrontStiff>("front_stiff", "1.0", "the front tyres are stiffer or softer").precedence(22),
-    gripline::describe<RearStiff>("rear_stiff", "1.0", "the rear tyres are stiffer or softer").precedence(23),
-    gripline::describe<CombSlip>("comb_slip", "1.0", "drive force takes lateral force from the rear axle")
-        .precedence(90))
+GRIPLINE_PLUGINS(gripline::describe<FrictionScale>("friction_scale", "1.0", "more or less friction everywhere")
+                     .advice("the same corner at the limit slowly and fast, early and late")
+                     .precedence(10),
+                 gripline::describe<FrictionDrift>("friction_drift", "1.0", "friction changes with time")
+                     .advice("the same corner at the limit slowly and fast, early and late")
+                     .precedence(11),
+                 gripline::describe<FrictionPatch>("friction_patch", "1.0",
+                                                   "friction differs on one stretch of the lap")
+                     .advice("the same place at two speeds, for three laps or more")
+                     .precedence(12),
+                 gripline::describe<FrontGrip>("front_grip", "1.0", "the front axle grips more or less")
+                     .advice("a slow ramp of steering into saturation, twice; "
+                             "power on and lift off in a steady corner, then brake in a turn")
+                     .precedence(20),
+                 gripline::describe<RearGrip>("rear_grip", "1.0", "the rear axle grips more or less")
+                     .advice("a slow ramp of steering into saturation, twice; "
+                             "power on and lift off in a steady corner, then brake in a turn")
+                     .precedence(21),
+                 gripline::describe<FrontStiff>("front_stiff", "1.0", "the front tyres are stiffer or softer")
+                     .advice("a slow ramp of steering into saturation, twice")
+                     .precedence(22),
+                 gripline::describe<RearStiff>("rear_stiff", "1.0", "the rear tyres are stiffer or softer")
+                     .advice("a slow ramp of steering into saturation, twice")
+                     .precedence(23),
+                 gripline::describe<CombSlip>("comb_slip", "1.0", "drive force takes lateral force from the rear axle")
+                     .advice("power on and lift off in a steady corner, then brake in a turn")
+                     .precedence(90))

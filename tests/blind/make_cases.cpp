@@ -65,7 +65,7 @@ struct Garage {
     catalogue.emplace(worlds_.front().vehicle, worlds_.front().car.car, registry, std::vector<std::string>{});
   }
   const WorldSpec& world() const { return worlds_.front(); }
-  std::vector<diagnose::Road> roads;
+  std::vector<measured::Road> roads;
   std::optional<diagnose::Catalogue> catalogue;
 
  private:
@@ -133,7 +133,7 @@ std::vector<std::string> places_of(const std::string& id) {
   return {"state", "input"};
 }
 
-void write_log(const fs::path& file, const diagnose::Measured& log, const diagnose::Channels& noise, bool car_is_full,
+void write_log(const fs::path& file, const measured::Log& log, const measured::Channels& noise, bool car_is_full,
                bool exact, bool with_vy, Random& r) {
   std::string text =
       std::string("t_s,x_m,y_m,yaw_rad,vx_mps,") + (with_vy ? "vy_mps," : "") + "yaw_rate_radps,d,delta_rad\n";
@@ -225,7 +225,7 @@ diagnose::ModelSpec model_of(diagnose::Catalogue& catalogue, const Draft& c) {
     nuisances.push_back(n);
   }
   catalogue.set_nuisances(nuisances);
-  diagnose::ModelSpec model = catalogue.bare();
+  diagnose::ModelSpec model = catalogue.null_model();
   std::size_t at = 0;
   for (const auto& [name, off] : c.nuisance) {
     double& v = model.nuisance[at++];
@@ -245,7 +245,7 @@ diagnose::ModelSpec model_of(diagnose::Catalogue& catalogue, const Draft& c) {
   return model;
 }
 
-std::string answer_json(const Draft& c, const std::string& track, int direction, const diagnose::Channels& noise,
+std::string answer_json(const Draft& c, const std::string& track, int direction, const measured::Channels& noise,
                         const std::array<double, 2>& laps, std::uint64_t seed, int attempts) {
   std::vector<Effect> effects = c.effects;
   std::string unknown = "null";
@@ -289,7 +289,7 @@ std::string answer_json(const Draft& c, const std::string& track, int direction,
   return text;
 }
 
-std::string case_json(const Draft& c, const std::string& track, int direction, const diagnose::Channels& noise) {
+std::string case_json(const Draft& c, const std::string& track, int direction, const measured::Channels& noise) {
   constexpr std::array<const char*, 6> names = {"x_m", "y_m", "yaw_rad", "vx_mps", "vy_mps", "yaw_rate_radps"};
   std::string text = "{\n  \"vehicle\": \"" + std::string(vehicles[static_cast<std::size_t>(c.car)]) +
                      "\",\n  \"track\": \"" + track + "\",\n  \"direction\": " + std::to_string(direction) +
@@ -304,7 +304,7 @@ std::string case_json(const Draft& c, const std::string& track, int direction, c
 }
 
 /// Drives, more gently each time the car is lost.
-Log drive(Plan plan, const diagnose::Road& road, int car, Random& r, int& attempts) {
+Log drive(Plan plan, const measured::Road& road, int car, Random& r, int& attempts) {
   for (;; ++attempts) {
     if (attempts > 60) throw std::runtime_error("the driver cannot keep this car on the road");
     if (auto log = simulate(plan, road, car, r)) return std::move(*log);
@@ -327,7 +327,7 @@ void make_case(const Condition& condition, std::size_t i, std::uint64_t seed, st
   const Draft c = draft(condition, i, r);
   Garage& garage = garages[static_cast<std::size_t>(c.car)];
   const std::size_t which = pick(r, garage.roads.size());
-  const diagnose::Road& road = garage.roads[which];
+  const measured::Road& road = garage.roads[which];
   const bool full = c.car == 1;
 
   Plan plan;
@@ -345,7 +345,7 @@ void make_case(const Condition& condition, std::size_t i, std::uint64_t seed, st
   const int direction = r() % 3 == 0 ? -1 : 1;
   plan.style = {uniform(r, 0.78, 0.95), uniform(r, 0.04, full ? 0.12 : 0.18), uniform(r, 0.1, 0.5),
                 uniform(r, 0.7, 1.3), direction};
-  diagnose::Channels noise{};
+  measured::Channels noise{};
   for (std::size_t ch = 0; ch < 6; ++ch) noise[ch] = c.noise * garage.world().sensors.channels[ch].sigma;
 
   int attempts = 0;

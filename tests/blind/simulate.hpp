@@ -39,7 +39,7 @@ struct Plan {
 };
 
 struct Log {
-  diagnose::Measured log;  // exact readings
+  measured::Log log;  // exact readings
   double laps = 0;
 };
 
@@ -63,7 +63,7 @@ class Disturbance {
 };
 
 /// Empty when the car spins, leaves the road or becomes slower than 0.3 v_ref.
-inline std::optional<Log> simulate(const Plan& plan, const diagnose::Road& road, int car_kind, Random& r) {
+inline std::optional<Log> simulate(const Plan& plan, const measured::Road& road, int car_kind, Random& r) {
   const Car& body = plan.catalogue->car();
   StagedCar car = plan.catalogue->build(plan.model);
   std::optional<Outside> outside;
@@ -83,7 +83,7 @@ inline std::optional<Log> simulate(const Plan& plan, const diagnose::Road& road,
 
   const int pieces = static_cast<int>(std::round(plan.dt / 0.0025));
   Log out;
-  diagnose::Measured& log = out.log;
+  measured::Log& log = out.log;
   log.dt = plan.dt;
   const double h = log.dt / pieces;
   const auto lead = static_cast<std::size_t>(std::round(plan.latency / h));

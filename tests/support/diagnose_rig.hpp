@@ -2,10 +2,12 @@
 #pragma once
 
 #include <cmath>
+#include <filesystem>
 #include <random>
 
 #include "config/json_file.hpp"
 #include "diagnose/inference/fit.hpp"
+#include "measured/replay.hpp"
 #include "support/paths.hpp"
 #include "world/world_spec.hpp"
 
@@ -13,20 +15,22 @@ namespace gripline::test {
 
 class DiagnoseRig {
  public:
-  explicit DiagnoseRig(std::vector<std::string> exclude = {})
-      : registry_({testing_support::plugin_dir()}),
+  /// `more_plugins`: folders beside the shipped plugins.
+  explicit DiagnoseRig(std::vector<std::string> exclude = {}, std::vector<std::filesystem::path> more_plugins = {})
+      : registry_(with_shipped(std::move(more_plugins))),
         world_(load()),
         catalogue_(world_.vehicle, world_.car.car, registry_, exclude),
         road_(world_.track) {}
 
   diagnose::Catalogue& catalogue() { return catalogue_; }
-  const diagnose::Road& road() const { return road_; }
+  const diagnose::Catalogue& catalogue() const { return catalogue_; }
+  const measured::Road& road() const { return road_; }
   const WorldSpec& world() const { return world_; }
   const Registry& registry() const { return registry_; }
 
   /// A model with one effect whose fitted parameters have these values.
   diagnose::ModelSpec with(const std::string& id, const std::vector<double>& fitted) const {
-    return with(catalogue_.bare(), id, fitted);
+    return with(catalogue_.null_model(), id, fitted);
   }
   diagnose::ModelSpec with(const diagnose::ModelSpec& model, const std::string& id,
                            const std::vector<double>& fitted) const {
@@ -46,9 +50,9 @@ class DiagnoseRig {
     std::array<double, 3> rough{};  // process noise of framework/doc/diagnose-cases.md, times these
   };
   /// What the sensors of a car with this model show while it weaves around; samples 20 ms apart.
-  diagnose::Measured simulate(const diagnose::ModelSpec& truth, const Drive& drive) const {
+  measured::Log simulate(const diagnose::ModelSpec& truth, const Drive& drive) const {
     const StagedCar car = catalogue_.build(truth);
-    diagnose::Measured log;
+    measured::Log log;
     const auto n = static_cast<std::size_t>(std::round(drive.seconds / log.dt)) + 1;
     std::mt19937_64 random(drive.seed);
     std::normal_distribution<double> normal;
@@ -62,7 +66,7 @@ class DiagnoseRig {
     std::vector<double> x = {1.0, 0.5, 0.3, 1.6, 0.0, 0.0}, memory(static_cast<std::size_t>(car.memory()));
     double hint = std::nan("");
     Place at = road_.at(0.0, x[0], x[1], x[2], hint);
-    const ActingCommand<double> first = diagnose::command_at(log, 0, 0.0);
+    const ActingCommand<double> first = measured::command_at(log, 0, 0.0);
     const History<double> history{log.command.data(), n, 0.0, log.dt, 0.0, Hold::foh};
     CarBatch<double> batch;
     batch.n = 1;
@@ -71,7 +75,7 @@ class DiagnoseRig {
     batch.at = &at;
     batch.history = &history;
     if (!memory.empty()) car.start_memory(batch, memory.data());
-    diagnose::Stepping stepping(car, log, 16);
+    measured::LogStepper stepping(car, log, 16);
     constexpr std::array<double, 3> usual = {0.1, 0.1, 0.8};  // [m/s2, m/s2, rad/s2]
     std::array<double, 3> road{};
     const double keeps = std::exp(-log.dt / diagnose::noise_time);
@@ -95,15 +99,15 @@ class DiagnoseRig {
   }
 
   /// A problem of these logs, the world's noise levels believed.
-  diagnose::Problem problem(std::vector<diagnose::Measured> logs) const {
+  diagnose::Problem problem(std::vector<measured::Log> logs) const {
     diagnose::Problem p;
     p.catalogue = &catalogue_;
     for (std::size_t c = 0; c < 6; ++c) p.sensor[c] = world_.sensors.channels[c].sigma;
     p.process_unit = {0.1, 0.1, 1.6};
-    for (diagnose::Measured& log : logs) {
-      diagnose::Trace trace;
+    for (measured::Log& log : logs) {
+      measured::Trace trace;
       trace.log = std::move(log);
-      trace.set_motion(diagnose::smooth_readings(trace.log, 3), road_);
+      trace.set_motion(measured::smooth_readings(trace.log, 3), road_);
       p.rows += 6 * trace.size();
       p.traces.push_back(std::move(trace));
     }
@@ -119,6 +123,10 @@ class DiagnoseRig {
   }
 
  private:
+  static std::vector<std::filesystem::path> with_shipped(std::vector<std::filesystem::path> folders) {
+    folders.push_back(testing_support::plugin_dir());
+    return folders;
+  }
   WorldSpec load() const {
     Errors errors;
     WorldSpec world =
@@ -130,7 +138,7 @@ class DiagnoseRig {
   Registry registry_;
   WorldSpec world_;
   diagnose::Catalogue catalogue_;
-  diagnose::Road road_;
+  measured::Road road_;
 };
 
 }  // namespace gripline::test

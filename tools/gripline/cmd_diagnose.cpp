@@ -9,7 +9,7 @@
 #include "config/json_file.hpp"
 #include "diagnose/result/diagnosis_files.hpp"
 #include "diagnose/result/report_data.hpp"
-#include "diagnose/scoring/score.hpp"
+#include "diagnose/scoring/scorecard.hpp"
 #include "experiment/out_folder.hpp"
 #include "gripline/command.hpp"
 #include "util/csv_writer.hpp"
@@ -86,13 +86,13 @@ int score(const fs::path& cases, const fs::path& out, const Registry& registry) 
 }
 
 void print(const diagnose::Diagnosis& d) {
-  for (const diagnose::Health& h : d.health)
-    if (h.level != diagnose::Health::Level::good)
+  for (const measured::Health& h : d.health)
+    if (h.level != measured::Health::Level::good)
       std::cout << "log: " << h.check << ": " << h.found << "; " << h.done << '\n';
   std::cout << diagnose::verdict_names[static_cast<std::size_t>(d.verdict)] << ": " << d.sentence << '\n';
   std::cout << "\neffect              evidence   error with it   wins\n";
   std::size_t shown = 0;
-  for (const diagnose::Ranked& r : d.ranking) {
+  for (const diagnose::RankedEffect& r : d.ranking) {
     if (++shown > 6) break;
     char row[120];
     std::snprintf(row, sizeof row, "%-18s %9.1f   %13.3f   %4.2f\n", r.effect.c_str(), r.gain, r.held_out,
@@ -102,7 +102,7 @@ void print(const diagnose::Diagnosis& d) {
   if (d.verdict == diagnose::Verdict::unknown && !d.ranking.empty())
     std::cout << "wins compare the effects of the catalogue with each other; here none of them is enough\n";
   std::cout << "\nhorizon    before     after   (sensor standard deviations, data not fitted)\n";
-  for (const diagnose::Diagnosis::Horizon& h : d.horizons) {
+  for (const diagnose::PredictionError& h : d.horizons) {
     char row[120];
     std::snprintf(row, sizeof row, "%5.1f s %9.3f %9.3f\n", h.seconds, h.before, h.after);
     std::cout << row;
@@ -152,13 +152,13 @@ int diagnose_logs(DiagnoseOptions options, const Registry& registry) {
   const WorldSpec world = read_world(node, registry, errors);
   errors.throw_if_any();
   diagnose::Diagnoser diagnoser(world, registry, given.options);
-  const diagnose::LogExpectations expected{world.car.car.v_ref, &diagnoser.road()};
+  const measured::LogExpectations expected{world.car.car.v_ref, &diagnoser.road()};
   const auto read = [&](const Words& files) {
-    std::vector<diagnose::LogFile> logs;
-    for (const std::string& file : files) logs.push_back(diagnose::read_log_file(file, expected));
+    std::vector<measured::LogFile> logs;
+    for (const std::string& file : files) logs.push_back(measured::read_log_file(file, expected));
     return logs;
   };
-  const std::vector<diagnose::LogFile> logs = read(options.logs), held_out = read(options.held_out);
+  const std::vector<measured::LogFile> logs = read(options.logs), held_out = read(options.held_out);
   const OutLock lock = open_out_folder(options.out, "diagnosis", options.force);
   const diagnose::Diagnosis d = [&] {
     const StopSignal stop(StopSignal::Reaction::end, run_broke);

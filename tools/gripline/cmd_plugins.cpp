@@ -43,6 +43,7 @@ void describe(const PluginEntry& entry) {
   std::cout << kind_name(entry.decl->kind) << ' ' << entry.decl->id << ' ' << entry.decl->version << "\n  "
             << entry.decl->summary << '\n';
   if (entry.needs_truth()) std::cout << "  needs the truth of the world\n";
+  if (*entry.decl->advice != '\0') std::cout << "  to tell it from others: " << entry.decl->advice << '\n';
   std::cout << "  from " << entry.library.filename().string() << '\n';
   for (const abi::ParamDecl& p : entry.params()) {
     std::cout << "  " << p.name << " [" << p.unit << "]";

@@ -37,9 +37,9 @@ std::vector<double> read_horizons(const std::string& text) {
 struct ErrorsAtHorizon {
   double position = 0, yaw = 0, vx = 0, vy = 0, yaw_rate = 0;
 };
-ErrorsAtHorizon errors_of(const std::vector<diagnose::Rollouts>& all) {
+ErrorsAtHorizon errors_of(const std::vector<measured::Rollouts>& all) {
   std::array<double, 6> sum{}, count{};
-  for (const diagnose::Rollouts& r : all)
+  for (const measured::Rollouts& r : all)
     for (std::size_t i = 0; i < r.error.size(); ++i) {
       if (std::isnan(r.error[i])) continue;
       sum[i % 6] += r.error[i] * r.error[i];
@@ -74,22 +74,22 @@ PredictRequest read_request(const po::variables_map& given) {
 
 /// Free simulations of every stretch of a log, each from the measured state itself; where a reading is missing, from
 /// its neighbours.
-std::vector<diagnose::Rollouts> roll_out_all(const StagedCar& car, const diagnose::LogFile& log,
-                                             const diagnose::Road& road, double horizon) {
-  std::vector<diagnose::Rollouts> all;
-  for (const diagnose::Measured& m : log.stretches) {
-    diagnose::Trace trace;
+std::vector<measured::Rollouts> roll_out_all(const StagedCar& car, const measured::LogFile& log,
+                                             const measured::Road& road, double horizon) {
+  std::vector<measured::Rollouts> all;
+  for (const measured::Log& m : log.stretches) {
+    measured::Trace trace;
     trace.log = m;
     std::vector<double> start = m.reading;
-    const std::vector<double> smooth = diagnose::smooth_readings(m, 3);
+    const std::vector<double> smooth = measured::smooth_readings(m, 3);
     for (std::size_t i = 0; i < start.size(); ++i)
       if (std::isnan(start[i])) start[i] = smooth[i];
     trace.set_motion(start, road);
-    trace.set_motion(diagnose::states_of_readings(car, start, trace.at), road);
-    diagnose::RolloutOptions options;
+    trace.set_motion(measured::states_of_readings(car, start, trace.at), road);
+    measured::RolloutOptions options;
     options.horizon = horizon;
     options.substeps = 4;
-    all.push_back(diagnose::roll_out(car, trace, road, options));
+    all.push_back(measured::roll_out(car, trace, road, options));
   }
   return all;
 }
@@ -118,15 +118,15 @@ int run_predict(Arguments args) {
   PluginContext context;
   context.car = world.car.car;
   const Vehicle vehicle(world.vehicle, context);
-  const diagnose::Road road(world.track);
-  const diagnose::LogFile log = diagnose::read_log_file(request.log, {world.car.car.v_ref, &road});
+  const measured::Road road(world.track);
+  const measured::LogFile log = measured::read_log_file(request.log, {world.car.car.v_ref, &road});
 
   std::optional<CsvWriter> file;
   if (request.out) file.emplace(*request.out, "horizon_s,position_m,yaw_rad,vx_mps,vy_mps,yaw_rate_radps");
   std::cout << "horizon   position m    yaw rad     vx m/s     vy m/s   yaw rate rad/s\n";
   for (const double horizon : request.horizons) {
-    const std::vector<diagnose::Rollouts> all = roll_out_all(vehicle.car(), log, road, horizon);
-    if (std::all_of(all.begin(), all.end(), [](const diagnose::Rollouts& r) { return r.start.empty(); }))
+    const std::vector<measured::Rollouts> all = roll_out_all(vehicle.car(), log, road, horizon);
+    if (std::all_of(all.begin(), all.end(), [](const measured::Rollouts& r) { return r.start.empty(); }))
       throw InputError(request.log.string() + ": too short for a horizon of " + std::to_string(horizon) + " s");
     const ErrorsAtHorizon e = errors_of(all);
     char row[160];

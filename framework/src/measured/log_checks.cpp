@@ -1,16 +1,16 @@
-// Is this what its columns say? Units, signs and places, by medians, so that no outlier decides.
+#include "measured/log_checks.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <complex>
 #include <numbers>
 
-#include "measured/raw_log.hpp"
 #include "util/statistics.hpp"
 
-namespace gripline::diagnose {
+namespace gripline::measured {
 namespace {
 
-/// What half a second of a log shows by different channels.
+/// Half a second of a log by different channels; SI units.
 struct Window {
   double seconds = 0;
   double way = 0, travel_angle = 0;  // between its ends, by position
@@ -20,7 +20,7 @@ struct Window {
   double steer = 0;
 };
 
-std::vector<Window> windows_of(const Raw& raw, double dt) {
+std::vector<Window> windows_of(const RawLog& raw, double dt) {
   const auto stride = static_cast<std::size_t>(std::max(2.0, std::round(0.5 / dt)));
   std::vector<Window> windows;
   for (std::size_t i = 0; i + stride < raw.size(); i += stride / 2) {
@@ -35,7 +35,7 @@ std::vector<Window> windows_of(const Raw& raw, double dt) {
           sum += raw.at(j, c);
           count += 1.0;
         }
-      return 2.0 * count > static_cast<double>(stride) ? sum / count : nothing_read;
+      return 2.0 * count > static_cast<double>(stride) ? sum / count : no_reading;
     };
     const double dx = raw.at(end, 0) - raw.at(i, 0), dy = raw.at(end, 1) - raw.at(i, 1);
     w.way = std::hypot(dx, dy);
@@ -50,7 +50,7 @@ std::vector<Window> windows_of(const Raw& raw, double dt) {
   return windows;
 }
 
-/// Median of `top` over `bottom` where `bottom` is large enough to divide by.
+/// Median of `top` / `bottom` over windows where `bottom` is at least half its 90 % quantile.
 template <class Top, class Bottom>
 double usual_ratio(const std::vector<Window>& windows, Top top, Bottom bottom) {
   std::vector<double> sizes, ratios;
@@ -58,10 +58,10 @@ double usual_ratio(const std::vector<Window>& windows, Top top, Bottom bottom) {
   const double enough = 0.5 * lower_quantile(sizes, 0.9, 0.0);
   for (const Window& w : windows)
     if (std::abs(bottom(w)) >= enough && bottom(w) != 0.0) ratios.push_back(top(w) / bottom(w));
-  return upper_median(ratios, nothing_read);
+  return upper_median(ratios, no_reading);
 }
 
-/// A ratio that is a unit rather than a car.
+/// A range of ratios that a wrong unit gives.
 struct Unit {
   double low, high;
   const char* found;
@@ -92,14 +92,14 @@ void check_rate(const CsvTable& table, double ratio) {
            "to the left (counter-clockwise)");
 }
 
-/// How far directions agree: length of the mean of unit vectors, and its angle.
+/// Mean of unit vectors: its length says how far the angles agree, its argument is their circular mean.
 std::complex<double> mean_direction(const std::vector<double>& angles) {
   std::complex<double> sum;
   for (const double a : angles) sum += std::polar(1.0, a);
   return sum / std::max(1.0, static_cast<double>(angles.size()));
 }
 
-/// The car moves about where it points. Where it does not, the frame is turned or mirrored.
+/// Course over ground and yaw agree to within the slip angle unless the frame is rotated or mirrored.
 void check_frame(const CsvTable& table, const std::vector<Window>& windows) {
   std::vector<double> ways, off, mirrored;
   for (const Window& w : windows) ways.push_back(w.way);
@@ -121,7 +121,7 @@ void check_frame(const CsvTable& table, const std::vector<Window>& windows) {
            "the left of x and yaw counter-clockwise");
 }
 
-/// A car turns to where it is steered, but for moments of a slide.
+/// The car turns to the side it is steered to, but for moments of countersteer.
 void check_steering(const CsvTable& table, const std::vector<Window>& windows) {
   std::vector<double> sizes;
   for (const Window& w : windows) sizes.push_back(std::abs(w.steer));
@@ -140,7 +140,7 @@ void check_steering(const CsvTable& table, const std::vector<Window>& windows) {
 
 }  // namespace
 
-void check_yaw_is_radians(const CsvTable& table, const Raw& raw) {
+void check_yaw_is_radians(const CsvTable& table, const RawLog& raw) {
   std::size_t jumps = 0;
   for (std::size_t i = 1; i < raw.size(); ++i)
     if (std::abs(raw.at(i, 2) - raw.at(i - 1, 2)) > std::numbers::pi) ++jumps;
@@ -149,7 +149,7 @@ void check_yaw_is_radians(const CsvTable& table, const Raw& raw) {
                       std::to_string(raw.size()) + " rows: it looks like degrees; expected rad");
 }
 
-void check_units(const CsvTable& table, const Raw& raw, double dt, const LogExpectations& expected,
+void check_units(const CsvTable& table, const RawLog& raw, double dt, const LogExpectations& expected,
                  std::vector<Health>& health) {
   const std::vector<Window> windows = windows_of(raw, dt);
   std::vector<double> speeds, angles, pedals;
@@ -180,7 +180,7 @@ void check_units(const CsvTable& table, const Raw& raw, double dt, const LogExpe
                     "plausible"});
 }
 
-void check_place(const CsvTable& table, const Raw& raw, const Road& road) {
+void check_place(const CsvTable& table, const RawLog& raw, const Road& road) {
   const auto usual_beyond = [&](double side) {
     std::vector<double> beyond;
     for (std::size_t i = 0; i < raw.size(); i += 10) {
@@ -202,4 +202,4 @@ void check_place(const CsvTable& table, const Raw& raw, const Road& road) {
   refuse(table, found + ": it is from another track; give the right one with --track FILE.csv");
 }
 
-}  // namespace gripline::diagnose
+}  // namespace gripline::measured

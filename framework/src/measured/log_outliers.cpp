@@ -1,11 +1,12 @@
+#include "measured/log_outliers.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
-#include "measured/raw_log.hpp"
 #include "util/statistics.hpp"
 
-namespace gripline::diagnose {
+namespace gripline::measured {
 namespace {
 
 constexpr std::size_t yaw = 2;
@@ -15,10 +16,10 @@ double apart(std::size_t channel, double a, double b) {
   return channel == yaw ? std::remainder(a - b, 2.0 * std::numbers::pi) : a - b;
 }
 
-/// How far each reading lies from the median of those around it.
-std::vector<double> off_neighbours(const Raw& raw, std::size_t c) {
+/// Median difference of each reading to its four neighbours on either side; no_reading where fewer than four are read.
+std::vector<double> off_neighbours(const RawLog& raw, std::size_t c) {
   constexpr std::size_t reach = 4;
-  std::vector<double> off(raw.size(), nothing_read), around;
+  std::vector<double> off(raw.size(), no_reading), around;
   for (std::size_t i = 0; i < raw.size(); ++i) {
     if (std::isnan(raw.at(i, c))) continue;
     around.clear();
@@ -29,11 +30,11 @@ std::vector<double> off_neighbours(const Raw& raw, std::size_t c) {
   return off;
 }
 
-/// What a channel changes by in the ordinary course of things, so that more is no motion of a car.
-double ordinary_change(const Raw& raw, std::size_t c) {
+/// How far a channel moves within nine rows in ordinary driving: the scale beyond which a deviation is no motion.
+double ordinary_change(const RawLog& raw, std::size_t c) {
   if (c == yaw) return 0.3;
   std::vector<double> values;
-  if (c < yaw) {  // nine rows' way
+  if (c < yaw) {  // distance over nine rows
     for (std::size_t i = 8; i < raw.size(); ++i)
       if (const double way = raw.at(i, c) - raw.at(i - 8, c); std::isfinite(way)) values.push_back(std::abs(way));
     return order_statistic(values, values.size() * 9 / 10, 0.0);
@@ -45,8 +46,8 @@ double ordinary_change(const Raw& raw, std::size_t c) {
   return 0.5 * (values[values.size() * 9 / 10] - values[values.size() / 10]);
 }
 
-/// Far from all around it, and reached and left by a jump: a quick motion of the car comes and goes by steps.
-std::vector<bool> gross(const Raw& raw, std::size_t c) {
+/// Far from its neighbours and reached and left by a jump; a quick motion of the car takes several samples.
+std::vector<bool> gross(const RawLog& raw, std::size_t c) {
   const std::vector<double> off = off_neighbours(raw, c);
   std::vector<double> sizes;
   for (const double o : off)
@@ -70,15 +71,15 @@ std::vector<bool> gross(const Raw& raw, std::size_t c) {
   return out;
 }
 
-/// A command that stands apart from both its neighbours by more than they from each other.
+/// A command that differs from both its neighbours in opposite directions by more than `least`.
 bool command_jumps(const std::vector<double>& command, std::size_t i, double least) {
   if (i == 0 || i + 1 >= command.size()) return true;
   const double before = command[i] - command[i - 1], after = command[i + 1] - command[i];
   return before * after < 0.0 && std::min(std::abs(before), std::abs(after)) > least;
 }
 
-/// Rows that say nothing: every reading exactly zero, which noise never lets a driving car's sensors show.
-void drop_blank_rows(Raw& raw, std::vector<Health>& health) {
+/// Rows whose readings are all exactly zero, which sensors with noise never show.
+void drop_blank_rows(RawLog& raw, std::vector<Health>& health) {
   std::vector<std::size_t> written;
   for (std::size_t i = 0; i < raw.size(); ++i) {
     std::size_t zeros = 0, others = 0;
@@ -95,8 +96,8 @@ void drop_blank_rows(Raw& raw, std::vector<Health>& health) {
   health.push_back({"rows", std::to_string(blank) + " without any reading", "left out", Health::Level::note});
 }
 
-/// Rows whose commands no car takes: a few are faults, many are a unit.
-void drop_impossible_commands(Raw& raw, std::vector<Health>& health) {
+/// Rows with impossible commands are dropped when they are few; many are a wrong unit, for check_units to refuse.
+void drop_impossible_commands(RawLog& raw, std::vector<Health>& health) {
   std::vector<std::size_t> good;
   for (std::size_t i = 0; i < raw.size(); ++i)
     if (std::abs(raw.d[i]) <= 1.5 && std::abs(raw.delta[i]) <= 1.6) good.push_back(i);
@@ -109,7 +110,7 @@ void drop_impossible_commands(Raw& raw, std::vector<Health>& health) {
 
 }  // namespace
 
-void drop_gross_outliers(Raw& raw, std::vector<Health>& health) {
+void drop_gross_outliers(RawLog& raw, std::vector<Health>& health) {
   drop_blank_rows(raw, health);
   drop_impossible_commands(raw, health);
   std::vector<std::size_t> count(raw.size(), 0);
@@ -118,27 +119,27 @@ void drop_gross_outliers(Raw& raw, std::vector<Health>& health) {
     std::vector<double> sizes;
     for (std::size_t i = 0; i < raw.size(); ++i)
       if (!std::isnan(raw.at(i, c))) sizes.push_back(std::abs(raw.at(i, c)));
-    // Beyond all sense first: such numbers would not even survive a subtraction.
+    // First what would overflow in differences.
     const double senseless = 1e6 * (1.0 + upper_median(sizes, 0.0));
     std::vector<bool> out(raw.size(), false);
     for (std::size_t i = 0; i < raw.size(); ++i)
       if (std::abs(raw.at(i, c)) > senseless) {
         out[i] = true;
-        raw.at(i, c) = nothing_read;
+        raw.at(i, c) = no_reading;
       }
     const std::vector<bool> far = gross(raw, c);
     for (std::size_t i = 0; i < raw.size(); ++i) {
       if (!out[i] && !far[i]) continue;
-      raw.at(i, c) = nothing_read;
+      raw.at(i, c) = no_reading;
       ++count[i];
       ++readings;
     }
   }
-  // Half a row gone wrong: nothing of it is believed, and its commands only when they go on smoothly.
+  // Three wrong readings of six: the row is dropped, but for its commands where they are continuous.
   std::vector<std::size_t> kept;
   for (std::size_t i = 0; i < raw.size(); ++i) {
     if (count[i] >= 3) {
-      for (std::size_t c = 0; c < channels; ++c) raw.at(i, c) = nothing_read;
+      for (std::size_t c = 0; c < channels; ++c) raw.at(i, c) = no_reading;
       if (command_jumps(raw.d, i, 0.02) || command_jumps(raw.delta, i, 0.004)) continue;
     }
     kept.push_back(i);
@@ -154,8 +155,8 @@ void drop_gross_outliers(Raw& raw, std::vector<Health>& health) {
                       readings * 20 > raw.size() * channels ? Health::Level::bad : Health::Level::note});
 }
 
-void unwrap_yaw(Raw& raw, std::vector<Health>& health) {
-  double turns = 0.0, last = nothing_read;
+void unwrap_yaw(RawLog& raw, std::vector<Health>& health) {
+  double turns = 0.0, last = no_reading;
   std::size_t jumps = 0;
   for (std::size_t i = 0; i < raw.size(); ++i) {
     double& heading = raw.at(i, yaw);
@@ -175,8 +176,7 @@ void unwrap_yaw(Raw& raw, std::vector<Health>& health) {
     health.push_back({"yaw", "wrapped " + std::to_string(jumps) + " times", "made continuous", Health::Level::note});
 }
 
-// A spike stands out of its neighbours' quadratic.
-std::size_t drop_outliers(Raw& raw) {
+std::size_t drop_outliers(RawLog& raw) {
   std::size_t dropped = 0;
   for (std::size_t c = 0; c < channels; ++c) {
     std::vector<double> off(raw.size(), 0.0), size;
@@ -186,7 +186,7 @@ std::size_t drop_outliers(Raw& raw) {
       off[i] = raw.at(i, c) - guess;
       if (std::isfinite(off[i])) size.push_back(std::abs(off[i]));
     }
-    // Never less than a fiftieth of what the channel changes in half a second: rounding is no outlier.
+    // At least 0.3 % of the usual change over 25 rows, so that rounding is no outlier.
     double change = 0.0, count = 1e-9;
     for (std::size_t i = 25; i < raw.size(); ++i) {
       const double step = raw.at(i, c) - raw.at(i - 25, c);
@@ -197,14 +197,14 @@ std::size_t drop_outliers(Raw& raw) {
     const double usual = std::max(1.4826 * upper_median(size, 0.0), 0.003 * std::sqrt(change / count));
     if (!(usual > 0.0)) continue;
     for (std::size_t i = 2; i + 2 < raw.size(); ++i) {
-      // A spike of size s leaves -2/3 s beside it; a quick motion of the car does not.
+      // A spike of size s leaves -2/3 s in the residuals beside it; a quick motion does not.
       const auto beside = [&](std::size_t j) { return std::abs(off[j] / off[i] + 2.0 / 3.0) < 0.35; };
       if (!(std::abs(off[i]) > 7.0 * usual) || !beside(i - 1) || !beside(i + 1)) continue;
-      raw.at(i, c) = nothing_read;
+      raw.at(i, c) = no_reading;
       ++dropped;
     }
   }
   return dropped;
 }
 
-}  // namespace gripline::diagnose
+}  // namespace gripline::measured

@@ -6,7 +6,8 @@
 #include "config/errors.hpp"
 #include "util/statistics.hpp"
 
-namespace gripline::diagnose {
+namespace gripline::measured {
+
 std::string short_text(double value, int digits) {
   char buffer[40];
   std::snprintf(buffer, sizeof buffer, "%.*g", digits, value);
@@ -23,7 +24,7 @@ void refuse(const CsvTable& table, const std::string& message, std::size_t row) 
 
 namespace {
 
-/// What people call a column.
+/// Names under which a column is found in the wild.
 struct Alias {
   const char* column;
   std::vector<std::string> also;
@@ -42,7 +43,7 @@ const std::vector<Alias>& aliases() {
   return all;
 }
 
-/// `; did you mean "x"?` for a column of another name that nobody else claims, else nothing.
+/// `; did you mean "x"?` for a column under one of its other names or a similar one; else empty.
 std::string meant(const CsvTable& table, const std::string& column) {
   std::vector<std::string> free;
   for (const std::string& name : table.header)
@@ -81,8 +82,8 @@ void check_header(const CsvTable& table) {
 
 }  // namespace
 
-Raw Raw::picked(std::span<const std::size_t> rows) const {
-  Raw kept;
+RawLog RawLog::picked(std::span<const std::size_t> rows) const {
+  RawLog kept;
   for (const std::size_t i : rows) {
     kept.t.push_back(t[i]);
     kept.d.push_back(d[i]);
@@ -97,15 +98,13 @@ Health absent_lateral_speed(const CsvTable& table) {
   return {"vy_mps", "absent" + meant(table, "vy_mps"), "done without", Health::Level::note};
 }
 
-Raw read_columns(const CsvTable& table) {
+RawLog read_columns(const CsvTable& table) {
   check_header(table);
   std::array<int, channels> column{};
   for (std::size_t c = 0; c < channels; ++c) column[c] = table.find(channel_columns[c]);
   const int t = table.find("t_s"), d = table.find("d"), delta = table.find("delta_rad");
-  Raw raw;
-  const auto cell = [&](std::size_t r, int c) {
-    return c < 0 ? nothing_read : table.at(r, static_cast<std::size_t>(c));
-  };
+  RawLog raw;
+  const auto cell = [&](std::size_t r, int c) { return c < 0 ? no_reading : table.at(r, static_cast<std::size_t>(c)); };
   for (std::size_t r = 0; r < table.rows(); ++r) {
     if (!std::isfinite(cell(r, t)) || !std::isfinite(cell(r, d)) || !std::isfinite(cell(r, delta))) continue;
     raw.t.push_back(cell(r, t));
@@ -114,13 +113,13 @@ Raw read_columns(const CsvTable& table) {
     raw.row.push_back(r);
     for (std::size_t c = 0; c < channels; ++c) {
       const double v = cell(r, column[c]);
-      raw.reading.push_back(std::isfinite(v) ? v : nothing_read);
+      raw.reading.push_back(std::isfinite(v) ? v : no_reading);
     }
   }
   return raw;
 }
 
-double check_time(const CsvTable& table, Raw& raw, std::vector<Health>& health) {
+double check_time(const CsvTable& table, RawLog& raw, std::vector<Health>& health) {
   std::vector<std::size_t> keep;
   for (std::size_t i = 0; i < raw.size(); ++i) {
     if (keep.empty() || raw.t[i] > raw.t[keep.back()]) {
@@ -163,4 +162,4 @@ double check_time(const CsvTable& table, Raw& raw, std::vector<Health>& health) 
   return dt;
 }
 
-}  // namespace gripline::diagnose
+}  // namespace gripline::measured

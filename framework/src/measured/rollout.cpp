@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace gripline::diagnose {
+namespace gripline::measured {
 namespace {
 
 std::array<double, channels> read_state(const StagedCar& car, const double* x, const Place& at) {
@@ -12,7 +12,7 @@ std::array<double, channels> read_state(const StagedCar& car, const double* x, c
   return {r.x, r.y, r.yaw, r.vx, r.vy, r.omega};
 }
 
-/// Substeps that a memory as quick as the quickest here needs: its own slope times a substep stays below 0.8.
+/// Substeps for the fastest memory along the trace: its rate constant times a substep stays below 0.8.
 int substeps_for(const StagedCar& car, const Trace& trace, const std::vector<double>& memory, int wanted) {
   const auto m = static_cast<std::size_t>(car.memory());
   if (m == 0 || trace.size() == 0) return wanted;
@@ -35,7 +35,7 @@ std::vector<double> states_of_readings(const StagedCar& car, const std::vector<d
   std::vector<double> states = readings;
   for (std::size_t k = 0; k < at.size(); ++k) {
     double* const x = states.data() + k * channels;
-    // Sensor errors are small changes of the state, so that taking them off repeatedly converges.
+    // Sensor errors change little with the state: fixed-point iteration converges.
     for (int i = 0; i < 60; ++i) {
       const auto shown = read_state(car, x, at[k]);
       double largest = 0.0;
@@ -60,7 +60,7 @@ Rollouts roll_out(const StagedCar& car, const Trace& trace, const Road& road, co
   out.error.resize(n * out.samples * channels);
   out.predicted.resize(out.error.size());
   if (n == 0) return out;
-  const std::vector<double> memory = run_memory(car, trace);
+  const std::vector<double> memory = simulate_memory(car, trace);
   std::vector<double> x(n * channels), mem(n * m);
   std::vector<std::size_t> sample = out.start;
   std::vector<Place> from(n), to(n);
@@ -74,7 +74,7 @@ Rollouts roll_out(const StagedCar& car, const Trace& trace, const Road& road, co
     from[i] = trace.at[s];
     hint[i] = from[i].s;
   }
-  Stepping stepping(car, trace.log, substeps_for(car, trace, memory, options.substeps));
+  LogStepper stepping(car, trace.log, substeps_for(car, trace, memory, options.substeps));
   for (std::size_t j = 0; j < out.samples; ++j) {
     for (std::size_t i = 0; i < n; ++i) {
       const double* const row = x.data() + i * channels;
@@ -103,7 +103,7 @@ double rms(const Rollouts& rollouts, const Channels& sigma, double clip) {
   double sum = 0.0;
   std::size_t count = 0;
   for (std::size_t i = 0; i < rollouts.error.size(); ++i) {
-    if (std::isnan(rollouts.error[i]) && std::isfinite(rollouts.predicted[i])) continue;  // nothing was read
+    if (std::isnan(rollouts.error[i]) && std::isfinite(rollouts.predicted[i])) continue;  // no reading
     double ratio = std::abs(rollouts.error[i]) / sigma[i % channels];
     if (!(ratio < clip)) ratio = clip;
     sum += ratio * ratio;
@@ -112,4 +112,4 @@ double rms(const Rollouts& rollouts, const Channels& sigma, double clip) {
   return count == 0 ? 0.0 : std::sqrt(sum / static_cast<double>(count));
 }
 
-}  // namespace gripline::diagnose
+}  // namespace gripline::measured

@@ -1,9 +1,9 @@
 // Open-loop predictions along a log: from measured states, with the recorded commands, compared with what was measured.
 #pragma once
 
-#include "measured/trace.hpp"
+#include "measured/replay.hpp"
 
-namespace gripline::diagnose {
+namespace gripline::measured {
 
 struct RolloutOptions {
   double horizon = 1.0;    // [s]
@@ -33,4 +33,4 @@ std::vector<double> states_of_readings(const StagedCar& car, const std::vector<d
 /// Root mean square of all errors over standard deviations, over all samples of all starts.
 double rms(const Rollouts& rollouts, const Channels& sigma, double clip = 1000.0);
 
-}  // namespace gripline::diagnose
+}  // namespace gripline::measured

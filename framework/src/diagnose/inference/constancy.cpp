@@ -5,23 +5,20 @@
 #include <numeric>
 #include <span>
 
-#include "diagnose/inference/score_test.hpp"
+#include "diagnose/inference/bases.hpp"
+#include "diagnose/inference/focused_test.hpp"
+#include "measured/replay.hpp"
 
 namespace gripline::diagnose {
 namespace {
 
 using Eigen::Index;
 
-/// Standard deviations of a normal that are as rare as `structured` of the other tests. On a rough road twice as
-/// many: contributions are evaluated along a reference that carries the same randomness, and the statistic is no
-/// chi-square any more.
-double rare(const Problem& problem, const Fit& fitted) { return rough_road(problem, fitted.noise) ? 7.0 : 3.5; }
-
-/// What a member adds to the rates and readings along the reference, with its memory.
-Direction contribution(const Catalogue& catalogue, const ModelSpec& model, std::size_t member, const Trace& trace,
+/// What a member adds to the rates or readings along the reference, its memory included.
+Regressor contribution(const Catalogue& catalogue, const ModelSpec& model, std::size_t member, const Trace& trace,
                        const LinearModel& lm) {
   const StagedCar without = catalogue.build(catalogue.without(model, member));
-  Direction d;
+  Regressor d;
   if (catalogue.candidates()[member].effect->stage() == Stage::reading) {
     const StagedCar with = catalogue.build(model);
     d.reading.resize(trace.size() * channels);
@@ -35,14 +32,14 @@ Direction contribution(const Catalogue& catalogue, const ModelSpec& model, std::
     }
     return d;
   }
-  const std::vector<double> low = rates_at_samples(without, trace, run_memory(without, trace));
+  const std::vector<double> low = rates_at_samples(without, trace, simulate_memory(without, trace));
   d.rate.resize(trace.size() * 3);
   for (std::size_t k = 0; k < trace.size(); ++k)
     for (std::size_t c = 0; c < 3; ++c) d.rate[k * 3 + c] = lm.rate[k * 3 + c] - low[k * channels + 3 + c];
   return d;
 }
 
-/// By how much a contribution could vary: functions without a constant, sample by sample.
+/// Functions by which a contribution could vary, without a constant: values at every sample of each.
 using Variation = std::vector<std::vector<double>>;
 
 /// Legendre polynomials of the log's time.
@@ -79,7 +76,7 @@ Variation with_driving(const Trace& trace) {
   return f;
 }
 
-/// To which side the car turns: minus one to one.
+/// The side to which the car turns, smoothly from -1 (right) to 1 (left).
 Variation with_side(const Trace& trace) {
   const std::size_t n = trace.size();
   Variation f(1, std::vector<double>(n));
@@ -93,9 +90,9 @@ Variation with_side(const Trace& trace) {
   return f;
 }
 
-void add_varied(const Direction& d, const Variation& variation, std::vector<Direction>& out) {
+void add_varied(const Regressor& d, const Variation& variation, std::vector<Regressor>& out) {
   for (const std::vector<double>& f : variation) {
-    Direction varied = d;
+    Regressor varied = d;
     const std::size_t n = f.size();
     for (std::size_t k = 0; k < n; ++k) {
       for (std::size_t c = 0; c < 3 && !d.rate.empty(); ++c) varied.rate[k * 3 + c] *= f[k];
@@ -105,7 +102,7 @@ void add_varied(const Direction& d, const Variation& variation, std::vector<Dire
   }
 }
 
-/// Functions of one kind among those of a member.
+/// A kind of variation: its functions among those of a member.
 struct Kind {
   Where where;
   Index first, count;
@@ -115,13 +112,12 @@ constexpr Index functions = 9;  // of each member
 
 /// The model's own parameters, then for every member its contribution times the functions of each kind.
 ScoreSystem variations(const Problem& problem, const Fit& fitted, std::span<const Linearised> along) {
-  double end = 0.0;
-  for (const Trace& t : problem.traces) end = std::max(end, t.at.back().t);
+  const double end = end_time(problem);
   return score_system(problem, fitted, along, [&](const Trace& trace, const LinearModel& lm) {
-    std::vector<Direction> all;
+    std::vector<Regressor> all;
     const Variation time = with_time(trace, end), driving = with_driving(trace), side = with_side(trace);
     for (const std::size_t member : fitted.model.members) {
-      const Direction d = contribution(*problem.catalogue, fitted.model, member, trace, lm);
+      const Regressor d = contribution(*problem.catalogue, fitted.model, member, trace, lm);
       add_varied(d, time, all);
       add_varied(d, driving, all);
       add_varied(d, side, all);
@@ -131,44 +127,37 @@ ScoreSystem variations(const Problem& problem, const Fit& fitted, std::span<cons
 }
 
 /// The test of some members' variations of one kind.
-BasisTest test_of(const ScoreSystem& system, std::span<const Index> members, const Kind& kind, double rare) {
+ResidualTest test_of(const ScoreSystem& system, std::span<const Index> members, const Kind& kind, bool process_noise) {
   std::vector<Index> rows;
   for (Index i = 0; i < system.own; ++i) rows.push_back(i);
   for (const Index m : members)
     for (Index f = 0; f < kind.count; ++f) rows.push_back(system.own + m * functions + kind.first + f);
-  const Score s = score_test(system.normal.N(rows, rows), system.normal.g(rows), system.own);
-  BasisTest test;
-  test.where = kind.where;
-  test.focused = true;
-  test.gain = s.gain;
-  test.dof = s.dof;
-  if (s.dof > 0) test.excess = structured / rare * as_normal(2.0 * s.gain, static_cast<double>(s.dof));
-  return test;
+  return focused_test(system, rows, kind.where, process_noise);
 }
 
 }  // namespace
 
-std::vector<BasisTest> constancy(const Problem& problem, const Fit& fitted, std::span<const Linearised> along) {
+std::vector<ResidualTest> constancy(const Problem& problem, const Fit& fitted, std::span<const Linearised> along) {
   if (fitted.model.members.empty()) return {};
   const ScoreSystem system = variations(problem, fitted, along);
   std::vector<Index> members(fitted.model.members.size());
   std::iota(members.begin(), members.end(), Index{0});
-  const double limit = rare(problem, fitted);
-  return {test_of(system, members, by_time, limit), test_of(system, members, by_driving, limit),
-          test_of(system, members, by_side, limit)};
+  const bool process_noise = has_strong_process_noise(problem, fitted.noise);
+  return {test_of(system, members, by_time, process_noise), test_of(system, members, by_driving, process_noise),
+          test_of(system, members, by_side, process_noise)};
 }
 
-std::vector<double> inconstancy(const Problem& problem, const Fit& fitted, std::span<const Linearised> along) {
-  std::vector<double> excess;
-  if (fitted.model.members.empty()) return excess;
+std::vector<double> constancy_by_member(const Problem& problem, const Fit& fitted, std::span<const Linearised> along) {
+  std::vector<double> statistic;
+  if (fitted.model.members.empty()) return statistic;
   const ScoreSystem system = variations(problem, fitted, along);
-  const double limit = rare(problem, fitted);
+  const bool process_noise = has_strong_process_noise(problem, fitted.noise);
   for (Index m = 0; m < static_cast<Index>(fitted.model.members.size()); ++m) {
     const std::span<const Index> one(&m, 1);
-    excess.push_back(
-        std::max(test_of(system, one, by_time, limit).excess, test_of(system, one, by_side, limit).excess));
+    statistic.push_back(std::max(test_of(system, one, by_time, process_noise).statistic,
+                                 test_of(system, one, by_side, process_noise).statistic));
   }
-  return excess;
+  return statistic;
 }
 
 }  // namespace gripline::diagnose

@@ -1,25 +1,25 @@
-// One reading after the other (the sensors are independent), so nothing is inverted:
+// Sequential updates, one reading after the other (the sensors are independent), so that nothing is inverted:
 //
-//   e = y - h - H z,  S = H P H' + r,  K = P H' / S,  z += K e,  P -= K S K',   cost = sum (e^2 / S + log S) / 2.
+//   e = y - h - H z,  S = H P H' + r,  K = P H' / S,  z += K e,  P -= K S K',   cost = sum (e^2 / S + log S) / 2,
 //
-// The derivative J of the predicted reading by the parameters obeys the same recursion with the same gains
-// (dz -= K J); how the gains themselves depend on parameters is left out, as in Gauss-Newton. Smoothing follows Bryson
-// and Frazier: the adjoint of the filter, without inverses.
+// with e the innovation and S its variance. The derivative J of the predicted reading by the parameters obeys the same
+// recursion with the same gains (dz -= K J); how the gains themselves depend on parameters is left out, as in
+// Gauss-Newton. Smoothing follows Bryson and Frazier: the adjoint of the filter, without inverses.
 #include "diagnose/inference/filter.hpp"
 
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 
+#include "diagnose/thresholds.hpp"
+
 namespace gripline::diagnose {
 namespace {
 
-constexpr double diffuse = 300.0;  // standard deviations of a sensor in which the start is unknown
-
 /// Collects weighted rows of the parameter Jacobian and adds J J' to the normal matrix in blocks of rows.
-class Normal {
+class NormalAccumulator {
  public:
-  explicit Normal(std::size_t params) : p_(params), rows_(static_cast<Eigen::Index>(params), capacity) {
+  explicit NormalAccumulator(std::size_t params) : p_(params), rows_(static_cast<Eigen::Index>(params), capacity) {
     N_ = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(p_), static_cast<Eigen::Index>(p_));
     g_ = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(p_));
   }
@@ -51,20 +51,20 @@ class Normal {
   Eigen::Index used_ = 0;
 };
 
-/// What the adjoint needs of one reading.
+/// One update, kept for the adjoint.
 struct Update {
   std::size_t k, channel;
   double e, S;
 };
 
-/// What a filter carries: a number, or a number with its derivatives by the three process variances.
-using WithSlopes = Eigen::Array4d;
+/// A scalar of the filter with its derivatives by the three process variances.
+using WithGradient = Eigen::Array4d;
 static_assert(noise_states == 3);
 
 double value(double x) { return x; }
-double value(const WithSlopes& x) { return x[0]; }
+double value(const WithGradient& x) { return x[0]; }
 double& value_of(double& x) { return x; }
-double& value_of(WithSlopes& x) { return x[0]; }
+double& value_of(WithGradient& x) { return x[0]; }
 template <class T>
 T constant(double x) {
   T all{};
@@ -73,61 +73,69 @@ T constant(double x) {
   return all;
 }
 
+/// One pass over a log with N states; T is double or WithGradient.
 template <std::size_t N, class T>
 class Pass {
  public:
-  Pass(const LinearModel& model, const Noise& noise, const FilterWants& wants)
+  Pass(const LinearModel& model, const Noise& noise, const FilterOptions& options)
       : lm_(model),
         noise_(noise),
-        wants_(wants),
-        params_(wants.directions != nullptr ? wants.directions->size() : 0),
-        normal_(params_) {}
+        options_(options),
+        params_(options.regressors != nullptr ? options.regressors->size() : 0),
+        normal_(params_) {
+    for (std::size_t p = 0; p < params_; ++p) {
+      const Regressor& r = *(*options.regressors)[p];
+      if (!r.rate.empty()) in_rates_.push_back(p);
+      if (!r.reading.empty()) in_readings_.push_back(p);
+    }
+  }
 
   Likelihood run() {
     start();
     for (std::size_t k = 0; k < lm_.n; ++k) {
-      if (wants_.restart > 0 && k > 0 && k % wants_.restart == 0) forget();
-      if (wants_.smooth) keep(k);
+      if (options_.restart > 0 && k > 0 && k % options_.restart == 0) restart();
+      if (options_.smooth) keep(k);
       update(k);
-      if (wants_.block > 0 && ((k + 1) % wants_.block == 0 || k + 1 == lm_.n)) end_block();
+      if (options_.block > 0 && ((k + 1) % options_.block == 0 || k + 1 == lm_.n)) end_block();
       if (k + 1 < lm_.n) predict(k);
     }
     finish();
-    if (wants_.smooth) smooth();
+    if (options_.smooth) smooth();
     return std::move(out_);
   }
 
  private:
-  static constexpr bool with_slopes = !std::is_same_v<T, double>;
+  static constexpr bool with_gradient = !std::is_same_v<T, double>;
   static constexpr std::size_t body = N - noise_states;
   using Matrix = std::array<T, N * N>;
   using Vector = std::array<T, N>;
 
   void start() {
-    forget();
+    restart();
     next_.assign(N * params_, 0.0);
     J_.assign(params_, 0.0);
-    if (wants_.smooth) {
+    if (options_.smooth) {
       kept_P_.resize(lm_.n * N * N);
       kept_z_.resize(lm_.n * N);
       updates_.reserve(lm_.n * channels);
     }
   }
 
-  /// A new window with a free start. The directions' past is forgotten too.
-  void forget() {
+  /// A diffuse start: nothing before it counts, in the regressors neither.
+  void restart() {
     P_.fill(constant<T>(0.0));
     z_.fill(constant<T>(0.0));
-    for (std::size_t c = 0; c < channels; ++c) P_[c * (N + 1)] = constant<T>(std::pow(diffuse * noise_.sensor[c], 2));
+    for (std::size_t c = 0; c < channels; ++c)
+      P_[c * (N + 1)] = constant<T>(std::pow(thresholds::diffuse_start * noise_.sensor[c], 2));
     for (std::size_t i = 0; i < noise_states; ++i) add_variance(i, 1.0);
     dtheta_.assign(N * params_, 0.0);
   }
 
-  /// Adds a share of a process variance where it acts.
+  /// Adds a share of the stationary variance of unknown acceleration i.
   void add_variance(std::size_t i, double share) {
     T& to = P_[(body + i) * (N + 1)];
     value_of(to) += share * noise_.process[i];
-    if constexpr (with_slopes) to[static_cast<Eigen::Index>(i) + 1] += share;
+    if constexpr (with_gradient) to[static_cast<Eigen::Index>(i) + 1] += share;
   }
 
   void keep(std::size_t k) {
@@ -146,7 +154,7 @@ class Pass {
     }
   }
 
-  /// H v: the plain case picks one element.
+  /// H v of reading c; with H the identity (plain) one element.
   template <bool plain>
   static T row(const T* v, std::size_t c, const double* h) {
     if constexpr (plain) return v[c];
@@ -155,9 +163,9 @@ class Pass {
     return sum;
   }
 
-  /// One reading. Derivatives go through the same formulas: that of the gain is (dPH - K dS) / S, and with the best gain
-  /// dP becomes (I - K H) dP (I - K H)', which is dP less K half' + half K' with half = dPH - K dS / 2. For the values
-  /// themselves half is PH / 2, and the same lines take K S K' off P.
+  /// The update by one reading. Derivatives d go through the same formulas: that of the gain is (dPH - K dS) / S, and
+  /// with the optimal gain dP becomes (I - K H) dP (I - K H)', which is dP less K half' + half K' with half = dPH - K
+  /// dS / 2. For the values themselves half is PH / 2, and the same lines subtract K S K' from P.
   template <bool plain>
   void scalar(std::size_t k, std::size_t c, double raw, const double* h) {
     Vector PH, half;
@@ -170,7 +178,7 @@ class Pass {
     for (std::size_t i = 0; i < N; ++i) K[i] = value(PH[i]) * inverse;
     out_.cost += 0.5 * (error * error * inverse + std::log(value(S) * (1.0 / r)));
     ++out_.rows;
-    if constexpr (with_slopes) add_slopes(S, e, inverse);
+    if constexpr (with_gradient) add_noise_gradient(S, e, inverse);
     if (params_ > 0) {
       param_row<plain>(k, c, h);
       normal_.add(J_.data(), error, inverse);
@@ -187,8 +195,8 @@ class Pass {
     }
     for (std::size_t i = 0; i < N; ++i)
       for (std::size_t j = 0; j < N; ++j) P_[i * N + j] -= K[i] * half[j] + K[j] * half[i];
-    if (wants_.smooth) updates_.push_back({k, c, error, value(S)});
-    if (wants_.smooth) gains_.insert(gains_.end(), K.begin(), K.end());
+    if (options_.smooth) updates_.push_back({k, c, error, value(S)});
+    if (options_.smooth) gains_.insert(gains_.end(), K.begin(), K.end());
   }
 
   template <bool plain>
@@ -201,19 +209,19 @@ class Pass {
         if (h[j] != 0.0)
           for (std::size_t p = 0; p < params_; ++p) J_[p] += h[j] * dtheta_[j * params_ + p];
     }
-    for (const std::size_t p : readers_) J_[p] += (*wants_.directions)[p]->reading[k * channels + c];
+    for (const std::size_t p : in_readings_) J_[p] += (*options_.regressors)[p]->reading[k * channels + c];
   }
 
-  /// Gradient and expected information by the variances.
-  void add_slopes(const T& S, const T& e, double inverse) {
+  /// Gradient and expected information by the process variances.
+  void add_noise_gradient(const T& S, const T& e, double inverse) {
     const double ratio = e[0] * inverse;
     const T scaled = S * inverse;
     for (std::size_t i = 0; i < noise_states; ++i) {
       const auto a = static_cast<Eigen::Index>(i) + 1;
-      out_.slope[i] += 0.5 * (scaled[a] - ratio * ratio * S[a]) + ratio * e[a];
+      out_.noise_gradient[i] += 0.5 * (scaled[a] - ratio * ratio * S[a]) + ratio * e[a];
       for (std::size_t j = 0; j < noise_states; ++j) {
         const auto b = static_cast<Eigen::Index>(j) + 1;
-        out_.information[i][j] += 0.5 * scaled[a] * scaled[b] + e[a] * e[b] * inverse;
+        out_.noise_information[i][j] += 0.5 * scaled[a] * scaled[b] + e[a] * e[b] * inverse;
       }
     }
   }
@@ -230,18 +238,17 @@ class Pass {
     propagate(F);
     const double growth = 1.0 - std::exp(-2.0 * lm_.dt / noise_time);
     for (std::size_t i = 0; i < noise_states; ++i) add_variance(i, growth);
-    if (k < lm_.guessed.size() && lm_.guessed[k]) inflate_covariance();
+    if (k < lm_.interpolated.size() && lm_.interpolated[k]) inflate_covariance();
     if (params_ > 0) predict_params(k, F);
   }
 
-  /// A command that was not recorded may have been anything between its neighbours or beyond: speeds are not known
-  /// afterwards as they would be. A quick move of the steering for 20 ms is worth some twenty deviations of a gyroscope.
+  /// After a command that was not recorded the speeds are known less well than the model says.
   void inflate_covariance() {
-    constexpr double size = 20.0;
-    for (std::size_t c = 3; c < channels; ++c) value_of(P_[c * (N + 1)]) += std::pow(size * noise_.sensor[c], 2);
+    for (std::size_t c = 3; c < channels; ++c)
+      value_of(P_[c * (N + 1)]) += std::pow(thresholds::lost_command_jump * noise_.sensor[c], 2);
   }
 
-  /// P = F P F'. Nothing depends on x and y, the unknown accelerations only on themselves.
+  /// P = F P F', with F's structure: nothing depends on x and y, unknown accelerations depend only on themselves.
   void propagate(const double* F) {
     std::array<double, N * body> across;  // F's rows of the body transposed, so that both products run along rows
     for (std::size_t i = 0; i < body; ++i)
@@ -266,9 +273,9 @@ class Pass {
       for (std::size_t j = i; j < body; ++j) P_[j * N + i] = P_[i * N + j] = sum[j];
     }
     for (std::size_t a = body; a < N; ++a) {
-      const double fade = F[a * (N + 1)];
-      for (std::size_t i = 0; i < body; ++i) P_[a * N + i] = P_[i * N + a] = fade * t[i * N + a];
-      for (std::size_t j = body; j < N; ++j) P_[a * N + j] *= fade * F[j * (N + 1)];
+      const double decay = F[a * (N + 1)];
+      for (std::size_t i = 0; i < body; ++i) P_[a * N + i] = P_[i * N + a] = decay * t[i * N + a];
+      for (std::size_t j = body; j < N; ++j) P_[a * N + j] *= decay * F[j * (N + 1)];
     }
   }
 
@@ -286,8 +293,8 @@ class Pass {
     dtheta_.swap(next_);
     const double* const in0 = lm_.input0.data() + k * N * 3;
     const double* const in1 = lm_.input1.data() + k * N * 3;
-    for (const std::size_t p : movers_) {
-      const double* const b0 = (*wants_.directions)[p]->rate.data() + k * 3;
+    for (const std::size_t p : in_rates_) {
+      const double* const b0 = (*options_.regressors)[p]->rate.data() + k * 3;
       const double* const b1 = b0 + 3;
       for (std::size_t i = 0; i < N; ++i) {
         double sum = 0.0;
@@ -317,7 +324,7 @@ class Pass {
     normal_.flush();
     Eigen::MatrixXd full = normal_.N().selfadjointView<Eigen::Lower>();
     Eigen::VectorXd g = normal_.g();
-    if (wants_.block > 0) {
+    if (options_.block > 0) {
       full = total_N_;
       g = total_g_;
     }
@@ -359,67 +366,53 @@ class Pass {
     }
   }
 
- public:
-  void sort_directions() {
-    for (std::size_t p = 0; p < params_; ++p) {
-      const Direction& d = *(*wants_.directions)[p];
-      if (!d.rate.empty()) movers_.push_back(p);
-      if (!d.reading.empty()) readers_.push_back(p);
-    }
-  }
-
- private:
   const LinearModel& lm_;
   const Noise& noise_;
-  const FilterWants& wants_;
+  const FilterOptions& options_;
   std::size_t params_;
-  Normal normal_;
+  NormalAccumulator normal_;
   Likelihood out_;
   Matrix P_;
   Vector z_;
   std::vector<double> dtheta_, next_, J_, kept_P_, kept_z_, gains_;
   std::vector<Update> updates_;
-  std::vector<std::size_t> movers_, readers_;
+  std::vector<std::size_t> in_rates_, in_readings_;  // parameters with such regressors
   double cost_before_ = 0;
   Eigen::MatrixXd total_N_;
   Eigen::VectorXd total_g_;
 };
 
 template <std::size_t N>
-Likelihood run(const LinearModel& model, const Noise& noise, const FilterWants& wants) {
-  const auto go = [&]<class T>(T) {
-    auto pass = std::make_unique<Pass<N, T>>(model, noise, wants);
-    pass->sort_directions();
-    return pass->run();
-  };
-  return wants.process_slope ? go(WithSlopes{}) : go(0.0);
+Likelihood run(const LinearModel& model, const Noise& noise, const FilterOptions& options) {
+  const auto go = [&]<class T>(T) { return std::make_unique<Pass<N, T>>(model, noise, options)->run(); };
+  return options.noise_gradient ? go(WithGradient{}) : go(0.0);
 }
 
 }  // namespace
 
-Likelihood filter(const LinearModel& model, const Noise& noise, const FilterWants& wants) {
+Likelihood filter(const LinearModel& model, const Noise& noise, const FilterOptions& options) {
   switch (model.states) {
     case 9:
-      return run<9>(model, noise, wants);
+      return run<9>(model, noise, options);
     case 10:
-      return run<10>(model, noise, wants);
+      return run<10>(model, noise, options);
     case 11:
-      return run<11>(model, noise, wants);
+      return run<11>(model, noise, options);
     case 12:
-      return run<12>(model, noise, wants);
+      return run<12>(model, noise, options);
     default:
-      return run<13>(model, noise, wants);
+      return run<13>(model, noise, options);
   }
 }
 
-Likelihood filter_along(const LinearModel& model, const Noise& noise, std::span<const Direction> directions,
-                        std::span<const Direction> further) {
-  std::vector<const Direction*> list;
-  for (const Direction& d : directions) list.push_back(&d);
-  for (const Direction& d : further) list.push_back(&d);
-  FilterWants wants;
-  wants.directions = &list;
-  return filter(model, noise, wants);
+Likelihood filter_along(const LinearModel& model, const Noise& noise, std::span<const Regressor> regressors,
+                        std::span<const Regressor> further) {
+  std::vector<const Regressor*> list;
+  for (const Regressor& d : regressors) list.push_back(&d);
+  for (const Regressor& d : further) list.push_back(&d);
+  FilterOptions options;
+  options.regressors = &list;
+  return filter(model, noise, options);
 }
 
 }  // namespace gripline::diagnose

@@ -1,5 +1,5 @@
-// Kalman filter over a linearised model: the likelihood of a log, its derivatives and normal equations by parameters,
-// and by the variances of the unknown accelerations.
+// Kalman filter over a linearised model: the likelihood of a log by its innovations, its derivatives by parameters (as
+// normal equations) and by the variances of the unknown accelerations.
 #pragma once
 
 #include <memory>
@@ -15,7 +15,7 @@ struct Noise {
   std::array<double, noise_states> process{};  // [m2/s4, m2/s4, rad2/s4]
 };
 
-/// Minus log likelihood and what it takes to lower it.
+/// The negative log likelihood of the innovations and its derivatives.
 struct Likelihood {
   double cost = 0;       // -log p up to a constant that does not depend on the model
   std::size_t rows = 0;  // scalar readings used
@@ -26,23 +26,25 @@ struct Likelihood {
   std::vector<double> block_g, block_N, block_cost;
   std::size_t blocks = 0;
   // By process variances: gradient and expected information.
-  std::array<double, noise_states> slope{};
-  std::array<std::array<double, noise_states>, noise_states> information{};
+  std::array<double, noise_states> noise_gradient{};
+  std::array<std::array<double, noise_states>, noise_states> noise_information{};
   // Smoothed deviations from the reference, n x states, when asked for.
   std::vector<double> smoothed;
 };
 
-struct FilterWants {
-  const std::vector<const Direction*>* directions = nullptr;
-  bool process_slope = false;
+/// What a pass computes beside the likelihood. `regressors` may be null; they must outlive the call.
+struct FilterOptions {
+  const std::vector<const Regressor*>* regressors = nullptr;
+  bool noise_gradient = false;  // derivatives by the process variances
   bool smooth = false;
   std::size_t block = 0;    // samples per block; 0: none
-  std::size_t restart = 0;  // samples after which the state is forgotten; 0: never
+  std::size_t restart = 0;  // samples after which the state starts anew, diffuse; 0: never
 };
 
-Likelihood filter(const LinearModel& model, const Noise& noise, const FilterWants& wants);
-/// Gradient and curvature along these directions, then `further` ones, nothing else.
-Likelihood filter_along(const LinearModel& model, const Noise& noise, std::span<const Direction> directions,
-                        std::span<const Direction> further = {});
+/// Throws nothing; `noise.sensor` must be positive.
+Likelihood filter(const LinearModel& model, const Noise& noise, const FilterOptions& options);
+/// Likelihood and normal equations for these regressors, then for `further` ones.
+Likelihood filter_along(const LinearModel& model, const Noise& noise, std::span<const Regressor> regressors,
+                        std::span<const Regressor> further = {});
 
 }  // namespace gripline::diagnose

@@ -3,10 +3,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diagnose/inference/reference.hpp"
+#include "measured/rollout.hpp"
+
 namespace gripline::diagnose {
 namespace {
 
-/// The sample from which on a log is held out: its last whole laps, about a third; below three laps its last third.
+/// First sample held out: of the last whole laps, about a third of the log; below three laps of its last third.
 std::size_t hold_out_from(const Trace& trace) {
   std::vector<double> laps(trace.size(), 0.0);
   for (std::size_t k = 1; k < trace.size(); ++k) {
@@ -22,7 +25,7 @@ std::size_t hold_out_from(const Trace& trace) {
 Trace beginning(const Trace& trace, std::size_t samples) {
   Trace part = trace;
   part.log.command.resize(samples);
-  if (!part.log.guessed.empty()) part.log.guessed.resize(samples);
+  if (!part.log.interpolated.empty()) part.log.interpolated.resize(samples);
   part.log.reading.resize(samples * channels);
   part.motion.resize(samples * channels);
   part.at.resize(samples);
@@ -35,7 +38,7 @@ Trace beginning(const Trace& trace, std::size_t samples) {
 HoldOut::HoldOut(const Problem& problem, const Road& road, std::span<const LogFile> held_out)
     : road_(road), known_(problem), own_laps_(held_out.empty()) {
   for (const LogFile& log : held_out)
-    for (const Measured& m : log.stretches) {
+    for (const Log& m : log.stretches) {
       Trace trace;
       trace.log = m;
       trace.set_motion(smooth_readings(m, 3), road_);
@@ -43,7 +46,7 @@ HoldOut::HoldOut(const Problem& problem, const Road& road, std::span<const LogFi
       from_.push_back(0);
     }
   if (!own_laps_) return;
-  known_.calm_shapes = true;
+  known_.shape_prior = true;
   for (Trace& trace : known_.traces) {
     from_.push_back(hold_out_from(trace));
     traces_.push_back(trace);
@@ -61,18 +64,18 @@ double HoldOut::error_after_refit(const Fit& f) const {
 std::vector<double> HoldOut::errors(const Fit& f, std::span<const double> horizons) const {
   Problem other = known_;
   other.traces = traces_;
-  settle_reference(other, road_, f);
+  iterate_reference(other, road_, f);
   const StagedCar car = known_.catalogue->build(f.model);
   std::vector<double> errors;
   for (const double horizon : horizons) {
     double sum = 0.0, count = 0.0;
     for (std::size_t i = 0; i < other.traces.size(); ++i) {
-      RolloutOptions options;
+      measured::RolloutOptions options;
       options.horizon = horizon;
       options.first = from_[i] + 10;
       options.every = 25;
       options.substeps = known_.substeps;
-      const Rollouts r = roll_out(car, other.traces[i], road_, options);
+      const measured::Rollouts r = roll_out(car, other.traces[i], road_, options);
       const double e = rms(r, known_.sensor);
       sum += e * e * static_cast<double>(r.start.size());
       count += static_cast<double>(r.start.size());

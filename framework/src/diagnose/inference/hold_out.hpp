@@ -1,11 +1,12 @@
-// Data that no model was fitted to, and how well a model predicts it.
+// Hold-out data: what no model was fitted to, and how well a model predicts it.
 #pragma once
 
 #include "diagnose/inference/fit.hpp"
 #include "measured/log_file.hpp"
-#include "measured/rollout.hpp"
 
 namespace gripline::diagnose {
+
+using measured::LogFile;
 
 /// Logs to predict: those held out, else the last whole laps (about a third) of the fitted logs, whose models are then
 /// refitted on what comes before. Holds references.

@@ -1,18 +1,14 @@
 #include "diagnose/inference/score_test.hpp"
 
-#include <cmath>
-
-#include "diagnose/inference/normal_equations.hpp"
-
 namespace gripline::diagnose {
 
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-Score score_test(const MatrixXd& N, const VectorXd& g, Index own, double smallest) {
+ScoreTest score_test(const MatrixXd& N, const VectorXd& g, Index own, double smallest) {
   const Index count = g.size() - own;
-  Score s;
+  ScoreTest s;
   s.information = N.bottomRightCorner(count, count);
   VectorXd r = g.tail(count);
   if (own > 0) {
@@ -44,24 +40,19 @@ Score score_test(const MatrixXd& N, const VectorXd& g, Index own, double smalles
 }
 
 ScoreSystem score_system(const Problem& problem, const Fit& fitted, std::span<const Linearised> along,
-                         const FurtherDirections& further) {
+                         const FurtherRegressors& further) {
   const Catalogue& catalogue = *problem.catalogue;
   ScoreSystem out;
   for (std::size_t t = 0; t < problem.traces.size(); ++t) {
     const LinearModel& lm = along[t].lm;
-    const std::vector<Direction>& own = along[t].own;
-    const std::vector<Direction> others = further(problem.traces[t], lm);
+    const std::vector<Regressor>& own = along[t].own;
+    const std::vector<Regressor> others = further(problem.traces[t], lm);
     out.own = static_cast<Index>(own.size());
     out.normal.add(filter_along(lm, fitted.noise, own, others));
   }
   out.normal.add_nuisances(catalogue, fitted.model);
-  hold_at_limits(catalogue, fitted.model, out.normal);
+  fix_at_limits(catalogue, fitted.model, out.normal);
   return out;
-}
-
-double as_normal(double chi_square, double dof) {
-  const double spread = 2.0 / (9.0 * dof);
-  return (std::cbrt(chi_square / dof) - (1.0 - spread)) / std::sqrt(spread);
 }
 
 }  // namespace gripline::diagnose

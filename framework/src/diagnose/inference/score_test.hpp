@@ -1,4 +1,4 @@
-// Score test of directions that a fitted model does not have: would the likelihood rise with them in?
+// Score tests: would the likelihood rise if a fitted model had further parameters?
 #pragma once
 
 #include <Eigen/Dense>
@@ -7,30 +7,31 @@
 
 #include "diagnose/inference/fit.hpp"
 #include "diagnose/inference/normal_equations.hpp"
+#include "diagnose/model/regressors.hpp"
 
 namespace gripline::diagnose {
 
-/// Conditional score test of the last directions given the first `own`. Combinations of unit directions of which less
-/// than `smallest` is left beside the others are left out.
-struct Score {
-  double gain = 0;  // predicted rise of the log likelihood
-  std::size_t dof = 0;
-  Eigen::VectorXd step, score;
-  Eigen::MatrixXd information;
+/// Score (Lagrange multiplier) test of further parameters at zero, the first `own` of a system profiled out.
+struct ScoreTest {
+  double gain = 0;        // predicted rise of the log likelihood; twice it is a chi-square of dof when all are zero
+  std::size_t dof = 0;    // combinations that can be told from the own parameters
+  Eigen::VectorXd step;   // predicted values of the further parameters
+  Eigen::VectorXd score;  // gradient of the log likelihood by them
+  Eigen::MatrixXd information;  // on them
 };
-Score score_test(const Eigen::MatrixXd& N, const Eigen::VectorXd& g, Eigen::Index own, double smallest = 1e-5);
+/// N, g: normal equations of the own and the further parameters. Combinations of unit regressors with an eigenvalue of
+/// less than `smallest` are left out.
+ScoreTest score_test(const Eigen::MatrixXd& N, const Eigen::VectorXd& g, Eigen::Index own,
+                     double smallest = thresholds::known_in_test);
 
-/// Normal equations of a fitted model's own parameters, then of further directions.
+/// Normal equations of a fitted model's own parameters, then of further regressors.
 struct ScoreSystem {
   NormalEquations normal;
   Eigen::Index own = 0;
 };
-using FurtherDirections = std::function<std::vector<Direction>(const Trace&, const LinearModel&)>;
+using FurtherRegressors = std::function<std::vector<Regressor>(const Trace&, const LinearModel&)>;
 /// `along` is linearise_all of the fitted model.
 ScoreSystem score_system(const Problem& problem, const Fit& fitted, std::span<const Linearised> along,
-                         const FurtherDirections& further);
-
-/// A chi-square as a standard normal (Wilson and Hilferty 1931).
-double as_normal(double chi_square, double dof);
+                         const FurtherRegressors& further);
 
 }  // namespace gripline::diagnose

@@ -12,27 +12,25 @@ namespace {
 
 using Eigen::Index;
 
-/// The score test of some of the directions.
-Score test_of(const Screening& s, std::span<const std::size_t> directions) {
+/// The score test of some of the regressors.
+ScoreTest test_of(const Screening& s, std::span<const std::size_t> regressors) {
   std::vector<Index> rows(s.own);
   std::iota(rows.begin(), rows.end(), Index{0});
-  for (const std::size_t d : directions) rows.push_back(static_cast<Index>(d));
-  // One direction counts as long as rounding allows: an effect that is a nuisance under another name differs from it
-  // only by how far the nuisance is trusted. Of several, those that the others all but replace are left out.
+  for (const std::size_t d : regressors) rows.push_back(static_cast<Index>(d));
   return score_test(s.normal.N(rows, rows), s.normal.g(rows), static_cast<Index>(s.own),
-                    directions.size() == 1 ? 1e-10 : 1e-6);
+                    regressors.size() == 1 ? thresholds::known_alone : thresholds::known_together);
 }
 
-/// A parameter moved by a step from where it does nothing, within its range; not farther than it can be trusted.
+/// A parameter a step away from neutral, within its range and thresholds::longest_start.
 double moved(const abi::ParamDecl& p, double step) {
-  const double limit = 20.0 * p.scale;
+  const double limit = thresholds::longest_start * p.scale;
   return std::clamp(p.neutral + std::clamp(step, -limit, limit), p.lo, p.hi);
 }
-/// Whether it would have to leave its range to the side where nothing is.
+/// Whether the step leaves the range through a neutral value at its lower end.
 bool leaves(const abi::ParamDecl& p, double step) { return p.neutral <= p.lo && step < 0.0; }
 
-/// The best that one candidate offers: its directions together, or of a scan the best start.
-Extension best_of(const Problem& problem, const Fit& fitted, const Screening& s, const Group& group) {
+/// The best extension by one candidate: with all its regressors, or with the best start of a scan.
+Extension best_of(const Problem& problem, const Fit& fitted, const Screening& s, const CandidateRegressors& group) {
   const Candidate& c = problem.catalogue->candidates()[group.candidate];
   Extension best;
   best.candidate = group.candidate;
@@ -40,9 +38,9 @@ Extension best_of(const Problem& problem, const Fit& fitted, const Screening& s,
   const bool scanned = !group.starts.empty();
   const std::size_t tries = scanned ? group.count : 1, count = scanned ? 1 : group.count;
   for (std::size_t i = 0; i < tries; ++i) {
-    std::vector<std::size_t> directions(count);
-    std::iota(directions.begin(), directions.end(), group.first + i);
-    const Score score = test_of(s, directions);
+    std::vector<std::size_t> regressors(count);
+    std::iota(regressors.begin(), regressors.end(), group.first + i);
+    const ScoreTest score = test_of(s, regressors);
     std::vector<double> values = scanned ? group.starts[i] : c.defaults;
     const std::size_t moving = std::min<std::size_t>(scanned ? 1 : c.fitted.size(), count);
     bool outside = false;
@@ -67,17 +65,17 @@ Screening screen(const Problem& problem, const Fit& fitted) {
   const Catalogue& catalogue = *problem.catalogue;
   Screening out;
   for (const Trace& trace : problem.traces) {
-    auto [lm, directions, work] = linearise_own(catalogue, fitted.model, trace, problem.substeps);
-    out.own = directions.size();
-    std::vector<Group> groups;
-    candidate_directions(catalogue, fitted.model, trace, lm, directions, groups);
+    auto [lm, regressors, work] = linearise_with_regressors(catalogue, fitted.model, trace, problem.substeps);
+    out.own = regressors.size();
+    std::vector<CandidateRegressors> groups;
+    candidate_regressors(catalogue, fitted.model, trace, lm, regressors, groups);
     if (out.groups.empty()) out.groups = std::move(groups);  // they are the same along every trace
-    out.normal.add(filter_along(lm, fitted.noise, directions));
+    out.normal.add(filter_along(lm, fitted.noise, regressors));
   }
   out.normal.add_nuisances(catalogue, fitted.model);
-  hold_at_limits(catalogue, fitted.model, out.normal);
-  for (const Group& group : out.groups) out.extensions.push_back(best_of(problem, fitted, out, group));
-  const auto worth = [&](const Extension& e) { return e.gain - problem.charge(e.dof); };
+  fix_at_limits(catalogue, fitted.model, out.normal);
+  for (const CandidateRegressors& group : out.groups) out.extensions.push_back(best_of(problem, fitted, out, group));
+  const auto worth = [&](const Extension& e) { return e.gain - problem.penalty(e.dof); };
   std::stable_sort(out.extensions.begin(), out.extensions.end(),
                    [&](const Extension& a, const Extension& b) { return worth(a) > worth(b); });
   return out;
@@ -86,12 +84,12 @@ Screening screen(const Problem& problem, const Fit& fitted) {
 std::vector<Extension> best_pairs(const Problem& problem, const Fit& fitted, const Screening& screening) {
   const Catalogue& catalogue = *problem.catalogue;
   std::vector<Extension> pairs;
-  for (const Group& a : screening.groups)
-    for (const Group& b : screening.groups) {
+  for (const CandidateRegressors& a : screening.groups)
+    for (const CandidateRegressors& b : screening.groups) {
       const Candidate &x = catalogue.candidates()[a.candidate], &y = catalogue.candidates()[b.candidate];
       if (a.first >= b.first || x.fitted.size() != 1 || y.fitted.size() != 1) continue;
       const std::array<std::size_t, 2> both = {a.first, b.first};
-      const Score score = test_of(screening, both);
+      const ScoreTest score = test_of(screening, both);
       if (score.dof < 2 || leaves(x.decl(0), score.step[0]) || leaves(y.decl(0), score.step[1])) continue;
       Extension pair;
       pair.candidate = a.candidate;
@@ -104,6 +102,23 @@ std::vector<Extension> best_pairs(const Problem& problem, const Fit& fitted, con
     }
   std::stable_sort(pairs.begin(), pairs.end(), [](const Extension& a, const Extension& b) { return a.gain > b.gain; });
   return pairs;
+}
+
+std::map<std::size_t, std::vector<std::size_t>> synonyms(const Screening& s) {
+  const auto N = [&](std::size_t i, std::size_t j) { return s.normal.N(static_cast<Index>(i), static_cast<Index>(j)); };
+  std::map<std::size_t, std::vector<std::size_t>> found;
+  std::vector<std::size_t> gone;
+  for (std::size_t a = 0; a < s.groups.size(); ++a)
+    for (std::size_t b = a + 1; b < s.groups.size(); ++b) {
+      const CandidateRegressors &x = s.groups[a], &y = s.groups[b];
+      if (x.count != 1 || y.count != 1) continue;
+      if (std::find(gone.begin(), gone.end(), x.candidate) != gone.end()) continue;
+      const double xx = N(x.first, x.first), yy = N(y.first, y.first), xy = N(x.first, y.first);
+      if (!(xx > 0.0 && yy > 0.0) || xy * xy < (1.0 - thresholds::synonym_tolerance) * xx * yy) continue;
+      found[x.candidate].push_back(y.candidate);
+      gone.push_back(y.candidate);
+    }
+  return found;
 }
 
 }  // namespace gripline::diagnose

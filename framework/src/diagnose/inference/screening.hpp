@@ -1,5 +1,8 @@
-// Every candidate at once, along one linearisation: how much would each bring beside a fitted model, and with what values?
+// Forward screening: for every candidate at once, along one linearisation, how much it would bring beside a fitted
+// model, and with what values.
 #pragma once
+
+#include <map>
 
 #include "diagnose/inference/fit.hpp"
 #include "diagnose/inference/normal_equations.hpp"
@@ -14,15 +17,19 @@ struct Extension {
   ModelSpec start;  // the extended model at the predicted values
 };
 struct Screening {
-  std::vector<Extension> extensions;  // best score first
-  // Of everything: own parameters first, then the groups' directions.
-  NormalEquations normal;
+  std::vector<Extension> extensions;  // best predicted evidence first
+  NormalEquations normal;             // of the model's own parameters, then of the groups' regressors
   std::size_t own = 0;
-  std::vector<Group> groups;
+  std::vector<CandidateRegressors> groups;
 };
 Screening screen(const Problem& problem, const Fit& fitted);
-/// Pairs of candidates with one parameter each, those that together would bring most first: two effects that hide each
-/// other show little of either alone.
+
+/// Pairs of candidates with one parameter each, the largest predicted gain first: two effects that hide each other show
+/// little of either alone.
 std::vector<Extension> best_pairs(const Problem& problem, const Fit& fitted, const Screening& screening);
+
+/// Candidates whose single regressors are equal up to a factor are one effect under several names: for the first of
+/// each such set, the others.
+std::map<std::size_t, std::vector<std::size_t>> synonyms(const Screening& screening);
 
 }  // namespace gripline::diagnose

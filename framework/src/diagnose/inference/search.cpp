@@ -2,273 +2,269 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
+
+#include "diagnose/inference/reference.hpp"
 
 namespace gripline::diagnose {
+
+const Fit* SearchResult::alone(std::size_t candidate) const {
+  const std::vector<std::size_t> members{candidate};
+  if (const auto first = first_reference.find(members); first != first_reference.end()) return &first->second;
+  return pool.find(members);
+}
+
+double SearchResult::gain_alone(std::size_t candidate) const {
+  const Fit* const one = alone(candidate);
+  const auto first = first_reference.find({candidate});
+  const bool old = first != first_reference.end() && &first->second == one;
+  return one->evidence - (old ? first_reference.at({}).evidence : null_model.evidence);
+}
+
 namespace {
 
-constexpr double rough_tolerance = 0.05;  // log evidence that does not matter while models are chosen
+constexpr double infinity = std::numeric_limits<double>::infinity();
 
-/// A fit that was not finished lies below what it will be by a share of what it explains.
-double unfinished(double best, double from) { return 15.0 + 0.2 * std::max(0.0, best - from); }
+/// The state of one search. Pointers to fits are the pool's.
+class Searcher {
+ public:
+  /// The null model is fitted here, along the problem's reference.
+  Searcher(Problem problem, const Road& road, const SearchOptions& options, const Noise& start)
+      : pool_(std::move(problem)), road_(road), options_(options) {
+    null_model_ = best_ = &pool_.fit_once(pool_.problem().catalogue->null_model(), start);
+    synonyms_ = synonyms(pool_.screen_once(*null_model_));
+  }
+  SearchResult run();
 
-}  // namespace
+ private:
+  const Catalogue& catalogue() const { return *pool_.problem().catalogue; }
+  /// What follows only brings to an end what was begun.
+  bool spent() const {
+    return pool_.work() > options_.work_per_minute * std::max(1.0, pool_.problem().seconds() / 60.0);
+  }
+  bool left_out(std::size_t candidate) const;
+  bool worth_fitting(const Extension& e, double best_gain) const;
+  std::vector<const Fit*> extend(const Fit& from, std::size_t tries, double rival = -infinity,
+                                 double enough = infinity);
+  double required(std::size_t size) const;
+  bool may_beat_best(const Fit& rough) const;
+  void forward();
+  void try_pairs();
+  void exchange(const Fit& less, bool& moved);
+  void backward_and_exchange();
+  void penalise_by_independent_readings();
+  void refine_along_own_reference();
+  bool forward_once();
+  bool extendable() const { return best_->model.members.size() < thresholds::max_effects && !spent(); }
 
-Search::Search(Problem& problem, const Road& road, const SearchOptions& options)
-    : problem_(problem), road_(road), options_(options) {}
+  ModelPool pool_;
+  const Road& road_;
+  const SearchOptions& options_;
+  std::map<std::size_t, std::vector<std::size_t>> synonyms_;
+  std::map<std::vector<std::size_t>, Fit> first_reference_;
+  bool exhausted_ = false;
+  const Fit* null_model_ = nullptr;
+  const Fit* best_ = nullptr;
+};
 
-std::vector<const Fit*> Search::tried() const {
-  std::vector<const Fit*> all;
-  for (const auto& [members, one] : fits_) all.push_back(&one);
-  std::stable_sort(all.begin(), all.end(), [](const Fit* a, const Fit* b) { return a->score > b->score; });
-  return all;
-}
-
-const Fit& Search::fit_once(const ModelSpec& start, const Noise& noise) { return finish(rough_fit(start, noise)); }
-
-const Fit& Search::fit_near(const ModelSpec& start, const Noise& noise, double above, double margin) {
-  Fit& rough = rough_fit(start, noise);
-  return rough.score > above - margin - unfinished(above, null_model_->score) ? finish(rough) : rough;
-}
-
-/// A few iterations: enough to see which of many is worth finishing. Fewer where `wanted` is out of reach.
-Fit& Search::rough_fit(const ModelSpec& start, const Noise& noise, double wanted) {
-  const auto found = fits_.find(start.members);
-  if (found != fits_.end()) return found->second;
-  constexpr int few = 4;
-  Fit& f = fits_.emplace(start.members, fit(problem_, start, noise, few, {rough_tolerance, wanted})).first->second;
-  work_ += f.work;
-  return f;
-}
-
-const Fit& Search::finish(Fit& rough) {
-  if (rough.converged || rough.finished) return rough;
-  const bool last = !small_.empty();
-  Fit better = go_on(problem_, rough, last ? 12 : 7, {last ? 0.01 : rough_tolerance});
-  work_ += better.work;
-  if (better.score >= rough.score) rough = std::move(better);
-  rough.finished = true;
-  screenings_.erase(rough.model.members);
-  return rough;
-}
-
-const Screening& Search::screen_once(const Fit& fitted) {
-  const auto found = screenings_.find(fitted.model.members);
-  if (found != screenings_.end()) return found->second;
-  return screenings_.emplace(fitted.model.members, screen(problem_, fitted)).first->second;
-}
-
-/// Two single directions that are the same up to a factor are one effect under two names.
-void Search::find_synonyms(const Screening& s) {
-  const auto N = [&](std::size_t i, std::size_t j) {
-    return s.normal.N(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j));
-  };
-  std::vector<std::size_t> gone;
-  for (std::size_t a = 0; a < s.groups.size(); ++a)
-    for (std::size_t b = a + 1; b < s.groups.size(); ++b) {
-      const Group &x = s.groups[a], &y = s.groups[b];
-      if (x.count != 1 || y.count != 1) continue;
-      if (std::find(gone.begin(), gone.end(), x.candidate) != gone.end()) continue;
-      const double xx = N(x.first, x.first), yy = N(y.first, y.first), xy = N(x.first, y.first);
-      if (!(xx > 0.0 && yy > 0.0) || xy * xy < (1.0 - 1e-10) * xx * yy) continue;
-      synonyms_[x.candidate].push_back(y.candidate);
-      gone.push_back(y.candidate);
-    }
-}
-
-bool Search::left_out(std::size_t candidate) const {
+/// Whether another candidate does exactly the same and stands for it.
+bool Searcher::left_out(std::size_t candidate) const {
   return std::any_of(synonyms_.begin(), synonyms_.end(), [&](const auto& kept) {
     return std::find(kept.second.begin(), kept.second.end(), candidate) != kept.second.end();
   });
 }
 
-std::vector<const Fit*> Search::extend(const Fit& from, std::size_t tries, double rival, double enough) {
-  const Screening& s = screen_once(from);
-  std::vector<const Fit*> fits;
+bool Searcher::worth_fitting(const Extension& e, double best_gain) const {
+  const double penalty = pool_.problem().penalty(e.dof);
+  const double enough = e.dof > thresholds::full_penalty_parameters
+                            ? thresholds::predicted_penalty_share * penalty
+                            : penalty + thresholds::predicted_gain_share * required(e.start.members.size());
+  return !left_out(e.candidate) && !(e.gain < enough) && !(e.gain < thresholds::least_share_of_best * best_gain);
+}
+
+/// The best extensions of a model, best first, well fitted where they come near the evidence of a `rival`; only one
+/// when its evidence is enough.
+std::vector<const Fit*> Searcher::extend(const Fit& from, std::size_t tries, double rival, double enough) {
+  const Screening& s = pool_.screen_once(from);
   std::vector<Fit*> rough;
   double best_gain = 0.0, best = rival;
   for (const Extension& e : s.extensions) best_gain = std::max(best_gain, e.gain);
   for (const Extension& e : s.extensions) {
     if (rough.size() >= tries || (spent() && !rough.empty())) break;
-    const double penalty = problem_.charge(e.dof);
-    // Predicted gains are good to a factor of two, and too low where the noise still holds what is missing: that weighs
-    // on effects of many parameters.
-    const double wanted = e.dof > 3 ? 0.5 * penalty : penalty + 0.4 * required(e.start.members.size());
-    if (left_out(e.candidate) || e.gain < wanted || e.gain < 0.03 * best_gain) continue;
-    // What cannot come near the best so far is told early; twice the margin, for it is told from less.
-    rough.push_back(&rough_fit(e.start, from.noise, best - 2.0 * unfinished(best, from.score)));
-    best = std::max(best, rough.back()->score);
+    if (!worth_fitting(e, best_gain)) continue;
+    // Fits out of reach of the best are given up early, at twice the margin because that is judged from less.
+    const double needed = best - 2.0 * unfinished_margin(best, from.evidence);
+    rough.push_back(&pool_.rough_fit(e.start, from.noise, needed));
+    best = std::max(best, rough.back()->evidence);
     if (best > enough) return {rough.back()};
   }
-  const double margin = unfinished(best, from.score);
+  const double margin = unfinished_margin(best, from.evidence);
   for (Fit* one : rough)
-    if (one->score > best - margin && finish(*one).score > enough) return {one};
-  fits.assign(rough.begin(), rough.end());
-  std::stable_sort(fits.begin(), fits.end(), [](const Fit* a, const Fit* b) { return a->score > b->score; });
+    if (one->evidence > best - margin && pool_.finish(*one).evidence > enough) return {one};
+  std::vector<const Fit*> fits(rough.begin(), rough.end());
+  std::stable_sort(fits.begin(), fits.end(), [](const Fit* a, const Fit* b) { return a->evidence > b->evidence; });
   return fits;
 }
 
-double Search::required(std::size_t size) const {
-  if (size <= 1) return options_.worth_adding;
-  const double share = small_.empty() ? options_.share_beside : options_.share_settled;
-  return std::max(options_.worth_beside, share * (best_->score - null_model_->score));
+/// Evidence that the last effect of a model of this size must bring.
+double Searcher::required(std::size_t size) const {
+  if (size <= 1) return thresholds::single_gain;
+  const double share = first_reference_.empty() ? thresholds::further_share : thresholds::further_share_refined;
+  return std::max(thresholds::further_gain, share * (best_->evidence - null_model_->evidence));
+}
+
+bool Searcher::may_beat_best(const Fit& rough) const {
+  return rough.evidence > best_->evidence - unfinished_margin(best_->evidence, null_model_->evidence);
 }
 
 /// Adds effects one at a time to the best few models of each size.
-void Search::grow() {
+void Searcher::forward() {
   std::vector<const Fit*> beam{null_model_};
-  for (std::size_t size = 1; size <= options_.max_effects && !spent(); ++size) {
+  for (std::size_t size = 1; size <= thresholds::max_effects && !spent(); ++size) {
+    const std::size_t tries = size == 1 ? thresholds::tries + 2 : thresholds::tries;
     std::vector<const Fit*> next;
-    double best = -std::numeric_limits<double>::infinity();
+    double best = -infinity;
     for (const Fit* from : beam)
-      for (const Fit* one : extend(*from, size == 1 ? options_.tries + 2 : options_.tries, best)) {
+      for (const Fit* one : extend(*from, tries, best)) {
         if (std::find(next.begin(), next.end(), one) == next.end()) next.push_back(one);
-        best = std::max(best, one->score);
+        best = std::max(best, one->evidence);
       }
-    std::stable_sort(next.begin(), next.end(), [](const Fit* a, const Fit* b) { return a->score > b->score; });
-    if (next.empty() || next.front()->score < best_->score + required(size)) break;
+    std::stable_sort(next.begin(), next.end(), [](const Fit* a, const Fit* b) { return a->evidence > b->evidence; });
+    if (next.empty() || next.front()->evidence < best_->evidence + required(size)) break;
     best_ = next.front();
+    const double far = 0.5 * std::abs(best_->evidence - null_model_->evidence);
     beam.clear();
     for (const Fit* one : next)
-      if (beam.size() < options_.beam && one->score > best_->score - 0.5 * std::abs(best_->score - null_model_->score))
-        beam.push_back(one);
+      if (beam.size() < thresholds::beam && one->evidence > best_->evidence - far) beam.push_back(one);
   }
 }
 
 /// Where more than one effect is missing, the two may hide each other and be no one's neighbours in the beam.
-void Search::try_pairs() {
-  constexpr std::size_t most = 3;
+void Searcher::try_pairs() {
   if (best_->model.members.size() < 2) return;
   const Fit* const grown = best_;
   std::size_t tries = 0;
-  for (const Extension& pair : best_pairs(problem_, *null_model_, screen_once(*null_model_))) {
+  for (const Extension& pair : best_pairs(pool_.problem(), *null_model_, pool_.screen_once(*null_model_))) {
     const auto& members = pair.start.members;
     if (std::any_of(members.begin(), members.end(), [&](std::size_t m) { return left_out(m); })) continue;
-    if (tries++ == most || spent()) break;
-    Fit& rough =
-        rough_fit(pair.start, null_model_->noise, best_->score - 2.0 * unfinished(best_->score, null_model_->score));
-    const bool near = rough.score > best_->score - unfinished(best_->score, null_model_->score);
-    if (near && finish(rough).score > best_->score) best_ = &rough;
+    if (tries++ == thresholds::pair_tries || spent()) break;
+    const double needed = best_->evidence - 2.0 * unfinished_margin(best_->evidence, null_model_->evidence);
+    Fit& rough = pool_.rough_fit(pair.start, null_model_->noise, needed);
+    if (may_beat_best(rough) && pool_.finish(rough).evidence > best_->evidence) best_ = &rough;
   }
   // Not beyond the largest model: whether that is enough is asked along its own reference.
-  const auto may_grow = [&] { return best_->model.members.size() < options_.max_effects && !spent(); };
-  while (best_ != grown && may_grow() && grow_once()) continue;
+  while (best_ != grown && extendable() && forward_once()) continue;
 }
 
-/// Tries the best model with fewer effects and with one exchanged.
-void Search::polish() {
+/// Puts another effect in the place of the one taken out.
+void Searcher::exchange(const Fit& less, bool& moved) {
+  for (const Fit* swapped : extend(less, 3, best_->evidence)) {
+    const bool larger = swapped->model.members.size() > best_->model.members.size();
+    const double gain = larger ? required(swapped->model.members.size()) : 1e-3;
+    if (!(swapped->evidence > best_->evidence + gain)) continue;
+    best_ = swapped;
+    moved = true;
+  }
+}
+
+/// Tries the best model with fewer effects and with one exchanged, as long as that helps.
+void Searcher::backward_and_exchange() {
   for (bool moved = true; moved && !spent();) {
     moved = false;
     const Fit* const before = best_;
     for (const std::size_t member : before->model.members) {
-      Fit& rough = rough_fit(problem_.catalogue->without(before->model, member), before->noise);
-      const bool near = rough.score > best_->score - unfinished(best_->score, null_model_->score);
-      const Fit& less = near ? finish(rough) : rough;
-      if (less.score > best_->score - required(best_->model.members.size()) &&
+      Fit& rough = pool_.rough_fit(catalogue().without(before->model, member), before->noise);
+      const bool near = may_beat_best(rough);
+      const Fit& less = near ? pool_.finish(rough) : rough;
+      if (less.evidence > best_->evidence - required(best_->model.members.size()) &&
           less.model.members.size() < best_->model.members.size()) {
         best_ = &less;
         moved = true;
       }
-      // Once the reference is the found model's own, far swaps have been tried along the one before.
-      if (before->model.members.size() < 2 || (!near && !small_.empty())) continue;
-      for (const Fit* swapped : extend(less, 3, best_->score))
-        if (swapped->score > best_->score + (swapped->model.members.size() > best_->model.members.size()
-                                                 ? required(swapped->model.members.size())
-                                                 : 1e-3)) {
-          best_ = swapped;
-          moved = true;
-        }
+      // Far exchanges were tried along the first reference.
+      if (before->model.members.size() < 2 || (!near && !first_reference_.empty())) continue;
+      exchange(less, moved);
     }
   }
 }
 
-/// Schwarz's penalty counts readings, as if each told something new. On a rough road what they tell of the car is covered
-/// by random accelerations, and only their independent values count: one per channel in twice their correlation time.
-void Search::charge_by_road() {
-  if (!rough_road(problem_, best_->noise)) return;
-  const double independent = static_cast<double>(noise_states) * problem_.seconds() / (2.0 * noise_time);
-  problem_.penalty_per_parameter = 0.5 * std::log(std::min(static_cast<double>(problem_.rows), independent));
-  for (auto& [members, one] : fits_) charge_for(problem_, one);
-  screenings_.clear();
+/// Schwarz's penalty counts independent readings. With strong process noise what readings tell of the car is covered by
+/// it, and its independent values count: one per channel in twice its correlation time.
+void Searcher::penalise_by_independent_readings() {
+  const Problem& problem = pool_.problem();
+  if (!has_strong_process_noise(problem, best_->noise)) return;
+  const double independent = static_cast<double>(noise_states) * problem.seconds() / (2.0 * noise_time);
+  pool_.set_penalty(0.5 * std::log(std::min(static_cast<double>(problem.rows), independent)));
   const Fit* const found = best_;
   best_ = null_model_;
-  grow();
-  polish();
-  if (spent() && found->score > best_->score) best_ = found;  // there was no time to find it again
+  forward();
+  backward_and_exchange();
+  if (spent() && found->evidence > best_->evidence) best_ = found;  // there was no time to find it again
 }
 
-/// The reference so far was smoothed with the nominal car, and what is missing bends it: a strong effect leaves errors
-/// of second order that further effects would take up. Once more along the trajectory that the model found smooths.
-void Search::settle() {
+/// The first reference was smoothed with the nominal car, which what is missing bends: a strong effect leaves errors of
+/// second order that further effects would take up. The best models once more along the reference of the best.
+void Searcher::refine_along_own_reference() {
   const Fit found = *best_, null_model = *null_model_;
   std::vector<Fit> near;
-  for (const Fit* one : tried())
-    if (one != best_ && one->score > best_->score - 15.0 && near.size() < 6) near.push_back(*one);
-  for (const auto& [members, one] : fits_)
-    if (members.size() < 2) small_.emplace(members, one);
-  settle_reference(problem_, road_, found);
-  fits_.clear();
-  screenings_.clear();
-  null_model_ = &fit_once(null_model.model, null_model.noise);
-  best_ = &fit_once(found.model, found.noise);
+  const std::vector<const Fit*> all = pool_.all();
+  for (const Fit* one : all)
+    if (one != best_ && one->evidence > best_->evidence - thresholds::refit_range &&
+        near.size() < thresholds::refit_models)
+      near.push_back(*one);
+  for (const Fit* one : all)
+    if (one->model.members.size() < 2) first_reference_.emplace(one->model.members, *one);
+  pool_.restart(road_, found);
+  null_model_ = &pool_.fit_once(null_model.model, null_model.noise);
+  best_ = &pool_.fit_once(found.model, found.noise);
   // Also when the work is spent: without its rivals the best would look surer than it is.
   for (const Fit& one : near) {
-    const Fit& again = fit_once(one.model, one.noise);
-    if (again.score > best_->score) best_ = &again;
+    const Fit& again = pool_.fit_once(one.model, one.noise);
+    if (again.evidence > best_->evidence) best_ = &again;
   }
-  polish();
-  while (!spent() && grow_once()) polish();
+  backward_and_exchange();
+  while (!spent() && forward_once()) backward_and_exchange();
 }
 
-/// One effect more beside those found, along their own reference.
-bool Search::grow_once() {
+/// One effect more beside those found.
+bool Searcher::forward_once() {
   const Fit* const before = best_;
-  const bool largest = before->model.members.size() >= options_.max_effects;
-  // That the catalogue does not suffice is said only of what no error of the models could be.
-  const double least = largest ? options_.share_beside * (before->score - null_model_->score) : 0.0;
-  const double worth = before->score + std::max(required(before->model.members.size() + 1), least);
-  const auto more = extend(*before, 3, before->score, largest ? worth : std::numeric_limits<double>::infinity());
-  if (more.empty() || more.front()->score <= worth) return false;
+  const bool largest = before->model.members.size() >= thresholds::max_effects;
+  // That the catalogue does not suffice is said only of what linearisation errors could not be.
+  const double least = largest ? thresholds::further_share * (before->evidence - null_model_->evidence) : 0.0;
+  const double enough = before->evidence + std::max(required(before->model.members.size() + 1), least);
+  const auto more = extend(*before, 3, before->evidence, largest ? enough : infinity);
+  if (more.empty() || more.front()->evidence <= enough) return false;
   exhausted_ = largest;
   if (!largest) best_ = more.front();
   return !largest;
 }
 
-const Fit* Search::alone(std::size_t candidate) const {
-  const std::vector<std::size_t> members{candidate};
-  if (const auto first = small_.find(members); first != small_.end()) return &first->second;
-  const auto found = fits_.find(members);
-  return found != fits_.end() ? &found->second : nullptr;
-}
-
-double Search::gain_alone(std::size_t candidate) const {
-  const Fit* const one = alone(candidate);
-  const auto first = small_.find({candidate});
-  const bool old = first != small_.end() && &first->second == one;
-  return one->score - (old ? small_.at({}).score : null_model_->score);
-}
-
-void Search::run() {
+SearchResult Searcher::run() {
   const auto tell = [&](double quarters) {
     if (options_.tell) options_.tell(quarters, 4, "searching");
   };
-  Noise noise;
-  noise.sensor = problem_.sensor;
-  for (std::size_t i = 0; i < noise_states; ++i) noise.process[i] = std::pow(5.0 * problem_.process_unit[i], 2);
-  const ModelSpec bare = problem_.catalogue->bare();
-  const Fit rough = fit(problem_, bare, noise, 4);
-  settle_reference(problem_, road_, rough);
   tell(1);
-  null_model_ = &fit_once(bare, rough.noise);
-  best_ = null_model_;
-  find_synonyms(screen_once(*null_model_));
-  grow();
+  forward();
   try_pairs();
   tell(2);
-  polish();
-  charge_by_road();
+  backward_and_exchange();
+  penalise_by_independent_readings();
   tell(3);
-  if (best_ != null_model_) settle();
+  if (best_ != null_model_) refine_along_own_reference();
+  Fit null_model = *null_model_, best = *best_;
+  return {std::move(pool_), std::move(null_model), std::move(best),
+          exhausted_,       std::move(synonyms_),  std::move(first_reference_)};
+}
+
+}  // namespace
+
+SearchResult search_effects(Problem problem, const Road& road, const SearchOptions& options) {
+  Noise noise;
+  noise.sensor = problem.sensor;
+  for (std::size_t i = 0; i < noise_states; ++i) noise.process[i] = std::pow(5.0 * problem.process_unit[i], 2);
+  const Fit rough = fit(problem, problem.catalogue->null_model(), noise, thresholds::rough_iterations);
+  iterate_reference(problem, road, rough);
+  return Searcher(std::move(problem), road, options, rough.noise).run();
 }
 
 }  // namespace gripline::diagnose

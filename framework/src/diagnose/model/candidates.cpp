@@ -53,7 +53,7 @@ Catalogue::Catalogue(const VehicleSpec& nominal, const Car& car, const Registry&
       if (entry.decl->params[i].fit) c.fitted.push_back(i);
     }
     c.excluded = std::find(exclude.begin(), exclude.end(), c.id) != exclude.end();
-    c.remembers = c.effect->memory() > 0 || c.effect->look_back(c.defaults) > 0.0;
+    c.dynamic = c.effect->memory() > 0 || c.effect->look_back(c.defaults) > 0.0;
     candidates_.push_back(std::move(c));
   }
   std::sort(candidates_.begin(), candidates_.end(), [](const Candidate& a, const Candidate& b) { return a.id < b.id; });
@@ -75,7 +75,7 @@ double Catalogue::nominal(std::string_view name, std::size_t* index) const {
   return std::numeric_limits<double>::quiet_NaN();
 }
 
-ModelSpec Catalogue::bare() const {
+ModelSpec Catalogue::null_model() const {
   ModelSpec model;
   for (const Nuisance& n : nuisances_) model.nuisance.push_back(n.nominal);
   return model;

@@ -21,9 +21,9 @@ struct Candidate {
   Instance<Effect> effect{nullptr, nullptr};
   std::vector<double> defaults;     // every parameter; those to fit at their start
   std::vector<std::size_t> fitted;  // indices of the parameters to fit
-  bool excluded = false;            // must not be named in this case
-  /// Hidden state or delay: its derivative at the neutral value is a limit, taken as a secant.
-  bool remembers = false;
+  bool excluded = false;            // must not be named
+  /// It has memory or a delay: its derivative at the neutral value is a limit, approximated by a secant.
+  bool dynamic = false;
   const abi::ParamDecl& decl(std::size_t fit) const { return entry->decl->params[fitted[fit]]; }
 };
 
@@ -40,14 +40,14 @@ struct ModelSpec {
   std::vector<std::vector<double>> values;  // all parameters of each member
   std::vector<double> nuisance;             // values of the nuisance parameters
 
-  std::size_t position(std::size_t candidate) const;  // members.size() when it is not in
+  std::size_t position(std::size_t candidate) const;  // among members; members.size() when absent
   bool has(std::size_t candidate) const { return position(candidate) < members.size(); }
 };
 
 /// The nominal car of a world, its own effects included, and all candidates. Immutable after construction.
 class Catalogue {
  public:
-  /// `exclude` holds ids that must not be named; an id that no plugin has is an error of the caller's.
+  /// `exclude`: ids of effects that must not be named; unknown ids are ignored. The registry must outlive it.
   Catalogue(const VehicleSpec& nominal, const Car& car, const Registry& registry, std::span<const std::string> exclude);
 
   std::span<const Candidate> candidates() const { return candidates_; }
@@ -60,8 +60,8 @@ class Catalogue {
   /// Value of a parameter of the nominal model by name; NaN when it has none of that name.
   double nominal(std::string_view name, std::size_t* index = nullptr) const;
 
-  /// The model without any candidate.
-  ModelSpec bare() const;
+  /// The model without any candidate, nuisances at their nominal values.
+  ModelSpec null_model() const;
   /// The model with one more effect at its start values.
   ModelSpec with(const ModelSpec& model, std::size_t candidate) const;
   ModelSpec without(const ModelSpec& model, std::size_t candidate) const;
@@ -69,7 +69,7 @@ class Catalogue {
   /// then the members'.
   StagedCar build(const ModelSpec& model) const;
   /// Effects before the members in a built car.
-  std::size_t own_effects() const { return own_.size(); }
+  std::size_t nominal_effects() const { return own_.size(); }
   std::string name(const ModelSpec& model) const;
   /// Whether candidate a acts earlier in the chain of stages than candidate b.
   bool before(std::size_t a, std::size_t b) const;

@@ -3,12 +3,12 @@
 
 #include <span>
 
-#include "diagnose/model/linear_model.hpp"
+#include "diagnose/model/states.hpp"
 
 namespace gripline::diagnose {
 
-/// Rates at every sample and their derivatives along eight directions. `seed` lists the parameters of the car that carry
-/// a direction each, after those of the state (yaw, three speeds, memory) if these are asked for.
+/// Rates at every sample and their derivatives in eight lanes. `seed` lists the parameters of the car that take a lane
+/// each, after the lanes of the state (yaw, three speeds, memory) if these are asked for.
 struct DualPass {
   const StagedCar& car;
   const Trace& trace;

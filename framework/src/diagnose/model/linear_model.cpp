@@ -6,34 +6,31 @@
 
 #include "diagnose/model/dual_pass.hpp"
 #include "diagnose/model/transition.hpp"
+#include "diagnose/thresholds.hpp"
+#include "measured/replay.hpp"
 #include "util/statistics.hpp"
 
 namespace gripline::diagnose {
 
-LinearModel linearise(const StagedCar& car, const Trace& trace, int substeps, std::span<const std::size_t> along,
-                      std::span<Direction> directions) {
-  const auto m = static_cast<std::size_t>(car.memory());
-  if (m > max_memory) throw std::invalid_argument("more than 4 hidden states in one model");
-  LinearModel lm;
-  lm.n = trace.size();
-  lm.dt = trace.log.dt;
-  const std::size_t body = channels + m, N = lm.states = body + noise_states;
-  lm.memory = run_memory(car, trace);
+namespace {
 
-  if (!trace.log.guessed.empty())
-    for (std::size_t k = 0; k + 1 < lm.n; ++k) lm.guessed.push_back(trace.log.guessed_step(k));
+/// Fills F, the inputs and the rates; writes the rates of `regressors`. Returns the fastest rate of settling of a memory
+/// [1/s], which may need shorter steps than the motion.
+double add_transitions(const StagedCar& car, const Trace& trace, std::span<const std::size_t> along,
+                       std::span<Regressor> regressors, LinearModel& lm) {
+  const std::size_t N = lm.states, m = lm.memories(), body = channels + m;
   lm.rate.resize(lm.n * 3);
-  for (Direction& d : directions) d.rate.resize(lm.n * 3);
+  for (Regressor& r : regressors) r.rate.resize(lm.n * 3);
   lm.F.resize((lm.n - 1) * N * N);
   lm.input0.resize((lm.n - 1) * N * 3);
   lm.input1.resize((lm.n - 1) * N * 3);
-  // Rates by the state at a sample and at the one before, whose mean rules the step between; and by some parameters.
+  // Jacobian of the rates at a sample, and at the one before; their mean rules the step between.
   std::vector<double> A(N * N, 0.0), before(N * N, 0.0);
   for (std::size_t c = 0; c < noise_states; ++c) {
     A[(3 + c) * N + body + c] = before[(3 + c) * N + body + c] = 1.0;
     A[(body + c) * (N + 1)] = before[(body + c) * (N + 1)] = -1.0 / noise_time;
   }
-  double fastest = 0.0;  // of the memory: what is stiff needs shorter steps than the motion
+  double fastest = 0.0;
   const DualPass pass{car, trace, lm.memory};
   pass.run(along, true, [&](std::size_t k, const Dual8* rate, const Dual8* memory_rate) {
     const auto row = [&](std::size_t i, const Dual8& r) {
@@ -45,7 +42,7 @@ LinearModel linearise(const StagedCar& car, const Trace& trace, int substeps, st
     for (std::size_t j = channels; j < body; ++j) fastest = std::max(fastest, std::abs(A[j * (N + 1)]));
     for (std::size_t c = 0; c < 3; ++c) {
       lm.rate[k * 3 + c] = rate[3 + c].v;
-      for (std::size_t i = 0; i < along.size(); ++i) directions[i].rate[k * 3 + c] = rate[3 + c].d[4 + m + i];
+      for (std::size_t i = 0; i < along.size(); ++i) regressors[i].rate[k * 3 + c] = rate[3 + c].d[4 + m + i];
     }
     if (k > 0) {
       for (std::size_t i = 0; i < N * N; ++i) before[i] = 0.5 * (before[i] + A[i]);
@@ -54,18 +51,22 @@ LinearModel linearise(const StagedCar& car, const Trace& trace, int substeps, st
     }
     before = A;
   });
+  return fastest;
+}
 
-  // Where it settles many times within a sample, what settles is small and only must not grow.
-  const double settles = std::min(lm.dt * fastest, 20.0);
-  substeps = std::max(substeps, static_cast<int>(std::ceil(settles / (settles < 4.0 ? 0.8 : 1.4))));
-  lm.substeps = substeps;
-  step_all(car, trace, lm.memory, substeps, lm.offset);
+/// Fills the offsets: one-step predictions from the reference less the reference.
+void add_offsets(const StagedCar& car, const Trace& trace, LinearModel& lm) {
+  const std::size_t m = lm.memories(), body = channels + m;
+  predict_one_step(car, trace, lm.memory, lm.substeps, lm.offset);
   for (std::size_t k = 0; k + 1 < lm.n; ++k) {
     double* const f = lm.offset.data() + k * body;
     for (std::size_t c = 0; c < channels; ++c) f[c] -= trace.motion[(k + 1) * channels + c];
     for (std::size_t j = 0; j < m; ++j) f[channels + j] -= lm.memory[(k + 1) * m + j];
   }
+}
 
+/// Fills the innovations of the reference, and H where the sensors are not the identity.
+void add_readings(const StagedCar& car, const Trace& trace, LinearModel& lm) {
   lm.innovation.resize(lm.n * channels);
   read_pass(car, trace, {}, true, [&](std::size_t k, const std::array<Dual8, channels>& out) {
     bool plain = true;
@@ -81,22 +82,43 @@ LinearModel linearise(const StagedCar& car, const Trace& trace, int substeps, st
     for (std::size_t c = 0; c < channels; ++c)
       std::copy_n(out[c].d, channels, lm.H.begin() + static_cast<std::ptrdiff_t>((k * channels + c) * channels));
   });
+}
+
+}  // namespace
+
+LinearModel linearise(const StagedCar& car, const Trace& trace, int substeps, std::span<const std::size_t> along,
+                      std::span<Regressor> regressors) {
+  const auto m = static_cast<std::size_t>(car.memory());
+  if (m > max_memory) throw std::invalid_argument("more than 4 hidden states in one model");
+  LinearModel lm;
+  lm.n = trace.size();
+  lm.dt = trace.log.dt;
+  lm.states = channels + m + noise_states;
+  lm.memory = simulate_memory(car, trace);
+  if (!trace.log.interpolated.empty())
+    for (std::size_t k = 0; k + 1 < lm.n; ++k) lm.interpolated.push_back(trace.log.interpolated_step(k));
+  const double fastest = add_transitions(car, trace, along, regressors, lm);
+  // Stiff memory settles many times within a sample: there the step must only be stable.
+  const double settles = std::min(lm.dt * fastest, 20.0);
+  lm.substeps = std::max(substeps, static_cast<int>(std::ceil(settles / (settles < 4.0 ? 0.8 : 1.4))));
+  add_offsets(car, trace, lm);
+  add_readings(car, trace, lm);
   return lm;
 }
 
 std::size_t lanes_beside_state(const StagedCar& car) { return DualPass::lanes - DualPass::state_lanes(car); }
 
 int substeps_of_motion(const StagedCar& car, std::span<const Trace> traces) {
-  constexpr double longest = 0.3;  // of a step over the time constant: an error of 0.3^5 / 120 of what settles
   std::vector<double> fastest;
   for (const Trace& trace : traces)
-    DualPass{car, trace, run_memory(car, trace)}.run({}, true, [&](std::size_t, const Dual8* rate, const Dual8*) {
+    DualPass{car, trace, simulate_memory(car, trace)}.run({}, true, [&](std::size_t, const Dual8* rate, const Dual8*) {
       double one = 0.0;
       for (std::size_t c = 3; c < channels; ++c) one = std::max(one, std::abs(rate[c].d[c - 2]));
       fastest.push_back(one * trace.log.dt);
     });
   if (fastest.empty()) return 2;
-  return static_cast<int>(std::clamp(std::ceil(upper_median(std::move(fastest)) / longest), 1.0, 8.0));
+  const double usual = upper_median(std::move(fastest));
+  return static_cast<int>(std::clamp(std::ceil(usual / thresholds::longest_integration_step), 1.0, 8.0));
 }
 
 }  // namespace gripline::diagnose

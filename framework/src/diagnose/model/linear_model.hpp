@@ -13,15 +13,13 @@
 #include <vector>
 
 #include "diagnose/model/candidates.hpp"
-#include "measured/trace.hpp"
+#include "diagnose/model/states.hpp"
 
 namespace gripline::diagnose {
 
-inline constexpr std::size_t max_memory = 4;
-inline constexpr std::size_t noise_states = 3;  // unknown accelerations along vx, vy, omega
-
-/// A direction of change: rates by one parameter at every sample (rows of vx', vy', omega'), readings by it.
-struct Direction {
+/// Derivatives by one parameter, or a function of its own, at every sample: of the rates vx', vy', omega' and of the
+/// readings. Column of the regression of innovations on parameters.
+struct Regressor {
   std::vector<double> rate;     // n x 3
   std::vector<double> reading;  // n x 6, or empty
 };
@@ -37,21 +35,18 @@ struct LinearModel {
   std::vector<double> input0;      // (n-1) x states x 3: what a rate at sample k, fading to k + 1, adds to z[k+1]
   std::vector<double> input1;      // the same for a rate at sample k + 1
   std::vector<double> offset;      // (n-1) x (states - 3): f
-  std::vector<double> innovation;  // n x 6: reading minus h; NaN where nothing was read
+  std::vector<double> innovation;  // n x 6: reading minus h; NaN where there is no reading
   std::vector<double> H;           // n x 6 x 6, or empty for the identity
-  std::vector<bool> guessed;       // n - 1: the command during the step is a guess; or empty
+  std::vector<bool> interpolated;  // n - 1: a command of the step was not recorded; or empty
   std::vector<double> memory;      // n x memory, along the reference
   std::vector<double> rate;        // n x 3: vx', vy', omega' along the reference
   std::size_t memories() const { return states - channels - noise_states; }
 };
 
-/// Correlation time of the unknown accelerations [s].
-inline constexpr double noise_time = 0.25;
-
-/// `along` lists parameters of the car, at most lanes_beside_state of them: rates by these cost nothing and are written
-/// to `directions`.
+/// `along` lists parameters of the car, at most lanes_beside_state of them, whose regressors come with the state's
+/// derivatives at no cost and are written to `regressors` (same size). Throws std::invalid_argument beyond max_memory.
 LinearModel linearise(const StagedCar& car, const Trace& trace, int substeps, std::span<const std::size_t> along = {},
-                      std::span<Direction> directions = {});
+                      std::span<Regressor> regressors = {});
 std::size_t lanes_beside_state(const StagedCar& car);
 
 /// Steps of integration per sample that a car's motion needs along these traces: its slip settles within a few times

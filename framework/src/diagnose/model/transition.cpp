@@ -4,7 +4,7 @@
 #include <array>
 #include <cmath>
 
-#include "diagnose/model/linear_model.hpp"
+#include "diagnose/model/states.hpp"
 
 namespace gripline::diagnose {
 namespace {

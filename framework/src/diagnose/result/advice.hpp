@@ -1,17 +1,16 @@
-// Words for people: what to drive to tell effects apart, and the diagnosis in one sentence.
+// What to drive next, so that a log tells apart what this one could not.
 #pragma once
 
+#include <span>
 #include <string>
 #include <vector>
 
+#include "diagnose/model/candidates.hpp"
+
 namespace gripline::diagnose {
 
-struct Diagnosis;
-
-/// A manoeuvre that separates names the data cannot tell apart. Effects nobody wrote a line about get the general one.
-std::string advice(const std::vector<std::vector<std::string>>& equals);
-
-/// Place or kind, size, certainty.
-std::string sentence(const Diagnosis& d);
+/// The manoeuvre, of those that effects declare (abi::PluginDecl::advice), that most of the effects in question share;
+/// of equals the one they list first. Effects in all sets are not in question. Where no two share one: general advice.
+std::string advice(std::span<const std::vector<std::string>> equals, const Catalogue& catalogue);
 
 }  // namespace gripline::diagnose

@@ -5,9 +5,7 @@
 #include <fstream>
 
 #include "config/errors.hpp"
-#include "config/file_kind.hpp"
 #include "config/json_file.hpp"
-#include "config/reader.hpp"
 
 namespace gripline::diagnose {
 namespace {
@@ -41,11 +39,7 @@ void write_text(const fs::path& file, const std::string& text) {
   if (!out) throw InputError("cannot write " + file.string());
 }
 
-}  // namespace
-
-Node diagnosis_json(const Diagnosis& d) {
-  Node out = object();
-  out.set("verdict", Node(verdict_names[static_cast<std::size_t>(d.verdict)]));
+Node named_node(const Diagnosis& d) {
   Node::Array named;
   for (const NamedEffect& n : d.named) {
     Node one = object();
@@ -60,35 +54,41 @@ Node diagnosis_json(const Diagnosis& d) {
     one.set("confidence", number(n.confidence));
     named.push_back(std::move(one));
   }
-  out.set("named", Node(std::move(named)));
+  return Node(std::move(named));
+}
+
+Node equivalent_node(const Diagnosis& d) {
   Node::Array equivalent;
   for (const auto& set : d.equivalent) {
     Node::Array ids;
     for (const std::string& id : set) ids.emplace_back(id);
     equivalent.emplace_back(std::move(ids));
   }
-  out.set("equivalent", Node(std::move(equivalent)));
-  if (d.unknown) {
-    Node unknown = object();
-    unknown.set("where", Node(where_names[static_cast<std::size_t>(d.unknown->where)]));
-    const bool along =
-        (d.unknown->where == Where::position || d.unknown->where == Where::time) && d.unknown->quantity.empty();
-    unknown.set("interval", along ? Node(Node::Array{number(d.unknown->from), number(d.unknown->to)}) : Node::null());
-    out.set("unknown", std::move(unknown));
-  } else {
-    out.set("unknown", Node::null());
-  }
-  Node fitted = d.nominal_fit.empty() ? Node::null() : object();
-  for (const auto& [name, value] : d.nominal_fit) fitted.set(name, number(value));
-  out.set("nominal_fit", std::move(fitted));
+  return Node(std::move(equivalent));
+}
+
+Node unknown_node(const Diagnosis& d) {
+  if (!d.unknown) return Node::null();
+  const ResidualTest& test = *d.unknown;
+  Node unknown = object();
+  unknown.set("where", Node(where_names[static_cast<std::size_t>(test.where)]));
+  const bool along = (test.where == Where::position || test.where == Where::time) && test.quantity.empty();
+  unknown.set("interval", along ? Node(Node::Array{number(test.from), number(test.to)}) : Node::null());
+  return unknown;
+}
+
+Node gap_node(const Gap& g) {
   Node gap = object();
-  gap.set("horizon_s", number(d.gap.horizon));
-  gap.set("before", number(d.gap.before));
-  gap.set("after", number(d.gap.after));
-  gap.set("closure", number(d.gap.closure));
-  out.set("gap", std::move(gap));
+  gap.set("horizon_s", number(g.horizon));
+  gap.set("before", number(g.before));
+  gap.set("after", number(g.after));
+  gap.set("closure", number(g.closure));
+  return gap;
+}
+
+Node ranking_node(const Diagnosis& d) {
   Node::Array ranking;
-  for (const Ranked& r : d.ranking) {
+  for (const RankedEffect& r : d.ranking) {
     Node one = object();
     one.set("effect", Node(r.effect));
     one.set("gain", number(r.gain));
@@ -96,20 +96,37 @@ Node diagnosis_json(const Diagnosis& d) {
     one.set("selected_fraction", number(r.selected_fraction));
     ranking.push_back(std::move(one));
   }
-  out.set("ranking", Node(std::move(ranking)));
-  out.set("manoeuvre", d.manoeuvre.empty() ? Node::null() : Node(d.manoeuvre));
-  if (d.verdict == Verdict::nothing_missing) {
-    Node::Array floors;
-    for (const Floor& f : d.floors) {
-      Node one = object();
-      one.set("effect", Node(f.effect));
-      one.set("param", Node(f.param));
-      one.set("unit", Node(f.unit));
-      one.set("size", number(f.size));
-      floors.push_back(std::move(one));
-    }
-    out.set("seen_at", Node(std::move(floors)));
+  return Node(std::move(ranking));
+}
+
+Node detection_limits_node(const Diagnosis& d) {
+  Node::Array limits;
+  for (const DetectionLimit& l : d.detection_limits) {
+    Node one = object();
+    one.set("effect", Node(l.effect));
+    one.set("param", Node(l.param));
+    one.set("unit", Node(l.unit));
+    one.set("size", number(l.size));
+    limits.push_back(std::move(one));
   }
+  return Node(std::move(limits));
+}
+
+}  // namespace
+
+Node diagnosis_json(const Diagnosis& d) {
+  Node out = object();
+  out.set("verdict", Node(verdict_names[static_cast<std::size_t>(d.verdict)]));
+  out.set("named", named_node(d));
+  out.set("equivalent", equivalent_node(d));
+  out.set("unknown", unknown_node(d));
+  Node fitted = d.nominal_fit.empty() ? Node::null() : object();
+  for (const auto& [name, value] : d.nominal_fit) fitted.set(name, number(value));
+  out.set("nominal_fit", std::move(fitted));
+  out.set("gap", gap_node(d.gap));
+  out.set("ranking", ranking_node(d));
+  out.set("manoeuvre", d.manoeuvre.empty() ? Node::null() : Node(d.manoeuvre));
+  if (d.verdict == Verdict::nothing_missing) out.set("seen_at", detection_limits_node(d));
   out.set("sentence", Node(d.sentence));
   return out;
 }
@@ -138,61 +155,6 @@ Node world_patch(const Diagnosis& d, const Diagnoser& diagnoser, const WorldSpec
   Node patch = object();
   patch.set("plant", std::move(plant));
   return patch;
-}
-
-void read_uncertainty(const Node& node, CaseOptions& options, Errors& errors) {
-  if (node.is_null()) return;
-  ObjectReader r(node, errors);
-  for (const Member* member : r.members())
-    options.uncertainty[member->key] = read_number(member->value, "1", NumberRange::non_negative(), errors);
-}
-
-CaseFile read_case(const fs::path& file) {
-  const Node node = load_json(file);
-  constexpr std::array<const char*, 7> keys = {"vehicle",     "track",   "direction",          "sample_time_s",
-                                               "noise_sigma", "exclude", "nominal_uncertainty"};
-  // The wrong file altogether is one fault, not one for each of its keys.
-  if (!node.is_object() ||
-      !std::any_of(keys.begin(), keys.end(), [&](const char* k) { return node.find(k) != nullptr; }))
-    throw InputError(file.string() +
-                     ": is no case; expected an object with some of vehicle, track, noise_sigma, "
-                     "exclude, nominal_uncertainty");
-  if (const FileKind kind = kind_of(node); kind == FileKind::world || kind == FileKind::experiment)
-    throw InputError(file.string() + ": is " + std::string(kind_text(kind)) + ", expected a case");
-  Errors errors;
-  CaseFile out;
-  {
-    ObjectReader r(node, errors);
-    out.vehicle = r.text("vehicle", std::string());
-    (void)r.find("direction");
-    (void)r.find("sample_time_s");
-    for (const Node& id : r.array("exclude", false)) out.options.exclude.push_back(read_text(id, errors));
-    if (const Node* uncertainty = r.find("nominal_uncertainty"); uncertainty != nullptr)
-      read_uncertainty(*uncertainty, out.options, errors);
-    if (r.has("noise_sigma")) {
-      ObjectReader sigma = r.object("noise_sigma");
-      constexpr std::array<std::pair<const char*, const char*>, channels> names = {{{"x_m", "m"},
-                                                                                    {"y_m", "m"},
-                                                                                    {"yaw_rad", "rad"},
-                                                                                    {"vx_mps", "m/s"},
-                                                                                    {"vy_mps", "m/s"},
-                                                                                    {"yaw_rate_radps", "rad/s"}}};
-      Channels values{};
-      for (std::size_t c = 0; c < channels; ++c)
-        values[c] = sigma.number(names[c].first, names[c].second, NumberRange::non_negative(), 0.0);
-      out.options.noise_sigma = values;
-    }
-    if (r.has("track")) {
-      const std::string name = r.text("track");
-      const fs::path folder = file.parent_path();
-      for (const fs::path& place :
-           {folder / name, folder / ".." / ".." / "tracks" / name, folder / ".." / "tracks" / name})
-        if (!out.track && fs::is_regular_file(place)) out.track = place;
-      if (!out.track) r.error_at("track", "no file \"" + name + "\" beside the case or in ../../tracks");
-    }
-  }
-  errors.throw_if_any();
-  return out;
 }
 
 void write_diagnosis(const fs::path& folder, const Diagnosis& d, const Diagnoser& diagnoser, const WorldSpec& world,

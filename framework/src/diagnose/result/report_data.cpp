@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diagnose/inference/reference.hpp"
+#include "measured/rollout.hpp"
+
 namespace gripline::diagnose {
 namespace {
 
@@ -57,9 +60,9 @@ Node track_node(const Track& track) {
 std::vector<double> unexplained(const Catalogue& catalogue, const Problem& problem, const Trace& trace,
                                 const ModelSpec& model, const Noise& noise) {
   const LinearModel lm = linearise(catalogue.build(model), trace, problem.substeps);
-  FilterWants wants;
-  wants.smooth = true;
-  const Likelihood l = filter(lm, noise, wants);
+  FilterOptions options;
+  options.smooth = true;
+  const Likelihood l = filter(lm, noise, options);
   std::vector<double> a(trace.size() * 3);
   for (std::size_t k = 0; k < trace.size(); ++k)
     for (std::size_t c = 0; c < 3; ++c) a[k * 3 + c] = l.smoothed[(k + 1) * lm.states - 3 + c];
@@ -72,22 +75,22 @@ Node residual_node(const Diagnosis& d, const Diagnoser& diagnoser) {
   Table t({"t_s", "lap_fraction", "x_m", "y_m", "vx_mps", "vy_mps", "yaw_rate_radps", "d", "delta_rad", "e_vx", "e_vy",
            "e_omega", "after_e_vx", "after_e_vy", "after_e_omega", "size"});
   // Both with the same freedom, so that a smaller curve means a better model.
-  Noise noise = d.nothing.noise;
+  Noise noise = d.null_model.noise;
   for (std::size_t c = 0; c < noise_states; ++c)
     noise.process[c] = std::max(noise.process[c], std::pow(problem.process_unit[c], 2));
-  const ModelSpec bare = catalogue.bare();
+  const ModelSpec bare = catalogue.null_model();
   for (const Trace& trace : problem.traces) {
     const std::vector<double> before = unexplained(catalogue, problem, trace, bare, noise);
     const std::vector<double> after = unexplained(catalogue, problem, trace, d.fit.model, noise);
-    RolloutOptions options;
+    measured::RolloutOptions options;
     options.horizon = short_window;
     options.first = 0;
     options.every = every;
-    const Rollouts rolled = roll_out(catalogue.build(bare), trace, diagnoser.road(), options);
+    const measured::Rollouts rolled = roll_out(catalogue.build(bare), trace, diagnoser.road(), options);
     std::vector<double> size(trace.size(), std::nan(""));
     const std::size_t width = rolled.samples * channels;
     for (std::size_t i = 0; i < rolled.start.size(); ++i) {
-      Rollouts one;
+      measured::Rollouts one;
       const auto from = static_cast<std::ptrdiff_t>(i * width), to = static_cast<std::ptrdiff_t>((i + 1) * width);
       one.error.assign(rolled.error.begin() + from, rolled.error.begin() + to);
       one.predicted.assign(rolled.predicted.begin() + from, rolled.predicted.begin() + to);
@@ -118,18 +121,18 @@ Node traces_node(const Diagnosis& d, const Diagnoser& diagnoser, std::span<const
     problem.traces.assign(1, std::move(trace));
   }
   problem.traces.resize(1);
-  RolloutOptions options;
+  measured::RolloutOptions options;
   options.first = first;
   const auto roll = [&](const ModelSpec& model, const Noise& noise) {
     Fit f;
     f.model = model;
     f.noise = noise;
     Problem own = problem;
-    renew_reference(own, diagnoser.road(), f);
+    smooth_reference(own, diagnoser.road(), f);
     return roll_out(catalogue.build(model), own.traces.front(), diagnoser.road(), options);
   };
-  const Rollouts before = roll(catalogue.bare(), d.nothing.noise);
-  const Rollouts after = roll(d.fit.model, d.fit.noise);
+  const measured::Rollouts before = roll(catalogue.null_model(), d.null_model.noise);
+  const measured::Rollouts after = roll(d.fit.model, d.fit.noise);
   const Trace& trace = problem.traces.front();
   constexpr std::array<const char*, channels> names = {"x_m", "y_m", "yaw_rad", "vx_mps", "vy_mps", "yaw_rate_radps"};
   constexpr std::size_t windows = 20;
@@ -164,22 +167,22 @@ Node report_data(const Diagnosis& d, const Diagnoser& diagnoser, std::span<const
   out.set("track", track_node(diagnoser.road().track()));
   out.set("residual", residual_node(d, diagnoser));
   Table horizon({"horizon_s", "before", "after"});
-  for (const Diagnosis::Horizon& h : d.horizons) horizon.row({h.seconds, h.before, h.after});
+  for (const PredictionError& h : d.horizons) horizon.row({h.seconds, h.before, h.after});
   out.set("horizon", std::move(horizon).node());
   out.set("traces", traces_node(d, diagnoser, held_out));
-  Node::Array floors;
-  for (const Floor& f : d.floors) {
+  Node::Array limits;
+  for (const DetectionLimit& f : d.detection_limits) {
     Node one = object();
     one.set("effect", Node(f.effect));
     one.set("param", Node(f.param));
     one.set("unit", Node(f.unit));
     one.set("size", number(f.size));
-    floors.push_back(std::move(one));
+    limits.push_back(std::move(one));
   }
-  out.set("seen_at", Node(std::move(floors)));
+  out.set("seen_at", Node(std::move(limits)));
   Node::Array health;
   constexpr std::array<const char*, 3> levels = {"good", "note", "bad"};
-  for (const Health& h : d.health) {
+  for (const measured::Health& h : d.health) {
     Node one = object();
     one.set("check", Node(h.check));
     one.set("found", Node(h.found));

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "config/node.hpp"
-#include "diagnose/result/diagnosis.hpp"
+#include "diagnose/result/diagnoser.hpp"
 
 namespace gripline::diagnose {
 

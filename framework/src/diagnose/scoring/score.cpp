@@ -2,21 +2,19 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
-#include <set>
+#include <memory>
 
 #include "config/json_file.hpp"
-#include "config/reader.hpp"
+#include "diagnose/result/case_file.hpp"
 #include "diagnose/result/diagnosis_files.hpp"
-#include "geometry/track_file.hpp"
+#include "diagnose/scoring/answer.hpp"
+#include "measured/rollout.hpp"
 #include "util/clock.hpp"
-#include "util/statistics.hpp"
 
 namespace gripline::diagnose {
 namespace {
 
 namespace fs = std::filesystem;
-using Names = std::set<std::string>;
 const double none = std::nan("");
 
 std::string joined(const Names& names) {
@@ -25,103 +23,15 @@ std::string joined(const Names& names) {
   return text.empty() ? "-" : text;
 }
 
-/// What answer.json says.
-struct Answer {
-  std::string kind, condition = "white";
-  Names names;
-  std::vector<Names> right;  // sets that count as right
-  std::vector<std::pair<std::string, std::map<std::string, double>>> effects;
-  std::map<std::string, double> nuisance;
-  bool unknown = false;
-  std::vector<std::string> where;
-  std::optional<std::pair<double, double>> interval;
-};
-
-Names read_names(const Node& list, Errors& errors) {
-  Names ids;
-  for (const Node& id : read_array(list, errors)) ids.insert(read_text(id, errors));
-  return ids;
-}
-
-void read_effects(ObjectReader& reader, Answer& a) {
-  for (const Node& one : reader.array("effects")) {
-    ObjectReader effect(one, reader.errors());
-    const std::string id = effect.text("effect");
-    std::map<std::string, double> params;
-    ObjectReader values = effect.object("params");
-    for (const Member* p : values.members())
-      if (p->value.is_number()) params[p->key] = p->value.number();
-    a.names.insert(id);
-    a.effects.emplace_back(id, params);
-  }
-}
-
-Answer read_answer(const fs::path& file) {
-  if (!fs::exists(file)) throw InputError(file.string() + ": no such file; a case is scored against its answer");
-  const Node node = parse_file(file);
-  Errors errors;
-  Answer a;
-  if (!node.is_object()) throw InputError(node.origin, "expected an object with \"kind\" and \"effects\"");
-  {
-    ObjectReader reader(node, errors);
-    a.kind = reader.text("kind");
-    read_effects(reader, a);
-    a.right.push_back(a.names);
-    for (const Node& set : reader.array("equivalent", false)) a.right.push_back(read_names(set, errors));
-    if (reader.find("process_noise") != nullptr) a.condition = "process_noise";
-    if (reader.find("nuisance") != nullptr) {
-      a.condition = "wrong_nominal";
-      ObjectReader nuisance = reader.object("nuisance");
-      for (const Member* m : nuisance.members())
-        a.nuisance[m->key] = read_number(m->value, "1", NumberRange::any(), errors);
-    }
-    if (reader.find("unknown") != nullptr) {
-      a.unknown = true;
-      ObjectReader unknown = reader.object("unknown");
-      for (const Node& w : unknown.array("where")) a.where.push_back(read_text(w, errors));
-      if (unknown.find("interval") != nullptr)
-        if (const auto ends = unknown.numbers("interval", "1", NumberRange::any(), 2); ends.size() == 2)
-          a.interval = {ends[0], ends[1]};
-      unknown.find("note");
-    }
-    // Whatever else an answer tells of its case is not asked here.
-    (void)reader.members();
-  }
-  errors.throw_if_any();
-  return a;
-}
-
-/// The model of the answer; empty when one of its effects is not in the catalogue.
-std::optional<ModelSpec> true_model(const Catalogue& catalogue, const Answer& a) {
-  ModelSpec model = catalogue.bare();
-  for (const auto& [id, params] : a.effects) {
-    const std::size_t c = catalogue.find(id);
-    if (c == catalogue.candidates().size()) return std::nullopt;
-    model = catalogue.with(model, c);
-    std::vector<double>& values = model.values[model.position(c)];
-    for (std::size_t p = 0; p < values.size(); ++p)
-      if (const auto found = params.find(catalogue.candidates()[c].entry->decl->params[p].name); found != params.end())
-        values[p] = found->second;
-  }
-  for (std::size_t i = 0; i < catalogue.nuisances().size(); ++i) {
-    const Nuisance& n = catalogue.nuisances()[i];
-    if (const auto found = a.nuisance.find(n.name); found != a.nuisance.end())
-      model.nuisance[i] = n.nominal * (1.0 + found->second);
-    if (const auto found = a.nuisance.find(n.name + "_over_m"); found != a.nuisance.end())
-      model.nuisance[i] = n.nominal + catalogue.car().m * found->second;
-  }
-  return model;
-}
-
 /// E of framework/doc/diagnose-cases.md, "Scores".
-double rollout_error(const Catalogue& catalogue, const ModelSpec& model, const Measured& held, const Road& road,
+double rollout_error(const Catalogue& catalogue, const ModelSpec& model, const Log& held, const Road& road,
                      const Channels& sigma) {
   const StagedCar car = catalogue.build(model);
   Trace trace;
   trace.log = held;
   trace.set_motion(held.reading, road);
-  trace.set_motion(states_of_readings(car, held.reading, trace.at), road);
-  RolloutOptions options;
+  trace.set_motion(measured::states_of_readings(car, held.reading, trace.at), road);
+  measured::RolloutOptions options;
   options.substeps = 4;
   return rms(roll_out(car, trace, road, options), sigma);
 }
@@ -134,14 +44,23 @@ double windowed_cost(const Problem& problem, const ModelSpec& model) {
   const StagedCar car = problem.catalogue->build(model);
   double cost = 0.0;
   for (const Trace& trace : problem.traces) {
-    FilterWants wants;
-    wants.restart = static_cast<std::size_t>(std::round(1.0 / trace.log.dt));
-    cost += filter(linearise(car, trace, problem.substeps), noise, wants).cost;
+    FilterOptions options;
+    options.restart = static_cast<std::size_t>(std::round(1.0 / trace.log.dt));
+    cost += filter(linearise(car, trace, problem.substeps), noise, options).cost;
   }
   return cost;
 }
 
-void compare_params(const Answer& a, const Diagnosis& d, CaseScore& s) {
+/// Whether values of an effect's parameter a whole number apart mean the same.
+bool is_periodic(const Catalogue& catalogue, const std::string& effect, const std::string& param) {
+  const std::size_t found = catalogue.find(effect);
+  if (found == catalogue.candidates().size()) return false;
+  const auto params = catalogue.candidates()[found].entry->params();
+  return std::any_of(params.begin(), params.end(),
+                     [&](const abi::ParamDecl& p) { return p.name == param && p.periodic; });
+}
+
+void compare_params(const Catalogue& catalogue, const Answer& a, const Diagnosis& d, CaseScore& s) {
   double errors = 0.0, size = 0.0, inside = 0.0, count = 0.0;
   for (const auto& [id, truth] : a.effects)
     for (const NamedEffect& n : d.named) {
@@ -151,7 +70,7 @@ void compare_params(const Answer& a, const Diagnosis& d, CaseScore& s) {
         if (found == truth.end()) continue;
         double off = v.value - found->second;
         double shift = 0.0;
-        if (v.name == "s0") shift = std::round(off);
+        if (is_periodic(catalogue, id, v.name)) shift = std::round(off);
         off -= shift;
         errors += off * off;
         size += found->second * found->second;
@@ -164,32 +83,84 @@ void compare_params(const Answer& a, const Diagnosis& d, CaseScore& s) {
   s.covered = inside / count;
 }
 
-double judge(const Answer& a, const Diagnosis& d, const Names& named) {
-  if (a.unknown) return d.verdict == Verdict::unknown ? 1.0 : 0.0;
-  if (a.names.empty()) return d.verdict == Verdict::nothing_missing ? 1.0 : 0.0;
-  const auto right = [&](const Names& set) { return std::find(a.right.begin(), a.right.end(), set) != a.right.end(); };
-  if (d.verdict == Verdict::named) return right(named) ? 1.0 : 0.0;
-  if (d.verdict == Verdict::indistinguishable)
-    for (const auto& set : d.equivalent)
-      if (right(Names(set.begin(), set.end()))) return a.right.size() >= d.equivalent.size() ? 1.0 : 0.5;
-  return 0.0;
+/// A case's files, its world and its diagnosis.
+struct Diagnosed {
+  CaseFile file;
+  fs::path world_file;
+  WorldSpec world;
+  std::unique_ptr<Diagnoser> diagnoser;
+  Diagnosis diagnosis;
+  double cpu_s = 0;
+};
+/// Diagnoses the log of a case whose case.json is read.
+void diagnose_case(const fs::path& folder, const Registry& registry, const WorldOf& world_of, Diagnosed& out) {
+  out.world_file = world_of(out.file.vehicle);
+  const Node node = load_world(out.world_file, out.file.track);
+  Errors errors;
+  CaseOptions& options = out.file.options;
+  if (const Node* u = node.find("nominal_uncertainty"); u != nullptr && options.uncertainty.empty())
+    read_uncertainty(*u, options, errors);
+  out.world = read_world(node, registry, errors);
+  errors.throw_if_any();
+  const double begin = process_cpu_s();
+  out.diagnoser = std::make_unique<Diagnoser>(out.world, registry, options);
+  const measured::LogExpectations expected{out.world.car.car.v_ref, &out.diagnoser->road()};
+  const std::vector<LogFile> logs{read_log_file(folder / "measured.csv", expected)};
+  out.diagnosis = out.diagnoser->run(logs, {});
+  out.cpu_s = process_cpu_s() - begin;
 }
 
-double judge_place(const Answer& a, const Diagnosis& d) {
-  if (!d.unknown) return 0.0;
-  const std::string where = where_names[static_cast<std::size_t>(d.unknown->where)];
-  if (std::find(a.where.begin(), a.where.end(), where) == a.where.end()) return 0.0;
-  if (!a.interval) return 1.0;
-  double off = 0.5 * (d.unknown->from + d.unknown->to) - 0.5 * (a.interval->first + a.interval->second);
-  if (where == "position") off -= std::round(off);
-  return std::abs(off) <= (where == "position" ? 0.05 : 1.0) ? 1.0 : 0.0;
+/// What the diagnosis says, beside what is true.
+void compare_names(const Answer& a, const Diagnosis& d, CaseScore& s) {
+  s.kind = a.kind;
+  s.condition = a.condition;
+  s.truth = joined(a.names);
+  s.verdict = verdict_names[static_cast<std::size_t>(d.verdict)];
+  Names named;
+  s.confidence = 1.0;
+  for (const NamedEffect& n : d.named) {
+    named.insert(n.effect);
+    s.confidence = std::min(s.confidence, n.confidence);
+  }
+  s.named = joined(named);
+  s.right = judge(a, d);
+  s.class_size = d.verdict == Verdict::indistinguishable ? static_cast<double>(d.equivalent.size()) : none;
+  s.located = a.unknown ? judge_place(a, d) : none;
 }
 
-std::string cell(double v) {
-  if (std::isnan(v)) return "";
-  char buffer[40];
-  std::snprintf(buffer, sizeof buffer, "%.6g", v);
-  return buffer;
+/// Likelihood ratios of the truth over nothing, and over itself without its least effect.
+void measure_lambda(const Catalogue& catalogue, const Problem& problem, const ModelSpec& truth, CaseScore& s) {
+  ModelSpec without = catalogue.null_model();
+  without.nuisance = truth.nuisance;
+  const double true_cost = windowed_cost(problem, truth);
+  s.lambda = 2.0 * (windowed_cost(problem, without) - true_cost);
+  s.lambda_least = s.lambda;
+  for (const std::size_t member : truth.members)
+    if (truth.members.size() > 1)
+      s.lambda_least =
+          std::min(s.lambda_least, 2.0 * (windowed_cost(problem, catalogue.without(truth, member)) - true_cost));
+}
+
+/// Errors of rollouts on the case's noise-free log by the nominal, the found and the true model.
+void measure_errors(const fs::path& folder, const Diagnosed& one, const Answer& a, CaseScore& s) {
+  const Catalogue& catalogue = one.diagnoser->catalogue();
+  const Road& road = one.diagnoser->road();
+  Channels sigma{};
+  for (std::size_t c = 0; c < channels; ++c) sigma[c] = one.world.sensors.channels[c].sigma;
+  const LogFile held =
+      read_log_file(folder / "heldout.csv", measured::LogExpectations{one.world.car.car.v_ref, nullptr});
+  const auto error = [&](const ModelSpec& model) {
+    return rollout_error(catalogue, model, held.stretches.front(), road, sigma);
+  };
+  s.error_before = error(catalogue.null_model());
+  s.error_after = error(one.diagnosis.fit.model);
+  const auto truth = true_model(catalogue, a);
+  if (!truth) return;
+  s.error_true = error(*truth);
+  if (a.names.empty()) return;
+  if (s.error_before > s.error_true + 1e-6)
+    s.closure = (s.error_before - s.error_after) / (s.error_before - s.error_true);
+  measure_lambda(catalogue, one.diagnoser->problem(), *truth, s);
 }
 
 }  // namespace
@@ -203,176 +174,20 @@ std::vector<fs::path> case_folders(const fs::path& folder) {
 }
 
 CaseScore score_case(const fs::path& folder, const Registry& registry, const WorldOf& world_of, const fs::path& out) {
-  CaseFile file = read_case(folder / "case.json");
-  const Answer a = read_answer(folder / "answer.json");  // first: without it the rest is in vain
-  const fs::path world_file = world_of(file.vehicle);
-  const Node node = load_world(world_file, file.track);
-  Errors errors;
-  if (const Node* u = node.find("nominal_uncertainty"); u != nullptr && file.options.uncertainty.empty())
-    read_uncertainty(*u, file.options, errors);
-  const WorldSpec world = read_world(node, registry, errors);
-  errors.throw_if_any();
-
+  Diagnosed one;
+  one.file = read_case(folder / "case.json");
+  const Answer a = read_answer(folder / "answer.json");  // before the work, which without it is in vain
+  diagnose_case(folder, registry, world_of, one);
+  if (!out.empty()) write_diagnosis(out, one.diagnosis, *one.diagnoser, one.world, one.world_file, one.file.track);
   CaseScore s;
   s.id = folder.filename().string();
-  s.vehicle = file.vehicle;
-  const double begin = process_cpu_s();
-  Diagnoser diagnoser(world, registry, file.options);
-  const LogExpectations expected{world.car.car.v_ref, &diagnoser.road()};
-  const std::vector<LogFile> logs{read_log_file(folder / "measured.csv", expected)};
-  const Diagnosis d = diagnoser.run(logs, {});
-  s.cpu_s = process_cpu_s() - begin;
-  if (!out.empty()) write_diagnosis(out, d, diagnoser, world, world_file, file.track);
-
-  const Catalogue& catalogue = diagnoser.catalogue();
-  s.kind = a.kind;
-  s.condition = a.condition;
-  s.truth = joined(a.names);
-  s.verdict = verdict_names[static_cast<std::size_t>(d.verdict)];
-  Names named;
-  s.confidence = 1.0;
-  for (const NamedEffect& n : d.named) {
-    named.insert(n.effect);
-    s.confidence = std::min(s.confidence, n.confidence);
-  }
-  s.named = joined(named);
-  s.right = judge(a, d, named);
-  s.class_size = d.verdict == Verdict::indistinguishable ? static_cast<double>(d.equivalent.size()) : none;
-  s.located = a.unknown ? judge_place(a, d) : none;
+  s.vehicle = one.file.vehicle;
+  s.cpu_s = one.cpu_s;
+  compare_names(a, one.diagnosis, s);
   s.parameter_error = s.covered = s.closure = s.error_true = s.lambda = s.lambda_least = none;
-  if (s.right > 0.0 && !a.unknown) compare_params(a, d, s);
-  Channels sigma{};
-  for (std::size_t c = 0; c < channels; ++c) sigma[c] = world.sensors.channels[c].sigma;
-  const LogFile held = read_log_file(folder / "heldout.csv", LogExpectations{world.car.car.v_ref, nullptr});
-  const Measured& log = held.stretches.front();
-  s.error_before = rollout_error(catalogue, catalogue.bare(), log, diagnoser.road(), sigma);
-  s.error_after = rollout_error(catalogue, d.fit.model, log, diagnoser.road(), sigma);
-  const auto truth = true_model(catalogue, a);
-  if (truth) {
-    s.error_true = rollout_error(catalogue, *truth, log, diagnoser.road(), sigma);
-    if (!a.names.empty() && s.error_before > s.error_true + 1e-6)
-      s.closure = (s.error_before - s.error_after) / (s.error_before - s.error_true);
-    ModelSpec without = catalogue.bare();
-    without.nuisance = truth->nuisance;
-    if (!a.names.empty()) {
-      const double true_cost = windowed_cost(diagnoser.problem(), *truth);
-      s.lambda = 2.0 * (windowed_cost(diagnoser.problem(), without) - true_cost);
-      s.lambda_least = s.lambda;
-      for (const std::size_t member : truth->members)
-        if (truth->members.size() > 1)
-          s.lambda_least =
-              std::min(s.lambda_least,
-                       2.0 * (windowed_cost(diagnoser.problem(), catalogue.without(*truth, member)) - true_cost));
-    }
-  }
+  if (s.right > 0.0 && !a.unknown) compare_params(one.diagnoser->catalogue(), a, one.diagnosis, s);
+  measure_errors(folder, one, a, s);
   return s;
-}
-
-std::string score_csv(std::span<const CaseScore> scores) {
-  std::string text =
-      "case,kind,vehicle,condition,truth,verdict,named,right,lambda,lambda_least,confidence,closure,parameter_error,"
-      "covered,"
-      "error_before,error_after,error_true,located,class_size,cpu_s\n";
-  for (const CaseScore& s : scores)
-    text += s.id + "," + s.kind + "," + s.vehicle + "," + s.condition + "," + s.truth + "," + s.verdict + "," +
-            s.named + "," + cell(s.right) + "," + cell(s.lambda) + "," + cell(s.lambda_least) + "," +
-            cell(s.confidence) + "," + cell(s.closure) + "," + cell(s.parameter_error) + "," + cell(s.covered) + "," +
-            cell(s.error_before) + "," + cell(s.error_after) + "," + cell(s.error_true) + "," + cell(s.located) + "," +
-            cell(s.class_size) + "," + cell(s.cpu_s) + "\n";
-  return text;
-}
-
-namespace {
-
-/// A line of the scorecard over the cases a rule picks.
-struct Line {
-  const char* name;
-  std::function<bool(const CaseScore&)> picks;
-};
-
-}  // namespace
-
-std::string scorecard(std::span<const CaseScore> scores) {
-  const auto detectable = [](const CaseScore& s) { return s.lambda_least >= 100.0; };
-  const std::vector<Line> lines = {
-      {"one effect, white noise",
-       [&](const CaseScore& s) { return s.kind == "single" && s.condition == "white" && detectable(s); }},
-      {"one effect, weak (25..100)",
-       [&](const CaseScore& s) {
-         return s.kind == "single" && s.condition == "white" && s.lambda >= 25.0 && s.lambda < 100.0;
-       }},
-      {"one effect, process noise",
-       [&](const CaseScore& s) { return s.kind == "single" && s.condition == "process_noise" && detectable(s); }},
-      {"one effect, wrong nominal",
-       [&](const CaseScore& s) { return s.kind == "single" && s.condition == "wrong_nominal" && detectable(s); }},
-      {"one effect, white, lambda >= 1000",
-       [&](const CaseScore& s) { return s.kind == "single" && s.condition == "white" && s.lambda >= 1000.0; }},
-      {"two effects, white",
-       [&](const CaseScore& s) { return s.kind == "pair" && s.condition == "white" && detectable(s); }},
-      {"two effects, process noise",
-       [&](const CaseScore& s) { return s.kind == "pair" && s.condition == "process_noise" && detectable(s); }},
-      {"three effects", [&](const CaseScore& s) { return s.kind == "triple"; }},
-      {"nothing missing, white", [](const CaseScore& s) { return s.kind == "none" && s.condition == "white"; }},
-      {"nothing missing, other", [](const CaseScore& s) { return s.kind == "none" && s.condition != "white"; }},
-      {"unknown", [](const CaseScore& s) { return !std::isnan(s.located); }},
-      {"all", [](const CaseScore&) { return true; }},
-  };
-  std::string text =
-      "condition                          cases  right   wrong name  closure median / tenth   error*sqrt(lambda)  "
-      "covered  "
-      "located  cpu s\n";
-  for (const Line& line : lines) {
-    std::vector<double> right, closure, scaled, covered, located, cpu;
-    std::size_t wrong = 0;
-    for (const CaseScore& s : scores) {
-      if (!line.picks(s)) continue;
-      right.push_back(s.right);
-      cpu.push_back(s.cpu_s);
-      wrong += s.right == 0.0 && s.verdict == "named";
-      if (!std::isnan(s.closure)) closure.push_back(s.closure);
-      if (!std::isnan(s.parameter_error)) scaled.push_back(s.parameter_error * std::sqrt(std::max(0.0, s.lambda)));
-      if (!std::isnan(s.covered)) covered.push_back(s.covered);
-      if (!std::isnan(s.located)) located.push_back(s.located);
-    }
-    if (right.empty()) continue;
-    const auto mean = [](const std::vector<double>& v) {
-      double sum = 0.0;
-      for (const double x : v) sum += x;
-      return v.empty() ? none : sum / static_cast<double>(v.size());
-    };
-    const auto shown = [](double v, const char* format) {
-      char buffer[40];
-      std::snprintf(buffer, sizeof buffer, format, v);
-      return std::isnan(v) ? std::string("-") : std::string(buffer);
-    };
-    char row[240];
-    std::snprintf(
-        row, sizeof row, "%-34s %5zu  %5.1f%%  %10zu  %8s / %8s     %8s            %5s    %5s   %5.2f\n", line.name,
-        right.size(), 100.0 * mean(right), wrong, shown(linear_quantile(closure, 0.5), "%.4f").c_str(),
-        shown(linear_quantile(closure, 0.1), "%.4f").c_str(), shown(linear_quantile(scaled, 0.5), "%.3f").c_str(),
-        shown(mean(covered), "%.2f").c_str(), shown(mean(located), "%.2f").c_str(), mean(cpu));
-    text += row;
-  }
-  double sure = 0, sure_right = 0, sure_detectable = 0, all = 0, worse = 0, brier = 0, judged = 0;
-  for (const CaseScore& s : scores) {
-    if (s.error_after > 1.02 * s.error_before) worse += 1;
-    if (s.verdict != "named") continue;
-    judged += 1;
-    brier += std::pow(s.confidence - s.right, 2);
-    if (s.confidence < 0.95) continue;
-    sure += 1;
-    sure_right += s.right;
-    sure_detectable += s.kind != "none" && std::isnan(s.located) && detectable(s);
-  }
-  for (const CaseScore& s : scores) all += s.kind != "none" && std::isnan(s.located) && detectable(s);
-  char row[240];
-  std::snprintf(
-      row, sizeof row,
-      "confidence >= 0.95: %.0f answers, right %.1f%%; %.0f of %.0f detectable cases got one; Brier %.4f; worse than "
-      "nominal %.0f of %zu\n",
-      sure, sure > 0 ? 100.0 * sure_right / sure : 0.0, sure_detectable, all, judged > 0 ? brier / judged : 0.0, worse,
-      scores.size());
-  return text + row;
 }
 
 }  // namespace gripline::diagnose

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "diagnose/result/diagnosis.hpp"
+#include "plugin/registry.hpp"
 
 namespace gripline::diagnose {
 
@@ -36,11 +36,5 @@ CaseScore score_case(const std::filesystem::path& folder, const Registry& regist
 
 /// Case folders below a folder, by name.
 std::vector<std::filesystem::path> case_folders(const std::filesystem::path& folder);
-
-/// One row per case.
-std::string score_csv(std::span<const CaseScore> scores);
-
-/// The table of section 7 as text, one line per quantity.
-std::string scorecard(std::span<const CaseScore> scores);
 
 }  // namespace gripline::diagnose

@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "diagnose/inference/adequacy.hpp"
+#include "diagnose/inference/reference.hpp"
 #include "support/diagnose_rig.hpp"
 
 namespace gripline::diagnose {
@@ -10,10 +11,10 @@ using test::DiagnoseRig;
 
 constexpr std::array<double, 3> smooth = {0, 0, 0}, everywhere = {1, 1, 1};
 
-/// A filter free to call anything random explains an oscillation by noise; it is told all the same, with its frequency.
-TEST(Remainder, TellsARhythmFromNoise) {
+/// Process noise explains an oscillation too; the test finds it all the same, with its frequency.
+TEST(ResidualTests, TellsASpectralLineFromNoise) {
   DiagnoseRig rig;
-  Measured log = rig.simulate(rig.catalogue().bare(), {40, 45, 1});
+  Log log = rig.simulate(rig.catalogue().null_model(), {40, 45, 1});
   // What a yaw acceleration of 6 rad/s2 at 0.7 Hz adds to the readings of yaw and yaw rate.
   const double rate = 2.0 * M_PI * 0.7;
   for (std::size_t k = 0; k < log.size(); ++k) {
@@ -22,61 +23,63 @@ TEST(Remainder, TellsARhythmFromNoise) {
     log.reading[k * channels + 5] -= 6.0 / rate * std::cos(rate * t);
   }
   Problem problem = rig.problem({log});
-  Fit f = fit(problem, rig.catalogue().bare(), rig.noise(problem, 5.0), 8);
-  renew_reference(problem, rig.road(), f);
+  Fit f = fit(problem, rig.catalogue().null_model(), rig.noise(problem, 5.0), 8);
+  smooth_reference(problem, rig.road(), f);
   f = fit(problem, f.model, f.noise, 8);
-  double excess = 0.0, frequency = 0.0;
-  for (const BasisTest& test : remainder(problem, f))
-    if (test.quantity == "frequency") excess = test.excess, frequency = test.from;
-  EXPECT_GT(excess, structured);
+  double statistic = 0.0, frequency = 0.0;
+  for (const ResidualTest& test : residual_tests(problem, f))
+    if (test.quantity == "frequency") statistic = test.statistic, frequency = test.from;
+  EXPECT_GT(statistic, thresholds::misfit);
   EXPECT_NEAR(frequency, 0.7, 0.03);
 }
 
-/// A yaw acceleration that is random while nothing else is: no road does that.
-TEST(Remainder, TellsARoughRoadFromWhatOneDirectionLacks) {
+/// Noise in some accelerations only is a deficient model's, in all three a road's.
+TEST(ResidualTests, TellsProcessNoiseFromADeficientModel) {
   DiagnoseRig rig;
   const auto uneven = [&](const std::array<double, 3>& rough) {
-    Problem problem = rig.problem({rig.simulate(rig.catalogue().bare(), {.seconds = 40, .seed = 87, .rough = rough})});
-    Fit f = fit(problem, rig.catalogue().bare(), rig.noise(problem, 5.0), 8);
-    renew_reference(problem, rig.road(), f);
+    Problem problem =
+        rig.problem({rig.simulate(rig.catalogue().null_model(), {.seconds = 40, .seed = 87, .rough = rough})});
+    Fit f = fit(problem, rig.catalogue().null_model(), rig.noise(problem, 5.0), 8);
+    smooth_reference(problem, rig.road(), f);
     f = fit(problem, f.model, f.noise, 8);
-    double excess = 0.0;
-    for (const BasisTest& test : remainder(problem, f))
-      if (test.quantity == "noise") excess = test.excess;
-    return excess;
+    double statistic = 0.0;
+    for (const ResidualTest& test : residual_tests(problem, f))
+      if (test.quantity == "noise") statistic = test.statistic;
+    return statistic;
   };
-  EXPECT_LT(uneven(smooth), structured);
-  EXPECT_LT(uneven(everywhere), structured);
-  EXPECT_LT(uneven({0.25, 0.25, 0.25}), structured);
-  EXPECT_GT(uneven({1, 0, 0}), structured);
-  EXPECT_GT(uneven({0, 0, 2}), structured);
+  EXPECT_LT(uneven(smooth), thresholds::misfit);
+  EXPECT_LT(uneven(everywhere), thresholds::misfit);
+  EXPECT_LT(uneven({0.25, 0.25, 0.25}), thresholds::misfit);
+  EXPECT_GT(uneven({1, 0, 0}), thresholds::misfit);
+  EXPECT_GT(uneven({0, 0, 2}), thresholds::misfit);
 }
 
-/// The spectrum of a rough road has lines of its own: those are no spectral line.
-TEST(Remainder, HearsNoRhythmInARoughRoad) {
+/// The largest ordinates of a noisy spectrum are no lines.
+TEST(ResidualTests, FindsNoSpectralLineInProcessNoise) {
   DiagnoseRig rig;
   for (const std::uint64_t seed : {81, 82, 83, 84, 85}) {
     Problem problem =
-        rig.problem({rig.simulate(rig.catalogue().bare(), {.seconds = 40, .seed = seed, .rough = everywhere})});
-    Fit f = fit(problem, rig.catalogue().bare(), rig.noise(problem, 5.0), 8);
-    renew_reference(problem, rig.road(), f);
+        rig.problem({rig.simulate(rig.catalogue().null_model(), {.seconds = 40, .seed = seed, .rough = everywhere})});
+    Fit f = fit(problem, rig.catalogue().null_model(), rig.noise(problem, 5.0), 8);
+    smooth_reference(problem, rig.road(), f);
     f = fit(problem, f.model, f.noise, 8);
-    ASSERT_TRUE(rough_road(problem, f.noise));
-    for (const BasisTest& test : remainder(problem, f)) EXPECT_LT(test.excess, structured) << test.quantity << seed;
+    ASSERT_TRUE(has_strong_process_noise(problem, f.noise));
+    for (const ResidualTest& test : residual_tests(problem, f))
+      EXPECT_LT(test.statistic, thresholds::misfit) << test.quantity << seed;
   }
 }
 
-TEST(Remainder, SeesAPushOfTheRoadAndWhereItIs) {
+TEST(ResidualTests, FindsAPlaceAndItsInterval) {
   // friction_patch may not be named: what it does is then a remainder in one place.
   DiagnoseRig rig({"friction_patch", "bank", "grade"});
   const ModelSpec truth = rig.with("friction_patch", {-0.3, 0.25, 0.15});
   Problem problem = rig.problem({rig.simulate(truth, {40, 43, 1})});
-  Fit f = fit(problem, rig.catalogue().bare(), rig.noise(problem, 5.0), 8);
-  settle_reference(problem, rig.road(), f);
+  Fit f = fit(problem, rig.catalogue().null_model(), rig.noise(problem, 5.0), 8);
+  iterate_reference(problem, rig.road(), f);
   f = fit(problem, f.model, f.noise, 8);
-  const BasisTest place = remainder(problem, f).front();
+  const ResidualTest place = residual_tests(problem, f).front();
   ASSERT_EQ(place.where, Where::position);
-  EXPECT_GT(place.excess, structured);
+  EXPECT_GT(place.statistic, thresholds::misfit);
   EXPECT_NEAR(0.5 * (place.from + place.to), 0.25, 0.075) << "outside the patch";
 }
 

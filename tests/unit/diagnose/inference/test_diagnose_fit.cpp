@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "diagnose/inference/fit.hpp"
+#include "diagnose/inference/reference.hpp"
 #include "support/diagnose_rig.hpp"
 
 namespace gripline::diagnose {
@@ -18,10 +19,10 @@ TEST(Fit, FindsParametersWithinTheirUncertainty) {
   for (const auto& [id, values] : effects) {
     const ModelSpec truth = rig.with(id, values);
     Problem problem = rig.problem({rig.simulate(truth, {20, 21, 1})});
-    const Fit rough = fit(problem, rig.catalogue().bare(), rig.noise(problem, 5.0), 4);
-    renew_reference(problem, rig.road(), rough);
+    const Fit rough = fit(problem, rig.catalogue().null_model(), rig.noise(problem, 5.0), 4);
+    smooth_reference(problem, rig.road(), rough);
     const Fit found =
-        fit(problem, rig.catalogue().with(rig.catalogue().bare(), rig.catalogue().find(id)), rough.noise, 15);
+        fit(problem, rig.catalogue().with(rig.catalogue().null_model(), rig.catalogue().find(id)), rough.noise, 15);
     EXPECT_NEAR(found.theta.front(), values.front(), 4.0 * std::sqrt(found.covariance.front())) << id;
     EXPECT_LT(std::sqrt(found.covariance.front()), 0.05 * std::abs(values.front())) << id;
   }
@@ -29,8 +30,8 @@ TEST(Fit, FindsParametersWithinTheirUncertainty) {
 
 TEST(Fit, ProcessVariancesVanishWhenThereIsNone) {
   DiagnoseRig rig;
-  Problem problem = rig.problem({rig.simulate(rig.catalogue().bare(), {20, 23, 1})});
-  const Fit f = fit(problem, rig.catalogue().bare(), rig.noise(problem, 5.0), 12);
+  Problem problem = rig.problem({rig.simulate(rig.catalogue().null_model(), {20, 23, 1})});
+  const Fit f = fit(problem, rig.catalogue().null_model(), rig.noise(problem, 5.0), 12);
   for (std::size_t i = 0; i < noise_states; ++i)
     EXPECT_LT(std::sqrt(f.noise.process[i]), 0.1 * problem.process_unit[i]);
 }
@@ -40,11 +41,11 @@ TEST(Fit, FindsWhatActsBeforeAnEffectThatRemembers) {
   DiagnoseRig rig;
   const ModelSpec truth = rig.with(rig.with("relaxation", {0.05}), "front_stiff", {0.15});
   Problem problem = rig.problem({rig.simulate(truth, {20, 25, 1})});
-  const Fit rough = fit(problem, rig.catalogue().bare(), rig.noise(problem, 5.0), 4);
-  renew_reference(problem, rig.road(), rough);
+  const Fit rough = fit(problem, rig.catalogue().null_model(), rig.noise(problem, 5.0), 4);
+  smooth_reference(problem, rig.road(), rough);
   const ModelSpec start = rig.with(rig.with("relaxation", {0.04}), "front_stiff", {0.02});
   Fit found = fit(problem, start, rough.noise, 15);
-  renew_reference(problem, rig.road(), found);
+  smooth_reference(problem, rig.road(), found);
   found = fit(problem, found.model, found.noise, 10);
   const auto stiff = found.model.values[found.model.position(rig.catalogue().find("front_stiff"))][0];
   const auto sigma = found.model.values[found.model.position(rig.catalogue().find("relaxation"))][0];
@@ -56,9 +57,9 @@ TEST(Fit, FindsWhatActsBeforeAnEffectThatRemembers) {
 TEST(Problem, ChargesShapesLess) {
   Problem p;
   p.penalty_per_parameter = 5.0;
-  EXPECT_DOUBLE_EQ(p.charge(1), 5.0);
-  EXPECT_DOUBLE_EQ(p.charge(3), 15.0);
-  EXPECT_DOUBLE_EQ(p.charge(10), 15.0 + 7 * 2.0);
+  EXPECT_DOUBLE_EQ(p.penalty(1), 5.0);
+  EXPECT_DOUBLE_EQ(p.penalty(3), 15.0);
+  EXPECT_DOUBLE_EQ(p.penalty(10), 15.0 + 7 * 2.0);
 }
 
 /// Places that were not driven through: there a calm shape does nothing, and elsewhere it is what it was.
@@ -71,7 +72,7 @@ TEST(Fit, CalmShapesRestWhereNothingWasSeen) {
     seen[static_cast<std::size_t>(10.0 * at.lap_fraction + 0.5) % 10] += 0.01;
   ModelSpec start = truth;
   for (double& c : start.values.front()) c = 0.08;
-  problem.calm_shapes = true;
+  problem.shape_prior = true;
   const Fit f = fit(problem, start, rig.noise(problem, 0.003), 10);
   int rested = 0;
   for (std::size_t i = 0; i < 10; ++i) {
@@ -87,10 +88,10 @@ TEST(Fit, CalmShapesRestWhereNothingWasSeen) {
 /// A model that gives no numbers is no model: going on with it leaves it the worst.
 TEST(Fit, WhatCannotBeEvaluatedStaysTheWorst) {
   DiagnoseRig rig;
-  Problem problem = rig.problem({rig.simulate(rig.catalogue().bare(), {10, 54, 1})});
+  Problem problem = rig.problem({rig.simulate(rig.catalogue().null_model(), {10, 54, 1})});
   const Fit broken = fit(problem, rig.with("drive_gain", {std::nan("")}), rig.noise(problem, 5.0), 4);
-  EXPECT_EQ(broken.score, -std::numeric_limits<double>::infinity());
-  EXPECT_EQ(go_on(problem, broken, 4, {}).score, -std::numeric_limits<double>::infinity());
+  EXPECT_EQ(broken.evidence, -std::numeric_limits<double>::infinity());
+  EXPECT_EQ(continue_fit(problem, broken, 4, {}).evidence, -std::numeric_limits<double>::infinity());
 }
 
 /// Going on from what is known gives what beginning at its end gives.
@@ -98,10 +99,10 @@ TEST(Fit, GoesOnFromWhereItEnded) {
   DiagnoseRig rig;
   Problem problem = rig.problem({rig.simulate(rig.with("front_stiff", {-0.15}), {20, 56, 1})});
   const Fit begun = fit(problem, rig.with("front_stiff", {0.0}), rig.noise(problem, 5.0), 2);
-  const Fit more = go_on(problem, begun, 20, {}), anew = fit(problem, begun.model, begun.noise, 20);
-  EXPECT_EQ(more.score, anew.score);
+  const Fit more = continue_fit(problem, begun, 20, {}), anew = fit(problem, begun.model, begun.noise, 20);
+  EXPECT_EQ(more.evidence, anew.evidence);
   EXPECT_EQ(more.theta, anew.theta);
-  EXPECT_GT(more.score, begun.score + 1.0);
+  EXPECT_GT(more.evidence, begun.evidence + 1.0);
 }
 
 /// A fit that cannot come near what is wanted stops early, and says no more than it found.
@@ -110,8 +111,8 @@ TEST(Fit, StopsWhenTheScoreIsOutOfReach) {
   Problem problem = rig.problem({rig.simulate(rig.with("drive_gain", {0.12}), {20, 53, 1})});
   const ModelSpec start = rig.with("yaw_inertia", {0.1});
   const Fit whole = fit(problem, start, rig.noise(problem, 5.0), 10);
-  const Fit early = fit(problem, start, rig.noise(problem, 5.0), 10, {0.01, whole.score + 1e6});
-  EXPECT_LE(early.score, whole.score + 1e-6);
+  const Fit early = fit(problem, start, rig.noise(problem, 5.0), 10, {0.01, whole.evidence + 1e6});
+  EXPECT_LE(early.evidence, whole.evidence + 1e-6);
   EXPECT_FALSE(early.converged);
 }
 

@@ -8,14 +8,14 @@ namespace {
 
 using test::DiagnoseRig;
 
-/// What is left out behind the last effect that remembers does not change what it remembers.
+/// What is left out behind the last effect that dynamic does not change what it dynamic.
 TEST(StagedCar, MemoryRatesAreThoseOfTheWholeCar) {
   DiagnoseRig rig;
   const ModelSpec model = rig.with(rig.with("relaxation", {0.05}), "steer_lag", {0.04});
   Problem problem = rig.problem({rig.simulate(model, {10, 55, 1})});
   const Trace& trace = problem.traces.front();
   const StagedCar car = rig.catalogue().build(model);
-  const std::vector<double> memory = run_memory(car, trace), whole = memory_rates(car, trace, memory);
+  const std::vector<double> memory = simulate_memory(car, trace), whole = memory_rates(car, trace, memory);
   for (std::size_t k = 0; k < trace.size(); k += 100) {
     std::vector<double> rate(3);
     const ActingCommand<double> command = trace.command(k, 0.0);
@@ -33,8 +33,8 @@ TEST(StagedCar, MemoryRatesAreThoseOfTheWholeCar) {
 
 TEST(LinearModel, StepsOfIntegrationFollowTheSampleTime) {
   DiagnoseRig rig;
-  Problem problem = rig.problem({rig.simulate(rig.catalogue().bare(), {10, 49, 1})});
-  const StagedCar car = rig.catalogue().build(rig.catalogue().bare());
+  Problem problem = rig.problem({rig.simulate(rig.catalogue().null_model(), {10, 49, 1})});
+  const StagedCar car = rig.catalogue().build(rig.catalogue().null_model());
   const int usual = substeps_of_motion(car, problem.traces);
   problem.traces.front().log.dt = 0.05;
   const int slow = substeps_of_motion(car, problem.traces);

@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "diagnose/result/diagnosis.hpp"
+#include "diagnose/result/diagnoser.hpp"
 #include "support/diagnose_rig.hpp"
 
 namespace gripline::diagnose {
@@ -28,8 +28,8 @@ TEST(Diagnoser, IsLessSureOfAPlacePassedOnce) {
   EXPECT_GT(gain, 0.95);
 }
 
-/// More drive and less back-EMF do nearly the same: on a rough road a small one of them could be either. The set holds the
-/// truth, and the reader is told what to drive.
+/// More drive and less back-EMF do nearly the same: on a rough road a small one of them could be either. The set holds
+/// the truth, and the reader is told what to drive.
 TEST(Diagnoser, ListsTwinsThatANoisyLogCannotTellApart) {
   DiagnoseRig rig;
   int sets = 0;

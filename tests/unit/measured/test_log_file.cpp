@@ -8,7 +8,7 @@
 #include "measured/log_file.hpp"
 #include "support/diagnose_rig.hpp"
 
-namespace gripline::diagnose {
+namespace gripline::measured {
 namespace {
 
 using test::DiagnoseRig;
@@ -18,7 +18,7 @@ class LogFiles : public ::testing::Test {
  protected:
   LogFiles() : folder_(std::filesystem::temp_directory_path() / ("gripline_logs_" + std::to_string(getpid()))) {
     std::filesystem::create_directories(folder_);
-    const Measured log = rig_.simulate(rig_.catalogue().bare(), {20, 51, 1});
+    const Log log = rig_.simulate(rig_.catalogue().null_model(), {20, 51, 1});
     for (std::size_t k = 0; k < log.size(); ++k) {
       Row row{static_cast<double>(k) * log.dt};
       for (std::size_t c = 0; c < channels; ++c) row[1 + c] = log.reading[k * channels + c];
@@ -266,15 +266,15 @@ TEST_F(LogFiles, BlankRowsGoWithTheirCommandsWhichAreThenGuesses) {
     std::fill(r.begin() + 1, r.end(), 0.0);
   }));
   ASSERT_EQ(log.stretches.size(), 1U);
-  const Measured& m = log.stretches[0];
-  ASSERT_EQ(m.guessed.size(), rows_.size());
+  const Log& m = log.stretches[0];
+  ASSERT_EQ(m.interpolated.size(), rows_.size());
   for (const std::size_t i : blank) {
     EXPECT_TRUE(std::isnan(m.reading[i * 6])) << i;
-    EXPECT_TRUE(m.guessed[i]) << i;
+    EXPECT_TRUE(m.interpolated[i]) << i;
     EXPECT_NEAR(m.command[i].d, rows_[i][7], 0.05) << i;
   }
-  EXPECT_FALSE(m.guessed[45]);
-  EXPECT_TRUE(read(rows_).stretches[0].guessed.empty());
+  EXPECT_FALSE(m.interpolated[45]);
+  EXPECT_TRUE(read(rows_).stretches[0].interpolated.empty());
 }
 
 TEST_F(LogFiles, TheSameLogCountsOnce) {
@@ -290,4 +290,4 @@ TEST_F(LogFiles, TheSameLogCountsOnce) {
 }
 
 }  // namespace
-}  // namespace gripline::diagnose
+}  // namespace gripline::measured

@@ -1,0 +1,51 @@
+#include "diagnose/inference/evaluation.hpp"
+
+#include "diagnose/model/regressors.hpp"
+
+namespace gripline::diagnose {
+namespace {
+
+using Eigen::Index;
+
+/// Normal priors, of the parameters' scales around neutral, on effects with many parameters.
+void add_shape_prior(const Catalogue& catalogue, const ModelSpec& model, Evaluation& e) {
+  auto at = static_cast<Index>(catalogue.nuisances().size());
+  for (std::size_t i = 0; i < model.members.size(); ++i) {
+    const Candidate& c = catalogue.candidates()[model.members[i]];
+    for (std::size_t f = 0; f < c.fitted.size(); ++f, ++at) {
+      if (c.fitted.size() <= thresholds::full_penalty_parameters) continue;
+      const double scale = c.decl(f).scale;
+      const double off = (model.values[i][c.fitted[f]] - c.decl(f).neutral) / scale;
+      e.cost += 0.5 * off * off;
+      e.normal.add_prior(at, off, scale);
+    }
+  }
+}
+
+}  // namespace
+
+Evaluation evaluate(const Problem& problem, const ModelSpec& model, const Noise& noise) {
+  Evaluation e;
+  for (const Trace& trace : problem.traces) {
+    const auto [lm, regressors, work] = linearise_with_regressors(*problem.catalogue, model, trace, problem.substeps);
+    e.work += work * static_cast<double>(trace.size());
+    std::vector<const Regressor*> list;
+    for (const Regressor& r : regressors) list.push_back(&r);
+    FilterOptions options;
+    options.regressors = &list;
+    options.noise_gradient = true;
+    const Likelihood l = filter(lm, noise, options);
+    e.cost += l.cost;
+    e.normal.add(l);
+    for (std::size_t i = 0; i < noise_states; ++i) {
+      e.noise_gradient[i] += l.noise_gradient[i];
+      for (std::size_t j = 0; j < noise_states; ++j)
+        e.noise_information(static_cast<Index>(i), static_cast<Index>(j)) += l.noise_information[i][j];
+    }
+  }
+  e.cost += e.normal.add_nuisances(*problem.catalogue, model);
+  if (problem.shape_prior) add_shape_prior(*problem.catalogue, model, e);
+  return e;
+}
+
+}  // namespace gripline::diagnose

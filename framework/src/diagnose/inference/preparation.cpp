@@ -1,0 +1,75 @@
+#include "diagnose/inference/preparation.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace gripline::diagnose {
+namespace {
+
+using measured::Health;
+
+const char* channel_name(std::size_t c) {
+  constexpr std::array<const char*, channels> names = {"x", "y", "yaw", "vx", "vy", "yaw rate"};
+  return names[c];
+}
+
+std::string number(double value) {
+  char buffer[40];
+  std::snprintf(buffer, sizeof buffer, "%.3g", value);
+  return buffer;
+}
+
+/// The standard deviation to believe of one channel: `seen` in the logs (NaN where it was not read), `stated`, or
+/// `least`.
+double believed_noise(std::size_t channel, double seen, double stated, double least, std::vector<Health>& health) {
+  const std::string name = std::string("noise of ") + channel_name(channel);
+  if (std::isnan(seen)) return std::max(least, stated);
+  if (stated > 0.0 && seen < thresholds::noise_free * stated) {
+    // Simulated, or filtered: what is left is rounding, of which nothing is known.
+    health.push_back({name, "none to be seen, stated " + number(stated),
+                      "a twentieth of the stated is used; figures in standard deviations, intervals and confidence "
+                      "are not to be relied on",
+                      Health::Level::bad});
+    return thresholds::noise_free * stated;
+  }
+  const bool agrees =
+      stated > 0.0 && seen > thresholds::noise_agrees_from * stated && seen < thresholds::noise_agrees_to * stated;
+  if (agrees) return stated;
+  health.push_back({name, number(seen) + (stated > 0.0 ? ", stated " + number(stated) : ", not stated"),
+                    "the measured one is used", stated > 0.0 ? Health::Level::note : Health::Level::good});
+  return std::max(least, seen);
+}
+
+}  // namespace
+
+Prepared prepare(const Catalogue& catalogue, const Road& road, std::span<const measured::LogFile> logs,
+                 const Channels& stated) {
+  Prepared out;
+  Problem& problem = out.problem;
+  problem.catalogue = &catalogue;
+  const Car& car = catalogue.car();
+  constexpr double usual = thresholds::usual_acceleration;
+  problem.process_unit = {usual, usual, usual / (car.lf + car.lr)};
+  std::vector<Log> stretches;
+  for (const measured::LogFile& log : logs) {
+    stretches.insert(stretches.end(), log.stretches.begin(), log.stretches.end());
+    out.health.insert(out.health.end(), log.health.begin(), log.health.end());
+  }
+  const Channels seen = estimate_noise(std::span<const Log>(stretches));
+  for (std::size_t c = 0; c < channels; ++c) {
+    const double least = thresholds::least_sensor_noise * (c < 2 ? car.lf + car.lr : c == 2 ? 1.0 : car.v_ref);
+    problem.sensor[c] = believed_noise(c, seen[c], stated[c], least, out.health);
+  }
+  for (Log& one : stretches) {
+    Trace trace;
+    trace.log = std::move(one);
+    trace.set_motion(smooth_readings(trace.log, 3), road);
+    problem.rows += trace.size() * channels;
+    problem.traces.push_back(std::move(trace));
+  }
+  problem.substeps = substeps_of_motion(catalogue.build(catalogue.null_model()), problem.traces);
+  problem.penalty_per_parameter = 0.5 * std::log(static_cast<double>(problem.rows));
+  return out;
+}
+
+}  // namespace gripline::diagnose

@@ -1,0 +1,37 @@
+#include "diagnose/inference/problem.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace gripline::diagnose {
+
+double Problem::penalty(std::size_t parameters) const {
+  const std::size_t shape = parameters - std::min(parameters, thresholds::full_penalty_parameters);
+  return penalty_per_parameter *
+         (static_cast<double>(parameters - shape) + thresholds::shape_penalty * static_cast<double>(shape));
+}
+
+double Problem::seconds() const {
+  double sum = 0.0;
+  for (const Trace& trace : traces) sum += static_cast<double>(trace.size()) * trace.log.dt;
+  return sum;
+}
+
+std::array<double, noise_states> process_noise_ratio(const Problem& problem, const Noise& noise) {
+  std::array<double, noise_states> ratio;
+  for (std::size_t c = 0; c < noise_states; ++c) ratio[c] = std::sqrt(noise.process[c]) / problem.process_unit[c];
+  return ratio;
+}
+
+bool has_strong_process_noise(const Problem& problem, const Noise& noise) {
+  return std::ranges::min(process_noise_ratio(problem, noise)) > thresholds::strong_process_noise;
+}
+
+std::vector<Linearised> linearise_all(const Problem& problem, const ModelSpec& model) {
+  std::vector<Linearised> all;
+  for (const Trace& trace : problem.traces)
+    all.push_back(linearise_with_regressors(*problem.catalogue, model, trace, problem.substeps));
+  return all;
+}
+
+}  // namespace gripline::diagnose

@@ -1,0 +1,40 @@
+// What is to be explained: logs with their references, noise levels, and what a parameter costs.
+#pragma once
+
+#include <vector>
+
+#include "diagnose/inference/filter.hpp"
+#include "diagnose/model/regressors.hpp"
+#include "diagnose/thresholds.hpp"
+
+namespace gripline::diagnose {
+
+/// Input of fits and searches. Holds a pointer to the catalogue.
+struct Problem {
+  const Catalogue* catalogue = nullptr;
+  std::vector<Trace> traces;
+  Channels sensor{};                                // standard deviations of the readings
+  std::array<double, noise_states> process_unit{};  // usual size of unknown accelerations [m/s2, m/s2, rad/s2]
+  int substeps = 2;                                 // of integration, per sample
+  /// Schwarz's penalty [log likelihood]: half the logarithm of the number of independent readings.
+  double penalty_per_parameter = 0;
+  std::size_t rows = 0;  // readings of all traces
+  /// Whether profiles along the lap have a prior of their parameters' scales around zero: where no data are they are
+  /// not determined otherwise.
+  bool shape_prior = false;
+
+  /// Penalty of one effect with so many parameters [log likelihood]: see thresholds::full_penalty_parameters.
+  double penalty(std::size_t parameters) const;
+  /// Duration of all traces together [s].
+  double seconds() const;
+};
+
+/// Standard deviations of the unknown accelerations over their usual size.
+std::array<double, noise_states> process_noise_ratio(const Problem& problem, const Noise& noise);
+/// Whether all three accelerations are random (a rough road). A deficient model shows as noise in one or two of them.
+bool has_strong_process_noise(const Problem& problem, const Noise& noise);
+
+/// A model along every trace.
+std::vector<Linearised> linearise_all(const Problem& problem, const ModelSpec& model);
+
+}  // namespace gripline::diagnose

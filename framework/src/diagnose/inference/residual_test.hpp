@@ -1,0 +1,29 @@
+// The result of testing a fitted model for what it does not explain.
+#pragma once
+
+#include <array>
+#include <string>
+
+namespace gripline::diagnose {
+
+/// What an unexplained acceleration is a function of.
+enum class Where { position, time, state, input };
+inline constexpr std::array<const char*, 4> where_names = {"position", "time", "state", "input"};
+
+struct ResidualTest {
+  Where where = Where::position;
+  double gain = 0;  // rise of the log likelihood with all its functions in
+  std::size_t dof = 0;
+  /// Standardised: (2 gain - dof) / sqrt(2 dof) of the joint tests, which is about standard normal when nothing is
+  /// left; the others are scaled so that thresholds::misfit is their critical value too.
+  double statistic = 0;
+  /// Interval where the remainder is largest: lap fractions, seconds or, of a spectral line, hertz.
+  double from = 0, to = 0;
+  std::string quantity;  // "noise", "frequency" or empty
+  /// A test of few functions: it sees small remainders of simple shape, and says less about where they are.
+  bool focused = false;
+  /// Its accelerations where they are largest [m/s2, m/s2, rad/s2].
+  std::array<double, 3> size{};
+};
+
+}  // namespace gripline::diagnose

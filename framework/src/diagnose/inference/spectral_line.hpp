@@ -1,0 +1,18 @@
+// A steady oscillation in what a model leaves: a line that stands out of the spectrum of the smoothed unknown
+// accelerations.
+#pragma once
+
+#include <span>
+
+#include "diagnose/inference/fit.hpp"
+#include "diagnose/inference/residual_test.hpp"
+#include "diagnose/model/regressors.hpp"
+
+namespace gripline::diagnose {
+
+/// Score test of a sine wave at the frequency of the strongest line; where == time, quantity "frequency", from = to
+/// [Hz]. The statistic is 0 when no line stands out. A filter with free process noise explains an oscillation by more
+/// noise; once the frequency is known the likelihood tells the two apart. `along` is linearise_all of the model.
+ResidualTest test_spectral_line(const Problem& problem, const Fit& fitted, std::span<const Linearised> along);
+
+}  // namespace gripline::diagnose

@@ -1,0 +1,34 @@
+// case.json: what is known of a log besides the log (framework/doc/diagnose-cases.md).
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "config/node.hpp"
+#include "config/reader.hpp"
+#include "measured/log.hpp"
+
+namespace gripline::diagnose {
+
+struct CaseOptions {
+  std::vector<std::string> exclude;           // effects that must not be named
+  std::map<std::string, double> uncertainty;  // nominal parameter -> relative standard deviation; "Cr0_over_m" in m/s2
+  std::optional<measured::Channels> noise_sigma;  // of the sensors; default: the world's
+};
+
+/// The keys exclude, nominal_uncertainty, noise_sigma, vehicle and track; `track` is resolved beside the case or in
+/// ../../tracks.
+struct CaseFile {
+  CaseOptions options;
+  std::optional<std::filesystem::path> track;
+  std::string vehicle;
+};
+/// Throws InputError.
+CaseFile read_case(const std::filesystem::path& file);
+/// The object nominal_uncertainty, of a case or of a world.
+void read_uncertainty(const Node& node, CaseOptions& options, Errors& errors);
+
+}  // namespace gripline::diagnose

@@ -1,0 +1,269 @@
+#include "diagnose/result/diagnoser.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "config/errors.hpp"
+#include "diagnose/inference/adequacy.hpp"
+#include "diagnose/inference/preparation.hpp"
+#include "diagnose/inference/reference.hpp"
+#include "diagnose/result/advice.hpp"
+#include "diagnose/result/sentence.hpp"
+
+namespace gripline::diagnose {
+namespace {
+
+std::vector<Nuisance> nuisances_of(const CaseOptions& options, const Catalogue& catalogue) {
+  std::vector<Nuisance> nuisances;
+  for (const auto& [key, size] : options.uncertainty) {
+    Nuisance n;
+    const std::string over_m = "_over_m";
+    const bool per_mass = key.ends_with(over_m);
+    n.name = per_mass ? key.substr(0, key.size() - over_m.size()) : key;
+    n.nominal = catalogue.nominal(n.name, &n.index);
+    if (std::isnan(n.nominal))
+      throw InputError("nominal_uncertainty names \"" + key + "\", which is no parameter of the nominal model");
+    n.sigma = size * (per_mass ? catalogue.car().m : std::abs(n.nominal));
+    if (n.sigma > 0.0) nuisances.push_back(n);
+  }
+  return nuisances;
+}
+
+void check_excluded(const CaseOptions& options, const Catalogue& catalogue) {
+  for (const std::string& id : options.exclude) {
+    if (catalogue.find(id) != catalogue.candidates().size()) continue;
+    std::vector<std::string> known;
+    for (const Candidate& c : catalogue.candidates()) known.push_back(c.id);
+    throw InputError("\"exclude\" names \"" + id + "\", which is no effect that could be found" +
+                     did_you_mean(id, known));
+  }
+}
+
+}  // namespace
+
+Diagnoser::Diagnoser(const WorldSpec& world, const Registry& registry, const CaseOptions& options)
+    : world_(world),
+      options_(options),
+      catalogue_(world.vehicle, world.car.car, registry, options.exclude),
+      road_(world.track) {
+  if (world.vehicle.model.empty())
+    throw InputError("the world's car is a black box; diagnose needs a vehicle model as the nominal one");
+  check_excluded(options, catalogue_);
+  catalogue_.set_nuisances(nuisances_of(options, catalogue_));
+}
+
+Channels Diagnoser::stated_noise() const {
+  if (options_.noise_sigma) return *options_.noise_sigma;
+  Channels stated;
+  for (std::size_t c = 0; c < channels; ++c) stated[c] = world_.sensors.channels[c].sigma;
+  return stated;
+}
+
+Diagnosis Diagnoser::run(std::span<const LogFile> given, std::span<const LogFile> given_held_out,
+                         const ProgressCallback& tell) {
+  // Parts that take about equally long: the search is four of them.
+  constexpr std::size_t parts = 8;
+  const auto at = [&](double done, const char* what) {
+    if (tell) tell(done, parts, what);
+  };
+  at(0, "preparing");
+  check_held_out(given, given_held_out);
+  const std::vector<LogFile> logs = each_once(given), held_out = each_once(given_held_out);
+  Prepared prepared = prepare(catalogue_, road_, logs, stated_noise());
+  at(1, "searching");
+  SearchOptions options;
+  if (tell) options.tell = [&](double done, std::size_t, const std::string& what) { tell(1 + done, parts, what); };
+  SearchResult found = search_effects(std::move(prepared.problem), road_, options);
+  at(5, "judging");
+  const HoldOut hold_out(found.pool.problem(), road_, held_out);
+  Diagnosis d = conclude(found, hold_out);
+  d.health = std::move(prepared.health);
+  at(6, "refining");
+  problem_ = found.pool.problem();
+  d.sensor = problem_.sensor;
+  if (!d.fit.theta.empty()) {
+    // Along the trajectory that the found model itself smooths, for the last per mille of the parameters.
+    smooth_reference(problem_, road_, d.fit);
+    d.fit = fit(problem_, d.fit.model, d.fit.noise, 5);
+  }
+  add_parameters(d);
+  at(7, "measuring the gap");
+  measure_gap(hold_out, found, d);
+  if (!stands(d)) withdraw(found, d);
+  if (d.verdict == Verdict::nothing_missing) d.detection_limits = detection_limits(found);
+  d.sentence = sentence(d);
+  return d;
+}
+
+std::vector<std::string> Diagnoser::ids(const ModelSpec& model) const {
+  std::vector<std::string> list;
+  for (const std::size_t m : model.members) list.push_back(catalogue_.candidates()[m].id);
+  return list;
+}
+
+/// The selected model's effects with their confidences.
+std::vector<NamedEffect> Diagnoser::name_effects(const Problem& problem, const Selected& selected,
+                                                 const Rivals& rivals) const {
+  std::vector<NamedEffect> named;
+  for (const std::size_t member : selected.fit.model.members) {
+    NamedEffect one;
+    one.effect = catalogue_.candidates()[member].id;
+    one.confidence = std::min({rivals.bootstrap_of(member), rivals.posterior_of(member), thresholds::most_confidence});
+    if (selected.unknown) one.confidence = std::min(one.confidence, thresholds::most_beside_unknown);
+    if (place_may_be_time(problem, selected.fit.model, member))
+      one.confidence = std::min(one.confidence, thresholds::most_in_one_lap);
+    named.push_back(std::move(one));
+  }
+  return named;
+}
+
+/// Sets of effects that explain the log as well as the selected ones, these first; empty when there are no others.
+std::vector<std::vector<std::string>> Diagnoser::equivalents(std::span<const Fit* const> equals, const Fit& selected,
+                                                             const SearchResult& found) const {
+  std::vector<std::vector<std::string>> sets;
+  if (equals.size() > 1)
+    for (const Fit* one : equals) sets.push_back(ids(one->model));
+  // Names for one and the same thing.
+  for (const auto& [kept, others] : found.synonyms)
+    for (const std::size_t other : others) {
+      if (!selected.model.has(kept)) continue;
+      std::vector<std::string> same = ids(selected.model);
+      std::replace(same.begin(), same.end(), catalogue_.candidates()[kept].id, catalogue_.candidates()[other].id);
+      if (sets.empty()) sets.push_back(ids(selected.model));
+      sets.push_back(std::move(same));
+    }
+  return sets;
+}
+
+/// The verdict and the names, before they are measured on hold-out data.
+Diagnosis Diagnoser::conclude(SearchResult& found, const HoldOut& hold_out) const {
+  Selected selected = select_model(found, hold_out);
+  const Rivals rivals = rivals_of(found, selected.fit);
+  Diagnosis d;
+  d.null_model = found.null_model;
+  d.ranking = rank(found, rivals);
+  d.named = name_effects(found.pool.problem(), selected, rivals);
+  d.verdict = selected.unknown ? Verdict::unknown : d.named.empty() ? Verdict::nothing_missing : Verdict::named;
+  if (d.verdict == Verdict::named) {
+    const std::vector<const Fit*> equals = indistinguishable_from(selected.fit, rivals, found, hold_out);
+    d.equivalent = equivalents(equals, selected.fit, found);
+    if (equals.size() > 1) {
+      d.verdict = Verdict::indistinguishable;
+      d.manoeuvre = advice(std::span(d.equivalent).first(equals.size()), catalogue_);
+    }
+  }
+  d.unknown = selected.unknown;
+  d.tests = std::move(selected.tests);
+  d.fit = std::move(selected.fit);
+  return d;
+}
+
+/// Every candidate alone: fitted where that was tried, else as predicted by the score test.
+std::vector<RankedEffect> Diagnoser::rank(SearchResult& found, const Rivals& rivals) const {
+  std::vector<RankedEffect> ranking;
+  for (const Extension& e : found.pool.screen_once(found.null_model).extensions) {
+    RankedEffect row;
+    row.effect = catalogue_.candidates()[e.candidate].id;
+    row.gain = found.alone(e.candidate) != nullptr ? found.gain_alone(e.candidate)
+                                                   : e.gain - found.pool.problem().penalty(e.dof);
+    row.selected_fraction = rivals.bootstrap_of(e.candidate);
+    ranking.push_back(std::move(row));
+  }
+  std::stable_sort(ranking.begin(), ranking.end(),
+                   [](const RankedEffect& a, const RankedEffect& b) { return a.gain > b.gain; });
+  return ranking;
+}
+
+/// Fitted values of nuisances and of the named effects' parameters, with their intervals.
+void Diagnoser::add_parameters(Diagnosis& d) const {
+  const Fit& fitted = d.fit;
+  std::size_t at = 0;
+  const std::size_t p = fitted.theta.size();
+  for (const Nuisance& n : catalogue_.nuisances()) d.nominal_fit.emplace_back(n.name, fitted.theta[at++]);
+  for (std::size_t i = 0; i < fitted.model.members.size(); ++i) {
+    const Candidate& c = catalogue_.candidates()[fitted.model.members[i]];
+    for (std::size_t f = 0; f < c.fitted.size(); ++f, ++at) {
+      const abi::ParamDecl& decl = c.decl(f);
+      const double sigma = std::sqrt(std::max(0.0, fitted.covariance[at * p + at]));
+      d.named[i].params.push_back({decl.name, decl.unit, fitted.theta[at], fitted.theta[at] - normal_95 * sigma,
+                                   fitted.theta[at] + normal_95 * sigma});
+    }
+  }
+}
+
+/// Errors of predictions on hold-out data by the nominal model, by the one found, and by each candidate alone.
+void Diagnoser::measure_gap(const HoldOut& hold_out, const SearchResult& found, Diagnosis& d) const {
+  constexpr std::array<double, 5> seconds = {0.1, 0.2, 0.5, 1.0, 2.0};
+  constexpr std::size_t reported = 3;
+  static_assert(seconds[reported] == Gap{}.horizon);
+  Fit nominal = found.null_model;
+  nominal.model = catalogue_.null_model();  // before: nothing fitted
+  nominal.evaluation.reset();
+  const auto before = hold_out.errors(nominal, seconds);
+  const auto after = d.fit.theta.empty() ? before : hold_out.errors(hold_out.refit(d.fit), seconds);
+  for (std::size_t i = 0; i < seconds.size(); ++i) d.horizons.push_back({seconds[i], before[i], after[i]});
+  d.gap.before = before[reported];
+  d.gap.after = after[reported];
+  // A perfect model still shows the sensors' own noise: one standard deviation.
+  const double rest = std::min(1.0, d.gap.after);
+  d.gap.closure = d.gap.before > rest + 1e-9 ? (d.gap.before - d.gap.after) / (d.gap.before - rest) : 0.0;
+  for (RankedEffect& row : d.ranking) {
+    const Fit* const one = found.alone(catalogue_.find(row.effect));
+    row.held_out =
+        one == nullptr ? before[reported] : hold_out.errors(*one, std::span(seconds).subspan(reported, 1)).front();
+  }
+}
+
+/// Whether the result predicts hold-out data well enough to be kept.
+bool Diagnoser::stands(const Diagnosis& d) const {
+  // Beside something unknown, effects that leave most of the gap open are imitations of it.
+  if (d.verdict == Verdict::unknown && !d.named.empty() && d.gap.closure < thresholds::closure_beside_unknown)
+    return false;
+  const bool process_noise = has_strong_process_noise(problem_, d.fit.noise);
+  // Where nothing is named only nuisances differ, and what has ample evidence may be small or rest during the laps held
+  // out or drown in process noise: these must only do no harm.
+  const bool ample =
+      d.named.empty() || d.fit.evidence - d.null_model.evidence > thresholds::ample_evidence || process_noise;
+  if (!ample) return !(d.gap.after >= d.gap.before);
+  const double worse = process_noise ? thresholds::worse_with_process_noise : thresholds::worse_on_hold_out;
+  return !(d.gap.after > worse * d.gap.before);
+}
+
+/// What was found does not predict: the nominal model is returned as it was given, and what is missing is not known.
+void Diagnoser::withdraw(const SearchResult& found, Diagnosis& d) const {
+  if (d.verdict != Verdict::nothing_missing) {
+    d.verdict = Verdict::unknown;
+    if (!d.unknown) d.unknown = strongest(d.tests);
+  }
+  d.named.clear();
+  d.equivalent.clear();
+  d.manoeuvre.clear();
+  d.nominal_fit.clear();
+  d.fit = found.null_model;
+  d.fit.model = catalogue_.null_model();
+  d.fit.evaluation.reset();
+  d.fit.theta.clear();
+  d.fit.covariance.clear();
+  for (PredictionError& row : d.horizons) row.after = row.before;
+  d.gap.after = d.gap.before;
+  d.gap.closure = 0.0;
+}
+
+std::vector<DetectionLimit> Diagnoser::detection_limits(SearchResult& found) const {
+  std::vector<DetectionLimit> limits;
+  const Screening& s = found.pool.screen_once(found.null_model);
+  const double needed = 2.0 * (thresholds::single_gain + problem_.penalty_per_parameter);
+  for (const CandidateRegressors& group : s.groups) {
+    const Candidate& c = catalogue_.candidates()[group.candidate];
+    double largest = 0.0;
+    for (std::size_t i = 0; i < group.count; ++i) {
+      const auto at = static_cast<Eigen::Index>(group.first + i);
+      const double information = s.normal.N(at, at);
+      if (information > 0.0) largest = std::max(largest, std::sqrt(needed / information));
+    }
+    limits.push_back({c.id, c.decl(0).name, c.decl(0).unit, largest});
+  }
+  return limits;
+}
+
+}  // namespace gripline::diagnose

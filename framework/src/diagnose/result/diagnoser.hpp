@@ -1,0 +1,51 @@
+// The whole chain from logs to a diagnosis: where a world and a log disagree, which effect is missing, how sure that
+// is, and how much smaller the gap becomes with it.
+#pragma once
+
+#include <span>
+
+#include "diagnose/inference/selection.hpp"
+#include "diagnose/result/case_file.hpp"
+#include "diagnose/result/diagnosis.hpp"
+#include "measured/log_file.hpp"
+#include "util/progress.hpp"
+#include "world/world_spec.hpp"
+
+namespace gripline::diagnose {
+
+/// Keeps what the files of a result need besides the diagnosis.
+class Diagnoser {
+ public:
+  /// Throws PluginError and InputError. The world and the registry must outlive it.
+  Diagnoser(const WorldSpec& world, const Registry& registry, const CaseOptions& options);
+
+  /// Reads nothing but these logs; `held_out` may be empty, then whole laps of the logs are held out.
+  Diagnosis run(std::span<const LogFile> logs, std::span<const LogFile> held_out, const ProgressCallback& tell = {});
+
+  const Catalogue& catalogue() const { return catalogue_; }
+  const Road& road() const { return road_; }
+  /// Logs and references as the last run left them.
+  const Problem& problem() const { return problem_; }
+
+ private:
+  Channels stated_noise() const;
+  std::vector<std::string> ids(const ModelSpec& model) const;
+  std::vector<NamedEffect> name_effects(const Problem& problem, const Selected& selected, const Rivals& rivals) const;
+  std::vector<std::vector<std::string>> equivalents(std::span<const Fit* const> equals, const Fit& selected,
+                                                    const SearchResult& found) const;
+  std::vector<RankedEffect> rank(SearchResult& found, const Rivals& rivals) const;
+  Diagnosis conclude(SearchResult& found, const HoldOut& hold_out) const;
+  void add_parameters(Diagnosis& d) const;
+  void measure_gap(const HoldOut& hold_out, const SearchResult& found, Diagnosis& d) const;
+  bool stands(const Diagnosis& d) const;
+  void withdraw(const SearchResult& found, Diagnosis& d) const;
+  std::vector<DetectionLimit> detection_limits(SearchResult& found) const;
+
+  const WorldSpec& world_;
+  CaseOptions options_;
+  Catalogue catalogue_;
+  Road road_;
+  Problem problem_;
+};
+
+}  // namespace gripline::diagnose

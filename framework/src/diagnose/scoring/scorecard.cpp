@@ -1,0 +1,144 @@
+#include "diagnose/scoring/scorecard.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+
+#include "util/statistics.hpp"
+
+namespace gripline::diagnose {
+namespace {
+
+const double none = std::nan("");
+
+std::string cell(double v) {
+  if (std::isnan(v)) return "";
+  char buffer[40];
+  std::snprintf(buffer, sizeof buffer, "%.6g", v);
+  return buffer;
+}
+
+/// A line of the scorecard over the cases a rule picks.
+struct Line {
+  const char* name;
+  std::function<bool(const CaseScore&)> picks;
+};
+
+bool detectable(const CaseScore& s) { return s.lambda_least >= 100.0; }
+
+bool is(const CaseScore& s, const char* kind, const char* condition) {
+  return s.kind == kind && s.condition == condition;
+}
+
+const std::vector<Line>& lines() {
+  static const std::vector<Line> all = {
+      {"one effect, white noise", [](const CaseScore& s) { return is(s, "single", "white") && detectable(s); }},
+      {"one effect, weak (25..100)",
+       [](const CaseScore& s) { return is(s, "single", "white") && s.lambda >= 25.0 && s.lambda < 100.0; }},
+      {"one effect, process noise",
+       [](const CaseScore& s) { return is(s, "single", "process_noise") && detectable(s); }},
+      {"one effect, wrong nominal",
+       [](const CaseScore& s) { return is(s, "single", "wrong_nominal") && detectable(s); }},
+      {"one effect, white, lambda >= 1000",
+       [](const CaseScore& s) { return is(s, "single", "white") && s.lambda >= 1000.0; }},
+      {"two effects, white", [](const CaseScore& s) { return is(s, "pair", "white") && detectable(s); }},
+      {"two effects, process noise",
+       [](const CaseScore& s) { return is(s, "pair", "process_noise") && detectable(s); }},
+      {"three effects", [](const CaseScore& s) { return s.kind == "triple"; }},
+      {"nothing missing, white", [](const CaseScore& s) { return is(s, "none", "white"); }},
+      {"nothing missing, other", [](const CaseScore& s) { return s.kind == "none" && s.condition != "white"; }},
+      {"unknown", [](const CaseScore& s) { return !std::isnan(s.located); }},
+      {"all", [](const CaseScore&) { return true; }},
+  };
+  return all;
+}
+
+double mean(const std::vector<double>& v) {
+  double sum = 0.0;
+  for (const double x : v) sum += x;
+  return v.empty() ? none : sum / static_cast<double>(v.size());
+}
+
+std::string shown(double v, const char* format) {
+  char buffer[40];
+  std::snprintf(buffer, sizeof buffer, format, v);
+  return std::isnan(v) ? std::string("-") : std::string(buffer);
+}
+
+/// Empty when the rule picks no case.
+std::string line_text(const Line& line, std::span<const CaseScore> scores) {
+  std::vector<double> right, closure, scaled, covered, located, cpu;
+  std::size_t wrong = 0;
+  for (const CaseScore& s : scores) {
+    if (!line.picks(s)) continue;
+    right.push_back(s.right);
+    cpu.push_back(s.cpu_s);
+    wrong += s.right == 0.0 && s.verdict == "named";
+    if (!std::isnan(s.closure)) closure.push_back(s.closure);
+    if (!std::isnan(s.parameter_error)) scaled.push_back(s.parameter_error * std::sqrt(std::max(0.0, s.lambda)));
+    if (!std::isnan(s.covered)) covered.push_back(s.covered);
+    if (!std::isnan(s.located)) located.push_back(s.located);
+  }
+  if (right.empty()) return {};
+  char row[240];
+  std::snprintf(
+      row, sizeof row, "%-34s %5zu  %5.1f%%  %10zu  %8s / %8s     %8s            %5s    %5s   %5.2f\n", line.name,
+      right.size(), 100.0 * mean(right), wrong, shown(linear_quantile(closure, 0.5), "%.4f").c_str(),
+      shown(linear_quantile(closure, 0.1), "%.4f").c_str(), shown(linear_quantile(scaled, 0.5), "%.3f").c_str(),
+      shown(mean(covered), "%.2f").c_str(), shown(mean(located), "%.2f").c_str(), mean(cpu));
+  return row;
+}
+
+/// How far stated confidences can be relied on.
+std::string confidence_text(std::span<const CaseScore> scores) {
+  double sure = 0, sure_right = 0, sure_detectable = 0, all = 0, worse = 0, brier = 0, judged = 0;
+  const auto to_be_named = [](const CaseScore& s) {
+    return s.kind != "none" && std::isnan(s.located) && detectable(s);
+  };
+  for (const CaseScore& s : scores) {
+    all += to_be_named(s);
+    if (s.error_after > 1.02 * s.error_before) worse += 1;
+    if (s.verdict != "named") continue;
+    judged += 1;
+    brier += std::pow(s.confidence - s.right, 2);
+    if (s.confidence < 0.95) continue;
+    sure += 1;
+    sure_right += s.right;
+    sure_detectable += to_be_named(s);
+  }
+  char row[240];
+  std::snprintf(
+      row, sizeof row,
+      "confidence >= 0.95: %.0f answers, right %.1f%%; %.0f of %.0f detectable cases got one; Brier %.4f; worse than "
+      "nominal %.0f of %zu\n",
+      sure, sure > 0 ? 100.0 * sure_right / sure : 0.0, sure_detectable, all, judged > 0 ? brier / judged : 0.0, worse,
+      scores.size());
+  return row;
+}
+
+}  // namespace
+
+std::string score_csv(std::span<const CaseScore> scores) {
+  std::string text =
+      "case,kind,vehicle,condition,truth,verdict,named,right,lambda,lambda_least,confidence,closure,parameter_error,"
+      "covered,"
+      "error_before,error_after,error_true,located,class_size,cpu_s\n";
+  for (const CaseScore& s : scores)
+    text += s.id + "," + s.kind + "," + s.vehicle + "," + s.condition + "," + s.truth + "," + s.verdict + "," +
+            s.named + "," + cell(s.right) + "," + cell(s.lambda) + "," + cell(s.lambda_least) + "," +
+            cell(s.confidence) + "," + cell(s.closure) + "," + cell(s.parameter_error) + "," + cell(s.covered) + "," +
+            cell(s.error_before) + "," + cell(s.error_after) + "," + cell(s.error_true) + "," + cell(s.located) + "," +
+            cell(s.class_size) + "," + cell(s.cpu_s) + "\n";
+  return text;
+}
+
+std::string scorecard(std::span<const CaseScore> scores) {
+  std::string text =
+      "condition                          cases  right   wrong name  closure median / tenth   error*sqrt(lambda)  "
+      "covered  "
+      "located  cpu s\n";
+  for (const Line& line : lines()) text += line_text(line, scores);
+  return text + confidence_text(scores);
+}
+
+}  // namespace gripline::diagnose

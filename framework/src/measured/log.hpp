@@ -1,0 +1,42 @@
+// A measured log on an even grid of time: readings of the sensors and commands of the driver.
+#pragma once
+
+#include <array>
+#include <limits>
+#include <span>
+#include <vector>
+
+#include "car/staged_car.hpp"
+
+namespace gripline::measured {
+
+inline constexpr std::size_t channels = 6;  // x, y, yaw, vx, vy, yaw rate
+using Channels = std::array<double, channels>;
+
+inline constexpr double no_reading = std::numeric_limits<double>::quiet_NaN();
+
+/// Samples dt apart. Rows of `reading` are x, y, yaw, vx, vy, yaw rate (SI; no_reading where missing); commands are
+/// linear between samples.
+struct Log {
+  double dt = 0.02;
+  double t0 = 0.0;              // time of the first row since the start of the log, for effects that depend on time
+  std::vector<double> reading;  // n x 6
+  std::vector<CommandSample<double>> command;
+  std::vector<bool> interpolated;  // samples without a recorded command, filled in from their neighbours; empty: none
+  /// Whether a command of the step after sample k was not recorded.
+  bool interpolated_step(std::size_t k) const {
+    return k + 1 < interpolated.size() && (interpolated[k] || interpolated[k + 1]);
+  }
+  std::size_t size() const { return command.size(); }
+};
+
+/// Acting command `share` of a step after sample k.
+ActingCommand<double> command_at(const Log& log, std::size_t k, double share);
+/// Commands up to `now` [s], for effects with a delay. Holds pointers into the log.
+History<double> history_at(const Log& log, double now);
+
+/// Standard deviation of white noise on each channel, from fourth differences (their variance is 70 sigma^2); NaN
+/// where a channel was never read.
+Channels estimate_noise(std::span<const Log> stretches);
+
+}  // namespace gripline::measured

@@ -1,0 +1,17 @@
+// Outliers: readings and rows of a log that no motion of a car explains.
+#pragma once
+
+#include "measured/raw_log.hpp"
+
+namespace gripline::measured {
+
+/// Gross outliers, whatever the units: readings far from all their neighbours become no_reading; rows with three of
+/// them or more are dropped unless their commands are continuous.
+void drop_gross_outliers(RawLog& raw, std::vector<Health>& health);
+/// Spikes of single samples beyond seven robust standard deviations of the residual of a local cubic become no_reading.
+/// Returns how many.
+std::size_t drop_outliers(RawLog& raw);
+/// Makes yaw continuous over whole turns.
+void unwrap_yaw(RawLog& raw, std::vector<Health>& health);
+
+}  // namespace gripline::measured

@@ -1,0 +1,55 @@
+#include <gtest/gtest.h>
+
+#include "diagnose/inference/hold_out.hpp"
+#include "support/diagnose_rig.hpp"
+
+namespace gripline::diagnose {
+namespace {
+
+using test::DiagnoseRig;
+
+constexpr std::array<double, 2> horizons = {0.5, 1.0};
+
+Fit of(const DiagnoseRig& rig, const Problem& problem, const ModelSpec& model) {
+  Fit f;
+  f.model = model;
+  f.noise = rig.noise(problem, 0.1);
+  f.theta = std::vector<double>(1, 0.0);
+  return f;
+}
+
+/// On another log the true model is left with the sensors' noise, the nominal one is not.
+TEST(HoldOut, TheTrueModelPredictsBest) {
+  const DiagnoseRig rig;
+  const ModelSpec truth = rig.with("drive_gain", {0.15});
+  const Problem problem = rig.problem({rig.simulate(truth, {10, 93, 1})});
+  LogFile other;
+  other.stretches.push_back(rig.simulate(truth, {10, 94, 1}));
+  const HoldOut hold_out(problem, rig.road(), {&other, 1});
+  const auto with = hold_out.errors(of(rig, problem, truth), horizons);
+  const auto without = hold_out.errors(of(rig, problem, rig.catalogue().null_model()), horizons);
+  EXPECT_LT(with[1], 1.3);
+  EXPECT_GT(without[0], with[0]);
+  EXPECT_GT(without[1], 1.5 * with[1]);
+  EXPECT_GT(without[1], without[0]) << "errors grow with the horizon";
+}
+
+/// Without another log the last part is held out: what it shows changes no refit.
+TEST(HoldOut, RefitsReadNothingOfWhatIsHeldOut) {
+  const DiagnoseRig rig;
+  const ModelSpec truth = rig.with("drive_gain", {0.15});
+  const Log log = rig.simulate(truth, {12, 95, 1});
+  Log spoilt = log;
+  for (std::size_t k = log.size() - log.size() / 3 + 10; k < log.size(); ++k)
+    for (std::size_t c = 3; c < channels; ++c) spoilt.reading[k * channels + c] *= 1.2;
+  const auto refitted = [&](const Log& one) {
+    const Problem problem = rig.problem({one});
+    return HoldOut(problem, rig.road(), {}).refit(fit(problem, truth, rig.noise(problem, 0.1), 1)).theta;
+  };
+  const std::vector<double> known = refitted(log);
+  EXPECT_NEAR(known.front(), 0.15, 0.02);
+  EXPECT_EQ(refitted(spoilt), known);
+}
+
+}  // namespace
+}  // namespace gripline::diagnose

@@ -1,0 +1,80 @@
+#include <gtest/gtest.h>
+
+#include "diagnose/inference/reference.hpp"
+#include "diagnose/inference/screening.hpp"
+#include "support/diagnose_rig.hpp"
+
+namespace gripline::diagnose {
+namespace {
+
+using test::DiagnoseRig;
+
+/// A log of `truth` with the null model fitted to it.
+struct Screened {
+  Problem problem;
+  Fit null_model;
+  Screening screening;
+  Screened(const DiagnoseRig& rig, const ModelSpec& truth) : problem(rig.problem({rig.simulate(truth, {20, 91, 1})})) {
+    null_model = fit(problem, rig.catalogue().null_model(), rig.noise(problem, 1.0), 4);
+    iterate_reference(problem, rig.road(), null_model);
+    null_model = fit(problem, null_model.model, null_model.noise, 4);
+    screening = screen(problem, null_model);
+  }
+  const Extension& of(const std::string& id) const {
+    const std::size_t c = problem.catalogue->find(id);
+    return *std::find_if(screening.extensions.begin(), screening.extensions.end(),
+                         [&](const Extension& e) { return e.candidate == c; });
+  }
+};
+
+TEST(Screening, PredictsWhatAFitFinds) {
+  const DiagnoseRig rig;
+  const Screened s(rig, rig.with("drive_gain", {0.02}));
+  EXPECT_EQ(rig.catalogue().name(s.screening.extensions.front().start), "drive_gain");
+  const Extension& e = s.of("drive_gain");
+  const double predicted = e.start.values.front()[rig.catalogue().candidates()[e.candidate].fitted.front()];
+  const Fit fitted = fit(s.problem, e.start, s.null_model.noise, 10);
+  EXPECT_NEAR(fitted.theta.front(), 0.02, 0.004);
+  EXPECT_NEAR(predicted, fitted.theta.front(), 0.3 * fitted.theta.front());
+  const double gain = s.null_model.cost - fitted.cost;
+  EXPECT_GT(e.gain, 0.5 * gain);
+  EXPECT_LT(e.gain, 2.0 * gain);
+}
+
+/// A patch has no size to derive its place by: places are tried, and the best becomes the start.
+TEST(Screening, ScansPlaces) {
+  const DiagnoseRig rig;
+  const Screened s(rig, rig.with("friction_patch", {-0.3, 0.25, 0.15}));
+  const Extension& e = s.of("friction_patch");
+  EXPECT_NEAR(e.start.values.front()[1], 0.25, 0.1);
+  EXPECT_LT(e.start.values.front()[0], 0.0);
+}
+
+TEST(Screening, LeavesOutMembersAndExcludedEffects) {
+  const DiagnoseRig rig({"aero_drag"});
+  Problem problem = rig.problem({rig.simulate(rig.catalogue().null_model(), {6, 92, 1})});
+  Fit one;
+  one.model = rig.with("mass", {0.0});
+  one.noise = rig.noise(problem, 1.0);
+  const Screening s = screen(problem, one);
+  EXPECT_EQ(s.own, 1U);
+  EXPECT_EQ(s.extensions.size(), s.groups.size());
+  EXPECT_EQ(s.extensions.size(), rig.catalogue().candidates().size() - 2);
+  for (const Extension& e : s.extensions) {
+    EXPECT_NE(rig.catalogue().candidates()[e.candidate].id, "aero_drag");
+    EXPECT_EQ(e.start.members.size(), 2U);
+  }
+}
+
+TEST(Screening, EqualRegressorsAreSynonyms) {
+  const DiagnoseRig rig;
+  const Screened s(rig, rig.catalogue().null_model());
+  const auto same = synonyms(s.screening);
+  ASSERT_EQ(same.size(), 1U);
+  EXPECT_EQ(rig.catalogue().candidates()[same.begin()->first].id, "input_delay");
+  ASSERT_EQ(same.begin()->second.size(), 1U);
+  EXPECT_EQ(rig.catalogue().candidates()[same.begin()->second.front()].id, "sensor_latency");
+}
+
+}  // namespace
+}  // namespace gripline::diagnose

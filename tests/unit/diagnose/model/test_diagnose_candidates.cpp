@@ -1,0 +1,57 @@
+#include <gtest/gtest.h>
+
+#include "support/diagnose_rig.hpp"
+
+namespace gripline::diagnose {
+namespace {
+
+using test::DiagnoseRig;
+
+TEST(Catalogue, HoldsEffectsThatCanBeFitted) {
+  const DiagnoseRig rig({"bank"});
+  const Catalogue& catalogue = rig.catalogue();
+  ASSERT_GT(catalogue.candidates().size(), 30U);
+  for (const Candidate& c : catalogue.candidates()) {
+    EXPECT_FALSE(c.fitted.empty()) << c.id;
+    EXPECT_FALSE(c.entry->needs_truth()) << c.id;
+    EXPECT_EQ(c.excluded, c.id == "bank");
+    EXPECT_EQ(&catalogue.candidates()[catalogue.find(c.id)], &c);
+  }
+  EXPECT_EQ(catalogue.find("no_such_effect"), catalogue.candidates().size());
+  for (const char* id : {"steer_lag", "input_delay", "relaxation", "brake_fade"})
+    EXPECT_TRUE(catalogue.candidates()[catalogue.find(id)].dynamic) << id;
+  EXPECT_FALSE(catalogue.candidates()[catalogue.find("aero_drag")].dynamic);
+}
+
+TEST(Catalogue, NominalParametersAreFoundByName) {
+  const DiagnoseRig rig;
+  std::size_t index = 99;
+  EXPECT_DOUBLE_EQ(rig.catalogue().nominal("Df", &index), 0.192);
+  EXPECT_LT(index, 20U);
+  EXPECT_TRUE(std::isnan(rig.catalogue().nominal("no_such_parameter")));
+}
+
+/// Whatever the order in which effects are added, they act in the order of their stages and precedences.
+TEST(Catalogue, MembersStandInChainOrder) {
+  const DiagnoseRig rig;
+  const ModelSpec one = rig.with(rig.with(rig.with("vx_bias", {0.1}), "aero_drag", {0.2}), "steer_gain", {0.3});
+  const ModelSpec other = rig.with(rig.with(rig.with("steer_gain", {0.3}), "vx_bias", {0.1}), "aero_drag", {0.2});
+  EXPECT_EQ(one.members, other.members);
+  EXPECT_EQ(one.values, other.values);
+  EXPECT_EQ(rig.catalogue().name(one), "steer_gain+aero_drag+vx_bias");
+  EXPECT_EQ(rig.catalogue().build(one).effects(), 3U);
+}
+
+TEST(Catalogue, WithoutUndoesWith) {
+  const DiagnoseRig rig;
+  const ModelSpec before = rig.with("steer_gain", {0.3});
+  const std::size_t drag = rig.catalogue().find("aero_drag");
+  const ModelSpec after = rig.catalogue().without(rig.catalogue().with(before, drag), drag);
+  EXPECT_EQ(after.members, before.members);
+  EXPECT_EQ(after.values, before.values);
+  EXPECT_FALSE(after.has(drag));
+  EXPECT_EQ(rig.catalogue().name(rig.catalogue().null_model()), "none");
+}
+
+}  // namespace
+}  // namespace gripline::diagnose

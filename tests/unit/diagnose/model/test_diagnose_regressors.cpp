@@ -1,0 +1,87 @@
+#include <gtest/gtest.h>
+
+#include "diagnose/model/regressors.hpp"
+#include "support/diagnose_rig.hpp"
+
+namespace gripline::diagnose {
+namespace {
+
+using test::DiagnoseRig;
+
+std::vector<double> rates(const DiagnoseRig& rig, const ModelSpec& model, const Trace& trace) {
+  const StagedCar car = rig.catalogue().build(model);
+  return rates_at_samples(car, trace, simulate_memory(car, trace));
+}
+
+/// Root mean square difference of a regressor's rates from central differences, over that of the differences.
+double mismatch(const std::vector<double>& regressor, const std::vector<double>& high, const std::vector<double>& low,
+                double step) {
+  double off = 0.0, size = 0.0;
+  for (std::size_t k = 0; k < regressor.size() / 3; ++k)
+    for (std::size_t c = 0; c < 3; ++c) {
+      const double slope = (high[k * channels + 3 + c] - low[k * channels + 3 + c]) / (2.0 * step);
+      off += std::pow(regressor[k * 3 + c] - slope, 2);
+      size += slope * slope;
+    }
+  return std::sqrt(off / size);
+}
+
+class Regressors : public ::testing::Test {
+ protected:
+  Regressors() : problem_(rig_.problem({rig_.simulate(rig_.catalogue().null_model(), {6, 97, 1})})) {}
+  const Trace& trace() const { return problem_.traces.front(); }
+  DiagnoseRig rig_;
+  Problem problem_;
+};
+
+TEST_F(Regressors, OfAModelAreDerivativesOfItsRates) {
+  // front_stiff acts through the memory of relaxation, aero_drag does not, steer_lag has a memory of its own.
+  for (const auto& [id, value, other] :
+       {std::tuple("aero_drag", 0.3, "mass"), std::tuple("front_stiff", 0.1, "relaxation"),
+        std::tuple("steer_lag", 0.04, "mass")}) {
+    const ModelSpec base = rig_.catalogue().with(rig_.catalogue().null_model(), rig_.catalogue().find(other));
+    const ModelSpec model = rig_.with(base, id, {value});
+    const Linearised l = linearise_with_regressors(rig_.catalogue(), model, trace(), 2);
+    ASSERT_EQ(l.own.size(), 2U);
+    const bool first = model.position(rig_.catalogue().find(id)) == 0;
+    const double step = 1e-4 * value;
+    EXPECT_LT(mismatch(l.own[first ? 0 : 1].rate, rates(rig_, rig_.with(base, id, {value + step}), trace()),
+                       rates(rig_, rig_.with(base, id, {value - step}), trace()), step),
+              1e-2)
+        << id;
+  }
+}
+
+TEST_F(Regressors, OfCandidatesStartFromNeutral) {
+  const ModelSpec bare = rig_.catalogue().null_model();
+  const LinearModel lm = linearise(rig_.catalogue().build(bare), trace(), 2);
+  std::vector<Regressor> regressors;
+  std::vector<CandidateRegressors> groups;
+  candidate_regressors(rig_.catalogue(), bare, trace(), lm, regressors, groups);
+  ASSERT_EQ(groups.size(), rig_.catalogue().candidates().size());
+  std::size_t next = 0;
+  for (const CandidateRegressors& group : groups) {
+    EXPECT_EQ(group.first, next) << "groups follow one another";
+    next += group.count;
+    const Candidate& c = rig_.catalogue().candidates()[group.candidate];
+    if (c.id == "friction_scale") {
+      EXPECT_LT(mismatch(regressors[group.first].rate, rates(rig_, rig_.with(c.id, {1e-4}), trace()),
+                         rates(rig_, rig_.with(c.id, {-1e-4}), trace()), 1e-4),
+                1e-4);
+    }
+    if (c.id == "friction_patch") {
+      // Its place does nothing while there is no patch: one regressor of the strength for each place tried.
+      ASSERT_EQ(group.starts.size(), group.count);
+      EXPECT_GT(group.count, 10U);
+      EXPECT_NE(group.starts[0][1], group.starts[1][1]);
+    }
+    if (c.id == "vx_bias") {
+      ASSERT_EQ(regressors[group.first].reading.size(), trace().size() * channels);
+      EXPECT_DOUBLE_EQ(regressors[group.first].reading[3], 1.0);
+    }
+  }
+  EXPECT_EQ(next, regressors.size());
+}
+
+}  // namespace
+}  // namespace gripline::diagnose

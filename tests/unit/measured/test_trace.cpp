@@ -1,0 +1,67 @@
+#include "measured/trace.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "measured/log.hpp"
+
+namespace gripline::measured {
+namespace {
+
+/// Channel c is a quadratic of time, so that local quadratics reproduce it.
+Log quadratic(std::size_t n) {
+  Log log;
+  log.command.resize(n);
+  for (std::size_t k = 0; k < n; ++k)
+    for (std::size_t c = 0; c < channels; ++c) {
+      const double t = static_cast<double>(k);
+      log.reading.push_back(static_cast<double>(c) + 0.3 * t - 0.01 * t * t);
+    }
+  return log;
+}
+
+TEST(SmoothReadings, ReproduceAQuadraticAlsoWhereReadingsAreMissing) {
+  const Log whole = quadratic(40);
+  Log holes = whole;
+  for (std::size_t k = 10; k < 22; ++k) holes.reading[k * channels + 2] = no_reading;
+  for (const Log& log : {whole, holes}) {
+    const std::vector<double> smooth = smooth_readings(log, 3);
+    for (std::size_t i = 0; i < smooth.size(); ++i) EXPECT_NEAR(smooth[i], whole.reading[i], 1e-6) << i;
+  }
+}
+
+TEST(SmoothReadings, AChannelThatWasNeverReadIsZero) {
+  Log log = quadratic(20);
+  for (std::size_t k = 0; k < 20; ++k) log.reading[k * channels + 4] = no_reading;
+  const std::vector<double> smooth = smooth_readings(log, 3);
+  for (std::size_t k = 0; k < 20; ++k) EXPECT_EQ(smooth[k * channels + 4], 0.0);
+}
+
+TEST(Trace, PlacesBetweenSamplesGoTheShortWayRoundTheLap) {
+  Place from, to;
+  from.t = 1.0;
+  from.lap_fraction = 0.98;
+  to.lap_fraction = 0.02;
+  EXPECT_NEAR(between(from, to, 0.25, 0.02).lap_fraction, 0.99, 1e-12);
+  EXPECT_NEAR(between(from, to, 0.75, 0.02).lap_fraction, 0.01, 1e-12);
+  EXPECT_NEAR(between(from, to, 0.75, 0.02).t, 1.015, 1e-12);
+}
+
+TEST(Log, CommandsAreLinearBetweenSamples) {
+  Log log = quadratic(3);
+  log.dt = 0.5;
+  log.command = {{0.0, 0.1}, {1.0, 0.2}, {0.0, 0.2}};
+  const auto u = command_at(log, 0, 0.25);
+  EXPECT_DOUBLE_EQ(u.d, 0.25);
+  EXPECT_DOUBLE_EQ(u.delta, 0.125);
+  EXPECT_DOUBLE_EQ(u.delta_rate, 0.2);
+  EXPECT_DOUBLE_EQ(command_at(log, 2, 0.5).d, 0.0) << "held after the last sample";
+  EXPECT_FALSE(log.interpolated_step(0));
+  log.interpolated = {false, false, true};
+  EXPECT_FALSE(log.interpolated_step(0));
+  EXPECT_TRUE(log.interpolated_step(1));
+}
+
+}  // namespace
+}  // namespace gripline::measured
