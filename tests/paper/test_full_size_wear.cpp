@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "experiment/experiment.hpp"
-#include "experiment/validation.hpp"
+#include "experiment/force_validation.hpp"
 #include "support/paths.hpp"
 #include "support/program.hpp"
 

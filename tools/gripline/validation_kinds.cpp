@@ -2,8 +2,9 @@
 #include <cstdio>
 #include <iostream>
 
+#include "experiment/force_validation.hpp"
+#include "experiment/offline_validation.hpp"
 #include "experiment/out_folder.hpp"
-#include "experiment/validation.hpp"
 #include "gripline/command.hpp"
 #include "gripline/experiment_kinds.hpp"
 #include "gripline/race_kind.hpp"

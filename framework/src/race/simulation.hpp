@@ -42,8 +42,9 @@ class Simulation {
   const Observation& now() const { return now_; }
   std::span<const RefPoint> horizon() const { return horizon_; }
   const Command& command() const { return command_; }
-  /// Line 4 of the last step.
+  /// Line 4 of the last step, and the CPU times of its update, plan and solve.
   const Sample& sample() const { return sample_; }
+  const StepTiming& timing() const { return timing_; }
 
  private:
   Sample sample_of(const Observation& before);

@@ -1,12 +1,9 @@
-#include "experiment/validation.hpp"
+#include "experiment/offline_validation.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <cmath>
-#include <map>
-
-#include "support/host_support.hpp"
+#include "support/validation_rig.hpp"
 
 namespace gripline {
 namespace {
@@ -15,15 +12,10 @@ using testing::HasSubstr;
 using testing::ThrowsMessage;
 using namespace testing_support;
 
-/// One lap of the small oval at about 1.5 m/s.
-Node lap_world(std::string_view patch = "{}") {
-  const Node lap = json(R"({"duration": null, "laps": 1, "timeout": "30 s", "start": {"speed": 1}})");
-  return merge(merge(small_world(), lap), json(patch));
-}
-
 Node offline(std::string_view estimators) {
   Node tree = json(R"({"kind": "offline_validation", "model": {"plugin": "ekinematic"},
-    "driver": {"planner": {"plugin": "fixed_speed", "params": {"mu": 0.6}}, "controller": {"plugin": "pure_pursuit"}}})");
+    "driver": {"planner": {"plugin": "fixed_speed", "params": {"mu": 0.6}},
+               "controller": {"plugin": "pure_pursuit"}}})");
   for (const char* key : {"train", "test"}) {
     Node drive{Node::Object{}};
     drive.set("world", lap_world());
@@ -31,14 +23,6 @@ Node offline(std::string_view estimators) {
   }
   tree.set("estimators", json(estimators));
   return tree;
-}
-
-using Scores = std::map<std::string, ChannelScore>;
-Scores by_channel(const std::vector<ChannelScore>& all, const std::string& estimator) {
-  Scores scores;
-  for (const ChannelScore& one : all)
-    if (one.estimator == estimator) scores[one.channel] = one;
-  return scores;
 }
 
 TEST(OfflineValidation, WhoLearnsNothingExplainsNothing) {
@@ -83,29 +67,6 @@ TEST(OfflineValidation, ADriverThatDoesNotFinishIsAnError) {
   tree.find("test")->set("world", lap_world(R"({"timeout": "1 s"})"));
   EXPECT_THAT([&] { validate_offline(tree, plugins(), out.path()); },
               ThrowsMessage<std::runtime_error>(HasSubstr("test: the driver did not finish: still driving after 1 s")));
-}
-
-RaceSpec race_of(std::string_view stacks) {
-  Node tree = json(R"({"kind": "force_validation", "base": {"model": {"plugin": "ekinematic"},
-    "planner": {"plugin": "fixed_speed", "params": {"mu": 0.6}}, "controller": {"plugin": "pure_pursuit"}}})");
-  tree.set("world", lap_world(R"({"laps": 3})"));
-  tree.set("stacks", json(stacks));
-  inline_world_files(*tree.find("world"));
-  return read_race("forces.json", std::move(tree), plugins());
-}
-
-/// The oracle knows the true car: its predictions of every channel are the truth, over one lap and for asked rows only.
-TEST(ForceValidation, TheTrueCarIsPredictedExactly) {
-  const Folder out;
-  const RaceSpec race = race_of(R"({"plain": {}, "told": {"estimator": {"plugin": "oracle"}, "adapt_after": "1 s"},
-                                    "unasked": {"estimator": {"plugin": "none"}}})");
-  const auto all = validate_forces(race, {"plain", "told"}, out.path());
-  const Scores scores = by_channel(all, "told");
-  EXPECT_EQ(all.size(), 5u);
-  ASSERT_EQ(scores.size(), 5u);
-  for (const auto& [channel, score] : scores) EXPECT_GT(score.r2, 0.99) << channel;
-  EXPECT_EQ(scores.at("force_rear").unit, "N");
-  EXPECT_FALSE(std::filesystem::exists(out / "unasked"));
 }
 
 }  // namespace

@@ -1,0 +1,140 @@
+#include "experiment/offline_validation.hpp"
+
+#include "config/file_kind.hpp"
+#include "config/json_file.hpp"
+#include "experiment/simulation_progress.hpp"
+#include "plugin/plugin_cache.hpp"
+#include "race/assembly.hpp"
+
+namespace gripline {
+namespace {
+
+/// A drive as samples of true states.
+class SampleRecorder final : public StepObserver {
+ public:
+  explicit SampleRecorder(CorrectedModel nominal) : nominal_(std::move(nominal)) {}
+  void on_step(const State& before, const Place& at, const Input& u, const World& world, Stack&) override {
+    const Observation from = {at.t, world.step() - 1, before, at, 0.0};
+    const Observation to = {world.time(), world.step(), world.state(), world.place(), u.d};
+    samples_.push_back(residual_sample(nominal_, from, u, to));
+  }
+  std::vector<Sample> take() { return std::move(samples_); }
+
+ private:
+  CorrectedModel nominal_;
+  std::vector<Sample> samples_;
+};
+
+/// One drive of the driver in a world, kept in a scratch folder inside OUT.
+std::vector<Sample> drive(const WorldSpec& spec, const StackSpec& driver, std::uint64_t seed,
+                          const std::filesystem::path& folder, SimulationProgress part) {
+  RaceAssembly race(spec, driver, {.seed = seed, .folder = folder, .cache_dir = plugin_cache_folder()});
+  PluginContext context;
+  context.car = spec.car.car;
+  context.dt = spec.dt;
+  const Vehicle vehicle(driver.model, context);
+  SampleRecorder samples(CorrectedModel(vehicle.car(), {spec.dt, spec.hold, driver.model.integration}));
+  race.simulation().observe_with(&samples);
+  part.follow(race.simulation());
+  const RunSummary summary = race.run();
+  if (summary.status != Status::finished)
+    throw std::runtime_error(folder.filename().string() + ": the driver did not finish: " + summary.message);
+  return samples.take();
+}
+
+struct OfflineSpec {
+  WorldSpec train, test;
+  StackSpec driver;
+  std::vector<std::pair<std::string, PluginSpec>> estimators;
+  std::uint64_t seed = 1;
+};
+
+WorldSpec read_drive_world(ObjectReader& r, const char* key, const Registry& registry, Errors& errors) {
+  ObjectReader drive = r.object(key);
+  WorldSpec world;
+  if (const Node* node = drive.require("world", "a world file or an object"); node != nullptr) {
+    Node whole = *node;
+    inline_file_of(whole, FileKind::world);
+    inline_world_files(whole);
+    world = read_world(whole, registry, errors);
+  }
+  world.laps = static_cast<int>(drive.integer("laps", {1, 1000}, 1));
+  drive.finish();
+  return world;
+}
+
+OfflineSpec read_offline(const Node& tree, const Registry& registry) {
+  Errors errors;
+  OfflineSpec spec;
+  {
+    ObjectReader r(tree, errors);
+    r.find("kind");
+    spec.train = read_drive_world(r, "train", registry, errors);
+    spec.test = read_drive_world(r, "test", registry, errors);
+    spec.seed = static_cast<std::uint64_t>(r.integer("seed", {0, 1'000'000'000}, 1));
+    Node driver{Node::Object{}};
+    if (const Node* model = r.require("model", "a vehicle model"); model != nullptr) driver.set("model", *model);
+    if (const Node* roles = r.require("driver", "a planner and a controller"); roles != nullptr && roles->is_object())
+      for (const Member& member : roles->object()) driver.set(member.key, member.value);
+    spec.driver = read_stack("driver", driver, registry, spec.train.car, errors);
+    ObjectReader estimators = r.object("estimators");
+    for (const Member* member : estimators.members()) {
+      ObjectReader one(member->value, errors);
+      spec.estimators.emplace_back(member->key, read_plugin(one, abi::Kind::estimator, registry));
+      one.finish();
+    }
+    r.finish();
+  }
+  errors.throw_if_any();
+  return spec;
+}
+
+/// Shows an estimator the training samples, then compares its correction with the test's.
+ChannelTraces predict_offline(const OfflineSpec& spec, const PluginSpec& plugin, const std::vector<Sample>& train,
+                              const std::vector<Sample>& test) {
+  PluginContext context;
+  context.car = spec.train.car.car;
+  context.dt = spec.train.dt;
+  context.seed = spec.seed;
+  const Vehicle vehicle(spec.driver.model, context);
+  const StepOptions options = {spec.train.dt, spec.train.hold, spec.driver.model.integration};
+  CorrectedModel nominal(vehicle.car(), options);
+  context.nominal = &nominal;
+  const Instance<Estimator> estimator = create<Estimator>(*plugin.entry, context, plugin.values);
+  for (const Sample& sample : train) estimator->update(sample);
+  StagedCar car = vehicle.car();
+  car.add(*estimator, {}, plugin.id());
+  CorrectedModel corrected(std::move(car), options);
+  ChannelTraces traces;
+  for (const Sample& sample : test) {
+    // Near standstill the tyres' equations are stiff for the control step: the residual is mostly integration error.
+    if (sample.x.vx < context.car.v_min) continue;
+    const State without = nominal.advance(sample.x, sample.u, sample.at);
+    const auto said = unexplained(corrected.advance(sample.x, sample.u, sample.at), without, sample.dt);
+    const double truth[] = {sample.e_vx, sample.e_vy, sample.e_omega};
+    for (std::size_t i = 0; i < 3; ++i) traces[i].add(sample.t, truth[i], said[i]);
+  }
+  return traces;
+}
+
+}  // namespace
+
+void check_offline(const Node& tree, const Registry& registry) { read_offline(tree, registry); }
+
+std::vector<ChannelScore> validate_offline(const Node& tree, const Registry& registry, const std::filesystem::path& out,
+                                           const ProgressCallback& progress) {
+  const OfflineSpec spec = read_offline(tree, registry);
+  const std::size_t parts = 2 + spec.estimators.size();
+  const auto train = drive(spec.train, spec.driver, spec.seed, out / "train", {progress, 0, parts, "training drive"});
+  const auto test = drive(spec.test, spec.driver, spec.seed, out / "test", {progress, 1, parts, "test drive"});
+  ValidationFiles files(out);
+  std::vector<ChannelScore> all;
+  std::size_t part = 2;
+  for (const auto& [name, plugin] : spec.estimators) {
+    if (progress) progress(static_cast<double>(part++), parts, name);
+    files.add(name, predict_offline(spec, plugin, train, test), all);
+  }
+  return all;
+}
+
+}  // namespace gripline

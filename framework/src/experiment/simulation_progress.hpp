@@ -1,0 +1,29 @@
+// The progress of work that consists of several simulations.
+#pragma once
+
+#include <string>
+
+#include "race/simulation.hpp"
+#include "util/progress.hpp"
+
+namespace gripline {
+
+/// One of `count` parts of the work, as the callback is told of it. Must outlive the simulations that it follows.
+struct SimulationProgress {
+  const ProgressCallback& callback;  // may be empty
+  std::size_t index, count;
+  std::string what;
+
+  /// The callback is called after every step of the simulation.
+  void follow(Simulation& simulation) {
+    if (!callback) return;
+    simulation.on_progress(
+        [](void* context, double fraction) {
+          const auto& part = *static_cast<const SimulationProgress*>(context);
+          part.callback(static_cast<double>(part.index) + fraction, part.count, part.what);
+        },
+        this);
+  }
+};
+
+}  // namespace gripline

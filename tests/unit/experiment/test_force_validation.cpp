@@ -1,0 +1,36 @@
+#include "experiment/force_validation.hpp"
+
+#include <gtest/gtest.h>
+
+#include "support/validation_rig.hpp"
+
+namespace gripline {
+namespace {
+
+using namespace testing_support;
+
+RaceSpec race_of(std::string_view stacks) {
+  Node tree = json(R"({"kind": "force_validation", "base": {"model": {"plugin": "ekinematic"},
+    "planner": {"plugin": "fixed_speed", "params": {"mu": 0.6}}, "controller": {"plugin": "pure_pursuit"}}})");
+  tree.set("world", lap_world(R"({"laps": 3})"));
+  tree.set("stacks", json(stacks));
+  inline_world_files(*tree.find("world"));
+  return read_race("forces.json", std::move(tree), plugins());
+}
+
+/// The oracle knows the true car: its predictions of every channel are the truth, over one lap and for asked rows only.
+TEST(ForceValidation, TheTrueCarIsPredictedExactly) {
+  const Folder out;
+  const RaceSpec race = race_of(R"({"plain": {}, "told": {"estimator": {"plugin": "oracle"}, "adapt_after": "1 s"},
+                                    "unasked": {"estimator": {"plugin": "none"}}})");
+  const auto all = validate_forces(race, {"plain", "told"}, out.path());
+  const Scores scores = by_channel(all, "told");
+  EXPECT_EQ(all.size(), 5u);
+  ASSERT_EQ(scores.size(), 5u);
+  for (const auto& [channel, score] : scores) EXPECT_GT(score.r2, 0.99) << channel;
+  EXPECT_EQ(scores.at("force_rear").unit, "N");
+  EXPECT_FALSE(std::filesystem::exists(out / "unasked"));
+}
+
+}  // namespace
+}  // namespace gripline
