@@ -1,4 +1,4 @@
-// Model predictive control by Ipopt: the problem of mpc_problem.hpp, solved to convergence in every step.
+// Model predictive control by Ipopt: the problem of mpc/ocp.hpp, solved to convergence in every step.
 //
 // Multiple shooting. Variables, stage by stage: u_k, x_{k+1}, eps_{k+1}. Constraints, stage by stage: the defect
 // x_{k+1} - f(x_k, u_k) = 0, and the two soft edges n . p - eps <= upper, n . p + eps >= lower. Constraint Jacobian exact
@@ -16,15 +16,16 @@
 #include <gripline/plugin.hpp>
 #include <vector>
 
-#include "common/mpc/mpc_problem.hpp"
+#include "common/mpc/ocp.hpp"
 
 namespace {
 
-using gripline::mpc::Problem;
+using namespace gripline;
 using Ipopt::Index;
 using Ipopt::Number;
+using mpc::Ocp;
 
-/// Where things stand in the vectors of the program.
+/// Where inputs, states and slacks stand in the vector of variables.
 struct Layout {
   int steps, states;
   int block() const { return states + 3; }
@@ -36,13 +37,13 @@ struct Layout {
   int slack(int k) const { return state(k) + states; }
 };
 
-/// The program of one instant, with what a warm start needs of the last one.
-class Program final : public Ipopt::TNLP {
+/// The nonlinear program of one instant, with what a warm start needs of the last one.
+class OcpNlp final : public Ipopt::TNLP {
  public:
-  void set(const Problem& problem, gripline::Prediction& model) {
-    const Layout fresh = {problem.horizon(), problem.states()};
+  void set(const Ocp& ocp, Prediction& model) {
+    const Layout fresh = {ocp.horizon(), ocp.states()};
     if (fresh.steps != layout_.steps || fresh.states != layout_.states) allocate(fresh);
-    problem_ = &problem;
+    ocp_ = &ocp;
     model_ = &model;
     if (warm_)
       shift();
@@ -71,9 +72,9 @@ class Program final : public Ipopt::TNLP {
     std::fill_n(upper, n, far);
     std::fill_n(row_lower, m, 0.0);
     std::fill_n(row_upper, m, 0.0);
-    const gripline::Car& car = problem_->car();
+    const Car& car = ocp_->car();
     for (int k = 0; k < layout_.steps; ++k) {
-      const auto& stage = problem_->stage(k + 1);
+      const auto& stage = ocp_->stage(k + 1);
       const int u = layout_.input(k), delta = layout_.state(k + 1) + 6,
                 row = k * layout_.rows_per_stage() + layout_.states;
       lower[u] = car.d_min, upper[u] = car.d_max;
@@ -105,21 +106,18 @@ class Program final : public Ipopt::TNLP {
   bool eval_grad_f(Index n, const Number* x, bool, Number* gradient) override {
     // The cost is a quadratic: gradient = H (x - where each residual vanishes), written out term by term.
     std::fill_n(gradient, n, 0.0);
-    const auto& p = problem_->params();
-    double before = problem_->throttle_before();
+    const auto& p = ocp_->params();
+    double before = ocp_->throttle_before();
     for (int k = 0; k < layout_.steps; ++k) {
       const int u = layout_.input(k), s = layout_.state(k + 1), e = layout_.slack(k + 1);
-      const auto& stage = problem_->stage(k + 1);
+      const auto& stage = ocp_->stage(k + 1);
       const double change = x[u] - before;
       gradient[u] += 2 * p.r_d * change + 2 * p.regularization * x[u];
       if (k > 0) gradient[layout_.input(k - 1)] -= 2 * p.r_d * change;
       before = x[u];
-      gradient[u + 1] += 2 * problem_->weight_ddelta() * x[u + 1];
-      const double ex = x[s] - stage.x, ey = x[s + 1] - stage.y;
-      gradient[s] += 2 * (stage.q_xx * ex + stage.q_xy * ey);
-      gradient[s + 1] += 2 * (stage.q_xy * ex + stage.q_yy * ey);
-      gradient[s + 2] += 2 * stage.q_yaw * (x[s + 2] - stage.yaw);
-      gradient[s + 3] += 2 * stage.q_v * (x[s + 3] - stage.v);
+      gradient[u + 1] += 2 * ocp_->weight_ddelta() * x[u + 1];
+      const auto tracking = stage.tracking_gradient(x + s);
+      for (int i = 0; i < 4; ++i) gradient[s + i] += tracking[static_cast<std::size_t>(i)];
       gradient[e] += 2 * p.slack * x[e] + p.slack_linear;
     }
     return true;
@@ -131,10 +129,10 @@ class Program final : public Ipopt::TNLP {
       const int row = k * layout_.rows_per_stage(), s = layout_.state(k + 1);
       for (int i = 0; i < layout_.states; ++i)
         rows[row + i] = x[s + i] - next_[static_cast<std::size_t>(k * layout_.states + i)];
-      const auto& stage = problem_->stage(k + 1);
-      const double along = stage.normal_x * x[s] + stage.normal_y * x[s + 1];
-      rows[row + layout_.states] = along - x[layout_.slack(k + 1)];
-      rows[row + layout_.states + 1] = along + x[layout_.slack(k + 1)];
+      const auto& stage = ocp_->stage(k + 1);
+      const double across = stage.across(x + s);
+      rows[row + layout_.states] = across - x[layout_.slack(k + 1)];
+      rows[row + layout_.states + 1] = across + x[layout_.slack(k + 1)];
     }
     return true;
   }
@@ -159,7 +157,7 @@ class Program final : public Ipopt::TNLP {
         if (k == 0) continue;
         for (int j = 0; j < nx; ++j) *v++ = -a[i * nx + j];
       }
-      const auto& stage = problem_->stage(k + 1);
+      const auto& stage = ocp_->stage(k + 1);
       for (const double sign : {-1.0, 1.0}) {
         *v++ = stage.normal_x;
         *v++ = stage.normal_y;
@@ -177,24 +175,24 @@ class Program final : public Ipopt::TNLP {
       return true;
     }
     Number* v = values;
-    const auto& p = problem_->params();
+    const auto& p = ocp_->params();
     for (int k = 0; k < layout_.steps; ++k) {
-      const auto& stage = problem_->stage(k + 1);
+      const auto& stage = ocp_->stage(k + 1);
       const double followers = k + 1 < layout_.steps ? 2.0 : 1.0;
       *v++ = factor * 2 * (p.r_d * followers + p.regularization);
       if (k > 0) *v++ = factor * -2 * p.r_d;
       for (const double weight :
-           {problem_->weight_ddelta(), stage.q_xx, stage.q_xy, stage.q_yy, stage.q_yaw, stage.q_v, p.slack})
+           {ocp_->weight_ddelta(), stage.q_xx, stage.q_xy, stage.q_yy, stage.q_yaw, stage.q_v, p.slack})
         *v++ = factor * 2 * weight;
     }
-    if (!curved_) {
+    if (!exact_hessian_) {
       std::fill(v, values + hessian_rows_.size(), 0.0);
       return true;
     }
     return predict(x, fresh) && add_curvature(lambda, v);
   }
-  /// Whether the Hessian holds the curvature of the dynamics.
-  void set_curved(bool curved) { curved_ = curved; }
+  /// Whether the Hessian holds the curvature of the dynamics, or is Gauss-Newton's.
+  void set_exact_hessian(bool exact) { exact_hessian_ = exact; }
 
   void finalize_solution(Ipopt::SolverReturn status, Index n, const Number* x, const Number* z_lower,
                          const Number* z_upper, Index m, const Number*, const Number* lambda, Number value,
@@ -298,8 +296,8 @@ class Program final : public Ipopt::TNLP {
         else
           moved_u_[static_cast<std::size_t>(2 * k + j - (nx - 2))] += h;
       }
-      model_->step(static_cast<std::size_t>(layout_.steps), moved_x_, moved_u_, problem_->places(), moved_next_,
-                   moved_A_, moved_B_);
+      model_->step(static_cast<std::size_t>(layout_.steps), moved_x_, moved_u_, ocp_->places(), moved_next_, moved_A_,
+                   moved_B_);
       for (int k = 0; k < layout_.steps; ++k)
         for (int i = 0; i < count; ++i)
           block_[static_cast<std::size_t>((k * count + i) * count + j)] =
@@ -316,10 +314,10 @@ class Program final : public Ipopt::TNLP {
 
   /// A first guess: on the references, at their speed, steering for their curvature.
   void guess() {
-    const auto start = problem_->start();
+    const auto start = ocp_->start();
     std::fill(z_.begin(), z_.end(), 0.0);
     for (int k = 1; k <= layout_.steps; ++k) {
-      const auto& stage = problem_->stage(k);
+      const auto& stage = ocp_->stage(k);
       double* const s = z_.data() + layout_.state(k);
       std::copy(start.begin(), start.end(), s);
       s[0] = stage.x, s[1] = stage.y, s[2] = stage.yaw, s[3] = std::max(stage.v, start[3]);
@@ -338,22 +336,18 @@ class Program final : public Ipopt::TNLP {
     move(multipliers_, layout_.rows_per_stage());
     // Yaw is unwrapped near the car's; a plan from before a jump of 2 pi is brought along.
     const double jump = 2.0 * std::numbers::pi *
-                        std::round((problem_->stage(1).yaw - z_[static_cast<std::size_t>(layout_.state(1) + 2)]) /
+                        std::round((ocp_->stage(1).yaw - z_[static_cast<std::size_t>(layout_.state(1) + 2)]) /
                                    (2.0 * std::numbers::pi));
     for (int k = 1; k <= layout_.steps; ++k) z_[static_cast<std::size_t>(layout_.state(k) + 2)] += jump;
   }
 
   double cost_of(const Number* x) const {
-    const auto& p = problem_->params();
-    double total = 0.0, before = problem_->throttle_before();
+    double total = 0.0, before = ocp_->throttle_before();
     for (int k = 0; k < layout_.steps; ++k) {
-      const int u = layout_.input(k), s = layout_.state(k + 1);
-      const auto& stage = problem_->stage(k + 1);
-      const double ex = x[s] - stage.x, ey = x[s + 1] - stage.y, eps = x[layout_.slack(k + 1)];
-      total += p.r_d * gripline::square(x[u] - before) + p.regularization * gripline::square(x[u]) +
-               problem_->weight_ddelta() * gripline::square(x[u + 1]) + stage.q_xx * ex * ex +
-               2 * stage.q_xy * ex * ey + stage.q_yy * ey * ey + stage.q_yaw * gripline::square(x[s + 2] - stage.yaw) +
-               stage.q_v * gripline::square(x[s + 3] - stage.v) + (p.slack * eps + p.slack_linear) * eps;
+      const int u = layout_.input(k);
+      const double inputs = ocp_->input_cost(before, x[u], x[u + 1]);
+      total += ocp_->stage(k + 1).add_tracking_cost(inputs, x + layout_.state(k + 1)) +
+               ocp_->slack_cost(x[layout_.slack(k + 1)]);
       before = x[u];
     }
     return total;
@@ -363,48 +357,47 @@ class Program final : public Ipopt::TNLP {
   bool predict(const Number* x, bool fresh) {
     if (fresh || !evaluated_) {
       const auto nx = static_cast<std::size_t>(layout_.states);
-      const auto start = problem_->start();
+      const auto start = ocp_->start();
       for (int k = 0; k < layout_.steps; ++k) {
         const double* const from = k == 0 ? start.data() : x + layout_.state(k);
         std::copy_n(from, nx, x_.begin() + static_cast<std::ptrdiff_t>(static_cast<std::size_t>(k) * nx));
         std::copy_n(x + layout_.input(k), 2, u_.begin() + 2 * static_cast<std::ptrdiff_t>(k));
       }
-      model_->step(static_cast<std::size_t>(layout_.steps), x_, u_, problem_->places(), next_, A_, B_);
+      model_->step(static_cast<std::size_t>(layout_.steps), x_, u_, ocp_->places(), next_, A_, B_);
       evaluated_ = true;
     }
     return std::all_of(next_.begin(), next_.end(), [](double v) { return std::isfinite(v); });
   }
 
-  const Problem* problem_ = nullptr;
-  gripline::Prediction* model_ = nullptr;
+  const Ocp* ocp_ = nullptr;
+  Prediction* model_ = nullptr;
   Layout layout_ = {0, 0};
   bool warm_ = false, evaluated_ = false;
   std::vector<double> z_, bound_lower_, bound_upper_, multipliers_;
-  bool curved_ = false;
+  bool exact_hessian_ = false;
   std::vector<double> x_, u_, next_, A_, B_;
   std::vector<double> moved_x_, moved_u_, moved_next_, moved_A_, moved_B_, block_;
   std::vector<Index> jacobian_rows_, jacobian_columns_, hessian_rows_, hessian_columns_;
   double cost_ = 0.0;
 };
 
-class MpcIpopt final : public gripline::Controller {
+class MpcIpopt final : public Controller {
  public:
-  struct Params : gripline::mpc::ProblemParams {
+  struct Params : mpc::OcpParams {
     int gauss_newton_iterations = 25, max_iterations = 100;
     double tolerance = 1e-7;
   };
   static constexpr auto parameters() {
-    using gripline::param;
     return std::tuple_cat(
-        gripline::mpc::problem_parameters(),
+        mpc::ocp_parameters(),
         std::tuple{param("gauss_newton_iterations", &Params::gauss_newton_iterations, "1", {0, 10000},
                          "iterations before the curvature of the dynamics is added"),
                    param("max_iterations", &Params::max_iterations, "1", {1, 10000}, "iterations before a solve fails"),
                    param("tolerance", &Params::tolerance, "1", {1e-12, 1e-2}, "Ipopt's tolerance")});
   }
 
-  MpcIpopt(const gripline::PluginContext& context, const Params& params)
-      : problem_(params, context.car, context.dt), params_(params), program_(new Program) {
+  MpcIpopt(const PluginContext& context, const Params& params)
+      : ocp_(params, context.car, context.dt), params_(params), nlp_(new OcpNlp) {
     const auto options = application_.Options();
     options->SetIntegerValue("print_level", 0);
     options->SetStringValue("sb", "yes");
@@ -422,74 +415,73 @@ class MpcIpopt final : public gripline::Controller {
     if (application_.Initialize("") != Ipopt::Solve_Succeeded) throw std::runtime_error("Ipopt does not start");
   }
 
-  int horizon() const noexcept override { return problem_.horizon() + 1; }
+  int horizon() const noexcept override { return ocp_.horizon() + 1; }
 
-  gripline::Command control(const gripline::Observation& now, std::span<const gripline::RefPoint> references,
-                            gripline::Prediction& model) override {
-    problem_.set(now, references, model);
-    program_->set(problem_, model);
+  Command control(const Observation& now, std::span<const RefPoint> references, Prediction& model) override {
+    ocp_.set(now, references, model);
+    nlp_->set(ocp_, model);
     int iterations = 0;
     const int first = std::min(params_.gauss_newton_iterations, params_.max_iterations);
-    bool solved = solve(program_->warm(), false, first, iterations);
-    if (!solved) solved = solve(program_->warm(), true, params_.max_iterations - first, iterations);
+    bool solved = solve(nlp_->warm(), false, first, iterations);
+    if (!solved) solved = solve(nlp_->warm(), true, params_.max_iterations - first, iterations);
     if (!solved) {  // once more from a cold start
-      program_->forget();
-      program_->set(problem_, model);
+      nlp_->forget();
+      nlp_->set(ocp_, model);
       solved = solve(false, true, params_.max_iterations, iterations);
-      if (!solved) program_->forget();
+      if (!solved) nlp_->forget();
     }
     if (solved)
-      note_plan(now);
+      keep_plan(now);
     else
-      plan_age_ = std::min(plan_age_ + 1, problem_.horizon() - 1);
-    return {solved ? planned_input(0) : fallback(now), iterations, solved, program_->cost()};
+      plan_age_ = std::min(plan_age_ + 1, ocp_.horizon() - 1);
+    return {solved ? planned_input(0) : fallback(now), iterations, solved, nlp_->cost()};
   }
 
-  std::span<const gripline::State> predicted() const override { return predicted_; }
+  std::span<const State> predicted() const override { return predicted_; }
 
  private:
-  bool solve(bool warm, bool curved, int limit, int& iterations) {
+  bool solve(bool warm, bool exact_hessian, int limit, int& iterations) {
     if (limit <= 0) return false;
     const auto options = application_.Options();
-    program_->set_curved(curved);
+    nlp_->set_exact_hessian(exact_hessian);
     options->SetIntegerValue("max_iter", limit);
     options->SetStringValue("warm_start_init_point", warm ? "yes" : "no");
     options->SetNumericValue("mu_init", warm ? 1e-5 : 1e-2);
-    const Ipopt::ApplicationReturnStatus status = application_.OptimizeTNLP(program_);
+    const Ipopt::ApplicationReturnStatus status = application_.OptimizeTNLP(nlp_);
     if (Ipopt::IsValid(application_.Statistics())) iterations += application_.Statistics()->IterationCount();
     return status == Ipopt::Solve_Succeeded || status == Ipopt::Solved_To_Acceptable_Level;
   }
 
-  gripline::Input planned_input(int k) const {
-    const auto z = program_->solution();
-    const auto i = static_cast<std::size_t>(program_->layout().input(k));
+  Input planned_input(int k) const {
+    const auto z = nlp_->solution();
+    const auto i = static_cast<std::size_t>(nlp_->layout().input(k));
     return {z[i], z[i + 1]};
   }
 
-  void note_plan(const gripline::Observation& now) {
-    const auto z = program_->solution();
+  void keep_plan(const Observation& now) {
+    const auto z = nlp_->solution();
     plan_age_ = 0;
     plan_.clear();
     predicted_.assign(1, now.x);
-    for (int k = 0; k < problem_.horizon(); ++k) {
+    for (int k = 0; k < ocp_.horizon(); ++k) {
       plan_.push_back(planned_input(k));
-      const double* const s = z.data() + program_->layout().state(k + 1);
+      const double* const s = z.data() + nlp_->layout().state(k + 1);
       predicted_.push_back({s[0], s[1], s[2], s[3], s[4], s[5], s[6]});
     }
   }
 
   /// The last plan that was found, where it stands now; without one, straight on.
-  gripline::Input fallback(const gripline::Observation& now) const {
-    if (plan_.empty()) return {0.0, -now.x.delta / problem_.dt()};
+  Input fallback(const Observation& now) const {
+    if (plan_.empty()) return {0.0, -now.x.delta / ocp_.dt()};
     return plan_[static_cast<std::size_t>(plan_age_)];
   }
 
-  Problem problem_;
+  Ocp ocp_;
   Params params_;
   Ipopt::IpoptApplication application_;
-  Ipopt::SmartPtr<Program> program_;
-  std::vector<gripline::Input> plan_;
-  std::vector<gripline::State> predicted_;
+  Ipopt::SmartPtr<OcpNlp> nlp_;
+  std::vector<Input> plan_;
+  std::vector<State> predicted_;
   int plan_age_ = 0;
 };
 

@@ -1,4 +1,4 @@
-// The rooms of framework/src know each other as their READMEs say, and small trees with one fault each show that the
+// The rooms of framework/src and of plugins know each other as their READMEs say, and small trees with one fault each show that the
 // check can fail.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -39,6 +39,10 @@ std::vector<std::string> faults_with(const Files& changes) {
 
 TEST(Layers, RoomsOfTheHostAreAsTheirReadmesSay) {
   for (const std::string& fault : faults(testing_support::source_dir() / "framework/src")) ADD_FAILURE() << fault;
+}
+
+TEST(Layers, RoomsOfThePluginsAreAsTheirReadmesSay) {
+  for (const std::string& fault : faults(testing_support::source_dir() / "plugins")) ADD_FAILURE() << fault;
 }
 
 TEST(Layers, GoodTreeHasNoFault) { EXPECT_THAT(faults_with({}), IsEmpty()); }

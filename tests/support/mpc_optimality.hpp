@@ -6,13 +6,13 @@
 #include <span>
 #include <vector>
 
-#include "common/mpc/mpc_problem.hpp"
+#include "common/mpc/ocp.hpp"
 
 namespace gripline::testing_support {
 
 /// What the tests of both controllers drive with.
-inline mpc::ProblemParams problem_params(int horizon) {
-  mpc::ProblemParams p;
+inline mpc::OcpParams ocp_params(int horizon) {
+  mpc::OcpParams p;
   p.horizon = horizon;
   p.q_yaw = p.q_v = 0.01;
   p.tighten = 0.008;
@@ -28,17 +28,17 @@ struct Optimality {
 
 /// The multipliers of the dynamics run backwards; that of a steering angle at its limit is the one that makes the rate
 /// before it stationary, if its sign is right. What is within `room` of a limit counts as at it: an interior point stays inside.
-inline Optimality optimality(const mpc::Problem& problem, std::span<const double> x, std::span<const double> u,
+inline Optimality optimality(const mpc::Ocp& ocp, std::span<const double> x, std::span<const double> u,
                              Prediction& model, double room = 1e-6) {
-  const auto n = static_cast<std::size_t>(problem.states()), steps = static_cast<std::size_t>(problem.horizon());
-  const Car& car = problem.car();
-  const mpc::ProblemParams& p = problem.params();
+  const auto n = static_cast<std::size_t>(ocp.states()), steps = static_cast<std::size_t>(ocp.horizon());
+  const Car& car = ocp.car();
+  const mpc::OcpParams& p = ocp.params();
   std::vector<double> next(steps * n), a(steps * n * n), b(steps * n * 2), lambda(n), before(n);
-  model.step(steps, x.first(steps * n), u, problem.places(), next, a, b);
+  model.step(steps, x.first(steps * n), u, ocp.places(), next, a, b);
   Optimality worst;
   for (std::size_t i = 0; i < steps * n; ++i) worst.defect = std::max(worst.defect, std::abs(next[i] - x[n + i]));
   for (std::size_t k = steps; k > 0; --k) {
-    const mpc::Stage& s = problem.stage(static_cast<int>(k));
+    const mpc::OcpStage& s = ocp.stage(static_cast<int>(k));
     const double* at = x.data() + k * n;
     if (k < steps) {
       std::fill(before.begin(), before.end(), 0.0);
@@ -55,8 +55,8 @@ inline Optimality optimality(const mpc::Problem& problem, std::span<const double
     lambda[3] += 2 * s.q_v * (at[3] - s.v);
 
     const double d = u[2 * k - 2], ddelta = u[2 * k - 1];
-    const double d_before = k > 1 ? u[2 * k - 4] : problem.throttle_before();
-    double slope[2] = {2 * p.r_d * (d - d_before) + 2 * p.regularization * d, 2 * problem.weight_ddelta() * ddelta};
+    const double d_before = k > 1 ? u[2 * k - 4] : ocp.throttle_before();
+    double slope[2] = {2 * p.r_d * (d - d_before) + 2 * p.regularization * d, 2 * ocp.weight_ddelta() * ddelta};
     if (k < steps) slope[0] -= 2 * p.r_d * (u[2 * k] - d);
     double size[2] = {1e-4 + std::abs(slope[0]), 1e-4 / car.ddelta_max + std::abs(slope[1])};
     const auto add = [&](std::size_t l, double multiplier) {

@@ -1,37 +1,50 @@
 // Newton's method on the optimality conditions of the program, which are linear between changes of the active set.
+//
+// Active constraints are kept by a quadratic penalty and multipliers (an augmented Lagrangian), so that every Newton step is
+// one Riccati recursion. Source: Hintermueller, Ito, Kunisch (2002), "The primal-dual active set strategy as a semismooth
+// Newton method".
 #pragma once
 
+#include <cstdint>
 #include <vector>
 
 #include "controllers/mpc_sqp/ocp_qp.hpp"
 #include "controllers/mpc_sqp/riccati.hpp"
-#include "controllers/mpc_sqp/vec4.hpp"
 
-namespace gripline::ocp {
+namespace gripline::mpc_sqp {
 
-/// A point of the program: z and the rows' values v as in riccati.hpp, the rows' multipliers and sides.
-struct Point {
-  Point(int horizon, int states);
-  double* stage(int k) { return z.data() + static_cast<std::size_t>(k) * width; }
-  const double* stage(int k) const { return z.data() + static_cast<std::size_t>(k) * width; }
-  void start(const double* x0, int states);
-  void forget_guess();
+/// Which part of a constraint's piecewise penalty holds: none between the bounds, active at a bound, or violated, which only
+/// a soft one may be.
+enum class BoundStatus : std::int8_t {
+  lower_violated = -2,
+  lower_active = -1,
+  inactive = 0,
+  upper_active = 1,
+  upper_violated = 2
+};
+
+/// A point of the program: ux and the constraints' values v as in riccati.hpp, their multipliers and status.
+struct QpPoint {
+  QpPoint(int N, int nx);
+  double* stage(int k) { return ux.data() + static_cast<std::size_t>(k) * ldux; }
+  const double* stage(int k) const { return ux.data() + static_cast<std::size_t>(k) * ldux; }
+  /// x_0 [nx]; null for zero.
+  void set_x0(const double* x0, int nx);
+  /// Every constraint inactive, multipliers zero.
+  void reset();
   /// Whether the last state is finite: whatever is not finite on the way ends there.
   bool finite() const;
 
-  int width;
-  Buffer z;                // [N+1][width]
-  Buffer v, multiplier;    // [N+1][row_count]
-  Buffer stiffness;        // of the problem along each row while none is held, about; not 0 [N+1][row_count]
-  std::vector<Side> side;  // [N+1][row_count]
-  int measured_past = -1;  // soft rows past when the stiffness was measured; -1: never
+  int ldux;
+  Buffer ux;         // [N+1][ldux]
+  Buffer v, lam;     // [N+1][con_count]; multipliers are positive at the upper bound, negative at the lower
+  Buffer curvature;  // about the problem's along each constraint while none is active; not 0 [N+1][con_count]
+  std::vector<BoundStatus> status;  // [N+1][con_count]
+  int curvature_at = -1;            // violated soft constraints when the curvature was computed; -1: never
 };
 
-/// Whether stage k of a horizon has a row.
-inline bool has_row(int k, int horizon, int row) { return row < row_state ? k < horizon : k > 0; }
-
-/// The unit in which a row's violation is measured.
-double row_width(double lower, double upper);
+/// The unit in which a constraint's violation is measured: the distance of its bounds, 1 where that is not finite.
+double bound_range(double lower, double upper);
 
 struct ActiveSetResult {
   bool settled = false;
@@ -40,22 +53,22 @@ struct ActiveSetResult {
 
 class ActiveSet {
  public:
-  explicit ActiveSet(int horizon) : terms_(horizon) {}
+  explicit ActiveSet(int N) : terms_(N) {}
 
-  /// Measures the point's stiffness, with the soft rows past that its sides say, unless that was done for as many.
-  /// False if the program has no unique solution.
-  bool measure_stiffness(const OcpQp& qp, Riccati& riccati, Point& point);
-  /// From the sides of `point` (its guess) to its solution and sides, in at most `iterations` Riccati sweeps.
-  ActiveSetResult settle(const OcpQp& qp, Riccati& riccati, Point& point, int iterations, double tolerance);
+  /// Computes the point's curvature with the soft constraints violated that its status says, unless that was done for as
+  /// many. False if the program has no unique solution.
+  bool update_curvature(const OcpQp& qp, Riccati& riccati, QpPoint& point);
+  /// From the status of `point` (its guess) to its solution and status, in at most `iterations` factorisations.
+  ActiveSetResult settle(const OcpQp& qp, Riccati& riccati, QpPoint& point, int iterations, double tolerance);
 
  private:
-  void set_weights(const OcpQp& qp, const Point& point, double spring);
-  void set_shifts(const OcpQp& qp, const Point& point);
-  /// The largest distance of a held row from its bound, relative to the row's width.
-  double update_multipliers(const OcpQp& qp, Point& point) const;
-  bool update_sides(const OcpQp& qp, Point& point, double tolerance) const;
+  void set_Gamma(const OcpQp& qp, const QpPoint& point, double penalty);
+  void set_gamma(const OcpQp& qp, const QpPoint& point);
+  /// The largest distance of an active constraint from its bound, relative to the range of its bounds.
+  double update_lam(const OcpQp& qp, QpPoint& point) const;
+  bool update_status(const OcpQp& qp, QpPoint& point, double tolerance) const;
 
-  RowTerms terms_;
+  ConstraintTerms terms_;
 };
 
-}  // namespace gripline::ocp
+}  // namespace gripline::mpc_sqp

@@ -1,62 +1,69 @@
 // A primal-dual interior-point method with Mehrotra's predictor and corrector.
 //
-// Every finite bound is an inequality c z - eps + t = b with t >= 0 and multiplier l >= 0, t l -> 0; a hard one has no eps.
-// The slack of a soft one satisfies 2 S eps + s - l - n = 0, eps n -> 0; with s = 0 that is eps = l / 2S and n = 0. So in a
-// Newton step every eps is rho l + e, and the step's row term follows from t, l, rho, e alone:
-//   weight w = l / (t + rho l),   multiplier after the step l+ = w (c z+ - b - e + t) + r / (t + rho l),
-// where r is the complementarity aimed at. The equality constraints hold exactly at z+.
+// Every finite bound is an inequality c v - s + t = d with distance t >= 0 and multiplier lam >= 0, t lam -> 0, where c is +1
+// for an upper and -1 for a lower bound; a hard one has no slack s. The slack of a soft one satisfies Z s + z - lam - nu = 0,
+// s nu -> 0; with z = 0 that is s = lam / Z and nu = 0. So in a Newton step every slack is rho lam + sigma, and the term that
+// the step gets along the constraint follows from t, lam, rho, sigma alone:
+//   Gamma = lam / (t + rho lam),   lam+ = Gamma (c v+ - d - sigma + t) + m / (t + rho lam),
+// where m is the complementarity aimed at. The equality constraints hold exactly at the step's end.
+// Source: Mehrotra (1992), "On the implementation of a primal-dual interior point method"; Wright (1997), "Primal-dual
+// interior-point methods".
 #pragma once
+
+#include <vector>
 
 #include "controllers/mpc_sqp/active_set.hpp"
 
-namespace gripline::ocp {
+namespace gripline::mpc_sqp {
 
 class InteriorPoint {
  public:
-  InteriorPoint(int horizon, int states);
+  InteriorPoint(int N, int nx);
 
-  /// Starts near the point's z.
-  void start(const OcpQp& qp, Riccati& riccati, Point& point);
-  enum class State { suggests, converged, failed };
-  /// Goes on until the active set seems to be known, or until of every pair the distance or the multiplier is below
-  /// `tolerance` in the row's units and infeasibility has shrunk to that share of what it was. May be called again after a suggestion that led nowhere.
-  State iterate(const OcpQp& qp, Riccati& riccati, Point& point, double tolerance, int iterations);
+  /// Starts near the point's ux.
+  void start(const OcpQp& qp, Riccati& riccati, QpPoint& point);
+  enum class Status { active_set_repeats, converged, failed };
+  /// Goes on until the active set seems to be known, or until of every pair t, lam one is below `tolerance` in the
+  /// constraint's units and infeasibility has shrunk to that share of what it was. May be called again after an active set
+  /// that turned out to be wrong.
+  Status iterate(const OcpQp& qp, Riccati& riccati, QpPoint& point, double tolerance, int iterations);
   int iterations() const { return iterations_; }
-  /// The sides that the rows tend to, with multipliers.
-  void suggestion(Point& point) const;
+  /// The active set that the constraints tend to, with multipliers.
+  void get_active_set(QpPoint& point) const;
   /// The iterate itself, and its multipliers.
-  void solution(Point& point) const;
+  void get_solution(QpPoint& point) const;
 
  private:
   /// Aims every pair at complementarity `target`, less `second_order` times the product of the predictor's steps.
   void set_terms(double target, double second_order);
   void set_slack_terms(double target, double second_order);
-  void set_candidate(const Point& point);
-  bool solve(const OcpQp& qp, Riccati& riccati, Point& point, double target, double second_order);
-  bool sides_repeat();
-  void set_bounds(const OcpQp& qp, Point& point);
-  double set_pairs(const Point& point);
+  void set_full_step(const QpPoint& point);
+  bool solve(const OcpQp& qp, Riccati& riccati, QpPoint& point, double target, double second_order);
+  bool active_set_repeats();
+  void set_bounds(const OcpQp& qp, QpPoint& point);
+  double set_pairs(const QpPoint& point);
+  void set_soft_pairs(double mu);
+  void shift_inside();
   double worst_pair() const;
-  State stalled() const;
+  Status stalled() const;
   double step_length() const;
-  double complementarity(double step) const;
-  void advance(const Point& point, double step);
+  double mean_complementarity(double alpha) const;
+  void advance(const QpPoint& point, double alpha);
 
-  Point iterate_;
-  RowTerms terms_;
-  // Per stage the four lower bounds, then the four upper ones. A bound that is not there has c = 0, t = l = 1, w = 0.
-  Buffer sign_, bound_;                 // c: -1 lower, +1 upper; b
-  Buffer width_, force_;                // units of a distance and of a multiplier
-  Buffer t_, l_, t_next_, l_next_;      // distance and multiplier, at the iterate and after a full step
-  Buffer rho_, e_;                      // eps = rho l + e
-  Buffer eps_, n_, eps_next_, n_next_;  // of soft bounds, if their penalty has a linear part
-  Buffer w_, g_;                        // multiplier after a full step: w c z+ + g
-  std::vector<Side> side_;              // where the last predictor moved the rows
-  int horizon_, pairs_ = 0, iterations_ = 0;
-  double soft_quadratic_ = 1, soft_linear_ = 0;
-  bool suggested_ = false;
-  bool kinked_ = false;  // the soft penalty has a linear part
-  double complementarity_ = 0, infeasibility_ = 1;
+  QpPoint iterate_;
+  ConstraintTerms terms_;
+  // Per stage the four lower bounds, then the four upper ones. A bound that is not there has c = 0, t = lam = 1, Gamma = 0.
+  Buffer c_, d_;
+  Buffer t_unit_, lam_unit_;              // units of a distance and of a multiplier
+  Buffer t_, lam_, t_next_, lam_next_;    // at the iterate and after a full step
+  Buffer rho_, sigma_;                    // s = rho lam + sigma
+  Buffer s_, nu_, s_next_, nu_next_;      // of soft bounds with z > 0
+  Buffer Gamma_, offset_;                 // lam+ = Gamma c v+ + offset
+  std::vector<BoundStatus> last_status_;  // to which the last predictor moved the constraints
+  int N_, pairs_ = 0, iterations_ = 0;
+  double Z_ = 2, z_ = 0;
+  bool repeated_ = false;
+  double mu_ = 0, infeasibility_ = 1;  // mean complementarity; share of the first residual of the inequalities
 };
 
-}  // namespace gripline::ocp
+}  // namespace gripline::mpc_sqp

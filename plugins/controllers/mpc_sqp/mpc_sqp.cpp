@@ -1,4 +1,4 @@
-// Model-predictive control in real time: the problem of mpc_problem.hpp, eq. (opt) of the paper, by the sequential quadratic
+// Model-predictive control in real time: the problem of mpc/ocp.hpp, eq. (opt) of the paper, by the sequential quadratic
 // programming of sqp.hpp.
 //
 // The plan of the step before, shifted by one, is the start. A solve that does not converge is counted as failed; its best
@@ -8,7 +8,7 @@
 #include <memory>
 #include <vector>
 
-#include "common/mpc/mpc_problem.hpp"
+#include "common/mpc/ocp.hpp"
 #include "controllers/mpc_sqp/sqp.hpp"
 
 namespace {
@@ -17,49 +17,50 @@ using namespace gripline;
 
 class MpcSqp final : public Controller {
  public:
-  struct Params : mpc::ProblemParams {
-    int iterations = mpc::SqpOptions{}.iterations;
-    double tolerance = mpc::SqpOptions{}.tolerance;
+  struct Params : mpc::OcpParams {
+    int iterations = mpc_sqp::SqpOptions{}.max_iter;
+    double tolerance = mpc_sqp::SqpOptions{}.tol_step;
   };
   static constexpr auto parameters() {
     return std::tuple_cat(
-        mpc::problem_parameters(),
+        mpc::ocp_parameters(),
         std::tuple{param("iterations", &Params::iterations, "1", {1, 1000}, "quadratic programs per step at most"),
                    param("tolerance", &Params::tolerance, "1", {1e-9, 1},
                          "largest last change of an input, as a share of its range")});
   }
 
   MpcSqp(const PluginContext& context, const Params& params)
-      : problem_(params, context.car, context.dt),
-        options_{.iterations = params.iterations, .tolerance = params.tolerance, .qp = {}} {}
+      : ocp_(params, context.car, context.dt),
+        options_{.max_iter = params.iterations, .tol_step = params.tolerance, .qp_solver = {}} {}
 
-  int horizon() const noexcept override { return problem_.horizon() + 1; }
+  int horizon() const noexcept override { return ocp_.horizon() + 1; }
 
   Command control(const Observation& now, std::span<const RefPoint> horizon, Prediction& model) override {
-    problem_.set(now, horizon, model);
-    if (sqp_ == nullptr || sqp_->states() != problem_.states()) {
-      sqp_ = std::make_unique<mpc::Sqp>(problem_.horizon(), problem_.states(), options_);
-      predicted_.resize(static_cast<std::size_t>(problem_.horizon()) + 1);
+    ocp_.set(now, horizon, model);
+    if (sqp_ == nullptr || sqp_->states() != ocp_.states()) {
+      sqp_ = std::make_unique<mpc_sqp::Sqp>(ocp_.horizon(), ocp_.states(), options_);
+      predicted_.resize(static_cast<std::size_t>(ocp_.horizon()) + 1);
       start_anew_ = true;
     }
     if (start_anew_) {
-      sqp_->guess(problem_, model);
+      sqp_->initialize(ocp_, model);
     } else {
       sqp_->shift();
     }
-    const mpc::SqpReport report = sqp_->solve(problem_, model);
-    const bool solved = report.status == mpc::SqpStatus::converged;
-    start_anew_ = report.status == mpc::SqpStatus::no_step || report.status == mpc::SqpStatus::not_finite;
+    const mpc_sqp::SqpStatistics statistics = sqp_->solve(ocp_, model);
+    const bool solved = statistics.status == mpc_sqp::SqpStatus::converged;
+    start_anew_ =
+        statistics.status == mpc_sqp::SqpStatus::qp_failure || statistics.status == mpc_sqp::SqpStatus::nan_detected;
     for (std::size_t k = 0; k < predicted_.size(); ++k) predicted_[k] = state_at(k);
 
     Command command;
-    const Car& car = problem_.car();
+    const Car& car = ocp_.car();
     const double d = sqp_->u()[0], ddelta = sqp_->u()[1];
     command.u.d = std::isfinite(d) ? std::clamp(d, car.d_min, car.d_max) : 0.0;
     command.u.ddelta = std::isfinite(ddelta) ? std::clamp(ddelta, -car.ddelta_max, car.ddelta_max) : 0.0;
-    command.iterations = report.iterations;
+    command.iterations = statistics.sqp_iter;
     command.solved = solved;
-    command.cost = std::isfinite(report.cost) ? report.cost : 0.0;
+    command.cost = std::isfinite(statistics.cost) ? statistics.cost : 0.0;
     return command;
   }
 
@@ -71,9 +72,9 @@ class MpcSqp final : public Controller {
     return {x[0], x[1], x[2], x[3], x[4], x[5], x[6]};
   }
 
-  mpc::Problem problem_;
-  mpc::SqpOptions options_;
-  std::unique_ptr<mpc::Sqp> sqp_;
+  mpc::Ocp ocp_;
+  mpc_sqp::SqpOptions options_;
+  std::unique_ptr<mpc_sqp::Sqp> sqp_;
   std::vector<State> predicted_;
   bool start_anew_ = true;
 };

@@ -1,98 +1,90 @@
-// A quadratic program with the structure of an optimal control problem, and its solver.
+// A quadratic program with the structure of an optimal control problem, named as in HPIPM and acados.
 //
-//   minimise   sum_k  1/2 z_k' H_k z_k + g_k' z_k  +  sum_k  penalty(a_k' x_k),       z_k = (u_k, x_k)
-//   subject to x_0 given,   x_k+1 = A_k x_k + B_k u_k + c_k        k = 0 .. N-1
-//              lower_k <= (u_k0, u_k1, x_k[bounded]) <= upper_k    (inputs k = 0 .. N-1, the state k = 1 .. N)
-//              lower_k <= a_k' x_k <= upper_k, softly              (k = 1 .. N)
+//   minimise    sum_k=0..N  1/2 [u_k; x_k]' [R_k S_k; S_k' Q_k] [u_k; x_k] + r_k' u_k + q_k' x_k
+//             + sum_k=1..N  1/2 Z (sl_k^2 + su_k^2) + z (sl_k + su_k)
+//   subject to  x_0 given,   x_k+1 = A_k x_k + B_k u_k + b_k                  k = 0 .. N-1
+//               lbu_k <= u_k <= ubu_k                                         k = 0 .. N-1
+//               lbx_k <= x_k[idxbx] <= ubx_k                                  k = 1 .. N
+//               lg_k - sl_k <= C_k x_k <= ug_k + su_k,   sl_k, su_k >= 0      k = 1 .. N
 //
-// The soft row has a slack eps >= 0 on either side with the penalty quadratic eps^2 + linear eps; the slacks never become
-// variables. Two inputs, any number of states. What couples an input to its predecessor is expressed by a state that
-// remembers it.
-//
-// Method: an active set is guessed (from the last solution, or none active) and corrected by Newton steps on the
-// piecewise linear optimality conditions, each one Riccati sweep (a primal-dual active set method: Hintermueller, Ito,
-// Kunisch 2002). If that does not settle, a primal-dual interior-point method with Mehrotra's predictor and corrector
-// (Wright, Primal-Dual Interior-Point Methods, 1997; stage-wise as in Rao, Wright, Rawlings 1998) takes over and hands its
-// active set back for an exact finish. Both share one Riccati recursion.
+// There are no inputs at k = N. Two inputs, any number of states, one bounded state, one general constraint, which is soft.
+// What couples an input to its predecessor is expressed by a state that remembers it. The slacks never become variables.
+// Source of the names: Frison, Diehl (2020), "HPIPM: a high-performance quadratic programming framework for model predictive
+// control"; Verschueren et al. (2022), "acados".
 #pragma once
 
-#include <cstdint>
-#include <memory>
+#include <cstddef>
 
-#include "controllers/mpc_sqp/riccati.hpp"
 #include "controllers/mpc_sqp/vec4.hpp"
 
-namespace gripline::ocp {
+namespace gripline::mpc_sqp {
 
-/// Which part of a row's piecewise penalty holds: free between the bounds, held at a bound, or past a soft one.
-enum class Side : std::int8_t { past_lower = -2, at_lower = -1, free = 0, at_upper = 1, past_upper = 2 };
+struct OcpQpDims {
+  OcpQpDims(int N, int nx) : N(N), nx(nx), ldx(padded(nx)), ldux(4 + ldx) {}
 
-/// Data of the program. Rows that a stage lacks (state rows at k = 0, input rows at k = N) are ignored whatever they hold.
-/// Infinite bounds are allowed; a lower bound above its upper one is not. All memory is taken by the constructor.
+  static constexpr int nu = 2;
+  int N, nx;
+  int ldx;   // states padded with zeros to whole vectors: doubles of a state, of a row of Q
+  int ldux;  // doubles of (u, x): columns 0, 1 the inputs, 2, 3 zero, 4 .. the states
+};
+
+/// The two-sided constraints of a stage, in the order of lb and ub: both inputs, the bounded state, the general one.
+enum Constraint : int { con_u0 = 0, con_u1 = 1, con_x = 2, con_g = 3 };
+inline constexpr int con_count = 4;
+
+/// Whether stage k has a constraint.
+inline bool has_constraint(int k, int N, int constraint) { return constraint < con_x ? k < N : k > 0; }
+
+/// Data of the program. Matrices are row-major; a row of A, B, R, S takes dims.ldux doubles, a row of Q dims.ldx. Padding
+/// stays zero. Bounds that a stage lacks are ignored; infinite ones are allowed, a lower above its upper one is not. All
+/// memory is taken by the constructor, which sets bounds infinite and the rest zero.
 class OcpQp {
  public:
-  OcpQp(int horizon, int states);
+  OcpQp(int N, int nx);
 
-  int horizon() const { return links.horizon; }
-  int states() const { return links.states; }
+  OcpQpDims dims;
+  int idxbx = 0;   // which state is bounded
+  double Z = 2.0;  // weight of a squared slack, of either side; > 0
+  double z = 0.0;  // weight of a slack; >= 0
 
-  /// [row_count] bounds of stage k.
-  double* lower(int k) { return bounds_.data() + 2 * row_count * k; }
-  double* upper(int k) { return lower(k) + row_count; }
-  const double* lower(int k) const { return bounds_.data() + 2 * row_count * k; }
-  const double* upper(int k) const { return lower(k) + row_count; }
+  double* A(int k) { return at(BA_, k, dims.ldx * dims.ldux) + 4; }       // [nx][nx], k < N
+  double* B(int k) { return at(BA_, k, dims.ldx * dims.ldux); }           // [nx][nu], k < N
+  double* b(int k) { return at(b_, k, dims.ldx); }                        // [nx], k < N
+  double* Q(int k) { return at(Q_, k, dims.ldx * dims.ldx); }             // [nx][nx], k <= N
+  double* R(int k) { return at(RS_, k, OcpQpDims::nu * dims.ldux); }      // [nu][nu], k < N
+  double* S(int k) { return at(RS_, k, OcpQpDims::nu * dims.ldux) + 4; }  // [nu][nx], k < N
+  double* r(int k) { return at(rq_, k, dims.ldux); }                      // [nu], k < N
+  double* q(int k) { return at(rq_, k, dims.ldux) + 4; }                  // [nx], k <= N
+  double* C(int k) { return at(C_, k, dims.ldx); }                        // [nx], k <= N
+  double* lb(int k) { return at(bounds_, k, 2 * con_count); }             // [con_count]: lbu, lbx, lg
+  double* ub(int k) { return at(bounds_, k, 2 * con_count) + con_count; }
+  double* lbu(int k) { return lb(k); }  // [nu]
+  double* ubu(int k) { return ub(k); }
+  double& lbx(int k) { return lb(k)[con_x]; }
+  double& ubx(int k) { return ub(k)[con_x]; }
+  double& lg(int k) { return lb(k)[con_g]; }
+  double& ug(int k) { return ub(k)[con_g]; }
 
-  Links links;
-  double soft_quadratic = 1.0;  // > 0
-  double soft_linear = 0.0;     // >= 0
+  const double* A(int k) const { return const_cast<OcpQp*>(this)->A(k); }
+  const double* B(int k) const { return const_cast<OcpQp*>(this)->B(k); }
+  const double* b(int k) const { return const_cast<OcpQp*>(this)->b(k); }
+  const double* Q(int k) const { return const_cast<OcpQp*>(this)->Q(k); }
+  const double* R(int k) const { return const_cast<OcpQp*>(this)->R(k); }
+  const double* S(int k) const { return const_cast<OcpQp*>(this)->S(k); }
+  const double* r(int k) const { return const_cast<OcpQp*>(this)->r(k); }
+  const double* q(int k) const { return const_cast<OcpQp*>(this)->q(k); }
+  const double* C(int k) const { return const_cast<OcpQp*>(this)->C(k); }
+  const double* lb(int k) const { return const_cast<OcpQp*>(this)->lb(k); }
+  const double* ub(int k) const { return const_cast<OcpQp*>(this)->ub(k); }
 
- private:
-  Buffer bounds_;
-};
-
-struct QpOptions {
-  int active_set_iterations = 8;  // Riccati sweeps to settle an active set before the interior-point method is asked
-  int interior_iterations = 40;
-  double tolerance = 1e-8;           // of rows and multipliers, relative to a row's width and to the curvature along it
-  double interior_tolerance = 1e-7;  // the same for an interior solution, taken if no active set is settled
-};
-
-struct QpReport {
-  bool solved = false;
-  bool exact = false;  // the active set is settled: solved to rounding
-  int active_set_iterations = 0, interior_iterations = 0;
-};
-
-/// Solver and solution. Work space is taken by the constructor; solve() allocates nothing.
-class OcpQpSolver {
- public:
-  OcpQpSolver(int horizon, int states);
-  ~OcpQpSolver();
-  OcpQpSolver(OcpQpSolver&&) noexcept;
-  OcpQpSolver& operator=(OcpQpSolver&&) noexcept;
-
-  /// Solves `qp` with x_0 = `x0` ([states], null for zero), starting from the sides left by the last solve or set by
-  /// side(). On failure (infeasible, unbounded, not finite, out of iterations) the solution is unspecified.
-  QpReport solve(const OcpQp& qp, const double* x0, const QpOptions& options);
-
-  /// Solution: [2] and [states].
-  const double* input(int k) const;
-  const double* state(int k) const;
-  /// [row_count] multipliers of stage k: positive at the upper bound, negative at the lower. A guess before a solve.
-  double* row_multiplier(int k);
-  const double* row_multiplier(int k) const;
-  /// [row_count] sides of stage k. A guess before a solve.
-  Side* side(int k);
-  const Side* side(int k) const;
-  /// Multipliers of x_k = A x_k-1 + B u_k-1 + c_k-1 at the solution of `qp`: pi_k [links.n] for k = 1 .. N at pi + k n, the
-  /// derivative of the optimal cost by c_k-1. One pass over the horizon.
-  void dynamics_multipliers(const OcpQp& qp, double* pi) const;
-  /// No guess: every row free.
-  void forget_guess();
+  /// The first n rows of A_k and B_k, in the first n states: A [n][n] and B [n][nu] without padding.
+  void set_AB(int k, const double* A, const double* B, int n);
 
  private:
-  struct Work;
-  std::unique_ptr<Work> work_;
+  static double* at(Buffer& buffer, int k, int size) {
+    return buffer.data() + static_cast<std::size_t>(k) * static_cast<std::size_t>(size);
+  }
+  Buffer BA_, b_, RS_, Q_, rq_, C_, bounds_;
 };
 
-}  // namespace gripline::ocp
+}  // namespace gripline::mpc_sqp

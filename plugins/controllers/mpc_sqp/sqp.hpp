@@ -1,94 +1,84 @@
-// Sequential quadratic programming for the problem of mpc_problem.hpp, in real time.
+// Sequential quadratic programming for the problem of mpc/ocp.hpp, in real time.
 //
-// Multiple shooting: states and inputs of all stages are iterated; one call of the prediction linearises all of them. The
-// cost is quadratic but for the soft edges, which the quadratic program keeps exactly, so only the dynamics are
-// approximated: by their Jacobians, and by the curvature that the iterates themselves show (curvature.hpp). Each step is
-// the solution of an OcpQp in the steps of x and u, with the throttle of the step before as one more state.
-//
-// Steps are damped from the first iteration on: a step is shortened until the merit, cost + sum_i price_i |defect_i|, falls
-// by a share of what the program promised (Han 1977), and after a shortened step the next ones pay for their length
-// (Levenberg 1944). The end is decided by iterations and step size, never by time: same input, same output.
+// Each step is the solution of an OcpQp (ocp_nlp.hpp), whose Hessian is Gauss-Newton's with the curvature that the iterates
+// themselves show (sr1_hessian.hpp). Steps are globalised from the first iteration on (globalization.hpp): a step is shortened
+// until the merit falls by a share of what the program promised. The end is decided by iterations and step size, never by
+// time: same input, same output.
 #pragma once
 
 #include <span>
 #include <vector>
 
-#include "common/mpc/mpc_problem.hpp"
-#include "controllers/mpc_sqp/curvature.hpp"
-#include "controllers/mpc_sqp/ocp_qp.hpp"
+#include "common/mpc/ocp.hpp"
+#include "controllers/mpc_sqp/globalization.hpp"
+#include "controllers/mpc_sqp/ocp_nlp.hpp"
+#include "controllers/mpc_sqp/ocp_qp_solver.hpp"
+#include "controllers/mpc_sqp/sr1_hessian.hpp"
 
-namespace gripline::mpc {
+namespace gripline::mpc_sqp {
 
 struct SqpOptions {
-  int iterations = 20;      // quadratic programs per solve
-  double tolerance = 5e-3;  // of the largest step of an input, as a share of its range
-  ocp::QpOptions qp;
+  int max_iter = 20;       // quadratic programs per solve
+  double tol_step = 5e-3;  // of the largest step of an input, as a share of its range
+  OcpQpSolverOptions qp_solver;
 };
 
 enum class SqpStatus {
   converged,
-  iteration_limit,
-  no_descent,  // no step improves the merit
-  no_step,     // a quadratic program could not be solved
-  not_finite   // the prediction at the start is not finite
+  max_iter,
+  min_step,     // no step improves the merit
+  qp_failure,   // a quadratic program could not be solved
+  nan_detected  // the prediction at the start is not finite
 };
 
-struct SqpReport {
-  SqpStatus status = SqpStatus::not_finite;
-  int iterations = 0;                                      // quadratic programs
-  int predictions = 0;                                     // calls of the prediction
-  int active_set_iterations = 0, interior_iterations = 0;  // within the quadratic programs
+struct SqpStatistics {
+  SqpStatus status = SqpStatus::nan_detected;
+  int sqp_iter = 0;                            // quadratic programs
+  int predictions = 0;                         // calls of the prediction
+  int qp_active_set_iter = 0, qp_ip_iter = 0;  // within the quadratic programs
   double cost = 0;
+  double res_eq = 0;     // largest defect of the last iterate that was linearised, in the states' own units
+  double step_norm = 0;  // largest step of an input in the last program's solution, as a share of its range
 };
 
 class Sqp {
  public:
-  Sqp(int horizon, int states, const SqpOptions& options);
+  /// `nx`: states of the prediction. All memory is taken here.
+  Sqp(int N, int nx, const SqpOptions& options);
 
-  int states() const { return states_; }
+  int states() const { return nx_; }
 
-  /// Rows of the iterate: x [N+1][states], u [N][2]. After a solve, the plan; after one that did not converge, the last
-  /// iterate accepted.
+  /// Rows of the iterate: x [N+1][nx], u [N][2]. After a solve, the plan; after one that did not converge, the last iterate
+  /// accepted.
   std::span<double> x() { return now_.x; }
   std::span<double> u() { return now_.u; }
 
-  /// A first iterate: the references pursued from the present state. Forgets what was learned.
-  void guess(const Problem& problem, Prediction& model);
+  /// A first iterate: the references pursued from the present state. Forgets active set and curvature.
+  void initialize(const mpc::Ocp& ocp, Prediction& model);
   /// Moves the iterate, and what is known of active bounds and curvature, one step ahead in time.
   void shift();
   /// Iterates from x() and u(), x_0 replaced by the problem's. Allocates nothing (the prediction may, once).
-  SqpReport solve(const Problem& problem, Prediction& model);
+  SqpStatistics solve(const mpc::Ocp& ocp, Prediction& model);
 
  private:
-  struct Iterate {
-    std::vector<double> x, u, x_next, a, b;  // rows as above; x_next [N][states]
-    double cost = 0;
-    operator LinearisedRows() const { return {x, u, a, b}; }
-  };
+  Input pursuit_input(const mpc::Ocp& ocp, const double* x, int k) const;
+  void set_x0(const mpc::Ocp& ocp);
+  bool solve_qp(const mpc::Ocp& ocp, SqpStatistics& statistics);
+  double step_norm(const mpc::Ocp& ocp) const;
+  double squared_step(const mpc::Ocp& ocp) const;
+  void take_step(double alpha, NlpIterate& to) const;
+  double line_search(const mpc::Ocp& ocp, Prediction& model, SqpStatistics& statistics);
 
-  void meet(const Problem& problem);
-  Input pursue(const Problem& problem, const double* x, int k) const;
-  bool linearise(const Problem& problem, Prediction& model, Iterate& at);
-  bool solve_step_program(const Problem& problem, SqpReport& report);
-  void set_step_program(const Problem& problem);
-  void set_hessian(const Problem& problem);
-  double step_size(const Problem& problem) const;
-  double squared_step(const Problem& problem) const;
-  void take_step(double length, Iterate& to) const;
-  double search(const Problem& problem, Prediction& model, SqpReport& report);
-  void price_defects();
-  double defect_cost(const Iterate& at) const;
-
-  int horizon_, states_;
+  int N_, nx_;
   SqpOptions options_;
-  ocp::OcpQp program_;
-  ocp::OcpQpSolver solver_;
-  Curvature curvature_;
-  ocp::Buffer multipliers_;     // of the dynamics, [N+1][links.n]
-  std::vector<double> prices_;  // of a unit of defect per state
-  double damping_ = 0;          // cost of a squared step of the inputs in units of their ranges
-  double promised_ = 0;         // fall of the merit by a full step
-  Iterate now_, trial_;
+  OcpQp qp_;
+  OcpQpSolver qp_solver_;
+  Sr1Hessian sr1_;
+  Buffer pi_;  // multipliers of the dynamics [N+1][ldx]
+  MeritFunction merit_;
+  LevenbergMarquardt levenberg_marquardt_;
+  double predicted_decrease_ = 0;  // of the merit by a full step
+  NlpIterate now_, trial_;
 };
 
-}  // namespace gripline::mpc
+}  // namespace gripline::mpc_sqp

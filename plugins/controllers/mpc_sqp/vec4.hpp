@@ -10,7 +10,7 @@
 // Without AVX these vectors travel between functions in another way than with it; none of them leaves a source file.
 #pragma GCC diagnostic ignored "-Wpsabi"
 
-namespace gripline::ocp {
+namespace gripline::mpc_sqp {
 
 using Vec4 [[gnu::vector_size(32), gnu::may_alias]] = double;
 
@@ -51,4 +51,4 @@ class Buffer {
   std::vector<Block> blocks_;
 };
 
-}  // namespace gripline::ocp
+}  // namespace gripline::mpc_sqp

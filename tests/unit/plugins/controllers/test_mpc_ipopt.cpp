@@ -1,4 +1,4 @@
-// The controller by Ipopt, and that the real-time controller solves the same problem.
+// The controller by Ipopt, and that the real-time controller solves the same ocp.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -116,7 +116,7 @@ TEST(MpcIpopt, SolutionsMeetTheConditionsOfOptimalityOnRecordedInstants) {
   DrivingScene scene(registry(), {});
   auto driver = scene.controller("mpc_sqp", with(50));
   auto judged = scene.controller("mpc_ipopt", with(50, {{"tolerance", 1e-9}}));
-  mpc::Problem problem(problem_params(50), scene.car(), scene.dt);
+  mpc::Ocp ocp(ocp_params(50), scene.car(), scene.dt);
   std::vector<double> stationarity;
   for (int step = 0; stationarity.size() < 50; ++step) {
     const Observation now = scene.observe();
@@ -125,9 +125,9 @@ TEST(MpcIpopt, SolutionsMeetTheConditionsOfOptimalityOnRecordedInstants) {
       ASSERT_TRUE(judged->control(now, references, scene.model()).solved) << "step " << step;
       std::vector<double> x;
       for (const State& s : judged->predicted()) x.insert(x.end(), {s.x, s.y, s.yaw, s.vx, s.vy, s.omega, s.delta});
-      problem.set(now, references, scene.model());
-      const std::vector<double> u = inputs_of(x, 50, scene.model(), problem.places());
-      const Optimality off = optimality(problem, x, u, scene.model(), 1e-3);
+      ocp.set(now, references, scene.model());
+      const std::vector<double> u = inputs_of(x, 50, scene.model(), ocp.places());
+      const Optimality off = optimality(ocp, x, u, scene.model(), 1e-3);
       EXPECT_LT(off.defect, 1e-6) << "step " << step;
       stationarity.push_back(off.stationarity);
       EXPECT_LT(off.bounds, 1e-6) << "step " << step;

@@ -11,12 +11,11 @@ namespace {
 
 using namespace gripline;
 using namespace gripline::testing_support;
-using mpc::Problem;
-using mpc::ProblemParams;
-using mpc::Sqp;
-using mpc::SqpOptions;
-using mpc::SqpReport;
-using mpc::SqpStatus;
+using mpc::Ocp;
+using mpc_sqp::Sqp;
+using mpc_sqp::SqpOptions;
+using mpc_sqp::SqpStatistics;
+using mpc_sqp::SqpStatus;
 
 const Registry& registry() {
   static const Registry one = plugins();
@@ -40,48 +39,51 @@ TEST(MpcSqp, SolutionsMeetTheConditionsOfOptimalityOnRecordedInstants) {
   for (const double tyre_error : {1.0, 0.85}) {
     DrivingScene scene(registry(), {.tyre_error = tyre_error});
     const auto instants = record(scene, 50, 25, 16);
-    Problem problem(problem_params(50), scene.car(), scene.dt);
+    Ocp ocp(ocp_params(50), scene.car(), scene.dt);
     SqpOptions options;
-    options.iterations = 200;
-    options.tolerance = 1e-8;
+    options.max_iter = 200;
+    options.tol_step = 1e-8;
     Sqp sqp(50, state_size, options);
     for (const Instant& instant : instants) {
-      problem.set(instant.now, instant.references, scene.model());
-      sqp.guess(problem, scene.model());
-      const SqpReport report = sqp.solve(problem, scene.model());
-      ASSERT_EQ(report.status, SqpStatus::converged) << "t = " << instant.now.t;
-      const Optimality off = optimality(problem, sqp.x(), sqp.u(), scene.model());
+      ocp.set(instant.now, instant.references, scene.model());
+      sqp.initialize(ocp, scene.model());
+      const SqpStatistics statistics = sqp.solve(ocp, scene.model());
+      ASSERT_EQ(statistics.status, SqpStatus::converged) << "t = " << instant.now.t;
+      const Optimality off = optimality(ocp, sqp.x(), sqp.u(), scene.model());
       EXPECT_LT(off.defect, 1e-8);
       EXPECT_LT(off.stationarity, 1e-4) << "t = " << instant.now.t;
       EXPECT_LT(off.bounds, 1e-7);
-      EXPECT_NEAR(report.cost, problem.cost(sqp.x(), sqp.u()), 1e-12);
+      EXPECT_NEAR(statistics.cost, ocp.cost(sqp.x(), sqp.u()), 1e-12);
+      EXPECT_LT(statistics.res_eq, 1e-6);  // of the iterate before the last, full step
+      EXPECT_LE(statistics.step_norm, options.tol_step);
+      EXPECT_GT(statistics.qp_active_set_iter + statistics.qp_ip_iter, 0);
     }
   }
 }
 
 TEST(MpcSqp, InRealTimeTheFirstInputIsTheConvergedOne) {
   DrivingScene scene(registry(), {.pace = 1.0});
-  Problem problem(problem_params(50), scene.car(), scene.dt);
+  Ocp ocp(ocp_params(50), scene.car(), scene.dt);
   SqpOptions tight;
-  tight.iterations = 200;
-  tight.tolerance = 1e-8;
+  tight.max_iter = 200;
+  tight.tol_step = 1e-8;
   Sqp driver(50, state_size, {}), converged(50, state_size, tight);
   std::vector<double> errors;
   long programs = 0;
   for (int step = 0; step < 300; ++step) {
     const Observation now = scene.observe();
-    problem.set(now, scene.references(51), scene.model());
+    ocp.set(now, scene.references(51), scene.model());
     if (step == 0) {
-      driver.guess(problem, scene.model());
+      driver.initialize(ocp, scene.model());
     } else {
       driver.shift();
     }
     std::copy(driver.x().begin(), driver.x().end(), converged.x().begin());
     std::copy(driver.u().begin(), driver.u().end(), converged.u().begin());
-    const SqpReport report = driver.solve(problem, scene.model());
-    EXPECT_EQ(report.status, SqpStatus::converged) << "step " << step;
-    programs += report.iterations;
-    if (step % 3 == 0 && converged.solve(problem, scene.model()).status == SqpStatus::converged) {
+    const SqpStatistics statistics = driver.solve(ocp, scene.model());
+    EXPECT_EQ(statistics.status, SqpStatus::converged) << "step " << step;
+    programs += statistics.sqp_iter;
+    if (step % 3 == 0 && converged.solve(ocp, scene.model()).status == SqpStatus::converged) {
       const Input found{driver.u()[0], driver.u()[1]}, exact{converged.u()[0], converged.u()[1]};
       errors.push_back(input_difference(found, exact, scene.car()));
     }

@@ -1,9 +1,9 @@
-#include "controllers/mpc_sqp/curvature.hpp"
+#include "controllers/mpc_sqp/sr1_hessian.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-namespace gripline::mpc {
+namespace gripline::mpc_sqp {
 namespace {
 
 // An update is skipped where its denominator is small against what it may be: it would be noise, magnified.
@@ -13,27 +13,27 @@ std::size_t place(int k, int size) { return static_cast<std::size_t>(k) * static
 
 }  // namespace
 
-Curvature::Curvature(int horizon, int states)
-    : horizon_(horizon),
-      states_(states),
-      size_(states + 2),
-      c_(place(horizon, size_ * size_)),
+Sr1Hessian::Sr1Hessian(int N, int nx)
+    : N_(N),
+      nx_(nx),
+      size_(nx + 2),
+      c_(place(N, size_ * size_)),
       step_(static_cast<std::size_t>(size_)),
       change_(static_cast<std::size_t>(size_)),
       residual_(static_cast<std::size_t>(size_)) {}
 
 /// s_k. The first state is given: what moved it is not a step.
-void Curvature::stage_step(const LinearisedRows& from, const LinearisedRows& to, int k) {
-  const double *x0 = from.x.data() + place(k, states_), *x1 = to.x.data() + place(k, states_);
+void Sr1Hessian::set_step(const NlpIterate& from, const NlpIterate& to, int k) {
+  const double *x0 = from.x.data() + place(k, nx_), *x1 = to.x.data() + place(k, nx_);
   const double *u0 = from.u.data() + place(k, 2), *u1 = to.u.data() + place(k, 2);
-  for (int i = 0; i < states_; ++i) step_[static_cast<std::size_t>(i)] = k == 0 ? 0.0 : x1[i] - x0[i];
-  for (int i = 0; i < 2; ++i) step_[static_cast<std::size_t>(states_) + static_cast<std::size_t>(i)] = u1[i] - u0[i];
+  for (int i = 0; i < nx_; ++i) step_[static_cast<std::size_t>(i)] = k == 0 ? 0.0 : x1[i] - x0[i];
+  for (int i = 0; i < 2; ++i) step_[static_cast<std::size_t>(nx_) + static_cast<std::size_t>(i)] = u1[i] - u0[i];
 }
 
-void Curvature::stage_change(const LinearisedRows& from, const LinearisedRows& to, const double* pi, int k) {
-  const std::size_t n = static_cast<std::size_t>(states_);
-  const double *a0 = from.a.data() + place(k, states_ * states_), *a1 = to.a.data() + place(k, states_ * states_);
-  const double *b0 = from.b.data() + place(k, states_ * 2), *b1 = to.b.data() + place(k, states_ * 2);
+void Sr1Hessian::set_change(const NlpIterate& from, const NlpIterate& to, const double* pi, int k) {
+  const std::size_t n = static_cast<std::size_t>(nx_);
+  const double *a0 = from.A.data() + place(k, nx_ * nx_), *a1 = to.A.data() + place(k, nx_ * nx_);
+  const double *b0 = from.B.data() + place(k, nx_ * 2), *b1 = to.B.data() + place(k, nx_ * 2);
   std::fill(change_.begin(), change_.end(), 0.0);
   for (std::size_t l = 0; l < n; ++l) {
     for (std::size_t i = 0; i < n; ++i) change_[i] += pi[l] * (a1[l * n + i] - a0[l * n + i]);
@@ -43,7 +43,7 @@ void Curvature::stage_change(const LinearisedRows& from, const LinearisedRows& t
 }
 
 /// C += r r' / (r' s) with the residual r = change - C s.
-void Curvature::update(double* c) {
+void Sr1Hessian::update_stage(double* c) {
   const std::size_t size = static_cast<std::size_t>(size_);
   std::vector<double>& r = residual_;
   double rs = 0, rr = 0, ss = 0;
@@ -61,39 +61,39 @@ void Curvature::update(double* c) {
   }
 }
 
-void Curvature::learn(const LinearisedRows& from, const LinearisedRows& to, const double* multipliers, int stride) {
+void Sr1Hessian::update(const NlpIterate& from, const NlpIterate& to, const double* pi, int ldpi) {
   empty_ = false;
-  for (int k = 0; k < horizon_; ++k) {
-    stage_step(from, to, k);
-    stage_change(from, to, multipliers + place(k + 1, stride), k);
-    update(c_.data() + place(k, size_ * size_));
+  for (int k = 0; k < N_; ++k) {
+    set_step(from, to, k);
+    set_change(from, to, pi + place(k + 1, ldpi), k);
+    update_stage(c_.data() + place(k, size_ * size_));
   }
 }
 
-void Curvature::add_to(ocp::Links& links) const {
+void Sr1Hessian::add_to(OcpQp& qp) const {
   if (empty_) return;
-  const int n = states_;
-  for (int k = 0; k < horizon_; ++k) {
+  const int n = nx_, ldx = qp.dims.ldx, ldux = qp.dims.ldux;
+  for (int k = 0; k < N_; ++k) {
     const double* c = c_.data() + place(k, size_ * size_);
-    double *h = links.hessian_x(k), *hu = links.hessian_u(k);
+    double *Q = qp.Q(k), *S = qp.S(k), *R = qp.R(k);
     for (int i = 0; i < n; ++i) {
-      for (int j = 0; j < n; ++j) h[i * links.n + j] += c[i * size_ + j];
+      for (int j = 0; j < n; ++j) Q[i * ldx + j] += c[i * size_ + j];
     }
     for (int i = 0; i < 2; ++i) {
       const double* row = c + (n + i) * size_;
-      for (int j = 0; j < n; ++j) hu[i * links.width + 4 + j] += row[j];
-      for (int j = 0; j < 2; ++j) hu[i * links.width + j] += row[n + j];
+      for (int j = 0; j < n; ++j) S[i * ldux + j] += row[j];
+      for (int j = 0; j < 2; ++j) R[i * ldux + j] += row[n + j];
     }
   }
 }
 
-void Curvature::shift() {
+void Sr1Hessian::shift() {
   if (!empty_) std::copy(c_.begin() + static_cast<std::ptrdiff_t>(size_) * size_, c_.end(), c_.begin());
 }
 
-void Curvature::forget() {
+void Sr1Hessian::reset() {
   std::fill(c_.begin(), c_.end(), 0.0);
   empty_ = true;
 }
 
-}  // namespace gripline::mpc
+}  // namespace gripline::mpc_sqp

@@ -13,7 +13,9 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <span>
 #include <tuple>
@@ -23,7 +25,7 @@
 
 namespace gripline::mpc {
 
-struct ProblemParams {
+struct OcpParams {
   int horizon = 20;
   double q_x = 1, q_y = 1, q_lag = 0, q_contour = 0, q_yaw = 0, q_v = 0;
   double p_x = 0, p_y = 0, p_yaw = 0, p_v = 0;
@@ -32,9 +34,9 @@ struct ProblemParams {
   double tighten = 0, slack = 1e3, slack_linear = 0;
 };
 
-/// The declarations of ProblemParams, for a controller's parameters().
-constexpr auto problem_parameters() {
-  using P = ProblemParams;
+/// The declarations of OcpParams, for a controller's parameters().
+constexpr auto ocp_parameters() {
+  using P = OcpParams;
   return std::tuple{
       param("horizon", &P::horizon, "1", {1, 500}, "steps N that are looked ahead"),
       param("q_x", &P::q_x, "1/m2", {0, 1e6}, "weight of the position error along the world's x"),
@@ -57,20 +59,35 @@ constexpr auto problem_parameters() {
       param("slack_linear", &P::slack_linear, "1/m", {0, 1e9}, "weight of the excess over an edge")};
 }
 
-/// What stage k = 1 .. N asks of the state there.
-struct Stage {
-  double x = 0, y = 0, yaw = 0, v = 0;  // reference; yaw unwrapped so that it continues the car's
-  double q_xx = 0, q_xy = 0, q_yy = 0;  // Q_k
+/// Cost and constraints of the state at stage k = 1 .. N.
+struct OcpStage {
+  double x = 0, y = 0, yaw = 0, v = 0;  // reference [m, m, rad, m/s]; yaw unwrapped so that it continues the car's
+  double q_xx = 0, q_xy = 0, q_yy = 0;  // Q_k [1/m2]
   double q_yaw = 0, q_v = 0;
   double normal_x = 0, normal_y = 0;      // n_k
-  double edge_lower = 0, edge_upper = 0;  // of n_k . p_k; infinite without track bounds
-  double delta_max = 0;
+  double edge_lower = 0, edge_upper = 0;  // of n_k . p_k [m]; infinite without track bounds
+  double delta_max = 0;                   // [rad]
+
+  /// n_k . p_k of a state [m].
+  double across(const double* state) const { return normal_x * state[0] + normal_y * state[1]; }
+  /// `sum` plus the tracking cost of a state, term by term.
+  double add_tracking_cost(double sum, const double* state) const {
+    const double ex = state[0] - x, ey = state[1] - y;
+    return sum + q_xx * ex * ex + 2 * q_xy * ex * ey + q_yy * ey * ey + q_yaw * square(state[2] - yaw) +
+           q_v * square(state[3] - v);
+  }
+  /// Derivatives of the tracking cost by x, y, yaw, vx.
+  std::array<double, 4> tracking_gradient(const double* state) const {
+    const double ex = state[0] - x, ey = state[1] - y;
+    return {2 * (q_xx * ex + q_xy * ey), 2 * (q_xy * ex + q_yy * ey), 2 * q_yaw * (state[2] - yaw),
+            2 * q_v * (state[3] - v)};
+  }
 };
 
 /// One instance of the problem. set() fills it; the solvers read it. Nothing is allocated after the first set().
-class Problem {
+class Ocp {
  public:
-  Problem(const ProblemParams& params, const Car& car, double dt)
+  Ocp(const OcpParams& params, const Car& car, double dt)
       : params_(params),
         car_(car),
         dt_(dt),
@@ -90,7 +107,7 @@ class Problem {
         at = r.at;
         if (!params_.slope) at.grade = at.bank = 0.0;
       }
-      Stage& s = stages_[static_cast<std::size_t>(k)];
+      OcpStage& s = stages_[static_cast<std::size_t>(k)];
       s = stage_for(r, k == horizon());
       s.yaw = yaw_near = yaw_near + std::remainder(r.yaw - r.beta - yaw_near, 2.0 * std::numbers::pi);
       // A steering angle beyond its limit (sensed, or the limit was changed) may return at the steering's rate.
@@ -101,43 +118,48 @@ class Problem {
   int horizon() const { return params_.horizon; }
   int states() const { return static_cast<int>(x0_.size()); }
   double dt() const { return dt_; }
-  const ProblemParams& params() const { return params_; }
+  const OcpParams& params() const { return params_; }
   const Car& car() const { return car_; }
-  const Stage& stage(int k) const { return stages_[static_cast<std::size_t>(k)]; }
+  /// k = 1 .. N.
+  const OcpStage& stage(int k) const { return stages_[static_cast<std::size_t>(k)]; }
+  /// x_0 [states].
   std::span<const double> start() const { return x0_; }
   std::span<const Place> places() const { return places_; }
+  /// d_-1.
   double throttle_before() const { return throttle_before_; }
 
   /// Weights of the inputs' squares as the solvers need them: r_ddelta on ddelta itself.
   double weight_ddelta() const { return (params_.r_ddelta + params_.regularization) * dt_ * dt_; }
 
+  /// Cost of a stage's inputs; `d_before` is the throttle of the stage before.
+  double input_cost(double d_before, double d, double ddelta) const {
+    return params_.r_d * square(d - d_before) + params_.regularization * square(d) + weight_ddelta() * square(ddelta);
+  }
+  /// Cost of a slack eps >= 0.
+  double slack_cost(double eps) const { return (params_.slack * eps + params_.slack_linear) * eps; }
+  /// Tracking cost and edge penalty of a state, the slack at its best value.
+  double state_cost(const OcpStage& s, const double* x) const {
+    const double edge = s.across(x);
+    const double eps = std::max({0.0, edge - s.edge_upper, s.edge_lower - edge});
+    return s.add_tracking_cost(0.0, x) + slack_cost(eps);
+  }
   /// Cost of rows x [N+1][states] and u [N][2], each slack at its best value.
   double cost(std::span<const double> x, std::span<const double> u) const {
     const std::size_t n = x0_.size();
     double total = 0, before = throttle_before_;
     for (std::size_t k = 0; k + 1 < stages_.size(); ++k) {
-      const double d = u[2 * k], ddelta = u[2 * k + 1];
-      total += params_.r_d * square(d - before) + params_.regularization * square(d) + weight_ddelta() * square(ddelta);
-      before = d;
+      total += input_cost(before, u[2 * k], u[2 * k + 1]);
+      before = u[2 * k];
       total += state_cost(stages_[k + 1], x.data() + (k + 1) * n);
     }
     return total;
   }
 
-  /// Tracking cost and edge penalty of a state.
-  double state_cost(const Stage& s, const double* x) const {
-    const double ex = x[0] - s.x, ey = x[1] - s.y;
-    const double edge = s.normal_x * x[0] + s.normal_y * x[1];
-    const double eps = std::max({0.0, edge - s.edge_upper, s.edge_lower - edge});
-    return s.q_xx * ex * ex + 2 * s.q_xy * ex * ey + s.q_yy * ey * ey + s.q_yaw * square(x[2] - s.yaw) +
-           s.q_v * square(x[3] - s.v) + (params_.slack * eps + params_.slack_linear) * eps;
-  }
-
  private:
-  Stage stage_for(const RefPoint& r, bool last) const {
-    const ProblemParams& p = params_;
+  OcpStage stage_for(const RefPoint& r, bool last) const {
+    const OcpParams& p = params_;
     const double c = std::cos(r.yaw), s = std::sin(r.yaw);
-    Stage stage;
+    OcpStage stage;
     stage.x = r.x;
     stage.y = r.y;
     stage.v = r.v;
@@ -157,12 +179,12 @@ class Problem {
     return stage;
   }
 
-  ProblemParams params_;
+  OcpParams params_;
   Car car_;
   double dt_;
   double throttle_before_ = 0;
   std::vector<double> x0_;
-  std::vector<Stage> stages_;
+  std::vector<OcpStage> stages_;
   std::vector<Place> places_;
 };
 

@@ -1,5 +1,5 @@
-// The optimal control problem that the model-predictive controllers share.
-#include "common/mpc/mpc_problem.hpp"
+// The optimal control ocp that the model-predictive controllers share.
+#include "common/mpc/ocp.hpp"
 
 #include <gtest/gtest.h>
 
@@ -11,8 +11,8 @@
 namespace {
 
 using namespace gripline;
-using mpc::Problem;
-using mpc::ProblemParams;
+using mpc::Ocp;
+using mpc::OcpParams;
 
 /// Moves a car along its heading at its speed; as many states as asked for.
 class Glide final : public Prediction {
@@ -33,8 +33,8 @@ class Glide final : public Prediction {
   int states_;
 };
 
-ProblemParams no_cost() {
-  ProblemParams p;
+OcpParams no_cost() {
+  OcpParams p;
   p.horizon = 3;
   p.q_x = p.q_y = p.r_d = p.r_ddelta = 0;
   p.regularization = 0;
@@ -59,33 +59,33 @@ std::vector<RefPoint> straight(int count, double yaw) {
 }
 
 /// Rows with every state on its reference.
-std::vector<double> on_reference(const Problem& problem) {
-  std::vector<double> x(static_cast<std::size_t>((problem.horizon() + 1) * problem.states()));
-  for (int k = 0; k <= problem.horizon(); ++k) {
-    double* row = x.data() + k * problem.states();
-    row[0] = problem.stage(k).x;
-    row[1] = problem.stage(k).y;
-    row[2] = problem.stage(k).yaw;
-    row[3] = problem.stage(k).v;
+std::vector<double> on_reference(const Ocp& ocp) {
+  std::vector<double> x(static_cast<std::size_t>((ocp.horizon() + 1) * ocp.states()));
+  for (int k = 0; k <= ocp.horizon(); ++k) {
+    double* row = x.data() + k * ocp.states();
+    row[0] = ocp.stage(k).x;
+    row[1] = ocp.stage(k).y;
+    row[2] = ocp.stage(k).yaw;
+    row[3] = ocp.stage(k).v;
   }
   return x;
 }
 
 struct Case {
-  explicit Case(const ProblemParams& params, double yaw = 0, Observation now = {})
-      : problem(params, testing_support::car_1_43(), 0.02) {
-    problem.set(now, straight(params.horizon + 1, yaw), Glide());
-    x = on_reference(problem);
+  explicit Case(const OcpParams& params, double yaw = 0, Observation now = {})
+      : ocp(params, testing_support::car_1_43(), 0.02) {
+    ocp.set(now, straight(params.horizon + 1, yaw), Glide());
+    x = on_reference(ocp);
     u.assign(static_cast<std::size_t>(2 * params.horizon), 0.0);
   }
-  double cost() const { return problem.cost(x, u); }
-  double& state(int k, int i) { return x[static_cast<std::size_t>(k * problem.states() + i)]; }
-  Problem problem;
+  double cost() const { return ocp.cost(x, u); }
+  double& state(int k, int i) { return x[static_cast<std::size_t>(k * ocp.states() + i)]; }
+  Ocp ocp;
   std::vector<double> x, u;
 };
 
-TEST(MpcProblem, DefaultsAreThePublishedCost) {
-  const ProblemParams p;
+TEST(MpcOcp, DefaultsAreThePublishedCost) {
+  const OcpParams p;
   EXPECT_EQ(p.horizon, 20);
   EXPECT_EQ(p.q_x, 1);
   EXPECT_EQ(p.q_y, 1);
@@ -95,7 +95,7 @@ TEST(MpcProblem, DefaultsAreThePublishedCost) {
     EXPECT_EQ(zero, 0);
 }
 
-TEST(MpcProblem, EveryParameterIsDeclaredOnceWithItsUnitAndMeaning) {
+TEST(MpcOcp, EveryParameterIsDeclaredOnceWithItsUnitAndMeaning) {
   std::set<std::string> names;
   std::apply(
       [&](const auto&... declared) {
@@ -108,20 +108,20 @@ TEST(MpcProblem, EveryParameterIsDeclaredOnceWithItsUnitAndMeaning) {
         };
         (std::for_each(declared.decls.begin(), declared.decls.end(), check), ...);
       },
-      mpc::problem_parameters());
+      mpc::ocp_parameters());
   EXPECT_TRUE(names.contains("horizon"));
   EXPECT_TRUE(names.contains("slack_linear"));
 }
 
-TEST(MpcProblem, OnTheReferenceNothingIsPaid) {
-  ProblemParams p;
+TEST(MpcOcp, OnTheReferenceNothingIsPaid) {
+  OcpParams p;
   p.horizon = 3;
   p.q_yaw = p.q_v = p.q_lag = p.q_contour = 1;
   EXPECT_EQ(Case(p, 0.7).cost(), 0);
 }
 
-TEST(MpcProblem, PositionErrorsAreWeightedAlongTheAxesOfTheWorldAndOfTheReference) {
-  ProblemParams p = no_cost();
+TEST(MpcOcp, PositionErrorsAreWeightedAlongTheAxesOfTheWorldAndOfTheReference) {
+  OcpParams p = no_cost();
   p.q_x = 2;
   p.q_y = 3;
   Case world(p, 0.7);
@@ -139,8 +139,8 @@ TEST(MpcProblem, PositionErrorsAreWeightedAlongTheAxesOfTheWorldAndOfTheReferenc
   EXPECT_NEAR(line.cost(), 5 * 0.01 + 7 * 0.04, 1e-15);
 }
 
-TEST(MpcProblem, HeadingSpeedAndTheEndHaveTheirWeights) {
-  ProblemParams p = no_cost();
+TEST(MpcOcp, HeadingSpeedAndTheEndHaveTheirWeights) {
+  OcpParams p = no_cost();
   p.q_yaw = 2;
   p.q_v = 3;
   p.p_x = 10;
@@ -157,14 +157,14 @@ TEST(MpcProblem, HeadingSpeedAndTheEndHaveTheirWeights) {
   }
 }
 
-TEST(MpcProblem, TheFirstStateIsGivenAndCostsNothing) {
-  Case c{ProblemParams{.horizon = 3}};
+TEST(MpcOcp, TheFirstStateIsGivenAndCostsNothing) {
+  Case c{OcpParams{.horizon = 3}};
   c.state(0, 0) += 5;
   EXPECT_EQ(c.cost(), 0);
 }
 
-TEST(MpcProblem, InputsPayForTheirChangeAndALittleForThemselves) {
-  ProblemParams p = no_cost();
+TEST(MpcOcp, InputsPayForTheirChangeAndALittleForThemselves) {
+  OcpParams p = no_cost();
   p.r_d = 0.5;
   p.r_ddelta = 2;
   Observation now;
@@ -179,8 +179,8 @@ TEST(MpcProblem, InputsPayForTheirChangeAndALittleForThemselves) {
   EXPECT_NEAR(small.cost(), 0.1 * (0.36 + 0.36 + 0.01 + 10 * 0.02 * 0.02), 1e-15);
 }
 
-TEST(MpcProblem, EdgesCostOnlyBeyondThem) {
-  ProblemParams p = no_cost();
+TEST(MpcOcp, EdgesCostOnlyBeyondThem) {
+  OcpParams p = no_cost();
   p.track_bounds = true;
   p.tighten = 0.05;
   p.slack = 100;
@@ -200,50 +200,50 @@ TEST(MpcProblem, EdgesCostOnlyBeyondThem) {
   EXPECT_EQ(cost_at(5), 0);
 }
 
-TEST(MpcProblem, MarginsThatDoNotFitAskForTheMiddle) {
-  ProblemParams p = no_cost();
+TEST(MpcOcp, MarginsThatDoNotFitAskForTheMiddle) {
+  OcpParams p = no_cost();
   p.track_bounds = true;
   p.tighten = 0.4;
   Case c(p);
-  EXPECT_DOUBLE_EQ(c.problem.stage(1).edge_lower, -0.05);  // edges at -0.3 and +0.2
-  EXPECT_DOUBLE_EQ(c.problem.stage(1).edge_upper, -0.05);
+  EXPECT_DOUBLE_EQ(c.ocp.stage(1).edge_lower, -0.05);  // edges at -0.3 and +0.2
+  EXPECT_DOUBLE_EQ(c.ocp.stage(1).edge_upper, -0.05);
 }
 
-TEST(MpcProblem, HeadingsContinueTheCars) {
+TEST(MpcOcp, HeadingsContinueTheCars) {
   Observation now;
   now.x.yaw = 40 * std::numbers::pi + 3.1;
-  Problem problem(no_cost(), testing_support::car_1_43(), 0.02);
+  Ocp ocp(no_cost(), testing_support::car_1_43(), 0.02);
   auto references = straight(4, 0);
   const double turning[] = {3.1, -3.1, -2.9, 2.9};  // across the cut and back
   for (std::size_t k = 0; k < 4; ++k) references[k].yaw = turning[k];
-  problem.set(now, references, Glide());
+  ocp.set(now, references, Glide());
   const double expected[] = {3.1, -3.1 + 2 * std::numbers::pi, -2.9 + 2 * std::numbers::pi, 2.9};
-  for (int k = 0; k < 4; ++k) EXPECT_NEAR(problem.stage(k).yaw, 40 * std::numbers::pi + expected[k], 1e-12);
+  for (int k = 0; k < 4; ++k) EXPECT_NEAR(ocp.stage(k).yaw, 40 * std::numbers::pi + expected[k], 1e-12);
 }
 
-TEST(MpcProblem, SteeringBeyondItsLimitMayReturnAtItsRate) {
+TEST(MpcOcp, SteeringBeyondItsLimitMayReturnAtItsRate) {
   Observation now;
   now.x.delta = -0.55;  // limit 0.35, 0.1 per step
   Case c(no_cost(), 0, now);
-  EXPECT_NEAR(c.problem.stage(1).delta_max, 0.45, 1e-12);
-  EXPECT_NEAR(c.problem.stage(2).delta_max, 0.35, 1e-12);
-  EXPECT_NEAR(c.problem.stage(3).delta_max, 0.35, 1e-12);
+  EXPECT_NEAR(c.ocp.stage(1).delta_max, 0.45, 1e-12);
+  EXPECT_NEAR(c.ocp.stage(2).delta_max, 0.35, 1e-12);
+  EXPECT_NEAR(c.ocp.stage(3).delta_max, 0.35, 1e-12);
 }
 
-TEST(MpcProblem, TheStartAndThePlacesAreTheModelsAndTheReferences) {
+TEST(MpcOcp, TheStartAndThePlacesAreTheModelsAndTheReferences) {
   Observation now;
   now.x.vx = 1.5;
-  Problem problem(no_cost(), testing_support::car_1_43(), 0.02);
-  problem.set(now, straight(4, 0), Glide(9));
-  EXPECT_EQ(problem.states(), 9);
-  EXPECT_EQ(problem.start()[3], 1.5);
-  EXPECT_EQ(problem.start()[8], 0.5);  // memory, as the model carries it
-  ASSERT_EQ(problem.places().size(), 3u);
-  EXPECT_EQ(problem.places()[2].s, 2.0);
+  Ocp ocp(no_cost(), testing_support::car_1_43(), 0.02);
+  ocp.set(now, straight(4, 0), Glide(9));
+  EXPECT_EQ(ocp.states(), 9);
+  EXPECT_EQ(ocp.start()[3], 1.5);
+  EXPECT_EQ(ocp.start()[8], 0.5);  // memory, as the model carries it
+  ASSERT_EQ(ocp.places().size(), 3u);
+  EXPECT_EQ(ocp.places()[2].s, 2.0);
 }
 
-TEST(MpcProblem, LeavesTheSlopeOutWhenTold) {
-  ProblemParams p = no_cost();
+TEST(MpcOcp, LeavesTheSlopeOutWhenTold) {
+  OcpParams p = no_cost();
   std::vector<RefPoint> references = straight(p.horizon + 1, 0.3);
   for (RefPoint& r : references) {
     r.at.grade = 0.05;
@@ -251,12 +251,12 @@ TEST(MpcProblem, LeavesTheSlopeOutWhenTold) {
   }
   for (const bool slope : {true, false}) {
     p.slope = slope;
-    Problem problem(p, testing_support::car_1_43(), 0.02);
-    problem.set(Observation{}, references, Glide());
-    for (std::size_t k = 0; k < problem.places().size(); ++k) {
-      EXPECT_EQ(problem.places()[k].grade, slope ? 0.05 : 0.0);
-      EXPECT_EQ(problem.places()[k].bank, slope ? -0.02 : 0.0);
-      EXPECT_EQ(problem.places()[k].s, references[k].at.s);
+    Ocp ocp(p, testing_support::car_1_43(), 0.02);
+    ocp.set(Observation{}, references, Glide());
+    for (std::size_t k = 0; k < ocp.places().size(); ++k) {
+      EXPECT_EQ(ocp.places()[k].grade, slope ? 0.05 : 0.0);
+      EXPECT_EQ(ocp.places()[k].bank, slope ? -0.02 : 0.0);
+      EXPECT_EQ(ocp.places()[k].s, references[k].at.s);
     }
   }
 }
