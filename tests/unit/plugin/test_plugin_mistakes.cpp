@@ -50,6 +50,29 @@ TEST(PluginMistakes, EachIsRefusedWithItsSentenceAndNothingElseIs) {
   EXPECT_EQ(count(expected, errors_of(source, false)), expected);
 }
 
+TEST(PluginMistakes, TheExamplesAtTheHeadOfTheHeaderAreNone) {
+  const Folder folder;
+  std::ifstream in(source_dir() / "framework/include/gripline/plugin.hpp");
+  const std::string begin = "/// \\code", end = "/// \\endcode";
+  std::string code;
+  int examples = 0;
+  bool inside = false;
+  for (std::string line; std::getline(in, line);) {
+    if (line == begin) {
+      inside = true;
+      code = "#include <gripline/plugin.hpp>\n";
+    } else if (line == end) {
+      inside = false;
+      ++examples;
+      write_text(folder / "example.cpp", code);
+      EXPECT_EQ(errors_of(folder / "example.cpp", true), "") << code;
+    } else if (inside) {
+      code += line.substr(std::min<std::size_t>(line.size(), 3)) + "\n";
+    }
+  }
+  EXPECT_EQ(examples, 2);
+}
+
 TEST(PluginMistakes, AStructWithAMemberThatIsNotListedDoesNotCompile) {
   const Folder folder;
   const auto edited = [&](const std::string& header, const std::string& from, const std::string& to) {
