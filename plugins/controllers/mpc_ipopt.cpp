@@ -1,12 +1,12 @@
 // Model predictive control by Ipopt: the problem of mpc/ocp.hpp, solved to convergence in every step.
 //
 // Multiple shooting. Variables, stage by stage: u_k, x_{k+1}, eps_{k+1}. Constraints, stage by stage: the defect
-// x_{k+1} - f(x_k, u_k) = 0, and the two soft edges n . p - eps <= upper, n . p + eps >= lower. Constraint Jacobian exact
-// (Prediction), Hessian of the Lagrangian by Gauss-Newton: the cost is a sum of squares of linear terms, so this is its
-// exact Hessian and a constant; only the curvature of the dynamics is left out. Where the reference cannot be followed
-// the residuals are large, the curvature left out is as large as what is kept, and the iterates oscillate around the
-// solution: a solve that has not converged after `gauss_newton_iterations` goes on with the curvature added, from
-// differences of the exact Jacobian.
+// x_{k+1} - f(x_k, u_k) = 0, and the two soft edges n . p - eps <= upper, n . p + eps >= lower. Constraint Jacobian
+// exact (Prediction), Hessian of the Lagrangian by Gauss-Newton: the cost is a sum of squares of linear terms, so this
+// is its exact Hessian and a constant; only the curvature of the dynamics is left out. Where the reference cannot be
+// followed the residuals are large, the curvature left out is as large as what is kept, and the iterates oscillate
+// around the solution: a solve that has not converged after `gauss_newton_iterations` goes on with the curvature added,
+// from differences of the exact Jacobian.
 // Source: Kalaria, Lin, Dolan, eq. (opt); Waechter and Biegler (2006) for the method.
 #include <IpIpoptApplication.hpp>
 #include <IpSolveStatistics.hpp>

@@ -1,4 +1,4 @@
-// Drives towards a point ahead, at the planned speed: for training laps and as the simplest controller there is.
+// Drives towards a point ahead, at the planned speed: for training laps and as a simple reference.
 //
 //   kappa = 2 sin(eta) / l                rear axle to target: distance l, angle eta off the car's axis
 //   delta = atan((lf + lr) kappa) + k_yaw (v kappa - omega)                        the second term for tyres that slip

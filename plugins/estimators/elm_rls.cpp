@@ -9,7 +9,7 @@
 //
 // Forgetting is directional: friction multiplies a tyre's whole curve, so between steps the covariance grows along the
 // present curves (both axles together, and each alone) and, very slowly, back towards the prior. The shape that was
-// learned at large slips survives a straight; nothing winds up.
+// learned at large slips is kept on a straight, and the covariance stays bounded.
 //
 // A sudden change is a likelihood-ratio test: over the last samples, do the innovations correlate with the predicted
 // forces? If so, uncertainty is added along the curves, and the next samples set the new scale.
@@ -106,10 +106,10 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
     fill_rows(predicted_path(begin, k, car));
     forget(k.dt);
     rls_.begin_step(sigma_.data());
-    watch(k.dt);
+    test_for_change(k.dt);
     for (int c = 0; c < channels; ++c) {
       const auto innovation = rls_.innovation(c, rows_.col(c), rates_[c], k.dt, misfit(c));
-      match_noise(c, innovation);
+      adapt_noise(c, innovation);
       rls_.update(innovation);
     }
     ++seen_;
@@ -138,7 +138,7 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
   static constexpr double noise_gain = 0.01;      // per step, of matching the noise
   static constexpr double smallest_sigma = 2e-3;  // of largest_sigma_: 0.02 of what the filter starts from
   static constexpr double misfit_gain = 0.02;     // per step, of matching the misfit
-  static constexpr double telling_share = 0.4;    // of friction: forces below say nothing of a sudden change
+  static constexpr double tested_share = 0.4;     // of friction: least side force of samples that are tested for change
 
   static double expected(const PluginContext& context, const Params& params) {
     return params.friction > 0 ? params.friction : context.mu_init;
@@ -182,13 +182,13 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
     rls_.theta().segment(n, n).setConstant(rear_tyres_.prior_mean());
     rls_.reset_covariance(prior_covariance_);
     read_theta();
-    // The mean of curves that peak at different slips is lower than what is expected: lift it there.
+    // The mean of curves that peak at different slips has a lower peak than each: scaled to the expected friction.
     rls_.theta().head(n) *= expected_ / belief_.mu_front;
     rls_.theta().segment(n, n) *= expected_ / belief_.mu_rear;
     read_theta();
   }
 
-  /// A car in a spin or against a wall obeys other equations; what was learned from it is thrown away.
+  /// False after a spin or a contact with a wall, which the equations do not cover: what was learned is discarded.
   bool plausible() const {
     const auto fair = [this](double mu) { return mu > 0.05 * expected_ && mu < 4 * expected_; };
     return fair(belief_.mu_front) && fair(belief_.mu_rear);
@@ -210,12 +210,12 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
     }
   }
 
-  /// Has friction changed at once? Score test of a common scale on the forces, over the last samples with forces large
-  /// enough to tell: at small ones an offset of the steering looks like a change.
-  void watch(double dt) {
+  /// Score test for a sudden change of friction: a common scale on the forces, over the last samples with large forces.
+  /// At small ones an offset of the steering looks like a change.
+  void test_for_change(double dt) {
     const Eigen::Index n = params_.hidden;
     const double side = std::abs(rows_.col(1).head(2 * n).dot(rls_.theta().head(2 * n)));
-    if (side < telling_share * gravity * std::min(belief_.mu_front, belief_.mu_rear)) return;
+    if (side < tested_share * gravity * std::min(belief_.mu_front, belief_.mu_rear)) return;
     score_ *= score_memory;
     score_variance_ *= score_memory;
     for (int c : {1, 2}) {
@@ -231,7 +231,7 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
 
   /// Moves the assumed noise of a channel until the innovations have the variance they are said to have, and the
   /// assumed misfit until they are no longer correlated: what the equations leave out lasts, noise does not.
-  void match_noise(int c, const DifferenceRls::Innovation& innovation) {
+  void adapt_noise(int c, const DifferenceRls::Innovation& innovation) {
     if (seen_ < settling) return;
     const double ratio = std::min(4.0, square(innovation.error) / innovation.variance);
     sigma_[c] = std::clamp(sigma_[c] * std::exp(0.5 * noise_gain * (ratio - 1.0)), smallest_sigma * largest_sigma_[c],

@@ -1,12 +1,14 @@
 // Look-back adaptation: a bank of Pacejka tyre models, of which the one is used that predicted the last steps best.
 //
 //   F_axle(slip) = D sin(C atan(B slip)),  (B, C, D) of every model and axle drawn around a centre
-//   error_i(k)  = |(x, y, yaw, vx) predicted by model i for step k - observed|^2,  model = argmin of its mean over W steps
+//   error_i(k)  = |(x, y, yaw, vx) predicted by model i for step k - observed|^2,
+//   model = argmin of its mean over W steps
 //   mu          = mean D of the best ten models over the static load, averaged over 20 steps
 //
-// `lla_privileged` is as published: the centre is the true tyre, resistance is the true one, and the first W steps drive
-// with the true model. `lla` knows neither: its centre is B = 4, C = 1.4, D = mu_init times the static axle load, and
-// resistance is what is left of vx' over the last second. Widths as published: B 20 %, C 10 %, D 50 % standard deviation.
+// `lla_privileged` is as published: the centre is the true tyre, resistance is the true one, and the first W steps
+// drive with the true model. `lla` knows neither: its centre is B = 4, C = 1.4, D = mu_init times the static axle load,
+// and resistance is what is left of vx' over the last second. Widths as published: B 20 %, C 10 %, D 50 % standard
+// deviation.
 // Source: Nagy et al., "Learning model-predictive control with look-back adaptation" (LLA-MPC, IROS 2025).
 #include <algorithm>
 #include <cmath>

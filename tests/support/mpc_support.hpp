@@ -10,8 +10,8 @@
 
 namespace gripline::testing_support {
 
-/// The 1:43 car on a track with `friction_speed` as planner: what a controller is given at every step, and what becomes of
-/// what it decides.
+/// The 1:43 car on a track with `friction_speed` as planner: what a controller is given at every step, and what becomes
+/// of what it decides.
 class DrivingScene {
  public:
   struct Options {

@@ -16,8 +16,8 @@ struct ProgramShape {
   double pull = 1;  // how far the references lie outside what the bounds allow
 };
 
-/// A program as a car gives it: stable-ish dynamics, a steering angle that integrates its rate, a throttle remembered, a
-/// tracking cost that leaves most states free, every kind of bound.
+/// A program as a car gives it: stable-ish dynamics, a steering angle that integrates its rate, a throttle remembered,
+/// a tracking cost that leaves most states free, every kind of bound.
 inline mpc_sqp::OcpQp random_program(const ProgramShape& shape, std::mt19937_64& random) {
   std::normal_distribution<double> normal;
   std::uniform_real_distribution<double> uniform(0, 1);

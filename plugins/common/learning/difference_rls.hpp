@@ -3,9 +3,9 @@
 //   y_k = (z_{k+1} - z_k) / dt = row_k theta + (n_{k+1} - n_k) / dt + w_k
 //
 // n is the sensor's noise: it enters two neighbouring rates with opposite signs, so that treating them as independent
-// would throw away most of what a run of samples says. The noise of the newest reading is therefore an unknown beside
-// theta; two slots per channel take turns as the older and the newer one. w is what the equations leave out. The gain
-// is the Kalman gain, forgetting is whatever the caller adds to the covariance between steps.
+// would lose most of the information in a run of samples. The noise of the newest reading is therefore an unknown
+// beside theta; two slots per channel take turns as the older and the newer one. w is what the equations leave out. The
+// gain is the Kalman gain, forgetting is whatever the caller adds to the covariance between steps.
 //
 // Source: Anderson, Moore, Optimal Filtering (1979), section 11.1 (coloured measurement noise by augmentation).
 #pragma once

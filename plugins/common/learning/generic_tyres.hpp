@@ -3,9 +3,10 @@
 // friction".
 //
 // With weights w the force over the axle's load is sum_j w_j h_j(slip). If the tyre is node j with friction D, and j is
-// equally likely for all n nodes, the weights have mean E(D)/n each and covariance E(D^2)/n I - E(D)^2/n^2 1 1^T. What
-// is measured at the slips a car visits then speaks, through this prior, of the slips it does not: the peak is
-// extrapolated as the generic tyres suggest, with an honest standard deviation. Nothing here knows the true tyre.
+// equally likely for all n nodes, the weights have mean E(D)/n each and covariance E(D^2)/n I - E(D)^2/n^2 1 1^T. This
+// prior carries what is measured at the slips a car visits over to the others: the peak is extrapolated as the generic
+// tyres suggest, with a standard deviation. The nodes are drawn from general knowledge of tyres, never from the true
+// one.
 //
 // Source of the curve: Bakker, Nyborg, Pacejka (1987), with E = 0.
 #pragma once

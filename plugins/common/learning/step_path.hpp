@@ -1,16 +1,16 @@
-// What one control step says of tyre forces and resistance: the car's equations of motion (single_track.hpp) integrated over
-// the step.
+// What one control step says of tyre forces and resistance: the car's equations of motion (single_track.hpp) integrated
+// over the step.
 //
 //   m  (dvx/dt - mean(vy omega)) - straight drive  = -mean(Ff) sin(delta) - (Cr0 + Cd mean(vx^2))
 //   m  (dvy/dt + mean(vx omega)) - m g sin(bank)   =  mean(Ff) cos(delta) + mean(Fr)
 //   Iz  domega/dt                                  =  mean(Ff) lf cos(delta) - mean(Fr) lr
 //
-// At 20 ms the slips of the 1:43 car change by a third of their range within a step, so forces taken at its first instant
-// would be biased: the means are Simpson's rule over start, middle and end, the middle by the cubic through both ends with
-// the slopes the present model gives. Forces are curves over slip times the axle loads of the nominal model (1 without
-// effects on loads), less what drive and brakes leave of the friction ellipse. The steering angle is held over the step
-// (zoh), at what the nominal model says acts in its middle. The straight drive is (Fd - Fres) / m of the nominal model with
-// its effects.
+// At 20 ms the slips of the 1:43 car change by a third of their range within a step, so forces taken at its first
+// instant would be biased: the means are Simpson's rule over start, middle and end, the middle by the cubic through
+// both ends with the slopes the present model gives. Forces are curves over slip times the axle loads of the nominal
+// model (1 without effects on loads), less what drive and brakes leave of the friction ellipse. The steering angle is
+// held over the step (zoh), at what the nominal model says acts in its middle. The straight drive is (Fd - Fres) / m of
+// the nominal model with its effects.
 #pragma once
 
 #include <array>
@@ -27,8 +27,8 @@ namespace gripline::learning {
 inline constexpr int path_points = 3;
 inline constexpr std::array<double, path_points> path_weights = {1.0 / 6, 4.0 / 6, 1.0 / 6};  // Simpson's rule
 
-/// One step, ready for regression. Forces [N]: `drive_loss` is the left side of the first equation, `side` of the second;
-/// `moment` [N m] of the third. slip[i] and speed[i] [m/s] are at start, middle and end.
+/// One step, ready for regression. Forces [N]: `drive_loss` is the left side of the first equation, `side` of the
+/// second; `moment` [N m] of the third. slip[i] and speed[i] [m/s] are at start, middle and end.
 struct StepPath {
   std::array<Slips, path_points> slip;
   std::array<double, path_points> speed;
@@ -68,8 +68,8 @@ inline StepPath equations_along(const VelocityPath& points, const Sample& k, con
   return path;
 }
 
-/// The car as it is believed to be: the nominal model's straight drive, and what is learned beside it. `force(Axle, slip)`
-/// is the present model of the tyres at static load [N].
+/// The car as it is believed to be: the nominal model's straight drive, and what is learned beside it. `force(Axle,
+/// slip)` is the present model of the tyres at static load [N].
 template <class Force>
 struct LearnedCar {
   const Car& car;
@@ -94,7 +94,8 @@ template <class Force>
 LearnedCar(const Car&, const StraightDrive&, const ResistanceForce&, const FrictionEllipse&, const PeakForces&, Force)
     -> LearnedCar<Force>;
 
-/// Path through both readings of a step. With `use_model` false (nothing learned yet) the middle is the mean of both ends.
+/// Path through both readings of a step. With `use_model` false (nothing learned yet) the middle is the mean of both
+/// ends.
 template <class Force>
 StepPath step_path(const Sample& k, const LearnedCar<Force>& learned, bool use_model) {
   const double delta = k.x_next.delta - k.delta_lag, d = k.u.d - k.d_lag;

@@ -1,5 +1,5 @@
-// What the nominal model does with no slip at all: drive less resistance, slope and wind included, as rates. It is asked of
-// the model itself, so that every nominal model and effect is accounted for.
+// What the nominal model does with no slip at all: drive less resistance, slope and wind included, as rates. It is
+// asked of the model itself, so that every nominal model and effect is accounted for.
 #pragma once
 
 #include <algorithm>
@@ -14,8 +14,8 @@ namespace gripline::learning {
 
 class StraightDrive {
  public:
-  /// The nominal model outlives this. Throws when there is none, or when commands move within a step: a step's equations
-  /// would be taken at the wrong steering angle.
+  /// The nominal model outlives this. Throws when there is none, or when commands move within a step: a step's
+  /// equations would be taken at the wrong steering angle.
   explicit StraightDrive(const PluginContext& context) : nominal_(context.nominal) {
     if (nominal_ == nullptr) throw std::runtime_error("needs a nominal model to learn what it misses");
     if (context.hold != Hold::zoh) throw std::runtime_error("learns from held commands only: input_hold \"zoh\"");

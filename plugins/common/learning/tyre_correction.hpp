@@ -5,9 +5,9 @@
 //   omega'  = (Ff lf cos(delta) - Fr lr) / Iz
 //
 // with Ff, Fr the learned curves times the axle loads of the nominal model's load stage (1 unless an effect there says
-// more), less what drive and brakes leave of the friction ellipse. The paper adds f_dyn - f_ekin to f_ekin; the last two
-// rows are that sum. Its slope terms stand here with g for m and with the road's signs (grade and bank are added by the
-// framework). A nominal model that has tyres itself gives its own part of vx' back first.
+// more), less what drive and brakes leave of the friction ellipse. The paper adds f_dyn - f_ekin to f_ekin; the last
+// two rows are that sum. Its slope terms stand here with g for m and with the road's signs (grade and bank are added by
+// the framework). A nominal model that has tyres itself gives its own part of vx' back first.
 #pragma once
 
 #include <cmath>

@@ -1,8 +1,8 @@
 // The normal equations of linear least squares over a sliding window: A = sum w row row^T, b = sum w target row.
 //
 // A sample's weight shrinks by `retain` with every later sample; after `window` samples it is taken out. Adding and
-// taking out are rank-one updates, so a step costs unknowns^2 whatever the window. Rounding does not pile up: a second
-// sum is built from additions alone and replaces the first whenever it has seen exactly one window.
+// taking out are rank-one updates, so a step costs unknowns^2 whatever the window. Rounding errors do not accumulate: a
+// second sum is built from additions alone and replaces the first whenever it has seen exactly one window.
 #pragma once
 
 #include <Eigen/Core>

@@ -1,15 +1,16 @@
 // The optimal control problem that the model-predictive controllers solve: eq. (opt) of the paper, complete.
 //
-//   minimise  sum_k=1..N  e_k' Q_k e_k + q_yaw (yaw_k - yaw_ref_k)^2 + q_v (vx_k - v_ref_k)^2  +  terminal weights at k = N
+//   minimise  sum_k=1..N  e_k' Q_k e_k + q_yaw (yaw_k - yaw_ref_k)^2 + q_v (vx_k - v_ref_k)^2
+//           + terminal weights at k = N
 //           + sum_k=0..N-1  r_d (d_k - d_k-1)^2 + r_ddelta (dt ddelta_k)^2 + regularization (d_k^2 + (dt ddelta_k)^2)
 //           + sum_k=1..N  slack eps_k^2 + slack_linear eps_k
 //   subject to  x_0 as observed, d_-1 the throttle of the step before,   x_k+1 = f(x_k, u_k)
 //               d_min <= d_k <= d_max,  |ddelta_k| <= ddelta_max,  |delta_k| <= delta_max
 //               -right_k + tighten - eps_k <= n_k . (p_k - p_ref_k) <= left_k - tighten + eps_k,   eps_k >= 0
 //
-// with e_k = p_k - p_ref_k, Q_k = diag(q_x, q_y) + R_k diag(q_lag, q_contour) R_k' (R_k turns to the reference's heading)
-// and n_k the reference's normal. The published cost is q_x = q_y = 1, r_d = 5e-3, r_ddelta = 1, everything else 0.
-// Differences from the printed equation (slack summed over k, eps >= 0, squared norms) are those it needs to be one.
+// with e_k = p_k - p_ref_k, Q_k = diag(q_x, q_y) + R_k diag(q_lag, q_contour) R_k' (R_k turns to the reference's
+// heading) and n_k the reference's normal. The published cost is q_x = q_y = 1, r_d = 5e-3, r_ddelta = 1, everything
+// else 0. The printed equation is completed: the slack is summed over k, eps >= 0, norms are squared.
 #pragma once
 
 #include <algorithm>
@@ -172,7 +173,7 @@ class Ocp {
     stage.normal_y = c;
     const double here = -s * r.x + c * r.y;
     const double unbounded = std::numeric_limits<double>::infinity();
-    // Where both margins do not fit, the middle is asked for.
+    // On a road narrower than both margins the bounds meet in the middle.
     const double middle = 0.5 * (r.left - r.right);
     stage.edge_lower = p.track_bounds ? here + std::min(p.tighten - r.right, middle) : -unbounded;
     stage.edge_upper = p.track_bounds ? here + std::max(r.left - p.tighten, middle) : unbounded;

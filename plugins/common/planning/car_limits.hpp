@@ -93,7 +93,8 @@ struct SteadyTurn {
   double beta = 0;      // sideslip angle of the centre of gravity [rad]
 };
 
-/// Steady turn of curvature kappa >= 0 on tyres whose forces are per mass [m/s2], with lateral acceleration a >= 0 and the drive force that keeps the speed:
+/// Steady turn of curvature kappa >= 0 on tyres whose forces are per mass [m/s2], with lateral acceleration a >= 0 and
+/// the drive force that keeps the speed:
 ///   Ff cos(delta) + Fr = m a cos(beta),   Ff cos(delta) lf = Fr lr,
 /// slips as in the single-track model: sin(beta + slip_r) = kappa lr cos(slip_r),
 /// delta = slip_f + atan((sin(beta) + kappa lf) / cos(beta)); drag = Ff sin(delta - beta) - Fr sin(beta).
@@ -166,7 +167,7 @@ class CornerLimits {
 
  private:
   static constexpr std::size_t curvatures = 257, loads = 65;
-  static constexpr double full_load = 0.98;  // the slip of the peak itself depends on too little to be tabled
+  static constexpr double full_load = 0.98;  // towards the peak the slip is too sensitive to the force to be tabled
 
   double largest_accel(const Car& car, const vehicle::AxleTyres& unit, double kappa) const {
     const auto possible = [&](double a) { return steady_turn(car, unit, kappa, a).steering <= car.delta_max; };

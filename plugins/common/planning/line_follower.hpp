@@ -67,8 +67,8 @@ class RoadLine {
 /// Remembers where the car was on the line, so that the projection moves continuously.
 class LineFollower {
  public:
-  /// Station of the car's foot on the line. A car further from the line than the road is wide, or whose foot jumped by
-  /// twice that, is not where it was: it is looked for everywhere.
+  /// Station of the car's foot on the line, searched near the last one; along the whole line when the car is further
+  /// from it than the road is wide, or when the foot jumped by twice that.
   double locate(const ClosedLine& line, double x, double y) {
     ClosedLine::Foot foot{};
     if (!std::isnan(hint_)) {
@@ -81,7 +81,7 @@ class LineFollower {
     hint_ = foot.s;
     return hint_;
   }
-  /// After a change of line the old station means nothing.
+  /// To be called after a change of line: a station of the old one is no hint.
   void forget() { hint_ = std::numeric_limits<double>::quiet_NaN(); }
 
  private:

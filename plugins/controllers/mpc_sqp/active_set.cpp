@@ -6,8 +6,8 @@
 namespace gripline::mpc_sqp {
 namespace {
 
-// The penalty of an active constraint, relative to the problem's curvature along it: large enough that a multiplier step or
-// two bring it to its bound, small enough to leave twelve digits to the recursion.
+// The penalty of an active constraint, relative to the problem's curvature along it: large enough that a multiplier
+// step or two bring it to its bound, small enough to leave twelve digits to the recursion.
 constexpr double initial_penalty = 1e4;
 
 bool is_upper(BoundStatus status) { return static_cast<int>(status) > 0; }
@@ -94,14 +94,14 @@ bool ActiveSet::update_curvature(const OcpQp& qp, Riccati& riccati, QpPoint& poi
     violated += one ? 1 : 0;
   }
   if (violated == point.curvature_at) return true;
-  // A program that is not convex while nothing is active may be so with some constraints active: then an older curvature
-  // serves.
+  // A program that is not convex while nothing is active may be so with some constraints active: then an older
+  // curvature serves.
   if (!riccati.factorize(qp, terms_)) return point.curvature_at >= 0;
   point.curvature_at = violated;
   double* curvature = point.curvature.data();
   riccati.curvatures(qp, curvature);
-  // Toward the end of the horizon the cost hardly depends on a constraint's value: a share of the largest curvature stands
-  // in for one near zero.
+  // Toward the end of the horizon the cost hardly depends on a constraint's value: a share of the largest curvature
+  // stands in for one near zero.
   for (int c = 0; c < con_count; ++c) {
     double most = 0;
     for (int k = 0; k <= qp.dims.N; ++k) most = std::max(most, curvature[con_count * k + c]);

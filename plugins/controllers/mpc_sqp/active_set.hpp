@@ -1,8 +1,8 @@
 // Newton's method on the optimality conditions of the program, which are linear between changes of the active set.
 //
-// Active constraints are kept by a quadratic penalty and multipliers (an augmented Lagrangian), so that every Newton step is
-// one Riccati recursion. Source: Hintermueller, Ito, Kunisch (2002), "The primal-dual active set strategy as a semismooth
-// Newton method".
+// Active constraints are kept by a quadratic penalty and multipliers (an augmented Lagrangian), so that every Newton
+// step is one Riccati recursion.
+// Source: Hintermueller, Ito, Kunisch (2002), "The primal-dual active set strategy as a semismooth Newton method".
 #pragma once
 
 #include <cstdint>
@@ -13,8 +13,8 @@
 
 namespace gripline::mpc_sqp {
 
-/// Which part of a constraint's piecewise penalty holds: none between the bounds, active at a bound, or violated, which only
-/// a soft one may be.
+/// Which part of a constraint's piecewise penalty holds: none between the bounds, active at a bound, or violated, which
+/// only a soft one may be.
 enum class BoundStatus : std::int8_t {
   lower_violated = -2,
   lower_active = -1,
@@ -55,8 +55,8 @@ class ActiveSet {
  public:
   explicit ActiveSet(int N) : terms_(N) {}
 
-  /// Computes the point's curvature with the soft constraints violated that its status says, unless that was done for as
-  /// many. False if the program has no unique solution.
+  /// Computes the point's curvature with the soft constraints violated that its status says, unless that was done for
+  /// as many. False if the program has no unique solution.
   bool update_curvature(const OcpQp& qp, Riccati& riccati, QpPoint& point);
   /// From the status of `point` (its guess) to its solution and status, in at most `iterations` factorisations.
   ActiveSetResult settle(const OcpQp& qp, Riccati& riccati, QpPoint& point, int iterations, double tolerance);

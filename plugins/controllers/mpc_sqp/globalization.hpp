@@ -1,9 +1,9 @@
-// What keeps the SQP method on its way to a solution from anywhere: a merit function with backtracking, and damping of the
-// steps that follow a shortened one.
+// What keeps the SQP method on its way to a solution from anywhere: a merit function with backtracking, and damping of
+// the steps that follow a shortened one.
 //
-// Merit: cost + sum_i weight_i |defect_i| (Han 1977). It is exact, and the quadratic program's solution a descent of it, when
-// a weight exceeds the multipliers of its defects. The cost is convex and the linearised defects vanish at a full step, so a
-// step of length alpha promises alpha times the fall of the full one.
+// Merit: cost + sum_i weight_i |defect_i| (Han 1977). It is exact, and the quadratic program's solution a descent of
+// it, when a weight exceeds the multipliers of its defects. The cost is convex and the linearised defects vanish at a
+// full step, so a step of length alpha promises alpha times the fall of the full one.
 #pragma once
 
 #include <span>
@@ -19,8 +19,8 @@ class MeritFunction {
 
   /// All weights zero.
   void reset();
-  /// Raises the weights above the multipliers pi_k at pi + k ldpi, k = 1 .. N; falls half-way towards them where they are
-  /// lower.
+  /// Raises the weights above the multipliers pi_k at pi + k ldpi, k = 1 .. N; falls half-way towards them where they
+  /// are lower.
   void update_weights(const double* pi, int ldpi);
   double operator()(const NlpIterate& at) const { return at.cost + defects(at); }
   std::span<const double> weights() const { return weights_; }
@@ -32,7 +32,8 @@ class MeritFunction {
   std::vector<double> weights_;  // of a unit of defect, per state
 };
 
-/// Backtracking: the share of the predicted fall of the merit that a step must bring, and halvings before it is given up.
+/// Backtracking: the share of the predicted fall of the merit that a step must bring, and halvings before it is given
+/// up.
 inline constexpr double sufficient_decrease = 0.1;
 inline constexpr int max_backtracks = 7;
 
@@ -43,8 +44,8 @@ class LevenbergMarquardt {
   /// Cost of a squared step of the inputs in units of their ranges.
   double damping() const { return damping_; }
   bool at_largest() const { return relative_ >= largest; }
-  /// After a step of length `alpha` (0: none was found) that was to lower the merit by `predicted_decrease`, with the sum of
-  /// squares `squared_step` of its inputs in units of their ranges.
+  /// After a step of length `alpha` (0: none was found) that was to lower the merit by `predicted_decrease`, with the
+  /// sum of squares `squared_step` of its inputs in units of their ranges.
   void update(double alpha, double predicted_decrease, double squared_step);
 
  private:

@@ -280,8 +280,8 @@ InteriorPoint::Status InteriorPoint::iterate(const OcpQp& qp, Riccati& riccati, 
   return stalled();
 }
 
-/// Rounding ends the progress of programs whose multipliers span many orders of magnitude. Well inside a thousandth of a
-/// constraint's units that is a solution, if a coarse one.
+/// Rounding ends the progress of programs whose multipliers span many orders of magnitude. Well inside a thousandth of
+/// a constraint's units that is a solution, if a coarse one.
 InteriorPoint::Status InteriorPoint::stalled() const {
   return infeasibility_ <= 1e-6 && worst_pair() <= 1e-4 ? Status::converged : Status::failed;
 }

@@ -1,9 +1,9 @@
 // A primal-dual interior-point method with Mehrotra's predictor and corrector.
 //
-// Every finite bound is an inequality c v - s + t = d with distance t >= 0 and multiplier lam >= 0, t lam -> 0, where c is +1
-// for an upper and -1 for a lower bound; a hard one has no slack s. The slack of a soft one satisfies Z s + z - lam - nu = 0,
-// s nu -> 0; with z = 0 that is s = lam / Z and nu = 0. So in a Newton step every slack is rho lam + sigma, and the term that
-// the step gets along the constraint follows from t, lam, rho, sigma alone:
+// Every finite bound is an inequality c v - s + t = d with distance t >= 0 and multiplier lam >= 0, t lam -> 0, where c
+// is +1 for an upper and -1 for a lower bound; a hard one has no slack s. The slack of a soft one satisfies Z s + z -
+// lam - nu = 0, s nu -> 0; with z = 0 that is s = lam / Z and nu = 0. So in a Newton step every slack is rho lam +
+// sigma, and the term that the step gets along the constraint follows from t, lam, rho, sigma alone:
 //   Gamma = lam / (t + rho lam),   lam+ = Gamma (c v+ - d - sigma + t) + m / (t + rho lam),
 // where m is the complementarity aimed at. The equality constraints hold exactly at the step's end.
 // Source: Mehrotra (1992), "On the implementation of a primal-dual interior point method"; Wright (1997), "Primal-dual
@@ -24,8 +24,8 @@ class InteriorPoint {
   void start(const OcpQp& qp, Riccati& riccati, QpPoint& point);
   enum class Status { active_set_repeats, converged, failed };
   /// Goes on until the active set seems to be known, or until of every pair t, lam one is below `tolerance` in the
-  /// constraint's units and infeasibility has shrunk to that share of what it was. May be called again after an active set
-  /// that turned out to be wrong.
+  /// constraint's units and infeasibility has shrunk to that share of what it was. May be called again after an active
+  /// set that turned out to be wrong.
   Status iterate(const OcpQp& qp, Riccati& riccati, QpPoint& point, double tolerance, int iterations);
   int iterations() const { return iterations_; }
   /// The active set that the constraints tend to, with multipliers.
@@ -52,7 +52,8 @@ class InteriorPoint {
 
   QpPoint iterate_;
   ConstraintTerms terms_;
-  // Per stage the four lower bounds, then the four upper ones. A bound that is not there has c = 0, t = lam = 1, Gamma = 0.
+  // Per stage the four lower bounds, then the four upper ones. A bound that is not there has c = 0, t = lam = 1, Gamma
+  // = 0.
   Buffer c_, d_;
   Buffer t_unit_, lam_unit_;              // units of a distance and of a multiplier
   Buffer t_, lam_, t_next_, lam_next_;    // at the iterate and after a full step

@@ -1,8 +1,9 @@
-// Model-predictive control in real time: the problem of mpc/ocp.hpp, eq. (opt) of the paper, by the sequential quadratic
-// programming of sqp.hpp.
+// Model-predictive control in real time: the problem of mpc/ocp.hpp, eq. (opt) of the paper, by the sequential
+// quadratic programming of sqp.hpp.
 //
-// The plan of the step before, shifted by one, is the start. A solve that does not converge is counted as failed; its best
-// iterate, in the worst case the shifted plan, is driven, and the next step starts anew if not even one program was solved.
+// The plan of the step before, shifted by one, is the start. A solve that does not converge is counted as failed; its
+// best iterate, in the worst case the shifted plan, is driven, and the next step starts anew if not even one program
+// was solved.
 #include <algorithm>
 #include <cmath>
 #include <memory>

@@ -1,9 +1,10 @@
-// The nonlinear program of mpc/ocp.hpp as the SQP method sees it: an iterate, its linearisation, and the quadratic program in
-// the steps of x and u. The parts are named as in acados' ocp_nlp.
+// The nonlinear program of mpc/ocp.hpp as the SQP method sees it: an iterate, its linearisation, and the quadratic
+// program in the steps of x and u. The parts are named as in acados' ocp_nlp.
 //
-// Multiple shooting: states and inputs of all stages are iterated; one call of the prediction linearises all of them. The cost
-// is quadratic but for the soft edges, which the quadratic program keeps exactly, so only the dynamics are approximated. The
-// program's state is the car's with the throttle of the step before as one more, so that dims.nx = states + 1.
+// Multiple shooting: states and inputs of all stages are iterated; one call of the prediction linearises all of them.
+// The cost is quadratic but for the soft edges, which the quadratic program keeps exactly, so only the dynamics are
+// approximated. The program's state is the car's with the throttle of the step before as one more, so that dims.nx =
+// states + 1.
 #pragma once
 
 #include <vector>
@@ -33,8 +34,8 @@ inline double ddelta_range(const Car& car) { return 2 * car.ddelta_max; }
 /// Predictions, Jacobians and cost of an iterate; false if anything of it is not finite.
 bool linearise(const mpc::Ocp& ocp, Prediction& model, NlpIterate& at);
 
-/// Q, R, S of the tracking cost with `damping`, a cost of squared steps of the inputs in units of their ranges, and the slack
-/// weights. Gauss-Newton: exact for this cost.
+/// Q, R, S of the tracking cost with `damping`, a cost of squared steps of the inputs in units of their ranges, and the
+/// slack weights. Gauss-Newton: exact for this cost.
 void set_cost_hessian(const mpc::Ocp& ocp, double damping, OcpQp& qp);
 /// q and r of the cost at an iterate.
 void set_cost_gradient(const mpc::Ocp& ocp, const NlpIterate& at, OcpQp& qp);

@@ -7,10 +7,11 @@
 //               lbx_k <= x_k[idxbx] <= ubx_k                                  k = 1 .. N
 //               lg_k - sl_k <= C_k x_k <= ug_k + su_k,   sl_k, su_k >= 0      k = 1 .. N
 //
-// There are no inputs at k = N. Two inputs, any number of states, one bounded state, one general constraint, which is soft.
-// What couples an input to its predecessor is expressed by a state that remembers it. The slacks never become variables.
-// Source of the names: Frison, Diehl (2020), "HPIPM: a high-performance quadratic programming framework for model predictive
-// control"; Verschueren et al. (2022), "acados".
+// There are no inputs at k = N. Two inputs, any number of states, one bounded state, one general constraint, which is
+// soft. What couples an input to its predecessor is expressed by a state that remembers it. The slacks never become
+// variables.
+// Source of the names: Frison, Diehl (2020), "HPIPM: a high-performance quadratic programming framework for model
+// predictive control"; Verschueren et al. (2022), "acados".
 #pragma once
 
 #include <cstddef>
@@ -35,9 +36,9 @@ inline constexpr int con_count = 4;
 /// Whether stage k has a constraint.
 inline bool has_constraint(int k, int N, int constraint) { return constraint < con_x ? k < N : k > 0; }
 
-/// Data of the program. Matrices are row-major; a row of A, B, R, S takes dims.ldux doubles, a row of Q dims.ldx. Padding
-/// stays zero. Bounds that a stage lacks are ignored; infinite ones are allowed, a lower above its upper one is not. All
-/// memory is taken by the constructor, which sets bounds infinite and the rest zero.
+/// Data of the program. Matrices are row-major; a row of A, B, R, S takes dims.ldux doubles, a row of Q dims.ldx.
+/// Padding stays zero. Bounds that a stage lacks are ignored; infinite ones are allowed, a lower above its upper one is
+/// not. All memory is taken by the constructor, which sets bounds infinite and the rest zero.
 class OcpQp {
  public:
   OcpQp(int N, int nx);

@@ -1,8 +1,8 @@
 // Solver of the OcpQp.
 //
-// An active set is guessed (from the last solution, or none active) and corrected by Newton steps on the piecewise linear
-// optimality conditions (active_set.hpp). If that does not settle, an interior-point method takes over and hands its active
-// set back for an exact finish (interior_point.hpp). Both share one Riccati recursion.
+// An active set is guessed (from the last solution, or none active) and corrected by Newton steps on the piecewise
+// linear optimality conditions (active_set.hpp). If that does not settle, an interior-point method takes over and hands
+// its active set back for an exact finish (interior_point.hpp). Both share one Riccati recursion.
 #pragma once
 
 #include <memory>
@@ -46,8 +46,8 @@ class OcpQpSolver {
   /// [con_count] bounds' status of stage k. A guess before a solve.
   BoundStatus* status(int k);
   const BoundStatus* status(int k) const;
-  /// Multipliers of x_k = A x_k-1 + B u_k-1 + b_k-1 at the solution of `qp`: pi_k [ldx] for k = 1 .. N at pi + k ldx, the
-  /// derivative of the optimal cost by b_k-1. One pass over the horizon; `pi` is the caller's, [N+1][ldx].
+  /// Multipliers of x_k = A x_k-1 + B u_k-1 + b_k-1 at the solution of `qp`: pi_k [ldx] for k = 1 .. N at pi + k ldx,
+  /// the derivative of the optimal cost by b_k-1. One pass over the horizon; `pi` is the caller's, [N+1][ldx].
   void get_pi(const OcpQp& qp, double* pi) const;
   /// No guess: every bound inactive.
   void reset();

@@ -3,11 +3,11 @@
 //   minimise    cost of the OcpQp without slacks  +  sum_k 1/2 v_k' diag(Gamma_k) v_k + gamma_k' v_k
 //   subject to  x_0 given,  x_k+1 = A_k x_k + B_k u_k + b_k,      v_k = (u_k0, u_k1, x_k[idxbx], C_k x_k)
 //
-// Gamma and gamma are what an active set or a barrier adds along the constraints; they change between Newton steps while the
-// program stays. factorize() is the part that depends on Gamma, solve() the part that depends on gamma: a predictor and a
-// corrector share a factorisation.
-// Source: Rao, Wright, Rawlings (1998), "Application of interior-point methods to model predictive control"; the names of
-// the terms are HPIPM's.
+// Gamma and gamma are what an active set or a barrier adds along the constraints; they change between Newton steps
+// while the program stays. factorize() is the part that depends on Gamma, solve() the part that depends on gamma: a
+// predictor and a corrector share a factorisation.
+// Source: Rao, Wright, Rawlings (1998), "Application of interior-point methods to model predictive control"; the names
+// of the terms are HPIPM's.
 #pragma once
 
 #include <cstddef>

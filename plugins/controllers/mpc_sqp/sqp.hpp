@@ -1,9 +1,9 @@
 // Sequential quadratic programming for the problem of mpc/ocp.hpp, in real time.
 //
-// Each step is the solution of an OcpQp (ocp_nlp.hpp), whose Hessian is Gauss-Newton's with the curvature that the iterates
-// themselves show (sr1_hessian.hpp). Steps are globalised from the first iteration on (globalization.hpp): a step is shortened
-// until the merit falls by a share of what the program promised. The end is decided by iterations and step size, never by
-// time: same input, same output.
+// Each step is the solution of an OcpQp (ocp_nlp.hpp), whose Hessian is Gauss-Newton's with the curvature that the
+// iterates themselves show (sr1_hessian.hpp). Steps are globalised from the first iteration on (globalization.hpp): a
+// step is shortened until the merit falls by a share of what the program promised. The end is decided by iterations and
+// step size, never by time: same input, same output.
 #pragma once
 
 #include <span>
@@ -48,8 +48,8 @@ class Sqp {
 
   int states() const { return nx_; }
 
-  /// Rows of the iterate: x [N+1][nx], u [N][2]. After a solve, the plan; after one that did not converge, the last iterate
-  /// accepted.
+  /// Rows of the iterate: x [N+1][nx], u [N][2]. After a solve, the plan; after one that did not converge, the last
+  /// iterate accepted.
   std::span<double> x() { return now_.x; }
   std::span<double> u() { return now_.u; }
 

@@ -1,10 +1,11 @@
-// What the curvature of the dynamics adds to the Hessian of the Lagrangian, learned from the Jacobians of successive iterates.
+// What the curvature of the dynamics adds to the Hessian of the Lagrangian, learned from the Jacobians of successive
+// iterates.
 //
-// The Gauss-Newton Hessian leaves out C_k = sum_i pi_k+1,i d2 f_i / dw2, w = (x, u). Where the reference cannot be followed
-// the multipliers pi are large and Gauss-Newton converges slowly. Every iteration shows how J_k = df/dw changed along the
-// step s_k: C_k s_k = (J_k+ - J_k)' pi_k+1. The symmetric rank-one (SR1) update keeps C_k consistent with that, stage by stage
-// (partitioned secant method: Griewank, Toint 1982; symmetric rank one: Conn, Gould, Toint 1991). It costs no evaluation of
-// the model, and what was learned moves along with the horizon.
+// The Gauss-Newton Hessian leaves out C_k = sum_i pi_k+1,i d2 f_i / dw2, w = (x, u). Where the reference cannot be
+// followed the multipliers pi are large and Gauss-Newton converges slowly. Every iteration shows how J_k = df/dw
+// changed along the step s_k: C_k s_k = (J_k+ - J_k)' pi_k+1. The symmetric rank-one (SR1) update keeps C_k consistent
+// with that, stage by stage (partitioned secant method: Griewank, Toint 1982; symmetric rank one: Conn, Gould, Toint
+// 1991). It costs no evaluation of the model, and what was learned moves along with the horizon.
 #pragma once
 
 #include <vector>

@@ -200,9 +200,10 @@ class ToldGp final : public Gp {
   const Truth* truth_;
 };
 
-/// The friction of one axle from its forces: bins of slip remember the mean force relative to a common scale, and the
-/// newest samples set the scale. What was seen at large slips so speaks on, at today's friction, while the car drives
-/// with small ones; mu taken from the window alone would slow the car, which would lower the slips, and so forth.
+/// The friction of one axle from its forces: bins of slip hold the mean force relative to a common scale, and the
+/// newest samples set the scale. So forces at large slips count on, scaled to the present friction, while the car
+/// drives with small ones. With mu from the window alone a slower car would show smaller slips and so an even smaller
+/// mu.
 class SlipBins {
  public:
   void add(double slip, double force) {
@@ -230,7 +231,7 @@ class SlipBins {
  private:
   static constexpr int bins = 12;
   static constexpr double width = 0.05;       // [rad]; the last bin ends at the 0.6 rad of the paper
-  static constexpr double smallest = 0.05;    // [rad]: below, the force says more of the slip's error than of friction
+  static constexpr double smallest = 0.05;    // [rad]: below, the error of the slip dominates the force
   static constexpr double scale_gain = 0.05;  // per sample
   static constexpr int fewest = 3, bin_memory = 200;
 

@@ -26,8 +26,8 @@ using HyperVector = Eigen::Matrix<double, hyper_count, 1>;
 double log_likelihood(const Kernel& kernel, const Eigen::MatrixXd& x, const Eigen::VectorXd& y, HyperVector* gradient);
 
 /// Climbs the marginal likelihood from `start` by L-BFGS within fixed bounds (lengths 0.1 to 100, signal 1e-2 to 1e3,
-/// constant 1e-3 to 1e2, noise 1e-3 to 1: with less, a process that interpolates its samples predicts the next lap worse).
-/// Deterministic; at most `iterations` steps.
+/// constant 1e-3 to 1e2, noise 1e-3 to 1: with less, a process that interpolates its samples predicts the next lap
+/// worse). Deterministic; at most `iterations` steps.
 Kernel fit_kernel(const Kernel& start, const Eigen::MatrixXd& x, const Eigen::VectorXd& y, int iterations);
 
 }  // namespace gripline::gp

@@ -10,7 +10,7 @@ using namespace planning;
 namespace {
 
 /// How far one can go along a normal of the base line before the margin to an edge is used up, towards `side` (+1
-/// left). Marches in small steps, then bisects. Never nearer than a fifth of the radius to the centre of curvature.
+/// left). Small steps, then bisection. Never nearer than a fifth of the radius to the centre of curvature.
 double reach(const Course& course, const LinePoint& p, double station, double side, double margin) {
   const double nx = -std::sin(p.yaw) * side, ny = std::cos(p.yaw) * side;
   const double curvature = p.kappa * side;

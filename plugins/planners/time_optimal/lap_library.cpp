@@ -75,7 +75,8 @@ bool read_cache(const std::filesystem::path& path, std::size_t nodes, std::vecto
   return true;
 }
 
-/// Written aside and renamed: a reader finds the whole file or none. A cache that cannot be written is no error.
+/// Written to a file of its own and renamed, so that a reader finds the whole file or none. Failing to write is no
+/// error.
 void write_cache(const std::filesystem::path& path, std::size_t nodes, std::vector<LapMember>& members) {
   std::error_code ignored;
   std::filesystem::create_directories(path.parent_path(), ignored);

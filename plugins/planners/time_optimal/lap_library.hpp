@@ -25,8 +25,8 @@ struct Progress {
   void* context = nullptr;
 };
 
-/// Members at the given mus (ascending), all with tyres of the shape and with the resistance of `typical`. Throws std::runtime_error naming the mu where
-/// no lap was found. `cache_dir` may be null.
+/// Members at the given mus (ascending), all with tyres of the shape and with the resistance of `typical`. Throws
+/// std::runtime_error naming the mu where no lap was found. `cache_dir` may be null.
 std::vector<LapMember> build_library(const LapSetup& setup, const CarBelief& typical, const std::vector<double>& mus,
                                      const char* cache_dir, const Progress& progress);
 

@@ -156,7 +156,7 @@ double PlanFollower::locate(double x, double y) {
     const double width = road.left + road.right;
     const double s = refine(hint_, x, y);
     const double jump = std::remainder(s - hint_, base_->length());
-    // A car further off than the road is wide, or whose foot jumped, is not where it was.
+    // Else the whole line is searched: the car is further off than the road is wide, or its foot jumped.
     if (distance(at(s)) <= width && std::abs(jump) <= 2.0 * width) return hint_ = s;
   }
   std::size_t best = 0;

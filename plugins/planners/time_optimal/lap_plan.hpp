@@ -10,7 +10,8 @@
 namespace gripline::time_optimal {
 
 /// What is kept of a solution: at each node the offset n [m], its slope dn/ds, the speed along the path [m/s], the
-/// sideslip angle [rad] and the path's curvature [1/m]. Plans of one setup are interpolated linearly: offsets stay within the edges.
+/// sideslip angle [rad] and the path's curvature [1/m]. Plans of one setup are interpolated linearly: offsets stay
+/// within the edges.
 struct LapPlan {
   struct Node {
     double n = 0, slope = 0, v = 0, beta = 0, kappa = 0;

@@ -317,8 +317,8 @@ LapSolution solve_lap(const LapProblem& problem, const LapSolution& guess, int m
     for (const char* push : {"warm_start_bound_push", "warm_start_bound_frac", "warm_start_slack_bound_push",
                              "warm_start_slack_bound_frac", "warm_start_mult_bound_push"})
       options.SetNumericValue(push, 1e-4);
-    // Tyres that are learned may be far from those of the guess: the barrier must be free to grow again. A lap known to
-    // a ten-thousandth is known well enough to be driven.
+    // Learned tyres may be far from those of the guess: the adaptive strategy lets the barrier grow again. A tolerance
+    // of 1e-4 suffices for a line that is followed.
     options.SetStringValue("mu_strategy", "adaptive");
     options.SetNumericValue("tol", 1e-4);
     options.SetNumericValue("acceptable_tol", 1e-3);

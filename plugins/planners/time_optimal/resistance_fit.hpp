@@ -3,7 +3,8 @@
 //   y = straight - (vx' - vy omega + Ff sin(delta) / m + g sin(grade)),   straight: the nominal model's vx' at no slip
 //   (rolling, drag) minimise  sum_i retain^(now - i) (y_i - rolling - drag v_i^2)^2 / noise^2 + prior
 //
-// A planner is told the learned tyres (TyreCurve) but not the rest of what its stack learned; this is the rest it needs.
+// A planner is told the learned tyres (TyreCurve) but not the rest of what its stack learned; this is the rest it
+// needs.
 #pragma once
 
 #include <gripline/interfaces.hpp>

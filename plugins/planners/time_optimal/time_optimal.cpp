@@ -4,8 +4,8 @@
 //   mu_plan = factor (mu - sigma sigma_mu), rising by at most `rise` per second; start mu_init until mu is trusted
 //
 // The library is computed offline on tyres of a generic shape. Once a tyre curve is learned, its fit per axle
-// (tyre_fit.hpp) replaces the generic one, and the resistance that the nominal model lacks is learned too: members near mu_plan are solved anew (adaptive_laps.hpp). Speeds are stated
-// along the car's axis, v cos(beta).
+// (tyre_fit.hpp) replaces the generic one, and the resistance that the nominal model lacks is learned too: members near
+// mu_plan are solved anew (adaptive_laps.hpp). Speeds are stated along the car's axis, v cos(beta).
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -133,7 +133,7 @@ class TimeOptimal final : public SpeedPlanner {
             fit_learned(*learned, Axle::rear, car_.m, rear_seen_.visited(), rear)};
   }
 
-  /// Down at once, up slowly.
+  /// A fall of the friction counts at once, a rise at the rate `rise`.
   void approach(double target) { mu_plan_ = std::min(target, mu_plan_ + k_.rise * dt_); }
 
   RefPoint reference(double s, double yaw_near, double tightened) const {
@@ -182,7 +182,7 @@ class TimeOptimal final : public SpeedPlanner {
       const double half = s + 0.5 * dt_ * v / here.stretch;
       const PlanPoint middle = line_.at(half);
       const double planned = k_.pace * middle.v;
-      const double advance = k > 0 && v >= k_.pace * here.v ? planned : v;  // on the plan it goes on as planned
+      const double advance = k > 0 && v >= k_.pace * here.v ? planned : v;  // a car at the planned speed keeps to it
       s = wrap_periodic(s + dt_ * advance / middle.stretch, setup_.base().length());
     }
   }

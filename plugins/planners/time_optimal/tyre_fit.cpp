@@ -23,6 +23,45 @@ Residual residual(const MagicFormula& t, double slip, double force, double scale
   return {(t.D * sine - force) / scale, Eigen::Vector3d(by_log_B, t.D * cosine * angle, t.D * sine) / scale};
 }
 
+/// The sum of squares that fit_axle() minimises: residuals of the points and of the prior on (ln B, C, ln D).
+class Fit {
+ public:
+  Fit(std::span<const double> slip, std::span<const double> force, std::span<const double> sigma,
+      const AxlePrior& prior)
+      : slip_(slip),
+        force_(force),
+        sigma_(sigma),
+        peak_(prior.shape.D),
+        start_(std::log(prior.shape.B), prior.shape.C, std::log(prior.shape.D)),
+        spread_(0.5, 0.2, prior.sigma_D) {}
+
+  const Eigen::Vector3d& start() const { return start_; }
+  /// The sum at p; adds the Gauss-Newton matrix and half the gradient where they are asked for.
+  double evaluate(const Eigen::Vector3d& p, Eigen::Matrix3d* normal, Eigen::Vector3d* gradient) const {
+    const MagicFormula shape = shape_of(p);
+    double total = 0;
+    for (std::size_t i = 0; i < slip_.size(); ++i) {
+      const double own = i < sigma_.size() ? sigma_[i] : 0.0;
+      const Residual one = residual(shape, slip_[i], force_[i], std::hypot(own, floor_share * peak_));
+      total += one.r * one.r;
+      if (normal == nullptr) continue;
+      *normal += one.gradient * one.gradient.transpose();
+      *gradient += one.gradient * one.r;
+    }
+    const Eigen::Vector3d off = (p - start_).cwiseQuotient(spread_);
+    if (normal != nullptr) {
+      normal->diagonal() += spread_.cwiseProduct(spread_).cwiseInverse();
+      *gradient += off.cwiseQuotient(spread_);
+    }
+    return total + off.squaredNorm();
+  }
+
+ private:
+  std::span<const double> slip_, force_, sigma_;
+  double peak_;
+  Eigen::Vector3d start_, spread_;
+};
+
 }  // namespace
 
 void SlipRange::add(double slip) {
@@ -42,37 +81,18 @@ double SlipRange::visited() const {
 
 MagicFormula fit_axle(std::span<const double> slip, std::span<const double> force, std::span<const double> sigma,
                       const AxlePrior& prior) {
-  const Eigen::Vector3d start(std::log(prior.shape.B), prior.shape.C, std::log(prior.shape.D));
-  const Eigen::Vector3d spread(0.5, 0.2, prior.sigma_D);
-  const auto evaluate = [&](const Eigen::Vector3d& p, Eigen::Matrix3d* normal, Eigen::Vector3d* gradient) {
-    const MagicFormula shape = shape_of(p);
-    double total = 0;
-    for (std::size_t i = 0; i < slip.size(); ++i) {
-      const double own = i < sigma.size() ? sigma[i] : 0.0;
-      const Residual one = residual(shape, slip[i], force[i], std::hypot(own, floor_share * prior.shape.D));
-      total += one.r * one.r;
-      if (normal == nullptr) continue;
-      *normal += one.gradient * one.gradient.transpose();
-      *gradient += one.gradient * one.r;
-    }
-    const Eigen::Vector3d off = (p - start).cwiseQuotient(spread);
-    if (normal != nullptr) {
-      normal->diagonal() += spread.cwiseProduct(spread).cwiseInverse();
-      *gradient += off.cwiseQuotient(spread);
-    }
-    return total + off.squaredNorm();
-  };
-  Eigen::Vector3d p = start;
-  double damping = 1e-3, cost = evaluate(p, nullptr, nullptr);
+  const Fit fit(slip, force, sigma, prior);
+  Eigen::Vector3d p = fit.start();
+  double damping = 1e-3, cost = fit.evaluate(p, nullptr, nullptr);
   for (int iteration = 0; iteration < 20; ++iteration) {
     Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
     Eigen::Vector3d gradient = Eigen::Vector3d::Zero();
-    evaluate(p, &normal, &gradient);
+    fit.evaluate(p, &normal, &gradient);
     normal.diagonal() *= 1.0 + damping;
     Eigen::Vector3d trial = p - normal.ldlt().solve(gradient);
     trial[1] = std::clamp(trial[1], 1.0, 2.0);
-    trial[0] = std::clamp(trial[0], start[0] - 2.0, start[0] + 2.0);
-    const double tried = evaluate(trial, nullptr, nullptr);
+    trial[0] = std::clamp(trial[0], fit.start()[0] - 2.0, fit.start()[0] + 2.0);
+    const double tried = fit.evaluate(trial, nullptr, nullptr);
     if (tried < cost) {
       p = trial;
       cost = tried;

@@ -11,7 +11,7 @@
 
 namespace gripline::time_optimal {
 
-/// Counts the slips an axle went through, to know over which range its curve means something.
+/// Counts the slips of an axle, for the range over which its learned curve is supported by samples.
 class SlipRange {
  public:
   void add(double slip);
