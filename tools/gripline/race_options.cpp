@@ -46,7 +46,7 @@ void read_with_blame(const RaceOptions& options, const std::function<void(std::s
   try {
     read(options.assignments);
   } catch (const InputError& error) {
-    throw blame_assignments(error, options.assignments, read);
+    throw attribute_to_assignments(error, options.assignments, read);
   }
 }
 

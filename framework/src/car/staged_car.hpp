@@ -56,11 +56,11 @@ class StagedCar {
   template <class T>
   void rates(const CarBatch<T>& batch) const;
 
-  /// Rates of the memory only, for whoever runs it along a known motion: stages after the last effect with memory
+  /// Rates of the memory only, for callers that integrate it along a known motion: stages after the last effect with memory
   /// are left out, and batch.motion_rate is not written.
   void memory_rates(const CarBatch<double>& batch) const;
 
-  /// The last stage reached, for whoever needs forces or slips: q holds batch.n quantities.
+  /// The last stage reached, for callers that need forces or slips: q holds batch.n quantities.
   template <class T>
   void quantities(const CarBatch<T>& batch, Quantities<T>* q) const;
 

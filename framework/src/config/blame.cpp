@@ -24,8 +24,8 @@ std::vector<Diagnostic> errors_of(const std::function<void(std::span<const std::
 
 }  // namespace
 
-InputError blame_assignments(const InputError& error, std::span<const std::string> assignments,
-                             const std::function<void(std::span<const std::string>)>& read) {
+InputError attribute_to_assignments(const InputError& error, std::span<const std::string> assignments,
+                                    const std::function<void(std::span<const std::string>)>& read) {
   std::vector<std::vector<Diagnostic>> before;  // with none, one, two... of them
   for (std::size_t k = 0; k < assignments.size(); ++k) before.push_back(errors_of(read, assignments.first(k)));
   std::vector<Diagnostic> told(error.diagnostics().begin(), error.diagnostics().end());

@@ -41,7 +41,7 @@ class InputError : public std::runtime_error {
 };
 
 /// Collects errors so that the user sees all of them at once. Readers add to it and carry on with a harmless value;
-/// whoever owns it calls throw_if_any() before a value is used.
+/// its owner calls throw_if_any() before a value is used.
 class Errors {
  public:
   void add(const Origin& origin, std::string message);

@@ -9,7 +9,7 @@
 
 namespace gripline {
 
-/// One gripline at a time writes into a folder: an flock on OUT/.lock for as long as this lives, gone with the process.
+/// One process at a time writes into a folder: an flock on OUT/.lock, released by the destructor or with the process.
 class OutLock {
  public:
   /// Throws InputError when another process holds it. A file system that knows no locks is used without.
@@ -24,8 +24,8 @@ class OutLock {
   int handle_ = -1;
 };
 
-/// What makes two calls the same experiment: its tree without seeds and claims, which say how much of it is raced and
-/// what is asked of the result.
+/// Two calls run the same experiment when these texts are equal: the experiment's tree without seeds and claims, which
+/// say how many runs there are and what is asked of the result.
 std::string experiment_identity(const Node& tree);
 
 /// Makes OUT ready for an experiment with this identity. An existing folder that is not empty is refused (InputError)

@@ -48,15 +48,15 @@ struct RunProgress {
 RunSummary run_here(const RaceSpec& race, const RunId& id, const std::string& key, const std::filesystem::path& out,
                     RunProgress* progress);
 
-/// Runs what is not yet finished, at most `jobs` at a time, each in a process of its own. On an interrupt (Ctrl-C) the
+/// Runs what is not yet finished, at most `jobs` at a time, each in its own process. On an interrupt (Ctrl-C) the
 /// running ones are stopped and `interrupted` is set. Results are in the order asked for.
 struct RunnerOutcome {
   std::vector<RunResult> runs;
   int kept = 0;
   bool interrupted = false;
 };
-/// The runs of this race that stand finished or broken in OUT, whoever asked for them: stacks in the order of the
-/// experiment, seeds rising. What other inputs, plugins or programs left there does not count.
+/// The runs of this race that are finished or failed in OUT, by whichever call: stacks in the order of the experiment,
+/// seeds ascending. Results of other inputs, plugins or versions of the program are left out.
 std::vector<RunResult> results_in(const RaceSpec& race, const std::filesystem::path& out);
 
 RunnerOutcome run_all(const RaceSpec& race, const std::vector<RunId>& ids, const RunnerOptions& options);

@@ -168,12 +168,12 @@ Interior starting_point(std::span<const double> gradient, std::span<const double
 std::vector<double> solve_cyclic_box_qp(const CyclicPentadiagonal& hessian, std::span<const double> gradient,
                                         std::span<const double> lower, std::span<const double> upper,
                                         double tolerance) {
-  constexpr int kMostIterations = 80;
+  constexpr int most_iterations = 80;
   const std::size_t n = gradient.size();
   Interior at = starting_point(gradient, lower, upper);
   const double scale = at.complementarity();
   CyclicPentadiagonal matrix(n);
-  for (int iteration = 0; iteration < kMostIterations; ++iteration) {
+  for (int iteration = 0; iteration < most_iterations; ++iteration) {
     std::vector<double> residual = hessian.multiply(at.x);
     double worst = 0.0;
     for (std::size_t i = 0; i < n; ++i) {

@@ -38,12 +38,12 @@ double ClosedPolyline::nearest_station(double x, double y) const {
 }
 
 double ClosedPolyline::nearest_station(double x, double y, std::size_t near) const {
-  constexpr std::size_t kBeyond = 3;
+  constexpr std::size_t beyond = 3;
   const std::size_t n = points_.size();
   Foot best = foot(near, x, y);
   for (const bool forward : {true, false}) {
     std::size_t chord = near, without_gain = 0;
-    for (std::size_t k = 1; k < n && without_gain < kBeyond; ++k) {
+    for (std::size_t k = 1; k < n && without_gain < beyond; ++k) {
       chord = forward ? (chord + 1 == n ? 0 : chord + 1) : (chord == 0 ? n - 1 : chord - 1);
       const Foot other = foot(chord, x, y);
       if (other.distance2 < best.distance2) {

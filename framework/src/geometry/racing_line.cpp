@@ -11,7 +11,7 @@ namespace {
 
 /// Weights of the cost: the integral of kappa^2 + length_weight [1/m2], and a quadratic penalty on curvature beyond
 /// max_curvature [1/m] (0: none).
-struct Price {
+struct CostWeights {
   double length_weight = 0.0;
   double max_curvature = 0.0;
 };
@@ -73,16 +73,16 @@ Turn turn_at(const Frame& frame, std::span<const double> offsets, std::size_t i)
   return turn;
 }
 
-constexpr double kExcessWeight = 100.0;  // of squared curvature beyond the bound, against squared curvature
+constexpr double excess_weight = 100.0;  // of squared curvature beyond the bound, against squared curvature
 
 /// The polyline's cost, its curvature being angle / way.
-double cost(const Frame& frame, std::span<const double> offsets, const Price& price) {
+double cost(const Frame& frame, std::span<const double> offsets, const CostWeights& weights) {
   double sum = 0.0;
   for (std::size_t i = 0; i < offsets.size(); ++i) {
     const Turn turn = turn_at(frame, offsets, i);
-    sum += turn.angle * turn.angle / turn.way + price.length_weight * turn.way;
-    const double excess = std::abs(turn.angle) / turn.way - price.max_curvature;
-    if (price.max_curvature > 0.0 && excess > 0.0) sum += kExcessWeight * excess * excess * turn.way;
+    sum += turn.angle * turn.angle / turn.way + weights.length_weight * turn.way;
+    const double excess = std::abs(turn.angle) / turn.way - weights.max_curvature;
+    if (weights.max_curvature > 0.0 && excess > 0.0) sum += excess_weight * excess * excess * turn.way;
   }
   return sum;
 }
@@ -108,8 +108,8 @@ struct Model {
   std::vector<double> gradient;
 };
 
-Model linearise(const Frame& frame, std::span<const double> offsets, const Price& price) {
-  const double max_curvature = price.max_curvature, length_root = std::sqrt(price.length_weight);
+Model linearise(const Frame& frame, std::span<const double> offsets, const CostWeights& weights) {
+  const double max_curvature = weights.max_curvature, length_root = std::sqrt(weights.length_weight);
   Model model(offsets.size());
   for (std::size_t i = 0; i < offsets.size(); ++i) {
     const Turn turn = turn_at(frame, offsets, i);
@@ -125,7 +125,7 @@ Model linearise(const Frame& frame, std::span<const double> offsets, const Price
     const double excess = std::abs(turn.angle) / turn.way - max_curvature;
     if (max_curvature > 0.0 && excess > 0.0) {
       // residual = sqrt(weight) (|angle| / sqrt(way) - max_curvature sqrt(way))
-      const double sign = turn.angle > 0.0 ? 1.0 : -1.0, weight = std::sqrt(kExcessWeight);
+      const double sign = turn.angle > 0.0 ? 1.0 : -1.0, weight = std::sqrt(excess_weight);
       for (int k = 0; k < 3; ++k) by[k] = weight * (sign * by[k] - 0.5 * max_curvature / root * turn.way_by[k]);
       model.add(i, weight * excess * root, by);
     }
@@ -138,13 +138,13 @@ Model linearise(const Frame& frame, std::span<const double> offsets, const Price
 }
 
 /// Gauss-Newton steps from `offsets` to a local minimum; each step is a box QP, shortened until the cost falls.
-void descend(const Frame& frame, const Price& price, int most_steps, double settled, std::vector<double>& offsets,
-             int& iterations) {
+void descend(const Frame& frame, const CostWeights& weights, int most_steps, double settled,
+             std::vector<double>& offsets, int& iterations) {
   const std::size_t n = offsets.size();
   std::vector<double> trial(n), lower(n), upper(n);
-  double now = cost(frame, offsets, price);
+  double now = cost(frame, offsets, weights);
   for (int k = 0; k < most_steps; ++k) {
-    const Model model = linearise(frame, offsets, price);
+    const Model model = linearise(frame, offsets, weights);
     for (std::size_t i = 0; i < n; ++i) {
       lower[i] = frame.lower[i] - offsets[i];
       upper[i] = frame.upper[i] - offsets[i];
@@ -154,7 +154,7 @@ void descend(const Frame& frame, const Price& price, int most_steps, double sett
     double share = 1.0, next = INFINITY;
     for (int halvings = 0; halvings < 30; ++halvings, share *= 0.5) {
       for (std::size_t i = 0; i < n; ++i) trial[i] = offsets[i] + share * step[i];
-      next = cost(frame, trial, price);
+      next = cost(frame, trial, weights);
       if (next < now) break;
     }
     if (!(next < now)) return;
@@ -171,10 +171,10 @@ std::vector<double> optimise(const Frame& frame, const RacingLineOptions& option
                              int& iterations) {
   std::vector<double> offsets(frame.base.size());
   for (std::size_t i = 0; i < offsets.size(); ++i) offsets[i] = std::clamp(0.0, frame.lower[i], frame.upper[i]);
-  const Price wanted{options.length_price * mean_squared_curvature, options.max_curvature};
+  const CostWeights wanted{options.length_weight * mean_squared_curvature, options.max_curvature};
   for (const double share : {3.0, 1.0, 0.3, 0.1}) {
-    if (share <= options.length_price) continue;
-    const Price stage{share * mean_squared_curvature, options.max_curvature};
+    if (share <= options.length_weight) continue;
+    const CostWeights stage{share * mean_squared_curvature, options.max_curvature};
     descend(frame, stage, options.max_iterations, 1e-4, offsets, iterations);
   }
   descend(frame, wanted, options.max_iterations, 1e-10, offsets, iterations);
@@ -186,8 +186,8 @@ std::vector<double> optimise(const Frame& frame, const RacingLineOptions& option
 RacingLine minimum_curvature_line(const Track& track, const RacingLineOptions& options) {
   double spacing = options.spacing;
   if (!(spacing > 0.0)) {
-    constexpr double kMostStations = 3000.0;
-    spacing = std::max(track.narrowest() / 16.0, track.length() / kMostStations);
+    constexpr double most_stations = 3000.0;
+    spacing = std::max(track.narrowest() / 16.0, track.length() / most_stations);
   }
   const auto count = static_cast<std::size_t>(std::max(32.0, std::round(track.length() / spacing)));
   const Frame frame = cut(track, options, count);

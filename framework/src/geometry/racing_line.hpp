@@ -39,7 +39,7 @@ struct RacingLineOptions {
   double max_curvature = 0.0;  ///< [1/m] soft bound; 0 means none
   /// Weight of the line's length beside its squared curvature, relative to the centre line's mean squared curvature. 0
   /// is eq. (1). 0.2 costs 0.3 % of squared curvature on the ETHZ tracks and saves 2 % of length, which is faster.
-  double length_price = 0.0;
+  double length_weight = 0.0;
   int max_iterations = 60;  ///< quadratic programs
 };
 

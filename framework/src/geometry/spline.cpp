@@ -37,9 +37,9 @@ void solve_cyclic_tridiagonal(std::vector<double>& lower, std::vector<double>& d
 }
 
 // Five-point Gauss-Legendre rule on [0, 1].
-constexpr std::array<double, 5> kNodes{0.046910077030668, 0.230765344947158, 0.5, 0.769234655052842, 0.953089922969332};
-constexpr std::array<double, 5> kWeights{0.118463442528095, 0.239314335249683, 0.284444444444444, 0.239314335249683,
-                                         0.118463442528095};
+constexpr std::array<double, 5> nodes{0.046910077030668, 0.230765344947158, 0.5, 0.769234655052842, 0.953089922969332};
+constexpr std::array<double, 5> weights{0.118463442528095, 0.239314335249683, 0.284444444444444, 0.239314335249683,
+                                        0.118463442528095};
 
 }  // namespace
 
@@ -103,10 +103,10 @@ SplinePath::SplinePath(std::span<const PlanePoint> points) {
 
 double SplinePath::arc_length(const Piece& piece, double t) {
   double sum = 0.0;
-  for (std::size_t q = 0; q < kNodes.size(); ++q) {
-    const double at = t * kNodes[q];
+  for (std::size_t q = 0; q < nodes.size(); ++q) {
+    const double at = t * nodes[q];
     const double dx = piece.x.slope(at), dy = piece.y.slope(at);
-    sum += kWeights[q] * std::sqrt(dx * dx + dy * dy);
+    sum += weights[q] * std::sqrt(dx * dx + dy * dy);
   }
   return sum * t;
 }

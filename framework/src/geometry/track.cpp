@@ -20,9 +20,9 @@ struct Station {
 };
 
 std::vector<Station> stations(const TrackShape& shape, double spacing) {
-  constexpr double kMost = 6000.0;  // the comparison is quadratic: at most 36 million pairs of squares
+  constexpr double most = 6000.0;  // the comparison is quadratic: at most 36 million pairs of squares
   const double length = shape.centre.length();
-  const auto count = static_cast<std::size_t>(std::clamp(std::ceil(length / spacing), 64.0, kMost));
+  const auto count = static_cast<std::size_t>(std::clamp(std::ceil(length / spacing), 64.0, most));
   std::vector<Station> result(count);
   for (std::size_t i = 0; i < count; ++i) {
     const double s = length * static_cast<double>(i) / static_cast<double>(count);
@@ -37,10 +37,10 @@ std::vector<Station> stations(const TrackShape& shape, double spacing) {
                                  double half_width) {
   const double length = shape.centre.length();
   const double way = wrap_difference(other.s - here.s, length);
-  constexpr int kSteps = 200;
+  constexpr int steps = 200;
   CurvePoint sharpest = here;
-  for (int i = 0; i <= kSteps; ++i) {
-    const CurvePoint at = shape.centre.at(here.s + way * i / kSteps);
+  for (int i = 0; i <= steps; ++i) {
+    const CurvePoint at = shape.centre.at(here.s + way * i / steps);
     if (std::abs(at.kappa) > std::abs(sharpest.kappa)) sharpest = at;
   }
   if (std::abs(way) < 2.0 * std::numbers::pi * half_width && std::abs(sharpest.kappa) * half_width > 1.0) {
@@ -56,7 +56,7 @@ std::vector<Station> stations(const TrackShape& shape, double spacing) {
 /// The road overlaps itself where a place on its edge lies inside the road at another station. On a sound road the
 /// centre line comes no nearer to a place on the edge than that edge's own half width.
 void check_overlap(const TrackShape& shape) {
-  constexpr double kTolerated = 0.9;  // an inner edge drawn through points may fold a little at a kink
+  constexpr double tolerated = 0.9;  // an inner edge drawn through points may fold a little at a kink
   const double narrow = std::min(shape.half_width_right.minimum(), shape.half_width_left.minimum());
   const std::vector<Station> road = stations(shape, 0.25 * narrow);
   const double length = shape.centre.length();
@@ -66,7 +66,7 @@ void check_overlap(const TrackShape& shape) {
       const double y = here.centre.y + offset * std::cos(here.centre.yaw);
       for (const Station& other : road) {
         const double dx = x - other.centre.x, dy = y - other.centre.y;
-        const double width = kTolerated * std::min(other.left, other.right);
+        const double width = tolerated * std::min(other.left, other.right);
         if (dx * dx + dy * dy >= width * width) continue;
         // Its own neighbourhood does not count, where one width changes into another.
         if (std::abs(wrap_difference(here.centre.s - other.centre.s, length)) <= 0.5 * narrow) continue;
@@ -80,7 +80,7 @@ void check_overlap(const TrackShape& shape) {
 /// every centre line: only the centre lines meet. A sound road's centre line bends no sharper than its half width w, so
 /// after 2 w of way it is 2 w sin(1) from where it was, and while it turns by 120 degrees it gets 2 w sin(60 deg) away.
 void check_retrace(const TrackShape& shape) {
-  constexpr double kTogether = 0.5, kTurned = 2.0 / 3.0 * std::numbers::pi;
+  constexpr double together = 0.5, turned = 2.0 / 3.0 * std::numbers::pi;
   const double narrow = std::min(shape.half_width_right.minimum(), shape.half_width_left.minimum());
   const std::vector<Station> road = stations(shape, 0.25 * narrow);
   const double length = shape.centre.length();
@@ -89,9 +89,9 @@ void check_retrace(const TrackShape& shape) {
       const CurvePoint &here = road[i].centre, &other = road[j].centre;
       const double width = std::min(std::min(road[i].left, road[i].right), std::min(road[j].left, road[j].right));
       const double dx = here.x - other.x, dy = here.y - other.y;
-      if (dx * dx + dy * dy >= kTogether * kTogether * width * width) continue;
+      if (dx * dx + dy * dy >= together * together * width * width) continue;
       const double way = std::abs(wrap_difference(here.s - other.s, length));
-      if (way <= 2.0 * width && std::abs(wrap_angle(here.yaw - other.yaw)) < kTurned) continue;
+      if (way <= 2.0 * width && std::abs(wrap_angle(here.yaw - other.yaw)) < turned) continue;
       throw GeometryError(
           format("the road runs over itself: it is at (%.4g, %.4g) at s = %.4g m and again at s = %.4g m", here.x,
                  here.y, here.s, other.s));
@@ -101,9 +101,9 @@ void check_retrace(const TrackShape& shape) {
 
 /// Lengths are metres; a file in millimetres gives a road wider than any.
 void check_units(const TrackShape& shape) {
-  constexpr double kWidest = 100.0;  // [m], half width
+  constexpr double widest = 100.0;  // [m], half width
   const double half = std::max(shape.half_width_right.maximum(), shape.half_width_left.maximum());
-  if (half <= kWidest) return;
+  if (half <= widest) return;
   throw GeometryError(format("a lap of %.0f m with widths of %.4g m: millimetres? Lengths are metres",
                              shape.centre.length(), 2.0 * half));
 }

@@ -12,19 +12,19 @@
 namespace gripline {
 namespace {
 
-constexpr double kHalfTurn = std::numbers::pi;
+constexpr double half_turn = std::numbers::pi;
 
 Pose read_pose(ObjectReader pose) {
   Pose result;
   const NumberRange near = NumberRange::closed(-1e8, 1e8);
   result.x = pose.number("x", "m", near);
   result.y = pose.number("y", "m", near);
-  result.yaw = pose.number("yaw", "rad", NumberRange::closed(-2.0 * kHalfTurn, 2.0 * kHalfTurn));
+  result.yaw = pose.number("yaw", "rad", NumberRange::closed(-2.0 * half_turn, 2.0 * half_turn));
   return result;
 }
 
 Segment read_segment(const Node& node, Errors& errors) {
-  constexpr Segment kAny{1.0, 0.0};
+  constexpr Segment any{1.0, 0.0};
   const std::size_t before = errors.size();
   ObjectReader segment(node, errors);
   const bool line = segment.find("line") != nullptr, arc = segment.find("arc") != nullptr;
@@ -32,13 +32,13 @@ Segment read_segment(const Node& node, Errors& errors) {
     if (line) return Segment::line(segment.number("line", "m", NumberRange::positive()));
     ObjectReader bend = segment.object("arc");
     const double radius = bend.number("radius", "m", NumberRange::positive());
-    const double turn = bend.number("turn", "rad", NumberRange::closed(-2.0 * kHalfTurn, 2.0 * kHalfTurn));
+    const double turn = bend.number("turn", "rad", NumberRange::closed(-2.0 * half_turn, 2.0 * half_turn));
     if (errors.size() == before && turn == 0.0) bend.error_at("turn", "an arc that does not turn; expected a line");
     return Segment::arc(radius, turn);
   }
   segment.finish();
   if (errors.size() == before) segment.error("expected one of \"line\" and \"arc\"");
-  return kAny;
+  return any;
 }
 
 struct Rows {

@@ -16,16 +16,16 @@ namespace {
   throw InputError({Diagnostic{shown(table.file), line, line > 0 ? 1 : 0, {}, std::move(message), {}}});
 }
 
-constexpr std::size_t kFewestPoints = 8;
-constexpr double kFarthest = 1e8;  // [m]: beyond it sums of squares and differences of neighbours lose precision
+constexpr std::size_t fewest_points = 8;
+constexpr double farthest = 1e8;  // [m]: beyond it sums of squares and differences of neighbours lose precision
 
 /// Numbers of the rows to keep: all, or all but a last one that repeats the first.
 std::size_t distinct_rows(const CsvTable& table, std::span<const double> x, std::span<const double> y) {
   std::size_t count = x.size();
   if (count > 1 && x[0] == x[count - 1] && y[0] == y[count - 1]) --count;
-  if (count < kFewestPoints) {
+  if (count < fewest_points) {
     refuse(table, 0,
-           "has " + std::to_string(count) + " points, a track needs at least " + std::to_string(kFewestPoints));
+           "has " + std::to_string(count) + " points, a track needs at least " + std::to_string(fewest_points));
   }
   for (std::size_t i = 1; i < count; ++i) {
     if (x[i] == x[i - 1] && y[i] == y[i - 1]) {
@@ -41,8 +41,8 @@ std::vector<PlanePoint> points_of(const CsvTable& table, const char* x_name, con
   const std::size_t count = distinct_rows(table, x, y);
   std::vector<PlanePoint> points(count);
   for (std::size_t i = 0; i < count; ++i) {
-    if (!(std::max(std::abs(x[i]), std::abs(y[i])) <= kFarthest))
-      refuse(table, table.line[i], "a point farther away than " + std::to_string(std::lround(kFarthest)) + " m");
+    if (!(std::max(std::abs(x[i]), std::abs(y[i])) <= farthest))
+      refuse(table, table.line[i], "a point farther away than " + std::to_string(std::lround(farthest)) + " m");
     points[i] = {x[i], options.left_handed ? -y[i] : y[i]};
   }
   try {
@@ -170,13 +170,13 @@ Sides compare(const ClosedPolyline& edge, const ClosedPolyline& other) {
 
 /// The line that is equally far from both edges: from halfway across, every point moves half the difference.
 std::vector<PlanePoint> middle_line(const ClosedPolyline& inner, const ClosedPolyline& outer, double spacing) {
-  constexpr int kRounds = 8;
+  constexpr int rounds = 8;
   std::vector<PlanePoint> middle = resample(ClosedCurve::from_points(inner.points()), spacing);
   for (PlanePoint& p : middle) {
     const PlanePoint q = on(outer, p.x, p.y);
     p = {0.5 * (p.x + q.x), 0.5 * (p.y + q.y)};
   }
-  for (int round = 0; round < kRounds; ++round) {
+  for (int round = 0; round < rounds; ++round) {
     middle = resample(ClosedCurve::from_points(middle), spacing);
     for (PlanePoint& p : middle) {
       const PlanePoint a = on(inner, p.x, p.y), b = on(outer, p.x, p.y);
@@ -271,13 +271,13 @@ StationTable grade_from_heights(double length, std::span<const double> stations,
     widths[i] = i + 1 == n ? stations[0] + length - stations[i] : stations[i + 1] - stations[i];
   const std::vector<double> slopes = periodic_spline_slopes(heights, widths);
   // Within each interval the slope is a parabola: knots, and points between them for the table's straight pieces.
-  constexpr int kPerInterval = 8;
+  constexpr int per_interval = 8;
   std::vector<std::pair<double, double>> rows;
   for (std::size_t i = 0; i < n; ++i) {
     const std::size_t j = i + 1 == n ? 0 : i + 1;
     const double rise = (heights[j] - heights[i]) / widths[i];
-    for (int k = 0; k < kPerInterval; ++k) {
-      const double u = static_cast<double>(k) / kPerInterval;
+    for (int k = 0; k < per_interval; ++k) {
+      const double u = static_cast<double>(k) / per_interval;
       const double slope =
           slopes[i] * (1.0 - u) * (1.0 - 3.0 * u) + slopes[j] * u * (3.0 * u - 2.0) + 6.0 * rise * u * (1.0 - u);
       rows.emplace_back(wrap_periodic(stations[i] + u * widths[i], length), std::atan(slope));

@@ -27,19 +27,19 @@ double distance_to_line(std::span<const LinePoint> line, double x, double y) {
 }
 
 Metrics::Metrics(const World& world, const StackSpec& stack, std::uint64_t seed)
-    : world_(world), wheelbase_force_(world.spec().car.car.m * gravity) {
+    : world_(world), car_weight_(world.spec().car.car.m * gravity) {
   summary_.stack = stack.name;
   summary_.seed = seed;
   summary_.needs_truth = stack.needs_truth();
 }
 
 /// Axle values of mu, each relative to its static load, as one for the car.
-double Metrics::weight(double front, double rear) const {
+double Metrics::load_weighted(double front, double rear) const {
   const Car& car = world_.spec().car.car;
   return (front * car.lr + rear * car.lf) / (car.lf + car.lr);
 }
 
-double Metrics::mu_true() const { return weight(world_.truth().mu(Axle::front), world_.truth().mu(Axle::rear)); }
+double Metrics::mu_true() const { return load_weighted(world_.truth().mu(Axle::front), world_.truth().mu(Axle::rear)); }
 
 /// Largest true force over the slips visited so far. Evaluated only when the slip exceeds the largest one before, and
 /// at points in between, because one step may pass over the peak.
@@ -64,15 +64,15 @@ void Metrics::lap(double ended) {
   factor_ = {};
 }
 
-void Metrics::friction(const Belief& belief) {
+void Metrics::add_friction_error(const Belief& belief) {
   const double driven = world_.covered() / world_.track().length();
   if (!trusted_since_) trusted_since_ = driven;
-  const double believed = weight(belief.mu_front, belief.mu_rear);
+  const double believed = load_weighted(belief.mu_front, belief.mu_rear);
   const double error = believed - mu_true();
   mu_square_.add(error * error);
   bias_.add(error);
   if (driven < *trusted_since_ + 2) return;
-  const double visited = world_.truth().factor() * (largest_force_[0] + largest_force_[1]) / wheelbase_force_;
+  const double visited = world_.truth().factor() * (largest_force_[0] + largest_force_[1]) / car_weight_;
   visited_square_.add((believed - visited) * (believed - visited));
 }
 
@@ -95,7 +95,7 @@ void Metrics::step(const StackBelief& belief, std::span<const LinePoint> line, b
   if (!belief.mu.trusted) return;
   if (!summary_.violation_after_adapt_s) summary_.violation_after_adapt_s = 0.0;
   if (world_.outside()) *summary_.violation_after_adapt_s += dt;
-  friction(belief.mu);
+  add_friction_error(belief.mu);
 }
 
 RunSummary Metrics::summary(Status status, std::string message) const {

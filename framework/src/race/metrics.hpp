@@ -49,10 +49,10 @@ class Metrics {
     void add(double value) { sum += value, ++count; }
     double mean() const { return count > 0 ? sum / static_cast<double>(count) : 0.0; }
   };
-  double weight(double front, double rear) const;
+  double load_weighted(double front, double rear) const;
   void visit_slip(Axle axle);
   void lap(double ended);
-  void friction(const Belief& belief);
+  void add_friction_error(const Belief& belief);
 
   const World& world_;
   RunSummary summary_;
@@ -60,7 +60,7 @@ class Metrics {
   Mean factor_, deviation_, hilly_deviation_, mu_square_, visited_square_, bias_;
   double largest_slip_[2] = {0, 0};
   double largest_force_[2] = {0, 0};     // over the slips seen, at factor 1 [N]
-  double wheelbase_force_ = 0;           // m g
+  double car_weight_ = 0;                // m g
   std::optional<double> trusted_since_;  // laps driven
 };
 

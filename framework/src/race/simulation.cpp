@@ -81,7 +81,7 @@ void Simulation::decide() {
   if (world_.step() > 0) metrics_.step(belief, line, command_.solved);
   if (recorder_ == nullptr) return;
   recorder_->write(
-      {world_, stack_, belief, horizon_, command_, world_.within_limits(command_.u), metrics_.mu_true(), timing_});
+      {world_, stack_, belief, horizon_, command_, world_.clamp_to_limits(command_.u), metrics_.mu_true(), timing_});
 }
 
 bool Simulation::over(RunSummary& summary) const {

@@ -32,8 +32,8 @@ class Simulation {
   /// `on_step` is called after every step with the share of the race that is done, in [0, 1]; may be null.
   void on_progress(void (*on_step)(void*, double), void* context) { progress_ = on_step, progress_context_ = context; }
 
-  /// What run() is made of, for whoever stops at every step: start() once, then step() as often as wanted. Both throw
-  /// PluginFailure.
+  /// The parts of run(), for callers that stop at every step: start() once, then step() any number of times. Both
+  /// throw PluginFailure.
   void start();
   void step();
   /// Lines 5-7 are left out from now on: the estimator stays as it is.

@@ -19,7 +19,7 @@ constexpr double g = 9.81;
 constexpr const char* dashed = "6 4";
 
 /// One run as the figures need it.
-struct Drawn {
+struct RunSeries {
   std::size_t stack;
   std::string label, colour, dash;
   std::map<std::string, std::vector<double>> channels;
@@ -36,14 +36,14 @@ struct Drawn {
 std::string label_of(const StackEntry& stack) { return stack.needs_truth ? stack.name + " *" : stack.name; }
 
 /// The first run that left a log, of every stack.
-std::vector<Drawn> first_runs(const Inputs& inputs) {
-  std::vector<Drawn> drawn;
+std::vector<RunSeries> first_runs(const Inputs& inputs) {
+  std::vector<RunSeries> drawn;
   const CarShape car = car_shape(inputs.scene);
   for (std::size_t i = 0; i < inputs.stacks.size(); ++i) {
     const StackEntry& stack = inputs.stacks[i];
     for (const RunName& name : inputs.runs) {
       if (name.stack != stack.name) continue;
-      Drawn one{i, label_of(stack), series_colour(i), stack.needs_truth ? dashed : "", {}, read_run(inputs, name)};
+      RunSeries one{i, label_of(stack), series_colour(i), stack.needs_truth ? dashed : "", {}, read_run(inputs, name)};
       for (TimeSeries& channel : step_channels(one.run, car)) one.channels[channel.name] = std::move(channel.values);
       if (one.channels.empty()) continue;
       drawn.push_back(std::move(one));
@@ -53,7 +53,7 @@ std::vector<Drawn> first_runs(const Inputs& inputs) {
   return drawn;
 }
 
-Series line_of(const Drawn& d, const std::vector<double>& x, const std::vector<double>& y) {
+Series line_of(const RunSeries& d, const std::vector<double>& x, const std::vector<double>& y) {
   // Two values per pixel of a broad figure are plenty; extremes are kept.
   const std::size_t stride = std::max<std::size_t>(1, y.size() / 2400);
   Series s;
@@ -65,7 +65,7 @@ Series line_of(const Drawn& d, const std::vector<double>& x, const std::vector<d
   return s;
 }
 
-std::vector<double> speed_of(const Drawn& d) {
+std::vector<double> speed_of(const RunSeries& d) {
   std::vector<double> speed = d.at("vx");
   const std::vector<double>& vy = d.at("vy");
   for (std::size_t i = 0; i < std::min(speed.size(), vy.size()); ++i) speed[i] = std::hypot(speed[i], vy[i]);
@@ -90,7 +90,7 @@ std::vector<Series> course_of(const Columns& track) {
           outline(track.numbers("right_x_m"), track.numbers("right_y_m"))};
 }
 
-void add_trail(std::vector<Series>& out, const Drawn& d, double low, double high) {
+void add_trail(std::vector<Series>& out, const RunSeries& d, double low, double high) {
   constexpr int levels = 24;
   const std::vector<double>&x = d.at("x"), &y = d.at("y");
   const std::vector<double> speed = speed_of(d);
@@ -137,12 +137,12 @@ std::pair<double, double> spread(const std::vector<Series>& series, std::vector<
   return {low - margin, high + margin};
 }
 
-FigureFile trajectories(const Inputs& inputs, const std::vector<Drawn>& runs) {
+FigureFile trajectories(const Inputs& inputs, const std::vector<RunSeries>& runs) {
   double low = std::numeric_limits<double>::infinity(), high = 0;
-  for (const Drawn& d : runs)
+  for (const RunSeries& d : runs)
     for (const double v : speed_of(d)) low = std::min(low, v), high = std::max(high, v);
   std::vector<Panel> panels;
-  for (const Drawn& d : runs) {
+  for (const RunSeries& d : runs) {
     Panel panel;
     panel.title = d.label;
     panel.equal = true;
@@ -164,11 +164,11 @@ FigureFile trajectories(const Inputs& inputs, const std::vector<Drawn>& runs) {
                                           panels, 2, 480, 380)};
 }
 
-FigureFile over_time(const std::vector<Drawn>& runs) {
+FigureFile over_time(const std::vector<RunSeries>& runs) {
   Panel panel;
   panel.x.label = "time [s]";
   panel.y.label = "speed [m/s]";
-  for (const Drawn& d : runs) panel.series.push_back(line_of(d, d.at("t"), speed_of(d)));
+  for (const RunSeries& d : runs) panel.series.push_back(line_of(d, d.at("t"), speed_of(d)));
   return {"speed.svg", draw_panels("Speed", {panel}, 1, 900, 320)};
 }
 
@@ -182,11 +182,11 @@ std::vector<double> interpolated(std::span<const double> at, const std::vector<d
   return out;
 }
 
-FigureFile friction(const std::vector<Drawn>& runs) {
+FigureFile friction(const std::vector<RunSeries>& runs) {
   Panel panel;
   panel.x.label = "time [s]";
   panel.y.label = "µ of the whole car";
-  for (const Drawn& d : runs) {
+  for (const RunSeries& d : runs) {
     const auto t = d.run.replay.numbers("t_s"), front = d.run.replay.numbers("mu_sigma_front"),
                rear = d.run.replay.numbers("mu_sigma_rear");
     if (!d.has("mu_belief") || t.empty() || front.size() != t.size() || rear.size() != t.size()) continue;
@@ -202,8 +202,8 @@ FigureFile friction(const std::vector<Drawn>& runs) {
     band.opacity = 0.16;
     panel.series.push_back(std::move(band));
   }
-  const Drawn* longest = nullptr;
-  for (const Drawn& d : runs) {
+  const RunSeries* longest = nullptr;
+  for (const RunSeries& d : runs) {
     if (d.has("mu_belief")) panel.series.push_back(line_of(d, d.at("t"), d.at("mu_belief")));
     if (d.has("mu_true") && (longest == nullptr || d.at("t").size() > longest->at("t").size())) longest = &d;
   }
@@ -236,14 +236,14 @@ Curve last_curve(const Columns& tyres, const char* axle) {
   return curve;
 }
 
-std::vector<FigureFile> tyre_curves(const std::vector<Drawn>& runs) {
+std::vector<FigureFile> tyre_curves(const std::vector<RunSeries>& runs) {
   std::vector<Panel> panels;
   for (const char* axle : {"front", "rear"}) {
     Panel panel;
     panel.title = axle;
     panel.x.label = "slip angle [°]";
     panel.y.label = "lateral force [N]";
-    for (const Drawn& d : runs) {
+    for (const RunSeries& d : runs) {
       const Curve curve = last_curve(d.run.tyres, axle);
       if (curve.slip.empty()) continue;
       Series truth;
@@ -272,13 +272,13 @@ Series circle(double radius, const char* dash, std::string label) {
   return s;
 }
 
-FigureFile g_g(const std::vector<Drawn>& runs) {
+FigureFile g_g(const std::vector<RunSeries>& runs) {
   Panel panel;
   panel.equal = true;
   panel.x.label = "to the left [g]";
   panel.y.label = "forward [g]";
   double low = std::numeric_limits<double>::infinity(), high = 0;
-  for (const Drawn& d : runs) {
+  for (const RunSeries& d : runs) {
     for (const double mu : d.at("mu_true"))
       if (std::isfinite(mu)) low = std::min(low, mu), high = std::max(high, mu);
     Series s;
@@ -400,15 +400,15 @@ FigureFile pareto(const Inputs& inputs) {
   return {"pareto.svg", draw_panels("Pace against safety", {panel}, 1, 640, 400)};
 }
 
-bool any_has(const std::vector<Drawn>& runs, const std::string& channel) {
-  return std::any_of(runs.begin(), runs.end(), [&](const Drawn& d) { return d.has(channel); });
+bool any_has(const std::vector<RunSeries>& runs, const std::string& channel) {
+  return std::any_of(runs.begin(), runs.end(), [&](const RunSeries& d) { return d.has(channel); });
 }
 
 }  // namespace
 
 std::vector<FigureFile> race_figures(const Inputs& inputs) {
   std::vector<FigureFile> figures;
-  const std::vector<Drawn> runs = first_runs(inputs);
+  const std::vector<RunSeries> runs = first_runs(inputs);
   if (any_has(runs, "x")) figures.push_back(trajectories(inputs, runs));
   if (any_has(runs, "vx")) figures.push_back(over_time(runs));
   if (any_has(runs, "mu_belief")) figures.push_back(friction(runs));

@@ -61,9 +61,9 @@ double static_load(const Car& car, Axle axle) {
 }  // namespace
 
 /// The road under a point, for plants that ask for it at every wheel.
-class World::RoadUnder final : public Ground {
+class World::WorldGround final : public Ground {
  public:
-  explicit RoadUnder(const World& world) : world_(world) {}
+  explicit WorldGround(const World& world) : world_(world) {}
   Patch at(double x, double y, double yaw) const override {
     const Track& track = *world_.spec_.track;
     const CurveLocation found = track.locate(x, y, world_.place_.s);
@@ -76,7 +76,7 @@ class World::RoadUnder final : public Ground {
 };
 
 /// A vehicle model with effects, advanced by the framework's integrator.
-class World::ModelCar final : public World::Mover {
+class World::ModelCar final : public World::CarDynamics {
  public:
   ModelCar(const WorldSpec& spec, const PluginContext& context, const State& start, const Place& at)
       : car_(context.car),
@@ -187,9 +187,9 @@ class World::ModelCar final : public World::Mover {
 };
 
 /// A plant plugin.
-class World::BlackBox final : public World::Mover {
+class World::PluginPlant final : public World::CarDynamics {
  public:
-  BlackBox(const WorldSpec& spec, const PluginContext& context, const State& start, const Ground& ground)
+  PluginPlant(const WorldSpec& spec, const PluginContext& context, const State& start, const Ground& ground)
       : plant_(create<Plant>(*spec.plant.entry, context, spec.plant.values)), ground_(ground), dt_(spec.dt) {
     plant_->reset(start, ground_);
   }
@@ -221,15 +221,15 @@ class World::TruthView final : public Truth {
  public:
   explicit TruthView(const World& world) : world_(world) {}
   double factor() const override { return world_.factor_; }
-  double mu(Axle axle) const override { return world_.factor_ * world_.mover_->peak_mu(axle, world_.place_); }
+  double mu(Axle axle) const override { return world_.factor_ * world_.dynamics_->peak_mu(axle, world_.place_); }
   double tyre_force(Axle axle, double slip) const override {
-    return world_.factor_ * world_.mover_->curve(axle, slip, world_.place_);
+    return world_.factor_ * world_.dynamics_->curve(axle, slip, world_.place_);
   }
   bool accelerations(const Points<double>& points) const override {
-    return world_.mover_->accelerations(points, world_.factor_);
+    return world_.dynamics_->accelerations(points, world_.factor_);
   }
   bool accelerations(const Points<Dual8>& points) const override {
-    return world_.mover_->accelerations(points, world_.factor_);
+    return world_.dynamics_->accelerations(points, world_.factor_);
   }
 
  private:
@@ -251,14 +251,14 @@ World::World(const WorldSpec& spec, std::uint64_t seed)
   context.dt = spec.dt;
   context.seed = seed;
   context.course = &course_;
-  road_ = std::make_unique<RoadUnder>(*this);
+  road_ = std::make_unique<WorldGround>(*this);
   const CurveLocation found = spec.track->locate(state_.x, state_.y);
   place_ = place_of(*spec.track, found, 0.0, state_.x, state_.y, state_.yaw);
   sensed_hint_ = found.s;
   if (spec.plant.empty())
-    mover_ = std::make_unique<ModelCar>(spec, context, state_, place_);
+    dynamics_ = std::make_unique<ModelCar>(spec, context, state_, place_);
   else
-    mover_ = std::make_unique<BlackBox>(spec, context, state_, *road_);
+    dynamics_ = std::make_unique<PluginPlant>(spec, context, state_, *road_);
   truth_ = std::make_unique<TruthView>(*this);
   set_factor();
   sense();
@@ -268,7 +268,7 @@ World::~World() = default;
 
 const Truth& World::truth() const { return *truth_; }
 
-Input World::within_limits(const Input& wanted) const {
+Input World::clamp_to_limits(const Input& wanted) const {
   const Car& car = spec_.car.car;
   Input u;
   u.d = std::clamp(wanted.d, car.d_min, car.d_max);
@@ -279,8 +279,8 @@ Input World::within_limits(const Input& wanted) const {
 }
 
 Input World::advance(const Input& wanted) {
-  const Input u = within_limits(wanted);
-  state_ = mover_->advance(state_, u, place_, factor_);
+  const Input u = clamp_to_limits(wanted);
+  state_ = dynamics_->advance(state_, u, place_, factor_);
   d_ = u.d;
   ++step_;
   if (!finite()) return u;  // it has no place on the track
@@ -319,7 +319,7 @@ void World::arrive(double t) {
 
 void World::sense() {
   Reading<double> shown = {state_.x, state_.y, state_.yaw, state_.vx, state_.vy, state_.omega};
-  mover_->read(shown, place_);
+  dynamics_->read(shown, place_);
   const Reading<double> seen = sensors_.sense(step_, shown);
   observation_.t = time();
   observation_.step = step_;
@@ -337,9 +337,9 @@ double World::slip(Axle axle) const {
                              : rear_slip(forward, state_.vy, state_.omega, car.lr);
 }
 
-World::Acting World::acting() const { return mover_->acting(); }
+World::Acting World::acting() const { return dynamics_->acting(); }
 World::Acting World::acting_under(const Input& next) const {
-  return mover_->acting_under(state_, next, place_, factor_);
+  return dynamics_->acting_under(state_, next, place_, factor_);
 }
 
 }  // namespace gripline

@@ -1,4 +1,5 @@
-// The truth: advances the car, holds friction, shows the stack what sensors see. The only owner of true friction.
+// The simulated world: advances the car, holds the true friction, computes what the sensors show. No other class
+// knows the true friction.
 #pragma once
 
 #include <memory>
@@ -22,7 +23,7 @@ class World {
   /// clamped; returns what was applied.
   Input advance(const Input& wanted);
   /// The commands as the car's limits let them through.
-  Input within_limits(const Input& wanted) const;
+  Input clamp_to_limits(const Input& wanted) const;
 
   /// What sensors show now.
   const Observation& observe() const { return observation_; }
@@ -50,7 +51,7 @@ class World {
   };
   /// At the start of the last step.
   Acting acting() const;
-  /// Now, when `next` is given now. A black box tells the forces of its last step.
+  /// Now, when `next` is applied now. A plant that is a plugin reports the forces of its last step.
   Acting acting_under(const Input& next) const;
 
   /// The centre of gravity, or a corner of the car, is outside the edges.
@@ -66,13 +67,13 @@ class World {
 
  private:
   class ModelCar;
-  class BlackBox;
+  class PluginPlant;
   class TruthView;
-  class RoadUnder;
-  /// How the car moves: a model integrated here, or a black box.
-  class Mover {
+  class WorldGround;
+  /// How the car moves: a vehicle model integrated here, or a plant plugin that integrates itself.
+  class CarDynamics {
    public:
-    virtual ~Mover() = default;
+    virtual ~CarDynamics() = default;
     virtual State advance(const State& x, const Input& u, const Place& at, double factor) = 0;
     virtual double peak_mu(Axle axle, const Place& at) const = 0;  // at factor 1
     virtual double curve(Axle axle, double slip, const Place& at) const = 0;
@@ -102,8 +103,8 @@ class World {
   double sensed_hint_ = 0.0;
   bool outside_ = false, body_outside_ = false, crashed_ = false;
   std::optional<double> lap_ended_;
-  std::unique_ptr<RoadUnder> road_;
-  std::unique_ptr<Mover> mover_;
+  std::unique_ptr<WorldGround> road_;
+  std::unique_ptr<CarDynamics> dynamics_;
   std::unique_ptr<TruthView> truth_;
 };
 

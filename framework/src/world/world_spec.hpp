@@ -17,7 +17,8 @@ struct WorldSpec {
   std::shared_ptr<const Track> track;
   double dt = 0.02;
   Hold hold = Hold::zoh;
-  /// Either a vehicle model with effects, integrated by the framework, or a black box (`plant` not empty).
+  /// Either a vehicle model with effects, integrated by the framework, or a plant plugin that integrates itself (`plant`
+  /// not empty).
   VehicleSpec vehicle;
   PluginSpec plant;
   FrictionSpec friction;
@@ -39,8 +40,8 @@ WorldSpec read_world(const Node& node, const Registry& registry, Errors& errors)
 /// The tree of a world file with everything it names in its place, on another track if one is given. Throws InputError.
 Node load_world(const std::filesystem::path& file, const std::optional<std::filesystem::path>& track = {});
 
-/// Replaces the file names a world holds (car, track, friction) by what stands in those files, so that the tree says
-/// everything.
+/// Replaces the file names in a world (car, track, friction) by the contents of those files, so that the tree is
+/// complete without them.
 void inline_world_files(Node& world);
 
 }  // namespace gripline

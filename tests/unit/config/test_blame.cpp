@@ -22,7 +22,7 @@ std::string blamed(const std::vector<std::string>& assignments) {
   try {
     read(assignments);
   } catch (const InputError& error) {
-    return blame_assignments(error, assignments, read).what();
+    return attribute_to_assignments(error, assignments, read).what();
   }
   return "nothing";
 }

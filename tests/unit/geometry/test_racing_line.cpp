@@ -96,13 +96,13 @@ TEST(RacingLine, OnARingItRunsAlongTheOuterEdge) {
 }
 
 TEST(RacingLine, AHighPriceOnLengthMakesItTheShortest) {
-  const RacingLine line = minimum_curvature_line(ring(1.0, 0.2), {.car_width = 0.1, .length_price = 1e3});
+  const RacingLine line = minimum_curvature_line(ring(1.0, 0.2), {.car_width = 0.1, .length_weight = 1e3});
   EXPECT_NEAR(line.length(), 2.0 * kPi * 0.85, 1e-3);
 }
 
 struct Case {
   const char* file;
-  double length_price;
+  double length_weight;
   double longest, sharpest;  // what the line must not exceed [m], [1/m]
 };
 
@@ -111,7 +111,7 @@ class OnEthz : public ::testing::TestWithParam<Case> {};
 TEST_P(OnEthz, StaysInsideAndSaves) {
   const Track track = shipped(GetParam().file);
   const RacingLine line =
-      minimum_curvature_line(track, {.car_width = kCarWidth, .length_price = GetParam().length_price});
+      minimum_curvature_line(track, {.car_width = kCarWidth, .length_weight = GetParam().length_weight});
   const RacingLine centre = describe_line(track, track.centre(), 0.01);
   for (const RacingLineSample& at : line.samples) {
     EXPECT_GE(at.left, 0.5 * kCarWidth - 5e-4);
@@ -156,8 +156,8 @@ TEST(RacingLine, NoBumpInsideTheBoundsLowersItsCurvature) {
     EXPECT_LT(best_saving(track, minimum_curvature_line(track, {.car_width = kCarWidth, .spacing = 0.01})), kResolution)
         << name;
     // A line that is a little too short is found out.
-    EXPECT_GT(best_saving(
-                  track, minimum_curvature_line(track, {.car_width = kCarWidth, .spacing = 0.01, .length_price = 1.0})),
+    EXPECT_GT(best_saving(track, minimum_curvature_line(
+                                     track, {.car_width = kCarWidth, .spacing = 0.01, .length_weight = 1.0})),
               kResolution)
         << name;
   }
@@ -179,9 +179,9 @@ INSTANTIATE_TEST_SUITE_P(Lines, OnEthz,
 TEST(RacingLine, RespectsACurvatureBound) {
   // A short line with tight corners, which the bound opens again.
   const Track track = shipped("ethz.json");
-  const RacingLine free = minimum_curvature_line(track, {.car_width = kCarWidth, .length_price = 8.0});
+  const RacingLine free = minimum_curvature_line(track, {.car_width = kCarWidth, .length_weight = 8.0});
   const RacingLine bounded =
-      minimum_curvature_line(track, {.car_width = kCarWidth, .max_curvature = 5.0, .length_price = 8.0});
+      minimum_curvature_line(track, {.car_width = kCarWidth, .max_curvature = 5.0, .length_weight = 8.0});
   EXPECT_GT(free.largest_curvature, 6.0);
   EXPECT_LT(bounded.largest_curvature, 5.3);
   // The car's smallest turning radius is 0.17 m; eq. (1)'s own line asks for less than that without a bound.

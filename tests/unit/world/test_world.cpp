@@ -58,7 +58,7 @@ TEST(World, CommandsBeyondTheCarsLimitsAreClamped) {
   EXPECT_NEAR(applied.ddelta, 2.5, 1e-9);  // what is left up to full lock
   EXPECT_DOUBLE_EQ(world.state().delta, 0.35);
   EXPECT_NEAR(world.advance({0, 5.0}).ddelta, 0.0, 1e-9);
-  const Input limited = world.within_limits({0.5, -7.0});
+  const Input limited = world.clamp_to_limits({0.5, -7.0});
   EXPECT_EQ(limited.d, 0.5);
   EXPECT_DOUBLE_EQ(limited.ddelta, -5.0);
   EXPECT_DOUBLE_EQ(world.state().delta, 0.35);  // asking changes nothing
