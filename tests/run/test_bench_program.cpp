@@ -52,8 +52,8 @@ TEST(BenchProgram, MeasuresEveryCase) {
   const std::vector<std::string> rows = lines(folder / "bench.csv");
   ASSERT_EQ(rows.size(), 7u);
   EXPECT_EQ(rows[0],
-            "case,median_us,p95_us,p99_us,allocations_per_step,iterations_median,first_input_error_p95,failures,"
-            "ratio_to_mpc_ipopt");
+            "case,median_us,p95_us,p99_us,max_us,allocations_per_step,iterations_median,first_input_error_p95,"
+            "first_input_error_max,failures,ratio_to_mpc_ipopt");
   const char* const cases[] = {
       "mpc_ipopt_n50_elm40", "mpc_sqp_n50_elm40", "mpc_ipopt_n20_elm40", "mpc_sqp_n20_elm40", "gp_410", "elm_update"};
   for (std::size_t i = 0; i < std::size(cases); ++i) EXPECT_THAT(rows[i + 1], StartsWith(std::string(cases[i]) + ","));
@@ -62,8 +62,25 @@ TEST(BenchProgram, MeasuresEveryCase) {
     std::istringstream rest(rows[row]);
     for (std::string cell; std::getline(rest, cell, ',');) cells.push_back(cell);
     EXPECT_GT(std::stod(cells[1]), 0.0) << rows[row];
-    EXPECT_EQ(cells[4], "0") << rows[row];
+    EXPECT_GE(std::stod(cells[4]), std::stod(cells[1])) << rows[row];
+    EXPECT_EQ(cells[5], "0") << rows[row];
   }
+}
+
+/// A plugin under test is named instead of the two that are there.
+TEST(BenchProgram, ComparesTheControllersThatAreNamed) {
+  const Folder folder;
+  const std::string world = (source_dir() / "worlds/ethz.json").string();
+  const Outcome outcome = gripline_with(
+      {"bench", "--world", world, "--instances", "20", "--controller", "mpc_sqp", "--out", folder / "bench.csv"});
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  const std::vector<std::string> rows = lines(folder / "bench.csv");
+  ASSERT_EQ(rows.size(), 5u);
+  EXPECT_THAT(rows[1], StartsWith("mpc_sqp_n50_elm40,"));
+  EXPECT_THAT(rows[1], EndsWith(",0,"));
+  const Outcome unknown = gripline_with({"bench", "--world", world, "--controller", "mpc_spq"});
+  EXPECT_EQ(unknown.code, 3);
+  EXPECT_THAT(unknown.err, HasSubstr("mpc_sqp"));
 }
 
 }  // namespace

@@ -155,14 +155,16 @@ BenchRow summarize(const std::string& name, const Replay& best, const std::vecto
   row.median_us = nearest_rank_quantile(best.times, 0.5);
   row.p95_us = nearest_rank_quantile(best.times, 0.95);
   row.p99_us = nearest_rank_quantile(best.times, 0.99);
+  row.max_us = *std::max_element(best.times.begin(), best.times.end());
   row.allocations_per_step = best.allocations;
   row.iterations_median = nearest_rank_quantile(best.iterations, 0.5);
   row.failures = best.failures;
-  row.ratio_to_mpc_ipopt = row.first_input_error_p95 = nan;
+  row.ratio_to_mpc_ipopt = row.first_input_error_p95 = row.first_input_error_max = nan;
   if (reference == nullptr) return row;
   std::vector<double> errors;
   for (std::size_t i = 0; i < best.inputs.size(); ++i)
     errors.push_back(input_error(best.inputs[i], (*reference)[i], car));
+  row.first_input_error_max = *std::max_element(errors.begin(), errors.end());
   row.first_input_error_p95 = nearest_rank_quantile(std::move(errors), 0.95);
   return row;
 }
@@ -180,29 +182,38 @@ gripline::Instance<Estimator> learned_twin(const Recording& recording, const Wor
   return twin;
 }
 
-/// The cases of one horizon: Ipopt first, the others against it.
-void bench_horizon(int horizon, Recording& recording, const WorldSpec& world, const Registry& registry,
-                   CorrectedModel& nominal, AllocationCount allocations, BenchProgress& progress,
-                   std::vector<BenchRow>& rows) {
+/// Each step at its least time: the replays do the same work.
+void keep_least_times(Replay& best, const Replay& other) {
+  for (std::size_t i = 0; i < best.times.size(); ++i) best.times[i] = std::min(best.times[i], other.times[i]);
+}
+
+/// The cases of one horizon, controllers in turn so that all meet the same machine.
+void bench_horizon(int horizon, std::span<const std::string> controllers, Recording& recording, const WorldSpec& world,
+                   const Registry& registry, CorrectedModel& nominal, AllocationCount allocations,
+                   BenchProgress& progress, std::vector<BenchRow>& rows) {
   const std::string suffix = "_n" + std::to_string(horizon) + "_elm40";
   const PluginSpec exact =
       controller_spec("mpc_ipopt", horizon, R"(, "tolerance": 1e-10, "max_iterations": 1000)", registry);
   progress.begin("exact solutions" + suffix, replay_cost("mpc_ipopt", horizon));
   const std::vector<Input> reference = replay(recording, world, exact, horizon, nullptr, allocations, progress).inputs;
-  double ipopt_median = nan;
-  for (const char* id : {"mpc_ipopt", "mpc_sqp"}) {
-    const PluginSpec spec = controller_spec(id, horizon, "", registry);
-    std::vector<Replay> tries;
-    for (int i = 0; i < replays; ++i) {
-      progress.begin(id + suffix, replay_cost(id, horizon));
+  std::vector<Replay> best(controllers.size());
+  for (int i = 0; i < replays; ++i) {
+    for (std::size_t c = 0; c < controllers.size(); ++c) {
+      progress.begin(controllers[c] + suffix, replay_cost(controllers[c], horizon));
+      const PluginSpec spec = controller_spec(controllers[c], horizon, "", registry);
       const auto twin = learned_twin(recording, world, registry, nominal);
-      tries.push_back(replay(recording, world, spec, horizon, twin.get(), allocations, progress));
+      Replay one = replay(recording, world, spec, horizon, twin.get(), allocations, progress);
+      if (i == 0)
+        best[c] = std::move(one);
+      else
+        keep_least_times(best[c], one);
     }
-    const auto best = std::min_element(tries.begin(), tries.end(), [](const Replay& a, const Replay& b) {
-      return nearest_rank_quantile(a.times, 0.5) < nearest_rank_quantile(b.times, 0.5);
-    });
-    BenchRow row = summarize(id + suffix, *best, &reference, world.car.car);
-    if (std::isnan(ipopt_median)) ipopt_median = row.median_us;
+  }
+  double ipopt_median = nan;
+  for (std::size_t c = 0; c < controllers.size(); ++c)
+    if (controllers[c] == "mpc_ipopt") ipopt_median = nearest_rank_quantile(best[c].times, 0.5);
+  for (std::size_t c = 0; c < controllers.size(); ++c) {
+    BenchRow row = summarize(controllers[c] + suffix, best[c], &reference, world.car.car);
     row.ratio_to_mpc_ipopt = row.median_us / ipopt_median;
     rows.push_back(std::move(row));
   }
@@ -250,36 +261,40 @@ BenchRow bench_gp(const WorldSpec& world, const Registry& registry, AllocationCo
 }  // namespace
 
 std::vector<BenchRow> run_bench(const WorldSpec& world, const Registry& registry, AllocationCount allocations,
-                                int instances, const ProgressCallback& callback) {
+                                const BenchOptions& options, const ProgressCallback& callback) {
   constexpr int lead_in = 600;
   constexpr std::array horizons = {50, 20};
   double cost = 0;
-  for (const int horizon : horizons)
-    cost += (1 + replays) * replay_cost("mpc_ipopt", horizon) + replays * replay_cost("mpc_sqp", horizon);
+  for (const int horizon : horizons) {
+    cost += replay_cost("mpc_ipopt", horizon);
+    for (const std::string& id : options.controllers) cost += replays * replay_cost(id, horizon);
+  }
   const double drives = 0.02 * cost;
-  BenchProgress progress(callback, cost + 2 * drives, 2 * horizons.size() + 2);
+  const std::size_t cases = horizons.size() * options.controllers.size() + 2;
+  BenchProgress progress(callback, cost + 2 * drives, cases);
   progress.begin("recording", drives);
   const StackSpec spec = stack_with("elm", longest_horizon, world, registry);
   Recording recording{RaceAssembly(world, spec), {}, {}};
-  record(recording, lead_in, instances);
+  record(recording, lead_in, options.instances);
   const Vehicle vehicle(spec.model, plugin_context(world));
   CorrectedModel nominal(vehicle.car(), {world.dt, world.hold, spec.model.integration});
   std::vector<BenchRow> rows;
   for (const int horizon : horizons)
-    bench_horizon(horizon, recording, world, registry, nominal, allocations, progress, rows);
+    bench_horizon(horizon, options.controllers, recording, world, registry, nominal, allocations, progress, rows);
   progress.begin("gp_410", drives);
-  rows.push_back(bench_gp(world, registry, allocations, lead_in, instances));
+  rows.push_back(bench_gp(world, registry, allocations, lead_in, options.instances));
   rows.push_back(bench_update(recording, world, registry, nominal, allocations));
   return rows;
 }
 
 void write_bench(const std::filesystem::path& file, std::span<const BenchRow> rows) {
   CsvWriter csv(file,
-                "case,median_us,p95_us,p99_us,allocations_per_step,iterations_median,first_input_error_p95,failures,"
-                "ratio_to_mpc_ipopt");
+                "case,median_us,p95_us,p99_us,max_us,allocations_per_step,iterations_median,first_input_error_p95,"
+                "first_input_error_max,failures,ratio_to_mpc_ipopt");
   for (const BenchRow& row : rows) {
-    csv << row.name << row.median_us << row.p95_us << row.p99_us << row.allocations_per_step << row.iterations_median
-        << row.first_input_error_p95 << row.failures << row.ratio_to_mpc_ipopt;
+    csv << row.name << row.median_us << row.p95_us << row.p99_us << row.max_us << row.allocations_per_step
+        << row.iterations_median << row.first_input_error_p95 << row.first_input_error_max << row.failures
+        << row.ratio_to_mpc_ipopt;
     csv.end_row();
   }
 }

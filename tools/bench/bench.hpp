@@ -15,8 +15,8 @@ namespace gripline {
 /// same problem solved by Ipopt to 1e-10; NaN where a figure has no meaning.
 struct BenchRow {
   std::string name;
-  double median_us = 0, p95_us = 0, p99_us = 0;
-  double allocations_per_step = 0, iterations_median = 0, first_input_error_p95 = 0;
+  double median_us = 0, p95_us = 0, p99_us = 0, max_us = 0;
+  double allocations_per_step = 0, iterations_median = 0, first_input_error_p95 = 0, first_input_error_max = 0;
   int failures = 0;
   double ratio_to_mpc_ipopt = 0;
 };
@@ -24,11 +24,16 @@ struct BenchRow {
 /// Number of heap allocations of this process so far; supplied by the program, which can see them.
 using AllocationCount = std::int64_t (*)();
 
-/// Drives a lap and a half in this world with a learned stack, freezes what it learned, records `instances` consecutive
-/// problems and replays them three times to each controller; the replay with the least median counts. Learning is
-/// included where the case says elm40: the estimator's update on a twin that keeps learning.
+struct BenchOptions {
+  int instances = 200;                                              // recorded problems
+  std::vector<std::string> controllers = {"mpc_ipopt", "mpc_sqp"};  // ids; all take mpc_sqp's cost parameters
+};
+
+/// Drives a lap and a half in this world with a learned stack, freezes what it learned, records consecutive problems and
+/// replays them three times to each controller in turn. A step's work is the same in each replay: its least time counts.
+/// Learning is included where the case says elm40: the estimator's update on a twin that keeps learning.
 std::vector<BenchRow> run_bench(const WorldSpec& world, const Registry& registry, AllocationCount allocations,
-                                int instances, const ProgressCallback& progress = {});
+                                const BenchOptions& options, const ProgressCallback& progress = {});
 
 void write_bench(const std::filesystem::path& file, std::span<const BenchRow> rows);
 

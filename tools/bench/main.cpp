@@ -43,9 +43,10 @@ std::int64_t count_allocations() {
 
 void print(const BenchRow& row) {
   char line[200];
-  std::snprintf(line, sizeof line, "%-22s %9.1f %9.1f %9.1f %8.2f %6.0f %12.2e %6d %9.4f", row.name.c_str(),
-                row.median_us, row.p95_us, row.p99_us, row.allocations_per_step, row.iterations_median,
-                row.first_input_error_p95, row.failures, row.ratio_to_mpc_ipopt);
+  std::snprintf(line, sizeof line, "%-22s %9.1f %9.1f %9.1f %9.1f %8.2f %6.0f %12.2e %12.2e %6d %9.4f",
+                row.name.c_str(), row.median_us, row.p95_us, row.p99_us, row.max_us, row.allocations_per_step,
+                row.iterations_median, row.first_input_error_p95, row.first_input_error_max, row.failures,
+                row.ratio_to_mpc_ipopt);
   std::cout << line << '\n';
 }
 
@@ -55,6 +56,8 @@ int run(Arguments args) {
   add("out", po::value<std::string>(), "write the rows to this CSV file");
   add("world", po::value<std::string>()->default_value("worlds/ethz.json"), "the world that is driven");
   add("instances", po::value<std::string>()->default_value("200"), "recorded problems");
+  add("controller", po::value<Words>()->composing(),
+      "one that is compared instead of mpc_ipopt and mpc_sqp; it must know their cost parameters; may be repeated");
   add_plugins_option(visible);
   add("help,h", "this text");
   const auto given = parse_options(args, visible, "bench [--out F.csv] [options]", "unexpected");
@@ -72,15 +75,18 @@ int run(Arguments args) {
   Errors errors;
   const WorldSpec world = read_world(tree, registry, errors);
   errors.throw_if_any();
+  BenchOptions options;
+  options.instances = static_cast<int>(instances);
+  if (const Words controllers = words_of(*given, "controller"); !controllers.empty()) options.controllers = controllers;
   const std::vector<BenchRow> rows = [&] {
     CallbackProgress progress(std::cerr, "bench");
-    std::vector<BenchRow> measured =
-        run_bench(world, registry, count_allocations, static_cast<int>(instances), progress.callback());
+    std::vector<BenchRow> measured = run_bench(world, registry, count_allocations, options, progress.callback());
     progress.finish();
     return measured;
   }();
-  std::cout
-      << "case                   median us    p95 us    p99 us  allocs  iters  error p95    failed  ratio to Ipopt\n";
+  std::cout << "case                   median us    p95 us    p99 us    max us   allocs  iters    error p95    error "
+               "max failed "
+               " of Ipopt\n";
   for (const BenchRow& row : rows) print(row);
   if (out) write_bench(*out, rows);
   return good;

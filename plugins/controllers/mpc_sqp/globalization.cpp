@@ -26,9 +26,14 @@ double MeritFunction::defects(const NlpIterate& at) const {
 }
 
 void LevenbergMarquardt::update(double alpha, double predicted_decrease, double squared_step) {
-  relative_ = alpha == 1 ? relative_ / factor : std::max(first, relative_ * factor);
-  if (relative_ < 0.01 * first) relative_ = 0;
-  damping_ = relative_ * std::abs(predicted_decrease) / std::max(squared_step, 1e-12);
+  if (alpha == 1) {
+    // Not from this step: a damped one is short, and would ask for more damping.
+    relative_ = relative_ < 0.1 * first ? 0 : relative_ / factor;
+    damping_ = relative_ > 0 ? damping_ / factor : 0;
+    return;
+  }
+  relative_ = std::max(first, relative_ * factor);
+  damping_ = std::max(damping_, relative_ * std::abs(predicted_decrease) / std::max(squared_step, 1e-12));
 }
 
 }  // namespace gripline::mpc_sqp

@@ -25,9 +25,11 @@ class MpcSqp final : public Controller {
   static constexpr auto parameters() {
     return std::tuple_cat(
         mpc::ocp_parameters(),
-        std::tuple{param("iterations", &Params::iterations, "1", {1, 1000}, "quadratic programs per step at most"),
-                   param("tolerance", &Params::tolerance, "1", {1e-9, 1},
-                         "largest last change of an input, as a share of its range")});
+        std::tuple{
+            param("iterations", &Params::iterations, "1", {1, 1000}, "quadratic programs per step at most"),
+            param(
+                "tolerance", &Params::tolerance, "1", {1e-9, 1},
+                "largest last change of an input, as a share of its range; the first one is known ten times as well")});
   }
 
   MpcSqp(const PluginContext& context, const Params& params)

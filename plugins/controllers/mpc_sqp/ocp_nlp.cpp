@@ -2,8 +2,22 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 namespace gripline::mpc_sqp {
+namespace {
+
+/// Whether all numbers are finite: so is then their sum, in eight parts that do not wait for one another.
+bool finite(std::span<const double> values) {
+  double part[8] = {};
+  std::size_t i = 0;
+  for (; i + 8 <= values.size(); i += 8)
+    for (std::size_t j = 0; j < 8; ++j) part[j] += values[i + j];
+  for (; i < values.size(); ++i) part[0] += values[i];
+  return std::isfinite(std::accumulate(std::begin(part), std::end(part), 0.0));
+}
+
+}  // namespace
 
 NlpIterate::NlpIterate(int N, int nx) {
   const auto n = static_cast<std::size_t>(nx), stages = static_cast<std::size_t>(N);
@@ -14,15 +28,18 @@ NlpIterate::NlpIterate(int N, int nx) {
   B.resize(stages * n * 2);
 }
 
+bool predict(const mpc::Ocp& ocp, Prediction& model, NlpIterate& at) {
+  const auto n = static_cast<std::size_t>(ocp.states()), stages = static_cast<std::size_t>(ocp.horizon());
+  model.step(stages, std::span(at.x).first(stages * n), at.u, ocp.places(), at.x_next, {}, {});
+  at.cost = ocp.cost(at.x, at.u);
+  return std::isfinite(at.cost) && finite(at.x_next);
+}
+
 bool linearise(const mpc::Ocp& ocp, Prediction& model, NlpIterate& at) {
   const auto n = static_cast<std::size_t>(ocp.states()), stages = static_cast<std::size_t>(ocp.horizon());
   model.step(stages, std::span(at.x).first(stages * n), at.u, ocp.places(), at.x_next, at.A, at.B);
   at.cost = ocp.cost(at.x, at.u);
-  double total = at.cost;
-  for (const double v : at.x_next) total += v;
-  for (const double v : at.A) total += v;
-  for (const double v : at.B) total += v;
-  return std::isfinite(total);
+  return std::isfinite(at.cost) && finite(at.x_next) && finite(at.A) && finite(at.B);
 }
 
 void set_cost_hessian(const mpc::Ocp& ocp, double damping, OcpQp& qp) {

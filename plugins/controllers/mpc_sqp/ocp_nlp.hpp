@@ -31,7 +31,9 @@ inline constexpr int yaw_index = 2, delta_index = 6;
 inline double d_range(const Car& car) { return car.d_max - car.d_min; }
 inline double ddelta_range(const Car& car) { return 2 * car.ddelta_max; }
 
-/// Predictions, Jacobians and cost of an iterate; false if anything of it is not finite.
+/// Predictions and cost of an iterate; false if anything of it is not finite.
+bool predict(const mpc::Ocp& ocp, Prediction& model, NlpIterate& at);
+/// The same with Jacobians.
 bool linearise(const mpc::Ocp& ocp, Prediction& model, NlpIterate& at);
 
 /// Q, R, S of the tracking cost with `damping`, a cost of squared steps of the inputs in units of their ranges, and the

@@ -29,6 +29,7 @@ OcpQpSolverStatistics OcpQpSolver::solve(const OcpQp& qp, const double* x0, cons
   };
   if (!w.active_set.update_curvature(qp, *w.riccati, w.point)) return statistics;
   statistics.exact = settle(options.active_set_iter_max);
+  if (!statistics.exact && options.ip_iter_max == 0) return statistics;
   if (!statistics.exact) {
     w.interior_point.start(qp, *w.riccati, w.point);
     while (!statistics.exact) {

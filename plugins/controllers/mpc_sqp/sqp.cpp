@@ -2,9 +2,22 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 namespace gripline::mpc_sqp {
+namespace {
+
+// Of the learned curvature, tried in this order until the quadratic program is convex and its step can be trusted.
+constexpr double curvature_shares[] = {1, 0.5, 0.25, 0.1, 0};
+// Learned curvature may ask for twice the step that was taken before, and always for this share of an input's range. A
+// longer one says that the curvature learned is too small somewhere: it is cut to 1/16 and less in the line search.
+constexpr double least_trusted_step = 0.05;
+// How fast and how slowly steps are thought to fall, and the share of the tolerance of steps that the first inputs may be
+// off: they are driven, the others only planned.
+constexpr double fastest_rate = 0.2, slowest_rate = 0.9, first_step_share = 0.05, rounding = 1e-9;
+
+}  // namespace
 
 Sqp::Sqp(int N, int nx, const SqpOptions& options)
     : N_(N),
@@ -46,6 +59,9 @@ void Sqp::initialize(const mpc::Ocp& ocp, Prediction& model) {
   }
   sr1_.reset();
   qp_solver_.reset();
+  // What trials by value need is taken now.
+  trial_ = now_;
+  predict(ocp, model, trial_);
 }
 
 void Sqp::shift() {
@@ -71,34 +87,46 @@ void Sqp::shift() {
   }
 }
 
-/// The program in the steps from now_, without the learned curvature should that make it not convex.
+/// The program in the steps from now_, with as much of the learned curvature as leaves it convex and its step trusted. What
+/// does not fit now is kept: with another active set, or a stage later, it may. With curvature the active set decides
+/// alone: where it does not settle the program is hardly convex, and an interior-point method would be long.
 bool Sqp::solve_qp(const mpc::Ocp& ocp, SqpStatistics& statistics) {
-  const auto solve = [&] {
+  const auto solve = [&](double share) {
     set_cost_hessian(ocp, levenberg_marquardt_.damping(), qp_);
-    sr1_.add_to(qp_);
-    const OcpQpSolverStatistics qp = qp_solver_.solve(qp_, nullptr, options_.qp_solver);
+    if (share > 0) sr1_.add_to(qp_, share);
+    OcpQpSolverOptions options = options_.qp_solver;
+    if (share > 0) options.ip_iter_max = 0;
+    const OcpQpSolverStatistics qp = qp_solver_.solve(qp_, nullptr, options);
     statistics.qp_active_set_iter += qp.active_set_iter;
     statistics.qp_ip_iter += qp.ip_iter;
-    return qp.solved;
+    if (!qp.solved) return false;
+    statistics.step_norm = step_norm(ocp, N_);
+    return share == 0 || statistics.step_norm <= trusted_step_;
   };
   set_cost_gradient(ocp, now_, qp_);
   set_constraints(ocp, now_, qp_);
   statistics.res_eq = set_dynamics(now_, nx_, qp_);
-  if (solve()) return true;
-  if (sr1_.empty()) return false;
-  sr1_.reset();
-  return solve();
+  if (sr1_.empty()) return solve(0);
+  return std::any_of(std::begin(curvature_shares), std::end(curvature_shares), solve);
 }
 
-/// The largest step of an input as a share of its range.
-double Sqp::step_norm(const mpc::Ocp& ocp) const {
+/// The largest step of an input in the first `stages` stages, as a share of its range.
+double Sqp::step_norm(const mpc::Ocp& ocp, int stages) const {
   const Car& car = ocp.car();
   double largest = 0;
-  for (int k = 0; k < N_; ++k) {
+  for (int k = 0; k < stages; ++k) {
     const double* u = qp_solver_.u(k);
     largest = std::max({largest, std::abs(u[0]) / d_range(car), std::abs(u[1]) / ddelta_range(car)});
   }
   return largest;
+}
+
+/// Whether no input moves any more, and the first one will not: a geometric series of steps, at the rate at which the last
+/// two fell, is left of it.
+bool Sqp::converged(const mpc::Ocp& ocp, const SqpStatistics& statistics) const {
+  if (statistics.step_norm > options_.tol_step) return false;
+  const double rate = std::clamp(statistics.step_norm / last_step_, fastest_rate, slowest_rate);
+  return step_norm(ocp, 1) * rate / (1 - rate) <= first_step_share * options_.tol_step + rounding;
 }
 
 double Sqp::squared_step(const mpc::Ocp& ocp) const {
@@ -131,14 +159,17 @@ double Sqp::line_search(const mpc::Ocp& ocp, Prediction& model, SqpStatistics& s
   merit_.update_weights(pi_.data(), qp_.dims.ldx);
   take_step(1, trial_);
   const double merit = merit_(now_);
-  const double rounding = 1e-10 * std::abs(merit);
+  const double merit_rounding = 1e-10 * std::abs(merit);
   predicted_decrease_ = merit - ocp.cost(trial_.x, trial_.u);
   double alpha = 1;
   for (int backtrack = 0; backtrack < max_backtracks; ++backtrack, alpha *= 0.5) {
     take_step(alpha, trial_);
     ++statistics.predictions;
-    if (!linearise(ocp, model, trial_)) continue;
-    if (merit_(trial_) <= merit - sufficient_decrease * alpha * predicted_decrease_ + rounding) return alpha;
+    // Most full steps are taken, so that their trial brings the Jacobians along; most shortened ones are not.
+    const bool full = backtrack == 0;
+    if (!(full ? linearise(ocp, model, trial_) : predict(ocp, model, trial_))) continue;
+    if (merit_(trial_) > merit - sufficient_decrease * alpha * predicted_decrease_ + merit_rounding) continue;
+    if (full || linearise(ocp, model, trial_)) return alpha;
   }
   return 0;
 }
@@ -156,6 +187,8 @@ SqpStatistics Sqp::solve(const mpc::Ocp& ocp, Prediction& model) {
   SqpStatistics statistics;
   set_x0(ocp);
   merit_.reset();
+  trusted_step_ = std::numeric_limits<double>::infinity();
+  last_step_ = 0;
   levenberg_marquardt_.reset();
   ++statistics.predictions;
   if (!linearise(ocp, model, now_)) return statistics;
@@ -167,8 +200,7 @@ SqpStatistics Sqp::solve(const mpc::Ocp& ocp, Prediction& model) {
   while (statistics.sqp_iter < options_.max_iter) {
     ++statistics.sqp_iter;
     if (!solve_qp(ocp, statistics)) return end(SqpStatus::qp_failure);
-    statistics.step_norm = step_norm(ocp);
-    if (statistics.step_norm <= options_.tol_step) {
+    if (converged(ocp, statistics)) {
       take_step(1, now_);
       now_.cost = ocp.cost(now_.x, now_.u);
       return end(SqpStatus::converged);
@@ -176,6 +208,8 @@ SqpStatistics Sqp::solve(const mpc::Ocp& ocp, Prediction& model) {
     const double alpha = line_search(ocp, model, statistics);
     if (alpha == 0 && sr1_.empty() && levenberg_marquardt_.at_largest()) return end(SqpStatus::min_step);
     levenberg_marquardt_.update(alpha, predicted_decrease_, squared_step(ocp));
+    last_step_ = alpha * statistics.step_norm;
+    trusted_step_ = std::max(least_trusted_step, 2 * last_step_);
     if (alpha == 0) {
       sr1_.reset();
       continue;

@@ -64,7 +64,8 @@ class Sqp {
   Input pursuit_input(const mpc::Ocp& ocp, const double* x, int k) const;
   void set_x0(const mpc::Ocp& ocp);
   bool solve_qp(const mpc::Ocp& ocp, SqpStatistics& statistics);
-  double step_norm(const mpc::Ocp& ocp) const;
+  double step_norm(const mpc::Ocp& ocp, int stages) const;
+  bool converged(const mpc::Ocp& ocp, const SqpStatistics& statistics) const;
   double squared_step(const mpc::Ocp& ocp) const;
   void take_step(double alpha, NlpIterate& to) const;
   double line_search(const mpc::Ocp& ocp, Prediction& model, SqpStatistics& statistics);
@@ -78,6 +79,8 @@ class Sqp {
   MeritFunction merit_;
   LevenbergMarquardt levenberg_marquardt_;
   double predicted_decrease_ = 0;  // of the merit by a full step
+  double last_step_ = 0;           // step_norm that was taken
+  double trusted_step_ = 0;        // largest step_norm that learned curvature may ask for
   NlpIterate now_, trial_;
 };
 

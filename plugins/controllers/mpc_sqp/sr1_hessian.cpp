@@ -70,19 +70,19 @@ void Sr1Hessian::update(const NlpIterate& from, const NlpIterate& to, const doub
   }
 }
 
-void Sr1Hessian::add_to(OcpQp& qp) const {
+void Sr1Hessian::add_to(OcpQp& qp, double share) const {
   if (empty_) return;
   const int n = nx_, ldx = qp.dims.ldx, ldux = qp.dims.ldux;
   for (int k = 0; k < N_; ++k) {
     const double* c = c_.data() + place(k, size_ * size_);
     double *Q = qp.Q(k), *S = qp.S(k), *R = qp.R(k);
     for (int i = 0; i < n; ++i) {
-      for (int j = 0; j < n; ++j) Q[i * ldx + j] += c[i * size_ + j];
+      for (int j = 0; j < n; ++j) Q[i * ldx + j] += share * c[i * size_ + j];
     }
     for (int i = 0; i < 2; ++i) {
       const double* row = c + (n + i) * size_;
-      for (int j = 0; j < n; ++j) S[i * ldux + j] += row[j];
-      for (int j = 0; j < 2; ++j) R[i * ldux + j] += row[n + j];
+      for (int j = 0; j < n; ++j) S[i * ldux + j] += share * row[j];
+      for (int j = 0; j < 2; ++j) R[i * ldux + j] += share * row[n + j];
     }
   }
 }

@@ -21,8 +21,8 @@ class Sr1Hessian {
 
   /// Learns from the step between two linearised iterates. `pi`: pi_k at pi + k ldpi, k = 1 .. N.
   void update(const NlpIterate& from, const NlpIterate& to, const double* pi, int ldpi);
-  /// Adds C_k to Q, S and R of the program.
-  void add_to(OcpQp& qp) const;
+  /// Adds `share` C_k to Q, S and R of the program.
+  void add_to(OcpQp& qp, double share = 1) const;
   /// One stage ahead in time.
   void shift();
   /// Back to zero.
