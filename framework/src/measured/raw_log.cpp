@@ -24,7 +24,7 @@ void refuse(const CsvTable& table, const std::string& message, std::size_t row) 
 
 namespace {
 
-/// Names under which a column is found in the wild.
+/// Other names that logs use for a column.
 struct Alias {
   const char* column;
   std::vector<std::string> also;

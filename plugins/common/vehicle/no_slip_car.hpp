@@ -2,7 +2,7 @@
 //
 //   Fd = (Cm1 - Cm2 vx) d,  for d < 0 with Cb > 0 instead Cb d;   Fres = Cr0 + Cd vx^2
 //
-// or, where an engine's map was measured (v_1 above 0.1 m/s): between closed(vx) at closed and full(vx) at full throttle,
+// or, where an engine's map was measured (v_1 above 0.1 m/s), between closed(vx) without and full(vx) at full throttle,
 //
 //   Fd = (full(vx) - closed(vx)) d,   Fres = Cr0 + Cd vx^2 - closed(vx)
 //
@@ -10,10 +10,10 @@
 // which gear is engaged inside such a step is not known.
 //
 // The paper's e-kinematic model leaves resistance out (it is learned), so Cr0 and Cd default to 0; the parameters exist
-// for whoever knows them. yaw_gain = 1 is the formula; the published code multiplies the yaw acceleration by L where it
-// should divide, which is yaw_gain = L^2: the observed yaw rate then holds over the horizon. That slip matters: near the
-// limit a car turns far less than a rolling one, and a controller that believes the formula swings from edge to edge
-// (framework/doc/models.md). Tyres that do not slip hold the car on a bank: no model here is pulled sideways by one.
+// for stacks that are given them. yaw_gain = 1 is the formula; the published code multiplies the yaw acceleration by L
+// where it should divide, which is yaw_gain = L^2: the observed yaw rate then holds over the horizon. Near the limit a
+// car turns far less than one without slip, and a controller on the formula oscillates between the edges
+// (framework/doc/models.md). Without slip a bank moves no car sideways: no model here has a term for it.
 #pragma once
 
 #include <array>

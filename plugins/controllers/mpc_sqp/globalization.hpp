@@ -1,9 +1,9 @@
-// What keeps the SQP method on its way to a solution from anywhere: a merit function with backtracking, and damping of
+// Globalization of the SQP method, for convergence from any start: a merit function with backtracking, and damping of
 // the steps that follow a shortened one.
 //
 // Merit: cost + sum_i weight_i |defect_i| (Han 1977). It is exact, and the quadratic program's solution a descent of
 // it, when a weight exceeds the multipliers of its defects. The cost is convex and the linearised defects vanish at a
-// full step, so a step of length alpha promises alpha times the fall of the full one.
+// full step, so the predicted decrease of a step of length alpha is alpha times that of the full one.
 #pragma once
 
 #include <span>

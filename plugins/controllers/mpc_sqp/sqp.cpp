@@ -152,8 +152,8 @@ void Sqp::take_step(double alpha, NlpIterate& to) const {
 }
 
 /// The length of the step to trial_, which is then linearised; 0 if none is short enough to improve the merit. With
-/// learned curvature the promise can be a small rise, and a tenth of it is granted: near the solution a strict descent
-/// of this merit turns good steps away (measured: the first input's error grows from 1.5e-4 to 3e-3 of its range).
+/// learned curvature the predicted change can be a small rise, of which a tenth is accepted: to require descent near
+/// the solution rejects good steps (measured: the first input's error grows from 1.5e-4 to 3e-3 of its range).
 double Sqp::line_search(const mpc::Ocp& ocp, Prediction& model, SqpStatistics& statistics) {
   qp_solver_.get_pi(qp_, pi_.data());
   merit_.update_weights(pi_.data(), qp_.dims.ldx);

@@ -2,8 +2,8 @@
 //
 // Each step is the solution of an OcpQp (ocp_nlp.hpp), whose Hessian is Gauss-Newton's with the curvature that the
 // iterates themselves show (sr1_hessian.hpp). Steps are globalised from the first iteration on (globalization.hpp): a
-// step is shortened until the merit falls by a share of what the program promised. The end is decided by iterations and
-// step size, never by time: same input, same output.
+// step is shortened until the merit falls by a share of the predicted decrease. Iterations and step size decide the
+// end, never time: same input, same output.
 #pragma once
 
 #include <span>

@@ -15,7 +15,7 @@ AdaptiveLaps::AdaptiveLaps(const LapSetup& setup, std::vector<LapMember> members
 void AdaptiveLaps::advance_order() {
   if (order_.due < 0 || order_.due-- > 0) return;
   LapMember& member = members_[order_.member];
-  // A car for which no lap is found keeps the old lap, and is not asked about again.
+  // Where no lap is found for a car the old lap stays, and no solve for this car is ordered again.
   if (!solve_again(*setup_, order_.belief, member)) {
     member.belief = order_.belief;
     return;

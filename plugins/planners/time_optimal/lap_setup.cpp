@@ -11,8 +11,8 @@ using namespace planning;
 
 namespace {
 
-/// The racing line keeps half the car inside; what the margin asks beyond that is asked of it as well, and that its
-/// turns can be driven, so that every node has room on both sides.
+/// The minimum-curvature line with the part of the margin beyond 0.4 of the car's width, and with turns that can be
+/// driven, so that every node has room on both sides.
 ClosedLine compute_base(const PluginContext& context, double margin) {
   const Course& course = course_of(context);
   const Car& car = context.car;

@@ -34,7 +34,7 @@ struct AxlePrior {
 MagicFormula fit_axle(std::span<const double> slip, std::span<const double> force, std::span<const double> sigma,
                       const AxlePrior& prior);
 
-/// Asks `learned` for an axle and fits it; the prior's shape when it does not know.
+/// Fits the curve that `learned` gives for an axle; the prior's shape when it knows no tyre.
 MagicFormula fit_learned(const TyreCurve& learned, Axle axle, double mass, double visited, const AxlePrior& prior);
 
 /// Largest difference of two pairs of curves over |slip| <= range, relative to the first pair's peaks.

@@ -3,17 +3,16 @@
 //   m (vx' - vy omega) = sum Fx - D |V| vx - m g sin(grade)
 //   m (vy' + vx omega) = sum Fy - D |V| vy + m g sin(bank)
 //   Iz omega'          = sum (px Fy - py Fx)                                 p: the wheel's place in the car
-//   I spin'            = T_drive - r Fx - (T_brake + f_r r Fz) sign(spin)    dry friction: a stopped wheel stays until
-//                                                                            the torque on it exceeds T_brake + f_r r
-//                                                                            Fz
+//   I spin'            = T_drive - r Fx - T_stop sign(spin)
+//   T_stop             = T_brake + f_r r Fz     dry friction: a stopped wheel stays until the torque on it exceeds this
 // Loads (Milliken and Milliken, chapter 18), all transfers with lag `load_lag` so that they depend on the forces of
 // a moment ago:
 //   front + rear = m (g_n + vx^2 d grade/ds) + c V^2,   front's static share lr / (lf + lr)
 //   longitudinal transfer   h sum Fx / (lf + lr)     from front to rear; holds at rest on a slope too
 //   lateral transfer, front (z_f Fyf + k_f ((h - z_f) Fyf + (h - z_r) Fyr)) / track_front, rear alike with 1 - k_f
-// g_n = g sqrt(1 - sin(grade)^2 - sin(bank)^2); d grade/ds is the difference of the grades under the two axles, along the
-// car: in a turn whose bank turns with the road that is d grade/ds of the road and kappa sin(bank), the curvature of the
-// surface in the car's direction (Meusnier).
+// g_n = g sqrt(1 - sin(grade)^2 - sin(bank)^2); d grade/ds is the difference of the grades under the two axles, along
+// the car: in a turn whose bank turns with the road that is d grade/ds of the road and kappa sin(bank), the curvature
+// of the surface in the car's direction (Meusnier).
 #pragma once
 
 #include <algorithm>

@@ -1,10 +1,10 @@
-// A tyre with combined slip, load sensitivity and relaxation, that also stands still.
+// A tyre with combined slip, load sensitivity and relaxation, valid down to standstill.
 //
 // Steady state: the Magic Formula by similarity (Pacejka, Tyre and Vehicle Dynamics, sections 4.2 and 4.3). With slips
 // normalised by the slips of their peaks,
 //   sx = slip_x / peak_x,   sy = slip_y / peak_y,   s = sqrt(sx^2 + sy^2)
-//   Fx = f mu_x Fz g_x(s) sx / s,   Fy = f mu_y Fz g_y(s) sy / s,   g(s) = sin(C atan(x - E (x - atan x))), x = x_peak
-//   s
+//   Fx = f mu_x Fz g_x(s) sx / s,   Fy = f mu_y Fz g_y(s) sy / s
+//   g(s) = sin(C atan(x - E (x - atan x))),   x = x_peak s
 // so that pure slip in either direction is its Magic Formula, the force turns with the slip, and the peaks of all
 // directions form an ellipse. f is the road's friction factor; it scales the whole curve, as in the published plant.
 // Load (same book, section 4.3.2): mu = mu_0 (1 - k (Fz / Fz0 - 1)); cornering stiffness ~ sin(2 atan(Fz / (p Fz0))).
