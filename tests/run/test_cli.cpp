@@ -161,7 +161,8 @@ TEST_F(Cli, RunsAreTheSameBytesHoweverTheyAreRaced) {
   for (const auto& entry : fs::recursive_directory_iterator(out("a"))) {
     const fs::path relative = fs::relative(entry.path(), out("a"));
     const std::string name = relative.filename().string();
-    const bool timed = name == "timing.csv" || name == "runs.csv" || name == "table.csv" || name.ends_with(".html");
+    const bool timed =
+        name.starts_with("timing.") || name == "runs.csv" || name == "table.csv" || name.ends_with(".html");
     if (entry.is_directory() || timed || name == "claims.json") continue;
     EXPECT_EQ(contents(entry.path()), contents(out("b") / relative)) << relative;
     ++compared;
@@ -248,6 +249,18 @@ TEST_F(Cli, ModelsAreComparedWithLogsInAnyWorld) {
   const Outcome predicted = gripline_with({"predict", world, log, "--horizon", "0.1", "--out", folder_ / "p.csv"});
   EXPECT_EQ(predicted.code, 0) << predicted.err;
   EXPECT_EQ(read_csv(folder_ / "p.csv").rows(), 1u);
+  // Without a sideways speed there is nothing to compare it with: a dash, and what it means.
+  std::string without_vy;
+  for (std::string line : lines(log)) {
+    for (int comma = 0; comma < 5; ++comma)
+      without_vy += line.substr(0, line.find(',') + 1), line.erase(0, line.find(',') + 1);
+    without_vy += line.substr(line.find(',') + 1) + "\n";
+  }
+  write_text(folder_ / "without_vy.csv", without_vy);
+  const Outcome dashed = gripline_with({"predict", world, folder_ / "without_vy.csv", "--horizon", "0.1"});
+  EXPECT_EQ(dashed.code, 0) << dashed.err;
+  EXPECT_THAT(dashed.out, testing::AllOf(HasSubstr("         - "), HasSubstr("\n-: nothing to compare"),
+                                         testing::Not(HasSubstr("nan"))));
   const Outcome over = gripline_with({"predict", world, log, "--out", log});
   EXPECT_EQ(over.code, 2);
   EXPECT_EQ(over.err, "--out " + log + ": is what is read; choose another file\n");

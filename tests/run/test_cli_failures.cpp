@@ -16,6 +16,7 @@ namespace gripline {
 namespace {
 
 using testing::AllOf;
+using testing::EndsWith;
 using testing::HasSubstr;
 using testing::Not;
 using testing::StartsWith;
@@ -177,7 +178,9 @@ TEST_F(Failures, AnInterruptBeforeTheFirstResultPrintsNoTable) {
   const Outcome stopped = process.wait();
   EXPECT_EQ(stopped.code, 4);
   EXPECT_EQ(stopped.out, "");
-  EXPECT_EQ(stopped.err, "interrupted: 0 of 2 runs are finished and kept; the same command goes on from here\n");
+  EXPECT_THAT(stopped.err, AllOf(StartsWith("told, seed 1 was stopped"),
+                                 EndsWith("\ninterrupted: 0 of 2 runs are finished and kept; the same command goes on "
+                                          "from here\n")));
 }
 
 /// Whoever kills the parent ends its runs: nobody would collect them.
@@ -241,6 +244,87 @@ TEST_F(Failures, AFolderWithoutTheRightToWriteIsOneMessage) {
   const Outcome outcome = gripline_with({"compare", "experiments/good.json", "--out", "/proc/gripline"});
   EXPECT_EQ(outcome.code, 2);
   EXPECT_THAT(outcome.err, StartsWith("cannot make /proc/gripline: "));
+}
+
+/// Libraries that end, hold up or meddle with the process that opens them cost themselves, and their words do no harm.
+TEST_F(Failures, ALibraryThatEndsItsProcessIsNamedAndTheOthersAreListed) {
+  std::vector<std::string> words = {"plugins", "list"};
+  for (const char* mode : {"exits", "aborts", "segfaults", "throws", "meddles", "prints"})
+    words.insert(words.end(), {"--plugins", (fixture_plugins("constructors") / mode).string()});
+  const Outcome list = gripline_with(words);
+  EXPECT_EQ(list.code, 0) << list.err;
+  EXPECT_THAT(list.out,
+              AllOf(HasSubstr("exits.so: cannot be opened: the process that tried ended with exit code 0\n"),
+                    HasSubstr("aborts.so: cannot be opened: the process that tried was ended by signal 6 (Aborted)\n"),
+                    HasSubstr("constructor.meddles"), HasSubstr("does \\x1b[31mnothing\\x1b[0m; its library does"),
+                    HasSubstr("controller pure_pursuit"), Not(HasSubstr("\x1b"))));
+}
+
+/// predict, diagnose and bench call plugins in the program itself: its end is told, and a quiet one is none.
+TEST_F(Failures, APluginThatEndsTheProgramIsNamed) {
+  const auto predict = [&](const std::string& effect) {
+    write_text(folder_ / "world.json", R"({"extends": ")" + fixture_dir().string() +
+                                           R"(/worlds/short.json", "plant": {"effects": [{"plugin": ")" + effect +
+                                           R"("}]}})");
+    return gripline_with({"predict", (folder_ / "world.json").string(), "no.csv", "--plugins", plugins_of("faults")});
+  };
+  const Outcome exits = predict("fault.exits_at_start");
+  EXPECT_EQ(exits.code, 4);
+  EXPECT_EQ(exits.err,
+            "gripline: something called exit() before the work was done; the plugin called last was "
+            "fault.exits_at_start\n");
+  const Outcome crashes = predict("fault.crashes_at_start");
+  EXPECT_NE(crashes.code, 0);
+#if !defined(__SANITIZE_ADDRESS__)
+  EXPECT_EQ(crashes.code, 128 + SIGABRT);
+  EXPECT_EQ(crashes.err, "gripline: ended by signal 6 (Aborted); the plugin called last was fault.crashes_at_start\n");
+#endif
+}
+
+TEST_F(Failures, ARunThatHangsIsEndedByItsTimeout) {
+  const Outcome outcome =
+      compare({"--plugins", plugins_of("hostile"), "-j", "2", "--set", "/seeds/count=1", "--timeout", "4 s", "--set",
+               R"(/stacks/hangs={"controller": {"plugin": "hostile.controller", "params": {"mode": "loops"}}})"});
+  EXPECT_EQ(outcome.code, 4);
+  EXPECT_THAT(outcome.err,
+              HasSubstr("hangs, seed 1: error: it was stopped after 4 s (--timeout) at t = 0.060000 s; the plugin "
+                        "called last was hostile.controller\n"));
+  EXPECT_THAT(contents(out() + "/runs.csv"), AllOf(HasSubstr("slow,1,finished,"), HasSubstr("hangs,1,error,")));
+  for (const char* wrong : {"0", "-1", "soon", "3 m", "nan"}) EXPECT_EQ(compare({"--timeout", wrong}).code, 2) << wrong;
+  for (const char* wrong : {"0", "-1", "much", "1e3"}) EXPECT_EQ(compare({"--memory", wrong}).code, 2) << wrong;
+}
+
+/// Started without standard streams, a plugin's words end up in no result; started by one who ignores children, the end
+/// of runs is heard of.
+TEST_F(Failures, WhoeverStartsItRunsAreWhole) {
+  const std::string command = "exec " + gripline_program().string() + " compare experiments/good.json --plugins " +
+                              plugins_of("hostile") +
+                              " --only prints --set /seeds/count=1 --set '/stacks/prints={\"controller\": "
+                              "{\"plugin\": \"hostile.controller\", \"params\": {\"mode\": \"prints\"}}}' --out ";
+  const Outcome usual = run_program({"/bin/sh", "-c", command + out() + "/usual"});
+  EXPECT_EQ(usual.code, 0) << usual.err;
+  run_program({"/bin/sh", "-c", command + out() + "/closed <&- >&-"});
+  const Outcome ignoring = run_program({"/bin/sh", "-c",
+                                        "env --ignore-signal=CHLD sh -c '" + gripline_program().string() +
+                                            " compare experiments/good.json --out " + out() + "/ignoring'"});
+  EXPECT_EQ(ignoring.code, 0) << ignoring.err;
+  for (const char* name : {"steps.csv", "summary.json", "config.json"})
+    EXPECT_EQ(contents(out() + "/usual/prints/1/" + name), contents(out() + "/closed/prints/1/" + name)) << name;
+  EXPECT_THAT(contents(out() + "/usual/prints/1/log.txt"), HasSubstr("words of a plugin"));
+}
+
+/// Results that are there without the report that was promised are no success.
+TEST_F(Failures, AReportThatDoesNotFitTheDiskIsNoSuccess) {
+  const std::string command =
+      gripline_program().string() + " compare experiments/good.json --set /seeds/count=1 --out " + out();
+  const Outcome limited = run_program({"/bin/bash", "-c", "ulimit -f 100; exec " + command});
+  EXPECT_EQ(limited.code, 4);
+  EXPECT_THAT(limited.err, HasSubstr("no report: cannot write " + out() + "/report.html: File too large\n"));
+  EXPECT_TRUE(fs::exists(out() + "/slow/1/summary.json"));
+  const Outcome report =
+      run_program({"/bin/bash", "-c", "ulimit -f 100; exec " + gripline_program().string() + " report " + out()});
+  EXPECT_EQ(report.code, 4);
+  EXPECT_EQ(gripline_with({"report", out()}).code, 0);
 }
 
 }  // namespace

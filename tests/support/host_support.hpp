@@ -24,9 +24,10 @@ inline std::filesystem::path fixture_plugins(const std::string& name) {
   return build_dir() / "tests" / "plugins" / name;
 }
 
-/// The product's plugins with those that spy and those that go wrong.
+/// The product's plugins with those that spy, those that go wrong and those that do harm.
 inline const Registry& plugins() {
-  static const Registry all({plugin_dir(), fixture_plugins("spies"), fixture_plugins("faults")});
+  static const Registry all(
+      {plugin_dir(), fixture_plugins("spies"), fixture_plugins("faults"), fixture_plugins("hostile")});
   return all;
 }
 

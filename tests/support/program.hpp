@@ -35,6 +35,7 @@ class Process {
     if (pid_ == 0) begin(words, call);
   }
   void signal(int number) const { kill(pid_, number); }
+  pid_t pid() const { return pid_; }
   Outcome wait() const {
     int status = 0;
     waitpid(pid_, &status, 0);

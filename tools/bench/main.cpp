@@ -70,7 +70,7 @@ int run(Arguments args) {
   const std::string world_file = (*given)["world"].as<std::string>();
   const std::optional<std::string> out = text_of(*given, "out");
   if (out) require_writable("--out", *out, std::span(&world_file, 1));
-  const Registry registry(Registry::search_path(plugin_dirs_of(*given)));
+  const Registry registry = open_registry(plugin_dirs_of(*given));
   const Node tree = load_world(world_file);
   Errors errors;
   const WorldSpec world = read_world(tree, registry, errors);

@@ -55,6 +55,12 @@ Words plugin_dirs_of(const po::variables_map& given) {
   return dirs;
 }
 
+Registry open_registry(const Words& plugin_dirs) {
+  Registry registry(Registry::search_path(plugin_dirs));
+  for (const std::string& warning : registry.warnings()) std::cerr << "warning: " << harmless(warning) << '\n';
+  return registry;
+}
+
 std::int64_t whole_number(const po::variables_map& given, const char* name, const std::string& shown) {
   const std::string& text = given[name].as<std::string>();
   std::int64_t value = 0;

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "cli/program.hpp"
+#include "plugin/registry.hpp"
 
 namespace gripline::tools {
 
@@ -29,6 +30,8 @@ std::optional<std::string> text_of(const boost::program_options::variables_map& 
 void add_plugins_option(boost::program_options::options_description& visible);
 /// The folders of `--plugins`. Throws InputError when one is not there.
 Words plugin_dirs_of(const boost::program_options::variables_map& given);
+/// The registry of `--plugins` and the usual places; what the user should know of them is said on stderr.
+Registry open_registry(const Words& plugin_dirs);
 /// The whole number of an option given as text. Throws InputError that names it as `shown`.
 std::int64_t whole_number(const boost::program_options::variables_map& given, const char* name,
                           const std::string& shown);

@@ -12,6 +12,7 @@
 #include <iostream>
 #include <vector>
 
+#include "cli/last_words.hpp"
 #include "config/errors.hpp"
 #include "plugin/registry.hpp"
 
@@ -25,13 +26,16 @@ int run_guarded(Arguments args, int (*body)(Arguments), const std::string& comma
     std::cerr << e.what() << '\n';
     return bad_input;
   } catch (const PluginError& e) {
-    std::cerr << e.what() << '\n';
+    std::cerr << harmless(e.what()) << '\n';
     return plugin_unusable;
   } catch (const boost::program_options::error& e) {
     std::cerr << e.what() << "; see " << command << (command.ends_with(' ') ? args[0] : "") << " --help\n";
     return bad_input;
+  } catch (const std::bad_alloc&) {
+    std::cerr << "gripline: out of memory\n";
+    return run_broke;
   } catch (const std::exception& e) {
-    std::cerr << "gripline: " << e.what() << '\n';
+    std::cerr << "gripline: " << harmless(e.what()) << '\n';
     return run_broke;
   }
 }
@@ -51,10 +55,14 @@ int after_output(int code) {
 }  // namespace
 
 int run_program(int argc, char** argv, int (*body)(Arguments), const std::string& command) {
+  prepare_last_words();
   std::signal(SIGPIPE, SIG_IGN);
+  std::signal(SIGXFSZ, SIG_IGN);           // a file that may not grow is told as a full disk is
   setenv("OPENBLAS_NUM_THREADS", "1", 0);  // read when Ipopt is loaded: a run is one thread, and the same bytes
   const std::vector<std::string> args(argv + 1, argv + argc);
-  return after_output(run_guarded(args, body, command));
+  const int code = after_output(run_guarded(args, body, command));
+  all_said();
+  return code;
 }
 
 }  // namespace gripline::tools

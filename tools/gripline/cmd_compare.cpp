@@ -39,12 +39,12 @@ int run_compare(Arguments args) {
   const auto given = parse_options(args, visible, "compare EXPERIMENT [options]", experiment_word);
   if (!given) return good;
   const RaceOptions options = read_race_options(*given);
-  const Registry registry(Registry::search_path(options.plugin_dirs));
+  const Registry registry = open_registry(options.plugin_dirs);
   std::unique_ptr<Experiment> experiment;
   read_with_blame(options, [&](std::span<const std::string> assignments) {
     experiment = read_experiment(options.experiment, assignments, registry);
   });
-  ExperimentRequest request{options.out, {}, options.jobs, options.force};
+  ExperimentRequest request{options.out, {}, options.jobs, options.force, options.timeout_s, options.memory_mb};
   if (const auto only = text_of(*given, "only")) request.only = split_names(*only);
   return experiment->run(request);
 }

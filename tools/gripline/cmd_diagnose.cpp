@@ -177,7 +177,7 @@ int diagnose_logs(DiagnoseOptions options, const Registry& registry) {
                                                 diagnose::world_patch(d, diagnoser, world))));
   std::cout << "\ndiagnosis: " << (options.out / "diagnosis.json").string()
             << "\nworld with what was found: " << (options.out / "augmented_world.json").string() << '\n';
-  report_results(options.out);
+  if (!report_results(options.out)) return run_broke;
   const bool decided = d.verdict == diagnose::Verdict::named || d.verdict == diagnose::Verdict::nothing_missing;
   return decided ? good : claim_failed;
 }
@@ -197,7 +197,7 @@ int run_diagnose(Arguments args) {
   add("help,h", "this text");
   const auto given = parse_options(args, visible, "diagnose WORLD.json LOG.csv... [options]", files_word);
   if (!given) return good;
-  const Registry registry(Registry::search_path(plugin_dirs_of(*given)));
+  const Registry registry = open_registry(plugin_dirs_of(*given));
   if (const auto cases = text_of(*given, "score")) {
     refuse_beside_score(*given);
     return score(*cases, text_of(*given, "out").value_or(fs::path("out") / "score"), registry);

@@ -18,12 +18,12 @@ void list(const Registry& registry) {
       const std::string id = std::string(entry.decl->id) + (entry.needs_truth() ? " *" : "");
       const std::string name(kind_name(entry.decl->kind));
       std::cout << name << std::string(11 - name.size(), ' ') << id
-                << std::string(id.size() < 18 ? 18 - id.size() : 1, ' ') << entry.decl->summary << '\n';
+                << std::string(id.size() < 18 ? 18 - id.size() : 1, ' ') << harmless(entry.decl->summary) << '\n';
     }
   }
   std::cout << "* is told the truth of the world\n";
   for (const Registry::Unusable& one : registry.unusable())
-    std::cout << "unusable   " << one.library.string() << ": " << one.reason << '\n';
+    std::cout << "unusable   " << harmless(one.library.string() + ": " + one.reason) << '\n';
 }
 
 std::string range_text(const abi::ParamDecl& p) {
@@ -31,7 +31,7 @@ std::string range_text(const abi::ParamDecl& p) {
     case abi::ParamType::boolean:
       return "true or false";
     case abi::ParamType::choice:
-      return p.choices;
+      return harmless(p.choices);
     case abi::ParamType::table:
       return "table";
     default:
@@ -40,18 +40,18 @@ std::string range_text(const abi::ParamDecl& p) {
 }
 
 void describe(const PluginEntry& entry) {
-  std::cout << kind_name(entry.decl->kind) << ' ' << entry.decl->id << ' ' << entry.decl->version << "\n  "
-            << entry.decl->summary << '\n';
+  std::cout << kind_name(entry.decl->kind) << ' ' << entry.decl->id << ' ' << harmless(entry.decl->version) << "\n  "
+            << harmless(entry.decl->summary) << '\n';
   if (entry.needs_truth()) std::cout << "  needs the truth of the world\n";
   if (*entry.decl->advice != '\0') std::cout << "  to tell it from others: " << entry.decl->advice << '\n';
   std::cout << "  from " << entry.library.filename().string() << '\n';
   for (const abi::ParamDecl& p : entry.params()) {
-    std::cout << "  " << p.name << " [" << p.unit << "]";
+    std::cout << "  " << p.name << " [" << harmless(p.unit) << "]";
     if (p.type == abi::ParamType::boolean)
       std::cout << " = " << (p.default_value != 0 ? "true" : "false");
     else if (p.type != abi::ParamType::table && p.type != abi::ParamType::choice)
       std::cout << " = " << number_text(p.default_value);
-    std::cout << "  " << range_text(p) << "  " << p.doc << '\n';
+    std::cout << "  " << range_text(p) << "  " << harmless(p.doc) << '\n';
   }
 }
 
@@ -64,7 +64,7 @@ int run_plugins(Arguments args) {
   const auto given = parse_options(args, visible, "plugins list | describe ID [options]", "request");
   if (!given) return good;
   const Words words = words_of(*given, "request");
-  const Registry registry(Registry::search_path(plugin_dirs_of(*given)));
+  const Registry registry = open_registry(plugin_dirs_of(*given));
   if (words.size() == 1 && words[0] == "list") {
     list(registry);
     return good;

@@ -1,7 +1,9 @@
 // gripline predict WORLD.json LOG.csv: how far a world's model is off a log, open loop, by horizon.
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <iostream>
+#include <iterator>
 
 #include "cli/options.hpp"
 #include "config/errors.hpp"
@@ -47,6 +49,22 @@ ErrorsAtHorizon errors_of(const std::vector<measured::Rollouts>& all) {
     }
   const auto root = [&](std::size_t c) { return std::sqrt(sum[c] / count[c]); };
   return {std::sqrt(sum[0] / count[0] + sum[1] / count[1]), root(2), root(3), root(4), root(5)};
+}
+
+/// A number in its column, "-" where there is none.
+std::string cell(double value, int width, int decimals) {
+  std::string text = "-";
+  char digits[400];
+  if (std::isfinite(value))
+    text.assign(digits, std::to_chars(digits, std::end(digits), value, std::chars_format::fixed, decimals).ptr);
+  return std::string(static_cast<std::size_t>(std::max(0, width - static_cast<int>(text.size()))), ' ') + text;
+}
+
+/// Returns whether every cell holds a number.
+bool print(double horizon, const ErrorsAtHorizon& e) {
+  std::cout << cell(horizon, 5, 2) << " s " << cell(e.position, 12, 5) << ' ' << cell(e.yaw, 10, 5) << ' '
+            << cell(e.vx, 10, 5) << ' ' << cell(e.vy, 10, 5) << ' ' << cell(e.yaw_rate, 12, 5) << '\n';
+  return std::isfinite(e.position + e.yaw + e.vx + e.vy + e.yaw_rate);
 }
 
 struct PredictRequest {
@@ -108,7 +126,7 @@ int run_predict(Arguments args) {
   if (!given) return good;
   const PredictRequest request = read_request(*given);
 
-  const Registry registry(Registry::search_path(plugin_dirs_of(*given)));
+  const Registry registry = open_registry(plugin_dirs_of(*given));
   const Node node = load_world(request.world, request.track);
   Errors errors;
   const WorldSpec world = read_world(node, registry, errors);
@@ -124,19 +142,19 @@ int run_predict(Arguments args) {
   std::optional<CsvWriter> file;
   if (request.out) file.emplace(*request.out, "horizon_s,position_m,yaw_rad,vx_mps,vy_mps,yaw_rate_radps");
   std::cout << "horizon   position m    yaw rad     vx m/s     vy m/s   yaw rate rad/s\n";
+  bool whole = true;
   for (const double horizon : request.horizons) {
     const std::vector<measured::Rollouts> all = roll_out_all(vehicle.car(), log, road, horizon);
     if (std::all_of(all.begin(), all.end(), [](const measured::Rollouts& r) { return r.start.empty(); }))
       throw InputError(request.log.string() + ": too short for a horizon of " + std::to_string(horizon) + " s");
     const ErrorsAtHorizon e = errors_of(all);
-    char row[160];
-    std::snprintf(row, sizeof row, "%5.2f s %12.5f %10.5f %10.5f %10.5f %12.5f\n", horizon, e.position, e.yaw, e.vx,
-                  e.vy, e.yaw_rate);
-    std::cout << row;
+    whole = print(horizon, e) && whole;
     if (!file) continue;
     *file << horizon << e.position << e.yaw << e.vx << e.vy << e.yaw_rate;
     file->end_row();
   }
+  if (file) file->finish();
+  if (!whole) std::cout << "-: nothing to compare; the log has no such reading, or no prediction was a number\n";
   return good;
 }
 

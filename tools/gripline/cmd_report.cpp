@@ -61,21 +61,27 @@ int run_report(Arguments args) {
   return good;
 }
 
-void write_case_report(const std::filesystem::path& folder) try {
-  report::Options options;
-  options.folder = folder;
-  write_report(options);
-} catch (const std::exception& e) {
-  std::cerr << "no report: " << e.what() << '\n';
+bool write_case_report(const std::filesystem::path& folder) {
+  try {
+    report::Options options;
+    options.folder = folder;
+    write_report(options);
+    return true;
+  } catch (const std::exception& e) {
+    std::cerr << "no report: " << e.what() << '\n';
+    return false;
+  }
 }
 
-void report_results(const std::filesystem::path& folder) {
+bool report_results(const std::filesystem::path& folder) {
   try {
     report::Options options;
     options.folder = folder;
     std::cout << "report: " << write_with_progress(std::move(options)).page.string() << '\n';
+    return true;
   } catch (const std::exception& e) {
     std::cerr << "no report: " << e.what() << '\n';
+    return false;
   }
 }
 

@@ -39,7 +39,7 @@ int run_one(Arguments args) {
   const auto given = parse_options(args, visible, "run EXPERIMENT --stack S [--seed N] [options]", experiment_word);
   if (!given) return good;
   const RaceOptions options = read_race_options(*given);
-  const Registry registry(Registry::search_path(options.plugin_dirs));
+  const Registry registry = open_registry(options.plugin_dirs);
   std::optional<RaceSpec> race;
   read_with_blame(options, [&](std::span<const std::string> assignments) {
     race.reset();
@@ -48,7 +48,8 @@ int run_one(Arguments args) {
     race.emplace(read_race(options.experiment, std::move(tree), registry));
   });
   const RunSelection one = {{stack_of(*given, *race)}, {seed_of(*given, *race)}, false};
-  return race_and_report(*race, one, registry, options.out, options.jobs, options.force);
+  return race_and_report(*race, one, registry,
+                         {options.out, {}, options.jobs, options.force, options.timeout_s, options.memory_mb});
 }
 
 }  // namespace gripline::tools

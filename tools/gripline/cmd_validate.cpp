@@ -55,7 +55,7 @@ int run_validate(Arguments args) {
   if (!given) return good;
   const Words files = words_of(*given, "files");
   if (files.empty()) throw InputError("which file?");
-  const Registry registry(Registry::search_path(plugin_dirs_of(*given)));
+  const Registry registry = open_registry(plugin_dirs_of(*given));
   Errors errors;
   std::vector<std::string> unusable;
   for (const std::string& file : files) {

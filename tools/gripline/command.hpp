@@ -17,9 +17,9 @@ int run_diagnose(Arguments args);
 int run_predict(Arguments args);
 
 /// Writes the report of a folder that was just filled and says where it is. A report that cannot be written is said on
-/// stderr and spoils nothing.
-void report_results(const std::filesystem::path& folder);
+/// stderr and spoils nothing that is there: false.
+bool report_results(const std::filesystem::path& folder);
 /// The same without a word unless it fails: one of many.
-void write_case_report(const std::filesystem::path& folder);
+bool write_case_report(const std::filesystem::path& folder);
 
 }  // namespace gripline::tools

@@ -36,14 +36,15 @@ class HiddenEffects final : public Experiment {
         diagnose::run_diagnose_experiment(tree_, registry_, out, progress.callback());
     progress.finish();
     write_claims(out, outcome.claims);
+    bool reported = true;
     for (const diagnose::CaseOutcome& c : outcome.cases) {
       write_scene(out / c.name, c.name + " of " + name_, "diagnosis", Node{Node::Object{}});
-      write_case_report(out / c.name);
+      reported = write_case_report(out / c.name) && reported;
     }
     const bool failed = print_outcome(outcome);
     std::cout << "results: " << out.string() << '\n';
-    report_results(out);
-    return failed ? claim_failed : good;
+    reported = report_results(out) && reported;
+    return !reported ? run_broke : failed ? claim_failed : good;
   }
 
  private:

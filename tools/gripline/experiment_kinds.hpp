@@ -18,7 +18,9 @@ struct ExperimentRequest {
   std::filesystem::path out;
   std::vector<std::string> only;  // rows of a race; empty: all
   int jobs = 1;
-  bool force = false;  // replaces another experiment's results
+  bool force = false;         // replaces another experiment's results
+  double timeout_s = 0;       // wall clock of one run; 0: from the world
+  std::size_t memory_mb = 0;  // of one run; 0: no limit
 };
 
 /// An experiment that was read whole, without an error.

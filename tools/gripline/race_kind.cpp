@@ -14,10 +14,11 @@ namespace gripline::tools {
 namespace {
 
 void report_broken(const RunnerOutcome& outcome) {
+  for (const std::string& note : outcome.notes) std::cerr << harmless(note) << '\n';
   for (const RunResult& run : outcome.runs)
-    if (!run.summary.message.empty() && run.summary.status != Status::finished)
+    if (!run.summary.message.empty())
       std::cerr << run.summary.stack << ", seed " << run.summary.seed << ": " << status_name(run.summary.status) << ": "
-                << run.summary.message << '\n';
+                << harmless(run.summary.message) << '\n';
 }
 
 bool any_broken(const RunnerOutcome& outcome) {
@@ -64,8 +65,7 @@ class RaceExperiment final : public Experiment {
  public:
   RaceExperiment(RaceSpec race, const Registry& registry) : race_(std::move(race)), registry_(registry) {}
   int run(const ExperimentRequest& request) override {
-    return race_and_report(race_, {chosen_rows(race_, request.only), race_.seeds}, registry_, request.out, request.jobs,
-                           request.force);
+    return race_and_report(race_, {chosen_rows(race_, request.only), race_.seeds}, registry_, request);
   }
 
  private:
@@ -91,17 +91,19 @@ std::vector<std::string> chosen_rows(const RaceSpec& race, const std::vector<std
 }
 
 int race_and_report(const RaceSpec& race, const RunSelection& chosen, const Registry& registry,
-                    const std::filesystem::path& out, int jobs, bool force) {
-  const OutLock lock = open_out_folder(out, experiment_identity(race.tree), force);
+                    const ExperimentRequest& request) {
+  const std::filesystem::path& out = request.out;
+  const OutLock lock = open_out_folder(out, experiment_identity(race.tree), request.force);
   write_scene(out, race, registry);
   std::vector<RunId> ids;
   for (const std::string& stack : chosen.stacks)
     for (const std::uint64_t seed : chosen.seeds) ids.push_back({stack, seed});
-  const RunnerOutcome outcome = run_all(race, ids, {out, jobs, true});
+  const RunnerOutcome outcome = run_all(race, ids, {out, request.jobs, true, request.timeout_s, request.memory_mb});
   const std::string interrupted = "interrupted: " + std::to_string(outcome.runs.size()) + " of " +
                                   std::to_string(ids.size()) +
                                   " runs are finished and kept; the same command goes on from here\n";
   if (outcome.interrupted && outcome.runs.empty()) {
+    report_broken(outcome);
     std::cerr << interrupted;
     return run_broke;
   }
@@ -109,7 +111,7 @@ int race_and_report(const RaceSpec& race, const RunSelection& chosen, const Regi
   const std::vector<std::string> rows = rows_of(race, runs);
   const RaceResults all = {race, std::move(runs), rows};
   const std::vector<ClaimResult> claims =
-      outcome.interrupted ? std::vector<ClaimResult>{} : judge_all(judgeable(all), jobs == 1);
+      outcome.interrupted ? std::vector<ClaimResult>{} : judge_all(judgeable(all), request.jobs == 1);
   write_tables(out, all, claims);
   const std::vector<ClaimResult> asked = chosen.judged ? claims : std::vector<ClaimResult>{};
   print_tables(std::cout, {race, outcome.runs, chosen.stacks}, asked);
@@ -119,12 +121,12 @@ int race_and_report(const RaceSpec& race, const RunSelection& chosen, const Regi
     std::cout << "The files and the report have " << all.runs.size() - outcome.runs.size()
               << " more of this experiment's runs, from earlier calls.\n";
   std::cout << "results: " << out.string() << '\n';
-  report_results(out);
+  const bool reported = report_results(out);
   if (outcome.interrupted) {
     std::cerr << interrupted;
     return run_broke;
   }
-  if (any_broken(outcome)) return run_broke;
+  if (any_broken(outcome) || !reported) return run_broke;
   const bool failed = std::any_of(asked.begin(), asked.end(), [](const ClaimResult& c) { return c.holds == false; });
   return failed ? claim_failed : good;
 }

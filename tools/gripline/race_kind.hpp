@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "experiment/experiment.hpp"
+#include "gripline/experiment_kinds.hpp"
 #include "plugin/registry.hpp"
 
 namespace gripline::tools {
@@ -24,6 +25,6 @@ struct RunSelection {
 };
 /// Races them, writes and prints tables and report. Returns the program's exit code.
 int race_and_report(const RaceSpec& race, const RunSelection& chosen, const Registry& registry,
-                    const std::filesystem::path& out, int jobs, bool force);
+                    const ExperimentRequest& request);
 
 }  // namespace gripline::tools

@@ -1,13 +1,33 @@
 #include "gripline/race_options.hpp"
 
+#include <charconv>
+#include <cmath>
+
 #include "config/blame.hpp"
 #include "config/errors.hpp"
+#include "config/units.hpp"
 
 namespace gripline::tools {
 namespace po = boost::program_options;
 namespace {
 
 constexpr std::int64_t most_jobs = 4096;
+constexpr std::int64_t most_memory = std::int64_t{1} << 30;  // MB
+
+/// A time with its unit, or a bare number of seconds.
+double seconds_of(const std::string& option, const std::string& text) {
+  double value = 0.0;
+  const auto [stop, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || stop != text.data() + text.size()) {
+    try {
+      value = to_si(text, "s");
+    } catch (const UnitError& refused) {
+      throw InputError(option + " " + text + ": " + refused.what());
+    }
+  }
+  if (!(value > 0) || !std::isfinite(value)) throw InputError(option + " " + text + ": expected a time above 0 s");
+  return value;
+}
 
 }  // namespace
 
@@ -20,6 +40,9 @@ void add_race_options(po::options_description& visible) {
   add("out", po::value<std::string>(), "folder for results (default: out/<experiment>)");
   add("jobs,j", po::value<std::string>()->default_value("1"), "runs at the same time");
   add("force", "replace another experiment's results in that folder");
+  add("timeout", po::value<std::string>(),
+      "time that one run may take, \"90 s\" or \"2 h\" (default: 10 min and 1 min per second that is driven)");
+  add("memory", po::value<std::string>(), "megabytes of data that one run may have (default: no limit)");
   add("help,h", "this text");
 }
 
@@ -39,6 +62,14 @@ RaceOptions read_race_options(const po::variables_map& given) {
                      (jobs < 1 ? ": at least one run at a time" : ": at most " + std::to_string(most_jobs)));
   options.jobs = static_cast<int>(jobs);
   options.force = given.count("force") > 0;
+  if (given.count("timeout") > 0) options.timeout_s = seconds_of("--timeout", given["timeout"].as<std::string>());
+  if (given.count("memory") > 0) {
+    const std::int64_t megabytes = whole_number(given, "memory", "--memory");
+    if (megabytes < 1 || megabytes > most_memory)
+      throw InputError("--memory " + std::to_string(megabytes) + ": expected 1 to " + std::to_string(most_memory) +
+                       " megabytes");
+    options.memory_mb = static_cast<std::size_t>(megabytes);
+  }
   return options;
 }
 

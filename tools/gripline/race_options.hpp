@@ -13,6 +13,8 @@ struct RaceOptions {
   std::filesystem::path out;  // the one at --out, else out/<experiment>
   int jobs = 1;
   bool force = false;
+  double timeout_s = 0;       // 0: from the world
+  std::size_t memory_mb = 0;  // 0: no limit
 };
 
 /// The positional word of both commands, for parse_options().

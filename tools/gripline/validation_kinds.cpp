@@ -20,8 +20,7 @@ int print_and_report(const std::vector<ChannelScore>& scores, const std::filesys
     std::cout << line << '\n';
   }
   std::cout << "results: " << out.string() << '\n';
-  report_results(out);
-  return good;
+  return report_results(out) ? good : run_broke;
 }
 
 class OfflineValidation final : public Experiment {

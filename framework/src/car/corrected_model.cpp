@@ -134,6 +134,19 @@ void CorrectedModel::derivatives(std::size_t n, const double* x, const double* u
   }
 }
 
+/// Values that are no numbers are noticed elsewhere; here it is about derivatives alone.
+void CorrectedModel::check_derivatives(const double* x_next, const double* A, const double* B) {
+  const auto stride = static_cast<std::size_t>(states());
+  // Zero times infinity or NaN is NaN, and stays so in a sum.
+  const auto finite = [](const double* numbers, std::size_t count) {
+    double sum = 0.0;
+    for (std::size_t i = 0; i < count; ++i) sum += 0.0 * numbers[i];
+    return sum == 0.0;
+  };
+  if (!finite(x_next, stride)) return;
+  if ((A != nullptr && !finite(A, stride * stride)) || (B != nullptr && !finite(B, 2 * stride))) smooth_ = false;
+}
+
 void CorrectedModel::step(std::size_t n, std::span<const double> x, std::span<const double> u,
                           std::span<const Place> at, std::span<double> x_next, std::span<double> A,
                           std::span<double> B) {
@@ -141,6 +154,7 @@ void CorrectedModel::step(std::size_t n, std::span<const double> x, std::span<co
     values(n, x.data(), u.data(), at.data(), x_next.data());
   else
     derivatives(n, x.data(), u.data(), at.data(), x_next.data(), A.data(), B.data());
+  if (n > 0 && !(A.empty() && B.empty())) check_derivatives(x_next.data(), A.data(), B.data());
 }
 
 Prediction::Rates CorrectedModel::rates(const State& x, const Input& u, const Place& at) {

@@ -2,6 +2,7 @@
 // discrete step. One class is the world's car, a stack's belief and diagnose's candidate.
 #pragma once
 
+#include <utility>
 #include <vector>
 
 #include "car/staged_car.hpp"
@@ -35,6 +36,10 @@ class CorrectedModel final : public Prediction {
             std::span<double> x_next, std::span<double> A, std::span<double> B) override;
   Rates rates(const State& x, const Input& u, const Place& at) override;
 
+  /// Whether since the last call every derivative of the first step asked for was a number where the step itself was:
+  /// the first one starts at the car, where a solver cannot go on without it.
+  bool smooth_since_asked() { return std::exchange(smooth_, true); }
+
   /// Sets memory and past commands to their steady values for a car that starts in this state under this throttle.
   void reset(const State& x, double d, const Place& at);
   /// One step from an observed state: returns the state predicted after it, and advances memory and past commands.
@@ -50,11 +55,13 @@ class CorrectedModel final : public Prediction {
   void values(std::size_t n, const double* x, const double* u, const Place* at, double* x_next);
   void derivatives(std::size_t n, const double* x, const double* u, const Place* at, double* x_next, double* A,
                    double* B);
+  void check_derivatives(const double* x_next, const double* A, const double* B);
   void seed_block(std::size_t n, const double* x, const double* u, int first);
 
   StagedCar car_;
   StepOptions options_;
   int past_ = 0;
+  bool smooth_ = true;
   std::vector<double> current_;  // memory and past commands of the instant observed last
   std::vector<double> row_, row_next_;
   Stepper<double> stepper_;

@@ -1,5 +1,9 @@
 #include "car/vehicle.hpp"
 
+#include <algorithm>
+
+#include "util/child_process.hpp"
+
 namespace gripline {
 namespace {
 
@@ -16,25 +20,31 @@ Integration read_integration(ObjectReader& reader, const char* fallback) {
   return integration;
 }
 
-/// Reports effects on a stage that this model lacks, while their place in the file is known. Constructors that throw
-/// are left to the run.
+/// Reports effects on a stage that this model lacks, while their place in the file is known. Constructors that throw,
+/// or end the process they run in, are left to the run: they are called in a process of their own.
 void check_effects(const VehicleSpec& spec, const Car& car, std::span<const Node> nodes, Errors& errors) {
+  constexpr double patience_s = 10.0;
   PluginContext context;
   context.car = car;
-  try {
+  const auto try_all = [&](const TellParent& tell) {
     const auto model = create<VehicleModel>(*spec.model.entry, context, spec.model.values);
     StagedCar staged(*model, spec.model.numbers());
     std::vector<Instance<Effect>> effects;
-    for (std::size_t i = 0; i < spec.effects.size(); ++i) {
-      effects.push_back(create_effect(spec.effects[i], context));
+    for (const PluginSpec& effect : spec.effects) {
+      effects.push_back(create_effect(effect, context));
+      std::string problem;
       try {
-        staged.add(*effects.back(), spec.effects[i].numbers(), spec.effects[i].id());
-      } catch (const std::invalid_argument& problem) {
-        errors.add(nodes[i].origin, problem.what());
+        staged.add(*effects.back(), effect.numbers(), effect.id());
+      } catch (const std::invalid_argument& refused) {
+        problem = refused.what();
       }
+      tell(problem);
     }
-  } catch (const PluginError&) {
-  }
+  };
+  if (spec.effects.empty()) return;
+  const ChildAnswer answer = ask_child(patience_s, try_all);
+  for (std::size_t i = 0; i < answer.told.size(); ++i)
+    if (!answer.told[i].empty()) errors.add(nodes[i].origin, answer.told[i]);
 }
 
 }  // namespace
@@ -70,9 +80,9 @@ CarFile read_car(const Node& node, Errors& errors) {
 
 VehicleSpec read_vehicle(const Node& node, const Registry& registry, const CarFile& car, const char* integrator,
                          Errors& errors) {
-  ObjectReader r(node, errors);
   VehicleSpec spec;
-  const std::size_t before = errors.size();
+  const std::size_t before = errors.added();  // before the reader, which refuses what is no object
+  ObjectReader r(node, errors);
   spec.model = read_plugin(r, abi::Kind::vehicle, registry, car.known);
   const std::span<const Node> effects = r.array("effects", false);
   for (const Node& one : effects) {
@@ -82,12 +92,13 @@ VehicleSpec read_vehicle(const Node& node, const Registry& registry, const CarFi
   }
   spec.integration = read_integration(r, integrator);
   r.finish();
-  if (errors.size() == before) check_effects(spec, car.car, effects, errors);
+  if (errors.added() == before) check_effects(spec, car.car, effects, errors);
   return spec;
 }
 
 Vehicle::Vehicle(const VehicleSpec& spec, const PluginContext& context, const Effect* first)
-    : model_(create<VehicleModel>(*spec.model.entry, context, spec.model.values)),
+    : spec_(&spec),
+      model_(create<VehicleModel>(*spec.model.entry, context, spec.model.values)),
       car_(*model_, spec.model.numbers()),
       memoryless_(car_) {
   if (first != nullptr && has_stage(first->stage())) {
@@ -99,6 +110,13 @@ Vehicle::Vehicle(const VehicleSpec& spec, const PluginContext& context, const Ef
     car_.add(*effects_.back(), one.numbers(), one.id());
     if (effects_.back()->memory() == 0) memoryless_.add(*effects_.back(), one.numbers(), one.id());
   }
+}
+
+StagedCar Vehicle::car_with(std::size_t effects) const {
+  StagedCar car(*model_, spec_->model.numbers());
+  for (std::size_t i = 0; i < std::min(effects, effects_.size()); ++i)
+    car.add(*effects_[i], spec_->effects[i].numbers(), spec_->effects[i].id());
+  return car;
 }
 
 }  // namespace gripline

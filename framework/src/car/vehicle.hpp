@@ -31,14 +31,18 @@ VehicleSpec read_vehicle(const Node& node, const Registry& registry, const CarFi
 /// Owns the instances behind a StagedCar.
 class Vehicle {
  public:
-  /// `first` acts before the spec's effects where the model has its stage; one parameter, 1 at first. It may be null.
+  /// The spec must outlive the vehicle. `first` acts before its effects where the model has its stage; one parameter,
+  /// 1 at first. It may be null.
   Vehicle(const VehicleSpec& spec, const PluginContext& context, const Effect* first = nullptr);
   const StagedCar& car() const { return car_; }
   /// The same without the effects that have memory.
   const StagedCar& car_without_memory() const { return memoryless_; }
+  /// The model with its first `effects` effects.
+  StagedCar car_with(std::size_t effects) const;
   bool has_stage(Stage stage) const { return (model_->stages() & stage_bit(stage)) != 0; }
 
  private:
+  const VehicleSpec* spec_;
   Instance<VehicleModel> model_;
   std::vector<Instance<Effect>> effects_;
   StagedCar car_, memoryless_;

@@ -26,20 +26,6 @@ Diagnostic at_origin(const Origin& origin, std::string message) {
           .message = std::move(message)};
 }
 
-/// Keys and paths may hold anything, also line breaks and terminal commands: these are shown as escapes.
-std::string on_one_line(const std::string& text) {
-  constexpr std::string_view hex = "0123456789abcdef";
-  std::string result;
-  for (const char c : text) {
-    if (const auto byte = static_cast<unsigned char>(c); byte < 0x20 || byte == 0x7f) {
-      result += std::string("\\x") + hex[byte >> 4U] + hex[byte & 0xfU];
-    } else {
-      result += c;
-    }
-  }
-  return result;
-}
-
 char lower(char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; }
 
 /// Optimal string alignment distance: insertions, deletions, substitutions, and swaps of neighbours.
@@ -62,6 +48,25 @@ std::size_t distance(std::string_view a, std::string_view b) {
 
 }  // namespace
 
+std::string harmless(std::string_view text) {
+  constexpr std::string_view hex = "0123456789abcdef";
+  constexpr std::size_t longest = 4000;
+  std::string result;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const auto byte = static_cast<unsigned char>(text[i]);
+    // C1 controls are commands as well; in UTF-8 they stand behind 0xc2.
+    const bool behind = byte >= 0x80 && byte < 0xa0 && i > 0 && text[i - 1] == '\xc2';
+    if (byte < 0x20 || byte == 0x7f || behind) {
+      if (behind) result.pop_back();
+      result += std::string("\\x") + hex[byte >> 4U] + hex[byte & 0xfU];
+    } else {
+      result += text[i];
+    }
+    if (result.size() > longest && i + 1 < text.size()) return result + "...";
+  }
+  return result;
+}
+
 std::string Diagnostic::text() const {
   std::string where = file;
   if (line > 0) {
@@ -73,7 +78,7 @@ std::string Diagnostic::text() const {
   std::string result = where.empty() ? message : where + ": " + message;
   for (std::size_t i = 0; i < contexts.size(); ++i) result += (i == 0 ? " [" : ", ") + contexts[i];
   if (!contexts.empty()) result += ']';
-  return on_one_line(result);
+  return harmless(result);
 }
 
 InputError::InputError(std::vector<Diagnostic> diagnostics)
@@ -87,12 +92,22 @@ InputError::InputError(const std::string& message) : InputError(std::vector{Diag
 void Errors::add(const Origin& origin, std::string message) { add(at_origin(origin, std::move(message))); }
 
 void Errors::add(Diagnostic diagnostic) {
-  const auto place = [](const Diagnostic& d) { return std::tie(d.file, d.line, d.column, d.pointer, d.message); };
-  auto known = std::ranges::find_if(diagnostics_, [&](const Diagnostic& d) { return place(d) == place(diagnostic); });
-  if (known == diagnostics_.end()) known = diagnostics_.insert(known, std::move(diagnostic));
-  if (!context_.empty() && std::ranges::find(known->contexts, context_) == known->contexts.end()) {
-    known->contexts.push_back(context_);
+  constexpr std::size_t most = 1000;
+  ++added_;
+  const std::string place = diagnostic.file + '\n' + std::to_string(diagnostic.line) + ':' +
+                            std::to_string(diagnostic.column) + '\n' + diagnostic.pointer + '\n' + diagnostic.message;
+  const auto known = known_.find(place);
+  if (known == known_.end() && diagnostics_.size() >= most) {
+    ++untold_;
+    return;
   }
+  const std::size_t index = known != known_.end() ? known->second : diagnostics_.size();
+  if (known == known_.end()) {
+    known_.emplace(place, index);
+    diagnostics_.push_back(std::move(diagnostic));
+  }
+  std::vector<std::string>& contexts = diagnostics_[index].contexts;
+  if (!context_.empty() && std::ranges::find(contexts, context_) == contexts.end()) contexts.push_back(context_);
 }
 
 void Errors::add(const InputError& error) {
@@ -104,6 +119,10 @@ std::vector<Diagnostic> Errors::sorted() const {
   std::ranges::stable_sort(result, [](const Diagnostic& a, const Diagnostic& b) {
     return std::tie(a.file, a.line, a.column) < std::tie(b.file, b.line, b.column);
   });
+  if (untold_ > 0) {
+    Diagnostic rest{.file = result.back().file, .message = "and " + std::to_string(untold_) + " more errors"};
+    result.push_back(std::move(rest));
+  }
   return result;
 }
 
@@ -115,9 +134,11 @@ std::optional<std::string> nearest(std::string_view name, std::span<const std::s
   std::optional<std::string> best;
   std::size_t best_distance = std::max<std::size_t>(1, name.size() / 3) + 1;
   for (const std::string& candidate : candidates) {
+    const std::size_t longer = std::max(name.size(), candidate.size());
+    if (longer - std::min(name.size(), candidate.size()) >= best_distance) continue;  // too many letters apart
     const std::size_t d = distance(name, candidate);
     // A distance of a whole word is no similarity: by it any short word resembles any other.
-    if (d < best_distance && d < std::max(name.size(), candidate.size())) {
+    if (d < best_distance && d < longer) {
       best = candidate;
       best_distance = d;
     }

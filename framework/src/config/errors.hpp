@@ -5,6 +5,7 @@
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <unordered_map>
 #include <vector>
 
 namespace gripline {
@@ -21,7 +22,7 @@ struct Diagnostic {
   std::vector<std::string> contexts{};  ///< what was being read, for example "stack gp"; printed in brackets
 
   /// `file:line:column: /json/pointer: message`; without a line `--set /json/pointer: message` or `file: message`.
-  /// Always one line: control characters are escaped.
+  /// Always one line: control characters are escaped, and what is longer than a few lines is cut.
   [[nodiscard]] std::string text() const;
 };
 
@@ -54,16 +55,25 @@ class Errors {
   void set_context(std::string context) { context_ = std::move(context); }
 
   [[nodiscard]] bool empty() const noexcept { return diagnostics_.empty(); }
-  [[nodiscard]] std::size_t size() const noexcept { return diagnostics_.size(); }
-  /// By file, line and column.
+  /// Different errors so far.
+  [[nodiscard]] std::size_t size() const noexcept { return diagnostics_.size() + untold_; }
+  /// Every call of add() so far, repetitions counted: what tells a reader whether its own part was good.
+  [[nodiscard]] std::size_t added() const noexcept { return added_; }
+  /// By file, line and column. The first thousand; a last one counts what follows.
   [[nodiscard]] std::vector<Diagnostic> sorted() const;
   /// Throws InputError with everything collected, sorted.
   void throw_if_any() const;
 
  private:
   std::vector<Diagnostic> diagnostics_;
+  std::unordered_map<std::string, std::size_t> known_;  ///< index of an error, by its text
+  std::size_t added_ = 0, untold_ = 0;
   std::string context_;
 };
+
+/// Words of others (keys, paths, what a plugin says) as a terminal may show them: control characters as `\x1b`, and
+/// not endless.
+[[nodiscard]] std::string harmless(std::string_view text);
 
 /// The candidate most like `name` (fewest insertions, deletions, substitutions and swaps; upper and lower case count
 /// as equal), if one is near enough to be what was meant.

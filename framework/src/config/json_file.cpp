@@ -15,33 +15,41 @@ namespace {
 
 namespace fs = std::filesystem;
 
+Node parse(const fs::path& file, JsonBudget& budget) {
+  return parse_json(read_bytes(file), std::make_shared<const Source>(Source{shown(file), file.parent_path()}), budget);
+}
+
 /// Loads files that extend files. Knows the chain it is in, to notice a circle.
 class Loader {
  public:
-  Node load(const fs::path& file) {
-    Node node = parse_file(file);
+  /// `depth`: of the place that the file is loaded for.
+  Node load(const fs::path& file, int depth = 0) {
+    Node node = parse(file, budget_);
     chain_.push_back(file);
-    expand(node);
+    expand(node, depth);
     chain_.pop_back();
     return node;
   }
 
  private:
-  void expand(Node& node) {
+  void expand(Node& node, int depth) {
+    if (depth > max_depth)
+      throw InputError(node.origin,
+                       "with what it extends, nested deeper than " + std::to_string(max_depth) + " levels");
     if (node.is_array()) {
-      for (Node& one : node.array()) expand(one);
+      for (Node& one : node.array()) expand(one, depth + 1);
     } else if (node.is_object()) {
-      for (Member& one : node.object()) expand(one.value);
+      for (Member& one : node.object()) expand(one.value, depth + 1);
       if (const Node* base = node.find("extends")) {
         const Node name = *base;
         node.erase("extends");
-        if (!name.is_null()) node = over(name, node);
+        if (!name.is_null()) node = over(name, node, depth);
       }
     }
   }
 
   /// `patch` over the file that `name` names.
-  Node over(const Node& name, const Node& patch) {
+  Node over(const Node& name, const Node& patch, int depth) {
     if (!name.is_text())
       throw InputError(name.origin, "expected the path of a JSON file to extend, found " + name.describe());
     const fs::path file = resolve_path(name);
@@ -49,7 +57,12 @@ class Loader {
       throw InputError(name.origin, '"' + name.text() + "\": " + reason);
     }
     refuse_circle(name, file);
-    Node base = load(file);
+    if (chain_.size() >= static_cast<std::size_t>(json_limits.chain))
+      throw InputError(name.origin, "files extend files more than " + std::to_string(json_limits.chain) + " deep");
+    if (++opened_ > json_limits.files)
+      throw InputError(name.origin,
+                       "\"extends\" opens more than " + std::to_string(json_limits.files) + " files: each use counts");
+    Node base = load(file, depth);
     if (!base.is_object()) {
       throw InputError(name.origin,
                        '"' + name.text() + "\" holds " + base.describe() + ", expected an object to extend");
@@ -72,15 +85,21 @@ class Loader {
   }
 
   std::vector<fs::path> chain_;
+  JsonBudget budget_;
+  int opened_ = 0;
 };
 
 }  // namespace
 
 Node parse_text(std::string_view text, std::string name, fs::path folder) {
-  return parse_json(text, std::make_shared<const Source>(Source{std::move(name), std::move(folder)}));
+  JsonBudget budget;
+  return parse_json(text, std::make_shared<const Source>(Source{std::move(name), std::move(folder)}), budget);
 }
 
-Node parse_file(const fs::path& file) { return parse_text(read_bytes(file), shown(file), file.parent_path()); }
+Node parse_file(const fs::path& file) {
+  JsonBudget budget;
+  return parse(file, budget);
+}
 
 Node load_json(const fs::path& file) { return Loader().load(file); }
 

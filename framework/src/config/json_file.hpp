@@ -9,8 +9,20 @@ namespace gripline {
 
 /// Strict JSON (RFC 8259, UTF-8; a UTF-8 byte order mark is skipped). Refused with one InputError that says where:
 /// syntax errors, comments, a truncated text, not UTF-8, NaN and Infinity, numbers beyond a double, a key written twice
-/// in one object, nesting deeper than `max_depth`.
-inline constexpr int max_depth = 200;
+/// in one object, nesting deeper than max_depth, and what only a mistake or an attack holds: JsonLimits.
+
+/// What one call of parse_text() or load_json() may read, so that no file takes all memory or time. An experiment of
+/// a thousand stacks stays far below.
+struct JsonLimits {
+  std::size_t bytes = std::size_t{64} << 20U;      ///< of one text or file
+  std::size_t key = 1000;                          ///< bytes of one key
+  std::size_t members = 10'000;                    ///< of one object
+  std::size_t values = 1'000'000;                  ///< of all files together, every repetition by "extends" counted
+  std::size_t pointers = std::size_t{128} << 20U;  ///< bytes of the places of all values together
+  int files = 1000;                                ///< opened by "extends"
+  int chain = 32;                                  ///< files that extend files
+};
+inline constexpr JsonLimits json_limits;
 
 /// The text alone: "extends" is an ordinary key here. `name` is shown in messages, `folder` is where its relative
 /// paths start.
@@ -22,8 +34,9 @@ inline constexpr int max_depth = 200;
 
 /// A file with every "extends" carried out: an object that says `"extends": "other.json"` (relative to its file) is
 /// that file's object with this one's members merged over it, at any depth. Files that extend each other in a circle
-/// are refused with the chain. In such a merge null removes an inherited member; where there is none to remove the null
-/// stays, so that a stack's `"estimator": null` reaches the merge it was written for.
+/// are refused with the chain, and so is what grows beyond json_limits. In such a merge null removes an inherited
+/// member; where there is none to remove the null stays, so that a stack's `"estimator": null` reaches the merge it was
+/// written for.
 [[nodiscard]] Node load_json(const std::filesystem::path& file);
 
 /// Replaces a text node, which names a JSON file relative to the file it is written in, by that file's tree

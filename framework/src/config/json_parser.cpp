@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
+#include <unordered_map>
 #include <utility>
 #include <vector>
 
@@ -120,7 +121,7 @@ std::optional<std::size_t> find_malformed_utf8(std::string_view text) {
 /// Builds the tree from the parser's events.
 class TreeBuilder final : public nlohmann::json_sax<Json> {
  public:
-  TreeBuilder(Text& text, const std::size_t& read) : text_(text), read_(read) {}
+  TreeBuilder(Text& text, const std::size_t& read, JsonBudget& budget) : text_(text), read_(read), budget_(budget) {}
 
   Node take() { return std::move(root_); }
 
@@ -138,13 +139,19 @@ class TreeBuilder final : public nlohmann::json_sax<Json> {
 
   bool key(string_t& name) override {
     const std::size_t start = token_start();
+    if (name.size() > json_limits.key) {
+      text_.refuse(start, "a key of " + std::to_string(name.size()) + " bytes; the longest that is read has " +
+                              std::to_string(json_limits.key));
+    }
     const Origin where = text_.origin(start, join_pointer(open_.back()->origin.pointer, name));
-    for (const Member& other : open_.back()->object()) {
-      if (other.key != name) continue;
+    if (const auto [known, fresh] = keys_.back().emplace(name, where.line); !fresh) {
       text_.refuse(start,
-                   "the key \"" + name + "\" is already written at line " + std::to_string(other.key_line) +
+                   "the key \"" + name + "\" is already written at line " + std::to_string(known->second) +
                        "; a key stands once in an object",
                    where.pointer);
+    }
+    if (keys_.back().size() > json_limits.members) {
+      text_.refuse(start, "more than " + std::to_string(json_limits.members) + " members in one object");
     }
     open_.back()->object().push_back(Member{name, Node(), where.line, where.column});
     return after(Event::key);
@@ -183,6 +190,14 @@ class TreeBuilder final : public nlohmann::json_sax<Json> {
         slot = &parent.array().emplace_back();
       }
     }
+    budget_.pointers += pointer.size();
+    if (++budget_.values > json_limits.values || budget_.pointers > json_limits.pointers) {
+      text_.refuse(start, "more than " +
+                              (budget_.values > json_limits.values
+                                   ? std::to_string(json_limits.values) + " values"
+                                   : std::to_string(json_limits.pointers >> 20U) + " MB of keys above values") +
+                              ", which no file of ours needs");
+    }
     node.origin = text_.origin(start, std::move(pointer));
     return *slot = std::move(node);
   }
@@ -207,11 +222,13 @@ class TreeBuilder final : public nlohmann::json_sax<Json> {
       text_.refuse(start, "nested deeper than " + std::to_string(max_depth) + " levels");
     }
     open_.push_back(&placed);
+    keys_.emplace_back();
     return after(Event::open);
   }
 
   bool close() {
     open_.pop_back();
+    keys_.pop_back();
     return after(Event::value);
   }
 
@@ -223,7 +240,9 @@ class TreeBuilder final : public nlohmann::json_sax<Json> {
   Text& text_;
   const std::size_t& read_;
   Node root_;
-  std::vector<Node*> open_;  ///< the arrays and objects being read, outermost first
+  JsonBudget& budget_;
+  std::vector<Node*> open_;                                 ///< the arrays and objects being read, outermost first
+  std::vector<std::unordered_map<std::string, int>> keys_;  ///< of each, and their lines
   Event event_ = Event::nothing;
   std::size_t end_ = 0;                                ///< just behind the last token that made an event
   std::size_t number_start_ = std::string_view::npos;  ///< of that token, if it was a number
@@ -326,7 +345,7 @@ void TreeBuilder::refuse_token(std::size_t at) {
   if (is_word(found.front()) && !Json::accept(found)) {
     text_.refuse(start, expected + found + "; text is written in double quotes");
   }
-  text_.refuse(start, expected + (found.front() == '"' ? parse_json(found, nullptr) : Node(found)).describe());
+  text_.refuse(start, expected + (found.front() == '"' ? parse_text(found) : Node(found)).describe());
 }
 
 bool TreeBuilder::parse_error(std::size_t position, const std::string&, const nlohmann::detail::exception& error) {
@@ -352,8 +371,11 @@ bool TreeBuilder::parse_error(std::size_t position, const std::string&, const nl
 
 }  // namespace
 
-Node parse_json(std::string_view bytes, std::shared_ptr<const Source> source) {
+Node parse_json(std::string_view bytes, std::shared_ptr<const Source> source, JsonBudget& budget) {
   constexpr std::string_view mark = "\xef\xbb\xbf";
+  if (bytes.size() > json_limits.bytes) {
+    Text(bytes, source).refuse_whole("is larger than " + std::to_string(json_limits.bytes >> 20U) + " MB");
+  }
   if (bytes.starts_with("\xff\xfe") || bytes.starts_with("\xfe\xff")) {
     Text(bytes, source).refuse_whole("is UTF-16; save it as UTF-8");
   }
@@ -370,7 +392,7 @@ Node parse_json(std::string_view bytes, std::shared_ptr<const Source> source) {
     text.refuse(*at, std::string("not UTF-8: byte 0x") + hex[byte >> 4U] + hex[byte & 0xfU] + "; save it as UTF-8");
   }
   std::size_t read = 0;
-  TreeBuilder builder(text, read);
+  TreeBuilder builder(text, read, budget);
   Json::sax_parse(CountingIterator(bytes.data(), &read), CountingIterator(bytes.data() + bytes.size(), &read),
                   &builder);
   return builder.take();

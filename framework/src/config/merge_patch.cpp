@@ -17,6 +17,7 @@ namespace {
 Node merged(Node base, const Node& patch, bool keep_nulls) {
   if (!patch.is_object()) return patch;
   if (!base.is_object()) base = Node(Node::Object{}, patch.origin);
+  if (!base.origin.source) base.origin = patch.origin;  // a base that stands nowhere: what is missing is the patch's
   for (const Member& change : patch.object()) {
     const auto known = std::ranges::find(base.object(), change.key, &Member::key);
     const bool absent = known == base.object().end();
@@ -85,7 +86,13 @@ class Assignment {
       : source_(std::make_shared<const Source>(Source{"--set", {}})), pointer_(pointer) {}
 
   void apply(Node& root, std::string_view value) const {
-    const std::vector<std::string> names = split_pointer(pointer_);
+    const std::vector<std::string> names = [&] {
+      try {
+        return split_pointer(pointer_);
+      } catch (const InputError& error) {
+        throw InputError(std::vector{Diagnostic{.file = "--set", .message = error.diagnostics().front().message}});
+      }
+    }();
     Node* parent = &root;
     std::string path;
     for (std::size_t i = 0; i + 1 < names.size(); ++i) {
@@ -152,7 +159,8 @@ void set_pointer(Node& root, std::string_view pointer, std::string_view value) {
 void apply_assignment(Node& root, std::string_view assignment) {
   const auto equals = assignment.find('=');
   if (equals == std::string_view::npos) {
-    throw InputError("--set " + std::string(assignment) + ": expected /json/pointer=VALUE");
+    throw InputError(std::vector{
+        Diagnostic{.file = "--set", .pointer = std::string(assignment), .message = "expected /json/pointer=VALUE"}});
   }
   set_pointer(root, assignment.substr(0, equals), assignment.substr(equals + 1));
 }

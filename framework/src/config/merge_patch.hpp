@@ -7,7 +7,7 @@ namespace gripline {
 
 /// RFC 7396: members of `patch` replace those of `base`, objects are merged, null removes, anything else replaces.
 /// Every value keeps the origin of the file it came from; an object built from both keeps the base's, unless the patch
-/// removes one of its members: then whatever is missing is missing because of the patch.
+/// removes one of its members or the base stands in no file: then whatever is missing is missing because of the patch.
 [[nodiscard]] Node merge(Node base, const Node& patch);
 
 /// The same, but a null that has nothing to remove is kept: what "extends" uses (see load_json).

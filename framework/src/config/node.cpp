@@ -186,6 +186,8 @@ std::vector<std::string> split_pointer(std::string_view pointer) {
   }
   for (std::size_t i = 0; i < pointer.size(); ++i) {
     if (pointer[i] == '/') {
+      if (names.size() >= static_cast<std::size_t>(max_depth))
+        throw InputError("a JSON pointer of more than " + std::to_string(max_depth) + " names");
       names.emplace_back();
     } else if (pointer[i] != '~') {
       names.back() += pointer[i];

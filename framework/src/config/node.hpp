@@ -12,6 +12,9 @@
 
 namespace gripline {
 
+/// Arrays and objects within each other, at most: trees are walked by recursion.
+inline constexpr int max_depth = 200;
+
 /// Where text came from: a file, or an argument of the command line.
 struct Source {
   std::string name;              ///< as shown to the user: "worlds/ethz.json", "--set"
@@ -104,7 +107,7 @@ inline Node::Node(std::string_view value, Origin where) : origin(std::move(where
 inline Node::Node(const char* value, Origin where) : Node(std::string_view(value), std::move(where)) {}
 
 /// Splits a JSON pointer into its names (`~1` is `/`, `~0` is `~`). Throws InputError unless it is empty or starts
-/// with `/` and every `~` is followed by 0 or 1.
+/// with `/`, every `~` is followed by 0 or 1 and it has at most max_depth names.
 [[nodiscard]] std::vector<std::string> split_pointer(std::string_view pointer);
 /// `parent/name` with `name` escaped.
 [[nodiscard]] std::string join_pointer(std::string_view parent, std::string_view name);

@@ -27,51 +27,55 @@ struct Named {
 constexpr double pi = std::numbers::pi;
 constexpr std::string_view squared = "\xc2\xb2", cubed = "\xc2\xb3", dot = "\xc2\xb7";  // UTF-8
 
-//                                          m   kg  s  rad A  K
+/// Whole exponents of m, kg, s, rad, A, K.
+constexpr Dimension whole(int m, int kg, int s, int rad, int A, int K) {
+  return {{2 * m, 2 * kg, 2 * s, 2 * rad, 2 * A, 2 * K}};
+}
+
 constexpr std::array<Named, 21> units{
-    {{"m", {{1, 0, 0, 0, 0, 0}}, 1.0, true},           {"g", {{0, 1, 0, 0, 0, 0}}, 1e-3, true},
-     {"s", {{0, 0, 1, 0, 0, 0}}, 1.0, true},           {"min", {{0, 0, 1, 0, 0, 0}}, 60.0, false},
-     {"h", {{0, 0, 1, 0, 0, 0}}, 3600.0, false},       {"rad", {{0, 0, 0, 1, 0, 0}}, 1.0, true},
-     {"deg", {{0, 0, 0, 1, 0, 0}}, pi / 180.0, false}, {"\xc2\xb0", {{0, 0, 0, 1, 0, 0}}, pi / 180.0, false},
-     {"rev", {{0, 0, 0, 1, 0, 0}}, 2.0 * pi, false},   {"rpm", {{0, 0, -1, 1, 0, 0}}, 2.0 * pi / 60.0, false},
-     {"A", {{0, 0, 0, 0, 1, 0}}, 1.0, true},           {"K", {{0, 0, 0, 0, 0, 1}}, 1.0, true},
-     {"Hz", {{0, 0, -1, 0, 0, 0}}, 1.0, true},         {"N", {{1, 1, -2, 0, 0, 0}}, 1.0, true},
-     {"Pa", {{-1, 1, -2, 0, 0, 0}}, 1.0, true},        {"bar", {{-1, 1, -2, 0, 0, 0}}, 1e5, false},
-     {"J", {{2, 1, -2, 0, 0, 0}}, 1.0, true},          {"W", {{2, 1, -3, 0, 0, 0}}, 1.0, true},
-     {"V", {{2, 1, -3, 0, -1, 0}}, 1.0, true},         {"ohm", {{2, 1, -3, 0, -2, 0}}, 1.0, true},
-     {"%", {{0, 0, 0, 0, 0, 0}}, 1e-2, false}}};
+    {{"m", whole(1, 0, 0, 0, 0, 0), 1.0, true},           {"g", whole(0, 1, 0, 0, 0, 0), 1e-3, true},
+     {"s", whole(0, 0, 1, 0, 0, 0), 1.0, true},           {"min", whole(0, 0, 1, 0, 0, 0), 60.0, false},
+     {"h", whole(0, 0, 1, 0, 0, 0), 3600.0, false},       {"rad", whole(0, 0, 0, 1, 0, 0), 1.0, true},
+     {"deg", whole(0, 0, 0, 1, 0, 0), pi / 180.0, false}, {"\xc2\xb0", whole(0, 0, 0, 1, 0, 0), pi / 180.0, false},
+     {"rev", whole(0, 0, 0, 1, 0, 0), 2.0 * pi, false},   {"rpm", whole(0, 0, -1, 1, 0, 0), 2.0 * pi / 60.0, false},
+     {"A", whole(0, 0, 0, 0, 1, 0), 1.0, true},           {"K", whole(0, 0, 0, 0, 0, 1), 1.0, true},
+     {"Hz", whole(0, 0, -1, 0, 0, 0), 1.0, true},         {"N", whole(1, 1, -2, 0, 0, 0), 1.0, true},
+     {"Pa", whole(-1, 1, -2, 0, 0, 0), 1.0, true},        {"bar", whole(-1, 1, -2, 0, 0, 0), 1e5, false},
+     {"J", whole(2, 1, -2, 0, 0, 0), 1.0, true},          {"W", whole(2, 1, -3, 0, 0, 0), 1.0, true},
+     {"V", whole(2, 1, -3, 0, -1, 0), 1.0, true},         {"ohm", whole(2, 1, -3, 0, -2, 0), 1.0, true},
+     {"%", whole(0, 0, 0, 0, 0, 0), 1e-2, false}}};
 
 constexpr std::array<std::pair<std::string_view, double>, 8> prefixes{
     {{"k", 1e3}, {"M", 1e6}, {"G", 1e9}, {"c", 1e-2}, {"m", 1e-3}, {"u", 1e-6}, {"\xc2\xb5", 1e-6}, {"n", 1e-9}}};
 
 constexpr std::array<std::pair<Dimension, std::string_view>, 27> kinds{
-    {{{{0, 0, 0, 0, 0, 0}}, "a pure number"},
-     {{{1, 0, 0, 0, 0, 0}}, "a length"},
-     {{{2, 0, 0, 0, 0, 0}}, "an area"},
-     {{{3, 0, 0, 0, 0, 0}}, "a volume"},
-     {{{-1, 0, 0, 0, 0, 0}}, "a curvature"},
-     {{{0, 1, 0, 0, 0, 0}}, "a mass"},
-     {{{-3, 1, 0, 0, 0, 0}}, "a density"},
-     {{{2, 1, 0, 0, 0, 0}}, "a moment of inertia"},
-     {{{0, 0, 1, 0, 0, 0}}, "a time"},
-     {{{0, 0, -1, 0, 0, 0}}, "a frequency"},
-     {{{0, 0, 0, 1, 0, 0}}, "an angle"},
-     {{{0, 0, -1, 1, 0, 0}}, "an angular rate"},
-     {{{0, 0, -2, 1, 0, 0}}, "an angular acceleration"},
-     {{{1, 0, -1, 0, 0, 0}}, "a speed"},
-     {{{1, 0, -2, 0, 0, 0}}, "an acceleration"},
-     {{{1, 0, -3, 0, 0, 0}}, "a jerk"},
-     {{{1, 1, -2, 0, 0, 0}}, "a force"},
-     {{{0, 1, -2, 0, 0, 0}}, "a stiffness"},
-     {{{1, 1, -2, -1, 0, 0}}, "a force per angle"},
-     {{{0, 1, -1, 0, 0, 0}}, "a damping coefficient"},
-     {{{-1, 1, -2, 0, 0, 0}}, "a pressure"},
-     {{{2, 1, -2, 0, 0, 0}}, "a torque or an energy"},
-     {{{2, 1, -3, 0, 0, 0}}, "a power"},
-     {{{0, 0, 0, 0, 1, 0}}, "a current"},
-     {{{2, 1, -3, 0, -1, 0}}, "a voltage"},
-     {{{2, 1, -3, 0, -2, 0}}, "a resistance"},
-     {{{0, 0, 0, 0, 0, 1}}, "a temperature"}}};
+    {{whole(0, 0, 0, 0, 0, 0), "a pure number"},
+     {whole(1, 0, 0, 0, 0, 0), "a length"},
+     {whole(2, 0, 0, 0, 0, 0), "an area"},
+     {whole(3, 0, 0, 0, 0, 0), "a volume"},
+     {whole(-1, 0, 0, 0, 0, 0), "a curvature"},
+     {whole(0, 1, 0, 0, 0, 0), "a mass"},
+     {whole(-3, 1, 0, 0, 0, 0), "a density"},
+     {whole(2, 1, 0, 0, 0, 0), "a moment of inertia"},
+     {whole(0, 0, 1, 0, 0, 0), "a time"},
+     {whole(0, 0, -1, 0, 0, 0), "a frequency"},
+     {whole(0, 0, 0, 1, 0, 0), "an angle"},
+     {whole(0, 0, -1, 1, 0, 0), "an angular rate"},
+     {whole(0, 0, -2, 1, 0, 0), "an angular acceleration"},
+     {whole(1, 0, -1, 0, 0, 0), "a speed"},
+     {whole(1, 0, -2, 0, 0, 0), "an acceleration"},
+     {whole(1, 0, -3, 0, 0, 0), "a jerk"},
+     {whole(1, 1, -2, 0, 0, 0), "a force"},
+     {whole(0, 1, -2, 0, 0, 0), "a stiffness"},
+     {whole(1, 1, -2, -1, 0, 0), "a force per angle"},
+     {whole(0, 1, -1, 0, 0, 0), "a damping coefficient"},
+     {whole(-1, 1, -2, 0, 0, 0), "a pressure"},
+     {whole(2, 1, -2, 0, 0, 0), "a torque or an energy"},
+     {whole(2, 1, -3, 0, 0, 0), "a power"},
+     {whole(0, 0, 0, 0, 1, 0), "a current"},
+     {whole(2, 1, -3, 0, -1, 0), "a voltage"},
+     {whole(2, 1, -3, 0, -2, 0), "a resistance"},
+     {whole(0, 0, 0, 0, 0, 1), "a temperature"}}};
 
 std::string quoted(std::string_view text) { return Node(text).describe(); }
 
@@ -93,8 +97,18 @@ std::optional<Unit> find_prefixed(std::string_view name) {
 /// a b^sign
 Unit times(const Unit& a, const Unit& b, int sign) {
   Unit result{a.dimension, sign > 0 ? a.factor * b.factor : a.factor / b.factor};
-  for (std::size_t i = 0; i < result.dimension.exponent.size(); ++i) {
-    result.dimension.exponent[i] += sign * b.dimension.exponent[i];
+  for (std::size_t i = 0; i < result.dimension.halves.size(); ++i) {
+    result.dimension.halves[i] += sign * b.dimension.halves[i];
+  }
+  return result;
+}
+
+/// The square root, if its exponents are halves of whole numbers.
+std::optional<Unit> root(const Unit& unit) {
+  Unit result{unit.dimension, std::sqrt(unit.factor)};
+  for (int& exponent : result.dimension.halves) {
+    if (exponent % 2 != 0) return std::nullopt;
+    exponent /= 2;
   }
   return result;
 }
@@ -105,7 +119,8 @@ Unit power(const Unit& unit, int exponent) {
   return result;
 }
 
-/// unit := factor { (" " | "*" | "/") factor };  factor := ( "(" unit ")" | "1" | name ) [ power ]
+/// unit := factor { (" " | "*" | "/") factor };  factor := ( "(" unit ")" | "1" | name ) [ power ];  a power is a whole
+/// number, or one and a half behind "^"
 class UnitParser {
  public:
   explicit UnitParser(std::string_view text) : text_(text), rest_(text) {}
@@ -129,7 +144,7 @@ class UnitParser {
       if (multiply && divided) refuse("a product after a quotient needs brackets, as in \"N/(m s)\" or \"N s/m\",");
       divided = divided || divide;
       skip_blanks();
-      result = times(result, factor(depth), divide ? -1 : 1);
+      result = bounded(times(result, factor(depth), divide ? -1 : 1));
     }
   }
 
@@ -143,7 +158,19 @@ class UnitParser {
     } else if (!take("1")) {
       unit = name();
     }
-    return power(unit, exponent());
+    const Exponent by = exponent();
+    if (!by.half) return bounded(power(unit, by.whole));
+    const std::optional<Unit> rooted = root(unit);
+    if (!rooted) refuse("a root of a root");
+    return bounded(power(*rooted, 2 * by.whole + (by.negative ? -1 : 1)));
+  }
+
+  /// Powers of powers leave every number and every quantity behind.
+  Unit bounded(const Unit& unit) const {
+    constexpr int highest = 200;  // halves
+    const bool small = std::ranges::all_of(unit.dimension.halves, [](int h) { return std::abs(h) <= highest; });
+    if (!small || !std::isfinite(unit.factor) || !(unit.factor > 0)) refuse("powers too high");
+    return unit;
   }
 
   Unit name() {
@@ -156,18 +183,26 @@ class UnitParser {
     throw UnitError("unknown unit \"" + name + '"' + suggestion(name));
   }
 
-  int exponent() {
-    if (take(squared)) return 2;
-    if (take(cubed)) return 3;
+  /// whole + 1/2 away from zero when `half`.
+  struct Exponent {
+    int whole = 1;
+    bool half = false, negative = false;
+  };
+  Exponent exponent() {
+    if (take(squared)) return {2};
+    if (take(cubed)) return {3};
     const bool caret = take("^");
-    int value = 1;
-    const auto [stop, error] = std::from_chars(rest_.data(), rest_.data() + rest_.size(), value);
+    constexpr std::string_view wanted = "a power is a whole number from 1 to 9, or such a half as ^0.5";
+    Exponent result;
+    result.negative = rest_.starts_with('-');
+    const auto [stop, error] = std::from_chars(rest_.data(), rest_.data() + rest_.size(), result.whole);
     constexpr int highest = 9;
-    if (error == std::errc::invalid_argument && !caret) return 1;
-    if (error != std::errc() || std::abs(value) > highest || value == 0)
-      refuse("a power is a whole number from 1 to 9");
+    if (error == std::errc::invalid_argument && !caret) return {};
+    if (error != std::errc() || std::abs(result.whole) > highest) refuse(std::string(wanted));
     rest_.remove_prefix(static_cast<std::size_t>(stop - rest_.data()));
-    return value;
+    result.half = caret && take(".5");
+    if (result.whole == 0 && !result.half) refuse(std::string(wanted));
+    return result;
   }
 
   /// Whether a name goes on here. Powers and the product dot are the signs beyond ASCII that are not letters.
@@ -243,13 +278,18 @@ std::string describe(const Dimension& dimension) {
   std::string above, below;
   int factors_below = 0;
   for (std::size_t i = 0; i < symbols.size(); ++i) {
-    const int exponent = dimension.exponent[i];
-    if (exponent == 0) continue;
-    std::string& side = exponent > 0 ? above : below;
+    const int halves = dimension.halves[i];
+    if (halves == 0) continue;
+    std::string& side = halves > 0 ? above : below;
     if (!side.empty()) side += ' ';
     side += symbols[i];
-    if (std::abs(exponent) > 1) side += std::to_string(std::abs(exponent));
-    if (exponent < 0) ++factors_below;
+    const int size = std::abs(halves);
+    if (size % 2 != 0) {
+      side += '^' + std::to_string(size / 2) + ".5";
+    } else if (size > 2) {
+      side += std::to_string(size / 2);
+    }
+    if (halves < 0) ++factors_below;
   }
   if (factors_below > 1) below = '(' + below + ')';
   return "a quantity in " + (above.empty() ? "1" : above) + (below.empty() ? "" : '/' + below);

@@ -13,9 +13,10 @@ class UnitError : public std::runtime_error {
 };
 
 /// A physical dimension: exponents of length, mass, time, angle, current and temperature. Angle is a dimension of
-/// its own here, so that "20 kg" and a bare "3" are both refused where an angle is expected.
+/// its own here, so that "20 kg" and a bare "3" are both refused where an angle is expected. Exponents are counted in
+/// halves: the strength of a random walk is a quantity per square root of a second.
 struct Dimension {
-  std::array<int, 6> exponent{};  ///< m, kg, s, rad, A, K
+  std::array<int, 6> halves{};  ///< twice the exponents of m, kg, s, rad, A, K
   bool operator==(const Dimension&) const = default;
 };
 
@@ -24,8 +25,8 @@ struct Unit {
   Dimension dimension;
   double factor = 1.0;
 
-  /// Reads a unit: names with prefixes (mm, kN, mrad), powers (m2, s^-1), products ("N s", "N*s"), quotients (m/s2,
-  /// "N s/m", "N/(m2/s2)"). "", "1" and "-" are pure numbers, "%" is a hundredth. `g` is gram. A product after a
+  /// Reads a unit: names with prefixes (mm, kN, mrad), powers (m2, s^-1, s^0.5), products ("N s", "N*s"), quotients
+  /// (m/s2, "N s/m", "N/(m2/s2)"). "", "1" and "-" are pure numbers, "%" is a hundredth. `g` is gram. A product after a
   /// quotient needs brackets. Throws UnitError, with the nearest known name.
   [[nodiscard]] static Unit parse(std::string_view text);
 };

@@ -28,11 +28,26 @@ void read_seeds(ObjectReader& r, RaceSpec& race) {
   for (std::int64_t i = 0; i < count; ++i) race.seeds.push_back(static_cast<std::uint64_t>(first + i));
 }
 
+std::size_t count_values(const Node& node) {
+  std::size_t count = 1;
+  if (node.is_array())
+    for (const Node& one : node.array()) count += count_values(one);
+  if (node.is_object())
+    for (const Member& one : node.object()) count += count_values(one.value);
+  return count;
+}
+
 void read_stacks(ObjectReader& r, const Registry& registry, RaceSpec& race, Errors& errors) {
   static const Node nothing{Node::Object{}};
   const Node* base = r.find("base");
   if (base == nullptr) base = &nothing;
   ObjectReader stacks = r.object("stacks");
+  const std::size_t count = stacks.node().is_object() ? stacks.node().object().size() : 0;
+  if (count * count_values(*base) > 10 * json_limits.values) {
+    stacks.error("its " + std::to_string(count) + " stacks repeat a base of " + std::to_string(count_values(*base)) +
+                 " values; that is more than " + std::to_string(10 * json_limits.values) + " together");
+    return;
+  }
   for (const Member* member : stacks.members()) {
     errors.set_context("stack " + member->key);
     if (!is_plain_name(member->key))

@@ -72,7 +72,7 @@ OfflineSpec read_offline(const Node& tree, const Registry& registry) {
     spec.train = read_drive_world(r, "train", registry, errors);
     spec.test = read_drive_world(r, "test", registry, errors);
     spec.seed = static_cast<std::uint64_t>(r.integer("seed", {0, 1'000'000'000}, 1));
-    Node driver{Node::Object{}};
+    Node driver(Node::Object{}, child_of(tree.origin, "driver"));
     if (const Node* model = r.require("model", "a vehicle model"); model != nullptr) driver.set("model", *model);
     if (const Node* roles = r.require("driver", "a planner and a controller"); roles != nullptr && roles->is_object())
       for (const Member& member : roles->object()) driver.set(member.key, member.value);

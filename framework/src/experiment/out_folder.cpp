@@ -9,6 +9,7 @@
 #include <array>
 #include <cerrno>
 #include <cmath>
+#include <set>
 #include <span>
 #include <vector>
 
@@ -24,33 +25,45 @@ namespace {
 constexpr const char* marker = "experiment.json";
 constexpr const char* lock_name = ".lock";
 
-std::string identity_in(const fs::path& out) {
+/// Whose folder it is, by its marker.
+struct Holder {
+  bool ours = false;     // gripline's
+  std::string identity;  // empty when the marker cannot be read
+};
+Holder holder_of(const fs::path& out) {
   std::error_code ignored;
-  if (!fs::exists(out / marker, ignored)) return {};
+  if (!fs::is_regular_file(out / marker, ignored)) return {};
+  if (fs::file_size(out / marker, ignored) == 0) return {true, ""};  // what a disk left of it
   try {
     const Node node = parse_file(out / marker);
     const Node* const identity = node.find("identity");
-    return identity != nullptr && identity->is_text() ? identity->text() : "";
+    if (identity != nullptr && identity->is_text()) return {true, identity->text()};
   } catch (const std::exception&) {
-    return {};
   }
+  return {};  // somebody else's file of that name
 }
 
-/// Anything but the lock.
+/// Anything but the lock and a marker that was being written when its process or the power went.
 bool occupied(const fs::path& out) {
   std::error_code failed;
-  for (const auto& entry : fs::directory_iterator(out, failed))
-    if (entry.path().filename() != lock_name) return true;
+  for (const auto& entry : fs::directory_iterator(out, failed)) {
+    const std::string name = entry.path().filename().string();
+    if (name != lock_name && name != std::string(marker) + ".partial") return true;
+  }
   return false;
 }
 
 void refuse_others(const fs::path& out, const std::string& identity, bool force) {
-  const std::string found = identity_in(out);
-  if (found.empty() && force)
-    throw InputError(out.string() + " was not made by gripline; --force does not empty it, choose another --out");
-  if (found == identity || force) return;
-  throw InputError(out.string() + " already holds " + (found.empty() ? "something else" : "another experiment") +
-                   "; choose another --out, or --force to replace it");
+  const Holder holder = holder_of(out);
+  if (!holder.ours)
+    throw InputError(out.string() + (force
+                                         ? " was not made by gripline; --force does not empty it, choose another --out"
+                                         : " already holds something else; choose another --out"));
+  if (holder.identity == identity || force) return;
+  if (holder.identity.empty())
+    throw InputError(out.string() + ": its " + marker +
+                     " cannot be read; choose another --out, or --force to replace what gripline made there");
+  throw InputError(out.string() + " already holds another experiment; choose another --out, or --force to replace it");
 }
 
 bool is_number(std::string_view text) {
@@ -68,8 +81,8 @@ void remove_named(const fs::path& folder, std::span<const char* const> names) {
 
 /// What a run leaves: OUT/<stack>/<seed>/ or, half done, OUT/<stack>/.<seed>.partial/.
 void remove_run(const fs::path& folder) {
-  constexpr std::array names = {"config.json", "summary.json", "steps.csv", "timing.csv",
-                                "replay.csv",  "tyres.csv",    "line.csv",  "log.txt"};
+  constexpr std::array names = {"config.json", "summary.json", "steps.csv", "timing.csv",   "replay.csv",
+                                "tyres.csv",   "line.csv",     "log.txt",   "timing.sha256"};
   std::error_code failed;
   remove_named(folder, names);
   fs::remove(folder, failed);  // an empty one
@@ -140,7 +153,8 @@ void remove_results(const fs::path& out) {
 }
 
 void write_track(const fs::path& out, const Track& track) {
-  CsvWriter csv(out / "track.csv", "s_m,x_m,y_m,left_x_m,left_y_m,right_x_m,right_y_m");
+  std::string text;
+  CsvWriter csv(text, "s_m,x_m,y_m,left_x_m,left_y_m,right_x_m,right_y_m");
   const int count = static_cast<int>(std::clamp(track.length() / 0.02, 200.0, 2000.0));
   for (int i = 0; i < count; ++i) {
     const CurvePoint p = track.at(track.length() * i / count);
@@ -149,6 +163,7 @@ void write_track(const fs::path& out, const Track& track) {
     csv << p.s << p.x << p.y << p.x + left * nx << p.y + left * ny << p.x - right * nx << p.y - right * ny;
     csv.end_row();
   }
+  write_file(out / "track.csv", text);
 }
 
 Node describe_world(const RaceSpec& race) {
@@ -202,6 +217,17 @@ Node describe_origin(const RaceSpec& race, const Registry& registry) {
 
 }  // namespace
 
+/// Handles of all locks of this process.
+static std::set<int>& lock_handles() {
+  static std::set<int> handles;
+  return handles;
+}
+
+void OutLock::leave_to_parent() {
+  for (const int handle : lock_handles()) close(handle);
+  lock_handles().clear();
+}
+
 OutLock::OutLock(fs::path folder) : file_(std::move(folder) / lock_name) {
   while (true) {
     handle_ = open(file_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
@@ -214,13 +240,17 @@ OutLock::OutLock(fs::path folder) : file_(std::move(folder) / lock_name) {
     // The holder before may have removed the file between the two calls: then the lock is on no file.
     struct stat held {
     }, named{};
-    if (fstat(handle_, &held) == 0 && stat(file_.c_str(), &named) == 0 && held.st_ino == named.st_ino) return;
+    if (fstat(handle_, &held) == 0 && stat(file_.c_str(), &named) == 0 && held.st_ino == named.st_ino) {
+      lock_handles().insert(handle_);
+      return;
+    }
     close(handle_);
   }
 }
 
 OutLock::~OutLock() {
   if (handle_ < 0) return;
+  lock_handles().erase(handle_);
   unlink(file_.c_str());
   close(handle_);
 }

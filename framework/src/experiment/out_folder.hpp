@@ -15,6 +15,8 @@ class OutLock {
   /// Throws InputError when another process holds it. A file system that knows no locks is used without.
   explicit OutLock(std::filesystem::path folder);
   OutLock(OutLock&& other) noexcept : file_(std::move(other.file_)), handle_(std::exchange(other.handle_, -1)) {}
+  /// For a fork of the process that locked: the lock is the parent's, and gone with it at once.
+  static void leave_to_parent();
   OutLock(const OutLock&) = delete;
   OutLock& operator=(const OutLock&) = delete;
   ~OutLock();

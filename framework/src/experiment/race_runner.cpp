@@ -3,6 +3,7 @@
 #include <fcntl.h>
 #include <sys/mman.h>
 #include <sys/prctl.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -10,16 +11,24 @@
 #include <atomic>
 #include <cerrno>
 #include <charconv>
+#include <chrono>
 #include <csignal>
 #include <cstring>
 #include <iostream>
+#include <iterator>
 #include <map>
+#include <optional>
+#include <utility>
 
 #include "config/hash.hpp"
 #include "config/json_file.hpp"
+#include "experiment/out_folder.hpp"
 #include "plugin/plugin_cache.hpp"
 #include "race/assembly.hpp"
+#include "util/child_process.hpp"
 #include "util/csv_writer.hpp"
+#include "util/disk.hpp"
+#include "util/process_state.hpp"
 #include "util/progress.hpp"
 #include "util/signals.hpp"
 
@@ -63,12 +72,29 @@ constexpr int run_lost = 4;  // exit code of a process that could not leave a su
 /// A broken run is shown but never counted as done: its key is not the one a rerun looks for.
 std::string broken_key(const std::string& key) { return "broken " + key; }
 
+/// Writes the summary beside the run's files and puts them all in the place of what an older version left there.
+void keep_run(const RunSummary& summary, const std::string& key, const fs::path& out) {
+  const RunId id = {summary.stack, summary.seed};
+  const fs::path partial = partial_folder(out, id), folder = run_folder(out, id);
+  write_summary(partial, summary, key);
+  if (!disk().sync_folder(partial)) throw std::runtime_error("cannot write " + partial.string());
+  disk().remove_all(folder);
+  if (!disk().rename(partial, folder))
+    throw std::runtime_error("cannot write " + folder.string() + ": " + std::strerror(errno));
+  (void)disk().sync_folder(folder.parent_path());  // a run whose name is lost is driven again
+}
+
+/// What a race wrote must be there in the end.
+void require_files(const fs::path& folder) {
+  std::error_code failed;
+  for (const char* name : {"config.json", "steps.csv", "timing.csv", "replay.csv", "tyres.csv"})
+    if (!fs::is_regular_file(folder / name, failed)) throw std::runtime_error(std::string(name) + " was taken away");
+}
+
 /// Keeps the rows of a run whose process broke off, with a summary that says why.
 void keep_broken_run(const RaceSpec& race, const RunId& id, const fs::path& out, const std::string& key,
                      const std::string& why) {
-  const fs::path partial = partial_folder(out, id);
-  std::error_code ignored;
-  fs::create_directories(partial, ignored);
+  disk().make_folders(partial_folder(out, id));
   RunSummary summary;
   summary.stack = id.stack;
   summary.seed = id.seed;
@@ -76,63 +102,128 @@ void keep_broken_run(const RaceSpec& race, const RunId& id, const fs::path& out,
   summary.message = why;
   for (const StackSpec& stack : race.stacks)
     if (stack.name == id.stack) summary.needs_truth = stack.needs_truth();
-  write_summary(partial, summary, broken_key(key));
-  fs::remove_all(run_folder(out, id), ignored);
-  fs::rename(partial, run_folder(out, id), ignored);
+  keep_run(summary, broken_key(key), out);
+}
+
+/// For a failure that none of them is caught at: a file that was closed, a limit that was set.
+std::string plugins_of(const RaceSpec& race, const RunId& id) {
+  std::string names;
+  for (const StackSpec& stack : race.stacks) {
+    if (stack.name != id.stack) continue;
+    names = stack.model.model.id();
+    for (const PluginSpec& effect : stack.model.effects) names += ", " + effect.id();
+    for (const PluginSpec* one : {&stack.estimator, &stack.planner, &stack.controller})
+      if (!one->empty()) names += ", " + one->id();
+  }
+  return " (plugins of this run: " + names + ")";
+}
+
+/// Data that this process may have from now on; what it cannot have makes its allocations fail.
+void limit_memory(std::size_t megabytes) {
+  if (megabytes == 0) return;
+  const rlim_t bytes = static_cast<rlim_t>(megabytes) << 20U;
+  const rlimit limit{bytes, bytes};
+  setrlimit(RLIMIT_DATA, &limit);
 }
 
 /// The body of a run's process: output goes to log.txt, results to the folder of the run.
-[[noreturn]] void child(const RaceSpec& race, const RunId& id, const std::string& key, const fs::path& out,
+[[noreturn]] void child(const RaceSpec& race, const RunId& id, const std::string& key, const RunnerOptions& options,
                         pid_t parent, RunProgress* progress) {
-  std::signal(SIGINT, SIG_IGN);  // the parent decides
-  std::signal(SIGTERM, SIG_DFL);
+  setpgid(0, 0);                  // what it starts ends with it
+  std::signal(SIGINT, SIG_IGN);   // the parent decides
+  std::signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is told as a full disk is
+  for (const int number : {SIGTERM, SIGCHLD, SIGTSTP, SIGSEGV, SIGABRT, SIGFPE, SIGBUS, SIGILL})
+    std::signal(number, SIG_DFL);
   prctl(PR_SET_PDEATHSIG, SIGKILL);          // ends with the parent
   if (getppid() != parent) _exit(run_lost);  // the parent ended before the line above
+  OutLock::leave_to_parent();
+  limit_memory(options.memory_mb);
   last_call() = &progress->last;
   int code = 0;
   try {
-    fs::create_directories(partial_folder(out, id));
-    const fs::path log = partial_folder(out, id) / "log.txt";
-    if (const int file = open(log.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644); file >= 0) {
-      dup2(file, STDOUT_FILENO);
-      dup2(file, STDERR_FILENO);
-      close(file);
-    }
-    run_here(race, id, key, out, progress);
-  } catch (const std::exception& e) {
+    std::string why;
     try {
-      keep_broken_run(race, id, out, key, e.what());
-    } catch (const std::exception&) {
-      code = run_lost;
+      fs::create_directories(partial_folder(options.out, id));
+      const fs::path log = partial_folder(options.out, id) / "log.txt";
+      if (const int nothing = open("/dev/null", O_RDONLY); nothing >= 0) {
+        dup2(nothing, STDIN_FILENO);
+        if (nothing > STDERR_FILENO) close(nothing);
+      }
+      if (const int file = open(log.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644); file >= 0) {
+        dup2(file, STDOUT_FILENO);
+        dup2(file, STDERR_FILENO);
+        if (file > STDERR_FILENO) close(file);
+      }
+      run_here(race, id, key, options.out, progress);
+    } catch (const std::bad_alloc&) {
+      why = "ran out of memory" + describe_place(progress->last);
+    } catch (const std::exception& e) {
+      why = e.what() + describe_place(progress->last) + plugins_of(race, id);
     }
+    if (!progress->kept.load() && !why.empty()) {
+      keep_broken_run(race, id, options.out, key, why);
+      progress->kept.store(true);
+    }
+  } catch (const std::exception&) {
+    code = run_lost;
   }
   std::cout.flush();
   _exit(code);
 }
 
-/// How a process ended that left no summary, and where it was.
-std::string describe_exit(int status, const LastCall& last) {
-  std::string text;
-  if (WIFSIGNALED(status))
-    text = "its process was ended by signal " + std::to_string(WTERMSIG(status)) + " (" + strsignal(WTERMSIG(status)) +
-           ")";
-  else
-    text = "its process ended with exit code " + std::to_string(WEXITSTATUS(status)) + " before the race did";
-  const std::string who = last.who.get();
-  if (who.empty()) return text;
-  const double t = last.t.load(std::memory_order_relaxed);
-  if (std::isnan(t)) return text + " while " + who + " was made";
-  return text + " at t = " + std::to_string(t) + " s; the plugin called last was " + who;
-}
+/// Ctrl-Z: noted here, because the runs are no part of the terminal's group and go on by themselves.
+volatile std::sig_atomic_t pause_seen = 0;
+void note_pause(int) { pause_seen = 1; }
+
+class PauseWatch {
+ public:
+  PauseWatch() {
+    pause_seen = 0;
+    struct sigaction action {};
+    action.sa_handler = note_pause;
+    sigaction(SIGTSTP, nullptr, &before_);
+    if (before_.sa_handler != SIG_IGN) sigaction(SIGTSTP, &action, nullptr);
+  }
+  ~PauseWatch() { sigaction(SIGTSTP, &before_, nullptr); }
+  PauseWatch(const PauseWatch&) = delete;
+  PauseWatch& operator=(const PauseWatch&) = delete;
+
+ private:
+  struct sigaction before_ {};
+};
+
+/// Children end where the parent waits for them, whatever it was started with; what they leave behind comes to us.
+class ParentOfRuns {
+ public:
+  ParentOfRuns() {
+    struct sigaction usual {};
+    usual.sa_handler = SIG_DFL;
+    sigaction(SIGCHLD, &usual, &before_);
+    prctl(PR_GET_CHILD_SUBREAPER, &was_subreaper_);
+    prctl(PR_SET_CHILD_SUBREAPER, 1);
+  }
+  ~ParentOfRuns() {
+    prctl(PR_SET_CHILD_SUBREAPER, was_subreaper_);
+    sigaction(SIGCHLD, &before_, nullptr);
+  }
+  ParentOfRuns(const ParentOfRuns&) = delete;
+  ParentOfRuns& operator=(const ParentOfRuns&) = delete;
+
+ private:
+  struct sigaction before_ {};
+  int was_subreaper_ = 0;
+};
 
 class Pool {
  public:
-  Pool(const RaceSpec& race, const fs::path& out, std::size_t count) : race_(race), out_(out), progress_(count) {}
+  Pool(const RaceSpec& race, const RunnerOptions& options, std::size_t count)
+      : race_(race), options_(options), progress_(count), strangers_(children_of_this_process()) {}
   ~Pool() { stop(); }
   Pool(const Pool&) = delete;
   Pool& operator=(const Pool&) = delete;
   std::size_t running() const { return children_.size(); }
   double fractions() const { return progress_.sum(); }
+  std::vector<std::string>& notes() { return notes_; }
   std::string names() const {
     std::string text;
     for (const auto& [pid, job] : children_) {
@@ -147,53 +238,122 @@ class Pool {
   }
 
   void start(const RunId& id, const std::string& key, std::size_t slot) {
-    std::error_code ignored;
-    fs::remove_all(partial_folder(out_, id), ignored);
+    disk().remove_all(partial_folder(options_.out, id));
     std::cout.flush();
     std::cerr.flush();
     const pid_t parent = getpid(), pid = fork();
     if (pid < 0) throw std::runtime_error(std::string("cannot start a process: ") + std::strerror(errno));
-    if (pid == 0) child(race_, id, key, out_, parent, progress_.slot(slot));
-    children_[pid] = {id, key, slot};
+    if (pid == 0) child(race_, id, key, options_, parent, progress_.slot(slot));
+    setpgid(pid, pid);
+    children_[pid] = {id, key, slot, Clock::now(), {}, {}};
   }
 
-  /// Collects every process that ended.
+  /// Collects every process that ended, and ends those that take too long.
   void reap() {
-    int status = 0;
-    for (pid_t pid = waitpid(-1, &status, WNOHANG); pid > 0; pid = waitpid(-1, &status, WNOHANG)) {
-      const auto found = children_.find(pid);
-      if (found == children_.end()) continue;
-      const Job job = found->second;
-      children_.erase(found);
-      progress_.slot(job.slot)->fraction.store(1.0, std::memory_order_relaxed);
-      // After exit(0) in a plugin the status is good, but the partial folder is still there.
-      std::error_code ignored;
-      if (status != 0 || fs::exists(partial_folder(out_, job.id), ignored))
-        keep_broken_run(race_, job.id, out_, job.key, describe_exit(status, progress_.slot(job.slot)->last));
+    for (auto at = children_.begin(); at != children_.end();) {
+      const auto next = std::next(at);
+      if (const std::optional<int> status = ended(at->first)) {
+        const Job job = at->second;
+        children_.erase(at);
+        settle(job, *status);
+      } else {
+        watch(at->first, at->second);
+      }
+      at = next;
+    }
+    end_orphans();
+  }
+
+  /// Ctrl-Z: they stop and go on with this process; the time in between does not count.
+  void pause() {
+    const Clock::time_point begin = Clock::now();
+    for (const auto& [pid, job] : children_) kill(-pid, SIGSTOP);
+    raise(SIGSTOP);
+    for (auto& [pid, job] : children_) {
+      job.begun += Clock::now() - begin;
+      if (job.kept) *job.kept += Clock::now() - begin;
+      kill(-pid, SIGCONT);
     }
   }
 
   void stop() {
-    for (const auto& [pid, job] : children_) kill(pid, SIGTERM);
     for (const auto& [pid, job] : children_) {
-      int status = 0;
-      waitpid(pid, &status, 0);
-      std::error_code ignored;
-      fs::remove_all(partial_folder(out_, job.id), ignored);
+      kill(-pid, SIGKILL);
+      kill(pid, SIGKILL);
+      waitpid(pid, nullptr, 0);
+      disk().remove_all(partial_folder(options_.out, job.id));
+      notes_.push_back(name_of(job) + " was stopped" + describe_place(progress_.slot(job.slot)->last));
     }
     children_.clear();
+    end_orphans();
   }
 
  private:
+  using Clock = std::chrono::steady_clock;
   struct Job {
     RunId id;
     std::string key;
     std::size_t slot;
+    Clock::time_point begun;
+    std::optional<Clock::time_point> kept;  // since when its results are there
+    std::string ended_because;              // of us; empty: by itself
   };
+
+  static std::string name_of(const Job& job) { return job.id.stack + ", seed " + std::to_string(job.id.seed); }
+
+  /// The status of a process that ended, collected with all it started.
+  static std::optional<int> ended(pid_t pid) {
+    siginfo_t info{};
+    const int result = waitid(P_PID, static_cast<id_t>(pid), &info, WEXITED | WNOHANG | WNOWAIT);
+    if (result == 0 && info.si_pid == 0) return std::nullopt;
+    kill(-pid, SIGKILL);  // while its number is still its own
+    int status = 0;
+    if (result != 0 || waitpid(pid, &status, 0) != pid) return 0;  // collected elsewhere: its files tell the rest
+    return status;
+  }
+
+  void settle(const Job& job, int status) {
+    RunProgress& progress = *progress_.slot(job.slot);
+    progress.fraction.store(1.0, std::memory_order_relaxed);
+    const std::string why = (job.ended_because.empty() ? "its process " + describe_end(status) : job.ended_because);
+    // A plugin may have called exit(0): then its process looks well, and what it was to leave is not there.
+    if (!progress.kept.load()) {
+      const std::string early = WIFEXITED(status) && job.ended_because.empty() ? " before the race did" : "";
+      const bool lost = WIFEXITED(status) && WEXITSTATUS(status) == run_lost;
+      keep_broken_run(race_, job.id, options_.out, job.key,
+                      why + early + describe_place(progress.last) + (lost ? plugins_of(race_, job.id) : ""));
+    } else if (status != 0) {
+      notes_.push_back(name_of(job) + " is complete; afterwards " + why + describe_place(progress.last));
+    }
+  }
+
+  void watch(pid_t pid, Job& job) {
+    constexpr auto patience = std::chrono::seconds(5);  // for destructors
+    const Clock::time_point now = Clock::now();
+    if (!job.kept && progress_.slot(job.slot)->kept.load()) job.kept = now;
+    const auto limit = std::chrono::duration<double>(options_.timeout_s);
+    if (job.kept ? now - *job.kept < patience : options_.timeout_s <= 0 || now - job.begun < limit) return;
+    job.ended_because = job.kept ? "its process did not end by itself and was ended"
+                                 : "it was stopped after " + number_text(options_.timeout_s) + " s (--timeout)";
+    kill(-pid, SIGKILL);
+    kill(pid, SIGKILL);
+  }
+
+  /// Processes that runs started and left to us.
+  void end_orphans() {
+    for (const pid_t pid : children_of_this_process()) {
+      if (children_.contains(pid) || std::find(strangers_.begin(), strangers_.end(), pid) != strangers_.end()) continue;
+      kill(pid, SIGKILL);
+      waitpid(pid, nullptr, 0);
+    }
+  }
+
   const RaceSpec& race_;
-  fs::path out_;
+  const RunnerOptions& options_;
   SharedProgress progress_;
+  std::vector<pid_t> strangers_;  // that were here before
   std::map<pid_t, Job> children_;
+  std::vector<std::string> notes_;
 };
 
 }  // namespace
@@ -216,17 +376,27 @@ const std::string& FileHashes::of(const fs::path& file) {
   return found->second;
 }
 
-RunSummary run_here(const RaceSpec& race, const RunId& id, const std::string& key, const fs::path& out,
+RunSummary run_here(const RaceSpec& race, const RunId& id, const std::string& key, const fs::path& out_folder,
                     RunProgress* progress) {
+  const fs::path out = fs::absolute(out_folder);  // a plugin may go elsewhere
   const auto spec =
       std::find_if(race.stacks.begin(), race.stacks.end(), [&](const auto& s) { return s.name == id.stack; });
   const fs::path partial = partial_folder(out, id);
-  fs::create_directories(partial);
+  if (!disk().make_folders(partial))
+    throw std::runtime_error("cannot make " + partial.string() + ": " + std::strerror(errno));
   write_file(partial / "config.json", to_json_text(race.run_tree(id.stack, id.seed)));
   RunSummary summary;
   summary.stack = id.stack;
   summary.seed = id.seed;
   summary.needs_truth = spec->needs_truth();
+  bool kept = false;
+  std::optional<ProcessState> state(std::in_place);
+  const auto keep = [&] {
+    const bool broken = summary.status == Status::plugin_error || summary.status == Status::error;
+    keep_run(summary, broken ? broken_key(key) : key, out);
+    kept = true;
+    if (progress != nullptr) progress->kept.store(true);
+  };
   try {
     RaceSetup setup;
     setup.seed = id.seed;
@@ -248,6 +418,9 @@ RunSummary run_here(const RaceSpec& race, const RunId& id, const std::string& ke
           },
           &progress->fraction);
     summary = assembly.run();
+    state.reset();
+    require_files(partial);
+    keep();  // before plugins are destroyed: one that fails then spoils no result
   } catch (const PluginError& e) {
     summary.status = Status::plugin_error;
     summary.message = e.what();
@@ -255,12 +428,16 @@ RunSummary run_here(const RaceSpec& race, const RunId& id, const std::string& ke
     summary.status = Status::plugin_error;
     summary.message = e.what();
   }
-  const bool broken = summary.status == Status::plugin_error || summary.status == Status::error;
-  write_summary(partial, summary, broken ? broken_key(key) : key);
-  const fs::path folder = run_folder(out, id);
-  fs::remove_all(folder);
-  fs::rename(partial, folder);
+  state.reset();
+  if (!kept) keep();
   return summary;
+}
+
+double default_timeout(const WorldSpec& world) {
+  constexpr double preparing = 600;  // [s] of a plugin that computes a library of laps
+  constexpr double per_second = 60;  // of wall clock per second driven: ten times the slowest of ours on one busy core
+  const double driven = world.laps > 0 ? world.timeout : world.duration.value_or(world.timeout);
+  return preparing + per_second * driven;
 }
 
 std::vector<RunResult> results_in(const RaceSpec& race, const fs::path& out) {
@@ -287,20 +464,29 @@ std::vector<RunResult> results_in(const RaceSpec& race, const fs::path& out) {
   return all;
 }
 
-RunnerOutcome run_all(const RaceSpec& race, const std::vector<RunId>& ids, const RunnerOptions& options) {
+RunnerOutcome run_all(const RaceSpec& race, const std::vector<RunId>& ids, const RunnerOptions& given) {
+  RunnerOptions options = given;
+  options.out = fs::absolute(given.out);
+  if (options.timeout_s <= 0) options.timeout_s = default_timeout(race.world);
   RunnerOutcome outcome;
   std::vector<std::string> keys;
   std::vector<std::size_t> waiting;
   FileHashes hashes;
   for (std::size_t i = 0; i < ids.size(); ++i) {
     keys.push_back(run_key(race, ids[i], hashes));
-    if (read_result(run_folder(options.out, ids[i]), keys[i]))
+    std::string damage;
+    if (read_result(run_folder(options.out, ids[i]), keys[i], &damage))
       ++outcome.kept;
     else
       waiting.push_back(i);
+    if (!damage.empty())
+      outcome.notes.push_back(ids[i].stack + ", seed " + std::to_string(ids[i].seed) + ": " + damage +
+                              " since it was raced; it is driven again");
   }
   const StopSignal stop(StopSignal::Reaction::note);
-  Pool pool(race, options.out, waiting.size());
+  const PauseWatch pauses;
+  const ParentOfRuns parent;
+  Pool pool(race, options, waiting.size());
   {
     Progress progress(std::cerr, race.name, std::max<std::size_t>(1, waiting.size() * 1000));
     progress.count_in(1000);
@@ -312,12 +498,14 @@ RunnerOutcome run_all(const RaceSpec& race, const std::vector<RunId>& ids, const
       }
       pool.reap();
       if (options.show_progress) progress.advance(static_cast<std::size_t>(pool.fractions() * 1000), pool.names());
+      if (std::exchange(pause_seen, 0) != 0) pool.pause();
       if (pool.running() > 0) usleep(20'000);
     }
     if (options.show_progress && !StopSignal::seen()) progress.finish();
   }
   outcome.interrupted = StopSignal::seen();
   pool.stop();
+  outcome.notes.insert(outcome.notes.end(), pool.notes().begin(), pool.notes().end());
   for (std::size_t i = 0; i < ids.size(); ++i) {
     const RunId& id = ids[i];
     // Results of other inputs have another key and count as absent.

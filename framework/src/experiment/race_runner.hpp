@@ -16,7 +16,12 @@ struct RunnerOptions {
   std::filesystem::path out;
   int jobs = 1;
   bool show_progress = true;
+  double timeout_s = 0;       ///< wall clock that one run may take; 0: default_timeout() of its world
+  std::size_t memory_mb = 0;  ///< of data that one run may have; 0: no limit
 };
+
+/// Wall clock after which a run surely hangs [s]: generous, from the longest race that the world allows.
+double default_timeout(const WorldSpec& world);
 
 struct RunId {
   std::string stack;
@@ -42,6 +47,7 @@ struct RunProgress {
   std::atomic<double> preparing{-1.0};  // of what a plugin computes before the first step; negative: nothing
   SharedText what;                      // it computes
   LastCall last;
+  std::atomic<bool> kept{false};  // the results are in their place: whatever happens now spoils nothing
 };
 
 /// One run in this process, its files under OUT/<stack>/<seed>/. `progress` may be null.
@@ -54,6 +60,7 @@ struct RunnerOutcome {
   std::vector<RunResult> runs;
   int kept = 0;
   bool interrupted = false;
+  std::vector<std::string> notes;  ///< what the user should know: "elm, seed 1: steps.csv was changed ..."
 };
 /// The runs of this race that are finished or failed in OUT, by whichever call: stacks in the order of the experiment,
 /// seeds ascending. Results of other inputs, plugins or versions of the program are left out.

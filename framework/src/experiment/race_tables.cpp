@@ -95,13 +95,15 @@ void put(CsvWriter& csv, const std::optional<double>& value) {
 
 void write_runs(const std::filesystem::path& out, const RaceResults& results, std::size_t laps) {
   const std::vector<std::string> columns = measured_columns(laps);
-  CsvWriter csv(out / "runs.csv", joined(columns, "stack,seed,status,needs_truth"));
+  std::string text;
+  CsvWriter csv(text, joined(columns, "stack,seed,status,needs_truth"));
   for (const RunResult& run : results.runs) {
     csv << run.summary.stack << static_cast<std::int64_t>(run.summary.seed) << status_name(run.summary.status)
         << (run.summary.needs_truth ? 1 : 0);
     for (const std::string& column : columns) put(csv, run_value(results, run, column));
     csv.end_row();
   }
+  write_file(out / "runs.csv", text);
 }
 
 void write_table(const std::filesystem::path& out, const RaceResults& results, std::size_t laps) {
@@ -109,13 +111,15 @@ void write_table(const std::filesystem::path& out, const RaceResults& results, s
   for (const char* name : {"runs", "finished", "crashed", "violation_s_max", "violation_after_adapt_s_max"})
     columns.emplace_back(name);
   for (std::size_t i = 0; i < laps; ++i) columns.push_back("pace_ratio" + std::to_string(i));
-  CsvWriter csv(out / "table.csv", joined(columns, "stack,needs_truth"));
+  std::string text;
+  CsvWriter csv(text, joined(columns, "stack,needs_truth"));
   for (const std::string& stack : results.rows) {
     const std::vector<const RunResult*> runs = results.of(stack);
     csv << stack << (!runs.empty() && runs.front()->summary.needs_truth ? 1 : 0);
     for (const std::string& column : columns) put(csv, results.value(stack, column, -1));
     csv.end_row();
   }
+  write_file(out / "table.csv", text);
 }
 
 Node optional_number(const std::optional<double>& value) { return value ? Node(*value) : Node::null(); }
@@ -147,11 +151,23 @@ void print_aligned(std::ostream& out, const std::vector<std::vector<std::string>
   }
 }
 
+/// ", 85 % of solves failed" when that says more of the run than its status.
+std::string failed_share(const std::vector<const RunResult*>& runs) {
+  std::int64_t failures = 0, steps = 0;
+  for (const RunResult* run : runs) {
+    if (!run->summary.many_failed_solves()) continue;
+    failures += run->summary.solver_failures;
+    steps += run->summary.steps;
+  }
+  if (failures == 0) return {};
+  return ", " + std::to_string(100 * failures / std::max<std::int64_t>(steps, 1)) + " % of solves failed";
+}
+
 std::string outcome(const std::vector<const RunResult*>& runs) {
-  if (runs.size() == 1) return std::string(status_name(runs.front()->summary.status));
+  if (runs.size() == 1) return std::string(status_name(runs.front()->summary.status)) + failed_share(runs);
   const auto finished = std::count_if(runs.begin(), runs.end(),
                                       [](const RunResult* run) { return run->summary.status == Status::finished; });
-  return std::to_string(finished) + "/" + std::to_string(runs.size()) + " finished";
+  return std::to_string(finished) + "/" + std::to_string(runs.size()) + " finished" + failed_share(runs);
 }
 
 }  // namespace

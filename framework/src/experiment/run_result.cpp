@@ -1,13 +1,22 @@
 #include "experiment/run_result.hpp"
 
-#include <cmath>
+#include <sys/stat.h>
 
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <map>
+
+#include "config/errors.hpp"
+#include "config/files.hpp"
+#include "config/hash.hpp"
 #include "config/json_file.hpp"
 #include "util/csv.hpp"
 #include "util/csv_writer.hpp"
 #include "util/statistics.hpp"
 
 namespace gripline {
+namespace fs = std::filesystem;
 namespace {
 
 Node number_or_null(const std::optional<double>& number) { return number ? Node(*number) : Node::null(); }
@@ -57,6 +66,75 @@ RunTiming read_timing(const std::filesystem::path& folder) {
   return timing;
 }
 
+constexpr const char* timing_name = "timing.csv";
+constexpr const char* timing_hash_name = "timing.sha256";
+
+/// The results of a run that its summary answers for. Words of plugins (log.txt) come in until the process is gone.
+std::vector<std::string> result_names(const fs::path& folder) {
+  std::vector<std::string> names;
+  std::error_code failed;
+  for (const auto& entry : fs::directory_iterator(folder, failed)) {
+    const std::string name = entry.path().filename().string();
+    if (!entry.is_regular_file(failed) || name.ends_with(".partial")) continue;
+    if (name != "summary.json" && name != "log.txt" && name != timing_name && name != timing_hash_name)
+      names.push_back(name);
+  }
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+/// SHA-256 of a file; read again only when its size, time or place on the disk is another.
+std::string hash_of(const fs::path& file) {
+  struct Known {
+    std::int64_t size, seconds, nanoseconds;
+    std::uint64_t node;
+    std::string hash;
+  };
+  static std::map<fs::path, Known> known;
+  struct stat found {};
+  if (stat(file.c_str(), &found) != 0) return {};
+  Known now{found.st_size, found.st_mtim.tv_sec, found.st_mtim.tv_nsec, found.st_ino, {}};
+  const auto at = known.find(file);
+  const bool same = at != known.end() && at->second.size == now.size && at->second.seconds == now.seconds &&
+                    at->second.nanoseconds == now.nanoseconds && at->second.node == now.node;
+  if (same) return at->second.hash;
+  try {
+    now.hash = sha256_of_file(file);
+  } catch (const InputError&) {
+    return {};
+  }
+  known[file] = now;
+  return now.hash;
+}
+
+/// As `sha256sum` writes it.
+std::string hash_line(const fs::path& file) { return hash_of(file) + "  " + file.filename().string() + "\n"; }
+
+/// The hash that a summary holds of itself: of all the rest.
+std::string hash_of_summary(Node node) {
+  node.erase("sha256");
+  return sha256_hex(content_text(node));
+}
+
+/// What of a finished run is not as it was written; empty when all of it is.
+std::string damage_in(const fs::path& folder, const Node& summary) {
+  if (read_string(summary, "sha256") != hash_of_summary(summary)) return "summary.json was changed";
+  const Node* const files = summary.find("files");
+  if (files == nullptr || !files->is_object()) return "summary.json was changed";
+  for (const Member& file : files->object()) {
+    const std::string hash = hash_of(folder / file.key);
+    if (hash.empty()) return file.key + " is missing or cannot be read";
+    if (!file.value.is_text() || hash != file.value.text()) return file.key + " was changed or cut";
+  }
+  std::error_code ignored;
+  if (!fs::exists(folder / timing_name, ignored) && !fs::exists(folder / timing_hash_name, ignored)) return {};
+  try {
+    if (read_bytes(folder / timing_hash_name) == hash_line(folder / timing_name)) return {};
+  } catch (const InputError&) {
+  }
+  return std::string(timing_name) + " was changed or cut";
+}
+
 }  // namespace
 
 void write_summary(const std::filesystem::path& folder, const RunSummary& s, const std::string& key) {
@@ -80,15 +158,27 @@ void write_summary(const std::filesystem::path& folder, const RunSummary& s, con
   node.set("steps", Node(static_cast<double>(s.steps)));
   node.set("simulated_s", Node(s.simulated_s));
   node.set("key", Node(key));
+  std::error_code ignored;
+  if (fs::exists(folder / timing_name, ignored)) write_file(folder / timing_hash_name, hash_line(folder / timing_name));
+  Node files{Node::Object{}};
+  for (const std::string& name : result_names(folder)) files.set(name, Node(hash_of(folder / name)));
+  node.set("files", std::move(files));
+  node.set("sha256", Node(hash_of_summary(node)));
   write_file(folder / "summary.json", to_json_text(node));
 }
 
-std::optional<RunResult> read_result(const std::filesystem::path& folder, const std::string& key) {
+std::optional<RunResult> read_result(const fs::path& folder, const std::string& key, std::string* damage) {
+  if (damage != nullptr) damage->clear();
+  const auto refuse = [&](const std::string& what) -> std::optional<RunResult> {
+    if (damage != nullptr) *damage = what;
+    return std::nullopt;
+  };
   std::error_code ignored;
-  if (!std::filesystem::exists(folder / "summary.json", ignored)) return std::nullopt;
+  if (!fs::exists(folder / "summary.json", ignored)) return std::nullopt;
   try {
     const Node node = parse_file(folder / "summary.json");
     if (!key.empty() && read_string(node, "key") != key) return std::nullopt;
+    if (const std::string what = damage_in(folder, node); !what.empty()) return refuse(what);
     RunResult result;
     RunSummary& s = result.summary;
     s.stack = read_string(node, "stack");
@@ -110,10 +200,10 @@ std::optional<RunResult> read_result(const std::filesystem::path& folder, const 
     s.solver_failures = static_cast<std::int64_t>(read_value(node, "solver_failures"));
     s.steps = static_cast<std::int64_t>(read_value(node, "steps"));
     s.simulated_s = read_value(node, "simulated_s");
-    if (std::filesystem::exists(folder / "timing.csv", ignored)) result.timing = read_timing(folder);
+    if (fs::exists(folder / "timing.csv", ignored)) result.timing = read_timing(folder);
     return result;
   } catch (const std::exception&) {
-    return std::nullopt;  // half-written by a run that died: as if absent
+    return refuse("summary.json or timing.csv cannot be read");
   }
 }
 

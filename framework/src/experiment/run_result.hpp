@@ -18,10 +18,14 @@ struct RunResult {
   RunTiming timing;
 };
 
-/// Writes summary.json into the run's folder, with the key that names the run's inputs. Throws std::runtime_error.
+/// Writes summary.json into the run's folder, with the key that names the run's inputs, the SHA-256 of every result
+/// there that comes out the same each time, and its own. The times of timing.csv do not, and the same run gives the
+/// same summary: its hash stands in timing.sha256, as `sha256sum` writes it. Throws std::runtime_error.
 void write_summary(const std::filesystem::path& folder, const RunSummary& summary, const std::string& key);
 
-/// What a run's folder holds, if it was finished with this key (any key when empty).
-std::optional<RunResult> read_result(const std::filesystem::path& folder, const std::string& key);
+/// What a run's folder holds, if it was finished with this key (any key when empty) and every file is still the one
+/// that was written then. `damage`, when asked for, says what is not, and is empty otherwise.
+std::optional<RunResult> read_result(const std::filesystem::path& folder, const std::string& key,
+                                     std::string* damage = nullptr);
 
 }  // namespace gripline

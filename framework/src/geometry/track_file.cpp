@@ -25,7 +25,7 @@ Pose read_pose(ObjectReader pose) {
 
 Segment read_segment(const Node& node, Errors& errors) {
   constexpr Segment any{1.0, 0.0};
-  const std::size_t before = errors.size();
+  const std::size_t before = errors.added();
   ObjectReader segment(node, errors);
   const bool line = segment.find("line") != nullptr, arc = segment.find("arc") != nullptr;
   if (line != arc) {
@@ -33,11 +33,11 @@ Segment read_segment(const Node& node, Errors& errors) {
     ObjectReader bend = segment.object("arc");
     const double radius = bend.number("radius", "m", NumberRange::positive());
     const double turn = bend.number("turn", "rad", NumberRange::closed(-2.0 * half_turn, 2.0 * half_turn));
-    if (errors.size() == before && turn == 0.0) bend.error_at("turn", "an arc that does not turn; expected a line");
+    if (errors.added() == before && turn == 0.0) bend.error_at("turn", "an arc that does not turn; expected a line");
     return Segment::arc(radius, turn);
   }
   segment.finish();
-  if (errors.size() == before) segment.error("expected one of \"line\" and \"arc\"");
+  if (errors.added() == before) segment.error("expected one of \"line\" and \"arc\"");
   return any;
 }
 
@@ -246,7 +246,7 @@ std::optional<TrackShape> read_shape(ObjectReader& object) {
 }
 
 std::optional<Track> read_object(const Node& node, Errors& errors, const std::string& fallback_name) {
-  const std::size_t before = errors.size();
+  const std::size_t before = errors.added();
   ObjectReader object(node, errors);
   const std::string name = object.text("name", fallback_name);
   std::optional<Pose> start;
@@ -263,7 +263,7 @@ std::optional<Track> read_object(const Node& node, Errors& errors, const std::st
   details.slope();
   details.walls();
   object.finish();
-  if (errors.size() != before) return std::nullopt;
+  if (errors.added() != before) return std::nullopt;
   try {
     return Track(std::move(*shape));
   } catch (const GeometryError& error) {

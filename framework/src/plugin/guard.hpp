@@ -5,10 +5,18 @@
 #include <array>
 #include <atomic>
 #include <cmath>
+#include <new>
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <type_traits>
 #include <utility>
+
+#if defined(__SSE2__)
+#include <xmmintrin.h>
+#else
+#include <cfenv>
+#endif
 
 namespace gripline {
 
@@ -25,6 +33,15 @@ class SharedText {
     const std::size_t size = std::min(text.size(), letters_.size() - 1);
     for (std::size_t i = 0; i < size; ++i) letters_[i].store(text[i], std::memory_order_relaxed);
     letters_[size].store('\0', std::memory_order_relaxed);
+  }
+  /// Into room for `size` characters; what a signal handler may call.
+  void copy(char* text, std::size_t size) const {
+    std::size_t i = 0;
+    for (; i + 1 < std::min(size, letters_.size()); ++i) {
+      text[i] = letters_[i].load(std::memory_order_relaxed);
+      if (text[i] == '\0') return;
+    }
+    text[i] = '\0';
   }
   std::string get() const {
     std::string text;
@@ -43,7 +60,7 @@ class SharedText {
 /// Which plugin a process called last, and when on the world's clock: what is left to tell when it dies in there.
 struct LastCall {
   SharedText who;
-  std::atomic<double> t{NAN};  // [s]; NaN while an instance is made
+  std::atomic<double> t{NAN};  // [s]; NaN while an instance is made, -infinity since, +infinity while it is destroyed
   void note(std::string_view name, double time) {
     if (name.empty()) return;
     who.set(name);
@@ -57,17 +74,54 @@ inline LastCall*& last_call() {
   return place;
 }
 
+/// " at t = 0.4 s; the plugin called last was elm", " while elm was made", " while elm was destroyed", "; the plugin
+/// made last was elm": where a process was, after words on how it ended; empty when it called no plugin.
+std::string describe_place(const LastCall& last);
+
+/// How this thread rounds, and what it does about numbers too small: what every result rests on.
+inline unsigned arithmetic_mode() {
+#if defined(__SSE2__)
+  return _mm_getcsr() & 0xffc0U;  // without the flags that say what happened
+#else
+  return static_cast<unsigned>(std::fegetround());
+#endif
+}
+/// Puts a mode back that arithmetic_mode() gave.
+inline void set_arithmetic_mode(unsigned mode) {
+#if defined(__SSE2__)
+  _mm_setcsr((_mm_getcsr() & ~0xffc0U) | mode);
+#else
+  std::fesetround(static_cast<int>(mode));
+#endif
+}
+
 /// Calls f; an exception becomes a PluginFailure that says who and when.
+/// So does a call after which this thread would round in another way.
 template <class F>
 decltype(auto) guard(const std::string& who, double t, F&& f) {
   if (LastCall* const call = last_call(); call != nullptr) call->note(who, t);
   const auto fail = [&](const std::string& what) -> PluginFailure {
     return PluginFailure(who + " at t = " + std::to_string(t) + " s: " + what);
   };
+  const unsigned mode = arithmetic_mode();
+  const auto check = [&] {
+    if (arithmetic_mode() == mode) return;
+    set_arithmetic_mode(mode);
+    throw fail("changed how this process rounds numbers");
+  };
   try {
-    return std::forward<F>(f)();
+    if constexpr (std::is_void_v<decltype(f())>) {
+      std::forward<F>(f)();
+      check();
+    } else {
+      decltype(auto) result = std::forward<F>(f)();
+      check();
+      return result;
+    }
   } catch (const PluginFailure&) {
     throw;
+  } catch (const std::bad_alloc&) {
+    throw fail("ran out of memory");
   } catch (const std::exception& e) {
     throw fail(e.what());
   } catch (...) {

@@ -97,7 +97,12 @@ PluginSpec read_plugin(ObjectReader& reader, abi::Kind kind, const Registry& reg
   PluginSpec spec;
   const std::string id = reader.text("plugin");
   const Node* const params = reader.find("params");
-  if (id.empty()) return spec;
+  if (id.empty()) {
+    const Node* const name = reader.find("plugin");
+    if (name != nullptr && name->is_text())
+      reader.error_at("plugin", "expected the id of a plugin (" + std::string(kind_name(kind)) + "), found \"\"");
+    return spec;
+  }
   spec.entry = &find_at(registry, kind, *reader.node().find("plugin"));
   static const Node no_params{Node::Object{}};
   const Node& given = params != nullptr && !params->is_null() ? *params : no_params;

@@ -1,7 +1,8 @@
-// Finds, checks, loads and instantiates plugins: the only user of Boost.DLL.
+// Finds, checks, loads and instantiates plugins.
 //
-// A library is refused before any of its code is loaded when its symbol table names another ABI. The registry holds
-// every library it loaded; it must outlive all instances.
+// A library is refused before any of its code is loaded when its symbol table names another ABI, and opened in a
+// process of its own before it is opened here (library_probe.hpp). The registry holds every library it loaded; it must
+// outlive all instances.
 #pragma once
 
 #include <boost/dll/shared_library.hpp>
@@ -16,6 +17,7 @@
 #include <gripline/abi.h>
 
 #include "plugin/guard.hpp"
+#include "util/process_state.hpp"
 
 namespace gripline {
 
@@ -54,6 +56,8 @@ class Registry {
     std::string reason;
   };
   std::span<const Unusable> unusable() const { return unusable_; }
+  /// What the user should know and nothing is stopped by: folders that everybody may write.
+  std::span<const std::string> warnings() const { return warnings_; }
 
  private:
   void load(const std::filesystem::path& library);
@@ -63,21 +67,37 @@ class Registry {
   std::vector<boost::dll::shared_library> handles_;
   std::vector<PluginEntry> entries_;
   std::vector<Unusable> unusable_;
+  std::vector<std::string> warnings_;
+};
+
+/// Hands an instance back to its library, and notes so: a destructor may be the last thing a process does.
+class Destroyer {
+ public:
+  Destroyer(const abi::PluginDecl* decl = nullptr) : decl_(decl) {}  // NOLINT(google-explicit-constructor)
+  void operator()(void* instance) const {
+    if (LastCall* const call = last_call(); call != nullptr) call->note(decl_->id, INFINITY);
+    decl_->destroy(instance);
+  }
+
+ private:
+  const abi::PluginDecl* decl_;
 };
 
 /// An owned instance of a plugin's interface.
 template <class Interface>
-using Instance = std::unique_ptr<Interface, void (*)(void*)>;
+using Instance = std::unique_ptr<Interface, Destroyer>;
 
 /// Creates an instance; throws PluginError with the plugin's own words when its constructor fails.
 template <class Interface>
 Instance<Interface> create(const PluginEntry& entry, const PluginContext& context,
                            std::span<const abi::ParamValue> values) {
+  const ProcessState state;  // a constructor may change the folder, the locale, what signals do
   if (LastCall* const call = last_call(); call != nullptr) call->note(entry.decl->id, NAN);
   char error[1024] = "";
   void* const raw = entry.decl->create(&context, values.data(), error, sizeof error);
   if (raw == nullptr) throw PluginError(std::string(entry.decl->id) + ": " + error);
-  return {static_cast<Interface*>(raw), entry.decl->destroy};
+  if (LastCall* const call = last_call(); call != nullptr) call->note(entry.decl->id, -INFINITY);
+  return {static_cast<Interface*>(raw), entry.decl};
 }
 
 }  // namespace gripline

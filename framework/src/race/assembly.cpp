@@ -34,4 +34,10 @@ RaceAssembly::RaceAssembly(const WorldSpec& world, const StackSpec& stack, const
       metrics_(world_, stack, setup.seed),
       simulation_(world_, stack_, metrics_, recorder_ ? &*recorder_ : nullptr) {}
 
+RunSummary RaceAssembly::run() {
+  RunSummary summary = simulation_.run();
+  if (recorder_) recorder_->finish();
+  return summary;
+}
+
 }  // namespace gripline

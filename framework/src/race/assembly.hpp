@@ -28,7 +28,8 @@ class RaceAssembly {
   World& world() { return world_; }
   Stack& stack() { return stack_; }
   Simulation& simulation() { return simulation_; }
-  RunSummary run() { return simulation_.run(); }
+  /// Races, and returns when the files are on the disk.
+  RunSummary run();
 
  private:
   World world_;

@@ -102,6 +102,10 @@ RunSummary Metrics::summary(Status status, std::string message) const {
   RunSummary out = summary_;
   out.status = status;
   out.message = std::move(message);
+  if (out.many_failed_solves()) {
+    if (!out.message.empty()) out.message += "; ";
+    out.message += std::to_string(out.solver_failures) + " of " + std::to_string(out.steps) + " solves failed";
+  }
   out.mean_deviation_m = deviation_.mean();
   if (hilly_deviation_.count > 0) out.hilly_deviation_m = hilly_deviation_.mean();
   // Sums of dt are whole numbers of steps up to rounding.

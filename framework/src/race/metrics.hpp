@@ -17,7 +17,7 @@ struct RunSummary {
   std::string stack;
   std::uint64_t seed = 1;
   Status status = Status::error;
-  std::string message;  // why it ended when it did not finish
+  std::string message;  // why it ended when it did not finish, and what makes even a finished run doubtful
   bool needs_truth = false;
   std::vector<double> laps, lap_mean_factors;  // [s], [-]
   double mean_deviation_m = 0;
@@ -29,6 +29,9 @@ struct RunSummary {
   std::optional<double> mu_rmse, mu_visited_rmse, mu_bias;
   std::int64_t solver_failures = 0, steps = 0;
   double simulated_s = 0;
+
+  /// More than one in ten: the car was driven by what a controller does without a solution.
+  bool many_failed_solves() const { return 10 * solver_failures > steps; }
 };
 
 /// Distance from a point to a closed line given by samples, measured to its chords.

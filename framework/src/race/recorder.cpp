@@ -1,5 +1,7 @@
 #include "race/recorder.hpp"
 
+#include <unistd.h>
+
 #include <array>
 #include <cmath>
 
@@ -53,12 +55,14 @@ auto ask_plugin(const StepRecord& record, const PluginSpec& plugin, F&& question
 
 Recorder::Recorder(const std::filesystem::path& folder)
     : folder_(folder),
+      process_(getpid()),
       steps_(folder / "steps.csv", steps_header),
       timing_(folder / "timing.csv", "t_s,update_ms,plan_ms,solve_ms,cpu_s"),
       replay_(folder / "replay.csv", replay_header()),
       tyres_(folder / "tyres.csv", "t_s,axle,slip_rad,learned_n,sigma_n,true_n") {}
 
 void Recorder::write(const StepRecord& record) {
+  if (getpid() != process_) _exit(1);  // a twin that a plugin made: these files are its parent's
   if (record.world.step() == 0)
     write_line(ask_plugin(record, record.stack.spec().planner, [&] { return record.stack.planner().line(); }));
   write_step(record);
@@ -68,6 +72,10 @@ void Recorder::write(const StepRecord& record) {
   if (record.world.step() % replay_every == 0) write_replay(record);
   const auto per_second = static_cast<std::int64_t>(std::lround(1.0 / record.world.spec().dt));
   if (record.world.step() % per_second == 0) write_tyres(record);
+}
+
+void Recorder::finish() {
+  for (CsvWriter* file : {&steps_, &timing_, &replay_, &tyres_}) file->finish();
 }
 
 void Recorder::write_step(const StepRecord& record) {
@@ -96,6 +104,7 @@ void Recorder::write_line(std::span<const LinePoint> line) const {
     out << point.s << point.x << point.y;
     out.end_row();
   }
+  out.finish();
 }
 
 void Recorder::write_replay(const StepRecord& record) {

@@ -2,6 +2,8 @@
 // report/inputs.hpp).
 #pragma once
 
+#include <sys/types.h>
+
 #include <memory>
 
 #include "race/stack.hpp"
@@ -32,6 +34,8 @@ class Recorder {
   /// Makes the files in an existing folder.
   explicit Recorder(const std::filesystem::path& folder);
   void write(const StepRecord& record);
+  /// Returns when all rows are on the disk. Throws std::runtime_error.
+  void finish();
 
  private:
   void write_line(std::span<const LinePoint> line) const;
@@ -40,6 +44,7 @@ class Recorder {
   void write_tyres(const StepRecord& record);
 
   std::filesystem::path folder_;
+  pid_t process_;
   CsvWriter steps_, timing_, replay_, tyres_;
 };
 

@@ -77,6 +77,9 @@ void Simulation::decide() {
   timed_call(stack_.spec().controller.id(), now_.t, timing_.solve_ms,
              [&] { command_ = stack_.controller().control(now_, horizon_, *belief.model); });  // line 15
   require_finite(stack_.spec().controller.id(), now_.t, "a command", {command_.u.d, command_.u.ddelta});
+  if (!belief.model->smooth_since_asked())
+    throw PluginFailure(stack_.rough_plugin(now_, command_.u) + " at t = " + std::to_string(now_.t) +
+                        " s: returned a derivative that is not a number");
   const auto line = guard(stack_.spec().planner.id(), now_.t, [&] { return stack_.planner().line(); });
   if (world_.step() > 0) metrics_.step(belief, line, command_.solved);
   if (recorder_ == nullptr) return;

@@ -111,6 +111,20 @@ void Stack::learn(const Sample& sample) {
   if (estimator_) (*estimator_)->update(sample);
 }
 
+std::string Stack::rough_plugin(const Observation& now, const Input& u) const {
+  for (std::size_t count = 0; count <= spec_.model.effects.size(); ++count) {
+    CorrectedModel part(vehicle_.car_with(count), {context_.dt, context_.hold, spec_.model.integration});
+    part.reset(now.x, now.d, now.at);
+    const auto n = static_cast<std::size_t>(part.states());
+    std::vector<double> x(n), next(n), A(n * n), B(2 * n);
+    part.start(now.x, x);
+    const double input[] = {u.d, u.ddelta};
+    part.step(1, x, input, std::span(&now.at, 1), next, A, B);
+    if (!part.smooth_since_asked()) return count == 0 ? spec_.model.model.id() : spec_.model.effects[count - 1].id();
+  }
+  return spec_.estimator.empty() ? spec_.model.model.id() : spec_.estimator.id();
+}
+
 StackBelief Stack::belief(double t) {
   StackBelief now{&nominal_, {}, nullptr};
   now.mu.mu_front = now.mu.mu_rear = spec_.mu_init;

@@ -62,6 +62,9 @@ class Stack {
   Controller& controller() { return *controller_; }
   const TyreCurve* tyre_curve() const { return estimator_ ? estimator_->get() : nullptr; }
   const StackSpec& spec() const { return spec_; }
+  /// The plugin whose derivatives are no numbers at a state: the model, the first of its effects that breaks it, or
+  /// else the estimator.
+  std::string rough_plugin(const Observation& now, const Input& u) const;
 
  private:
   const StackSpec& spec_;

@@ -1,6 +1,7 @@
 #include "report/columns.hpp"
 
 #include <charconv>
+#include <cstdint>
 #include <fstream>
 #include <limits>
 
@@ -107,9 +108,16 @@ std::string Columns::text(std::string_view name, std::size_t row) const {
 }
 
 std::string read_whole_file(const std::filesystem::path& file) {
-  if (!std::filesystem::exists(file)) return {};
+  constexpr std::uintmax_t most_bytes = std::uintmax_t{1} << 30U;
+  std::error_code failed;
+  const std::filesystem::file_status status = std::filesystem::status(file, failed);
+  if (status.type() == std::filesystem::file_type::not_found) return {};
+  // Opening a pipe would wait for whoever writes it.
+  if (!std::filesystem::is_regular_file(status)) throw InputError(file.string() + ": cannot be read: is no file");
+  if (std::filesystem::file_size(file, failed) > most_bytes)
+    throw InputError(file.string() + ": is larger than 1 GB; no run of ours writes that");
   std::ifstream in(file, std::ios::binary | std::ios::ate);
-  if (!in || std::filesystem::is_directory(file)) throw InputError(file.string() + ": cannot be read");
+  if (!in) throw InputError(file.string() + ": cannot be read");
   std::string text(static_cast<std::size_t>(in.tellg()), '\0');
   in.seekg(0);
   if (!in.read(text.data(), static_cast<std::streamsize>(text.size())) && !text.empty())

@@ -16,9 +16,27 @@ namespace {
 
 namespace fs = std::filesystem;
 
+/// Brackets within brackets, at most; those inside texts do not count.
+int nesting(std::string_view json) {
+  int depth = 0, deepest = 0;
+  bool inside = false;
+  for (std::size_t i = 0; i < json.size(); ++i) {
+    const char c = json[i];
+    if (inside && c == '\\') ++i;
+    if (c == '"') inside = !inside;
+    if (inside) continue;
+    if (c == '[' || c == '{') deepest = std::max(deepest, ++depth);
+    if (c == ']' || c == '}') --depth;
+  }
+  return deepest;
+}
+
 nlohmann::json read_json(const fs::path& file) {
   const std::string text = read_whole_file(file);
   if (text.empty()) return nullptr;
+  // The library writes trees by recursion.
+  if (nesting(text) > max_depth)
+    throw InputError(file.string() + ": nested deeper than " + std::to_string(max_depth) + " levels");
   try {
     return nlohmann::json::parse(text);
   } catch (const nlohmann::json::exception&) {
@@ -32,11 +50,21 @@ std::string text_or(const nlohmann::json& object, const char* key) {
   return found != object.end() && found->is_string() ? found->get<std::string>() : std::string();
 }
 
+/// A cell of a table that is the name of a folder beside it.
+void require_folder_name(const fs::path& table, std::size_t row, const std::string& name) {
+  constexpr std::size_t longest = 255;  // of Linux's file systems
+  const bool plain = name.find('/') == name.npos && name.find('\0') == name.npos && name != "." && name != "..";
+  if (!plain || name.size() > longest)
+    throw InputError(table.string() + ": row " + std::to_string(row + 1) + ": " + Node(name).describe() +
+                     " is no folder's name; the table was edited, compare writes it anew");
+}
+
 std::vector<fs::path> folders_in(const fs::path& folder) {
   std::vector<fs::path> found;
-  for (const fs::directory_entry& entry : fs::directory_iterator(folder))
+  std::error_code failed;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder, failed))
     // Hidden ones are runs that were cut short.
-    if (entry.is_directory() && !entry.path().filename().string().starts_with(".")) found.push_back(entry.path());
+    if (entry.is_directory(failed) && !entry.path().filename().string().starts_with(".")) found.push_back(entry.path());
   std::sort(found.begin(), found.end());
   return found;
 }
@@ -45,13 +73,17 @@ std::vector<fs::path> folders_in(const fs::path& folder) {
 std::vector<RunName> find_runs(const Inputs& inputs) {
   std::vector<RunName> runs;
   const Columns& table = inputs.runs_table;
-  for (std::size_t i = 0; i < table.rows(); ++i)
+  for (std::size_t i = 0; i < table.rows(); ++i) {
     runs.push_back({table.text("stack", i), table.text("seed", i), table.text("status", i), ""});
+    for (const std::string* name : {&runs.back().stack, &runs.back().seed})
+      require_folder_name(inputs.folder / "runs.csv", i, *name);
+  }
   // The drives beside a diagnosis are what it was made from, not a race.
   if (!runs.empty() || !inputs.diagnoses.empty() || !inputs.diagnosis.is_null()) return runs;
   for (const fs::path& stack : folders_in(inputs.folder))
     for (const fs::path& seed : folders_in(stack))
-      if (fs::exists(seed / "steps.csv")) runs.push_back({stack.filename().string(), seed.filename().string(), "", ""});
+      if (std::error_code failed; fs::exists(seed / "steps.csv", failed))
+        runs.push_back({stack.filename().string(), seed.filename().string(), "", ""});
   return runs;
 }
 
@@ -79,7 +111,8 @@ std::vector<double> sorted_numbers(std::span<const double> values) {
 }  // namespace
 
 Inputs read_inputs(const fs::path& folder) {
-  if (!fs::is_directory(folder))
+  std::error_code failed;
+  if (!fs::is_directory(folder, failed))
     throw InputError(folder.string() + ": no such folder; expected the results of compare, run or diagnose");
   Inputs in;
   in.folder = folder;
@@ -95,6 +128,8 @@ Inputs read_inputs(const fs::path& folder) {
   in.validation = Columns::read(folder / "validation.csv", true);
   in.validation_traces = Columns::read(folder / "validation_traces.csv", true);
   in.diagnoses = Columns::read(folder / "diagnoses.csv", true);
+  for (std::size_t i = 0; i < in.diagnoses.rows(); ++i)
+    require_folder_name(folder / "diagnoses.csv", i, in.diagnoses.text("case", i));
   in.runs = find_runs(in);
   for (const RunName& run : in.runs)
     if (in.line.empty()) in.line = Columns::read(folder / run.stack / run.seed / "line.csv");

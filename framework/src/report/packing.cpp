@@ -44,7 +44,9 @@ void append(std::vector<std::uint8_t>& bytes, std::uint32_t word, int count) {
 
 // A spread below rounding of the values themselves is a constant.
 bool is_constant(const ValueRange& range) {
-  return !range.gaps && range.high - range.low <= 1e-12 * std::max(std::abs(range.low), std::abs(range.high));
+  const double spread = range.high - range.low;
+  constexpr double least = 1e-300;  // its 65534th part is still a number
+  return !range.gaps && (spread <= 1e-12 * std::max(std::abs(range.low), std::abs(range.high)) || spread < least);
 }
 
 }  // namespace

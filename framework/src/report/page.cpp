@@ -144,13 +144,14 @@ nlohmann::json cases_json(const Inputs& inputs) {
   for (std::size_t i = 0; i < table.rows(); ++i) {
     const std::string name = table.text("case", i);
     const std::filesystem::path folder = inputs.folder / name;
+    std::error_code failed;
     nlohmann::json values = nlohmann::json::object();
     for (const std::string& column : table.names())
       if (std::isfinite(table.number(column, i))) values[column] = table.number(column, i);
     out.push_back({{"case", name},
                    {"verdict", table.text("verdict", i)},
                    {"sentence", sentence_of(folder)},
-                   {"page", std::filesystem::exists(folder / "report.html")},
+                   {"page", std::filesystem::exists(folder / "report.html", failed)},
                    {"values", std::move(values)}});
   }
   return out;

@@ -82,7 +82,7 @@ std::vector<std::pair<double, std::string>> ticks_of(const Axis& axis, double lo
   std::vector<std::pair<double, std::string>> ticks;
   if (axis.logarithmic) {
     const bool fine = high / low < 200;
-    for (double power = std::pow(10, std::floor(std::log10(low))); power <= high; power *= 10)
+    for (double power = std::pow(10, std::floor(std::log10(low))); power > 0 && power <= high; power *= 10)
       for (const double digit : {1.0, 2.0, 5.0})
         if (digit * power >= low && digit * power <= high && (fine || digit == 1))
           ticks.emplace_back(digit * power, text(digit * power));
@@ -278,7 +278,10 @@ std::vector<double> round_ticks(double low, double high, int count) {
   const double power = std::pow(10, std::floor(std::log10(rough))), lead = rough / power;
   const double step = power * (lead < 1.5 ? 1 : lead < 3.5 ? 2 : lead < 7.5 ? 5 : 10);
   std::vector<double> ticks;
-  for (double i = std::ceil(low / step - 1e-9); i * step <= high + 1e-9 * step; ++i) ticks.push_back(i * step);
+  const double first = std::ceil(low / step - 1e-9);
+  // Counted: where a step is below the rounding of the numbers, adding it leads nowhere.
+  for (int i = 0; i <= 3 * std::max(count, 1) && (first + i) * step <= high + 1e-9 * step; ++i)
+    ticks.push_back((first + i) * step);
   return ticks;
 }
 

@@ -364,7 +364,7 @@ FigureFile laps(const Inputs& inputs) {
       limit.y.insert(limit.y.end(), {time / ratio, time / ratio, std::numeric_limits<double>::quiet_NaN()});
     }
     s.colour = series_colour(row);
-    s.label = label_of(inputs.stacks[row]);
+    s.label = label_of(inputs.stacks[stack_of_row(inputs, row)]);
     s.width = 9;
     limit.label = "limit at that friction";
     limit.width = 2;
@@ -394,7 +394,7 @@ FigureFile pareto(const Inputs& inputs) {
     s.colour = series_colour(row);
     s.width = 10;
     if (std::isfinite(s.x[0]) && std::isfinite(s.y[0]))
-      panel.labels.push_back({{s.x[0], s.y[0]}, label_of(inputs.stacks[row])});
+      panel.labels.push_back({{s.x[0], s.y[0]}, label_of(inputs.stacks[stack_of_row(inputs, row)])});
     panel.series.push_back(std::move(s));
   }
   return {"pareto.svg", draw_panels("Pace against safety", {panel}, 1, 640, 400)};

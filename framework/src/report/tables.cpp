@@ -37,6 +37,10 @@ std::string readable(const nlohmann::json& value) {
 
 }  // namespace
 
+std::size_t stack_of_row(const Inputs& inputs, std::size_t row) {
+  return index_of(inputs, inputs.table.text("stack", row));
+}
+
 CarShape car_shape(const nlohmann::json& scene) {
   CarShape car;
   if (!scene.is_object() || !scene.contains("car") || !scene["car"].is_object()) return car;

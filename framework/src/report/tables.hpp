@@ -42,4 +42,7 @@ class TimeHistogram {
 
 CarShape car_shape(const nlohmann::json& scene);
 
+/// Index into inputs.stacks of a row of table.csv: a table that somebody edited may name a stack twice.
+std::size_t stack_of_row(const Inputs& inputs, std::size_t row);
+
 }  // namespace gripline::report

@@ -5,6 +5,9 @@
 #include <cmath>
 #include <cstring>
 #include <stdexcept>
+#include <utility>
+
+#include "util/disk.hpp"
 
 namespace gripline {
 namespace {
@@ -13,15 +16,22 @@ namespace {
   throw std::runtime_error("cannot write " + file.string() + ": " + std::strerror(errno));
 }
 
-struct CloseFile {
-  void operator()(std::FILE* open) const { std::fclose(open); }
-};
+/// Closes a handle at the end of a block.
+class Handle {
+ public:
+  explicit Handle(int handle) : handle_(handle) {}
+  ~Handle() {
+    if (handle_ >= 0) disk().close(handle_);
+  }
+  Handle(const Handle&) = delete;
+  Handle& operator=(const Handle&) = delete;
+  bool good() const { return handle_ >= 0; }
+  bool write(std::string_view text) const { return disk().write(handle_, text); }
+  bool sync() const { return disk().sync(handle_); }
 
-void write_to(const std::filesystem::path& place, std::string_view text, const std::filesystem::path& shown) {
-  const std::unique_ptr<std::FILE, CloseFile> out(std::fopen(place.c_str(), "wb"));
-  if (!out || std::fwrite(text.data(), 1, text.size(), out.get()) != text.size() || std::fflush(out.get()) != 0)
-    fail(shown);
-}
+ private:
+  int handle_;
+};
 
 /// Where a chain of symbolic links leads, also when nothing is there yet.
 std::filesystem::path behind_links(std::filesystem::path file) {
@@ -38,11 +48,31 @@ std::filesystem::path behind_links(std::filesystem::path file) {
 }  // namespace
 
 CsvWriter::CsvWriter(const std::filesystem::path& file, std::string_view header)
-    : name_(file), file_(std::fopen(file.c_str(), "wb")) {
-  if (!file_) fail(name_);
-  std::setvbuf(file_.get(), nullptr, _IONBF, 0);
+    : name_(file), handle_(disk().create(file)) {
+  if (handle_ < 0) fail(name_);
+  row_ = header;
+  try {
+    end_row();
+  } catch (const std::runtime_error&) {
+    disk().close(handle_);
+    throw;
+  }
+}
+
+CsvWriter::CsvWriter(std::string& text, std::string_view header) : text_(&text) {
   row_ = header;
   end_row();
+}
+
+CsvWriter::CsvWriter(CsvWriter&& other) noexcept
+    : name_(std::move(other.name_)),
+      handle_(std::exchange(other.handle_, -1)),
+      text_(other.text_),
+      row_(std::move(other.row_)),
+      fresh_(other.fresh_) {}
+
+CsvWriter::~CsvWriter() {
+  if (handle_ >= 0) disk().close(handle_);
 }
 
 void CsvWriter::separate() {
@@ -79,7 +109,20 @@ void CsvWriter::end_row() {
 }
 
 void CsvWriter::write_out() {
-  if (std::fwrite(row_.data(), 1, row_.size(), file_.get()) != row_.size()) fail(name_);
+  if (text_ != nullptr)
+    *text_ += row_;
+  else if (!disk().write(handle_, row_))
+    fail(name_);
+}
+
+void CsvWriter::finish() {
+  if (handle_ < 0) return;
+  const int handle = std::exchange(handle_, -1);
+  const bool safe = disk().sync(handle);
+  const int why = errno;
+  disk().close(handle);
+  errno = why;
+  if (!safe) fail(name_);
 }
 
 void write_file(const std::filesystem::path& file, std::string_view text) {
@@ -87,17 +130,26 @@ void write_file(const std::filesystem::path& file, std::string_view text) {
   std::error_code failed;
   const std::filesystem::file_status status = std::filesystem::status(place, failed);
   // A device, a pipe or a socket is written to; a file made aside would take its place.
-  if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status)) return write_to(place, text, file);
+  if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status)) {
+    const Handle out(disk().create(place));
+    if (!out.good() || !out.write(text)) fail(file);
+    return;
+  }
   std::filesystem::path aside = place;
   aside += ".partial";
-  try {
-    write_to(aside, text, file);
-  } catch (const std::runtime_error&) {
-    std::filesystem::remove(aside, failed);
-    throw;
+  bool written = false;
+  {
+    const Handle out(disk().create_anew(aside));
+    written = out.good() && out.write(text) && out.sync();
   }
-  std::filesystem::rename(aside, place, failed);
-  if (failed) throw std::runtime_error("cannot write " + file.string() + ": " + failed.message());
+  written = written && disk().rename(aside, place);
+  if (!written) {
+    const int why = errno;
+    std::filesystem::remove(aside, failed);
+    errno = why;
+    fail(file);
+  }
+  if (!disk().sync_folder(place.parent_path())) fail(file);
 }
 
 }  // namespace gripline

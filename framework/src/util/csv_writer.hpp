@@ -2,10 +2,7 @@
 #pragma once
 
 #include <cstdint>
-#include <cstdio>
 #include <filesystem>
-#include <memory>
-#include <span>
 #include <string>
 #include <string_view>
 
@@ -17,26 +14,32 @@ namespace gripline {
 class CsvWriter {
  public:
   CsvWriter(const std::filesystem::path& file, std::string_view header);
+  /// Appends to a text, which must outlive the writer, instead: for tables that are written whole.
+  CsvWriter(std::string& text, std::string_view header);
+  CsvWriter(CsvWriter&& other) noexcept;
+  CsvWriter& operator=(CsvWriter&&) = delete;
+  ~CsvWriter();
   CsvWriter& operator<<(double number);
   CsvWriter& operator<<(int number) { return *this << static_cast<std::int64_t>(number); }
   CsvWriter& operator<<(std::int64_t number);
   CsvWriter& operator<<(std::string_view text);
   void end_row();
+  /// Returns when the file is on the disk; nothing can be written afterwards.
+  void finish();
 
  private:
   void separate();
   void write_out();
-  struct Close {
-    void operator()(std::FILE* file) const { std::fclose(file); }
-  };
   std::filesystem::path name_;
-  std::unique_ptr<std::FILE, Close> file_;
+  int handle_ = -1;
+  std::string* text_ = nullptr;
   std::string row_;
   bool fresh_ = true;
 };
 
-/// Writes a file aside and renames it, so that it is either whole or absent. Symbolic links are followed to what they
-/// name; what is no regular file (a device, a pipe) is written to as it is. Throws std::runtime_error.
+/// Writes a file aside, waits until it is on the disk and renames it, so that it is whole or as it was before, also
+/// when the power fails. Symbolic links are followed to what they name, but not where the file aside is made; what is
+/// no regular file (a device, a pipe) is written to as it is. Throws std::runtime_error.
 void write_file(const std::filesystem::path& file, std::string_view text);
 
 }  // namespace gripline

@@ -66,14 +66,14 @@ FrictionSpec read_schedule(const Node& node, Errors& errors) {
 }  // namespace
 
 FrictionSpec read_friction(const Node& node, Errors& errors) {
-  const std::size_t before = errors.size();
+  const std::size_t before = errors.added();
   FrictionSpec spec;
   try {
     spec = node.is_text() ? read_schedule(load_json(resolve_path(node)), errors) : read_schedule(node, errors);
   } catch (const InputError& error) {
     errors.add(error);
   }
-  return errors.size() == before ? spec : FrictionSpec{};
+  return errors.added() == before ? spec : FrictionSpec{};
 }
 
 }  // namespace gripline

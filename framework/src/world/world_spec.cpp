@@ -5,6 +5,7 @@
 #include "config/file_kind.hpp"
 #include "config/json_file.hpp"
 #include "geometry/track_file.hpp"
+#include "util/child_process.hpp"
 #include "world/friction_file.hpp"
 
 namespace gripline {
@@ -24,12 +25,16 @@ void check_plant(const WorldSpec& world, const Node& node, Errors& errors) {
   PluginContext context;
   context.car = world.car.car;
   context.dt = world.dt;
-  try {
-    create<Plant>(*world.plant.entry, context, world.plant.values);
-  } catch (const PluginError& problem) {
-    const Node* const params = node.find("params");
-    errors.add((params != nullptr ? *params : node).origin, problem.what());
-  }
+  // In a process of its own: one that crashes is the run's affair.
+  const ChildAnswer answer = ask_child(10.0, [&](const TellParent& tell) {
+    try {
+      create<Plant>(*world.plant.entry, context, world.plant.values);
+    } catch (const PluginError& problem) {
+      tell(problem.what());
+    }
+  });
+  const Node* const params = node.find("params");
+  for (const std::string& problem : answer.told) errors.add((params != nullptr ? *params : node).origin, problem);
 }
 
 void read_plant(const Node& node, const Registry& registry, WorldSpec& world, Errors& errors) {
@@ -50,14 +55,14 @@ void read_plant(const Node& node, const Registry& registry, WorldSpec& world, Er
 void read_start(ObjectReader& r, WorldSpec& world, Errors& errors) {
   if (world.track) world.start = world.track->start();
   if (!r.has("start")) return;
-  const std::size_t before = errors.size();
+  const std::size_t before = errors.added();
   ObjectReader start = r.object("start");
   world.start.x = start.number("x", "m", NumberRange::any(), world.start.x);
   world.start.y = start.number("y", "m", NumberRange::any(), world.start.y);
   world.start.yaw = start.number("yaw", "rad", NumberRange::any(), world.start.yaw);
   world.start_speed = start.number("speed", "m/s", NumberRange::closed(0.0, fastest_start), world.start_speed);
   start.finish();
-  if (!world.track || errors.size() != before) return;
+  if (!world.track || errors.added() != before) return;
   if (const std::string problem = check_start(*world.track, world.start); !problem.empty())
     errors.add(start.node().origin, problem);
 }
@@ -106,9 +111,9 @@ std::optional<double> WorldSpec::time_optimal_lap(double factor) const {
 WorldSpec read_world(const Node& node, const Registry& registry, Errors& errors) {
   ObjectReader r(node, errors);
   WorldSpec world;
-  const std::size_t before = errors.size();
+  const std::size_t before = errors.added();
   if (const Node* car = r.require("car", "a car file or an object"); car != nullptr) world.car = read_car(*car, errors);
-  const bool car_known = errors.size() == before;
+  const bool car_known = errors.added() == before;
   if (const Node* track = r.require("track", "a track file or an object"); track != nullptr)
     if (std::optional<Track> read = read_track(*track, errors))
       world.track = std::make_shared<const Track>(*std::move(read));

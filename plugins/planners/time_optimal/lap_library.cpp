@@ -2,26 +2,48 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <bit>
 #include <charconv>
+#include <cmath>
 #include <cstdint>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <iostream>
 #include <iterator>
 #include <optional>
 #include <stdexcept>
+#include <string_view>
 
 namespace gripline::time_optimal {
 namespace {
 
 constexpr int most_iterations = 100;  // of a solve while driving: with the one after a failure it fits the latency
-constexpr double version = 2;         // of the program that is solved; part of every hash
+constexpr double version = 3;         // of the program that is solved and of the file; part of every hash
 
 std::uint64_t hash_of(std::span<const double> values, std::uint64_t hash) {
   for (const double value : values)
     for (std::uint64_t bits = std::bit_cast<std::uint64_t>(value), i = 0; i < 8; ++i)
       hash = (hash ^ ((bits >> (8 * i)) & 0xff)) * 1099511628211ull;
   return hash;
+}
+
+/// 128 bits of FNV-1a as text: against damage, not against whoever means it.
+template <class Hash>
+std::string two_hashes(const Hash& hash) {
+  char name[64];
+  char* end = name;
+  for (const std::uint64_t seed : {14695981039346656037ull, 1099511628211ull})
+    end = std::to_chars(end, std::end(name), hash(seed), 16).ptr;
+  return {name, end};
+}
+
+std::string checksum(std::string_view text) {
+  return two_hashes([&](std::uint64_t hash) {
+    for (const char c : text) hash = (hash ^ static_cast<unsigned char>(c)) * 1099511628211ull;
+    return hash;
+  });
 }
 
 std::filesystem::path cache_file(const LapSetup& setup, const CarBelief& typical, const std::vector<double>& mus,
@@ -31,11 +53,8 @@ std::filesystem::path cache_file(const LapSetup& setup, const CarBelief& typical
   all.insert(all.end(), {typical.resistance.rolling, typical.resistance.drag});
   all.insert(all.end(), mus.begin(), mus.end());
   all.push_back(version);
-  char name[64];
-  char* end = name;
-  for (const std::uint64_t seed : {14695981039346656037ull, 1099511628211ull})
-    end = std::to_chars(end, std::end(name), hash_of(all, seed), 16).ptr;
-  return std::filesystem::path(cache_dir) / ("time_optimal-" + std::string(name, end) + ".txt");
+  const std::string name = two_hashes([&](std::uint64_t seed) { return hash_of(all, seed); });
+  return std::filesystem::path(cache_dir) / ("time_optimal-" + name + ".txt");
 }
 
 /// Every number on a line of its own, in the order in which `visit` meets them: sizes are known from the setup.
@@ -56,12 +75,29 @@ void visit_numbers(std::vector<LapMember>& members, std::size_t nodes, const Vis
   }
 }
 
-bool read_cache(const std::filesystem::path& path, std::size_t nodes, std::vector<LapMember>& members) {
-  std::ifstream file(path, std::ios::binary);
-  if (!file) return false;
-  const std::string text{std::istreambuf_iterator<char>(file), {}};
-  const char* at = text.data();
-  const char* const end = at + text.size();
+/// Laps that a solve could have found. What is no lap of any car must not be driven, whatever the checksum says.
+bool plausible(const std::vector<LapMember>& members) {
+  constexpr double longest = 1e5;   // [s]
+  constexpr double largest = 1e15;  // of states, inputs and multipliers
+  const auto good = [&](double value) { return std::isfinite(value) && std::abs(value) <= largest; };
+  for (const LapMember& m : members) {
+    if (!(m.solution.time > 0 && m.solution.time < longest)) return false;
+    for (const auto& z : m.solution.z)
+      if (!std::all_of(z.begin(), z.end(), good)) return false;
+    for (const std::vector<double>* v : {&m.solution.lambda, &m.solution.lower, &m.solution.upper})
+      if (!std::all_of(v->begin(), v->end(), good)) return false;
+  }
+  return true;
+}
+
+/// The checksum on the first line, the numbers on the others.
+bool read_numbers(std::string_view text, std::size_t nodes, std::vector<LapMember>& members) {
+  const std::size_t line = text.find('\n');
+  if (line == std::string_view::npos) return false;
+  const std::string_view body = text.substr(line + 1);
+  if (text.substr(0, line) != checksum(body)) return false;
+  const char* at = body.data();
+  const char* const end = at + body.size();
   bool good = true;
   std::vector<LapMember> read = members;
   visit_numbers(read, nodes, [&](double& value) {
@@ -70,32 +106,49 @@ bool read_cache(const std::filesystem::path& path, std::size_t nodes, std::vecto
     good = error == std::errc{} && next != end && *next == '\n';
     at = good ? next + 1 : at;
   });
-  if (!good || at != end) return false;
+  if (!good || at != end || !plausible(read)) return false;
   members = std::move(read);
   return true;
 }
 
-/// Written to a file of its own and renamed, so that a reader finds the whole file or none. Failing to write is no
+/// False without a file, and, with a word in the run's log, with a damaged one.
+bool read_cache(const std::filesystem::path& path, std::size_t nodes, std::vector<LapMember>& members) {
+  std::error_code ignored;
+  if (!std::filesystem::is_regular_file(path, ignored)) return false;
+  std::ifstream file(path, std::ios::binary);
+  if (!file) return false;
+  const std::string text{std::istreambuf_iterator<char>(file), {}};
+  if (read_numbers(text, nodes, members)) return true;
+  std::cerr << "time_optimal: the laps kept in " << path.string() << " are damaged; they are computed anew\n";
+  return false;
+}
+
+/// Written aside, on the disk, renamed: a reader finds the whole file or none. A cache that cannot be written is no
 /// error.
 void write_cache(const std::filesystem::path& path, std::size_t nodes, std::vector<LapMember>& members) {
   std::error_code ignored;
   std::filesystem::create_directories(path.parent_path(), ignored);
-  std::filesystem::path aside = path;
-  aside += "." + std::to_string(::getpid());
-  {
-    std::ofstream file(aside, std::ios::binary);
-    visit_numbers(members, nodes, [&](double& value) {
-      char digits[40];
-      const auto written = std::to_chars(digits, std::end(digits) - 1, value);
-      *written.ptr = '\n';
-      file.write(digits, written.ptr + 1 - digits);
-    });
-    if (!file.flush()) {
-      std::filesystem::remove(aside, ignored);
-      return;
-    }
+  std::string body;
+  visit_numbers(members, nodes, [&](double& value) {
+    char digits[40];
+    const auto written = std::to_chars(digits, std::end(digits) - 1, value);
+    *written.ptr = '\n';
+    body.append(digits, written.ptr + 1);
+  });
+  const std::string text = checksum(body) + "\n" + body;
+  std::string aside = path.string() + ".XXXXXX";
+  const int file = mkstemp(aside.data());
+  if (file < 0) return;
+  bool good = true;
+  for (std::string_view rest = text; good && !rest.empty();) {
+    const ssize_t written = ::write(file, rest.data(), rest.size());
+    good = written > 0;
+    if (good) rest.remove_prefix(static_cast<std::size_t>(written));
   }
-  std::filesystem::rename(aside, path, ignored);
+  good = fsync(file) == 0 && good;
+  close(file);
+  if (good) std::filesystem::rename(aside, path, ignored);
+  if (!good || ignored) std::filesystem::remove(aside, ignored);
 }
 
 /// The member at `index`, warm from `neighbour` when there is one, else or when that fails from the base line.

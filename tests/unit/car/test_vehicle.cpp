@@ -87,6 +87,24 @@ TEST(Vehicle, AnEffectOnAStageTheModelLacksIsRefusedWithThatReason) {
       HasSubstr("/effects/1: effect \"friction_scale\" acts on the tyre stage, which this model does not have"));
 }
 
+/// Text where an object is asked, or no name: an error with a place, also where an earlier reader found the same one.
+TEST(Vehicle, ASlipIsAnErrorAndNothingElse) {
+  for (const char* text : {R"("dynamic")", R"({"plugin": ""})", R"({"plugin": "dynamic", "effects": [""]})",
+                           R"({"plugin": "dynamic", "effects": [{"plugin": ""}]})", R"({"plugin": 3})", "[]", "null"}) {
+    Errors errors;
+    const Node node = json(text);
+    for (int again = 0; again < 2; ++again) read_vehicle(node, plugins(), car_of(), "rk4", errors);
+    EXPECT_FALSE(errors.empty()) << text;
+    for (const Diagnostic& one : errors.sorted()) EXPECT_THAT(one.text(), testing::StartsWith("test:1:")) << text;
+  }
+}
+
+/// An effect whose constructor ends its process is the run's affair: reading the file ends nothing.
+TEST(Vehicle, AConstructorThatCrashesDoesNotEndTheReader) {
+  EXPECT_EQ(vehicle_of(R"({"plugin": "dynamic", "effects": [{"plugin": "fault.crashes_at_start"}]})").effects.size(),
+            1u);
+}
+
 TEST(Vehicle, RefusalsSayWhatAndWhere) {
   const auto why = [](const char* text) { return refusal([&] { vehicle_of(text); }); };
   EXPECT_THAT(why(R"({"plugin": "dynamic", "integrator": "rk5"})"),

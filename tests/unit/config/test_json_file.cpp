@@ -3,6 +3,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <sys/stat.h>
+#include <unistd.h>
+
 #include <algorithm>
 #include <bit>
 #include <clocale>
@@ -232,6 +235,99 @@ TEST(ParseFile, stops_reading_what_never_ends) {
   } catch (const InputError& error) {
     EXPECT_THAT(error.what(), HasSubstr("is larger than"));
   }
+}
+
+std::string why_not_loaded(const fs::path& file) {
+  try {
+    (void)load_json(file);
+    return "accepted";
+  } catch (const InputError& error) {
+    return error.what();
+  }
+}
+
+TEST(ParseText, what_only_an_attack_holds_is_refused_at_its_place) {
+  const std::string long_key(json_limits.key + 1, 'k');
+  EXPECT_EQ(message_of("{ \"a\": 1,\n  \"" + long_key + "\": 1 }"),
+            "t:2:3: a key of 1001 bytes; the longest that is read has 1000");
+  EXPECT_EQ(message_of("{ \"" + long_key.substr(1) + "\": 1 }"), "accepted");
+  std::string many = "{";
+  for (std::size_t i = 0; i < json_limits.members; ++i) many += "\"k" + std::to_string(i) + "\":0,";
+  EXPECT_EQ(message_of(many + "\"last\":0}"), "t:1:98892: more than 10000 members in one object");
+  many.pop_back();
+  EXPECT_EQ(message_of(many + "}"), "accepted");
+  std::string values = "[0";
+  for (std::size_t i = 1; i < json_limits.values; ++i) values += ",0";
+  EXPECT_THAT(message_of(values + "]"), HasSubstr("more than 1000000 values, which no file of ours needs"));
+  EXPECT_EQ(message_of("[" + std::string(json_limits.bytes, ' ') + "]"), "t: is larger than 64 MB");
+}
+
+/// Every value knows its place: names a kilobyte long, a hundred deep, above a thousand values.
+TEST(ParseText, long_names_above_many_values_are_bounded) {
+  std::string text;
+  for (int i = 0; i < 150; ++i) text += "{\"" + std::string(json_limits.key, 'k') + "\":";
+  text += "[0";
+  for (int i = 0; i < 10'000; ++i) text += ",0";
+  text += "]" + std::string(150, '}');
+  EXPECT_THAT(message_of(text), HasSubstr("more than 128 MB of keys above values"));
+}
+
+TEST(LoadJson, extends_cannot_grow_without_bound) {
+  const Folder folder;
+  // Each of twenty files uses the next one twice: a million copies of the last.
+  for (int i = 0; i < 20; ++i) {
+    const std::string next = "{ \"extends\": \"" + std::to_string(i + 1) + ".json\" }";
+    (void)folder.write(std::to_string(i) + ".json", "{ \"a\": " + next + ", \"b\": " + next + " }");
+  }
+  (void)folder.write("20.json", "{}");
+  EXPECT_THAT(why_not_loaded(folder.path() / "0.json"),
+              HasSubstr("\"extends\" opens more than 1000 files: each use counts"));
+  for (int i = 100; i < 140; ++i)
+    (void)folder.write(std::to_string(i) + ".json", "{ \"extends\": \"" + std::to_string(i + 1) + ".json\" }");
+  (void)folder.write("140.json", "{}");
+  EXPECT_THAT(why_not_loaded(folder.path() / "100.json"), HasSubstr("files extend files more than 32 deep"));
+  // Each of three files nests the next one 90 levels deeper.
+  for (int i = 200; i < 203; ++i)
+    (void)folder.write(std::to_string(i) + ".json", "{ \"a\": " + std::string(90, '[') + "{ \"extends\": \"" +
+                                                        std::to_string(i + 1) + ".json\" }" + std::string(90, ']') +
+                                                        "}");
+  (void)folder.write("203.json", "{}");
+  EXPECT_THAT(why_not_loaded(folder.path() / "200.json"),
+              HasSubstr("with what it extends, nested deeper than 200 levels"));
+}
+
+TEST(ParseFile, a_pipe_that_somebody_named_is_not_waited_for) {
+  const Folder folder;
+  const fs::path pipe = folder.path() / "pipe.json";
+  ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+  EXPECT_EQ(why_not_loaded(pipe), shown(pipe) + ": is a pipe, expected a file");
+  // One of a shell has no name: `gripline validate <(command)`.
+  int ends[2];
+  ASSERT_EQ(::pipe(ends), 0);
+  ASSERT_EQ(write(ends[1], "{\"a\":1}", 7), 7);
+  close(ends[1]);
+  EXPECT_EQ(why_not_loaded("/dev/fd/" + std::to_string(ends[0])), "accepted");
+  close(ends[0]);
+}
+
+TEST(Errors, are_collected_to_a_thousand_and_then_counted) {
+  Errors errors;
+  for (int i = 0; i < 200'000; ++i) errors.add(Diagnostic{.file = "f", .line = i + 1, .message = "wrong"});
+  errors.add(Diagnostic{.file = "f", .line = 1, .message = "wrong"});
+  EXPECT_EQ(errors.size(), 200'000u);
+  EXPECT_EQ(errors.added(), 200'001u);
+  const std::vector<Diagnostic> sorted = errors.sorted();
+  ASSERT_EQ(sorted.size(), 1001u);
+  EXPECT_EQ(sorted.back().text(), "f: and 199000 more errors");
+}
+
+TEST(Errors, words_of_others_do_no_harm) {
+  EXPECT_EQ(harmless("plain, größer"), "plain, größer");
+  EXPECT_EQ(harmless("\x1b[2J\n\x7f"), "\\x1b[2J\\x0a\\x7f");
+  EXPECT_EQ(harmless("\xc2\x9b"
+                     "2J \xc3\x9f"),
+            "\\x9b2J \xc3\x9f");  // a control of one byte beyond ASCII; ß
+  EXPECT_LT(harmless(std::string(1'000'000, 'x')).size(), 5000u);
 }
 
 TEST(LoadJson, extends_files_relative_to_their_own_folders) {

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <clocale>
+#include <cmath>
 #include <locale>
 #include <numbers>
 #include <string>
@@ -75,6 +76,12 @@ TEST(Units, convert_to_si) {
                                 {"3 V", "W/A", 3},
                                 {"2 ohm", "V/A", 2},
                                 {"2 bar", "Pa", 2e5},
+                                {"0.1 1/s^0.5", "1/s^0.5", 0.1},
+                                {"3 s^-0.5", "1/s^0.5", 3},
+                                {"3 Hz^0.5", "1/s^0.5", 3},
+                                {"2 m/s^1.5", "m/s^1.5", 2},
+                                {"6 1/min^0.5", "1/s^0.5", 6 / std::sqrt(60.0)},
+                                {"3 (m2)^0.5", "m", 3},
                                 {"1e-3 m", "m", 1e-3}};
   for (const Case& one : cases) {
     EXPECT_DOUBLE_EQ(to_si(one.text, one.unit), one.si) << one.text << " as " << one.unit;
@@ -88,6 +95,7 @@ TEST(Units, keep_kinds_apart) {
   EXPECT_EQ(why("5 %", "m"), "\"5 %\" is a pure number, expected a length [m]");
   EXPECT_EQ(why("4 1/s", "rad/s"), "\"4 1/s\" is a frequency, expected an angular rate [rad/s]");
   EXPECT_EQ(why("4 m2/(kg s)", "kg/m"), "\"4 m2/(kg s)\" is a quantity in m2/(kg s), expected a quantity [kg/m]");
+  EXPECT_EQ(why("1 1/s^0.5", "1/s"), "\"1 1/s^0.5\" is a quantity in 1/s^0.5, expected a frequency [1/s]");
   EXPECT_EQ(why("1 g", "m/s2"), "\"1 g\" is a mass, expected an acceleration [m/s2]");
 }
 
@@ -116,6 +124,10 @@ TEST(Units, refuse_what_is_no_unit) {
   EXPECT_THAT(why("3 m^0", "m"), HasSubstr("a power is a whole number from 1 to 9"));
   EXPECT_THAT(why("3 m^", "m"), HasSubstr("a power is a whole number from 1 to 9"));
   EXPECT_THAT(why("3 m99999999999", "m"), HasSubstr("a power is a whole number from 1 to 9"));
+  EXPECT_THAT(why("3 m^0.25", "m"), HasSubstr("a power is a whole number from 1 to 9, or such a half as ^0.5"));
+  EXPECT_THAT(why("3 (m^0.5)^0.5", "m"), HasSubstr("a root of a root"));
+  EXPECT_THAT(why("3 ((((km^9)^9)^9)^9)^9", "m"), HasSubstr("powers too high"));
+  EXPECT_THAT(why("3 ((((s^9)^9)^9)^9)^9", "m"), HasSubstr("powers too high"));
   EXPECT_THAT(why("3 m#", "m"), HasSubstr("missing before \"#\""));
   EXPECT_THAT(why("3 kmin", "s"), HasSubstr("unknown unit"));
   EXPECT_THAT(why("0x10 s", "s"), HasSubstr("unknown unit \"x\""));

@@ -118,6 +118,21 @@ TEST(OutFolder, WhatGriplineDidNotMakeIsNeverEmptied) {
   EXPECT_EQ(contents(folder / "home/thesis.tex"), "years of work");
 }
 
+/// What a process or a machine that died left of the marker locks nobody out.
+TEST(OutFolder, HalfAMarkerIsNoObstacle) {
+  const Folder folder;
+  write_text(folder / "out/experiment.json.partial", "{\"ident");
+  EXPECT_NO_THROW(open_out_folder(folder / "out", "one", false));
+  write_text(folder / "out/runs.csv", "stack\n");
+  write_text(folder / "out/experiment.json", "");
+  EXPECT_EQ(refusal([&] { open_out_folder(folder / "out", "one", false); }),
+            (folder / "out").string() +
+                ": its experiment.json cannot be read; choose another --out, or --force to "
+                "replace what gripline made there");
+  EXPECT_NO_THROW(open_out_folder(folder / "out", "one", true));
+  EXPECT_FALSE(fs::exists(folder / "out/runs.csv"));
+}
+
 TEST(OutFolder, AFileIsNoFolder) {
   const Folder folder;
   write_text(folder / "file", "x");

@@ -56,7 +56,7 @@ TEST_F(Runner, ARunLeavesItsFiles) {
   std::vector<std::string> files;
   for (const auto& one : fs::directory_iterator(file("good/1"))) files.push_back(one.path().filename().string());
   EXPECT_THAT(files, UnorderedElementsAre("config.json", "steps.csv", "summary.json", "timing.csv", "replay.csv",
-                                          "tyres.csv", "line.csv", "log.txt"));
+                                          "tyres.csv", "line.csv", "log.txt", "timing.sha256"));
   EXPECT_EQ(content_text(parse_file(file("good/1/config.json"))), content_text(race.run_tree("good", 1)));
 }
 
@@ -70,6 +70,56 @@ TEST_F(Runner, FinishedRunsAreKept) {
   EXPECT_EQ(fs::last_write_time(file("good/1/steps.csv")), before);
   const RunnerOutcome changed = run(race_of(R"({"base": {"mu_init": 0.9}})"), {{"good", 1}});
   EXPECT_EQ(changed.kept, 0);
+}
+
+/// A result that somebody cut or edited is found, said and driven again, to the same bytes.
+TEST_F(Runner, AChangedResultIsDrivenAgain) {
+  const RaceSpec race = race_of();
+  run(race, {{"good", 1}, {"fast", 1}});
+  const std::string steps = contents(file("good/1/steps.csv")), summary = contents(file("good/1/summary.json"));
+  fs::resize_file(file("good/1/steps.csv"), 1000);
+  const RunnerOutcome outcome = run(race, {{"good", 1}, {"fast", 1}});
+  EXPECT_EQ(outcome.kept, 1);
+  EXPECT_THAT(outcome.notes, testing::ElementsAre(
+                                 "good, seed 1: steps.csv was changed or cut since it was raced; it is driven again"));
+  EXPECT_EQ(contents(file("good/1/steps.csv")), steps);
+  std::string edited = summary;
+  edited.replace(edited.find("\"violation_s\": 0"), 16, "\"violation_s\": 9");
+  write_text(file("good/1/summary.json"), edited);
+  EXPECT_EQ(run(race, {{"good", 1}}).kept, 0);
+  EXPECT_EQ(contents(file("good/1/summary.json")), summary);
+  EXPECT_EQ(run(race, {{"good", 1}}).kept, 1);
+}
+
+/// A relative folder stays what it was, wherever a plugin goes; a parent that ignores its children still hears of them.
+TEST_F(Runner, IsNotLedAstrayByItsSurroundings) {
+  const RaceSpec race = race_of();
+  const fs::path before = fs::current_path();
+  fs::current_path(folder_.path());
+  const auto signals = std::signal(SIGCHLD, SIG_IGN);
+  const RunnerOutcome outcome = run_all(race, {{"good", 1}, {"crashes", 1}}, {"relative", 2, false});
+  EXPECT_EQ(std::signal(SIGCHLD, signals), SIG_IGN);
+  fs::current_path(before);
+  ASSERT_EQ(outcome.runs.size(), 2u);
+  EXPECT_EQ(outcome.runs[0].summary.status, Status::finished);
+  EXPECT_THAT(outcome.runs[1].summary.message, HasSubstr("signal 11"));
+  EXPECT_TRUE(fs::exists(file("relative/good/1/summary.json")));
+}
+
+/// One solve in ten may fail; more is said, also of a run that finished.
+TEST_F(Runner, ManyFailedSolvesAreSaid) {
+  const RaceSpec race = race_of(
+      R"({"stacks": {"late": {"controller": {"plugin": "fault.unsolved", "params": {"step": 46}}},
+                     "early": {"controller": {"plugin": "fault.unsolved", "params": {"step": 10}}}}})");
+  const RunnerOutcome outcome = run(race, {{"late", 1}, {"early", 1}});
+  EXPECT_EQ(outcome.runs[0].summary.message, "");
+  EXPECT_EQ(outcome.runs[1].summary.status, Status::finished);
+  EXPECT_EQ(outcome.runs[1].summary.message, "41 of 50 solves failed");
+}
+
+TEST_F(Runner, TheUsualTimeoutIsGenerous) {
+  EXPECT_EQ(default_timeout(race_of().world), 600 + 60 * 1);
+  EXPECT_EQ(default_timeout(race_of(R"({"world": {"laps": 2, "timeout": "100 s"}})").world), 600 + 60 * 100);
 }
 
 /// One lost run; the others finish, and every complete row stays.

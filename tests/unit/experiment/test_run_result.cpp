@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "config/hash.hpp"
 #include "support/host_support.hpp"
 #include "util/csv_writer.hpp"
 
@@ -13,6 +14,7 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::Not;
 using namespace testing_support;
+namespace fs = std::filesystem;
 
 RunSummary some() {
   RunSummary s;
@@ -87,9 +89,48 @@ TEST(RunResult, WhatIsNotWholeIsAsIfAbsent) {
   EXPECT_FALSE(read_result(folder.path(), "").has_value());
 }
 
+/// A result that is not the one that was written is not believed, and what is wrong with it is told.
+TEST(RunResult, WhatWasChangedIsFound) {
+  const Folder folder;
+  const auto damage = [&] {
+    std::string found = "none";
+    const bool believed = read_result(folder.path(), "key", &found).has_value();
+    EXPECT_EQ(believed, found.empty());
+    return found;
+  };
+  const auto write_all = [&] {
+    write_text(folder / "steps.csv", "t_s,x_m\n0,1\n0.02,2\n");
+    write_text(folder / "timing.csv", "t_s,update_ms,plan_ms,solve_ms,cpu_s\n0,1,1,1,1\n");
+    write_text(folder / "log.txt", "words");
+    write_summary(folder.path(), some(), "key");
+  };
+  write_all();
+  EXPECT_EQ(damage(), "");
+  write_text(folder / "log.txt", "more words");  // of a plugin that is destroyed
+  EXPECT_EQ(damage(), "");
+  EXPECT_EQ(contents(folder / "timing.sha256"), sha256_of_file(folder / "timing.csv") + "  timing.csv\n");
+  fs::resize_file(folder / "steps.csv", 10);
+  EXPECT_EQ(damage(), "steps.csv was changed or cut");
+  fs::remove(folder / "steps.csv");
+  EXPECT_EQ(damage(), "steps.csv is missing or cannot be read");
+  write_all();
+  write_text(folder / "timing.csv", "t_s,update_ms,plan_ms,solve_ms,cpu_s\n0,1,1,0,1\n");
+  EXPECT_EQ(damage(), "timing.csv was changed or cut");
+  write_all();
+  fs::remove(folder / "timing.csv");
+  EXPECT_EQ(damage(), "timing.csv was changed or cut");
+  write_all();
+  std::string summary = contents(folder / "summary.json");
+  summary.replace(summary.find("0.46"), 4, "0.00");
+  write_text(folder / "summary.json", summary);
+  EXPECT_EQ(damage(), "summary.json was changed");
+  std::string other;
+  EXPECT_FALSE(read_result(folder.path(), "another key", &other).has_value());
+  EXPECT_EQ(other, "");  // another run's, and none of our business
+}
+
 TEST(RunResult, TimesAreNearestRankPercentiles) {
   const Folder folder;
-  write_summary(folder.path(), some(), "key");
   {
     CsvWriter csv(folder / "timing.csv", "t_s,update_ms,plan_ms,solve_ms,cpu_s");
     for (int i = 1; i <= 200; ++i) {
@@ -97,6 +138,7 @@ TEST(RunResult, TimesAreNearestRankPercentiles) {
       csv.end_row();
     }
   }
+  write_summary(folder.path(), some(), "key");
   const RunTiming timing = read_result(folder.path(), "key").value().timing;
   EXPECT_EQ(timing.solve_ms_median, 100);
   EXPECT_EQ(timing.solve_ms_p95, 190);

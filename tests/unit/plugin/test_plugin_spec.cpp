@@ -107,6 +107,13 @@ TEST(PluginSpec, RefusalsSayWhatAndWhere) {
               HasSubstr("/params: expected an object, found 3"));
 }
 
+/// A plugin without a name is an error where it stands, of every kind.
+TEST(PluginSpec, AnEmptyIdIsRefused) {
+  for (const auto& [kind, name] : {std::pair{abi::Kind::controller, "controller"}, {abi::Kind::plant, "plant"}})
+    EXPECT_EQ(refusal([&, kind = kind] { spec_of(json(R"({"plugin": ""})"), kind); }),
+              "test:1:12: /plugin: expected the id of a plugin (" + std::string(name) + "), found \"\"");
+}
+
 TEST(PluginSpec, TablesAreChecked) {
   const Folder folder;
   write_text(folder / "empty.csv", "");

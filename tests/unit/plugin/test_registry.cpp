@@ -3,9 +3,16 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <algorithm>
-#include <cstdlib>
+#include <sys/stat.h>
 
+#include <algorithm>
+#include <clocale>
+#include <csignal>
+#include <cstdlib>
+#include <random>
+
+#include "config/units.hpp"
+#include "plugin/library_probe.hpp"
 #include "support/host_support.hpp"
 #include "support/paths.hpp"
 
@@ -70,6 +77,7 @@ TEST(Registry, EveryParameterIsDeclaredWhole) {
       const std::string what = std::string(entry.decl->id) + "." + p.name;
       EXPECT_STRNE(p.doc, "") << what;
       EXPECT_STRNE(p.unit, "") << what;
+      EXPECT_NO_THROW((void)Unit::parse(p.unit)) << what;
       EXPECT_LE(p.lo, p.hi) << what;
       if (p.type == abi::ParamType::table) continue;
       EXPECT_GE(p.default_value, p.lo) << what;
@@ -105,6 +113,98 @@ TEST(Registry, ATruncatedLibraryIsRefused) {
   for (const std::size_t size :
        {std::size_t{20}, std::size_t{64}, std::size_t{200}, whole.size() / 4, whole.size() / 2, whole.size() - 1000})
     EXPECT_NE(reason_of_file(std::string_view(whole).substr(0, size)), "usable") << size;
+}
+
+/// A bit that flipped on the disk, anywhere in the file: at worst a library that cannot be used.
+TEST(Registry, AFlippedBitCostsItsFileOnly) {
+  const std::string whole = contents(fixture_plugins("duplicate") / "duplicate.so");
+  const Folder folder;
+  std::mt19937_64 random(13);
+  std::vector<std::filesystem::path> files;
+  for (int i = 0; i < 200; ++i) {
+    std::string bytes = whole;
+    // Half of them in the headers and the dynamic section, where most of the harm is.
+    const std::size_t at = random() % (i % 2 == 0 ? whole.size() : 4096);
+    bytes[at] = static_cast<char>(bytes[at] ^ (1 << random() % 8));
+    files.push_back(folder / ("flip" + std::to_string(i) + ".so"));
+    write_text(files.back(), bytes);
+  }
+  const std::vector<std::string> problems = probe_libraries(files, 2.0);
+  ASSERT_EQ(problems.size(), files.size());
+  const auto refused = std::count_if(problems.begin(), problems.end(), [](const std::string& p) { return !p.empty(); });
+  EXPECT_GT(refused, 20);
+  EXPECT_LT(refused, 180);
+}
+
+/// What a library does when it is opened, it does in a process that was made for it.
+TEST(Registry, ALibraryThatEndsItsProcessCostsItselfOnly) {
+  const auto constructors = [](const char* mode) { return fixture_plugins("constructors") / mode; };
+  const Registry registry({constructors("exits"), constructors("aborts"), fixture_plugins("spies"),
+                           constructors("segfaults"), constructors("throws"), constructors("prints"),
+                           constructors("meddles")});
+  std::vector<std::string> reasons;
+  for (const Registry::Unusable& one : registry.unusable())
+    reasons.push_back(one.library.filename().string() + ": " + one.reason);
+  const std::string tried = ".so: cannot be opened: the process that tried ";
+  const std::string aborted = tried + "was ended by signal 6 (Aborted)";
+  // Whether an exception finds its way through the dynamic linker is the linker's affair.
+  EXPECT_THAT(reasons,
+              testing::UnorderedElementsAre("exits" + tried + "ended with exit code 0", "aborts" + aborted,
+                                            "segfaults" + tried + "was ended by signal 11 (Segmentation fault)",
+                                            testing::AnyOf("throws" + tried + "threw no fuel", "throws" + aborted)));
+  EXPECT_EQ(registry.find(abi::Kind::controller, "spy.constant").decl->id, std::string("spy.constant"));
+  EXPECT_EQ(registry.find(abi::Kind::effect, "constructor.prints").decl->id, std::string("constructor.prints"));
+}
+
+TEST(Registry, ALibraryThatNeverOpensIsGivenUp) {
+  const auto file = [](const std::string& mode) { return fixture_plugins("constructors") / mode / (mode + ".so"); };
+  const std::vector<std::filesystem::path> files = {file("loops"), file("stops"), file("prints")};
+  const std::string gave_up = "cannot be opened: the process that tried did not come back within 2 s";
+  EXPECT_THAT(probe_libraries(files, 2.0), testing::ElementsAre(gave_up, gave_up, ""));
+}
+
+/// Whoever opens a library keeps the folder, the locale and the signals it had.
+TEST(Registry, ALibraryThatMeddlesChangesNothingHere) {
+  const std::filesystem::path before = std::filesystem::current_path();
+  const std::string locale = std::setlocale(LC_ALL, nullptr);
+  const Registry registry({fixture_plugins("constructors") / "meddles"});
+  EXPECT_EQ(registry.entries().size(), 1u);
+  EXPECT_EQ(std::filesystem::current_path(), before);
+  EXPECT_EQ(std::setlocale(LC_ALL, nullptr), locale);
+  EXPECT_EQ(std::signal(SIGCHLD, SIG_DFL), SIG_DFL);
+  EXPECT_EQ(std::signal(SIGINT, SIG_DFL), SIG_DFL);
+  const Folder folder;
+  write_text(folder / "made", "with the usual mode");
+  EXPECT_EQ(contents(folder / "made"), "with the usual mode");
+}
+
+/// A pipe is not waited for, whoever named it like a library.
+TEST(Registry, APipeIsNoLibrary) {
+  const Folder folder;
+  ASSERT_EQ(mkfifo((folder / "pipe.so").c_str(), 0600), 0);
+  const Registry registry({folder.path(), fixture_plugins("spies")});
+  ASSERT_EQ(registry.unusable().size(), 1u);
+  EXPECT_EQ(registry.unusable()[0].reason, "is no file: a pipe, a device or a folder");
+}
+
+TEST(Registry, WhatADeclarationSaysMustBeWords) {
+  EXPECT_EQ(reason("odd_id"), "declares a plugin whose id is no plain text: \"\\x1b[2J\"");
+  EXPECT_EQ(reason("odd_unit"),
+            "effect \"odd_unit\" is declared with the parameter \"a\" with a unit that is none: unknown unit "
+            "\"furlong\"");
+}
+
+TEST(Registry, AFolderThatEverybodyMayWriteIsWarnedOf) {
+  const Folder folder;
+  std::filesystem::copy_file(fixture_plugins("spies") / "spies.so", folder / "spies.so");
+  EXPECT_TRUE(Registry({folder.path()}).warnings().empty());
+  ASSERT_EQ(chmod(folder.path().c_str(), 0777), 0);
+  const Registry registry({folder.path()});
+  EXPECT_FALSE(registry.entries().empty());
+  EXPECT_THAT(registry.warnings(),
+              testing::ElementsAre(folder.path().string() +
+                                   " can be written by everybody on this machine: whoever puts a plugin there runs it "
+                                   "as you"));
 }
 
 TEST(Registry, AMissingDependencyIsToldInTheLoadersWords) {

@@ -69,7 +69,7 @@ TEST(Metrics, CountsSteps) {
   EXPECT_EQ(summary.solver_failures, 4);
   EXPECT_DOUBLE_EQ(summary.simulated_s, 0.2);
   EXPECT_EQ(summary.status, Status::timeout);
-  EXPECT_EQ(summary.message, "why");
+  EXPECT_EQ(summary.message, "why; 4 of 10 solves failed");
   EXPECT_EQ(summary.seed, 7u);
   EXPECT_EQ(summary.stack, "driver");
   EXPECT_TRUE(summary.needs_truth);

@@ -437,6 +437,35 @@ TEST(ReportPage, CasesOfADiagnoseExperimentAreAnOverview) {
   EXPECT_TRUE(meta["runs"].empty()) << "the drives of a case are no race";
 }
 
+/// What no gripline wrote: rows twice, names that lead elsewhere, trees without end.
+TEST(ReportPage, EditedTablesAreDrawnOrRefusedWithTheirPlace) {
+  const Folder folder;
+  const auto write = [&](const char* name, const std::string& text) { std::ofstream(folder.path() / name) << text; };
+  const auto why = [&] {
+    try {
+      write_report({.folder = folder.path(), .page = {}, .figures = true, .figure_folder = {}, .progress = {}});
+      return std::string("written");
+    } catch (const InputError& error) {
+      return std::string(error.what());
+    }
+  };
+  write("runs.csv", "stack,seed,status\nelm,1,finished\n");
+  std::string rows = "stack,lap0_s,pace_ratio0,violation_s\n";
+  for (int i = 0; i < 40; ++i) rows += "elm,7.5,1.01,0.2\n";
+  write("table.csv", rows + "gp,7.6,1.02,0.1\n");
+  EXPECT_EQ(why(), "written");
+  write("table.csv", "stack,violation_s,pace_ratio0\nelm,5e-324,1e308\ngp,1e-310,1000000000.0000001\n");
+  EXPECT_EQ(why(), "written");
+  const std::string runs = (folder.path() / "runs.csv").string();
+  write("runs.csv", "stack,seed,status\nelm,1,finished\n" + std::string(300, 'x') + ",1,finished\n");
+  EXPECT_THAT(why(), testing::StartsWith(runs + ": row 2: \"xxx"));
+  write("runs.csv", "stack,seed,status\nelm,../../elsewhere,finished\n");
+  EXPECT_THAT(why(), HasSubstr("row 1: \"../../elsewhere\" is no folder's name"));
+  write("runs.csv", "stack,seed,status\nelm,1,finished\n");
+  write("claims.json", std::string(100'000, '[') + std::string(100'000, ']'));
+  EXPECT_EQ(why(), (folder.path() / "claims.json").string() + ": nested deeper than 200 levels");
+}
+
 TEST(ReportPage, RefusesAFolderWithoutResults) {
   const Folder folder;
   for (const fs::path& path : {folder.path(), folder.path() / "absent"}) {
@@ -514,6 +543,7 @@ TEST(ReportPlot, TicksAreRound) {
               ElementsAre(testing::DoubleNear(-0.1, 1e-12), testing::DoubleNear(0, 1e-12),
                           testing::DoubleNear(0.1, 1e-12), testing::DoubleNear(0.2, 1e-12)));
   EXPECT_THAT(round_ticks(1, 1, 5), ElementsAre(1));
+  EXPECT_LE(round_ticks(1e9, 1e9 + 2e-7, 12).size(), 40u);  // steps below the rounding of the numbers
 }
 
 TEST(ReportPlot, TextIsEscapedAndEmptyPanelsAreDrawn) {

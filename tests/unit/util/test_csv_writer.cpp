@@ -7,12 +7,15 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cerrno>
 #include <cmath>
 #include <limits>
 #include <locale>
 
 #include "support/host_support.hpp"
 #include "util/csv.hpp"
+#include "util/disk.hpp"
 
 namespace gripline {
 namespace {
@@ -85,11 +88,75 @@ TEST(WriteFile, IsWholeOrAbsent) {
   EXPECT_EQ(contents(folder / "t.json"), "second");
   EXPECT_FALSE(std::filesystem::exists(folder / "t.json.partial"));
   EXPECT_THROW(write_file(folder / "no_folder/t.json", "x"), std::runtime_error);
-  // Where the aside file fills the disk, what stood there stays.
-  if (!std::filesystem::exists("/dev/full")) return;
-  std::filesystem::create_symlink("/dev/full", folder / "t.json.partial");
-  EXPECT_THROW(write_file(folder / "t.json", "third"), std::runtime_error);
-  EXPECT_EQ(contents(folder / "t.json"), "second");
+}
+
+/// A disk that has no room for more than so many bytes, and may not know how to sync.
+class SmallDisk final : public Disk {
+ public:
+  explicit SmallDisk(std::size_t room) : room_(room) {}
+  bool write(int handle, std::string_view bytes) override {
+    const std::size_t fits = std::min(bytes.size(), room_);
+    room_ -= fits;
+    if (Disk::write(handle, bytes.substr(0, fits)) && fits == bytes.size()) return true;
+    errno = ENOSPC;
+    return false;
+  }
+  bool sync(int) override {
+    errno = EIO;
+    return room_ > 0;
+  }
+
+ private:
+  std::size_t room_;
+};
+
+TEST(WriteFile, WhereTheDiskIsFullWhatStoodThereStays) {
+  const Folder folder;
+  write_file(folder / "t.json", "first");
+  for (const std::size_t room : {std::size_t{0}, std::size_t{3}, std::size_t{6}}) {  // 6: all of it, and no sync
+    SmallDisk small(room);
+    const DiskInUse use(small);
+    try {
+      write_file(folder / "t.json", "second");
+      FAIL() << "written";
+    } catch (const std::runtime_error& error) {
+      EXPECT_THAT(error.what(), HasSubstr(room < 6 ? "t.json: No space left on device" : "t.json: Input/output error"));
+    }
+    EXPECT_EQ(contents(folder / "t.json"), "first");
+    EXPECT_FALSE(std::filesystem::exists(folder / "t.json.partial"));
+  }
+}
+
+/// What somebody laid where the file aside is made is not written through.
+TEST(WriteFile, FollowsNoLinkWhereTheFileAsideIsMade) {
+  const Folder folder;
+  write_text(folder / "precious", "mine");
+  std::filesystem::create_symlink(folder / "precious", folder / "t.json.partial");
+  write_file(folder / "t.json", "words");
+  EXPECT_EQ(contents(folder / "precious"), "mine");
+  EXPECT_EQ(contents(folder / "t.json"), "words");
+  EXPECT_FALSE(std::filesystem::is_symlink(folder / "t.json"));
+}
+
+TEST(CsvWriter, FinishesOnTheDiskOrSaysWhyNot) {
+  const Folder folder;
+  CsvWriter good(folder / "good.csv", "x");
+  good << 1;
+  good.end_row();
+  good.finish();
+  EXPECT_EQ(contents(folder / "good.csv"), "x\n1\n");
+  SmallDisk small(2);
+  const DiskInUse use(small);
+  CsvWriter full(folder / "full.csv", "x");
+  EXPECT_THROW(full.finish(), std::runtime_error);
+}
+
+TEST(CsvWriter, WritesToATextAsToAFile) {
+  std::string text = "before\n";
+  CsvWriter csv(text, "x,y");
+  csv << 1.5 << "a";
+  csv.end_row();
+  EXPECT_EQ(text, "before\nx,y\n1.5,a\n");
 }
 
 /// A link stays a link, and what it names is written, there already or not.

@@ -49,7 +49,7 @@ Names read_names(const Node& node, Errors& errors) {
 
 StackSpec read_driver(ObjectReader& r, const char* key, const DiagnoseExperiment& e, const Registry& registry,
                       Errors& errors) {
-  Node stack{Node::Object{}};
+  Node stack(Node::Object{}, child_of(r.node().origin, key));
   if (const Node* given = r.require(key, "a model, a planner and a controller"); given != nullptr) stack = *given;
   return read_stack("driver", stack, registry, e.nominal.car, errors);
 }

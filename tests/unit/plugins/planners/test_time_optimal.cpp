@@ -402,6 +402,30 @@ TEST_F(TimeOptimalTest, LibraryIsKeptByContent) {
   std::filesystem::remove_all(folder);
 }
 
+/// One number that somebody or a bad disk changed, in a file that is otherwise whole: noticed and healed.
+TEST_F(TimeOptimalTest, ADamagedNumberInTheLibraryIsNotDriven) {
+  const std::filesystem::path folder = std::filesystem::path(::testing::TempDir()) / "gripline_time_optimal_damaged";
+  std::filesystem::remove_all(folder);
+  const double computed = flying_lap(*make(mobil_, coarse(), folder.c_str()), believe(0.8));
+  const std::filesystem::path file = std::filesystem::directory_iterator(folder)->path();
+  std::ifstream in(file);
+  std::vector<std::string> lines;
+  for (std::string line; std::getline(in, line);) lines.push_back(line);
+  ASSERT_GT(lines.size(), 1000u);
+  for (const char* damage : {"5.0518", "nan", "inf"}) {
+    std::ofstream out(file, std::ios::trunc);
+    for (std::size_t i = 0; i < lines.size(); ++i) out << (i == 501 ? damage : lines[i]) << '\n';
+    out.close();
+    progress_.clear();
+    EXPECT_EQ(flying_lap(*make(mobil_, coarse(), folder.c_str()), believe(0.8)), computed) << damage;
+    EXPECT_FALSE(progress_.empty()) << damage;  // computed anew
+  }
+  progress_.clear();
+  make(mobil_, coarse(), folder.c_str());
+  EXPECT_TRUE(progress_.empty());  // and kept
+  std::filesystem::remove_all(folder);
+}
+
 TEST_F(TimeOptimalTest, RefusesWhatCannotBe) {
   EXPECT_THROW(make(mobil_, {{"mu_lo", 1.0}, {"mu_hi", 0.5}}), PluginError);
   const PluginEntry& entry = registry_.find(abi::Kind::planner, "time_optimal");

@@ -1,0 +1,15 @@
+#include "plugin/guard.hpp"
+
+namespace gripline {
+
+std::string describe_place(const LastCall& last) {
+  const std::string who = last.who.get();
+  const double t = last.t.load(std::memory_order_relaxed);
+  if (who.empty()) return {};
+  if (std::isnan(t)) return " while " + who + " was made";
+  if (std::isinf(t) && t < 0) return "; the plugin made last was " + who;
+  if (std::isinf(t)) return " while " + who + " was destroyed";
+  return " at t = " + std::to_string(t) + " s; the plugin called last was " + who;
+}
+
+}  // namespace gripline

@@ -1,0 +1,155 @@
+#include "plugin/library_probe.hpp"
+
+#include <dlfcn.h>
+#include <sys/stat.h>
+
+#include <algorithm>
+#include <boost/dll/library_info.hpp>
+#include <cmath>
+#include <cstring>
+#include <string_view>
+#include <type_traits>
+
+#include <gripline/abi_layout.hpp>
+
+#include "config/errors.hpp"
+#include "config/units.hpp"
+#include "plugin/registry.hpp"
+#include "util/child_process.hpp"
+
+namespace gripline {
+namespace fs = std::filesystem;
+namespace {
+
+constexpr std::string_view symbol_stem = "gripline_plugins_abi";
+
+/// The manifest symbol as the file states it, read without loading the library; empty when there is none.
+std::string symbol_in(const fs::path& library) {
+  boost::dll::library_info info(library, false);
+  for (const std::string& symbol : info.symbols())
+    if (symbol.rfind(symbol_stem, 0) == 0) return symbol;
+  return {};
+}
+
+/// Why a file is not to be opened.
+std::string file_problem(const fs::path& library) {
+  std::error_code failed;
+  const fs::file_status status = fs::status(library, failed);
+  if (!fs::is_regular_file(status))
+    return fs::exists(status) ? "is no file: a pipe, a device or a folder" : "cannot be read: " + failed.message();
+  std::string symbol;
+  try {
+    symbol = symbol_in(library);
+  } catch (const std::exception&) {
+    return "is not a shared library";
+  }
+  if (symbol.empty()) return "is not a gripline plugin: it has no symbol " + manifest_symbol_name();
+  if (symbol == manifest_symbol_name()) return {};
+  return "built for plugin ABI " + harmless(symbol.substr(symbol_stem.size())) + ", this gripline has ABI " +
+         std::to_string(abi::number) + "; rebuild the plugin against the installed headers";
+}
+
+/// Opens the library as the registry will. Runs in the child only.
+std::string opened_problem(const fs::path& library) {
+  void* const handle = dlopen(library.c_str(), RTLD_NOW | RTLD_LOCAL);
+  if (handle == nullptr) {
+    const char* const text = dlerror();
+    return text != nullptr ? harmless(text) : "unknown reason";
+  }
+  const auto* const manifest = static_cast<const abi::Manifest*>(dlsym(handle, manifest_symbol_name().c_str()));
+  return manifest == nullptr ? "has no manifest" : manifest_problem(*manifest);
+}
+
+/// Whether virtual functions stand in the same places. Compared as bytes: == says nothing of pointers to virtual
+/// functions.
+bool same_slots(const abi::detail::Chain<>&, const abi::detail::Chain<>&) { return true; }
+template <class T, class... Rest>
+bool same_slots(const abi::detail::Chain<T, Rest...>& a, const abi::detail::Chain<T, Rest...>& b) {
+  if constexpr (std::is_member_pointer_v<T>) {
+    if (std::memcmp(&a.first, &b.first, sizeof a.first) != 0) return false;
+  } else {
+    if (!same_slots(a.first, b.first)) return false;
+  }
+  return same_slots(a.rest, b.rest);
+}
+
+bool is_plain(const char* text) { return text != nullptr && *text != '\0' && harmless(text) == text; }
+
+/// What is wrong with one declared parameter.
+std::string param_problem(const abi::ParamDecl& p) {
+  if (!is_plain(p.name)) return "a parameter without a plain name";
+  const std::string name = "the parameter \"" + std::string(p.name) + "\"";
+  if (p.unit == nullptr || p.doc == nullptr) return name + " without a unit or a description";
+  if (p.type > abi::ParamType::table) return name + " of no known type";
+  if (p.type == abi::ParamType::choice && p.choices == nullptr) return name + " that is a choice among nothing";
+  if (!(p.lo <= p.hi) || std::isnan(p.default_value)) return name + " with a range or a default that is no number";
+  try {
+    (void)Unit::parse(p.unit);
+  } catch (const UnitError& error) {
+    return name + " with a unit that is none: " + error.what();
+  }
+  return {};
+}
+
+std::string decl_problem(const abi::PluginDecl& decl) {
+  if (decl.kind > abi::Kind::plant) return "declares a plugin of no known kind";
+  if (!is_plain(decl.id))
+    return "declares a plugin whose id is " +
+           (decl.id == nullptr || *decl.id == '\0' ? "empty" : "no plain text: \"" + harmless(decl.id) + "\"");
+  const std::string who = std::string(kind_name(decl.kind)) + " \"" + decl.id + "\" is declared with ";
+  if (decl.version == nullptr || decl.summary == nullptr || decl.advice == nullptr)
+    return who + "no version, no summary or no advice";
+  if (decl.create == nullptr || decl.destroy == nullptr) return who + "no constructor or no destructor";
+  if (decl.params == nullptr && decl.param_count > 0) return who + "parameters that are nowhere";
+  for (const abi::ParamDecl& param : std::span(decl.params, decl.param_count))
+    if (const std::string problem = param_problem(param); !problem.empty()) return who + problem;
+  return {};
+}
+
+}  // namespace
+
+std::string manifest_symbol_name() { return std::string(symbol_stem) + std::to_string(abi::number); }
+
+std::string manifest_problem(const abi::Manifest& manifest) {
+  const std::string rebuild = "; rebuild the plugin against the installed headers";
+  if (manifest.abi != abi::number)
+    return "states plugin ABI " + std::to_string(manifest.abi) + ", this gripline has ABI " +
+           std::to_string(abi::number) + rebuild;
+  const std::string builder = harmless(manifest.compiler != nullptr ? manifest.compiler : "an unknown compiler");
+  if (manifest.size != sizeof(abi::Manifest) || manifest.layout_hash != abi::layout_hash())
+    return "its types (built by " + builder + ") differ from this gripline's" + rebuild;
+  if (manifest.virtual_slots == nullptr ||
+      !same_slots(*static_cast<const decltype(abi::virtual_slots)*>(manifest.virtual_slots), abi::virtual_slots))
+    return "its virtual functions (built by " + builder + ") stand in another order than this gripline's" + rebuild;
+  if (manifest.plugins == nullptr && manifest.plugin_count > 0) return "its plugins are nowhere";
+  for (const abi::PluginDecl& decl : std::span(manifest.plugins, manifest.plugin_count))
+    if (const std::string problem = decl_problem(decl); !problem.empty()) return problem;
+  return {};
+}
+
+std::vector<std::string> probe_libraries(std::span<const fs::path> libraries, double patience_s) {
+  std::vector<std::string> problems(libraries.size());
+  std::size_t next = 0;
+  // One child looks at them all; where it dies, the next begins behind the one that it died of.
+  while (next < libraries.size()) {
+    const ChildAnswer answer = ask_child(patience_s, [&](const TellParent& tell) {
+      for (const fs::path& library : libraries.subspan(next)) {
+        std::string problem = file_problem(library);
+        if (problem.empty()) problem = opened_problem(library);
+        tell(problem);
+      }
+    });
+    for (const std::string& problem : answer.told) problems[next++] = problem;
+    if (answer.complete || next >= libraries.size()) break;
+    problems[next++] = "cannot be opened: the process that tried " + answer.end;
+  }
+  return problems;
+}
+
+std::string open_to_all(const fs::path& place) {
+  struct stat found {};
+  if (stat(place.c_str(), &found) != 0 || (found.st_mode & S_IWOTH) == 0) return {};
+  return place.string() + " can be written by everybody on this machine: whoever puts a plugin there runs it as you";
+}
+
+}  // namespace gripline
