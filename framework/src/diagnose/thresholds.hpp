@@ -13,7 +13,7 @@
 
 namespace gripline::diagnose::thresholds {
 
-// ---- Adding and keeping effects -------------------------------------------------------------------------------------
+// ---- Adding and keeping effects
 
 /// Log evidence that one effect must bring over none. Larger: fewer false names, small effects missed. Not measured;
 /// the false names it leaves are the rows none_* (seeds 93 to 95: 0 of 24 in white noise).
@@ -32,9 +32,16 @@ inline constexpr double further_share_refined = 0.0001;
 /// lacks, and more work. Not measured.
 inline constexpr std::size_t max_effects = 3;
 
-/// Models extended at each size, and extensions fitted of each. Larger: combinations that hide each other are found
-/// more often, in proportionally more time. Not measured.
-inline constexpr std::size_t beam = 2, tries = 6;
+/// Models extended at each size, and extensions fitted of each, of the null model and of the others. Larger:
+/// combinations that hide each other are found more often, in proportionally more time. Not measured.
+inline constexpr std::size_t beam = 2, first_tries = 8, tries = 6;
+/// A model further behind the best of its size than this share of what that one explains is not extended. Larger: more
+/// work for models that rarely win. Not measured.
+inline constexpr double beam_range = 0.5;
+/// Extensions fitted where one effect is exchanged or added once more. Larger: more work. Not measured.
+inline constexpr std::size_t late_tries = 3;
+/// Log evidence that an exchange must bring: above rounding, so that exchanges end. Not measured.
+inline constexpr double exchange_gain = 1e-3;
 /// Pairs fitted as pairs. One of 20 pairs of seed 93 asked for any (`blind_cases OUT --seed 93 --count 24 --only
 /// pair_white`); how many was not measured.
 inline constexpr std::size_t pair_tries = 3;
@@ -52,6 +59,8 @@ inline constexpr double predicted_gain_share = 0.4, predicted_penalty_share = 0.
 /// How far below its final log evidence an unfinished fit may lie: a constant, and a share of what it explains. Larger:
 /// more fits are finished in vain; smaller: the best model may be dropped unfinished. Not measured.
 inline constexpr double unfinished_slack = 15.0, unfinished_share = 0.2;
+/// The same for a fit after its first iterations, as a factor on both: it is judged from less. Not measured.
+inline constexpr double early_slack = 2.0;
 /// Models fitted again along the found model's trajectory: within this log evidence of the best, at most so many.
 /// Larger: more work; smaller: rivals missing from the confidence. Not measured.
 inline constexpr double refit_range = 15.0;
@@ -60,7 +69,7 @@ inline constexpr std::size_t refit_models = 6;
 /// rounding, far below what any log resolves. Not measured.
 inline constexpr double synonym_tolerance = 1e-10;
 
-// ---- Confidence and sets that cannot be told apart ------------------------------------------------------------------
+// ---- Confidence and sets that cannot be told apart
 
 /// Log evidence above which an effect needs not also help on hold-out data. Smaller: small true effects that rest there
 /// are kept; more false names. Not measured.
@@ -75,6 +84,9 @@ inline constexpr double set_coverage = 0.98;
 /// resampled log. Not measured.
 inline constexpr double rival_range = 40.0;
 inline constexpr std::size_t max_rivals = 12;
+/// Logs resampled. Larger: shares of wins to within 1 / (2 sqrt(draws)) (0.025) in proportionally more time. Not
+/// measured.
+inline constexpr int bootstrap_draws = 400;
 /// Largest confidences: in any name; beside an unknown effect; in an effect of place on a log of fewer laps than
 /// `laps_to_tell_place_from_time`. Smaller: fewer answers that may be relied on. Not measured (the third: one gust on a
 /// short log, `blind_cases OUT --seed 31`, passed for a bank).
@@ -82,8 +94,10 @@ inline constexpr double most_confidence = 0.999, most_beside_unknown = 0.5, most
 inline constexpr double laps_to_tell_place_from_time = 2.0;
 
 // ---- Hold-out
-// --------------------------------------------------------------------------------------------------------
 
+/// One part in this many of a log without hold-out logs is held out, in whole laps where it has that many. Larger: more
+/// is left to fit, the gap is measured on less. From framework/doc/diagnose.md.
+inline constexpr std::size_t hold_out_part = 3;
 /// Largest ratio of 1 s errors on hold-out data, found over nominal model, that lets a well supported name stand.
 /// Larger: names that predict worse are kept. Not measured; framework/doc/diagnose-cases.md calls a result worse
 /// than nominal beyond it.
@@ -95,7 +109,6 @@ inline constexpr double worse_with_process_noise = 1.1;
 inline constexpr double closure_beside_unknown = 0.5;
 
 // ---- Tests that nothing is left
-// --------------------------------------------------------------------------------------
 
 /// Standardised statistic of a test beyond which the model is rejected. Larger: fewer false alarms, weaker deviations
 /// missed. 4 standard deviations of the joint tests' chi-square are about one chance in thousands; the false alarms it
@@ -128,11 +141,12 @@ inline constexpr double time_spacing = 2.0, least_time_knots = 4.0, most_time_kn
 inline constexpr double interval_ratio = 3.0;
 
 // ---- Process noise
-// ---------------------------------------------------------------------------------------------------
 
 /// Usual size of unknown accelerations [m/s2]; of yaw the same over the wheelbase [rad/s2]. From the process noise of
 /// framework/doc/diagnose-cases.md. All ratios below are in this unit.
 inline constexpr double usual_acceleration = 0.1;
+/// Ratio that the first fit starts from. Not measured.
+inline constexpr double start_process_noise = 5.0;
 /// Ratio to which process noise counts as zero: smaller ones move no reading. Not measured.
 inline constexpr double no_process_noise = 0.003;
 /// Ratio from which on all three accelerations together count as strong process noise (a rough road). Larger: penalties
@@ -148,7 +162,6 @@ inline constexpr double noticeable_process_noise = 0.1, uneven_ratio = 3.0;
 inline constexpr double may_vanish = 0.5, above_least = 4.0;
 
 // ---- Sensors
-// ---------------------------------------------------------------------------------------------------------
 
 /// Noise seen over noise stated: within these the stated is believed, else the seen. Not measured.
 inline constexpr double noise_agrees_from = 0.85, noise_agrees_to = 1.15;
@@ -165,7 +178,6 @@ inline constexpr double lost_command_jump = 20.0;
 inline constexpr double diffuse_start = 300.0;
 
 // ---- Priors and penalties
-// --------------------------------------------------------------------------------------------
 
 /// Nuisance parameters deviate by at most this many of their standard deviations: what is beyond is a missing effect.
 /// From framework/doc/diagnose.md, "Parameters that are not known well": deviations are clipped there.
@@ -178,13 +190,18 @@ inline constexpr std::size_t full_penalty_parameters = 3;
 inline constexpr double shape_penalty = 0.4;
 
 // ---- Fits
-// ------------------------------------------------------------------------------------------------------------
 
 /// Log likelihood that a fit may leave unfound: while models are chosen, and in the end. Not measured.
 inline constexpr double rough_tolerance = 0.05, fine_tolerance = 0.01;
 /// Iterations of a first look, of finishing a promising fit, and of finishing it along the last reference. Not
 /// measured.
 inline constexpr int rough_iterations = 4, finish_iterations = 7, last_iterations = 12;
+/// Iterations of the result's last fit, along the reference that it smooths itself. Not measured.
+inline constexpr int result_iterations = 5;
+/// Iteration from which on a fit is tried without process noise: after a whole step, and after any. Not measured.
+inline constexpr int without_noise_from = 3, without_noise_at_last = 5;
+/// Rise of the negative log likelihood that passes for rounding. Not measured.
+inline constexpr double cost_rounding = 1e-6;
 /// Longest step of a parameter in its scales, per iteration; farther out the linearisation means nothing. Not measured.
 inline constexpr double longest_step = 30.0;
 /// The same of a start value that a score test predicts. Not measured.
@@ -194,23 +211,28 @@ inline constexpr double longest_start = 20.0;
 inline constexpr double shorter_noise_step = 0.25, shorter_step = 0.35, longer_noise_step = 3.0, shortest_step = 0.02;
 /// Noise variances per iteration: least factor, largest step of the logarithm (a factor of thirty). Not measured.
 inline constexpr double least_noise_factor = 0.01, longest_log_noise_step = 3.4;
-/// Predicted gain of the variances, in tolerances, that may be left: near their floor they promise more than they keep.
+/// Predicted gain of the variances, in tolerances, that may be left: near their floor the prediction is too large. Not
+/// measured.
 inline constexpr double noise_tolerance = 5.0;
-/// A fit that cannot reach what is wanted even if its next step brings this many times what it promises is given up.
-inline constexpr double promise_factor = 4.0;
+/// A fit that cannot reach what is wanted even if its next step gains this many times what is predicted is given up.
+/// Not measured.
+inline constexpr double reachable_factor = 4.0;
 /// Root mean square move of a reference, in sensor standard deviations, at which it stands still (what is left is of
 /// second order in it), and the largest number of moves. Not measured.
 inline constexpr double reference_still = 0.03;
 inline constexpr int reference_moves = 5;
 
 // ---- Numerics
-// --------------------------------------------------------------------------------------------------------
 
 /// Least eigenvalue of an equilibrated information matrix that counts as known: in fits, in score tests of many
 /// directions, in screening of one direction (an effect that is a nuisance under another name differs only by the
 /// nuisance's prior) and of several. Not measured; above rounding.
 inline constexpr double known_in_fit = 1e-10, known_in_test = 1e-5, known_alone = 1e-10, known_together = 1e-6;
-/// Step of integration over the car's time constant: an error of 0.3^5 / 120 of what settles within it.
-inline constexpr double longest_integration_step = 0.3;
+/// Step of integration over the car's time constant: an error of 0.3^5 / 120 of what settles within it. Steps per
+/// sample at most. Not measured.
+inline constexpr double longest_integration_step = 0.3, most_substeps = 8.0;
+/// The same over the time constant of an effect's memory; of a stiff one, which settles within a sample from `stiff`
+/// on, where the step must only be stable; stiffer than `stiffest` is integrated as that. Not measured.
+inline constexpr double longest_memory_step = 0.8, longest_stiff_step = 1.4, stiff = 4.0, stiffest = 20.0;
 
 }  // namespace gripline::diagnose::thresholds

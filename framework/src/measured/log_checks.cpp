@@ -62,19 +62,19 @@ double usual_ratio(const std::vector<Window>& windows, Top top, Bottom bottom) {
 }
 
 /// A range of ratios that a wrong unit gives.
-struct Unit {
+struct WrongUnit {
   double low, high;
   const char* found;
 };
 void check_speed(const CsvTable& table, double ratio) {
-  constexpr std::array<Unit, 6> units = {{{2.8, 4.6, "vx_mps looks like km/h; expected m/s"},
-                                          {1.8, 2.6, "vx_mps looks like mph; expected m/s"},
-                                          {7e-4, 1.4e-3, "x_m, y_m look like millimetres; expected m"},
-                                          {7e-3, 1.4e-2, "x_m, y_m look like centimetres; expected m"},
-                                          {700, 1400, "vx_mps looks like mm/s; expected m/s"},
-                                          {70, 140, "vx_mps looks like cm/s; expected m/s"}}};
+  constexpr std::array<WrongUnit, 6> units = {{{2.8, 4.6, "vx_mps looks like km/h; expected m/s"},
+                                               {1.8, 2.6, "vx_mps looks like mph; expected m/s"},
+                                               {7e-4, 1.4e-3, "x_m, y_m look like millimetres; expected m"},
+                                               {7e-3, 1.4e-2, "x_m, y_m look like centimetres; expected m"},
+                                               {700, 1400, "vx_mps looks like mm/s; expected m/s"},
+                                               {70, 140, "vx_mps looks like cm/s; expected m/s"}}};
   const std::string found = "vx_mps is " + short_text(ratio) + " times the speed of x_m, y_m";
-  for (const Unit& u : units)
+  for (const WrongUnit& u : units)
     if (ratio > u.low && ratio < u.high) refuse(table, found + ": " + u.found);
   if (!(ratio > 0.6 && ratio < 1.6)) refuse(table, found + "; expected about 1");
 }
@@ -190,7 +190,7 @@ void check_place(const CsvTable& table, const RawLog& raw, const Road& road) {
     return upper_median(beyond, 0.0);
   };
   const double usual = usual_beyond(1.0);
-  // A bad driver leaves his own road by less than its width.
+  // Half the road's width beyond the edge: a car that leaves its own road stays nearer than that for most of a log.
   const double allowed = 0.5 * road.track().narrowest();
   if (usual <= allowed) return;
   const std::string found =

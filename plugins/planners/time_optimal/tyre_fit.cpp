@@ -24,10 +24,10 @@ Residual residual(const MagicFormula& t, double slip, double force, double scale
 }
 
 /// The sum of squares that fit_axle() minimises: residuals of the points and of the prior on (ln B, C, ln D).
-class Fit {
+class AxleFitCost {
  public:
-  Fit(std::span<const double> slip, std::span<const double> force, std::span<const double> sigma,
-      const AxlePrior& prior)
+  AxleFitCost(std::span<const double> slip, std::span<const double> force, std::span<const double> sigma,
+              const AxlePrior& prior)
       : slip_(slip),
         force_(force),
         sigma_(sigma),
@@ -81,18 +81,18 @@ double SlipRange::visited() const {
 
 MagicFormula fit_axle(std::span<const double> slip, std::span<const double> force, std::span<const double> sigma,
                       const AxlePrior& prior) {
-  const Fit fit(slip, force, sigma, prior);
-  Eigen::Vector3d p = fit.start();
-  double damping = 1e-3, cost = fit.evaluate(p, nullptr, nullptr);
+  const AxleFitCost sum(slip, force, sigma, prior);
+  Eigen::Vector3d p = sum.start();
+  double damping = 1e-3, cost = sum.evaluate(p, nullptr, nullptr);
   for (int iteration = 0; iteration < 20; ++iteration) {
     Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
     Eigen::Vector3d gradient = Eigen::Vector3d::Zero();
-    fit.evaluate(p, &normal, &gradient);
+    sum.evaluate(p, &normal, &gradient);
     normal.diagonal() *= 1.0 + damping;
     Eigen::Vector3d trial = p - normal.ldlt().solve(gradient);
     trial[1] = std::clamp(trial[1], 1.0, 2.0);
-    trial[0] = std::clamp(trial[0], fit.start()[0] - 2.0, fit.start()[0] + 2.0);
-    const double tried = fit.evaluate(trial, nullptr, nullptr);
+    trial[0] = std::clamp(trial[0], sum.start()[0] - 2.0, sum.start()[0] + 2.0);
+    const double tried = sum.evaluate(trial, nullptr, nullptr);
     if (tried < cost) {
       p = trial;
       cost = tried;

@@ -59,15 +59,15 @@ class Iteration {
     Noise noise;
     Moved moved = Moved::parameters;
   };
-  /// Gains in log likelihood that a full step promises.
-  struct Promise {
+  /// Gains in log likelihood that the second-order model predicts for a full step.
+  struct PredictedGain {
     double parameters = 0, noise = 0;
   };
 
   bool accept_if_better(Evaluation e);
   bool shorten_step();
   void propose_without_noise();
-  Promise propose(bool parameters_only);
+  PredictedGain propose(bool parameters_only);
 
   const Problem& problem_;
   const Catalogue& catalogue_;
@@ -82,7 +82,7 @@ class Iteration {
 };
 
 bool Iteration::accept_if_better(Evaluation e) {
-  if (!(e.cost <= best_.cost + 1e-6)) return false;
+  if (!(e.cost <= best_.cost + thresholds::cost_rounding)) return false;
   best_.model = trial_.model;
   best_.noise = trial_.noise;
   best_.cost = e.cost;
@@ -113,13 +113,13 @@ void Iteration::propose_without_noise() {
   trial_.moved = Moved::no_noise;
 }
 
-Iteration::Promise Iteration::propose(bool parameters_only) {
-  Promise promise;
+Iteration::PredictedGain Iteration::propose(bool parameters_only) {
+  PredictedGain gain;
   std::vector<double> theta = pack(catalogue_, best_.model);
   if (!theta.empty()) {
     const VectorXd scale = parameter_scales(catalogue_, best_.model);
     const VectorXd full = parameter_step(catalogue_, best_.model, at_best_.normal, scale).step;
-    promise.parameters = 0.5 * at_best_.normal.g.dot(full);
+    gain.parameters = 0.5 * at_best_.normal.g.dot(full);
     for (std::size_t p = 0; p < theta.size(); ++p) {
       const double limit = thresholds::longest_step * scale[static_cast<Index>(p)];
       theta[p] += part_ * std::clamp(full[static_cast<Index>(p)], -limit, limit);
@@ -129,14 +129,14 @@ Iteration::Promise Iteration::propose(bool parameters_only) {
   trial_.model = best_.model;
   unpack(catalogue_, theta, trial_.model);
   Noise improved = best_.noise;
-  promise.noise = improve_noise(problem_, at_best_, improved);
+  gain.noise = improve_noise(problem_, at_best_, improved);
   trial_.noise = best_.noise;
   trial_.moved = parameters_only && !theta.empty() ? Moved::parameters : Moved::parameters_and_noise;
-  if (trial_.moved == Moved::parameters) return promise;
+  if (trial_.moved == Moved::parameters) return gain;
   const double part = std::min(part_, noise_part_);
   for (std::size_t c = 0; c < noise_states; ++c)
     trial_.noise.process[c] = best_.noise.process[c] * std::pow(improved.process[c] / best_.noise.process[c], part);
-  return promise;
+  return gain;
 }
 
 bool Iteration::run(int iteration) {
@@ -149,20 +149,20 @@ bool Iteration::run(int iteration) {
   const bool better = accept_if_better(std::move(e));
   if (!better && !shorten_step()) return false;
   if (!std::isfinite(best_.cost)) return false;  // the model cannot be evaluated at its start values
-  if (!tried_without_noise_ && iteration >= 3 && (iteration >= 5 || part_ == 1.0) &&
-      noise_may_vanish(problem_, best_.noise)) {
+  if (!tried_without_noise_ && iteration >= thresholds::without_noise_from &&
+      (iteration >= thresholds::without_noise_at_last || part_ == 1.0) && noise_may_vanish(problem_, best_.noise)) {
     propose_without_noise();
     return true;
   }
-  const Promise promise = propose(!better && moved == Moved::parameters_and_noise);
+  const PredictedGain gain = propose(!better && moved == Moved::parameters_and_noise);
   const double tolerance = limits_.tolerance;
-  // Variances near their floor promise more than they keep: then what a whole step brought counts.
-  if (better && promise.parameters < tolerance &&
-      (promise.noise < thresholds::noise_tolerance * tolerance || (whole_step && before - best_.cost < tolerance))) {
+  // The gain predicted for variances near their floor is too large: there the gain of the last whole step counts.
+  if (better && gain.parameters < tolerance &&
+      (gain.noise < thresholds::noise_tolerance * tolerance || (whole_step && before - best_.cost < tolerance))) {
     best_.converged = true;
     return false;
   }
-  const double reachable = best_.cost - thresholds::promise_factor * (promise.parameters + promise.noise);
+  const double reachable = best_.cost - thresholds::reachable_factor * (gain.parameters + gain.noise);
   return iteration == 0 || !(reachable > -limits_.needed);
 }
 

@@ -9,15 +9,16 @@
 namespace gripline::diagnose {
 namespace {
 
-/// First sample held out: of the last whole laps, about a third of the log; below three laps of its last third.
+/// First sample held out: of the last whole laps, about a third of the log (thresholds::hold_out_part); below three
+/// laps of its last third.
 std::size_t hold_out_from(const Trace& trace) {
   std::vector<double> laps(trace.size(), 0.0);
   for (std::size_t k = 1; k < trace.size(); ++k) {
     double step = trace.at[k].lap_fraction - trace.at[k - 1].lap_fraction;
     laps[k] = laps[k - 1] + std::abs(step - std::round(step));
   }
-  const double third = laps.back() / 3.0;
-  if (third < 1.0) return trace.size() - trace.size() / 3;
+  const double third = laps.back() / static_cast<double>(thresholds::hold_out_part);
+  if (third < 1.0) return trace.size() - trace.size() / thresholds::hold_out_part;
   const double from = laps.back() - std::floor(third);
   return static_cast<std::size_t>(std::lower_bound(laps.begin(), laps.end(), from) - laps.begin());
 }

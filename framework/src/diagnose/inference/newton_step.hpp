@@ -28,7 +28,7 @@ ParameterStep parameter_step(const Catalogue& catalogue, const ModelSpec& model,
 /// The variance below which a process noise counts as zero [m2/s4 or rad2/s4].
 double least_variance(const Problem& problem, std::size_t acceleration);
 /// One step of the process variances in their logarithms, written to `noise`. Returns the gain in log likelihood it
-/// promises.
+/// predicts.
 double improve_noise(const Problem& problem, const Evaluation& e, Noise& noise);
 
 }  // namespace gripline::diagnose

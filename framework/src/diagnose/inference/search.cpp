@@ -37,8 +37,8 @@ class Searcher {
 
  private:
   const Catalogue& catalogue() const { return *pool_.problem().catalogue; }
-  /// What follows only brings to an end what was begun.
-  bool spent() const {
+  /// Whether the work allowed is used up: then only what was begun is finished.
+  bool out_of_work() const {
     return pool_.work() > options_.work_per_minute * std::max(1.0, pool_.problem().seconds() / 60.0);
   }
   bool left_out(std::size_t candidate) const;
@@ -54,7 +54,7 @@ class Searcher {
   void penalise_by_independent_readings();
   void refine_along_own_reference();
   bool forward_once();
-  bool extendable() const { return best_->model.members.size() < thresholds::max_effects && !spent(); }
+  bool extendable() const { return best_->model.members.size() < thresholds::max_effects && !out_of_work(); }
 
   ModelPool pool_;
   const Road& road_;
@@ -89,10 +89,10 @@ std::vector<const Fit*> Searcher::extend(const Fit& from, std::size_t tries, dou
   double best_gain = 0.0, best = rival;
   for (const Extension& e : s.extensions) best_gain = std::max(best_gain, e.gain);
   for (const Extension& e : s.extensions) {
-    if (rough.size() >= tries || (spent() && !rough.empty())) break;
+    if (rough.size() >= tries || (out_of_work() && !rough.empty())) break;
     if (!worth_fitting(e, best_gain)) continue;
-    // Fits out of reach of the best are given up early, at twice the margin because that is judged from less.
-    const double needed = best - 2.0 * unfinished_margin(best, from.evidence);
+    // Fits out of reach of the best are given up early.
+    const double needed = best - thresholds::early_slack * unfinished_margin(best, from.evidence);
     rough.push_back(&pool_.rough_fit(e.start, from.noise, needed));
     best = std::max(best, rough.back()->evidence);
     if (best > enough) return {rough.back()};
@@ -119,8 +119,8 @@ bool Searcher::may_beat_best(const Fit& rough) const {
 /// Adds effects one at a time to the best few models of each size.
 void Searcher::forward() {
   std::vector<const Fit*> beam{null_model_};
-  for (std::size_t size = 1; size <= thresholds::max_effects && !spent(); ++size) {
-    const std::size_t tries = size == 1 ? thresholds::tries + 2 : thresholds::tries;
+  for (std::size_t size = 1; size <= thresholds::max_effects && !out_of_work(); ++size) {
+    const std::size_t tries = size == 1 ? thresholds::first_tries : thresholds::tries;
     std::vector<const Fit*> next;
     double best = -infinity;
     for (const Fit* from : beam)
@@ -131,14 +131,14 @@ void Searcher::forward() {
     std::stable_sort(next.begin(), next.end(), [](const Fit* a, const Fit* b) { return a->evidence > b->evidence; });
     if (next.empty() || next.front()->evidence < best_->evidence + required(size)) break;
     best_ = next.front();
-    const double far = 0.5 * std::abs(best_->evidence - null_model_->evidence);
+    const double far = thresholds::beam_range * std::abs(best_->evidence - null_model_->evidence);
     beam.clear();
     for (const Fit* one : next)
       if (beam.size() < thresholds::beam && one->evidence > best_->evidence - far) beam.push_back(one);
   }
 }
 
-/// Where more than one effect is missing, the two may hide each other and be no one's neighbours in the beam.
+/// Two effects may hide each other: neither is then among the best single ones, and the beam leaves both out.
 void Searcher::try_pairs() {
   if (best_->model.members.size() < 2) return;
   const Fit* const grown = best_;
@@ -146,20 +146,21 @@ void Searcher::try_pairs() {
   for (const Extension& pair : best_pairs(pool_.problem(), *null_model_, pool_.screen_once(*null_model_))) {
     const auto& members = pair.start.members;
     if (std::any_of(members.begin(), members.end(), [&](std::size_t m) { return left_out(m); })) continue;
-    if (tries++ == thresholds::pair_tries || spent()) break;
-    const double needed = best_->evidence - 2.0 * unfinished_margin(best_->evidence, null_model_->evidence);
+    if (tries++ == thresholds::pair_tries || out_of_work()) break;
+    const double needed =
+        best_->evidence - thresholds::early_slack * unfinished_margin(best_->evidence, null_model_->evidence);
     Fit& rough = pool_.rough_fit(pair.start, null_model_->noise, needed);
     if (may_beat_best(rough) && pool_.finish(rough).evidence > best_->evidence) best_ = &rough;
   }
-  // Not beyond the largest model: whether that is enough is asked along its own reference.
+  // Not beyond the largest model: whether that is enough is tested along its own reference.
   while (best_ != grown && extendable() && forward_once()) continue;
 }
 
 /// Puts another effect in the place of the one taken out.
 void Searcher::exchange(const Fit& less, bool& moved) {
-  for (const Fit* swapped : extend(less, 3, best_->evidence)) {
+  for (const Fit* swapped : extend(less, thresholds::late_tries, best_->evidence)) {
     const bool larger = swapped->model.members.size() > best_->model.members.size();
-    const double gain = larger ? required(swapped->model.members.size()) : 1e-3;
+    const double gain = larger ? required(swapped->model.members.size()) : thresholds::exchange_gain;
     if (!(swapped->evidence > best_->evidence + gain)) continue;
     best_ = swapped;
     moved = true;
@@ -168,7 +169,7 @@ void Searcher::exchange(const Fit& less, bool& moved) {
 
 /// Tries the best model with fewer effects and with one exchanged, as long as that helps.
 void Searcher::backward_and_exchange() {
-  for (bool moved = true; moved && !spent();) {
+  for (bool moved = true; moved && !out_of_work();) {
     moved = false;
     const Fit* const before = best_;
     for (const std::size_t member : before->model.members) {
@@ -187,8 +188,8 @@ void Searcher::backward_and_exchange() {
   }
 }
 
-/// Schwarz's penalty counts independent readings. With strong process noise what readings tell of the car is covered by
-/// it, and its independent values count: one per channel in twice its correlation time.
+/// Schwarz's penalty counts independent readings. With strong process noise the independent values of that count: one
+/// per channel in twice its correlation time.
 void Searcher::penalise_by_independent_readings() {
   const Problem& problem = pool_.problem();
   if (!has_strong_process_noise(problem, best_->noise)) return;
@@ -198,11 +199,11 @@ void Searcher::penalise_by_independent_readings() {
   best_ = null_model_;
   forward();
   backward_and_exchange();
-  if (spent() && found->evidence > best_->evidence) best_ = found;  // there was no time to find it again
+  if (out_of_work() && found->evidence > best_->evidence) best_ = found;  // there was no time to find it again
 }
 
-/// The first reference was smoothed with the nominal car, which what is missing bends: a strong effect leaves errors of
-/// second order that further effects would take up. The best models once more along the reference of the best.
+/// Fits the best models again along the reference of the best. The first reference was smoothed with the nominal car,
+/// where a strong effect leaves errors of second order that further effects would fit.
 void Searcher::refine_along_own_reference() {
   const Fit found = *best_, null_model = *null_model_;
   std::vector<Fit> near;
@@ -216,23 +217,23 @@ void Searcher::refine_along_own_reference() {
   pool_.restart(road_, found);
   null_model_ = &pool_.fit_once(null_model.model, null_model.noise);
   best_ = &pool_.fit_once(found.model, found.noise);
-  // Also when the work is spent: without its rivals the best would look surer than it is.
+  // Also when the work is used up: without its rivals the confidence in the best would be too large.
   for (const Fit& one : near) {
     const Fit& again = pool_.fit_once(one.model, one.noise);
     if (again.evidence > best_->evidence) best_ = &again;
   }
   backward_and_exchange();
-  while (!spent() && forward_once()) backward_and_exchange();
+  while (!out_of_work() && forward_once()) backward_and_exchange();
 }
 
 /// One effect more beside those found.
 bool Searcher::forward_once() {
   const Fit* const before = best_;
   const bool largest = before->model.members.size() >= thresholds::max_effects;
-  // That the catalogue does not suffice is said only of what linearisation errors could not be.
+  // The catalogue is found insufficient only by more than linearisation errors could bring.
   const double least = largest ? thresholds::further_share * (before->evidence - null_model_->evidence) : 0.0;
   const double enough = before->evidence + std::max(required(before->model.members.size() + 1), least);
-  const auto more = extend(*before, 3, before->evidence, largest ? enough : infinity);
+  const auto more = extend(*before, thresholds::late_tries, before->evidence, largest ? enough : infinity);
   if (more.empty() || more.front()->evidence <= enough) return false;
   exhausted_ = largest;
   if (!largest) best_ = more.front();
@@ -240,16 +241,16 @@ bool Searcher::forward_once() {
 }
 
 SearchResult Searcher::run() {
-  const auto tell = [&](double quarters) {
-    if (options_.tell) options_.tell(quarters, 4, "searching");
+  const auto report = [&](double quarters) {
+    if (options_.progress) options_.progress(quarters, 4, "searching");
   };
-  tell(1);
+  report(1);
   forward();
   try_pairs();
-  tell(2);
+  report(2);
   backward_and_exchange();
   penalise_by_independent_readings();
-  tell(3);
+  report(3);
   if (best_ != null_model_) refine_along_own_reference();
   Fit null_model = *null_model_, best = *best_;
   return {std::move(pool_), std::move(null_model), std::move(best),
@@ -261,7 +262,8 @@ SearchResult Searcher::run() {
 SearchResult search_effects(Problem problem, const Road& road, const SearchOptions& options) {
   Noise noise;
   noise.sensor = problem.sensor;
-  for (std::size_t i = 0; i < noise_states; ++i) noise.process[i] = std::pow(5.0 * problem.process_unit[i], 2);
+  for (std::size_t i = 0; i < noise_states; ++i)
+    noise.process[i] = std::pow(thresholds::start_process_noise * problem.process_unit[i], 2);
   const Fit rough = fit(problem, problem.catalogue->null_model(), noise, thresholds::rough_iterations);
   iterate_reference(problem, road, rough);
   return Searcher(std::move(problem), road, options, rough.noise).run();

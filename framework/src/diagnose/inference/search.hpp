@@ -11,7 +11,7 @@ namespace gripline::diagnose {
 struct SearchOptions {
   /// Work for each minute of log (at least one), after which the search ends with what it has.
   double work_per_minute = thresholds::work_per_minute;
-  ProgressCallback tell;  // how much of the search is done, in quarters; may be empty
+  ProgressCallback progress;  // how much of the search is done, in quarters; may be empty
 };
 
 /// What a search found. The pool holds every model tried along the last reference, and the problem as the search left
@@ -20,7 +20,7 @@ struct SearchResult {
   ModelPool pool;
   Fit null_model;  // no effect, nuisances fitted
   Fit best;
-  /// Even the largest model allowed asks for another effect: the catalogue only imitates what is missing.
+  /// Even the largest model allowed needs another effect: what is missing is not in the catalogue.
   bool exhausted = false;
   /// Candidates left out because another does exactly the same: (kept, left out).
   std::map<std::size_t, std::vector<std::size_t>> synonyms;

@@ -135,7 +135,7 @@ std::vector<const Fit*> indistinguishable_from(const Fit& selected, const Rivals
   for (const Fit* rival : rivals.models) {
     const double behind = selected.evidence - rival->evidence;
     if (rival == &selected || rival->model.members.empty() || contains(rival->model, selected.model)) continue;
-    // Best first: with none as good as the selected one there is nothing to ask.
+    // Best first: where the first is not as good as the selected one, none is.
     if (behind > (equals.size() == 1 ? thresholds::equal_evidence : far)) break;
     bool idle = false;
     for (std::size_t i = 0; i < rival->model.members.size(); ++i) idle |= may_be_nothing(*problem.catalogue, *rival, i);

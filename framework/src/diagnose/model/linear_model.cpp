@@ -14,8 +14,8 @@ namespace gripline::diagnose {
 
 namespace {
 
-/// Fills F, the inputs and the rates; writes the rates of `regressors`. Returns the fastest rate of settling of a memory
-/// [1/s], which may need shorter steps than the motion.
+/// Fills F, the inputs and the rates; writes the rates of `regressors`. Returns the fastest rate of settling of a
+/// memory [1/s], which may need shorter steps than the motion.
 double add_transitions(const StagedCar& car, const Trace& trace, std::span<const std::size_t> along,
                        std::span<Regressor> regressors, LinearModel& lm) {
   const std::size_t N = lm.states, m = lm.memories(), body = channels + m;
@@ -99,8 +99,9 @@ LinearModel linearise(const StagedCar& car, const Trace& trace, int substeps, st
     for (std::size_t k = 0; k + 1 < lm.n; ++k) lm.interpolated.push_back(trace.log.interpolated_step(k));
   const double fastest = add_transitions(car, trace, along, regressors, lm);
   // Stiff memory settles many times within a sample: there the step must only be stable.
-  const double settles = std::min(lm.dt * fastest, 20.0);
-  lm.substeps = std::max(substeps, static_cast<int>(std::ceil(settles / (settles < 4.0 ? 0.8 : 1.4))));
+  const double settles = std::min(lm.dt * fastest, thresholds::stiffest);
+  const double step = settles < thresholds::stiff ? thresholds::longest_memory_step : thresholds::longest_stiff_step;
+  lm.substeps = std::max(substeps, static_cast<int>(std::ceil(settles / step)));
   add_offsets(car, trace, lm);
   add_readings(car, trace, lm);
   return lm;
@@ -118,7 +119,8 @@ int substeps_of_motion(const StagedCar& car, std::span<const Trace> traces) {
     });
   if (fastest.empty()) return 2;
   const double usual = upper_median(std::move(fastest));
-  return static_cast<int>(std::clamp(std::ceil(usual / thresholds::longest_integration_step), 1.0, 8.0));
+  return static_cast<int>(
+      std::clamp(std::ceil(usual / thresholds::longest_integration_step), 1.0, thresholds::most_substeps));
 }
 
 }  // namespace gripline::diagnose

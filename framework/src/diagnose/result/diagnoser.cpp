@@ -60,11 +60,11 @@ Channels Diagnoser::stated_noise() const {
 }
 
 Diagnosis Diagnoser::run(std::span<const LogFile> given, std::span<const LogFile> given_held_out,
-                         const ProgressCallback& tell) {
+                         const ProgressCallback& progress) {
   // Parts that take about equally long: the search is four of them.
   constexpr std::size_t parts = 8;
   const auto at = [&](double done, const char* what) {
-    if (tell) tell(done, parts, what);
+    if (progress) progress(done, parts, what);
   };
   at(0, "preparing");
   check_held_out(given, given_held_out);
@@ -72,7 +72,8 @@ Diagnosis Diagnoser::run(std::span<const LogFile> given, std::span<const LogFile
   Prepared prepared = prepare(catalogue_, road_, logs, stated_noise());
   at(1, "searching");
   SearchOptions options;
-  if (tell) options.tell = [&](double done, std::size_t, const std::string& what) { tell(1 + done, parts, what); };
+  if (progress)
+    options.progress = [&](double done, std::size_t, const std::string& what) { progress(1 + done, parts, what); };
   SearchResult found = search_effects(std::move(prepared.problem), road_, options);
   at(5, "judging");
   const HoldOut hold_out(found.pool.problem(), road_, held_out);
@@ -82,9 +83,9 @@ Diagnosis Diagnoser::run(std::span<const LogFile> given, std::span<const LogFile
   problem_ = found.pool.problem();
   d.sensor = problem_.sensor;
   if (!d.fit.theta.empty()) {
-    // Along the trajectory that the found model itself smooths, for the last per mille of the parameters.
+    // Along the trajectory that the found model smooths: changes its parameters by a per mille or so.
     smooth_reference(problem_, road_, d.fit);
-    d.fit = fit(problem_, d.fit.model, d.fit.noise, 5);
+    d.fit = fit(problem_, d.fit.model, d.fit.noise, thresholds::result_iterations);
   }
   add_parameters(d);
   at(7, "measuring the gap");

@@ -20,7 +20,8 @@ class Diagnoser {
   Diagnoser(const WorldSpec& world, const Registry& registry, const CaseOptions& options);
 
   /// Reads nothing but these logs; `held_out` may be empty, then whole laps of the logs are held out.
-  Diagnosis run(std::span<const LogFile> logs, std::span<const LogFile> held_out, const ProgressCallback& tell = {});
+  Diagnosis run(std::span<const LogFile> logs, std::span<const LogFile> held_out,
+                const ProgressCallback& progress = {});
 
   const Catalogue& catalogue() const { return catalogue_; }
   const Road& road() const { return road_; }

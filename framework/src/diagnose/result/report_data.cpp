@@ -22,9 +22,9 @@ Node number(double v) {
 }
 
 /// Columns of an object, filled row by row.
-class Table {
+class ColumnTable {
  public:
-  explicit Table(std::vector<std::string> names) : names_(std::move(names)), columns_(names_.size()) {}
+  explicit ColumnTable(std::vector<std::string> names) : names_(std::move(names)), columns_(names_.size()) {}
   void row(std::initializer_list<double> values) {
     std::size_t i = 0;
     for (const double v : values) columns_[i++].push_back(number(v));
@@ -44,7 +44,7 @@ class Table {
 };
 
 Node track_node(const Track& track) {
-  Table t({"x_m", "y_m", "left_x_m", "left_y_m", "right_x_m", "right_y_m"});
+  ColumnTable t({"x_m", "y_m", "left_x_m", "left_y_m", "right_x_m", "right_y_m"});
   constexpr int points = 600;
   for (int i = 0; i < points; ++i) {
     const double s = track.length() * i / points;
@@ -72,8 +72,8 @@ std::vector<double> unexplained(const Catalogue& catalogue, const Problem& probl
 Node residual_node(const Diagnosis& d, const Diagnoser& diagnoser) {
   const Catalogue& catalogue = diagnoser.catalogue();
   const Problem& problem = diagnoser.problem();
-  Table t({"t_s", "lap_fraction", "x_m", "y_m", "vx_mps", "vy_mps", "yaw_rate_radps", "d", "delta_rad", "e_vx", "e_vy",
-           "e_omega", "after_e_vx", "after_e_vy", "after_e_omega", "size"});
+  ColumnTable t({"t_s", "lap_fraction", "x_m", "y_m", "vx_mps", "vy_mps", "yaw_rate_radps", "d", "delta_rad", "e_vx",
+                 "e_vy", "e_omega", "after_e_vx", "after_e_vy", "after_e_omega", "size"});
   // Both with the same freedom, so that a smaller curve means a better model.
   Noise noise = d.null_model.noise;
   for (std::size_t c = 0; c < noise_states; ++c)
@@ -138,7 +138,7 @@ Node traces_node(const Diagnosis& d, const Diagnoser& diagnoser, std::span<const
   constexpr std::size_t windows = 20;
   Node::Array out;
   for (std::size_t c = 3; c < channels; ++c) {
-    Table t({"t_s", "measured", "before", "after"});
+    ColumnTable t({"t_s", "measured", "before", "after"});
     for (std::size_t i = 0; i < std::min(windows, before.start.size()); ++i) {
       for (std::size_t j = 0; j < before.samples; ++j) {
         const std::size_t k = before.start[i] + j + 1, at = (i * before.samples + j) * channels + c;
@@ -166,7 +166,7 @@ Node report_data(const Diagnosis& d, const Diagnoser& diagnoser, std::span<const
   out.set("world", Node(world));
   out.set("track", track_node(diagnoser.road().track()));
   out.set("residual", residual_node(d, diagnoser));
-  Table horizon({"horizon_s", "before", "after"});
+  ColumnTable horizon({"horizon_s", "before", "after"});
   for (const PredictionError& h : d.horizons) horizon.row({h.seconds, h.before, h.after});
   out.set("horizon", std::move(horizon).node());
   out.set("traces", traces_node(d, diagnoser, held_out));

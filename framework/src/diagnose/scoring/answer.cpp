@@ -61,7 +61,7 @@ Answer read_answer(const fs::path& file) {
           a.interval = {ends[0], ends[1]};
       unknown.find("note");
     }
-    // Whatever else an answer tells of its case is not asked here.
+    // The other keys of an answer describe the case and are not needed.
     (void)reader.members();
   }
   errors.throw_if_any();

@@ -210,14 +210,14 @@ std::span<const std::string> outcome_columns() {
 void check_diagnose_experiment(const Node& tree, const Registry& registry) { read_experiment(tree, registry); }
 
 DiagnoseOutcome run_diagnose_experiment(const Node& tree, const Registry& registry, const fs::path& out,
-                                        const ProgressCallback& tell) {
+                                        const ProgressCallback& progress) {
   const DiagnoseExperiment e = read_experiment(tree, registry);
   DiagnoseOutcome outcome;
   fs::create_directories(out);
   // What augmented worlds extend: the nominal world with everything it names in its place.
   write_file(out / "nominal_world.json", to_json_text(e.nominal_tree));
   for (const HiddenCase& one : e.cases) {
-    if (tell) tell(static_cast<double>(outcome.cases.size()), e.cases.size(), one.name);
+    if (progress) progress(static_cast<double>(outcome.cases.size()), e.cases.size(), one.name);
     outcome.cases.push_back(run_case(e, one, registry, out));
   }
   write_outcome(out, outcome);

@@ -35,6 +35,6 @@ std::span<const std::string> outcome_columns();
 /// Reads an experiment whole and runs nothing. Throws InputError with every error of the tree.
 void check_diagnose_experiment(const Node& tree, const Registry& registry);
 DiagnoseOutcome run_diagnose_experiment(const Node& tree, const Registry& registry, const std::filesystem::path& out,
-                                        const ProgressCallback& tell = {});
+                                        const ProgressCallback& progress = {});
 
 }  // namespace gripline::diagnose

@@ -18,10 +18,10 @@ std::string cell(double v) {
   return buffer;
 }
 
-/// A line of the scorecard over the cases a rule picks.
-struct Line {
+/// A row of the scorecard: the cases that satisfy a condition.
+struct Condition {
   const char* name;
-  std::function<bool(const CaseScore&)> picks;
+  std::function<bool(const CaseScore&)> holds;
 };
 
 bool detectable(const CaseScore& s) { return s.lambda_least >= 100.0; }
@@ -30,8 +30,8 @@ bool is(const CaseScore& s, const char* kind, const char* condition) {
   return s.kind == kind && s.condition == condition;
 }
 
-const std::vector<Line>& lines() {
-  static const std::vector<Line> all = {
+const std::vector<Condition>& conditions() {
+  static const std::vector<Condition> all = {
       {"one effect, white noise", [](const CaseScore& s) { return is(s, "single", "white") && detectable(s); }},
       {"one effect, weak (25..100)",
        [](const CaseScore& s) { return is(s, "single", "white") && s.lambda >= 25.0 && s.lambda < 100.0; }},
@@ -65,12 +65,12 @@ std::string shown(double v, const char* format) {
   return std::isnan(v) ? std::string("-") : std::string(buffer);
 }
 
-/// Empty when the rule picks no case.
-std::string line_text(const Line& line, std::span<const CaseScore> scores) {
+/// Empty when the condition holds for no case.
+std::string row_text(const Condition& condition, std::span<const CaseScore> scores) {
   std::vector<double> right, closure, scaled, covered, located, cpu;
   std::size_t wrong = 0;
   for (const CaseScore& s : scores) {
-    if (!line.picks(s)) continue;
+    if (!condition.holds(s)) continue;
     right.push_back(s.right);
     cpu.push_back(s.cpu_s);
     wrong += s.right == 0.0 && s.verdict == "named";
@@ -82,7 +82,7 @@ std::string line_text(const Line& line, std::span<const CaseScore> scores) {
   if (right.empty()) return {};
   char row[240];
   std::snprintf(
-      row, sizeof row, "%-34s %5zu  %5.1f%%  %10zu  %8s / %8s     %8s            %5s    %5s   %5.2f\n", line.name,
+      row, sizeof row, "%-34s %5zu  %5.1f%%  %10zu  %8s / %8s     %8s            %5s    %5s   %5.2f\n", condition.name,
       right.size(), 100.0 * mean(right), wrong, shown(linear_quantile(closure, 0.5), "%.4f").c_str(),
       shown(linear_quantile(closure, 0.1), "%.4f").c_str(), shown(linear_quantile(scaled, 0.5), "%.3f").c_str(),
       shown(mean(covered), "%.2f").c_str(), shown(mean(located), "%.2f").c_str(), mean(cpu));
@@ -137,7 +137,7 @@ std::string scorecard(std::span<const CaseScore> scores) {
       "condition                          cases  right   wrong name  closure median / tenth   error*sqrt(lambda)  "
       "covered  "
       "located  cpu s\n";
-  for (const Line& line : lines()) text += line_text(line, scores);
+  for (const Condition& condition : conditions()) text += row_text(condition, scores);
   return text + confidence_text(scores);
 }
 
