@@ -23,6 +23,7 @@ constexpr CommandEntry commands[] = {
     {"diagnose", run_diagnose, "name the effect that is missing between a world and a log"},
     {"predict", run_predict, "how far a world's model is off a log, by horizon"},
     {"import", run_import, "a logger's table in gripline's columns, and how healthy it is"},
+    {"fit", run_fit, "find a world's unknowns from logs"},
     {"bench", run_bench_command, "how long the steps of a stack take"},
     {"plugins", run_plugins, "list the plugins, or describe one"},
 };

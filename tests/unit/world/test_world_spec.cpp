@@ -119,6 +119,18 @@ TEST(WorldSpec, ItsEndMustBeStated) {
   EXPECT_THAT(why(R"({"laps": 2.5})"), HasSubstr("/laps: expected a whole number"));
 }
 
+TEST(WorldSpec, ForLogsAloneNoRoadAndNoEndAreNeeded) {
+  Node tree = merge(small_world(), json(R"({"track": null, "start": null, "duration": null})"));
+  inline_world_files(tree);
+  Errors errors;
+  const WorldSpec world = read_world(tree, plugins(), errors, RoadRule::optional);
+  EXPECT_TRUE(errors.empty());
+  EXPECT_EQ(world.track, nullptr);
+  EXPECT_EQ(world.vehicle.model.id(), "dynamic");
+  read_world(tree, plugins(), errors);
+  EXPECT_EQ(errors.size(), 1u);
+}
+
 TEST(WorldSpec, RefusalsSayWhatAndWhere) {
   EXPECT_THAT(why(R"({"car": null})"), HasSubstr("/car: missing, expected a car file or an object"));
   EXPECT_THAT(why(R"({"track": null})"), HasSubstr("/track: missing, expected a track file or an object"));
