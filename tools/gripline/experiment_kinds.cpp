@@ -11,6 +11,7 @@ constexpr ExperimentKind kinds[] = {
     {"offline_validation", read_offline_validation},
     {"force_validation", read_force_validation},
     {"diagnose", read_diagnose_experiment},
+    {"measured", read_measured_experiment},
 };
 
 }  // namespace

@@ -51,5 +51,6 @@ std::unique_ptr<Experiment> read_race_experiment(const std::filesystem::path&, N
 std::unique_ptr<Experiment> read_force_validation(const std::filesystem::path&, Node, const Registry&);
 std::unique_ptr<Experiment> read_offline_validation(const std::filesystem::path&, Node, const Registry&);
 std::unique_ptr<Experiment> read_diagnose_experiment(const std::filesystem::path&, Node, const Registry&);
+std::unique_ptr<Experiment> read_measured_experiment(const std::filesystem::path&, Node, const Registry&);
 
 }  // namespace gripline::tools
