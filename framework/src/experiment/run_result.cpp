@@ -200,6 +200,7 @@ std::optional<RunResult> read_result(const fs::path& folder, const std::string& 
     s.solver_failures = static_cast<std::int64_t>(read_value(node, "solver_failures"));
     s.steps = static_cast<std::int64_t>(read_value(node, "steps"));
     s.simulated_s = read_value(node, "simulated_s");
+    if (const Node* const files = node.find("files"); files != nullptr) result.drive = read_string(*files, "steps.csv");
     if (fs::exists(folder / "timing.csv", ignored)) result.timing = read_timing(folder);
     return result;
   } catch (const std::exception&) {

@@ -124,6 +124,7 @@ Inputs read_inputs(const fs::path& folder) {
   in.provenance = read_json(folder / "provenance.json");
   in.runs_table = Columns::read(folder / "runs.csv", true);
   in.table = Columns::read(folder / "table.csv", true);
+  in.pairs = Columns::read(folder / "pairs.csv", true);
   in.track = Columns::read(folder / "track.csv");
   in.validation = Columns::read(folder / "validation.csv", true);
   in.validation_traces = Columns::read(folder / "validation_traces.csv", true);

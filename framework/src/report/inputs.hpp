@@ -80,7 +80,7 @@ struct RunName {
 struct Inputs {
   std::filesystem::path folder;
   nlohmann::json scene, claims, diagnosis, diagnosis_report, augmented_world, provenance;  // null if absent
-  Columns runs_table, table, track, line, validation, validation_traces, diagnoses;
+  Columns runs_table, table, pairs, track, line, validation, validation_traces, diagnoses;
   std::vector<StackEntry> stacks;  // in the order of table.csv
   std::vector<RunName> runs;       // in the order of runs.csv, else of the folders
 };

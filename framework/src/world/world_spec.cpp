@@ -6,6 +6,7 @@
 #include "config/json_file.hpp"
 #include "geometry/track_file.hpp"
 #include "util/child_process.hpp"
+#include "util/csv.hpp"
 #include "world/friction_file.hpp"
 
 namespace gripline {
@@ -78,12 +79,34 @@ void read_end(ObjectReader& r, WorldSpec& world) {
     r.error("a world that ends after laps needs a \"timeout\", for the car that never completes them");
 }
 
+/// A table as `gripline limit` writes it; rows for the whole body are not those of the centre of gravity.
+void read_limit_table(const Node& node, WorldSpec& world, Errors& errors) {
+  try {
+    const CsvTable table = read_csv(resolve_path(node));
+    const std::vector<double> factor = table.column("factor"), lap = table.column("lap_s");
+    const std::vector<double> error = table.column("error_s"), body = table.column("body");
+    for (std::size_t i = 0; i < factor.size(); ++i) {
+      if (body[i] != 0.0) continue;
+      if (!world.time_optimal.empty() && !(factor[i] > world.time_optimal.back().first))
+        errors.add(node.origin, "the factors of " + node.text() + " must rise");
+      world.time_optimal.emplace_back(factor[i], lap[i]);
+      world.time_optimal_error = std::max(world.time_optimal_error, error[i]);
+    }
+  } catch (const InputError& problem) {
+    errors.add(node.origin, problem.what());
+  }
+}
+
 void read_limit(ObjectReader& r, WorldSpec& world, Errors& errors) {
+  const Node* const limit = r.find("time_optimal_laps");
+  if (limit != nullptr && limit->is_text()) return read_limit_table(*limit, world, errors);
   double last = 0.0;
   for (const Node& point : r.array("time_optimal_laps", false)) {
     ObjectReader one(point, errors);
     const double factor = one.number("factor", "1", NumberRange::positive());
     const double lap = one.number("lap", "s", NumberRange::positive());
+    world.time_optimal_error =
+        std::max(world.time_optimal_error, one.number("error", "s", NumberRange::non_negative(), 0.0));
     one.finish();
     if (!world.time_optimal.empty() && !(factor > last)) errors.add(point.origin, "factors must rise");
     last = factor;

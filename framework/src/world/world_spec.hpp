@@ -30,6 +30,7 @@ struct WorldSpec {
   double timeout = 0.0;            // [s]
   /// Time-optimal flying lap [s] by friction factor, rising; for tables, never for stacks.
   std::vector<std::pair<double, double>> time_optimal;
+  double time_optimal_error = 0.0;  ///< [s] largest error stated with them
   /// Linear in the factor between the laps stated; empty beyond them, and when the world states none.
   std::optional<double> time_optimal_lap(double factor) const;
 };
