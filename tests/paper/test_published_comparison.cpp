@@ -86,6 +86,9 @@ TEST_F(Published, TheBestRowPassesASuddenLossOfGripInside) {
   EXPECT_LE(number(best, "violation_s"), 0.10);
   EXPECT_LE(number(best, "mu_rmse"), 0.03);
   EXPECT_LT(number(best, "lap2_s"), 9.16);
+  // A car that stays inside is no faster than the limit, whose error is below 0.1 %.
+  for (const char* ratio : {"pace_ratio1", "pace_ratio2", "pace_ratio3"})
+    EXPECT_GE(number(best, ratio), 0.999) << ratio;
 }
 
 }  // namespace

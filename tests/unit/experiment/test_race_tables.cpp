@@ -180,6 +180,21 @@ TEST(RaceTables, RunsEqualToTheLastBitCountOnce) {
   EXPECT_THAT(out.str(), HasSubstr("2/2 finished"));
 }
 
+/// The limit at factor 0.75 is 7.5 s in this world.
+TEST(RaceTables, ALimitThatIsBeatenInsideTheRoadIsNone) {
+  const RaceSpec race = race_of();
+  std::vector<RunResult> runs = {run_of("none", 1, 0, {9, 7.6}), run_of("elm", 1, 0, {7, 7.4}),
+                                 run_of("elm", 2, 0.02, {9, 7.0})};
+  const RaceResults results = {race, runs, {"none", "elm"}};
+  const std::vector<std::string> beaten = beaten_limits(results);
+  ASSERT_EQ(beaten.size(), 1u);  // lap 0 is no flying lap, and seed 2 left the road
+  EXPECT_EQ(beaten[0],
+            "elm, seed 1: lap 1 took 7.400 s inside the road, the limit is 7.500 s with an error of 0.000 s");
+  std::ostringstream out;
+  print_tables(out, results, {});
+  EXPECT_THAT(out.str(), HasSubstr("the limit is none: elm, seed 1"));
+}
+
 TEST(RaceTables, OnlyTheRowsAskedFor) {
   const Folder folder;
   const RaceSpec race = race_of(R"(["elm.violation_s <= none.violation_s", "elm.violation_s <= 3"])");
