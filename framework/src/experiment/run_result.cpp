@@ -48,7 +48,7 @@ std::string read_string(const Node& node, std::string_view key) {
 }
 
 Status status_of(std::string_view name) {
-  for (const Status status : {Status::finished, Status::crashed, Status::timeout, Status::plugin_error})
+  for (const Status status : {Status::finished, Status::crashed, Status::stuck, Status::timeout, Status::plugin_error})
     if (status_name(status) == name) return status;
   return Status::error;
 }
