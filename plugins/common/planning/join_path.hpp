@@ -23,7 +23,7 @@ class JoinPath {
   JoinPath(const Car& car, double line_length)
       : width_(car.width),
         slow_(2.0 * std::sqrt(gravity * (car.lf + car.lr))),
-        steep_(0.7 * std::tan(car.delta_max) / (car.lf + car.lr)),
+        steep_(0.9 * std::tan(car.delta_max) / (car.lf + car.lr)),
         v_min_(car.v_min),
         length_(line_length) {}
 
