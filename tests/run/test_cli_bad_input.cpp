@@ -106,9 +106,10 @@ TEST(CommandLine, WrongWordsAreRefusedWithAHint) {
   EXPECT_THAT(refused({"compare", good, "--set", "/world/plant/plugin/x=1"}),
               HasSubstr("--set /world/plant/plugin/x: /world/plant/plugin is \"dynamic\", it has no members"));
   for (const char* command : {"compare", "run"})
-    EXPECT_EQ(refused({command, good, "--set", "/kind=rase"}),
-              "--set /kind: expected \"race\", \"offline_validation\", \"force_validation\" or \"diagnose\", found "
-              "\"rase\"\n");
+    EXPECT_EQ(
+        refused({command, good, "--set", "/kind=rase"}),
+        "--set /kind: expected \"race\", \"offline_validation\", \"force_validation\", \"diagnose\" or \"measured\", "
+        "found \"rase\"\n");
   // An error that an assignment makes is told at it, also when it shows elsewhere.
   EXPECT_EQ(refused({"compare", good, "--set", "/base/mu_init=0.9", "--set", "/world/duration=null"}),
             "--set /world/duration: a world ends after \"laps\" or after a \"duration\"; neither is given "

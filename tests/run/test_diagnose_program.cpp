@@ -5,6 +5,7 @@
 
 #include <fstream>
 
+#include "measured/delimited_table.hpp"
 #include "support/paths.hpp"
 #include "support/program.hpp"
 #include "util/csv.hpp"
@@ -140,8 +141,8 @@ TEST_F(DiagnoseProgram, HeldOutLogsMeasureTheGapAndTheAugmentedWorldPredicts) {
     const Outcome predicted = gripline_with({"predict", world, (one / "heldout.csv").string(), "--track",
                                              track_of(one).string(), "--out", in(name).string()});
     EXPECT_EQ(predicted.code, 0) << predicted.err;
-    const CsvTable table = read_csv(in(name), true);
-    return table.at(table.rows() - 1, static_cast<std::size_t>(table.find("position_m")));
+    const auto table = measured::read_delimited(in(name));
+    return table.column[static_cast<std::size_t>(table.find("position_m"))].back();
   };
   EXPECT_LT(error(augmented, "after.csv"), 0.2 * error(worlds + "diagnose_rc43.json", "before.csv"));
 }

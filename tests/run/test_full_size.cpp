@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "config/json_file.hpp"
+#include "config/merge_patch.hpp"
 #include "experiment/experiment.hpp"
 #include "geometry/track_file.hpp"
 #include "geometry/track_import.hpp"
@@ -101,6 +102,30 @@ TEST(FullSize, TooFastHitsTheWallAndSaysWhere) {
   EXPECT_THAT(summary.message, HasSubstr("hit the wall at s = "));
   EXPECT_THAT(summary.message, HasSubstr("m/s"));
   EXPECT_GT(summary.violation_s, 0.0);
+}
+
+struct FarOff {
+  double y, yaw_deg, speed;  // of the start, from the centre line [m, deg, m/s]
+};
+/// From anywhere on a road that it knows nothing of, a stack joins its line without leaving the road.
+TEST(FullSize, JoinsTheLineFromFarOffOnAnotherCircuit) {
+  WorldSpec world = world_file("full_size_street.json");
+  world.laps = 0;
+  world.duration = 14.0;
+  Errors errors;
+  const Node stacks = load_json(testing_support::source_dir() / "experiments/shared/full_size_stacks.json");
+  const Node best = merge(*stacks.find("base"), *stacks.find("stacks")->find("best"));
+  const StackSpec stack = read_stack("best", best, registry(), world.car, errors);
+  errors.throw_if_any();
+  for (const FarOff& start :
+       {FarOff{4, 0, 0.1}, FarOff{4, 30, 5}, FarOff{-4, 0, 20}, FarOff{4, -30, 15}, FarOff{0, -30, 10}}) {
+    world.start.y = start.y;
+    world.start.yaw = start.yaw_deg * std::numbers::pi / 180.0;
+    world.start_speed = start.speed;
+    const RunSummary summary = drive(world, stack, 1);
+    EXPECT_EQ(summary.status, Status::finished) << summary.message;
+    EXPECT_EQ(summary.violation_s, 0.0) << start.y << " m, " << start.yaw_deg << " deg, " << start.speed << " m/s";
+  }
 }
 
 TEST(FullSize, SensorsShowSlopeAndNoiseAsStated) {

@@ -47,6 +47,8 @@ int after_output(int code) {
   const bool lost = !std::cout || std::ferror(stdout) != 0;
   struct stat where {};
   if (!lost || (fstat(STDOUT_FILENO, &where) == 0 && (S_ISFIFO(where.st_mode) || S_ISSOCK(where.st_mode)))) return code;
+  // The write that failed may be long past: one more tells why.
+  if (errno == 0) (void)!write(STDOUT_FILENO, "\n", 1);
   std::cerr << "gripline: cannot write the output" << (errno != 0 ? std::string(": ") + std::strerror(errno) : "")
             << '\n';
   return code == good ? run_broke : code;

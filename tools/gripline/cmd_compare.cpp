@@ -34,7 +34,11 @@ std::vector<std::string> split_names(const std::string& text) {
 
 int run_compare(Arguments args) {
   po::options_description visible("options");
-  visible.add_options()("only", po::value<std::string>(), "stacks to run, a,b,c (default: all)");
+  auto add = visible.add_options();
+  add("only", po::value<std::string>(), "stacks to run, a,b,c (default: all)");
+  add("baseline", po::value<std::string>(), "a stack: writes pairs.csv, the others minus it, draw by draw");
+  add("seeds-from", po::value<std::string>(),
+      "draws as many seeds as the experiment has from the hash of this text, such as a commit's");
   add_race_options(visible);
   const auto given = parse_options(args, visible, "compare EXPERIMENT [options]", experiment_word);
   if (!given) return good;
@@ -44,7 +48,16 @@ int run_compare(Arguments args) {
   read_with_blame(options, [&](std::span<const std::string> assignments) {
     experiment = read_experiment(options.experiment, assignments, registry);
   });
-  ExperimentRequest request{options.out, {}, options.jobs, options.force, options.timeout_s, options.memory_mb};
+  ExperimentRequest request;
+  request.out = options.out;
+  request.jobs = options.jobs;
+  request.force = options.force;
+  request.timeout_s = options.timeout_s;
+  request.memory_mb = options.memory_mb;
+  request.baseline = text_of(*given, "baseline").value_or("");
+  request.seeds_from = text_of(*given, "seeds-from").value_or("");
+  if (given->count("baseline") > 0 && request.baseline.empty()) throw InputError("--baseline names no stack");
+  if (given->count("seeds-from") > 0 && request.seeds_from.empty()) throw InputError("--seeds-from has no text");
   if (const auto only = text_of(*given, "only")) request.only = split_names(*only);
   return experiment->run(request);
 }

@@ -1,161 +1,268 @@
-// gripline predict WORLD.json LOG.csv: how far a world's model is off a log, open loop, by horizon.
+// gripline predict WORLD.json LOG.csv: what a world's model says that a log's own columns will show, in the log's clock,
+// frames and delays, and how far off that is.
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <fstream>
 #include <iostream>
-#include <iterator>
+#include <numbers>
 
-#include "cli/options.hpp"
+#include "calibrate/baselines.hpp"
 #include "config/errors.hpp"
 #include "config/json_file.hpp"
 #include "gripline/command.hpp"
-#include "measured/log_file.hpp"
-#include "measured/rollout.hpp"
+#include "gripline/log_options.hpp"
 #include "util/csv_writer.hpp"
-#include "world/world_spec.hpp"
 
 namespace gripline::tools {
 namespace po = boost::program_options;
 namespace fs = std::filesystem;
 namespace {
 
-std::vector<double> read_horizons(const std::string& text) {
+using calibrate::channels;
+using measured::Session;
+
+struct Request {
+  std::string world, log;
+  std::optional<fs::path> samples, out;
   std::vector<double> horizons;
-  std::size_t at = 0;
-  while (at <= text.size()) {
-    const std::size_t comma = std::min(text.find(',', at), text.size());
-    const std::string one = text.substr(at, comma - at);
-    char* end = nullptr;
-    const double value = std::strtod(one.c_str(), &end);
-    if (one.empty() || *end != '\0' || !(value > 0.0) || value > 1000.0)
-      throw InputError("--horizon " + text + ": \"" + one + "\" is no time in seconds; expected for example 0.1,0.5,1");
-    horizons.push_back(value);
-    at = comma + 1;
-  }
-  return horizons;
-}
-
-/// Root mean squares of position [m], yaw, vx, vy, yaw rate over all samples up to the horizon.
-struct ErrorsAtHorizon {
-  double position = 0, yaw = 0, vx = 0, vy = 0, yaw_rate = 0;
-};
-ErrorsAtHorizon errors_of(const std::vector<measured::Rollouts>& all) {
-  std::array<double, 6> sum{}, count{};
-  for (const measured::Rollouts& r : all)
-    for (std::size_t i = 0; i < r.error.size(); ++i) {
-      if (std::isnan(r.error[i])) continue;
-      sum[i % 6] += r.error[i] * r.error[i];
-      count[i % 6] += 1.0;
-    }
-  const auto root = [&](std::size_t c) { return std::sqrt(sum[c] / count[c]); };
-  return {std::sqrt(sum[0] / count[0] + sum[1] / count[1]), root(2), root(3), root(4), root(5)};
-}
-
-/// A number in its column, "-" where there is none.
-std::string cell(double value, int width, int decimals) {
-  std::string text = "-";
-  char digits[400];
-  if (std::isfinite(value))
-    text.assign(digits, std::to_chars(digits, std::end(digits), value, std::chars_format::fixed, decimals).ptr);
-  return std::string(static_cast<std::size_t>(std::max(0, width - static_cast<int>(text.size()))), ' ') + text;
-}
-
-/// Returns whether every cell holds a number.
-bool print(double horizon, const ErrorsAtHorizon& e) {
-  std::cout << cell(horizon, 5, 2) << " s " << cell(e.position, 12, 5) << ' ' << cell(e.yaw, 10, 5) << ' '
-            << cell(e.vx, 10, 5) << ' ' << cell(e.vy, 10, 5) << ' ' << cell(e.yaw_rate, 12, 5) << '\n';
-  return std::isfinite(e.position + e.yaw + e.vx + e.vy + e.yaw_rate);
-}
-
-struct PredictRequest {
-  fs::path world, log;
-  std::optional<fs::path> track, out;
-  std::vector<double> horizons;
+  double every = 0.2;
 };
 
-PredictRequest read_request(const po::variables_map& given) {
+double positive(const std::string& option, const std::string& text) {
+  double value = 0.0;
+  const auto [stop, code] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (code != std::errc() || stop != text.data() + text.size() || !(value > 0.0) || value > 1000.0)
+    throw InputError(option + " " + text + ": expected a time in seconds, for example 0.2");
+  return value;
+}
+
+Request read_request(const po::variables_map& given) {
   const Words words = words_of(given, "world-and-log");
   if (words.size() != 2) throw InputError("predict needs a world and a log: gripline predict WORLD.json LOG.csv");
-  PredictRequest request{words[0], words[1], {}, {}, {}};
+  Request request{words[0], words[1], {}, {}, {}, 0.2};
   Words inputs = words;
-  if (const auto track = text_of(given, "track")) {
-    request.track = *track;
-    inputs.push_back(*track);
+  for (const std::string& one : words_of(given, "track")) inputs.push_back(one);
+  if (const auto map = text_of(given, "map")) inputs.push_back(*map);
+  if (const auto out = text_of(given, "out")) request.out = *out, require_writable("--out", *out, inputs);
+  if (const auto samples = text_of(given, "samples"))
+    request.samples = *samples, require_writable("--samples", *samples, inputs);
+  const std::string horizons = *text_of(given, "horizon");
+  std::size_t at = 0;
+  while (at <= horizons.size()) {
+    const std::size_t comma = std::min(horizons.find(',', at), horizons.size());
+    request.horizons.push_back(positive("--horizon", horizons.substr(at, comma - at)));
+    at = comma + 1;
   }
-  if (const auto out = text_of(given, "out")) {
-    require_writable("--out", *out, inputs);
-    request.out = *out;
-  }
-  request.horizons = read_horizons(*text_of(given, "horizon"));
+  std::sort(request.horizons.begin(), request.horizons.end());
+  request.every = positive("--every", *text_of(given, "every"));
   return request;
 }
 
-/// Free simulations of every stretch of a log, each from the measured state itself; where a reading is missing, from
-/// its neighbours.
-std::vector<measured::Rollouts> roll_out_all(const StagedCar& car, const measured::LogFile& log,
-                                             const measured::Road& road, double horizon) {
-  std::vector<measured::Rollouts> all;
-  for (const measured::Log& m : log.stretches) {
-    measured::Trace trace;
-    trace.log = m;
-    std::vector<double> start = m.reading;
-    const std::vector<double> smooth = measured::smooth_readings(m, 3);
-    for (std::size_t i = 0; i < start.size(); ++i)
-      if (std::isnan(start[i])) start[i] = smooth[i];
-    trace.set_motion(start, road);
-    trace.set_motion(measured::states_of_readings(car, start, trace.at), road);
-    measured::RolloutOptions options;
-    options.horizon = horizon;
-    options.substeps = 4;
-    all.push_back(measured::roll_out(car, trace, road, options));
+/// Turns between the unwrapped yaw and the one in the log's column at a row, and whether that column wraps.
+class YawColumn {
+ public:
+  explicit YawColumn(const Session& session) : session_(session) {}
+  /// A predicted yaw as the column would show it, judged by the rows up to `start`.
+  double shown(double yaw, double start) {
+    const double pi = std::numbers::pi;
+    for (; row_ < session_.rows() && session_.t[row_] <= start + 1e-9; ++row_) {
+      const double written = session_.written_yaw[row_];
+      if (std::isnan(written)) continue;
+      turns_ = session_.at(row_, 2) - written;
+      inside_ = inside_ && std::abs(written) <= pi + 1e-3;
+    }
+    const double value = yaw - turns_;
+    return inside_ ? std::remainder(value, 2.0 * pi) : value;
   }
-  return all;
+
+ private:
+  const Session& session_;
+  std::size_t row_ = 0;
+  double turns_ = 0;
+  bool inside_ = true;
+};
+
+void append(std::string& line, double value, int digits) {
+  if (!line.empty()) line += ',';
+  if (!std::isfinite(value)) return;
+  char buffer[64];
+  const auto [end, code] = std::to_chars(buffer, buffer + sizeof buffer, value, std::chars_format::fixed, digits);
+  if (code == std::errc()) line.append(buffer, end);
+}
+
+void write_samples(const fs::path& file, const Session& session, const calibrate::Starts& starts,
+                   const std::vector<double>& predicted) {
+  std::string out = "start_s,t_s,x_m,y_m,yaw_rad,vx_mps,vy_mps,yaw_rate_radps\n";
+  YawColumn yaw(session);
+  const std::size_t h = starts.horizons.size();
+  for (std::size_t i = 0; i < starts.time.size(); ++i)
+    for (std::size_t j = 0; j < h; ++j) {
+      const double* const p = predicted.data() + (i * h + j) * channels;
+      if (!std::isfinite(p[3])) continue;
+      std::string line;
+      append(line, starts.time[i], 6);
+      append(line, starts.time[i] + starts.horizons[j], 6);
+      for (std::size_t c = 0; c < channels; ++c) {
+        const bool known = c == 2 ? session.has[2] : c < 2 ? session.has[0] : true;
+        append(line, !known ? NAN : c == 2 ? yaw.shown(p[2], starts.time[i]) : p[c], c < 2 ? 5 : 7);
+      }
+      out += line + '\n';
+    }
+  write_file(file, out);
+}
+
+/// One horizon's predictions of the starts that count: those where the car is moving.
+struct Counted {
+  std::vector<double> time, truth;
+  std::vector<std::size_t> start;
+};
+Counted counted(const calibrate::FitLog& all, std::size_t horizon, double slowest) {
+  Counted out;
+  const std::size_t h = all.starts.horizons.size();
+  for (std::size_t i = 0; i < all.starts.time.size(); ++i) {
+    const double v = all.session->interpolate(3, all.starts.time[i]);
+    if (!(std::abs(v) >= slowest)) continue;
+    out.start.push_back(i);
+    out.time.push_back(all.starts.time[i]);
+    const auto* const truth = all.truth.data() + (i * h + horizon) * channels;
+    out.truth.insert(out.truth.end(), truth, truth + channels);
+  }
+  return out;
+}
+
+std::vector<double> picked(const std::vector<double>& predicted, const Counted& of, std::size_t h,
+                           std::size_t horizon) {
+  std::vector<double> out;
+  for (const std::size_t i : of.start) {
+    const auto* const p = predicted.data() + (i * h + horizon) * channels;
+    out.insert(out.end(), p, p + channels);
+  }
+  return out;
+}
+
+void write_table(CsvWriter& file, double horizon, const calibrate::HorizonRow& row) {
+  file << horizon << row.name << static_cast<double>(row.error[2].count);
+  for (const calibrate::HorizonError& e : row.error)
+    for (const double v : {e.rms, e.low, e.high}) {
+      if (std::isfinite(v))
+        file << v;
+      else
+        file << "";
+    }
+  file.end_row();
+}
+
+/// Parameters as the world has them. One that was never fitted is judged by its model alone: no disturbance is carried
+/// on, and delays are what the map states.
+std::vector<double> parameters_for(const LogWorld& world, const measured::LogMap& map,
+                                   const calibrate::Forecaster& forecaster) {
+  using calibrate::Extra;
+  Errors errors;
+  std::vector<double> params = calibrate::parameters_of(world.tree, forecaster, errors);
+  errors.throw_if_any();
+  if (world.tree.find("calibration") != nullptr) return params;
+  params[forecaster.index(Extra::gain_force)] = params[forecaster.index(Extra::gain_steer)] = 0.0;
+  for (std::size_t g = 0; g < measured::delay_groups; ++g)
+    if (const auto stated = map.delay(g)) params[forecaster.index(Extra::delay_position) + g] = *stated;
+  return params;
+}
+
+calibrate::ForecastOptions options_for(const LogWorld& world, const measured::LogMap& map) {
+  calibrate::ForecastOptions options = calibrate::forecast_options(world.spec);
+  options.pose = map.pose;
+  options.velocity = map.velocity;
+  options.lanes = 1;  // what later rows hold must not touch a rounding
+  return options;
+}
+
+/// Errors at one horizon: the baselines', then the model's.
+std::vector<calibrate::HorizonRow> rows_at(const calibrate::FitLog& log, std::size_t horizon, const Counted& of,
+                                           const std::vector<double>& predicted, double wheelbase) {
+  const std::size_t h = log.starts.horizons.size();
+  std::vector<calibrate::HorizonRow> rows;
+  const auto add = [&](const char* name, const std::vector<double>& all) {
+    rows.push_back(calibrate::horizon_row(name, of.time, picked(all, of, h, horizon), of.truth));
+  };
+  for (std::size_t b = 0; b < calibrate::baseline_names.size(); ++b)
+    add(calibrate::baseline_names[b],
+        calibrate::baseline(static_cast<calibrate::Baseline>(b), *log.session, log.starts, wheelbase));
+  add("this world", predicted);
+  return rows;
+}
+
+/// Prints the errors at every horizon, and writes them where --out names a file.
+void show_errors(const Request& request, const calibrate::FitLog& log, const std::vector<double>& predicted,
+                 const WorldSpec& world) {
+  std::optional<CsvWriter> table;
+  if (request.out) {
+    std::string header = "horizon_s,model,starts";
+    for (const char* q : calibrate::quantity_names)
+      for (const char* end : {"", "_lo", "_hi"}) header += std::string(",") + q + end;
+    table.emplace(*request.out, header);
+  }
+  const double slowest = calibrate::slowest_start(world);
+  for (std::size_t j = 0; j < request.horizons.size(); ++j) {
+    const Counted of = counted(log, j, slowest);
+    if (of.time.empty()) {
+      std::cout << "no start at " << slowest << " m/s or more: no errors to show\n";
+      return;
+    }
+    const auto rows = rows_at(log, j, of, predicted, world.car.car.lf + world.car.car.lr);
+    std::cout << (j > 0 ? "\n" : "") << "errors at " << request.horizons[j] << " s, root mean square over "
+              << of.time.size() << " starts from " << slowest << " m/s on (95 % by blocks of 10 s)\n";
+    calibrate::print_horizon_table(std::cout, rows);
+    if (table)
+      for (const calibrate::HorizonRow& row : rows) write_table(*table, request.horizons[j], row);
+  }
+  if (table) table->finish();
+}
+
+int predict(const po::variables_map& given) {
+  const Request request = read_request(given);
+  const Registry registry = open_registry(plugin_dirs_of(given));
+  const LogWorld world = read_log_world(request.world, given, registry);
+  PluginContext context;
+  context.car = world.spec.car.car;
+  const Vehicle vehicle(world.spec.vehicle, context);
+  const measured::LogMap map = map_option(given);
+  const measured::SessionFile file = measured::read_session(request.log, map);
+  try {
+    measured::check_session(file, world.spec.car.car.v_ref);
+  } catch (const InputError& doubt) {
+    std::cerr << "warning: " << doubt.what() << '\n';
+  }
+  const calibrate::Forecaster forecaster(vehicle.car(), options_for(world, map));
+  const std::vector<double> params = parameters_for(world, map, forecaster);
+
+  const calibrate::FitLog log(file.session, forecaster.options().step, request.horizons, request.every, 0.0);
+  if (log.starts.time.empty())
+    throw InputError(request.log + ": too short for a horizon of " + number_text(request.horizons.back()) + " s");
+  std::optional<measured::Road> road;
+  if (world.spec.track && calibrate::lies_on(file.session, *world.spec.track)) road.emplace(world.spec.track);
+  if (world.spec.track && !road) std::cerr << request.log << ": does not lie on the road; taken as flat ground\n";
+  std::vector<double> predicted;
+  forecaster.run<double>(file.session, log.commands, road ? &*road : nullptr, params, log.starts, predicted);
+  if (request.samples) write_samples(*request.samples, file.session, log.starts, predicted);
+  show_errors(request, log, predicted, world.spec);
+  if (request.samples) std::cout << "samples: " << request.samples->string() << '\n';
+  return good;
 }
 
 }  // namespace
 
 int run_predict(Arguments args) {
   po::options_description visible("options");
+  add_log_options(visible);
   auto add = visible.add_options();
-  add("horizon", po::value<std::string>()->default_value("0.1,0.2,0.5,1,2"), "seconds, separated by commas");
-  add("track", po::value<std::string>(), "another road, CSV or JSON");
+  add("horizon", po::value<std::string>()->default_value("0.5,1"), "seconds ahead, separated by commas");
+  add("every", po::value<std::string>()->default_value("0.2"), "seconds between starts");
+  add("samples", po::value<std::string>(), "a CSV file for every prediction, in the log's own clock and frames");
   add("out", po::value<std::string>(), "a CSV file for the table");
   add_plugins_option(visible);
   add("help,h", "this text");
   const auto given = parse_options(args, visible, "predict WORLD.json LOG.csv [options]", "world-and-log");
-  if (!given) return good;
-  const PredictRequest request = read_request(*given);
-
-  const Registry registry = open_registry(plugin_dirs_of(*given));
-  const Node node = load_world(request.world, request.track);
-  Errors errors;
-  const WorldSpec world = read_world(node, registry, errors);
-  errors.throw_if_any();
-  if (world.vehicle.model.empty())
-    throw InputError(request.world.string() + ": its car is a black box; predict needs a vehicle model");
-  PluginContext context;
-  context.car = world.car.car;
-  const Vehicle vehicle(world.vehicle, context);
-  const measured::Road road(world.track);
-  const measured::LogFile log = measured::read_log_file(request.log, {world.car.car.v_ref, &road});
-
-  std::optional<CsvWriter> file;
-  if (request.out) file.emplace(*request.out, "horizon_s,position_m,yaw_rad,vx_mps,vy_mps,yaw_rate_radps");
-  std::cout << "horizon   position m    yaw rad     vx m/s     vy m/s   yaw rate rad/s\n";
-  bool whole = true;
-  for (const double horizon : request.horizons) {
-    const std::vector<measured::Rollouts> all = roll_out_all(vehicle.car(), log, road, horizon);
-    if (std::all_of(all.begin(), all.end(), [](const measured::Rollouts& r) { return r.start.empty(); }))
-      throw InputError(request.log.string() + ": too short for a horizon of " + std::to_string(horizon) + " s");
-    const ErrorsAtHorizon e = errors_of(all);
-    whole = print(horizon, e) && whole;
-    if (!file) continue;
-    *file << horizon << e.position << e.yaw << e.vx << e.vy << e.yaw_rate;
-    file->end_row();
-  }
-  if (file) file->finish();
-  if (!whole) std::cout << "-: nothing to compare; the log has no such reading, or no prediction was a number\n";
-  return good;
+  return given ? predict(*given) : good;
 }
 
 }  // namespace gripline::tools

@@ -48,8 +48,13 @@ int run_one(Arguments args) {
     race.emplace(read_race(options.experiment, std::move(tree), registry));
   });
   const RunSelection one = {{stack_of(*given, *race)}, {seed_of(*given, *race)}, false};
-  return race_and_report(*race, one, registry,
-                         {options.out, {}, options.jobs, options.force, options.timeout_s, options.memory_mb});
+  ExperimentRequest request;
+  request.out = options.out;
+  request.jobs = options.jobs;
+  request.force = options.force;
+  request.timeout_s = options.timeout_s;
+  request.memory_mb = options.memory_mb;
+  return race_and_report(*race, one, registry, request);
 }
 
 }  // namespace gripline::tools

@@ -26,7 +26,7 @@ void validate_file(const std::string& file, const Registry& registry) {
       read_experiment(file, {}, registry);
       break;
     case FileKind::world:
-      read_world(load_world(file), registry, errors);
+      read_world(load_world(file), registry, errors, RoadRule::optional);
       break;
     case FileKind::track:
       load_track(file);

@@ -28,6 +28,7 @@ class HiddenEffects final : public Experiment {
   HiddenEffects(std::string name, Node tree, const Registry& registry)
       : name_(std::move(name)), tree_(std::move(tree)), registry_(registry) {}
   int run(const ExperimentRequest& request) override {
+    refuse_race_options(request);
     const std::filesystem::path& out = request.out;
     const OutLock lock = open_out_folder(out, experiment_identity(tree_), request.force);
     write_scene(out, name_, "diagnose", tree_);

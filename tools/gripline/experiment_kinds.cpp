@@ -1,5 +1,6 @@
 #include "gripline/experiment_kinds.hpp"
 
+#include "config/errors.hpp"
 #include "config/reader.hpp"
 #include "experiment/experiment.hpp"
 
@@ -11,9 +12,15 @@ constexpr ExperimentKind kinds[] = {
     {"offline_validation", read_offline_validation},
     {"force_validation", read_force_validation},
     {"diagnose", read_diagnose_experiment},
+    {"measured", read_measured_experiment},
 };
 
 }  // namespace
+
+void refuse_race_options(const ExperimentRequest& request) {
+  if (!request.baseline.empty()) throw InputError("--baseline compares the rows of a race; this experiment is none");
+  if (!request.seeds_from.empty()) throw InputError("--seeds-from draws the seeds of a race; this experiment is none");
+}
 
 const ExperimentKind& kind_of_experiment(const Node& tree) {
   const Node* const kind = tree.find("kind");

@@ -21,6 +21,9 @@ struct ExperimentRequest {
   bool force = false;         // replaces another experiment's results
   double timeout_s = 0;       // wall clock of one run; 0: from the world
   std::size_t memory_mb = 0;  // of one run; 0: no limit
+  // Of races only; other kinds refuse them (refuse_race_options).
+  std::string baseline;    // the row that pairs.csv compares the others with; empty: none is written
+  std::string seeds_from;  // the text that seeds are drawn from; empty: those of the file
 };
 
 /// An experiment that was read whole, without an error.
@@ -39,6 +42,9 @@ struct ExperimentKind {
   std::unique_ptr<Experiment> (*read)(const std::filesystem::path& file, Node tree, const Registry& registry);
 };
 
+/// Throws InputError when the request holds what only races have.
+void refuse_race_options(const ExperimentRequest& request);
+
 /// The kind of a loaded tree; throws InputError at its "kind" when there is none of that name.
 const ExperimentKind& kind_of_experiment(const Node& tree);
 
@@ -51,5 +57,6 @@ std::unique_ptr<Experiment> read_race_experiment(const std::filesystem::path&, N
 std::unique_ptr<Experiment> read_force_validation(const std::filesystem::path&, Node, const Registry&);
 std::unique_ptr<Experiment> read_offline_validation(const std::filesystem::path&, Node, const Registry&);
 std::unique_ptr<Experiment> read_diagnose_experiment(const std::filesystem::path&, Node, const Registry&);
+std::unique_ptr<Experiment> read_measured_experiment(const std::filesystem::path&, Node, const Registry&);
 
 }  // namespace gripline::tools

@@ -22,6 +22,9 @@ constexpr CommandEntry commands[] = {
     {"report", run_report, "redraw the report of a results folder; runs nothing"},
     {"diagnose", run_diagnose, "name the effect that is missing between a world and a log"},
     {"predict", run_predict, "how far a world's model is off a log, by horizon"},
+    {"import", run_import, "a logger's table in gripline's columns, and how healthy it is"},
+    {"fit", run_fit, "find a world's unknowns from logs"},
+    {"limit", run_limit, "the fastest laps that a world's car can drive, over friction"},
     {"bench", run_bench_command, "how long the steps of a stack take"},
     {"plugins", run_plugins, "list the plugins, or describe one"},
 };

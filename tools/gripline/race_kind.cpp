@@ -5,6 +5,7 @@
 
 #include "config/errors.hpp"
 #include "experiment/out_folder.hpp"
+#include "experiment/pairs.hpp"
 #include "experiment/race_runner.hpp"
 #include "experiment/race_tables.hpp"
 #include "gripline/command.hpp"
@@ -27,7 +28,8 @@ bool any_broken(const RunnerOutcome& outcome) {
   });
 }
 
-/// Everything of this race in the folder: what was asked for now and what earlier calls left.
+/// Everything of this race in the folder: what was asked for now and what earlier calls left; of drawn seeds only those
+/// of this draw.
 std::vector<RunResult> all_results(const RaceSpec& race, const RunnerOutcome& now, const std::filesystem::path& out) {
   std::vector<RunResult> all = results_in(race, out);
   const auto place = [&](const RunResult& run) {
@@ -38,6 +40,10 @@ std::vector<RunResult> all_results(const RaceSpec& race, const RunnerOutcome& no
   for (const RunResult& run : now.runs)
     if (std::none_of(all.begin(), all.end(), [&](const RunResult& other) { return place(other) == place(run); }))
       all.push_back(run);  // lost without a trace
+  if (!race.seeds_text.empty())
+    std::erase_if(all, [&](const RunResult& run) {
+      return std::find(race.seeds.begin(), race.seeds.end(), run.summary.seed) == race.seeds.end();
+    });
   std::sort(all.begin(), all.end(), [&](const RunResult& a, const RunResult& b) { return place(a) < place(b); });
   return all;
 }
@@ -65,10 +71,25 @@ class RaceExperiment final : public Experiment {
  public:
   RaceExperiment(RaceSpec race, const Registry& registry) : race_(std::move(race)), registry_(registry) {}
   int run(const ExperimentRequest& request) override {
-    return race_and_report(race_, {chosen_rows(race_, request.only), race_.seeds}, registry_, request);
+    RunSelection chosen = {chosen_rows(race_, request.only), race_.seeds, true, request.baseline};
+    if (!request.baseline.empty()) {
+      require_stack(race_, request.baseline);
+      if (std::find(chosen.stacks.begin(), chosen.stacks.end(), request.baseline) == chosen.stacks.end())
+        throw InputError("--baseline " + request.baseline + " is not among the rows that --only names");
+    }
+    if (!request.seeds_from.empty()) draw_seeds(request.seeds_from, chosen);
+    return race_and_report(race_, chosen, registry_, request);
   }
 
  private:
+  void draw_seeds(const std::string& text, RunSelection& chosen) {
+    race_.seeds_text = text;
+    race_.seeds = chosen.seeds = seeds_from(text, race_.seeds.size());
+    std::cout << "seeds from \"" << text << "\":";
+    for (const std::uint64_t seed : race_.seeds) std::cout << ' ' << seed;
+    std::cout << '\n';
+  }
+
   RaceSpec race_;
   const Registry& registry_;
 };
@@ -113,8 +134,11 @@ int race_and_report(const RaceSpec& race, const RunSelection& chosen, const Regi
   const std::vector<ClaimResult> claims =
       outcome.interrupted ? std::vector<ClaimResult>{} : judge_all(judgeable(all), request.jobs == 1);
   write_tables(out, all, claims);
+  if (!chosen.baseline.empty()) write_pairs(out, chosen.baseline, paired_differences(all, chosen.baseline));
   const std::vector<ClaimResult> asked = chosen.judged ? claims : std::vector<ClaimResult>{};
-  print_tables(std::cout, {race, outcome.runs, chosen.stacks}, asked);
+  const RaceResults shown = {race, outcome.runs, chosen.stacks};
+  print_tables(std::cout, shown, asked);
+  if (!chosen.baseline.empty()) print_pairs(std::cout, chosen.baseline, paired_differences(shown, chosen.baseline));
   report_broken(outcome);
   if (outcome.kept > 0) std::cout << outcome.kept << " of " << ids.size() << " runs were already there.\n";
   if (all.runs.size() > outcome.runs.size())

@@ -21,7 +21,8 @@ std::vector<std::string> chosen_rows(const RaceSpec& race, const std::vector<std
 struct RunSelection {
   std::vector<std::string> stacks;
   std::vector<std::uint64_t> seeds;
-  bool judged = true;  // are claims asked about?
+  bool judged = true;         // are claims asked about?
+  std::string baseline = {};  // the row that others are compared with; empty: none
 };
 /// Races them, writes and prints tables and report. Returns the program's exit code.
 int race_and_report(const RaceSpec& race, const RunSelection& chosen, const Registry& registry,

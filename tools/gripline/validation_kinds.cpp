@@ -28,6 +28,7 @@ class OfflineValidation final : public Experiment {
   OfflineValidation(std::string name, Node tree, const Registry& registry)
       : name_(std::move(name)), tree_(std::move(tree)), registry_(registry) {}
   int run(const ExperimentRequest& request) override {
+    refuse_race_options(request);
     const OutLock lock = open_out_folder(request.out, experiment_identity(tree_), request.force);
     write_scene(request.out, name_, "offline_validation", tree_);
     CallbackProgress progress(std::cerr, name_);
@@ -46,6 +47,7 @@ class ForceValidation final : public Experiment {
  public:
   ForceValidation(RaceSpec race, const Registry& registry) : race_(std::move(race)), registry_(registry) {}
   int run(const ExperimentRequest& request) override {
+    refuse_race_options(request);
     const std::vector<std::string> rows = chosen_rows(race_, request.only);
     const OutLock lock = open_out_folder(request.out, experiment_identity(race_.tree), request.force);
     write_scene(request.out, race_, registry_);

@@ -25,6 +25,7 @@ const std::vector<std::string>& fixed_columns() {
                                                  "cpu_s",
                                                  "simulated_s",
                                                  "runs",
+                                                 "seeds",
                                                  "finished",
                                                  "crashed",
                                                  "violation_s_max",
@@ -172,8 +173,22 @@ bool Claim::about_time() const {
   return timed(left) || timed(right);
 }
 
+bool Claim::about_interval() const { return !interval_of(left.column).empty() || !interval_of(right.column).empty(); }
+
+std::string_view interval_of(std::string_view name) {
+  for (const std::string_view end : {"_lo", "_hi"})
+    if (name.ends_with(end)) return name.substr(0, name.size() - end.size());
+  return {};
+}
+
 bool is_table_column(std::string_view name) {
   const auto& names = fixed_columns();
+  if (const std::string_view of = interval_of(name); !of.empty()) {
+    // Sums, counts and maxima have no interval.
+    const bool counted = of == "runs" || of == "finished" || of == "crashed" || of == "seeds" || of == "cpu_s" ||
+                         of == "simulated_s" || of == "steps" || of.ends_with("_max") || of.ends_with("_mean_factor");
+    return !counted && interval_of(of).empty() && is_table_column(of);
+  }
   return std::find(names.begin(), names.end(), without_lap(name)) != names.end();
 }
 
@@ -211,7 +226,7 @@ ClaimResult judge(const Claim& claim, int runs, double share, const ClaimLookup&
   result.text = claim.text;
   result.left = evaluate(claim.left, -1, lookup);
   result.right = evaluate(claim.right, -1, lookup);
-  for (int run = 0; run < runs; ++run) {
+  for (int run = 0; run < (claim.about_interval() ? 0 : runs); ++run) {
     const std::optional<double> left = evaluate(claim.left, run, lookup);
     const std::optional<double> right = evaluate(claim.right, run, lookup);
     ++result.runs;

@@ -24,6 +24,8 @@ struct Claim {
   Relation relation = Relation::less_equal;
   /// About CPU time: only meaningful when runs do not share the machine.
   bool about_time() const;
+  /// Names an end of an interval over runs, which single runs do not have.
+  bool about_interval() const;
 };
 
 /// Parses "[number *] stack.column [+|- number] <relation> ..." and checks rows and columns; errors go to the node's
@@ -31,6 +33,9 @@ struct Claim {
 /// `columns`: what a table of another kind has instead of is_table_column's.
 std::optional<Claim> read_claim(const Node& node, std::span<const std::string> stacks, Errors& errors,
                                 std::span<const std::string> columns = {});
+
+/// The column whose interval `name` is an end of ("lap1_s" for "lap1_s_lo", "lap1_s_hi"); empty when it is none.
+std::string_view interval_of(std::string_view name);
 
 /// Whether `name` is a column that a table can have.
 bool is_table_column(std::string_view name);
@@ -47,7 +52,8 @@ struct ClaimResult {
   std::optional<double> left, right;  // medians
   int runs_held = 0, runs = 0;
 };
-/// Holds when it holds for the medians and in at least `share` of the runs.
+/// Holds when it holds for the medians and in at least `share` of the runs; a claim about the end of an interval when it
+/// holds for that.
 ClaimResult judge(const Claim& claim, int runs, double share, const ClaimLookup& lookup);
 
 }  // namespace gripline

@@ -128,6 +128,8 @@ RaceSpec read_race(const std::filesystem::path& file, Node tree, const Registry&
       race.world = read_world(*world, registry, errors);
     read_seeds(r, race);
     read_stacks(r, registry, race, errors);
+    if (const Node* perturb = r.find("perturb"); perturb != nullptr && r.has("perturb"))
+      race.perturb = read_perturb(*perturb, race.world, race.stacks, errors);
     std::vector<std::string> names;
     for (const StackSpec& stack : race.stacks) names.push_back(stack.name);
     const std::span<const Node> claims = r.array("claims", false);

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "experiment/claims.hpp"
+#include "experiment/perturb.hpp"
 #include "race/stack.hpp"
 #include "world/world_spec.hpp"
 
@@ -27,6 +28,8 @@ struct RaceSpec {
   WorldSpec world;
   std::vector<StackSpec> stacks;
   std::vector<std::uint64_t> seeds;
+  std::string seeds_text;  // what the seeds were drawn from (--seeds-from); empty: they are the file's
+  PerturbSpec perturb;
   std::vector<Claim> claims;
   double claim_share = 0.8;
 

@@ -80,7 +80,10 @@ std::vector<ChannelScore> validate_forces(const RaceSpec& race, const std::vecto
     if (!asked(spec)) continue;
     SimulationProgress part{progress, index++, count, spec.name};
     const RaceSetup setup = {.seed = race.seeds.front(), .folder = out / spec.name, .cache_dir = plugin_cache_folder()};
-    RaceAssembly assembly(race.world, spec, setup);
+    WorldSpec world = race.world;
+    StackSpec stack = spec;
+    perturb(race.perturb, setup.seed, world, stack);
+    RaceAssembly assembly(world, stack, setup);
     PluginContext context;
     context.car = race.world.car.car;
     context.dt = race.world.dt;

@@ -99,6 +99,7 @@ constexpr std::array result_names = {"scene.json",
                                      "track.csv",
                                      "runs.csv",
                                      "table.csv",
+                                     "pairs.csv",
                                      "claims.json",
                                      "report.html",
                                      "validation.csv",
@@ -172,6 +173,7 @@ Node describe_world(const RaceSpec& race) {
   scene.set("name", Node(race.name));
   scene.set("kind", Node(experiment_kind(race.tree)));
   if (const Node* note = race.tree.find("note"); note != nullptr) scene.set("note", *note);
+  if (!race.seeds_text.empty()) scene.set("seeds_from", Node(race.seeds_text));
   scene.set("world", Node(race.world.track->name()));
   scene.set("dt", Node(race.world.dt));
   scene.set("laps", Node(static_cast<double>(race.world.laps)));

@@ -126,6 +126,18 @@ void limit_memory(std::size_t megabytes) {
   setrlimit(RLIMIT_DATA, &limit);
 }
 
+/// What this run drew, for whoever reads its folder.
+void write_draw(const fs::path& folder, const Draw& draw) {
+  Node node{Node::Object{}};
+  for (const auto& [name, value] : {std::pair{"along_m", draw.along},
+                                    {"across_m", draw.across},
+                                    {"heading_rad", draw.heading},
+                                    {"speed_mps", draw.speed},
+                                    {"pace", draw.pace}})
+    node.set(name, Node(value));
+  write_file(folder / "draw.json", to_json_text(node));
+}
+
 /// The body of a run's process: output goes to log.txt, results to the folder of the run.
 [[noreturn]] void child(const RaceSpec& race, const RunId& id, const std::string& key, const RunnerOptions& options,
                         pid_t parent, RunProgress* progress) {
@@ -410,7 +422,10 @@ RunSummary run_here(const RaceSpec& race, const RunId& id, const std::string& ke
         shown->preparing.store(fraction, std::memory_order_relaxed);
       };
     }
-    RaceAssembly assembly(race.world, *spec, setup);
+    WorldSpec world = race.world;
+    StackSpec stack = *spec;
+    if (const std::optional<Draw> draw = perturb(race.perturb, id.seed, world, stack)) write_draw(partial, *draw);
+    RaceAssembly assembly(world, stack, setup);
     if (progress != nullptr)
       assembly.simulation().on_progress(
           [](void* context, double fraction) {

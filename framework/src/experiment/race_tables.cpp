@@ -3,10 +3,14 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <map>
+#include <numeric>
 #include <ostream>
+#include <set>
 
 #include "config/node.hpp"
 #include "util/csv_writer.hpp"
+#include "util/resampling.hpp"
 #include "util/statistics.hpp"
 
 namespace gripline {
@@ -39,9 +43,9 @@ std::optional<double> at(const std::vector<double>& values, int index) {
   return values[static_cast<std::size_t>(index)];
 }
 
-std::optional<double> run_value(const RaceResults& results, const RunResult& run, const std::string& column) {
+std::optional<double> value_of(const RaceResults& results, const RunResult& run, const std::string& column) {
   const RunSummary& s = run.summary;
-  if (column == "runs") return 1.0;
+  if (column == "runs" || column == "seeds") return 1.0;
   if (column == "finished") return s.status == Status::finished ? 1.0 : 0.0;
   if (column == "crashed") return s.status == Status::crashed ? 1.0 : 0.0;
   if (s.steps == 0) return std::nullopt;  // a run that was lost measured nothing
@@ -100,7 +104,7 @@ void write_runs(const std::filesystem::path& out, const RaceResults& results, st
   for (const RunResult& run : results.runs) {
     csv << run.summary.stack << static_cast<std::int64_t>(run.summary.seed) << status_name(run.summary.status)
         << (run.summary.needs_truth ? 1 : 0);
-    for (const std::string& column : columns) put(csv, run_value(results, run, column));
+    for (const std::string& column : columns) put(csv, results.run_value(run, column));
     csv.end_row();
   }
   write_file(out / "runs.csv", text);
@@ -111,6 +115,9 @@ void write_table(const std::filesystem::path& out, const RaceResults& results, s
   for (const char* name : {"runs", "finished", "crashed", "violation_s_max", "violation_after_adapt_s_max"})
     columns.emplace_back(name);
   for (std::size_t i = 0; i < laps; ++i) columns.push_back("pace_ratio" + std::to_string(i));
+  columns.emplace_back("seeds");
+  for (const std::string& column : interval_columns(results))
+    for (const char* end : {"_lo", "_hi"}) columns.push_back(column + end);
   std::string text;
   CsvWriter csv(text, joined(columns, "stack,needs_truth"));
   for (const std::string& stack : results.rows) {
@@ -123,33 +130,6 @@ void write_table(const std::filesystem::path& out, const RaceResults& results, s
 }
 
 Node optional_number(const std::optional<double>& value) { return value ? Node(*value) : Node::null(); }
-
-std::string text(const std::optional<double>& value, const char* format) {
-  if (!value || std::isnan(*value)) return "-";
-  char buffer[64];
-  std::snprintf(buffer, sizeof buffer, format, *value);
-  // snprintf follows the locale's decimal sign; tables do not.
-  for (char* c = buffer; *c != '\0'; ++c)
-    if (*c == ',') *c = '.';
-  return buffer;
-}
-
-/// Columns right-aligned, the first one left.
-void print_aligned(std::ostream& out, const std::vector<std::vector<std::string>>& rows) {
-  std::vector<std::size_t> width;
-  for (const auto& row : rows) {
-    width.resize(std::max(width.size(), row.size()), 0);
-    for (std::size_t i = 0; i < row.size(); ++i) width[i] = std::max(width[i], row[i].size());
-  }
-  for (const auto& row : rows) {
-    std::string line;
-    for (std::size_t i = 0; i < row.size(); ++i) {
-      const std::string pad(width[i] - row[i].size(), ' ');
-      line += i == 0 ? row[i] + pad : "  " + pad + row[i];
-    }
-    out << line << '\n';
-  }
-}
 
 /// ", 85 % of solves failed" when that says more of the run than its status.
 std::string failed_share(const std::vector<const RunResult*>& runs) {
@@ -170,7 +150,117 @@ std::string outcome(const std::vector<const RunResult*>& runs) {
   return std::to_string(finished) + "/" + std::to_string(runs.size()) + " finished" + failed_share(runs);
 }
 
+/// Every sum of table.csv is one of what the runs cost, so that equal runs count as often as they were driven.
+bool is_cost(const std::string& column) { return column == "cpu_s" || column == "simulated_s" || column == "seeds"; }
+
+std::vector<double> values_of(const RaceResults& results, const std::vector<const RunResult*>& runs,
+                              const std::string& column) {
+  std::vector<double> values;
+  for (const RunResult* one : runs)
+    if (const std::optional<double> value = results.run_value(*one, column); value && !std::isnan(*value))
+      values.push_back(*value);
+  return values;
+}
+
+/// The ends of the intervals under a row of the printed table; empty when no column has one.
+std::vector<std::string> interval_row(const RaceResults& results, const std::string& stack, std::size_t laps) {
+  std::vector<std::string> row = {"  95 %"};
+  bool any = false;
+  const auto add = [&](const std::string& column, const char* format) {
+    const std::optional<double> lo = results.value(stack, column + "_lo", -1);
+    const std::optional<double> hi = results.value(stack, column + "_hi", -1);
+    any = any || (lo && hi);
+    row.push_back(lo && hi ? cell_text(lo, format) + ".." + cell_text(hi, format) : "");
+  };
+  for (std::size_t i = 0; i < laps; ++i) add("lap" + std::to_string(i) + "_s", "%.2f");
+  add("mean_deviation_m", "%.4f");
+  for (const char* column : {"violation_s", "violation_body_s", "violation_after_adapt_s"}) add(column, "%.2f");
+  add("mu_rmse", "%.3f");
+  if (!any) row.clear();
+  return row;
+}
+
+/// "none: seeds 1, 2, 3 drove the same run to the last bit, which counts once"
+void print_identical(std::ostream& out, const RaceResults& results) {
+  for (const std::string& stack : results.rows) {
+    std::map<std::string, std::vector<std::uint64_t>> seeds;
+    for (const RunResult* run : results.of(stack))
+      if (!run->drive.empty()) seeds[run->drive].push_back(run->summary.seed);
+    for (const auto& [drive, same] : seeds) {
+      if (same.size() < 2) continue;
+      out << stack << ": seeds";
+      constexpr std::size_t most = 6;
+      for (std::size_t i = 0; i < std::min(same.size(), most); ++i) out << (i > 0 ? ", " : " ") << same[i];
+      if (same.size() > most) out << " and " << same.size() - most << " more";
+      out << " drove the same run to the last bit, which counts once\n";
+    }
+  }
+}
+
 }  // namespace
+
+std::string cell_text(const std::optional<double>& value, const char* format) {
+  if (!value || std::isnan(*value)) return "-";
+  char buffer[64];
+  std::snprintf(buffer, sizeof buffer, format, *value);
+  // snprintf follows the locale's decimal sign; tables do not.
+  for (char* c = buffer; *c != '\0'; ++c)
+    if (*c == ',') *c = '.';
+  return buffer;
+}
+
+void print_aligned(std::ostream& out, const std::vector<std::vector<std::string>>& rows) {
+  std::vector<std::size_t> width;
+  for (const auto& row : rows) {
+    width.resize(std::max(width.size(), row.size()), 0);
+    for (std::size_t i = 0; i < row.size(); ++i) width[i] = std::max(width[i], row[i].size());
+  }
+  for (const auto& row : rows) {
+    std::string line;
+    for (std::size_t i = 0; i < row.size(); ++i) {
+      const std::string pad(width[i] - row[i].size(), ' ');
+      line += i == 0 ? row[i] + pad : "  " + pad + row[i];
+    }
+    out << line << '\n';
+  }
+}
+
+std::vector<std::string> interval_columns(const RaceResults& results) {
+  const std::size_t laps = std::max(most_laps(results), static_cast<std::size_t>(results.race.world.laps));
+  std::vector<std::string> columns = measured_columns(laps);
+  for (std::size_t i = 0; i < laps; ++i) columns.push_back("pace_ratio" + std::to_string(i));
+  std::erase_if(columns, [](const std::string& column) { return !is_table_column(column + "_lo"); });
+  return columns;
+}
+
+std::vector<std::string> beaten_limits(const RaceResults& results) {
+  std::vector<std::string> beaten;
+  const WorldSpec& world = results.race.world;
+  for (const RunResult& run : results.runs) {
+    if (run.summary.steps == 0 || run.summary.violation_s > 0.0) continue;
+    for (std::size_t lap = 1; lap < run.summary.laps.size(); ++lap) {
+      const std::optional<double> limit = world.time_optimal_lap(run.summary.lap_mean_factors[lap]);
+      if (!limit || run.summary.laps[lap] >= *limit - world.time_optimal_error) continue;
+      beaten.push_back(run.summary.stack + ", seed " + std::to_string(run.summary.seed) + ": lap " +
+                       std::to_string(lap) + " took " + cell_text(run.summary.laps[lap], "%.3f") +
+                       " s inside the road, the limit is " + cell_text(*limit, "%.3f") + " s with an error of " +
+                       cell_text(world.time_optimal_error, "%.3f") + " s");
+    }
+  }
+  return beaten;
+}
+
+std::vector<const RunResult*> RaceResults::distinct(const std::string& stack) const {
+  std::vector<const RunResult*> found;
+  std::set<std::string> drives;
+  for (const RunResult* run : of(stack))
+    if (run->drive.empty() || drives.insert(run->drive).second) found.push_back(run);
+  return found;
+}
+
+std::optional<double> RaceResults::run_value(const RunResult& run, const std::string& column) const {
+  return value_of(*this, run, column);
+}
 
 std::vector<const RunResult*> RaceResults::of(const std::string& stack) const {
   std::vector<const RunResult*> found;
@@ -180,24 +270,40 @@ std::vector<const RunResult*> RaceResults::of(const std::string& stack) const {
 }
 
 std::optional<double> RaceResults::value(const std::string& stack, const std::string& column, int run) const {
-  const std::vector<const RunResult*> mine = of(stack);
-  if (run >= 0)
-    return static_cast<std::size_t>(run) < mine.size() ? run_value(*this, *mine[static_cast<std::size_t>(run)], column)
+  if (run >= 0) {
+    const std::vector<const RunResult*> mine = of(stack);
+    return static_cast<std::size_t>(run) < mine.size() ? run_value(*mine[static_cast<std::size_t>(run)], column)
                                                        : std::nullopt;
-  std::vector<double> values;
-  for (const RunResult* one : mine)
-    if (const std::optional<double> value = run_value(*this, *one, column); value && !std::isnan(*value))
-      values.push_back(*value);
-  const bool summed =
-      column == "runs" || column == "finished" || column == "crashed" || column == "cpu_s" || column == "simulated_s";
-  if (summed) {
-    double sum = 0.0;
-    for (const double value : values) sum += value;
-    return sum;
   }
+  const std::vector<const RunResult*> mine = is_cost(column) ? of(stack) : distinct(stack);
+  if (const std::string_view of = interval_of(column); !of.empty()) {
+    const MedianInterval interval = bootstrap_median_interval(values_of(*this, mine, std::string(of)));
+    const double end = column.ends_with("_lo") ? interval.lo : interval.hi;
+    return std::isnan(end) ? std::nullopt : std::optional(end);
+  }
+  std::vector<double> values = values_of(*this, mine, column);
+  if (is_cost(column) || column == "runs" || column == "finished" || column == "crashed")
+    return std::accumulate(values.begin(), values.end(), 0.0);
   if (column.ends_with("_max") && !values.empty()) return *std::max_element(values.begin(), values.end());
   if (values.empty()) return std::nullopt;
   return median(std::move(values));
+}
+
+/// The runs that a claim is asked of one by one: those that are equal to the last bit in both its rows only once.
+static std::vector<int> distinct_runs(const RaceResults& results, const Claim& claim) {
+  std::vector<int> chosen;
+  std::set<std::pair<std::string, std::string>> seen;
+  const std::vector<const RunResult*> left = results.of(claim.left.stack), right = results.of(claim.right.stack);
+  const auto drive = [](const std::vector<const RunResult*>& runs, std::size_t i) {
+    return i < runs.size() ? runs[i]->drive : std::string();
+  };
+  for (std::size_t i = 0; i < results.race.seeds.size(); ++i) {
+    const auto both = std::pair(drive(left, i), drive(right, i));
+    const bool known =
+        (claim.left.stack.empty() || !both.first.empty()) && (claim.right.stack.empty() || !both.second.empty());
+    if (!known || seen.insert(both).second) chosen.push_back(static_cast<int>(i));
+  }
+  return chosen;
 }
 
 std::vector<ClaimResult> judge_all(const RaceResults& results, bool alone) {
@@ -215,9 +321,11 @@ std::vector<ClaimResult> judge_all(const RaceResults& results, bool alone) {
       skipped.why_skipped = "on times: needs -j 1";
       judged.push_back(skipped);
     } else {
-      judged.push_back(judge(claim, static_cast<int>(results.race.seeds.size()), results.race.claim_share,
+      const std::vector<int> chosen = distinct_runs(results, claim);
+      judged.push_back(judge(claim, static_cast<int>(chosen.size()), results.race.claim_share,
                              [&](const std::string& stack, const std::string& column, int run) {
-                               return results.value(stack, column, run);
+                               return results.value(stack, column,
+                                                    run < 0 ? -1 : chosen[static_cast<std::size_t>(run)]);
                              }));
     }
   }
@@ -262,21 +370,22 @@ void print_tables(std::ostream& out, const RaceResults& results, std::span<const
   std::vector<std::vector<std::string>> rows(1);
   rows[0] = {"stack"};
   for (std::size_t i = 0; i < laps; ++i) rows[0].push_back("lap " + std::to_string(i));
-  for (const char* name : {"deviation", "outside", "adapted", "mu rms", "solve", "failed", "CPU", "status"})
+  for (const char* name : {"deviation", "outside", "wheels", "adapted", "mu rms", "solve", "failed", "CPU", "status"})
     rows[0].emplace_back(name);
-  bool any_truth = false;
+  bool any_truth = false, any_interval = false;
   for (const std::string& stack : results.rows) {
-    const std::vector<const RunResult*> runs = results.of(stack);
+    const std::vector<const RunResult*> runs = results.distinct(stack);
     if (runs.empty()) continue;
     const bool truth = runs.front()->summary.needs_truth;
     any_truth = any_truth || truth;
     const auto cell = [&](const char* column, const char* format) {
-      return text(results.value(stack, column, -1), format);
+      return cell_text(results.value(stack, column, -1), format);
     };
     std::vector<std::string> row = {stack + (truth ? " *" : "")};
     for (std::size_t i = 0; i < laps; ++i) row.push_back(cell(("lap" + std::to_string(i) + "_s").c_str(), "%.2f"));
     row.push_back(cell("mean_deviation_m", "%.4f m"));
     row.push_back(cell("violation_s", "%.2f s"));
+    row.push_back(cell("violation_body_s", "%.2f s"));
     row.push_back(cell("violation_after_adapt_s", "%.2f s"));
     row.push_back(cell("mu_rmse", "%.3f"));
     row.push_back(cell("solve_ms_median", "%.2f ms"));
@@ -284,10 +393,16 @@ void print_tables(std::ostream& out, const RaceResults& results, std::span<const
     row.push_back(cell("cpu_s", "%.1f s"));
     row.push_back(outcome(runs));
     rows.push_back(std::move(row));
+    if (std::vector<std::string> ends = interval_row(results, stack, laps); !ends.empty())
+      rows.push_back(std::move(ends)), any_interval = true;
   }
   print_aligned(out, rows);
+  print_identical(out, results);
+  for (const std::string& line : beaten_limits(results)) out << "the limit is none: " << line << '\n';
+  if (any_interval) out << "95 %: bootstrap interval of the median over the runs. ";
   if (any_truth) out << "* was told the truth. ";
-  out << "outside: time with the centre of gravity off the track; adapted: the same after the stack adapted.\n";
+  out << "outside: time with the centre of gravity off the track; wheels: with a corner of the car; adapted: outside "
+         "after the stack adapted.\n";
   const auto held =
       std::count_if(claims.begin(), claims.end(), [](const ClaimResult& c) { return c.holds.value_or(false); });
   const auto judged =
@@ -301,8 +416,8 @@ void print_tables(std::ostream& out, const RaceResults& results, std::span<const
     if (!claim.holds)
       out << "  skipped  " << claim.text << "   (" << claim.why_skipped << ")\n";
     else if (!*claim.holds)
-      out << "  FAILS    " << claim.text << "   (" << text(claim.left, "%.4g") << " against "
-          << text(claim.right, "%.4g") << ", " << claim.runs_held << " of " << claim.runs << " runs)\n";
+      out << "  FAILS    " << claim.text << "   (" << cell_text(claim.left, "%.4g") << " against "
+          << cell_text(claim.right, "%.4g") << ", " << claim.runs_held << " of " << claim.runs << " runs)\n";
   }
 }
 

@@ -3,6 +3,8 @@
 
 #include <filesystem>
 #include <iosfwd>
+#include <optional>
+#include <string>
 #include <vector>
 
 #include "experiment/experiment.hpp"
@@ -17,9 +19,24 @@ struct RaceResults {
   std::vector<std::string> rows;  // the stacks that were asked for (--only)
 
   std::vector<const RunResult*> of(const std::string& stack) const;
+  /// The same, runs that are equal to the last bit only once: under no other seed than the first that drove so.
+  std::vector<const RunResult*> distinct(const std::string& stack) const;
   /// The value of a column of table.csv for a stack: one run's, or the stack's when run is -1.
   std::optional<double> value(const std::string& stack, const std::string& column, int run) const;
+  std::optional<double> run_value(const RunResult& run, const std::string& column) const;
 };
+
+/// The columns of table.csv that have COLUMN_lo and COLUMN_hi.
+std::vector<std::string> interval_columns(const RaceResults& results);
+
+/// A number in printf's format, "-" when there is none.
+std::string cell_text(const std::optional<double>& value, const char* format);
+/// Columns right-aligned, the first one left.
+void print_aligned(std::ostream& out, const std::vector<std::vector<std::string>>& rows);
+
+/// Flying laps of runs that never left the road and are faster than the world's limit by more than its stated error,
+/// one line each: then the limit is none. Laps of changing friction are compared at their mean factor.
+std::vector<std::string> beaten_limits(const RaceResults& results);
 
 /// Claims about rows left out are skipped, and those on times unless `alone` (runs did not share the machine).
 std::vector<ClaimResult> judge_all(const RaceResults& results, bool alone);

@@ -48,7 +48,7 @@ std::string read_string(const Node& node, std::string_view key) {
 }
 
 Status status_of(std::string_view name) {
-  for (const Status status : {Status::finished, Status::crashed, Status::timeout, Status::plugin_error})
+  for (const Status status : {Status::finished, Status::crashed, Status::stuck, Status::timeout, Status::plugin_error})
     if (status_name(status) == name) return status;
   return Status::error;
 }
@@ -200,6 +200,7 @@ std::optional<RunResult> read_result(const fs::path& folder, const std::string& 
     s.solver_failures = static_cast<std::int64_t>(read_value(node, "solver_failures"));
     s.steps = static_cast<std::int64_t>(read_value(node, "steps"));
     s.simulated_s = read_value(node, "simulated_s");
+    if (const Node* const files = node.find("files"); files != nullptr) result.drive = read_string(*files, "steps.csv");
     if (fs::exists(folder / "timing.csv", ignored)) result.timing = read_timing(folder);
     return result;
   } catch (const std::exception&) {

@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <optional>
+#include <string>
 
 #include "race/metrics.hpp"
 
@@ -16,6 +17,7 @@ struct RunTiming {
 struct RunResult {
   RunSummary summary;
   RunTiming timing;
+  std::string drive;  // hash of steps.csv; two runs that have the same did the same to the last bit. Empty: not known
 };
 
 /// Writes summary.json into the run's folder, with the key that names the run's inputs, the SHA-256 of every result

@@ -1,4 +1,4 @@
-// The one place where a plugin's exception becomes ours.
+// Exceptions of plugins are caught here and thrown again as PluginFailure, with the plugin's name.
 #pragma once
 
 #include <algorithm>
@@ -57,7 +57,7 @@ class SharedText {
   std::array<std::atomic<char>, 64> letters_{};
 };
 
-/// Which plugin a process called last, and when on the world's clock: what is left to tell when it dies in there.
+/// Which plugin a process called last, and when on the world's clock: for the message when the process ends inside that call.
 struct LastCall {
   SharedText who;
   std::atomic<double> t{NAN};  // [s]; NaN while an instance is made, -infinity since, +infinity while it is destroyed

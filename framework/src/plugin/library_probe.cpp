@@ -149,7 +149,8 @@ std::vector<std::string> probe_libraries(std::span<const fs::path> libraries, do
 std::string open_to_all(const fs::path& place) {
   struct stat found {};
   if (stat(place.c_str(), &found) != 0 || (found.st_mode & S_IWOTH) == 0) return {};
-  return place.string() + " can be written by everybody on this machine: whoever puts a plugin there runs it as you";
+  return place.string() +
+         " can be written by everybody on this machine: a plugin that another user puts there runs as you";
 }
 
 }  // namespace gripline

@@ -22,8 +22,8 @@ std::vector<std::string> probe_libraries(std::span<const std::filesystem::path> 
 /// What is wrong with a manifest that was read from a library of this ABI; empty when nothing is.
 std::string manifest_problem(const abi::Manifest& manifest);
 
-/// Why whoever may write a file or folder can put code there that runs as its reader; empty when only its owner (and
-/// group) can.
+/// A warning when every user of this machine may write this file or folder, and so may place code there that runs as
+/// its reader; empty when only its owner (and group) may.
 std::string open_to_all(const std::filesystem::path& place);
 
 }  // namespace gripline

@@ -8,7 +8,7 @@ namespace gripline {
 static constexpr double hilly_from = 0.03;  // grade
 
 std::string_view status_name(Status status) {
-  constexpr std::string_view names[] = {"finished", "crashed", "timeout", "plugin_error", "error"};
+  constexpr std::string_view names[] = {"finished", "crashed", "stuck", "timeout", "plugin_error", "error"};
   return names[static_cast<std::size_t>(status)];
 }
 

@@ -10,7 +10,7 @@
 
 namespace gripline {
 
-enum class Status { finished, crashed, timeout, plugin_error, error };
+enum class Status { finished, crashed, stuck, timeout, plugin_error, error };
 std::string_view status_name(Status status);
 
 struct RunSummary {

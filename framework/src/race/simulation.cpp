@@ -18,6 +18,9 @@ void timed_call(const std::string& who, double t, double& spent_ms, F&& call) {
   spent_ms = 1e3 * (thread_cpu_s() - begin);
 }
 
+/// A car that moves by less than this share of its length in this time is stuck: nothing changes any more for the stack.
+constexpr double standing_share = 0.1, standing_s = 5.0;
+
 /// For messages: a place or a speed to one decimal.
 std::string tenths(double value) { return number_text(std::round(10 * value) / 10); }
 
@@ -38,7 +41,10 @@ Simulation::Simulation(World& world, Stack& stack, Metrics& metrics, Recorder* r
 }
 
 /// The instant before the first step: there is nothing to learn from yet, and the car needs a first command.
-void Simulation::start() { decide(); }
+void Simulation::start() {
+  moved_ = {world_.state().x, world_.state().y, world_.time()};
+  decide();
+}
 
 void Simulation::step() {
   const Observation before = now_;
@@ -46,6 +52,7 @@ void Simulation::step() {
   const Place true_place = world_.place();
   u_ = guard(world_.plant_id(), now_.t, [&] { return world_.advance(command_.u); });  // line 3: x_t+1 <- dynamics
   if (!world_.finite()) return;                                                       // over
+  watch_standing();
   now_ = world_.observe();
   if (observer_ != nullptr) observer_->on_step(true_before, true_place, u_, world_, stack_);
   sample_ = sample_of(before);  // line 4: e = x_t+1 - f_nom(x_t, u_t)
@@ -99,12 +106,21 @@ bool Simulation::over(RunSummary& summary) const {
   } else if ((spec.laps > 0 && world_.laps() >= spec.laps) ||
              (spec.duration && world_.time() >= *spec.duration - 0.5 * spec.dt)) {
     summary = metrics_.summary(Status::finished, "");
+  } else if (world_.time() - moved_.t >= standing_s - 0.5 * spec.dt) {
+    summary = metrics_.summary(Status::stuck,
+                               "stands at s = " + tenths(world_.place().s) + " m since " + tenths(moved_.t) + " s");
   } else if (world_.time() >= spec.timeout - 0.5 * spec.dt) {
     summary = metrics_.summary(Status::timeout, "still driving after " + number_text(spec.timeout) + " s");
   } else {
     return false;
   }
   return true;
+}
+
+void Simulation::watch_standing() {
+  const State& x = world_.state();
+  if (std::hypot(x.x - moved_.x, x.y - moved_.y) > standing_share * world_.spec().car.car.length)
+    moved_ = {x.x, x.y, world_.time()};
 }
 
 void Simulation::tell_progress() const {

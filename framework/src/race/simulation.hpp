@@ -50,6 +50,7 @@ class Simulation {
   Sample sample_of(const Observation& before);
   void decide();
   bool over(RunSummary& summary) const;
+  void watch_standing();
   void tell_progress() const;
 
   World& world_;
@@ -63,6 +64,9 @@ class Simulation {
   StepTiming timing_;
   Sample sample_;
   bool learns_ = true;
+  struct {
+    double x = 0, y = 0, t = 0;
+  } moved_;  // where and when the car was last seen to have moved
   void (*progress_)(void*, double) = nullptr;
   void* progress_context_ = nullptr;
   StepObserver* observer_ = nullptr;

@@ -122,8 +122,10 @@ Inputs read_inputs(const fs::path& folder) {
   in.diagnosis_report = read_json(folder / "diagnosis_report.json");
   in.augmented_world = read_json(folder / "augmented_world.json");
   in.provenance = read_json(folder / "provenance.json");
+  in.measured = read_json(folder / "measured.json");
   in.runs_table = Columns::read(folder / "runs.csv", true);
   in.table = Columns::read(folder / "table.csv", true);
+  in.pairs = Columns::read(folder / "pairs.csv", true);
   in.track = Columns::read(folder / "track.csv");
   in.validation = Columns::read(folder / "validation.csv", true);
   in.validation_traces = Columns::read(folder / "validation_traces.csv", true);
@@ -141,10 +143,11 @@ Inputs read_inputs(const fs::path& folder) {
     run.message = text_or(summary, "message");
   }
   in.stacks = find_stacks(in);
-  if (in.runs.empty() && in.validation.empty() && in.diagnosis.is_null() && in.diagnoses.empty())
+  if (in.runs.empty() && in.validation.empty() && in.diagnosis.is_null() && in.diagnoses.empty() &&
+      !in.measured.is_object())
     throw InputError(folder.string() +
-                     ": nothing to report; expected runs.csv, <stack>/<seed>/steps.csv, validation.csv or "
-                     "diagnosis.json");
+                     ": nothing to report; expected runs.csv, <stack>/<seed>/steps.csv, validation.csv, "
+                     "diagnosis.json or measured.json");
   return in;
 }
 

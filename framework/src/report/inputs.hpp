@@ -47,6 +47,8 @@
 //
 // OUT/diagnoses.csv, of the kind diagnose: one row per case; OUT/<case>/ is a diagnosis with a page of its own:
 //   case,verdict,right,confidence,before,after,closure and others
+//
+// OUT/measured.json, of the kind measured: what its page (measured_page.hpp) draws
 #pragma once
 
 #include <filesystem>
@@ -79,8 +81,8 @@ struct RunName {
 /// Everything found in an OUT folder.
 struct Inputs {
   std::filesystem::path folder;
-  nlohmann::json scene, claims, diagnosis, diagnosis_report, augmented_world, provenance;  // null if absent
-  Columns runs_table, table, track, line, validation, validation_traces, diagnoses;
+  nlohmann::json scene, claims, diagnosis, diagnosis_report, augmented_world, provenance, measured;  // null if absent
+  Columns runs_table, table, pairs, track, line, validation, validation_traces, diagnoses;
   std::vector<StackEntry> stacks;  // in the order of table.csv
   std::vector<RunName> runs;       // in the order of runs.csv, else of the folders
 };

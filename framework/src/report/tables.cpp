@@ -55,7 +55,15 @@ CarShape car_shape(const nlohmann::json& scene) {
 nlohmann::json table_json(const Inputs& inputs) {
   const Columns& source = inputs.table.empty() ? inputs.runs_table : inputs.table;
   std::vector<std::string> columns;
-  std::copy_if(source.names().begin(), source.names().end(), std::back_inserter(columns), is_measure);
+  const auto& names = source.names();
+  const auto is_there = [&](const std::string& name) {
+    return std::find(names.begin(), names.end(), name) != names.end();
+  };
+  const auto is_end = [&](const std::string& name) {
+    return (name.ends_with("_lo") || name.ends_with("_hi")) && is_there(name.substr(0, name.size() - 3));
+  };
+  std::copy_if(names.begin(), names.end(), std::back_inserter(columns),
+               [&](const std::string& name) { return is_measure(name) && !is_end(name); });
   nlohmann::json rows = nlohmann::json::array();
   // An experiment that was cut short has runs, but no table.
   for (std::size_t stack = 0; !columns.empty() && stack < inputs.stacks.size(); ++stack) {
@@ -65,16 +73,36 @@ nlohmann::json table_json(const Inputs& inputs) {
     while (at < inputs.table.rows() && inputs.table.text("stack", at) != name) ++at;
     for (const std::string& column : columns) {
       const std::vector<double> values = of_stack(inputs.runs_table, column, name);
-      const Interval interval = median_interval(values);
+      const bool stated = !inputs.table.empty() && is_there(column + "_lo") && is_there(column + "_hi");
+      const Interval interval =
+          stated ? Interval{inputs.table.number(column + "_lo", at), inputs.table.number(column + "_hi", at)}
+                 : median_interval(values);
       row["values"].push_back(
           number_or_null(inputs.table.empty() ? median_of_numbers(values) : inputs.table.number(column, at)));
       row["low"].push_back(number_or_null(interval.low));
       row["high"].push_back(number_or_null(interval.high));
-      row["n"].push_back(values.size());
+      // Runs that are equal to the last bit are one in table.csv.
+      const double distinct = stated && is_there("runs") ? inputs.table.number("runs", at) : NAN;
+      row["n"].push_back(distinct < static_cast<double>(values.size()) ? static_cast<std::size_t>(distinct)
+                                                                       : values.size());
     }
     rows.push_back(std::move(row));
   }
   return {{"columns", columns}, {"rows", std::move(rows)}};
+}
+
+nlohmann::json pairs_json(const Inputs& inputs) {
+  nlohmann::json rows = nlohmann::json::array();
+  const Columns& pairs = inputs.pairs;
+  for (std::size_t i = 0; i < pairs.rows(); ++i) {
+    if (!(pairs.number("draws", i) > 0)) continue;
+    nlohmann::json row = {{"stack", index_of(inputs, pairs.text("stack", i))},
+                          {"baseline", index_of(inputs, pairs.text("baseline", i))},
+                          {"column", pairs.text("column", i)}};
+    for (const char* name : {"difference", "lo", "hi", "p", "draws"}) row[name] = number_or_null(pairs.number(name, i));
+    rows.push_back(std::move(row));
+  }
+  return rows;
 }
 
 nlohmann::json runs_json(const Inputs& inputs) {

@@ -13,8 +13,13 @@
 namespace gripline::report {
 
 /// {"columns": [name...], "rows": [{"stack", "values", "low", "high", "n"}]}: the numeric columns of table.csv (without
-/// one, medians of runs.csv), with intervals of the median over the runs where runs.csv has the same column.
+/// one, medians of runs.csv), with intervals of the median over the runs: those of table.csv (COLUMN_lo, COLUMN_hi), else
+/// by order statistics where runs.csv has the same column.
 nlohmann::json table_json(const Inputs& inputs);
+
+/// [{"stack", "baseline", "column", "difference", "lo", "hi", "p", "draws"}] of pairs.csv, stacks as indices into
+/// inputs.stacks; rows without a draw are left out.
+nlohmann::json pairs_json(const Inputs& inputs);
 
 /// [{"stack", "seed", "status", "message", "values": {column: number}}], stack as an index into inputs.stacks; the
 /// message is that of the run's summary.json.

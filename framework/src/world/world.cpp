@@ -3,31 +3,13 @@
 #include <algorithm>
 #include <cmath>
 
-#include <gripline/plugin.hpp>
 #include <gripline/slip.hpp>
 
 #include "car/instant.hpp"
+#include "world/friction_factor.hpp"
 
 namespace gripline {
 namespace {
-
-/// The world's friction factor as a change of the tyre stage: both peaks times the factor.
-class FrictionFactor final : public AutoDiffEffect<FrictionFactor> {
- public:
-  template <class T>
-  struct Params {
-    T factor = T(1);
-  };
-  static constexpr auto parameters() {
-    return std::tuple{param("factor", &Params<double>::factor, "1", {0, 10}, "multiplies both axles' peak force")};
-  }
-  Stage stage() const noexcept override { return Stage::tyre; }
-  template <class T>
-  void act(Point<T>& p, const Params<T>& k) const {
-    p.q.peak_front *= k.factor;
-    p.q.peak_rear *= k.factor;
-  }
-};
 
 constexpr double largest_slip = 1.5;  // [rad], beyond any tyre's peak
 

@@ -6,6 +6,7 @@
 #include "config/json_file.hpp"
 #include "geometry/track_file.hpp"
 #include "util/child_process.hpp"
+#include "util/csv.hpp"
 #include "world/friction_file.hpp"
 
 namespace gripline {
@@ -67,23 +68,45 @@ void read_start(ObjectReader& r, WorldSpec& world, Errors& errors) {
     errors.add(start.node().origin, problem);
 }
 
-/// When the race ends, and what lap the track allows at best.
+/// When the race ends. A world without a road is compared with logs only and has no end.
 void read_end(ObjectReader& r, WorldSpec& world) {
   world.duration = r.optional_number("duration", "s", NumberRange::positive());
   world.laps = static_cast<int>(r.integer("laps", {0, 10000}, 0));
   world.timeout = r.number("timeout", "s", NumberRange::positive(), world.duration.value_or(0.0) + 1e-9);
-  if (world.laps == 0 && !world.duration)
+  if (world.laps == 0 && !world.duration && r.has("track"))
     r.error("a world ends after \"laps\" or after a \"duration\"; neither is given");
   if (world.laps > 0 && !world.duration && !r.has("timeout"))
     r.error("a world that ends after laps needs a \"timeout\", for the car that never completes them");
 }
 
+/// A table as `gripline limit` writes it; rows for the whole body are not those of the centre of gravity.
+void read_limit_table(const Node& node, WorldSpec& world, Errors& errors) {
+  try {
+    const CsvTable table = read_csv(resolve_path(node));
+    const std::vector<double> factor = table.column("factor"), lap = table.column("lap_s");
+    const std::vector<double> error = table.column("error_s"), body = table.column("body");
+    for (std::size_t i = 0; i < factor.size(); ++i) {
+      if (body[i] != 0.0) continue;
+      if (!world.time_optimal.empty() && !(factor[i] > world.time_optimal.back().first))
+        errors.add(node.origin, "the factors of " + node.text() + " must rise");
+      world.time_optimal.emplace_back(factor[i], lap[i]);
+      world.time_optimal_error = std::max(world.time_optimal_error, error[i]);
+    }
+  } catch (const InputError& problem) {
+    errors.add(node.origin, problem.what());
+  }
+}
+
 void read_limit(ObjectReader& r, WorldSpec& world, Errors& errors) {
+  const Node* const limit = r.find("time_optimal_laps");
+  if (limit != nullptr && limit->is_text()) return read_limit_table(*limit, world, errors);
   double last = 0.0;
   for (const Node& point : r.array("time_optimal_laps", false)) {
     ObjectReader one(point, errors);
     const double factor = one.number("factor", "1", NumberRange::positive());
     const double lap = one.number("lap", "s", NumberRange::positive());
+    world.time_optimal_error =
+        std::max(world.time_optimal_error, one.number("error", "s", NumberRange::non_negative(), 0.0));
     one.finish();
     if (!world.time_optimal.empty() && !(factor > last)) errors.add(point.origin, "factors must rise");
     last = factor;
@@ -108,13 +131,15 @@ std::optional<double> WorldSpec::time_optimal_lap(double factor) const {
   return lap0 + (lap1 - lap0) * (factor - f0) / (f1 - f0);
 }
 
-WorldSpec read_world(const Node& node, const Registry& registry, Errors& errors) {
+WorldSpec read_world(const Node& node, const Registry& registry, Errors& errors, RoadRule road) {
   ObjectReader r(node, errors);
   WorldSpec world;
   const std::size_t before = errors.added();
   if (const Node* car = r.require("car", "a car file or an object"); car != nullptr) world.car = read_car(*car, errors);
   const bool car_known = errors.added() == before;
-  if (const Node* track = r.require("track", "a track file or an object"); track != nullptr)
+  const Node* const track =
+      road == RoadRule::required ? r.require("track", "a track file or an object") : r.find("track");
+  if (track != nullptr)
     if (std::optional<Track> read = read_track(*track, errors))
       world.track = std::make_shared<const Track>(*std::move(read));
   world.dt = r.number("dt", "s", {1e-4, 1.0, false, false}, 0.02);
@@ -125,6 +150,8 @@ WorldSpec read_world(const Node& node, const Registry& registry, Errors& errors)
   if (const Node* sensors = r.find("sensors"); sensors != nullptr)
     world.sensors = read_sensors(*sensors, world.dt, errors);
   (void)r.find("nominal_uncertainty");  // how far diagnose trusts the model's parameters
+  (void)r.find("unknowns");             // what fit looks for (calibrate/unknowns.hpp)
+  (void)r.find("calibration");          // what fit found of a log's clock and how to start from it
   read_end(r, world);
   read_limit(r, world, errors);
   read_start(r, world, errors);

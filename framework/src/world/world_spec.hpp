@@ -14,7 +14,7 @@ namespace gripline {
 
 struct WorldSpec {
   CarFile car;
-  std::shared_ptr<const Track> track;
+  std::shared_ptr<const Track> track;  // null where RoadRule::optional allows it
   double dt = 0.02;
   Hold hold = Hold::zoh;
   /// Either a vehicle model with effects, integrated by the framework, or a plant plugin that integrates itself (`plant`
@@ -30,12 +30,16 @@ struct WorldSpec {
   double timeout = 0.0;            // [s]
   /// Time-optimal flying lap [s] by friction factor, rising; for tables, never for stacks.
   std::vector<std::pair<double, double>> time_optimal;
+  double time_optimal_error = 0.0;  ///< [s] largest error stated with them
   /// Linear in the factor between the laps stated; empty beyond them, and when the world states none.
   std::optional<double> time_optimal_lap(double factor) const;
 };
 
+/// A race needs a road; what is only compared with logs can do without one (`track` is then null).
+enum class RoadRule { required, optional };
+
 /// Throws PluginError when a plugin is missing; everything else goes to errors.
-WorldSpec read_world(const Node& node, const Registry& registry, Errors& errors);
+WorldSpec read_world(const Node& node, const Registry& registry, Errors& errors, RoadRule road = RoadRule::required);
 
 /// The tree of a world file with everything it names in its place, on another track if one is given. Throws InputError.
 Node load_world(const std::filesystem::path& file, const std::optional<std::filesystem::path>& track = {});

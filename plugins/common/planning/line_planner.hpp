@@ -12,6 +12,7 @@
 
 #include "common/planning/car_limits.hpp"
 #include "common/planning/closed_line.hpp"
+#include "common/planning/join_path.hpp"
 #include "common/planning/line_follower.hpp"
 #include "common/planning/planner_context.hpp"
 #include "common/planning/speed_profile.hpp"
@@ -79,17 +80,23 @@ class LinePlanner {
         from_car_speed_(params.from_car_speed),
         limits_(nominal_of(context), context.car, params.rolling, params.drag),
         road_(minimum_curvature_line(context, params), *context.course),
-        profiles_(road_.line(), context.car, limits_, {params.tyre_B, params.tyre_C, params.combined}, mus) {}
+        profiles_(road_.line(), context.car, limits_, {params.tyre_B, params.tyre_C, params.combined}, mus),
+        join_(context.car, road_.line().length()) {}
 
   void plan(const Observation& now, double mu, std::span<RefPoint> horizon) {
     const ClosedLine& line = road_.line();
     const Bracket at_mu = profiles_.select(mu);
-    const auto speed = [&](double s) { return pace_ * profiles_.speed(at_mu, line.bracket(s)); };
+    const double foot = follower_.locate(line, now.x.x, now.x.y);
+    join_.update(now, road_.at(foot, now.x.yaw), mu, static_cast<double>(horizon.size()) * dt_);
+    const auto speed = [&](double s) {
+      return std::min(pace_ * profiles_.speed(at_mu, line.bracket(s)), join_.speed(s));
+    };
     const auto reach = [&](double v) {
       return from_car_speed_ ? std::max(0.0, limits_.coast(v) + limits_.drive(v))
                              : std::numeric_limits<double>::infinity();
     };
-    sample_horizon(road_, follower_.locate(line, now.x.x, now.x.y), now, dt_, speed, reach, horizon);
+    sample_horizon(road_, foot, now, dt_, speed, reach, horizon);
+    join_.move(horizon);
   }
 
   const ClosedLine& line() const { return road_.line(); }
@@ -102,6 +109,7 @@ class LinePlanner {
   RoadLine road_;
   ProfileLibrary profiles_;
   LineFollower follower_;
+  JoinPath join_;
 };
 
 }  // namespace gripline::planning

@@ -29,7 +29,7 @@ std::uint64_t hash_of(std::span<const double> values, std::uint64_t hash) {
   return hash;
 }
 
-/// 128 bits of FNV-1a as text: against damage, not against whoever means it.
+/// 128 bits of FNV-1a as text: detects damage, not forgery.
 template <class Hash>
 std::string two_hashes(const Hash& hash) {
   char name[64];

@@ -14,6 +14,7 @@
 #include <gripline/plugin.hpp>
 #include <gripline/slip.hpp>
 
+#include "common/planning/join_path.hpp"
 #include "common/planning/planner_context.hpp"
 #include "planners/time_optimal/adaptive_laps.hpp"
 #include "planners/time_optimal/resistance_fit.hpp"
@@ -88,6 +89,7 @@ class TimeOptimal final : public SpeedPlanner {
               {params.tolerance, params.slip_max, params.latency, std::max(1, params.latency)}),
         line_(setup_),
         resistance_(typical_.resistance, context.car.v_ref),
+        join_(context.car, setup_.base().length()),
         mu_plan_(params.start * context.mu_init) {
     laps_.step(nullptr, mu_plan_, plan_);
     line_.set(plan_);
@@ -109,6 +111,7 @@ class TimeOptimal final : public SpeedPlanner {
     line_.set(plan_);
     const double tightened = car_.width * (k_.tighten + k_.tighten_sigma * spread / std::max(mu_of(tyres), 1e-3));
     sample(now, tightened, horizon);
+    join_.move(horizon);
   }
   std::span<const LinePoint> line() const override { return line_.samples(); }
 
@@ -167,6 +170,7 @@ class TimeOptimal final : public SpeedPlanner {
   void sample(const Observation& now, double tightened, std::span<RefPoint> horizon) {
     double s = line_.locate(now.x.x, now.x.y), yaw = now.x.yaw;
     double v = std::max(std::hypot(now.x.vx, now.x.vy), 0.01);
+    join_.update(now, reference(s, yaw, tightened), mu_plan_, static_cast<double>(horizon.size()) * dt_);
     for (std::size_t k = 0; k < horizon.size(); ++k) {
       RefPoint& r = horizon[k];
       r = reference(s, yaw, tightened);
@@ -176,7 +180,7 @@ class TimeOptimal final : public SpeedPlanner {
       const PlanPoint here = line_.at(s);
       if (k > 0) {
         const double gain = k_.from_car_speed ? std::max(0.0, setup_.full_throttle(v, resistance_.value())) : 1e9;
-        v = std::min(k_.pace * here.v, v + gain * dt_);
+        v = std::min({k_.pace * here.v, join_.speed(s), v + gain * dt_});
         r.v = v * std::cos(here.beta);
       }
       const double half = s + 0.5 * dt_ * v / here.stretch;
@@ -200,6 +204,7 @@ class TimeOptimal final : public SpeedPlanner {
   LapPlan plan_;
   ResistanceFit resistance_;
   std::optional<Observation> before_;
+  JoinPath join_;
   double mu_plan_;
   SlipRange front_seen_, rear_seen_;
 };

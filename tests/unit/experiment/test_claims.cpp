@@ -56,6 +56,16 @@ TEST(Claims, CompareTwoColumns) {
   }
 }
 
+TEST(Claims, SpeakOfEndsOfIntervals) {
+  const Values values = {{}, {{"elm.lap1_s_hi", 7.5}, {"none.lap1_s_lo", 8}}};
+  EXPECT_TRUE(holds("elm.lap1_s_hi < none.lap1_s_lo", values));
+  EXPECT_FALSE(holds("elm.lap1_s_hi < 7", values));
+  EXPECT_FALSE(holds("elm.lap1_s_lo < 9", values));  // was not measured
+  EXPECT_TRUE(claim_of("elm.lap1_s_hi < 7").about_interval());
+  EXPECT_THAT(why("elm.violation_s_max_hi < 7"), HasSubstr("no column \"violation_s_max_hi\""));
+  EXPECT_THAT(why("elm.runs_lo < 7"), HasSubstr("no column \"runs_lo\""));
+}
+
 TEST(Claims, TermsHaveFactorsAndOffsets) {
   const Values values = constant(1.0, 2.0);
   EXPECT_TRUE(holds("elm.violation_s == 0.5 * none.violation_s", values));

@@ -60,6 +60,21 @@ TEST_F(Runner, ARunLeavesItsFiles) {
   EXPECT_EQ(content_text(parse_file(file("good/1/config.json"))), content_text(race.run_tree("good", 1)));
 }
 
+/// Two seeds drive alike where nothing is drawn, and not where the start is; every stack starts alike.
+TEST_F(Runner, PerturbedRunsStartElsewhere) {
+  const RunnerOutcome same = run(race_of(), {{"good", 1}, {"good", 2}});
+  EXPECT_FALSE(same.runs[0].drive.empty());
+  EXPECT_EQ(same.runs[0].drive, same.runs[1].drive);
+  EXPECT_FALSE(fs::exists(file("good/1/draw.json")));
+  const RunnerOutcome drawn = run(race_of(R"({"perturb": {"position": "20 mm", "speed": "0.05 m/s"}})"),
+                                  {{"good", 1}, {"good", 2}, {"fast", 1}});
+  EXPECT_NE(drawn.runs[0].drive, drawn.runs[1].drive);
+  const auto start = [&](const char* name) { return read_csv(file(name)).column("y_true_m").front(); };
+  EXPECT_NE(start("good/1/steps.csv"), start("good/2/steps.csv"));
+  EXPECT_EQ(start("good/1/steps.csv"), start("fast/1/steps.csv"));
+  EXPECT_DOUBLE_EQ(parse_file(file("good/1/draw.json")).find("across_m")->number(), start("good/1/steps.csv"));
+}
+
 TEST_F(Runner, FinishedRunsAreKept) {
   const RaceSpec race = race_of();
   run(race, {{"good", 1}});

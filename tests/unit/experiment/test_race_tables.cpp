@@ -88,7 +88,16 @@ TEST(RaceTables, HaveTheDefinedColumns) {
   EXPECT_EQ(lines(folder / "runs.csv").at(0), "stack,seed,status,needs_truth," + measured);
   EXPECT_EQ(lines(folder / "table.csv").at(0), "stack,needs_truth," + measured +
                                                    ",runs,finished,crashed,violation_s_max,violation_after_adapt_s_max,"
-                                                   "pace_ratio0,pace_ratio1");
+                                                   "pace_ratio0,pace_ratio1,seeds," +
+                                                   "lap0_s_lo,lap0_s_hi,lap1_s_lo,lap1_s_hi,mean_deviation_m_lo,"
+                                                   "mean_deviation_m_hi,violation_s_lo,violation_s_hi,"
+                                                   "violation_body_s_lo,violation_body_s_hi,violation_after_adapt_s_lo,"
+                                                   "violation_after_adapt_s_hi,mu_rmse_lo,mu_rmse_hi,"
+                                                   "mu_visited_rmse_lo,mu_visited_rmse_hi,solve_ms_median_lo,"
+                                                   "solve_ms_median_hi,solve_ms_p95_lo,solve_ms_p95_hi,"
+                                                   "solve_ms_p99_lo,solve_ms_p99_hi,update_ms_median_lo,"
+                                                   "update_ms_median_hi,solver_failures_lo,solver_failures_hi,"
+                                                   "pace_ratio0_lo,pace_ratio0_hi,pace_ratio1_lo,pace_ratio1_hi");
   EXPECT_EQ(lines(folder / "runs.csv").size(), 10u);
   EXPECT_EQ(lines(folder / "table.csv").size(), 4u);
 }
@@ -130,6 +139,60 @@ TEST(RaceTables, TableIsMediansCountsMaximaAndSums) {
   EXPECT_EQ(elm["simulated_s"], "6");
   EXPECT_EQ(elm["lap0_mean_factor"], "0.75");
   EXPECT_DOUBLE_EQ(std::stod(none["pace_ratio0"]), 8.5 / 7.5);  // the time-optimal lap at factor 0.75 takes 7.5 s
+}
+
+TEST(RaceTables, MediansHaveIntervals) {
+  const Folder folder;
+  const RaceSpec race = race_of();
+  write_tables(folder.path(), {race, some_runs(), {"none", "elm", "oracle"}}, {});
+  auto none = cells(folder / "table.csv", "none,");
+  EXPECT_EQ(none["violation_s_lo"], "3");  // of three runs all there is to say: their range
+  EXPECT_EQ(none["violation_s_hi"], "5");
+  EXPECT_EQ(none["seeds"], "3");
+  EXPECT_EQ(none["mu_rmse_lo"], "");
+  const RaceSpec one = race_of("[]", 1);
+  write_tables(folder.path(), {one, {run_of("none", 1, 3, {8})}, {"none"}}, {});
+  EXPECT_EQ(cells(folder / "table.csv", "none,")["violation_s_lo"], "");  // one run has none
+}
+
+TEST(RaceTables, RunsEqualToTheLastBitCountOnce) {
+  const Folder folder;
+  const RaceSpec race = race_of(R"(["elm.violation_s <= 2", "elm.violation_s_hi <= 2.5"])");
+  std::vector<RunResult> runs = {run_of("elm", 1, 1, {8, 9}), run_of("elm", 2, 1, {8, 9}), run_of("elm", 3, 2, {9, 9})};
+  runs[0].drive = runs[1].drive = "a";
+  runs[2].drive = "b";
+  const RaceResults results = {race, runs, {"elm"}};
+  const std::vector<ClaimResult> claims = judge_all(results, true);
+  write_tables(folder.path(), results, claims);
+  auto elm = cells(folder / "table.csv", "elm,");
+  EXPECT_EQ(elm["violation_s"], "1.5");
+  EXPECT_EQ(elm["runs"], "2");
+  EXPECT_EQ(elm["finished"], "2");
+  EXPECT_EQ(elm["seeds"], "3");
+  EXPECT_EQ(elm["simulated_s"], "6");  // what was driven all the same
+  EXPECT_EQ(claims[0].runs, 2);
+  EXPECT_EQ(claims[1].runs, 0);  // an interval has no single runs
+  EXPECT_TRUE(claims[1].holds.value());
+  std::ostringstream out;
+  print_tables(out, results, claims);
+  EXPECT_THAT(out.str(), HasSubstr("elm: seeds 1, 2 drove the same run to the last bit, which counts once"));
+  EXPECT_THAT(out.str(), HasSubstr("1.00..2.00"));
+  EXPECT_THAT(out.str(), HasSubstr("2/2 finished"));
+}
+
+/// The limit at factor 0.75 is 7.5 s in this world.
+TEST(RaceTables, ALimitThatIsBeatenInsideTheRoadIsNone) {
+  const RaceSpec race = race_of();
+  std::vector<RunResult> runs = {run_of("none", 1, 0, {9, 7.6}), run_of("elm", 1, 0, {7, 7.4}),
+                                 run_of("elm", 2, 0.02, {9, 7.0})};
+  const RaceResults results = {race, runs, {"none", "elm"}};
+  const std::vector<std::string> beaten = beaten_limits(results);
+  ASSERT_EQ(beaten.size(), 1u);  // lap 0 is no flying lap, and seed 2 left the road
+  EXPECT_EQ(beaten[0],
+            "elm, seed 1: lap 1 took 7.400 s inside the road, the limit is 7.500 s with an error of 0.000 s");
+  std::ostringstream out;
+  print_tables(out, results, {});
+  EXPECT_THAT(out.str(), HasSubstr("the limit is none: elm, seed 1"));
 }
 
 TEST(RaceTables, OnlyTheRowsAskedFor) {

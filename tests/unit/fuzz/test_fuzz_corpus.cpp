@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <random>
 #include <string>
 #include <vector>
@@ -55,6 +56,12 @@ std::string mutated(std::string bytes, std::mt19937_64& random) {
   return bytes;
 }
 
+/// How many are tried of each target: a second of them, or as many as somebody with more time asks for.
+int mutations() {
+  const char* const asked = std::getenv("GRIPLINE_FUZZ_INPUTS");
+  return asked != nullptr ? std::atoi(asked) : 300;
+}
+
 class FuzzCorpus : public testing::TestWithParam<fuzz::Target> {};
 
 TEST_P(FuzzCorpus, IsTakenOrRefused) {
@@ -70,8 +77,8 @@ TEST_P(FuzzCorpus, IsTakenOrRefused) {
   };
   for (const Seed& seed : seeds) run(seed.bytes, seed.name);
   std::mt19937_64 random(20);
-  const int count = std::string_view(target.name) == "library" ? 20 : 300;  // each of those is a process
-  for (int i = 0; i < count; ++i) {
+  const int count = mutations() / (std::string_view(target.name) == "library" ? 15 : 1);  // each of those is a process
+  for (int i = 0; i < count && !HasFailure(); ++i) {
     const Seed& seed = seeds[random() % seeds.size()];
     run(mutated(seed.bytes, random), seed.name + " mutated, number " + std::to_string(i));
   }

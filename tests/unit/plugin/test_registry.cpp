@@ -203,8 +203,8 @@ TEST(Registry, AFolderThatEverybodyMayWriteIsWarnedOf) {
   EXPECT_FALSE(registry.entries().empty());
   EXPECT_THAT(registry.warnings(),
               testing::ElementsAre(folder.path().string() +
-                                   " can be written by everybody on this machine: whoever puts a plugin there runs it "
-                                   "as you"));
+                                   " can be written by everybody on this machine: a plugin that another user "
+                                   "puts there runs as you"));
 }
 
 TEST(Registry, AMissingDependencyIsToldInTheLoadersWords) {

@@ -70,6 +70,19 @@ TEST(Simulation, ACrashEndsItAtOnceAndSaysWhere) {
   EXPECT_EQ(race.steps().rows(), static_cast<std::size_t>(summary.steps) + 1);
 }
 
+/// Not at the timeout a minute later.
+TEST(Simulation, ACarThatStandsIsStuck) {
+  const Folder folder;
+  Race race(folder.path(), R"({"duration": null, "laps": 1, "timeout": "60 s", "start": {"speed": 0}})",
+            R"({"controller": {"plugin": "spy.constant", "params": {"d": 0}}})");
+  const RunSummary summary = race.run();
+  EXPECT_EQ(summary.status, Status::stuck);
+  EXPECT_EQ(status_name(summary.status), "stuck");
+  EXPECT_THAT(summary.message, HasSubstr("stands at s = "));
+  EXPECT_NEAR(summary.simulated_s, 5, 0.03);
+  EXPECT_EQ(race.steps().rows(), static_cast<std::size_t>(summary.steps) + 1);
+}
+
 /// Something goes wrong at step 10 or at t = 0.19 s; every complete row is kept.
 struct Fault {
   const char* name;

@@ -12,7 +12,7 @@ import { Replay } from "./replay";
 import { State } from "./state";
 import { summarySection } from "./summary";
 import { lineSwatch } from "./swatch";
-import { claimsSection, tableSection } from "./table";
+import { claimsSection, pairsSection, tableSection } from "./table";
 import { onThemeChange, stackColour } from "./theme";
 import { timeCharts } from "./timecharts";
 import { validationCharts, validationTable } from "./validation";
@@ -49,6 +49,7 @@ function raceSections(state: State, replay: Replay | null): Section[] {
   const { meta } = state.report;
   const sections: Section[] = [];
   if (meta.table.rows.length) sections.push({ id: "table", title: "Comparison", content: tableSection(state) });
+  if (meta.pairs?.length) sections.push({ id: "pairs", title: `Against ${meta.stacks[meta.pairs[0].baseline].name}`, content: pairsSection(state) });
   if (meta.claims.length && !meta.cases.length) sections.push({ id: "claims", title: "Claims", content: claimsSection(state) });
   if (replay) {
     const lost = undrawable(state);

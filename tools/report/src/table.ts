@@ -3,7 +3,7 @@ import { decimalsFor, fixed, h, plain, prose, redraw } from "./dom";
 import { measure, type Measure } from "./measures";
 import type { State } from "./state";
 import { swatch } from "./swatch";
-import type { Claim, TableRow } from "./types";
+import type { Claim, Pair, TableRow } from "./types";
 
 interface Column {
   index: number;
@@ -168,6 +168,48 @@ export function tableSection(state: State): HTMLElement {
     lost.length
       ? h("details", { class: "note lost", open: ends.length <= 6 }, h("summary", {}, `Not finished: ${lostCounts(state)}`), h("ul", {}, ...ends.map((text) => h("li", {}, ...prose(text)))))
       : null,
+  );
+}
+
+function pairCell(pair: Pair | undefined, m: Measure): HTMLElement {
+  if (!pair) return h("td", {}, h("span", { class: "value" }, h("span", { class: "none" }, "–")));
+  const signed = (v: number) => `${v > 0 ? "+" : ""}${fixed(v, m.decimals)}`;
+  const ends = pair.lo !== null && pair.hi !== null ? `${signed(pair.lo)} to ${signed(pair.hi)}` : "";
+  return h(
+    "td",
+    { title: `p ${plain(pair.p, 2)} over ${pair.draws} draws` },
+    h("span", { class: "value" }, signed(pair.difference)),
+    h("span", { class: "interval" }, ends, ends ? ", " : "", `p ${plain(pair.p, 2)}`),
+  );
+}
+
+/** Every row less the baseline, draw by draw. */
+export function pairsSection(state: State): HTMLElement {
+  const { pairs, stacks } = state.report.meta;
+  const names = [...new Set(pairs.map((pair) => pair.column))].filter((name) => measure(name).main && lapOf(name) < mostLaps);
+  const rows = [...new Set(pairs.map((pair) => pair.stack))];
+  const draws = Math.max(...pairs.map((pair) => pair.draws));
+  const head = names.map((name) => {
+    const m = measure(name);
+    return h("th", { scope: "col", title: m.help || undefined }, m.group === "Pace over limit" ? `pace, ${m.label}` : m.label, m.unit && m.unit !== "1" ? h("small", {}, ` ${m.unit}`) : null);
+  });
+  const body = rows.map((stack) =>
+    h(
+      "tr",
+      {},
+      h("th", { scope: "row", class: "name" }, swatch(stack), stacks[stack].name),
+      ...names.map((name) => pairCell(pairs.find((pair) => pair.stack === stack && pair.column === name), measure(name))),
+    ),
+  );
+  return h(
+    "div",
+    {},
+    h(
+      "div",
+      { class: "table-scroll", tabindex: 0, role: "region", "aria-label": "Paired differences" },
+      h("table", { class: "comparison dense" }, h("thead", {}, h("tr", {}, h("th", { scope: "col", class: "name" }, "stack"), ...head)), h("tbody", {}, ...body)),
+    ),
+    h("p", { class: "note" }, `Median over up to ${draws} draws of the row less ${stacks[pairs[0].baseline].name} under the same seed; below it the 95 % bootstrap interval and the sign test.`),
   );
 }
 

@@ -23,6 +23,18 @@ export interface TableRow {
   n: number[];
 }
 
+/** A row less the baseline under the same seeds: median of the differences, its interval, sign test. */
+export interface Pair {
+  stack: number;
+  baseline: number;
+  column: string;
+  difference: number;
+  lo: number | null;
+  hi: number | null;
+  p: number;
+  draws: number;
+}
+
 export interface RunInfo {
   stack: number;
   seed: string;
@@ -130,6 +142,7 @@ export interface Meta {
   scene: Scene | null;
   stacks: StackInfo[];
   table: { columns: string[]; rows: TableRow[] };
+  pairs: Pair[];
   runs: RunInfo[];
   claims: Claim[];
   times: Times[];

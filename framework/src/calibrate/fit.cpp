@@ -1,0 +1,360 @@
+#include "calibrate/fit.hpp"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+#include "calibrate/baselines.hpp"
+#include "config/errors.hpp"
+
+namespace gripline::calibrate {
+namespace {
+
+constexpr double learned_enough = 0.1;  // of the prior's variance, for a parameter to count as determined
+
+void say(const FitOptions& options, const std::string& text) {
+  if (options.say) options.say(text);
+}
+
+std::string text(double value, int digits = 4) {
+  char buffer[40];
+  std::snprintf(buffer, sizeof buffer, "%.*g", digits, value);
+  return buffer;
+}
+
+/// Every so many of a log's starts, for searching.
+std::vector<FitLog> thinned(const std::vector<FitLog>& logs, std::size_t every) {
+  std::vector<FitLog> out = logs;
+  for (FitLog& log : out) {
+    const std::size_t per_start = log.starts.horizons.size() * channels;
+    std::vector<double> time, truth;
+    for (std::size_t i = 0; i < log.starts.time.size(); i += every) {
+      time.push_back(log.starts.time[i]);
+      truth.insert(truth.end(), log.truth.begin() + static_cast<std::ptrdiff_t>(i * per_start),
+                   log.truth.begin() + static_cast<std::ptrdiff_t>((i + 1) * per_start));
+    }
+    log.starts.time = std::move(time);
+    log.truth = std::move(truth);
+  }
+  return out;
+}
+
+/// The prior itself, then draws from it at half its width.
+std::vector<double> start_of(int attempt, std::span<const double> values, std::span<const Unknown> unknowns,
+                             unsigned seed) {
+  std::vector<double> start(values.begin(), values.end());
+  if (attempt == 0) return start;
+  std::mt19937 random(seed + static_cast<unsigned>(attempt));
+  Eigen::VectorXd move(static_cast<Eigen::Index>(unknowns.size()));
+  for (std::size_t i = 0; i < unknowns.size(); ++i) {
+    double sum = -6.0;  // of twelve uniform draws: nearly normal, the same on every machine
+    for (int k = 0; k < 12; ++k) sum += static_cast<double>(random()) / 4294967296.0;
+    move(static_cast<Eigen::Index>(i)) = unknowns[i].observer ? 0.0 : 0.5 * unknowns[i].sigma * sum;
+  }
+  return moved(values, unknowns, move);
+}
+
+/// The best of several short searches over few starts.
+std::vector<double> search(const Forecaster& forecaster, const std::vector<FitLog>& logs,
+                           std::span<const double> values, std::span<const Unknown> unknowns,
+                           const FitOptions& options) {
+  std::vector<FitLog> few = thinned(logs, 4);
+  PredictionErrors errors(forecaster, few);
+  errors.weighing.horizon = options.horizon_weight;
+  errors.set_scales(values);
+  LeastSquaresOptions quick;
+  quick.iterations = 4;
+  std::vector<double> best;
+  double best_cost = 0.0;
+  for (int attempt = 0; attempt < options.tries; ++attempt) {
+    double cost = 0.0;
+    std::vector<double> found =
+        least_squares(errors, unknowns, start_of(attempt, values, unknowns, options.seed), quick, cost);
+    say(options,
+        "search " + std::to_string(attempt + 1) + " of " + std::to_string(options.tries) + ": cost " + text(cost));
+    if (best.empty() || cost < best_cost) {
+      best_cost = cost;
+      best = std::move(found);
+    }
+  }
+  return best;
+}
+
+bool at_bound(const Unknown& u, double value) {
+  return value <= u.low || value >= u.high;  // a search stops there exactly
+}
+
+/// Errors at the last horizon of all logs in one row. Logs follow one another in time, so that blocks stay apart.
+HorizonRow row_of(const std::string& name, std::span<const FitLog> logs,
+                  const std::vector<std::vector<double>>& predicted) {
+  std::vector<double> when, shown, truth;
+  double offset = 0.0;
+  for (std::size_t l = 0; l < logs.size(); ++l) {
+    const std::size_t h = logs[l].starts.horizons.size();
+    for (std::size_t i = 0; i < logs[l].starts.time.size(); ++i) {
+      when.push_back(offset + logs[l].starts.time[i] - logs[l].session->t.front());
+      const std::size_t at = (i * h + h - 1) * channels;
+      shown.insert(shown.end(), predicted[l].begin() + static_cast<std::ptrdiff_t>(at),
+                   predicted[l].begin() + static_cast<std::ptrdiff_t>(at + channels));
+      truth.insert(truth.end(), logs[l].truth.begin() + static_cast<std::ptrdiff_t>(at),
+                   logs[l].truth.begin() + static_cast<std::ptrdiff_t>(at + channels));
+    }
+    offset += 10.0 * std::ceil((logs[l].session->t.back() - logs[l].session->t.front()) / 10.0 + 1.0);
+  }
+  return horizon_row(name, when, shown, truth);
+}
+
+HorizonRow row_of_model(const std::string& name, const PredictionErrors& errors, std::span<const double> params) {
+  auto predicted = errors.errors(params);
+  for (std::size_t l = 0; l < predicted.size(); ++l)
+    for (std::size_t k = 0; k < predicted[l].size(); ++k) predicted[l][k] += errors.logs()[l].truth[k];
+  return row_of(name, errors.logs(), predicted);
+}
+
+/// Unknowns at a bound or not determined go back to their priors; what is left is what is fitted then.
+std::vector<Unknown> settle(FitResult& result, std::span<const Unknown> unknowns, std::span<const Interval> intervals) {
+  std::vector<Unknown> kept;
+  for (std::size_t i = 0; i < unknowns.size(); ++i) {
+    const Unknown& u = unknowns[i];
+    auto status = FittedParameter::Status::determined;
+    if (!u.observer && intervals[i].learned < learned_enough)
+      status = FittedParameter::Status::undetermined;
+    else if (!u.observer && at_bound(u, result.params[u.index]))
+      status = FittedParameter::Status::at_bound;
+    if (status == FittedParameter::Status::determined) {
+      kept.push_back(u);
+      continue;
+    }
+    result.params[u.index] = u.prior;
+    result.parameters.push_back({u, u.prior, intervals[i], status});
+  }
+  return kept;
+}
+
+}  // namespace
+
+std::vector<FitLog> fit_logs(const std::list<measured::SessionFile>& files, const std::shared_ptr<const Track>& track,
+                             double grid_step, const FitOptions& options) {
+  constexpr double often = 0.1;  // [s] between starts at most
+  std::vector<FitLog> logs;
+  double seconds = 0.0, mean = 0.0;
+  std::vector<double> driven;
+  for (const measured::SessionFile& file : files) {
+    const FitLog all(file.session, grid_step, options.horizons, often, options.slowest);
+    driven.push_back(often * static_cast<double>(all.starts.time.size()));
+    seconds += driven.back();
+    if (all.starts.time.empty())
+      throw InputError(file.session.name + ": nowhere in it is the car faster than " + text(options.slowest, 3) +
+                       " m/s with " + text(options.horizons.back(), 3) + " s of log to come; there is nothing to fit");
+  }
+  const double every = std::max(often, seconds / static_cast<double>(options.starts));
+  std::size_t i = 0;
+  for (const measured::SessionFile& file : files) {
+    logs.emplace_back(file.session, grid_step, options.horizons, std::min(every, std::max(often, driven[i] / 20)),
+                      options.slowest);
+    if (track && lies_on(file.session, *track)) logs.back().track = track;
+    mean += static_cast<double>(logs.back().starts.time.size()) / static_cast<double>(files.size());
+    ++i;
+  }
+  // Long sessions count more than short ones, by the root of their length.
+  for (FitLog& log : logs)
+    log.weight = std::sqrt(mean / static_cast<double>(std::max<std::size_t>(1, log.starts.time.size())));
+  return logs;
+}
+
+FitResult fit(const Forecaster& forecaster, std::vector<FitLog>& logs, std::vector<double> values,
+              std::vector<Unknown> unknowns, const FitOptions& options) {
+  FitResult result;
+  for (const FitLog& log : logs) result.starts += log.starts.time.size();
+  PredictionErrors errors(forecaster, logs);
+  errors.weighing.horizon = options.horizon_weight;
+  for (std::size_t b = 0; b < baseline_names.size(); ++b) {
+    std::vector<std::vector<double>> predicted;
+    for (const FitLog& log : logs)
+      predicted.push_back(baseline(static_cast<Baseline>(b), *log.session, log.starts, forecaster.options().wheelbase));
+    result.errors.push_back(row_of(baseline_names[b], logs, predicted));
+  }
+  result.errors.push_back(row_of_model("before", errors, values));
+
+  result.params = unknowns.empty() ? values : search(forecaster, logs, values, unknowns, options);
+  LeastSquaresOptions full;
+  full.progress = [&](const FitStep& step) {
+    say(options,
+        "step " + std::to_string(step.iteration) + ": cost " + text(step.before, 6) + " to " + text(step.after, 6));
+  };
+  std::vector<Unknown> open = unknowns;
+  Bootstrap boot;
+  for (int round = 0; round < 3 && !open.empty(); ++round) {
+    errors.set_scales(result.params);
+    result.cost_before = errors.cost(values);
+    full.iterations = round == 0   ? options.iterations / 2
+                      : round == 1 ? options.iterations - options.iterations / 2
+                                   : 3;
+    result.params = least_squares(errors, open, result.params, full, result.cost_after);
+    if (round == 0) continue;  // scales were those of the search
+    const NormalEquations blocks = errors.linearise(result.params, open);
+    result.dropped = blocks.dropped;
+    boot = bootstrap(blocks, result.params, open, options.seed);
+    const std::vector<Unknown> kept = round == 1 ? settle(result, open, boot.interval) : open;
+    if (kept.size() == open.size()) break;
+    open = kept;
+  }
+  for (std::size_t i = 0; i < open.size(); ++i)
+    result.parameters.push_back(
+        {open[i], result.params[open[i].index], boot.interval[i], FittedParameter::Status::determined});
+  std::stable_sort(result.parameters.begin(), result.parameters.end(),
+                   [](const auto& a, const auto& b) { return a.unknown.index < b.unknown.index; });
+  result.drawn = std::move(boot.params);
+  result.weighing = errors.weighing;
+  result.errors.push_back(row_of_model("fitted", errors, result.params));
+  return result;
+}
+
+Friction friction_of(const StagedCar& car, const Car& constants, std::span<const double> params,
+                     std::span<const std::vector<double>> drawn) {
+  const auto mu_of = [&](std::span<const double> p) {
+    const std::array<double, channels> x{0, 0, 0, constants.v_ref, 0, 0};
+    const ActingCommand<double> command{};
+    const Place at;
+    std::vector<double> memory(static_cast<std::size_t>(car.memory())), rate(memory.size());
+    const CommandSample<double> idle{};
+    History<double> past;
+    past.samples = &idle;
+    past.count = 1;
+    past.dt = 0.01;
+    CarBatch<double> batch;
+    batch.n = 1;
+    batch.motion = x.data();
+    batch.command = &command;
+    batch.memory = memory.data();
+    batch.memory_rate = rate.data();
+    batch.at = &at;
+    batch.params = p.data();
+    batch.history = &past;
+    Quantities<double> q{};
+    car.quantities(batch, &q);
+    const double weight = q.m * gravity, length = q.lf + q.lr;
+    return std::array<double, 3>{q.peak_front / (weight * q.lr / length), q.peak_rear / (weight * q.lf / length),
+                                 (q.peak_front + q.peak_rear) / weight};
+  };
+  Friction friction;
+  const auto mu = mu_of(params);
+  friction.known = std::isfinite(mu[2]) && mu[2] > 0.0;
+  if (!friction.known) return friction;
+  friction.front = mu[0], friction.rear = mu[1], friction.total = mu[2];
+  std::vector<double> totals;
+  for (const auto& p : drawn) totals.push_back(mu_of(p)[2]);
+  std::sort(totals.begin(), totals.end());
+  friction.total_low = totals.empty() ? mu[2] : totals[totals.size() / 40];
+  friction.total_high = totals.empty() ? mu[2] : totals[totals.size() - 1 - totals.size() / 40];
+  return friction;
+}
+
+namespace {
+
+/// Parameter of an effect that a score test can move: from a neutral value at which the effect is not there.
+int first_free(const PluginEntry& entry) {
+  for (std::size_t i = 0; i < entry.params().size(); ++i) {
+    const abi::ParamDecl& p = entry.params()[i];
+    if (p.type == abi::ParamType::table) return -1;
+    if (p.fit && p.neutral >= p.lo && p.neutral <= p.hi) return static_cast<int>(i);
+  }
+  return -1;
+}
+
+struct Candidate {
+  std::string id;
+  std::size_t index = 0;
+  double scale = 1;
+};
+
+/// What one more parameter would take off the cost, the fitted ones moving along, and by how much blocks agree.
+Advice score_test(const NormalEquations& blocks, std::size_t fitted, std::size_t candidate) {
+  const auto n = static_cast<Eigen::Index>(fitted), c = static_cast<Eigen::Index>(candidate);
+  Eigen::MatrixXd hessian = Eigen::MatrixXd::Zero(n, n);
+  Eigen::VectorXd cross = Eigen::VectorXd::Zero(n);
+  double own = 0.0;
+  for (std::size_t b = 0; b < blocks.hessian.size(); ++b) {
+    hessian += blocks.hessian[b].topLeftCorner(n, n);
+    cross += blocks.hessian[b].col(c).head(n);
+    own += blocks.hessian[b](c, c);
+  }
+  hessian.diagonal() *= 1.0 + 1e-6;
+  const Eigen::VectorXd share = hessian.ldlt().solve(cross);
+  const double left = own - cross.dot(share);
+  double residual = 0.0, spread = 0.0;
+  for (std::size_t b = 0; b < blocks.hessian.size(); ++b) {
+    const double one = blocks.gradient[b](c) - share.dot(blocks.gradient[b].head(n));
+    residual += one;
+    spread += one * one;
+  }
+  Advice out;
+  if (!(left > 1e-9 * own) || !(spread > 0.0)) return out;
+  out.value = -residual / left;
+  out.gain = residual * residual / left / blocks.cost;
+  out.score = std::abs(residual) / std::sqrt(spread);
+  return out;
+}
+
+}  // namespace
+
+std::vector<Advice> advise(const WorldSpec& world, const Registry& registry, const ForecastOptions& forecast,
+                           std::vector<FitLog>& logs, const FitResult& found) {
+  // The world's car, then every effect it has not, at its neutral value.
+  PluginContext context;
+  context.car = world.car.car;
+  const Vehicle vehicle(world.vehicle, context);
+  StagedCar car = vehicle.car();
+  const std::size_t own = car.params().size();
+  std::vector<Instance<Effect>> effects;
+  std::vector<Candidate> candidates;
+  for (const PluginEntry& entry : registry.entries()) {
+    const int free = entry.decl->kind == abi::Kind::effect && !entry.needs_truth() ? first_free(entry) : -1;
+    const auto there = [&](const PluginSpec& e) { return e.id() == entry.decl->id; };
+    if (free < 0 || std::any_of(world.vehicle.effects.begin(), world.vehicle.effects.end(), there)) continue;
+    std::vector<abi::ParamValue> values;
+    std::vector<double> numbers;
+    for (const abi::ParamDecl& p : entry.params()) {
+      const bool moved = &p == &entry.params()[static_cast<std::size_t>(free)];
+      values.push_back({moved ? p.neutral : p.default_value, Table{}});
+      numbers.push_back(values.back().number);
+    }
+    auto effect = create<Effect>(entry, context, values);
+    // What remembers has no neutral value at which its memory is harmless.
+    if (effect->memory() > 0 || !vehicle.has_stage(effect->stage())) continue;
+    candidates.push_back({entry.decl->id, car.params().size() + static_cast<std::size_t>(free),
+                          entry.params()[static_cast<std::size_t>(free)].scale});
+    car.add(*effect, numbers, entry.decl->id);
+    effects.push_back(std::move(effect));
+  }
+  const Forecaster larger(car, forecast);
+  std::vector<double> params(found.params.begin(), found.params.begin() + static_cast<std::ptrdiff_t>(own));
+  params.insert(params.end(), car.params().begin() + static_cast<std::ptrdiff_t>(own), car.params().end());
+  params.insert(params.end(), found.params.begin() + static_cast<std::ptrdiff_t>(own), found.params.end());
+
+  std::vector<Unknown> unknowns;
+  for (const FittedParameter& p : found.parameters) {
+    if (p.status != FittedParameter::Status::determined) continue;
+    unknowns.push_back(p.unknown);
+    if (p.unknown.index >= own) unknowns.back().index += car.params().size() - own;
+  }
+  const std::size_t fitted = unknowns.size();
+  for (const Candidate& c : candidates) {
+    Unknown u;
+    u.index = c.index;
+    u.sigma = c.scale;
+    unknowns.push_back(u);
+  }
+  PredictionErrors errors(larger, logs);
+  errors.weighing = found.weighing;
+  const NormalEquations blocks = errors.linearise(params, unknowns);
+  std::vector<Advice> advice;
+  for (std::size_t c = 0; c < candidates.size(); ++c)
+    if (const auto one = score_test(blocks, fitted, fitted + c); one.score > 2.0)
+      advice.push_back({candidates[c].id, one.gain, one.score, one.value});
+  std::sort(advice.begin(), advice.end(), [](const Advice& a, const Advice& b) { return a.gain > b.gain; });
+  return advice;
+}
+
+}  // namespace gripline::calibrate

@@ -1,0 +1,79 @@
+// A world's unknowns from logs: those under which predictions miss the logs least.
+#pragma once
+
+#include <functional>
+#include <list>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "calibrate/horizon_table.hpp"
+#include "calibrate/least_squares.hpp"
+
+namespace gripline::calibrate {
+
+struct FitOptions {
+  std::vector<double> horizons{0.5, 1.0};  // [s]
+  std::vector<double> horizon_weight{0.5, 1.0};
+  double slowest = 1.0;      // [m/s] of a start
+  std::size_t starts = 250;  // wanted of all logs together
+  int iterations = 14;
+  int tries = 3;  // starts of the search; the first is the prior itself
+  unsigned seed = 1;
+  std::function<void(const std::string&)> say;  // one line of progress; may be empty
+};
+
+struct FittedParameter {
+  Unknown unknown;
+  double value = 0;
+  Interval interval;
+  enum class Status {
+    determined,
+    undetermined,  // the logs do not tell: kept at its prior
+    at_bound,      // ran into the end of its range: kept at its prior
+  } status = Status::determined;
+};
+
+/// Peak lateral force over static load, as the fitted model has it.
+struct Friction {
+  bool known = false;  // the model has tyres and something of them was fitted
+  double front = 0, rear = 0, total = 0, total_low = 0, total_high = 0;
+};
+
+/// An effect that is not in the world: how much its first parameter would lower the cost, to first order.
+struct Advice {
+  std::string effect;
+  double gain = 0;   // relative decrease of the squared errors
+  double score = 0;  // in standard deviations over blocks
+  double value = 0;  // what its parameter would be
+};
+
+struct FitResult {
+  std::vector<double> params;  // of the forecaster
+  std::vector<FittedParameter> parameters;
+  double cost_before = 0, cost_after = 0;
+  std::size_t starts = 0, dropped = 0;
+  Friction friction;
+  std::vector<Advice> advice;              // best first, those above two standard deviations
+  std::vector<HorizonRow> errors;          // at the last horizon over all logs: baselines, the world before, after
+  std::vector<std::vector<double>> drawn;  // parameters by bootstrap draw
+  Weighing weighing;                       // of the last step
+};
+
+/// Logs with their starts, evenly spread over all of them. Longer logs count more, by the root of their length. `track` goes to the logs that lie on it. Throws InputError when a log has no usable start.
+std::vector<FitLog> fit_logs(const std::list<measured::SessionFile>& files, const std::shared_ptr<const Track>& track,
+                             double grid_step, const FitOptions& options);
+
+/// `values`: all parameters as the world has them. `logs` hold their starts. Deterministic.
+FitResult fit(const Forecaster& forecaster, std::vector<FitLog>& logs, std::vector<double> values,
+              std::vector<Unknown> unknowns, const FitOptions& options);
+
+/// Friction of the car that the forecaster was made from, with these parameters and, for the interval, drawn ones.
+Friction friction_of(const StagedCar& car, const Car& constants, std::span<const double> params,
+                     std::span<const std::vector<double>> drawn);
+
+/// Which of the registry's effects, added to the world's car, would help: a score test on one parameter each.
+std::vector<Advice> advise(const WorldSpec& world, const Registry& registry, const ForecastOptions& forecast,
+                           std::vector<FitLog>& logs, const FitResult& found);
+
+}  // namespace gripline::calibrate

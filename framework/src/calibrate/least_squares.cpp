@@ -1,0 +1,166 @@
+#include "calibrate/least_squares.hpp"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+namespace gripline::calibrate {
+namespace {
+
+using Index = Eigen::Index;
+
+double own_value(const Unknown& u, double value) { return u.log ? std::log(value) : value; }
+
+struct Sum {
+  Eigen::MatrixXd hessian;
+  Eigen::VectorXd gradient;
+};
+
+Sum sum_of(const NormalEquations& blocks, std::size_t n, std::span<const int> weight = {}) {
+  Sum all{Eigen::MatrixXd::Zero(static_cast<Index>(n), static_cast<Index>(n)),
+          Eigen::VectorXd::Zero(static_cast<Index>(n))};
+  for (std::size_t b = 0; b < blocks.hessian.size(); ++b) {
+    const double w = weight.empty() ? 1.0 : weight[b];
+    if (w == 0.0) continue;
+    all.hessian += w * blocks.hessian[b];
+    all.gradient += w * blocks.gradient[b];
+  }
+  return all;
+}
+
+/// Solves hessian x = right side, scaled to a unit diagonal.
+Eigen::VectorXd solve(const Eigen::MatrixXd& hessian, const Eigen::VectorXd& right) {
+  const Eigen::VectorXd scale = hessian.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
+  const Eigen::MatrixXd scaled = scale.asDiagonal() * hessian * scale.asDiagonal();
+  return scale.asDiagonal() * scaled.ldlt().solve(Eigen::VectorXd(scale.asDiagonal() * right));
+}
+
+/// Unknowns that stand at a bound and would move beyond it stay where they are.
+std::vector<bool> held_at_bounds(std::span<const double> params, std::span<const Unknown> unknowns,
+                                 const Eigen::VectorXd& gradient) {
+  std::vector<bool> held(unknowns.size());
+  for (std::size_t i = 0; i < unknowns.size(); ++i) {
+    const double value = params[unknowns[i].index];
+    const double down = gradient(static_cast<Index>(i));
+    held[i] = (value <= unknowns[i].low && down > 0.0) || (value >= unknowns[i].high && down < 0.0);
+  }
+  return held;
+}
+
+Eigen::VectorXd damped_step(Sum sum, const std::vector<bool>& held, double damping) {
+  for (std::size_t i = 0; i < held.size(); ++i) {
+    if (!held[i]) continue;
+    const auto at = static_cast<Index>(i);
+    sum.hessian.row(at).setZero();
+    sum.hessian.col(at).setZero();
+    sum.hessian(at, at) = 1.0;
+    sum.gradient(at) = 0.0;
+  }
+  sum.hessian.diagonal() *= 1.0 + damping;
+  return -solve(sum.hessian, sum.gradient);
+}
+
+}  // namespace
+
+double prior_cost(std::span<const double> params, std::span<const Unknown> unknowns, Eigen::MatrixXd* hessian,
+                  Eigen::VectorXd* gradient) {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < unknowns.size(); ++i) {
+    const Unknown& u = unknowns[i];
+    const double off = (own_value(u, params[u.index]) - own_value(u, u.prior)) / u.sigma;
+    sum += off * off;
+    if (hessian != nullptr) (*hessian)(static_cast<Index>(i), static_cast<Index>(i)) += 1.0 / (u.sigma * u.sigma);
+    if (gradient != nullptr) (*gradient)(static_cast<Index>(i)) += off / u.sigma;
+  }
+  return sum;
+}
+
+std::vector<double> moved(std::span<const double> params, std::span<const Unknown> unknowns,
+                          const Eigen::VectorXd& move) {
+  constexpr double longest_log = 1.0, longest = 3.0;  // of one step: a factor e, three standard deviations
+  std::vector<double> out(params.begin(), params.end());
+  for (std::size_t i = 0; i < unknowns.size(); ++i) {
+    const Unknown& u = unknowns[i];
+    double& value = out[u.index];
+    const double by = move(static_cast<Index>(i));
+    value = u.log ? value * std::exp(std::clamp(by, -longest_log, longest_log))
+                  : value + std::clamp(by, -longest * u.sigma, longest * u.sigma);
+    value = std::clamp(value, u.low, u.high);
+  }
+  return out;
+}
+
+std::vector<double> least_squares(const PredictionErrors& errors, std::span<const Unknown> unknowns,
+                                  std::vector<double> params, const LeastSquaresOptions& options, double& cost) {
+  double damping = 1e-2;
+  cost = errors.cost(params) + prior_cost(params, unknowns);
+  if (unknowns.empty()) return params;
+  int small_steps = 0;
+  for (int iteration = 0; iteration < options.iterations; ++iteration) {
+    Sum sum = sum_of(errors.linearise(params, unknowns), unknowns.size());
+    prior_cost(params, unknowns, &sum.hessian, &sum.gradient);
+    const auto held = held_at_bounds(params, unknowns, sum.gradient);
+    const double before = cost;
+    bool better = false;
+    for (int attempt = 0; attempt < 5 && !better; ++attempt) {
+      std::vector<double> next = moved(params, unknowns, damped_step(sum, held, damping));
+      const double after = errors.cost(next) + prior_cost(next, unknowns);
+      better = after < cost;
+      damping = better ? std::max(0.2 * damping, 1e-6) : 6.0 * damping;
+      if (better) {
+        params = std::move(next);
+        cost = after;
+      }
+    }
+    if (options.progress) options.progress({iteration + 1, before, cost});
+    small_steps = before - cost < options.enough * before ? small_steps + 1 : 0;
+    if (!better || small_steps >= 2) break;
+  }
+  return params;
+}
+
+Bootstrap bootstrap(const NormalEquations& blocks, std::span<const double> params, std::span<const Unknown> unknowns,
+                    unsigned seed) {
+  constexpr std::size_t draws = 400;
+  const std::size_t n = unknowns.size(), count = blocks.hessian.size();
+  Bootstrap out;
+  out.interval.resize(n);
+  if (n == 0 || count == 0) return out;
+  std::mt19937 random(seed);
+  std::vector<std::vector<double>> move(n);
+  std::vector<Eigen::VectorXd> steps;
+  for (std::size_t draw = 0; draw < draws; ++draw) {
+    std::vector<int> weight(count, 0);
+    for (std::size_t b = 0; b < count; ++b) ++weight[random() % count];
+    Sum sum = sum_of(blocks, n, weight);
+    prior_cost(params, unknowns, &sum.hessian, &sum.gradient);
+    steps.push_back(-solve(sum.hessian, sum.gradient));
+    for (std::size_t i = 0; i < n; ++i) move[i].push_back(steps.back()(static_cast<Index>(i)));
+  }
+  Sum sum = sum_of(blocks, n);
+  prior_cost(params, unknowns, &sum.hessian, &sum.gradient);
+  Eigen::VectorXd middle(static_cast<Index>(n));
+  for (std::size_t i = 0; i < n; ++i) {
+    const Unknown& u = unknowns[i];
+    std::sort(move[i].begin(), move[i].end());
+    const double centre = middle(static_cast<Index>(i)) = move[i][draws / 2];
+    // Few blocks vary little among themselves: what prior and curvature allow is the least that is said.
+    const Eigen::VectorXd unit = Eigen::VectorXd::Unit(static_cast<Index>(n), static_cast<Index>(i));
+    const double curvature = std::sqrt(std::max(0.0, solve(sum.hessian, unit)(static_cast<Index>(i))));
+    double spread = 0.0;
+    for (const double m : move[i]) spread += (m - centre) * (m - centre);
+    const double sigma = std::max(std::sqrt(spread / draws), curvature);
+    Interval& interval = out.interval[i];
+    interval.sigma = sigma;
+    interval.learned = 1.0 - std::min(1.0, sigma * sigma / (u.sigma * u.sigma));
+    const double value = params[u.index];
+    const auto at = [&](double off) { return std::clamp(u.log ? value * std::exp(off) : value + off, u.low, u.high); };
+    interval.low = at(std::min(move[i][draws / 40] - centre, -1.96 * curvature));
+    interval.high = at(std::max(move[i][draws - 1 - draws / 40] - centre, 1.96 * curvature));
+  }
+  for (const Eigen::VectorXd& step : steps) out.params.push_back(moved(params, unknowns, step - middle));
+  return out;
+}
+
+}  // namespace gripline::calibrate

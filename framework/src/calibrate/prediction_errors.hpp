@@ -1,0 +1,74 @@
+// Errors of predictions at their horizons over many starts of several sessions, as a least-squares problem.
+#pragma once
+
+#include <Eigen/Core>
+#include <memory>
+#include <vector>
+
+#include "calibrate/forecaster.hpp"
+#include "calibrate/unknowns.hpp"
+#include "measured/session_file.hpp"
+
+namespace gripline::calibrate {
+
+/// A session with what is asked of it.
+struct FitLog {
+  const Session* session = nullptr;
+  measured::CommandGrid commands;
+  std::shared_ptr<const Track> track;  // null: flat, nowhere
+  Starts starts;
+  std::vector<double> truth;  // starts x horizons x 6, NaN where nothing was read
+  double weight = 1;          // of its errors
+
+  /// Starts every `every` seconds where |vx| is at least `slowest` and all horizons lie inside the log.
+  FitLog(const Session& session, double grid_step, std::vector<double> horizons, double every, double slowest);
+};
+
+/// Whether a part of a session that counts (a tenth) lies on a road, up to three half widths from its centre line.
+bool lies_on(const Session& session, const Track& track);
+
+/// How errors are weighed: over `scale` of their channel, times the horizon's weight, by a loss that is quadratic up to
+/// about `bend` and linear beyond.
+struct Weighing {
+  std::array<double, channels> scale{1, 1, 1, 1, 1, 1};
+  std::array<double, channels> channel{1, 1, 1, 1, 0.3, 1};
+  std::vector<double> horizon;
+  double bend = 3;
+};
+
+/// Normal equations by blocks of time, for bootstrap: every block is a stretch of `block_length` of one session.
+struct NormalEquations {
+  std::vector<Eigen::MatrixXd> hessian;
+  std::vector<Eigen::VectorXd> gradient;
+  double cost = 0;
+  std::size_t dropped = 0;  // errors left out: not finite, or of a derivative beyond all measure
+};
+inline constexpr double block_length = 10.0;  // [s]
+
+class PredictionErrors {
+ public:
+  PredictionErrors(const Forecaster& forecaster, std::vector<FitLog>& logs) : forecaster_(forecaster), logs_(logs) {}
+
+  Weighing weighing;
+
+  /// Predictions less truth, by log: starts x horizons x 6.
+  std::vector<std::vector<double>> errors(std::span<const double> params) const;
+  double cost(std::span<const double> params) const;
+  /// Derivatives by the unknowns' own moves (logarithms where they move so).
+  NormalEquations linearise(std::span<const double> params, std::span<const Unknown> unknowns) const;
+  /// Scales from the errors of these parameters: root mean squares without the worst 3 %, x and y alike.
+  void set_scales(std::span<const double> params);
+
+  const Forecaster& forecaster() const { return forecaster_; }
+  std::span<FitLog> logs() { return logs_; }
+  std::span<const FitLog> logs() const { return logs_; }
+
+ private:
+  double loss(double z, double weight, double* slope_weight) const;
+  double weight_of(const FitLog& log, std::size_t k) const;
+
+  const Forecaster& forecaster_;
+  std::vector<FitLog>& logs_;
+};
+
+}  // namespace gripline::calibrate

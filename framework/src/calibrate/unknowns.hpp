@@ -1,0 +1,51 @@
+// What is not known of a world, how well it is known before any log is read, and where it stands in the JSON.
+//
+//   "unknowns": {
+//     "/plant/params/Bf": {"group": "tyres", "sigma": 0.5, "scale": "log"},
+//     "/plant/effects/steer_map/params/g": {"group": "steer", "sigma": 0.2},
+//     "/calibration/delays/yaw_rate": {"group": "delays", "sigma": "0.2 s"} }
+//
+// An effect is named by its id or by its index. The value in the world is the prior's centre; `sigma` its standard
+// deviation, relative where the scale is "log". `low` and `high` narrow the plugin's own range.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "calibrate/forecaster.hpp"
+#include "world/world_spec.hpp"
+
+namespace gripline::calibrate {
+
+struct Unknown {
+  std::string pointer;  // as above
+  std::string group;
+  std::size_t index = 0;  // in the forecaster's parameters
+  double prior = 0, sigma = 1;
+  bool log = false;  // moves by its logarithm
+  double low = 0, high = 0;
+  /// Part of how predictions start rather than of the car.
+  bool observer = false;
+};
+
+/// Every parameter of a world by its pointer.
+struct ParameterPlace {
+  std::string pointer, unit, group;  // the group it has where "unknowns" gives none: model, a stage's name, delays...
+  std::size_t index = 0;
+  double low = 0, high = 0;
+};
+std::vector<ParameterPlace> parameter_places(const WorldSpec& world, const Forecaster& forecaster);
+
+/// All parameters of a forecaster as the world has them: the car's, then what "calibration" says of delays and observer.
+std::vector<double> parameters_of(const Node& world, const Forecaster& forecaster, Errors& errors);
+
+/// The unknowns of a world, or, where it lists none, everything that can be a guess. Delays and the observer belong to
+/// it always. `chosen`: pointers or groups to keep; empty for all. `values`: priors.
+std::vector<Unknown> read_unknowns(const Node& world, std::span<const ParameterPlace> places,
+                                   std::span<const double> values, std::span<const std::string> chosen, Errors& errors);
+
+/// Writes a value where a pointer says; members on the way are made. Throws std::invalid_argument when the world lists
+/// no such effect.
+void set_value(Node& world, const std::string& pointer, double value);
+
+}  // namespace gripline::calibrate

@@ -1,0 +1,119 @@
+#include "experiment/perturb.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <numbers>
+#include <optional>
+#include <random>
+#include <string>
+
+#include "config/hash.hpp"
+#include "experiment/experiment.hpp"
+
+namespace gripline {
+namespace {
+
+/// The place of a planner's parameter "pace".
+std::optional<std::size_t> pace_index(const PluginSpec& planner) {
+  for (std::size_t i = 0; i < planner.values.size(); ++i)
+    if (std::string_view(planner.entry->decl->params[i].name) == "pace") return i;
+  return std::nullopt;
+}
+
+void check_starts(const PerturbSpec& spec, const Node& node, const WorldSpec& world, Errors& errors) {
+  if (spec.speed > world.start_speed)
+    errors.add(node.origin, "the start's speed is " + number_text(world.start_speed) +
+                                " m/s; expected at most that as \"speed\", found " + number_text(spec.speed));
+  if (!world.track) return;
+  for (int corner = 0; corner < 8; ++corner) {
+    const auto end = [&](int bit, double width) { return (corner >> bit & 1) != 0 ? width : -width; };
+    const Pose start =
+        moved(world.start,
+              {.along = end(0, spec.position), .across = end(1, spec.position), .heading = end(2, spec.heading)});
+    if (const std::string problem = check_start(*world.track, start); !problem.empty()) {
+      errors.add(node.origin, "at its extremes: " + problem);
+      return;
+    }
+  }
+}
+
+void check_paces(const PerturbSpec& spec, const Node& node, const std::vector<StackSpec>& stacks, Errors& errors) {
+  for (const StackSpec& stack : stacks) {
+    if (stack.planner.empty()) continue;  // told already
+    const std::optional<std::size_t> at = pace_index(stack.planner);
+    if (!at) {
+      errors.add(node.origin, "\"pace\": the planner of stack " + stack.name + ", " + stack.planner.id() +
+                                  ", has no parameter of that name");
+      continue;
+    }
+    const abi::ParamDecl& declared = stack.planner.entry->decl->params[*at];
+    const double pace = stack.planner.values[*at].number;
+    if (pace * (1.0 - spec.pace) < declared.lo || pace * (1.0 + spec.pace) > declared.hi)
+      errors.add(node.origin, "\"pace\": that of stack " + stack.name + " would leave " + number_text(declared.lo) +
+                                  " to " + number_text(declared.hi));
+  }
+}
+
+}  // namespace
+
+PerturbSpec read_perturb(const Node& node, const WorldSpec& world, const std::vector<StackSpec>& stacks,
+                         Errors& errors) {
+  PerturbSpec spec;
+  const std::size_t before = errors.size();
+  ObjectReader r(node, errors);
+  spec.position = r.number("position", "m", NumberRange::closed(0.0, 100.0), 0.0);
+  spec.heading = r.number("heading", "rad", NumberRange::closed(0.0, 0.5 * std::numbers::pi), 0.0);
+  spec.speed = r.number("speed", "m/s", NumberRange::closed(0.0, 100.0), 0.0);
+  spec.pace = r.number("pace", "1", NumberRange::closed(0.0, 0.5), 0.0);
+  r.finish();
+  if (errors.size() != before) return spec;
+  if (!spec.any()) errors.add(node.origin, "perturbs nothing; expected position, heading, speed or pace above 0");
+  check_starts(spec, node, world, errors);
+  if (spec.pace > 0) check_paces(spec, node, stacks, errors);
+  return spec;
+}
+
+Draw draw_of(const PerturbSpec& spec, std::uint64_t seed) {
+  // Another stream than those of sensors and learners, which begin from the seed itself.
+  constexpr std::uint32_t stream = 0x73746172;
+  std::seed_seq both{static_cast<std::uint32_t>(seed), static_cast<std::uint32_t>(seed >> 32), stream};
+  std::mt19937_64 random(both);
+  const auto uniform = [&] { return 2.0 * (static_cast<double>(random() >> 11) * 0x1p-53) - 1.0; };
+  Draw draw;
+  draw.along = spec.position * uniform();
+  draw.across = spec.position * uniform();
+  draw.heading = spec.heading * uniform();
+  draw.speed = spec.speed * uniform();
+  draw.pace = 1.0 + spec.pace * uniform();
+  return draw;
+}
+
+Pose moved(const Pose& start, const Draw& draw) {
+  const double c = std::cos(start.yaw), s = std::sin(start.yaw);
+  return {start.x + draw.along * c - draw.across * s, start.y + draw.along * s + draw.across * c,
+          start.yaw + draw.heading};
+}
+
+std::optional<Draw> perturb(const PerturbSpec& spec, std::uint64_t seed, WorldSpec& world, StackSpec& stack) {
+  if (!spec.any()) return std::nullopt;
+  const Draw draw = draw_of(spec, seed);
+  world.start = moved(world.start, draw);
+  world.start_speed += draw.speed;
+  if (const std::optional<std::size_t> at = pace_index(stack.planner)) stack.planner.values[*at].number *= draw.pace;
+  return draw;
+}
+
+std::vector<std::uint64_t> seeds_from(std::string_view text, std::size_t count) {
+  std::vector<std::uint64_t> seeds;
+  for (std::size_t i = 0; seeds.size() < count; ++i) {
+    const std::string digits = sha256_hex(std::string(text) + " " + std::to_string(i)).substr(0, 15);
+    std::uint64_t number = 0;
+    std::from_chars(digits.data(), digits.data() + digits.size(), number, 16);
+    const std::uint64_t seed = number % (static_cast<std::uint64_t>(largest_seed) + 1);
+    if (std::find(seeds.begin(), seeds.end(), seed) == seeds.end()) seeds.push_back(seed);
+  }
+  return seeds;
+}
+
+}  // namespace gripline

@@ -1,0 +1,24 @@
+// The fastest flying lap of a world at one friction factor, refined until two meshes agree.
+#pragma once
+
+#include "limit/lap_mesh.hpp"
+#include "world/world_spec.hpp"
+
+namespace gripline {
+
+struct LapLimit {
+  double factor = 1;
+  bool body = false;   ///< the whole car inside the edges, not only its centre of gravity
+  double lap_s = 0;    ///< on the finest mesh
+  double error_s = 0;  ///< difference to the mesh before
+  int nodes = 0;       ///< of the finest mesh
+};
+
+inline constexpr double lap_limit_tolerance = 1e-3;  ///< relative difference of two meshes that is small enough
+
+/// Solves from several lines on a coarse mesh, then halves the best one's intervals until two meshes agree. `spec` has a
+/// vehicle model. Throws std::runtime_error when no start leads to a lap, or the meshes do not agree. `lap` and `mesh`
+/// may be null; else they get the solution.
+LapLimit find_lap_limit(const WorldSpec& spec, double factor, bool body, Lap* lap = nullptr, LapMesh* mesh = nullptr);
+
+}  // namespace gripline

@@ -1,0 +1,182 @@
+#include "limit/limit_table.hpp"
+
+#include <sys/prctl.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <csignal>
+#include <cstring>
+#include <iostream>
+#include <map>
+#include <optional>
+#include <stdexcept>
+
+#include "config/files.hpp"
+#include "config/hash.hpp"
+#include "config/json_file.hpp"
+#include "util/csv_writer.hpp"
+#include "util/signals.hpp"
+
+namespace gripline {
+namespace fs = std::filesystem;
+namespace {
+
+constexpr const char* version = "limit 1 ";  // of the program that is solved
+
+fs::path file_of(const fs::path& folder, const LimitRequest& request, double factor, bool body) {
+  const std::string all = version + request.key + " " + number_text(factor) + (body ? " body" : "");
+  return folder / ("limit-" + sha256_hex(all).substr(0, 32) + ".json");
+}
+
+void write_lap(const fs::path& file, const LapLimit& lap) {
+  Node node{Node::Object{}};
+  node.set("factor", Node(lap.factor));
+  node.set("body", Node(lap.body));
+  node.set("lap_s", Node(lap.lap_s));
+  node.set("error_s", Node(lap.error_s));
+  node.set("nodes", Node(static_cast<double>(lap.nodes)));
+  write_file(file, to_json_text(node));
+}
+
+/// What a process left: a lap, or the reason why there is none as "message"; empty when it left nothing.
+std::optional<LapLimit> read_lap(const fs::path& file, std::string* message) {
+  std::error_code ignored;
+  if (!fs::exists(file, ignored)) return std::nullopt;
+  try {
+    const Node node = parse_file(file);
+    if (const Node* const why = node.find("message"); why != nullptr && why->is_text()) {
+      if (message != nullptr) *message = why->text();
+      return std::nullopt;
+    }
+    const auto number = [&](const char* key) { return node.find(key)->number(); };
+    return LapLimit{number("factor"), node.find("body")->boolean(), number("lap_s"), number("error_s"),
+                    static_cast<int>(number("nodes"))};
+  } catch (const std::exception&) {
+    return std::nullopt;  // half written: as if absent
+  }
+}
+
+/// A folder of this process's own, gone afterwards.
+class ScratchFolder {
+ public:
+  ScratchFolder() : path_(fs::temp_directory_path() / ("gripline-limit-" + std::to_string(getpid()))) {
+    fs::create_directories(path_);
+  }
+  ~ScratchFolder() {
+    std::error_code ignored;
+    fs::remove_all(path_, ignored);
+  }
+  ScratchFolder(const ScratchFolder&) = delete;
+  ScratchFolder& operator=(const ScratchFolder&) = delete;
+  const fs::path& path() const { return path_; }
+
+ private:
+  fs::path path_;
+};
+
+[[noreturn]] void child(const WorldSpec& spec, double factor, bool body, const fs::path& file, pid_t parent) {
+  std::signal(SIGINT, SIG_IGN);  // the parent decides
+  std::signal(SIGTERM, SIG_DFL);
+  prctl(PR_SET_PDEATHSIG, SIGKILL);
+  if (getppid() != parent) _exit(1);
+  try {
+    write_lap(file, find_lap_limit(spec, factor, body));
+    _exit(0);
+  } catch (const std::exception& e) {
+    Node node{Node::Object{}};
+    node.set("message", Node(std::string(e.what())));
+    try {
+      write_file(file, to_json_text(node));
+    } catch (const std::exception&) {
+    }
+  }
+  _exit(1);
+}
+
+struct Job {
+  double factor;
+  bool body;
+  fs::path scratch, kept;  // where its process writes, where the result is kept (may be empty)
+};
+
+/// Runs all jobs; throws when they are interrupted.
+void run_jobs(const WorldSpec& spec, const std::vector<Job>& jobs, int at_once, std::size_t done, std::size_t total,
+              const std::function<void(std::size_t, std::size_t)>& progress) {
+  const StopSignal stop(StopSignal::Reaction::note);
+  std::map<pid_t, std::size_t> running;
+  std::size_t next = 0;
+  while ((next < jobs.size() || !running.empty()) && !StopSignal::seen()) {
+    if (next < jobs.size() && running.size() < static_cast<std::size_t>(at_once)) {
+      std::cout.flush();
+      std::cerr.flush();
+      const pid_t parent = getpid(), pid = fork();
+      if (pid < 0) throw std::runtime_error(std::string("cannot start a process: ") + std::strerror(errno));
+      if (pid == 0) child(spec, jobs[next].factor, jobs[next].body, jobs[next].scratch, parent);
+      running[pid] = next++;
+      continue;
+    }
+    int status = 0;
+    for (pid_t pid = waitpid(-1, &status, WNOHANG); pid > 0; pid = waitpid(-1, &status, WNOHANG))
+      done += running.erase(pid);
+    progress(done, total);
+    usleep(50'000);
+  }
+  for (const auto& [pid, job] : running) kill(pid, SIGTERM);
+  for (const auto& [pid, job] : running) waitpid(pid, nullptr, 0);
+  if (StopSignal::seen()) throw std::runtime_error("interrupted; finished laps are kept, the same command goes on");
+}
+
+}  // namespace
+
+std::vector<LapLimit> compute_limits(const WorldSpec& spec, const LimitRequest& request,
+                                     const std::function<void(std::size_t, std::size_t)>& progress) {
+  const ScratchFolder scratch;
+  std::vector<double> factors = request.factors;
+  std::sort(factors.begin(), factors.end());
+  std::vector<Job> all, open;
+  for (const bool body : {false, true}) {
+    if (body && !request.body) continue;
+    for (const double factor : factors)
+      all.push_back({factor, body, file_of(scratch.path(), request, factor, body),
+                     request.cache.empty() ? fs::path() : file_of(request.cache, request, factor, body)});
+  }
+  for (const Job& job : all)
+    if (job.kept.empty() || !read_lap(job.kept, nullptr)) open.push_back(job);
+  std::exception_ptr interrupted;
+  try {
+    run_jobs(spec, open, request.jobs, all.size() - open.size(), all.size(), progress);
+  } catch (const std::runtime_error&) {
+    interrupted = std::current_exception();
+  }
+  std::error_code ignored;
+  if (!request.cache.empty()) fs::create_directories(request.cache, ignored);
+  std::vector<LapLimit> limits;
+  std::string message;
+  for (const Job& job : all) {
+    std::string why = "its process left no result";
+    std::optional<LapLimit> lap = read_lap(job.scratch, &why);
+    if (lap && !job.kept.empty()) fs::copy_file(job.scratch, job.kept, fs::copy_options::overwrite_existing, ignored);
+    if (!lap && !job.kept.empty()) lap = read_lap(job.kept, nullptr);
+    if (lap)
+      limits.push_back(*lap);
+    else if (message.empty())
+      message = "factor " + number_text(job.factor) + (job.body ? ", whole body: " : ": ") + why;
+  }
+  if (interrupted) std::rethrow_exception(interrupted);
+  if (!message.empty()) throw std::runtime_error(message);
+  return limits;
+}
+
+void write_limits(const fs::path& file, const std::vector<LapLimit>& limits) {
+  std::string text;
+  CsvWriter csv(text, "factor,lap_s,error_s,body");
+  for (const LapLimit& lap : limits) {
+    csv << lap.factor << lap.lap_s << lap.error_s << (lap.body ? 1 : 0);
+    csv.end_row();
+  }
+  write_file(file, text);
+}
+
+}  // namespace gripline

@@ -1,0 +1,35 @@
+// Tables of numbers as loggers and spreadsheets write them: preambles, a row of units, any separator, decimal commas,
+// comment lines, quoted cells. What util/csv.hpp refuses on purpose is read here, and said.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace gripline::measured {
+
+struct DelimitedTable {
+  std::filesystem::path file;
+  std::vector<std::string> name;            // of the columns, without unit; unique
+  std::vector<std::string> unit;            // "" where none is written
+  std::vector<std::vector<double>> column;  // NaN where a cell is empty or no number
+  std::vector<int> line;                    // of the file, by row, from 1
+  std::vector<std::string> found;           // what was unusual, one sentence each
+
+  std::size_t rows() const { return line.size(); }
+  /// Index of a column by its name (upper and lower case differ), or -1.
+  int find(std::string_view name) const;
+};
+
+/// Reads a text table. The separator (comma, semicolon, tab, vertical bar or blanks) is the one that makes most lines
+/// equally long; lines before the header, lines that begin with '#', "//" or '%' and rows of another length are left
+/// out. A header may begin with '#'; units stand in a row of their own or behind the name, as "Speed (km/h)" or
+/// "Speed [km/h]". true and false are 1 and 0; "12:34.5" and "1:12:34.5" are seconds.
+/// Throws InputError: no such file, not a text, no row of numbers, no header.
+DelimitedTable read_delimited(const std::filesystem::path& file);
+
+/// A number as people write it: "1.5", "1,5" with `decimal_comma`, "true", "1:02.5". NaN when it is none.
+double read_cell(std::string_view cell, bool decimal_comma);
+
+}  // namespace gripline::measured

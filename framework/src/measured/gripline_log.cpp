@@ -1,0 +1,105 @@
+#include "measured/gripline_log.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+
+#include "measured/session_health.hpp"
+#include "util/csv_writer.hpp"
+#include "util/statistics.hpp"
+
+namespace gripline::measured {
+namespace {
+
+std::string text(double value) {
+  char buffer[40];
+  std::snprintf(buffer, sizeof buffer, "%.3g", value);
+  return buffer;
+}
+
+void append(std::string& line, double value, int digits) {
+  line += ',';
+  if (std::isnan(value)) return;
+  char buffer[64];
+  const auto [end, code] = std::to_chars(buffer, buffer + sizeof buffer, value, std::chars_format::fixed, digits);
+  if (code == std::errc()) line.append(buffer, end);
+}
+
+/// The centre of gravity's reading behind the row's.
+void take_frames_off(std::array<double, channels>& r, const LogMap& map) {
+  r[2] -= map.pose.yaw;
+  const double c = std::cos(r[2]), s = std::sin(r[2]);
+  r[0] -= map.pose.x * c - map.pose.y * s;
+  r[1] -= map.pose.x * s + map.pose.y * c;
+  const double cv = std::cos(map.velocity.yaw), sv = std::sin(map.velocity.yaw);
+  const double vx = r[3] * cv - r[4] * sv, vy = r[4] * cv + r[3] * sv;
+  const bool turned = map.velocity.yaw != 0.0 && !std::isnan(r[4]);
+  if (turned) r[3] = vx, r[4] = vy;
+  if (map.velocity.point_given && !std::isnan(r[5])) {
+    r[3] += map.velocity.y * r[5];
+    r[4] -= map.velocity.x * r[5];
+  }
+}
+
+}  // namespace
+
+double typical_speed(const Session& session) {
+  std::vector<double> speeds;
+  for (std::size_t i = 1; i < session.rows(); ++i) {
+    double v = session.at(i, 3);
+    if (std::isnan(v))
+      v = std::hypot(session.at(i, 0) - session.at(i - 1, 0), session.at(i, 1) - session.at(i - 1, 1)) /
+          (session.t[i] - session.t[i - 1]);
+    if (std::isfinite(v)) speeds.push_back(std::abs(v));
+  }
+  if (speeds.empty()) return 1.0;
+  return std::max(lower_quantile(std::move(speeds), 0.75), 0.1);
+}
+
+std::vector<std::string> write_gripline_log(const std::filesystem::path& file, const SessionFile& from,
+                                            const LogMap& map) {
+  constexpr std::array<int, channels> digits = {6, 6, 7, 6, 6, 7};
+  const Session& s = from.session;
+  std::vector<std::string> done;
+  constexpr double least = 1e-3;  // [s] shorter delays are none
+  const bool search = std::any_of(map.channel.begin(), map.channel.end(), [](const auto& c) { return c && !c->delay; });
+  std::array<double, delay_groups> delays = clock_delays(map, search ? delays_of(s) : std::vector<Delay>{});
+  for (std::size_t g = 0; g < delay_groups; ++g) {
+    if (std::isnan(delays[g])) {
+      done.push_back(std::string(delay_names[g]) + ": no delay could be found; none is taken off");
+      delays[g] = 0.0;
+    } else if (std::abs(delays[g]) < least) {
+      delays[g] = 0.0;
+    } else {
+      done.push_back(std::string(delay_names[g]) + ": " + text(delays[g]) + " s taken off");
+    }
+  }
+  std::string out = "t_s";
+  for (std::size_t c = 0; c < channels; ++c)
+    if (s.has[c]) out += std::string(",") + source_info(static_cast<Source>(c)).column;
+  out += from.has_throttle ? ",d,delta_rad\n" : ",delta_rad\n";
+  for (std::size_t i = 0; i < s.rows(); ++i) {
+    std::array<double, channels> r{};
+    for (std::size_t c = 0; c < channels; ++c) {
+      const double delay = delays[delay_group[c]];
+      r[c] = delay == 0.0 ? s.at(i, c) : s.interpolate(c, s.t[i] + delay);
+    }
+    take_frames_off(r, map);
+    std::string line;
+    append(line, s.t[i], 6);
+    out.append(line, 1);
+    for (std::size_t c = 0; c < channels; ++c) {
+      line.clear();
+      append(line, r[c], digits[c]);
+      if (s.has[c]) out += line;
+    }
+    line.clear();
+    if (from.has_throttle) append(line, s.command[i].d, 6);
+    append(line, s.command[i].delta, 7);
+    out += line + '\n';
+  }
+  write_file(file, out);
+  return done;
+}
+
+}  // namespace gripline::measured

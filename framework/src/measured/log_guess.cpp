@@ -1,0 +1,356 @@
+#include "measured/log_guess.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <optional>
+
+#include "config/errors.hpp"
+#include "config/units.hpp"
+#include "measured/log_map.hpp"
+#include "util/statistics.hpp"
+
+namespace gripline::measured {
+namespace {
+
+constexpr double pi = std::numbers::pi;
+using Values = std::vector<double>;
+
+/// What loggers call a channel, best first; compared in lower case without blanks and signs.
+struct Names {
+  const char* channel;
+  std::vector<const char*> words;
+};
+const std::vector<Names>& known_names() {
+  static const std::vector<Names> all = {
+      {"time", {"ts", "time", "t", "times", "timestamp", "elapsedtime", "timems", "utctime", "stamp", "logtime"}},
+      {"x", {"xm", "x", "posx", "px", "xpos", "east", "xeast", "easting", "positionx", "posxm", "xmm"}},
+      {"y", {"ym", "y", "posy", "py", "ypos", "north", "ynorth", "northing", "positiony", "posym", "ymm"}},
+      {"yaw",
+       {"yawrad", "yaw", "heading", "psi", "psirad", "theta", "yawdeg", "headingrad", "headingdeg", "yawangle",
+        "course", "bearing", "gpsheading"}},
+      {"vx",
+       {"vxmps", "vx", "velx", "speedx", "vxms", "vxkmh", "velocityx", "speed", "speedmps", "groundspeed", "gpsspeed",
+        "v", "velocity", "vehiclespeed", "vmps"}},
+      {"vy", {"vymps", "vy", "vely", "speedy", "vyms", "vykmh", "velocityy", "lateralvelocity"}},
+      {"yaw_rate",
+       {"yawrateradps", "yawrate", "yawratedegps", "gyroz", "gyroyawvelocity", "rotz", "zrateofrotation", "omega",
+        "omegaz", "angularvelocityz", "r", "psidot", "imuyawrateradps"}},
+      {"d", {"d", "throttlebrake", "pedal", "duty", "motor"}},
+      {"throttle",
+       {"throttlenorm", "throttlepct", "throttle", "throttlepos", "throttleposition", "accelerator", "acceleratorpos",
+        "aps", "tps", "throttlecmd", "gas"}},
+      {"brake",
+       {"brakenorm", "brakepct", "brake", "brakekpa", "brakepres", "brakepressure", "brakepresfront",
+        "brakepressurefront", "brakepos", "brakecmd"}},
+      {"delta",
+       {"deltarad", "delta", "steerrad", "steer", "steering", "steeringangle", "steeredangle", "steercmd",
+        "steercmdnorm", "steernorm", "steeringwheelangle", "steerangle", "roadwheelangle", "wheelangle", "steeringrad",
+        "deltadeg"}},
+      {"latitude", {"latitude", "lat", "gpslatitude", "latitudedeg"}},
+      {"longitude", {"longitude", "lon", "long", "gpslongitude", "longitudedeg", "lng"}},
+      {"enable", {"driveenabled", "enable", "enabled", "motorenabled", "deadman", "autonomous"}},
+      {"valid", {"posevalid", "valid", "gpsvalid", "fixvalid"}}};
+  return all;
+}
+
+std::string plain(std::string_view name) {
+  std::string out;
+  for (const unsigned char c : name)
+    if (std::isalnum(c) != 0) out += static_cast<char>(std::tolower(c));
+  return out;
+}
+
+std::string text(double value, int digits = 3) {
+  char buffer[40];
+  std::snprintf(buffer, sizeof buffer, "%.*g", digits, value);
+  return buffer;
+}
+
+double quantile_of_size(const Values& values, double q) {
+  Values sizes;
+  for (const double v : values)
+    if (!std::isnan(v)) sizes.push_back(std::abs(v));
+  return lower_quantile(std::move(sizes), q, 0.0);
+}
+
+class Guesser {
+ public:
+  explicit Guesser(const DelimitedTable& table) : table_(table) {}
+
+  Guess run() {
+    time();
+    for (const char* name : {"x", "y"}) simple(name, "m");
+    if (!found("x") || !found("y")) degrees();
+    yaw();
+    for (const char* name : {"vx", "vy"}) simple(name, "m/s");
+    speed_unit();
+    yaw_rate();
+    pedals();
+    steering();
+    Node map{Node::Object{}};
+    map.set("note", Node("A first guess from names, units and numbers. Read every line; units and signs are checked "
+                         "when the log is read."));
+    map.set("time", time_);
+    map.set("channels", channels_);
+    if (const int valid = column("valid"); valid >= 0) map.set("valid", Node(quoted(valid) + " > 0.5"));
+    return {std::move(map), std::move(remarks_)};
+  }
+
+ private:
+  int column(const char* channel) const {
+    for (const Names& names : known_names()) {
+      if (std::string_view(names.channel) != channel) continue;
+      for (const char* word : names.words)
+        for (std::size_t c = 0; c < table_.name.size(); ++c)
+          if (plain(table_.name[c]) == word && quantile_of_size(table_.column[c], 1.0) > 0.0)
+            return static_cast<int>(c);
+    }
+    return -1;
+  }
+  bool found(const char* channel) const { return channels_.find(channel) != nullptr; }
+  const Values& values(int c) const { return table_.column[static_cast<std::size_t>(c)]; }
+  std::string name(int c) const { return table_.name[static_cast<std::size_t>(c)]; }
+  std::string quoted(int c) const {
+    const std::string n = name(c);
+    const bool word =
+        std::all_of(n.begin(), n.end(), [](unsigned char ch) { return std::isalnum(ch) != 0 || ch == '_'; });
+    return word && std::isdigit(static_cast<unsigned char>(n.front())) == 0 ? n : "`" + n + "`";
+  }
+
+  /// The unit in the header, or in the name's ending, if it is one of the kind wanted.
+  std::string unit_of(int c, const char* wanted) const {
+    std::vector<std::string> tries = {table_.unit[static_cast<std::size_t>(c)]};
+    const std::string p = plain(name(c));
+    for (const auto& [ending, unit] : {std::pair("kmh", "km/h"),
+                                       {"mph", "mph"},
+                                       {"mmps", "mm/s"},
+                                       {"degps", "deg/s"},
+                                       {"deg", "deg"},
+                                       {"ms", "ms"},
+                                       {"mm", "mm"},
+                                       {"cm", "cm"}})
+      if (p.ends_with(ending)) tries.emplace_back(unit);
+    for (std::string unit : tries) {
+      for (std::size_t at; (at = unit.find("\xc2\xb0")) != std::string::npos;) unit.replace(at, 2, "deg");
+      if (unit.empty()) continue;
+      try {
+        (void)to_si("1 " + unit, wanted);
+        return unit;
+      } catch (const UnitError&) {
+      }
+    }
+    return wanted;
+  }
+
+  Node channel(const std::string& key, const std::string& what, const std::string& unit, bool delay = true) const {
+    Node node{Node::Object{}};
+    node.set(key, Node(what));
+    node.set("unit", Node(unit));
+    if (delay) node.set("delay", Node("find"));
+    return node;
+  }
+
+  void time() {
+    const int c = column("time");
+    if (c < 0) throw InputError(table_.file.string() + ": no column looks like a time; found " + list());
+    std::string unit = unit_of(c, "s");
+    Values steps;
+    const Values& t = values(c);
+    for (std::size_t i = 1; i < t.size(); ++i)
+      if (t[i] > t[i - 1]) steps.push_back(t[i] - t[i - 1]);
+    const double step = quantile_of_size(steps, 0.5);
+    for (const auto& [name_of, factor] : {std::pair("ms", 1e3), {"us", 1e6}, {"ns", 1e9}})
+      if (unit == "s" && step > 0.9e-3 * factor && step < 0.3 * factor && step > 0.9) {
+        unit = name_of;
+        remarks_.push_back("time: steps of " + text(step) + ", taken for " + name_of);
+      }
+    time_ = channel("column", name(c), unit, false);
+  }
+
+  std::string list() const {
+    std::string all;
+    for (const std::string& n : table_.name) all += (all.empty() ? "" : ", ") + n;
+    return all;
+  }
+
+  void simple(const char* which, const char* unit) {
+    if (const int c = column(which); c >= 0) channels_.set(which, channel("column", name(c), unit_of(c, unit)));
+  }
+
+  void degrees() {
+    const int lat = column("latitude"), lon = column("longitude");
+    if (lat < 0 || lon < 0) return;
+    channels_.set("latitude", channel("column", name(lat), "deg"));
+    channels_.set("longitude", channel("column", name(lon), "deg"));
+    lat_ = lat, lon_ = lon;
+  }
+
+  /// Way from row to row [m], for comparisons with headings and speeds.
+  bool way(std::size_t i, double& dx, double& dy) const {
+    const int x = column("x"), y = column("y");
+    if (found("x") && found("y")) {
+      const double fx = to_si("1 " + channels_.find("x")->find("unit")->text(), "m");
+      dx = fx * (values(x)[i + lag] - values(x)[i]);
+      dy = fx * (values(y)[i + lag] - values(y)[i]);
+    } else if (lat_ >= 0) {
+      constexpr double metres = 111195.0;  // per degree
+      dx = metres * std::cos(values(lat_)[i] * pi / 180) * (values(lon_)[i + lag] - values(lon_)[i]);
+      dy = metres * (values(lat_)[i + lag] - values(lat_)[i]);
+    } else {
+      return false;
+    }
+    return std::isfinite(dx + dy) && std::hypot(dx, dy) > 0.05;
+  }
+
+  /// Heading against the path: which of yaw, compass, degrees or radians is it?
+  void yaw() {
+    const int c = column("yaw");
+    if (c < 0) return;
+    const bool turns = quantile_of_size(values(c), 0.99) > 7.0;
+    const std::string stated = unit_of(c, "rad");
+    const bool deg = stated == "deg" || (table_.unit[static_cast<std::size_t>(c)].empty() && turns);
+    const double factor = deg ? pi / 180 : 1.0;
+    const std::string angle = deg ? "rad(" + quoted(c) + ")" : quoted(c);
+    double s = 0, co = 0, ms = 0, mc = 0, n = 0, dx = 0, dy = 0;
+    for (std::size_t i = 0; i + lag < table_.rows(); i += lag)
+      if (way(i, dx, dy) && std::isfinite(values(c)[i])) {
+        const double a = factor * values(c)[i], path = std::atan2(dy, dx);
+        s += std::sin(path - a), co += std::cos(path - a), ms += std::sin(path + a), mc += std::cos(path + a), n += 1;
+      }
+    std::string formula = angle;
+    if (n > 20) {
+      const bool compass = std::hypot(ms, mc) > std::hypot(s, co);
+      const double offset = compass ? std::atan2(ms, mc) : std::atan2(s, co);
+      const double quarter = std::round(offset / (pi / 2)) * (pi / 2);
+      const std::string add = quarter == 0 ? "" : std::abs(quarter) > 3 ? "pi" : quarter > 0 ? "pi/2" : "-pi/2";
+      if (compass)
+        formula = (add.empty() ? "-" : add + " - ") + angle;
+      else if (!add.empty())
+        formula = angle + " + " + add;
+      if (formula != angle)
+        remarks_.push_back("yaw: " + name(c) + (compass ? " counts clockwise" : " is turned") + " against the path");
+      if (std::hypot(compass ? ms : s, compass ? mc : co) < 0.8 * n)
+        remarks_.push_back("yaw: " + name(c) + " follows the path badly; is it the heading?");
+    }
+    channels_.set("yaw", formula == quoted(c) && !deg ? channel("column", name(c), "rad")
+                         : formula == angle && deg    ? channel("column", name(c), "deg")
+                                                      : channel("formula", formula, "rad"));
+  }
+
+  /// A speed without a unit, against the path.
+  void speed_unit() {
+    const int c = column("vx"), t = column("time");
+    if (c < 0 || t < 0 || !table_.unit[static_cast<std::size_t>(c)].empty()) return;
+    const double second = to_si("1 " + time_.find("unit")->text(), "s");
+    Values ratios;
+    double dx = 0, dy = 0;
+    const double enough = 0.3 * quantile_of_size(values(c), 0.95);
+    for (std::size_t i = 0; i + lag < table_.rows(); i += lag)
+      if (way(i, dx, dy) && std::abs(values(c)[i]) > enough)
+        ratios.push_back(values(c)[i] / (std::hypot(dx, dy) / (second * (values(t)[i + lag] - values(t)[i]))));
+    if (ratios.size() < 20) return;
+    const double ratio = quantile_of_size(ratios, 0.5);
+    for (const auto& [unit, low, high] : {std::tuple("km/h", 2.9, 4.4), {"mph", 1.9, 2.6}})
+      if (ratio > low && ratio < high) {
+        channels_.set("vx", channel("column", name(c), unit));
+        remarks_.push_back(std::string("vx: ") + text(ratio) + " times the speed of the path, taken for " + unit);
+      }
+  }
+
+  void yaw_rate() {
+    const int c = column("yaw_rate");
+    if (c < 0) return;
+    std::string unit = unit_of(c, "rad/s");
+    if (unit == "rad/s" && table_.unit[static_cast<std::size_t>(c)].empty() && quantile_of_size(values(c), 0.98) > 12) {
+      unit = "deg/s";
+      remarks_.push_back("yaw_rate: values of " + text(quantile_of_size(values(c), 0.98)) + ", taken for deg/s");
+    }
+    channels_.set("yaw_rate", channel("column", name(c), unit));
+  }
+
+  /// What makes a pedal's column run from 0 to 1.
+  std::string share(int c) {
+    const double most = quantile_of_size(values(c), 1.0);
+    if (most <= 1.2) return quoted(c);
+    if (most <= 110) return quoted(c) + " / 100";
+    remarks_.push_back(name(c) + ": divided by its largest value in this log, " + text(most, 5));
+    return quoted(c) + " / " + text(most, 5);
+  }
+
+  void pedals() {
+    const int d = column("d"), throttle = column("throttle"), brake = column("brake"), enable = column("enable");
+    std::string formula;
+    if (d >= 0)
+      formula = share(d);
+    else if (throttle >= 0)
+      formula = share(throttle) + (brake >= 0 ? " - " + share(brake) : "");
+    if (formula.empty()) {
+      remarks_.push_back("d: no throttle found: vx will be taken from the log and the lateral motion judged");
+      return;
+    }
+    if (enable >= 0) {
+      formula = "if(" + quoted(enable) + " > 0.5, " + formula + ", 0)";
+      remarks_.push_back("d: " + name(enable) + " taken for a switch of the drive");
+    }
+    Node node = channel("formula", formula, "1", false);
+    node.set("kind", Node("command"));
+    channels_.set("d", std::move(node));
+  }
+
+  void steering() {
+    const int c = column("delta");
+    if (c < 0) throw InputError(table_.file.string() + ": no column looks like a steering angle; found " + list());
+    std::string unit = unit_of(c, "rad");
+    const double most = quantile_of_size(values(c), 0.99);
+    if (unit == "rad" && most > 1.6) {
+      unit = "deg";
+      remarks_.push_back("delta: values of " + text(most) + ", taken for degrees");
+    }
+    const double radians = most * (unit == "deg" ? pi / 180 : 1.0);
+    std::string formula = quoted(c);
+    if (plain(name(c)).find("norm") != std::string::npos) {
+      remarks_.push_back("delta: " + name(c) +
+                         " is no angle; taken as rad at full lock 1, which a fitted steer_map puts right");
+    } else if (radians > 0.7) {
+      remarks_.push_back("delta: " + text(radians * 180 / pi) +
+                         " deg is the steering wheel's: divided by 15, a guess of the steering ratio");
+      formula += " / 15";
+    }
+    Node node =
+        formula == quoted(c) ? channel("column", name(c), unit, false) : channel("formula", formula, unit, false);
+    node.set("kind", Node("command"));
+    if (turns_against(c)) {
+      node.set("sign", Node(-1.0));
+      remarks_.push_back("delta: positive to the right; its sign is turned");
+    }
+    channels_.set("delta", std::move(node));
+  }
+
+  /// Whether the steering is positive to the right, as the yaw rate or the heading shows.
+  bool turns_against(int c) const {
+    const Node* const rate = channels_.find("yaw_rate");
+    const int r = column("yaw_rate");
+    if (rate == nullptr || r < 0) return false;
+    double n = 0, sx = 0, sy = 0, sxx = 0, syy = 0, sxy = 0;
+    for (std::size_t i = 0; i < table_.rows(); ++i) {
+      const double x = values(c)[i], y = values(r)[i];
+      if (std::isnan(x + y)) continue;
+      n += 1, sx += x, sy += y, sxx += x * x, syy += y * y, sxy += x * y;
+    }
+    return (sxy - sx * sy / n) / std::sqrt((sxx - sx * sx / n) * (syy - sy * sy / n)) < -0.3;
+  }
+
+  static constexpr std::size_t lag = 10;  // rows
+  const DelimitedTable& table_;
+  int lat_ = -1, lon_ = -1;
+  Node time_, channels_{Node::Object{}};
+  std::vector<std::string> remarks_;
+};
+
+}  // namespace
+
+Guess guess_map(const DelimitedTable& table) { return Guesser(table).run(); }
+
+}  // namespace gripline::measured

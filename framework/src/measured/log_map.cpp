@@ -1,0 +1,171 @@
+#include "measured/log_map.hpp"
+
+#include <algorithm>
+#include <cctype>
+
+#include "config/json_file.hpp"
+#include "config/units.hpp"
+
+namespace gripline::measured {
+namespace {
+
+constexpr std::array<SourceInfo, source_count> infos = {{{"x", "m", "x_m"},
+                                                         {"y", "m", "y_m"},
+                                                         {"yaw", "rad", "yaw_rad"},
+                                                         {"vx", "m/s", "vx_mps"},
+                                                         {"vy", "m/s", "vy_mps"},
+                                                         {"yaw_rate", "rad/s", "yaw_rate_radps"},
+                                                         {"d", "1", "d"},
+                                                         {"delta", "rad", "delta_rad"},
+                                                         {"latitude", "rad", "latitude"},
+                                                         {"longitude", "rad", "longitude"}}};
+constexpr double longest_delay = 2.0;  // [s]
+
+std::string quoted(const std::string& column) {
+  const bool plain = std::all_of(column.begin(), column.end(),
+                                 [](unsigned char c) { return std::isalnum(c) != 0 || c == '_' || c == '.'; });
+  return plain && !column.empty() && std::isdigit(static_cast<unsigned char>(column.front())) == 0 ? column
+                                                                                                   : "`" + column + "`";
+}
+
+void read_delay(ObjectReader& r, Channel& channel) {
+  channel.delay = 0.0;
+  const Node* const delay = r.find("delay");
+  if (delay == nullptr) return;
+  if (delay->is_text() && delay->text() == "find")
+    channel.delay.reset();
+  else
+    channel.delay = read_number(*delay, "s", NumberRange::closed(-longest_delay, longest_delay), r.errors());
+}
+
+void read_frame(ObjectReader& r, Source source, LogMap& map) {
+  if (!r.has("frame")) return;
+  ObjectReader frame = r.object("frame");
+  const bool pose = source == Source::x || source == Source::y || source == Source::yaw;
+  if (!pose && source != Source::vx && source != Source::vy) {
+    frame.error("only x, y, yaw, vx and vy have a frame");
+    return;
+  }
+  Frame& to = pose ? map.pose : map.velocity;
+  const auto arm = NumberRange::closed(-20.0, 20.0);
+  if (frame.has("x") || frame.has("y")) {
+    to.x = frame.number("x", "m", arm, 0.0);
+    to.y = frame.number("y", "m", arm, 0.0);
+    to.point_given = true;
+  }
+  if (frame.has("yaw")) {
+    to.yaw = frame.number("yaw", "rad", NumberRange::closed(-3.2, 3.2));
+    to.yaw_given = true;
+  }
+}
+
+void check_unit(const Channel& channel, const char* unit, Errors& errors) {
+  if (channel.unit.empty()) return;
+  try {
+    (void)to_si("1 " + channel.unit, unit);
+  } catch (const UnitError& problem) {
+    errors.add(channel.origin, std::string("unit: ") + problem.what());
+  }
+}
+
+/// `map` takes the channel's frame; null for the time.
+Channel read_channel(const Node& node, const char* unit, Errors& errors, LogMap* map = nullptr,
+                     Source source = Source::x) {
+  Channel channel;
+  channel.origin = node.origin;
+  channel.delay = 0.0;
+  if (node.is_text()) {
+    channel.formula = node.text();
+    return channel;
+  }
+  ObjectReader r(node, errors);
+  const bool column = r.has("column"), formula = r.has("formula");
+  if (column == formula) r.error("expected either \"column\" or \"formula\"");
+  if (column) channel.formula = quoted(r.text("column"));
+  if (formula) channel.formula = r.text("formula");
+  channel.unit = r.text("unit", std::string());
+  channel.sign = r.number("sign", "1", NumberRange::closed(-1.0, 1.0), 1.0);
+  if (channel.sign != 1.0 && channel.sign != -1.0) r.error_at("sign", "expected 1 or -1");
+  channel.command = r.choice<bool>("kind", {{"command", true}, {"measurement", false}}, false);
+  channel.held = r.choice<bool>("hold", {{"held", true}, {"sampled", false}}, false);
+  read_delay(r, channel);
+  if (map != nullptr) read_frame(r, source, *map);
+  r.finish();
+  check_unit(channel, unit, errors);
+  return channel;
+}
+
+void check_groups(const LogMap& map, Errors& errors) {
+  for (std::size_t c = 1; c < channels; ++c) {
+    if (delay_group[c] != delay_group[c - 1]) continue;
+    const auto &a = map.channel[c - 1], &b = map.channel[c];
+    if (a && b && a->delay != b->delay)
+      errors.add(b->origin, std::string("its delay differs from that of ") + infos[c - 1].name +
+                                "; channels of one unit share it");
+  }
+}
+
+void check_channels(const LogMap& map, const Node& node, Errors& errors) {
+  const auto missing = [&](const char* what) { errors.add(child_of(node.origin, "channels"), what); };
+  const bool place = (map[Source::x] && map[Source::y]) || (map[Source::latitude] && map[Source::longitude]);
+  if (map[Source::x].has_value() != map[Source::y].has_value()) missing("x and y go together");
+  if (map[Source::latitude].has_value() != map[Source::longitude].has_value())
+    missing("latitude and longitude go together");
+  if (!place && !map[Source::vx]) missing("neither x and y nor vx: nothing says how the car moved");
+  if (!map[Source::yaw_rate] && !map[Source::yaw] && !place) missing("neither yaw nor yaw_rate nor x and y");
+  if (!map[Source::delta]) missing("delta is missing: without the steering nothing can be predicted");
+}
+
+}  // namespace
+
+const SourceInfo& source_info(Source source) { return infos[static_cast<std::size_t>(source)]; }
+
+std::optional<double> LogMap::delay(std::size_t group) const {
+  for (std::size_t c = 0; c < channels; ++c)
+    if (delay_group[c] == group && channel[c]) return channel[c]->delay;
+  if (group == 0 && (*this)[Source::latitude]) return (*this)[Source::latitude]->delay;
+  return 0.0;
+}
+
+LogMap gripline_map() {
+  LogMap map;
+  map.time.formula = "t_s";
+  for (std::size_t s = 0; s <= static_cast<std::size_t>(Source::delta); ++s) {
+    Channel channel;
+    channel.formula = infos[s].column;
+    channel.delay = 0.0;
+    channel.command = s >= static_cast<std::size_t>(Source::d);
+    map.channel[s] = channel;
+  }
+  return map;
+}
+
+LogMap read_log_map(const Node& node, Errors& errors) {
+  LogMap map;
+  ObjectReader r(node, errors);
+  if (const Node* time = r.require("time", "the column of the time"); time != nullptr)
+    map.time = read_channel(*time, "s", errors);
+  ObjectReader all = r.object("channels");
+  for (std::size_t s = 0; s < source_count; ++s) {
+    const Node* const one = all.find(infos[s].name);
+    if (one == nullptr) continue;
+    map.channel[s] = read_channel(*one, infos[s].unit, errors, &map, static_cast<Source>(s));
+  }
+  all.finish();
+  map.valid = r.text("valid", std::string());
+  r.finish();
+  check_groups(map, errors);
+  check_channels(map, node, errors);
+  return map;
+}
+
+LogMap load_log_map(const std::filesystem::path& file) {
+  const Node node = load_json(file);
+  Errors errors;
+  LogMap map = read_log_map(node, errors);
+  errors.throw_if_any();
+  map.file = file;
+  return map;
+}
+
+}  // namespace gripline::measured

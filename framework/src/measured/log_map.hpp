@@ -1,0 +1,75 @@
+// What the columns of a logger mean: a JSON map from columns to the channels of this project.
+//
+//   { "time":  {"column": "Time", "unit": "s"},
+//     "channels": {
+//       "x":        {"column": "x_m", "unit": "m", "delay": "find", "frame": {"x": "0.1 m", "y": 0, "yaw": "0 deg"}},
+//       "y": ..., "yaw": ..., "vx": ..., "vy": ..., "yaw_rate": {"column": "Gyro", "unit": "deg/s", "sign": -1},
+//       "d":        {"formula": "throttle / 100 - brake / 2758", "hold": "held"},
+//       "delta":    {"formula": "wheel / 15", "unit": "deg"} },
+//     "valid": "quality > 0.5" }
+//
+// Instead of x and y there may be "latitude" and "longitude" (degrees).
+#pragma once
+
+#include <array>
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "config/reader.hpp"
+#include "measured/session.hpp"
+
+namespace gripline::measured {
+
+/// Everything a map may name beside the time. The first six are a session's readings.
+enum class Source : std::size_t { x, y, yaw, vx, vy, yaw_rate, d, delta, latitude, longitude };
+inline constexpr std::size_t source_count = 10;
+struct SourceInfo {
+  const char* name;
+  const char* unit;    // of the channel
+  const char* column;  // of a gripline log
+};
+const SourceInfo& source_info(Source source);
+
+/// How one channel is made.
+struct Channel {
+  std::string formula;
+  std::string unit;  // "" where the map gives none: the table's own, else SI
+  double sign = 1;
+  bool command = false;
+  bool held = false;            // the last value is held between new ones
+  std::optional<double> delay;  // [s]; empty: to be found
+  Origin origin;
+};
+
+/// A point of the car and the turn of a unit's axes: ahead of and left of the centre of gravity [m], to the left [rad].
+struct Frame {
+  double x = 0, y = 0, yaw = 0;
+  bool point_given = false, yaw_given = false;
+};
+
+/// Channels that one clock stamps share a delay.
+inline constexpr std::size_t delay_groups = 4;
+inline constexpr std::array<const char*, delay_groups> delay_names = {"position", "yaw", "velocity", "yaw_rate"};
+inline constexpr std::array<std::size_t, channels> delay_group = {0, 0, 1, 2, 2, 3};
+
+struct LogMap {
+  std::filesystem::path file;  // empty: a gripline log
+  Channel time;
+  std::array<std::optional<Channel>, source_count> channel;
+  std::string valid;  // formula: rows where it is 0 have no readings; "" for none
+  Frame pose, velocity;
+
+  const std::optional<Channel>& operator[](Source s) const { return channel[static_cast<std::size_t>(s)]; }
+  /// Delay of a group [s], 0 where the map names none of its channels; empty: to be found.
+  std::optional<double> delay(std::size_t group) const;
+};
+
+/// The map of a log that has gripline's own columns.
+LogMap gripline_map();
+/// Reads a map; problems go to `errors`.
+LogMap read_log_map(const Node& node, Errors& errors);
+/// A map from its file. Throws InputError.
+LogMap load_log_map(const std::filesystem::path& file);
+
+}  // namespace gripline::measured

@@ -1,0 +1,55 @@
+// One measured log in its own clock: rows as they were written, in SI units and the axes of this project.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include <gripline/types.hpp>
+
+#include "measured/log.hpp"
+
+namespace gripline::measured {
+
+struct Session {
+  std::string name;
+  std::vector<double> t;        // rows [s], strictly rising
+  std::vector<double> reading;  // rows x 6, NaN where nothing was read; yaw unwrapped
+  std::array<bool, channels> has{};
+  std::vector<double> written_yaw;                    // by row, as the log wraps it [rad]
+  std::vector<CommandSample<double>> command;         // by row
+  bool held_throttle = false, held_steering = false;  // the command stays until the next row; else linear between rows
+  bool prescribed_speed = false;                      // no throttle is known: vx is taken from the log
+
+  std::size_t rows() const { return t.size(); }
+  double at(std::size_t row, std::size_t channel) const { return reading[row * channels + channel]; }
+  /// The reading at a time between two rows that both have it and are at most `longest_gap` apart [s], linear; else NaN.
+  double interpolate(std::size_t channel, double time, double longest_gap = 0.25) const;
+  /// Index of the last row at or before `time`; rows() when there is none.
+  std::size_t row_before(double time) const;
+};
+
+/// Commands on an even grid for effects that look back. A sample between two rows is known as soon as the later one was
+/// written, or, of commands that are held, the earlier one.
+struct CommandGrid {
+  double t0 = 0, dt = 0.01;
+  std::vector<CommandSample<double>> sample;
+  std::vector<CommandSample<Dual8>> dual;
+  std::vector<double> known_at;  // time of the row that fixed the sample
+
+  CommandGrid() = default;
+  /// `dt`: spacing [s]. Over gaps the command is held.
+  CommandGrid(const Session& session, double dt);
+  /// How many samples follow from rows at or before `time`.
+  std::size_t known(double time) const;
+  template <class T>
+  const CommandSample<T>* data() const {
+    if constexpr (std::is_same_v<T, double>)
+      return sample.data();
+    else
+      return dual.data();
+  }
+};
+
+}  // namespace gripline::measured

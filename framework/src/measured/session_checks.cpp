@@ -1,0 +1,211 @@
+// Is this what the map says? Units, signs and frames, each with its evidence.
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "config/errors.hpp"
+#include "measured/session_file.hpp"
+#include "util/statistics.hpp"
+
+namespace gripline::measured {
+namespace {
+
+constexpr double pi = std::numbers::pi;
+
+std::string text(double value, int digits = 3) {
+  char buffer[40];
+  std::snprintf(buffer, sizeof buffer, "%.*g", digits, value);
+  return buffer;
+}
+
+/// What about half a second shows by different channels; NaN where a channel was not read.
+struct Window {
+  double seconds = 0;
+  double way = NAN, course = NAN;  // between its ends, by place
+  double turn = NAN, heading = NAN;
+  double speed = NAN, rate = NAN, steer = NAN;  // means
+};
+
+double mean_of(const Session& s, std::size_t first, std::size_t last, std::size_t channel) {
+  double sum = 0.0;
+  std::size_t count = 0;
+  for (std::size_t i = first; i <= last; ++i)
+    if (!std::isnan(s.at(i, channel))) sum += s.at(i, channel), ++count;
+  return 2 * count > last - first ? sum / static_cast<double>(count) : NAN;
+}
+
+std::vector<Window> windows_of(const Session& s) {
+  constexpr double length = 0.5;  // [s]
+  std::vector<Window> windows;
+  std::size_t j = 0;
+  for (std::size_t i = 0; i < s.rows(); i = std::max(i + 1, (i + j) / 2)) {
+    j = i;
+    while (j + 1 < s.rows() && s.t[j] - s.t[i] < length) ++j;
+    Window w;
+    w.seconds = s.t[j] - s.t[i];
+    if (w.seconds < length) break;
+    if (w.seconds > 2.0 * length) continue;
+    const double dx = s.at(j, 0) - s.at(i, 0), dy = s.at(j, 1) - s.at(i, 1);
+    w.way = std::hypot(dx, dy);
+    w.course = std::atan2(dy, dx);
+    w.turn = s.at(j, 2) - s.at(i, 2);
+    w.heading = 0.5 * (s.at(j, 2) + s.at(i, 2));
+    w.speed = mean_of(s, i, j, 3);
+    w.rate = mean_of(s, i, j, 5);
+    double sum = 0.0;
+    for (std::size_t k = i; k <= j; ++k) sum += s.command[k].delta;
+    w.steer = sum / static_cast<double>(j - i + 1);
+    windows.push_back(w);
+  }
+  return windows;
+}
+
+/// Median of top over bottom where the bottom is large enough to divide by.
+template <class Top, class Bottom>
+double usual_ratio(const std::vector<Window>& windows, Top top, Bottom bottom) {
+  std::vector<double> sizes, ratios;
+  for (const Window& w : windows)
+    if (std::isfinite(top(w) + bottom(w))) sizes.push_back(std::abs(bottom(w)));
+  const double enough = 0.5 * lower_quantile(sizes, 0.9);
+  for (const Window& w : windows)
+    if (std::isfinite(top(w) + bottom(w)) && std::abs(bottom(w)) >= enough && bottom(w) != 0.0)
+      ratios.push_back(top(w) / bottom(w));
+  return ratios.size() < 10 ? NAN : lower_quantile(ratios, 0.5);
+}
+
+class Checks {
+ public:
+  Checks(const SessionFile& file, double v_ref) : s_(file.session), v_ref_(v_ref), windows_(windows_of(s_)) {}
+
+  void run(bool derived) const {
+    commands();
+    moving();
+    if (!derived) speed();
+    yaw();
+    heading();
+    steering();
+  }
+
+ private:
+  [[noreturn]] void refuse(const std::string& message) const {
+    Diagnostic d;
+    d.file = s_.name;
+    d.message = message;
+    throw InputError({d});
+  }
+
+  double speed_of(const Window& w) const { return std::isnan(w.speed) ? w.way / w.seconds : w.speed; }
+
+  void commands() const {
+    std::vector<double> d, delta;
+    for (const auto& c : s_.command) d.push_back(std::abs(c.d)), delta.push_back(std::abs(c.delta));
+    const double most_d = lower_quantile(d, 0.99), most_delta = lower_quantile(delta, 0.99);
+    if (most_d > 1.5)
+      refuse("d reaches " + text(most_d) + "; throttle is 0 to 1 and brake 0 to -1: " +
+             (most_d < 150 ? "it looks like per cent (divide by 100)"
+                           : "a pressure needs its largest value to divide by"));
+    if (most_delta > 1.6)
+      refuse("delta reaches " + text(most_delta) +
+             " rad, which no wheel turns: it looks like degrees (\"unit\": "
+             "\"deg\") or the angle of the steering wheel (divide by the steering ratio)");
+  }
+
+  void moving() const {
+    std::vector<double> speeds;
+    for (const Window& w : windows_)
+      if (std::isfinite(speed_of(w))) speeds.push_back(std::abs(speed_of(w)));
+    const double most = lower_quantile(speeds, 0.98);
+    if (speeds.size() < 10) refuse("fewer than 5 s with readings; 60 s are good");
+    if (most < 0.05 * v_ref_)
+      refuse("the car is parked: its speed stays below " + text(most) + " m/s (typical of it: " + text(v_ref_) +
+             " m/s); expected a log of driving");
+  }
+
+  void speed() const {
+    const double ratio = usual_ratio(
+        windows_, [](const Window& w) { return w.speed; }, [](const Window& w) { return w.way / w.seconds; });
+    if (std::isnan(ratio) || (ratio > 0.6 && ratio < 1.6)) return;
+    const std::string found = "vx is " + text(ratio) + " times the speed at which x and y move";
+    if (ratio < -0.6 && ratio > -1.6) refuse(found + ": its sign is turned (\"sign\": -1), or the car drives backward");
+    struct Unit {
+      double low, high;
+      const char* meant;
+    };
+    constexpr std::array<Unit, 6> units = {{{2.8, 4.6, "vx looks like km/h (\"unit\": \"km/h\")"},
+                                            {1.8, 2.6, "vx looks like mph (\"unit\": \"mph\")"},
+                                            {7e-4, 1.4e-3, "x and y look like millimetres (\"unit\": \"mm\")"},
+                                            {7e-3, 1.4e-2, "x and y look like centimetres (\"unit\": \"cm\")"},
+                                            {700, 1400, "vx looks like mm/s (\"unit\": \"mm/s\")"},
+                                            {0.24, 0.33, "vx was taken for km/h and is m/s"}}};
+    for (const Unit& u : units)
+      if (ratio > u.low && ratio < u.high) refuse(found + ": " + u.meant);
+    refuse(found + "; expected about 1");
+  }
+
+  void yaw() const {
+    const double ratio = usual_ratio(
+        windows_, [](const Window& w) { return w.rate; }, [](const Window& w) { return w.turn / w.seconds; });
+    if (std::isnan(ratio) || (ratio > 0.3 && ratio < 3.0)) return;
+    const std::string found = "yaw_rate is " + text(ratio) + " times the rate of yaw";
+    if (ratio > 30 && ratio < 90) refuse(found + ": it looks like deg/s (\"unit\": \"deg/s\")");
+    if (ratio > 1.0 / 90 && ratio < 1.0 / 30) refuse(found + ": yaw looks like degrees (\"unit\": \"deg\")");
+    if (ratio < -0.3 && ratio > -3.0) refuse(found + ": one of them has the other sign (\"sign\": -1)");
+  }
+
+  /// Heading against course. A compass runs clockwise from north, this project's yaw counter-clockwise from +x.
+  void heading() const {
+    std::vector<double> off, against;
+    for (const Window& w : windows_) {
+      if (!(std::abs(speed_of(w)) > 0.2 * v_ref_) || !std::isfinite(w.course + w.heading)) continue;
+      off.push_back(std::remainder(w.heading - w.course, 2 * pi));
+      against.push_back(std::remainder(w.heading + w.course, 2 * pi));
+    }
+    if (off.size() < 20) return;
+    const auto spread = [](const std::vector<double>& angles, double& centre) {
+      double s = 0.0, c = 0.0;
+      for (const double a : angles) s += std::sin(a), c += std::cos(a);
+      centre = std::atan2(s, c);
+      return 1.0 - std::hypot(s, c) / static_cast<double>(angles.size());
+    };
+    double centre = 0.0, mirrored = 0.0;
+    const double loose = spread(off, centre), loose_mirrored = spread(against, mirrored);
+    if (loose < 0.3 && std::abs(centre) < 0.6) return;
+    const std::string degrees = text(centre * 180 / pi) + " deg";
+    if (loose < 0.1 && std::abs(std::abs(centre) - pi) < 0.3)
+      refuse("yaw points backward: it is " + degrees + " off the path; add pi to it");
+    if (loose < 0.1)
+      refuse("yaw is " + degrees + " off the path; expected the direction of x and y, from +x to the left");
+    if (loose_mirrored < 0.1)
+      refuse("yaw turns against the path: yaw plus the path's angle is always " + text(mirrored * 180 / pi) +
+             " deg; a compass counts clockwise (\"formula\": \"pi/2 - rad(heading)\"), or y points to the right");
+    refuse("yaw and the path of x and y do not belong together (spread " + text(loose) + " of 1)");
+  }
+
+  void steering() const {
+    double n = 0, sx = 0, sy = 0, sxx = 0, syy = 0, sxy = 0;
+    for (const Window& w : windows_) {
+      const double rate = std::isnan(w.rate) ? w.turn / w.seconds : w.rate;
+      const double v = speed_of(w);
+      if (!(v > 0.2 * v_ref_) || !std::isfinite(rate)) continue;
+      const double curvature = rate / v;
+      n += 1, sx += w.steer, sy += curvature, sxx += w.steer * w.steer, syy += curvature * curvature;
+      sxy += w.steer * curvature;
+    }
+    const double vx = sxx - sx * sx / n, vy = syy - sy * sy / n;
+    if (n < 20 || !(vx > 1e-10 * n) || !(vy > 0.0)) return;
+    const double correlation = (sxy - sx * sy / n) / std::sqrt(vx * vy);
+    if (correlation < -0.4)
+      refuse("the car turns against its steering: delta and curvature correlate at " + text(correlation) + " over " +
+             text(0.25 * n) + " s of driving; expected a positive one: turn delta's sign (\"sign\": -1), or yaw and y");
+  }
+
+  const Session& s_;
+  double v_ref_;
+  std::vector<Window> windows_;
+};
+
+}  // namespace
+
+void check_session(const SessionFile& file, double v_ref) { Checks(file, v_ref).run(file.derived_velocity); }
+
+}  // namespace gripline::measured

@@ -1,0 +1,305 @@
+#include "measured/session_file.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "config/errors.hpp"
+#include "config/units.hpp"
+#include "measured/delimited_table.hpp"
+#include "measured/formula.hpp"
+#include "util/statistics.hpp"
+
+namespace gripline::measured {
+namespace {
+
+constexpr double nothing = std::numeric_limits<double>::quiet_NaN();
+constexpr double pi = std::numbers::pi;
+using Values = std::vector<double>;
+using Level = Finding::Level;
+
+[[noreturn]] void refuse(const std::filesystem::path& file, const std::string& message, int line = 0) {
+  Diagnostic d;
+  d.file = file.string();
+  d.line = line;
+  d.message = message;
+  throw InputError({d});
+}
+
+std::string short_text(double value, int digits = 3) {
+  char buffer[40];
+  std::snprintf(buffer, sizeof buffer, "%.*g", digits, value);
+  return buffer;
+}
+
+std::string plain_unit(std::string unit) {
+  for (std::size_t at; (at = unit.find("\xc2\xb0")) != std::string::npos;) unit.replace(at, 2, "deg");
+  return unit;
+}
+
+/// What one of the channel's numbers is in SI: by the map's unit, else by the unit in the table's header.
+double factor_of(const Channel& channel, const char* unit, const Formula& formula, const DelimitedTable& table) {
+  std::string written = channel.unit;
+  const bool single = formula.columns().size() == 1 &&
+                      (channel.formula == table.name[formula.columns()[0]] || channel.formula.starts_with('`'));
+  if (written.empty() && single) {
+    written = plain_unit(table.unit[formula.columns()[0]]);
+    try {
+      return written.empty() ? 1.0 : to_si("1 " + written, unit);
+    } catch (const UnitError&) {
+      return 1.0;  // words of the logger's own
+    }
+  }
+  return written.empty() ? 1.0 : to_si("1 " + plain_unit(written), unit);
+}
+
+class SessionReader {
+ public:
+  SessionReader(const std::filesystem::path& log, const LogMap& map) : map_(map), table_(read_delimited(log)) {}
+
+  SessionFile read() {
+    out_.session.name = table_.file.filename().string();
+    for (const std::string& one : table_.found) note("file", one, "read so");
+    read_time();
+    for (std::size_t s = 0; s < source_count; ++s)
+      if (map_.channel[s]) read_source(static_cast<Source>(s), *map_.channel[s]);
+    check_needed();
+    apply_valid();
+    place_from_degrees();
+    derive();
+    out_.session.written_yaw = values_[2].empty() ? Values(row_.size(), nothing) : values_[2];
+    if (!values_[2].empty()) unwrap(values_[2]);
+    fill();
+    return std::move(out_);
+  }
+
+ private:
+  void note(std::string check, std::string found, std::string done, Level level = Level::note) {
+    out_.findings.push_back({level, std::move(check), std::move(found), std::move(done)});
+  }
+  std::string place_in_map(const Channel& channel) const {
+    return map_.file.empty() ? std::string() : " (" + channel.origin.pointer + " of " + map_.file.string() + ")";
+  }
+
+  Values evaluate(const Channel& channel, const char* unit, const char* name) {
+    try {
+      const Formula formula(channel.formula, table_, std::string(name));
+      Values values = formula.evaluate(table_, time_all_);
+      const double factor = channel.sign * factor_of(channel, unit, formula, table_);
+      for (double& v : values) v = std::isfinite(v) ? factor * v : nothing;
+      return values;
+    } catch (const InputError& problem) {
+      if (map_.file.empty()) refuse(table_.file, problem.what(), 1);
+      Diagnostic d;
+      d.file = map_.file.string();
+      d.line = channel.origin.line;
+      d.column = channel.origin.column;
+      d.pointer = channel.origin.pointer;
+      d.message = std::string(problem.what()) + " in " + table_.file.string();
+      throw InputError({d});
+    }
+  }
+
+  void read_time() {
+    if (map_.file.empty() && table_.find(map_.time.formula) < 0) refuse_missing(map_.time.formula);
+    time_all_ = evaluate(map_.time, "s", "time");
+    Values kept;
+    std::size_t without = 0, again = 0;
+    for (std::size_t r = 0; r < table_.rows(); ++r) {
+      const double t = time_all_[r];
+      if (std::isnan(t)) {
+        ++without;
+      } else if (!kept.empty() && t == kept.back()) {
+        ++again;
+      } else if (!kept.empty() && t < kept.back()) {
+        refuse(table_.file,
+               "time runs backward from " + short_text(kept.back(), 10) + " s to " + short_text(t, 10) +
+                   " s; expected rows in the order of time",
+               table_.line[r]);
+      } else {
+        kept.push_back(t);
+        row_.push_back(r);
+      }
+    }
+    if (without > 0) note("rows", std::to_string(without) + " without time", "left out");
+    if (again > 0) note("rows", std::to_string(again) + " repeat a time stamp", "left out");
+    if (kept.size() < 20)
+      refuse(table_.file, "only " + std::to_string(kept.size()) + " rows with a time; expected a log of at least 5 s");
+    Values steps;
+    for (std::size_t i = 1; i < kept.size(); ++i) steps.push_back(kept[i] - kept[i - 1]);
+    out_.row_step = median(std::move(steps));
+    for (const auto& [unit, factor] : {std::pair("milliseconds", 1e-3), {"microseconds", 1e-6}, {"nanoseconds", 1e-9}})
+      if (out_.row_step > 0.9 && out_.row_step * factor >= 0.9e-3 && out_.row_step * factor < 0.3)
+        refuse(table_.file, "time rises by " + short_text(out_.row_step) + " s from row to row: it looks like " + unit +
+                                "; the map should say so (\"unit\")");
+    if (out_.row_step > 0.5)
+      refuse(table_.file, "rows are " + short_text(out_.row_step) + " s apart; expected 0.5 s or less");
+    out_.session.t = std::move(kept);
+  }
+
+  void read_source(Source source, const Channel& channel) {
+    const SourceInfo& info = source_info(source);
+    const bool own_log = map_.file.empty();
+    if (own_log && table_.find(info.column) < 0) return;  // absent; check_needed says what must be there
+    const Values all = evaluate(channel, info.unit, info.name);
+    Values& to = values_[static_cast<std::size_t>(source)];
+    for (const std::size_t r : row_) to.push_back(all[r]);
+    if (!channel.held || channel.command) return;
+    std::size_t dropped = 0;
+    double last = nothing;
+    for (double& v : to) {
+      const bool same = v == last;
+      last = v;
+      if (!same) continue;
+      v = nothing;
+      ++dropped;
+    }
+    note(info.name, std::to_string(dropped) + " rows hold the value before", "read when it is new");
+  }
+
+  bool has(Source source) const { return !values_[static_cast<std::size_t>(source)].empty(); }
+
+  void check_needed() const {
+    std::string missing;
+    const auto need = [&](bool there, const char* what) {
+      if (!there) missing += (missing.empty() ? "" : ", ") + std::string(what);
+    };
+    const bool place = has(Source::x) && has(Source::y);
+    const bool degrees = has(Source::latitude) && has(Source::longitude);
+    need(place || degrees || has(Source::vx), "x_m and y_m, or vx_mps");
+    need(place || degrees || has(Source::yaw) || has(Source::yaw_rate), "yaw_rad or yaw_rate_radps");
+    need(has(Source::delta), "delta_rad");
+    if (missing.empty()) return;
+    refuse_missing(missing);
+  }
+
+  [[noreturn]] void refuse_missing(const std::string& missing) const {
+    std::string found;
+    for (const std::string& name : table_.name) found += (found.empty() ? "" : ", ") + name;
+    refuse(table_.file, "columns missing: " + missing + "; found: " + found +
+                            "; a log with columns of its own needs a map (gripline import --guess LOG.csv writes one)");
+  }
+
+  void apply_valid() {
+    if (map_.valid.empty()) return;
+    Channel channel = map_.time;
+    channel.formula = map_.valid;
+    channel.sign = 1;
+    channel.unit.clear();
+    const Values all = evaluate(channel, "1", "valid");
+    std::size_t dropped = 0;
+    for (std::size_t i = 0; i < row_.size(); ++i) {
+      if (all[row_[i]] != 0.0 && !std::isnan(all[row_[i]])) continue;
+      ++dropped;
+      for (const Source s : {Source::x, Source::y, Source::yaw, Source::vx, Source::vy, Source::yaw_rate,
+                             Source::latitude, Source::longitude})
+        if (has(s)) values_[static_cast<std::size_t>(s)][i] = nothing;
+    }
+    if (dropped > 0) note("valid", std::to_string(dropped) + " rows are not", "their readings are left out");
+  }
+
+  /// Local tangent plane at the first position on the WGS 84 ellipsoid: x east, y north.
+  void place_from_degrees() {
+    if (!has(Source::latitude) || has(Source::x)) return;
+    const Values &lat = values_[8], &lon = values_[9];
+    std::size_t first = 0;
+    while (first < lat.size() && std::isnan(lat[first] + lon[first])) ++first;
+    if (first == lat.size()) refuse(table_.file, "latitude and longitude are never given");
+    constexpr double a = 6378137.0, e2 = 6.69437999014e-3;
+    const double w = 1.0 - e2 * std::sin(lat[first]) * std::sin(lat[first]);
+    const double north = a * (1.0 - e2) / (w * std::sqrt(w)), east = a / std::sqrt(w) * std::cos(lat[first]);
+    for (std::size_t i = 0; i < lat.size(); ++i) {
+      values_[0].push_back(east * (lon[i] - lon[first]));
+      values_[1].push_back(north * (lat[i] - lat[first]));
+    }
+    note("place", "latitude and longitude", "x to the east and y to the north of the first position");
+  }
+
+  static void unwrap(Values& yaw) {
+    double last = nothing, turns = 0.0;
+    for (double& v : yaw) {
+      if (std::isnan(v)) continue;
+      if (!std::isnan(last)) turns -= 2.0 * pi * std::round((v + turns - last) / (2.0 * pi));
+      v += turns;
+      last = v;
+    }
+  }
+
+  /// Course and speed from the places of this row and the last one that had one: nothing later is looked at.
+  void derive() {
+    const bool place = has(Source::x) && has(Source::y);
+    if (!place || (has(Source::yaw) && has(Source::vx))) return;
+    const auto& t = out_.session.t;
+    Values course(t.size(), nothing), speed(t.size(), nothing), along_x(t.size(), nothing), along_y(t.size(), nothing);
+    std::size_t last = t.size();
+    for (std::size_t i = 0; i < t.size(); ++i) {
+      if (std::isnan(values_[0][i] + values_[1][i])) continue;
+      if (last < i) {
+        const double dt = t[i] - t[last];
+        along_x[i] = (values_[0][i] - values_[0][last]) / dt;
+        along_y[i] = (values_[1][i] - values_[1][last]) / dt;
+        speed[i] = std::hypot(along_x[i], along_y[i]);
+        if (speed[i] > 0.5) course[i] = std::atan2(along_y[i], along_x[i]);
+      }
+      last = i;
+    }
+    if (!has(Source::yaw)) {
+      values_[2] = std::move(course);
+      note("yaw", "absent", "the course over ground is taken; sideslip is not seen");
+      if (!has(Source::vx)) values_[3] = std::move(speed);
+    } else {
+      const bool sideways = !has(Source::vy);
+      for (std::size_t i = 0; i < t.size(); ++i) {
+        const double c = std::cos(values_[2][i]), s = std::sin(values_[2][i]);
+        values_[3].push_back(c * along_x[i] + s * along_y[i]);
+        if (sideways) values_[4].push_back(c * along_y[i] - s * along_x[i]);
+      }
+    }
+    out_.derived_velocity = true;
+    note("velocity", "absent", "from differences of the place, half a step late");
+  }
+
+  void fill() {
+    Session& s = out_.session;
+    const std::size_t n = s.t.size();
+    for (std::size_t c = 0; c < channels; ++c)
+      s.has[c] = std::any_of(values_[c].begin(), values_[c].end(), [](double v) { return !std::isnan(v); });
+    if (!s.has[4]) note("vy", "absent", "done without");
+    if (!s.has[5]) note("yaw rate", "absent", "seen through the heading only");
+    if (!s.has[0]) note("place", "absent", "speeds and yaw rate are judged alone");
+    s.reading.resize(n * channels, nothing);
+    for (std::size_t c = 0; c < channels; ++c)
+      if (s.has[c])
+        for (std::size_t i = 0; i < n; ++i) s.reading[i * channels + c] = values_[c][i];
+    out_.has_throttle = has(Source::d);
+    if (!out_.has_throttle) note("throttle", "absent", "vx is taken from the log: the lateral motion is judged");
+    CommandSample<double> now{0.0, 0.0};
+    std::size_t missing = 0;
+    for (std::size_t i = 0; i < n; ++i) {
+      const double d = out_.has_throttle ? values_[6][i] : 0.0;
+      const double delta = values_[7][i];
+      missing += std::isnan(d) || std::isnan(delta);
+      if (!std::isnan(d)) now.d = d;
+      if (!std::isnan(delta)) now.delta = delta;
+      s.command.push_back(now);
+    }
+    if (missing > 0) note("commands", std::to_string(missing) + " rows without", "the last one is held");
+    s.held_throttle = map_[Source::d] && map_[Source::d]->held;
+    s.held_steering = map_[Source::delta] && map_[Source::delta]->held;
+    s.prescribed_speed = !out_.has_throttle;
+  }
+
+  const LogMap& map_;
+  DelimitedTable table_;
+  SessionFile out_;
+  Values time_all_;
+  std::vector<std::size_t> row_;  // of the table, by row of the session
+  std::array<Values, source_count> values_;
+};
+
+}  // namespace
+
+SessionFile read_session(const std::filesystem::path& log, const LogMap& map) { return SessionReader(log, map).read(); }
+
+}  // namespace gripline::measured

@@ -1,0 +1,37 @@
+// A logger's table and a map make a session: rows in SI units, in the log's own clock.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "measured/log_map.hpp"
+
+namespace gripline::measured {
+
+/// Something that was found about a log and what was done about it.
+struct Finding {
+  enum class Level { good, note, bad } level = Level::good;
+  std::string check, found, done;
+};
+
+struct SessionFile {
+  Session session;
+  std::vector<Finding> findings;
+  bool has_throttle = false;      // else vx is taken from the log
+  bool derived_velocity = false;  // vx, vy from differences of the place
+  double row_step = 0;            // median [s]
+};
+
+/// Reads a log through a map. Readings that are missing, or held from the row before where the map says so, are NaN; yaw
+/// is unwrapped; what the log lacks is derived from what it has (speed and course from places) or left out. Rows are
+/// kept as they are: nothing is smoothed, moved or interpolated. Throws InputError: a column that is not there, a unit,
+/// time that runs backward, fewer than 20 rows, no steering.
+SessionFile read_session(const std::filesystem::path& log, const LogMap& map);
+
+/// Is this what the map says? Judged by medians over driving, so that no outlier decides. Throws InputError with the
+/// evidence: units of speed, angles and time, a heading turned against the path, a steering angle or yaw rate of the
+/// other sign, a parked car. `v_ref`: typical speed of the car [m/s].
+void check_session(const SessionFile& file, double v_ref);
+
+}  // namespace gripline::measured

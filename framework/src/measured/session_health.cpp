@@ -1,0 +1,427 @@
+#include "measured/session_health.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <random>
+#include <string>
+
+#include "util/statistics.hpp"
+
+namespace gripline::measured {
+namespace {
+
+using Values = std::vector<double>;
+using Level = Finding::Level;
+constexpr double nothing = std::numeric_limits<double>::quiet_NaN();
+constexpr std::array<const char*, channels> names = {"x", "y", "yaw", "vx", "vy", "yaw_rate"};
+constexpr std::array<const char*, channels> units = {"m", "m", "rad", "m/s", "m/s", "rad/s"};
+
+std::string text(double value, int digits = 3) {
+  char buffer[40];
+  std::snprintf(buffer, sizeof buffer, "%.*g", digits, value);
+  return buffer;
+}
+
+double median_deviation(const Values& values, double centre) {
+  Values off;
+  for (const double v : values) off.push_back(std::abs(v - centre));
+  return median(std::move(off));
+}
+
+/// Covariance at a lag of the fourth differences of a first-order process of variance 1.
+double fourth_difference_covariance(double colour, int lag) {
+  constexpr std::array<double, 5> c = {1, -4, 6, -4, 1};
+  double sum = 0.0;
+  for (int i = 0; i < 5; ++i)
+    for (int j = 0; j < 5; ++j)
+      sum += c[static_cast<std::size_t>(i)] * c[static_cast<std::size_t>(j)] * std::pow(colour, std::abs(i - j + lag));
+  return sum;
+}
+
+}  // namespace
+
+std::optional<Noise> noise_of(const Session& session, std::size_t channel, double row_step) {
+  Values difference(session.rows(), nothing), sizes;
+  for (std::size_t i = 4; i < session.rows(); ++i) {
+    if (session.t[i] - session.t[i - 4] > 4.6 * row_step) continue;
+    const auto y = [&](std::size_t back) { return session.at(i - back, channel); };
+    difference[i] = y(0) - 4.0 * y(1) + 6.0 * y(2) - 4.0 * y(3) + y(4);
+    if (!std::isnan(difference[i])) sizes.push_back(std::abs(difference[i]));
+  }
+  if (sizes.size() < 100) return std::nullopt;
+  Noise noise;
+  noise.samples = sizes.size();
+  const double scale = median(sizes) / 0.6745;  // of a normal distribution
+  if (!(scale > 0.0)) return noise;
+  double cross = 0.0, square = 0.0;
+  for (std::size_t i = 1; i < difference.size(); ++i) {
+    const double a = difference[i - 1], b = difference[i];
+    if (!(std::abs(a) < 4.0 * scale) || !(std::abs(b) < 4.0 * scale)) continue;
+    cross += a * b;
+    square += 0.5 * (a * a + b * b);
+  }
+  const double seen = cross / square;
+  double low = -0.95, high = 0.99;
+  for (int i = 0; i < 50; ++i) {
+    const double middle = 0.5 * (low + high);
+    const double expected = fourth_difference_covariance(middle, 1) / fourth_difference_covariance(middle, 0);
+    (expected < seen ? low : high) = middle;
+  }
+  noise.colour = 0.5 * (low + high);
+  noise.sigma = scale / std::sqrt(fourth_difference_covariance(noise.colour, 0));
+  return noise;
+}
+
+namespace {
+
+/// Channels on one even grid, for correlations.
+struct Grid {
+  double dt = 0.02;
+  std::size_t n = 0;
+  double t0 = 0;
+
+  explicit Grid(const Session& s) : t0(s.t.front()) {
+    Values steps;
+    for (std::size_t i = 1; i < s.rows(); ++i) steps.push_back(s.t[i] - s.t[i - 1]);
+    dt = std::clamp(median(steps), 0.02, 0.1);
+    n = static_cast<std::size_t>((s.t.back() - t0) / dt);
+  }
+  Values channel(const Session& s, std::size_t c) const {
+    Values out(n);
+    for (std::size_t k = 0; k < n; ++k) out[k] = s.interpolate(c, t0 + static_cast<double>(k) * dt);
+    return out;
+  }
+  Values command(const Session& s, bool steering) const {
+    Values out(n);
+    std::size_t i = 0;
+    for (std::size_t k = 0; k < n; ++k) {
+      const double t = t0 + static_cast<double>(k) * dt;
+      while (i + 1 < s.rows() && s.t[i + 1] <= t) ++i;
+      const auto& a = s.command[i];
+      const auto& b = s.command[std::min(i + 1, s.rows() - 1)];
+      const double share = i + 1 < s.rows() ? (t - s.t[i]) / (s.t[i + 1] - s.t[i]) : 0.0;
+      out[k] = steering ? a.delta + share * (b.delta - a.delta) : a.d + share * (b.d - a.d);
+    }
+    return out;
+  }
+  /// Central difference: no delay of its own.
+  Values rate(const Values& y) const {
+    Values out(y.size(), nothing);
+    for (std::size_t k = 1; k + 1 < y.size(); ++k) out[k] = (y[k + 1] - y[k - 1]) / (2.0 * dt);
+    return out;
+  }
+};
+
+/// Mean over `half` seconds to both sides.
+Values mean_around(const Values& y, double dt, double seconds) {
+  const auto half = static_cast<std::ptrdiff_t>(seconds / dt);
+  Values sum(y.size() + 1, 0.0), count(y.size() + 1, 0.0), out(y.size(), nothing);
+  for (std::size_t k = 0; k < y.size(); ++k) {
+    sum[k + 1] = sum[k] + (std::isnan(y[k]) ? 0.0 : y[k]);
+    count[k + 1] = count[k] + (std::isnan(y[k]) ? 0.0 : 1.0);
+  }
+  for (std::ptrdiff_t k = 0; k < static_cast<std::ptrdiff_t>(y.size()); ++k) {
+    const auto first = static_cast<std::size_t>(std::max<std::ptrdiff_t>(0, k - half));
+    const auto last =
+        static_cast<std::size_t>(std::min<std::ptrdiff_t>(static_cast<std::ptrdiff_t>(y.size()), k + half + 1));
+    const double n = count[last] - count[first];
+    if (n > 0.0 && !std::isnan(y[static_cast<std::size_t>(k)]))
+      out[static_cast<std::size_t>(k)] = (sum[last] - sum[first]) / n;
+  }
+  return out;
+}
+
+/// Jumps become as large as what is usual.
+void clip(Values& y) {
+  Values sizes;
+  for (const double v : y)
+    if (!std::isnan(v)) sizes.push_back(std::abs(v));
+  if (sizes.empty()) return;
+  const double most = 1.5 * lower_quantile(std::move(sizes), 0.98);
+  for (double& v : y)
+    if (!std::isnan(v)) v = std::clamp(v, -most, most);
+}
+
+/// What of a signal tells delays: without jumps, noise of a tenth of a second and trends over several seconds.
+Values manoeuvres(Values y, double dt) {
+  clip(y);
+  y = mean_around(y, dt, 0.08);
+  const Values trend = mean_around(y, dt, 3.0);
+  for (std::size_t k = 0; k < y.size(); ++k) y[k] -= trend[k];
+  clip(y);
+  return y;
+}
+
+/// Sums for a correlation at every lag, by blocks of the log.
+class LagSums {
+ public:
+  LagSums(const Values& late, const Values& early, double dt) : dt_(dt) {
+    const auto block = static_cast<std::size_t>(10.0 / dt);
+    blocks_ = std::max<std::size_t>(1, late.size() / block);
+    lags_ = static_cast<std::size_t>((last - first) / dt) + 1;
+    sums_.assign(blocks_ * lags_, {});
+    const auto from = static_cast<std::ptrdiff_t>(std::round(first / dt));
+    for (std::size_t l = 0; l < lags_; ++l)
+      for (std::size_t k = 0; k < early.size(); ++k) {
+        const std::ptrdiff_t j = static_cast<std::ptrdiff_t>(k) + from + static_cast<std::ptrdiff_t>(l);
+        if (j < 0 || j >= static_cast<std::ptrdiff_t>(late.size())) continue;
+        const double a = late[static_cast<std::size_t>(j)], b = early[k];
+        if (std::isnan(a + b)) continue;
+        Sums& s = sums_[std::min(k / block, blocks_ - 1) * lags_ + l];
+        s.ab += a * b, s.aa += a * a, s.bb += b * b;
+      }
+  }
+
+  /// Delay of highest correlation when blocks count so often each; the correlation through `at`.
+  double best(const std::vector<int>& weight, double* at = nullptr) const {
+    Values correlation(lags_, 0.0);
+    for (std::size_t l = 0; l < lags_; ++l) {
+      Sums all;
+      for (std::size_t b = 0; b < blocks_; ++b) {
+        const Sums& s = sums_[b * lags_ + l];
+        all.ab += weight[b] * s.ab, all.aa += weight[b] * s.aa, all.bb += weight[b] * s.bb;
+      }
+      if (all.aa > 0.0 && all.bb > 0.0) correlation[l] = all.ab / std::sqrt(all.aa * all.bb);
+    }
+    const auto top =
+        static_cast<std::size_t>(std::max_element(correlation.begin(), correlation.end()) - correlation.begin());
+    if (at != nullptr) *at = correlation[top];
+    double offset = 0.0;
+    if (top > 0 && top + 1 < lags_) {
+      const double a = correlation[top - 1], b = correlation[top], c = correlation[top + 1];
+      const double bend = a - 2.0 * b + c;
+      if (bend < 0.0) offset = 0.5 * (a - c) / bend;
+    }
+    return first + (static_cast<double>(top) + offset) * dt_;
+  }
+  std::size_t blocks() const { return blocks_; }
+  static constexpr double first = -0.6, last = 1.2;  // [s]
+
+ private:
+  struct Sums {
+    double ab = 0, aa = 0, bb = 0;
+  };
+  double dt_;
+  std::size_t blocks_ = 0, lags_ = 0;
+  std::vector<Sums> sums_;
+};
+
+void add_delay(std::vector<Delay>& delays, const Grid& grid, const char* channel, const Values& late,
+               const char* against, const Values& early, bool of_clock) {
+  constexpr double least_correlation = 0.5;
+  constexpr int draws = 200;
+  const LagSums sums(manoeuvres(late, grid.dt), manoeuvres(early, grid.dt), grid.dt);
+  Delay delay{channel, against, 0, 0, 0, 0, of_clock};
+  delay.seconds = sums.best(std::vector<int>(sums.blocks(), 1), &delay.correlation);
+  if (!(delay.correlation > least_correlation)) return;
+  if (delay.seconds < LagSums::first + grid.dt || delay.seconds > LagSums::last - grid.dt) return;
+  std::mt19937 random(1);
+  Values drawn;
+  for (int i = 0; i < draws; ++i) {
+    std::vector<int> weight(sums.blocks(), 0);
+    for (std::size_t b = 0; b < sums.blocks(); ++b) ++weight[random() % sums.blocks()];
+    drawn.push_back(sums.best(weight));
+  }
+  std::sort(drawn.begin(), drawn.end());
+  delay.low = std::min(drawn[static_cast<std::size_t>(0.025 * draws)], delay.seconds);
+  delay.high = std::max(drawn[static_cast<std::size_t>(0.975 * draws)], delay.seconds);
+  delays.push_back(delay);
+}
+
+/// Speed along the heading by differences of the place.
+Values speed_of_place(const Grid& grid, const Values& x, const Values& y, const Values& yaw) {
+  const Values dx = grid.rate(x), dy = grid.rate(y);
+  Values out(x.size(), nothing);
+  for (std::size_t k = 0; k < x.size(); ++k) out[k] = dx[k] * std::cos(yaw[k]) + dy[k] * std::sin(yaw[k]);
+  return out;
+}
+
+}  // namespace
+
+std::vector<Delay> delays_of(const Session& s) {
+  std::vector<Delay> delays;
+  if (s.rows() < 100) return delays;
+  const Grid grid(s);
+  const Values yaw = grid.channel(s, 2), vx = grid.channel(s, 3), rate = grid.channel(s, 5);
+  const Values turning = grid.rate(yaw);
+  Values place_speed(grid.n, nothing);
+  if (s.has[0] && s.has[2]) place_speed = speed_of_place(grid, grid.channel(s, 0), grid.channel(s, 1), yaw);
+  if (s.has[2] && s.has[5]) add_delay(delays, grid, "yaw_rate", rate, "yaw", turning, true);
+  if (s.has[0] && s.has[3])
+    add_delay(delays, grid, "velocity", grid.rate(vx), "position", grid.rate(place_speed), true);
+  const Values& turns = s.has[2] ? turning : rate;
+  Values turn_asked = grid.command(s, true);
+  for (std::size_t k = 0; k < grid.n; ++k) turn_asked[k] *= s.has[3] ? vx[k] : place_speed[k];
+  add_delay(delays, grid, s.has[2] ? "yaw" : "yaw_rate", turns, "delta", turn_asked, false);
+  if (!s.prescribed_speed && s.has[3])
+    add_delay(delays, grid, "velocity", grid.rate(vx), "d", grid.command(s, false), false);
+  return delays;
+}
+
+namespace {
+
+/// By how much nearly all of some values are off: the smaller of two quantiles' shifts, so that a mixture of shifted and
+/// others counts as none.
+double shift_of_all(const Values& values, double centre) {
+  const double low = lower_quantile(values, 0.25) - centre, high = lower_quantile(values, 0.75) - centre;
+  if (low * high <= 0.0) return 0.0;
+  return std::abs(low) < std::abs(high) ? low : high;
+}
+
+}  // namespace
+
+std::optional<Slip> slip_of(const Session& s, double row_step) {
+  if (!s.has[0] || !s.has[3]) return std::nullopt;
+  Values when, lost;
+  double fastest = 0.0;
+  for (std::size_t i = 0; i < s.rows(); ++i)
+    if (!std::isnan(s.at(i, 3))) fastest = std::max(fastest, std::abs(s.at(i, 3)));
+  for (std::size_t i = 1; i < s.rows(); ++i) {
+    const double dt = s.t[i] - s.t[i - 1], v = 0.5 * (s.at(i, 3) + s.at(i - 1, 3));
+    const double way = std::hypot(s.at(i, 0) - s.at(i - 1, 0), s.at(i, 1) - s.at(i - 1, 1));
+    if (dt > 1.5 * row_step || !(std::abs(v) > 0.3 * fastest) || !std::isfinite(way)) continue;
+    when.push_back(s.t[i]);
+    lost.push_back(way / std::abs(v) - dt);
+  }
+  if (when.size() < 200) return std::nullopt;
+  const double centre = median(lost), spread = median_deviation(lost, centre) / 0.6745;
+  if (!(spread > 0.0)) return std::nullopt;
+  Slip best;
+  for (const double period : {0.1, 0.2, 0.25, 0.5, 1.0, 2.0, 5.0, 10.0}) {
+    const auto bins = static_cast<std::size_t>(std::round(period / row_step));
+    if (bins < 4 || when.size() < 10 * bins) continue;
+    std::vector<Values> by_phase(bins);
+    for (std::size_t i = 0; i < when.size(); ++i) {
+      const double phase = when[i] / period - std::floor(when[i] / period);
+      by_phase[static_cast<std::size_t>(std::round(phase * static_cast<double>(bins))) % bins].push_back(lost[i]);
+    }
+    for (std::size_t b = 0; b < bins; ++b) {
+      if (by_phase[b].size() < 10) continue;
+      const double off = shift_of_all(by_phase[b], centre);
+      const double score = std::abs(off) / (1.25 * spread) * std::sqrt(static_cast<double>(by_phase[b].size()));
+      // A multiple of the true period splits the same rows among more phases and scores less; a part of it mixes others
+      // in, or has the same rows where it is no multiple of a row.
+      if (score > 0.0 && score >= 0.999 * best.score) best = {period, static_cast<double>(b) * row_step, off, score};
+    }
+  }
+  if (best.score < 8.0 || std::abs(best.travel) < 1e-3) return std::nullopt;
+  return best;
+}
+
+namespace {
+
+void rate_and_gaps(const SessionFile& file, std::vector<Finding>& out) {
+  const Session& s = file.session;
+  double shortest = 1e9, longest = 0.0, missing = 0.0;
+  std::size_t gaps = 0;
+  for (std::size_t i = 1; i < s.rows(); ++i) {
+    const double step = s.t[i] - s.t[i - 1];
+    shortest = std::min(shortest, step);
+    longest = std::max(longest, step);
+    if (step > 2.5 * file.row_step) ++gaps, missing += step;
+  }
+  out.push_back({Level::good, "rate",
+                 text(1.0 / file.row_step) + " Hz over " + text(s.t.back() - s.t.front(), 4) + " s",
+                 "steps of " + text(1e3 * shortest) + " to " + text(1e3 * longest) + " ms"});
+  if (gaps > 0)
+    out.push_back({Level::note, "gaps",
+                   std::to_string(gaps) + ", " + text(missing) + " s of them, longest " + text(longest) + " s",
+                   "nothing is bridged"});
+  const double length = s.t.back() - s.t.front();
+  if (length < 20.0)
+    out.push_back({Level::note, "length", text(length) + " s", "little to tell parameters apart; 60 s are good"});
+}
+
+void held_and_jumping(const SessionFile& file, std::vector<Finding>& out) {
+  const Session& s = file.session;
+  for (std::size_t c = 0; c < channels; ++c) {
+    if (!s.has[c]) continue;
+    std::size_t same = 0, moved = 0, absent = 0;
+    for (std::size_t i = 1; i < s.rows(); ++i) {
+      if (std::isnan(s.at(i, c))) {
+        ++absent;
+        continue;
+      }
+      (s.at(i, c) == s.at(i - 1, c) ? same : moved) += 1;
+    }
+    if (absent > 0)
+      out.push_back({Level::note, names[c], std::to_string(absent) + " readings missing", "left out, one by one"});
+    if (moved > 20 && same > moved) {
+      const double every = static_cast<double>(same + moved) / static_cast<double>(moved);
+      out.push_back({Level::note, names[c], "a new value every " + text(every) + " rows",
+                     "read as if each row were new: say \"hold\": \"held\" in the map"});
+    }
+  }
+}
+
+void jumps(const SessionFile& file, std::vector<Finding>& out) {
+  const Session& s = file.session;
+  for (std::size_t c = 0; c < channels; ++c) {
+    Values second;
+    for (std::size_t i = 2; i < s.rows(); ++i) {
+      const double d = s.at(i, c) - 2.0 * s.at(i - 1, c) + s.at(i - 2, c);
+      if (!std::isnan(d) && s.t[i] - s.t[i - 2] < 3.0 * file.row_step) second.push_back(std::abs(d));
+    }
+    if (second.size() < 100) continue;
+    const double usual = median(second);
+    const auto far = std::count_if(second.begin(), second.end(), [&](double d) { return d > 60.0 * usual; });
+    if (usual > 0.0 && far > 0)
+      out.push_back({Level::note, names[c], std::to_string(far) + " jumps of more than 60 times its usual change",
+                     "kept; the fit gives them little weight"});
+  }
+}
+
+}  // namespace
+
+namespace {
+
+void add_noise(const Noise& noise, std::size_t channel, std::vector<Finding>& out) {
+  constexpr double most_telling = 0.9;  // correlation beyond which noise and motion look alike
+  const std::string check = std::string("noise of ") + names[channel];
+  const std::string colour = "lag-one correlation " + text(noise.colour, 2);
+  if (noise.sigma == 0.0 || noise.colour > most_telling)
+    out.push_back({Level::good, check, "none that could be told from motion, " + colour,
+                   "simulated, filtered or interpolated at its source"});
+  else
+    out.push_back({Level::good, check, text(noise.sigma) + " " + units[channel] + ", " + colour,
+                   "measured from fourth differences"});
+}
+
+}  // namespace
+
+std::vector<Finding> health_of(const SessionFile& file) {
+  const Session& s = file.session;
+  std::vector<Finding> out = file.findings;
+  rate_and_gaps(file, out);
+  held_and_jumping(file, out);
+  jumps(file, out);
+  if (const auto slip = slip_of(s, file.row_step))
+    out.push_back({Level::bad, "position",
+                   std::string(slip->travel < 0.0 ? "falls back by " : "jumps ahead by ") +
+                       text(1e3 * std::abs(slip->travel)) + " ms of travel once every " + text(slip->period) +
+                       " s, at " + text(slip->phase) + " s of each",
+                   "kept as it is: predictions of whole periods do not see it, others miss by as much"});
+  for (std::size_t c = 0; c < channels; ++c)
+    if (const auto noise = s.has[c] ? noise_of(s, c, file.row_step) : std::nullopt) add_noise(*noise, c, out);
+  for (const Delay& d : delays_of(s))
+    out.push_back({Level::good, std::string("delay of ") + d.channel,
+                   text(d.seconds) + " s (" + text(d.low) + " to " + text(d.high) + ") against " + d.against,
+                   d.of_clock ? "correlation " + text(d.correlation, 2)
+                              : "correlation " + text(d.correlation, 2) + "; the car's own response is in it"});
+  return out;
+}
+
+std::array<double, delay_groups> clock_delays(const LogMap& map, const std::vector<Delay>& found) {
+  std::array<double, delay_groups> delays{};
+  for (std::size_t g = 0; g < delay_groups; ++g) {
+    const auto stated = map.delay(g);
+    delays[g] = stated.value_or(g < 2 ? 0.0 : nothing);
+    if (stated) continue;
+    for (const Delay& d : found)
+      if (d.of_clock && std::string_view(d.channel) == delay_names[g]) delays[g] = d.seconds;
+  }
+  return delays;
+}
+
+}  // namespace gripline::measured

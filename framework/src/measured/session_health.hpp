@@ -1,0 +1,50 @@
+// How good a session is: rate, gaps, held and jumping channels, periodic slips, noise and its colour, delays.
+#pragma once
+
+#include <array>
+#include <optional>
+#include <vector>
+
+#include "measured/session_file.hpp"
+
+namespace gripline::measured {
+
+/// White noise seen through a first-order filter: n_k = colour n_{k-1} + ..., from the fourth differences of a channel,
+/// whose variance and lag-one correlation a smooth motion hardly touches.
+struct Noise {
+  double sigma = 0;   // standard deviation of the noise, in the channel's unit
+  double colour = 0;  // lag-one correlation: 0 white, near 1 filtered
+  std::size_t samples = 0;
+};
+/// Nothing below 100 usable differences.
+std::optional<Noise> noise_of(const Session& session, std::size_t channel, double row_step);
+
+/// One channel shows later than another what both see.
+struct Delay {
+  const char* channel;  // as in the map
+  const char* against;
+  double seconds = 0;        // positive: `channel` is later
+  double low = 0, high = 0;  // 95 % by block bootstrap
+  double correlation = 0;    // at that delay
+  bool of_clock = true;      // both measure one motion; else the car's own response is in it
+};
+/// Yaw rate against heading, speed against place, steering and throttle against what the car does. Only pairs that
+/// correlate above 0.5.
+std::vector<Delay> delays_of(const Session& session);
+
+/// A position that is written too early or too late once in a period, and catches up in between.
+struct Slip {
+  double period = 0;  // [s]
+  double phase = 0;   // of the log's time [s]
+  double travel = 0;  // time of travel lost there; negative: the position falls back [s]
+  double score = 0;   // in standard deviations of its mean
+};
+std::optional<Slip> slip_of(const Session& session, double row_step);
+
+/// All of it as lines of a table, after what reading found.
+std::vector<Finding> health_of(const SessionFile& file);
+
+/// Delays of the groups as the map states them, or as found against the pose; NaN where nothing tells.
+std::array<double, delay_groups> clock_delays(const LogMap& map, const std::vector<Delay>& found);
+
+}  // namespace gripline::measured

@@ -1,0 +1,314 @@
+#include "report/measured_page.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "report/plot.hpp"
+#include "util/statistics.hpp"
+
+namespace gripline::report {
+namespace {
+
+using nlohmann::json;
+using Values = std::vector<double>;
+
+constexpr double nothing = std::numeric_limits<double>::quiet_NaN();
+
+struct Quantity {
+  const char *key, *label;
+};
+constexpr Quantity shown_quantities[] = {{"position_m", "position [m]"},
+                                         {"yaw_rad", "yaw [rad]"},
+                                         {"vx_mps", "vx [m/s]"},
+                                         {"vy_mps", "vy [m/s]"},
+                                         {"yaw_rate_radps", "yaw rate [rad/s]"}};
+
+double number_of(const json& value) { return value.is_number() ? value.get<double>() : nothing; }
+
+Values values_of(const json& object, const std::string& key) {
+  Values out;
+  if (const auto found = object.find(key); found != object.end() && found->is_array())
+    for (const json& value : *found) out.push_back(number_of(value));
+  return out;
+}
+
+const json& list_of(const json& object, const char* key) {
+  static const json empty = json::array();
+  const auto found = object.find(key);
+  return found != object.end() && found->is_array() ? *found : empty;
+}
+
+std::string text_of(const json& object, const char* key) {
+  const auto found = object.find(key);
+  return found != object.end() && found->is_string() ? found->get<std::string>() : std::string();
+}
+
+std::string escaped(const std::string& text) {
+  std::string out;
+  for (const char c : text) {
+    if (c == '<')
+      out += "&lt;";
+    else if (c == '&')
+      out += "&amp;";
+    else if (c == '"')
+      out += "&quot;";
+    else
+      out += c;
+  }
+  return out;
+}
+
+std::string short_number(double value) {
+  if (!std::isfinite(value)) return "–";
+  char buffer[40];
+  std::snprintf(buffer, sizeof buffer, "%.4g", value);
+  return buffer;
+}
+
+/// One value with its interval, level beside others: a point and a bar.
+void add_interval(Panel& panel, double at, const Values& value, const std::string& colour) {
+  if (value.size() < 3 || !std::isfinite(value[0])) return;
+  Series bar;
+  bar.x = {value[1], value[2]};
+  bar.y = {at, at};
+  bar.colour = colour;
+  bar.width = 3;
+  bar.opacity = 0.5;
+  Series point;
+  point.kind = Series::Kind::points;
+  point.x = {value[0]};
+  point.y = {at};
+  point.colour = colour;
+  point.width = 7;
+  panel.series.push_back(std::move(bar));
+  panel.series.push_back(std::move(point));
+}
+
+/// Names down the side, one panel a quantity.
+std::string intervals_figure(const std::string& title, const json& rows, bool from_zero) {
+  std::vector<Panel> panels;
+  for (const Quantity& quantity : shown_quantities) {
+    Panel panel;
+    panel.x.label = quantity.label;
+    if (from_zero) panel.x.low = 0.0;
+    double at = static_cast<double>(rows.size());
+    bool any = false;
+    for (const json& row : rows) {
+      const Values value = values_of(row, quantity.key);
+      any = any || (value.size() == 3 && std::isfinite(value[0]));
+      panel.y.ticks.emplace_back(at, text_of(row, "name"));
+      add_interval(panel, at, value, series_colour(text_of(row, "name") == "fitted" ? 0 : 1));
+      at -= 1.0;
+    }
+    panel.y.low = 0.3;
+    panel.y.high = static_cast<double>(rows.size()) + 0.7;
+    if (!from_zero) {
+      Series zero;
+      zero.x = {0, 0};
+      zero.y = {*panel.y.low, *panel.y.high};
+      zero.dash = "3 3";
+      zero.width = 1;
+      panel.series.push_back(std::move(zero));
+    }
+    if (any) panels.push_back(std::move(panel));
+  }
+  return panels.empty() ? "" : draw_panels(title, panels, 2, 430, 60.0 + 22.0 * static_cast<double>(rows.size()));
+}
+
+/// Lines are broken where time jumps from one held-out block to the next.
+Values broken(const Values& t, const Values& y) {
+  Values out = y;
+  for (std::size_t i = 1; i < t.size() && i < y.size(); ++i)
+    if (t[i] - t[i - 1] > 3.0) out[i] = nothing;
+  return out;
+}
+
+std::string traces_figure(const json& log) {
+  const Values t = values_of(log, "t_s");
+  std::vector<Panel> panels;
+  for (const Quantity& quantity : shown_quantities) {
+    Panel panel;
+    panel.x.label = "t [s]";
+    panel.y.label = quantity.label;
+    const std::string key = quantity.key;
+    if (key == "position_m") {
+      const Values x = values_of(log, "predicted_x_m"), y = values_of(log, "predicted_y_m");
+      const Values mx = values_of(log, "measured_x_m"), my = values_of(log, "measured_y_m");
+      Series error;
+      for (std::size_t i = 0; i < x.size(); ++i) error.y.push_back(std::hypot(x[i] - mx[i], y[i] - my[i]));
+      error.x = t;
+      error.y = broken(t, error.y);
+      error.colour = series_colour(0);
+      error.label = "error";
+      panel.y.label = "position error [m]";
+      panel.series.push_back(std::move(error));
+    } else {
+      Series measured, predicted;
+      measured.x = predicted.x = t;
+      measured.y = broken(t, values_of(log, "measured_" + key));
+      predicted.y = broken(t, values_of(log, "predicted_" + key));
+      if (std::none_of(measured.y.begin(), measured.y.end(), [](double v) { return std::isfinite(v); })) continue;
+      measured.label = "measured";
+      predicted.label = "predicted";
+      predicted.colour = series_colour(0);
+      panel.series.push_back(std::move(measured));
+      panel.series.push_back(std::move(predicted));
+    }
+    panels.push_back(std::move(panel));
+  }
+  return draw_panels("What the log shows and what was predicted: " + text_of(log, "log"), panels, 1, 900, 190);
+}
+
+/// Places of the predictions, coloured by how far they were off.
+std::string road_figure(const json& log, const json& road) {
+  constexpr int shades = 8;
+  const Values mx = values_of(log, "measured_x_m"), my = values_of(log, "measured_y_m");
+  const Values x = values_of(log, "predicted_x_m"), y = values_of(log, "predicted_y_m");
+  Values error;
+  for (std::size_t i = 0; i < x.size(); ++i) error.push_back(std::hypot(x[i] - mx[i], y[i] - my[i]));
+  Values finite;
+  for (const double e : error)
+    if (std::isfinite(e)) finite.push_back(e);
+  if (finite.empty()) return "";
+  const double most = lower_quantile(finite, 0.95);
+  Panel panel;
+  panel.equal = true;
+  panel.x.label = "x [m]";
+  panel.y.label = "y [m]";
+  if (road.is_object())
+    for (const char* side : {"left", "right"}) {
+      Series edge;
+      edge.kind = Series::Kind::closed;
+      edge.x = values_of(road, std::string(side) + "_x_m");
+      edge.y = values_of(road, std::string(side) + "_y_m");
+      edge.width = 1;
+      edge.opacity = 0.5;
+      panel.series.push_back(std::move(edge));
+    }
+  for (int shade = 0; shade < shades; ++shade) {
+    Series points;
+    points.kind = Series::Kind::points;
+    points.width = 5;
+    points.colour = sequential_colour((shade + 0.5) / shades);
+    const double low = most * shade / shades, high = shade + 1 == shades ? 1e300 : most * (shade + 1) / shades;
+    points.label = shade % 2 == 0 ? short_number(low) + " m" : "";
+    for (std::size_t i = 0; i < error.size(); ++i)
+      if (error[i] >= low && error[i] < high) {
+        points.x.push_back(mx[i]);
+        points.y.push_back(my[i]);
+      }
+    if (!points.x.empty()) panel.series.push_back(std::move(points));
+  }
+  return draw_panels("Where predictions were off: " + text_of(log, "log"), {panel}, 1, 900, 640);
+}
+
+std::string table(const std::vector<std::string>& head, const std::vector<std::vector<std::string>>& rows) {
+  std::string out = "<table><thead><tr>";
+  for (const std::string& cell : head) out += "<th>" + escaped(cell) + "</th>";
+  out += "</tr></thead><tbody>";
+  for (const auto& row : rows) {
+    out += "<tr>";
+    for (const std::string& cell : row) out += "<td>" + escaped(cell) + "</td>";
+    out += "</tr>";
+  }
+  return out + "</tbody></table>\n";
+}
+
+std::string errors_table(const json& rows, const char* first) {
+  std::vector<std::string> head{first};
+  for (const Quantity& q : shown_quantities) head.emplace_back(q.label);
+  std::vector<std::vector<std::string>> lines;
+  for (const json& row : rows) {
+    std::vector<std::string> line{text_of(row, "name")};
+    for (const Quantity& q : shown_quantities) {
+      const Values v = values_of(row, q.key);
+      line.push_back(v.size() == 3 && std::isfinite(v[0])
+                         ? short_number(v[0]) + " (" + short_number(v[1]) + " to " + short_number(v[2]) + ")"
+                         : "–");
+    }
+    lines.push_back(std::move(line));
+  }
+  return table(head, lines);
+}
+
+std::string parameters_table(const json& parameters) {
+  std::vector<std::vector<std::string>> lines;
+  for (const json& p : parameters)
+    lines.push_back(
+        {text_of(p, "pointer"), text_of(p, "group"), short_number(number_of(p.value("value", json()))),
+         short_number(number_of(p.value("low", json()))) + " to " + short_number(number_of(p.value("high", json()))),
+         short_number(number_of(p.value("prior", json()))), text_of(p, "status")});
+  return table({"parameter", "group", "value", "95 %", "prior", "status"}, lines);
+}
+
+std::string claims_list(const json& claims) {
+  std::string out;
+  for (const json& claim : claims.is_array() ? claims : list_of(claims, "claims"))
+    if (claim.is_object())
+      out += "<li>" + std::string(claim.value("holds", json()) == true ? "holds: " : "does not hold: ") +
+             escaped(text_of(claim, "text")) + "</li>\n";
+  return out.empty() ? "" : "<h2>Claims</h2>\n<ul>\n" + out + "</ul>\n";
+}
+
+constexpr const char* style =
+    "body{font:15px/1.5 system-ui,sans-serif;color:#1a1c20;max-width:960px;margin:2rem auto;padding:0 1rem}"
+    "h1{font-size:1.5rem}h2{font-size:1.1rem;margin-top:2rem}table{border-collapse:collapse;font-size:13px;"
+    "display:block;overflow-x:auto}th,td{text-align:left;padding:.2rem .8rem .2rem 0;border-bottom:1px solid #e3e5e8;"
+    "font-variant-numeric:tabular-nums}svg{max-width:100%;height:auto}p{max-width:70ch}";
+
+}  // namespace
+
+std::vector<FigureFile> measured_figures(const json& data) {
+  std::vector<FigureFile> figures;
+  const auto add = [&](std::string name, std::string svg) {
+    if (!svg.empty()) figures.push_back({std::move(name), std::move(svg)});
+  };
+  add("errors.svg", intervals_figure("Errors of held-out predictions", list_of(data, "rows"), true));
+  add("ablation.svg", intervals_figure("Rise of the error without an effect", list_of(data, "ablations"), false));
+  const json road = data.value("road", json());
+  std::size_t n = 0;
+  for (const json& log : list_of(data, "held_out")) {
+    ++n;
+    add("traces_" + std::to_string(n) + ".svg", traces_figure(log));
+    add("road_" + std::to_string(n) + ".svg", road_figure(log, road));
+  }
+  return figures;
+}
+
+std::string measured_page(const json& data, const json& scene, const json& claims) {
+  const std::string name = scene.is_object() ? text_of(scene, "name") : "measured";
+  std::string page =
+      "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">"
+      "<meta name=\"viewport\" content=\"width=device-width,initial-scale=1\"><title>" +
+      escaped(name) + "</title><style>" + style + "</style></head><body>\n<h1>" + escaped(name) + "</h1>\n";
+  if (scene.is_object() && !text_of(scene, "note").empty()) page += "<p>" + escaped(text_of(scene, "note")) + "</p>\n";
+  page +=
+      "<h2>Errors at " + short_number(number_of(data.value("horizon_s", json()))) +
+      " s, in blocks of time that were not fitted</h2>\n<p>Root mean squares; 95 % intervals from drawing blocks of "
+      "ten seconds.</p>\n" +
+      errors_table(list_of(data, "rows"), "model");
+  page += claims_list(claims);
+  if (!list_of(data, "ablations").empty())
+    page +=
+        "<h2>What each effect is worth</h2>\n<p>Rise of the error when it is taken out and the rest fitted again; an "
+        "interval that holds 0 says that it may be left out.</p>\n" +
+        errors_table(list_of(data, "ablations"), "without");
+  page += "<h2>Parameters</h2>\n" + parameters_table(list_of(data, "parameters"));
+  if (!list_of(data, "advice").empty()) {
+    page += "<h2>What else would help</h2>\n<ul>\n";
+    for (const json& a : list_of(data, "advice"))
+      page += "<li>" + escaped(text_of(a, "effect")) + ": " + short_number(100.0 * number_of(a.value("gain", json()))) +
+              " % less squared error to first order, " + short_number(number_of(a.value("score", json()))) +
+              " standard deviations</li>\n";
+    page += "</ul>\n";
+  }
+  for (const FigureFile& figure : measured_figures(data)) page += "<figure>" + figure.svg + "</figure>\n";
+  std::vector<std::vector<std::string>> health;
+  for (const json& line : list_of(data, "health"))
+    health.push_back({text_of(line, "log"), text_of(line, "check"), text_of(line, "found"), text_of(line, "done")});
+  if (!health.empty()) page += "<h2>Health of the logs</h2>\n" + table({"log", "check", "found", "done"}, health);
+  return page + "</body></html>\n";
+}
+
+}  // namespace gripline::report

@@ -1,0 +1,216 @@
+// From a logger's file to a model that predicts the next session, as users do it: import, fit, predict.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <fstream>
+#include <functional>
+#include <sstream>
+
+#include "measured/delimited_table.hpp"
+#include "support/calibrate_rig.hpp"
+#include "support/program.hpp"
+#include "support/reference_data.hpp"
+
+namespace gripline {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::Not;
+using namespace testing_support;
+namespace fs = std::filesystem;
+using measured::channels;
+using measured::DelimitedTable;
+using measured::Session;
+using test::small_car_world;
+
+constexpr const char* unknowns = R"({"unknowns": {
+  "/plant/params/Bf": {"group": "tyres", "sigma": 0.5, "scale": "log"},
+  "/plant/params/Br": {"group": "tyres", "sigma": 0.5, "scale": "log"},
+  "/plant/params/Df": {"group": "tyres", "sigma": 0.5, "scale": "log"},
+  "/plant/params/Dr": {"group": "tyres", "sigma": 0.5, "scale": "log"},
+  "/plant/params/Cm1": {"group": "drive", "sigma": 0.5, "scale": "log"},
+  "/plant/effects/steer_offset/params/d0": {"group": "steer", "sigma": "20 mrad"}}})";
+
+/// Root mean square of a prediction's error in x and y against a table with columns of the same names.
+double position_error(const DelimitedTable& samples, const Session& truth) {
+  double sum = 0.0, count = 0.0;
+  const auto& t = samples.column[1];
+  for (std::size_t i = 0; i < samples.rows(); ++i)
+    for (const std::size_t c : {0u, 1u}) {
+      const double off = samples.column[2 + c][i] - truth.interpolate(c, t[i]);
+      if (std::isfinite(off)) sum += off * off, count += 0.5;
+    }
+  return std::sqrt(sum / count);
+}
+
+class RealCars : public testing::Test {
+ protected:
+  RealCars() {
+    std::ofstream(world()) << to_json_text(merge(small_car_world(), json(unknowns)));
+    std::ofstream(map()) << R"({"time": "t", "channels": {"x": {"column": "east", "delay": "find"},
+      "y": {"column": "north", "delay": "find"}, "yaw": {"column": "heading", "unit": "deg", "delay": "find"},
+      "vx": {"column": "speed", "unit": "km/h", "delay": "find"}, "vy": {"column": "side", "delay": "find"},
+      "yaw_rate": {"column": "gyro", "delay": "find"}, "d": {"formula": "gas / 100", "kind": "command"},
+      "delta": {"column": "steering", "kind": "command"}}})";
+  }
+  std::string world() const { return folder_ / "world.json"; }
+  std::string map() const { return folder_ / "map.json"; }
+  std::string in(const std::string& name) const { return folder_ / name; }
+
+  /// A log of a car that differs from the world's by `patch`, in columns of its own.
+  Session drive(const std::string& name, const std::string& patch, const test::WeavingLog& options) const {
+    const test::CalibrateRig truth(small_car_world(patch));
+    Session s = test::drive(truth.vehicle.car(), options);
+    write(name, s);
+    return s;
+  }
+  void write(const std::string& name, const Session& s) const {
+    std::ofstream out(folder_ / name);
+    out.precision(10);
+    out << "t,east,north,heading,speed,side,gyro,gas,steering\n";
+    for (std::size_t i = 0; i < s.rows(); ++i)
+      out << s.t[i] << ',' << s.at(i, 0) << ',' << s.at(i, 1) << ',' << s.at(i, 2) * 180 / std::numbers::pi << ','
+          << 3.6 * s.at(i, 3) << ',' << s.at(i, 4) << ',' << s.at(i, 5) << ',' << 100 * s.command[i].d << ','
+          << s.command[i].delta << '\n';
+  }
+  Outcome fit(const std::vector<std::string>& more) const {
+    std::vector<std::string> words = {"fit", world()};
+    words.insert(words.end(), more.begin(), more.end());
+    words.insert(words.end(), {"--map", map(), "--out", in("fitted.json"), "--quiet"});
+    return gripline_with(words);
+  }
+  DelimitedTable predict(const std::string& with, const std::string& log, const std::string& samples) const {
+    const Outcome outcome = gripline_with(
+        {"predict", with, log, "--map", map(), "--horizon", "1", "--every", "0.2", "--samples", in(samples)});
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    return measured::read_delimited(in(samples));
+  }
+
+  static constexpr const char* another_car =
+      R"({"plant": {"params": {"Bf": 6, "Dr": 7, "Cm1": 14}, "effects": [{"plugin": "steer_offset", "params": {"d0": 0.02}}]}})";
+  Folder folder_;
+};
+
+TEST_F(RealCars, ALogIsImportedFittedAndTheNextOnePredicted) {
+  drive("log.csv", another_car, {.seconds = 60, .noise = 1, .delay = {0, 0, 0, 0.15}});
+  const Session next =
+      drive("next.csv", another_car, {.seconds = 30, .noise = 1, .delay = {0, 0, 0, 0.15}, .seed = 7, .speed = 2});
+  const Outcome imported = gripline_with({"import", in("log.csv"), "--map", map(), "--out", in("log.gripline.csv")});
+  EXPECT_EQ(imported.code, 0) << imported.err;
+  EXPECT_THAT(imported.out, AllOf(HasSubstr("50 Hz"), HasSubstr("noise of vx"), HasSubstr("against yaw"),
+                                  HasSubstr("yaw_rate: 0.15 s taken off")));
+  EXPECT_EQ(gripline_with({"predict", world(), in("log.gripline.csv")}).code, 0);
+
+  const Outcome fitted = fit({in("log.csv")});
+  EXPECT_EQ(fitted.code, 0) << fitted.err;
+  EXPECT_THAT(fitted.out, AllOf(HasSubstr("friction: "), HasSubstr("kinematic"), Not(HasSubstr("nan"))));
+  EXPECT_EQ(gripline_with({"validate", in("fitted.json")}).code, 0);
+
+  const DelimitedTable before = predict(world(), in("next.csv"), "before.csv"),
+                       after = predict(in("fitted.json"), in("next.csv"), "after.csv");
+  EXPECT_THAT(contents(in("after.csv")),
+              testing::StartsWith("start_s,t_s,x_m,y_m,yaw_rad,vx_mps,vy_mps,yaw_rate_radps\n"));
+  EXPECT_NEAR(after.column[1][5] - after.column[0][5], 1.0, 1e-9);
+  EXPECT_LT(position_error(after, next), 0.3 * position_error(before, next));
+  double rate = 0.0;  // as the late column shows it
+  for (std::size_t i = 0; i < after.rows(); ++i)
+    rate = std::max(rate, std::abs(after.column[7][i] - next.interpolate(5, after.column[1][i])));
+  EXPECT_LT(rate, 0.1);
+}
+
+TEST_F(RealCars, APredictionReadsNothingOfWhatFollows) {
+  const Session s = drive("log.csv", another_car, {.seconds = 20, .noise = 1, .delay = {0, 0, 0, 0.15}});
+  ASSERT_EQ(fit({in("log.csv"), "--fit", "drive,delays", "--starts", "40"}).code, 0);
+  const DelimitedTable whole = predict(in("fitted.json"), in("log.csv"), "whole.csv");
+  constexpr double last = 12.0;
+  Session changed = s;
+  for (std::size_t i = 0; i < s.rows(); ++i) {
+    if (s.t[i] > last)
+      for (std::size_t c = 0; c < channels; ++c) changed.reading[i * channels + c] = 3.0 + static_cast<double>(c);
+    if (s.t[i] > last + 1.0 + 1e-9) changed.command[i] = {-1.0, 0.3};
+  }
+  write("changed.csv", changed);
+  const DelimitedTable again = predict(in("fitted.json"), in("changed.csv"), "again.csv");
+  std::size_t compared = 0;
+  for (std::size_t i = 0; i < whole.rows() && whole.column[0][i] <= last; ++i, ++compared)
+    for (std::size_t c = 0; c < whole.column.size(); ++c) EXPECT_EQ(again.column[c][i], whole.column[c][i]) << i;
+  EXPECT_GT(compared, 50u);
+}
+
+TEST_F(RealCars, FrictionOfASlipperyFloorIsReadFromTheModelOfADryOne) {
+  // Full lock and much throttle: the car slides.
+  const auto sliding = [](double t) {
+    return CommandSample<double>{0.45 + 0.25 * std::sin(0.5 * t), 0.3 * std::sin(1.3 * t) + 0.1 * std::sin(3.1 * t)};
+  };
+  drive("dry.csv", "{}", {.seconds = 60, .noise = 1, .command = sliding});
+  ASSERT_EQ(fit({in("dry.csv")}).code, 0);
+  const fs::path dry = in("dry.json");
+  fs::rename(in("fitted.json"), dry);
+  drive("wet.csv", R"({"plant": {"params": {"Df": 3, "Dr": 3}}})", {.seconds = 60, .noise = 1, .command = sliding});
+  const Outcome wet = gripline_with(
+      {"fit", dry.string(), in("wet.csv"), "--map", map(), "--out", in("wet.json"), "--fit", "tyres", "--quiet"});
+  ASSERT_EQ(wet.code, 0) << wet.err;
+  const double friction = find_pointer(parse_file(in("wet.json")), "/calibration/friction/total")->number();
+  EXPECT_NEAR(friction, 6.0 / (1.6 * 9.81), 0.03);
+}
+
+TEST_F(RealCars, AGuessedMapImportsItsLog) {
+  drive("log.csv", "{}", {.seconds = 30, .noise = 1});
+  const Outcome guessed = gripline_with({"import", "--guess", in("log.csv")});
+  EXPECT_EQ(guessed.code, 0) << guessed.err;
+  std::ofstream(in("guess.json")) << guessed.out;
+  const Outcome imported = gripline_with({"import", in("log.csv"), "--map", in("guess.json"), "--out", in("own.csv")});
+  EXPECT_EQ(imported.code, 0) << imported.err << guessed.out;
+}
+
+/// Each ends with code 2 and one line that says what is wrong and shows the evidence.
+TEST_F(RealCars, WrongMapsAndLogsAreRefusedWithTheirEvidence) {
+  const Session s = drive("log.csv", "{}", {.seconds = 30});
+  const std::string good = contents(map());
+  const auto with = [&](const std::string& from, const std::string& to) {
+    std::string text = good;
+    text.replace(text.find(from), from.size(), to);
+    std::ofstream(map()) << text;
+    const Outcome outcome = fit({in("log.csv")});
+    EXPECT_EQ(outcome.code, 2) << to;
+    EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
+    return outcome.err;
+  };
+  EXPECT_THAT(with("\"gyro\"", "\"giro\""),
+              AllOf(HasSubstr("/channels/yaw_rate"), HasSubstr("did you mean \"gyro\"?")));
+  EXPECT_THAT(with("\"km/h\"", "\"m/s\""), HasSubstr("looks like km/h"));
+  EXPECT_THAT(with("\"km/h\"", "\"kg\""), HasSubstr("unit"));
+  EXPECT_THAT(with("\"deg\"", "\"rad\""), HasSubstr("yaw"));
+  EXPECT_THAT(with("\"steering\"", "\"steering\", \"sign\": -1"), HasSubstr("turns against its steering"));
+  std::ofstream(map()) << good;
+
+  Session parked = s;
+  for (std::size_t i = 0; i < s.rows(); ++i)
+    for (std::size_t c = 0; c < channels; ++c) parked.reading[i * channels + c] = c < 3 ? 1.0 : 0.0;
+  write("parked.csv", parked);
+  const Outcome outcome = fit({in("parked.csv")});
+  EXPECT_EQ(outcome.code, 2);
+  EXPECT_THAT(outcome.err, HasSubstr("parked"));
+}
+
+TEST_F(RealCars, ALogThatTellsLittleGivesIntervalsThatSaySo) {
+  drive("steady.csv", "{}", {.seconds = 20, .noise = 1, .command = [](double) {
+                               return CommandSample<double>{0.3, 0.05};
+                             }});
+  const Outcome outcome = fit({in("steady.csv")});
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  const Node fitted = parse_file(in("fitted.json"));
+  for (const Node& p : find_pointer(fitted, "/calibration/parameters")->array()) {
+    const std::string pointer = p.find("pointer")->text();
+    if (pointer != "/plant/params/Df" && pointer != "/plant/params/Dr") continue;
+    const double low = p.find("low")->number(), high = p.find("high")->number();
+    EXPECT_LT(low, 6.0) << pointer;
+    EXPECT_GT(high, 6.0) << pointer;
+    EXPECT_GT(high / low, 1.3) << pointer;
+  }
+}
+
+}  // namespace
+}  // namespace gripline

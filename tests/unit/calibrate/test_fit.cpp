@@ -1,0 +1,161 @@
+#include "calibrate/fit.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "config/errors.hpp"
+#include "config/json_file.hpp"
+#include "support/calibrate_rig.hpp"
+
+namespace gripline::calibrate {
+namespace {
+
+using test::CalibrateRig;
+using test::drive;
+using test::small_car_world;
+
+constexpr const char* unknowns = R"({"unknowns": {
+  "/plant/params/Bf": {"group": "tyres", "sigma": 0.5, "scale": "log"},
+  "/plant/params/Dr": {"group": "tyres", "sigma": 0.5, "scale": "log"},
+  "/plant/params/Cm1": {"group": "drive", "sigma": 0.5, "scale": "log"},
+  "/plant/params/Cd": {"group": "drive", "sigma": "1e-9 N s2/m2"},
+  "/plant/effects/steer_offset/params/d0": {"group": "steer", "sigma": "20 mrad"}}})";
+
+/// A log of a car of which four things differ from the world's.
+struct Bench {
+  explicit Bench(const char* chosen = "", double noise = 0.5, double seconds = 40)
+      : truth(small_car_world(R"({"plant": {"params": {"Bf": 6, "Dr": 7, "Cm1": 14},
+                                            "effects": [{"plugin": "steer_offset", "params": {"d0": 0.02}}]}})")),
+        rig(merge(small_car_world(), testing_support::json(unknowns))) {
+    files.emplace_back();
+    files.back().session = drive(truth.vehicle.car(), {.seconds = seconds, .noise = noise, .delay = {0, 0, 0, 0.15}});
+    options.slowest = 0.5;
+    options.starts = 60;
+    logs = fit_logs(files, nullptr, 0.02, options);
+    Errors errors;
+    values = parameters_of(rig.tree, rig.forecaster, errors);
+    const std::vector<std::string> names =
+        *chosen == '\0' ? std::vector<std::string>{} : std::vector<std::string>{chosen};
+    open = read_unknowns(rig.tree, parameter_places(rig.spec, rig.forecaster), values, names, errors);
+    errors.throw_if_any();
+  }
+  FitResult run() { return fit(rig.forecaster, logs, values, open, options); }
+
+  CalibrateRig truth, rig;
+  std::list<measured::SessionFile> files;
+  FitOptions options;
+  std::vector<FitLog> logs;
+  std::vector<double> values;
+  std::vector<Unknown> open;
+};
+
+const FittedParameter* find(const FitResult& result, const std::string& pointer) {
+  for (const FittedParameter& p : result.parameters)
+    if (p.unknown.pointer == pointer) return &p;
+  return nullptr;
+}
+
+TEST(Fit, FindsWhatTheLogsCarHasWithIntervalsThatHoldIt) {
+  Bench bench;
+  const FitResult result = bench.run();
+  for (const auto& [pointer, value, close] : {std::tuple("/plant/params/Bf", 6.0, 0.4),
+                                              {"/plant/params/Dr", 7.0, 0.3},
+                                              {"/plant/params/Cm1", 14.0, 0.4},
+                                              {"/plant/effects/steer_offset/params/d0", 0.02, 0.003},
+                                              {"/calibration/delays/yaw_rate", 0.15, 0.01}}) {
+    const FittedParameter* const p = find(result, pointer);
+    ASSERT_NE(p, nullptr) << pointer;
+    EXPECT_NEAR(p->value, value, close) << pointer;
+    EXPECT_EQ(p->status, FittedParameter::Status::determined) << pointer;
+    EXPECT_LT(p->interval.low, p->value);
+    EXPECT_GT(p->interval.high, p->value);
+    EXPECT_GT(p->interval.learned, 0.8) << pointer;
+  }
+  const auto& before = result.errors[result.errors.size() - 2];
+  const auto& fitted = result.errors.back();
+  EXPECT_EQ(fitted.name, "fitted");
+  for (const std::size_t q : {0u, 1u, 2u, 4u}) EXPECT_LT(fitted.error[q].rms, 0.5 * before.error[q].rms) << q;
+}
+
+TEST(Fit, WhatTheLogDoesNotTellIsSaidAndKeptAtItsPrior) {
+  Bench bench;
+  const FitResult result = bench.run();
+  const FittedParameter* const p = find(result, "/plant/params/Cd");  // known to a billionth before
+  ASSERT_NE(p, nullptr);
+  EXPECT_EQ(p->status, FittedParameter::Status::undetermined);
+  EXPECT_EQ(p->value, p->unknown.prior);
+}
+
+TEST(Fit, AParameterAtItsBoundIsSaidAndKeptAtItsPrior) {
+  Bench bench;
+  for (Unknown& u : bench.open)
+    if (u.pointer == "/plant/params/Cm1") u.high = 13.0;  // the truth is 14
+  const FitResult result = bench.run();
+  const FittedParameter* const p = find(result, "/plant/params/Cm1");
+  EXPECT_EQ(p->status, FittedParameter::Status::at_bound);
+  EXPECT_EQ(p->value, 12.0);
+}
+
+TEST(Fit, OnlyWhatIsChosenMoves) {
+  Bench bench("tyres");
+  const FitResult result = bench.run();
+  EXPECT_EQ(result.parameters.size(), 2u);
+  EXPECT_EQ(result.params[bench.rig.forecaster.index(Extra::gain_yaw)],
+            bench.values[bench.rig.forecaster.index(Extra::gain_yaw)]);
+}
+
+TEST(Fit, IsTheSameTwice) {
+  Bench a("drive"), b("drive");
+  EXPECT_EQ(a.run().params, b.run().params);
+}
+
+TEST(Fit, FrictionIsReadFromTheTyres) {
+  const CalibrateRig rig;
+  const Friction friction = friction_of(rig.vehicle.car(), rig.spec.car.car, rig.vehicle.car().params(), {});
+  ASSERT_TRUE(friction.known);
+  EXPECT_NEAR(friction.total, 12.0 / (1.6 * gravity), 1e-12);
+  EXPECT_NEAR(friction.front, 6.0 / (1.6 * gravity * 0.09 / 0.17), 1e-12);
+}
+
+TEST(Fit, AdviceNamesTheEffectThatIsMissing) {
+  Bench bench;
+  const CalibrateRig dragging(small_car_world(R"({"plant": {"effects": [{"plugin": "steer_offset"},
+      {"plugin": "diff_yaw", "params": {"k": 4}}]}})"));
+  bench.files.front().session = drive(dragging.vehicle.car(), {.seconds = 120, .noise = 0.2});
+  bench.logs = fit_logs(bench.files, nullptr, 0.02, bench.options);
+  std::erase_if(bench.open, [](const Unknown& u) { return u.group == "tyres"; });
+  const FitResult result = bench.run();
+  const auto advice =
+      advise(bench.rig.spec, testing_support::plugins(), bench.rig.forecaster.options(), bench.logs, result);
+  ASSERT_FALSE(advice.empty());
+  std::vector<std::string> first;
+  for (std::size_t i = 0; i < std::min<std::size_t>(3, advice.size()); ++i) first.push_back(advice[i].effect);
+  EXPECT_THAT(first, testing::Contains("diff_yaw"));
+  EXPECT_GT(advice.front().gain, 0.01);
+}
+
+TEST(Fit, ALogInWhichNobodyDrivesIsRefused) {
+  Bench bench;
+  bench.options.slowest = 100.0;
+  EXPECT_THROW(fit_logs(bench.files, nullptr, 0.02, bench.options), InputError);
+}
+
+TEST(FittedWorld, IsAWorldThatPredictsAsTheFitDid) {
+  Bench bench;
+  const FitResult result = bench.run();
+  const Node written = parse_text(to_json_text(
+      fitted_world(bench.rig.tree, bench.rig.spec, bench.rig.forecaster, result, {{"a.csv"}, "map.json"}, ".")));
+  const CalibrateRig again(written);
+  Errors errors;
+  const auto params = parameters_of(written, again.forecaster, errors);
+  EXPECT_TRUE(errors.empty());
+  for (std::size_t i = 0; i < params.size(); ++i)
+    EXPECT_NEAR(params[i], result.params[i], 1e-8 * (1 + std::abs(result.params[i]))) << i;
+  EXPECT_EQ(written.find("calibration")->find("logs")->array().front().text(), "a.csv");
+  EXPECT_NE(find_pointer(written, "/calibration/parameters/0/low"), nullptr);
+}
+
+}  // namespace
+}  // namespace gripline::calibrate

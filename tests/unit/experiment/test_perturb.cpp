@@ -1,0 +1,105 @@
+#include "experiment/perturb.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <set>
+
+#include "experiment/experiment.hpp"
+#include "support/host_support.hpp"
+
+namespace gripline {
+namespace {
+
+using testing::HasSubstr;
+using namespace testing_support;
+
+RaceSpec race_of(std::string_view perturb, std::string_view patch = "{}") {
+  Node world = small_world();
+  inline_world_files(world);
+  Node tree = json(R"({"base": {"model": {"plugin": "ekinematic"}, "controller": {"plugin": "pure_pursuit"},
+    "planner": {"plugin": "fixed_speed", "params": {"mu": 0.3}}}, "stacks": {"good": {}}})");
+  tree.set("world", world);
+  tree.set("perturb", json(perturb));
+  return read_race("perturb.json", merge(tree, json(patch)), plugins());
+}
+std::string why(std::string_view perturb, std::string_view patch = "{}") {
+  return refusal([&] { race_of(perturb, patch); });
+}
+
+TEST(Perturb, IsReadWithUnits) {
+  const PerturbSpec spec = race_of(R"({"position": "20 mm", "heading": "3 deg", "speed": "0.1 m/s"})").perturb;
+  EXPECT_DOUBLE_EQ(spec.position, 0.02);
+  EXPECT_NEAR(spec.heading, 3 * 3.14159265358979 / 180, 1e-12);
+  EXPECT_DOUBLE_EQ(spec.speed, 0.1);
+  EXPECT_EQ(spec.pace, 0);
+  EXPECT_TRUE(spec.any());
+}
+
+TEST(Perturb, SaysWhatCannotBe) {
+  EXPECT_THAT(why("{}"), HasSubstr("perturbs nothing"));
+  EXPECT_THAT(why(R"({"positon": 1})"), HasSubstr("did you mean \"position\"?"));
+  EXPECT_THAT(why(R"({"position": "3 s"})"), HasSubstr("expected a length [m]"));
+  EXPECT_THAT(why(R"({"speed": 0.2})"), HasSubstr("the start's speed is 0.1 m/s; expected at most that"));
+  EXPECT_THAT(why(R"({"position": 0.4})"), HasSubstr("at its extremes"));  // the road is 0.3 m to either side
+  EXPECT_THAT(why(R"({"pace": 0.5})",
+                  R"({"base": {"planner": {"plugin": "time_optimal", "params": {"pace": 1.9, "mu": null}}}})"),
+              HasSubstr("\"pace\": that of stack good would leave 0.05 to 2"));
+}
+
+TEST(Perturb, ADrawIsOfItsSeedAloneAndWithinItsWidth) {
+  const PerturbSpec spec{0.02, 0.05, 0.1, 0.03};
+  std::set<double> places;
+  double sum = 0, most = 0;
+  for (std::uint64_t seed = 1; seed <= 200; ++seed) {
+    const Draw draw = draw_of(spec, seed);
+    EXPECT_EQ(draw.across, draw_of(spec, seed).across);
+    EXPECT_LE(std::abs(draw.along), 0.02);
+    EXPECT_LE(std::abs(draw.heading), 0.05);
+    EXPECT_LE(std::abs(draw.speed), 0.1);
+    EXPECT_LE(std::abs(draw.pace - 1), 0.03);
+    places.insert(draw.across);
+    sum += draw.across;
+    most = std::max(most, std::abs(draw.across));
+  }
+  EXPECT_EQ(places.size(), 200u);
+  EXPECT_NEAR(sum / 200, 0, 0.003);
+  EXPECT_GT(most, 0.019);
+  // A quantity that is added leaves the draws of the others as they were.
+  EXPECT_EQ(draw_of({0.02, 0, 0, 0.03}, 7).across, draw_of({0.02, 0.05, 0.1, 0}, 7).across);
+  EXPECT_EQ(draw_of({0.02, 0, 0, 0}, 7).pace, 1);
+}
+
+TEST(Perturb, MovesTheStartInTheCarsAxesAndThePlannersPace) {
+  const RaceSpec race = race_of(R"({"position": "20 mm", "speed": "0.05 m/s", "pace": 0.1})");
+  WorldSpec world = race.world;
+  StackSpec stack = race.stacks[0];
+  const Draw draw = perturb(race.perturb, 3, world, stack).value();
+  EXPECT_DOUBLE_EQ(world.start.x, draw.along);  // it starts at the origin towards +x
+  EXPECT_DOUBLE_EQ(world.start.y, draw.across);
+  EXPECT_DOUBLE_EQ(world.start_speed, 0.1 + draw.speed);
+  int changed = 0;
+  for (std::size_t i = 0; i < stack.planner.values.size(); ++i)
+    if (const double before = race.stacks[0].planner.values[i].number; stack.planner.values[i].number != before) {
+      EXPECT_DOUBLE_EQ(stack.planner.values[i].number, before * draw.pace);
+      ++changed;
+    }
+  EXPECT_EQ(changed, 1);
+  const Pose turned = moved({1, 2, 0.5 * 3.14159265358979}, {.along = 0.1, .across = 0.2, .heading = 0.3});
+  EXPECT_NEAR(turned.x, 0.8, 1e-12);
+  EXPECT_NEAR(turned.y, 2.1, 1e-12);
+}
+
+TEST(Perturb, SeedsComeFromATextAlone) {
+  const std::vector<std::uint64_t> seeds = seeds_from("2b99b83", 20);
+  EXPECT_EQ(seeds, seeds_from("2b99b83", 20));
+  EXPECT_NE(seeds, seeds_from("2b99b84", 20));
+  EXPECT_EQ(std::set<std::uint64_t>(seeds.begin(), seeds.end()).size(), 20u);
+  for (const std::uint64_t seed : seeds) EXPECT_LE(seed, static_cast<std::uint64_t>(largest_seed));
+  const std::vector<std::uint64_t> fewer = seeds_from("2b99b83", 5);
+  EXPECT_TRUE(std::equal(fewer.begin(), fewer.end(), seeds.begin()));  // more draws go on from fewer
+}
+
+}  // namespace
+}  // namespace gripline

@@ -1,0 +1,77 @@
+#include "measured/gripline_log.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "support/scratch.hpp"
+#include "util/csv.hpp"
+
+namespace gripline::measured {
+namespace {
+
+using testing_support::scratch;
+/// On a circle of 20 m at 10 m/s, shown by units ahead of the centre of gravity and turned, the yaw rate 0.2 s late.
+SessionFile circling() {
+  SessionFile file;
+  Session& s = file.session;
+  s.has.fill(true);
+  for (int k = 0; k < 400; ++k) {
+    const double t = 0.05 * k, yaw = 0.5 * t;
+    const double x = 20 * std::sin(yaw), y = 20 - 20 * std::cos(yaw);
+    s.t.push_back(t);
+    for (const double v :
+         {x + 0.3 * std::cos(yaw), y + 0.3 * std::sin(yaw), yaw + 0.02, 10.0, 0.3 * 0.5, 0.5 + 0.01 * (t - 0.2)})
+      s.reading.push_back(v);
+    s.command.push_back({0.1, 0.13});
+  }
+  file.row_step = 0.05;
+  file.has_throttle = true;
+  return file;
+}
+
+LogMap frames() {
+  LogMap map = gripline_map();
+  map.pose = {0.3, 0, 0.02, true, true};
+  map.velocity = {0.3, 0, 0, true, false};
+  map.channel[5]->delay = 0.2;
+  return map;
+}
+
+TEST(GriplineLog, ColumnsAreThoseOfTheCentreOfGravityAtTheRowsTime) {
+  const auto out = scratch("own.csv");
+  const auto done = write_gripline_log(out, circling(), frames());
+  EXPECT_EQ(done, std::vector<std::string>{"yaw_rate: 0.2 s taken off"});
+  const CsvTable table = read_csv(out, true);
+  const auto column = [&](const char* name) { return table.column(name); };
+  for (std::size_t i = 0; i < 390; i += 13) {
+    const double t = 0.05 * static_cast<double>(i), yaw = 0.5 * t;
+    EXPECT_NEAR(column("x_m")[i], 20 * std::sin(yaw), 1e-5);
+    EXPECT_NEAR(column("yaw_rad")[i], yaw, 1e-6);
+    EXPECT_NEAR(column("yaw_rate_radps")[i], 0.5 + 0.01 * t, 1e-6);
+    EXPECT_NEAR(column("vy_mps")[i], 0.3 * 0.5 - 0.3 * (0.5 + 0.01 * t), 1e-5);
+    EXPECT_EQ(column("d")[i], 0.1);
+  }
+}
+
+TEST(GriplineLog, WhatTheSessionLacksIsNoColumn) {
+  SessionFile file = circling();
+  file.has_throttle = false;
+  file.session.has[4] = false;
+  const auto out = scratch("own.csv");
+  write_gripline_log(out, file, gripline_map());
+  const CsvTable table = read_csv(out, true);
+  EXPECT_LT(table.find("vy_mps"), 0);
+  EXPECT_LT(table.find("d"), 0);
+  EXPECT_GE(table.find("delta_rad"), 0);
+}
+
+TEST(GriplineLog, TypicalSpeedComesFromTheSpeedOrThePlace) {
+  Session s = circling().session;
+  EXPECT_NEAR(typical_speed(s), 10.0, 1e-9);
+  for (std::size_t i = 0; i < s.rows(); ++i) s.reading[i * 6 + 3] = NAN;
+  EXPECT_NEAR(typical_speed(s), 10.0, 0.2);
+}
+
+}  // namespace
+}  // namespace gripline::measured

@@ -1,0 +1,79 @@
+#include "measured/log_guess.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <fstream>
+#include <numbers>
+
+#include "config/errors.hpp"
+#include "config/json_file.hpp"
+#include "measured/session_file.hpp"
+#include "support/scratch.hpp"
+
+namespace gripline::measured {
+namespace {
+
+using testing_support::scratch;
+constexpr double pi = std::numbers::pi;
+
+/// A weaving car as a logger for the street would write it: compass, km/h, per cent, steering wheel, milliseconds.
+std::filesystem::path street_log() {
+  const auto file = scratch("street.csv");
+  std::ofstream out(file);
+  out.precision(12);
+  out << "Recorded;by hand\n\nTime;East;North;Heading;Speed;Gyro Z;Throttle Pos;Brake Pressure;Steering Angle\n"
+         "ms;m;m;deg;km/h;deg/s;%;kPa;deg\n";
+  double x = 0, y = 0, yaw = 0;
+  for (int k = 0; k < 2000; ++k) {
+    const double t = 0.05 * k, rate = 0.5 * std::sin(0.7 * t), v = 12 + 3 * std::sin(0.2 * t);
+    const double brake = std::sin(0.2 * t) < -0.9 ? 800 : 0;
+    out << 50 * k << ';' << x << ';' << y << ';' << std::fmod(720000 + 90 - yaw * 180 / pi, 360) << ';' << 3.6 * v
+        << ';' << rate * 180 / pi << ';' << 20 + k % 7 << ';' << brake << ';'
+        << -15 * std::atan(2.6 * rate / v) * 180 / pi << '\n';
+    x += 0.05 * v * std::cos(yaw + 0.025 * rate);
+    y += 0.05 * v * std::sin(yaw + 0.025 * rate);
+    yaw += 0.05 * rate;
+  }
+  return file;
+}
+
+TEST(LogGuess, ItsMapReadsTheLogItWasMadeFrom) {
+  const auto log = street_log();
+  const Guess guess = guess_map(read_delimited(log));
+  const auto file = scratch("guess.json");
+  std::ofstream(file) << to_json_text(guess.map);
+  const LogMap map = load_log_map(file);
+  const SessionFile session = read_session(log, map);
+  check_session(session, 12.0);  // throws when a unit, a sign or the compass was taken wrongly
+  const Session& s = session.session;
+  EXPECT_NEAR(s.t[20], 1.0, 1e-9);
+  EXPECT_NEAR(s.at(40, 3), 12 + 3 * std::sin(0.4), 1e-6);
+  EXPECT_NEAR(s.at(40, 5), 0.5 * std::sin(1.4), 1e-6);
+  EXPECT_NEAR(s.command[40].delta, std::atan(2.6 * s.at(40, 5) / s.at(40, 3)), 1e-6);
+  EXPECT_NEAR(s.command[40].d, 0.25, 1e-9);
+  EXPECT_FALSE(map.delay(3).has_value());  // to be found
+  const auto said = [&](const char* words) {
+    return std::any_of(guess.remarks.begin(), guess.remarks.end(),
+                       [&](const std::string& r) { return r.find(words) != std::string::npos; });
+  };
+  EXPECT_TRUE(said("counts clockwise"));
+  EXPECT_TRUE(said("steering wheel"));
+  EXPECT_TRUE(said("positive to the right"));
+  EXPECT_TRUE(said("largest value"));
+}
+
+TEST(LogGuess, WhatCannotBeGuessedIsToldWithTheColumnsThereAre) {
+  const auto file = scratch("odd.csv");
+  std::ofstream(file) << "a,b\n1,2\n2,3\n3,4\n4,5\n";
+  try {
+    guess_map(read_delimited(file));
+    FAIL();
+  } catch (const InputError& e) {
+    EXPECT_THAT(e.what(), testing::HasSubstr("no column looks like a time; found a, b"));
+  }
+}
+
+}  // namespace
+}  // namespace gripline::measured

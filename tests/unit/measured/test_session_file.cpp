@@ -1,0 +1,196 @@
+#include "measured/session_file.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <fstream>
+#include <numbers>
+#include <sstream>
+
+#include "config/errors.hpp"
+#include "config/json_file.hpp"
+#include "support/scratch.hpp"
+
+namespace gripline::measured {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+using testing_support::scratch;
+constexpr double pi = std::numbers::pi;
+
+/// A car that weaves at 10 m/s: its rows by a printer of one row.
+template <class Row>
+std::filesystem::path log_of(const std::string& header, Row row, double seconds = 40.0, double dt = 0.05) {
+  const auto file = scratch("log.csv");
+  std::ofstream out(file);
+  out.precision(12);
+  out << header << '\n';
+  double x = 0, y = 0, yaw = 0;
+  const auto rows = std::lround(seconds / dt);
+  for (long k = 0; k < rows; ++k) {
+    const double t = static_cast<double>(k) * dt;
+    const double rate = 0.6 * std::sin(0.8 * t), delta = rate * 2.6 / 10.0;
+    row(out, t, x, y, yaw, rate, delta);
+    x += 10.0 * dt * std::cos(yaw + 0.5 * dt * rate);
+    y += 10.0 * dt * std::sin(yaw + 0.5 * dt * rate);
+    yaw += dt * rate;
+  }
+  return file;
+}
+
+std::filesystem::path plain_log() {
+  return log_of("t_s,x_m,y_m,yaw_rad,vx_mps,vy_mps,yaw_rate_radps,d,delta_rad",
+                [](std::ostream& out, double t, double x, double y, double yaw, double rate, double delta) {
+                  out << t << ',' << x << ',' << y << ',' << std::remainder(yaw + 3.0, 2 * pi) - 0.0 << ",10,0," << rate
+                      << ",0.2," << delta << '\n';
+                });
+}
+
+LogMap map_of(const std::string& text) {
+  const auto file = scratch("map.json");
+  std::ofstream(file) << text;
+  return load_log_map(file);
+}
+
+std::string channels_json(const std::string& more) {
+  return R"({"time": {"column": "t"}, "channels": {"x": {"column": "px"}, "y": {"column": "py"},
+    "yaw": {"column": "psi"}, "vx": {"column": "v"}, "yaw_rate": {"column": "r"}, "d": {"formula": "0.2 + 0 * t"},
+    "delta": {"column": "steer"})" +
+         more + "}}";
+}
+
+std::filesystem::path own_log(double speed_factor = 1, double steer_sign = 1, double yaw_sign = 1) {
+  return log_of("t,px,py,psi,v,r,steer",
+                [&](std::ostream& out, double t, double x, double y, double yaw, double rate, double delta) {
+                  out << t << ',' << x << ',' << y << ',' << yaw_sign * yaw << ',' << 10 * speed_factor << ',' << rate
+                      << ',' << steer_sign * delta << '\n';
+                });
+}
+
+std::string why(const std::filesystem::path& log, const LogMap& map) {
+  try {
+    check_session(read_session(log, map), 10.0);
+  } catch (const InputError& e) {
+    return e.what();
+  }
+  return "fine";
+}
+
+TEST(SessionFile, ReadsGriplinesOwnColumnsAndUnwrapsYaw) {
+  const SessionFile file = read_session(plain_log(), gripline_map());
+  const Session& s = file.session;
+  EXPECT_EQ(s.rows(), 800u);
+  EXPECT_NEAR(file.row_step, 0.05, 1e-9);
+  EXPECT_TRUE(file.has_throttle);
+  for (std::size_t i = 1; i < s.rows(); ++i) EXPECT_LT(std::abs(s.at(i, 2) - s.at(i - 1, 2)), 0.2);
+  EXPECT_EQ(s.command[5].d, 0.2);
+}
+
+TEST(SessionFile, UnitsSignsAndFormulasAreApplied) {
+  const auto log = log_of(
+      "ms;east;kmh;wheel;gas;off", [](std::ostream& out, double t, double x, double, double, double, double delta) {
+        out << 1000 * t << ';' << x << ";36;" << -15 * delta * 180 / pi << ";25;" << (t > 20 ? 1 : 0) << '\n';
+      });
+  const LogMap map = map_of(R"map({"time": {"column": "ms", "unit": "ms"}, "channels": {
+    "vx": {"column": "kmh", "unit": "km/h"}, "yaw_rate": {"formula": "0 * kmh"},
+    "delta": {"formula": "wheel / 15", "unit": "deg", "sign": -1},
+    "d": {"formula": "if(off > 0.5, 0, gas / 100)"}}})map");
+  const Session s = read_session(log, map).session;
+  EXPECT_NEAR(s.t[1], 0.05, 1e-12);
+  EXPECT_NEAR(s.at(3, 3), 10.0, 1e-12);
+  EXPECT_NEAR(s.command[100].delta, 0.6 * std::sin(0.8 * 5.0) * 0.26, 1e-9);
+  EXPECT_EQ(s.command[100].d, 0.25);
+  EXPECT_EQ(s.command[500].d, 0.0);
+  EXPECT_FALSE(s.has[0]);
+}
+
+TEST(SessionFile, HeldReadingsAreReadWhenTheyAreNew) {
+  const auto log = log_of("t_s,vx_mps,yaw_rate_radps,delta_rad",
+                          [](std::ostream& out, double t, double, double, double, double rate, double delta) {
+                            out << t << ',' << 10 + 0.001 * std::floor(t + 1e-9) << ',' << rate << ',' << delta << '\n';
+                          });
+  const LogMap map = map_of(R"({"time": "t_s", "channels": {"vx": {"column": "vx_mps", "hold": "held"},
+    "yaw_rate": "yaw_rate_radps", "delta": "delta_rad"}})");
+  const Session s = read_session(log, map).session;
+  std::size_t read = 0;
+  for (std::size_t i = 0; i < s.rows(); ++i) read += !std::isnan(s.at(i, 3));
+  EXPECT_EQ(read, 40u);  // once a second
+  EXPECT_TRUE(s.prescribed_speed);
+}
+
+TEST(SessionFile, SpeedsFollowFromPlacesWhereTheLogHasNone) {
+  const auto log =
+      log_of("t_s,x_m,y_m,delta_rad", [](std::ostream& out, double t, double x, double y, double, double,
+                                         double delta) { out << t << ',' << x << ',' << y << ',' << delta << '\n'; });
+  const LogMap map = map_of(R"({"time": "t_s", "channels": {"x": "x_m", "y": "y_m", "delta": "delta_rad"}})");
+  const SessionFile file = read_session(log, map);
+  EXPECT_TRUE(file.derived_velocity);
+  EXPECT_NEAR(file.session.at(100, 3), 10.0, 1e-6);
+  EXPECT_TRUE(file.session.has[2]);
+  EXPECT_FALSE(file.session.has[5]);
+}
+
+TEST(SessionFile, LatitudeAndLongitudeBecomeAPlane) {
+  const auto log =
+      log_of("t,lat,lon,steer", [](std::ostream& out, double t, double x, double y, double, double, double d) {
+        out << t << ',' << 48.0 + y / 111197.0 << ',' << 11.0 + x / 74631.0 << ',' << d << '\n';
+      });
+  const LogMap map = map_of(R"({"time": "t", "channels": {"latitude": {"column": "lat", "unit": "deg"},
+    "longitude": {"column": "lon", "unit": "deg"}, "delta": "steer"}})");
+  const Session s = read_session(log, map).session;
+  EXPECT_NEAR(s.at(400, 3), 10.0, 0.05);
+}
+
+TEST(SessionFile, AColumnThatIsNotThereIsToldAtTheMapWithTheNearestName) {
+  const LogMap map = map_of(channels_json(R"(, "vy": {"column": "stear"})"));
+  const std::string message = why(own_log(), map);
+  EXPECT_THAT(message, AllOf(HasSubstr("map.json"), HasSubstr("/channels/vy"), HasSubstr("did you mean \"steer\"?")));
+  EXPECT_THAT(why(own_log(), gripline_map()), HasSubstr("columns missing"));
+}
+
+TEST(SessionFile, MapsAreReadStrictly) {
+  const auto refused = [](const std::string& text) -> std::string {
+    try {
+      map_of(text);
+    } catch (const InputError& e) {
+      return e.what();
+    }
+    return "read";
+  };
+  EXPECT_THAT(refused(channels_json(R"(, "vy": {"column": "v", "unit": "kg"})")),
+              AllOf(HasSubstr("/channels/vy"), HasSubstr("unit")));
+  EXPECT_THAT(refused(channels_json(R"(, "vi": {"column": "v"})")), HasSubstr("unknown key \"vi\""));
+  EXPECT_THAT(refused(channels_json(R"(, "vy": {"column": "v", "formula": "v"})")), HasSubstr("either"));
+  EXPECT_THAT(refused(channels_json(R"(, "vy": {"column": "v", "delay": "0.1 s"})")), HasSubstr("delay differs"));
+  EXPECT_THAT(refused(R"({"time": "t", "channels": {"vx": "v", "yaw_rate": "r"}})"), HasSubstr("delta is missing"));
+}
+
+TEST(SessionFile, TimeMustRunForward) {
+  const auto log = log_of("t,px,py,psi,v,r,steer", [](std::ostream& out, double t, double x, double y, double yaw,
+                                                      double rate, double delta) {
+    out << (t > 20 ? t - 5 : t) << ',' << x << ',' << y << ',' << yaw << ",10," << rate << ',' << delta << '\n';
+  });
+  EXPECT_THAT(why(log, map_of(channels_json(""))), HasSubstr("time runs backward"));
+}
+
+TEST(SessionChecks, AGoodLogPasses) { EXPECT_EQ(why(own_log(), map_of(channels_json(""))), "fine"); }
+
+TEST(SessionChecks, UnitsAndSignsAreToldWithTheirEvidence) {
+  const LogMap map = map_of(channels_json(""));
+  EXPECT_THAT(why(own_log(3.6), map), HasSubstr("times the speed at which x and y move: vx looks like km/h"));
+  EXPECT_THAT(why(own_log(1, -1), map), AllOf(HasSubstr("turns against its steering"), HasSubstr("correlate at -")));
+  EXPECT_THAT(why(own_log(1, 60), map), HasSubstr("degrees"));
+  EXPECT_THAT(why(own_log(1, 1, 57.3), map), HasSubstr("yaw looks like degrees"));
+  EXPECT_THAT(why(own_log(1, 1, -1), map), HasSubstr("other sign"));
+}
+
+TEST(SessionChecks, AParkedCarIsRefused) {
+  const auto log = log_of("t,px,py,psi,v,r,steer", [](std::ostream& out, double t, double, double, double, double,
+                                                      double) { out << t << ",1,2,0.1,0.001,0,0\n"; });
+  EXPECT_THAT(why(log, map_of(channels_json(""))), HasSubstr("the car is parked"));
+}
+
+}  // namespace
+}  // namespace gripline::measured

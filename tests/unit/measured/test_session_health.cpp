@@ -1,0 +1,139 @@
+#include "measured/session_health.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+namespace gripline::measured {
+namespace {
+
+/// A car on a wandering path; `change` edits each row before it is written.
+template <class Change>
+Session wandering(Change change, double seconds = 200.0, double dt = 0.04) {
+  Session s;
+  s.has.fill(true);
+  double x = 0, y = 0, yaw = 0;
+  const auto n = static_cast<std::size_t>(seconds / dt);
+  const auto rate_at = [](double t) { return 0.2 * std::sin(0.7 * t) + 0.1 * std::sin(2.3 * t + std::sin(0.1 * t)); };
+  const auto speed_at = [](double t) { return 15.0 + 3.0 * std::sin(0.4 * t) + std::sin(1.9 * t); };
+  for (std::size_t k = 0; k < n; ++k) {
+    const double t = static_cast<double>(k) * dt;
+    std::array<double, 6> row{x, y, yaw, speed_at(t), 0.0, rate_at(t)};
+    CommandSample<double> command{0.3, 2.6 * rate_at(t) / speed_at(t)};
+    change(t, k, row, command, rate_at, speed_at);
+    s.t.push_back(t);
+    s.reading.insert(s.reading.end(), row.begin(), row.end());
+    s.command.push_back(command);
+    const double middle = t + 0.5 * dt, heading = yaw + 0.5 * dt * rate_at(middle);
+    x += dt * speed_at(middle) * std::cos(heading);
+    y += dt * speed_at(middle) * std::sin(heading);
+    yaw += dt * rate_at(middle);
+  }
+  return s;
+}
+
+const auto as_it_is = [](double, std::size_t, auto&, auto&, auto&, auto&) {};
+
+const Delay* find(const std::vector<Delay>& all, std::string_view channel, std::string_view against) {
+  for (const Delay& d : all)
+    if (channel == d.channel && against == d.against) return &d;
+  return nullptr;
+}
+
+TEST(Noise, SizeAndColourAreFoundAgain) {
+  for (const double colour : {0.0, 0.3, 0.6}) {
+    std::mt19937_64 random(3);
+    std::normal_distribution<double> normal;
+    double state = 0.0;
+    const Session s = wandering([&](double, std::size_t, auto& row, auto&, auto&, auto&) {
+      state = colour * state + std::sqrt(1 - colour * colour) * normal(random);
+      row[3] += 0.05 * state;
+    });
+    const auto noise = noise_of(s, 3, 0.04);
+    ASSERT_TRUE(noise);
+    EXPECT_NEAR(noise->colour, colour, 0.1);
+    EXPECT_NEAR(noise->sigma, 0.05, 0.2 * 0.05) << colour;
+  }
+}
+
+TEST(Delays, OfAChannelIsFoundWithAnIntervalThatHoldsIt) {
+  std::mt19937_64 random(5);
+  std::normal_distribution<double> normal;
+  const Session s = wandering([&](double t, std::size_t, auto& row, auto&, auto& rate_at, auto& speed_at) {
+    row[5] = rate_at(t - 0.31) + 0.01 * normal(random);
+    row[3] = speed_at(t - 0.1) + 0.02 * normal(random);
+    row[2] += 0.0005 * normal(random);
+  });
+  const auto delays = delays_of(s);
+  const Delay* const rate = find(delays, "yaw_rate", "yaw");
+  ASSERT_NE(rate, nullptr);
+  EXPECT_NEAR(rate->seconds, 0.31, 0.01);
+  EXPECT_LE(rate->low, 0.315);
+  EXPECT_GE(rate->high, 0.305);
+  EXPECT_LT(rate->high - rate->low, 0.1);
+  const Delay* const speed = find(delays, "velocity", "position");
+  ASSERT_NE(speed, nullptr);
+  EXPECT_NEAR(speed->seconds, 0.1, 0.02);
+  LogMap map;
+  map.channel[5].emplace().delay.reset();
+  EXPECT_NEAR(clock_delays(map, delays)[3], 0.31, 0.01);
+  EXPECT_EQ(clock_delays(map, delays)[2], 0.0);
+}
+
+TEST(Delays, NothingIsSaidOfWhatDoesNotBelongTogether) {
+  std::mt19937_64 random(5);
+  std::normal_distribution<double> normal;
+  const Session s = wandering([&](double, std::size_t, auto& row, auto& command, auto&, auto&) {
+    row[5] = 0.2 * normal(random);
+    command.delta = 0.1 * normal(random);
+  });
+  EXPECT_EQ(find(delays_of(s), "yaw_rate", "yaw"), nullptr);
+  EXPECT_EQ(find(delays_of(s), "yaw", "delta"), nullptr);
+}
+
+TEST(Slip, APositionThatFallsBackOnceASecondIsSeen) {
+  const auto late = [](double t) { return 0.008 * (t - std::floor(t)); };  // falls back 8 ms at every full second
+  std::mt19937_64 random(5);
+  std::normal_distribution<double> normal;
+  const Session s = wandering([&](double t, std::size_t, auto& row, auto&, auto&, auto& speed_at) {
+    const double ahead = late(t + 1e-9) * speed_at(t);
+    row[0] += ahead * std::cos(row[2]) + 0.004 * normal(random);
+    row[1] += ahead * std::sin(row[2]) + 0.004 * normal(random);
+  });
+  const auto slip = slip_of(s, 0.04);
+  ASSERT_TRUE(slip);
+  EXPECT_EQ(slip->period, 1.0);
+  EXPECT_NEAR(slip->travel, -0.008, 0.002);
+  EXPECT_FALSE(slip_of(wandering(as_it_is), 0.04));
+}
+
+TEST(Health, TellsRateGapsHeldChannelsAndJumps) {
+  SessionFile file;
+  file.row_step = 0.04;
+  file.session = wandering([](double, std::size_t k, auto& row, auto&, auto&, auto&) {
+    if (k % 4 != 0) row[4] = 7.0;
+    if (k == 1000) row[2] += 3.0;
+  });
+  double held = 0.0;
+  for (std::size_t i = 0; i < file.session.rows(); ++i) {
+    if (i % 4 == 0) held = 0.01 * std::sin(0.01 * static_cast<double>(i));
+    file.session.reading[i * 6 + 4] = held;
+  }
+  for (std::size_t i = 2000; i < file.session.rows(); ++i) file.session.t[i] += 1.0;
+  const auto lines = health_of(file);
+  const auto has = [&](const char* check, const char* words) {
+    return std::any_of(lines.begin(), lines.end(), [&](const Finding& f) {
+      return f.check == check && (f.found + f.done).find(words) != std::string::npos;
+    });
+  };
+  EXPECT_TRUE(has("rate", "25 Hz"));
+  EXPECT_TRUE(has("gaps", "longest 1.04 s"));
+  EXPECT_TRUE(has("vy", "every 4 rows"));
+  EXPECT_TRUE(has("yaw", "jumps"));
+  EXPECT_TRUE(has("noise of vx", "lag-one correlation"));
+}
+
+}  // namespace
+}  // namespace gripline::measured

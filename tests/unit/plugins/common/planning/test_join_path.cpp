@@ -1,0 +1,120 @@
+#include "common/planning/join_path.hpp"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <numbers>
+
+namespace gripline {
+namespace {
+
+using planning::JoinPath;
+
+constexpr double length = 1000, half_width = 6, mu = 0.5, horizon_s = 1;
+
+Car full_size() {
+  Car car;
+  car.lf = 1.34;
+  car.lr = 1.30;
+  car.width = 1.84;
+  car.delta_max = 0.35;
+  car.v_min = 2;
+  return car;
+}
+
+/// The line is the x axis, in the middle of the road.
+RefPoint on_line(double s) {
+  RefPoint r;
+  r.s = s;
+  r.x = s;
+  r.left = r.right = half_width;
+  r.v = 30;
+  return r;
+}
+Observation car_at(double y, double yaw, double v) {
+  Observation now;
+  now.x.x = 100;
+  now.x.y = y;
+  now.x.yaw = yaw;
+  now.x.vx = v;
+  return now;
+}
+JoinPath joining(double y, double yaw, double v) {
+  JoinPath join(full_size(), length);
+  join.update(car_at(y, yaw, v), on_line(100), mu, horizon_s);
+  return join;
+}
+RefPoint moved(const JoinPath& join, double s) {
+  std::array one{on_line(s)};
+  join.move(one);
+  return one[0];
+}
+
+TEST(JoinPath, LeadsFromTheCarsPlaceAndHeadingToTheLine) {
+  const double turn = std::numbers::pi / 6;
+  for (const double y : {4.0, -4.0}) {
+    for (const double yaw : {0.0, turn, -turn}) {
+      for (const double v : {0.1, 6.0, 15.0}) {
+        const JoinPath join = joining(y, yaw, v);
+        ASSERT_TRUE(join.active());
+        const RefPoint first = moved(join, 100), last = moved(join, 500);
+        EXPECT_NEAR(first.y, y, 1e-9);
+        EXPECT_NEAR(first.yaw, yaw, 1e-9);
+        EXPECT_NEAR(first.left, half_width - y, 1e-9);
+        EXPECT_NEAR(first.right, half_width + y, 1e-9);
+        EXPECT_EQ(last.y, 0);
+        EXPECT_EQ(last.yaw, 0);
+        EXPECT_EQ(join.speed(500), std::numeric_limits<double>::infinity());
+      }
+    }
+  }
+}
+
+TEST(JoinPath, IsAsSharpAsFrictionAllowsAtTheSpeedItAsksFor) {
+  for (const double v : {0.1, 15.0, 30.0}) {
+    const JoinPath join = joining(4, 0, v);
+    for (double s = 101; s < 400; s += 1) {
+      const double e = 0.1;
+      const double bend = (moved(join, s + e).y - 2 * moved(join, s).y + moved(join, s - e).y) / (e * e);
+      EXPECT_LE(std::abs(bend) * v * v, 0.32 * mu * gravity) << "s = " << s << ", v = " << v;
+    }
+  }
+}
+
+TEST(JoinPath, StaysOnTheRoadAndSlowsDownForIt) {
+  const double turn = std::numbers::pi / 6;
+  double slowest = 30;
+  for (const double yaw : {turn, -turn}) {
+    const JoinPath join = joining(2, yaw, 25);
+    for (double s = 100; s < 600; s += 1) {
+      EXPECT_LE(std::abs(moved(join, s).y), half_width) << "s = " << s;
+      slowest = std::min(slowest, join.speed(s));
+    }
+  }
+  EXPECT_LT(slowest, 15);
+  EXPECT_GT(slowest, 3);
+}
+
+TEST(JoinPath, LeavesACarAloneThatIsOnTheLine) {
+  const JoinPath join = joining(1.5, 0.1, 25);
+  EXPECT_FALSE(join.active());
+  EXPECT_EQ(moved(join, 120).y, 0);
+  EXPECT_EQ(join.speed(120), std::numeric_limits<double>::infinity());
+}
+
+/// The way stays where it began: what a controller is shown does not move along with the car.
+TEST(JoinPath, KeepsItsWayWhileTheCarFollowsIt) {
+  JoinPath join = joining(4, 0, 15);
+  const double planned = moved(join, 125).y;
+  Observation now = car_at(moved(join, 110).y + 0.3, moved(join, 110).yaw, 15);
+  now.x.x = 110;
+  join.update(now, on_line(110), mu, horizon_s);
+  EXPECT_EQ(moved(join, 125).y, planned);
+  now.x.y += 3.5;  // pushed off: it begins anew
+  join.update(now, on_line(110), mu, horizon_s);
+  EXPECT_NEAR(moved(join, 110).y, now.x.y, 1e-9);
+}
+
+}  // namespace
+}  // namespace gripline

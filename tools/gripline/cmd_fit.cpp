@@ -1,0 +1,161 @@
+// gripline fit WORLD.json LOG... --out FITTED.json: a world's unknowns, so that its predictions miss the logs least.
+#include <algorithm>
+#include <cmath>
+#include <iostream>
+#include <list>
+
+#include "config/errors.hpp"
+#include "config/json_file.hpp"
+#include "gripline/command.hpp"
+#include "gripline/log_options.hpp"
+#include "measured/gripline_log.hpp"
+#include "measured/session_health.hpp"
+#include "util/csv_writer.hpp"
+#include "util/signals.hpp"
+
+namespace gripline::tools {
+namespace po = boost::program_options;
+namespace fs = std::filesystem;
+namespace {
+
+using calibrate::FitResult;
+using calibrate::FittedParameter;
+
+Words separated(const std::string& text) {
+  Words parts;
+  std::size_t at = 0;
+  while (at <= text.size()) {
+    const std::size_t comma = std::min(text.find(',', at), text.size());
+    if (comma > at) parts.push_back(text.substr(at, comma - at));
+    at = comma + 1;
+  }
+  return parts;
+}
+
+void print_parameters(const FitResult& result) {
+  std::size_t width = 9;
+  for (const FittedParameter& p : result.parameters) width = std::max(width, p.unknown.pointer.size());
+  std::cout << "\nparameter" << std::string(width - 7, ' ') << "value        95 %                       prior\n";
+  for (const FittedParameter& p : result.parameters) {
+    const char* const remark = p.status == FittedParameter::Status::determined ? ""
+                               : p.status == FittedParameter::Status::undetermined
+                                   ? "  undetermined: kept at its prior"
+                                   : "  at its bound: kept at its prior";
+    char row[160];
+    std::snprintf(row, sizeof row, "%-12.6g (%.4g .. %.4g)", p.value, p.interval.low, p.interval.high);
+    char prior[40];
+    std::snprintf(prior, sizeof prior, "%.6g", p.unknown.prior);
+    std::string line = p.unknown.pointer + std::string(width + 2 - p.unknown.pointer.size(), ' ') + row;
+    line += std::string(line.size() < width + 42 ? width + 42 - line.size() : 1, ' ');
+    std::cout << line << prior << remark << '\n';
+  }
+}
+
+void print(const FitResult& result, double horizon) {
+  std::cout << "\nerrors at " << horizon << " s, root mean square over " << result.starts
+            << " starts (95 % by blocks of 10 s)\n";
+  calibrate::print_horizon_table(std::cout, result.errors);
+  print_parameters(result);
+  if (result.friction.known) {
+    char line[160];
+    std::snprintf(line, sizeof line, "\nfriction: %.3f (%.3f .. %.3f); front %.3f, rear %.3f\n", result.friction.total,
+                  result.friction.total_low, result.friction.total_high, result.friction.front, result.friction.rear);
+    std::cout << line;
+  }
+  if (result.dropped > 0) std::cout << result.dropped << " errors too large to count were left out\n";
+  if (!result.advice.empty()) std::cout << "\nwhat else would help (to first order, not in the world)\n";
+  std::size_t shown = 0;
+  for (const calibrate::Advice& a : result.advice) {
+    if (++shown > 5) break;
+    char line[160];
+    std::snprintf(line, sizeof line, "  %-20s %5.1f %% less squared error, %.1f standard deviations, value %.3g\n",
+                  a.effect.c_str(), 100.0 * a.gain, a.score, a.value);
+    std::cout << line;
+  }
+}
+
+/// Evidence that the log is not of this car: the fitted model is no better than knowing nothing.
+void warn_when_useless(const FitResult& result) {
+  const auto row = [&](const char* name) {
+    return std::find_if(result.errors.begin(), result.errors.end(), [&](const auto& r) { return r.name == name; });
+  };
+  const auto fitted = row("fitted"), persistence = row("persistence");
+  const bool place = fitted->error[0].count > 0;
+  const std::size_t q = place ? 0 : 4;
+  if (fitted->error[q].rms < persistence->error[q].rms) return;
+  std::cerr << "the fitted world misses by " << fitted->error[q].rms << ' ' << calibrate::quantity_names[q]
+            << ", knowing nothing (persistence) by " << persistence->error[q].rms
+            << ": is this a log of another car, or are units or signs of the map wrong?\n";
+}
+
+}  // namespace
+
+int run_fit(Arguments args) {
+  po::options_description visible("options");
+  add_log_options(visible);
+  auto add = visible.add_options();
+  add("out", po::value<std::string>()->default_value("fitted.json"), "the fitted world");
+  add("fit", po::value<std::string>(),
+      "groups or parameters, separated by commas: tyres,/plant/params/Iz; default: all");
+  add("starts", po::value<std::string>()->default_value("250"), "predictions compared, of all logs together");
+  add("seed", po::value<std::string>()->default_value("1"), "of the tries and of the intervals");
+  add("quiet", po::bool_switch(), "no progress on stderr");
+  add_plugins_option(visible);
+  add("help,h", "this text");
+  const auto given =
+      parse_options(args, visible, "fit WORLD.json LOG... [--map MAP.json] --out FITTED.json", "world-and-logs");
+  if (!given) return good;
+  const Words words = words_of(*given, "world-and-logs");
+  if (words.size() < 2)
+    throw InputError("fit needs a world and a log: gripline fit WORLD.json LOG... --out FITTED.json");
+  const fs::path out = (*given)["out"].as<std::string>();
+  require_writable("--out", out, words);
+  const Registry registry = open_registry(plugin_dirs_of(*given));
+  const LogWorld world = read_log_world(words[0], *given, registry);
+  const measured::LogMap map = map_option(*given);
+
+  std::list<measured::SessionFile> files;
+  for (std::size_t i = 1; i < words.size(); ++i) {
+    files.push_back(measured::read_session(words[i], map));
+    measured::check_session(files.back(), world.spec.car.car.v_ref);
+  }
+  calibrate::ForecastOptions options = calibrate::forecast_options(world.spec);
+  options.pose = map.pose;
+  options.velocity = map.velocity;
+  PluginContext context;
+  context.car = world.spec.car.car;
+  const Vehicle vehicle(world.spec.vehicle, context);
+  const calibrate::Forecaster forecaster(vehicle.car(), options);
+
+  Errors errors;
+  const auto places = calibrate::parameter_places(world.spec, forecaster);
+  std::vector<double> values = calibrate::parameters_of(world.tree, forecaster, errors);
+  const Words chosen = separated(text_of(*given, "fit").value_or(""));
+  std::vector<calibrate::Unknown> unknowns = calibrate::read_unknowns(world.tree, places, values, chosen, errors);
+  errors.throw_if_any();
+  calibrate::start_delays(map, files, forecaster, world.tree, values, unknowns);
+
+  calibrate::FitOptions fit;
+  fit.slowest = calibrate::slowest_start(world.spec);
+  fit.starts =
+      static_cast<std::size_t>(std::clamp<std::int64_t>(whole_number(*given, "starts", "--starts"), 20, 100000));
+  fit.seed = static_cast<unsigned>(whole_number(*given, "seed", "--seed"));
+  if (!(*given)["quiet"].as<bool>()) fit.say = [](const std::string& line) { std::cerr << line << '\n'; };
+  const StopSignal stop(StopSignal::Reaction::end);
+  std::vector<calibrate::FitLog> logs = calibrate::fit_logs(files, world.spec.track, options.step, fit);
+  FitResult result = calibrate::fit(forecaster, logs, values, unknowns, fit);
+  if (chosen.empty()) result.advice = calibrate::advise(world.spec, registry, options, logs, result);
+  result.friction = calibrate::friction_of(vehicle.car(), world.spec.car.car, result.params, result.drawn);
+
+  print(result, fit.horizons.back());
+  warn_when_useless(result);
+  calibrate::FitSource source;
+  for (const measured::SessionFile& file : files) source.logs.push_back(file.session.name);
+  source.map = map.file.filename().string();
+  write_file(out, to_json_text(
+                      calibrate::fitted_world(world.tree, world.spec, forecaster, result, source, out.parent_path())));
+  std::cout << "\nworld: " << out.string() << '\n';
+  return good;
+}
+
+}  // namespace gripline::tools

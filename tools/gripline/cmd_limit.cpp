@@ -1,0 +1,112 @@
+// gripline limit WORLD.json: the fastest flying laps of a world, over friction.
+#include <algorithm>
+#include <charconv>
+#include <cstdio>
+#include <iostream>
+#include <sstream>
+#include <thread>
+
+#include "cli/options.hpp"
+#include "config/errors.hpp"
+#include "config/hash.hpp"
+#include "config/json_file.hpp"
+#include "experiment/experiment.hpp"
+#include "gripline/command.hpp"
+#include "limit/limit_table.hpp"
+#include "plugin/plugin_cache.hpp"
+#include "util/progress.hpp"
+
+namespace gripline::tools {
+namespace po = boost::program_options;
+namespace {
+
+std::vector<double> read_factors(const std::string& text) {
+  std::vector<double> factors;
+  std::istringstream words(text);
+  for (std::string word; std::getline(words, word, ',');) {
+    const std::size_t begin = word.find_first_not_of(' '), end = word.find_last_not_of(' ');
+    const std::string number = begin == word.npos ? "" : word.substr(begin, end - begin + 1);
+    double value = 0;
+    const auto [rest, code] = std::from_chars(number.data(), number.data() + number.size(), value);
+    if (code != std::errc() || rest != number.data() + number.size() || !(value > 0 && value <= 10))
+      throw InputError("--factors " + text + ": expected friction factors above 0 with commas between them, found \"" +
+                       number + "\"");
+    if (std::find(factors.begin(), factors.end(), value) == factors.end()) factors.push_back(value);
+  }
+  if (factors.empty()) throw InputError("--factors names none");
+  return factors;
+}
+
+/// Everything that decides a lap: the world without what only a race needs, and the libraries of its car.
+std::string key_of(Node tree, const WorldSpec& world) {
+  for (const char* key : {"friction", "sensors", "start", "laps", "timeout", "duration", "time_optimal_laps", "note",
+                          "dt", "input_hold", "nominal_uncertainty"})
+    tree.erase(key);
+  std::string key = content_text(tree) + number_text(world.dt);
+  for (const std::filesystem::path& file : files_named(tree)) key += sha256_of_file(file);
+  for (const std::filesystem::path& library : libraries_of(world, {})) key += sha256_of_file(library);
+  return sha256_hex(key);
+}
+
+void print_limits(const std::vector<LapLimit>& limits) {
+  std::cout << "factor      lap s    error s   nodes   inside\n";
+  for (const LapLimit& lap : limits) {
+    char row[120];
+    std::snprintf(row, sizeof row, "%6.4g %10.4f %10.4f %7d   %s\n", lap.factor, lap.lap_s, lap.error_s, lap.nodes,
+                  lap.body ? "whole body" : "centre of gravity");
+    std::cout << row;
+  }
+}
+
+int jobs_of(const po::variables_map& given) {
+  if (given.count("jobs") == 0) return static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+  const std::int64_t jobs = whole_number(given, "jobs", "-j");
+  if (jobs < 1 || jobs > 4096) throw InputError("-j " + std::to_string(jobs) + ": expected 1 to 4096");
+  return static_cast<int>(jobs);
+}
+
+}  // namespace
+
+int run_limit(Arguments args) {
+  po::options_description visible("options");
+  auto add = visible.add_options();
+  add("factors", po::value<std::string>()->default_value("1,0.9,0.8,0.7,0.6,0.5"), "friction factors, with commas");
+  add("body", "also with the whole body inside the edges, not only the centre of gravity");
+  add("out", po::value<std::string>(), "the table as CSV; a world may name it as its time_optimal_laps");
+  add("jobs,j", po::value<std::string>(), "laps at the same time (default: one per core)");
+  add_plugins_option(visible);
+  add("help,h", "this text");
+  const auto given = parse_options(args, visible, "limit WORLD.json [options]", "world");
+  if (!given) return good;
+  const Words words = words_of(*given, "world");
+  if (words.size() != 1) throw InputError("limit needs one world: gripline limit WORLD.json --out TABLE.csv");
+  LimitRequest request;
+  request.factors = read_factors(*text_of(*given, "factors"));
+  request.body = given->count("body") > 0;
+  request.jobs = jobs_of(*given);
+  request.cache = plugin_cache_folder();
+  const std::optional<std::string> out = text_of(*given, "out");
+  if (out) require_writable("--out", *out, words);
+
+  const Registry registry(Registry::search_path(plugin_dirs_of(*given)));
+  Node tree = load_world(words[0]);
+  tree.erase("time_optimal_laps");  // what is looked for; it may name a table that is not there yet
+  Errors errors;
+  const WorldSpec world = read_world(tree, registry, errors);
+  errors.throw_if_any();
+  if (world.vehicle.model.empty())
+    throw InputError(words[0] + ": its plant " + world.plant.id() +
+                     " is a black box; a limit needs the equations of a vehicle model");
+  request.key = key_of(tree, world);
+  std::optional<Progress> progress;
+  const std::vector<LapLimit> limits = compute_limits(world, request, [&](std::size_t done, std::size_t total) {
+    if (!progress) progress.emplace(std::cerr, "limit", total);
+    progress->advance(done, "time-optimal laps");
+  });
+  if (progress) progress->finish();
+  print_limits(limits);
+  if (out) write_limits(*out, limits);
+  return good;
+}
+
+}  // namespace gripline::tools

@@ -1,0 +1,109 @@
+#include "gripline/log_options.hpp"
+
+#include <iostream>
+
+#include "calibrate/place_effects.hpp"
+#include "config/errors.hpp"
+#include "config/files.hpp"
+#include "config/json_file.hpp"
+#include "util/csv.hpp"
+
+namespace gripline::tools {
+namespace po = boost::program_options;
+namespace fs = std::filesystem;
+namespace {
+
+bool is_edge(const fs::path& file) {
+  if (file.extension() != ".csv" || !fs::exists(file)) return false;
+  const CsvTable table = read_csv(file);
+  return table.find("x_m") >= 0 && table.find("y_m") >= 0 && table.find("w_tr_right_m") < 0 && table.columns <= 3;
+}
+
+/// The other edge's file: inner for outer, left for right.
+std::optional<fs::path> partner_of(const fs::path& edge) {
+  for (const auto& [one, other] :
+       {std::pair("inner", "outer"), {"outer", "inner"}, {"left", "right"}, {"right", "left"}}) {
+    std::string name = edge.filename().string();
+    const std::size_t at = name.rfind(one);
+    if (at == std::string::npos) continue;
+    name.replace(at, std::string(one).size(), other);
+    if (const fs::path file = edge.parent_path() / name; fs::exists(file)) return file;
+  }
+  return std::nullopt;
+}
+
+std::string absolute_text(const fs::path& file) {
+  if (const std::string why = why_unreadable(file); !why.empty())
+    throw InputError("--track " + file.string() + ": " + why);
+  return fs::absolute(file).string();
+}
+
+Node edges_node(const fs::path& inner, const fs::path& outer) {
+  Node edges{Node::Object{}};
+  edges.set("inner", Node(absolute_text(inner)));
+  edges.set("outer", Node(absolute_text(outer)));
+  Node track{Node::Object{}};
+  track.set("edges", std::move(edges));
+  return track;
+}
+
+}  // namespace
+
+void add_log_options(po::options_description& visible) {
+  auto add = visible.add_options();
+  add("map", po::value<std::string>(), "what the log's columns mean, JSON; without it gripline's own columns");
+  add("track", po::value<Words>()->composing(), "a road: JSON, CSV, or the CSVs of both edges (LEFT,RIGHT)");
+}
+
+std::optional<Node> track_option(const po::variables_map& given) {
+  const Words words = words_of(given, "track");
+  if (words.empty()) return std::nullopt;
+  std::vector<fs::path> files;
+  for (const std::string& one : words) {
+    const std::size_t comma = fs::exists(one) ? std::string::npos : one.find(',');
+    files.emplace_back(one.substr(0, comma));
+    if (comma != std::string::npos) files.emplace_back(one.substr(comma + 1));
+  }
+  if (files.size() > 2)
+    throw InputError("--track names " + std::to_string(files.size()) + " files; expected one road or its two edges");
+  if (files.size() == 2) return edges_node(files[0], files[1]);
+  if (is_edge(files[0])) {
+    const auto other = partner_of(files[0]);
+    if (!other)
+      throw InputError("--track " + files[0].string() +
+                       " is one edge of a road; expected both: --track LEFT.csv,RIGHT.csv");
+    return edges_node(files[0], *other);
+  }
+  return Node(absolute_text(files[0]));
+}
+
+LogWorld read_log_world(const fs::path& file, const po::variables_map& given, const Registry& registry) {
+  LogWorld out;
+  out.tree = load_world(file);
+  Node read = out.tree;
+  if (const auto track = track_option(given)) {
+    read.set("track", *track);
+    inline_world_files(read);
+  }
+  // Predictions need no race: neither a start on this road nor an end.
+  read.erase("start");
+  if (read.find("duration") == nullptr && read.find("laps") == nullptr) read.set("duration", Node(1.0));
+  Errors errors;
+  out.spec = read_world(read, registry, errors, RoadRule::optional);
+  errors.throw_if_any();
+  if (out.spec.vehicle.model.empty())
+    throw InputError(file.string() + ": its car is a black box; predictions need a vehicle model");
+  if (!out.spec.track) {
+    out.left_out = calibrate::leave_out_place_effects(out.spec.vehicle, out.spec.car.car);
+    for (const std::string& id : out.left_out)
+      std::cerr << file.string() << ": no road is given, so that the effect of place \"" << id << "\" is left out\n";
+  }
+  return out;
+}
+
+measured::LogMap map_option(const po::variables_map& given) {
+  const auto map = text_of(given, "map");
+  return map ? measured::load_log_map(*map) : measured::gripline_map();
+}
+
+}  // namespace gripline::tools

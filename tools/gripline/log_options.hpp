@@ -1,0 +1,34 @@
+// What fit and predict share: a world for logs, its road, and the logs through a map.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "calibrate/calibrated_world.hpp"
+#include "cli/options.hpp"
+#include "measured/session_file.hpp"
+
+namespace gripline::tools {
+
+/// Adds --map and --track.
+void add_log_options(boost::program_options::options_description& visible);
+
+/// The road that --track names: a .json or .csv file, or both edges of a road ("left.csv,right.csv", or one of them
+/// when the other's name differs by inner/outer or left/right alone). Empty when it was not given.
+std::optional<Node> track_option(const boost::program_options::variables_map& given);
+
+/// A world read for comparison with logs.
+struct LogWorld {
+  Node tree;
+  WorldSpec spec;
+  std::vector<std::string> left_out;  // effects of place, where there is no road
+};
+/// Throws InputError; says on stderr what is left out.
+LogWorld read_log_world(const std::filesystem::path& file, const boost::program_options::variables_map& given,
+                        const Registry& registry);
+
+measured::LogMap map_option(const boost::program_options::variables_map& given);
+
+}  // namespace gripline::tools
