@@ -8,6 +8,7 @@
 #include "cli/options.hpp"
 #include "config/errors.hpp"
 #include "config/json_file.hpp"
+#include "config/shipped.hpp"
 #include "gripline/command.hpp"
 #include "measured/log_file.hpp"
 #include "measured/rollout.hpp"
@@ -76,7 +77,7 @@ struct PredictRequest {
 PredictRequest read_request(const po::variables_map& given) {
   const Words words = words_of(given, "world-and-log");
   if (words.size() != 2) throw InputError("predict needs a world and a log: gripline predict WORLD.json LOG.csv");
-  PredictRequest request{words[0], words[1], {}, {}, {}};
+  PredictRequest request{find_shipped(words[0], "worlds"), words[1], {}, {}, {}};
   Words inputs = words;
   if (const auto track = text_of(given, "track")) {
     request.track = *track;
