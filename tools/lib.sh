@@ -14,19 +14,35 @@ as_root() {
   fi
 }
 
-require_debian_12() {
-  # shellcheck disable=SC1091
-  [ -r /etc/os-release ] && . /etc/os-release
-  [ "${ID:-}" = debian ] && [ "${VERSION_ID:-}" = 12 ] ||
-    die "this script installs packages of Debian 12; here is ${PRETTY_NAME:-an unknown system}. Install the packages listed in tools/lib.sh by hand, then: cmake -S . -B build && cmake --build build"
-  if dpkg-query -W -f '${Status}' libboost1.81-dev 2>/dev/null | grep -q 'ok installed'; then
+# Systems whose packages are known: Debian 12 and 13, Ubuntu 22.04 and 24.04. Elsewhere CMake says what it misses.
+system_name() {
+  local ID="" VERSION_ID=""
+  # shellcheck disable=SC1090,SC1091
+  [ -r "${OS_RELEASE:-/etc/os-release}" ] && . "${OS_RELEASE:-/etc/os-release}"
+  printf '%s %s\n' "${ID:-unknown}" "${VERSION_ID:-}"
+}
+
+require_known_system() {
+  case "$(system_name)" in
+    "debian 12" | "debian 13" | "ubuntu 24.04") ;;
+    "ubuntu 22.04") build_packages="${build_packages/g++ /g++-12 }"; export CXX="${CXX:-g++-12}" ;;  # its g++ is 11
+    *) die "the packages of this system ($(system_name)) are not known here. Install what tools/lib.sh lists under the names they have; what is missing CMake says: cmake -S . -B build && cmake --build build" ;;
+  esac
+  if [ "$(system_name)" = "debian 12" ] && dpkg-query -W -f '${Status}' libboost1.81-dev 2>/dev/null | grep -q 'ok installed'; then
     die "libboost1.81-dev is installed and excludes Boost 1.74, which gripline uses; remove it first: apt-get remove libboost1.81-dev"
   fi
+}
+
+# What lands is judged with the tools of one system.
+require_debian_12() {
+  [ "$(system_name)" = "debian 12" ] || die "format and clang-tidy are judged with the versions of Debian 12; here is $(system_name)"
+  require_known_system
 }
 
 build_packages="g++ cmake ninja-build pkg-config libeigen3-dev libboost-dev libboost-program-options-dev
   libboost-filesystem-dev coinor-libipopt-dev nlohmann-json3-dev"
 test_packages="libgtest-dev libgmock-dev locales doxygen"
+package_packages="dpkg-dev file"
 check_packages="clang clang-tidy clang-format python3"
 
 # Installs what is missing of the packages named; asks the package lists only if something is.

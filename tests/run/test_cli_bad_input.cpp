@@ -128,7 +128,7 @@ TEST(CommandLine, WrongWordsAreRefusedWithAHint) {
               HasSubstr("--seed -1: expected 0 to 1000000000"));
   EXPECT_THAT(refused({"run", good, "--stack", "slow", "--seed", "1e3"}), HasSubstr("1e3"));
   EXPECT_EQ(refused({"validate"}), "which file?\n");
-  EXPECT_THAT(refused({"plugins", "lsit"}), HasSubstr("plugins list, or plugins describe ID"));
+  EXPECT_THAT(refused({"plugins", "lsit"}), HasSubstr("did you mean \"list\""));
 }
 
 TEST(Validate, TellsEverythingWrongWithEveryFile) {

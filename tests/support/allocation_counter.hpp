@@ -1,33 +1,11 @@
-// Counts what a stretch of code allocates, plugins included: malloc itself is counted, since Eigen goes past new.
-// Include in one source file of a test program. Under AddressSanitizer, which owns malloc, nothing is counted.
+// The allocations of a test program (util/allocation_counter.hpp). Include in one source file of it.
 #pragma once
 
-#include <atomic>
-#include <cstddef>
+#include "util/allocation_counter.hpp"
 
 namespace gripline::rig {
 
-inline std::atomic<long> allocations{0};
-
-#if defined(__SANITIZE_ADDRESS__)
-inline constexpr bool counts_allocations = false;
-#else
-inline constexpr bool counts_allocations = true;
-#endif
+using gripline::allocations;
+using gripline::counts_allocations;
 
 }  // namespace gripline::rig
-
-#if !defined(__SANITIZE_ADDRESS__)
-extern "C" {
-void* __libc_malloc(std::size_t size);                       // NOLINT(bugprone-reserved-identifier): glibc's own name
-void* __libc_memalign(std::size_t align, std::size_t size);  // NOLINT(bugprone-reserved-identifier)
-void* malloc(std::size_t size) noexcept {
-  gripline::rig::allocations.fetch_add(1, std::memory_order_relaxed);
-  return __libc_malloc(size);
-}
-void* aligned_alloc(std::size_t align, std::size_t size) noexcept {
-  gripline::rig::allocations.fetch_add(1, std::memory_order_relaxed);
-  return __libc_memalign(align, size);
-}
-}
-#endif

@@ -48,6 +48,7 @@ class Process {
     dup2(open(err_.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644), STDERR_FILENO);
     unsetenv("GRIPLINE_PLUGIN_PATH");
     setenv("XDG_CACHE_HOME", (build_dir() / "cache").c_str(), 1);  // tests leave nothing at home
+    setenv("XDG_DATA_HOME", (build_dir() / "data").c_str(), 1);    // and take no plugins from there
     for (const auto& [name, value] : call.environment) setenv(name.c_str(), value.c_str(), 1);
     std::vector<char*> arguments;
     for (const std::string& word : words) arguments.push_back(const_cast<char*>(word.c_str()));

@@ -1,30 +1,11 @@
 // gripline-bench, the program behind `gripline bench`: how long steps take, and whether they allocate.
-#include <atomic>
 #include <cstdio>
-#include <cstdlib>
 #include <iostream>
 
 #include "bench/bench.hpp"
 #include "cli/options.hpp"
 #include "config/json_file.hpp"
-
-#if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__)
-// The whole process allocates through these, plugins and Eigen included; they count and hand on.
-namespace {
-std::atomic<std::int64_t> allocation_count{0};
-}
-extern "C" void* __libc_malloc(std::size_t);                 // NOLINT(bugprone-reserved-identifier)
-extern "C" void* __libc_memalign(std::size_t, std::size_t);  // NOLINT(bugprone-reserved-identifier)
-extern "C" void* malloc(std::size_t size) {
-  allocation_count.fetch_add(1, std::memory_order_relaxed);
-  return __libc_malloc(size);
-}
-extern "C" void* aligned_alloc(std::size_t alignment, std::size_t size) {
-  allocation_count.fetch_add(1, std::memory_order_relaxed);
-  return __libc_memalign(alignment, size);
-}
-#define GRIPLINE_COUNTS_ALLOCATIONS 1
-#endif
+#include "util/allocation_counter.hpp"
 
 namespace gripline::tools {
 namespace {
@@ -33,13 +14,7 @@ namespace po = boost::program_options;
 
 constexpr std::int64_t most_instances = 100'000;
 
-std::int64_t count_allocations() {
-#ifdef GRIPLINE_COUNTS_ALLOCATIONS
-  return allocation_count.load(std::memory_order_relaxed);
-#else
-  return 0;
-#endif
-}
+std::int64_t count_allocations() { return allocations.load(std::memory_order_relaxed); }
 
 void print(const BenchRow& row) {
   char line[200];

@@ -7,6 +7,7 @@
 #include "cli/options.hpp"
 #include "config/errors.hpp"
 #include "config/json_file.hpp"
+#include "config/shipped.hpp"
 #include "diagnose/result/diagnosis_files.hpp"
 #include "diagnose/result/report_data.hpp"
 #include "diagnose/scoring/scorecard.hpp"
@@ -130,7 +131,7 @@ DiagnoseOptions read_options(const po::variables_map& given) {
   DiagnoseOptions o;
   const Words words = words_of(given, files_word);
   if (words.size() < 2) throw InputError("diagnose needs a world and a log: gripline diagnose WORLD.json LOG.csv");
-  o.world = existing(words.front());
+  o.world = existing(find_shipped(words.front(), "worlds"));
   for (std::size_t i = 1; i < words.size(); ++i) o.logs.push_back(existing(words[i]).string());
   for (const std::string& file : words_of(given, "held-out")) o.held_out.push_back(existing(file).string());
   if (const auto file = text_of(given, "case")) o.case_file = existing(*file);

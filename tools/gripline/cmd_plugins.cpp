@@ -1,10 +1,12 @@
-// gripline plugins list | describe ID.
+// gripline plugins list | describe ID | new KIND NAME | check LIBRARY.so.
 #include <iostream>
 
+#include "cli/companion.hpp"
 #include "cli/options.hpp"
 #include "config/errors.hpp"
 #include "config/node.hpp"
 #include "gripline/command.hpp"
+#include "gripline/new_plugin.hpp"
 #include "plugin/registry.hpp"
 
 namespace gripline::tools {
@@ -39,6 +41,19 @@ std::string range_text(const abi::ParamDecl& p) {
   }
 }
 
+std::string default_text(const abi::ParamDecl& p) {
+  switch (p.type) {
+    case abi::ParamType::boolean:
+      return p.default_value != 0 ? " = true" : " = false";
+    case abi::ParamType::table:
+      return "";
+    case abi::ParamType::choice:
+      return " = " + std::to_string(static_cast<int>(p.default_value));
+    default:
+      return " = " + number_text(p.default_value);
+  }
+}
+
 void describe(const PluginEntry& entry) {
   std::cout << kind_name(entry.decl->kind) << ' ' << entry.decl->id << ' ' << harmless(entry.decl->version) << "\n  "
             << harmless(entry.decl->summary) << '\n';
@@ -46,39 +61,69 @@ void describe(const PluginEntry& entry) {
   if (*entry.decl->advice != '\0') std::cout << "  to tell it from others: " << entry.decl->advice << '\n';
   std::cout << "  from " << entry.library.filename().string() << '\n';
   for (const abi::ParamDecl& p : entry.params()) {
-    std::cout << "  " << p.name << " [" << harmless(p.unit) << "]";
-    if (p.type == abi::ParamType::boolean)
-      std::cout << " = " << (p.default_value != 0 ? "true" : "false");
-    else if (p.type != abi::ParamType::table && p.type != abi::ParamType::choice)
-      std::cout << " = " << number_text(p.default_value);
-    std::cout << "  " << range_text(p) << "  " << harmless(p.doc) << '\n';
+    std::cout << "  " << p.name << " [" << harmless(p.unit) << "]" << default_text(p) << "  " << range_text(p) << "  "
+              << harmless(p.doc) << (p.periodic ? "; a whole number apart is the same place" : "");
+    if (p.fit) std::cout << "; diagnose may fit it, " << number_text(p.neutral) << " is none of it";
+    std::cout << '\n';
   }
+}
+
+/// Describes every plugin of that id, of whatever kind.
+void describe_all(const Registry& registry, const std::string& id) {
+  bool found = false;
+  std::vector<std::string> ids;
+  for (const PluginEntry& entry : registry.entries()) {
+    ids.emplace_back(entry.decl->id);
+    if (id != entry.decl->id) continue;
+    describe(entry);
+    found = true;
+  }
+  if (!found) throw PluginError("no plugin \"" + id + "\"" + did_you_mean(id, ids));
+}
+
+/// Writes a plugin to start from, and says what comes next.
+int make_new(Arguments args) {
+  po::options_description visible("options");
+  visible.add_options()("out", po::value<std::string>(), "the folder that is made (default: NAME)");
+  visible.add_options()("help,h", "this text");
+  const auto given = parse_options(args, visible, "plugins new KIND NAME [--out DIR]", "request");
+  if (!given) return good;
+  const Words words = words_of(*given, "request");
+  if (words.size() != 2)
+    throw InputError("plugins new KIND NAME; KIND is one of vehicle, effect, estimator, planner, controller, plant");
+  const std::string folder = text_of(*given, "out").value_or(words[1]);
+  write_new_plugin(words[0], words[1], folder);
+  std::cout << folder << ": " << words[1] << ".cpp, CMakeLists.txt, try.json. Next:\n\n"
+            << "  cmake -S " << folder << " -B " << folder << "/build && cmake --build " << folder << "/build\n"
+            << "  ctest --test-dir " << folder << "/build\n"
+            << "  gripline compare " << folder << "/try.json --plugins " << folder << "/build\n";
+  return good;
 }
 
 }  // namespace
 
 int run_plugins(Arguments args) {
+  if (!args.empty() && args[0] == "new") return make_new(args.subspan(1));
+  if (!args.empty() && args[0] == "check") become("gripline-check", "plugins check", args.subspan(1));
   po::options_description visible("options");
   add_plugins_option(visible);
   visible.add_options()("help,h", "this text");
-  const auto given = parse_options(args, visible, "plugins list | describe ID [options]", "request");
+  const auto given = parse_options(
+      args, visible, "plugins list | describe ID | new KIND NAME | check LIBRARY.so [options]", "request");
   if (!given) return good;
   const Words words = words_of(*given, "request");
+  if (words.empty() || (words[0] != "list" && words[0] != "describe")) {
+    const Words known = {"list", "describe", "new", "check"};
+    throw InputError("plugins list, describe ID, new KIND NAME or check LIBRARY.so" +
+                     (words.empty() ? "" : did_you_mean(words[0], known)));
+  }
+  if (words.size() != (words[0] == "list" ? 1 : 2))
+    throw InputError(words[0] == "list" ? "plugins list takes no further word" : "plugins describe ID");
   const Registry registry = open_registry(plugin_dirs_of(*given));
-  if (words.size() == 1 && words[0] == "list") {
+  if (words[0] == "list")
     list(registry);
-    return good;
-  }
-  if (words.size() != 2 || words[0] != "describe") throw InputError("plugins list, or plugins describe ID");
-  bool found = false;
-  std::vector<std::string> ids;
-  for (const PluginEntry& entry : registry.entries()) {
-    ids.emplace_back(entry.decl->id);
-    if (words[1] != entry.decl->id) continue;
-    describe(entry);
-    found = true;
-  }
-  if (!found) throw PluginError("no plugin \"" + words[1] + "\"" + did_you_mean(words[1], ids));
+  else
+    describe_all(registry, words[1]);
   return good;
 }
 

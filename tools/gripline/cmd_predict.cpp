@@ -10,6 +10,7 @@
 #include "calibrate/baselines.hpp"
 #include "config/errors.hpp"
 #include "config/json_file.hpp"
+#include "config/shipped.hpp"
 #include "gripline/command.hpp"
 #include "gripline/log_options.hpp"
 #include "util/csv_writer.hpp"
@@ -40,7 +41,7 @@ double positive(const std::string& option, const std::string& text) {
 Request read_request(const po::variables_map& given) {
   const Words words = words_of(given, "world-and-log");
   if (words.size() != 2) throw InputError("predict needs a world and a log: gripline predict WORLD.json LOG.csv");
-  Request request{words[0], words[1], {}, {}, {}, 0.2};
+  Request request{find_shipped(words[0], "worlds"), words[1], {}, {}, {}, 0.2};
   Words inputs = words;
   for (const std::string& one : words_of(given, "track")) inputs.push_back(one);
   if (const auto map = text_of(given, "map")) inputs.push_back(*map);

@@ -5,6 +5,7 @@
 
 #include "config/blame.hpp"
 #include "config/errors.hpp"
+#include "config/shipped.hpp"
 #include "config/units.hpp"
 
 namespace gripline::tools {
@@ -51,7 +52,7 @@ RaceOptions read_race_options(const po::variables_map& given) {
   const Words files = words_of(given, experiment_word);
   if (files.empty()) throw InputError("which experiment? For example experiments/table1.json");
   if (files.size() > 1) throw InputError("one experiment at a time; found " + files[0] + " and " + files[1]);
-  options.experiment = files.front();
+  options.experiment = find_shipped(files.front(), "experiments");
   options.assignments = words_of(given, "set");
   options.plugin_dirs = plugin_dirs_of(given);
   options.out = text_of(given, "out").value_or(std::filesystem::path("out") / options.experiment.stem());

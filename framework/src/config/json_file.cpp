@@ -9,6 +9,7 @@
 #include "config/files.hpp"
 #include "config/json_parser.hpp"
 #include "config/merge_patch.hpp"
+#include "config/shipped.hpp"
 
 namespace gripline {
 namespace {
@@ -67,6 +68,7 @@ class Loader {
       throw InputError(name.origin,
                        '"' + name.text() + "\" holds " + base.describe() + ", expected an object to extend");
     }
+    base.erase("note");  // it speaks of the other file
     Node merged = merge_keeping_nulls(std::move(base), patch);
     merged.origin = patch.origin;
     return merged;
@@ -115,7 +117,11 @@ void inline_file(Node& node) {
 fs::path resolve_path(const Node& text) {
   const fs::path path(text.text());
   const fs::path folder = text.origin.source ? text.origin.source->folder : fs::path();
-  return (folder / path).lexically_normal();
+  const fs::path file = (folder / path).lexically_normal();
+  std::error_code failed;
+  if (path.is_absolute() || path.empty() || fs::exists(file, failed) || shipped_folder().empty()) return file;
+  const fs::path shipped = (shipped_folder() / path).lexically_normal();
+  return fs::is_regular_file(shipped, failed) ? shipped : file;
 }
 
 }  // namespace gripline

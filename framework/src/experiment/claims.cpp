@@ -68,8 +68,7 @@ class TermParser {
         at_ = begin;  // a name that begins with digits
     }
     skip();
-    term.stack = name("_-");
-    if (!accept('.')) throw std::string("expected stack.column, found \"" + std::string(text_) + "\"");
+    term.stack = stack_name();
     term.column = name("_");  // "a.x-1" subtracts
     skip();
     if (accept('+'))
@@ -88,6 +87,18 @@ class TermParser {
     if (at_ >= text_.size() || text_[at_] != c) return false;
     ++at_;
     return true;
+  }
+  /// What stands before the last dot that a letter follows: names of stacks may have dots ("w0.3"), columns begin with a
+  /// letter, and what is subtracted ("a.x-0.5") begins with a digit.
+  std::string stack_name() {
+    const std::size_t begin = at_;
+    const std::string all = name("_-.");
+    std::size_t dot = all.size();
+    for (std::size_t i = 1; i + 1 < all.size(); ++i)
+      if (all[i] == '.' && std::isalpha(static_cast<unsigned char>(all[i + 1])) != 0) dot = i;
+    if (dot == all.size()) throw std::string("expected stack.column, found \"" + std::string(text_) + "\"");
+    at_ = begin + dot + 1;
+    return all.substr(0, dot);
   }
   std::string name(std::string_view besides) {
     const std::size_t begin = at_;

@@ -12,9 +12,9 @@ namespace {
 constexpr std::size_t longest_name = 100;
 
 bool is_plain_name(const std::string& name) {
-  return !name.empty() && name.front() != '-' && std::all_of(name.begin(), name.end(), [](unsigned char c) {
-    return std::isalnum(c) != 0 || c == '_' || c == '-';
-  });
+  return !name.empty() && name.front() != '-' && name.front() != '.' && name.back() != '.' &&
+         std::all_of(name.begin(), name.end(),
+                     [](unsigned char c) { return std::isalnum(c) != 0 || c == '_' || c == '-' || c == '.'; });
 }
 
 void read_seeds(ObjectReader& r, RaceSpec& race) {
@@ -52,7 +52,7 @@ void read_stacks(ObjectReader& r, const Registry& registry, RaceSpec& race, Erro
     errors.set_context("stack " + member->key);
     if (!is_plain_name(member->key))
       errors.add(member->key_origin(),
-                 "a stack's name is a folder and a word of claims: letters, digits, _ and - only");
+                 "a stack's name is a folder and a word of claims: letters, digits, _, - and dots inside only");
     if (member->key.size() > longest_name)
       errors.add(member->key_origin(), "a stack's name is a folder: expected at most " + std::to_string(longest_name) +
                                            " letters, found " + std::to_string(member->key.size()));

@@ -43,8 +43,8 @@ std::string file_problem(const fs::path& library) {
   } catch (const std::exception&) {
     return "is not a shared library";
   }
-  if (symbol.empty()) return "is not a gripline plugin: it has no symbol " + manifest_symbol_name();
-  if (symbol == manifest_symbol_name()) return {};
+  // A stripped library (packages strip theirs) lists no symbols here, but the loader finds them.
+  if (symbol.empty() || symbol == manifest_symbol_name()) return {};
   return "built for plugin ABI " + harmless(symbol.substr(symbol_stem.size())) + ", this gripline has ABI " +
          std::to_string(abi::number) + "; rebuild the plugin against the installed headers";
 }
@@ -57,7 +57,8 @@ std::string opened_problem(const fs::path& library) {
     return text != nullptr ? harmless(text) : "unknown reason";
   }
   const auto* const manifest = static_cast<const abi::Manifest*>(dlsym(handle, manifest_symbol_name().c_str()));
-  return manifest == nullptr ? "has no manifest" : manifest_problem(*manifest);
+  return manifest == nullptr ? "is not a gripline plugin: it has no symbol " + manifest_symbol_name()
+                             : manifest_problem(*manifest);
 }
 
 /// Whether virtual functions stand in the same places. Compared as bytes: == says nothing of pointers to virtual

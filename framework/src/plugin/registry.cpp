@@ -6,7 +6,9 @@
 #include <cstdlib>
 
 #include "config/errors.hpp"
+#include "config/shipped.hpp"
 #include "plugin/library_probe.hpp"
+#include "plugin/plugin_cache.hpp"
 #include "util/process_state.hpp"
 
 namespace gripline {
@@ -28,7 +30,8 @@ std::vector<fs::path> Registry::search_path(std::span<const std::string> extra_d
       rest.remove_prefix(colon + 1);
     }
   }
-  path.push_back(fs::path(boost::dll::program_location().string()).parent_path().parent_path() / "lib" / "gripline");
+  if (const fs::path own = user_plugin_folder(); !own.empty()) path.push_back(own);
+  path.push_back(prefix() / "lib" / "gripline");
   return path;
 }
 

@@ -365,6 +365,15 @@ TEST(LoadJson, a_file_may_be_extended_twice_but_not_by_itself) {
   }
 }
 
+TEST(LoadJson, a_note_is_not_inherited) {
+  const Folder folder;
+  (void)folder.write("base.json", R"({ "note": "about the base", "a": { "note": "about a", "b": 1 } })");
+  EXPECT_EQ(to_json_text(load_json(folder.write("plain.json", R"({ "extends": "base.json" })"))),
+            to_json_text(parse_text(R"({ "a": { "note": "about a", "b": 1 } })")));
+  EXPECT_EQ(load_json(folder.write("own.json", R"({ "extends": "base.json", "note": "mine" })")).find("note")->text(),
+            "mine");
+}
+
 TEST(LoadJson, an_extends_can_be_taken_back) {
   const Folder folder;
   EXPECT_EQ(content_text(load_json(folder.write("a.json", R"({ "extends": null, "a": 1 })"))), R"({"a":1})");

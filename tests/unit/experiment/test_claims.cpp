@@ -14,7 +14,7 @@ using testing::HasSubstr;
 using testing::StartsWith;
 using namespace testing_support;
 
-const std::vector<std::string> stacks = {"none", "elm", "gp", "n-20", "2fast", "infinite"};
+const std::vector<std::string> stacks = {"none", "elm", "gp", "n-20", "2fast", "infinite", "w0.3", "v1.a"};
 
 Claim claim_of(const std::string& text) {
   Errors errors;
@@ -81,6 +81,17 @@ TEST(Claims, NamesMayLookLikeNumbers) {
   EXPECT_EQ(claim_of("2fast.lap0_s < n-20.lap0_s").left.stack, "2fast");
   EXPECT_EQ(claim_of("2 * 2fast.lap0_s < n-20.lap0_s").left.factor, 2.0);
   EXPECT_EQ(claim_of("n-20.lap0_s < infinite.lap0_s").right.stack, "infinite");
+}
+
+TEST(Claims, NamesMayHaveDots) {
+  EXPECT_EQ(claim_of("w0.3.violation_s <= elm.violation_s").left.stack, "w0.3");
+  const Claim claim = claim_of("elm.violation_s-0.5 <= 1.5*v1.a.violation_s-1");
+  EXPECT_EQ(claim.left.stack, "elm");
+  EXPECT_EQ(claim.left.offset, -0.5);
+  EXPECT_EQ(claim.right.stack, "v1.a");
+  EXPECT_EQ(claim.right.column, "violation_s");
+  EXPECT_EQ(claim.right.offset, -1.0);
+  EXPECT_THAT(why("w0.3 <= 1"), HasSubstr("expected stack.column"));
 }
 
 TEST(Claims, RowsAndColumnsMustExist) {

@@ -133,7 +133,7 @@ TEST_F(Experiment, RefusalsSayWhatAndWhere) {
   EXPECT_THAT(why({"/stacks=null"}), HasSubstr("/stacks: missing, expected an object"));
   EXPECT_THAT(why({"/world=null"}), HasSubstr("/world: missing"));
   EXPECT_THAT(why({"/stakcs={}"}), HasSubstr("unknown key \"stakcs\"; did you mean \"stacks\"?"));
-  EXPECT_THAT(why({"/stacks/a.b={}"}), HasSubstr("a stack's name is a folder and a word of claims"));
+  EXPECT_THAT(why({"/stacks/.b={}"}), HasSubstr("a stack's name is a folder and a word of claims"));
   EXPECT_THAT(why({"/stacks/..={}"}), HasSubstr("a stack's name is a folder"));
   EXPECT_THAT(why({"/stacks/a~1b={}"}), HasSubstr("a stack's name is a folder"));
   EXPECT_THAT(why({"/seeds/count=0"}), HasSubstr("/seeds/count: expected a whole number from 1 to 100000, found 0"));
