@@ -41,7 +41,7 @@ require_debian_12() {
 
 build_packages="g++ cmake ninja-build pkg-config libeigen3-dev libboost-dev libboost-program-options-dev
   libboost-filesystem-dev coinor-libipopt-dev nlohmann-json3-dev"
-test_packages="libgtest-dev libgmock-dev locales doxygen"
+test_packages="groff-base libgtest-dev libgmock-dev locales doxygen"
 package_packages="dpkg-dev file"
 check_packages="clang clang-tidy clang-format python3"
 
