@@ -17,15 +17,12 @@
 #include <gripline/abi_layout.hpp>
 
 #include "config/errors.hpp"
-#include "config/file_kind.hpp"
 #include "config/json_file.hpp"
 #include "config/merge_patch.hpp"
 #include "config/units.hpp"
-#include "diagnose/scoring/diagnose_experiment.hpp"
 #include "experiment/claims.hpp"
-#include "experiment/experiment.hpp"
-#include "experiment/offline_validation.hpp"
 #include "geometry/track_file.hpp"
+#include "gripline/validate_file.hpp"
 #include "measured/log_file.hpp"
 #include "plugin/library_probe.hpp"
 #include "report/columns.hpp"
@@ -33,8 +30,6 @@
 #include "support/paths.hpp"
 #include "util/child_process.hpp"
 #include "util/csv.hpp"
-#include "world/friction_file.hpp"
-#include "world/world_spec.hpp"
 
 namespace gripline::fuzz {
 namespace {
@@ -133,37 +128,7 @@ void json(std::string_view bytes) {
 /// Any JSON file of ours, as `validate` reads it.
 void config(std::string_view bytes) {
   const fs::path file = file_of("input.json", bytes);
-  const Registry& registry = plugins();
-  taken([&] {
-    Node tree = load_json(file);
-    Errors errors;
-    switch (kind_of(tree)) {
-      case FileKind::experiment:
-        tree = load_experiment(file, {});
-        if (experiment_kind(tree) == "offline_validation")
-          check_offline(tree, registry);
-        else if (experiment_kind(tree) == "diagnose")
-          diagnose::check_diagnose_experiment(tree, registry);
-        else
-          read_race(file, std::move(tree), registry);
-        break;
-      case FileKind::world:
-        read_world(load_world(file), registry, errors);
-        break;
-      case FileKind::track:
-        load_track(file);
-        break;
-      case FileKind::car:
-        read_car(tree, errors);
-        break;
-      case FileKind::friction:
-        read_friction(tree, errors);
-        break;
-      case FileKind::unknown:
-        break;
-    }
-    errors.throw_if_any();
-  });
+  taken([&] { tools::validate_file(file, plugins()); });
 }
 
 /// A road that was read must be one: finite everywhere, and found again where it is.
