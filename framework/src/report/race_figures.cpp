@@ -94,8 +94,10 @@ void add_trail(std::vector<Series>& out, const RunSeries& d, double low, double 
   constexpr int levels = 24;
   const std::vector<double>&x = d.at("x"), &y = d.at("y");
   const std::vector<double> speed = speed_of(d);
+  // A speed that is missing is drawn as the lowest.
   const auto level = [&](std::size_t i) {
-    return static_cast<int>(std::lround((speed[i] - low) / std::max(high - low, 1e-9) * levels));
+    const double share = (speed[i] - low) / std::max(high - low, 1e-9);
+    return std::isfinite(share) ? static_cast<int>(std::lround(std::clamp(share, 0.0, 1.0) * levels)) : 0;
   };
   Series piece;
   const auto flush = [&](int at) {
@@ -104,10 +106,11 @@ void add_trail(std::vector<Series>& out, const RunSeries& d, double low, double 
     if (piece.x.size() > 1) out.push_back(piece);
     piece = Series();
   };
-  for (std::size_t i = 0; i < std::min({x.size(), y.size(), speed.size()}); ++i) {
+  const std::size_t points = std::min({x.size(), y.size(), speed.size()});
+  for (std::size_t i = 0; i < points; ++i) {
     piece.x.push_back(x[i]);
     piece.y.push_back(y[i]);
-    if (i + 1 == x.size() || level(i + 1 < speed.size() ? i + 1 : i) != level(i)) {
+    if (i + 1 == points || level(i + 1) != level(i)) {
       flush(level(i));
       piece.x.push_back(x[i]);
       piece.y.push_back(y[i]);
@@ -118,7 +121,7 @@ void add_trail(std::vector<Series>& out, const RunSeries& d, double low, double 
   bad.colour = "#d6176b";
   bad.width = 4;
   bool any = false;
-  for (std::size_t i = 0; i < outside.size() && i < x.size(); ++i) {
+  for (std::size_t i = 0; i < std::min({outside.size(), x.size(), y.size()}); ++i) {
     const bool on = outside[i] >= 0.5;
     any |= on;
     bad.x.push_back(x[i]);
