@@ -22,6 +22,7 @@
 
 #include "config/hash.hpp"
 #include "config/json_file.hpp"
+#include "config/shipped.hpp"
 #include "experiment/out_folder.hpp"
 #include "plugin/plugin_cache.hpp"
 #include "race/assembly.hpp"
@@ -373,7 +374,7 @@ class Pool {
 std::string run_key(const RaceSpec& race, const RunId& id, FileHashes& hashes) {
   const Node tree = race.run_tree(id.stack, id.seed);
   std::string text = content_text(tree);
-  text += "\n" + hashes.of("/proc/self/exe") + "\n";  // this program, even when its file was replaced meanwhile
+  text += "\n" + hashes.of(program_file()) + "\n";
   for (const fs::path& file : files_named(tree)) text += hashes.of(file);
   const auto stack =
       std::find_if(race.stacks.begin(), race.stacks.end(), [&](const auto& s) { return s.name == id.stack; });
