@@ -283,6 +283,15 @@ int call(int (*command)(tools::Arguments), const std::vector<std::string>& words
   return code;
 }
 
+/// The stack and the seed of `gripline run` where none are given.
+std::pair<std::string, std::uint64_t> first_run(const std::string& file, const std::vector<std::string>& assignments,
+                                                const std::vector<std::string>& plugin_folders) {
+  const Registry registry(Registry::search_path(plugin_folders));
+  const std::filesystem::path experiment = find_shipped(file, "experiments");
+  const RaceSpec race = read_race(experiment, load_experiment(experiment, assignments), registry);
+  return {race.stacks.front().name, race.seeds.front()};
+}
+
 // ---- races step by step ----
 
 constexpr int preview = 8;          // curvatures ahead
@@ -411,6 +420,7 @@ PYBIND11_MODULE(_gripline, m) {
   m.def("compare", [](const std::vector<std::string>& words) { return call(tools::run_compare, words); });
   m.def("run", [](const std::vector<std::string>& words) { return call(tools::run_one, words); });
   m.def("diagnose", [](const std::vector<std::string>& words) { return call(tools::run_diagnose, words); });
+  m.def("first_run", first_run);
   py::class_<Race>(m, "Race")
       .def(py::init<const std::string&, const std::string&, const std::vector<std::string>&,
                     const std::vector<std::string>&>())

@@ -53,11 +53,13 @@ def load_run(folder):
     folder = Path(folder)
     if not (folder / "summary.json").is_file():
         raise FileNotFoundError(f"{folder}: is no run; expected OUT/<stack>/<seed> with a summary.json")
+    summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
+    driven = folder.parent / str(summary["driven_as"]) if "driven_as" in summary else folder  # the same to the last bit
     tables = {}
     for name in ("steps", "timing", "replay", "tyres", "line"):
-        file = folder / f"{name}.csv"
+        file = driven / f"{name}.csv"
         tables[name] = read_csv(file) if file.is_file() else {}
-    return Run(folder, json.loads((folder / "summary.json").read_text(encoding="utf-8")), **tables)
+    return Run(folder, summary, **tables)
 
 
 def load_table(out, name="table"):

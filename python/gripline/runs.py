@@ -13,10 +13,15 @@ class ClaimFailed(AssertionError):
     """A claim of the experiment does not hold."""
 
 
+def _assignments(changes):
+    return [f"{pointer}={value if isinstance(value, str) else json.dumps(value)}"
+            for pointer, value in (changes or {}).items()]
+
+
 def _words(experiment, out, jobs, changes, force, plugin_folders):
     words = [str(experiment), "--out", str(out), "-j", str(jobs)]
-    for pointer, value in (changes or {}).items():
-        words += ["--set", f"{pointer}={value if isinstance(value, str) else json.dumps(value)}"]
+    for assignment in _assignments(changes):
+        words += ["--set", assignment]
     for folder in plugin_folders:
         words += ["--plugins", str(folder)]
     return words + (["--force"] if force else [])
@@ -79,8 +84,8 @@ def run(experiment, stack=None, seed=None, *, out=None, set=None, plugins=(), pl
         words += ["--seed", str(seed)]
     _gripline.run(words)
     if stack is None or seed is None:
-        latest = max(folder.glob("*/*/summary.json"), key=lambda file: file.stat().st_mtime)
-        return load_run(latest.parent)
+        first = _gripline.first_run(str(experiment), _assignments(set), [str(f) for f in plugin_folders])
+        stack, seed = stack or first[0], first[1] if seed is None else seed
     return load_run(folder / stack / str(seed))
 
 
