@@ -17,24 +17,24 @@
 #include <gripline/abi_layout.hpp>
 
 #include "config/errors.hpp"
-#include "config/file_kind.hpp"
 #include "config/json_file.hpp"
 #include "config/merge_patch.hpp"
 #include "config/units.hpp"
-#include "diagnose/scoring/diagnose_experiment.hpp"
 #include "experiment/claims.hpp"
-#include "experiment/experiment.hpp"
-#include "experiment/offline_validation.hpp"
 #include "geometry/track_file.hpp"
+#include "gripline/validate_file.hpp"
+#include "measured/gripline_log.hpp"
 #include "measured/log_file.hpp"
+#include "measured/log_guess.hpp"
+#include "measured/log_map.hpp"
+#include "measured/session_file.hpp"
+#include "measured/session_health.hpp"
 #include "plugin/library_probe.hpp"
 #include "report/columns.hpp"
 #include "report/report.hpp"
 #include "support/paths.hpp"
 #include "util/child_process.hpp"
 #include "util/csv.hpp"
-#include "world/friction_file.hpp"
-#include "world/world_spec.hpp"
 
 namespace gripline::fuzz {
 namespace {
@@ -133,37 +133,7 @@ void json(std::string_view bytes) {
 /// Any JSON file of ours, as `validate` reads it.
 void config(std::string_view bytes) {
   const fs::path file = file_of("input.json", bytes);
-  const Registry& registry = plugins();
-  taken([&] {
-    Node tree = load_json(file);
-    Errors errors;
-    switch (kind_of(tree)) {
-      case FileKind::experiment:
-        tree = load_experiment(file, {});
-        if (experiment_kind(tree) == "offline_validation")
-          check_offline(tree, registry);
-        else if (experiment_kind(tree) == "diagnose")
-          diagnose::check_diagnose_experiment(tree, registry);
-        else
-          read_race(file, std::move(tree), registry);
-        break;
-      case FileKind::world:
-        read_world(load_world(file), registry, errors);
-        break;
-      case FileKind::track:
-        load_track(file);
-        break;
-      case FileKind::car:
-        read_car(tree, errors);
-        break;
-      case FileKind::friction:
-        read_friction(tree, errors);
-        break;
-      case FileKind::unknown:
-        break;
-    }
-    errors.throw_if_any();
-  });
+  taken([&] { tools::validate_file(file, plugins()); });
 }
 
 /// A road that was read must be one: finite everywhere, and found again where it is.
@@ -189,6 +159,30 @@ void track(std::string_view bytes) {
 void log(std::string_view bytes) {
   const fs::path file = file_of("log.csv", bytes);
   taken([&] { measured::read_log_file(file, {2.0, nullptr}); });
+}
+
+/// A logger's table; behind a line "---" the map of its columns, without which one is guessed.
+void import_log(std::string_view bytes) {
+  const std::vector<std::string_view> parts = parts_of(bytes);
+  const fs::path table = file_of("logger.csv", parts[0]);
+  const bool mapped = parts.size() > 1;
+  const fs::path map = file_of("map.json", mapped ? parts[1] : "");
+  taken([&] {
+    measured::LogMap read;
+    if (mapped) {
+      read = measured::load_log_map(map);
+    } else {
+      Errors errors;
+      const Node guessed = measured::guess_map(measured::read_delimited(table)).map;
+      read = measured::read_log_map(parse_text(to_json_text(guessed), table.string()), errors);
+      errors.throw_if_any();
+    }
+    const measured::SessionFile file = measured::read_session(table, read);
+    measured::check_session(file, measured::typical_speed(file.session));
+    for (const measured::Finding& found : measured::health_of(file))
+      require(!found.check.empty(), "a finding without a name");
+    measured::write_gripline_log(scratch() / "logger.gripline.csv", file, read);
+  });
 }
 
 /// Tables: parameters of plugins read strictly, results read leniently.
@@ -337,9 +331,16 @@ void units(std::string_view bytes) {
   }
 }
 
-constexpr std::array all = {Target{"json", json},         Target{"config", config},   Target{"track", track},
-                            Target{"log", log},           Target{"tables", tables},   Target{"report", report_folder},
-                            Target{"manifest", manifest}, Target{"library", library}, Target{"claims", claims},
+constexpr std::array all = {Target{"json", json},
+                            Target{"config", config},
+                            Target{"track", track},
+                            Target{"log", log},
+                            Target{"import", import_log},
+                            Target{"tables", tables},
+                            Target{"report", report_folder},
+                            Target{"manifest", manifest},
+                            Target{"library", library},
+                            Target{"claims", claims},
                             Target{"units", units}};
 
 }  // namespace

@@ -2,50 +2,12 @@
 #include <iostream>
 
 #include "cli/options.hpp"
-#include "config/file_kind.hpp"
-#include "config/json_file.hpp"
-#include "geometry/track_file.hpp"
+#include "config/errors.hpp"
 #include "gripline/command.hpp"
-#include "gripline/experiment_kinds.hpp"
-#include "world/friction_file.hpp"
-#include "world/world_spec.hpp"
+#include "gripline/validate_file.hpp"
 
 namespace gripline::tools {
 namespace po = boost::program_options;
-namespace {
-
-void validate_file(const std::string& file, const Registry& registry) {
-  if (file.ends_with(".csv")) {
-    load_track(file);
-    return;
-  }
-  Node tree = load_json(file);
-  Errors errors;
-  switch (kind_of(tree)) {
-    case FileKind::experiment:
-      read_experiment(file, {}, registry);
-      break;
-    case FileKind::world:
-      read_world(load_world(file), registry, errors, RoadRule::optional);
-      break;
-    case FileKind::track:
-      load_track(file);
-      break;
-    case FileKind::car:
-      read_car(tree, errors);
-      break;
-    case FileKind::friction:
-      read_friction(tree, errors);
-      break;
-    case FileKind::unknown:
-      errors.add(tree.origin,
-                 "is no experiment (\"stacks\"), world (\"plant\"), track (\"segments\"), car (\"lf\") or friction "
-                 "schedule (\"points\")");
-  }
-  errors.throw_if_any();
-}
-
-}  // namespace
 
 int run_validate(Arguments args) {
   po::options_description visible("options");

@@ -27,12 +27,14 @@ FileKind kind_of(const Node& tree) {
   if (has_any(tree, {"segments", "centre", "edges"})) return FileKind::track;
   if (has_any(tree, {"lf"})) return FileKind::car;
   if (has_any(tree, {"points", "per_step", "patches"})) return FileKind::friction;
+  if (has_any(tree, {"channels"})) return FileKind::log_map;
   return FileKind::unknown;
 }
 
 std::string_view kind_text(FileKind kind) {
-  constexpr std::array<std::string_view, 6> texts = {
-      "an experiment", "a world", "a track", "a car", "a friction schedule", "nothing gripline knows"};
+  constexpr std::array<std::string_view, 7> texts = {
+      "an experiment",         "a world", "a track", "a car", "a friction schedule", "a map of a log",
+      "nothing gripline knows"};
   return texts[static_cast<std::size_t>(kind)];
 }
 

@@ -7,7 +7,7 @@
 
 namespace gripline {
 
-enum class FileKind { experiment, world, track, car, friction, unknown };
+enum class FileKind { experiment, world, track, car, friction, log_map, unknown };
 
 [[nodiscard]] FileKind kind_of(const Node& tree);
 /// "an experiment", "a world", ...

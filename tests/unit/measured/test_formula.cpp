@@ -81,7 +81,7 @@ TEST(Formula, MistakesAreToldWithTheirPlaceAndTheNearestName) {
   EXPECT_THAT(why("throttle 2"), HasSubstr("unexpected \"2\""));
   EXPECT_THAT(why("throttle +"), HasSubstr("ends where a value was expected"));
   EXPECT_THAT(why("`throttle"), HasSubstr("not closed"));
-  EXPECT_THAT(why(std::string(300, '-') + "1"), HasSubstr("nested too deeply"));
+  EXPECT_THAT(why(std::string(300, '-').append("1")), HasSubstr("nested too deeply"));
 }
 
 }  // namespace

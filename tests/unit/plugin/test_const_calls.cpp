@@ -122,7 +122,7 @@ TEST(ConstCalls, EffectsAndModels) {
 
 TEST(ConstCalls, EstimatorsThatLearned) {
   const rig::Drive drive = rig::drive_bends(6, 3, [](double) { return 1.0; });
-  for (const char* id : {"none", "elm", "elm_rls", "gp_own_mu", "lla"}) {
+  for (const char* id : {"none", "elm", "elm_rls", "gp_own_mu", "lla", "mhe"}) {
     rig::Nominal nominal("ekinematic");
     const auto estimator = rig::make_estimator(id, nominal);
     rig::learn(*estimator, nominal, drive);

@@ -1,0 +1,48 @@
+#include "gripline/validate_file.hpp"
+
+#include "config/errors.hpp"
+#include "config/file_kind.hpp"
+#include "config/json_file.hpp"
+#include "geometry/track_file.hpp"
+#include "gripline/experiment_kinds.hpp"
+#include "measured/log_map.hpp"
+#include "world/friction_file.hpp"
+#include "world/world_spec.hpp"
+
+namespace gripline::tools {
+
+void validate_file(const std::filesystem::path& file, const Registry& registry) {
+  if (file.extension() == ".csv") {
+    load_track(file);
+    return;
+  }
+  const Node tree = load_json(file);
+  Errors errors;
+  switch (kind_of(tree)) {
+    case FileKind::experiment:
+      read_experiment(file, {}, registry);
+      break;
+    case FileKind::world:
+      read_world(load_world(file), registry, errors, RoadRule::optional);
+      break;
+    case FileKind::track:
+      load_track(file);
+      break;
+    case FileKind::car:
+      read_car(tree, errors);
+      break;
+    case FileKind::friction:
+      read_friction(tree, errors);
+      break;
+    case FileKind::log_map:
+      measured::read_log_map(tree, errors);
+      break;
+    case FileKind::unknown:
+      errors.add(tree.origin,
+                 "is no experiment (\"stacks\"), world (\"plant\"), track (\"segments\"), car (\"lf\"), friction "
+                 "schedule (\"points\") or map of a log (\"channels\")");
+  }
+  errors.throw_if_any();
+}
+
+}  // namespace gripline::tools

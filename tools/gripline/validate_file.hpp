@@ -1,0 +1,14 @@
+// One file of any kind, read as the program would read it.
+#pragma once
+
+#include <filesystem>
+
+#include "plugin/registry.hpp"
+
+namespace gripline::tools {
+
+/// Reads an experiment of any kind, a world, track (JSON or CSV), car, friction schedule or map of a log, with every file
+/// that it names, and runs nothing. Throws InputError with all that is wrong, PluginError when a plugin is missing.
+void validate_file(const std::filesystem::path& file, const Registry& registry);
+
+}  // namespace gripline::tools
