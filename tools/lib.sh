@@ -40,7 +40,7 @@ require_debian_12() {
 }
 
 build_packages="g++ cmake ninja-build pkg-config libeigen3-dev libboost-dev libboost-program-options-dev
-  libboost-filesystem-dev coinor-libipopt-dev nlohmann-json3-dev"
+  libboost-filesystem-dev coinor-libipopt-dev nlohmann-json3-dev pybind11-dev python3-dev python3-numpy"
 test_packages="groff-base libgtest-dev libgmock-dev locales doxygen"
 package_packages="dpkg-dev file"
 check_packages="clang clang-tidy clang-format python3"

@@ -5,7 +5,10 @@
 #include <algorithm>
 #include <clocale>
 #include <cstdlib>
+#include <set>
+#include <sstream>
 
+#include "experiment/column_docs.hpp"
 #include "experiment/out_folder.hpp"
 #include "measured/delimited_table.hpp"
 #include "support/paths.hpp"
@@ -60,6 +63,9 @@ TEST_F(Cli, PluginsAreListedAndDescribed) {
   EXPECT_EQ(pure_pursuit.code, 0);
   EXPECT_THAT(pure_pursuit.out, AllOf(HasSubstr("controller pure_pursuit"), HasSubstr("horizon [1] = 40  [2, 500]")));
   EXPECT_THAT(gripline_with({"plugins", "describe", "oracle"}).out, HasSubstr("needs the truth"));
+  EXPECT_THAT(gripline_with({"plugins", "describe", "rear_stiff"}).out, HasSubstr("    Bf (1 + k); Br (1 + k)\n"));
+  EXPECT_THAT(gripline_with({"plugins", "describe", "dynamic"}).out,
+              HasSubstr("    omega' = (Ff lf cos(delta) - Fr lr) / Iz\n"));
   const Outcome missing = gripline_with({"plugins", "describe", "pure_persuit"});
   EXPECT_EQ(missing.code, 3);
   EXPECT_EQ(missing.err, "no plugin \"pure_persuit\"; did you mean \"pure_pursuit\"?\n");
@@ -182,6 +188,41 @@ TEST_F(Cli, FinishedRunsAreKeptAndForceBeginsAgain) {
   const Outcome forced = compare({"--out", out(), "--set", "/base/mu_init=0.9", "--force"});
   EXPECT_EQ(forced.code, 0);
   EXPECT_THAT(forced.out, Not(HasSubstr("already there")));
+}
+
+/// Adding a seed, a row or a parameter races what is new, and nothing else.
+TEST_F(Cli, AnEditedExperimentKeepsWhatItDoesNotTouch) {
+  ASSERT_EQ(compare({"--out", out()}).code, 0);
+  const std::string before = contents(out() + "/told/1/timing.csv");
+  const Outcome row = compare({"--out", out(), "--set", R"(/stacks/third={"planner": {"params": {"mu": 0.4}}})"});
+  EXPECT_EQ(row.code, 0) << row.err;
+  EXPECT_THAT(row.out, AllOf(HasSubstr("since the last call into "), HasSubstr("/out:\n  /stacks/third: new\n"),
+                             HasSubstr("4 of 6 runs were already there.")));
+  const Outcome changed = compare({"--out", out(), "--set", R"(/stacks/third={"planner": {"params": {"mu": 0.35}}})",
+                                   "--set", R"(/stacks/slow={"planner": {"params": {"mu": 0.25}}})"});
+  EXPECT_EQ(changed.code, 0) << changed.err;
+  EXPECT_THAT(changed.out, AllOf(HasSubstr("  /stacks/third/planner/params/mu: 0.4 -> 0.35\n"),
+                                 HasSubstr("2 of 6 runs were already there."),
+                                 HasSubstr("4 finished runs of other inputs or another gripline were raced again.")));
+  EXPECT_EQ(contents(out() + "/told/1/timing.csv"), before);
+}
+
+/// The header of every table that a race leaves, against `gripline columns`.
+TEST_F(Cli, EveryColumnIsDocumented) {
+  ASSERT_EQ(compare({"--out", out(), "--baseline", "slow", "--set", "/world/laps=1", "--set", "/world/duration=null",
+                     "--set", "/world/timeout=20 s", "--set", "/claims=[]"})
+                .code,
+            0);
+  for (const std::string& file : documented_files()) {
+    std::set<std::string> documented, found;
+    for (const ColumnDoc* column : columns_of(file)) documented.insert(column->name);
+    const fs::path here = fs::path(out()) / file, of_a_run = fs::path(out()) / "told/1" / file;
+    std::stringstream header(lines(fs::exists(here) ? here : of_a_run).at(0));
+    for (std::string name; std::getline(header, name, ',');) found.insert(documented_name(name));
+    EXPECT_EQ(found, documented) << file;
+  }
+  EXPECT_THAT(gripline_with({"columns", "timing.csv"}).out, HasSubstr("  solve_ms"));
+  EXPECT_THAT(gripline_with({"columns", "tabel.csv"}).err, HasSubstr("did you mean \"table.csv\"?"));
 }
 
 TEST_F(Cli, WithoutOutResultsAreUnderTheExperimentsName) {

@@ -35,6 +35,11 @@ void expect_works(const fs::path& prefix, const Folder& folder) {
   EXPECT_TRUE(fs::exists(prefix / "share/man/man1/gripline.1"));
   EXPECT_TRUE(fs::exists(prefix / "share/bash-completion/completions/gripline"));
   EXPECT_TRUE(fs::exists(prefix / "lib/cmake/gripline/griplineConfigVersion.cmake"));
+  if (!fs::exists(build_dir() / "python/gripline")) return;
+  const Outcome python =
+      run_program({"/usr/bin/python3", "-c", "import gripline; print(gripline.Race('first_race').reset()[0][0])"},
+                  {.folder = folder.path(), .environment = {{"PYTHONPATH", prefix / "lib/python3/dist-packages"}}});
+  EXPECT_EQ(python.out, "0.1\n") << python.err;
 }
 
 TEST(Install, WorksFromAnywhere) {

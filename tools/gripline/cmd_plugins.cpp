@@ -1,5 +1,6 @@
 // gripline plugins list | describe ID | new KIND NAME | check LIBRARY.so.
 #include <iostream>
+#include <sstream>
 
 #include "cli/companion.hpp"
 #include "cli/options.hpp"
@@ -7,6 +8,7 @@
 #include "config/node.hpp"
 #include "gripline/command.hpp"
 #include "gripline/new_plugin.hpp"
+#include "gripline/plugin_equation.hpp"
 #include "plugin/registry.hpp"
 
 namespace gripline::tools {
@@ -57,6 +59,8 @@ std::string default_text(const abi::ParamDecl& p) {
 void describe(const PluginEntry& entry) {
   std::cout << kind_name(entry.decl->kind) << ' ' << entry.decl->id << ' ' << harmless(entry.decl->version) << "\n  "
             << harmless(entry.decl->summary) << '\n';
+  std::istringstream equation(equation_of(entry));
+  for (std::string line; std::getline(equation, line);) std::cout << "    " << harmless(line) << '\n';
   if (entry.needs_truth()) std::cout << "  needs the truth of the world\n";
   if (*entry.decl->advice != '\0') std::cout << "  to tell it from others: " << entry.decl->advice << '\n';
   std::cout << "  from " << entry.library.filename().string() << '\n';

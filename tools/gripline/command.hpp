@@ -13,6 +13,7 @@ int run_validate(Arguments args);
 int run_plugins(Arguments args);
 int run_bench_command(Arguments args);
 int run_report(Arguments args);
+int run_columns(Arguments args);
 int run_diagnose(Arguments args);
 int run_predict(Arguments args);
 int run_import(Arguments args);

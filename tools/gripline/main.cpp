@@ -20,6 +20,7 @@ constexpr CommandEntry commands[] = {
     {"run", run_one, "one stack and one seed of an experiment"},
     {"validate", run_validate, "read files whole and say everything that is wrong with them"},
     {"report", run_report, "redraw the report of a results folder; runs nothing"},
+    {"columns", run_columns, "what the columns of the results mean"},
     {"diagnose", run_diagnose, "name the effect that is missing between a world and a log"},
     {"predict", run_predict, "how far a world's model is off a log, by horizon"},
     {"import", run_import, "a logger's table in gripline's columns, and how healthy it is"},

@@ -67,6 +67,15 @@ std::vector<std::string> rows_of(const RaceSpec& race, const std::vector<RunResu
   return rows;
 }
 
+/// What was edited since the folder was written last.
+void print_changes(const std::filesystem::path& out, const std::vector<std::string>& changes) {
+  constexpr std::size_t most = 12;
+  if (changes.empty()) return;
+  std::cout << "since the last call into " << out.string() << ":\n";
+  for (std::size_t i = 0; i < std::min(changes.size(), most); ++i) std::cout << "  " << harmless(changes[i]) << '\n';
+  if (changes.size() > most) std::cout << "  and " << changes.size() - most << " more\n";
+}
+
 class RaceExperiment final : public Experiment {
  public:
   RaceExperiment(RaceSpec race, const Registry& registry) : race_(std::move(race)), registry_(registry) {}
@@ -114,7 +123,9 @@ std::vector<std::string> chosen_rows(const RaceSpec& race, const std::vector<std
 int race_and_report(const RaceSpec& race, const RunSelection& chosen, const Registry& registry,
                     const ExperimentRequest& request) {
   const std::filesystem::path& out = request.out;
-  const OutLock lock = open_out_folder(out, experiment_identity(race.tree), request.force);
+  EditedExperiment edited{&race.tree, [&] { return !results_in(race, out).empty(); }, {}};
+  const OutLock lock = open_out_folder(out, experiment_identity(race.tree), request.force, &edited);
+  print_changes(out, edited.changes);
   write_scene(out, race, registry);
   std::vector<RunId> ids;
   for (const std::string& stack : chosen.stacks)
@@ -141,6 +152,8 @@ int race_and_report(const RaceSpec& race, const RunSelection& chosen, const Regi
   if (!chosen.baseline.empty()) print_pairs(std::cout, chosen.baseline, paired_differences(shown, chosen.baseline));
   report_broken(outcome);
   if (outcome.kept > 0) std::cout << outcome.kept << " of " << ids.size() << " runs were already there.\n";
+  if (outcome.replaced > 0)
+    std::cout << outcome.replaced << " finished runs of other inputs or another gripline were raced again.\n";
   if (all.runs.size() > outcome.runs.size())
     std::cout << "The files and the report have " << all.runs.size() - outcome.runs.size()
               << " more of this experiment's runs, from earlier calls.\n";

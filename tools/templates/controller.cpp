@@ -1,10 +1,8 @@
 // Steers back to the line and holds the speed of the reference: change it to your law.
-//
-//   delta = e_yaw - atan(k_n n / (v + v_0)),  n: distance to the left of the line   (Thrun et al. 2006, Stanley)
-//   d = d_hold + k_v (v_ref - v)
 #include <algorithm>
 #include <cmath>
 
+#include <gripline/equation.hpp>
 #include <gripline/plugin.hpp>
 
 namespace {
@@ -48,4 +46,7 @@ class NewPlugin final : public gripline::Controller {
 
 }  // namespace
 
+GRIPLINE_EQUATIONS({"new_plugin",
+                    "delta = e_yaw - atan(k_n n / (v + 0.1 m/s)), n to the left of the line (Thrun et al. "
+                    "2006, Stanley); d = d_hold + k_v (v_ref - v)"})
 GRIPLINE_PLUGINS(gripline::describe<NewPlugin>("new_plugin", "0.1", "steers back to the line, holds its speed"))

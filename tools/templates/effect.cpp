@@ -1,6 +1,5 @@
 // Air drag, from zero at rest: change it to what your model misses.
-//
-//   ax -= a (vx / v_ref)^2
+#include <gripline/equation.hpp>
 #include <gripline/plugin.hpp>
 
 namespace {
@@ -34,5 +33,6 @@ class NewPlugin final : public gripline::AutoDiffEffect<NewPlugin> {
 
 }  // namespace
 
+GRIPLINE_EQUATIONS({"new_plugin", "ax -= a (vx / v_ref)^2"})
 GRIPLINE_PLUGINS(gripline::describe<NewPlugin>("new_plugin", "0.1", "drag that grows with the square of speed")
                      .advice("coast down from top speed on a level straight"))

@@ -1,6 +1,5 @@
 // Learns resistance to driving from what the nominal model leaves unexplained of vx: change it to what you learn.
-//
-//   e_vx = -c0 - c1 (vx / v_ref)^2,  c by normalised least mean squares:  c += rate (e - phi c) phi / (eps + phi phi)
+#include <gripline/equation.hpp>
 #include <gripline/plugin.hpp>
 
 namespace {
@@ -43,4 +42,6 @@ class NewPlugin final : public gripline::AutoDiffEffect<NewPlugin, gripline::Est
 
 }  // namespace
 
+GRIPLINE_EQUATIONS({"new_plugin",
+                    "e_vx = phi c, phi = (-1, -(vx / v_ref)^2); c += rate (e - phi c) phi / (eps + phi phi)"})
 GRIPLINE_PLUGINS(gripline::describe<NewPlugin>("new_plugin", "0.1", "resistance to driving, by NLMS"))

@@ -1,15 +1,14 @@
 // A single-track car that a world may drive: change it to yours. Plants alone are told the friction of the road.
-//
-//   vx' = k_d d - k_r vx + vy omega - g sin(grade),   F = factor mu tanh(C slip) times the axle's static load
 #include <algorithm>
 #include <cmath>
 
+#include <gripline/equation.hpp>
 #include <gripline/plugin.hpp>
 #include <gripline/slip.hpp>
 
 namespace {
 
-using gripline::Axle;
+using gripline::Axle, gripline::param, gripline::State;
 
 class NewPlugin final : public gripline::Plant {
  public:
@@ -17,47 +16,44 @@ class NewPlugin final : public gripline::Plant {
     double mu = 0.9, C = 5, k_d = 6, k_r = 2;  // the initializers are the defaults
   };
   static constexpr auto parameters() {  // JSON key, member, unit, range, one sentence
-    using gripline::param;
     return std::tuple{param("mu", &Params::mu, "1", {0.01, 5}, "peak lateral force over load at factor 1"),
                       param("C", &Params::C, "1/rad", {0.1, 100}, "stiffness over peak force"),
                       param("k_d", &Params::k_d, "m/s2", {0, 100}, "acceleration at full throttle"),
                       param("k_r", &Params::k_r, "1/s", {0, 100}, "resistance over speed")};
   }
   NewPlugin(const gripline::PluginContext& context, const Params& params) : car_(context.car), k_(params) {}
-
-  void reset(const gripline::State& x, const gripline::Ground& /*ground*/) override { x_ = x; }
-  gripline::State advance(double d, double delta, double dt, const gripline::Ground& ground) override {
+  void reset(const State& x, const gripline::Ground& /*ground*/) override { x_ = x; }
+  State advance(double d, double delta, double dt, const gripline::Ground& ground) override {
     const int steps = std::max(1, static_cast<int>(std::ceil(dt / 1e-3)));  // of 1 ms: stable at rest too
-    for (int i = 0; i < steps; ++i) move(d, delta, dt / steps, ground.at(x_.x, x_.y, x_.yaw));
+    const double h = dt / steps, g = gripline::gravity, lf = car_.lf, lr = car_.lr;
+    for (int i = 0; i < steps; ++i) {
+      const gripline::Ground::Patch road = ground.at(x_.x, x_.y, x_.yaw);
+      const double forward = std::max(std::abs(x_.vx), 0.3), c = std::cos(x_.yaw), s = std::sin(x_.yaw);
+      front_ = road.factor * tyre_force(Axle::front, gripline::front_slip(forward, x_.vy, x_.omega, delta, lf));
+      rear_ = road.factor * tyre_force(Axle::rear, gripline::rear_slip(forward, x_.vy, x_.omega, lr));
+      const double across = front_ * std::cos(delta), vx = x_.vx, vy = x_.vy;
+      x_.x += h * (vx * c - vy * s), x_.y += h * (vx * s + vy * c), x_.yaw += h * x_.omega;
+      x_.vx += h * (k_.k_d * d - k_.k_r * vx + vy * x_.omega - g * std::sin(road.grade));
+      x_.vy += h * ((rear_ + across) / car_.m - vx * x_.omega + g * std::sin(road.bank));
+      x_.omega += h * (lf * across - lr * rear_) / car_.Iz;
+    }
     x_.delta = delta;
     return x_;
   }
   double mu(Axle) const override { return k_.mu; }
   double tyre_force(Axle axle, double slip) const override {
-    const double other = axle == Axle::front ? car_.lr : car_.lf;
-    return k_.mu * std::tanh(k_.C * slip) * car_.m * gripline::gravity * other / (car_.lf + car_.lr);
+    const double load = car_.m * gripline::gravity / (car_.lf + car_.lr) * (axle == Axle::front ? car_.lr : car_.lf);
+    return k_.mu * std::tanh(k_.C * slip) * load;
   }
   double axle_force(Axle axle) const override { return axle == Axle::front ? front_ : rear_; }
 
  private:
-  void move(double d, double delta, double h, const gripline::Ground::Patch& road) {
-    const double forward = std::max(std::abs(x_.vx), 0.3);
-    front_ = road.factor * tyre_force(Axle::front, gripline::front_slip(forward, x_.vy, x_.omega, delta, car_.lf));
-    rear_ = road.factor * tyre_force(Axle::rear, gripline::rear_slip(forward, x_.vy, x_.omega, car_.lr));
-    const double g = gripline::gravity, across = (rear_ + front_ * std::cos(delta)) / car_.m;
-    const double ax = k_.k_d * d - k_.k_r * x_.vx + x_.vy * x_.omega - g * std::sin(road.grade);
-    const double ay = across - x_.vx * x_.omega + g * std::sin(road.bank);
-    x_.x += h * (x_.vx * std::cos(x_.yaw) - x_.vy * std::sin(x_.yaw));
-    x_.y += h * (x_.vx * std::sin(x_.yaw) + x_.vy * std::cos(x_.yaw));
-    x_.yaw += h * x_.omega, x_.vx += h * ax, x_.vy += h * ay;
-    x_.omega += h * (car_.lf * front_ * std::cos(delta) - car_.lr * rear_) / car_.Iz;
-  }
   gripline::Car car_;
   Params k_;
-  gripline::State x_;
+  State x_;
   double front_ = 0, rear_ = 0;
 };
 
 }  // namespace
-
+GRIPLINE_EQUATIONS({"new_plugin", "vx' = k_d d - k_r vx + vy omega - g sin(grade); F = factor mu tanh(C slip) load"})
 GRIPLINE_PLUGINS(gripline::describe<NewPlugin>("new_plugin", "0.1", "single-track car in steps of a millisecond"))

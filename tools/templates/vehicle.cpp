@@ -1,9 +1,7 @@
 // A single-track car whose tyres give a force in proportion to slip, up to their peak: change it to yours.
-//
-//   vx' = (Fd - Ff sin(delta)) / m + vy omega,         F = mu tanh(C slip) times the axle's static load
-//   vy' = (Fr + Ff cos(delta)) / m - vx omega,   omega' = (lf Ff cos(delta) - lr Fr) / Iz,   Fd = (Cm1 - Cm2 vx) d
 #include <algorithm>
 
+#include <gripline/equation.hpp>
 #include <gripline/plugin.hpp>
 #include <gripline/slip.hpp>
 
@@ -55,5 +53,7 @@ class NewPlugin final : public gripline::AutoDiffVehicle<NewPlugin> {
 
 }  // namespace
 
-GRIPLINE_PLUGINS(gripline::describe<NewPlugin>("new_plugin", "0.1",
-                                               "single-track car, tyre force linear up to its peak"))
+GRIPLINE_EQUATIONS({"new_plugin",
+                    "vx' = (Fd - Ff sin(delta)) / m + vy omega; vy' = (Fr + Ff cos(delta)) / m - vx omega; "
+                    "omega' = (lf Ff cos(delta) - lr Fr) / Iz; F = mu tanh(C slip) load"})
+GRIPLINE_PLUGINS(gripline::describe<NewPlugin>("new_plugin", "0.1", "single-track car, tyres that saturate"))

@@ -5,13 +5,29 @@
 namespace gripline {
 namespace fs = std::filesystem;
 
-const fs::path& prefix() {
-  static const fs::path place = [] {
+namespace {
+
+struct Program {
+  fs::path file = "/proc/self/exe", prefix;
+};
+
+Program& program() {
+  static Program running = [] {
+    Program found;
     std::error_code failed;
-    return fs::read_symlink("/proc/self/exe", failed).parent_path().parent_path();
+    found.prefix = fs::read_symlink(found.file, failed).parent_path().parent_path();
+    return found;
   }();
-  return place;
+  return running;
 }
+
+}  // namespace
+
+const fs::path& prefix() { return program().prefix; }
+
+const fs::path& program_file() { return program().file; }
+
+void set_program(const fs::path& file, const fs::path& prefix) { program() = {file, prefix}; }
 
 fs::path shipped_folder() {
   std::error_code failed;

@@ -197,7 +197,8 @@ bool is_table_column(std::string_view name) {
   if (const std::string_view of = interval_of(name); !of.empty()) {
     // Sums, counts and maxima have no interval.
     const bool counted = of == "runs" || of == "finished" || of == "crashed" || of == "seeds" || of == "cpu_s" ||
-                         of == "simulated_s" || of == "steps" || of.ends_with("_max") || of.ends_with("_mean_factor");
+                         of == "simulated_s" || of == "steps" || of == "solver_failures" || of.ends_with("_max") ||
+                         of.ends_with("_mean_factor");
     return !counted && interval_of(of).empty() && is_table_column(of);
   }
   return std::find(names.begin(), names.end(), without_lap(name)) != names.end();

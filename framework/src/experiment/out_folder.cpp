@@ -16,6 +16,7 @@
 #include "config/errors.hpp"
 #include "config/hash.hpp"
 #include "config/json_file.hpp"
+#include "config/tree_diff.hpp"
 #include "util/csv_writer.hpp"
 
 namespace gripline {
@@ -29,15 +30,18 @@ constexpr const char* lock_name = ".lock";
 struct Holder {
   bool ours = false;     // gripline's
   std::string identity;  // empty when the marker cannot be read
+  Node tree;             // of its experiment; null where that was not kept
 };
 Holder holder_of(const fs::path& out) {
   std::error_code ignored;
   if (!fs::is_regular_file(out / marker, ignored)) return {};
-  if (fs::file_size(out / marker, ignored) == 0) return {true, ""};  // what a disk left of it
+  if (fs::file_size(out / marker, ignored) == 0) return {true, "", {}};  // what a disk left of it
   try {
     const Node node = parse_file(out / marker);
     const Node* const identity = node.find("identity");
-    if (identity != nullptr && identity->is_text()) return {true, identity->text()};
+    const Node* const tree = node.find("experiment");
+    if (identity != nullptr && identity->is_text())
+      return {true, identity->text(), tree != nullptr ? *tree : Node::null()};
   } catch (const std::exception&) {
   }
   return {};  // somebody else's file of that name
@@ -53,7 +57,7 @@ bool occupied(const fs::path& out) {
   return false;
 }
 
-void refuse_others(const fs::path& out, const std::string& identity, bool force) {
+void refuse_others(const fs::path& out, const std::string& identity, bool force, EditedExperiment* edited) {
   const Holder holder = holder_of(out);
   if (!holder.ours)
     throw InputError(out.string() + (force
@@ -63,6 +67,7 @@ void refuse_others(const fs::path& out, const std::string& identity, bool force)
   if (holder.identity.empty())
     throw InputError(out.string() + ": its " + marker +
                      " cannot be read; choose another --out, or --force to replace what gripline made there");
+  if (edited != nullptr && edited->has_runs_there && edited->has_runs_there()) return;
   throw InputError(out.string() + " already holds another experiment; choose another --out, or --force to replace it");
 }
 
@@ -263,21 +268,25 @@ std::string experiment_identity(const Node& tree) {
   return sha256_hex(content_text(same));
 }
 
-OutLock open_out_folder(const fs::path& out, const std::string& identity, bool force) {
+OutLock open_out_folder(const fs::path& out, const std::string& identity, bool force, EditedExperiment* edited) {
   std::error_code failed;
   if (fs::exists(out, failed) && !fs::is_directory(out, failed))
     throw InputError(out.string() + " is a file; --out names a folder");
   // A folder of other files is refused before a lock is made in it.
-  if (occupied(out) && !fs::exists(out / lock_name, failed)) refuse_others(out, identity, force);
+  if (occupied(out) && !fs::exists(out / lock_name, failed)) refuse_others(out, identity, force, edited);
   fs::create_directories(out, failed);
   if (failed) throw InputError("cannot make " + out.string() + ": " + failed.message());
   OutLock lock(out);
   if (occupied(out)) {
-    refuse_others(out, identity, force);
+    refuse_others(out, identity, force, edited);
+    if (edited != nullptr && !force)
+      if (const Holder holder = holder_of(out); !holder.tree.is_null())
+        edited->changes = differences(holder.tree, *edited->tree);
     if (force) remove_results(out);
   }
   Node node{Node::Object{}};
   node.set("identity", Node(identity));
+  if (edited != nullptr) node.set("experiment", *edited->tree);
   write_file(out / marker, to_json_text(node));
   return lock;
 }

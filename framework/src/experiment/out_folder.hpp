@@ -2,8 +2,10 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "experiment/experiment.hpp"
 
@@ -30,10 +32,18 @@ class OutLock {
 /// say how many runs there are and what is asked of the result.
 std::string experiment_identity(const Node& tree);
 
+/// An experiment that somebody edits and runs again into the same folder.
+struct EditedExperiment {
+  const Node* tree = nullptr;            ///< kept in the folder, to say the next time what differs
+  std::function<bool()> has_runs_there;  ///< whether any run in the folder is one of this experiment as it is now
+  std::vector<std::string> changes;      ///< what differs from the experiment that the folder held (tree_diff.hpp)
+};
+
 /// Makes OUT ready for an experiment with this identity. An existing folder that is not empty is refused (InputError)
-/// unless it holds the same experiment (finished runs are then kept) or `force` (what gripline made there is then
+/// unless it holds the same experiment (finished runs are then kept), the same one before it was edited, or `force` (what gripline made there is then
 /// removed and everything else stays; a folder that gripline did not make is refused all the same).
-OutLock open_out_folder(const std::filesystem::path& out, const std::string& identity, bool force);
+OutLock open_out_folder(const std::filesystem::path& out, const std::string& identity, bool force,
+                        EditedExperiment* edited = nullptr);
 
 /// What the report needs to know once per experiment: scene.json, track.csv, provenance.json.
 void write_scene(const std::filesystem::path& out, const RaceSpec& race, const Registry& registry);

@@ -22,6 +22,7 @@
 
 #include "config/hash.hpp"
 #include "config/json_file.hpp"
+#include "config/shipped.hpp"
 #include "experiment/out_folder.hpp"
 #include "plugin/plugin_cache.hpp"
 #include "race/assembly.hpp"
@@ -82,6 +83,18 @@ void keep_run(const RunSummary& summary, const std::string& key, const fs::path&
   if (!disk().rename(partial, folder))
     throw std::runtime_error("cannot write " + folder.string() + ": " + std::strerror(errno));
   (void)disk().sync_folder(folder.parent_path());  // a run whose name is lost is driven again
+}
+
+/// The same of a run that is another one to the last bit.
+void keep_twin(const RunResult& driven, std::uint64_t seed, const std::string& key, const fs::path& out) {
+  const RunId id = {driven.summary.stack, seed};
+  const fs::path partial = partial_folder(out, id), folder = run_folder(out, id);
+  disk().remove_all(partial);
+  disk().make_folders(partial);
+  write_twin(partial, driven, seed, key);
+  disk().remove_all(folder);
+  if (!disk().rename(partial, folder))
+    throw std::runtime_error("cannot write " + folder.string() + ": " + std::strerror(errno));
 }
 
 /// What a race wrote must be there in the end.
@@ -234,6 +247,11 @@ class Pool {
   Pool(const Pool&) = delete;
   Pool& operator=(const Pool&) = delete;
   std::size_t running() const { return children_.size(); }
+  bool is_running(std::size_t slot) const {
+    return std::any_of(children_.begin(), children_.end(), [&](const auto& one) { return one.second.slot == slot; });
+  }
+  /// Counts as done without a start.
+  void skip(std::size_t slot) { progress_.slot(slot)->fraction.store(1.0, std::memory_order_relaxed); }
   double fractions() const { return progress_.sum(); }
   std::vector<std::string>& notes() { return notes_; }
   std::string names() const {
@@ -371,9 +389,10 @@ class Pool {
 }  // namespace
 
 std::string run_key(const RaceSpec& race, const RunId& id, FileHashes& hashes) {
-  const Node tree = race.run_tree(id.stack, id.seed);
+  Node tree = race.run_tree(id.stack, id.seed);
+  tree.erase("claim_share");  // asked of results
   std::string text = content_text(tree);
-  text += "\n" + hashes.of("/proc/self/exe") + "\n";  // this program, even when its file was replaced meanwhile
+  text += "\n" + hashes.of(program_file()) + "\n";
   for (const fs::path& file : files_named(tree)) text += hashes.of(file);
   const auto stack =
       std::find_if(race.stacks.begin(), race.stacks.end(), [&](const auto& s) { return s.name == id.stack; });
@@ -479,37 +498,146 @@ std::vector<RunResult> results_in(const RaceSpec& race, const fs::path& out) {
   return all;
 }
 
+namespace {
+
+/// Whether a world or a start is another one for another seed, whatever the plugins do.
+bool draws_from_seed(const RaceSpec& race) {
+  if (race.perturb.any() || race.world.friction.shift_per_seed != 0.0) return true;
+  const auto& channels = race.world.sensors.channels;
+  return std::any_of(channels.begin(), channels.end(), [](const auto& channel) { return channel.sigma != 0.0; });
+}
+
+/// What is asked for and where it is found.
+struct Asked {
+  const std::vector<RunId>& ids;
+  std::vector<std::string> keys;
+  fs::path out;
+
+  std::optional<RunResult> finished(std::size_t i, std::string* damage = nullptr) const {
+    return read_result(run_folder(out, ids[i]), keys[i], damage);
+  }
+  std::optional<RunResult> broken(std::size_t i) const {
+    return read_result(run_folder(out, ids[i]), broken_key(keys[i]));
+  }
+};
+
+/// The runs that are left, in the order asked for. Where nothing is drawn from the seed, those of a stack beyond its
+/// first two seeds wait for these, and are those when they are one.
+class Queue {
+ public:
+  Queue(const RaceSpec& race, const Asked& asked, const std::vector<std::size_t>& left) : asked_(asked) {
+    std::map<std::string, std::vector<std::size_t>> of_stack;
+    if (!draws_from_seed(race))
+      for (std::size_t i = 0; i < asked.ids.size(); ++i) of_stack[asked.ids[i].stack].push_back(i);
+    for (const std::size_t run : left) {
+      const std::vector<std::size_t>& all = of_stack[asked.ids[run].stack];
+      const bool waits = all.size() > 2 && run != all[0] && run != all[1];
+      entries_.push_back({run, waits ? std::optional(std::pair(all[0], all[1])) : std::nullopt});
+    }
+  }
+  bool empty() const {
+    return std::all_of(entries_.begin(), entries_.end(), [](const Entry& one) { return one.taken; });
+  }
+  std::size_t run(std::size_t slot) const { return entries_[slot].run; }
+  /// The slot of a run to start now, if there is one.
+  std::optional<std::size_t> next(Pool& pool) {
+    for (std::size_t slot = 0; slot < entries_.size(); ++slot) {
+      Entry& one = entries_[slot];
+      if (one.taken || (one.pair && !(settled(one.pair->first, pool) && settled(one.pair->second, pool)))) continue;
+      one.taken = true;
+      const std::optional<RunResult> driven = one.pair ? same(*one.pair) : std::nullopt;
+      if (!driven) return slot;
+      keep_twin(*driven, asked_.ids[one.run].seed, asked_.keys[one.run], asked_.out);
+      pool.skip(slot);
+    }
+    return std::nullopt;
+  }
+
+ private:
+  struct Entry {
+    std::size_t run;
+    std::optional<std::pair<std::size_t, std::size_t>> pair;  // it waits for
+    bool taken = false;
+  };
+  bool settled(std::size_t run, const Pool& pool) const {
+    for (std::size_t slot = 0; slot < entries_.size(); ++slot)
+      if (entries_[slot].run == run) return entries_[slot].taken && !pool.is_running(slot);
+    return true;  // it was there
+  }
+  /// The first of two runs, when both are finished and the same.
+  std::optional<RunResult> same(const std::pair<std::size_t, std::size_t>& pair) const {
+    std::optional<RunResult> a = asked_.finished(pair.first);
+    const std::optional<RunResult> b = asked_.finished(pair.second);
+    return a && b && !a->drive.empty() && a->drive == b->drive ? a : std::nullopt;
+  }
+
+  const Asked& asked_;
+  std::vector<Entry> entries_;
+};
+
+/// The results as they stand on the disk, in the order asked for. Of other inputs they have another key, and count as
+/// absent.
+std::vector<RunResult> collect(const Asked& asked, bool interrupted) {
+  std::vector<RunResult> runs;
+  for (std::size_t i = 0; i < asked.ids.size(); ++i) {
+    std::optional<RunResult> result = asked.finished(i);
+    if (!result) result = asked.broken(i);
+    if (!result && interrupted) continue;
+    if (!result) {
+      result.emplace();
+      result->summary.stack = asked.ids[i].stack;
+      result->summary.seed = asked.ids[i].seed;
+      result->summary.message = "left no result";
+    }
+    runs.push_back(*std::move(result));
+  }
+  return runs;
+}
+
+/// What is not there yet; says what was, in `outcome`.
+std::vector<std::size_t> left_of(const Asked& asked, RunnerOutcome& outcome) {
+  std::vector<std::size_t> left;
+  for (std::size_t i = 0; i < asked.ids.size(); ++i) {
+    std::string damage;
+    if (asked.finished(i, &damage)) {
+      ++outcome.kept;
+      continue;
+    }
+    left.push_back(i);
+    const std::optional<RunResult> other = read_result(run_folder(asked.out, asked.ids[i]), "");
+    const bool done = other && other->summary.status != Status::error && other->summary.status != Status::plugin_error;
+    if (done) ++outcome.replaced;
+    if (!damage.empty())
+      outcome.notes.push_back(asked.ids[i].stack + ", seed " + std::to_string(asked.ids[i].seed) + ": " + damage +
+                              " since it was raced; it is driven again");
+  }
+  return left;
+}
+
+}  // namespace
+
 RunnerOutcome run_all(const RaceSpec& race, const std::vector<RunId>& ids, const RunnerOptions& given) {
   RunnerOptions options = given;
   options.out = fs::absolute(given.out);
   if (options.timeout_s <= 0) options.timeout_s = default_timeout(race.world);
   RunnerOutcome outcome;
-  std::vector<std::string> keys;
-  std::vector<std::size_t> waiting;
+  Asked asked{ids, {}, options.out};
   FileHashes hashes;
-  for (std::size_t i = 0; i < ids.size(); ++i) {
-    keys.push_back(run_key(race, ids[i], hashes));
-    std::string damage;
-    if (read_result(run_folder(options.out, ids[i]), keys[i], &damage))
-      ++outcome.kept;
-    else
-      waiting.push_back(i);
-    if (!damage.empty())
-      outcome.notes.push_back(ids[i].stack + ", seed " + std::to_string(ids[i].seed) + ": " + damage +
-                              " since it was raced; it is driven again");
-  }
+  for (const RunId& id : ids) asked.keys.push_back(run_key(race, id, hashes));
+  const std::vector<std::size_t> left = left_of(asked, outcome);
   const StopSignal stop(StopSignal::Reaction::note);
   const PauseWatch pauses;
   const ParentOfRuns parent;
-  Pool pool(race, options, waiting.size());
+  Pool pool(race, options, left.size());
+  Queue queue(race, asked, left);
   {
-    Progress progress(std::cerr, race.name, std::max<std::size_t>(1, waiting.size() * 1000));
+    Progress progress(std::cerr, race.name, std::max<std::size_t>(1, left.size() * 1000));
     progress.count_in(1000);
-    std::size_t next = 0;
-    while ((next < waiting.size() || pool.running() > 0) && !StopSignal::seen()) {
-      while (next < waiting.size() && pool.running() < static_cast<std::size_t>(options.jobs)) {
-        pool.start(ids[waiting[next]], keys[waiting[next]], next);
-        ++next;
+    while ((!queue.empty() || pool.running() > 0) && !StopSignal::seen()) {
+      while (pool.running() < static_cast<std::size_t>(options.jobs)) {
+        const std::optional<std::size_t> slot = queue.next(pool);
+        if (!slot) break;
+        pool.start(ids[queue.run(*slot)], asked.keys[queue.run(*slot)], *slot);
       }
       pool.reap();
       if (options.show_progress) progress.advance(static_cast<std::size_t>(pool.fractions() * 1000), pool.names());
@@ -521,21 +649,7 @@ RunnerOutcome run_all(const RaceSpec& race, const std::vector<RunId>& ids, const
   outcome.interrupted = StopSignal::seen();
   pool.stop();
   outcome.notes.insert(outcome.notes.end(), pool.notes().begin(), pool.notes().end());
-  for (std::size_t i = 0; i < ids.size(); ++i) {
-    const RunId& id = ids[i];
-    // Results of other inputs have another key and count as absent.
-    std::optional<RunResult> result = read_result(run_folder(options.out, id), keys[i]);
-    if (!result) result = read_result(run_folder(options.out, id), broken_key(keys[i]));
-    if (result) {
-      outcome.runs.push_back(*std::move(result));
-    } else if (!outcome.interrupted) {
-      RunResult lost;
-      lost.summary.stack = id.stack;
-      lost.summary.seed = id.seed;
-      lost.summary.message = "left no result";
-      outcome.runs.push_back(std::move(lost));
-    }
-  }
+  outcome.runs = collect(asked, outcome.interrupted);
   return outcome;
 }
 

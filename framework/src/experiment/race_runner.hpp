@@ -54,11 +54,14 @@ struct RunProgress {
 RunSummary run_here(const RaceSpec& race, const RunId& id, const std::string& key, const std::filesystem::path& out,
                     RunProgress* progress);
 
-/// Runs what is not yet finished, at most `jobs` at a time, each in its own process. On an interrupt (Ctrl-C) the
+/// Runs what is not yet finished, at most `jobs` at a time, each in its own process. Where nothing in the world is drawn
+/// from the seed, and the first two seeds asked for of a stack drove the same run to the last bit, the others would do
+/// so too: they are not driven, and their summaries say whose run it is (RunResult::driven_as). On an interrupt (Ctrl-C) the
 /// running ones are stopped and `interrupted` is set. Results are in the order asked for.
 struct RunnerOutcome {
   std::vector<RunResult> runs;
   int kept = 0;
+  int replaced = 0;  ///< finished runs of other inputs, plugins or versions whose place was taken
   bool interrupted = false;
   std::vector<std::string> notes;  ///< what the user should know: "elm, seed 1: steps.csv was changed ..."
 };

@@ -45,7 +45,8 @@ std::optional<double> at(const std::vector<double>& values, int index) {
 
 std::optional<double> value_of(const RaceResults& results, const RunResult& run, const std::string& column) {
   const RunSummary& s = run.summary;
-  if (column == "runs" || column == "seeds") return 1.0;
+  if (column == "runs") return 1.0;
+  if (column == "seeds") return run.driven_as ? 0.0 : 1.0;
   if (column == "finished") return s.status == Status::finished ? 1.0 : 0.0;
   if (column == "crashed") return s.status == Status::crashed ? 1.0 : 0.0;
   if (s.steps == 0) return std::nullopt;  // a run that was lost measured nothing
@@ -62,8 +63,8 @@ std::optional<double> value_of(const RaceResults& results, const RunResult& run,
   if (column == "update_ms_median") return run.timing.update_ms_median;
   if (column == "solver_failures") return static_cast<double>(s.solver_failures);
   if (column == "steps") return static_cast<double>(s.steps);
-  if (column == "cpu_s") return run.timing.cpu_s;
-  if (column == "simulated_s") return s.simulated_s;
+  if (column == "cpu_s") return run.driven_as ? 0.0 : run.timing.cpu_s;
+  if (column == "simulated_s") return run.driven_as ? 0.0 : s.simulated_s;
   if (const int lap = numbered(column, "lap", "_mean_factor"); lap >= 0) return at(s.lap_mean_factors, lap);
   if (const int lap = numbered(column, "lap", "_s"); lap >= 0) return at(s.laps, lap);
   if (const int lap = numbered(column, "pace_ratio", ""); lap >= 0)
@@ -153,6 +154,11 @@ std::string outcome(const std::vector<const RunResult*>& runs) {
 /// Every sum of table.csv is one of what the runs cost, so that equal runs count as often as they were driven.
 bool is_cost(const std::string& column) { return column == "cpu_s" || column == "simulated_s" || column == "seeds"; }
 
+/// Sums over the runs that differ.
+bool is_count(const std::string& column) {
+  return column == "runs" || column == "finished" || column == "crashed" || column == "solver_failures";
+}
+
 std::vector<double> values_of(const RaceResults& results, const std::vector<const RunResult*>& runs,
                               const std::string& column) {
   std::vector<double> values;
@@ -180,21 +186,40 @@ std::vector<std::string> interval_row(const RaceResults& results, const std::str
   return row;
 }
 
-/// "none: seeds 1, 2, 3 drove the same run to the last bit, which counts once"
+/// "1, 2, 3", the first few of them.
+std::string some_seeds(const std::vector<std::uint64_t>& seeds) {
+  constexpr std::size_t most = 6;
+  std::string text;
+  for (std::size_t i = 0; i < std::min(seeds.size(), most); ++i) text += (i > 0 ? ", " : "") + std::to_string(seeds[i]);
+  if (seeds.size() > most) text += " and " + std::to_string(seeds.size() - most) + " more";
+  return text;
+}
+
+/// "none: seeds 1, 2 drove the same run to the last bit, which counts once; 3, 4, 5 would too and were not driven"
 void print_identical(std::ostream& out, const RaceResults& results) {
   for (const std::string& stack : results.rows) {
-    std::map<std::string, std::vector<std::uint64_t>> seeds;
-    for (const RunResult* run : results.of(stack))
-      if (!run->drive.empty()) seeds[run->drive].push_back(run->summary.seed);
+    std::map<std::string, std::pair<std::vector<std::uint64_t>, std::vector<std::uint64_t>>> seeds;
+    for (const RunResult* run : results.of(stack)) {
+      auto& [driven, spared] = seeds[run->drive];
+      if (!run->drive.empty()) (run->driven_as ? spared : driven).push_back(run->summary.seed);
+    }
     for (const auto& [drive, same] : seeds) {
-      if (same.size() < 2) continue;
-      out << stack << ": seeds";
-      constexpr std::size_t most = 6;
-      for (std::size_t i = 0; i < std::min(same.size(), most); ++i) out << (i > 0 ? ", " : " ") << same[i];
-      if (same.size() > most) out << " and " << same.size() - most << " more";
-      out << " drove the same run to the last bit, which counts once\n";
+      if (same.first.size() + same.second.size() < 2) continue;
+      out << stack << ": seeds " << some_seeds(same.first) << " drove the same run to the last bit, which counts once";
+      if (!same.second.empty()) out << "; " << some_seeds(same.second) << " would too and were not driven";
+      out << '\n';
     }
   }
+}
+
+/// What a claim that was asked of one run says of others.
+void print_thin_claims(std::ostream& out, std::span<const ClaimResult> claims) {
+  const auto thin = std::count_if(claims.begin(), claims.end(),
+                                  [](const ClaimResult& c) { return c.holds.has_value() && c.runs == 1; });
+  if (thin == 0) return;
+  out << "warning: " << (thin == 1 ? "a claim rests" : std::to_string(thin) + " claims rest")
+      << " on one run; more seeds, sensor noise or \"perturb\" say how far " << (thin == 1 ? "it holds" : "they hold")
+      << '\n';
 }
 
 }  // namespace
@@ -282,8 +307,8 @@ std::optional<double> RaceResults::value(const std::string& stack, const std::st
     return std::isnan(end) ? std::nullopt : std::optional(end);
   }
   std::vector<double> values = values_of(*this, mine, column);
-  if (is_cost(column) || column == "runs" || column == "finished" || column == "crashed")
-    return std::accumulate(values.begin(), values.end(), 0.0);
+  if (values.empty() && column == "solver_failures") return std::nullopt;
+  if (is_cost(column) || is_count(column)) return std::accumulate(values.begin(), values.end(), 0.0);
   if (column.ends_with("_max") && !values.empty()) return *std::max_element(values.begin(), values.end());
   if (values.empty()) return std::nullopt;
   return median(std::move(values));
@@ -419,6 +444,7 @@ void print_tables(std::ostream& out, const RaceResults& results, std::span<const
       out << "  FAILS    " << claim.text << "   (" << cell_text(claim.left, "%.4g") << " against "
           << cell_text(claim.right, "%.4g") << ", " << claim.runs_held << " of " << claim.runs << " runs)\n";
   }
+  print_thin_claims(out, claims);
 }
 
 }  // namespace gripline

@@ -135,9 +135,7 @@ std::string damage_in(const fs::path& folder, const Node& summary) {
   return std::string(timing_name) + " was changed or cut";
 }
 
-}  // namespace
-
-void write_summary(const std::filesystem::path& folder, const RunSummary& s, const std::string& key) {
+Node summary_node(const RunSummary& s, const std::string& key) {
   Node node{Node::Object{}};
   node.set("stack", Node(s.stack));
   node.set("seed", Node(static_cast<double>(s.seed)));
@@ -158,13 +156,32 @@ void write_summary(const std::filesystem::path& folder, const RunSummary& s, con
   node.set("steps", Node(static_cast<double>(s.steps)));
   node.set("simulated_s", Node(s.simulated_s));
   node.set("key", Node(key));
+  return node;
+}
+
+void finish_summary(const fs::path& folder, Node node, Node files) {
+  node.set("files", std::move(files));
+  node.set("sha256", Node(hash_of_summary(node)));
+  write_file(folder / "summary.json", to_json_text(node));
+}
+
+}  // namespace
+
+void write_summary(const std::filesystem::path& folder, const RunSummary& s, const std::string& key) {
   std::error_code ignored;
   if (fs::exists(folder / timing_name, ignored)) write_file(folder / timing_hash_name, hash_line(folder / timing_name));
   Node files{Node::Object{}};
   for (const std::string& name : result_names(folder)) files.set(name, Node(hash_of(folder / name)));
-  node.set("files", std::move(files));
-  node.set("sha256", Node(hash_of_summary(node)));
-  write_file(folder / "summary.json", to_json_text(node));
+  finish_summary(folder, summary_node(s, key), std::move(files));
+}
+
+void write_twin(const fs::path& folder, const RunResult& driven, std::uint64_t seed, const std::string& key) {
+  RunSummary same = driven.summary;
+  same.seed = seed;
+  Node node = summary_node(same, key);
+  node.set("driven_as", Node(static_cast<double>(driven.summary.seed)));
+  node.set("drive", Node(driven.drive));
+  finish_summary(folder, std::move(node), Node{Node::Object{}});
 }
 
 std::optional<RunResult> read_result(const fs::path& folder, const std::string& key, std::string* damage) {
@@ -201,7 +218,13 @@ std::optional<RunResult> read_result(const fs::path& folder, const std::string& 
     s.steps = static_cast<std::int64_t>(read_value(node, "steps"));
     s.simulated_s = read_value(node, "simulated_s");
     if (const Node* const files = node.find("files"); files != nullptr) result.drive = read_string(*files, "steps.csv");
-    if (fs::exists(folder / "timing.csv", ignored)) result.timing = read_timing(folder);
+    fs::path driven = folder;
+    if (const std::optional<double> seed = read_maybe(node, "driven_as")) {
+      result.driven_as = static_cast<std::uint64_t>(*seed);
+      result.drive = read_string(node, "drive");
+      driven = folder.parent_path() / std::to_string(*result.driven_as);
+    }
+    if (fs::exists(driven / "timing.csv", ignored)) result.timing = read_timing(driven);
     return result;
   } catch (const std::exception&) {
     return refuse("summary.json or timing.csv cannot be read");

@@ -1,6 +1,7 @@
 // The result of one run, as files keep it: summary.json and what timing.csv adds.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -17,6 +18,7 @@ struct RunTiming {
 struct RunResult {
   RunSummary summary;
   RunTiming timing;
+  std::optional<std::uint64_t> driven_as;  // the seed whose run this is: it was not driven again
   std::string drive;  // hash of steps.csv; two runs that have the same did the same to the last bit. Empty: not known
 };
 
@@ -24,6 +26,10 @@ struct RunResult {
 /// there that comes out the same each time, and its own. The times of timing.csv do not, and the same run gives the
 /// same summary: its hash stands in timing.sha256, as `sha256sum` writes it. Throws std::runtime_error.
 void write_summary(const std::filesystem::path& folder, const RunSummary& summary, const std::string& key);
+
+/// The summary of a run that was not driven, because it would be `driven` to the last bit; the folder holds nothing else.
+void write_twin(const std::filesystem::path& folder, const RunResult& driven, std::uint64_t seed,
+                const std::string& key);
 
 /// What a run's folder holds, if it was finished with this key (any key when empty) and every file is still the one
 /// that was written then. `damage`, when asked for, says what is not, and is empty otherwise.

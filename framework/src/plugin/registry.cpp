@@ -8,6 +8,7 @@
 #include "config/errors.hpp"
 #include "config/shipped.hpp"
 #include "plugin/library_probe.hpp"
+#include "plugin/offered.hpp"
 #include "plugin/plugin_cache.hpp"
 #include "util/process_state.hpp"
 
@@ -35,7 +36,8 @@ std::vector<fs::path> Registry::search_path(std::span<const std::string> extra_d
   return path;
 }
 
-Registry::Registry(std::vector<fs::path> directories) : directories_(std::move(directories)) {
+Registry::Registry(std::vector<fs::path> directories)
+    : directories_(std::move(directories)), entries_(offered_plugins().begin(), offered_plugins().end()) {
   std::vector<fs::path> searched, libraries;
   for (const fs::path& directory : directories_) {
     std::error_code ignored;

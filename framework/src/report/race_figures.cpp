@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <map>
@@ -346,6 +347,19 @@ FigureFile step_times(const Inputs& inputs) {
   return {"step_times.svg", panel.series.empty() ? "" : draw_panels("Time of each solve", {panel}, 1, 700, 340)};
 }
 
+/// A line from one end of an interval to the other; nothing where the table has none.
+void add_interval(std::vector<Series>& out, std::array<double, 2> x, std::array<double, 2> y,
+                  const std::string& colour) {
+  for (const double v : {x[0], x[1], y[0], y[1]})
+    if (!std::isfinite(v)) return;
+  Series s;
+  s.x.assign(x.begin(), x.end());
+  s.y.assign(y.begin(), y.end());
+  s.colour = colour;
+  s.width = 2;
+  out.push_back(std::move(s));
+}
+
 FigureFile laps(const Inputs& inputs) {
   Panel panel;
   panel.y.label = "lap time [s]";
@@ -363,6 +377,9 @@ FigureFile laps(const Inputs& inputs) {
                        (static_cast<double>(row) - (static_cast<double>(inputs.table.rows()) - 1) / 2) * width;
       s.x.push_back(x);
       s.y.push_back(time);
+      add_interval(panel.series, {x, x},
+                   {inputs.table.number(columns[lap] + "_lo", row), inputs.table.number(columns[lap] + "_hi", row)},
+                   series_colour(row));
       limit.x.insert(limit.x.end(), {x - 0.42 * width, x + 0.42 * width, x});
       limit.y.insert(limit.y.end(), {time / ratio, time / ratio, std::numeric_limits<double>::quiet_NaN()});
     }
@@ -384,7 +401,7 @@ FigureFile laps(const Inputs& inputs) {
 FigureFile pareto(const Inputs& inputs) {
   std::string pace;
   for (const std::string& name : inputs.table.names())
-    if (name.starts_with("pace_ratio")) pace = name;
+    if (name.starts_with("pace_ratio") && !name.ends_with("_lo") && !name.ends_with("_hi")) pace = name;
   if (pace.empty() || !inputs.table.has("violation_s")) return {"pareto.svg", ""};
   Panel panel;
   panel.x.label = "lap time over the limit, last lap";
@@ -396,6 +413,11 @@ FigureFile pareto(const Inputs& inputs) {
     s.y = {inputs.table.number("violation_s", row)};
     s.colour = series_colour(row);
     s.width = 10;
+    const auto ends = [&](const std::string& column) {
+      return std::array{inputs.table.number(column + "_lo", row), inputs.table.number(column + "_hi", row)};
+    };
+    add_interval(panel.series, ends(pace), {s.y[0], s.y[0]}, s.colour);
+    add_interval(panel.series, {s.x[0], s.x[0]}, ends("violation_s"), s.colour);
     if (std::isfinite(s.x[0]) && std::isfinite(s.y[0]))
       panel.labels.push_back({{s.x[0], s.y[0]}, label_of(inputs.stacks[stack_of_row(inputs, row)])});
     panel.series.push_back(std::move(s));

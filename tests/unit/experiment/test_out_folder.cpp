@@ -44,6 +44,28 @@ TEST(OutFolder, AnotherExperimentIsRefusedUnlessForced) {
   EXPECT_NO_THROW(open_out_folder(folder / "out", "two", false));
 }
 
+TEST(OutFolder, AnEditedExperimentGoesOnWhereAnyOfItsRunsStands) {
+  const Folder folder;
+  const Node one = json(R"({"stacks": {"elm": {"mu": 1}}})"), two = json(R"({"stacks": {"elm": {"mu": 1}, "gp": {}}})");
+  EditedExperiment first{&one, [] { return false; }, {}};
+  { open_out_folder(folder / "out", "one", false, &first); }
+  EXPECT_TRUE(first.changes.empty());
+  write_text(folder / "out/elm/1/summary.json", "{}");
+  EditedExperiment other{&two, [] { return false; }, {}};
+  EXPECT_THAT(refusal([&] { open_out_folder(folder / "out", "two", false, &other); }),
+              HasSubstr("already holds another experiment"));
+  EditedExperiment edited{&two, [] { return true; }, {}};
+  { open_out_folder(folder / "out", "two", false, &edited); }
+  EXPECT_THAT(edited.changes, testing::ElementsAre("/stacks/gp: new"));
+  EXPECT_TRUE(fs::exists(folder / "out/elm/1/summary.json"));
+  EditedExperiment again{&two, [] { return true; }, {}};
+  { open_out_folder(folder / "out", "two", false, &again); }
+  EXPECT_TRUE(again.changes.empty());
+  EditedExperiment forced{&one, [] { return true; }, {}};
+  { open_out_folder(folder / "out", "one", true, &forced); }
+  EXPECT_FALSE(fs::exists(folder / "out/elm"));
+}
+
 TEST(OutFolder, ForceOnTheSameExperimentBeginsAgain) {
   const Folder folder;
   open_out_folder(folder / "out", "one", false);

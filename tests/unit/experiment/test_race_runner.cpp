@@ -75,6 +75,32 @@ TEST_F(Runner, PerturbedRunsStartElsewhere) {
   EXPECT_DOUBLE_EQ(parse_file(file("good/1/draw.json")).find("across_m")->number(), start("good/1/steps.csv"));
 }
 
+/// Where nothing is drawn, two seeds tell of all: the others are neither driven nor lost.
+TEST_F(Runner, SeedsOfOneRunAreDrivenTwiceAtMost) {
+  const std::vector<RunId> ids = {{"good", 1}, {"good", 2}, {"good", 3}, {"good", 4}, {"fast", 1}};
+  const RunnerOutcome outcome = run(race_of(), ids, 2);
+  ASSERT_EQ(outcome.runs.size(), 5u);
+  EXPECT_TRUE(fs::exists(file("good/2/steps.csv")));
+  EXPECT_FALSE(fs::exists(file("good/3/steps.csv")));
+  EXPECT_FALSE(outcome.runs[1].driven_as.has_value());
+  for (const std::size_t i : {2u, 3u}) {
+    const RunResult& spared = outcome.runs[i];
+    EXPECT_EQ(spared.driven_as, 1u);
+    EXPECT_EQ(spared.summary.seed, i + 1);
+    EXPECT_EQ(spared.summary.status, Status::finished);
+    EXPECT_EQ(spared.drive, outcome.runs[0].drive);
+    EXPECT_EQ(spared.timing.cpu_s, outcome.runs[0].timing.cpu_s);
+  }
+  const RunnerOutcome again = run(race_of(), ids);
+  EXPECT_EQ(again.kept, 5);
+  EXPECT_EQ(again.runs[3].driven_as, 1u);
+  const RunnerOutcome drawn =
+      run(race_of(R"({"perturb": {"speed": "0.05 m/s"}})"), {{"good", 1}, {"good", 2}, {"good", 3}});
+  EXPECT_EQ(drawn.replaced, 3);
+  EXPECT_TRUE(fs::exists(file("good/3/steps.csv")));
+  EXPECT_NE(drawn.runs[0].drive, drawn.runs[2].drive);
+}
+
 TEST_F(Runner, FinishedRunsAreKept) {
   const RaceSpec race = race_of();
   run(race, {{"good", 1}});
@@ -251,6 +277,7 @@ TEST_F(Runner, AKeyNamesTheInputsOfARun) {
   const std::string good = key("{}", {"good", 1});
   EXPECT_EQ(good, key("{}", {"good", 1}));
   EXPECT_EQ(good, key(R"({"note": "words", "world": {"note": "more"}, "claims": []})", {"good", 1}));
+  EXPECT_EQ(good, key(R"({"claim_share": 0.5})", {"good", 1}));
   EXPECT_EQ(good, key(R"({"stacks": {"other": {}}, "seeds": {"count": 9}})", {"good", 1}));
   EXPECT_NE(good, key("{}", {"good", 2}));
   EXPECT_NE(good, key("{}", {"fast", 1}));

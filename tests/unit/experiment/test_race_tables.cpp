@@ -96,7 +96,7 @@ TEST(RaceTables, HaveTheDefinedColumns) {
                                                    "mu_visited_rmse_lo,mu_visited_rmse_hi,solve_ms_median_lo,"
                                                    "solve_ms_median_hi,solve_ms_p95_lo,solve_ms_p95_hi,"
                                                    "solve_ms_p99_lo,solve_ms_p99_hi,update_ms_median_lo,"
-                                                   "update_ms_median_hi,solver_failures_lo,solver_failures_hi,"
+                                                   "update_ms_median_hi,"
                                                    "pace_ratio0_lo,pace_ratio0_hi,pace_ratio1_lo,pace_ratio1_hi");
   EXPECT_EQ(lines(folder / "runs.csv").size(), 10u);
   EXPECT_EQ(lines(folder / "table.csv").size(), 4u);
@@ -178,6 +178,42 @@ TEST(RaceTables, RunsEqualToTheLastBitCountOnce) {
   EXPECT_THAT(out.str(), HasSubstr("elm: seeds 1, 2 drove the same run to the last bit, which counts once"));
   EXPECT_THAT(out.str(), HasSubstr("1.00..2.00"));
   EXPECT_THAT(out.str(), HasSubstr("2/2 finished"));
+}
+
+/// A run that was not driven again cost nothing, and counts for as much as the one that it is.
+TEST(RaceTables, RunsThatWereSparedCostNothing) {
+  const Folder folder;
+  const RaceSpec race = race_of(R"(["elm.violation_s <= 2"])");
+  std::vector<RunResult> runs = {run_of("elm", 1, 1, {8, 9}), run_of("elm", 2, 1, {8, 9}), run_of("elm", 3, 1, {8, 9})};
+  for (RunResult& run : runs) run.drive = "a";
+  runs[2].driven_as = 1;
+  const RaceResults results = {race, runs, {"elm"}};
+  write_tables(folder.path(), results, {});
+  auto elm = cells(folder / "table.csv", "elm,");
+  EXPECT_EQ(elm["runs"], "1");
+  EXPECT_EQ(elm["seeds"], "2");
+  EXPECT_EQ(elm["cpu_s"], "0.5");
+  EXPECT_EQ(elm["simulated_s"], "4");
+  EXPECT_EQ(cells(folder / "runs.csv", "elm,3,")["violation_s"], "1");
+  std::ostringstream out;
+  print_tables(out, results, judge_all(results, true));
+  EXPECT_THAT(out.str(), HasSubstr("elm: seeds 1, 2 drove the same run to the last bit, which counts once; 3 would too "
+                                   "and were not driven"));
+  EXPECT_THAT(out.str(), HasSubstr("warning: a claim rests on one run;"));
+}
+
+TEST(RaceTables, FailedSolvesAreASum) {
+  const Folder folder;
+  const RaceSpec race = race_of(R"(["elm.violation_s <= 2"])");
+  std::vector<RunResult> runs = some_runs();
+  runs[3].summary.solver_failures = 4, runs[5].summary.solver_failures = 3;
+  const RaceResults results = {race, runs, {"none", "elm", "oracle"}};
+  write_tables(folder.path(), results, {});
+  EXPECT_EQ(cells(folder / "table.csv", "elm,")["solver_failures"], "7");
+  EXPECT_EQ(cells(folder / "table.csv", "none,")["solver_failures"], "0");
+  std::ostringstream out;
+  print_tables(out, results, judge_all(results, true));
+  EXPECT_THAT(out.str(), Not(HasSubstr("rests on one run")));
 }
 
 /// The limit at factor 0.75 is 7.5 s in this world.

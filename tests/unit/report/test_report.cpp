@@ -523,6 +523,24 @@ TEST(ReportFigures, AreWholeDrawings) {
   }
 }
 
+/// Rows over several runs show how sure their medians are.
+TEST(ReportFigures, IntervalsOfTheTableAreDrawn) {
+  const Folder folder;
+  const auto lines_of = [&](const std::string& figure, const std::string& more_names, const std::string& more_cells) {
+    std::ofstream(folder.path() / "table.csv")
+        << "stack,lap0_s,violation_s,pace_ratio0" << more_names << "\nelm,8.5,0.2,1.05" << more_cells << "\n";
+    std::ofstream(folder.path() / "runs.csv") << "stack,seed,status\nelm,1,finished\n";
+    (void)write_report({folder.path(), {}, true, {}, {}});
+    const std::string svg = bytes_of(folder.path() / "figures" / (figure + ".svg"));
+    const std::regex path(series_colour(0));
+    return std::distance(std::sregex_iterator(svg.begin(), svg.end(), path), std::sregex_iterator());
+  };
+  const std::string names = ",lap0_s_lo,lap0_s_hi,violation_s_lo,violation_s_hi,pace_ratio0_lo,pace_ratio0_hi";
+  EXPECT_EQ(lines_of("laps", names, ",8.4,8.7,0.1,0.4,1.04,1.07"), lines_of("laps", "", "") + 1);
+  EXPECT_EQ(lines_of("pareto", names, ",8.4,8.7,0.1,0.4,1.04,1.07"), lines_of("pareto", "", "") + 2);
+  EXPECT_EQ(lines_of("laps", names, ",,,,,,"), lines_of("laps", "", ""));
+}
+
 TEST(ReportFigures, DrivesOfTheirOwnHavePanelsOfTheirOwn) {
   const Folder folder;
   const auto panels = [&](const std::string& name, bool own_drives) {

@@ -1,0 +1,59 @@
+"""A race step by step, with the calls of Gymnasium's environments."""
+
+import json
+
+import numpy as np
+
+from . import _gripline
+from .plugins import offer
+
+try:  # an environment for those who have it; nothing here needs it
+    import gymnasium as _gymnasium
+
+    _Base = _gymnasium.Env
+except ImportError:
+    _gymnasium = None
+    _Base = object
+
+
+class Race(_Base):
+    """The world of an experiment, driven by actions (throttle, steering rate), one per control step.
+
+    Observations are arrays of the numbers in `observation_names`; the reward is the way made good along the centre line
+    [m]. An episode is terminated when the car leaves the road or hits a wall, truncated when the world ends it (laps,
+    duration, timeout); a car that left the road may be driven on, one that hit a wall not. With a `stack` its estimator learns from every step: `info["mu"]` is what it believes.
+    """
+
+    metadata = {"render_modes": []}
+
+    def __init__(self, experiment, stack=None, *, seed=1, set=None, plugins=(), plugin_folders=()):
+        offer(plugins)
+        assignments = [f"{pointer}={value if isinstance(value, str) else json.dumps(value)}"
+                       for pointer, value in (set or {}).items()]
+        self._race = _gripline.Race(str(experiment), stack or "", assignments, [str(f) for f in plugin_folders])
+        self._seed = seed - 1
+        self.observation_names = self._race.observation_names
+        low, high = self._race.limits
+        self.action_low, self.action_high, self.dt = np.array(low), np.array(high), self._race.dt
+        if _gymnasium is not None:
+            self.action_space = _gymnasium.spaces.Box(self.action_low, self.action_high, dtype=np.float64)
+            self.observation_space = _gymnasium.spaces.Box(-np.inf, np.inf, (len(self.observation_names),), np.float64)
+
+    def reset(self, *, seed=None, options=None):
+        """Puts the car at its start; returns (observation, info). Without a seed the next one is taken: 1, 2, 3, ..."""
+        if _gymnasium is not None:
+            super().reset(seed=seed)
+        self._seed = self._seed + 1 if seed is None else seed
+        return self._race.reset(self._seed), {"seed": self._seed}
+
+    def step(self, action):
+        """One control step: (observation, reward, terminated, truncated, info)."""
+        return self._race.step(action[0], action[1])
+
+    def close(self):
+        """Nothing is open."""
+
+    @property
+    def state(self):
+        """The true state: x, y, yaw, vx, vy, omega, delta."""
+        return self._race.state

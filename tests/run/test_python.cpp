@@ -1,0 +1,163 @@
+// The Python package: its example, what it refuses, and the same numbers as the program's.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+
+#include "support/paths.hpp"
+#include "support/program.hpp"
+
+namespace gripline {
+namespace {
+
+namespace fs = std::filesystem;
+using namespace testing_support;
+using testing::HasSubstr;
+
+class Python : public testing::Test {
+ protected:
+  void SetUp() override {
+    if (fs::exists(build_dir() / "python/gripline/runs.py")) return;
+    ASSERT_EQ(std::getenv("GRIPLINE_REQUIRE_REFERENCE"), nullptr) << "built without pybind11";
+    GTEST_SKIP() << "built without pybind11";
+  }
+  Outcome python(const std::vector<std::string>& words) {
+    std::vector<std::string> all = {"/usr/bin/python3"};
+    all.insert(all.end(), words.begin(), words.end());
+    return run_program(all, {.folder = folder_.path(), .environment = {{"PYTHONPATH", build_dir() / "python"}}});
+  }
+  Outcome script(const std::string& text) { return python({"-c", "import gripline\nimport numpy as np\n" + text}); }
+  Folder folder_;
+};
+
+TEST_F(Python, TheExampleRuns) {
+  const Outcome outcome = python({source_dir() / "framework/doc/python_example.py"});
+  EXPECT_EQ(outcome.code, 0) << outcome.out << outcome.err;
+  EXPECT_THAT(outcome.out, HasSubstr("steps a second of CPU"));
+  EXPECT_THAT(outcome.out, HasSubstr("crossing: update"));
+}
+
+/// The page's blocks of Python in their order, as one program.
+TEST_F(Python, ThePagesBlocksRun) {
+  const std::string page = contents(source_dir() / "framework/doc/python.md"), fence = "```python\n";
+  std::string program;
+  int blocks = 0;
+  for (std::size_t at = page.find(fence); at != std::string::npos; at = page.find(fence, at + 1), ++blocks) {
+    const std::size_t begin = at + fence.size();
+    program.append(page, begin, page.find("```", begin) - begin);
+  }
+  ASSERT_GE(blocks, 2);
+  const Outcome outcome = python({"-c", program});
+  EXPECT_EQ(outcome.code, 0) << program << outcome.err;
+}
+
+TEST_F(Python, RunsAreTheProgramsByteForByte) {
+  const std::string experiment = fixture_dir() / "experiments/good.json";
+  const Outcome outcome = script("run = gripline.run('" + experiment +
+                                 "', 'slow', 1, out='mine')\n"
+                                 "assert run.finished and len(run.steps['t_s']) == 51\n"
+                                 "assert np.isfinite(run.steps['vx_mps']).all()\n");
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  ASSERT_EQ(gripline_with({"run", experiment, "--stack", "slow", "--seed", "1", "--out", folder_ / "programs"}).code,
+            0);
+  EXPECT_EQ(contents(folder_ / "mine/slow/1/steps.csv"), contents(folder_ / "programs/slow/1/steps.csv"));
+}
+
+TEST_F(Python, WrongInputIsAValueErrorWithTheProgramsWords) {
+  EXPECT_THAT(script("gripline.compare('nowhere.json')").err, HasSubstr("ValueError"));
+  const std::string good = fixture_dir() / "experiments/good.json";
+  EXPECT_THAT(script("gripline.compare('" + good + "', only='slw')").err, HasSubstr("did you mean \"slow\"?"));
+  EXPECT_THAT(script("gripline.Race('" + good + "', 'slw')").err, HasSubstr("no stack \"slw\""));
+  EXPECT_THAT(script("gripline.load_run('.')").err, HasSubstr("is no run"));
+  EXPECT_THAT(script("gripline.compare('" + good + "', plugins=[int])").err, HasSubstr("derives neither from"));
+}
+
+TEST_F(Python, AnExceptionOfAClassEndsItsRunAlone) {
+  const Outcome outcome = script(
+      "class Bad(gripline.Controller):\n"
+      "    id = 'bad'\n"
+      "    horizon = 2\n"
+      "    def control(self, now, reference):\n"
+      "        raise KeyError('no map')\n"
+      "try:\n"
+      "    gripline.compare('" +
+      (fixture_dir() / "experiments/good.json").string() +
+      "', plugins=[Bad], out='o', set={'/claims': [], '/stacks/bad': {'controller': {'plugin': 'bad'}}})\n"
+      "except RuntimeError:\n"
+      "    runs = gripline.load_table('o', 'runs')\n"
+      "    print(dict(zip(runs['stack'], runs['status'])))\n");
+  EXPECT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_THAT(outcome.out, HasSubstr("'slow': 'finished'"));
+  EXPECT_THAT(outcome.out, HasSubstr("'bad': 'plugin_error'"));
+}
+
+TEST_F(Python, AChangedClassIsRacedAgainAndItsWordsAreKept) {
+  const std::string program =
+      "def race(throttle):\n"
+      "    class Mine(gripline.Controller):\n"
+      "        id = 'mine'\n"
+      "        push = throttle\n"
+      "        def control(self, now, reference):\n"
+      "            print('push', self.push)\n"
+      "            return self.push, 0.0\n"
+      "    done = gripline.compare(FILE, only='slow', plugins=[Mine], out='o', set={'/claims': [],\n"
+      "                            '/stacks/slow': {'controller': {'plugin': 'mine'}}})\n"
+      "    return done.run('slow').steps['d'][5]\n"
+      "assert race(0.25) == 0.25\n"
+      "assert race(0.5) == 0.5\n"
+      "assert 'push 0.5' in open('o/slow/1/log.txt').read()\n";
+  const std::string file = fixture_dir() / "experiments/good.json";
+  std::string text = "FILE = '";
+  text.append(file).append("'\n").append(program);
+  const Outcome outcome = script(text);
+  EXPECT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_THAT(outcome.out, testing::Not(HasSubstr("already there")));
+}
+
+TEST_F(Python, ARaceIsAnEnvironmentOfGymnasiumWhereThatIsInstalled) {
+  write_text(folder_ / "gymnasium/__init__.py",
+             "class Env:\n"
+             "    def reset(self, *, seed=None, options=None):\n"
+             "        self.np_random_seed = seed\n"
+             "class spaces:\n"
+             "    class Box:\n"
+             "        def __init__(self, low, high, shape=None, dtype=None):\n"
+             "            self.low, self.high, self.shape = low, high, shape\n");
+  std::string text =
+      "import sys; sys.path.insert(0, '.')\nimport importlib, gymnasium\n"
+      "import gripline.stepping; importlib.reload(gripline.stepping)\n"
+      "race = gripline.stepping.Race('";
+  text.append((fixture_dir() / "experiments/good.json").string());
+  text.append(
+      "')\n"
+      "assert isinstance(race, gymnasium.Env)\n"
+      "observation, info = race.reset(seed=3)\n"
+      "assert race.np_random_seed == 3 and info['seed'] == 3\n"
+      "assert race.observation_space.shape == observation.shape\n"
+      "assert list(race.action_space.low) == list(race.action_low)\n"
+      "assert race.reset()[1]['seed'] == 4\n");
+  const Outcome outcome = script(text);
+  EXPECT_EQ(outcome.code, 0) << outcome.err;
+}
+
+TEST_F(Python, RacesAreRepeatedBySeedAndEnd) {
+  const Outcome outcome = script("race = gripline.Race('" + (fixture_dir() / "experiments/good.json").string() +
+                                 "', 'told')\n"
+                                 "def drive(seed):\n"
+                                 "    race.reset(seed=seed)\n"
+                                 "    out = [race.step((0.3, 0.1)) for _ in range(20)]\n"
+                                 "    return np.array([o[0] for o in out]), out[-1]\n"
+                                 "a, last = drive(1)\n"
+                                 "b, _ = drive(1)\n"
+                                 "assert (a == b).all() and a.shape == (20, len(race.observation_names))\n"
+                                 "assert last[4]['mu'] > 0.5, last\n"
+                                 "done = False\n"
+                                 "for k in range(200):\n"
+                                 "    _, _, terminated, truncated, info = race.step((1.0, 5.0))\n"
+                                 "    if terminated or truncated: break\n"
+                                 "assert (terminated or truncated) and k < 199\n");
+  EXPECT_EQ(outcome.code, 0) << outcome.err;
+}
+
+}  // namespace
+}  // namespace gripline
