@@ -14,6 +14,7 @@ const std::vector<std::string>& fixed_columns() {
                                                  "violation_s",
                                                  "violation_body_s",
                                                  "violation_after_adapt_s",
+                                                 "violation_body_after_adapt_s",
                                                  "mu_rmse",
                                                  "mu_visited_rmse",
                                                  "solve_ms_median",

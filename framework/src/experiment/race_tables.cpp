@@ -55,6 +55,7 @@ std::optional<double> value_of(const RaceResults& results, const RunResult& run,
   if (column == "violation_s" || column == "violation_s_max") return s.violation_s;
   if (column == "violation_body_s") return s.violation_body_s;
   if (column == "violation_after_adapt_s" || column == "violation_after_adapt_s_max") return s.violation_after_adapt_s;
+  if (column == "violation_body_after_adapt_s") return s.violation_body_after_adapt_s;
   if (column == "mu_rmse") return s.mu_rmse;
   if (column == "mu_visited_rmse") return s.mu_visited_rmse;
   if (column == "solve_ms_median") return run.timing.solve_ms_median;
@@ -76,7 +77,8 @@ std::vector<std::string> measured_columns(std::size_t laps) {
   std::vector<std::string> names;
   for (std::size_t i = 0; i < laps; ++i) names.push_back("lap" + std::to_string(i) + "_s");
   for (std::size_t i = 0; i < laps; ++i) names.push_back("lap" + std::to_string(i) + "_mean_factor");
-  for (const char* name : {"mean_deviation_m", "violation_s", "violation_body_s", "violation_after_adapt_s", "mu_rmse",
+  for (const char* name : {"mean_deviation_m", "violation_s", "violation_body_s", "violation_after_adapt_s",
+                           "violation_body_after_adapt_s", "mu_rmse",
                            "mu_visited_rmse", "solve_ms_median", "solve_ms_p95", "solve_ms_p99", "update_ms_median",
                            "solver_failures", "steps", "cpu_s", "simulated_s"})
     names.emplace_back(name);

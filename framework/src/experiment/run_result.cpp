@@ -149,6 +149,7 @@ Node summary_node(const RunSummary& s, const std::string& key) {
   node.set("violation_s", Node(s.violation_s));
   node.set("violation_body_s", Node(s.violation_body_s));
   node.set("violation_after_adapt_s", number_or_null(s.violation_after_adapt_s));
+  node.set("violation_body_after_adapt_s", number_or_null(s.violation_body_after_adapt_s));
   node.set("mu_rmse", number_or_null(s.mu_rmse));
   node.set("mu_bias", number_or_null(s.mu_bias));
   node.set("mu_visited_rmse", number_or_null(s.mu_visited_rmse));
@@ -211,6 +212,7 @@ std::optional<RunResult> read_result(const fs::path& folder, const std::string& 
     s.violation_s = read_value(node, "violation_s");
     s.violation_body_s = read_value(node, "violation_body_s");
     s.violation_after_adapt_s = read_maybe(node, "violation_after_adapt_s");
+    s.violation_body_after_adapt_s = read_maybe(node, "violation_body_after_adapt_s");
     s.mu_rmse = read_maybe(node, "mu_rmse");
     s.mu_bias = read_maybe(node, "mu_bias");
     s.mu_visited_rmse = read_maybe(node, "mu_visited_rmse");

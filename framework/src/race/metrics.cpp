@@ -93,8 +93,9 @@ void Metrics::step(const StackBelief& belief, std::span<const LinePoint> line, b
   if (world_.outside()) summary_.violation_s += dt;
   if (world_.body_outside()) summary_.violation_body_s += dt;
   if (!belief.mu.trusted) return;
-  if (!summary_.violation_after_adapt_s) summary_.violation_after_adapt_s = 0.0;
+  if (!summary_.violation_after_adapt_s) summary_.violation_after_adapt_s = summary_.violation_body_after_adapt_s = 0.0;
   if (world_.outside()) *summary_.violation_after_adapt_s += dt;
+  if (world_.body_outside()) *summary_.violation_body_after_adapt_s += dt;
   add_friction_error(belief.mu);
 }
 
@@ -113,7 +114,8 @@ RunSummary Metrics::summary(Status status, std::string message) const {
   const auto whole = [dt](double time) { return std::round(time / dt) * dt; };
   out.violation_s = whole(out.violation_s);
   out.violation_body_s = whole(out.violation_body_s);
-  if (out.violation_after_adapt_s) out.violation_after_adapt_s = whole(*out.violation_after_adapt_s);
+  for (std::optional<double>* time : {&out.violation_after_adapt_s, &out.violation_body_after_adapt_s})
+    if (*time) *time = whole(**time);
   if (mu_square_.count > 0) {
     out.mu_rmse = std::sqrt(mu_square_.mean());
     out.mu_bias = bias_.mean();

@@ -23,7 +23,7 @@ struct RunSummary {
   double mean_deviation_m = 0;
   std::optional<double> hilly_deviation_m;  // the same where the road is steeper than 3 %; none without such road
   double violation_s = 0, violation_body_s = 0;
-  std::optional<double> violation_after_adapt_s;
+  std::optional<double> violation_after_adapt_s, violation_body_after_adapt_s;
   /// Root mean square of believed total mu against mu_true over every step at which the stack trusts what it learned;
   /// against mu_visited from the end of the second lap after that moment on. Bias: believed minus true, as mu_rmse.
   std::optional<double> mu_rmse, mu_visited_rmse, mu_bias;

@@ -83,8 +83,8 @@ TEST(RaceTables, HaveTheDefinedColumns) {
   write_tables(folder.path(), {race, some_runs(), {"none", "elm", "oracle"}}, {});
   const std::string measured =
       "lap0_s,lap1_s,lap0_mean_factor,lap1_mean_factor,mean_deviation_m,violation_s,violation_body_s,"
-      "violation_after_adapt_s,mu_rmse,mu_visited_rmse,solve_ms_median,solve_ms_p95,solve_ms_p99,update_ms_median,"
-      "solver_failures,steps,cpu_s,simulated_s";
+      "violation_after_adapt_s,violation_body_after_adapt_s,mu_rmse,mu_visited_rmse,solve_ms_median,solve_ms_p95,"
+      "solve_ms_p99,update_ms_median,solver_failures,steps,cpu_s,simulated_s";
   EXPECT_EQ(lines(folder / "runs.csv").at(0), "stack,seed,status,needs_truth," + measured);
   EXPECT_EQ(lines(folder / "table.csv").at(0), "stack,needs_truth," + measured +
                                                    ",runs,finished,crashed,violation_s_max,violation_after_adapt_s_max,"
@@ -92,7 +92,8 @@ TEST(RaceTables, HaveTheDefinedColumns) {
                                                    "lap0_s_lo,lap0_s_hi,lap1_s_lo,lap1_s_hi,mean_deviation_m_lo,"
                                                    "mean_deviation_m_hi,violation_s_lo,violation_s_hi,"
                                                    "violation_body_s_lo,violation_body_s_hi,violation_after_adapt_s_lo,"
-                                                   "violation_after_adapt_s_hi,mu_rmse_lo,mu_rmse_hi,"
+                                                   "violation_after_adapt_s_hi,violation_body_after_adapt_s_lo,"
+                                                   "violation_body_after_adapt_s_hi,mu_rmse_lo,mu_rmse_hi,"
                                                    "mu_visited_rmse_lo,mu_visited_rmse_hi,solve_ms_median_lo,"
                                                    "solve_ms_median_hi,solve_ms_p95_lo,solve_ms_p95_hi,"
                                                    "solve_ms_p99_lo,solve_ms_p99_hi,update_ms_median_lo,"

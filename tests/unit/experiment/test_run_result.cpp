@@ -28,6 +28,7 @@ RunSummary some() {
   s.violation_s = 0.46;
   s.violation_body_s = 1.5;
   s.violation_after_adapt_s = 0.2;
+  s.violation_body_after_adapt_s = 0.7;
   s.mu_rmse = 0.02;
   s.mu_bias = -0.01;
   s.solver_failures = 3;
@@ -50,6 +51,7 @@ TEST(RunResult, ASummaryComesBack) {
   EXPECT_EQ(s.violation_s, 0.46);
   EXPECT_EQ(s.violation_body_s, 1.5);
   EXPECT_EQ(s.violation_after_adapt_s, 0.2);
+  EXPECT_EQ(s.violation_body_after_adapt_s, 0.7);
   EXPECT_EQ(s.mu_rmse, 0.02);
   EXPECT_EQ(s.mu_bias, -0.01);
   EXPECT_FALSE(s.mu_visited_rmse.has_value());  // null: was not measured

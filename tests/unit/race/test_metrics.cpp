@@ -109,7 +109,7 @@ TEST(Metrics, HillyDeviationCountsWhereTheRoadIsSteep) {
 
 TEST(Metrics, ViolationsAreTimesOutside) {
   Drive drive(R"({"start": {"speed": 1.5, "yaw": "15 deg"}})");
-  int centre = 0, body = 0, trusted = 0;
+  int centre = 0, body = 0, trusted = 0, trusted_body = 0;
   for (int k = 0; k < 120; ++k) {
     Belief mu;
     mu.trusted = k >= 70;
@@ -117,14 +117,17 @@ TEST(Metrics, ViolationsAreTimesOutside) {
     centre += drive.world().outside() ? 1 : 0;
     body += drive.world().body_outside() ? 1 : 0;
     trusted += drive.world().outside() && mu.trusted ? 1 : 0;
+    trusted_body += drive.world().body_outside() && mu.trusted ? 1 : 0;
   }
   ASSERT_GT(trusted, 0);
   ASSERT_GT(centre, trusted);
   ASSERT_GT(body, centre);
+  ASSERT_GT(trusted_body, trusted);
   const RunSummary summary = drive.summary();
   EXPECT_NEAR(summary.violation_s, 0.02 * centre, 1e-12);
   EXPECT_NEAR(summary.violation_body_s, 0.02 * body, 1e-12);
   EXPECT_NEAR(summary.violation_after_adapt_s.value(), 0.02 * trusted, 1e-12);
+  EXPECT_NEAR(summary.violation_body_after_adapt_s.value(), 0.02 * trusted_body, 1e-12);
 }
 
 TEST(Metrics, WhoNeverTrustsHasNoViolationAfterAdaptingAndNoFrictionError) {
