@@ -153,7 +153,7 @@ int diagnose_logs(DiagnoseOptions options, const Registry& registry) {
   const WorldSpec world = read_world(node, registry, errors);
   errors.throw_if_any();
   diagnose::Diagnoser diagnoser(world, registry, given.options);
-  const measured::LogExpectations expected{world.car.car.v_ref, &diagnoser.road()};
+  const measured::LogExpectations expected{world.car.car.v_ref, &diagnoser.road(), world.car.car.delta_max};
   const auto read = [&](const Words& files) {
     std::vector<measured::LogFile> logs;
     for (const std::string& file : files) logs.push_back(measured::read_log_file(file, expected));

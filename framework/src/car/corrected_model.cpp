@@ -21,6 +21,7 @@ void CorrectedModel::refresh() {
     current_.assign(static_cast<std::size_t>(car_.memory()) + 2 * static_cast<std::size_t>(past_), 0.0);
   row_.resize(static_cast<std::size_t>(states()));
   row_next_.resize(static_cast<std::size_t>(states()));
+  row_finer_.resize(static_cast<std::size_t>(states()));
 }
 
 void CorrectedModel::start(const State& now, std::span<double> x) const {
@@ -190,6 +191,32 @@ State CorrectedModel::advance(const State& x, const Input& u, const Place& at) {
   start(x, row_);
   const double input[] = {u.d, u.ddelta};
   values(1, row_.data(), input, &at, row_next_.data());
+  std::copy(row_next_.begin() + state_size, row_next_.end(), current_.begin());
+  return {row_next_[0], row_next_[1], row_next_[2], row_next_[3], row_next_[4], row_next_[5], row_next_[6]};
+}
+
+State CorrectedModel::advance_within(const StepBound& bound, const State& x, const Input& u, const Place& at) {
+  constexpr int most = 256;
+  const double input[] = {u.d, u.ddelta};
+  const int given = options_.integration.substeps;
+  const auto advance_by = [&](int substeps, std::vector<double>& next) {
+    options_.integration.substeps = substeps;
+    values(1, row_.data(), input, &at, next.data());
+  };
+  const auto agree = [&] {  // false also where one is no number
+    const auto off = [&](int i) {
+      return std::abs(row_finer_[static_cast<std::size_t>(i)] - row_next_[static_cast<std::size_t>(i)]);
+    };
+    return off(3) <= bound.velocity && off(4) <= bound.velocity && bound.wheelbase * off(5) <= bound.velocity;
+  };
+  start(x, row_);
+  advance_by(given, row_next_);
+  for (int times = 1; times < most; times *= 2) {
+    advance_by(2 * times * given, row_finer_);
+    if (agree()) break;
+    std::swap(row_next_, row_finer_);
+  }
+  options_.integration.substeps = given;
   std::copy(row_next_.begin() + state_size, row_next_.end(), current_.begin());
   return {row_next_[0], row_next_[1], row_next_[2], row_next_[3], row_next_[4], row_next_[5], row_next_[6]};
 }

@@ -18,6 +18,12 @@ struct StepOptions {
   Integration integration;
 };
 
+/// The error that a step may have.
+struct StepBound {
+  double velocity = 0;   ///< of vx, of vy and of the yaw rate times the wheelbase [m/s]
+  double wheelbase = 1;  ///< [m]
+};
+
 /// A row of x: State, the effects' memory, then the last commands (d, delta; oldest first) when an effect looks back or
 /// the hold needs them. The memory and past commands of the instant observed last are kept and moved on by advance().
 class CorrectedModel final : public Prediction {
@@ -44,6 +50,10 @@ class CorrectedModel final : public Prediction {
   void reset(const State& x, double d, const Place& at);
   /// One step from an observed state: returns the state predicted after it, and advances memory and past commands.
   State advance(const State& x, const Input& u, const Place& at);
+  /// The same in at least the given number of substeps, doubled up to 256 times it until the error of the step, estimated
+  /// by twice as many, is within the bound. Slips make a car stiff at low speed: a Runge-Kutta step of 20 ms is then
+  /// unstable, and no number of its result looks wrong.
+  State advance_within(const StepBound& bound, const State& x, const Input& u, const Place& at);
   /// The working quantities at the start of that step, with the memory kept: forces, slips, effective commands.
   Quantities<double> quantities(const State& x, const Input& u, const Place& at);
 
@@ -63,7 +73,7 @@ class CorrectedModel final : public Prediction {
   int past_ = 0;
   bool smooth_ = true;
   std::vector<double> current_;  // memory and past commands of the instant observed last
-  std::vector<double> row_, row_next_;
+  std::vector<double> row_, row_next_, row_finer_;
   Stepper<double> stepper_;
   Stepper<Dual8> dual_stepper_;
   std::vector<Dual8> dual_params_, dual_rows_, dual_inputs_;

@@ -67,6 +67,7 @@ CarFile read_car(const Node& node, Errors& errors) {
   car.v_ref = r.number("v_ref", "m/s", positive);
   car.v_min = r.number("v_min", "m/s", positive);
   file.known = {{"m", car.m}, {"Iz", car.Iz}, {"lf", car.lf}, {"lr", car.lr}};
+  file.substeps_by_error = r.boolean("substeps_by_error", true);
   if (r.has("known_params")) {
     ObjectReader known = r.object("known_params");
     for (const Member* member : known.members())

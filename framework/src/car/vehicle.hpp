@@ -15,6 +15,7 @@ namespace gripline {
 struct CarFile {
   Car car;
   KnownParams known;
+  bool substeps_by_error = true;  // of a world's control step (World); false: exactly as many as stated
 };
 CarFile read_car(const Node& node, Errors& errors);
 

@@ -171,6 +171,13 @@ void check_units(const CsvTable& table, const RawLog& raw, double dt, const LogE
   for (const double d : raw.d) pedals.push_back(std::abs(d));
   if (const double largest = lower_quantile(angles, 0.97, 0.0); largest > 1.6)
     refuse(table, "delta_rad reaches " + short_text(largest) + ": it looks like degrees; expected rad");
+  // A car steers beyond its limit by an error of calibration, never by half.
+  if (const double largest = lower_quantile(angles, 0.97, 0.0);
+      expected.delta_max > 0.0 && largest > 1.5 * expected.delta_max)
+    refuse(table, "delta_rad reaches " + short_text(largest) + ", and the car's delta_max is " +
+                      short_text(expected.delta_max) +
+                      ": it looks like the angle of the handwheel; expected that of the road wheels, so divide by the "
+                      "steering ratio");
   if (const double largest = lower_quantile(pedals, 0.97, 0.0); largest > 1.5)
     refuse(table, "d reaches " + short_text(largest) + ": it looks like per cent; expected -1 to 1");
   check_frame(table, windows);

@@ -17,6 +17,7 @@ struct Health {
 struct LogExpectations {
   double v_ref = 1;            // [m/s]
   const Road* road = nullptr;  // null: any place will do
+  double delta_max = 0;        // largest steering angle of the car [rad]; 0: not known
 };
 
 }  // namespace gripline::measured

@@ -11,6 +11,7 @@
 namespace gripline {
 namespace {
 
+constexpr double step_error = 1e-4;   // of v_ref, that a control step may have by its integration
 constexpr double largest_slip = 1.5;  // [rad], beyond any tyre's peak
 
 /// Largest value of a curve over [0, largest_slip]: a grid, then golden section around its best point.
@@ -65,6 +66,7 @@ class World::ModelCar final : public World::CarDynamics {
         vehicle_(spec.vehicle, context, &friction_),
         model_(vehicle_.car(), options(spec)),
         memoryless_(vehicle_.car_without_memory()),
+        substeps_by_error_(spec.car.substeps_by_error),
         peaks_move_(model_.car().effects() > (has_tyres() ? 1u : 0u)) {
     model_.reset(start, 0.0, at);
     find_peaks(at);
@@ -73,7 +75,8 @@ class World::ModelCar final : public World::CarDynamics {
 
   State advance(const State& x, const Input& u, const Place& at, double factor) override {
     acting_ = acting_under(x, u, at, factor);
-    return model_.advance(x, u, at);
+    if (!substeps_by_error_) return model_.advance(x, u, at);
+    return model_.advance_within({step_error * car_.v_ref, car_.lf + car_.lr}, x, u, at);
   }
   Acting acting_under(const State& x, const Input& next, const Place& at, double factor) override {
     set_factor(factor);
@@ -163,6 +166,7 @@ class World::ModelCar final : public World::CarDynamics {
   Vehicle vehicle_;
   CorrectedModel model_;
   StagedCar memoryless_;
+  bool substeps_by_error_;
   bool peaks_move_;  // with the car's own effects, which may depend on time and place
   mutable double peak_[2] = {0, 0}, peaks_at_ = 0;
   Acting acting_;

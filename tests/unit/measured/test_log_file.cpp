@@ -207,6 +207,21 @@ TEST_F(LogFiles, UnevenTimeIsBroughtToAGrid) {
   EXPECT_TRUE(mentions(log, "time"));
 }
 
+TEST_F(LogFiles, AHandwheelsAngleIsRefused) {
+  double largest = 0;
+  for (const Row& r : rows_) largest = std::max(largest, std::abs(r[8]));
+  const double ratio = 1.4 / largest;  // below what looks like degrees
+  const auto file = write(changed([&](std::size_t, Row& r) { r[8] *= ratio; }));
+  EXPECT_NO_THROW((void)read_log_file(file, {2.0, nullptr}));  // nothing is known of the car
+  try {
+    (void)read_log_file(file, {2.0, nullptr, 0.35});
+    ADD_FAILURE() << "accepted";
+  } catch (const InputError& e) {
+    EXPECT_NE(std::string(e.what()).find("angle of the handwheel"), std::string::npos) << e.what();
+  }
+  EXPECT_NO_THROW((void)read_log_file(write(rows_), {2.0, nullptr, 0.35}));
+}
+
 TEST_F(LogFiles, AByteOrderMarkIsNoPartOfTheFirstColumn) {
   const std::string header = std::string("\xef\xbb\xbf") + usual;
   EXPECT_NO_THROW((void)read_log_file(write(rows_, header), {2.0, nullptr}));

@@ -335,6 +335,58 @@ TEST(World, AForceThatIsNoNumberStopsTheWorldInsteadOfLosingTheCar) {
   EXPECT_EQ(world.plant_id(), "dynamic");
 }
 
+/// The masses and lengths of an F1TENTH car, leaving a start at 0.1 m/s while it is steered: true yaw rates.
+std::vector<double> yaw_rates_leaving(const std::string& integrator, bool by_error, int substeps = 1) {
+  const double grip = 0.8 * 3.74 * gravity / 0.33;
+  std::string patch = R"({"car": {"m": 3.74, "Iz": 0.047, "lf": 0.159, "lr": 0.171, "length": 0.06, "width": 0.03,
+    "d_min": -0.1, "d_max": 1, "delta_max": 0.35, "ddelta_max": 5, "v_ref": 3, "v_min": 0.3, "substeps_by_error": )";
+  patch.append(by_error ? "true" : "false");
+  patch.append(R"(}, "start": {"speed": 0.1}, "plant": {"plugin": "dynamic", "integrator": ")");
+  patch.append(integrator).append("\", \"substeps\": ").append(std::to_string(substeps));
+  patch.append(
+      R"(, "params": {"Bf": 4, "Cf": 1.4, "Br": 4, "Cr": 1.4, "Cm1": 12, "Cm2": 1, "Cr0": 0, "Cd": 0, "Df": )");
+  patch.append(number_text(grip * 0.171)).append(", \"Dr\": ").append(number_text(grip * 0.159)).append("}}}");
+  const WorldSpec spec = world_of(patch);
+  World world(spec, 1);
+  std::vector<double> rates;
+  for (int k = 0; k < 12; ++k) {
+    world.advance({0.3, k < 2 ? 1.0 : 0.0});
+    rates.push_back(world.state().omega);
+  }
+  return rates;
+}
+
+double farthest(const std::vector<double>& a, const std::vector<double>& b) {
+  double most = 0;
+  for (std::size_t k = 0; k < a.size(); ++k) most = std::max(most, std::abs(a[k] - b[k]));
+  return most;
+}
+
+TEST(World, AStiffStartTakesAsManySubstepsAsItsErrorAsksWhateverTheIntegrator) {
+  const std::vector<double> exact = yaw_rates_leaving("rk4", false, 400);
+  for (const char* integrator : {"euler", "heun", "rk4", "rkf5", "rk6"})
+    EXPECT_LT(farthest(yaw_rates_leaving(integrator, true), exact), 0.01) << integrator;
+  EXPECT_LT(farthest(yaw_rates_leaving("rk4", true, 3), exact), 0.01);
+  // What it is for: as stated, one step goes wrong, and each integrator in its own way.
+  EXPECT_GT(farthest(yaw_rates_leaving("rk6", false), exact), 0.5);
+  EXPECT_GT(farthest(yaw_rates_leaving("rk4", false), yaw_rates_leaving("rk6", false)), 0.5);
+}
+
+/// Where one step is good enough it is taken as it is.
+TEST(World, SubstepsByErrorLeaveAFastCarAsItIs) {
+  const char* const fast = R"({"start": {"speed": 1.8}})";
+  WorldSpec stated = world_of(fast), by_error = world_of(fast);
+  ASSERT_FALSE(stated.car.substeps_by_error);  // the 1:43 car, as published
+  by_error.car.substeps_by_error = true;
+  World one(stated, 1), other(by_error, 1);
+  for (int k = 0; k < 30; ++k) {
+    one.advance({0.4, k < 5 ? 1.0 : 0.0});
+    other.advance({0.4, k < 5 ? 1.0 : 0.0});
+    EXPECT_EQ(one.state().omega, other.state().omega);
+    EXPECT_EQ(one.state().vx, other.state().vx);
+  }
+}
+
 TEST(World, TheSameSeedIsTheSameWorld) {
   const WorldSpec spec = world_of(R"({"start": {"speed": 1}, "sensors": {"sigma": {"x": 0.01, "yaw_rate": 0.05}}})");
   World one(spec, 3), same(spec, 3), other(spec, 4);

@@ -114,7 +114,7 @@ Diagnosis diagnose_logs(const WorldSpec& nominal, const Registry& registry, cons
                         const fs::path& log, const fs::path& held_out, const fs::path& world_file,
                         const fs::path& out) {
   Diagnoser diagnoser(nominal, registry, options);
-  const measured::LogExpectations expected{nominal.car.car.v_ref, &diagnoser.road()};
+  const measured::LogExpectations expected{nominal.car.car.v_ref, &diagnoser.road(), nominal.car.car.delta_max};
   const std::vector<LogFile> logs{read_log_file(log, expected)}, held{read_log_file(held_out, expected)};
   Diagnosis d = diagnoser.run(logs, held);
   write_diagnosis(out, d, diagnoser, nominal, world_file, std::nullopt);

@@ -104,7 +104,8 @@ void diagnose_case(const fs::path& folder, const Registry& registry, const World
   errors.throw_if_any();
   const double begin = process_cpu_s();
   out.diagnoser = std::make_unique<Diagnoser>(out.world, registry, options);
-  const measured::LogExpectations expected{out.world.car.car.v_ref, &out.diagnoser->road()};
+  const measured::LogExpectations expected{out.world.car.car.v_ref, &out.diagnoser->road(),
+                                           out.world.car.car.delta_max};
   const std::vector<LogFile> logs{read_log_file(folder / "measured.csv", expected)};
   out.diagnosis = out.diagnoser->run(logs, {});
   out.cpu_s = process_cpu_s() - begin;
@@ -147,8 +148,8 @@ void measure_errors(const fs::path& folder, const Diagnosed& one, const Answer& 
   const Road& road = one.diagnoser->road();
   Channels sigma{};
   for (std::size_t c = 0; c < channels; ++c) sigma[c] = one.world.sensors.channels[c].sigma;
-  const LogFile held =
-      read_log_file(folder / "heldout.csv", measured::LogExpectations{one.world.car.car.v_ref, nullptr});
+  const LogFile held = read_log_file(
+      folder / "heldout.csv", measured::LogExpectations{one.world.car.car.v_ref, nullptr, one.world.car.car.delta_max});
   const auto error = [&](const ModelSpec& model) {
     return rollout_error(catalogue, model, held.stretches.front(), road, sigma);
   };
