@@ -137,6 +137,7 @@ int run_fit(Arguments args) {
 
   calibrate::FitOptions fit;
   fit.slowest = calibrate::slowest_start(world.spec);
+  fit.crawling = world.spec.car.car.v_min;
   fit.starts =
       static_cast<std::size_t>(std::clamp<std::int64_t>(whole_number(*given, "starts", "--starts"), 20, 100000));
   fit.seed = static_cast<unsigned>(whole_number(*given, "seed", "--seed"));

@@ -23,13 +23,20 @@ std::string text(double value, int digits = 4) {
   return buffer;
 }
 
-/// Every so many of a log's starts, for searching.
+/// The starts of one stretch of five seconds in every so many, for searching: the observer need not look at the others.
 std::vector<FitLog> thinned(const std::vector<FitLog>& logs, std::size_t every) {
+  constexpr double length = 5.0;  // [s]
   std::vector<FitLog> out = logs;
   for (FitLog& log : out) {
     const std::size_t per_start = log.starts.horizons.size() * channels;
     std::vector<double> time, truth;
-    for (std::size_t i = 0; i < log.starts.time.size(); i += every) {
+    double stretch = -1.0;
+    std::size_t seen = 0;
+    for (std::size_t i = 0; i < log.starts.time.size(); ++i) {
+      const double now = std::floor((log.starts.time[i] - log.session->t.front()) / length);
+      seen += now != stretch;  // stretches with starts
+      stretch = now;
+      if ((seen - 1) % every != 0) continue;
       time.push_back(log.starts.time[i]);
       truth.insert(truth.end(), log.truth.begin() + static_cast<std::ptrdiff_t>(i * per_start),
                    log.truth.begin() + static_cast<std::ptrdiff_t>((i + 1) * per_start));
@@ -64,7 +71,7 @@ std::vector<double> search(const Forecaster& forecaster, const std::vector<FitLo
   errors.weighing.horizon = options.horizon_weight;
   errors.set_scales(values);
   LeastSquaresOptions quick;
-  quick.iterations = 4;
+  quick.iterations = 3;
   std::vector<double> best;
   double best_cost = 0.0;
   for (int attempt = 0; attempt < options.tries; ++attempt) {
@@ -78,7 +85,9 @@ std::vector<double> search(const Forecaster& forecaster, const std::vector<FitLo
       best = std::move(found);
     }
   }
-  return best;
+  errors.set_scales(best);
+  quick.iterations = 6;
+  return least_squares(errors, unknowns, best, quick, best_cost);
 }
 
 bool at_bound(const Unknown& u, double value) {
@@ -136,26 +145,42 @@ std::vector<Unknown> settle(FitResult& result, std::span<const Unknown> unknowns
 
 std::vector<FitLog> fit_logs(const std::list<measured::SessionFile>& files, const std::shared_ptr<const Track>& track,
                              double grid_step, const FitOptions& options) {
-  constexpr double often = 0.1;  // [s] between starts at most
+  constexpr double often = 0.1;      // [s] between starts at most
+  constexpr std::size_t enough = 5;  // starts, for a log to say anything
   std::vector<FitLog> logs;
-  double seconds = 0.0, mean = 0.0;
-  std::vector<double> driven;
+  double seconds = 0.0, slow_seconds = 0.0, mean = 0.0;
+  struct Driven {
+    const measured::SessionFile* file;
+    double slowest, seconds;
+  };
+  std::vector<Driven> driven;
   for (const measured::SessionFile& file : files) {
-    const FitLog all(file.session, grid_step, options.horizons, often, options.slowest);
-    driven.push_back(often * static_cast<double>(all.starts.time.size()));
-    seconds += driven.back();
-    if (all.starts.time.empty())
-      throw InputError(file.session.name + ": nowhere in it is the car faster than " + text(options.slowest, 3) +
-                       " m/s with " + text(options.horizons.back(), 3) + " s of log to come; there is nothing to fit");
+    // A log that is slow throughout, of parking or of a steering test, counts where its car moves at all.
+    for (const double slowest : {options.slowest, std::min(options.crawling, options.slowest)}) {
+      const FitLog all(file.session, grid_step, options.horizons, often, slowest);
+      if (all.starts.time.size() < enough) continue;
+      driven.push_back({&file, slowest, often * static_cast<double>(all.starts.time.size())});
+      (slowest < options.slowest ? slow_seconds : seconds) += driven.back().seconds;
+      break;
+    }
+    if (!driven.empty() && driven.back().file == &file) continue;
+    const std::string problem = file.session.name + ": hardly anywhere in it is the car faster than " +
+                                text(options.crawling, 3) + " m/s with " + text(options.horizons.back(), 3) +
+                                " s of log to come; ";
+    if (files.size() == 1) throw InputError(problem + "there is nothing to fit");
+    say(options, problem + "left out");
   }
-  const double every = std::max(often, seconds / static_cast<double>(options.starts));
-  std::size_t i = 0;
-  for (const measured::SessionFile& file : files) {
-    logs.emplace_back(file.session, grid_step, options.horizons, std::min(every, std::max(often, driven[i] / 20)),
-                      options.slowest);
-    if (track && lies_on(file.session, *track)) logs.back().track = track;
-    mean += static_cast<double>(logs.back().starts.time.size()) / static_cast<double>(files.size());
-    ++i;
+  if (driven.empty())
+    throw InputError("in none of the logs is the car faster than " + text(options.crawling, 3) + " m/s with " +
+                     text(options.horizons.back(), 3) + " s of log to come; there is nothing to fit");
+  // Slow logs get their few starts beside those of the others.
+  const double every = std::max(often, (seconds > 0.0 ? seconds : slow_seconds) / static_cast<double>(options.starts));
+  for (const Driven& one : driven) {
+    const measured::Session& session = one.file->session;
+    logs.emplace_back(session, grid_step, options.horizons, std::min(every, std::max(often, one.seconds / 20)),
+                      one.slowest);
+    if (track && lies_on(session, *track)) logs.back().track = track;
+    mean += static_cast<double>(logs.back().starts.time.size()) / static_cast<double>(driven.size());
   }
   // Long sessions count more than short ones, by the root of their length.
   for (FitLog& log : logs)
@@ -190,7 +215,7 @@ FitResult fit(const Forecaster& forecaster, std::vector<FitLog>& logs, std::vect
     result.cost_before = errors.cost(values);
     full.iterations = round == 0   ? options.iterations / 2
                       : round == 1 ? options.iterations - options.iterations / 2
-                                   : 3;
+                                   : 6;
     result.params = least_squares(errors, open, result.params, full, result.cost_after);
     if (round == 0) continue;  // scales were those of the search
     const NormalEquations blocks = errors.linearise(result.params, open);

@@ -16,6 +16,7 @@ struct FitOptions {
   std::vector<double> horizons{0.5, 1.0};  // [s]
   std::vector<double> horizon_weight{0.5, 1.0};
   double slowest = 1.0;      // [m/s] of a start
+  double crawling = 0.25;    // [m/s] of a start in a log that has none as fast as that
   std::size_t starts = 250;  // wanted of all logs together
   int iterations = 14;
   int tries = 3;  // starts of the search; the first is the prior itself
@@ -60,7 +61,8 @@ struct FitResult {
   Weighing weighing;                       // of the last step
 };
 
-/// Logs with their starts, evenly spread over all of them. Longer logs count more, by the root of their length. `track` goes to the logs that lie on it. Throws InputError when a log has no usable start.
+/// Logs with their starts, evenly spread over all of them. Longer logs count more, by the root of their length. `track`
+/// goes to the logs that lie on it. A log without a usable start is left out; throws InputError when none is left.
 std::vector<FitLog> fit_logs(const std::list<measured::SessionFile>& files, const std::shared_ptr<const Track>& track,
                              double grid_step, const FitOptions& options);
 
