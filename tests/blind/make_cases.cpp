@@ -26,9 +26,12 @@ struct Condition {
   const char* kind;  // none, single, pair, unknown
   bool process_noise = false, wrong_nominal = false, outside = false, more_outside = false, excluded = false;
   bool brief = false, faint = false, mild = false;
-  double dt = 0.02;  // of the logs
+  double dt = 0.02;          // of the logs
+  double noise_time = 0.25;  // correlation time of the process noise [s]
+  double sensor_colour = 0;  // lag-one correlation of the sensors' noise
+  std::size_t every = 1;     // rows of the log that are kept: every so-manieth
 };
-constexpr std::array<Condition, 20> conditions = {{
+constexpr std::array<Condition, 30> conditions = {{
     {.name = "none_white", .kind = "none"},
     {.name = "none_process", .kind = "none", .process_noise = true},
     {.name = "none_nominal", .kind = "none", .wrong_nominal = true},
@@ -49,6 +52,16 @@ constexpr std::array<Condition, 20> conditions = {{
     {.name = "none_100hz", .kind = "none", .dt = 0.01},
     {.name = "single_20hz", .kind = "single", .dt = 0.05},
     {.name = "single_100hz", .kind = "single", .dt = 0.01},
+    {.name = "none_slow", .kind = "none", .process_noise = true, .noise_time = 1.0},
+    {.name = "single_slow", .kind = "single", .process_noise = true, .noise_time = 1.0},
+    {.name = "none_quick", .kind = "none", .process_noise = true, .noise_time = 0.05},
+    {.name = "single_quick", .kind = "single", .process_noise = true, .noise_time = 0.05},
+    {.name = "none_ar03", .kind = "none", .sensor_colour = 0.3},
+    {.name = "single_ar03", .kind = "single", .sensor_colour = 0.3},
+    {.name = "none_ar08", .kind = "none", .sensor_colour = 0.8},
+    {.name = "single_ar08", .kind = "single", .sensor_colour = 0.8},
+    {.name = "none_thinned", .kind = "none", .every = 2},
+    {.name = "single_thinned", .kind = "single", .every = 2},
 }};
 
 /// Nominal world, catalogue and roads of one car.
@@ -133,15 +146,33 @@ std::vector<std::string> places_of(const std::string& id) {
   return {"state", "input"};
 }
 
-void write_log(const fs::path& file, const measured::Log& log, const measured::Channels& noise, bool car_is_full,
-               bool exact, bool with_vy, Random& r) {
+/// Every so-manieth sample of a log: what a slower recorder would have written of the same drive.
+measured::Log thinned(const measured::Log& log, std::size_t every) {
+  measured::Log less;
+  less.dt = log.dt * static_cast<double>(every);
+  for (std::size_t k = 0; k < log.size(); k += every) {
+    less.command.push_back(log.command[k]);
+    const auto row = log.reading.begin() + static_cast<std::ptrdiff_t>(k * 6);
+    less.reading.insert(less.reading.end(), row, row + 6);
+  }
+  return less;
+}
+
+/// `colour`: lag-one correlation of the noise, whose standard deviations are `noise` whatever it is.
+void write_log(const fs::path& file, const measured::Log& log, const measured::Channels& noise, double colour,
+               bool car_is_full, bool exact, bool with_vy, Random& r) {
   std::string text =
       std::string("t_s,x_m,y_m,yaw_rad,vx_mps,") + (with_vy ? "vy_mps," : "") + "yaw_rate_radps,d,delta_rad\n";
   char cell[40];
+  measured::Channels error{};  // in standard deviations
   for (std::size_t k = 0; k < log.size(); ++k) {
     text += number(static_cast<double>(k) * log.dt, 6);
     for (std::size_t c = 0; c < 6; ++c) {
-      const double v = log.reading[k * 6 + c] + (exact ? 0.0 : noise[c] * normal(r));
+      if (!exact) {
+        const double keeps = k == 0 ? 0.0 : colour;
+        error[c] = keeps * error[c] + std::sqrt(1.0 - keeps * keeps) * normal(r);
+      }
+      const double v = log.reading[k * 6 + c] + noise[c] * error[c];
       const int digits = exact ? (c < 2 && car_is_full ? 4 : 6) : (c < 2 && car_is_full ? 3 : 4);
       std::snprintf(cell, sizeof cell, ",%.*f", digits, v);
       if (c != 4 || with_vy) text += cell;
@@ -281,7 +312,10 @@ std::string answer_json(const Draft& c, const std::string& track, int direction,
   text += !c.condition.process_noise
               ? "null"
               : "{\"ax_mps2\": " + number(0.1 * c.rough) + ", \"ay_mps2\": " + number(0.1 * c.rough) +
-                    ", \"yaw_acc_radps2\": " + number((full ? 0.05 : 0.8) * c.rough) + ", \"tau_s\": 0.25}";
+                    ", \"yaw_acc_radps2\": " + number((full ? 0.05 : 0.8) * c.rough) +
+                    ", \"tau_s\": " + number(c.condition.noise_time) + "}";
+  if (c.condition.sensor_colour > 0.0) text += ",\n  \"noise_correlation\": " + number(c.condition.sensor_colour);
+  if (c.condition.every > 1) text += ",\n  \"thinned\": " + std::to_string(c.condition.every);
   text += ",\n  \"nuisance\": " + (c.nuisance.empty() ? std::string("null") : object(c.nuisance)) +
           ",\n  \"seed\": " + std::to_string(seed) + ",\n  \"magnitude\": " + number(c.share) +
           ",\n  \"length_s\": " + number(c.seconds) + ",\n  \"laps\": {\"measured\": " + number(laps[0], 5) +
@@ -293,7 +327,8 @@ std::string case_json(const Draft& c, const std::string& track, int direction, c
   constexpr std::array<const char*, 6> names = {"x_m", "y_m", "yaw_rad", "vx_mps", "vy_mps", "yaw_rate_radps"};
   std::string text = "{\n  \"vehicle\": \"" + std::string(vehicles[static_cast<std::size_t>(c.car)]) +
                      "\",\n  \"track\": \"" + track + "\",\n  \"direction\": " + std::to_string(direction) +
-                     ",\n  \"sample_time_s\": " + number(c.condition.dt) + ",\n  \"noise_sigma\": {";
+                     ",\n  \"sample_time_s\": " + number(c.condition.dt * static_cast<double>(c.condition.every)) +
+                     ",\n  \"noise_sigma\": {";
   for (std::size_t i = 0; i < 6; ++i)
     text += (i > 0 ? ", \"" : "\"") + std::string(names[i]) + "\": " + number(noise[i]);
   text += "},\n  \"exclude\": " + list(c.excluded) + ",\n  \"nominal_uncertainty\": ";
@@ -342,6 +377,7 @@ void make_case(const Condition& condition, std::size_t i, std::uint64_t seed, st
   plan.seconds = c.seconds;
   plan.dt = condition.dt;
   plan.roughness = c.rough;
+  plan.noise_time = condition.noise_time;
   const int direction = r() % 3 == 0 ? -1 : 1;
   plan.style = {uniform(r, 0.78, 0.95), uniform(r, 0.04, full ? 0.12 : 0.18), uniform(r, 0.1, 0.5),
                 uniform(r, 0.7, 1.3), direction};
@@ -360,8 +396,9 @@ void make_case(const Condition& condition, std::size_t i, std::uint64_t seed, st
   fs::create_directories(folder);
   const std::string track =
       std::string(vehicles[static_cast<std::size_t>(c.car)]) + "_" + std::to_string(which) + ".csv";
-  write_log(folder / "measured.csv", measured.log, noise, full, false, c.with_vy, r);
-  write_log(folder / "heldout.csv", held.log, noise, full, true, true, r);
+  write_log(folder / "measured.csv", thinned(measured.log, condition.every), noise, condition.sensor_colour, full,
+            false, c.with_vy, r);
+  write_log(folder / "heldout.csv", held.log, noise, 0.0, full, true, true, r);
   write_file(folder / "case.json", case_json(stated, track, direction, noise));
   write_file(folder / "answer.json",
              answer_json(stated, track, direction, noise, {measured.laps, held.laps}, seed, attempts));

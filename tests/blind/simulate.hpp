@@ -34,7 +34,8 @@ struct Plan {
   std::optional<blind::Effect> outside;
   double latency = 0;  // of all readings [s]
   double seconds = 60, dt = 0.02;
-  double roughness = 0;  // process noise of framework/doc/diagnose-cases.md, times this
+  double roughness = 0;      // process noise of framework/doc/diagnose-cases.md, times this
+  double noise_time = 0.25;  // its correlation time [s]
   Style style;
 };
 
@@ -43,21 +44,22 @@ struct Log {
   double laps = 0;
 };
 
-/// Process noise (framework/doc/diagnose-cases.md): accelerations with a correlation time of a quarter of a second.
+/// Process noise (framework/doc/diagnose-cases.md): accelerations with a correlation time [s].
 class Disturbance {
  public:
-  Disturbance(double size, bool full, Random& r)
-      : on_(size > 0.0), sigma_{size * 0.1, size * 0.1, size * (full ? 0.05 : 0.8)}, r_(r) {
+  Disturbance(double size, double correlation_time, bool full, Random& r)
+      : on_(size > 0.0), time_(correlation_time), sigma_{size * 0.1, size * 0.1, size * (full ? 0.05 : 0.8)}, r_(r) {
     for (std::size_t i = 0; on_ && i < 3; ++i) value_[i] = sigma_[i] * normal(r);
   }
   void advance(double h) {
-    const double keep = std::exp(-h / 0.25), fresh = std::sqrt(1.0 - keep * keep);
+    const double keep = std::exp(-h / time_), fresh = std::sqrt(1.0 - keep * keep);
     for (std::size_t i = 0; on_ && i < 3; ++i) value_[i] = keep * value_[i] + fresh * sigma_[i] * normal(r_);
   }
   const std::array<double, 3>& value() const { return value_; }
 
  private:
   bool on_;
+  double time_;
   std::array<double, 3> sigma_, value_{};
   Random& r_;
 };
@@ -88,7 +90,7 @@ inline std::optional<Log> simulate(const Plan& plan, const measured::Road& road,
   const double h = log.dt / pieces;
   const auto lead = static_cast<std::size_t>(std::round(plan.latency / h));
   const auto n = static_cast<std::size_t>(std::round(plan.seconds / log.dt)) + 1;
-  Disturbance disturbance(plan.roughness, car_kind == 1, r);
+  Disturbance disturbance(plan.roughness, plan.noise_time, car_kind == 1, r);
   double hint = std::nan(""), last_fraction = std::nan("");
 
   const auto rates = [&](double t, const std::array<double, 6>& at, const std::vector<double>& mem,

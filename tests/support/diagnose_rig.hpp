@@ -44,10 +44,12 @@ class DiagnoseRig {
   struct Drive {
     double seconds = 20;
     std::uint64_t seed = 1;
-    double noise = 1;               // factor on the world's sensor noise
-    double steer = 1;               // factor on the steering
-    double braking = 0;             // how far the pedal swings beyond the usual, into the brakes
-    std::array<double, 3> rough{};  // process noise of framework/doc/diagnose-cases.md, times these
+    double noise = 1;                                // factor on the world's sensor noise
+    double steer = 1;                                // factor on the steering
+    double braking = 0;                              // how far the pedal swings beyond the usual, into the brakes
+    std::array<double, 3> rough{};                   // process noise of framework/doc/diagnose-cases.md, times these
+    double noise_time = diagnose::usual_noise_time;  // its correlation time [s]
+    measured::Channels colour{};                     // lag-one correlation of the sensors' noise
   };
   /// What the sensors of a car with this model show while it weaves around; samples 20 ms apart.
   measured::Log simulate(const diagnose::ModelSpec& truth, const Drive& drive) const {
@@ -78,13 +80,17 @@ class DiagnoseRig {
     measured::LogStepper stepping(car, log, 16);
     constexpr std::array<double, 3> usual = {0.1, 0.1, 0.8};  // [m/s2, m/s2, rad/s2]
     std::array<double, 3> road{};
-    const double keeps = std::exp(-log.dt / diagnose::noise_time);
+    measured::Channels error{};  // of the sensors, in standard deviations
+    const double keeps = std::exp(-log.dt / drive.noise_time);
     for (std::size_t k = 0; k < n; ++k) {
       Reading<double> r{x[0], x[1], x[2], x[3], x[4], x[5]};
       car.read(&r, 1, &at, nullptr);
       const std::array<double, 6> shown = {r.x, r.y, r.yaw, r.vx, r.vy, r.omega};
-      for (std::size_t c = 0; c < 6; ++c)
-        log.reading.push_back(shown[c] + drive.noise * world_.sensors.channels[c].sigma * normal(random));
+      for (std::size_t c = 0; c < 6; ++c) {
+        const double rho = k == 0 ? 0.0 : drive.colour[c];
+        error[c] = rho * error[c] + std::sqrt(1.0 - rho * rho) * normal(random);
+        log.reading.push_back(shown[c] + drive.noise * world_.sensors.channels[c].sigma * error[c]);
+      }
       if (k + 1 == n) break;
       Place next = road_.at(static_cast<double>(k + 1) * log.dt, x[0] + log.dt * x[3] * std::cos(x[2]),
                             x[1] + log.dt * x[3] * std::sin(x[2]), x[2], hint);

@@ -13,6 +13,8 @@
 #include "diagnose/scoring/scorecard.hpp"
 #include "experiment/out_folder.hpp"
 #include "gripline/command.hpp"
+#include "measured/gripline_log.hpp"
+#include "measured/session_health.hpp"
 #include "util/csv_writer.hpp"
 #include "util/progress.hpp"
 #include "util/signals.hpp"
@@ -91,13 +93,13 @@ void print(const diagnose::Diagnosis& d) {
     if (h.level != measured::Health::Level::good)
       std::cout << "log: " << h.check << ": " << h.found << "; " << h.done << '\n';
   std::cout << diagnose::verdict_names[static_cast<std::size_t>(d.verdict)] << ": " << d.sentence << '\n';
-  std::cout << "\neffect              evidence   error with it   wins\n";
+  std::cout << "\neffect              evidence   error with it   wins   predictions\n";
   std::size_t shown = 0;
   for (const diagnose::RankedEffect& r : d.ranking) {
     if (++shown > 6) break;
     char row[120];
-    std::snprintf(row, sizeof row, "%-18s %9.1f   %13.3f   %4.2f\n", r.effect.c_str(), r.gain, r.held_out,
-                  r.selected_fraction);
+    std::snprintf(row, sizeof row, "%-18s %9.1f   %13.3f   %4.2f   %s\n", r.effect.c_str(), r.gain, r.held_out,
+                  r.selected_fraction, std::string(r.rollout.says()).c_str());
     std::cout << row;
   }
   if (d.verdict == diagnose::Verdict::unknown && !d.ranking.empty())
@@ -113,13 +115,13 @@ void print(const diagnose::Diagnosis& d) {
 struct DiagnoseOptions {
   fs::path world;
   Words logs, held_out;
-  std::optional<fs::path> case_file, track;
+  std::optional<fs::path> case_file, track, map;
   fs::path out;
   bool force = false;
 };
 
 void refuse_beside_score(const po::variables_map& given) {
-  for (const char* other : {files_word, "held-out", "case", "track"}) {
+  for (const char* other : {files_word, "held-out", "case", "track", "map"}) {
     if (given.count(other) == 0) continue;
     const std::string found =
         other == files_word ? "\"" + words_of(given, other).front() + "\"" : std::string("--") + other;
@@ -136,10 +138,22 @@ DiagnoseOptions read_options(const po::variables_map& given) {
   for (const std::string& file : words_of(given, "held-out")) o.held_out.push_back(existing(file).string());
   if (const auto file = text_of(given, "case")) o.case_file = existing(*file);
   if (const auto file = text_of(given, "track")) o.track = existing(*file);
+  if (const auto file = text_of(given, "map")) o.map = existing(*file);
   o.out = text_of(given, "out").value_or(fs::path("out") / ("diagnose_" + fs::path(o.logs.front()).stem().string()));
   if (o.out.empty()) throw InputError("--out names no folder");
   o.force = given.count("force") > 0;
   return o;
+}
+
+/// A logger's table as a log in gripline's own columns, written beside the results; prints what was done.
+fs::path import_log(const fs::path& file, const measured::LogMap& map, const fs::path& out) {
+  const measured::SessionFile session = measured::read_session(file, map);
+  measured::check_session(session, measured::typical_speed(session.session));
+  std::string name = file.stem().string();
+  name += ".gripline.csv";
+  for (const std::string& remark : measured::write_gripline_log(out / name, session, map))
+    std::cout << "log: " << file.filename().string() << ": " << remark << '\n';
+  return out / name;
 }
 
 int diagnose_logs(DiagnoseOptions options, const Registry& registry) {
@@ -159,8 +173,15 @@ int diagnose_logs(DiagnoseOptions options, const Registry& registry) {
     for (const std::string& file : files) logs.push_back(measured::read_log_file(file, expected));
     return logs;
   };
+  std::optional<OutLock> lock;
+  if (options.map) {
+    const measured::LogMap map = measured::load_log_map(*options.map);
+    lock.emplace(open_out_folder(options.out, "diagnosis", options.force));
+    for (Words* files : {&options.logs, &options.held_out})
+      for (std::string& file : *files) file = import_log(file, map, options.out).string();
+  }
   const std::vector<measured::LogFile> logs = read(options.logs), held_out = read(options.held_out);
-  const OutLock lock = open_out_folder(options.out, "diagnosis", options.force);
+  if (!lock) lock.emplace(open_out_folder(options.out, "diagnosis", options.force));
   const diagnose::Diagnosis d = [&] {
     const StopSignal stop(StopSignal::Reaction::end, run_broke);
     CallbackProgress progress(std::cerr, "diagnose");
@@ -191,6 +212,8 @@ int run_diagnose(Arguments args) {
   add("held-out", po::value<Words>()->multitoken()->composing(), "logs to measure the gap on (default: the last laps)");
   add("case", po::value<std::string>(), "CASE.json: effects to exclude, how far nominal parameters are trusted");
   add("track", po::value<std::string>(), "another road, CSV or JSON");
+  add("map", po::value<std::string>(),
+      "what the logs' columns mean, JSON (gripline import); without it gripline's own");
   add("out", po::value<std::string>(), "folder for results (default: out/diagnose_<log>)");
   add("force", "replace another experiment's results in that folder");
   add("score", po::value<std::string>(), "a folder of cases with answers: diagnose all and print the scorecard");

@@ -108,6 +108,10 @@ inline constexpr double worse_with_process_noise = 1.1;
 /// Share of the gap that effects named beside an unknown one must close to be kept. Not measured.
 inline constexpr double closure_beside_unknown = 0.5;
 
+/// Starts of predictions that count as one piece of evidence (2 s of a log at 50 Hz: predictions of 1 s overlap), and
+/// blocks of them below which predictions tell nothing.
+inline constexpr std::size_t witness_block = 4, witness_blocks = 4;
+
 // ---- Tests that nothing is left
 
 /// Standardised statistic of a test beyond which the model is rejected. Larger: fewer false alarms, weaker deviations
@@ -160,6 +164,25 @@ inline constexpr double noticeable_process_noise = 0.1, uneven_ratio = 3.0;
 /// Ratio below which process noise may be parameters still on their way to the optimum, and the factor on the least
 /// variance from which on it is worth asking. Not measured; saves fits that would creep along a flat valley.
 inline constexpr double may_vanish = 0.5, above_least = 4.0;
+
+// ---- Noise that is measured
+
+/// Lag-one correlation of innovations, in standard deviations of that of white ones, from which on the colour of the
+/// sensors' noise is measured. Larger: faster; weak colours pass for white.
+inline constexpr double coloured_innovations = 5.0;
+/// Log likelihood that measured noise must bring to be believed, before effects are searched and after.
+inline constexpr double noise_gain_before = 30.0, noise_gain = 10.0;
+/// Standard deviations by which a colour must differ from white, its least and its largest size.
+inline constexpr double significant_colour = 3.0, least_colour = 0.05, most_colour = 0.97;
+/// What noise must differ by from what was believed, to search again: the factor on a correlation time or a level, and
+/// a colour.
+inline constexpr double other_noise_factor = 1.25, other_colour = 0.1;
+/// Range of the correlation time of unknown accelerations [s].
+inline constexpr double shortest_noise_time = 0.02, longest_noise_time = 4.0;
+/// Samples that noise is measured on; iterations, and log likelihood by which one must improve to go on.
+inline constexpr std::size_t noise_samples = 3000;
+inline constexpr int noise_iterations = 8;
+inline constexpr double noise_settled = 0.3;
 
 // ---- Sensors
 

@@ -8,7 +8,7 @@ import type { Mark } from "./marks";
 import { CanvasPen, SvgPen, type Pen } from "./pen";
 import type { State } from "./state";
 import { onThemeChange, sequential, stackColour, token } from "./theme";
-import type { Case, Diagnosis, DiagnosisReport } from "./types";
+import type { Case, Diagnosis, DiagnosisReport, Rollout } from "./types";
 
 const numbers = (values: (number | null)[] | undefined) => Float64Array.from(values ?? [], (v) => v ?? NaN);
 
@@ -110,13 +110,20 @@ export function namedTable(d: Diagnosis): HTMLElement | null {
   return h("div", { class: "table-scroll" }, h("table", { class: "comparison plain" }, h("thead", {}, h("tr", {}, ...head.map((text, i) => h("th", { scope: "col", class: i === 0 ? "name" : i === 1 ? "text" : undefined }, text)))), h("tbody", {}, ...rows)));
 }
 
+/** "helps, -42 % (-50 to -33 %)", or only that nothing can be told. */
+function rolloutText(r: Rollout | undefined): string {
+  if (!r || r.change === null || r.says === "cannot tell") return r?.says ?? "";
+  const share = (v: number | null) => fixed(100 * (v ?? NaN), 1);
+  return `${r.says}, ${share(r.change)} % (${share(r.ci95[0])} to ${share(r.ci95[1])} %)`;
+}
+
 export function rankingTable(d: Diagnosis): HTMLElement | null {
   const ranking = d.ranking ?? [];
   if (!ranking.length) return null;
   const most = Math.max(...ranking.map((entry) => entry.gain), 1e-9);
   const named = new Set((d.named ?? []).map((entry) => entry.effect));
   const bar = (share: number) => h("span", { class: "bar-cell" }, h("i", { style: `width:${(100 * Math.min(Math.max(share, 0), 1)).toFixed(1)}%` }));
-  const head = ["effect", "evidence gained", "", "error with it", "wins resampled"];
+  const head = ["effect", "evidence gained", "", "error with it", "predictions", "wins resampled"];
   return h(
     "div",
     { class: "table-scroll", tabindex: 0, role: "region", "aria-label": "Ranking of effects" },
@@ -135,6 +142,7 @@ export function rankingTable(d: Diagnosis): HTMLElement | null {
             h("td", {}, fixed(entry.gain, 1)),
             h("td", { class: "wide" }, bar(entry.gain / most)),
             h("td", {}, `${fixed(entry.held_out, entry.held_out < 0.1 ? 3 : 2)} σ`),
+            h("td", {}, rolloutText(entry.rollout)),
             h("td", {}, percent(entry.selected_fraction)),
           ),
         ),

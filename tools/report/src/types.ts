@@ -82,8 +82,17 @@ export interface Trace {
   slip_rad?: Packed;
 }
 
+/** What predictions of data not fitted say of an effect: relative change of their error. */
+export interface Rollout {
+  change: number | null;
+  ci95: [number | null, number | null];
+  says: string;
+}
+
 export interface Named {
   effect: string;
+  class?: string;
+  rollout?: Rollout;
   params?: Record<string, number>;
   ci95?: Record<string, [number, number]>;
   confidence?: number;
@@ -96,7 +105,7 @@ export interface Diagnosis {
   unknown?: { where: string; interval: [number, number] | null } | null;
   nominal_fit?: Record<string, number> | null;
   gap?: { horizon_s: number; before: number; after: number; closure: number | null };
-  ranking?: { effect: string; gain: number; held_out: number; selected_fraction: number }[];
+  ranking?: { effect: string; gain: number; held_out: number; selected_fraction: number; rollout?: Rollout }[];
   manoeuvre?: string | null;
 }
 

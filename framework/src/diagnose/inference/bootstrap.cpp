@@ -14,7 +14,7 @@ std::vector<double> cost_by_second(const Problem& problem, const Fit& fitted) {
   for (const Trace& trace : problem.traces) {
     FilterOptions options;
     options.block = static_cast<std::size_t>(std::max(1.0, std::round(1.0 / trace.log.dt)));
-    const Likelihood l = filter(linearise(car, trace, problem.substeps), fitted.noise, options);
+    const Likelihood l = filter(linearise(car, trace, problem.stepping()), fitted.noise, options);
     cost.insert(cost.end(), l.block_cost.begin(), l.block_cost.end());
   }
   return cost;

@@ -27,7 +27,7 @@ void add_shape_prior(const Catalogue& catalogue, const ModelSpec& model, Evaluat
 Evaluation evaluate(const Problem& problem, const ModelSpec& model, const Noise& noise) {
   Evaluation e;
   for (const Trace& trace : problem.traces) {
-    const auto [lm, regressors, work] = linearise_with_regressors(*problem.catalogue, model, trace, problem.substeps);
+    const auto [lm, regressors, work] = linearise_with_regressors(*problem.catalogue, model, trace, problem.stepping());
     e.work += work * static_cast<double>(trace.size());
     std::vector<const Regressor*> list;
     for (const Regressor& r : regressors) list.push_back(&r);

@@ -4,7 +4,17 @@
 //
 // with e the innovation and S its variance. The derivative J of the predicted reading by the parameters obeys the same
 // recursion with the same gains (dz -= K J); how the gains themselves depend on parameters is left out, as in
-// Gauss-Newton. Smoothing follows Bryson and Frazier: the adjoint of the filter, without inverses.
+// Gauss-Newton.
+//
+// Coloured noise v of a reading, v[k+1] = a v[k] + white, is whitened by differences (Bryson and Henrikson 1968): with
+// y'[k+1] = y[k+1] - a y[k] only the white part is left, and
+//
+//   y'[k+1] = (H[k+1] F[k] - a H[k]) z[k] + H[k+1] f[k] + ...
+//
+// is read as a function of the state at k. Unknown accelerations reach readings after a sample at the earliest, so that
+// the white part is independent of what they do within the step.
+//
+// Smoothing follows Bryson and Frazier: the adjoint of the filter, without inverses.
 #include "diagnose/inference/filter.hpp"
 
 #include <Eigen/Dense>
@@ -55,6 +65,7 @@ class NormalAccumulator {
 struct Update {
   std::size_t k, channel;
   double e, S;
+  bool whole_row;  // its row is among the kept ones, else that of H
 };
 
 /// A scalar of the filter with its derivatives by the three process variances.
@@ -82,7 +93,8 @@ class Pass {
         noise_(noise),
         options_(options),
         params_(options.regressors != nullptr ? options.regressors->size() : 0),
-        normal_(params_) {
+        normal_(params_),
+        coloured_(std::ranges::any_of(noise.colour, [](double rho) { return rho != 0.0; })) {
     for (std::size_t p = 0; p < params_; ++p) {
       const Regressor& r = *(*options.regressors)[p];
       if (!r.rate.empty()) in_rates_.push_back(p);
@@ -96,6 +108,7 @@ class Pass {
       if (options_.restart > 0 && k > 0 && k % options_.restart == 0) restart();
       if (options_.smooth) keep(k);
       update(k);
+      if (k + 1 < lm_.n && coloured_) update_ahead(k);
       if (options_.block > 0 && ((k + 1) % options_.block == 0 || k + 1 == lm_.n)) end_block();
       if (k + 1 < lm_.n) predict(k);
     }
@@ -113,6 +126,7 @@ class Pass {
   void start() {
     restart();
     next_.assign(N * params_, 0.0);
+    inputs_.assign(N * params_, 0.0);
     J_.assign(params_, 0.0);
     if (options_.smooth) {
       kept_P_.resize(lm_.n * N * N);
@@ -146,41 +160,108 @@ class Pass {
   void update(std::size_t k) {
     for (std::size_t c = 0; c < channels; ++c) {
       const double raw = lm_.innovation[k * channels + c];
-      if (std::isnan(raw)) continue;
+      if (std::isnan(raw) || (coloured_ && is_differenced(k, c))) continue;
+      const double r = noise_.sensor[c] * noise_.sensor[c];
       if (lm_.H.empty())
-        scalar<true>(k, c, raw, nullptr);
+        scalar<Row::element>(k, c, raw, r, nullptr);
       else
-        scalar<false>(k, c, raw, lm_.H.data() + (k * channels + c) * channels);
+        scalar<Row::motion>(k, c, raw, r, lm_.H.data() + (k * channels + c) * channels);
     }
   }
 
-  /// H v of reading c; with H the identity (plain) one element.
-  template <bool plain>
+  /// Whether reading c of sample k is read as its difference to the sample before.
+  bool is_differenced(std::size_t k, std::size_t c) const {
+    if (noise_.colour[c] == 0.0 || k == 0 || (options_.restart > 0 && k % options_.restart == 0)) return false;
+    if (std::isnan(lm_.innovation[k * channels + c]) || std::isnan(lm_.innovation[(k - 1) * channels + c]))
+      return false;
+    return !(k - 1 < lm_.interpolated.size() && lm_.interpolated[k - 1]);
+  }
+
+  /// The coloured readings of sample k + 1, differenced, as functions of the state at k.
+  void update_ahead(std::size_t k) {
+    if (params_ > 0) find_inputs(k);
+    const double* const F = lm_.F.data() + k * N * N;
+    for (std::size_t c = 0; c < channels; ++c) {
+      if (!is_differenced(k + 1, c)) continue;
+      const double rho = noise_.colour[c];
+      std::array<double, channels> next{}, now{};  // rows of H at k + 1 and at k
+      next[c] = now[c] = 1.0;
+      if (!lm_.H.empty()) {
+        std::copy_n(lm_.H.data() + ((k + 1) * channels + c) * channels, channels, next.begin());
+        std::copy_n(lm_.H.data() + (k * channels + c) * channels, channels, now.begin());
+      }
+      double raw = lm_.innovation[(k + 1) * channels + c] - rho * lm_.innovation[k * channels + c];
+      std::array<double, N> h{};
+      for (std::size_t j = 0; j < channels; ++j) {
+        h[j] -= rho * now[j];
+        if (next[j] == 0.0) continue;
+        raw -= next[j] * lm_.offset[k * body + j];
+        for (std::size_t i = 0; i < N; ++i) h[i] += next[j] * F[j * N + i];
+      }
+      if (params_ > 0) find_inputs_read(k, c, rho, next);
+      scalar<Row::whole>(k, c, raw, noise_.sensor[c] * noise_.sensor[c] * (1.0 - rho * rho), h.data());
+    }
+  }
+
+  /// What a unit of each parameter's rates adds to the state at k + 1, to `inputs_`.
+  void find_inputs(std::size_t k) {
+    const double* const in0 = lm_.input0.data() + k * N * 3;
+    const double* const in1 = lm_.input1.data() + k * N * 3;
+    for (const std::size_t p : in_rates_) {
+      const double* const b0 = (*options_.regressors)[p]->rate.data() + k * 3;
+      const double* const b1 = b0 + 3;
+      for (std::size_t i = 0; i < N; ++i) {
+        double sum = 0.0;
+        for (std::size_t c = 0; c < 3; ++c) sum += in0[i * 3 + c] * b0[c] + in1[i * 3 + c] * b1[c];
+        inputs_[i * params_ + p] = sum;
+      }
+    }
+  }
+
+  /// What a unit of each parameter adds to a differenced reading beside its part through the state at k, to `beside_`.
+  void find_inputs_read(std::size_t k, std::size_t c, double rho, const std::array<double, channels>& next) {
+    beside_.assign(params_, 0.0);
+    for (std::size_t j = 0; j < channels; ++j)
+      if (next[j] != 0.0)
+        for (const std::size_t p : in_rates_) beside_[p] += next[j] * inputs_[j * params_ + p];
+    for (const std::size_t p : in_readings_) {
+      const std::vector<double>& reading = (*options_.regressors)[p]->reading;
+      beside_[p] += reading[(k + 1) * channels + c] - rho * reading[k * channels + c];
+    }
+  }
+
+  /// What a reading is a function of: one element of the state, its motion, or all of it.
+  enum class Row { element, motion, whole };
+
+  /// H v of reading c.
+  template <Row kind>
   static T row(const T* v, std::size_t c, const double* h) {
-    if constexpr (plain) return v[c];
+    if constexpr (kind == Row::element) return v[c];
     T sum = constant<T>(0.0);
-    for (std::size_t j = 0; j < channels; ++j) sum += h[j] * v[j];
+    for (std::size_t j = 0; j < (kind == Row::whole ? N : channels); ++j) sum += h[j] * v[j];
     return sum;
   }
 
-  /// The update by one reading. Derivatives d go through the same formulas: that of the gain is (dPH - K dS) / S, and
-  /// with the optimal gain dP becomes (I - K H) dP (I - K H)', which is dP less K half' + half K' with half = dPH - K
-  /// dS / 2. For the values themselves half is PH / 2, and the same lines subtract K S K' from P.
-  template <bool plain>
-  void scalar(std::size_t k, std::size_t c, double raw, const double* h) {
+  /// The update by one reading whose white noise has the variance r. Derivatives d go through the same formulas: that
+  /// of the gain is (dPH - K dS) / S, and with the optimal gain dP becomes (I - K H) dP (I - K H)', which is dP less
+  /// K half' + half K' with half = dPH - K dS / 2. For the values themselves half is PH / 2, and the same lines subtract
+  /// K S K' from P.
+  template <Row kind>
+  void scalar(std::size_t k, std::size_t c, double raw, double r, const double* h) {
     Vector PH, half;
-    for (std::size_t i = 0; i < N; ++i) PH[i] = row<plain>(P_.data() + i * N, c, h);
-    const double r = noise_.sensor[c] * noise_.sensor[c];
-    const T S = row<plain>(PH.data(), c, h) + constant<T>(r);
-    const T e = constant<T>(raw) - row<plain>(z_.data(), c, h);
+    for (std::size_t i = 0; i < N; ++i) PH[i] = row<kind>(P_.data() + i * N, c, h);
+    const T S = row<kind>(PH.data(), c, h) + constant<T>(r);
+    const T e = constant<T>(raw) - row<kind>(z_.data(), c, h);
     const double inverse = 1.0 / value(S), error = value(e);
     std::array<double, N> K;
     for (std::size_t i = 0; i < N; ++i) K[i] = value(PH[i]) * inverse;
-    out_.cost += 0.5 * (error * error * inverse + std::log(value(S) * (1.0 / r)));
+    const double unit = kind == Row::whole ? noise_.sensor[c] * noise_.sensor[c] : r;
+    out_.cost += 0.5 * (error * error * inverse + std::log(value(S) * (1.0 / unit)));
     ++out_.rows;
+    if (options_.innovations) out_.innovations.push_back({c, error, value(S)});
     if constexpr (with_gradient) add_noise_gradient(S, e, inverse);
     if (params_ > 0) {
-      param_row<plain>(k, c, h);
+      param_row<kind>(k, c, h);
       normal_.add(J_.data(), error, inverse);
       for (std::size_t i = 0; i < N; ++i) {
         double* const d = dtheta_.data() + i * params_;
@@ -195,13 +276,20 @@ class Pass {
     }
     for (std::size_t i = 0; i < N; ++i)
       for (std::size_t j = 0; j < N; ++j) P_[i * N + j] -= K[i] * half[j] + K[j] * half[i];
-    if (options_.smooth) updates_.push_back({k, c, error, value(S)});
+    if (options_.smooth) updates_.push_back({k, c, error, value(S), kind == Row::whole});
+    if (options_.smooth && kind == Row::whole) rows_.insert(rows_.end(), h, h + N);
     if (options_.smooth) gains_.insert(gains_.end(), K.begin(), K.end());
   }
 
-  template <bool plain>
+  template <Row kind>
   void param_row(std::size_t k, std::size_t c, const double* h) {
-    if constexpr (plain) {
+    if constexpr (kind == Row::whole) {
+      J_ = beside_;
+      for (std::size_t j = 0; j < N; ++j)
+        if (h[j] != 0.0)
+          for (std::size_t p = 0; p < params_; ++p) J_[p] += h[j] * dtheta_[j * params_ + p];
+      return;
+    } else if constexpr (kind == Row::element) {
       std::copy_n(dtheta_.begin() + static_cast<std::ptrdiff_t>(c * params_), params_, J_.begin());
     } else {
       std::fill(J_.begin(), J_.end(), 0.0);
@@ -236,7 +324,7 @@ class Pass {
     }
     z_ = z;
     propagate(F);
-    const double growth = 1.0 - std::exp(-2.0 * lm_.dt / noise_time);
+    const double growth = 1.0 - std::exp(-2.0 * lm_.dt / lm_.noise_time);
     for (std::size_t i = 0; i < noise_states; ++i) add_variance(i, growth);
     if (k < lm_.interpolated.size() && lm_.interpolated[k]) inflate_covariance();
     if (params_ > 0) predict_params(k, F);
@@ -291,17 +379,9 @@ class Pass {
       }
     }
     dtheta_.swap(next_);
-    const double* const in0 = lm_.input0.data() + k * N * 3;
-    const double* const in1 = lm_.input1.data() + k * N * 3;
-    for (const std::size_t p : in_rates_) {
-      const double* const b0 = (*options_.regressors)[p]->rate.data() + k * 3;
-      const double* const b1 = b0 + 3;
-      for (std::size_t i = 0; i < N; ++i) {
-        double sum = 0.0;
-        for (std::size_t c = 0; c < 3; ++c) sum += in0[i * 3 + c] * b0[c] + in1[i * 3 + c] * b1[c];
-        dtheta_[i * params_ + p] += sum;
-      }
-    }
+    if (!coloured_) find_inputs(k);
+    for (const std::size_t p : in_rates_)
+      for (std::size_t i = 0; i < N; ++i) dtheta_[i * params_ + p] += inputs_[i * params_ + p];
   }
 
   void end_block() {
@@ -336,7 +416,7 @@ class Pass {
   void smooth() {
     out_.smoothed.resize(lm_.n * N);
     std::array<double, N> lambda{};
-    std::size_t u = updates_.size();
+    std::size_t u = updates_.size(), whole = rows_.size();
     for (std::size_t k = lm_.n; k-- > 0;) {
       while (u > 0 && updates_[u - 1].k == k) {
         --u;
@@ -345,7 +425,10 @@ class Pass {
         double along = 0.0;
         for (std::size_t i = 0; i < N; ++i) along += K[i] * lambda[i];
         const double push = one.e / one.S - along;
-        if (lm_.H.empty()) {
+        if (one.whole_row) {
+          whole -= N;
+          for (std::size_t j = 0; j < N; ++j) lambda[j] += rows_[whole + j] * push;
+        } else if (lm_.H.empty()) {
           lambda[one.channel] += push;
         } else {
           const double* const h = lm_.H.data() + (k * channels + one.channel) * channels;
@@ -371,10 +454,11 @@ class Pass {
   const FilterOptions& options_;
   std::size_t params_;
   NormalAccumulator normal_;
+  bool coloured_;  // the noise of some reading
   Likelihood out_;
   Matrix P_;
   Vector z_;
-  std::vector<double> dtheta_, next_, J_, kept_P_, kept_z_, gains_;
+  std::vector<double> dtheta_, next_, J_, inputs_, beside_, kept_P_, kept_z_, gains_, rows_;
   std::vector<Update> updates_;
   std::vector<std::size_t> in_rates_, in_readings_;  // parameters with such regressors
   double cost_before_ = 0;

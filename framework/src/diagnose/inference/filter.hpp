@@ -13,6 +13,9 @@ namespace gripline::diagnose {
 struct Noise {
   Channels sensor{};
   std::array<double, noise_states> process{};  // [m2/s4, m2/s4, rad2/s4]
+  /// Correlation of a reading's error with that of the sample before (a first-order autoregressive process), between -1
+  /// and 1; 0: white.
+  Channels colour{};
 };
 
 /// The negative log likelihood of the innovations and its derivatives.
@@ -28,6 +31,12 @@ struct Likelihood {
   // By process variances: gradient and expected information.
   std::array<double, noise_states> noise_gradient{};
   std::array<std::array<double, noise_states>, noise_states> noise_information{};
+  // Of each reading, when asked for: the innovation and its variance.
+  struct Innovation {
+    std::size_t channel;
+    double error, variance;
+  };
+  std::vector<Innovation> innovations;
   // Smoothed deviations from the reference, n x states, when asked for.
   std::vector<double> smoothed;
 };
@@ -37,6 +46,7 @@ struct FilterOptions {
   const std::vector<const Regressor*>* regressors = nullptr;
   bool noise_gradient = false;  // derivatives by the process variances
   bool smooth = false;
+  bool innovations = false;
   std::size_t block = 0;    // samples per block; 0: none
   std::size_t restart = 0;  // samples after which the state starts anew, diffuse; 0: never
 };

@@ -34,6 +34,24 @@ Trace beginning(const Trace& trace, std::size_t samples) {
   return part;
 }
 
+/// Appends the squared errors of every start.
+void add_errors(const measured::Rollouts& r, const Channels& sigma, StartErrors& to) {
+  const double most = measured::RolloutOptions{}.clip;
+  const std::size_t width = r.samples * channels;
+  for (std::size_t s = 0; s < r.start.size(); ++s) {
+    double square = 0.0, readings = 0.0;
+    for (std::size_t i = s * width; i < (s + 1) * width; ++i) {
+      if (std::isnan(r.error[i]) && std::isfinite(r.predicted[i])) continue;  // no reading
+      double ratio = std::abs(r.error[i]) / sigma[i % channels];
+      if (!(ratio < most)) ratio = most;
+      square += ratio * ratio;
+      readings += 1.0;
+    }
+    to.square.push_back(square);
+    to.readings.push_back(readings);
+  }
+}
+
 }  // namespace
 
 HoldOut::HoldOut(const Problem& problem, const Road& road, std::span<const LogFile> held_out)
@@ -63,27 +81,29 @@ double HoldOut::error_after_refit(const Fit& f) const {
 }
 
 std::vector<double> HoldOut::errors(const Fit& f, std::span<const double> horizons) const {
+  std::vector<double> errors;
+  for (const StartErrors& one : predict(f, horizons)) errors.push_back(one.rms());
+  return errors;
+}
+
+std::vector<StartErrors> HoldOut::predict(const Fit& f, std::span<const double> horizons) const {
   Problem other = known_;
   other.traces = traces_;
   iterate_reference(other, road_, f);
   const StagedCar car = known_.catalogue->build(f.model);
-  std::vector<double> errors;
+  std::vector<StartErrors> all;
   for (const double horizon : horizons) {
-    double sum = 0.0, count = 0.0;
+    StartErrors& errors = all.emplace_back();
     for (std::size_t i = 0; i < other.traces.size(); ++i) {
       measured::RolloutOptions options;
       options.horizon = horizon;
       options.first = from_[i] + 10;
       options.every = 25;
       options.substeps = known_.substeps;
-      const measured::Rollouts r = roll_out(car, other.traces[i], road_, options);
-      const double e = rms(r, known_.sensor);
-      sum += e * e * static_cast<double>(r.start.size());
-      count += static_cast<double>(r.start.size());
+      add_errors(roll_out(car, other.traces[i], road_, options), known_.sensor, errors);
     }
-    errors.push_back(count > 0.0 ? std::sqrt(sum / count) : 0.0);
   }
-  return errors;
+  return all;
 }
 
 }  // namespace gripline::diagnose

@@ -1,6 +1,7 @@
 // Hold-out data: what no model was fitted to, and how well a model predicts it.
 #pragma once
 
+#include "diagnose/inference/error_change.hpp"
 #include "diagnose/inference/fit.hpp"
 #include "measured/log_file.hpp"
 
@@ -15,7 +16,9 @@ class HoldOut {
   HoldOut(const Problem& problem, const Road& road, std::span<const LogFile> held_out);
   /// Root mean square of predictions over each horizon [s], in sensor standard deviations.
   std::vector<double> errors(const Fit& fitted, std::span<const double> horizons) const;
-  /// The same over 1 s of a model as it is refitted to what is known.
+  /// The same for every start.
+  std::vector<StartErrors> predict(const Fit& fitted, std::span<const double> horizons) const;
+  /// The root mean square over 1 s of a model as it is refitted to what is known.
   double error_after_refit(const Fit& fitted) const;
   /// The model as the known data alone would have it.
   Fit refit(const Fit& fitted) const;

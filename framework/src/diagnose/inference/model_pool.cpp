@@ -64,4 +64,14 @@ void ModelPool::restart(const Road& road, const Fit& fitted) {
   last_ = true;
 }
 
+void ModelPool::restart(const Road& road, const Fit& fitted, const MeasuredNoise& noise) {
+  Fit by = fitted;
+  by.noise = noise.noise;
+  believe(problem_, noise);
+  iterate_reference(problem_, road, by);
+  fits_.clear();
+  screenings_.clear();
+  work_ = 0.0;
+}
+
 }  // namespace gripline::diagnose

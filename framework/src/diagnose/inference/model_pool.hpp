@@ -5,6 +5,7 @@
 #include <map>
 #include <vector>
 
+#include "diagnose/inference/noise_estimate.hpp"
 #include "diagnose/inference/screening.hpp"
 
 namespace gripline::diagnose {
@@ -34,6 +35,9 @@ class ModelPool {
   void set_penalty(double per_parameter);
   /// Forgets all fits and smooths the reference with a model (until it stands still); fits from now on are finer.
   void restart(const Road& road, const Fit& fitted);
+  /// Forgets all fits and believes other noise, smoothing the reference with a model under it; the work so far is not
+  /// counted any more.
+  void restart(const Road& road, const Fit& fitted, const MeasuredNoise& noise);
 
  private:
   Problem problem_;

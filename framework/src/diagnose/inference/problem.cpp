@@ -11,6 +11,12 @@ double Problem::penalty(std::size_t parameters) const {
          (static_cast<double>(parameters - shape) + thresholds::shape_penalty * static_cast<double>(shape));
 }
 
+double Problem::penalty_of_readings() const {
+  double independent = 0.0;
+  for (const double rho : colour) independent += static_cast<double>(rows / channels) * (1.0 - rho) / (1.0 + rho);
+  return 0.5 * std::log(std::max(1.0, independent));
+}
+
 double Problem::seconds() const {
   double sum = 0.0;
   for (const Trace& trace : traces) sum += static_cast<double>(trace.size()) * trace.log.dt;
@@ -30,7 +36,7 @@ bool has_strong_process_noise(const Problem& problem, const Noise& noise) {
 std::vector<Linearised> linearise_all(const Problem& problem, const ModelSpec& model) {
   std::vector<Linearised> all;
   for (const Trace& trace : problem.traces)
-    all.push_back(linearise_with_regressors(*problem.catalogue, model, trace, problem.substeps));
+    all.push_back(linearise_with_regressors(*problem.catalogue, model, trace, problem.stepping()));
   return all;
 }
 

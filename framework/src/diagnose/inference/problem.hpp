@@ -16,6 +16,8 @@ struct Problem {
   Channels sensor{};                                // standard deviations of the readings
   std::array<double, noise_states> process_unit{};  // usual size of unknown accelerations [m/s2, m/s2, rad/s2]
   int substeps = 2;                                 // of integration, per sample
+  Channels colour{};                                // of the readings' noise, see Noise::colour
+  double noise_time = usual_noise_time;             // correlation time of unknown accelerations [s]
   /// Schwarz's penalty [log likelihood]: half the logarithm of the number of independent readings.
   double penalty_per_parameter = 0;
   std::size_t rows = 0;  // readings of all traces
@@ -25,6 +27,10 @@ struct Problem {
 
   /// Penalty of one effect with so many parameters [log likelihood]: see thresholds::full_penalty_parameters.
   double penalty(std::size_t parameters) const;
+  /// How models are brought from sample to sample.
+  Stepping stepping() const { return {substeps, noise_time}; }
+  /// Schwarz's penalty per parameter for what is read: a reading whose noise is coloured counts for less.
+  double penalty_of_readings() const;
   /// Duration of all traces together [s].
   double seconds() const;
 };

@@ -8,7 +8,7 @@ double smooth_reference(Problem& problem, const Road& road, const Fit& fitted) {
   const StagedCar car = problem.catalogue->build(fitted.model);
   double moved = 0.0, rows = 0.0;
   for (Trace& trace : problem.traces) {
-    const LinearModel lm = linearise(car, trace, problem.substeps);
+    const LinearModel lm = linearise(car, trace, problem.stepping());
     FilterOptions options;
     options.smooth = true;
     const Likelihood l = filter(lm, fitted.noise, options);

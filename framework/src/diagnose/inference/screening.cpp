@@ -65,7 +65,7 @@ Screening screen(const Problem& problem, const Fit& fitted) {
   const Catalogue& catalogue = *problem.catalogue;
   Screening out;
   for (const Trace& trace : problem.traces) {
-    auto [lm, regressors, work] = linearise_with_regressors(catalogue, fitted.model, trace, problem.substeps);
+    auto [lm, regressors, work] = linearise_with_regressors(catalogue, fitted.model, trace, problem.stepping());
     out.own = regressors.size();
     std::vector<CandidateRegressors> groups;
     candidate_regressors(catalogue, fitted.model, trace, lm, regressors, groups);
@@ -114,7 +114,7 @@ std::map<std::size_t, std::vector<std::size_t>> synonyms(const Screening& s) {
       if (x.count != 1 || y.count != 1) continue;
       if (std::find(gone.begin(), gone.end(), x.candidate) != gone.end()) continue;
       const double xx = N(x.first, x.first), yy = N(y.first, y.first), xy = N(x.first, y.first);
-      if (!(xx > 0.0 && yy > 0.0) || xy * xy < (1.0 - thresholds::synonym_tolerance) * xx * yy) continue;
+      if (!(xx > 0.0 && yy > 0.0) || !(xy * xy >= (1.0 - thresholds::synonym_tolerance) * xx * yy)) continue;
       found[x.candidate].push_back(y.candidate);
       gone.push_back(y.candidate);
     }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diagnose/inference/noise_estimate.hpp"
 #include "diagnose/inference/reference.hpp"
 
 namespace gripline::diagnose {
@@ -52,7 +53,10 @@ class Searcher {
   void exchange(const Fit& less, bool& moved);
   void backward_and_exchange();
   void penalise_by_independent_readings();
+  void grow();
+  bool measure_noise_anew();
   void refine_along_own_reference();
+  void prune();
   bool forward_once();
   bool extendable() const { return best_->model.members.size() < thresholds::max_effects && !out_of_work(); }
 
@@ -193,7 +197,7 @@ void Searcher::backward_and_exchange() {
 void Searcher::penalise_by_independent_readings() {
   const Problem& problem = pool_.problem();
   if (!has_strong_process_noise(problem, best_->noise)) return;
-  const double independent = static_cast<double>(noise_states) * problem.seconds() / (2.0 * noise_time);
+  const double independent = static_cast<double>(noise_states) * problem.seconds() / (2.0 * problem.noise_time);
   pool_.set_penalty(0.5 * std::log(std::min(static_cast<double>(problem.rows), independent)));
   const Fit* const found = best_;
   best_ = null_model_;
@@ -226,6 +230,20 @@ void Searcher::refine_along_own_reference() {
   while (!out_of_work() && forward_once()) backward_and_exchange();
 }
 
+/// Takes out what smaller models fitted before show not to be needed: also when the work allowed is used up, and what
+/// was found is worth less under the last noise and along the last reference.
+void Searcher::prune() {
+  for (const Fit* before = nullptr; before != best_ && best_ != null_model_;) {
+    before = best_;
+    const double enough = before->evidence - required(before->model.members.size());
+    std::vector<const Fit*> smaller{null_model_};
+    for (const std::size_t member : before->model.members)
+      smaller.push_back(pool_.find(catalogue().without(before->model, member).members));
+    for (const Fit* one : smaller)
+      if (one != nullptr && one->evidence > enough && (best_ == before || one->evidence > best_->evidence)) best_ = one;
+  }
+}
+
 /// One effect more beside those found.
 bool Searcher::forward_once() {
   const Fit* const before = best_;
@@ -240,18 +258,43 @@ bool Searcher::forward_once() {
   return !largest;
 }
 
+/// From no effect to the best set.
+void Searcher::grow() {
+  best_ = null_model_;
+  forward();
+  try_pairs();
+  backward_and_exchange();
+  penalise_by_independent_readings();
+}
+
+/// Measures the noise with the best model where it is not what was believed: coloured, or unknown accelerations with
+/// another correlation time. What was found under other noise is then forgotten.
+bool Searcher::measure_noise_anew() {
+  const Problem& problem = pool_.problem();
+  const bool coloured = problem.colour != Channels{};
+  NoiseUnknowns unknowns;
+  unknowns.sensors = coloured || colour_statistic(problem, *best_) > thresholds::coloured_innovations;
+  unknowns.correlation_time = has_strong_process_noise(problem, best_->noise);
+  if (!unknowns.sensors && !unknowns.correlation_time) return false;
+  const MeasuredNoise noise = measure_noise(problem, *best_, unknowns);
+  if (noise.gain < thresholds::noise_gain || !is_other(problem, noise)) return false;
+  const ModelSpec nothing = null_model_->model;
+  pool_.restart(road_, *best_, noise);
+  null_model_ = &pool_.fit_once(nothing, noise.noise);
+  return true;
+}
+
 SearchResult Searcher::run() {
   const auto report = [&](double quarters) {
     if (options_.progress) options_.progress(quarters, 4, "searching");
   };
   report(1);
-  forward();
-  try_pairs();
+  grow();
   report(2);
-  backward_and_exchange();
-  penalise_by_independent_readings();
+  if (measure_noise_anew()) grow();
   report(3);
   if (best_ != null_model_) refine_along_own_reference();
+  prune();
   Fit null_model = *null_model_, best = *best_;
   return {std::move(pool_), std::move(null_model), std::move(best),
           exhausted_,       std::move(synonyms_),  std::move(first_reference_)};
@@ -266,7 +309,19 @@ SearchResult search_effects(Problem problem, const Road& road, const SearchOptio
     noise.process[i] = std::pow(thresholds::start_process_noise * problem.process_unit[i], 2);
   const Fit rough = fit(problem, problem.catalogue->null_model(), noise, thresholds::rough_iterations);
   iterate_reference(problem, road, rough);
-  return Searcher(std::move(problem), road, options, rough.noise).run();
+  Noise start = rough.noise;
+  // Effects that are missing colour the innovations too: what is not plain is measured once they are found.
+  constexpr double plain = 2.5;
+  if (colour_statistic(problem, rough) > plain * thresholds::coloured_innovations) {
+    const MeasuredNoise measured = measure_noise(problem, rough, {});
+    if (measured.gain > thresholds::noise_gain_before) {
+      believe(problem, measured);
+      Fit told = rough;
+      told.noise = start = measured.noise;
+      iterate_reference(problem, road, told);
+    }
+  }
+  return Searcher(std::move(problem), road, options, start).run();
 }
 
 }  // namespace gripline::diagnose

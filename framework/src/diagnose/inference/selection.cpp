@@ -35,6 +35,12 @@ bool helps(const Problem& problem, const Fit& with, const Fit& without, const Ho
   return hold_out.error_after_refit(with) < hold_out.error_after_refit(without);
 }
 
+/// Errors of 1 s predictions by a model as the known data alone would have it.
+StartErrors predicted(const HoldOut& hold_out, const Fit& fitted) {
+  constexpr std::array<double, 1> second = {1.0};
+  return std::move(hold_out.predict(hold_out.refit(fitted), second).front());
+}
+
 bool contains(const ModelSpec& larger, const ModelSpec& smaller) {
   return std::all_of(smaller.members.begin(), smaller.members.end(), [&](std::size_t m) { return larger.has(m); });
 }
@@ -90,10 +96,13 @@ Selected select_model(SearchResult& found, const HoldOut& hold_out) {
   out.tests = residual_tests(found.pool.problem(), out.fit);
   const ResidualTest left = strongest(out.tests);
   if (!(left.statistic > thresholds::misfit) && !found.exhausted) return out;
-  const std::size_t before = out.fit.model.members.size();
+  const Fit whole = out.fit;
   out.fit = strip_unsupported(found, std::move(out.fit), left.where);
-  if (out.fit.model.members.size() < before) out.tests = residual_tests(found.pool.problem(), out.fit);
+  const bool stripped = out.fit.model.members.size() < whole.model.members.size();
+  if (stripped) out.tests = residual_tests(found.pool.problem(), out.fit);
   out.unknown = strongest(out.tests);
+  // Whatever else may explain them, effects that make predictions better are worth having.
+  if (stripped && compare(predicted(hold_out, whole), predicted(hold_out, out.fit)).helps()) out.fit = whole;
   return out;
 }
 

@@ -28,7 +28,7 @@ double add_transitions(const StagedCar& car, const Trace& trace, std::span<const
   std::vector<double> A(N * N, 0.0), before(N * N, 0.0);
   for (std::size_t c = 0; c < noise_states; ++c) {
     A[(3 + c) * N + body + c] = before[(3 + c) * N + body + c] = 1.0;
-    A[(body + c) * (N + 1)] = before[(body + c) * (N + 1)] = -1.0 / noise_time;
+    A[(body + c) * (N + 1)] = before[(body + c) * (N + 1)] = -1.0 / lm.noise_time;
   }
   double fastest = 0.0;
   const DualPass pass{car, trace, lm.memory};
@@ -86,13 +86,14 @@ void add_readings(const StagedCar& car, const Trace& trace, LinearModel& lm) {
 
 }  // namespace
 
-LinearModel linearise(const StagedCar& car, const Trace& trace, int substeps, std::span<const std::size_t> along,
-                      std::span<Regressor> regressors) {
+LinearModel linearise(const StagedCar& car, const Trace& trace, const Stepping& stepping,
+                      std::span<const std::size_t> along, std::span<Regressor> regressors) {
   const auto m = static_cast<std::size_t>(car.memory());
   if (m > max_memory) throw std::invalid_argument("more than 4 hidden states in one model");
   LinearModel lm;
   lm.n = trace.size();
   lm.dt = trace.log.dt;
+  lm.noise_time = stepping.noise_time;
   lm.states = channels + m + noise_states;
   lm.memory = simulate_memory(car, trace);
   if (!trace.log.interpolated.empty())
@@ -101,7 +102,7 @@ LinearModel linearise(const StagedCar& car, const Trace& trace, int substeps, st
   // Stiff memory settles many times within a sample: there the step must only be stable.
   const double settles = std::min(lm.dt * fastest, thresholds::stiffest);
   const double step = settles < thresholds::stiff ? thresholds::longest_memory_step : thresholds::longest_stiff_step;
-  lm.substeps = std::max(substeps, static_cast<int>(std::ceil(settles / step)));
+  lm.substeps = std::max(stepping.substeps, static_cast<int>(std::ceil(settles / step)));
   add_offsets(car, trace, lm);
   add_readings(car, trace, lm);
   return lm;

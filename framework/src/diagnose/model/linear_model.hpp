@@ -30,23 +30,24 @@ struct LinearModel {
   std::size_t n = 0;       // samples
   std::size_t states = 0;  // 6 + memory + 3
   double dt = 0;
-  int substeps = 0;                // of each step of integration
-  std::vector<double> F;           // (n-1) x states x states
-  std::vector<double> input0;      // (n-1) x states x 3: what a rate at sample k, fading to k + 1, adds to z[k+1]
-  std::vector<double> input1;      // the same for a rate at sample k + 1
-  std::vector<double> offset;      // (n-1) x (states - 3): f
-  std::vector<double> innovation;  // n x 6: reading minus h; NaN where there is no reading
-  std::vector<double> H;           // n x 6 x 6, or empty for the identity
-  std::vector<bool> interpolated;  // n - 1: a command of the step was not recorded; or empty
-  std::vector<double> memory;      // n x memory, along the reference
-  std::vector<double> rate;        // n x 3: vx', vy', omega' along the reference
+  int substeps = 0;                      // of each step of integration
+  double noise_time = usual_noise_time;  // correlation time of the unknown accelerations [s]
+  std::vector<double> F;                 // (n-1) x states x states
+  std::vector<double> input0;            // (n-1) x states x 3: what a rate at sample k, fading to k + 1, adds to z[k+1]
+  std::vector<double> input1;            // the same for a rate at sample k + 1
+  std::vector<double> offset;            // (n-1) x (states - 3): f
+  std::vector<double> innovation;        // n x 6: reading minus h; NaN where there is no reading
+  std::vector<double> H;                 // n x 6 x 6, or empty for the identity
+  std::vector<bool> interpolated;        // n - 1: a command of the step was not recorded; or empty
+  std::vector<double> memory;            // n x memory, along the reference
+  std::vector<double> rate;              // n x 3: vx', vy', omega' along the reference
   std::size_t memories() const { return states - channels - noise_states; }
 };
 
 /// `along` lists parameters of the car, at most lanes_beside_state of them, whose regressors come with the state's
 /// derivatives at no cost and are written to `regressors` (same size). Throws std::invalid_argument beyond max_memory.
-LinearModel linearise(const StagedCar& car, const Trace& trace, int substeps, std::span<const std::size_t> along = {},
-                      std::span<Regressor> regressors = {});
+LinearModel linearise(const StagedCar& car, const Trace& trace, const Stepping& stepping,
+                      std::span<const std::size_t> along = {}, std::span<Regressor> regressors = {});
 std::size_t lanes_beside_state(const StagedCar& car);
 
 /// Steps of integration per sample that a car's motion needs along these traces: its slip settles within a few times

@@ -143,14 +143,14 @@ OwnPlan plan_own(const Catalogue& catalogue, const ModelSpec& model, const Stage
 }  // namespace
 
 Linearised linearise_with_regressors(const Catalogue& catalogue, const ModelSpec& model, const Trace& trace,
-                                     int substeps) {
+                                     const Stepping& stepping) {
   StagedCar car = catalogue.build(model);
   const OwnPlan plan = plan_own(catalogue, model, car, trace.log.dt);
   const std::span<const std::size_t> seed = plan.seed;
   std::vector<Regressor> exact(seed.size());
   const std::size_t along = std::min(seed.size(), lanes_beside_state(car));
   Linearised out;
-  out.lm = linearise(car, trace, substeps, seed.first(along), std::span(exact).first(along));
+  out.lm = linearise(car, trace, stepping, seed.first(along), std::span(exact).first(along));
   exact_regressors(car, trace, out.lm.memory, seed.subspan(along), std::span(exact).subspan(along));
   if (reads(catalogue, model)) reading_regressors(car, trace, seed, exact);
   out.own.resize(plan.count);

@@ -15,7 +15,7 @@ struct Linearised {
   double work = 0;
 };
 Linearised linearise_with_regressors(const Catalogue& catalogue, const ModelSpec& model, const Trace& trace,
-                                     int substeps);
+                                     const Stepping& stepping);
 
 /// What one candidate could add to the model: a range of regressors.
 struct CandidateRegressors {

@@ -16,7 +16,14 @@ using measured::Trace;
 inline constexpr std::size_t max_memory = 4;    // hidden states of all effects of one model
 inline constexpr std::size_t noise_states = 3;  // unknown accelerations along vx, vy, omega
 
-/// Correlation time of the unknown accelerations [s]: they are Ornstein-Uhlenbeck processes.
-inline constexpr double noise_time = 0.25;
+/// Correlation time [s] of the unknown accelerations, which are Ornstein-Uhlenbeck processes, until it is measured.
+inline constexpr double usual_noise_time = 0.25;
+
+/// How a model is brought from sample to sample.
+struct Stepping {
+  Stepping(int steps, double correlation_time = usual_noise_time) : substeps(steps), noise_time(correlation_time) {}
+  int substeps;       // of integration, per sample
+  double noise_time;  // correlation time of the unknown accelerations [s]
+};
 
 }  // namespace gripline::diagnose

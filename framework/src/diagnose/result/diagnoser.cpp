@@ -8,6 +8,7 @@
 #include "diagnose/inference/preparation.hpp"
 #include "diagnose/inference/reference.hpp"
 #include "diagnose/result/advice.hpp"
+#include "diagnose/result/noise_health.hpp"
 #include "diagnose/result/sentence.hpp"
 
 namespace gripline::diagnose {
@@ -23,7 +24,8 @@ std::vector<Nuisance> nuisances_of(const CaseOptions& options, const Catalogue& 
     n.nominal = catalogue.nominal(n.name, &n.index);
     if (std::isnan(n.nominal))
       throw InputError("nominal_uncertainty names \"" + key + "\", which is no parameter of the nominal model");
-    n.sigma = size * (per_mass ? catalogue.car().m : std::abs(n.nominal));
+    // A relative deviation of nothing is nothing: where the nominal value is 0 the size is that of the parameter.
+    n.sigma = size * (per_mass ? catalogue.car().m : n.nominal != 0.0 ? std::abs(n.nominal) : 1.0);
     if (n.sigma > 0.0) nuisances.push_back(n);
   }
   return nuisances;
@@ -89,8 +91,12 @@ Diagnosis Diagnoser::run(std::span<const LogFile> given, std::span<const LogFile
   }
   add_parameters(d);
   at(7, "measuring the gap");
-  measure_gap(hold_out, found, d);
-  if (!stands(d)) withdraw(found, d);
+  measure_gap(hold_out, d);
+  compare_named(hold_out, found, d);
+  drop_harmful(hold_out, found, d);
+  rank_by_rollouts(hold_out, found, d);
+  if (!stands(d)) withdraw(hold_out, found, d);
+  report_noise(problem_, d.fit.noise, d.health);
   if (d.verdict == Verdict::nothing_missing) d.detection_limits = detection_limits(found);
   d.sentence = sentence(d);
   return d;
@@ -109,6 +115,7 @@ std::vector<NamedEffect> Diagnoser::name_effects(const Problem& problem, const S
   for (const std::size_t member : selected.fit.model.members) {
     NamedEffect one;
     one.effect = catalogue_.candidates()[member].id;
+    one.measurement = catalogue_.candidates()[member].effect->stage() == Stage::reading;
     one.confidence = std::min({rivals.bootstrap_of(member), rivals.posterior_of(member), thresholds::most_confidence});
     if (selected.unknown) one.confidence = std::min(one.confidence, thresholds::most_beside_unknown);
     if (place_may_be_time(problem, selected.fit.model, member))
@@ -180,9 +187,11 @@ void Diagnoser::add_parameters(Diagnosis& d) const {
   const Fit& fitted = d.fit;
   std::size_t at = 0;
   const std::size_t p = fitted.theta.size();
+  d.nominal_fit.clear();
   for (const Nuisance& n : catalogue_.nuisances()) d.nominal_fit.emplace_back(n.name, fitted.theta[at++]);
   for (std::size_t i = 0; i < fitted.model.members.size(); ++i) {
     const Candidate& c = catalogue_.candidates()[fitted.model.members[i]];
+    d.named[i].params.clear();
     for (std::size_t f = 0; f < c.fitted.size(); ++f, ++at) {
       const abi::ParamDecl& decl = c.decl(f);
       const double sigma = std::sqrt(std::max(0.0, fitted.covariance[at * p + at]));
@@ -192,34 +201,87 @@ void Diagnoser::add_parameters(Diagnosis& d) const {
   }
 }
 
-/// Errors of predictions on hold-out data by the nominal model, by the one found, and by each candidate alone.
-void Diagnoser::measure_gap(const HoldOut& hold_out, const SearchResult& found, Diagnosis& d) const {
-  constexpr std::array<double, 5> seconds = {0.1, 0.2, 0.5, 1.0, 2.0};
-  constexpr std::size_t reported = 3;
-  static_assert(seconds[reported] == Gap{}.horizon);
-  Fit nominal = found.null_model;
+namespace {
+
+constexpr std::array<double, 5> horizons = {0.1, 0.2, 0.5, 1.0, 2.0};  // [s]
+constexpr std::size_t reported = 3;
+static_assert(horizons[reported] == Gap{}.horizon);
+
+/// Errors of 1 s predictions.
+StartErrors predicted(const HoldOut& hold_out, const Fit& fitted) {
+  return std::move(hold_out.predict(fitted, std::span(horizons).subspan(reported, 1)).front());
+}
+
+}  // namespace
+
+/// Errors of predictions on hold-out data by the nominal model and by the one found.
+void Diagnoser::measure_gap(const HoldOut& hold_out, Diagnosis& d) const {
+  Fit nominal = d.null_model;
   nominal.model = catalogue_.null_model();  // before: nothing fitted
   nominal.evaluation.reset();
-  const auto before = hold_out.errors(nominal, seconds);
-  const auto after = d.fit.theta.empty() ? before : hold_out.errors(hold_out.refit(d.fit), seconds);
-  for (std::size_t i = 0; i < seconds.size(); ++i) d.horizons.push_back({seconds[i], before[i], after[i]});
-  d.gap.before = before[reported];
-  d.gap.after = after[reported];
+  const auto before = hold_out.predict(nominal, horizons);
+  const auto after = d.fit.theta.empty() ? before : hold_out.predict(hold_out.refit(d.fit), horizons);
+  d.horizons.clear();
+  for (std::size_t i = 0; i < horizons.size(); ++i)
+    d.horizons.push_back({horizons[i], before[i].rms(), after[i].rms()});
+  d.gap.before = before[reported].rms();
+  d.gap.after = after[reported].rms();
   // A perfect model still shows the sensors' own noise: one standard deviation.
   const double rest = std::min(1.0, d.gap.after);
-  d.gap.closure = d.gap.before > rest + 1e-9 ? (d.gap.before - d.gap.after) / (d.gap.before - rest) : 0.0;
+  const ErrorChange change = compare(after[reported], before[reported]);
+  d.gap.closure = change.helps() ? (d.gap.before - d.gap.after) / (d.gap.before - rest) : 0.0;
+  if (d.named.size() == 1 && catalogue_.nuisances().empty()) d.named.front().rollout = change;
+}
+
+/// What each named effect does to predictions, beside the others.
+void Diagnoser::compare_named(const HoldOut& hold_out, SearchResult& found, Diagnosis& d) const {
+  if (d.named.empty() || (d.named.size() == 1 && catalogue_.nuisances().empty())) return;  // the gap has said it
+  const StartErrors with = predicted(hold_out, hold_out.refit(d.fit));
+  for (std::size_t i = 0; i < d.named.size(); ++i) {
+    const Fit& without = found.pool.fit_once(catalogue_.without(d.fit.model, d.fit.model.members[i]), d.fit.noise);
+    d.named[i].rollout = compare(with, predicted(hold_out, hold_out.refit(without)));
+  }
+}
+
+/// An effect that makes predictions worse is not kept, whatever its evidence: it stands for something else.
+void Diagnoser::drop_harmful(const HoldOut& hold_out, SearchResult& found, Diagnosis& d) const {
+  for (;;) {
+    const auto worst = std::ranges::max_element(d.named, {}, [](const NamedEffect& n) { return n.rollout.low; });
+    if (worst == d.named.end() || !worst->rollout.harms()) return;
+    const std::size_t member = d.fit.model.members[static_cast<std::size_t>(worst - d.named.begin())];
+    d.named.erase(worst);
+    d.fit = found.pool.fit_once(catalogue_.without(d.fit.model, member), d.fit.noise);
+    d.verdict = Verdict::unknown;
+    d.equivalent.clear();
+    d.manoeuvre.clear();
+    d.tests = residual_tests(found.pool.problem(), d.fit);
+    d.unknown = strongest(d.tests);
+    for (NamedEffect& n : d.named) n.confidence = std::min(n.confidence, thresholds::most_beside_unknown);
+    add_parameters(d);
+    measure_gap(hold_out, d);
+    compare_named(hold_out, found, d);
+  }
+}
+
+/// The error of each candidate alone. Those that raise it stand behind all others.
+void Diagnoser::rank_by_rollouts(const HoldOut& hold_out, const SearchResult& found, Diagnosis& d) const {
+  const StartErrors without = predicted(hold_out, found.null_model);
   for (RankedEffect& row : d.ranking) {
     const Fit* const one = found.alone(catalogue_.find(row.effect));
-    row.held_out =
-        one == nullptr ? before[reported] : hold_out.errors(*one, std::span(seconds).subspan(reported, 1)).front();
+    row.held_out = d.gap.before;
+    if (one == nullptr) continue;
+    const StartErrors with = predicted(hold_out, *one);
+    row.held_out = with.rms();
+    row.rollout = compare(with, without);
   }
+  std::ranges::stable_partition(d.ranking, [](const RankedEffect& row) { return !(row.rollout.change > 0.0); });
 }
 
 /// Whether the result predicts hold-out data well enough to be kept.
 bool Diagnoser::stands(const Diagnosis& d) const {
-  // Beside something unknown, effects that leave most of the gap open are imitations of it.
-  if (d.verdict == Verdict::unknown && !d.named.empty() && d.gap.closure < thresholds::closure_beside_unknown)
-    return false;
+  // Beside something unknown, effects that leave most of the gap open are imitations of it, unless each of them helps.
+  const bool all_help = std::ranges::all_of(d.named, [](const NamedEffect& n) { return n.rollout.helps(); });
+  if (d.verdict == Verdict::unknown && !all_help && d.gap.closure < thresholds::closure_beside_unknown) return false;
   const bool process_noise = has_strong_process_noise(problem_, d.fit.noise);
   // Where nothing is named only nuisances differ, and what has ample evidence may be small or rest during the laps held
   // out or drown in process noise: these must only do no harm.
@@ -230,8 +292,9 @@ bool Diagnoser::stands(const Diagnosis& d) const {
   return !(d.gap.after > worse * d.gap.before);
 }
 
-/// What was found does not predict: the nominal model is returned as it was given, and what is missing is not known.
-void Diagnoser::withdraw(const SearchResult& found, Diagnosis& d) const {
+/// What was found does not predict, and what is missing is not known. The nominal model is returned, with its
+/// parameters refitted where that makes predictions better.
+void Diagnoser::withdraw(const HoldOut& hold_out, const SearchResult& found, Diagnosis& d) const {
   if (d.verdict != Verdict::nothing_missing) {
     d.verdict = Verdict::unknown;
     if (!d.unknown) d.unknown = strongest(d.tests);
@@ -241,6 +304,12 @@ void Diagnoser::withdraw(const SearchResult& found, Diagnosis& d) const {
   d.manoeuvre.clear();
   d.nominal_fit.clear();
   d.fit = found.null_model;
+  if (!d.fit.theta.empty()) {
+    add_parameters(d);
+    measure_gap(hold_out, d);
+    if (d.gap.closure > 0.0) return;
+    d.nominal_fit.clear();
+  }
   d.fit.model = catalogue_.null_model();
   d.fit.evaluation.reset();
   d.fit.theta.clear();

@@ -37,9 +37,12 @@ class Diagnoser {
   std::vector<RankedEffect> rank(SearchResult& found, const Rivals& rivals) const;
   Diagnosis conclude(SearchResult& found, const HoldOut& hold_out) const;
   void add_parameters(Diagnosis& d) const;
-  void measure_gap(const HoldOut& hold_out, const SearchResult& found, Diagnosis& d) const;
+  void measure_gap(const HoldOut& hold_out, Diagnosis& d) const;
+  void rank_by_rollouts(const HoldOut& hold_out, const SearchResult& found, Diagnosis& d) const;
+  void compare_named(const HoldOut& hold_out, SearchResult& found, Diagnosis& d) const;
+  void drop_harmful(const HoldOut& hold_out, SearchResult& found, Diagnosis& d) const;
   bool stands(const Diagnosis& d) const;
-  void withdraw(const SearchResult& found, Diagnosis& d) const;
+  void withdraw(const HoldOut& hold_out, const SearchResult& found, Diagnosis& d) const;
   std::vector<DetectionLimit> detection_limits(SearchResult& found) const;
 
   const WorldSpec& world_;

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "diagnose/inference/error_change.hpp"
 #include "diagnose/inference/fit.hpp"
 #include "diagnose/inference/residual_test.hpp"
 #include "measured/log_health.hpp"
@@ -20,8 +21,10 @@ struct NamedEffect {
     double value = 0, low = 0, high = 0;
   };
   std::string effect;
+  bool measurement = false;  // it changes what the sensors show, not how the car moves
   std::vector<Value> params;
   double confidence = 0;  // probability that it is in the true model
+  ErrorChange rollout;    // of 1 s predictions of hold-out data, by it beside the other effects named
 };
 
 /// A candidate by itself.
@@ -30,6 +33,7 @@ struct RankedEffect {
   double gain = 0;               // log evidence over the null model: fitted, or predicted where it was not
   double held_out = 0;           // error of 1 s predictions on hold-out data, in sensor standard deviations
   double selected_fraction = 0;  // of resampled logs whose best model has it
+  ErrorChange rollout;           // of 1 s predictions of hold-out data, by it alone
 };
 
 /// The smallest size of an effect that would have been detected in this log.
@@ -48,7 +52,8 @@ struct PredictionError {
   double seconds = 0, before = 0, after = 0;
 };
 
-/// The error at the horizon that is reported, and the share of what can be closed of it that the found model closes.
+/// The error at the horizon that is reported, and the share of what can be closed of it that the found model closes; 0
+/// where the error is not significantly smaller.
 struct Gap {
   double horizon = 1, before = 0, after = 0, closure = 0;
 };

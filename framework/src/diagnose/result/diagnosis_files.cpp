@@ -39,11 +39,21 @@ void write_text(const fs::path& file, const std::string& text) {
   if (!out) throw InputError("cannot write " + file.string());
 }
 
+/// What predictions of hold-out data say of an effect.
+Node rollout_node(const ErrorChange& c) {
+  Node out = object();
+  out.set("change", number(c.change));
+  out.set("ci95", Node(Node::Array{number(c.low), number(c.high)}));
+  out.set("says", Node(std::string(c.says())));
+  return out;
+}
+
 Node named_node(const Diagnosis& d) {
   Node::Array named;
   for (const NamedEffect& n : d.named) {
     Node one = object();
     one.set("effect", Node(n.effect));
+    one.set("class", Node(std::string(n.measurement ? "measurement" : "physics")));
     Node params = object(), ci = object();
     for (const NamedEffect::Value& v : n.params) {
       params.set(v.name, number(v.value));
@@ -52,6 +62,7 @@ Node named_node(const Diagnosis& d) {
     one.set("params", std::move(params));
     one.set("ci95", std::move(ci));
     one.set("confidence", number(n.confidence));
+    one.set("rollout", rollout_node(n.rollout));
     named.push_back(std::move(one));
   }
   return Node(std::move(named));
@@ -94,6 +105,7 @@ Node ranking_node(const Diagnosis& d) {
     one.set("gain", number(r.gain));
     one.set("held_out", number(r.held_out));
     one.set("selected_fraction", number(r.selected_fraction));
+    one.set("rollout", rollout_node(r.rollout));
     ranking.push_back(std::move(one));
   }
   return Node(std::move(ranking));

@@ -59,7 +59,7 @@ Node track_node(const Track& track) {
 /// Unknown accelerations smoothed from a log under a model: n x 3.
 std::vector<double> unexplained(const Catalogue& catalogue, const Problem& problem, const Trace& trace,
                                 const ModelSpec& model, const Noise& noise) {
-  const LinearModel lm = linearise(catalogue.build(model), trace, problem.substeps);
+  const LinearModel lm = linearise(catalogue.build(model), trace, problem.stepping());
   FilterOptions options;
   options.smooth = true;
   const Likelihood l = filter(lm, noise, options);

@@ -15,7 +15,9 @@ std::string number(double value) {
 std::string list(const Diagnosis& d) {
   std::string text;
   for (const NamedEffect& n : d.named) {
-    text += (text.empty() ? "" : " and ") + n.effect;
+    if (!text.empty()) text += " and ";
+    if (n.measurement) text += text.empty() ? "In the measurement " : "in the measurement ";
+    text += n.effect;
     if (n.params.size() > 3) continue;
     std::string sizes;
     for (const NamedEffect::Value& v : n.params)
@@ -44,25 +46,60 @@ std::string where_text(const ResidualTest& test) {
   return {};
 }
 
+/// What the result does to predictions.
+std::string gap_text(const Gap& gap) {
+  std::string text = "on data not fitted the 1 s prediction error goes from ";
+  text += number(gap.before);
+  text += " to ";
+  text += number(gap.after);
+  text += " sensor standard deviations";
+  if (gap.closure > 0.0) {
+    text += " (";
+    text += number(100.0 * gap.closure);
+    text += " % of the gap)";
+  } else {
+    text += ", no more than chance";
+  }
+  return text;
+}
+
+/// The named effects, what they do, and how sure that is.
+std::string found_text(const Diagnosis& d) {
+  double least = 1.0;
+  for (const NamedEffect& n : d.named) least = std::min(least, n.confidence);
+  std::string text = list(d);
+  text += d.named.size() == 1 ? " is missing: with it " : " are missing: with them ";
+  text += gap_text(d.gap);
+  text += "; confidence ";
+  return text + number(least);
+}
+
 }  // namespace
 
 std::string sentence(const Diagnosis& d) {
-  double least = 1.0;
-  for (const NamedEffect& n : d.named) least = std::min(least, n.confidence);
-  const std::string gap = "; on data not fitted the 1 s prediction error goes from " + number(d.gap.before) + " to " +
-                          number(d.gap.after) + " sensor standard deviations";
   switch (d.verdict) {
     case Verdict::named:
-      return list(d) + (d.named.size() == 1 ? " is" : " are") + " missing, with confidence " + number(least) + gap +
-             ".";
+      return found_text(d) + ".";
     case Verdict::nothing_missing:
       return "Nothing is missing: no effect is supported at a false-alarm level of 1 %.";
-    case Verdict::indistinguishable:
-      return "Something is missing, but this log cannot tell apart " + std::to_string(d.equivalent.size()) +
-             " explanations, of which " + list(d) + " fits best" + gap + "; to decide, " + d.manoeuvre + ".";
-    case Verdict::unknown:
-      return "Something is missing that no effect of the catalogue explains; it shows " + where_text(*d.unknown) +
-             (d.named.empty() ? std::string() : ", besides " + list(d)) + ".";
+    case Verdict::indistinguishable: {
+      std::string text = "Something is missing, but this log cannot tell apart ";
+      text += std::to_string(d.equivalent.size());
+      text += " explanations; ";
+      text += list(d);
+      text += " fits best: with it ";
+      text += gap_text(d.gap);
+      text += "; to decide, ";
+      return text + d.manoeuvre + ".";
+    }
+    case Verdict::unknown: {
+      const std::string where = where_text(*d.unknown);
+      if (d.named.empty())
+        return "Something is missing that no effect of the catalogue explains; it shows " + where + ".";
+      std::string text = found_text(d);
+      text += ". Beside that something is missing that no effect of the catalogue explains; it shows ";
+      return text + where + ".";
+    }
   }
   return {};
 }

@@ -45,7 +45,15 @@ Answer read_answer(const fs::path& file) {
     read_effects(reader, a);
     a.right.push_back(a.names);
     for (const Node& set : reader.array("equivalent", false)) a.right.push_back(read_names(set, errors));
-    if (reader.find("process_noise") != nullptr) a.condition = "process_noise";
+    if (reader.find("process_noise") != nullptr) {
+      a.condition = "process_noise";
+      ObjectReader noise = reader.object("process_noise");
+      if (noise.has("tau_s") && noise.number("tau_s", "s", NumberRange::positive()) != usual_noise_time)
+        a.condition = "process_time";
+      (void)noise.members();
+    }
+    if (reader.has("noise_correlation")) a.condition = "coloured_noise";
+    if (reader.has("thinned")) a.condition = "thinned";
     if (reader.find("nuisance") != nullptr) {
       a.condition = "wrong_nominal";
       ObjectReader nuisance = reader.object("nuisance");

@@ -40,13 +40,14 @@ double rollout_error(const Catalogue& catalogue, const ModelSpec& model, const L
 double windowed_cost(const Problem& problem, const ModelSpec& model) {
   Noise noise;
   noise.sensor = problem.sensor;
+  noise.colour = problem.colour;
   for (std::size_t i = 0; i < noise_states; ++i) noise.process[i] = std::pow(1e-4 * problem.process_unit[i], 2);
   const StagedCar car = problem.catalogue->build(model);
   double cost = 0.0;
   for (const Trace& trace : problem.traces) {
     FilterOptions options;
     options.restart = static_cast<std::size_t>(std::round(1.0 / trace.log.dt));
-    cost += filter(linearise(car, trace, problem.substeps), noise, options).cost;
+    cost += filter(linearise(car, trace, problem.stepping()), noise, options).cost;
   }
   return cost;
 }

@@ -45,8 +45,17 @@ const std::vector<Condition>& conditions() {
       {"two effects, process noise",
        [](const CaseScore& s) { return is(s, "pair", "process_noise") && detectable(s); }},
       {"three effects", [](const CaseScore& s) { return s.kind == "triple"; }},
+      {"one effect, coloured sensor noise",
+       [](const CaseScore& s) { return is(s, "single", "coloured_noise") && detectable(s); }},
+      {"one effect, process noise, other time",
+       [](const CaseScore& s) { return is(s, "single", "process_time") && detectable(s); }},
+      {"one effect, samples left out", [](const CaseScore& s) { return is(s, "single", "thinned") && detectable(s); }},
+      {"nothing missing, coloured sensors", [](const CaseScore& s) { return is(s, "none", "coloured_noise"); }},
+      {"nothing missing, other time", [](const CaseScore& s) { return is(s, "none", "process_time"); }},
+      {"nothing missing, samples left out", [](const CaseScore& s) { return is(s, "none", "thinned"); }},
       {"nothing missing, white", [](const CaseScore& s) { return is(s, "none", "white"); }},
-      {"nothing missing, other", [](const CaseScore& s) { return s.kind == "none" && s.condition != "white"; }},
+      {"nothing missing, process noise", [](const CaseScore& s) { return is(s, "none", "process_noise"); }},
+      {"nothing missing, wrong nominal", [](const CaseScore& s) { return is(s, "none", "wrong_nominal"); }},
       {"unknown", [](const CaseScore& s) { return !std::isnan(s.located); }},
       {"all", [](const CaseScore&) { return true; }},
   };
@@ -82,7 +91,7 @@ std::string row_text(const Condition& condition, std::span<const CaseScore> scor
   if (right.empty()) return {};
   char row[240];
   std::snprintf(
-      row, sizeof row, "%-34s %5zu  %5.1f%%  %10zu  %8s / %8s     %8s            %5s    %5s   %5.2f\n", condition.name,
+      row, sizeof row, "%-38s %5zu  %5.1f%%  %10zu  %8s / %8s     %8s            %5s    %5s   %5.2f\n", condition.name,
       right.size(), 100.0 * mean(right), wrong, shown(linear_quantile(closure, 0.5), "%.4f").c_str(),
       shown(linear_quantile(closure, 0.1), "%.4f").c_str(), shown(linear_quantile(scaled, 0.5), "%.3f").c_str(),
       shown(mean(covered), "%.2f").c_str(), shown(mean(located), "%.2f").c_str(), mean(cpu));
@@ -116,6 +125,27 @@ std::string confidence_text(std::span<const CaseScore> scores) {
   return row;
 }
 
+/// How often answers are right, by the confidence they are stated with.
+std::string calibration_text(std::span<const CaseScore> scores) {
+  constexpr std::array<double, 6> ends = {0.0, 0.5, 0.8, 0.9, 0.95, 1.0};
+  std::string text = "stated confidence    answers   mean stated   right\n";
+  for (std::size_t i = 0; i + 1 < ends.size(); ++i) {
+    std::vector<double> stated, right;
+    for (const CaseScore& s : scores) {
+      if (s.verdict != "named" || s.confidence < ends[i]) continue;
+      if (s.confidence >= ends[i + 1] && i + 2 < ends.size()) continue;
+      stated.push_back(s.confidence);
+      right.push_back(s.right);
+    }
+    if (stated.empty()) continue;
+    char row[120];
+    std::snprintf(row, sizeof row, "%.2f to %.2f         %7zu       %7.3f   %5.1f%%\n", ends[i], ends[i + 1],
+                  stated.size(), mean(stated), 100.0 * mean(right));
+    text += row;
+  }
+  return text;
+}
+
 }  // namespace
 
 std::string score_csv(std::span<const CaseScore> scores) {
@@ -134,11 +164,12 @@ std::string score_csv(std::span<const CaseScore> scores) {
 
 std::string scorecard(std::span<const CaseScore> scores) {
   std::string text =
-      "condition                          cases  right   wrong name  closure median / tenth   error*sqrt(lambda)  "
+      "condition                              cases  right   wrong name  closure median / tenth   error*sqrt(lambda)  "
       "covered  "
       "located  cpu s\n";
   for (const Condition& condition : conditions()) text += row_text(condition, scores);
-  return text + confidence_text(scores);
+  text += confidence_text(scores);
+  return text + calibration_text(scores);
 }
 
 }  // namespace gripline::diagnose

@@ -1,0 +1,283 @@
+// With innovations e of variance S, both functions of the noise parameters, the cost is sum (e^2 / S + log S) / 2, its
+// gradient and expected information are
+//
+//   g_a = sum (dS_a / S) (1 - e^2 / S) / 2 + e de_a / S,   I_ab = sum dS_a dS_b / (2 S^2) + de_a de_b / S
+//
+// (Gupta and Mehra 1974). The derivatives dS and de are differences of filter passes.
+#include "diagnose/inference/noise_estimate.hpp"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+
+#include "diagnose/inference/newton_step.hpp"
+
+namespace gripline::diagnose {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+/// One unknown of the noise.
+struct Unknown {
+  enum class Kind { level, colour, acceleration, time } kind;
+  std::size_t which = 0;      // channel or acceleration
+  double longest_step = 1.0;  // of the logarithm; of a colour itself
+};
+
+/// A filter's path depends on which colours are zero: while they are unknown none is.
+constexpr double hardly_coloured = 1e-7;
+/// Least measured level of a sensor over the one believed before. Smaller: where the model is far off, one channel may
+/// be taken for exact and all others for noise.
+constexpr double least_level = 0.5;
+/// Scatter from sample to sample that measured noise implies, over that seen, up to which it is believed.
+constexpr double most_scatter = 1.7;
+constexpr double difference = 1e-3;  // step of differences, in the unknowns' own scales
+
+double& value_of(MeasuredNoise& m, const Unknown& u) {
+  switch (u.kind) {
+    case Unknown::Kind::level:
+      return m.noise.sensor[u.which];
+    case Unknown::Kind::colour:
+      return m.noise.colour[u.which];
+    case Unknown::Kind::acceleration:
+      return m.noise.process[u.which];
+    case Unknown::Kind::time:
+      break;
+  }
+  return m.noise_time;
+}
+
+/// Moves one unknown: a colour by an addition, all others by a factor's logarithm.
+void move(MeasuredNoise& m, const Unknown& u, double step, const Problem& problem) {
+  double& value = value_of(m, u);
+  if (u.kind == Unknown::Kind::colour) {
+    value = std::clamp(value + step, -thresholds::most_colour, thresholds::most_colour);
+    if (value == 0.0) value = hardly_coloured;
+    return;
+  }
+  value *= std::exp(step);
+  // The scatter from sample to sample is the least that a sensor's noise can be.
+  if (u.kind == Unknown::Kind::level) value = std::max(value, least_level * problem.sensor[u.which]);
+  if (u.kind == Unknown::Kind::acceleration) value = std::max(value, least_variance(problem, u.which));
+  if (u.kind == Unknown::Kind::time)
+    value = std::clamp(value, thresholds::shortest_noise_time, thresholds::longest_noise_time);
+}
+
+/// The innovations of all logs under some noise.
+class Innovations {
+ public:
+  Innovations(const Problem& problem, const Fit& fitted)
+      : problem_(problem), car_(problem.catalogue->build(fitted.model)) {}
+
+  const std::vector<Likelihood::Innovation>& under(const MeasuredNoise& m) {
+    if (m.noise_time != time_) linearise_all_logs(m.noise_time);
+    rows_.clear();
+    FilterOptions options;
+    options.innovations = true;
+    for (const LinearModel& lm : logs_) {
+      const Likelihood l = filter(lm, m.noise, options);
+      rows_.insert(rows_.end(), l.innovations.begin(), l.innovations.end());
+    }
+    return rows_;
+  }
+
+ private:
+  void linearise_all_logs(double noise_time) {
+    time_ = noise_time;
+    logs_.clear();
+    std::size_t left = thresholds::noise_samples;
+    for (const Trace& trace : problem_.traces) {
+      if (left < 2) break;
+      logs_.push_back(linearise(car_, trace, {problem_.substeps, noise_time}));
+      logs_.back().n = std::min(logs_.back().n, left);
+      left -= logs_.back().n;
+    }
+  }
+
+  const Problem& problem_;
+  StagedCar car_;
+  double time_ = 0.0;
+  std::vector<LinearModel> logs_;
+  std::vector<Likelihood::Innovation> rows_;
+};
+
+double cost_of(std::span<const Likelihood::Innovation> rows) {
+  double sum = 0.0;
+  for (const auto& row : rows) sum += 0.5 * (row.error * row.error / row.variance + std::log(row.variance));
+  return sum;
+}
+
+/// Gradient and expected information of the cost.
+struct Scores {
+  VectorXd gradient;
+  MatrixXd information;
+};
+
+Scores scores_at(const Problem& problem, Innovations& innovations, const MeasuredNoise& at,
+                 std::span<const Unknown> unknowns) {
+  const std::vector<Likelihood::Innovation> base = innovations.under(at);
+  const auto n = static_cast<Index>(unknowns.size()), rows = static_cast<Index>(base.size());
+  MatrixXd dS(rows, n), de(rows, n);  // over S, and over its root
+  VectorXd excess(rows), ratio(rows);
+  for (Index a = 0; a < n; ++a) {
+    MeasuredNoise moved = at;
+    const Unknown& u = unknowns[static_cast<std::size_t>(a)];
+    double step = difference;
+    if (u.kind == Unknown::Kind::colour && value_of(moved, u) > 0.0) step = -difference;
+    move(moved, u, step, problem);
+    const auto& other = innovations.under(moved);
+    for (Index r = 0; r < rows; ++r) {
+      const auto& x = base[static_cast<std::size_t>(r)];
+      const auto& y = other[static_cast<std::size_t>(r)];
+      dS(r, a) = (y.variance - x.variance) / (step * x.variance);
+      de(r, a) = (y.error - x.error) / (step * std::sqrt(x.variance));
+    }
+  }
+  for (Index r = 0; r < rows; ++r) {
+    const auto& x = base[static_cast<std::size_t>(r)];
+    ratio[r] = x.error / std::sqrt(x.variance);
+    excess[r] = 0.5 * (1.0 - ratio[r] * ratio[r]);
+  }
+  return {dS.transpose() * excess + de.transpose() * ratio, 0.5 * dS.transpose() * dS + de.transpose() * de};
+}
+
+std::vector<Unknown> list_unknowns(const Problem& problem, const NoiseUnknowns& asked) {
+  std::vector<Unknown> list;
+  for (std::size_t c = 0; asked.sensors && c < channels; ++c) {
+    const bool read = std::ranges::any_of(problem.traces, [c](const Trace& trace) {
+      for (std::size_t k = 0; k < trace.size(); ++k)
+        if (!std::isnan(trace.log.reading[k * channels + c])) return true;
+      return false;
+    });
+    if (!read) continue;
+    list.push_back({Unknown::Kind::level, c, 1.0});
+    list.push_back({Unknown::Kind::colour, c, 0.4});
+  }
+  for (std::size_t i = 0; i < noise_states; ++i) list.push_back({Unknown::Kind::acceleration, i, 2.0});
+  if (asked.correlation_time) list.push_back({Unknown::Kind::time, 0, 1.0});
+  return list;
+}
+
+/// Fisher scoring with step halving. Gives the information at the end.
+MatrixXd improve(const Problem& problem, Innovations& innovations, std::span<const Unknown> unknowns,
+                 MeasuredNoise& m) {
+  double cost = cost_of(innovations.under(m));
+  Scores scores;
+  for (int iteration = 0; iteration < thresholds::noise_iterations; ++iteration) {
+    scores = scores_at(problem, innovations, m, unknowns);
+    for (std::size_t a = 0; a < unknowns.size(); ++a) {
+      const auto i = static_cast<Index>(a);
+      // A variance at its floor stays there while it would fall.
+      const Unknown& u = unknowns[a];
+      const bool floored = u.kind == Unknown::Kind::acceleration &&
+                           m.noise.process[u.which] <= 1.0001 * least_variance(problem, u.which) &&
+                           scores.gradient[i] > 0.0;
+      if (floored) scores.gradient[i] = 0.0;
+      scores.information(i, i) = scores.information(i, i) * (1.0 + 1e-9) + 1e-6;
+    }
+    const VectorXd step = -scores.information.ldlt().solve(scores.gradient);
+    const double predicted = -0.5 * step.dot(scores.gradient);
+    double part = 1.0, reached = cost;
+    MeasuredNoise trial = m;
+    for (; part > 0.1; part *= 0.4) {
+      trial = m;
+      for (std::size_t a = 0; a < unknowns.size(); ++a) {
+        const double longest = unknowns[a].longest_step;
+        move(trial, unknowns[a], part * std::clamp(step[static_cast<Index>(a)], -longest, longest), problem);
+      }
+      reached = cost_of(innovations.under(trial));
+      if (reached < cost) break;
+    }
+    if (!(reached < cost)) break;
+    m = trial;
+    const double won = cost - reached;
+    cost = reached;
+    if (won < thresholds::noise_settled && predicted < 2.0 * thresholds::noise_settled) break;
+  }
+  return scores.information;
+}
+
+/// Scatter that noise of this level and colour shows in fourth differences, as measured::estimate_noise has it for
+/// white noise: their autocovariance weights the autocorrelations.
+double scatter_of(double level, double rho) {
+  const double share = (70.0 + rho * (-112.0 + rho * (56.0 + rho * (-16.0 + rho * 2.0)))) / 70.0;
+  return level * std::sqrt(std::max(0.0, share));
+}
+
+/// Takes back the noise of channels that claim more of it than the scatter from sample to sample allows: what is slow
+/// without that scatter is a missing effect, not noise of a sensor.
+void keep_credible(const Problem& problem, MeasuredNoise& m) {
+  std::vector<Log> logs;
+  for (const Trace& trace : problem.traces) logs.push_back(trace.log);
+  const Channels seen = measured::estimate_noise(logs);
+  for (std::size_t c = 0; c < channels; ++c) {
+    if (scatter_of(m.noise.sensor[c], m.noise.colour[c]) < most_scatter * seen[c]) continue;
+    m.noise.sensor[c] = problem.sensor[c];
+    m.noise.colour[c] = problem.colour[c];
+  }
+}
+
+}  // namespace
+
+MeasuredNoise measure_noise(const Problem& problem, const Fit& fitted, const NoiseUnknowns& asked) {
+  Innovations innovations(problem, fitted);
+  MeasuredNoise m{fitted.noise, problem.noise_time, 0.0};
+  const double before = cost_of(innovations.under(m));
+  const std::vector<Unknown> unknowns = list_unknowns(problem, asked);
+  for (const Unknown& u : unknowns)
+    if (u.kind == Unknown::Kind::colour && m.noise.colour[u.which] == 0.0) m.noise.colour[u.which] = hardly_coloured;
+  const MatrixXd information = improve(problem, innovations, unknowns, m);
+  const MatrixXd covariance = information.ldlt().solve(MatrixXd::Identity(information.rows(), information.cols()));
+  for (std::size_t a = 0; a < unknowns.size(); ++a) {
+    const Unknown& u = unknowns[a];
+    if (u.kind != Unknown::Kind::colour) continue;
+    const auto i = static_cast<Index>(a);
+    double& rho = m.noise.colour[u.which];
+    const bool significant =
+        std::abs(rho) > thresholds::significant_colour * std::sqrt(std::max(0.0, covariance(i, i)));
+    if (!significant || std::abs(rho) < thresholds::least_colour) rho = 0.0;
+  }
+  if (asked.sensors) keep_credible(problem, m);
+  m.gain = before - cost_of(innovations.under(m));
+  return m;
+}
+
+double colour_statistic(const Problem& problem, const Fit& fitted) {
+  Innovations innovations(problem, fitted);
+  const MeasuredNoise as_fitted{fitted.noise, problem.noise_time, 0.0};
+  Channels last{}, product{}, square{}, count{};
+  for (const Likelihood::Innovation& row : innovations.under(as_fitted)) {
+    const double e = row.error / std::sqrt(row.variance);
+    product[row.channel] += e * last[row.channel];
+    square[row.channel] += e * e;
+    count[row.channel] += 1.0;
+    last[row.channel] = e;
+  }
+  double worst = 0.0;
+  for (std::size_t c = 0; c < channels; ++c)
+    if (square[c] > 0.0) worst = std::max(worst, std::abs(product[c]) / square[c] * std::sqrt(count[c]));
+  return worst;
+}
+
+bool is_other(const Problem& problem, const MeasuredNoise& measured) {
+  const auto differs = [](double a, double b) {
+    return std::max(a, b) > thresholds::other_noise_factor * std::min(a, b);
+  };
+  bool other = differs(measured.noise_time, problem.noise_time);
+  for (std::size_t c = 0; c < channels; ++c) {
+    other |= differs(measured.noise.sensor[c], problem.sensor[c]);
+    other |= std::abs(measured.noise.colour[c] - problem.colour[c]) > thresholds::other_colour;
+  }
+  return other;
+}
+
+void believe(Problem& problem, const MeasuredNoise& measured) {
+  problem.sensor = measured.noise.sensor;
+  problem.colour = measured.noise.colour;
+  problem.noise_time = measured.noise_time;
+  problem.penalty_per_parameter = problem.penalty_of_readings();
+}
+
+}  // namespace gripline::diagnose

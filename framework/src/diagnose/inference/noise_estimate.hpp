@@ -1,0 +1,36 @@
+// The noise of a log, measured with a model: level and colour of every sensor, size and correlation time of the unknown
+// accelerations.
+#pragma once
+
+#include "diagnose/inference/fit.hpp"
+
+namespace gripline::diagnose {
+
+/// Noise of the readings and of the motion, as Problem and Fit hold it.
+struct MeasuredNoise {
+  Noise noise;
+  double noise_time = usual_noise_time;  // [s]
+  double gain = 0;                       // log likelihood over the noise that the measurement began from
+};
+
+/// What is unknown of the noise beside the variances of the unknown accelerations.
+struct NoiseUnknowns {
+  bool sensors = true;            // levels and colours of the sensors
+  bool correlation_time = false;  // of the unknown accelerations; determined by strong ones only
+};
+
+/// Maximum likelihood by Fisher scoring, the fitted model's parameters held. Of long logs the beginnings count
+/// (thresholds::noise_samples). Colours that are not significant are set to zero.
+MeasuredNoise measure_noise(const Problem& problem, const Fit& fitted, const NoiseUnknowns& unknowns);
+
+/// Lag-one correlation of the innovations of the worst channel, in standard deviations of that of white ones.
+double colour_statistic(const Problem& problem, const Fit& fitted);
+
+/// Whether measured noise differs from what a problem believes by more than thresholds::other_noise_factor or
+/// thresholds::other_colour.
+bool is_other(const Problem& problem, const MeasuredNoise& measured);
+
+/// Writes measured noise into a problem: what is fitted from then on believes it.
+void believe(Problem& problem, const MeasuredNoise& measured);
+
+}  // namespace gripline::diagnose

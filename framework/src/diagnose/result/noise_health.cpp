@@ -1,0 +1,54 @@
+#include "diagnose/result/noise_health.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <string>
+
+namespace gripline::diagnose {
+namespace {
+
+using measured::Health;
+
+struct ChannelText {
+  const char* check;
+  const char* unit;
+};
+constexpr std::array<ChannelText, channels> texts = {{{"noise of x", "m"},
+                                                      {"noise of y", "m"},
+                                                      {"noise of yaw", "rad"},
+                                                      {"noise of vx", "m/s"},
+                                                      {"noise of vy", "m/s"},
+                                                      {"noise of yaw rate", "rad/s"}}};
+
+bool is_read(const Problem& problem, std::size_t channel) {
+  return std::ranges::any_of(problem.traces, [channel](const Trace& trace) {
+    for (std::size_t k = 0; k < trace.size(); ++k)
+      if (!std::isnan(trace.log.reading[k * channels + channel])) return true;
+    return false;
+  });
+}
+
+}  // namespace
+
+void report_noise(const Problem& problem, const Noise& noise, std::vector<Health>& health) {
+  char text[160];
+  if (problem.colour != Channels{}) {
+    for (std::size_t c = 0; c < channels; ++c) {
+      if (!is_read(problem, c)) continue;
+      std::erase_if(health,
+                    [c](const Health& h) { return h.check == texts[c].check && h.level != Health::Level::bad; });
+      std::snprintf(text, sizeof text, "%.3g %s, correlation from sample to sample %.2f", problem.sensor[c],
+                    texts[c].unit, problem.colour[c]);
+      health.push_back({texts[c].check, text, "measured with the model", Health::Level::note});
+    }
+  }
+  if (!has_strong_process_noise(problem, noise)) return;
+  const auto size = [&](std::size_t i) { return std::sqrt(noise.process[i]); };
+  std::snprintf(text, sizeof text, "%.3g m/s2 along, %.3g m/s2 across, %.3g rad/s2 in yaw, correlation time %.2g s",
+                size(0), size(1), size(2), problem.noise_time);
+  health.push_back({"unknown accelerations", text, "measured with the model",
+                    problem.noise_time == usual_noise_time ? Health::Level::good : Health::Level::note});
+}
+
+}  // namespace gripline::diagnose

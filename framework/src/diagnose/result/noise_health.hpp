@@ -1,0 +1,15 @@
+// What was measured of a log's noise, as rows of its health table.
+#pragma once
+
+#include <vector>
+
+#include "diagnose/inference/problem.hpp"
+#include "measured/log_health.hpp"
+
+namespace gripline::diagnose {
+
+/// Level and colour of every sensor whose noise was measured with the model, and size and correlation time of the
+/// unknown accelerations where there are any. Rows that `health` has of the levels of these sensors are replaced.
+void report_noise(const Problem& problem, const Noise& noise, std::vector<measured::Health>& health);
+
+}  // namespace gripline::diagnose

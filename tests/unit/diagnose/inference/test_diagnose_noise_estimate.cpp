@@ -1,0 +1,134 @@
+#include "diagnose/inference/noise_estimate.hpp"
+
+#include <gtest/gtest.h>
+
+#include "diagnose/inference/reference.hpp"
+#include "support/diagnose_rig.hpp"
+
+namespace gripline::diagnose {
+namespace {
+
+using test::DiagnoseRig;
+
+/// A problem with the bare car fitted to it, as a search begins.
+struct Begun {
+  Begun(const DiagnoseRig& rig, const DiagnoseRig::Drive& drive)
+      : problem(rig.problem({rig.simulate(rig.catalogue().null_model(), drive)})) {
+    fitted = fit(problem, rig.catalogue().null_model(), rig.noise(problem, 5.0), 4);
+    iterate_reference(problem, rig.road(), fitted);
+  }
+  Problem problem;
+  Fit fitted;
+};
+
+/// Level and colour of each sensor, together with a rough road.
+TEST(NoiseEstimate, MeasuresLevelAndColourOfEverySensor) {
+  const DiagnoseRig rig;
+  const Channels colour = {0.8, 0.8, 0.5, 0.3, 0.0, 0.9};
+  Begun log(rig, {.seconds = 40, .seed = 711, .noise = 1.5, .rough = {1, 1, 1}, .colour = colour});
+  EXPECT_GT(colour_statistic(log.problem, log.fitted), thresholds::coloured_innovations);
+  const MeasuredNoise found = measure_noise(log.problem, log.fitted, {});
+  EXPECT_GT(found.gain, 100.0);
+  for (std::size_t c = 0; c < channels; ++c) {
+    EXPECT_NEAR(found.noise.colour[c], colour[c], 0.12) << c;
+    EXPECT_NEAR(found.noise.sensor[c] / rig.world().sensors.channels[c].sigma, 1.5, 0.3) << c;
+  }
+  EXPECT_EQ(found.noise.colour[4], 0.0);
+}
+
+TEST(NoiseEstimate, WhiteNoiseIsWhite) {
+  const DiagnoseRig rig;
+  for (const std::uint64_t seed : {712, 713}) {
+    Begun log(rig, {.seconds = 30, .seed = seed});
+    EXPECT_LT(colour_statistic(log.problem, log.fitted), thresholds::coloured_innovations);
+    const MeasuredNoise found = measure_noise(log.problem, log.fitted, {});
+    EXPECT_LT(found.gain, 25.0);
+    for (const double rho : found.noise.colour) EXPECT_LT(std::abs(rho), 0.15);
+  }
+}
+
+TEST(NoiseEstimate, MeasuresTheCorrelationTimeOfARoughRoad) {
+  const DiagnoseRig rig;
+  for (const double truth : {0.1, 0.25, 1.0}) {
+    Begun log(rig, {.seconds = 60, .seed = 714, .rough = {2, 2, 2}, .noise_time = truth});
+    const MeasuredNoise found = measure_noise(log.problem, log.fitted, {.sensors = false, .correlation_time = true});
+    EXPECT_GT(found.noise_time, 0.6 * truth);
+    EXPECT_LT(found.noise_time, 1.7 * truth);
+    EXPECT_EQ(is_other(log.problem, found), truth != 0.25);
+  }
+}
+
+/// Under the noise that is there, innovations are white and of their stated size; under white noise they are not.
+TEST(NoiseEstimate, TheFilterWhitensColouredReadings) {
+  const DiagnoseRig rig;
+  Channels colour;
+  colour.fill(0.7);
+  Begun log(rig, {.seconds = 30, .seed = 715, .rough = {1, 1, 1}, .colour = colour});
+  Fit told = log.fitted;
+  told.noise = rig.noise(log.problem, 1.0);
+  EXPECT_GT(colour_statistic(log.problem, told), 15.0);
+  told.noise.colour = colour;
+  EXPECT_LT(colour_statistic(log.problem, told), 4.0);
+  FilterOptions options;
+  options.innovations = true;
+  const LinearModel lm =
+      linearise(rig.catalogue().build(told.model), log.problem.traces.front(), log.problem.stepping());
+  double sum = 0.0;
+  const Likelihood l = filter(lm, told.noise, options);
+  for (const auto& one : l.innovations) sum += one.error * one.error / one.variance;
+  EXPECT_NEAR(sum / static_cast<double>(l.innovations.size()), 1.0, 0.06);
+}
+
+/// Derivatives by parameters, of motion and of readings, go through the differences too.
+TEST(NoiseEstimate, GradientUnderColourAgreesWithDifferences) {
+  DiagnoseRig rig;
+  Channels colour;
+  colour.fill(0.6);
+  for (const auto& [id, value] :
+       {std::pair("aero_drag", 0.3), std::pair("vx_scale", 0.02), std::pair("steer_lag", 0.04)}) {
+    const ModelSpec truth = rig.with(id, {value});
+    Problem problem = rig.problem({rig.simulate(truth, {.seconds = 10, .seed = 716, .colour = colour})});
+    Noise noise = rig.noise(problem, 0.02);
+    noise.colour = colour;
+    Fit at_truth;
+    at_truth.model = truth;
+    at_truth.noise = noise;
+    smooth_reference(problem, rig.road(), at_truth);
+    const auto cost_at = [&](double v) {
+      return filter(linearise(rig.catalogue().build(rig.with(id, {v})), problem.traces.front(), 3), noise, {}).cost;
+    };
+    const double moved = 1.01 * value, step = 1e-3 * value;
+    const auto [lm, regressors, work] =
+        linearise_with_regressors(rig.catalogue(), rig.with(id, {moved}), problem.traces.front(), 3);
+    const Likelihood l = filter_along(lm, noise, regressors);
+    const double slope = (cost_at(moved + step) - cost_at(moved - step)) / (2.0 * step);
+    EXPECT_NEAR(-l.g.front(), slope, 0.05 * std::abs(slope) + 0.02 * std::sqrt(l.N.front())) << id;
+  }
+}
+
+/// What smoothing finds is nearer to the truth when the colour is known.
+TEST(NoiseEstimate, SmoothingUnderTheRightColourIsBetter) {
+  const DiagnoseRig rig;
+  Channels colour;
+  colour.fill(0.9);
+  const ModelSpec bare = rig.catalogue().null_model();
+  const Log clean = rig.simulate(bare, {10, 7, 0});
+  const auto error = [&](const Channels& believed) {
+    Problem problem = rig.problem({rig.simulate(bare, {.seconds = 10, .seed = 7, .colour = colour})});
+    Fit f;
+    f.model = bare;
+    f.noise = rig.noise(problem, 0.5);
+    f.noise.colour = believed;
+    for (int i = 0; i < 2; ++i) smooth_reference(problem, rig.road(), f);
+    double sum = 0.0;
+    for (std::size_t i = 0; i < clean.reading.size(); ++i) {
+      const double off = (problem.traces.front().motion[i] - clean.reading[i]) / problem.sensor[i % channels];
+      sum += off * off;
+    }
+    return std::sqrt(sum / static_cast<double>(clean.reading.size()));
+  };
+  EXPECT_LT(error(colour), 0.9 * error({}));
+}
+
+}  // namespace
+}  // namespace gripline::diagnose
