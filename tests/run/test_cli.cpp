@@ -371,5 +371,32 @@ TEST_F(Cli, OutputMayBePipedAway) {
   EXPECT_EQ(outcome.err, "");
 }
 
+TEST_F(Cli, TrackReadsRepairsAndWritesARoad) {
+  const std::string road = fixture_dir() / "tracks/oval.csv";
+  const Outcome made = gripline_with({"track", road, "--scale", "1:2", "--reverse", "--smooth", "0.01", "--out",
+                                      out("small.csv"), "--picture", out("small.svg")});
+  EXPECT_EQ(made.code, 0) << made.err;
+  EXPECT_THAT(made.out, AllOf(HasSubstr("length "), HasSubstr("sharpest bend"), HasSubstr("small.svg")));
+  EXPECT_THAT(contents(out("small.svg")), HasSubstr("<svg"));
+  const Outcome again = gripline_with({"validate", out("small.csv")});
+  EXPECT_EQ(again.code, 0) << again.err;
+}
+
+TEST_F(Cli, TrackSaysWhatItCannotRead) {
+  const std::string oval = fixture_dir() / "tracks/oval.csv", open = fixture_dir() / "tracks/open.csv";
+  const auto refused = [](std::vector<std::string> words, const std::string& why) {
+    words.insert(words.begin(), "track");
+    const Outcome outcome = gripline_with(words);
+    EXPECT_EQ(outcome.code, 2) << outcome.out;
+    EXPECT_THAT(outcome.err, HasSubstr(why));
+  };
+  refused({}, "needs one road or its two edges");
+  refused({open}, "--close METRES closes it");
+  refused({oval, "--scale", "1:x"}, "expected a number above 0");
+  refused({oval, "--picture", "road.png"}, "ends in .svg");
+  refused({oval, "--car", source_dir() / "worlds/cars/full_size.json"}, "the car is");
+  refused({fixture_dir() / "tracks/crosses_itself.csv"}, "crosses or overlaps itself");
+}
+
 }  // namespace
 }  // namespace gripline

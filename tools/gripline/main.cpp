@@ -26,6 +26,7 @@ constexpr CommandEntry commands[] = {
     {"import", run_import, "a logger's table in gripline's columns, and how healthy it is"},
     {"fit", run_fit, "find a world's unknowns from logs"},
     {"limit", run_limit, "the fastest laps that a world's car can drive, over friction"},
+    {"track", run_track, "a road from the formats that people have, repaired, checked and drawn"},
     {"bench", run_bench_command, "how long the steps of a stack take"},
     {"plugins", run_plugins, "list the plugins, or describe one"},
 };

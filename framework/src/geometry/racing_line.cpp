@@ -203,6 +203,25 @@ RacingLine minimum_curvature_line(const Track& track, const RacingLineOptions& o
   return line;
 }
 
+std::string check_car_turns(const Track& track, double car_width, double least_radius) {
+  const auto count = static_cast<int>(std::clamp(track.length() / (0.1 * least_radius), 100.0, 100000.0));
+  double sharpest = 0.0;
+  for (int i = 0; i < count; ++i) sharpest = std::max(sharpest, std::abs(track.at(track.length() * i / count).kappa));
+  if (sharpest * least_radius <= 1.0) return {};
+  const RacingLine line = minimum_curvature_line(track, {.car_width = car_width, .max_curvature = 0.98 / least_radius});
+  const RacingLineSample* tightest = &line.samples.front();
+  for (const RacingLineSample& sample : line.samples)
+    if (std::abs(sample.kappa) > std::abs(tightest->kappa)) tightest = &sample;
+  const double radius = 1.0 / std::abs(tightest->kappa);
+  if (radius >= 0.95 * least_radius) return {};
+  char text[240];
+  std::snprintf(text, sizeof text,
+                "a turn is tighter than the car can steer: at s = %.4g m, near (%.4g, %.4g), the widest line has a "
+                "radius of %.3g m, the car's least is %.3g m",
+                tightest->centre_s, tightest->x, tightest->y, radius, least_radius);
+  return text;
+}
+
 RacingLine describe_line(const Track& track, ClosedCurve curve, double spacing) {
   RacingLine line{std::move(curve), {}, 0.0, 0.0, 0};
   const double length = line.curve.length();

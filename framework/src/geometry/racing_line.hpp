@@ -1,7 +1,10 @@
 // The line of least curvature between the edges of a road: eq. (1) of the paper.
 #pragma once
 
+#include <cmath>
+#include <gripline/types.hpp>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "geometry/track.hpp"
@@ -46,6 +49,16 @@ struct RacingLineOptions {
 /// Minimises the integral of kappa^2 (eq. (1): the sum over equal steps) over offsets n in [-right + car_width/2 +
 /// margin, left - car_width/2 - margin]. Throws GeometryError if the road is too narrow for that.
 RacingLine minimum_curvature_line(const Track& track, const RacingLineOptions& options);
+
+/// Radius that the centre of gravity draws at full lock without slip [m].
+inline double least_turning_radius(const Car& car) {
+  return std::hypot((car.lf + car.lr) / std::tan(car.delta_max), car.lr);
+}
+
+/// One line saying where a car of this width and least turning radius [m] cannot get round the road, and which radius it
+/// would need; empty if it can. Its line of least curvature within the edges decides, which is computed only where the
+/// centre line is sharper than the car; 5 % are accepted, which a car slides.
+std::string check_car_turns(const Track& track, double car_width, double least_radius);
 
 /// Samples any closed line every `spacing` metres and measures it against the road.
 RacingLine describe_line(const Track& track, ClosedCurve curve, double spacing);

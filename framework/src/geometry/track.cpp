@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <optional>
+#include <utility>
 
 namespace gripline {
 namespace {
@@ -31,10 +33,91 @@ std::vector<Station> stations(const TrackShape& shape, double spacing) {
   return result;
 }
 
+/// Height of a station above the road's first one [m].
+double height_at(const TrackShape& shape, double s) {
+  if (shape.grade.constant()) return s * std::tan(shape.grade.minimum());
+  const int count = static_cast<int>(std::clamp(s / 0.1, 1000.0, 100000.0));
+  double height = 0.0;
+  for (int i = 0; i < count; ++i) height += s / count * std::tan(shape.grade.at((i + 0.5) * s / count));
+  return height;
+}
+
+/// Where two straight pieces of the centre line cross, with the shares of both pieces.
+std::optional<std::pair<double, double>> intersection(const CurvePoint& a, const CurvePoint& b, const CurvePoint& c,
+                                                      const CurvePoint& d) {
+  const double ux = b.x - a.x, uy = b.y - a.y, vx = d.x - c.x, vy = d.y - c.y;
+  const double cross = ux * vy - uy * vx, wx = c.x - a.x, wy = c.y - a.y;
+  if (cross == 0.0) return std::nullopt;
+  const double u = (wx * vy - wy * vx) / cross, v = (wx * uy - wy * ux) / cross;
+  if (u < 0.0 || u >= 1.0 || v < 0.0 || v >= 1.0) return std::nullopt;
+  return std::pair(u, v);
+}
+
+/// Where the centre line crosses itself. Looked for only when the road overlaps: most roads need none of it.
+std::vector<Crossing> find_crossings(const TrackShape& shape, const std::vector<Station>& road) {
+  const std::size_t n = road.size();
+  const double step = shape.centre.length() / static_cast<double>(n);
+  std::vector<Crossing> found;
+  for (std::size_t i = 0; i < n; ++i) {
+    const CurvePoint &a = road[i].centre, &b = road[i + 1 == n ? 0 : i + 1].centre;
+    for (std::size_t j = i + 2; j < n; ++j) {
+      const CurvePoint &c = road[j].centre, &d = road[j + 1 == n ? 0 : j + 1].centre;
+      if (std::abs(a.x - c.x) > 2.0 * step || std::abs(a.y - c.y) > 2.0 * step || (i == 0 && j + 1 == n)) continue;
+      const auto shares = intersection(a, b, c, d);
+      if (!shares) continue;
+      const double first = a.s + shares->first * step, second = c.s + shares->second * step;
+      const auto rounded = [&](double metres) { return std::abs(metres) < 1e-3 * step ? 0.0 : metres; };
+      const double turned = std::abs(wrap_angle(shape.centre.at(first).yaw - shape.centre.at(second).yaw));
+      found.push_back({first, second, rounded(std::lerp(a.x, b.x, shares->first)),
+                       rounded(std::lerp(a.y, b.y, shares->first)), std::min(turned, std::numbers::pi - turned),
+                       height_at(shape, second) - height_at(shape, first)});
+    }
+  }
+  return found;
+}
+
+/// The crossings of a road that are bridges, and which overlaps they explain.
+class Bridges {
+ public:
+  explicit Bridges(const TrackShape& shape) : shape_(&shape) {}
+
+  /// Whether stations a and b share a place because one passes over the other nearby.
+  bool explain(double a, double b, const std::vector<Station>& road) {
+    if (!searched_) search(road);
+    const auto near = [&](double s, double at, const Crossing& c) {
+      return std::abs(wrap_difference(s - at, shape_->centre.length())) <= reach(c);
+    };
+    return std::any_of(found_.begin(), found_.end(), [&](const Crossing& c) {
+      return (near(a, c.first, c) && near(b, c.second, c)) || (near(a, c.second, c) && near(b, c.first, c));
+    });
+  }
+  /// Way from the crossing within which the two passes overlap, and a little more [m].
+  double reach(const Crossing& c) const { return 2.6 * widest() / std::sin(c.angle); }
+  const std::vector<Crossing>& found() const { return found_; }
+  /// Crossings at an angle at which nothing says that they are bridges.
+  const std::vector<Crossing>& level() const { return level_; }
+  double clearance() const { return 0.25 * (shape_->half_width_right.minimum() + shape_->half_width_left.minimum()); }
+
+ private:
+  double widest() const { return std::max(shape_->half_width_right.maximum(), shape_->half_width_left.maximum()); }
+  void search(const std::vector<Station>& road) {
+    constexpr double least_angle = std::numbers::pi / 6.0;
+    searched_ = true;
+    for (const Crossing& c : find_crossings(*shape_, road)) {
+      if (c.angle < least_angle) continue;
+      (shape_->bridges || std::abs(c.height) >= clearance() ? found_ : level_).push_back(c);
+    }
+  }
+
+  const TrackShape* shape_;
+  std::vector<Crossing> found_, level_;
+  bool searched_ = false;
+};
+
 /// Throws the reason why two stations share a place: a bend between them that is too sharp for the width, or a road
 /// that crosses itself.
 [[noreturn]] void refuse_overlap(const TrackShape& shape, const CurvePoint& here, const CurvePoint& other,
-                                 double half_width) {
+                                 double half_width, const Bridges& bridges) {
   const double length = shape.centre.length();
   const double way = wrap_difference(other.s - here.s, length);
   constexpr int steps = 200;
@@ -48,17 +131,23 @@ std::vector<Station> stations(const TrackShape& shape, double spacing) {
         format("the road bends more sharply (radius %.4g m at s = %.4g m) than its half width %.4g m allows",
                1.0 / std::abs(sharpest.kappa), sharpest.s, half_width));
   }
-  throw GeometryError(
-      format("the road crosses or overlaps itself: it comes to (%.4g, %.4g) at s = %.4g m and at s = %.4g m", here.x,
-             here.y, std::min(here.s, other.s), std::max(here.s, other.s)));
+  std::string text = format(
+      "the road crosses or overlaps itself: it comes to (%.4g, %.4g) at s = %.4g m and at s = "
+      "%.4g m",
+      here.x, here.y, std::min(here.s, other.s), std::max(here.s, other.s));
+  if (!bridges.level().empty()) {
+    const Crossing& c = bridges.level().front();
+    text += format("; a bridge at (%.4g, %.4g)? \"bridges\": true says so, or heights that differ by %.3g m there", c.x,
+                   c.y, bridges.clearance());
+  }
+  throw GeometryError(text);
 }
 
 /// The road overlaps itself where a place on its edge lies inside the road at another station. On a sound road the
 /// centre line comes no nearer to a place on the edge than that edge's own half width.
-void check_overlap(const TrackShape& shape) {
+void check_overlap(const TrackShape& shape, const std::vector<Station>& road, Bridges& bridges) {
   constexpr double tolerated = 0.9;  // an inner edge drawn through points may fold a little at a kink
   const double narrow = std::min(shape.half_width_right.minimum(), shape.half_width_left.minimum());
-  const std::vector<Station> road = stations(shape, 0.25 * narrow);
   const double length = shape.centre.length();
   for (const Station& here : road) {
     for (const double offset : {here.left, -here.right}) {
@@ -70,7 +159,8 @@ void check_overlap(const TrackShape& shape) {
         if (dx * dx + dy * dy >= width * width) continue;
         // Its own neighbourhood does not count, where one width changes into another.
         if (std::abs(wrap_difference(here.centre.s - other.centre.s, length)) <= 0.5 * narrow) continue;
-        refuse_overlap(shape, here.centre, other.centre, std::abs(offset));
+        if (bridges.explain(here.centre.s, other.centre.s, road)) continue;
+        refuse_overlap(shape, here.centre, other.centre, std::abs(offset), bridges);
       }
     }
   }
@@ -79,10 +169,8 @@ void check_overlap(const TrackShape& shape) {
 /// A road that comes back over itself, the same line again or the other way, has edges that keep their distance from
 /// every centre line: only the centre lines meet. A sound road's centre line bends no sharper than its half width w, so
 /// after 2 w of way it is 2 w sin(1) from where it was, and while it turns by 120 degrees it gets 2 w sin(60 deg) away.
-void check_retrace(const TrackShape& shape) {
+void check_retrace(const TrackShape& shape, const std::vector<Station>& road, Bridges& bridges) {
   constexpr double together = 0.5, turned = 2.0 / 3.0 * std::numbers::pi;
-  const double narrow = std::min(shape.half_width_right.minimum(), shape.half_width_left.minimum());
-  const std::vector<Station> road = stations(shape, 0.25 * narrow);
   const double length = shape.centre.length();
   for (std::size_t i = 0; i < road.size(); ++i) {
     for (std::size_t j = i + 1; j < road.size(); ++j) {
@@ -92,6 +180,7 @@ void check_retrace(const TrackShape& shape) {
       if (dx * dx + dy * dy >= together * together * width * width) continue;
       const double way = std::abs(wrap_difference(here.s - other.s, length));
       if (way <= 2.0 * width && std::abs(wrap_angle(here.yaw - other.yaw)) < turned) continue;
+      if (bridges.explain(here.s, other.s, road)) continue;
       throw GeometryError(
           format("the road runs over itself: it is at (%.4g, %.4g) at s = %.4g m and again at s = %.4g m", here.x,
                  here.y, here.s, other.s));
@@ -161,12 +250,27 @@ double narrowest_width(const TrackShape& shape) {
 Track::Track(TrackShape shape) : shape_(std::move(shape)), length_(shape_.centre.length()) {
   check_widths(shape_);
   check_units(shape_);
-  check_overlap(shape_);
-  check_retrace(shape_);
+  const double narrow = std::min(shape_.half_width_right.minimum(), shape_.half_width_left.minimum());
+  const std::vector<Station> road = stations(shape_, 0.25 * narrow);
+  Bridges bridges(shape_);
+  check_overlap(shape_, road, bridges);
+  check_retrace(shape_, road, bridges);
+  crossings_ = bridges.found();
   check_height(shape_);
   narrowest_ = narrowest_width(shape_);
   const CurvePoint first = shape_.centre.at(0.0);
   start_ = shape_.start.value_or(Pose{first.x, first.y, first.yaw});
+}
+
+CurveLocation Track::locate(const Pose& pose) const {
+  CurveLocation best = locate(pose.x, pose.y);
+  const auto askew = [&](const CurveLocation& at) { return std::abs(wrap_angle(pose.yaw - at.yaw)); };
+  for (const Crossing& c : crossings_)
+    for (const double s : {c.first, c.second}) {
+      const CurveLocation other = locate(pose.x, pose.y, s);
+      if (inside(other) && askew(other) < askew(best)) best = other;
+    }
+  return best;
 }
 
 double Track::beyond_edge(const CurveLocation& place) const {
@@ -193,7 +297,7 @@ double Track::lap_fraction(double x, double y, const CurveLocation& place) const
 
 std::string check_start(const Track& track, const Pose& start) {
   constexpr double degrees = 180.0 / std::numbers::pi;
-  const CurveLocation place = track.locate(start.x, start.y);
+  const CurveLocation place = track.locate(start);
   const double heading = wrap_angle(start.yaw - place.yaw);
   if (!track.inside(place)) {
     const bool left = place.n > 0.0;

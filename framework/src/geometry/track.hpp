@@ -24,6 +24,15 @@ struct TrackShape {
   StationTable wall_left = std::numeric_limits<double>::infinity();   ///< [m] beyond the left edge
   std::optional<Pose> start = {};                                     ///< default: the centre line's first point
   std::optional<ClosedPolyline> points = {};                          ///< as in the file, if the road came from points
+  bool bridges = false;  ///< where the road crosses itself at an angle, one of the two passes over the other
+};
+
+/// Where a road passes over itself: the stations of both passes [m].
+struct Crossing {
+  double first = 0.0, second = 0.0;
+  double x = 0.0, y = 0.0;  ///< where the centre lines cross [m]
+  double angle = 0.0;       ///< between them, in (0, pi/2] [rad]
+  double height = 0.0;      ///< of the second above the first, by the grade [m]
 };
 
 /// Immutable after construction. All queries are const, allocate nothing and may be called from several threads at
@@ -31,7 +40,8 @@ struct TrackShape {
 class Track {
  public:
   /// Throws GeometryError if the road crosses or overlaps itself, has no width, bends more sharply than it is wide, or
-  /// does not come back to its height.
+  /// does not come back to its height. A crossing of at least 30 degrees is a bridge where the heights differ by a
+  /// quarter of the least width, or where the shape says bridges.
   explicit Track(TrackShape shape);
 
   const std::string& name() const { return shape_.name; }
@@ -44,6 +54,10 @@ class Track {
   /// Where a place is: station and offset n (left positive). With a hint: see ClosedCurve::locate.
   CurveLocation locate(double x, double y) const { return shape_.centre.locate(x, y); }
   CurveLocation locate(double x, double y, double hint_s) const { return shape_.centre.locate(x, y, hint_s); }
+  /// The same without a hint, for a car that faces `yaw`: where the road passes over itself, the pass that it follows.
+  CurveLocation locate(const Pose& pose) const;
+  /// Where the road passes over itself, by the first station.
+  const std::vector<Crossing>& crossings() const { return crossings_; }
 
   double half_width_right(double s) const { return shape_.half_width_right.at(s); }
   double half_width_left(double s) const { return shape_.half_width_left.at(s); }
@@ -76,6 +90,7 @@ class Track {
   TrackShape shape_;
   double length_ = 0.0;
   double narrowest_ = 0.0;
+  std::vector<Crossing> crossings_;
   Pose start_;
 };
 

@@ -253,12 +253,13 @@ std::optional<Track> read_object(const Node& node, Errors& errors, const std::st
   if (object.has("start")) start = read_pose(object.object("start"));
   std::optional<TrackShape> shape = read_shape(object);
   if (!shape) {
-    for (const char* key : {"half_width", "grade", "height", "bank", "walls", "origin", "left_handed"})
+    for (const char* key : {"half_width", "grade", "height", "bank", "walls", "origin", "left_handed", "bridges"})
       object.find(key);
     return std::nullopt;
   }
   shape->name = name;
   shape->start = start;
+  shape->bridges = object.boolean("bridges", false);
   Details details(object, *shape);
   details.slope();
   details.walls();

@@ -238,7 +238,7 @@ World::World(const WorldSpec& spec, std::uint64_t seed)
   context.seed = seed;
   context.course = &course_;
   road_ = std::make_unique<WorldGround>(*this);
-  const CurveLocation found = spec.track->locate(state_.x, state_.y);
+  const CurveLocation found = spec.track->locate(Pose{state_.x, state_.y, state_.yaw});
   place_ = place_of(*spec.track, found, 0.0, state_.x, state_.y, state_.yaw);
   sensed_hint_ = found.s;
   if (spec.plant.empty())

@@ -4,6 +4,7 @@
 
 #include "config/file_kind.hpp"
 #include "config/json_file.hpp"
+#include "geometry/racing_line.hpp"
 #include "geometry/track_file.hpp"
 #include "util/child_process.hpp"
 #include "util/csv.hpp"
@@ -66,6 +67,12 @@ void read_start(ObjectReader& r, WorldSpec& world, Errors& errors) {
   if (!world.track || errors.added() != before) return;
   if (const std::string problem = check_start(*world.track, world.start); !problem.empty())
     errors.add(start.node().origin, problem);
+}
+
+/// Why a car cannot drive this road; empty if it can.
+std::string check_car_on(const Track& track, const Car& car) {
+  if (std::string narrow = check_car_fits(track, car.width); !narrow.empty()) return narrow;
+  return check_car_turns(track, car.width, least_turning_radius(car));
 }
 
 /// When the race ends. A world without a road is compared with logs only and has no end.
@@ -156,7 +163,7 @@ WorldSpec read_world(const Node& node, const Registry& registry, Errors& errors,
   read_limit(r, world, errors);
   read_start(r, world, errors);
   if (world.track) {
-    const std::string problem = car_known ? check_car_fits(*world.track, world.car.car.width) : "";
+    const std::string problem = car_known ? check_car_on(*world.track, world.car.car) : "";
     if (!problem.empty()) r.error_at("track", problem);
     if (const std::string problem = check_friction(world.friction, world.track->length()); !problem.empty())
       r.error_at("friction", problem);

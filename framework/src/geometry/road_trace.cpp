@@ -1,0 +1,179 @@
+#include "geometry/road_trace.hpp"
+
+#include <algorithm>
+#include <array>
+#include <boost/property_tree/ptree.hpp>
+#include <boost/property_tree/xml_parser.hpp>
+#include <cmath>
+#include <numbers>
+#include <optional>
+#include <sstream>
+
+#include "config/errors.hpp"
+#include "config/files.hpp"
+#include "util/csv.hpp"
+
+namespace gripline {
+namespace {
+
+namespace fs = std::filesystem;
+using boost::property_tree::ptree;
+
+constexpr double degree = std::numbers::pi / 180.0;
+
+[[noreturn]] void refuse(const fs::path& file, int line, std::string message) {
+  throw InputError({Diagnostic{shown(file), line, line > 0 ? 1 : 0, {}, std::move(message), {}}});
+}
+
+/// The column of one of these names.
+std::optional<std::vector<double>> column(const CsvTable& table, std::initializer_list<const char*> names) {
+  for (const char* name : names)
+    if (table.find(name) >= 0) return table.column(name);
+  return std::nullopt;
+}
+
+void check_on_earth(const fs::path& file, int line, double latitude, double longitude) {
+  if (std::abs(latitude) <= 89.0 && std::abs(longitude) <= 360.0) return;
+  char text[160];
+  std::snprintf(text, sizeof text,
+                "latitude %.6g and longitude %.6g: expected degrees, within 89 to the north or south", latitude,
+                longitude);
+  refuse(file, line, text);
+}
+
+/// What a GPX file says of its points: each point's place, height where all have one.
+class GpxReader {
+ public:
+  explicit GpxReader(const fs::path& file) : file_(file) {}
+
+  RoadTrace read() {
+    const std::string bytes = read_bytes(file_);
+    check_depth(bytes);
+    std::istringstream text(bytes);
+    ptree tree;
+    try {
+      boost::property_tree::read_xml(text, tree);
+    } catch (const boost::property_tree::xml_parser_error& error) {
+      refuse(file_, static_cast<int>(error.line()), "is no XML: " + error.message());
+    }
+    const auto root = tree.get_child_optional("gpx");
+    if (!root) refuse(file_, 0, "is no GPX file: its first element is not <gpx>");
+    trace_.on_earth = true;
+    for (const auto& [outer, inner, point] : {std::array{"trk", "trkseg", "trkpt"}, std::array{"", "rte", "rtept"}}) {
+      if (!trace_.points.empty()) break;
+      read_points(*root, outer, inner, point);
+    }
+    if (trace_.points.empty()) refuse(file_, 0, "has no track points (<trkpt>) and no route points (<rtept>)");
+    if (trace_.height.size() != trace_.points.size()) trace_.height.clear();
+    return std::move(trace_);
+  }
+
+ private:
+  /// The parser calls itself for every element within an element.
+  void check_depth(const std::string& text) const {
+    constexpr int deepest = 50;
+    int depth = 0;
+    for (std::size_t i = 0; i + 1 < text.size(); ++i) {
+      if (text[i] == '<' && text[i + 1] != '?' && text[i + 1] != '!') depth += text[i + 1] == '/' ? -1 : 1;
+      if (text[i] == '/' && text[i + 1] == '>') --depth;
+      if (depth > deepest) refuse(file_, 0, "has elements within each other more than 50 deep");
+    }
+  }
+  void read_points(const ptree& root, const std::string& outer, const std::string& inner, const std::string& point) {
+    if (outer.empty()) {
+      read_groups(root, inner, point);
+      return;
+    }
+    for (const auto& [name, child] : root)
+      if (name == outer) read_groups(child, inner, point);
+  }
+  void read_groups(const ptree& parent, const std::string& group, const std::string& point) {
+    for (const auto& [name, child] : parent) {
+      if (name != group) continue;
+      for (const auto& [key, place] : child)
+        if (key == point) add(place);
+    }
+  }
+  void add(const ptree& place) {
+    const auto latitude = place.get_optional<double>("<xmlattr>.lat");
+    const auto longitude = place.get_optional<double>("<xmlattr>.lon");
+    if (!latitude || !longitude) {
+      refuse(file_, 0, "point " + std::to_string(trace_.points.size() + 1) + " has no numbers lat and lon");
+    }
+    check_on_earth(file_, 0, *latitude, *longitude);
+    const PlanePoint at{*longitude * degree, *latitude * degree};
+    if (!trace_.points.empty() && at.x == trace_.points.back().x && at.y == trace_.points.back().y) return;
+    trace_.points.push_back(at);
+    if (const auto height = place.get_optional<double>("ele")) trace_.height.push_back(*height);
+  }
+
+  fs::path file_;
+  RoadTrace trace_;
+};
+
+/// Earth-centred place of a point on the WGS 84 ellipsoid [m].
+std::array<double, 3> earth_centred(const PlanePoint& place) {
+  constexpr double a = 6378137.0, e2 = 6.69437999014e-3;
+  const double n = a / std::sqrt(1.0 - e2 * std::sin(place.y) * std::sin(place.y));
+  return {n * std::cos(place.y) * std::cos(place.x), n * std::cos(place.y) * std::sin(place.x),
+          n * (1.0 - e2) * std::sin(place.y)};
+}
+
+}  // namespace
+
+RoadTrace read_csv_trace(const fs::path& file) {
+  const CsvTable table = read_csv(file);
+  RoadTrace trace;
+  auto x = column(table, {"x_m", "x"}), y = column(table, {"y_m", "y"});
+  if (!x || !y) {
+    x = column(table, {"lon", "longitude", "lng", "lon_deg"});
+    y = column(table, {"lat", "latitude", "lat_deg"});
+    trace.on_earth = true;
+  }
+  if (!x || !y) {
+    std::string names;
+    for (const std::string& name : table.header) names += (names.empty() ? "" : ",") + name;
+    refuse(file, 1, "expected columns x_m,y_m or lat,lon; found " + names);
+  }
+  const auto height = column(table, {"z_m", "z", "ele", "elevation", "alt", "altitude"});
+  const auto right = column(table, {"w_tr_right_m"}), left = column(table, {"w_tr_left_m"});
+  const auto grade = column(table, {"grade_rad"}), bank = column(table, {"bank_rad"});
+  if (right.has_value() != left.has_value()) refuse(file, 1, "w_tr_right_m and w_tr_left_m go together");
+  for (std::size_t i = 0; i < x->size(); ++i) {
+    if (trace.on_earth) check_on_earth(file, table.line[i], (*y)[i], (*x)[i]);
+    if (!(std::max(std::abs((*x)[i]), std::abs((*y)[i])) <= 1e8))
+      refuse(file, table.line[i], "a point farther away than 100000000 m");
+    const double unit = trace.on_earth ? degree : 1.0;
+    const PlanePoint at{unit * (*x)[i], unit * (*y)[i]};
+    if (!trace.points.empty() && at.x == trace.points.back().x && at.y == trace.points.back().y) {
+      // A logger that stands repeats itself; a table with widths does so by mistake.
+      if (right) refuse(file, table.line[i], "repeats the point of line " + std::to_string(table.line[i - 1]));
+      continue;
+    }
+    trace.points.push_back(at);
+    if (height) trace.height.push_back((*height)[i]);
+    if (right) trace.right.push_back((*right)[i]), trace.left.push_back((*left)[i]);
+    if (grade) trace.grade.push_back((*grade)[i]);
+    if (bank) trace.bank.push_back((*bank)[i]);
+  }
+  return trace;
+}
+
+RoadTrace read_gpx_trace(const fs::path& file) { return GpxReader(file).read(); }
+
+PlanePoint middle_of(const std::vector<PlanePoint>& places) {
+  const auto [west, east] = std::minmax_element(places.begin(), places.end(),
+                                                [](const PlanePoint& a, const PlanePoint& b) { return a.x < b.x; });
+  const auto [south, north] = std::minmax_element(places.begin(), places.end(),
+                                                  [](const PlanePoint& a, const PlanePoint& b) { return a.y < b.y; });
+  return {0.5 * (west->x + east->x), 0.5 * (south->y + north->y)};
+}
+
+PlanePoint on_tangent_plane(const PlanePoint& place, const PlanePoint& origin) {
+  const std::array<double, 3> p = earth_centred(place), o = earth_centred(origin);
+  const double dx = p[0] - o[0], dy = p[1] - o[1], dz = p[2] - o[2];
+  const double sl = std::sin(origin.x), cl = std::cos(origin.x), sp = std::sin(origin.y), cp = std::cos(origin.y);
+  return {-sl * dx + cl * dy, -sp * cl * dx - sp * sl * dy + cp * dz};
+}
+
+}  // namespace gripline

@@ -1,0 +1,31 @@
+// Lines as they are measured: columns of a CSV, GPX files, places on the earth.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "geometry/plane.hpp"
+
+namespace gripline {
+
+/// Points as they were driven or surveyed, not yet closed. Heights and widths are empty where the file has none.
+struct RoadTrace {
+  std::vector<PlanePoint> points;   ///< [m], or with `on_earth` longitude and latitude [rad]
+  std::vector<double> height;       ///< [m]
+  std::vector<double> right, left;  ///< [m]
+  std::vector<double> grade, bank;  ///< [rad]
+  bool on_earth = false;
+};
+
+/// A CSV with x_m,y_m or lat,lon and what RoadTrace has besides. Throws InputError with file, line and column.
+RoadTrace read_csv_trace(const std::filesystem::path& file);
+/// Track points of a GPX file, else its route points. Throws InputError.
+RoadTrace read_gpx_trace(const std::filesystem::path& file);
+
+/// Where places on the earth are in the plane that touches the WGS 84 ellipsoid at `origin` (longitude, latitude).
+PlanePoint on_tangent_plane(const PlanePoint& place, const PlanePoint& origin);
+/// The middle of all places, for on_tangent_plane().
+PlanePoint middle_of(const std::vector<PlanePoint>& places);
+
+}  // namespace gripline

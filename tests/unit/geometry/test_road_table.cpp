@@ -1,0 +1,302 @@
+#include "geometry/road_table.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <numbers>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "config/errors.hpp"
+#include "geometry/racing_line.hpp"
+#include "geometry/road_trace.hpp"
+#include "geometry/track_file.hpp"
+#include "support/host_support.hpp"
+#include "util/csv_writer.hpp"
+
+namespace gripline {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+
+constexpr double pi = std::numbers::pi;
+
+/// A line of text per point, as a file.
+class RoadFiles : public ::testing::Test {
+ protected:
+  fs::path write(const std::string& name, const std::string& header, int count,
+                 const std::function<std::vector<double>(int)>& row) {
+    const fs::path file = scratch_ / name;
+    CsvWriter csv(file, header);
+    for (int i = 0; i < count; ++i) {
+      for (const double value : row(i)) csv << value;
+      csv.end_row();
+    }
+    csv.finish();
+    return file;
+  }
+  RoadTable read(std::vector<fs::path> files, const RoadReading& reading = {}) {
+    remarks_.clear();
+    return read_road(files, reading, remarks_);
+  }
+  /// An ellipse of 200 m by 120 m, 8 m wide on the left and 4 m on the right.
+  fs::path ellipse(double from = 0.0, double to = 1.0) {
+    return write("ellipse.csv", "# x_m,y_m,w_tr_right_m,w_tr_left_m", 160, [=](int i) {
+      const double a = 2 * pi * (from + (to - from) * i / 160.0);
+      return std::vector{100 * std::cos(a), 60 * std::sin(a), 4.0, 8.0};
+    });
+  }
+  std::string refusal(const std::function<void()>& call) {
+    try {
+      call();
+    } catch (const InputError& error) {
+      return error.what();
+    } catch (const GeometryError& error) {
+      return error.what();
+    }
+    return "not refused";
+  }
+
+  testing_support::Folder scratch_;
+  std::vector<std::string> remarks_;
+};
+
+TEST_F(RoadFiles, ReverseSwapsTheSidesAndTurnsTheSlopes) {
+  RoadTable road = read({ellipse()});
+  road.grade.assign(road.size(), 0.01);
+  road.bank.assign(road.size(), 0.02);
+  const PlanePoint first = road.points[0], second = road.points[1];
+  reverse(road);
+  EXPECT_EQ(road.points[0].x, first.x);
+  EXPECT_EQ(road.points.back().y, second.y);
+  EXPECT_EQ(road.right[5], 8.0);
+  EXPECT_EQ(road.left[5], 4.0);
+  EXPECT_EQ(road.grade[3], -0.01);
+  EXPECT_EQ(road.bank[3], -0.02);
+  reverse(road);
+  EXPECT_EQ(road.points[1].y, second.y);
+}
+
+TEST_F(RoadFiles, ScaleKeepsTheShape) {
+  RoadTable road = read({ellipse()});
+  const double before = to_track(road).length();
+  scale(road, 1.0 / 43.0);
+  const Track small = to_track(road);
+  EXPECT_NEAR(small.length(), before / 43.0, 1e-9);
+  EXPECT_NEAR(small.half_width_left(1.0), 8.0 / 43.0, 1e-12);
+}
+
+TEST_F(RoadFiles, AnOpenLineIsClosedOnlyWhenAsked) {
+  const fs::path open = ellipse(0.0, 0.93);
+  EXPECT_THAT(refusal([&] { read({open}); }), HasSubstr("--close METRES closes it"));
+  EXPECT_THAT(refusal([&] { read({open}, {.largest_gap = 10.0}); }), HasSubstr("the line is open"));
+  const RoadTable road = read({open}, {.largest_gap = 60.0});
+  ASSERT_EQ(remarks_.size(), 1u);
+  EXPECT_THAT(remarks_[0], HasSubstr("a gap of"));
+  EXPECT_NEAR(to_track(road).length(), to_track(read({ellipse()})).length(), 1.0);
+}
+
+TEST_F(RoadFiles, SmoothingStaysWithinItsToleranceAndKeepsTheEdges) {
+  std::mt19937 random(1);
+  std::uniform_real_distribution<double> noise(-0.3, 0.3);
+  const fs::path noisy = write("noisy.csv", "x_m,y_m,w_tr_right_m,w_tr_left_m", 300, [&](int i) {
+    const double a = 2 * pi * i / 300.0;
+    return std::vector{100 * std::cos(a) + noise(random), 60 * std::sin(a) + noise(random), 5.0, 5.0};
+  });
+  RoadTable road = read({noisy});
+  const auto bends = [](const RoadTable& table) {
+    const ClosedCurve curve = ClosedCurve::from_points(table.points);
+    double sum = 0;
+    for (int i = 0; i < 2000; ++i) sum += std::pow(curve.at(curve.length() * i / 2000).kappa, 2) / 2000;
+    return std::sqrt(sum);
+  };
+  const double before = bends(road);
+  const Smoothed done = smooth(road, 0.6);
+  EXPECT_GT(done.moved, 0.05);
+  EXPECT_LE(done.moved, 0.6);
+  EXPECT_LT(bends(road), 0.1 * before);
+  EXPECT_EQ(check_start(to_track(road), to_track(road).start()), "");
+  // On a clean road little is to be smoothed: what is longer than three widths stays.
+  RoadTable clean = read({ellipse()});
+  EXPECT_LT(smooth(clean, 0.6).moved, 0.1);
+}
+
+TEST_F(RoadFiles, StepsOfWidthAreFoundAndEvenedOutInwards) {
+  RoadTable road = read({ellipse()});
+  for (std::size_t i = 40; i < 80; ++i) road.left[i] = 3.0;
+  const std::vector<WidthStep> steps = width_steps(road);
+  ASSERT_EQ(steps.size(), 2u);
+  EXPECT_FALSE(steps[0].right);
+  EXPECT_EQ(steps[0].from, 8.0);
+  EXPECT_EQ(steps[0].to, 3.0);
+  smooth(road, 0.1);
+  EXPECT_TRUE(width_steps(road).empty());
+  for (const double left : road.left) EXPECT_LT(left, 8.1);
+}
+
+TEST_F(RoadFiles, EdgesMakeARoadWhosePointsNeedNotCorrespond) {
+  const auto edge = [&](const char* name, double grow, int count) {
+    return write(name, "x_m,y_m", count, [=](int i) {
+      const double a = 2 * pi * i / count;
+      return std::vector{(100 + grow) * std::cos(a), (100 + grow) * std::sin(a)};
+    });
+  };
+  const Track track = to_track(read({edge("left.csv", -4, 150), edge("right.csv", 4, 210)}));
+  EXPECT_NEAR(track.length(), 2 * pi * 100, 0.5);
+  EXPECT_NEAR(track.half_width_left(50), 4.0, 0.05);
+  EXPECT_NEAR(track.half_width_right(50), 4.0, 0.05);
+}
+
+/// A circle of 300 m radius around 48 degrees north, one lap and a quarter.
+std::string gpx_circle() {
+  std::string text = "<?xml version=\"1.0\"?>\n<gpx><trk><trkseg>\n";
+  for (int i = 0; i < 250; ++i) {
+    const double a = 2 * pi * i / 200.0;
+    const double north = 300 * std::sin(a), east = 300 * std::cos(a);
+    char line[160];
+    std::snprintf(line, sizeof line, "<trkpt lat=\"%.9f\" lon=\"%.9f\"><ele>%.3f</ele></trkpt>\n",
+                  48.0 + north / 111194.0, 11.0 + east / 74555.0, 400.0 + 5 * std::sin(a));
+    text += line;
+  }
+  return text + "</trkseg></trk></gpx>\n";
+}
+
+TEST_F(RoadFiles, AGpxTraceIsCutAfterALap) {
+  const fs::path file = scratch_ / "lap.gpx";
+  write_file(file, gpx_circle());
+  EXPECT_THAT(refusal([&] { read({file}); }), HasSubstr("--width METRES"));
+  const RoadTable road = read({file}, {.width = 10.0});
+  EXPECT_EQ(road.size(), 200u);
+  const Track track = to_track(road);
+  EXPECT_NEAR(track.length(), 2 * pi * 300, 6.0);
+  EXPECT_NEAR(track.half_width_left(3), 5.0, 1e-12);
+  // dz/ds is largest at the start: 5 m of height over a radius of 300 m.
+  EXPECT_NEAR(track.grade(0.0), std::atan(5.0 / 300.0), 5e-4);
+}
+
+TEST_F(RoadFiles, WhatIsNoGpxIsRefused) {
+  const fs::path file = scratch_ / "bad.gpx";
+  write_file(file, "<gpx><trk>");
+  EXPECT_THAT(refusal([&] { read({file}, {.width = 5}); }), HasSubstr("is no XML"));
+  write_file(file, "<kml></kml>");
+  EXPECT_THAT(refusal([&] { read({file}, {.width = 5}); }), HasSubstr("is no GPX file"));
+  write_file(file, "<gpx></gpx>");
+  EXPECT_THAT(refusal([&] { read({file}, {.width = 5}); }), HasSubstr("no track points"));
+  write_file(file, "<gpx><trk><trkseg><trkpt lat=\"91\" lon=\"3\"/></trkseg></trk></gpx>");
+  EXPECT_THAT(refusal([&] { read({file}, {.width = 5}); }), HasSubstr("expected degrees"));
+  std::string deep = "<gpx>";
+  for (int i = 0; i < 100000; ++i) deep += "<a>";
+  write_file(file, deep);
+  EXPECT_THAT(refusal([&] { read({file}, {.width = 5}); }), HasSubstr("within each other"));
+}
+
+TEST_F(RoadFiles, TheTangentPlaneIsMetric) {
+  const double degree = pi / 180.0;
+  const PlanePoint origin{11 * degree, 48 * degree};
+  // A minute of latitude on the WGS 84 ellipsoid at 48 degrees: 1853.3 m.
+  const PlanePoint north = on_tangent_plane({11 * degree, (48 + 1.0 / 60) * degree}, origin);
+  EXPECT_NEAR(north.x, 0.0, 1e-6);
+  EXPECT_NEAR(north.y, 1853.3, 0.2);
+  const PlanePoint east = on_tangent_plane({(11 + 1.0 / 60) * degree, 48 * degree}, origin);
+  EXPECT_NEAR(east.x, 1243.8, 0.2);
+}
+
+/// A figure of eight of 300 m by 150 m that crosses itself at a right angle in the middle.
+RoadTable figure_of_eight(double half_width, double rise) {
+  RoadTable road;
+  for (int i = 0; i < 240; ++i) {
+    const double a = 2 * pi * (i + 0.5) / 240.0;
+    road.points.push_back({150 * std::sin(a), 75 * std::sin(2 * a)});
+    road.height.push_back(rise * std::cos(a));  // the two passes are at a = 0 and a = pi
+  }
+  road.right.assign(road.size(), half_width);
+  road.left = road.right;
+  return road;
+}
+
+TEST_F(RoadFiles, ACrossingIsABridgeWhereHeightsDifferOrTheRoadSaysSo) {
+  RoadTable road = figure_of_eight(5.0, 0.0);
+  EXPECT_THAT(refusal([&] { to_track(road); }), HasSubstr("\"bridges\": true says so"));
+  road.bridges = true;
+  const Track told = to_track(road);
+  ASSERT_EQ(told.crossings().size(), 1u);
+  EXPECT_NEAR(told.crossings()[0].x, 0.0, 0.1);
+  EXPECT_NEAR(told.crossings()[0].angle, pi / 2, 0.02);
+  const Track high = to_track(figure_of_eight(5.0, 4.0));
+  ASSERT_EQ(high.crossings().size(), 1u);
+  EXPECT_NEAR(std::abs(high.crossings()[0].height), 8.0, 0.2);
+  EXPECT_THAT(refusal([&] { to_track(figure_of_eight(5.0, 0.5)); }), HasSubstr("crosses or overlaps itself"));
+}
+
+TEST_F(RoadFiles, OnABridgeTheCarsPlaceFollowsItsHeading) {
+  const Track track = to_track(figure_of_eight(5.0, 4.0));
+  const Crossing c = track.crossings().front();
+  for (const double s : {c.first, c.second}) {
+    const CurvePoint at = track.at(s + 1.0);
+    EXPECT_NEAR(wrap_difference(track.locate(Pose{at.x, at.y, at.yaw}).s - at.s, track.length()), 0.0, 1e-6);
+    EXPECT_EQ(check_start(track, {at.x, at.y, at.yaw}), "");
+  }
+}
+
+TEST_F(RoadFiles, TwoWaysBesideEachOtherAreNoBridge) {
+  // A flat figure of eight: it crosses itself at 11 degrees.
+  RoadTable road = figure_of_eight(5.0, 0.0);
+  for (PlanePoint& p : road.points) p.y *= 0.1;
+  road.bridges = true;
+  EXPECT_THAT(refusal([&] { to_track(road); }), HasSubstr("overlaps itself"));
+}
+
+TEST_F(RoadFiles, ABridgeSurvivesBeingWritten) {
+  RoadTable road = figure_of_eight(5.0, 0.0);
+  road.name = "eight";
+  road.bridges = true;
+  const Track track = to_track(road);
+  EXPECT_THAT(refusal([&] { write_road(scratch_ / "eight.csv", track, road); }), HasSubstr("FILE.json"));
+  write_road(scratch_ / "eight.json", track, road);
+  const Track again = load_track(scratch_ / "eight.json");
+  EXPECT_EQ(again.name(), "eight");
+  EXPECT_EQ(again.crossings().size(), 1u);
+  EXPECT_NEAR(again.length(), track.length(), 1e-3);
+}
+
+/// Two straights joined by half circles of this radius [m].
+Track hairpins(double radius, double half_width) {
+  RoadTable road;
+  const int per_arc = 60, per_line = 40;
+  for (const double side : {1.0, -1.0}) {
+    for (int i = 0; i < per_line; ++i) road.points.push_back({side * (-60 + 120.0 * i / per_line), -side * radius});
+    for (int i = 0; i < per_arc; ++i) {
+      const double a = -pi / 2 + pi * i / per_arc;
+      road.points.push_back({side * (60 + radius * std::cos(a)), side * radius * std::sin(a)});
+    }
+  }
+  road.right.assign(road.size(), half_width);
+  road.left = road.right;
+  return to_track(road);
+}
+
+TEST_F(RoadFiles, AHairpinThatTheCarCannotSteerIsNamedWithItsRadius) {
+  const Track track = hairpins(6.0, 3.0);
+  EXPECT_EQ(check_car_turns(track, 1.8, 5.0), "");
+  // The outer edge lets the widest line be wider than the centre line.
+  EXPECT_EQ(check_car_turns(track, 1.8, 6.5), "");
+  EXPECT_THAT(check_car_turns(track, 1.8, 12.0), HasSubstr("a turn is tighter than the car can steer: at s = "));
+  EXPECT_THAT(check_car_turns(track, 1.8, 12.0), HasSubstr("the car's least is 12 m"));
+}
+
+TEST_F(RoadFiles, TwentyKilometresAreARoad) {
+  const fs::path file = write("long.csv", "x_m,y_m,w_tr_right_m,w_tr_left_m", 4000, [](int i) {
+    const double a = 2 * pi * i / 4000.0, r = 2600 + 500 * std::cos(5 * a) + 60 * std::sin(31 * a);
+    return std::vector{r * std::cos(a), r * std::sin(a), 4.0, 4.0};
+  });
+  const Track track = to_track(read({file}));
+  EXPECT_GT(track.length(), 19000);
+  EXPECT_EQ(check_car_turns(track, 1.8, 6.0), "");
+}
+
+}  // namespace
+}  // namespace gripline

@@ -1,0 +1,210 @@
+// gripline track FILE [FILE] [options]: a road from the formats that people have, repaired, checked and drawn.
+#include <charconv>
+#include <cmath>
+#include <iostream>
+#include <numbers>
+#include <optional>
+
+#include "car/vehicle.hpp"
+#include "cli/options.hpp"
+#include "config/errors.hpp"
+#include "config/file_kind.hpp"
+#include "config/json_file.hpp"
+#include "geometry/racing_line.hpp"
+#include "geometry/road_table.hpp"
+#include "gripline/command.hpp"
+#include "gripline/track_picture.hpp"
+#include "util/csv_writer.hpp"
+#include "world/world_spec.hpp"
+
+namespace gripline::tools {
+namespace po = boost::program_options;
+namespace fs = std::filesystem;
+namespace {
+
+template <class... Numbers>
+std::string format(const char* pattern, Numbers... numbers) {
+  char text[200];
+  std::snprintf(text, sizeof text, pattern, numbers...);
+  return text;
+}
+
+double positive_number(const std::string& option, std::string_view text) {
+  double value = 0;
+  const auto [rest, code] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (code != std::errc() || rest != text.data() + text.size() || !(value > 0) || !std::isfinite(value))
+    throw InputError(option + " \"" + std::string(text) + "\": expected a number above 0");
+  return value;
+}
+
+double length_option(const po::variables_map& given, const char* name) {
+  const auto text = text_of(given, name);
+  return text ? positive_number("--" + std::string(name), *text) : 0.0;
+}
+
+/// "1:43" or a factor.
+double scale_option(const po::variables_map& given) {
+  const auto text = text_of(given, "scale");
+  if (!text) return 1.0;
+  const std::size_t colon = text->find(':');
+  if (colon == std::string::npos) return positive_number("--scale", *text);
+  return positive_number("--scale", text->substr(0, colon)) / positive_number("--scale", text->substr(colon + 1));
+}
+
+/// The car of a car's or a world's file.
+std::optional<Car> car_option(const po::variables_map& given) {
+  const auto file = text_of(given, "car");
+  if (!file) return std::nullopt;
+  Node tree = load_json(*file);
+  if (kind_of(tree) == FileKind::world) {
+    tree = load_world(*file);
+    if (tree.find("car") == nullptr) throw InputError(*file + ": is a world without a car");
+    tree = *tree.find("car");
+  } else if (kind_of(tree) != FileKind::car) {
+    throw InputError(*file + ": expected a car or a world");
+  }
+  Errors errors;
+  const CarFile car = read_car(tree, errors);
+  errors.throw_if_any();
+  return car.car;
+}
+
+class Table {
+ public:
+  void row(const std::string& check, const std::string& found) {
+    std::cout << check << std::string(check.size() < 18 ? 18 - check.size() : 1, ' ') << found << '\n';
+  }
+};
+
+void tell_steps(Table& table, const RoadTable& road) {
+  const std::vector<WidthStep> steps = width_steps(road);
+  if (steps.empty()) return;
+  const WidthStep& s = steps.front();
+  table.row("steps of width", format("%zu; the first on the %s near (%.5g, %.5g), from %.4g to %.4g m (--smooth evens "
+                                     "them out)",
+                                     steps.size(), s.right ? "right" : "left", s.at.x, s.at.y, s.from, s.to));
+}
+
+void tell(const Track& track, const RoadTable& road) {
+  Table table;
+  table.row("road", track.name());
+  table.row("length", format("%.6g m, %zu points", track.length(), road.size()));
+  double narrow = INFINITY, wide = 0, narrow_s = 0, kappa = 0, kappa_s = 0, height = 0, low = 0, high = 0;
+  constexpr int count = 20000;
+  for (int i = 0; i < count; ++i) {
+    const double s = track.length() * i / count;
+    const double width = track.half_width_left(s) + track.half_width_right(s), bend = track.at(s).kappa;
+    if (width < narrow) narrow = width, narrow_s = s;
+    if (std::abs(bend) > std::abs(kappa)) kappa = bend, kappa_s = s;
+    wide = std::max(wide, width);
+    height += track.length() / count * std::tan(track.grade(s));
+    low = std::min(low, height), high = std::max(high, height);
+  }
+  table.row("width", format("%.4g to %.4g m, narrowest at s = %.5g m", narrow, wide, narrow_s));
+  table.row("sharpest bend", format("radius %.4g m to the %s at s = %.5g m", 1.0 / std::abs(kappa),
+                                    kappa > 0 ? "left" : "right", kappa_s));
+  if (high > low) table.row("heights", format("%.4g m between the lowest and the highest place", high - low));
+  for (const Crossing& c : track.crossings())
+    table.row("bridge", format("at (%.5g, %.5g): s = %.5g m and s = %.5g m, at %.0f degrees", c.x, c.y, c.first,
+                               c.second, c.angle * 180.0 / std::numbers::pi));
+  tell_steps(table, road);
+}
+
+/// Refuses a road that this car cannot drive.
+void check_car(const Track& track, const Car& car) {
+  const double radius = least_turning_radius(car);
+  std::string problem = check_car_fits(track, car.width);
+  if (problem.empty()) problem = check_car_turns(track, car.width, radius);
+  if (!problem.empty()) throw InputError(problem);
+  Table table;
+  table.row("car", format("%.4g m wide, least radius %.4g m: drives it", car.width, radius));
+}
+
+void add_track_options(po::options_description& visible) {
+  auto add = visible.add_options();
+  add("width", po::value<std::string>(), "whole width of a trace (GPX, CSV without widths) [m]");
+  add("close", po::value<std::string>(), "close a gap between the ends of up to so many metres");
+  add("smooth", po::value<std::string>(), "smooth; the centre line moves by at most so many metres");
+  add("scale", po::value<std::string>(), "factor of all lengths, as 1:43 or 0.0233, after everything else");
+  add("reverse", po::bool_switch(), "drive it the other way");
+  add("bridges", po::bool_switch(), "where it crosses itself at an angle, one way passes over the other");
+  add("car", po::value<std::string>(), "a car or a world: whether its car fits and can steer round");
+  add("out", po::value<std::string>(), "the road to write: .csv, or .json with a .csv beside it");
+  add("picture", po::value<std::string>(), "a drawing to write, .svg");
+  add("help,h", "this text");
+}
+
+/// The files to be written, refused before any work.
+std::optional<fs::path> output(const po::variables_map& given, const char* name,
+                               std::initializer_list<const char*> endings, const Words& inputs) {
+  const auto text = text_of(given, name);
+  if (!text) return std::nullopt;
+  const fs::path file = *text;
+  std::string known;
+  for (const char* ending : endings) {
+    if (file.extension() == ending) {
+      require_writable("--" + std::string(name), file, inputs);
+      return file;
+    }
+    known += (known.empty() ? "" : " or ") + std::string(ending);
+  }
+  throw InputError("--" + std::string(name) + " " + *text + ": expected a name that ends in " + known);
+}
+
+Track make_track(const RoadTable& road, const Words& files) {
+  try {
+    return to_track(road);
+  } catch (const GeometryError& error) {
+    throw InputError(files.front() + ": " + error.what());
+  }
+}
+
+RoadTable prepared_road(const po::variables_map& given, const Words& words) {
+  const std::vector<fs::path> files(words.begin(), words.end());
+  const RoadReading reading{.width = length_option(given, "width"), .largest_gap = length_option(given, "close")};
+  const double tolerance = length_option(given, "smooth"), factor = scale_option(given);
+  std::vector<std::string> remarks;
+  RoadTable road = read_road(files, reading, remarks);
+  road.bridges = road.bridges || given["bridges"].as<bool>();
+  if (given["reverse"].as<bool>()) reverse(road);
+  if (tolerance > 0.0) {
+    const Smoothed done = smooth(road, tolerance);
+    remarks.push_back(format("smoothed: the centre line moved by at most %.3g m", done.moved));
+    if (done.raised > 0.0) remarks.push_back(format("smoothed: heights moved by at most %.3g m", done.raised));
+  }
+  scale(road, factor);
+  for (const std::string& remark : remarks) std::cerr << remark << '\n';
+  return road;
+}
+
+}  // namespace
+
+int run_track(Arguments args) {
+  po::options_description visible("options");
+  add_track_options(visible);
+  const auto given =
+      parse_options(args, visible, "track FILE [options], or track LEFT.csv RIGHT.csv [options]", "road");
+  if (!given) return good;
+  const Words words = words_of(*given, "road");
+  if (words.empty() || words.size() > 2)
+    throw InputError(
+        "track needs one road or its two edges: gripline track ROAD.csv, gripline track LEFT.csv RIGHT.csv");
+  const auto out = output(*given, "out", {".csv", ".json"}, words);
+  const auto picture = output(*given, "picture", {".svg"}, words);
+  const std::optional<Car> car = car_option(*given);
+  try {
+    const RoadTable road = prepared_road(*given, words);
+    const Track track = make_track(road, words);
+    tell(track, road);
+    if (picture) write_file(*picture, picture_of(track));
+    if (car) check_car(track, *car);
+    if (out) write_road(*out, track, road);
+  } catch (const GeometryError& error) {
+    throw InputError(words.front() + ": " + error.what());
+  }
+  for (const auto& file : {out, picture})
+    if (file) std::cout << "written           " << file->string() << '\n';
+  return good;
+}
+
+}  // namespace gripline::tools
