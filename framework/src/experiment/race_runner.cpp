@@ -1,9 +1,11 @@
 #include "experiment/race_runner.hpp"
 
 #include <fcntl.h>
+#include <poll.h>
 #include <sys/mman.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
+#include <sys/syscall.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -276,6 +278,16 @@ class Pool {
     end_orphans();
   }
 
+  /// Returns when a run ends, and soon after in any case.
+  void wait() const {
+    std::vector<pollfd> ends;
+    for (const auto& [pid, job] : children_)
+      if (const auto end = static_cast<int>(syscall(SYS_pidfd_open, pid, 0)); end >= 0)
+        ends.push_back({end, POLLIN, 0});
+    poll(ends.data(), ends.size(), 20);  // [ms]; a kernel without pidfd_open (before 5.3) sleeps as long
+    for (const pollfd& end : ends) close(end.fd);
+  }
+
   /// Ctrl-Z: they stop and go on with this process; the time in between does not count.
   void pause() {
     const Clock::time_point begin = Clock::now();
@@ -486,7 +498,8 @@ RunnerOutcome run_all(const RaceSpec& race, const std::vector<RunId>& ids, const
   RunnerOutcome outcome;
   std::vector<std::string> keys;
   std::vector<std::size_t> waiting;
-  FileHashes hashes;
+  FileHashes own;
+  FileHashes& hashes = options.hashes != nullptr ? *options.hashes : own;
   for (std::size_t i = 0; i < ids.size(); ++i) {
     keys.push_back(run_key(race, ids[i], hashes));
     std::string damage;
@@ -514,7 +527,7 @@ RunnerOutcome run_all(const RaceSpec& race, const std::vector<RunId>& ids, const
       pool.reap();
       if (options.show_progress) progress.advance(static_cast<std::size_t>(pool.fractions() * 1000), pool.names());
       if (std::exchange(pause_seen, 0) != 0) pool.pause();
-      if (pool.running() > 0) usleep(20'000);
+      if (pool.running() > 0) pool.wait();
     }
     if (options.show_progress && !StopSignal::seen()) progress.finish();
   }
