@@ -66,7 +66,7 @@ class SweepProgram : public testing::Test {
     return run_program(words(name, more));
   }
   std::string out(const std::string& name) const { return folder_ / name; }
-  std::string table(const std::string& name) const { return contents(folder_ / name + "/table.csv"); }
+  std::string table(const std::string& name) const { return contents(out(name) + "/table.csv"); }
   Folder folder_;
 };
 

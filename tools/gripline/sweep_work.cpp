@@ -109,6 +109,15 @@ void refuse_while_active(const fs::path& out) {
                      ") or end them (gripline sweep cancel " + out.string() + ")");
 }
 
+/// Jobs of earlier batches that Slurm holds for ever.
+void end_leftovers(const SweepWork& work) {
+  sweep::SlurmEngine engine = slurm_of(work);
+  for (const std::string& number : sweep::batches_in(work.out)) {
+    const sweep::Submission submission = read_submission(sweep::read_batch(work.out, number));
+    if (submission.engine == "slurm" && engine.status(submission).stuck) engine.cancel(submission);
+  }
+}
+
 /// Puts the numbers of runs without a record into a batch; none when there is nothing to do.
 std::optional<sweep::Batch> batch_of_missing(const SweepWork& work, const Counts& counts) {
   const std::size_t left = counts.missing() + (work.resume ? counts.broken : 0);
@@ -204,6 +213,7 @@ int do_missing(const SweepWork& work, const sweep::Sweep& sweep, const Registry&
   const std::optional<sweep::Batch> batch = batch_of_missing(work, counts);
   std::cout << std::flush;
   if (batch && work.engine == "slurm") {
+    end_leftovers(work);
     const int code = run_slurm(work, *batch);
     if (code != good || !work.wait) return code;
   } else if (batch) {
@@ -340,7 +350,8 @@ int sweep_status(const fs::path& given) {
     if (submission.engine == "slurm") {
       const sweep::EngineState state = slurm.status(submission);
       std::cout << ", "
-                << (state.known ? state.active() ? state.words : "over" : "Slurm does not answer: " + state.words);
+                << (state.known ? state.active() || state.stuck ? state.words : "over"
+                                : "Slurm does not answer: " + state.words);
     }
     std::cout << '\n';
     for (const std::string& line : sweep::task_troubles(batch)) std::cout << "  " << harmless(line) << '\n';

@@ -31,7 +31,8 @@ struct EngineState {
   bool known = true;                     // the engine answered
   std::size_t waiting = 0, running = 0;  // tasks
   std::string words;                     // what else the user should know
-  bool active() const { return !known || waiting + running > 0; }
+  bool stuck = false;  // what waits will never run unless somebody acts: resuming ends it and submits what is missing
+  bool active() const { return !known || (waiting + running > 0 && !stuck); }
 };
 
 class Engine {

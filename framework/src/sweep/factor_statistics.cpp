@@ -21,6 +21,7 @@ namespace gripline::sweep {
 namespace {
 
 constexpr double nothing = std::numeric_limits<double>::quiet_NaN();
+constexpr double rounding = 1e-20;  // squared: runs that differ by no more are equal
 constexpr std::size_t most_levels = 12, groups_of_numbers = 6, most_best = 10;
 
 bool more_is_better(const std::string& response) {
@@ -92,6 +93,7 @@ struct Sample {
   std::vector<std::size_t> rows;
   std::vector<double> values;
   double squares = 0;  // about the mean
+  double largest = 0;  // magnitude
 };
 
 Sample sample_of(const Table& table, std::size_t response) {
@@ -101,6 +103,7 @@ Sample sample_of(const Table& table, std::size_t response) {
     if (!std::isfinite(value)) continue;
     sample.rows.push_back(row);
     sample.values.push_back(value);
+    sample.largest = std::max(sample.largest, std::abs(value));
   }
   if (!sample.values.empty()) sample.squares = squares_about(sample.values, mean_of(sample.values));
   return sample;
@@ -158,7 +161,8 @@ double total_share(const std::map<Cell, CellRuns>& cells, std::size_t factor, co
     freedom += means.size() - 1;
   }
   if (freedom == 0) return nothing;
-  return std::clamp((squares / static_cast<double>(freedom) - noise.of_means) / variance, 0.0, 1.0);
+  const double within = (squares - static_cast<double>(freedom) * noise.of_means) / static_cast<double>(cells.size());
+  return std::clamp(within / variance, 0.0, 1.0);
 }
 
 FactorEffect effect_of(const Table& table, std::size_t factor, const Sample& sample) {
@@ -329,14 +333,14 @@ Statistics analyse(const Table& table) {
   for (const std::size_t factor : varying) statistics.varying.push_back(table.factors[factor]);
   for (std::size_t r = 0; r < table.responses.size(); ++r) {
     const Sample sample = sample_of(table, r);
-    if (sample.values.size() < 2 || !(sample.squares > 0)) continue;
+    if (sample.values.size() < 2 || !(sample.squares > rounding * sample.largest * sample.largest)) continue;
     ResponseStatistic response;
     response.name = table.responses[r];
     response.higher_is_better = more_is_better(response.name);
     response.runs = sample.values.size();
     const std::map<Cell, CellRuns> cells = cells_of(table, varying, sample);
     const Noise noise = noise_of(cells);
-    const double variance = sample.squares / static_cast<double>(sample.values.size() - 1);
+    const double variance = sample.squares / static_cast<double>(sample.values.size());
     response.seeds = std::clamp(noise.variance / variance, 0.0, 1.0);
     for (std::size_t f = 0; f < varying.size(); ++f) {
       response.effects.push_back(effect_of(table, varying[f], sample));

@@ -159,21 +159,26 @@ EngineState SlurmEngine::status(const Submission& submission) {
   }
   std::istringstream lines(answer.words);
   std::string reason;
+  std::size_t stopped = 0, following = 0, next = 0;
   for (std::string line; std::getline(lines, line);) {
     std::istringstream cells(line);
     std::string job, what, why;
     cells >> job >> what;
     std::getline(cells >> std::ws, why);
     if (std::find(submission.jobs.begin(), submission.jobs.end(), job) == submission.jobs.end()) continue;
-    if (what == "PENDING") {
-      ++state.waiting;
-      if (why != "Priority" && why != "Dependency" && why != "Resources" && why != "None") reason = why;
-    } else {
+    if (what != "PENDING") {
       ++state.running;
+      continue;
     }
+    ++state.waiting;
+    const bool held = why.find("held") != std::string::npos || why.find("Held") != std::string::npos;
+    if (held) reason = why;
+    (held ? stopped : why == "Dependency" ? following : next) += 1;
   }
-  state.words = std::to_string(state.running) + " running, " + std::to_string(state.waiting) + " waiting" +
-                (reason.empty() ? "" : " (" + reason + ")");
+  // As Slurm does with a task whose node failed while it was being started.
+  state.stuck = stopped > 0 && state.running + next == 0;
+  state.words = state.stuck ? std::to_string(stopped) + " held by Slurm (" + reason + ")"
+                            : std::to_string(state.running) + " running, " + std::to_string(state.waiting) + " waiting";
   return state;
 }
 
