@@ -38,7 +38,9 @@ std::size_t records_in(const fs::path& out) {
 class Slurm : public testing::Test {
  protected:
   void SetUp() override {
-    dir_ = folder_ / "slurm";
+    std::string name = fs::temp_directory_path() / "slurm_XXXXXX";  // short: names of sockets are bounded
+    ASSERT_NE(mkdtemp(name.data()), nullptr);
+    dir_ = name;
     const Outcome started = local({"start"});
     if (started.code == 0) {
       ASSERT_TRUE(started.out.starts_with("export SLURM_CONF=")) << started.out;
@@ -112,7 +114,7 @@ class Slurm : public testing::Test {
   }
 
   Folder folder_;
-  fs::path dir_;
+  fs::path dir_;  // of slurm-local
   std::string configuration_;
 };
 

@@ -284,7 +284,8 @@ class Pool {
     for (const auto& [pid, job] : children_)
       if (const auto end = static_cast<int>(syscall(SYS_pidfd_open, pid, 0)); end >= 0)
         ends.push_back({end, POLLIN, 0});
-    poll(ends.data(), ends.size(), 20);  // [ms]; a kernel without pidfd_open (before 5.3) sleeps as long
+    // A signal ends it too. Kernels before 5.3 know no pidfd_open: there it sleeps, not for long.
+    poll(ends.data(), ends.size(), ends.size() == children_.size() ? 100 : 20);  // [ms]
     for (const pollfd& end : ends) close(end.fd);
   }
 

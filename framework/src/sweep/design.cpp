@@ -196,7 +196,7 @@ Design Design::list(const std::filesystem::path& file) {
     try {
       return split_levels(line);
     } catch (const InputError& error) {
-      throw InputError({Diagnostic{shown(file), number, 0, "", error.what(), {}}});
+      throw InputError({Diagnostic{shown(file), number, 1, "", error.what(), {}}});
     }
   };
   for (std::string line; std::getline(lines, line);) {

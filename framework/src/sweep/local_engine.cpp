@@ -189,7 +189,7 @@ void LocalEngine::submit(const Batch& batch, Submission& submission, const std::
     while (workers.running() > 0 && !StopSignal::seen()) {
       workers.reap();
       if (show_progress_) progress.advance(std::min(workers.runs(), batch.runs), "");
-      if (workers.running() > 0) usleep(20'000);
+      if (workers.running() > 0) usleep(50'000);
     }
     if (show_progress_ && !StopSignal::seen()) progress.finish();
   }

@@ -100,7 +100,7 @@ TEST(List, ReadsSettingsAndSaysWhereAFileIsWrong) {
   EXPECT_THAT(design.setting(0), ElementsAre("\"a,b.json\"", "0.9"));
   EXPECT_THAT(design.setting(1), ElementsAre("c.json", "1"));
   write_text(folder / "bad.csv", "/world,/mu\na.json\n");
-  EXPECT_THAT(refusal([&] { Design::list(folder / "bad.csv"); }), HasSubstr("bad.csv:2: expected 2 values, found 1"));
+  EXPECT_THAT(refusal([&] { Design::list(folder / "bad.csv"); }), HasSubstr("bad.csv:2:1: expected 2 values, found 1"));
   write_text(folder / "head.csv", "mu\n1\n");
   EXPECT_THAT(refusal([&] { Design::list(folder / "head.csv"); }), HasSubstr("expected JSON pointers"));
 }
