@@ -209,7 +209,7 @@ Design Design::list(const std::filesystem::path& file) {
         if (!cell.starts_with('/'))
           throw InputError({Diagnostic{shown(file),
                                        number,
-                                       0,
+                                       1,
                                        "",
                                        "expected JSON pointers such as /base/mu_init in the first row, found " + cell,
                                        {}}});
