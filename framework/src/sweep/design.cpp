@@ -221,7 +221,7 @@ Design Design::list(const std::filesystem::path& file) {
       throw InputError({Diagnostic{
           shown(file),
           number,
-          0,
+          1,
           "",
           "expected " + std::to_string(design.factors_.size()) + " values, found " + std::to_string(cells.size()),
           {}}});
