@@ -7,7 +7,7 @@
 namespace gripline::tools {
 
 /// Exit codes of the programs.
-enum Exit : int { good = 0, claim_failed = 1, bad_input = 2, plugin_unusable = 3, run_broke = 4 };
+enum Exit : int { good = 0, claim_failed = 1, bad_input = 2, plugin_unusable = 3, run_broke = 4, try_again = 75 };
 
 /// The words after the program's name, or after a command's.
 using Arguments = std::span<const std::string>;

@@ -18,6 +18,7 @@ struct CommandEntry {
 constexpr CommandEntry commands[] = {
     {"compare", run_compare, "race every stack of an experiment and print the table"},
     {"run", run_one, "one stack and one seed of an experiment"},
+    {"sweep", run_sweep, "thousands of runs: settings x stacks x seeds, here or on a Slurm cluster"},
     {"validate", run_validate, "read files whole and say everything that is wrong with them"},
     {"report", run_report, "redraw the report of a results folder; runs nothing"},
     {"columns", run_columns, "what the columns of the results mean"},
@@ -36,7 +37,8 @@ void print_help(std::ostream& out) {
   for (const CommandEntry& command : commands)
     out << "  " << command.name << std::string(12 - std::string(command.name).size(), ' ') << command.summary << '\n';
   out << "\n  --help      this text; after a command, that command's options\n  --version   the version\n\n"
-         "exit: 0 good, 1 a claim failed, 2 your input, 3 a plugin cannot be used, 4 a run broke\n";
+         "exit: 0 good, 1 a claim failed, 2 your input, 3 a plugin cannot be used, 4 a run broke,\n"
+         "      75 runs of a sweep are missing and --resume may have them\n";
 }
 
 int dispatch(Arguments args) {

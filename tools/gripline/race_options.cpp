@@ -15,7 +15,8 @@ namespace {
 constexpr std::int64_t most_jobs = 4096;
 constexpr std::int64_t most_memory = std::int64_t{1} << 30;  // MB
 
-/// A time with its unit, or a bare number of seconds.
+}  // namespace
+
 double seconds_of(const std::string& option, const std::string& text) {
   double value = 0.0;
   const auto [stop, error] = std::from_chars(text.data(), text.data() + text.size(), value);
@@ -29,8 +30,6 @@ double seconds_of(const std::string& option, const std::string& text) {
   if (!(value > 0) || !std::isfinite(value)) throw InputError(option + " " + text + ": expected a time above 0 s");
   return value;
 }
-
-}  // namespace
 
 void add_race_options(po::options_description& visible) {
   auto add = visible.add_options();

@@ -103,12 +103,14 @@ Node load_experiment(const std::filesystem::path& file, std::span<const std::str
   Node tree = load_json(file);
   expect_kind(tree, FileKind::experiment);
   expand(tree);
-  for (const std::string& assignment : assignments) {
-    refuse_new_stack(tree, assignment);
-    apply_assignment(tree, assignment);
-    expand(tree);  // the next one may reach into a file that this one named
-  }
+  for (const std::string& assignment : assignments) assign_in_experiment(tree, assignment);
   return tree;
+}
+
+void assign_in_experiment(Node& tree, const std::string& assignment) {
+  refuse_new_stack(tree, assignment);
+  apply_assignment(tree, assignment);
+  expand(tree);  // the next one may reach into a file that this one named
 }
 
 std::string experiment_kind(const Node& tree) {

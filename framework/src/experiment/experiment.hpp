@@ -17,6 +17,9 @@ namespace gripline {
 /// Throws InputError.
 Node load_experiment(const std::filesystem::path& file, std::span<const std::string> assignments);
 
+/// One more assignment on a loaded tree, files that it names put in their places. Throws InputError.
+void assign_in_experiment(Node& tree, const std::string& assignment);
+
 /// The "kind" of a loaded tree; "race" when it says none. Which there are: tools/gripline/experiment_kinds.cpp.
 std::string experiment_kind(const Node& tree);
 

@@ -1,9 +1,11 @@
 #include "experiment/race_runner.hpp"
 
 #include <fcntl.h>
+#include <poll.h>
 #include <sys/mman.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
+#include <sys/syscall.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -292,6 +294,17 @@ class Pool {
       at = next;
     }
     end_orphans();
+  }
+
+  /// Returns when a run ends, and soon after in any case.
+  void wait() const {
+    std::vector<pollfd> ends;
+    for (const auto& [pid, job] : children_)
+      if (const auto end = static_cast<int>(syscall(SYS_pidfd_open, pid, 0)); end >= 0)
+        ends.push_back({end, POLLIN, 0});
+    // A signal ends it too. Kernels before 5.3 know no pidfd_open: there it sleeps, not for long.
+    poll(ends.data(), ends.size(), ends.size() == children_.size() ? 100 : 20);  // [ms]
+    for (const pollfd& end : ends) close(end.fd);
   }
 
   /// Ctrl-Z: they stop and go on with this process; the time in between does not count.
@@ -622,7 +635,8 @@ RunnerOutcome run_all(const RaceSpec& race, const std::vector<RunId>& ids, const
   if (options.timeout_s <= 0) options.timeout_s = default_timeout(race.world);
   RunnerOutcome outcome;
   Asked asked{ids, {}, options.out};
-  FileHashes hashes;
+  FileHashes own;
+  FileHashes& hashes = options.hashes != nullptr ? *options.hashes : own;
   for (const RunId& id : ids) asked.keys.push_back(run_key(race, id, hashes));
   const std::vector<std::size_t> left = left_of(asked, outcome);
   const StopSignal stop(StopSignal::Reaction::note);
@@ -642,7 +656,7 @@ RunnerOutcome run_all(const RaceSpec& race, const std::vector<RunId>& ids, const
       pool.reap();
       if (options.show_progress) progress.advance(static_cast<std::size_t>(pool.fractions() * 1000), pool.names());
       if (std::exchange(pause_seen, 0) != 0) pool.pause();
-      if (pool.running() > 0) usleep(20'000);
+      if (pool.running() > 0) pool.wait();
     }
     if (options.show_progress && !StopSignal::seen()) progress.finish();
   }

@@ -12,12 +12,15 @@
 
 namespace gripline {
 
+class FileHashes;
+
 struct RunnerOptions {
   std::filesystem::path out;
   int jobs = 1;
   bool show_progress = true;
-  double timeout_s = 0;       ///< wall clock that one run may take; 0: default_timeout() of its world
-  std::size_t memory_mb = 0;  ///< of data that one run may have; 0: no limit
+  double timeout_s = 0;          ///< wall clock that one run may take; 0: default_timeout() of its world
+  std::size_t memory_mb = 0;     ///< of data that one run may have; 0: no limit
+  FileHashes* hashes = nullptr;  ///< for many calls: what is known of files stays known
 };
 
 /// Wall clock after which a run surely hangs [s]: generous, from the longest race that the world allows.

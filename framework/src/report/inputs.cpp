@@ -31,20 +31,6 @@ int nesting(std::string_view json) {
   return deepest;
 }
 
-nlohmann::json read_json(const fs::path& file) {
-  const std::string text = read_whole_file(file);
-  if (text.empty()) return nullptr;
-  // The library writes trees by recursion.
-  if (nesting(text) > max_depth)
-    throw InputError(file.string() + ": nested deeper than " + std::to_string(max_depth) + " levels");
-  try {
-    return nlohmann::json::parse(text);
-  } catch (const nlohmann::json::exception&) {
-    (void)parse_file(file);  // says the same with line and column
-    throw InputError(file.string() + ": is not JSON; the results were cut short or edited, race them again");
-  }
-}
-
 std::string text_or(const nlohmann::json& object, const char* key) {
   const auto found = object.find(key);
   return found != object.end() && found->is_string() ? found->get<std::string>() : std::string();
@@ -109,6 +95,20 @@ std::vector<double> sorted_numbers(std::span<const double> values) {
 }
 
 }  // namespace
+
+nlohmann::json read_json(const fs::path& file) {
+  const std::string text = read_whole_file(file);
+  if (text.empty()) return nullptr;
+  // The library writes trees by recursion.
+  if (nesting(text) > max_depth)
+    throw InputError(file.string() + ": nested deeper than " + std::to_string(max_depth) + " levels");
+  try {
+    return nlohmann::json::parse(text);
+  } catch (const nlohmann::json::exception&) {
+    (void)parse_file(file);  // says the same with line and column
+    throw InputError(file.string() + ": is not JSON; the results were cut short or edited, race them again");
+  }
+}
 
 Inputs read_inputs(const fs::path& folder) {
   std::error_code failed;

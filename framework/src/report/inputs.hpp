@@ -87,6 +87,9 @@ struct Inputs {
   std::vector<RunName> runs;       // in the order of runs.csv, else of the folders
 };
 
+/// A JSON file; null when it is not there. Throws InputError.
+nlohmann::json read_json(const std::filesystem::path& file);
+
 /// Reads all but the runs' own files. Throws InputError with one line if the folder holds nothing to report.
 Inputs read_inputs(const std::filesystem::path& folder);
 

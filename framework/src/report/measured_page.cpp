@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "report/html.hpp"
 #include "report/plot.hpp"
 #include "util/statistics.hpp"
 
@@ -24,46 +25,11 @@ constexpr Quantity shown_quantities[] = {{"position_m", "position [m]"},
                                          {"vy_mps", "vy [m/s]"},
                                          {"yaw_rate_radps", "yaw rate [rad/s]"}};
 
-double number_of(const json& value) { return value.is_number() ? value.get<double>() : nothing; }
-
 Values values_of(const json& object, const std::string& key) {
   Values out;
   if (const auto found = object.find(key); found != object.end() && found->is_array())
     for (const json& value : *found) out.push_back(number_of(value));
   return out;
-}
-
-const json& list_of(const json& object, const char* key) {
-  static const json empty = json::array();
-  const auto found = object.find(key);
-  return found != object.end() && found->is_array() ? *found : empty;
-}
-
-std::string text_of(const json& object, const char* key) {
-  const auto found = object.find(key);
-  return found != object.end() && found->is_string() ? found->get<std::string>() : std::string();
-}
-
-std::string escaped(const std::string& text) {
-  std::string out;
-  for (const char c : text) {
-    if (c == '<')
-      out += "&lt;";
-    else if (c == '&')
-      out += "&amp;";
-    else if (c == '"')
-      out += "&quot;";
-    else
-      out += c;
-  }
-  return out;
-}
-
-std::string short_number(double value) {
-  if (!std::isfinite(value)) return "–";
-  char buffer[40];
-  std::snprintf(buffer, sizeof buffer, "%.4g", value);
-  return buffer;
 }
 
 /// One value with its interval, level beside others: a point and a bar.
@@ -203,18 +169,6 @@ std::string road_figure(const json& log, const json& road) {
   return draw_panels("Where predictions were off: " + text_of(log, "log"), {panel}, 1, 900, 640);
 }
 
-std::string table(const std::vector<std::string>& head, const std::vector<std::vector<std::string>>& rows) {
-  std::string out = "<table><thead><tr>";
-  for (const std::string& cell : head) out += "<th>" + escaped(cell) + "</th>";
-  out += "</tr></thead><tbody>";
-  for (const auto& row : rows) {
-    out += "<tr>";
-    for (const std::string& cell : row) out += "<td>" + escaped(cell) + "</td>";
-    out += "</tr>";
-  }
-  return out + "</tbody></table>\n";
-}
-
 std::string errors_table(const json& rows, const char* first) {
   std::vector<std::string> head{first};
   for (const Quantity& q : shown_quantities) head.emplace_back(q.label);
@@ -229,7 +183,7 @@ std::string errors_table(const json& rows, const char* first) {
     }
     lines.push_back(std::move(line));
   }
-  return table(head, lines);
+  return html_table(head, lines);
 }
 
 std::string parameters_table(const json& parameters) {
@@ -239,7 +193,7 @@ std::string parameters_table(const json& parameters) {
         {text_of(p, "pointer"), text_of(p, "group"), short_number(number_of(p.value("value", json()))),
          short_number(number_of(p.value("low", json()))) + " to " + short_number(number_of(p.value("high", json()))),
          short_number(number_of(p.value("prior", json()))), text_of(p, "status")});
-  return table({"parameter", "group", "value", "95 %", "prior", "status"}, lines);
+  return html_table({"parameter", "group", "value", "95 %", "prior", "status"}, lines);
 }
 
 std::string claims_list(const json& claims) {
@@ -250,12 +204,6 @@ std::string claims_list(const json& claims) {
              escaped(text_of(claim, "text")) + "</li>\n";
   return out.empty() ? "" : "<h2>Claims</h2>\n<ul>\n" + out + "</ul>\n";
 }
-
-constexpr const char* style =
-    "body{font:15px/1.5 system-ui,sans-serif;color:#1a1c20;max-width:960px;margin:2rem auto;padding:0 1rem}"
-    "h1{font-size:1.5rem}h2{font-size:1.1rem;margin-top:2rem}table{border-collapse:collapse;font-size:13px;"
-    "display:block;overflow-x:auto}th,td{text-align:left;padding:.2rem .8rem .2rem 0;border-bottom:1px solid #e3e5e8;"
-    "font-variant-numeric:tabular-nums}svg{max-width:100%;height:auto}p{max-width:70ch}";
 
 }  // namespace
 
@@ -278,10 +226,7 @@ std::vector<FigureFile> measured_figures(const json& data) {
 
 std::string measured_page(const json& data, const json& scene, const json& claims) {
   const std::string name = scene.is_object() ? text_of(scene, "name") : "measured";
-  std::string page =
-      "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">"
-      "<meta name=\"viewport\" content=\"width=device-width,initial-scale=1\"><title>" +
-      escaped(name) + "</title><style>" + style + "</style></head><body>\n<h1>" + escaped(name) + "</h1>\n";
+  std::string page = html_begin(name);
   if (scene.is_object() && !text_of(scene, "note").empty()) page += "<p>" + escaped(text_of(scene, "note")) + "</p>\n";
   page +=
       "<h2>Errors at " + short_number(number_of(data.value("horizon_s", json()))) +
@@ -307,7 +252,7 @@ std::string measured_page(const json& data, const json& scene, const json& claim
   std::vector<std::vector<std::string>> health;
   for (const json& line : list_of(data, "health"))
     health.push_back({text_of(line, "log"), text_of(line, "check"), text_of(line, "found"), text_of(line, "done")});
-  if (!health.empty()) page += "<h2>Health of the logs</h2>\n" + table({"log", "check", "found", "done"}, health);
+  if (!health.empty()) page += "<h2>Health of the logs</h2>\n" + html_table({"log", "check", "found", "done"}, health);
   return page + "</body></html>\n";
 }
 

@@ -7,15 +7,20 @@
 #include "report/inputs.hpp"
 #include "report/measured_page.hpp"
 #include "report/page.hpp"
+#include "report/sweep_page.hpp"
 #include "util/csv_writer.hpp"
 
 namespace gripline::report {
 namespace {
 
-std::vector<std::filesystem::path> write_figures(const Inputs& inputs, const std::filesystem::path& folder) {
+void make_folder(const std::filesystem::path& folder) {
   std::error_code failed;
   std::filesystem::create_directories(folder, failed);
   if (failed) throw std::runtime_error("cannot make " + folder.string() + ": " + failed.message());
+}
+
+std::vector<std::filesystem::path> write_figures(const Inputs& inputs, const std::filesystem::path& folder) {
+  make_folder(folder);
   std::vector<std::filesystem::path> written;
   const std::vector<FigureFile> measured =
       inputs.measured.is_object() ? measured_figures(inputs.measured) : std::vector<FigureFile>{};
@@ -27,9 +32,29 @@ std::vector<std::filesystem::path> write_figures(const Inputs& inputs, const std
   return written;
 }
 
+/// A sweep's folder has tables of the same names and no run's files: its page is made of its own file alone.
+Written write_sweep_report(const Options& options, const nlohmann::json& data) {
+  Written written;
+  written.page = options.page.empty() ? options.folder / "report.html" : options.page;
+  const std::string html = sweep_page(data);
+  write_file(written.page, html);
+  written.bytes = html.size();
+  if (!options.figures) return written;
+  const std::filesystem::path folder =
+      options.figure_folder.empty() ? options.folder / "figures" : options.figure_folder;
+  make_folder(folder);
+  for (const FigureFile& figure : sweep_figures(data)) {
+    write_file(folder / figure.name, figure.svg);
+    written.figures.push_back(folder / figure.name);
+  }
+  return written;
+}
+
 }  // namespace
 
 Written write_report(const Options& options) try {
+  if (const nlohmann::json sweep = read_json(options.folder / "sweep_report.json"); sweep.is_object())
+    return write_sweep_report(options, sweep);
   const Inputs inputs = read_inputs(options.folder);
   Written written;
   written.page = options.page.empty() ? options.folder / "report.html" : options.page;

@@ -1,0 +1,297 @@
+#include "sweep/design.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <charconv>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <optional>
+#include <set>
+#include <sstream>
+
+#include "config/errors.hpp"
+#include "config/files.hpp"
+
+namespace gripline::sweep {
+namespace {
+
+constexpr std::size_t most_settings = 10'000'000;
+constexpr std::uint64_t largest_seed = 1'000'000'000;  // of experiments
+
+/// splitmix64 (Steele, Lea, Flood, "Fast splittable pseudorandom number generators", 2014): the finaliser.
+std::uint64_t mixed(std::uint64_t x) {
+  x += 0x9e3779b97f4a7c15ULL;
+  x = (x ^ (x >> 30U)) * 0xbf58476d1ce4e5b9ULL;
+  x = (x ^ (x >> 27U)) * 0x94d049bb133111ebULL;
+  return x ^ (x >> 31U);
+}
+
+std::string trimmed(std::string_view text) {
+  const std::size_t first = text.find_first_not_of(" \t\r"), last = text.find_last_not_of(" \t\r");
+  return first == std::string_view::npos ? std::string() : std::string(text.substr(first, last - first + 1));
+}
+
+std::optional<double> number_of(std::string_view text) {
+  double value = 0;
+  const auto [stop, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || stop != text.data() + text.size() || !std::isfinite(value)) return std::nullopt;
+  return value;
+}
+
+/// "lo..hi" with both ends numbers.
+std::optional<std::pair<double, double>> range_of(const std::string& text) {
+  const std::size_t dots = text.find("..");
+  if (dots == std::string::npos) return std::nullopt;
+  const auto lo = number_of(trimmed(text.substr(0, dots))), hi = number_of(trimmed(text.substr(dots + 2)));
+  if (!lo || !hi) return std::nullopt;
+  return std::pair(*lo, *hi);
+}
+
+/// Six significant digits: a value of a table, and still exactly what is raced.
+std::string short_text(double value) {
+  char text[32];
+  const auto end = std::to_chars(text, text + sizeof text, value, std::chars_format::general, 6).ptr;
+  return {text, end};
+}
+
+void require_pointers(const std::vector<Factor>& factors) {
+  std::set<std::string> seen;
+  for (const Factor& factor : factors) {
+    const std::vector<std::string> names = split_pointer(factor.pointer);
+    if (names.empty()) throw InputError("a factor needs a JSON pointer such as /base/planner/params/pace");
+    if (names.back() == "-")
+      throw InputError(factor.pointer + ": a factor replaces a value; \"-\" would add one more in every setting");
+    if (!seen.insert(factor.pointer).second) throw InputError(factor.pointer + " is a factor twice");
+  }
+}
+
+std::uint64_t seed_number(const std::string& text, const std::string& all) {
+  std::uint64_t value = 0;
+  const auto [stop, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || stop != text.data() + text.size() || value > largest_seed)
+    throw InputError("--seeds " + all + ": expected whole numbers up to " + std::to_string(largest_seed) +
+                     " such as 1..50 or 1,2,7, found \"" + text + "\"");
+  return value;
+}
+
+}  // namespace
+
+std::vector<std::string> split_levels(std::string_view text) {
+  std::vector<std::string> levels(1);
+  int depth = 0;
+  bool quoted = false;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const char c = text[i];
+    if (quoted && c == '\\' && i + 1 < text.size()) levels.back() += text[i++];
+    if (c == '"') quoted = !quoted;
+    if (!quoted && (c == '[' || c == '{')) ++depth;
+    if (!quoted && (c == ']' || c == '}')) --depth;
+    if (c == ',' && depth <= 0 && !quoted)
+      levels.emplace_back();
+    else
+      levels.back() += text[i];
+  }
+  for (std::string& level : levels) {
+    level = trimmed(level);
+    if (level.empty()) throw InputError("\"" + std::string(text) + "\": a value is missing between commas");
+  }
+  return levels;
+}
+
+Factor parse_factor(const std::string& assignment) {
+  const std::size_t equals = assignment.find('=');
+  if (equals == std::string::npos || !assignment.starts_with('/'))
+    throw InputError("--set " + assignment + ": expected /json/pointer=a,b,c");
+  Factor factor;
+  factor.pointer = assignment.substr(0, equals);
+  const std::string text = assignment.substr(equals + 1);
+  if (const auto range = range_of(text)) {
+    factor.lo = range->first;
+    factor.hi = range->second;
+    if (!(factor.lo < factor.hi))
+      throw InputError("--set " + assignment + ": a range rises from its left to its right");
+    return factor;
+  }
+  try {
+    factor.levels = split_levels(text);
+  } catch (const InputError& error) {
+    throw InputError("--set " + factor.pointer + ": " + error.what());
+  }
+  std::set<std::string> seen;
+  for (const std::string& level : factor.levels)
+    if (!seen.insert(level).second) throw InputError("--set " + factor.pointer + ": " + level + " is there twice");
+  return factor;
+}
+
+std::vector<std::uint64_t> parse_seeds(const std::string& text) {
+  constexpr std::size_t most = 1'000'000;
+  std::vector<std::uint64_t> seeds;
+  for (const std::string& part : split_levels(text)) {
+    const std::size_t dots = part.find("..");
+    const std::uint64_t first = seed_number(trimmed(part.substr(0, dots)), text);
+    const std::uint64_t last = dots == std::string::npos ? first : seed_number(trimmed(part.substr(dots + 2)), text);
+    if (last < first) throw InputError("--seeds " + text + ": " + part + " ends before it begins");
+    if (seeds.size() + (last - first) >= most)
+      throw InputError("--seeds " + text + ": at most " + std::to_string(most) + " seeds");
+    for (std::uint64_t seed = first; seed <= last; ++seed) seeds.push_back(seed);
+  }
+  std::vector<std::uint64_t> sorted = seeds;
+  std::sort(sorted.begin(), sorted.end());
+  const auto twice = std::adjacent_find(sorted.begin(), sorted.end());
+  if (twice != sorted.end()) throw InputError("--seeds " + text + ": " + std::to_string(*twice) + " is there twice");
+  return seeds;
+}
+
+std::uint64_t permuted(std::uint64_t index, std::uint64_t count, std::uint64_t seed) {
+  if (count < 2) return index;
+  const auto half = static_cast<unsigned>((std::bit_width(count - 1) + 1) / 2);
+  const std::uint64_t mask = (std::uint64_t{1} << half) - 1;
+  do {
+    std::uint64_t left = index >> half, right = index & mask;
+    for (std::uint64_t round = 0; round < 6; ++round) {
+      const std::uint64_t next = left ^ (mixed(right ^ mixed(seed + round)) & mask);
+      left = right;
+      right = next;
+    }
+    index = (left << half) | right;
+  } while (index >= count);
+  return index;
+}
+
+Design Design::factorial(std::vector<Factor> factors) {
+  require_pointers(factors);
+  Design design;
+  for (const Factor& factor : factors) {
+    if (factor.range())
+      throw InputError("--set " + factor.pointer + "=" + number_text(factor.lo) + ".." + number_text(factor.hi) +
+                       ": a range has values in a latin hypercube only; add --latin COUNT or list its values");
+    if (design.size_ > most_settings / factor.levels.size())
+      throw InputError("more than " + std::to_string(most_settings) + " settings; use fewer values or --latin COUNT");
+    design.size_ *= factor.levels.size();
+  }
+  design.factors_ = std::move(factors);
+  return design;
+}
+
+Design Design::latin(std::vector<Factor> factors, std::size_t count, std::uint64_t seed) {
+  require_pointers(factors);
+  if (count < 1 || count > most_settings)
+    throw InputError("--latin " + std::to_string(count) + ": expected 1 to " + std::to_string(most_settings));
+  if (factors.empty()) throw InputError("--latin needs at least one --set /pointer=lo..hi");
+  Design design;
+  design.kind_ = Kind::latin;
+  design.factors_ = std::move(factors);
+  design.size_ = count;
+  design.seed_ = seed;
+  return design;
+}
+
+Design Design::list(const std::filesystem::path& file) {
+  Design design;
+  design.kind_ = Kind::list;
+  std::istringstream lines(read_bytes(file));
+  int number = 0;
+  const auto cells_of = [&](const std::string& line) {
+    try {
+      return split_levels(line);
+    } catch (const InputError& error) {
+      throw InputError({Diagnostic{shown(file), number, 1, "", error.what(), {}}});
+    }
+  };
+  for (std::string line; std::getline(lines, line);) {
+    ++number;
+    if (number == 1 && line.starts_with("\xEF\xBB\xBF")) line.erase(0, 3);
+    if (trimmed(line).empty()) continue;
+    const std::vector<std::string> cells = cells_of(trimmed(line));
+    if (design.factors_.empty()) {
+      for (const std::string& cell : cells) {
+        if (!cell.starts_with('/'))
+          throw InputError({Diagnostic{shown(file),
+                                       number,
+                                       1,
+                                       "",
+                                       "expected JSON pointers such as /base/mu_init in the first row, found " + cell,
+                                       {}}});
+        design.factors_.push_back({cell, {}, 0, 0});
+      }
+      continue;
+    }
+    if (cells.size() != design.factors_.size())
+      throw InputError({Diagnostic{
+          shown(file),
+          number,
+          1,
+          "",
+          "expected " + std::to_string(design.factors_.size()) + " values, found " + std::to_string(cells.size()),
+          {}}});
+    design.rows_.push_back(trimmed(line));
+  }
+  require_pointers(design.factors_);
+  if (design.rows_.empty()) throw InputError(shown(file) + ": expected a row of JSON pointers and rows of values");
+  design.size_ = design.rows_.size();
+  return design;
+}
+
+std::vector<std::string> Design::setting(std::size_t index) const {
+  if (kind_ == Kind::list) return split_levels(rows_.at(index));
+  std::vector<std::string> values(factors_.size());
+  if (kind_ == Kind::factorial) {
+    for (std::size_t f = factors_.size(); f-- > 0;) {
+      values[f] = factors_[f].levels[index % factors_[f].levels.size()];
+      index /= factors_[f].levels.size();
+    }
+    return values;
+  }
+  for (std::size_t f = 0; f < factors_.size(); ++f) {
+    const std::uint64_t own = mixed(seed_ ^ mixed(f + 1));
+    const double within = static_cast<double>(mixed(own ^ mixed(index)) >> 11U) * 0x1p-53;
+    const double share = (static_cast<double>(permuted(index, size_, own)) + within) / static_cast<double>(size_);
+    const Factor& factor = factors_[f];
+    const auto level = static_cast<std::size_t>(share * static_cast<double>(factor.levels.size()));
+    values[f] = factor.range() ? short_text(factor.lo + share * (factor.hi - factor.lo))
+                               : factor.levels[std::min(level, factor.levels.size() - 1)];
+  }
+  return values;
+}
+
+Node Design::to_node() const {
+  Node node{Node::Object{}};
+  constexpr const char* names[] = {"factorial", "latin", "list"};
+  node.set("kind", Node(names[static_cast<std::size_t>(kind_)]));
+  Node::Array factors;
+  for (const Factor& factor : factors_) {
+    Node one{Node::Object{}};
+    one.set("pointer", Node(factor.pointer));
+    Node::Array levels;
+    for (const std::string& level : factor.levels) levels.emplace_back(level);
+    one.set("levels", Node(std::move(levels)));
+    one.set("lo", Node(factor.lo));
+    one.set("hi", Node(factor.hi));
+    factors.push_back(std::move(one));
+  }
+  node.set("factors", Node(std::move(factors)));
+  node.set("size", Node(static_cast<double>(size_)));
+  node.set("seed", Node(static_cast<double>(seed_)));
+  Node::Array rows;
+  for (const std::string& row : rows_) rows.emplace_back(row);
+  node.set("rows", Node(std::move(rows)));
+  return node;
+}
+
+Design Design::from_node(const Node& node) {
+  Design design;
+  const std::string kind = node.find("kind")->text();
+  design.kind_ = kind == "latin" ? Kind::latin : kind == "list" ? Kind::list : Kind::factorial;
+  for (const Node& one : node.find("factors")->array()) {
+    Factor factor{one.find("pointer")->text(), {}, one.find("lo")->number(), one.find("hi")->number()};
+    for (const Node& level : one.find("levels")->array()) factor.levels.push_back(level.text());
+    design.factors_.push_back(std::move(factor));
+  }
+  design.size_ = static_cast<std::size_t>(node.find("size")->number());
+  design.seed_ = static_cast<std::uint64_t>(node.find("seed")->number());
+  for (const Node& row : node.find("rows")->array()) design.rows_.push_back(row.text());
+  return design;
+}
+
+}  // namespace gripline::sweep

@@ -1,0 +1,182 @@
+#include "sweep/engine.hpp"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cstdio>
+#include <cstdlib>
+#include <ctime>
+#include <fstream>
+#include <stdexcept>
+
+#include "config/errors.hpp"
+#include "config/json_file.hpp"
+#include "util/csv_writer.hpp"
+
+namespace gripline::sweep {
+namespace fs = std::filesystem;
+namespace {
+
+constexpr std::size_t run_line = 9;  // eight digits and the end of the line
+constexpr std::uint64_t most_runs = 99'999'999;
+
+std::string run_text(std::uint64_t run) {
+  char text[16];
+  std::snprintf(text, sizeof text, "%08llu", static_cast<unsigned long long>(std::min(run, most_runs)));
+  return text;
+}
+
+std::string now_text() {
+  const std::time_t now = std::time(nullptr);
+  std::tm parts{};
+  gmtime_r(&now, &parts);
+  char text[32];
+  std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &parts);
+  return text;
+}
+
+constexpr int still_running = -1;
+
+}  // namespace
+
+TaskNote::TaskNote(const Batch& batch, std::size_t task)
+    : file_(batch.folder / ("task-" + std::to_string(task) + ".json")), began_(now_text()) {
+  char host[256] = "";
+  gethostname(host, sizeof host - 1);
+  const char* const node = std::getenv("SLURMD_NODENAME");
+  node_ = node != nullptr ? node : host;
+  write(still_running, "");
+}
+
+void TaskNote::end(int code, const std::string& message) { write(code, message); }
+
+void TaskNote::write(int code, const std::string& message) const {
+  Node node{Node::Object{}};
+  node.set("node", Node(node_));
+  node.set("process", Node(static_cast<double>(getpid())));
+  node.set("began", Node(began_));
+  node.set("now", Node(now_text()));
+  node.set("code", Node(static_cast<double>(code)));
+  node.set("message", Node(message));
+  try {
+    write_file(file_, to_json_text(node));
+  } catch (const std::runtime_error&) {  // a note that is lost loses no result
+  }
+}
+
+std::vector<std::string> task_troubles(const Batch& batch) {
+  constexpr std::size_t most = 12;
+  std::vector<std::string> lines;
+  for (std::size_t task = 0; task < batch.tasks() && lines.size() < most; ++task) {
+    const fs::path file = batch.folder / ("task-" + std::to_string(task) + ".json");
+    std::error_code failed;
+    if (!fs::exists(file, failed)) continue;
+    try {
+      const Node node = parse_file(file);
+      const auto code = static_cast<int>(node.find("code")->number());
+      if (code == task_done) continue;
+      std::string line = "task " + std::to_string(task) + " on " + node.find("node")->text();
+      line += code == still_running ? " began " + node.find("began")->text() + " and has not ended"
+                                    : " ended with " + number_text(code);
+      if (!node.find("message")->text().empty()) line += ": " + node.find("message")->text();
+      lines.push_back(std::move(line));
+    } catch (const std::exception&) {
+    }
+  }
+  return lines;
+}
+
+std::vector<std::string> batches_in(const fs::path& out) {
+  std::vector<std::string> names;
+  std::error_code failed;
+  for (const auto& entry : fs::directory_iterator(out / "batches", failed))
+    if (entry.is_directory(failed)) names.push_back(entry.path().filename().string());
+  std::sort(names.begin(), names.end(),
+            [](const std::string& a, const std::string& b) { return std::pair(a.size(), a) < std::pair(b.size(), b); });
+  return names;
+}
+
+Batch make_batch(const fs::path& out, const std::function<bool(std::uint64_t&)>& next_run, std::size_t chunk,
+                 bool repeat_broken) {
+  const std::vector<std::string> before = batches_in(out);
+  std::size_t number = 0;
+  if (!before.empty()) std::from_chars(before.back().data(), before.back().data() + before.back().size(), number);
+  Batch batch;
+  batch.out = fs::absolute(out).lexically_normal();
+  batch.folder = batch.out / "batches" / std::to_string(number + 1);
+  batch.chunk = std::max<std::size_t>(chunk, 1);
+  batch.repeat_broken = repeat_broken;
+  std::error_code failed;
+  fs::create_directories(batch.folder, failed);
+  if (failed) throw std::runtime_error("cannot make " + batch.folder.string() + ": " + failed.message());
+  std::uint64_t run = 0;
+  if (!next_run(run)) throw std::logic_error("a batch without runs");
+  CsvWriter file(batch.folder / "runs", run_text(run));
+  ++batch.runs;
+  while (next_run(run)) {
+    file << std::string_view(run_text(run));
+    file.end_row();
+    ++batch.runs;
+  }
+  file.finish();
+  write_submission(batch, {});
+  return batch;
+}
+
+Batch read_batch(const fs::path& out, const std::string& number) {
+  Batch batch;
+  batch.out = fs::absolute(out).lexically_normal();
+  batch.folder = batch.out / "batches" / number;
+  std::error_code failed;
+  batch.runs = static_cast<std::size_t>(fs::file_size(batch.folder / "runs", failed)) / run_line;
+  if (failed) throw InputError(batch.folder.string() + " is no batch of a sweep");
+  const Node node = parse_file(batch.folder / "submission.json");
+  const Node* const chunk = node.find("chunk");
+  if (chunk == nullptr || !chunk->is_number() || chunk->number() < 1)
+    throw InputError((batch.folder / "submission.json").string() + " is not as gripline wrote it");
+  batch.chunk = static_cast<std::size_t>(chunk->number());
+  const Node* const repeat = node.find("repeat_broken");
+  batch.repeat_broken = repeat != nullptr && repeat->is_boolean() && repeat->boolean();
+  return batch;
+}
+
+std::vector<std::uint64_t> runs_of(const Batch& batch, std::size_t task) {
+  const std::size_t first = task * batch.chunk, last = std::min(batch.runs, first + batch.chunk);
+  if (first >= batch.runs)
+    throw InputError("batch " + batch.folder.filename().string() + " has " + std::to_string(batch.tasks()) +
+                     " tasks; there is no number " + std::to_string(task));
+  std::ifstream in(batch.folder / "runs", std::ios::binary);
+  in.seekg(static_cast<std::streamoff>(first * run_line));
+  std::vector<std::uint64_t> runs;
+  for (std::string line; runs.size() < last - first && std::getline(in, line);) {
+    std::uint64_t run = 0;
+    std::from_chars(line.data(), line.data() + line.size(), run);
+    runs.push_back(run);
+  }
+  if (runs.size() != last - first) throw InputError((batch.folder / "runs").string() + " is shorter than its batch");
+  return runs;
+}
+
+void write_submission(const Batch& batch, const Submission& submission) {
+  Node node{Node::Object{}};
+  node.set("chunk", Node(static_cast<double>(batch.chunk)));
+  node.set("repeat_broken", Node(batch.repeat_broken));
+  node.set("engine", Node(submission.engine));
+  Node::Array jobs;
+  for (const std::string& job : submission.jobs) jobs.emplace_back(job);
+  node.set("jobs", Node(std::move(jobs)));
+  write_file(batch.folder / "submission.json", to_json_text(node));
+}
+
+Submission read_submission(const Batch& batch) {
+  const Node node = parse_file(batch.folder / "submission.json");
+  Submission submission;
+  if (const Node* engine = node.find("engine"); engine != nullptr && engine->is_text())
+    submission.engine = engine->text();
+  if (const Node* jobs = node.find("jobs"); jobs != nullptr && jobs->is_array())
+    for (const Node& job : jobs->array()) submission.jobs.push_back(job.text());
+  return submission;
+}
+
+}  // namespace gripline::sweep

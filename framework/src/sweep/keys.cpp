@@ -1,0 +1,170 @@
+#include "sweep/keys.hpp"
+
+#include <algorithm>
+#include <set>
+
+#include "config/errors.hpp"
+#include "config/hash.hpp"
+#include "config/merge_patch.hpp"
+#include "config/reader.hpp"
+#include "experiment/experiment.hpp"
+
+namespace gripline::sweep {
+namespace {
+
+constexpr TreeForm forms[] = {
+    {"race", "stacks", true, "seeds"},
+    {"offline_validation", "estimators", false, "seed"},
+    {"force_validation", "stacks", true, "seeds"},
+    {"diagnose", "cases", false, "seed"},
+    {"measured", nullptr, false, nullptr},
+};
+constexpr std::size_t nowhere = ~std::size_t{0};
+
+bool says_nothing_of_a_run(const std::string& member) {
+  return member == "claims" || member == "claim_share" || member == "note";
+}
+
+/// Calls use(id) for every plugin that the texts of a tree choose.
+template <class Use>
+void each_plugin(const Node& node, const Use& use) {
+  if (node.is_object()) {
+    for (const Member& member : node.object()) {
+      if (member.key == "plugin" && member.value.is_text()) use(member.value.text());
+      each_plugin(member.value, use);
+    }
+  } else if (node.is_array()) {
+    for (const Node& one : node.array()) each_plugin(one, use);
+  }
+}
+
+/// Members of the experiment that assignments of factors reach.
+std::set<std::string> reached(const Design& design) {
+  std::set<std::string> names;
+  for (const Factor& factor : design.factors()) names.insert(split_pointer(factor.pointer).front());
+  return names;
+}
+
+Node row_tree(const Node& tree, const TreeForm& form, const std::string& row) {
+  const Node* const rows = tree.find(form.rows);
+  const Node* const patch = rows != nullptr ? rows->find(row) : nullptr;
+  if (patch == nullptr) throw InputError("no \"" + row + "\" among the " + form.rows + " of a setting");
+  const Node* const base = form.merges_base ? tree.find("base") : nullptr;
+  return base != nullptr ? merge(*base, *patch) : *patch;
+}
+
+}  // namespace
+
+const TreeForm& form_of(const Node& tree) {
+  const Node* const kind = tree.find("kind");
+  if (kind == nullptr) return forms[0];
+  std::vector<std::string> names;
+  for (const TreeForm& form : forms) names.emplace_back(form.kind);
+  Errors errors;
+  const std::size_t index = read_choice(*kind, names, errors);
+  errors.throw_if_any();
+  return forms[index];
+}
+
+Trees::Trees(const Sweep& sweep) : sweep_(sweep), at_(sweep.parts.size(), nowhere) {
+  for (const Part& part : sweep.parts) {
+    trees_.push_back(load_experiment(part.file, sweep.assignments));
+    forms_.push_back(&form_of(trees_.back()));
+  }
+}
+
+const Node& Trees::setting(std::size_t part, std::size_t setting) {
+  if (at_[part] == setting) return trees_[part];
+  // In place: every setting gives every factor a value, in the same order, so that nothing of the one before is left.
+  const std::vector<std::string> values = sweep_.design.setting(setting);
+  at_[part] = nowhere;
+  for (std::size_t f = 0; f < values.size(); ++f)
+    assign_in_experiment(trees_[part], sweep_.design.factors()[f].pointer + "=" + values[f]);
+  at_[part] = setting;
+  return trees_[part];
+}
+
+Node Trees::run_tree(const RunAt& run, const std::vector<std::string>& rows) {
+  const Node& tree = setting(run.part, run.setting);
+  const TreeForm& form = *forms_[run.part];
+  Node one(Node::Object{}, tree.origin);
+  for (const Member& member : tree.object())
+    if (!says_nothing_of_a_run(member.key) && (form.rows == nullptr || member.key != form.rows) &&
+        !(form.merges_base && member.key == "base"))
+      one.set(member.key, member.value);
+  if (form.rows != nullptr) {
+    Node chosen{Node::Object{}};
+    for (const std::string& row : rows) chosen.set(row, row_tree(tree, form, row));
+    one.set(form.rows, std::move(chosen));
+  }
+  if (form.seeds == nullptr) return one;
+  Node seed(static_cast<double>(run.seed));
+  if (std::string_view(form.seeds) == "seeds") {
+    Node seeds{Node::Object{}};
+    seeds.set("first", std::move(seed));
+    seeds.set("count", Node(1.0));
+    seed = std::move(seeds);
+  }
+  one.set(form.seeds, std::move(seed));
+  return one;
+}
+
+Keys::Keys(const Sweep& sweep, const Registry& registry)
+    : sweep_(sweep), trees_(sweep), unchanged_(sweep.parts.size()) {
+  for (const PluginEntry& entry : registry.entries()) library_of_.emplace(entry.decl->id, entry.library);
+}
+
+std::string Keys::part_text(const Node& node) {
+  std::string text = content_text(node);
+  for (const std::filesystem::path& file : files_named(node)) text += "\n" + hashes_.of(file);
+  std::set<std::string> used;
+  each_plugin(node, [&](const std::string& id) {
+    const auto found = library_of_.find(id);
+    if (found == library_of_.end()) return;  // reading the experiment says so
+    const std::string name = found->second.filename().string();
+    const std::string& hash = hashes_.of(found->second);
+    libraries_[name] = hash;
+    used.insert(name + " " + hash);
+  });
+  for (const std::string& library : used) text += "\n" + library;
+  return text;
+}
+
+const std::string& Keys::common_text(std::size_t part, std::size_t setting) {
+  if (part == part_ && setting == setting_) return common_;
+  const Node& tree = trees_.setting(part, setting);
+  const TreeForm& form = trees_.form(part);
+  const std::set<std::string> changing = reached(sweep_.design);
+  std::map<std::string, std::string> texts;
+  for (const Member& member : tree.object()) {
+    const bool row = (form.rows != nullptr && member.key == form.rows) || (form.merges_base && member.key == "base");
+    const bool seed = form.seeds != nullptr && member.key == form.seeds;
+    if (row || seed || says_nothing_of_a_run(member.key)) continue;
+    std::string& known = unchanged_[part][member.key];
+    if (known.empty() || changing.contains(member.key)) known = part_text(member.value);
+    texts[member.key] = known;
+  }
+  common_ = sweep_.program + "\n" + form.kind;
+  for (const auto& [name, text] : texts) common_ += "\n" + name + "\n" + text;
+  part_ = part;
+  setting_ = setting;
+  row_index_ = nowhere;
+  return common_;
+}
+
+std::string Keys::key(const RunAt& run) {
+  const std::string& common = common_text(run.part, run.setting);
+  if (row_index_ != run.row) {
+    const TreeForm& form = trees_.form(run.part);
+    std::string text = common;
+    if (form.rows != nullptr) {
+      const std::string& name = sweep_.row_of(run);
+      text += "\n" + name + "\n" + part_text(row_tree(trees_.setting(run.part, run.setting), form, name));
+    }
+    row_ = sha256_hex(text);
+    row_index_ = run.row;
+  }
+  return sha256_hex(row_ + " " + std::to_string(run.seed));
+}
+
+}  // namespace gripline::sweep

@@ -1,0 +1,71 @@
+// Trees and keys of runs: what a run is, as JSON, and the hash that names it.
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "config/node.hpp"
+#include "experiment/race_runner.hpp"
+#include "plugin/registry.hpp"
+#include "sweep/sweep.hpp"
+
+namespace gripline::sweep {
+
+/// Where an experiment of a kind keeps its rows and its seed.
+struct TreeForm {
+  const char* kind;
+  const char* rows;   // member whose members are rows: "stacks", "cases", "estimators"; null: one row without a name
+  bool merges_base;   // rows are merge patches on "base"
+  const char* seeds;  // "seeds" {first, count}, "seed", or null: it draws nothing
+};
+/// Throws InputError at the tree's "kind".
+const TreeForm& form_of(const Node& tree);
+
+/// Expanded trees, one setting at a time; runs should be asked for in their order.
+class Trees {
+ public:
+  /// Reads every experiment file of the sweep, which must outlive this. Relative files of assignments start from the
+  /// working folder. Throws InputError.
+  explicit Trees(const Sweep& sweep);
+  /// The experiment of a part in a setting, with all rows. Valid until the next call.
+  const Node& setting(std::size_t part, std::size_t setting);
+  /// The same with these rows only, one seed, and without claims.
+  Node run_tree(const RunAt& run, const std::vector<std::string>& rows);
+  const TreeForm& form(std::size_t part) const { return *forms_[part]; }
+
+ private:
+  const Sweep& sweep_;
+  std::vector<Node> trees_;
+  std::vector<const TreeForm*> forms_;
+  std::vector<std::size_t> at_;  // which setting each tree stands at
+};
+
+/// SHA-256 of a run's expanded JSON (its row merged with the base, no notes, no claims), the bytes of the files it
+/// names, the libraries of its plugins and the program: 64 hexadecimal digits. Paths and names of folders are no part
+/// of it. Runs of one setting cost one hash each.
+class Keys {
+ public:
+  Keys(const Sweep& sweep, const Registry& registry);
+  std::string key(const RunAt& run);
+  Trees& trees() { return trees_; }
+  /// File name and SHA-256 of every library that the keys asked for so far include.
+  const std::map<std::string, std::string>& libraries() const { return libraries_; }
+  FileHashes& hashes() { return hashes_; }
+
+ private:
+  std::string part_text(const Node& node);
+  const std::string& common_text(std::size_t part, std::size_t setting);
+
+  const Sweep& sweep_;
+  Trees trees_;
+  FileHashes hashes_;
+  std::map<std::string, std::string> libraries_;                          // in use
+  std::map<std::string, std::filesystem::path, std::less<>> library_of_;  // by plugin id
+  std::vector<std::map<std::string, std::string>> unchanged_;             // texts of members that no factor reaches
+  std::string common_, row_;                                              // of the last run asked for
+  std::size_t part_ = ~std::size_t{0}, setting_ = 0, row_index_ = ~std::size_t{0};
+};
+
+}  // namespace gripline::sweep

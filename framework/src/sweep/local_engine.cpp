@@ -1,0 +1,208 @@
+#include "sweep/local_engine.hpp"
+
+#include <sys/mman.h>
+#include <sys/prctl.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cerrno>
+#include <csignal>
+#include <cstring>
+#include <deque>
+#include <iostream>
+#include <map>
+#include <new>
+#include <optional>
+#include <stdexcept>
+
+#include "config/errors.hpp"
+#include "experiment/out_folder.hpp"
+#include "util/child_process.hpp"
+#include "util/progress.hpp"
+#include "util/signals.hpp"
+
+namespace gripline::sweep {
+namespace {
+
+constexpr std::int64_t no_task = -1;
+
+/// What workers write and the parent reads.
+struct Shared {
+  static constexpr std::size_t most_workers = 4096;
+  std::atomic<std::size_t> next{0}, runs{0};
+  std::atomic<int> worst{task_done};
+  std::atomic<std::int64_t> task[most_workers];
+};
+
+class SharedMemory {
+ public:
+  SharedMemory() {
+    void* const memory = mmap(nullptr, sizeof(Shared), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
+    if (memory == MAP_FAILED) throw std::runtime_error(std::string("no shared memory: ") + std::strerror(errno));
+    shared_ = new (memory) Shared;
+    for (auto& task : shared_->task) task.store(no_task);
+  }
+  ~SharedMemory() { munmap(shared_, sizeof(Shared)); }
+  SharedMemory(const SharedMemory&) = delete;
+  SharedMemory& operator=(const SharedMemory&) = delete;
+  Shared* operator->() { return shared_; }
+  Shared& operator*() { return *shared_; }
+
+ private:
+  Shared* shared_;
+};
+
+/// The worse of two codes: what may be tried again says more than a broken run, a refusal more than both.
+int worse(int a, int b) {
+  const auto rank = [](int code) {
+    return code == task_done ? 0 : code == task_broke ? 1 : code == task_again ? 2 : 3;
+  };
+  return rank(a) >= rank(b) ? a : b;
+}
+
+void note_code(Shared& shared, int code) {
+  int known = shared.worst.load();
+  while (!shared.worst.compare_exchange_weak(known, worse(known, code))) {
+  }
+}
+
+/// A worker's life: its first task, when one is left by a worker that died, then whatever is next.
+[[noreturn]] void work(const Batch& batch, Shared& shared, std::size_t worker, std::int64_t first, pid_t parent,
+                       const LocalEngine::Opener& open) {
+  setpgid(0, 0);  // the terminal's Ctrl-C is the parent's
+  std::signal(SIGINT, SIG_IGN);
+  for (const int number : {SIGTERM, SIGCHLD, SIGTSTP}) std::signal(number, SIG_DFL);
+  prctl(PR_SET_PDEATHSIG, SIGKILL);
+  if (getppid() != parent) _exit(task_again);
+  OutLock::leave_to_parent();
+  int code = task_done;
+  try {
+    const TaskBody body = open(worker);
+    for (std::int64_t task = first;; task = no_task) {
+      if (task == no_task) task = static_cast<std::int64_t>(shared.next.fetch_add(1));
+      if (task >= static_cast<std::int64_t>(batch.tasks())) break;
+      shared.task[worker].store(task);
+      code = worse(code, body(batch, static_cast<std::size_t>(task), [&] { shared.runs.fetch_add(1); }));
+      shared.task[worker].store(no_task);
+      if (code == task_refused || StopSignal::seen()) break;
+    }
+  } catch (const std::exception& e) {
+    std::cerr << harmless(e.what()) << '\n';
+    shared.task[worker].store(no_task);  // another worker would fail the same way
+    code = task_again;
+  }
+  note_code(shared, code);
+  std::cout.flush();
+  std::cerr.flush();
+  _exit(0);
+}
+
+class Workers {
+ public:
+  Workers(const Batch& batch, const LocalEngine::Opener& open) : batch_(batch), open_(open) {}
+  ~Workers() { stop(); }
+  Workers(const Workers&) = delete;
+  Workers& operator=(const Workers&) = delete;
+  std::size_t running() const { return workers_.size(); }
+  std::size_t runs() { return shared_->runs.load(); }
+  int worst() { return shared_->worst.load(); }
+
+  void start(std::size_t worker, std::int64_t first) {
+    std::cout.flush();
+    std::cerr.flush();
+    const pid_t parent = getpid(), pid = fork();
+    if (pid < 0) throw std::runtime_error(std::string("cannot start a process: ") + std::strerror(errno));
+    if (pid == 0) work(batch_, *shared_, worker, first, parent, open_);
+    setpgid(pid, pid);
+    workers_[pid] = worker;
+  }
+
+  /// Collects workers that ended; one that died is replaced.
+  void reap() {
+    for (auto at = workers_.begin(); at != workers_.end();) {
+      int status = 0;
+      if (waitpid(at->first, &status, WNOHANG) == 0) {
+        ++at;
+        continue;
+      }
+      const std::size_t worker = at->second;
+      at = workers_.erase(at);
+      if (status != 0) replace(worker, status);
+    }
+  }
+
+  /// Asks them to end, and ends them when they do not.
+  void stop() {
+    for (const auto& [pid, worker] : workers_) kill(pid, SIGTERM);
+    constexpr int patience = 200;  // times 20 ms
+    for (int i = 0; i < patience && !workers_.empty(); ++i) {
+      std::erase_if(workers_, [](const auto& one) { return waitpid(one.first, nullptr, WNOHANG) != 0; });
+      if (!workers_.empty()) usleep(20'000);
+    }
+    for (const auto& [pid, worker] : workers_) {
+      kill(-pid, SIGKILL);
+      waitpid(pid, nullptr, 0);
+    }
+    workers_.clear();
+  }
+
+ private:
+  void replace(std::size_t worker, int status) {
+    constexpr int most_tries = 3;
+    const std::int64_t task = shared_->task[worker].exchange(no_task);
+    std::cerr << "a worker " << describe_end(status) << '\n';
+    if (task != no_task && ++tries_[task] > most_tries) {
+      std::cerr << "task " << task << " is given up\n";
+      note_code(*shared_, task_again);
+      return start(worker, no_task);
+    }
+    start(worker, task);
+  }
+
+  const Batch& batch_;
+  const LocalEngine::Opener& open_;
+  SharedMemory shared_;
+  std::map<pid_t, std::size_t> workers_;
+  std::map<std::int64_t, int> tries_;  // by task
+};
+
+}  // namespace
+
+std::string LocalEngine::plan(const Batch& batch) const {
+  return std::to_string(batch.tasks()) + " tasks of at most " + std::to_string(batch.chunk) + " runs for " +
+         std::to_string(std::min(static_cast<std::size_t>(jobs_), batch.tasks())) + " worker processes here";
+}
+
+void LocalEngine::submit(const Batch& batch, Submission& submission, const std::function<void()>& keep) {
+  submission.engine = "local";
+  submission.jobs = {std::to_string(getpid())};
+  keep();
+  const StopSignal stop(StopSignal::Reaction::note);
+  Workers workers(batch, open_);
+  const std::size_t count =
+      std::min({static_cast<std::size_t>(jobs_), batch.tasks(), static_cast<std::size_t>(Shared::most_workers)});
+  for (std::size_t worker = 0; worker < count; ++worker) workers.start(worker, no_task);
+  {
+    Progress progress(std::cerr, name_, batch.runs);
+    while (workers.running() > 0 && !StopSignal::seen()) {
+      workers.reap();
+      if (show_progress_) progress.advance(std::min(workers.runs(), batch.runs), "");
+      if (workers.running() > 0) usleep(50'000);
+    }
+    if (show_progress_ && !StopSignal::seen()) progress.finish();
+  }
+  interrupted_ = StopSignal::seen();
+  workers.stop();
+}
+
+EngineState LocalEngine::status(const Submission& submission) {
+  EngineState state;
+  state.words = "engine local" + (submission.jobs.empty() ? "" : ", process " + submission.jobs.front());
+  return state;
+}
+
+void LocalEngine::cancel(const Submission&) {}
+
+}  // namespace gripline::sweep

@@ -1,0 +1,194 @@
+#include "sweep/slurm_engine.hpp"
+
+#include <fcntl.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <charconv>
+#include <csignal>
+#include <cstring>
+#include <sstream>
+#include <stdexcept>
+
+#include "config/errors.hpp"
+#include "util/csv_writer.hpp"
+
+namespace gripline::sweep {
+namespace fs = std::filesystem;
+namespace {
+
+struct Answer {
+  int code = -1;
+  std::string words;  // of both streams
+};
+
+/// Runs one of Slurm's commands and collects what it says.
+Answer ask(const std::vector<std::string>& words) {
+  int ends[2];
+  if (pipe2(ends, O_CLOEXEC) != 0) throw std::runtime_error(std::string("no pipe: ") + std::strerror(errno));
+  std::vector<char*> arguments;
+  for (const std::string& word : words) arguments.push_back(const_cast<char*>(word.c_str()));
+  arguments.push_back(nullptr);
+  const pid_t pid = fork();
+  if (pid == 0) {
+    dup2(ends[1], STDOUT_FILENO);
+    dup2(ends[1], STDERR_FILENO);
+    for (const int number : {SIGINT, SIGTERM, SIGPIPE}) std::signal(number, SIG_DFL);
+    execvp(arguments[0], arguments.data());
+    _exit(127);
+  }
+  close(ends[1]);
+  Answer answer;
+  char chunk[4096];
+  for (;;) {
+    const ssize_t got = read(ends[0], chunk, sizeof chunk);
+    if (got < 0 && errno == EINTR) continue;
+    if (got <= 0) break;
+    answer.words.append(chunk, static_cast<std::size_t>(got));
+  }
+  close(ends[0]);
+  int status = 0;
+  while (pid > 0 && waitpid(pid, &status, 0) < 0 && errno == EINTR) {
+  }
+  if (pid > 0 && WIFEXITED(status)) answer.code = WEXITSTATUS(status);
+  while (answer.words.ends_with('\n')) answer.words.pop_back();
+  return answer;
+}
+
+std::string quoted(const std::string& text) {
+  std::string out = "'";
+  for (const char c : text) out += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return out + "'";
+}
+
+/// sbatch's answer: the number of the job.
+std::string submitted(const std::vector<std::string>& words) {
+  const Answer answer = ask(words);
+  if (answer.code == 127) throw std::runtime_error("sbatch is not installed here: nothing was submitted");
+  if (answer.code != 0) throw std::runtime_error("sbatch refused: " + answer.words);
+  std::istringstream lines(answer.words);
+  std::string job;
+  for (std::string line; std::getline(lines, line);)
+    if (!line.empty() && std::isdigit(static_cast<unsigned char>(line.front())) != 0) job = line;
+  job = job.substr(0, job.find(';'));  // with several clusters "number;cluster"
+  if (job.empty()) throw std::runtime_error("sbatch said no job's number: " + answer.words);
+  return job;
+}
+
+std::size_t most_in_array() {
+  constexpr std::size_t usual = 1001;
+  const Answer answer = ask({"scontrol", "show", "config"});
+  const std::size_t at = answer.words.find("MaxArraySize");
+  if (answer.code != 0 || at == std::string::npos) return usual - 1;
+  const std::size_t equals = answer.words.find('=', at);
+  std::size_t size = usual;
+  std::istringstream(answer.words.substr(equals + 1, 20)) >> size;
+  return std::max<std::size_t>(size, 2) - 1;
+}
+
+std::string joined(const std::vector<std::string>& words, char between) {
+  std::string text;
+  for (const std::string& word : words) text += (text.empty() ? "" : std::string(1, between)) + word;
+  return text;
+}
+
+}  // namespace
+
+std::string SlurmEngine::plan(const Batch& batch) const {
+  return std::to_string(batch.tasks()) + " Slurm tasks of at most " + std::to_string(batch.chunk) +
+         " runs, and a merge job after them";
+}
+
+std::vector<std::string> SlurmEngine::common_words(const Batch& batch) const {
+  std::vector<std::string> words = {"sbatch", "--parsable", "--chdir=" + batch.out.string()};
+  if (!options_.partition.empty()) words.push_back("--partition=" + options_.partition);
+  if (!options_.time.empty()) words.push_back("--time=" + options_.time);
+  if (!options_.mem.empty()) words.push_back("--mem=" + options_.mem);
+  words.insert(words.end(), options_.extra.begin(), options_.extra.end());
+  return words;
+}
+
+void SlurmEngine::submit(const Batch& batch, Submission& submission, const std::function<void()>& keep) {
+  submission.engine = "slurm";
+  const std::string number = batch.folder.filename().string();
+  std::error_code failed;
+  fs::create_directories(batch.folder / "log", failed);
+  std::string script = "#!/bin/sh\n";
+  if (!options_.scratch.empty()) script += "export GRIPLINE_SCRATCH=" + quoted(options_.scratch.string()) + "\n";
+  // exec: what Slurm signals and waits for is the task itself.
+  write_file(batch.folder / "task.sh", script + "exec " + quoted(options_.program.string()) + " sweep task " +
+                                           quoted(batch.out.string()) + " " + number +
+                                           " $((SLURM_ARRAY_TASK_ID + $1))\n");
+  // 75 would have the merge repeated where RequeueExit names it.
+  write_file(batch.folder / "merge.sh", "#!/bin/sh\n" + quoted(options_.program.string()) + " sweep merge " +
+                                            quoted(batch.out.string()) +
+                                            "\ncode=$?\n[ $code = 75 ] && code=1\nexit $code\n");
+  const std::size_t most = most_in_array();
+  for (std::size_t first = 0; first < batch.tasks(); first += most) {
+    const std::size_t last = std::min(batch.tasks(), first + most) - first - 1;
+    std::string array = "--array=0-" + std::to_string(last);
+    if (options_.at_once > 0) array += "%" + std::to_string(options_.at_once);
+    std::vector<std::string> words = common_words(batch);
+    for (const std::string& word :
+         {array, std::string("--job-name=gripline-sweep"), "--output=" + (batch.folder / "log/%a.%A.txt").string(),
+          (batch.folder / "task.sh").string(), std::to_string(first)})
+      words.push_back(word);
+    submission.jobs.push_back(submitted(words));
+    keep();
+  }
+  std::vector<std::string> words = common_words(batch);
+  for (const std::string& word :
+       {"--dependency=afterany:" + joined(submission.jobs, ':'), std::string("--job-name=gripline-merge"),
+        "--output=" + (batch.folder / "log/merge.txt").string(), (batch.folder / "merge.sh").string()})
+    words.push_back(word);
+  submission.jobs.push_back(submitted(words));
+  keep();
+}
+
+EngineState SlurmEngine::status(const Submission& submission) {
+  EngineState state;
+  if (submission.jobs.empty()) return state;
+  // All jobs of this user: a job that Slurm has forgotten would be an error, were it asked for.
+  const Answer answer = ask({"squeue", "--me", "--noheader", "--array", "--format=%F %T %r"});
+  if (answer.code != 0) {
+    state.known = answer.code == 127;  // without Slurm there are no jobs
+    state.words = answer.words;
+    return state;
+  }
+  std::istringstream lines(answer.words);
+  std::string reason;
+  std::size_t stopped = 0, following = 0, next = 0;
+  for (std::string line; std::getline(lines, line);) {
+    std::istringstream cells(line);
+    std::string job, what, why;
+    cells >> job >> what;
+    std::getline(cells >> std::ws, why);
+    if (std::find(submission.jobs.begin(), submission.jobs.end(), job) == submission.jobs.end()) continue;
+    if (what != "PENDING") {
+      ++state.running;
+      continue;
+    }
+    ++state.waiting;
+    const bool held = why.find("held") != std::string::npos || why.find("Held") != std::string::npos;
+    if (held) reason = why;
+    (held ? stopped : why == "Dependency" ? following : next) += 1;
+  }
+  // As Slurm does with a task whose node failed while it was being started.
+  state.stuck = stopped > 0 && state.running + next == 0;
+  state.words = state.stuck ? std::to_string(stopped) + " held by Slurm (" + reason + ")"
+                            : std::to_string(state.running) + " running, " + std::to_string(state.waiting) + " waiting";
+  return state;
+}
+
+void SlurmEngine::cancel(const Submission& submission) {
+  if (submission.jobs.empty()) return;
+  std::vector<std::string> words = {"scancel", "--quiet"};
+  // The merge job first, which the end of the others would start.
+  words.insert(words.end(), submission.jobs.rbegin(), submission.jobs.rend());
+  const Answer answer = ask(words);
+  if (answer.code == 127) throw std::runtime_error("scancel is not installed here");
+}
+
+}  // namespace gripline::sweep

@@ -1,0 +1,380 @@
+#include "sweep/sweep.hpp"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <functional>
+#include <set>
+#include <stdexcept>
+
+#include "config/blame.hpp"
+#include "config/errors.hpp"
+#include "config/files.hpp"
+#include "config/hash.hpp"
+#include "config/json_file.hpp"
+#include "config/reader.hpp"
+#include "experiment/experiment.hpp"
+#include "sweep/keys.hpp"
+#include "sweep/kinds.hpp"
+#include "util/csv_writer.hpp"
+
+namespace gripline::sweep {
+namespace fs = std::filesystem;
+namespace {
+
+constexpr const char* manifest_name = "sweep.json";
+constexpr const char* keys_name = "keys.txt";
+constexpr std::size_t key_line = 65;  // 64 digits and the end of the line
+constexpr std::size_t most_runs = 10'000'000;
+
+Node texts_node(const std::vector<std::string>& texts) {
+  Node::Array array;
+  for (const std::string& text : texts) array.emplace_back(text);
+  return Node(std::move(array));
+}
+std::vector<std::string> texts_of(const Node& node) {
+  std::vector<std::string> texts;
+  for (const Node& one : node.array()) texts.push_back(one.text());
+  return texts;
+}
+
+/// Seeds of an experiment's tree as it stands.
+std::vector<std::uint64_t> own_seeds(const Node& tree, const TreeForm& form) {
+  if (form.seeds == nullptr) return {1};
+  const Node* const node = tree.find(form.seeds);
+  Errors errors;
+  std::int64_t first = 1, count = 1;
+  if (node != nullptr && std::string_view(form.seeds) == "seed") first = read_integer(*node, {0, largest_seed}, errors);
+  if (node != nullptr && std::string_view(form.seeds) == "seeds") {
+    ObjectReader seeds(*node, errors);
+    first = seeds.integer("first", {0, largest_seed}, 1);
+    count = seeds.integer("count", {1, 100'000}, 1);
+    seeds.finish();
+  }
+  errors.throw_if_any();
+  std::vector<std::uint64_t> all;
+  for (std::int64_t i = 0; i < count; ++i) all.push_back(static_cast<std::uint64_t>(first + i));
+  return all;
+}
+
+std::vector<std::string> all_rows(const Node& tree, const TreeForm& form) {
+  if (form.rows == nullptr) return {""};
+  std::vector<std::string> names;
+  const Node* const rows = tree.find(form.rows);
+  if (rows != nullptr && rows->is_object())
+    for (const Member& member : rows->object())
+      if (member.key != "note" && !member.value.is_null()) names.push_back(member.key);
+  return names;
+}
+
+/// Rows in the order of the file, those asked for.
+std::vector<std::string> chosen_rows(const std::vector<std::string>& all, const std::vector<std::string>& only) {
+  std::vector<std::string> rows;
+  for (const std::string& row : all)
+    if (only.empty() || std::find(only.begin(), only.end(), row) != only.end()) rows.push_back(row);
+  return rows;
+}
+
+void require_known_rows(const std::vector<std::string>& only, const std::vector<std::string>& known) {
+  for (const std::string& name : only)
+    if (std::find(known.begin(), known.end(), name) == known.end())
+      throw InputError("no row \"" + name + "\" in the experiments" + did_you_mean(name, known));
+}
+
+/// Reads an experiment with these assignments whole; an error that one of them makes is told at it.
+void try_reading(const Part& part, const std::vector<std::string>& assignments, const Registry& registry) {
+  const auto read = [&](std::span<const std::string> some) {
+    check_experiment(part.file, load_experiment(part.file, some), registry);
+  };
+  try {
+    read(assignments);
+  } catch (const InputError& error) {
+    throw attribute_to_assignments(error, assignments, read);
+  }
+}
+
+/// Every value of every factor once; of long lists and hypercubes some settings.
+std::vector<std::vector<std::string>> settings_to_try(const Design& design) {
+  constexpr std::size_t most = 32;
+  std::vector<std::vector<std::string>> all;
+  if (design.kind() == Design::Kind::factorial) {
+    const std::vector<std::string> first = design.setting(0);
+    all.push_back(first);
+    for (std::size_t f = 0; f < first.size(); ++f)
+      for (std::size_t level = 1; level < design.factors()[f].levels.size(); ++level) {
+        all.push_back(first);
+        all.back()[f] = design.factors()[f].levels[level];
+      }
+    return all;
+  }
+  const std::size_t count = std::min(most, design.size());
+  for (std::size_t i = 0; i < count; ++i) all.push_back(design.setting(i * design.size() / count));
+  return all;
+}
+
+void try_settings(const Sweep& sweep, const Registry& registry) {
+  for (const Part& part : sweep.parts)
+    for (const std::vector<std::string>& values : settings_to_try(sweep.design)) {
+      std::vector<std::string> assignments = sweep.assignments;
+      for (std::size_t f = 0; f < values.size(); ++f)
+        assignments.push_back(sweep.design.factors()[f].pointer + "=" + values[f]);
+      try_reading(part, assignments, registry);
+    }
+}
+
+void read_parts(const Request& request, Sweep& sweep) {
+  std::vector<std::string> known;
+  for (const fs::path& file : request.files) {
+    Part part;
+    part.file = fs::absolute(file).lexically_normal();
+    part.name = file.stem().string();
+    const auto same = [&](const Part& other) { return other.name == part.name; };
+    if (std::any_of(sweep.parts.begin(), sweep.parts.end(), same)) part.name = shown(file);
+    if (std::any_of(sweep.parts.begin(), sweep.parts.end(), same)) throw InputError(shown(file) + " is named twice");
+    // With the first setting, which may be what makes the experiment complete.
+    std::vector<std::string> assignments = request.assignments;
+    const std::vector<std::string> first = request.design.setting(0);
+    for (std::size_t f = 0; f < first.size(); ++f)
+      assignments.push_back(request.design.factors()[f].pointer + "=" + first[f]);
+    const Node tree = load_experiment(file, assignments);
+    const TreeForm& form = form_of(tree);
+    part.kind = form.kind;
+    const std::vector<std::string> rows = all_rows(tree, form);
+    known.insert(known.end(), rows.begin(), rows.end());
+    part.rows = chosen_rows(rows, request.only);
+    if (request.seeds && form.seeds == nullptr)
+      throw InputError("--seeds: " + shown(file) + " is an experiment of kind \"" + form.kind +
+                       "\", which draws nothing");
+    part.seeds = request.seeds ? *request.seeds : own_seeds(tree, form);
+    if (!request.seeds_from.empty() && form.seeds != nullptr)
+      part.seeds = seeds_from(request.seeds_from, part.seeds.size());
+    sweep.parts.push_back(std::move(part));
+  }
+  require_known_rows(request.only, known);
+}
+
+void number_runs(Sweep& sweep) {
+  std::size_t next = 0;
+  for (Part& part : sweep.parts) {
+    part.first = next;
+    const std::size_t each = part.rows.size() * part.seeds.size();
+    if (each > 0 && sweep.design.size() > (most_runs - std::min(next, most_runs)) / each)
+      throw InputError("more than " + std::to_string(most_runs) + " runs; make several sweeps of it");
+    next += sweep.design.size() * each;
+  }
+  if (next == 0) throw InputError("no run is asked for");
+}
+
+Node part_node(const Part& part) {
+  Node node{Node::Object{}};
+  node.set("file", Node(part.file.string()));
+  node.set("name", Node(part.name));
+  node.set("kind", Node(part.kind));
+  node.set("rows", texts_node(part.rows));
+  Node::Array seeds;
+  for (const std::uint64_t seed : part.seeds) seeds.emplace_back(static_cast<double>(seed));
+  node.set("seeds", Node(std::move(seeds)));
+  return node;
+}
+
+Node manifest_node(const Sweep& sweep) {
+  Node node{Node::Object{}};
+  node.set("gripline_sweep", Node(1.0));
+  node.set("name", Node(sweep.name));
+  node.set("runs", Node(static_cast<double>(sweep.size())));
+  node.set("folder", Node(sweep.folder.string()));
+  Node::Array parts;
+  for (const Part& part : sweep.parts) parts.push_back(part_node(part));
+  node.set("experiments", Node(std::move(parts)));
+  node.set("assignments", texts_node(sweep.assignments));
+  node.set("design", sweep.design.to_node());
+  node.set("seeds_from", Node(sweep.seeds_from));
+  node.set("plugin_dirs", texts_node(sweep.plugin_dirs));
+  node.set("timeout_s", Node(sweep.timeout_s));
+  node.set("memory_mb", Node(static_cast<double>(sweep.memory_mb)));
+  node.set("keep_files", Node(sweep.keep_files));
+  node.set("version", Node(sweep.version));
+  node.set("program", Node(sweep.program));
+  Node libraries{Node::Object{}};
+  for (const auto& [name, hash] : sweep.libraries) libraries.set(name, Node(hash));
+  node.set("libraries", std::move(libraries));
+  return node;
+}
+
+/// Keys of all runs into a file aside, then in its place; no more than one line is held.
+void write_keys(const fs::path& out, Keys& keys, const Sweep& sweep) {
+  fs::path aside = out / (std::string(keys_name) + ".partial");
+  std::size_t next = 0;
+  const std::size_t count = sweep.size();
+  {
+    CsvWriter file(aside, keys.key(sweep.at(next++)));
+    while (next < count) {
+      constexpr std::size_t together = 256;
+      std::string block;
+      for (const std::size_t end = std::min(count, next + together); next < end; ++next) {
+        if (!block.empty()) block += '\n';
+        block += keys.key(sweep.at(next));
+      }
+      file << std::string_view(block);
+      file.end_row();
+    }
+    file.finish();
+  }
+  std::error_code failed;
+  fs::rename(aside, out / keys_name, failed);
+  if (failed) throw std::runtime_error("cannot write " + (out / keys_name).string() + ": " + failed.message());
+}
+
+}  // namespace
+
+std::size_t Sweep::size() const {
+  const Part& last = parts.back();
+  return last.first + design.size() * last.rows.size() * last.seeds.size();
+}
+
+RunAt Sweep::at(std::size_t index) const {
+  RunAt run;
+  run.index = index;
+  while (run.part + 1 < parts.size() && parts[run.part + 1].first <= index) ++run.part;
+  const Part& part = parts[run.part];
+  std::size_t rest = index - part.first;
+  run.seed = part.seeds[rest % part.seeds.size()];
+  rest /= part.seeds.size();
+  run.row = rest % part.rows.size();
+  run.setting = rest / part.rows.size();
+  return run;
+}
+
+Sweep plan(const Request& request, const Registry& registry) {
+  if (request.files.empty()) throw InputError("which experiment? For example experiments/table1.json");
+  Sweep sweep;
+  sweep.design = request.design;
+  sweep.assignments = request.assignments;
+  sweep.seeds_from = request.seeds_from;
+  sweep.timeout_s = request.timeout_s;
+  sweep.memory_mb = request.memory_mb;
+  sweep.keep_files = request.keep_files;
+  sweep.folder = fs::current_path();
+  for (const std::string& dir : request.plugin_dirs) sweep.plugin_dirs.push_back(fs::absolute(dir).lexically_normal());
+  sweep.version = GRIPLINE_VERSION;
+  sweep.program = sha256_of_file("/proc/self/exe");
+  try {
+    read_parts(request, sweep);
+  } catch (const InputError&) {
+    for (const fs::path& file : request.files) {  // told at the assignment that causes it
+      Part part;
+      part.file = file;
+      sweep.parts = {part};
+      try_settings(sweep, registry);
+    }
+    throw;
+  }
+  for (const Part& part : sweep.parts)
+    sweep.name += (sweep.name.empty() ? "" : "_") + fs::path(part.name).stem().string();
+  try_settings(sweep, registry);
+  number_runs(sweep);
+  return sweep;
+}
+
+bool holds_sweep(const fs::path& out) {
+  std::error_code ignored;
+  return fs::is_regular_file(out / manifest_name, ignored);
+}
+
+void require_sweep_folder(const fs::path& out) {
+  std::error_code failed;
+  if (fs::exists(out, failed) && !fs::is_directory(out, failed))
+    throw InputError(out.string() + " is a file; --out names a folder");
+  bool others = false;
+  for (const auto& entry : fs::directory_iterator(out, failed)) others |= entry.path().filename() != ".lock";
+  if (others && !holds_sweep(out) && !fs::exists(out / (std::string(keys_name) + ".partial"), failed))
+    throw InputError(out.string() + " already holds something that is no sweep; choose another --out");
+  fs::create_directories(out, failed);
+  if (failed) throw InputError("cannot make " + out.string() + ": " + failed.message());
+}
+
+void write_manifest(const fs::path& out, const Sweep& planned, const Registry& registry) {
+  std::error_code failed;
+  fs::create_directories(out, failed);
+  Sweep sweep = planned;
+  Keys keys(sweep, registry);
+  write_keys(out, keys, sweep);
+  sweep.libraries = keys.libraries();
+  write_file(out / manifest_name, to_json_text(manifest_node(sweep)));
+}
+
+Sweep read_manifest(const fs::path& out) {
+  if (!holds_sweep(out))
+    throw InputError(out.string() + " holds no sweep; expected a folder that gripline sweep made (--out)");
+  const Node node = parse_file(out / manifest_name);
+  try {
+    Sweep sweep;
+    sweep.name = node.find("name")->text();
+    sweep.folder = node.find("folder")->text();
+    for (const Node& one : node.find("experiments")->array()) {
+      Part part{one.find("file")->text(),
+                one.find("name")->text(),
+                one.find("kind")->text(),
+                texts_of(*one.find("rows")),
+                {},
+                0};
+      for (const Node& seed : one.find("seeds")->array())
+        part.seeds.push_back(static_cast<std::uint64_t>(seed.number()));
+      sweep.parts.push_back(std::move(part));
+    }
+    sweep.assignments = texts_of(*node.find("assignments"));
+    sweep.design = Design::from_node(*node.find("design"));
+    sweep.seeds_from = node.find("seeds_from")->text();
+    sweep.plugin_dirs = texts_of(*node.find("plugin_dirs"));
+    sweep.timeout_s = node.find("timeout_s")->number();
+    sweep.memory_mb = static_cast<std::size_t>(node.find("memory_mb")->number());
+    sweep.keep_files = node.find("keep_files")->boolean();
+    sweep.version = node.find("version")->text();
+    sweep.program = node.find("program")->text();
+    for (const Member& one : node.find("libraries")->object()) sweep.libraries[one.key] = one.value.text();
+    number_runs(sweep);
+    return sweep;
+  } catch (const InputError&) {
+    throw;
+  } catch (const std::exception&) {
+    throw InputError((out / manifest_name).string() + " is not as gripline wrote it; plan the sweep again");
+  }
+}
+
+KeyFile::KeyFile(const fs::path& out) : file_(out / keys_name), handle_(open(file_.c_str(), O_RDONLY | O_CLOEXEC)) {
+  if (handle_ < 0) throw InputError(file_.string() + ": " + std::strerror(errno) + "; plan the sweep again");
+  const off_t bytes = lseek(handle_, 0, SEEK_END);
+  size_ = bytes > 0 ? static_cast<std::size_t>(bytes) / key_line : 0;
+}
+
+KeyFile::~KeyFile() {
+  if (handle_ >= 0) close(handle_);
+}
+
+std::string KeyFile::key(std::size_t index) const {
+  std::string text(key_line - 1, '\0');
+  const auto place = static_cast<off_t>(index * key_line);
+  if (pread(handle_, text.data(), text.size(), place) != static_cast<ssize_t>(text.size()))
+    throw InputError(file_.string() + " is shorter than its sweep; plan it again");
+  return text;
+}
+
+void require_same_versions(const Sweep& sweep, const Registry& registry) {
+  if (sha256_of_file("/proc/self/exe") != sweep.program)
+    throw PluginError("this gripline (" GRIPLINE_VERSION ") is another build than the one that planned the sweep (" +
+                      sweep.version + "): results of both are not mixed; use the same, or plan the sweep again");
+  for (const auto& [name, hash] : sweep.libraries) {
+    std::string found;
+    for (const PluginEntry& entry : registry.entries())
+      if (entry.library.filename() == name && found.empty()) found = entry.library.string();
+    if (found.empty()) throw PluginError(name + ": the sweep was planned with this library and it is not found here");
+    if (sha256_of_file(found) != hash)
+      throw PluginError(found + " is another build than the one that the sweep was planned with: results of both are " +
+                        "not mixed; use the same, or plan the sweep again");
+  }
+}
+
+}  // namespace gripline::sweep

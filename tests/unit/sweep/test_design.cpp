@@ -1,0 +1,119 @@
+// Settings of a sweep: what the command line says of factors and seeds, and which combinations come of it.
+#include "sweep/design.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <set>
+
+#include "support/host_support.hpp"
+
+namespace gripline::sweep {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing_support::Folder;
+using testing_support::refusal;
+using testing_support::write_text;
+
+TEST(Levels, AreCutAtCommasThatNothingEncloses) {
+  EXPECT_THAT(split_levels("0.9, 1,1.1"), ElementsAre("0.9", "1", "1.1"));
+  EXPECT_THAT(split_levels(R"([1,2],{"a": [3,4]},"x,y",20 ms)"),
+              ElementsAre("[1,2]", R"({"a": [3,4]})", R"("x,y")", "20 ms"));
+  EXPECT_THAT(split_levels(R"("a\",b",c)"), ElementsAre(R"("a\",b")", "c"));
+  EXPECT_THAT(refusal([] { split_levels("1,,2"); }), HasSubstr("a value is missing between commas"));
+}
+
+TEST(Factors, AreListsOrRanges) {
+  const Factor list = parse_factor("/base/mu_init=0.8,0.9");
+  EXPECT_EQ(list.pointer, "/base/mu_init");
+  EXPECT_THAT(list.levels, ElementsAre("0.8", "0.9"));
+  const Factor range = parse_factor("/world/x=-1.5..2e1");
+  EXPECT_TRUE(range.range());
+  EXPECT_EQ(range.lo, -1.5);
+  EXPECT_EQ(range.hi, 20);
+  EXPECT_FALSE(parse_factor("/world=../a.json,b.json").range());
+  EXPECT_THAT(refusal([] { parse_factor("/a=2..1"); }), HasSubstr("a range rises"));
+  EXPECT_THAT(refusal([] { parse_factor("/a=1,2,1"); }), HasSubstr("1 is there twice"));
+  EXPECT_THAT(refusal([] { parse_factor("a=1"); }), HasSubstr("expected /json/pointer=a,b,c"));
+}
+
+TEST(Seeds, AreRangesAndNumbers) {
+  EXPECT_THAT(parse_seeds("1..3,10,7"), ElementsAre(1, 2, 3, 10, 7));
+  EXPECT_EQ(parse_seeds("1..50").size(), 50u);
+  EXPECT_THAT(refusal([] { parse_seeds("1..3,2"); }), HasSubstr("2 is there twice"));
+  EXPECT_THAT(refusal([] { parse_seeds("3..1"); }), HasSubstr("ends before it begins"));
+  EXPECT_THAT(refusal([] { parse_seeds("1..x"); }), HasSubstr("expected whole numbers"));
+  EXPECT_THAT(refusal([] { parse_seeds("0..999999999"); }), HasSubstr("at most 1000000 seeds"));
+}
+
+TEST(Factorial, HasEveryCombinationOnceAndTheLastFactorFastest) {
+  const Design design = Design::factorial({parse_factor("/a=1,2"), parse_factor("/b=x,y,z")});
+  ASSERT_EQ(design.size(), 6u);
+  EXPECT_THAT(design.setting(0), ElementsAre("1", "x"));
+  EXPECT_THAT(design.setting(1), ElementsAre("1", "y"));
+  EXPECT_THAT(design.setting(5), ElementsAre("2", "z"));
+  EXPECT_EQ(Design::factorial({}).size(), 1u);
+  EXPECT_THAT(refusal([] { Design::factorial({parse_factor("/a=0..1")}); }), HasSubstr("add --latin COUNT"));
+  EXPECT_THAT(refusal([] {
+                Design::factorial({parse_factor("/a=0,1"), parse_factor("/a=2,3")});
+              }),
+              HasSubstr("/a is a factor twice"));
+  EXPECT_THAT(refusal([] { Design::factorial({parse_factor("/a/-=0,1")}); }), HasSubstr("a factor replaces a value"));
+}
+
+TEST(Latin, TakesEachPartOfEveryRangeOnce) {
+  constexpr std::size_t count = 97;
+  const Design design =
+      Design::latin({parse_factor("/a=0..1"), parse_factor("/b=10..20"), parse_factor("/c=x,y")}, count, 3);
+  std::set<int> a, b;
+  std::size_t x = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::vector<std::string> values = design.setting(i);
+    a.insert(static_cast<int>(std::stod(values[0]) * count));
+    b.insert(static_cast<int>((std::stod(values[1]) - 10) / 10 * count));
+    x += values[2] == "x" ? 1 : 0;
+  }
+  // Values have six digits: one may fall on the border of its part.
+  EXPECT_GE(a.size(), count - 1);
+  EXPECT_GE(b.size(), count - 1);
+  EXPECT_EQ(x, 49u);
+  EXPECT_NE(design.setting(0), Design::latin(design.factors(), count, 4).setting(0));
+}
+
+TEST(Permutation, IsOneOfAnyCount) {
+  for (const std::uint64_t count : {1U, 2U, 3U, 10U, 1000U, 4097U}) {
+    std::set<std::uint64_t> seen;
+    for (std::uint64_t i = 0; i < count; ++i) seen.insert(permuted(i, count, 7));
+    EXPECT_EQ(seen.size(), count);
+    EXPECT_LT(*seen.rbegin(), count);
+  }
+}
+
+TEST(List, ReadsSettingsAndSaysWhereAFileIsWrong) {
+  const Folder folder;
+  write_text(folder / "settings.csv", "/world,/base/mu_init\n\"a,b.json\",0.9\n\nc.json,1\n");
+  const Design design = Design::list(folder / "settings.csv");
+  ASSERT_EQ(design.size(), 2u);
+  EXPECT_THAT(design.setting(0), ElementsAre("\"a,b.json\"", "0.9"));
+  EXPECT_THAT(design.setting(1), ElementsAre("c.json", "1"));
+  write_text(folder / "bad.csv", "/world,/mu\na.json\n");
+  EXPECT_THAT(refusal([&] { Design::list(folder / "bad.csv"); }), HasSubstr("bad.csv:2:1: expected 2 values, found 1"));
+  write_text(folder / "head.csv", "mu\n1\n");
+  EXPECT_THAT(refusal([&] { Design::list(folder / "head.csv"); }), HasSubstr("expected JSON pointers"));
+}
+
+TEST(DesignFile, ReadsBackAsTheSameSettings) {
+  const Design factorial = Design::factorial({parse_factor("/a=1,2"), parse_factor("/b=x,\"y,z\"")});
+  const Design latin = Design::latin({parse_factor("/a=0..1"), parse_factor("/b=1,2")}, 10, 5);
+  for (const Design* design : {&factorial, &latin}) {
+    const Design again = Design::from_node(design->to_node());
+    ASSERT_EQ(again.size(), design->size());
+    for (std::size_t i = 0; i < design->size(); ++i) EXPECT_EQ(again.setting(i), design->setting(i));
+  }
+}
+
+}  // namespace
+}  // namespace gripline::sweep
