@@ -94,7 +94,17 @@ PlanFollower::Offset PlanFollower::offset(std::size_t k, double u) const {
 void PlanFollower::set(const LapPlan& plan) {
   plan_.nodes.assign(plan.nodes.begin(), plan.nodes.end());
   plan_.time = plan.time;
-  place_samples();
+  for (std::size_t i = 0; i < samples_.size(); ++i) place_sample(i);
+  measure_samples();
+}
+
+void PlanFollower::set(const LapPlan& plan, std::size_t first, std::size_t count) {
+  const std::size_t n = plan_.nodes.size();
+  for (std::size_t k = 0; k < count; ++k) plan_.nodes[(first + k) % n] = plan.nodes[(first + k) % n];
+  // The interval before the first of them changes too.
+  for (std::size_t k = 0; k <= count; ++k)
+    for (std::size_t j = 0; j < samples_per_interval; ++j)
+      place_sample((first + n - 1 + k) % n * samples_per_interval + j);
 }
 
 PlanPoint PlanFollower::at(double station) const {
@@ -117,24 +127,28 @@ PlanPoint PlanFollower::at(double station) const {
   return r;
 }
 
-void PlanFollower::place_samples() {
+void PlanFollower::place_sample(std::size_t i) {
+  const std::size_t k = i / samples_per_interval;
+  const double u = static_cast<double>(i % samples_per_interval) / samples_per_interval;
+  const Offset o = offset(k, u);
+  const LinePoint& p = base_samples_[i];
+  LinePoint& r = samples_[i];
+  const double along = 1.0 - o.n * p.kappa;
+  r.x = p.x - o.n * std::sin(p.yaw);
+  r.y = p.y + o.n * std::cos(p.yaw);
+  r.yaw = std::remainder(p.yaw + std::atan2(o.slope, along), 2.0 * std::numbers::pi);
+  const std::size_t after = k + 1 < plan_.nodes.size() ? k + 1 : 0;
+  r.kappa = std::lerp(plan_.nodes[k].kappa, plan_.nodes[after].kappa, u);
+  r.left = p.left - o.n;
+  r.right = p.right + o.n;
+}
+
+/// Stations of the samples along the path.
+void PlanFollower::measure_samples() {
   double way = 0;
   for (std::size_t i = 0; i < samples_.size(); ++i) {
-    const std::size_t k = i / samples_per_interval;
-    const double u = static_cast<double>(i % samples_per_interval) / samples_per_interval;
-    const Offset o = offset(k, u);
-    const LinePoint& p = base_samples_[i];
-    LinePoint& r = samples_[i];
-    const double along = 1.0 - o.n * p.kappa;
-    r.x = p.x - o.n * std::sin(p.yaw);
-    r.y = p.y + o.n * std::cos(p.yaw);
-    r.yaw = std::remainder(p.yaw + std::atan2(o.slope, along), 2.0 * std::numbers::pi);
-    const std::size_t after = k + 1 < plan_.nodes.size() ? k + 1 : 0;
-    r.kappa = std::lerp(plan_.nodes[k].kappa, plan_.nodes[after].kappa, u);
-    r.left = p.left - o.n;
-    r.right = p.right + o.n;
-    if (i > 0) way += std::hypot(r.x - samples_[i - 1].x, r.y - samples_[i - 1].y);
-    r.s = way;
+    if (i > 0) way += std::hypot(samples_[i].x - samples_[i - 1].x, samples_[i].y - samples_[i - 1].y);
+    samples_[i].s = way;
   }
 }
 

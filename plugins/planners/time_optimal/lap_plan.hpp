@@ -36,6 +36,8 @@ class PlanFollower {
   explicit PlanFollower(const LapSetup& setup);
 
   void set(const LapPlan& plan);
+  /// The same where only nodes first .. first + count - 1 (indices wrap) have changed.
+  void set(const LapPlan& plan, std::size_t first, std::size_t count);
   PlanPoint at(double s) const;
   /// Station of the point of the path nearest to (x, y), continuing from the last call.
   double locate(double x, double y);
@@ -49,7 +51,8 @@ class PlanFollower {
   std::size_t interval(double s) const;
   Offset offset(std::size_t k, double share) const;
   double refine(double s, double x, double y) const;
-  void place_samples();
+  void place_sample(std::size_t i);
+  void measure_samples();
 
   static constexpr std::size_t samples_per_interval = 4;
   const planning::ClosedLine* base_;

@@ -29,6 +29,7 @@ class LapSetup {
     return limits_.coast(v) + limits_.drive(v) - (resistance.at(v) - typical_.resistance.at(v));
   }
   const Car& car() const { return car_; }
+  const CarBelief& typical() const { return typical_; }
 
   LapProblem problem(const CarBelief& belief) const;
   /// The base line driven at nearly the speed these tyres allow on it: where a cold solve begins.

@@ -17,6 +17,7 @@
 #include "common/planning/join_path.hpp"
 #include "common/planning/planner_context.hpp"
 #include "planners/time_optimal/adaptive_laps.hpp"
+#include "planners/time_optimal/receding_laps.hpp"
 #include "planners/time_optimal/resistance_fit.hpp"
 #include "planners/time_optimal/tyre_fit.hpp"
 
@@ -26,54 +27,54 @@ using namespace gripline;
 using namespace gripline::planning;
 using namespace gripline::time_optimal;
 
-class TimeOptimal final : public SpeedPlanner {
- public:
-  struct Params {
-    double margin = 0.4, tighten = 0.0, tighten_sigma = 0.5;
-    double factor = 0.97, sigma = 1.0, start = 0.6, rise = 0.1, pace = 1.0;
-    double mu_lo = 0.35, mu_hi = 1.15, mu_step = 0.1;
-    double front_B = 4.0, front_C = 1.3, rear_B = 4.0, rear_C = 1.3, balance = 1.0;
-    double slip_max = 0.7, combined = 0.0, spacing = 0.0, rolling = 0.0, drag = 0.0;
-    bool replan = true, from_car_speed = true;
-    double tolerance = 0.03;
-    int latency = 100;
-  };
-  static constexpr auto parameters() {
-    using P = Params;
-    return std::tuple{
-        param("margin", &P::margin, "1", {0, 10}, "kept by the planned line from both edges, in widths of the car"),
-        param("tighten", &P::tighten, "1", {0, 10},
-              "taken from the room stated to the controller, in widths of the car"),
-        param("tighten_sigma", &P::tighten_sigma, "1", {0, 100},
-              "the same, per relative standard deviation of the friction"),
-        param("factor", &P::factor, "1", {0.1, 1.5}, "planned over believed friction"),
-        param("sigma", &P::sigma, "1", {0, 10},
-              "standard deviations that the planned friction stays below the estimate"),
-        param("start", &P::start, "1", {0.05, 2}, "planned over initially believed friction until it is trusted"),
-        param("rise", &P::rise, "1/s", {0, 100}, "fastest rise of the planned friction"),
-        param("pace", &P::pace, "1", {0.05, 2}, "factor on all planned speeds"),
-        param("mu_lo", &P::mu_lo, "1", {0.05, 5}, "least friction of the library"),
-        param("mu_hi", &P::mu_hi, "1", {0.05, 5}, "largest friction of the library"),
-        param("mu_step", &P::mu_step, "1", {0.01, 1}, "step of the library"),
-        param("front_B", &P::front_B, "1/rad", {0.1, 1e3}, "stiffness factor of the generic front tyre"),
-        param("front_C", &P::front_C, "1", {1, 3}, "shape factor of the generic front tyre"),
-        param("rear_B", &P::rear_B, "1/rad", {0.1, 1e3}, "stiffness factor of the generic rear tyre"),
-        param("rear_C", &P::rear_C, "1", {1, 3}, "shape factor of the generic rear tyre"),
-        param("balance", &P::balance, "1", {0.3, 3}, "friction of the generic front over the rear axle"),
-        param("slip_max", &P::slip_max, "rad", {0.05, 1.4}, "largest slip that is planned"),
-        param("combined", &P::combined, "1", {0, 1}, "share of drive and brake forces in the friction circle"),
-        param("spacing", &P::spacing, "m", {0, 100}, "of the program's nodes; 0: the wheelbase"),
-        param("rolling", &P::rolling, "m/s2", {0, 100}, "rolling resistance over mass that the nominal model lacks"),
-        param("drag", &P::drag, "1/m", {0, 10}, "drag over mass and squared speed that the nominal model lacks"),
-        param("replan", &P::replan, "1", {0, 1}, "solve again for the learned tyres"),
-        param("from_car_speed", &P::from_car_speed, "1", {0, 1},
-              "references gain speed only as fast as the car can; false: they drive the plan at once"),
-        param("tolerance", &P::tolerance, "1", {1e-3, 1},
-              "difference of tyre force over its peak that asks for a new solve"),
-        param("latency", &P::latency, "1", {0, 10000}, "control steps that a solve takes, on another core")};
-  }
+/// What both planners have; the laps are solved in a library, or a window ahead of the car.
+struct LapParams {
+  double margin = 0.4, tighten = 0.0, tighten_sigma = 0.5;
+  double factor = 0.97, sigma = 1.0, start = 0.6, rise = 0.1, pace = 1.0;
+  double mu_lo = 0.35, mu_hi = 1.15;
+  double front_B = 4.0, front_C = 1.3, rear_B = 4.0, rear_C = 1.3, balance = 1.0;
+  double slip_max = 0.7, combined = 0.0, spacing = 0.0, rolling = 0.0, drag = 0.0;
+  bool replan = true, from_car_speed = true;
+};
 
-  TimeOptimal(const PluginContext& context, const Params& params)
+template <class P>
+constexpr auto lap_parameters() {
+  const auto number = [](const char* name, double LapParams::*member, const char* unit, Range range, const char* what) {
+    return param(name, static_cast<double P::*>(member), unit, range, what);
+  };
+  return std::tuple{
+      number("margin", &P::margin, "1", {0, 10}, "kept by the planned line from both edges, in widths of the car"),
+      number("tighten", &P::tighten, "1", {0, 10},
+             "taken from the room stated to the controller, in widths of the car"),
+      number("tighten_sigma", &P::tighten_sigma, "1", {0, 100},
+             "the same, per relative standard deviation of the friction"),
+      number("factor", &P::factor, "1", {0.1, 1.5}, "planned over believed friction"),
+      number("sigma", &P::sigma, "1", {0, 10},
+             "standard deviations that the planned friction stays below the estimate"),
+      number("start", &P::start, "1", {0.05, 2}, "planned over initially believed friction until it is trusted"),
+      number("rise", &P::rise, "1/s", {0, 100}, "fastest rise of the planned friction"),
+      number("pace", &P::pace, "1", {0.05, 2}, "factor on all planned speeds"),
+      number("mu_lo", &P::mu_lo, "1", {0.05, 5}, "least friction that is expected"),
+      number("mu_hi", &P::mu_hi, "1", {0.05, 5}, "largest friction that is expected"),
+      number("front_B", &P::front_B, "1/rad", {0.1, 1e3}, "stiffness factor of the generic front tyre"),
+      number("front_C", &P::front_C, "1", {1, 3}, "shape factor of the generic front tyre"),
+      number("rear_B", &P::rear_B, "1/rad", {0.1, 1e3}, "stiffness factor of the generic rear tyre"),
+      number("rear_C", &P::rear_C, "1", {1, 3}, "shape factor of the generic rear tyre"),
+      number("balance", &P::balance, "1", {0.3, 3}, "friction of the generic front over the rear axle"),
+      number("slip_max", &P::slip_max, "rad", {0.05, 1.4}, "largest slip that is planned"),
+      number("combined", &P::combined, "1", {0, 1}, "share of drive and brake forces in the friction circle"),
+      number("spacing", &P::spacing, "m", {0, 100}, "of the program's nodes; 0: the wheelbase"),
+      number("rolling", &P::rolling, "m/s2", {0, 100}, "rolling resistance over mass that the nominal model lacks"),
+      number("drag", &P::drag, "1/m", {0, 10}, "drag over mass and squared speed that the nominal model lacks"),
+      param("replan", static_cast<bool P::*>(&P::replan), "1", {0, 1}, "solve again for the learned tyres"),
+      param("from_car_speed", static_cast<bool P::*>(&P::from_car_speed), "1", {0, 1},
+            "references gain speed only as fast as the car can; false: they drive the plan at once")};
+}
+
+/// Beliefs, and references along a lap, however it is solved.
+class LapPlanner : public SpeedPlanner {
+ public:
+  LapPlanner(const PluginContext& context, const LapParams& params)
       : k_(params),
         car_(context.car),
         dt_(context.dt),
@@ -83,17 +84,10 @@ class TimeOptimal final : public SpeedPlanner {
         nominal_(context.nominal),
         typical_{scaled_to(generic_, std::sqrt(params.mu_lo * params.mu_hi)), {params.rolling, params.drag}},
         setup_(context, options(context.car, params), typical_),
-        laps_(setup_,
-              build_library(setup_, typical_, friction_grid(params.mu_lo, params.mu_hi, params.mu_step),
-                            context.cache_dir, {context.progress, context.progress_context}),
-              {params.tolerance, params.slip_max, params.latency, std::max(1, params.latency)}),
         line_(setup_),
         resistance_(typical_.resistance, context.car.v_ref),
         join_(context.car, setup_.base().length()),
-        mu_plan_(params.start * context.mu_init) {
-    laps_.step(nullptr, mu_plan_, plan_);
-    line_.set(plan_);
-  }
+        mu_plan_(params.start * context.mu_init) {}
 
   void plan(const Observation& now, const Belief& belief, const TyreCurve* learned,
             std::span<RefPoint> horizon) override {
@@ -107,19 +101,30 @@ class TimeOptimal final : public SpeedPlanner {
     if (replan && before_) resistance_.learn(*before_, now, dt_, tyres.front, car_, *nominal_);
     before_ = now;
     const CarBelief car{tyres, resistance_.value()};
-    laps_.step(replan ? &car : nullptr, mu_plan_, plan_);
-    line_.set(plan_);
+    update(replan ? &car : nullptr, now);
     const double tightened = car_.width * (k_.tighten + k_.tighten_sigma * spread / std::max(mu_of(tyres), 1e-3));
     sample(now, tightened, horizon);
     join_.move(horizon);
   }
   std::span<const LinePoint> line() const override { return line_.samples(); }
 
+ protected:
+  /// Sets line_ for this step; null: nothing is learned of the car.
+  virtual void update(const CarBelief* learned, const Observation& now) = 0;
+
+  const LapParams& params() const { return k_; }
+  const LapSetup& setup() const { return setup_; }
+  const CarBelief& typical() const { return typical_; }
+  /// Friction that is planned for.
+  double mu_plan() const { return mu_plan_; }
+  PlanFollower& followed() { return line_; }
+  LapPlan plan_;
+
  private:
-  static SetupOptions options(const Car& car, const Params& k) {
+  static SetupOptions options(const Car& car, const LapParams& k) {
     return {k.margin * car.width, k.spacing, k.combined, k.slip_max};
   }
-  static AxleTyres generic_tyres(const Car& car, const Params& k) {
+  static AxleTyres generic_tyres(const Car& car, const LapParams& k) {
     const AxleTyres tyres{{k.front_B, k.front_C, k.balance * car.lr}, {k.rear_B, k.rear_C, car.lf}};
     return scaled_to(tyres, 1.0);
   }
@@ -191,7 +196,7 @@ class TimeOptimal final : public SpeedPlanner {
     }
   }
 
-  Params k_;
+  LapParams k_;
   Car car_;
   double dt_, mu_init_;
   const Course* course_;
@@ -199,9 +204,7 @@ class TimeOptimal final : public SpeedPlanner {
   Prediction* nominal_;
   CarBelief typical_;
   LapSetup setup_;
-  AdaptiveLaps laps_;
   PlanFollower line_;
-  LapPlan plan_;
   ResistanceFit resistance_;
   std::optional<Observation> before_;
   JoinPath join_;
@@ -209,7 +212,81 @@ class TimeOptimal final : public SpeedPlanner {
   SlipRange front_seen_, rear_seen_;
 };
 
+class TimeOptimal final : public LapPlanner {
+ public:
+  struct Params : LapParams {
+    double mu_step = 0.1, tolerance = 0.03;
+    int latency = 100;
+  };
+  static constexpr auto parameters() {
+    using P = Params;
+    return std::tuple_cat(lap_parameters<P>(),
+                          std::tuple{param("mu_step", &P::mu_step, "1", {0.01, 1}, "step of the library's friction"),
+                                     param("tolerance", &P::tolerance, "1", {1e-3, 1},
+                                           "difference of tyre force over its peak that asks for a new solve"),
+                                     param("latency", &P::latency, "1", {0, 10000},
+                                           "control steps that a solve takes, on another core")});
+  }
+
+  TimeOptimal(const PluginContext& context, const Params& params)
+      : LapPlanner(context, params),
+        laps_(setup(),
+              build_library(setup(), typical(), friction_grid(params.mu_lo, params.mu_hi, params.mu_step),
+                            context.cache_dir, {context.progress, context.progress_context}),
+              {params.tolerance, params.slip_max, params.latency, std::max(1, params.latency)}) {
+    laps_.step(nullptr, mu_plan(), plan_);
+    followed().set(plan_);
+  }
+
+ protected:
+  void update(const CarBelief* learned, const Observation& /*now*/) override {
+    laps_.step(learned, mu_plan(), plan_);
+    followed().set(plan_);
+  }
+
+ private:
+  AdaptiveLaps laps_;
+};
+
+class RecedingTime final : public LapPlanner {
+ public:
+  struct Params : LapParams {
+    double ahead = 6.0, follow = 0.15;
+    int nodes = 100, iterations = 2;
+  };
+  static constexpr auto parameters() {
+    using P = Params;
+    return std::tuple_cat(
+        lap_parameters<P>(),
+        std::tuple{param("ahead", &P::ahead, "s", {0.5, 60}, "how far the program reaches"),
+                   param("follow", &P::follow, "1", {0.01, 1},
+                         "share of the way to a new solution that the driven plan goes in a control step"),
+                   param("nodes", &P::nodes, "1", {30, 1000}, "of the program, at most"),
+                   param("iterations", &P::iterations, "1", {1, 100}, "Newton steps in a control step, at most")});
+  }
+
+  RecedingTime(const PluginContext& context, const Params& params)
+      : LapPlanner(context, params),
+        laps_(setup(), {scaled_to(typical().tyres, mu_plan()), typical().resistance},
+              {params.ahead, params.nodes, params.iterations, params.follow}) {
+    plan_ = laps_.whole_plan();
+    followed().set(plan_);
+  }
+
+ protected:
+  void update(const CarBelief* learned, const Observation& now) override {
+    const CarBelief& car = learned != nullptr ? *learned : typical();
+    laps_.step({scaled_to(car.tyres, mu_plan()), car.resistance}, followed().locate(now.x.x, now.x.y), plan_);
+    if (laps_.changed_count() > 0) followed().set(plan_, laps_.changed_first(), laps_.changed_count());
+  }
+
+ private:
+  RecedingLaps laps_;
+};
+
 }  // namespace
 
 GRIPLINE_PLUGINS(gripline::describe<TimeOptimal>(
-    "time_optimal", "1.0", "the fastest lap at the friction that is believed, from the safe side"))
+                     "time_optimal", "1.0", "the fastest lap at the friction that is believed, from the safe side"),
+                 gripline::describe<RecedingTime>("receding_time", "1.0",
+                                                  "the same, solved a few seconds ahead of the car in every step"))

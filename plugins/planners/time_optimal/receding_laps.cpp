@@ -1,0 +1,245 @@
+#include "planners/time_optimal/receding_laps.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "planners/time_optimal/tyre_fit.hpp"
+
+namespace gripline::time_optimal {
+namespace {
+
+constexpr double least_barrier = 2e-5, first_barrier = 1e-2;  // [s]
+constexpr double behind = 0.4;                                // [s] of window behind the car
+constexpr double used = 0.75;  // of a window: what is nearer to its end depends on how it is made to end
+constexpr double small_step = 0.02, small_defect = 2e-3;
+constexpr double drivable_defect = 0.01;  // of dynamics and constraints, in typical sizes
+
+}  // namespace
+
+RecedingLaps::RecedingLaps(const LapSetup& setup, const CarBelief& car, const RecedingOptions& options)
+    : setup_(&setup),
+      options_(options),
+      solver_(setup.problem(car), std::min(static_cast<std::size_t>(options.nodes), setup.nodes().s.size() - 2)),
+      car_(car),
+      mu_(mu_of(car.tyres)),
+      lap_(setup.nodes().s.size()),
+      solved_for_(lap_.size(), mu_),
+      driven_for_(lap_.size(), mu_),
+      driven_v_(lap_.size()) {
+  first_lap_ = setup.cold_guess(car.tyres).z;
+  first_mu_ = mu_;
+  for (std::size_t k = 0; k < lap_.size(); ++k) lap_[k].z = first_lap_[k];
+  const std::vector<double>& s = setup.nodes().s;
+  bucket_.resize(s.size());
+  for (std::size_t i = 0; i < bucket_.size(); ++i) {
+    const double from = setup.base().length() * static_cast<double>(i) / static_cast<double>(bucket_.size());
+    bucket_[i] = static_cast<std::size_t>(std::upper_bound(s.begin(), s.end(), from) - s.begin()) - 1;
+  }
+  solver_.set_car(car.tyres, {});
+  solve_whole_lap();
+  first_lap_.clear();
+  for (const WindowNode& node : lap_) first_lap_.push_back(node.z);
+}
+
+std::size_t RecedingLaps::node_at(double station) const {
+  const double s = wrap_periodic(station, setup_->base().length());
+  const double share = s / setup_->base().length() * static_cast<double>(bucket_.size());
+  std::size_t k = bucket_[std::min(static_cast<std::size_t>(share), bucket_.size() - 1)];
+  while (k + 1 < lap_.size() && setup_->nodes().s[k + 1] <= s) ++k;
+  return k;
+}
+
+std::size_t RecedingLaps::window_length(std::size_t first) const {
+  const std::size_t most = std::min(static_cast<std::size_t>(options_.nodes), lap_.size() - 2);
+  constexpr std::size_t least = 30;
+  double time = 0;
+  std::size_t n = 0;
+  while (n < most && (time < options_.ahead + behind || n < least)) {
+    const std::size_t i = wrapped(first + n);
+    time += setup_->nodes().ds[i] / std::max(lap_[i].z[lap_vx], 0.05 * setup_->top_speed());
+    ++n;
+  }
+  return n;
+}
+
+/// Windows that overlap, twice round: first from the base line with a falling barrier, then to the end.
+void RecedingLaps::solve_whole_lap() {
+  constexpr int most = 80;
+  std::size_t stride = 1;
+  for (int round = 0; round < 2; ++round)
+    for (std::size_t first = 0; first < lap_.size(); first += stride) {
+      count_ = window_length(first);
+      stride = std::max<std::size_t>(1, count_ / 3);
+      first_ = first;
+      begin_ = kept(first);
+      end_ = kept(wrapped(first + count_));
+      barrier_ = round == 0 ? first_barrier : 1e-3;
+      failed_ = 0;
+      for (int i = 0; i < most; ++i)
+        if (improve() && barrier_ <= least_barrier) break;
+    }
+}
+
+/// The state kept at a node, slowed down where it was solved for more friction than there is now.
+RecedingLaps::States RecedingLaps::kept(std::size_t node) const {
+  States z = lap_[node].z;
+  const double slower = std::min(1.0, std::sqrt(mu_ / std::max(solved_for_[node], 1e-6)));
+  for (const int j : {lap_vx, lap_vy, lap_omega}) z[static_cast<std::size_t>(j)] *= slower;
+  return z;
+}
+
+void RecedingLaps::move_window(double station) {
+  std::size_t first = node_at(station);
+  double back = 0;
+  for (std::size_t i = 0; i < lap_.size() / 8 && back < behind; ++i) {
+    first = first > 0 ? first - 1 : lap_.size() - 1;
+    back += setup_->nodes().ds[first] / std::max(lap_[first].z[lap_vx], 0.05 * setup_->top_speed());
+  }
+  if (placed_ && first == first_) return;
+  const std::size_t old_end = wrapped(first_ + count_);
+  const bool onward = placed_ && wrapped(first + lap_.size() - first_) < count_;
+  first_ = first;
+  count_ = window_length(first);
+  if (onward)
+    for (std::size_t i = old_end; i != wrapped(first_ + count_ + 1); i = wrapped(i + 1)) slow_down(i);
+  begin_ = kept(first);
+  end_ = kept(wrapped(first + count_));
+  settled_ = false;
+  placed_ = true;
+}
+
+/// One Newton step; whether the window is settled at its barrier, which then falls.
+bool RecedingLaps::improve() {
+  const WindowStep step = solver_.iterate(lap_, first_, count_, barrier_, begin_, end_);
+  ++iterations_;
+  defect_ = step.defect;
+  if (!step.good) {
+    ++failures_;
+    if (++failed_ > 8) start_again(1e-3);
+    return false;
+  }
+  failed_ = 0;
+  if (step.change > small_step || step.defect > small_defect || step.share < 0.5) return false;
+  const bool last = barrier_ <= least_barrier;
+  barrier_ = std::max(least_barrier, 0.2 * barrier_);
+  return last;
+}
+
+/// The window from the states of the first lap, slowed down to the friction of now, with fresh slacks and multipliers.
+void RecedingLaps::start_again(double barrier) {
+  for (std::size_t k = 0; k <= count_; ++k) {
+    const std::size_t i = wrapped(first_ + k);
+    lap_[i].started = false;
+    lap_[i].pi = {};
+    lap_[i].z = first_lap_[i];
+    solved_for_[i] = first_mu_;
+    lap_[i].z = kept(i);
+    solved_for_[i] = std::min(first_mu_, mu_);
+  }
+  begin_ = lap_[first_].z;
+  end_ = lap_[wrapped(first_ + count_)].z;
+  barrier_ = barrier;
+  failed_ = 0;
+}
+
+/// A node that the window reaches, kept for more friction than is believed now.
+void RecedingLaps::slow_down(std::size_t i) {
+  if (mu_ >= 0.97 * solved_for_[i]) return;
+  lap_[i].z = kept(i);
+  lap_[i].z[lap_a] *= mu_ / solved_for_[i];
+  solved_for_[i] = mu_;
+}
+
+/// The car that is solved for goes towards the one believed in steps that a warm start bears, and waits for a window that
+/// does not obey the dynamics.
+void RecedingLaps::advance_belief(const CarBelief& car) {
+  constexpr double resolution = 0.002;  // of tyre force over its peak, or of resistance over weight
+  constexpr double largest = 0.02;      // in a control step
+  const double v = 0.5 * setup_->top_speed();
+  const double moved = std::max(difference(car_.tyres, car.tyres, 0.6),
+                                std::abs(car.resistance.at(v) - car_.resistance.at(v)) / gravity);
+  if (moved < resolution || defect_ > 10.0 * drivable_defect) return;
+  const double share = std::min(1.0, largest / moved);
+  const auto towards = [share](double& value, double wanted) { value += share * (wanted - value); };
+  for (const auto& [own, wanted] :
+       {std::pair(&car_.tyres.front, &car.tyres.front), std::pair(&car_.tyres.rear, &car.tyres.rear)}) {
+    towards(own->B, wanted->B);
+    towards(own->C, wanted->C);
+    towards(own->D, wanted->D);
+  }
+  towards(car_.resistance.rolling, car.resistance.rolling);
+  towards(car_.resistance.drag, car.resistance.drag);
+  const double slower = std::min(1.0, std::sqrt(mu_of(car_.tyres) / mu_));
+  mu_ = mu_of(car_.tyres);
+  for (const int j : {lap_vx, lap_vy, lap_omega}) begin_[static_cast<std::size_t>(j)] *= slower;
+  end_ = kept(wrapped(first_ + count_));
+  const SpecificResistance& known = setup_->typical().resistance;
+  solver_.set_car(car_.tyres, {car_.resistance.rolling - known.rolling, car_.resistance.drag - known.drag});
+  settled_ = false;
+}
+
+void RecedingLaps::step(const CarBelief& car, double station, LapPlan& plan) {
+  move_window(station);
+  advance_belief(car);
+  for (int i = 0; i < options_.iterations && !settled_; ++i) settled_ = improve();
+  if (settled_ || defect_ < drivable_defect) publish(plan);
+  // Where friction is believed to be less than what the plan is for, it is driven more slowly at once.
+  const double mu = mu_of(car.tyres);
+  changed_ = count_;
+  for (std::size_t k = 0; k < changed_; ++k) {
+    const std::size_t i = wrapped(first_ + k);
+    plan.nodes[i].v = driven_v_[i] * std::min(1.0, std::sqrt(mu / driven_for_[i]));
+  }
+}
+
+/// As make_plan(), of one node.
+LapPlan::Node RecedingLaps::plan_node(std::size_t i) const {
+  const std::size_t before = i > 0 ? i - 1 : lap_.size() - 1, after = wrapped(i + 1);
+  const States &p = lap_[before].z, &z = lap_[i].z, &q = lap_[after].z;
+  const double h0 = setup_->nodes().ds[before], h1 = setup_->nodes().ds[i];
+  const double slope0 = (z[lap_n] - p[lap_n]) / h0, slope1 = (q[lap_n] - z[lap_n]) / h1;
+  const auto mean = [&](std::size_t j) { return 0.25 * (p[j] + 2.0 * z[j] + q[j]); };
+  const double vx = mean(lap_vx), vy = mean(lap_vy);
+  return {z[lap_n], (h1 * slope0 + h0 * slope1) / (h0 + h1), std::hypot(vx, vy), std::atan2(vy, vx), 0.0};
+}
+
+void RecedingLaps::set_curvature(LapPlan& plan, std::size_t i) const {
+  const std::size_t before = i > 0 ? i - 1 : lap_.size() - 1, after = wrapped(i + 1);
+  const auto heading = [&](std::size_t k, double& way) {
+    const LinePoint p = setup_->base().at(setup_->nodes().s[k]);
+    const double along = 1.0 - plan.nodes[k].n * p.kappa;
+    way = std::hypot(along, plan.nodes[k].slope) * setup_->nodes().ds[k];
+    return p.yaw + std::atan2(plan.nodes[k].slope, along);
+  };
+  double way0 = 0, way1 = 0, way2 = 0;
+  const double from = heading(before, way0), to = heading(after, way2);
+  heading(i, way1);
+  plan.nodes[i].kappa = std::remainder(to - from, 2.0 * std::numbers::pi) / (0.5 * way0 + way1 + 0.5 * way2);
+}
+
+void RecedingLaps::publish(LapPlan& plan) {
+  const auto between = [this](double from, double to) { return from + options_.follow * (to - from); };
+  const auto count = static_cast<std::size_t>(used * static_cast<double>(count_));
+  for (std::size_t k = 1; k < count; ++k) {
+    const std::size_t i = wrapped(first_ + k);
+    LapPlan::Node& p = plan.nodes[i];
+    const LapPlan::Node q = plan_node(i);
+    p = {between(p.n, q.n), between(p.slope, q.slope), p.v, between(p.beta, q.beta), p.kappa};
+    driven_v_[i] = between(driven_v_[i], q.v);
+    driven_for_[i] = between(driven_for_[i], mu_);
+    solved_for_[i] = mu_;
+  }
+  for (std::size_t k = 0; k <= count; ++k) set_curvature(plan, wrapped(first_ + k));
+}
+
+LapPlan RecedingLaps::whole_plan() {
+  LapPlan plan;
+  for (std::size_t i = 0; i < lap_.size(); ++i) plan.nodes.push_back(plan_node(i));
+  for (std::size_t i = 0; i < lap_.size(); ++i) set_curvature(plan, i);
+  for (std::size_t i = 0; i < lap_.size(); ++i) driven_v_[i] = plan.nodes[i].v;
+  for (std::size_t i = 0; i < lap_.size(); ++i) plan.time += setup_->nodes().ds[i] / plan.nodes[i].v;
+  return plan;
+}
+
+}  // namespace gripline::time_optimal

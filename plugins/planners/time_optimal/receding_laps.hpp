@@ -1,0 +1,77 @@
+// A lap that is always being solved for what is believed now, a window ahead of the car at a time: work per control step
+// does not grow with the road, and nothing is allocated.
+//
+// The whole lap is kept as the iterate of its program. A window of it, from a little behind the car to `ahead` seconds
+// before it, gets `iterations` Newton steps per control step (window_solver.hpp); it begins and ends near the states
+// kept there. Where friction is believed to be less than what the driven plan is for, it is driven more slowly at once, by
+// the square root of its share. The plan follows a window that obeys the dynamics,
+// in steps; until then the old one is driven.
+#pragma once
+
+#include <vector>
+
+#include "planners/time_optimal/lap_library.hpp"
+#include "planners/time_optimal/window_solver.hpp"
+
+namespace gripline::time_optimal {
+
+struct RecedingOptions {
+  double ahead = 6.0;    // [s] of plan
+  int nodes = 100;       // most of a window
+  int iterations = 2;    // Newton steps in a control step, at most
+  double follow = 0.05;  // share of the way to a settled window that the driven plan goes in a control step
+};
+
+class RecedingLaps {
+ public:
+  /// Solves the whole lap for `car` once, window by window.
+  RecedingLaps(const LapSetup& setup, const CarBelief& car, const RecedingOptions& options);
+
+  /// One control step at a station of the base line, for this car. Changes the nodes of `plan` from changed_first() on.
+  void step(const CarBelief& car, double station, LapPlan& plan);
+  std::size_t changed_first() const { return first_; }
+  std::size_t changed_count() const { return changed_; }
+
+  /// The plan of the whole lap as it is kept: what step() changes from then on.
+  LapPlan whole_plan();
+  /// Newton steps so far, and those that found nothing better.
+  long iterations() const { return iterations_; }
+  long failures() const { return failures_; }
+
+ private:
+  using States = std::array<double, lap_variables>;
+  std::size_t node_at(double station) const;
+  std::size_t wrapped(std::size_t i) const { return i % lap_.size(); }
+  void solve_whole_lap();
+  void move_window(double station);
+  std::size_t window_length(std::size_t first) const;
+  States kept(std::size_t node) const;
+  bool improve();
+  void slow_down(std::size_t node);
+  void advance_belief(const CarBelief& car);
+  void publish(LapPlan& plan);
+  LapPlan::Node plan_node(std::size_t i) const;
+  void set_curvature(LapPlan& plan, std::size_t i) const;
+  void start_again(double barrier);
+
+  const LapSetup* setup_;
+  RecedingOptions options_;
+  WindowSolver solver_;
+  CarBelief car_;
+  double mu_ = 0;  // of car_
+  std::vector<WindowNode> lap_;
+  std::vector<double> solved_for_;  // friction that each node was last solved for
+  std::vector<double> driven_for_;  // friction that each node of the driven plan is for
+  std::vector<double> driven_v_;    // its speed for that friction [m/s]
+  std::vector<std::size_t> bucket_;
+  std::vector<States> first_lap_;  // what a window starts again from
+  double first_mu_ = 0;            // friction that it was solved for
+  States begin_{}, end_{};
+  std::size_t first_ = 0, count_ = 0, changed_ = 0;
+  double barrier_ = 0, defect_ = 0;
+  int failed_ = 0;  // steps one after the other that found nothing better
+  bool settled_ = false, placed_ = false;
+  long iterations_ = 0, failures_ = 0;
+};
+
+}  // namespace gripline::time_optimal

@@ -1,0 +1,135 @@
+// The program of lap_solver.hpp over a part of the lap, by an interior-point method whose work per iteration is linear in
+// the part's nodes and which allocates nothing.
+//
+//   minimise  sum_k ds_k time(z_k) (1 + w (rate_k / rate_max)^2) - mu sum_i ln t_i      z_k = ((x_k + x_k+1) / 2, u_k)
+//           + |x_0 - begin|^2_W / 2 + |x_M - end|^2_W / 2
+//   subject to  x_k+1 - x_k = ds_k dx/ds(z_k),   c_i(z_k) + t_i = 0,  t_i > 0
+//
+// The constraints c are those of lap_solver.hpp, offsets n at nodes and half-way between them. One iteration is one
+// Newton step on the optimality conditions at the barrier mu: exact Jacobians and Hessian of the Lagrangian, the
+// implicit midpoint solved for x_k+1, a Riccati recursion over the nodes, a step shortened until a merit function falls.
+// Each slack and each multiplier is kept positive by itself, so that no single one of them makes the whole step short.
+// mu stays where it is once it is small, so that an iterate of a moment ago is a warm start for a part that was moved on,
+// or for other tyres.
+// Sources: Waechter, Biegler (2006), "On the implementation of an interior-point filter line-search algorithm for
+// large-scale nonlinear programming" (the terms, correction of the inertia); Rao, Wright, Rawlings (1998), "Application
+// of interior-point methods to model predictive control" (the recursion).
+#pragma once
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <vector>
+
+#include "planners/time_optimal/lap_solver.hpp"
+
+namespace gripline::time_optimal {
+
+/// A node of the iterate: the lap's variables there, multipliers of the dynamics to the next node, and slack and
+/// multiplier of every constraint.
+struct WindowNode {
+  static constexpr int constraints = 17;
+  std::array<double, lap_variables> z{};
+  std::array<double, lap_states> pi{};
+  std::array<double, constraints> t{}, lambda{};
+  bool started = false;  // slacks and multipliers are of an iterate
+};
+
+struct WindowStep {
+  double change = 0;  // largest of the Newton step, in units of the variables' typical sizes
+  double defect = 0;  // largest violation of the dynamics and of the constraints, in those units
+  double share = 0;   // of the step that was taken
+  bool good = false;  // false: no step was found, the iterate is as it was
+};
+
+class WindowSolver {
+ public:
+  /// For windows of up to `nodes` intervals of this problem, which is copied.
+  WindowSolver(const LapProblem& problem, std::size_t nodes);
+
+  /// What is believed of the car from now on. `more` is resistance beyond that of the problem's coasting curve.
+  void set_car(const AxleTyres& tyres, const SpecificResistance& more);
+  /// Weights of begin and end, in seconds per squared typical size.
+  static constexpr double begin_weight = 1000.0, end_weight = 100.0;
+
+  /// One Newton step of the nodes first .. first + count (indices wrap) of `lap`, which has a node for each of the
+  /// problem's. `begin` and `end` are the states near which the window begins and ends.
+  WindowStep iterate(std::vector<WindowNode>& lap, std::size_t first, std::size_t count, double mu,
+                     const std::array<double, lap_variables>& begin, const std::array<double, lap_variables>& end);
+
+  const LapProblem& problem() const { return p_; }
+  const std::array<double, lap_variables>& scales() const { return scale_; }
+
+ private:
+  static constexpr int S = lap_states, V = lap_variables, U = V - S, C = WindowNode::constraints;
+  using StateVector = Eigen::Matrix<double, S, 1>;
+  using StateMatrix = Eigen::Matrix<double, S, S>;
+  using InputMatrix = Eigen::Matrix<double, S, U>;
+  using Vector = Eigen::Matrix<double, V, 1>;
+  using Matrix = Eigen::Matrix<double, V, V>;
+
+  /// Values of the constraints of one interval and their gradients by z, in typical sizes.
+  struct Constraints {
+    std::array<double, C> value{};
+    Eigen::Matrix<double, C, V> by = Eigen::Matrix<double, C, V>::Zero();
+  };
+  struct Stage {
+    Matrix hessian;          // of the Lagrangian and the barrier, by z in the middle
+    Vector gradient;         // of cost and barrier
+    StateMatrix A, inverse;  // x+ = A x + B u + b; inverse of I - F / 2
+    InputMatrix B;
+    StateVector b;
+    Constraints c;
+    Eigen::Matrix<double, U, S> K;
+    Eigen::Matrix<double, U, 1> k;
+    StateMatrix P;  // cost to go at its first node
+    StateVector q;
+    StateVector dx;
+    Eigen::Matrix<double, U, 1> du;
+    StateVector pi;                   // multipliers after a full step
+    double n_stiff = 0, n_force = 0;  // of the barrier of n at its second node
+  };
+
+  std::size_t index(std::size_t k) const { return (first_ + k) % p_.size(); }
+  template <class T>
+  void middle(const std::vector<WindowNode>& lap, std::size_t k, double share, T (&z)[V]) const;
+  template <class T>
+  LapRates<T> rates(std::size_t i, const T (&z)[V]) const;
+  template <class T>
+  T cost(std::size_t i, const T (&z)[V], const LapRates<T>& r) const;
+  template <class T, class Put>
+  void nonlinear_constraints(const T (&z)[V], const LapRates<T>& r, const Put& put) const;
+  template <class Put>
+  void linear_constraints(std::size_t i, const double (&z)[V], double n_next, const Put& put) const;
+
+  void evaluate(std::vector<WindowNode>& lap, std::size_t k);
+  void start_constraints(WindowNode& node, const Constraints& c) const;
+  void add_constraints(const WindowNode& node, Stage& stage) const;
+  /// mu / t + lambda / t (c + t): the force of a constraint's barrier, and lambda / t, its stiffness.
+  struct Barrier {
+    double force = 0, stiff = 0;
+  };
+  Barrier barrier(const WindowNode& node, const Stage& stage, int row) const;
+  void eliminate(const std::vector<WindowNode>& lap, std::size_t k, const StateMatrix& F, const InputMatrix& G,
+                 const StateVector& rates);
+  bool backward(double delta);
+  void forward();
+  Vector middle_step(std::size_t k) const;
+  double merit(const std::vector<WindowNode>& lap, double share) const;
+  void steps_of_constraints(const std::vector<WindowNode>& lap);
+  /// A slack or multiplier after a share of its step, which ends before zero.
+  static double kept_positive(double value, double step) { return std::max({value + step, 0.02 * value, 1e-5}); }
+  void advance(std::vector<WindowNode>& lap, double share);
+
+  LapProblem p_;
+  SpecificResistance more_;
+  std::array<double, V> scale_{};
+  std::size_t first_ = 0, count_ = 0;
+  double mu_ = 0, penalty_ = 0, delta_ = 0;
+  std::array<double, V> begin_{}, end_{};
+  std::vector<Stage> stages_;                        // one more than intervals
+  std::vector<std::array<double, C>> dt_, dlambda_;  // steps of slacks and multipliers
+};
+
+}  // namespace gripline::time_optimal

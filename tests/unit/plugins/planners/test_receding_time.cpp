@@ -1,0 +1,183 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <memory>
+#include <numbers>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "planners/time_optimal/window_solver.hpp"
+#include "support/allocation_counter.hpp"
+#include "support/planner_support.hpp"
+
+namespace gripline {
+namespace {
+
+using namespace time_optimal;
+using namespace testing_support;
+using Changes = std::vector<std::pair<std::string, double>>;
+
+constexpr std::size_t nodes = 200, window = 80;
+
+/// A lap of 12 m whose curvature swings, for the 1:43 car.
+LapProblem swinging_road(double mu) {
+  const Car car = car_1_43();
+  const double weight = mu * gravity / (car.lf + car.lr);
+  LapProblem p{.car = car,
+               .tyres = {{4.0, 1.3, weight * car.lr}, {4.0, 1.3, weight * car.lf}},
+               .drive = {CubicSpline(0, 4, std::vector<double>{-0.5, -0.6, -0.8, -1.2, -1.6}),
+                         CubicSpline(0, 4, std::vector<double>{7, 5.5, 4, 2.5, 1.6}),
+                         CubicSpline(0, 4, std::vector<double>{1, 1.5, 1.8, 1.9, 2})},
+               .top_speed = 4.0,
+               .slip_max = 0.7,
+               .places = {},
+               .ds = std::vector<double>(nodes, 12.0 / nodes),
+               .n_lo = std::vector<double>(nodes, -0.15),
+               .n_hi = std::vector<double>(nodes, 0.15),
+               .mid_lo = std::vector<double>(nodes, -0.15),
+               .mid_hi = std::vector<double>(nodes, 0.15)};
+  for (std::size_t k = 0; k < nodes; ++k) {
+    const double turn = 2.0 * std::numbers::pi, u = turn * static_cast<double>(k) / nodes;
+    p.places.push_back({turn / 12.0 * (1.0 + 1.6 * std::cos(2.0 * u) + 0.8 * std::sin(5.0 * u)), 0.0, 0.0});
+  }
+  return p;
+}
+
+LapSolution guess_for(const LapProblem& p) {
+  LapSolution guess;
+  for (const LapPlace& place : p.places) {
+    const double v = 0.7 * std::min(2.5, std::sqrt(5.5 / std::max(0.05, std::abs(place.kappa))));
+    guess.z.push_back({0.0, 0.0, v, 0.0, v * place.kappa, 0.062 * place.kappa, 0.0, 0.0});
+  }
+  return guess;
+}
+
+class WindowTest : public ::testing::Test {
+ protected:
+  /// The window from node `first` with a falling barrier, near the states of a solved lap at both ends.
+  WindowStep solve(WindowSolver& solver, std::vector<WindowNode>& lap, const LapSolution& solved, std::size_t first,
+                   double barrier, int most) {
+    WindowStep step;
+    for (int i = 0; i < most; ++i) {
+      step = solver.iterate(lap, first, window, barrier, solved.z[first], solved.z[first + window]);
+      if (!step.good || step.change > 5e-3 || step.defect > 1e-4) continue;
+      if (barrier <= 1e-5) break;
+      barrier = std::max(1e-5, 0.2 * barrier);
+    }
+    return step;
+  }
+  static std::vector<WindowNode> nodes_of(const LapSolution& from) {
+    std::vector<WindowNode> lap(nodes);
+    for (std::size_t k = 0; k < nodes; ++k) lap[k].z = from.z[k];
+    return lap;
+  }
+};
+
+TEST_F(WindowTest, FindsTheLapThatIpoptFinds) {
+  const LapProblem problem = swinging_road(0.8);
+  const LapSolution guess = guess_for(problem), solved = solve_lap(problem, guess);
+  ASSERT_TRUE(solved.solved);
+  WindowSolver solver(problem, window);
+  solver.set_car(problem.tyres, {});
+  const std::size_t first = 20;
+  std::vector<WindowNode> lap = nodes_of(guess);
+  lap[first].z = solved.z[first];
+  const WindowStep step = solve(solver, lap, solved, first, 1e-2, 200);
+  EXPECT_TRUE(step.good);
+  EXPECT_LT(step.defect, 1e-4);
+  // What alternates from node to node is invisible to the midpoint rule: means of neighbours. The last quarter of the
+  // window depends on how it is made to end; the planner does not use it.
+  for (std::size_t k = first + 2; k < first + window * 3 / 4; ++k)
+    for (const int j : {lap_n, lap_vx}) {
+      const auto i = static_cast<std::size_t>(j);
+      const auto mean = [&](const auto& z) { return 0.25 * (z(k - 1) + 2.0 * z(k) + z(k + 1)); };
+      const double own = mean([&](std::size_t at) { return lap[at].z[i]; });
+      const double ipopt = mean([&](std::size_t at) { return solved.z[at][i]; });
+      EXPECT_NEAR(own, ipopt, j == lap_n ? 0.01 : 0.04) << "node " << k << ", variable " << j;
+    }
+}
+
+TEST_F(WindowTest, FollowsChangedTyresWithoutAllocating) {
+  const LapProblem problem = swinging_road(0.8);
+  const LapSolution solved = solve_lap(problem, guess_for(problem));
+  WindowSolver solver(problem, window);
+  solver.set_car(problem.tyres, {});
+  std::vector<WindowNode> lap = nodes_of(solved);
+  solve(solver, lap, solved, 20, 1e-2, 200);
+  const long allocated = rig::allocations.load();
+  for (int i = 1; i <= 5; ++i) {
+    AxleTyres tyres = problem.tyres;
+    tyres.front.D *= 1.0 - 0.02 * i;
+    tyres.rear.D *= 1.0 - 0.02 * i;
+    solver.set_car(tyres, {});
+    solve(solver, lap, solved, 20, 1e-4, 20);
+  }
+  const WindowStep last = solve(solver, lap, solved, 20, 1e-4, 60);
+  EXPECT_LT(last.defect, 5e-3);
+  EXPECT_EQ(rig::allocations.load(), allocated);
+}
+
+class RecedingTimeTest : public ::testing::Test {
+ protected:
+  Instance<SpeedPlanner> make(const Track& track, const Changes& changes) {
+    course_ = std::make_unique<TrackCourse>(track, car_);
+    PluginContext context;
+    context.car = car_;
+    context.dt = 0.02;
+    context.course = course_.get();
+    context.nominal = &model_.prediction();
+    context.mu_init = 1.0;
+    const PluginEntry& entry = registry_.find(abi::Kind::planner, "receding_time");
+    return create<SpeedPlanner>(entry, context, values_of(entry, changes));
+  }
+  static Belief believe(double mu) { return {mu, mu, 0.0, 0.0, true}; }
+
+  /// Drives the references exactly for so many steps; what is driven after half of them, over what was driven there [m].
+  double drive(SpeedPlanner& planner, const Belief& belief, int steps) {
+    double way = 0;
+    for (int i = 0; i < steps; ++i) {
+      planner.plan(now_, belief, nullptr, horizon_);
+      const RefPoint& r = horizon_[1];
+      if (i >= steps / 2) way += std::hypot(r.x - now_.x.x, r.y - now_.x.y);
+      now_.t += 0.02;
+      now_.x = {r.x, r.y, r.yaw - r.beta, r.v, r.v * std::tan(r.beta), 0.0, 0.0};
+      now_.at = r.at;
+      room_ = std::min({room_, r.left, r.right});
+    }
+    return way;
+  }
+  void start(SpeedPlanner& planner) {
+    const LinePoint& p = planner.line()[0];
+    now_ = {};
+    now_.x = {p.x, p.y, p.yaw, 1.5, 0.0, 0.0, 0.0};
+    now_.at.s = p.station;
+  }
+
+  Registry registry_ = plugins();
+  Car car_ = car_1_43();
+  Track mobil_ = ethz_mobil();
+  DynamicCar model_{registry_, 0.02};
+  std::unique_ptr<TrackCourse> course_;
+  std::vector<RefPoint> horizon_ = std::vector<RefPoint>(20);
+  Observation now_;
+  double room_ = INFINITY;
+};
+
+TEST_F(RecedingTimeTest, FollowsTheFrictionThatIsBelievedWithoutAllocating) {
+  const auto planner = make(mobil_, {{"spacing", 0.1}, {"start", 0.9}, {"rise", 1.0}, {"factor", 1.0}});
+  start(*planner);
+  drive(*planner, believe(0.9), 50);
+  const long allocated = rig::allocations.load();
+  // Half of them are about a lap.
+  const double fast = drive(*planner, believe(0.9), 500), slow = drive(*planner, believe(0.6), 500);
+  EXPECT_EQ(rig::allocations.load(), allocated);
+  EXPECT_GT(fast, 1.08 * slow);  // sqrt(0.9 / 0.6) is 1.22, where nothing but friction limits
+  EXPECT_LT(fast, 1.25 * slow);
+  // The line keeps its margin of 0.4 widths, and half a width is the car's own.
+  EXPECT_GT(room_, 0.3 * car_.width);
+}
+
+}  // namespace
+}  // namespace gripline
