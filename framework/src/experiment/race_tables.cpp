@@ -77,10 +77,10 @@ std::vector<std::string> measured_columns(std::size_t laps) {
   std::vector<std::string> names;
   for (std::size_t i = 0; i < laps; ++i) names.push_back("lap" + std::to_string(i) + "_s");
   for (std::size_t i = 0; i < laps; ++i) names.push_back("lap" + std::to_string(i) + "_mean_factor");
-  for (const char* name : {"mean_deviation_m", "violation_s", "violation_body_s", "violation_after_adapt_s",
-                           "violation_body_after_adapt_s", "mu_rmse",
-                           "mu_visited_rmse", "solve_ms_median", "solve_ms_p95", "solve_ms_p99", "update_ms_median",
-                           "solver_failures", "steps", "cpu_s", "simulated_s"})
+  for (const char* name :
+       {"mean_deviation_m", "violation_s", "violation_body_s", "violation_after_adapt_s",
+        "violation_body_after_adapt_s", "mu_rmse", "mu_visited_rmse", "solve_ms_median", "solve_ms_p95", "solve_ms_p99",
+        "update_ms_median", "solver_failures", "steps", "cpu_s", "simulated_s"})
     names.emplace_back(name);
   return names;
 }
