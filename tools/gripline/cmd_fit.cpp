@@ -137,6 +137,7 @@ int run_fit(Arguments args) {
 
   calibrate::FitOptions fit;
   fit.slowest = calibrate::slowest_start(world.spec);
+  fit.crawling = world.spec.car.car.v_min;
   fit.starts =
       static_cast<std::size_t>(std::clamp<std::int64_t>(whole_number(*given, "starts", "--starts"), 20, 100000));
   fit.seed = static_cast<unsigned>(whole_number(*given, "seed", "--seed"));
@@ -145,7 +146,8 @@ int run_fit(Arguments args) {
   std::vector<calibrate::FitLog> logs = calibrate::fit_logs(files, world.spec.track, options.step, fit);
   FitResult result = calibrate::fit(forecaster, logs, values, unknowns, fit);
   if (chosen.empty()) result.advice = calibrate::advise(world.spec, registry, options, logs, result);
-  result.friction = calibrate::friction_of(vehicle.car(), world.spec.car.car, result.params, result.drawn);
+  result.friction =
+      calibrate::friction_of(vehicle.car(), world.spec.car.car, result.params, result.drawn, result.allowed);
 
   print(result, fit.horizons.back());
   warn_when_useless(result);

@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "calibrate/baselines.hpp"
+#include "calibrate/session_adaptation.hpp"
 #include "config/errors.hpp"
 #include "config/json_file.hpp"
 #include "config/shipped.hpp"
@@ -154,19 +155,31 @@ void write_table(CsvWriter& file, double horizon, const calibrate::HorizonRow& r
   file.end_row();
 }
 
+/// Everything that predictions need besides the log.
+struct Parameters {
+  std::vector<double> values;
+  std::vector<calibrate::Unknown> moving;  // with the session
+  calibrate::SessionWeighing weighing;
+};
+
 /// Parameters as the world has them. One that was never fitted is judged by its model alone: no disturbance is carried
 /// on, and delays are what the map states.
-std::vector<double> parameters_for(const LogWorld& world, const measured::LogMap& map,
-                                   const calibrate::Forecaster& forecaster) {
+Parameters parameters_for(const LogWorld& world, const measured::LogMap& map, const calibrate::Forecaster& forecaster) {
   using calibrate::Extra;
   Errors errors;
-  std::vector<double> params = calibrate::parameters_of(world.tree, forecaster, errors);
+  Parameters out;
+  std::vector<double>& params = out.values = calibrate::parameters_of(world.tree, forecaster, errors);
+  if (const auto weighing = calibrate::session_weighing(world.tree); weighing && world.tree.find("unknowns")) {
+    const auto places = calibrate::parameter_places(world.spec, forecaster);
+    out.moving = calibrate::session_unknowns(calibrate::read_unknowns(world.tree, places, params, {}, errors));
+    out.weighing = *weighing;
+  }
   errors.throw_if_any();
-  if (world.tree.find("calibration") != nullptr) return params;
+  if (world.tree.find("calibration") != nullptr) return out;
   params[forecaster.index(Extra::gain_force)] = params[forecaster.index(Extra::gain_steer)] = 0.0;
   for (std::size_t g = 0; g < measured::delay_groups; ++g)
     if (const auto stated = map.delay(g)) params[forecaster.index(Extra::delay_position) + g] = *stated;
-  return params;
+  return out;
 }
 
 calibrate::ForecastOptions options_for(const LogWorld& world, const measured::LogMap& map) {
@@ -219,6 +232,19 @@ void show_errors(const Request& request, const calibrate::FitLog& log, const std
   if (table) table->finish();
 }
 
+/// What the session moved, where it stood at the log's end.
+void show_moved(const Parameters& params, const std::vector<double>& at_end) {
+  if (params.moving.empty()) return;
+  std::cout << "\nmoved with the session         fitted       at its end   width\n";
+  for (const calibrate::Unknown& u : params.moving) {
+    char line[200];
+    std::snprintf(line, sizeof line, "  %-28s %-12.5g %-12.5g %.3g%s\n",
+                  u.pointer.substr(u.pointer.find('/', 1)).c_str(), params.values[u.index], at_end[u.index], u.session,
+                  u.log ? " of it" : "");
+    std::cout << line;
+  }
+}
+
 int predict(const po::variables_map& given) {
   const Request request = read_request(given);
   const Registry registry = open_registry(plugin_dirs_of(given));
@@ -234,18 +260,22 @@ int predict(const po::variables_map& given) {
     std::cerr << "warning: " << doubt.what() << '\n';
   }
   const calibrate::Forecaster forecaster(vehicle.car(), options_for(world, map));
-  const std::vector<double> params = parameters_for(world, map, forecaster);
+  Parameters params = parameters_for(world, map, forecaster);
+  if (given["fixed"].as<bool>()) params.moving.clear();
 
-  const calibrate::FitLog log(file.session, forecaster.options().step, request.horizons, request.every, 0.0);
+  calibrate::FitLog log(file.session, forecaster.options().step, request.horizons, request.every, 0.0);
   if (log.starts.time.empty())
     throw InputError(request.log + ": too short for a horizon of " + number_text(request.horizons.back()) + " s");
-  std::optional<measured::Road> road;
-  if (world.spec.track && calibrate::lies_on(file.session, *world.spec.track)) road.emplace(world.spec.track);
-  if (world.spec.track && !road) std::cerr << request.log << ": does not lie on the road; taken as flat ground\n";
-  std::vector<double> predicted;
-  forecaster.run<double>(file.session, log.commands, road ? &*road : nullptr, params, log.starts, predicted);
+  if (world.spec.track && calibrate::lies_on(file.session, *world.spec.track))
+    log.track = world.spec.track;
+  else if (world.spec.track)
+    std::cerr << request.log << ": does not lie on the road; taken as flat ground\n";
+  std::vector<double> at_end;
+  const std::vector<double> predicted =
+      calibrate::predict_session(forecaster, log, params.values, params.moving, params.weighing, &at_end);
   if (request.samples) write_samples(*request.samples, file.session, log.starts, predicted);
   show_errors(request, log, predicted, world.spec);
+  show_moved(params, at_end);
   if (request.samples) std::cout << "samples: " << request.samples->string() << '\n';
   return good;
 }
@@ -260,6 +290,7 @@ int run_predict(Arguments args) {
   add("every", po::value<std::string>()->default_value("0.2"), "seconds between starts");
   add("samples", po::value<std::string>(), "a CSV file for every prediction, in the log's own clock and frames");
   add("out", po::value<std::string>(), "a CSV file for the table");
+  add("fixed", po::bool_switch(), "parameters as fitted: the log before a start moves none of them");
   add_plugins_option(visible);
   add("help,h", "this text");
   const auto given = parse_options(args, visible, "predict WORLD.json LOG.csv [options]", "world-and-log");

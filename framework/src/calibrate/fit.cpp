@@ -23,13 +23,20 @@ std::string text(double value, int digits = 4) {
   return buffer;
 }
 
-/// Every so many of a log's starts, for searching.
+/// The starts of one stretch of five seconds in every so many, for searching: the observer need not look at the others.
 std::vector<FitLog> thinned(const std::vector<FitLog>& logs, std::size_t every) {
+  constexpr double length = 5.0;  // [s]
   std::vector<FitLog> out = logs;
   for (FitLog& log : out) {
     const std::size_t per_start = log.starts.horizons.size() * channels;
     std::vector<double> time, truth;
-    for (std::size_t i = 0; i < log.starts.time.size(); i += every) {
+    double stretch = -1.0;
+    std::size_t seen = 0;
+    for (std::size_t i = 0; i < log.starts.time.size(); ++i) {
+      const double now = std::floor((log.starts.time[i] - log.session->t.front()) / length);
+      seen += now != stretch;  // stretches with starts
+      stretch = now;
+      if ((seen - 1) % every != 0) continue;
       time.push_back(log.starts.time[i]);
       truth.insert(truth.end(), log.truth.begin() + static_cast<std::ptrdiff_t>(i * per_start),
                    log.truth.begin() + static_cast<std::ptrdiff_t>((i + 1) * per_start));
@@ -64,7 +71,7 @@ std::vector<double> search(const Forecaster& forecaster, const std::vector<FitLo
   errors.weighing.horizon = options.horizon_weight;
   errors.set_scales(values);
   LeastSquaresOptions quick;
-  quick.iterations = 4;
+  quick.iterations = 3;
   std::vector<double> best;
   double best_cost = 0.0;
   for (int attempt = 0; attempt < options.tries; ++attempt) {
@@ -78,7 +85,9 @@ std::vector<double> search(const Forecaster& forecaster, const std::vector<FitLo
       best = std::move(found);
     }
   }
-  return best;
+  errors.set_scales(best);
+  quick.iterations = 6;
+  return least_squares(errors, unknowns, best, quick, best_cost);
 }
 
 bool at_bound(const Unknown& u, double value) {
@@ -112,6 +121,14 @@ HorizonRow row_of_model(const std::string& name, const PredictionErrors& errors,
   return row_of(name, errors.logs(), predicted);
 }
 
+/// What is known of an unknown before any log is read.
+Interval interval_of_prior(const Unknown& u, Interval found) {
+  const double off = 1.96 * u.sigma;
+  found.low = std::clamp(u.log ? u.prior * std::exp(-off) : u.prior - off, u.low, u.high);
+  found.high = std::clamp(u.log ? u.prior * std::exp(off) : u.prior + off, u.low, u.high);
+  return found;
+}
+
 /// Unknowns at a bound or not determined go back to their priors; what is left is what is fitted then.
 std::vector<Unknown> settle(FitResult& result, std::span<const Unknown> unknowns, std::span<const Interval> intervals) {
   std::vector<Unknown> kept;
@@ -127,7 +144,7 @@ std::vector<Unknown> settle(FitResult& result, std::span<const Unknown> unknowns
       continue;
     }
     result.params[u.index] = u.prior;
-    result.parameters.push_back({u, u.prior, intervals[i], status});
+    result.parameters.push_back({u, u.prior, interval_of_prior(u, intervals[i]), status});
   }
   return kept;
 }
@@ -136,26 +153,42 @@ std::vector<Unknown> settle(FitResult& result, std::span<const Unknown> unknowns
 
 std::vector<FitLog> fit_logs(const std::list<measured::SessionFile>& files, const std::shared_ptr<const Track>& track,
                              double grid_step, const FitOptions& options) {
-  constexpr double often = 0.1;  // [s] between starts at most
+  constexpr double often = 0.1;      // [s] between starts at most
+  constexpr std::size_t enough = 5;  // starts, for a log to say anything
   std::vector<FitLog> logs;
-  double seconds = 0.0, mean = 0.0;
-  std::vector<double> driven;
+  double seconds = 0.0, slow_seconds = 0.0, mean = 0.0;
+  struct Driven {
+    const measured::SessionFile* file;
+    double slowest, seconds;
+  };
+  std::vector<Driven> driven;
   for (const measured::SessionFile& file : files) {
-    const FitLog all(file.session, grid_step, options.horizons, often, options.slowest);
-    driven.push_back(often * static_cast<double>(all.starts.time.size()));
-    seconds += driven.back();
-    if (all.starts.time.empty())
-      throw InputError(file.session.name + ": nowhere in it is the car faster than " + text(options.slowest, 3) +
-                       " m/s with " + text(options.horizons.back(), 3) + " s of log to come; there is nothing to fit");
+    // A log that is slow throughout, of parking or of a steering test, counts where its car moves at all.
+    for (const double slowest : {options.slowest, std::min(options.crawling, options.slowest)}) {
+      const FitLog all(file.session, grid_step, options.horizons, often, slowest);
+      if (all.starts.time.size() < enough) continue;
+      driven.push_back({&file, slowest, often * static_cast<double>(all.starts.time.size())});
+      (slowest < options.slowest ? slow_seconds : seconds) += driven.back().seconds;
+      break;
+    }
+    if (!driven.empty() && driven.back().file == &file) continue;
+    const std::string problem = file.session.name + ": hardly anywhere in it is the car faster than " +
+                                text(options.crawling, 3) + " m/s with " + text(options.horizons.back(), 3) +
+                                " s of log to come; ";
+    if (files.size() == 1) throw InputError(problem + "there is nothing to fit");
+    say(options, problem + "left out");
   }
-  const double every = std::max(often, seconds / static_cast<double>(options.starts));
-  std::size_t i = 0;
-  for (const measured::SessionFile& file : files) {
-    logs.emplace_back(file.session, grid_step, options.horizons, std::min(every, std::max(often, driven[i] / 20)),
-                      options.slowest);
-    if (track && lies_on(file.session, *track)) logs.back().track = track;
-    mean += static_cast<double>(logs.back().starts.time.size()) / static_cast<double>(files.size());
-    ++i;
+  if (driven.empty())
+    throw InputError("in none of the logs is the car faster than " + text(options.crawling, 3) + " m/s with " +
+                     text(options.horizons.back(), 3) + " s of log to come; there is nothing to fit");
+  // Slow logs get their few starts beside those of the others.
+  const double every = std::max(often, (seconds > 0.0 ? seconds : slow_seconds) / static_cast<double>(options.starts));
+  for (const Driven& one : driven) {
+    const measured::Session& session = one.file->session;
+    logs.emplace_back(session, grid_step, options.horizons, std::min(every, std::max(often, one.seconds / 20)),
+                      one.slowest);
+    if (track && lies_on(session, *track)) logs.back().track = track;
+    mean += static_cast<double>(logs.back().starts.time.size()) / static_cast<double>(driven.size());
   }
   // Long sessions count more than short ones, by the root of their length.
   for (FitLog& log : logs)
@@ -184,18 +217,20 @@ FitResult fit(const Forecaster& forecaster, std::vector<FitLog>& logs, std::vect
         "step " + std::to_string(step.iteration) + ": cost " + text(step.before, 6) + " to " + text(step.after, 6));
   };
   std::vector<Unknown> open = unknowns;
+  std::vector<Eigen::VectorXd> allowed;  // of all unknowns
   Bootstrap boot;
   for (int round = 0; round < 3 && !open.empty(); ++round) {
     errors.set_scales(result.params);
     result.cost_before = errors.cost(values);
     full.iterations = round == 0   ? options.iterations / 2
                       : round == 1 ? options.iterations - options.iterations / 2
-                                   : 3;
+                                   : 6;
     result.params = least_squares(errors, open, result.params, full, result.cost_after);
     if (round == 0) continue;  // scales were those of the search
     const NormalEquations blocks = errors.linearise(result.params, open);
     result.dropped = blocks.dropped;
     boot = bootstrap(blocks, result.params, open, options.seed);
+    if (round == 1) allowed = boot.allowed;
     const std::vector<Unknown> kept = round == 1 ? settle(result, open, boot.interval) : open;
     if (kept.size() == open.size()) break;
     open = kept;
@@ -206,13 +241,14 @@ FitResult fit(const Forecaster& forecaster, std::vector<FitLog>& logs, std::vect
   std::stable_sort(result.parameters.begin(), result.parameters.end(),
                    [](const auto& a, const auto& b) { return a.unknown.index < b.unknown.index; });
   result.drawn = std::move(boot.params);
+  for (const Eigen::VectorXd& move : allowed) result.allowed.push_back(moved(result.params, unknowns, move));
   result.weighing = errors.weighing;
   result.errors.push_back(row_of_model("fitted", errors, result.params));
   return result;
 }
 
 Friction friction_of(const StagedCar& car, const Car& constants, std::span<const double> params,
-                     std::span<const std::vector<double>> drawn) {
+                     std::span<const std::vector<double>> drawn, std::span<const std::vector<double>> allowed) {
   const auto mu_of = [&](std::span<const double> p) {
     const std::array<double, channels> x{0, 0, 0, constants.v_ref, 0, 0};
     const ActingCommand<double> command{};
@@ -243,11 +279,15 @@ Friction friction_of(const StagedCar& car, const Car& constants, std::span<const
   friction.known = std::isfinite(mu[2]) && mu[2] > 0.0;
   if (!friction.known) return friction;
   friction.front = mu[0], friction.rear = mu[1], friction.total = mu[2];
-  std::vector<double> totals;
-  for (const auto& p : drawn) totals.push_back(mu_of(p)[2]);
-  std::sort(totals.begin(), totals.end());
-  friction.total_low = totals.empty() ? mu[2] : totals[totals.size() / 40];
-  friction.total_high = totals.empty() ? mu[2] : totals[totals.size() - 1 - totals.size() / 40];
+  friction.total_low = friction.total_high = mu[2];
+  for (const auto& set : {drawn, allowed}) {
+    std::vector<double> totals;
+    for (const auto& p : set) totals.push_back(mu_of(p)[2]);
+    if (totals.empty()) continue;
+    std::sort(totals.begin(), totals.end());
+    friction.total_low = std::min(friction.total_low, totals[totals.size() / 40]);
+    friction.total_high = std::max(friction.total_high, totals[totals.size() - 1 - totals.size() / 40]);
+  }
   return friction;
 }
 

@@ -16,6 +16,7 @@ struct FitOptions {
   std::vector<double> horizons{0.5, 1.0};  // [s]
   std::vector<double> horizon_weight{0.5, 1.0};
   double slowest = 1.0;      // [m/s] of a start
+  double crawling = 0.25;    // [m/s] of a start in a log that has none as fast as that
   std::size_t starts = 250;  // wanted of all logs together
   int iterations = 14;
   int tries = 3;  // starts of the search; the first is the prior itself
@@ -57,10 +58,13 @@ struct FitResult {
   std::vector<Advice> advice;              // best first, those above two standard deviations
   std::vector<HorizonRow> errors;          // at the last horizon over all logs: baselines, the world before, after
   std::vector<std::vector<double>> drawn;  // parameters by bootstrap draw
-  Weighing weighing;                       // of the last step
+  // By draw of what priors and curvature allow, of parameters that are kept at their priors too.
+  std::vector<std::vector<double>> allowed;
+  Weighing weighing;  // of the last step
 };
 
-/// Logs with their starts, evenly spread over all of them. Longer logs count more, by the root of their length. `track` goes to the logs that lie on it. Throws InputError when a log has no usable start.
+/// Logs with their starts, evenly spread over all of them. Longer logs count more, by the root of their length. `track`
+/// goes to the logs that lie on it. A log without a usable start is left out; throws InputError when none is left.
 std::vector<FitLog> fit_logs(const std::list<measured::SessionFile>& files, const std::shared_ptr<const Track>& track,
                              double grid_step, const FitOptions& options);
 
@@ -68,9 +72,10 @@ std::vector<FitLog> fit_logs(const std::list<measured::SessionFile>& files, cons
 FitResult fit(const Forecaster& forecaster, std::vector<FitLog>& logs, std::vector<double> values,
               std::vector<Unknown> unknowns, const FitOptions& options);
 
-/// Friction of the car that the forecaster was made from, with these parameters and, for the interval, drawn ones.
+/// Friction of the car that the forecaster was made from, with these parameters; the interval holds those of both sets of
+/// drawn ones.
 Friction friction_of(const StagedCar& car, const Car& constants, std::span<const double> params,
-                     std::span<const std::vector<double>> drawn);
+                     std::span<const std::vector<double>> drawn, std::span<const std::vector<double>> allowed = {});
 
 /// Which of the registry's effects, added to the world's car, would help: a score test on one parameter each.
 std::vector<Advice> advise(const WorldSpec& world, const Registry& registry, const ForecastOptions& forecast,

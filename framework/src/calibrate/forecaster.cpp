@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
+#include <utility>
 
 namespace gripline::calibrate {
 namespace {
@@ -354,12 +356,12 @@ class Run {
     split();
   }
 
-  void observe() {
-    std::vector<Lane> lanes;
-    const auto block = std::max<std::size_t>(1, static_cast<std::size_t>(s_.options.block / s_.options.step));
-    for (std::size_t i = 0; i < stretches_.size(); ++i)
-      for (std::size_t k = 0; k <= stretches_[i].steps; k += block)
-        lanes.push_back({i, k, std::min(k + block, stretches_[i].steps + 1)});
+  /// Carries the states along the log as far as starts need them.
+  void observe(const Starts& starts) {
+    std::vector<Lane> lanes = wanted_lanes(starts);
+    // The slowest lane decides on the steps of all: like goes with like.
+    if (s_.options.lanes > 1)
+      std::stable_sort(lanes.begin(), lanes.end(), [](const Lane& a, const Lane& b) { return a.slowest < b.slowest; });
     const std::size_t at_once = s_.options.lanes;
     for (std::size_t i = 0; i < lanes.size(); i += at_once)
       observe(std::span(lanes).subspan(i, std::min(at_once, lanes.size() - i)));
@@ -384,7 +386,45 @@ class Run {
  private:
   struct Lane {
     std::size_t stretch, first, last;  // grid points [first, last) are kept
+    double slowest = 0;                // [m/s] about the least speed on the way
   };
+
+  /// Grid point from which a start rolls on; negative where it begins before the observer has seen enough.
+  double steps_before(const Stretch<T>& from, double start) const {
+    return std::floor((start - std::max(latest_, 0.0) - from.begin) / s_.options.step + 1e-9);
+  }
+
+  /// One lane per block of the log that holds a start, from the first to the last grid point that is asked for.
+  std::vector<Lane> wanted_lanes(const Starts& starts) const {
+    const auto block = std::max<std::size_t>(1, static_cast<std::size_t>(s_.options.block / s_.options.step));
+    std::map<std::pair<std::size_t, std::size_t>, Lane> blocks;
+    for (const double start : starts.time) {
+      const std::size_t i = find(start);
+      if (i >= stretches_.size()) continue;
+      const double back = steps_before(stretches_[i], start);
+      if (back < 0.0) continue;
+      const std::size_t k = std::min(static_cast<std::size_t>(back), stretches_[i].steps);
+      const auto [at, fresh] = blocks.try_emplace({i, k / block}, Lane{i, k, k + 1});
+      at->second.first = std::min(at->second.first, k);
+      at->second.last = std::max(at->second.last, k + 1);
+    }
+    std::vector<Lane> lanes;
+    for (auto& [where, lane] : blocks) {
+      lane.slowest = slowest_in(lane);
+      lanes.push_back(lane);
+    }
+    return lanes;
+  }
+
+  double slowest_in(const Lane& lane) const {
+    constexpr double often = 0.2;  // [s]
+    const double begin = stretches_[lane.stretch].begin;
+    double least = speed_at(begin + static_cast<double>(lane.last) * s_.options.step);
+    for (double t = static_cast<double>(lane.first) * s_.options.step - s_.options.pre_roll;
+         t < static_cast<double>(lane.last) * s_.options.step; t += often)
+      least = std::min(least, speed_at(begin + std::max(0.0, t)));
+    return std::max(least, s_.options.v_min);
+  }
 
   void split() {
     const auto& t = s_.session.t;
@@ -452,10 +492,10 @@ class Run {
   void begin_at(Lanes<T>& lanes, std::size_t i, double start, double last) const {
     const Stretch<T>& from = stretches_[find(start)];
     const double h = s_.options.step;
-    const double back = (start - std::max(latest_, 0.0) - from.begin) / h;
+    const double back = steps_before(from, start);
     lanes.read_until[i] = start;
     lanes.known[i] = s_.commands.known(start + last);
-    const auto k = static_cast<std::size_t>(std::max(0.0, std::floor(back + 1e-9)));
+    const auto k = std::min(static_cast<std::size_t>(std::max(0.0, back)), from.steps);
     lanes.time[i] = from.begin + static_cast<double>(k) * h;
     if (back < 0.0) {  // what was kept there has seen later rows
       lanes.start(i);
@@ -596,7 +636,7 @@ void Forecaster::run(const Session& session, const CommandGrid& commands, const 
                            values.data(),
                            lateral_stiffness(car_, values.data(), options_.v_ref)};
   Run<T> run(setting);
-  run.observe();
+  run.observe(starts);
   run.predict(starts, predicted);
 }
 

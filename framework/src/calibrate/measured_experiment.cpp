@@ -7,6 +7,7 @@
 #include "calibrate/baselines.hpp"
 #include "calibrate/calibrated_world.hpp"
 #include "calibrate/place_effects.hpp"
+#include "calibrate/session_adaptation.hpp"
 #include "config/errors.hpp"
 #include "config/files.hpp"
 #include "config/json_file.hpp"
@@ -76,14 +77,10 @@ std::vector<double> joined(const std::vector<std::vector<double>>& parts) {
 }
 
 std::vector<double> predictions(const Forecaster& forecaster, std::span<const FitLog> logs,
-                                std::span<const double> params) {
+                                std::span<const double> params, std::span<const Unknown> moving = {},
+                                const SessionWeighing& weighing = {}) {
   std::vector<std::vector<double>> parts;
-  for (const FitLog& log : logs) {
-    std::optional<measured::Road> road;
-    if (log.track) road.emplace(log.track);
-    parts.emplace_back();
-    forecaster.run<double>(*log.session, log.commands, road ? &*road : nullptr, params, log.starts, parts.back());
-  }
+  for (const FitLog& log : logs) parts.push_back(predict_session(forecaster, log, params, moving, weighing));
   return joined(parts);
 }
 
@@ -171,6 +168,7 @@ class MeasuredRun {
     options_.pose = map_.pose;
     options_.velocity = map_.velocity;
     fit_.slowest = slowest_start(spec.world);
+    fit_.crawling = spec.world.car.car.v_min;
   }
 
   MeasuredOutcome run() {
@@ -184,7 +182,8 @@ class MeasuredRun {
     start_delays(map_, files_, forecaster, spec_.tree, values, unknowns);
     tell("fit");
     out_.fit = fit(forecaster, train_, values, unknowns, fit_);
-    out_.fit.friction = friction_of(vehicles_.front()->car(), spec_.world.car.car, out_.fit.params, out_.fit.drawn);
+    out_.fit.friction =
+        friction_of(vehicles_.front()->car(), spec_.world.car.car, out_.fit.params, out_.fit.drawn, out_.fit.allowed);
     out_.fit.advice = advise(spec_.world, registry_, options_, train_, out_.fit);
     judge_rows(forecaster, values);
     for (const std::string& effect : spec_.ablate) ablate(effect, values);
@@ -237,7 +236,9 @@ class MeasuredRun {
       out_.rows.push_back(horizon_row(row_name(baseline_names[b]), judged_.when, joined(parts), judged_.truth));
     }
     out_.rows.push_back(horizon_row("before", judged_.when, predictions(forecaster, judge_, values), judged_.truth));
-    fitted_ = predictions(forecaster, judge_, out_.fit.params);
+    std::vector<Unknown> all;
+    for (const FittedParameter& p : out_.fit.parameters) all.push_back(p.unknown);
+    fitted_ = predictions(forecaster, judge_, out_.fit.params, session_unknowns(all), weighing());
     out_.rows.push_back(horizon_row("fitted", judged_.when, fitted_, judged_.truth));
     std::size_t at = 0;
     for (const FitLog& log : judge_) {
@@ -249,6 +250,12 @@ class MeasuredRun {
            log.truth});
       at += n;
     }
+  }
+
+  SessionWeighing weighing() const {
+    std::array<double, quantities> usual{};
+    for (std::size_t q = 0; q < quantities; ++q) usual[q] = out_.fit.errors.back().error[q].rms;
+    return session_weighing(usual);
   }
 
   /// The world without an effect, its other unknowns fitted again from where they stood.
@@ -277,7 +284,7 @@ class MeasuredRun {
     steps.iterations = ablation_steps;
     double cost = 0.0;
     params = least_squares(errors, unknowns, params, steps, cost);
-    const std::vector<double> without = predictions(forecaster, judge_, params);
+    const std::vector<double> without = predictions(forecaster, judge_, params, session_unknowns(unknowns), weighing());
     out_.ablations.push_back({effect, horizon_row("without_" + effect, judged_.when, without, judged_.truth),
                               change_of(judged_, fitted_, without)});
   }

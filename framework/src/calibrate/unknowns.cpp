@@ -105,6 +105,7 @@ Unknown read_one(const Node& node, const ParameterPlace& place, double prior, Er
   if (u.log && !(prior > 0.0))
     r.error("its scale is \"log\", its value " + number_text(prior) + "; expected one above 0");
   u.sigma = r.number("sigma", u.log ? "1" : place.unit, NumberRange::positive());
+  u.session = r.number("session", u.log ? "1" : place.unit, NumberRange::non_negative(), 0.0);
   u.low = std::max(u.low, r.number("low", place.unit, NumberRange::any(), u.low));
   u.high = std::min(u.high, r.number("high", place.unit, NumberRange::any(), u.high));
   u.group = r.text("group", u.group);

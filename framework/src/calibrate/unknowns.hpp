@@ -5,7 +5,8 @@
 //     "/plant/effects/steer_map/params/g": {"group": "steer", "sigma": 0.2},
 //     "/calibration/delays/yaw_rate": {"group": "delays", "sigma": "0.2 s"} }
 //
-// An effect is named by its id or by its index. The value in the world is the prior's centre; `sigma` its standard
+// An effect is named by its id or by its index. "session" beside "sigma" says how far a parameter differs from one
+// session to the next. The value in the world is the prior's centre; `sigma` its standard
 // deviation, relative where the scale is "log". `low` and `high` narrow the plugin's own range.
 #pragma once
 
@@ -24,6 +25,7 @@ struct Unknown {
   double prior = 0, sigma = 1;
   bool log = false;  // moves by its logarithm
   double low = 0, high = 0;
+  double session = 0;  // standard deviation from session to session, as sigma; 0: the same in all
   /// Part of how predictions start rather than of the car.
   bool observer = false;
 };

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <iterator>
 
 #include "config/errors.hpp"
 #include "config/json_file.hpp"
@@ -86,6 +87,20 @@ TEST(Fit, WhatTheLogDoesNotTellIsSaidAndKeptAtItsPrior) {
   ASSERT_NE(p, nullptr);
   EXPECT_EQ(p->status, FittedParameter::Status::undetermined);
   EXPECT_EQ(p->value, p->unknown.prior);
+  EXPECT_NEAR(p->interval.high, 1.96e-9, 1e-12);  // what the prior says
+}
+
+TEST(Fit, FrictionIsHardlyKnownWhereNoTyreSlides) {
+  Bench bench("tyres");
+  bench.files.front().session =
+      drive(bench.truth.vehicle.car(), {.seconds = 30, .noise = 1, .command = [](double t) {
+                                          return CommandSample<double>{0.2, 0.03 * std::sin(0.8 * t)};
+                                        }});
+  bench.logs = fit_logs(bench.files, nullptr, 0.02, bench.options);
+  const FitResult result = bench.run();
+  const Friction found =
+      friction_of(bench.rig.vehicle.car(), bench.rig.spec.car.car, result.params, result.drawn, result.allowed);
+  EXPECT_GT(found.total_high - found.total_low, 0.3);
 }
 
 TEST(Fit, AParameterAtItsBoundIsSaidAndKeptAtItsPrior) {
@@ -119,6 +134,49 @@ TEST(Fit, FrictionIsReadFromTheTyres) {
   EXPECT_NEAR(friction.front, 6.0 / (1.6 * gravity * 0.09 / 0.17), 1e-12);
 }
 
+/// Steers and accelerates until the tyres of a slippery floor slide.
+CommandSample<double> wild(double t) {
+  return {0.4 + 0.3 * std::sin(0.6 * t), 0.3 * std::sin(0.9 * t) + 0.12 * std::sin(2.7 * t + 1.0)};
+}
+
+TEST(Fit, FrictionOfASlipperyFloorIsReadFromTheDryModel) {
+  int covered = 0;
+  constexpr int sessions = 3;
+  for (int k = 0; k < sessions; ++k) {
+    const double mu = 0.35 + 0.09 * k / (sessions - 1);
+    const double peak = 0.5 * mu * 1.6 * gravity;
+    Node truth = small_car_world();
+    set_value(truth, "/plant/params/Df", peak * 1.04);
+    set_value(truth, "/plant/params/Dr", peak * 0.96);
+    set_value(truth, "/plant/params/Bf", 6.5);
+    const CalibrateRig slippery(truth);
+    CalibrateRig dry(merge(small_car_world(), testing_support::json(R"({"unknowns": {
+        "/plant/params/Bf": {"group": "tyres", "sigma": 0.5, "scale": "log"},
+        "/plant/params/Br": {"group": "tyres", "sigma": 0.5, "scale": "log"},
+        "/plant/params/Df": {"group": "tyres", "sigma": 0.4, "scale": "log"},
+        "/plant/params/Dr": {"group": "tyres", "sigma": 0.4, "scale": "log"}}})")));
+    std::list<measured::SessionFile> files(1);
+    files.front().session = drive(slippery.vehicle.car(),
+                                  {.seconds = 40, .noise = 1, .seed = 3U + static_cast<unsigned>(k), .command = wild});
+    FitOptions options;
+    options.slowest = 0.5;
+    options.starts = 60;
+    std::vector<FitLog> logs = fit_logs(files, nullptr, 0.02, options);
+    Errors errors;
+    const std::vector<double> values = parameters_of(dry.tree, dry.forecaster, errors);
+    const std::vector<std::string> tyres{"tyres"};
+    const auto open = read_unknowns(dry.tree, parameter_places(dry.spec, dry.forecaster), values, tyres, errors);
+    ASSERT_EQ(open.size(), 4u);
+    const FitResult result = fit(dry.forecaster, logs, values, open, options);
+    const Friction found =
+        friction_of(dry.vehicle.car(), dry.spec.car.car, result.params, result.drawn, result.allowed);
+    EXPECT_NEAR(found.total, mu, 0.03) << k;
+    EXPECT_LT(found.total_high - found.total_low, 0.15) << k;
+    covered += found.total_low <= mu && mu <= found.total_high;
+  }
+  EXPECT_GE(covered, sessions - 1);
+}
+
 TEST(Fit, AdviceNamesTheEffectThatIsMissing) {
   Bench bench;
   const CalibrateRig dragging(small_car_world(R"({"plant": {"effects": [{"plugin": "steer_offset"},
@@ -138,8 +196,26 @@ TEST(Fit, AdviceNamesTheEffectThatIsMissing) {
 
 TEST(Fit, ALogInWhichNobodyDrivesIsRefused) {
   Bench bench;
-  bench.options.slowest = 100.0;
+  bench.options.slowest = bench.options.crawling = 100.0;
   EXPECT_THROW(fit_logs(bench.files, nullptr, 0.02, bench.options), InputError);
+}
+
+TEST(Fit, ASlowLogCountsWhereItMovesAndOneThatNeverDoesIsLeftOut) {
+  Bench bench;
+  bench.files.emplace_back(bench.files.front()).session.name = "slow.csv";
+  bench.files.emplace_back(bench.files.front()).session.name = "parked.csv";
+  for (std::size_t i = 0; i < bench.files.front().session.rows(); ++i) {
+    std::next(bench.files.begin())->session.reading[i * channels + 3] = 0.4;
+    bench.files.back().session.reading[i * channels + 3] = 0.1;
+  }
+  bench.options.crawling = 0.3;
+  std::string said;
+  bench.options.say = [&](const std::string& line) { said += line; };
+  const auto logs = fit_logs(bench.files, nullptr, 0.02, bench.options);
+  ASSERT_EQ(logs.size(), 2u);
+  EXPECT_EQ(logs[1].session->name, "slow.csv");
+  EXPECT_GT(logs[1].starts.time.size(), 10u);
+  EXPECT_THAT(said, testing::AllOf(testing::HasSubstr("parked.csv"), testing::HasSubstr("left out")));
 }
 
 TEST(FittedWorld, IsAWorldThatPredictsAsTheFitDid) {
