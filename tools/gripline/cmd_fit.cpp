@@ -146,7 +146,8 @@ int run_fit(Arguments args) {
   std::vector<calibrate::FitLog> logs = calibrate::fit_logs(files, world.spec.track, options.step, fit);
   FitResult result = calibrate::fit(forecaster, logs, values, unknowns, fit);
   if (chosen.empty()) result.advice = calibrate::advise(world.spec, registry, options, logs, result);
-  result.friction = calibrate::friction_of(vehicle.car(), world.spec.car.car, result.params, result.drawn);
+  result.friction =
+      calibrate::friction_of(vehicle.car(), world.spec.car.car, result.params, result.drawn, result.allowed);
 
   print(result, fit.horizons.back());
   warn_when_useless(result);

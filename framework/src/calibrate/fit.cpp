@@ -121,6 +121,14 @@ HorizonRow row_of_model(const std::string& name, const PredictionErrors& errors,
   return row_of(name, errors.logs(), predicted);
 }
 
+/// What is known of an unknown before any log is read.
+Interval interval_of_prior(const Unknown& u, Interval found) {
+  const double off = 1.96 * u.sigma;
+  found.low = std::clamp(u.log ? u.prior * std::exp(-off) : u.prior - off, u.low, u.high);
+  found.high = std::clamp(u.log ? u.prior * std::exp(off) : u.prior + off, u.low, u.high);
+  return found;
+}
+
 /// Unknowns at a bound or not determined go back to their priors; what is left is what is fitted then.
 std::vector<Unknown> settle(FitResult& result, std::span<const Unknown> unknowns, std::span<const Interval> intervals) {
   std::vector<Unknown> kept;
@@ -136,7 +144,7 @@ std::vector<Unknown> settle(FitResult& result, std::span<const Unknown> unknowns
       continue;
     }
     result.params[u.index] = u.prior;
-    result.parameters.push_back({u, u.prior, intervals[i], status});
+    result.parameters.push_back({u, u.prior, interval_of_prior(u, intervals[i]), status});
   }
   return kept;
 }
@@ -209,6 +217,7 @@ FitResult fit(const Forecaster& forecaster, std::vector<FitLog>& logs, std::vect
         "step " + std::to_string(step.iteration) + ": cost " + text(step.before, 6) + " to " + text(step.after, 6));
   };
   std::vector<Unknown> open = unknowns;
+  std::vector<Eigen::VectorXd> allowed;  // of all unknowns
   Bootstrap boot;
   for (int round = 0; round < 3 && !open.empty(); ++round) {
     errors.set_scales(result.params);
@@ -221,6 +230,7 @@ FitResult fit(const Forecaster& forecaster, std::vector<FitLog>& logs, std::vect
     const NormalEquations blocks = errors.linearise(result.params, open);
     result.dropped = blocks.dropped;
     boot = bootstrap(blocks, result.params, open, options.seed);
+    if (round == 1) allowed = boot.allowed;
     const std::vector<Unknown> kept = round == 1 ? settle(result, open, boot.interval) : open;
     if (kept.size() == open.size()) break;
     open = kept;
@@ -231,13 +241,14 @@ FitResult fit(const Forecaster& forecaster, std::vector<FitLog>& logs, std::vect
   std::stable_sort(result.parameters.begin(), result.parameters.end(),
                    [](const auto& a, const auto& b) { return a.unknown.index < b.unknown.index; });
   result.drawn = std::move(boot.params);
+  for (const Eigen::VectorXd& move : allowed) result.allowed.push_back(moved(result.params, unknowns, move));
   result.weighing = errors.weighing;
   result.errors.push_back(row_of_model("fitted", errors, result.params));
   return result;
 }
 
 Friction friction_of(const StagedCar& car, const Car& constants, std::span<const double> params,
-                     std::span<const std::vector<double>> drawn) {
+                     std::span<const std::vector<double>> drawn, std::span<const std::vector<double>> allowed) {
   const auto mu_of = [&](std::span<const double> p) {
     const std::array<double, channels> x{0, 0, 0, constants.v_ref, 0, 0};
     const ActingCommand<double> command{};
@@ -268,11 +279,15 @@ Friction friction_of(const StagedCar& car, const Car& constants, std::span<const
   friction.known = std::isfinite(mu[2]) && mu[2] > 0.0;
   if (!friction.known) return friction;
   friction.front = mu[0], friction.rear = mu[1], friction.total = mu[2];
-  std::vector<double> totals;
-  for (const auto& p : drawn) totals.push_back(mu_of(p)[2]);
-  std::sort(totals.begin(), totals.end());
-  friction.total_low = totals.empty() ? mu[2] : totals[totals.size() / 40];
-  friction.total_high = totals.empty() ? mu[2] : totals[totals.size() - 1 - totals.size() / 40];
+  friction.total_low = friction.total_high = mu[2];
+  for (const auto& set : {drawn, allowed}) {
+    std::vector<double> totals;
+    for (const auto& p : set) totals.push_back(mu_of(p)[2]);
+    if (totals.empty()) continue;
+    std::sort(totals.begin(), totals.end());
+    friction.total_low = std::min(friction.total_low, totals[totals.size() / 40]);
+    friction.total_high = std::max(friction.total_high, totals[totals.size() - 1 - totals.size() / 40]);
+  }
   return friction;
 }
 

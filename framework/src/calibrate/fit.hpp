@@ -58,7 +58,9 @@ struct FitResult {
   std::vector<Advice> advice;              // best first, those above two standard deviations
   std::vector<HorizonRow> errors;          // at the last horizon over all logs: baselines, the world before, after
   std::vector<std::vector<double>> drawn;  // parameters by bootstrap draw
-  Weighing weighing;                       // of the last step
+  // By draw of what priors and curvature allow, of parameters that are kept at their priors too.
+  std::vector<std::vector<double>> allowed;
+  Weighing weighing;  // of the last step
 };
 
 /// Logs with their starts, evenly spread over all of them. Longer logs count more, by the root of their length. `track`
@@ -70,9 +72,10 @@ std::vector<FitLog> fit_logs(const std::list<measured::SessionFile>& files, cons
 FitResult fit(const Forecaster& forecaster, std::vector<FitLog>& logs, std::vector<double> values,
               std::vector<Unknown> unknowns, const FitOptions& options);
 
-/// Friction of the car that the forecaster was made from, with these parameters and, for the interval, drawn ones.
+/// Friction of the car that the forecaster was made from, with these parameters; the interval holds those of both sets of
+/// drawn ones.
 Friction friction_of(const StagedCar& car, const Car& constants, std::span<const double> params,
-                     std::span<const std::vector<double>> drawn);
+                     std::span<const std::vector<double>> drawn, std::span<const std::vector<double>> allowed = {});
 
 /// Which of the registry's effects, added to the world's car, would help: a score test on one parameter each.
 std::vector<Advice> advise(const WorldSpec& world, const Registry& registry, const ForecastOptions& forecast,

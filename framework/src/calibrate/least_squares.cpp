@@ -61,6 +61,23 @@ Eigen::VectorXd damped_step(Sum sum, const std::vector<bool>& held, double dampi
   return -solve(sum.hessian, sum.gradient);
 }
 
+/// Draws of a normal distribution whose inverse covariance is `hessian`.
+std::vector<Eigen::VectorXd> normal_moves(const Eigen::MatrixXd& hessian, std::size_t draws, std::mt19937& random) {
+  const Eigen::VectorXd scale = hessian.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
+  const Eigen::LLT<Eigen::MatrixXd> factor(scale.asDiagonal() * hessian * scale.asDiagonal());
+  std::vector<Eigen::VectorXd> moves;
+  if (factor.info() != Eigen::Success) return moves;
+  for (std::size_t draw = 0; draw < draws; ++draw) {
+    Eigen::VectorXd z(hessian.rows());
+    for (Index i = 0; i < z.size(); ++i) {
+      z(i) = -6.0;  // of twelve uniform draws: nearly normal, the same on every machine
+      for (int k = 0; k < 12; ++k) z(i) += static_cast<double>(random()) / 4294967296.0;
+    }
+    moves.emplace_back(scale.asDiagonal() * factor.matrixU().solve(z));
+  }
+  return moves;
+}
+
 }  // namespace
 
 double prior_cost(std::span<const double> params, std::span<const Unknown> unknowns, Eigen::MatrixXd* hessian,
@@ -159,6 +176,7 @@ Bootstrap bootstrap(const NormalEquations& blocks, std::span<const double> param
     interval.low = at(std::min(move[i][draws / 40] - centre, -1.96 * curvature));
     interval.high = at(std::max(move[i][draws - 1 - draws / 40] - centre, 1.96 * curvature));
   }
+  out.allowed = normal_moves(sum.hessian, draws, random);
   for (const Eigen::VectorXd& step : steps) out.params.push_back(moved(params, unknowns, step - middle));
   return out;
 }

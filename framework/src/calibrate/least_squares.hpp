@@ -44,6 +44,7 @@ struct Interval {
 struct Bootstrap {
   std::vector<Interval> interval;           // by unknown
   std::vector<std::vector<double>> params;  // by draw, for whatever follows from them
+  std::vector<Eigen::VectorXd> allowed;     // moves that prior and curvature allow, drawn
 };
 Bootstrap bootstrap(const NormalEquations& blocks, std::span<const double> params, std::span<const Unknown> unknowns,
                     unsigned seed = 1);

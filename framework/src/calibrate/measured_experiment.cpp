@@ -182,7 +182,8 @@ class MeasuredRun {
     start_delays(map_, files_, forecaster, spec_.tree, values, unknowns);
     tell("fit");
     out_.fit = fit(forecaster, train_, values, unknowns, fit_);
-    out_.fit.friction = friction_of(vehicles_.front()->car(), spec_.world.car.car, out_.fit.params, out_.fit.drawn);
+    out_.fit.friction =
+        friction_of(vehicles_.front()->car(), spec_.world.car.car, out_.fit.params, out_.fit.drawn, out_.fit.allowed);
     out_.fit.advice = advise(spec_.world, registry_, options_, train_, out_.fit);
     judge_rows(forecaster, values);
     for (const std::string& effect : spec_.ablate) ablate(effect, values);

@@ -88,6 +88,11 @@ Channel read_channel(const Node& node, const char* unit, Errors& errors, LogMap*
   if (channel.sign != 1.0 && channel.sign != -1.0) r.error_at("sign", "expected 1 or -1");
   channel.command = r.choice<bool>("kind", {{"command", true}, {"measurement", false}}, false);
   channel.held = r.choice<bool>("hold", {{"held", true}, {"sampled", false}}, false);
+  channel.every = r.number("every", "s", NumberRange::closed(0.0, 1.0), 0.0);
+  if (channel.every > 0.0 && map != nullptr && source != Source::d && source != Source::delta)
+    r.error_at("every", "only d and delta are read every so often; a measurement that repeats is \"held\"");
+  if (channel.every > 0.0 && channel.held)
+    r.error_at("every", "a command that is held jumps to each reading; one read every so often moves to it");
   read_delay(r, channel);
   if (map != nullptr) read_frame(r, source, *map);
   r.finish();

@@ -38,6 +38,7 @@ struct Channel {
   double sign = 1;
   bool command = false;
   bool held = false;            // the last value is held between new ones
+  double every = 0;             // [s] a command is read so often and repeated in between; 0: in every row
   std::optional<double> delay;  // [s]; empty: to be found
   Origin origin;
 };

@@ -45,7 +45,25 @@ CommandGrid::CommandGrid(const Session& session, double spacing) : t0(session.t.
     sample.push_back({d, delta});
     known_at.push_back(session.t[i + 1]);
   }
+  ramp(session, &CommandSample<double>::d, session.throttle_every);
+  ramp(session, &CommandSample<double>::delta, session.steering_every);
   for (const CommandSample<double>& c : sample) dual.push_back({Dual8(c.d), Dual8(c.delta)});
+}
+
+void CommandGrid::ramp(const Session& session, double CommandSample<double>::*command, double every) {
+  if (!(every > 0.0)) return;
+  double changed = t0;  // time of the reading before
+  for (std::size_t i = 1; i < session.rows(); ++i) {
+    const double from = session.command[i - 1].*command, to = session.command[i].*command, end = session.t[i];
+    if (from == to) continue;
+    const double begin = std::max(end - every, changed);
+    changed = end;
+    for (auto k = static_cast<std::size_t>(std::max(0.0, std::ceil((begin - t0) / dt)));
+         k < sample.size() && t0 + static_cast<double>(k) * dt < end - 1e-9; ++k) {
+      sample[k].*command = from + (to - from) * (t0 + static_cast<double>(k) * dt - begin) / (end - begin);
+      known_at[k] = std::max(known_at[k], end);
+    }
+  }
 }
 
 std::size_t CommandGrid::known(double time) const {

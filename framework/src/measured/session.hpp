@@ -20,7 +20,10 @@ struct Session {
   std::vector<double> written_yaw;                    // by row, as the log wraps it [rad]
   std::vector<CommandSample<double>> command;         // by row
   bool held_throttle = false, held_steering = false;  // the command stays until the next row; else linear between rows
-  bool prescribed_speed = false;                      // no throttle is known: vx is taken from the log
+  /// How often a logger reads a command that it repeats in between [s], 0 for every row: the car's own command moves
+  /// evenly from one reading to the next.
+  double throttle_every = 0, steering_every = 0;
+  bool prescribed_speed = false;  // no throttle is known: vx is taken from the log
 
   std::size_t rows() const { return t.size(); }
   double at(std::size_t row, std::size_t channel) const { return reading[row * channels + channel]; }
@@ -50,6 +53,10 @@ struct CommandGrid {
     else
       return dual.data();
   }
+
+ private:
+  /// Straight lines to each new reading of a command that is read `every` so often.
+  void ramp(const Session& session, double CommandSample<double>::*command, double every);
 };
 
 }  // namespace gripline::measured

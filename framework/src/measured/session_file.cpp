@@ -287,6 +287,8 @@ class SessionReader {
     if (missing > 0) note("commands", std::to_string(missing) + " rows without", "the last one is held");
     s.held_throttle = map_[Source::d] && map_[Source::d]->held;
     s.held_steering = map_[Source::delta] && map_[Source::delta]->held;
+    s.throttle_every = map_[Source::d] ? map_[Source::d]->every : 0.0;
+    s.steering_every = map_[Source::delta] ? map_[Source::delta]->every : 0.0;
     s.prescribed_speed = !out_.has_throttle;
   }
 

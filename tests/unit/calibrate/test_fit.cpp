@@ -87,6 +87,20 @@ TEST(Fit, WhatTheLogDoesNotTellIsSaidAndKeptAtItsPrior) {
   ASSERT_NE(p, nullptr);
   EXPECT_EQ(p->status, FittedParameter::Status::undetermined);
   EXPECT_EQ(p->value, p->unknown.prior);
+  EXPECT_NEAR(p->interval.high, 1.96e-9, 1e-12);  // what the prior says
+}
+
+TEST(Fit, FrictionIsHardlyKnownWhereNoTyreSlides) {
+  Bench bench("tyres");
+  bench.files.front().session =
+      drive(bench.truth.vehicle.car(), {.seconds = 30, .noise = 1, .command = [](double t) {
+                                          return CommandSample<double>{0.2, 0.03 * std::sin(0.8 * t)};
+                                        }});
+  bench.logs = fit_logs(bench.files, nullptr, 0.02, bench.options);
+  const FitResult result = bench.run();
+  const Friction found =
+      friction_of(bench.rig.vehicle.car(), bench.rig.spec.car.car, result.params, result.drawn, result.allowed);
+  EXPECT_GT(found.total_high - found.total_low, 0.3);
 }
 
 TEST(Fit, AParameterAtItsBoundIsSaidAndKeptAtItsPrior) {
@@ -154,7 +168,8 @@ TEST(Fit, FrictionOfASlipperyFloorIsReadFromTheDryModel) {
     const auto open = read_unknowns(dry.tree, parameter_places(dry.spec, dry.forecaster), values, tyres, errors);
     ASSERT_EQ(open.size(), 4u);
     const FitResult result = fit(dry.forecaster, logs, values, open, options);
-    const Friction found = friction_of(dry.vehicle.car(), dry.spec.car.car, result.params, result.drawn);
+    const Friction found =
+        friction_of(dry.vehicle.car(), dry.spec.car.car, result.params, result.drawn, result.allowed);
     EXPECT_NEAR(found.total, mu, 0.03) << k;
     EXPECT_LT(found.total_high - found.total_low, 0.15) << k;
     covered += found.total_low <= mu && mu <= found.total_high;
