@@ -78,7 +78,7 @@ class Slurm : public testing::Test {
   /// Until the words of `sweep status` have no batch under way; what it says then.
   Outcome wait_until_over(const std::string& name) const {
     Outcome status;
-    for (const auto begin = Clock::now(); Clock::now() - begin < std::chrono::seconds(90);) {
+    for (const auto begin = Clock::now(); Clock::now() - begin < std::chrono::seconds(240);) {
       status = gripline({"sweep", "status", out(name)});
       if (status.out.find(" running, ") == std::string::npos && status.out.find("does not answer") == std::string::npos)
         return status;
@@ -127,7 +127,10 @@ TEST_F(Slurm, ATaskANodeAndTheControllerAreKilledAndNoRunIsLostOrDoubled) {
                                    HasSubstr("gripline sweep status")));
   EXPECT_EQ(gripline({"sweep", "--resume", "--engine", "slurm", "--out", out("there")}).code, 2) << "it is under way";
   ASSERT_TRUE(wait_for_records("there", 2));
-  const std::vector<pid_t> tasks = tasks_of("there");
+  std::vector<pid_t> tasks;
+  // Between two tasks a node has none.
+  for (int i = 0; i < 1000 && (tasks = tasks_of("there")).empty(); ++i)
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
   ASSERT_FALSE(tasks.empty());
   kill(tasks.front(), SIGKILL);
   ASSERT_EQ(local({"kill-node", "2"}).code, 0);
