@@ -50,9 +50,11 @@ Holder holder_of(const fs::path& out) {
 /// Anything but the lock and a marker that was being written when its process or the power went.
 bool occupied(const fs::path& out) {
   std::error_code failed;
+  std::string partial = marker;
+  partial.append(".partial");
   for (const auto& entry : fs::directory_iterator(out, failed)) {
     const std::string name = entry.path().filename().string();
-    if (name != lock_name && name != std::string(marker) + ".partial") return true;
+    if (name != lock_name && name != partial) return true;
   }
   return false;
 }

@@ -132,7 +132,8 @@ std::string damage_in(const fs::path& folder, const Node& summary) {
     if (read_bytes(folder / timing_hash_name) == hash_line(folder / timing_name)) return {};
   } catch (const InputError&) {
   }
-  return std::string(timing_name) + " was changed or cut";
+  std::string damage = timing_name;
+  return damage.append(" was changed or cut");
 }
 
 Node summary_node(const RunSummary& s, const std::string& key) {
