@@ -177,6 +177,15 @@ inline constexpr double significant_colour = 3.0, least_colour = 0.05, most_colo
 /// What noise must differ by from what was believed, to search again: the factor on a correlation time or a level, and
 /// a colour.
 inline constexpr double other_noise_factor = 1.25, other_colour = 0.1;
+/// The same times this, before effects are searched for: effects that are missing colour the innovations too. Less
+/// measures noise twice where an effect explains the colour. Set on one slow pair of cases, not varied.
+inline constexpr double plainly_coloured = 2.5;
+/// Least measured level of a sensor over the one believed before [-]. Smaller: where the model is far off, one channel may
+/// be taken for exact and all others for noise. Not varied.
+inline constexpr double least_level = 0.5;
+/// Scatter from sample to sample that measured noise implies, over that seen [-], up to which it is believed. Larger takes
+/// an effect that is missing for noise. Set on `Search.NamesTheSmallBesideTheHuge`, not varied.
+inline constexpr double most_scatter = 1.7;
 /// Range of the correlation time of unknown accelerations [s].
 inline constexpr double shortest_noise_time = 0.02, longest_noise_time = 4.0;
 /// Samples that noise is measured on; iterations, and log likelihood by which one must improve to go on.

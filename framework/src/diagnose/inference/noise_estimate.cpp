@@ -28,11 +28,6 @@ struct Unknown {
 
 /// A filter's path depends on which colours are zero: while they are unknown none is.
 constexpr double hardly_coloured = 1e-7;
-/// Least measured level of a sensor over the one believed before. Smaller: where the model is far off, one channel may
-/// be taken for exact and all others for noise.
-constexpr double least_level = 0.5;
-/// Scatter from sample to sample that measured noise implies, over that seen, up to which it is believed.
-constexpr double most_scatter = 1.7;
 constexpr double difference = 1e-3;  // step of differences, in the unknowns' own scales
 
 double& value_of(MeasuredNoise& m, const Unknown& u) {
@@ -59,7 +54,7 @@ void move(MeasuredNoise& m, const Unknown& u, double step, const Problem& proble
   }
   value *= std::exp(step);
   // The scatter from sample to sample is the least that a sensor's noise can be.
-  if (u.kind == Unknown::Kind::level) value = std::max(value, least_level * problem.sensor[u.which]);
+  if (u.kind == Unknown::Kind::level) value = std::max(value, thresholds::least_level * problem.sensor[u.which]);
   if (u.kind == Unknown::Kind::acceleration) value = std::max(value, least_variance(problem, u.which));
   if (u.kind == Unknown::Kind::time)
     value = std::clamp(value, thresholds::shortest_noise_time, thresholds::longest_noise_time);
@@ -213,7 +208,7 @@ void keep_credible(const Problem& problem, MeasuredNoise& m) {
   for (const Trace& trace : problem.traces) logs.push_back(trace.log);
   const Channels seen = measured::estimate_noise(logs);
   for (std::size_t c = 0; c < channels; ++c) {
-    if (scatter_of(m.noise.sensor[c], m.noise.colour[c]) < most_scatter * seen[c]) continue;
+    if (scatter_of(m.noise.sensor[c], m.noise.colour[c]) < thresholds::most_scatter * seen[c]) continue;
     m.noise.sensor[c] = problem.sensor[c];
     m.noise.colour[c] = problem.colour[c];
   }

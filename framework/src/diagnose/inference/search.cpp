@@ -311,8 +311,7 @@ SearchResult search_effects(Problem problem, const Road& road, const SearchOptio
   iterate_reference(problem, road, rough);
   Noise start = rough.noise;
   // Effects that are missing colour the innovations too: what is not plain is measured once they are found.
-  constexpr double plain = 2.5;
-  if (colour_statistic(problem, rough) > plain * thresholds::coloured_innovations) {
+  if (colour_statistic(problem, rough) > thresholds::plainly_coloured * thresholds::coloured_innovations) {
     const MeasuredNoise measured = measure_noise(problem, rough, {});
     if (measured.gain > thresholds::noise_gain_before) {
       believe(problem, measured);
