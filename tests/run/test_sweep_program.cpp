@@ -11,6 +11,7 @@
 
 #include "support/paths.hpp"
 #include "support/program.hpp"
+#include "support/sweep_records.hpp"
 
 namespace gripline {
 namespace {
@@ -21,20 +22,6 @@ using testing::AllOf;
 using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::Not;
-
-std::size_t records_in(const fs::path& out) {
-  std::size_t count = 0;
-  std::error_code failed;
-  for (auto at = fs::recursive_directory_iterator(out / "results", failed); at != fs::recursive_directory_iterator();
-       at.increment(failed))
-    count += at->path().extension() == ".json" ? 1 : 0;
-  return count;
-}
-
-bool wait_for_records(const fs::path& out, std::size_t count) {
-  for (int i = 0; i < 3000 && records_in(out) < count; ++i) std::this_thread::sleep_for(std::chrono::milliseconds(10));
-  return records_in(out) >= count;
-}
 
 std::vector<std::string> partial_files(const fs::path& out) {
   std::vector<std::string> names;

@@ -15,6 +15,7 @@
 
 #include "support/paths.hpp"
 #include "support/program.hpp"
+#include "support/sweep_records.hpp"
 
 namespace gripline {
 namespace {
@@ -25,15 +26,6 @@ using Clock = std::chrono::steady_clock;
 using testing::AllOf;
 using testing::HasSubstr;
 using testing::IsEmpty;
-
-std::size_t records_in(const fs::path& out) {
-  std::size_t count = 0;
-  std::error_code failed;
-  for (auto at = fs::recursive_directory_iterator(out / "results", failed); at != fs::recursive_directory_iterator();
-       at.increment(failed))
-    count += at->path().extension() == ".json" ? 1 : 0;
-  return count;
-}
 
 class Slurm : public testing::Test {
  protected:
@@ -87,11 +79,6 @@ class Slurm : public testing::Test {
     ADD_FAILURE() << "the jobs do not end: " << status.out;
     return status;
   }
-  bool wait_for_records(const std::string& name, std::size_t count) const {
-    for (int i = 0; i < 6000 && records_in(out(name)) < count; ++i)
-      std::this_thread::sleep_for(std::chrono::milliseconds(10));
-    return records_in(out(name)) >= count;
-  }
   /// Processes `gripline sweep task` of a sweep, without the runs that they started.
   std::vector<pid_t> tasks_of(const std::string& name) const {
     std::vector<pid_t> found;
@@ -126,7 +113,7 @@ TEST_F(Slurm, ATaskANodeAndTheControllerAreKilledAndNoRunIsLostOrDoubled) {
   EXPECT_THAT(submitted.out, AllOf(HasSubstr("12 Slurm tasks of at most 3 runs, and a merge job after them"),
                                    HasSubstr("gripline sweep status")));
   EXPECT_EQ(gripline({"sweep", "--resume", "--engine", "slurm", "--out", out("there")}).code, 2) << "it is under way";
-  ASSERT_TRUE(wait_for_records("there", 2));
+  ASSERT_TRUE(wait_for_records(out("there"), 2));
   std::vector<pid_t> tasks;
   // Between two tasks a node has none.
   for (int i = 0; i < 1000 && (tasks = tasks_of("there")).empty(); ++i)
@@ -152,7 +139,7 @@ TEST_F(Slurm, ATaskANodeAndTheControllerAreKilledAndNoRunIsLostOrDoubled) {
 TEST_F(Slurm, CancelEndsTheJobsAndKeepsWhatIsFinished) {
   const Outcome submitted = sweep("out", {"--engine", "slurm", "--chunk", "4", "--time", "5", "--mem", "100"});
   ASSERT_EQ(submitted.code, 0) << submitted.err;
-  ASSERT_TRUE(wait_for_records("out", 1));
+  ASSERT_TRUE(wait_for_records(out("out"), 1));
   const Outcome cancelled = gripline({"sweep", "cancel", out("out")});
   ASSERT_EQ(cancelled.code, 0) << cancelled.err;
   EXPECT_THAT(cancelled.out, HasSubstr("runs are finished and kept"));
