@@ -165,6 +165,30 @@ TEST_F(RealCars, AGuessedMapImportsItsLog) {
   EXPECT_EQ(imported.code, 0) << imported.err << guessed.out;
 }
 
+/// An experiment of kind "measured" and a sweep over it: the same held-out errors, one row per setting.
+TEST_F(RealCars, ASweepOverMeasuredLogsHasTheNumbersOfTheExperiment) {
+  drive("log.csv", another_car, {.seconds = 40, .noise = 1});
+  const Node known = json(R"({"unknowns": {"/plant/params/Bf": null, "/plant/params/Br": null, "/plant/params/Df": null,
+    "/plant/params/Dr": null}})");
+  std::ofstream(world()) << to_json_text(merge(merge(small_car_world(), json(unknowns)), known));
+  std::ofstream(in("logs.json")) << R"({"kind": "measured", "world": "world.json", "map": ")" << map()
+                                 << R"(", "logs": ["log.csv"], "held_out": {"every": "10 s", "length": "4 s"},
+                                    "horizon": "1 s", "every": "0.5 s"})";
+  const Outcome compared = gripline_with({"compare", in("logs.json"), "--set", "/every=\"1 s\"", "--out", in("one")});
+  ASSERT_EQ(compared.code, 0) << compared.err;
+  const Outcome swept =
+      gripline_with({"sweep", in("logs.json"), "--set", "/every=\"0.5 s\",\"1 s\"", "-j", "2", "--out", in("many")});
+  ASSERT_EQ(swept.code, 0) << swept.err << contents(in("many/missing.csv"));
+  const DelimitedTable table = measured::read_delimited(in("many/table.csv"));
+  ASSERT_EQ(table.rows(), 2u);
+  const auto fitted = std::find(table.name.begin(), table.name.end(), "fitted.position_m");
+  ASSERT_NE(fitted, table.name.end()) << contents(in("many/table.csv"));
+  const double of_sweep = table.column[static_cast<std::size_t>(fitted - table.name.begin())][1];
+  std::ostringstream shown;
+  shown << of_sweep;
+  EXPECT_THAT(contents(in("one/errors.csv")), HasSubstr(shown.str().substr(0, 5)));
+}
+
 /// Each ends with code 2 and one line that says what is wrong and shows the evidence.
 TEST_F(RealCars, WrongMapsAndLogsAreRefusedWithTheirEvidence) {
   const Session s = drive("log.csv", "{}", {.seconds = 30});

@@ -161,14 +161,38 @@ TEST_F(SweepProgram, TakesEveryKindOfExperimentAndSeveralFilesAtOnce) {
     "model": {"plugin": "ekinematic"},
     "driver": {"planner": {"plugin": "fixed_speed", "params": {"mu": 0.3}}, "controller": {"plugin": "pure_pursuit"}},
     "estimators": {"elm": {"plugin": "elm"}}})");
-  const Outcome outcome = gripline_with({"sweep", "experiments/good.json", folder_ / "offline.json", "--only",
-                                         "slow,elm", "--seeds", "1,2", "-j", "2", "--out", out("out")});
+  write_text(folder_ / "forces.json", R"({"kind": "force_validation",
+    "world": {"extends": ")" + (fixture_dir() / "worlds/short.json").string() +
+                                          R"(", "laps": 1},
+    "base": {"model": {"plugin": "ekinematic"},
+      "planner": {"plugin": "fixed_speed", "params": {"mu": 0.3}}, "controller": {"plugin": "pure_pursuit"}},
+    "stacks": {"told": {"estimator": {"plugin": "oracle"}, "adapt_after": "1 s"}}, "seeds": [1]})");
+  const Outcome outcome =
+      gripline_with({"sweep", "experiments/good.json", folder_ / "offline.json", folder_ / "forces.json", "--only",
+                     "slow,elm,told", "--seeds", "1,2", "-j", "2", "--out", out("out")});
   ASSERT_EQ(outcome.code, 0) << outcome.err << contents(out("out") + "/missing.csv");
   const std::vector<std::string> rows = lines(out("out") + "/table.csv");
-  ASSERT_EQ(rows.size(), 5u);
-  EXPECT_THAT(rows[0], HasSubstr("e_vx_r2"));
+  ASSERT_EQ(rows.size(), 7u);
+  EXPECT_THAT(rows[0], AllOf(HasSubstr("e_vx_r2"), HasSubstr("force_rear_r2")));
   EXPECT_THAT(rows[3], testing::StartsWith("2,offline,elm,1,done,"));
+  EXPECT_THAT(rows[5], testing::StartsWith("3,forces,told,1,done,"));
   EXPECT_THAT(gripline_with({"sweep", "experiments/absent.json"}).err, HasSubstr("no such file"));
+}
+
+/// A diagnosis, and what it costs in the size of the effect: one case, two settings.
+TEST_F(SweepProgram, TakesDiagnoses) {
+  const std::string cases =
+      R"({"drag": {"hidden": {"plant": {"effects": [{"plugin": "aero_drag", "params": {"a": 0.4}}]}},
+    "missing": [["aero_drag"]]}})";
+  const Outcome outcome =
+      gripline_with({"sweep", source_dir() / "experiments/diagnose/hidden_1_43.json", "--set", "/claims=[]", "--set",
+                     "/cases=" + cases, "--set", "/cases/drag/hidden/plant/effects/0/params/a=0.3,0.4", "-j", "2",
+                     "--out", out("out")});
+  ASSERT_EQ(outcome.code, 0) << outcome.err << contents(out("out") + "/missing.csv");
+  const std::vector<std::string> rows = lines(out("out") + "/table.csv");
+  ASSERT_EQ(rows.size(), 3u);
+  EXPECT_THAT(rows[0], AllOf(HasSubstr("/params/a"), HasSubstr("right")));
+  EXPECT_THAT(rows[1], HasSubstr(",0.3,drag,1,done,"));
 }
 
 /// Nodes may have the same plugins elsewhere, and no others.

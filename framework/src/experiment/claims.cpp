@@ -5,52 +5,10 @@
 #include <charconv>
 #include <cmath>
 
+#include "experiment/race_columns.hpp"
+
 namespace gripline {
 namespace {
-
-const std::vector<std::string>& fixed_columns() {
-  static const std::vector<std::string> names = {"mean_deviation_m",
-                                                 "hilly_deviation_m",
-                                                 "violation_s",
-                                                 "violation_body_s",
-                                                 "violation_after_adapt_s",
-                                                 "violation_body_after_adapt_s",
-                                                 "mu_rmse",
-                                                 "mu_visited_rmse",
-                                                 "solve_ms_median",
-                                                 "solve_ms_p95",
-                                                 "solve_ms_p99",
-                                                 "update_ms_median",
-                                                 "solver_failures",
-                                                 "steps",
-                                                 "cpu_s",
-                                                 "simulated_s",
-                                                 "runs",
-                                                 "seeds",
-                                                 "finished",
-                                                 "crashed",
-                                                 "violation_s_max",
-                                                 "violation_after_adapt_s_max",
-                                                 "lap0_s",
-                                                 "lap0_mean_factor",
-                                                 "pace_ratio0"};
-  return names;
-}
-
-/// lap12_s -> lap0_s: a column exists for every lap.
-std::string without_lap(std::string_view name) {
-  std::string out;
-  for (std::size_t i = 0; i < name.size(); ++i) {
-    const bool digit = std::isdigit(static_cast<unsigned char>(name[i])) != 0;
-    const bool counted = name.starts_with("lap") || name.starts_with("pace_ratio");
-    if (digit && counted) {
-      if (out.empty() || out.back() != '0') out += '0';
-    } else {
-      out += name[i];
-    }
-  }
-  return out;
-}
 
 class TermParser {
  public:
@@ -148,9 +106,11 @@ void check_names(const ClaimTerm& term, std::span<const std::string> stacks, std
     errors.add(node.origin, "no stack \"" + term.stack + "\"" + did_you_mean(term.stack, stacks));
   const bool known = columns.empty() ? is_table_column(term.column)
                                      : std::find(columns.begin(), columns.end(), term.column) != columns.end();
-  if (!known)
-    errors.add(node.origin, "no column \"" + term.column + "\"" +
-                                did_you_mean(term.column, columns.empty() ? table_columns() : columns));
+  if (known) return;
+  const std::vector<std::string> of_race =
+      columns.empty() ? race_column_names("table.csv", 1) : std::vector<std::string>();
+  errors.add(node.origin,
+             "no column \"" + term.column + "\"" + did_you_mean(term.column, columns.empty() ? of_race : columns));
 }
 
 bool compare(double left, Claim::Relation relation, double right) {
@@ -186,26 +146,6 @@ bool Claim::about_time() const {
 }
 
 bool Claim::about_interval() const { return !interval_of(left.column).empty() || !interval_of(right.column).empty(); }
-
-std::string_view interval_of(std::string_view name) {
-  for (const std::string_view end : {"_lo", "_hi"})
-    if (name.ends_with(end)) return name.substr(0, name.size() - end.size());
-  return {};
-}
-
-bool is_table_column(std::string_view name) {
-  const auto& names = fixed_columns();
-  if (const std::string_view of = interval_of(name); !of.empty()) {
-    // Sums, counts and maxima have no interval.
-    const bool counted = of == "runs" || of == "finished" || of == "crashed" || of == "seeds" || of == "cpu_s" ||
-                         of == "simulated_s" || of == "steps" || of == "solver_failures" || of.ends_with("_max") ||
-                         of.ends_with("_mean_factor");
-    return !counted && interval_of(of).empty() && is_table_column(of);
-  }
-  return std::find(names.begin(), names.end(), without_lap(name)) != names.end();
-}
-
-std::span<const std::string> table_columns() { return fixed_columns(); }
 
 std::optional<Claim> read_claim(const Node& node, std::span<const std::string> stacks, Errors& errors,
                                 std::span<const std::string> columns) {

@@ -30,17 +30,9 @@ struct Claim {
 
 /// Parses "[number *] stack.column [+|- number] <relation> ..." and checks rows and columns; errors go to the node's
 /// place with the nearest known name.
-/// `columns`: what a table of another kind has instead of is_table_column's.
+/// `columns`: what a table of another kind has instead of the columns of a race (race_columns.hpp).
 std::optional<Claim> read_claim(const Node& node, std::span<const std::string> stacks, Errors& errors,
                                 std::span<const std::string> columns = {});
-
-/// The column whose interval `name` is an end of ("lap1_s" for "lap1_s_lo", "lap1_s_hi"); empty when it is none.
-std::string_view interval_of(std::string_view name);
-
-/// Whether `name` is a column that a table can have.
-bool is_table_column(std::string_view name);
-/// The columns without numbers in their names, for messages.
-std::span<const std::string> table_columns();
 
 /// Looks a value up: (stack, column, run); a run of -1 is the median over runs. Empty when it was not measured.
 using ClaimLookup = std::function<std::optional<double>(const std::string&, const std::string&, int)>;

@@ -5,42 +5,21 @@
 #include <sstream>
 #include <string_view>
 
+#include "experiment/race_columns.hpp"
+
 namespace gripline {
 namespace {
 
-constexpr ColumnDoc all[] = {
+// Of runs.csv and table.csv, before the columns that are measured.
+constexpr ColumnDoc identity[] = {
     {"runs.csv table.csv pairs.csv", "stack", "", "", "row of the experiment"},
     {"runs.csv", "seed", "", "", "of the run"},
     {"runs.csv", "status", "", "", "how the run ended: finished, crashed, stuck, timeout, plugin_error, error"},
     {"runs.csv table.csv", "needs_truth", "1", "", "1: was told the truth, and is marked * wherever it is shown"},
-    {"runs.csv table.csv", "lapK_s", "s", "median", "time of lap K; lap 0 includes the standing start"},
-    {"runs.csv table.csv", "lapK_mean_factor", "1", "median", "mean friction factor of the steps of lap K"},
-    {"runs.csv table.csv", "mean_deviation_m", "m", "median", "mean distance from the line that the planner follows"},
-    {"runs.csv table.csv", "violation_s", "s", "median", "time with the centre of gravity outside the road"},
-    {"runs.csv table.csv", "violation_body_s", "s", "median", "time with a corner of the car outside the road"},
-    {"runs.csv table.csv", "violation_after_adapt_s", "s", "median",
-     "violation_s from the moment the stack trusts what it learned; empty if it never does"},
-    {"runs.csv table.csv", "violation_body_after_adapt_s", "s", "median", "violation_body_s from that moment"},
-    {"runs.csv table.csv", "mu_rmse", "1", "median",
-     "root mean square of believed minus true friction while the stack trusts its belief"},
-    {"runs.csv table.csv", "mu_visited_rmse", "1", "median",
-     "the same against the friction at the slips reached so far, from two laps after the stack began to trust"},
-    {"runs.csv table.csv", "solve_ms_median", "ms", "median", "CPU time of a call of the controller, its median"},
-    {"runs.csv table.csv", "solve_ms_p95", "ms", "median", "its 95 % quantile"},
-    {"runs.csv table.csv", "solve_ms_p99", "ms", "median", "its 99 % quantile"},
-    {"runs.csv table.csv", "update_ms_median", "ms", "median", "CPU time of a call of the estimator, its median"},
-    {"runs.csv table.csv", "solver_failures", "1", "sum",
-     "control steps whose solve failed; \"failed\" in the printed table"},
-    {"runs.csv table.csv", "steps", "1", "median", "control steps driven"},
-    {"runs.csv table.csv", "cpu_s", "s", "sum", "CPU time of the run's process; 0 for a run that was not driven again"},
-    {"runs.csv table.csv", "simulated_s", "s", "sum", "time driven; 0 for a run that was not driven again"},
-    {"table.csv", "runs", "1", "sum", "runs that differ"},
-    {"table.csv", "finished", "1", "sum", "of these, how many finished"},
-    {"table.csv", "crashed", "1", "sum", "of these, how many crashed"},
-    {"table.csv", "violation_s_max", "s", "largest", "violation_s of the worst run"},
-    {"table.csv", "violation_after_adapt_s_max", "s", "largest", "violation_after_adapt_s of the worst run"},
-    {"table.csv", "pace_ratioK", "1", "median", "lap K over the time-optimal lap at its mean factor"},
-    {"table.csv", "seeds", "1", "sum", "runs that were driven, equal ones too"},
+};
+
+// Behind the columns that are measured (race_columns.hpp).
+constexpr ColumnDoc others[] = {
     {"table.csv", "COLUMN_lo", "as COLUMN", "", "lower end of the 95 % bootstrap interval of the median of COLUMN"},
     {"table.csv", "COLUMN_hi", "as COLUMN", "", "its upper end"},
     {"pairs.csv", "baseline", "", "", "row that is subtracted"},
@@ -109,6 +88,11 @@ constexpr ColumnDoc all[] = {
     {"track.csv", "right_y_m", "m", "", "right edge"},
 };
 
+const char* sum_name(RowSum sum) {
+  if (sum == RowSum::median) return "median";
+  return sum == RowSum::largest ? "largest" : "sum";
+}
+
 struct FileDoc {
   const char* name;
   const char* meaning;
@@ -134,7 +118,17 @@ bool stands_in(const ColumnDoc& column, const std::string& file) {
 
 }  // namespace
 
-std::span<const ColumnDoc> column_docs() { return all; }
+std::span<const ColumnDoc> column_docs() {
+  static const std::vector<ColumnDoc> all = [] {
+    std::vector<ColumnDoc> docs(std::begin(identity), std::end(identity));
+    for (const RaceColumn& column : race_columns())
+      if (*column.files != '\0')
+        docs.push_back({column.files, column.name, column.unit, sum_name(column.sum), column.meaning});
+    docs.insert(docs.end(), std::begin(others), std::end(others));
+    return docs;
+  }();
+  return all;
+}
 
 std::vector<std::string> documented_files() {
   std::vector<std::string> names;
@@ -144,7 +138,7 @@ std::vector<std::string> documented_files() {
 
 std::vector<const ColumnDoc*> columns_of(const std::string& file) {
   std::vector<const ColumnDoc*> found;
-  for (const ColumnDoc& column : all)
+  for (const ColumnDoc& column : column_docs())
     if (stands_in(column, file)) found.push_back(&column);
   return found;
 }

@@ -9,6 +9,7 @@
 #include <set>
 
 #include "config/node.hpp"
+#include "experiment/race_columns.hpp"
 #include "util/csv_writer.hpp"
 #include "util/resampling.hpp"
 #include "util/statistics.hpp"
@@ -20,69 +21,6 @@ std::size_t most_laps(const RaceResults& results) {
   std::size_t most = 0;
   for (const RunResult& run : results.runs) most = std::max(most, run.summary.laps.size());
   return most;
-}
-
-std::optional<double> pace_ratio(const RaceResults& results, const RunSummary& run, std::size_t lap) {
-  if (lap >= run.laps.size()) return std::nullopt;
-  const std::optional<double> best = results.race.world.time_optimal_lap(run.lap_mean_factors[lap]);
-  if (!best) return std::nullopt;
-  return run.laps[lap] / *best;
-}
-
-/// The number between `prefix` and `suffix`, or -1.
-int numbered(const std::string& column, std::string_view prefix, std::string_view suffix) {
-  if (!column.starts_with(prefix) || !column.ends_with(suffix)) return -1;
-  const std::string digits = column.substr(prefix.size(), column.size() - prefix.size() - suffix.size());
-  if (digits.empty() || !std::all_of(digits.begin(), digits.end(), [](unsigned char c) { return std::isdigit(c); }))
-    return -1;
-  return std::stoi(digits.substr(0, 6));
-}
-
-std::optional<double> at(const std::vector<double>& values, int index) {
-  if (index < 0 || static_cast<std::size_t>(index) >= values.size()) return std::nullopt;
-  return values[static_cast<std::size_t>(index)];
-}
-
-std::optional<double> value_of(const RaceResults& results, const RunResult& run, const std::string& column) {
-  const RunSummary& s = run.summary;
-  if (column == "runs") return 1.0;
-  if (column == "seeds") return run.driven_as ? 0.0 : 1.0;
-  if (column == "finished") return s.status == Status::finished ? 1.0 : 0.0;
-  if (column == "crashed") return s.status == Status::crashed ? 1.0 : 0.0;
-  if (s.steps == 0) return std::nullopt;  // a run that was lost measured nothing
-  if (column == "mean_deviation_m") return s.mean_deviation_m;
-  if (column == "hilly_deviation_m") return s.hilly_deviation_m;
-  if (column == "violation_s" || column == "violation_s_max") return s.violation_s;
-  if (column == "violation_body_s") return s.violation_body_s;
-  if (column == "violation_after_adapt_s" || column == "violation_after_adapt_s_max") return s.violation_after_adapt_s;
-  if (column == "violation_body_after_adapt_s") return s.violation_body_after_adapt_s;
-  if (column == "mu_rmse") return s.mu_rmse;
-  if (column == "mu_visited_rmse") return s.mu_visited_rmse;
-  if (column == "solve_ms_median") return run.timing.solve_ms_median;
-  if (column == "solve_ms_p95") return run.timing.solve_ms_p95;
-  if (column == "solve_ms_p99") return run.timing.solve_ms_p99;
-  if (column == "update_ms_median") return run.timing.update_ms_median;
-  if (column == "solver_failures") return static_cast<double>(s.solver_failures);
-  if (column == "steps") return static_cast<double>(s.steps);
-  if (column == "cpu_s") return run.driven_as ? 0.0 : run.timing.cpu_s;
-  if (column == "simulated_s") return run.driven_as ? 0.0 : s.simulated_s;
-  if (const int lap = numbered(column, "lap", "_mean_factor"); lap >= 0) return at(s.lap_mean_factors, lap);
-  if (const int lap = numbered(column, "lap", "_s"); lap >= 0) return at(s.laps, lap);
-  if (const int lap = numbered(column, "pace_ratio", ""); lap >= 0)
-    return pace_ratio(results, s, static_cast<std::size_t>(lap));
-  return std::nullopt;
-}
-
-std::vector<std::string> measured_columns(std::size_t laps) {
-  std::vector<std::string> names;
-  for (std::size_t i = 0; i < laps; ++i) names.push_back("lap" + std::to_string(i) + "_s");
-  for (std::size_t i = 0; i < laps; ++i) names.push_back("lap" + std::to_string(i) + "_mean_factor");
-  for (const char* name :
-       {"mean_deviation_m", "violation_s", "violation_body_s", "violation_after_adapt_s",
-        "violation_body_after_adapt_s", "mu_rmse", "mu_visited_rmse", "solve_ms_median", "solve_ms_p95", "solve_ms_p99",
-        "update_ms_median", "solver_failures", "steps", "cpu_s", "simulated_s"})
-    names.emplace_back(name);
-  return names;
 }
 
 std::string joined(const std::vector<std::string>& names, std::string_view before) {
@@ -101,7 +39,7 @@ void put(CsvWriter& csv, const std::optional<double>& value) {
 }
 
 void write_runs(const std::filesystem::path& out, const RaceResults& results, std::size_t laps) {
-  const std::vector<std::string> columns = measured_columns(laps);
+  const std::vector<std::string> columns = race_column_names("runs.csv", laps);
   std::string text;
   CsvWriter csv(text, joined(columns, "stack,seed,status,needs_truth"));
   for (const RunResult& run : results.runs) {
@@ -114,11 +52,7 @@ void write_runs(const std::filesystem::path& out, const RaceResults& results, st
 }
 
 void write_table(const std::filesystem::path& out, const RaceResults& results, std::size_t laps) {
-  std::vector<std::string> columns = measured_columns(laps);
-  for (const char* name : {"runs", "finished", "crashed", "violation_s_max", "violation_after_adapt_s_max"})
-    columns.emplace_back(name);
-  for (std::size_t i = 0; i < laps; ++i) columns.push_back("pace_ratio" + std::to_string(i));
-  columns.emplace_back("seeds");
+  std::vector<std::string> columns = race_column_names("table.csv", laps);
   for (const std::string& column : interval_columns(results))
     for (const char* end : {"_lo", "_hi"}) columns.push_back(column + end);
   std::string text;
@@ -151,14 +85,6 @@ std::string outcome(const std::vector<const RunResult*>& runs) {
   const auto finished = std::count_if(runs.begin(), runs.end(),
                                       [](const RunResult* run) { return run->summary.status == Status::finished; });
   return std::to_string(finished) + "/" + std::to_string(runs.size()) + " finished" + failed_share(runs);
-}
-
-/// Every sum of table.csv is one of what the runs cost, so that equal runs count as often as they were driven.
-bool is_cost(const std::string& column) { return column == "cpu_s" || column == "simulated_s" || column == "seeds"; }
-
-/// Sums over the runs that differ.
-bool is_count(const std::string& column) {
-  return column == "runs" || column == "finished" || column == "crashed" || column == "solver_failures";
 }
 
 std::vector<double> values_of(const RaceResults& results, const std::vector<const RunResult*>& runs,
@@ -254,8 +180,7 @@ void print_aligned(std::ostream& out, const std::vector<std::vector<std::string>
 
 std::vector<std::string> interval_columns(const RaceResults& results) {
   const std::size_t laps = std::max(most_laps(results), static_cast<std::size_t>(results.race.world.laps));
-  std::vector<std::string> columns = measured_columns(laps);
-  for (std::size_t i = 0; i < laps; ++i) columns.push_back("pace_ratio" + std::to_string(i));
+  std::vector<std::string> columns = race_column_names("table.csv", laps);
   std::erase_if(columns, [](const std::string& column) { return !is_table_column(column + "_lo"); });
   return columns;
 }
@@ -286,7 +211,8 @@ std::vector<const RunResult*> RaceResults::distinct(const std::string& stack) co
 }
 
 std::optional<double> RaceResults::run_value(const RunResult& run, const std::string& column) const {
-  return value_of(*this, run, column);
+  const std::optional<NamedColumn> named = find_race_column(column);
+  return named ? named->column->read(race.world, run, named->lap) : std::nullopt;
 }
 
 std::vector<const RunResult*> RaceResults::of(const std::string& stack) const {
@@ -302,18 +228,20 @@ std::optional<double> RaceResults::value(const std::string& stack, const std::st
     return static_cast<std::size_t>(run) < mine.size() ? run_value(*mine[static_cast<std::size_t>(run)], column)
                                                        : std::nullopt;
   }
-  const std::vector<const RunResult*> mine = is_cost(column) ? of(stack) : distinct(stack);
-  if (const std::string_view of = interval_of(column); !of.empty()) {
-    const MedianInterval interval = bootstrap_median_interval(values_of(*this, mine, std::string(of)));
+  if (const std::string of(interval_of(column)); !of.empty()) {
+    const MedianInterval interval = bootstrap_median_interval(values_of(*this, distinct(stack), of));
     const double end = column.ends_with("_lo") ? interval.lo : interval.hi;
     return std::isnan(end) ? std::nullopt : std::optional(end);
   }
-  std::vector<double> values = values_of(*this, mine, column);
-  if (values.empty() && column == "solver_failures") return std::nullopt;
-  if (is_cost(column) || is_count(column)) return std::accumulate(values.begin(), values.end(), 0.0);
-  if (column.ends_with("_max") && !values.empty()) return *std::max_element(values.begin(), values.end());
-  if (values.empty()) return std::nullopt;
-  return median(std::move(values));
+  const std::optional<NamedColumn> named = find_race_column(column);
+  if (!named) return std::nullopt;
+  const RowSum sum = named->column->sum;
+  std::vector<double> values = values_of(*this, sum == RowSum::cost ? of(stack) : distinct(stack), column);
+  if (values.empty() && (column == "solver_failures" || sum == RowSum::median || sum == RowSum::largest))
+    return std::nullopt;
+  if (sum == RowSum::median) return median(std::move(values));
+  if (sum == RowSum::largest) return *std::max_element(values.begin(), values.end());
+  return std::accumulate(values.begin(), values.end(), 0.0);
 }
 
 /// The runs that a claim is asked of one by one: those that are equal to the last bit in both its rows only once.

@@ -39,15 +39,16 @@ double children_cpu_s() {
 }
 
 /// Columns of runs.csv that come out the same each time, and pace ratios.
-std::vector<std::string> race_columns(std::size_t laps) {
+std::vector<std::string> recorded_columns(std::size_t laps) {
   std::vector<std::string> names = {"finished"};
   for (std::size_t i = 0; i < laps; ++i) {
     const std::string number = std::to_string(i);
     names.push_back("lap" + number + "_s");
     names.push_back("pace_ratio" + number);
   }
-  for (const char* name : {"mean_deviation_m", "violation_s", "violation_body_s", "violation_after_adapt_s", "mu_rmse",
-                           "mu_visited_rmse", "solver_failures", "steps", "simulated_s"})
+  for (const char* name :
+       {"mean_deviation_m", "violation_s", "violation_body_s", "violation_after_adapt_s",
+        "violation_body_after_adapt_s", "mu_rmse", "mu_visited_rmse", "solver_failures", "steps", "simulated_s"})
     names.emplace_back(name);
   return names;
 }
@@ -57,7 +58,7 @@ Record record_of(const RaceSpec& race, const RunResult& result) {
   record.status = status_name(result.summary.status);
   record.message = result.summary.message;
   const RaceResults alone = {race, {}, {}};
-  for (const std::string& column : race_columns(result.summary.laps.size()))
+  for (const std::string& column : recorded_columns(result.summary.laps.size()))
     if (const std::optional<double> value = alone.run_value(result, column)) record.values.emplace_back(column, *value);
   if (result.summary.mu_bias) record.values.emplace_back("mu_bias", *result.summary.mu_bias);
   record.times = {{"solve_ms_median", result.timing.solve_ms_median},

@@ -30,16 +30,6 @@ TEST(ColumnDocs, NumbersInNamesAreAnyNumber) {
   EXPECT_EQ(documented_name("lo"), "lo");
 }
 
-/// What a claim may name is what table.csv has; hilly_deviation_m stands in summary.json alone.
-TEST(ColumnDocs, ClaimsMayNameTheColumnsOfTheTable) {
-  std::set<std::string> documented, claimable;
-  for (const ColumnDoc* column : columns_of("table.csv"))
-    if (*column->of_rows != '\0') documented.insert(column->name);
-  for (const std::string& column : table_columns()) claimable.insert(documented_name(column));
-  claimable.erase("hilly_deviation_m");
-  EXPECT_EQ(documented, claimable);
-}
-
 TEST(ColumnDocs, EveryColumnIsExplainedOnce) {
   const std::vector<std::string> files = documented_files();
   for (const std::string& file : files) {
