@@ -166,16 +166,16 @@ TEST_F(SweepProgram, TakesEveryKindOfExperimentAndSeveralFilesAtOnce) {
                                           R"(", "laps": 1},
     "base": {"model": {"plugin": "ekinematic"},
       "planner": {"plugin": "fixed_speed", "params": {"mu": 0.3}}, "controller": {"plugin": "pure_pursuit"}},
-    "stacks": {"told": {"estimator": {"plugin": "oracle"}, "adapt_after": "1 s"}}, "seeds": [1]})");
+    "stacks": {"oracle": {"estimator": {"plugin": "oracle"}, "adapt_after": "1 s"}}})");
   const Outcome outcome =
       gripline_with({"sweep", "experiments/good.json", folder_ / "offline.json", folder_ / "forces.json", "--only",
-                     "slow,elm,told", "--seeds", "1,2", "-j", "2", "--out", out("out")});
+                     "slow,elm,oracle", "--seeds", "1,2", "-j", "2", "--out", out("out")});
   ASSERT_EQ(outcome.code, 0) << outcome.err << contents(out("out") + "/missing.csv");
   const std::vector<std::string> rows = lines(out("out") + "/table.csv");
   ASSERT_EQ(rows.size(), 7u);
   EXPECT_THAT(rows[0], AllOf(HasSubstr("e_vx_r2"), HasSubstr("force_rear_r2")));
   EXPECT_THAT(rows[3], testing::StartsWith("2,offline,elm,1,done,"));
-  EXPECT_THAT(rows[5], testing::StartsWith("3,forces,told,1,done,"));
+  EXPECT_THAT(rows[5], testing::StartsWith("3,forces,oracle,1,done,"));
   EXPECT_THAT(gripline_with({"sweep", "experiments/absent.json"}).err, HasSubstr("no such file"));
 }
 
