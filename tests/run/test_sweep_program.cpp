@@ -163,7 +163,7 @@ TEST_F(SweepProgram, TakesEveryKindOfExperimentAndSeveralFilesAtOnce) {
     "estimators": {"elm": {"plugin": "elm"}}})");
   write_text(folder_ / "forces.json", R"({"kind": "force_validation",
     "world": {"extends": ")" + (fixture_dir() / "worlds/short.json").string() +
-                                          R"(", "laps": 1},
+                                          R"(", "laps": 3, "duration": null, "timeout": "60 s"},
     "base": {"model": {"plugin": "ekinematic"},
       "planner": {"plugin": "fixed_speed", "params": {"mu": 0.3}}, "controller": {"plugin": "pure_pursuit"}},
     "stacks": {"oracle": {"estimator": {"plugin": "oracle"}, "adapt_after": "1 s"}}})");

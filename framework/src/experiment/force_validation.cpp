@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
 
 #include <gripline/slip.hpp>
 
@@ -21,6 +22,7 @@ class LapEvaluation final : public StepObserver {
         adapt_after_(std::max(spec.adapt_after, spec.careful_until)) {}
 
   void on_step(const State& before, const Place& at, const Input& u, const World& world, Stack& stack) override {
+    laps_driven_ = world.laps();
     const State without = nominal_.advance(before, u, at);
     if (at.t <= adapt_after_) return;
     if (lap_ < 0) lap_ = world.laps() + 1;
@@ -32,6 +34,7 @@ class LapEvaluation final : public StepObserver {
     add_forces(*belief.model, before, at.t, u, at, world);
   }
   const ChannelTraces& traces() const { return traces_; }
+  int laps_driven() const { return laps_driven_; }
 
  private:
   static State predict(CorrectedModel& model, const State& x, const Input& u, const Place& at) {
@@ -61,7 +64,7 @@ class LapEvaluation final : public StepObserver {
 
   CorrectedModel nominal_;
   double adapt_after_;
-  int lap_ = -1;
+  int lap_ = -1, laps_driven_ = 0;
   ChannelTraces traces_;
 };
 
@@ -71,6 +74,7 @@ std::vector<ChannelScore> validate_forces(const RaceSpec& race, const std::vecto
                                           const std::filesystem::path& out, const ProgressCallback& progress) {
   ValidationFiles files(out);
   std::vector<ChannelScore> all;
+  std::string unjudged;
   const auto asked = [&](const StackSpec& spec) {
     return !spec.estimator.empty() && std::find(rows.begin(), rows.end(), spec.name) != rows.end();
   };
@@ -92,8 +96,15 @@ std::vector<ChannelScore> validate_forces(const RaceSpec& race, const std::vecto
     assembly.simulation().observe_with(&evaluation);
     part.follow(assembly.simulation());
     assembly.run();
-    files.add(spec.name, evaluation.traces(), all);
+    if (evaluation.traces().front().t.empty())
+      unjudged += (unjudged.empty() ? "" : ", ") + spec.name + " (" +
+                  std::to_string(evaluation.laps_driven()) + " laps driven)";
+    else
+      files.add(spec.name, evaluation.traces(), all);
   }
+  if (!unjudged.empty())
+    throw std::runtime_error("no full lap to judge after the stack trusts what it learned (adapt_after): " + unjudged +
+                             "; a world of more laps, or an earlier adapt_after, gives one");
   return all;
 }
 

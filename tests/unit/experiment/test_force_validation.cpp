@@ -1,5 +1,6 @@
 #include "experiment/force_validation.hpp"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "support/validation_rig.hpp"
@@ -30,6 +31,21 @@ TEST(ForceValidation, TheTrueCarIsPredictedExactly) {
   for (const auto& [channel, score] : scores) EXPECT_GT(score.r2, 0.99) << channel;
   EXPECT_EQ(scores.at("force_rear").unit, "N");
   EXPECT_FALSE(std::filesystem::exists(out / "unasked"));
+}
+
+/// What came out of other rows is kept.
+TEST(ForceValidation, ARowWithoutALapToJudgeIsSaid) {
+  const Folder out;
+  const RaceSpec race = race_of(R"({"told": {"estimator": {"plugin": "oracle"}, "adapt_after": "1 s"},
+                                    "late": {"estimator": {"plugin": "oracle"}, "adapt_after": "1000 s"}})");
+  try {
+    validate_forces(race, {"told", "late"}, out.path());
+    ADD_FAILURE() << "a row without any number passed";
+  } catch (const std::runtime_error& error) {
+    EXPECT_THAT(error.what(), testing::HasSubstr("late (3 laps driven)"));
+    EXPECT_THAT(error.what(), testing::Not(testing::HasSubstr("told")));
+  }
+  EXPECT_TRUE(std::filesystem::exists(out / "validation.csv"));
 }
 
 }  // namespace
