@@ -175,7 +175,7 @@ TEST_F(SweepProgram, TakesEveryKindOfExperimentAndSeveralFilesAtOnce) {
   ASSERT_EQ(rows.size(), 7u);
   EXPECT_THAT(rows[0], AllOf(HasSubstr("e_vx_r2"), HasSubstr("force_rear_r2")));
   EXPECT_THAT(rows[3], testing::StartsWith("2,offline,elm,1,done,"));
-  EXPECT_THAT(rows[5], testing::StartsWith("3,forces,oracle,1,done,"));
+  EXPECT_THAT(rows[5], testing::StartsWith("4,forces,oracle,1,done,"));
   EXPECT_THAT(gripline_with({"sweep", "experiments/absent.json"}).err, HasSubstr("no such file"));
 }
 
