@@ -14,16 +14,24 @@ AdaptiveLaps::AdaptiveLaps(const LapSetup& setup, std::vector<LapMember> members
 
 void AdaptiveLaps::advance_order() {
   if (order_.due < 0 || order_.due-- > 0) return;
-  LapMember& member = members_[order_.member];
-  // Where no lap is found for a car the old lap stays, and no solve for this car is ordered again.
-  if (!solve_again(*setup_, order_.belief, member)) {
-    member.belief = order_.belief;
-    return;
-  }
-  ++solves_;
+  if (!order_.worked_on) solve_order();
+  if (order_.due >= 0 || !order_.solved) return;
   Transition& shown = shown_[order_.member];
   shown.from = shown.now;
   shown.left = options_.transition;
+}
+
+void AdaptiveLaps::solve_order() {
+  LapMember& member = members_[order_.member];
+  const SolveOutcome outcome = solve_again(*setup_, order_.belief, member);
+  // Where no lap is found for a car the old lap stays, and no solve for this car is ordered again.
+  if (!outcome.solved) member.belief = order_.belief;
+  order_.worked_on = true;
+  order_.solved = outcome.solved;
+  if (outcome.solved) ++solves_;
+  const int takes = static_cast<int>(std::min(std::ceil(outcome.work / options_.work_per_step), 1e6));
+  longest_latency_ = std::max({longest_latency_, takes, options_.latency});
+  if (takes > options_.latency) order_.due = takes - options_.latency - 1;
 }
 
 bool AdaptiveLaps::out_of_date(const CarBelief& learned, std::size_t member) const {
@@ -37,7 +45,8 @@ void AdaptiveLaps::place_order(const CarBelief& learned, std::size_t nearest, st
   if (order_.due >= 0) return;
   for (const std::size_t member : {nearest, other}) {
     if (!out_of_date(learned, member)) continue;
-    order_ = {member, {scaled_to(learned.tyres, members_[member].mu), learned.resistance}, options_.latency};
+    order_ = {
+        member, {scaled_to(learned.tyres, members_[member].mu), learned.resistance}, options_.latency, false, false};
     return;
   }
 }

@@ -2,7 +2,8 @@
 // tyres differ from those they were solved for (or the learned resistance does), and go over to the new lap in steps.
 //
 // A solve takes longer than a control step. So that a run does not depend on the machine, it is ordered in one step and
-// its result is used a fixed number of steps later, as if another thread had worked on it meanwhile.
+// its result is used as many steps later as its counted work takes at a stated rate, and never before a stated latency: as
+// if another core had worked on it meanwhile.
 #pragma once
 
 #include <vector>
@@ -12,10 +13,11 @@
 namespace gripline::time_optimal {
 
 struct AdaptiveOptions {
-  double tolerance = 0.03;  // of tyre force over peak, or of resistance over weight, that makes a member out of date
-  double slip_range = 0.6;  // over which tyres are compared [rad]
-  int latency = 25;         // steps between order and use
-  int transition = 25;      // steps in which a member goes over to its new lap
+  double tolerance = 0.03;     // of tyre force over peak, or of resistance over weight, that makes a member out of date
+  double slip_range = 0.6;     // over which tyres are compared [rad]
+  int latency = 25;            // steps between order and use, at least
+  double work_per_step = 1e9;  // nodes times iterations that the other core gets done in a step
+  int transition = 25;         // steps in which a member goes over to its new lap
 };
 
 class AdaptiveLaps {
@@ -25,8 +27,9 @@ class AdaptiveLaps {
   /// One control step: ends and orders solves for the car learned (null: nothing is learned). Then `out` is the lap
   /// at this friction.
   void step(const CarBelief* learned, double mu, LapPlan& out);
-  /// Solves that were ended so far.
+  /// Solves that were ended so far, and the longest time between order and use among them [steps].
   int solves() const { return solves_; }
+  int longest_latency() const { return longest_latency_; }
 
  private:
   struct Transition {
@@ -36,9 +39,11 @@ class AdaptiveLaps {
   struct Order {
     std::size_t member = 0;
     CarBelief belief;
-    int due = -1;  // steps until it is used; -1: no order
+    int due = -1;  // steps until it is solved, or used when it was; -1: no order
+    bool worked_on = false, solved = false;
   };
   void advance_order();
+  void solve_order();
   void place_order(const CarBelief& learned, std::size_t nearest, std::size_t other);
   bool out_of_date(const CarBelief& learned, std::size_t member) const;
   void advance_transitions();
@@ -48,7 +53,7 @@ class AdaptiveLaps {
   std::vector<LapMember> members_;
   std::vector<Transition> shown_;
   Order order_;
-  int solves_ = 0;
+  int solves_ = 0, longest_latency_ = 0;
 };
 
 }  // namespace gripline::time_optimal

@@ -19,7 +19,7 @@
 namespace gripline::time_optimal {
 namespace {
 
-constexpr int most_iterations = 100;  // of a solve while driving: with the one after a failure it fits the latency
+constexpr int most_iterations = 100;  // of a solve while driving
 constexpr double version = 3;         // of the program that is solved and of the file; part of every hash
 
 std::uint64_t hash_of(std::span<const double> values, std::uint64_t hash) {
@@ -197,18 +197,25 @@ std::vector<LapMember> build_library(const LapSetup& setup, const CarBelief& typ
   return members;
 }
 
-bool solve_again(const LapSetup& setup, const CarBelief& belief, LapMember& member) {
-  LapSolution solution = solve_lap(setup.problem(belief), member.solution, most_iterations);
+SolveOutcome solve_again(const LapSetup& setup, const CarBelief& belief, LapMember& member) {
+  SolveOutcome outcome;
+  const auto attempt = [&](const LapSolution& from) {
+    LapSolution solution = solve_lap(setup.problem(belief), from, most_iterations);
+    outcome.work += static_cast<double>(setup.nodes().s.size()) * solution.iterations;
+    outcome.solved = solution.solved;
+    return solution;
+  };
+  LapSolution solution = attempt(member.solution);
   if (!solution.solved) {
     LapSolution primal = member.solution;
     primal.lambda.clear();
-    solution = solve_lap(setup.problem(belief), primal, most_iterations);
+    solution = attempt(primal);
   }
-  if (!solution.solved) return false;
+  if (!outcome.solved) return outcome;
   member.belief = belief;
   member.solution = std::move(solution);
   member.plan = make_plan(setup, member.solution);
-  return true;
+  return outcome;
 }
 
 }  // namespace gripline::time_optimal

@@ -30,8 +30,11 @@ struct Progress {
 std::vector<LapMember> build_library(const LapSetup& setup, const CarBelief& typical, const std::vector<double>& mus,
                                      const char* cache_dir, const Progress& progress);
 
-/// Solves a member anew for another belief, warm from its last solution; false, and the member as it was, when that
-/// fails.
-bool solve_again(const LapSetup& setup, const CarBelief& belief, LapMember& member);
+struct SolveOutcome {
+  bool solved = false;
+  double work = 0;  // nodes of the lap times iterations, those of an attempt that failed included
+};
+/// Solves a member anew for another belief, warm from its last solution; the member stays as it was when that fails.
+SolveOutcome solve_again(const LapSetup& setup, const CarBelief& belief, LapMember& member);
 
 }  // namespace gripline::time_optimal

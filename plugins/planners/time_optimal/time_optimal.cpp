@@ -215,7 +215,7 @@ class LapPlanner : public SpeedPlanner {
 class TimeOptimal final : public LapPlanner {
  public:
   struct Params : LapParams {
-    double mu_step = 0.1, tolerance = 0.03;
+    double mu_step = 0.1, tolerance = 0.03, solver_rate = 12500;
     int latency = 100;
   };
   static constexpr auto parameters() {
@@ -224,8 +224,10 @@ class TimeOptimal final : public LapPlanner {
                           std::tuple{param("mu_step", &P::mu_step, "1", {0.01, 1}, "step of the library's friction"),
                                      param("tolerance", &P::tolerance, "1", {1e-3, 1},
                                            "difference of tyre force over its peak that asks for a new solve"),
+                                     param("solver_rate", &P::solver_rate, "1/s", {100, 1e9},
+                                           "nodes times iterations that another core solves in a second"),
                                      param("latency", &P::latency, "1", {0, 10000},
-                                           "control steps that a solve takes, on another core")});
+                                           "control steps that a solve takes at least, on another core")});
   }
 
   TimeOptimal(const PluginContext& context, const Params& params)
@@ -233,7 +235,8 @@ class TimeOptimal final : public LapPlanner {
         laps_(setup(),
               build_library(setup(), typical(), friction_grid(params.mu_lo, params.mu_hi, params.mu_step),
                             context.cache_dir, {context.progress, context.progress_context}),
-              {params.tolerance, params.slip_max, params.latency, std::max(1, params.latency)}) {
+              {params.tolerance, params.slip_max, params.latency, params.solver_rate * context.dt,
+               std::max(1, params.latency)}) {
     laps_.step(nullptr, mu_plan(), plan_);
     followed().set(plan_);
   }

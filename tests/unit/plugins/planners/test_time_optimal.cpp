@@ -385,6 +385,36 @@ TEST_F(TimeOptimalTest, IsSolvedAgainForTheLearnedTyres) {
   EXPECT_NEAR(even[79], even[78], 1e-9);            // settled
 }
 
+/// A lap solved for what was learned is driven when its counted work is done at the stated rate, whatever this machine
+/// takes, and never before the latency.
+TEST_F(TimeOptimalTest, ASolvedLapIsDrivenWhenItsWorkIsDone) {
+  constexpr int latency = 10;
+  const auto drive = [&](double rate) {
+    const auto planner =
+        make(mobil_, coarse({{"latency", latency}, {"solver_rate", rate}, {"factor", 1.0}, {"start", 0.75}}));
+    const Curve learned(true_tyres());
+    std::vector<RefPoint> horizon(2);
+    std::vector<double> speeds;
+    for (int i = 0; i < 160; ++i) {
+      Observation now = at_line(*planner, 150);
+      now.x.vy = i % 2 == 0 ? 0.5 : -0.5;
+      planner->plan(now, believe(0.75), &learned, horizon);
+      speeds.push_back(horizon[0].v);
+    }
+    return speeds;
+  };
+  const std::vector<double> never = drive(100);
+  const auto steps_until_driven = [&](double rate) {
+    const std::vector<double> speeds = drive(rate);
+    return static_cast<int>(std::mismatch(speeds.begin(), speeds.end(), never.begin()).first - speeds.begin());
+  };
+  const int at_once = steps_until_driven(1e9), slow = steps_until_driven(2000), slower = steps_until_driven(1000);
+  EXPECT_GE(at_once, latency);
+  EXPECT_GT(slow, at_once + 2 * latency);
+  EXPECT_LT(slower, 160);
+  EXPECT_NEAR(slower - slow, slow - at_once + latency, 2);  // ordered in one step, the work done twice as slowly
+}
+
 TEST_F(TimeOptimalTest, LibraryIsKeptByContent) {
   const std::filesystem::path folder = std::filesystem::path(::testing::TempDir()) / "gripline_time_optimal";
   std::filesystem::remove_all(folder);
