@@ -10,6 +10,7 @@
 //   power_limit         M = motor - emf vx becomes M / (1 + (M vx / P)^4)^(1/4): at most P / vx at full throttle
 // Stage::body
 //   cornering_drag      vx' -= k (vx omega)^2 sign(vx): tyres that corner take speed beyond what the steered axle does
+//   turning_drag        vx' -= k |omega| sign(vx): wheels that a common axle turns alike scrub where paths differ
 //
 // Delays come first, then dead zone and curve or map. The exponent 4 of power_limit is a choice: it keeps the corner
 // within 16 % of the two straight laws, and differentiable.
@@ -157,6 +158,24 @@ class CorneringDrag final : public gripline::AutoDiffEffect<CorneringDrag> {
   }
 };
 
+class TurningDrag final : public gripline::AutoDiffEffect<TurningDrag> {
+ public:
+  template <class T>
+  struct Params {
+    T k = T(0);
+  };
+  static constexpr auto parameters() {
+    return std::tuple{param("k", &Params<double>::k, "m/s", {-10, 10}, "deceleration over yaw rate")};
+  }
+  Stage stage() const noexcept override { return Stage::body; }
+  template <class T>
+  void act(Point<T>& p, const Params<T>& k) const {
+    const bool left = p.q.omega > T(0), forward = !(p.q.vx < T(0));
+    const T drag = k.k * p.q.omega;
+    p.q.ax -= left == forward ? drag : -drag;
+  }
+};
+
 }  // namespace
 
 GRIPLINE_PLUGINS(
@@ -166,4 +185,5 @@ GRIPLINE_PLUGINS(
     gripline::describe<ThrottleCurve>("throttle_curve", "1.0", "the pedal is not linear").precedence(16),
     gripline::describe<SteerMap>("steer_map", "1.0", "the wheels' angle is a curve over the command").precedence(17),
     gripline::describe<PowerLimit>("power_limit", "1.0", "the engine's power is limited").precedence(30),
-    gripline::describe<CorneringDrag>("cornering_drag", "1.0", "cornering takes speed").precedence(18))
+    gripline::describe<CorneringDrag>("cornering_drag", "1.0", "cornering takes speed").precedence(18),
+    gripline::describe<TurningDrag>("turning_drag", "1.0", "turning takes speed").precedence(19))

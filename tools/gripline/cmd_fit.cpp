@@ -88,6 +88,25 @@ void warn_when_useless(const FitResult& result) {
             << ": is this a log of another car, or are units or signs of the map wrong?\n";
 }
 
+/// Parameters that the logs want where the world says they hardly are: of another car, or of a wrong map.
+void warn_when_far(const FitResult& result) {
+  constexpr double far = 3.0;  // standard deviations of the prior
+  std::string found;
+  for (const FittedParameter& p : result.parameters) {
+    if (p.status != FittedParameter::Status::determined || p.unknown.observer) continue;
+    const calibrate::Unknown& u = p.unknown;
+    const double off = u.log ? std::log(p.value / u.prior) : p.value - u.prior;
+    if (!(std::abs(off) > far * u.sigma)) continue;
+    char one[200];
+    std::snprintf(one, sizeof one, "%s%s %.3g (the world guesses %.3g, %.1f standard deviations away)",
+                  found.empty() ? "" : ", ", u.pointer.c_str(), p.value, u.prior, std::abs(off) / u.sigma);
+    found += one;
+  }
+  if (!found.empty())
+    std::cerr << "found where the world hardly expects it: " << found
+              << ": is this a log of another car, or are units, signs or frames of the map wrong?\n";
+}
+
 }  // namespace
 
 int run_fit(Arguments args) {
@@ -151,6 +170,7 @@ int run_fit(Arguments args) {
 
   print(result, fit.horizons.back());
   warn_when_useless(result);
+  warn_when_far(result);
   calibrate::FitSource source;
   for (const measured::SessionFile& file : files) source.logs.push_back(file.session.name);
   source.map = map.file.filename().string();

@@ -96,6 +96,10 @@ void start_delays(const measured::LogMap& map, const std::list<measured::Session
     const auto stated = map.delay(g);
     if (stated) {
       if (!map.file.empty() || *stated != 0.0) values[index] = *stated;
+      for (Unknown& u : unknowns) {
+        if (same(u)) assign(values, u, values[index]);
+        std::erase_if(u.same, [&](const Unknown::Same& s) { return s.index == index; });
+      }
       std::erase_if(unknowns, same);
       continue;
     }
@@ -112,11 +116,15 @@ void start_delays(const measured::LogMap& map, const std::list<measured::Session
     for (Unknown& u : unknowns)
       if (same(u)) u.prior = values[index];
   }
+  unite(values, unknowns);
 }
 
 Node fitted_world(Node world, const WorldSpec& spec, const Forecaster& forecaster, const FitResult& result,
                   const FitSource& source, const std::filesystem::path& folder) {
-  for (const FittedParameter& p : result.parameters) set_value(world, p.unknown.pointer, rounded(p.value, 9));
+  for (const FittedParameter& p : result.parameters) {
+    set_value(world, p.unknown.pointer, rounded(p.value, 9));
+    for (const Unknown::Same& s : p.unknown.same) set_value(world, s.pointer, rounded(p.value, 9));
+  }
   const auto places = parameter_places(spec, forecaster);
   for (std::size_t i = places.size() - extra_count; i < places.size(); ++i)
     set_value(world, places[i].pointer, rounded(result.params[places[i].index], 9));

@@ -62,22 +62,39 @@ std::vector<double> start_of(int attempt, std::span<const double> values, std::s
   return moved(values, unknowns, move);
 }
 
-/// The best of several short searches over few starts.
+/// The same starts, asked for another horizon.
+std::vector<FitLog> at_horizon(std::vector<FitLog> logs, double horizon) {
+  for (FitLog& log : logs) {
+    log.starts.horizons = {horizon};
+    log.truth.clear();
+    for (const double start : log.starts.time)
+      for (std::size_t c = 0; c < channels; ++c) log.truth.push_back(log.session->interpolate(c, start + horizon));
+  }
+  return logs;
+}
+
+/// The best of several short searches over few starts. Each begins with short predictions, whose errors are nearly
+/// linear in the parameters: errors of a second of wrong driving have many minima.
 std::vector<double> search(const Forecaster& forecaster, const std::vector<FitLog>& logs,
                            std::span<const double> values, std::span<const Unknown> unknowns,
                            const FitOptions& options) {
-  std::vector<FitLog> few = thinned(logs, 4);
-  PredictionErrors errors(forecaster, few);
+  std::vector<FitLog> few = thinned(logs, 4), near = at_horizon(few, 0.5 * options.horizons.front());
+  PredictionErrors errors(forecaster, few), short_errors(forecaster, near);
   errors.weighing.horizon = options.horizon_weight;
-  errors.set_scales(values);
+  short_errors.weighing.horizon = {1.0};
   LeastSquaresOptions quick;
-  quick.iterations = 3;
   std::vector<double> best;
-  double best_cost = 0.0;
+  double best_cost = 0.0, cost = 0.0;
   for (int attempt = 0; attempt < options.tries; ++attempt) {
-    double cost = 0.0;
-    std::vector<double> found =
-        least_squares(errors, unknowns, start_of(attempt, values, unknowns, options.seed), quick, cost);
+    std::vector<double> found = start_of(attempt, values, unknowns, options.seed);
+    for (const int steps : {2, 3}) {
+      short_errors.set_scales(found);
+      quick.iterations = steps;
+      found = least_squares(short_errors, unknowns, found, quick, cost);
+    }
+    if (attempt == 0) errors.set_scales(found);  // of all attempts, so that they can be compared
+    quick.iterations = 3;
+    found = least_squares(errors, unknowns, found, quick, cost);
     say(options,
         "search " + std::to_string(attempt + 1) + " of " + std::to_string(options.tries) + ": cost " + text(cost));
     if (best.empty() || cost < best_cost) {
@@ -85,9 +102,13 @@ std::vector<double> search(const Forecaster& forecaster, const std::vector<FitLo
       best = std::move(found);
     }
   }
-  errors.set_scales(best);
-  quick.iterations = 6;
-  return least_squares(errors, unknowns, best, quick, best_cost);
+  for (int round = 0; round < 2; ++round) {
+    errors.set_scales(best);
+    quick.iterations = 5;
+    best = least_squares(errors, unknowns, best, quick, best_cost);
+  }
+  say(options, "searched: cost " + text(best_cost));
+  return best;
 }
 
 bool at_bound(const Unknown& u, double value) {
@@ -143,7 +164,7 @@ std::vector<Unknown> settle(FitResult& result, std::span<const Unknown> unknowns
       kept.push_back(u);
       continue;
     }
-    result.params[u.index] = u.prior;
+    assign(result.params, u, u.prior);
     result.parameters.push_back({u, u.prior, interval_of_prior(u, intervals[i]), status});
   }
   return kept;
@@ -163,7 +184,7 @@ std::vector<FitLog> fit_logs(const std::list<measured::SessionFile>& files, cons
   };
   std::vector<Driven> driven;
   for (const measured::SessionFile& file : files) {
-    // A log that is slow throughout, of parking or of a steering test, counts where its car moves at all.
+    // Of a log that is slow throughout, of parking or of a steering test, starts where its car moves at all.
     for (const double slowest : {options.slowest, std::min(options.crawling, options.slowest)}) {
       const FitLog all(file.session, grid_step, options.horizons, often, slowest);
       if (all.starts.time.size() < enough) continue;
@@ -181,7 +202,15 @@ std::vector<FitLog> fit_logs(const std::list<measured::SessionFile>& files, cons
   if (driven.empty())
     throw InputError("in none of the logs is the car faster than " + text(options.crawling, 3) + " m/s with " +
                      text(options.horizons.back(), 3) + " s of log to come; there is nothing to fit");
-  // Slow logs get their few starts beside those of the others.
+  // Static friction and play, which no model here has, rule a crawl: it counts where nothing else is there.
+  const auto is_slow = [&](const Driven& one) { return one.slowest < options.slowest; };
+  if (seconds > 0.0) {
+    for (const Driven& one : driven)
+      if (is_slow(one))
+        say(options, one.file->session.name + ": slower than " + text(options.slowest, 3) +
+                         " m/s throughout, other logs are not; left out");
+    std::erase_if(driven, is_slow);
+  }
   const double every = std::max(often, (seconds > 0.0 ? seconds : slow_seconds) / static_cast<double>(options.starts));
   for (const Driven& one : driven) {
     const measured::Session& session = one.file->session;
@@ -199,6 +228,7 @@ std::vector<FitLog> fit_logs(const std::list<measured::SessionFile>& files, cons
 FitResult fit(const Forecaster& forecaster, std::vector<FitLog>& logs, std::vector<double> values,
               std::vector<Unknown> unknowns, const FitOptions& options) {
   FitResult result;
+  unite(values, unknowns);
   for (const FitLog& log : logs) result.starts += log.starts.time.size();
   PredictionErrors errors(forecaster, logs);
   errors.weighing.horizon = options.horizon_weight;
@@ -377,7 +407,11 @@ std::vector<Advice> advise(const WorldSpec& world, const Registry& registry, con
   for (const FittedParameter& p : found.parameters) {
     if (p.status != FittedParameter::Status::determined) continue;
     unknowns.push_back(p.unknown);
-    if (p.unknown.index >= own) unknowns.back().index += car.params().size() - own;
+    const std::size_t more = car.params().size() - own;
+    Unknown& u = unknowns.back();
+    if (u.index >= own) u.index += more;
+    for (Unknown::Same& s : u.same)
+      if (s.index >= own) s.index += more;
   }
   const std::size_t fitted = unknowns.size();
   for (const Candidate& c : candidates) {

@@ -99,17 +99,19 @@ std::vector<double> moved(std::span<const double> params, std::span<const Unknow
   std::vector<double> out(params.begin(), params.end());
   for (std::size_t i = 0; i < unknowns.size(); ++i) {
     const Unknown& u = unknowns[i];
-    double& value = out[u.index];
+    double value = out[u.index];
     const double by = move(static_cast<Index>(i));
     value = u.log ? value * std::exp(std::clamp(by, -longest_log, longest_log))
                   : value + std::clamp(by, -longest * u.sigma, longest * u.sigma);
-    value = std::clamp(value, u.low, u.high);
+    assign(out, u, std::clamp(value, u.low, u.high));
   }
   return out;
 }
 
 std::vector<double> least_squares(const PredictionErrors& errors, std::span<const Unknown> unknowns,
                                   std::vector<double> params, const LeastSquaresOptions& options, double& cost) {
+  constexpr int most_steps = 8;  // tried from one set of derivatives: a step costs a thirtieth of them
+  constexpr double least_damping = 1e-7;
   double damping = 1e-2;
   cost = errors.cost(params) + prior_cost(params, unknowns);
   if (unknowns.empty()) return params;
@@ -119,17 +121,29 @@ std::vector<double> least_squares(const PredictionErrors& errors, std::span<cons
     prior_cost(params, unknowns, &sum.hessian, &sum.gradient);
     const auto held = held_at_bounds(params, unknowns, sum.gradient);
     const double before = cost;
-    bool better = false;
-    for (int attempt = 0; attempt < 5 && !better; ++attempt) {
-      std::vector<double> next = moved(params, unknowns, damped_step(sum, held, damping));
+    std::vector<double> best = params;
+    const auto step = [&](double by) {
+      std::vector<double> next = moved(params, unknowns, damped_step(sum, held, by));
       const double after = errors.cost(next) + prior_cost(next, unknowns);
-      better = after < cost;
-      damping = better ? std::max(0.2 * damping, 1e-6) : 6.0 * damping;
-      if (better) {
-        params = std::move(next);
-        cost = after;
-      }
+      if (!(after < cost)) return false;
+      best = std::move(next);
+      cost = after;
+      damping = by;
+      return true;
+    };
+    // More damping until a step is better; from a better one on, in the direction in which steps get better still.
+    double tried = damping;
+    int steps = 1;
+    bool better = step(tried);
+    while (!better && steps++ < most_steps) better = step(tried *= 5.0);
+    if (better && steps == 1) {
+      bool less = false;
+      while (steps++ < most_steps && tried > least_damping && step(tried *= 0.2)) less = true;
+      tried = damping;
+      while (!less && steps++ < most_steps && step(tried *= 5.0)) continue;
     }
+    if (!better) damping = tried;
+    params = std::move(best);
     if (options.progress) options.progress({iteration + 1, before, cost});
     small_steps = before - cost < options.enough * before ? small_steps + 1 : 0;
     if (!better || small_steps >= 2) break;

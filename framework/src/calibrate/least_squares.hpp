@@ -16,7 +16,7 @@ struct FitStep {
 
 struct LeastSquaresOptions {
   int iterations = 20;
-  double enough = 1e-3;  // relative decrease of the cost below which it ends
+  double enough = 3e-4;  // relative decrease of the cost below which it ends
   std::function<void(const FitStep&)> progress;
 };
 

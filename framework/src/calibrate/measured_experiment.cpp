@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <random>
 
 #include "calibrate/baselines.hpp"
@@ -82,6 +83,22 @@ std::vector<double> predictions(const Forecaster& forecaster, std::span<const Fi
   std::vector<std::vector<double>> parts;
   for (const FitLog& log : logs) parts.push_back(predict_session(forecaster, log, params, moving, weighing));
   return joined(parts);
+}
+
+/// An unknown in a world that lacks the parameters `first` to `first + gone`; nothing where it was of those alone.
+std::optional<Unknown> without(Unknown u, std::size_t first, std::size_t gone) {
+  const auto is_gone = [&](std::size_t index) { return index >= first && index < first + gone; };
+  std::erase_if(u.same, [&](const Unknown::Same& s) { return is_gone(s.index); });
+  if (is_gone(u.index)) {
+    if (u.same.empty()) return std::nullopt;
+    u.pointer = u.same.front().pointer;
+    u.index = u.same.front().index;
+    u.same.erase(u.same.begin());
+  }
+  if (u.index >= first) u.index -= gone;
+  for (Unknown::Same& s : u.same)
+    if (s.index >= first) s.index -= gone;
+  return u;
 }
 
 /// Root mean square of one set of predictions less another's, over the same starts, with drawn blocks.
@@ -273,9 +290,7 @@ class MeasuredRun {
     std::vector<Unknown> unknowns;
     for (const FittedParameter& p : out_.fit.parameters) {
       if (p.status != FittedParameter::Status::determined) continue;
-      if (p.unknown.index >= offset && p.unknown.index < offset + gone) continue;
-      unknowns.push_back(p.unknown);
-      if (p.unknown.index >= offset) unknowns.back().index -= gone;
+      if (auto left = without(p.unknown, offset, gone)) unknowns.push_back(*std::move(left));
     }
     const Forecaster forecaster(car_of(world), options_);
     PredictionErrors errors(forecaster, train_);

@@ -7,7 +7,7 @@
 namespace gripline::calibrate {
 namespace {
 
-constexpr double farthest = 100.0;     // scales: an error beyond is a spin, and no more wrong for being larger
+constexpr double farthest = 15.0;      // scales: an error beyond is a spin, and no more wrong for being larger
 constexpr double steepest = 1e5;       // scales per standard deviation of a prior
 constexpr std::size_t directions = 8;  // of a Dual8
 
@@ -95,8 +95,11 @@ NormalEquations PredictionErrors::linearise(std::span<const double> params, std:
     for (std::size_t first = 0; first == 0 || first < n; first += directions) {
       const std::size_t last = std::min(first + directions, n);
       seeded.assign(params.begin(), params.end());
-      for (std::size_t u = first; u < last; ++u)
-        seeded[unknowns[u].index].d[u - first] = step_of(unknowns[u], params[unknowns[u].index]);
+      for (std::size_t u = first; u < last; ++u) {
+        const double step = step_of(unknowns[u], params[unknowns[u].index]);
+        seeded[unknowns[u].index].d[u - first] = step;
+        for (const Unknown::Same& s : unknowns[u].same) seeded[s.index].d[u - first] = step;
+      }
       forecaster_.run<Dual8>(*log.session, log.commands, road ? &*road : nullptr, seeded, log.starts, predicted);
       for (std::size_t k = 0; k < predicted.size(); ++k) {
         value[k] = predicted[k].v;

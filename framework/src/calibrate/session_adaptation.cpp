@@ -96,7 +96,7 @@ class Adaptation {
       const Unknown& u = moving_[i];
       const double by = std::clamp(to(static_cast<Index>(i)), -farthest * u.session, farthest * u.session);
       const double value = u.log ? base_[u.index] * std::exp(by) : base_[u.index] + by;
-      now_[u.index] = std::clamp(value, u.low, u.high);
+      assign(now_, u, std::clamp(value, u.low, u.high));
     }
   }
 

@@ -101,6 +101,7 @@ Unknown guess(const ParameterPlace& place, double prior) {
 Unknown read_one(const Node& node, const ParameterPlace& place, double prior, Errors& errors) {
   Unknown u = unknown_at(place, prior);
   ObjectReader r(node, errors);
+  prior = u.prior = r.number("prior", place.unit, NumberRange::any(), prior);
   u.log = r.choice<bool>("scale", {{"log", true}, {"linear", false}}, false);
   if (u.log && !(prior > 0.0))
     r.error("its scale is \"log\", its value " + number_text(prior) + "; expected one above 0");
@@ -116,7 +117,53 @@ Unknown read_one(const Node& node, const ParameterPlace& place, double prior, Er
   return u;
 }
 
+/// "A is the same as B", as written.
+struct Tie {
+  const ParameterPlace* place;
+  std::string leader;
+  Origin origin;
+};
+
+/// Hands every parameter that is said to be the same as another to that one's unknown.
+void join(std::vector<Unknown>& all, std::span<const Tie> ties, std::span<const ParameterPlace> places,
+          Errors& errors) {
+  std::vector<std::string> leaders;
+  for (const Unknown& u : all) leaders.push_back(u.pointer);
+  for (const Tie& tie : ties) {
+    const auto leader = std::find(leaders.begin(), leaders.end(), tie.leader);
+    if (leader == leaders.end()) {
+      errors.add(tie.origin, "\"" + tie.leader + "\" is no unknown of this world that is fitted by itself" +
+                                 did_you_mean(tie.leader, leaders));
+      continue;
+    }
+    Unknown& u = all[static_cast<std::size_t>(leader - leaders.begin())];
+    const std::string& unit = places[u.index].unit;
+    if (tie.place->unit != unit) {
+      errors.add(tie.origin, tie.place->pointer + " [" + tie.place->unit + "] cannot be the same as " + u.pointer +
+                                 " [" + unit + "]");
+      continue;
+    }
+    u.low = std::max(u.low, tie.place->low);
+    u.high = std::min(u.high, tie.place->high);
+    u.same.push_back({tie.place->pointer, tie.place->index});
+  }
+}
+
+bool is_called(const Unknown& u, const std::string& name) {
+  return name == u.group || name == u.pointer ||
+         std::any_of(u.same.begin(), u.same.end(), [&](const Unknown::Same& s) { return s.pointer == name; });
+}
+
 }  // namespace
+
+void assign(std::span<double> params, const Unknown& unknown, double value) {
+  params[unknown.index] = value;
+  for (const Unknown::Same& s : unknown.same) params[s.index] = value;
+}
+
+void unite(std::span<double> params, std::span<const Unknown> unknowns) {
+  for (const Unknown& u : unknowns) assign(params, u, params[u.index]);
+}
 
 std::vector<Unknown> read_unknowns(const Node& world, std::span<const ParameterPlace> places,
                                    std::span<const double> values, std::span<const std::string> chosen,
@@ -128,6 +175,7 @@ std::vector<Unknown> read_unknowns(const Node& world, std::span<const ParameterP
   const std::size_t extras = places.size() - extra_count;
   const Node* const listed = world.find("unknowns");
   std::set<std::string> seen;
+  std::vector<Tie> ties;
   if (listed != nullptr) {
     ObjectReader r(*listed, errors);
     for (const Member* member : r.members()) {
@@ -138,8 +186,14 @@ std::vector<Unknown> read_unknowns(const Node& world, std::span<const ParameterP
         continue;
       }
       const ParameterPlace& place = places[static_cast<std::size_t>(at - pointers.begin())];
-      all.push_back(read_one(member->value, place, values[place.index], errors));
       seen.insert(member->key);
+      if (const Node* const leader = member->value.find("same_as"); leader != nullptr) {
+        ObjectReader tie(member->value, errors);
+        ties.push_back({&place, tie.text("same_as"), leader->origin});
+        tie.finish();
+        continue;
+      }
+      all.push_back(read_one(member->value, place, values[place.index], errors));
     }
   } else {
     for (std::size_t i = 0; i < extras; ++i) {
@@ -152,15 +206,15 @@ std::vector<Unknown> read_unknowns(const Node& world, std::span<const ParameterP
   for (std::size_t e = 0; e < extra_count; ++e)
     if (!seen.contains(places[extras + e].pointer))
       all.push_back(extra_unknown(places[extras + e], values[places[extras + e].index], e));
+  join(all, ties, places, errors);
   if (chosen.empty()) return all;
   for (const Unknown& u : all) groups.insert(u.group);
   std::vector<Unknown> kept;
   for (const Unknown& u : all)
-    if (std::any_of(chosen.begin(), chosen.end(), [&](const std::string& c) { return c == u.group || c == u.pointer; }))
+    if (std::any_of(chosen.begin(), chosen.end(), [&](const std::string& c) { return is_called(u, c); }))
       kept.push_back(u);
   for (const std::string& c : chosen) {
-    const auto named = [&](const Unknown& u) { return c == u.group || c == u.pointer; };
-    if (std::any_of(all.begin(), all.end(), named)) continue;
+    if (std::any_of(all.begin(), all.end(), [&](const Unknown& u) { return is_called(u, c); })) continue;
     std::vector<std::string> known(groups.begin(), groups.end());
     known.insert(known.end(), pointers.begin(), pointers.end());
     errors.add(Diagnostic{"--fit", 0, 0, "", "no group or parameter \"" + c + "\"" + did_you_mean(c, known), {}});

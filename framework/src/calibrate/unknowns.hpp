@@ -6,8 +6,12 @@
 //     "/calibration/delays/yaw_rate": {"group": "delays", "sigma": "0.2 s"} }
 //
 // An effect is named by its id or by its index. "session" beside "sigma" says how far a parameter differs from one
-// session to the next. The value in the world is the prior's centre; `sigma` its standard
+// session to the next. The value in the world is the prior's centre, unless "prior" gives another; `sigma` its standard
 // deviation, relative where the scale is "log". `low` and `high` narrow the plugin's own range.
+//
+//     "/calibration/delays/yaw": {"same_as": "/calibration/delays/position"}
+//
+// says that two parameters are one: channels of one clock, units in one box.
 #pragma once
 
 #include <string>
@@ -19,6 +23,11 @@
 namespace gripline::calibrate {
 
 struct Unknown {
+  /// Another parameter that has the same value always.
+  struct Same {
+    std::string pointer;
+    std::size_t index = 0;
+  };
   std::string pointer;  // as above
   std::string group;
   std::size_t index = 0;  // in the forecaster's parameters
@@ -28,7 +37,13 @@ struct Unknown {
   double session = 0;  // standard deviation from session to session, as sigma; 0: the same in all
   /// Part of how predictions start rather than of the car.
   bool observer = false;
+  std::vector<Same> same;
 };
+
+/// Gives an unknown, and the parameters that are the same, a value.
+void assign(std::span<double> params, const Unknown& unknown, double value);
+/// Gives all parameters that are the same as an unknown its value.
+void unite(std::span<double> params, std::span<const Unknown> unknowns);
 
 /// Every parameter of a world by its pointer.
 struct ParameterPlace {

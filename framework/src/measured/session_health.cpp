@@ -157,7 +157,10 @@ Values manoeuvres(Values y, double dt) {
 class LagSums {
  public:
   LagSums(const Values& late, const Values& early, double dt) : dt_(dt) {
-    const auto block = static_cast<std::size_t>(10.0 / dt);
+    // Ten seconds, less in a short log: few blocks drawn anew hardly differ.
+    constexpr std::size_t least_blocks = 8;
+    const auto block =
+        std::max<std::size_t>(1, std::min(static_cast<std::size_t>(10.0 / dt), late.size() / least_blocks));
     blocks_ = std::max<std::size_t>(1, late.size() / block);
     lags_ = static_cast<std::size_t>((last - first) / dt) + 1;
     sums_.assign(blocks_ * lags_, {});

@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "support/calibrate_rig.hpp"
 
 namespace gripline::calibrate {
@@ -62,7 +64,45 @@ TEST(Unknowns, GroupsAndPointersChoose) {
               HasSubstr("did you mean \"tyres\"?"));
 }
 
+TEST(Unknowns, WhatIsTheSameMovesTogether) {
+  Errors errors;
+  auto all = read(R"({"unknowns": {"/calibration/delays/yaw": {"same_as": "/calibration/delays/position"},
+      "/calibration/delays/velocity": {"same_as": "/calibration/delays/position"}}})",
+                  errors);
+  ASSERT_TRUE(errors.empty());
+  ASSERT_EQ(all.size(), extra_count - 2u);
+  const auto leader = std::find_if(all.begin(), all.end(),
+                                   [](const Unknown& u) { return u.pointer == "/calibration/delays/position"; });
+  ASSERT_NE(leader, all.end());
+  ASSERT_EQ(leader->same.size(), 2u);
+  std::vector<double> values(leader->same[1].index + 1, 0.25);
+  values[leader->index] = 0.5;
+  unite(values, all = {*leader});
+  EXPECT_EQ(values[all[0].same[0].index], 0.5);
+  assign(values, all[0], 0.125);
+  EXPECT_EQ(values[all[0].same[1].index], 0.125);
+}
+
+TEST(Unknowns, AFollowersNameChoosesItsLeader) {
+  Errors errors;
+  const auto some = read(R"({"unknowns": {"/calibration/delays/yaw": {"same_as": "/calibration/delays/position"}}})",
+                         errors, {"/calibration/delays/yaw"});
+  ASSERT_EQ(some.size(), 1u);
+  EXPECT_EQ(some[0].pointer, "/calibration/delays/position");
+}
+
+TEST(Unknowns, APriorMayLieElsewhereThanTheValue) {
+  Errors errors;
+  const auto all = read(R"({"unknowns": {"/plant/params/Bf": {"sigma": 1, "prior": 9}}})", errors);
+  EXPECT_EQ(all[0].prior, 9.0);  // the world's value is 5
+}
+
 TEST(Unknowns, MistakesAreToldAtTheirPlace) {
+  EXPECT_THAT(why(R"({"unknowns": {"/plant/params/Bf": {"same_as": "/plant/params/Br"}}})"),
+              HasSubstr("no unknown of this world"));
+  EXPECT_THAT(why(R"({"unknowns": {"/plant/params/Bf": {"sigma": 1},
+                                   "/plant/params/Df": {"same_as": "/plant/params/Bf"}}})"),
+              HasSubstr("cannot be the same as"));
   EXPECT_THAT(why(R"({"unknowns": {"/plant/params/Bg": {"sigma": 1}}})"),
               HasSubstr("did you mean \"/plant/params/Bf\"?"));
   EXPECT_THAT(why(R"({"unknowns": {"/plant/params/Bf": {}}})"), HasSubstr("sigma"));

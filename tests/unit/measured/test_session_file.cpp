@@ -192,5 +192,17 @@ TEST(SessionChecks, AParkedCarIsRefused) {
   EXPECT_THAT(why(log, map_of(channels_json(""))), HasSubstr("the car is parked"));
 }
 
+TEST(SessionChecks, AFewSecondsOfAParkedCarAreNoLogOfDriving) {
+  // A receiver's place wanders by centimetres, its speed by millimetres per second: neither is a unit's mistake.
+  const auto log = log_of(
+      "t,px,py,psi,v,r,steer",
+      [](std::ostream& out, double t, double, double, double, double, double) {
+        out << t << ',' << 173.5 + 0.01 * std::sin(5 * t) << ',' << -130.9 + 0.01 * std::cos(3 * t) << ",0.1,"
+            << 0.003 * std::sin(7 * t) << ",0,0\n";
+      },
+      8.0);
+  EXPECT_THAT(why(log, map_of(channels_json(""))), HasSubstr("the car is parked"));
+}
+
 }  // namespace
 }  // namespace gripline::measured

@@ -82,6 +82,21 @@ TEST(Delays, OfAChannelIsFoundWithAnIntervalThatHoldsIt) {
   EXPECT_EQ(clock_delays(map, delays)[2], 0.0);
 }
 
+TEST(Delays, AShortLogSaysHowLittleItKnows) {
+  std::mt19937_64 random(5);
+  std::normal_distribution<double> normal;
+  const auto noisy = [&](double t, std::size_t, auto& row, auto&, auto& rate_at, auto&) {
+    row[5] = rate_at(t - 0.31) + 0.05 * normal(random);
+  };
+  const auto width = [&](double seconds) {
+    const auto delays = delays_of(wandering(noisy, seconds));
+    const Delay* const rate = find(delays, "yaw_rate", "yaw");
+    return rate == nullptr ? NAN : rate->high - rate->low;
+  };
+  const double of_short = width(15.0), of_long = width(200.0);
+  EXPECT_GT(of_short, 1.5 * of_long);
+}
+
 TEST(Delays, NothingIsSaidOfWhatDoesNotBelongTogether) {
   std::mt19937_64 random(5);
   std::normal_distribution<double> normal;

@@ -94,6 +94,17 @@ TEST(CorneringDrag, GrowsWithLateralAccelerationSquaredAgainstTheMotion) {
   EXPECT_GT(bench.apply({0.01}).ax, bench.q.ax);
 }
 
+TEST(TurningDrag, GrowsWithTheYawRateEitherWayAgainstTheMotion) {
+  EffectBench bench("turning_drag");
+  for (const double omega : {1.2, -1.2}) {
+    bench.q.omega = omega;
+    EXPECT_NEAR(bench.apply({0.2}).ax - bench.q.ax, -0.2 * 1.2, 1e-14) << omega;
+    bench.expect_exact_derivatives({0.2});
+  }
+  bench.q.vx = -bench.q.vx;
+  EXPECT_NEAR(bench.apply({0.2}).ax - bench.q.ax, 0.2 * 1.2, 1e-14);
+}
+
 TEST(Pedals, DelaysComeFirstThenTheDeadZoneThenCurvesAndMaps) {
   const auto order = [](const char* id) { return EffectBench(id).entry().decl->precedence; };
   EXPECT_LT(order("throttle_delay"), order("throttle_dead_zone"));

@@ -1,0 +1,122 @@
+// Copies of a car that move together along a log, each at its own time, and how the log's rows move their states. Parts
+// of the forecaster; forecaster.hpp says what they are for.
+#pragma once
+
+#include <array>
+#include <limits>
+#include <vector>
+
+#include "calibrate/forecaster.hpp"
+
+namespace gripline::calibrate::forecast {
+
+using measured::CommandGrid;
+using measured::Road;
+
+inline constexpr double nothing = std::numeric_limits<double>::quiet_NaN();
+inline constexpr std::size_t groups = 4;  // of channels with one delay: position, yaw, velocity, yaw rate
+inline constexpr std::array<std::size_t, channels> group_of = {0, 0, 1, 2, 2, 3};
+
+template <class T>
+using Row = std::array<T, channels>;
+
+/// Everything that stays the same during a run.
+template <class T>
+struct Setting {
+  const StagedCar& car;
+  const ForecastOptions& options;
+  const Session& session;
+  const CommandGrid& commands;
+  const Road* road;
+  const T* params;  // of the car
+  const T* extra;
+  const double* values;  // of params
+  double stiffness;      // [m/s2] eigenvalue of the lateral motion times speed
+
+  const T& operator[](Extra e) const { return extra[static_cast<std::size_t>(e)]; }
+  const T& delay(std::size_t group) const { return extra[static_cast<std::size_t>(Extra::delay_position) + group]; }
+  std::size_t memory() const { return static_cast<std::size_t>(car.memory()); }
+
+  Row<T> read(const T* x, const Place& at) const {
+    Reading<T> r{x[0], x[1], x[2], x[3], x[4], x[5]};
+    car.read(&r, 1, &at, params);
+    return {r.x, r.y, r.yaw, r.vx, r.vy, r.omega};
+  }
+};
+
+/// n copies of the car, each at its own time of the log.
+template <class T>
+class Lanes {
+ public:
+  Lanes(const Setting<T>& setting, std::size_t n)
+      : n(n),
+        x(n * channels),
+        memory(n * setting.memory()),
+        time(n),
+        read_until(n),
+        known(n),
+        at(n),
+        s_(setting),
+        begin_(n * channels),
+        first_rate_(n * channels),
+        row_(n * groups),
+        hint_(n, nothing) {
+    for (auto* v : {&stage_x_, &rate_, &x_start_}) v->resize(n * channels);
+    for (auto* v : {&stage_m_, &rate_m_, &m_start_}) v->resize(n * setting.memory());
+    command_.resize(n);
+    history_.resize(n);
+  }
+
+  std::size_t n;
+  std::vector<T> x, memory;
+  std::vector<double> time;        // of the car
+  std::vector<double> read_until;  // rows after this are not looked at
+  std::vector<std::size_t> known;  // commands
+  std::vector<Place> at;
+
+  /// Puts a lane on the measured state at its time, memory steady.
+  void start(std::size_t lane);
+  /// To be called once x, memory and time of a lane are set: finds the next row of every channel.
+  void seek(std::size_t lane);
+  /// One step of all lanes.
+  void advance(double h);
+  /// Lets the rows that fell into the step just made move the states.
+  void correct(double h);
+  /// Readings at a time inside the step just made.
+  Row<T> reading_at(std::size_t lane, const T& share) const {
+    T state[channels];
+    interpolate(lane, share, state);
+    return s_.read(state, at[lane]);
+  }
+
+ private:
+  void rates(double elapsed, bool begin);
+  void prescribe(std::size_t lane, double elapsed);
+  void place(std::size_t lane);
+  void interpolate(std::size_t lane, const T& share, T* state) const;
+  void shift(std::size_t lane, const Row<T>& innovation, const std::array<int, channels>& count);
+  void hold_slow(std::size_t lane);
+  History<T> history(std::size_t lane, double now) const {
+    History<T> past;
+    past.samples = s_.commands.template data<T>();
+    past.count = std::max<std::size_t>(1, std::min(known[lane], s_.commands.sample.size()));
+    past.t0 = s_.commands.t0;
+    past.dt = s_.commands.dt;
+    past.now = now;
+    past.hold = Hold::foh;
+    return past;
+  }
+
+  const Setting<T>& s_;
+  std::vector<T> begin_, first_rate_, stage_x_, rate_, x_start_, stage_m_, rate_m_, m_start_;
+  std::vector<ActingCommand<T>> command_;
+  std::vector<History<T>> history_;
+  std::vector<std::size_t> row_;  // next row by lane and group
+  std::vector<double> hint_;
+  double step_ = 0;  // length of the step just made [s]
+};
+
+extern template class Lanes<double>;
+extern template class Lanes<Dual8>;
+
+}  // namespace gripline::calibrate::forecast
