@@ -39,7 +39,7 @@ export class Replay {
   private readonly holder = h("div", { class: "stage" }, this.canvas);
   private readonly time = h("output", { class: "clock" });
   private readonly scrub = h("input", { type: "range", min: 0, step: "any", "aria-label": "Time" });
-  private readonly strip = s("svg", { class: "strip", preserveAspectRatio: "none", viewBox: "0 0 1000 10", "aria-hidden": "true" });
+  private readonly strip = h("div", { class: "strip", "aria-hidden": "true" });
   private readonly playButton = h("button", { type: "button", class: "play", "aria-label": "Play" });
   private readonly rate = h("select", { "aria-label": "Speed of the replay" }, ...rates.map((r) => h("option", { value: r, selected: r === 1 }, `${r} ×`)));
   private readonly followButton = h("button", { type: "button", class: "quiet", "aria-pressed": "false" }, "Follow");
@@ -52,6 +52,9 @@ export class Replay {
   private stage: Stage;
   private camera: Camera;
   private pending = false;
+  /** It moves by itself until the reader takes over. */
+  private demo = !matchMedia("(prefers-reduced-motion: reduce)").matches;
+  private starting = false;
   private lastNumbers = 0;
   /** How long frames took to draw [ms], for the test of the frame rate. */
   readonly cost: number[] = [];
@@ -144,6 +147,7 @@ export class Replay {
     this.followButton.addEventListener("click", () => this.follow(!this.following));
     clock.moved.on(() => this.request());
     clock.changed.on(() => {
+      if (!this.starting) this.demo = false;
       this.showPlaying();
       this.request();
     });
@@ -153,6 +157,20 @@ export class Replay {
     this.bindPointer();
     this.showPlaying();
     this.refresh();
+    this.showLap();
+  }
+  /** Drives lap 1 while the track is in sight, until the reader takes over. */
+  private showLap(): void {
+    const { clock } = this.state;
+    const end = this.state.demoLap()[1];
+    const drive = (seen: boolean) => {
+      if (!this.demo || seen === clock.playing || clock.t >= end) return;
+      this.starting = true;
+      if (seen) clock.playUntil(end);
+      else clock.pause();
+      this.starting = false;
+    };
+    new IntersectionObserver((entries) => drive(entries[entries.length - 1].isIntersecting), { threshold: 0.4 }).observe(this.holder);
   }
 
   private bindPointer(): void {
@@ -234,13 +252,24 @@ export class Replay {
     const end = Math.max(state.clock.end, 1e-9);
     const runs = state.runs();
     const followed = runs.find((run) => run.stack === state.focus);
-    const marks: SVGElement[] = [];
-    const height = 10 / Math.max(1, runs.length);
-    runs.forEach((run, i) => {
-      for (const [from, to] of intervals(run, "outside"))
-        marks.push(s("rect", { x: (1000 * from) / end, y: i * height, width: Math.max(2, (1000 * (to - from)) / end), height, fill: stackColour(run.stack) }));
+    const share = (t: number) => `${((100 * Math.min(t, end)) / end).toFixed(3)}%`;
+    const marks: HTMLElement[] = [];
+    const driven = followed ? laps(followed) : [];
+    const every = Math.ceil(driven.length / 8);
+    driven.forEach(([from], lap) => {
+      if (lap % every === 0 && from < end) marks.push(h("span", { class: "lap", style: `left:${share(from)}` }, `lap ${lap}`));
     });
-    for (const [from] of followed ? laps(followed) : []) marks.push(s("rect", { class: "lap", x: (1000 * from) / end, y: 0, width: 1.2, height: 10 }));
+    // One row per car that was outside at all.
+    runs
+      .map((run) => ({ run, out: intervals(run, "outside").filter(([from]) => from < Math.min(end, state.until(run))) }))
+      .filter(({ out }) => out.length)
+      .forEach(({ run, out }, row) => {
+        const until = Math.min(end, state.until(run));
+        for (const [from, to] of out)
+          marks.push(h("i", { style: `left:${share(from)};width:${share(Math.min(to, until) - from)};top:${15 + 5 * row}px;background:${stackColour(run.stack)}` }));
+        this.strip.style.height = `${20 + 5 * row}px`;
+      });
+    this.strip.title = "Laps of the car followed; below them when which car was outside";
     this.strip.replaceChildren(...marks);
   }
 
