@@ -307,7 +307,8 @@ inline void write_sample(const fs::path& folder, const SampleOptions& options = 
            {r.deviation, r.violation, r.mu_rmse, stack.solve_ms, 0.0, static_cast<double>(r.steps), r.simulated})
         row.push_back(value);
       for (std::size_t i = 0; i < row.size(); ++i) columns[i].push_back(row[i]);
-      runs << quoted(stack.name) << ',' << seed << (std::isfinite(stack.lost_s) ? ",crashed," : ",finished,") << (stack.truth ? 1 : 0) << ',' << cells(row);
+      runs << quoted(stack.name) << ',' << seed << (std::isfinite(stack.lost_s) ? ",crashed," : ",finished,")
+           << (stack.truth ? 1 : 0) << ',' << cells(row);
     }
     std::vector<double> row;
     for (const auto& column : columns) row.push_back(median_of(column));
@@ -441,15 +442,15 @@ inline void write_diagnosis_sample(const fs::path& folder) {
   std::ofstream out(folder / "diagnosis_report.json");
   out << R"({"sentence": "The track is slippery at 62 % of the lap: 18 % less grip (16 to 20 %) over an eighth of the lap; 99 % sure.",)"
       << R"("log": "measured.csv", "world": "worlds/diagnose_rc43.json", "effects": {"friction_patch": {"words": )"
-      << R"("friction differs on one stretch of the lap", "params": {"k": {"words": "share of grip", "unit": "1"}}}}, "track": {"x_m": )" << json_array(x)
-      << R"(, "y_m": )" << json_array(y) << R"(, "left_x_m": )" << json_array(lx) << R"(, "left_y_m": )"
-      << json_array(ly) << R"(, "right_x_m": )" << json_array(rx) << R"(, "right_y_m": )" << json_array(ry)
-      << R"(}, "residual": {"t_s": )" << json_array(t) << R"(, "lap_fraction": )" << json_array(f) << R"(, "x_m": )"
-      << json_array(ex) << R"(, "y_m": )" << json_array(ey) << R"(, "vx_mps": )" << json_array(v) << R"(, "d": )"
-      << json_array(d) << R"(, "delta_rad": )" << json_array(delta) << R"(, "e_vx": )" << json_array(e_vx)
-      << R"(, "e_vy": )" << json_array(e_vy) << R"(, "e_omega": )" << json_array(e_w) << R"(, "after_e_vx": )"
-      << json_array(a_vx) << R"(, "after_e_vy": )" << json_array(a_vy) << R"(, "after_e_omega": )" << json_array(a_w)
-      << R"(, "size": )" << json_array(size)
+      << R"("friction differs on one stretch of the lap", "params": {"k": {"words": "share of grip", "unit": "1"}}}}, "track": {"x_m": )"
+      << json_array(x) << R"(, "y_m": )" << json_array(y) << R"(, "left_x_m": )" << json_array(lx)
+      << R"(, "left_y_m": )" << json_array(ly) << R"(, "right_x_m": )" << json_array(rx) << R"(, "right_y_m": )"
+      << json_array(ry) << R"(}, "residual": {"t_s": )" << json_array(t) << R"(, "lap_fraction": )" << json_array(f)
+      << R"(, "x_m": )" << json_array(ex) << R"(, "y_m": )" << json_array(ey) << R"(, "vx_mps": )" << json_array(v)
+      << R"(, "d": )" << json_array(d) << R"(, "delta_rad": )" << json_array(delta) << R"(, "e_vx": )"
+      << json_array(e_vx) << R"(, "e_vy": )" << json_array(e_vy) << R"(, "e_omega": )" << json_array(e_w)
+      << R"(, "after_e_vx": )" << json_array(a_vx) << R"(, "after_e_vy": )" << json_array(a_vy)
+      << R"(, "after_e_omega": )" << json_array(a_w) << R"(, "size": )" << json_array(size)
       << R"(}, "horizon": {"horizon_s": [0.1, 0.2, 0.5, 1, 2], "before": [0.2, 0.5, 1.6, 3.41, 7.9], "after": [0.02, 0.02, 0.04, 0.06, 0.13]},)"
       << R"("traces": [{"channel": "vx_mps", "t_s": )" << json_array(tt) << R"(, "measured": )" << json_array(measured)
       << R"(, "before": )" << json_array(before) << R"(, "after": )" << json_array(after)
