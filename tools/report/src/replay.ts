@@ -36,7 +36,8 @@ function symbol(name: string): SVGElement {
 export class Replay {
   readonly element: HTMLElement;
   readonly canvas = h("canvas", { tabindex: 0, role: "img", "aria-label": "Cars on the track. Space plays, arrow keys step, F follows a car." });
-  private readonly holder = h("div", { class: "stage" }, this.canvas);
+  private readonly shownTime = h("span", { class: "film-clock" });
+  private readonly holder = h("div", { class: "stage" }, this.canvas, this.shownTime);
   private readonly time = h("output", { class: "clock" });
   private readonly scrub = h("input", { type: "range", min: 0, step: "any", "aria-label": "Time" });
   private readonly strip = h("div", { class: "strip", "aria-hidden": "true" });
@@ -76,6 +77,15 @@ export class Replay {
   }
   get following(): boolean {
     return this.camera.mode === "follow";
+  }
+  /** Fills the window with the track alone, to be filmed; the reader's page is gone. */
+  film(follow: boolean): void {
+    this.demo = false;
+    this.state.clock.pause();
+    document.documentElement.classList.add("film");
+    document.body.replaceChildren(this.holder);
+    this.resize();
+    this.follow(follow);
   }
   zoomBy(factor: number): void {
     this.camera.zoomBy(factor);
@@ -277,7 +287,8 @@ export class Replay {
     const width = this.holder.clientWidth;
     if (!width) return;
     const wanted = width * this.course.aspect + 40;
-    const height = Math.round(Math.min(Math.max(wanted, width < 500 ? 240 : 320), Math.max(260, innerHeight * 0.7), 640));
+    const filmed = document.documentElement.classList.contains("film");
+    const height = filmed ? innerHeight : Math.round(Math.min(Math.max(wanted, width < 500 ? 240 : 320), Math.max(260, innerHeight * 0.7), 640));
     const ratio = Math.min(devicePixelRatio, 2);
     this.canvas.style.height = `${height}px`;
     [this.canvas.width, this.canvas.height] = [Math.round(width * ratio), Math.round(height * ratio)];
@@ -304,6 +315,7 @@ export class Replay {
     }
     this.stage.draw(ctx, camera, state.runs(), state.focus, t, this.layers, this.canvas.width / this.holder.clientWidth);
     this.scrub.value = String(t);
+    this.shownTime.textContent = `${t.toFixed(2)} s`;
     this.time.textContent = `${t.toFixed(2)} s`;
     this.scrub.setAttribute("aria-valuetext", `${t.toFixed(1)} seconds`);
     const now = performance.now();
