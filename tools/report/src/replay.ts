@@ -83,6 +83,7 @@ export class Replay {
     this.demo = false;
     this.state.clock.pause();
     document.documentElement.classList.add("film");
+    this.holder.append(h("div", { class: "film-names" }, ...this.state.runs().map(({ stack }) => h("span", {}, swatch(stack), this.state.report.label(stack)))));
     document.body.replaceChildren(this.holder);
     this.resize();
     this.follow(follow);
