@@ -141,9 +141,21 @@ TEST_F(Browser, ShowsWhatTheLogSays) {
                    "One seed:",
                    "4 laps"};
   race["absent"] = {"asked", "e\xe2\x88\x92"};
+  race["phone_height"] = 3500;
   job["pages"].push_back(race);
   job["pages"].push_back(page("many", "other", 2.0));
-  job["pages"].push_back(page("diagnosis", "other", 1.0));
+  nlohmann::json found = page("diagnosis", "other", 1.0);
+  // In words first, ids after that.
+  found["before"] = {{"Friction differs on one stretch of the lap", "With it the model closes 98 % of its gap"},
+                     {"With it the model closes 98 % of its gap", "friction_patch"}};
+  job["pages"].push_back(found);
+  sample::SampleOptions crash;
+  crash.stacks = {{"lost", false, 0, 0.93, 0.7, 5.0}, {"elm", false, 1, 0.9, 0.8}, {"gp", true, 0.9, 0.92, 4.2}};
+  sample::write_sample(work / "crash", crash);
+  nlohmann::json lost = page("crash", "other", 1.0);
+  const Columns longest = Columns::read(work / "crash" / "elm" / "1" / "steps.csv");
+  lost["lost"] = {{"end", longest.number("t_s", longest.rows() - 1)}, {"offset", 1.0}};
+  job["pages"].push_back(lost);
   job["pages"].push_back(page("validation", "other", 1.0));
   nlohmann::json harmless = page("nasty", "other", 1.0);
   harmless["texts"] = {nasty.stacks[0].name, "</script><script>alert(1)</script>"};

@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
+#include <limits>
 #include <numbers>
 #include <random>
 #include <string>
@@ -22,6 +23,7 @@ struct StackPlan {
   double learns = 1;   ///< 0: believes mu = 1 for ever; 1: follows the truth
   double caution = 1;  ///< share of the possible speed that is driven
   double solve_ms = 0.8;
+  double lost_s = std::numeric_limits<double>::infinity();  ///< from then on it leaves the road; it crashes 30 s later
 };
 
 struct SampleOptions {
@@ -155,7 +157,9 @@ inline RunResult write_run(const fs::path& folder, const Course& course, const S
     const double wanted = 0.6 * radius * std::tanh(point.kappa * options.scale) + 0.25 * wobble -
                           1.5 * excess * (point.kappa > 0 ? 1 : -1);
     offset += (wanted - offset) * std::min(1.0, 5 * options.dt);
-    s += v * options.dt / (1 - point.kappa * offset);
+    if (t > stack.lost_s) offset = -0.2 - 3 * (t - stack.lost_s);
+    if (t > stack.lost_s + 30) break;
+    if (t <= stack.lost_s) s += v * options.dt / (1 - point.kappa * offset);
     const auto here = course.at(s, offset);
     yaw += std::remainder(here.yaw - yaw, 2 * std::numbers::pi);
     const double rate = step == 0 ? 0 : (yaw - yaw_before) / options.dt, ax = (v - v_before) / options.dt;
@@ -226,7 +230,7 @@ inline RunResult write_run(const fs::path& folder, const Course& course, const S
     yaw_before = yaw;
     v_before = v;
     ++result.steps;
-    if (s >= (lap + 1) * course.length()) {
+    if (s >= (lap + 1) * course.length() && t < stack.lost_s) {
       result.laps.push_back(t - lap_start);
       result.factors.push_back(friction((t + lap_start) / 2) / 0.909);
       lap_start = t;
@@ -303,7 +307,8 @@ inline void write_sample(const fs::path& folder, const SampleOptions& options = 
            {r.deviation, r.violation, r.mu_rmse, stack.solve_ms, 0.0, static_cast<double>(r.steps), r.simulated})
         row.push_back(value);
       for (std::size_t i = 0; i < row.size(); ++i) columns[i].push_back(row[i]);
-      runs << quoted(stack.name) << ',' << seed << ",finished," << (stack.truth ? 1 : 0) << ',' << cells(row);
+      runs << quoted(stack.name) << ',' << seed << (std::isfinite(stack.lost_s) ? ",crashed," : ",finished,")
+           << (stack.truth ? 1 : 0) << ',' << cells(row);
     }
     std::vector<double> row;
     for (const auto& column : columns) row.push_back(median_of(column));
@@ -315,8 +320,9 @@ inline void write_sample(const fs::path& folder, const SampleOptions& options = 
       for (const double v : limit) seconds += course.length() / 400 / v;
       row.push_back(row[static_cast<std::size_t>(lap)] / seconds);
     }
-    table << quoted(stack.name) << ',' << (stack.truth ? 1 : 0) << ',' << options.seeds << ',' << options.seeds << ",0,"
-          << cells(row);
+    const int lost = std::isfinite(stack.lost_s) ? options.seeds : 0;
+    table << quoted(stack.name) << ',' << (stack.truth ? 1 : 0) << ',' << options.seeds << ',' << options.seeds - lost
+          << ',' << lost << ',' << cells(row);
   }
   std::ofstream(folder / "claims.json") << R"({"claims": [
     {"text": "elm.violation_s <= none.violation_s", "holds": true, "values": {"left": 0.46, "right": 4.32, "runs_held": 5, "runs": 5}},
@@ -435,15 +441,16 @@ inline void write_diagnosis_sample(const fs::path& folder) {
   }
   std::ofstream out(folder / "diagnosis_report.json");
   out << R"({"sentence": "The track is slippery at 62 % of the lap: 18 % less grip (16 to 20 %) over an eighth of the lap; 99 % sure.",)"
-      << R"("log": "measured.csv", "world": "worlds/diagnose_rc43.json", "track": {"x_m": )" << json_array(x)
-      << R"(, "y_m": )" << json_array(y) << R"(, "left_x_m": )" << json_array(lx) << R"(, "left_y_m": )"
-      << json_array(ly) << R"(, "right_x_m": )" << json_array(rx) << R"(, "right_y_m": )" << json_array(ry)
-      << R"(}, "residual": {"t_s": )" << json_array(t) << R"(, "lap_fraction": )" << json_array(f) << R"(, "x_m": )"
-      << json_array(ex) << R"(, "y_m": )" << json_array(ey) << R"(, "vx_mps": )" << json_array(v) << R"(, "d": )"
-      << json_array(d) << R"(, "delta_rad": )" << json_array(delta) << R"(, "e_vx": )" << json_array(e_vx)
-      << R"(, "e_vy": )" << json_array(e_vy) << R"(, "e_omega": )" << json_array(e_w) << R"(, "after_e_vx": )"
-      << json_array(a_vx) << R"(, "after_e_vy": )" << json_array(a_vy) << R"(, "after_e_omega": )" << json_array(a_w)
-      << R"(, "size": )" << json_array(size)
+      << R"("log": "measured.csv", "world": "worlds/diagnose_rc43.json", "effects": {"friction_patch": {"words": )"
+      << R"("friction differs on one stretch of the lap", "params": {"k": {"words": "share of grip", "unit": "1"}}}}, "track": {"x_m": )"
+      << json_array(x) << R"(, "y_m": )" << json_array(y) << R"(, "left_x_m": )" << json_array(lx)
+      << R"(, "left_y_m": )" << json_array(ly) << R"(, "right_x_m": )" << json_array(rx) << R"(, "right_y_m": )"
+      << json_array(ry) << R"(}, "residual": {"t_s": )" << json_array(t) << R"(, "lap_fraction": )" << json_array(f)
+      << R"(, "x_m": )" << json_array(ex) << R"(, "y_m": )" << json_array(ey) << R"(, "vx_mps": )" << json_array(v)
+      << R"(, "d": )" << json_array(d) << R"(, "delta_rad": )" << json_array(delta) << R"(, "e_vx": )"
+      << json_array(e_vx) << R"(, "e_vy": )" << json_array(e_vy) << R"(, "e_omega": )" << json_array(e_w)
+      << R"(, "after_e_vx": )" << json_array(a_vx) << R"(, "after_e_vy": )" << json_array(a_vy)
+      << R"(, "after_e_omega": )" << json_array(a_w) << R"(, "size": )" << json_array(size)
       << R"(}, "horizon": {"horizon_s": [0.1, 0.2, 0.5, 1, 2], "before": [0.2, 0.5, 1.6, 3.41, 7.9], "after": [0.02, 0.02, 0.04, 0.06, 0.13]},)"
       << R"("traces": [{"channel": "vx_mps", "t_s": )" << json_array(tt) << R"(, "measured": )" << json_array(measured)
       << R"(, "before": )" << json_array(before) << R"(, "after": )" << json_array(after)

@@ -21,6 +21,7 @@ int run_fit(Arguments args);
 int run_limit(Arguments args);
 int run_track(Arguments args);
 int run_sweep(Arguments args);
+int run_export(Arguments args);
 
 /// Writes the report of a folder that was just filled and says where it is. A report that cannot be written is said on
 /// stderr and spoils nothing that is there: false.

@@ -21,6 +21,7 @@ constexpr CommandEntry commands[] = {
     {"sweep", run_sweep, "thousands of runs: settings x stacks x seeds, here or on a Slurm cluster"},
     {"validate", run_validate, "read files whole and say everything that is wrong with them"},
     {"report", run_report, "redraw the report of a results folder; runs nothing"},
+    {"export", run_export, "results for Foxglove and PlotJuggler, or a video of the replay"},
     {"columns", run_columns, "what the columns of the results mean"},
     {"diagnose", run_diagnose, "name the effect that is missing between a world and a log"},
     {"predict", run_predict, "how far a world's model is off a log, by horizon"},

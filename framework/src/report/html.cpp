@@ -13,7 +13,12 @@ constexpr const char* style =
     "body{font:15px/1.5 system-ui,sans-serif;color:#1a1c20;max-width:960px;margin:2rem auto;padding:0 1rem}"
     "h1{font-size:1.5rem}h2{font-size:1.1rem;margin-top:2rem}table{border-collapse:collapse;font-size:13px;"
     "display:block;overflow-x:auto}th,td{text-align:left;padding:.2rem .8rem .2rem 0;border-bottom:1px solid #e3e5e8;"
-    "font-variant-numeric:tabular-nums}svg{max-width:100%;height:auto}p{max-width:70ch}";
+    "font-variant-numeric:tabular-nums}svg{max-width:100%;height:auto}p,li{max-width:70ch}"
+    ".lead{font-size:1.25rem;line-height:1.4;font-weight:600}summary{cursor:pointer;font-size:1.1rem;font-weight:700;"
+    "margin-top:1.6rem}details>:not(summary){margin-top:.8rem}figure{margin:1rem 0;background:#fff;overflow-x:auto}"
+    "@media(max-width:560px){body{margin:1rem auto}figure>svg{min-width:620px}}"
+    "@media(prefers-color-scheme:dark){body{background:#111316;color:#eceded}th,td{border-color:#2b2f35}"
+    "figure{border-radius:8px;filter:brightness(.92)}}";
 
 }  // namespace
 
@@ -69,6 +74,10 @@ std::string html_table(const std::vector<std::string>& head, const std::vector<s
     out += "</tr>";
   }
   return out + "</tbody></table>\n";
+}
+
+std::string html_folded(const std::string& title, const std::string& inside) {
+  return inside.empty() ? "" : "<details><summary>" + escaped(title) + "</summary>\n" + inside + "</details>\n";
 }
 
 std::string html_begin(const std::string& title) {

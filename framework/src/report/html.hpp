@@ -19,6 +19,8 @@ std::string escaped(const std::string& text);
 /// Four significant digits; a dash for what is no number.
 std::string short_number(double value);
 std::string html_table(const std::vector<std::string>& head, const std::vector<std::vector<std::string>>& rows);
+/// A part of the page that is closed until somebody opens it; nothing where there is nothing inside.
+std::string html_folded(const std::string& title, const std::string& inside);
 /// The page up to its first heading.
 std::string html_begin(const std::string& title);
 

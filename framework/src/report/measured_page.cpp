@@ -196,6 +196,56 @@ std::string parameters_table(const json& parameters) {
   return html_table({"parameter", "group", "value", "95 %", "prior", "status"}, lines);
 }
 
+const json* row_named(const json& rows, const char* name) {
+  for (const json& row : rows)
+    if (text_of(row, "name") == name) return &row;
+  return nullptr;
+}
+
+/// What the fit is worth, in words: the fitted row's position error, and against the best of the others.
+std::string lead(const json& data) {
+  const json& rows = list_of(data, "rows");
+  const json* const fitted = row_named(rows, "fitted");
+  const Values error = fitted != nullptr ? values_of(*fitted, "position_m") : Values{};
+  if (error.size() < 3 || !std::isfinite(error[0])) return "";
+  std::string text = "The fitted model predicts where the car is ";
+  text.append(short_number(number_of(data.value("horizon_s", json())))).append(" s ahead to ");
+  text.append(short_number(error[0])).append(" m (95 %: ").append(short_number(error[1])).append(" to ");
+  text.append(short_number(error[2])).append(" m), in data that it was not fitted to");
+  double least = INFINITY;
+  std::string other;
+  for (const json& row : rows) {
+    const Values v = values_of(row, "position_m");
+    if (&row == fitted || v.empty() || !std::isfinite(v[0]) || v[0] >= least) continue;
+    least = v[0];
+    other = text_of(row, "name");
+  }
+  if (!other.empty())
+    text.append("; the best of the others, ").append(other).append(", to ").append(short_number(least)).append(" m");
+  return "<p class=\"lead\">" + escaped(text) + ".</p>\n";
+}
+
+/// The pictures of one held-out log, folded: a page may have ten.
+std::string log_figures(const json& log, const json& road) {
+  std::string inside;
+  for (const std::string& svg : {traces_figure(log), road_figure(log, road)})
+    if (!svg.empty()) inside += "<figure>" + svg + "</figure>\n";
+  return html_folded("Predictions of " + text_of(log, "log"), inside);
+}
+
+std::string health_tables(const json& data) {
+  std::vector<std::pair<std::string, std::vector<std::vector<std::string>>>> logs;
+  for (const json& line : list_of(data, "health")) {
+    const std::string log = text_of(line, "log");
+    if (logs.empty() || logs.back().first != log) logs.push_back({log, {}});
+    logs.back().second.push_back({text_of(line, "check"), text_of(line, "found"), text_of(line, "done")});
+  }
+  std::string out;
+  for (const auto& [log, lines] : logs)
+    out += "<h2>" + escaped(log) + "</h2>\n" + html_table({"check", "found", "done"}, lines);
+  return html_folded("Health of the logs", out);
+}
+
 std::string claims_list(const json& claims) {
   std::string out;
   for (const json& claim : claims.is_array() ? claims : list_of(claims, "claims"))
@@ -226,20 +276,22 @@ std::vector<FigureFile> measured_figures(const json& data) {
 
 std::string measured_page(const json& data, const json& scene, const json& claims) {
   const std::string name = scene.is_object() ? text_of(scene, "name") : "measured";
-  std::string page = html_begin(name);
+  std::string page = html_begin(name) + lead(data);
   if (scene.is_object() && !text_of(scene, "note").empty()) page += "<p>" + escaped(text_of(scene, "note")) + "</p>\n";
+  const auto figure = [](const std::string& svg) { return svg.empty() ? "" : "<figure>" + svg + "</figure>\n"; };
   page +=
       "<h2>Errors at " + short_number(number_of(data.value("horizon_s", json()))) +
       " s, in blocks of time that were not fitted</h2>\n<p>Root mean squares; 95 % intervals from drawing blocks of "
       "ten seconds.</p>\n" +
-      errors_table(list_of(data, "rows"), "model");
+      errors_table(list_of(data, "rows"), "model") +
+      figure(intervals_figure("Errors of held-out predictions", list_of(data, "rows"), true));
   page += claims_list(claims);
   if (!list_of(data, "ablations").empty())
     page +=
         "<h2>What each effect is worth</h2>\n<p>Rise of the error when it is taken out and the rest fitted again; an "
         "interval that holds 0 says that it may be left out.</p>\n" +
-        errors_table(list_of(data, "ablations"), "without");
-  page += "<h2>Parameters</h2>\n" + parameters_table(list_of(data, "parameters"));
+        errors_table(list_of(data, "ablations"), "without") +
+        figure(intervals_figure("Rise of the error without an effect", list_of(data, "ablations"), false));
   if (!list_of(data, "advice").empty()) {
     page += "<h2>What else would help</h2>\n<ul>\n";
     for (const json& a : list_of(data, "advice"))
@@ -248,11 +300,11 @@ std::string measured_page(const json& data, const json& scene, const json& claim
               " standard deviations</li>\n";
     page += "</ul>\n";
   }
-  for (const FigureFile& figure : measured_figures(data)) page += "<figure>" + figure.svg + "</figure>\n";
-  std::vector<std::vector<std::string>> health;
-  for (const json& line : list_of(data, "health"))
-    health.push_back({text_of(line, "log"), text_of(line, "check"), text_of(line, "found"), text_of(line, "done")});
-  if (!health.empty()) page += "<h2>Health of the logs</h2>\n" + html_table({"log", "check", "found", "done"}, health);
+  const json road = data.value("road", json());
+  for (const json& log : list_of(data, "held_out")) page += log_figures(log, road);
+  if (!list_of(data, "parameters").empty())
+    page += html_folded("Parameters", parameters_table(list_of(data, "parameters")));
+  page += health_tables(data);
   return page + "</body></html>\n";
 }
 

@@ -174,6 +174,55 @@ std::string best_table(const json& data, const json& response) {
   return html_table(head, rows);
 }
 
+/// The factor that explains most of a response's variance, or nothing.
+const json* strongest(const json& response) {
+  const json* found = nullptr;
+  for (const json& effect : list_of(response, "effects"))
+    if (std::isfinite(number_in(effect, "main")) &&
+        (found == nullptr || number_in(effect, "main") > number_in(*found, "main")))
+      found = &effect;
+  return found;
+}
+
+/// One response in words: what it depends on, and at which setting it is best.
+std::string sentence_of(const json& data, const json& response) {
+  const json* const effect = strongest(response);
+  if (effect == nullptr) return "";
+  const std::string name = text_of(response, "name");
+  const double share = number_in(*effect, "main"), seeds = number_in(response, "seeds_share");
+  std::string text = name;
+  if (std::isfinite(seeds) && seeds > share) {
+    text += " differs more between seeds (" + percent(seeds) + " of the variance) than by any setting";
+  } else {
+    text += " depends most on " + short_name(text_of(*effect, "factor")) + ": " + percent(share);
+    text += " of the variance";
+    if (std::isfinite(seeds)) text += ", seeds " + percent(seeds);
+  }
+  const json& best = list_of(response, "best");
+  if (best.empty()) return text + ".";
+  text += response.value("higher_is_better", json()) == true ? "; largest, " : "; smallest, ";
+  text += short_number(number_in(best.front(), "median")) + ", with ";
+  const json &levels = list_of(best.front(), "levels"), &factors = list_of(data, "factors");
+  for (std::size_t i = 0; i < levels.size() && i < factors.size(); ++i) {
+    if (i > 0) text += ", ";
+    text += short_name(factors[i].get<std::string>()) + " " + levels[i].get<std::string>();
+  }
+  return text + ".";
+}
+
+/// The page's first lines: what the sweep found, for the first responses.
+std::string findings(const json& data) {
+  constexpr std::size_t most = 4;
+  std::string out;
+  std::size_t count = 0;
+  for (const json& response : list_of(data, "responses")) {
+    const std::string text = sentence_of(data, response);
+    if (text.empty() || count == most) continue;
+    out += count++ == 0 ? "<p class=\"lead\">" + escaped(text) + "</p>\n" : "<p>" + escaped(text) + "</p>\n";
+  }
+  return out;
+}
+
 }  // namespace
 
 std::vector<FigureFile> sweep_figures(const json& data) {
@@ -190,6 +239,7 @@ std::vector<FigureFile> sweep_figures(const json& data) {
 
 std::string sweep_page(const json& data) {
   std::string page = html_begin(text_of(data, "name"));
+  page += findings(data);
   page += "<p>" + short_number(number_in(data, "finished")) + " of " + short_number(number_in(data, "runs")) +
           " runs finished";
   if (number_in(data, "broken") > 0) page += ", " + short_number(number_in(data, "broken")) + " broke";
@@ -212,8 +262,10 @@ std::string sweep_page(const json& data) {
   for (const json& response : list_of(data, "responses")) {
     if (count++ == most_responses || list_of(response, "best").empty()) continue;
     const bool higher = response.value("higher_is_better", json()) == true;
-    page += "<h2>Best settings by " + escaped(text_of(response, "name")) + (higher ? ", largest" : ", smallest") +
-            " first</h2>\n" + best_table(data, response);
+    const std::string title =
+        "Best settings by " + text_of(response, "name") + (higher ? ", largest first" : ", smallest first");
+    page += count == 1 ? "<h2>" + escaped(title) + "</h2>\n" + best_table(data, response)
+                       : html_folded(title, best_table(data, response));
   }
   if (list_of(data, "responses").size() > most_responses)
     page += "<p>The other responses are in factors.csv, sensitivity.csv and best.csv.</p>\n";

@@ -38,6 +38,8 @@ export interface ChartSpec {
   time?: boolean;
   /** One unit is equally long on both axes, around the origin. */
   square?: boolean;
+  /** Lines of all stacks lie over one another: where they are many, one is in colour. */
+  overlay?: boolean;
   /** No legend for named points: their names stand beside them. */
   bare?: boolean;
   /** Called again whenever the reader's choice changes. */
@@ -57,6 +59,11 @@ const sight = new IntersectionObserver(
 /** Redraws every chart with fresh marks and colours; `all` whether anybody sees them or not. */
 export function refreshCharts(all = false): void {
   for (const chart of charts.values()) chart.refresh(all);
+}
+/** What a chart shows on both axes, by the name of its figure; for tests. */
+export function chartRange(id: string): { x: Range; y: Range } | null {
+  for (const chart of charts.values()) if (chart.spec.id === id) return chart.range();
+  return null;
 }
 /** Redraws for another emphasis. */
 export function repaintCharts(): void {
@@ -160,10 +167,15 @@ export class Chart {
     }
   }
 
+  /** The stack that is drawn in colour alone, if one is. */
+  private get lit(): number | null {
+    return this.spec.overlay ? this.state.lit : this.state.hot;
+  }
   private xRange(): Range {
     const { x, square } = this.spec;
     if (x.fixed) return x.fixed;
     let [low, high] = extent(this.marks, "x");
+    if (this.spec.time && this.state.shownEnd > low) high = Math.min(high, this.state.shownEnd);
     if (square && low <= high) {
       const reach = Math.max(-low, high);
       return [-reach, reach];
@@ -277,7 +289,7 @@ export class Chart {
       width: frame.width / ratio,
       height: frame.height / ratio,
     };
-    paintMarks(new CanvasPen(ctx), scaled, this.marks, this.state.hot, token("muted"));
+    paintMarks(new CanvasPen(ctx), scaled, this.marks, this.lit, token("muted"), token("quiet"));
     ctx.restore();
   }
 
@@ -290,14 +302,12 @@ export class Chart {
       if (mark.kind === "points" && mark.names && this.spec.bare) continue;
       const value = this.reads(mark) ? h("b", {}, "") : null;
       const { stack } = mark;
+      const hover = { mouseenter: () => this.state.hover(stack ?? null), mouseleave: () => this.state.hover(null) };
+      const parts = [legendKey(mark), mark.label!, value];
       readout.append(
-        h(
-          "span",
-          { class: "key", mouseenter: () => this.state.hover(stack ?? null), mouseleave: () => this.state.hover(null) },
-          legendKey(mark),
-          mark.label!,
-          value,
-        ),
+        this.spec.overlay && stack !== undefined && this.state.crowded && mark.label === this.state.report.label(stack)
+          ? h("button", { type: "button", class: "key", "aria-pressed": String(this.state.lit === stack), title: "Show this one in colour", click: () => this.state.setFocus(stack), ...hover }, ...parts)
+          : h("span", { class: "key", ...hover }, ...parts),
       );
       if (value) this.values.set(mark, value);
     }
@@ -355,6 +365,10 @@ export class Chart {
     this.tip.style.transform = `translate(${Math.min(left + 12, u.over.clientWidth - 160)}px, ${Math.max(0, top - 28)}px)`;
   }
 
+  range(): { x: Range; y: Range } | null {
+    const scales = this.plot?.scales;
+    return scales ? { x: [scales.x.min!, scales.x.max!], y: [scales.y.min!, scales.y.max!] } : null;
+  }
   private svg(): string {
     const marks = this.plot ? this.marks : this.spec.marks();
     const scales = this.plot?.scales;
@@ -365,6 +379,7 @@ export class Chart {
       xRange: scales ? [scales.x.min!, scales.x.max!] : this.full,
       yRange: scales ? [scales.y.min!, scales.y.max!] : this.yRange(),
       marks,
+      lit: this.lit,
       width: this.spec.square ? 480 : 760,
       height: this.spec.square ? 480 : 360,
     });

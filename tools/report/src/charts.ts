@@ -2,7 +2,7 @@
 import { Chart } from "./chart";
 import { reach, type RunData } from "./data";
 import { lapChoice } from "./lapchoice";
-import { h, plain, plural } from "./dom";
+import { fixed, h, plain, plural } from "./dom";
 import { laps } from "./mapview";
 import type { Mark } from "./marks";
 import { measure, timeName } from "./measures";
@@ -14,7 +14,7 @@ const shownStacks = (state: State) => [...state.report.meta.stacks.keys()].filte
 
 /** Lap times side by side, their intervals, and the limit of each lap where the table knows the ratio to it. */
 export function lapChart(state: State): Chart | null {
-  const { table, stacks } = state.report.meta;
+  const { table } = state.report.meta;
   const lapColumns = table.columns.filter((name) => /^lap\d+_s$/.test(name));
   if (!lapColumns.length) return null;
   const marks = (): Mark[] => {
@@ -22,26 +22,33 @@ export function lapChart(state: State): Chart | null {
     const width = 0.72 / Math.max(1, shown.length);
     const out: Mark[] = [];
     const limits: Mark[] = [];
+    const most = usualLaps(state, lapColumns);
     shown.forEach((stack, k) => {
       const row = table.rows.find((r) => r.stack === stack);
       if (!row) return;
+      const lost = state.report.finished(row) === 0;
       const points = { x: [] as number[], y: [] as number[], names: [] as string[] };
+      const far = { x: [] as number[], y: [] as number[], names: [] as string[] };
       lapColumns.forEach((name, lap) => {
         const index = state.report.column(name);
         const value = row.values[index];
         if (value === null) return;
         const x = lap + (k - (shown.length - 1) / 2) * width;
-        points.x.push(x);
-        points.y.push(value);
-        points.names.push(`${state.report.label(stack)}, lap ${lap}`);
+        const place = value > most ? far : points;
+        place.x.push(x);
+        place.y.push(value);
+        place.names.push(`${state.report.label(stack)}, lap ${lap}`);
+        if (value > most) out.push({ kind: "text", x, y: value, text: `${plain(value)} s`, color: token("muted"), stack, lost: true });
         const [low, high] = [row.low[index], row.high[index]];
         if (low !== null && high !== null && low !== high)
-          out.push({ kind: "line", x: [x, x], y: [low, high], color: stackColour(stack), stack, width: 1.4 });
+          out.push({ kind: "line", x: [x, x], y: [low, high], color: stackColour(stack), stack, lost: lost || value > most, width: 1.4 });
         const ratio = row.values[state.report.column(`pace_ratio${lap}`)];
         if (ratio)
-          limits.push({ kind: "line", x: [x - width * 0.42, x + width * 0.42], y: [value / ratio, value / ratio], color: token("ink"), width: 2, ...(limits.length ? {} : { label: "limit" }) });
+          limits.push({ kind: "line", x: [x - width * 0.42, x + width * 0.42], y: [value / ratio, value / ratio], color: token("ink"), width: 2, lost, ...(limits.length ? {} : { label: "fastest possible lap" }) });
       });
-      out.push({ kind: "points", ...points, size: lapColumns.length > 40 ? 2 : 4.5, color: stackColour(stack), shape: stackShape(stack), label: state.report.label(stack), stack });
+      const style = { size: lapColumns.length > 40 ? 2 : 4.5, color: stackColour(stack), shape: stackShape(stack), stack };
+      if (far.x.length) out.push({ kind: "points", ...far, ...style, lost: true });
+      out.push({ kind: "points", ...points, ...style, label: state.report.label(stack), lost });
     });
     return [...limits, ...out];
   };
@@ -49,7 +56,7 @@ export function lapChart(state: State): Chart | null {
     {
       id: "laps",
       title: "Lap by lap, against the limit",
-      note: stacks.length && table.columns.some((c) => /^pace_ratio/.test(c)) ? "Bars: the limit at that lap's mean friction." : undefined,
+      note: limitNote(state),
       height: 300,
       wide: true,
       x: { label: "", fixed: [-0.5, lapColumns.length - 0.5], splits: lapColumns.map((_, i) => i).filter((i) => i % Math.ceil(lapColumns.length / 8) === 0), tick: (v) => `lap ${v}` },
@@ -58,6 +65,32 @@ export function lapChart(state: State): Chart | null {
     },
     state,
   );
+}
+
+/** Lap times beyond this are marked at the chart's edge: a car that went astray for a while. */
+function usualLaps(state: State, lapColumns: string[]): number {
+  const { rows } = state.report.meta.table;
+  const times = rows.flatMap((row) => lapColumns.map((name) => row.values[state.report.column(name)]).filter((v): v is number => v !== null));
+  if (rows.length < 3) return Infinity;
+  times.sort((a, b) => a - b);
+  return 1.5 * (times[times.length >> 1] ?? Infinity);
+}
+
+/** What the bars of the limit are, and who came closest to one. */
+function limitNote(state: State): string | undefined {
+  const { columns } = state.report.meta.table;
+  const ratios = columns.filter((name) => /^pace_ratio\d+$/.test(name));
+  if (!ratios.length) return undefined;
+  let best: { ratio: number; stack: number; lap: string } | null = null;
+  for (const row of state.report.contenders())
+    for (const name of ratios) {
+      const ratio = row.values[state.report.column(name)];
+      if (ratio !== null && (!best || ratio < best.ratio)) best = { ratio, stack: row.stack, lap: name.slice(10) };
+    }
+  const words = "Black bars: the fastest lap that the car could drive at that lap's mean friction, by a time-optimal or quasi-steady-state computation. A marker on its bar drove at the limit.";
+  if (!best) return words;
+  const off = 100 * (best.ratio - 1);
+  return `${words} Closest came ${state.report.label(best.stack)}, ${fixed(Math.abs(off), 1)} % ${off < 0 ? "faster" : "slower"}, in lap ${best.lap}.`;
 }
 
 /** Speed of one lap on an even grid of distance from the start line. */
@@ -88,6 +121,7 @@ export function speedDistance(state: State, length: () => number): Chart {
       id: "speed-distance",
       title: "Speed over the lap",
       note: "Dotted: the reference speed of the car followed.",
+      overlay: true,
       height: 260,
       wide: true,
       x: { label: "distance from the start line", unit: "m" },
@@ -143,6 +177,7 @@ export function ggChart(state: State): Chart | null {
       id: "g-g",
       title: "g-g diagram",
       note: "Circles: true friction when it was highest and lowest.",
+      overlay: true,
       square: true,
       x: { label: "to the left", unit: "g" },
       y: { label: "forward", unit: "g" },
@@ -184,6 +219,7 @@ export function timesChart(state: State): Chart | null {
       id: "step-times",
       title: "Step times",
       note: "Share of all steps per bin, all seeds. Thread CPU time.",
+      overlay: true,
       height: 300,
       x: { label: "time", unit: "ms", log: true },
       y: { label: "share of steps", unit: "%", include: [0] },
@@ -260,10 +296,12 @@ export function tradeOff(state: State, id: string, title: string, first: string,
       if (!state.visible.has(stack) || vx === null || vy === null) continue;
       const own = runs.filter((run) => run.stack === stack && xAxis.name in run.values && yAxis.name in run.values);
       const [color, shape] = [stackColour(stack), stackShape(stack)];
+      // Who finished no run drove less than the others: its place is marked, and stretches no axis.
+      const lost = state.report.finished(row) === 0;
       if (own.length > 1)
-        out.push({ kind: "points", x: own.map((run) => run.values[xAxis.name]), y: own.map((run) => run.values[yAxis.name]), names: own.map((run) => `${state.report.label(stack)}, seed ${run.seed}`), size: 2.2, alpha: 0.45, color, stack });
-      out.push({ kind: "points", x: [vx], y: [vy], names: [state.report.label(stack)], size: 6, color, shape, stack, label: state.report.label(stack) });
-      out.push({ kind: "text", x: vx, y: vy, text: state.report.label(stack), color: token("ink"), stack });
+        out.push({ kind: "points", x: own.map((run) => run.values[xAxis.name]), y: own.map((run) => run.values[yAxis.name]), names: own.map((run) => `${state.report.label(stack)}, seed ${run.seed}`), size: 2.2, alpha: 0.45, color, stack, lost });
+      out.push({ kind: "points", x: [vx], y: [vy], names: [state.report.label(stack)], size: 6, color, shape, stack, lost, label: state.report.label(stack) });
+      out.push({ kind: "text", x: vx, y: vy, text: lost ? `${state.report.label(stack)}, finished none` : state.report.label(stack), color: token("ink"), stack, lost });
       // Who never finished has beaten nobody.
       if (state.report.finished(row) !== 0) medians.push({ x: vx, y: vy });
     }
@@ -310,6 +348,7 @@ export function tyreChart(state: State, axle: "front" | "rear"): Chart | null {
       id: `tyre-${axle}`,
       title: `${axle === "front" ? "Front" : "Rear"} tyre, learned and true`,
       note: "At the replay's time. Shaded: slips visited so far by the stack followed; band: one standard deviation.",
+      overlay: true,
       height: 330,
       x: { label: "slip angle", unit: "°" },
       y: { label: "lateral force", unit: "N" },

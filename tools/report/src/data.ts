@@ -155,6 +155,10 @@ export class RunData {
   get end(): number {
     return this.t.length ? this.t[this.t.length - 1] : 0;
   }
+  /** It came to its end, as far as the log says. */
+  get goesOn(): boolean {
+    return !this.status || this.status === "finished";
+  }
   value(name: string, t: number): number {
     const values = this.channel(name);
     return values && this.t.length ? interpolate(this.t, values, t) : NaN;

@@ -1,6 +1,6 @@
 // The diagnosis: what is missing in the model, where it shows, how sure that is, and what the repair gains.
 import { Chart, type ChartSpec } from "./chart";
-import { download, fixed, h, percent, plain, prose } from "./dom";
+import { download, fixed, h, percent, plain, prose, unitText } from "./dom";
 import { makeFigure } from "./figure";
 import { Columns } from "./data";
 import { Course, drawCourse, fit } from "./mapview";
@@ -11,6 +11,68 @@ import { onThemeChange, sequential, stackColour, token } from "./theme";
 import type { Case, Diagnosis, DiagnosisReport, Rollout } from "./types";
 
 const numbers = (values: (number | null)[] | undefined) => Float64Array.from(values ?? [], (v) => v ?? NaN);
+
+type Words = DiagnosisReport["effects"];
+
+function sentenceCase(text: string): string {
+  return text.charAt(0).toUpperCase() + text.slice(1);
+}
+
+/** "the wheels follow the steering with a first-order lag (time constant 0.08 s)"; the id where no words are known. */
+function inWords(effect: string, params: Record<string, number> | undefined, words: Words): string {
+  const known = words?.[effect];
+  const sizes = Object.entries(params ?? {});
+  if (!known) return sizes.length && sizes.length < 4 ? `${effect} (${sizes.map(([name, value]) => `${name} = ${plain(value)}`).join(", ")})` : effect;
+  const size = ([name, value]: [string, number]) => {
+    const p = known.params[name];
+    const number = `${plain(value)}${p?.unit && p.unit !== "1" ? ` ${unitText(p.unit)}` : ""}`;
+    // In a headline a long description is in the way: the table has it.
+    return p && p.words.length <= 24 ? `${p.words} ${number}` : sizes.length > 1 ? `${name} ${number}` : number;
+  };
+  return sizes.length && sizes.length < 4 ? `${known.words} (${sizes.map(size).join(", ")})` : known.words;
+}
+
+/** How much of the gap is closed, as people say it. */
+function closes(d: Diagnosis): string {
+  const { gap } = d;
+  if (!gap) return "";
+  const many = (d.named ?? []).length > 1;
+  const fall = `the error of ${plain(gap.horizon_s)} s predictions, on data that was not fitted, falls from ${plain(gap.before)} to ${plain(gap.after)} σ`;
+  if (!gap.closure) return "Predictions on data that was not fitted get no better than by chance.";
+  return `With ${many ? "them" : "it"} the model closes ${percent(gap.closure)} of its gap: ${fall}.`;
+}
+
+/** The candidate that helps predictions most by itself, where nothing was named. */
+function nearest(d: Diagnosis, words: Words): string {
+  const best = (d.ranking ?? [])
+    .filter((entry) => entry.rollout?.says === "helps" && entry.rollout.change !== null)
+    .sort((a, b) => a.rollout!.change! - b.rollout!.change!)[0];
+  if (!best) return "No effect of the catalogue makes predictions better by itself.";
+  return `What comes nearest: ${inWords(best.effect, undefined, words)}; by itself it changes the prediction error by ${fixed(100 * best.rollout!.change!, 0)} %.`;
+}
+
+/** What was found, in words. */
+function headline(d: Diagnosis, words: Words): string {
+  const named = (d.named ?? []).map(({ effect, params }) => inWords(effect, params, words));
+  const list = named.length ? `${sentenceCase(named.join("; and "))}.` : "";
+  switch (d.verdict) {
+    case "named":
+      return list;
+    case "nothing_missing":
+      return "The model lacks nothing that this log could show.";
+    case "indistinguishable":
+      return `${list} Other explanations fit this log as well.`;
+    case "unknown":
+      return named.length ? `${list} Something else is missing that the catalogue does not know.` : "Something is missing that the catalogue does not know.";
+  }
+}
+
+function whereText({ unknown }: Diagnosis): string {
+  if (!unknown) return "";
+  const quantity = { position: "along the lap", time: "over time", state: "with the car's state", input: "with the commands" }[unknown.where] ?? unknown.where;
+  const unit = unknown.where === "time" ? " s" : "";
+  return `It shows ${quantity}${unknown.interval ? `, from ${plain(unknown.interval[0])} to ${plain(unknown.interval[1])}${unit || " of the lap"}` : ""}.`;
+}
 
 /** What to say if the diagnosis did not say it itself. */
 function sentence(d: Diagnosis): string {
@@ -37,22 +99,26 @@ const verdictWords: Record<Diagnosis["verdict"], string> = {
   unknown: "Unknown effect",
 };
 
+/** How much of the gap is closed, as a bar. */
+function gapBar(d: Diagnosis): HTMLElement | null {
+  const closure = d.gap?.closure;
+  if (!closure || !(d.named ?? []).length) return null;
+  const share = (100 * Math.min(Math.max(closure, 0), 1)).toFixed(1);
+  return h("div", { class: "gap-bar", role: "img", "aria-label": `${percent(closure)} of the gap closed` }, h("i", { style: `width:${share}%` }), h("span", {}, `${percent(closure)} of the gap`));
+}
+
 export function diagnosisHead(d: Diagnosis, more: DiagnosisReport | null): HTMLElement {
-  const gap = d.gap;
+  const words = more?.effects;
+  const found = (d.named ?? []).length > 0;
+  const least = Math.min(...(d.named ?? []).map(({ confidence }) => confidence ?? NaN));
   return h(
     "div",
     { class: "verdict" },
-    h("span", { class: `badge ${d.verdict}` }, verdictWords[d.verdict]),
-    h("p", { class: "sentence" }, ...prose(more?.sentence || sentence(d))),
+    h("p", { class: "sentence" }, ...prose(headline(d, words))),
+    gapBar(d),
+    h("p", { class: "lede" }, ...prose([found ? closes(d) : d.verdict === "unknown" ? nearest(d, words) : "", d.verdict === "unknown" ? whereText(d) : "", Number.isFinite(least) ? `Confidence ${percent(least)}.` : ""].filter(Boolean).join(" "))),
     d.manoeuvre ? h("p", { class: "lede" }, h("strong", {}, "To decide: "), ...prose(d.manoeuvre)) : null,
-    gap
-      ? h(
-          "p",
-          { class: "lede" },
-          `Error over ${plain(gap.horizon_s)} s on data that was not fitted: ${plain(gap.before)} σ before, ${plain(gap.after)} σ after`,
-          gap.closure !== null && gap.closure !== undefined ? ` (${percent(gap.closure)} of the gap closed).` : ".",
-        )
-      : null,
+    h("p", { class: "note" }, h("span", { class: `badge ${d.verdict}` }, verdictWords[d.verdict]), " ", ...prose(more?.sentence || sentence(d))),
     more?.log ? h("p", { class: "note" }, `Log ${more.log}${more.world ? `, world ${more.world}` : ""}.`) : null,
   );
 }
@@ -90,24 +156,30 @@ export function casesTable(cases: Case[]): HTMLElement {
   );
 }
 
-export function namedTable(d: Diagnosis): HTMLElement | null {
+export function namedTable(d: Diagnosis, words: Words): HTMLElement | null {
   const rows = (d.named ?? []).flatMap(({ effect, params, ci95, confidence }) =>
     Object.entries(params ?? {}).map(([name, value], i) => {
       const interval = ci95?.[name];
       return h(
         "tr",
         {},
-        h("th", { scope: "row", class: "name" }, i === 0 ? effect : ""),
-        h("td", { class: "text" }, name),
-        h("td", {}, plain(value, 4)),
+        h("th", { scope: "row", class: "text" }, i === 0 ? sentenceCase(words?.[effect]?.words ?? effect) : ""),
+        h("td", { class: "text" }, i === 0 ? h("code", {}, effect) : ""),
+        h("td", { class: "text" }, words?.[effect]?.params[name]?.words ?? "", " ", h("code", {}, name)),
+        h("td", {}, `${plain(value, 4)} ${unitOf(words, effect, name)}`),
         h("td", {}, interval ? `${plain(interval[0], 4)} to ${plain(interval[1], 4)}` : "–"),
         h("td", {}, i === 0 && confidence !== undefined ? percent(confidence) : ""),
       );
     }),
   );
   if (!rows.length) return null;
-  const head = ["effect", "parameter", "value", "95 % interval", "confidence"];
-  return h("div", { class: "table-scroll" }, h("table", { class: "comparison plain" }, h("thead", {}, h("tr", {}, ...head.map((text, i) => h("th", { scope: "col", class: i === 0 ? "name" : i === 1 ? "text" : undefined }, text)))), h("tbody", {}, ...rows)));
+  const head = ["what is missing", "id", "parameter", "value", "95 % interval", "confidence"];
+  return h("div", { class: "table-scroll" }, h("table", { class: "comparison plain" }, h("thead", {}, h("tr", {}, ...head.map((text, i) => h("th", { scope: "col", class: i < 3 ? "text" : undefined }, text)))), h("tbody", {}, ...rows)));
+}
+
+function unitOf(words: Words, effect: string, param: string): string {
+  const unit = words?.[effect]?.params[param]?.unit;
+  return unit && unit !== "1" ? unitText(unit) : "";
 }
 
 /** "helps, -42 % (-50 to -33 %)", or only that nothing can be told. */
@@ -117,7 +189,7 @@ function rolloutText(r: Rollout | undefined): string {
   return `${r.says}, ${share(r.change)} % (${share(r.ci95[0])} to ${share(r.ci95[1])} %)`;
 }
 
-export function rankingTable(d: Diagnosis): HTMLElement | null {
+export function rankingTable(d: Diagnosis, words: Words): HTMLElement | null {
   const ranking = d.ranking ?? [];
   if (!ranking.length) return null;
   const most = Math.max(...ranking.map((entry) => entry.gain), 1e-9);
@@ -138,7 +210,7 @@ export function rankingTable(d: Diagnosis): HTMLElement | null {
           h(
             "tr",
             { class: named.has(entry.effect) ? "chosen" : undefined },
-            h("th", { scope: "row", class: "name" }, entry.effect),
+            h("th", { scope: "row", class: "text effect" }, sentenceCase(words?.[entry.effect]?.words ?? ""), words?.[entry.effect] ? " " : "", h("code", {}, entry.effect)),
             h("td", {}, fixed(entry.gain, 1)),
             h("td", { class: "wide" }, bar(entry.gain / most)),
             h("td", {}, `${fixed(entry.held_out, entry.held_out < 0.1 ? 3 : 2)} σ`),
@@ -313,7 +385,7 @@ export function seenAtTable(more: DiagnosisReport): HTMLElement | null {
       "table",
       { class: "comparison plain" },
       h("thead", {}, h("tr", {}, h("th", { class: "name", scope: "col" }, "effect"), h("th", { class: "text", scope: "col" }, "parameter"), h("th", { scope: "col" }, "would have been seen from"))),
-      h("tbody", {}, ...rows.map((row) => h("tr", {}, h("th", { scope: "row", class: "name" }, row.effect), h("td", { class: "text" }, row.param), h("td", {}, `${plain(row.size)} ${row.unit}`)))),
+      h("tbody", {}, ...rows.map((row) => h("tr", {}, h("th", { scope: "row", class: "text effect" }, sentenceCase(more.effects?.[row.effect]?.words ?? ""), " ", h("code", {}, row.effect)), h("td", { class: "text" }, row.param), h("td", {}, `${plain(row.size)} ${row.unit}`)))),
     ),
   );
 }

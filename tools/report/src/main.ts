@@ -1,5 +1,5 @@
 // The page: sections in their order, built when they are needed.
-import { refreshCharts, repaintCharts, type Chart } from "./chart";
+import { chartRange, refreshCharts, repaintCharts, type Chart } from "./chart";
 import { ggChart, lapChart, speedDistance, timesChart, tradeOff, tyreChart, undrawable } from "./charts";
 import { Report } from "./data";
 import { casesTable, diagnosisHead, gapCharts, healthTable, namedTable, patchBox, rankingTable, residualCharts, residualMap, seenAtTable } from "./diagnosis";
@@ -49,16 +49,19 @@ function raceSections(state: State, replay: Replay | null): Section[] {
   const { meta } = state.report;
   const sections: Section[] = [];
   if (meta.table.rows.length) sections.push({ id: "table", title: "Comparison", content: tableSection(state) });
-  if (meta.pairs?.length) sections.push({ id: "pairs", title: `Against ${meta.stacks[meta.pairs[0].baseline].name}`, content: pairsSection(state) });
-  if (meta.claims.length && !meta.cases.length) sections.push({ id: "claims", title: "Claims", content: claimsSection(state) });
   if (replay) {
     const lost = undrawable(state);
     sections.push({
       id: "replay",
       title: "Replay",
-      note: `Point at a chart to move the cars; press ? for keys.${lost ? ` ${lost}.` : ""}`,
-      content: part(replay.element, grid(timeCharts(state))),
+      note: lost ? `${lost}.` : undefined,
+      content: part(replay.element),
     });
+    sections.push({ id: "time", title: "Over time", note: overTimeNote(state), content: grid(timeCharts(state)) });
+  }
+  if (meta.pairs?.length) sections.push({ id: "pairs", title: `Against ${meta.stacks[meta.pairs[0].baseline].name}`, content: pairsSection(state) });
+  if (meta.claims.length && !meta.cases.length) sections.push({ id: "claims", title: "Claims", content: claimsSection(state) });
+  if (replay) {
     const length = () => Course.of(state.report, state.runs()).length;
     sections.push({ id: "laps", title: "Laps", content: grid([lapChart(state), speedDistance(state, length)]) });
     sections.push({ id: "maps", title: "Where they drove", content: later(() => mapsSection(state), 500) });
@@ -73,6 +76,15 @@ function raceSections(state: State, replay: Replay | null): Section[] {
   return sections;
 }
 
+function overTimeNote(state: State): string {
+  const lost = state.runs().some((run) => !run.goesOn);
+  return [
+    "Point at a chart to move the cars; press ? for keys.",
+    state.crowded ? "One row is in colour: point at another, or choose it in a legend or the table." : "",
+    lost ? "Axes make room for the runs that go on; ✕ is where one ended that did not." : "",
+  ].filter(Boolean).join(" ");
+}
+
 function lastOf(columns: string[], pattern: RegExp): string | undefined {
   return columns.filter((name) => pattern.test(name)).pop();
 }
@@ -81,10 +93,10 @@ function diagnosisSections(state: State): Section[] {
   const { diagnosis: d, diagnosis_report: more } = state.report.meta;
   if (!d) return [];
   const extra = more ?? {};
-  const sections: Section[] = [{ id: "verdict", title: "Verdict", content: part(diagnosisHead(d, more), namedTable(d)) }];
+  const sections: Section[] = [{ id: "verdict", title: "What was found", content: part(diagnosisHead(d, more), namedTable(d, extra.effects)) }];
   if (extra.residual) sections.push({ id: "where", title: "Where it shows", content: part(later(() => residualMap(extra) ?? h("div"), 400), grid(residualCharts(state, extra, d), "three")) });
   if (extra.horizon || extra.traces?.length) sections.push({ id: "gap", title: "Before and after", content: grid(gapCharts(state, extra)) });
-  const ranking = rankingTable(d);
+  const ranking = rankingTable(d, extra.effects);
   if (ranking) sections.push({ id: "ranking", title: "Ranking of effects", note: "Evidence over the nominal model; error on held-out data; share of resampled logs in which the effect wins.", content: ranking });
   const seen = seenAtTable(extra);
   if (seen) sections.push({ id: "sensitivity", title: "What would have been seen", content: seen });
@@ -148,6 +160,51 @@ function seedChoice(state: State): HTMLElement | null {
   return h("label", { class: "seed" }, h("span", { class: "visually-hidden" }, "Seed"), select);
 }
 
+/** Which row is in colour where there are many. */
+function colourChoice(state: State): HTMLElement {
+  const box = h("span");
+  const draw = () => {
+    const label = (stack: number) => state.report.label(stack);
+    const select = h(
+      "select",
+      { "aria-label": "In colour" },
+      ...state.runs().map(({ stack }) => h("option", { value: stack, selected: !state.alike && stack === state.focus }, `${label(stack)} in colour`)),
+      h("option", { value: -1, selected: state.alike }, "all in colour"),
+    );
+    select.addEventListener("change", () => {
+      const stack = Number(select.value);
+      if (stack < 0) return state.setAlike(true);
+      state.alike = false;
+      state.setFocus(stack);
+    });
+    if (state.crowded) redraw(box, select);
+    else box.replaceChildren();
+  };
+  draw();
+  state.changed.on(draw);
+  return box;
+}
+
+/** On a narrow screen sections are folded but for the first ones; a link to one opens it. */
+function bindFolds(sections: Section[], open: number): void {
+  const narrow = matchMedia("(max-width: 560px)");
+  const fold = (id: string, title: string, folded: boolean) => {
+    const section = document.getElementById(id)!;
+    const head = section.querySelector("h2")!;
+    section.classList.toggle("folds", narrow.matches);
+    section.classList.toggle("folded", folded && narrow.matches);
+    if (!narrow.matches) return head.replaceChildren(title);
+    const button = h("button", { type: "button", class: "fold", "aria-expanded": String(!folded), click: () => fold(id, title, button.getAttribute("aria-expanded") === "true") }, title);
+    redraw(head, button);
+  };
+  const all = () => sections.slice(open).forEach(({ id, title }) => fold(id, title, true));
+  all();
+  narrow.addEventListener("change", all);
+  const opened = () => sections.slice(open).forEach(({ id, title }) => location.hash === `#${id}` && fold(id, title, false));
+  addEventListener("hashchange", opened);
+  opened();
+}
+
 function topBar(state: State, sections: Section[], openHelp: () => void): HTMLElement {
   const links = sections.map(({ id, title }) => h("a", { href: `#${id}` }, title));
   const watcher = new IntersectionObserver(
@@ -162,7 +219,7 @@ function topBar(state: State, sections: Section[], openHelp: () => void): HTMLEl
     "div",
     { class: "top" },
     h("nav", { "aria-label": "Sections" }, h("span", { class: "brand" }, "gripline"), ...links, h("button", { type: "button", class: "quiet help-button", "aria-label": "Keyboard help", click: openHelp }, "?")),
-    raced ? h("div", { class: "choices" }, chips(state), seedChoice(state)) : null,
+    raced ? h("div", { class: "choices" }, chips(state), colourChoice(state), seedChoice(state)) : null,
   );
 }
 
@@ -193,11 +250,13 @@ function start(): void {
       "main",
       { id: "main" },
       summarySection(state),
-      ...sections.map(({ id, title, note, content }) => h("section", { id, "aria-labelledby": `${id}-title` }, h("h2", { id: `${id}-title` }, title), note ? h("p", { class: id === "replay" ? "section-note on-screen" : "section-note" }, note) : null, content)),
+      ...sections.map(({ id, title, note, content }) => h("section", { id, "aria-labelledby": `${id}-title` }, h("h2", { id: `${id}-title` }, title), note ? h("p", { class: id === "time" ? "section-note on-screen" : "section-note" }, note) : null, content)),
     ),
     footer(state),
     card,
   );
+  const opened = sections.findIndex(({ id }) => id === "replay");
+  bindFolds(sections, Math.max(opened + 1, 1));
   state.changed.on(() => refreshCharts());
   state.hovered.on(repaintCharts);
   // Paper shows everything.
@@ -213,7 +272,7 @@ function start(): void {
   };
   idle(fillIn);
   // For tests and the curious.
-  Object.assign(window, { gripline: { state, replay } });
+  Object.assign(window, { gripline: { state, replay, chartRange } });
   performance.mark("gripline-built");
 }
 

@@ -1,7 +1,7 @@
 // What a chart consists of, independent of where it is drawn.
 import { indexBefore } from "./data";
 import { drawMarker, type Pen } from "./pen";
-import type { Shape } from "./theme";
+import { token, type Shape } from "./theme";
 
 type Numbers = ArrayLike<number>;
 
@@ -10,8 +10,12 @@ interface Common {
   alpha?: number;
   /** Stands in legends and tooltips. */
   label?: string;
-  /** Whose mark this is: others fade while this stack is pointed at. */
+  /** Whose mark this is: those of others are grey while this stack is lit. */
   stack?: number;
+  /** Axes make room for what is before this x only: a car that is lost later shows nothing but that. */
+  until?: number;
+  /** Axes make no room for it; beyond them it stands at their edge. */
+  lost?: boolean;
 }
 export type Mark = Common &
   (
@@ -20,6 +24,7 @@ export type Mark = Common &
     | { kind: "points"; x: Numbers; y: Numbers; size?: number; shape?: Shape; names?: string[] }
     | { kind: "rule"; at: number; axis: "x" | "y"; dash?: number[]; width?: number }
     | { kind: "span"; from: number; to: number }
+    | { kind: "end"; x: number; y: number; text: string }
     | { kind: "text"; x: number; y: number; text: string }
   );
 
@@ -33,9 +38,21 @@ export interface Frame {
   height: number;
 }
 
-/** How strongly a mark shows while `hot` is pointed at. */
-function emphasis(mark: Mark, hot: number | null): number {
-  return hot === null || mark.stack === undefined || mark.stack === hot ? 1 : 0.12;
+/** What is drawn while one stack is lit: the others first, grey and thin, without their bands and spans. */
+function lighted(marks: Mark[], lit: number | null, grey: string): Mark[] {
+  if (lit === null || !marks.some((mark) => mark.stack === lit)) return marks;
+  const isQuiet = (mark: Mark) => mark.stack !== undefined && mark.stack !== lit;
+  const quiet = marks
+    .filter((mark) => isQuiet(mark) && mark.kind !== "band" && mark.kind !== "span")
+    .map((mark): Mark => ({ ...mark, color: grey, alpha: 0.75 * (mark.alpha ?? 1), ...(mark.kind === "line" ? { width: Math.min(1, mark.width ?? 1) } : {}) }));
+  return [...quiet, ...marks.filter((mark) => !isQuiet(mark))];
+}
+
+/** A place in the frame, and on which side it lies outside. */
+function clamped(frame: Frame, x: number, y: number): { x: number; y: number; beyond: string } {
+  const [left, right, top, bottom] = [frame.left + 7, frame.left + frame.width - 7, frame.top + 7, frame.top + frame.height - 7];
+  const beyond = y < frame.top ? "↑" : y > frame.top + frame.height ? "↓" : x > frame.left + frame.width ? "→" : x < frame.left ? "←" : "";
+  return { x: Math.min(Math.max(x, left), right), y: Math.min(Math.max(y, top), bottom), beyond };
 }
 
 /** Runs of points that are numbers, as pixel lists. */
@@ -81,13 +98,15 @@ function placeLabel(frame: Frame, placed: Label[], x: number, y: number, width: 
   return label;
 }
 
-export function paintMarks(pen: Pen, frame: Frame, marks: Mark[], hot: number | null, text: string): void {
+/** Draws marks; `lit` is the stack in colour, null where all are; `text` and `grey` are colours. */
+export function paintMarks(pen: Pen, frame: Frame, all: Mark[], lit: number | null, text: string, grey: string): void {
+  const marks = lighted(all, lit, grey);
   const right = frame.left + frame.width;
   // Labels keep clear of one another and of the points that have names.
   const placed: Label[] = marks.flatMap((mark) => (mark.kind === "text" ? [{ x: frame.x(mark.x) - 6, y: frame.y(mark.y), width: 12 }] : []));
   const bottom = frame.top + frame.height;
   for (const mark of marks) {
-    const alpha = (mark.alpha ?? 1) * emphasis(mark, hot);
+    const alpha = mark.alpha ?? 1;
     const { color } = mark;
     switch (mark.kind) {
       case "line":
@@ -108,9 +127,25 @@ export function paintMarks(pen: Pen, frame: Frame, marks: Mark[], hot: number | 
       }
       case "points":
         for (let i = 0; i < mark.x.length; i++)
-          if (Number.isFinite(mark.x[i]) && Number.isFinite(mark.y[i]))
-            drawMarker(pen, mark.shape ?? "circle", frame.x(mark.x[i]), frame.y(mark.y[i]), mark.size ?? 3, color, alpha);
+          if (Number.isFinite(mark.x[i]) && Number.isFinite(mark.y[i])) {
+            const real = { x: frame.x(mark.x[i]), y: frame.y(mark.y[i]), beyond: "" };
+            const at = mark.lost ? clamped(frame, real.x, real.y) : real;
+            drawMarker(pen, mark.shape ?? "circle", at.x, at.y, mark.size ?? 3, color, alpha);
+            if (at.beyond && (mark.size ?? 3) > 3) pen.text(at.x + 9, at.y, at.beyond, { color: text, size: 11 });
+          }
         break;
+      case "end": {
+        const at = clamped(frame, mark.x === Infinity ? right + 1 : frame.x(mark.x), frame.y(mark.y));
+        if (!Number.isFinite(at.y)) break;
+        if (at.beyond === "→") pen.area([at.x + 6, at.y, at.x - 3, at.y - 5, at.x - 3, at.y + 5], color, alpha);
+        else drawMarker(pen, "cross", at.x, at.y, 5, color, alpha);
+        const width = mark.text.length * 6.2;
+        const place = placeLabel(frame, placed, at.x, at.y, width);
+        // On lines a text needs a ground of its own.
+        pen.area([place.x - 3, place.y - 8, place.x + width + 3, place.y - 8, place.x + width + 3, place.y + 7, place.x - 3, place.y + 7], token("surface"), 0.85);
+        pen.text(place.x, place.y, mark.text, { color: text, size: 11 });
+        break;
+      }
       case "rule": {
         const at = mark.axis === "x" ? frame.x(mark.at) : frame.y(mark.at);
         const points = mark.axis === "x" ? [at, frame.top, at, bottom] : [frame.left, at, right, at];
@@ -125,8 +160,8 @@ export function paintMarks(pen: Pen, frame: Frame, marks: Mark[], hot: number | 
         break;
       }
       case "text": {
-        if (alpha <= 0.2) break;
-        const { x, y } = placeLabel(frame, placed, frame.x(mark.x), frame.y(mark.y), mark.text.length * 6.2);
+        const at = mark.lost ? clamped(frame, frame.x(mark.x), frame.y(mark.y)) : { x: frame.x(mark.x), y: frame.y(mark.y) };
+        const { x, y } = placeLabel(frame, placed, at.x, at.y, mark.text.length * 6.2);
         pen.text(x, y, mark.text, { color, size: 11 });
         break;
       }
@@ -136,7 +171,7 @@ export function paintMarks(pen: Pen, frame: Frame, marks: Mark[], hot: number | 
   for (const mark of marks) {
     if (mark.kind !== "line" || !mark.shape) continue;
     for (const i of mark.shapesAt ?? [])
-      if (Number.isFinite(mark.x[i]) && Number.isFinite(mark.y[i])) drawMarker(pen, mark.shape, frame.x(mark.x[i]), frame.y(mark.y[i]), 3, mark.color, emphasis(mark, hot));
+      if (Number.isFinite(mark.x[i]) && Number.isFinite(mark.y[i])) drawMarker(pen, mark.shape, frame.x(mark.x[i]), frame.y(mark.y[i]), 3, mark.color, mark.alpha ?? 1);
   }
 }
 
@@ -161,10 +196,10 @@ export function legendMarks(marks: Mark[]): Mark[] {
 
 export type Range = [number, number];
 
-function widen(range: Range, values: Numbers, xs?: Numbers, window?: Range): void {
+function widen(range: Range, values: Numbers, xs?: Numbers, window?: Range, until = Infinity): void {
   for (let i = 0; i < values.length; i++) {
     const v = values[i];
-    if (!Number.isFinite(v)) continue;
+    if (!Number.isFinite(v) || (xs && xs[i] > until)) continue;
     if (xs && window && (xs[i] < window[0] || xs[i] > window[1])) continue;
     if (v < range[0]) range[0] = v;
     if (v > range[1]) range[1] = v;
@@ -175,6 +210,7 @@ function widen(range: Range, values: Numbers, xs?: Numbers, window?: Range): voi
 export function extent(marks: Mark[], axis: "x" | "y", window?: Range): Range {
   const range: Range = [Infinity, -Infinity];
   for (const mark of marks) {
+    if (mark.kind === "end" || mark.lost) continue;
     if (mark.kind === "rule") {
       if (mark.axis === axis) widen(range, [mark.at]);
     } else if (mark.kind === "span") {
@@ -182,12 +218,12 @@ export function extent(marks: Mark[], axis: "x" | "y", window?: Range): Range {
     } else if (mark.kind === "text") {
       widen(range, [mark[axis]]);
     } else if (axis === "x") {
-      widen(range, mark.x);
+      widen(range, mark.x, mark.x, undefined, mark.until);
     } else if (mark.kind === "band") {
-      widen(range, mark.low, mark.x, window);
-      widen(range, mark.high, mark.x, window);
+      widen(range, mark.low, mark.x, window, mark.until);
+      widen(range, mark.high, mark.x, window, mark.until);
     } else {
-      widen(range, mark.y, mark.x, window);
+      widen(range, mark.y, mark.x, window, mark.until);
     }
   }
   return range;

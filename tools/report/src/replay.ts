@@ -36,10 +36,11 @@ function symbol(name: string): SVGElement {
 export class Replay {
   readonly element: HTMLElement;
   readonly canvas = h("canvas", { tabindex: 0, role: "img", "aria-label": "Cars on the track. Space plays, arrow keys step, F follows a car." });
-  private readonly holder = h("div", { class: "stage" }, this.canvas);
+  private readonly shownTime = h("span", { class: "film-clock" });
+  private readonly holder = h("div", { class: "stage" }, this.canvas, this.shownTime);
   private readonly time = h("output", { class: "clock" });
   private readonly scrub = h("input", { type: "range", min: 0, step: "any", "aria-label": "Time" });
-  private readonly strip = s("svg", { class: "strip", preserveAspectRatio: "none", viewBox: "0 0 1000 10", "aria-hidden": "true" });
+  private readonly strip = h("div", { class: "strip", "aria-hidden": "true" });
   private readonly playButton = h("button", { type: "button", class: "play", "aria-label": "Play" });
   private readonly rate = h("select", { "aria-label": "Speed of the replay" }, ...rates.map((r) => h("option", { value: r, selected: r === 1 }, `${r} ×`)));
   private readonly followButton = h("button", { type: "button", class: "quiet", "aria-pressed": "false" }, "Follow");
@@ -52,6 +53,9 @@ export class Replay {
   private stage: Stage;
   private camera: Camera;
   private pending = false;
+  /** It moves by itself until the reader takes over. */
+  private demo = !matchMedia("(prefers-reduced-motion: reduce)").matches;
+  private starting = false;
   private lastNumbers = 0;
   /** How long frames took to draw [ms], for the test of the frame rate. */
   readonly cost: number[] = [];
@@ -73,6 +77,16 @@ export class Replay {
   }
   get following(): boolean {
     return this.camera.mode === "follow";
+  }
+  /** Fills the window with the track alone, to be filmed; the reader's page is gone. */
+  film(follow: boolean): void {
+    this.demo = false;
+    this.state.clock.pause();
+    document.documentElement.classList.add("film");
+    this.holder.append(h("div", { class: "film-names" }, ...this.state.runs().map(({ stack }) => h("span", {}, swatch(stack), this.state.report.label(stack)))));
+    document.body.replaceChildren(this.holder);
+    this.resize();
+    this.follow(follow);
   }
   zoomBy(factor: number): void {
     this.camera.zoomBy(factor);
@@ -144,6 +158,7 @@ export class Replay {
     this.followButton.addEventListener("click", () => this.follow(!this.following));
     clock.moved.on(() => this.request());
     clock.changed.on(() => {
+      if (!this.starting) this.demo = false;
       this.showPlaying();
       this.request();
     });
@@ -153,6 +168,20 @@ export class Replay {
     this.bindPointer();
     this.showPlaying();
     this.refresh();
+    this.showLap();
+  }
+  /** Drives lap 1 while the track is in sight, until the reader takes over. */
+  private showLap(): void {
+    const { clock } = this.state;
+    const end = this.state.demoLap()[1];
+    const drive = (seen: boolean) => {
+      if (!this.demo || seen === clock.playing || clock.t >= end) return;
+      this.starting = true;
+      if (seen) clock.playUntil(end);
+      else clock.pause();
+      this.starting = false;
+    };
+    new IntersectionObserver((entries) => drive(entries[entries.length - 1].isIntersecting), { threshold: 0.4 }).observe(this.holder);
   }
 
   private bindPointer(): void {
@@ -234,13 +263,24 @@ export class Replay {
     const end = Math.max(state.clock.end, 1e-9);
     const runs = state.runs();
     const followed = runs.find((run) => run.stack === state.focus);
-    const marks: SVGElement[] = [];
-    const height = 10 / Math.max(1, runs.length);
-    runs.forEach((run, i) => {
-      for (const [from, to] of intervals(run, "outside"))
-        marks.push(s("rect", { x: (1000 * from) / end, y: i * height, width: Math.max(2, (1000 * (to - from)) / end), height, fill: stackColour(run.stack) }));
+    const share = (t: number) => `${((100 * Math.min(t, end)) / end).toFixed(3)}%`;
+    const marks: HTMLElement[] = [];
+    const driven = followed ? laps(followed) : [];
+    const every = Math.ceil(driven.length / 8);
+    driven.forEach(([from], lap) => {
+      if (lap % every === 0 && from < end) marks.push(h("span", { class: "lap", style: `left:${share(from)}` }, `lap ${lap}`));
     });
-    for (const [from] of followed ? laps(followed) : []) marks.push(s("rect", { class: "lap", x: (1000 * from) / end, y: 0, width: 1.2, height: 10 }));
+    // One row per car that was outside at all.
+    runs
+      .map((run) => ({ run, out: intervals(run, "outside").filter(([from]) => from < Math.min(end, state.until(run))) }))
+      .filter(({ out }) => out.length)
+      .forEach(({ run, out }, row) => {
+        const until = Math.min(end, state.until(run));
+        for (const [from, to] of out)
+          marks.push(h("i", { style: `left:${share(from)};width:${share(Math.min(to, until) - from)};top:${15 + 5 * row}px;background:${stackColour(run.stack)}` }));
+        this.strip.style.height = `${20 + 5 * row}px`;
+      });
+    this.strip.title = "Laps of the car followed; below them when which car was outside";
     this.strip.replaceChildren(...marks);
   }
 
@@ -248,7 +288,8 @@ export class Replay {
     const width = this.holder.clientWidth;
     if (!width) return;
     const wanted = width * this.course.aspect + 40;
-    const height = Math.round(Math.min(Math.max(wanted, width < 500 ? 240 : 320), Math.max(260, innerHeight * 0.7), 640));
+    const filmed = document.documentElement.classList.contains("film");
+    const height = filmed ? innerHeight : Math.round(Math.min(Math.max(wanted, width < 500 ? 240 : 320), Math.max(260, innerHeight * 0.7), 640));
     const ratio = Math.min(devicePixelRatio, 2);
     this.canvas.style.height = `${height}px`;
     [this.canvas.width, this.canvas.height] = [Math.round(width * ratio), Math.round(height * ratio)];
@@ -275,6 +316,7 @@ export class Replay {
     }
     this.stage.draw(ctx, camera, state.runs(), state.focus, t, this.layers, this.canvas.width / this.holder.clientWidth);
     this.scrub.value = String(t);
+    this.shownTime.textContent = `${t.toFixed(2)} s`;
     this.time.textContent = `${t.toFixed(2)} s`;
     this.scrub.setAttribute("aria-valuetext", `${t.toFixed(1)} seconds`);
     const now = performance.now();

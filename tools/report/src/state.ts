@@ -1,9 +1,13 @@
 // What the reader has chosen: the stacks and the seed shown, the one looked at, and the replay's clock.
 import type { Report } from "./data";
 import { RunData } from "./data";
+import { intervals, laps } from "./mapview";
 import type { TableRow } from "./types";
 
 type Listener = () => void;
+
+/** A run that is lost shows it this long before it leaves the road or its end [s]. */
+const losing = 3;
 
 /** Something that tells others when it changed. */
 class Source {
@@ -24,7 +28,13 @@ export class Clock {
   rate = 1;
   playing = false;
   private last = 0;
+  private stop = Infinity;
 
+  /** Plays until t and stops there. */
+  playUntil(t: number): void {
+    this.stop = t;
+    this.start();
+  }
   seek(t: number): void {
     this.t = Math.min(Math.max(t, 0), this.end);
     this.moved.emit();
@@ -34,7 +44,11 @@ export class Clock {
     else this.play();
   }
   play(): void {
-    if (this.t >= this.end) this.t = 0;
+    this.stop = Infinity;
+    this.start();
+  }
+  private start(): void {
+    if (this.t >= Math.min(this.end, this.stop)) this.t = 0;
     this.playing = true;
     this.last = performance.now();
     this.changed.emit();
@@ -54,7 +68,7 @@ export class Clock {
     const step = Math.min(now - this.last, 100) / 1000;
     this.last = now;
     this.seek(this.t + step * this.rate);
-    if (this.t >= this.end) this.pause();
+    if (this.t >= Math.min(this.end, this.stop)) this.pause();
     else requestAnimationFrame((next) => this.frame(next));
   }
 }
@@ -68,6 +82,8 @@ export class State {
   readonly visible: Set<number>;
   seed: string;
   hot: number | null = null;
+  /** All lines in their colours, however many there are. */
+  alike = false;
   /** The stack whose car the replay follows and whose numbers the dial shows. */
   focus = 0;
 
@@ -76,6 +92,7 @@ export class State {
     this.seed = report.seeds[0] ?? "";
     this.focus = this.mostInteresting();
     this.updateEnd();
+    this.clock.t = this.demoLap()[0];
   }
   /** The stack that knows friction best without having been told it. */
   private mostInteresting(): number {
@@ -96,6 +113,39 @@ export class State {
       const run = this.visible.has(stack) ? this.data(stack) : undefined;
       return run ? [run] : [];
     });
+  }
+  /** When a run stopped telling how its stack drives: it left the road and never came back, or hit a wall. */
+  until(run: RunData): number {
+    if (run.goesOn) return Infinity;
+    const last = intervals(run, "outside").pop();
+    return Math.max(0, (last && last[1] >= run.end - 5 ? last[0] : run.end) - losing);
+  }
+  /** Until when charts over time reach: a run that takes far longer than most does not push the others aside. */
+  get shownEnd(): number {
+    const ends = this.runs().filter((run) => run.goesOn).map((run) => run.end).sort((a, b) => a - b);
+    if (ends.length < 3) return this.clock.end;
+    const usual = 1.25 * ends[ends.length >> 1];
+    return Math.max(...ends.filter((end) => end <= usual));
+  }
+  /** More lines in one picture than can be told apart. */
+  get crowded(): boolean {
+    return this.runs().length > 4;
+  }
+  /** The stack in colour where lines lie over one another, the others being grey; null: all are. */
+  get lit(): number | null {
+    if (this.hot !== null) return this.hot;
+    return this.crowded && !this.alike && this.data(this.focus) && this.visible.has(this.focus) ? this.focus : null;
+  }
+  /** Lap 1 of the car followed; the only lap, where there is no other. */
+  demoLap(): [number, number] {
+    const run = this.data(this.focus);
+    if (!run) return [0, 0];
+    const all = laps(run);
+    return all[1] ?? all[0];
+  }
+  setAlike(alike: boolean): void {
+    this.alike = alike;
+    this.update();
   }
   toggle(stack: number): void {
     if (this.visible.has(stack)) this.visible.delete(stack);
@@ -128,7 +178,10 @@ export class State {
     this.changed.emit();
   }
   private updateEnd(): void {
-    this.clock.end = Math.max(0, ...this.runs().map((run) => run.end));
+    // Who crashed or lost the road does not say how long the others are shown.
+    const runs = this.runs();
+    const going = runs.filter((run) => run.goesOn);
+    this.clock.end = Math.max(0, ...(going.length ? going : runs).map((run) => run.end));
     if (this.clock.t > this.clock.end) this.clock.t = this.clock.end;
   }
 }

@@ -3,6 +3,7 @@ import { fixed, h, plural, prose } from "./dom";
 import { measure } from "./measures";
 import type { State } from "./state";
 import { swatch } from "./swatch";
+import type { Claim } from "./types";
 
 interface Winner {
   stack: number;
@@ -38,6 +39,18 @@ function tile(label: string, value: string, who: Node | string | null): HTMLElem
   return h("div", { class: "tile" }, h("span", { class: "tile-label" }, label), h("strong", {}, value), h("span", { class: "tile-who" }, who));
 }
 
+/** Claims that do not hold, as far as they fit: a reader must not have to look for them. */
+function failedClaims(claims: Claim[]): HTMLElement {
+  const failed = claims.filter((claim) => claim.holds === false);
+  const shown = failed.slice(0, 4);
+  return h(
+    "ul",
+    { class: "failed" },
+    ...shown.map(({ text }) => h("li", {}, h("span", { class: "sign" }, "✗"), h("code", {}, text), " does not hold")),
+    failed.length > shown.length ? h("li", {}, h("a", { href: "#claims" }, `and ${failed.length - shown.length} more`)) : null,
+  );
+}
+
 export function summarySection(state: State): HTMLElement {
   const { meta } = state.report;
   const { scene, stacks, claims, runs, table } = meta;
@@ -67,7 +80,7 @@ export function summarySection(state: State): HTMLElement {
   const seeds = state.report.seeds.length;
   const parts = [
     stacks.length ? plural(stacks.length, "stack") : "",
-    seeds ? plural(seeds, "seed") : "",
+    seeds ? plural(seeds, "seed") + (scene?.seeds_from ? ` drawn from “${scene.seeds_from}”` : "") : "",
     drivenLaps(state),
     scene?.world ? `world ${scene.world}` : "",
   ].filter(Boolean);
@@ -75,9 +88,10 @@ export function summarySection(state: State): HTMLElement {
   return h(
     "header",
     { class: "summary" },
-    h("p", { class: "eyebrow" }, [scene?.kind ?? (meta.diagnosis ? "diagnosis" : "report"), ...parts].join(" · ").replace(/_/g, " ")),
+    h("p", { class: "eyebrow" }, [scene?.kind ?? (meta.diagnosis ? "diagnosis" : "report"), ...parts].map((part, i) => (i ? part : part.replace(/_/g, " "))).join(" · ")),
     h("h1", {}, meta.title),
     scene?.note ? h("p", { class: "lede" }, ...prose(scene.note)) : null,
+    decided.some((claim) => !claim.holds) ? failedClaims(claims) : null,
     broken ? h("p", { class: "lede alarm" }, `${broken} of ${plural(runs.length, "run")} did not finish.`) : null,
     tiles.length > 1 ? h("div", { class: "tiles" }, ...tiles) : null,
   );

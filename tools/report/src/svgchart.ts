@@ -46,11 +46,13 @@ export interface SvgChart {
   xRange: Range;
   yRange: Range;
   marks: Mark[];
+  /** The stack in colour; null: all are. */
+  lit: number | null;
   width: number;
   height: number;
 }
 
-export function chartSvg({ title, x, y, xRange, yRange, marks, width, height }: SvgChart): string {
+export function chartSvg({ title, x, y, xRange, yRange, marks, lit, width, height }: SvgChart): string {
   const named = legendMarks(marks);
   const [left, right] = [62, 16];
   // The legend breaks its lines before the picture ends.
@@ -87,7 +89,7 @@ export function chartSvg({ title, x, y, xRange, yRange, marks, width, height }: 
     pen.line([left, frame.y(v), left + plotWidth, frame.y(v)], { color: grid, width: 1 });
     pen.text(left - 8, frame.y(v), yTexts[i], { color: muted, align: "right" });
   });
-  pen.clipped(left - 2, top - 8, plotWidth + 8, plotHeight + 16, () => paintMarks(pen, frame, marks, null, muted));
+  pen.clipped(left - 2, top - 8, plotWidth + 8, plotHeight + 16, () => paintMarks(pen, frame, marks, lit, muted, token("quiet")));
   pen.text(left, 16, title, { color: ink, size: 14, weight: 600 });
   named.forEach((mark, i) => {
     const [x0, y0] = places[i];

@@ -3,6 +3,7 @@ import { decimalsFor, fixed, h, plain, prose, redraw } from "./dom";
 import { measure, type Measure } from "./measures";
 import type { State } from "./state";
 import { swatch } from "./swatch";
+import { stackColour } from "./theme";
 import type { Claim, Pair, TableRow } from "./types";
 
 interface Column {
@@ -132,7 +133,13 @@ export function tableSection(state: State): HTMLElement {
       const { name, truth } = stacks[row.stack];
       return h(
         "tr",
-        { class: truth ? "truth" : undefined, mouseenter: () => state.hover(row.stack), mouseleave: () => state.hover(null) },
+        {
+          class: [truth ? "truth" : "", state.crowded && state.focus === row.stack ? "lit" : "", state.data(row.stack) ? "follows" : ""].filter(Boolean).join(" ") || undefined,
+          style: `--c:${stackColour(row.stack)}`,
+          click: () => state.data(row.stack) && state.setFocus(row.stack),
+          mouseenter: () => state.hover(row.stack),
+          mouseleave: () => state.hover(null),
+        },
         h("th", { scope: "row", class: "name" }, swatch(row.stack), name, truth ? h("abbr", { title: "was told the truth" }, " *") : null),
         ...columns.map((column, i) => cell(state, row, column, bests[i], able.has(row.stack))),
       );

@@ -1,6 +1,7 @@
 // Charts over time: what the replay's clock runs through.
 import { Chart, type ChartSpec } from "./chart";
-import type { RunData } from "./data";
+import { indexBefore, type RunData } from "./data";
+import { fixed } from "./dom";
 import type { Mark } from "./marks";
 import { intervals } from "./mapview";
 import type { State } from "./state";
@@ -18,24 +19,40 @@ function sparse(x: ArrayLike<number>, stack: number): number[] {
 export function runLine(state: State, run: RunData, y: ArrayLike<number>, x: ArrayLike<number> = run.t): Mark {
   const { truth } = state.report.meta.stacks[run.stack];
   const color = stackColour(run.stack);
-  return { kind: "line", x, y, color, dash: stackDash(truth), label: state.report.label(run.stack), stack: run.stack, shape: stackShape(run.stack), shapesAt: sparse(x, run.stack) };
+  const until = x === run.t ? state.until(run) : undefined;
+  return { kind: "line", x, y, color, dash: stackDash(truth), label: state.report.label(run.stack), stack: run.stack, shape: stackShape(run.stack), shapesAt: sparse(x, run.stack), until };
+}
+
+/** Where the line of a run ends that did not finish, and how it ended; or that it goes on beyond the chart. */
+function endMark(state: State, run: RunData, y: ArrayLike<number>): Mark[] {
+  if (run.goesOn) {
+    if (run.end <= state.shownEnd) return [];
+    return [{ kind: "end", x: Infinity, y: run.t.length ? y[indexBefore(run.t, state.shownEnd)] : NaN, text: `${state.report.label(run.stack)} until ${fixed(run.end, 0)} s`, color: stackColour(run.stack), stack: run.stack }];
+  }
+  let last = y.length - 1;
+  while (last > 0 && !Number.isFinite(y[last])) last--;
+  return [{ kind: "end", x: run.t[last], y: y[last], text: `${state.report.label(run.stack)} ${run.status.replace(/_/g, " ")}`, color: stackColour(run.stack), stack: run.stack }];
 }
 
 function channelMarks(state: State, channel: string, scale = 1): Mark[] {
   return state.runs().flatMap((run) => {
     const values = run.channel(channel);
-    return values ? [runLine(state, run, scale === 1 ? values : values.map((v) => v * scale))] : [];
+    if (!values) return [];
+    const y = scale === 1 ? values : values.map((v) => v * scale);
+    return [runLine(state, run, y), ...endMark(state, run, y)];
   });
 }
 
 /** Thin lines for what jumps from step to step. */
 function noisyMarks(state: State, channel: string): Mark[] {
-  return channelMarks(state, channel).map((mark) => ({ ...mark, width: 0.8, alpha: 0.7, dash: undefined }) as Mark);
+  return channelMarks(state, channel).map((mark) => (mark.kind === "line" ? { ...mark, width: 0.8, alpha: 0.7, dash: undefined } : mark));
 }
 
 function violationSpans(state: State): Mark[] {
   return state.runs().flatMap((run) =>
-    intervals(run, "outside").map(([from, to]): Mark => ({ kind: "span", from, to, color: stackColour(run.stack), alpha: 0.18, stack: run.stack })),
+    intervals(run, "outside")
+      .filter(([from]) => from < state.until(run))
+      .map(([from, to]): Mark => ({ kind: "span", from, to: Math.min(to, state.until(run)), color: stackColour(run.stack), alpha: 0.18, stack: run.stack })),
   );
 }
 
@@ -47,7 +64,7 @@ function truthMark(state: State): Mark[] {
 }
 
 /** mu of the whole car with one standard deviation to both sides, where the run states one. */
-function beliefBand(run: RunData): Mark[] {
+function beliefBand(state: State, run: RunData): Mark[] {
   const t = run.replay.get("t_s");
   const front = run.replay.get("mu_sigma_front");
   const rear = run.replay.get("mu_sigma_rear");
@@ -55,7 +72,7 @@ function beliefBand(run: RunData): Mark[] {
   const sigma = front.map((v, i) => (v + rear[i]) / 2);
   const mu = t.map((time) => run.value("mu_belief", time));
   return [
-    { kind: "band", x: t, low: mu.map((v, i) => v - sigma[i]), high: mu.map((v, i) => v + sigma[i]), color: stackColour(run.stack), alpha: 0.24, stack: run.stack },
+    { kind: "band", x: t, low: mu.map((v, i) => v - sigma[i]), high: mu.map((v, i) => v + sigma[i]), color: stackColour(run.stack), alpha: 0.24, stack: run.stack, until: state.until(run) },
   ];
 }
 
@@ -75,7 +92,7 @@ const specs = (state: State): (Omit<ChartSpec, "x" | "time"> & { needs: string[]
     note: "Band: one standard deviation of the belief.",
     y: { label: "µ of the whole car", decimals: 3 },
     needs: ["mu_belief", "mu_true"],
-    marks: () => [...state.runs().flatMap(beliefBand), ...channelMarks(state, "mu_belief"), ...truthMark(state)],
+    marks: () => [...state.runs().flatMap((run) => beliefBand(state, run)), ...channelMarks(state, "mu_belief"), ...truthMark(state)],
   },
   {
     id: "offset",
@@ -113,5 +130,5 @@ export function timeCharts(state: State): Chart[] {
   const runs = state.runs();
   return specs(state)
     .filter(({ needs }) => needs.some((channel) => runs.some((run) => run.channel(channel))))
-    .map((spec) => new Chart({ ...spec, x: time, time: true, height: 190 }, state));
+    .map((spec) => new Chart({ ...spec, x: time, time: true, overlay: true, height: 190 }, state));
 }

@@ -120,6 +120,8 @@ export interface DiagnosisReport {
   horizon?: { horizon_s: Numbers; before: Numbers; after: Numbers };
   traces?: { channel: string; t_s: Numbers; measured: Numbers; before: Numbers; after: Numbers }[];
   seen_at?: { effect: string; param: string; unit: string; size: number }[];
+  /** What the effects of the catalogue are, in words. */
+  effects?: Record<string, { words: string; params: Record<string, { words: string; unit: string }> }>;
   health?: { check: string; found: string; done: string; level: "good" | "note" | "bad" }[];
   patch?: unknown;
 }
@@ -139,6 +141,8 @@ export interface Scene {
   kind?: string;
   world?: string;
   note?: string | string[];
+  /** The text that seeds were drawn from. */
+  seeds_from?: string;
   dt?: number;
   laps?: number;
   told?: string[];

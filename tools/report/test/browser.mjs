@@ -50,6 +50,7 @@ const frame = (page) => page.evaluate(() => new Promise((done) => requestAnimati
 
 /** The cars stand where the log says, and are drawn there in their colours. */
 async function checkPoses(page, poses) {
+  await page.evaluate(() => window.gripline.state.clock.pause());
   let worst = 0;
   let painted = 0;
   for (const pose of poses) {
@@ -90,7 +91,7 @@ async function checkPoses(page, poses) {
 async function checkCursorSync(page) {
   await page.evaluate(() => window.gripline.state.clock.pause());
   await seek(page, 0);
-  const charts = await page.$$("#replay figure");
+  const charts = await page.$$("#time figure");
   // A chart out of sight waits to be drawn, and is drawn anew when it comes into sight: bring it there, then look.
   await charts[0].scrollIntoViewIfNeeded();
   let box = null;
@@ -105,12 +106,12 @@ async function checkCursorSync(page) {
   const end = await page.evaluate(() => window.gripline.state.clock.end);
   const t = await now(page);
   check(Math.abs(t / end - 0.5) < 0.02, `pointing at the middle of a chart sets the clock to the middle (${(t / end).toFixed(3)})`);
-  const cursors = await page.$$eval("#replay .now", (list) => list.map((now) => {
+  const cursors = await page.$$eval("#time .now", (list) => list.map((now) => {
     const shift = new DOMMatrix(getComputedStyle(now).transform).m41;
     return shift / now.parentElement.clientWidth;
   }));
   check(cursors.length >= 3 && cursors.every((share) => Math.abs(share - 0.5) < 0.02), `every time chart's cursor follows (${cursors.length} charts)`);
-  const crossed = await page.$$eval("#replay .u-cursor-x", (list) => list.filter((line) => !line.classList.contains("u-off") && new DOMMatrix(getComputedStyle(line).transform).m41 > 0).length);
+  const crossed = await page.$$eval("#time .u-cursor-x", (list) => list.filter((line) => !line.classList.contains("u-off") && new DOMMatrix(getComputedStyle(line).transform).m41 > 0).length);
   check(crossed === cursors.length, `uPlot's own cursors are in step (${crossed})`);
   const scrubbed = await page.$eval(".scrubber input", (input) => Number(input.value));
   check(Math.abs(scrubbed - t) < 1e-6, "the scrubber follows");
@@ -182,7 +183,7 @@ async function checkLegend(page) {
     const shapes = await page.$$eval(selector, (list) => list.slice(0, 5).map((key) => [...key.querySelectorAll("svg > :not(rect)")].map((part) => part.outerHTML.replace(/#[0-9a-f]{6}/g, "")).join()));
     check(shapes.length === 5 && shapes.every(Boolean) && new Set(shapes).size === shapes.length, `stacks differ in ${where} without their colours`);
   }
-  const decimals = await page.$$eval("#replay .readout", (list) => list.map((readout) => new Set([...readout.querySelectorAll("b")].map((b) => (b.textContent.split(".")[1] ?? "").length)).size));
+  const decimals = await page.$$eval("#time .readout", (list) => list.map((readout) => new Set([...readout.querySelectorAll("b")].map((b) => (b.textContent.split(".")[1] ?? "").length)).size));
   check(Math.max(...decimals.slice(0, -1)) === 1, `readouts of one chart have the same decimals (${decimals})`);
 }
 
@@ -194,6 +195,107 @@ async function checkBest(page) {
     return marked.length > 4 ? marked.filter((good) => !good).length : "too few are marked";
   });
   check(wrong === 0, `the best of each column is marked (${wrong} wrong)`);
+}
+
+/** The replay comes second and drives lap 1 by itself while it is in sight, until the reader takes over. */
+async function checkDemo(page) {
+  const order = await page.$$eval("main > section", (list) => list.map((section) => section.id));
+  check(order.indexOf("replay") === 1, `the replay comes second (${order})`);
+  const clock = () => page.evaluate(() => ({ t: window.gripline.state.clock.t, playing: window.gripline.state.clock.playing, lap: window.gripline.state.demoLap() }));
+  const show = (y) => page.evaluate((top) => scrollTo({ top, behavior: "instant" }), y);
+  const at = await page.evaluate(() => document.getElementById("replay").offsetTop - 90);
+  await show(at);
+  await page.waitForFunction(() => window.gripline.state.clock.playing);
+  const first = await clock();
+  check(first.lap[0] > 1 && first.t >= first.lap[0] && first.t < first.lap[1], `it starts in lap 1 (${first.t.toFixed(2)} s of ${first.lap.map((v) => v.toFixed(1))})`);
+  await page.waitForFunction((t) => window.gripline.state.clock.t > t + 0.2, first.t);
+  check(true, "and moves");
+  await show(0);
+  await page.evaluate(() => scrollTo({ top: document.documentElement.scrollHeight, behavior: "instant" }));
+  await page.waitForFunction(() => !window.gripline.state.clock.playing);
+  check(true, "out of sight it rests");
+  await show(at);
+  await page.waitForFunction(() => window.gripline.state.clock.playing);
+  await page.click(".play");
+  await show(0);
+  await show(at);
+  await page.waitForTimeout(200);
+  check(!(await clock()).playing, "whoever paused it is obeyed");
+}
+
+/** Who asked for less motion sees none. */
+async function checkStill(browser, file) {
+  const { page, context } = await open(browser, file, { reducedMotion: "reduce" });
+  await page.evaluate(() => document.getElementById("replay").scrollIntoView({ behavior: "instant" }));
+  await page.waitForTimeout(400);
+  check(!(await page.evaluate(() => window.gripline.state.clock.playing)), "with reduced motion it stands still");
+  await context.close();
+}
+
+/** Of many rows one is in colour; pointing at another or choosing it lights that one. */
+async function checkColours(page) {
+  const lit = () => page.evaluate(() => window.gripline.state.lit);
+  await page.mouse.move(5, 500);
+  const focus = await page.evaluate(() => window.gripline.state.focus);
+  check((await lit()) === focus, "of five rows the one followed is in colour");
+  await page.evaluate(() => document.getElementById("figure-friction").scrollIntoView({ behavior: "instant", block: "center" }));
+  await page.waitForTimeout(150);
+  // Pixels of a row's colour in the chart, by row.
+  const painted = () =>
+    page.$eval("#figure-friction canvas", (canvas) => {
+      const data = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height).data;
+      const style = getComputedStyle(document.documentElement);
+      const wanted = [0, 1, 2, 3, 4].map((i) => style.getPropertyValue(`--s${i}`).trim());
+      const counts = wanted.map(() => 0);
+      for (let i = 0; i < data.length; i += 4) {
+        const hex = `#${[...data.slice(i, i + 3)].map((v) => v.toString(16).padStart(2, "0")).join("")}`;
+        const at = wanted.indexOf(hex);
+        if (at >= 0) counts[at]++;
+      }
+      return counts;
+    });
+  const first = await painted();
+  check(first[focus] > 100 && first.every((count, i) => i === focus || count === 0), `the others are grey (${first})`);
+  const other = focus === 0 ? 1 : 0;
+  await page.click(`#figure-friction button.key >> nth=${other}`);
+  check((await lit()) === other, "a click in a legend lights another");
+  await page.hover(`.chip >> nth=${focus}`);
+  check((await lit()) === focus, "pointing at a stack lights it");
+  await page.mouse.move(5, 500);
+  await page.selectOption("select[aria-label='In colour']", "-1");
+  check((await lit()) === null, "all can be in colour");
+  await page.waitForTimeout(150);
+  check((await painted()).filter((count) => count > 20).length >= 4, `and are drawn so (${await painted()})`);
+  await page.selectOption("select[aria-label='In colour']", String(focus));
+}
+
+/** One car that was lost stretches no axis, and its end is marked. */
+async function checkLost(page, { end, offset }) {
+  await page.evaluate(() => window.gripline.state.clock.pause());
+  const clock = await page.evaluate(() => window.gripline.state.clock.end);
+  check(Math.abs(clock - end) < 1, `the replay ends with the runs that go on (${clock} of ${end} s)`);
+  await page.evaluate(() => document.getElementById("figure-offset").scrollIntoView({ behavior: "instant", block: "center" }));
+  await page.waitForTimeout(200);
+  const range = await page.evaluate(() => window.gripline.chartRange("offset"));
+  check(range.x[1] < end + 1 && Math.max(-range.y[0], range.y[1]) < offset, `axes are those of the runs that go on (${range.x} s, ${range.y} m)`);
+  const [download] = await Promise.all([page.waitForEvent("download"), page.click(`#figure-offset .figure-tools button:text-is("SVG")`)]);
+  check(readFileSync(await download.path(), "utf8").includes("lost crashed"), "where it ended is marked");
+}
+
+/** On a phone sections are folded, and open by a touch or a link. */
+async function checkFolds(page, height) {
+  const tall = await page.evaluate(() => document.documentElement.scrollHeight);
+  check(tall < height, `phone: the page is ${tall} px long (limit ${height})`);
+  const folded = await page.$$eval("section.folded", (list) => list.map((section) => section.id));
+  check(folded.length > 2 && !folded.includes("table") && !folded.includes("replay"), `phone: folded are ${folded}`);
+  await page.tap("#laps .fold");
+  await page.waitForTimeout(300);
+  check((await page.$eval("#laps canvas", (canvas) => canvas.clientWidth)) > 200, "phone: a touch opens one, and its charts are drawn");
+  await page.tap("#laps .fold");
+  check(await page.$eval("#laps", (section) => section.classList.contains("folded")), "phone: and folds it again");
+  await page.$eval("nav a[href='#grip']", (link) => link.click());
+  await page.waitForTimeout(200);
+  check(!(await page.$eval("#grip", (section) => section.classList.contains("folded"))), "phone: a link opens what it leads to");
 }
 
 /** Many laps are chosen from a list, and those after the twelfth stand aside in the table. */
@@ -330,6 +432,9 @@ async function checkPage(browser, spec) {
     await page.waitForTimeout(150);
   }
   if (spec.kind === "race") {
+    await checkDemo(page);
+    await checkStill(browser, spec.file);
+    await checkColours(page);
     if (spec.poses?.length) await checkPoses(page, spec.poses);
     await checkCursorSync(page);
     await checkKeys(page);
@@ -341,6 +446,8 @@ async function checkPage(browser, spec) {
     check(await page.$eval(".transport", (bar) => getComputedStyle(bar).display === "none"), "printing leaves the controls out");
     await page.emulateMedia({ media: "screen" });
   }
+  for (const [first, then] of spec.before ?? []) check(words.indexOf(first) >= 0 && words.indexOf(first) < words.indexOf(then), `${JSON.stringify(first)} stands before ${JSON.stringify(then)}`);
+  if (spec.lost) await checkLost(page, spec.lost);
   if (spec.chosen) await checkChosen(page, spec.chosen);
   if (spec.many_laps) await checkManyLaps(page, spec.many_laps);
   if (spec.late_tyres) await checkLateTyres(page, spec.late_tyres);
@@ -358,6 +465,7 @@ async function checkPage(browser, spec) {
   const phone = await open(browser, spec.file, { viewport: { width: 390, height: 844 }, deviceScaleFactor: 2, hasTouch: true });
   await checkShape(phone.page, "phone", spec.pictures);
   await shoot(phone.page, `${spec.name}-phone`);
+  if (spec.phone_height) await checkFolds(phone.page, spec.phone_height);
   check(phone.unwanted.length === 0, `phone: no console errors${phone.unwanted.length ? `: ${phone.unwanted[0]}` : ""}`);
   await phone.context.close();
 }

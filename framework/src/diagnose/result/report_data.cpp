@@ -156,6 +156,25 @@ Node traces_node(const Diagnosis& d, const Diagnoser& diagnoser, std::span<const
   return Node(std::move(out));
 }
 
+/// What every candidate is, in the words of its plugin.
+Node effects_node(const Catalogue& catalogue) {
+  Node out = object();
+  for (const Candidate& c : catalogue.candidates()) {
+    Node params = object();
+    for (std::size_t i = 0; i < c.fitted.size(); ++i) {
+      Node one = object();
+      one.set("words", Node(std::string(c.decl(i).doc)));
+      one.set("unit", Node(std::string(c.decl(i).unit)));
+      params.set(c.decl(i).name, std::move(one));
+    }
+    Node effect = object();
+    effect.set("words", Node(std::string(c.entry->decl->summary)));
+    effect.set("params", std::move(params));
+    out.set(c.id, std::move(effect));
+  }
+  return out;
+}
+
 }  // namespace
 
 Node report_data(const Diagnosis& d, const Diagnoser& diagnoser, std::span<const LogFile> held_out,
@@ -164,6 +183,7 @@ Node report_data(const Diagnosis& d, const Diagnoser& diagnoser, std::span<const
   out.set("sentence", Node(d.sentence));
   out.set("log", Node(log));
   out.set("world", Node(world));
+  out.set("effects", effects_node(diagnoser.catalogue()));
   out.set("track", track_node(diagnoser.road().track()));
   out.set("residual", residual_node(d, diagnoser));
   ColumnTable horizon({"horizon_s", "before", "after"});

@@ -1,0 +1,194 @@
+#include "exports/browser.hpp"
+
+#include <fcntl.h>
+#include <poll.h>
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <chrono>
+#include <cstdlib>
+#include <stdexcept>
+#include <thread>
+#include <vector>
+
+namespace gripline::exports {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+constexpr int patience_ms = 60'000;  // for one answer
+
+[[noreturn]] void fail(const std::string& what) { throw std::runtime_error("the browser " + what); }
+
+/// RFC 4648; what is no digit of it is skipped.
+std::string decoded(std::string_view text) {
+  std::string bytes;
+  std::uint32_t word = 0;
+  int bits = 0;
+  for (const char c : text) {
+    int digit = -1;
+    if (c >= 'A' && c <= 'Z') digit = c - 'A';
+    if (c >= 'a' && c <= 'z') digit = c - 'a' + 26;
+    if (c >= '0' && c <= '9') digit = c - '0' + 52;
+    if (c == '+') digit = 62;
+    if (c == '/') digit = 63;
+    if (digit < 0) continue;
+    word = word << 6 | static_cast<std::uint32_t>(digit);
+    bits += 6;
+    if (bits >= 8) bytes += static_cast<char>(word >> (bits -= 8) & 0xff);
+  }
+  return bytes;
+}
+
+/// Becomes the browser: it reads commands from handle 3 and answers on handle 4. Does not return.
+[[noreturn]] void become(const std::vector<std::string>& words, int commands, int answers) {
+  // Away from 3 and 4 first: dup2 of a handle onto itself keeps its close-on-exec flag.
+  const int in = fcntl(commands, F_DUPFD, 10), out = fcntl(answers, F_DUPFD, 10);
+  dup2(in, 3);
+  dup2(out, 4);
+  const int nothing = ::open("/dev/null", O_RDWR);
+  for (const int handle : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) dup2(nothing, handle);
+  setpgid(0, 0);
+  std::vector<char*> arguments;
+  for (const std::string& word : words) arguments.push_back(const_cast<char*>(word.c_str()));
+  arguments.push_back(nullptr);
+  execv(arguments[0], arguments.data());
+  _exit(127);
+}
+
+}  // namespace
+
+std::string find_program(const char* name) {
+  const char* path = std::getenv("PATH");
+  std::string rest = path != nullptr ? path : "";
+  while (!rest.empty()) {
+    const std::size_t colon = rest.find(':');
+    const fs::path file = fs::path(rest.substr(0, colon)) / name;
+    if (access(file.c_str(), X_OK) == 0 && fs::is_regular_file(file)) return file.string();
+    rest = colon == rest.npos ? "" : rest.substr(colon + 1);
+  }
+  return "";
+}
+
+std::string find_chromium() {
+  if (const char* named = std::getenv("GRIPLINE_CHROMIUM"); named != nullptr && *named != '\0') return named;
+  for (const char* name : {"chromium", "chromium-browser", "google-chrome", "google-chrome-stable"})
+    if (std::string found = find_program(name); !found.empty()) return found;
+  return "";
+}
+
+Browser::Browser(const std::string& chromium, int width, int height) {
+  std::string pattern = (fs::temp_directory_path() / "gripline_browser_XXXXXX").string();
+  if (mkdtemp(pattern.data()) == nullptr) fail("gets no folder for its profile");
+  profile_ = pattern;
+  std::array<int, 2> commands{}, answers{};
+  if (pipe2(commands.data(), O_CLOEXEC) != 0 || pipe2(answers.data(), O_CLOEXEC) != 0) fail("gets no pipes");
+  std::vector<std::string> words = {chromium,
+                                    "--headless=new",
+                                    "--remote-debugging-pipe",
+                                    "--disable-gpu",
+                                    "--hide-scrollbars",
+                                    "--no-first-run",
+                                    "--user-data-dir=" + profile_.string(),
+                                    "--window-size=" + std::to_string(width) + "," + std::to_string(height)};
+  if (geteuid() == 0) words.emplace_back("--no-sandbox");  // it refuses to be root with one
+  words.emplace_back("about:blank");
+  pid_ = fork();
+  if (pid_ == 0) become(words, commands[0], answers[1]);
+  close(commands[0]);
+  close(answers[1]);
+  to_ = commands[1];
+  from_ = answers[0];
+  try {
+    const json target = call("Target.createTarget", {{"url", "about:blank"}});
+    session_ = call("Target.attachToTarget", {{"targetId", target.at("targetId")}, {"flatten", true}}).at("sessionId");
+    call("Emulation.setDeviceMetricsOverride",
+         {{"width", width}, {"height", height}, {"deviceScaleFactor", 1}, {"mobile", false}});
+  } catch (...) {
+    stop();
+    throw;
+  }
+}
+
+Browser::~Browser() { stop(); }
+
+void Browser::stop() {
+  for (int* handle : {&to_, &from_})
+    if (*handle >= 0) close(std::exchange(*handle, -1));
+  if (pid_ > 0) {
+    kill(-pid_, SIGKILL);  // with all that it started
+    kill(pid_, SIGKILL);
+    waitpid(std::exchange(pid_, -1), nullptr, 0);
+  }
+  std::error_code ignored;
+  fs::remove_all(profile_, ignored);
+}
+
+void Browser::open(const fs::path& page, const std::string& ready) {
+  call("Page.navigate", {{"url", "file://" + fs::absolute(page).string()}});
+  const auto until = std::chrono::steady_clock::now() + std::chrono::milliseconds(patience_ms);
+  while (std::chrono::steady_clock::now() < until) {
+    try {
+      if (evaluate(ready) == true) return;
+    } catch (const std::runtime_error&) {
+      // The page before it is gone, this one is not there yet.
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  }
+  fail("did not draw " + page.string() + " within " + std::to_string(patience_ms / 1000) + " s");
+}
+
+json Browser::evaluate(const std::string& expression) {
+  const json answer =
+      call("Runtime.evaluate", {{"expression", expression}, {"awaitPromise", true}, {"returnByValue", true}});
+  if (answer.contains("exceptionDetails")) fail("says: " + answer["exceptionDetails"].value("text", std::string()));
+  return answer.at("result").value("value", json());
+}
+
+std::string Browser::picture() {
+  return decoded(call("Page.captureScreenshot", {{"format", "jpeg"}, {"quality", 92}}).at("data").get<std::string>());
+}
+
+json Browser::call(const std::string& method, const json& parameters) {
+  json command = {{"id", ++id_}, {"method", method}, {"params", parameters}};
+  if (!session_.empty()) command["sessionId"] = session_;
+  std::string text = command.dump();
+  text += '\0';
+  for (std::size_t done = 0; done < text.size();) {
+    const ssize_t n = ::write(to_, text.data() + done, text.size() - done);
+    if (n < 0 && errno == EINTR) continue;
+    if (n <= 0) fail("ended before its time");
+    done += static_cast<std::size_t>(n);
+  }
+  while (true) {
+    const json answer = json::parse(read_message());
+    if (answer.value("id", 0) != id_) continue;  // an event
+    if (answer.contains("error")) fail("says: " + answer["error"].value("message", std::string()));
+    return answer.at("result");
+  }
+}
+
+std::string Browser::read_message() {
+  while (true) {
+    if (const std::size_t end = buffer_.find('\0'); end != buffer_.npos) {
+      std::string message = buffer_.substr(0, end);
+      buffer_.erase(0, end + 1);
+      return message;
+    }
+    pollfd waiting = {from_, POLLIN, 0};
+    const int there = poll(&waiting, 1, patience_ms);
+    if (there < 0 && errno == EINTR) continue;
+    if (there == 0) fail("did not answer within " + std::to_string(patience_ms / 1000) + " s");
+    std::array<char, 65536> bytes{};
+    const ssize_t n = ::read(from_, bytes.data(), bytes.size());
+    if (n < 0 && errno == EINTR) continue;
+    if (n <= 0) fail("ended before its time");
+    buffer_.append(bytes.data(), static_cast<std::size_t>(n));
+  }
+}
+
+}  // namespace gripline::exports

@@ -1,0 +1,45 @@
+// Chromium without a window, driven over the two pipes of its DevTools protocol (--remote-debugging-pipe): JSON texts that end
+// with a zero byte (https://chromedevtools.github.io/devtools-protocol/).
+#pragma once
+
+#include <sys/types.h>
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <string>
+
+namespace gripline::exports {
+
+/// The program on the PATH, or the file named by GRIPLINE_CHROMIUM; empty if there is none.
+std::string find_chromium();
+
+/// A file of one of these names on the PATH; empty if there is none.
+std::string find_program(const char* name);
+
+class Browser {
+ public:
+  /// Starts it with an empty page of this size in pixels. Throws std::runtime_error if it does not come up.
+  Browser(const std::string& chromium, int width, int height);
+  ~Browser();
+  Browser(const Browser&) = delete;
+  Browser& operator=(const Browser&) = delete;
+
+  /// Opens a file and waits until `ready`, JavaScript, is true. Throws std::runtime_error after 60 s.
+  void open(const std::filesystem::path& page, const std::string& ready);
+  /// The value of a JavaScript expression, promises awaited. Throws std::runtime_error if it throws.
+  nlohmann::json evaluate(const std::string& expression);
+  /// What is seen, as the bytes of a JPEG.
+  std::string picture();
+
+ private:
+  nlohmann::json call(const std::string& method, const nlohmann::json& parameters);
+  std::string read_message();
+  void stop();
+  std::filesystem::path profile_;
+  pid_t pid_ = -1;
+  int to_ = -1, from_ = -1;
+  std::string buffer_, session_;
+  int id_ = 0;
+};
+
+}  // namespace gripline::exports

@@ -1,0 +1,163 @@
+#include "exports/video.hpp"
+
+#include <fcntl.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cmath>
+#include <csignal>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "config/errors.hpp"
+#include "exports/browser.hpp"
+
+namespace gripline::exports {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// ffmpeg, which takes pictures on its standard input.
+class Encoder {
+ public:
+  Encoder(const fs::path& file, int fps) {
+    const std::string words[] = {find_program("ffmpeg"),
+                                 "-y",
+                                 "-loglevel",
+                                 "error",
+                                 "-f",
+                                 "image2pipe",
+                                 "-framerate",
+                                 std::to_string(fps),
+                                 "-c:v",
+                                 "mjpeg",
+                                 "-i",
+                                 "-",
+                                 "-c:v",
+                                 "libx264",
+                                 "-pix_fmt",
+                                 "yuv420p",
+                                 "-crf",
+                                 "20",
+                                 "-movflags",
+                                 "+faststart",
+                                 "-f",
+                                 "mp4",
+                                 file.string()};
+    std::array<int, 2> pictures{};
+    if (pipe2(pictures.data(), O_CLOEXEC) != 0) throw std::runtime_error("ffmpeg gets no pipe");
+    pid_ = fork();
+    if (pid_ == 0) {
+      dup2(pictures[0], STDIN_FILENO);
+      std::vector<char*> arguments;
+      for (const std::string& word : words) arguments.push_back(const_cast<char*>(word.c_str()));
+      arguments.push_back(nullptr);
+      execv(arguments[0], arguments.data());
+      _exit(127);
+    }
+    close(pictures[0]);
+    to_ = pictures[1];
+  }
+  ~Encoder() {
+    if (to_ >= 0) close(to_);
+    if (pid_ <= 0) return;
+    ::kill(pid_, SIGKILL);
+    waitpid(pid_, nullptr, 0);
+  }
+  Encoder(const Encoder&) = delete;
+  Encoder& operator=(const Encoder&) = delete;
+
+  void add(const std::string& picture) {
+    for (std::size_t done = 0; done < picture.size();) {
+      const ssize_t n = ::write(to_, picture.data() + done, picture.size() - done);
+      if (n < 0 && errno == EINTR) continue;
+      if (n <= 0) throw std::runtime_error("ffmpeg ended before its time");
+      done += static_cast<std::size_t>(n);
+    }
+  }
+  void finish() {
+    close(std::exchange(to_, -1));
+    int status = 0;
+    waitpid(std::exchange(pid_, -1), &status, 0);
+    if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) throw std::runtime_error("ffmpeg could not write the video");
+  }
+
+ private:
+  pid_t pid_ = -1;
+  int to_ = -1;
+};
+
+/// A pipe whose reader ended must be an error here and not the end of this process.
+class NoPipeSignal {
+ public:
+  NoPipeSignal() : before_(std::signal(SIGPIPE, SIG_IGN)) {}
+  ~NoPipeSignal() { std::signal(SIGPIPE, before_); }
+  NoPipeSignal(const NoPipeSignal&) = delete;
+  NoPipeSignal& operator=(const NoPipeSignal&) = delete;
+
+ private:
+  void (*before_)(int);
+};
+
+void check(const VideoOptions& o) {
+  if (o.width < 160 || o.height < 120 || o.width > 7680 || o.height > 4320 || o.width % 2 != 0 || o.height % 2 != 0)
+    throw InputError("a video is 160x120 to 7680x4320 pixels large, both even; found " + std::to_string(o.width) + "x" +
+                     std::to_string(o.height));
+  if (o.fps < 1 || o.fps > 120)
+    throw InputError("a video has 1 to 120 pictures a second; found " + std::to_string(o.fps));
+  if (!(o.rate > 0 && o.rate <= 100)) throw InputError("a video runs at 0 to 100 times the race's speed");
+}
+
+}  // namespace
+
+void require_video_programs() {
+  if (find_chromium().empty())
+    throw InputError(
+        "a video needs Chromium, which is not on the PATH: apt-get install chromium, or name it in GRIPLINE_CHROMIUM");
+  if (find_program("ffmpeg").empty())
+    throw InputError("a video needs ffmpeg, which is not on the PATH: apt-get install ffmpeg");
+}
+
+void write_video(const fs::path& page, const fs::path& file, const VideoOptions& options,
+                 const std::function<void(std::size_t, std::size_t)>& progress) {
+  check(options);
+  require_video_programs();
+  const NoPipeSignal ignored;
+  Browser browser(find_chromium(), options.width, options.height);
+  browser.open(page, "performance.getEntriesByName('gripline-built').length > 0");
+  if (browser.evaluate("Boolean(window.gripline && window.gripline.replay)") != true)
+    throw InputError(page.string() + ": nothing moves in it; a video is of the replay of a race");
+  browser.evaluate(options.follow ? "gripline.replay.film(true)" : "gripline.replay.film(false)");
+  const double end = browser.evaluate("gripline.state.clock.end").get<double>();
+  const double to = options.to < options.from ? end : std::min(options.to, end);
+  if (options.from < 0 || options.from >= to)
+    throw InputError("the race lasts " + std::to_string(end) + " s; there is nothing to film from " +
+                     std::to_string(options.from) + " s on");
+  const double step = options.rate / options.fps;
+  const auto count = static_cast<std::size_t>(std::floor((to - options.from) / step + 1e-9)) + 1;
+  const fs::path aside = file.string() + ".partial";
+  try {
+    Encoder encoder(aside, options.fps);
+    for (std::size_t i = 0; i < count; ++i) {
+      // After the second frame what was asked for has been painted.
+      browser.evaluate(
+          "gripline.state.clock.seek(" + std::to_string(options.from + static_cast<double>(i) * step) +
+          "), new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => done(true))))");
+      encoder.add(browser.picture());
+      if (progress) progress(i + 1, count);
+    }
+    encoder.finish();
+  } catch (...) {
+    std::error_code failed;
+    fs::remove(aside, failed);
+    throw;
+  }
+  fs::rename(aside, file);
+}
+
+}  // namespace gripline::exports

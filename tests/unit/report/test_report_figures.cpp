@@ -1,0 +1,86 @@
+#include "report/figures.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <map>
+#include <regex>
+#include <string>
+#include <vector>
+
+#include "report/plot.hpp"
+#include "report/report.hpp"
+#include "support/report_files.hpp"
+#include "support/report_sample.hpp"
+
+namespace gripline::report {
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+
+TEST(ReportFigures, AreWholeDrawings) {
+  const Folder race, validation, diagnosis;
+  sample::write_sample(race.path() / "race");
+  sample::write_validation_sample(race.path() / "validation");
+  sample::write_diagnosis_sample(race.path() / "diagnosis");
+  std::map<std::string, std::vector<std::string>> expected{
+      {"race", {"trajectories", "speed", "friction", "tyre_curves", "g_g", "laps", "step_times", "pareto"}},
+      {"validation", {"offline_validation", "force_validation"}},
+      {"diagnosis", {"diagnosis_gap", "diagnosis_residual", "diagnosis_traces"}}};
+  for (const auto& [kind, names] : expected) {
+    const Written written = write_report({race.path() / kind, {}, true, {}, {}});
+    std::vector<std::string> found;
+    for (const fs::path& figure : written.figures) {
+      found.push_back(figure.stem().string());
+      const std::string svg = bytes_of(figure);
+      EXPECT_TRUE(svg.starts_with("<svg xmlns=\"http://www.w3.org/2000/svg\"")) << figure;
+      EXPECT_TRUE(svg.ends_with("</svg>\n"));
+      EXPECT_THAT(svg, Not(testing::ContainsRegex("nan|inf[^o]")));
+      EXPECT_THAT(svg, HasSubstr("<path d=\"M"));
+      EXPECT_THAT(svg, Not(testing::ContainsRegex(">-[0-9]"))) << figure << ": a hyphen for a minus";
+      if (figure.stem() == "step_times") {
+        EXPECT_THAT(svg, Not(HasSubstr(">0.0001<"))) << "no step of the sample is that short";
+      }
+    }
+    EXPECT_THAT(found, testing::UnorderedElementsAreArray(names)) << kind;
+  }
+}
+
+/// Rows over several runs show how sure their medians are.
+TEST(ReportFigures, IntervalsOfTheTableAreDrawn) {
+  const Folder folder;
+  const auto lines_of = [&](const std::string& figure, const std::string& more_names, const std::string& more_cells) {
+    std::ofstream(folder.path() / "table.csv")
+        << "stack,lap0_s,violation_s,pace_ratio0" << more_names << "\nelm,8.5,0.2,1.05" << more_cells << "\n";
+    std::ofstream(folder.path() / "runs.csv") << "stack,seed,status\nelm,1,finished\n";
+    (void)write_report({folder.path(), {}, true, {}, {}});
+    const std::string svg = bytes_of(folder.path() / "figures" / (figure + ".svg"));
+    const std::regex path(series_colour(0));
+    return std::distance(std::sregex_iterator(svg.begin(), svg.end(), path), std::sregex_iterator());
+  };
+  const std::string names = ",lap0_s_lo,lap0_s_hi,violation_s_lo,violation_s_hi,pace_ratio0_lo,pace_ratio0_hi";
+  EXPECT_EQ(lines_of("laps", names, ",8.4,8.7,0.1,0.4,1.04,1.07"), lines_of("laps", "", "") + 1);
+  EXPECT_EQ(lines_of("pareto", names, ",8.4,8.7,0.1,0.4,1.04,1.07"), lines_of("pareto", "", "") + 2);
+  EXPECT_EQ(lines_of("laps", names, ",,,,,,"), lines_of("laps", "", ""));
+}
+
+TEST(ReportFigures, DrivesOfTheirOwnHavePanelsOfTheirOwn) {
+  const Folder folder;
+  const auto panels = [&](const std::string& name, bool own_drives) {
+    sample::write_validation_sample(folder.path() / name, own_drives);
+    const Written written = write_report({folder.path() / name, {}, true, {}, {}});
+    const std::string svg = bytes_of(folder.path() / name / "figures" / "offline_validation.svg");
+    std::size_t count = 0;
+    for (std::size_t at = 0; (at = svg.find("<clipPath", at)) != svg.npos; ++at) ++count;
+    return count;
+  };
+  EXPECT_EQ(panels("one", false), 3u);
+  EXPECT_EQ(panels("own", true), 6u);
+}
+
+}  // namespace
+}  // namespace gripline::report

@@ -1,0 +1,120 @@
+// gripline export: results in the formats of other people's tools.
+#include <iostream>
+#include <sstream>
+
+#include "cli/options.hpp"
+#include "config/errors.hpp"
+#include "exports/foxglove.hpp"
+#include "exports/runs.hpp"
+#include "exports/video.hpp"
+#include "exports/wide_csv.hpp"
+#include "gripline/command.hpp"
+#include "report/report.hpp"
+#include "util/csv_writer.hpp"
+#include "util/progress.hpp"
+
+namespace gripline::tools {
+namespace po = boost::program_options;
+namespace {
+
+std::vector<std::string> list_of(const po::variables_map& given, const char* name) {
+  std::vector<std::string> names;
+  std::istringstream text(text_of(given, name).value_or(""));
+  for (std::string one; std::getline(text, one, ',');)
+    if (!one.empty()) names.push_back(one);
+  return names;
+}
+
+double number_of(const po::variables_map& given, const char* name, double otherwise) {
+  const std::optional<std::string> text = text_of(given, name);
+  if (!text) return otherwise;
+  std::istringstream in(*text);
+  double value = 0;
+  if (!(in >> value) || !in.eof()) {
+    std::string words = "--";
+    words.append(name).append(": expected a number, found \"").append(*text).append("\"");
+    throw InputError(words);
+  }
+  return value;
+}
+
+exports::VideoOptions video_options(const po::variables_map& given) {
+  exports::VideoOptions options;
+  if (const std::optional<std::string> size = text_of(given, "size")) {
+    char x = 0;
+    std::istringstream in(*size);
+    if (!(in >> options.width >> x >> options.height) || x != 'x' || !in.eof())
+      throw InputError("--size: expected WIDTHxHEIGHT in pixels, found \"" + *size + "\"");
+  }
+  options.fps = static_cast<int>(number_of(given, "fps", options.fps));
+  options.rate = number_of(given, "rate", options.rate);
+  options.from = number_of(given, "from", options.from);
+  options.to = number_of(given, "to", options.to);
+  options.follow = given.count("follow") > 0;
+  return options;
+}
+
+void say_written(const std::string& what, const std::string& file) { std::cout << what << ": " << file << '\n'; }
+
+/// Draws the page anew and films it, so that the video shows what the files say now.
+void export_video(const std::filesystem::path& folder, const std::string& file, const exports::VideoOptions& options) {
+  report::Options page;
+  page.folder = folder;
+  page.page = std::filesystem::path(file + ".html");
+  const report::Written written = report::write_report(page);
+  CallbackProgress progress(std::cerr, "video");
+  const auto callback = progress.callback();
+  try {
+    exports::write_video(written.page, file, options, [&](std::size_t done, std::size_t total) {
+      callback(static_cast<double>(done), total, "pictures");
+    });
+  } catch (...) {
+    std::filesystem::remove(written.page);
+    throw;
+  }
+  std::filesystem::remove(written.page);
+  progress.finish();
+}
+
+}  // namespace
+
+int run_export(Arguments args) {
+  po::options_description visible("options");
+  auto add = visible.add_options();
+  add("mcap", po::value<std::string>(), "an MCAP file for Foxglove");
+  add("csv", po::value<std::string>(), "one wide CSV file for PlotJuggler: t_s, then row/column");
+  add("video", po::value<std::string>(), "the replay as an MP4 file; needs Chromium and ffmpeg");
+  add("only", po::value<std::string>(), "these rows, separated by commas (default: all)");
+  add("seed", po::value<std::string>(), "these seeds, separated by commas (default: the first of each row)");
+  add("size", po::value<std::string>(), "of the video: WIDTHxHEIGHT in pixels (default 1280x720)");
+  add("fps", po::value<std::string>(), "of the video: pictures a second (default 25)");
+  add("rate", po::value<std::string>(), "of the video: seconds of the race in one second (default 1)");
+  add("from", po::value<std::string>(), "of the video: where it begins [s] (default 0)");
+  add("to", po::value<std::string>(), "of the video: where it ends [s] (default: with the race)");
+  add("follow", "of the video: follow one car");
+  add("help,h", "this text");
+  const auto given =
+      parse_options(args, visible, "export OUT --mcap FILE | --csv FILE | --video FILE [options]", "results");
+  if (!given) return good;
+  const Words folders = words_of(*given, "results");
+  if (folders.size() != 1) throw InputError("which results? One folder, for example out/table1");
+  const auto mcap = text_of(*given, "mcap"), csv = text_of(*given, "csv"), video = text_of(*given, "video");
+  if (!mcap && !csv && !video) throw InputError("export what? --mcap FILE, --csv FILE or --video FILE");
+  for (const auto& [option, file] : {std::pair{"--mcap", mcap}, std::pair{"--csv", csv}, std::pair{"--video", video}})
+    if (file) require_writable(option, *file, {});
+  const exports::VideoOptions film = video_options(*given);
+  if (video) exports::require_video_programs();
+  if (mcap || csv) {
+    const exports::Results results =
+        exports::read_results(folders.front(), {list_of(*given, "only"), list_of(*given, "seed")});
+    if (mcap) write_file(*mcap, exports::foxglove_mcap(results));
+    if (mcap) say_written("mcap", *mcap);
+    if (csv) write_file(*csv, exports::wide_csv(results.runs));
+    if (csv) say_written("csv", *csv);
+  }
+  if (video) export_video(folders.front(), *video, film);
+  if (video) say_written("video", *video);
+  return good;
+}
+
+}  // namespace gripline::tools
