@@ -45,10 +45,10 @@ class RecoveryPath {
       return true;
     }
     follow(x);
-    if (driven_ >= path_.length() - 0.25 * radius_ && std::abs(heading_error(x)) < 0.5 * lost_angle) {
+    if (driven_ >= path_.length() - 0.25 * radius_ && std::abs(heading_error(x)) < 0.5 * astray_angle) {
       active_ = false;
     } else if (const double off = distance(x, driven_);
-               off > 0.5 * radius_ || std::abs(heading_error(x)) > lost_angle) {
+               off > 0.5 * radius_ || std::abs(heading_error(x)) > astray_angle) {
       if (v > 1.5 * speed())
         slowing_ = true;
       else
@@ -85,7 +85,8 @@ class RecoveryPath {
   static constexpr double steering_share = 0.85;  // of full lock
   static constexpr double friction_share = 0.35;  // of the friction, in the arcs
   static constexpr double braking_share = 0.6;    // of the friction, where the car is slowed down
-  static constexpr double lost_angle = 1.2;       // [rad] between car and line
+  static constexpr double lost_angle = 1.5;       // [rad] between car and line: lines cross roads at up to 1.4
+  static constexpr double astray_angle = 1.2;     // [rad] between car and the way back
   static constexpr double beside_cost = 2.0;      // metres that one counts which is the car's width beside the road
   static constexpr double whole_line = 1e3;       // [m] of room, where no edge is to hold the car back
   static constexpr int places = 48;               // of the line that a way may lead to
