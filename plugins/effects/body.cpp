@@ -7,6 +7,8 @@
 //   wind          rx = vx - (wx cos yaw + wy sin yaw),  ry = vy - (-wx sin yaw + wy cos yaw);
 //                 vx' -= Cd (rx |rx| - vx^2) / m,  vy' -= 2.5 Cd (ry hypot(rx, ry) - vy hypot(vx, vy)) / m
 //   plane_tilt    grade += tx cos yaw + ty sin yaw,  bank += tx sin yaw - ty cos yaw
+//   yaw_response  omega* = w / sqrt(1 + (w vx / (mu g))^2),  w = vx delta / L;
+//                 omega' = (omega* - omega) / tau,  vy' = (lr omega* - vy) / tau: in place of the model's own
 //   grade, bank   slope += direction sum_i c_i B(10 f - i), i = 0..9 periodic, f the lap fraction, B the
 //                 cubic B-spline; grade leaves out the mean of its c_i: a closed lap comes back to its height
 #include <gripline/plugin.hpp>
@@ -187,36 +189,62 @@ class Bank final : public LapSlope<Bank> {
   }
 };
 
+/// For cars without slip, which turn by any steering angle at any speed, and at once.
+class YawResponse final : public gripline::AutoDiffEffect<YawResponse> {
+ public:
+  template <class T>
+  struct Params {
+    T tau = T(0.12), mu = T(1);
+  };
+  static constexpr auto parameters() {
+    using P = Params<double>;
+    return std::tuple{param("tau", &P::tau, "s", {0.01, 5}, "time constant of the yaw rate"),
+                      param("mu", &P::mu, "1", {0.05, 5}, "friction that bounds lateral acceleration")};
+  }
+  Stage stage() const noexcept override { return Stage::body; }
+  template <class T>
+  void act(Point<T>& p, const Params<T>& k) const {
+    using std::sqrt;
+    auto& q = p.q;
+    const T no_slip = q.vx * q.delta / (q.lf + q.lr);
+    const T omega = no_slip / sqrt(1.0 + square(no_slip * q.vx / (k.mu * gripline::gravity)));
+    q.aw = (omega - q.omega) / k.tau;
+    q.ay = (q.lr * omega - q.vy) / k.tau;
+  }
+};
+
 }  // namespace
 
-GRIPLINE_PLUGINS(gripline::describe<AeroDrag>("aero_drag", "1.0", "drag that grows with speed squared")
-                     .advice("coast down from top speed to half of it on a level straight; "
-                             "drive the same lap in the other direction, and coast down once; "
-                             "full throttle from a quarter of top speed to top speed")
-                     .precedence(10),
-                 gripline::describe<RollingRes>("rolling_res", "1.0", "constant resistance")
-                     .advice("coast down from top speed to half of it on a level straight; "
-                             "drive the same lap in the other direction, and coast down once")
-                     .precedence(11),
-                 gripline::describe<DiffYaw>("diff_yaw", "1.0",
-                                             "something damps the yaw rate, as a locked differential does")
-                     .advice("power on and lift off in a steady corner, then brake in a turn")
-                     .precedence(12),
-                 gripline::describe<TorqueVec>("torque_vec", "1.0", "drive force turns the car while steering")
-                     .advice("power on and lift off in a steady corner, then brake in a turn")
-                     .precedence(13),
-                 gripline::describe<Wind>("wind", "1.0", "steady wind")
-                     .advice("drive the same lap in the other direction")
-                     .precedence(14),
-                 gripline::describe<PlaneTilt>("plane_tilt", "1.0", "the whole ground is tilted")
-                     .advice("drive the same lap in the other direction")
-                     .precedence(15),
-                 gripline::describe<Grade>("grade", "1.0", "slope along the lap")
-                     .advice("drive the same lap in the other direction, and coast down once; "
-                             "drive the same lap in the other direction; "
-                             "the same place at two speeds, for three laps or more")
-                     .precedence(16),
-                 gripline::describe<Bank>("bank", "1.0", "slope across the lap")
-                     .advice("drive the same lap in the other direction; "
-                             "the same place at two speeds, for three laps or more")
-                     .precedence(17))
+GRIPLINE_PLUGINS(
+    gripline::describe<AeroDrag>("aero_drag", "1.0", "drag that grows with speed squared")
+        .advice("coast down from top speed to half of it on a level straight; "
+                "drive the same lap in the other direction, and coast down once; "
+                "full throttle from a quarter of top speed to top speed")
+        .precedence(10),
+    gripline::describe<RollingRes>("rolling_res", "1.0", "constant resistance")
+        .advice("coast down from top speed to half of it on a level straight; "
+                "drive the same lap in the other direction, and coast down once")
+        .precedence(11),
+    gripline::describe<DiffYaw>("diff_yaw", "1.0", "something damps the yaw rate, as a locked differential does")
+        .advice("power on and lift off in a steady corner, then brake in a turn")
+        .precedence(12),
+    gripline::describe<TorqueVec>("torque_vec", "1.0", "drive force turns the car while steering")
+        .advice("power on and lift off in a steady corner, then brake in a turn")
+        .precedence(13),
+    gripline::describe<Wind>("wind", "1.0", "steady wind")
+        .advice("drive the same lap in the other direction")
+        .precedence(14),
+    gripline::describe<PlaneTilt>("plane_tilt", "1.0", "the whole ground is tilted")
+        .advice("drive the same lap in the other direction")
+        .precedence(15),
+    gripline::describe<Grade>("grade", "1.0", "slope along the lap")
+        .advice("drive the same lap in the other direction, and coast down once; "
+                "drive the same lap in the other direction; "
+                "the same place at two speeds, for three laps or more")
+        .precedence(16),
+    gripline::describe<Bank>("bank", "1.0", "slope across the lap")
+        .advice("drive the same lap in the other direction; "
+                "the same place at two speeds, for three laps or more")
+        .precedence(17),
+    gripline::describe<YawResponse>("yaw_response", "1.0",
+                                    "a car without slip turns with a delay, and no more than its tyres bear"))

@@ -50,6 +50,8 @@ class JoinPath {
   }
 
   bool active() const { return active_; }
+  /// The way is given up: the car was driven by others.
+  void forget() { active_ = false; }
 
  private:
   struct Pose2 {

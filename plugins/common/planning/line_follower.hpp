@@ -64,22 +64,29 @@ class RoadLine {
   double road_length_ = 0;
 };
 
+/// Whether a point lies between the edges of the road beside its foot, at station s of the line.
+inline bool beside_line(const ClosedLine& line, double s, double x, double y) {
+  const LinePoint p = line.at(s);
+  const double n = -std::sin(p.yaw) * (x - p.x) + std::cos(p.yaw) * (y - p.y);
+  return n <= p.left && n >= -p.right;
+}
+
 /// Remembers where the car was on the line, so that the projection moves continuously.
 class LineFollower {
  public:
-  /// Station of the car's foot on the line, searched near the last one; along the whole line when the car is further
-  /// from it than the road is wide, or when the foot jumped by twice that.
+  /// Station of the car's foot on the line, searched near the last one. A car that is further from it than the road is
+  /// wide, or whose foot jumped by twice that, is on another stretch if it is between the edges there; one that left the
+  /// road is beside the stretch where it did, however near others are.
   double locate(const ClosedLine& line, double x, double y) {
-    ClosedLine::Foot foot{};
-    if (!std::isnan(hint_)) {
-      foot = line.project(x, y, hint_);
-      const LinePoint p = line.at(foot.s);
-      const double width = p.left + p.right, jump = std::remainder(foot.s - hint_, line.length());
-      if (foot.distance > width || std::abs(jump) > 2.0 * width) hint_ = std::numeric_limits<double>::quiet_NaN();
+    if (std::isnan(hint_)) return hint_ = line.project(x, y).s;
+    const ClosedLine::Foot foot = line.project(x, y, hint_);
+    const LinePoint p = line.at(foot.s);
+    const double width = p.left + p.right, jump = std::remainder(foot.s - hint_, line.length());
+    if (foot.distance > width || std::abs(jump) > 2.0 * width) {
+      const ClosedLine::Foot other = line.project(x, y);
+      if (beside_line(line, other.s, x, y)) return hint_ = other.s;
     }
-    if (std::isnan(hint_)) foot = line.project(x, y);
-    hint_ = foot.s;
-    return hint_;
+    return hint_ = foot.s;
   }
   /// To be called after a change of line: a station of the old one is no hint.
   void forget() { hint_ = std::numeric_limits<double>::quiet_NaN(); }

@@ -15,6 +15,7 @@
 #include "common/planning/join_path.hpp"
 #include "common/planning/line_follower.hpp"
 #include "common/planning/planner_context.hpp"
+#include "common/planning/recovery_path.hpp"
 #include "common/planning/speed_profile.hpp"
 
 namespace gripline::planning {
@@ -81,20 +82,26 @@ class LinePlanner {
         limits_(nominal_of(context), context.car, params.rolling, params.drag),
         road_(minimum_curvature_line(context, params), *context.course),
         profiles_(road_.line(), context.car, limits_, {params.tyre_B, params.tyre_C, params.combined}, mus),
-        join_(context.car, road_.line().length()) {}
+        join_(context.car, road_.line().length()),
+        recovery_(context.car, road_.line()) {}
 
   void plan(const Observation& now, double mu, std::span<RefPoint> horizon) {
     const ClosedLine& line = road_.line();
     const Bracket at_mu = profiles_.select(mu);
     const double foot = follower_.locate(line, now.x.x, now.x.y);
-    join_.update(now, road_.at(foot, now.x.yaw), mu, static_cast<double>(horizon.size()) * dt_);
-    const auto speed = [&](double s) {
-      return std::min(pace_ * profiles_.speed(at_mu, line.bracket(s)), join_.speed(s));
-    };
+    const auto planned = [&](double s) { return pace_ * profiles_.speed(at_mu, line.bracket(s)); };
     const auto reach = [&](double v) {
       return from_car_speed_ ? std::max(0.0, limits_.coast(v) + limits_.drive(v))
                              : std::numeric_limits<double>::infinity();
     };
+    const auto reference = [&](double s) { return road_.at(s, now.x.yaw); };
+    if (recovery_.update(now, foot, mu, reference)) {
+      join_.forget();
+      recovery_.fill(now, dt_, reference, planned, reach, horizon);
+      return;
+    }
+    join_.update(now, reference(foot), mu, static_cast<double>(horizon.size()) * dt_);
+    const auto speed = [&](double s) { return std::min(planned(s), join_.speed(s)); };
     sample_horizon(road_, foot, now, dt_, speed, reach, horizon);
     join_.move(horizon);
   }
@@ -110,6 +117,7 @@ class LinePlanner {
   ProfileLibrary profiles_;
   LineFollower follower_;
   JoinPath join_;
+  RecoveryPath recovery_;
 };
 
 }  // namespace gripline::planning

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "common/planning/line_follower.hpp"
+
 namespace gripline::time_optimal {
 
 namespace {
@@ -170,8 +172,10 @@ double PlanFollower::locate(double x, double y) {
     const double width = road.left + road.right;
     const double s = refine(hint_, x, y);
     const double jump = std::remainder(s - hint_, base_->length());
-    // Else the whole line is searched: the car is further off than the road is wide, or its foot jumped.
     if (distance(at(s)) <= width && std::abs(jump) <= 2.0 * width) return hint_ = s;
+    // The car is further off than the road is wide, or its foot jumped: it is on another stretch, or beside this one.
+    const double other = base_->project(x, y).s;
+    if (!planning::beside_line(*base_, other, x, y)) return hint_ = base_->project(x, y, hint_).s;
   }
   std::size_t best = 0;
   double least = std::numeric_limits<double>::infinity();

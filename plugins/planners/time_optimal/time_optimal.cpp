@@ -16,6 +16,7 @@
 
 #include "common/planning/join_path.hpp"
 #include "common/planning/planner_context.hpp"
+#include "common/planning/recovery_path.hpp"
 #include "planners/time_optimal/adaptive_laps.hpp"
 #include "planners/time_optimal/receding_laps.hpp"
 #include "planners/time_optimal/resistance_fit.hpp"
@@ -87,6 +88,7 @@ class LapPlanner : public SpeedPlanner {
         line_(setup_),
         resistance_(typical_.resistance, context.car.v_ref),
         join_(context.car, setup_.base().length()),
+        recovery_(context.car, setup_.base()),
         mu_plan_(params.start * context.mu_init) {}
 
   void plan(const Observation& now, const Belief& belief, const TyreCurve* learned,
@@ -103,7 +105,17 @@ class LapPlanner : public SpeedPlanner {
     const CarBelief car{tyres, resistance_.value()};
     update(replan ? &car : nullptr, now);
     const double tightened = car_.width * (k_.tighten + k_.tighten_sigma * spread / std::max(mu_of(tyres), 1e-3));
-    sample(now, tightened, horizon);
+    const double station = line_.locate(now.x.x, now.x.y);
+    const auto on_line = [&](double s) { return reference(s, now.x.yaw, tightened); };
+    if (recovery_.update(now, station, mu_plan_, on_line)) {
+      join_.forget();
+      const auto speed = [&](double s) { return k_.pace * line_.at(s).v; };
+      recovery_.fill(
+          now, dt_, on_line, speed, [&](double v) { return gain(v); }, horizon);
+      return;
+    }
+    join_.update(now, on_line(station), mu_plan_, static_cast<double>(horizon.size()) * dt_);
+    sample(now, station, tightened, horizon);
     join_.move(horizon);
   }
   std::span<const LinePoint> line() const override { return line_.samples(); }
@@ -170,12 +182,16 @@ class LapPlanner : public SpeedPlanner {
     return r;
   }
 
+  /// The acceleration by which references may gain speed [m/s2].
+  double gain(double v) const {
+    return k_.from_car_speed ? std::max(0.0, setup_.full_throttle(v, resistance_.value())) : 1e9;
+  }
+
   /// The first advance is with the car's own speed; references then gain speed as the car can until they drive the
   /// plan. Each advance takes the speed half-way.
-  void sample(const Observation& now, double tightened, std::span<RefPoint> horizon) {
-    double s = line_.locate(now.x.x, now.x.y), yaw = now.x.yaw;
+  void sample(const Observation& now, double station, double tightened, std::span<RefPoint> horizon) {
+    double s = station, yaw = now.x.yaw;
     double v = std::max(std::hypot(now.x.vx, now.x.vy), 0.01);
-    join_.update(now, reference(s, yaw, tightened), mu_plan_, static_cast<double>(horizon.size()) * dt_);
     for (std::size_t k = 0; k < horizon.size(); ++k) {
       RefPoint& r = horizon[k];
       r = reference(s, yaw, tightened);
@@ -184,8 +200,7 @@ class LapPlanner : public SpeedPlanner {
       yaw = r.yaw;
       const PlanPoint here = line_.at(s);
       if (k > 0) {
-        const double gain = k_.from_car_speed ? std::max(0.0, setup_.full_throttle(v, resistance_.value())) : 1e9;
-        v = std::min({k_.pace * here.v, join_.speed(s), v + gain * dt_});
+        v = std::min({k_.pace * here.v, join_.speed(s), v + gain(v) * dt_});
         r.v = v * std::cos(here.beta);
       }
       const double half = s + 0.5 * dt_ * v / here.stretch;
@@ -208,6 +223,7 @@ class LapPlanner : public SpeedPlanner {
   ResistanceFit resistance_;
   std::optional<Observation> before_;
   JoinPath join_;
+  RecoveryPath recovery_;
   double mu_plan_;
   SlipRange front_seen_, rear_seen_;
 };

@@ -54,6 +54,19 @@ TEST(PlaneTilt, IsAGradeAheadAndABankAcross) {
   bench.expect_exact_derivatives({0.02, 0.01});
 }
 
+TEST(YawResponse, GoesToTheTurnThatTheTyresBear) {
+  EffectBench bench("yaw_response");
+  const double no_slip = bench.q.vx * bench.q.delta / (bench.q.lf + bench.q.lr);
+  for (const double mu : {0.2, 1.0, 5.0}) {
+    const double omega = no_slip / std::hypot(1.0, no_slip * bench.q.vx / (mu * gravity));
+    const auto q = bench.apply({0.1, mu});
+    EXPECT_NEAR(q.aw, (omega - bench.q.omega) / 0.1, 1e-12);
+    EXPECT_NEAR(q.ay, (bench.q.lr * omega - bench.q.vy) / 0.1, 1e-12);
+    EXPECT_LT(std::abs(omega * bench.q.vx), mu * gravity);
+    bench.expect_exact_derivatives({0.1, mu});
+  }
+}
+
 /// Ten coefficients without mean.
 std::vector<double> profile() {
   std::mt19937_64 random(7);

@@ -24,6 +24,7 @@ class FixedSpeedTest : public ::testing::Test {
     Observation now;
     now.x.x = planner.line()[i].x;
     now.x.y = planner.line()[i].y;
+    now.x.yaw = planner.line()[i].yaw;
     std::array<RefPoint, 2> horizon{};
     planner.plan(now, {mu, mu, 0, 0, true}, nullptr, horizon);
     return horizon[0].v;
@@ -61,6 +62,7 @@ TEST_F(FixedSpeedTest, IsCarefulForAsLongAsItIsTold) {
     now.t = t;
     now.x.x = planner->line()[0].x;
     now.x.y = planner->line()[0].y;
+    now.x.yaw = planner->line()[0].yaw;
     std::array<RefPoint, 2> horizon{};
     planner->plan(now, {1, 1, 0, 0, t < 5}, nullptr, horizon);
     return horizon[0].v;

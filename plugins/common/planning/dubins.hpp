@@ -1,0 +1,87 @@
+// Ways of a car that cannot turn more sharply than a radius, from one pose to another: an arc, a straight line or an arc the
+// other way round, an arc.
+//
+// Source: Dubins (1957), "On curves of minimal length with a constraint on average curvature": the shortest way is one of
+// these. Of three arcs both choices of the middle one are here, as the longer may need less room.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <optional>
+
+namespace gripline::planning {
+
+struct PlanePose {
+  double x = 0, y = 0, yaw = 0;  // [m, m, rad]
+};
+
+/// Three parts from a pose; the arcs' curvature is +-1 / radius.
+class DubinsPath {
+ public:
+  static constexpr int kinds = 8;
+
+  /// The path of one kind, if there is one: 0 to 3 have a straight line in the middle, and 0 or 1 is always there.
+  static std::optional<DubinsPath> between(const PlanePose& from, const PlanePose& to, double radius, int kind) {
+    const bool arcs = kind >= 4;
+    const double first = kind % 2 == 0 ? 1.0 : -1.0;  // the side of the first arc: left, right
+    const double last = arcs || kind < 2 ? first : -first;
+    const PlanePose c0 = centre(from, first * radius), c1 = centre(to, last * radius);
+    const double apart = std::hypot(c1.x - c0.x, c1.y - c0.y), along = std::atan2(c1.y - c0.y, c1.x - c0.x);
+    DubinsPath path;
+    path.from_ = from;
+    path.curvature_ = {first / radius, arcs ? -first / radius : 0.0, last / radius};
+    if (arcs) {
+      if (apart > 4.0 * radius) return std::nullopt;
+      // The middle circle touches both: its centre is off the line between theirs by this angle, on either side.
+      const double side = (kind < 6 ? 1.0 : -1.0) * std::acos(0.25 * apart / radius);
+      const double h0 = along + side + first * 0.5 * std::numbers::pi;
+      const double h1 = along + std::numbers::pi - side + first * 0.5 * std::numbers::pi;
+      path.length_ = {radius * turn(first * (h0 - from.yaw)), radius * turn(-first * (h1 - h0)),
+                      radius * turn(first * (to.yaw - h1))};
+    } else {
+      const double cross = first == last ? 0.0 : 2.0 * radius;
+      if (apart < cross) return std::nullopt;
+      const double heading = along + (cross > 0.0 ? first * std::asin(cross / apart) : 0.0);
+      path.length_ = {radius * turn(first * (heading - from.yaw)), std::sqrt(apart * apart - cross * cross),
+                      radius * turn(last * (to.yaw - heading))};
+    }
+    return path;
+  }
+
+  double length() const { return length_[0] + length_[1] + length_[2]; }
+  /// Where the path is after `way` metres, and its curvature there [1/m]; beyond its ends they hold.
+  PlanePose at(double way, double& curvature) const {
+    PlanePose p = from_;
+    double left = std::clamp(way, 0.0, length());
+    for (std::size_t i = 0; i < length_.size(); ++i) {
+      const double part = std::min(left, length_[i]), k = curvature_[i];
+      curvature = k;
+      const double yaw = p.yaw + k * part;
+      p.x += k == 0.0 ? part * std::cos(p.yaw) : (std::sin(yaw) - std::sin(p.yaw)) / k;
+      p.y += k == 0.0 ? part * std::sin(p.yaw) : (std::cos(p.yaw) - std::cos(yaw)) / k;
+      p.yaw = yaw;
+      left -= part;
+      if (left <= 0.0) break;
+    }
+    return p;
+  }
+
+ private:
+  /// Of the circle with this radius, positive to the left.
+  static PlanePose centre(const PlanePose& p, double radius) {
+    return {p.x - radius * std::sin(p.yaw), p.y + radius * std::cos(p.yaw), 0.0};
+  }
+  /// In [0, 2 pi); what rounding makes of no turn is no whole one.
+  static double turn(double angle) {
+    constexpr double whole = 2.0 * std::numbers::pi;
+    const double wrapped = angle - whole * std::floor(angle / whole);
+    return wrapped > whole - 1e-9 ? 0.0 : wrapped;
+  }
+
+  PlanePose from_;
+  std::array<double, 3> curvature_{}, length_{};
+};
+
+}  // namespace gripline::planning

@@ -1,0 +1,212 @@
+// The way back to the line of a car that faces across the road or backwards, or is further off than the road is wide.
+//
+// As long as it is fast it is slowed down along its course. Then it drives the arcs and the straight line of dubins.hpp to
+// a place of the line near by, on the radius that the steering allows with a reserve, at the speed that friction allows
+// there. Of the places and ways the one is taken that loses least way and leads least far beside the road. What is left at
+// the end is what JoinPath is for.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <span>
+
+#include <gripline/interfaces.hpp>
+#include <gripline/periodic.hpp>
+
+#include "common/planning/closed_line.hpp"
+#include "common/planning/dubins.hpp"
+
+namespace gripline::planning {
+
+class RecoveryPath {
+ public:
+  /// `line`: what the stations of references count along; it must outlive the path.
+  RecoveryPath(const Car& car, const ClosedLine& line)
+      : line_(line), radius_((car.lf + car.lr) / (steering_share * std::tan(car.delta_max))), width_(car.width) {}
+  RecoveryPath(const RecoveryPath&) = delete;
+  RecoveryPath& operator=(const RecoveryPath&) = delete;
+
+  /// Once per step: whether the car is on its way back. `foot` is the station of the line beside the car, `mu` the
+  /// friction that plans rest on, `reference(s)` the reference at a station of the line.
+  template <class Reference>
+  bool update(const Observation& now, double foot, double mu, const Reference& reference) {
+    friction_ = std::max(mu, 0.05) * gravity;
+    const State& x = now.x;
+    const double v = std::hypot(x.vx, x.vy);
+    if (!active_) {
+      if (!lost(x, foot, reference(foot))) return false;
+      active_ = slowing_ = true;
+    }
+    if (slowing_) {
+      slowing_ = v > 1.5 * speed();
+      if (!slowing_) begin(x, foot, reference);
+      return true;
+    }
+    follow(x);
+    if (driven_ >= path_.length() - 0.25 * radius_ && std::abs(heading_error(x)) < 0.5 * lost_angle) {
+      active_ = false;
+    } else if (const double off = distance(x, driven_);
+               off > 0.5 * radius_ || std::abs(heading_error(x)) > lost_angle) {
+      if (v > 1.5 * speed())
+        slowing_ = true;
+      else
+        begin(x, foot, reference);
+    }
+    return active_;
+  }
+  bool active() const { return active_; }
+
+  /// References from the car on. `line_speed(s)` is the planned speed at a station of the line, `reach(v)` the
+  /// acceleration by which references may gain speed.
+  template <class Reference, class Speed, class Reach>
+  void fill(const Observation& now, double dt, const Reference& reference, const Speed& line_speed, const Reach& reach,
+            std::span<RefPoint> horizon) const {
+    if (slowing_) {
+      fill_slowing(now, dt, horizon);
+      return;
+    }
+    double v = std::max(now.x.vx, 0.01), way = driven_, yaw = now.x.yaw;
+    for (std::size_t k = 0; k < horizon.size(); ++k) {
+      RefPoint& r = horizon[k];
+      const double beyond = way - path_.length(), s = wrap_periodic(target_ + beyond, line_.length());
+      r = beyond >= 0.0 ? reference(s) : on_path(way, s, now);
+      r.at.t = now.t + static_cast<double>(k) * dt;
+      r.at.direction = now.at.direction;
+      r.yaw = yaw = yaw + std::remainder(r.yaw - yaw, 2.0 * std::numbers::pi);
+      if (k > 0) v = std::min({v + reach(v) * dt, beyond >= 0.0 ? line_speed(s) : speed(), speed() + gain(beyond)});
+      r.v = v;
+      way += v * dt;
+    }
+  }
+
+ private:
+  static constexpr double steering_share = 0.85;  // of full lock
+  static constexpr double friction_share = 0.35;  // of the friction, in the arcs
+  static constexpr double braking_share = 0.6;    // of the friction, where the car is slowed down
+  static constexpr double lost_angle = 1.2;       // [rad] between car and line
+  static constexpr double beside_cost = 2.0;      // metres that one counts which is the car's width beside the road
+  static constexpr double whole_line = 1e3;       // [m] of room, where no edge is to hold the car back
+  static constexpr int places = 48;               // of the line that a way may lead to
+
+  double speed() const { return std::sqrt(friction_share * friction_ * radius_); }
+  /// How much faster than in the arcs a reference may be so many metres behind the end of the way.
+  double gain(double beyond) const {
+    return std::max(0.0,
+                    std::sqrt(square(speed()) + 2.0 * braking_share * friction_ * std::max(beyond, 0.0)) - speed());
+  }
+
+  /// `planned`: the reference beside the car. It may be planned to slide, and to be anywhere on the road.
+  bool lost(const State& x, double foot, const RefPoint& planned) const {
+    const LinePoint p = line_.at(foot);
+    const double width = p.left + p.right, off = std::hypot(x.x - planned.x, x.y - planned.y);
+    const double across = -std::sin(p.yaw) * (x.x - p.x) + std::cos(p.yaw) * (x.y - p.y);
+    return std::abs(std::remainder(x.yaw - (planned.yaw - planned.beta), 2.0 * std::numbers::pi)) > lost_angle ||
+           off > 1.5 * width || (off > 0.5 * width && across * p.kappa > 0.7);
+  }
+
+  template <class Reference>
+  void begin(const State& x, double foot, const Reference& reference) {
+    const PlanePose from{x.x, x.y, x.yaw};
+    const double nearest = -std::min(4.0 * radius_, 0.1 * line_.length());
+    const double farthest = std::min(12.0 * radius_ + 2.0 * distance_to_line(x, foot), 0.4 * line_.length());
+    double least = std::numeric_limits<double>::infinity();
+    for (int i = 0; i <= places; ++i) {
+      const double ahead = std::lerp(nearest, farthest, static_cast<double>(i) / places);
+      const double s = wrap_periodic(foot + ahead, line_.length());
+      const RefPoint r = reference(s);
+      for (int kind = 0; kind < DubinsPath::kinds; ++kind) {
+        const auto path = DubinsPath::between(from, {r.x, r.y, r.yaw}, radius_, kind);
+        if (!path) continue;
+        const double longer = path->length() - 0.9 * ahead;
+        if (longer >= least) continue;
+        const double cost = longer + beside(*path, foot, least - longer);
+        if (cost >= least) continue;
+        least = cost;
+        path_ = *path;
+        target_ = s;
+      }
+    }
+    driven_ = 0.0;
+  }
+  /// What leading beside the road costs, in metres: by the square of how far. It is counted up to `most`.
+  double beside(const DubinsPath& path, double foot, double most) const {
+    const double step = 0.25 * radius_;
+    double sum = 0.0, hint = foot, curvature = 0.0;
+    for (double way = step; way < path.length() && sum < most; way += step) {
+      const PlanePose p = path.at(way, curvature);
+      hint = line_.project(p.x, p.y, hint).s;
+      const LinePoint q = line_.at(hint);
+      const double n = -std::sin(q.yaw) * (p.x - q.x) + std::cos(q.yaw) * (p.y - q.y);
+      const double off = std::max({n - q.left + 0.5 * width_, -n - q.right + 0.5 * width_, 0.0});
+      sum += beside_cost * square(off / width_) * step;
+    }
+    return sum;
+  }
+  double distance_to_line(const State& x, double foot) const {
+    const LinePoint p = line_.at(foot);
+    return std::hypot(x.x - p.x, x.y - p.y);
+  }
+
+  double distance(const State& x, double way) const {
+    double curvature = 0.0;
+    const PlanePose p = path_.at(way, curvature);
+    return std::hypot(x.x - p.x, x.y - p.y);
+  }
+  double heading_error(const State& x) const {
+    double curvature = 0.0;
+    return std::remainder(x.yaw - path_.at(driven_, curvature).yaw, 2.0 * std::numbers::pi);
+  }
+  /// The place of the way beside the car, near the last one: Newton's method with the curvature left out.
+  void follow(const State& x) {
+    for (int i = 0; i < 4; ++i) {
+      double curvature = 0.0;
+      const PlanePose p = path_.at(driven_, curvature);
+      const double ahead = (x.x - p.x) * std::cos(p.yaw) + (x.y - p.y) * std::sin(p.yaw);
+      driven_ = std::clamp(driven_ + std::clamp(ahead, -0.25 * radius_, 0.25 * radius_), 0.0, path_.length());
+    }
+  }
+
+  RefPoint on_path(double way, double s, const Observation& now) const {
+    RefPoint r;
+    const PlanePose p = path_.at(way, r.kappa);
+    r.s = s;
+    r.x = p.x;
+    r.y = p.y;
+    r.yaw = p.yaw;
+    r.left = r.right = whole_line;
+    r.at = now.at;
+    return r;
+  }
+  /// Along the course of the car, with what the tyres can brake.
+  void fill_slowing(const Observation& now, double dt, std::span<RefPoint> horizon) const {
+    const State& x = now.x;
+    const double course = x.yaw + std::atan2(x.vy, x.vx);
+    const double forward = x.vx >= 0.0 ? 1.0 : -1.0;
+    double v = std::hypot(x.vx, x.vy), way = 0.0;
+    for (std::size_t k = 0; k < horizon.size(); ++k) {
+      RefPoint& r = horizon[k];
+      r = {};
+      r.x = x.x + way * std::cos(course);
+      r.y = x.y + way * std::sin(course);
+      r.yaw = x.yaw + std::remainder(course + (forward > 0.0 ? 0.0 : std::numbers::pi) - x.yaw, 2.0 * std::numbers::pi);
+      r.v = forward * v;
+      r.left = r.right = whole_line;
+      r.at = now.at;
+      r.at.t = now.t + static_cast<double>(k) * dt;
+      way += v * dt;
+      v = std::max(0.0, v - braking_share * friction_ * dt);
+    }
+  }
+
+  const ClosedLine& line_;
+  double radius_, width_;
+  double friction_ = 1;  // [m/s2]
+  bool active_ = false, slowing_ = false;
+  DubinsPath path_;
+  double target_ = 0;  // station of the line where the way ends
+  double driven_ = 0;  // of the way [m]
+};
+
+}  // namespace gripline::planning

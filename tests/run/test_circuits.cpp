@@ -1,0 +1,132 @@
+// The stacks as they are shipped on circuits that nobody tuned on, from poses that nobody would start in.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <numbers>
+#include <random>
+#include <string>
+
+#include "config/json_file.hpp"
+#include "config/merge_patch.hpp"
+#include "experiment/experiment.hpp"
+#include "race/assembly.hpp"
+#include "support/paths.hpp"
+
+namespace gripline {
+namespace {
+
+constexpr double degree = std::numbers::pi / 180.0;
+
+const Registry& registry() {
+  static const Registry all({testing_support::plugin_dir()});
+  return all;
+}
+
+/// A closed road about the origin whose radius varies by seeded waves, 9 to 13 m wide, as a CSV of TU Munich's format.
+std::filesystem::path drawn_circuit(unsigned seed) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> phase(0.0, 2.0 * std::numbers::pi);
+  const double phases[] = {phase(random), phase(random), phase(random), phase(random)};
+  std::string name = "circuit_";
+  name.append(std::to_string(seed)).append(".csv");
+  const std::filesystem::path path = std::filesystem::path(testing::TempDir()) / name;
+  std::ofstream out(path);
+  out << "# x_m,y_m,w_tr_right_m,w_tr_left_m\n";
+  constexpr int points = 240;
+  for (int i = 0; i < points; ++i) {
+    const double angle = 2.0 * std::numbers::pi * i / points;
+    const double waves = 0.16 * std::cos(2 * angle + phases[0]) + 0.08 * std::cos(3 * angle + phases[1]) +
+                         0.03 * std::cos(5 * angle + phases[2]);
+    const double radius = 180.0 * (1.0 + waves), width = 5.5 + std::cos(4 * angle + phases[3]);
+    out << radius * std::cos(angle) << ',' << radius * std::sin(angle) << ',' << width << ',' << width << '\n';
+  }
+  return path;
+}
+
+WorldSpec world_from(Node tree) {
+  inline_world_files(tree);
+  Errors errors;
+  WorldSpec spec = read_world(tree, registry(), errors);
+  errors.throw_if_any();
+  return spec;
+}
+WorldSpec full_size_on(const std::filesystem::path& track) {
+  std::string text = R"({"car": "cars/full_size.json", "plant": {"plugin": "double_track"}, "duration": 10,
+    "sensors": {"sigma": {"x": 0.02, "y": 0.02, "yaw": 0.0035, "vx": 0.05, "vy": 0.05, "yaw_rate": 0.0035}},
+    "track": ")";
+  text.append(track.string()).append("\"}");
+  return world_from(parse_text(text, "circuit", testing_support::source_dir() / "worlds"));
+}
+
+StackSpec row(const char* file, const char* name, const CarFile& car) {
+  const Node stacks = load_json(testing_support::source_dir() / "experiments/shared" / file);
+  Errors errors;
+  StackSpec spec =
+      read_stack(name, merge(*stacks.find("base"), *stacks.find("stacks")->find(name)), registry(), car, errors);
+  errors.throw_if_any();
+  return spec;
+}
+
+/// A start beside the centre line at a station, `n` to the left, turned by an angle to the left.
+struct Start {
+  const char* row;
+  double station, n, angle_deg, speed;
+  friend std::ostream& operator<<(std::ostream& out, const Start& s) {
+    return out << s.row << " at " << s.station << " m, " << s.n << " m to the left, " << s.angle_deg << " deg askew, "
+               << s.speed << " m/s";
+  }
+};
+void begin_at(const Start& start, double duration, WorldSpec& world) {
+  const CurvePoint centre = world.track->at(start.station);
+  world.start = {centre.x - start.n * std::sin(centre.yaw), centre.y + start.n * std::cos(centre.yaw),
+                 centre.yaw + start.angle_deg * degree};
+  world.start_speed = start.speed;
+  world.laps = 0;
+  world.duration = world.timeout = duration;
+}
+
+TEST(Circuits, EveryRowJoinsItsLineFromFarOff) {
+  WorldSpec world = full_size_on(drawn_circuit(3));
+  for (const Start& start : {Start{"none", 0, 4, 0, 0.1}, Start{"none", 600, 3, -30, 15}, Start{"elm", 300, -3, 30, 5},
+                             Start{"best", 300, 3, 30, 5}, Start{"best", 0, -4, 0, 20}}) {
+    begin_at(start, 5.0, world);
+    const StackSpec stack = row("full_size_stacks.json", start.row, world.car);
+    RaceAssembly race(world, stack);
+    const RunSummary summary = race.run();
+    EXPECT_EQ(summary.status, Status::finished) << start << ": " << summary.message;
+    EXPECT_EQ(summary.violation_s, 0.0) << start;
+    EXPECT_GT(race.world().covered(), 15.0) << start;
+  }
+}
+
+/// Facing backwards, across, far beside the road: the time it takes is counted, and then it races on.
+TEST(Circuits, ACarThatSpunOrLeftTheRoadDrivesBackAndGoesOn) {
+  WorldSpec world = full_size_on(drawn_circuit(3));
+  for (const Start& start : {Start{"best", 0, 0, 180, 0.1}, Start{"best", 300, -30, -120, 8}}) {
+    begin_at(start, 24.0, world);
+    const StackSpec stack = row("full_size_stacks.json", start.row, world.car);
+    RaceAssembly race(world, stack);
+    const RunSummary summary = race.run();
+    EXPECT_EQ(summary.status, Status::finished) << start << ": " << summary.message;
+    EXPECT_LT(summary.violation_s, 20.0) << start;
+    EXPECT_FALSE(race.world().outside()) << start;
+    EXPECT_GT(race.world().covered(), 30.0) << start;
+    EXPECT_GT(race.world().state().vx, 5.0) << start;
+  }
+}
+
+TEST(Circuits, SoDoesASmallOne) {
+  WorldSpec world = world_from(load_json(testing_support::source_dir() / "worlds/ethz.json"));
+  begin_at({"elm", 0.8, 0, 170, 0.1}, 6.0, world);
+  const StackSpec stack = row("limit_stacks.json", "elm", world.car);
+  RaceAssembly race(world, stack);
+  const RunSummary summary = race.run();
+  EXPECT_EQ(summary.status, Status::finished) << summary.message;
+  EXPECT_FALSE(race.world().outside());
+  EXPECT_GT(race.world().covered(), 2.0);
+}
+
+}  // namespace
+}  // namespace gripline

@@ -1,0 +1,157 @@
+#include "common/planning/recovery_path.hpp"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <vector>
+
+#include "common/planning/line_follower.hpp"
+
+namespace gripline {
+namespace {
+
+using planning::ClosedLine;
+using planning::LineFollower;
+using planning::RecoveryPath;
+
+constexpr double pi = std::numbers::pi, mu = 0.5, dt = 0.02, circle = 150, half_width = 6;
+
+Car full_size() {
+  Car car;
+  car.lf = 1.34;
+  car.lr = 1.30;
+  car.width = 1.84;
+  car.delta_max = 0.35;
+  car.v_min = 2;
+  return car;
+}
+
+/// A circle to the left about the origin.
+ClosedLine round_line() {
+  const std::size_t count = 2000;
+  std::vector<LinePoint> samples(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    LinePoint& p = samples[i];
+    const double angle = 2 * pi * static_cast<double>(i) / static_cast<double>(count);
+    p.s = circle * angle;
+    p.x = circle * std::cos(angle);
+    p.y = circle * std::sin(angle);
+    p.yaw = angle + pi / 2;
+    p.kappa = 1 / circle;
+    p.left = p.right = half_width;
+  }
+  return ClosedLine(samples);
+}
+
+/// A driver that is where the references say, and the road it drives on.
+class Driver {
+ public:
+  /// At an angle to the line at station 0, `n` metres to its left.
+  Driver(double n, double angle, double v) {
+    now_.x.x = circle - n;
+    now_.x.yaw = pi / 2 + angle;
+    now_.x.vx = v;
+  }
+  /// Whether it is on its way back.
+  bool plan() {
+    const auto reference = [&](double s) {
+      const LinePoint p = line_.at(s);
+      RefPoint r;
+      r.s = p.s, r.x = p.x, r.y = p.y, r.yaw = p.yaw, r.kappa = p.kappa, r.left = p.left, r.right = p.right;
+      return r;
+    };
+    foot_ = follower_.locate(line_, now_.x.x, now_.x.y);
+    if (!path_.update(now_, foot_, mu, reference)) return false;
+    path_.fill(
+        now_, dt, reference, [](double) { return 20.0; }, [](double) { return 3.0; }, horizon_);
+    return true;
+  }
+  void drive() {
+    const RefPoint& next = horizon_[1];
+    now_.x.x = next.x;
+    now_.x.y = next.y;
+    now_.x.yaw = next.yaw;
+    now_.x.vx = next.v;
+    now_.t += dt;
+  }
+  double angle() const { return std::remainder(now_.x.yaw - line_.at(foot_).yaw, 2 * pi); }
+  double off() const { return std::hypot(now_.x.x, now_.x.y) - circle; }  // to the right
+  const Observation& now() const { return now_; }
+  const std::array<RefPoint, 51>& horizon() const { return horizon_; }
+
+ private:
+  ClosedLine line_ = round_line();
+  RecoveryPath path_{full_size(), line_};
+  LineFollower follower_;
+  Observation now_;
+  double foot_ = 0;
+  std::array<RefPoint, 51> horizon_{};
+};
+
+struct Pose {
+  double n, angle;
+};
+
+TEST(RecoveryPath, LeadsBackFromAnyPose) {
+  for (const Pose& pose : {Pose{0, pi}, Pose{4, 2.5}, Pose{-4, -2.5}, Pose{0, 1.5}, Pose{30, 0}, Pose{-40, 3},
+                           Pose{60, -1.6}, Pose{5, -pi}}) {
+    Driver driver(pose.n, pose.angle, 0);
+    ASSERT_TRUE(driver.plan()) << pose.n << " m, " << pose.angle << " rad";
+    EXPECT_NEAR(driver.horizon()[0].x, driver.now().x.x, 1e-9);
+    EXPECT_NEAR(driver.horizon()[0].y, driver.now().x.y, 1e-9);
+    EXPECT_NEAR(driver.horizon()[0].yaw, driver.now().x.yaw, 1e-9);
+    double furthest = 0, fastest = 0;
+    int steps = 0;
+    do {
+      const double before = driver.now().x.yaw, v = driver.now().x.vx;
+      driver.drive();
+      furthest = std::max(furthest, std::abs(driver.off()));
+      fastest = std::max(fastest, std::abs(driver.now().x.yaw - before) / dt * v);
+    } while (driver.plan() && ++steps < 5000);
+    EXPECT_LT(steps, 4000) << pose.n << " m, " << pose.angle << " rad";
+    EXPECT_LT(std::abs(driver.angle()), 0.6);
+    EXPECT_LT(std::abs(driver.off()), 3.0);
+    EXPECT_LT(furthest, std::max(std::abs(pose.n) + 17.0, half_width + 5.0));
+    EXPECT_LT(fastest, 0.5 * mu * gravity) << "across, in m/s2";
+  }
+}
+
+/// It turns round within the width of its two radii, shared between both sides of the road.
+TEST(RecoveryPath, TurnsRoundWithoutLeavingTheRoadFurtherThanItMust) {
+  Driver driver(0, pi, 0);
+  ASSERT_TRUE(driver.plan());
+  double left = 0, right = 0;
+  int steps = 0;
+  do {
+    driver.drive();
+    left = std::max(left, -driver.off());
+    right = std::max(right, driver.off());
+  } while (driver.plan() && ++steps < 5000);
+  EXPECT_LT(std::max(left, right), 12.5);
+}
+
+TEST(RecoveryPath, SlowsAFastCarDownAlongItsCourseFirst) {
+  Driver driver(0, pi / 2, 20);
+  ASSERT_TRUE(driver.plan());
+  double last = 20;
+  for (const RefPoint& r : driver.horizon()) {
+    EXPECT_NEAR(r.y, 0, 1e-9);  // it moves towards the origin
+    EXPECT_LE(r.v, last);
+    last = r.v;
+  }
+  EXPECT_LT(last, 19);
+  EXPECT_GT(last, 20 - mu * gravity);
+}
+
+TEST(RecoveryPath, LeavesOthersAlone) {
+  for (const Pose& pose : {Pose{0, 0}, Pose{4, 0.5}, Pose{-4, -0.5}, Pose{0, 1.0}, Pose{10, 0}}) {
+    Driver driver(pose.n, pose.angle, 15);
+    EXPECT_FALSE(driver.plan()) << pose.n << " m, " << pose.angle << " rad";
+  }
+}
+
+}  // namespace
+}  // namespace gripline
