@@ -104,7 +104,7 @@ TEST(Circuits, EveryRowJoinsItsLineFromFarOff) {
 /// Facing backwards, across, far beside the road: the time it takes is counted, and then it races on.
 TEST(Circuits, ACarThatSpunOrLeftTheRoadDrivesBackAndGoesOn) {
   WorldSpec world = full_size_on(drawn_circuit(3));
-  for (const Start& start : {Start{"best", 0, 0, 180, 0.1}, Start{"best", 300, -30, -120, 8}}) {
+  for (const Start& start : {Start{"best", 0, 0, 180, 0.1}, Start{"elm", 300, -30, -120, 8}}) {
     begin_at(start, 24.0, world);
     const StackSpec stack = row("full_size_stacks.json", start.row, world.car);
     RaceAssembly race(world, stack);
