@@ -61,7 +61,7 @@ WorldSpec full_size_on(const std::filesystem::path& track) {
 }
 
 StackSpec row(const char* file, const char* name, const CarFile& car) {
-  const Node stacks = load_json(testing_support::source_dir() / "experiments/shared" / file);
+  const Node stacks = load_json(testing_support::source_dir() / "experiments" / file);
   Errors errors;
   StackSpec spec =
       read_stack(name, merge(*stacks.find("base"), *stacks.find("stacks")->find(name)), registry(), car, errors);
@@ -92,7 +92,7 @@ TEST(Circuits, EveryRowJoinsItsLineFromFarOff) {
   for (const Start& start : {Start{"none", 0, 4, 0, 0.1}, Start{"none", 600, 3, -30, 15}, Start{"elm", 300, -3, 30, 5},
                              Start{"best", 300, 3, 30, 5}, Start{"best", 0, -4, 0, 20}}) {
     begin_at(start, 5.0, world);
-    const StackSpec stack = row("full_size_stacks.json", start.row, world.car);
+    const StackSpec stack = row("circuits.json", start.row, world.car);
     RaceAssembly race(world, stack);
     const RunSummary summary = race.run();
     EXPECT_EQ(summary.status, Status::finished) << start << ": " << summary.message;
@@ -106,7 +106,7 @@ TEST(Circuits, ACarThatSpunOrLeftTheRoadDrivesBackAndGoesOn) {
   WorldSpec world = full_size_on(drawn_circuit(3));
   for (const Start& start : {Start{"best", 0, 0, 180, 0.1}, Start{"elm", 300, -30, -120, 8}}) {
     begin_at(start, 24.0, world);
-    const StackSpec stack = row("full_size_stacks.json", start.row, world.car);
+    const StackSpec stack = row("circuits.json", start.row, world.car);
     RaceAssembly race(world, stack);
     const RunSummary summary = race.run();
     EXPECT_EQ(summary.status, Status::finished) << start << ": " << summary.message;
@@ -120,7 +120,7 @@ TEST(Circuits, ACarThatSpunOrLeftTheRoadDrivesBackAndGoesOn) {
 TEST(Circuits, SoDoesASmallOne) {
   WorldSpec world = world_from(load_json(testing_support::source_dir() / "worlds/ethz.json"));
   begin_at({"elm", 0.8, 0, 170, 0.1}, 6.0, world);
-  const StackSpec stack = row("limit_stacks.json", "elm", world.car);
+  const StackSpec stack = row("circuits_1_43.json", "elm", world.car);
   RaceAssembly race(world, stack);
   const RunSummary summary = race.run();
   EXPECT_EQ(summary.status, Status::finished) << summary.message;

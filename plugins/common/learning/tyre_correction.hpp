@@ -7,7 +7,8 @@
 // with Ff, Fr the learned curves times the axle loads of the nominal model's load stage (1 unless an effect there says
 // more), less what drive and brakes leave of the friction ellipse. The paper adds f_dyn - f_ekin to f_ekin; the last
 // two rows are that sum. Its slope terms stand here with g for m and with the road's signs (grade and bank are added by
-// the framework). A nominal model that has tyres itself gives its own part of vx' back first.
+// the framework). A nominal model that has tyres itself gives its own part of vx' back first. Below v_min the correction
+// fades: a car at rest is the nominal one.
 #pragma once
 
 #include <cmath>
@@ -18,6 +19,15 @@
 #include "common/learning/single_track.hpp"
 
 namespace gripline::learning {
+
+/// 1 from v_min on; below it slip angles mean less and less, and at standstill a turned wheel pushes nothing.
+template <class T>
+T moving_share(const T& vx, double v_min) {
+  using std::abs;
+  const T u = T(abs(vx)) / v_min;
+  if (u > T(1)) return T(1);
+  return u * u * (3.0 - 2.0 * u);
+}
 
 /// Corrects q at Stage::body. `force(Axle, slip)` is the learned side force at static load [N].
 template <class T, class Force>
@@ -37,9 +47,13 @@ void correct_body(Quantities<T>& q, const Place& at, bool model_has_tyres, doubl
   else
     q.bank += at.bank;
   const T loss = resistance.Cr0 + resistance.Cd * square(q.vx) + ff * sine;
-  q.ax = straight - loss / q.m + q.vy * q.omega;
-  q.ay = (fr + ff * cosine) / q.m - q.vx * q.omega;
-  q.aw = (ff * q.lf * cosine - fr * q.lr) / q.Iz;
+  const T ax = straight - loss / q.m + q.vy * q.omega;
+  const T ay = (fr + ff * cosine) / q.m - q.vx * q.omega;
+  const T aw = (ff * q.lf * cosine - fr * q.lr) / q.Iz;
+  const T share = moving_share(q.vx, v_min);
+  q.ax += share * (ax - q.ax);
+  q.ay += share * (ay - q.ay);
+  q.aw += share * (aw - q.aw);
 }
 
 }  // namespace gripline::learning

@@ -96,7 +96,7 @@ struct Pose {
 };
 
 TEST(RecoveryPath, LeadsBackFromAnyPose) {
-  for (const Pose& pose : {Pose{0, pi}, Pose{4, 2.5}, Pose{-4, -2.5}, Pose{0, 1.5}, Pose{30, 0}, Pose{-40, 3},
+  for (const Pose& pose : {Pose{0, pi}, Pose{4, 2.5}, Pose{-4, -2.5}, Pose{0, 1.6}, Pose{30, 0}, Pose{-40, 3},
                            Pose{60, -1.6}, Pose{5, -pi}}) {
     Driver driver(pose.n, pose.angle, 0);
     ASSERT_TRUE(driver.plan()) << pose.n << " m, " << pose.angle << " rad";

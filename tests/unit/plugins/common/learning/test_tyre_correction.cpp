@@ -1,0 +1,63 @@
+#include "common/learning/tyre_correction.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace gripline {
+namespace {
+
+constexpr double v_min = 2.0, mass = 1200.0, inertia = 2000.0;
+
+/// What the nominal model says of a car with turned wheels, at a speed.
+Quantities<double> nominal(double vx) {
+  Quantities<double> q{};
+  q.vx = vx;
+  q.omega = 0.2;
+  q.delta = 0.3;
+  q.lf = 1.3;
+  q.lr = 1.4;
+  q.m = mass;
+  q.Iz = inertia;
+  q.load_front = q.load_rear = 1.0;
+  q.ax = 1.0;
+  q.ay = 0.5;
+  q.aw = 0.1;
+  return q;
+}
+
+Quantities<double> corrected(double vx) {
+  Quantities<double> q = nominal(vx);
+  learning::correct_body(q, Place{}, false, v_min, {}, {}, {6000.0, 6000.0},
+                         [](Axle, double slip) { return 40000.0 * slip; });
+  return q;
+}
+
+TEST(TyreCorrection, IsTheWholeBodyOfACarThatMoves) {
+  const double vx = 3.0;
+  const Quantities<double> q = corrected(vx);
+  const double front = 40000.0 * (0.3 - std::atan(1.3 * 0.2 / vx)), rear = 40000.0 * std::atan(1.4 * 0.2 / vx);
+  EXPECT_NEAR(q.ax, 1.0 - front * std::sin(0.3) / mass, 1e-9);
+  EXPECT_NEAR(q.ay, (rear + front * std::cos(0.3)) / mass - vx * 0.2, 1e-9);
+  EXPECT_NEAR(q.aw, (1.3 * front * std::cos(0.3) - 1.4 * rear) / inertia, 1e-9);
+}
+
+/// At rest a turned wheel pushes nothing: a controller that believes it does never drives off.
+TEST(TyreCorrection, FadesTowardsStandstill) {
+  const Quantities<double> rest = corrected(0.0);
+  EXPECT_EQ(rest.ax, 1.0);
+  EXPECT_EQ(rest.ay, 0.5);
+  EXPECT_EQ(rest.aw, 0.1);
+  double last = rest.ay;
+  for (const double vx : {0.5, 1.0, 1.5, 2.0, -2.0}) {
+    const double now = corrected(vx).ay;
+    if (vx > 0)
+      EXPECT_GT(now, last) << vx;
+    else
+      EXPECT_NE(now, 0.5);
+    last = now;
+  }
+}
+
+}  // namespace
+}  // namespace gripline
