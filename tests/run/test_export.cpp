@@ -49,7 +49,9 @@ TEST_F(Export, McapAndCsvHoldTheLogs) {
   const report::Columns steps = report::Columns::read(out_ / "elm" / "1" / "steps.csv");
   std::size_t count = 0;
   for (const McapMessage& message : read_mcap(contents(mcap)).messages)
-    if (message.topic == "/elm/step") EXPECT_EQ(message.data["vx_mps"], steps.number("vx_mps", count++));
+    if (message.topic == "/elm/step") {
+      EXPECT_EQ(message.data["vx_mps"], steps.number("vx_mps", count++));
+    }
   EXPECT_EQ(count, steps.rows());
   const report::Columns wide = report::Columns::read(csv);
   for (std::size_t row = 0; row < steps.rows(); row += 50)

@@ -146,8 +146,8 @@ TEST_F(Browser, ShowsWhatTheLogSays) {
   job["pages"].push_back(page("many", "other", 2.0));
   nlohmann::json found = page("diagnosis", "other", 1.0);
   // In words first, ids after that.
-  found["before"] = {{"Friction differs on one stretch of the lap", "With it the model closes 98 % of its gap"},
-                     {"With it the model closes 98 % of its gap", "friction_patch"}};
+  found["before"] = {{"Friction differs on one stretch of the lap", "With it the model closes 99 % of its gap"},
+                     {"With it the model closes 99 % of its gap", "friction_patch"}};
   job["pages"].push_back(found);
   sample::SampleOptions crash;
   crash.stacks = {{"lost", false, 0, 0.93, 0.7, 5.0}, {"elm", false, 1, 0.9, 0.8}, {"gp", true, 0.9, 0.92, 4.2}};

@@ -77,9 +77,10 @@ TEST(Foxglove, SchemasNameEveryColumn) {
   for (const char* name : {"foxglove.SceneUpdate", "foxglove.FrameTransform", "foxglove.PoseInFrame", "gripline.Step"})
     ASSERT_TRUE(file.schemas.contains(name)) << name;
   for (const McapMessage& message : file.messages)
-    if (message.schema != "gripline.Step")
+    if (message.schema != "gripline.Step") {
       for (const auto& [key, value] : message.data.items())
         EXPECT_TRUE(file.schemas.at(message.schema)["properties"].contains(key)) << message.schema << ' ' << key;
+    }
 }
 
 }  // namespace

@@ -141,7 +141,7 @@ export class State {
     const run = this.data(this.focus);
     if (!run) return [0, 0];
     const all = laps(run);
-    return all[1] ?? all[0];
+    return all[1] ?? all[0] ?? [0, run.end];
   }
   setAlike(alike: boolean): void {
     this.alike = alike;

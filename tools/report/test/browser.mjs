@@ -446,7 +446,7 @@ async function checkPage(browser, spec) {
     check(await page.$eval(".transport", (bar) => getComputedStyle(bar).display === "none"), "printing leaves the controls out");
     await page.emulateMedia({ media: "screen" });
   }
-  for (const [first, then] of spec.before ?? []) check(words.indexOf(first) >= 0 && words.indexOf(first) < words.indexOf(then), `${JSON.stringify(first)} stands before ${JSON.stringify(then)}`);
+  for (const [first, then] of Object.entries(spec.before ?? {})) check(words.indexOf(first) >= 0 && words.indexOf(first) < words.indexOf(then), `${JSON.stringify(first)} stands before ${JSON.stringify(then)}`);
   if (spec.lost) await checkLost(page, spec.lost);
   if (spec.chosen) await checkChosen(page, spec.chosen);
   if (spec.many_laps) await checkManyLaps(page, spec.many_laps);
