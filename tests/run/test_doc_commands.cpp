@@ -6,7 +6,9 @@
 #include <algorithm>
 #include <cstdlib>
 #include <filesystem>
+#include <fstream>
 #include <map>
+#include <numbers>
 #include <regex>
 #include <sstream>
 #include <string>
@@ -94,8 +96,24 @@ std::string shortened(const std::string& command) {
   // Given before what the line itself sets, which so wins.
   std::string text = std::regex_replace(command, many, "--seeds 1");
   if (!text.starts_with("gripline sweep")) text += " --set /seeds/count=1";
+  // Hundreds of runs: every value of every factor is read, one run is driven.
+  if (text.starts_with("gripline sweep experiments/circuits")) text += " --dry-run";
   if (text.starts_with("gripline compare") && text.find("--only") == text.npos) text += " --only " + two_rows(found[2]);
   return text + " --set /world/laps=0 --set /world/duration=0.4 --set '/claims=[]'";
+}
+
+/// A full-size road as TUM's database has them: two straights of 300 m, two half circles of 80 m.
+void write_oval(const fs::path& file) {
+  std::ofstream out(file);
+  out << "# x_m,y_m,w_tr_right_m,w_tr_left_m\n";
+  constexpr double straight = 300, radius = 80, step = 5;
+  const double bend = std::numbers::pi * radius, lap = 2 * (straight + bend);
+  for (double s = 0; s < lap; s += step) {
+    const double side = s < lap / 2 ? 1 : -1, along = std::fmod(s, lap / 2),
+                 angle = std::max(along - straight, 0.0) / radius;
+    const double x = std::min(along, straight) - straight / 2 + radius * std::sin(angle), y = -radius * std::cos(angle);
+    out << side * x << ',' << side * y << ",6,6\n";
+  }
 }
 
 class DocCommands : public testing::Test {
@@ -104,6 +122,9 @@ class DocCommands : public testing::Test {
   DocCommands() {
     for (const char* name : {"experiments", "worlds", "tests", "framework", "tools", "plugins", "python"})
       fs::create_directory_symlink(source_dir() / name, folder_ / name);
+    // What the pages call a user's own roads (circuits.md).
+    fs::create_directory(folder_ / "roads");
+    for (const char* name : {"Zandvoort", "Norisring"}) write_oval(folder_ / "roads" / (std::string(name) + ".csv"));
     const char* const before = std::getenv("PATH");
     path_ = gripline_program().parent_path().string();
     path_.append(":").append(before != nullptr ? before : "");
