@@ -219,6 +219,17 @@ TEST_F(RealCars, WrongMapsAndLogsAreRefusedWithTheirEvidence) {
   EXPECT_THAT(outcome.err, HasSubstr("parked"));
 }
 
+TEST_F(RealCars, ALogOfAnotherCarIsToldByWhatItAsksFor) {
+  drive("other.csv", R"({"plant": {"params": {"Df": 0.9, "Dr": 0.9, "Bf": 5, "Br": 7}}})",
+        {.seconds = 25, .noise = 1, .command = [](double t) {
+           return CommandSample<double>{0.3 + 0.1 * std::sin(0.5 * t), 0.3 * std::sin(1.3 * t)};
+         }});
+  const Outcome outcome = fit({in("other.csv"), "--fit", "tyres", "--starts", "30"});
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_THAT(outcome.err, AllOf(HasSubstr("found where the world hardly expects it: "), HasSubstr("/plant/params/D"),
+                                 HasSubstr("standard deviations away"), HasSubstr("another car")));
+}
+
 TEST_F(RealCars, ALogThatTellsLittleGivesIntervalsThatSaySo) {
   drive("steady.csv", "{}", {.seconds = 20, .noise = 1, .command = [](double) {
                                return CommandSample<double>{0.3, 0.05};

@@ -116,7 +116,7 @@ int run_fit(Arguments args) {
   add("out", po::value<std::string>()->default_value("fitted.json"), "the fitted world");
   add("fit", po::value<std::string>(),
       "groups or parameters, separated by commas: tyres,/plant/params/Iz; default: all");
-  add("starts", po::value<std::string>()->default_value("250"), "predictions compared, of all logs together");
+  add("starts", po::value<std::string>()->default_value("200"), "predictions compared, of all logs together");
   add("seed", po::value<std::string>()->default_value("1"), "of the tries and of the intervals");
   add("quiet", po::bool_switch(), "no progress on stderr");
   add_plugins_option(visible);

@@ -74,7 +74,8 @@ void rename_file(Node& node, const std::filesystem::path& folder) {
 }  // namespace
 
 ForecastOptions forecast_options(const WorldSpec& world) {
-  constexpr double longest_step = 0.05;  // [s]
+  constexpr double longest_step = 0.05;   // [s]
+  constexpr double longest_block = 20.0;  // [s] every block costs a pre-roll
   const Car& car = world.car.car;
   ForecastOptions options;
   options.step = std::min(world.dt, longest_step);
@@ -82,6 +83,7 @@ ForecastOptions forecast_options(const WorldSpec& world) {
   options.v_ref = car.v_ref;
   options.wheelbase = car.lf + car.lr;
   options.delta_max = car.delta_max;
+  options.block = longest_block;
   return options;
 }
 

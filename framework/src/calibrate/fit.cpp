@@ -83,32 +83,42 @@ std::vector<double> search(const Forecaster& forecaster, const std::vector<FitLo
   errors.weighing.horizon = options.horizon_weight;
   short_errors.weighing.horizon = {1.0};
   LeastSquaresOptions quick;
-  std::vector<double> best;
-  double best_cost = 0.0, cost = 0.0;
+  constexpr std::size_t followed = 2;  // attempts: a minimum in which one start spins is found out by all starts
+  struct Found {
+    std::vector<double> params;
+    double cost = 0;
+  };
+  std::vector<Found> found;
   for (int attempt = 0; attempt < options.tries; ++attempt) {
-    std::vector<double> found = start_of(attempt, values, unknowns, options.seed);
+    Found one{start_of(attempt, values, unknowns, options.seed)};
     for (const int steps : {2, 3}) {
-      short_errors.set_scales(found);
+      short_errors.set_scales(one.params);
       quick.iterations = steps;
-      found = least_squares(short_errors, unknowns, found, quick, cost);
+      one.params = least_squares(short_errors, unknowns, one.params, quick, one.cost);
     }
-    if (attempt == 0) errors.set_scales(found);  // of all attempts, so that they can be compared
-    quick.iterations = 3;
-    found = least_squares(errors, unknowns, found, quick, cost);
+    if (attempt == 0) errors.set_scales(one.params);  // of all attempts, so that they can be compared
+    one.cost = errors.cost(one.params) + prior_cost(one.params, unknowns);
     say(options,
-        "search " + std::to_string(attempt + 1) + " of " + std::to_string(options.tries) + ": cost " + text(cost));
-    if (best.empty() || cost < best_cost) {
-      best_cost = cost;
-      best = std::move(found);
+        "search " + std::to_string(attempt + 1) + " of " + std::to_string(options.tries) + ": cost " + text(one.cost));
+    found.push_back(std::move(one));
+  }
+  std::stable_sort(found.begin(), found.end(), [](const Found& a, const Found& b) { return a.cost < b.cost; });
+  found.resize(std::min(found.size(), followed));
+  std::vector<FitLog> all = logs;
+  PredictionErrors judge(forecaster, all);
+  judge.weighing.horizon = options.horizon_weight;
+  for (Found& one : found) {
+    for (const int steps : {3, 4, 4}) {
+      errors.set_scales(one.params);
+      quick.iterations = steps;
+      one.params = least_squares(errors, unknowns, one.params, quick, one.cost);
     }
+    if (&one == &found.front()) judge.set_scales(one.params);
+    one.cost = judge.cost(one.params) + prior_cost(one.params, unknowns);
+    say(options, "followed: cost " + text(one.cost) + " over all starts");
   }
-  for (int round = 0; round < 2; ++round) {
-    errors.set_scales(best);
-    quick.iterations = 5;
-    best = least_squares(errors, unknowns, best, quick, best_cost);
-  }
-  say(options, "searched: cost " + text(best_cost));
-  return best;
+  return std::min_element(found.begin(), found.end(), [](const Found& a, const Found& b) { return a.cost < b.cost; })
+      ->params;
 }
 
 bool at_bound(const Unknown& u, double value) {
@@ -174,7 +184,7 @@ std::vector<Unknown> settle(FitResult& result, std::span<const Unknown> unknowns
 
 std::vector<FitLog> fit_logs(const std::list<measured::SessionFile>& files, const std::shared_ptr<const Track>& track,
                              double grid_step, const FitOptions& options) {
-  constexpr double often = 0.1;      // [s] between starts at most
+  constexpr double often = 0.1;      // [s] between starts at least
   constexpr std::size_t enough = 5;  // starts, for a log to say anything
   std::vector<FitLog> logs;
   double seconds = 0.0, slow_seconds = 0.0, mean = 0.0;
@@ -252,9 +262,7 @@ FitResult fit(const Forecaster& forecaster, std::vector<FitLog>& logs, std::vect
   for (int round = 0; round < 3 && !open.empty(); ++round) {
     errors.set_scales(result.params);
     result.cost_before = errors.cost(values);
-    full.iterations = round == 0   ? options.iterations / 2
-                      : round == 1 ? options.iterations - options.iterations / 2
-                                   : 6;
+    full.iterations = round == 0 ? options.iterations / 3 : 2 * options.iterations / 3;
     result.params = least_squares(errors, open, result.params, full, result.cost_after);
     if (round == 0) continue;  // scales were those of the search
     const NormalEquations blocks = errors.linearise(result.params, open);
@@ -420,7 +428,8 @@ std::vector<Advice> advise(const WorldSpec& world, const Registry& registry, con
     u.sigma = c.scale;
     unknowns.push_back(u);
   }
-  PredictionErrors errors(larger, logs);
+  std::vector<FitLog> half = thinned(logs, 2);
+  PredictionErrors errors(larger, half);
   errors.weighing = found.weighing;
   const NormalEquations blocks = errors.linearise(params, unknowns);
   std::vector<Advice> advice;

@@ -17,9 +17,11 @@ struct FitOptions {
   std::vector<double> horizon_weight{0.5, 1.0};
   double slowest = 1.0;      // [m/s] of a start
   double crawling = 0.25;    // [m/s] of a start in a log that has none as fast as that
-  std::size_t starts = 250;  // wanted of all logs together
-  int iterations = 14;
-  int tries = 3;  // starts of the search; the first is the prior itself
+  std::size_t starts = 200;  // wanted of all logs together
+  // Of the last search: a third with the scales of the one before, up to two thirds each with its own and of what is
+  // determined.
+  int iterations = 12;
+  int tries = 3;  // starts of the search; the first is the world itself, the others are draws around it
   unsigned seed = 1;
   std::function<void(const std::string&)> say;  // one line of progress; may be empty
 };

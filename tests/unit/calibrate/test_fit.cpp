@@ -119,7 +119,7 @@ TEST(Fit, AParameterAtItsBoundIsSaidAndKeptAtItsPrior) {
 TEST(Fit, ArrivesAtOneModelFromStartsApart) {
   std::vector<std::array<double, 4>> errors;
   for (const unsigned seed : {11U, 13U}) {
-    Bench bench("", 0.5, 25);
+    Bench bench;
     std::mt19937 random(seed);
     for (const Unknown& u : bench.open) {
       const double z = 1.5 * (static_cast<double>(random()) / 2147483648.0 - 1.0);  // up to one and a half widths

@@ -146,6 +146,37 @@ TEST(Forecaster, AChannelThatIsMissingIsDoneWithout) {
   EXPECT_TRUE(std::isfinite(predicted[4]));
 }
 
+TEST(Forecaster, StepsNeedNotBeEqual) {
+  const CalibrateRig rig;
+  const Session even = drive(rig.vehicle.car(), {.seconds = 20, .dt = 0.01});
+  Session s = even;
+  s.t.clear(), s.reading.clear(), s.command.clear(), s.written_yaw.clear();
+  for (std::size_t i = 0; i < even.rows(); i += 1 + i * 7919 % 4) {  // 10 to 40 ms
+    s.t.push_back(even.t[i]);
+    for (std::size_t c = 0; c < channels; ++c) s.reading.push_back(even.at(i, c));
+    s.command.push_back(even.command[i]);
+    s.written_yaw.push_back(even.written_yaw[i]);
+  }
+  ASSERT_LT(s.rows(), even.rows() / 2);
+  const Starts starts = some_starts(s);
+  const auto predicted = rig.predict(s, rig.forecaster.defaults(), starts);
+  EXPECT_LT(worst(even, starts, predicted, 0), 5e-3);
+  EXPECT_LT(worst(even, starts, predicted, 2), 5e-3);
+  EXPECT_LT(worst(even, starts, predicted, 3), 5e-3);
+}
+
+TEST(Forecaster, SpeedsAndYawRateAreEnough) {
+  const CalibrateRig rig;
+  Session s = drive(rig.vehicle.car(), {.seconds = 20});
+  for (std::size_t i = 0; i < s.rows(); ++i)
+    for (const std::size_t c : {0u, 1u, 2u}) s.reading[i * channels + c] = NAN;
+  s.has[0] = s.has[1] = s.has[2] = false;
+  const Starts starts = some_starts(s);
+  const auto predicted = rig.predict(s, rig.forecaster.defaults(), starts);
+  EXPECT_LT(worst(s, starts, predicted, 3), 5e-3);
+  EXPECT_LT(worst(s, starts, predicted, 5), 2e-2);
+}
+
 TEST(Forecaster, GapsBeginAnewAndNoStartInAHoleIsPredicted) {
   const CalibrateRig rig;
   Session s = drive(rig.vehicle.car(), {.seconds = 20});
