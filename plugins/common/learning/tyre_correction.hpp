@@ -20,13 +20,14 @@
 
 namespace gripline::learning {
 
-/// 1 from v_min on; below it slip angles mean less and less, and at standstill a turned wheel pushes nothing.
+/// From `from` to `to` as the speed rises to v_min, and `to` itself from there on. Below it slip angles mean less and
+/// less, and at standstill a turned wheel pushes nothing.
 template <class T>
-T moving_share(const T& vx, double v_min) {
+T faded(const T& from, const T& to, const T& vx, double v_min) {
   using std::abs;
   const T u = T(abs(vx)) / v_min;
-  if (u > T(1)) return T(1);
-  return u * u * (3.0 - 2.0 * u);
+  if (u >= T(1)) return to;
+  return from + u * u * (3.0 - 2.0 * u) * (to - from);
 }
 
 /// Corrects q at Stage::body. `force(Axle, slip)` is the learned side force at static load [N].
@@ -47,13 +48,9 @@ void correct_body(Quantities<T>& q, const Place& at, bool model_has_tyres, doubl
   else
     q.bank += at.bank;
   const T loss = resistance.Cr0 + resistance.Cd * square(q.vx) + ff * sine;
-  const T ax = straight - loss / q.m + q.vy * q.omega;
-  const T ay = (fr + ff * cosine) / q.m - q.vx * q.omega;
-  const T aw = (ff * q.lf * cosine - fr * q.lr) / q.Iz;
-  const T share = moving_share(q.vx, v_min);
-  q.ax += share * (ax - q.ax);
-  q.ay += share * (ay - q.ay);
-  q.aw += share * (aw - q.aw);
+  q.ax = faded<T>(q.ax, straight - loss / q.m + q.vy * q.omega, q.vx, v_min);
+  q.ay = faded<T>(q.ay, (fr + ff * cosine) / q.m - q.vx * q.omega, q.vx, v_min);
+  q.aw = faded<T>(q.aw, (ff * q.lf * cosine - fr * q.lr) / q.Iz, q.vx, v_min);
 }
 
 }  // namespace gripline::learning
