@@ -205,8 +205,8 @@ inline constexpr double noise_settled = 0.3;
 // ---- Delays of channels
 
 /// Samples that a channel must at least be late, and surely (the near end of its 95 % interval). Larger: shorter delays
-/// pass for effects of the car; smaller: noise passes for a delay. The delays of white logs of 60 s scatter by less than
-/// a tenth of a sample.
+/// pass for effects of the car; smaller: noise passes for a delay. Not varied; none of the given cases and of the logs
+/// of test_diagnose_channel_delays without a delay shows one.
 inline constexpr double least_delay = 1.0, surely_late = 0.5;
 
 // ---- Sensors

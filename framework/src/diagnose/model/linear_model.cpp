@@ -55,8 +55,8 @@ double add_transitions(const StagedCar& car, const Trace& trace, std::span<const
   return fastest;
 }
 
-/// Fills `by_command`: what a command that is higher by one half-way between two samples, and less towards them, adds to
-/// the state at the second. Its mean over the step is one half; through a memory it acts as that memory's mean.
+/// Fills `by_command`: what a command that is higher by one half-way between two samples, and less towards them, adds
+/// to the state at the second. Its mean over the step is one half; through a memory it acts as that memory's mean.
 void add_commands(const StagedCar& car, const Trace& trace, LinearModel& lm) {
   const std::size_t N = lm.states, m = lm.memories();
   const auto by = measured::rates_by_command(car, trace, lm.memory);
