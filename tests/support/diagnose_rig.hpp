@@ -50,6 +50,7 @@ class DiagnoseRig {
     std::array<double, 3> rough{};                   // process noise of framework/doc/diagnose-cases.md, times these
     double noise_time = diagnose::usual_noise_time;  // its correlation time [s]
     measured::Channels colour{};                     // lag-one correlation of the sensors' noise
+    double unsteady = 0;                             // of hands and feet: steps of 0.01 rad and 0.06, fading in 0.16 s
   };
   /// What the sensors of a car with this model show while it weaves around; samples 20 ms apart.
   measured::Log simulate(const diagnose::ModelSpec& truth, const Drive& drive) const {
@@ -59,11 +60,15 @@ class DiagnoseRig {
     std::mt19937_64 random(drive.seed);
     std::normal_distribution<double> normal;
     const double a = normal(random), b = normal(random);
+    CommandSample<double> shaking{0.0, 0.0};
     for (std::size_t k = 0; k < n; ++k) {
       const double t = static_cast<double>(k) * log.dt;
       const double turn = std::sin(0.9 * t + a) > 0.0 ? 1.0 : -1.0;
       const double delta = drive.steer * (0.16 * std::sin(2.1 * t + a) + 0.05 * turn * std::sin(5.7 * t + b));
-      log.command.push_back({0.55 + (0.25 + drive.braking) * std::sin(1.3 * t + b) + 0.1 * std::sin(7.9 * t), delta});
+      if (drive.unsteady > 0.0)
+        shaking = {0.88 * shaking.d + 0.06 * normal(random), 0.88 * shaking.delta + 0.01 * normal(random)};
+      const double d = 0.55 + (0.25 + drive.braking) * std::sin(1.3 * t + b) + 0.1 * std::sin(7.9 * t);
+      log.command.push_back({d + drive.unsteady * shaking.d, delta + drive.unsteady * shaking.delta});
     }
     std::vector<double> x = {1.0, 0.5, 0.3, 1.6, 0.0, 0.0}, memory(static_cast<std::size_t>(car.memory()));
     double hint = std::nan("");
@@ -102,6 +107,18 @@ class DiagnoseRig {
       at = road_.at(static_cast<double>(k + 1) * log.dt, x[0], x[1], x[2], hint);
     }
     return log;
+  }
+
+  /// Every second sample of a log.
+  static measured::Log thinned(const measured::Log& log) {
+    measured::Log less;
+    less.dt = 2.0 * log.dt;
+    for (std::size_t k = 0; k < log.size(); k += 2) {
+      less.command.push_back(log.command[k]);
+      const auto row = log.reading.begin() + static_cast<std::ptrdiff_t>(6 * k);
+      less.reading.insert(less.reading.end(), row, row + 6);
+    }
+    return less;
   }
 
   /// A problem of these logs, the world's noise levels believed.

@@ -145,6 +145,13 @@ DiagnoseOptions read_options(const po::variables_map& given) {
   return o;
 }
 
+/// The map as diagnosing wants it: delays that it leaves to be found stay in the log, where they are found and named.
+measured::LogMap with_delays_left_in(measured::LogMap map) {
+  for (auto& channel : map.channel)
+    if (channel && !channel->delay) channel->delay = 0.0;
+  return map;
+}
+
 /// A logger's table as a log in gripline's own columns, written beside the results; prints what was done.
 fs::path import_log(const fs::path& file, const measured::LogMap& map, const fs::path& out) {
   const measured::SessionFile session = measured::read_session(file, map);
@@ -162,8 +169,7 @@ int diagnose_logs(DiagnoseOptions options, const Registry& registry) {
   if (!options.track) options.track = given.track;
   const Node node = load_world(options.world, options.track);
   Errors errors;
-  if (const Node* u = node.find("nominal_uncertainty"); u != nullptr && given.options.uncertainty.empty())
-    diagnose::read_uncertainty(*u, given.options, errors);
+  diagnose::read_uncertainty_of_world(node, given.options, errors);
   const WorldSpec world = read_world(node, registry, errors);
   errors.throw_if_any();
   diagnose::Diagnoser diagnoser(world, registry, given.options);
@@ -175,7 +181,7 @@ int diagnose_logs(DiagnoseOptions options, const Registry& registry) {
   };
   std::optional<OutLock> lock;
   if (options.map) {
-    const measured::LogMap map = measured::load_log_map(*options.map);
+    const measured::LogMap map = with_delays_left_in(measured::load_log_map(*options.map));
     lock.emplace(open_out_folder(options.out, "diagnosis", options.force));
     for (Words* files : {&options.logs, &options.held_out})
       for (std::string& file : *files) file = import_log(file, map, options.out).string();

@@ -8,20 +8,63 @@
 namespace gripline::measured {
 
 ActingCommand<double> command_at(const Log& log, std::size_t k, double share) {
-  const CommandSample<double>& a = log.command[k];
-  const CommandSample<double>& b = log.command[std::min(k + 1, log.size() - 1)];
-  return {a.d + share * (b.d - a.d), a.delta + share * (b.delta - a.delta), (b.delta - a.delta) / log.dt};
+  const std::vector<CommandSample<double>>& samples = log.fine.empty() ? log.command : log.fine;
+  double dt = log.dt;
+  if (!log.fine.empty()) {
+    dt *= 0.5;
+    const bool late = share >= 0.5;
+    k = 2 * k + (late ? 1 : 0);
+    share = 2.0 * share - (late ? 1.0 : 0.0);
+  }
+  const CommandSample<double>& a = samples[std::min(k, samples.size() - 1)];
+  const CommandSample<double>& b = samples[std::min(k + 1, samples.size() - 1)];
+  return {a.d + share * (b.d - a.d), a.delta + share * (b.delta - a.delta), (b.delta - a.delta) / dt};
 }
 
 History<double> history_at(const Log& log, double now) {
   History<double> history;
-  history.samples = log.command.data();
-  history.count = log.command.size();
+  const std::vector<CommandSample<double>>& samples = log.fine.empty() ? log.command : log.fine;
+  history.samples = samples.data();
+  history.count = samples.size();
   history.t0 = log.t0;
-  history.dt = log.dt;
+  history.dt = log.fine.empty() ? log.dt : 0.5 * log.dt;
   history.now = now;
   history.hold = Hold::foh;
   return history;
+}
+
+namespace {
+
+/// Second difference of the commands at a sample; none at the ends.
+Commands second_difference(const Log& log, std::size_t k) {
+  if (k == 0 || k + 1 >= log.size()) return {};
+  const CommandSample<double>&a = log.command[k - 1], &b = log.command[k], &c = log.command[k + 1];
+  return {a.d - 2.0 * b.d + c.d, a.delta - 2.0 * b.delta + c.delta};
+}
+
+}  // namespace
+
+void bend_commands(Log& log, const Commands& bend) {
+  log.fine.clear();
+  if (bend == Commands{} || log.size() < 2) return;
+  for (std::size_t k = 0; k + 1 < log.size(); ++k) {
+    const Commands here = second_difference(log, k), next = second_difference(log, k + 1);
+    const CommandSample<double>&a = log.command[k], &b = log.command[k + 1];
+    log.fine.push_back(a);
+    log.fine.push_back({0.5 * (a.d + b.d) + 0.5 * bend[0] * (here[0] + next[0]),
+                        0.5 * (a.delta + b.delta) + 0.5 * bend[1] * (here[1] + next[1])});
+  }
+  log.fine.push_back(log.command.back());
+}
+
+Commands command_curvature(std::span<const Log> stretches) {
+  Commands square{};
+  double count = 0.0;
+  for (const Log& log : stretches)
+    for (std::size_t k = 1; k + 1 < log.size(); ++k, count += 1.0)
+      for (std::size_t i = 0; i < 2; ++i) square[i] += std::pow(second_difference(log, k)[i], 2);
+  for (double& one : square) one = count > 0.0 ? std::sqrt(one / count) : 0.0;
+  return square;
 }
 
 Channels estimate_noise(std::span<const Log> stretches) {

@@ -16,12 +16,13 @@ using Channels = std::array<double, channels>;
 inline constexpr double no_reading = std::numeric_limits<double>::quiet_NaN();
 
 /// Samples dt apart. Rows of `reading` are x, y, yaw, vx, vy, yaw rate (SI; no_reading where missing); commands are
-/// linear between samples.
+/// linear between samples, or between `fine` ones.
 struct Log {
   double dt = 0.02;
   double t0 = 0.0;              // time of the first row since the start of the log, for effects that depend on time
   std::vector<double> reading;  // n x 6
   std::vector<CommandSample<double>> command;
+  std::vector<CommandSample<double>> fine;  // 2 size() - 1 commands half a sample apart; empty: `command` says all
   std::vector<bool> interpolated;  // samples without a recorded command, filled in from their neighbours; empty: none
   /// Whether a command of the step after sample k was not recorded.
   bool interpolated_step(std::size_t k) const {
@@ -34,6 +35,15 @@ struct Log {
 ActingCommand<double> command_at(const Log& log, std::size_t k, double share);
 /// Commands up to `now` [s], for effects with a delay. Holds pointers into the log.
 History<double> history_at(const Log& log, double now);
+
+/// Throttle and steering, of what belongs to a command.
+using Commands = std::array<double, 2>;
+
+/// Makes the commands curved between samples: half-way they are off the straight line by `bend` times the mean of the
+/// second differences at both ends. -1/8 is a parabola through the samples, 0 the straight line.
+void bend_commands(Log& log, const Commands& bend);
+/// Root mean squares of the commands' second differences: how far they may have been off straight lines.
+Commands command_curvature(std::span<const Log> stretches);
 
 /// Standard deviation of white noise on each channel, from fourth differences (their variance is 70 sigma^2); NaN
 /// where a channel was never read.

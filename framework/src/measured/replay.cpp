@@ -4,22 +4,28 @@
 #include <array>
 #include <cmath>
 
+#include "util/exponential.hpp"
+
 namespace gripline::measured {
 namespace {
 
 constexpr std::size_t chunk = 32;
 
-/// (e^z - 1) / z and (e^z - 1 - z) / z^2: weights of a linear input to z' = a z + c(t) over one step.
-double phi1(double z) { return std::abs(z) < 1e-4 ? 1.0 + 0.5 * z : std::expm1(z) / z; }
-double phi2(double z) { return std::abs(z) < 1e-3 ? 0.5 + z / 6.0 : (std::expm1(z) - z) / (z * z); }
-
-/// Fractions of a step between which the commands that act are smooth: 0, the kink of delayed commands, 1, each piece
-/// cut so that none is longer than 1 / substeps.
-std::vector<double> step_knots(const StagedCar& car, double dt, int substeps) {
+/// Fractions of a step between which the commands that act are smooth: 0, their kinks, 1, each piece cut so that none
+/// is longer than 1 / substeps.
+std::vector<double> step_knots(const StagedCar& car, const Log& log, int substeps) {
   std::vector<double> corners{0.0};
-  const double delay = car.look_back() / dt;
-  const double kink = delay - std::floor(delay);
-  if (kink > 1e-6 && kink < 1.0 - 1e-6) corners.push_back(kink);
+  const auto add_kink = [&](double kink) {
+    kink -= std::floor(kink);
+    if (kink > 1e-6 && kink < 1.0 - 1e-6) corners.push_back(kink);
+  };
+  const double delay = car.look_back() / log.dt;
+  add_kink(delay);
+  if (!log.fine.empty()) {
+    add_kink(0.5);
+    if (delay > 0.0) add_kink(delay + 0.5);
+    std::sort(corners.begin(), corners.end());
+  }
   corners.push_back(1.0);
   std::vector<double> knots{0.0};
   for (std::size_t i = 0; i + 1 < corners.size(); ++i) {
@@ -37,7 +43,7 @@ LogStepper::LogStepper(const StagedCar& car, const Log& log, int substeps)
       log_(log),
       m_(static_cast<std::size_t>(car.memory())),
       looks_back_(car.look_back() > 0.0),
-      knots_(step_knots(car, log.dt, substeps)),
+      knots_(step_knots(car, log, substeps)),
       rk4_(find_tableau("rk4")) {}
 
 void LogStepper::advance(std::span<const std::size_t> sample, std::span<const Place> from, std::span<const Place> to,
@@ -249,6 +255,23 @@ std::vector<double> memory_rates(const StagedCar& car, const Trace& trace, const
   std::vector<double> rate, memory_rate;
   all_rates(car, trace, memory, rate, memory_rate);
   return memory_rate;
+}
+
+std::array<CommandRates, 2> rates_by_command(const StagedCar& car, const Trace& trace,
+                                             const std::vector<double>& memory) {
+  constexpr double step = 1e-4;  // [1] and [rad], above rounding
+  std::vector<double> rate, memory_rate;
+  all_rates(car, trace, memory, rate, memory_rate);
+  std::array<CommandRates, 2> by;
+  for (std::size_t i = 0; i < by.size(); ++i) {
+    Trace moved = trace;
+    for (auto* const commands : {&moved.log.command, &moved.log.fine})
+      for (CommandSample<double>& c : *commands) (i == 0 ? c.d : c.delta) += step;
+    all_rates(car, moved, memory, by[i].motion, by[i].memory);
+    for (std::size_t k = 0; k < rate.size(); ++k) by[i].motion[k] = (by[i].motion[k] - rate[k]) / step;
+    for (std::size_t k = 0; k < memory_rate.size(); ++k) by[i].memory[k] = (by[i].memory[k] - memory_rate[k]) / step;
+  }
+  return by;
 }
 
 }  // namespace gripline::measured

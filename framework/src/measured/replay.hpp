@@ -43,4 +43,12 @@ std::vector<double> rates_at_samples(const StagedCar& car, const Trace& trace, c
 /// The same of the memory.
 std::vector<double> memory_rates(const StagedCar& car, const Trace& trace, const std::vector<double>& memory);
 
+/// Derivatives of the rates at every sample by a command that is higher all the time.
+struct CommandRates {
+  std::vector<double> motion, memory;  // size() rows
+};
+/// By throttle and by steering; the memory is as given.
+std::array<CommandRates, 2> rates_by_command(const StagedCar& car, const Trace& trace,
+                                             const std::vector<double>& memory);
+
 }  // namespace gripline::measured

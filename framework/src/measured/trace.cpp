@@ -14,8 +14,33 @@ void Trace::set_motion(std::vector<double> rows, const Road& road) {
     const double* const row = motion.data() + k * channels;
     at[k] = road.at(log.t0 + static_cast<double>(k) * log.dt, row[0], row[1], row[2], hint);
   }
-  if (command_dual.empty())
-    for (const CommandSample<double>& c : log.command) command_dual.push_back({Dual8(c.d), Dual8(c.delta)});
+  if (command_dual.empty()) copy_commands();
+}
+
+void Trace::copy_commands() {
+  command_dual.clear();
+  for (const CommandSample<double>& c : log.fine.empty() ? log.command : log.fine)
+    command_dual.push_back({Dual8(c.d), Dual8(c.delta)});
+}
+
+void Trace::bend_commands(const Commands& bend) {
+  measured::bend_commands(log, bend);
+  copy_commands();
+}
+
+void Trace::cut(std::size_t samples) {
+  log.command.resize(samples);
+  if (!log.fine.empty()) log.fine.resize(2 * samples - 1);
+  if (!log.interpolated.empty()) log.interpolated.resize(samples);
+  log.reading.resize(samples * channels);
+  motion.resize(samples * channels);
+  at.resize(samples);
+  copy_commands();
+}
+
+History<Dual8> Trace::history(std::size_t k) const {
+  return {
+      command_dual.data(), command_dual.size(), log.t0, log.fine.empty() ? log.dt : 0.5 * log.dt, at[k].t, Hold::foh};
 }
 
 Place between(const Place& from, const Place& to, double share, double dt) {

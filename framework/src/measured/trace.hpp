@@ -12,17 +12,26 @@ struct Trace {
   Log log;
   std::vector<double> motion;
   std::vector<Place> at;
-  std::vector<CommandSample<Dual8>> command_dual;
+  std::vector<CommandSample<Dual8>> command_dual;  // of log.fine, or of log.command
 
   std::size_t size() const { return log.size(); }
   /// Replaces the reference; finds its places on the road.
   void set_motion(std::vector<double> rows, const Road& road);
+  /// Curved commands between samples, as measured::bend_commands has it.
+  void bend_commands(const Commands& bend);
+  /// Only the first so many samples.
+  void cut(std::size_t samples);
+  /// Commands up to sample k, for effects with a delay. Holds pointers into this.
+  History<Dual8> history(std::size_t k) const;
   /// Acting command `share` of a step after sample k.
   ActingCommand<double> command(std::size_t k, double share) const;
   /// Place `share` of a step after sample k.
   Place place(std::size_t k, double share) const;
   /// Reference `share` of a step after sample k, by a cubic through four samples.
   std::array<double, 6> reference(std::size_t k, double share) const;
+
+ private:
+  void copy_commands();
 };
 
 /// A first reference: local quadratic fits to each channel over 2 * half + 1 samples, wider where readings are missing.

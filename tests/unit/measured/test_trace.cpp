@@ -63,5 +63,25 @@ TEST(Log, CommandsAreLinearBetweenSamples) {
   EXPECT_TRUE(log.interpolated_step(1));
 }
 
+/// A parabola through the samples is bent by an eighth of its second difference.
+TEST(Log, BentCommandsFollowAParabola) {
+  Log log = quadratic(5);
+  log.dt = 0.5;
+  log.command.clear();
+  for (const double t : {0.0, 1.0, 2.0, 3.0, 4.0}) log.command.push_back({t * t, -0.1 * t * t});
+  EXPECT_DOUBLE_EQ(command_curvature({&log, 1})[0], 2.0);
+  bend_commands(log, {-0.125, -0.125});
+  ASSERT_EQ(log.fine.size(), 9U);
+  const auto middle = command_at(log, 1, 0.5), quarter = command_at(log, 1, 0.25);
+  EXPECT_DOUBLE_EQ(middle.d, 1.5 * 1.5);
+  EXPECT_DOUBLE_EQ(middle.delta, -0.1 * 1.5 * 1.5);
+  EXPECT_DOUBLE_EQ(quarter.d, 0.5 * (1.0 + 2.25)) << "straight between the fine ones";
+  EXPECT_DOUBLE_EQ(quarter.delta_rate, -0.1 * 1.25 / 0.25);
+  EXPECT_DOUBLE_EQ(command_at(log, 4, 0.0).d, 16.0);
+  EXPECT_DOUBLE_EQ(history_at(log, 2.0).at(1.25).d, 2.25);
+  bend_commands(log, {});
+  EXPECT_TRUE(log.fine.empty());
+}
+
 }  // namespace
 }  // namespace gripline::measured

@@ -199,8 +199,22 @@ class Pass {
         for (std::size_t i = 0; i < N; ++i) h[i] += next[j] * F[j * N + i];
       }
       if (params_ > 0) find_inputs_read(k, c, rho, next);
-      scalar<Row::whole>(k, c, raw, noise_.sensor[c] * noise_.sensor[c] * (1.0 - rho * rho), h.data());
+      const double white = noise_.sensor[c] * noise_.sensor[c] * (1.0 - rho * rho);
+      scalar<Row::whole>(k, c, raw, white + variance_of_commands(k, next), h.data());
     }
+  }
+
+  /// Variance of a reading at k + 1 by what commands may have done within the step; that it goes on in the state is
+  /// left out.
+  double variance_of_commands(std::size_t k, const std::array<double, channels>& row) const {
+    double sum = 0.0;
+    for (std::size_t i = 0; i < 2 && !lm_.by_command.empty(); ++i) {
+      const double* const by = lm_.by_command.data() + (k * 2 + i) * N;
+      double one = 0.0;
+      for (std::size_t j = 0; j < channels; ++j) one += row[j] * by[j];
+      sum += std::pow(one * noise_.command[i], 2);
+    }
+    return sum;
   }
 
   /// What a unit of each parameter's rates adds to the state at k + 1, to `inputs_`.
@@ -326,8 +340,20 @@ class Pass {
     propagate(F);
     const double growth = 1.0 - std::exp(-2.0 * lm_.dt / lm_.noise_time);
     for (std::size_t i = 0; i < noise_states; ++i) add_variance(i, growth);
+    if (!lm_.by_command.empty()) add_commands(k);
     if (k < lm_.interpolated.size() && lm_.interpolated[k]) inflate_covariance();
     if (params_ > 0) predict_params(k, F);
+  }
+
+  /// What commands may have done between the samples.
+  void add_commands(std::size_t k) {
+    for (std::size_t c = 0; c < 2; ++c) {
+      const double* const by = lm_.by_command.data() + (k * 2 + c) * N;
+      const double variance = noise_.command[c] * noise_.command[c];
+      if (variance == 0.0) continue;
+      for (std::size_t i = 0; i < body; ++i)
+        for (std::size_t j = 0; j < body; ++j) value_of(P_[i * N + j]) += variance * by[i] * by[j];
+    }
   }
 
   /// After a command that was not recorded the speeds are known less well than the model says.

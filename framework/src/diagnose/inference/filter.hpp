@@ -16,6 +16,9 @@ struct Noise {
   /// Correlation of a reading's error with that of the sample before (a first-order autoregressive process), between -1
   /// and 1; 0: white.
   Channels colour{};
+  /// Standard deviations of throttle and steering half-way between samples from where the log has them: a recorder that
+  /// leaves samples out does not say what the driver did there. Counts along models with LinearModel::by_command.
+  Commands command{};
 };
 
 /// The negative log likelihood of the innovations and its derivatives.

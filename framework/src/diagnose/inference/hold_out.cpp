@@ -9,6 +9,8 @@
 namespace gripline::diagnose {
 namespace {
 
+constexpr double start_spacing = 0.5;  // [s] between starts of predictions
+
 /// First sample held out: of the last whole laps, about a third of the log (thresholds::hold_out_part); below three
 /// laps of its last third.
 std::size_t hold_out_from(const Trace& trace) {
@@ -25,12 +27,7 @@ std::size_t hold_out_from(const Trace& trace) {
 
 Trace beginning(const Trace& trace, std::size_t samples) {
   Trace part = trace;
-  part.log.command.resize(samples);
-  if (!part.log.interpolated.empty()) part.log.interpolated.resize(samples);
-  part.log.reading.resize(samples * channels);
-  part.motion.resize(samples * channels);
-  part.at.resize(samples);
-  part.command_dual.resize(samples);
+  part.cut(samples);
   return part;
 }
 
@@ -60,6 +57,7 @@ HoldOut::HoldOut(const Problem& problem, const Road& road, std::span<const LogFi
     for (const Log& m : log.stretches) {
       Trace trace;
       trace.log = m;
+      if (trace.log.dt == problem.traces.front().log.dt) trace.bend_commands(problem.bend);
       trace.set_motion(smooth_readings(m, 3), road_);
       traces_.push_back(std::move(trace));
       from_.push_back(0);
@@ -87,8 +85,19 @@ std::vector<double> HoldOut::errors(const Fit& f, std::span<const double> horizo
 }
 
 std::vector<StartErrors> HoldOut::predict(const Fit& f, std::span<const double> horizons) const {
+  return predict_along(traces_, from_, f, horizons);
+}
+
+double HoldOut::error_on_known(const Fit& f) const {
+  constexpr std::array<double, 1> second = {1.0};
+  const std::vector<std::size_t> from(known_.traces.size(), 0);
+  return predict_along(known_.traces, from, f, second).front().rms();
+}
+
+std::vector<StartErrors> HoldOut::predict_along(std::vector<Trace> traces, std::span<const std::size_t> from,
+                                                const Fit& f, std::span<const double> horizons) const {
   Problem other = known_;
-  other.traces = traces_;
+  other.traces = std::move(traces);
   iterate_reference(other, road_, f);
   const StagedCar car = known_.catalogue->build(f.model);
   std::vector<StartErrors> all;
@@ -97,8 +106,8 @@ std::vector<StartErrors> HoldOut::predict(const Fit& f, std::span<const double> 
     for (std::size_t i = 0; i < other.traces.size(); ++i) {
       measured::RolloutOptions options;
       options.horizon = horizon;
-      options.first = from_[i] + 10;
-      options.every = 25;
+      options.first = from[i] + 10;
+      options.every = static_cast<std::size_t>(std::max(1.0, std::round(start_spacing / other.traces[i].log.dt)));
       options.substeps = known_.substeps;
       add_errors(roll_out(car, other.traces[i], road_, options), known_.sensor, errors);
     }

@@ -21,9 +21,10 @@ using Eigen::VectorXd;
 
 /// One unknown of the noise.
 struct Unknown {
-  enum class Kind { level, colour, acceleration, time } kind;
-  std::size_t which = 0;      // channel or acceleration
-  double longest_step = 1.0;  // of the logarithm; of a colour itself
+  enum class Kind { level, colour, acceleration, time, command, bend } kind;
+  std::size_t which = 0;      // channel, acceleration or command
+  double longest_step = 1.0;  // of the logarithm; of a colour or a bend itself
+  double most = 0.0;          // of a command
 };
 
 /// A filter's path depends on which colours are zero: while they are unknown none is.
@@ -38,13 +39,17 @@ double& value_of(MeasuredNoise& m, const Unknown& u) {
       return m.noise.colour[u.which];
     case Unknown::Kind::acceleration:
       return m.noise.process[u.which];
+    case Unknown::Kind::command:
+      return m.noise.command[u.which];
+    case Unknown::Kind::bend:
+      return m.bend[u.which];
     case Unknown::Kind::time:
       break;
   }
   return m.noise_time;
 }
 
-/// Moves one unknown: a colour by an addition, all others by a factor's logarithm.
+/// Moves one unknown: a colour and a bend by an addition, all others by a factor's logarithm.
 void move(MeasuredNoise& m, const Unknown& u, double step, const Problem& problem) {
   double& value = value_of(m, u);
   if (u.kind == Unknown::Kind::colour) {
@@ -52,7 +57,12 @@ void move(MeasuredNoise& m, const Unknown& u, double step, const Problem& proble
     if (value == 0.0) value = hardly_coloured;
     return;
   }
+  if (u.kind == Unknown::Kind::bend) {
+    value = std::clamp(value + step, -thresholds::most_bend, thresholds::most_bend);
+    return;
+  }
   value *= std::exp(step);
+  if (u.kind == Unknown::Kind::command) value = std::clamp(value, thresholds::least_command * u.most, u.most);
   // The scatter from sample to sample is the least that a sensor's noise can be.
   if (u.kind == Unknown::Kind::level) value = std::max(value, thresholds::least_level * problem.sensor[u.which]);
   if (u.kind == Unknown::Kind::acceleration) value = std::max(value, least_variance(problem, u.which));
@@ -66,8 +76,10 @@ class Innovations {
   Innovations(const Problem& problem, const Fit& fitted)
       : problem_(problem), car_(problem.catalogue->build(fitted.model)) {}
 
+  /// The next noise is of another kind.
+  void forget() { time_ = 0.0; }
   const std::vector<Likelihood::Innovation>& under(const MeasuredNoise& m) {
-    if (m.noise_time != time_) linearise_all_logs(m.noise_time);
+    if (m.noise_time != time_ || m.bend != bend_) linearise_all_logs(m);
     rows_.clear();
     FilterOptions options;
     options.innovations = true;
@@ -79,13 +91,21 @@ class Innovations {
   }
 
  private:
-  void linearise_all_logs(double noise_time) {
-    time_ = noise_time;
+  void linearise_all_logs(const MeasuredNoise& m) {
+    time_ = m.noise_time;
+    bend_ = m.bend;
     logs_.clear();
+    const Stepping stepping{problem_.substeps, m.noise_time, m.noise.command != Commands{}};
     std::size_t left = thresholds::noise_samples;
     for (const Trace& trace : problem_.traces) {
       if (left < 2) break;
-      logs_.push_back(linearise(car_, trace, {problem_.substeps, noise_time}));
+      if (bend_ == problem_.bend) {
+        logs_.push_back(linearise(car_, trace, stepping));
+      } else {
+        Trace bent = trace;
+        bent.bend_commands(bend_);
+        logs_.push_back(linearise(car_, bent, stepping));
+      }
       logs_.back().n = std::min(logs_.back().n, left);
       left -= logs_.back().n;
     }
@@ -94,6 +114,7 @@ class Innovations {
   const Problem& problem_;
   StagedCar car_;
   double time_ = 0.0;
+  Commands bend_{};
   std::vector<LinearModel> logs_;
   std::vector<Likelihood::Innovation> rows_;
 };
@@ -138,20 +159,42 @@ Scores scores_at(const Problem& problem, Innovations& innovations, const Measure
   return {dS.transpose() * excess + de.transpose() * ratio, 0.5 * dS.transpose() * dS + de.transpose() * de};
 }
 
+/// Whether something is left unknown of a command between samples.
+bool is_unknown_command(const Unknown& u, const MeasuredNoise& m) {
+  return u.kind == Unknown::Kind::command && m.noise.command[u.which] > 1.01 * thresholds::least_command * u.most;
+}
+
+bool is_read(const Problem& problem, std::size_t channel) {
+  return std::ranges::any_of(problem.traces, [channel](const Trace& trace) {
+    for (std::size_t k = 0; k < trace.size(); ++k)
+      if (!std::isnan(trace.log.reading[k * channels + channel])) return true;
+    return false;
+  });
+}
+
+/// Those that matter only where commands are unknown stand last, from the first bend on.
 std::vector<Unknown> list_unknowns(const Problem& problem, const NoiseUnknowns& asked) {
   std::vector<Unknown> list;
   for (std::size_t c = 0; asked.sensors && c < channels; ++c) {
-    const bool read = std::ranges::any_of(problem.traces, [c](const Trace& trace) {
-      for (std::size_t k = 0; k < trace.size(); ++k)
-        if (!std::isnan(trace.log.reading[k * channels + c])) return true;
-      return false;
-    });
-    if (!read) continue;
+    if (!is_read(problem, c)) continue;
     list.push_back({Unknown::Kind::level, c, 1.0});
     list.push_back({Unknown::Kind::colour, c, 0.4});
   }
   for (std::size_t i = 0; i < noise_states; ++i) list.push_back({Unknown::Kind::acceleration, i, 2.0});
   if (asked.correlation_time) list.push_back({Unknown::Kind::time, 0, 1.0});
+  if (!asked.commands) return list;
+  std::vector<Log> logs;
+  for (const Trace& trace : problem.traces) logs.push_back(trace.log);
+  const Commands curvature = measured::command_curvature(logs);
+  for (const Unknown& u : {Unknown{Unknown::Kind::command, 0}, Unknown{Unknown::Kind::command, 1},
+                           Unknown{Unknown::Kind::bend, 0, 0.1}, Unknown{Unknown::Kind::bend, 1, 0.1}}) {
+    if (!(curvature[u.which] > 0.0)) continue;
+    list.push_back(u);
+    list.back().most = thresholds::most_command * curvature[u.which];
+  }
+  // What commands do between samples scatters readings, and was believed to be the sensors'.
+  for (std::size_t c = 0; !asked.sensors && c < channels; ++c)
+    if (is_read(problem, c)) list.push_back({Unknown::Kind::level, c, 1.0});
   return list;
 }
 
@@ -214,16 +257,39 @@ void keep_credible(const Problem& problem, MeasuredNoise& m) {
   }
 }
 
+/// Takes back what the log does not determine of commands between samples.
+void forget_undetermined(std::span<const Unknown> unknowns, const MatrixXd& covariance, MeasuredNoise& m) {
+  for (std::size_t a = 0; a < unknowns.size(); ++a) {
+    const Unknown& u = unknowns[a];
+    const bool bend = u.kind == Unknown::Kind::bend;
+    if (!bend && u.kind != Unknown::Kind::command) continue;
+    const auto i = static_cast<Index>(a);
+    const double sigma = i < covariance.rows() ? std::sqrt(std::max(0.0, covariance(i, i))) : 1.0;
+    // Of a size the logarithm is known to within sigma.
+    const double sure = bend ? std::abs(value_of(m, u)) / sigma : 1.0 / sigma;
+    if (sure < thresholds::significant_colour || (!bend && !is_unknown_command(u, m))) value_of(m, u) = 0.0;
+  }
+}
+
 }  // namespace
 
 MeasuredNoise measure_noise(const Problem& problem, const Fit& fitted, const NoiseUnknowns& asked) {
   Innovations innovations(problem, fitted);
-  MeasuredNoise m{fitted.noise, problem.noise_time, 0.0};
+  MeasuredNoise m{.noise = fitted.noise, .noise_time = problem.noise_time, .bend = problem.bend};
   const double before = cost_of(innovations.under(m));
   const std::vector<Unknown> unknowns = list_unknowns(problem, asked);
-  for (const Unknown& u : unknowns)
+  for (const Unknown& u : unknowns) {
     if (u.kind == Unknown::Kind::colour && m.noise.colour[u.which] == 0.0) m.noise.colour[u.which] = hardly_coloured;
-  const MatrixXd information = improve(problem, innovations, unknowns, m);
+    if (u.kind == Unknown::Kind::command && m.noise.command[u.which] == 0.0)
+      m.noise.command[u.which] = thresholds::first_command * u.most;
+  }
+  if (asked.commands) innovations.forget();
+  const auto first_bend =
+      std::ranges::find_if(unknowns, [](const Unknown& u) { return u.kind == Unknown::Kind::bend; });
+  const auto needed = static_cast<std::size_t>(first_bend - unknowns.begin());
+  MatrixXd information = improve(problem, innovations, std::span(unknowns).first(needed), m);
+  if (std::ranges::any_of(unknowns, [&](const Unknown& u) { return is_unknown_command(u, m); }))
+    information = improve(problem, innovations, unknowns, m);
   const MatrixXd covariance = information.ldlt().solve(MatrixXd::Identity(information.rows(), information.cols()));
   for (std::size_t a = 0; a < unknowns.size(); ++a) {
     const Unknown& u = unknowns[a];
@@ -234,6 +300,7 @@ MeasuredNoise measure_noise(const Problem& problem, const Fit& fitted, const Noi
         std::abs(rho) > thresholds::significant_colour * std::sqrt(std::max(0.0, covariance(i, i)));
     if (!significant || std::abs(rho) < thresholds::least_colour) rho = 0.0;
   }
+  forget_undetermined(unknowns, covariance, m);
   if (asked.sensors) keep_credible(problem, m);
   m.gain = before - cost_of(innovations.under(m));
   return m;
@@ -241,7 +308,7 @@ MeasuredNoise measure_noise(const Problem& problem, const Fit& fitted, const Noi
 
 double colour_statistic(const Problem& problem, const Fit& fitted) {
   Innovations innovations(problem, fitted);
-  const MeasuredNoise as_fitted{fitted.noise, problem.noise_time, 0.0};
+  const MeasuredNoise as_fitted{.noise = fitted.noise, .noise_time = problem.noise_time, .bend = problem.bend};
   Channels last{}, product{}, square{}, count{};
   for (const Likelihood::Innovation& row : innovations.under(as_fitted)) {
     const double e = row.error / std::sqrt(row.variance);
@@ -261,6 +328,10 @@ bool is_other(const Problem& problem, const MeasuredNoise& measured) {
     return std::max(a, b) > thresholds::other_noise_factor * std::min(a, b);
   };
   bool other = differs(measured.noise_time, problem.noise_time);
+  for (std::size_t i = 0; i < measured.bend.size(); ++i) {
+    other |= differs(measured.noise.command[i], problem.command[i]);
+    other |= std::abs(measured.bend[i] - problem.bend[i]) > thresholds::other_bend;
+  }
   for (std::size_t c = 0; c < channels; ++c) {
     other |= differs(measured.noise.sensor[c], problem.sensor[c]);
     other |= std::abs(measured.noise.colour[c] - problem.colour[c]) > thresholds::other_colour;
@@ -272,6 +343,10 @@ void believe(Problem& problem, const MeasuredNoise& measured) {
   problem.sensor = measured.noise.sensor;
   problem.colour = measured.noise.colour;
   problem.noise_time = measured.noise_time;
+  problem.command = measured.noise.command;
+  if (problem.bend != measured.bend)
+    for (Trace& trace : problem.traces) trace.bend_commands(measured.bend);
+  problem.bend = measured.bend;
   problem.penalty_per_parameter = problem.penalty_of_readings();
 }
 

@@ -10,6 +10,7 @@ namespace gripline::diagnose {
 struct MeasuredNoise {
   Noise noise;
   double noise_time = usual_noise_time;  // [s]
+  Commands bend{};                       // of commands between samples, see measured::bend_commands
   double gain = 0;                       // log likelihood over the noise that the measurement began from
 };
 
@@ -17,6 +18,7 @@ struct MeasuredNoise {
 struct NoiseUnknowns {
   bool sensors = true;            // levels and colours of the sensors
   bool correlation_time = false;  // of the unknown accelerations; determined by strong ones only
+  bool commands = false;          // how commands act between samples: their bend, and what is left unknown of them
 };
 
 /// Maximum likelihood by Fisher scoring, the fitted model's parameters held. Of long logs the beginnings count

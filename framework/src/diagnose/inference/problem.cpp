@@ -33,6 +33,10 @@ bool has_strong_process_noise(const Problem& problem, const Noise& noise) {
   return std::ranges::min(process_noise_ratio(problem, noise)) > thresholds::strong_process_noise;
 }
 
+bool has_noticeable_process_noise(const Problem& problem, const Noise& noise) {
+  return std::ranges::max(process_noise_ratio(problem, noise)) > thresholds::noticeable_process_noise;
+}
+
 std::vector<Linearised> linearise_all(const Problem& problem, const ModelSpec& model) {
   std::vector<Linearised> all;
   for (const Trace& trace : problem.traces)

@@ -18,6 +18,8 @@ struct Problem {
   int substeps = 2;                                 // of integration, per sample
   Channels colour{};                                // of the readings' noise, see Noise::colour
   double noise_time = usual_noise_time;             // correlation time of unknown accelerations [s]
+  Commands command{};                               // between samples, see Noise::command
+  Commands bend{};                                  // of the commands of all traces, see measured::bend_commands
   /// Schwarz's penalty [log likelihood]: half the logarithm of the number of independent readings.
   double penalty_per_parameter = 0;
   std::size_t rows = 0;  // readings of all traces
@@ -28,7 +30,7 @@ struct Problem {
   /// Penalty of one effect with so many parameters [log likelihood]: see thresholds::full_penalty_parameters.
   double penalty(std::size_t parameters) const;
   /// How models are brought from sample to sample.
-  Stepping stepping() const { return {substeps, noise_time}; }
+  Stepping stepping() const { return {substeps, noise_time, command != Commands{}}; }
   /// Schwarz's penalty per parameter for what is read: a reading whose noise is coloured counts for less.
   double penalty_of_readings() const;
   /// Duration of all traces together [s].
@@ -39,6 +41,8 @@ struct Problem {
 std::array<double, noise_states> process_noise_ratio(const Problem& problem, const Noise& noise);
 /// Whether all three accelerations are random (a rough road). A deficient model shows as noise in one or two of them.
 bool has_strong_process_noise(const Problem& problem, const Noise& noise);
+/// Whether any of them is.
+bool has_noticeable_process_noise(const Problem& problem, const Noise& noise);
 
 /// A model along every trace.
 std::vector<Linearised> linearise_all(const Problem& problem, const ModelSpec& model);

@@ -275,7 +275,8 @@ bool Searcher::measure_noise_anew() {
   NoiseUnknowns unknowns;
   unknowns.sensors = coloured || colour_statistic(problem, *best_) > thresholds::coloured_innovations;
   unknowns.correlation_time = has_strong_process_noise(problem, best_->noise);
-  if (!unknowns.sensors && !unknowns.correlation_time) return false;
+  unknowns.commands = problem.command != Commands{} || has_noticeable_process_noise(problem, best_->noise);
+  if (!unknowns.sensors && !unknowns.correlation_time && !unknowns.commands) return false;
   const MeasuredNoise noise = measure_noise(problem, *best_, unknowns);
   if (noise.gain < thresholds::noise_gain || !is_other(problem, noise)) return false;
   const ModelSpec nothing = null_model_->model;
@@ -312,7 +313,8 @@ SearchResult search_effects(Problem problem, const Road& road, const SearchOptio
   Noise start = rough.noise;
   // Effects that are missing colour the innovations too: what is not plain is measured once they are found.
   if (colour_statistic(problem, rough) > thresholds::plainly_coloured * thresholds::coloured_innovations) {
-    const MeasuredNoise measured = measure_noise(problem, rough, {});
+    const MeasuredNoise measured =
+        measure_noise(problem, rough, {.commands = has_noticeable_process_noise(problem, rough.noise)});
     if (measured.gain > thresholds::noise_gain_before) {
       believe(problem, measured);
       Fit told = rough;

@@ -51,7 +51,7 @@ struct DualPass {
         }
         const auto c = trace.command(k, 0.0);
         command[i] = {Dual8(c.d), Dual8(c.delta), Dual8(c.delta_rate)};
-        history[i] = {trace.command_dual.data(), n, trace.log.t0, trace.log.dt, trace.at[k].t, Hold::foh};
+        history[i] = trace.history(k);
       }
       car.rates(batch);
       for (std::size_t i = 0; i < batch.n; ++i) sink(begin + i, rate.data() + i * channels, mem_rate.data() + i * m);

@@ -8,6 +8,7 @@
 #include "diagnose/model/transition.hpp"
 #include "diagnose/thresholds.hpp"
 #include "measured/replay.hpp"
+#include "util/exponential.hpp"
 #include "util/statistics.hpp"
 
 namespace gripline::diagnose {
@@ -52,6 +53,35 @@ double add_transitions(const StagedCar& car, const Trace& trace, std::span<const
     before = A;
   });
   return fastest;
+}
+
+/// Fills `by_command`: what a command that is higher by one half-way between two samples, and less towards them, adds
+/// to the state at the second. Its mean over the step is one half; through a memory it acts as that memory's mean.
+void add_commands(const StagedCar& car, const Trace& trace, LinearModel& lm) {
+  const std::size_t N = lm.states, m = lm.memories();
+  const auto by = measured::rates_by_command(car, trace, lm.memory);
+  lm.by_command.assign((lm.n - 1) * 2 * N, 0.0);
+  for (std::size_t k = 0; k + 1 < lm.n; ++k) {
+    const double* const F = lm.F.data() + k * N * N;
+    const double *const in0 = lm.input0.data() + k * N * 3, *const in1 = lm.input1.data() + k * N * 3;
+    for (std::size_t i = 0; i < by.size(); ++i) {
+      double* const to = lm.by_command.data() + (k * 2 + i) * N;
+      const auto mean = [&](const std::vector<double>& rate, std::size_t width, std::size_t c) {
+        return 0.5 * (rate[k * width + c] + rate[(k + 1) * width + c]);
+      };
+      for (std::size_t c = 0; c < 3; ++c) {
+        const double rate = 0.5 * mean(by[i].motion, channels, 3 + c);
+        for (std::size_t r = 0; r < N; ++r) to[r] += (in0[r * 3 + c] + in1[r * 3 + c]) * rate;
+      }
+      for (std::size_t j = 0; j < m; ++j) {
+        const std::size_t at = channels + j;
+        const double rate = 0.5 * lm.dt * mean(by[i].memory, m, j);
+        const double z = std::log(std::clamp(F[at * (N + 1)], 1e-9, 1.0));
+        for (std::size_t r = 0; r < channels; ++r) to[r] += F[r * N + at] * rate * phi2(z) / phi1(z);
+        to[at] += rate * phi1(z);
+      }
+    }
+  }
 }
 
 /// Fills the offsets: one-step predictions from the reference less the reference.
@@ -99,6 +129,7 @@ LinearModel linearise(const StagedCar& car, const Trace& trace, const Stepping& 
   if (!trace.log.interpolated.empty())
     for (std::size_t k = 0; k + 1 < lm.n; ++k) lm.interpolated.push_back(trace.log.interpolated_step(k));
   const double fastest = add_transitions(car, trace, along, regressors, lm);
+  if (stepping.commands) add_commands(car, trace, lm);
   // Stiff memory settles many times within a sample: there the step must only be stable.
   const double settles = std::min(lm.dt * fastest, thresholds::stiffest);
   const double step = settles < thresholds::stiff ? thresholds::longest_memory_step : thresholds::longest_stiff_step;

@@ -9,6 +9,7 @@ namespace gripline::diagnose {
 
 using measured::channels;
 using measured::Channels;
+using measured::Commands;
 using measured::Log;
 using measured::Road;
 using measured::Trace;
@@ -21,9 +22,11 @@ inline constexpr double usual_noise_time = 0.25;
 
 /// How a model is brought from sample to sample.
 struct Stepping {
-  Stepping(int steps, double correlation_time = usual_noise_time) : substeps(steps), noise_time(correlation_time) {}
+  Stepping(int steps, double correlation_time = usual_noise_time, bool unknown_commands = false)
+      : substeps(steps), noise_time(correlation_time), commands(unknown_commands) {}
   int substeps;       // of integration, per sample
   double noise_time;  // correlation time of the unknown accelerations [s]
+  bool commands;      // also what commands half-way between samples do (LinearModel::by_command)
 };
 
 }  // namespace gripline::diagnose

@@ -20,6 +20,22 @@ void read_uncertainty(const Node& node, CaseOptions& options, Errors& errors) {
     options.uncertainty[member->key] = read_number(member->value, "1", NumberRange::non_negative(), errors);
 }
 
+void read_uncertainty_of_world(const Node& world, CaseOptions& options, Errors& errors) {
+  if (const Node* u = world.find("nominal_uncertainty"); u != nullptr && options.uncertainty.empty())
+    read_uncertainty(*u, options, errors);
+  const Node* const unknowns = world.find("unknowns");
+  if (unknowns == nullptr || !unknowns->is_object()) return;
+  constexpr std::string_view parameters = "/plant/params/";
+  for (const Member& one : unknowns->object()) {
+    // Those on a logarithmic scale have a relative standard deviation.
+    if (!one.key.starts_with(parameters) || !one.value.is_object()) continue;
+    const Node *const scale = one.value.find("scale"), *const sigma = one.value.find("sigma");
+    const bool relative = scale != nullptr && scale->is_text() && scale->text() == "log";
+    if (relative && sigma != nullptr && sigma->is_number())
+      options.guessed[one.key.substr(parameters.size())] = sigma->number();
+  }
+}
+
 namespace {
 
 /// The wrong file altogether is one error, not one for each of its keys.

@@ -16,6 +16,8 @@ namespace gripline::diagnose {
 struct CaseOptions {
   std::vector<std::string> exclude;           // effects that must not be named
   std::map<std::string, double> uncertainty;  // nominal parameter -> relative standard deviation; "Cr0_over_m" in m/s2
+  /// The same from a world's unknowns, for where nothing else is said; names that the model has not are left alone.
+  std::map<std::string, double> guessed;
   std::optional<measured::Channels> noise_sigma;  // of the sensors; default: the world's
 };
 
@@ -30,5 +32,7 @@ struct CaseFile {
 CaseFile read_case(const std::filesystem::path& file);
 /// The object nominal_uncertainty, of a case or of a world.
 void read_uncertainty(const Node& node, CaseOptions& options, Errors& errors);
+/// What a world says it does not know: its plant's parameters among the unknowns of fit, and nominal_uncertainty.
+void read_uncertainty_of_world(const Node& world, CaseOptions& options, Errors& errors);
 
 }  // namespace gripline::diagnose

@@ -16,12 +16,14 @@ namespace {
 
 std::vector<Nuisance> nuisances_of(const CaseOptions& options, const Catalogue& catalogue) {
   std::vector<Nuisance> nuisances;
-  for (const auto& [key, size] : options.uncertainty) {
+  const bool stated = !options.uncertainty.empty();
+  for (const auto& [key, size] : stated ? options.uncertainty : options.guessed) {
     Nuisance n;
     const std::string over_m = "_over_m";
     const bool per_mass = key.ends_with(over_m);
     n.name = per_mass ? key.substr(0, key.size() - over_m.size()) : key;
     n.nominal = catalogue.nominal(n.name, &n.index);
+    if (std::isnan(n.nominal) && !stated) continue;
     if (std::isnan(n.nominal))
       throw InputError("nominal_uncertainty names \"" + key + "\", which is no parameter of the nominal model");
     // A relative deviation of nothing is nothing: where the nominal value is 0 the size is that of the parameter.
@@ -63,14 +65,30 @@ Channels Diagnoser::stated_noise() const {
 
 Diagnosis Diagnoser::run(std::span<const LogFile> given, std::span<const LogFile> given_held_out,
                          const ProgressCallback& progress) {
+  check_held_out(given, given_held_out);
+  const std::vector<LogFile> logs = each_once(given), held_out = each_once(given_held_out);
+  const std::vector<ChannelDelay> delays = find_channel_delays(logs);
+  if (delays.empty()) return search(logs, held_out, progress);
+  const auto on_time = [&](const std::vector<LogFile>& late) {
+    std::vector<LogFile> out;
+    for (const LogFile& log : late) out.push_back(without_delays(log, delays));
+    return out;
+  };
+  Diagnosis d = search(on_time(logs), on_time(held_out), progress);
+  name_delays(logs, held_out, delays, d);
+  d.sentence = sentence(d);
+  return d;
+}
+
+/// What is missing of logs whose channels are on time.
+Diagnosis Diagnoser::search(std::span<const LogFile> logs, std::span<const LogFile> held_out,
+                            const ProgressCallback& progress) {
   // Parts that take about equally long: the search is four of them.
   constexpr std::size_t parts = 8;
   const auto at = [&](double done, const char* what) {
     if (progress) progress(done, parts, what);
   };
   at(0, "preparing");
-  check_held_out(given, given_held_out);
-  const std::vector<LogFile> logs = each_once(given), held_out = each_once(given_held_out);
   Prepared prepared = prepare(catalogue_, road_, logs, stated_noise());
   at(1, "searching");
   SearchOptions options;
@@ -95,7 +113,7 @@ Diagnosis Diagnoser::run(std::span<const LogFile> given, std::span<const LogFile
   compare_named(hold_out, found, d);
   drop_harmful(hold_out, found, d);
   rank_by_rollouts(hold_out, found, d);
-  if (!stands(d)) withdraw(hold_out, found, d);
+  if (!stands(hold_out, d)) withdraw(hold_out, found, d);
   report_noise(problem_, d.fit.noise, d.health);
   if (d.verdict == Verdict::nothing_missing) d.detection_limits = detection_limits(found);
   d.sentence = sentence(d);
@@ -207,6 +225,12 @@ constexpr std::array<double, 5> horizons = {0.1, 0.2, 0.5, 1.0, 2.0};  // [s]
 constexpr std::size_t reported = 3;
 static_assert(horizons[reported] == Gap{}.horizon);
 
+double closure_of(const Gap& gap, const ErrorChange& change) {
+  // A perfect model still shows the sensors' own noise: one standard deviation.
+  const double rest = std::min(1.0, gap.after);
+  return change.helps() ? (gap.before - gap.after) / (gap.before - rest) : 0.0;
+}
+
 /// Errors of 1 s predictions.
 StartErrors predicted(const HoldOut& hold_out, const Fit& fitted) {
   return std::move(hold_out.predict(fitted, std::span(horizons).subspan(reported, 1)).front());
@@ -226,11 +250,36 @@ void Diagnoser::measure_gap(const HoldOut& hold_out, Diagnosis& d) const {
     d.horizons.push_back({horizons[i], before[i].rms(), after[i].rms()});
   d.gap.before = before[reported].rms();
   d.gap.after = after[reported].rms();
-  // A perfect model still shows the sensors' own noise: one standard deviation.
-  const double rest = std::min(1.0, d.gap.after);
   const ErrorChange change = compare(after[reported], before[reported]);
-  d.gap.closure = change.helps() ? (d.gap.before - d.gap.after) / (d.gap.before - rest) : 0.0;
+  d.gap.closure = closure_of(d.gap, change);
   if (d.named.size() == 1 && catalogue_.nuisances().empty()) d.named.front().rollout = change;
+}
+
+/// Puts delays before everything else that was found: the gap is then that of the logs as they came.
+void Diagnoser::name_delays(std::span<const LogFile> logs, std::span<const LogFile> held_out,
+                            std::span<const ChannelDelay> delays, Diagnosis& d) const {
+  Problem late = prepare(catalogue_, road_, logs, stated_noise()).problem;
+  late.sensor = problem_.sensor;
+  for (Trace& trace : late.traces) trace.bend_commands(problem_.bend);
+  late.bend = problem_.bend;
+  Fit nominal = d.null_model;
+  nominal.model = catalogue_.null_model();
+  nominal.evaluation.reset();
+  const HoldOut before(late, road_, held_out), after(problem_, road_, held_out);
+  const auto errors = before.predict(nominal, horizons);
+  for (std::size_t i = 0; i < horizons.size(); ++i) d.horizons[i].before = errors[i].rms();
+  const ErrorChange by_delays = compare(predicted(after, nominal), errors[reported]);
+  d.gap.before = errors[reported].rms();
+  d.gap.closure = closure_of(d.gap, compare(predicted(after, after.refit(d.fit)), errors[reported]));
+  for (const ChannelDelay& one : delays) {
+    NamedEffect& delay = d.delays.emplace_back();
+    delay.effect = one.name() + "_delay";
+    delay.measurement = true;
+    delay.params = {{"T", "s", one.seconds, one.low, one.high}};
+    delay.confidence = thresholds::most_confidence;
+    delay.rollout = by_delays;
+  }
+  if (d.verdict == Verdict::nothing_missing) d.verdict = Verdict::named;
 }
 
 /// What each named effect does to predictions, beside the others.
@@ -277,8 +326,20 @@ void Diagnoser::rank_by_rollouts(const HoldOut& hold_out, const SearchResult& fo
   std::ranges::stable_partition(d.ranking, [](const RankedEffect& row) { return !(row.rollout.change > 0.0); });
 }
 
+/// Whether what is named closes some of the gap; on a rough road, which is most of that gap, whether it does not widen
+/// it. What rests during the laps held out must close some of it on the others.
+bool Diagnoser::closes(const HoldOut& hold_out, const Diagnosis& d) const {
+  constexpr double least = thresholds::least_closing;
+  const double enough = has_strong_process_noise(problem_, d.fit.noise) ? 1.0 : 1.0 - least;
+  if (d.named.empty() || d.gap.after < enough * d.gap.before) return true;
+  const bool rests =
+      d.gap.after < (1.0 + least) * d.gap.before && d.fit.evidence - d.null_model.evidence > thresholds::ample_evidence;
+  return rests && hold_out.error_on_known(d.fit) < enough * hold_out.error_on_known(d.null_model);
+}
+
 /// Whether the result predicts hold-out data well enough to be kept.
-bool Diagnoser::stands(const Diagnosis& d) const {
+bool Diagnoser::stands(const HoldOut& hold_out, const Diagnosis& d) const {
+  if (!closes(hold_out, d)) return false;
   // Beside something unknown, effects that leave most of the gap open are imitations of it, unless each of them helps.
   const bool all_help = std::ranges::all_of(d.named, [](const NamedEffect& n) { return n.rollout.helps(); });
   if (d.verdict == Verdict::unknown && !all_help && d.gap.closure < thresholds::closure_beside_unknown) return false;
@@ -292,9 +353,14 @@ bool Diagnoser::stands(const Diagnosis& d) const {
   return !(d.gap.after > worse * d.gap.before);
 }
 
-/// What was found does not predict, and what is missing is not known. The nominal model is returned, with its
-/// parameters refitted where that makes predictions better.
+/// What was found does not predict, and what is missing is not known: nothing, where the bare model leaves nothing to
+/// find. The nominal model is returned, with its parameters refitted where that makes predictions better.
 void Diagnoser::withdraw(const HoldOut& hold_out, const SearchResult& found, Diagnosis& d) const {
+  const bool was_known = d.verdict == Verdict::named || d.verdict == Verdict::indistinguishable;
+  if (was_known && !closes(hold_out, d)) {
+    d.tests = residual_tests(found.pool.problem(), found.null_model);
+    if (!(strongest(d.tests).statistic > thresholds::misfit)) d.verdict = Verdict::nothing_missing;
+  }
   if (d.verdict != Verdict::nothing_missing) {
     d.verdict = Verdict::unknown;
     if (!d.unknown) d.unknown = strongest(d.tests);

@@ -4,6 +4,7 @@
 
 #include <span>
 
+#include "diagnose/inference/channel_delays.hpp"
 #include "diagnose/inference/selection.hpp"
 #include "diagnose/result/case_file.hpp"
 #include "diagnose/result/diagnosis.hpp"
@@ -29,6 +30,9 @@ class Diagnoser {
   const Problem& problem() const { return problem_; }
 
  private:
+  Diagnosis search(std::span<const LogFile> logs, std::span<const LogFile> held_out, const ProgressCallback& progress);
+  void name_delays(std::span<const LogFile> logs, std::span<const LogFile> held_out,
+                   std::span<const ChannelDelay> delays, Diagnosis& d) const;
   Channels stated_noise() const;
   std::vector<std::string> ids(const ModelSpec& model) const;
   std::vector<NamedEffect> name_effects(const Problem& problem, const Selected& selected, const Rivals& rivals) const;
@@ -41,7 +45,8 @@ class Diagnoser {
   void rank_by_rollouts(const HoldOut& hold_out, const SearchResult& found, Diagnosis& d) const;
   void compare_named(const HoldOut& hold_out, SearchResult& found, Diagnosis& d) const;
   void drop_harmful(const HoldOut& hold_out, SearchResult& found, Diagnosis& d) const;
-  bool stands(const Diagnosis& d) const;
+  bool closes(const HoldOut& hold_out, const Diagnosis& d) const;
+  bool stands(const HoldOut& hold_out, const Diagnosis& d) const;
   void withdraw(const HoldOut& hold_out, const SearchResult& found, Diagnosis& d) const;
   std::vector<DetectionLimit> detection_limits(SearchResult& found) const;
 

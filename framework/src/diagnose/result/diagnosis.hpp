@@ -60,11 +60,12 @@ struct Gap {
 
 struct Diagnosis {
   Verdict verdict = Verdict::nothing_missing;
-  std::vector<NamedEffect> named;
+  std::vector<NamedEffect> delays;                   // of channels: found before everything else, taken off the logs
+  std::vector<NamedEffect> named;                    // in the order of the fit's members
   std::vector<std::vector<std::string>> equivalent;  // sets of effects that explain the log as well; empty or >= 2
   std::optional<ResidualTest> unknown;               // where something is left that no effect explains
   std::vector<std::pair<std::string, double>> nominal_fit;  // nuisance parameters
-  Gap gap;
+  Gap gap;                                                  // before: with delays of channels left in
   std::vector<PredictionError> horizons;
   std::vector<RankedEffect> ranking;
   std::string manoeuvre;  // that would tell equivalent sets apart; empty: none

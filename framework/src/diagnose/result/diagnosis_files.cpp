@@ -50,7 +50,9 @@ Node rollout_node(const ErrorChange& c) {
 
 Node named_node(const Diagnosis& d) {
   Node::Array named;
-  for (const NamedEffect& n : d.named) {
+  std::vector<NamedEffect> all = d.delays;
+  all.insert(all.end(), d.named.begin(), d.named.end());
+  for (const NamedEffect& n : all) {
     Node one = object();
     one.set("effect", Node(n.effect));
     one.set("class", Node(std::string(n.measurement ? "measurement" : "physics")));
@@ -166,6 +168,12 @@ Node world_patch(const Diagnosis& d, const Diagnoser& diagnoser, const WorldSpec
   plant.set("effects", Node(std::move(effects)));
   Node patch = object();
   patch.set("plant", std::move(plant));
+  if (d.delays.empty()) return patch;
+  Node delays = object(), calibration = object();
+  for (const NamedEffect& delay : d.delays)
+    delays.set(delay.effect.substr(0, delay.effect.rfind("_delay")), number(delay.params.front().value));
+  calibration.set("delays", std::move(delays));
+  patch.set("calibration", std::move(calibration));
   return patch;
 }
 
@@ -179,7 +187,8 @@ void write_diagnosis(const fs::path& folder, const Diagnosis& d, const Diagnoser
   augmented.set("extends", Node(fs::absolute(world_file).lexically_relative(base).generic_string()));
   if (track) augmented.set("track", Node(fs::absolute(*track).lexically_relative(base).generic_string()));
   const Node patch = world_patch(d, diagnoser, world);
-  augmented.set("plant", *patch.find("plant"));
+  for (const char* const key : {"plant", "calibration"})
+    if (const Node* const part = patch.find(key); part != nullptr) augmented.set(key, *part);
   write_text(folder / "augmented_world.json", to_json_text(augmented));
 }
 

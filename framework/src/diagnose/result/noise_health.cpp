@@ -33,7 +33,7 @@ bool is_read(const Problem& problem, std::size_t channel) {
 
 void report_noise(const Problem& problem, const Noise& noise, std::vector<Health>& health) {
   char text[160];
-  if (problem.colour != Channels{}) {
+  if (problem.colour != Channels{} || noise.command != Commands{}) {
     for (std::size_t c = 0; c < channels; ++c) {
       if (!is_read(problem, c)) continue;
       std::erase_if(health,
@@ -42,6 +42,12 @@ void report_noise(const Problem& problem, const Noise& noise, std::vector<Health
                     texts[c].unit, problem.colour[c]);
       health.push_back({texts[c].check, text, "measured with the model", Health::Level::note});
     }
+  }
+  if (noise.command != Commands{}) {
+    std::snprintf(text, sizeof text, "half-way off by %.3g and %.3g rad, around lines bent by %.2g and %.2g",
+                  noise.command[0], noise.command[1], problem.bend[0], problem.bend[1]);
+    health.push_back(
+        {"commands between samples", text, "measured with the model; taken for noise", Health::Level::note});
   }
   if (!has_strong_process_noise(problem, noise)) return;
   const auto size = [&](std::size_t i) { return std::sqrt(noise.process[i]); };

@@ -1,6 +1,7 @@
 #include "diagnose/result/sentence.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 namespace gripline::diagnose {
 namespace {
@@ -74,9 +75,25 @@ std::string found_text(const Diagnosis& d) {
   return text + number(least);
 }
 
-}  // namespace
+/// What channels show late, in front of everything else; what it does to predictions where nothing else is said.
+std::string delays_text(const Diagnosis& d) {
+  std::string text;
+  for (const NamedEffect& one : d.delays) {
+    const NamedEffect::Value& t = one.params.front();
+    const std::string channel = one.effect == "yaw_rate_delay" ? "yaw-rate channel is " : "speed channels are ";
+    text += "The ";
+    text += channel;
+    text += number(std::abs(t.value));
+    text += t.value > 0.0 ? " s late (" : " s early (";
+    text += number(std::min(std::abs(t.low), std::abs(t.high)));
+    text += " to ";
+    text += number(std::max(std::abs(t.low), std::abs(t.high)));
+    text += "). ";
+  }
+  return text;
+}
 
-std::string sentence(const Diagnosis& d) {
+std::string car_text(const Diagnosis& d) {
   switch (d.verdict) {
     case Verdict::named:
       return found_text(d) + ".";
@@ -102,6 +119,16 @@ std::string sentence(const Diagnosis& d) {
     }
   }
   return {};
+}
+
+}  // namespace
+
+std::string sentence(const Diagnosis& d) {
+  std::string text = delays_text(d);
+  if (d.verdict != Verdict::named || !d.named.empty()) return text + car_text(d);
+  text += "Nothing else is missing: with that taken off, ";
+  text += gap_text(d.gap);
+  return text + ".";
 }
 
 }  // namespace gripline::diagnose

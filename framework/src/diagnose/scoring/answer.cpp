@@ -100,6 +100,7 @@ std::optional<ModelSpec> true_model(const Catalogue& catalogue, const Answer& a)
 double judge(const Answer& a, const Diagnosis& d) {
   Names named;
   for (const NamedEffect& n : d.named) named.insert(n.effect);
+  for (const NamedEffect& n : d.delays) named.insert(n.effect);
   if (a.unknown) return d.verdict == Verdict::unknown ? 1.0 : 0.0;
   if (a.names.empty()) return d.verdict == Verdict::nothing_missing ? 1.0 : 0.0;
   const auto right = [&](const Names& set) { return std::find(a.right.begin(), a.right.end(), set) != a.right.end(); };

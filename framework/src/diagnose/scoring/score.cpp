@@ -41,6 +41,7 @@ double windowed_cost(const Problem& problem, const ModelSpec& model) {
   Noise noise;
   noise.sensor = problem.sensor;
   noise.colour = problem.colour;
+  noise.command = problem.command;
   for (std::size_t i = 0; i < noise_states; ++i) noise.process[i] = std::pow(1e-4 * problem.process_unit[i], 2);
   const StagedCar car = problem.catalogue->build(model);
   double cost = 0.0;
@@ -99,8 +100,7 @@ void diagnose_case(const fs::path& folder, const Registry& registry, const World
   const Node node = load_world(out.world_file, out.file.track);
   Errors errors;
   CaseOptions& options = out.file.options;
-  if (const Node* u = node.find("nominal_uncertainty"); u != nullptr && options.uncertainty.empty())
-    read_uncertainty(*u, options, errors);
+  read_uncertainty_of_world(node, options, errors);
   out.world = read_world(node, registry, errors);
   errors.throw_if_any();
   const double begin = process_cpu_s();
@@ -120,6 +120,7 @@ void compare_names(const Answer& a, const Diagnosis& d, CaseScore& s) {
   s.verdict = verdict_names[static_cast<std::size_t>(d.verdict)];
   Names named;
   s.confidence = 1.0;
+  for (const NamedEffect& n : d.delays) named.insert(n.effect);
   for (const NamedEffect& n : d.named) {
     named.insert(n.effect);
     s.confidence = std::min(s.confidence, n.confidence);

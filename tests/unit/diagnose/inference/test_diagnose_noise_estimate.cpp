@@ -79,6 +79,53 @@ TEST(NoiseEstimate, TheFilterWhitensColouredReadings) {
   EXPECT_NEAR(sum / static_cast<double>(l.innovations.size()), 1.0, 0.06);
 }
 
+/// A problem of a log of which every second sample was left out, or not, with the bare car fitted to it.
+Begun unsteady_hands(const DiagnoseRig& rig, std::uint64_t seed, bool thinned, Log& whole) {
+  Begun log(rig, {.seconds = 30, .seed = seed, .unsteady = 1});
+  whole = log.problem.traces.front().log;
+  if (!thinned) return log;
+  log.problem = rig.problem({DiagnoseRig::thinned(whole)});
+  log.problem.substeps = 4;
+  log.fitted = fit(log.problem, rig.catalogue().null_model(), rig.noise(log.problem, 5.0), 4);
+  iterate_reference(log.problem, rig.road(), log.fitted);
+  return log;
+}
+
+/// What the driver did at the samples left out, off bent lines, is found as noise of its size.
+TEST(NoiseEstimate, MeasuresWhatALogLeavesOutOfTheCommands) {
+  const DiagnoseRig rig;
+  Log whole;
+  const Begun log = unsteady_hands(rig, 717, true, whole);
+  const MeasuredNoise found = measure_noise(log.problem, log.fitted, {.sensors = false, .commands = true});
+  EXPECT_GT(found.gain, 100.0);
+  EXPECT_TRUE(is_other(log.problem, found));
+  Log bent = log.problem.traces.front().log;
+  measured::bend_commands(bent, found.bend);
+  Commands square{};
+  for (std::size_t k = 0; k + 1 < bent.size(); ++k) {
+    const ActingCommand<double> guess = measured::command_at(bent, k, 0.5);
+    const CommandSample<double>& truth = whole.command[2 * k + 1];
+    square[0] += std::pow(guess.d - truth.d, 2);
+    square[1] += std::pow(guess.delta - truth.delta, 2);
+  }
+  for (std::size_t i = 0; i < 2; ++i) {
+    const double truth = std::sqrt(square[i] / static_cast<double>(bent.size()));
+    EXPECT_NEAR(found.noise.command[i] / truth, 1.0, 0.25) << i;
+    EXPECT_LT(found.bend[i], 0.05) << i;
+    EXPECT_GT(found.bend[i], -0.3) << i;
+  }
+}
+
+TEST(NoiseEstimate, WholeLogsLeaveNothingOutOfTheCommands) {
+  const DiagnoseRig rig;
+  Log whole;
+  const Begun log = unsteady_hands(rig, 718, false, whole);
+  const MeasuredNoise found = measure_noise(log.problem, log.fitted, {.sensors = false, .commands = true});
+  const Commands curvature = measured::command_curvature({&whole, 1});
+  for (std::size_t i = 0; i < 2; ++i) EXPECT_LT(found.noise.command[i], 0.15 * curvature[i]) << i;
+  EXPECT_LT(found.gain, 20.0);
+}
+
 /// Derivatives by parameters, of motion and of readings, go through the differences too.
 TEST(NoiseEstimate, GradientUnderColourAgreesWithDifferences) {
   DiagnoseRig rig;

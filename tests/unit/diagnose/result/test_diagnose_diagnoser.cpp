@@ -1,3 +1,4 @@
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "diagnose/result/diagnoser.hpp"
@@ -62,6 +63,48 @@ TEST(Diagnoser, TellsThatALogHasNoNoise) {
   };
   EXPECT_TRUE(told(0.0));
   EXPECT_FALSE(told(1.0));
+}
+
+Diagnosis diagnose_log(const DiagnoseRig& rig, Log log) {
+  Diagnoser diagnoser(rig.world(), rig.registry(), {});
+  LogFile file;
+  file.stretches.push_back(std::move(log));
+  return diagnoser.run({&file, 1}, {});
+}
+
+/// What the driver did at samples that a recorder left out is noise, and no effect; effects are found beside it.
+TEST(Diagnoser, TakesWhatALogLeavesOutForNoise) {
+  DiagnoseRig rig;
+  const DiagnoseRig::Drive drive{.seconds = 40, .seed = 62, .unsteady = 1};
+  const Diagnosis nothing = diagnose_log(rig, DiagnoseRig::thinned(rig.simulate(rig.catalogue().null_model(), drive)));
+  EXPECT_EQ(nothing.verdict, Verdict::nothing_missing) << nothing.sentence;
+  EXPECT_EQ(nothing.gap.closure, 0.0);
+  EXPECT_TRUE(std::ranges::any_of(nothing.health,
+                                  [](const measured::Health& h) { return h.check == "commands between samples"; }));
+  const Diagnosis lag = diagnose_log(rig, DiagnoseRig::thinned(rig.simulate(rig.with("steer_lag", {0.05}), drive)));
+  ASSERT_EQ(lag.verdict, Verdict::named) << lag.sentence;
+  ASSERT_EQ(lag.named.size(), 1U) << lag.sentence;
+  EXPECT_EQ(lag.named.front().effect, "steer_lag");
+  EXPECT_NEAR(lag.named.front().params.front().value, 0.05, 0.01);
+  EXPECT_GT(lag.gap.closure, 0.9);
+}
+
+/// A channel that is late is named as one, in plain words, and not as an effect of the car.
+TEST(Diagnoser, NamesALateChannel) {
+  DiagnoseRig rig;
+  Log log = rig.simulate(rig.catalogue().null_model(), {.seconds = 40, .seed = 63, .unsteady = 1});
+  const std::vector<double> on_time = log.reading;
+  for (std::size_t k = 6; k < log.size(); ++k) log.reading[k * channels + 5] = on_time[(k - 6) * channels + 5];
+  const Diagnosis d = diagnose_log(rig, log);
+  EXPECT_EQ(d.verdict, Verdict::named) << d.sentence;
+  EXPECT_TRUE(d.named.empty()) << d.sentence;
+  ASSERT_EQ(d.delays.size(), 1U);
+  EXPECT_EQ(d.delays.front().effect, "yaw_rate_delay");
+  EXPECT_TRUE(d.delays.front().measurement);
+  EXPECT_NEAR(d.delays.front().params.front().value, 0.12, 0.01);
+  EXPECT_TRUE(d.delays.front().rollout.helps());
+  EXPECT_GT(d.gap.closure, 0.9);
+  EXPECT_THAT(d.sentence, testing::StartsWith("The yaw-rate channel is 0.12 s late"));
 }
 
 }  // namespace

@@ -1,0 +1,93 @@
+#include "diagnose/inference/channel_delays.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "diagnose/thresholds.hpp"
+#include "measured/session_health.hpp"
+
+namespace gripline::diagnose {
+namespace {
+
+using measured::channels;
+using measured::Log;
+
+/// All logs one after the other, with pauses that nothing is interpolated over.
+measured::Session session_of(std::span<const LogFile> logs) {
+  constexpr double pause = 10.0;  // [s]
+  measured::Session session;
+  session.has.fill(true);
+  double begin = 0.0;
+  for (const LogFile& file : logs) {
+    double end = begin;
+    for (const Log& log : file.stretches)
+      for (std::size_t k = 0; k < log.size(); ++k) {
+        end = begin + log.t0 + static_cast<double>(k) * log.dt;
+        session.t.push_back(end);
+        session.command.push_back(log.command[k]);
+        const auto row = log.reading.begin() + static_cast<std::ptrdiff_t>(k * channels);
+        session.reading.insert(session.reading.end(), row, row + channels);
+      }
+    begin = end + pause;
+  }
+  return session;
+}
+
+double longest_step(std::span<const LogFile> logs) {
+  double dt = 0.0;
+  for (const LogFile& file : logs)
+    for (const Log& log : file.stretches) dt = std::max(dt, log.dt);
+  return dt;
+}
+
+/// Readings of one channel `seconds` later, linear between samples.
+std::vector<double> moved(const Log& log, std::size_t channel, double seconds) {
+  std::vector<double> out(log.size(), measured::no_reading);
+  const auto last = static_cast<double>(log.size() - 1);
+  for (std::size_t k = 0; k < log.size(); ++k) {
+    const double at = static_cast<double>(k) + seconds / log.dt;
+    if (!(at >= 0.0) || !(at <= last)) continue;
+    const auto i = std::min(static_cast<std::size_t>(at), log.size() - 2);
+    const double share = at - static_cast<double>(i), a = log.reading[i * channels + channel],
+                 b = log.reading[(i + 1) * channels + channel];
+    out[k] = share == 0.0 ? a : share == 1.0 ? b : a + share * (b - a);
+  }
+  return out;
+}
+
+}  // namespace
+
+std::string ChannelDelay::name() const { return measured::delay_names[group]; }
+
+std::vector<ChannelDelay> find_channel_delays(std::span<const LogFile> logs) {
+  std::vector<ChannelDelay> found;
+  const double dt = longest_step(logs);
+  for (const measured::Delay& d : measured::delays_of(session_of(logs))) {
+    const double least = std::min(std::abs(d.low), std::abs(d.high));
+    const bool sure = d.low * d.high > 0.0 && least > thresholds::surely_late * dt;
+    if (!d.of_clock || !sure || std::abs(d.seconds) < thresholds::least_delay * dt) continue;
+    const auto group = std::ranges::find(measured::delay_names, std::string_view(d.channel));
+    found.push_back({static_cast<std::size_t>(group - measured::delay_names.begin()), d.seconds, d.low, d.high});
+  }
+  return found;
+}
+
+LogFile without_delays(const LogFile& file, std::span<const ChannelDelay> delays) {
+  LogFile out = file;
+  for (const ChannelDelay& d : delays)
+    for (Log& log : out.stretches)
+      for (std::size_t c = 0; c < channels; ++c) {
+        if (measured::delay_group[c] != d.group || log.size() < 2) continue;
+        const std::vector<double> rows = moved(log, c, d.seconds);
+        for (std::size_t k = 0; k < log.size(); ++k) log.reading[k * channels + c] = rows[k];
+      }
+  for (const ChannelDelay& d : delays) {
+    char text[80];
+    std::snprintf(text, sizeof text, "%.3g s (%.3g to %.3g) against the pose", d.seconds, d.low, d.high);
+    out.health.push_back({"delay of " + d.name(), text, "taken off", measured::Health::Level::note});
+  }
+  return out;
+}
+
+}  // namespace gripline::diagnose

@@ -1,0 +1,29 @@
+// Channels that show later than others what the car did: errors of measurement that no car explains, because the
+// channels compared (yaw rate and yaw, speed and place) show one and the same motion.
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "measured/log_file.hpp"
+
+namespace gripline::diagnose {
+
+using measured::LogFile;
+
+/// Positive: the channel is late.
+struct ChannelDelay {
+  std::size_t group = 0;                  // measured::delay_names
+  double seconds = 0, low = 0, high = 0;  // 95 % by blocks of ten seconds
+  std::string name() const;
+};
+
+/// Delays of the speeds and of the yaw rate against the pose that are longer than a sample, and surely longer than half
+/// of one. The logs are taken as from one recorder.
+std::vector<ChannelDelay> find_channel_delays(std::span<const LogFile> logs);
+
+/// The log as its channels would show it without these delays; what would have come after its end is missing.
+LogFile without_delays(const LogFile& log, std::span<const ChannelDelay> delays);
+
+}  // namespace gripline::diagnose

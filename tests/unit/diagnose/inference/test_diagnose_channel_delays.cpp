@@ -1,0 +1,82 @@
+#include "diagnose/inference/channel_delays.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "measured/log_map.hpp"
+#include "support/diagnose_rig.hpp"
+
+namespace gripline::diagnose {
+namespace {
+
+using test::DiagnoseRig;
+
+/// A log whose channels of one group show what the car did `samples` ago.
+LogFile late(const DiagnoseRig& rig, std::uint64_t seed, std::size_t group, std::size_t samples) {
+  LogFile file;
+  file.stretches.push_back(rig.simulate(rig.catalogue().null_model(), {.seconds = 60, .seed = seed, .unsteady = 1}));
+  Log& log = file.stretches.front();
+  const Log on_time = log;
+  for (std::size_t k = 0; k < log.size(); ++k)
+    for (std::size_t c = 0; c < channels; ++c)
+      if (measured::delay_group[c] == group || group == measured::delay_groups)
+        log.reading[k * channels + c] = on_time.reading[(k - std::min(k, samples)) * channels + c];
+  return file;
+}
+
+constexpr std::size_t speeds = 2, yaw_rate = 3, all = measured::delay_groups;
+
+TEST(ChannelDelays, FindsALateYawRate) {
+  const DiagnoseRig rig;
+  for (const std::size_t samples : {3, 8}) {
+    const LogFile log = late(rig, 801, yaw_rate, samples);
+    const std::vector<ChannelDelay> found = find_channel_delays({&log, 1});
+    ASSERT_EQ(found.size(), 1U);
+    EXPECT_EQ(found.front().name(), "yaw_rate");
+    EXPECT_NEAR(found.front().seconds, 0.02 * static_cast<double>(samples), 0.008);
+    EXPECT_LT(found.front().low, found.front().high);
+  }
+}
+
+TEST(ChannelDelays, FindsLateSpeeds) {
+  const DiagnoseRig rig;
+  const LogFile log = late(rig, 802, speeds, 6);
+  const std::vector<ChannelDelay> found = find_channel_delays({&log, 1});
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_EQ(found.front().name(), "velocity");
+  EXPECT_NEAR(found.front().seconds, 0.12, 0.03);
+}
+
+/// A delay of all channels is one of the commands as well: no channel is late against another.
+TEST(ChannelDelays, NoChannelIsLateWhereAllAreOrNone) {
+  const DiagnoseRig rig;
+  for (const std::uint64_t seed : {803, 804}) {
+    const LogFile none = late(rig, seed, all, 0), every = late(rig, seed, all, 5);
+    EXPECT_TRUE(find_channel_delays({&none, 1}).empty());
+    EXPECT_TRUE(find_channel_delays({&every, 1}).empty());
+  }
+}
+
+TEST(ChannelDelays, TakesDelaysOff) {
+  const DiagnoseRig rig;
+  const LogFile on_time = late(rig, 805, all, 0), log = late(rig, 805, yaw_rate, 4);
+  ChannelDelay delay;
+  delay.group = yaw_rate;
+  delay.seconds = 0.08;
+  const LogFile again = without_delays(log, {&delay, 1});
+  const auto &was = on_time.stretches.front().reading, &is = again.stretches.front().reading;
+  const std::size_t n = on_time.stretches.front().size();
+  for (std::size_t k = 0; k < n; ++k)
+    for (std::size_t c = 0; c < channels; ++c) {
+      if (c == 5 && k + 4 >= n)
+        EXPECT_TRUE(std::isnan(is[k * channels + c])) << k;
+      else
+        EXPECT_NEAR(is[k * channels + c], was[k * channels + c], 1e-9) << k << ' ' << c;
+    }
+  ASSERT_EQ(again.health.size(), 1U);
+  EXPECT_EQ(again.health.front().check, "delay of yaw_rate");
+}
+
+}  // namespace
+}  // namespace gripline::diagnose
