@@ -97,8 +97,8 @@ std::vector<ChannelScore> validate_forces(const RaceSpec& race, const std::vecto
     part.follow(assembly.simulation());
     assembly.run();
     if (evaluation.traces().front().t.empty())
-      unjudged += (unjudged.empty() ? "" : ", ") + spec.name + " (" +
-                  std::to_string(evaluation.laps_driven()) + " laps driven)";
+      unjudged += (unjudged.empty() ? "" : ", ") + spec.name + " (" + std::to_string(evaluation.laps_driven()) +
+                  " laps driven)";
     else
       files.add(spec.name, evaluation.traces(), all);
   }
