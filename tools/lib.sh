@@ -62,7 +62,7 @@ install_packages() {
 install_browser() {
   ( install_packages chromium ) || say "no Chromium: the report is not tested in a browser"
   command -v node >/dev/null 2>&1 || ( install_packages nodejs npm ) || say "no Node: the report is not tested in a browser"
-  [ -d tools/report/node_modules/playwright-core ] ||
+  [ -d tools/report/node_modules/playwright-core ] && [ -d tools/report/node_modules/@mcap/core ] ||
     ( cd tools/report && npm ci --silent --ignore-scripts ) || say "npm ci failed in tools/report: the report is not tested in a browser"
 }
 

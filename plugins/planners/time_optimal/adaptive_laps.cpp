@@ -28,9 +28,7 @@ void AdaptiveLaps::solve_order() {
   if (!outcome.solved) member.belief = order_.belief;
   order_.worked_on = true;
   order_.solved = outcome.solved;
-  if (outcome.solved) ++solves_;
   const int takes = static_cast<int>(std::min(std::ceil(outcome.work / options_.work_per_step), 1e6));
-  longest_latency_ = std::max({longest_latency_, takes, options_.latency});
   if (takes > options_.latency) order_.due = takes - options_.latency - 1;
 }
 

@@ -27,9 +27,6 @@ class AdaptiveLaps {
   /// One control step: ends and orders solves for the car learned (null: nothing is learned). Then `out` is the lap
   /// at this friction.
   void step(const CarBelief* learned, double mu, LapPlan& out);
-  /// Solves that were ended so far, and the longest time between order and use among them [steps].
-  int solves() const { return solves_; }
-  int longest_latency() const { return longest_latency_; }
 
  private:
   struct Transition {
@@ -53,7 +50,6 @@ class AdaptiveLaps {
   std::vector<LapMember> members_;
   std::vector<Transition> shown_;
   Order order_;
-  int solves_ = 0, longest_latency_ = 0;
 };
 
 }  // namespace gripline::time_optimal

@@ -6,22 +6,15 @@
 #include <cmath>
 #include <numbers>
 
+#include "support/full_size_car.hpp"
+
 namespace gripline {
 namespace {
 
 using planning::JoinPath;
+using testing_support::full_size_car;
 
 constexpr double length = 1000, half_width = 6, mu = 0.5, horizon_s = 1;
-
-Car full_size() {
-  Car car;
-  car.lf = 1.34;
-  car.lr = 1.30;
-  car.width = 1.84;
-  car.delta_max = 0.35;
-  car.v_min = 2;
-  return car;
-}
 
 /// The line is the x axis, in the middle of the road.
 RefPoint on_line(double s) {
@@ -41,7 +34,7 @@ Observation car_at(double y, double yaw, double v) {
   return now;
 }
 JoinPath joining(double y, double yaw, double v) {
-  JoinPath join(full_size(), length);
+  JoinPath join(full_size_car(), length);
   join.update(car_at(y, yaw, v), on_line(100), mu, horizon_s);
   return join;
 }

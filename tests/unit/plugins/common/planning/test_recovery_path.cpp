@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "common/planning/line_follower.hpp"
+#include "support/full_size_car.hpp"
 
 namespace gripline {
 namespace {
@@ -16,18 +17,9 @@ namespace {
 using planning::ClosedLine;
 using planning::LineFollower;
 using planning::RecoveryPath;
+using testing_support::full_size_car;
 
 constexpr double pi = std::numbers::pi, mu = 0.5, dt = 0.02, circle = 150, half_width = 6;
-
-Car full_size() {
-  Car car;
-  car.lf = 1.34;
-  car.lr = 1.30;
-  car.width = 1.84;
-  car.delta_max = 0.35;
-  car.v_min = 2;
-  return car;
-}
 
 /// A circle to the left about the origin.
 ClosedLine round_line() {
@@ -84,7 +76,7 @@ class Driver {
 
  private:
   ClosedLine line_ = round_line();
-  RecoveryPath path_{full_size(), line_};
+  RecoveryPath path_{full_size_car(), line_};
   LineFollower follower_;
   Observation now_;
   double foot_ = 0;
