@@ -129,7 +129,7 @@ std::string check_manifest(const Workshop& workshop, const Subject& subject) {
 std::string check_parameters(const Workshop& workshop, const Subject& subject) {
   const std::vector<std::string> told =
       ask_instance(workshop, subject, [](const PluginEntry& entry, Bench& bench, const Tell& tell) {
-        constexpr double enough_s = 3;
+        constexpr double enough_s = 2;
 #if !defined(__SANITIZE_ADDRESS__)                 // which reserves terabytes
         constexpr rlim_t room = rlim_t{4} << 30U;  // what wants more gets std::bad_alloc, which is a refusal in words
         const rlimit limit{room, room};
@@ -162,6 +162,13 @@ std::string check_parameters(const Workshop& workshop, const Subject& subject) {
   return told.back();
 }
 
+/// 400 samples of the drive, or those that take a second and a half of CPU: a correction worth checking.
+void teach(Estimator& estimator, Bench& bench) {
+  constexpr double enough_s = 1.5;
+  const double begin = thread_cpu_s();
+  for (std::int64_t k = 0; k < 400 && thread_cpu_s() - begin < enough_s; ++k) estimator.update(bench.sample(k));
+}
+
 std::string check_derivatives(const Workshop& workshop, const Subject& subject) {
   ask_instance(workshop, subject, [](const PluginEntry& entry, Bench& bench, const Tell&) {
     const std::vector<abi::ParamValue> values = usual_values(entry);
@@ -177,7 +184,7 @@ std::string check_derivatives(const Workshop& workshop, const Subject& subject) 
       require_exact(create<Effect>(entry, context, values).get());
     } else {
       const Instance<Estimator> estimator = create<Estimator>(entry, context, values);
-      for (std::int64_t k = 0; k < 400; ++k) estimator->update(bench.sample(k));
+      teach(*estimator, bench);
       require_exact(estimator.get());
     }
   });
@@ -216,14 +223,14 @@ std::string check_batch(const Workshop& workshop, const Subject& subject) {
       require_same(create<Effect>(entry, context, values).get());
     else {
       const Instance<Estimator> estimator = create<Estimator>(entry, context, values);
-      for (std::int64_t k = 0; k < 400; ++k) estimator->update(bench.sample(k));
+      teach(*estimator, bench);
       require_same(estimator.get());
     }
   });
   return {};
 }
 
-/// How many steps are asked for: 300, or what takes a second and a half of CPU.
+/// How many steps are asked for: 300, or what takes a second of CPU.
 std::int64_t affordable_steps(const Workshop& workshop, const Subject& subject) {
   const std::string spent =
       ask_instance(workshop, subject, [](const PluginEntry& entry, Bench& bench, const Tell& tell) {
@@ -233,7 +240,7 @@ std::int64_t affordable_steps(const Workshop& workshop, const Subject& subject) 
         for (std::int64_t k = 0; k < steps; ++k) exercise->step(k, nullptr);
         tell(significant((thread_cpu_s() - begin) / steps, 4));
       }).back();
-  return static_cast<std::int64_t>(std::clamp(1.5 / (std::stod(spent) + 1e-6), 20.0, 300.0));
+  return static_cast<std::int64_t>(std::clamp(1.0 / (std::stod(spent) + 1e-6), 20.0, 300.0));
 }
 
 /// What an instance answers in the first steps, alone in its process.
@@ -411,7 +418,7 @@ std::string check_growth(const Workshop& workshop, const Subject& subject) {
                           return static_cast<double>(info.uordblks + info.hblkhd);
                         };
                         constexpr std::int64_t steps = 100'000;
-                        constexpr double enough_s = 3;
+                        constexpr double enough_s = 2;
                         const auto exercise = usual_exercise(entry, bench);
                         const double begin = thread_cpu_s();
                         std::int64_t k = 0, warm = 0;
