@@ -102,7 +102,7 @@ std::vector<std::string_view> parts_of(std::string_view bytes) {
 /// The product's plugins, asked in this process: they are not what is fuzzed.
 const Registry& plugins() {
   static const Registry all = [] {
-    ask_in_this_process() = true;
+    run_children_here() = true;
     return Registry({testing_support::plugin_dir()});
   }();
   return all;
@@ -300,10 +300,10 @@ void manifest(std::string_view bytes) {
 
 /// Any file that is called a library: probed in processes of its own, as the registry does it.
 void library(std::string_view bytes) {
-  const bool before = std::exchange(ask_in_this_process(), false);
+  const bool before = std::exchange(run_children_here(), false);
   const std::array files = {file_of("input.so", bytes)};
   const std::vector<std::string> problems = probe_libraries(files, 5.0);
-  ask_in_this_process() = before;
+  run_children_here() = before;
   require(problems.size() == 1, "a file without an answer");
 }
 

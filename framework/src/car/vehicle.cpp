@@ -20,13 +20,13 @@ Integration read_integration(ObjectReader& reader, const char* fallback) {
   return integration;
 }
 
-/// Reports effects on a stage that this model lacks, while their place in the file is known. Constructors that throw,
-/// or end the process they run in, are left to the run: they are called in a process of their own.
+/// Reports effects on a stage that this model lacks, while their place in the file is known. Constructors are called in a
+/// process of their own: those that throw, or end their process, are reported by the run.
 void check_effects(const VehicleSpec& spec, const Car& car, std::span<const Node> nodes, Errors& errors) {
-  constexpr double patience_s = 10.0;
+  constexpr double timeout_s = 10.0;
   PluginContext context;
   context.car = car;
-  const auto try_all = [&](const TellParent& tell) {
+  const auto try_all = [&](const SendMessage& send) {
     const auto model = create<VehicleModel>(*spec.model.entry, context, spec.model.values);
     StagedCar staged(*model, spec.model.numbers());
     std::vector<Instance<Effect>> effects;
@@ -38,13 +38,13 @@ void check_effects(const VehicleSpec& spec, const Car& car, std::span<const Node
       } catch (const std::invalid_argument& refused) {
         problem = refused.what();
       }
-      tell(problem);
+      send(problem);
     }
   };
   if (spec.effects.empty()) return;
-  const ChildAnswer answer = ask_child(patience_s, try_all);
-  for (std::size_t i = 0; i < answer.told.size(); ++i)
-    if (!answer.told[i].empty()) errors.add(nodes[i].origin, answer.told[i]);
+  const ChildResult result = run_in_child(timeout_s, try_all);
+  for (std::size_t i = 0; i < result.messages.size(); ++i)
+    if (!result.messages[i].empty()) errors.add(nodes[i].origin, result.messages[i]);
 }
 
 }  // namespace

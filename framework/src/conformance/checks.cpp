@@ -28,12 +28,12 @@ constexpr unsigned bit(abi::Kind kind) { return 1u << static_cast<unsigned>(kind
 constexpr unsigned formulas = bit(abi::Kind::vehicle) | bit(abi::Kind::effect) | bit(abi::Kind::estimator);
 constexpr unsigned every_kind = (1u << abi::kind_count) - 1;
 
-using Tell = TellParent;
+using Tell = SendMessage;
 
 /// Asks a process of its own that has opened the library; what it told. Throws Broken when it broke a contract or did not
 /// come back.
 std::vector<std::string> ask(const Workshop& workshop, const std::function<void(const Registry&, const Tell&)>& work) {
-  const ChildAnswer answer = ask_child(patience_s, [&](const Tell& tell) {
+  const ChildResult result = run_in_child(patience_s, [&](const Tell& tell) {
     try {
       const Registry registry({workshop.folder});
       for (const Registry::Unusable& one : registry.unusable()) throw Broken(one.reason);
@@ -42,13 +42,13 @@ std::vector<std::string> ask(const Workshop& workshop, const std::function<void(
       tell(std::string(broken_mark) + broken.what());
     }
   });
-  if (!answer.told.empty() && answer.told.back().starts_with(broken_mark))
-    throw Broken(answer.told.back().substr(broken_mark.size()));
-  if (!answer.complete) {
-    const std::string place = answer.told.empty() ? "" : " (" + answer.told.back() + ")";
-    throw Broken((answer.end.starts_with("threw") ? "" : "its process ") + answer.end + place);
+  if (!result.messages.empty() && result.messages.back().starts_with(broken_mark))
+    throw Broken(result.messages.back().substr(broken_mark.size()));
+  if (!result.completed) {
+    const std::string place = result.messages.empty() ? "" : " (" + result.messages.back() + ")";
+    throw Broken((result.failure.starts_with("threw") ? "" : "its process ") + result.failure + place);
   }
-  return answer.told;
+  return result.messages;
 }
 
 /// The same with the subject made, and the small world around it.
@@ -470,13 +470,13 @@ std::vector<Subject> subjects_in(const Workshop& workshop) {
 }
 
 double opening_time(const Workshop& workshop) {
-  const ChildAnswer answer = ask_child(patience_s, [&](const Tell& tell) {
+  const ChildResult result = run_in_child(patience_s, [&](const Tell& tell) {
     const double begin = thread_cpu_s();
     const Registry registry({workshop.folder});
     tell(significant(thread_cpu_s() - begin, 4));
   });
-  if (!answer.complete) throw Broken("its process " + answer.end + " when the library was opened");
-  return std::stod(answer.told.back());
+  if (!result.completed) throw Broken("its process " + result.failure + " when the library was opened");
+  return std::stod(result.messages.back());
 }
 
 }  // namespace gripline::conformance

@@ -19,7 +19,7 @@ Value pace_ratio(const WorldSpec& world, const RunResult& run, std::size_t lap) 
   return best ? Value(s.laps[lap] / *best) : std::nullopt;
 }
 
-/// A run that was lost measured nothing.
+/// Empty for a run that left no results.
 template <auto member>
 Value of_summary(const WorldSpec&, const RunResult& run, std::size_t) {
   return run.summary.steps > 0 ? Value(run.summary.*member) : std::nullopt;
@@ -28,7 +28,7 @@ template <auto member>
 Value of_timing(const WorldSpec&, const RunResult& run, std::size_t) {
   return run.summary.steps > 0 ? Value(run.timing.*member) : std::nullopt;
 }
-/// What the run cost: nothing when it was not driven again.
+/// What the run cost: 0 for a run that was not driven because it equals another one.
 Value cpu_s(const WorldSpec&, const RunResult& run, std::size_t) {
   if (run.summary.steps == 0) return std::nullopt;
   return run.driven_as ? 0.0 : run.timing.cpu_s;
@@ -43,31 +43,33 @@ Value ended_as(const WorldSpec&, const RunResult& run, std::size_t) {
 }
 
 constexpr const char* both = "runs.csv table.csv";
+constexpr const char* all = "runs.csv table.csv sweep";
 constexpr const char* table = "table.csv";
+constexpr const char* summed = "table.csv sweep";
 using enum RowSum;
 
 constexpr RaceColumn columns[] = {
-    {both, "lapK_s", "s", median, true, "time of lap K; lap 0 includes the standing start",
+    {all, "lapK_s", "s", median, true, "time of lap K; lap 0 includes the standing start",
      [](const WorldSpec&, const RunResult& run, std::size_t lap) { return of_lap(run.summary.laps, lap); }},
     {both, "lapK_mean_factor", "1", median, false, "mean friction factor of the steps of lap K",
      [](const WorldSpec&, const RunResult& run, std::size_t lap) { return of_lap(run.summary.lap_mean_factors, lap); }},
-    {both, "mean_deviation_m", "m", median, true, "mean distance from the line that the planner follows",
+    {all, "mean_deviation_m", "m", median, true, "mean distance from the line that the planner follows",
      of_summary<&RunSummary::mean_deviation_m>},
     {"", "hilly_deviation_m", "m", median, true, "mean_deviation_m where the road is steeper than 3 %",
      of_summary<&RunSummary::hilly_deviation_m>},
-    {both, "violation_s", "s", median, true, "time with the centre of gravity outside the road",
+    {all, "violation_s", "s", median, true, "time with the centre of gravity outside the road",
      of_summary<&RunSummary::violation_s>},
-    {both, "violation_body_s", "s", median, true, "time with a corner of the car outside the road",
+    {all, "violation_body_s", "s", median, true, "time with a corner of the car outside the road",
      of_summary<&RunSummary::violation_body_s>},
-    {both, "violation_after_adapt_s", "s", median, true,
+    {all, "violation_after_adapt_s", "s", median, true,
      "violation_s from the moment the stack trusts what it learned; empty if it never does",
      of_summary<&RunSummary::violation_after_adapt_s>},
-    {both, "violation_body_after_adapt_s", "s", median, true, "violation_body_s from that moment",
+    {all, "violation_body_after_adapt_s", "s", median, true, "violation_body_s from that moment",
      of_summary<&RunSummary::violation_body_after_adapt_s>},
-    {both, "mu_rmse", "1", median, true,
+    {all, "mu_rmse", "1", median, true,
      "root mean square of believed minus true friction while the stack trusts its belief",
      of_summary<&RunSummary::mu_rmse>},
-    {both, "mu_visited_rmse", "1", median, true,
+    {all, "mu_visited_rmse", "1", median, true,
      "the same against the friction at the slips reached so far, from two laps after the stack began to trust",
      of_summary<&RunSummary::mu_visited_rmse>},
     {both, "solve_ms_median", "ms", median, true, "CPU time of a call of the controller, its median",
@@ -76,27 +78,38 @@ constexpr RaceColumn columns[] = {
     {both, "solve_ms_p99", "ms", median, true, "its 99 % quantile", of_timing<&RunTiming::solve_ms_p99>},
     {both, "update_ms_median", "ms", median, true, "CPU time of a call of the estimator, its median",
      of_timing<&RunTiming::update_ms_median>},
-    {both, "solver_failures", "1", total, false, "control steps whose solve failed; \"failed\" in the printed table",
+    {all, "solver_failures", "1", total, false, "control steps whose solve failed; \"failed\" in the printed table",
      of_summary<&RunSummary::solver_failures>},
-    {both, "steps", "1", median, false, "control steps driven", of_summary<&RunSummary::steps>},
+    {all, "steps", "1", median, false, "control steps driven", of_summary<&RunSummary::steps>},
     {both, "cpu_s", "s", cost, false, "CPU time of the run's process; 0 for a run that was not driven again", cpu_s},
-    {both, "simulated_s", "s", cost, false, "time driven; 0 for a run that was not driven again", simulated_s},
+    {all, "simulated_s", "s", cost, false, "time driven; 0 for a run that was not driven again", simulated_s},
     {table, "runs", "1", total, false, "runs that differ",
      [](const WorldSpec&, const RunResult&, std::size_t) { return Value(1.0); }},
-    {table, "finished", "1", total, false, "of these, how many finished", ended_as<Status::finished>},
+    {summed, "finished", "1", total, false, "of these, how many finished", ended_as<Status::finished>},
     {table, "crashed", "1", total, false, "of these, how many crashed", ended_as<Status::crashed>},
     {table, "violation_s_max", "s", largest, false, "violation_s of the worst run",
      of_summary<&RunSummary::violation_s>},
     {table, "violation_after_adapt_s_max", "s", largest, false, "violation_after_adapt_s of the worst run",
      of_summary<&RunSummary::violation_after_adapt_s>},
-    {table, "pace_ratioK", "1", median, true, "lap K over the time-optimal lap at its mean factor", pace_ratio},
+    {summed, "pace_ratioK", "1", median, true, "lap K over the time-optimal lap at its mean factor", pace_ratio},
     {table, "seeds", "1", cost, false, "runs that were driven, equal ones too",
      [](const WorldSpec&, const RunResult& run, std::size_t) { return Value(run.driven_as ? 0.0 : 1.0); }},
 };
 
 bool is_of_laps(std::string_view name) { return name.find('K') != std::string_view::npos; }
 
-/// The number that stands for K in `pattern`; nothing when `name` is not made so.
+bool stands_in(const RaceColumn& column, std::string_view file) {
+  return std::string_view(column.files).find(file) != std::string_view::npos;
+}
+
+/// The column's name with the lap in the place of K.
+std::string name_of(const RaceColumn& column, std::size_t lap) {
+  std::string name = column.name;
+  if (const std::size_t k = name.find('K'); k != std::string::npos) name.replace(k, 1, std::to_string(lap));
+  return name;
+}
+
+/// The number in the place of K, if `name` follows `pattern`.
 std::optional<std::size_t> lap_in(std::string_view name, std::string_view pattern) {
   const std::size_t k = pattern.find('K');
   const std::string_view before = pattern.substr(0, k), after = pattern.substr(k + 1);
@@ -125,14 +138,21 @@ std::optional<NamedColumn> find_race_column(std::string_view name) {
 
 std::vector<std::string> race_column_names(std::string_view file, std::size_t laps) {
   std::vector<std::string> names;
-  for (const RaceColumn& column : columns) {
-    if (std::string_view(column.files).find(file) == std::string_view::npos) continue;
-    const std::string name = column.name;
-    const std::size_t k = name.find('K');
-    if (k == std::string::npos) names.push_back(name);
-    for (std::size_t lap = 0; k != std::string::npos && lap < laps; ++lap)
-      names.push_back(std::string(name).replace(k, 1, std::to_string(lap)));
-  }
+  for (const RaceColumn& column : columns)
+    if (stands_in(column, file))
+      for (std::size_t lap = 0; lap < (is_of_laps(column.name) ? laps : 1); ++lap)
+        names.push_back(name_of(column, lap));
+  return names;
+}
+
+std::vector<std::string> recorded_columns(std::size_t laps) {
+  std::vector<std::string> names = {"finished"};
+  for (std::size_t lap = 0; lap < laps; ++lap)
+    for (const RaceColumn& column : columns)
+      if (stands_in(column, "sweep") && is_of_laps(column.name)) names.push_back(name_of(column, lap));
+  for (const RaceColumn& column : columns)
+    if (stands_in(column, "sweep") && !is_of_laps(column.name) && column.name != names.front())
+      names.emplace_back(column.name);
   return names;
 }
 

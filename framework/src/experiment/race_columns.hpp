@@ -19,7 +19,7 @@ namespace gripline {
 enum class RowSum { median, total, cost, largest };
 
 struct RaceColumn {
-  const char* files;  ///< "runs.csv table.csv" or "table.csv"; "" when it stands in summary.json and claims alone
+  const char* files;  ///< "runs.csv table.csv sweep", any of them: sweep for the records of a sweep; "": claims only
   const char* name;   ///< K stands for a lap, counted from 0
   const char* unit;
   RowSum sum;
@@ -41,6 +41,10 @@ std::optional<NamedColumn> find_race_column(std::string_view name);
 
 /// The header's names of the columns that stand in `file`, those of laps for `laps` laps each.
 std::vector<std::string> race_column_names(std::string_view file, std::size_t laps);
+
+/// The columns that a sweep records of a run, those that come out the same each time: "finished", then lap by lap those
+/// of laps, then the others.
+std::vector<std::string> recorded_columns(std::size_t laps);
 
 /// The column whose interval `name` is an end of ("lap1_s" for "lap1_s_lo", "lap1_s_hi"); empty when it is none.
 std::string_view interval_of(std::string_view name);

@@ -177,7 +177,7 @@ void write_summary(const std::filesystem::path& folder, const RunSummary& s, con
   finish_summary(folder, summary_node(s, key), std::move(files));
 }
 
-void write_twin(const fs::path& folder, const RunResult& driven, std::uint64_t seed, const std::string& key) {
+void write_copied_summary(const fs::path& folder, const RunResult& driven, std::uint64_t seed, const std::string& key) {
   RunSummary same = driven.summary;
   same.seed = seed;
   Node node = summary_node(same, key);

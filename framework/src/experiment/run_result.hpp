@@ -27,9 +27,9 @@ struct RunResult {
 /// same summary: its hash stands in timing.sha256, as `sha256sum` writes it. Throws std::runtime_error.
 void write_summary(const std::filesystem::path& folder, const RunSummary& summary, const std::string& key);
 
-/// The summary of a run that was not driven, because it would be `driven` to the last bit; the folder holds nothing else.
-void write_twin(const std::filesystem::path& folder, const RunResult& driven, std::uint64_t seed,
-                const std::string& key);
+/// The summary of a run that was not driven because it would equal `driven` to the last bit; the only file in its folder.
+void write_copied_summary(const std::filesystem::path& folder, const RunResult& driven, std::uint64_t seed,
+                          const std::string& key);
 
 /// What a run's folder holds, if it was finished with this key (any key when empty) and every file is still the one
 /// that was written then. `damage`, when asked for, says what is not, and is empty otherwise.

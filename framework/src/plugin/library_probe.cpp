@@ -31,7 +31,7 @@ std::string symbol_in(const fs::path& library) {
   return {};
 }
 
-/// Why a file is not to be opened.
+/// Why a file must not be opened; empty if it may.
 std::string file_problem(const fs::path& library) {
   std::error_code failed;
   const fs::file_status status = fs::status(library, failed);
@@ -49,7 +49,7 @@ std::string file_problem(const fs::path& library) {
          std::to_string(abi::number) + "; rebuild the plugin against the installed headers";
 }
 
-/// Opens the library as the registry will. Runs in the child only.
+/// Opens the library as the registry will: "" or what is wrong. Runs in the child only.
 std::string opened_problem(const fs::path& library) {
   void* const handle = dlopen(library.c_str(), RTLD_NOW | RTLD_LOCAL);
   if (handle == nullptr) {
@@ -128,21 +128,21 @@ std::string manifest_problem(const abi::Manifest& manifest) {
   return {};
 }
 
-std::vector<std::string> probe_libraries(std::span<const fs::path> libraries, double patience_s) {
+std::vector<std::string> probe_libraries(std::span<const fs::path> libraries, double timeout_s) {
   std::vector<std::string> problems(libraries.size());
   std::size_t next = 0;
-  // One child looks at them all; where it dies, the next begins behind the one that it died of.
+  // One child looks at all of them; if it dies at one, the next child continues with the one after that.
   while (next < libraries.size()) {
-    const ChildAnswer answer = ask_child(patience_s, [&](const TellParent& tell) {
+    const ChildResult result = run_in_child(timeout_s, [&](const SendMessage& send) {
       for (const fs::path& library : libraries.subspan(next)) {
         std::string problem = file_problem(library);
         if (problem.empty()) problem = opened_problem(library);
-        tell(problem);
+        send(problem);
       }
     });
-    for (const std::string& problem : answer.told) problems[next++] = problem;
-    if (answer.complete || next >= libraries.size()) break;
-    problems[next++] = "cannot be opened: the process that tried " + answer.end;
+    for (const std::string& problem : result.messages) problems[next++] = problem;
+    if (result.completed || next >= libraries.size()) break;
+    problems[next++] = "cannot be opened: the process that tried " + result.failure;
   }
   return problems;
 }

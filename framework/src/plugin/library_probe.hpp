@@ -1,5 +1,5 @@
-// Whether a file is a library of plugins that can be used: found out in a process of its own, so that what a broken one
-// does when it is read or opened costs that file only.
+// Whether a file is a usable plugin library. It is read and opened in a process of its own first, so that a broken one
+// that crashes or hangs does not end this process.
 #pragma once
 
 #include <filesystem>
@@ -11,13 +11,13 @@
 
 namespace gripline {
 
-/// The manifest's symbol in this ABI, and the part of it that every ABI shares.
+/// The name of the manifest's symbol in this ABI.
 std::string manifest_symbol_name();
 
-/// Why each of the files cannot be used, in their order; empty where it can. Each is looked at as a file first (no
-/// pipe, an ELF library, the symbol of this ABI), then opened, and all that its manifest says is read.
-/// One that does not open within `patience_s` is given up: the slowest of ours takes a tenth of a second.
-std::vector<std::string> probe_libraries(std::span<const std::filesystem::path> libraries, double patience_s = 10.0);
+/// Why each of the files cannot be used, in their order; empty where it can. Each is examined as a file first (no
+/// pipe, an ELF library, the symbol of this ABI), then opened, and its whole manifest is read.
+/// One that does not open within `timeout_s` is given up: the slowest shipped library takes a tenth of a second.
+std::vector<std::string> probe_libraries(std::span<const std::filesystem::path> libraries, double timeout_s = 10.0);
 
 /// What is wrong with a manifest that was read from a library of this ABI; empty when nothing is.
 std::string manifest_problem(const abi::Manifest& manifest);

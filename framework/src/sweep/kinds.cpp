@@ -1,6 +1,5 @@
 #include "sweep/kinds.hpp"
 
-#include <sys/resource.h>
 #include <unistd.h>
 
 #include <charconv>
@@ -12,45 +11,23 @@
 #include "experiment/experiment.hpp"
 #include "experiment/force_validation.hpp"
 #include "experiment/offline_validation.hpp"
+#include "experiment/race_columns.hpp"
+#include "experiment/race_runner.hpp"
 #include "experiment/race_tables.hpp"
 #include "util/child_process.hpp"
+#include "util/clock.hpp"
 #include "util/disk.hpp"
 
 namespace gripline::sweep {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr double patience_s = 3600;  // of kinds whose drives bound themselves
+constexpr double silence_s = 3600;  // time limit of kinds other than races, whose simulations end by themselves
 
 std::string this_machine() {
   char host[256] = "";
   gethostname(host, sizeof host - 1);
   return host;
-}
-
-/// CPU time of all children that ended so far [s].
-double children_cpu_s() {
-  rusage used{};
-  getrusage(RUSAGE_CHILDREN, &used);
-  const auto seconds = [](const timeval& t) {
-    return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
-  };
-  return seconds(used.ru_utime) + seconds(used.ru_stime);
-}
-
-/// Columns of runs.csv that come out the same each time, and pace ratios.
-std::vector<std::string> recorded_columns(std::size_t laps) {
-  std::vector<std::string> names = {"finished"};
-  for (std::size_t i = 0; i < laps; ++i) {
-    const std::string number = std::to_string(i);
-    names.push_back("lap" + number + "_s");
-    names.push_back("pace_ratio" + number);
-  }
-  for (const char* name :
-       {"mean_deviation_m", "violation_s", "violation_body_s", "violation_after_adapt_s",
-        "violation_body_after_adapt_s", "mu_rmse", "mu_visited_rmse", "solver_failures", "steps", "simulated_s"})
-    names.emplace_back(name);
-  return names;
 }
 
 Record record_of(const RaceSpec& race, const RunResult& result) {
@@ -104,13 +81,6 @@ Values values_of_kind(const fs::path& file, const std::string& kind, const Node&
   throw std::logic_error("no run of kind " + kind);
 }
 
-void limit_data(std::size_t megabytes) {
-  if (megabytes == 0) return;
-  const rlim_t bytes = static_cast<rlim_t>(megabytes) << 20U;
-  const rlimit limit{bytes, bytes};
-  setrlimit(RLIMIT_DATA, &limit);
-}
-
 }  // namespace
 
 void check_experiment(const fs::path& file, Node tree, const Registry& registry) {
@@ -145,22 +115,22 @@ Record run_other(const fs::path& file, const std::string& kind, const Node& tree
                  const fs::path& scratch, const RunLimits& limits) {
   const double before = children_cpu_s();
   Record record;
-  const ChildAnswer answer =
-      ask_child(limits.timeout_s > 0 ? limits.timeout_s : patience_s, [&](const TellParent& tell) {
+  const ChildResult result =
+      run_in_child(limits.timeout_s > 0 ? limits.timeout_s : silence_s, [&](const SendMessage& send) {
         limit_data(limits.memory_mb);
         if (!disk().make_folders(scratch)) throw std::runtime_error("cannot make " + scratch.string());
         for (const auto& [name, value] : values_of_kind(file, kind, tree, registry, scratch))
-          if (std::isfinite(value)) tell(name + "=" + number_text(value));
+          if (std::isfinite(value)) send(name + "=" + number_text(value));
       });
-  for (const std::string& told : answer.told) {
-    const std::size_t equals = told.rfind('=');
+  for (const std::string& message : result.messages) {
+    const std::size_t equals = message.rfind('=');
     double value = 0;
-    std::from_chars(told.data() + equals + 1, told.data() + told.size(), value);
-    record.values.emplace_back(told.substr(0, equals), value);
+    std::from_chars(message.data() + equals + 1, message.data() + message.size(), value);
+    record.values.emplace_back(message.substr(0, equals), value);
   }
-  record.status = answer.complete ? "done" : "error";
-  if (!answer.complete) {
-    record.message = answer.end;
+  record.status = result.completed ? "done" : "error";
+  if (!result.completed) {
+    record.message = result.failure;
     record.values.clear();
   }
   record.times.emplace_back("cpu_s", children_cpu_s() - before);
@@ -169,7 +139,7 @@ Record run_other(const fs::path& file, const std::string& kind, const Node& tree
 }
 
 bool may_be_retried(const Record& record) {
-  // As describe_end() says it: somebody, or the system when memory ran out, killed the process.
+  // The words of describe_end(): the process was killed by a user, or by the system when memory ran out.
   return record.broken() && (record.message.find("was ended by signal 9 ") != std::string::npos ||
                              record.message.find("was ended by signal 15 ") != std::string::npos ||
                              record.message.find("cannot write ") != std::string::npos);

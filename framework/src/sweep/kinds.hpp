@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "config/node.hpp"
-#include "experiment/race_runner.hpp"
+#include "experiment/run_key.hpp"
 #include "plugin/registry.hpp"
 #include "sweep/store.hpp"
 

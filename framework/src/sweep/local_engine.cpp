@@ -1,6 +1,5 @@
 #include "sweep/local_engine.hpp"
 
-#include <sys/mman.h>
 #include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -13,7 +12,6 @@
 #include <deque>
 #include <iostream>
 #include <map>
-#include <new>
 #include <optional>
 #include <stdexcept>
 
@@ -21,6 +19,7 @@
 #include "experiment/out_folder.hpp"
 #include "util/child_process.hpp"
 #include "util/progress.hpp"
+#include "util/shared_array.hpp"
 #include "util/signals.hpp"
 
 namespace gripline::sweep {
@@ -28,33 +27,19 @@ namespace {
 
 constexpr std::int64_t no_task = -1;
 
-/// What workers write and the parent reads.
+/// Shared by the workers and the process that started them. `task` is what each worker does now, or no_task.
 struct Shared {
   static constexpr std::size_t most_workers = 4096;
   std::atomic<std::size_t> next{0}, runs{0};
   std::atomic<int> worst{task_done};
   std::atomic<std::int64_t> task[most_workers];
-};
 
-class SharedMemory {
- public:
-  SharedMemory() {
-    void* const memory = mmap(nullptr, sizeof(Shared), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
-    if (memory == MAP_FAILED) throw std::runtime_error(std::string("no shared memory: ") + std::strerror(errno));
-    shared_ = new (memory) Shared;
-    for (auto& task : shared_->task) task.store(no_task);
+  Shared() {
+    for (auto& one : task) one.store(no_task);
   }
-  ~SharedMemory() { munmap(shared_, sizeof(Shared)); }
-  SharedMemory(const SharedMemory&) = delete;
-  SharedMemory& operator=(const SharedMemory&) = delete;
-  Shared* operator->() { return shared_; }
-  Shared& operator*() { return *shared_; }
-
- private:
-  Shared* shared_;
 };
 
-/// The worse of two codes: what may be tried again says more than a broken run, a refusal more than both.
+/// The worse of two codes: done, a run broke, to be tried again, refused.
 int worse(int a, int b) {
   const auto rank = [](int code) {
     return code == task_done ? 0 : code == task_broke ? 1 : code == task_again ? 2 : 3;
@@ -68,10 +53,10 @@ void note_code(Shared& shared, int code) {
   }
 }
 
-/// A worker's life: its first task, when one is left by a worker that died, then whatever is next.
+/// The body of a worker process: the task `first`, if a worker that died left one, then task after task.
 [[noreturn]] void work(const Batch& batch, Shared& shared, std::size_t worker, std::int64_t first, pid_t parent,
                        const LocalEngine::Opener& open) {
-  setpgid(0, 0);  // the terminal's Ctrl-C is the parent's
+  setpgid(0, 0);  // so that Ctrl-C on the terminal reaches the parent only
   std::signal(SIGINT, SIG_IGN);
   for (const int number : {SIGTERM, SIGCHLD, SIGTSTP}) std::signal(number, SIG_DFL);
   prctl(PR_SET_PDEATHSIG, SIGKILL);
@@ -106,15 +91,15 @@ class Workers {
   Workers(const Workers&) = delete;
   Workers& operator=(const Workers&) = delete;
   std::size_t running() const { return workers_.size(); }
-  std::size_t runs() { return shared_->runs.load(); }
-  int worst() { return shared_->worst.load(); }
+  std::size_t runs() { return shared_.runs.load(); }
+  int worst() { return shared_.worst.load(); }
 
   void start(std::size_t worker, std::int64_t first) {
     std::cout.flush();
     std::cerr.flush();
     const pid_t parent = getpid(), pid = fork();
     if (pid < 0) throw std::runtime_error(std::string("cannot start a process: ") + std::strerror(errno));
-    if (pid == 0) work(batch_, *shared_, worker, first, parent, open_);
+    if (pid == 0) work(batch_, shared_, worker, first, parent, open_);
     setpgid(pid, pid);
     workers_[pid] = worker;
   }
@@ -133,11 +118,11 @@ class Workers {
     }
   }
 
-  /// Asks them to end, and ends them when they do not.
+  /// Sends SIGTERM, and SIGKILL to those that still run after 4 s.
   void stop() {
     for (const auto& [pid, worker] : workers_) kill(pid, SIGTERM);
-    constexpr int patience = 200;  // times 20 ms
-    for (int i = 0; i < patience && !workers_.empty(); ++i) {
+    constexpr int tries = 200;  // every 20 ms
+    for (int i = 0; i < tries && !workers_.empty(); ++i) {
       std::erase_if(workers_, [](const auto& one) { return waitpid(one.first, nullptr, WNOHANG) != 0; });
       if (!workers_.empty()) usleep(20'000);
     }
@@ -151,11 +136,11 @@ class Workers {
  private:
   void replace(std::size_t worker, int status) {
     constexpr int most_tries = 3;
-    const std::int64_t task = shared_->task[worker].exchange(no_task);
+    const std::int64_t task = shared_.task[worker].exchange(no_task);
     std::cerr << "a worker " << describe_end(status) << '\n';
     if (task != no_task && ++tries_[task] > most_tries) {
       std::cerr << "task " << task << " is given up\n";
-      note_code(*shared_, task_again);
+      note_code(shared_, task_again);
       return start(worker, no_task);
     }
     start(worker, task);
@@ -163,7 +148,8 @@ class Workers {
 
   const Batch& batch_;
   const LocalEngine::Opener& open_;
-  SharedMemory shared_;
+  SharedArray<Shared> memory_{1};
+  Shared& shared_ = memory_[0];
   std::map<pid_t, std::size_t> workers_;
   std::map<std::int64_t, int> tries_;  // by task
 };

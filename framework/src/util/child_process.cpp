@@ -3,6 +3,7 @@
 #include <fcntl.h>
 #include <poll.h>
 #include <sys/prctl.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -24,8 +25,8 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-// A message: its kind, its size in four bytes, its bytes.
-enum class Kind : char { told = 't', threw = 'x', done = 'd' };
+// What the child writes to the pipe: a kind, a size in four bytes, that many bytes of text.
+enum class Kind : char { message = 't', threw = 'x', done = 'd' };
 
 void send(int pipe, Kind kind, std::string_view text) {
   const auto size = static_cast<std::uint32_t>(text.size());
@@ -39,7 +40,7 @@ void send(int pipe, Kind kind, std::string_view text) {
   }
 }
 
-[[noreturn]] void child(int pipe, pid_t parent, const std::function<void(const TellParent&)>& work) {
+[[noreturn]] void child(int pipe, pid_t parent, const std::function<void(const SendMessage&)>& work) {
   setpgid(0, 0);
   prctl(PR_SET_PDEATHSIG, SIGKILL);
   if (getppid() != parent) _exit(1);
@@ -50,7 +51,7 @@ void send(int pipe, Kind kind, std::string_view text) {
       if (stream != pipe) dup2(nowhere, stream);
   }
   try {
-    work([pipe](std::string_view text) { send(pipe, Kind::told, text); });
+    work([pipe](std::string_view text) { send(pipe, Kind::message, text); });
     send(pipe, Kind::done, "");
   } catch (const std::exception& e) {
     send(pipe, Kind::threw, e.what());
@@ -60,8 +61,8 @@ void send(int pipe, Kind kind, std::string_view text) {
   _exit(0);
 }
 
-/// Takes whole messages off the front of what was read.
-void take_messages(std::string& bytes, ChildAnswer& answer) {
+/// Moves complete messages from the front of `bytes` into `result`.
+void take_messages(std::string& bytes, ChildResult& result) {
   constexpr std::size_t head = 1 + sizeof(std::uint32_t);
   while (bytes.size() >= head) {
     std::uint32_t size = 0;
@@ -69,63 +70,59 @@ void take_messages(std::string& bytes, ChildAnswer& answer) {
     if (bytes.size() < head + size) return;
     const std::string text = bytes.substr(head, size);
     switch (static_cast<Kind>(bytes.front())) {
-      case Kind::told:
-        answer.told.push_back(text);
+      case Kind::message:
+        result.messages.push_back(text);
         break;
       case Kind::threw:
-        answer.end = "threw " + text;
+        result.failure = "threw " + text;
         break;
       case Kind::done:
-        answer.complete = true;
+        result.completed = true;
     }
     bytes.erase(0, head + size);
   }
 }
 
-/// Reads until the child closes the pipe; false when it was silent for too long.
-bool listen(int pipe, double patience_s, ChildAnswer& answer) {
+/// Reads until the child closes the pipe; false when nothing arrived for too long.
+bool listen(int pipe, double timeout_s, ChildResult& result) {
   std::string bytes;
   char chunk[4096];
-  const auto patience = std::chrono::duration<double>(patience_s);
+  const auto timeout = std::chrono::duration<double>(timeout_s);
   auto heard = Clock::now();
-  while (!answer.complete && answer.end.empty()) {
+  while (!result.completed && result.failure.empty()) {
     pollfd watched{pipe, POLLIN, 0};
-    const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(patience - (Clock::now() - heard)).count();
+    const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(timeout - (Clock::now() - heard)).count();
     if (left <= 0) return false;
     if (poll(&watched, 1, static_cast<int>(std::min<long>(left, 1000))) <= 0) continue;
     const ssize_t got = read(pipe, chunk, sizeof chunk);
     if (got < 0 && errno == EINTR) continue;
     if (got <= 0) return true;
     bytes.append(chunk, static_cast<std::size_t>(got));
-    take_messages(bytes, answer);
+    take_messages(bytes, result);
     heard = Clock::now();
   }
   return true;
 }
 
-/// Waits for a child that is at its end, not for long; what is left of its group goes with it.
+/// Waits for a child that is about to end, at most a second before it is killed.
 int collect(pid_t pid) {
   const auto begin = Clock::now();
-  siginfo_t info{};
-  while (waitid(P_PID, static_cast<id_t>(pid), &info, WEXITED | WNOHANG | WNOWAIT) == 0 && info.si_pid == 0) {
+  for (;;) {
+    if (const std::optional<int> status = collect_if_ended(pid)) return *status;
     if (Clock::now() - begin > std::chrono::seconds(1)) kill(-pid, SIGKILL);
     usleep(500);
   }
-  kill(-pid, SIGKILL);  // while its number is still its own
-  int status = 0;
-  waitpid(pid, &status, 0);
-  return status;
 }
 
-ChildAnswer ask_here(const std::function<void(const TellParent&)>& work) {
-  ChildAnswer answer;
+ChildResult run_here(const std::function<void(const SendMessage&)>& work) {
+  ChildResult result;
   try {
-    work([&](std::string_view text) { answer.told.emplace_back(text); });
-    answer.complete = true;
+    work([&](std::string_view text) { result.messages.emplace_back(text); });
+    result.completed = true;
   } catch (const std::exception& e) {
-    answer.end = std::string("threw ") + e.what();
+    result.failure = std::string("threw ") + e.what();
   }
-  return answer;
+  return result;
 }
 
 }  // namespace
@@ -140,17 +137,34 @@ std::vector<pid_t> children_of_this_process() {
   return all;
 }
 
+std::optional<int> collect_if_ended(pid_t pid) {
+  siginfo_t info{};
+  const int result = waitid(P_PID, static_cast<id_t>(pid), &info, WEXITED | WNOHANG | WNOWAIT);
+  if (result == 0 && info.si_pid == 0) return std::nullopt;
+  kill(-pid, SIGKILL);
+  int status = 0;
+  if (result != 0 || waitpid(pid, &status, 0) != pid) return 0;
+  return status;
+}
+
+void limit_data(std::size_t megabytes) {
+  if (megabytes == 0) return;
+  const rlim_t bytes = static_cast<rlim_t>(megabytes) << 20U;
+  const rlimit limit{bytes, bytes};
+  setrlimit(RLIMIT_DATA, &limit);
+}
+
 std::string describe_end(int status) {
   if (WIFSIGNALED(status))
     return "was ended by signal " + std::to_string(WTERMSIG(status)) + " (" + strsignal(WTERMSIG(status)) + ")";
   return "ended with exit code " + std::to_string(WEXITSTATUS(status));
 }
 
-ChildAnswer ask_child(double patience_s, const std::function<void(const TellParent&)>& work) {
-  if (ask_in_this_process()) return ask_here(work);
+ChildResult run_in_child(double timeout_s, const std::function<void(const SendMessage&)>& work) {
+  if (run_children_here()) return run_here(work);
   int ends[2];
   if (pipe2(ends, O_CLOEXEC) != 0) throw std::runtime_error(std::string("no pipe: ") + std::strerror(errno));
-  // Ignored, the end of a child leaves nothing to wait for.
+  // Where SIGCHLD is ignored, waitpid has no status to give.
   struct sigaction usual {
   }, before{};
   usual.sa_handler = SIG_DFL;
@@ -164,23 +178,23 @@ ChildAnswer ask_child(double patience_s, const std::function<void(const TellPare
   }
   const int failed = errno;
   close(ends[1]);
-  ChildAnswer answer;
+  ChildResult result;
   if (pid > 0) {
     setpgid(pid, pid);
-    const bool in_time = listen(ends[0], patience_s, answer);
+    const bool in_time = listen(ends[0], timeout_s, result);
     if (!in_time) {
       kill(-pid, SIGKILL);
       char digits[32];
-      const auto end = std::to_chars(digits, std::end(digits), patience_s, std::chars_format::general, 3).ptr;
-      answer.end = "did not come back within " + std::string(digits, end) + " s";
+      const auto end = std::to_chars(digits, std::end(digits), timeout_s, std::chars_format::general, 3).ptr;
+      result.failure = "did not come back within " + std::string(digits, end) + " s";
     }
     const int status = collect(pid);
-    if (!answer.complete && answer.end.empty()) answer.end = describe_end(status);
+    if (!result.completed && result.failure.empty()) result.failure = describe_end(status);
   }
   close(ends[0]);
   sigaction(SIGCHLD, &before, nullptr);
   if (pid < 0) throw std::runtime_error(std::string("cannot start a process: ") + std::strerror(failed));
-  return answer;
+  return result;
 }
 
 }  // namespace gripline

@@ -1,40 +1,50 @@
-// A question asked in a process of its own, for code that may crash, exit or never come back.
+// Work in a process of its own, for code that may crash, exit or never return.
 #pragma once
 
 #include <sys/types.h>
 
+#include <cstddef>
 #include <functional>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 namespace gripline {
 
-/// What a child told, and how it ended.
-struct ChildAnswer {
-  std::vector<std::string> told;  ///< in order; what was told before a bad end counts
-  bool complete = false;          ///< the work returned
-  std::string end;                ///< when it did not: "was ended by signal 6 (Aborted)", "ended its process with exit
-                                  ///< code 0", "did not come back within 10 s"
+/// What a child process sent, and how it ended.
+struct ChildResult {
+  std::vector<std::string> messages;  ///< in order; those sent before a failure count
+  bool completed = false;             ///< the work returned
+  std::string failure;  ///< if it did not: "was ended by signal 6 (Aborted)", "ended with exit code 0", "did not come
+                        ///< back within 10 s", "threw ..."
 };
 
-using TellParent = std::function<void(std::string_view)>;
+using SendMessage = std::function<void(std::string_view)>;
 
-/// Runs `work` in a fork of this process: what it changes there stays there, and what it prints goes nowhere. It and
-/// all it started are ended when it neither tells something nor returns for `patience_s`. An exception of `work` counts
-/// as an end: "threw ...". Throws std::runtime_error when there is no process to be had.
-ChildAnswer ask_child(double patience_s, const std::function<void(const TellParent&)>& work);
+/// Runs `work` in a fork of this process, its standard streams connected to /dev/null. The child and everything it
+/// started are ended when it neither sends a message nor returns for `timeout_s`. An exception of `work` counts as a
+/// failure. Throws std::runtime_error when no process can be started.
+ChildResult run_in_child(double timeout_s, const std::function<void(const SendMessage&)>& work);
 
-/// Fuzzers ask the same question a million times of code they trust: then `work` runs here.
-inline bool& ask_in_this_process() {
+/// Set to true, run_in_child() runs `work` in this process: for fuzzers, which call it a million times with code that
+/// they trust.
+inline bool& run_children_here() {
   static bool here = false;
   return here;
 }
 
-/// "was ended by signal 11 (Segmentation fault)" or "ended with exit code 3", of a status that waitpid gave.
+/// "was ended by signal 11 (Segmentation fault)" or "ended with exit code 3", from a status that waitpid gave.
 std::string describe_end(int status);
+
+/// The status of a child if it has ended, else nothing. What is left of its process group is ended first, while its
+/// process id cannot have been given to another. 0 if another part of the program collected the status.
+std::optional<int> collect_if_ended(pid_t pid);
 
 /// The processes that this one is the parent of. Empty where the system does not say (/proc/self/task/*/children).
 std::vector<pid_t> children_of_this_process();
+
+/// Limits the data of this process from now on (RLIMIT_DATA): allocations beyond it fail. 0: no limit.
+void limit_data(std::size_t megabytes);
 
 }  // namespace gripline

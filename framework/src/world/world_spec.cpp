@@ -21,22 +21,22 @@ bool has_plugin(const Registry& registry, abi::Kind kind, const std::string& id)
                      [&](const PluginEntry& entry) { return entry.decl->kind == kind && id == entry.decl->id; });
 }
 
-/// Makes the plant once, so that its complaint about its parameters is reported at their place in the file.
+/// Makes the plant once, so that what it says against its parameters is reported at their place in the file.
 void check_plant(const WorldSpec& world, const Node& node, Errors& errors) {
   if (!errors.empty()) return;
   PluginContext context;
   context.car = world.car.car;
   context.dt = world.dt;
-  // In a process of its own: one that crashes is the run's affair.
-  const ChildAnswer answer = ask_child(10.0, [&](const TellParent& tell) {
+  // In a process of its own: a plant that crashes is reported by the run.
+  const ChildResult result = run_in_child(10.0, [&](const SendMessage& send) {
     try {
       create<Plant>(*world.plant.entry, context, world.plant.values);
     } catch (const PluginError& problem) {
-      tell(problem.what());
+      send(problem.what());
     }
   });
   const Node* const params = node.find("params");
-  for (const std::string& problem : answer.told) errors.add((params != nullptr ? *params : node).origin, problem);
+  for (const std::string& problem : result.messages) errors.add((params != nullptr ? *params : node).origin, problem);
 }
 
 void read_plant(const Node& node, const Registry& registry, WorldSpec& world, Errors& errors) {

@@ -4,7 +4,8 @@
 #include <gtest/gtest.h>
 
 #include "experiment/out_folder.hpp"
-#include "experiment/race_runner.hpp"
+#include "experiment/run_result.hpp"
+#include "experiment/single_run.hpp"
 #include "support/host_support.hpp"
 #include "support/power_loss.hpp"
 #include "util/csv_writer.hpp"

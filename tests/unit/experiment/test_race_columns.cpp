@@ -86,6 +86,13 @@ TEST(RaceColumns, HeadersNameEachLapAndNothingTwice) {
   for (const std::string& name : names) EXPECT_TRUE(find_race_column(name).has_value()) << name;
 }
 
+TEST(RaceColumns, SweepsRecordWhatComesOutTheSameEachTime) {
+  EXPECT_THAT(recorded_columns(2),
+              ElementsAre("finished", "lap0_s", "pace_ratio0", "lap1_s", "pace_ratio1", "mean_deviation_m",
+                          "violation_s", "violation_body_s", "violation_after_adapt_s", "violation_body_after_adapt_s",
+                          "mu_rmse", "mu_visited_rmse", "solver_failures", "steps", "simulated_s"));
+}
+
 /// Sums, counts, maxima and what is known beforehand have no interval.
 TEST(RaceColumns, ClaimsMayNameEndsOfIntervals) {
   for (const char* name : {"lap1_s_lo", "mu_rmse_hi", "pace_ratio0_hi", "hilly_deviation_m", "hilly_deviation_m_lo"})

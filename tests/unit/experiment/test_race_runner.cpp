@@ -12,6 +12,7 @@
 
 #include <cerrno>
 
+#include "experiment/single_run.hpp"
 #include "support/host_support.hpp"
 #include "util/csv.hpp"
 

@@ -17,28 +17,28 @@ namespace {
 
 using testing::ElementsAre;
 
-TEST(AskChild, WhatItTellsComesBack) {
-  const ChildAnswer answer = ask_child(60, [](const TellParent& tell) {
-    tell("one");
-    tell("");
-    tell(std::string(300'000, 'x'));
+TEST(RunInChild, MessagesComeBack) {
+  const ChildResult result = run_in_child(60, [](const SendMessage& send) {
+    send("one");
+    send("");
+    send(std::string(300'000, 'x'));
   });
-  EXPECT_TRUE(answer.complete);
-  EXPECT_EQ(answer.end, "");
-  ASSERT_EQ(answer.told.size(), 3u);
-  EXPECT_EQ(answer.told[0], "one");
-  EXPECT_EQ(answer.told[2].size(), 300'000u);
+  EXPECT_TRUE(result.completed);
+  EXPECT_EQ(result.failure, "");
+  ASSERT_EQ(result.messages.size(), 3u);
+  EXPECT_EQ(result.messages[0], "one");
+  EXPECT_EQ(result.messages[2].size(), 300'000u);
 }
 
-TEST(AskChild, ABadEndIsDescribedAndWhatWasToldCounts) {
+TEST(RunInChild, AFailureIsDescribedAndEarlierMessagesCount) {
   const auto end_of = [](void (*work)()) {
-    const ChildAnswer answer = ask_child(60, [&](const TellParent& tell) {
-      tell("begun");
+    const ChildResult result = run_in_child(60, [&](const SendMessage& send) {
+      send("begun");
       work();
     });
-    EXPECT_FALSE(answer.complete);
-    EXPECT_THAT(answer.told, ElementsAre("begun"));
-    return answer.end;
+    EXPECT_FALSE(result.completed);
+    EXPECT_THAT(result.messages, ElementsAre("begun"));
+    return result.failure;
   };
   EXPECT_EQ(end_of([] { std::abort(); }), "was ended by signal 6 (Aborted)");
   EXPECT_EQ(end_of([] { _exit(0); }), "ended with exit code 0");
@@ -47,8 +47,8 @@ TEST(AskChild, ABadEndIsDescribedAndWhatWasToldCounts) {
   EXPECT_EQ(end_of([] { throw 7; }), "threw something that is not a std::exception");
 }
 
-/// Silent, stopped, or with a child of its own that holds the line open: given up after the same time.
-TEST(AskChild, OneThatNeverComesBackIsEndedWithAllItStarted) {
+/// Busy, stopped, or with a child of its own that keeps the pipe open: given up after the same time.
+TEST(RunInChild, OneThatNeverReturnsIsEndedWithAllItStarted) {
   const auto begin = std::chrono::steady_clock::now();
   for (void (*work)() : {+[] {
                            for (volatile bool on = true; on;) continue;
@@ -59,18 +59,18 @@ TEST(AskChild, OneThatNeverComesBackIsEndedWithAllItStarted) {
                              while (true) pause();
                            while (true) pause();
                          }}) {
-    const ChildAnswer answer = ask_child(0.3, [&](const TellParent&) { work(); });
-    EXPECT_EQ(answer.end, "did not come back within 0.3 s");
+    const ChildResult result = run_in_child(0.3, [&](const SendMessage&) { work(); });
+    EXPECT_EQ(result.failure, "did not come back within 0.3 s");
   }
   EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(60));
   EXPECT_EQ(waitpid(-1, nullptr, WNOHANG), -1);
   EXPECT_EQ(errno, ECHILD);
 }
 
-/// As `env --ignore-signal=CHLD` leaves it: the end of a child is still heard of, and the setting is as it was.
-TEST(AskChild, WorksWhereTheEndOfChildrenIsIgnored) {
+/// As `env --ignore-signal=CHLD` leaves it: the status of a child is still collected, and the setting is kept.
+TEST(RunInChild, WorksWhereTheEndOfChildrenIsIgnored) {
   const auto before = std::signal(SIGCHLD, SIG_IGN);
-  EXPECT_EQ(ask_child(60, [](const TellParent&) { std::abort(); }).end, "was ended by signal 6 (Aborted)");
+  EXPECT_EQ(run_in_child(60, [](const SendMessage&) { std::abort(); }).failure, "was ended by signal 6 (Aborted)");
   EXPECT_EQ(std::signal(SIGCHLD, before), SIG_IGN);
 }
 
