@@ -239,7 +239,7 @@ double rank_share(const FactorEffect& effect) { return std::isnan(effect.total) 
 
 Node numbers_node(std::initializer_list<std::pair<const char*, double>> numbers) {
   Node node{Node::Object{}};
-  for (const auto& [name, value] : numbers) node.set(name, std::isfinite(value) ? Node(value) : Node::null());
+  for (const auto& [name, value] : numbers) node.set(name, number_or_null(value));
   return node;
 }
 
@@ -286,7 +286,7 @@ Node lines_node(const Table& table, const std::vector<std::size_t>& varying, con
     for (std::size_t r = 0; r < std::min(most_axes, statistics.responses.size()); ++r) {
       const auto found = std::find(table.responses.begin(), table.responses.end(), statistics.responses[r].name);
       const double value = table.value[static_cast<std::size_t>(found - table.responses.begin())][row];
-      line.push_back(std::isfinite(value) ? Node(value) : Node::null());
+      line.push_back(number_or_null(value));
     }
     lines.emplace_back(std::move(line));
   }
