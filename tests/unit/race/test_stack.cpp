@@ -124,7 +124,7 @@ TEST(Stack, MayBeToldAnotherCarThanTheWorlds) {
   EXPECT_NE(rig.world().spec().car.car.m, 0.05);
   double error = 0;
   for (int k = 0; k < 10; ++k) error = std::max(error, std::abs(rig.advance({0.5, 2.0}).e_vx));
-  EXPECT_GT(error, 0.1);
+  EXPECT_GT(error, 0.05);
   const CarFile car = world_of().car;
   const auto why = [&](const char* patch) { return refusal([&] { stack_of(car, patch); }); };
   EXPECT_THAT(why(R"({"car": {"mass": 1}})"), HasSubstr("/car/mass: unknown key \"mass\""));
