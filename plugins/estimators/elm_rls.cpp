@@ -185,8 +185,8 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
     return std::abs(drive_.at(k.x.vx, k.u.d - k.d_lag, k.at).drive_force) / car_.m;
   }
 
-  /// Takes the tyres of this step as they are believed to be. Where drive or brakes use much of the friction, slip control,
-  /// their split and the ellipse decide what is left for side forces, and none of them is known well.
+  /// Takes the tyres of this step as they are believed to be. Where drive or brakes use much of the friction, slip
+  /// control, their split and the ellipse decide what is left for side forces, and none of them is known well.
   void leave_tyres() {
     const auto curves = rls_.theta().head(2 * params_.hidden);
     for (int c = 0; c < channels; ++c) {

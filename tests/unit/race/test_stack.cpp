@@ -114,6 +114,25 @@ TEST(Stack, TheSampleIsWhatTheNominalModelLeavesUnexplained) {
   }
 }
 
+/// What a stack is told of its car reaches its model and its plugins; the world's car stays as it is.
+TEST(Stack, MayBeToldAnotherCarThanTheWorlds) {
+  std::string heavy = R"({"car": {"m": 0.05, "known_params": {"Cm1": 0.3}}, "model": {"plugin": "dynamic", )";
+  heavy.append(R"("integrator": "rk6", "params": )").append(published_tyres_json).append("}}");
+  Rig rig(heavy, R"({"start": {"speed": 1.5}})");
+  EXPECT_EQ(rig.spec().car.value().m, 0.05);
+  EXPECT_EQ(rig.spec().car.value().lf, rig.world().spec().car.car.lf);
+  EXPECT_NE(rig.world().spec().car.car.m, 0.05);
+  double error = 0;
+  for (int k = 0; k < 10; ++k) error = std::max(error, std::abs(rig.advance({0.5, 2.0}).e_vx));
+  EXPECT_GT(error, 0.05);
+  const CarFile car = world_of().car;
+  const auto why = [&](const char* patch) { return refusal([&] { stack_of(car, patch); }); };
+  EXPECT_THAT(why(R"({"car": {"mass": 1}})"), HasSubstr("/car/mass: unknown key \"mass\""));
+  EXPECT_THAT(why(R"({"car": {"m": "1 s"}})"), HasSubstr("/car/m: \"1 s\" is a time, expected a mass [kg]"));
+  EXPECT_THAT(why(R"({"car": {"known_params": {"Cm1": "x"}}})"),
+              HasSubstr("/car/known_params/Cm1: expected a number in SI"));
+}
+
 /// A nominal model of the same equations that is not told the plant's tyres does not know them.
 TEST(Stack, DefaultsOfAModelAreNotTheTruth) {
   Rig untold(R"({"model": {"plugin": "dynamic", "integrator": "rk6"}})", R"({"start": {"speed": 1.5}})");

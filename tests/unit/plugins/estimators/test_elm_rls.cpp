@@ -183,6 +183,35 @@ TEST(ElmRls, WorksUnderSensorNoise) {
   }
 }
 
+TEST(ElmRls, WhatIsCommonToBothAxlesKeepsThemTogether) {
+  Nominal nominal("ekinematic");
+  const Drive drive = drive_bends(4, 3, fresh);
+  const auto largest_difference = [&](double common) {
+    const auto rls = make_estimator("elm_rls", nominal, {{"common", common}});
+    Noise noise(11);
+    State sensed = drive.x[0];
+    double largest = 0;
+    for (std::size_t i = 0; i < drive.steps(); ++i) {
+      const State next = noise.read(drive.x[i + 1]);
+      rls->update(make_sample(nominal.prediction(), static_cast<std::int64_t>(i), sensed, drive.u[i], next));
+      sensed = next;
+      largest = std::max(largest, std::abs(rls->belief().mu_front - rls->belief().mu_rear));
+    }
+    return largest;
+  };
+  EXPECT_LT(largest_difference(0.95), 0.5 * largest_difference(0.0));
+}
+
+TEST(ElmRls, SamplesUnderDriveTeachNothingOfTheTyresWhereTold) {
+  Nominal nominal("ekinematic");
+  const auto rls = make_estimator("elm_rls", nominal, {{"most_drive", 0.0}});
+  Drive drive = drive_bends(6, 3, fresh);
+  learn(*rls, nominal, drive);
+  EXPECT_NEAR(rls->belief().mu_front, 1.0, 1e-9);
+  EXPECT_NEAR(rls->belief().mu_rear, 1.0, 1e-9);
+  EXPECT_GT(rls->belief().sigma_front, 0.2);
+}
+
 TEST(ElmRls, CurveIsOddAndItsDeviationGrowsBeyondWhatWasSeen) {
   Nominal nominal("ekinematic");
   const auto rls = make_estimator("elm_rls", nominal);

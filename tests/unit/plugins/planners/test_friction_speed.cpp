@@ -68,6 +68,19 @@ TEST_F(FrictionSpeedTest, PlannedFrictionFallsAtOnceAndRisesAsSlowlyAsTold) {
   EXPECT_EQ(speed(*slow, 0.4), speed(*published, 0.4));
 }
 
+TEST_F(FrictionSpeedTest, PlansForLessThanItBelievesByAsManyDeviationsAsTold) {
+  const auto cautious = make({{"sigma", 2.0}});
+  const auto published = make();
+  const State x = on_line(published->line()[300], 1.0);
+  const auto speed = [&](SpeedPlanner& planner, const Belief& belief) {
+    std::array<RefPoint, 2> horizon{};
+    planner.plan(seen(x), belief, nullptr, horizon);
+    return horizon[0].v;
+  };
+  EXPECT_NEAR(speed(*cautious, {0.9, 0.9, 0.1, 0.1, true}), speed(*published, believe(0.7, 0.7)), 1e-9);
+  EXPECT_EQ(speed(*published, {0.9, 0.9, 0.1, 0.1, true}), speed(*published, believe(0.9, 0.9)));
+}
+
 TEST_F(FrictionSpeedTest, HorizonStartsAtTheFootAndAdvancesByTheSpeedsItStates) {
   const auto planner = make();
   const LinePoint p = planner->line()[300];
