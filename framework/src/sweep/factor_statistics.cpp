@@ -13,6 +13,7 @@
 
 #include "config/node.hpp"
 #include "experiment/race_tables.hpp"
+#include "util/csv_cell.hpp"
 #include "util/csv_writer.hpp"
 #include "util/resampling.hpp"
 #include "util/statistics.hpp"
