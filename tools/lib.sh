@@ -78,8 +78,11 @@ quietly() {
   words=$("$@" 2>&1) || die "$words"
 }
 
-# build TESTS(ON|OFF): configures build/ when needed and builds.
+# build TESTS(ON|OFF): configures build/ when needed and builds. A first build is a whole one: sources are joined, unless
+# CMake was asked before (cmake --preset dev).
 build() {
-  quietly cmake -G Ninja -S . -B build -DGRIPLINE_TESTS="$1"
+  local unity=()
+  [ -f build/CMakeCache.txt ] || unity=(-DGRIPLINE_UNITY=ON)
+  quietly cmake -G Ninja -S . -B build -DGRIPLINE_TESTS="$1" "${unity[@]}"
   cmake --build build
 }

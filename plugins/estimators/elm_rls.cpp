@@ -38,7 +38,7 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
   struct Params {
     int hidden = 40;
     double stiffness = 6.0, stiffness_spread = 0.7, shape = 1.4, shape_spread = 0.2;
-    double friction = 0, friction_spread = 0.3;
+    double friction = 0, friction_spread = 0.3, common = 0, most_drive = 10;
     double drift = 0.015, axle_drift = 0.005, shape_memory = 1000;
     double alarm = 4.5, change = 0.3;
     double sigma_v = 0.02, sigma_omega = 0.05, misfit = 0.02;
@@ -55,6 +55,10 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
             param("shape_spread", &P::shape_spread, "1", {0.001, 1}, "standard deviation of C"),
             param("friction", &P::friction, "1", {0, 5}, "friction that the prior expects; 0: the stack's mu_init"),
             param("friction_spread", &P::friction_spread, "1", {0.01, 2}, "standard deviation of that, relative to it"),
+            param("common", &P::common, "1", {0, 1},
+                  "share of that variance which both axles have in common, as they drive one road"),
+            param("most_drive", &P::most_drive, "1", {0, 10},
+                  "drive or brake force, as a share of friction, above which a sample teaches nothing of the tyres"),
             param("drift", &P::drift, "1/s^0.5", {0, 1}, "random walk of friction, both axles together"),
             param("axle_drift", &P::axle_drift, "1/s^0.5", {0, 1}, "random walk of each axle's friction"),
             param("shape_memory", &P::shape_memory, "s", {1, 1e9}, "time in which the prior's uncertainty returns"),
@@ -88,6 +92,9 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
     const Eigen::Index n = params.hidden;
     prior_covariance_.topLeftCorner(n, n) = front_tyres_.prior_covariance();
     prior_covariance_.block(n, n, n, n) = rear_tyres_.prior_covariance();
+    const double common = params.common * square(expected_ * params.friction_spread / static_cast<double>(n));
+    prior_covariance_.block(0, n, n, n).setConstant(common);
+    prior_covariance_.block(n, 0, n, n).setConstant(common);
     prior_covariance_(2 * n, 2 * n) = square(0.1);          // Cr0 over m g
     prior_covariance_(2 * n + 1, 2 * n + 1) = square(0.1);  // Cd v_ref^2 over m g
     start_over();
@@ -106,6 +113,7 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
     fill_rows(predicted_path(begin, k, car));
     forget(k.dt);
     rls_.begin_step(sigma_.data());
+    if (drive_of(k) > params_.most_drive * gravity * std::min(belief_.mu_front, belief_.mu_rear)) leave_tyres();
     test_for_change(k.dt);
     for (int c = 0; c < channels; ++c) {
       const auto innovation = rls_.innovation(c, rows_.col(c), rates_[c], k.dt, misfit(c));
@@ -170,6 +178,21 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
     rows_.col(1).head(n) *= path.cosine * load_[0] / car_.m;
     rows_.col(1).segment(n, n) *= load_[1] / car_.m;
     rates_ = {path.drive_loss / car_.m, path.side / car_.m, path.moment / car_.Iz};
+  }
+
+  /// Drive or brake force over mass [m/s2].
+  double drive_of(const Sample& k) const {
+    return std::abs(drive_.at(k.x.vx, k.u.d - k.d_lag, k.at).drive_force) / car_.m;
+  }
+
+  /// Takes the tyres of this step as they are believed to be. Where drive or brakes use much of the friction, slip control,
+  /// their split and the ellipse decide what is left for side forces, and none of them is known well.
+  void leave_tyres() {
+    const auto curves = rls_.theta().head(2 * params_.hidden);
+    for (int c = 0; c < channels; ++c) {
+      rates_[c] -= rows_.col(c).head(2 * params_.hidden).dot(curves);
+      rows_.col(c).head(2 * params_.hidden).setZero();
+    }
   }
 
   void start_over() {

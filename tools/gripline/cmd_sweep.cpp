@@ -78,7 +78,7 @@ void read_settings(const po::variables_map& given, sweep::Request& request) {
     request.design = sweep::Design::factorial(std::move(factors));
 }
 
-sweep::Request read_request(const po::variables_map& given) {
+sweep::Request read_sweep(const po::variables_map& given) {
   sweep::Request request;
   for (const std::string& file : words_of(given, experiment_word))
     request.files.push_back(find_shipped(file, "experiments"));
@@ -146,7 +146,7 @@ int run_sweep(Arguments args) {
     work.out = (*given)["out"].as<std::string>();
     return continue_sweep(work);
   }
-  const sweep::Request request = read_request(*given);
+  const sweep::Request request = read_sweep(*given);
   work.out = text_of(*given, "out").value_or(fs::path("out") / ("sweep_" + request.files.front().stem().string()));
   if (work.out.empty()) throw InputError("--out names no folder");
   return given->count("dry-run") > 0 ? plan_sweep(request, work) : start_sweep(request, work);

@@ -11,10 +11,6 @@ namespace gripline::calibrate {
 namespace {
 
 constexpr double slowest_share = 0.25;  // of v_ref
-constexpr std::array<const char*, 3> status_names = {"determined", "undetermined", "at its bound"};
-
-Node number(double value) { return std::isfinite(value) ? Node(value) : Node::null(); }
-
 /// A figure without more digits than anybody needs.
 double rounded(double value, int digits = 6) {
   if (value == 0.0 || !std::isfinite(value)) return value;
@@ -26,11 +22,11 @@ Node parameter_record(const FittedParameter& p) {
   Node record{Node::Object{}};
   record.set("pointer", Node(p.unknown.pointer));
   record.set("group", Node(p.unknown.group));
-  record.set("value", number(rounded(p.value)));
-  record.set("low", number(rounded(p.interval.low)));
-  record.set("high", number(rounded(p.interval.high)));
-  record.set("prior", number(rounded(p.unknown.prior)));
-  record.set("learned", number(rounded(p.interval.learned, 3)));
+  record.set("value", number_or_null(rounded(p.value)));
+  record.set("low", number_or_null(rounded(p.interval.low)));
+  record.set("high", number_or_null(rounded(p.interval.high)));
+  record.set("prior", number_or_null(rounded(p.unknown.prior)));
+  record.set("learned", number_or_null(rounded(p.interval.learned, 3)));
   record.set("status", Node(status_names[static_cast<std::size_t>(p.status)]));
   return record;
 }
@@ -43,7 +39,7 @@ Node errors_record(std::span<const HorizonRow> rows) {
       if (row.error[q].count == 0) continue;
       Node figures{Node::Array{}};
       for (const double v : {row.error[q].rms, row.error[q].low, row.error[q].high})
-        figures.array().push_back(number(rounded(v, 4)));
+        figures.array().push_back(number_or_null(rounded(v, 4)));
       one.set(quantity_names[q], std::move(figures));
     }
     all.set(row.name, std::move(one));
@@ -53,11 +49,11 @@ Node errors_record(std::span<const HorizonRow> rows) {
 
 Node friction_record(const Friction& friction) {
   Node record{Node::Object{}};
-  record.set("front", number(rounded(friction.front, 4)));
-  record.set("rear", number(rounded(friction.rear, 4)));
-  record.set("total", number(rounded(friction.total, 4)));
-  record.set("low", number(rounded(friction.total_low, 4)));
-  record.set("high", number(rounded(friction.total_high, 4)));
+  record.set("front", number_or_null(rounded(friction.front, 4)));
+  record.set("rear", number_or_null(rounded(friction.rear, 4)));
+  record.set("total", number_or_null(rounded(friction.total, 4)));
+  record.set("low", number_or_null(rounded(friction.total_low, 4)));
+  record.set("high", number_or_null(rounded(friction.total_high, 4)));
   return record;
 }
 

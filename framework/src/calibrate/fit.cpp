@@ -7,6 +7,7 @@
 
 #include "calibrate/baselines.hpp"
 #include "config/errors.hpp"
+#include "util/numbers.hpp"
 
 namespace gripline::calibrate {
 namespace {
@@ -15,12 +16,6 @@ constexpr double learned_enough = 0.1;  // of the prior's variance, for a parame
 
 void say(const FitOptions& options, const std::string& text) {
   if (options.say) options.say(text);
-}
-
-std::string text(double value, int digits = 4) {
-  char buffer[40];
-  std::snprintf(buffer, sizeof buffer, "%.*g", digits, value);
-  return buffer;
 }
 
 /// The starts of one stretch of five seconds in every so many, for searching: the observer need not look at the others.
@@ -98,8 +93,8 @@ std::vector<double> search(const Forecaster& forecaster, const std::vector<FitLo
     }
     if (attempt == 0) errors.set_scales(one.params);  // of all attempts, so that they can be compared
     one.cost = errors.cost(one.params) + prior_cost(one.params, unknowns);
-    say(options,
-        "search " + std::to_string(attempt + 1) + " of " + std::to_string(options.tries) + ": cost " + text(one.cost));
+    say(options, "search " + std::to_string(attempt + 1) + " of " + std::to_string(options.tries) + ": cost " +
+                     significant(one.cost, 4));
     found.push_back(std::move(one));
   }
   std::stable_sort(found.begin(), found.end(), [](const Found& a, const Found& b) { return a.cost < b.cost; });
@@ -115,7 +110,7 @@ std::vector<double> search(const Forecaster& forecaster, const std::vector<FitLo
     }
     if (&one == &found.front()) judge.set_scales(one.params);
     one.cost = judge.cost(one.params) + prior_cost(one.params, unknowns);
-    say(options, "followed: cost " + text(one.cost) + " over all starts");
+    say(options, "followed: cost " + significant(one.cost, 4) + " over all starts");
   }
   return std::min_element(found.begin(), found.end(), [](const Found& a, const Found& b) { return a.cost < b.cost; })
       ->params;
@@ -204,20 +199,20 @@ std::vector<FitLog> fit_logs(const std::list<measured::SessionFile>& files, cons
     }
     if (!driven.empty() && driven.back().file == &file) continue;
     const std::string problem = file.session.name + ": hardly anywhere in it is the car faster than " +
-                                text(options.crawling, 3) + " m/s with " + text(options.horizons.back(), 3) +
-                                " s of log to come; ";
+                                significant(options.crawling, 3) + " m/s with " +
+                                significant(options.horizons.back(), 3) + " s of log to come; ";
     if (files.size() == 1) throw InputError(problem + "there is nothing to fit");
     say(options, problem + "left out");
   }
   if (driven.empty())
-    throw InputError("in none of the logs is the car faster than " + text(options.crawling, 3) + " m/s with " +
-                     text(options.horizons.back(), 3) + " s of log to come; there is nothing to fit");
+    throw InputError("in none of the logs is the car faster than " + significant(options.crawling, 3) + " m/s with " +
+                     significant(options.horizons.back(), 3) + " s of log to come; there is nothing to fit");
   // Static friction and play, which no model here has, rule a crawl: it counts where nothing else is there.
   const auto is_slow = [&](const Driven& one) { return one.slowest < options.slowest; };
   if (seconds > 0.0) {
     for (const Driven& one : driven)
       if (is_slow(one))
-        say(options, one.file->session.name + ": slower than " + text(options.slowest, 3) +
+        say(options, one.file->session.name + ": slower than " + significant(options.slowest, 3) +
                          " m/s throughout, other logs are not; left out");
     std::erase_if(driven, is_slow);
   }
@@ -253,8 +248,8 @@ FitResult fit(const Forecaster& forecaster, std::vector<FitLog>& logs, std::vect
   result.params = unknowns.empty() ? values : search(forecaster, logs, values, unknowns, options);
   LeastSquaresOptions full;
   full.progress = [&](const FitStep& step) {
-    say(options,
-        "step " + std::to_string(step.iteration) + ": cost " + text(step.before, 6) + " to " + text(step.after, 6));
+    say(options, "step " + std::to_string(step.iteration) + ": cost " + significant(step.before, 6) + " to " +
+                     significant(step.after, 6));
   };
   std::vector<Unknown> open = unknowns;
   std::vector<Eigen::VectorXd> allowed;  // of all unknowns

@@ -1,6 +1,7 @@
 // A world's unknowns from logs: those under which predictions miss the logs least.
 #pragma once
 
+#include <array>
 #include <functional>
 #include <list>
 #include <memory>
@@ -36,6 +37,8 @@ struct FittedParameter {
     at_bound,      // ran into the end of its range: kept at its prior
   } status = Status::determined;
 };
+/// By the number of a status, for files and tables.
+inline constexpr std::array<const char*, 3> status_names = {"determined", "undetermined", "at its bound"};
 
 /// Peak lateral force over static load, as the fitted model has it.
 struct Friction {

@@ -12,7 +12,7 @@ namespace {
 
 constexpr double block = 10.0;  // [s]
 
-struct Sum {
+struct SquareSum {
   double square = 0;
   std::size_t count = 0;
 };
@@ -29,11 +29,11 @@ double square_of(std::size_t quantity, const double* predicted, const double* tr
   return e * e;
 }
 
-HorizonError error_of(const std::map<long, Sum>& blocks, unsigned seed) {
+HorizonError error_of(const std::map<long, SquareSum>& blocks, unsigned seed) {
   constexpr int draws = 400;
   HorizonError out;
-  std::vector<Sum> all;
-  Sum total;
+  std::vector<SquareSum> all;
+  SquareSum total;
   for (const auto& [when, sum] : blocks) {
     all.push_back(sum);
     total.square += sum.square;
@@ -48,9 +48,9 @@ HorizonError error_of(const std::map<long, Sum>& blocks, unsigned seed) {
   std::mt19937 random(seed);
   std::vector<double> drawn;
   for (int i = 0; i < draws; ++i) {
-    Sum some;
+    SquareSum some;
     for (std::size_t b = 0; b < all.size(); ++b) {
-      const Sum& one = all[random() % all.size()];
+      const SquareSum& one = all[random() % all.size()];
       some.square += one.square;
       some.count += one.count;
     }
@@ -69,11 +69,11 @@ HorizonRow horizon_row(std::string name, std::span<const double> start_time, std
   HorizonRow row;
   row.name = std::move(name);
   for (std::size_t q = 0; q < quantities; ++q) {
-    std::map<long, Sum> blocks;
+    std::map<long, SquareSum> blocks;
     for (std::size_t i = 0; i < start_time.size(); ++i) {
       const double square = square_of(q, predicted.data() + i * channels, truth.data() + i * channels);
       if (std::isnan(square)) continue;
-      Sum& sum = blocks[std::lround(std::floor((start_time[i] - start_time.front()) / block))];
+      SquareSum& sum = blocks[std::lround(std::floor((start_time[i] - start_time.front()) / block))];
       sum.square += square;
       ++sum.count;
     }

@@ -10,8 +10,6 @@ namespace {
 
 using Index = Eigen::Index;
 
-double own_value(const Unknown& u, double value) { return u.log ? std::log(value) : value; }
-
 struct Sum {
   Eigen::MatrixXd hessian;
   Eigen::VectorXd gradient;

@@ -8,13 +8,11 @@
 namespace gripline::calibrate {
 namespace {
 
-Node number(double value) { return std::isfinite(value) ? Node(value) : Node::null(); }
-
 /// Enough digits for a figure.
 Node figure(double value) {
-  if (value == 0.0 || !std::isfinite(value)) return number(value);
+  if (value == 0.0 || !std::isfinite(value)) return number_or_null(value);
   const double unit = std::pow(10.0, std::floor(std::log10(std::abs(value))) - 5.0);
-  return number(std::round(value / unit) * unit);
+  return number_or_null(std::round(value / unit) * unit);
 }
 
 void write_number(CsvWriter& file, double value) {
@@ -54,8 +52,6 @@ void write_ablation(const std::filesystem::path& folder, const MeasuredOutcome& 
   }
   file.finish();
 }
-
-constexpr std::array<const char*, 3> status_names = {"determined", "undetermined", "at its bound"};
 
 void write_parameters(const std::filesystem::path& folder, const MeasuredOutcome& o) {
   CsvWriter file(folder / "parameters.csv", "pointer,group,value,low,high,prior,learned,status");

@@ -11,15 +11,13 @@ namespace {
 
 using Index = Eigen::Index;
 
-constexpr double chunk = 2.0;        // [s] of a log that is predicted by the same parameters
-constexpr double often = 0.5;        // [s] between the starts that are judged
-constexpr double ahead = 1.0;        // [s]
-constexpr double settled = 0.3;      // [s] after which no row to come changes a reading
-constexpr double forgotten = 60.0;   // [s]
-constexpr double farthest = 2.5;     // widths
-constexpr double slow_share = 0.25;  // of v_ref: slower starts are not judged
-
-double own_value(const Unknown& u, double value) { return u.log ? std::log(value) : value; }
+constexpr double chunk = 2.0;         // [s] of a log that is predicted by the same parameters
+constexpr double often = 0.5;         // [s] between the starts that are judged
+constexpr double ahead = 1.0;         // [s]
+constexpr double settled = 0.3;       // [s] after which no row to come changes a reading
+constexpr double forgotten = 60.0;    // [s]
+constexpr double largest_move = 2.5;  // widths
+constexpr double slow_share = 0.25;   // of v_ref: slower starts are not judged
 
 class Adaptation {
  public:
@@ -94,7 +92,7 @@ class Adaptation {
     if (!to.allFinite()) return;
     for (std::size_t i = 0; i < moving_.size(); ++i) {
       const Unknown& u = moving_[i];
-      const double by = std::clamp(to(static_cast<Index>(i)), -farthest * u.session, farthest * u.session);
+      const double by = std::clamp(to(static_cast<Index>(i)), -largest_move * u.session, largest_move * u.session);
       const double value = u.log ? base_[u.index] * std::exp(by) : base_[u.index] + by;
       assign(now_, u, std::clamp(value, u.low, u.high));
     }

@@ -14,6 +14,7 @@
 // says that two parameters are one: channels of one clock, units in one box.
 #pragma once
 
+#include <cmath>
 #include <string>
 #include <vector>
 
@@ -40,6 +41,8 @@ struct Unknown {
   std::vector<Same> same;
 };
 
+/// The value in the units in which an unknown moves.
+inline double own_value(const Unknown& unknown, double value) { return unknown.log ? std::log(value) : value; }
 /// Gives an unknown, and the parameters that are the same, a value.
 void assign(std::span<double> params, const Unknown& unknown, double value);
 /// Gives all parameters that are the same as an unknown its value.

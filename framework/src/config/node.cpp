@@ -129,6 +129,8 @@ Node Node::null(Origin where) {
   return node;
 }
 
+Node number_or_null(double value) { return std::isfinite(value) ? Node(value) : Node::null(); }
+
 const Node* Node::find(std::string_view key) const noexcept {
   const auto* members = std::get_if<Object>(&value_);
   if (members == nullptr) return nullptr;

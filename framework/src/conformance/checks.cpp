@@ -16,6 +16,7 @@
 #include "conformance/formula.hpp"
 #include "util/child_process.hpp"
 #include "util/clock.hpp"
+#include "util/numbers.hpp"
 
 namespace gripline::conformance {
 namespace {
@@ -26,12 +27,6 @@ constexpr std::string_view broken_mark = "broken ";
 constexpr unsigned bit(abi::Kind kind) { return 1u << static_cast<unsigned>(kind); }
 constexpr unsigned formulas = bit(abi::Kind::vehicle) | bit(abi::Kind::effect) | bit(abi::Kind::estimator);
 constexpr unsigned every_kind = (1u << abi::kind_count) - 1;
-
-std::string text(double value) {
-  char letters[32];
-  std::snprintf(letters, sizeof letters, "%.4g", value);
-  return letters;
-}
 
 using Tell = SendMessage;
 
@@ -71,7 +66,7 @@ std::unique_ptr<Exercise> usual_exercise(const PluginEntry& entry, Bench& bench)
 
 void require_finite(const std::vector<double>& answers, const std::string& where) {
   for (const double answer : answers)
-    if (!std::isfinite(answer)) throw Broken("an answer " + where + " is " + text(answer));
+    if (!std::isfinite(answer)) throw Broken("an answer " + where + " is " + significant(answer, 4));
 }
 
 std::string fingerprint(const std::vector<double>& answers) {
@@ -98,13 +93,15 @@ void check_param(const abi::ParamDecl& p, std::set<std::string>& names) {
   }
   if (p.type == abi::ParamType::table) return;
   if (p.type != abi::ParamType::choice && p.type != abi::ParamType::boolean) {
-    if (!(p.lo < p.hi)) throw Broken(name + " has no range: [" + text(p.lo) + ", " + text(p.hi) + "]");
+    if (!(p.lo < p.hi))
+      throw Broken(name + " has no range: [" + significant(p.lo, 4) + ", " + significant(p.hi, 4) + "]");
     if (!(p.default_value >= p.lo && p.default_value <= p.hi))
-      throw Broken("the default of " + name + ", " + text(p.default_value) + ", is outside its range");
+      throw Broken("the default of " + name + ", " + significant(p.default_value, 4) + ", is outside its range");
   }
   if (p.fit && !(p.start >= p.lo && p.start <= p.hi))
-    throw Broken("a fit of " + name + " would start at " + text(p.start) + ", outside its range");
-  if (p.fit && !(p.scale > 0)) throw Broken("the scale of " + name + " is to be above 0, it is " + text(p.scale));
+    throw Broken("a fit of " + name + " would start at " + significant(p.start, 4) + ", outside its range");
+  if (p.fit && !(p.scale > 0))
+    throw Broken("the scale of " + name + " is to be above 0, it is " + significant(p.scale, 4));
 }
 
 std::string check_manifest(const Workshop& workshop, const Subject& subject) {
@@ -132,7 +129,7 @@ std::string check_manifest(const Workshop& workshop, const Subject& subject) {
 std::string check_parameters(const Workshop& workshop, const Subject& subject) {
   const std::vector<std::string> told =
       ask_instance(workshop, subject, [](const PluginEntry& entry, Bench& bench, const Tell& tell) {
-        constexpr double enough_s = 3;
+        constexpr double enough_s = 2;
 #if !defined(__SANITIZE_ADDRESS__)                 // which reserves terabytes
         constexpr rlim_t room = rlim_t{4} << 30U;  // what wants more gets std::bad_alloc, which is a refusal in words
         const rlimit limit{room, room};
@@ -149,20 +146,27 @@ std::string check_parameters(const Workshop& workshop, const Subject& subject) {
             ++all;
             if (thread_cpu_s() > enough_s) continue;
             ++asked;
-            tell(std::string("with ") + p.name + " = " + text(end));
+            tell(std::string("with ") + p.name + " = " + significant(end, 4));
             std::vector<abi::ParamValue> values = usual_values(entry);
             values[i].number = end;
             try {
               make_exercise(entry, bench, bench.context(entry), values)->step(0, nullptr);
             } catch (const std::exception& refused) {
               if (*refused.what() == '\0')
-                throw Broken(std::string("refuses ") + p.name + " = " + text(end) + " without a word");
+                throw Broken(std::string("refuses ") + p.name + " = " + significant(end, 4) + " without a word");
             }
           }
         }
         tell(asked == all ? "" : std::to_string(asked) + " of " + std::to_string(all) + " ends in the time there is");
       });
   return told.back();
+}
+
+/// 400 samples of the drive, or those that take a second and a half of CPU: a correction worth checking.
+void teach(Estimator& estimator, Bench& bench) {
+  constexpr double enough_s = 1.5;
+  const double begin = thread_cpu_s();
+  for (std::int64_t k = 0; k < 400 && thread_cpu_s() - begin < enough_s; ++k) estimator.update(bench.sample(k));
 }
 
 std::string check_derivatives(const Workshop& workshop, const Subject& subject) {
@@ -180,7 +184,7 @@ std::string check_derivatives(const Workshop& workshop, const Subject& subject) 
       require_exact(create<Effect>(entry, context, values).get());
     } else {
       const Instance<Estimator> estimator = create<Estimator>(entry, context, values);
-      for (std::int64_t k = 0; k < 400; ++k) estimator->update(bench.sample(k));
+      teach(*estimator, bench);
       require_exact(estimator.get());
     }
   });
@@ -219,14 +223,14 @@ std::string check_batch(const Workshop& workshop, const Subject& subject) {
       require_same(create<Effect>(entry, context, values).get());
     else {
       const Instance<Estimator> estimator = create<Estimator>(entry, context, values);
-      for (std::int64_t k = 0; k < 400; ++k) estimator->update(bench.sample(k));
+      teach(*estimator, bench);
       require_same(estimator.get());
     }
   });
   return {};
 }
 
-/// How many steps are asked for: 300, or what takes a second and a half of CPU.
+/// How many steps are asked for: 300, or what takes a second of CPU.
 std::int64_t affordable_steps(const Workshop& workshop, const Subject& subject) {
   const std::string spent =
       ask_instance(workshop, subject, [](const PluginEntry& entry, Bench& bench, const Tell& tell) {
@@ -234,9 +238,9 @@ std::int64_t affordable_steps(const Workshop& workshop, const Subject& subject) 
         const auto exercise = usual_exercise(entry, bench);
         const double begin = thread_cpu_s();
         for (std::int64_t k = 0; k < steps; ++k) exercise->step(k, nullptr);
-        tell(text((thread_cpu_s() - begin) / steps));
+        tell(significant((thread_cpu_s() - begin) / steps, 4));
       }).back();
-  return static_cast<std::int64_t>(std::clamp(1.5 / (std::stod(spent) + 1e-6), 20.0, 300.0));
+  return static_cast<std::int64_t>(std::clamp(1.0 / (std::stod(spent) + 1e-6), 20.0, 300.0));
 }
 
 /// What an instance answers in the first steps, alone in its process.
@@ -346,7 +350,7 @@ std::string check_allocation(const Workshop& workshop, const Subject& subject) {
     for (const double begin = thread_cpu_s(); counted < 200 && thread_cpu_s() - begin < enough_s; ++counted)
       exercise->step(k + counted, nullptr);
     const double each = static_cast<double>(workshop.allocations() - before) / static_cast<double>(counted);
-    if (each > 0) throw Broken(text(each) + " allocations a step");
+    if (each > 0) throw Broken(significant(each, 4) + " allocations a step");
   });
   return {};
 }
@@ -363,13 +367,14 @@ std::string check_learns(const Workshop& workshop, const Subject& subject) {
                  const double left = learned.left[c];
                  if (!(left <= 1.05) && !learned.cut_short)
                    throw Broken(std::string("after a drive at the limit its correction makes the prediction of ") +
-                                names[c] + " worse: the residual is " + text(100 * left) + " % of the nominal model's");
+                                names[c] + " worse: the residual is " + significant(100 * left, 4) +
+                                " % of the nominal model's");
                  nothing = nothing && left == 1.0;
-                 words += (c > 0 ? ", " : "") + text(std::round(100 * left)) + " %";
+                 words += (c > 0 ? ", " : "") + significant(std::round(100 * left), 4) + " %";
                }
                const Belief& b = learned.belief;
                for (const double mu : {b.mu_front, b.mu_rear})
-                 if (!(mu > 0.01 && mu < 10)) throw Broken("believes in a friction of " + text(mu));
+                 if (!(mu > 0.01 && mu < 10)) throw Broken("believes in a friction of " + significant(mu, 4));
                const std::string left =
                    nothing ? "changes nothing of the model" : words + " of the residuals of vx, vy, omega are left";
                tell((learned.cut_short ? "taught a part of the drive only, not judged: " : "") + left);
@@ -384,21 +389,23 @@ std::string check_bounds(const Workshop& workshop, const Subject& subject) {
                const Lap lap = drive_lap(entry, bench, usual_values(entry));
                constexpr double slack = 1e-6;
                if (lap.largest_d > slack)
-                 throw Broken("asks for throttle beyond the car's limits by " + text(lap.largest_d));
+                 throw Broken("asks for throttle beyond the car's limits by " + significant(lap.largest_d, 4));
                if (lap.largest_ddelta > slack)
-                 throw Broken("asks for a steering rate beyond the car's limit by " + text(lap.largest_ddelta) +
-                              " rad/s");
+                 throw Broken("asks for a steering rate beyond the car's limit by " +
+                              significant(lap.largest_ddelta, 4) + " rad/s");
                if (lap.largest_delta > slack)
-                 throw Broken("asks for steering beyond the car's limit by " + text(lap.largest_delta) + " rad");
+                 throw Broken("asks for steering beyond the car's limit by " + significant(lap.largest_delta, 4) +
+                              " rad");
                if (10 * lap.unsolved > lap.steps)
                  throw Broken(std::to_string(lap.unsolved) + " of " + std::to_string(lap.steps) + " solves failed");
                if (lap.farthest > 0.3)
-                 throw Broken("leaves a road of 0.3 m to either side at 0.8 m/s: " + text(lap.farthest) +
+                 throw Broken("leaves a road of 0.3 m to either side at 0.8 m/s: " + significant(lap.farthest, 4) +
                               " m off the line");
                if (!lap.cut_short && lap.covered < lap.length)
-                 throw Broken("does not get around 9 m in 24 s: " + text(lap.covered) + " m");
-               tell((lap.cut_short ? "a part of a lap in " : "a lap in ") + text(static_cast<double>(lap.steps) * dt) +
-                    " s, " + text(100 * lap.farthest) + " cm off the line at most");
+                 throw Broken("does not get around 9 m in 24 s: " + significant(lap.covered, 4) + " m");
+               tell((lap.cut_short ? "a part of a lap in " : "a lap in ") +
+                    significant(static_cast<double>(lap.steps) * dt, 4) + " s, " + significant(100 * lap.farthest, 4) +
+                    " cm off the line at most");
              })
       .back();
 }
@@ -411,7 +418,7 @@ std::string check_growth(const Workshop& workshop, const Subject& subject) {
                           return static_cast<double>(info.uordblks + info.hblkhd);
                         };
                         constexpr std::int64_t steps = 100'000;
-                        constexpr double enough_s = 3;
+                        constexpr double enough_s = 2;
                         const auto exercise = usual_exercise(entry, bench);
                         const double begin = thread_cpu_s();
                         std::int64_t k = 0, warm = 0;
@@ -424,8 +431,8 @@ std::string check_growth(const Workshop& workshop, const Subject& subject) {
                         const double grown = held() - before,
                                      each = grown / static_cast<double>(std::max<std::int64_t>(1, k - warm));
                         if (grown > 4096 && each > 0.5)
-                          throw Broken("holds " + text(grown / 1024) + " KiB more after " + std::to_string(k) +
-                                       " steps, " + text(each) + " bytes a step");
+                          throw Broken("holds " + significant(grown / 1024, 4) + " KiB more after " +
+                                       std::to_string(k) + " steps, " + significant(each, 4) + " bytes a step");
                         tell(std::to_string(k) + " steps");
                       })
       .back();
@@ -466,7 +473,7 @@ double opening_time(const Workshop& workshop) {
   const ChildResult result = run_in_child(patience_s, [&](const Tell& tell) {
     const double begin = thread_cpu_s();
     const Registry registry({workshop.folder});
-    tell(text(thread_cpu_s() - begin));
+    tell(significant(thread_cpu_s() - begin, 4));
   });
   if (!result.completed) throw Broken("its process " + result.failure + " when the library was opened");
   return std::stod(result.messages.back());

@@ -342,7 +342,7 @@ Lap drive_lap(const PluginEntry& entry, Bench& bench, const std::vector<abi::Par
 
 Learned learn(const PluginEntry& entry, Bench& bench, const std::vector<abi::ParamValue>& values) {
   const Instance<Estimator> estimator = create<Estimator>(entry, bench.context(entry), values);
-  constexpr double enough_s = 5;
+  constexpr double enough_s = 3;
   const double begin = thread_cpu_s();
   std::int64_t taught = 0;
   for (; taught < bench.samples() * 3 / 4 && thread_cpu_s() - begin < enough_s; ++taught)

@@ -7,6 +7,7 @@
 #include <random>
 
 #include "conformance/recorded_drive.hpp"
+#include "util/numbers.hpp"
 
 namespace gripline::conformance {
 namespace {
@@ -231,12 +232,6 @@ std::vector<double> row_of(const Formula& formula, const std::array<double, 7>& 
   return row;
 }
 
-std::string number(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.4g", value);
-  return text;
-}
-
 /// Derivatives of one instant by one variable against differences of several steps and sides, so that a kink nearby is
 /// no failure.
 class DerivativeCheck {
@@ -257,7 +252,7 @@ class DerivativeCheck {
       const std::vector<Dual8> exact = formula_.evaluate(1, row, values);
       for (std::size_t i = 0; i < base_.size(); ++i)
         if (!(std::abs(exact[i].v - base_[i]) <= 1e-9 * (1 + std::abs(base_[i]))))
-          return outputs_[i] + " is " + number(base_[i]) + " for double and " + number(exact[i].v) +
+          return outputs_[i] + " is " + significant(base_[i], 4) + " for double and " + significant(exact[i].v, 4) +
                  " for Dual8: both are to be the same formula";
       for (std::size_t k = 0; k < 8 && first + k < row.size() + values.size(); ++k)
         if (std::string found = compare(first + k, exact, k); !found.empty()) return found;
@@ -285,8 +280,8 @@ class DerivativeCheck {
         return std::abs(found - slope) <= 1e-4 * std::abs(slope) + 1e-7 * (1 + std::abs(base_[i])) + 10 * noise;
       };
       if (std::none_of(slopes.begin(), slopes.end(), agrees))
-        return "d " + outputs_[i] + " / d " + name(variable) + " is " + number(found) + ", differences say " +
-               number(slopes[0]) + ": no double between, no value() in the formula";
+        return "d " + outputs_[i] + " / d " + name(variable) + " is " + significant(found, 4) + ", differences say " +
+               significant(slopes[0], 4) + ": no double between, no value() in the formula";
     }
     return {};
   }
@@ -362,8 +357,8 @@ std::string batch_problem(const Formula& formula) {
     for (std::size_t j = 0; j < outputs.size(); ++j) {
       const double a = together[i * outputs.size() + j], b = alone[j];
       if (!(std::abs(a - b) <= 1e-12 * (1 + std::abs(b))))
-        return outputs[j] + " of point " + std::to_string(i) + " is " + number(a) + " among " +
-               std::to_string(instants) + " points and " + number(b) + " alone";
+        return outputs[j] + " of point " + std::to_string(i) + " is " + significant(a, 4) + " among " +
+               std::to_string(instants) + " points and " + significant(b, 4) + " alone";
     }
   }
   return {};

@@ -89,7 +89,7 @@ std::vector<ChannelScore> validate_forces(const RaceSpec& race, const std::vecto
     perturb(race.perturb, setup.seed, world, stack);
     RaceAssembly assembly(world, stack, setup);
     PluginContext context;
-    context.car = race.world.car.car;
+    context.car = spec.car.value_or(race.world.car.car);
     context.dt = race.world.dt;
     const Vehicle vehicle(spec.model, context);
     LapEvaluation evaluation(vehicle, spec, race.world);

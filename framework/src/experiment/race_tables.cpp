@@ -239,7 +239,7 @@ std::optional<double> RaceResults::value(const std::string& stack, const std::st
   std::vector<double> values = values_of(*this, sum == RowSum::cost ? of(stack) : distinct(stack), column);
   if (values.empty() && (column == "solver_failures" || sum == RowSum::median || sum == RowSum::largest))
     return std::nullopt;
-  if (sum == RowSum::median) return median(std::move(values));
+  if (sum == RowSum::median) return gripline::median(std::move(values));
   if (sum == RowSum::largest) return *std::max_element(values.begin(), values.end());
   return std::accumulate(values.begin(), values.end(), 0.0);
 }

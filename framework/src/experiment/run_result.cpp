@@ -70,7 +70,7 @@ constexpr const char* timing_name = "timing.csv";
 constexpr const char* timing_hash_name = "timing.sha256";
 
 /// The files whose hashes are in the summary. Not log.txt: plugins write to it until the process ends.
-std::vector<std::string> result_names(const fs::path& folder) {
+std::vector<std::string> files_of_run(const fs::path& folder) {
   std::vector<std::string> names;
   std::error_code failed;
   for (const auto& entry : fs::directory_iterator(folder, failed)) {
@@ -173,7 +173,7 @@ void write_summary(const std::filesystem::path& folder, const RunSummary& s, con
   std::error_code ignored;
   if (fs::exists(folder / timing_name, ignored)) write_file(folder / timing_hash_name, hash_line(folder / timing_name));
   Node files{Node::Object{}};
-  for (const std::string& name : result_names(folder)) files.set(name, Node(hash_of(folder / name)));
+  for (const std::string& name : files_of_run(folder)) files.set(name, Node(hash_of(folder / name)));
   finish_summary(folder, summary_node(s, key), std::move(files));
 }
 

@@ -25,7 +25,7 @@ std::vector<double> all_times(std::span<const NamedRun> runs) {
   return apart;
 }
 
-std::string header(std::span<const NamedRun> runs) {
+std::string header_line(std::span<const NamedRun> runs) {
   std::string text = "t_s";
   for (const NamedRun& run : runs)
     for (const std::string& column : run.steps.names())
@@ -34,7 +34,7 @@ std::string header(std::span<const NamedRun> runs) {
 }
 
 void write_rows(std::span<const NamedRun> runs, std::string& text) {
-  CsvWriter out(text, header(runs));
+  CsvWriter out(text, header_line(runs));
   std::vector<std::size_t> at(runs.size(), 0);
   for (const double t : all_times(runs)) {
     out << t;

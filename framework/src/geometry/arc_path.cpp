@@ -4,14 +4,10 @@
 #include <cstdio>
 #include <string>
 
+#include "util/numbers.hpp"
+
 namespace gripline {
 namespace {
-
-std::string format(const char* pattern, double a, double b = 0.0) {
-  char text[240];
-  std::snprintf(text, sizeof text, pattern, a, b);
-  return text;
-}
 
 void check_closure(const Pose& origin, const Pose& end, double closure) {
   const double gap = std::hypot(end.x - origin.x, end.y - origin.y);

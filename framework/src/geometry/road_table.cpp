@@ -13,6 +13,7 @@
 #include "geometry/track_file.hpp"
 #include "geometry/track_import.hpp"
 #include "util/csv_writer.hpp"
+#include "util/numbers.hpp"
 
 namespace gripline {
 namespace {
@@ -20,13 +21,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr double steepest_edge = 0.5;  // change of a half width per metre of road
-
-template <class... Numbers>
-std::string format(const char* pattern, Numbers... numbers) {
-  char text[300];
-  std::snprintf(text, sizeof text, pattern, numbers...);
-  return text;
-}
 
 double distance(const PlanePoint& a, const PlanePoint& b) { return std::hypot(a.x - b.x, a.y - b.y); }
 

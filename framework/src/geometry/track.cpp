@@ -5,15 +5,10 @@
 #include <optional>
 #include <utility>
 
+#include "util/numbers.hpp"
+
 namespace gripline {
 namespace {
-
-template <class... Numbers>
-std::string format(const char* pattern, Numbers... numbers) {
-  char text[300];
-  std::snprintf(text, sizeof text, pattern, numbers...);
-  return text;
-}
 
 /// Places along a road at equal steps, fine enough to see an overlap of a fraction of the width.
 struct Station {

@@ -10,18 +10,17 @@
 
 #include "config/errors.hpp"
 #include "config/files.hpp"
+#include "util/numbers.hpp"
 
 namespace gripline::measured {
 namespace {
-
-constexpr double nothing = std::numeric_limits<double>::quiet_NaN();
 
 struct Line {
   std::string_view text;
   int number = 0;
 };
 
-[[noreturn]] void refuse(const std::filesystem::path& file, int line, std::string message) {
+[[noreturn]] void refuse_file(const std::filesystem::path& file, int line, std::string message) {
   throw InputError({Diagnostic{file.string(), line, 0, "", std::move(message), {}}});
 }
 
@@ -86,13 +85,13 @@ double read_clock(std::string_view cell) {
     const std::string_view part = cell.substr(0, colon);
     double value = 0.0;
     const auto [stop, code] = std::from_chars(part.data(), part.data() + part.size(), value);
-    if (code != std::errc() || stop != part.data() + part.size() || value < 0.0) return nothing;
+    if (code != std::errc() || stop != part.data() + part.size() || value < 0.0) return not_a_number;
     seconds = seconds * 60.0 + value;
     ++parts;
     if (colon == std::string_view::npos) break;
     cell.remove_prefix(colon + 1);
   }
-  return parts == 2 || parts == 3 ? seconds : nothing;
+  return parts == 2 || parts == 3 ? seconds : not_a_number;
 }
 
 bool is_word(std::string_view cell) {
@@ -212,7 +211,7 @@ struct Reader {
       const auto row = cells(lines[first]);
       if (row.size() == shape.cells && is_row(row, shape.decimal_comma)) return;
     }
-    refuse(table.file, 0, "no row of numbers; expected a header line and rows of numbers");
+    refuse_file(table.file, 0, "no row of numbers; expected a header line and rows of numbers");
   }
 
   struct Above {
@@ -246,9 +245,9 @@ struct Reader {
   void read_header() {
     const auto above = lines_above();
     if (above.empty())
-      refuse(table.file, lines[first].number,
-             "no header line of " + std::to_string(shape.cells) +
-                 " names above the first row of numbers; expected the names of the columns");
+      refuse_file(table.file, lines[first].number,
+                  "no header line of " + std::to_string(shape.cells) +
+                      " names above the first row of numbers; expected the names of the columns");
     // Lines of a preamble may be as long, but name fewer things; a row of units stands below the header.
     const auto header = std::max_element(above.begin(), above.end(),
                                          [](const Above& a, const Above& b) { return a.filled() < b.filled(); });
@@ -296,10 +295,10 @@ double read_cell(std::string_view cell, bool decimal_comma) {
   }
   double number = 0.0;
   const auto [stop, code] = std::from_chars(cell.data(), cell.data() + cell.size(), number);
-  if (code == std::errc() && stop == cell.data() + cell.size()) return std::isfinite(number) ? number : nothing;
+  if (code == std::errc() && stop == cell.data() + cell.size()) return std::isfinite(number) ? number : not_a_number;
   if (cell == "true" || cell == "TRUE" || cell == "True") return 1.0;
   if (cell == "false" || cell == "FALSE" || cell == "False") return 0.0;
-  return cell.find(':') != std::string_view::npos ? read_clock(cell) : nothing;
+  return cell.find(':') != std::string_view::npos ? read_clock(cell) : not_a_number;
 }
 
 int DelimitedTable::find(std::string_view wanted) const {
@@ -312,17 +311,17 @@ DelimitedTable read_delimited(const std::filesystem::path& file) {
   std::string_view rest = text;
   if (rest.starts_with("\xef\xbb\xbf")) rest.remove_prefix(3);
   if (rest.starts_with("\xff\xfe") || rest.starts_with("\xfe\xff"))
-    refuse(file, 0, "the file is UTF-16; expected UTF-8 (save it again as UTF-8 or ASCII)");
+    refuse_file(file, 0, "the file is UTF-16; expected UTF-8 (save it again as UTF-8 or ASCII)");
   if (rest.find('\0') != std::string_view::npos)
-    refuse(file, 0, "the file is not a text; expected a table in text, as CSV");
+    refuse_file(file, 0, "the file is not a text; expected a table in text, as CSV");
   Reader reader;
   reader.table.file = file;
   reader.lines = lines_of(rest);
-  if (reader.lines.empty()) refuse(file, 0, "the file is empty; expected a header line and rows of numbers");
+  if (reader.lines.empty()) refuse_file(file, 0, "the file is empty; expected a header line and rows of numbers");
   reader.shape = shape_of(sample_of(reader.lines));
   if (reader.shape.cells < 2)
-    refuse(file, reader.lines.front().number,
-           "no separator makes columns of this; expected comma, semicolon, tab, '|' or blanks between cells");
+    refuse_file(file, reader.lines.front().number,
+                "no separator makes columns of this; expected comma, semicolon, tab, '|' or blanks between cells");
   reader.find_first_row();
   reader.read_header();
   reader.read_rows();

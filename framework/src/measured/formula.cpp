@@ -9,11 +9,10 @@
 #include <numbers>
 
 #include "config/errors.hpp"
+#include "util/numbers.hpp"
 
 namespace gripline::measured {
 namespace {
-
-constexpr double nothing = std::numeric_limits<double>::quiet_NaN();
 
 using Unary = double (*)(double);
 using Binary = double (*)(double, double);
@@ -39,8 +38,8 @@ const std::map<std::string_view, Unary>& unary() {
 
 const std::map<std::string_view, Binary>& binary() {
   static const std::map<std::string_view, Binary> all = {
-      {"min", [](double a, double b) { return std::isnan(a + b) ? nothing : std::min(a, b); }},
-      {"max", [](double a, double b) { return std::isnan(a + b) ? nothing : std::max(a, b); }},
+      {"min", [](double a, double b) { return std::isnan(a + b) ? not_a_number : std::min(a, b); }},
+      {"max", [](double a, double b) { return std::isnan(a + b) ? not_a_number : std::max(a, b); }},
       {"atan2", [](double a, double b) { return std::atan2(a, b); }},
       {"mod", [](double a, double b) { return a - b * std::floor(a / b); }},
   };
@@ -269,14 +268,14 @@ class FormulaParser {
       const Values which = condition(c), other = no(c);
       Values values = yes(c);
       for (std::size_t i = 0; i < values.size(); ++i)
-        values[i] = std::isnan(which[i]) ? nothing : which[i] != 0.0 ? values[i] : other[i];
+        values[i] = std::isnan(which[i]) ? not_a_number : which[i] != 0.0 ? values[i] : other[i];
       return values;
     };
   }
   static Step rate(Step of) {
     return [of = std::move(of)](const Context& c) {
       const Values values = of(c);
-      Values rates(values.size(), nothing);
+      Values rates(values.size(), not_a_number);
       std::size_t last = values.size();
       for (std::size_t i = 0; i < values.size() && i < c.time.size(); ++i) {
         if (std::isnan(values[i])) continue;

@@ -6,16 +6,11 @@
 
 #include "measured/session_health.hpp"
 #include "util/csv_writer.hpp"
+#include "util/numbers.hpp"
 #include "util/statistics.hpp"
 
 namespace gripline::measured {
 namespace {
-
-std::string text(double value) {
-  char buffer[40];
-  std::snprintf(buffer, sizeof buffer, "%.3g", value);
-  return buffer;
-}
 
 void append(std::string& line, double value, int digits) {
   line += ',';
@@ -71,7 +66,7 @@ std::vector<std::string> write_gripline_log(const std::filesystem::path& file, c
     } else if (std::abs(delays[g]) < least) {
       delays[g] = 0.0;
     } else {
-      done.push_back(std::string(delay_names[g]) + ": " + text(delays[g]) + " s taken off");
+      done.push_back(std::string(delay_names[g]) + ": " + significant(delays[g]) + " s taken off");
     }
   }
   std::string out = "t_s";

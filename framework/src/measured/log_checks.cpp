@@ -5,13 +5,14 @@
 #include <complex>
 #include <numbers>
 
+#include "util/numbers.hpp"
 #include "util/statistics.hpp"
 
 namespace gripline::measured {
 namespace {
 
 /// Half a second of a log by different channels; SI units.
-struct Window {
+struct LogWindow {
   double seconds = 0;
   double way = 0, travel_angle = 0;  // between its ends, by position
   double turn = 0;                   // by heading
@@ -20,11 +21,11 @@ struct Window {
   double steer = 0;
 };
 
-std::vector<Window> windows_of(const RawLog& raw, double dt) {
+std::vector<LogWindow> windows_of(const RawLog& raw, double dt) {
   const auto stride = static_cast<std::size_t>(std::max(2.0, std::round(0.5 / dt)));
-  std::vector<Window> windows;
+  std::vector<LogWindow> windows;
   for (std::size_t i = 0; i + stride < raw.size(); i += stride / 2) {
-    Window w;
+    LogWindow w;
     const std::size_t end = i + stride;
     w.seconds = raw.t[end] - raw.t[i];
     if (w.seconds > 1.5 * static_cast<double>(stride) * dt) continue;
@@ -52,11 +53,11 @@ std::vector<Window> windows_of(const RawLog& raw, double dt) {
 
 /// Median of `top` / `bottom` over windows where `bottom` is at least half its 90 % quantile.
 template <class Top, class Bottom>
-double usual_ratio(const std::vector<Window>& windows, Top top, Bottom bottom) {
+double usual_ratio(const std::vector<LogWindow>& windows, Top top, Bottom bottom) {
   std::vector<double> sizes, ratios;
-  for (const Window& w : windows) sizes.push_back(std::abs(bottom(w)));
+  for (const LogWindow& w : windows) sizes.push_back(std::abs(bottom(w)));
   const double enough = 0.5 * lower_quantile(sizes, 0.9, 0.0);
-  for (const Window& w : windows)
+  for (const LogWindow& w : windows)
     if (std::abs(bottom(w)) >= enough && bottom(w) != 0.0) ratios.push_back(top(w) / bottom(w));
   return upper_median(ratios, no_reading);
 }
@@ -73,7 +74,7 @@ void check_speed(const CsvTable& table, double ratio) {
                                                {7e-3, 1.4e-2, "x_m, y_m look like centimetres; expected m"},
                                                {700, 1400, "vx_mps looks like mm/s; expected m/s"},
                                                {70, 140, "vx_mps looks like cm/s; expected m/s"}}};
-  const std::string found = "vx_mps is " + short_text(ratio) + " times the speed of x_m, y_m";
+  const std::string found = "vx_mps is " + significant(ratio) + " times the speed of x_m, y_m";
   for (const WrongUnit& u : units)
     if (ratio > u.low && ratio < u.high) refuse(table, found + ": " + u.found);
   if (!(ratio > 0.6 && ratio < 1.6)) refuse(table, found + "; expected about 1");
@@ -81,10 +82,10 @@ void check_speed(const CsvTable& table, double ratio) {
 
 void check_rate(const CsvTable& table, double ratio) {
   if (ratio > 30.0 && ratio < 90.0)
-    refuse(table, "yaw_rate_radps is " + short_text(ratio) +
+    refuse(table, "yaw_rate_radps is " + significant(ratio) +
                       " times the rate of yaw_rad: it looks like deg/s; expected rad/s");
   if (ratio > 1.0 / 90.0 && ratio < 1.0 / 30.0)
-    refuse(table, "yaw_rad turns " + short_text(1.0 / ratio) +
+    refuse(table, "yaw_rad turns " + significant(1.0 / ratio) +
                       " times as fast as yaw_rate_radps says: it looks like degrees; expected rad");
   if (ratio < -0.5)
     refuse(table,
@@ -100,11 +101,11 @@ std::complex<double> mean_direction(const std::vector<double>& angles) {
 }
 
 /// Course over ground and yaw agree to within the slip angle unless the frame is rotated or mirrored.
-void check_frame(const CsvTable& table, const std::vector<Window>& windows) {
+void check_frame(const CsvTable& table, const std::vector<LogWindow>& windows) {
   std::vector<double> ways, off, mirrored;
-  for (const Window& w : windows) ways.push_back(w.way);
+  for (const LogWindow& w : windows) ways.push_back(w.way);
   const double enough = 0.5 * upper_median(ways, 0.0);
-  for (const Window& w : windows) {
+  for (const LogWindow& w : windows) {
     if (w.way < enough || std::abs(w.turn) > 1.5) continue;
     off.push_back(w.travel_angle - w.heading);
     mirrored.push_back(w.travel_angle + w.heading);
@@ -113,7 +114,7 @@ void check_frame(const CsvTable& table, const std::vector<Window>& windows) {
   const std::complex<double> direct = mean_direction(off), mirror = mean_direction(mirrored);
   if (direct.real() > 0.7) return;
   if (std::abs(direct) > 0.9)
-    refuse(table, "the car moves " + short_text(std::arg(direct)) +
+    refuse(table, "the car moves " + significant(std::arg(direct)) +
                       " rad to the left of where yaw_rad points; expected yaw counter-clockwise from the x axis");
   if (std::abs(mirror) > 0.9)
     refuse(table,
@@ -122,12 +123,12 @@ void check_frame(const CsvTable& table, const std::vector<Window>& windows) {
 }
 
 /// The car turns to the side it is steered to, but for moments of countersteer.
-void check_steering(const CsvTable& table, const std::vector<Window>& windows) {
+void check_steering(const CsvTable& table, const std::vector<LogWindow>& windows) {
   std::vector<double> sizes;
-  for (const Window& w : windows) sizes.push_back(std::abs(w.steer));
+  for (const LogWindow& w : windows) sizes.push_back(std::abs(w.steer));
   const double enough = std::max(1e-3, lower_quantile(sizes, 0.7, 0.0));
   double along = 0.0, all = 0.0;
-  for (const Window& w : windows) {
+  for (const LogWindow& w : windows) {
     if (std::abs(w.steer) < enough) continue;
     all += 1.0;
     along += w.steer * w.turn > 0.0 ? 1.0 : 0.0;
@@ -151,39 +152,40 @@ void check_yaw_is_radians(const CsvTable& table, const RawLog& raw) {
 
 void check_units(const CsvTable& table, const RawLog& raw, double dt, const LogExpectations& expected,
                  std::vector<Health>& health) {
-  const std::vector<Window> windows = windows_of(raw, dt);
+  const std::vector<LogWindow> windows = windows_of(raw, dt);
   std::vector<double> speeds, angles, pedals;
-  for (const Window& w : windows) speeds.push_back(w.way / w.seconds);
+  for (const LogWindow& w : windows) speeds.push_back(w.way / w.seconds);
   const double top = lower_quantile(speeds, 0.95, 0.0);
   if (top < 0.15 * expected.v_ref)
-    refuse(table, "the car is parked: it hardly exceeds " + short_text(top) + " m/s; expected driving around " +
-                      short_text(expected.v_ref) + " m/s");
+    refuse(table, "the car is parked: it hardly exceeds " + significant(top) + " m/s; expected driving around " +
+                      significant(expected.v_ref) + " m/s");
   const double v_ratio = usual_ratio(
-      windows, [](const Window& w) { return std::abs(w.speed) * w.seconds; }, [](const Window& w) { return w.way; });
+      windows, [](const LogWindow& w) { return std::abs(w.speed) * w.seconds; },
+      [](const LogWindow& w) { return w.way; });
   check_speed(table, v_ratio);
-  std::vector<Window> gentle;
-  for (const Window& w : windows)
+  std::vector<LogWindow> gentle;
+  for (const LogWindow& w : windows)
     if (std::abs(w.turn) < 2.5) gentle.push_back(w);
   const double w_ratio = usual_ratio(
-      gentle, [](const Window& w) { return w.rate * w.seconds; }, [](const Window& w) { return w.turn; });
+      gentle, [](const LogWindow& w) { return w.rate * w.seconds; }, [](const LogWindow& w) { return w.turn; });
   check_rate(table, w_ratio);
   for (const double angle : raw.delta) angles.push_back(std::abs(angle));
   for (const double d : raw.d) pedals.push_back(std::abs(d));
   if (const double largest = lower_quantile(angles, 0.97, 0.0); largest > 1.6)
-    refuse(table, "delta_rad reaches " + short_text(largest) + ": it looks like degrees; expected rad");
+    refuse(table, "delta_rad reaches " + significant(largest) + ": it looks like degrees; expected rad");
   // A car steers beyond its limit by an error of calibration, never by half.
   if (const double largest = lower_quantile(angles, 0.97, 0.0);
       expected.delta_max > 0.0 && largest > 1.5 * expected.delta_max)
-    refuse(table, "delta_rad reaches " + short_text(largest) + ", and the car's delta_max is " +
-                      short_text(expected.delta_max) +
+    refuse(table, "delta_rad reaches " + significant(largest) + ", and the car's delta_max is " +
+                      significant(expected.delta_max) +
                       ": it looks like the angle of the handwheel; expected that of the road wheels, so divide by the "
                       "steering ratio");
   if (const double largest = lower_quantile(pedals, 0.97, 0.0); largest > 1.5)
-    refuse(table, "d reaches " + short_text(largest) + ": it looks like per cent; expected -1 to 1");
+    refuse(table, "d reaches " + significant(largest) + ": it looks like per cent; expected -1 to 1");
   check_frame(table, windows);
   check_steering(table, windows);
   health.push_back({"units",
-                    "speed over distance " + short_text(v_ratio) + ", yaw rate over yaw " + short_text(w_ratio),
+                    "speed over distance " + significant(v_ratio) + ", yaw rate over yaw " + significant(w_ratio),
                     "plausible"});
 }
 
@@ -201,7 +203,7 @@ void check_place(const CsvTable& table, const RawLog& raw, const Road& road) {
   const double allowed = 0.5 * road.track().narrowest();
   if (usual <= allowed) return;
   const std::string found =
-      "half of the log lies more than " + short_text(usual) + " m outside \"" + road.track().name() + "\"";
+      "half of the log lies more than " + significant(usual) + " m outside \"" + road.track().name() + "\"";
   if (usual_beyond(-1.0) <= allowed)
     refuse(table, found +
                       ", and with the sign of y_m changed on it: the frame seems to be left-handed; expected y to "

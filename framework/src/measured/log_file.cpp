@@ -7,6 +7,7 @@
 #include "measured/log_checks.hpp"
 #include "measured/log_outliers.hpp"
 #include "measured/raw_log.hpp"
+#include "util/numbers.hpp"
 
 namespace gripline::measured {
 namespace {
@@ -66,7 +67,7 @@ void leave_out_slow(RawLog& raw, double v_ref, double dt, std::vector<Health>& h
   if (kept.size() == raw.size()) return;
   health.push_back(
       {"speed",
-       short_text(static_cast<double>(raw.size() - kept.size()) * dt) + " s below " + short_text(slowest) + " m/s",
+       significant(static_cast<double>(raw.size() - kept.size()) * dt) + " s below " + significant(slowest) + " m/s",
        "left out", Health::Level::note});
   raw = std::move(kept);
 }
@@ -85,7 +86,7 @@ void leave_out_spikes(RawLog& raw, std::vector<Health>& health) {
   const std::size_t dropped = drop_outliers(raw);
   if (dropped == 0) return;
   const double share = static_cast<double>(dropped) / static_cast<double>(raw.size() * channels);
-  health.push_back({"outliers", std::to_string(dropped) + " readings (" + short_text(100.0 * share, 2) + " %)",
+  health.push_back({"outliers", std::to_string(dropped) + " readings (" + significant(100.0 * share, 2) + " %)",
                     "left out", share > 0.05 ? Health::Level::bad : Health::Level::note});
 }
 
@@ -124,11 +125,11 @@ void note_cut(const Cut& cut, double dt, double seconds, std::vector<Health>& he
     health.push_back({"gaps", std::to_string(cut.stretches.size() + cut.too_short - 1) + " longer than 0.2 s",
                       "cut there", Health::Level::note});
   if (cut.jitter > 0.02)
-    health.push_back({"time", "steps vary by " + short_text(100.0 * cut.jitter, 2) + " % of " + short_text(dt) + " s",
+    health.push_back({"time", "steps vary by " + significant(100.0 * cut.jitter, 2) + " % of " + significant(dt) + " s",
                       "brought to an even grid", Health::Level::note});
   if (seconds < 20.0)
     health.push_back(
-        {"length", short_text(seconds) + " s", "little to tell effects apart; 60 s are good", Health::Level::note});
+        {"length", significant(seconds) + " s", "little to tell effects apart; 60 s are good", Health::Level::note});
 }
 
 }  // namespace
@@ -157,7 +158,7 @@ LogFile read_log_file(const std::filesystem::path& file, const LogExpectations& 
   if (cut.stretches.empty()) refuse(table, "no stretch of 3 s without a gap of more than 0.2 s");
   for (const Log& stretch : cut.stretches) log.seconds += static_cast<double>(stretch.size() - 1) * dt;
   if (log.seconds < shortest_log)
-    refuse(table, "only " + short_text(log.seconds) + " s without long gaps; at least 5 s are needed");
+    refuse(table, "only " + significant(log.seconds) + " s without long gaps; at least 5 s are needed");
   note_cut(cut, dt, log.seconds, log.health);
   log.stretches = std::move(cut.stretches);
   return log;

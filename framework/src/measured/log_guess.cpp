@@ -9,12 +9,13 @@
 #include "config/errors.hpp"
 #include "config/units.hpp"
 #include "measured/log_map.hpp"
+#include "util/numbers.hpp"
 #include "util/statistics.hpp"
 
 namespace gripline::measured {
 namespace {
 
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 using Values = std::vector<double>;
 
 /// What loggers call a channel, best first; compared in lower case without blanks and signs.
@@ -60,12 +61,6 @@ std::string plain(std::string_view name) {
   for (const unsigned char c : name)
     if (std::isalnum(c) != 0) out += static_cast<char>(std::tolower(c));
   return out;
-}
-
-std::string text(double value, int digits = 3) {
-  char buffer[40];
-  std::snprintf(buffer, sizeof buffer, "%.*g", digits, value);
-  return buffer;
 }
 
 double quantile_of_size(const Values& values, double q) {
@@ -164,7 +159,7 @@ class Guesser {
     for (const auto& [name_of, factor] : {std::pair("ms", 1e3), {"us", 1e6}, {"ns", 1e9}})
       if (unit == "s" && step > 0.9e-3 * factor && step < 0.3 * factor && step > 0.9) {
         unit = name_of;
-        remarks_.push_back("time: steps of " + text(step) + ", taken for " + name_of);
+        remarks_.push_back("time: steps of " + significant(step) + ", taken for " + name_of);
       }
     time_ = channel("column", name(c), unit, false);
   }
@@ -255,7 +250,8 @@ class Guesser {
     for (const auto& [unit, low, high] : {std::tuple("km/h", 2.9, 4.4), {"mph", 1.9, 2.6}})
       if (ratio > low && ratio < high) {
         channels_.set("vx", channel("column", name(c), unit));
-        remarks_.push_back(std::string("vx: ") + text(ratio) + " times the speed of the path, taken for " + unit);
+        remarks_.push_back(std::string("vx: ") + significant(ratio) + " times the speed of the path, taken for " +
+                           unit);
       }
   }
 
@@ -265,7 +261,7 @@ class Guesser {
     std::string unit = unit_of(c, "rad/s");
     if (unit == "rad/s" && table_.unit[static_cast<std::size_t>(c)].empty() && quantile_of_size(values(c), 0.98) > 12) {
       unit = "deg/s";
-      remarks_.push_back("yaw_rate: values of " + text(quantile_of_size(values(c), 0.98)) + ", taken for deg/s");
+      remarks_.push_back("yaw_rate: values of " + significant(quantile_of_size(values(c), 0.98)) + ", taken for deg/s");
     }
     channels_.set("yaw_rate", channel("column", name(c), unit));
   }
@@ -275,8 +271,8 @@ class Guesser {
     const double most = quantile_of_size(values(c), 1.0);
     if (most <= 1.2) return quoted(c);
     if (most <= 110) return quoted(c) + " / 100";
-    remarks_.push_back(name(c) + ": divided by its largest value in this log, " + text(most, 5));
-    return quoted(c) + " / " + text(most, 5);
+    remarks_.push_back(name(c) + ": divided by its largest value in this log, " + significant(most, 5));
+    return quoted(c) + " / " + significant(most, 5);
   }
 
   void pedals() {
@@ -306,7 +302,7 @@ class Guesser {
     const double most = quantile_of_size(values(c), 0.99);
     if (unit == "rad" && most > 1.6) {
       unit = "deg";
-      remarks_.push_back("delta: values of " + text(most) + ", taken for degrees");
+      remarks_.push_back("delta: values of " + significant(most) + ", taken for degrees");
     }
     const double radians = most * (unit == "deg" ? pi / 180 : 1.0);
     std::string formula = quoted(c);
@@ -314,7 +310,7 @@ class Guesser {
       remarks_.push_back("delta: " + name(c) +
                          " is no angle; taken as rad at full lock 1, which a fitted steer_map puts right");
     } else if (radians > 0.7) {
-      remarks_.push_back("delta: " + text(radians * 180 / pi) +
+      remarks_.push_back("delta: " + significant(radians * 180 / pi) +
                          " deg is the steering wheel's: divided by 15, a guess of the steering ratio");
       formula += " / 15";
     }

@@ -4,15 +4,10 @@
 #include <cmath>
 
 #include "config/errors.hpp"
+#include "util/numbers.hpp"
 #include "util/statistics.hpp"
 
 namespace gripline::measured {
-
-std::string short_text(double value, int digits) {
-  char buffer[40];
-  std::snprintf(buffer, sizeof buffer, "%.*g", digits, value);
-  return buffer;
-}
 
 void refuse(const CsvTable& table, const std::string& message, std::size_t row) {
   Diagnostic d;
@@ -126,7 +121,7 @@ double check_time(const CsvTable& table, RawLog& raw, std::vector<Health>& healt
       keep.push_back(i);
     } else if (raw.t[i] < raw.t[keep.back()]) {
       refuse(table,
-             "time runs backward from " + short_text(raw.t[keep.back()], 8) + " s to " + short_text(raw.t[i], 8) +
+             "time runs backward from " + significant(raw.t[keep.back()], 8) + " s to " + significant(raw.t[i], 8) +
                  " s; expected rows in the order of t_s",
              raw.row[i]);
     }
@@ -154,11 +149,11 @@ double check_time(const CsvTable& table, RawLog& raw, std::vector<Health>& healt
   for (const auto& [unit, factor] : {std::pair("milliseconds", 1e3), std::pair("microseconds", 1e6)})
     if (dt > 0.9e-3 * factor && dt < 0.11 * factor && dt > 0.1)
       refuse(table,
-             "t_s rises by " + short_text(dt) + " from row to row: it looks like " + unit + "; expected seconds");
+             "t_s rises by " + significant(dt) + " from row to row: it looks like " + unit + "; expected seconds");
   if (raw.t.back() - raw.t.front() < shortest_log)
     refuse(table,
-           "the log lasts " + short_text(raw.t.back() - raw.t.front()) + " s; at least 5 s are needed, 60 s are good");
-  if (dt > 0.1) refuse(table, "rows are " + short_text(dt) + " s apart; expected 0.1 s or less");
+           "the log lasts " + significant(raw.t.back() - raw.t.front()) + " s; at least 5 s are needed, 60 s are good");
+  if (dt > 0.1) refuse(table, "rows are " + significant(dt) + " s apart; expected 0.1 s or less");
   return dt;
 }
 

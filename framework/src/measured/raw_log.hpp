@@ -23,8 +23,6 @@ struct RawLog {
   RawLog picked(std::span<const std::size_t> rows) const;
 };
 
-/// A number for messages.
-std::string short_text(double value, int digits = 3);
 /// Throws InputError with the table's file and, where given, the line of a row.
 [[noreturn]] void refuse(const CsvTable& table, const std::string& message, std::size_t row = SIZE_MAX);
 

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "util/numbers.hpp"
+
 namespace gripline::measured {
 
 std::size_t Session::row_before(double time) const {
@@ -12,12 +14,11 @@ std::size_t Session::row_before(double time) const {
 }
 
 double Session::interpolate(std::size_t channel, double time, double longest_gap) const {
-  constexpr double nothing = std::numeric_limits<double>::quiet_NaN();
   const std::size_t i = row_before(time + 1e-9);
-  if (i >= rows()) return nothing;
+  if (i >= rows()) return not_a_number;
   const double here = at(i, channel);
   if (time <= t[i] + 1e-9) return here;
-  if (i + 1 >= rows() || t[i + 1] - t[i] > longest_gap) return nothing;
+  if (i + 1 >= rows() || t[i + 1] - t[i] > longest_gap) return not_a_number;
   return here + (at(i + 1, channel) - here) * (time - t[i]) / (t[i + 1] - t[i]);
 }
 

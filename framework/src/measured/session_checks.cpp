@@ -5,18 +5,13 @@
 
 #include "config/errors.hpp"
 #include "measured/session_file.hpp"
+#include "util/numbers.hpp"
 #include "util/statistics.hpp"
 
 namespace gripline::measured {
 namespace {
 
-constexpr double pi = std::numbers::pi;
-
-std::string text(double value, int digits = 3) {
-  char buffer[40];
-  std::snprintf(buffer, sizeof buffer, "%.*g", digits, value);
-  return buffer;
-}
+using std::numbers::pi;
 
 /// What about half a second shows by different channels; NaN where a channel was not read.
 struct Window {
@@ -101,11 +96,11 @@ class Checks {
     for (const auto& c : s_.command) d.push_back(std::abs(c.d)), delta.push_back(std::abs(c.delta));
     const double most_d = lower_quantile(d, 0.99), most_delta = lower_quantile(delta, 0.99);
     if (most_d > 1.5)
-      refuse("d reaches " + text(most_d) + "; throttle is 0 to 1 and brake 0 to -1: " +
+      refuse("d reaches " + significant(most_d) + "; throttle is 0 to 1 and brake 0 to -1: " +
              (most_d < 150 ? "it looks like per cent (divide by 100)"
                            : "a pressure needs its largest value to divide by"));
     if (most_delta > 1.6)
-      refuse("delta reaches " + text(most_delta) +
+      refuse("delta reaches " + significant(most_delta) +
              " rad, which no wheel turns: it looks like degrees (\"unit\": "
              "\"deg\") or the angle of the steering wheel (divide by the steering ratio)");
   }
@@ -119,15 +114,15 @@ class Checks {
     // Receivers show a few centimetres per second for a car at rest, whatever its size.
     constexpr double standing = 0.1;  // [m/s]
     if (most < std::max(standing, 0.05 * v_ref_))
-      refuse("the car is parked: its speed stays below " + text(most) + " m/s; expected a log of driving" +
-             (most >= standing ? " (at about " + text(v_ref_) + " m/s, by the world)" : ""));
+      refuse("the car is parked: its speed stays below " + significant(most) + " m/s; expected a log of driving" +
+             (most >= standing ? " (at about " + significant(v_ref_) + " m/s, by the world)" : ""));
   }
 
   void speed() const {
     const double ratio = usual_ratio(
         windows_, [](const Window& w) { return w.speed; }, [](const Window& w) { return w.way / w.seconds; });
     if (std::isnan(ratio) || (ratio > 0.6 && ratio < 1.6)) return;
-    const std::string found = "vx is " + text(ratio) + " times the speed at which x and y move";
+    const std::string found = "vx is " + significant(ratio) + " times the speed at which x and y move";
     if (ratio < -0.6 && ratio > -1.6) refuse(found + ": its sign is turned (\"sign\": -1), or the car drives backward");
     struct Unit {
       double low, high;
@@ -148,7 +143,7 @@ class Checks {
     const double ratio = usual_ratio(
         windows_, [](const Window& w) { return w.rate; }, [](const Window& w) { return w.turn / w.seconds; });
     if (std::isnan(ratio) || (ratio > 0.3 && ratio < 3.0)) return;
-    const std::string found = "yaw_rate is " + text(ratio) + " times the rate of yaw";
+    const std::string found = "yaw_rate is " + significant(ratio) + " times the rate of yaw";
     if (ratio > 30 && ratio < 90) refuse(found + ": it looks like deg/s (\"unit\": \"deg/s\")");
     if (ratio > 1.0 / 90 && ratio < 1.0 / 30) refuse(found + ": yaw looks like degrees (\"unit\": \"deg\")");
     if (ratio < -0.3 && ratio > -3.0) refuse(found + ": one of them has the other sign (\"sign\": -1)");
@@ -172,15 +167,15 @@ class Checks {
     double centre = 0.0, mirrored = 0.0;
     const double loose = spread(off, centre), loose_mirrored = spread(against, mirrored);
     if (loose < 0.3 && std::abs(centre) < 0.6) return;
-    const std::string degrees = text(centre * 180 / pi) + " deg";
+    const std::string degrees = significant(centre * 180 / pi) + " deg";
     if (loose < 0.1 && std::abs(std::abs(centre) - pi) < 0.3)
       refuse("yaw points backward: it is " + degrees + " off the path; add pi to it");
     if (loose < 0.1)
       refuse("yaw is " + degrees + " off the path; expected the direction of x and y, from +x to the left");
     if (loose_mirrored < 0.1)
-      refuse("yaw turns against the path: yaw plus the path's angle is always " + text(mirrored * 180 / pi) +
+      refuse("yaw turns against the path: yaw plus the path's angle is always " + significant(mirrored * 180 / pi) +
              " deg; a compass counts clockwise (\"formula\": \"pi/2 - rad(heading)\"), or y points to the right");
-    refuse("yaw and the path of x and y do not belong together (spread " + text(loose) + " of 1)");
+    refuse("yaw and the path of x and y do not belong together (spread " + significant(loose) + " of 1)");
   }
 
   void steering() const {
@@ -197,8 +192,9 @@ class Checks {
     if (n < 20 || !(vx > 1e-10 * n) || !(vy > 0.0)) return;
     const double correlation = (sxy - sx * sy / n) / std::sqrt(vx * vy);
     if (correlation < -0.4)
-      refuse("the car turns against its steering: delta and curvature correlate at " + text(correlation) + " over " +
-             text(0.25 * n) + " s of driving; expected a positive one: turn delta's sign (\"sign\": -1), or yaw and y");
+      refuse("the car turns against its steering: delta and curvature correlate at " + significant(correlation) +
+             " over " + significant(0.25 * n) +
+             " s of driving; expected a positive one: turn delta's sign (\"sign\": -1), or yaw and y");
   }
 
   const Session& s_;

@@ -9,28 +9,22 @@
 #include "config/units.hpp"
 #include "measured/delimited_table.hpp"
 #include "measured/formula.hpp"
+#include "util/numbers.hpp"
 #include "util/statistics.hpp"
 
 namespace gripline::measured {
 namespace {
 
-constexpr double nothing = std::numeric_limits<double>::quiet_NaN();
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 using Values = std::vector<double>;
 using Level = Finding::Level;
 
-[[noreturn]] void refuse(const std::filesystem::path& file, const std::string& message, int line = 0) {
+[[noreturn]] void refuse_file(const std::filesystem::path& file, const std::string& message, int line = 0) {
   Diagnostic d;
   d.file = file.string();
   d.line = line;
   d.message = message;
   throw InputError({d});
-}
-
-std::string short_text(double value, int digits = 3) {
-  char buffer[40];
-  std::snprintf(buffer, sizeof buffer, "%.*g", digits, value);
-  return buffer;
 }
 
 std::string plain_unit(std::string unit) {
@@ -68,7 +62,7 @@ class SessionReader {
     apply_valid();
     place_from_degrees();
     derive();
-    out_.session.written_yaw = values_[2].empty() ? Values(row_.size(), nothing) : values_[2];
+    out_.session.written_yaw = values_[2].empty() ? Values(row_.size(), not_a_number) : values_[2];
     if (!values_[2].empty()) unwrap(values_[2]);
     fill();
     return std::move(out_);
@@ -87,10 +81,10 @@ class SessionReader {
       const Formula formula(channel.formula, table_, std::string(name));
       Values values = formula.evaluate(table_, time_all_);
       const double factor = channel.sign * factor_of(channel, unit, formula, table_);
-      for (double& v : values) v = std::isfinite(v) ? factor * v : nothing;
+      for (double& v : values) v = std::isfinite(v) ? factor * v : not_a_number;
       return values;
     } catch (const InputError& problem) {
-      if (map_.file.empty()) refuse(table_.file, problem.what(), 1);
+      if (map_.file.empty()) refuse_file(table_.file, problem.what(), 1);
       Diagnostic d;
       d.file = map_.file.string();
       d.line = channel.origin.line;
@@ -113,10 +107,10 @@ class SessionReader {
       } else if (!kept.empty() && t == kept.back()) {
         ++again;
       } else if (!kept.empty() && t < kept.back()) {
-        refuse(table_.file,
-               "time runs backward from " + short_text(kept.back(), 10) + " s to " + short_text(t, 10) +
-                   " s; expected rows in the order of time",
-               table_.line[r]);
+        refuse_file(table_.file,
+                    "time runs backward from " + significant(kept.back(), 10) + " s to " + significant(t, 10) +
+                        " s; expected rows in the order of time",
+                    table_.line[r]);
       } else {
         kept.push_back(t);
         row_.push_back(r);
@@ -125,16 +119,17 @@ class SessionReader {
     if (without > 0) note("rows", std::to_string(without) + " without time", "left out");
     if (again > 0) note("rows", std::to_string(again) + " repeat a time stamp", "left out");
     if (kept.size() < 20)
-      refuse(table_.file, "only " + std::to_string(kept.size()) + " rows with a time; expected a log of at least 5 s");
+      refuse_file(table_.file,
+                  "only " + std::to_string(kept.size()) + " rows with a time; expected a log of at least 5 s");
     Values steps;
     for (std::size_t i = 1; i < kept.size(); ++i) steps.push_back(kept[i] - kept[i - 1]);
     out_.row_step = median(std::move(steps));
     for (const auto& [unit, factor] : {std::pair("milliseconds", 1e-3), {"microseconds", 1e-6}, {"nanoseconds", 1e-9}})
       if (out_.row_step > 0.9 && out_.row_step * factor >= 0.9e-3 && out_.row_step * factor < 0.3)
-        refuse(table_.file, "time rises by " + short_text(out_.row_step) + " s from row to row: it looks like " + unit +
-                                "; the map should say so (\"unit\")");
+        refuse_file(table_.file, "time rises by " + significant(out_.row_step) + " s from row to row: it looks like " +
+                                     unit + "; the map should say so (\"unit\")");
     if (out_.row_step > 0.5)
-      refuse(table_.file, "rows are " + short_text(out_.row_step) + " s apart; expected 0.5 s or less");
+      refuse_file(table_.file, "rows are " + significant(out_.row_step) + " s apart; expected 0.5 s or less");
     out_.session.t = std::move(kept);
   }
 
@@ -147,12 +142,12 @@ class SessionReader {
     for (const std::size_t r : row_) to.push_back(all[r]);
     if (!channel.held || channel.command) return;
     std::size_t dropped = 0;
-    double last = nothing;
+    double last = not_a_number;
     for (double& v : to) {
       const bool same = v == last;
       last = v;
       if (!same) continue;
-      v = nothing;
+      v = not_a_number;
       ++dropped;
     }
     note(info.name, std::to_string(dropped) + " rows hold the value before", "read when it is new");
@@ -177,8 +172,9 @@ class SessionReader {
   [[noreturn]] void refuse_missing(const std::string& missing) const {
     std::string found;
     for (const std::string& name : table_.name) found += (found.empty() ? "" : ", ") + name;
-    refuse(table_.file, "columns missing: " + missing + "; found: " + found +
-                            "; a log with columns of its own needs a map (gripline import --guess LOG.csv writes one)");
+    refuse_file(table_.file,
+                "columns missing: " + missing + "; found: " + found +
+                    "; a log with columns of its own needs a map (gripline import --guess LOG.csv writes one)");
   }
 
   void apply_valid() {
@@ -194,7 +190,7 @@ class SessionReader {
       ++dropped;
       for (const Source s : {Source::x, Source::y, Source::yaw, Source::vx, Source::vy, Source::yaw_rate,
                              Source::latitude, Source::longitude})
-        if (has(s)) values_[static_cast<std::size_t>(s)][i] = nothing;
+        if (has(s)) values_[static_cast<std::size_t>(s)][i] = not_a_number;
     }
     if (dropped > 0) note("valid", std::to_string(dropped) + " rows are not", "their readings are left out");
   }
@@ -205,7 +201,7 @@ class SessionReader {
     const Values &lat = values_[8], &lon = values_[9];
     std::size_t first = 0;
     while (first < lat.size() && std::isnan(lat[first] + lon[first])) ++first;
-    if (first == lat.size()) refuse(table_.file, "latitude and longitude are never given");
+    if (first == lat.size()) refuse_file(table_.file, "latitude and longitude are never given");
     constexpr double a = 6378137.0, e2 = 6.69437999014e-3;
     const double w = 1.0 - e2 * std::sin(lat[first]) * std::sin(lat[first]);
     const double north = a * (1.0 - e2) / (w * std::sqrt(w)), east = a / std::sqrt(w) * std::cos(lat[first]);
@@ -217,7 +213,7 @@ class SessionReader {
   }
 
   static void unwrap(Values& yaw) {
-    double last = nothing, turns = 0.0;
+    double last = not_a_number, turns = 0.0;
     for (double& v : yaw) {
       if (std::isnan(v)) continue;
       if (!std::isnan(last)) turns -= 2.0 * pi * std::round((v + turns - last) / (2.0 * pi));
@@ -231,7 +227,8 @@ class SessionReader {
     const bool place = has(Source::x) && has(Source::y);
     if (!place || (has(Source::yaw) && has(Source::vx))) return;
     const auto& t = out_.session.t;
-    Values course(t.size(), nothing), speed(t.size(), nothing), along_x(t.size(), nothing), along_y(t.size(), nothing);
+    Values course(t.size(), not_a_number), speed(t.size(), not_a_number), along_x(t.size(), not_a_number),
+        along_y(t.size(), not_a_number);
     std::size_t last = t.size();
     for (std::size_t i = 0; i < t.size(); ++i) {
       if (std::isnan(values_[0][i] + values_[1][i])) continue;
@@ -268,7 +265,7 @@ class SessionReader {
     if (!s.has[4]) note("vy", "absent", "done without");
     if (!s.has[5]) note("yaw rate", "absent", "seen through the heading only");
     if (!s.has[0]) note("place", "absent", "speeds and yaw rate are judged alone");
-    s.reading.resize(n * channels, nothing);
+    s.reading.resize(n * channels, not_a_number);
     for (std::size_t c = 0; c < channels; ++c)
       if (s.has[c])
         for (std::size_t i = 0; i < n; ++i) s.reading[i * channels + c] = values_[c][i];

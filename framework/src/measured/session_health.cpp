@@ -6,6 +6,7 @@
 #include <random>
 #include <string>
 
+#include "util/numbers.hpp"
 #include "util/statistics.hpp"
 
 namespace gripline::measured {
@@ -13,15 +14,8 @@ namespace {
 
 using Values = std::vector<double>;
 using Level = Finding::Level;
-constexpr double nothing = std::numeric_limits<double>::quiet_NaN();
 constexpr std::array<const char*, channels> names = {"x", "y", "yaw", "vx", "vy", "yaw_rate"};
 constexpr std::array<const char*, channels> units = {"m", "m", "rad", "m/s", "m/s", "rad/s"};
-
-std::string text(double value, int digits = 3) {
-  char buffer[40];
-  std::snprintf(buffer, sizeof buffer, "%.*g", digits, value);
-  return buffer;
-}
 
 double median_deviation(const Values& values, double centre) {
   Values off;
@@ -42,7 +36,7 @@ double fourth_difference_covariance(double colour, int lag) {
 }  // namespace
 
 std::optional<Noise> noise_of(const Session& session, std::size_t channel, double row_step) {
-  Values difference(session.rows(), nothing), sizes;
+  Values difference(session.rows(), not_a_number), sizes;
   for (std::size_t i = 4; i < session.rows(); ++i) {
     if (session.t[i] - session.t[i - 4] > 4.6 * row_step) continue;
     const auto y = [&](std::size_t back) { return session.at(i - back, channel); };
@@ -107,7 +101,7 @@ struct Grid {
   }
   /// Central difference: no delay of its own.
   Values rate(const Values& y) const {
-    Values out(y.size(), nothing);
+    Values out(y.size(), not_a_number);
     for (std::size_t k = 1; k + 1 < y.size(); ++k) out[k] = (y[k + 1] - y[k - 1]) / (2.0 * dt);
     return out;
   }
@@ -116,7 +110,7 @@ struct Grid {
 /// Mean over `half` seconds to both sides.
 Values mean_around(const Values& y, double dt, double seconds) {
   const auto half = static_cast<std::ptrdiff_t>(seconds / dt);
-  Values sum(y.size() + 1, 0.0), count(y.size() + 1, 0.0), out(y.size(), nothing);
+  Values sum(y.size() + 1, 0.0), count(y.size() + 1, 0.0), out(y.size(), not_a_number);
   for (std::size_t k = 0; k < y.size(); ++k) {
     sum[k + 1] = sum[k] + (std::isnan(y[k]) ? 0.0 : y[k]);
     count[k + 1] = count[k] + (std::isnan(y[k]) ? 0.0 : 1.0);
@@ -235,7 +229,7 @@ void add_delay(std::vector<Delay>& delays, const Grid& grid, const char* channel
 /// Speed along the heading by differences of the place.
 Values speed_of_place(const Grid& grid, const Values& x, const Values& y, const Values& yaw) {
   const Values dx = grid.rate(x), dy = grid.rate(y);
-  Values out(x.size(), nothing);
+  Values out(x.size(), not_a_number);
   for (std::size_t k = 0; k < x.size(); ++k) out[k] = dx[k] * std::cos(yaw[k]) + dy[k] * std::sin(yaw[k]);
   return out;
 }
@@ -248,7 +242,7 @@ std::vector<Delay> delays_of(const Session& s) {
   const Grid grid(s);
   const Values yaw = grid.channel(s, 2), vx = grid.channel(s, 3), rate = grid.channel(s, 5);
   const Values turning = grid.rate(yaw);
-  Values place_speed(grid.n, nothing);
+  Values place_speed(grid.n, not_a_number);
   if (s.has[0] && s.has[2]) place_speed = speed_of_place(grid, grid.channel(s, 0), grid.channel(s, 1), yaw);
   if (s.has[2] && s.has[5]) add_delay(delays, grid, "yaw_rate", rate, "yaw", turning, true);
   if (s.has[0] && s.has[3])
@@ -325,15 +319,17 @@ void rate_and_gaps(const SessionFile& file, std::vector<Finding>& out) {
     if (step > 2.5 * file.row_step) ++gaps, missing += step;
   }
   out.push_back({Level::good, "rate",
-                 text(1.0 / file.row_step) + " Hz over " + text(s.t.back() - s.t.front(), 4) + " s",
-                 "steps of " + text(1e3 * shortest) + " to " + text(1e3 * longest) + " ms"});
+                 significant(1.0 / file.row_step) + " Hz over " + significant(s.t.back() - s.t.front(), 4) + " s",
+                 "steps of " + significant(1e3 * shortest) + " to " + significant(1e3 * longest) + " ms"});
   if (gaps > 0)
-    out.push_back({Level::note, "gaps",
-                   std::to_string(gaps) + ", " + text(missing) + " s of them, longest " + text(longest) + " s",
-                   "nothing is bridged"});
+    out.push_back(
+        {Level::note, "gaps",
+         std::to_string(gaps) + ", " + significant(missing) + " s of them, longest " + significant(longest) + " s",
+         "nothing is bridged"});
   const double length = s.t.back() - s.t.front();
   if (length < 20.0)
-    out.push_back({Level::note, "length", text(length) + " s", "little to tell parameters apart; 60 s are good"});
+    out.push_back(
+        {Level::note, "length", significant(length) + " s", "little to tell parameters apart; 60 s are good"});
 }
 
 void held_and_jumping(const SessionFile& file, std::vector<Finding>& out) {
@@ -352,7 +348,7 @@ void held_and_jumping(const SessionFile& file, std::vector<Finding>& out) {
       out.push_back({Level::note, names[c], std::to_string(absent) + " readings missing", "left out, one by one"});
     if (moved > 20 && same > moved) {
       const double every = static_cast<double>(same + moved) / static_cast<double>(moved);
-      out.push_back({Level::note, names[c], "a new value every " + text(every) + " rows",
+      out.push_back({Level::note, names[c], "a new value every " + significant(every) + " rows",
                      "read as if each row were new: say \"hold\": \"held\" in the map"});
     }
   }
@@ -382,12 +378,12 @@ namespace {
 void add_noise(const Noise& noise, std::size_t channel, std::vector<Finding>& out) {
   constexpr double most_telling = 0.9;  // correlation beyond which noise and motion look alike
   const std::string check = std::string("noise of ") + names[channel];
-  const std::string colour = "lag-one correlation " + text(noise.colour, 2);
+  const std::string colour = "lag-one correlation " + significant(noise.colour, 2);
   if (noise.sigma == 0.0 || noise.colour > most_telling)
     out.push_back({Level::good, check, "none that could be told from motion, " + colour,
                    "simulated, filtered or interpolated at its source"});
   else
-    out.push_back({Level::good, check, text(noise.sigma) + " " + units[channel] + ", " + colour,
+    out.push_back({Level::good, check, significant(noise.sigma) + " " + units[channel] + ", " + colour,
                    "measured from fourth differences"});
 }
 
@@ -402,16 +398,17 @@ std::vector<Finding> health_of(const SessionFile& file) {
   if (const auto slip = slip_of(s, file.row_step))
     out.push_back({Level::bad, "position",
                    std::string(slip->travel < 0.0 ? "falls back by " : "jumps ahead by ") +
-                       text(1e3 * std::abs(slip->travel)) + " ms of travel once every " + text(slip->period) +
-                       " s, at " + text(slip->phase) + " s of each",
+                       significant(1e3 * std::abs(slip->travel)) + " ms of travel once every " +
+                       significant(slip->period) + " s, at " + significant(slip->phase) + " s of each",
                    "kept as it is: predictions of whole periods do not see it, others miss by as much"});
   for (std::size_t c = 0; c < channels; ++c)
     if (const auto noise = s.has[c] ? noise_of(s, c, file.row_step) : std::nullopt) add_noise(*noise, c, out);
   for (const Delay& d : delays_of(s))
-    out.push_back({Level::good, std::string("delay of ") + d.channel,
-                   text(d.seconds) + " s (" + text(d.low) + " to " + text(d.high) + ") against " + d.against,
-                   d.of_clock ? "correlation " + text(d.correlation, 2)
-                              : "correlation " + text(d.correlation, 2) + "; the car's own response is in it"});
+    out.push_back(
+        {Level::good, std::string("delay of ") + d.channel,
+         significant(d.seconds) + " s (" + significant(d.low) + " to " + significant(d.high) + ") against " + d.against,
+         d.of_clock ? "correlation " + significant(d.correlation, 2)
+                    : "correlation " + significant(d.correlation, 2) + "; the car's own response is in it"});
   return out;
 }
 
@@ -419,7 +416,7 @@ std::array<double, delay_groups> clock_delays(const LogMap& map, const std::vect
   std::array<double, delay_groups> delays{};
   for (std::size_t g = 0; g < delay_groups; ++g) {
     const auto stated = map.delay(g);
-    delays[g] = stated.value_or(g < 2 ? 0.0 : nothing);
+    delays[g] = stated.value_or(g < 2 ? 0.0 : not_a_number);
     if (stated) continue;
     for (const Delay& d : found)
       if (d.of_clock && std::string_view(d.channel) == delay_names[g]) delays[g] = d.seconds;

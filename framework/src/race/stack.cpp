@@ -9,7 +9,7 @@ namespace {
 
 PluginContext plugin_context(const StackSpec& spec, const StackContext& world) {
   PluginContext context;
-  context.car = world.car;
+  context.car = spec.car.value_or(world.car);
   context.dt = world.dt;
   context.hold = world.hold;
   context.seed = world.seed;
@@ -55,6 +55,28 @@ PluginSpec read_role(ObjectReader& r, const char* key, abi::Kind kind, const Reg
   return spec;
 }
 
+/// What a stack is told of its world's car: {"m", "Iz", "lf", "lr", "known_params"}, each where it differs.
+CarFile read_told_car(const Node& node, const CarFile& car, Errors& errors) {
+  ObjectReader r(node, errors);
+  CarFile told = car;
+  const auto positive = [&](const char* name, const char* unit, double& value) {
+    value = told.known[name] = r.number(name, unit, NumberRange::positive(), value);
+  };
+  positive("m", "kg", told.car.m);
+  positive("Iz", "kg m2", told.car.Iz);
+  positive("lf", "m", told.car.lf);
+  positive("lr", "m", told.car.lr);
+  if (r.has("known_params")) {
+    ObjectReader known = r.object("known_params");
+    for (const Member* member : known.members())
+      told.known[member->key] = member->value.is_number()
+                                    ? member->value.number()
+                                    : (errors.add(member->value.origin, "expected a number in SI"), 0.0);
+  }
+  r.finish();
+  return told;
+}
+
 }  // namespace
 
 bool StackSpec::needs_truth() const {
@@ -68,8 +90,15 @@ StackSpec read_stack(const std::string& name, const Node& node, const Registry& 
   ObjectReader r(node, errors);
   StackSpec spec;
   spec.name = name;
+  CarFile told = car;
+  if (r.has("car")) {
+    told = read_told_car(*r.find("car"), car, errors);
+    spec.car = told.car;
+  } else {
+    r.find("car");
+  }
   if (const Node* model = r.require("model", "a vehicle model"); model != nullptr) {
-    spec.model = read_vehicle(*model, registry, car, "rk4", errors);
+    spec.model = read_vehicle(*model, registry, told, "rk4", errors);
     refuse_truth(spec.model.model, *model, errors);
     for (const PluginSpec& effect : spec.model.effects) refuse_truth(effect, *model, errors);
   }

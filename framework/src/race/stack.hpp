@@ -13,6 +13,7 @@ namespace gripline {
 
 struct StackSpec {
   std::string name;
+  std::optional<Car> car;  // what it is told of the car where that is not the world's
   VehicleSpec model;
   PluginSpec estimator;  // may be empty
   PluginSpec planner, controller;

@@ -8,11 +8,10 @@
 #include <utility>
 
 #include "config/errors.hpp"
+#include "util/numbers.hpp"
 
 namespace gripline::report {
 namespace {
-
-constexpr double missing = std::numeric_limits<double>::quiet_NaN();
 
 /// Takes the next cell off `line`. `scratch` holds it when quotes had to be undone.
 std::string_view take_cell(std::string_view& line, std::string& scratch, bool& last) {
@@ -56,9 +55,9 @@ bool take_record(std::string_view& text, std::string_view& record) {
 }
 
 double to_number(std::string_view cell) {
-  double number = missing;
+  double number = not_a_number;
   const auto [stop, code] = std::from_chars(cell.data(), cell.data() + cell.size(), number);
-  return code == std::errc() && stop == cell.data() + cell.size() ? number : missing;
+  return code == std::errc() && stop == cell.data() + cell.size() ? number : not_a_number;
 }
 
 }  // namespace
@@ -99,7 +98,7 @@ std::span<const double> Columns::numbers(std::string_view name) const {
 
 double Columns::number(std::string_view name, std::size_t row) const {
   const std::span<const double> column = numbers(name);
-  return row < column.size() ? column[row] : missing;
+  return row < column.size() ? column[row] : not_a_number;
 }
 
 std::string Columns::text(std::string_view name, std::size_t row) const {

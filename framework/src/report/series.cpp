@@ -5,10 +5,10 @@
 #include <limits>
 #include <utility>
 
+#include "util/numbers.hpp"
+
 namespace gripline::report {
 namespace {
-
-constexpr double missing = std::numeric_limits<double>::quiet_NaN();
 
 bool any_number(std::span<const double> values) {
   return std::any_of(values.begin(), values.end(), [](double v) { return std::isfinite(v); });
@@ -16,7 +16,7 @@ bool any_number(std::span<const double> values) {
 
 /// d(values)/dt by central differences, one-sided at the ends; NaN where time does not advance.
 std::vector<double> slope(std::span<const double> t, std::span<const double> values) {
-  std::vector<double> out(values.size(), missing);
+  std::vector<double> out(values.size(), not_a_number);
   if (values.size() < 2) return out;
   for (std::size_t i = 0; i < values.size(); ++i) {
     const std::size_t before = i == 0 ? 0 : i - 1;

@@ -19,11 +19,11 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr std::size_t run_line = 9;  // eight digits and the end of the line
-constexpr std::uint64_t most_runs = 99'999'999;
+constexpr std::uint64_t largest_run_name = 99'999'999;
 
 std::string run_text(std::uint64_t run) {
   char text[16];
-  std::snprintf(text, sizeof text, "%08llu", static_cast<unsigned long long>(std::min(run, most_runs)));
+  std::snprintf(text, sizeof text, "%08llu", static_cast<unsigned long long>(std::min(run, largest_run_name)));
   return text;
 }
 

@@ -13,15 +13,16 @@
 
 #include "config/node.hpp"
 #include "experiment/race_tables.hpp"
+#include "sweep/sweep.hpp"
 #include "util/csv_cell.hpp"
 #include "util/csv_writer.hpp"
+#include "util/numbers.hpp"
 #include "util/resampling.hpp"
 #include "util/statistics.hpp"
 
 namespace gripline::sweep {
 namespace {
 
-constexpr double nothing = std::numeric_limits<double>::quiet_NaN();
 constexpr double rounding = 1e-20;  // squared: runs that differ by no more are equal
 constexpr std::size_t most_levels = 12, groups_of_numbers = 6, most_best = 10;
 
@@ -161,7 +162,7 @@ double total_share(const std::map<Cell, CellRuns>& cells, std::size_t factor, co
     squares += squares_about(means, mean_of(means));
     freedom += means.size() - 1;
   }
-  if (freedom == 0) return nothing;
+  if (freedom == 0) return not_a_number;
   const double within = (squares - static_cast<double>(freedom) * noise.of_means) / static_cast<double>(cells.size());
   return std::clamp(within / variance, 0.0, 1.0);
 }
@@ -176,7 +177,7 @@ FactorEffect effect_of(const Table& table, std::size_t factor, const Sample& sam
   double within = 0, low = INFINITY, high = -INFINITY;
   std::size_t groups = 0;
   for (std::size_t g = 0; g < values.size(); ++g) {
-    LevelStatistic level{grouping.names[g], values[g].size(), nothing, nothing, nothing, nothing};
+    LevelStatistic level{grouping.names[g], values[g].size(), not_a_number, not_a_number, not_a_number, not_a_number};
     if (!values[g].empty()) {
       ++groups;
       level.mean = mean_of(values[g]);
@@ -190,7 +191,7 @@ FactorEffect effect_of(const Table& table, std::size_t factor, const Sample& sam
     }
     effect.levels.push_back(std::move(level));
   }
-  effect.range = groups > 0 ? high - low : nothing;
+  effect.range = groups > 0 ? high - low : not_a_number;
   const std::size_t n = sample.values.size();
   const double within_mean = n > groups ? within / static_cast<double>(n - groups) : 0.0;
   const double between = sample.squares - within - (static_cast<double>(groups) - 1) * within_mean;
@@ -239,14 +240,8 @@ double rank_share(const FactorEffect& effect) { return std::isnan(effect.total) 
 
 Node numbers_node(std::initializer_list<std::pair<const char*, double>> numbers) {
   Node node{Node::Object{}};
-  for (const auto& [name, value] : numbers) node.set(name, std::isfinite(value) ? Node(value) : Node::null());
+  for (const auto& [name, value] : numbers) node.set(name, number_or_null(value));
   return node;
-}
-
-Node texts_node(const std::vector<std::string>& texts) {
-  Node::Array array;
-  for (const std::string& text : texts) array.emplace_back(text);
-  return Node(std::move(array));
 }
 
 Node response_node(const ResponseStatistic& response) {
@@ -292,7 +287,7 @@ Node lines_node(const Table& table, const std::vector<std::size_t>& varying, con
     for (std::size_t r = 0; r < std::min(most_axes, statistics.responses.size()); ++r) {
       const auto found = std::find(table.responses.begin(), table.responses.end(), statistics.responses[r].name);
       const double value = table.value[static_cast<std::size_t>(found - table.responses.begin())][row];
-      line.push_back(std::isfinite(value) ? Node(value) : Node::null());
+      line.push_back(number_or_null(value));
     }
     lines.emplace_back(std::move(line));
   }

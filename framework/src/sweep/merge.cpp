@@ -8,12 +8,11 @@
 
 #include "util/csv_cell.hpp"
 #include "util/csv_writer.hpp"
+#include "util/numbers.hpp"
 
 namespace gripline::sweep {
 namespace fs = std::filesystem;
 namespace {
-
-constexpr double nothing = std::numeric_limits<double>::quiet_NaN();
 
 /// Numbers texts in the order in which they come.
 class Levels {
@@ -50,15 +49,15 @@ class Filler {
       const auto [found, fresh] = responses_.try_emplace(name, table_.responses.size());
       if (fresh) {
         table_.responses.push_back(name);
-        table_.value.emplace_back(table_.rows() - 1, nothing);
+        table_.value.emplace_back(table_.rows() - 1, not_a_number);
       }
-      table_.value[found->second].resize(table_.rows() - 1, nothing);
+      table_.value[found->second].resize(table_.rows() - 1, not_a_number);
       table_.value[found->second].push_back(value);
     }
   }
 
   void finish() {
-    for (std::vector<double>& column : table_.value) column.resize(table_.rows(), nothing);
+    for (std::vector<double>& column : table_.value) column.resize(table_.rows(), not_a_number);
   }
 
  private:
@@ -102,7 +101,7 @@ void put_number(CsvWriter& csv, double value) {
 double time_of(const Record& record, std::string_view name) {
   for (const auto& [known, value] : record.times)
     if (known == name) return value;
-  return nothing;
+  return not_a_number;
 }
 
 struct RowHead {

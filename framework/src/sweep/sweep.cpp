@@ -30,11 +30,6 @@ constexpr const char* keys_name = "keys.txt";
 constexpr std::size_t key_line = 65;  // 64 digits and the end of the line
 constexpr std::size_t most_runs = 10'000'000;
 
-Node texts_node(const std::vector<std::string>& texts) {
-  Node::Array array;
-  for (const std::string& text : texts) array.emplace_back(text);
-  return Node(std::move(array));
-}
 std::vector<std::string> texts_of(const Node& node) {
   std::vector<std::string> texts;
   for (const Node& one : node.array()) texts.push_back(one.text());
@@ -375,6 +370,12 @@ void require_same_versions(const Sweep& sweep, const Registry& registry) {
       throw PluginError(found + " is another build than the one that the sweep was planned with: results of both are " +
                         "not mixed; use the same, or plan the sweep again");
   }
+}
+
+Node texts_node(std::span<const std::string> texts) {
+  Node::Array array;
+  for (const std::string& text : texts) array.emplace_back(text);
+  return Node(std::move(array));
 }
 
 }  // namespace gripline::sweep

@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <map>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -98,5 +99,8 @@ class KeyFile {
 /// Refuses (PluginError) a program or plugins other than those that planned: what a node has in places of its own must
 /// be the same bytes.
 void require_same_versions(const Sweep& sweep, const Registry& registry);
+
+/// A JSON array of texts.
+Node texts_node(std::span<const std::string> texts);
 
 }  // namespace gripline::sweep

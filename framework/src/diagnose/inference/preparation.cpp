@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "util/numbers.hpp"
+
 namespace gripline::diagnose {
 namespace {
 
@@ -13,12 +15,6 @@ const char* channel_name(std::size_t c) {
   return names[c];
 }
 
-std::string number(double value) {
-  char buffer[40];
-  std::snprintf(buffer, sizeof buffer, "%.3g", value);
-  return buffer;
-}
-
 /// The standard deviation to believe of one channel: `seen` in the logs (NaN where it was not read), `stated`, or
 /// `least`.
 double believed_noise(std::size_t channel, double seen, double stated, double least, std::vector<Health>& health) {
@@ -26,7 +22,7 @@ double believed_noise(std::size_t channel, double seen, double stated, double le
   if (std::isnan(seen)) return std::max(least, stated);
   if (stated > 0.0 && seen < thresholds::noise_free * stated) {
     // Simulated, or filtered: what is left is rounding, of which nothing is known.
-    health.push_back({name, "none to be seen, stated " + number(stated),
+    health.push_back({name, "none to be seen, stated " + significant(stated),
                       "a twentieth of the stated is used; figures in standard deviations, intervals and confidence "
                       "are not to be relied on",
                       Health::Level::bad});
@@ -35,7 +31,7 @@ double believed_noise(std::size_t channel, double seen, double stated, double le
   const bool agrees =
       stated > 0.0 && seen > thresholds::noise_agrees_from * stated && seen < thresholds::noise_agrees_to * stated;
   if (agrees) return stated;
-  health.push_back({name, number(seen) + (stated > 0.0 ? ", stated " + number(stated) : ", not stated"),
+  health.push_back({name, significant(seen) + (stated > 0.0 ? ", stated " + significant(stated) : ", not stated"),
                     "the measured one is used", stated > 0.0 ? Health::Level::note : Health::Level::good});
   return std::max(least, seen);
 }

@@ -12,22 +12,18 @@ namespace {
 
 namespace fs = std::filesystem;
 
-Node object() { return Node(Node::Object{}); }
-
-Node number(double value) { return std::isfinite(value) ? Node(value) : Node::null(); }
-
 /// A vehicle plugin or effect as a world writes it.
 Node plugin_node(const PluginSpec& spec) {
-  Node node = object();
+  Node node = Node(Node::Object{});
   node.set("plugin", Node(spec.id()));
-  Node params = object();
+  Node params = Node(Node::Object{});
   for (std::size_t i = 0; i < spec.values.size(); ++i) {
     const abi::ParamDecl& p = spec.entry->params()[i];
     if (p.type == abi::ParamType::table) continue;
     if (p.type == abi::ParamType::boolean)
       params.set(p.name, Node(spec.values[i].number != 0.0));
     else
-      params.set(p.name, number(spec.values[i].number));
+      params.set(p.name, number_or_null(spec.values[i].number));
   }
   node.set("params", std::move(params));
   return node;
@@ -41,9 +37,9 @@ void write_text(const fs::path& file, const std::string& text) {
 
 /// What predictions of hold-out data say of an effect.
 Node rollout_node(const ErrorChange& c) {
-  Node out = object();
-  out.set("change", number(c.change));
-  out.set("ci95", Node(Node::Array{number(c.low), number(c.high)}));
+  Node out = Node(Node::Object{});
+  out.set("change", number_or_null(c.change));
+  out.set("ci95", Node(Node::Array{number_or_null(c.low), number_or_null(c.high)}));
   out.set("says", Node(std::string(c.says())));
   return out;
 }
@@ -53,17 +49,17 @@ Node named_node(const Diagnosis& d) {
   std::vector<NamedEffect> all = d.delays;
   all.insert(all.end(), d.named.begin(), d.named.end());
   for (const NamedEffect& n : all) {
-    Node one = object();
+    Node one = Node(Node::Object{});
     one.set("effect", Node(n.effect));
     one.set("class", Node(std::string(n.measurement ? "measurement" : "physics")));
-    Node params = object(), ci = object();
+    Node params = Node(Node::Object{}), ci = Node(Node::Object{});
     for (const NamedEffect::Value& v : n.params) {
-      params.set(v.name, number(v.value));
-      ci.set(v.name, Node(Node::Array{number(v.low), number(v.high)}));
+      params.set(v.name, number_or_null(v.value));
+      ci.set(v.name, Node(Node::Array{number_or_null(v.low), number_or_null(v.high)}));
     }
     one.set("params", std::move(params));
     one.set("ci95", std::move(ci));
-    one.set("confidence", number(n.confidence));
+    one.set("confidence", number_or_null(n.confidence));
     one.set("rollout", rollout_node(n.rollout));
     named.push_back(std::move(one));
   }
@@ -83,30 +79,30 @@ Node equivalent_node(const Diagnosis& d) {
 Node unknown_node(const Diagnosis& d) {
   if (!d.unknown) return Node::null();
   const ResidualTest& test = *d.unknown;
-  Node unknown = object();
+  Node unknown = Node(Node::Object{});
   unknown.set("where", Node(where_names[static_cast<std::size_t>(test.where)]));
   const bool along = (test.where == Where::position || test.where == Where::time) && test.quantity.empty();
-  unknown.set("interval", along ? Node(Node::Array{number(test.from), number(test.to)}) : Node::null());
+  unknown.set("interval", along ? Node(Node::Array{number_or_null(test.from), number_or_null(test.to)}) : Node::null());
   return unknown;
 }
 
 Node gap_node(const Gap& g) {
-  Node gap = object();
-  gap.set("horizon_s", number(g.horizon));
-  gap.set("before", number(g.before));
-  gap.set("after", number(g.after));
-  gap.set("closure", number(g.closure));
+  Node gap = Node(Node::Object{});
+  gap.set("horizon_s", number_or_null(g.horizon));
+  gap.set("before", number_or_null(g.before));
+  gap.set("after", number_or_null(g.after));
+  gap.set("closure", number_or_null(g.closure));
   return gap;
 }
 
 Node ranking_node(const Diagnosis& d) {
   Node::Array ranking;
   for (const RankedEffect& r : d.ranking) {
-    Node one = object();
+    Node one = Node(Node::Object{});
     one.set("effect", Node(r.effect));
-    one.set("gain", number(r.gain));
-    one.set("held_out", number(r.held_out));
-    one.set("selected_fraction", number(r.selected_fraction));
+    one.set("gain", number_or_null(r.gain));
+    one.set("held_out", number_or_null(r.held_out));
+    one.set("selected_fraction", number_or_null(r.selected_fraction));
     one.set("rollout", rollout_node(r.rollout));
     ranking.push_back(std::move(one));
   }
@@ -116,11 +112,11 @@ Node ranking_node(const Diagnosis& d) {
 Node detection_limits_node(const Diagnosis& d) {
   Node::Array limits;
   for (const DetectionLimit& l : d.detection_limits) {
-    Node one = object();
+    Node one = Node(Node::Object{});
     one.set("effect", Node(l.effect));
     one.set("param", Node(l.param));
     one.set("unit", Node(l.unit));
-    one.set("size", number(l.size));
+    one.set("size", number_or_null(l.size));
     limits.push_back(std::move(one));
   }
   return Node(std::move(limits));
@@ -129,13 +125,13 @@ Node detection_limits_node(const Diagnosis& d) {
 }  // namespace
 
 Node diagnosis_json(const Diagnosis& d) {
-  Node out = object();
+  Node out = Node(Node::Object{});
   out.set("verdict", Node(verdict_names[static_cast<std::size_t>(d.verdict)]));
   out.set("named", named_node(d));
   out.set("equivalent", equivalent_node(d));
   out.set("unknown", unknown_node(d));
-  Node fitted = d.nominal_fit.empty() ? Node::null() : object();
-  for (const auto& [name, value] : d.nominal_fit) fitted.set(name, number(value));
+  Node fitted = d.nominal_fit.empty() ? Node::null() : Node(Node::Object{});
+  for (const auto& [name, value] : d.nominal_fit) fitted.set(name, number_or_null(value));
   out.set("nominal_fit", std::move(fitted));
   out.set("gap", gap_node(d.gap));
   out.set("ranking", ranking_node(d));
@@ -147,31 +143,31 @@ Node diagnosis_json(const Diagnosis& d) {
 
 Node world_patch(const Diagnosis& d, const Diagnoser& diagnoser, const WorldSpec& world) {
   const Catalogue& catalogue = diagnoser.catalogue();
-  Node plant = object();
+  Node plant = Node(Node::Object{});
   if (!d.nominal_fit.empty()) {
-    Node params = object();
-    for (const auto& [name, value] : d.nominal_fit) params.set(name, number(value));
+    Node params = Node(Node::Object{});
+    for (const auto& [name, value] : d.nominal_fit) params.set(name, number_or_null(value));
     plant.set("params", std::move(params));
   }
   Node::Array effects;
   for (const PluginSpec& own : world.vehicle.effects) effects.push_back(plugin_node(own));
   for (std::size_t i = 0; i < d.fit.model.members.size(); ++i) {
     const Candidate& c = catalogue.candidates()[d.fit.model.members[i]];
-    Node one = object();
+    Node one = Node(Node::Object{});
     one.set("plugin", Node(c.id));
-    Node params = object();
+    Node params = Node(Node::Object{});
     for (std::size_t p = 0; p < c.entry->decl->param_count; ++p)
-      params.set(c.entry->decl->params[p].name, number(d.fit.model.values[i][p]));
+      params.set(c.entry->decl->params[p].name, number_or_null(d.fit.model.values[i][p]));
     one.set("params", std::move(params));
     effects.push_back(std::move(one));
   }
   plant.set("effects", Node(std::move(effects)));
-  Node patch = object();
+  Node patch = Node(Node::Object{});
   patch.set("plant", std::move(plant));
   if (d.delays.empty()) return patch;
-  Node delays = object(), calibration = object();
+  Node delays = Node(Node::Object{}), calibration = Node(Node::Object{});
   for (const NamedEffect& delay : d.delays)
-    delays.set(delay.effect.substr(0, delay.effect.rfind("_delay")), number(delay.params.front().value));
+    delays.set(delay.effect.substr(0, delay.effect.rfind("_delay")), number_or_null(delay.params.front().value));
   calibration.set("delays", std::move(delays));
   patch.set("calibration", std::move(calibration));
   return patch;
@@ -181,7 +177,7 @@ void write_diagnosis(const fs::path& folder, const Diagnosis& d, const Diagnoser
                      const fs::path& world_file, const std::optional<fs::path>& track) {
   fs::create_directories(folder);
   write_text(folder / "diagnosis.json", to_json_text(diagnosis_json(d)));
-  Node augmented = object();
+  Node augmented = Node(Node::Object{});
   augmented.set("note", Node(d.sentence));
   const fs::path base = fs::absolute(folder);
   augmented.set("extends", Node(fs::absolute(world_file).lexically_relative(base).generic_string()));

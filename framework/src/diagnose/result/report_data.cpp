@@ -12,8 +12,7 @@ namespace {
 constexpr std::size_t every = 5;      // samples between points of the pictures
 constexpr double short_window = 0.2;  // [s]
 
-Node object() { return Node(Node::Object{}); }
-Node number(double v) {
+Node shown_number(double v) {
   // Six digits are more than a picture shows.
   if (!std::isfinite(v)) return Node::null();
   if (v == 0.0) return Node(0.0);
@@ -27,13 +26,13 @@ class ColumnTable {
   explicit ColumnTable(std::vector<std::string> names) : names_(std::move(names)), columns_(names_.size()) {}
   void row(std::initializer_list<double> values) {
     std::size_t i = 0;
-    for (const double v : values) columns_[i++].push_back(number(v));
+    for (const double v : values) columns_[i++].push_back(shown_number(v));
   }
   void gap() {
     for (Node::Array& c : columns_) c.push_back(Node::null());
   }
   Node node() && {
-    Node out = object();
+    Node out = Node(Node::Object{});
     for (std::size_t i = 0; i < names_.size(); ++i) out.set(names_[i], Node(std::move(columns_[i])));
     return out;
   }
@@ -147,7 +146,7 @@ Node traces_node(const Diagnosis& d, const Diagnoser& diagnoser, std::span<const
       }
       t.gap();
     }
-    Node one = object();
+    Node one = Node(Node::Object{});
     one.set("channel", Node(names[c]));
     Node columns = std::move(t).node();
     for (Member& m : columns.object()) one.set(m.key, std::move(m.value));
@@ -158,16 +157,16 @@ Node traces_node(const Diagnosis& d, const Diagnoser& diagnoser, std::span<const
 
 /// What every candidate is, in the words of its plugin.
 Node effects_node(const Catalogue& catalogue) {
-  Node out = object();
+  Node out = Node(Node::Object{});
   for (const Candidate& c : catalogue.candidates()) {
-    Node params = object();
+    Node params = Node(Node::Object{});
     for (std::size_t i = 0; i < c.fitted.size(); ++i) {
-      Node one = object();
+      Node one = Node(Node::Object{});
       one.set("words", Node(std::string(c.decl(i).doc)));
       one.set("unit", Node(std::string(c.decl(i).unit)));
       params.set(c.decl(i).name, std::move(one));
     }
-    Node effect = object();
+    Node effect = Node(Node::Object{});
     effect.set("words", Node(std::string(c.entry->decl->summary)));
     effect.set("params", std::move(params));
     out.set(c.id, std::move(effect));
@@ -179,7 +178,7 @@ Node effects_node(const Catalogue& catalogue) {
 
 Node report_data(const Diagnosis& d, const Diagnoser& diagnoser, std::span<const LogFile> held_out,
                  const std::string& log, const std::string& world, const Node& patch) {
-  Node out = object();
+  Node out = Node(Node::Object{});
   out.set("sentence", Node(d.sentence));
   out.set("log", Node(log));
   out.set("world", Node(world));
@@ -192,18 +191,18 @@ Node report_data(const Diagnosis& d, const Diagnoser& diagnoser, std::span<const
   out.set("traces", traces_node(d, diagnoser, held_out));
   Node::Array limits;
   for (const DetectionLimit& f : d.detection_limits) {
-    Node one = object();
+    Node one = Node(Node::Object{});
     one.set("effect", Node(f.effect));
     one.set("param", Node(f.param));
     one.set("unit", Node(f.unit));
-    one.set("size", number(f.size));
+    one.set("size", shown_number(f.size));
     limits.push_back(std::move(one));
   }
   out.set("seen_at", Node(std::move(limits)));
   Node::Array health;
   constexpr std::array<const char*, 3> levels = {"good", "note", "bad"};
   for (const measured::Health& h : d.health) {
-    Node one = object();
+    Node one = Node(Node::Object{});
     one.set("check", Node(h.check));
     one.set("found", Node(h.found));
     one.set("done", Node(h.done));

@@ -3,14 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "util/numbers.hpp"
+
 namespace gripline::diagnose {
 namespace {
-
-std::string number(double value) {
-  char buffer[40];
-  std::snprintf(buffer, sizeof buffer, "%.3g", value);
-  return buffer;
-}
 
 /// The named effects, with their sizes where they have few parameters.
 std::string list(const Diagnosis& d) {
@@ -22,7 +18,8 @@ std::string list(const Diagnosis& d) {
     if (n.params.size() > 3) continue;
     std::string sizes;
     for (const NamedEffect::Value& v : n.params)
-      sizes += (sizes.empty() ? " (" : ", ") + v.name + " = " + number(v.value) + (v.unit == "1" ? "" : " " + v.unit);
+      sizes +=
+          (sizes.empty() ? " (" : ", ") + v.name + " = " + significant(v.value) + (v.unit == "1" ? "" : " " + v.unit);
     text += sizes + ")";
   }
   return text;
@@ -35,10 +32,10 @@ std::string where_text(const ResidualTest& test) {
            where_names[static_cast<std::size_t>(test.where)];
   switch (test.where) {
     case Where::position:
-      return "at lap fractions " + number(test.from) + " to " + number(test.to);
+      return "at lap fractions " + significant(test.from) + " to " + significant(test.to);
     case Where::time:
-      if (test.quantity == "frequency") return "as an oscillation of " + number(test.from) + " Hz";
-      return "between " + number(test.from) + " s and " + number(test.to) + " s";
+      if (test.quantity == "frequency") return "as an oscillation of " + significant(test.from) + " Hz";
+      return "between " + significant(test.from) + " s and " + significant(test.to) + " s";
     case Where::state:
       return "as a function of the state";
     case Where::input:
@@ -50,13 +47,13 @@ std::string where_text(const ResidualTest& test) {
 /// What the result does to predictions.
 std::string gap_text(const Gap& gap) {
   std::string text = "on data not fitted the 1 s prediction error goes from ";
-  text += number(gap.before);
+  text += significant(gap.before);
   text += " to ";
-  text += number(gap.after);
+  text += significant(gap.after);
   text += " sensor standard deviations";
   if (gap.closure > 0.0) {
     text += " (";
-    text += number(100.0 * gap.closure);
+    text += significant(100.0 * gap.closure);
     text += " % of the gap)";
   } else {
     text += ", no more than chance";
@@ -72,7 +69,7 @@ std::string found_text(const Diagnosis& d) {
   text += d.named.size() == 1 ? " is missing: with it " : " are missing: with them ";
   text += gap_text(d.gap);
   text += "; confidence ";
-  return text + number(least);
+  return text + significant(least);
 }
 
 /// What channels show late, in front of everything else; what it does to predictions where nothing else is said.
@@ -83,11 +80,11 @@ std::string delays_text(const Diagnosis& d) {
     const std::string channel = one.effect == "yaw_rate_delay" ? "yaw-rate channel is " : "speed channels are ";
     text += "The ";
     text += channel;
-    text += number(std::abs(t.value));
+    text += significant(std::abs(t.value));
     text += t.value > 0.0 ? " s late (" : " s early (";
-    text += number(std::min(std::abs(t.low), std::abs(t.high)));
+    text += significant(std::min(std::abs(t.low), std::abs(t.high)));
     text += " to ";
-    text += number(std::max(std::abs(t.low), std::abs(t.high)));
+    text += significant(std::max(std::abs(t.low), std::abs(t.high)));
     text += "). ";
   }
   return text;

@@ -12,7 +12,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-Names read_names(const Node& list, Errors& errors) {
+Names read_effects(const Node& list, Errors& errors) {
   Names ids;
   for (const Node& id : read_array(list, errors)) ids.insert(read_text(id, errors));
   return ids;
@@ -44,7 +44,7 @@ Answer read_answer(const fs::path& file) {
     a.kind = reader.text("kind");
     read_effects(reader, a);
     a.right.push_back(a.names);
-    for (const Node& set : reader.array("equivalent", false)) a.right.push_back(read_names(set, errors));
+    for (const Node& set : reader.array("equivalent", false)) a.right.push_back(read_effects(set, errors));
     if (reader.find("process_noise") != nullptr) {
       a.condition = "process_noise";
       ObjectReader noise = reader.object("process_noise");

@@ -10,12 +10,12 @@
 #include "diagnose/scoring/answer.hpp"
 #include "measured/rollout.hpp"
 #include "util/clock.hpp"
+#include "util/numbers.hpp"
 
 namespace gripline::diagnose {
 namespace {
 
 namespace fs = std::filesystem;
-const double none = std::nan("");
 
 std::string joined(const Names& names) {
   std::string text;
@@ -127,8 +127,8 @@ void compare_names(const Answer& a, const Diagnosis& d, CaseScore& s) {
   }
   s.named = joined(named);
   s.right = judge(a, d);
-  s.class_size = d.verdict == Verdict::indistinguishable ? static_cast<double>(d.equivalent.size()) : none;
-  s.located = a.unknown ? judge_place(a, d) : none;
+  s.class_size = d.verdict == Verdict::indistinguishable ? static_cast<double>(d.equivalent.size()) : not_a_number;
+  s.located = a.unknown ? judge_place(a, d) : not_a_number;
 }
 
 /// Likelihood ratios of the truth over nothing, and over itself without its least effect.
@@ -187,7 +187,7 @@ CaseScore score_case(const fs::path& folder, const Registry& registry, const Wor
   s.vehicle = one.file.vehicle;
   s.cpu_s = one.cpu_s;
   compare_names(a, one.diagnosis, s);
-  s.parameter_error = s.covered = s.closure = s.error_true = s.lambda = s.lambda_least = none;
+  s.parameter_error = s.covered = s.closure = s.error_true = s.lambda = s.lambda_least = not_a_number;
   if (s.right > 0.0 && !a.unknown) compare_params(one.diagnoser->catalogue(), a, one.diagnosis, s);
   measure_errors(folder, one, a, s);
   return s;

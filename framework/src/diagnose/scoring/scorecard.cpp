@@ -4,12 +4,11 @@
 #include <cmath>
 #include <functional>
 
+#include "util/numbers.hpp"
 #include "util/statistics.hpp"
 
 namespace gripline::diagnose {
 namespace {
-
-const double none = std::nan("");
 
 std::string cell(double v) {
   if (std::isnan(v)) return "";
@@ -65,7 +64,7 @@ const std::vector<Condition>& conditions() {
 double mean(const std::vector<double>& v) {
   double sum = 0.0;
   for (const double x : v) sum += x;
-  return v.empty() ? none : sum / static_cast<double>(v.size());
+  return v.empty() ? not_a_number : sum / static_cast<double>(v.size());
 }
 
 std::string shown(double v, const char* format) {
