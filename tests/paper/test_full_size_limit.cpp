@@ -4,6 +4,7 @@
 #include "config/json_file.hpp"
 #include "support/full_size_limit.hpp"
 #include "support/paths.hpp"
+#include "support/whole_world.hpp"
 #include "world/world_spec.hpp"
 
 namespace gripline {
@@ -41,12 +42,8 @@ TEST(FullSizeLimit, SteadyTurnsOfThePlantReachIt) {
 }
 
 TEST(FullSizeLimit, WorldsStateTheirLimit) {
-  const Registry registry({testing_support::plugin_dir()});
-  Errors errors;
-  Node tree = load_json(testing_support::source_dir() / "worlds/full_size_wear.json");
-  inline_world_files(tree);
-  const WorldSpec world = read_world(tree, registry, errors);
-  errors.throw_if_any();
+  const WorldSpec world =
+      testing_support::world_from(load_json(testing_support::source_dir() / "worlds/full_size_wear.json"));
   ASSERT_GE(world.time_optimal.size(), 4u);
   const auto line = testing_support::line_of_the_centre_of_gravity(*world.track, world.car.car);
   for (const auto& [factor, lap] : world.time_optimal) {

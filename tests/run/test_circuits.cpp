@@ -13,16 +13,15 @@
 #include "experiment/experiment.hpp"
 #include "race/assembly.hpp"
 #include "support/paths.hpp"
+#include "support/whole_world.hpp"
 
 namespace gripline {
 namespace {
 
-constexpr double degree = std::numbers::pi / 180.0;
+using testing_support::shipped_plugins;
+using testing_support::world_from;
 
-const Registry& registry() {
-  static const Registry all({testing_support::plugin_dir()});
-  return all;
-}
+constexpr double degree = std::numbers::pi / 180.0;
 
 /// A closed road about the origin whose radius varies by seeded waves, 9 to 13 m wide, as a CSV of TU Munich's format.
 std::filesystem::path drawn_circuit(unsigned seed) {
@@ -45,13 +44,6 @@ std::filesystem::path drawn_circuit(unsigned seed) {
   return path;
 }
 
-WorldSpec world_from(Node tree) {
-  inline_world_files(tree);
-  Errors errors;
-  WorldSpec spec = read_world(tree, registry(), errors);
-  errors.throw_if_any();
-  return spec;
-}
 WorldSpec full_size_on(const std::filesystem::path& track) {
   std::string text = R"({"car": "cars/full_size.json", "plant": {"plugin": "double_track"}, "duration": 10,
     "sensors": {"sigma": {"x": 0.02, "y": 0.02, "yaw": 0.0035, "vx": 0.05, "vy": 0.05, "yaw_rate": 0.0035}},
@@ -64,7 +56,7 @@ StackSpec row(const char* file, const char* name, const CarFile& car) {
   const Node stacks = load_json(testing_support::source_dir() / "experiments" / file);
   Errors errors;
   StackSpec spec =
-      read_stack(name, merge(*stacks.find("base"), *stacks.find("stacks")->find(name)), registry(), car, errors);
+      read_stack(name, merge(*stacks.find("base"), *stacks.find("stacks")->find(name)), shipped_plugins(), car, errors);
   errors.throw_if_any();
   return spec;
 }

@@ -14,25 +14,17 @@
 #include "race/assembly.hpp"
 #include "support/paths.hpp"
 #include "support/reference_data.hpp"
+#include "support/whole_world.hpp"
 #include "util/clock.hpp"
 
 namespace gripline {
 namespace {
 
+using testing_support::shipped_plugins;
+using testing_support::world_from;
+
 using testing::HasSubstr;
 
-const Registry& registry() {
-  static const Registry all({testing_support::plugin_dir()});
-  return all;
-}
-
-WorldSpec world_from(Node tree) {
-  inline_world_files(tree);
-  Errors errors;
-  WorldSpec spec = read_world(tree, registry(), errors);
-  errors.throw_if_any();
-  return spec;
-}
 WorldSpec world_file(const std::string& name) {
   return world_from(load_json(testing_support::source_dir() / "worlds" / name));
 }
@@ -45,7 +37,7 @@ StackSpec careful_driver(const CarFile& car, const char* mu) {
     "controller": {"plugin": "pure_pursuit",
                    "params": {"horizon": 60, "lookahead_time": 0.3, "k_p": 1.5, "k_i": 0.1, "k_yaw": 0.02}}})";
   Errors errors;
-  StackSpec spec = read_stack("careful", parse_text(text), registry(), car, errors);
+  StackSpec spec = read_stack("careful", parse_text(text), shipped_plugins(), car, errors);
   errors.throw_if_any();
   return spec;
 }
@@ -115,7 +107,7 @@ TEST(FullSize, JoinsTheLineFromFarOffOnAnotherCircuit) {
   Errors errors;
   const Node stacks = load_json(testing_support::source_dir() / "experiments/shared/full_size_stacks.json");
   const Node best = merge(*stacks.find("base"), *stacks.find("stacks")->find("best"));
-  const StackSpec stack = read_stack("best", best, registry(), world.car, errors);
+  const StackSpec stack = read_stack("best", best, shipped_plugins(), world.car, errors);
   errors.throw_if_any();
   for (const FarOff& start :
        {FarOff{4, 0, 0.1}, FarOff{4, 30, 5}, FarOff{-4, 0, 20}, FarOff{4, -30, 15}, FarOff{0, -30, 10}}) {
@@ -166,7 +158,7 @@ TEST(FullSize, KnownThrottleAndBrakeMapIsTheCarsOwn) {
     Patch at(double, double, double) const override { return {}; }
   };
   const Plane plane;
-  const PluginEntry& entry = registry().find(abi::Kind::plant, "double_track");
+  const PluginEntry& entry = shipped_plugins().find(abi::Kind::plant, "double_track");
   const auto plant = create<Plant>(entry, PluginContext{}, spec.plant.values);
   /// Acceleration at a speed with everything settled and no change of gear near, and that speed.
   const auto plant_rate = [&](double v, double d) {
@@ -181,7 +173,7 @@ TEST(FullSize, KnownThrottleAndBrakeMapIsTheCarsOwn) {
   Errors errors;
   const StackSpec stack = read_stack("known", parse_text(R"({"model": {"plugin": "ekinematic"},
     "planner": {"plugin": "fixed_speed"}, "controller": {"plugin": "pure_pursuit"}})"),
-                                     registry(), spec.car, errors);
+                                     shipped_plugins(), spec.car, errors);
   errors.throw_if_any();
   PluginContext context;
   context.car = spec.car.car;
@@ -200,7 +192,7 @@ TEST(FullSize, KnownThrottleAndBrakeMapIsTheCarsOwn) {
 /// A row of experiments/full_size_wear.json for as long as the test wants.
 RunSummary row_of_wear(const std::string& row, double duration) {
   const std::filesystem::path file = testing_support::source_dir() / "experiments/full_size_wear.json";
-  RaceSpec race = read_race(file, load_experiment(file, {}), registry());
+  RaceSpec race = read_race(file, load_experiment(file, {}), shipped_plugins());
   race.world.duration = duration;
   for (const StackSpec& stack : race.stacks)
     if (stack.name == row) return drive(race.world, stack, race.seeds.front());

@@ -1,5 +1,5 @@
-// An independent reading of MCAP bytes by the specification (https://mcap.dev/spec): records one after the other, each with its
-// opcode and length; nothing of the writer is used.
+// An independent reader of MCAP bytes by the specification (https://mcap.dev/spec): records one after the other, each
+// with its opcode and length; nothing of the writer is used.
 #pragma once
 
 #include <cstdint>

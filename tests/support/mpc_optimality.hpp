@@ -27,8 +27,8 @@ struct Optimality {
 };
 
 /// The multipliers of the dynamics run backwards; that of a steering angle at its limit is the one that makes the rate
-/// before it stationary, if its sign is right. What is within `room` of a limit counts as at it: an interior point
-/// stays inside.
+/// before it stationary, if its sign is right. Values within `room` of a limit count as at it, because interior point
+/// methods stay inside.
 inline Optimality optimality(const mpc::Ocp& ocp, std::span<const double> x, std::span<const double> u,
                              Prediction& model, double room = 1e-6) {
   const auto n = static_cast<std::size_t>(ocp.states()), steps = static_cast<std::size_t>(ocp.horizon());

@@ -1,5 +1,5 @@
-// Where a test finds the tree it was built from and what was built. Functions, not macros: the object files of the tests
-// are then the same in every checkout, and a compiler cache can share them.
+// Where a test finds the tree it was built from and what was built. Functions, not macros, so that object files of the
+// tests are the same in every checkout and a compiler cache can share them.
 #pragma once
 
 #include <filesystem>

@@ -1,4 +1,4 @@
-// A disk that can be asked what would be left on it, had the power failed after any of the calls that were made of it.
+// A disk that records all calls and computes what would be left if the power had failed after any of them.
 #pragma once
 
 #include <map>
@@ -11,7 +11,7 @@
 
 namespace gripline::testing_support {
 
-/// What survives of that which was not synced. File systems differ, and each of these has been one's behaviour.
+/// What survives of data that was not synced. File systems differ: each of these is the behaviour of one.
 enum class Survives {
   everything,  ///< the process died, not the machine
   names,       ///< renames come through at once, the bytes of files that were not synced never do

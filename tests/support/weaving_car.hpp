@@ -1,5 +1,5 @@
-// A made-up log of a car that weaves and changes its speed, by the equations of `dynamic`, for tests of what is done with
-// logs. What sensors show can be made late, turned, noisy.
+// A simulated log of a car that weaves and changes its speed, by the equations of `dynamic`,
+// for tests of code that reads logs. Sensor readings can be late, in turned axes, and noisy.
 #pragma once
 
 #include <cmath>

@@ -33,21 +33,21 @@ StackSpec stack_with(const std::string& estimator, int horizon, const WorldSpec&
   return spec;
 }
 
-/// A control step, to be decided again by each controller.
+/// A recorded control step, solved again by each controller.
 struct RecordedStep {
   Observation now;
   std::vector<RefPoint> horizon;
   Sample sample;  // of the step before
 };
 
-/// A race, and what all cases of the frozen model share.
+/// A race, and data shared by all cases of the frozen model.
 struct Recording {
   RaceAssembly race;
   std::vector<Sample> learned;  // everything the estimator saw
   std::vector<RecordedStep> steps;
 };
 
-/// The stack learns during the lead-in; what it learned then stays.
+/// The stack learns during the lead-in and is frozen afterwards.
 void record(Recording& recording, int lead_in, int count) {
   Simulation& simulation = recording.race.simulation();
   simulation.start();
@@ -87,12 +87,12 @@ struct Replay {
   double allocations = 0;
 };
 
-/// How far the bench is, in pieces that take very different times.
+/// Progress of the bench in pieces of very different length.
 class BenchProgress {
  public:
   BenchProgress(const ProgressCallback& callback, double cost, std::size_t rows)
       : callback_(callback), cost_(cost), rows_(rows) {}
-  /// The next piece and about what it costs, in any unit.
+  /// Begins a piece with its approximate cost, in any unit.
   void begin(std::string what, double cost) {
     done_ += now_;
     now_ = cost;
@@ -111,14 +111,14 @@ class BenchProgress {
   std::string what_;
 };
 
-/// About what a replay costs: Ipopt's steps grow faster than the horizon, those of the QP are small beside them.
+/// Approximate cost of a replay: Ipopt's time grows faster than the horizon, the QP's is small beside it.
 double replay_cost(const std::string& controller, int horizon) {
   return controller == "mpc_ipopt" ? horizon * horizon : horizon;
 }
 
-/// Every instance in turn to a fresh controller; with a twin, its update counts too.
-Replay replay(Recording& recording, const WorldSpec& world, const PluginSpec& controller, int horizon, Estimator* twin,
-              AllocationCount allocations, const BenchProgress& progress) {
+/// Every instance in turn to a fresh controller; with a learner, its update counts too.
+Replay replay(Recording& recording, const WorldSpec& world, const PluginSpec& controller, int horizon,
+              Estimator* learner, AllocationCount allocations, const BenchProgress& progress) {
   constexpr std::size_t told_every = 20;
   const gripline::Instance<Controller> instance =
       create<Controller>(*controller.entry, plugin_context(world), controller.values);
@@ -130,7 +130,7 @@ Replay replay(Recording& recording, const WorldSpec& world, const PluginSpec& co
     const RecordedStep& one = recording.steps[i];
     const std::int64_t before = allocations();
     const double begin = thread_cpu_us();
-    if (twin != nullptr) twin->update(one.sample);
+    if (learner != nullptr) learner->update(one.sample);
     const Command command =
         instance->control(one.now, std::span(one.horizon).first(static_cast<std::size_t>(horizon) + 1), model);
     const double spent = thread_cpu_us() - begin;
@@ -169,17 +169,17 @@ BenchRow summarize(const std::string& name, const Replay& best, const std::vecto
   return row;
 }
 
-gripline::Instance<Estimator> learned_twin(const Recording& recording, const WorldSpec& world, const Registry& registry,
-                                           CorrectedModel& nominal) {
+gripline::Instance<Estimator> copy_that_learns(const Recording& recording, const WorldSpec& world,
+                                               const Registry& registry, CorrectedModel& nominal) {
   Errors errors;
   const Node node = parse_text(R"({"plugin": "elm"})");
   ObjectReader reader(node, errors);
   const PluginSpec spec = read_plugin(reader, abi::Kind::estimator, registry);
   PluginContext context = plugin_context(world);
   context.nominal = &nominal;
-  gripline::Instance<Estimator> twin = create<Estimator>(*spec.entry, context, spec.values);
-  for (const Sample& sample : recording.learned) twin->update(sample);
-  return twin;
+  gripline::Instance<Estimator> learner = create<Estimator>(*spec.entry, context, spec.values);
+  for (const Sample& sample : recording.learned) learner->update(sample);
+  return learner;
 }
 
 /// Each step at its least time: the replays do the same work.
@@ -187,7 +187,7 @@ void keep_least_times(Replay& best, const Replay& other) {
   for (std::size_t i = 0; i < best.times.size(); ++i) best.times[i] = std::min(best.times[i], other.times[i]);
 }
 
-/// The cases of one horizon, controllers in turn so that all meet the same machine.
+/// The cases of one horizon, controllers in turn so that all see the same load of the machine.
 void bench_horizon(int horizon, std::span<const std::string> controllers, Recording& recording, const WorldSpec& world,
                    const Registry& registry, CorrectedModel& nominal, AllocationCount allocations,
                    BenchProgress& progress, std::vector<BenchRow>& rows) {
@@ -201,8 +201,8 @@ void bench_horizon(int horizon, std::span<const std::string> controllers, Record
     for (std::size_t c = 0; c < controllers.size(); ++c) {
       progress.begin(controllers[c] + suffix, replay_cost(controllers[c], horizon));
       const PluginSpec spec = controller_spec(controllers[c], horizon, "", registry);
-      const auto twin = learned_twin(recording, world, registry, nominal);
-      Replay one = replay(recording, world, spec, horizon, twin.get(), allocations, progress);
+      const auto learner = copy_that_learns(recording, world, registry, nominal);
+      Replay one = replay(recording, world, spec, horizon, learner.get(), allocations, progress);
       if (i == 0)
         best[c] = std::move(one);
       else
@@ -222,14 +222,14 @@ void bench_horizon(int horizon, std::span<const std::string> controllers, Record
 /// The update alone.
 BenchRow bench_update(const Recording& recording, const WorldSpec& world, const Registry& registry,
                       CorrectedModel& nominal, AllocationCount allocations) {
-  const auto twin = learned_twin(recording, world, registry, nominal);
+  const auto learner = copy_that_learns(recording, world, registry, nominal);
   Replay out;
   const std::int64_t before = allocations();
   out.times.reserve(recording.steps.size());
   const std::int64_t reserved = allocations() - before;
   for (const RecordedStep& one : recording.steps) {
     const double begin = thread_cpu_us();
-    twin->update(one.sample);
+    learner->update(one.sample);
     out.times.push_back(thread_cpu_us() - begin);
   }
   out.allocations =

@@ -21,7 +21,7 @@ struct BenchRow {
   double ratio_to_mpc_ipopt = 0;
 };
 
-/// Number of heap allocations of this process so far; supplied by the program, which can see them.
+/// Number of heap allocations of this process so far; supplied by the program, which replaces malloc.
 using AllocationCount = std::int64_t (*)();
 
 struct BenchOptions {
@@ -29,9 +29,9 @@ struct BenchOptions {
   std::vector<std::string> controllers = {"mpc_ipopt", "mpc_sqp"};  // ids; all take mpc_sqp's cost parameters
 };
 
-/// Drives a lap and a half in this world with a learned stack, freezes what it learned, records consecutive problems and
-/// replays them three times to each controller in turn. A step's work is the same in each replay: its least time counts.
-/// Learning is included where the case says elm40: the estimator's update on a twin that keeps learning.
+/// Drives a lap and a half in this world with a learning stack, freezes what it learned, records consecutive problems
+/// and replays them three times to each controller in turn. A step's work is the same in each replay, so its least time
+/// counts. Cases named elm40 include learning: the update of a copy of the estimator that keeps learning.
 std::vector<BenchRow> run_bench(const WorldSpec& world, const Registry& registry, AllocationCount allocations,
                                 const BenchOptions& options, const ProgressCallback& progress = {});
 

@@ -29,7 +29,7 @@ std::string find_companion(const std::string& name, const std::string& purpose) 
 
 }  // namespace
 
-void become(const char* program, const char* purpose, Arguments args) {
+void exec_companion(const char* program, const char* purpose, Arguments args) {
   const std::string file = find_companion(program, purpose);
   std::vector<char*> words = {const_cast<char*>(file.c_str())};
   for (const std::string& arg : args) words.push_back(const_cast<char*>(arg.c_str()));

@@ -5,8 +5,8 @@
 
 namespace gripline::tools {
 
-/// Replaces this process by that program with these words: beside this one as it is built, in libexec as it is
-/// installed. Throws std::runtime_error, which says what `purpose` needs, when it is not there.
-[[noreturn]] void become(const char* program, const char* purpose, Arguments args);
+/// Replaces this process by that program with these arguments. It is beside this program where built, in libexec where
+/// installed. Throws std::runtime_error, which says what `purpose` needs, if it is missing.
+[[noreturn]] void exec_companion(const char* program, const char* purpose, Arguments args);
 
 }  // namespace gripline::tools

@@ -48,7 +48,7 @@ const char* name_of(int number) {
   }
 }
 
-/// Its first arrival put the default back: raised again it ends the process as it would have.
+/// The handler was reset to the default on entry: raised again, the signal ends the process as usual.
 void on_signal(int number) {
   if (getpid() == program) {
     say("gripline: ended by ");
@@ -68,7 +68,7 @@ void on_exit() {
 }
 
 void take_closed_streams() {
-  // For the wrong direction, so that using them fails as it did.
+  // Opened for the wrong direction, so that using them still fails.
   for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
     if (fcntl(stream, F_GETFD) < 0 && open("/dev/null", stream == STDIN_FILENO ? O_WRONLY : O_RDONLY) != stream) return;
 }
@@ -80,8 +80,8 @@ void prepare_last_words() {
   program = getpid();
   last_call() = &called;
   std::atexit(on_exit);
-#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // these have better words
-  static std::array<char, 65536> room;                               // a stack overflow leaves none on the stack
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // these report it themselves
+  static std::array<char, 65536> room;                               // for the handler after a stack overflow
   const stack_t stack{room.data(), 0, room.size()};
   sigaltstack(&stack, nullptr);
   struct sigaction action {};

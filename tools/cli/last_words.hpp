@@ -1,14 +1,14 @@
-// What the program says when a plugin's code ends it: runs are processes of their own, but predict, diagnose and bench
-// call plugins here.
+// Messages for the case that a plugin's code ends the program: runs are processes of their own, but predict, diagnose
+// and bench call plugins in this one.
 #pragma once
 
 namespace gripline::tools {
 
-/// From now on until all_said(), a fatal signal and a call of exit() are told on stderr with the plugin called last;
-/// a quiet exit(0) becomes the exit code of a run that broke. Standard streams that are closed are taken, so that
-/// nobody's words end up in a file of results.
+/// From now on until all_said(), a fatal signal and a call of exit() are reported on stderr with the
+/// plugin called last; exit(0) becomes the exit code of a failed run. Standard streams that are closed
+/// are opened (/dev/null), so that no output goes into a file of results that gets their number.
 void prepare_last_words();
-/// The program ends by itself.
+/// The program is about to end normally.
 void all_said();
 
 }  // namespace gripline::tools

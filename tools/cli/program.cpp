@@ -47,7 +47,7 @@ int after_output(int code) {
   const bool lost = !std::cout || std::ferror(stdout) != 0;
   struct stat where {};
   if (!lost || (fstat(STDOUT_FILENO, &where) == 0 && (S_ISFIFO(where.st_mode) || S_ISSOCK(where.st_mode)))) return code;
-  // The write that failed may be long past: one more tells why.
+  // errno of the failed write may be lost: another write sets it again.
   if (errno == 0) (void)!write(STDOUT_FILENO, "\n", 1);
   std::cerr << "gripline: cannot write the output" << (errno != 0 ? std::string(": ") + std::strerror(errno) : "")
             << '\n';
@@ -59,7 +59,7 @@ int after_output(int code) {
 int run_program(int argc, char** argv, int (*body)(Arguments), const std::string& command) {
   prepare_last_words();
   std::signal(SIGPIPE, SIG_IGN);
-  std::signal(SIGXFSZ, SIG_IGN);           // a file that may not grow is told as a full disk is
+  std::signal(SIGXFSZ, SIG_IGN);           // a file beyond the size limit is then an error of write()
   setenv("OPENBLAS_NUM_THREADS", "1", 0);  // read when Ipopt is loaded: a run is one thread, and the same bytes
   const std::vector<std::string> args(argv + 1, argv + argc);
   const int code = after_output(run_guarded(args, body, command));

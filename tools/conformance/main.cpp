@@ -1,4 +1,4 @@
-// gripline-check, the program behind `gripline plugins check`: apart, because it replaces malloc to count allocations.
+// gripline-check, the program behind `gripline plugins check`: a separate one, because it replaces malloc.
 #include <algorithm>
 #include <cstdio>
 #include <iostream>

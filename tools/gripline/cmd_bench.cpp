@@ -5,6 +5,6 @@
 
 namespace gripline::tools {
 
-int run_bench_command(Arguments args) { become("gripline-bench", "bench", args); }
+int run_bench_command(Arguments args) { exec_companion("gripline-bench", "bench", args); }
 
 }  // namespace gripline::tools

@@ -1,5 +1,5 @@
-// gripline import LOG --map MAP.json --out LOG.gripline.csv: a logger's table in gripline's own columns, and its health.
-// gripline import --guess LOG [--out MAP.json]: a first map.
+// gripline import LOG --map MAP.json --out LOG.gripline.csv: a logger's table in gripline's
+// own columns, and its health. gripline import --guess LOG [--out MAP.json]: a first map.
 #include <cmath>
 #include <fstream>
 #include <iostream>

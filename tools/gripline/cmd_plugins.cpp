@@ -108,7 +108,7 @@ int make_new(Arguments args) {
 
 int run_plugins(Arguments args) {
   if (!args.empty() && args[0] == "new") return make_new(args.subspan(1));
-  if (!args.empty() && args[0] == "check") become("gripline-check", "plugins check", args.subspan(1));
+  if (!args.empty() && args[0] == "check") exec_companion("gripline-check", "plugins check", args.subspan(1));
   po::options_description visible("options");
   add_plugins_option(visible);
   visible.add_options()("help,h", "this text");

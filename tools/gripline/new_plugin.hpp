@@ -15,8 +15,8 @@ struct Template {
 };
 std::span<const Template> templates();
 
-/// Writes a plugin, its CMakeLists.txt and an experiment to try it in into a new folder `folder`. Throws InputError when
-/// the kind is none, the name no identifier in lower case, or the folder is there.
+/// Writes a plugin, its CMakeLists.txt and an experiment to try it in into a new folder `folder`. Throws
+/// InputError when the kind is none, the name no identifier in lower case, or the folder is there.
 void write_new_plugin(const std::string& kind, const std::string& name, const std::filesystem::path& folder);
 
 }  // namespace gripline::tools

@@ -195,7 +195,7 @@ int run_slurm(const SweepWork& work, const sweep::Batch& batch) {
   const std::size_t before = count_records(batch.out).missing();
   for (sweep::EngineState state = engine.status(submission); state.active() && !StopSignal::seen();
        state = engine.status(submission)) {
-    progress.advance(before - std::min(before, count_records(batch.out).missing()), state.words);
+    progress.advance(before - std::min(before, count_records(batch.out).missing()), state.message);
     for (int i = 0; i < 10 && !StopSignal::seen(); ++i) usleep(100'000);
   }
   if (StopSignal::seen()) {
@@ -350,8 +350,8 @@ int sweep_status(const fs::path& given) {
     if (submission.engine == "slurm") {
       const sweep::EngineState state = slurm.status(submission);
       std::cout << ", "
-                << (state.known ? state.active() || state.stuck ? state.words : "over"
-                                : "Slurm does not answer: " + state.words);
+                << (state.known ? state.active() || state.stuck ? state.message : "over"
+                                : "Slurm does not answer: " + state.message);
     }
     std::cout << '\n';
     for (const std::string& line : sweep::task_troubles(batch)) std::cout << "  " << harmless(line) << '\n';

@@ -7,7 +7,7 @@
 
 namespace gripline::tools {
 
-/// Reads an experiment of any kind, a world, track (JSON or CSV), car, friction schedule or map of a log, with every file
+/// Reads an experiment of any kind, a world, track (JSON or CSV), car, friction schedule or map of a log, and all files
 /// that it names, and runs nothing. Throws InputError with all that is wrong, PluginError when a plugin is missing.
 void validate_file(const std::filesystem::path& file, const Registry& registry);
 

@@ -11,8 +11,8 @@
 ///   would add: it moves when a virtual function was added anywhere, listed here or not.
 ///
 /// Forgetting to list something does not compile: a struct must list all its members (they are counted), an enumeration
-/// all its values (-Wswitch is an error here), and a type that is reached but not listed has no code. A virtual function
-/// that is not listed is found by test_abi_layout.cpp, which also holds the hash of the present ABI number.
+/// all its values (-Wswitch is an error here), and a type that is reached but not listed has no code. A virtual
+/// function that is not listed is found by test_abi_layout.cpp, which also holds the hash of the present ABI number.
 #pragma once
 
 #include <gripline/detail/layout.hpp>

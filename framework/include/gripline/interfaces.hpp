@@ -6,11 +6,11 @@
 /// - The caller allocates and owns all arrays; they are valid until the call returns. A span of length 0 means "not
 ///   wanted". Objects behind references and pointers live longer than the plugin that was given them.
 /// - `const` calls may come from several threads at once, so they keep no scratch in the instance. All others come one
-///   after the other per instance; instances share no thread rules.
-/// - An exception derived from std::exception ends the run with the plugin's name, the time and its text; every complete
-///   row is kept. A number that is not finite, where one is returned or filled, is treated the same.
+///   after the other per instance; different instances may be called at the same time.
+/// - An exception derived from std::exception ends the run with the plugin's name, the time and its text; all complete
+///   rows are kept. A number that is not finite, where one is returned or filled, is treated the same.
 /// - Calls made in every control step (apply, evaluate, update, belief, plan, control, advance) allocate nothing.
-/// - Only fixed-layout data crosses: no containers, no ownership. Instances are destroyed by the library that made them.
+/// - Only fixed-layout data crosses: no containers, no ownership. The library that makes an instance destroys it.
 #pragma once
 
 #include <cstdint>
@@ -24,8 +24,8 @@ namespace gripline {
 class VehicleModel {
  public:
   virtual ~VehicleModel() = default;
-  /// Bits of the stages this model has (stage_bit), always the same. An effect of another stage is refused with that
-  /// reason.
+  /// Bits of the stages this model has (stage_bit), always the
+  /// same. An effect of another stage is refused with that reason.
   virtual unsigned stages() const noexcept = 0;
   /// Fills the quantities of the stages first .. last of all n points, each stage from the quantities before it; the
   /// host has set the state, d, delta and delta_rate. Stages that the model lacks are left alone. `load` must fill
@@ -59,13 +59,13 @@ class Effect {
   virtual void apply(const Points<Dual8>& points) const = 0;
 };
 
-/// Lateral tyre force as somebody knows it.
+/// Lateral tyre force over slip angle, learned or true.
 class TyreCurve {
  public:
   virtual ~TyreCurve() = default;
-  /// Fills force [N] and, where not empty, its standard deviation sigma [N] of the axle at each slip angle [rad], at the
-  /// axle's present load. Signs as in Quantities: a positive slip angle gives a positive force, to the left. All spans
-  /// that are not empty are equally long. False when it knows no tyre: the spans are then left alone.
+  /// Fills force [N] and, where not empty, its standard deviation sigma [N] of the axle at each slip angle [rad],
+  /// at the axle's present load. Signs as in Quantities: a positive slip angle gives a positive force, to the left.
+  /// All spans that are not empty are equally long. False when it knows no tyre: the spans are then left alone.
   virtual bool tyre_force(Axle axle, std::span<const double> slip, std::span<double> force,
                           std::span<double> sigma) const = 0;
 };
@@ -96,8 +96,8 @@ class Prediction {
   virtual int states() const noexcept = 0;
   /// Length of a step [s].
   virtual double dt() const noexcept = 0;
-  /// Fills the row x (states() numbers) for a state observed now: the state, then the memory as the framework carried
-  /// it along.
+  /// Fills the row x (states() numbers) for a state observed now:
+  /// the state, then the memory as the framework carried it along.
   virtual void start(const State& now, std::span<double> x) const = 0;
   /// n independent steps at once. x: n rows, u: n rows of 2, at: n places, x_next: n rows to fill. A (row-major, per
   /// step states x states) and B (states x 2) are derivatives of x_next by x and u; empty when not wanted. Allocates
@@ -134,13 +134,13 @@ class Course {
   virtual CoursePoint at(double s) const = 0;
   /// Nearest point of the centre line to a position [m]; near station `hint_s` when that is not NaN, else anywhere.
   virtual CoursePoint locate(double x, double y, double hint_s) const = 0;
-  /// Fills `line` with the minimum-curvature line (eq. (1) of the paper) as line.size() samples equally spaced along it,
-  /// closed (the first sample is not repeated). Takes seconds and allocates: for constructors. Throws when there is no
-  /// such line, as on a road narrower than the car with its margins.
+  /// Fills `line` with the minimum-curvature line (eq. (1) of the paper) as line.size() samples equally
+  /// spaced along it, closed (the first sample is not repeated). Takes seconds and allocates: for
+  /// constructors. Throws when there is no such line, as on a road narrower than the car with its margins.
   virtual void minimum_curvature(const LineOptions& options, std::span<LinePoint> line) const = 0;
 };
 
-/// Chooses the reference.
+/// Chooses the reference trajectory.
 class SpeedPlanner {
  public:
   virtual ~SpeedPlanner() = default;
@@ -153,14 +153,14 @@ class SpeedPlanner {
   virtual std::span<const LinePoint> line() const = 0;
 };
 
-/// Drives.
+/// Computes the commands.
 class Controller {
  public:
   virtual ~Controller() = default;
   /// How many reference points it wants: N + 1 of a horizon of N steps, the first for now; at least 1, always the same.
   virtual int horizon() const noexcept = 0;
   /// Algorithm 1, line 15: the command for the step that begins now. `horizon` has horizon() points; `model` is the
-  /// nominal model, corrected by the estimator once the stack trusts it. The host clips the command to the car's limits.
+  /// nominal model, corrected by the estimator once the stack trusts it. The host clamps commands to the car's limits.
   virtual Command control(const Observation& now, std::span<const RefPoint> horizon, Prediction& model) = 0;
   /// The states predicted in the last call of control, for the report; owned by the controller, valid until the next
   /// call; may be empty.
@@ -198,7 +198,7 @@ class Ground {
   virtual Patch at(double x, double y, double yaw) const = 0;
 };
 
-/// A car from outside: advances by itself, with whatever hidden states it has. Worlds only.
+/// A car that integrates itself, with hidden states of its own. Worlds only.
 class Plant {
  public:
   virtual ~Plant() = default;
@@ -227,7 +227,7 @@ struct PluginContext {
   const Truth* truth = nullptr;     ///< null unless the plugin is an estimator, planner or controller that declares
                                     ///< needs_truth
   const char* cache_dir = nullptr;  ///< where an expensive, content-addressed result may be kept; null: nowhere
-  /// Tells the user how far something long has come: what it is, and the fraction done. Null when nobody listens.
+  /// Reports the progress of long work to the user: its name and the fraction done. Null when it is not shown.
   void (*progress)(void* context, const char* what, double fraction) = nullptr;
   void* progress_context = nullptr;  ///< first argument of progress
 };

@@ -3,9 +3,9 @@
 ///
 /// A plugin lists its parameters in `static constexpr auto parameters()`, a tuple of param(...) and choice(...). Values
 /// reach it in one of two ways.
-/// - `struct Params { double rate = 0.05; int count = 3; bool flag = true; Table curve; };` is passed to the constructor,
+/// - `struct Params { double rate = 0.05; int count = 3; bool on = true; Table curve; };` is passed to the constructor,
 ///   `D(const PluginContext&, const Params&)`. Its members may stand in any order.
-/// - `template <class T> struct Params { T k = T(0); std::array<T, 5> c = {}; Table map; };` is passed to every call of a
+/// - `template <class T> struct Params { T k = T(0); std::array<T, 5> c = {}; Table map; };` is given to each call of a
 ///   formula (AutoDiffEffect::act, ...), because `diagnose` fits its values: numbers are T, which carries derivatives;
 ///   int, bool and Table members stay what they are. Its members stand in the order of parameters(), all of them
 ///   declared: it is filled by position, since a pointer to a member of Params<double> says nothing of Params<Dual8>.
@@ -77,8 +77,8 @@ constexpr abi::ParamDecl declare(const char* name, const V& fallback, const char
 /// \endcond
 
 /// Declares a parameter: its JSON key, where it lives, its unit ("1" when pure), the values it may take, one sentence.
-/// The member's type says what it is: a number, a whole number (int), a switch (bool) or a table (Table). The default is
-/// the member's initializer.
+/// The member's type says what it is: a number, a whole number (int), a
+/// switch (bool) or a table (Table). The default is the member's initializer.
 template <class P, class V>
 constexpr Param<P, V> param(const char* name, V P::*member, const char* unit, Range range, const char* doc) {
   return {member, {detail::declare(name, P{}.*member, unit, range, doc)}};

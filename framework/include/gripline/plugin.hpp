@@ -45,7 +45,7 @@
 ///       T a = T(0);
 ///     };
 ///     static constexpr auto parameters() {
-///       return std::tuple{gripline::param("a", &Params<double>::a, "m/s2", {-5, 5}, "drag at v_ref").fit(0, 0.1, 0.3)};
+///       return std::tuple{gripline::param("a", &Params<double>::a, "m/s2", {-5, 5}, "at v_ref").fit(0, 0.1, 0.3)};
 ///     }
 ///     explicit Drag(const gripline::PluginContext& context) : v_ref_(context.car.v_ref) {}
 ///     gripline::Stage stage() const noexcept override { return gripline::Stage::body; }
@@ -79,8 +79,8 @@ namespace gripline {
 struct Description {
   abi::PluginDecl decl;  ///< what the manifest will say
 
-  /// Estimators, planners and controllers: PluginContext::truth is given, and the plugin is marked * wherever it is
-  /// shown.
+  /// Estimators, planners and controllers: PluginContext::truth
+  /// is given, and the plugin is marked * wherever it is shown.
   constexpr Description needs_truth() const {
     Description copy = *this;
     copy.decl.flags |= abi::needs_truth;

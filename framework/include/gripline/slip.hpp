@@ -2,8 +2,8 @@
 //
 //   front = delta - atan2(omega lf + vy, forward),   rear = atan2(omega lr - vy, forward)
 //
-// `forward` stands for the forward speed [m/s]: |vx| in a plant, max(|vx|, v_min) in a model whose derivatives must stay
-// finite at standstill. T is double or Dual<N>.
+// `forward` stands for the forward speed [m/s]: |vx| in a plant, max(|vx|, v_min) in
+// a model whose derivatives must stay finite at standstill. T is double or Dual<N>.
 // Source: Kalaria, Lin, Dolan, eq. (dyn_model), with |vx| as in the published plant.
 #pragma once
 

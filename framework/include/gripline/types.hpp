@@ -250,8 +250,8 @@ struct Sample {
   double delta_lag = 0;  ///< the same of the steering angle [rad]
 };
 
-/// What a stack believes of friction: peak lateral force of an axle over that axle's static load, and its standard
-/// deviation.
+/// What a stack believes of friction: peak lateral force of an
+/// axle over that axle's static load, and its standard deviation.
 struct Belief {
   double mu_front = 1;     ///< [-]
   double mu_rear = 1;      ///< [-]

@@ -135,7 +135,7 @@ void CorrectedModel::derivatives(std::size_t n, const double* x, const double* u
   }
 }
 
-/// Values that are no numbers are noticed elsewhere; here it is about derivatives alone.
+/// Derivatives only: states that are not finite are found by the callers.
 void CorrectedModel::check_derivatives(const double* x_next, const double* A, const double* B) {
   const auto stride = static_cast<std::size_t>(states());
   // Zero times infinity or NaN is NaN, and stays so in a sum.

@@ -1,5 +1,5 @@
 // x_{k+1} = f(x_k, u_k): a nominal model, its effects and what an estimator learned, with the exact derivative of the
-// discrete step. One class is the world's car, a stack's belief and diagnose's candidate.
+// discrete step. It is the world's car, a stack's model and a candidate of diagnose.
 #pragma once
 
 #include <utility>
@@ -50,9 +50,9 @@ class CorrectedModel final : public Prediction {
   void reset(const State& x, double d, const Place& at);
   /// One step from an observed state: returns the state predicted after it, and advances memory and past commands.
   State advance(const State& x, const Input& u, const Place& at);
-  /// The same in at least the given number of substeps, doubled up to 256 times it until the error of the step, estimated
-  /// by twice as many, is within the bound. Slips make a car stiff at low speed: a Runge-Kutta step of 20 ms is then
-  /// unstable, and no number of its result looks wrong.
+  /// The same in at least the given number of substeps, doubled (up to 256 times) until the error of the
+  /// step, estimated by comparison with twice as many, is within the bound. At low speed the tyres' equations
+  /// are stiff: a Runge-Kutta step of 20 ms is then unstable although its result still looks plausible.
   State advance_within(const StepBound& bound, const State& x, const Input& u, const Place& at);
   /// The working quantities at the start of that step, with the memory kept: forces, slips, effective commands.
   Quantities<double> quantities(const State& x, const Input& u, const Place& at);

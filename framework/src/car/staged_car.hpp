@@ -56,8 +56,8 @@ class StagedCar {
   template <class T>
   void rates(const CarBatch<T>& batch) const;
 
-  /// Rates of the memory only, for callers that integrate it along a known motion: stages after the last effect with memory
-  /// are left out, and batch.motion_rate is not written.
+  /// Rates of the memory only, for callers that integrate it along a known motion: stages after the last effect with
+  /// memory are left out, and batch.motion_rate is not written.
   void memory_rates(const CarBatch<double>& batch) const;
 
   /// The last stage reached, for callers that need forces or slips: q holds batch.n quantities.

@@ -20,8 +20,8 @@ Integration read_integration(ObjectReader& reader, const char* fallback) {
   return integration;
 }
 
-/// Reports effects on a stage that this model lacks, while their place in the file is known. Constructors are called in a
-/// process of their own: those that throw, or end their process, are reported by the run.
+/// Reports effects on a stage that this model lacks, while their place in the file is known. Constructors are called in
+/// a process of their own: those that throw, or end their process, are reported by the run.
 void check_effects(const VehicleSpec& spec, const Car& car, std::span<const Node> nodes, Errors& errors) {
   constexpr double timeout_s = 10.0;
   PluginContext context;

@@ -137,7 +137,7 @@ std::optional<std::string> nearest(std::string_view name, std::span<const std::s
     const std::size_t longer = std::max(name.size(), candidate.size());
     if (longer - std::min(name.size(), candidate.size()) >= best_distance) continue;  // too many letters apart
     const std::size_t d = distance(name, candidate);
-    // A distance of a whole word is no similarity: by it any short word resembles any other.
+    // A distance as long as the word is no similarity: any two short words are that near.
     if (d < best_distance && d < longer) {
       best = candidate;
       best_distance = d;

@@ -12,7 +12,7 @@ namespace gripline {
 
 struct Origin;
 
-/// One thing wrong with what the user gave us, and where it is written.
+/// One error in the user's input and its place.
 struct Diagnostic {
   std::string file{};  ///< as shown to the user; "--set" for an assignment of the command line; may be empty
   int line = 0;        ///< from 1; 0 when there is no line (a missing file, a command line)
@@ -41,7 +41,7 @@ class InputError : public std::runtime_error {
   std::vector<Diagnostic> diagnostics_;
 };
 
-/// Collects errors so that the user sees all of them at once. Readers add to it and carry on with a harmless value;
+/// Collects errors so that the user sees all of them at once. Readers add to it and continue with a valid default;
 /// its owner calls throw_if_any() before a value is used.
 class Errors {
  public:
@@ -71,8 +71,8 @@ class Errors {
   std::string context_;
 };
 
-/// Words of others (keys, paths, what a plugin says) as a terminal may show them: control characters as `\x1b`, and
-/// not endless.
+/// Text from outside (keys, paths, messages of plugins), made safe for a terminal: control characters become `\x1b`,
+/// and long texts are cut.
 [[nodiscard]] std::string harmless(std::string_view text);
 
 /// The candidate most like `name` (fewest insertions, deletions, substitutions and swaps; upper and lower case count

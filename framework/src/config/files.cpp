@@ -52,7 +52,7 @@ std::string why_unreadable(const fs::path& file) {
   if (status.type() == fs::file_type::not_found) return why_missing(file.lexically_normal());
   if (status.type() == fs::file_type::none) return "cannot be read: " + error.message();
   if (fs::is_directory(status)) return "is a folder, expected a file";
-  // One that somebody named has perhaps nobody who writes; those of a shell, /dev/fd/N, have no name to be found by.
+  // Reading a named pipe blocks until somebody writes to it. Pipes of a shell, /dev/fd/N, have a writer and no path.
   if (fs::is_fifo(status) && !fs::canonical(file, error).empty()) return "is a pipe, expected a file";
   if (fs::is_socket(status)) return "is a socket, expected a file";
   if (fs::is_regular_file(status) && fs::file_size(file, error) > max_file_size) {

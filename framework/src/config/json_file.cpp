@@ -44,13 +44,13 @@ class Loader {
       if (const Node* base = node.find("extends")) {
         const Node name = *base;
         node.erase("extends");
-        if (!name.is_null()) node = over(name, node, depth);
+        if (!name.is_null()) node = merged_over(name, node, depth);
       }
     }
   }
 
   /// `patch` over the file that `name` names.
-  Node over(const Node& name, const Node& patch, int depth) {
+  Node merged_over(const Node& name, const Node& patch, int depth) {
     if (!name.is_text())
       throw InputError(name.origin, "expected the path of a JSON file to extend, found " + name.describe());
     const fs::path file = resolve_path(name);
@@ -68,7 +68,7 @@ class Loader {
       throw InputError(name.origin,
                        '"' + name.text() + "\" holds " + base.describe() + ", expected an object to extend");
     }
-    base.erase("note");  // it speaks of the other file
+    base.erase("note");  // it describes the other file
     Node merged = merge_keeping_nulls(std::move(base), patch);
     merged.origin = patch.origin;
     return merged;

@@ -24,19 +24,19 @@ struct JsonLimits {
 };
 inline constexpr JsonLimits json_limits;
 
-/// The text alone: "extends" is an ordinary key here. `name` is shown in messages, `folder` is where its relative
-/// paths start.
+/// The text alone: "extends" is an ordinary key here. `name`
+/// is shown in messages, relative paths start from `folder`.
 [[nodiscard]] Node parse_text(std::string_view text, std::string name = "text", std::filesystem::path folder = {});
 
-/// A file alone. Refused besides: a missing file (with the nearest name beside it), a folder, an empty or unreadable
-/// file.
+/// A file alone. Also refused: a missing file (with the nearest name in its folder), a folder,
+/// an empty or unreadable file.
 [[nodiscard]] Node parse_file(const std::filesystem::path& file);
 
 /// A file with every "extends" carried out: an object that says `"extends": "other.json"` (relative to its file) is
 /// that file's object with this one's members merged over it, at any depth. Files that extend each other in a circle
 /// are refused with the chain, and so is what grows beyond json_limits. In such a merge null removes an inherited
-/// member; where there is none to remove the null stays, so that a stack's `"estimator": null` reaches the merge it was
-/// written for.
+/// member; where there is none the null stays, so that a stack's `"estimator": null` still removes the estimator when
+/// the stack is merged over "base".
 [[nodiscard]] Node load_json(const std::filesystem::path& file);
 
 /// Replaces a text node, which names a JSON file relative to the file it is written in, by that file's tree

@@ -17,7 +17,7 @@ namespace {
 Node merged(Node base, const Node& patch, bool keep_nulls) {
   if (!patch.is_object()) return patch;
   if (!base.is_object()) base = Node(Node::Object{}, patch.origin);
-  if (!base.origin.source) base.origin = patch.origin;  // a base that stands nowhere: what is missing is the patch's
+  if (!base.origin.source) base.origin = patch.origin;  // so that missing members are reported at the patch
   for (const Member& change : patch.object()) {
     const auto known = std::ranges::find(base.object(), change.key, &Member::key);
     const bool absent = known == base.object().end();

@@ -15,8 +15,8 @@ namespace gripline {
 
 /// Carries out `--set /json/pointer=VALUE`. VALUE is read as JSON if it is JSON, else taken as text (`20 ms`).
 /// Names that are missing on the way are made objects; a parent that is something else is refused (InputError). In an
-/// array a name is an index, or `-` for one more element at the end. Relative paths in VALUE start at the working
-/// folder.
+/// array a name is an index, or `-` for one more element at the end.
+/// Relative paths in VALUE start at the working folder.
 void apply_assignment(Node& root, std::string_view assignment);
 
 /// The same with pointer and value apart.

@@ -6,13 +6,13 @@
 
 namespace gripline {
 
-/// What the program stands in as PREFIX/bin/gripline, installed or built: the parent of the running program's folder.
+/// PREFIX of the running program PREFIX/bin/gripline, installed or built: the parent of its folder.
 [[nodiscard]] const std::filesystem::path& prefix();
 
-/// The file whose code this is, for the names of runs: the running program, even when its file was replaced meanwhile.
+/// The file of the running program, whose hash is part of every run_key(); readable even if it was replaced since.
 [[nodiscard]] const std::filesystem::path& program_file();
 
-/// For a module that another program loads, such as Python: the module's file, and what it stands in instead.
+/// For a module loaded by another program, such as Python: sets program_file() and prefix() to the module's.
 void set_program(const std::filesystem::path& file, const std::filesystem::path& prefix);
 
 /// PREFIX/share/gripline; empty when there is no such folder.

@@ -165,7 +165,7 @@ class UnitParser {
     return bounded(power(*rooted, 2 * by.whole + (by.negative ? -1 : 1)));
   }
 
-  /// Powers of powers leave every number and every quantity behind.
+  /// Refuses exponents that only repeated powers reach and that would overflow.
   Unit bounded(const Unit& unit) const {
     constexpr int highest = 200;  // halves
     const bool small = std::ranges::all_of(unit.dimension.halves, [](int h) { return std::abs(h) <= highest; });

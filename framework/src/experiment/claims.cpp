@@ -47,8 +47,8 @@ class TermParser {
     ++at_;
     return true;
   }
-  /// What stands before the last dot that a letter follows: names of stacks may have dots ("w0.3"), columns begin with a
-  /// letter, and what is subtracted ("a.x-0.5") begins with a digit.
+  /// Everything before the last dot that a letter follows: stack names may have dots ("w0.3"), column names begin with
+  /// a letter, and a subtracted number ("a.x-0.5") begins with a digit.
   std::string stack_name() {
     const std::size_t begin = at_;
     const std::string all = name("_-.");

@@ -44,8 +44,8 @@ struct ClaimResult {
   std::optional<double> left, right;  // medians
   int runs_held = 0, runs = 0;
 };
-/// Holds when it holds for the medians and in at least `share` of the runs; a claim about the end of an interval when it
-/// holds for that.
+/// A claim holds if it holds for the medians and in at least `share` of the runs; one about the end of an interval, if
+/// it holds for that end.
 ClaimResult judge(const Claim& claim, int runs, double share, const ClaimLookup& lookup);
 
 }  // namespace gripline

@@ -1,4 +1,4 @@
-// Every column of the tables of a race: its unit and its meaning, once, for `gripline columns` and framework/doc/columns.md.
+// Unit and meaning of every column of the tables of a race, for `gripline columns` and framework/doc/columns.md.
 #pragma once
 
 #include <span>

@@ -1,5 +1,5 @@
-// Kind "force_validation": how well racing stacks predict, with what they learned so far (the paper's figure
-// offline_val_carla).
+// Kind "force_validation": how well racing stacks predict with what they have learned so far
+// (the paper's figure offline_val_carla).
 #pragma once
 
 #include "experiment/experiment.hpp"
@@ -9,8 +9,9 @@
 namespace gripline {
 
 /// Races those of the rows that have an estimator and compares, over the first full lap after a stack trusts what it
-/// learned, its predictions of e_vx, e_vy, e_omega and of both axle forces, each before it learns from the step. Writes
-/// the files of a validation and the runs into OUT. Throws std::runtime_error, after all rows, when one had no such lap.
+/// learned, its predictions of e_vx, e_vy, e_omega and of both axle forces, each before it learns from the step.
+/// Writes the files of a validation and the runs into OUT. Throws
+/// std::runtime_error, after all rows, when one had no such lap.
 std::vector<ChannelScore> validate_forces(const RaceSpec& race, const std::vector<std::string>& rows,
                                           const std::filesystem::path& out, const ProgressCallback& progress = {});
 

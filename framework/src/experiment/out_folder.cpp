@@ -26,7 +26,7 @@ namespace {
 constexpr const char* marker = "experiment.json";
 constexpr const char* lock_name = ".lock";
 
-/// Whose folder it is, by its marker.
+/// What the marker file says of a folder: whether gripline made it, and for which experiment.
 struct Holder {
   bool ours = false;     // gripline's
   std::string identity;  // empty when the marker cannot be read
@@ -35,7 +35,7 @@ struct Holder {
 Holder holder_of(const fs::path& out) {
   std::error_code ignored;
   if (!fs::is_regular_file(out / marker, ignored)) return {};
-  if (fs::file_size(out / marker, ignored) == 0) return {true, "", {}};  // what a disk left of it
+  if (fs::file_size(out / marker, ignored) == 0) return {true, "", {}};  // truncated by a failure of the disk
   try {
     const Node node = parse_file(out / marker);
     const Node* const identity = node.find("identity");
@@ -44,10 +44,10 @@ Holder holder_of(const fs::path& out) {
       return {true, identity->text(), tree != nullptr ? *tree : Node::null()};
   } catch (const std::exception&) {
   }
-  return {};  // somebody else's file of that name
+  return {};  // a file of that name that gripline did not write
 }
 
-/// Anything but the lock and a marker that was being written when its process or the power went.
+/// Whether there is anything but the lock and a half-written marker, left by a process or a power failure.
 bool occupied(const fs::path& out) {
   std::error_code failed;
   std::string partial = marker;

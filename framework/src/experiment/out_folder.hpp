@@ -17,7 +17,7 @@ class OutLock {
   /// Throws InputError when another process holds it. A file system that knows no locks is used without.
   explicit OutLock(std::filesystem::path folder);
   OutLock(OutLock&& other) noexcept : file_(std::move(other.file_)), handle_(std::exchange(other.handle_, -1)) {}
-  /// For a fork of the process that locked: the lock is the parent's, and gone with it at once.
+  /// For a fork of the process that locked: closes the inherited handle, so that the lock ends with the parent.
   static void leave_to_parent();
   OutLock(const OutLock&) = delete;
   OutLock& operator=(const OutLock&) = delete;
@@ -39,9 +39,9 @@ struct EditedExperiment {
   std::vector<std::string> changes;      ///< what differs from the experiment that the folder held (tree_diff.hpp)
 };
 
-/// Makes OUT ready for an experiment with this identity. An existing folder that is not empty is refused (InputError)
-/// unless it holds the same experiment (finished runs are then kept), the same one before it was edited, or `force` (what gripline made there is then
-/// removed and everything else stays; a folder that gripline did not make is refused all the same).
+/// Makes OUT ready for an experiment with this identity. A folder that is not empty is refused (InputError) unless it
+/// holds the same experiment, also before it was edited (finished runs are then kept), or `force` is set: then all that
+/// gripline made there is removed and everything else stays. A folder that gripline did not make is always refused.
 OutLock open_out_folder(const std::filesystem::path& out, const std::string& identity, bool force,
                         EditedExperiment* edited = nullptr);
 

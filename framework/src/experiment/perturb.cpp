@@ -29,8 +29,8 @@ void check_starts(const PerturbSpec& spec, const Node& node, const WorldSpec& wo
   for (int corner = 0; corner < 8; ++corner) {
     const auto end = [&](int bit, double width) { return (corner >> bit & 1) != 0 ? width : -width; };
     const Pose start =
-        moved(world.start,
-              {.along = end(0, spec.position), .across = end(1, spec.position), .heading = end(2, spec.heading)});
+        moved_start(world.start,
+                    {.along = end(0, spec.position), .across = end(1, spec.position), .heading = end(2, spec.heading)});
     if (const std::string problem = check_start(*world.track, start); !problem.empty()) {
       errors.add(node.origin, "at its extremes: " + problem);
       return;
@@ -40,7 +40,7 @@ void check_starts(const PerturbSpec& spec, const Node& node, const WorldSpec& wo
 
 void check_paces(const PerturbSpec& spec, const Node& node, const std::vector<StackSpec>& stacks, Errors& errors) {
   for (const StackSpec& stack : stacks) {
-    if (stack.planner.empty()) continue;  // told already
+    if (stack.planner.empty()) continue;  // already reported
     const std::optional<std::size_t> at = pace_index(stack.planner);
     if (!at) {
       errors.add(node.origin, "\"pace\": the planner of stack " + stack.name + ", " + stack.planner.id() +
@@ -75,7 +75,7 @@ PerturbSpec read_perturb(const Node& node, const WorldSpec& world, const std::ve
 }
 
 Draw draw_of(const PerturbSpec& spec, std::uint64_t seed) {
-  // Another stream than those of sensors and learners, which begin from the seed itself.
+  // Makes the draws independent of those of sensors and learners, which start from the seed itself.
   constexpr std::uint32_t stream = 0x73746172;
   std::seed_seq both{static_cast<std::uint32_t>(seed), static_cast<std::uint32_t>(seed >> 32), stream};
   std::mt19937_64 random(both);
@@ -89,7 +89,7 @@ Draw draw_of(const PerturbSpec& spec, std::uint64_t seed) {
   return draw;
 }
 
-Pose moved(const Pose& start, const Draw& draw) {
+Pose moved_start(const Pose& start, const Draw& draw) {
   const double c = std::cos(start.yaw), s = std::sin(start.yaw);
   return {start.x + draw.along * c - draw.across * s, start.y + draw.along * s + draw.across * c,
           start.yaw + draw.heading};
@@ -98,7 +98,7 @@ Pose moved(const Pose& start, const Draw& draw) {
 std::optional<Draw> perturb(const PerturbSpec& spec, std::uint64_t seed, WorldSpec& world, StackSpec& stack) {
   if (!spec.any()) return std::nullopt;
   const Draw draw = draw_of(spec, seed);
-  world.start = moved(world.start, draw);
+  world.start = moved_start(world.start, draw);
   world.start_speed += draw.speed;
   if (const std::optional<std::size_t> at = pace_index(stack.planner)) stack.planner.values[*at].number *= draw.pace;
   return draw;

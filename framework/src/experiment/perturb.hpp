@@ -1,5 +1,5 @@
-// Perturbed races: every seed starts from a pose, a speed and, where it is noted, a pace of its own, the same for all
-// stacks, so that rows are compared on the same draws.
+// Perturbed races: every seed draws its own start pose, start speed and, if asked
+// for, pace, the same for all stacks, so that rows are compared on the same draws.
 #pragma once
 
 #include <cstdint>
@@ -35,12 +35,12 @@ struct Draw {
 };
 /// A quantity's draw depends on the seed and on its own width only.
 Draw draw_of(const PerturbSpec& spec, std::uint64_t seed);
-Pose moved(const Pose& start, const Draw& draw);
+Pose moved_start(const Pose& start, const Draw& draw);
 /// Puts the draw of a seed into the world and the stack of its run; empty when nothing is perturbed.
 std::optional<Draw> perturb(const PerturbSpec& spec, std::uint64_t seed, WorldSpec& world, StackSpec& stack);
 
-/// `count` different seeds from the SHA-256 of a text, such as the hash of the commit that froze the settings: nobody
-/// chose them.
+/// `count` different seeds from the SHA-256 of a text, such as the hash of the commit that froze the settings, so that
+/// nobody can select them.
 std::vector<std::uint64_t> seeds_from(std::string_view text, std::size_t count);
 
 }  // namespace gripline

@@ -29,7 +29,7 @@ std::string joined(const std::vector<std::string>& names, std::string_view befor
   return text;
 }
 
-void put(CsvWriter& csv, const std::optional<double>& value) {
+void write_cell(CsvWriter& csv, const std::optional<double>& value) {
   if (!value)
     csv << NAN;
   else if (*value == std::floor(*value) && std::abs(*value) < 1e15)
@@ -45,7 +45,7 @@ void write_runs(const std::filesystem::path& out, const RaceResults& results, st
   for (const RunResult& run : results.runs) {
     csv << run.summary.stack << static_cast<std::int64_t>(run.summary.seed) << status_name(run.summary.status)
         << (run.summary.needs_truth ? 1 : 0);
-    for (const std::string& column : columns) put(csv, results.run_value(run, column));
+    for (const std::string& column : columns) write_cell(csv, results.run_value(run, column));
     csv.end_row();
   }
   write_file(out / "runs.csv", text);
@@ -60,7 +60,7 @@ void write_table(const std::filesystem::path& out, const RaceResults& results, s
   for (const std::string& stack : results.rows) {
     const std::vector<const RunResult*> runs = results.of(stack);
     csv << stack << (!runs.empty() && runs.front()->summary.needs_truth ? 1 : 0);
-    for (const std::string& column : columns) put(csv, results.value(stack, column, -1));
+    for (const std::string& column : columns) write_cell(csv, results.value(stack, column, -1));
     csv.end_row();
   }
   write_file(out / "table.csv", text);
@@ -140,7 +140,7 @@ void print_identical(std::ostream& out, const RaceResults& results) {
   }
 }
 
-/// What a claim that was asked of one run says of others.
+/// Warns of claims that were judged on a single run.
 void print_thin_claims(std::ostream& out, std::span<const ClaimResult> claims) {
   const auto thin = std::count_if(claims.begin(), claims.end(),
                                   [](const ClaimResult& c) { return c.holds.has_value() && c.runs == 1; });
@@ -353,7 +353,7 @@ void print_tables(std::ostream& out, const RaceResults& results, std::span<const
   }
   print_aligned(out, rows);
   print_identical(out, results);
-  for (const std::string& line : beaten_limits(results)) out << "the limit is none: " << line << '\n';
+  for (const std::string& line : beaten_limits(results)) out << "the stated limit is too slow: " << line << '\n';
   if (any_interval) out << "95 %: bootstrap interval of the median over the runs. ";
   if (any_truth) out << "* was told the truth. ";
   out << "outside: time with the centre of gravity off the track; wheels: with a corner of the car; adapted: outside "

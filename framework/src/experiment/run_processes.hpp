@@ -50,8 +50,8 @@ struct ProcessLimits {
   std::size_t memory_mb = 0;  ///< of data that one run may have; 0: no limit
 };
 
-/// Runs in processes of their own. Each has a slot, a number below the count of the constructor. The race must outlive
-/// this.
+/// Runs in processes of their own. Each has a slot, a number below the count given to the constructor. The race must
+/// outlive this object.
 class RunProcesses {
  public:
   RunProcesses(const RaceSpec& race, std::filesystem::path out, const ProcessLimits& limits, std::size_t count);

@@ -69,7 +69,7 @@ RunTiming read_timing(const std::filesystem::path& folder) {
 constexpr const char* timing_name = "timing.csv";
 constexpr const char* timing_hash_name = "timing.sha256";
 
-/// The results of a run that its summary answers for. Words of plugins (log.txt) come in until the process is gone.
+/// The files whose hashes are in the summary. Not log.txt: plugins write to it until the process ends.
 std::vector<std::string> files_of_run(const fs::path& folder) {
   std::vector<std::string> names;
   std::error_code failed;

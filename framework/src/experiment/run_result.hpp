@@ -27,7 +27,7 @@ struct RunResult {
 /// same summary: its hash stands in timing.sha256, as `sha256sum` writes it. Throws std::runtime_error.
 void write_summary(const std::filesystem::path& folder, const RunSummary& summary, const std::string& key);
 
-/// The summary of a run that was not driven because it would equal `driven` to the last bit; the only file in its folder.
+/// The summary of a run that was not driven because it would equal `driven` to the last bit; the folder has no more.
 void write_copied_summary(const std::filesystem::path& folder, const RunResult& driven, std::uint64_t seed,
                           const std::string& key);
 

@@ -22,10 +22,10 @@ struct ChannelScore {
 /// Truth and prediction of one channel along a lap; slip angles [rad] where the channel is an axle's force.
 struct ChannelTrace {
   std::vector<double> t, truth, predicted, slip;
-  void add(double time, double is, double said, double slip_angle = NAN) {
+  void add(double time, double true_value, double prediction, double slip_angle = NAN) {
     t.push_back(time);
-    truth.push_back(is);
-    predicted.push_back(said);
+    truth.push_back(true_value);
+    predicted.push_back(prediction);
     slip.push_back(slip_angle);
   }
 };

@@ -20,7 +20,7 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-constexpr int patience_ms = 60'000;  // for one answer
+constexpr int timeout_ms = 60'000;  // of one answer
 
 [[noreturn]] void fail(const std::string& what) { throw std::runtime_error("the browser " + what); }
 
@@ -44,8 +44,8 @@ std::string decoded(std::string_view text) {
   return bytes;
 }
 
-/// Becomes the browser: it reads commands from handle 3 and answers on handle 4. Does not return.
-[[noreturn]] void become(const std::vector<std::string>& words, int commands, int answers) {
+/// Replaces this process by the browser, which reads commands from handle 3 and answers on handle 4.
+[[noreturn]] void exec_browser(const std::vector<std::string>& words, int commands, int answers) {
   // Away from 3 and 4 first: dup2 of a handle onto itself keeps its close-on-exec flag.
   const int in = fcntl(commands, F_DUPFD, 10), out = fcntl(answers, F_DUPFD, 10);
   dup2(in, 3);
@@ -95,10 +95,10 @@ Browser::Browser(const std::string& chromium, int width, int height) {
                                     "--no-first-run",
                                     "--user-data-dir=" + profile_.string(),
                                     "--window-size=" + std::to_string(width) + "," + std::to_string(height)};
-  if (geteuid() == 0) words.emplace_back("--no-sandbox");  // it refuses to be root with one
+  if (geteuid() == 0) words.emplace_back("--no-sandbox");  // with a sandbox it refuses to run as root
   words.emplace_back("about:blank");
   pid_ = fork();
-  if (pid_ == 0) become(words, commands[0], answers[1]);
+  if (pid_ == 0) exec_browser(words, commands[0], answers[1]);
   close(commands[0]);
   close(answers[1]);
   to_ = commands[1];
@@ -130,16 +130,16 @@ void Browser::stop() {
 
 void Browser::open(const fs::path& page, const std::string& ready) {
   call("Page.navigate", {{"url", "file://" + fs::absolute(page).string()}});
-  const auto until = std::chrono::steady_clock::now() + std::chrono::milliseconds(patience_ms);
+  const auto until = std::chrono::steady_clock::now() + std::chrono::milliseconds(timeout_ms);
   while (std::chrono::steady_clock::now() < until) {
     try {
       if (evaluate(ready) == true) return;
     } catch (const std::runtime_error&) {
-      // The page before it is gone, this one is not there yet.
+      // The previous page is unloaded and this one is not loaded yet.
     }
     std::this_thread::sleep_for(std::chrono::milliseconds(50));
   }
-  fail("did not draw " + page.string() + " within " + std::to_string(patience_ms / 1000) + " s");
+  fail("did not draw " + page.string() + " within " + std::to_string(timeout_ms / 1000) + " s");
 }
 
 json Browser::evaluate(const std::string& expression) {
@@ -149,7 +149,7 @@ json Browser::evaluate(const std::string& expression) {
   return answer.at("result").value("value", json());
 }
 
-std::string Browser::picture() {
+std::string Browser::screenshot() {
   return decoded(call("Page.captureScreenshot", {{"format", "jpeg"}, {"quality", 92}}).at("data").get<std::string>());
 }
 
@@ -180,9 +180,9 @@ std::string Browser::read_message() {
       return message;
     }
     pollfd waiting = {from_, POLLIN, 0};
-    const int there = poll(&waiting, 1, patience_ms);
+    const int there = poll(&waiting, 1, timeout_ms);
     if (there < 0 && errno == EINTR) continue;
-    if (there == 0) fail("did not answer within " + std::to_string(patience_ms / 1000) + " s");
+    if (there == 0) fail("did not answer within " + std::to_string(timeout_ms / 1000) + " s");
     std::array<char, 65536> bytes{};
     const ssize_t n = ::read(from_, bytes.data(), bytes.size());
     if (n < 0 && errno == EINTR) continue;

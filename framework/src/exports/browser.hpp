@@ -1,5 +1,5 @@
-// Chromium without a window, driven over the two pipes of its DevTools protocol (--remote-debugging-pipe): JSON texts that end
-// with a zero byte (https://chromedevtools.github.io/devtools-protocol/).
+// Chromium without a window, driven over two pipes by its DevTools protocol (--remote-debugging-pipe): JSON texts, each
+// followed by a zero byte (https://chromedevtools.github.io/devtools-protocol/).
 #pragma once
 
 #include <sys/types.h>
@@ -24,12 +24,12 @@ class Browser {
   Browser(const Browser&) = delete;
   Browser& operator=(const Browser&) = delete;
 
-  /// Opens a file and waits until `ready`, JavaScript, is true. Throws std::runtime_error after 60 s.
+  /// Opens a file and waits until the JavaScript expression `ready` is true. Throws std::runtime_error after 60 s.
   void open(const std::filesystem::path& page, const std::string& ready);
   /// The value of a JavaScript expression, promises awaited. Throws std::runtime_error if it throws.
   nlohmann::json evaluate(const std::string& expression);
-  /// What is seen, as the bytes of a JPEG.
-  std::string picture();
+  /// A screenshot of the page, as the bytes of a JPEG.
+  std::string screenshot();
 
  private:
   nlohmann::json call(const std::string& method, const nlohmann::json& parameters);

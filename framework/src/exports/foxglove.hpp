@@ -1,4 +1,4 @@
-// Results as Foxglove shows them: an MCAP file of its own message types where there is one, of plain JSON where there is not.
+// Results for Foxglove: an MCAP file of its own message types where there is one, else of plain JSON.
 //
 //   /track           foxglove.SceneUpdate      once: the edges of the road in the frame "world"
 //   /cars            foxglove.SceneUpdate      once: a box per car, in the car's own frame

@@ -76,7 +76,7 @@ class Encoder {
     for (std::size_t done = 0; done < picture.size();) {
       const ssize_t n = ::write(to_, picture.data() + done, picture.size() - done);
       if (n < 0 && errno == EINTR) continue;
-      if (n <= 0) throw std::runtime_error("ffmpeg ended before its time");
+      if (n <= 0) throw std::runtime_error("ffmpeg ended early");
       done += static_cast<std::size_t>(n);
     }
   }
@@ -148,7 +148,7 @@ void write_video(const fs::path& page, const fs::path& file, const VideoOptions&
       browser.evaluate(
           "gripline.state.clock.seek(" + std::to_string(options.from + static_cast<double>(i) * step) +
           "), new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => done(true))))");
-      encoder.add(browser.picture());
+      encoder.add(browser.screenshot());
       if (progress) progress(i + 1, count);
     }
     encoder.finish();

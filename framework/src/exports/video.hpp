@@ -17,8 +17,8 @@ struct VideoOptions {
 /// Throws InputError with the missing program's name if Chromium or ffmpeg is not installed. Ask before long work.
 void require_video_programs();
 
-/// Films the page that `report` wrote. The file is written aside and there when it is whole. `progress` is told after each
-/// picture how many there are of how many. Throws InputError, std::runtime_error.
+/// Films the page that `report` wrote. The file is renamed to its name when it is complete. `progress(done, total)` is
+/// called after each picture. Throws InputError, std::runtime_error.
 void write_video(const std::filesystem::path& page, const std::filesystem::path& file, const VideoOptions& options,
                  const std::function<void(std::size_t, std::size_t)>& progress);
 

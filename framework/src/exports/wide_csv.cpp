@@ -4,6 +4,7 @@
 #include <cmath>
 #include <vector>
 
+#include "util/csv_cell.hpp"
 #include "util/csv_writer.hpp"
 
 namespace gripline::exports {
@@ -24,19 +25,11 @@ std::vector<double> all_times(std::span<const NamedRun> runs) {
   return apart;
 }
 
-/// A cell as RFC 4180 quotes it.
-std::string quoted(const std::string& name) {
-  if (name.find_first_of(",\"\n\r") == name.npos) return name;
-  std::string text = "\"";
-  for (const char c : name) text.append(c == '"' ? 2 : 1, c);
-  return text + '"';
-}
-
 std::string header_line(std::span<const NamedRun> runs) {
   std::string text = "t_s";
   for (const NamedRun& run : runs)
     for (const std::string& column : run.steps.names())
-      if (column != "t_s") text.append(",").append(quoted(run.name + "/" + column));
+      if (column != "t_s") text.append(",").append(csv_cell(run.name + "/" + column));
   return text;
 }
 

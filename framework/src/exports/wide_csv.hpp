@@ -1,4 +1,4 @@
-// All runs in one table, as PlotJuggler and spreadsheets open it: one row an instant, one column a quantity of a run.
+// All runs in one table for PlotJuggler and spreadsheets: one row per instant, one column per quantity and run.
 #pragma once
 
 #include <span>
@@ -8,8 +8,8 @@
 
 namespace gripline::exports {
 
-/// First column t_s, then `row/column` for every column of every steps.csv. Instants of runs that are less than 1 µs apart are
-/// one row; cells of a run that has no step then are empty.
+/// First column t_s, then `row/column` for every column of every steps.csv. Instants less than 1 µs apart share a row;
+/// cells of a run that has no step at that instant are empty.
 std::string wide_csv(std::span<const NamedRun> runs);
 
 }  // namespace gripline::exports

@@ -7,8 +7,8 @@
 
 namespace gripline {
 
-/// Symmetric n x n matrix with A[i][i] = diagonal[i], A[i][i+1] = next[i], A[i][i+2] = second[i], indices modulo n, n
-/// >= 8.
+/// Symmetric n x n matrix, n >= 8: A[i][i] = diagonal[i], A[i][i+1]
+/// = next[i], A[i][i+2] = second[i], with indices modulo n.
 struct CyclicPentadiagonal {
   explicit CyclicPentadiagonal(std::size_t n) : diagonal(n), next(n), second(n) {}
   std::size_t size() const { return diagonal.size(); }
@@ -32,8 +32,8 @@ class CyclicPentadiagonalFactor {
 };
 
 /// Minimises x' H x / 2 + gradient' x over lower <= x <= upper (lower < upper) by Mehrotra's primal-dual interior point
-/// method. Returns x strictly inside the bounds; stops at complementarity `tolerance` relative to the problem's own
-/// scale.
+/// method. Returns x strictly inside the bounds; stops at
+/// complementarity `tolerance` relative to the problem's own scale.
 std::vector<double> solve_cyclic_box_qp(const CyclicPentadiagonal& hessian, std::span<const double> gradient,
                                         std::span<const double> lower, std::span<const double> upper,
                                         double tolerance = 1e-10);

@@ -9,9 +9,9 @@ LapCounter::LapCounter(const Track& track, const Pose& start, double t)
   line_ = track.at(place_.s);
 }
 
-/// The nearest stretch reached from the last place, also for a car that slides over the edge onto a neighbouring
-/// stretch. Only a car more than a whole width off that stands inside the road elsewhere is taken to have rejoined
-/// there.
+/// The place on the stretch that the car was on before, also for a car that slides over the edge onto a neighbouring
+/// stretch. Only a car that is more than a whole width off its stretch,
+/// and inside the road elsewhere, is taken to have rejoined there.
 CurveLocation LapCounter::follow(double x, double y) const {
   const CurveLocation near = track_.locate(x, y, place_.s);
   const double half_width = near.n >= 0.0 ? track_.half_width_left(near.s) : track_.half_width_right(near.s);
@@ -32,8 +32,8 @@ std::optional<double> LapCounter::advance(double t, double x, double y) {
   std::optional<double> ended;
   const double lap_end = (laps_ + 1) * track_.length();
   if (covered_ >= lap_end) {
-    // The normal is crossed between the two positions; should the car have been found again beyond it, count by
-    // station.
+    // The normal is crossed between the two positions; if follow()
+    // moved the car to a place beyond it, interpolate by station.
     const double from = ahead_of_line(x_, y_), to = ahead_of_line(x, y);
     double share = (lap_end - before) / (covered_ - before);
     if (from <= 0.0 && to >= 0.0 && to > from) share = -from / (to - from);

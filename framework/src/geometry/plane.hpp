@@ -1,5 +1,5 @@
-// Points, poses and angles in the ground plane. Metres and radians, ISO axes (x forward, y left, yaw
-// counter-clockwise).
+// Points, poses and angles in the ground plane. Metres and
+// radians, ISO axes (x forward, y left, yaw counter-clockwise).
 #pragma once
 
 #include <cmath>
@@ -21,8 +21,8 @@ struct Pose {
   double yaw = 0.0;
 };
 
-/// A shape that cannot be built or a place that cannot be used. what() is one line for the user: found, expected,
-/// remedy.
+/// A shape that cannot be built or a place that cannot be used.
+/// what() is one line for the user: found, expected, remedy.
 class GeometryError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };

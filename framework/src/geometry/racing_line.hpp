@@ -50,14 +50,14 @@ struct RacingLineOptions {
 /// margin, left - car_width/2 - margin]. Throws GeometryError if the road is too narrow for that.
 RacingLine minimum_curvature_line(const Track& track, const RacingLineOptions& options);
 
-/// Radius that the centre of gravity draws at full lock without slip [m].
+/// Radius of the centre of gravity's path at full lock without slip [m].
 inline double least_turning_radius(const Car& car) {
   return std::hypot((car.lf + car.lr) / std::tan(car.delta_max), car.lr);
 }
 
-/// One line saying where a car of this width and least turning radius [m] cannot get round the road, and which radius it
-/// would need; empty if it can. Its line of least curvature within the edges decides, which is computed only where the
-/// centre line is sharper than the car; 5 % are accepted, which a car slides.
+/// One line saying where a car of this width and least turning radius [m] cannot get round the road, and which radius
+/// it would need; empty if it can. Judged by its line of least curvature within the edges, which is computed only where
+/// the centre line bends more sharply than the car can; up to 5 % more is accepted, because cars slide.
 std::string check_car_turns(const Track& track, double car_width, double least_radius);
 
 /// Samples any closed line every `spacing` metres and measures it against the road.

@@ -36,7 +36,7 @@ void keep_first(RoadTrace& trace, std::size_t count) {
   each_column(trace, [&](std::vector<double>& column) { column.resize(count); });
 }
 
-/// A trace that went on after a lap is cut where it was nearest to its start, having been away from it.
+/// Cuts a trace that continues after a lap where it comes nearest to its start again.
 void cut_after_a_lap(RoadTrace& trace, double near, std::vector<std::string>& remarks) {
   const std::vector<PlanePoint>& p = trace.points;
   std::size_t i = 1, n = p.size();

@@ -1,4 +1,4 @@
-// A road as people have it: read from their files as rows of points, repaired, and turned into a Track.
+// Roads in formats of other tools: read as rows of points, repaired, and turned into a Track.
 #pragma once
 
 #include <filesystem>
@@ -35,8 +35,8 @@ struct RoadReading {
 ///   trace, GPX           track points, else route points: with `width`
 ///   edges, two CSVs      x_m,y_m[,z_m] or lat,lon[,ele]
 ///   .json                any road that load_track reads
-/// Places on the earth are seen in the plane that touches the WGS 84 ellipsoid at their middle: x east, y north. A trace
-/// that goes on beyond its start is cut where it comes back to it. `remarks` gets a line for all that was done.
+/// Places on the earth are projected to the plane that touches the WGS 84 ellipsoid at their middle: x east, y north. A
+/// trace that continues beyond its start is cut where it comes back to it. `remarks` gets a line for each change.
 /// Throws InputError and GeometryError.
 RoadTable read_road(std::span<const std::filesystem::path> files, const RoadReading& reading,
                     std::vector<std::string>& remarks);
@@ -50,10 +50,10 @@ struct Smoothed {
   double moved = 0.0;   ///< largest move of the centre line, in x and in y at most tolerance / sqrt(2) [m]
   double raised = 0.0;  ///< largest change of a height [m]
 };
-/// The smoothest line no further than `tolerance` [m] from the road's points, at equal steps: minimises the squared
-/// second differences and, so that only what is shorter than about three widths goes, (move / half width^2)^2. The edges
-/// stay where they are. Widths change by at most 1:2 afterwards, where a step was the road is narrower before it.
-/// Heights are smoothed over ten half widths.
+/// The smoothest line within `tolerance` [m] of the road's points, at equal steps: minimises the squared second
+/// differences plus (move / half width^2)^2, so that only waves shorter than about three widths are removed. The edges
+/// stay where they are. Half widths then change by at most 1:2 along the road: at a
+/// step it is narrowed on the wide side. Heights are smoothed over ten half widths.
 Smoothed smooth(RoadTable& road, double tolerance);
 
 /// Where a half width changes by more than 1:2 between neighbouring points.

@@ -146,7 +146,7 @@ RoadTrace read_csv_trace(const fs::path& file) {
     const double unit = trace.on_earth ? degree : 1.0;
     const PlanePoint at{unit * (*x)[i], unit * (*y)[i]};
     if (!trace.points.empty() && at.x == trace.points.back().x && at.y == trace.points.back().y) {
-      // A logger that stands repeats itself; a table with widths does so by mistake.
+      // A logger at rest repeats points; in a table with widths a repeated point is a mistake.
       if (right) refuse(file, table.line[i], "repeats the point of line " + std::to_string(table.line[i - 1]));
       continue;
     }

@@ -44,7 +44,7 @@ double StationTable::at(double s) const {
   const double next = last ? stations_.front() + period_ : stations_[i + 1];
   const double share_of_gap = (s - stations_[i]) / (next - stations_[i]);
   const double to = values_[last ? 0 : i + 1];
-  if (std::isinf(values_[i]) || std::isinf(to)) return values_[i];  // no wall: a section begins and ends at a row
+  if (std::isinf(values_[i]) || std::isinf(to)) return values_[i];  // between walls
   return values_[i] + share_of_gap * (to - values_[i]);
 }
 

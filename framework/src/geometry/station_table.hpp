@@ -11,7 +11,7 @@ class StationTable {
   /// The same value everywhere.
   StationTable(double value = 0.0) : values_{value} {}  // NOLINT(google-explicit-constructor): a number is a table
   /// Stations strictly increasing inside [0, period); throws GeometryError otherwise or if a value is NaN.
-  /// An infinite value holds up to the next station: nothing there, as between walls.
+  /// An infinite value (no wall) holds up to the next station: nothing is interpolated from it.
   StationTable(double period, std::vector<double> stations, std::vector<double> values);
 
   double at(double s) const;

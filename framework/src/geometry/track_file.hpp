@@ -1,4 +1,4 @@
-// Roads as users write them.
+// Roads from JSON and CSV files (framework/doc/worlds.md).
 #pragma once
 
 #include <filesystem>

@@ -161,7 +161,7 @@ Shape shape_of(const std::vector<Line>& sample) {
 }
 
 /// "Speed (km/h)" and "Speed [km/h]" are a name and a unit.
-void take_unit_off(std::string& name, std::string& unit) {
+void split_unit_off(std::string& name, std::string& unit) {
   for (const auto& [open, close] : {std::pair('[', ']'), {'(', ')'}}) {
     const std::size_t begin = name.rfind(open);
     if (begin == std::string::npos || begin == 0 || name.back() != close) continue;
@@ -254,7 +254,7 @@ struct Reader {
     const int at = header->line;
     for (const std::string_view cell : header->cells) table.name.emplace_back(cell);
     table.unit.resize(shape.cells);
-    for (std::size_t c = 0; c < shape.cells; ++c) take_unit_off(table.name[c], table.unit[c]);
+    for (std::size_t c = 0; c < shape.cells; ++c) split_unit_off(table.name[c], table.unit[c]);
     if (header + 1 != above.end()) {
       table.found.push_back("units in a row of their own");
       for (std::size_t c = 0; c < shape.cells; ++c)

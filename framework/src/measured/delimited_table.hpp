@@ -1,5 +1,5 @@
 // Tables of numbers as loggers and spreadsheets write them: preambles, a row of units, any separator, decimal commas,
-// comment lines, quoted cells. What util/csv.hpp refuses on purpose is read here, and said.
+// comment lines, quoted cells. Reads what util/csv.hpp refuses on purpose, and reports it in `found`.
 #pragma once
 
 #include <filesystem>

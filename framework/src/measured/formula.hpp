@@ -17,7 +17,7 @@ namespace gripline::measured {
 ///   if(condition, then, else), rate(x) (change per second of x, backward difference of rows),
 ///   hold(x) (the last value where cells are empty)
 ///
-/// A missing cell makes the result missing, but where `if` does not choose it.
+/// A missing cell makes the result missing, except in the branch that `if` does not choose.
 class Formula {
  public:
   /// Throws InputError with the place in the text: unknown column (with the nearest name), syntax.

@@ -21,7 +21,7 @@ void append(std::string& line, double value, int digits) {
 }
 
 /// The centre of gravity's reading behind the row's.
-void take_frames_off(std::array<double, channels>& r, const LogMap& map) {
+void remove_frames(std::array<double, channels>& r, const LogMap& map) {
   r[2] -= map.pose.yaw;
   const double c = std::cos(r[2]), s = std::sin(r[2]);
   r[0] -= map.pose.x * c - map.pose.y * s;
@@ -79,7 +79,7 @@ std::vector<std::string> write_gripline_log(const std::filesystem::path& file, c
       const double delay = delays[delay_group[c]];
       r[c] = delay == 0.0 ? s.at(i, c) : s.interpolate(c, s.t[i] + delay);
     }
-    take_frames_off(r, map);
+    remove_frames(r, map);
     std::string line;
     append(line, s.t[i], 6);
     out.append(line, 1);

@@ -13,9 +13,9 @@ namespace gripline::measured {
 double typical_speed(const Session& session);
 
 /// Writes t_s and those of x_m, y_m, yaw_rad, vx_mps, vy_mps, yaw_rate_radps, d, delta_rad that the session has, a row
-/// for each of its rows. Delays of the map, or found where it says "find", are taken off (a channel is read where it
-/// shows the row's time), and the map's frames: the columns are those of the centre of gravity. Gives what was done, a
-/// sentence each.
+/// for each of its rows. Delays of the map, or those found where it says "find", are removed (a channel is read at the
+/// row's time plus its delay), and so are the map's frames: the columns are
+/// those of the centre of gravity. Returns what was done, one sentence each.
 std::vector<std::string> write_gripline_log(const std::filesystem::path& file, const SessionFile& session,
                                             const LogMap& map);
 

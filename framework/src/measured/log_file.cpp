@@ -177,12 +177,12 @@ bool same_content(const LogFile& a, const LogFile& b) {
 std::vector<LogFile> each_once(std::span<const LogFile> logs) {
   std::vector<LogFile> once;
   for (const LogFile& log : logs) {
-    const auto twin = std::find_if(once.begin(), once.end(), [&](const LogFile& o) { return same_content(o, log); });
-    if (twin == once.end())
+    const auto same = std::find_if(once.begin(), once.end(), [&](const LogFile& o) { return same_content(o, log); });
+    if (same == once.end())
       once.push_back(log);
     else
-      twin->health.push_back(
-          {"logs", log.name + " holds the same rows as " + twin->name, "used once", Health::Level::note});
+      same->health.push_back(
+          {"logs", log.name + " holds the same rows as " + same->name, "used once", Health::Level::note});
   }
   return once;
 }

@@ -1,4 +1,4 @@
-// CSV logs as users bring them: read, checked, and resampled to an even grid.
+// CSV logs in gripline's columns: read, checked, and resampled to an even grid.
 #pragma once
 
 #include <filesystem>
@@ -26,8 +26,8 @@ LogFile read_log_file(const std::filesystem::path& file, const LogExpectations& 
 
 /// Whether two logs hold the same readings and commands, whatever their names.
 bool same_content(const LogFile& a, const LogFile& b);
-/// Logs without those that repeat an earlier one; its health says so. The same noise counted twice would pass for
-/// evidence.
+/// Logs without those that repeat an earlier one; its health says
+/// so. The same noise counted twice would look like evidence.
 std::vector<LogFile> each_once(std::span<const LogFile> logs);
 /// Throws InputError when a held-out log is one of those that are fitted.
 void check_held_out(std::span<const LogFile> logs, std::span<const LogFile> held_out);

@@ -43,13 +43,13 @@ struct Channel {
   Origin origin;
 };
 
-/// A point of the car and the turn of a unit's axes: ahead of and left of the centre of gravity [m], to the left [rad].
+/// Where a sensor is mounted: ahead of and left of the centre of gravity [m], axes turned to the left by `yaw` [rad].
 struct Frame {
   double x = 0, y = 0, yaw = 0;
   bool point_given = false, yaw_given = false;
 };
 
-/// Channels that one clock stamps share a delay.
+/// Channels that are stamped by one clock share a delay: four groups.
 inline constexpr std::size_t delay_groups = 4;
 inline constexpr std::array<const char*, delay_groups> delay_names = {"position", "yaw", "velocity", "yaw_rate"};
 inline constexpr std::array<std::size_t, channels> delay_group = {0, 0, 1, 2, 2, 3};

@@ -12,7 +12,7 @@ namespace {
 constexpr std::size_t yaw = 2;
 
 /// The difference of two readings of a channel; headings differ by less than half a turn, wrapped or not.
-double apart(std::size_t channel, double a, double b) {
+double difference_of(std::size_t channel, double a, double b) {
   return channel == yaw ? std::remainder(a - b, 2.0 * std::numbers::pi) : a - b;
 }
 
@@ -24,7 +24,7 @@ std::vector<double> off_neighbours(const RawLog& raw, std::size_t c) {
     if (std::isnan(raw.at(i, c))) continue;
     around.clear();
     for (std::size_t j = i - std::min(i, reach); j <= std::min(raw.size() - 1, i + reach); ++j)
-      if (j != i && !std::isnan(raw.at(j, c))) around.push_back(apart(c, raw.at(i, c), raw.at(j, c)));
+      if (j != i && !std::isnan(raw.at(j, c))) around.push_back(difference_of(c, raw.at(i, c), raw.at(j, c)));
     if (around.size() >= 4) off[i] = upper_median(around, 0.0);
   }
   return off;
@@ -47,7 +47,7 @@ double ordinary_change(const RawLog& raw, std::size_t c) {
 }
 
 /// Far from its neighbours and reached and left by a jump; a quick motion of the car takes several samples.
-std::vector<bool> gross(const RawLog& raw, std::size_t c) {
+std::vector<bool> far_from_neighbours(const RawLog& raw, std::size_t c) {
   const std::vector<double> off = off_neighbours(raw, c);
   std::vector<double> sizes;
   for (const double o : off)
@@ -62,7 +62,7 @@ std::vector<bool> gross(const RawLog& raw, std::size_t c) {
            j += step) {
         const auto k = static_cast<std::size_t>(j);
         if (std::isnan(off[k]) || far(k)) continue;
-        return std::abs(apart(c, raw.at(i, c), raw.at(k, c))) > 0.6 * std::abs(off[i]);
+        return std::abs(difference_of(c, raw.at(i, c), raw.at(k, c))) > 0.6 * std::abs(off[i]);
       }
       return true;
     };
@@ -127,7 +127,7 @@ void drop_gross_outliers(RawLog& raw, std::vector<Health>& health) {
         out[i] = true;
         raw.at(i, c) = no_reading;
       }
-    const std::vector<bool> far = gross(raw, c);
+    const std::vector<bool> far = far_from_neighbours(raw, c);
     for (std::size_t i = 0; i < raw.size(); ++i) {
       if (!out[i] && !far[i]) continue;
       raw.at(i, c) = no_reading;

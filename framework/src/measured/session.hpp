@@ -27,7 +27,7 @@ struct Session {
 
   std::size_t rows() const { return t.size(); }
   double at(std::size_t row, std::size_t channel) const { return reading[row * channels + channel]; }
-  /// The reading at a time between two rows that both have it and are at most `longest_gap` apart [s], linear; else NaN.
+  /// The reading at a time between two rows that both have it and are at most `longest_gap` [s] apart, linear; or NaN.
   double interpolate(std::size_t channel, double time, double longest_gap = 0.25) const;
   /// Index of the last row at or before `time`; rows() when there is none.
   std::size_t row_before(double time) const;

@@ -1,4 +1,4 @@
-// Is this what the map says? Units, signs and frames, each with its evidence.
+// Checks whether numbers fit the map: units, signs and frames, each with its evidence.
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -111,7 +111,7 @@ class Checks {
       if (std::isfinite(speed_of(w))) speeds.push_back(std::abs(speed_of(w)));
     const double most = lower_quantile(speeds, 0.98);
     if (speeds.size() < 10) refuse("fewer than 5 s with readings; 60 s are good");
-    // Receivers show a few centimetres per second of a car that stands, whatever car it is.
+    // Receivers show a few centimetres per second for a car at rest, whatever its size.
     constexpr double standing = 0.1;  // [m/s]
     if (most < std::max(standing, 0.05 * v_ref_))
       refuse("the car is parked: its speed stays below " + significant(most) + " m/s; expected a log of driving" +

@@ -42,7 +42,7 @@ double factor_of(const Channel& channel, const char* unit, const Formula& formul
     try {
       return written.empty() ? 1.0 : to_si("1 " + written, unit);
     } catch (const UnitError&) {
-      return 1.0;  // words of the logger's own
+      return 1.0;  // a unit that gripline does not know
     }
   }
   return written.empty() ? 1.0 : to_si("1 " + plain_unit(written), unit);

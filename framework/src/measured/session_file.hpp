@@ -1,4 +1,4 @@
-// A logger's table and a map make a session: rows in SI units, in the log's own clock.
+// Makes a session of a logger's table and a map: rows in SI units, in the log's own clock.
 #pragma once
 
 #include <filesystem>
@@ -23,13 +23,13 @@ struct SessionFile {
   double row_step = 0;            // median [s]
 };
 
-/// Reads a log through a map. Readings that are missing, or held from the row before where the map says so, are NaN; yaw
-/// is unwrapped; what the log lacks is derived from what it has (speed and course from places) or left out. Rows are
-/// kept as they are: nothing is smoothed, moved or interpolated. Throws InputError: a column that is not there, a unit,
-/// time that runs backward, fewer than 20 rows, no steering.
+/// Reads a log through a map. Readings that are missing, or held from the row before where the map says so, are NaN;
+/// yaw is unwrapped; what the log lacks is derived from what it has (speed and course from places) or
+/// left out. Rows are kept as they are: nothing is smoothed, moved or interpolated. Throws InputError:
+/// a missing column, a wrong unit, time that runs backward, fewer than 20 rows, no steering.
 SessionFile read_session(const std::filesystem::path& log, const LogMap& map);
 
-/// Is this what the map says? Judged by medians over driving, so that no outlier decides. Throws InputError with the
+/// Checks that the numbers fit the map, by medians over driving, so that no outlier decides. Throws InputError with the
 /// evidence: units of speed, angles and time, a heading turned against the path, a steering angle or yaw rate of the
 /// other sign, a parked car. `v_ref`: typical speed of the car [m/s].
 void check_session(const SessionFile& file, double v_ref);

@@ -137,7 +137,7 @@ void clip(Values& y) {
     if (!std::isnan(v)) v = std::clamp(v, -most, most);
 }
 
-/// What of a signal tells delays: without jumps, noise of a tenth of a second and trends over several seconds.
+/// The part of a signal that shows delays: without jumps, noise below 0.1 s and trends over several seconds.
 Values manoeuvres(Values y, double dt) {
   clip(y);
   y = mean_around(y, dt, 0.08);
@@ -258,8 +258,8 @@ std::vector<Delay> delays_of(const Session& s) {
 
 namespace {
 
-/// By how much nearly all of some values are off: the smaller of two quantiles' shifts, so that a mixture of shifted and
-/// others counts as none.
+/// The shift that nearly all values share: the smaller shift of two quantiles, so that a mixture of shifted and other
+/// values has none.
 double shift_of_all(const Values& values, double centre) {
   const double low = lower_quantile(values, 0.25) - centre, high = lower_quantile(values, 0.75) - centre;
   if (low * high <= 0.0) return 0.0;

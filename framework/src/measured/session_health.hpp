@@ -19,7 +19,7 @@ struct Noise {
 /// Nothing below 100 usable differences.
 std::optional<Noise> noise_of(const Session& session, std::size_t channel, double row_step);
 
-/// One channel shows later than another what both see.
+/// How much later one channel shows than another what both observe.
 struct Delay {
   const char* channel;  // as in the map
   const char* against;

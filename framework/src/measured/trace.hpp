@@ -6,8 +6,8 @@
 
 namespace gripline::measured {
 
-/// A log prepared for evaluation. `motion` is the reference trajectory: size() rows of motion_size; `at` the places
-/// along it.
+/// A log prepared for evaluation. `motion` is the reference trajectory, size() rows of motion_size;
+/// `at` are the places along it.
 struct Trace {
   Log log;
   std::vector<double> motion;

@@ -26,7 +26,7 @@ class PluginFailure : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// A short text that one process writes and another may read at any time; never longer than its room.
+/// A short text that one process writes and another may read at any time (shared memory); longer ones are cut.
 class SharedText {
  public:
   void set(std::string_view text) {
@@ -34,7 +34,7 @@ class SharedText {
     for (std::size_t i = 0; i < size; ++i) letters_[i].store(text[i], std::memory_order_relaxed);
     letters_[size].store('\0', std::memory_order_relaxed);
   }
-  /// Into room for `size` characters; what a signal handler may call.
+  /// Copies at most `size` characters, the final zero included. Safe in a signal handler.
   void copy(char* text, std::size_t size) const {
     std::size_t i = 0;
     for (; i + 1 < std::min(size, letters_.size()); ++i) {
@@ -57,7 +57,7 @@ class SharedText {
   std::array<std::atomic<char>, 64> letters_{};
 };
 
-/// Which plugin a process called last, and when on the world's clock: for the message when the process ends inside that call.
+/// Which plugin a process called last, and at which time of the world: for the message when that call ends the process.
 struct LastCall {
   SharedText who;
   std::atomic<double> t{NAN};  // [s]; NaN while an instance is made, -infinity since, +infinity while it is destroyed
@@ -68,7 +68,7 @@ struct LastCall {
   }
 };
 
-/// Where this process notes it; null: nowhere. A process runs one race, and its death leaves no other trace.
+/// Where guard() notes each call, in memory shared with the waiting process; null: nowhere. A process runs one race.
 inline LastCall*& last_call() {
   static LastCall* place = nullptr;
   return place;
@@ -78,7 +78,7 @@ inline LastCall*& last_call() {
 /// made last was elm": where a process was, after words on how it ended; empty when it called no plugin.
 std::string describe_place(const LastCall& last);
 
-/// How this thread rounds, and what it does about numbers too small: what every result rests on.
+/// Rounding mode and treatment of subnormal numbers of this thread: results depend on both.
 inline unsigned arithmetic_mode() {
 #if defined(__SSE2__)
   return _mm_getcsr() & 0xffc0U;  // without the flags that say what happened
@@ -86,7 +86,7 @@ inline unsigned arithmetic_mode() {
   return static_cast<unsigned>(std::fegetround());
 #endif
 }
-/// Puts a mode back that arithmetic_mode() gave.
+/// Restores a mode that arithmetic_mode() returned.
 inline void set_arithmetic_mode(unsigned mode) {
 #if defined(__SSE2__)
   _mm_setcsr((_mm_getcsr() & ~0xffc0U) | mode);
@@ -95,8 +95,8 @@ inline void set_arithmetic_mode(unsigned mode) {
 #endif
 }
 
-/// Calls f; an exception becomes a PluginFailure that says who and when.
-/// So does a call after which this thread would round in another way.
+/// Calls f; an exception becomes a PluginFailure that says who and when,
+/// and so does a changed arithmetic mode, which is restored first.
 template <class F>
 decltype(auto) guard(const std::string& who, double t, F&& f) {
   if (LastCall* const call = last_call(); call != nullptr) call->note(who, t);

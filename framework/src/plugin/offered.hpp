@@ -7,8 +7,8 @@
 
 namespace gripline {
 
-/// Every registry made from now on has this plugin, in the place of one of the same kind and id that was offered before.
-/// `entry.library` is the file that it is made of: runs are named by its contents. The declaration must outlive all.
+/// Every registry made from now on has this plugin. It replaces one of the same kind and id that was offered before.
+/// `entry.library` is the file that defines it, whose hash is part of run_key(). The declaration must outlive all.
 void offer_plugin(const PluginEntry& entry);
 std::span<const PluginEntry> offered_plugins();
 

@@ -75,7 +75,7 @@ abi::ParamValue read_value(const Node& node, const abi::ParamDecl& decl, PluginS
   return {read_number(node, decl.unit, range, errors), {}};
 }
 
-/// The registry's words with the place where the plugin is named.
+/// Registry::find, its error with the place in the file where the plugin is named.
 const PluginEntry& find_at(const Registry& registry, abi::Kind kind, const Node& name) {
   try {
     return registry.find(kind, name.text());

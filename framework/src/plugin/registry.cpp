@@ -63,7 +63,7 @@ Registry::Registry(std::vector<fs::path> directories)
   }
 }
 
-/// The library came through the probe.
+/// Opens a library that probe_libraries() found usable.
 void Registry::load(const fs::path& library) {
   const ProcessState state;
   boost::dll::shared_library handle;

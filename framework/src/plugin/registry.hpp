@@ -56,7 +56,7 @@ class Registry {
     std::string reason;
   };
   std::span<const Unusable> unusable() const { return unusable_; }
-  /// What the user should know and nothing is stopped by: folders that everybody may write.
+  /// What the user should know although it stops nothing: folders that everybody may write to.
   std::span<const std::string> warnings() const { return warnings_; }
 
  private:
@@ -70,7 +70,7 @@ class Registry {
   std::vector<std::string> warnings_;
 };
 
-/// Hands an instance back to its library, and notes so: a destructor may be the last thing a process does.
+/// Destroys an instance by its library, and notes that call: a destructor may end the process.
 class Destroyer {
  public:
   Destroyer(const abi::PluginDecl* decl = nullptr) : decl_(decl) {}  // NOLINT(google-explicit-constructor)

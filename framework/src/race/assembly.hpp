@@ -1,4 +1,4 @@
-// A race put together: the one place where a world, a stack, its judgement, its files and Algorithm 1 meet.
+// Assembles a race: connects a world, a stack, metrics, result files and Algorithm 1; done nowhere else.
 #pragma once
 
 #include <filesystem>

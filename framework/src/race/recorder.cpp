@@ -47,8 +47,8 @@ void write_points(CsvWriter& out, std::span<const P> points) {
 
 /// What a plugin returns; its exceptions become PluginFailure.
 template <class F>
-auto ask_plugin(const StepRecord& record, const PluginSpec& plugin, F&& question) {
-  return guard(plugin.id(), record.world.time(), question);
+auto call_plugin(const StepRecord& record, const PluginSpec& plugin, F&& call) {
+  return guard(plugin.id(), record.world.time(), call);
 }
 
 }  // namespace
@@ -62,9 +62,9 @@ Recorder::Recorder(const std::filesystem::path& folder)
       tyres_(folder / "tyres.csv", "t_s,axle,slip_rad,learned_n,sigma_n,true_n") {}
 
 void Recorder::write(const StepRecord& record) {
-  if (getpid() != process_) _exit(1);  // a twin that a plugin made: these files are its parent's
+  if (getpid() != process_) _exit(1);  // a process that a plugin forked: the files belong to its parent
   if (record.world.step() == 0)
-    write_line(ask_plugin(record, record.stack.spec().planner, [&] { return record.stack.planner().line(); }));
+    write_line(call_plugin(record, record.stack.spec().planner, [&] { return record.stack.planner().line(); }));
   write_step(record);
   timing_ << record.world.time() << record.timing.update_ms << record.timing.plan_ms << record.timing.solve_ms
           << process_cpu_s();
@@ -112,8 +112,8 @@ void Recorder::write_replay(const StepRecord& record) {
   const World::Acting acting = world.acting_under(record.sent);
   replay_ << world.time() << record.belief.mu.sigma_front << record.belief.mu.sigma_rear << world.slip(Axle::front)
           << world.slip(Axle::rear) << acting.force_front << acting.force_rear;
-  write_points(replay_, ask_plugin(record, record.stack.spec().controller,
-                                   [&] { return record.stack.controller().predicted(); }));
+  write_points(replay_, call_plugin(record, record.stack.spec().controller,
+                                    [&] { return record.stack.controller().predicted(); }));
   write_points(replay_, record.horizon);
   replay_.end_row();
 }
@@ -126,7 +126,7 @@ void Recorder::write_tyres(const StepRecord& record) {
     slip[i] = shown_slip * (2.0 * static_cast<double>(i) / (slip_count - 1) - 1.0);
   for (const Axle axle : {Axle::front, Axle::rear}) {
     const bool known =
-        ask_plugin(record, record.stack.spec().estimator, [&] { return curve->tyre_force(axle, slip, force, sigma); });
+        call_plugin(record, record.stack.spec().estimator, [&] { return curve->tyre_force(axle, slip, force, sigma); });
     if (!known) return;
     for (std::size_t i = 0; i < slip_count; ++i) {
       tyres_ << record.world.time() << (axle == Axle::front ? "front" : "rear") << slip[i] << force[i] << sigma[i]

@@ -18,7 +18,7 @@ void timed_call(const std::string& who, double t, double& spent_ms, F&& call) {
   spent_ms = 1e3 * (thread_cpu_s() - begin);
 }
 
-/// A car that moves by less than this share of its length in this time is stuck: nothing changes any more for the stack.
+/// A car that moves by less than this share of its length in this time is stuck: the stack sees no more changes.
 constexpr double standing_share = 0.1, standing_s = 5.0;
 
 /// For messages: a place or a speed to one decimal.
@@ -85,7 +85,7 @@ void Simulation::decide() {
              [&] { command_ = stack_.controller().control(now_, horizon_, *belief.model); });  // line 15
   require_finite(stack_.spec().controller.id(), now_.t, "a command", {command_.u.d, command_.u.ddelta});
   if (!belief.model->smooth_since_asked())
-    throw PluginFailure(stack_.rough_plugin(now_, command_.u) + " at t = " + std::to_string(now_.t) +
+    throw PluginFailure(stack_.nonfinite_plugin(now_, command_.u) + " at t = " + std::to_string(now_.t) +
                         " s: returned a derivative that is not a number");
   const auto line = guard(stack_.spec().planner.id(), now_.t, [&] { return stack_.planner().line(); });
   if (world_.step() > 0) metrics_.step(belief, line, command_.solved);

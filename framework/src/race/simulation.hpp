@@ -24,16 +24,16 @@ class Simulation {
   /// wants a horizon that cannot be.
   Simulation(World& world, Stack& stack, Metrics& metrics, Recorder* recorder);
 
-  /// Races until the world ends it. Every row up to the end is written whatever happens; never throws for a plugin's
-  /// fault.
+  /// Races until the world ends it. Every row up to the end is written in any case. A plugin's failure is in the
+  /// summary's status and message, never thrown.
   RunSummary run();
   /// May be null; must outlive the run.
   void observe_with(StepObserver* observer) { observer_ = observer; }
   /// `on_step` is called after every step with the share of the race that is done, in [0, 1]; may be null.
   void on_progress(void (*on_step)(void*, double), void* context) { progress_ = on_step, progress_context_ = context; }
 
-  /// The parts of run(), for callers that stop at every step: start() once, then step() any number of times. Both
-  /// throw PluginFailure.
+  /// The parts of run(), for callers that stop at every step: start() once, then step() any number of times.
+  /// Both throw PluginFailure.
   void start();
   void step();
   /// Lines 5-7 are left out from now on: the estimator stays as it is.

@@ -20,8 +20,8 @@ PluginContext plugin_context(const StackSpec& spec, const StackContext& world) {
   return context;
 }
 
-/// The cache folder of a plugin. It holds the hash of the library, so that a rebuilt one does not read results of
-/// another build.
+/// The cache folder of a plugin. Its name has the hash of the library, so that a rebuilt library does not read results
+/// of another build.
 std::string cache_of(const PluginSpec& spec, const std::string& cache_dir) {
   if (cache_dir.empty() || spec.empty()) return {};
   const std::string hash = sha256_of_file(spec.entry->library).substr(0, 16);
@@ -140,7 +140,7 @@ void Stack::learn(const Sample& sample) {
   if (estimator_) (*estimator_)->update(sample);
 }
 
-std::string Stack::rough_plugin(const Observation& now, const Input& u) const {
+std::string Stack::nonfinite_plugin(const Observation& now, const Input& u) const {
   for (std::size_t count = 0; count <= spec_.model.effects.size(); ++count) {
     CorrectedModel part(vehicle_.car_with(count), {context_.dt, context_.hold, spec_.model.integration});
     part.reset(now.x, now.d, now.at);

@@ -1,4 +1,4 @@
-// What drives: nominal model, estimator, planner, controller, and when to trust what was learned.
+// What drives the car: nominal model, estimator, planner, controller, and from when on the estimate is trusted.
 #pragma once
 
 #include <array>
@@ -63,9 +63,9 @@ class Stack {
   Controller& controller() { return *controller_; }
   const TyreCurve* tyre_curve() const { return estimator_ ? estimator_->get() : nullptr; }
   const StackSpec& spec() const { return spec_; }
-  /// The plugin whose derivatives are no numbers at a state: the model, the first of its effects that breaks it, or
+  /// The plugin whose derivatives are not finite at a state: the model, the first effect that makes them so, or
   /// else the estimator.
-  std::string rough_plugin(const Observation& now, const Input& u) const;
+  std::string nonfinite_plugin(const Observation& now, const Input& u) const;
 
  private:
   const StackSpec& spec_;

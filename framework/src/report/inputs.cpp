@@ -99,7 +99,7 @@ std::vector<double> sorted_numbers(std::span<const double> values) {
 nlohmann::json read_json(const fs::path& file) {
   const std::string text = read_whole_file(file);
   if (text.empty()) return nullptr;
-  // The library writes trees by recursion.
+  // nlohmann writes trees by recursion: deep nesting would overflow the stack.
   if (nesting(text) > max_depth)
     throw InputError(file.string() + ": nested deeper than " + std::to_string(max_depth) + " levels");
   try {

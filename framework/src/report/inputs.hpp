@@ -20,8 +20,8 @@
 //   plan0_x_m,plan0_y_m .. plan9_x_m,plan9_y_m   the controller's predicted positions, spread evenly over its horizon,
 //                                          the last one being the end of the horizon (any count from 2 to 50 works)
 //   ref0_x_m,ref0_y_m .. ref9_x_m,ref9_y_m       the planner's reference points, chosen the same way
-// OUT/<stack>/<seed>/line.csv, the line the planner follows first, closed, first point not repeated; the first run's is
-// drawn:
+// OUT/<stack>/<seed>/line.csv, the line the planner follows first, closed, first point not repeated;
+// that of the first run is drawn:
 //   s_m,x_m,y_m
 // OUT/<stack>/<seed>/tyres.csv, the learned tyre curve against the true one, one snapshot per second of simulated time
 // and one at the end; 41 slips per axle, equally spaced over -a .. a with a = 0.6 rad:
@@ -97,7 +97,7 @@ Inputs read_inputs(const std::filesystem::path& folder);
 /// The sentence of a diagnosis in a folder; empty if there is none.
 std::string sentence_of(const std::filesystem::path& folder);
 
-/// Reads one run. Hold one at a time: a report may have seventy.
+/// Reads one run. Keep one in memory at a time: a report may have seventy.
 Run read_run(const Inputs& inputs, const RunName& name);
 
 /// The median of the values that are numbers; NaN if there are none.

@@ -83,7 +83,7 @@ std::string intervals_figure(const std::string& title, const json& rows, bool fr
 }
 
 /// Lines are broken where time jumps from one held-out block to the next.
-Values broken(const Values& t, const Values& y) {
+Values with_gaps(const Values& t, const Values& y) {
   Values out = y;
   for (std::size_t i = 1; i < t.size() && i < y.size(); ++i)
     if (t[i] - t[i - 1] > 3.0) out[i] = nothing;
@@ -104,7 +104,7 @@ std::string traces_figure(const json& log) {
       Series error;
       for (std::size_t i = 0; i < x.size(); ++i) error.y.push_back(std::hypot(x[i] - mx[i], y[i] - my[i]));
       error.x = t;
-      error.y = broken(t, error.y);
+      error.y = with_gaps(t, error.y);
       error.colour = series_colour(0);
       error.label = "error";
       panel.y.label = "position error [m]";
@@ -112,8 +112,8 @@ std::string traces_figure(const json& log) {
     } else {
       Series measured, predicted;
       measured.x = predicted.x = t;
-      measured.y = broken(t, values_of(log, "measured_" + key));
-      predicted.y = broken(t, values_of(log, "predicted_" + key));
+      measured.y = with_gaps(t, values_of(log, "measured_" + key));
+      predicted.y = with_gaps(t, values_of(log, "predicted_" + key));
       if (std::none_of(measured.y.begin(), measured.y.end(), [](double v) { return std::isfinite(v); })) continue;
       measured.label = "measured";
       predicted.label = "predicted";
@@ -203,7 +203,7 @@ const json* row_named(const json& rows, const char* name) {
 }
 
 /// What the fit is worth, in words: the fitted row's position error, and against the best of the others.
-std::string lead(const json& data) {
+std::string lead_paragraph(const json& data) {
   const json& rows = list_of(data, "rows");
   const json* const fitted = row_named(rows, "fitted");
   const Values error = fitted != nullptr ? values_of(*fitted, "position_m") : Values{};
@@ -276,7 +276,7 @@ std::vector<FigureFile> measured_figures(const json& data) {
 
 std::string measured_page(const json& data, const json& scene, const json& claims) {
   const std::string name = scene.is_object() ? text_of(scene, "name") : "measured";
-  std::string page = html_begin(name) + lead(data);
+  std::string page = html_begin(name) + lead_paragraph(data);
   if (scene.is_object() && !text_of(scene, "note").empty()) page += "<p>" + escaped(text_of(scene, "note")) + "</p>\n";
   const auto figure = [](const std::string& svg) { return svg.empty() ? "" : "<figure>" + svg + "</figure>\n"; };
   page +=

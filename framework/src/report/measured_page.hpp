@@ -1,5 +1,5 @@
-// The page of an experiment of kind "measured", from measured.json in its folder: errors beside models that know nothing,
-// ablations, parameters with intervals, traces, the car on its road, where errors are large.
+// The page of an experiment of kind "measured", from measured.json in its folder: errors beside those of baselines that
+// need no car, ablations, parameters with intervals, traces, the car on its road, where errors are large.
 #pragma once
 
 #include <filesystem>

@@ -1,4 +1,4 @@
-// Columns of numbers as compact text inside a page, and JSON that cannot end the script element it stands in.
+// Columns of numbers as compact text inside a page, and JSON that cannot end its own script element.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-// The page: its data as JSON in script elements that start nothing, and the bundle that draws them.
+// The page: its data as JSON in script elements that are not executed, and the bundle that draws them.
 #pragma once
 
 #include <cstddef>

@@ -279,7 +279,7 @@ std::vector<double> round_ticks(double low, double high, int count) {
   const double step = power * (lead < 1.5 ? 1 : lead < 3.5 ? 2 : lead < 7.5 ? 5 : 10);
   std::vector<double> ticks;
   const double first = std::ceil(low / step - 1e-9);
-  // Counted: where a step is below the rounding of the numbers, adding it leads nowhere.
+  // Counted, because adding a step below the rounding error of `low` would never reach `high`.
   for (int i = 0; i <= 3 * std::max(count, 1) && (first + i) * step <= high + 1e-9 * step; ++i)
     ticks.push_back((first + i) * step);
   return ticks;
@@ -295,7 +295,7 @@ std::string draw_panels(const std::string& title, const std::vector<Panel>& pane
   const double head = 34 + legend;
   const double total_height = head + height * static_cast<double>(rows);
   body.write(margin_left, 20, title, ink, 14, "start", true);
-  // Names within the file, of its own: several figures may stand in one page.
+  // Ids unique to this figure: several may be embedded in one page.
   std::string name = "clip-";
   std::copy_if(title.begin(), title.end(), std::back_inserter(name),
                [](unsigned char c) { return c < 0x80 && std::isalnum(c) != 0; });

@@ -133,7 +133,7 @@ void add_trail(std::vector<Series>& out, const RunSeries& d, double low, double 
 }
 
 /// What the course spans along one axis, with a margin.
-std::pair<double, double> spread(const std::vector<Series>& series, std::vector<double> Series::*axis) {
+std::pair<double, double> drawn_range(const std::vector<Series>& series, std::vector<double> Series::*axis) {
   double low = std::numeric_limits<double>::infinity(), high = -low;
   for (const Series& s : series)
     for (const double v : s.*axis) low = std::min(low, v), high = std::max(high, v);
@@ -155,8 +155,8 @@ FigureFile trajectories(const Inputs& inputs, const std::vector<RunSeries>& runs
     panel.series = course_of(inputs.track);
     // The same cut-out for all.
     if (!panel.series.empty()) {
-      const auto [x_low, x_high] = spread(panel.series, &Series::x);
-      const auto [y_low, y_high] = spread(panel.series, &Series::y);
+      const auto [x_low, x_high] = drawn_range(panel.series, &Series::x);
+      const auto [y_low, y_high] = drawn_range(panel.series, &Series::y);
       panel.x.low = x_low, panel.x.high = x_high, panel.y.low = y_low, panel.y.high = y_high;
     }
     add_trail(panel.series, d, low, high);

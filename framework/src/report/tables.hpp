@@ -13,8 +13,8 @@
 namespace gripline::report {
 
 /// {"columns": [name...], "rows": [{"stack", "values", "low", "high", "n"}]}: the numeric columns of table.csv (without
-/// one, medians of runs.csv), with intervals of the median over the runs: those of table.csv (COLUMN_lo, COLUMN_hi), else
-/// by order statistics where runs.csv has the same column.
+/// one, medians of runs.csv), with intervals of the median over the runs: those of table.csv (COLUMN_lo, COLUMN_hi),
+/// else by order statistics where runs.csv has the same column.
 nlohmann::json table_json(const Inputs& inputs);
 
 /// [{"stack", "baseline", "column", "difference", "lo", "hi", "p", "draws"}] of pairs.csv, stacks as indices into

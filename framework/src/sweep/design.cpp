@@ -12,12 +12,12 @@
 
 #include "config/errors.hpp"
 #include "config/files.hpp"
+#include "experiment/experiment.hpp"
 
 namespace gripline::sweep {
 namespace {
 
 constexpr std::size_t most_settings = 10'000'000;
-constexpr std::uint64_t largest_seed = 1'000'000'000;  // of experiments
 
 /// splitmix64 (Steele, Lea, Flood, "Fast splittable pseudorandom number generators", 2014): the finaliser.
 std::uint64_t mixed(std::uint64_t x) {
@@ -69,7 +69,7 @@ void require_pointers(const std::vector<Factor>& factors) {
 std::uint64_t seed_number(const std::string& text, const std::string& all) {
   std::uint64_t value = 0;
   const auto [stop, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || stop != text.data() + text.size() || value > largest_seed)
+  if (error != std::errc() || stop != text.data() + text.size() || value > static_cast<std::uint64_t>(largest_seed))
     throw InputError("--seeds " + all + ": expected whole numbers up to " + std::to_string(largest_seed) +
                      " such as 1..50 or 1,2,7, found \"" + text + "\"");
   return value;

@@ -23,12 +23,12 @@ struct Factor {
 std::vector<std::string> split_levels(std::string_view text);
 /// "/pointer=a,b,c" or "/pointer=lo..hi". Throws InputError.
 Factor parse_factor(const std::string& assignment);
-/// "1..50", "1,2,7", "1..3,10": ascending within each part, in the order given. Throws InputError, also for one seed
-/// twice.
+/// "1..50", "1,2,7", "1..3,10": ascending within each part, in the order given. Throws InputError,
+/// also for a seed given twice.
 std::vector<std::uint64_t> parse_seeds(const std::string& text);
 
-/// Settings in an order of their own, each found from its number alone: nothing grows with their count but a list's
-/// text.
+/// Numbered settings, each computed from its number alone, so that
+/// memory does not grow with their count (except for a list).
 class Design {
  public:
   enum class Kind { factorial, latin, list };

@@ -1,8 +1,8 @@
-// Who has a sweep's runs done: one small interface, so that another batch system is one more file.
+// Engines do the runs of a sweep: one small interface, so that another batch system is one more file.
 //
-// A batch is a list of run numbers in a file, cut into tasks of `chunk` runs. An engine sees to it that run_task() is
-// called for every task, somewhere, at least once. It may lose tasks, do them twice or late: records are named by what
-// they depend on and written whole, so that what is missing is seen and repetitions do no harm.
+// A batch is a list of run numbers in a file, cut into tasks of `chunk` runs. An engine has run_task() called for every
+// task, on some machine, at least once. It may lose tasks, do them twice or late: records are named by a hash of their
+// inputs and written whole, so that missing ones are found and repetitions do no harm.
 #pragma once
 
 #include <cstdint>
@@ -28,9 +28,9 @@ struct Submission {
 };
 
 struct EngineState {
-  bool known = true;                     // the engine answered
+  bool known = true;                     // whether the engine answered
   std::size_t waiting = 0, running = 0;  // tasks
-  std::string words;                     // what else the user should know
+  std::string message;                   // what else the user should know
   bool stuck = false;  // what waits will never run unless somebody acts: resuming ends it and submits what is missing
   bool active() const { return !known || (waiting + running > 0 && !stuck); }
 };
@@ -68,8 +68,8 @@ std::vector<std::string> batches_in(const std::filesystem::path& out);
 /// Run numbers of a task.
 std::vector<std::uint64_t> runs_of(const Batch& batch, std::size_t task);
 
-/// What a task says of itself in task-<n>.json, since a cluster may keep no record: where and when it began, how it
-/// ended.
+/// A task's own record in task-<n>.json, for clusters that keep none: where and when it began,
+/// and how it ended.
 class TaskNote {
  public:
   TaskNote(const Batch& batch, std::size_t task);

@@ -14,6 +14,7 @@
 #include "config/node.hpp"
 #include "experiment/race_tables.hpp"
 #include "sweep/sweep.hpp"
+#include "util/csv_cell.hpp"
 #include "util/csv_writer.hpp"
 #include "util/numbers.hpp"
 #include "util/resampling.hpp"

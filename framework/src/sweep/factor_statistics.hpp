@@ -1,5 +1,5 @@
-// What the table of a sweep says of its factors: statistics by level, how much of the variance each factor makes, the
-// best settings.
+// What the table of a sweep says of its factors: statistics by level,
+// how much of the variance each factor makes, the best settings.
 #pragma once
 
 #include <filesystem>

@@ -21,7 +21,7 @@ constexpr TreeForm forms[] = {
 };
 constexpr std::size_t nowhere = ~std::size_t{0};
 
-bool says_nothing_of_a_run(const std::string& member) {
+bool is_no_input(const std::string& member) {
   return member == "claims" || member == "claim_share" || member == "note";
 }
 
@@ -38,8 +38,8 @@ void each_plugin(const Node& node, const Use& use) {
   }
 }
 
-/// Members of the experiment that assignments of factors reach.
-std::set<std::string> reached(const Design& design) {
+/// Members of the experiment that the factors of a design assign to.
+std::set<std::string> assigned_members(const Design& design) {
   std::set<std::string> names;
   for (const Factor& factor : design.factors()) names.insert(split_pointer(factor.pointer).front());
   return names;
@@ -75,7 +75,7 @@ Trees::Trees(const Sweep& sweep) : sweep_(sweep), at_(sweep.parts.size(), nowher
 
 const Node& Trees::setting(std::size_t part, std::size_t setting) {
   if (at_[part] == setting) return trees_[part];
-  // In place: every setting gives every factor a value, in the same order, so that nothing of the one before is left.
+  // In place: every setting assigns every factor, in the same order, so that nothing of the previous setting remains.
   const std::vector<std::string> values = sweep_.design.setting(setting);
   at_[part] = nowhere;
   for (std::size_t f = 0; f < values.size(); ++f)
@@ -89,7 +89,7 @@ Node Trees::run_tree(const RunAt& run, const std::vector<std::string>& rows) {
   const TreeForm& form = *forms_[run.part];
   Node one(Node::Object{}, tree.origin);
   for (const Member& member : tree.object())
-    if (!says_nothing_of_a_run(member.key) && (form.rows == nullptr || member.key != form.rows) &&
+    if (!is_no_input(member.key) && (form.rows == nullptr || member.key != form.rows) &&
         !(form.merges_base && member.key == "base"))
       one.set(member.key, member.value);
   if (form.rows != nullptr) {
@@ -120,7 +120,7 @@ std::string Keys::part_text(const Node& node) {
   std::set<std::string> used;
   each_plugin(node, [&](const std::string& id) {
     const auto found = library_of_.find(id);
-    if (found == library_of_.end()) return;  // reading the experiment says so
+    if (found == library_of_.end()) return;  // reported when the experiment is read
     const std::string name = found->second.filename().string();
     const std::string& hash = hashes_.of(found->second);
     libraries_[name] = hash;
@@ -134,12 +134,12 @@ const std::string& Keys::common_text(std::size_t part, std::size_t setting) {
   if (part == part_ && setting == setting_) return common_;
   const Node& tree = trees_.setting(part, setting);
   const TreeForm& form = trees_.form(part);
-  const std::set<std::string> changing = reached(sweep_.design);
+  const std::set<std::string> changing = assigned_members(sweep_.design);
   std::map<std::string, std::string> texts;
   for (const Member& member : tree.object()) {
     const bool row = (form.rows != nullptr && member.key == form.rows) || (form.merges_base && member.key == "base");
     const bool seed = form.seeds != nullptr && member.key == form.seeds;
-    if (row || seed || says_nothing_of_a_run(member.key)) continue;
+    if (row || seed || is_no_input(member.key)) continue;
     std::string& known = unchanged_[part][member.key];
     if (known.empty() || changing.contains(member.key)) known = part_text(member.value);
     texts[member.key] = known;

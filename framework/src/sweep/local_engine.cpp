@@ -185,7 +185,7 @@ void LocalEngine::submit(const Batch& batch, Submission& submission, const std::
 
 EngineState LocalEngine::status(const Submission& submission) {
   EngineState state;
-  state.words = "engine local" + (submission.jobs.empty() ? "" : ", process " + submission.jobs.front());
+  state.message = "engine local" + (submission.jobs.empty() ? "" : ", process " + submission.jobs.front());
   return state;
 }
 

@@ -6,6 +6,7 @@
 #include <map>
 #include <unordered_map>
 
+#include "util/csv_cell.hpp"
 #include "util/csv_writer.hpp"
 #include "util/numbers.hpp"
 
@@ -127,16 +128,6 @@ void write_table(const fs::path& out, const Table& table, const std::vector<RowH
 }
 
 }  // namespace
-
-std::string csv_cell(std::string_view text) {
-  if (text.find_first_of(",\"\n\r") == std::string_view::npos) return std::string(text);
-  std::string cell = "\"";
-  for (const char c : text) {
-    if (c == '"') cell += '"';
-    cell += c;
-  }
-  return cell + "\"";
-}
 
 MergeOutcome merge_records(const fs::path& out, const Sweep& sweep, Table& table,
                            const std::function<void(std::size_t, std::size_t)>& progress) {

@@ -34,7 +34,4 @@ struct Table {
 MergeOutcome merge_records(const std::filesystem::path& out, const Sweep& sweep, Table& table,
                            const std::function<void(std::size_t, std::size_t)>& progress = {});
 
-/// A cell as CSV: quoted (RFC 4180) when it holds a comma, a quote or the end of a line.
-std::string csv_cell(std::string_view text);
-
 }  // namespace gripline::sweep

@@ -19,13 +19,13 @@ namespace gripline::sweep {
 namespace fs = std::filesystem;
 namespace {
 
-struct Answer {
-  int code = -1;
-  std::string words;  // of both streams
+struct CommandResult {
+  int code = -1;       // exit code; 127: not installed
+  std::string output;  // of both streams
 };
 
-/// Runs one of Slurm's commands and collects what it says.
-Answer ask(const std::vector<std::string>& words) {
+/// Runs one of Slurm's commands and collects its output.
+CommandResult run_command(const std::vector<std::string>& words) {
   int ends[2];
   if (pipe2(ends, O_CLOEXEC) != 0) throw std::runtime_error(std::string("no pipe: ") + std::strerror(errno));
   std::vector<char*> arguments;
@@ -40,21 +40,21 @@ Answer ask(const std::vector<std::string>& words) {
     _exit(127);
   }
   close(ends[1]);
-  Answer answer;
+  CommandResult result;
   char chunk[4096];
   for (;;) {
     const ssize_t got = read(ends[0], chunk, sizeof chunk);
     if (got < 0 && errno == EINTR) continue;
     if (got <= 0) break;
-    answer.words.append(chunk, static_cast<std::size_t>(got));
+    result.output.append(chunk, static_cast<std::size_t>(got));
   }
   close(ends[0]);
   int status = 0;
   while (pid > 0 && waitpid(pid, &status, 0) < 0 && errno == EINTR) {
   }
-  if (pid > 0 && WIFEXITED(status)) answer.code = WEXITSTATUS(status);
-  while (answer.words.ends_with('\n')) answer.words.pop_back();
-  return answer;
+  if (pid > 0 && WIFEXITED(status)) result.code = WEXITSTATUS(status);
+  while (result.output.ends_with('\n')) result.output.pop_back();
+  return result;
 }
 
 std::string quoted(const std::string& text) {
@@ -63,28 +63,29 @@ std::string quoted(const std::string& text) {
   return out + "'";
 }
 
-/// sbatch's answer: the number of the job.
-std::string submitted(const std::vector<std::string>& words) {
-  const Answer answer = ask(words);
-  if (answer.code == 127) throw std::runtime_error("sbatch is not installed here: nothing was submitted");
-  if (answer.code != 0) throw std::runtime_error("sbatch refused: " + answer.words);
-  std::istringstream lines(answer.words);
+/// Runs sbatch with these arguments; returns the job's number.
+std::string submit_job(const std::vector<std::string>& words) {
+  const CommandResult result = run_command(words);
+  if (result.code == 127) throw std::runtime_error("sbatch is not installed here: nothing was submitted");
+  if (result.code != 0) throw std::runtime_error("sbatch refused: " + result.output);
+  std::istringstream lines(result.output);
   std::string job;
   for (std::string line; std::getline(lines, line);)
     if (!line.empty() && std::isdigit(static_cast<unsigned char>(line.front())) != 0) job = line;
   job = job.substr(0, job.find(';'));  // with several clusters "number;cluster"
-  if (job.empty()) throw std::runtime_error("sbatch said no job's number: " + answer.words);
+  if (job.empty()) throw std::runtime_error("sbatch said no job's number: " + result.output);
   return job;
 }
 
-std::size_t most_in_array() {
+/// Slurm's MaxArraySize less one, the largest index of an array job; its default where Slurm does not say.
+std::size_t max_array_tasks() {
   constexpr std::size_t usual = 1001;
-  const Answer answer = ask({"scontrol", "show", "config"});
-  const std::size_t at = answer.words.find("MaxArraySize");
-  if (answer.code != 0 || at == std::string::npos) return usual - 1;
-  const std::size_t equals = answer.words.find('=', at);
+  const CommandResult result = run_command({"scontrol", "show", "config"});
+  const std::size_t at = result.output.find("MaxArraySize");
+  if (result.code != 0 || at == std::string::npos) return usual - 1;
+  const std::size_t equals = result.output.find('=', at);
   std::size_t size = usual;
-  std::istringstream(answer.words.substr(equals + 1, 20)) >> size;
+  std::istringstream(result.output.substr(equals + 1, 20)) >> size;
   return std::max<std::size_t>(size, 2) - 1;
 }
 
@@ -101,7 +102,7 @@ std::string SlurmEngine::plan(const Batch& batch) const {
          " runs, and a merge job after them";
 }
 
-std::vector<std::string> SlurmEngine::common_words(const Batch& batch) const {
+std::vector<std::string> SlurmEngine::common_arguments(const Batch& batch) const {
   std::vector<std::string> words = {"sbatch", "--parsable", "--chdir=" + batch.out.string()};
   if (!options_.partition.empty()) words.push_back("--partition=" + options_.partition);
   if (!options_.time.empty()) words.push_back("--time=" + options_.time);
@@ -117,47 +118,47 @@ void SlurmEngine::submit(const Batch& batch, Submission& submission, const std::
   fs::create_directories(batch.folder / "log", failed);
   std::string script = "#!/bin/sh\n";
   if (!options_.scratch.empty()) script += "export GRIPLINE_SCRATCH=" + quoted(options_.scratch.string()) + "\n";
-  // exec: what Slurm signals and waits for is the task itself.
+  // exec, so that Slurm signals and waits for the task itself.
   write_file(batch.folder / "task.sh", script + "exec " + quoted(options_.program.string()) + " sweep task " +
                                            quoted(batch.out.string()) + " " + number +
                                            " $((SLURM_ARRAY_TASK_ID + $1))\n");
-  // 75 would have the merge repeated where RequeueExit names it.
+  // Exit code 75 would requeue the merge on clusters whose RequeueExit lists it.
   write_file(batch.folder / "merge.sh", "#!/bin/sh\n" + quoted(options_.program.string()) + " sweep merge " +
                                             quoted(batch.out.string()) +
                                             "\ncode=$?\n[ $code = 75 ] && code=1\nexit $code\n");
-  const std::size_t most = most_in_array();
+  const std::size_t most = max_array_tasks();
   for (std::size_t first = 0; first < batch.tasks(); first += most) {
     const std::size_t last = std::min(batch.tasks(), first + most) - first - 1;
     std::string array = "--array=0-" + std::to_string(last);
     if (options_.at_once > 0) array += "%" + std::to_string(options_.at_once);
-    std::vector<std::string> words = common_words(batch);
+    std::vector<std::string> words = common_arguments(batch);
     for (const std::string& word :
          {array, std::string("--job-name=gripline-sweep"), "--output=" + (batch.folder / "log/%a.%A.txt").string(),
           (batch.folder / "task.sh").string(), std::to_string(first)})
       words.push_back(word);
-    submission.jobs.push_back(submitted(words));
+    submission.jobs.push_back(submit_job(words));
     keep();
   }
-  std::vector<std::string> words = common_words(batch);
+  std::vector<std::string> words = common_arguments(batch);
   for (const std::string& word :
        {"--dependency=afterany:" + joined(submission.jobs, ':'), std::string("--job-name=gripline-merge"),
         "--output=" + (batch.folder / "log/merge.txt").string(), (batch.folder / "merge.sh").string()})
     words.push_back(word);
-  submission.jobs.push_back(submitted(words));
+  submission.jobs.push_back(submit_job(words));
   keep();
 }
 
 EngineState SlurmEngine::status(const Submission& submission) {
   EngineState state;
   if (submission.jobs.empty()) return state;
-  // All jobs of this user: a job that Slurm has forgotten would be an error, were it asked for.
-  const Answer answer = ask({"squeue", "--me", "--noheader", "--array", "--format=%F %T %r"});
-  if (answer.code != 0) {
-    state.known = answer.code == 127;  // without Slurm there are no jobs
-    state.words = answer.words;
+  // All jobs of this user, because squeue fails when asked for a job that Slurm has forgotten.
+  const CommandResult result = run_command({"squeue", "--me", "--noheader", "--array", "--format=%F %T %r"});
+  if (result.code != 0) {
+    state.known = result.code == 127;  // without Slurm there are no jobs
+    state.message = result.output;
     return state;
   }
-  std::istringstream lines(answer.words);
+  std::istringstream lines(result.output);
   std::string reason;
   std::size_t stopped = 0, following = 0, next = 0;
   for (std::string line; std::getline(lines, line);) {
@@ -175,20 +176,21 @@ EngineState SlurmEngine::status(const Submission& submission) {
     if (held) reason = why;
     (held ? stopped : why == "Dependency" ? following : next) += 1;
   }
-  // As Slurm does with a task whose node failed while it was being started.
+  // Slurm holds a task whose node failed while the task was being started.
   state.stuck = stopped > 0 && state.running + next == 0;
-  state.words = state.stuck ? std::to_string(stopped) + " held by Slurm (" + reason + ")"
-                            : std::to_string(state.running) + " running, " + std::to_string(state.waiting) + " waiting";
+  state.message = state.stuck
+                      ? std::to_string(stopped) + " held by Slurm (" + reason + ")"
+                      : std::to_string(state.running) + " running, " + std::to_string(state.waiting) + " waiting";
   return state;
 }
 
 void SlurmEngine::cancel(const Submission& submission) {
   if (submission.jobs.empty()) return;
   std::vector<std::string> words = {"scancel", "--quiet"};
-  // The merge job first, which the end of the others would start.
+  // The merge job first: the end of the others would start it.
   words.insert(words.end(), submission.jobs.rbegin(), submission.jobs.rend());
-  const Answer answer = ask(words);
-  if (answer.code == 127) throw std::runtime_error("scancel is not installed here");
+  const CommandResult result = run_command(words);
+  if (result.code == 127) throw std::runtime_error("scancel is not installed here");
 }
 
 }  // namespace gripline::sweep

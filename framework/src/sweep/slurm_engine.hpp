@@ -29,7 +29,7 @@ class SlurmEngine final : public Engine {
   void cancel(const Submission& submission) override;
 
  private:
-  std::vector<std::string> common_words(const Batch& batch) const;
+  std::vector<std::string> common_arguments(const Batch& batch) const;
   SlurmOptions options_;
 };
 

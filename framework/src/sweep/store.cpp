@@ -53,7 +53,7 @@ std::string record_text(const Record& record) {
   throw std::runtime_error("cannot write " + file.string() + ": " + std::strerror(errno));
 }
 
-/// Of this process and machine, so that nobody else writes under it.
+/// A name with this machine and process in it, so that no other process writes to the same file.
 std::string own_name() {
   char host[256] = "";
   gethostname(host, sizeof host - 1);
@@ -104,7 +104,7 @@ void Store::write(const Record& record) const {
     errno = why;
     fail(file);
   }
-  (void)disk().sync_folder(file.parent_path());  // a record whose name is lost is computed again
+  (void)disk().sync_folder(file.parent_path());  // if the rename is lost by a power failure, the run is done again
   if (!record.broken()) disk().remove_all(place(record.key, true));
 }
 

@@ -79,7 +79,7 @@ void require_known_rows(const std::vector<std::string>& only, const std::vector<
       throw InputError("no row \"" + name + "\" in the experiments" + did_you_mean(name, known));
 }
 
-/// Reads an experiment with these assignments whole; an error that one of them makes is told at it.
+/// Reads an experiment with these assignments; an error that one of them causes is reported at that assignment.
 void try_reading(const Part& part, const std::vector<std::string>& assignments, const Registry& registry) {
   const auto read = [&](std::span<const std::string> some) {
     check_experiment(part.file, load_experiment(part.file, some), registry);
@@ -91,7 +91,7 @@ void try_reading(const Part& part, const std::vector<std::string>& assignments, 
   }
 }
 
-/// Every value of every factor once; of long lists and hypercubes some settings.
+/// Settings in which every value of every factor occurs; of long lists and hypercubes a sample.
 std::vector<std::vector<std::string>> settings_to_try(const Design& design) {
   constexpr std::size_t most = 32;
   std::vector<std::vector<std::string>> all;
@@ -259,7 +259,7 @@ Sweep plan(const Request& request, const Registry& registry) {
   try {
     read_parts(request, sweep);
   } catch (const InputError&) {
-    for (const fs::path& file : request.files) {  // told at the assignment that causes it
+    for (const fs::path& file : request.files) {  // errors are reported at the assignment that causes them
       Part part;
       part.file = file;
       sweep.parts = {part};

@@ -1,4 +1,4 @@
-// Does the runs of one task: what workers of this machine and jobs of a cluster both do.
+// Does the runs of one task, for workers of this machine and for jobs of a cluster.
 #pragma once
 
 #include <filesystem>
@@ -22,8 +22,8 @@ class Worker {
   /// `sweep` and `registry` must outlive it. Files of runs go below `scratch`, which must be this worker's own.
   Worker(const Sweep& sweep, const Registry& registry, std::filesystem::path out, std::filesystem::path scratch);
   /// Does the runs of a task that have no record yet, in order, and records each as it ends; broken ones are repeated
-  /// where the batch says so. Runs are refused (TaskExit task_refused) whose inputs are no longer those of the
-  /// manifest.
+  /// where the batch says so. A run whose inputs are no longer
+  /// those of the manifest is refused (TaskExit task_refused).
   int run(const Batch& batch, std::size_t task, const std::function<void()>& done);
   /// In place of racing (tests).
   void run_with(Runner runner) { runner_ = std::move(runner); }

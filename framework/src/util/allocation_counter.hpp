@@ -1,5 +1,5 @@
 // Counts what a stretch of code allocates, plugins included: malloc itself is counted, since Eigen goes past new.
-// Include in one source file of a program: it replaces malloc. Under AddressSanitizer, which owns malloc, nothing is counted.
+// Include in one source file of a program: it replaces malloc. AddressSanitizer has its own: then nothing is counted.
 #pragma once
 
 #include <atomic>

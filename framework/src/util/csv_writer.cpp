@@ -33,9 +33,9 @@ class Handle {
   int handle_;
 };
 
-/// Where a chain of symbolic links leads, also when nothing is there yet.
-std::filesystem::path behind_links(std::filesystem::path file) {
-  constexpr int most_links = 40;  // as Linux follows
+/// The file that a chain of symbolic links names, whether it exists or not.
+std::filesystem::path link_target(std::filesystem::path file) {
+  constexpr int most_links = 40;  // the limit of Linux
   std::error_code failed;
   for (int i = 0; i < most_links && std::filesystem::is_symlink(file, failed); ++i) {
     const std::filesystem::path next = std::filesystem::read_symlink(file, failed);
@@ -126,10 +126,10 @@ void CsvWriter::finish() {
 }
 
 void write_file(const std::filesystem::path& file, std::string_view text) {
-  const std::filesystem::path place = behind_links(file);
+  const std::filesystem::path place = link_target(file);
   std::error_code failed;
   const std::filesystem::file_status status = std::filesystem::status(place, failed);
-  // A device, a pipe or a socket is written to; a file made aside would take its place.
+  // A device, a pipe or a socket is written to directly: renaming a temporary file would replace it.
   if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status)) {
     const Handle out(disk().create(place));
     if (!out.good() || !out.write(text)) fail(file);

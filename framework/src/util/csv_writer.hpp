@@ -14,7 +14,7 @@ namespace gripline {
 class CsvWriter {
  public:
   CsvWriter(const std::filesystem::path& file, std::string_view header);
-  /// Appends to a text, which must outlive the writer, instead: for tables that are written whole.
+  /// Appends to a string instead of a file; it must outlive the writer. For tables that are written whole.
   CsvWriter(std::string& text, std::string_view header);
   CsvWriter(CsvWriter&& other) noexcept;
   CsvWriter& operator=(CsvWriter&&) = delete;
@@ -37,9 +37,9 @@ class CsvWriter {
   bool fresh_ = true;
 };
 
-/// Writes a file aside, waits until it is on the disk and renames it, so that it is whole or as it was before, also
-/// when the power fails. Symbolic links are followed to what they name, but not where the file aside is made; what is
-/// no regular file (a device, a pipe) is written to as it is. Throws std::runtime_error.
+/// Writes a temporary file beside `file`, syncs it to the disk and renames it, so that `file` is complete or unchanged,
+/// even after a power failure. If `file` is a symbolic link, the file it names is replaced; a device or a pipe is
+/// written to directly. Throws std::runtime_error.
 void write_file(const std::filesystem::path& file, std::string_view text);
 
 }  // namespace gripline

@@ -16,7 +16,7 @@ Disk*& place() {
   return used;
 }
 
-/// File systems that cannot sync (some network ones, pipes) say EINVAL or ENOTSUP: nothing is lost by asking.
+/// File systems that cannot sync (some network ones, pipes) return EINVAL, ENOTSUP or EROFS: that is no failure.
 bool done(int result) { return result == 0 || errno == EINVAL || errno == ENOTSUP || errno == EROFS; }
 
 }  // namespace
@@ -50,7 +50,7 @@ bool Disk::rename(const std::filesystem::path& from, const std::filesystem::path
 
 bool Disk::sync_folder(const std::filesystem::path& folder) {
   const int handle = open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (handle < 0) return errno == EACCES;  // a folder that may be written and not read
+  if (handle < 0) return errno == EACCES;  // writable but not readable: cannot be synced
   const bool good = done(fsync(handle));
   ::close(handle);
   return good;
@@ -70,7 +70,7 @@ void Disk::remove_all(const std::filesystem::path& where) {
 
 Disk& disk() { return *place(); }
 
-DiskInUse::DiskInUse(Disk& other) : before_(std::exchange(place(), &other)) {}
-DiskInUse::~DiskInUse() { place() = before_; }
+ScopedDisk::ScopedDisk(Disk& other) : before_(std::exchange(place(), &other)) {}
+ScopedDisk::~ScopedDisk() { place() = before_; }
 
 }  // namespace gripline

@@ -1,4 +1,4 @@
-// The system's calls through which results are written, in one place: a test puts another disk here that loses power.
+// The system calls through which results are written, in one place, so that tests can simulate a loss of power.
 #pragma once
 
 #include <filesystem>
@@ -9,18 +9,18 @@ namespace gripline {
 class Disk {
  public:
   virtual ~Disk() = default;
-  /// Makes the file, or empties the one that is there. Gives a handle, or -1 and errno.
+  /// Makes the file, or empties an existing one. Returns a handle, or -1 and errno.
   virtual int create(const std::filesystem::path& file);
-  /// Makes a file where none is: what stood there under this name (a link is not followed) is removed first.
+  /// Makes a new file; a file or a symbolic link of this name is removed first.
   virtual int create_anew(const std::filesystem::path& file);
-  /// All bytes, or false and errno.
+  /// Writes all bytes, or returns false with errno set.
   virtual bool write(int handle, std::string_view bytes);
-  /// Whether the file's bytes are on the disk now.
+  /// Waits until the file's bytes are on the disk; whether that succeeded.
   virtual bool sync(int handle);
   virtual void close(int handle);
-  /// Puts `from` in the place of `to`; folders only where nothing or an empty folder is.
+  /// Renames `from` to `to`. An existing file is replaced, of folders only an empty one.
   virtual bool rename(const std::filesystem::path& from, const std::filesystem::path& to);
-  /// Whether the names in a folder are on the disk now.
+  /// Waits until the names of a folder's entries are on the disk; whether that succeeded.
   virtual bool sync_folder(const std::filesystem::path& folder);
   virtual bool make_folders(const std::filesystem::path& folder);
   virtual void remove_all(const std::filesystem::path& place);
@@ -29,13 +29,13 @@ class Disk {
 /// The one in use.
 Disk& disk();
 
-/// Puts another one in use for as long as it lives.
-class DiskInUse {
+/// Replaces the disk in use for as long as it lives.
+class ScopedDisk {
  public:
-  explicit DiskInUse(Disk& other);
-  ~DiskInUse();
-  DiskInUse(const DiskInUse&) = delete;
-  DiskInUse& operator=(const DiskInUse&) = delete;
+  explicit ScopedDisk(Disk& other);
+  ~ScopedDisk();
+  ScopedDisk(const ScopedDisk&) = delete;
+  ScopedDisk& operator=(const ScopedDisk&) = delete;
 
  private:
   Disk* before_;

@@ -1,4 +1,4 @@
-// What belongs to the whole process and a plugin's code may have changed when it comes back.
+// State of the whole process that the code of a plugin may change: saved before a call and restored after it.
 #pragma once
 
 #include <csignal>
@@ -6,8 +6,8 @@
 
 namespace gripline {
 
-/// Remembers the working folder, the locale, the mask of new files' modes and what signals do, and puts them back when
-/// it dies.
+/// Saves the working folder, the locale, the mask of new files' modes (umask) and the handlers of signals; the
+/// destructor restores them.
 class ProcessState {
  public:
   ProcessState();

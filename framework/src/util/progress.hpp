@@ -1,7 +1,7 @@
 // Progress of long work on a terminal: one line that redraws itself, with the time left; plain lines when piped.
 //
 //   Progress progress(std::cerr, "table1", runs.size());
-//   while (...) progress.advance(done, "elm, seed 3");   // call it as often as you like, also only to let time tick
+//   while (...) progress.advance(done, "elm, seed 3");   // as often as you like; repeated values update the time
 //   progress.finish();
 //
 // Nothing is printed by work that ends within two seconds of starting, unless the line is a live one. Not thread-safe.
@@ -44,7 +44,7 @@ class Progress {
   /// Leaves a clean line behind when the work ended early.
   ~Progress();
 
-  /// So many units make one of what is counted: a run in thousandths is shown as "1 of 4".
+  /// How many units make one of what is shown: with 1000, done = 1000 of 4000 reads "1 of 4".
   void count_in(std::size_t units) { counted_in_ = units > 0 ? units : 1; }
 
   /// `done` units of `total` are finished; `note` says what is under way. Control characters are replaced by spaces.

@@ -1,4 +1,4 @@
-// What chance does to a median: its bootstrap interval, and whether paired differences have a sign.
+// How sure a median is: its bootstrap interval, and the sign test of paired differences.
 #pragma once
 
 #include <span>

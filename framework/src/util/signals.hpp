@@ -13,13 +13,13 @@ class StopSignal {
     note_then_end,  ///< as note; a second signal ends the process
     end,            ///< the first signal ends the process
   };
-  /// A process that is ended says on stderr that it was interrupted and that nothing was written, and leaves with
-  /// `exit_code`.
+  /// A process that is ended says on stderr that it was interrupted and that nothing was written;
+  /// its exit code is `exit_code`.
   explicit StopSignal(Reaction reaction, int exit_code = 1);
   ~StopSignal();
   StopSignal(const StopSignal&) = delete;
   StopSignal& operator=(const StopSignal&) = delete;
-  /// Whether a signal came since the last one was made.
+  /// Whether a signal came since the last StopSignal was constructed.
   static bool seen();
 
  private:

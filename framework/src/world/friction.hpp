@@ -20,8 +20,8 @@ struct FrictionSpec {
     double divide = 0.0;  ///< > 1
     std::optional<std::int64_t> end_step;
   };
-  /// Multiplies the factor between two stations [m] from time from_t [s] on; from_s > to_s leads over the first
-  /// station.
+  /// Multiplies the factor between two stations [m] from time from_t
+  /// [s] on; from_s > to_s: through the road's first station.
   struct Patch {
     double from_s = 0.0, to_s = 0.0;
     double factor = 1.0;  ///< > 0

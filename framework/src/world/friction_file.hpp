@@ -1,4 +1,4 @@
-// Friction schedules as users write them.
+// Friction schedules from JSON (framework/doc/worlds.md).
 #pragma once
 
 #include "config/errors.hpp"

@@ -269,7 +269,7 @@ Input World::advance(const Input& wanted) {
   state_ = dynamics_->advance(state_, u, place_, factor_);
   d_ = u.d;
   ++step_;
-  if (!finite()) return u;  // it has no place on the track
+  if (!finite()) return u;  // a car that is not finite has no place on the track
   arrive(static_cast<double>(step_) * spec_.dt);
   set_factor();
   sense();

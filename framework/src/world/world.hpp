@@ -45,7 +45,7 @@ class World {
 
   /// True slip angle now, from the car's geometry [rad].
   double slip(Axle axle) const;
-  /// What acts at an instant: throttle and road wheel angle behind the actuators, lateral axle forces.
+  /// What acts at an instant: throttle and road wheel angle after the actuators, lateral axle forces [N].
   struct Acting {
     double d = 0, delta = 0, force_front = 0, force_rear = 0;
   };

@@ -17,8 +17,8 @@ struct WorldSpec {
   std::shared_ptr<const Track> track;  // null where RoadRule::optional allows it
   double dt = 0.02;
   Hold hold = Hold::zoh;
-  /// Either a vehicle model with effects, integrated by the framework, or a plant plugin that integrates itself (`plant`
-  /// not empty).
+  /// Either a vehicle model with effects, integrated by the framework,
+  /// or a plant plugin that integrates itself (`plant` not empty).
   VehicleSpec vehicle;
   PluginSpec plant;
   FrictionSpec friction;

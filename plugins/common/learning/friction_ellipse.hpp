@@ -1,5 +1,5 @@
-// What drive and brakes leave of an axle's side force: an axle that gives Fx keeps sqrt(1 - (Fx / (ratio Fy_max))^2) of
-// it.
+// Side force of an axle under drive or brake force Fx: reduced by the factor
+// sqrt(1 - (Fx / (ratio Fy_max))^2).
 // Source: Pacejka, Tyre and Vehicle Dynamics (2012), section 1.3.
 #pragma once
 

@@ -1,12 +1,12 @@
 // A hidden layer of generic tyres: node j is the odd, saturating curve sin(C_j atan(B_j slip)) of a tyre drawn from
-// what is commonly known of tyres, and the prior of the output weights that says "one of these, at about this
-// friction".
+// commonly known ranges. The prior of the output weights states
+// that the tyre is one of these, at about a given friction.
 //
 // With weights w the force over the axle's load is sum_j w_j h_j(slip). If the tyre is node j with friction D, and j is
 // equally likely for all n nodes, the weights have mean E(D)/n each and covariance E(D^2)/n I - E(D)^2/n^2 1 1^T. This
 // prior carries what is measured at the slips a car visits over to the others: the peak is extrapolated as the generic
-// tyres suggest, with a standard deviation. The nodes are drawn from general knowledge of tyres, never from the true
-// one.
+// tyres suggest, with a standard deviation. The nodes are drawn from general knowledge of tyres, never from
+// the true tyre.
 //
 // Source of the curve: Bakker, Nyborg, Pacejka (1987), with E = 0.
 #pragma once

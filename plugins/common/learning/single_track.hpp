@@ -1,12 +1,12 @@
-// The single-track car with known axle forces: its equations of motion in the car's axes, for what is learned from
-// them.
+// The single-track car with known axle forces: its equations
+// of motion in the car's axes, from which estimators learn.
 //
 //   vx'    = straight - (R + Ff sin(delta)) / m + vy omega
 //   vy'    = bank_rate + (Ff cos(delta) + Fr) / m - vx omega
 //   omega' = (Ff lf cos(delta) - Fr lr) / Iz
 //
-// `straight` is what drive, nominal resistance and slope make of vx' without slip, R a resistance beside the nominal
-// one.
+// `straight` is vx' from drive, nominal resistance and slope alone, without slip;
+// R is a resistance beside the nominal one.
 // Source: Kalaria, Lin, Dolan, eq. (dyn_model).
 #pragma once
 
@@ -31,8 +31,8 @@ struct Slips {
   double front = 0, rear = 0;
 };
 
-/// The forward speed that slip angles are taken at: below v_min [m/s] it is held, so that they stay smooth at
-/// standstill.
+/// The forward speed in the slip angles: at least v_min [m/s],
+/// so that they stay smooth at standstill.
 template <class T>
 T slip_speed(const T& vx, double v_min) {
   using std::abs, std::max;

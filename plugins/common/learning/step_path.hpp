@@ -94,8 +94,8 @@ template <class Force>
 LearnedCar(const Car&, const StraightDrive&, const ResistanceForce&, const FrictionEllipse&, const PeakForces&, Force)
     -> LearnedCar<Force>;
 
-/// Path through both readings of a step. With `use_model` false (nothing learned yet) the middle is the mean of both
-/// ends.
+/// Path through both readings of a step. With `use_model` false (nothing learned yet)
+/// the middle is the mean of both ends.
 template <class Force>
 StepPath step_path(const Sample& k, const LearnedCar<Force>& learned, bool use_model) {
   const double delta = k.x_next.delta - k.delta_lag, d = k.u.d - k.d_lag;
@@ -117,8 +117,8 @@ StepPath step_path(const Sample& k, const LearnedCar<Force>& learned, bool use_m
 }
 
 /// Path that the present model predicts from `begin` on, an estimate of the state freed of noise: slips from noisy
-/// readings would make every tyre look softer than it is, most of all at speed, where slips are small. Two classical
-/// Runge-Kutta steps.
+/// readings would make every tyre look softer than it is, most of all at speed, where slips are small.
+/// Two classical Runge-Kutta steps.
 template <class Force>
 StepPath predicted_path(const BodyVelocity& begin, const Sample& k, const LearnedCar<Force>& learned) {
   const double delta = k.x_next.delta - k.delta_lag;

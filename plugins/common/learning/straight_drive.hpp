@@ -1,5 +1,5 @@
-// What the nominal model does with no slip at all: drive less resistance, slope and wind included, as rates. It is
-// asked of the model itself, so that every nominal model and effect is accounted for.
+// Accelerations of the nominal model without slip: drive less resistance, slope and wind included. They are evaluated
+// by the model itself, so that every nominal model and effect is accounted for.
 #pragma once
 
 #include <algorithm>

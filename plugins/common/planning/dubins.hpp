@@ -1,8 +1,8 @@
-// Ways of a car that cannot turn more sharply than a radius, from one pose to another: an arc, a straight line or an arc the
-// other way round, an arc.
+// Paths of a car with a least turning radius from one pose to another: an arc, then a straight line or an arc of the
+// other direction, then an arc.
 //
-// Source: Dubins (1957), "On curves of minimal length with a constraint on average curvature": the shortest way is one of
-// these. Of three arcs both choices of the middle one are here, as the longer may need less room.
+// Source: Dubins (1957), "On curves of minimal length with a constraint on average curvature": the shortest path is one
+// of these. For three arcs both choices of the middle one are offered, as the longer may need less room.
 #pragma once
 
 #include <algorithm>

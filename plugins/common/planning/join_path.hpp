@@ -1,10 +1,10 @@
-// The way from where a car is to the line it is to drive: references that begin at the car's place and heading.
+// The path from the car to the line it is to drive: references that begin at the car's place and heading.
 //
 //   n(s) = h00(s / Ln) n0 + Ls h10(s / Ls) n0',   h00 and h10 quintic: n' = n'' = 0 where the car is on the line
 //
-// with the offset n0 and the slope n0' = tan(heading error) of the car. Ln and Ls are the least for which the curvature that
-// this adds stays within a share of the friction at the speed driven, and within what the steering can do. A controller that
-// is shown a line metres away steers as hard as its model allows; shown this path it need not.
+// with the offset n0 and the slope n0' = tan(heading error) of the car. Ln and Ls are the least for which the added
+// curvature stays within a share of the friction at the speed driven, and within the steering's limit. A
+// controller that is given a line metres away steers as hard as its model allows; with this path it need not.
 #pragma once
 
 #include <algorithm>
@@ -27,8 +27,8 @@ class JoinPath {
         v_min_(car.v_min),
         length_(line_length) {}
 
-  /// Once per step, before references are sampled: `foot` is the point of the line beside the car, `mu` the friction that
-  /// plans rest on, `horizon` the time that the controller sees ahead [s].
+  /// Once per step, before references are sampled: `foot` is the point of the line beside the car, `mu` the friction
+  /// assumed by plans, `horizon` the time that the controller looks ahead [s].
   void update(const Observation& now, const RefPoint& foot, double mu, double horizon) {
     horizon_ = horizon;
     friction_ = std::max(mu, 0.05) * gravity;
@@ -50,7 +50,7 @@ class JoinPath {
   }
 
   bool active() const { return active_; }
-  /// The way is given up: the car was driven by others.
+  /// Drops the path: the car was driven by another one.
   void forget() { active_ = false; }
 
  private:
@@ -74,7 +74,7 @@ class JoinPath {
             std::remainder(course - foot.yaw, 2.0 * std::numbers::pi)};
   }
   bool far(const Pose2& car, const Offset& from, const State& x) const {
-    // What a controller sees to within its horizon, with a tenth of the friction, is not far.
+    // A distance that a tenth of the friction covers within the horizon is not far.
     const double near = std::max(1.5 * width_, 0.1 * friction_ * horizon_ * horizon_);
     const double turned = std::abs(car.angle - std::atan(from.slope));
     return std::abs(car.n - from.n) > near || (turned > far_angle && std::hypot(x.vx, x.vy) > 0.5 * slow_);
@@ -87,8 +87,8 @@ class JoinPath {
     begin_ = foot.s;
     n_ = car.n;
     slope_ = std::tan(std::clamp(car.angle, -steepest_angle, steepest_angle));
-    // Largest second derivatives: 10 / sqrt(3) n0 / Ln^2, and less than 4 n0' / Ls. Where the road ends before that the turn
-    // is sharper, and driven more slowly.
+    // Largest second derivatives: 10 / sqrt(3) n0 / Ln^2, and less than 4 n0' / Ls. Where the road is too narrow for
+    // that, the turn is sharper and driven more slowly.
     const double steep = std::max(std::abs(slope_), 1e-9);
     const double room = slope_ > 0 ? foot.left : foot.right;  // from the line, on the side that the slope leads to
     const auto way = [&](double curvature) { return std::sqrt(5.8 * std::abs(n_) / curvature); };

@@ -1,9 +1,9 @@
-// The way back to the line of a car that faces across the road or backwards, or is further off than the road is wide.
+// The path back to the line for a car that faces across the road or backwards, or is further off than the road is wide.
 //
-// As long as it is fast it is slowed down along its course. Then it drives the arcs and the straight line of dubins.hpp to
-// a place of the line near by, on the radius that the steering allows with a reserve, at the speed that friction allows
-// there. Of the places and ways the one is taken that loses least way and leads least far beside the road. What is left at
-// the end is what JoinPath is for.
+// A fast car is first slowed down along its course. Then it drives the arcs and the straight line of dubins.hpp to a
+// place of the line nearby, on the radius that the steering allows with a reserve, at the speed that friction allows on
+// it. Of all places and paths the one is chosen that loses least distance and leaves the road least. JoinPath removes
+// the offset that is left at the end.
 #pragma once
 
 #include <algorithm>

@@ -86,7 +86,7 @@ TEST(Perturb, MovesTheStartInTheCarsAxesAndThePlannersPace) {
       ++changed;
     }
   EXPECT_EQ(changed, 1);
-  const Pose turned = moved({1, 2, 0.5 * 3.14159265358979}, {.along = 0.1, .across = 0.2, .heading = 0.3});
+  const Pose turned = moved_start({1, 2, 0.5 * 3.14159265358979}, {.along = 0.1, .across = 0.2, .heading = 0.3});
   EXPECT_NEAR(turned.x, 0.8, 1e-12);
   EXPECT_NEAR(turned.y, 2.1, 1e-12);
 }

@@ -48,7 +48,7 @@ TEST(PowerLoss, ARunIsWholeOrDrivenAgain) {
   const RaceSpec race = short_race();
   RecordingDisk recording(folder / "out");
   {
-    const DiskInUse use(recording);
+    const ScopedDisk use(recording);
     run_here(race, {"one", 1}, "key", folder / "out", nullptr);
   }
   const fs::path whole = folder / "out/one/1", left = folder / "left";
@@ -76,7 +76,7 @@ TEST(PowerLoss, ARunDrivenAgainIsTheOldOneOrTheNewOne) {
   const Folder folder;
   const RaceSpec race = short_race();
   RecordingDisk recording(folder / "out");
-  const DiskInUse use(recording);
+  const ScopedDisk use(recording);
   run_here(race, {"one", 1}, "old", folder / "out", nullptr);
   const std::size_t first = recording.calls();
   run_here(race, {"one", 1}, "new", folder / "out", nullptr);
@@ -98,7 +98,7 @@ TEST(PowerLoss, AFileIsWholeOrAsBefore) {
   RecordingDisk recording(folder / "out");
   fs::create_directories(folder / "out");
   {
-    const DiskInUse use(recording);
+    const ScopedDisk use(recording);
     write_file(folder / "out/t.json", "the first text");
     write_file(folder / "out/t.json", "the second text, which is longer");
   }
@@ -115,7 +115,7 @@ TEST(PowerLoss, AFolderThatWasClaimedCanBeClaimedAgain) {
   const Folder folder;
   RecordingDisk recording(folder / "out");
   {
-    const DiskInUse use(recording);
+    const ScopedDisk use(recording);
     open_out_folder(folder / "out", "one", false);
   }
   for (const Survives survives : all_kinds)

@@ -10,7 +10,9 @@
 #include <chrono>
 #include <csignal>
 #include <cstdlib>
+#include <optional>
 #include <stdexcept>
+#include <vector>
 
 namespace gripline {
 namespace {
@@ -72,6 +74,38 @@ TEST(RunInChild, WorksWhereTheEndOfChildrenIsIgnored) {
   const auto before = std::signal(SIGCHLD, SIG_IGN);
   EXPECT_EQ(run_in_child(60, [](const SendMessage&) { std::abort(); }).failure, "was ended by signal 6 (Aborted)");
   EXPECT_EQ(std::signal(SIGCHLD, before), SIG_IGN);
+}
+
+TEST(CollectIfEnded, GivesTheStatusOnceAndNothingBefore) {
+  int ends[2];
+  ASSERT_EQ(pipe(ends), 0);
+  const pid_t pid = fork();
+  if (pid == 0) {
+    char byte = 0;
+    close(ends[1]);
+    _exit(read(ends[0], &byte, 1) == 0 ? 5 : 1);
+  }
+  EXPECT_FALSE(collect_if_ended(pid).has_value());
+  close(ends[1]);
+  std::optional<int> status;
+  for (int i = 0; i < 10'000 && !status; ++i) {
+    status = collect_if_ended(pid);
+    if (!status) usleep(1000);
+  }
+  close(ends[0]);
+  ASSERT_TRUE(status.has_value());
+  EXPECT_EQ(describe_end(*status), "ended with exit code 5");
+  EXPECT_EQ(collect_if_ended(pid), 0) << "collected already";
+}
+
+TEST(LimitData, AllocationsBeyondItFail) {
+  const ChildResult result = run_in_child(60, [](const SendMessage& send) {
+    limit_data(64);
+    const std::vector<char> big(std::size_t{256} << 20U, 'x');
+    send({big.data(), 1});
+  });
+  EXPECT_FALSE(result.completed);
+  EXPECT_TRUE(result.messages.empty());
 }
 
 }  // namespace

@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <sys/wait.h>
+#include <unistd.h>
+
 #include <thread>
 
 namespace gripline {
@@ -25,6 +28,18 @@ TEST(Clock, AThreadPaysForItselfAndTheProcessForAll) {
   EXPECT_GE(of_other, 0.02);
   EXPECT_GE(process_cpu_s() - process, 0.02);
   EXPECT_LT(thread_cpu_s() - mine, 0.02);
+}
+
+TEST(Clock, ChildrenPayForThemselvesOnceCollected) {
+  const double before = children_cpu_s(), mine = process_cpu_s();
+  const pid_t pid = fork();
+  if (pid == 0) {
+    work_until(thread_cpu_s() + 0.05);
+    _exit(0);
+  }
+  ASSERT_EQ(waitpid(pid, nullptr, 0), pid);
+  EXPECT_GE(children_cpu_s() - before, 0.04);
+  EXPECT_LT(process_cpu_s() - mine, 0.04);
 }
 
 }  // namespace

@@ -115,7 +115,7 @@ TEST(WriteFile, WhereTheDiskIsFullWhatStoodThereStays) {
   write_file(folder / "t.json", "first");
   for (const std::size_t room : {std::size_t{0}, std::size_t{3}, std::size_t{6}}) {  // 6: all of it, and no sync
     SmallDisk small(room);
-    const DiskInUse use(small);
+    const ScopedDisk use(small);
     try {
       write_file(folder / "t.json", "second");
       FAIL() << "written";
@@ -146,7 +146,7 @@ TEST(CsvWriter, FinishesOnTheDiskOrSaysWhyNot) {
   good.finish();
   EXPECT_EQ(contents(folder / "good.csv"), "x\n1\n");
   SmallDisk small(2);
-  const DiskInUse use(small);
+  const ScopedDisk use(small);
   CsvWriter full(folder / "full.csv", "x");
   EXPECT_THROW(full.finish(), std::runtime_error);
 }

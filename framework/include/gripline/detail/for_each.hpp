@@ -1,5 +1,5 @@
-// A macro for each of many arguments: GRIPLINE_FOR_EACH(f, S, a, b) is f(S, a) f(S, b), up to 80 arguments. By recursion
-// through deferred expansion (D. Mazieres, "Recursive macros with C++20 __VA_OPT__", 2021).
+// A macro for each of many arguments: GRIPLINE_FOR_EACH(f, S, a, b) is f(S, a) f(S, b), up to 80 arguments.
+// By recursion through deferred expansion (D. Mazieres, "Recursive macros with C++20 __VA_OPT__", 2021).
 #pragma once
 
 #define GRIPLINE_PARENS ()

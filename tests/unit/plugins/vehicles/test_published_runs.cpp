@@ -3,10 +3,12 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <utility>
 
 #include "support/host_support.hpp"
 #include "support/paths.hpp"
 #include "support/reference_data.hpp"
+#include "support/whole_world.hpp"
 #include "util/csv.hpp"
 #include "world/friction.hpp"
 #include "world/world.hpp"
@@ -22,10 +24,7 @@ WorldSpec shipped(const char* file, const char* integrator, int substeps = 1) {
   inline_world_files(tree);
   tree.find("plant")->set("integrator", Node(integrator));
   tree.find("plant")->set("substeps", Node(substeps));
-  Errors errors;
-  WorldSpec world = read_world(tree, plugins(), errors);
-  errors.throw_if_any();
-  return world;
+  return world_from(std::move(tree), plugins());
 }
 
 struct Log {
