@@ -51,6 +51,7 @@ class DiagnoseRig {
     double noise_time = diagnose::usual_noise_time;  // its correlation time [s]
     measured::Channels colour{};                     // lag-one correlation of the sensors' noise
     double unsteady = 0;                             // of hands and feet: steps of 0.01 rad and 0.06, fading in 0.16 s
+    double jumps = 0;  // of hands and feet: of 0.08 rad and 0.5, fading so too; share of samples that have one
   };
   /// What the sensors of a car with this model show while it weaves around; samples 20 ms apart.
   measured::Log simulate(const diagnose::ModelSpec& truth, const Drive& drive) const {
@@ -59,6 +60,7 @@ class DiagnoseRig {
     const auto n = static_cast<std::size_t>(std::round(drive.seconds / log.dt)) + 1;
     std::mt19937_64 random(drive.seed);
     std::normal_distribution<double> normal;
+    std::uniform_real_distribution<double> uniform(0.0, 1.0);
     const double a = normal(random), b = normal(random);
     CommandSample<double> shaking{0.0, 0.0};
     for (std::size_t k = 0; k < n; ++k) {
@@ -66,9 +68,14 @@ class DiagnoseRig {
       const double turn = std::sin(0.9 * t + a) > 0.0 ? 1.0 : -1.0;
       const double delta = drive.steer * (0.16 * std::sin(2.1 * t + a) + 0.05 * turn * std::sin(5.7 * t + b));
       if (drive.unsteady > 0.0)
-        shaking = {0.88 * shaking.d + 0.06 * normal(random), 0.88 * shaking.delta + 0.01 * normal(random)};
+        shaking = {0.88 * shaking.d + 0.06 * drive.unsteady * normal(random),
+                   0.88 * shaking.delta + 0.01 * drive.unsteady * normal(random)};
+      if (drive.jumps > 0.0) {
+        const auto jump = [&] { return uniform(random) < drive.jumps ? normal(random) : 0.0; };
+        shaking = {0.88 * shaking.d + 0.5 * jump(), 0.88 * shaking.delta + 0.08 * jump()};
+      }
       const double d = 0.55 + (0.25 + drive.braking) * std::sin(1.3 * t + b) + 0.1 * std::sin(7.9 * t);
-      log.command.push_back({d + drive.unsteady * shaking.d, delta + drive.unsteady * shaking.delta});
+      log.command.push_back({d + shaking.d, delta + shaking.delta});
     }
     std::vector<double> x = {1.0, 0.5, 0.3, 1.6, 0.0, 0.0}, memory(static_cast<std::size_t>(car.memory()));
     double hint = std::nan("");

@@ -67,6 +67,28 @@ Commands command_curvature(std::span<const Log> stretches) {
   return square;
 }
 
+std::vector<Commands> command_unrest(const Log& log) {
+  // What is beyond so many median moves was a jump, at an instant that the log does not say: it counts threefold.
+  constexpr double jump = 7.0, of_jump = 3.0;
+  const auto move = [&](std::size_t k, std::size_t i) {
+    const CommandSample<double>&a = log.command[k], &b = log.command[k + 1];
+    return i == 0 ? b.d - a.d : b.delta - a.delta;
+  };
+  std::vector<Commands> all(log.size() - std::min<std::size_t>(log.size(), 1));
+  for (std::size_t i = 0; i < Commands{}.size(); ++i) {
+    std::vector<double> moves;
+    for (std::size_t k = 0; k < all.size(); ++k)
+      if (move(k, i) != 0.0) moves.push_back(std::abs(move(k, i)));
+    const double usual = upper_median(std::move(moves), 0.0);
+    for (std::size_t k = 0; k < all.size(); ++k) {
+      const double step = move(k, i), here = second_difference(log, k)[i], next = second_difference(log, k + 1)[i],
+                   beyond = of_jump * std::max(0.0, std::abs(step) - jump * usual);
+      all[k][i] = std::sqrt(step * step + 0.5 * (here * here + next * next) + beyond * beyond);
+    }
+  }
+  return all;
+}
+
 Channels estimate_noise(std::span<const Log> stretches) {
   Channels sigma;
   for (std::size_t c = 0; c < channels; ++c) {

@@ -44,6 +44,9 @@ using Commands = std::array<double, 2>;
 void bend_commands(Log& log, const Commands& bend);
 /// Root mean squares of the commands' second differences: how far they may have been off straight lines.
 Commands command_curvature(std::span<const Log> stretches);
+/// The same of each step by itself, size() - 1 of them: the root of the squared difference of its ends and the mean of
+/// their squared second differences. Where a command rests nothing was left out; where it jumps, when it did is unknown.
+std::vector<Commands> command_unrest(const Log& log);
 
 /// Standard deviation of white noise on each channel, from fourth differences (their variance is 70 sigma^2); NaN
 /// where a channel was never read.

@@ -204,6 +204,11 @@ class Pass {
     }
   }
 
+  /// Variance of a command half-way through the step after sample k.
+  double variance_of_command(std::size_t k, std::size_t i) const {
+    return std::pow(noise_.command.steady[i], 2) + std::pow(noise_.command.moving[i] * lm_.unrest[k][i], 2);
+  }
+
   /// Variance of a reading at k + 1 by what commands may have done within the step; that it goes on in the state is
   /// left out.
   double variance_of_commands(std::size_t k, const std::array<double, channels>& row) const {
@@ -212,7 +217,7 @@ class Pass {
       const double* const by = lm_.by_command.data() + (k * 2 + i) * N;
       double one = 0.0;
       for (std::size_t j = 0; j < channels; ++j) one += row[j] * by[j];
-      sum += std::pow(one * noise_.command[i], 2);
+      sum += one * one * variance_of_command(k, i);
     }
     return sum;
   }
@@ -349,7 +354,7 @@ class Pass {
   void add_commands(std::size_t k) {
     for (std::size_t c = 0; c < 2; ++c) {
       const double* const by = lm_.by_command.data() + (k * 2 + c) * N;
-      const double variance = noise_.command[c] * noise_.command[c];
+      const double variance = variance_of_command(k, c);
       if (variance == 0.0) continue;
       for (std::size_t i = 0; i < body; ++i)
         for (std::size_t j = 0; j < body; ++j) value_of(P_[i * N + j]) += variance * by[i] * by[j];

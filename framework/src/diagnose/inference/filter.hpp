@@ -9,6 +9,14 @@
 
 namespace gripline::diagnose {
 
+/// Standard deviations of throttle and steering half-way between samples from where the log has them: a recorder that
+/// leaves samples out does not say what the driver did there.
+struct UnknownCommands {
+  Commands steady{};  // in every step
+  Commands moving{};  // beside it, over LinearModel::unrest of the step
+  bool operator==(const UnknownCommands&) const = default;
+};
+
 /// Gaussian noise: standard deviations of the six readings, variances of the three unknown accelerations.
 struct Noise {
   Channels sensor{};
@@ -16,9 +24,7 @@ struct Noise {
   /// Correlation of a reading's error with that of the sample before (a first-order autoregressive process), between -1
   /// and 1; 0: white.
   Channels colour{};
-  /// Standard deviations of throttle and steering half-way between samples from where the log has them: a recorder that
-  /// leaves samples out does not say what the driver did there. Counts along models with LinearModel::by_command.
-  Commands command{};
+  UnknownCommands command;  // counts along models with LinearModel::by_command
 };
 
 /// The negative log likelihood of the innovations and its derivatives.

@@ -88,10 +88,10 @@ std::vector<StartErrors> HoldOut::predict(const Fit& f, std::span<const double> 
   return predict_along(traces_, from_, f, horizons);
 }
 
-double HoldOut::error_on_known(const Fit& f) const {
+StartErrors HoldOut::predict_known(const Fit& f) const {
   constexpr std::array<double, 1> second = {1.0};
   const std::vector<std::size_t> from(known_.traces.size(), 0);
-  return predict_along(known_.traces, from, f, second).front().rms();
+  return std::move(predict_along(known_.traces, from, f, second).front());
 }
 
 std::vector<StartErrors> HoldOut::predict_along(std::vector<Trace> traces, std::span<const std::size_t> from,

@@ -18,8 +18,8 @@ class HoldOut {
   std::vector<double> errors(const Fit& fitted, std::span<const double> horizons) const;
   /// The same for every start.
   std::vector<StartErrors> predict(const Fit& fitted, std::span<const double> horizons) const;
-  /// The root mean square over 1 s on the data that are not held out.
-  double error_on_known(const Fit& fitted) const;
+  /// Errors over 1 s on the data that are not held out.
+  StartErrors predict_known(const Fit& fitted) const;
   /// The root mean square over 1 s of a model as it is refitted to what is known.
   double error_after_refit(const Fit& fitted) const;
   /// The model as the known data alone would have it.

@@ -21,7 +21,7 @@ using Eigen::VectorXd;
 
 /// One unknown of the noise.
 struct Unknown {
-  enum class Kind { level, colour, acceleration, time, command, bend } kind;
+  enum class Kind { level, colour, acceleration, time, steady, moving, bend } kind;
   std::size_t which = 0;      // channel, acceleration or command
   double longest_step = 1.0;  // of the logarithm; of a colour or a bend itself
   double most = 0.0;          // of a command
@@ -39,8 +39,10 @@ double& value_of(MeasuredNoise& m, const Unknown& u) {
       return m.noise.colour[u.which];
     case Unknown::Kind::acceleration:
       return m.noise.process[u.which];
-    case Unknown::Kind::command:
-      return m.noise.command[u.which];
+    case Unknown::Kind::steady:
+      return m.noise.command.steady[u.which];
+    case Unknown::Kind::moving:
+      return m.noise.command.moving[u.which];
     case Unknown::Kind::bend:
       return m.bend[u.which];
     case Unknown::Kind::time:
@@ -48,6 +50,8 @@ double& value_of(MeasuredNoise& m, const Unknown& u) {
   }
   return m.noise_time;
 }
+
+bool is_of_commands(const Unknown& u) { return u.kind == Unknown::Kind::steady || u.kind == Unknown::Kind::moving; }
 
 /// Moves one unknown: a colour and a bend by an addition, all others by a factor's logarithm.
 void move(MeasuredNoise& m, const Unknown& u, double step, const Problem& problem) {
@@ -62,7 +66,7 @@ void move(MeasuredNoise& m, const Unknown& u, double step, const Problem& proble
     return;
   }
   value *= std::exp(step);
-  if (u.kind == Unknown::Kind::command) value = std::clamp(value, thresholds::least_command * u.most, u.most);
+  if (is_of_commands(u)) value = std::clamp(value, thresholds::least_command * u.most, u.most);
   // The scatter from sample to sample is the least that a sensor's noise can be.
   if (u.kind == Unknown::Kind::level) value = std::max(value, thresholds::least_level * problem.sensor[u.which]);
   if (u.kind == Unknown::Kind::acceleration) value = std::max(value, least_variance(problem, u.which));
@@ -95,7 +99,7 @@ class Innovations {
     time_ = m.noise_time;
     bend_ = m.bend;
     logs_.clear();
-    const Stepping stepping{problem_.substeps, m.noise_time, m.noise.command != Commands{}};
+    const Stepping stepping{problem_.substeps, m.noise_time, m.noise.command != UnknownCommands{}};
     std::size_t left = thresholds::noise_samples;
     for (const Trace& trace : problem_.traces) {
       if (left < 2) break;
@@ -160,8 +164,8 @@ Scores scores_at(const Problem& problem, Innovations& innovations, const Measure
 }
 
 /// Whether something is left unknown of a command between samples.
-bool is_unknown_command(const Unknown& u, const MeasuredNoise& m) {
-  return u.kind == Unknown::Kind::command && m.noise.command[u.which] > 1.01 * thresholds::least_command * u.most;
+bool is_unknown_command(const Unknown& u, MeasuredNoise& m) {
+  return is_of_commands(u) && value_of(m, u) > 1.01 * thresholds::least_command * u.most;
 }
 
 bool is_read(const Problem& problem, std::size_t channel) {
@@ -186,12 +190,13 @@ std::vector<Unknown> list_unknowns(const Problem& problem, const NoiseUnknowns& 
   std::vector<Log> logs;
   for (const Trace& trace : problem.traces) logs.push_back(trace.log);
   const Commands curvature = measured::command_curvature(logs);
-  for (const Unknown& u : {Unknown{Unknown::Kind::command, 0}, Unknown{Unknown::Kind::command, 1},
-                           Unknown{Unknown::Kind::bend, 0, 0.1}, Unknown{Unknown::Kind::bend, 1, 0.1}}) {
-    if (!(curvature[u.which] > 0.0)) continue;
-    list.push_back(u);
-    list.back().most = thresholds::most_command * curvature[u.which];
-  }
+  using enum Unknown::Kind;
+  for (const Unknown::Kind kind : {steady, moving, bend})
+    for (std::size_t i = 0; i < curvature.size(); ++i) {
+      if (!(curvature[i] > 0.0)) continue;
+      const double unit = kind == steady ? curvature[i] : 1.0;
+      list.push_back({kind, i, kind == bend ? 0.1 : 1.0, thresholds::most_command * unit});
+    }
   // What commands do between samples scatters readings, and was believed to be the sensors'.
   for (std::size_t c = 0; !asked.sensors && c < channels; ++c)
     if (is_read(problem, c)) list.push_back({Unknown::Kind::level, c, 1.0});
@@ -257,17 +262,25 @@ void keep_credible(const Problem& problem, MeasuredNoise& m) {
   }
 }
 
-/// Takes back what the log does not determine of commands between samples.
-void forget_undetermined(std::span<const Unknown> unknowns, const MatrixXd& covariance, MeasuredNoise& m) {
+/// Takes back what the log does not ask for of commands between samples: noise without which it is hardly less likely,
+/// and bends that are not significant.
+void forget_undetermined(std::span<const Unknown> unknowns, const MatrixXd& covariance, Innovations& innovations,
+                         MeasuredNoise& m) {
+  double cost = cost_of(innovations.under(m));
   for (std::size_t a = 0; a < unknowns.size(); ++a) {
     const Unknown& u = unknowns[a];
-    const bool bend = u.kind == Unknown::Kind::bend;
-    if (!bend && u.kind != Unknown::Kind::command) continue;
-    const auto i = static_cast<Index>(a);
-    const double sigma = i < covariance.rows() ? std::sqrt(std::max(0.0, covariance(i, i))) : 1.0;
-    // Of a size the logarithm is known to within sigma.
-    const double sure = bend ? std::abs(value_of(m, u)) / sigma : 1.0 / sigma;
-    if (sure < thresholds::significant_colour || (!bend && !is_unknown_command(u, m))) value_of(m, u) = 0.0;
+    MeasuredNoise without = m;
+    if (is_of_commands(u)) {
+      value_of(without, u) = 0.0;
+      const double less = cost_of(innovations.under(without));
+      if (is_unknown_command(u, m) && less > cost + thresholds::significant_colour) continue;
+      m = without;
+      cost = less;
+    } else if (u.kind == Unknown::Kind::bend) {
+      const auto i = static_cast<Index>(a);
+      const double sigma = i < covariance.rows() ? std::sqrt(std::max(0.0, covariance(i, i))) : 1.0;
+      if (std::abs(value_of(m, u)) < thresholds::significant_colour * sigma) value_of(m, u) = 0.0;
+    }
   }
 }
 
@@ -280,8 +293,7 @@ MeasuredNoise measure_noise(const Problem& problem, const Fit& fitted, const Noi
   const std::vector<Unknown> unknowns = list_unknowns(problem, asked);
   for (const Unknown& u : unknowns) {
     if (u.kind == Unknown::Kind::colour && m.noise.colour[u.which] == 0.0) m.noise.colour[u.which] = hardly_coloured;
-    if (u.kind == Unknown::Kind::command && m.noise.command[u.which] == 0.0)
-      m.noise.command[u.which] = thresholds::first_command * u.most;
+    if (is_of_commands(u) && value_of(m, u) == 0.0) value_of(m, u) = thresholds::first_command * u.most;
   }
   if (asked.commands) innovations.forget();
   const auto first_bend =
@@ -300,7 +312,7 @@ MeasuredNoise measure_noise(const Problem& problem, const Fit& fitted, const Noi
         std::abs(rho) > thresholds::significant_colour * std::sqrt(std::max(0.0, covariance(i, i)));
     if (!significant || std::abs(rho) < thresholds::least_colour) rho = 0.0;
   }
-  forget_undetermined(unknowns, covariance, m);
+  if (asked.commands) forget_undetermined(unknowns, covariance, innovations, m);
   if (asked.sensors) keep_credible(problem, m);
   m.gain = before - cost_of(innovations.under(m));
   return m;
@@ -323,13 +335,31 @@ double colour_statistic(const Problem& problem, const Fit& fitted) {
   return worst;
 }
 
+double unknown_commands_statistic(const Problem& problem, const Fit& fitted) {
+  constexpr double tenth = 0.1;
+  MeasuredNoise m{.noise = fitted.noise, .noise_time = problem.noise_time, .bend = problem.bend};
+  std::vector<Unknown> unknowns;
+  for (const Unknown& u : list_unknowns(problem, {.sensors = false, .commands = true})) {
+    if (u.kind != Unknown::Kind::moving) continue;
+    value_of(m, u) = tenth;
+    unknowns.push_back(u);
+  }
+  Innovations innovations(problem, fitted);
+  const Scores scores = scores_at(problem, innovations, m, unknowns);
+  double most = 0.0;
+  for (Index i = 0; i < scores.gradient.size(); ++i)
+    most = std::max(most, -scores.gradient[i] / std::sqrt(scores.information(i, i) + 1e-12));
+  return most;
+}
+
 bool is_other(const Problem& problem, const MeasuredNoise& measured) {
   const auto differs = [](double a, double b) {
     return std::max(a, b) > thresholds::other_noise_factor * std::min(a, b);
   };
   bool other = differs(measured.noise_time, problem.noise_time);
   for (std::size_t i = 0; i < measured.bend.size(); ++i) {
-    other |= differs(measured.noise.command[i], problem.command[i]);
+    other |= differs(measured.noise.command.steady[i], problem.command.steady[i]);
+    other |= differs(measured.noise.command.moving[i], problem.command.moving[i]);
     other |= std::abs(measured.bend[i] - problem.bend[i]) > thresholds::other_bend;
   }
   for (std::size_t c = 0; c < channels; ++c) {

@@ -28,6 +28,10 @@ MeasuredNoise measure_noise(const Problem& problem, const Fit& fitted, const Noi
 /// Lag-one correlation of the innovations of the worst channel, in standard deviations of that of white ones.
 double colour_statistic(const Problem& problem, const Fit& fitted);
 
+/// Score of a tenth of the commands' unrest as unknown between samples, in standard deviations of a score: large where
+/// the log asks for more of it.
+double unknown_commands_statistic(const Problem& problem, const Fit& fitted);
+
 /// Whether measured noise differs from what a problem believes by more than thresholds::other_noise_factor or
 /// thresholds::other_colour.
 bool is_other(const Problem& problem, const MeasuredNoise& measured);

@@ -18,7 +18,7 @@ struct Problem {
   int substeps = 2;                                 // of integration, per sample
   Channels colour{};                                // of the readings' noise, see Noise::colour
   double noise_time = usual_noise_time;             // correlation time of unknown accelerations [s]
-  Commands command{};                               // between samples, see Noise::command
+  UnknownCommands command;                          // between samples, see Noise::command
   Commands bend{};                                  // of the commands of all traces, see measured::bend_commands
   /// Schwarz's penalty [log likelihood]: half the logarithm of the number of independent readings.
   double penalty_per_parameter = 0;
@@ -30,7 +30,7 @@ struct Problem {
   /// Penalty of one effect with so many parameters [log likelihood]: see thresholds::full_penalty_parameters.
   double penalty(std::size_t parameters) const;
   /// How models are brought from sample to sample.
-  Stepping stepping() const { return {substeps, noise_time, command != Commands{}}; }
+  Stepping stepping() const { return {substeps, noise_time, command != UnknownCommands{}}; }
   /// Schwarz's penalty per parameter for what is read: a reading whose noise is coloured counts for less.
   double penalty_of_readings() const;
   /// Duration of all traces together [s].

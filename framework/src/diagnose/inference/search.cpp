@@ -54,6 +54,8 @@ class Searcher {
   void backward_and_exchange();
   void penalise_by_independent_readings();
   void grow();
+  bool may_leave_out_commands();
+  std::vector<const Fit*> smaller_than_best();
   bool measure_noise_anew();
   void refine_along_own_reference();
   void prune();
@@ -267,20 +269,49 @@ void Searcher::grow() {
   penalise_by_independent_readings();
 }
 
-/// Measures the noise with the best model where it is not what was believed: coloured, or unknown accelerations with
-/// another correlation time. What was found under other noise is then forgotten.
+/// The best model without any and without each of its effects, where those are not far from it: small effects imitate
+/// what commands do between samples, and where that explains a log as well, it does.
+std::vector<const Fit*> Searcher::smaller_than_best() {
+  std::vector<const Fit*> all;
+  if (best_ == null_model_) return all;
+  all.push_back(null_model_);
+  for (const std::size_t member : best_->model.members)
+    if (best_->model.members.size() > 1)
+      all.push_back(&pool_.fit_once(catalogue().without(best_->model, member), best_->noise));
+  std::erase_if(all,
+                [this](const Fit* less) { return less->evidence < best_->evidence - 2.0 * thresholds::rival_range; });
+  return all;
+}
+
+/// Whether a log may have left out what commands did between samples: whether any of these models asks for it.
+bool Searcher::may_leave_out_commands() {
+  constexpr double least = 1.0;  // the score is negative where logs say all; more is lost than time if it is not asked
+  const Problem& problem = pool_.problem();
+  if (problem.command != UnknownCommands{} || has_noticeable_process_noise(problem, best_->noise)) return true;
+  const auto asks = [&](const Fit* one) { return unknown_commands_statistic(problem, *one) > least; };
+  return asks(best_) || std::ranges::any_of(smaller_than_best(), asks);
+}
+
+/// Measures the noise with the best model where it is not what was believed: coloured, unknown accelerations with
+/// another correlation time, or commands that the log leaves out. What was found under other noise is then forgotten.
 bool Searcher::measure_noise_anew() {
   const Problem& problem = pool_.problem();
   const bool coloured = problem.colour != Channels{};
   NoiseUnknowns unknowns;
   unknowns.sensors = coloured || colour_statistic(problem, *best_) > thresholds::coloured_innovations;
   unknowns.correlation_time = has_strong_process_noise(problem, best_->noise);
-  unknowns.commands = problem.command != Commands{} || has_noticeable_process_noise(problem, best_->noise);
+  unknowns.commands = may_leave_out_commands();
   if (!unknowns.sensors && !unknowns.correlation_time && !unknowns.commands) return false;
-  const MeasuredNoise noise = measure_noise(problem, *best_, unknowns);
+  MeasuredNoise noise = measure_noise(problem, *best_, unknowns);
+  const Fit* by = best_;
+  if (unknowns.commands)
+    for (const Fit* less : smaller_than_best()) {
+      const MeasuredNoise alone = measure_noise(problem, *less, unknowns);
+      if (less->evidence + alone.gain > by->evidence + noise.gain) noise = alone, by = less;
+    }
   if (noise.gain < thresholds::noise_gain || !is_other(problem, noise)) return false;
   const ModelSpec nothing = null_model_->model;
-  pool_.restart(road_, *best_, noise);
+  pool_.restart(road_, *by, noise);
   null_model_ = &pool_.fit_once(nothing, noise.noise);
   return true;
 }

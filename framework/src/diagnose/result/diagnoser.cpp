@@ -326,15 +326,18 @@ void Diagnoser::rank_by_rollouts(const HoldOut& hold_out, const SearchResult& fo
   std::ranges::stable_partition(d.ranking, [](const RankedEffect& row) { return !(row.rollout.change > 0.0); });
 }
 
-/// Whether what is named closes some of the gap; on a rough road, which is most of that gap, whether it does not widen
-/// it. What rests during the laps held out must close some of it on the others.
+/// Whether what is named closes some of the gap: where noise moves the car between samples (a rough road, commands that
+/// are not known there), more of it than chance. What rests during the laps held out must do so on the others.
 bool Diagnoser::closes(const HoldOut& hold_out, const Diagnosis& d) const {
+  if (d.named.empty()) return true;
   constexpr double least = thresholds::least_closing;
-  const double enough = has_strong_process_noise(problem_, d.fit.noise) ? 1.0 : 1.0 - least;
-  if (d.named.empty() || d.gap.after < enough * d.gap.before) return true;
-  const bool rests =
-      d.gap.after < (1.0 + least) * d.gap.before && d.fit.evidence - d.null_model.evidence > thresholds::ample_evidence;
-  return rests && hold_out.error_on_known(d.fit) < enough * hold_out.error_on_known(d.null_model);
+  const bool moved = has_strong_process_noise(problem_, d.fit.noise) || problem_.command != UnknownCommands{};
+  if (d.gap.after < (1.0 - least) * d.gap.before && (!moved || d.gap.closure > 0.0)) return true;
+  if (!(d.gap.after < (1.0 + least) * d.gap.before) ||
+      !(d.fit.evidence - d.null_model.evidence > thresholds::ample_evidence))
+    return false;
+  const ErrorChange known = compare(hold_out.predict_known(d.fit), hold_out.predict_known(d.null_model));
+  return known.change < -least && (!moved || known.helps());
 }
 
 /// Whether the result predicts hold-out data well enough to be kept.

@@ -32,8 +32,8 @@ bool is_read(const Problem& problem, std::size_t channel) {
 }  // namespace
 
 void report_noise(const Problem& problem, const Noise& noise, std::vector<Health>& health) {
-  char text[160];
-  if (problem.colour != Channels{} || noise.command != Commands{}) {
+  char text[200];
+  if (problem.colour != Channels{} || noise.command != UnknownCommands{}) {
     for (std::size_t c = 0; c < channels; ++c) {
       if (!is_read(problem, c)) continue;
       std::erase_if(health,
@@ -43,9 +43,12 @@ void report_noise(const Problem& problem, const Noise& noise, std::vector<Health
       health.push_back({texts[c].check, text, "measured with the model", Health::Level::note});
     }
   }
-  if (noise.command != Commands{}) {
-    std::snprintf(text, sizeof text, "half-way off by %.3g and %.3g rad, around lines bent by %.2g and %.2g",
-                  noise.command[0], noise.command[1], problem.bend[0], problem.bend[1]);
+  if (noise.command != UnknownCommands{}) {
+    const auto& [steady, moving] = noise.command;
+    std::snprintf(text, sizeof text,
+                  "half-way off by %.3g and %.3g rad, and by %.2g and %.2g of their moves, around lines bent by %.2g "
+                  "and %.2g",
+                  steady[0], steady[1], moving[0], moving[1], problem.bend[0], problem.bend[1]);
     health.push_back(
         {"commands between samples", text, "measured with the model; taken for noise", Health::Level::note});
   }
