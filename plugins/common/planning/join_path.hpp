@@ -19,9 +19,11 @@ namespace gripline::planning {
 
 class JoinPath {
  public:
-  /// `line_length`: of the closed line whose stations the references carry [m].
-  JoinPath(const Car& car, double line_length)
-      : width_(car.width),
+  /// `line_length`: of the closed line whose stations the references carry [m]. `reach`: share of the friction with which
+  /// the controller is left to take the car back to the line within its horizon, to one side and to the other.
+  JoinPath(const Car& car, double line_length, double reach = 0.4)
+      : reach_(reach),
+        width_(car.width),
         slow_(2.0 * std::sqrt(gravity * (car.lf + car.lr))),
         steep_(0.9 * std::tan(car.delta_max) / (car.lf + car.lr)),
         v_min_(car.v_min),
@@ -43,6 +45,14 @@ class JoinPath {
     const Offset o = at(way);
     return std::sqrt(hard_share * friction_ * (1.0 + o.slope * o.slope) / std::max(std::abs(o.bend), 1e-9));
   }
+  /// Metres of the way per metre of a line of this curvature: a reference that moves at v advances by v / stretch along
+  /// the line. 1 where the car is to be on it.
+  double stretch(double s, double kappa) const {
+    const double way = ahead(s);
+    if (!active_ || way >= whole_way()) return 1.0;
+    const Offset o = at(way);
+    return std::hypot(std::max(least_stretch, 1.0 - o.n * kappa), o.slope);
+  }
   /// From the line onto the way to it.
   void move(std::span<RefPoint> horizon) const {
     if (active_)
@@ -62,6 +72,7 @@ class JoinPath {
   };
   // Of the friction, beside what the line itself asks for: where there is room, and where the road ends.
   static constexpr double easy_share = 0.3, hard_share = 0.6;
+  static constexpr double least_stretch = 0.2;   // of a way on the inside of a turn
   static constexpr double room_share = 0.6;      // of the way to the edge
   static constexpr double far_angle = 0.5;       // [rad]
   static constexpr double steepest_angle = 1.0;  // of the path against the line [rad]
@@ -74,10 +85,11 @@ class JoinPath {
             std::remainder(course - foot.yaw, 2.0 * std::numbers::pi)};
   }
   bool far(const Pose2& car, const Offset& from, const State& x) const {
-    // A distance that a tenth of the friction covers within the horizon is not far.
-    const double near = std::max(1.5 * width_, 0.1 * friction_ * horizon_ * horizon_);
-    const double turned = std::abs(car.angle - std::atan(from.slope));
-    return std::abs(car.n - from.n) > near || (turned > far_angle && std::hypot(x.vx, x.vy) > 0.5 * slow_);
+    // What the controller takes back within its horizon is not far: offsets of a T^2 / 4, turns of a T / (4 v).
+    const double reach = 0.25 * reach_ * friction_ * horizon_;  // [m/s]
+    const double near = std::max(1.5 * width_, reach * horizon_);
+    const double turned = std::abs(car.angle - std::atan(from.slope)), v = std::hypot(x.vx, x.vy);
+    return std::abs(car.n - from.n) > near || (v > 0.5 * slow_ && turned > std::max(far_angle, reach / v));
   }
   double ahead(double s) const { return std::max(0.0, std::remainder(s - begin_, length_)); }
 
@@ -133,14 +145,14 @@ class JoinPath {
     const Offset o = at(way);
     r.x -= std::sin(r.yaw) * o.n;
     r.y += std::cos(r.yaw) * o.n;
-    r.yaw += std::atan2(o.slope, std::max(0.2, 1.0 - o.n * r.kappa));
+    r.yaw += std::atan2(o.slope, std::max(least_stretch, 1.0 - o.n * r.kappa));
     r.kappa += o.bend;
     r.left -= o.n;
     r.right += o.n;
     r.at.n += o.n;
   }
 
-  double width_, slow_, steep_, v_min_, length_;
+  double reach_, width_, slow_, steep_, v_min_, length_;
   bool active_ = false;
   double friction_ = 1, horizon_ = 0;  // [m/s2, s]
   double begin_ = 0, way_n_ = 1, way_slope_ = 1, n_ = 0, slope_ = 0;

@@ -154,13 +154,15 @@ void PlanFollower::measure_samples() {
   }
 }
 
-/// Newton's method on (P(s) - p) . P'(s) = 0, with the curvature of P left out.
+/// Newton's method on (P(s) - p) . P'(s) = 0. Near the centre of the path's turns, where every point is a foot, its
+/// steps are bounded.
 double PlanFollower::refine(double s, double x, double y) const {
   for (int i = 0; i < 8; ++i) {
     const PlanPoint p = at(s);
-    const double ahead = (x - p.x) * std::cos(p.yaw) + (y - p.y) * std::sin(p.yaw);
+    const double sine = std::sin(p.yaw), cosine = std::cos(p.yaw);
+    const double ahead = (x - p.x) * cosine + (y - p.y) * sine, left = (y - p.y) * cosine - (x - p.x) * sine;
     const double most = 0.05 * base_->length();
-    s += std::clamp(ahead / p.stretch, -most, most);
+    s += std::clamp(ahead / (p.stretch * std::max(0.5, 1.0 - left * p.kappa)), -most, most);
   }
   return wrap_periodic(s, base_->length());
 }

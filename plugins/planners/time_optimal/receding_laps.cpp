@@ -11,9 +11,13 @@ namespace {
 
 constexpr double least_barrier = 2e-5, first_barrier = 1e-2;  // [s]
 constexpr double behind = 0.4;                                // [s] of window behind the car
-constexpr double used = 0.75;  // of a window: what is nearer to its end depends on how it is made to end
 constexpr double small_step = 0.02, small_defect = 2e-3;
 constexpr double drivable_defect = 0.01;  // of dynamics and constraints, in typical sizes
+// An iterate at a small barrier is a poor start for another problem: slacks that hold are next to zero.
+constexpr double barrier_per_change = 0.05;                     // barrier over the change of the belief [s]
+constexpr double least_change = 0.005, stalled_barrier = 2e-4;  // changes and stalls that raise it
+constexpr double driven_barrier = 1e-4;  // of what is driven: it costs a part of that per constraint
+constexpr int most_stalled = 15;         // control steps without a plan that can be driven
 
 }  // namespace
 
@@ -113,15 +117,15 @@ void RecedingLaps::move_window(double station) {
 bool RecedingLaps::improve() {
   const WindowStep step = solver_.iterate(lap_, first_, count_, barrier_, begin_, end_);
   ++iterations_;
-  defect_ = step.defect;
+  defect_ = step.near_defect;
   if (!step.good) {
     ++failures_;
     if (++failed_ > 8) start_again(1e-3);
     return false;
   }
   failed_ = 0;
-  if (step.change > small_step || step.defect > small_defect || step.share < 0.5) return false;
-  const bool last = barrier_ <= least_barrier;
+  if (step.near_change > small_step || step.near_defect > small_defect || step.share < 0.5) return false;
+  const bool last = barrier_ <= least_barrier && step.change <= small_step && step.defect <= small_defect;
   barrier_ = std::max(least_barrier, 0.2 * barrier_);
   return last;
 }
@@ -160,7 +164,8 @@ void RecedingLaps::advance_belief(const CarBelief& car) {
   const double moved = std::max(difference(car_.tyres, car.tyres, 0.6),
                                 std::abs(car.resistance.at(v) - car_.resistance.at(v)) / gravity);
   if (moved < resolution || defect_ > 10.0 * drivable_defect) return;
-  const double share = std::min(1.0, largest / moved);
+  const double share = std::min(1.0, largest / moved), change = share * moved;
+  if (change > least_change) barrier_ = std::max(barrier_, barrier_per_change * change);
   const auto towards = [share](double& value, double wanted) { value += share * (wanted - value); };
   for (const auto& [own, wanted] :
        {std::pair(&car_.tyres.front, &car.tyres.front), std::pair(&car_.tyres.rear, &car.tyres.rear)}) {
@@ -183,7 +188,13 @@ void RecedingLaps::step(const CarBelief& car, double station, LapPlan& plan) {
   move_window(station);
   advance_belief(car);
   for (int i = 0; i < options_.iterations && !settled_; ++i) settled_ = improve();
-  if (settled_ || defect_ < drivable_defect) publish(plan);
+  const bool drivable = settled_ || defect_ < drivable_defect;
+  stalled_ = drivable ? 0 : stalled_ + 1;
+  if (stalled_ > most_stalled) {
+    barrier_ = std::min(first_barrier, std::max(stalled_barrier, 5.0 * barrier_));
+    stalled_ = 0;
+  }
+  if (drivable && barrier_ <= driven_barrier) publish(plan);
   // Where friction is believed to be less than what the plan is for, it is driven more slowly at once.
   const double mu = mu_of(car.tyres);
   changed_ = count_;
@@ -220,7 +231,7 @@ void RecedingLaps::set_curvature(LapPlan& plan, std::size_t i) const {
 
 void RecedingLaps::publish(LapPlan& plan) {
   const auto between = [this](double from, double to) { return from + options_.follow * (to - from); };
-  const auto count = static_cast<std::size_t>(used * static_cast<double>(count_));
+  const std::size_t count = WindowSolver::near_part(count_);
   for (std::size_t k = 1; k < count; ++k) {
     const std::size_t i = wrapped(first_ + k);
     LapPlan::Node& p = plan.nodes[i];

@@ -4,8 +4,9 @@
 // The whole lap is kept as the iterate of its program. A window of it, from a little behind the car to `ahead` seconds
 // before it, gets `iterations` Newton steps per control step (window_solver.hpp); it begins and ends near the states
 // kept there. Where friction is believed to be less than what the driven plan is for, it is driven more slowly at once, by
-// the square root of its share. The plan follows a window that obeys the dynamics,
-// in steps; until then the old one is driven.
+// the square root of its share. The plan follows a window whose first three quarters obey the dynamics and whose barrier
+// is small, in steps; until then the old one is driven. A change of the belief raises the barrier, as does a window that
+// finds no plan: at a small one an iterate is a poor start for another problem.
 #pragma once
 
 #include <vector>
@@ -69,7 +70,8 @@ class RecedingLaps {
   States begin_{}, end_{};
   std::size_t first_ = 0, count_ = 0, changed_ = 0;
   double barrier_ = 0, defect_ = 0;
-  int failed_ = 0;  // steps one after the other that found nothing better
+  int failed_ = 0;   // Newton steps one after the other that found nothing better
+  int stalled_ = 0;  // control steps one after the other without a plan that can be driven
   bool settled_ = false, placed_ = false;
   long iterations_ = 0, failures_ = 0;
 };

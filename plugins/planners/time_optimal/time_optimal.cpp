@@ -8,6 +8,7 @@
 // mu_plan are solved anew (adaptive_laps.hpp). Speeds are stated along the car's axis, v cos(beta).
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <optional>
 
@@ -75,8 +76,16 @@ constexpr auto lap_parameters() {
 /// Beliefs, and references along a lap, however it is solved.
 class LapPlanner : public SpeedPlanner {
  public:
-  LapPlanner(const PluginContext& context, const LapParams& params)
+  /// What the planners do differently. The library's laps are bounded by its own least friction.
+  struct Manner {
+    double least_mu = -std::numeric_limits<double>::infinity();  // that is planned for
+    double reach = 0.4;                                          // see JoinPath
+    // On the way to the line references advance as fast as they are planned, not as fast as the line beside them.
+    bool at_own_speed = false;
+  };
+  LapPlanner(const PluginContext& context, const LapParams& params, const Manner& manner)
       : k_(params),
+        manner_(manner),
         car_(context.car),
         dt_(context.dt),
         mu_init_(context.mu_init),
@@ -87,7 +96,7 @@ class LapPlanner : public SpeedPlanner {
         setup_(context, options(context.car, params), typical_),
         line_(setup_),
         resistance_(typical_.resistance, context.car.v_ref),
-        join_(context.car, setup_.base().length()),
+        join_(context.car, setup_.base().length(), manner.reach),
         recovery_(context.car, setup_.base()),
         mu_plan_(params.start * context.mu_init) {}
 
@@ -154,7 +163,7 @@ class LapPlanner : public SpeedPlanner {
   }
 
   /// A fall of the friction counts at once, a rise at the rate `rise`.
-  void approach(double target) { mu_plan_ = std::min(target, mu_plan_ + k_.rise * dt_); }
+  void approach(double target) { mu_plan_ = std::min(std::max(target, manner_.least_mu), mu_plan_ + k_.rise * dt_); }
 
   RefPoint reference(double s, double yaw_near, double tightened) const {
     const PlanPoint p = line_.at(s);
@@ -182,6 +191,10 @@ class LapPlanner : public SpeedPlanner {
     return r;
   }
 
+  double way_stretch(double s, const PlanPoint& p) const {
+    return manner_.at_own_speed ? join_.stretch(s, p.kappa) : 1.0;
+  }
+
   /// The acceleration by which references may gain speed [m/s2].
   double gain(double v) const {
     return k_.from_car_speed ? std::max(0.0, setup_.full_throttle(v, resistance_.value())) : 1e9;
@@ -203,15 +216,17 @@ class LapPlanner : public SpeedPlanner {
         v = std::min({k_.pace * here.v, join_.speed(s), v + gain(v) * dt_});
         r.v = v * std::cos(here.beta);
       }
-      const double half = s + 0.5 * dt_ * v / here.stretch;
+      const double half = s + 0.5 * dt_ * v / (here.stretch * way_stretch(s, here));
       const PlanPoint middle = line_.at(half);
       const double planned = k_.pace * middle.v;
       const double advance = k > 0 && v >= k_.pace * here.v ? planned : v;  // a car at the planned speed keeps to it
-      s = wrap_periodic(s + dt_ * advance / middle.stretch, setup_.base().length());
+      const double way = middle.stretch * way_stretch(half, middle);
+      s = wrap_periodic(s + dt_ * advance / way, setup_.base().length());
     }
   }
 
   LapParams k_;
+  Manner manner_;
   Car car_;
   double dt_, mu_init_;
   const Course* course_;
@@ -247,7 +262,7 @@ class TimeOptimal final : public LapPlanner {
   }
 
   TimeOptimal(const PluginContext& context, const Params& params)
-      : LapPlanner(context, params),
+      : LapPlanner(context, params, {}),
         laps_(setup(),
               build_library(setup(), typical(), friction_grid(params.mu_lo, params.mu_hi, params.mu_step),
                             context.cache_dir, {context.progress, context.progress_context}),
@@ -285,7 +300,7 @@ class RecedingTime final : public LapPlanner {
   }
 
   RecedingTime(const PluginContext& context, const Params& params)
-      : LapPlanner(context, params),
+      : LapPlanner(context, params, {.least_mu = params.mu_lo, .reach = 1.0, .at_own_speed = true}),
         laps_(setup(), {scaled_to(typical().tyres, mu_plan()), typical().resistance},
               {params.ahead, params.nodes, params.iterations, params.follow}) {
     plan_ = laps_.whole_plan();

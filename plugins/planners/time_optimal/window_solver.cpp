@@ -378,6 +378,9 @@ WindowStep WindowSolver::iterate(std::vector<WindowNode>& lap, std::size_t first
     }
     largest = std::max(largest, stages_[k].pi.lpNorm<Eigen::Infinity>());
     result.defect = std::max(result.defect, stages_[k].b.lpNorm<Eigen::Infinity>());
+    if (k >= near_part(count_)) continue;
+    result.near_change = result.change;
+    result.near_defect = result.defect;
   }
   if (!std::isfinite(result.change)) return result;
   penalty_ = std::max(1.2 * largest, 0.5 * penalty_);

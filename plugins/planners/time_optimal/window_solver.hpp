@@ -39,6 +39,8 @@ struct WindowNode {
 struct WindowStep {
   double change = 0;  // largest of the Newton step, in units of the variables' typical sizes
   double defect = 0;  // largest violation of the dynamics and of the constraints, in those units
+  // The same of the first three quarters: what is nearer to its end depends on how it is made to end.
+  double near_change = 0, near_defect = 0;
   double share = 0;   // of the step that was taken
   bool good = false;  // false: no step was found, the iterate is as it was
 };
@@ -50,6 +52,8 @@ class WindowSolver {
 
   /// What is believed of the car from now on. `more` is resistance beyond that of the problem's coasting curve.
   void set_car(const AxleTyres& tyres, const SpecificResistance& more);
+  /// Intervals of a window of `count` that do not depend on how it is made to end.
+  static std::size_t near_part(std::size_t count) { return count - count / 4; }
   /// Weights of begin and end, in seconds per squared typical size.
   static constexpr double begin_weight = 1000.0, end_weight = 100.0;
 

@@ -1,9 +1,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <memory>
 #include <numbers>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -177,6 +180,26 @@ TEST_F(RecedingTimeTest, FollowsTheFrictionThatIsBelievedWithoutAllocating) {
   EXPECT_LT(fast, 1.25 * slow);
   // The line keeps its margin of 0.4 widths, and half a width is the car's own.
   EXPECT_GT(room_, 0.3 * car_.width);
+}
+
+/// Where the car is nearly as far outside of a turn as the turn's radius, steps without the curvature hardly converge.
+TEST_F(RecedingTimeTest, FindsTheNearestPointOfACarOutsideOfATurn) {
+  const auto planner = make(mobil_, {{"spacing", 0.1}, {"start", 0.9}});
+  const std::span<const LinePoint> line = planner->line();
+  const auto tightest = std::max_element(line.begin(), line.end(), [](const LinePoint& a, const LinePoint& b) {
+    return std::abs(a.kappa) < std::abs(b.kappa);
+  });
+  const auto place = static_cast<std::size_t>(tightest - line.begin());
+  for (std::size_t i = 0; i < 9; i += 2) {
+    const LinePoint& p = line[(place + line.size() - 4 + i) % line.size()];
+    const double off = (p.kappa > 0 ? -0.85 : 0.85) / std::abs(tightest->kappa);
+    now_.x = {p.x - off * std::sin(p.yaw), p.y + off * std::cos(p.yaw), p.yaw, 0.5, 0.0, 0.0, 0.0};
+    planner->plan(now_, believe(0.9), nullptr, horizon_);
+    const auto distance = [&](double x, double y) { return std::hypot(x - now_.x.x, y - now_.x.y); };
+    double nearest = INFINITY;
+    for (const LinePoint& q : line) nearest = std::min(nearest, distance(q.x, q.y));
+    EXPECT_LT(distance(horizon_[0].x, horizon_[0].y), nearest + 1e-3) << i;
+  }
 }
 
 }  // namespace

@@ -96,6 +96,47 @@ TEST(JoinPath, LeavesACarAloneThatIsOnTheLine) {
   EXPECT_EQ(join.speed(120), std::numeric_limits<double>::infinity());
 }
 
+/// References advance by v / stretch along the line: on the way itself that is v.
+TEST(JoinPath, IsLongerThanTheLineOnTheOutsideOfATurn) {
+  constexpr double kappa = 0.02, radius = 1 / kappa;  // a turn to the left about (0, radius)
+  const auto on_turn = [](double s) {
+    RefPoint r = on_line(s);
+    r.x = radius * std::sin(kappa * s);
+    r.y = radius * (1 - std::cos(kappa * s));
+    r.yaw = kappa * s;
+    r.kappa = kappa;
+    return r;
+  };
+  for (const double off : {-5.0, 5.0}) {
+    JoinPath join(full_size_car(), length);
+    Observation now = car_at(off, 0, 10);
+    now.x.x = 0;
+    join.update(now, on_turn(0), mu, horizon_s);
+    ASSERT_TRUE(join.active());
+    for (double s = 0; s < 30; s += 3) {
+      constexpr double e = 0.01;
+      std::array ends{on_turn(s - e), on_turn(s + e)};
+      join.move(ends);
+      const double way = std::hypot(ends[1].x - ends[0].x, ends[1].y - ends[0].y) / (2 * e);
+      if (s > 0) {
+        EXPECT_NEAR(join.stretch(s, kappa), way, 1e-3) << "s = " << s << ", off = " << off;
+      }
+    }
+    EXPECT_NEAR(join.stretch(0, kappa), 1 - off * kappa, 1e-9);
+    EXPECT_EQ(join.stretch(300, kappa), 1.0);
+  }
+}
+
+/// What the controller is left to take back by itself is no way, the more so the more of the friction it may use.
+TEST(JoinPath, BeginsBeyondWhatTheControllerReaches) {
+  constexpr double wide_horizon = 2, off = 4;
+  for (const double reach : {0.4, 1.0}) {
+    JoinPath join(full_size_car(), length, reach);
+    join.update(car_at(off, 0, 15), on_line(100), mu, wide_horizon);
+    EXPECT_EQ(join.active(), off > 0.25 * reach * mu * gravity * wide_horizon * wide_horizon) << reach;
+  }
+}
+
 /// The way stays where it began: what a controller is shown does not move along with the car.
 TEST(JoinPath, KeepsItsWayWhileTheCarFollowsIt) {
   JoinPath join = joining(4, 0, 15);
