@@ -137,6 +137,8 @@ int run_fit(Arguments args) {
   for (std::size_t i = 1; i < words.size(); ++i) {
     files.push_back(measured::read_session(words[i], map));
     measured::check_session(files.back(), world.spec.car.car.v_ref);
+    for (const measured::Finding& f : measured::constant_commands(files.back().session))
+      std::cerr << "warning: " << words[i] << ": " << f.check << ' ' << f.found << ": " << f.done << '\n';
   }
   calibrate::ForecastOptions options = calibrate::forecast_options(world.spec);
   options.pose = map.pose;

@@ -389,12 +389,31 @@ void add_noise(const Noise& noise, std::size_t channel, std::vector<Finding>& ou
 
 }  // namespace
 
+std::vector<Finding> constant_commands(const Session& session) {
+  constexpr double least_throttle = 0.02, least_angle = 0.005;  // [1], [rad]: less than drivers and noise make of it
+  std::vector<Finding> out;
+  const auto look_at = [&](double CommandSample<double>::*command, double least, const char* name, const char* unit,
+                           const char* lost) {
+    Values values;
+    for (const CommandSample<double>& c : session.command) values.push_back(c.*command);
+    const double low = lower_quantile(values, 0.01), high = lower_quantile(values, 0.99);
+    if (high - low < least)
+      out.push_back({Level::bad, name, "stays between " + significant(low) + " and " + significant(high) + unit, lost});
+  };
+  look_at(&CommandSample<double>::d, least_throttle, "d", "",
+          "what throttle and brake do is not to be learned; is it the right column?");
+  look_at(&CommandSample<double>::delta, least_angle, "delta", " rad",
+          "what steering does is not to be learned, nor tyres; is it the right column?");
+  return out;
+}
+
 std::vector<Finding> health_of(const SessionFile& file) {
   const Session& s = file.session;
   std::vector<Finding> out = file.findings;
   rate_and_gaps(file, out);
   held_and_jumping(file, out);
   jumps(file, out);
+  for (Finding& finding : constant_commands(s)) out.push_back(std::move(finding));
   if (const auto slip = slip_of(s, file.row_step))
     out.push_back({Level::bad, "position",
                    std::string(slip->travel < 0.0 ? "falls back by " : "jumps ahead by ") +

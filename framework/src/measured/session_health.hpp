@@ -41,6 +41,9 @@ struct Slip {
 };
 std::optional<Slip> slip_of(const Session& session, double row_step);
 
+/// Commands that stay where they are: what they do to the car cannot be learned from this log.
+std::vector<Finding> constant_commands(const Session& session);
+
 /// All of it as lines of a table, after what reading found.
 std::vector<Finding> health_of(const SessionFile& file);
 

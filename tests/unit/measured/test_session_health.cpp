@@ -150,5 +150,21 @@ TEST(Health, TellsRateGapsHeldChannelsAndJumps) {
   EXPECT_TRUE(has("noise of vx", "lag-one correlation"));
 }
 
+TEST(Health, SaysWhichCommandStaysWhereItIs) {
+  SessionFile file;
+  file.row_step = 0.04;
+  file.session = wandering([](double t, std::size_t, auto&, auto& command, auto&, auto&) {
+    command.d = 0.3;
+    command.delta = 0.1 * std::sin(t);
+  });
+  const auto lines = constant_commands(file.session);
+  ASSERT_EQ(lines.size(), 1u);
+  EXPECT_EQ(lines[0].check, "d");
+  EXPECT_EQ(lines[0].found, "stays between 0.3 and 0.3");
+  const auto health = health_of(file);
+  EXPECT_TRUE(std::any_of(health.begin(), health.end(),
+                          [](const Finding& f) { return f.check == "d" && f.level == Finding::Level::bad; }));
+}
+
 }  // namespace
 }  // namespace gripline::measured
