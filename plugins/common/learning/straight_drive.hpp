@@ -20,14 +20,16 @@ class StraightDrive {
     if (nominal_ == nullptr) throw std::runtime_error("needs a nominal model to learn what it misses");
     if (context.hold != Hold::zoh) throw std::runtime_error("learns from held commands only: input_hold \"zoh\"");
     const Car& car = context.car;
-    // A model with tyres answers a side slip with a side force, one without does not.
+    // Tyres answer a side slip with a side force, and that of turned wheels slows the car: what correct_body() takes off.
+    // Side speed alone would not tell: without tyres it may fade by itself (effect yaw_response).
     const double v = std::max(car.v_ref, 2 * car.v_min);
     State sliding;
     sliding.vx = v;
+    sliding.delta = 0.1;
     State rolling = sliding;
     sliding.vy = 0.1 * v;
     const Place flat;
-    has_tyres_ = std::abs(nominal_->rates(sliding, {}, flat).vy - nominal_->rates(rolling, {}, flat).vy) > 1e-9 * v;
+    has_tyres_ = std::abs(nominal_->rates(sliding, {}, flat).vx - nominal_->rates(rolling, {}, flat).vx) > 1e-9 * v;
   }
 
   bool model_has_tyres() const { return has_tyres_; }
