@@ -5,7 +5,6 @@
 
 #include "config/errors.hpp"
 #include "measured/session_file.hpp"
-#include "measured/session_health.hpp"
 #include "util/numbers.hpp"
 #include "util/statistics.hpp"
 
@@ -80,7 +79,6 @@ class Checks {
     yaw();
     heading();
     steering();
-    changing();
   }
 
  private:
@@ -197,15 +195,6 @@ class Checks {
       refuse("the car turns against its steering: delta and curvature correlate at " + significant(correlation) +
              " over " + significant(0.25 * n) +
              " s of driving; expected a positive one: turn delta's sign (\"sign\": -1), or yaw and y");
-  }
-
-  /// One constant command is a way to drive, both are a wrong column or no log of driving.
-  void changing() const {
-    const std::vector<Finding> constant = constant_commands(s_);
-    if (constant.size() < 2) return;
-    std::string found;
-    for (const Finding& f : constant) found += (found.empty() ? "" : ", ") + f.check + " " + f.found;
-    refuse("the commands never change: " + found + "; expected a log of driving. Name other columns in the map");
   }
 
   const Session& s_;

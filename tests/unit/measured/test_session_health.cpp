@@ -150,7 +150,7 @@ TEST(Health, TellsRateGapsHeldChannelsAndJumps) {
   EXPECT_TRUE(has("noise of vx", "lag-one correlation"));
 }
 
-TEST(Health, SaysWhichCommandStaysWhereItIs) {
+TEST(Health, OneConstantCommandOrBothAreTold) {
   SessionFile file;
   file.row_step = 0.04;
   file.session = wandering([](double t, std::size_t, auto&, auto& command, auto&, auto&) {
@@ -164,6 +164,8 @@ TEST(Health, SaysWhichCommandStaysWhereItIs) {
   const auto health = health_of(file);
   EXPECT_TRUE(std::any_of(health.begin(), health.end(),
                           [](const Finding& f) { return f.check == "d" && f.level == Finding::Level::bad; }));
+  for (auto& command : file.session.command) command.delta = 0.05;
+  EXPECT_EQ(constant_commands(file.session).size(), 2u);
 }
 
 }  // namespace
