@@ -42,6 +42,7 @@ require_debian_12() {
 build_packages="g++ cmake ninja-build pkg-config libeigen3-dev libboost-dev libboost-program-options-dev
   libboost-filesystem-dev coinor-libipopt-dev nlohmann-json3-dev pybind11-dev python3-dev python3-numpy"
 test_packages="groff-base libgtest-dev libgmock-dev locales doxygen"
+optional_packages="libhdf5-dev"
 slurm_packages="munge slurmctld slurmd slurm-client"
 package_packages="dpkg-dev file"
 check_packages="clang clang-tidy clang-format python3"
@@ -64,6 +65,12 @@ install_browser() {
   command -v node >/dev/null 2>&1 || ( install_packages nodejs npm ) || say "no Node: the report is not tested in a browser"
   [ -d tools/report/node_modules/playwright-core ] && [ -d tools/report/node_modules/@mcap/core ] ||
     ( cd tools/report && npm ci --silent --ignore-scripts ) || say "npm ci failed in tools/report: the report is not tested in a browser"
+}
+
+# What parts that few need are built with. Where it cannot be had they are not built, and CMake says so.
+install_optional() {
+  # shellcheck disable=SC2086
+  ( install_packages $optional_packages ) || say "not installed: $optional_packages"
 }
 
 # What the tests of sweeps on a cluster need. Where it cannot be had they are skipped, and this says so.

@@ -2,6 +2,7 @@
 #include <iostream>
 #include <sstream>
 
+#include "cli/companion.hpp"
 #include "cli/options.hpp"
 #include "config/errors.hpp"
 #include "exports/foxglove.hpp"
@@ -83,6 +84,8 @@ int run_export(Arguments args) {
   auto add = visible.add_options();
   add("mcap", po::value<std::string>(), "an MCAP file for Foxglove");
   add("csv", po::value<std::string>(), "one wide CSV file for PlotJuggler: t_s, then row/column");
+  add("hdf5", po::value<std::string>(),
+      "an HDF5 file of all tables, of a comparison or a sweep, for h5py, MATLAB and R; where built with HDF5");
   add("video", po::value<std::string>(), "the replay as an MP4 file; needs Chromium and ffmpeg");
   add("only", po::value<std::string>(), "these rows, separated by commas (default: all)");
   add("seed", po::value<std::string>(), "these seeds, separated by commas (default: the first of each row)");
@@ -93,14 +96,17 @@ int run_export(Arguments args) {
   add("to", po::value<std::string>(), "of the video: where it ends [s] (default: with the race)");
   add("follow", "of the video: follow one car");
   add("help,h", "this text");
-  const auto given =
-      parse_options(args, visible, "export OUT --mcap FILE | --csv FILE | --video FILE [options]", "results");
+  const auto given = parse_options(
+      args, visible, "export OUT --mcap FILE | --csv FILE | --hdf5 FILE | --video FILE [options]", "results");
   if (!given) return good;
   const Words folders = words_of(*given, "results");
   if (folders.size() != 1) throw InputError("which results? One folder, for example out/table1");
-  const auto mcap = text_of(*given, "mcap"), csv = text_of(*given, "csv"), video = text_of(*given, "video");
-  if (!mcap && !csv && !video) throw InputError("export what? --mcap FILE, --csv FILE or --video FILE");
-  for (const auto& [option, file] : {std::pair{"--mcap", mcap}, std::pair{"--csv", csv}, std::pair{"--video", video}})
+  const auto mcap = text_of(*given, "mcap"), csv = text_of(*given, "csv");
+  const auto hdf5 = text_of(*given, "hdf5"), video = text_of(*given, "video");
+  if (!mcap && !csv && !hdf5 && !video)
+    throw InputError("export what? --mcap FILE, --csv FILE, --hdf5 FILE or --video FILE");
+  for (const auto& [option, file] :
+       {std::pair{"--mcap", mcap}, std::pair{"--csv", csv}, std::pair{"--hdf5", hdf5}, std::pair{"--video", video}})
     if (file) require_writable(option, *file, {});
   const exports::VideoOptions film = video_options(*given);
   if (video) exports::require_video_programs();
@@ -114,6 +120,8 @@ int run_export(Arguments args) {
   }
   if (video) export_video(folders.front(), *video, film);
   if (video) say_written("video", *video);
+  if (hdf5)
+    exec_companion("gripline-hdf5", "export --hdf5 (HDF5 when gripline was built)", Words{folders.front(), *hdf5});
   return good;
 }
 
