@@ -49,6 +49,17 @@ void check_effects(const VehicleSpec& spec, const Car& car, std::span<const Node
 
 }  // namespace
 
+void read_known_params(ObjectReader& car, KnownParams& known, Errors& errors) {
+  if (!car.has("known_params")) return;
+  ObjectReader params = car.object("known_params");
+  for (const Member* member : params.members()) {
+    if (member->value.is_number())
+      known[member->key] = member->value.number();
+    else
+      errors.add(member->value.origin, "expected a number in SI");
+  }
+}
+
 CarFile read_car(const Node& node, Errors& errors) {
   ObjectReader r(node, errors);
   const auto positive = NumberRange::positive();
@@ -68,13 +79,7 @@ CarFile read_car(const Node& node, Errors& errors) {
   car.v_min = r.number("v_min", "m/s", positive);
   file.known = {{"m", car.m}, {"Iz", car.Iz}, {"lf", car.lf}, {"lr", car.lr}};
   file.substeps_by_error = r.boolean("substeps_by_error", true);
-  if (r.has("known_params")) {
-    ObjectReader known = r.object("known_params");
-    for (const Member* member : known.members())
-      file.known[member->key] = member->value.is_number()
-                                    ? member->value.number()
-                                    : (errors.add(member->value.origin, "expected a number in SI"), 0.0);
-  }
+  read_known_params(r, file.known, errors);
   r.finish();
   return file;
 }

@@ -18,6 +18,8 @@ struct CarFile {
   bool substeps_by_error = true;  // of a world's control step (World); false: exactly as many as stated
 };
 CarFile read_car(const Node& node, Errors& errors);
+/// Adds what stands under "known_params" of that object, if anything does: numbers in SI by name.
+void read_known_params(ObjectReader& car, KnownParams& known, Errors& errors);
 
 /// {"plugin", "params", "effects": [{"plugin", "params"}...], "integrator", "substeps"}.
 struct VehicleSpec {

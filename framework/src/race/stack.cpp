@@ -66,13 +66,7 @@ CarFile read_told_car(const Node& node, const CarFile& car, Errors& errors) {
   positive("Iz", "kg m2", told.car.Iz);
   positive("lf", "m", told.car.lf);
   positive("lr", "m", told.car.lr);
-  if (r.has("known_params")) {
-    ObjectReader known = r.object("known_params");
-    for (const Member* member : known.members())
-      told.known[member->key] = member->value.is_number()
-                                    ? member->value.number()
-                                    : (errors.add(member->value.origin, "expected a number in SI"), 0.0);
-  }
+  read_known_params(r, told.known, errors);
   r.finish();
   return told;
 }

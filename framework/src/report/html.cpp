@@ -4,6 +4,8 @@
 #include <cstdio>
 #include <limits>
 
+#include "report/packing.hpp"
+
 namespace gripline::report {
 namespace {
 
@@ -42,21 +44,6 @@ std::string text_of(const json& object, const char* key) {
   return found != object.end() && found->is_string() ? found->get<std::string>() : std::string();
 }
 
-std::string escaped(const std::string& text) {
-  std::string out;
-  for (const char c : text) {
-    if (c == '<')
-      out += "&lt;";
-    else if (c == '&')
-      out += "&amp;";
-    else if (c == '"')
-      out += "&quot;";
-    else
-      out += c;
-  }
-  return out;
-}
-
 std::string short_number(double value) {
   if (!std::isfinite(value)) return "–";
   char buffer[40];
@@ -66,24 +53,25 @@ std::string short_number(double value) {
 
 std::string html_table(const std::vector<std::string>& head, const std::vector<std::vector<std::string>>& rows) {
   std::string out = "<table><thead><tr>";
-  for (const std::string& cell : head) out += "<th>" + escaped(cell) + "</th>";
+  for (const std::string& cell : head) out += "<th>" + html_escaped(cell) + "</th>";
   out += "</tr></thead><tbody>";
   for (const auto& row : rows) {
     out += "<tr>";
-    for (const std::string& cell : row) out += "<td>" + escaped(cell) + "</td>";
+    for (const std::string& cell : row) out += "<td>" + html_escaped(cell) + "</td>";
     out += "</tr>";
   }
   return out + "</tbody></table>\n";
 }
 
 std::string html_folded(const std::string& title, const std::string& inside) {
-  return inside.empty() ? "" : "<details><summary>" + escaped(title) + "</summary>\n" + inside + "</details>\n";
+  return inside.empty() ? "" : "<details><summary>" + html_escaped(title) + "</summary>\n" + inside + "</details>\n";
 }
 
 std::string html_begin(const std::string& title) {
   return "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">"
          "<meta name=\"viewport\" content=\"width=device-width,initial-scale=1\"><title>" +
-         escaped(title) + "</title><style>" + style + "</style></head><body>\n<h1>" + escaped(title) + "</h1>\n";
+         html_escaped(title) + "</title><style>" + style + "</style></head><body>\n<h1>" + html_escaped(title) +
+         "</h1>\n";
 }
 
 }  // namespace gripline::report

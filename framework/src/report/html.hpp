@@ -14,8 +14,6 @@ double number_in(const nlohmann::json& object, const char* key);
 const nlohmann::json& list_of(const nlohmann::json& object, const char* key);
 std::string text_of(const nlohmann::json& object, const char* key);
 
-/// Text as HTML shows it.
-std::string escaped(const std::string& text);
 /// Four significant digits; a dash for what is no number.
 std::string short_number(double value);
 std::string html_table(const std::vector<std::string>& head, const std::vector<std::vector<std::string>>& rows);

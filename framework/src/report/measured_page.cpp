@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "report/html.hpp"
+#include "report/packing.hpp"
 #include "report/plot.hpp"
 #include "util/statistics.hpp"
 
@@ -222,7 +223,7 @@ std::string lead_paragraph(const json& data) {
   }
   if (!other.empty())
     text.append("; the best of the others, ").append(other).append(", to ").append(short_number(least)).append(" m");
-  return "<p class=\"lead\">" + escaped(text) + ".</p>\n";
+  return "<p class=\"lead\">" + html_escaped(text) + ".</p>\n";
 }
 
 /// The pictures of one held-out log, folded: a page may have ten.
@@ -242,7 +243,7 @@ std::string health_tables(const json& data) {
   }
   std::string out;
   for (const auto& [log, lines] : logs)
-    out += "<h2>" + escaped(log) + "</h2>\n" + html_table({"check", "found", "done"}, lines);
+    out += "<h2>" + html_escaped(log) + "</h2>\n" + html_table({"check", "found", "done"}, lines);
   return html_folded("Health of the logs", out);
 }
 
@@ -251,7 +252,7 @@ std::string claims_list(const json& claims) {
   for (const json& claim : claims.is_array() ? claims : list_of(claims, "claims"))
     if (claim.is_object())
       out += "<li>" + std::string(claim.value("holds", json()) == true ? "holds: " : "does not hold: ") +
-             escaped(text_of(claim, "text")) + "</li>\n";
+             html_escaped(text_of(claim, "text")) + "</li>\n";
   return out.empty() ? "" : "<h2>Claims</h2>\n<ul>\n" + out + "</ul>\n";
 }
 
@@ -277,7 +278,8 @@ std::vector<FigureFile> measured_figures(const json& data) {
 std::string measured_page(const json& data, const json& scene, const json& claims) {
   const std::string name = scene.is_object() ? text_of(scene, "name") : "measured";
   std::string page = html_begin(name) + lead_paragraph(data);
-  if (scene.is_object() && !text_of(scene, "note").empty()) page += "<p>" + escaped(text_of(scene, "note")) + "</p>\n";
+  if (scene.is_object() && !text_of(scene, "note").empty())
+    page += "<p>" + html_escaped(text_of(scene, "note")) + "</p>\n";
   const auto figure = [](const std::string& svg) { return svg.empty() ? "" : "<figure>" + svg + "</figure>\n"; };
   page +=
       "<h2>Errors at " + short_number(number_of(data.value("horizon_s", json()))) +
@@ -295,9 +297,9 @@ std::string measured_page(const json& data, const json& scene, const json& claim
   if (!list_of(data, "advice").empty()) {
     page += "<h2>What else would help</h2>\n<ul>\n";
     for (const json& a : list_of(data, "advice"))
-      page += "<li>" + escaped(text_of(a, "effect")) + ": " + short_number(100.0 * number_of(a.value("gain", json()))) +
-              " % less squared error to first order, " + short_number(number_of(a.value("score", json()))) +
-              " standard deviations</li>\n";
+      page += "<li>" + html_escaped(text_of(a, "effect")) + ": " +
+              short_number(100.0 * number_of(a.value("gain", json()))) + " % less squared error to first order, " +
+              short_number(number_of(a.value("score", json()))) + " standard deviations</li>\n";
     page += "</ul>\n";
   }
   const json road = data.value("road", json());

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "report/html.hpp"
+#include "report/packing.hpp"
 #include "report/plot.hpp"
 
 namespace gripline::report {
@@ -218,7 +219,7 @@ std::string findings(const json& data) {
   for (const json& response : list_of(data, "responses")) {
     const std::string text = sentence_of(data, response);
     if (text.empty() || count == most) continue;
-    out += count++ == 0 ? "<p class=\"lead\">" + escaped(text) + "</p>\n" : "<p>" + escaped(text) + "</p>\n";
+    out += count++ == 0 ? "<p class=\"lead\">" + html_escaped(text) + "</p>\n" : "<p>" + html_escaped(text) + "</p>\n";
   }
   return out;
 }
@@ -264,7 +265,7 @@ std::string sweep_page(const json& data) {
     const bool higher = response.value("higher_is_better", json()) == true;
     const std::string title =
         "Best settings by " + text_of(response, "name") + (higher ? ", largest first" : ", smallest first");
-    page += count == 1 ? "<h2>" + escaped(title) + "</h2>\n" + best_table(data, response)
+    page += count == 1 ? "<h2>" + html_escaped(title) + "</h2>\n" + best_table(data, response)
                        : html_folded(title, best_table(data, response));
   }
   if (list_of(data, "responses").size() > most_responses)
