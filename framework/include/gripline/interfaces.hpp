@@ -28,7 +28,7 @@ class VehicleModel {
   /// same. An effect of another stage is refused with that reason.
   virtual unsigned stages() const noexcept = 0;
   /// Fills the quantities of the stages first .. last of all n points, each stage from the quantities before it; the
-  /// host has set the state, d, delta and delta_rate. Stages that the model lacks are left alone. `load` must fill
+  /// host has set the state, d, delta and delta_rate; quantities of stages that the model lacks are zero. `load` fills
   /// drive_force, m, Iz, lf and lr; `body` must fill ax, ay, aw and copy grade and bank from the place. memory and
   /// history are null. points.params are the model's own, in the order of its declaration.
   virtual void evaluate(Stage first, Stage last, const Points<double>& points) const = 0;

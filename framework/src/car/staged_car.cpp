@@ -9,8 +9,14 @@ namespace {
 constexpr std::size_t chunk_size = 8;  // quantities of eight points stay in the first-level cache
 constexpr const char* stage_names[] = {"command", "drive", "load", "tyre", "force", "body", "reading"};
 
+/// Stages that fill quantities which nobody else does: those of Stage::command are given.
+constexpr unsigned filling_stages = stage_bit(Stage::drive) | stage_bit(Stage::load) | stage_bit(Stage::tyre) |
+                                    stage_bit(Stage::force) | stage_bit(Stage::body);
+
+/// What is given of one point. `clear`: what no stage will fill is zero, not what lay in memory.
 template <class T>
-void fill_state(Quantities<T>& q, const T* motion, const ActingCommand<T>& command) {
+void begin_point(Quantities<T>& q, const T* motion, const ActingCommand<T>& command, bool clear) {
+  if (clear) q = Quantities<T>{};
   q.yaw = motion[2];
   q.vx = motion[3];
   q.vy = motion[4];
@@ -54,7 +60,10 @@ constexpr std::size_t max_params = 256;
 }  // namespace
 
 StagedCar::StagedCar(const VehicleModel& model, std::vector<double> params)
-    : model_(&model), params_(std::move(params)), model_params_(params_.size()) {
+    : model_(&model),
+      params_(std::move(params)),
+      model_params_(params_.size()),
+      lacks_stages_((model.stages() & filling_stages) != filling_stages) {
   plan();
 }
 
@@ -131,7 +140,7 @@ void StagedCar::quantities(const CarBatch<T>& batch, Quantities<T>* q) const {
   for (std::size_t begin = 0; begin < batch.n; begin += chunk_size) {
     const std::size_t n = std::min(chunk_size, batch.n - begin);
     for (std::size_t i = 0; i < n; ++i)
-      fill_state(q[begin + i], batch.motion + (begin + i) * motion_size, batch.command[begin + i]);
+      begin_point(q[begin + i], batch.motion + (begin + i) * motion_size, batch.command[begin + i], lacks_stages_);
     Points<T> chunk;
     chunk.n = n;
     chunk.q = q + begin;
@@ -148,7 +157,7 @@ void StagedCar::in_chunks(std::span<const Step> steps, const CarBatch<T>& batch,
   for (std::size_t begin = 0; begin < batch.n; begin += chunk_size) {
     const std::size_t n = std::min(chunk_size, batch.n - begin);
     for (std::size_t i = 0; i < n; ++i)
-      fill_state(q[i], batch.motion + (begin + i) * motion_size, batch.command[begin + i]);
+      begin_point(q[i], batch.motion + (begin + i) * motion_size, batch.command[begin + i], lacks_stages_);
     Points<T> chunk;
     chunk.n = n;
     chunk.q = q;
@@ -172,8 +181,8 @@ void StagedCar::memory_rates(const CarBatch<double>& batch) const {
 void StagedCar::start_memory(const CarBatch<double>& batch, double* memory) const {
   std::vector<double> unused(static_cast<std::size_t>(memory_));
   for (std::size_t i = 0; i < batch.n; ++i) {
-    Quantities<double> q{};
-    fill_state(q, batch.motion + i * motion_size, batch.command[i]);
+    Quantities<double> q;
+    begin_point(q, batch.motion + i * motion_size, batch.command[i], true);
     double* const row = memory + i * static_cast<std::size_t>(memory_);
     for (const Step& step : steps_) {
       Points<double> points;

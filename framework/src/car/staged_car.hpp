@@ -60,7 +60,8 @@ class StagedCar {
   /// memory are left out, and batch.motion_rate is not written.
   void memory_rates(const CarBatch<double>& batch) const;
 
-  /// The last stage reached, for callers that need forces or slips: q holds batch.n quantities.
+  /// The last stage reached, for callers that need forces or slips: q holds batch.n quantities. Those of stages that the
+  /// model does not have are zero.
   template <class T>
   void quantities(const CarBatch<T>& batch, Quantities<T>* q) const;
 
@@ -94,6 +95,7 @@ class StagedCar {
   std::vector<Step> steps_;
   std::size_t remembering_ = 0;  // steps up to the last effect that has memory
   std::size_t model_params_;
+  bool lacks_stages_;  // the model leaves quantities to be zero
   int memory_ = 0;
 };
 

@@ -125,6 +125,30 @@ TEST(StagedCar, EffectsActAfterTheirStageInTheOrderTheyWereAdded) {
   EXPECT_EQ(rates(car)[3], 17238659);
 }
 
+/// What no stage fills is not what happened to lie in the caller's memory.
+TEST(StagedCar, QuantitiesThatTheModelDoesNotFillAreZero) {
+  const Sloped model;
+  const StagedCar car(model, {0});
+  const double motion[motion_size] = {0, 0, 0, 12, 0, 0};
+  const ActingCommand<double> command{0.5, 0.1, 0.0};
+  const Place at;
+  CarBatch<double> batch;
+  batch.n = 1;
+  batch.motion = motion;
+  batch.command = &command;
+  batch.at = &at;
+  Quantities<double> q{};
+  q.slip_front = q.peak_rear = q.force_front = q.load_front = q.motor = 1e3;
+  car.quantities(batch, &q);
+  EXPECT_EQ(q.vx, 12);
+  EXPECT_EQ(q.d, 0.5);
+  EXPECT_EQ(q.slip_front, 0);
+  EXPECT_EQ(q.peak_rear, 0);
+  EXPECT_EQ(q.force_front, 0);
+  EXPECT_EQ(q.load_front, 0);
+  EXPECT_EQ(q.motor, 0);
+}
+
 TEST(StagedCar, RefusesAStageTheModelDoesNotHave) {
   const Spelling<false> model;
   const Letter tyre(Stage::tyre, 1), body(Stage::body, 2);
