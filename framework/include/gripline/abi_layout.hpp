@@ -113,7 +113,7 @@ struct Virtuals<Course> {
 };
 template <>
 struct Virtuals<SpeedPlanner> {
-  static constexpr auto list = virtuals<SpeedPlanner>(&SpeedPlanner::plan, &SpeedPlanner::line);
+  static constexpr auto list = virtuals<SpeedPlanner>(&SpeedPlanner::plan, &SpeedPlanner::line, &SpeedPlanner::latency);
 };
 template <>
 struct Virtuals<Controller> {

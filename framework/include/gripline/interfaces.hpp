@@ -151,6 +151,9 @@ class SpeedPlanner {
   /// The closed line that `plan` follows at this moment, for the deviation metric and the report. Owned by the planner,
   /// valid until the next call of plan; may be empty.
   virtual std::span<const LinePoint> line() const = 0;
+  /// The longest time so far from the order of a plan to the step that first drove it [s]; 0 where plans are made within
+  /// the step. For the table of results.
+  virtual double latency() const noexcept { return 0.0; }
 };
 
 /// Computes the commands.

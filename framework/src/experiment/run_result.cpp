@@ -154,6 +154,7 @@ Node summary_node(const RunSummary& s, const std::string& key) {
   node.set("mu_rmse", number_or_null(s.mu_rmse));
   node.set("mu_bias", number_or_null(s.mu_bias));
   node.set("mu_visited_rmse", number_or_null(s.mu_visited_rmse));
+  node.set("plan_latency_s", Node(s.plan_latency_s));
   node.set("solver_failures", Node(static_cast<double>(s.solver_failures)));
   node.set("steps", Node(static_cast<double>(s.steps)));
   node.set("simulated_s", Node(s.simulated_s));
@@ -217,6 +218,7 @@ std::optional<RunResult> read_result(const fs::path& folder, const std::string& 
     s.mu_rmse = read_maybe(node, "mu_rmse");
     s.mu_bias = read_maybe(node, "mu_bias");
     s.mu_visited_rmse = read_maybe(node, "mu_visited_rmse");
+    s.plan_latency_s = read_value(node, "plan_latency_s");
     s.solver_failures = static_cast<std::int64_t>(read_value(node, "solver_failures"));
     s.steps = static_cast<std::int64_t>(read_value(node, "steps"));
     s.simulated_s = read_value(node, "simulated_s");

@@ -76,10 +76,11 @@ void Metrics::add_friction_error(const Belief& belief) {
   visited_square_.add((believed - visited) * (believed - visited));
 }
 
-void Metrics::step(const StackBelief& belief, std::span<const LinePoint> line, bool solved) {
+void Metrics::step(const StackBelief& belief, std::span<const LinePoint> line, bool solved, double plan_latency) {
   const double dt = world_.spec().dt;
   ++summary_.steps;
   summary_.simulated_s = world_.time();
+  summary_.plan_latency_s = std::max(summary_.plan_latency_s, plan_latency);
   if (!solved) ++summary_.solver_failures;
   factor_.add(world_.truth().factor());
   if (world_.lap_ended()) lap(*world_.lap_ended());

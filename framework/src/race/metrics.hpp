@@ -27,6 +27,7 @@ struct RunSummary {
   /// Root mean square of believed total mu against mu_true over every step at which the stack trusts what it learned;
   /// against mu_visited from the end of the second lap after that moment on. Bias: believed minus true, as mu_rmse.
   std::optional<double> mu_rmse, mu_visited_rmse, mu_bias;
+  double plan_latency_s = 0;  // SpeedPlanner::latency
   std::int64_t solver_failures = 0, steps = 0;
   double simulated_s = 0;
 
@@ -41,7 +42,7 @@ class Metrics {
  public:
   Metrics(const World& world, const StackSpec& stack, std::uint64_t seed);
   /// After every control step, at the state it led to.
-  void step(const StackBelief& belief, std::span<const LinePoint> line, bool solved);
+  void step(const StackBelief& belief, std::span<const LinePoint> line, bool solved, double plan_latency = 0.0);
   double mu_true() const;
   RunSummary summary(Status status, std::string message) const;
 

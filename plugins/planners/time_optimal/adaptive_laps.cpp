@@ -13,9 +13,12 @@ AdaptiveLaps::AdaptiveLaps(const LapSetup& setup, std::vector<LapMember> members
 }
 
 void AdaptiveLaps::advance_order() {
-  if (order_.due < 0 || order_.due-- > 0) return;
+  if (order_.due < 0) return;
+  ++order_.wait;
+  if (order_.due-- > 0) return;
   if (!order_.worked_on) solve_order();
   if (order_.due >= 0 || !order_.solved) return;
+  longest_wait_ = std::max(longest_wait_, order_.wait);
   Transition& shown = shown_[order_.member];
   shown.from = shown.now;
   shown.left = options_.transition;
@@ -43,8 +46,9 @@ void AdaptiveLaps::place_order(const CarBelief& learned, std::size_t nearest, st
   if (order_.due >= 0) return;
   for (const std::size_t member : {nearest, other}) {
     if (!out_of_date(learned, member)) continue;
-    order_ = {
-        member, {scaled_to(learned.tyres, members_[member].mu), learned.resistance}, options_.latency, false, false};
+    order_ = {.member = member,
+              .belief = {scaled_to(learned.tyres, members_[member].mu), learned.resistance},
+              .due = options_.latency};
     return;
   }
 }

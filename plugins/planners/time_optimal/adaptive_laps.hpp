@@ -27,6 +27,8 @@ class AdaptiveLaps {
   /// One control step: ends and orders solves for the car learned (null: nothing is learned). Then `out` is the lap
   /// at this friction.
   void step(const CarBelief* learned, double mu, LapPlan& out);
+  /// The longest so far from an order to the first step of its lap [control steps].
+  int longest_wait() const { return longest_wait_; }
 
  private:
   struct Transition {
@@ -37,6 +39,7 @@ class AdaptiveLaps {
     std::size_t member = 0;
     CarBelief belief;
     int due = -1;  // steps until it is solved, or used when it was; -1: no order
+    int wait = 0;  // steps since it was placed
     bool worked_on = false, solved = false;
   };
   void advance_order();
@@ -50,6 +53,7 @@ class AdaptiveLaps {
   std::vector<LapMember> members_;
   std::vector<Transition> shown_;
   Order order_;
+  int longest_wait_ = 0;
 };
 
 }  // namespace gripline::time_optimal

@@ -267,10 +267,12 @@ class TimeOptimal final : public LapPlanner {
               build_library(setup(), typical(), friction_grid(params.mu_lo, params.mu_hi, params.mu_step),
                             context.cache_dir, {context.progress, context.progress_context}),
               {params.tolerance, params.slip_max, params.latency, params.solver_rate * context.dt,
-               std::max(1, params.latency)}) {
+               std::max(1, params.latency)}),
+        dt_(context.dt) {
     laps_.step(nullptr, mu_plan(), plan_);
     followed().set(plan_);
   }
+  double latency() const noexcept override { return laps_.longest_wait() * dt_; }
 
  protected:
   void update(const CarBelief* learned, const Observation& /*now*/) override {
@@ -280,6 +282,7 @@ class TimeOptimal final : public LapPlanner {
 
  private:
   AdaptiveLaps laps_;
+  double dt_;
 };
 
 class RecedingTime final : public LapPlanner {

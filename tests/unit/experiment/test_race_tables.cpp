@@ -84,7 +84,7 @@ TEST(RaceTables, HaveTheDefinedColumns) {
   const std::string measured =
       "lap0_s,lap1_s,lap0_mean_factor,lap1_mean_factor,mean_deviation_m,violation_s,violation_body_s,"
       "violation_after_adapt_s,violation_body_after_adapt_s,mu_rmse,mu_visited_rmse,solve_ms_median,solve_ms_p95,"
-      "solve_ms_p99,update_ms_median,solver_failures,steps,cpu_s,simulated_s";
+      "solve_ms_p99,update_ms_median,plan_latency_s,solver_failures,steps,cpu_s,simulated_s";
   EXPECT_EQ(lines(folder / "runs.csv").at(0), "stack,seed,status,needs_truth," + measured);
   EXPECT_EQ(lines(folder / "table.csv").at(0), "stack,needs_truth," + measured +
                                                    ",runs,finished,crashed,violation_s_max,violation_after_adapt_s_max,"

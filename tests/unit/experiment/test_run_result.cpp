@@ -31,6 +31,7 @@ RunSummary some() {
   s.violation_body_after_adapt_s = 0.7;
   s.mu_rmse = 0.02;
   s.mu_bias = -0.01;
+  s.plan_latency_s = 4.3;
   s.solver_failures = 3;
   s.steps = 1780;
   s.simulated_s = 35.6;
@@ -55,6 +56,7 @@ TEST(RunResult, ASummaryComesBack) {
   EXPECT_EQ(s.mu_rmse, 0.02);
   EXPECT_EQ(s.mu_bias, -0.01);
   EXPECT_FALSE(s.mu_visited_rmse.has_value());  // null: was not measured
+  EXPECT_EQ(s.plan_latency_s, 4.3);
   EXPECT_EQ(s.solver_failures, 3);
   EXPECT_EQ(s.steps, 1780);
   EXPECT_EQ(s.simulated_s, 35.6);

@@ -73,6 +73,13 @@ TEST(Metrics, CountsSteps) {
   EXPECT_EQ(summary.seed, 7u);
   EXPECT_EQ(summary.stack, "driver");
   EXPECT_TRUE(summary.needs_truth);
+  EXPECT_EQ(summary.plan_latency_s, 0) << "of a planner that plans within the step";
+}
+
+TEST(Metrics, KeepTheLongestLatencyOfThePlanner) {
+  Drive drive(R"({"start": {"speed": 1}})");
+  for (const double latency : {0.0, 2.5, 2.0}) drive.metrics().step({}, {}, true, latency);
+  EXPECT_EQ(drive.summary().plan_latency_s, 2.5);
 }
 
 TEST(Metrics, DeviationIsTheTimeMeanOfTheDistance) {

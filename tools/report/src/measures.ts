@@ -24,6 +24,7 @@ const known: Record<string, Omit<Measure, "help"> & { help?: string }> = {
   solve_ms_p95: { group: "Step time", label: "solve 95 %", unit: "ms", decimals: 2, better: "low", main: false },
   solve_ms_p99: { group: "Step time", label: "solve 99 %", unit: "ms", decimals: 2, better: "low", main: false },
   update_ms_median: { group: "Step time", label: "learn", unit: "ms", decimals: 3, better: "low", main: false, help: "median time of one update of the estimator" },
+  plan_latency_s: { group: "Step time", label: "plan latency", unit: "s", decimals: 2, better: "low", main: false, help: "longest time from the order of a plan to the step that first drove it" },
   solver_failures: { group: "Step time", label: "failed solves", unit: "", decimals: 0, better: "low", main: true },
   runs: { group: "Runs", label: "runs", unit: "", decimals: 0, better: null, main: false },
   finished: { group: "Runs", label: "finished", unit: "", decimals: 0, better: "high", main: true },

@@ -389,6 +389,7 @@ TEST_F(TimeOptimalTest, IsSolvedAgainForTheLearnedTyres) {
 /// takes, and never before the latency.
 TEST_F(TimeOptimalTest, ASolvedLapIsDrivenWhenItsWorkIsDone) {
   constexpr int latency = 10;
+  double stated = 0;  // by the planner, of the last drive
   const auto drive = [&](double rate) {
     const auto planner =
         make(mobil_, coarse({{"latency", latency}, {"solver_rate", rate}, {"factor", 1.0}, {"start", 0.75}}));
@@ -401,13 +402,17 @@ TEST_F(TimeOptimalTest, ASolvedLapIsDrivenWhenItsWorkIsDone) {
       planner->plan(now, believe(0.75), &learned, horizon);
       speeds.push_back(horizon[0].v);
     }
+    stated = planner->latency();
     return speeds;
   };
   const std::vector<double> never = drive(100);
   const auto steps_until_driven = [&](double rate) {
     const std::vector<double> speeds = drive(rate);
-    return static_cast<int>(std::mismatch(speeds.begin(), speeds.end(), never.begin()).first - speeds.begin());
+    const auto driven = std::mismatch(speeds.begin(), speeds.end(), never.begin()).first - speeds.begin();
+    EXPECT_NEAR(stated, 0.02 * static_cast<double>(driven), 0.021) << "ordered in the first or second step";
+    return static_cast<int>(driven);
   };
+  EXPECT_EQ(stated, 0) << "nothing that was ordered was driven";
   const int at_once = steps_until_driven(1e9), slow = steps_until_driven(2000), slower = steps_until_driven(1000);
   EXPECT_GE(at_once, latency);
   EXPECT_GT(slow, at_once + 2 * latency);
