@@ -25,7 +25,8 @@ system_name() {
 require_known_system() {
   case "$(system_name)" in
     "debian 12" | "debian 13" | "ubuntu 24.04") ;;
-    "ubuntu 22.04") build_packages="${build_packages/g++ /g++-12 }"; export CXX="${CXX:-g++-12}" ;;  # its g++ is 11
+    "ubuntu 22.04")  # its g++ is 11, and its Ipopt asks for libraries that it only recommends
+      build_packages="${build_packages/g++ /g++-12 } libblas-dev liblapack-dev"; export CXX="${CXX:-g++-12}" ;;
     *) die "the packages of this system ($(system_name)) are not known here. Install what tools/lib.sh lists under the names they have; what is missing CMake says: cmake -S . -B build && cmake --build build" ;;
   esac
   if [ "$(system_name)" = "debian 12" ] && dpkg-query -W -f '${Status}' libboost1.81-dev 2>/dev/null | grep -q 'ok installed'; then
