@@ -24,9 +24,9 @@ system_name() {
 
 require_known_system() {
   case "$(system_name)" in
-    "debian 12" | "debian 13" | "ubuntu 24.04") ;;
-    "ubuntu 22.04")  # its g++ is 11, and its Ipopt asks for libraries that it only recommends
-      build_packages="${build_packages/g++ /g++-12 } libblas-dev liblapack-dev"; export CXX="${CXX:-g++-12}" ;;
+    "debian 12" | "debian 13") ;;
+    "ubuntu 24.04") build_packages="$build_packages $ipopt_packages" ;;
+    "ubuntu 22.04") build_packages="${build_packages/g++ /g++-12 } $ipopt_packages"; export CXX="${CXX:-g++-12}" ;;  # its g++ is 11
     *) die "the packages of this system ($(system_name)) are not known here. Install what tools/lib.sh lists under the names they have; what is missing CMake says: cmake -S . -B build && cmake --build build" ;;
   esac
   if [ "$(system_name)" = "debian 12" ] && dpkg-query -W -f '${Status}' libboost1.81-dev 2>/dev/null | grep -q 'ok installed'; then
@@ -42,6 +42,7 @@ require_debian_12() {
 
 build_packages="g++ cmake ninja-build pkg-config libeigen3-dev libboost-dev libboost-program-options-dev
   libboost-filesystem-dev coinor-libipopt-dev nlohmann-json3-dev pybind11-dev python3-dev python3-numpy"
+ipopt_packages="libblas-dev liblapack-dev" # what Ubuntu's Ipopt links and only recommends
 test_packages="groff-base libgtest-dev libgmock-dev locales doxygen"
 optional_packages="libhdf5-dev"
 slurm_packages="munge slurmctld slurmd slurm-client"
