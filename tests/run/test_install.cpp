@@ -125,6 +125,8 @@ TEST(Quickstart, KnowsTheSystemsWhosePackagesItNames) {
     EXPECT_THAT(known.out, HasSubstr("coinor-libipopt-dev"));
   }
   EXPECT_THAT(require("ubuntu", "22.04").out, HasSubstr("g++-12 "));
+  for (const char* version : {"22.04", "24.04"})  // what their Ipopt links is only recommended by it
+    EXPECT_THAT(require("ubuntu", version).out, HasSubstr("liblapack-dev"));
   const Outcome unknown = require("fedora", "41");
   EXPECT_EQ(unknown.code, 1);
   EXPECT_THAT(unknown.err, HasSubstr("fedora 41"));
