@@ -167,9 +167,9 @@ void RecedingLaps::slow_down(std::size_t i) {
   solved_for_[i] = mu_;
 }
 
-/// The window at a share of the friction it was for. But for resistances and limits of drive and brakes the car's motion
-/// is the same then, along the same way with the same slips, at speeds lower by the share's square root: the window stays
-/// as good as it was.
+/// The window at a share of the friction it was for. But for resistances and limits of drive and brakes the car's
+/// motion is the same then, along the same way with the same slips, at speeds lower by the share's square root: the
+/// window stays as good as it was.
 void RecedingLaps::slow_window(double share) {
   const double slower = std::sqrt(share);
   for (const int j : {lap_vx, lap_vy, lap_omega}) begin_[static_cast<std::size_t>(j)] *= slower;

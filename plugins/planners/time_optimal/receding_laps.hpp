@@ -8,8 +8,9 @@
 // is small, in steps; until then the old one is driven. A change of the belief raises the barrier, as does a window that
 // finds no plan: at a small one an iterate is a poor start for another problem.
 //
-// Nothing is solved where nothing changed: a window stays until the car is a tenth of a second further, a settled one
-// rests, and a belief that moved by less than its resolution, a quarter of its standard deviation, is the old one.
+// Nothing is solved where nothing changed: a window stays until the car is a tenth of a second further, one whose first
+// three quarters are settled rests, and a belief that moved by less than its resolution, a quarter of its standard
+// deviation, is the old one. Less friction is followed at once: the same motion at lower speeds.
 #pragma once
 
 #include <vector>
@@ -31,8 +32,8 @@ class RecedingLaps {
   /// Solves the whole lap for `car` once, window by window.
   RecedingLaps(const LapSetup& setup, const CarBelief& car, const RecedingOptions& options);
 
-  /// One control step at a station of the base line, for this car; `spread` is the standard deviation of its friction over
-  /// that friction. Changes the nodes of `plan` from changed_first() on.
+  /// One control step at a station of the base line, for this car; `spread` is the standard deviation of its friction
+  /// over that friction. Changes the nodes of `plan` from changed_first() on.
   void step(const CarBelief& car, double spread, double station, LapPlan& plan);
   std::size_t changed_first() const { return first_; }
   std::size_t changed_count() const { return changed_; }

@@ -8,9 +8,10 @@
 // The constraints c are those of lap_solver.hpp, offsets n at nodes and half-way between them. One iteration is one
 // Newton step on the optimality conditions at the barrier mu: exact Jacobians and Hessian of the Lagrangian, the
 // implicit midpoint solved for x_k+1, a Riccati recursion over the nodes, a step shortened until a merit function falls.
-// Each slack and each multiplier is kept positive by itself, so that no single one of them makes the whole step short; a
-// slack is what its constraint leaves after the step, where that is positive. The merit function has a penalty of its own
-// for every state's dynamics and every kind of constraint, as large as their own multipliers ask for.
+// Each slack and each multiplier is kept positive by itself, so that no single one of them makes the whole step short.
+// Where side forces and drive share friction, a slack is what its constraint leaves after the step, if that is positive,
+// and the merit function has a penalty of its own for every state's dynamics and every kind of constraint, as large as
+// their own multipliers ask for: constraints are curved there, in every interval.
 // mu stays where it is once it is small, so that an iterate of a moment ago is a warm start for a part that was moved on,
 // or for other tyres.
 // Sources: Waechter, Biegler (2006), "On the implementation of an interior-point filter line-search algorithm for
@@ -54,8 +55,8 @@ class WindowSolver {
 
   /// What is believed of the car from now on. `more` is resistance beyond that of the problem's coasting curve.
   void set_car(const AxleTyres& tyres, const SpecificResistance& more);
-  /// The largest slip angle of both axles that is planned [rad]: the problem's, and none beyond a tyre's peak, where it is
-  /// a brake.
+  /// The largest slip angle that is planned [rad]: the problem's, and where side forces and drive share friction none
+  /// beyond a tyre's peak, where it is a brake.
   double largest_slip() const { return std::max(slip_front_, slip_rear_); }
   /// Intervals of a window of `count` that do not depend on how it is made to end.
   static std::size_t near_part(std::size_t count) { return count - count / 4; }
