@@ -109,6 +109,7 @@ class LapPlanner : public SpeedPlanner {
     rear_seen_.add(rear_slip(forward, now.x.vy, now.x.omega, car_.lr));
     const AxleTyres tyres = believed_tyres(belief, learned);
     const double spread = (belief.sigma_front * car_.lr + belief.sigma_rear * car_.lf) / (car_.lf + car_.lr);
+    rear_ = tyres.rear;
     relative_spread_ = spread / std::max(mu_of(tyres), 1e-3);
     approach(belief.trusted ? k_.factor * (mu_of(tyres) - k_.sigma * spread) : k_.start * mu_init_);
     const bool replan = belief.trusted && learned != nullptr && k_.replan;
@@ -173,6 +174,15 @@ class LapPlanner : public SpeedPlanner {
     mu_plan_ = std::min(allowed, mu_plan_ + k_.rise * dt_);
   }
 
+  /// The sideslip angle at the pace that is driven. A car that is slower than its plan needs less side force, and slips
+  /// less: as far as its rear tyres say, in a steady turn.
+  double sideslip(const PlanPoint& p) const {
+    if (k_.pace >= 1.0) return p.beta;
+    const double turn = car_.lr * p.kappa, slip = turn - p.beta;
+    const double force = k_.pace * k_.pace * rear_.force(std::min(std::abs(slip), rear_.slip(0.999 * rear_.D)));
+    return turn - std::copysign(std::min(rear_.slip(force), std::abs(slip)), slip);
+  }
+
   RefPoint reference(double s, double yaw_near, double tightened) const {
     const PlanPoint p = line_.at(s);
     const ClosedLine& base = setup_.base();
@@ -184,7 +194,7 @@ class LapPlanner : public SpeedPlanner {
     r.yaw = yaw_near + std::remainder(p.yaw - yaw_near, 2.0 * std::numbers::pi);
     r.kappa = p.kappa;
     r.v = k_.pace * p.v * std::cos(p.beta);
-    r.beta = p.beta;
+    r.beta = sideslip(p);
     // Room along the path's normal; the offset is measured along the centre line's.
     const double across = std::max(0.5, std::cos(p.yaw - c.yaw));
     r.left = (c.left - c.n) / across - tightened;
@@ -249,6 +259,7 @@ class LapPlanner : public SpeedPlanner {
   RecoveryPath recovery_;
   double mu_plan_;
   double relative_spread_ = 0;
+  MagicFormula rear_;  // believed now
   SlipRange front_seen_, rear_seen_;
 };
 

@@ -304,6 +304,26 @@ TEST_F(RecedingTimeTest, FollowsTheFrictionThatIsBelievedWithoutAllocating) {
   EXPECT_GT(room_, 0.3 * car_.width);
 }
 
+/// A car that drives at a share of its plan's speed needs less side force in a turn than the plan, and slips less.
+TEST_F(RecedingTimeTest, PlansLessSideslipAtALowerPace) {
+  double slip[2] = {0, 0};
+  for (const bool slow : {false, true}) {
+    const auto planner = make(mobil_, {{"spacing", 0.1}, {"start", 0.9}, {"pace", slow ? 0.8 : 1.0}});
+    const std::span<const LinePoint> line = planner->line();
+    const auto tightest = std::max_element(line.begin(), line.end(), [](const LinePoint& a, const LinePoint& b) {
+      return std::abs(a.kappa) < std::abs(b.kappa);
+    });
+    now_ = {};
+    now_.x = {tightest->x, tightest->y, tightest->yaw, 0.5, 0.0, 0.0, 0.0};
+    now_.at.s = tightest->station;
+    planner->plan(now_, believe(0.9), nullptr, horizon_);
+    slip[slow] = car_.lr * horizon_[0].kappa - horizon_[0].beta;
+  }
+  EXPECT_GT(std::abs(slip[0]), 0.1);
+  EXPECT_GT(slip[1] / slip[0], 0.2);
+  EXPECT_LT(slip[1] / slip[0], 0.7);  // 0.64 of the force
+}
+
 /// Where the car is nearly as far outside of a turn as the turn's radius, steps without the curvature hardly converge.
 TEST_F(RecedingTimeTest, FindsTheNearestPointOfACarOutsideOfATurn) {
   const auto planner = make(mobil_, {{"spacing", 0.1}, {"start", 0.9}});
