@@ -36,6 +36,20 @@ DriveCurves tabulate(const DriveLimits& limits) {
           table([&](double v) { return limits.brake(v); })};
 }
 
+/// How the nominal model's axle loads follow drive and brakes.
+AxleSharing with_loads(AxleSharing sharing, const PluginContext& context) {
+  State x;
+  x.vx = context.car.v_ref;
+  Prediction& nominal = nominal_of(context);
+  const auto driven = nominal.rates(x, {context.car.d_max, 0.0}, Place{});
+  const auto braked = nominal.rates(x, {context.car.d_min, 0.0}, Place{});
+  const double a = (driven.drive_force - braked.drive_force) / context.car.m;
+  if (!(a > 0.0)) return sharing;
+  sharing.load_front = (driven.load_front - braked.load_front) / a;
+  sharing.load_rear = (driven.load_rear - braked.load_rear) / a;
+  return sharing;
+}
+
 }  // namespace
 
 LapSetup::LapSetup(const PluginContext& context, const SetupOptions& options, const CarBelief& typical)
@@ -45,6 +59,7 @@ LapSetup::LapSetup(const PluginContext& context, const SetupOptions& options, co
       limits_(nominal_of(context), context.car, typical.resistance.rolling, typical.resistance.drag),
       base_(compute_base(context, options.margin)),
       curves_(tabulate(limits_)) {
+  options_.sharing = with_loads(options.sharing, context);
   const double spacing = options.spacing > 0 ? options.spacing : car_.lf + car_.lr;
   const auto count = static_cast<std::size_t>(std::clamp(std::ceil(base_.length() / spacing), 20.0, 4000.0));
   nodes_ = place_nodes(base_, profile(typical.tyres), *context.course, options.margin, count);
@@ -69,6 +84,7 @@ LapProblem LapSetup::problem(const CarBelief& belief) const {
           .drive = curves,
           .top_speed = limits_.top_speed(),
           .combined = options_.combined,
+          .sharing = options_.sharing,
           .slip_max = options_.slip_max,
           .places = nodes_.places,
           .ds = nodes_.ds,

@@ -14,6 +14,7 @@ struct SetupOptions {
   double spacing = 0;     // mean distance of the nodes [m]
   double combined = 0;    // see LapProblem
   double slip_max = 0.6;  // see LapProblem [rad]
+  AxleSharing sharing{};  // its loads are those of the nominal model
 };
 
 class LapSetup {

@@ -21,6 +21,14 @@ struct DriveCurves {
   CubicSpline coast, drive, brake;
 };
 
+/// How an axle's side force and its part of the drive and brake force a (over mass) share friction:
+///   (F / D)^2 + (share a / (ratio D))^2 <= (1 + load a)^2
+struct AxleSharing {
+  double ratio = 0;  // largest force along over largest across; 0: they do not share friction
+  double drive_front = 0.5, brake_front = 0.5;  // front shares of drive and brake force
+  double load_front = 0, load_rear = 0;         // change of the relative load with a [s2/m]
+};
+
 /// Interval k leads from node k to node k + 1, the last back to node 0.
 struct LapProblem {
   Car car;
@@ -28,6 +36,7 @@ struct LapProblem {
   DriveCurves drive;
   double top_speed = 0;                // [m/s]
   double combined = 0;                 // > 0: (combined a)^2 + (Ff + Fr)^2 <= (Df + Dr)^2
+  AxleSharing sharing{};               // window_solver.hpp only: in the place of `combined` where its ratio is above 0
   double slip_max = 0.6;               // of both axles: beyond it a tyre is a brake, and the plan a drift [rad]
   double smoothness = 1e-4;            // the weight w
   std::vector<LapPlace> places;        // of the intervals

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "planners/time_optimal/tyre_fit.hpp"
@@ -11,10 +12,11 @@ namespace {
 
 constexpr double least_barrier = 2e-5, first_barrier = 1e-2;  // [s]
 constexpr double behind = 0.4;                                // [s] of window behind the car
+constexpr double hold = 0.1;                                  // [s] that the car goes on before the window follows
 constexpr double small_step = 0.02, small_defect = 2e-3;
 constexpr double drivable_defect = 0.01;  // of dynamics and constraints, in typical sizes
 // An iterate at a small barrier is a poor start for another problem: slacks that hold are next to zero.
-constexpr double barrier_per_change = 0.05;                     // barrier over the change of the belief [s]
+constexpr double barrier_per_change = 0.01;                     // barrier over the change of the belief [s]
 constexpr double least_change = 0.005, stalled_barrier = 2e-4;  // changes and stalls that raise it
 constexpr double driven_barrier = 1e-4;  // of what is driven: it costs a part of that per constraint
 constexpr int most_stalled = 15;         // control steps without a plan that can be driven
@@ -93,6 +95,16 @@ RecedingLaps::States RecedingLaps::kept(std::size_t node) const {
   return z;
 }
 
+/// Time that the kept lap takes from a node on to another [s]; infinite where that is more than half a lap.
+double RecedingLaps::time_between(std::size_t from, std::size_t to) const {
+  double time = 0;
+  for (std::size_t i = from, n = 0; i != to; i = wrapped(i + 1), ++n) {
+    if (time > hold || n > lap_.size() / 2) return std::numeric_limits<double>::infinity();
+    time += setup_->nodes().ds[i] / std::max(lap_[i].z[lap_vx], 0.05 * setup_->top_speed());
+  }
+  return time;
+}
+
 void RecedingLaps::move_window(double station) {
   std::size_t first = node_at(station);
   double back = 0;
@@ -100,7 +112,7 @@ void RecedingLaps::move_window(double station) {
     first = first > 0 ? first - 1 : lap_.size() - 1;
     back += setup_->nodes().ds[first] / std::max(lap_[first].z[lap_vx], 0.05 * setup_->top_speed());
   }
-  if (placed_ && first == first_) return;
+  if (placed_ && time_between(first_, first) < hold) return;
   const std::size_t old_end = wrapped(first_ + count_);
   const bool onward = placed_ && wrapped(first + lap_.size() - first_) < count_;
   first_ = first;
@@ -125,7 +137,7 @@ bool RecedingLaps::improve() {
   }
   failed_ = 0;
   if (step.near_change > small_step || step.near_defect > small_defect || step.share < 0.5) return false;
-  const bool last = barrier_ <= least_barrier && step.change <= small_step && step.defect <= small_defect;
+  const bool last = barrier_ <= least_barrier;  // the far part settles before the car comes near to it
   barrier_ = std::max(least_barrier, 0.2 * barrier_);
   return last;
 }
@@ -155,17 +167,59 @@ void RecedingLaps::slow_down(std::size_t i) {
   solved_for_[i] = mu_;
 }
 
-/// The car that is solved for goes towards the one believed in steps that a warm start bears, and waits for a window that
-/// does not obey the dynamics.
-void RecedingLaps::advance_belief(const CarBelief& car) {
-  constexpr double resolution = 0.002;  // of tyre force over its peak, or of resistance over weight
-  constexpr double largest = 0.02;      // in a control step
+/// The window at a share of the friction it was for. But for resistances and limits of drive and brakes the car's
+/// motion is the same then, along the same way with the same slips, at speeds lower by the share's square root: the
+/// window stays as good as it was.
+void RecedingLaps::slow_window(double share) {
+  const double slower = std::sqrt(share);
+  for (const int j : {lap_vx, lap_vy, lap_omega}) begin_[static_cast<std::size_t>(j)] *= slower;
+  for (std::size_t k = 0; k <= count_; ++k) {
+    const std::size_t i = wrapped(first_ + k);
+    WindowNode& node = lap_[i];
+    for (const int j : {lap_vx, lap_vy, lap_omega, lap_rate}) node.z[static_cast<std::size_t>(j)] *= slower;
+    node.z[lap_a] *= share;
+    // Time per typical size: of ways and angles it grows as time does, of speeds once more.
+    for (const int j : {lap_n, lap_xi, lap_delta}) node.pi[static_cast<std::size_t>(j)] /= slower;
+    for (const int j : {lap_vx, lap_vy, lap_omega}) node.pi[static_cast<std::size_t>(j)] /= share;
+    solved_for_[i] = std::min(solved_for_[i], mu_);
+  }
+  end_ = lap_[wrapped(first_ + count_)].z;
+}
+
+/// The car that is solved for goes towards the one believed: to less friction at once, else in steps that a warm start
+/// bears, and then it waits for a window that does not obey the dynamics.
+void RecedingLaps::advance_belief(const CarBelief& car, double spread) {
+  constexpr double finest = 0.002;          // of tyre force over its peak, or of resistance over weight
+  constexpr double largest = 0.02;          // in a control step
+  constexpr double share_of_spread = 0.25;  // by which a belief moves before anything is solved again
+  const double resolution = std::max(finest, share_of_spread * spread);
   const double v = 0.5 * setup_->top_speed();
-  const double moved = std::max(difference(car_.tyres, car.tyres, 0.6),
-                                std::abs(car.resistance.at(v) - car_.resistance.at(v)) / gravity);
-  if (moved < resolution || defect_ > 10.0 * drivable_defect) return;
-  const double share = std::min(1.0, largest / moved), change = share * moved;
-  if (change > least_change) barrier_ = std::max(barrier_, barrier_per_change * change);
+  const auto difference_now = [&] {
+    return std::max(difference(car_.tyres, car.tyres, solver_.largest_slip()),
+                    std::abs(car.resistance.at(v) - car_.resistance.at(v)) / gravity);
+  };
+  double moved = difference_now();
+  following_ = moved > (following_ ? 0.5 : 1.0) * resolution;
+  if (!following_) return;
+  settled_ = false;
+  const double less = mu_of(car.tyres) / mu_;
+  if (less < 1.0) {
+    car_.tyres = scaled_to(car_.tyres, less * mu_);
+    mu_ = mu_of(car_.tyres);
+    slow_window(less);
+    moved = difference_now();
+  }
+  if (defect_ <= 10.0 * drivable_defect) {
+    const double share = std::min(1.0, largest / std::max(moved, 1e-9)), change = share * moved;
+    if (change > least_change) barrier_ = std::max(barrier_, barrier_per_change * change);
+    approach(car, share);
+  }
+  const SpecificResistance& known = setup_->typical().resistance;
+  solver_.set_car(car_.tyres, {car_.resistance.rolling - known.rolling, car_.resistance.drag - known.drag});
+}
+
+/// A share of the way to another car.
+void RecedingLaps::approach(const CarBelief& car, double share) {
   const auto towards = [share](double& value, double wanted) { value += share * (wanted - value); };
   for (const auto& [own, wanted] :
        {std::pair(&car_.tyres.front, &car.tyres.front), std::pair(&car_.tyres.rear, &car.tyres.rear)}) {
@@ -175,18 +229,12 @@ void RecedingLaps::advance_belief(const CarBelief& car) {
   }
   towards(car_.resistance.rolling, car.resistance.rolling);
   towards(car_.resistance.drag, car.resistance.drag);
-  const double slower = std::min(1.0, std::sqrt(mu_of(car_.tyres) / mu_));
   mu_ = mu_of(car_.tyres);
-  for (const int j : {lap_vx, lap_vy, lap_omega}) begin_[static_cast<std::size_t>(j)] *= slower;
-  end_ = kept(wrapped(first_ + count_));
-  const SpecificResistance& known = setup_->typical().resistance;
-  solver_.set_car(car_.tyres, {car_.resistance.rolling - known.rolling, car_.resistance.drag - known.drag});
-  settled_ = false;
 }
 
-void RecedingLaps::step(const CarBelief& car, double station, LapPlan& plan) {
+void RecedingLaps::step(const CarBelief& car, double spread, double station, LapPlan& plan) {
   move_window(station);
-  advance_belief(car);
+  advance_belief(car, spread);
   for (int i = 0; i < options_.iterations && !settled_; ++i) settled_ = improve();
   const bool drivable = settled_ || defect_ < drivable_defect;
   stalled_ = drivable ? 0 : stalled_ + 1;

@@ -7,6 +7,10 @@
 // the square root of its share. The plan follows a window whose first three quarters obey the dynamics and whose barrier
 // is small, in steps; until then the old one is driven. A change of the belief raises the barrier, as does a window that
 // finds no plan: at a small one an iterate is a poor start for another problem.
+//
+// Nothing is solved where nothing changed: a window stays until the car is a tenth of a second further, one whose first
+// three quarters are settled rests, and a belief that moved by less than its resolution, a quarter of its standard
+// deviation, is the old one. Less friction is followed at once: the same motion at lower speeds.
 #pragma once
 
 #include <vector>
@@ -28,8 +32,9 @@ class RecedingLaps {
   /// Solves the whole lap for `car` once, window by window.
   RecedingLaps(const LapSetup& setup, const CarBelief& car, const RecedingOptions& options);
 
-  /// One control step at a station of the base line, for this car. Changes the nodes of `plan` from changed_first() on.
-  void step(const CarBelief& car, double station, LapPlan& plan);
+  /// One control step at a station of the base line, for this car; `spread` is the standard deviation of its friction
+  /// over that friction. Changes the nodes of `plan` from changed_first() on.
+  void step(const CarBelief& car, double spread, double station, LapPlan& plan);
   std::size_t changed_first() const { return first_; }
   std::size_t changed_count() const { return changed_; }
 
@@ -38,6 +43,8 @@ class RecedingLaps {
   /// Newton steps so far, and those that found nothing better.
   long iterations() const { return iterations_; }
   long failures() const { return failures_; }
+  /// Of the window now [s].
+  double barrier() const { return barrier_; }
 
  private:
   using States = std::array<double, lap_variables>;
@@ -45,11 +52,14 @@ class RecedingLaps {
   std::size_t wrapped(std::size_t i) const { return i % lap_.size(); }
   void solve_whole_lap();
   void move_window(double station);
+  double time_between(std::size_t from, std::size_t to) const;
   std::size_t window_length(std::size_t first) const;
   States kept(std::size_t node) const;
   bool improve();
   void slow_down(std::size_t node);
-  void advance_belief(const CarBelief& car);
+  void slow_window(double share);
+  void advance_belief(const CarBelief& car, double spread);
+  void approach(const CarBelief& car, double share);
   void publish(LapPlan& plan);
   LapPlan::Node plan_node(std::size_t i) const;
   void set_curvature(LapPlan& plan, std::size_t i) const;
@@ -73,6 +83,7 @@ class RecedingLaps {
   int failed_ = 0;   // Newton steps one after the other that found nothing better
   int stalled_ = 0;  // control steps one after the other without a plan that can be driven
   bool settled_ = false, placed_ = false;
+  bool following_ = false;  // the car that is solved for goes towards the one believed
   long iterations_ = 0, failures_ = 0;
 };
 

@@ -79,9 +79,11 @@ class LapPlanner : public SpeedPlanner {
   /// What the planners do differently. The library's laps are bounded by its own least friction.
   struct Manner {
     double least_mu = -std::numeric_limits<double>::infinity();  // that is planned for
-    double reach = 0.4;                                          // see JoinPath
+    double most_mu = std::numeric_limits<double>::infinity();
+    double reach = 0.4;  // see JoinPath
     // On the way to the line references advance as fast as they are planned, not as fast as the line beside them.
     bool at_own_speed = false;
+    AxleSharing sharing{};
   };
   LapPlanner(const PluginContext& context, const LapParams& params, const Manner& manner)
       : k_(params),
@@ -93,7 +95,7 @@ class LapPlanner : public SpeedPlanner {
         generic_(generic_tyres(context.car, params)),
         nominal_(context.nominal),
         typical_{scaled_to(generic_, std::sqrt(params.mu_lo * params.mu_hi)), {params.rolling, params.drag}},
-        setup_(context, options(context.car, params), typical_),
+        setup_(context, options(context.car, params, manner.sharing), typical_),
         line_(setup_),
         resistance_(typical_.resistance, context.car.v_ref),
         join_(context.car, setup_.base().length(), manner.reach),
@@ -107,13 +109,15 @@ class LapPlanner : public SpeedPlanner {
     rear_seen_.add(rear_slip(forward, now.x.vy, now.x.omega, car_.lr));
     const AxleTyres tyres = believed_tyres(belief, learned);
     const double spread = (belief.sigma_front * car_.lr + belief.sigma_rear * car_.lf) / (car_.lf + car_.lr);
+    rear_ = tyres.rear;
+    relative_spread_ = spread / std::max(mu_of(tyres), 1e-3);
     approach(belief.trusted ? k_.factor * (mu_of(tyres) - k_.sigma * spread) : k_.start * mu_init_);
     const bool replan = belief.trusted && learned != nullptr && k_.replan;
     if (replan && before_) resistance_.learn(*before_, now, dt_, tyres.front, car_, *nominal_);
     before_ = now;
     const CarBelief car{tyres, resistance_.value()};
     update(replan ? &car : nullptr, now);
-    const double tightened = car_.width * (k_.tighten + k_.tighten_sigma * spread / std::max(mu_of(tyres), 1e-3));
+    const double tightened = car_.width * (k_.tighten + k_.tighten_sigma * relative_spread_);
     const double station = line_.locate(now.x.x, now.x.y);
     const auto on_line = [&](double s) { return reference(s, now.x.yaw, tightened); };
     if (recovery_.update(now, station, mu_plan_, on_line)) {
@@ -136,14 +140,16 @@ class LapPlanner : public SpeedPlanner {
   const LapParams& params() const { return k_; }
   const LapSetup& setup() const { return setup_; }
   const CarBelief& typical() const { return typical_; }
+  /// Standard deviation of the believed friction over that friction.
+  double relative_spread() const { return relative_spread_; }
   /// Friction that is planned for.
   double mu_plan() const { return mu_plan_; }
   PlanFollower& followed() { return line_; }
   LapPlan plan_;
 
  private:
-  static SetupOptions options(const Car& car, const LapParams& k) {
-    return {k.margin * car.width, k.spacing, k.combined, k.slip_max};
+  static SetupOptions options(const Car& car, const LapParams& k, const AxleSharing& sharing) {
+    return {k.margin * car.width, k.spacing, k.combined, k.slip_max, sharing};
   }
   static AxleTyres generic_tyres(const Car& car, const LapParams& k) {
     const AxleTyres tyres{{k.front_B, k.front_C, k.balance * car.lr}, {k.rear_B, k.rear_C, car.lf}};
@@ -163,7 +169,19 @@ class LapPlanner : public SpeedPlanner {
   }
 
   /// A fall of the friction counts at once, a rise at the rate `rise`.
-  void approach(double target) { mu_plan_ = std::min(std::max(target, manner_.least_mu), mu_plan_ + k_.rise * dt_); }
+  void approach(double target) {
+    const double allowed = std::min(std::max(target, manner_.least_mu), manner_.most_mu);
+    mu_plan_ = std::min(allowed, mu_plan_ + k_.rise * dt_);
+  }
+
+  /// The sideslip angle at the pace that is driven. A car that is slower than its plan needs less side force, and slips
+  /// less: as far as its rear tyres say, in a steady turn.
+  double sideslip(const PlanPoint& p) const {
+    if (k_.pace >= 1.0) return p.beta;
+    const double turn = car_.lr * p.kappa, slip = turn - p.beta;
+    const double force = k_.pace * k_.pace * rear_.force(std::min(std::abs(slip), rear_.slip(0.999 * rear_.D)));
+    return turn - std::copysign(std::min(rear_.slip(force), std::abs(slip)), slip);
+  }
 
   RefPoint reference(double s, double yaw_near, double tightened) const {
     const PlanPoint p = line_.at(s);
@@ -176,7 +194,7 @@ class LapPlanner : public SpeedPlanner {
     r.yaw = yaw_near + std::remainder(p.yaw - yaw_near, 2.0 * std::numbers::pi);
     r.kappa = p.kappa;
     r.v = k_.pace * p.v * std::cos(p.beta);
-    r.beta = p.beta;
+    r.beta = sideslip(p);
     // Room along the path's normal; the offset is measured along the centre line's.
     const double across = std::max(0.5, std::cos(p.yaw - c.yaw));
     r.left = (c.left - c.n) / across - tightened;
@@ -240,6 +258,8 @@ class LapPlanner : public SpeedPlanner {
   JoinPath join_;
   RecoveryPath recovery_;
   double mu_plan_;
+  double relative_spread_ = 0;
+  MagicFormula rear_;  // believed now
   SlipRange front_seen_, rear_seen_;
 };
 
@@ -289,21 +309,33 @@ class RecedingTime final : public LapPlanner {
  public:
   struct Params : LapParams {
     double ahead = 6.0, follow = 0.15;
+    double ellipse = 0.0, drive_front = 0.5, brake_front = 0.5;
     int nodes = 100, iterations = 2;
   };
   static constexpr auto parameters() {
     using P = Params;
     return std::tuple_cat(
         lap_parameters<P>(),
-        std::tuple{param("ahead", &P::ahead, "s", {0.5, 60}, "how far the program reaches"),
-                   param("follow", &P::follow, "1", {0.01, 1},
-                         "share of the way to a new solution that the driven plan goes in a control step"),
-                   param("nodes", &P::nodes, "1", {30, 1000}, "of the program, at most"),
-                   param("iterations", &P::iterations, "1", {1, 100}, "Newton steps in a control step, at most")});
+        std::tuple{
+            param("ahead", &P::ahead, "s", {0.5, 60}, "how far the program reaches"),
+            param("follow", &P::follow, "1", {0.01, 1},
+                  "share of the way to a new solution that the driven plan goes in a control step"),
+            param("ellipse", &P::ellipse, "1", {0, 5},
+                  "largest drive or brake force over largest side force of a tyre, for each axle at its load; 0: "
+                  "what `combined` says"),
+            param("drive_front", &P::drive_front, "1", {0, 1}, "front share of the drive force"),
+            param("brake_front", &P::brake_front, "1", {0, 1}, "front share of the brake force"),
+            param("nodes", &P::nodes, "1", {30, 1000}, "of the program, at most"),
+            param("iterations", &P::iterations, "1", {1, 100}, "Newton steps in a control step, at most")});
   }
 
   RecedingTime(const PluginContext& context, const Params& params)
-      : LapPlanner(context, params, {.least_mu = params.mu_lo, .reach = 1.0, .at_own_speed = true}),
+      : LapPlanner(context, params,
+                   {.least_mu = params.mu_lo,
+                    .most_mu = params.mu_hi,
+                    .reach = 1.0,
+                    .at_own_speed = true,
+                    .sharing = {params.ellipse, params.drive_front, params.brake_front}}),
         laps_(setup(), {scaled_to(typical().tyres, mu_plan()), typical().resistance},
               {params.ahead, params.nodes, params.iterations, params.follow}) {
     plan_ = laps_.whole_plan();
@@ -313,7 +345,8 @@ class RecedingTime final : public LapPlanner {
  protected:
   void update(const CarBelief* learned, const Observation& now) override {
     const CarBelief& car = learned != nullptr ? *learned : typical();
-    laps_.step({scaled_to(car.tyres, mu_plan()), car.resistance}, followed().locate(now.x.x, now.x.y), plan_);
+    laps_.step({scaled_to(car.tyres, mu_plan()), car.resistance}, learned != nullptr ? relative_spread() : 0.0,
+               followed().locate(now.x.x, now.x.y), plan_);
     if (laps_.changed_count() > 0) followed().set(plan_, laps_.changed_first(), laps_.changed_count());
   }
 

@@ -4,6 +4,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 namespace gripline::time_optimal {
@@ -32,19 +33,27 @@ enum Row : int {
 
 constexpr int S = lap_states, V = lap_variables;
 
+/// Slip angle of a tyre's largest force [rad]; infinite where its force always grows.
+double peak_slip(const MagicFormula& tyre) {
+  return tyre.C > 1.0 ? std::tan(0.5 * std::numbers::pi / tyre.C) / tyre.B : std::numeric_limits<double>::infinity();
+}
+
 }  // namespace
 
 WindowSolver::WindowSolver(const LapProblem& problem, std::size_t nodes)
-    : p_(problem), stages_(nodes + 1), dt_(nodes), dlambda_(nodes) {
+    : p_(problem), stages_(nodes + 1), dt_(nodes), dlambda_(nodes), t_(nodes) {
   double width = 0;
   for (std::size_t k = 0; k < p_.size(); ++k) width = std::max(width, p_.n_hi[k] - p_.n_lo[k]);
   const double v = 0.5 * p_.top_speed, grip = p_.tyres.front.D + p_.tyres.rear.D;
+  set_car(p_.tyres, {});
   scale_ = {width, 0.5, v, 0.3 * v, std::sqrt(grip / width), p_.car.delta_max, grip, p_.car.ddelta_max};
 }
 
 void WindowSolver::set_car(const AxleTyres& tyres, const SpecificResistance& more) {
   p_.tyres = tyres;
   more_ = more;
+  slip_front_ = curved() ? std::min(p_.slip_max, peak_slip(tyres.front)) : p_.slip_max;
+  slip_rear_ = curved() ? std::min(p_.slip_max, peak_slip(tyres.rear)) : p_.slip_max;
 }
 
 template <class T>
@@ -75,21 +84,48 @@ T WindowSolver::cost(std::size_t i, const T (&z)[V], const LapRates<T>& r) const
   return p_.ds[i] * r.time * (1.0 + p_.smoothness * rate * rate);
 }
 
+/// AxleSharing of both axles.
+template <class T, class Put>
+void WindowSolver::share_friction(const T& a, const LapRates<T>& r, const Put& put) const {
+  using std::atan;
+  constexpr double from_brake_to_drive = 0.5;  // [m/s2]
+  const AxleSharing& own = p_.sharing;
+  const double mean = 0.5 * (own.drive_front + own.brake_front), rise = own.drive_front - own.brake_front;
+  const T front = mean + (rise / std::numbers::pi) * atan(a * (1.0 / from_brake_to_drive));
+  const auto axle = [&](int row, const T& force, const T& share, double load, double D) {
+    const T across = force * (1.0 / D), along = share * a * (1.0 / (own.ratio * D)), carried = 1.0 + load * a;
+    put(row, across * across + along * along - carried * carried);
+  };
+  axle(front_least, r.front, front, own.load_front, p_.tyres.front.D);
+  axle(rear_least, r.rear, 1.0 - front, own.load_rear, p_.tyres.rear.D);
+}
+
 /// Those of drive, brakes, slips or the friction circle.
 template <class T, class Put>
 void WindowSolver::nonlinear_constraints(const T (&z)[V], const LapRates<T>& r, const Put& put) const {
   const double unit = 1.0 / scale_[lap_a];
   put(drive_most, unit * (z[lap_a] - apply(p_.drive.drive, z[lap_vx])));
   put(brake_most, -unit * (z[lap_a] + apply(p_.drive.brake, z[lap_vx])));
-  put(front_most, r.slip_front - p_.slip_max);
-  put(front_least, -1.0 * r.slip_front - p_.slip_max);
-  put(rear_most, r.slip_rear - p_.slip_max);
+  const auto both_ways = [&](int row, const T& slip, double most) {
+    const T relative = slip * (1.0 / most);
+    put(row, relative * relative - 1.0);
+  };
+  if (p_.sharing.ratio > 0) {
+    both_ways(front_most, r.slip_front, slip_front_);
+    both_ways(rear_most, r.slip_rear, slip_rear_);
+    share_friction(z[lap_a], r, put);
+    return;
+  }
+  put(front_most, r.slip_front - slip_front_);
+  put(front_least, -1.0 * r.slip_front - slip_front_);
   if (p_.combined > 0) {
+    both_ways(rear_most, r.slip_rear, slip_rear_);
     const double most = p_.tyres.front.D + p_.tyres.rear.D;
     const T along = (p_.combined / most) * z[lap_a], across = (r.front + r.rear) * (1.0 / most);
     put(rear_least, along * along + across * across - 1.0);
   } else {
-    put(rear_least, -1.0 * r.slip_rear - p_.slip_max);
+    put(rear_most, r.slip_rear - slip_rear_);
+    put(rear_least, -1.0 * r.slip_rear - slip_rear_);
   }
 }
 
@@ -290,7 +326,7 @@ void WindowSolver::steps_of_constraints(const std::vector<WindowNode>& lap) {
   }
 }
 
-double WindowSolver::merit(const std::vector<WindowNode>& lap, double share) const {
+double WindowSolver::merit(const std::vector<WindowNode>& lap, double share) {
   double sum = 0, wrong = 0, barrier = 0;
   for (std::size_t k = 0; k < count_; ++k) {
     const std::size_t i = index(k);
@@ -302,13 +338,19 @@ double WindowSolver::merit(const std::vector<WindowNode>& lap, double share) con
     for (int j = 0; j < S; ++j) {
       const auto m = static_cast<std::size_t>(j);
       const double rise = (there.z[m] - here.z[m]) / scale_[m] + share * (stages_[k + 1].dx[j] - stages_[k].dx[j]);
-      wrong += std::abs(rise - p_.ds[i] / scale_[m] * r.state[j]);
+      wrong += state_penalty_[m] * std::abs(rise - p_.ds[i] / scale_[m] * r.state[j]);
     }
     const auto add = [&](int row, double value) {
       const auto at = static_cast<std::size_t>(row);
-      const double t = share != 0.0 ? kept_positive(here.t[at], share * dt_[k][at]) : here.t[at];
+      double t = here.t[at];
+      if (share != 0.0) {
+        t = kept_positive(t, share * dt_[k][at]);
+        // A slack is what its constraint leaves, where that is not much less than the step says.
+        if (curved() && -value > 0.1 * t) t = -value;
+      }
+      if (share != 0.0) t_[k][at] = t;
       barrier += std::log(t);
-      wrong += std::abs(value + t);
+      wrong += row_penalty_[at] * std::abs(value + t);
     };
     const double n_next = there.z[lap_n] + share * scale_[lap_n] * stages_[k + 1].dx[lap_n];
     linear_constraints(i, z, n_next, [&](int row, double value, int, double) { add(row, value); });
@@ -319,7 +361,7 @@ double WindowSolver::merit(const std::vector<WindowNode>& lap, double share) con
     const double from = begin_[m] + share * stages_[0].dx[j], to = end_[m] + share * stages_[count_].dx[j];
     sum += 0.5 * (begin_weight * from * from + end_weight * to * to);
   }
-  return sum - mu_ * barrier + penalty_ * wrong;
+  return sum - mu_ * barrier + wrong;
 }
 
 void WindowSolver::advance(std::vector<WindowNode>& lap, double share) {
@@ -336,7 +378,7 @@ void WindowSolver::advance(std::vector<WindowNode>& lap, double share) {
       pi += share * (stages_[k].pi[j] - pi);
     }
     for (std::size_t i = 0; i < node.t.size(); ++i) {
-      node.t[i] = kept_positive(node.t[i], share * dt_[k][i]);
+      node.t[i] = t_[k][i];
       const double central = mu_ / node.t[i];
       node.lambda[i] = std::clamp(node.lambda[i] + share * dlambda_[k][i], central / spread, central * spread);
     }
@@ -368,22 +410,38 @@ WindowStep WindowSolver::iterate(std::vector<WindowNode>& lap, std::size_t first
   forward();
   steps_of_constraints(lap);
 
-  double largest = 0;
+  std::array<double, S> state_force{};
+  std::array<double, C> row_force{};
   for (std::size_t k = 0; k < count_; ++k) {
     result.change = std::max(result.change, middle_step(k).lpNorm<Eigen::Infinity>());
     const WindowNode& node = lap[index(k)];
     for (std::size_t i = 0; i < node.t.size(); ++i) {
-      largest = std::max(largest, node.lambda[i] + dlambda_[k][i]);
+      row_force[i] = std::max(row_force[i], node.lambda[i] + dlambda_[k][i]);
       result.defect = std::max(result.defect, std::abs(stages_[k].c.value[i] + node.t[i]));
     }
-    largest = std::max(largest, stages_[k].pi.lpNorm<Eigen::Infinity>());
+    for (std::size_t i = 0; i < state_force.size(); ++i)
+      state_force[i] = std::max(state_force[i], std::abs(stages_[k].pi[static_cast<Eigen::Index>(i)]));
     result.defect = std::max(result.defect, stages_[k].b.lpNorm<Eigen::Infinity>());
     if (k >= near_part(count_)) continue;
     result.near_change = result.change;
     result.near_defect = result.defect;
   }
   if (!std::isfinite(result.change)) return result;
-  penalty_ = std::max(1.2 * largest, 0.5 * penalty_);
+  const auto follow = [](auto& penalty, const auto& force) {
+    for (std::size_t i = 0; i < penalty.size(); ++i) penalty[i] = std::max(1.2 * force[i], 0.5 * penalty[i]);
+  };
+  // Far from the dynamics, and where nothing but the dynamics is curved, the largest of all multipliers counts.
+  constexpr double far = 0.05;
+  const double state_most = *std::max_element(state_force.begin(), state_force.end());
+  if (!curved()) {
+    const double most = std::max(state_most, *std::max_element(row_force.begin(), row_force.end()));
+    state_force.fill(most);
+    row_force.fill(most);
+  } else if (result.defect > far) {
+    state_force.fill(state_most);
+  }
+  follow(state_penalty_, state_force);
+  follow(row_penalty_, row_force);
   const double before = merit(lap, 0.0);
   double share = 1.0;
   constexpr int trials = 5;

@@ -9,6 +9,9 @@
 // Newton step on the optimality conditions at the barrier mu: exact Jacobians and Hessian of the Lagrangian, the
 // implicit midpoint solved for x_k+1, a Riccati recursion over the nodes, a step shortened until a merit function falls.
 // Each slack and each multiplier is kept positive by itself, so that no single one of them makes the whole step short.
+// Where side forces and drive share friction, a slack is what its constraint leaves after the step, if that is positive,
+// and the merit function has a penalty of its own for every state's dynamics and every kind of constraint, as large as
+// their own multipliers ask for: constraints are curved there, in every interval.
 // mu stays where it is once it is small, so that an iterate of a moment ago is a warm start for a part that was moved on,
 // or for other tyres.
 // Sources: Waechter, Biegler (2006), "On the implementation of an interior-point filter line-search algorithm for
@@ -52,6 +55,9 @@ class WindowSolver {
 
   /// What is believed of the car from now on. `more` is resistance beyond that of the problem's coasting curve.
   void set_car(const AxleTyres& tyres, const SpecificResistance& more);
+  /// The largest slip angle that is planned [rad]: the problem's, and where side forces and drive share friction none
+  /// beyond a tyre's peak, where it is a brake.
+  double largest_slip() const { return std::max(slip_front_, slip_rear_); }
   /// Intervals of a window of `count` that do not depend on how it is made to end.
   static std::size_t near_part(std::size_t count) { return count - count / 4; }
   /// Weights of begin and end, in seconds per squared typical size.
@@ -95,6 +101,8 @@ class WindowSolver {
     double n_stiff = 0, n_force = 0;  // of the barrier of n at its second node
   };
 
+  /// Whether side forces and drive or brakes share friction: constraints are then curved.
+  bool curved() const { return p_.combined > 0 || p_.sharing.ratio > 0; }
   std::size_t index(std::size_t k) const { return (first_ + k) % p_.size(); }
   template <class T>
   void middle(const std::vector<WindowNode>& lap, std::size_t k, double share, T (&z)[V]) const;
@@ -102,6 +110,8 @@ class WindowSolver {
   LapRates<T> rates(std::size_t i, const T (&z)[V]) const;
   template <class T>
   T cost(std::size_t i, const T (&z)[V], const LapRates<T>& r) const;
+  template <class T, class Put>
+  void share_friction(const T& a, const LapRates<T>& r, const Put& put) const;
   template <class T, class Put>
   void nonlinear_constraints(const T (&z)[V], const LapRates<T>& r, const Put& put) const;
   template <class Put>
@@ -120,7 +130,7 @@ class WindowSolver {
   bool backward(double delta);
   void forward();
   Vector middle_step(std::size_t k) const;
-  double merit(const std::vector<WindowNode>& lap, double share) const;
+  double merit(const std::vector<WindowNode>& lap, double share);
   void steps_of_constraints(const std::vector<WindowNode>& lap);
   /// A slack or multiplier after a share of its step, which ends before zero.
   static double kept_positive(double value, double step) { return std::max({value + step, 0.02 * value, 1e-5}); }
@@ -128,12 +138,16 @@ class WindowSolver {
 
   LapProblem p_;
   SpecificResistance more_;
+  double slip_front_ = 0, slip_rear_ = 0;  // largest that are planned [rad]
   std::array<double, V> scale_{};
   std::size_t first_ = 0, count_ = 0;
-  double mu_ = 0, penalty_ = 0, delta_ = 0;
+  double mu_ = 0, delta_ = 0;
+  std::array<double, S> state_penalty_{};  // of violations of the dynamics and of the constraints in the merit
+  std::array<double, C> row_penalty_{};
   std::array<double, V> begin_{}, end_{};
   std::vector<Stage> stages_;                        // one more than intervals
   std::vector<std::array<double, C>> dt_, dlambda_;  // steps of slacks and multipliers
+  std::vector<std::array<double, C>> t_;             // slacks that merit() tried last
 };
 
 }  // namespace gripline::time_optimal

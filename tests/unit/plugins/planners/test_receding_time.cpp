@@ -11,6 +11,8 @@
 #include <utility>
 #include <vector>
 
+#include "planners/time_optimal/lap_setup.hpp"
+#include "planners/time_optimal/receding_laps.hpp"
 #include "planners/time_optimal/window_solver.hpp"
 #include "support/allocation_counter.hpp"
 #include "support/planner_support.hpp"
@@ -122,9 +124,125 @@ TEST_F(WindowTest, FollowsChangedTyresWithoutAllocating) {
   EXPECT_EQ(rig::allocations.load(), allocated);
 }
 
+/// A car of full size on the same road, fifty times as large, on half the friction of a dry road.
+LapProblem full_size_road(bool mirrored) {
+  constexpr double size = 50.0;
+  LapProblem p = swinging_road(0.5);
+  p.car.m = 1265;
+  p.car.Iz = 2093;
+  p.car.lf = 1.34;
+  p.car.lr = 1.30;
+  p.car.ddelta_max = 1.0;
+  const double weight = 0.5 * gravity / (p.car.lf + p.car.lr);
+  p.tyres = {{10.0, 1.5, weight * p.car.lr}, {10.0, 1.5, weight * p.car.lf}};
+  p.drive = {CubicSpline(0, 50, std::vector<double>{-0.1, -0.2, -0.4, -0.7, -1.1}),
+             CubicSpline(0, 50, std::vector<double>{7, 6, 5, 4, 3}),
+             CubicSpline(0, 50, std::vector<double>{7, 7, 7, 7, 7})};
+  p.top_speed = 50.0;
+  p.combined = 1.0;
+  for (std::size_t k = 0; k < nodes; ++k) {
+    p.places[k].kappa *= (mirrored ? -1.0 : 1.0) / size;
+    p.ds[k] *= size;
+    p.n_hi[k] = p.mid_hi[k] = 3.0;
+    p.n_lo[k] = p.mid_lo[k] = -3.0;
+  }
+  return p;
+}
+
+LapSolution full_size_guess(const LapProblem& p) {
+  LapSolution guess;
+  for (const LapPlace& place : p.places) {
+    const double v = 0.7 * std::min(35.0, std::sqrt(4.0 / std::max(0.002, std::abs(place.kappa))));
+    guess.z.push_back({0.0, 0.0, v, 0.0, v * place.kappa, 2.64 * place.kappa, 0.0, 0.0});
+  }
+  return guess;
+}
+
+/// The rates of an interval of a solved lap, in its middle.
+LapRates<double> rates_in(const LapProblem& p, const std::vector<WindowNode>& lap, std::size_t k,
+                          double (&z)[lap_variables]) {
+  for (std::size_t j = 0; j < lap_variables; ++j)
+    z[j] = j < lap_states ? 0.5 * (lap[k].z[j] + lap[k + 1].z[j]) : lap[k].z[j];
+  return lap_rates(p.car, p.tyres, p.drive.coast, p.places[k], z);
+}
+
+class FullSizeWindowTest : public WindowTest {
+ protected:
+  static constexpr std::size_t first = 20;
+  std::vector<WindowNode> solved(const LapProblem& problem) {
+    const LapSolution guess = full_size_guess(problem);
+    WindowSolver solver(problem, window);
+    std::vector<WindowNode> lap = nodes_of(guess);
+    last_ = solve(solver, lap, guess, first, 1e-2, 150);
+    return lap;
+  }
+  WindowStep last_;
+};
+
+// The friction circle is curved, and a change of the plan by a share of it violates it by the square of that share, in
+// every interval at once.
+TEST_F(FullSizeWindowTest, TakesLongStepsAlongTheFrictionCircle) {
+  const LapProblem problem = full_size_road(false);
+  const LapSolution guess = full_size_guess(problem);
+  WindowSolver solver(problem, window);
+  std::vector<WindowNode> lap = nodes_of(guess);
+  int steps = 0;
+  for (double barrier = 1e-2; barrier > 3e-4; barrier *= 0.2) {
+    WindowStep step;
+    do {
+      step = solver.iterate(lap, first, window, barrier, guess.z[first], guess.z[first + window]);
+    } while (++steps < 100 && !(step.good && step.near_change < 0.02 && step.near_defect < 2e-3));
+  }
+  EXPECT_LT(steps, 30);
+}
+
+TEST_F(FullSizeWindowTest, PlansNoSlipBeyondThePeakOfATyreInTurnsOfEitherSide) {
+  double time[2] = {0, 0};
+  for (const bool mirrored : {false, true}) {
+    const LapProblem problem = full_size_road(mirrored);
+    const std::vector<WindowNode> lap = solved(problem);
+    EXPECT_LT(last_.near_defect, 2e-3);
+    const double peak = std::tan(0.5 * std::numbers::pi / 1.5) / 10.0;
+    double largest = 0;
+    for (std::size_t k = first; k < first + WindowSolver::near_part(window); ++k) {
+      double z[lap_variables];
+      const LapRates<double> r = rates_in(problem, lap, k, z);
+      largest = std::max({largest, std::abs(r.slip_front), std::abs(r.slip_rear)});
+      time[mirrored] += r.time * problem.ds[k];
+    }
+    EXPECT_LT(largest, peak + 2e-3);
+    EXPECT_GT(largest, 0.5 * peak);
+  }
+  EXPECT_NEAR(time[0], time[1], 0.01 * time[0]);
+}
+
+TEST_F(FullSizeWindowTest, EachAxleSharesTheFrictionOfItsLoad) {
+  LapProblem problem = full_size_road(false);
+  problem.sharing = {.ratio = 1.1, .drive_front = 0.4, .brake_front = 0.62, .load_front = -0.018, .load_rear = 0.017};
+  const std::vector<WindowNode> lap = solved(problem);
+  EXPECT_LT(last_.near_defect, 2e-3);
+  double used[2] = {0, 0};
+  for (std::size_t k = first; k < first + WindowSolver::near_part(window); ++k) {
+    double z[lap_variables];
+    const LapRates<double> r = rates_in(problem, lap, k, z);
+    const double a = z[lap_a];
+    if (std::abs(a) < 2.0) continue;  // the front share goes from the brakes' to the drive's about 0
+    const double front = a > 0 ? 0.4 : 0.62;
+    const auto share = [&](double force, double along, double load, double D) {
+      return std::hypot(force / D, along / (1.1 * D)) / (1.0 + load * a);
+    };
+    used[0] = std::max(used[0], share(r.front, front * a, -0.018, problem.tyres.front.D));
+    used[1] = std::max(used[1], share(r.rear, (1.0 - front) * a, 0.017, problem.tyres.rear.D));
+  }
+  for (const double most : used) {
+    EXPECT_LT(most, 1.03);
+    EXPECT_GT(most, 0.8);
+  }
+}
+
 class RecedingTimeTest : public ::testing::Test {
  protected:
-  Instance<SpeedPlanner> make(const Track& track, const Changes& changes) {
+  PluginContext context_on(const Track& track) {
     course_ = std::make_unique<TrackCourse>(track, car_);
     PluginContext context;
     context.car = car_;
@@ -132,6 +250,10 @@ class RecedingTimeTest : public ::testing::Test {
     context.course = course_.get();
     context.nominal = &model_.prediction();
     context.mu_init = 1.0;
+    return context;
+  }
+  Instance<SpeedPlanner> make(const Track& track, const Changes& changes) {
+    const PluginContext context = context_on(track);
     const PluginEntry& entry = registry_.find(abi::Kind::planner, "receding_time");
     return create<SpeedPlanner>(entry, context, values_of(entry, changes));
   }
@@ -182,6 +304,26 @@ TEST_F(RecedingTimeTest, FollowsTheFrictionThatIsBelievedWithoutAllocating) {
   EXPECT_GT(room_, 0.3 * car_.width);
 }
 
+/// A car that drives at a share of its plan's speed needs less side force in a turn than the plan, and slips less.
+TEST_F(RecedingTimeTest, PlansLessSideslipAtALowerPace) {
+  double slip[2] = {0, 0};
+  for (const bool slow : {false, true}) {
+    const auto planner = make(mobil_, {{"spacing", 0.1}, {"start", 0.9}, {"pace", slow ? 0.8 : 1.0}});
+    const std::span<const LinePoint> line = planner->line();
+    const auto tightest = std::max_element(line.begin(), line.end(), [](const LinePoint& a, const LinePoint& b) {
+      return std::abs(a.kappa) < std::abs(b.kappa);
+    });
+    now_ = {};
+    now_.x = {tightest->x, tightest->y, tightest->yaw, 0.5, 0.0, 0.0, 0.0};
+    now_.at.s = tightest->station;
+    planner->plan(now_, believe(0.9), nullptr, horizon_);
+    slip[slow] = car_.lr * horizon_[0].kappa - horizon_[0].beta;
+  }
+  EXPECT_GT(std::abs(slip[0]), 0.1);
+  EXPECT_GT(slip[1] / slip[0], 0.2);
+  EXPECT_LT(slip[1] / slip[0], 0.7);  // 0.64 of the force
+}
+
 /// Where the car is nearly as far outside of a turn as the turn's radius, steps without the curvature hardly converge.
 TEST_F(RecedingTimeTest, FindsTheNearestPointOfACarOutsideOfATurn) {
   const auto planner = make(mobil_, {{"spacing", 0.1}, {"start", 0.9}});
@@ -200,6 +342,80 @@ TEST_F(RecedingTimeTest, FindsTheNearestPointOfACarOutsideOfATurn) {
     for (const LinePoint& q : line) nearest = std::min(nearest, distance(q.x, q.y));
     EXPECT_LT(distance(horizon_[0].x, horizon_[0].y), nearest + 1e-3) << i;
   }
+}
+
+/// The laps themselves, of a car that stays where it is.
+class RecedingLapsTest : public RecedingTimeTest {
+ protected:
+  static CarBelief believed(double mu) {
+    const Car car = car_1_43();
+    const double weight = mu * gravity / (car.lf + car.lr);
+    return {{{4.0, 1.3, weight * car.lr}, {4.0, 1.3, weight * car.lf}}, {}};
+  }
+  void SetUp() override {
+    setup_ =
+        std::make_unique<LapSetup>(context_on(mobil_), SetupOptions{0.4 * car_.width, 0.1, 0.0, 0.7}, believed(0.8));
+    laps_ = std::make_unique<RecedingLaps>(*setup_, believed(0.8), RecedingOptions{});
+    plan_ = laps_->whole_plan();
+  }
+  void steps(int count, const CarBelief& car, double spread) {
+    for (int i = 0; i < count; ++i) laps_->step(car, spread, station, plan_);
+  }
+  /// Newton steps of so many control steps.
+  long work(int count, const CarBelief& car, double spread) {
+    const long before = laps_->iterations();
+    steps(count, car, spread);
+    return laps_->iterations() - before;
+  }
+  double slowest() const {
+    double v = INFINITY;
+    for (const LapPlan::Node& node : plan_.nodes) v = std::min(v, node.v);
+    return v;
+  }
+
+  static constexpr double station = 1.0, settled = 2e-5;
+  std::unique_ptr<LapSetup> setup_;
+  std::unique_ptr<RecedingLaps> laps_;
+  LapPlan plan_;
+};
+
+TEST_F(RecedingLapsTest, RestsWhereNothingChanges) {
+  steps(100, believed(0.8), 0.0);
+  EXPECT_EQ(work(50, believed(0.8), 0.0), 0);
+  EXPECT_DOUBLE_EQ(laps_->barrier(), settled);
+}
+
+TEST_F(RecedingLapsTest, FollowsABeliefThatMovedByMoreThanItsResolution) {
+  steps(100, believed(0.8), 0.0);
+  EXPECT_EQ(work(20, believed(0.8 * 1.008), 0.04), 0);  // a quarter of 4 % is 1 %
+  EXPECT_GT(work(20, believed(0.8 * 1.012), 0.04), 0);
+  steps(100, believed(0.8 * 1.012), 0.04);
+  EXPECT_EQ(work(20, believed(0.8 * 1.008), 0.04), 0);
+}
+
+TEST_F(RecedingLapsTest, AChangeOfTheBeliefRaisesTheBarrierByItsSize) {
+  steps(100, believed(0.8), 0.0);
+  steps(1, believed(0.8 * 1.004), 0.0);
+  EXPECT_LE(laps_->barrier(), settled);  // a warm start bears that
+  steps(100, believed(0.8 * 1.004), 0.0);
+  steps(1, believed(0.8 * 1.1), 0.0);
+  EXPECT_GT(laps_->barrier(), 1e-4);  // of which no plan is driven
+}
+
+TEST_F(RecedingLapsTest, ADrivenPlanFollowsALargeChangeWithinASecond) {
+  steps(100, believed(0.8), 0.0);
+  const double before = slowest();
+  steps(1, believed(0.6), 0.0);
+  EXPECT_NEAR(slowest(), before * std::sqrt(0.6 / 0.8), 0.02 * before);  // slower at once
+  const LapPlan scaled = plan_;
+  steps(50, believed(0.6), 0.0);
+  steps(100, believed(0.6), 0.0);
+  EXPECT_DOUBLE_EQ(laps_->barrier(), settled);
+  EXPECT_EQ(work(20, believed(0.6), 0.0), 0);
+  double moved = 0;
+  for (std::size_t k = 0; k < plan_.nodes.size(); ++k)
+    moved = std::max(moved, std::abs(plan_.nodes[k].v - scaled.nodes[k].v));
+  EXPECT_GT(moved, 0.02);  // the plan is of the new friction, no longer the old one driven slowly
 }
 
 }  // namespace
