@@ -285,10 +285,13 @@ std::vector<const Fit*> Searcher::smaller_than_best() {
 
 /// Whether a log may have left out what commands did between samples: whether any of these models asks for it.
 bool Searcher::may_leave_out_commands() {
-  constexpr double least = 1.0;  // the score is negative where logs say all; more is lost than time if it is not asked
   const Problem& problem = pool_.problem();
-  if (problem.command != UnknownCommands{} || has_noticeable_process_noise(problem, best_->noise)) return true;
-  const auto asks = [&](const Fit* one) { return unknown_commands_statistic(problem, *one) > least; };
+  // What was believed before effects were found is asked again: a missing effect can look like bent commands.
+  if (problem.command != UnknownCommands{} || problem.bend != Commands{}) return true;
+  if (has_noticeable_process_noise(problem, best_->noise)) return true;
+  const auto asks = [&](const Fit* one) {
+    return unknown_commands_statistic(problem, *one) > thresholds::asks_for_commands;
+  };
   return asks(best_) || std::ranges::any_of(smaller_than_best(), asks);
 }
 
