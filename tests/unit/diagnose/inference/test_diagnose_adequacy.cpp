@@ -76,8 +76,8 @@ TEST(ResidualTests, FunctionsOfTheStateDoNotExplainNoise) {
   DiagnoseRig rig;
   for (const bool shaking : {false, true}) {
     double chi_square = 0.0, dof = 0.0;
-    for (const std::uint64_t seed : {91, 92, 93}) {
-      DiagnoseRig::Drive drive{.seconds = 40, .seed = seed};
+    for (const std::uint64_t seed : {91, 92}) {
+      DiagnoseRig::Drive drive{.seconds = 30, .seed = seed};
       if (shaking) drive.unsteady = 2.0;
       if (!shaking) drive.rough = everywhere;
       const Log log = rig.simulate(rig.catalogue().null_model(), drive);
