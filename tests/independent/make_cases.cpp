@@ -368,6 +368,7 @@ const std::vector<Condition> all_conditions = {{"white"},
                                                {.name = "ar08", .colour = 0.8},
                                                {.name = "ar09", .colour = 0.9},
                                                {.name = "thinned", .every = 2},
+                                               {.name = "thinned3", .every = 3},
                                                {.name = "short", .brief = true}};
 
 void write_case(const fs::path& out, const std::string& kind_of_case, const Condition& condition, std::size_t i,

@@ -6,6 +6,8 @@
 //   build/tests/blind_cases OUT --seed 93 --count 24 --only single_white,none_white,pair_white,outside
 //   build/bin/gripline diagnose --score OUT/cases --out OUT/score
 //
+// What counts as a jump of a command stands where it is used, in measured/log.cpp, which knows nothing of diagnose.
+//
 // Log evidence is the log likelihood less Schwarz's penalty, in natural units: 3 stand for odds of 20 to 1.
 #pragma once
 
@@ -111,6 +113,9 @@ inline constexpr double least_closing = 0.001;
 /// Share of the gap that effects named beside an unknown one must close to be kept. Not measured.
 inline constexpr double closure_beside_unknown = 0.5;
 
+/// Time between the starts of predictions [s]. Smaller: errors of more starts, which overlap more, in proportionally
+/// more time. From framework/doc/diagnose.md, "The gap"; not varied.
+inline constexpr double start_spacing = 0.5;
 /// Starts of predictions that count as one piece of evidence (2 s of a log at 50 Hz: predictions of 1 s overlap), and
 /// blocks of them below which predictions tell nothing.
 inline constexpr std::size_t witness_block = 4, witness_blocks = 4;
@@ -125,8 +130,9 @@ inline constexpr double misfit = 4.0;
 /// approximation with lighter tails. Not measured.
 inline constexpr double misfit_focused = 3.5;
 /// The same with process noise: regressors evaluated along a reference that carries the noise make the statistic wider
-/// than its chi-square. Set with test_diagnose_adequacy FindsNoSpectralLineInProcessNoise (seeds 81 to 85); by how much
-/// it is wider was not measured.
+/// than its chi-square. Set with test_diagnose_adequacy FindsNoSpectralLineInProcessNoise (seeds 81 to 85), when that
+/// was so of functions of the state too. They are as wide as a chi-square now (0.94 of it, 5.1 along the smoothed
+/// reference: FunctionsOfTheStateDoNotExplainNoise); tests of constancy were not measured.
 inline constexpr double misfit_focused_process_noise = 7.0;
 /// Share of its gain that a spectral line counts with, because its frequency was chosen; with strong process noise,
 /// whose own spectrum it was chosen from, half of that. Not measured beyond the same test.
@@ -195,6 +201,9 @@ inline constexpr double shortest_noise_time = 0.02, longest_noise_time = 4.0;
 /// differences: the most, of commands that walk at random (the root of 1/8 is 0.35); the share of that at which measuring
 /// begins; and the share at which it is none. Larger `most_command` takes effects that are missing for noise.
 inline constexpr double most_command = 0.5, first_command = 0.5, least_command = 0.02;
+/// Standard deviations of the score of unknown commands from which on they are measured. Where logs say all the score
+/// is negative. Larger: faster; logs with little left out pass for whole. Not varied.
+inline constexpr double asks_for_commands = 1.0;
 /// Largest bend of commands between samples (-1/8 is a parabola), and what a bend must differ by to search again.
 inline constexpr double most_bend = 0.3, other_bend = 0.03;
 /// Samples that noise is measured on; iterations, and log likelihood by which one must improve to go on.

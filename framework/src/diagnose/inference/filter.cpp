@@ -108,6 +108,7 @@ class Pass {
       if (options_.restart > 0 && k > 0 && k % options_.restart == 0) restart();
       if (options_.smooth) keep(k);
       update(k);
+      if (k + 1 < lm_.n && options_.predict) keep_predicted(k);
       if (k + 1 < lm_.n && coloured_) update_ahead(k);
       if (options_.block > 0 && ((k + 1) % options_.block == 0 || k + 1 == lm_.n)) end_block();
       if (k + 1 < lm_.n) predict(k);
@@ -128,6 +129,7 @@ class Pass {
     next_.assign(N * params_, 0.0);
     inputs_.assign(N * params_, 0.0);
     J_.assign(params_, 0.0);
+    if (options_.predict) out_.predicted.assign(lm_.n * N, 0.0);
     if (options_.smooth) {
       kept_P_.resize(lm_.n * N * N);
       kept_z_.resize(lm_.n * N);
@@ -155,6 +157,23 @@ class Pass {
   void keep(std::size_t k) {
     for (std::size_t i = 0; i < N * N; ++i) kept_P_[k * N * N + i] = value(P_[i]);
     for (std::size_t i = 0; i < N; ++i) kept_z_[k * N + i] = value(z_[i]);
+  }
+
+  /// The state at k + 1 by all readings up to k. Differenced readings of k + 1 have not been read yet.
+  void keep_predicted(std::size_t k) {
+    const Vector z = predicted_from(k);
+    for (std::size_t i = 0; i < N; ++i) out_.predicted[(k + 1) * N + i] = value(z[i]);
+  }
+
+  Vector predicted_from(std::size_t k) const {
+    const double* const F = lm_.F.data() + k * N * N;
+    Vector z;
+    for (std::size_t i = 0; i < N; ++i) {
+      T sum = constant<T>(i < body ? lm_.offset[k * body + i] : 0.0);
+      for (std::size_t j = 0; j < N; ++j) sum += F[i * N + j] * z_[j];
+      z[i] = sum;
+    }
+    return z;
   }
 
   void update(std::size_t k) {
@@ -335,13 +354,7 @@ class Pass {
 
   void predict(std::size_t k) {
     const double* const F = lm_.F.data() + k * N * N;
-    Vector z;
-    for (std::size_t i = 0; i < N; ++i) {
-      T sum = constant<T>(i < body ? lm_.offset[k * body + i] : 0.0);
-      for (std::size_t j = 0; j < N; ++j) sum += F[i * N + j] * z_[j];
-      z[i] = sum;
-    }
-    z_ = z;
+    z_ = predicted_from(k);
     propagate(F);
     const double growth = 1.0 - std::exp(-2.0 * lm_.dt / lm_.noise_time);
     for (std::size_t i = 0; i < noise_states; ++i) add_variance(i, growth);

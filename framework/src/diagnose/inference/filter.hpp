@@ -46,8 +46,8 @@ struct Likelihood {
     double error, variance;
   };
   std::vector<Innovation> innovations;
-  // Smoothed deviations from the reference, n x states, when asked for.
-  std::vector<double> smoothed;
+  // Deviations from the reference, n x states, when asked for: smoothed, and predicted from the samples before alone.
+  std::vector<double> smoothed, predicted;
 };
 
 /// What a pass computes beside the likelihood. `regressors` may be null; they must outlive the call.
@@ -55,6 +55,7 @@ struct FilterOptions {
   const std::vector<const Regressor*>* regressors = nullptr;
   bool noise_gradient = false;  // derivatives by the process variances
   bool smooth = false;
+  bool predict = false;  // deviations from the samples before
   bool innovations = false;
   std::size_t block = 0;    // samples per block; 0: none
   std::size_t restart = 0;  // samples after which the state starts anew, diffuse; 0: never

@@ -9,8 +9,6 @@
 namespace gripline::diagnose {
 namespace {
 
-constexpr double start_spacing = 0.5;  // [s] between starts of predictions
-
 /// First sample held out: of the last whole laps, about a third of the log (thresholds::hold_out_part); below three
 /// laps of its last third.
 std::size_t hold_out_from(const Trace& trace) {
@@ -107,7 +105,8 @@ std::vector<StartErrors> HoldOut::predict_along(std::vector<Trace> traces, std::
       measured::RolloutOptions options;
       options.horizon = horizon;
       options.first = from[i] + 10;
-      options.every = static_cast<std::size_t>(std::max(1.0, std::round(start_spacing / other.traces[i].log.dt)));
+      options.every =
+          static_cast<std::size_t>(std::max(1.0, std::round(thresholds::start_spacing / other.traces[i].log.dt)));
       options.substeps = known_.substeps;
       add_errors(roll_out(car, other.traces[i], road_, options), known_.sensor, errors);
     }

@@ -352,6 +352,17 @@ double unknown_commands_statistic(const Problem& problem, const Fit& fitted) {
   return most;
 }
 
+double gain_of_bends(const Problem& problem, const Fit& fitted) {
+  const MeasuredNoise as_fitted{.noise = fitted.noise, .noise_time = problem.noise_time, .bend = problem.bend};
+  std::vector<Unknown> unknowns = list_unknowns(problem, {.sensors = false, .commands = true});
+  std::erase_if(unknowns, [](const Unknown& u) { return u.kind != Unknown::Kind::bend; });
+  if (unknowns.empty()) return 0.0;
+  Innovations innovations(problem, fitted);
+  const Scores scores = scores_at(problem, innovations, as_fitted, unknowns);
+  const MatrixXd regular = scores.information + 1e-6 * MatrixXd(scores.information.diagonal().asDiagonal());
+  return 0.5 * scores.gradient.dot(regular.ldlt().solve(scores.gradient));
+}
+
 bool is_other(const Problem& problem, const MeasuredNoise& measured) {
   const auto differs = [](double a, double b) {
     return std::max(a, b) > thresholds::other_noise_factor * std::min(a, b);

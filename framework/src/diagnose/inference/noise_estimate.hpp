@@ -32,6 +32,10 @@ double colour_statistic(const Problem& problem, const Fit& fitted);
 /// the log asks for more of it.
 double unknown_commands_statistic(const Problem& problem, const Fit& fitted);
 
+/// Log likelihood that bent commands are predicted to bring, by a score test with the noise held. Bends act in every
+/// step, so that effects can imitate much of what they explain.
+double gain_of_bends(const Problem& problem, const Fit& fitted);
+
 /// Whether measured noise differs from what a problem believes by more than thresholds::other_noise_factor or
 /// thresholds::other_colour.
 bool is_other(const Problem& problem, const MeasuredNoise& measured);

@@ -269,8 +269,8 @@ void Searcher::grow() {
   penalise_by_independent_readings();
 }
 
-/// The best model without any and without each of its effects, where those are not far from it: small effects imitate
-/// what commands do between samples, and where that explains a log as well, it does.
+/// The best model without any and without each of its effects, where those are not far from it or could come near it by
+/// bent commands: effects imitate what commands do between samples, and where that explains a log as well, it does.
 std::vector<const Fit*> Searcher::smaller_than_best() {
   std::vector<const Fit*> all;
   if (best_ == null_model_) return all;
@@ -278,17 +278,22 @@ std::vector<const Fit*> Searcher::smaller_than_best() {
   for (const std::size_t member : best_->model.members)
     if (best_->model.members.size() > 1)
       all.push_back(&pool_.fit_once(catalogue().without(best_->model, member), best_->noise));
-  std::erase_if(all,
-                [this](const Fit* less) { return less->evidence < best_->evidence - 2.0 * thresholds::rival_range; });
+  const double least = best_->evidence - 2.0 * thresholds::rival_range;
+  std::erase_if(all, [&](const Fit* less) {
+    return less->evidence < least && less->evidence + gain_of_bends(pool_.problem(), *less) < least;
+  });
   return all;
 }
 
 /// Whether a log may have left out what commands did between samples: whether any of these models asks for it.
 bool Searcher::may_leave_out_commands() {
-  constexpr double least = 1.0;  // the score is negative where logs say all; more is lost than time if it is not asked
   const Problem& problem = pool_.problem();
-  if (problem.command != UnknownCommands{} || has_noticeable_process_noise(problem, best_->noise)) return true;
-  const auto asks = [&](const Fit* one) { return unknown_commands_statistic(problem, *one) > least; };
+  // What was believed before effects were found is asked again: a missing effect can look like bent commands.
+  if (problem.command != UnknownCommands{} || problem.bend != Commands{}) return true;
+  if (has_noticeable_process_noise(problem, best_->noise)) return true;
+  const auto asks = [&](const Fit* one) {
+    return unknown_commands_statistic(problem, *one) > thresholds::asks_for_commands;
+  };
   return asks(best_) || std::ranges::any_of(smaller_than_best(), asks);
 }
 

@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "diagnose/inference/adequacy.hpp"
+#include "diagnose/inference/noise_estimate.hpp"
 #include "diagnose/inference/reference.hpp"
 #include "support/diagnose_rig.hpp"
 
@@ -66,6 +67,38 @@ TEST(ResidualTests, FindsNoSpectralLineInProcessNoise) {
     ASSERT_TRUE(has_strong_process_noise(problem, f.noise));
     for (const ResidualTest& test : residual_tests(problem, f))
       EXPECT_LT(test.statistic, thresholds::misfit) << test.quantity << seed;
+  }
+}
+
+/// Noise that turns the car shows in its smoothed yaw rate too, and must not pass for a function of it: twice the gain
+/// of a test is a chi-square, on a rough road and where shaking hands were recorded every 80 ms only.
+TEST(ResidualTests, FunctionsOfTheStateDoNotExplainNoise) {
+  DiagnoseRig rig;
+  for (const bool shaking : {false, true}) {
+    double chi_square = 0.0, dof = 0.0;
+    for (const std::uint64_t seed : {91, 92}) {
+      DiagnoseRig::Drive drive{.seconds = 40, .seed = seed};
+      if (shaking) drive.unsteady = 2.0;
+      if (!shaking) drive.rough = {1, 1, 4};
+      const Log whole = rig.simulate(rig.catalogue().null_model(), drive);
+      Problem problem = rig.problem({shaking ? DiagnoseRig::thinned(DiagnoseRig::thinned(whole)) : whole});
+      if (shaking) problem.substeps = 6;
+      Fit f = fit(problem, rig.catalogue().null_model(), rig.noise(problem, 5.0), 8);
+      iterate_reference(problem, rig.road(), f);
+      if (shaking) {
+        const MeasuredNoise measured = measure_noise(problem, f, {.sensors = false, .commands = true});
+        believe(problem, measured);
+        f = fit(problem, f.model, measured.noise, 6);
+        iterate_reference(problem, rig.road(), f);
+      }
+      f = fit(problem, f.model, f.noise, 8);
+      for (const ResidualTest& test : residual_tests(problem, f)) {
+        if (test.where != Where::state || !test.focused || !test.quantity.empty()) continue;
+        chi_square += 2.0 * test.gain;
+        dof += static_cast<double>(test.dof);
+      }
+    }
+    EXPECT_LT(chi_square / dof, 1.5) << (shaking ? "unknown commands" : "a rough road");
   }
 }
 

@@ -85,6 +85,28 @@ TEST(Filter, SmoothingComesCloserToTheTruthThanTheSensors) {
   }
 }
 
+/// What is predicted for a sample knows the readings before it, whatever their colour.
+TEST(Filter, PredictionsKnowNothingOfWhatFollows) {
+  DiagnoseRig rig;
+  const ModelSpec bare = rig.catalogue().null_model();
+  Problem problem = rig.problem({rig.simulate(bare, {4, 9, 1})});
+  LinearModel lm = linearise(rig.catalogue().build(bare), problem.traces.front(), 2);
+  for (const double colour : {0.0, 0.7}) {
+    Noise noise = rig.noise(problem, 1.0);
+    noise.colour.fill(colour);
+    FilterOptions options;
+    options.predict = true;
+    constexpr std::size_t at = 60;
+    const std::vector<double> before = filter(lm, noise, options).predicted;
+    for (std::size_t c = 0; c < channels; ++c) lm.innovation[at * channels + c] += 5.0 * noise.sensor[c];
+    const std::vector<double> after = filter(lm, noise, options).predicted;
+    for (std::size_t i = 0; i < (at + 1) * lm.states; ++i) EXPECT_EQ(after[i], before[i]) << i;
+    EXPECT_GT(std::abs(after[(at + 1) * lm.states + 5] - before[(at + 1) * lm.states + 5]), 0.01 * noise.sensor[5]);
+    options.smooth = true;
+    EXPECT_EQ(filter(lm, noise, options).predicted, after);
+  }
+}
+
 TEST(Filter, BlocksAddUp) {
   DiagnoseRig rig;
   Problem problem = rig.problem({rig.simulate(rig.catalogue().null_model(), {6, 9, 1})});

@@ -160,6 +160,31 @@ TEST(NoiseEstimate, JumpsBetweenSamplesAreNoEffect) {
   }
 }
 
+/// What bent commands would bring is predicted: much where three of four samples of smooth hands are missing, little
+/// where none is, and less where they are believed.
+TEST(NoiseEstimate, PredictsWhatBentCommandsWouldBring) {
+  const DiagnoseRig rig;
+  const auto gain = [&](const Log& log, bool measured) {
+    Problem problem = rig.problem({log});
+    problem.substeps = 6;
+    Fit f = fit(problem, rig.catalogue().null_model(), rig.noise(problem, 5.0), 4);
+    iterate_reference(problem, rig.road(), f);
+    f.noise = rig.noise(problem, 0.2);
+    if (!measured) return gain_of_bends(problem, f);
+    const MeasuredNoise found = measure_noise(problem, f, {.sensors = false, .commands = true});
+    EXPECT_LT(found.bend[1], -0.05);
+    believe(problem, found);
+    f.noise = found.noise;
+    return gain_of_bends(problem, f);
+  };
+  const Log whole = rig.simulate(rig.catalogue().null_model(), {.seconds = 60, .seed = 721, .steer = 2});
+  const Log few = DiagnoseRig::thinned(DiagnoseRig::thinned(whole));
+  const double asked = gain(few, false);
+  EXPECT_GT(asked, 20.0);
+  EXPECT_LT(gain(whole, false), 5.0);
+  EXPECT_LT(gain(few, true), 0.5 * asked);
+}
+
 TEST(NoiseEstimate, WholeLogsLeaveNothingOutOfTheCommands) {
   const DiagnoseRig rig;
   Log whole;
