@@ -10,7 +10,6 @@ namespace {
 
 constexpr double force_limit = 5.0;  // [m/s2]
 constexpr double steer_limit = 0.3;  // [rad]
-constexpr double usual_gap = 0.1;    // [s] between readings, in which a model hardly errs
 
 bool same(double a, double b) { return a == b; }
 bool same(const Dual8& a, const Dual8& b) {
@@ -206,10 +205,10 @@ void Lanes<T>::correct(double h) {
       if (!(value(weight) > 0.0)) continue;
       any = true;
       const T sum = seen.now.innovation[c] + rest[c];
-      // A pose that jumps as no car does, of another marker or satellite, is hardly followed (Cauchy's weight).
-      const T off = sum / (seen.now.doubtful[c] + rest[2 * channels + c]);
+      // After a jump that no car makes, of another marker or satellite, rows are hardly followed (Cauchy's weight).
+      const T mean = sum / weight, doubt = (seen.now.doubt[c] + rest[2 * channels + c]) / weight;
       // Rows of one step count together as one.
-      target[c] += (value(weight) > 1.0 ? sum / weight : sum) / (1.0 + off * off);
+      target[c] += (value(weight) > 1.0 ? mean : sum) / (1.0 + mean * mean * doubt);
     }
     if (any) shift(lane, target);
     settle(lane, h);
@@ -217,7 +216,7 @@ void Lanes<T>::correct(double h) {
     for (std::size_t c = 0; c < channels; ++c) {
       rest[c] = seen.later.innovation[c] - seen.later.weight[c] * (after[c] - before[c]);
       rest[channels + c] = seen.later.weight[c];
-      rest[2 * channels + c] = seen.later.doubtful[c];
+      rest[2 * channels + c] = seen.later.doubt[c];
     }
   }
 }
@@ -239,27 +238,17 @@ typename Lanes<T>::Seen Lanes<T>::see(std::size_t lane, double h) {
       for (std::size_t c = 0; c < channels; ++c) {
         if (group_of[c] < g || group_of[c] >= next || std::isnan(log.at(row, c))) continue;
         const T innovation = log.at(row, c) - shown[c];
-        const double limit = doubtful(row, c);
+        const double doubt = s_.jumped[row] != 0 ? 1.0 / (s_.doubtful[c] * s_.doubtful[c]) : 0.0;
         for (const auto& [sums, weight] : {std::pair(&seen.now, soon), std::pair(&seen.later, late)}) {
           sums->innovation[c] += weight * innovation;
           sums->weight[c] += weight;
-          sums->doubtful[c] += weight * limit;
+          sums->doubt[c] += weight * doubt;
         }
       }
     }
     std::fill_n(row_.begin() + static_cast<std::ptrdiff_t>(lane * groups + g), next - g, row);
   }
   return seen;
-}
-
-/// An innovation from which on a row is doubted: the larger the longer ago the channel was read.
-template <class T>
-double Lanes<T>::doubtful(std::size_t row, std::size_t channel) const {
-  const Session& log = s_.session;
-  std::size_t before = row;
-  while (before > 0 && std::isnan(log.at(before - 1, channel))) --before;
-  const double gap = before > 0 ? log.t[row] - log.t[before - 1] : 0.0;
-  return s_.doubtful[channel] * (1.0 + gap / usual_gap);
 }
 
 /// What the log shows of a channel, linear between rows; NaN where it shows nothing.

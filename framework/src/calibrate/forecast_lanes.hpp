@@ -34,7 +34,8 @@ struct Setting {
   const double* values;  // of params
   double stiffness;      // [m/s2] eigenvalue of the lateral motion times speed
   double fastest_lag;    // [1/s] of the effects' memories
-  Row<double> doubtful;  // innovation of each channel from which on its row is doubted rather than followed
+  Row<double> doubtful;  // innovation of each channel from which on a row near a jump is doubted rather than followed
+  const std::vector<char>& jumped;  // by row: whether the log jumped there or shortly before as no car does
 
   const T& operator[](Extra e) const { return extra[static_cast<std::size_t>(e)]; }
   const T& delay(std::size_t group) const { return extra[static_cast<std::size_t>(Extra::delay_position) + group]; }
@@ -73,8 +74,8 @@ class Lanes {
 
   std::size_t n;
   std::vector<T> x, memory;
-  /// By lane: what the last step's rows show beyond the states, times what is left of their weights; these weights; what
-  /// would be doubtful, times them.
+  /// By lane: what the last step's rows show beyond the states, times what is left of their weights; these weights; their
+  /// doubts, times them.
   std::vector<T> pending;
   std::vector<double> time;        // of the car
   std::vector<double> read_until;  // rows after this are not looked at
@@ -101,16 +102,15 @@ class Lanes {
   void prescribe(std::size_t lane, double elapsed);
   void place(std::size_t lane);
   void interpolate(std::size_t lane, const T& share, T* state) const;
-  /// Innovations, ones and doubtful innovations, each times its weights at the end of a step.
+  /// Innovations, ones and doubts (1 over the square of a doubtful innovation), times their weights at the end of a step.
   struct Sums {
-    Row<T> innovation{}, weight{}, doubtful{};
+    Row<T> innovation{}, weight{}, doubt{};
   };
   /// What moves the states at the end of this step, and of the next.
   struct Seen {
     Sums now, later;
   };
   Seen see(std::size_t lane, double h);
-  double doubtful(std::size_t row, std::size_t channel) const;
   T log_at(std::size_t channel, const T& shown) const;
   Row<T> state_of(std::size_t lane, const Row<T>& shown) const;
   void shift(std::size_t lane, const Row<T>& target);

@@ -59,6 +59,25 @@ forecast::Row<double> doubtful_innovations(const ForecastOptions& options) {
   return {0.05 * v, 0.05 * v, 0.1, 0.1 * v, 0.1 * v, 0.1 * v / options.wheelbase};
 }
 
+/// By row: whether a reading of it, or of one in the 0.2 s before, is off the reading before by more than a car moves.
+std::vector<char> rows_near_jumps(const Session& session, const forecast::Row<double>& doubtful) {
+  constexpr double lasting = 0.2, usual_gap = 0.1;  // [s]
+  std::vector<char> near(session.rows());
+  std::array<std::size_t, channels> last{};
+  double until = session.t.front() - 1.0;
+  for (std::size_t i = 1; i < session.rows(); ++i) {
+    for (std::size_t c = 2; c < channels; ++c) {  // places are of one measurement with the heading
+      if (std::isnan(session.at(i, c))) continue;
+      const double gap = session.t[i] - session.t[last[c]];
+      if (std::abs(session.at(i, c) - session.at(last[c], c)) > 2.0 * doubtful[c] * (1.0 + gap / usual_gap))
+        until = session.t[i] + lasting;
+      last[c] = i;
+    }
+    near[i] = session.t[i] <= until;
+  }
+  return near;
+}
+
 constexpr std::array<ExtraInfo, extra_count> infos = {{
     {"steer_tau", "s", 0.05, 60, 2, 1.0, true},
     {"force_tau", "s", 0.05, 60, 2, 1.0, true},
@@ -104,18 +123,12 @@ void Forecaster::run(const Session& session, const CommandGrid& commands, const 
   std::vector<T> of_car(params.begin(), params.begin() + static_cast<std::ptrdiff_t>(car_params_ + 2));
   for (std::size_t i = of_car.size(); i < car_.params().size(); ++i) of_car.push_back(T(car_.params()[i]));
   for (std::size_t i = 0; i < of_car.size(); ++i) values[i] = value(of_car[i]);
+  const forecast::Row<double> doubtful = doubtful_innovations(options_);
+  const std::vector<char> jumped = rows_near_jumps(session, doubtful);
   const Stiffness stiff = stiffness_of(car_, values.data(), options_.v_ref);
-  const forecast::Setting<T> setting{car_,
-                                     options_,
-                                     session,
-                                     commands,
-                                     road,
-                                     of_car.data(),
-                                     params.data() + car_params_,
-                                     values.data(),
-                                     stiff.lateral,
-                                     stiff.memory,
-                                     doubtful_innovations(options_)};
+  const forecast::Setting<T> setting{
+      car_,          options_,      session,      commands, road,  of_car.data(), params.data() + car_params_,
+      values.data(), stiff.lateral, stiff.memory, doubtful, jumped};
   forecast::Run<T> run(setting);
   run.observe(starts);
   run.predict(starts, predicted);
