@@ -2,12 +2,27 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <utility>
 
 namespace gripline::calibrate::forecast {
 namespace {
 
 constexpr double force_limit = 5.0;  // [m/s2]
 constexpr double steer_limit = 0.3;  // [rad]
+
+bool same(double a, double b) { return a == b; }
+bool same(const Dual8& a, const Dual8& b) {
+  return a.v == b.v && std::equal(std::begin(a.d), std::end(a.d), std::begin(b.d));
+}
+
+/// From 0 to 1 as s goes there, level at both ends.
+template <class T>
+T eased(const T& s) {
+  if (!(value(s) > 0.0)) return T(0);
+  if (!(value(s) < 1.0)) return T(1);
+  return s * s * (3.0 - 2.0 * s);
+}
 
 }  // namespace
 
@@ -51,6 +66,7 @@ void Lanes<T>::start(std::size_t lane) {
     }
     row[c] = target[c];
   }
+  std::fill_n(pending.begin() + static_cast<std::ptrdiff_t>(lane * pending_size), pending_size, T(0));
   place(lane);
   for (int i = 0; i < 8; ++i) {
     const Row<T> shown = s_.read(row, at[lane]);
@@ -106,11 +122,11 @@ void Lanes<T>::rates(double elapsed, bool begin) {
 /// The speed follows the log's, by the mean acceleration over the step from where it is.
 template <class T>
 void Lanes<T>::prescribe(std::size_t lane, double) {
-  const double shown = time[lane] + step_ + value(s_.delay(group_of[3]));
-  const double until = std::min(shown, s_.commands.known_at[std::min(known[lane], s_.commands.known_at.size()) - 1]);
-  const double target = s_.session.interpolate(3, until, 10.0);
+  const T shown = time[lane] + step_ + s_.delay(group_of[3]);
+  const double known_until = s_.commands.known_at[std::min(known[lane], s_.commands.known_at.size()) - 1];
+  const T target = log_at(3, value(shown) < known_until ? shown : T(known_until));
   const std::size_t i = lane * channels + 3;
-  rate_[i] = T(std::isfinite(target) ? (target - value(begin_[i])) / step_ : 0.0);
+  rate_[i] = std::isfinite(value(target)) ? (target - begin_[i]) * (1.0 / step_) : T(0);
 }
 
 template <class T>
@@ -121,7 +137,9 @@ void Lanes<T>::advance(double h) {
   double slowest = 1e9;
   for (std::size_t i = 0; i < n; ++i)
     slowest = std::min(slowest, std::max(std::abs(value(x[i * channels + 3])), s_.options.v_min));
-  const int substeps = std::clamp(static_cast<int>(std::ceil(h * s_.stiffness / slowest / 2.0)), 1, 12);
+  // A lag longer than a substep is followed closely enough that one more substep does not show in what is predicted.
+  const double pace = h * std::max(s_.stiffness / slowest / 2.0, s_.fastest_lag);
+  const int substeps = std::clamp(static_cast<int>(std::ceil(pace - 1e-9)), 1, 12);
   const double step = h / substeps;
   constexpr double node[4] = {0, 0.5, 0.5, 1}, weight[4] = {1.0 / 6, 1.0 / 3, 1.0 / 3, 1.0 / 6};
   for (int sub = 0; sub < substeps; ++sub) {
@@ -152,12 +170,12 @@ void Lanes<T>::hold_slow(std::size_t lane) {
   T* const now = x.data() + lane * channels;
   const T* const then = begin_.data() + lane * channels;
   if (value(then[3]) > 0.0 && value(now[3]) < 0.0 && value(command_[lane].d) <= 0.0) now[3] = T(0);
-  const double v = std::abs(value(now[3]));
-  if (v >= s_.options.v_min) return;
-  const double most = v * std::tan(s_.options.delta_max) / s_.options.wheelbase;
-  if (std::abs(value(now[5])) > most) now[5] = T(value(now[5]) > 0.0 ? most : -most);
-  const double side = 0.5 * s_.options.wheelbase * most;
-  if (std::abs(value(now[4])) > side) now[4] = T(value(now[4]) > 0.0 ? side : -side);
+  const T v = value(now[3]) < 0.0 ? -now[3] : now[3];
+  if (value(v) >= s_.options.v_min) return;
+  const T most = v * (std::tan(s_.options.delta_max) / s_.options.wheelbase);
+  if (std::abs(value(now[5])) > value(most)) now[5] = value(now[5]) > 0.0 ? most : -most;
+  const T side = 0.5 * s_.options.wheelbase * most;
+  if (std::abs(value(now[4])) > value(side)) now[4] = value(now[4]) > 0.0 ? side : -side;
 }
 
 /// Quadratic through the state and rate at the begin and the state at the end of the step.
@@ -170,51 +188,101 @@ void Lanes<T>::interpolate(std::size_t lane, const T& share, T* state) const {
   }
 }
 
+// A row that shows the car at a share s of a step moves the states with the weight 1 - w(s) at the end of this step and
+// w(s) at the end of the next, by what it then still shows beyond them: nothing jumps where a delay carries a row over
+// the end of a step.
 template <class T>
 void Lanes<T>::correct(double h) {
-  const Session& log = s_.session;
   for (std::size_t lane = 0; lane < n; ++lane) {
-    Row<T> innovation{};
-    std::array<int, channels> count{};
+    const Seen seen = see(lane, h);
+    T* const rest = pending.data() + lane * pending_size;
+    const T* const row = x.data() + lane * channels;
+    const Row<T> before = s_.read(row, at[lane]);
+    Row<T> target = before;
     bool any = false;
-    for (std::size_t g = 0; g < groups; ++g) {
-      std::size_t& row = row_[lane * groups + g];
-      const double end = time[lane] + value(s_.delay(g));
-      for (; row < log.rows() && log.t[row] <= end + 1e-9 && log.t[row] <= read_until[lane] + 1e-9; ++row) {
-        const T share = (T(log.t[row] - (time[lane] - h)) - s_.delay(g)) * (1.0 / h);
-        const Row<T> shown = reading_at(lane, share);
-        for (std::size_t c = 0; c < channels; ++c) {
-          if (group_of[c] != g || std::isnan(log.at(row, c))) continue;
-          innovation[c] += log.at(row, c) - shown[c];
-          ++count[c];
-          any = true;
-        }
-      }
+    for (std::size_t c = 0; c < channels; ++c) {
+      const T weight = seen.now.weight[c] + rest[channels + c];
+      if (!(value(weight) > 0.0)) continue;
+      any = true;
+      const T sum = seen.now.innovation[c] + rest[c];
+      // After a jump that no car makes, of another marker or satellite, rows are hardly followed (Cauchy's weight).
+      const T mean = sum / weight, doubt = (seen.now.doubt[c] + rest[2 * channels + c]) / weight;
+      // Rows of one step count together as one.
+      target[c] += (value(weight) > 1.0 ? mean : sum) / (1.0 + mean * mean * doubt);
     }
-    if (any) shift(lane, innovation, count);
+    if (any) shift(lane, target);
+    settle(lane, h);
+    const Row<T> after = s_.read(row, at[lane]);
+    for (std::size_t c = 0; c < channels; ++c) {
+      rest[c] = seen.later.innovation[c] - seen.later.weight[c] * (after[c] - before[c]);
+      rest[channels + c] = seen.later.weight[c];
+      rest[2 * channels + c] = seen.later.doubt[c];
+    }
   }
 }
 
 template <class T>
-void Lanes<T>::shift(std::size_t lane, const Row<T>& innovation, const std::array<int, channels>& count) {
-  T* const row = x.data() + lane * channels;
-  Row<T> target = s_.read(row, at[lane]);
-  for (std::size_t c = 0; c < channels; ++c)
-    if (count[c] > 0) target[c] += innovation[c] * (1.0 / count[c]);
-  Row<T> z{};
-  std::copy_n(row, channels, z.begin());
-  for (int i = 0; i < 3; ++i) {
-    const Row<T> shown = s_.read(z.data(), at[lane]);
-    for (std::size_t c = 0; c < channels; ++c) z[c] += target[c] - shown[c];
+typename Lanes<T>::Seen Lanes<T>::see(std::size_t lane, double h) {
+  const Session& log = s_.session;
+  Seen seen;
+  for (std::size_t g = 0, next = 0; g < groups; g = next) {
+    std::size_t row = row_[lane * groups + g];
+    // Channels of one clock are read together.
+    next = g + 1;
+    while (next < groups && row_[lane * groups + next] == row && same(s_.delay(next), s_.delay(g))) ++next;
+    const double end = time[lane] + value(s_.delay(g));
+    for (; row < log.rows() && log.t[row] <= end + 1e-9 && log.t[row] <= read_until[lane] + 1e-9; ++row) {
+      const T share = (T(log.t[row] - (time[lane] - h)) - s_.delay(g)) * (1.0 / h);
+      const Row<T> shown = reading_at(lane, share);
+      const T late = eased(share), soon = 1.0 - late;
+      for (std::size_t c = 0; c < channels; ++c) {
+        if (group_of[c] < g || group_of[c] >= next || std::isnan(log.at(row, c))) continue;
+        const T innovation = log.at(row, c) - shown[c];
+        const double doubt = s_.jumped[row] != 0 ? 1.0 / (s_.doubtful[c] * s_.doubtful[c]) : 0.0;
+        for (const auto& [sums, weight] : {std::pair(&seen.now, soon), std::pair(&seen.later, late)}) {
+          sums->innovation[c] += weight * innovation;
+          sums->weight[c] += weight;
+          sums->doubt[c] += weight * doubt;
+        }
+      }
+    }
+    std::fill_n(row_.begin() + static_cast<std::ptrdiff_t>(lane * groups + g), next - g, row);
   }
+  return seen;
+}
+
+/// What the log shows of a channel, linear between rows; NaN where it shows nothing.
+template <class T>
+T Lanes<T>::log_at(std::size_t channel, const T& shown) const {
+  const Session& log = s_.session;
+  const double now = value(shown);
+  T reading(log.interpolate(channel, now));
+  const std::size_t i = log.row_before(now + 1e-9);
+  if (i + 1 >= log.rows()) return reading;
+  const double slope = (log.at(i + 1, channel) - log.at(i, channel)) / (log.t[i + 1] - log.t[i]);
+  if (std::isfinite(slope)) reading += (shown - now) * slope;  // its derivative only
+  return reading;
+}
+
+/// The state near the lane's that reads so.
+template <class T>
+Row<T> Lanes<T>::state_of(std::size_t lane, const Row<T>& shown) const {
+  const T* const row = x.data() + lane * channels;
+  Row<T> z{};
+  for (std::size_t c = 0; c < channels; ++c) z[c] = T(value(row[c]));
+  for (int i = 0; i < 4; ++i) {
+    const Row<T> reads = s_.read(z.data(), at[lane]);
+    for (std::size_t c = 0; c < channels; ++c) z[c] += shown[c] - reads[c];
+  }
+  return z;
+}
+
+template <class T>
+void Lanes<T>::shift(std::size_t lane, const Row<T>& target) {
+  T* const row = x.data() + lane * channels;
+  const Row<T> z = state_of(lane, target);
   T* const steer = memory.data() + (lane + 1) * s_.memory() - 2;
   T* const force = steer + 1;
-  if (count[3] > 0 && std::abs(value(z[3])) < s_.options.v_min) {
-    // Values only: what a stiff model made of its derivatives at this speed ends here.
-    for (std::size_t c = 0; c < channels; ++c) row[c] = T(value(z[c]));
-    *steer = *force = T(0);
-    return;
-  }
   const auto moved = [&](std::size_t c) { return z[c] - row[c]; };
   const T turn = s_[Extra::gain_yaw_rate] * moved(5) + s_[Extra::gain_turn] * moved(2);
   *force += s_[Extra::gain_force] * moved(3);
@@ -228,6 +296,44 @@ void Lanes<T>::shift(std::size_t lane, const Row<T>& innovation, const std::arra
   row[3] += s_[Extra::gain_speed] * moved(3);
   row[4] += s_[Extra::gain_lateral] * moved(4);
   row[5] += turn;
+}
+
+/// Where the car hardly moves, its state becomes the one that is read, with the derivatives of delays and frames: a model
+/// is stiff there, and says little. All of it below v_min, less and less of it up to a quarter above.
+template <class T>
+void Lanes<T>::settle(std::size_t lane, double h) {
+  const double last = s_.session.t[std::min(s_.session.row_before(read_until[lane] + 1e-9), s_.session.rows() - 1)];
+  const auto shown_at = [&](std::size_t g) {
+    const T now = time[lane] + s_.delay(g);
+    return value(now) < last ? now : T(last);
+  };
+  T v = log_at(3, shown_at(group_of[3]));
+  if (value(v) < 0.0) v = -v;
+  if (!(value(v) < 1.25 * s_.options.v_min)) return;
+  const T slow = eased((1.25 * s_.options.v_min - v) * (1.0 / (0.25 * s_.options.v_min)));
+  Row<T> target = s_.read(x.data() + lane * channels, at[lane]);
+  const Row<T> now = target;
+  T most(0);
+  for (std::size_t g = 0; g < groups; ++g) {
+    // Of a step in which the log ends for this start: what it showed then, and the model's way from there.
+    const T left = (T(last - (time[lane] - h)) - s_.delay(g)) * (1.0 / h);
+    if (!(value(left) > 0.0)) continue;
+    const bool ends = value(left) < 1.0;
+    const T weight = slow * eased(left);
+    const Row<T> then = ends ? reading_at(lane, left) : now;
+    for (std::size_t c = 0; c < channels; ++c) {
+      if (group_of[c] != g) continue;
+      const T reading = log_at(c, shown_at(g));
+      if (std::isnan(value(reading))) continue;
+      target[c] += weight * (reading - then[c]);
+      if (value(weight) > value(most)) most = weight;
+    }
+  }
+  if (!(value(most) > 0.0)) return;
+  const Row<T> z = state_of(lane, target);
+  std::copy(z.begin(), z.end(), x.begin() + static_cast<std::ptrdiff_t>(lane * channels));
+  T* const disturbances = memory.data() + (lane + 1) * s_.memory() - 2;
+  for (std::size_t k = 0; k < 2; ++k) disturbances[k] *= 1.0 - most;
 }
 
 template class Lanes<double>;

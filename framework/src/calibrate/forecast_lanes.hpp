@@ -19,6 +19,7 @@ inline constexpr std::array<std::size_t, channels> group_of = {0, 0, 1, 2, 2, 3}
 
 template <class T>
 using Row = std::array<T, channels>;
+inline constexpr std::size_t pending_size = 3 * channels;
 
 /// Everything that stays the same during a run.
 template <class T>
@@ -32,6 +33,9 @@ struct Setting {
   const T* extra;
   const double* values;  // of params
   double stiffness;      // [m/s2] eigenvalue of the lateral motion times speed
+  double fastest_lag;    // [1/s] of the effects' memories
+  Row<double> doubtful;  // innovation of each channel from which on a row near a jump is doubted rather than followed
+  const std::vector<char>& jumped;  // by row: whether the log jumped there or shortly before as no car does
 
   const T& operator[](Extra e) const { return extra[static_cast<std::size_t>(e)]; }
   const T& delay(std::size_t group) const { return extra[static_cast<std::size_t>(Extra::delay_position) + group]; }
@@ -52,6 +56,7 @@ class Lanes {
       : n(n),
         x(n * channels),
         memory(n * setting.memory()),
+        pending(n * pending_size),
         time(n),
         read_until(n),
         known(n),
@@ -69,6 +74,9 @@ class Lanes {
 
   std::size_t n;
   std::vector<T> x, memory;
+  /// By lane: what the last step's rows show beyond the states, times what is left of their weights; these weights; their
+  /// doubts, times them.
+  std::vector<T> pending;
   std::vector<double> time;        // of the car
   std::vector<double> read_until;  // rows after this are not looked at
   std::vector<std::size_t> known;  // commands
@@ -94,7 +102,19 @@ class Lanes {
   void prescribe(std::size_t lane, double elapsed);
   void place(std::size_t lane);
   void interpolate(std::size_t lane, const T& share, T* state) const;
-  void shift(std::size_t lane, const Row<T>& innovation, const std::array<int, channels>& count);
+  /// Innovations, ones and doubts (1 over the square of a doubtful innovation), times their weights at the end of a step.
+  struct Sums {
+    Row<T> innovation{}, weight{}, doubt{};
+  };
+  /// What moves the states at the end of this step, and of the next.
+  struct Seen {
+    Sums now, later;
+  };
+  Seen see(std::size_t lane, double h);
+  T log_at(std::size_t channel, const T& shown) const;
+  Row<T> state_of(std::size_t lane, const Row<T>& shown) const;
+  void shift(std::size_t lane, const Row<T>& target);
+  void settle(std::size_t lane, double h);
   void hold_slow(std::size_t lane);
   History<T> history(std::size_t lane, double now) const {
     History<T> past;

@@ -16,7 +16,7 @@ template <class T>
 struct Stretch {
   double begin = 0, end = 0;  // rows [s]
   std::size_t steps = 0;
-  std::vector<T> x, memory;  // steps + 1 rows
+  std::vector<T> x, memory, pending;  // steps + 1 rows
 };
 
 template <class T>
@@ -61,6 +61,7 @@ class Run {
  private:
   struct Lane {
     std::size_t stretch, first, last;  // grid points [first, last) are kept
+    std::size_t begin = 0;             // grid point where the observer begins, whatever the delays
     double slowest = 0;                // [m/s] about the least speed on the way
   };
 
@@ -72,6 +73,7 @@ class Run {
   /// One lane per block of the log that holds a start, from the first to the last grid point that is asked for.
   std::vector<Lane> wanted_lanes(const Starts& starts) const {
     const auto block = std::max<std::size_t>(1, static_cast<std::size_t>(s_.options.block / s_.options.step));
+    const auto pre = static_cast<std::size_t>(s_.options.pre_roll / s_.options.step);
     std::map<std::pair<std::size_t, std::size_t>, Lane> blocks;
     for (const double start : starts.time) {
       const std::size_t i = find(start);
@@ -79,7 +81,12 @@ class Run {
       const double back = steps_before(stretches_[i], start);
       if (back < 0.0) continue;
       const std::size_t k = std::min(static_cast<std::size_t>(back), stretches_[i].steps);
-      const auto [at, fresh] = blocks.try_emplace({i, k / block}, Lane{i, k, k + 1});
+      // Starts share a lane, and the lane begins, by the log's clock: nothing jumps where a delay changes.
+      const auto shown =
+          static_cast<std::size_t>(std::max(0.0, (start - stretches_[i].begin) / s_.options.step + 1e-6));
+      const std::size_t begin = std::min(k, shown - std::min(shown, pre));
+      const auto [at, fresh] = blocks.try_emplace({i, shown / block}, Lane{i, k, k + 1, begin});
+      at->second.begin = std::min(at->second.begin, begin);
       at->second.first = std::min(at->second.first, k);
       at->second.last = std::max(at->second.last, k + 1);
     }
@@ -95,9 +102,9 @@ class Run {
     constexpr double often = 0.2;  // [s]
     const double begin = stretches_[lane.stretch].begin;
     double least = speed_at(begin + static_cast<double>(lane.last) * s_.options.step);
-    for (double t = static_cast<double>(lane.first) * s_.options.step - s_.options.pre_roll;
+    for (double t = static_cast<double>(lane.begin) * s_.options.step;
          t < static_cast<double>(lane.last) * s_.options.step; t += often)
-      least = std::min(least, speed_at(begin + std::max(0.0, t)));
+      least = std::min(least, speed_at(begin + t));
     return std::max(least, s_.options.v_min);
   }
 
@@ -113,6 +120,7 @@ class Run {
       stretch.steps = static_cast<std::size_t>(std::max(0.0, std::ceil((last - stretch.begin) / s_.options.step)));
       stretch.x.resize((stretch.steps + 1) * channels);
       stretch.memory.resize((stretch.steps + 1) * s_.memory());
+      stretch.pending.resize((stretch.steps + 1) * pending_size);
       stretches_.push_back(std::move(stretch));
       first = i;
     }
@@ -133,12 +141,11 @@ class Run {
 
   void observe(std::span<const Lane> wanted) {
     const double h = s_.options.step;
-    const auto pre = static_cast<std::size_t>(s_.options.pre_roll / h);
     Lanes<T> lanes(s_, wanted.size());
     std::vector<std::size_t> k(wanted.size());
     std::size_t most = 0;
     for (std::size_t i = 0; i < wanted.size(); ++i) {
-      k[i] = wanted[i].first - std::min(wanted[i].first, pre);
+      k[i] = wanted[i].begin;
       most = std::max(most, wanted[i].last - k[i]);
       lanes.time[i] = stretches_[wanted[i].stretch].begin + static_cast<double>(k[i]) * h;
       lanes.read_until[i] = stretches_[wanted[i].stretch].end;
@@ -162,6 +169,8 @@ class Run {
                 to.x.begin() + static_cast<std::ptrdiff_t>(k * channels));
     std::copy_n(lanes.memory.begin() + static_cast<std::ptrdiff_t>(i * m), m,
                 to.memory.begin() + static_cast<std::ptrdiff_t>(k * m));
+    std::copy_n(lanes.pending.begin() + static_cast<std::ptrdiff_t>(i * pending_size), pending_size,
+                to.pending.begin() + static_cast<std::ptrdiff_t>(k * pending_size));
   }
 
   void begin_at(Lanes<T>& lanes, std::size_t i, double start, double last) const {
@@ -180,6 +189,8 @@ class Run {
                   lanes.x.begin() + static_cast<std::ptrdiff_t>(i * channels));
       std::copy_n(from.memory.begin() + static_cast<std::ptrdiff_t>(k * m), m,
                   lanes.memory.begin() + static_cast<std::ptrdiff_t>(i * m));
+      std::copy_n(from.pending.begin() + static_cast<std::ptrdiff_t>(k * pending_size), pending_size,
+                  lanes.pending.begin() + static_cast<std::ptrdiff_t>(i * pending_size));
     }
     lanes.seek(i);
   }

@@ -11,25 +11,30 @@ namespace {
 using measured::CommandGrid;
 using measured::Road;
 
-/// Largest eigenvalue of the lateral motion times speed, from the rates at v_ref.
-double lateral_stiffness(const StagedCar& car, const double* params, double v_ref) {
-  const auto m = static_cast<std::size_t>(car.memory());
+/// How fast the car forgets, straight on at v_ref, by differences of its rates.
+struct Stiffness {
+  double lateral = 0;  // [m/s2] largest eigenvalue of the lateral motion, times speed
+  double memory = 0;   // [1/s] of the fastest lag among the effects
+};
+
+Stiffness stiffness_of(const StagedCar& car, const double* params, double v_ref) {
+  const auto m = static_cast<std::size_t>(car.memory()), n = 3 + m;
   constexpr double e = 1e-4;
-  std::array<double, 3 * channels> x{}, rate{};
-  for (std::size_t i = 0; i < 3; ++i) x[i * channels + 3] = v_ref;
+  std::vector<double> x(n * channels), rate(n * channels), memory(n * m), memory_rate(n * m);
+  for (std::size_t i = 0; i < n; ++i) x[i * channels + 3] = v_ref;
   x[1 * channels + 4] = e * v_ref;
   x[2 * channels + 5] = e * v_ref;
-  std::vector<double> memory(3 * m), memory_rate(3 * m);
-  const std::array<ActingCommand<double>, 3> command{};
-  const std::array<Place, 3> at{};
+  for (std::size_t j = 0; j < m; ++j) memory[(3 + j) * m + j] = e;
+  const std::vector<ActingCommand<double>> command(n);
+  const std::vector<Place> at(n);
   const CommandSample<double> idle{};
   History<double> past;
   past.samples = &idle;
   past.count = 1;
   past.dt = 0.01;
-  const std::array<History<double>, 3> history{past, past, past};
+  const std::vector<History<double>> history(n, past);
   CarBatch<double> batch;
-  batch.n = 3;
+  batch.n = n;
   batch.motion = x.data();
   batch.command = command.data();
   batch.memory = memory.data();
@@ -41,7 +46,36 @@ double lateral_stiffness(const StagedCar& car, const double* params, double v_re
   car.rates(batch);
   const double a11 = (rate[channels + 4] - rate[4]) / (e * v_ref);
   const double a22 = (rate[2 * channels + 5] - rate[5]) / (e * v_ref);
-  return 1.2 * std::max(std::abs(a11), std::abs(a22)) * v_ref;
+  Stiffness found;
+  found.lateral = 1.2 * std::max(std::abs(a11), std::abs(a22)) * v_ref;
+  for (std::size_t j = 0; j < m; ++j)
+    found.memory = std::max(found.memory, std::abs(memory_rate[(3 + j) * m + j] - memory_rate[j]) / e);
+  return found;
+}
+
+/// Much more than a model errs by between readings: 50 ms of travel, 0.1 rad, a tenth of speed and of a tight turn's rate.
+forecast::Row<double> doubtful_innovations(const ForecastOptions& options) {
+  const double v = options.v_ref;
+  return {0.05 * v, 0.05 * v, 0.1, 0.1 * v, 0.1 * v, 0.1 * v / options.wheelbase};
+}
+
+/// By row: whether a reading of it, or of one in the 0.2 s before, is off the reading before by more than a car moves.
+std::vector<char> rows_near_jumps(const Session& session, const forecast::Row<double>& doubtful) {
+  constexpr double lasting = 0.2, usual_gap = 0.1;  // [s]
+  std::vector<char> near(session.rows());
+  std::array<std::size_t, channels> last{};
+  double until = session.t.front() - 1.0;
+  for (std::size_t i = 1; i < session.rows(); ++i) {
+    for (std::size_t c = 2; c < channels; ++c) {  // places are of one measurement with the heading
+      if (std::isnan(session.at(i, c))) continue;
+      const double gap = session.t[i] - session.t[last[c]];
+      if (std::abs(session.at(i, c) - session.at(last[c], c)) > 2.0 * doubtful[c] * (1.0 + gap / usual_gap))
+        until = session.t[i] + lasting;
+      last[c] = i;
+    }
+    near[i] = session.t[i] <= until;
+  }
+  return near;
 }
 
 constexpr std::array<ExtraInfo, extra_count> infos = {{
@@ -89,15 +123,12 @@ void Forecaster::run(const Session& session, const CommandGrid& commands, const 
   std::vector<T> of_car(params.begin(), params.begin() + static_cast<std::ptrdiff_t>(car_params_ + 2));
   for (std::size_t i = of_car.size(); i < car_.params().size(); ++i) of_car.push_back(T(car_.params()[i]));
   for (std::size_t i = 0; i < of_car.size(); ++i) values[i] = value(of_car[i]);
-  const forecast::Setting<T> setting{car_,
-                                     options_,
-                                     session,
-                                     commands,
-                                     road,
-                                     of_car.data(),
-                                     params.data() + car_params_,
-                                     values.data(),
-                                     lateral_stiffness(car_, values.data(), options_.v_ref)};
+  const forecast::Row<double> doubtful = doubtful_innovations(options_);
+  const std::vector<char> jumped = rows_near_jumps(session, doubtful);
+  const Stiffness stiff = stiffness_of(car_, values.data(), options_.v_ref);
+  const forecast::Setting<T> setting{
+      car_,          options_,      session,      commands, road,  of_car.data(), params.data() + car_params_,
+      values.data(), stiff.lateral, stiff.memory, doubtful, jumped};
   forecast::Run<T> run(setting);
   run.observe(starts);
   run.predict(starts, predicted);

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "measured/reading_pace.hpp"
 #include "util/numbers.hpp"
 
 namespace gripline::measured {
@@ -53,12 +54,13 @@ CommandGrid::CommandGrid(const Session& session, double spacing) : t0(session.t.
 
 void CommandGrid::ramp(const Session& session, double CommandSample<double>::*command, double every) {
   if (!(every > 0.0)) return;
-  double changed = t0;  // time of the reading before
+  ReadingPace pace(every, t0);
   for (std::size_t i = 1; i < session.rows(); ++i) {
     const double from = session.command[i - 1].*command, to = session.command[i].*command, end = session.t[i];
     if (from == to) continue;
-    const double begin = std::max(end - every, changed);
-    changed = end;
+    const double begin = std::max(end - every, pace.last());
+    pace.change(end);
+    if (!pace.kept()) continue;
     for (auto k = static_cast<std::size_t>(std::max(0.0, std::ceil((begin - t0) / dt)));
          k < sample.size() && t0 + static_cast<double>(k) * dt < end - 1e-9; ++k) {
       sample[k].*command = from + (to - from) * (t0 + static_cast<double>(k) * dt - begin) / (end - begin);

@@ -9,6 +9,7 @@
 #include "config/units.hpp"
 #include "measured/delimited_table.hpp"
 #include "measured/formula.hpp"
+#include "measured/reading_pace.hpp"
 #include "util/numbers.hpp"
 #include "util/statistics.hpp"
 
@@ -287,6 +288,25 @@ class SessionReader {
     s.throttle_every = map_[Source::d] ? map_[Source::d]->every : 0.0;
     s.steering_every = map_[Source::delta] ? map_[Source::delta]->every : 0.0;
     s.prescribed_speed = !out_.has_throttle;
+    check_pace("throttle", &CommandSample<double>::d, s.throttle_every);
+    check_pace("steering", &CommandSample<double>::delta, s.steering_every);
+  }
+
+  void check_pace(const char* name, double CommandSample<double>::*command, double every) {
+    if (!(every > 0.0)) return;
+    const Session& s = out_.session;
+    ReadingPace pace(every, s.t.front());
+    Values intervals;
+    for (std::size_t i = 1; i < s.rows(); ++i) {
+      if (s.command[i].*command == s.command[i - 1].*command) continue;
+      intervals.push_back(s.t[i] - pace.last());
+      pace.change(s.t[i]);
+    }
+    if (pace.kept()) return;
+    const auto middle = intervals.begin() + static_cast<std::ptrdiff_t>(intervals.size() / 2);
+    std::nth_element(intervals.begin(), middle, intervals.end());
+    note(name, "changes every " + significant(*middle, 2) + " s, the map says read every " + significant(every) + " s",
+         "taken as it stands in the rows");
   }
 
   const LogMap& map_;

@@ -50,5 +50,16 @@ TEST(CommandGrid, AMovementIsKnownOnceItsEndWasRead) {
   for (std::size_t k = 1; k < grid.known_at.size(); ++k) EXPECT_GE(grid.known_at[k], grid.known_at[k - 1]);
 }
 
+TEST(CommandGrid, ACommandThatChangesMoreOftenThanItIsSaidToBeReadStaysAsItStands) {
+  Session s = stepping();
+  for (std::size_t i = 0; i < s.rows(); ++i)
+    if (s.t[i] > 1.2 - 1e-9) s.command[i].delta = 0.01 * std::floor((s.t[i] + 1e-9) / 0.05);
+  const CommandGrid as_written(s, 0.01);
+  s.steering_every = 0.1;
+  const CommandGrid grid(s, 0.01);
+  EXPECT_NEAR(steering(grid, 0.95), 0.1, 1e-9);  // so far it is read as said
+  for (double t = 1.45; t < 1.9; t += 0.01) EXPECT_EQ(steering(grid, t), steering(as_written, t)) << t;
+}
+
 }  // namespace
 }  // namespace gripline::measured

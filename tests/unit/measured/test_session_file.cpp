@@ -120,6 +120,23 @@ TEST(SessionFile, HeldReadingsAreReadWhenTheyAreNew) {
   EXPECT_TRUE(s.prescribed_speed);
 }
 
+TEST(SessionFile, ACommandThatChangesMoreOftenThanTheMapSaysIsSaid) {
+  const auto log = log_of("t_s,vx_mps,yaw_rate_radps,delta_rad",
+                          [](std::ostream& out, double t, double, double, double, double rate, double) {
+                            out << t << ",10," << rate << ',' << 0.01 * std::sin(std::floor(t / 0.1 + 1e-6)) << '\n';
+                          });
+  const auto said = [&](const char* every) {
+    std::string text = R"({"time": "t_s", "channels": {"vx": "vx_mps", "yaw_rate": "yaw_rate_radps",
+      "delta": {"column": "delta_rad", "kind": "command", "every": ")";
+    text.append(every).append("\"}}}");
+    for (const Finding& f : read_session(log, map_of(text)).findings)
+      if (f.check == "steering") return f.found;
+    return std::string();
+  };
+  EXPECT_EQ(said("0.1 s"), "");
+  EXPECT_EQ(said("0.2 s"), "changes every 0.1 s, the map says read every 0.2 s");
+}
+
 TEST(SessionFile, SpeedsFollowFromPlacesWhereTheLogHasNone) {
   const auto log =
       log_of("t_s,x_m,y_m,delta_rad", [](std::ostream& out, double t, double x, double y, double, double,

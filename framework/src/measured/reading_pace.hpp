@@ -1,0 +1,27 @@
+// Whether a command changes in a log as a logger shows it that reads it every so often and repeats it in between.
+#pragma once
+
+#include <cstddef>
+
+namespace gripline::measured {
+
+/// Judges by the changes so far: where most of them came sooner than such a logger could show them, the log is not of
+/// one, and its commands stand in the rows as they were given.
+class ReadingPace {
+ public:
+  /// `every`: time between two readings [s]; `begin`: of the log [s].
+  ReadingPace(double every, double begin) : every_(every), last_(begin) {}
+  /// To be called at each change [s], in their order.
+  void change(double time) {
+    ++(time - last_ < 0.75 * every_ ? sooner_ : as_read_);
+    last_ = time;
+  }
+  bool kept() const { return sooner_ <= as_read_; }
+  double last() const { return last_; }
+
+ private:
+  double every_, last_;
+  std::size_t sooner_ = 0, as_read_ = 0;
+};
+
+}  // namespace gripline::measured
