@@ -39,7 +39,7 @@ class HiddenEffects final : public Experiment {
     write_claims(out, outcome.claims);
     bool reported = true;
     for (const diagnose::CaseOutcome& c : outcome.cases) {
-      write_scene(out / c.name, c.name + " of " + name_, "diagnosis", Node{Node::Object{}});
+      write_scene(out / c.name, c.name + " of " + name_, "diagnosis", Node::empty_object());
       reported = write_case_report(out / c.name) && reported;
     }
     const bool failed = print_outcome(outcome);

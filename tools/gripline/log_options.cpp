@@ -39,10 +39,10 @@ std::string absolute_text(const fs::path& file) {
 }
 
 Node edges_node(const fs::path& inner, const fs::path& outer) {
-  Node edges{Node::Object{}};
+  Node edges = Node::empty_object();
   edges.set("inner", Node(absolute_text(inner)));
   edges.set("outer", Node(absolute_text(outer)));
-  Node track{Node::Object{}};
+  Node track = Node::empty_object();
   track.set("edges", std::move(edges));
   return track;
 }

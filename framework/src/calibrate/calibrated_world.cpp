@@ -19,7 +19,7 @@ double rounded(double value, int digits = 6) {
 }
 
 Node parameter_record(const FittedParameter& p) {
-  Node record{Node::Object{}};
+  Node record = Node::empty_object();
   record.set("pointer", Node(p.unknown.pointer));
   record.set("group", Node(p.unknown.group));
   record.set("value", number_or_null(rounded(p.value)));
@@ -32,9 +32,9 @@ Node parameter_record(const FittedParameter& p) {
 }
 
 Node errors_record(std::span<const HorizonRow> rows) {
-  Node all{Node::Object{}};
+  Node all = Node::empty_object();
   for (const HorizonRow& row : rows) {
-    Node one{Node::Object{}};
+    Node one = Node::empty_object();
     for (std::size_t q = 0; q < quantities; ++q) {
       if (row.error[q].count == 0) continue;
       Node figures{Node::Array{}};
@@ -48,7 +48,7 @@ Node errors_record(std::span<const HorizonRow> rows) {
 }
 
 Node friction_record(const Friction& friction) {
-  Node record{Node::Object{}};
+  Node record = Node::empty_object();
   record.set("front", number_or_null(rounded(friction.front, 4)));
   record.set("rear", number_or_null(rounded(friction.rear, 4)));
   record.set("total", number_or_null(rounded(friction.total, 4)));

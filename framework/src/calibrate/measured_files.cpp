@@ -78,7 +78,7 @@ void write_samples(const std::filesystem::path& folder, const MeasuredSpec& spec
 }
 
 Node row_node(const HorizonRow& row) {
-  Node node{Node::Object{}};
+  Node node = Node::empty_object();
   node.set("name", Node(row.name));
   for (std::size_t q = 0; q < quantities; ++q) {
     Node values{Node::Array{}};
@@ -96,7 +96,7 @@ Node series(const std::vector<double>& values, std::size_t stride = 1, std::size
 
 Node held_out_node(const HeldOut& h, double horizon) {
   constexpr std::array<const char*, channels> names = {"x_m", "y_m", "yaw_rad", "vx_mps", "vy_mps", "yaw_rate_radps"};
-  Node node{Node::Object{}};
+  Node node = Node::empty_object();
   node.set("log", Node(h.log));
   std::vector<double> when;
   for (const double t : h.start) when.push_back(t + horizon);
@@ -110,7 +110,7 @@ Node held_out_node(const HeldOut& h, double horizon) {
 
 Node road_node(const Track& track) {
   constexpr std::size_t points = 600;
-  Node road{Node::Object{}};
+  Node road = Node::empty_object();
   std::array<std::vector<double>, 4> edge;  // left x, y; right x, y
   for (std::size_t i = 0; i < points; ++i) {
     const double s = track.length() * static_cast<double>(i) / points;
@@ -127,7 +127,7 @@ Node road_node(const Track& track) {
 }
 
 Node parameter_node(const FittedParameter& p) {
-  Node node{Node::Object{}};
+  Node node = Node::empty_object();
   node.set("pointer", Node(p.unknown.pointer));
   node.set("group", Node(p.unknown.group));
   for (const auto& [key, value] : {std::pair("value", p.value),
@@ -144,7 +144,7 @@ Node health_node(const MeasuredOutcome& o) {
   Node all{Node::Array{}};
   for (const auto& [log, findings] : o.health)
     for (const measured::Finding& f : findings) {
-      Node line{Node::Object{}};
+      Node line = Node::empty_object();
       line.set("log", Node(log));
       line.set("check", Node(f.check));
       line.set("found", Node(f.found));
@@ -162,7 +162,7 @@ void write_measured(const std::filesystem::path& folder, const MeasuredSpec& spe
   write_parameters(folder, o);
   write_samples(folder, spec, o);
   write_file(folder / "fitted.json", to_json_text(o.fitted));
-  Node page{Node::Object{}};
+  Node page = Node::empty_object();
   page.set("horizon_s", Node(spec.horizon));
   Node rows{Node::Array{}}, ablations{Node::Array{}}, parameters{Node::Array{}}, logs{Node::Array{}},
       advice{Node::Array{}};
@@ -174,7 +174,7 @@ void write_measured(const std::filesystem::path& folder, const MeasuredSpec& spe
   for (const FittedParameter& p : o.fit.parameters) parameters.array().push_back(parameter_node(p));
   for (const HeldOut& h : o.held_out) logs.array().push_back(held_out_node(h, spec.horizon));
   for (const Advice& a : o.fit.advice) {
-    Node one{Node::Object{}};
+    Node one = Node::empty_object();
     one.set("effect", Node(a.effect));
     one.set("gain", figure(a.gain));
     one.set("score", figure(a.score));

@@ -246,7 +246,7 @@ void set_value(Node& world, const std::string& pointer, double value) {
       continue;
     }
     Node* const next = at->find(names[i]);
-    at = next != nullptr ? next : &at->set(names[i], Node(Node::Object{}));
+    at = next != nullptr ? next : &at->set(names[i], Node::empty_object());
   }
   at->set(names.back(), Node(value));
 }

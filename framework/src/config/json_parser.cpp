@@ -132,7 +132,7 @@ class TreeBuilder final : public nlohmann::json_sax<Json> {
   bool number_float(number_float_t value, const string_t&) override { return scalar(Node(value)); }
   bool string(string_t& value) override { return scalar(Node(value)); }
   bool binary(binary_t&) override { return false; }
-  bool start_object(std::size_t) override { return open(Node(Node::Object{})); }
+  bool start_object(std::size_t) override { return open(Node::empty_object()); }
   bool start_array(std::size_t) override { return open(Node(Node::Array{})); }
   bool end_object() override { return close(); }
   bool end_array() override { return close(); }

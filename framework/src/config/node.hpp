@@ -51,6 +51,7 @@ class Node {
   explicit Node(Array value, Origin where = {});
   explicit Node(Object value, Origin where = {});
   [[nodiscard]] static Node null(Origin where = {});
+  [[nodiscard]] static Node empty_object();
 
   [[nodiscard]] bool is_null() const noexcept { return std::holds_alternative<std::monostate>(value_); }
   [[nodiscard]] bool is_boolean() const noexcept { return std::holds_alternative<bool>(value_); }
@@ -98,6 +99,7 @@ struct Member {
 
 // Here, where Member is complete.
 inline Node::Node() = default;
+inline Node Node::empty_object() { return Node(Object{}); }
 template <std::same_as<bool> B>
 Node::Node(B value, Origin where) : origin(std::move(where)), value_(value) {}
 template <class N>

@@ -38,7 +38,7 @@ std::size_t count_values(const Node& node) {
 }
 
 void read_stacks(ObjectReader& r, const Registry& registry, RaceSpec& race, Errors& errors) {
-  static const Node nothing{Node::Object{}};
+  static const Node nothing = Node::empty_object();
   const Node* base = r.find("base");
   if (base == nullptr) base = &nothing;
   ObjectReader stacks = r.object("stacks");
@@ -149,9 +149,9 @@ Node RaceSpec::run_tree(const std::string& stack, std::uint64_t seed) const {
   Node one = tree;
   const Node* const base = tree.find("base");
   const Node* const patch = tree.find("stacks")->find(stack);
-  Node stacks{Node::Object{}};
-  stacks.set(stack, merge(base != nullptr ? *base : Node{Node::Object{}}, *patch));
-  Node seeds{Node::Object{}};
+  Node stacks = Node::empty_object();
+  stacks.set(stack, merge(base != nullptr ? *base : Node::empty_object(), *patch));
+  Node seeds = Node::empty_object();
   seeds.set("first", Node(static_cast<double>(seed)));
   seeds.set("count", Node(1.0));
   one.erase("base");

@@ -176,7 +176,7 @@ void write_track(const fs::path& out, const Track& track) {
 
 Node describe_world(const RaceSpec& race) {
   const Car& car = race.world.car.car;
-  Node scene{Node::Object{}};
+  Node scene = Node::empty_object();
   scene.set("name", Node(race.name));
   scene.set("kind", Node(experiment_kind(race.tree)));
   if (const Node* note = race.tree.find("note"); note != nullptr) scene.set("note", *note);
@@ -184,7 +184,7 @@ Node describe_world(const RaceSpec& race) {
   scene.set("world", Node(race.world.track->name()));
   scene.set("dt", Node(race.world.dt));
   scene.set("laps", Node(static_cast<double>(race.world.laps)));
-  Node shape{Node::Object{}};
+  Node shape = Node::empty_object();
   for (const auto& [name, number] :
        {std::pair{"m", car.m}, {"lf", car.lf}, {"lr", car.lr}, {"length", car.length}, {"width", car.width}})
     shape.set(name, Node(number));
@@ -195,7 +195,7 @@ Node describe_world(const RaceSpec& race) {
   scene.set("told", Node(std::move(told)));
   Node::Array limit;
   for (const auto& [factor, lap] : race.world.time_optimal) {
-    Node point{Node::Object{}};
+    Node point = Node::empty_object();
     point.set("factor", Node(factor));
     point.set("lap_s", Node(lap));
     limit.push_back(std::move(point));
@@ -205,13 +205,13 @@ Node describe_world(const RaceSpec& race) {
 }
 
 Node describe_origin(const RaceSpec& race, const Registry& registry) {
-  Node origin{Node::Object{}};
+  Node origin = Node::empty_object();
   origin.set("gripline", Node(GRIPLINE_VERSION));
   origin.set("compiler", Node("g++ " __VERSION__));
   origin.set("plugin_abi", Node(static_cast<double>(abi::number)));
   Node::Array libraries;
   for (const fs::path& library : libraries_of(race.world, race.stacks)) {
-    Node one{Node::Object{}};
+    Node one = Node::empty_object();
     one.set("file", Node(library.filename().string()));
     one.set("sha256", Node(sha256_of_file(library)));
     Node::Array plugins;
@@ -286,7 +286,7 @@ OutLock open_out_folder(const fs::path& out, const std::string& identity, bool f
         edited->changes = differences(holder.tree, *edited->tree);
     if (force) remove_results(out);
   }
-  Node node{Node::Object{}};
+  Node node = Node::empty_object();
   node.set("identity", Node(identity));
   if (edited != nullptr) node.set("experiment", *edited->tree);
   write_file(out / marker, to_json_text(node));
@@ -300,7 +300,7 @@ void write_scene(const fs::path& out, const RaceSpec& race, const Registry& regi
 }
 
 void write_scene(const fs::path& out, const std::string& name, const std::string& kind, const Node& tree) {
-  Node scene{Node::Object{}};
+  Node scene = Node::empty_object();
   scene.set("name", Node(name));
   scene.set("kind", Node(kind));
   if (const Node* note = tree.is_object() ? tree.find("note") : nullptr; note != nullptr) scene.set("note", *note);

@@ -291,7 +291,7 @@ void write_claims(const std::filesystem::path& out, std::span<const ClaimResult>
   Node::Array all;
   Node::Array skipped;
   for (const ClaimResult& claim : claims) {
-    Node one{Node::Object{}};
+    Node one = Node::empty_object();
     one.set("text", Node(claim.text));
     if (!claim.holds) {
       one.set("why", Node(claim.why_skipped));
@@ -299,7 +299,7 @@ void write_claims(const std::filesystem::path& out, std::span<const ClaimResult>
       continue;
     }
     one.set("holds", Node(*claim.holds));
-    Node values{Node::Object{}};
+    Node values = Node::empty_object();
     values.set("left", optional_number(claim.left));
     values.set("right", optional_number(claim.right));
     values.set("runs_held", Node(static_cast<double>(claim.runs_held)));
@@ -307,7 +307,7 @@ void write_claims(const std::filesystem::path& out, std::span<const ClaimResult>
     one.set("values", std::move(values));
     all.push_back(std::move(one));
   }
-  Node root{Node::Object{}};
+  Node root = Node::empty_object();
   root.set("claims", Node(std::move(all)));
   root.set("skipped", Node(std::move(skipped)));
   write_file(out / "claims.json", to_json_text(root));

@@ -137,7 +137,7 @@ std::string damage_in(const fs::path& folder, const Node& summary) {
 }
 
 Node summary_node(const RunSummary& s, const std::string& key) {
-  Node node{Node::Object{}};
+  Node node = Node::empty_object();
   node.set("stack", Node(s.stack));
   node.set("seed", Node(static_cast<double>(s.seed)));
   node.set("status", Node(status_name(s.status)));
@@ -173,7 +173,7 @@ void finish_summary(const fs::path& folder, Node node, Node files) {
 void write_summary(const std::filesystem::path& folder, const RunSummary& s, const std::string& key) {
   std::error_code ignored;
   if (fs::exists(folder / timing_name, ignored)) write_file(folder / timing_hash_name, hash_line(folder / timing_name));
-  Node files{Node::Object{}};
+  Node files = Node::empty_object();
   for (const std::string& name : files_of_run(folder)) files.set(name, Node(hash_of(folder / name)));
   finish_summary(folder, summary_node(s, key), std::move(files));
 }
@@ -184,7 +184,7 @@ void write_copied_summary(const fs::path& folder, const RunResult& driven, std::
   Node node = summary_node(same, key);
   node.set("driven_as", Node(static_cast<double>(driven.summary.seed)));
   node.set("drive", Node(driven.drive));
-  finish_summary(folder, std::move(node), Node{Node::Object{}});
+  finish_summary(folder, std::move(node), Node::empty_object());
 }
 
 std::optional<RunResult> read_result(const fs::path& folder, const std::string& key, std::string* damage) {

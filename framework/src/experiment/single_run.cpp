@@ -35,7 +35,7 @@ void require_files(const fs::path& folder) {
 
 /// The values drawn for this run's seed, as draw.json.
 void write_draw(const fs::path& folder, const Draw& draw) {
-  Node node{Node::Object{}};
+  Node node = Node::empty_object();
   for (const auto& [name, value] : {std::pair{"along_m", draw.along},
                                     {"across_m", draw.across},
                                     {"heading_rad", draw.heading},

@@ -31,7 +31,7 @@ fs::path file_of(const fs::path& folder, const LimitRequest& request, double fac
 }
 
 void write_lap(const fs::path& file, const LapLimit& lap) {
-  Node node{Node::Object{}};
+  Node node = Node::empty_object();
   node.set("factor", Node(lap.factor));
   node.set("body", Node(lap.body));
   node.set("lap_s", Node(lap.lap_s));
@@ -85,7 +85,7 @@ class ScratchFolder {
     write_lap(file, find_lap_limit(spec, factor, body));
     _exit(0);
   } catch (const std::exception& e) {
-    Node node{Node::Object{}};
+    Node node = Node::empty_object();
     node.set("message", Node(std::string(e.what())));
     try {
       write_file(file, to_json_text(node));

@@ -84,7 +84,7 @@ class Guesser {
     yaw_rate();
     pedals();
     steering();
-    Node map{Node::Object{}};
+    Node map = Node::empty_object();
     map.set("note", Node("A first guess from names, units and numbers. Read every line; units and signs are checked "
                          "when the log is read."));
     map.set("time", time_);
@@ -140,7 +140,7 @@ class Guesser {
   }
 
   Node channel(const std::string& key, const std::string& what, const std::string& unit, bool delay = true) const {
-    Node node{Node::Object{}};
+    Node node = Node::empty_object();
     node.set(key, Node(what));
     node.set("unit", Node(unit));
     if (delay) node.set("delay", Node("find"));

@@ -104,7 +104,7 @@ PluginSpec read_plugin(ObjectReader& reader, abi::Kind kind, const Registry& reg
     return spec;
   }
   spec.entry = &find_at(registry, kind, *reader.node().find("plugin"));
-  static const Node no_params{Node::Object{}};
+  static const Node no_params = Node::empty_object();
   const Node& given = params != nullptr && !params->is_null() ? *params : no_params;
   ObjectReader values(given, reader.errors());
   for (const abi::ParamDecl& decl : spec.entry->params()) {

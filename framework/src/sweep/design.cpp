@@ -256,12 +256,12 @@ std::vector<std::string> Design::setting(std::size_t index) const {
 }
 
 Node Design::to_node() const {
-  Node node{Node::Object{}};
+  Node node = Node::empty_object();
   constexpr const char* names[] = {"factorial", "latin", "list"};
   node.set("kind", Node(names[static_cast<std::size_t>(kind_)]));
   Node::Array factors;
   for (const Factor& factor : factors_) {
-    Node one{Node::Object{}};
+    Node one = Node::empty_object();
     one.set("pointer", Node(factor.pointer));
     Node::Array levels;
     for (const std::string& level : factor.levels) levels.emplace_back(level);

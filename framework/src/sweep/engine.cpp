@@ -52,7 +52,7 @@ TaskNote::TaskNote(const Batch& batch, std::size_t task)
 void TaskNote::end(int code, const std::string& message) { write(code, message); }
 
 void TaskNote::write(int code, const std::string& message) const {
-  Node node{Node::Object{}};
+  Node node = Node::empty_object();
   node.set("node", Node(node_));
   node.set("process", Node(static_cast<double>(getpid())));
   node.set("began", Node(began_));
@@ -159,7 +159,7 @@ std::vector<std::uint64_t> runs_of(const Batch& batch, std::size_t task) {
 }
 
 void write_submission(const Batch& batch, const Submission& submission) {
-  Node node{Node::Object{}};
+  Node node = Node::empty_object();
   node.set("chunk", Node(static_cast<double>(batch.chunk)));
   node.set("repeat_broken", Node(batch.repeat_broken));
   node.set("engine", Node(submission.engine));

@@ -239,7 +239,7 @@ std::vector<SettingStatistic> best_of(const Table& table, const std::vector<std:
 double rank_share(const FactorEffect& effect) { return std::isnan(effect.total) ? effect.main : effect.total; }
 
 Node numbers_node(std::initializer_list<std::pair<const char*, double>> numbers) {
-  Node node{Node::Object{}};
+  Node node = Node::empty_object();
   for (const auto& [name, value] : numbers) node.set(name, number_or_null(value));
   return node;
 }

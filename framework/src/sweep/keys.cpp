@@ -93,14 +93,14 @@ Node Trees::run_tree(const RunAt& run, const std::vector<std::string>& rows) {
         !(form.merges_base && member.key == "base"))
       one.set(member.key, member.value);
   if (form.rows != nullptr) {
-    Node chosen{Node::Object{}};
+    Node chosen = Node::empty_object();
     for (const std::string& row : rows) chosen.set(row, row_tree(tree, form, row));
     one.set(form.rows, std::move(chosen));
   }
   if (form.seeds == nullptr) return one;
   Node seed(static_cast<double>(run.seed));
   if (std::string_view(form.seeds) == "seeds") {
-    Node seeds{Node::Object{}};
+    Node seeds = Node::empty_object();
     seeds.set("first", std::move(seed));
     seeds.set("count", Node(1.0));
     seed = std::move(seeds);

@@ -17,7 +17,7 @@ namespace fs = std::filesystem;
 namespace {
 
 Node values_node(const Values& values) {
-  Node node{Node::Object{}};
+  Node node = Node::empty_object();
   for (const auto& [name, value] : values)
     if (std::isfinite(value)) node.set(name, Node(value));
   return node;
@@ -38,7 +38,7 @@ std::string text_of(const Node& node, std::string_view key) {
 
 /// The record as text, with the hash of all the rest.
 std::string record_text(const Record& record) {
-  Node node{Node::Object{}};
+  Node node = Node::empty_object();
   node.set("key", Node(record.key));
   node.set("status", Node(record.status));
   node.set("message", Node(record.message));

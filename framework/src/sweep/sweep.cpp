@@ -164,7 +164,7 @@ void number_runs(Sweep& sweep) {
 }
 
 Node part_node(const Part& part) {
-  Node node{Node::Object{}};
+  Node node = Node::empty_object();
   node.set("file", Node(part.file.string()));
   node.set("name", Node(part.name));
   node.set("kind", Node(part.kind));
@@ -176,7 +176,7 @@ Node part_node(const Part& part) {
 }
 
 Node manifest_node(const Sweep& sweep) {
-  Node node{Node::Object{}};
+  Node node = Node::empty_object();
   node.set("gripline_sweep", Node(1.0));
   node.set("name", Node(sweep.name));
   node.set("runs", Node(static_cast<double>(sweep.size())));
@@ -193,7 +193,7 @@ Node manifest_node(const Sweep& sweep) {
   node.set("keep_files", Node(sweep.keep_files));
   node.set("version", Node(sweep.version));
   node.set("program", Node(sweep.program));
-  Node libraries{Node::Object{}};
+  Node libraries = Node::empty_object();
   for (const auto& [name, hash] : sweep.libraries) libraries.set(name, Node(hash));
   node.set("libraries", std::move(libraries));
   return node;

@@ -14,9 +14,9 @@ namespace fs = std::filesystem;
 
 /// A vehicle plugin or effect as a world writes it.
 Node plugin_node(const PluginSpec& spec) {
-  Node node = Node(Node::Object{});
+  Node node = Node::empty_object();
   node.set("plugin", Node(spec.id()));
-  Node params = Node(Node::Object{});
+  Node params = Node::empty_object();
   for (std::size_t i = 0; i < spec.values.size(); ++i) {
     const abi::ParamDecl& p = spec.entry->params()[i];
     if (p.type == abi::ParamType::table) continue;
@@ -37,7 +37,7 @@ void write_text(const fs::path& file, const std::string& text) {
 
 /// What predictions of hold-out data say of an effect.
 Node rollout_node(const ErrorChange& c) {
-  Node out = Node(Node::Object{});
+  Node out = Node::empty_object();
   out.set("change", number_or_null(c.change));
   out.set("ci95", Node(Node::Array{number_or_null(c.low), number_or_null(c.high)}));
   out.set("says", Node(std::string(c.says())));
@@ -49,10 +49,10 @@ Node named_node(const Diagnosis& d) {
   std::vector<NamedEffect> all = d.delays;
   all.insert(all.end(), d.named.begin(), d.named.end());
   for (const NamedEffect& n : all) {
-    Node one = Node(Node::Object{});
+    Node one = Node::empty_object();
     one.set("effect", Node(n.effect));
     one.set("class", Node(std::string(n.measurement ? "measurement" : "physics")));
-    Node params = Node(Node::Object{}), ci = Node(Node::Object{});
+    Node params = Node::empty_object(), ci = Node::empty_object();
     for (const NamedEffect::Value& v : n.params) {
       params.set(v.name, number_or_null(v.value));
       ci.set(v.name, Node(Node::Array{number_or_null(v.low), number_or_null(v.high)}));
@@ -79,7 +79,7 @@ Node equivalent_node(const Diagnosis& d) {
 Node unknown_node(const Diagnosis& d) {
   if (!d.unknown) return Node::null();
   const ResidualTest& test = *d.unknown;
-  Node unknown = Node(Node::Object{});
+  Node unknown = Node::empty_object();
   unknown.set("where", Node(where_names[static_cast<std::size_t>(test.where)]));
   const bool along = (test.where == Where::position || test.where == Where::time) && test.quantity.empty();
   unknown.set("interval", along ? Node(Node::Array{number_or_null(test.from), number_or_null(test.to)}) : Node::null());
@@ -87,7 +87,7 @@ Node unknown_node(const Diagnosis& d) {
 }
 
 Node gap_node(const Gap& g) {
-  Node gap = Node(Node::Object{});
+  Node gap = Node::empty_object();
   gap.set("horizon_s", number_or_null(g.horizon));
   gap.set("before", number_or_null(g.before));
   gap.set("after", number_or_null(g.after));
@@ -98,7 +98,7 @@ Node gap_node(const Gap& g) {
 Node ranking_node(const Diagnosis& d) {
   Node::Array ranking;
   for (const RankedEffect& r : d.ranking) {
-    Node one = Node(Node::Object{});
+    Node one = Node::empty_object();
     one.set("effect", Node(r.effect));
     one.set("gain", number_or_null(r.gain));
     one.set("held_out", number_or_null(r.held_out));
@@ -112,7 +112,7 @@ Node ranking_node(const Diagnosis& d) {
 Node detection_limits_node(const Diagnosis& d) {
   Node::Array limits;
   for (const DetectionLimit& l : d.detection_limits) {
-    Node one = Node(Node::Object{});
+    Node one = Node::empty_object();
     one.set("effect", Node(l.effect));
     one.set("param", Node(l.param));
     one.set("unit", Node(l.unit));
@@ -125,12 +125,12 @@ Node detection_limits_node(const Diagnosis& d) {
 }  // namespace
 
 Node diagnosis_json(const Diagnosis& d) {
-  Node out = Node(Node::Object{});
+  Node out = Node::empty_object();
   out.set("verdict", Node(verdict_names[static_cast<std::size_t>(d.verdict)]));
   out.set("named", named_node(d));
   out.set("equivalent", equivalent_node(d));
   out.set("unknown", unknown_node(d));
-  Node fitted = d.nominal_fit.empty() ? Node::null() : Node(Node::Object{});
+  Node fitted = d.nominal_fit.empty() ? Node::null() : Node::empty_object();
   for (const auto& [name, value] : d.nominal_fit) fitted.set(name, number_or_null(value));
   out.set("nominal_fit", std::move(fitted));
   out.set("gap", gap_node(d.gap));
@@ -143,9 +143,9 @@ Node diagnosis_json(const Diagnosis& d) {
 
 Node world_patch(const Diagnosis& d, const Diagnoser& diagnoser, const WorldSpec& world) {
   const Catalogue& catalogue = diagnoser.catalogue();
-  Node plant = Node(Node::Object{});
+  Node plant = Node::empty_object();
   if (!d.nominal_fit.empty()) {
-    Node params = Node(Node::Object{});
+    Node params = Node::empty_object();
     for (const auto& [name, value] : d.nominal_fit) params.set(name, number_or_null(value));
     plant.set("params", std::move(params));
   }
@@ -153,19 +153,19 @@ Node world_patch(const Diagnosis& d, const Diagnoser& diagnoser, const WorldSpec
   for (const PluginSpec& own : world.vehicle.effects) effects.push_back(plugin_node(own));
   for (std::size_t i = 0; i < d.fit.model.members.size(); ++i) {
     const Candidate& c = catalogue.candidates()[d.fit.model.members[i]];
-    Node one = Node(Node::Object{});
+    Node one = Node::empty_object();
     one.set("plugin", Node(c.id));
-    Node params = Node(Node::Object{});
+    Node params = Node::empty_object();
     for (std::size_t p = 0; p < c.entry->decl->param_count; ++p)
       params.set(c.entry->decl->params[p].name, number_or_null(d.fit.model.values[i][p]));
     one.set("params", std::move(params));
     effects.push_back(std::move(one));
   }
   plant.set("effects", Node(std::move(effects)));
-  Node patch = Node(Node::Object{});
+  Node patch = Node::empty_object();
   patch.set("plant", std::move(plant));
   if (d.delays.empty()) return patch;
-  Node delays = Node(Node::Object{}), calibration = Node(Node::Object{});
+  Node delays = Node::empty_object(), calibration = Node::empty_object();
   for (const NamedEffect& delay : d.delays)
     delays.set(delay.effect.substr(0, delay.effect.rfind("_delay")), number_or_null(delay.params.front().value));
   calibration.set("delays", std::move(delays));
@@ -177,7 +177,7 @@ void write_diagnosis(const fs::path& folder, const Diagnosis& d, const Diagnoser
                      const fs::path& world_file, const std::optional<fs::path>& track) {
   fs::create_directories(folder);
   write_text(folder / "diagnosis.json", to_json_text(diagnosis_json(d)));
-  Node augmented = Node(Node::Object{});
+  Node augmented = Node::empty_object();
   augmented.set("note", Node(d.sentence));
   const fs::path base = fs::absolute(folder);
   augmented.set("extends", Node(fs::absolute(world_file).lexically_relative(base).generic_string()));

@@ -32,7 +32,7 @@ class ColumnTable {
     for (Node::Array& c : columns_) c.push_back(Node::null());
   }
   Node node() && {
-    Node out = Node(Node::Object{});
+    Node out = Node::empty_object();
     for (std::size_t i = 0; i < names_.size(); ++i) out.set(names_[i], Node(std::move(columns_[i])));
     return out;
   }
@@ -146,7 +146,7 @@ Node traces_node(const Diagnosis& d, const Diagnoser& diagnoser, std::span<const
       }
       t.gap();
     }
-    Node one = Node(Node::Object{});
+    Node one = Node::empty_object();
     one.set("channel", Node(names[c]));
     Node columns = std::move(t).node();
     for (Member& m : columns.object()) one.set(m.key, std::move(m.value));
@@ -157,16 +157,16 @@ Node traces_node(const Diagnosis& d, const Diagnoser& diagnoser, std::span<const
 
 /// What every candidate is, in the words of its plugin.
 Node effects_node(const Catalogue& catalogue) {
-  Node out = Node(Node::Object{});
+  Node out = Node::empty_object();
   for (const Candidate& c : catalogue.candidates()) {
-    Node params = Node(Node::Object{});
+    Node params = Node::empty_object();
     for (std::size_t i = 0; i < c.fitted.size(); ++i) {
-      Node one = Node(Node::Object{});
+      Node one = Node::empty_object();
       one.set("words", Node(std::string(c.decl(i).doc)));
       one.set("unit", Node(std::string(c.decl(i).unit)));
       params.set(c.decl(i).name, std::move(one));
     }
-    Node effect = Node(Node::Object{});
+    Node effect = Node::empty_object();
     effect.set("words", Node(std::string(c.entry->decl->summary)));
     effect.set("params", std::move(params));
     out.set(c.id, std::move(effect));
@@ -178,7 +178,7 @@ Node effects_node(const Catalogue& catalogue) {
 
 Node report_data(const Diagnosis& d, const Diagnoser& diagnoser, std::span<const LogFile> held_out,
                  const std::string& log, const std::string& world, const Node& patch) {
-  Node out = Node(Node::Object{});
+  Node out = Node::empty_object();
   out.set("sentence", Node(d.sentence));
   out.set("log", Node(log));
   out.set("world", Node(world));
@@ -191,7 +191,7 @@ Node report_data(const Diagnosis& d, const Diagnoser& diagnoser, std::span<const
   out.set("traces", traces_node(d, diagnoser, held_out));
   Node::Array limits;
   for (const DetectionLimit& f : d.detection_limits) {
-    Node one = Node(Node::Object{});
+    Node one = Node::empty_object();
     one.set("effect", Node(f.effect));
     one.set("param", Node(f.param));
     one.set("unit", Node(f.unit));
@@ -202,7 +202,7 @@ Node report_data(const Diagnosis& d, const Diagnoser& diagnoser, std::span<const
   Node::Array health;
   constexpr std::array<const char*, 3> levels = {"good", "note", "bad"};
   for (const measured::Health& h : d.health) {
-    Node one = Node(Node::Object{});
+    Node one = Node::empty_object();
     one.set("check", Node(h.check));
     one.set("found", Node(h.found));
     one.set("done", Node(h.done));
