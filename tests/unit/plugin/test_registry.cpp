@@ -88,9 +88,9 @@ TEST(Registry, EveryParameterIsDeclaredWhole) {
 
 TEST(Registry, AnotherAbiIsRefusedBeforeItsCodeRuns) {
   EXPECT_EQ(reason("other_abi"),
-            "built for plugin ABI 7, this gripline has ABI 2; rebuild the plugin against the installed headers");
+            "built for plugin ABI 7, this gripline has ABI 3; rebuild the plugin against the installed headers");
   EXPECT_EQ(reason("stated_abi"),
-            "states plugin ABI 3, this gripline has ABI 2; rebuild the plugin against the installed headers");
+            "states plugin ABI 4, this gripline has ABI 3; rebuild the plugin against the installed headers");
   EXPECT_EQ(
       reason("other_layout"),
       "its types (built by another compiler) differ from this gripline's; rebuild the plugin against the installed "
@@ -98,7 +98,7 @@ TEST(Registry, AnotherAbiIsRefusedBeforeItsCodeRuns) {
 }
 
 TEST(Registry, WhatIsNoPluginSaysSo) {
-  EXPECT_EQ(reason("not_a_plugin"), "is not a gripline plugin: it has no symbol gripline_plugins_abi2");
+  EXPECT_EQ(reason("not_a_plugin"), "is not a gripline plugin: it has no symbol gripline_plugins_abi3");
   EXPECT_EQ(reason_of_file("just text\n"), "is not a shared library");
   EXPECT_EQ(reason_of_file(""), "is not a shared library");
   EXPECT_EQ(reason_of_file("\x7f"
