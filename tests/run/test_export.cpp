@@ -82,7 +82,7 @@ TEST_F(Export, WrongRequestsAreRefused) {
     EXPECT_EQ(outcome.code, 2);
     return outcome.err;
   };
-  EXPECT_THAT(refusal({}), HasSubstr("--mcap FILE, --csv FILE or --video FILE"));
+  EXPECT_THAT(refusal({}), HasSubstr("--mcap FILE, --csv FILE, --hdf5 FILE or --video FILE"));
   EXPECT_THAT(refusal({"--csv", folder_ / "x.csv", "--only", "elmo"}), HasSubstr("did you mean \"elm\"?"));
   EXPECT_THAT(refusal({"--csv", folder_ / "absent" / "x.csv"}), HasSubstr("--csv"));
   EXPECT_THAT(refusal({"--video", folder_ / "x.mp4", "--size", "wide"}), HasSubstr("--size: expected WIDTHxHEIGHT"));
