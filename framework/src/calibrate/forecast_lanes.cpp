@@ -124,7 +124,9 @@ template <class T>
 void Lanes<T>::prescribe(std::size_t lane, double) {
   const T shown = time[lane] + step_ + s_.delay(group_of[3]);
   const double known_until = s_.commands.known_at[std::min(known[lane], s_.commands.known_at.size()) - 1];
-  const T target = log_at(3, value(shown) < known_until ? shown : T(known_until));
+  constexpr double longest_gap =
+      10.0;  // [s] bridged by a straight line: it says how fast the car went, whatever it did
+  const T target = log_at(3, value(shown) < known_until ? shown : T(known_until), longest_gap);
   const std::size_t i = lane * channels + 3;
   rate_[i] = std::isfinite(value(target)) ? (target - begin_[i]) * (1.0 / step_) : T(0);
 }
@@ -139,7 +141,8 @@ void Lanes<T>::advance(double h) {
     slowest = std::min(slowest, std::max(std::abs(value(x[i * channels + 3])), s_.options.v_min));
   // A lag longer than a substep is followed closely enough that one more substep does not show in what is predicted.
   const double pace = h * std::max(s_.stiffness / slowest / 2.0, s_.fastest_lag);
-  const int substeps = std::clamp(static_cast<int>(std::ceil(pace - 1e-9)), 1, 12);
+  constexpr double most = 12;
+  const int substeps = pace < most ? std::max(1, static_cast<int>(std::ceil(pace - 1e-9))) : static_cast<int>(most);
   const double step = h / substeps;
   constexpr double node[4] = {0, 0.5, 0.5, 1}, weight[4] = {1.0 / 6, 1.0 / 3, 1.0 / 3, 1.0 / 6};
   for (int sub = 0; sub < substeps; ++sub) {
@@ -253,10 +256,10 @@ typename Lanes<T>::Seen Lanes<T>::see(std::size_t lane, double h) {
 
 /// What the log shows of a channel, linear between rows; NaN where it shows nothing.
 template <class T>
-T Lanes<T>::log_at(std::size_t channel, const T& shown) const {
+T Lanes<T>::log_at(std::size_t channel, const T& shown, double longest_gap) const {
   const Session& log = s_.session;
   const double now = value(shown);
-  T reading(log.interpolate(channel, now));
+  T reading(log.interpolate(channel, now, longest_gap));
   const std::size_t i = log.row_before(now + 1e-9);
   if (i + 1 >= log.rows()) return reading;
   const double slope = (log.at(i + 1, channel) - log.at(i, channel)) / (log.t[i + 1] - log.t[i]);

@@ -111,7 +111,7 @@ class Lanes {
     Sums now, later;
   };
   Seen see(std::size_t lane, double h);
-  T log_at(std::size_t channel, const T& shown) const;
+  T log_at(std::size_t channel, const T& shown, double longest_gap = 0.25) const;
   Row<T> state_of(std::size_t lane, const Row<T>& shown) const;
   void shift(std::size_t lane, const Row<T>& target);
   void settle(std::size_t lane, double h);

@@ -88,7 +88,9 @@ void Simulation::decide() {
     throw PluginFailure(stack_.nonfinite_plugin(now_, command_.u) + " at t = " + std::to_string(now_.t) +
                         " s: returned a derivative that is not a number");
   const auto line = guard(stack_.spec().planner.id(), now_.t, [&] { return stack_.planner().line(); });
-  if (world_.step() > 0) metrics_.step(belief, line, command_.solved, stack_.planner().latency());
+  const double latency = stack_.planner().latency();
+  require_finite(stack_.spec().planner.id(), now_.t, "a latency", {latency});
+  if (world_.step() > 0) metrics_.step(belief, line, command_.solved, latency);
   if (recorder_ == nullptr) return;
   recorder_->write(
       {world_, stack_, belief, horizon_, command_, world_.clamp_to_limits(command_.u), metrics_.mu_true(), timing_});

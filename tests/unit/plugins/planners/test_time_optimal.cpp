@@ -411,10 +411,11 @@ TEST_F(TimeOptimalTest, ASolvedLapIsDrivenWhenItsWorkIsDone) {
     const std::vector<double> speeds = drive(rate);
     const auto driven = std::mismatch(speeds.begin(), speeds.end(), never.begin()).first - speeds.begin();
     const auto step = static_cast<std::size_t>(driven);
-    if (step > 0 && step < stated.size()) {
-      EXPECT_EQ(stated[step - 1], 0);
-      EXPECT_NEAR(stated[step], 0.02 * static_cast<double>(step), 0.021) << "ordered in the first or second step";
-    }
+    EXPECT_GT(step, 0u);
+    EXPECT_LT(step, stated.size()) << "nothing was driven";
+    if (step == 0 || step >= stated.size()) return -1;
+    EXPECT_EQ(stated[step - 1], 0);
+    EXPECT_NEAR(stated[step], 0.02 * static_cast<double>(step), 0.021) << "ordered in the first or second step";
     return static_cast<int>(driven);
   };
   EXPECT_EQ(stated.back(), 0) << "nothing that was ordered was driven";
