@@ -62,7 +62,8 @@ HiddenCase read_hidden(const Member& member, const DiagnoseExperiment& e, const 
   Node tree = e.nominal_tree;
   if (const Node* hidden = r.find("hidden"); hidden != nullptr) tree = merge(tree, *hidden);
   inline_world_files(tree);
-  one.world = read_world(tree, registry, errors);
+  // Without the nominal world, which has been told, there is none to read.
+  if (!e.nominal_tree.is_null()) one.world = read_world(tree, registry, errors);
   for (const Node& set : r.array("missing", false)) one.missing.push_back(read_names(set, errors));
   one.round_trip = r.boolean("round_trip", false);
   r.finish();
