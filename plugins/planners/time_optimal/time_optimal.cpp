@@ -138,6 +138,7 @@ class LapPlanner : public SpeedPlanner {
   virtual void update(const CarBelief* learned, const Observation& now) = 0;
 
   const LapParams& params() const { return k_; }
+  double dt() const { return dt_; }  // control step [s]
   const LapSetup& setup() const { return setup_; }
   const CarBelief& typical() const { return typical_; }
   /// Standard deviation of the believed friction over that friction.
@@ -287,12 +288,11 @@ class TimeOptimal final : public LapPlanner {
               build_library(setup(), typical(), friction_grid(params.mu_lo, params.mu_hi, params.mu_step),
                             context.cache_dir, {context.progress, context.progress_context}),
               {params.tolerance, params.slip_max, params.latency, params.solver_rate * context.dt,
-               std::max(1, params.latency)}),
-        dt_(context.dt) {
+               std::max(1, params.latency)}) {
     laps_.step(nullptr, mu_plan(), plan_);
     followed().set(plan_);
   }
-  double latency() const noexcept override { return laps_.longest_wait() * dt_; }
+  double latency() const noexcept override { return laps_.longest_wait() * dt(); }
 
  protected:
   void update(const CarBelief* learned, const Observation& /*now*/) override {
@@ -302,7 +302,6 @@ class TimeOptimal final : public LapPlanner {
 
  private:
   AdaptiveLaps laps_;
-  double dt_;
 };
 
 class RecedingTime final : public LapPlanner {

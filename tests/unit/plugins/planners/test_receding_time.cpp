@@ -50,11 +50,12 @@ LapProblem swinging_road(double mu) {
   return p;
 }
 
-LapSolution guess_for(const LapProblem& p) {
+/// On the centre line, at 0.7 of a speed for which turns take the side force over mass `accel`, and straights `most`.
+LapSolution guess_for(const LapProblem& p, double most = 2.5, double accel = 5.5) {
   LapSolution guess;
   for (const LapPlace& place : p.places) {
-    const double v = 0.7 * std::min(2.5, std::sqrt(5.5 / std::max(0.05, std::abs(place.kappa))));
-    guess.z.push_back({0.0, 0.0, v, 0.0, v * place.kappa, 0.062 * place.kappa, 0.0, 0.0});
+    const double v = 0.7 * std::min(most, std::sqrt(accel / std::max(1e-6, std::abs(place.kappa))));
+    guess.z.push_back({0.0, 0.0, v, 0.0, v * place.kappa, (p.car.lf + p.car.lr) * place.kappa, 0.0, 0.0});
   }
   return guess;
 }
@@ -149,14 +150,7 @@ LapProblem full_size_road(bool mirrored) {
   return p;
 }
 
-LapSolution full_size_guess(const LapProblem& p) {
-  LapSolution guess;
-  for (const LapPlace& place : p.places) {
-    const double v = 0.7 * std::min(35.0, std::sqrt(4.0 / std::max(0.002, std::abs(place.kappa))));
-    guess.z.push_back({0.0, 0.0, v, 0.0, v * place.kappa, 2.64 * place.kappa, 0.0, 0.0});
-  }
-  return guess;
-}
+LapSolution full_size_guess(const LapProblem& p) { return guess_for(p, 35.0, 4.0); }
 
 /// The rates of an interval of a solved lap, in its middle.
 LapRates<double> rates_in(const LapProblem& p, const std::vector<WindowNode>& lap, std::size_t k,
