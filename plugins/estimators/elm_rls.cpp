@@ -2,8 +2,9 @@
 //
 //   F_axle(slip) = axle load * sum_j theta_j h_j(slip),   h: generic tyres at random (generic_tyres.hpp)
 //
-// The unknowns (both axles' weights, Cr0, Cd) enter the equations of step_path.hpp linearly; each step is three rates
-// with the noise of differenced readings (difference_rls.hpp). Odd, saturating nodes and their prior carry what was
+// The unknowns (both axles' weights, Cr0, Cd and by how much drive and brakes exceed what the stack was told of them)
+// enter the equations of step_path.hpp linearly; each step is three rates with the noise of differenced readings
+// (difference_rls.hpp). Odd, saturating nodes and their prior carry what was
 // measured at the visited slips on to the peak, so that mu = peak / load is not biased by the slips visited, and the
 // covariance says how well it is known.
 //
@@ -38,7 +39,7 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
   struct Params {
     int hidden = 40;
     double stiffness = 6.0, stiffness_spread = 0.7, shape = 1.4, shape_spread = 0.2;
-    double friction = 0, friction_spread = 0.3, common = 0, most_drive = 10;
+    double friction = 0, friction_spread = 0.3, common = 0, most_drive = 10, drive_spread = 0, brake_spread = 0;
     double drift = 0.015, axle_drift = 0.005, shape_memory = 1000;
     double alarm = 4.5, change = 0.3;
     double sigma_v = 0.02, sigma_omega = 0.05, misfit = 0.02;
@@ -58,7 +59,11 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
             param("common", &P::common, "1", {0, 1},
                   "share of that variance which both axles have in common, as they drive one road"),
             param("most_drive", &P::most_drive, "1", {0, 10},
-                  "drive or brake force, as a share of friction, above which a sample teaches nothing of the tyres"),
+                  "drive or brake force, as a share of friction, above which a sample teaches nothing of tyres and "
+                  "drive"),
+            param("drive_spread", &P::drive_spread, "1", {0, 1},
+                  "standard deviation of the drive force, relative to what the model says; 0: it is known"),
+            param("brake_spread", &P::brake_spread, "1", {0, 1}, "the same of the brake force"),
             param("drift", &P::drift, "1/s^0.5", {0, 1}, "random walk of friction, both axles together"),
             param("axle_drift", &P::axle_drift, "1/s^0.5", {0, 1}, "random walk of each axle's friction"),
             param("shape_memory", &P::shape_memory, "s", {1, 1e9}, "time in which the prior's uncertainty returns"),
@@ -97,6 +102,8 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
     prior_covariance_.block(n, 0, n, n).setConstant(common);
     prior_covariance_(2 * n, 2 * n) = square(0.1);          // Cr0 over m g
     prior_covariance_(2 * n + 1, 2 * n + 1) = square(0.1);  // Cd v_ref^2 over m g
+    if (learns_drive())
+      prior_covariance_.diagonal().tail(2) << square(params.drive_spread), square(params.brake_spread);
     start_over();
   }
 
@@ -109,11 +116,12 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
     continues_ = true;
     const BodyVelocity begin = {k.x.vx - rls_.noise(0), k.x.vy - rls_.noise(1), k.x.omega - rls_.noise(2)};
     const auto force = [this](Axle axle, double slip) { return tables_.of(axle).at(slip).force; };
-    const LearnedCar car{car_, drive_, resistance_, ellipse_, peaks_, force};
+    const LearnedCar car{car_, drive_, resistance_, ellipse_, peaks_, force, gains_};
     fill_rows(predicted_path(begin, k, car));
     forget(k.dt);
     rls_.begin_step(sigma_.data());
-    if (drive_of(k) > params_.most_drive * gravity * std::min(belief_.mu_front, belief_.mu_rear)) leave_tyres();
+    if (drive_of(k) > params_.most_drive * gravity * std::min(belief_.mu_front, belief_.mu_rear))
+      leave_tyres_and_drive();
     test_for_change(k.dt);
     for (int c = 0; c < channels; ++c) {
       const auto innovation = rls_.innovation(c, rows_.col(c), rates_[c], k.dt, misfit(c));
@@ -136,8 +144,9 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
 
   template <class T>
   void act(Point<T>& p) const {
-    correct_body(p.q, p.at, drive_.model_has_tyres(), car_.v_min, resistance_, ellipse_, peaks_,
-                 [this](Axle axle, const T& slip) { return tables_.of(axle).force(slip); });
+    correct_body(
+        p.q, p.at, drive_.model_has_tyres(), car_.v_min, resistance_, ellipse_, peaks_,
+        [this](Axle axle, const T& slip) { return tables_.of(axle).force(slip); }, gains_);
   }
 
  private:
@@ -155,7 +164,8 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
     return {params_.stiffness,      params_.stiffness_spread, params_.shape, params_.shape_spread, mu,
             params_.friction_spread};
   }
-  Eigen::Index unknowns() const { return 2 * static_cast<Eigen::Index>(params_.hidden) + 2; }
+  bool learns_drive() const { return params_.drive_spread > 0 || params_.brake_spread > 0; }
+  Eigen::Index unknowns() const { return 2 * static_cast<Eigen::Index>(params_.hidden) + (learns_drive() ? 4 : 2); }
   int first(Axle axle) const { return axle == Axle::front ? 0 : params_.hidden; }
   const GenericTyres& tyres(Axle axle) const { return axle == Axle::front ? front_tyres_ : rear_tyres_; }
   double misfit(int channel) const { return misfit_[channel]; }
@@ -173,6 +183,7 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
     rows_.col(0).head(n) = rows_.col(1).head(n) * (-path.sine * load_[0] / car_.m);
     rows_(2 * n, 0) = -gravity;
     rows_(2 * n + 1, 0) = -gravity * path.mean_square_speed() / square(car_.v_ref);
+    if (learns_drive()) rows_(2 * n + (path.drive_force < 0 ? 3 : 2), 0) = path.drive_force / car_.m;
     rows_.col(2).head(n) = rows_.col(1).head(n) * (path.cosine * load_[0] * car_.lf / car_.Iz);
     rows_.col(2).segment(n, n) = rows_.col(1).segment(n, n) * (-load_[1] * car_.lr / car_.Iz);
     rows_.col(1).head(n) *= path.cosine * load_[0] / car_.m;
@@ -185,13 +196,17 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
     return std::abs(drive_.at(k.x.vx, k.u.d - k.d_lag, k.at).drive_force) / car_.m;
   }
 
-  /// Takes the tyres of this step as they are believed to be. Where drive or brakes use much of the friction, slip
-  /// control, their split and the ellipse decide what is left for side forces, and none of them is known well.
-  void leave_tyres() {
-    const auto curves = rls_.theta().head(2 * params_.hidden);
+  /// Takes the tyres, and the gains of drive and brakes, as they are believed to be in this step. Where drive or brakes
+  /// use much of the friction, slip control, their split and the ellipse decide what arrives on the road and what is
+  /// left for side forces, and none of them is known well.
+  void leave_tyres_and_drive() {
+    const auto leave = [this](int c, Eigen::Index from, Eigen::Index count) {
+      rates_[c] -= rows_.col(c).segment(from, count).dot(rls_.theta().segment(from, count));
+      rows_.col(c).segment(from, count).setZero();
+    };
     for (int c = 0; c < channels; ++c) {
-      rates_[c] -= rows_.col(c).head(2 * params_.hidden).dot(curves);
-      rows_.col(c).head(2 * params_.hidden).setZero();
+      leave(c, 0, 2 * params_.hidden);
+      leave(c, 2 * params_.hidden + 2, unknowns() - 2 * params_.hidden - 2);
     }
   }
 
@@ -286,6 +301,7 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
     rear_nodes_.fill(tables_.rear, rls_.theta().segment(n, n), load_[1]);
     const double weight = car_.m * gravity;
     resistance_ = {weight * rls_.theta()[2 * n], weight * rls_.theta()[2 * n + 1] / square(car_.v_ref)};
+    if (learns_drive()) gains_ = {rls_.theta()[2 * n + 2], rls_.theta()[2 * n + 3]};
     peaks_ = {std::max(tables_.front.peak(peak_reach), 1e-3 * load_[0]),
               std::max(tables_.rear.peak(peak_reach), 1e-3 * load_[1])};
     belief_.mu_front = tables_.front.peak(peak_reach) / load_[0];
@@ -312,6 +328,7 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
   Eigen::MatrixXd rows_, prior_covariance_;
   AxleTables tables_;
   ResistanceForce resistance_;
+  DriveGains gains_;
   Belief belief_;
   double score_ = 0, score_variance_ = 0;
   std::int64_t seen_ = 0;

@@ -92,7 +92,8 @@ TEST(Conformance, FindsEveryPlantedFault) {
       {"estimator broken.clock", {"deterministic", "context.seed"}},
       {"estimator broken.peeks", {"truth", "needs_truth"}},
       {"controller broken.unbounded", {"bounds", "beyond the car's limits"}},
-      {"controller broken.dies_at_the_end", {"parameters", "gain = 10"}}};
+      {"controller broken.dies_at_the_end", {"parameters", "gain = 10"}},
+      {"planner broken.waits_for_ever", {"finite", "on an ordinary step is inf"}}};
   const Verdicts verdicts = check(fixture_plugins("contracts") / "contracts.so");
   EXPECT_EQ(verdicts.code, 1);
   for (const auto& [plugin, fault] : planted) {

@@ -179,6 +179,7 @@ class PlannerExercise final : public Exercise {
     horizon_.resize(41);
   }
   void ask(Answers answers) const override {
+    add(answers, {planner_->latency()});
     for (const LinePoint& p : planner_->line()) add(answers, {p.s, p.x, p.y, p.yaw, p.kappa, p.left, p.right});
   }
 
@@ -187,6 +188,7 @@ class PlannerExercise final : public Exercise {
     const double mu = 0.7 + 0.2 * std::sin(0.02 * static_cast<double>(k));
     planner_->plan(bench_.observe(x, 0.2, k), {.mu_front = mu, .mu_rear = mu, .trusted = k > 100}, nullptr, horizon_);
     for (const RefPoint& r : horizon_) add(answers, {r.s, r.x, r.y, r.yaw, r.kappa, r.v, r.left, r.right, r.beta});
+    add(answers, {planner_->latency()});
   }
   Bench& bench_;
   Instance<SpeedPlanner> planner_;

@@ -34,6 +34,7 @@ struct StepPath {
   std::array<double, path_points> speed;
   double sine = 0, cosine = 1;  // of the steering angle
   double drive_loss = 0, side = 0, moment = 0;
+  double drive_force = 0;                // of the nominal model, in drive_loss already [N]
   double load_front = 1, load_rear = 1;  // of the axles, relative to the static ones: forces are these times the curves
 
   double mean_square_speed() const {
@@ -64,6 +65,7 @@ inline StepPath equations_along(const VelocityPath& points, const Sample& k, con
   path.load_rear = straight.load_rear;
   path.drive_loss = car.m * ((k.x_next.vx - k.x.vx) / k.dt - straight.forward - vy_omega);
   path.side = car.m * ((k.x_next.vy - k.x.vy) / k.dt - straight.side + vx_omega);
+  path.drive_force = straight.drive_force;
   path.moment = car.Iz * (k.x_next.omega - k.x.omega) / k.dt;
   return path;
 }
@@ -78,21 +80,26 @@ struct LearnedCar {
   const FrictionEllipse& ellipse;
   const PeakForces& peaks;
   Force force;
+  DriveGains gains = {};
 
+  /// As the nominal model says, but the loads: what is left of them for side forces.
   StraightDrive::Rates straight(double vx, double d, const Place& at) const {
-    return drive.at(vx, d, at).reduced_by(ellipse, peaks);
+    return drive.at(vx, d, at).reduced_by(ellipse, peaks, gains);
   }
   BodyVelocity rates(const BodyVelocity& x, double delta, const StraightDrive::Rates& straight) const {
     const Slips s = slips(x, delta, car);
     const AxleForces forces = {straight.load_front * force(Axle::front, s.front),
                                straight.load_rear * force(Axle::rear, s.rear)};
-    return body_rates(x, delta, straight.forward, straight.side, forces, resistance.Cr0 + resistance.Cd * x.vx * x.vx,
-                      car);
+    const double forward = straight.forward + gains.missing(straight.drive_force) / car.m;
+    return body_rates(x, delta, forward, straight.side, forces, resistance.Cr0 + resistance.Cd * x.vx * x.vx, car);
   }
 };
 template <class Force>
 LearnedCar(const Car&, const StraightDrive&, const ResistanceForce&, const FrictionEllipse&, const PeakForces&, Force)
     -> LearnedCar<Force>;
+template <class Force>
+LearnedCar(const Car&, const StraightDrive&, const ResistanceForce&, const FrictionEllipse&, const PeakForces&, Force,
+           DriveGains) -> LearnedCar<Force>;
 
 /// Path through both readings of a step. With `use_model` false (nothing learned yet)
 /// the middle is the mean of both ends.
@@ -113,7 +120,8 @@ StepPath step_path(const Sample& k, const LearnedCar<Force>& learned, bool use_m
   const auto mean = [](double a, double b) { return 0.5 * (a + b); };
   return equations_along({begin, middle, end}, k, learned.car,
                          {mean(at_begin.forward, at_end.forward), mean(at_begin.side, at_end.side),
-                          mean(at_begin.load_front, at_end.load_front), mean(at_begin.load_rear, at_end.load_rear)});
+                          mean(at_begin.load_front, at_end.load_front), mean(at_begin.load_rear, at_end.load_rear),
+                          mean(at_begin.drive_force, at_end.drive_force)});
 }
 
 /// Path that the present model predicts from `begin` on, an estimate of the state freed of noise: slips from noisy

@@ -12,6 +12,17 @@
 
 namespace gripline::learning {
 
+/// By how much of itself the drive and the brake force exceed what the nominal model says.
+struct DriveGains {
+  double drive = 0, brake = 0;
+
+  /// What is missing of a nominal force [N].
+  template <class T>
+  T missing(const T& force) const {
+    return (force < T(0) ? brake : drive) * force;
+  }
+};
+
 class StraightDrive {
  public:
   /// The nominal model outlives this. Throws when there is none, or when commands move within a step: a step's
@@ -37,12 +48,13 @@ class StraightDrive {
   struct Rates {
     double forward = 0, side = 0;          // of vx and vy [m/s2]
     double load_front = 1, load_rear = 1;  // of the axles, relative to the static ones
-    double drive_force = 0;                // Fd [N]
+    double drive_force = 0;                // Fd [N], as the nominal model says
     /// The same with each load reduced to what drive and brakes leave it for side forces.
-    Rates reduced_by(const FrictionEllipse& ellipse, const PeakForces& peaks) const {
+    Rates reduced_by(const FrictionEllipse& ellipse, const PeakForces& peaks, const DriveGains& gains) const {
       Rates r = *this;
-      r.load_front *= ellipse.side_share(Axle::front, drive_force, load_front, peaks.front);
-      r.load_rear *= ellipse.side_share(Axle::rear, drive_force, load_rear, peaks.rear);
+      const double force = drive_force + gains.missing(drive_force);
+      r.load_front *= ellipse.side_share(Axle::front, force, load_front, peaks.front);
+      r.load_rear *= ellipse.side_share(Axle::rear, force, load_rear, peaks.rear);
       return r;
     }
   };

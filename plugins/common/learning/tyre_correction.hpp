@@ -1,11 +1,12 @@
 // e_pred of the paper: what axle forces and resistance change in the accelerations of the nominal model.
 //
-//   vx'    += -(Cr0 + Cd vx^2 + Ff sin(delta)) / m + vy omega
+//   vx'    += (gain Fd - (Cr0 + Cd vx^2 + Ff sin(delta))) / m + vy omega
 //   vy'     = (Fr + Ff cos(delta)) / m - vx omega   (+ g sin(bank) where the nominal model leaves it out)
 //   omega'  = (Ff lf cos(delta) - Fr lr) / Iz
 //
 // with Ff, Fr the learned curves times the axle loads of the nominal model's load stage (1 unless an effect there says
-// more), less what drive and brakes leave of the friction ellipse. The paper adds f_dyn - f_ekin to f_ekin; the last
+// more), less what drive and brakes leave of the friction ellipse, and `gain` what the drive force Fd of the nominal
+// model lacks of itself (the paper: 0). The paper adds f_dyn - f_ekin to f_ekin; the last
 // two rows are that sum. Its slope terms stand here with g for m and with the road's signs (grade and bank are added by
 // the framework). If the nominal model has tyres itself, its own part of vx' is removed first. Below v_min the
 // correction fades: at rest the model is the nominal one.
@@ -17,6 +18,7 @@
 
 #include "common/learning/friction_ellipse.hpp"
 #include "common/learning/single_track.hpp"
+#include "common/learning/straight_drive.hpp"
 
 namespace gripline::learning {
 
@@ -34,12 +36,14 @@ T faded(const T& from, const T& to, const T& vx, double v_min) {
 template <class T, class Force>
 void correct_body(Quantities<T>& q, const Place& at, bool model_has_tyres, double v_min,
                   const ResistanceForce& resistance, const FrictionEllipse& ellipse, const PeakForces& peaks,
-                  const Force& force) {
+                  const Force& force, const DriveGains& gains = {}) {
   using std::cos, std::sin;
+  const T missing = gains.missing(q.drive_force);
+  const T drive_force = q.drive_force + missing;
   const T forward = slip_speed(q.vx, v_min);
-  const T ff = q.load_front * ellipse.side_share(Axle::front, q.drive_force, q.load_front, peaks.front) *
+  const T ff = q.load_front * ellipse.side_share(Axle::front, drive_force, q.load_front, peaks.front) *
                force(Axle::front, front_slip(forward, q.vy, q.omega, q.delta, q.lf));
-  const T fr = q.load_rear * ellipse.side_share(Axle::rear, q.drive_force, q.load_rear, peaks.rear) *
+  const T fr = q.load_rear * ellipse.side_share(Axle::rear, drive_force, q.load_rear, peaks.rear) *
                force(Axle::rear, rear_slip(forward, q.vy, q.omega, q.lr));
   const T sine = sin(q.delta), cosine = cos(q.delta);
   T straight = q.ax;
@@ -47,7 +51,7 @@ void correct_body(Quantities<T>& q, const Place& at, bool model_has_tyres, doubl
     straight += q.force_front * sine / q.m - q.vy * q.omega;
   else
     q.bank += at.bank;
-  const T loss = resistance.Cr0 + resistance.Cd * square(q.vx) + ff * sine;
+  const T loss = resistance.Cr0 + resistance.Cd * square(q.vx) + ff * sine - missing;
   q.ax = faded<T>(q.ax, straight - loss / q.m + q.vy * q.omega, q.vx, v_min);
   q.ay = faded<T>(q.ay, (fr + ff * cosine) / q.m - q.vx * q.omega, q.vx, v_min);
   q.aw = faded<T>(q.aw, (ff * q.lf * cosine - fr * q.lr) / q.Iz, q.vx, v_min);

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <cstring>
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -64,6 +65,7 @@ TEST(AbiLayout, NothingThatCrossesChangesWithoutANewNumber) {
 }
 
 std::string reason(const std::string& fixture) {
+  if (!std::filesystem::exists(fixture_plugins(fixture))) return "not built";
   const Registry registry({fixture_plugins(fixture)});
   return registry.unusable().size() == 1 ? registry.unusable()[0].reason : "usable";
 }

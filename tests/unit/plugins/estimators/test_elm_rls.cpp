@@ -212,6 +212,25 @@ TEST(ElmRls, SamplesUnderDriveTeachNothingOfTheTyresWhereTold) {
   EXPECT_GT(rls->belief().sigma_front, 0.2);
 }
 
+/// The 1:43 car behind a nominal model whose motor and brakes are another's: Cm1 and Cm2 of what they are.
+double straight_error(double spread, double share, double d) {
+  Nominal told("ekinematic", {{"Cm1", share * 0.287}, {"Cm2", share * 0.0545}});
+  const auto rls = make_estimator("elm_rls", told, {{"drive_spread", spread}, {"brake_spread", spread}});
+  learn(*rls, told, drive_bends(20, 3, fresh));
+  CorrectedModel model = corrected(told, *rls);
+  Nominal truth("ekinematic");
+  State straight;
+  straight.vx = 1.5;
+  return model.rates(straight, {d, 0.0}, {}).vx - truth.prediction().rates(straight, {d, 0.0}, {}).vx;
+}
+
+TEST(ElmRls, LearnsByHowMuchDriveAndBrakesDifferFromWhatItWasTold) {
+  for (const double d : {0.6, -0.1}) {
+    const double unlearned = straight_error(0.0, 0.85, d), learned = straight_error(0.15, 0.85, d);
+    EXPECT_LT(std::abs(learned), 0.25 * std::abs(unlearned)) << d << ": " << learned << " of " << unlearned;
+  }
+}
+
 TEST(ElmRls, CurveIsOddAndItsDeviationGrowsBeyondWhatWasSeen) {
   Nominal nominal("ekinematic");
   const auto rls = make_estimator("elm_rls", nominal);
