@@ -4,6 +4,7 @@
 #include <boost/dll/runtime_symbol_info.hpp>
 #include <boost/dll/shared_library.hpp>
 #include <cstdlib>
+#include <map>
 
 #include "config/errors.hpp"
 #include "config/shipped.hpp"
@@ -104,7 +105,14 @@ const PluginEntry& Registry::find(abi::Kind kind, std::string_view id) const {
   text += did_you_mean(id, known);
   text += "; searched";
   for (const fs::path& directory : directories_) text += " " + directory.string();
-  for (const Unusable& one : unusable_) text += "; " + one.library.string() + ": " + one.reason;
+  // A folder that was built for another gripline has one reason for all its libraries.
+  std::map<std::string, std::vector<const Registry::Unusable*>> reasons;
+  for (const Registry::Unusable& one : unusable_) reasons[one.reason].push_back(&one);
+  for (const auto& [reason, libraries] : reasons) {
+    text += "; " + libraries.front()->library.string();
+    if (libraries.size() > 1) text += " and " + std::to_string(libraries.size() - 1) + " more";
+    text += ": " + reason;
+  }
   throw PluginError(text);
 }
 

@@ -9,6 +9,7 @@
 #include <clocale>
 #include <csignal>
 #include <cstdlib>
+#include <fstream>
 #include <random>
 
 #include "config/units.hpp"
@@ -254,6 +255,16 @@ TEST(Registry, AMissingPluginNamesTheNearestEveryFolderAndEveryReason) {
   EXPECT_THAT(message, Not(HasSubstr("\n")));
   EXPECT_THAT(refusal([&] { registry.find(abi::Kind::vehicle, "spy.constant"); }),
               HasSubstr("no vehicle plugin \"spy.constant\"; \"spy.constant\" is of kind controller"));
+}
+
+TEST(Registry, AReasonThatManyLibrariesShareIsSaidOnce) {
+  const Folder folder;
+  for (const char* name : {"a.so", "b.so", "c.so"}) std::ofstream(folder / name) << "no library";
+  const Registry registry({folder.path()});
+  ASSERT_EQ(registry.unusable().size(), 3u);
+  const std::string message = refusal([&] { registry.find(abi::Kind::controller, "mpc"); });
+  EXPECT_THAT(message, HasSubstr((folder / "a.so").string() + " and 2 more: "));
+  EXPECT_THAT(message, Not(HasSubstr("b.so")));
 }
 
 TEST(Registry, SearchesOptionsThenTheEnvironmentThenTheProgramsOwn) {

@@ -212,23 +212,31 @@ TEST(ElmRls, SamplesUnderDriveTeachNothingOfTheTyresWhereTold) {
   EXPECT_GT(rls->belief().sigma_front, 0.2);
 }
 
-/// The 1:43 car behind a nominal model whose motor and brakes are another's: Cm1 and Cm2 of what they are.
-double straight_error(double spread, double share, double d) {
-  Nominal told("ekinematic", {{"Cm1", share * 0.287}, {"Cm2", share * 0.0545}});
+/// Largest error of vx' straight ahead, with full throttle to full brake, of the 1:43 car behind a nominal model that is
+/// told `share` of its motor and brakes.
+double straight_error(double spread, double share) {
+  const TrueCar truth;
+  Nominal told("ekinematic", {{"Cm1", share * truth.Cm1}, {"Cm2", share * truth.Cm2}});
   const auto rls = make_estimator("elm_rls", told, {{"drive_spread", spread}, {"brake_spread", spread}});
   learn(*rls, told, drive_bends(20, 3, fresh));
   CorrectedModel model = corrected(told, *rls);
-  Nominal truth("ekinematic");
-  State straight;
-  straight.vx = 1.5;
-  return model.rates(straight, {d, 0.0}, {}).vx - truth.prediction().rates(straight, {d, 0.0}, {}).vx;
+  double largest = 0;
+  for (const double vx : {1.0, 2.0})
+    for (const double d : {-0.1, 0.3, 1.0}) {
+      State straight;
+      straight.vx = vx;
+      largest = std::max(largest, std::abs(model.rates(straight, {d, 0.0}, {}).vx - truth.rates(straight, d).vx));
+    }
+  return largest;
 }
 
 TEST(ElmRls, LearnsByHowMuchDriveAndBrakesDifferFromWhatItWasTold) {
-  for (const double d : {0.6, -0.1}) {
-    const double unlearned = straight_error(0.0, 0.85, d), learned = straight_error(0.15, 0.85, d);
-    EXPECT_LT(std::abs(learned), 0.25 * std::abs(unlearned)) << d << ": " << learned << " of " << unlearned;
+  for (const double share : {0.85, 1.15}) {
+    const double unlearned = straight_error(0.0, share), learned = straight_error(0.1, share);
+    EXPECT_GT(unlearned, 0.3);
+    EXPECT_LT(learned, 0.25 * unlearned) << share << ": " << learned << " of " << unlearned;
   }
+  EXPECT_LT(straight_error(0.1, 1.0), 0.05);
 }
 
 TEST(ElmRls, CurveIsOddAndItsDeviationGrowsBeyondWhatWasSeen) {
