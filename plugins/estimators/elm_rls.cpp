@@ -13,8 +13,8 @@
 // learned at large slips is kept on a straight, and the covariance stays bounded.
 //
 // A sudden change is a likelihood-ratio test: over the last samples, do the innovations correlate with the predicted
-// forces? If so, uncertainty is added along the curves, what was taken for noise of the last reading is doubted, and the
-// next samples set the new scale.
+// forces? If so, uncertainty is added along the curves, what was taken for noise of the last reading is doubted, and
+// the next samples set the new scale.
 //
 // Neither the readings' noise nor how well the equations hold is told; both are matched to the innovations, from a
 // start and between bounds. Slips are taken on the path predicted from the readings freed of their estimated noise.

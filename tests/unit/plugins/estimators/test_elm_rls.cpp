@@ -173,8 +173,8 @@ TEST(ElmRls, KnowsOneSecondAfterADrop) {
   }
 }
 
-/// Until the drop is noticed the readings' noise is made to account for it, more in every step. Were that kept, the first
-/// sample afterwards would say that hardly any grip is left.
+/// Until the drop is noticed the readings' noise is made to account for it, more in every step. Were that kept, the
+/// first sample afterwards would say that hardly any grip is left.
 TEST(ElmRls, ADropUnderNoiseIsNotTakenForTheLossOfAllGrip) {
   Nominal nominal("ekinematic");
   const TrueCar truth;
