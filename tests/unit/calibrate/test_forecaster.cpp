@@ -374,6 +374,22 @@ TEST(Forecaster, ASpeedThatIsPrescribedIsFollowed) {
   EXPECT_LT(worst(s, starts, predicted, 2), 5e-3);
 }
 
+TEST(Forecaster, ASpeedThatIsPrescribedIsBridgedWhereItIsReadNowAndThen) {
+  const CalibrateRig rig;
+  const Session good = drive(rig.vehicle.car(), {.seconds = 20});
+  Session s = good;
+  s.prescribed_speed = true;
+  for (auto& command : s.command) command.d = 0.0;
+  for (std::size_t i = 0; i < s.rows(); ++i)
+    if (i % 5 != 0) s.reading[i * channels + 3] = NAN;
+  Starts starts;
+  starts.horizons = {1.0};  // starts and ends on readings
+  for (std::size_t i = 200; i + 60 < s.rows(); i += 65) starts.time.push_back(s.t[i]);
+  const auto predicted = rig.predict(s, rig.forecaster.defaults(), starts);
+  EXPECT_LT(worst(good, starts, predicted, 3), 5e-3);
+  EXPECT_LT(worst(good, starts, predicted, 2), 2e-2);
+}
+
 TEST(Forecaster, AChannelThatIsMissingIsDoneWithout) {
   const CalibrateRig rig;
   Session s = drive(rig.vehicle.car(), {.seconds = 20});
