@@ -6,13 +6,16 @@
 //   throttle_dead_zone  d = max(d_in - z, 0) / (1 - z) for d_in > 0; brakes (d_in < 0) unchanged
 //   throttle_curve      d = d_in^p for d_in > 0
 //   steer_map           delta = g delta_in + a delta_in^2 + c delta_in^3
+//   steer_rate_limit    delta' = R tanh((delta_in - delta) / (tau R)): a servo that follows small moves with the lag tau
+//                       and turns at most at R (data sheets: seconds per 60 degrees; the bound on steering velocity of
+//                       Althoff and Wuersching, CommonRoad: Vehicle Models, 2020)
 // Stage::drive
 //   power_limit         M = motor - emf vx becomes M / (1 + (M vx / P)^4)^(1/4): at most P / vx at full throttle
 // Stage::body
 //   cornering_drag      vx' -= k (vx omega)^2 sign(vx): tyres that corner take speed beyond what the steered axle does
 //   turning_drag        vx' -= k |omega| sign(vx): wheels that a common axle turns alike scrub where paths differ
 //
-// Delays come first, then dead zone and curve or map. The exponent 4 of power_limit is a choice: it keeps the corner
+// Delays come first, then dead zone and curve or map, then the servo. The exponent 4 of power_limit is a choice: it keeps the corner
 // within 16 % of the two straight laws, and differentiable.
 #include <gripline/plugin.hpp>
 
@@ -24,8 +27,10 @@ using gripline::Point;
 using gripline::pow;
 using gripline::square;
 using gripline::Stage;
+using gripline::tanh;
 using std::max;
 using std::pow;
+using std::tanh;
 
 template <class T>
 struct Late {
@@ -120,6 +125,29 @@ class SteerMap final : public gripline::AutoDiffEffect<SteerMap> {
   }
 };
 
+class SteerRateLimit final : public gripline::AutoDiffEffect<SteerRateLimit> {
+ public:
+  template <class T>
+  struct Params {
+    T R = T(6), tau = T(0.02);
+  };
+  static constexpr auto parameters() {
+    using P = Params<double>;
+    return std::tuple{param("R", &P::R, "rad/s", {0.01, 1000}, "largest rate of the wheels' angle"),
+                      param("tau", &P::tau, "s", {0.002, 5}, "time constant of small moves")};
+  }
+  Stage stage() const noexcept override { return Stage::command; }
+  int memory() const noexcept override { return 1; }
+  void initial(const Point<double>& p, const Params<double>&, std::span<double> memory) const { memory[0] = p.q.delta; }
+  template <class T>
+  void act(Point<T>& p, const Params<T>& k) const {
+    const T rate = k.R * tanh((p.q.delta - p.memory[0]) / (k.tau * k.R));
+    p.memory_rate[0] = rate;
+    p.q.delta = p.memory[0];
+    p.q.delta_rate = rate;
+  }
+};
+
 class PowerLimit final : public gripline::AutoDiffEffect<PowerLimit> {
  public:
   template <class T>
@@ -184,6 +212,7 @@ GRIPLINE_PLUGINS(
     gripline::describe<ThrottleDeadZone>("throttle_dead_zone", "1.0", "little throttle does nothing").precedence(15),
     gripline::describe<ThrottleCurve>("throttle_curve", "1.0", "the pedal is not linear").precedence(16),
     gripline::describe<SteerMap>("steer_map", "1.0", "the wheels' angle is a curve over the command").precedence(17),
+    gripline::describe<SteerRateLimit>("steer_rate_limit", "1.0", "the steering turns only so fast").precedence(22),
     gripline::describe<PowerLimit>("power_limit", "1.0", "the engine's power is limited").precedence(30),
     gripline::describe<CorneringDrag>("cornering_drag", "1.0", "cornering takes speed").precedence(18),
     gripline::describe<TurningDrag>("turning_drag", "1.0", "turning takes speed").precedence(19))

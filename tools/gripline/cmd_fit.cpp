@@ -137,12 +137,15 @@ int run_fit(Arguments args) {
   for (std::size_t i = 1; i < words.size(); ++i) {
     files.push_back(measured::read_session(words[i], map));
     measured::check_session(files.back(), world.spec.car.car.v_ref);
-    for (const measured::Finding& f : measured::constant_commands(files.back().session))
-      std::cerr << "warning: " << words[i] << ": " << f.check << ' ' << f.found << ": " << f.done << '\n';
+    for (const auto& findings :
+         {measured::constant_commands(files.back().session), measured::doubts_about(files.back().session)})
+      for (const measured::Finding& f : findings)
+        std::cerr << "warning: " << words[i] << ": " << f.check << ' ' << f.found << ": " << f.done << '\n';
   }
   calibrate::ForecastOptions options = calibrate::forecast_options(world.spec);
   options.pose = map.pose;
   options.velocity = map.velocity;
+  options.own_commands = false;
   PluginContext context;
   context.car = world.spec.car.car;
   const Vehicle vehicle(world.spec.vehicle, context);

@@ -26,6 +26,27 @@ T eased(const T& s) {
 
 }  // namespace
 
+double Stiffness::lag_at(double v) const {
+  const std::size_t i = v < speed[1] ? 0 : 1;
+  const double share = (v - speed[i]) / (speed[i + 1] - speed[i]);
+  return std::max(0.0, lag[i] + share * (lag[i + 1] - lag[i]));
+}
+
+template <class T>
+void Lanes<T>::know(std::size_t lane, double until) {
+  const CommandGrid& all = s_.commands;
+  const Session& log = s_.session;
+  known_until_[lane] = until;
+  known_[lane] = std::clamp<std::size_t>(all.held(until), 1, all.sample.size());
+  own_[lane].clear();
+  if (along_log(lane) || !(s_.longest_every() > 0.0)) return;
+  const double begin = time[lane] - s_.look_back - 2.0 * all.dt;
+  const auto first = static_cast<std::size_t>(std::max(0.0, std::floor((begin - all.t0) / all.dt)));
+  const std::size_t row = std::min(log.row_before(until + 1e-9), log.rows() - 1);
+  all.copy_held(until, log.command[row], first, own_[lane]);
+  own_t0_[lane] = all.t0 + static_cast<double>(std::min(first, known_[lane] - 1)) * all.dt;
+}
+
 template <class T>
 void Lanes<T>::place(std::size_t lane) {
   const T* const row = x.data() + lane * channels;
@@ -77,9 +98,11 @@ void Lanes<T>::start(std::size_t lane) {
   std::vector<double> motion(channels), steady(s_.memory());
   for (std::size_t c = 0; c < channels; ++c) motion[c] = value(row[c]);
   History<double> past;
-  past.samples = s_.commands.sample.data();
-  past.count = std::max<std::size_t>(1, std::min(known[lane], s_.commands.sample.size()));
-  past.t0 = s_.commands.t0;
+  std::vector<CommandSample<double>> samples;
+  for (const CommandSample<T>& c : own_[lane]) samples.push_back({value(c.d), value(c.delta)});
+  past.samples = samples.empty() ? s_.commands.sample.data() : samples.data();
+  past.count = samples.empty() ? known_[lane] : samples.size();
+  past.t0 = samples.empty() ? s_.commands.t0 : own_t0_[lane];
   past.dt = s_.commands.dt;
   past.now = time[lane];
   past.hold = Hold::foh;
@@ -115,20 +138,31 @@ void Lanes<T>::rates(double elapsed, bool begin) {
   batch.memory_rate = rate_m_.data();
   s_.car.rates(batch);
   if (s_.session.prescribed_speed)
-    for (std::size_t i = 0; i < n; ++i) prescribe(i, elapsed);
+    for (std::size_t i = 0; i < n; ++i) prescribe(i);
   if (begin) first_rate_ = rate_;
 }
 
 /// The speed follows the log's, by the mean acceleration over the step from where it is.
 template <class T>
-void Lanes<T>::prescribe(std::size_t lane, double) {
+void Lanes<T>::prescribe(std::size_t lane) {
+  // A straight line over gaps says how fast the car went, whatever it did.
+  constexpr double longest_gap = 10.0;  // [s]
+  const Session& log = s_.session;
   const T shown = time[lane] + step_ + s_.delay(group_of[3]);
-  const double known_until = s_.commands.known_at[std::min(known[lane], s_.commands.known_at.size()) - 1];
-  constexpr double longest_gap =
-      10.0;  // [s] bridged by a straight line: it says how fast the car went, whatever it did
-  const T target = log_at(3, value(shown) < known_until ? shown : T(known_until), longest_gap);
+  double until = known_until_[lane];
+  if (along_log(lane)) {  // what is kept for a start must not have seen rows after it
+    const std::size_t row = log.row_before(value(shown) + 1e-9);
+    const std::size_t next = row >= log.rows() ? 0 : log.t[row] < value(shown) - 1e-9 ? row + 1 : row;
+    until = std::min(until, log.t[std::min(next, log.rows() - 1)]);
+  }
+  double slope = 0.0;
+  const double at_most = std::min(value(shown), until), speed = log.bridge(3, at_most, until, longest_gap, &slope);
   const std::size_t i = lane * channels + 3;
-  rate_[i] = std::isfinite(value(target)) ? (target - begin_[i]) * (1.0 / step_) : T(0);
+  rate_[i] = T(0);
+  if (std::isnan(speed)) return;
+  T target(speed);
+  if (value(shown) <= until) target += (shown - at_most) * slope;  // its derivative only
+  rate_[i] = (target - begin_[i]) * (1.0 / step_);
 }
 
 template <class T>
@@ -136,11 +170,14 @@ void Lanes<T>::advance(double h) {
   for (std::size_t i = 0; i < n; ++i) place(i);
   begin_ = x;
   step_ = h;
-  double slowest = 1e9;
-  for (std::size_t i = 0; i < n; ++i)
-    slowest = std::min(slowest, std::max(std::abs(value(x[i * channels + 3])), s_.options.v_min));
+  double slowest = 1e9, lag = 0.0;
+  for (std::size_t i = 0; i < n; ++i) {
+    const double v = std::abs(value(x[i * channels + 3]));
+    slowest = std::min(slowest, std::max(v, s_.options.v_min));
+    lag = std::max(lag, s_.stiff.lag_at(v));
+  }
   // A lag longer than a substep is followed closely enough that one more substep does not show in what is predicted.
-  const double pace = h * std::max(s_.stiffness / slowest / 2.0, s_.fastest_lag);
+  const double pace = h * std::max(s_.stiff.lateral / slowest / 2.0, lag);
   constexpr double most = 12;
   const int substeps = pace < most ? std::max(1, static_cast<int>(std::ceil(pace - 1e-9))) : static_cast<int>(most);
   const double step = h / substeps;
@@ -214,7 +251,7 @@ void Lanes<T>::correct(double h) {
       target[c] += (value(weight) > 1.0 ? mean : sum) / (1.0 + mean * mean * doubt);
     }
     if (any) shift(lane, target);
-    settle(lane, h);
+    settle(lane, h, seen, before);
     const Row<T> after = s_.read(row, at[lane]);
     for (std::size_t c = 0; c < channels; ++c) {
       rest[c] = seen.later.innovation[c] - seen.later.weight[c] * (after[c] - before[c]);
@@ -228,6 +265,7 @@ template <class T>
 typename Lanes<T>::Seen Lanes<T>::see(std::size_t lane, double h) {
   const Session& log = s_.session;
   Seen seen;
+  seen.last.fill(T(nothing));
   for (std::size_t g = 0, next = 0; g < groups; g = next) {
     std::size_t row = row_[lane * groups + g];
     // Channels of one clock are read together.
@@ -241,7 +279,9 @@ typename Lanes<T>::Seen Lanes<T>::see(std::size_t lane, double h) {
       for (std::size_t c = 0; c < channels; ++c) {
         if (group_of[c] < g || group_of[c] >= next || std::isnan(log.at(row, c))) continue;
         const T innovation = log.at(row, c) - shown[c];
-        const double doubt = s_.jumped[row] != 0 ? 1.0 / (s_.doubtful[c] * s_.doubtful[c]) : 0.0;
+        const double doubt = doubt_of(row, c);
+        seen.last[c] = innovation;
+        seen.last_doubt[c] = doubt;
         for (const auto& [sums, weight] : {std::pair(&seen.now, soon), std::pair(&seen.later, late)}) {
           sums->innovation[c] += weight * innovation;
           sums->weight[c] += weight;
@@ -256,10 +296,10 @@ typename Lanes<T>::Seen Lanes<T>::see(std::size_t lane, double h) {
 
 /// What the log shows of a channel, linear between rows; NaN where it shows nothing.
 template <class T>
-T Lanes<T>::log_at(std::size_t channel, const T& shown, double longest_gap) const {
+T Lanes<T>::log_at(std::size_t channel, const T& shown) const {
   const Session& log = s_.session;
   const double now = value(shown);
-  T reading(log.interpolate(channel, now, longest_gap));
+  T reading(log.interpolate(channel, now));
   const std::size_t i = log.row_before(now + 1e-9);
   if (i + 1 >= log.rows()) return reading;
   const double slope = (log.at(i + 1, channel) - log.at(i, channel)) / (log.t[i + 1] - log.t[i]);
@@ -301,17 +341,28 @@ void Lanes<T>::shift(std::size_t lane, const Row<T>& target) {
   row[5] += turn;
 }
 
-/// Where the car hardly moves, its state becomes the one that is read, with the derivatives of delays and frames: a model
-/// is stiff there, and says little. All of it below v_min, less and less of it up to a quarter above.
+/// How fast the car is by the log; by its model where the log's last word on that is old.
 template <class T>
-void Lanes<T>::settle(std::size_t lane, double h) {
-  const double last = s_.session.t[std::min(s_.session.row_before(read_until[lane] + 1e-9), s_.session.rows() - 1)];
+T Lanes<T>::speed_of(std::size_t lane, const T& shown) const {
+  constexpr double old = 0.3;  // [s]
+  T v = log_at(3, shown);
+  if (std::isnan(value(v))) v = T(s_.session.bridge(3, value(shown), value(shown), old));
+  if (std::isnan(value(v))) v = x[lane * channels + 3];
+  return value(v) < 0.0 ? -v : v;
+}
+
+/// Where the car hardly moves, its state becomes the one that is read, with the derivatives of delays and frames: a model
+/// is stiff there, and says little. All of it below v_min, less and less of it up to a quarter above. A channel that has
+/// no reading around the step's end moves by the last one in the step. Rows near jumps are doubted as elsewhere.
+template <class T>
+void Lanes<T>::settle(std::size_t lane, double h, const Seen& seen, const Row<T>& before) {
+  const Session& log = s_.session;
+  const double last = log.t[std::min(log.row_before(read_until[lane] + 1e-9), log.rows() - 1)];
   const auto shown_at = [&](std::size_t g) {
     const T now = time[lane] + s_.delay(g);
     return value(now) < last ? now : T(last);
   };
-  T v = log_at(3, shown_at(group_of[3]));
-  if (value(v) < 0.0) v = -v;
+  const T v = speed_of(lane, shown_at(group_of[3]));
   if (!(value(v) < 1.25 * s_.options.v_min)) return;
   const T slow = eased((1.25 * s_.options.v_min - v) * (1.0 / (0.25 * s_.options.v_min)));
   Row<T> target = s_.read(x.data() + lane * channels, at[lane]);
@@ -321,15 +372,20 @@ void Lanes<T>::settle(std::size_t lane, double h) {
     // Of a step in which the log ends for this start: what it showed then, and the model's way from there.
     const T left = (T(last - (time[lane] - h)) - s_.delay(g)) * (1.0 / h);
     if (!(value(left) > 0.0)) continue;
-    const bool ends = value(left) < 1.0;
     const T weight = slow * eased(left);
-    const Row<T> then = ends ? reading_at(lane, left) : now;
+    if (value(weight) > value(most)) most = weight;
+    const T shown = shown_at(g);
     for (std::size_t c = 0; c < channels; ++c) {
       if (group_of[c] != g) continue;
-      const T reading = log_at(c, shown_at(g));
-      if (std::isnan(value(reading))) continue;
-      target[c] += weight * (reading - then[c]);
-      if (value(weight) > value(most)) most = weight;
+      T off = seen.last[c] - (now[c] - before[c]);
+      double doubt = seen.last_doubt[c];
+      const T reading = value(left) < 1.0 ? T(nothing) : log_at(c, shown);
+      if (!std::isnan(value(reading))) {
+        const std::size_t row = std::min(log.row_before(value(shown) + 1e-9), log.rows() - 1);
+        off = reading - now[c];
+        doubt = std::max(doubt_of(row, c), log.t[row] < value(shown) - 1e-9 ? doubt_of(row + 1, c) : 0.0);
+      }
+      if (!std::isnan(value(off))) target[c] += weight * off / (1.0 + off * off * doubt);
     }
   }
   if (!(value(most) > 0.0)) return;

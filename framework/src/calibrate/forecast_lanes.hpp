@@ -2,6 +2,7 @@
 // of the forecaster; forecaster.hpp says what they are for.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <limits>
 #include <vector>
@@ -21,6 +22,17 @@ template <class T>
 using Row = std::array<T, channels>;
 inline constexpr std::size_t pending_size = 3 * channels;
 
+/// How fast the car forgets, straight on, by differences of its rates.
+struct Stiffness {
+  static constexpr std::size_t speeds = 3;
+  double lateral = 0;                  // [m/s2] largest eigenvalue of the lateral motion at v_ref, times speed
+  std::array<double, speeds> speed{};  // [m/s] rising
+  std::array<double, speeds> lag{};    // [1/s] of the fastest lag among the effects, there
+
+  /// Fastest lag at a speed: linear between those, and beyond them as between the last two.
+  double lag_at(double v) const;
+};
+
 /// Everything that stays the same during a run.
 template <class T>
 struct Setting {
@@ -32,14 +44,15 @@ struct Setting {
   const T* params;  // of the car
   const T* extra;
   const double* values;  // of params
-  double stiffness;      // [m/s2] eigenvalue of the lateral motion times speed
-  double fastest_lag;    // [1/s] of the effects' memories
+  Stiffness stiff;
+  double look_back;      // [s] of the effects, into the commands
   Row<double> doubtful;  // innovation of each channel from which on a row near a jump is doubted rather than followed
   const std::vector<char>& jumped;  // by row: whether the log jumped there or shortly before as no car does
 
   const T& operator[](Extra e) const { return extra[static_cast<std::size_t>(e)]; }
   const T& delay(std::size_t group) const { return extra[static_cast<std::size_t>(Extra::delay_position) + group]; }
   std::size_t memory() const { return static_cast<std::size_t>(car.memory()); }
+  double longest_every() const { return std::max(session.throttle_every, session.steering_every); }  // [s]
 
   Row<T> read(const T* x, const Place& at) const {
     Reading<T> r{x[0], x[1], x[2], x[3], x[4], x[5]};
@@ -59,11 +72,14 @@ class Lanes {
         pending(n * pending_size),
         time(n),
         read_until(n),
-        known(n),
         at(n),
         s_(setting),
         begin_(n * channels),
         first_rate_(n * channels),
+        known_until_(n),
+        known_(n),
+        own_(n),
+        own_t0_(n),
         row_(n * groups),
         hint_(n, nothing) {
     for (auto* v : {&stage_x_, &rate_, &x_start_}) v->resize(n * channels);
@@ -79,11 +95,13 @@ class Lanes {
   std::vector<T> pending;
   std::vector<double> time;        // of the car
   std::vector<double> read_until;  // rows after this are not looked at
-  std::vector<std::size_t> known;  // commands
   std::vector<Place> at;
 
   /// Puts a lane on the measured state at its time, memory steady.
   void start(std::size_t lane);
+  /// Of a lane whose time and read_until are set: commands are known up to `until`, and so is a speed that is prescribed.
+  /// Where they are known further than rows are read the lane predicts, else it goes along the log.
+  void know(std::size_t lane, double until);
   /// To be called once x, memory and time of a lane are set: finds the next row of every channel.
   void seek(std::size_t lane);
   /// One step of all lanes.
@@ -99,28 +117,37 @@ class Lanes {
 
  private:
   void rates(double elapsed, bool begin);
-  void prescribe(std::size_t lane, double elapsed);
+  void prescribe(std::size_t lane);
   void place(std::size_t lane);
   void interpolate(std::size_t lane, const T& share, T* state) const;
   /// Innovations, ones and doubts (1 over the square of a doubtful innovation), times their weights at the end of a step.
   struct Sums {
     Row<T> innovation{}, weight{}, doubt{};
   };
-  /// What moves the states at the end of this step, and of the next.
+  /// What moves the states at the end of this step, and of the next; innovation and doubt of the step's last reading,
+  /// NaN where a channel had none.
   struct Seen {
     Sums now, later;
+    Row<T> last;
+    Row<double> last_doubt{};
   };
   Seen see(std::size_t lane, double h);
-  T log_at(std::size_t channel, const T& shown, double longest_gap = 0.25) const;
+  bool along_log(std::size_t lane) const { return known_until_[lane] <= read_until[lane]; }
+  T log_at(std::size_t channel, const T& shown) const;
+  double doubt_of(std::size_t row, std::size_t channel) const {
+    return s_.jumped[row] != 0 ? 1.0 / (s_.doubtful[channel] * s_.doubtful[channel]) : 0.0;
+  }
   Row<T> state_of(std::size_t lane, const Row<T>& shown) const;
   void shift(std::size_t lane, const Row<T>& target);
-  void settle(std::size_t lane, double h);
+  void settle(std::size_t lane, double h, const Seen& seen, const Row<T>& before);
+  T speed_of(std::size_t lane, const T& shown) const;
   void hold_slow(std::size_t lane);
   History<T> history(std::size_t lane, double now) const {
+    const bool own = !own_[lane].empty();
     History<T> past;
-    past.samples = s_.commands.template data<T>();
-    past.count = std::max<std::size_t>(1, std::min(known[lane], s_.commands.sample.size()));
-    past.t0 = s_.commands.t0;
+    past.samples = own ? own_[lane].data() : s_.commands.template data<T>();
+    past.count = own ? own_[lane].size() : known_[lane];
+    past.t0 = own ? own_t0_[lane] : s_.commands.t0;
     past.dt = s_.commands.dt;
     past.now = now;
     past.hold = Hold::foh;
@@ -131,6 +158,11 @@ class Lanes {
   std::vector<T> begin_, first_rate_, stage_x_, rate_, x_start_, stage_m_, rate_m_, m_start_;
   std::vector<ActingCommand<T>> command_;
   std::vector<History<T>> history_;
+  std::vector<double> known_until_;  // [s] commands
+  std::vector<std::size_t> known_;   // samples of both commands
+  std::vector<std::vector<CommandSample<T>>>
+      own_;                       // of predictions, where commands are read every so often; else empty
+  std::vector<double> own_t0_;    // time of its first sample [s]
   std::vector<std::size_t> row_;  // next row by lane and group
   std::vector<double> hint_;
   double step_ = 0;  // length of the step just made [s]

@@ -54,8 +54,10 @@ class Run {
         return speed_at(starts.time[a]) < speed_at(starts.time[b]);
       });
     const std::size_t at_once = s_.options.lanes;
-    for (std::size_t i = 0; i < usable.size(); i += at_once)
-      predict(starts, std::span(usable).subspan(i, std::min(at_once, usable.size() - i)), predicted);
+    for (std::size_t j = 0; j < h; j = last_of(j, h))
+      for (std::size_t i = 0; i < usable.size(); i += at_once)
+        predict(starts, {j, last_of(j, h)}, std::span(usable).subspan(i, std::min(at_once, usable.size() - i)),
+                predicted);
   }
 
  private:
@@ -65,9 +67,23 @@ class Run {
     double slowest = 0;                // [m/s] about the least speed on the way
   };
 
-  /// Grid point from which a start rolls on; negative where it begins before the observer has seen enough.
-  double steps_before(const Stretch<T>& from, double start) const {
-    return std::floor((start - std::max(latest_, 0.0) - from.begin) / s_.options.step + 1e-9);
+  /// Horizons [first, last) that are predicted by one integration.
+  struct Horizons {
+    std::size_t first, last;
+  };
+  std::size_t last_of(std::size_t first, std::size_t count) const {
+    return s_.options.own_commands ? first + 1 : count;
+  }
+
+  /// Grid point from which a start rolls on whose commands are known up to `until`; negative where it begins before the
+  /// observer has seen enough.
+  double steps_before(const Stretch<T>& from, double start, double until) const {
+    const double time = std::min(start - std::max(latest_, 0.0), until - s_.longest_every());
+    return std::floor((time - from.begin) / s_.options.step + 1e-9);
+  }
+  /// Up to when a start's first integration knows the commands.
+  double first_known(const Starts& starts, double start) const {
+    return start + starts.horizons[last_of(0, starts.horizons.size()) - 1];
   }
 
   /// One lane per block of the log that holds a start, from the first to the last grid point that is asked for.
@@ -78,17 +94,20 @@ class Run {
     for (const double start : starts.time) {
       const std::size_t i = find(start);
       if (i >= stretches_.size()) continue;
-      const double back = steps_before(stretches_[i], start);
-      if (back < 0.0) continue;
-      const std::size_t k = std::min(static_cast<std::size_t>(back), stretches_[i].steps);
+      const auto kept = [&](double until) {
+        const double back = steps_before(stretches_[i], start, until);
+        return std::min(static_cast<std::size_t>(std::max(0.0, back)), stretches_[i].steps);
+      };
+      if (steps_before(stretches_[i], start, start + starts.horizons.back()) < 0.0) continue;
+      const std::size_t k = kept(first_known(starts, start)), last = kept(start + starts.horizons.back());
       // Starts share a lane, and the lane begins, by the log's clock: nothing jumps where a delay changes.
       const auto shown =
           static_cast<std::size_t>(std::max(0.0, (start - stretches_[i].begin) / s_.options.step + 1e-6));
       const std::size_t begin = std::min(k, shown - std::min(shown, pre));
-      const auto [at, fresh] = blocks.try_emplace({i, shown / block}, Lane{i, k, k + 1, begin});
+      const auto [at, fresh] = blocks.try_emplace({i, shown / block}, Lane{i, k, last + 1, begin});
       at->second.begin = std::min(at->second.begin, begin);
       at->second.first = std::min(at->second.first, k);
-      at->second.last = std::max(at->second.last, k + 1);
+      at->second.last = std::max(at->second.last, last + 1);
     }
     std::vector<Lane> lanes;
     for (auto& [where, lane] : blocks) {
@@ -149,7 +168,7 @@ class Run {
       most = std::max(most, wanted[i].last - k[i]);
       lanes.time[i] = stretches_[wanted[i].stretch].begin + static_cast<double>(k[i]) * h;
       lanes.read_until[i] = stretches_[wanted[i].stretch].end;
-      lanes.known[i] = s_.commands.known(lanes.read_until[i]);
+      lanes.know(i, lanes.read_until[i]);
       lanes.start(i);
       lanes.seek(i);
     }
@@ -176,11 +195,11 @@ class Run {
   void begin_at(Lanes<T>& lanes, std::size_t i, double start, double last) const {
     const Stretch<T>& from = stretches_[find(start)];
     const double h = s_.options.step;
-    const double back = steps_before(from, start);
+    const double back = steps_before(from, start, start + last);
     lanes.read_until[i] = start;
-    lanes.known[i] = s_.commands.known(start + last);
     const auto k = std::min(static_cast<std::size_t>(std::max(0.0, back)), from.steps);
     lanes.time[i] = from.begin + static_cast<double>(k) * h;
+    lanes.know(i, start + last);
     if (back < 0.0) {  // what was kept there has seen later rows
       lanes.start(i);
     } else {
@@ -195,9 +214,10 @@ class Run {
     lanes.seek(i);
   }
 
-  void predict(const Starts& starts, std::span<const std::size_t> which, std::vector<T>& predicted) const {
+  void predict(const Starts& starts, Horizons horizons, std::span<const std::size_t> which,
+               std::vector<T>& predicted) const {
     const double h = s_.options.step;
-    const double last = starts.horizons.back();
+    const double last = starts.horizons[horizons.last - 1];
     Lanes<T> lanes(s_, which.size());
     std::size_t steps = 0;
     for (std::size_t i = 0; i < which.size(); ++i) {
@@ -209,7 +229,7 @@ class Run {
     for (std::size_t step = 0; step < steps; ++step) {
       lanes.advance(h);
       for (std::size_t i = 0; i < which.size(); ++i)
-        for (std::size_t j = 0; j < starts.horizons.size(); ++j)
+        for (std::size_t j = horizons.first; j < horizons.last; ++j)
           show(lanes, i, starts.time[which[i]] + starts.horizons[j],
                predicted.data() + (which[i] * starts.horizons.size() + j) * channels);
       lanes.correct(h);

@@ -11,20 +11,21 @@ namespace {
 using measured::CommandGrid;
 using measured::Road;
 
-/// How fast the car forgets, straight on at v_ref, by differences of its rates.
-struct Stiffness {
-  double lateral = 0;  // [m/s2] largest eigenvalue of the lateral motion, times speed
-  double memory = 0;   // [1/s] of the fastest lag among the effects
-};
-
-Stiffness stiffness_of(const StagedCar& car, const double* params, double v_ref) {
-  const auto m = static_cast<std::size_t>(car.memory()), n = 3 + m;
+forecast::Stiffness stiffness_of(const StagedCar& car, const double* params, const ForecastOptions& options) {
+  constexpr std::size_t speeds = forecast::Stiffness::speeds;
+  const double v_ref = options.v_ref;
+  const auto m = static_cast<std::size_t>(car.memory());
+  // Straight on at v_ref, the same with either lateral motion, then at every speed as it is and with either memory moved.
+  const std::size_t n = 3 + speeds * (1 + m);
   constexpr double e = 1e-4;
+  forecast::Stiffness found;
+  found.speed = {std::min(options.v_min, 0.5 * v_ref), v_ref, 2.0 * v_ref};
   std::vector<double> x(n * channels), rate(n * channels), memory(n * m), memory_rate(n * m);
-  for (std::size_t i = 0; i < n; ++i) x[i * channels + 3] = v_ref;
+  for (std::size_t i = 0; i < n; ++i) x[i * channels + 3] = i < 3 ? v_ref : found.speed[(i - 3) / (1 + m)];
   x[1 * channels + 4] = e * v_ref;
   x[2 * channels + 5] = e * v_ref;
-  for (std::size_t j = 0; j < m; ++j) memory[(3 + j) * m + j] = e;
+  for (std::size_t k = 0; k < speeds; ++k)
+    for (std::size_t j = 0; j < m; ++j) memory[(3 + k * (1 + m) + 1 + j) * m + j] = e;
   const std::vector<ActingCommand<double>> command(n);
   const std::vector<Place> at(n);
   const CommandSample<double> idle{};
@@ -46,10 +47,12 @@ Stiffness stiffness_of(const StagedCar& car, const double* params, double v_ref)
   car.rates(batch);
   const double a11 = (rate[channels + 4] - rate[4]) / (e * v_ref);
   const double a22 = (rate[2 * channels + 5] - rate[5]) / (e * v_ref);
-  Stiffness found;
   found.lateral = 1.2 * std::max(std::abs(a11), std::abs(a22)) * v_ref;
-  for (std::size_t j = 0; j < m; ++j)
-    found.memory = std::max(found.memory, std::abs(memory_rate[(3 + j) * m + j] - memory_rate[j]) / e);
+  for (std::size_t k = 0; k < speeds; ++k)
+    for (std::size_t j = 0; j < m; ++j) {
+      const std::size_t still = 3 + k * (1 + m), moved = still + 1 + j;
+      found.lag[k] = std::max(found.lag[k], std::abs(memory_rate[moved * m + j] - memory_rate[still * m + j]) / e);
+    }
   return found;
 }
 
@@ -125,10 +128,20 @@ void Forecaster::run(const Session& session, const CommandGrid& commands, const 
   for (std::size_t i = 0; i < of_car.size(); ++i) values[i] = value(of_car[i]);
   const forecast::Row<double> doubtful = doubtful_innovations(options_);
   const std::vector<char> jumped = rows_near_jumps(session, doubtful);
-  const Stiffness stiff = stiffness_of(car_, values.data(), options_.v_ref);
-  const forecast::Setting<T> setting{
-      car_,          options_,      session,      commands, road,  of_car.data(), params.data() + car_params_,
-      values.data(), stiff.lateral, stiff.memory, doubtful, jumped};
+  StagedCar moved = car_;
+  std::copy(values.begin(), values.end(), moved.params().begin());
+  const forecast::Setting<T> setting{car_,
+                                     options_,
+                                     session,
+                                     commands,
+                                     road,
+                                     of_car.data(),
+                                     params.data() + car_params_,
+                                     values.data(),
+                                     stiffness_of(car_, values.data(), options_),
+                                     moved.look_back(),
+                                     doubtful,
+                                     jumped};
   forecast::Run<T> run(setting);
   run.observe(starts);
   run.predict(starts, predicted);

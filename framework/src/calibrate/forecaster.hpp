@@ -61,6 +61,9 @@ struct ForecastOptions {
   double delta_max = 0.5;    // [rad]
   std::size_t lanes =
       32;  // blocks or starts that are integrated together, with the steps that the slowest of them needs
+  /// Every horizon knows the commands up to its own time. Otherwise all of a start know them up to the longest, for fits:
+  /// one integration serves all.
+  bool own_commands = true;
   measured::Frame pose, velocity;  // where the log's units sit, as its map states it
 };
 

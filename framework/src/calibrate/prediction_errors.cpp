@@ -125,6 +125,7 @@ NormalEquations PredictionErrors::linearise(std::span<const double> params, std:
         ++out.dropped;
         continue;
       }
+      w /= 1.0 + (steep / weighing.steep) * (steep / weighing.steep);
       const long when =
           std::lround(std::floor((log.starts.time[k / per_start] - log.session->t.front()) / block_length));
       const auto [at, fresh] = block_at.try_emplace(when, out.hessian.size());

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <limits>
 #include <memory>
 #include <vector>
 
@@ -34,6 +35,9 @@ struct Weighing {
   std::array<double, channels> channel{1, 1, 1, 1, 0.3, 1};
   std::vector<double> horizon;
   double bend = 3;
+  /// Errors that a standard deviation of an unknown moves by so many scales count half, steeper ones by the square less:
+  /// where a car is about to spin its derivatives hold for a small part of such a move.
+  double steep = std::numeric_limits<double>::infinity();
 };
 
 /// Normal equations by blocks of time, for bootstrap: every block is a stretch of `block_length` of one session.

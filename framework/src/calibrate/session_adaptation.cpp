@@ -25,7 +25,7 @@ class Adaptation {
              std::span<const Unknown> moving, const SessionWeighing& weighing)
       : base_(params.begin(), params.end()),
         now_(base_),
-        moving_(moving),
+        moving_(moving.begin(), moving.end()),
         judged_(judged_starts(forecaster, log)),
         past_{emptied(log, {ahead})},
         errors_(forecaster, past_),
@@ -33,7 +33,9 @@ class Adaptation {
         pull_(Eigen::VectorXd::Zero(size())) {
     errors_.weighing.scale = weighing.scale;
     errors_.weighing.horizon = {1.0};
+    errors_.weighing.steep = errors_.weighing.bend;  // a start near a spin would rule for a minute, by a wrong slope
     past_.front().weight = weighing.weight;
+    for (Unknown& u : moving_) u.sigma = u.session;
   }
 
   const std::vector<double>& params() const { return now_; }
@@ -99,7 +101,7 @@ class Adaptation {
   }
 
   std::vector<double> base_, now_;
-  std::span<const Unknown> moving_;
+  std::vector<Unknown> moving_;  // with the session's width as their standard deviation
   FitLog judged_;
   std::vector<FitLog> past_;  // one: the starts that are new
   PredictionErrors errors_;

@@ -13,7 +13,9 @@ class ReadingPace {
   ReadingPace(double every, double begin) : every_(every), last_(begin) {}
   /// To be called at each change [s], in their order.
   void change(double time) {
-    ++(time - last_ < 0.75 * every_ ? sooner_ : as_read_);
+    // How long before the log the first change follows another one, nobody knows.
+    ++(any_ && time - last_ < 0.75 * every_ ? sooner_ : as_read_);
+    any_ = true;
     last_ = time;
   }
   bool kept() const { return sooner_ <= as_read_; }
@@ -21,6 +23,7 @@ class ReadingPace {
 
  private:
   double every_, last_;
+  bool any_ = false;
   std::size_t sooner_ = 0, as_read_ = 0;
 };
 

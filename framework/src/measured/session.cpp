@@ -23,11 +23,28 @@ double Session::interpolate(std::size_t channel, double time, double longest_gap
   return here + (at(i + 1, channel) - here) * (time - t[i]) / (t[i + 1] - t[i]);
 }
 
+double Session::bridge(std::size_t channel, double time, double until, double longest_gap, double* slope) const {
+  if (slope != nullptr) *slope = 0.0;
+  std::size_t i = row_before(time + 1e-9);
+  if (i >= rows()) return not_a_number;
+  std::size_t next = i + 1;
+  while (i > 0 && std::isnan(at(i, channel)) && time - t[i - 1] <= longest_gap) --i;
+  const double last = at(i, channel);
+  if (std::isnan(last) || time - t[i] > longest_gap) return not_a_number;
+  if (time <= t[i] + 1e-9) return last;
+  while (next < rows() && t[next] <= until + 1e-9 && std::isnan(at(next, channel))) ++next;
+  if (next >= rows() || t[next] > until + 1e-9) return last;
+  if (t[next] - t[i] > longest_gap) return not_a_number;
+  const double change = (at(next, channel) - last) / (t[next] - t[i]);
+  if (slope != nullptr) *slope = change;
+  return last + change * (time - t[i]);
+}
+
 CommandGrid::CommandGrid(const Session& session, double spacing) : t0(session.t.front()), dt(spacing) {
   constexpr double longest_gap = 0.25;  // [s] bridged by a straight line
   const auto n = static_cast<std::size_t>((session.t.back() - t0) / dt + 1e-6) + 1;
   sample.reserve(n);
-  known_at.reserve(n);
+  row_at.reserve(n);
   std::size_t i = 0;
   for (std::size_t k = 0; k < n; ++k) {
     const double time = t0 + static_cast<double>(k) * dt;
@@ -37,7 +54,7 @@ CommandGrid::CommandGrid(const Session& session, double spacing) : t0(session.t.
     const bool held = session.held_throttle && session.held_steering;
     if (on_row || held || session.t[i + 1] - session.t[i] > longest_gap) {
       sample.push_back(a);
-      known_at.push_back(session.t[i]);
+      row_at.push_back(session.t[i]);
       continue;
     }
     const CommandSample<double>& b = session.command[i + 1];
@@ -45,14 +62,17 @@ CommandGrid::CommandGrid(const Session& session, double spacing) : t0(session.t.
     const double d = session.held_throttle ? a.d : a.d + share * (b.d - a.d);
     const double delta = session.held_steering ? a.delta : a.delta + share * (b.delta - a.delta);
     sample.push_back({d, delta});
-    known_at.push_back(session.t[i + 1]);
+    row_at.push_back(session.t[i + 1]);
   }
-  ramp(session, &CommandSample<double>::d, session.throttle_every);
-  ramp(session, &CommandSample<double>::delta, session.steering_every);
+  known_at = row_at;
+  fixed_at = {row_at, row_at};
+  ramp(session, &CommandSample<double>::d, session.throttle_every, fixed_at[0]);
+  ramp(session, &CommandSample<double>::delta, session.steering_every, fixed_at[1]);
   for (const CommandSample<double>& c : sample) dual.push_back({Dual8(c.d), Dual8(c.delta)});
 }
 
-void CommandGrid::ramp(const Session& session, double CommandSample<double>::*command, double every) {
+void CommandGrid::ramp(const Session& session, double CommandSample<double>::*command, double every,
+                       std::vector<double>& fixed) {
   if (!(every > 0.0)) return;
   ReadingPace pace(every, t0);
   for (std::size_t i = 1; i < session.rows(); ++i) {
@@ -64,13 +84,39 @@ void CommandGrid::ramp(const Session& session, double CommandSample<double>::*co
     for (auto k = static_cast<std::size_t>(std::max(0.0, std::ceil((begin - t0) / dt)));
          k < sample.size() && t0 + static_cast<double>(k) * dt < end - 1e-9; ++k) {
       sample[k].*command = from + (to - from) * (t0 + static_cast<double>(k) * dt - begin) / (end - begin);
+      fixed[k] = std::max(fixed[k], end);
       known_at[k] = std::max(known_at[k], end);
     }
   }
 }
 
-std::size_t CommandGrid::known(double time) const {
-  return static_cast<std::size_t>(std::upper_bound(known_at.begin(), known_at.end(), time + 1e-9) - known_at.begin());
+namespace {
+
+std::size_t count_until(const std::vector<double>& times, double time) {
+  return static_cast<std::size_t>(std::upper_bound(times.begin(), times.end(), time + 1e-9) - times.begin());
 }
+
+}  // namespace
+
+std::size_t CommandGrid::known(double time) const { return count_until(known_at, time); }
+
+std::size_t CommandGrid::held(double time) const { return count_until(row_at, time); }
+
+template <class T>
+void CommandGrid::copy_held(double time, const CommandSample<double>& now, std::size_t first,
+                            std::vector<CommandSample<T>>& to) const {
+  const std::size_t n = std::max<std::size_t>(1, held(time));
+  to.clear();
+  for (std::size_t k = std::min(first, n - 1); k < n; ++k) {
+    const CommandSample<T>& moving = data<T>()[k];
+    const auto is_fixed = [&](std::size_t command) { return fixed_at[command][k] <= time + 1e-9; };
+    to.push_back({is_fixed(0) ? moving.d : T(now.d), is_fixed(1) ? moving.delta : T(now.delta)});
+  }
+}
+
+template void CommandGrid::copy_held(double, const CommandSample<double>&, std::size_t,
+                                     std::vector<CommandSample<double>>&) const;
+template void CommandGrid::copy_held(double, const CommandSample<double>&, std::size_t,
+                                     std::vector<CommandSample<Dual8>>&) const;
 
 }  // namespace gripline::measured

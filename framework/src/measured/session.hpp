@@ -29,6 +29,10 @@ struct Session {
   double at(std::size_t row, std::size_t channel) const { return reading[row * channels + channel]; }
   /// The reading at a time between two rows that both have it and are at most `longest_gap` [s] apart, linear; or NaN.
   double interpolate(std::size_t channel, double time, double longest_gap = 0.25) const;
+  /// The reading at a time as rows up to `until` show it: linear between the readings around it, whatever rows without
+  /// one lie between, the last one where none follows by then. NaN where the readings around it, or the last one and the
+  /// time, are more than `longest_gap` [s] apart. `slope`, where given, gets the change per second.
+  double bridge(std::size_t channel, double time, double until, double longest_gap, double* slope = nullptr) const;
   /// Index of the last row at or before `time`; rows() when there is none.
   std::size_t row_before(double time) const;
 };
@@ -39,13 +43,21 @@ struct CommandGrid {
   double t0 = 0, dt = 0.01;
   std::vector<CommandSample<double>> sample;
   std::vector<CommandSample<Dual8>> dual;
-  std::vector<double> known_at;  // time of the row that fixed the sample
+  std::vector<double> row_at;  // time of the row that the sample follows from, where no command is read every so often
+  std::array<std::vector<double>, 2> fixed_at;  // of throttle and steering: time of the row that fixed the sample
+  std::vector<double> known_at;                 // the later of them
 
   CommandGrid() = default;
   /// `dt`: spacing [s]. Over gaps the command is held.
   CommandGrid(const Session& session, double dt);
   /// How many samples follow from rows at or before `time`.
   std::size_t known(double time) const;
+  /// The same, a command that moves to its next reading being held until that is there.
+  std::size_t held(double time) const;
+  /// Samples from number `first` to the last of those, as they are known at `time`; `now`: the commands of its last row.
+  template <class T>
+  void copy_held(double time, const CommandSample<double>& now, std::size_t first,
+                 std::vector<CommandSample<T>>& to) const;
   template <class T>
   const CommandSample<T>* data() const {
     if constexpr (std::is_same_v<T, double>)
@@ -56,7 +68,7 @@ struct CommandGrid {
 
  private:
   /// Straight lines to each new reading of a command that is read `every` so often.
-  void ramp(const Session& session, double CommandSample<double>::*command, double every);
+  void ramp(const Session& session, double CommandSample<double>::*command, double every, std::vector<double>& fixed);
 };
 
 }  // namespace gripline::measured

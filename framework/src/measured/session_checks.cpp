@@ -4,6 +4,7 @@
 #include <numbers>
 
 #include "config/errors.hpp"
+#include "measured/gripline_log.hpp"
 #include "measured/session_file.hpp"
 #include "util/numbers.hpp"
 #include "util/statistics.hpp"
@@ -18,7 +19,7 @@ struct Window {
   double seconds = 0;
   double way = NAN, course = NAN;  // between its ends, by place
   double turn = NAN, heading = NAN;
-  double speed = NAN, rate = NAN, steer = NAN;  // means
+  double speed = NAN, side = NAN, rate = NAN, steer = NAN;  // means
 };
 
 double mean_of(const Session& s, std::size_t first, std::size_t last, std::size_t channel) {
@@ -46,6 +47,7 @@ std::vector<Window> windows_of(const Session& s) {
     w.turn = s.at(j, 2) - s.at(i, 2);
     w.heading = 0.5 * (s.at(j, 2) + s.at(i, 2));
     w.speed = mean_of(s, i, j, 3);
+    w.side = mean_of(s, i, j, 4);
     w.rate = mean_of(s, i, j, 5);
     double sum = 0.0;
     for (std::size_t k = i; k <= j; ++k) sum += s.command[k].delta;
@@ -68,6 +70,30 @@ double usual_ratio(const std::vector<Window>& windows, Top top, Bottom bottom) {
   return ratios.size() < 10 ? NAN : lower_quantile(ratios, 0.5);
 }
 
+/// Of two values per window.
+struct Correlation {
+  double n = 0, sx = 0, sy = 0, sxx = 0, syy = 0, sxy = 0;
+  void add(double x, double y) { n += 1, sx += x, sy += y, sxx += x * x, syy += y * y, sxy += x * y; }
+  /// NaN below twenty windows, or where one of them does not vary.
+  double value() const {
+    const double vx = sxx - sx * sx / n, vy = syy - sy * sy / n;
+    return n < 20 || !(vx > 1e-10 * n) || !(vy > 0.0) ? NAN : (sxy - sx * sy / n) / std::sqrt(vx * vy);
+  }
+  double seconds() const { return 0.25 * n; }  // windows of half a second overlap by half
+};
+
+double speed_of(const Window& w) { return std::isnan(w.speed) ? w.way / w.seconds : w.speed; }
+
+/// Steering and the curvature that the car drives, where it is faster than `slowest`.
+Correlation turning(const std::vector<Window>& windows, double slowest) {
+  Correlation all;
+  for (const Window& w : windows) {
+    const double rate = std::isnan(w.rate) ? w.turn / w.seconds : w.rate, v = speed_of(w);
+    if (v > slowest && std::isfinite(rate)) all.add(w.steer, rate / v);
+  }
+  return all;
+}
+
 class Checks {
  public:
   Checks(const SessionFile& file, double v_ref) : s_(file.session), v_ref_(v_ref), windows_(windows_of(s_)) {}
@@ -75,6 +101,7 @@ class Checks {
   void run(bool derived) const {
     commands();
     moving();
+    throttle();
     if (!derived) speed();
     yaw();
     heading();
@@ -89,7 +116,23 @@ class Checks {
     throw InputError({d});
   }
 
-  double speed_of(const Window& w) const { return std::isnan(w.speed) ? w.way / w.seconds : w.speed; }
+  /// A car whose d is never above 0 cannot gain speed.
+  void throttle() const {
+    std::vector<double> d;
+    for (const auto& c : s_.command) d.push_back(c.d);
+    const double high = lower_quantile(d, 0.99), low = lower_quantile(d, 0.01);
+    if (s_.prescribed_speed || high > 0.02 || low > -0.1) return;
+    double slowest = INFINITY, from = 0.0, to = 0.0;
+    for (const Window& w : windows_) {
+      const double v = std::abs(speed_of(w));
+      if (v < slowest) slowest = v;
+      if (v - slowest > to - from) from = slowest, to = v;
+    }
+    if (to - from > 0.3 * v_ref_)
+      refuse("d is never above 0 (" + significant(low) + " to " + significant(high) +
+             "), which brakes, but the car speeds up from " + significant(from) + " to " + significant(to) +
+             " m/s: turn its sign (\"sign\": -1), or add the throttle");
+  }
 
   void commands() const {
     std::vector<double> d, delta;
@@ -124,6 +167,12 @@ class Checks {
     if (std::isnan(ratio) || (ratio > 0.6 && ratio < 1.6)) return;
     const std::string found = "vx is " + significant(ratio) + " times the speed at which x and y move";
     if (ratio < -0.6 && ratio > -1.6) refuse(found + ": its sign is turned (\"sign\": -1), or the car drives backward");
+    constexpr double no_car = 100.0;  // [m/s] a millimetre per second of the slowest one is more
+    std::vector<double> speeds;
+    for (const Window& w : windows_)
+      if (std::isfinite(w.speed)) speeds.push_back(std::abs(w.speed));
+    if (ratio > 700 && ratio < 1400 && lower_quantile(speeds, 0.9) < no_car)
+      refuse(found + ": x and y were taken for millimetres and are metres");
     struct Unit {
       double low, high;
       const char* meant;
@@ -172,6 +221,12 @@ class Checks {
       refuse("yaw points backward: it is " + degrees + " off the path; add pi to it");
     if (loose < 0.1)
       refuse("yaw is " + degrees + " off the path; expected the direction of x and y, from +x to the left");
+    double widest = 0.0;
+    for (const double yaw : s_.written_yaw)
+      if (!std::isnan(yaw)) widest = std::max(widest, std::abs(yaw));
+    if (widest > 0.5 * pi * pi / 180 && widest < 2.1 * pi * pi / 180)
+      refuse("yaw stays within " + significant(widest) +
+             " rad and the path does not: yaw was taken for degrees and is radians");
     if (loose_mirrored < 0.1)
       refuse("yaw turns against the path: yaw plus the path's angle is always " + significant(mirrored * 180 / pi) +
              " deg; a compass counts clockwise (\"formula\": \"pi/2 - rad(heading)\"), or y points to the right");
@@ -179,21 +234,10 @@ class Checks {
   }
 
   void steering() const {
-    double n = 0, sx = 0, sy = 0, sxx = 0, syy = 0, sxy = 0;
-    for (const Window& w : windows_) {
-      const double rate = std::isnan(w.rate) ? w.turn / w.seconds : w.rate;
-      const double v = speed_of(w);
-      if (!(v > 0.2 * v_ref_) || !std::isfinite(rate)) continue;
-      const double curvature = rate / v;
-      n += 1, sx += w.steer, sy += curvature, sxx += w.steer * w.steer, syy += curvature * curvature;
-      sxy += w.steer * curvature;
-    }
-    const double vx = sxx - sx * sx / n, vy = syy - sy * sy / n;
-    if (n < 20 || !(vx > 1e-10 * n) || !(vy > 0.0)) return;
-    const double correlation = (sxy - sx * sy / n) / std::sqrt(vx * vy);
-    if (correlation < -0.4)
-      refuse("the car turns against its steering: delta and curvature correlate at " + significant(correlation) +
-             " over " + significant(0.25 * n) +
+    const Correlation found = turning(windows_, 0.2 * v_ref_);
+    if (found.value() < -0.4)
+      refuse("the car turns against its steering: delta and curvature correlate at " + significant(found.value()) +
+             " over " + significant(found.seconds()) +
              " s of driving; expected a positive one: turn delta's sign (\"sign\": -1), or yaw and y");
   }
 
@@ -203,6 +247,31 @@ class Checks {
 };
 
 }  // namespace
+
+std::vector<Finding> doubts_about(const Session& s) {
+  const std::vector<Window> windows = windows_of(s);
+  const double slowest = 0.2 * typical_speed(s);
+  std::vector<Finding> out;
+  std::vector<double> angles;
+  for (const auto& c : s.command) angles.push_back(c.delta);
+  const bool steers = lower_quantile(angles, 0.99) - lower_quantile(angles, 0.01) > 0.005;  // [rad]
+  const Correlation turn = turning(windows, slowest);
+  if (steers && turn.seconds() >= 20.0 && std::abs(turn.value()) < 0.2)
+    out.push_back({Finding::Level::bad, "delta",
+                   "and the curvature driven hardly correlate (" + significant(turn.value(), 2) + " over " +
+                       significant(turn.seconds()) + " s)",
+                   "is it the right column?"});
+  Correlation side;
+  for (const Window& w : windows) {
+    const double of_place = w.way / w.seconds * std::sin(w.course - w.heading);
+    if (speed_of(w) > slowest && std::isfinite(w.side + of_place)) side.add(w.side, of_place);
+  }
+  if (s.has[4] && side.value() < -0.6)
+    out.push_back({Finding::Level::bad, "vy",
+                   "moves against the place (correlation " + significant(side.value(), 2) + ")",
+                   "its sign is turned, or it is of a point far from the one that x and y show"});
+  return out;
+}
 
 void check_session(const SessionFile& file, double v_ref) { Checks(file, v_ref).run(file.derived_velocity); }
 

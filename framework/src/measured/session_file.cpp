@@ -129,6 +129,11 @@ class SessionReader {
       if (out_.row_step > 0.9 && out_.row_step * factor >= 0.9e-3 && out_.row_step * factor < 0.3)
         refuse_file(table_.file, "time rises by " + significant(out_.row_step) + " s from row to row: it looks like " +
                                      unit + "; the map should say so (\"unit\")");
+    for (const auto& [unit, factor] : {std::pair("milliseconds", 1e3), {"microseconds", 1e6}, {"nanoseconds", 1e9}})
+      if (out_.row_step < 1e-4 && out_.row_step * factor > 0.9e-3 && out_.row_step * factor < 0.3)
+        refuse_file(table_.file, "rows are " + significant(out_.row_step) +
+                                     " s apart, which no logger writes: time was taken for " + unit +
+                                     " and is seconds");
     if (out_.row_step > 0.5)
       refuse_file(table_.file, "rows are " + significant(out_.row_step) + " s apart; expected 0.5 s or less");
     out_.session.t = std::move(kept);
@@ -142,16 +147,38 @@ class SessionReader {
     Values& to = values_[static_cast<std::size_t>(source)];
     for (const std::size_t r : row_) to.push_back(all[r]);
     if (!channel.held || channel.command) return;
-    std::size_t dropped = 0;
-    double last = not_a_number;
-    for (double& v : to) {
-      const bool same = v == last;
-      last = v;
-      if (!same) continue;
-      v = not_a_number;
-      ++dropped;
+    note(info.name, std::to_string(drop_held(to)) + " rows hold the value before",
+         "read when it is new, or stays for longer than usual");
+  }
+
+  /// Leaves out values that are held. One that stays for twice the usual time between new ones was read again, and again
+  /// after each such time: of a car that stands. Returns how many are left out.
+  std::size_t drop_held(Values& values) const {
+    constexpr std::size_t few = 3, many = 101;  // times between new values that the usual one is the median of
+    const std::vector<double>& t = out_.session.t;
+    Values between;
+    double last = not_a_number, usual = 0.0, changed = 0.0, next = 0.0;
+    std::size_t dropped = 0, changes = 0;
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      const bool same = values[i] == last;
+      last = values[i];
+      if (!same) {
+        if (changes > 0 && between.size() < many)
+          between.push_back(t[i] - changed);
+        else if (changes > 0)
+          between[changes % many] = t[i] - changed;
+        ++changes;
+        usual = between.size() < few ? 0.0 : median(between);
+        changed = t[i];
+        next = t[i] + 2.0 * usual;
+      } else if (usual > 0.0 && t[i] >= next - 1e-9) {
+        next = t[i] + usual;
+      } else {
+        values[i] = not_a_number;
+        ++dropped;
+      }
     }
-    note(info.name, std::to_string(dropped) + " rows hold the value before", "read when it is new");
+    return dropped;
   }
 
   bool has(Source source) const { return !values_[static_cast<std::size_t>(source)].empty(); }
@@ -297,16 +324,20 @@ class SessionReader {
     const Session& s = out_.session;
     ReadingPace pace(every, s.t.front());
     Values intervals;
+    std::size_t stood = 0, until = 0;  // changes that are taken as they stand, and all of them up to the last of these
     for (std::size_t i = 1; i < s.rows(); ++i) {
       if (s.command[i].*command == s.command[i - 1].*command) continue;
       intervals.push_back(s.t[i] - pace.last());
       pace.change(s.t[i]);
+      if (!pace.kept()) ++stood, until = intervals.size();
     }
-    if (pace.kept()) return;
-    const auto middle = intervals.begin() + static_cast<std::ptrdiff_t>(intervals.size() / 2);
-    std::nth_element(intervals.begin(), middle, intervals.end());
-    note(name, "changes every " + significant(*middle, 2) + " s, the map says read every " + significant(every) + " s",
-         "taken as it stands in the rows");
+    if (stood == 0) return;
+    const std::string of = std::to_string(stood) + " of " + std::to_string(intervals.size());
+    intervals.resize(until);
+    note(name,
+         "changes every " + significant(median(std::move(intervals)), 2) + " s, the map says read every " +
+             significant(every) + " s",
+         of + " changes are taken as they stand in the rows");
   }
 
   const LogMap& map_;

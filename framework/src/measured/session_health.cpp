@@ -414,6 +414,7 @@ std::vector<Finding> health_of(const SessionFile& file) {
   held_and_jumping(file, out);
   jumps(file, out);
   for (Finding& finding : constant_commands(s)) out.push_back(std::move(finding));
+  for (Finding& finding : doubts_about(s)) out.push_back(std::move(finding));
   if (const auto slip = slip_of(s, file.row_step))
     out.push_back({Level::bad, "position",
                    std::string(slip->travel < 0.0 ? "falls back by " : "jumps ahead by ") +

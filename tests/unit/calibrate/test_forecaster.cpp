@@ -59,29 +59,125 @@ TEST(Forecaster, PredictsWhatLateChannelsWillShow) {
   EXPECT_LT(worst(s, starts, predicted, 5), 0.03);
 }
 
+/// Changes what a prediction must not read, for several ends of what is known, and compares: rows after a start, and
+/// commands (and a prescribed speed) after the time of each horizon.
+void expect_nothing_later_read(const CalibrateRig& rig, const Session& s, const std::vector<double>& horizons) {
+  auto params = rig.forecaster.defaults();
+  params[rig.forecaster.index(Extra::delay_position)] = 0.03;
+  params[rig.forecaster.index(Extra::delay_velocity)] = -0.02;
+  params[rig.forecaster.index(Extra::delay_yaw_rate)] = 0.2;
+  Starts starts;
+  starts.horizons = horizons;
+  for (std::size_t i = 10; i < 600; i += 17) starts.time.push_back(s.t[i]);
+  const auto before = rig.predict(s, params, starts);
+  std::size_t compared = 0;
+  for (const std::size_t last : {20ul, 203ul, 557ul})
+    for (std::size_t j = 0; j < horizons.size(); ++j) {
+      const double end = s.t[last] + horizons[j] + 1e-9;
+      Session changed = s;
+      for (std::size_t i = last + 1; i < s.rows(); ++i)
+        for (std::size_t c = 0; c < channels; ++c)
+          if (c != 3 || !s.prescribed_speed || s.t[i] > end) changed.reading[i * channels + c] = c % 2 == 0 ? NAN : 1e3;
+      for (std::size_t i = 0; i < s.rows(); ++i)
+        if (s.t[i] > end) changed.command[i] = {-1.0, 0.4};
+      const auto after = rig.predict(changed, params, starts);
+      for (std::size_t i = 0; i < starts.time.size(); ++i) {
+        if (starts.time[i] > s.t[last]) continue;
+        for (std::size_t c = 0; c < channels; ++c, ++compared) {
+          const std::size_t k = (i * horizons.size() + j) * channels + c;
+          ASSERT_EQ(after[k], before[k]) << "start " << starts.time[i] << " + " << horizons[j] << ", channel " << c;
+        }
+      }
+    }
+  EXPECT_GT(compared, 100u * horizons.size());
+}
+
+/// Commands of loggers that read throttle and steering at paces of their own.
+CommandSample<double> commands_in_steps(double t) {
+  return {test::weave(0.1 * std::floor(t / 0.1 + 1e-6)).d, test::weave(0.14 * std::floor(t / 0.14 + 1e-6)).delta};
+}
+
 TEST(Forecaster, ReadsTheLogBeforeTheStartAndCommandsUpToItsTimeAndNothingElse) {
   const CalibrateRig rig;
   const Session s = drive(rig.vehicle.car(), {.seconds = 20, .noise = 1, .delay = {0.03, 0.0, 0.02, 0.2}});
-  auto params = rig.forecaster.defaults();
-  params[rig.forecaster.index(Extra::delay_position)] = 0.03;
-  params[rig.forecaster.index(Extra::delay_yaw_rate)] = 0.2;
-  Starts starts;
-  starts.horizons = {1.0};
-  for (std::size_t i = 10; i < 600; i += 13) starts.time.push_back(s.t[i]);
-  const auto before = rig.predict(s, params, starts);
-  for (const std::size_t last : {20ul, 300ul, 557ul}) {
-    Session changed = s;
-    for (std::size_t i = last + 1; i < s.rows(); ++i)
-      for (std::size_t c = 0; c < channels; ++c) changed.reading[i * channels + c] = c % 2 == 0 ? NAN : 1e3;
+  expect_nothing_later_read(rig, s, {1.0});
+  expect_nothing_later_read(rig, s, {0.02, 0.5, 1.0});
+}
+
+TEST(Forecaster, ReadsNothingLaterOfCommandsThatAreReadEverySoOften) {
+  const CalibrateRig rig;
+  Session s = drive(rig.vehicle.car(), {.seconds = 20, .noise = 1, .command = commands_in_steps});
+  s.throttle_every = 0.1;
+  s.steering_every = 0.14;
+  expect_nothing_later_read(rig, s, {0.06, 0.5, 1.0});
+}
+
+TEST(Forecaster, ReadsNothingLaterOfASpeedThatIsPrescribed) {
+  const CalibrateRig rig;
+  Session s = drive(rig.vehicle.car(), {.seconds = 20, .noise = 1, .command = commands_in_steps});
+  s.prescribed_speed = true;
+  s.steering_every = 0.14;
+  for (auto& command : s.command) command.d = 0.0;
+  expect_nothing_later_read(rig, s, {0.06, 0.5, 1.0});
+  for (std::size_t i = 0; i < s.rows(); ++i)
+    if (i % 5 != 0) s.reading[i * channels + 3] = NAN;
+  expect_nothing_later_read(rig, s, {0.06, 0.5, 1.0});
+}
+
+CommandSample<double> stop_and_go(double t) { return {std::fmod(t, 6.0) < 1.0 ? 0.3 : 0.0, 0.2 * std::sin(2 * t)}; }
+
+TEST(Forecaster, ReadsNothingLaterWhereTheCarStands) {
+  const CalibrateRig rig;
+  Session s = drive(rig.vehicle.car(), {.seconds = 20, .noise = 1, .command = stop_and_go});
+  ASSERT_LT(std::abs(s.at(250, 3)), 0.1);
+  expect_nothing_later_read(rig, s, {0.06, 0.5, 1.0});
+  for (std::size_t i = 0; i < s.rows(); ++i)
+    if (i % 5 != 0) s.reading[i * channels] = s.reading[i * channels + 3] = NAN;
+  expect_nothing_later_read(rig, s, {0.06, 0.5, 1.0});
+}
+
+/// Where the car has stood for a while: predictions 0.1 s ahead by an observer that follows no reading otherwise.
+double worst_of_standing(const Session& s, const Session& truth, std::size_t channel) {
+  const CalibrateRig rig(test::small_car_world(R"({"plant": {"params": {"Cm1": 10}}})"));
+  std::vector<double> params = rig.forecaster.defaults();
+  for (const Extra gain : {Extra::gain_position, Extra::gain_yaw, Extra::gain_speed, Extra::gain_lateral,
+                           Extra::gain_yaw_rate, Extra::gain_turn, Extra::gain_force, Extra::gain_steer})
+    params[rig.forecaster.index(gain)] = 0.0;
+  Starts starts{{}, {0.1}};
+  for (std::size_t i = 200; i + 60 < s.rows(); ++i)
+    if (std::fmod(s.t[i], 6.0) > 5.2 && std::fmod(s.t[i], 6.0) < 5.8) starts.time.push_back(s.t[i]);
+  EXPECT_GT(starts.time.size(), 30u);
+  return worst(truth, starts, rig.predict(s, params, starts), channel);
+}
+
+TEST(Forecaster, ACarThatStandsIsWhereTheLogShowsItHoweverOftenItsSpeedIsRead) {
+  const CalibrateRig rig;
+  const Session s = drive(rig.vehicle.car(), {.seconds = 26, .command = stop_and_go});
+  EXPECT_LT(worst_of_standing(s, s, 1), 1e-3);
+  const auto without = [&](std::size_t channel, auto unread) {
+    Session less = s;
     for (std::size_t i = 0; i < s.rows(); ++i)
-      if (s.t[i] > s.t[last] + 1.0 + 1e-9) changed.command[i] = {-1.0, 0.4};
-    const auto after = rig.predict(changed, params, starts);
-    for (std::size_t i = 0; i < starts.time.size(); ++i) {
-      if (starts.time[i] > s.t[last]) continue;
-      for (std::size_t c = 0; c < channels; ++c)
-        EXPECT_EQ(after[i * channels + c], before[i * channels + c]) << "start " << starts.time[i] << " channel " << c;
-    }
+      if (unread(i)) less.reading[i * channels + channel] = NAN;
+    return less;
+  };
+  EXPECT_LT(worst_of_standing(without(3, [](std::size_t i) { return i % 7 != 0; }), s, 1), 1e-3);
+  EXPECT_LT(worst_of_standing(without(3, [&](std::size_t i) { return std::abs(s.at(i, 3)) < 0.2; }), s, 1), 1e-3);
+  EXPECT_LT(worst_of_standing(without(0, [](std::size_t i) { return i % 7 != 0; }), s, 0), 2e-3);
+}
+
+TEST(Forecaster, APoseThatJumpsWhileTheCarStandsIsDoubtedToo) {
+  const CalibrateRig rig;
+  Session s = drive(rig.vehicle.car(), {.seconds = 26, .command = stop_and_go});
+  const Session good = s;
+  Starts starts{{}, {0.1}};
+  for (std::size_t i = 250; i + 80 < s.rows(); ++i) {
+    if (std::fmod(s.t[i], 6.0) < 5.2 || std::fmod(s.t[i], 6.0) > 5.3 || !(std::abs(s.at(i, 3)) < 0.05)) continue;
+    for (std::size_t k = i; k < i + 5; ++k) s.reading[k * channels + 2] -= 0.5;  // another marker for 0.1 s
+    starts.time.push_back(s.t[i + 4]);
+    i += 100;
   }
+  ASSERT_GT(starts.time.size(), 2u);
+  EXPECT_LT(worst(good, starts, rig.predict(s, rig.forecaster.defaults(), starts), 2), 0.2);
 }
 
 TEST(Forecaster, DerivativesAreThoseOfThePredictions) {
@@ -238,6 +334,22 @@ TEST(Forecaster, ALagShorterThanAStepIsNearlyNone) {
   EXPECT_LT(most, 0.05);  // [rad] 7 ms of the yaw rate make 0.03
 }
 
+TEST(Forecaster, ALagThatGoesWithTheSpeedIsFollowedAtFiveTimesTheUsualOne) {
+  const CalibrateRig rig(test::small_car_world(R"({"car": {"v_ref": 1},
+    "plant": {"effects": [{"plugin": "relaxation", "params": {"sigma": 0.02}}]}})"));
+  const Session s = drive(rig.vehicle.car(), {.seconds = 14,
+                                              .command =
+                                                  [](double t) {
+                                                    return CommandSample<double>{0.9, 0.05 * std::sin(2 * t)};
+                                                  },
+                                              .speed = 5});
+  ASSERT_GT(s.at(s.rows() / 2, 3), 4.5);
+  const Starts starts = some_starts(s);
+  const auto predicted = rig.predict(s, rig.forecaster.defaults(), starts);
+  EXPECT_LT(worst(s, starts, predicted, 2), 5e-3);
+  EXPECT_LT(worst(s, starts, predicted, 5), 5e-2);
+}
+
 TEST(Forecaster, ADisturbanceIsCarriedOn) {
   // The log's car rolls with more resistance than the model knows: without the disturbance every prediction is too fast.
   const CalibrateRig truth(test::small_car_world(R"({"plant": {"params": {"Cr0": 1.8}}})")), rig;
@@ -260,6 +372,22 @@ TEST(Forecaster, ASpeedThatIsPrescribedIsFollowed) {
   const auto predicted = rig.predict(s, rig.forecaster.defaults(), starts);
   EXPECT_LT(worst(s, starts, predicted, 3), 5e-3);
   EXPECT_LT(worst(s, starts, predicted, 2), 5e-3);
+}
+
+TEST(Forecaster, ASpeedThatIsPrescribedIsBridgedWhereItIsReadNowAndThen) {
+  const CalibrateRig rig;
+  const Session good = drive(rig.vehicle.car(), {.seconds = 20});
+  Session s = good;
+  s.prescribed_speed = true;
+  for (auto& command : s.command) command.d = 0.0;
+  for (std::size_t i = 0; i < s.rows(); ++i)
+    if (i % 5 != 0) s.reading[i * channels + 3] = NAN;
+  Starts starts;
+  starts.horizons = {1.0};  // starts and ends on readings
+  for (std::size_t i = 200; i + 60 < s.rows(); i += 65) starts.time.push_back(s.t[i]);
+  const auto predicted = rig.predict(s, rig.forecaster.defaults(), starts);
+  EXPECT_LT(worst(good, starts, predicted, 3), 5e-3);
+  EXPECT_LT(worst(good, starts, predicted, 2), 2e-2);
 }
 
 TEST(Forecaster, AChannelThatIsMissingIsDoneWithout) {

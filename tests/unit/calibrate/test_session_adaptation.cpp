@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 
 #include "support/calibrate_rig.hpp"
 
@@ -65,6 +66,27 @@ TEST(SessionAdaptation, TheLogBeforeAStartMovesWhatMayDiffer) {
   for (const std::size_t c : {0u, 2u, 3u, 5u}) EXPECT_LT(rms(log, moved, c, 15), 0.6 * rms(log, fixed, c, 15)) << c;
   EXPECT_NEAR(at_end[bench.moving[0].index], 10.5, 0.5);
   EXPECT_NEAR(at_end[bench.moving[1].index], 0.03, 0.006);
+}
+
+TEST(SessionAdaptation, AnErrorThatAWidthMovesFarTellsNoMoreThanOneThatItMovesToTheBendOfTheLoss) {
+  Bench bench;
+  for (Unknown& u : bench.moving) u.sigma = u.session;
+  const Session own = drive(bench.rig.vehicle.car(), {.seconds = 20});
+  std::vector<FitLog> logs{bench.log(own)};
+  PredictionErrors errors(bench.rig.forecaster, logs);
+  errors.weighing.scale.fill(2e-3);  // a width moves the place by centimetres
+  errors.weighing.horizon = {1.0};
+  const auto told_of_steering = [&](double steep) {
+    errors.weighing.steep = steep;
+    double sum = 0.0;
+    for (const Eigen::MatrixXd& h : errors.linearise(bench.params, bench.moving).hessian)
+      sum += h(1, 1) * bench.moving[1].sigma * bench.moving[1].sigma;
+    return sum;
+  };
+  const double most = 9.0 * static_cast<double>(logs.front().truth.size());
+  EXPECT_LT(told_of_steering(3.0), most);
+  EXPECT_GT(told_of_steering(3.0), 0.05 * most);
+  EXPECT_GT(told_of_steering(std::numeric_limits<double>::infinity()), 5.0 * most);
 }
 
 TEST(SessionAdaptation, NothingMovesBeyondItsWidthOrWithoutOne) {

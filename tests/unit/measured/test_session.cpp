@@ -50,6 +50,39 @@ TEST(CommandGrid, AMovementIsKnownOnceItsEndWasRead) {
   for (std::size_t k = 1; k < grid.known_at.size(); ++k) EXPECT_GE(grid.known_at[k], grid.known_at[k - 1]);
 }
 
+TEST(CommandGrid, UntilItsNextReadingACommandIsHeldWhateverTheOtherOneDoes) {
+  Session s = stepping();  // the throttle steps at 2.0 s
+  for (std::size_t i = 205; i < s.rows(); ++i) s.command[i].delta = 0.3;
+  s.steering_every = 0.1;
+  const CommandGrid grid(s, 0.01);
+  EXPECT_EQ(grid.held(2.0), 201u);
+  EXPECT_LT(grid.known(2.0), 201u);  // the steering moves from 1.95 s to 2.05 s
+  std::vector<CommandSample<double>> held;
+  grid.copy_held(2.0, s.command[200], 150, held);
+  ASSERT_EQ(held.size(), 51u);
+  EXPECT_EQ(held.back().d, 0.5);
+  for (const auto& c : held) EXPECT_EQ(c.delta, 0.0);
+  grid.copy_held(2.05, s.command[205], 150, held);
+  EXPECT_EQ(held.back().delta, 0.3);
+  EXPECT_NEAR(held[50].delta, 0.15, 1e-9);
+}
+
+TEST(Session, ReadingsAreBridgedAsFarAsTheyAreKnown) {
+  Session s = stepping();
+  s.reading.assign(s.rows() * channels, no_reading);
+  for (std::size_t i = 0; i < s.rows(); i += 10) s.reading[i * channels + 3] = 0.1 * static_cast<double>(i);
+  EXPECT_TRUE(std::isnan(s.interpolate(3, 1.05)));
+  double slope = 0.0;
+  EXPECT_NEAR(s.bridge(3, 1.05, 2.0, 0.5, &slope), 10.5, 1e-9);
+  EXPECT_NEAR(slope, 10.0, 1e-9);
+  EXPECT_NEAR(s.bridge(3, 1.05, 1.09, 0.5, &slope), 10.0, 1e-9);  // the next one is not known yet
+  EXPECT_EQ(slope, 0.0);
+  EXPECT_NEAR(s.bridge(3, 1.1, 1.1, 0.5), 11.0, 1e-9);
+  EXPECT_TRUE(std::isnan(s.bridge(3, 1.05, 2.0, 0.04)));
+  EXPECT_NEAR(s.bridge(3, 3.4, 9.0, 0.5), 30.0, 1e-9);
+  EXPECT_TRUE(std::isnan(s.bridge(3, 4.0, 9.0, 0.5)));
+}
+
 TEST(CommandGrid, ACommandThatChangesMoreOftenThanItIsSaidToBeReadStaysAsItStands) {
   Session s = stepping();
   for (std::size_t i = 0; i < s.rows(); ++i)

@@ -130,11 +130,55 @@ TEST(SessionFile, ACommandThatChangesMoreOftenThanTheMapSaysIsSaid) {
       "delta": {"column": "delta_rad", "kind": "command", "every": ")";
     text.append(every).append("\"}}}");
     for (const Finding& f : read_session(log, map_of(text)).findings)
-      if (f.check == "steering") return f.found;
+      if (f.check == "steering") return std::string(f.found).append("; ").append(f.done);
     return std::string();
   };
   EXPECT_EQ(said("0.1 s"), "");
-  EXPECT_EQ(said("0.2 s"), "changes every 0.1 s, the map says read every 0.2 s");
+  EXPECT_EQ(
+      said("0.2 s"),
+      "changes every 0.1 s, the map says read every 0.2 s; 397 of 399 changes are taken as they stand in the rows");
+}
+
+TEST(SessionFile, ChangesThatComeTooSoonForAWhileAreCountedAsTheyAreRead) {
+  // Every 0.1 s for the first four seconds, every 0.2 s after: read one by one, changes up to about 12 s stand.
+  const auto log = log_of("t_s,vx_mps,yaw_rate_radps,delta_rad",
+                          [](std::ostream& out, double t, double, double, double, double rate, double) {
+                            const double pace = t < 4.0 - 1e-6 ? 0.1 : 0.2;
+                            out << t << ",10," << rate << ',' << 0.01 * std::sin(std::floor(t / pace + 1e-6)) << '\n';
+                          });
+  const LogMap map = map_of(R"({"time": "t_s", "channels": {"vx": "vx_mps", "yaw_rate": "yaw_rate_radps",
+    "delta": {"column": "delta_rad", "kind": "command", "every": "0.2 s"}}})");
+  const SessionFile file = read_session(log, map);
+  std::string done;
+  for (const Finding& f : file.findings)
+    if (f.check == "steering") done = f.done;
+  const CommandGrid grid(file.session, 0.01);
+  std::size_t stand = 0, changes = 0;
+  for (std::size_t i = 1; i < file.session.rows(); ++i) {
+    if (file.session.command[i].delta == file.session.command[i - 1].delta) continue;
+    ++changes;
+    const auto k = static_cast<std::size_t>(std::lround((file.session.t[i] - grid.t0) / grid.dt));
+    stand += grid.fixed_at[1][k - 8] < file.session.t[i] - 1e-9;  // no straight line leads there
+  }
+  EXPECT_GT(stand, 40u);
+  EXPECT_LT(stand, changes / 2);
+  EXPECT_EQ(done, std::to_string(stand).append(" of ").append(std::to_string(changes)) +
+                      " changes are taken as they stand in the rows");
+}
+
+TEST(SessionFile, AHeldReadingThatStaysIsOfACarThatStands) {
+  const auto log = log_of("t_s,vx_mps,yaw_rate_radps,delta_rad",
+                          [](std::ostream& out, double t, double, double, double, double rate, double delta) {
+                            const double v = t < 20.0 ? 10 + 0.001 * std::floor(t / 0.2 + 1e-9) : 0.0;
+                            out << t << ',' << v << ',' << rate << ',' << delta << '\n';
+                          });
+  const LogMap map = map_of(R"({"time": "t_s", "channels": {"vx": {"column": "vx_mps", "hold": "held"},
+    "yaw_rate": "yaw_rate_radps", "delta": "delta_rad"}})");
+  const Session s = read_session(log, map).session;
+  std::size_t moving = 0, standing = 0;
+  for (std::size_t i = 0; i < s.rows(); ++i) (s.t[i] < 20.0 - 1e-9 ? moving : standing) += !std::isnan(s.at(i, 3));
+  EXPECT_EQ(moving, 100u);
+  EXPECT_NEAR(static_cast<double>(standing), 100.0, 3.0);
 }
 
 TEST(SessionFile, SpeedsFollowFromPlacesWhereTheLogHasNone) {
@@ -201,6 +245,57 @@ TEST(SessionChecks, UnitsAndSignsAreToldWithTheirEvidence) {
   EXPECT_THAT(why(own_log(1, 60), map), HasSubstr("degrees"));
   EXPECT_THAT(why(own_log(1, 1, 57.3), map), HasSubstr("yaw looks like degrees"));
   EXPECT_THAT(why(own_log(1, 1, -1), map), HasSubstr("other sign"));
+}
+
+/// The weaving car with a throttle, through a map with this unit of time, formulas of the place and throttle.
+std::string why_with(const char* time, const char* place, const char* d) {
+  const auto log = log_of("t,px,py,psi,v,steer,go",
+                          [](std::ostream& out, double t, double px, double py, double psi, double, double delta) {
+                            out << t << ',' << px << ',' << py << ',' << psi << ',' << 10.0 + 3.0 * std::sin(0.3 * t)
+                                << ',' << delta << ',' << 0.3 + 0.2 * std::cos(0.3 * t) << '\n';
+                          });
+  std::string text = R"({"time": {"column": "t", "unit": ")";
+  text.append(time).append(R"("}, "channels": {"x": "px)").append(place).append(R"(", "y": "py)").append(place);
+  text.append(R"(", "yaw": "psi", "vx": "v", "d": ")").append(d).append(R"(", "delta": "steer"}})");
+  return why(log, map_of(text));
+}
+
+TEST(SessionChecks, UnitsAndSignsThatAMapGivesToGoodNumbersAreTold) {
+  EXPECT_EQ(why_with("s", "", "go"), "fine");
+  EXPECT_THAT(why_with("ms", "", "go"), HasSubstr("time was taken for milliseconds and is seconds"));
+  EXPECT_THAT(why_with("s", " / 1000", "go"), HasSubstr("x and y were taken for millimetres and are metres"));
+  EXPECT_THAT(why_with("s", "", "-go"), HasSubstr("d is never above 0"));
+}
+
+TEST(SessionChecks, AYawInRadiansThatIsTakenForDegreesIsTold) {
+  const auto log = log_of("t,px,py,psi,v,steer",
+                          [](std::ostream& out, double t, double, double, double, double, double) {  // a circle
+                            const double yaw = 0.5 * t;
+                            out << t << ',' << 20 * std::sin(yaw) << ',' << -20 * std::cos(yaw) << ','
+                                << std::remainder(yaw, 2 * pi) << ",10,0.13\n";
+                          });
+  const LogMap map = map_of(R"({"time": "t", "channels": {"x": "px", "y": "py", "vx": "v", "delta": "steer",
+    "yaw": {"column": "psi", "unit": "deg"}}})");
+  EXPECT_THAT(why(log, map), HasSubstr("yaw was taken for degrees and is radians"));
+}
+
+TEST(SessionChecks, SteeringThatTheCarDoesNotFollowIsDoubted) {
+  const auto found = [](const char* formula, const char* sideways) {
+    const auto log = log_of("t,px,py,psi,v,r,steer", [](std::ostream& out, double t, double x, double y, double yaw,
+                                                        double rate, double delta) {
+      const double lean = 0.05 * std::sin(0.8 * t + 1.0);  // the heading is off the path
+      out << t << ',' << x << ',' << y << ',' << yaw + lean << ",10," << rate << ',' << delta << '\n';
+    });
+    std::string text = R"({"time": "t", "channels": {"x": "px", "y": "py", "yaw": "psi", "vx": "v", "yaw_rate": "r",
+      "delta": ")";
+    text.append(formula).append(R"(", "vy": ")").append(sideways).append("\"}}");
+    std::string names;
+    for (const Finding& f : doubts_about(read_session(log, map_of(text)).session)) names.append(f.check).append(" ");
+    return names;
+  };
+  EXPECT_EQ(found("steer", "-10 * sin(0.05 * sin(0.8 * t + 1.0))"), "");
+  EXPECT_EQ(found("0.2 * sin(3.1 * t)", "-10 * sin(0.05 * sin(0.8 * t + 1.0))"), "delta ");
+  EXPECT_EQ(found("steer", "10 * sin(0.05 * sin(0.8 * t + 1.0))"), "vy ");
 }
 
 TEST(SessionChecks, AParkedCarIsRefused) {

@@ -70,6 +70,24 @@ TEST(SteerMap, IsACubicWithItsOwnSlopeInTheRate) {
   bench.expect_exact_derivatives({0.9, 0.3, -0.5});
 }
 
+TEST(SteerRateLimit, FollowsSmallMovesWithALagAndTurnsOnlySoFast) {
+  EffectBench bench("steer_rate_limit");
+  bench.q.delta = 0.2;
+  EXPECT_EQ(bench.start_memory({5.0, 0.02}).front(), 0.2);
+  const auto rate = [&](double off) {
+    bench.memory = {0.2 - off};
+    const auto q = bench.apply({5.0, 0.02});
+    EXPECT_EQ(q.delta, 0.2 - off);
+    EXPECT_EQ(q.delta_rate, bench.memory_rate.front());
+    return q.delta_rate;
+  };
+  EXPECT_NEAR(rate(0.001), 0.001 / 0.02, 1e-5);  // a first-order lag
+  EXPECT_NEAR(rate(0.6), 5.0, 1e-4);
+  EXPECT_NEAR(rate(-0.6), -5.0, 1e-4);
+  bench.memory = {0.1};
+  bench.expect_exact_derivatives({5.0, 0.02});
+}
+
 TEST(PowerLimit, NeverGivesMoreThanThePowerNorThanTheMotor) {
   EffectBench bench("power_limit");
   const auto force = [](const Quantities<double>& q) { return q.motor - q.emf * q.vx; };
