@@ -117,10 +117,10 @@ StepPath step_path(const Sample& k, const LearnedCar<Force>& learned, bool use_m
                           mean(at_begin.load_front, at_end.load_front), mean(at_begin.load_rear, at_end.load_rear)});
 }
 
-/// What the road presses on the axles in a step, over their load on a flat one: sqrt(1 - sin(grade)^2 - sin(bank)^2) plus
-/// vx^2 / g times the curvature of its surface along the car's way, change of the grade per metre and kappa sin(bank)
-/// (Meusnier). A crest takes 3 % off at 28 m/s where the grade falls by 0.04 in 100 m: extrapolated from slips of half the
-/// peak's, that is a fifth of the friction.
+/// What the road presses on the axles in a step, over their load on a flat one: sqrt(1 - sin(grade)^2 - sin(bank)^2)
+/// plus vx^2 / g times the curvature of its surface along the car's way, change of the grade per metre and
+/// kappa sin(bank) (Meusnier). A crest takes 3 % off at 28 m/s where the grade falls by 0.04 in 100 m, and from
+/// slips of half the peak's, friction is extrapolated.
 inline double road_load(const Sample& k) {
   const Place &from = k.at, &to = k.at_next;
   const double grade = std::sin(from.grade), bank = std::sin(from.bank), way = k.x.vx * k.dt;

@@ -1,8 +1,8 @@
 // The slip angle up to which the front axle gains side force, as a prediction has it.
 //
-// Beyond a tyre's peak steering acts the other way round: less lock is more force, and a solver that follows slopes stays at
-// full lock. Bounds on slip angles keep cars on the rising side: Beal, Gerdes (2013), "Model predictive control for vehicle
-// stabilization at the limits of handling".
+// Beyond a tyre's peak steering acts the other way round: less lock is more force, and a solver that follows slopes
+// stays at full lock. Bounds on slip angles keep cars on the rising side: Beal, Gerdes (2013), "Model predictive
+// control for vehicle stabilization at the limits of handling".
 #pragma once
 
 #include <algorithm>
@@ -15,9 +15,9 @@
 
 namespace gripline::mpc {
 
-/// [rad], of a car that moves straight on at vx [m/s], coasting on a flat road: where 99 % of the largest force below the
-/// steering's limit are reached, also of a tyre that only levels off. Infinite where that is not clearly below the limit, and
-/// for cars without slip.
+/// [rad], of a car that moves straight on at vx [m/s], coasting on a flat road: where 99 % of the largest force below
+/// the steering's limit are reached, also of a tyre that only levels off. Infinite where that is not clearly below the
+/// limit, and for cars without slip.
 inline double front_saturation_slip(Prediction& model, const Car& car, double vx) {
   constexpr std::size_t count = 32;
   constexpr double reached = 0.99, clearly = 0.8;

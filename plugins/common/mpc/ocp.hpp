@@ -117,8 +117,8 @@ class Ocp {
     }
   }
 
-  /// Bounds the steering so that the front axle slips by no more than `largest` [rad] where it moves as in `x`, rows of a
-  /// plan [N+1][states], as far as the steering's rate allows from the present angle on.
+  /// Bounds the steering so that the front axle slips by no more than `largest` [rad] where it moves as in `x`, rows of
+  /// a plan [N+1][states], as far as the steering's rate allows from the present angle on.
   void bound_front_slip(std::span<const double> x, double largest) {
     const std::size_t n = x0_.size();
     const double reach = dt_ * car_.ddelta_max, spare = 0.05 * reach;  // solvers need an interior

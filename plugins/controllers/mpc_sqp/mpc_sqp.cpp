@@ -1,8 +1,8 @@
 // Model-predictive control in real time: the problem of mpc/ocp.hpp, eq. (opt) of the paper, by the sequential
 // quadratic programming of sqp.hpp.
 //
-// With `front_slip` the steering stays where the front axle slips no further than its tyres gain force, along the plan of
-// the step before.
+// With `front_slip` the steering stays where the front axle slips no further than its tyres gain force, along the plan
+// of the step before.
 //
 // The plan of the step before, shifted by one, is the start. A solve that does not converge is counted as failed; its
 // best iterate, in the worst case the shifted plan, is driven, and the next step starts anew if not even one program

@@ -5,12 +5,13 @@
 //   vx'  = a + coast(vx) - Ff sin(delta) + vy omega - g sin(grade)
 //   vy'  = Fr + Ff cos(delta) - vx omega + g sin(bank)
 //   omega' = (Ff lf cos(delta) - Fr lr) m / Iz,   delta' = rate
-//   Faxle = N D sin(C atan(B slip)),  N = sqrt(1 - sin(grade)^2 - sin(bank)^2) + curve vx^2 / g,  slip_f = delta - atan((vy + omega lf) / vx),  slip_r = -atan((vy - omega lr) / vx)
+//   Faxle = N D sin(C atan(B slip)),  N = sqrt(1 - sin(grade)^2 - sin(bank)^2) + curve vx^2 / g
+//   slip_f = delta - atan((vy + omega lf) / vx),  slip_r = -atan((vy - omega lr) / vx)
 //
 // Forces are per mass [m/s2]; a is the force of drive and brakes. N is the load of both axles over that at rest on a
-// flat road: a crest of radius R (curve -1 / R) takes m vx^2 / R off. Sources: the car is eq. (dyn_model) of Kalaria, Lin,
-// Dolan; the change of the independent variable as in Lot, Biral (2014), "A curvilinear abscissa approach for the lap
-// time optimization of racing vehicles".
+// flat road: a crest of radius R (curve -1 / R) takes m vx^2 / R off. Sources: the car is eq. (dyn_model) of Kalaria,
+// Lin, Dolan; the change of the independent variable as in Lot, Biral (2014), "A curvilinear abscissa approach for the
+// lap time optimization of racing vehicles".
 #pragma once
 
 #include <algorithm>
@@ -43,8 +44,8 @@ struct CarBelief {
 enum LapVariable : int { lap_n, lap_xi, lap_vx, lap_vy, lap_omega, lap_delta, lap_a, lap_rate };
 inline constexpr int lap_states = 6, lap_variables = 8;
 
-/// The base line over an interval: mean curvature, slope, and the curvature of the road's surface along it, as rad of grade
-/// per metre: positive in a dip, negative on a crest.
+/// The base line over an interval: mean curvature, slope, and the curvature of the road's surface along it, as rad of
+/// grade per metre: positive in a dip, negative on a crest.
 struct LapPlace {
   double kappa = 0, grade = 0, bank = 0, curve = 0;
   bool flat() const { return grade == 0.0 && bank == 0.0 && curve == 0.0; }
