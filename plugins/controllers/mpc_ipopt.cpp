@@ -79,7 +79,7 @@ class OcpNlp final : public Ipopt::TNLP {
                 row = k * layout_.rows_per_stage() + layout_.states;
       lower[u] = car.d_min, upper[u] = car.d_max;
       lower[u + 1] = -car.ddelta_max, upper[u + 1] = car.ddelta_max;
-      lower[delta] = -stage.delta_max, upper[delta] = stage.delta_max;
+      lower[delta] = stage.delta_min, upper[delta] = stage.delta_max;
       lower[layout_.slack(k + 1)] = 0.0;
       row_lower[row] = -far, row_upper[row] = std::min(stage.edge_upper, far);
       row_lower[row + 1] = std::max(stage.edge_lower, -far), row_upper[row + 1] = far;

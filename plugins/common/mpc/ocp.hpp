@@ -5,7 +5,7 @@
 //           + sum_k=0..N-1  r_d (d_k - d_k-1)^2 + r_ddelta (dt ddelta_k)^2 + regularization (d_k^2 + (dt ddelta_k)^2)
 //           + sum_k=1..N  slack eps_k^2 + slack_linear eps_k
 //   subject to  x_0 as observed, d_-1 the throttle of the step before,   x_k+1 = f(x_k, u_k)
-//               d_min <= d_k <= d_max,  |ddelta_k| <= ddelta_max,  |delta_k| <= delta_max
+//               d_min <= d_k <= d_max,  |ddelta_k| <= ddelta_max,  delta_min_k <= delta_k <= delta_max_k
 //               -right_k + tighten - eps_k <= n_k . (p_k - p_ref_k) <= left_k - tighten + eps_k,   eps_k >= 0
 //
 // with e_k = p_k - p_ref_k, Q_k = diag(q_x, q_y) + R_k diag(q_lag, q_contour) R_k' (R_k turns to the reference's
@@ -67,7 +67,7 @@ struct OcpStage {
   double q_yaw = 0, q_v = 0;
   double normal_x = 0, normal_y = 0;      // n_k
   double edge_lower = 0, edge_upper = 0;  // of n_k . p_k [m]; infinite without track bounds
-  double delta_max = 0;                   // [rad]
+  double delta_min = 0, delta_max = 0;    // [rad]
 
   /// n_k . p_k of a state [m].
   double across(const double* state) const { return normal_x * state[0] + normal_y * state[1]; }
@@ -113,6 +113,30 @@ class Ocp {
       s.yaw = yaw_near = yaw_near + std::remainder(r.yaw - r.beta - yaw_near, 2.0 * std::numbers::pi);
       // A steering angle beyond its limit (sensed, or the limit was changed) may return at the steering's rate.
       s.delta_max = std::max(car_.delta_max, std::abs(now.x.delta) - k * dt_ * car_.ddelta_max);
+      s.delta_min = -s.delta_max;
+    }
+  }
+
+  /// Bounds the steering so that the front axle slips by no more than `largest` [rad] where it moves as in `x`, rows of
+  /// a plan [N+1][states], as far as the steering's rate allows from the present angle on.
+  void bound_front_slip(std::span<const double> x, double largest) {
+    const std::size_t n = x0_.size();
+    const double reach = dt_ * car_.ddelta_max, spare = 0.05 * reach;  // solvers need an interior
+    double low = x0_[6], high = x0_[6];                                // that can be reached within the bounds
+    for (int k = 1; k <= horizon(); ++k) {
+      const double* row = x.data() + static_cast<std::size_t>(k) * n;
+      OcpStage& s = stages_[static_cast<std::size_t>(k)];
+      low -= reach;
+      high += reach;
+      if (row[3] > 2.0 * car_.v_min) {
+        const double course = std::atan2(row[4] + car_.lf * row[5], row[3]);
+        const double least = std::clamp(course - largest, s.delta_min, s.delta_max);
+        const double most = std::clamp(course + largest, s.delta_min, s.delta_max);
+        s.delta_min = std::min(least, high - spare);
+        s.delta_max = std::max(most, low + spare);
+      }
+      low = std::max(low, s.delta_min);
+      high = std::min(high, s.delta_max);
     }
   }
 

@@ -1,6 +1,9 @@
 // Model-predictive control in real time: the problem of mpc/ocp.hpp, eq. (opt) of the paper, by the sequential
 // quadratic programming of sqp.hpp.
 //
+// With `front_slip` the steering stays where the front axle slips no further than its tyres gain force, along the plan
+// of the step before.
+//
 // The plan of the step before, shifted by one, is the start. A solve that does not converge is counted as failed; its
 // best iterate, in the worst case the shifted plan, is driven, and the next step starts anew if not even one program
 // was solved.
@@ -9,6 +12,7 @@
 #include <memory>
 #include <vector>
 
+#include "common/mpc/front_slip.hpp"
 #include "common/mpc/ocp.hpp"
 #include "controllers/mpc_sqp/sqp.hpp"
 
@@ -21,20 +25,23 @@ class MpcSqp final : public Controller {
   struct Params : mpc::OcpParams {
     int iterations = mpc_sqp::SqpOptions{}.max_iter;
     double tolerance = mpc_sqp::SqpOptions{}.tol_step;
+    double front_slip = 0;
   };
   static constexpr auto parameters() {
     return std::tuple_cat(
         mpc::ocp_parameters(),
         std::tuple{
             param("iterations", &Params::iterations, "1", {1, 1000}, "quadratic programs per step at most"),
-            param(
-                "tolerance", &Params::tolerance, "1", {1e-9, 1},
-                "largest last change of an input, as a share of its range; the first one is known ten times as well")});
+            param("tolerance", &Params::tolerance, "1", {1e-9, 1},
+                  "largest last change of an input, as a share of its range; the first one is known ten times as well"),
+            param("front_slip", &Params::front_slip, "1", {0, 10},
+                  "largest slip of the front axle over that at 99 % of its largest predicted force; 0: no bound")});
   }
 
   MpcSqp(const PluginContext& context, const Params& params)
       : ocp_(params, context.car, context.dt),
-        options_{.max_iter = params.iterations, .tol_step = params.tolerance, .qp_solver = {}} {}
+        options_{.max_iter = params.iterations, .tol_step = params.tolerance, .qp_solver = {}},
+        front_slip_(params.front_slip) {}
 
   int horizon() const noexcept override { return ocp_.horizon() + 1; }
 
@@ -50,6 +57,7 @@ class MpcSqp final : public Controller {
     } else {
       sqp_->shift();
     }
+    bound_front_slip(now, model);
     const mpc_sqp::SqpStatistics statistics = sqp_->solve(ocp_, model);
     const bool solved = statistics.status == mpc_sqp::SqpStatus::converged;
     start_anew_ =
@@ -70,6 +78,12 @@ class MpcSqp final : public Controller {
   std::span<const State> predicted() const override { return predicted_; }
 
  private:
+  /// The axle moves as the shifted plan says.
+  void bound_front_slip(const Observation& now, Prediction& model) {
+    if (!(front_slip_ > 0.0)) return;
+    const double slip = mpc::front_saturation_slip(model, ocp_.car(), std::max(now.x.vx, 3.0 * ocp_.car().v_min));
+    if (std::isfinite(slip)) ocp_.bound_front_slip(sqp_->x(), front_slip_ * slip);
+  }
   State state_at(std::size_t k) const {
     const double* x = sqp_->x().data() + k * static_cast<std::size_t>(sqp_->states());
     return {x[0], x[1], x[2], x[3], x[4], x[5], x[6]};
@@ -77,6 +91,7 @@ class MpcSqp final : public Controller {
 
   mpc::Ocp ocp_;
   mpc_sqp::SqpOptions options_;
+  double front_slip_;
   std::unique_ptr<mpc_sqp::Sqp> sqp_;
   std::vector<State> predicted_;
   bool start_anew_ = true;

@@ -102,7 +102,7 @@ void set_constraints(const mpc::Ocp& ocp, const NlpIterate& at, OcpQp& qp) {
       qp.C(k)[1] = s.normal_y;
       qp.lg(k) = s.edge_lower - edge;
       qp.ug(k) = s.edge_upper - edge;
-      qp.lbx(k) = -s.delta_max - x[delta_index];
+      qp.lbx(k) = s.delta_min - x[delta_index];
       qp.ubx(k) = s.delta_max - x[delta_index];
     }
     if (k == qp.dims.N) break;

@@ -69,7 +69,10 @@ LapNodes place_nodes(const ClosedLine& base, const std::vector<double>& speed, c
     room(m, nodes.mid_lo, nodes.mid_hi);
     nodes.ds.push_back(end - s);
     const double turned = std::remainder(q.yaw - p.yaw, 2.0 * std::numbers::pi);
-    nodes.places.push_back({turned / (end - s), m.grade, m.bank});
+    // Meusnier: in a turn whose bank turns with the road, the surface is curved along the road by kappa sin(bank) too.
+    const double road = course.at(base.samples()[base.bracket(m.s).first].station).kappa;
+    const double curve = (q.grade - p.grade) / (end - s) + road * std::sin(m.bank);
+    nodes.places.push_back({turned / (end - s), m.grade, m.bank, curve});
   }
   return nodes;
 }

@@ -5,13 +5,16 @@
 //   vx'  = a + coast(vx) - Ff sin(delta) + vy omega - g sin(grade)
 //   vy'  = Fr + Ff cos(delta) - vx omega + g sin(bank)
 //   omega' = (Ff lf cos(delta) - Fr lr) m / Iz,   delta' = rate
-//   Faxle = D sin(C atan(B slip)),  slip_f = delta - atan((vy + omega lf) / vx),  slip_r = -atan((vy - omega lr) / vx)
+//   Faxle = N D sin(C atan(B slip)),  N = sqrt(1 - sin(grade)^2 - sin(bank)^2) + curve vx^2 / g
+//   slip_f = delta - atan((vy + omega lf) / vx),  slip_r = -atan((vy - omega lr) / vx)
 //
-// Forces are per mass [m/s2]; a is the force of drive and brakes. Sources: the car is eq. (dyn_model) of Kalaria, Lin,
-// Dolan; the change of the independent variable as in Lot, Biral (2014), "A curvilinear abscissa approach for the lap
-// time optimization of racing vehicles".
+// Forces are per mass [m/s2]; a is the force of drive and brakes. N is the load of both axles over that at rest on a
+// flat road: a crest of radius R (curve -1 / R) takes m vx^2 / R off. Sources: the car is eq. (dyn_model) of Kalaria,
+// Lin, Dolan; the change of the independent variable as in Lot, Biral (2014), "A curvilinear abscissa approach for the
+// lap time optimization of racing vehicles".
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <type_traits>
 
@@ -41,9 +44,11 @@ struct CarBelief {
 enum LapVariable : int { lap_n, lap_xi, lap_vx, lap_vy, lap_omega, lap_delta, lap_a, lap_rate };
 inline constexpr int lap_states = 6, lap_variables = 8;
 
-/// The base line over an interval: mean curvature, slope.
+/// The base line over an interval: mean curvature, slope, and the curvature of the road's surface along it, as rad of
+/// grade per metre: positive in a dip, negative on a crest.
 struct LapPlace {
-  double kappa = 0, grade = 0, bank = 0;
+  double kappa = 0, grade = 0, bank = 0, curve = 0;
+  bool flat() const { return grade == 0.0 && bank == 0.0 && curve == 0.0; }
 };
 
 template <class T>
@@ -52,17 +57,30 @@ struct LapRates {
   T state[lap_states];      // d(state)/ds
   T slip_front, slip_rear;  // [rad]
   T front, rear;            // lateral forces over mass [m/s2]
+  T load;                   // of both axles over the static one
 };
 
 template <class T>
-T apply(const CubicSpline& curve, const T& x) {
-  double at = 0;
+double value_of(const T& x) {
   if constexpr (std::is_same_v<T, double>)
-    at = x;
+    return x;
   else
-    at = x.v;
-  const CubicSpline::Value y = curve.at(at);
+    return x.v;
+}
+
+template <class T>
+T apply(const CubicSpline& curve, const T& x) {
+  const CubicSpline::Value y = curve.at(value_of(x));
   return chain(y.f, y.slope, y.curvature, x);
+}
+
+/// N above. A car that hardly touches the ground any more is given a fifth of its weight: forces stay differentiable.
+template <class T>
+T relative_load(const LapPlace& place, const T& vx) {
+  constexpr double least = 0.2;
+  const double along = std::sin(place.grade), across = std::sin(place.bank);
+  const T load = std::sqrt(std::max(0.0, 1.0 - along * along - across * across)) + (place.curve / gravity) * (vx * vx);
+  return value_of(load) > least ? load : T(least);
 }
 
 /// Slip angle of the front axle of a car that moves forward, vx > 0 [rad].
@@ -85,6 +103,12 @@ LapRates<T> lap_rates(const Car& car, const AxleTyres& tyres, const CubicSpline&
   r.slip_rear = -atan((vy - car.lr * omega) / vx);
   r.front = tyres.front.force(r.slip_front);
   r.rear = tyres.rear.force(r.slip_rear);
+  r.load = T(1.0);
+  if (!place.flat()) {
+    r.load = relative_load(place, vx);
+    r.front = r.load * r.front;
+    r.rear = r.load * r.rear;
+  }
   const T along = r.front * sin(delta), across = r.front * cos(delta);
   r.state[lap_n] = (vx * sine + vy * cosine) * r.time;
   r.state[lap_xi] = omega * r.time - place.kappa;

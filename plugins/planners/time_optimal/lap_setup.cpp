@@ -134,7 +134,7 @@ std::vector<double> LapSetup::fingerprint() const {
   add(nodes_.n_hi);
   add(nodes_.mid_lo);
   add(nodes_.mid_hi);
-  for (const LapPlace& p : nodes_.places) add(std::array{p.kappa, p.grade, p.bank});
+  for (const LapPlace& p : nodes_.places) add(std::array{p.kappa, p.grade, p.bank, p.curve});
   return all;
 }
 

@@ -237,7 +237,7 @@ class LapNlp final : public Ipopt::TNLP {
   T circle(const T (&z)[V], const LapRates<T>& r) const {
     const double most = p_.tyres.front.D + p_.tyres.rear.D;
     const T along = (p_.combined / most) * z[lap_a], across = (r.front + r.rear) * (1.0 / most);
-    return along * along + across * across;
+    return along * along + across * across + (1.0 - r.load * r.load);
   }
 
   template <class Put>

@@ -22,7 +22,7 @@ struct DriveCurves {
 };
 
 /// How an axle's side force and its part of the drive and brake force a (over mass) share friction:
-///   (F / D)^2 + (share a / (ratio D))^2 <= (1 + load a)^2
+///   (F / D)^2 + (share a / (ratio D))^2 <= (N + load a)^2
 struct AxleSharing {
   double ratio = 0;  // largest force along over largest across; 0: they do not share friction
   double drive_front = 0.5, brake_front = 0.5;  // front shares of drive and brake force
@@ -35,7 +35,7 @@ struct LapProblem {
   AxleTyres tyres;
   DriveCurves drive;
   double top_speed = 0;                // [m/s]
-  double combined = 0;                 // > 0: (combined a)^2 + (Ff + Fr)^2 <= (Df + Dr)^2
+  double combined = 0;                 // > 0: (combined a)^2 + (Ff + Fr)^2 <= (N (Df + Dr))^2
   AxleSharing sharing{};               // window_solver.hpp only: in the place of `combined` where its ratio is above 0
   double slip_max = 0.6;               // of both axles: beyond it a tyre is a brake, and the plan a drift [rad]
   double smoothness = 1e-4;            // the weight w

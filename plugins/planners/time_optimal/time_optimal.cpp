@@ -109,10 +109,10 @@ class LapPlanner : public SpeedPlanner {
     rear_seen_.add(rear_slip(forward, now.x.vy, now.x.omega, car_.lr));
     const AxleTyres tyres = believed_tyres(belief, learned);
     const double spread = (belief.sigma_front * car_.lr + belief.sigma_rear * car_.lf) / (car_.lf + car_.lr);
-    rear_ = tyres.rear;
     relative_spread_ = spread / std::max(mu_of(tyres), 1e-3);
     approach(belief.trusted ? k_.factor * (mu_of(tyres) - k_.sigma * spread) : k_.start * mu_init_);
     const bool replan = belief.trusted && learned != nullptr && k_.replan;
+    rear_ = replan ? tyres.rear : generic_.rear;
     if (replan && before_) resistance_.learn(*before_, now, dt_, tyres.front, car_, *nominal_);
     before_ = now;
     const CarBelief car{tyres, resistance_.value()};
@@ -194,8 +194,8 @@ class LapPlanner : public SpeedPlanner {
     r.y = p.y;
     r.yaw = yaw_near + std::remainder(p.yaw - yaw_near, 2.0 * std::numbers::pi);
     r.kappa = p.kappa;
-    r.v = k_.pace * p.v * std::cos(p.beta);
     r.beta = sideslip(p);
+    r.v = k_.pace * p.v * std::cos(r.beta);
     // Room along the path's normal; the offset is measured along the centre line's.
     const double across = std::max(0.5, std::cos(p.yaw - c.yaw));
     r.left = (c.left - c.n) / across - tightened;
@@ -233,7 +233,7 @@ class LapPlanner : public SpeedPlanner {
       const PlanPoint here = line_.at(s);
       if (k > 0) {
         v = std::min({k_.pace * here.v, join_.speed(s), v + gain(v) * dt_});
-        r.v = v * std::cos(here.beta);
+        r.v = v * std::cos(r.beta);
       }
       const double half = s + 0.5 * dt_ * v / (here.stretch * way_stretch(s, here));
       const PlanPoint middle = line_.at(half);
@@ -260,7 +260,7 @@ class LapPlanner : public SpeedPlanner {
   RecoveryPath recovery_;
   double mu_plan_;
   double relative_spread_ = 0;
-  MagicFormula rear_;  // believed now
+  MagicFormula rear_;  // that is planned for, up to its friction
   SlipRange front_seen_, rear_seen_;
 };
 

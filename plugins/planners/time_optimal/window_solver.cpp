@@ -93,7 +93,7 @@ void WindowSolver::share_friction(const T& a, const LapRates<T>& r, const Put& p
   const double mean = 0.5 * (own.drive_front + own.brake_front), rise = own.drive_front - own.brake_front;
   const T front = mean + (rise / std::numbers::pi) * atan(a * (1.0 / from_brake_to_drive));
   const auto axle = [&](int row, const T& force, const T& share, double load, double D) {
-    const T across = force * (1.0 / D), along = share * a * (1.0 / (own.ratio * D)), carried = 1.0 + load * a;
+    const T across = force * (1.0 / D), along = share * a * (1.0 / (own.ratio * D)), carried = r.load + load * a;
     put(row, across * across + along * along - carried * carried);
   };
   axle(front_least, r.front, front, own.load_front, p_.tyres.front.D);
@@ -122,7 +122,7 @@ void WindowSolver::nonlinear_constraints(const T (&z)[V], const LapRates<T>& r, 
     both_ways(rear_most, r.slip_rear, slip_rear_);
     const double most = p_.tyres.front.D + p_.tyres.rear.D;
     const T along = (p_.combined / most) * z[lap_a], across = (r.front + r.rear) * (1.0 / most);
-    put(rear_least, along * along + across * across - 1.0);
+    put(rear_least, along * along + across * across - r.load * r.load);
   } else {
     put(rear_most, r.slip_rear - slip_rear_);
     put(rear_least, -1.0 * r.slip_rear - slip_rear_);

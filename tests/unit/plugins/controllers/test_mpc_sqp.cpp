@@ -213,7 +213,7 @@ TEST(MpcSqp, TheSameDriveGivesTheSameBytes) {
 TEST(MpcSqp, AStepAllocatesNothingAfterTheFirst) {
   if (!rig::counts_allocations) GTEST_SKIP() << "the sanitizer owns malloc";
   DrivingScene scene(registry(), {.tyre_error = 0.85});
-  auto controller = scene.controller("mpc_sqp", {{"horizon", 50}});
+  auto controller = scene.controller("mpc_sqp", {{"horizon", 50}, {"front_slip", 1.0}});
   for (int step = 0; step < 60; ++step) {
     const Observation now = scene.observe();
     const auto references = scene.references(51);
@@ -258,6 +258,54 @@ TEST(MpcSqp, OutOfIterationsItDrivesItsBestAndSaysSo) {
     scene.drive(command.u);
   }
   EXPECT_FALSE(scene.was_outside());
+}
+
+TEST(MpcSqp, PlansStayWithinTheFrontSlipTheyAreGiven) {
+  constexpr int n = 30;
+  constexpr double largest = 0.2;
+  DrivingScene scene(registry(), {.pace = 0.9});
+  Ocp ocp(ocp_params(n), scene.car(), scene.dt);
+  Sqp sqp(n, state_size, {});
+  int held = 0, solved = 0;
+  for (int step = 0; step < 150; ++step) {
+    const Observation now = scene.observe();
+    ocp.set(now, scene.references(n + 1), scene.model());
+    if (step == 0) {
+      sqp.initialize(ocp, scene.model());
+    } else {
+      sqp.shift();
+    }
+    ocp.bound_front_slip(sqp.x(), largest);
+    const bool converged = sqp.solve(ocp, scene.model()).status == SqpStatus::converged;
+    if (converged) ++solved;
+    for (int k = 1; converged && k <= n; ++k) {
+      const double delta = sqp.x()[static_cast<std::size_t>(k * state_size + 6)];
+      const mpc::OcpStage& s = ocp.stage(k);
+      EXPECT_GE(delta, s.delta_min - 1e-6) << "step " << step << ", stage " << k;
+      EXPECT_LE(delta, s.delta_max + 1e-6) << "step " << step << ", stage " << k;
+      if (std::min(delta - s.delta_min, s.delta_max - delta) < 1e-6) ++held;
+    }
+    scene.drive({sqp.u()[0], sqp.u()[1]});
+  }
+  EXPECT_GE(solved, 145);
+  EXPECT_GT(held, 10);
+  EXPECT_FALSE(scene.was_outside());
+}
+
+// The tyres of this car gain force up to its lock: there is nothing to bound.
+TEST(MpcSqp, WithoutAPeakWithinTheLockNothingIsBounded) {
+  DrivingScene scene(registry(), {});
+  auto free = scene.controller("mpc_sqp", {{"horizon", 20}});
+  auto bounded = scene.controller("mpc_sqp", {{"horizon", 20}, {"front_slip", 1.0}});
+  for (int step = 0; step < 30; ++step) {
+    const Observation now = scene.observe();
+    const auto references = scene.references(21);
+    const Command command = free->control(now, references, scene.model());
+    const Command same = bounded->control(now, references, scene.model());
+    EXPECT_EQ(command.u.d, same.u.d);
+    EXPECT_EQ(command.u.ddelta, same.u.ddelta);
+    scene.drive(command.u);
+  }
 }
 
 TEST(MpcSqp, SteeringBeyondItsLimitIsBroughtBack) {

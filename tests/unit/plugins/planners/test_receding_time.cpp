@@ -2,10 +2,12 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <memory>
 #include <numbers>
+#include <optional>
 #include <span>
 #include <string>
 #include <utility>
@@ -234,6 +236,32 @@ TEST_F(FullSizeWindowTest, EachAxleSharesTheFrictionOfItsLoad) {
   }
 }
 
+// On a crest an axle has less friction to share, and is driven to that.
+TEST_F(FullSizeWindowTest, CrestsLeaveEachAxleLessFriction) {
+  LapProblem problem = full_size_road(false);
+  problem.sharing = {.ratio = 1.1, .drive_front = 0.4, .brake_front = 0.62, .load_front = -0.018, .load_rear = 0.017};
+  const std::vector<WindowNode> level = solved(problem);
+  for (LapPlace& place : problem.places) place.curve = -4e-4;
+  const std::vector<WindowNode> crest = solved(problem);
+  EXPECT_LT(last_.near_defect, 2e-3);
+  double time[2] = {0, 0}, used = 0, relieved = 1;
+  for (std::size_t k = first; k < first + WindowSolver::near_part(window); ++k) {
+    double z[lap_variables];
+    time[0] += rates_in(problem, level, k, z).time * problem.ds[k];
+    const LapRates<double> r = rates_in(problem, crest, k, z);
+    time[1] += r.time * problem.ds[k];
+    relieved = std::min(relieved, r.load);
+    const double a = z[lap_a];
+    if (std::abs(a) < 2.0) continue;
+    const double front = a > 0 ? 0.4 : 0.62, D = problem.tyres.front.D;
+    used = std::max(used, std::hypot(r.front / D, front * a / (1.1 * D)) / (r.load - 0.018 * a));
+  }
+  EXPECT_LT(relieved, 0.99);
+  EXPECT_LT(used, 1.03);
+  EXPECT_GT(used, 0.8);
+  EXPECT_GT(time[1], time[0]);
+}
+
 class RecedingTimeTest : public ::testing::Test {
  protected:
   PluginContext context_on(const Track& track) {
@@ -300,7 +328,7 @@ TEST_F(RecedingTimeTest, FollowsTheFrictionThatIsBelievedWithoutAllocating) {
 
 /// A car that drives at a share of its plan's speed needs less side force in a turn than the plan, and slips less.
 TEST_F(RecedingTimeTest, PlansLessSideslipAtALowerPace) {
-  double slip[2] = {0, 0};
+  double slip[2] = {0, 0}, speed[2] = {0, 0};
   for (const bool slow : {false, true}) {
     const auto planner = make(mobil_, {{"spacing", 0.1}, {"start", 0.9}, {"pace", slow ? 0.8 : 1.0}});
     const std::span<const LinePoint> line = planner->line();
@@ -312,10 +340,12 @@ TEST_F(RecedingTimeTest, PlansLessSideslipAtALowerPace) {
     now_.at.s = tightest->station;
     planner->plan(now_, believe(0.9), nullptr, horizon_);
     slip[slow] = car_.lr * horizon_[0].kappa - horizon_[0].beta;
+    speed[slow] = horizon_[0].v / std::cos(horizon_[0].beta);
   }
   EXPECT_GT(std::abs(slip[0]), 0.1);
   EXPECT_GT(slip[1] / slip[0], 0.2);
-  EXPECT_LT(slip[1] / slip[0], 0.7);  // 0.64 of the force
+  EXPECT_LT(slip[1] / slip[0], 0.7);            // 0.64 of the force
+  EXPECT_NEAR(speed[1], 0.8 * speed[0], 1e-9);  // along the path, whatever the car's angle to it
 }
 
 /// Where the car is nearly as far outside of a turn as the turn's radius, steps without the curvature hardly converge.
@@ -372,6 +402,40 @@ class RecedingLapsTest : public RecedingTimeTest {
   std::unique_ptr<RecedingLaps> laps_;
   LapPlan plan_;
 };
+
+// The surface of a road is curved along it where its grade changes, and where its bank turns with it.
+TEST_F(RecedingLapsTest, KnowsTheCurvatureOfTheRoadsSurface) {
+  const auto places_on = [&](const StationTable& grade, double bank) {
+    const double half = std::numbers::pi;
+    const std::array segments{Segment::line(2.0), Segment::arc(0.5, half), Segment::line(2.0), Segment::arc(0.5, half)};
+    const Track track(TrackShape{.name = "hilly",
+                                 .centre = ClosedCurve::from_segments({0.0, 0.0, 0.0}, segments, 1e-3),
+                                 .half_width_right = 0.2,
+                                 .half_width_left = 0.2,
+                                 .grade = grade,
+                                 .bank = bank,
+                                 .start = Pose{0.0, 0.0, 0.0},
+                                 .points = std::nullopt});
+    return LapSetup(context_on(track), SetupOptions{0.4 * car_.width, 0.1, 0.0, 0.7}, believed(0.8)).nodes();
+  };
+  const LapNodes banked = places_on(0.0, 0.1);
+  int turning = 0, straight = 0;
+  for (const LapPlace& place : banked.places) {
+    const double turn = std::sin(0.1) / 0.5;
+    (std::abs(place.curve) > 1e-9 ? turning : straight)++;
+    EXPECT_NEAR(std::abs(place.curve), std::abs(place.curve) > 1e-9 ? turn : 0.0, 1e-6);
+    EXPECT_GE(place.curve, 0.0);
+  }
+  EXPECT_GT(turning, 10);
+  EXPECT_GT(straight, 10);
+  const double length = 4.0 + std::numbers::pi;
+  const LapNodes hilly = places_on(StationTable(length, {0.0, 0.25 * length, 0.75 * length}, {0.0, 0.03, -0.03}), 0.0);
+  double rises = 0, falls = 0;
+  for (std::size_t k = 0; k < hilly.ds.size(); ++k)
+    (hilly.places[k].curve > 0 ? rises : falls) += hilly.places[k].curve * hilly.ds[k];
+  EXPECT_NEAR(rises, 0.06, 2e-3);
+  EXPECT_NEAR(falls, -0.06, 2e-3);
+}
 
 TEST_F(RecedingLapsTest, RestsWhereNothingChanges) {
   steps(100, believed(0.8), 0.0);

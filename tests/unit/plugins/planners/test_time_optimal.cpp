@@ -41,7 +41,7 @@ TEST(LapDynamics, SecondDerivativesAreThoseOfTheRates) {
   std::vector<double> coast;
   for (int i = 0; i <= 10; ++i) coast.push_back(-1.2 - 0.01 * i * i);
   const CubicSpline curve(0, 4.2, coast);
-  const LapPlace place{1.7, 0.05, -0.03};
+  const LapPlace place{1.7, 0.05, -0.03, -0.2};
   std::mt19937 random(7);
   const auto uniform = [&](double lo, double hi) { return std::uniform_real_distribution<double>(lo, hi)(random); };
   for (int trial = 0; trial < 20; ++trial) {
@@ -92,6 +92,26 @@ TEST(LapDynamics, SecondDerivativesAreThoseOfTheRates) {
       }
     }
   }
+}
+
+// On a crest of radius R the road presses by m v^2 / R less, in a dip by as much more, on a slope by its cosine.
+TEST(LapDynamics, CrestsTakeLoadOffAndDipsAddIt) {
+  const Car car = car_1_43();
+  const CubicSpline curve(0, 4.2, std::vector<double>{-1, -1, -1, -1});
+  const double z[lap_variables] = {0.05, 0.1, 2.1, -0.3, 4.0, 0.2, 0.0, 1.5};
+  const auto on = [&](const LapPlace& place) { return lap_rates(car, true_tyres(), curve, place, z); };
+  const LapRates<double> flat = on({0.5, 0, 0, 0});
+  EXPECT_EQ(flat.load, 1.0);
+  for (const double radius : {1.5, 4.0, -2.0}) {
+    const LapRates<double> r = on({0.5, 0, 0, -1.0 / radius});
+    const double less = 2.1 * 2.1 / radius / gravity;
+    EXPECT_NEAR(r.load, 1.0 - less, 1e-12);
+    EXPECT_NEAR(r.front, flat.front * (1.0 - less), 1e-12);
+    EXPECT_NEAR(r.rear, flat.rear * (1.0 - less), 1e-12);
+  }
+  EXPECT_NEAR(on({0.5, 0.1, 0, 0}).load, std::cos(0.1), 1e-12);
+  EXPECT_NEAR(on({0.5, 0, -0.2, 0}).load, std::cos(0.2), 1e-12);
+  EXPECT_GT(on({0.5, 0, 0, -10.0}).front / flat.front, 0.0);  // it would fly
 }
 
 // The car of the program is the car of the `dynamic` plugin.

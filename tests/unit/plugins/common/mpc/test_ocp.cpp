@@ -3,9 +3,14 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+#include <numbers>
 #include <set>
 #include <string>
+#include <vector>
 
+#include "common/mpc/front_slip.hpp"
 #include "support/planner_support.hpp"
 
 namespace {
@@ -228,6 +233,77 @@ TEST(MpcOcp, SteeringBeyondItsLimitMayReturnAtItsRate) {
   EXPECT_NEAR(c.ocp.stage(1).delta_max, 0.45, 1e-12);
   EXPECT_NEAR(c.ocp.stage(2).delta_max, 0.35, 1e-12);
   EXPECT_NEAR(c.ocp.stage(3).delta_max, 0.35, 1e-12);
+}
+
+/// Rows of a plan that moves the front axle by `course` [rad] from the car's axis.
+std::vector<double> moving(const Ocp& ocp, double vx, double course) {
+  std::vector<double> x;
+  for (int k = 0; k <= ocp.horizon(); ++k) {
+    x.insert(x.end(), {0, 0, 0, vx, 0.5 * vx * std::tan(course), 0.5 * vx * std::tan(course) / ocp.car().lf, 0});
+  }
+  return x;
+}
+
+TEST(MpcOcp, SteeringKeepsToWhereTheFrontAxleMovesWithinItsSlip) {
+  Case c(no_cost());
+  c.ocp.bound_front_slip(moving(c.ocp, 2.0, 0.1), 0.15);
+  for (int k = 1; k <= 3; ++k) {
+    EXPECT_NEAR(c.ocp.stage(k).delta_min, -0.05, 1e-12);
+    EXPECT_NEAR(c.ocp.stage(k).delta_max, 0.25, 1e-12);
+  }
+  c.ocp.bound_front_slip(moving(c.ocp, 2.0, 0.6), 0.1);  // an axle that moves beyond the lock is followed to the lock
+  EXPECT_LE(c.ocp.stage(3).delta_max, 0.25);             // bounds are only ever narrowed
+}
+
+TEST(MpcOcp, SteeringReturnsToItsSlipAtItsRate) {
+  Observation now;
+  now.x.delta = 0.3;  // 0.1 per step
+  Case c(no_cost(), 0, now);
+  c.ocp.bound_front_slip(moving(c.ocp, 2.0, 0.0), 0.05);
+  EXPECT_NEAR(c.ocp.stage(1).delta_max, 0.205, 1e-12);  // and a twentieth of a step to spare
+  EXPECT_NEAR(c.ocp.stage(2).delta_max, 0.105, 1e-12);
+  EXPECT_NEAR(c.ocp.stage(3).delta_max, 0.05, 1e-12);
+  for (int k = 1; k <= 3; ++k) EXPECT_NEAR(c.ocp.stage(k).delta_min, -0.05, 1e-12);
+}
+
+TEST(MpcOcp, ASlowCarSteersAsItLikes) {
+  Case c(no_cost());
+  c.ocp.bound_front_slip(moving(c.ocp, 1.5 * c.ocp.car().v_min, 0.0), 0.05);
+  EXPECT_DOUBLE_EQ(c.ocp.stage(1).delta_max, c.ocp.car().delta_max);
+  EXPECT_DOUBLE_EQ(c.ocp.stage(1).delta_min, -c.ocp.car().delta_max);
+}
+
+/// Turned by a front tyre D sin(C atan(B slip)).
+class FrontTyre final : public Prediction {
+ public:
+  FrontTyre(double B, double C) : B_(B), C_(C) {}
+  int states() const noexcept override { return state_size; }
+  double dt() const noexcept override { return 0.02; }
+  void start(const State&, std::span<double>) const override {}
+  void step(std::size_t, std::span<const double>, std::span<const double>, std::span<const Place>, std::span<double>,
+            std::span<double>, std::span<double>) override {}
+  Rates rates(const State& x, const Input&, const Place&) override {
+    Rates r;
+    r.omega = 7.0 * std::sin(C_ * std::atan(B_ * x.delta)) * std::cos(x.delta);
+    return r;
+  }
+
+ private:
+  double B_, C_;
+};
+
+TEST(MpcFrontSlip, IsWhereTheTyreHasNearlyItsLargestForceWithinTheLock) {
+  const Car car = testing_support::car_1_43();
+  for (const double B : {9.0, 12.0, 20.0}) {
+    FrontTyre tyre(B, 1.6);
+    EXPECT_NEAR(mpc::front_saturation_slip(tyre, car, 2.0), std::tan(std::asin(0.99) / 1.6) / B, 2e-3) << B;
+  }
+  FrontTyre levels(20.0, 1.02), late(3.0, 1.3), rising(2.0, 1.0);
+  EXPECT_LT(mpc::front_saturation_slip(levels, car, 2.0), 0.3);
+  EXPECT_EQ(mpc::front_saturation_slip(late, car, 2.0), INFINITY);  // its peak is at 0.87 rad
+  EXPECT_EQ(mpc::front_saturation_slip(rising, car, 2.0), INFINITY);
+  Glide no_tyre;
+  EXPECT_EQ(mpc::front_saturation_slip(no_tyre, car, 2.0), INFINITY);
 }
 
 TEST(MpcOcp, TheStartAndThePlacesAreTheModelsAndTheReferences) {
