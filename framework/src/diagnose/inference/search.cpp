@@ -330,7 +330,11 @@ SearchResult Searcher::run() {
   report(1);
   grow();
   report(2);
-  if (measure_noise_anew()) grow();
+  if (measure_noise_anew()) {
+    grow();
+    // Bends are asked for beside unknown commands only: where those are new, with what was found in them.
+    if (pool_.problem().command != UnknownCommands{} && measure_noise_anew()) grow();
+  }
   report(3);
   if (best_ != null_model_) refine_along_own_reference();
   prune();
