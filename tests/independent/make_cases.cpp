@@ -194,6 +194,7 @@ struct Drive {
 };
 struct Conditions {
   double seconds, shaking = 0, shaking_time = 0.25;
+  bool held = false;  // commands act as they are until the next, not linear in between
 };
 
 constexpr double sample = 0.02, step = 0.001;
@@ -258,7 +259,7 @@ Drive drive(const Kind& kind, const Effects& e, Line line, double pace, const Co
     const double x = std::max(0.0, (t - delay) / sample);
     const std::size_t i = std::min(static_cast<std::size_t>(x + 1e-9), out.command.size() - 1);
     const std::size_t j = std::min(i + 1, out.command.size() - 1);
-    const double share = std::clamp(x - static_cast<double>(i), 0.0, 1.0);
+    const double share = c.held ? 0.0 : std::clamp(x - static_cast<double>(i), 0.0, 1.0);
     return {out.command[i].d + share * (out.command[j].d - out.command[i].d),
             out.command[i].delta + share * (out.command[j].delta - out.command[i].delta)};
   };
@@ -300,8 +301,12 @@ std::string text(double v, int digits = 8) {
   return out.str();
 }
 
-void write_log(const fs::path& file, const Drive& d, const Six& sigma, double colour, std::size_t every, bool big,
-               Dice* dice) {
+/// A number as a recorder writes it that knows multiples of `step` only; 0: all.
+double rounded(double v, double step) { return step > 0.0 ? step * std::round(v / step) : v; }
+
+/// `quantum`: of readings in standard deviations of their noise, of throttle and steering in hundredths and 5 mrad.
+void write_log(const fs::path& file, const Drive& d, const Six& sigma, double colour, std::size_t every, double quantum,
+               bool big, Dice* dice) {
   std::ofstream out(file);
   out << "t_s,x_m,y_m,yaw_rad,vx_mps,vy_mps,yaw_rate_radps,d,delta_rad\n";
   Six error{};
@@ -313,10 +318,11 @@ void write_log(const fs::path& file, const Drive& d, const Six& sigma, double co
         error[c] =
             (k == 0 ? 0.0 : colour * error[c]) + std::sqrt(k == 0 ? 1.0 : 1.0 - colour * colour) * dice->normal();
       std::snprintf(cell, sizeof cell, ",%.*f", (dice == nullptr ? 6 : 4) - (c < 2 && big ? 1 : 0),
-                    d.reading[k][c] + sigma[c] * error[c]);
+                    rounded(d.reading[k][c] + sigma[c] * error[c], quantum * sigma[c]));
       out << cell;
     }
-    std::snprintf(cell, sizeof cell, ",%.5f,%.6f\n", d.command[k].d, d.command[k].delta);
+    std::snprintf(cell, sizeof cell, ",%.5f,%.6f\n", rounded(d.command[k].d, 0.01 * quantum),
+                  rounded(d.command[k].delta, 0.005 * quantum));
     out << cell;
   }
 }
@@ -357,7 +363,8 @@ struct Condition {
   const char* name;
   double shaking_time = 0, colour = 0;
   std::size_t every = 1;
-  bool brief = false;
+  bool brief = false, held = false;
+  double quantum = 0;
 };
 const std::vector<Condition> all_conditions = {{"white"},
                                                {.name = "process", .shaking_time = 0.25},
@@ -369,7 +376,9 @@ const std::vector<Condition> all_conditions = {{"white"},
                                                {.name = "ar09", .colour = 0.9},
                                                {.name = "thinned", .every = 2},
                                                {.name = "thinned3", .every = 3},
-                                               {.name = "short", .brief = true}};
+                                               {.name = "short", .brief = true},
+                                               {.name = "held", .held = true},
+                                               {.name = "quantised", .quantum = 1}};
 
 void write_case(const fs::path& out, const std::string& kind_of_case, const Condition& condition, std::size_t i,
                 std::uint64_t seed) {
@@ -397,11 +406,12 @@ void write_case(const fs::path& out, const std::string& kind_of_case, const Cond
   Conditions driven{.seconds = condition.brief ? std::round(lap * dice.uniform(0.5, 2.0)) : 60.0};
   driven.shaking = condition.shaking_time > 0.0 ? 1.0 : 0.0;
   if (condition.shaking_time > 0.0) driven.shaking_time = condition.shaking_time;
+  driven.held = condition.held;
   Drive measured, held;
   for (double pace = dice.uniform(0.85, 1.05); measured.reading.empty(); pace *= 0.97)
     measured = drive(kind, effects, line, pace, driven, dice);
   for (double pace = dice.uniform(0.8, 1.0); held.reading.empty(); pace *= 0.97)
-    held = drive(kind, effects, line, pace, {.seconds = which == 1 ? 36.0 : 20.0}, dice);
+    held = drive(kind, effects, line, pace, {.seconds = which == 1 ? 36.0 : 20.0, .held = condition.held}, dice);
 
   char number[16];
   std::snprintf(number, sizeof number, "_%03zu", i);
@@ -413,8 +423,9 @@ void write_case(const fs::path& out, const std::string& kind_of_case, const Cond
   track << "# x_m,y_m,w_tr_right_m,w_tr_left_m\n";
   for (const auto& p : line.at)
     track << text(p[0]) << ',' << text(p[1]) << ',' << kind.half_width << ',' << kind.half_width << '\n';
-  write_log(folder / "measured.csv", measured, kind.sigma, condition.colour, condition.every, which == 1, &dice);
-  write_log(folder / "heldout.csv", held, kind.sigma, 0.0, 1, which == 1, nullptr);
+  write_log(folder / "measured.csv", measured, kind.sigma, condition.colour, condition.every, condition.quantum,
+            which == 1, &dice);
+  write_log(folder / "heldout.csv", held, kind.sigma, 0.0, 1, 0.0, which == 1, nullptr);
   constexpr std::array<const char*, 6> names = {"x_m", "y_m", "yaw_rad", "vx_mps", "vy_mps", "yaw_rate_radps"};
   std::ofstream given(folder / "case.json");
   given << "{\n  \"vehicle\": \"" << kind.name << "\",\n  \"track\": \"" << name << ".csv\",\n  \"noise_sigma\": {";

@@ -179,7 +179,7 @@ inline constexpr double may_vanish = 0.5, above_least = 4.0;
 /// Lag-one correlation of innovations, in standard deviations of that of white ones, from which on the colour of the
 /// sensors' noise is measured. Larger: faster; weak colours pass for white.
 inline constexpr double coloured_innovations = 5.0;
-/// Log likelihood that measured noise must bring to be believed, before effects are searched and after.
+/// Log likelihood that measured noise must bring to be believed, or to stay so: before effects are searched, and after.
 inline constexpr double noise_gain_before = 30.0, noise_gain = 10.0;
 /// Standard deviations by which a colour must differ from white, its least and its largest size.
 inline constexpr double significant_colour = 3.0, least_colour = 0.05, most_colour = 0.97;

@@ -380,6 +380,21 @@ bool is_other(const Problem& problem, const MeasuredNoise& measured) {
   return other;
 }
 
+bool is_simpler(const Problem& problem, const MeasuredNoise& measured) {
+  bool gone = false, come = false;
+  const auto count = [&](double believed, double now) {
+    gone |= believed != 0.0 && now == 0.0;
+    come |= believed == 0.0 && now != 0.0;
+  };
+  for (std::size_t c = 0; c < channels; ++c) count(problem.colour[c], measured.noise.colour[c]);
+  for (std::size_t i = 0; i < measured.bend.size(); ++i) {
+    count(problem.bend[i], measured.bend[i]);
+    count(problem.command.steady[i], measured.noise.command.steady[i]);
+    count(problem.command.moving[i], measured.noise.command.moving[i]);
+  }
+  return gone && !come;
+}
+
 void believe(Problem& problem, const MeasuredNoise& measured) {
   problem.sensor = measured.noise.sensor;
   problem.colour = measured.noise.colour;

@@ -40,6 +40,10 @@ double gain_of_bends(const Problem& problem, const Fit& fitted);
 /// thresholds::other_colour.
 bool is_other(const Problem& problem, const MeasuredNoise& measured);
 
+/// Whether measured noise holds less than what a problem believes: a colour, a bend or something unknown of the commands
+/// is gone, and none has come.
+bool is_simpler(const Problem& problem, const MeasuredNoise& measured);
+
 /// Writes measured noise into a problem: what is fitted from then on believes it.
 void believe(Problem& problem, const MeasuredNoise& measured);
 

@@ -314,7 +314,9 @@ bool Searcher::measure_noise_anew() {
       const MeasuredNoise alone = measure_noise(problem, *less, unknowns);
       if (less->evidence + alone.gain > by->evidence + noise.gain) noise = alone, by = less;
     }
-  if (noise.gain < thresholds::noise_gain || !is_other(problem, noise)) return false;
+  // What was believed must be worth believing still: where the log is about as likely without it, it was an effect.
+  const double enough = is_simpler(problem, noise) ? -thresholds::noise_gain : thresholds::noise_gain;
+  if (noise.gain < enough || !is_other(problem, noise)) return false;
   const ModelSpec nothing = null_model_->model;
   pool_.restart(road_, *by, noise);
   null_model_ = &pool_.fit_once(nothing, noise.noise);
@@ -328,7 +330,11 @@ SearchResult Searcher::run() {
   report(1);
   grow();
   report(2);
-  if (measure_noise_anew()) grow();
+  if (measure_noise_anew()) {
+    grow();
+    // Bends are asked for beside unknown commands only: where those are new, with what was found in them.
+    if (pool_.problem().command != UnknownCommands{} && measure_noise_anew()) grow();
+  }
   report(3);
   if (best_ != null_model_) refine_along_own_reference();
   prune();
@@ -347,10 +353,10 @@ SearchResult search_effects(Problem problem, const Road& road, const SearchOptio
   const Fit rough = fit(problem, problem.catalogue->null_model(), noise, thresholds::rough_iterations);
   iterate_reference(problem, road, rough);
   Noise start = rough.noise;
-  // Effects that are missing colour the innovations too: what is not plain is measured once they are found.
+  // Effects that are missing colour the innovations too: what is not plain is measured once they are found. So is what
+  // commands did between samples: a bent throttle imitates what is missing of the brakes.
   if (colour_statistic(problem, rough) > thresholds::plainly_coloured * thresholds::coloured_innovations) {
-    const MeasuredNoise measured =
-        measure_noise(problem, rough, {.commands = has_noticeable_process_noise(problem, rough.noise)});
+    const MeasuredNoise measured = measure_noise(problem, rough, {});
     if (measured.gain > thresholds::noise_gain_before) {
       believe(problem, measured);
       Fit told = rough;

@@ -185,6 +185,26 @@ TEST(NoiseEstimate, PredictsWhatBentCommandsWouldBring) {
   EXPECT_LT(gain(few, true), 0.5 * asked);
 }
 
+/// Less than what is believed: something gone and nothing new. Levels and times are no such things.
+TEST(NoiseEstimate, TellsWhetherLessIsBelieved) {
+  const DiagnoseRig rig;
+  Problem problem = rig.problem({rig.simulate(rig.catalogue().null_model(), {.seconds = 2, .seed = 722})});
+  MeasuredNoise white;
+  white.noise.sensor = problem.sensor;
+  white.noise_time = 2.0 * problem.noise_time;
+  EXPECT_FALSE(is_simpler(problem, white)) << "there was nothing to leave";
+  problem.colour[5] = 0.13;
+  EXPECT_TRUE(is_simpler(problem, white));
+  MeasuredNoise other = white;
+  other.bend[0] = -0.1;
+  EXPECT_FALSE(is_simpler(problem, other)) << "a bend has come for the colour";
+  problem.bend[0] = -0.15;
+  EXPECT_TRUE(is_simpler(problem, other));
+  problem.command.moving[1] = 0.1;
+  other.noise.command.steady[1] = 0.01;
+  EXPECT_FALSE(is_simpler(problem, other));
+}
+
 TEST(NoiseEstimate, WholeLogsLeaveNothingOutOfTheCommands) {
   const DiagnoseRig rig;
   Log whole;
