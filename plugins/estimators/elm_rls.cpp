@@ -230,7 +230,7 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
   /// False after a spin or a contact with a wall, which the equations do not cover: what was learned is discarded.
   bool plausible() const {
     const auto fair = [this](double mu) { return mu > 0.05 * expected_ && mu < 4 * expected_; };
-    return fair(belief_.mu_front) && fair(belief_.mu_rear);
+    return fair(belief_.mu_front) && fair(belief_.mu_rear) && std::min(gains_.drive, gains_.brake) > -0.9;
   }
 
   void forget(double dt) {

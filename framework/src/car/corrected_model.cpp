@@ -1,6 +1,7 @@
 #include "car/corrected_model.hpp"
 
 #include <algorithm>
+#include <boost/container/small_vector.hpp>
 #include <cmath>
 
 #include "car/instant.hpp"
@@ -161,7 +162,9 @@ void CorrectedModel::step(std::size_t n, std::span<const double> x, std::span<co
 Prediction::Rates CorrectedModel::rates(const State& x, const Input& u, const Place& at) {
   const double motion[] = {x.x, x.y, x.yaw, x.vx, x.vy, x.omega};
   double rate[motion_size];
-  std::vector<double> memory(static_cast<std::size_t>(car_.memory())), memory_rate(memory.size());
+  // Controllers ask in their step: nothing is allocated for models of usual size.
+  boost::container::small_vector<double, 16> memory(static_cast<std::size_t>(car_.memory())),
+      memory_rate(memory.size());
   InstantBatch<double> instant(motion, {u.d, x.delta, u.ddelta}, at, options_.dt, options_.hold);
   CarBatch<double>& batch = instant.batch;
   batch.motion_rate = rate;

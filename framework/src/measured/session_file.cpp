@@ -160,6 +160,7 @@ class SessionReader {
     double last = not_a_number, usual = 0.0, changed = 0.0, next = 0.0;
     std::size_t dropped = 0, changes = 0;
     for (std::size_t i = 0; i < values.size(); ++i) {
+      if (std::isnan(values[i])) continue;  // an empty cell is no reading
       const bool same = values[i] == last;
       last = values[i];
       if (!same) {

@@ -130,8 +130,9 @@ class Ocp {
       high += reach;
       if (row[3] > 2.0 * car_.v_min) {
         const double course = std::atan2(row[4] + car_.lf * row[5], row[3]);
-        const double least = std::clamp(course - largest, s.delta_min, s.delta_max);
-        const double most = std::clamp(course + largest, s.delta_min, s.delta_max);
+        const double room = std::min(2.0 * spare, s.delta_max - s.delta_min);
+        const double least = std::clamp(course - largest, s.delta_min, s.delta_max - room);
+        const double most = std::clamp(course + largest, s.delta_min + room, s.delta_max);
         s.delta_min = std::min(least, high - spare);
         s.delta_max = std::max(most, low + spare);
       }

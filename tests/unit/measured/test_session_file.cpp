@@ -181,6 +181,21 @@ TEST(SessionFile, AHeldReadingThatStaysIsOfACarThatStands) {
   EXPECT_NEAR(static_cast<double>(standing), 100.0, 3.0);
 }
 
+TEST(SessionFile, EmptyCellsOfAHeldColumnAreNoReadings) {
+  const auto log = log_of("t_s,vx_mps,yaw_rate_radps,delta_rad",
+                          [](std::ostream& out, double t, double, double, double, double rate, double delta) {
+                            out << t << ',';
+                            if (t > 5.0 - 1e-9) out << 10 + 0.001 * std::floor(t / 0.2 + 1e-9);
+                            out << ',' << rate << ',' << delta << '\n';
+                          });
+  const LogMap map = map_of(R"({"time": "t_s", "channels": {"vx": {"column": "vx_mps", "hold": "held"},
+    "yaw_rate": "yaw_rate_radps", "delta": "delta_rad"}})");
+  const Session s = read_session(log, map).session;
+  std::size_t read = 0;
+  for (std::size_t i = 0; i < s.rows(); ++i) read += s.t[i] < 15.0 - 1e-9 && !std::isnan(s.at(i, 3));
+  EXPECT_EQ(read, 50u);  // five a second, from the fifth second on
+}
+
 TEST(SessionFile, SpeedsFollowFromPlacesWhereTheLogHasNone) {
   const auto log =
       log_of("t_s,x_m,y_m,delta_rad", [](std::ostream& out, double t, double x, double y, double, double,

@@ -251,8 +251,19 @@ TEST(MpcOcp, SteeringKeepsToWhereTheFrontAxleMovesWithinItsSlip) {
     EXPECT_NEAR(c.ocp.stage(k).delta_min, -0.05, 1e-12);
     EXPECT_NEAR(c.ocp.stage(k).delta_max, 0.25, 1e-12);
   }
-  c.ocp.bound_front_slip(moving(c.ocp, 2.0, 0.6), 0.1);  // an axle that moves beyond the lock is followed to the lock
-  EXPECT_LE(c.ocp.stage(3).delta_max, 0.25);             // bounds are only ever narrowed
+}
+
+TEST(MpcOcp, AnAxleThatMovesBeyondTheLockIsFollowedToTheLock) {
+  Observation now;
+  now.x.delta = 0.3;  // 0.1 per step
+  for (const double side : {1.0, -1.0}) {
+    now.x.delta = 0.3 * side;
+    Case c(no_cost(), 0, now);
+    c.ocp.bound_front_slip(moving(c.ocp, 2.0, 0.6 * side), 0.1);
+    const OcpStage& last = c.ocp.stage(3);
+    EXPECT_NEAR(side > 0 ? last.delta_max : -last.delta_min, 0.35, 1e-12);
+    EXPECT_NEAR(last.delta_max - last.delta_min, 0.01, 1e-12);  // a tenth of a step: solvers need an interior
+  }
 }
 
 TEST(MpcOcp, SteeringReturnsToItsSlipAtItsRate) {
