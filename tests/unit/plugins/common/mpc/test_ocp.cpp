@@ -260,7 +260,7 @@ TEST(MpcOcp, AnAxleThatMovesBeyondTheLockIsFollowedToTheLock) {
     now.x.delta = 0.3 * side;
     Case c(no_cost(), 0, now);
     c.ocp.bound_front_slip(moving(c.ocp, 2.0, 0.6 * side), 0.1);
-    const OcpStage& last = c.ocp.stage(3);
+    const auto& last = c.ocp.stage(3);
     EXPECT_NEAR(side > 0 ? last.delta_max : -last.delta_min, 0.35, 1e-12);
     EXPECT_NEAR(last.delta_max - last.delta_min, 0.01, 1e-12);  // a tenth of a step: solvers need an interior
   }
