@@ -15,8 +15,8 @@
 //   cornering_drag      vx' -= k (vx omega)^2 sign(vx): tyres that corner take speed beyond what the steered axle does
 //   turning_drag        vx' -= k |omega| sign(vx): wheels that a common axle turns alike scrub where paths differ
 //
-// Delays come first, then dead zone and curve or map, then the servo. The exponent 4 of power_limit is a choice: it keeps the corner
-// within 16 % of the two straight laws, and differentiable.
+// Delays come first, then dead zone and curve or map, then the servo. The exponent 4 of power_limit is a choice: it
+// keeps the corner within 16 % of the two straight laws, and differentiable.
 #include <gripline/plugin.hpp>
 
 namespace {

@@ -4,9 +4,8 @@
 //
 // The unknowns (both axles' weights, Cr0, Cd and by how much drive and brakes exceed what the stack was told of them)
 // enter the equations of step_path.hpp linearly; each step is three rates with the noise of differenced readings
-// (difference_rls.hpp). Odd, saturating nodes and their prior carry what was
-// measured at the visited slips on to the peak, so that mu = peak / load is not biased by the slips visited, and the
-// covariance says how well it is known.
+// (difference_rls.hpp). Odd, saturating nodes and their prior carry what was measured at the visited slips on to the
+// peak, so that mu = peak / load is not biased by the slips visited, and the covariance says how well it is known.
 //
 // Forgetting is directional: friction multiplies a tyre's whole curve, so between steps the covariance grows along the
 // present curves (both axles together, and each alone) and, very slowly, back towards the prior. The shape that was

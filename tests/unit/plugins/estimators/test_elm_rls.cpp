@@ -16,6 +16,19 @@ double fresh(double) { return 1.0; }
 double fading(double t) { return t > 14.4 ? std::pow(1.0 - 1.0 / 2200, (t - 14.4) / dt) : 1.0; }
 double dropping(double t) { return t < 14.3 ? 1.0 : 0.658; }
 
+/// Teaches a drive as noisy sensors read it, and calls `each(step)` after every update.
+template <class Each>
+void learn_noisily(Estimator& estimator, Nominal& nominal, const Drive& drive, std::uint64_t seed, const Each& each) {
+  Noise noise(seed);
+  State sensed = drive.x[0];
+  for (std::size_t i = 0; i < drive.steps(); ++i) {
+    const State next = noise.read(drive.x[i + 1]);
+    estimator.update(make_sample(nominal.prediction(), static_cast<std::int64_t>(i), sensed, drive.u[i], next));
+    sensed = next;
+    each(i);
+  }
+}
+
 /// Belief against the truth along a drive.
 struct Tracking {
   double rms = 0;         // of mu against mu_true from `from` on
@@ -183,15 +196,10 @@ TEST(ElmRls, ADropUnderNoiseIsNotTakenForTheLossOfAllGrip) {
     const Drive drive = drive_bends(16, seed, dropping);
     for (const std::uint64_t draw : {1, 2, 3, 4, 5}) {
       const auto rls = make_estimator("elm_rls", nominal);
-      Noise noise(draw);
-      State sensed = drive.x[0];
       double least = 1.0;
-      for (std::size_t i = 0; i < drive.steps(); ++i) {
-        const State next = noise.read(drive.x[i + 1]);
-        rls->update(make_sample(nominal.prediction(), static_cast<std::int64_t>(i), sensed, drive.u[i], next));
-        sensed = next;
+      learn_noisily(*rls, nominal, drive, draw, [&](std::size_t i) {
         if (static_cast<double>(i) * dt > 14.3) least = std::min(least, total_mu(rls->belief(), truth.car));
-      }
+      });
       EXPECT_GT(least, 0.6 * after_drop) << seed << ' ' << draw;
     }
   }
@@ -212,15 +220,10 @@ TEST(ElmRls, WhatIsCommonToBothAxlesKeepsThemTogether) {
   const Drive drive = drive_bends(4, 3, fresh);
   const auto largest_difference = [&](double common) {
     const auto rls = make_estimator("elm_rls", nominal, {{"common", common}});
-    Noise noise(11);
-    State sensed = drive.x[0];
     double largest = 0;
-    for (std::size_t i = 0; i < drive.steps(); ++i) {
-      const State next = noise.read(drive.x[i + 1]);
-      rls->update(make_sample(nominal.prediction(), static_cast<std::int64_t>(i), sensed, drive.u[i], next));
-      sensed = next;
+    learn_noisily(*rls, nominal, drive, 11, [&](std::size_t) {
       largest = std::max(largest, std::abs(rls->belief().mu_front - rls->belief().mu_rear));
-    }
+    });
     return largest;
   };
   EXPECT_LT(largest_difference(0.95), 0.5 * largest_difference(0.0));
