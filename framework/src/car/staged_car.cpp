@@ -1,6 +1,7 @@
 #include "car/staged_car.hpp"
 
 #include <algorithm>
+#include <boost/container/small_vector.hpp>
 #include <cmath>
 
 namespace gripline {
@@ -179,7 +180,7 @@ void StagedCar::memory_rates(const CarBatch<double>& batch) const {
 }
 
 void StagedCar::start_memory(const CarBatch<double>& batch, double* memory) const {
-  std::vector<double> unused(static_cast<std::size_t>(memory_));
+  boost::container::small_vector<double, 16> unused(static_cast<std::size_t>(memory_));
   for (std::size_t i = 0; i < batch.n; ++i) {
     Quantities<double> q;
     begin_point(q, batch.motion + i * motion_size, batch.command[i], true);

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <random>
 
+#include "support/allocation_counter.hpp"
 #include "support/host_support.hpp"
 #include "support/paths.hpp"
 
@@ -148,6 +149,19 @@ class Derivatives : public testing::TestWithParam<std::tuple<Case, Hold>> {
 template <class F>
 double slope(F&& f, double h) {
   return (8 * (f(h) - f(-h)) - (f(2 * h) - f(-2 * h))) / (12 * h);
+}
+
+/// Controllers ask for rates in their step.
+TEST(CorrectedModelRates, AllocateNothingWithMemory) {
+  if (!rig::counts_allocations) GTEST_SKIP() << "the sanitizer owns malloc";
+  TestedModel model(
+      R"([{"plugin": "steer_lag", "params": {"tau": 0.04}}, {"plugin": "motor_lag", "params": {"tau": 0.06}}])",
+      Hold::zoh);
+  model->rates(moving(), {0.6, 0.0}, {});
+  const long before = rig::allocations.load();
+  const double turning = model->rates(moving(), {0.6, 0.0}, {}).omega;
+  EXPECT_EQ(rig::allocations.load() - before, 0);
+  EXPECT_TRUE(std::isfinite(turning));
 }
 
 TEST_P(Derivatives, ByStateMemoryPastCommandsAndInput) {
