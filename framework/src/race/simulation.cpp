@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "config/node.hpp"
+#include "geometry/course_adapter.hpp"
 #include "plugin/guard.hpp"
 #include "util/clock.hpp"
 
@@ -38,6 +39,10 @@ Simulation::Simulation(World& world, Stack& stack, Metrics& metrics, Recorder* r
   if (points < 1 || points > 10000)
     throw PluginFailure(stack_.spec().controller.id() + ": wants a horizon of " + std::to_string(points) + " points");
   horizon_.resize(static_cast<std::size_t>(points));
+  acted_on_ = now_;
+  if (!stack_.spec().state_filter) return;
+  filter_.emplace(*stack_.spec().state_filter);
+  filter_->start(now_.x);
 }
 
 /// The instant before the first step: there is nothing to learn from yet, and the car needs a first command.
@@ -55,10 +60,24 @@ void Simulation::step() {
   watch_standing();
   now_ = world_.observe();
   if (observer_ != nullptr) observer_->on_step(true_before, true_place, u_, world_, stack_);
+  filter_reading();
   sample_ = sample_of(before);  // line 4: e = x_t+1 - f_nom(x_t, u_t)
   if (learns_)                  // lines 5-7
     timed_call(stack_.spec().estimator.id(), now_.t, timing_.update_ms, [&] { stack_.learn(sample_); });
   decide();  // lines 8-15
+}
+
+/// What planner and controller act on. The model's memory is still that of the step's start.
+void Simulation::filter_reading() {
+  const Place from = acted_on_.at;
+  acted_on_ = now_;
+  if (!filter_) return;
+  guard(stack_.spec().model.model.id(), now_.t, [&] { filter_->predict(*model_, u_, from); });
+  filter_->update(now_.x);
+  acted_on_.x = filter_->state();
+  const State& x = acted_on_.x;
+  require_finite(stack_.spec().model.model.id(), now_.t, "a prediction", {x.x, x.y, x.yaw, x.vx, x.vy, x.omega});
+  acted_on_.at = place_of(world_.track(), world_.track().locate(x.x, x.y, now_.at.s), now_.t, x.x, x.y, x.yaw);
 }
 
 /// Evaluates both models before the controller does, so that a prediction that is not finite is blamed on its plugin.
@@ -77,15 +96,16 @@ void Simulation::decide() {
                              [&] { return stack_.belief(now_.t); });  // lines 8-13: {f_corr, mu} or {f_nom, mu_init}
   require_finite(stack_.spec().estimator.id(), now_.t, "a friction",
                  {belief.mu.mu_front, belief.mu.mu_rear, belief.mu.sigma_front, belief.mu.sigma_rear});
+  model_ = belief.model;
   timed_call(stack_.spec().planner.id(), now_.t, timing_.plan_ms,
-             [&] { stack_.planner().plan(now_, belief.mu, belief.learned, horizon_); });  // line 14
+             [&] { stack_.planner().plan(acted_on_, belief.mu, belief.learned, horizon_); });  // line 14
   for (const RefPoint& point : horizon_)
     require_finite(stack_.spec().planner.id(), now_.t, "a reference", {point.x, point.y, point.yaw, point.v});
   timed_call(stack_.spec().controller.id(), now_.t, timing_.solve_ms,
-             [&] { command_ = stack_.controller().control(now_, horizon_, *belief.model); });  // line 15
+             [&] { command_ = stack_.controller().control(acted_on_, horizon_, *belief.model); });  // line 15
   require_finite(stack_.spec().controller.id(), now_.t, "a command", {command_.u.d, command_.u.ddelta});
   if (!belief.model->smooth_since_asked())
-    throw PluginFailure(stack_.nonfinite_plugin(now_, command_.u) + " at t = " + std::to_string(now_.t) +
+    throw PluginFailure(stack_.nonfinite_plugin(acted_on_, command_.u) + " at t = " + std::to_string(now_.t) +
                         " s: returned a derivative that is not a number");
   const auto line = guard(stack_.spec().planner.id(), now_.t, [&] { return stack_.planner().line(); });
   const double latency = stack_.planner().latency();

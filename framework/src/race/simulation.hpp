@@ -40,6 +40,8 @@ class Simulation {
   void stop_learning() { learns_ = false; }
   /// The instant reached, and what was decided there.
   const Observation& now() const { return now_; }
+  /// The same as planner and controller were shown it: filtered where the stack has a filter.
+  const Observation& acted_on() const { return acted_on_; }
   std::span<const RefPoint> horizon() const { return horizon_; }
   const Command& command() const { return command_; }
   /// Line 4 of the last step, and the CPU times of its update, plan and solve.
@@ -48,6 +50,7 @@ class Simulation {
 
  private:
   Sample sample_of(const Observation& before);
+  void filter_reading();
   void decide();
   bool over(RunSummary& summary) const;
   void watch_standing();
@@ -58,6 +61,9 @@ class Simulation {
   Metrics& metrics_;
   Recorder* recorder_;
   Observation now_;
+  std::optional<StateFilter> filter_;
+  Observation acted_on_;
+  CorrectedModel* model_ = nullptr;  // believed at the last decision
   Input u_;
   std::vector<RefPoint> horizon_;
   Command command_;

@@ -102,6 +102,8 @@ StackSpec read_stack(const std::string& name, const Node& node, const Registry& 
   spec.adapt_after = r.number("adapt_after", "s", NumberRange::non_negative(), 0.0);
   spec.careful_until = r.number("careful_until", "s", NumberRange::non_negative(), 0.0);
   spec.mu_init = r.number("mu_init", "1", NumberRange::closed(0.01, 10.0), 1.0);
+  if (const Node* filter = r.find("state_filter"); filter != nullptr)
+    spec.state_filter = read_state_filter(*filter, told.car, errors);
   r.finish();
   return spec;
 }

@@ -8,6 +8,7 @@
 
 #include "car/vehicle.hpp"
 #include "race/sample.hpp"
+#include "race/state_filter.hpp"
 
 namespace gripline {
 
@@ -20,6 +21,7 @@ struct StackSpec {
   double adapt_after = 0.0;    // [s] from then on the learned correction is part of the model
   double careful_until = 0.0;  // [s] until then plans are made for mu_init all the same
   double mu_init = 1.0;
+  std::optional<StateFilterSpec> state_filter;  // planner and controller act on the readings where there is none
   bool needs_truth() const;
 };
 StackSpec read_stack(const std::string& name, const Node& node, const Registry& registry, const CarFile& car,

@@ -7,13 +7,6 @@
 namespace gripline {
 namespace {
 
-struct ChannelName {
-  const char* name;
-  const char* unit;
-};
-constexpr ChannelName channel_names[channel_count] = {{"x", "m"},    {"y", "m"},    {"yaw", "rad"},
-                                                      {"vx", "m/s"}, {"vy", "m/s"}, {"yaw_rate", "rad/s"}};
-
 /// Steps in a time that must be a whole number of them.
 int whole_steps(double time, double dt, const Node& node, const char* what, Errors& errors) {
   const double steps = time / dt;
@@ -40,9 +33,9 @@ SensorSpec read_sensors(const Node& node, double dt, Errors& errors) {
     if (!r.has(key)) return;
     ObjectReader channels = r.object(key);
     for (int i = 0; i < channel_count; ++i) {
-      const auto& [name, unit] = channel_names[i];
-      if (const Node* value = channels.find(name); value != nullptr)
-        set(spec.channels[static_cast<std::size_t>(i)], *value, unit);
+      const auto at = static_cast<std::size_t>(i);
+      const auto& [name, unit] = sensor_channels[at];
+      if (const Node* value = channels.find(name); value != nullptr) set(spec.channels[at], *value, unit);
     }
     channels.finish();
   };

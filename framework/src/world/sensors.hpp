@@ -13,6 +13,12 @@ namespace gripline {
 
 /// Channels in the order x, y, yaw, vx, vy, yaw_rate.
 inline constexpr int channel_count = 6;
+struct SensorChannel {
+  const char* name;
+  const char* unit;
+};
+inline constexpr std::array<SensorChannel, channel_count> sensor_channels = {
+    {{"x", "m"}, {"y", "m"}, {"yaw", "rad"}, {"vx", "m/s"}, {"vy", "m/s"}, {"yaw_rate", "rad/s"}}};
 
 struct SensorSpec {
   struct Channel {
