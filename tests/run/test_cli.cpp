@@ -380,6 +380,12 @@ TEST_F(Cli, TrackReadsRepairsAndWritesARoad) {
   EXPECT_THAT(contents(out("small.svg")), HasSubstr("<svg"));
   const Outcome again = gripline_with({"validate", out("small.csv")});
   EXPECT_EQ(again.code, 0) << again.err;
+  // A car, or the car of a world.
+  for (const char* file : {"worlds/cars/orca_1_43.json", "worlds/ethz.json"}) {
+    const Outcome checked = gripline_with({"track", road, "--car", source_dir() / file});
+    EXPECT_EQ(checked.code, 0) << checked.err;
+    EXPECT_THAT(checked.out, HasSubstr("drives it")) << file;
+  }
 }
 
 TEST_F(Cli, TrackSaysWhatItCannotRead) {

@@ -57,9 +57,10 @@ std::optional<Car> car_option(const po::variables_map& given) {
   if (!file) return std::nullopt;
   Node tree = load_json(*file);
   if (kind_of(tree) == FileKind::world) {
-    tree = load_world(*file);
-    if (tree.find("car") == nullptr) throw InputError(*file + ": is a world without a car");
-    tree = *tree.find("car");
+    const Node world = load_world(*file);
+    const Node* own = world.find("car");
+    if (own == nullptr) throw InputError(*file + ": is a world without a car");
+    tree = *own;
   } else if (kind_of(tree) != FileKind::car) {
     throw InputError(*file + ": expected a car or a world");
   }

@@ -167,6 +167,18 @@ double PlanFollower::refine(double s, double x, double y) const {
   return wrap_periodic(s, base_->length());
 }
 
+/// The foot of a car far off, given its foot on the base line. A plan that lies askew to that line has another foot: the
+/// farther the car, the farther from it. References that began there would lie behind the car.
+double PlanFollower::beside_plan(double near, double x, double y) const {
+  const auto distance = [&](double s) {
+    const PlanPoint p = at(s);
+    return std::hypot(x - p.x, y - p.y);
+  };
+  const double s = refine(near, x, y), moved = std::remainder(s - near, base_->length());
+  const double off = distance(near);
+  return std::abs(moved) < off && distance(s) <= off ? s : near;
+}
+
 double PlanFollower::locate(double x, double y) {
   const auto distance = [&](const PlanPoint& p) { return std::hypot(x - p.x, y - p.y); };
   if (!std::isnan(hint_)) {
@@ -177,7 +189,7 @@ double PlanFollower::locate(double x, double y) {
     if (distance(at(s)) <= width && std::abs(jump) <= 2.0 * width) return hint_ = s;
     // The car is further off than the road is wide, or its foot jumped: it is on another stretch, or beside this one.
     const double other = base_->project(x, y).s;
-    if (!planning::beside_line(*base_, other, x, y)) return hint_ = base_->project(x, y, hint_).s;
+    if (!planning::beside_line(*base_, other, x, y)) return hint_ = beside_plan(base_->project(x, y, hint_).s, x, y);
   }
   std::size_t best = 0;
   double least = std::numeric_limits<double>::infinity();

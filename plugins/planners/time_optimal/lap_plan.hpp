@@ -51,6 +51,7 @@ class PlanFollower {
   std::size_t interval(double s) const;
   Offset offset(std::size_t k, double share) const;
   double refine(double s, double x, double y) const;
+  double beside_plan(double near, double x, double y) const;
   void place_sample(std::size_t i);
   void measure_samples();
 

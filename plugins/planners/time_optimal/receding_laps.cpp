@@ -20,6 +20,15 @@ constexpr double barrier_per_change = 0.01;                     // barrier over 
 constexpr double least_change = 0.005, stalled_barrier = 2e-4;  // changes and stalls that raise it
 constexpr double driven_barrier = 1e-4;  // of what is driven: it costs a part of that per constraint
 constexpr int most_stalled = 15;         // control steps without a plan that can be driven
+// A window without a plan begins again after so many control steps, each time later by as many, up to the most; where
+// the belief has moved by `other_car` (of tyre force over its peak, or of resistance over weight) after the fewest.
+constexpr int first_patience = 50, most_patience = 150, least_patience = 25;
+constexpr double other_car = 0.05;
+
+bool finite(const CarBelief& car) {
+  const auto tyre = [](const vehicle::MagicFormula& t) { return t.B + t.C + t.D; };
+  return std::isfinite(tyre(car.tyres.front) + tyre(car.tyres.rear) + car.resistance.rolling + car.resistance.drag);
+}
 
 }  // namespace
 
@@ -32,7 +41,8 @@ RecedingLaps::RecedingLaps(const LapSetup& setup, const CarBelief& car, const Re
       lap_(setup.nodes().s.size()),
       solved_for_(lap_.size(), mu_),
       driven_for_(lap_.size(), mu_),
-      driven_v_(lap_.size()) {
+      driven_v_(lap_.size()),
+      patience_(first_patience) {
   first_lap_ = setup.cold_guess(car.tyres).z;
   first_mu_ = mu_;
   for (std::size_t k = 0; k < lap_.size(); ++k) lap_[k].z = first_lap_[k];
@@ -115,6 +125,9 @@ void RecedingLaps::move_window(double station) {
   if (placed_ && time_between(first_, first) < hold) return;
   const std::size_t old_end = wrapped(first_ + count_);
   const bool onward = placed_ && wrapped(first + lap_.size() - first_) < count_;
+  // What is left behind without a plan is no start for the next lap.
+  if (onward && lost_ > least_patience)
+    for (std::size_t i = first_; i != first; i = wrapped(i + 1)) reset(i);
   first_ = first;
   count_ = window_length(first);
   if (onward)
@@ -144,19 +157,21 @@ bool RecedingLaps::improve() {
 
 /// The window from the states of the first lap, slowed down to the friction of now, with fresh slacks and multipliers.
 void RecedingLaps::start_again(double barrier) {
-  for (std::size_t k = 0; k <= count_; ++k) {
-    const std::size_t i = wrapped(first_ + k);
-    lap_[i].started = false;
-    lap_[i].pi = {};
-    lap_[i].z = first_lap_[i];
-    solved_for_[i] = first_mu_;
-    lap_[i].z = kept(i);
-    solved_for_[i] = std::min(first_mu_, mu_);
-  }
+  for (std::size_t k = 0; k <= count_; ++k) reset(wrapped(first_ + k));
   begin_ = lap_[first_].z;
   end_ = lap_[wrapped(first_ + count_)].z;
   barrier_ = barrier;
   failed_ = 0;
+}
+
+/// A node as it was in the first lap, slowed down to the friction of now.
+void RecedingLaps::reset(std::size_t i) {
+  lap_[i].started = false;
+  lap_[i].pi = {};
+  lap_[i].z = first_lap_[i];
+  solved_for_[i] = first_mu_;
+  lap_[i].z = kept(i);
+  solved_for_[i] = std::min(first_mu_, mu_);
 }
 
 /// A node that the window reaches, kept for more friction than is believed now.
@@ -186,19 +201,41 @@ void RecedingLaps::slow_window(double share) {
   end_ = lap_[wrapped(first_ + count_)].z;
 }
 
+double RecedingLaps::difference_to(const CarBelief& car) const {
+  const double v = 0.5 * setup_->top_speed();
+  return std::max(difference(car_.tyres, car.tyres, solver_.largest_slip()),
+                  std::abs(car.resistance.at(v) - car_.resistance.at(v)) / gravity);
+}
+
+void RecedingLaps::tell_solver() {
+  const SpecificResistance& known = setup_->typical().resistance;
+  solver_.set_car(car_.tyres, {car_.resistance.rolling - known.rolling, car_.resistance.drag - known.drag});
+}
+
+bool RecedingLaps::begin_again_is_due(double moved) const {
+  return lost_ > patience_ || (lost_ > least_patience && moved > other_car);
+}
+
 /// The car that is solved for goes towards the one believed: to less friction at once, else in steps that a warm start
-/// bears, and then it waits for a window that does not obey the dynamics.
+/// bears, and then it waits for a window that does not obey the dynamics. A window that never does, as no car could that
+/// is solved for, begins again with the car believed.
 void RecedingLaps::advance_belief(const CarBelief& car, double spread) {
   constexpr double finest = 0.002;          // of tyre force over its peak, or of resistance over weight
   constexpr double largest = 0.02;          // in a control step
   constexpr double share_of_spread = 0.25;  // by which a belief moves before anything is solved again
+  if (!finite(car)) return;
   const double resolution = std::max(finest, share_of_spread * spread);
-  const double v = 0.5 * setup_->top_speed();
-  const auto difference_now = [&] {
-    return std::max(difference(car_.tyres, car.tyres, solver_.largest_slip()),
-                    std::abs(car.resistance.at(v) - car_.resistance.at(v)) / gravity);
-  };
-  double moved = difference_now();
+  double moved = difference_to(car);
+  if (begin_again_is_due(moved)) {
+    patience_ = moved > other_car ? first_patience : std::min(patience_ + first_patience, most_patience);
+    lost_ = 0;
+    settled_ = following_ = false;
+    car_ = car;
+    mu_ = mu_of(car_.tyres);
+    tell_solver();
+    start_again(first_barrier);
+    return;
+  }
   following_ = moved > (following_ ? 0.5 : 1.0) * resolution;
   if (!following_) return;
   settled_ = false;
@@ -207,15 +244,14 @@ void RecedingLaps::advance_belief(const CarBelief& car, double spread) {
     car_.tyres = scaled_to(car_.tyres, less * mu_);
     mu_ = mu_of(car_.tyres);
     slow_window(less);
-    moved = difference_now();
+    moved = difference_to(car);
   }
   if (defect_ <= 10.0 * drivable_defect) {
     const double share = std::min(1.0, largest / std::max(moved, 1e-9)), change = share * moved;
     if (change > least_change) barrier_ = std::max(barrier_, barrier_per_change * change);
     approach(car, share);
   }
-  const SpecificResistance& known = setup_->typical().resistance;
-  solver_.set_car(car_.tyres, {car_.resistance.rolling - known.rolling, car_.resistance.drag - known.drag});
+  tell_solver();
 }
 
 /// A share of the way to another car.
@@ -238,6 +274,8 @@ void RecedingLaps::step(const CarBelief& car, double spread, double station, Lap
   for (int i = 0; i < options_.iterations && !settled_; ++i) settled_ = improve();
   const bool drivable = settled_ || defect_ < drivable_defect;
   stalled_ = drivable ? 0 : stalled_ + 1;
+  lost_ = drivable ? 0 : lost_ + 1;
+  if (drivable) patience_ = first_patience;
   if (stalled_ > most_stalled) {
     barrier_ = std::min(first_barrier, std::max(stalled_barrier, 5.0 * barrier_));
     stalled_ = 0;

@@ -11,6 +11,9 @@
 // Nothing is solved where nothing changed: a window stays until the car is a tenth of a second further, one whose first
 // three quarters are settled rests, and a belief that moved by less than its resolution, a quarter of its standard
 // deviation, is the old one. Less friction is followed at once: the same motion at lower speeds.
+//
+// A belief need not be one of a car that can be driven. While no plan is found the old one is driven; the window begins
+// again now and then from the first lap, for the belief of that moment, sooner when the belief has moved.
 #pragma once
 
 #include <vector>
@@ -63,7 +66,11 @@ class RecedingLaps {
   void publish(LapPlan& plan);
   LapPlan::Node plan_node(std::size_t i) const;
   void set_curvature(LapPlan& plan, std::size_t i) const;
+  double difference_to(const CarBelief& car) const;
+  void tell_solver();
+  bool begin_again_is_due(double moved) const;
   void start_again(double barrier);
+  void reset(std::size_t node);
 
   const LapSetup* setup_;
   RecedingOptions options_;
@@ -82,6 +89,8 @@ class RecedingLaps {
   double barrier_ = 0, defect_ = 0;
   int failed_ = 0;   // Newton steps one after the other that found nothing better
   int stalled_ = 0;  // control steps one after the other without a plan that can be driven
+  int lost_ = 0;     // the same, whatever was tried, since the window began from the first lap
+  int patience_;     // control steps that it has to find a plan
   bool settled_ = false, placed_ = false;
   bool following_ = false;  // the car that is solved for goes towards the one believed
   long iterations_ = 0, failures_ = 0;

@@ -385,6 +385,19 @@ void WindowSolver::advance(std::vector<WindowNode>& lap, double share) {
   }
 }
 
+void WindowSolver::measure_defect(const std::vector<WindowNode>& lap, WindowStep& result) const {
+  const auto add = [&result](double violation) {
+    result.defect = std::isfinite(violation) ? std::max(result.defect, std::abs(violation))
+                                             : std::numeric_limits<double>::infinity();
+  };
+  for (std::size_t k = 0; k < count_; ++k) {
+    const WindowNode& node = lap[index(k)];
+    for (std::size_t i = 0; i < node.t.size(); ++i) add(stages_[k].c.value[i] + node.t[i]);
+    for (int j = 0; j < S; ++j) add(stages_[k].b[j]);
+    if (k < near_part(count_)) result.near_defect = result.defect;
+  }
+}
+
 WindowStep WindowSolver::iterate(std::vector<WindowNode>& lap, std::size_t first, std::size_t count, double mu,
                                  const std::array<double, lap_variables>& begin,
                                  const std::array<double, lap_variables>& end) {
@@ -397,6 +410,7 @@ WindowStep WindowSolver::iterate(std::vector<WindowNode>& lap, std::size_t first
     end_[j] = (lap[index(count_)].z[j] - end[j]) / scale_[j];
   }
   for (std::size_t k = 0; k < count_; ++k) evaluate(lap, k);
+  measure_defect(lap, result);  // also of an iterate that stays as it is
   constexpr double first_delta = 1e-4, most = 1e6;
   double delta = delta_ > first_delta ? delta_ / 3.0 : 0.0;
   while (!backward(delta)) {
@@ -415,16 +429,11 @@ WindowStep WindowSolver::iterate(std::vector<WindowNode>& lap, std::size_t first
   for (std::size_t k = 0; k < count_; ++k) {
     result.change = std::max(result.change, middle_step(k).lpNorm<Eigen::Infinity>());
     const WindowNode& node = lap[index(k)];
-    for (std::size_t i = 0; i < node.t.size(); ++i) {
+    for (std::size_t i = 0; i < node.t.size(); ++i)
       row_force[i] = std::max(row_force[i], node.lambda[i] + dlambda_[k][i]);
-      result.defect = std::max(result.defect, std::abs(stages_[k].c.value[i] + node.t[i]));
-    }
     for (std::size_t i = 0; i < state_force.size(); ++i)
       state_force[i] = std::max(state_force[i], std::abs(stages_[k].pi[static_cast<Eigen::Index>(i)]));
-    result.defect = std::max(result.defect, stages_[k].b.lpNorm<Eigen::Infinity>());
-    if (k >= near_part(count_)) continue;
-    result.near_change = result.change;
-    result.near_defect = result.defect;
+    if (k < near_part(count_)) result.near_change = result.change;
   }
   if (!std::isfinite(result.change)) return result;
   const auto follow = [](auto& penalty, const auto& force) {

@@ -125,6 +125,7 @@ class WindowSolver {
     double force = 0, stiff = 0;
   };
   Barrier barrier(const WindowNode& node, const Stage& stage, int row) const;
+  void measure_defect(const std::vector<WindowNode>& lap, WindowStep& result) const;
   void eliminate(const std::vector<WindowNode>& lap, std::size_t k, const StateMatrix& F, const InputMatrix& G,
                  const StateVector& rates);
   bool backward(double delta);

@@ -13,6 +13,8 @@
 #include <utility>
 #include <vector>
 
+#include "common/planning/closed_line.hpp"
+#include "common/planning/line_follower.hpp"
 #include "planners/time_optimal/lap_setup.hpp"
 #include "planners/time_optimal/receding_laps.hpp"
 #include "planners/time_optimal/window_solver.hpp"
@@ -24,6 +26,8 @@ namespace {
 
 using namespace time_optimal;
 using namespace testing_support;
+using planning::ClosedLine;
+using planning::LineFollower;
 using Changes = std::vector<std::pair<std::string, double>>;
 
 constexpr std::size_t nodes = 200, window = 80;
@@ -368,6 +372,61 @@ TEST_F(RecedingTimeTest, FindsTheNearestPointOfACarOutsideOfATurn) {
   }
 }
 
+/// A driver who is put somewhere and then drives what is planned.
+class RecedingTimeFromAnywhere : public RecedingTimeTest {
+ protected:
+  void SetUp() override { planner_ = make(mobil_, {{"spacing", 0.1}, {"start", 0.9}}); }
+  void put(const LinePoint& p, double n, double turned, double vx, double vy, double omega) {
+    now_.x = {p.x - n * std::sin(p.yaw), p.y + n * std::cos(p.yaw), p.yaw + turned, vx, vy, omega, 0.0};
+  }
+  /// Seconds until it goes along the line, at most two widths of the car beside it, for a second; negative: not in ten.
+  double until_racing() {
+    const ClosedLine line(std::vector<LinePoint>(planner_->line().begin(), planner_->line().end()));
+    LineFollower follower;
+    int good = 0;
+    for (int i = 0; i < 500; ++i) {
+      planner_->plan(now_, believe(0.9), nullptr, horizon_);
+      const RefPoint& r = horizon_[1];
+      EXPECT_TRUE(std::isfinite(r.x) && std::isfinite(r.y) && std::isfinite(r.v));
+      now_.t += 0.02;
+      now_.x = {r.x, r.y, r.yaw - r.beta, r.v, r.v * std::tan(r.beta), 0.0, 0.0};
+      const LinePoint p = line.at(follower.locate(line, r.x, r.y));
+      const double turned = std::remainder(now_.x.yaw - p.yaw, 2.0 * std::numbers::pi);
+      const bool racing = std::hypot(r.x - p.x, r.y - p.y) < 2.0 * car_.width && std::abs(turned) < 0.6 && r.v > 0.5;
+      good = racing ? good + 1 : 0;
+      if (good == 50) return now_.t - 1.0;
+    }
+    return -1.0;
+  }
+  Instance<SpeedPlanner> planner_ = nullptr;
+};
+
+TEST_F(RecedingTimeFromAnywhere, ACarThatStandsSpinsOrFacesBackwardsGoesOn) {
+  struct Pose {
+    double n, turned, vx, vy, omega;
+  };
+  const double pi = std::numbers::pi;
+  for (const Pose& pose : {Pose{0, 0, 0, 0, 0}, Pose{0.1, 0, 0, 0, 0}, Pose{0, pi, 0, 0, 0}, Pose{-0.1, -2.5, 0, 0, 0},
+                           Pose{0, pi, -1.5, 0, 0}, Pose{0, 1.6, 0, -1.5, 12.0}, Pose{0.1, -2.0, -0.8, 1.0, -12.0},
+                           Pose{0.5, 0.3, 1.0, 0, 0}}) {
+    for (const std::size_t share : {0, 3}) {
+      now_ = {};
+      put(planner_->line()[planner_->line().size() * share / 7], pose.n, pose.turned, pose.vx, pose.vy, pose.omega);
+      const double seconds = until_racing();
+      EXPECT_GE(seconds, 0.0) << pose.n << " m, " << pose.turned << " rad";
+    }
+  }
+}
+
+// Half a lap beside the plan's own window: the car was carried to another part of the road.
+TEST_F(RecedingTimeFromAnywhere, ACarThatWasCarriedElsewhereGetsItsWindowThere) {
+  start(*planner_);
+  drive(*planner_, believe(0.9), 100);
+  put(planner_->line()[planner_->line().size() / 2], 0.0, 0.0, 1.5, 0.0, 0.0);
+  EXPECT_GE(until_racing(), 0.0);
+  EXPECT_LT(now_.t, 2.0 + 3.0);
+}
+
 /// The laps themselves, of a car that stays where it is.
 class RecedingLapsTest : public RecedingTimeTest {
  protected:
@@ -474,6 +533,79 @@ TEST_F(RecedingLapsTest, ADrivenPlanFollowsALargeChangeWithinASecond) {
   for (std::size_t k = 0; k < plan_.nodes.size(); ++k)
     moved = std::max(moved, std::abs(plan_.nodes[k].v - scaled.nodes[k].v));
   EXPECT_GT(moved, 0.02);  // the plan is of the new friction, no longer the old one driven slowly
+}
+
+/// What a learner that went wrong may say of a car, and how long a plan takes to come back after it.
+struct Wrong {
+  const char* what;
+  double B, front, rear;  // stiffness and friction of the axles, over the true ones
+  double rolling;         // resistance [m/s2]
+  double within;          // [s]
+};
+
+/// Wrong beliefs while the car goes along the base line, and what the plan is like when the right one is back.
+class RecedingLapsAfterAWrongBelief : public RecedingLapsTest {
+ protected:
+  static CarBelief wrong(const Wrong& w) {
+    CarBelief car = believed(0.8);
+    for (MagicFormula* tyre : {&car.tyres.front, &car.tyres.rear}) tyre->B *= w.B;
+    car.tyres.front.D *= w.front;
+    car.tyres.rear.D *= w.rear;
+    car.resistance.rolling = w.rolling;
+    return car;
+  }
+  void drive(double seconds, const CarBelief& car) {
+    for (double t = 0; t < seconds; t += 0.02) {
+      at_ += 0.02 * speed;
+      laps_->step(car, 0.0, at_, plan_);
+    }
+  }
+  /// The largest difference of planned speeds from one second to three ahead of the car [m/s].
+  double difference_ahead(const LapPlan& other) const {
+    double largest = 0;
+    for (double s = at_ + 1.0 * speed; s < at_ + 3.0 * speed; s += 0.1) {
+      const std::vector<double>& nodes = setup_->nodes().s;
+      const double wrapped = std::fmod(s, setup_->base().length());
+      const auto k =
+          static_cast<std::size_t>(std::upper_bound(nodes.begin(), nodes.end(), wrapped) - nodes.begin()) - 1;
+      largest = std::max(largest, std::abs(plan_.nodes[k].v - other.nodes[k].v));
+    }
+    return largest;
+  }
+  static constexpr double speed = 1.5;  // [m/s]
+  double at_ = station;
+};
+
+// While nobody could drive the car that is believed, the old plan is driven. Then a plan is back within two seconds, or
+// six where a much slower one was found and driven meanwhile.
+TEST_F(RecedingLapsAfterAWrongBelief, APlanComesBack) {
+  const LapPlan right = plan_;
+  for (const Wrong& one : {Wrong{"more resistance than drive", 1, 1, 1, 20, 2}, Wrong{"a push", 1, 1, 1, -20, 2},
+                           Wrong{"no front axle", 1, 0.05, 1, 0, 2}, Wrong{"tyres of jelly", 0.05, 1, 1, 0, 6},
+                           Wrong{"no number", 1, 1, std::nan(""), 0, 2}, Wrong{"all of it", 0.1, 0.1, 0.02, 15, 6}}) {
+    drive(3.0, wrong(one));
+    for (const LapPlan::Node& node : plan_.nodes) {
+      ASSERT_TRUE(std::isfinite(node.n) && std::isfinite(node.v) && std::isfinite(node.beta)) << one.what;
+      ASSERT_GT(node.v, 0.0) << one.what;
+    }
+    const long allocated = rig::allocations.load();
+    drive(one.within, believed(0.8));
+    EXPECT_EQ(rig::allocations.load(), allocated) << one.what;
+    EXPECT_LT(difference_ahead(right), 0.15) << one.what;
+    EXPECT_LE(laps_->barrier(), 1e-4) << one.what;  // such windows are driven
+  }
+}
+
+// A car that stands asks for no other window: one that no belief can drive must not hold the solver for good.
+TEST_F(RecedingLapsAfterAWrongBelief, AStandingCarGetsItsPlanBack) {
+  const LapPlan right = plan_;
+  steps(100, wrong({"more resistance than drive", 1, 1, 1, 20, 2}), 0.0);
+  steps(100, believed(0.8), 0.0);
+  EXPECT_LE(laps_->barrier(), 1e-4);
+  double moved = 0;
+  for (std::size_t k = 0; k < plan_.nodes.size(); ++k)
+    moved = std::max(moved, std::abs(plan_.nodes[k].v - right.nodes[k].v));
+  EXPECT_LT(moved, 0.1);
 }
 
 }  // namespace
