@@ -197,7 +197,7 @@ TEST_F(DiagnoseProgram, AnExperimentDrivesDiagnosesAndJudges) {
 }
 
 /// A patch of low friction turns the car where its throttle bends: noise measured with the bare car believed bent
-/// commands, and a brake gain was named in the patch's place. The driver follows the road, as the patch does.
+/// commands, and a brake gain stood beside the patch. The car of DiagnoseRig leaves the road: it meets no patch twice.
 TEST_F(DiagnoseProgram, APatchIsNoBentThrottle) {
   const std::string patch =
       "/cases={\"patch\": {\"hidden\": {\"plant\": {\"effects\": [{\"plugin\": \"friction_patch\", "
