@@ -196,6 +196,19 @@ TEST_F(DiagnoseProgram, AnExperimentDrivesDiagnosesAndJudges) {
   EXPECT_FALSE(fs::exists(in("e3/drag"))) << "driven before it was read";
 }
 
+/// A patch of low friction turns the car where its throttle bends: noise measured with the bare car believed bent
+/// commands, and a brake gain stood beside the patch. The car of DiagnoseRig leaves the road: it meets no patch twice.
+TEST_F(DiagnoseProgram, APatchIsNoBentThrottle) {
+  const std::string patch =
+      "/cases={\"patch\": {\"hidden\": {\"plant\": {\"effects\": [{\"plugin\": \"friction_patch\", "
+      "\"params\": {\"k\": -0.2, \"s0\": 0.3, \"w\": 0.14}}]}}, \"missing\": [[\"friction_patch\"]]}}";
+  const Outcome out =
+      gripline_with({"compare", source_dir() / "experiments/diagnose/hidden_1_43.json", "--set", patch, "--set",
+                     "/claims=[\"patch.right == 1\", \"patch.closure >= 0.95\"]", "--out", in("patch")});
+  EXPECT_EQ(out.code, 0) << out.out << out.err;
+  EXPECT_THAT(out.out, HasSubstr("patch: named: friction_patch"));
+}
+
 /// 1 % of the readings far off and 2 % of the rows gone: the same name, and the log's health says so.
 TEST_F(DiagnoseProgram, OutliersAndDroppedRowsChangeNoName) {
   const fs::path one = case_of("single_white");

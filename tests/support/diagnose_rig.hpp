@@ -51,12 +51,14 @@ class DiagnoseRig {
     double noise_time = diagnose::usual_noise_time;  // its correlation time [s]
     measured::Channels colour{};                     // lag-one correlation of the sensors' noise
     double unsteady = 0;                             // of hands and feet: steps of 0.01 rad and 0.06, fading in 0.16 s
-    double jumps = 0;  // of hands and feet: of 0.08 rad and 0.5, fading so too; share of samples that have one
+    double jumps = 0;   // of hands and feet: of 0.08 rad and 0.5, fading so too; share of samples that have one
+    bool held = false;  // commands act until the next
   };
   /// What the sensors of a car with this model show while it weaves around; samples 20 ms apart.
   measured::Log simulate(const diagnose::ModelSpec& truth, const Drive& drive) const {
     const StagedCar car = catalogue_.build(truth);
     measured::Log log;
+    log.held = drive.held;
     const auto n = static_cast<std::size_t>(std::round(drive.seconds / log.dt)) + 1;
     std::mt19937_64 random(drive.seed);
     std::normal_distribution<double> normal;

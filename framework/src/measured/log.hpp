@@ -16,13 +16,14 @@ using Channels = std::array<double, channels>;
 inline constexpr double no_reading = std::numeric_limits<double>::quiet_NaN();
 
 /// Samples dt apart. Rows of `reading` are x, y, yaw, vx, vy, yaw rate (SI; no_reading where missing); commands are
-/// linear between samples, or between `fine` ones.
+/// linear between samples, or between `fine` ones, or held.
 struct Log {
   double dt = 0.02;
   double t0 = 0.0;              // time of the first row since the start of the log, for effects that depend on time
   std::vector<double> reading;  // n x 6
   std::vector<CommandSample<double>> command;
   std::vector<CommandSample<double>> fine;  // 2 size() - 1 commands half a sample apart; empty: `command` says all
+  bool held = false;                        // each command acts until the next; `fine` is empty then
   std::vector<bool> interpolated;  // samples without a recorded command, filled in from their neighbours; empty: none
   /// Whether a command of the step after sample k was not recorded.
   bool interpolated_step(std::size_t k) const {
@@ -31,10 +32,15 @@ struct Log {
   std::size_t size() const { return command.size(); }
 };
 
-/// Acting command `share` of a step after sample k.
+/// Acting command `share` of a step after sample k; of held ones the step's own, at either end.
 ActingCommand<double> command_at(const Log& log, std::size_t k, double share);
 /// Commands up to `now` [s], for effects with a delay. Holds pointers into the log.
 History<double> history_at(const Log& log, double now);
+/// The same at a sample, for what is evaluated at samples and taken as linear between them: held commands jump there
+/// and count by the mean of both sides, so that the mean over a step is that of the command up to 1/8 of its second
+/// difference.
+ActingCommand<double> command_at_sample(const Log& log, std::size_t k);
+History<double> history_at_sample(const Log& log, double now);
 
 /// Throttle and steering, of what belongs to a command.
 using Commands = std::array<double, 2>;

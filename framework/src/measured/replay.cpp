@@ -11,6 +11,9 @@ namespace {
 
 constexpr std::size_t chunk = 32;
 
+/// Part of a step from its ends within which held commands, which jump there, are looked up.
+constexpr double inside = 1e-9;
+
 /// Fractions of a step between which the commands that act are smooth: 0, their kinks, 1, each piece cut so that none
 /// is longer than 1 / substeps.
 std::vector<double> step_knots(const StagedCar& car, const Log& log, int substeps) {
@@ -69,11 +72,12 @@ void LogStepper::advance(std::span<const std::size_t> sample, std::span<const Pl
     const auto node = rk4_->c, weight = rk4_->b;
     for (std::size_t stage = 0; stage < 4; ++stage) {
       const double share = knots_[piece] + node[stage] * (knots_[piece + 1] - knots_[piece]);
+      const double within = std::clamp(share, knots_[piece] + inside, knots_[piece + 1] - inside);
       if (stage != 2)  // at the time of stage 1
         for (std::size_t i = 0; i < n; ++i) {
           command_[i] = command_at(log_, sample[i], share);
           at_[i] = between(from[i], to[i], share, log_.dt);
-          if (looks_back_) history_[i] = history_at(log_, at_[i].t);
+          if (looks_back_) history_[i] = history_at(log_, log_.held ? from[i].t + within * log_.dt : at_[i].t);
         }
       for (std::size_t i = 0; i < n * channels; ++i) xs_[i] = stage == 0 ? x[i] : x[i] + node[stage] * h * kx_[i];
       for (std::size_t i = 0; i < n * m_; ++i) ms_[i] = stage == 0 ? memory[i] : memory[i] + node[stage] * h * km_[i];
@@ -171,7 +175,8 @@ class MemoryIntegrator {
         x_[i * channels + c] = share == 0.0 ? trace_.motion[k * channels + c] : between_samples[c];
       command_[i] = trace_.command(k, share);
       at_[i] = trace_.place(k, share);
-      history_[i] = history_at(trace_.log, at_[i].t);
+      const double within = trace_.log.held ? std::clamp(share, inside, 1.0 - inside) - share : 0.0;
+      history_[i] = history_at(trace_.log, at_[i].t + within * trace_.log.dt);
     }
     batch_.n = copies;
   }
@@ -228,8 +233,8 @@ void all_rates(const StagedCar& car, const Trace& trace, const std::vector<doubl
   std::vector<ActingCommand<double>> command(n);
   std::vector<History<double>> history(n);
   for (std::size_t k = 0; k < n; ++k) {
-    command[k] = trace.command(k, 0.0);
-    history[k] = history_at(trace.log, trace.at[k].t);
+    command[k] = trace.command(k);
+    history[k] = history_at_sample(trace.log, trace.at[k].t);
   }
   CarBatch<double> batch;
   batch.n = n;

@@ -39,8 +39,8 @@ void Trace::cut(std::size_t samples) {
 }
 
 History<Dual8> Trace::history(std::size_t k) const {
-  return {
-      command_dual.data(), command_dual.size(), log.t0, log.fine.empty() ? log.dt : 0.5 * log.dt, at[k].t, Hold::foh};
+  const History<double> h = history_at_sample(log, at[k].t);
+  return {command_dual.data(), command_dual.size(), h.t0, h.dt, h.now, h.hold};
 }
 
 Place between(const Place& from, const Place& to, double share, double dt) {
@@ -56,6 +56,7 @@ Place between(const Place& from, const Place& to, double share, double dt) {
 }
 
 ActingCommand<double> Trace::command(std::size_t k, double share) const { return command_at(log, k, share); }
+ActingCommand<double> Trace::command(std::size_t k) const { return command_at_sample(log, k); }
 
 Place Trace::place(std::size_t k, double share) const {
   return between(at[k], at[std::min(k + 1, size() - 1)], share, log.dt);

@@ -21,10 +21,12 @@ struct Trace {
   void bend_commands(const Commands& bend);
   /// Only the first so many samples.
   void cut(std::size_t samples);
-  /// Commands up to sample k, for effects with a delay. Holds pointers into this.
+  /// Commands up to sample k, as measured::history_at_sample has them. Holds pointers into this.
   History<Dual8> history(std::size_t k) const;
   /// Acting command `share` of a step after sample k.
   ActingCommand<double> command(std::size_t k, double share) const;
+  /// Acting command at sample k, as measured::command_at_sample has it.
+  ActingCommand<double> command(std::size_t k) const;
   /// Place `share` of a step after sample k.
   Place place(std::size_t k, double share) const;
   /// Reference `share` of a step after sample k, by a cubic through four samples.

@@ -52,8 +52,8 @@ Signals signals(const Trace& trace) {
     s.vx.push_back(row[3]);
     s.vy.push_back(row[4]);
     s.omega.push_back(row[5]);
-    const auto c = trace.command(k, 0.0);
-    const auto before = trace.command(k == 0 ? 0 : k - 1, 0.0);
+    const auto c = trace.command(k);
+    const auto before = trace.command(k == 0 ? 0 : k - 1);
     s.d.push_back(c.d);
     s.delta.push_back(c.delta);
     s.d_rate.push_back((c.d - before.d) / trace.log.dt);

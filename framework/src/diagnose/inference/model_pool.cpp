@@ -68,9 +68,15 @@ void ModelPool::restart(const Road& road, const Fit& fitted, const MeasuredNoise
   Fit by = fitted;
   by.noise = noise.noise;
   believe(problem_, noise);
-  iterate_reference(problem_, road, by);
-  fits_.clear();
-  screenings_.clear();
+  restart(road, by);
+  last_ = false;
+  work_ = 0.0;
+}
+
+void ModelPool::restart(const Road& road, const Fit& fitted, bool held) {
+  problem_.hold_commands(held);
+  restart(road, fitted);
+  last_ = false;
   work_ = 0.0;
 }
 

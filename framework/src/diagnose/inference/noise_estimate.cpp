@@ -193,7 +193,7 @@ std::vector<Unknown> list_unknowns(const Problem& problem, const NoiseUnknowns& 
   using enum Unknown::Kind;
   for (const Unknown::Kind kind : {steady, moving, bend})
     for (std::size_t i = 0; i < curvature.size(); ++i) {
-      if (!(curvature[i] > 0.0)) continue;
+      if (!(curvature[i] > 0.0) || (kind == bend && problem.held)) continue;
       const double unit = kind == steady ? curvature[i] : 1.0;
       list.push_back({kind, i, kind == bend ? 0.1 : 1.0, thresholds::most_command * unit});
     }

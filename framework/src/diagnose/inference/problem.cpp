@@ -23,6 +23,16 @@ double Problem::seconds() const {
   return sum;
 }
 
+void Problem::hold_commands(bool until_the_next) {
+  held = until_the_next;
+  command = {};
+  bend = {};
+  for (Trace& trace : traces) {
+    trace.bend_commands(bend);
+    trace.log.held = held;
+  }
+}
+
 std::array<double, noise_states> process_noise_ratio(const Problem& problem, const Noise& noise) {
   std::array<double, noise_states> ratio;
   for (std::size_t c = 0; c < noise_states; ++c) ratio[c] = std::sqrt(noise.process[c]) / problem.process_unit[c];

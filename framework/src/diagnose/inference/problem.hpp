@@ -20,6 +20,7 @@ struct Problem {
   double noise_time = usual_noise_time;             // correlation time of unknown accelerations [s]
   UnknownCommands command;                          // between samples, see Noise::command
   Commands bend{};                                  // of the commands of all traces, see measured::bend_commands
+  bool held = false;                                // whether commands are held between samples, see Log::held
   /// Schwarz's penalty [log likelihood]: half the logarithm of the number of independent readings.
   double penalty_per_parameter = 0;
   std::size_t rows = 0;  // readings of all traces
@@ -35,6 +36,8 @@ struct Problem {
   double penalty_of_readings() const;
   /// Duration of all traces together [s].
   double seconds() const;
+  /// Sets `held` and, of all traces, Log::held; nothing is bent or unknown of the commands then.
+  void hold_commands(bool until_the_next);
 };
 
 /// Standard deviations of the unknown accelerations over their usual size.

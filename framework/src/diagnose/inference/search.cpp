@@ -54,6 +54,7 @@ class Searcher {
   void backward_and_exchange();
   void penalise_by_independent_readings();
   void grow();
+  bool hold_commands_anew();
   bool may_leave_out_commands();
   std::vector<const Fit*> smaller_than_best();
   bool measure_noise_anew();
@@ -285,6 +286,34 @@ std::vector<const Fit*> Searcher::smaller_than_best() {
   return all;
 }
 
+/// Whether commands are held from row to row or linear between them: a half of a sample lies between the two, which
+/// otherwise is an effect's. The other is believed where the log is as likely in it with fewer effects, or surely
+/// likelier with the same. What was found before is then forgotten.
+bool Searcher::hold_commands_anew() {
+  const Fit* const found = best_;
+  Problem other = pool_.problem();
+  other.hold_commands(!other.held);
+  std::vector<const Fit*> asked{null_model_};
+  if (found != null_model_) asked.push_back(found);
+  for (const std::size_t member : found->model.members)
+    if (found->model.members.size() > 1)
+      asked.push_back(&pool_.fit_once(catalogue().without(found->model, member), found->noise));
+  Fit best;
+  best.evidence = -infinity;
+  for (const Fit* one : asked) {
+    const double enough = one == found ? found->evidence + thresholds::noise_gain : found->evidence;
+    Fit there = fit(other, one->model, one->noise, thresholds::rough_iterations, {thresholds::rough_tolerance, enough});
+    if (there.evidence > enough - unfinished_margin(enough, null_model_->evidence))
+      there = continue_fit(other, there, thresholds::finish_iterations, {thresholds::rough_tolerance});
+    if (there.evidence > std::max(enough, best.evidence)) best = std::move(there);
+  }
+  if (best.evidence == -infinity) return false;
+  const ModelSpec nothing = null_model_->model;
+  pool_.restart(road_, best, other.held);
+  null_model_ = &pool_.fit_once(nothing, best.noise);
+  return true;
+}
+
 /// Whether a log may have left out what commands did between samples: whether any of these models asks for it.
 bool Searcher::may_leave_out_commands() {
   const Problem& problem = pool_.problem();
@@ -329,6 +358,7 @@ SearchResult Searcher::run() {
   };
   report(1);
   grow();
+  if (hold_commands_anew()) grow();
   report(2);
   if (measure_noise_anew()) {
     grow();

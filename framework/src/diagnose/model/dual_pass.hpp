@@ -49,7 +49,7 @@ struct DualPass {
           mem[i * m + j] = Dual8(memory[k * m + j]);
           if (by_state) mem[i * m + j].d[4 + j] = 1.0;
         }
-        const auto c = trace.command(k, 0.0);
+        const auto c = trace.command(k);
         command[i] = {Dual8(c.d), Dual8(c.delta), Dual8(c.delta_rate)};
         history[i] = trace.history(k);
       }

@@ -90,6 +90,7 @@ Diagnosis Diagnoser::search(std::span<const LogFile> logs, std::span<const LogFi
   };
   at(0, "preparing");
   Prepared prepared = prepare(catalogue_, road_, logs, stated_noise());
+  prepared.problem.hold_commands(world_.hold == Hold::zoh);
   at(1, "searching");
   SearchOptions options;
   if (progress)
@@ -260,6 +261,7 @@ void Diagnoser::name_delays(std::span<const LogFile> logs, std::span<const LogFi
                             std::span<const ChannelDelay> delays, Diagnosis& d) const {
   Problem late = prepare(catalogue_, road_, logs, stated_noise()).problem;
   late.sensor = problem_.sensor;
+  late.hold_commands(problem_.held);
   for (Trace& trace : late.traces) trace.bend_commands(problem_.bend);
   late.bend = problem_.bend;
   Fit nominal = d.null_model;

@@ -164,6 +164,8 @@ Node world_patch(const Diagnosis& d, const Diagnoser& diagnoser, const WorldSpec
   plant.set("effects", Node(std::move(effects)));
   Node patch = Node::empty_object();
   patch.set("plant", std::move(plant));
+  const bool held = diagnoser.problem().held;
+  if (held != (world.hold == Hold::zoh)) patch.set("input_hold", Node(std::string(held ? "zoh" : "foh")));
   if (d.delays.empty()) return patch;
   Node delays = Node::empty_object(), calibration = Node::empty_object();
   for (const NamedEffect& delay : d.delays)
@@ -183,7 +185,7 @@ void write_diagnosis(const fs::path& folder, const Diagnosis& d, const Diagnoser
   augmented.set("extends", Node(fs::absolute(world_file).lexically_relative(base).generic_string()));
   if (track) augmented.set("track", Node(fs::absolute(*track).lexically_relative(base).generic_string()));
   const Node patch = world_patch(d, diagnoser, world);
-  for (const char* const key : {"plant", "calibration"})
+  for (const char* const key : {"plant", "calibration", "input_hold"})
     if (const Node* const part = patch.find(key); part != nullptr) augmented.set(key, *part);
   write_text(folder / "augmented_world.json", to_json_text(augmented));
 }

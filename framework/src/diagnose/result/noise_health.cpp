@@ -43,6 +43,9 @@ void report_noise(const Problem& problem, const Noise& noise, std::vector<Health
       health.push_back({texts[c].check, text, "measured with the model", Health::Level::note});
     }
   }
+  if (problem.held)
+    health.push_back({"commands between samples", "held until the next row",
+                      "as the world says or as found with the model", Health::Level::note});
   if (noise.command != UnknownCommands{}) {
     const auto& [steady, moving] = noise.command;
     std::snprintf(text, sizeof text,

@@ -150,8 +150,9 @@ void measure_errors(const fs::path& folder, const Diagnosed& one, const Answer& 
   const Road& road = one.diagnoser->road();
   Channels sigma{};
   for (std::size_t c = 0; c < channels; ++c) sigma[c] = one.world.sensors.channels[c].sigma;
-  const LogFile held = read_log_file(
+  LogFile held = read_log_file(
       folder / "heldout.csv", measured::LogExpectations{one.world.car.car.v_ref, nullptr, one.world.car.car.delta_max});
+  held.stretches.front().held = one.diagnoser->problem().held;
   const auto error = [&](const ModelSpec& model) {
     return rollout_error(catalogue, model, held.stretches.front(), road, sigma);
   };
