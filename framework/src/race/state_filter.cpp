@@ -69,7 +69,10 @@ void StateFilter::update(const State& reading) {
     const double noise = spec_.sigma[at] * spec_.sigma[at], off = reading.*members[at] - x_.*members[at];
     if (off * off > doubtful * doubtful * (P_(i, i) + noise)) P_(i, i) = off * off;
     const double total = P_(i, i) + noise;
-    if (!(total > 0.0)) continue;
+    if (!(total > 0.0)) {
+      x_.*members[at] = reading.*members[at];
+      continue;
+    }
     const Eigen::Matrix<double, 6, 1> gain = P_.col(i) / total;
     for (int j = 0; j < 6; ++j) x_.*members[static_cast<std::size_t>(j)] += gain[j] * off;
     const Eigen::Matrix<double, 1, 6> row = P_.row(i);

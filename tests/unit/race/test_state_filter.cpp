@@ -43,14 +43,16 @@ constexpr StateFilterSpec noisy = {{0.002, 0.002, 0.005, 0.02, 0.02, 0.05}, {0.5
 
 /// Readings that are exact are taken as they are, whatever the model says.
 TEST(StateFilter, WithoutNoiseItShowsTheReading) {
-  StateFilter filter({{}, {0.5, 0.5, 5.0}});
-  Gliding model;
-  filter.start({0, 0, 0, 1, 0, 0, 0});
-  filter.predict(model, {}, {});
-  const State reading{0.3, -0.2, 0.1, 2.0, 0.4, -1.0, 0.05};
-  filter.update(reading);
-  for (const auto member : {&State::x, &State::y, &State::yaw, &State::vx, &State::vy, &State::omega, &State::delta})
-    EXPECT_NEAR(filter.state().*member, reading.*member, 1e-12);
+  for (const double drift : {0.0, 0.5}) {
+    StateFilter filter({{}, {drift, drift, 10 * drift}});
+    Gliding model;
+    filter.start({0, 0, 0, 1, 0, 0, 0});
+    filter.predict(model, {}, {});
+    const State reading{0.3, -0.2, 0.1, 2.0, 0.4, -1.0, 0.05};
+    filter.update(reading);
+    for (const auto member : {&State::x, &State::y, &State::yaw, &State::vx, &State::vy, &State::omega, &State::delta})
+      EXPECT_NEAR(filter.state().*member, reading.*member, 1e-12);
+  }
 }
 
 /// A velocity that is read alone is a random walk in white noise. The filter's gain goes to
