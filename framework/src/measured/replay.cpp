@@ -12,7 +12,7 @@ namespace {
 constexpr std::size_t chunk = 32;
 
 /// Part of a step from its ends within which held commands, which jump there, are looked up.
-constexpr double inside = 1e-9;
+constexpr double off_its_ends = 1e-9;
 
 /// Fractions of a step between which the commands that act are smooth: 0, their kinks, 1, each piece cut so that none
 /// is longer than 1 / substeps.
@@ -72,7 +72,7 @@ void LogStepper::advance(std::span<const std::size_t> sample, std::span<const Pl
     const auto node = rk4_->c, weight = rk4_->b;
     for (std::size_t stage = 0; stage < 4; ++stage) {
       const double share = knots_[piece] + node[stage] * (knots_[piece + 1] - knots_[piece]);
-      const double within = std::clamp(share, knots_[piece] + inside, knots_[piece + 1] - inside);
+      const double within = std::clamp(share, knots_[piece] + off_its_ends, knots_[piece + 1] - off_its_ends);
       if (stage != 2)  // at the time of stage 1
         for (std::size_t i = 0; i < n; ++i) {
           command_[i] = command_at(log_, sample[i], share);
@@ -175,7 +175,7 @@ class MemoryIntegrator {
         x_[i * channels + c] = share == 0.0 ? trace_.motion[k * channels + c] : between_samples[c];
       command_[i] = trace_.command(k, share);
       at_[i] = trace_.place(k, share);
-      const double within = trace_.log.held ? std::clamp(share, inside, 1.0 - inside) - share : 0.0;
+      const double within = trace_.log.held ? std::clamp(share, off_its_ends, 1.0 - off_its_ends) - share : 0.0;
       history_[i] = history_at(trace_.log, at_[i].t + within * trace_.log.dt);
     }
     batch_.n = copies;
