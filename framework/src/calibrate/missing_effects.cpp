@@ -155,6 +155,7 @@ class MissingSearch {
   std::unique_ptr<Trial> without(const Trial& base, const std::string& effect);
   std::unique_ptr<Trial> observed(const Trial& base);
   bool add_one();
+  bool is_determined(const std::string& effect) const;
   void keep_what_helps();
   void measure_parameters();
   void find_remainder();
@@ -166,7 +167,8 @@ class MissingSearch {
   const measured::LogMap& map_;
   const MissingOptions& options_;
   ForecastOptions forecast_;
-  std::vector<FitLog> train_, judge_;
+  mutable std::vector<FitLog> train_;  // predictions hold it by reference
+  std::vector<FitLog> judge_;
   std::vector<std::string> logs_;
   Weighing weighing_;
   std::array<double, channels> noise_{};
@@ -411,6 +413,20 @@ bool MissingSearch::add_one() {
   return true;
 }
 
+/// Whether the fitted time determines any of an effect's parameters: its interval leaves out what does nothing.
+bool MissingSearch::is_determined(const std::string& effect) const {
+  PredictionErrors errors(found_->forecaster, train_);
+  errors.weighing = weighing_;
+  const std::vector<Unknown>& unknowns = found_->unknowns;
+  const Bootstrap boot =
+      bootstrap(errors.linearise(found_->params, unknowns), found_->params, unknowns, options_.fit.seed);
+  for (std::size_t i = 0; i < unknowns.size(); ++i)
+    if (unknowns[i].pointer.starts_with(pointer_of(effect, "")) &&
+        (boot.interval[i].low > unknowns[i].prior || boot.interval[i].high < unknowns[i].prior))
+      return true;
+  return false;
+}
+
 /// Takes out what the others have made superfluous, the least needed first.
 void MissingSearch::keep_what_helps() {
   for (;;) {
@@ -421,7 +437,8 @@ void MissingSearch::keep_what_helps() {
       tell(0.75 + 0.2 * static_cast<double>(i) / static_cast<double>(added_.size()), "without " + added_[i]);
       less.push_back(without(*found_, added_[i]));
       change.push_back(change_of(found_->judged, less[i]->judged));
-      if (!change[i].helps() && (worst == added_.size() || change[i].change > change[worst].change)) worst = i;
+      const bool stays = change[i].helps() && is_determined(added_[i]);
+      if (!stays && (worst == added_.size() || change[i].change > change[worst].change)) worst = i;
     }
     if (worst == added_.size()) {
       for (std::size_t i = 0; i < added_.size(); ++i) out_.named.push_back({added_[i], false, {}, change[i]});
