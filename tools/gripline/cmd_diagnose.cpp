@@ -1,4 +1,5 @@
 // gripline diagnose WORLD.json LOG.csv...: name the missing effect, add it, show the gap shrink.
+// With --map, or a world without a road, logs are of a real car: diagnose_real.hpp.
 // gripline diagnose --score CASES: cases with answers, all of them, and a scorecard.
 #include <boost/dll/runtime_symbol_info.hpp>
 #include <fstream>
@@ -13,8 +14,7 @@
 #include "diagnose/scoring/scorecard.hpp"
 #include "experiment/out_folder.hpp"
 #include "gripline/command.hpp"
-#include "measured/gripline_log.hpp"
-#include "measured/session_health.hpp"
+#include "gripline/diagnose_real.hpp"
 #include "util/csv_writer.hpp"
 #include "util/progress.hpp"
 #include "util/signals.hpp"
@@ -145,22 +145,9 @@ DiagnoseOptions read_options(const po::variables_map& given) {
   return o;
 }
 
-/// The map as diagnosing wants it: delays that it leaves to be found stay in the log, where they are found and named.
-measured::LogMap with_delays_left_in(measured::LogMap map) {
-  for (auto& channel : map.channel)
-    if (channel && !channel->delay) channel->delay = 0.0;
-  return map;
-}
-
-/// A logger's table as a log in gripline's own columns, written beside the results; prints what was done.
-fs::path import_log(const fs::path& file, const measured::LogMap& map, const fs::path& out) {
-  const measured::SessionFile session = measured::read_session(file, map);
-  measured::check_session(session, measured::typical_speed(session.session));
-  std::string name = file.stem().string();
-  name += ".gripline.csv";
-  for (const std::string& remark : measured::write_gripline_log(out / name, session, map))
-    std::cout << "log: " << file.filename().string() << ": " << remark << '\n';
-  return out / name;
+/// Whether logs are of a real car: a logger's tables, or of a world without a road.
+bool of_real_car(const DiagnoseOptions& options) {
+  return options.map || (!options.track && !options.case_file && load_world(options.world).find("track") == nullptr);
 }
 
 int diagnose_logs(DiagnoseOptions options, const Registry& registry) {
@@ -179,15 +166,8 @@ int diagnose_logs(DiagnoseOptions options, const Registry& registry) {
     for (const std::string& file : files) logs.push_back(measured::read_log_file(file, expected));
     return logs;
   };
-  std::optional<OutLock> lock;
-  if (options.map) {
-    const measured::LogMap map = with_delays_left_in(measured::load_log_map(*options.map));
-    lock.emplace(open_out_folder(options.out, "diagnosis", options.force));
-    for (Words* files : {&options.logs, &options.held_out})
-      for (std::string& file : *files) file = import_log(file, map, options.out).string();
-  }
   const std::vector<measured::LogFile> logs = read(options.logs), held_out = read(options.held_out);
-  if (!lock) lock.emplace(open_out_folder(options.out, "diagnosis", options.force));
+  const OutLock lock = open_out_folder(options.out, "diagnosis", options.force);
   const diagnose::Diagnosis d = [&] {
     const StopSignal stop(StopSignal::Reaction::end, run_broke);
     CallbackProgress progress(std::cerr, "diagnose");
@@ -232,7 +212,13 @@ int run_diagnose(Arguments args) {
     refuse_beside_score(*given);
     return score(*cases, text_of(*given, "out").value_or(fs::path("out") / "score"), registry);
   }
-  return diagnose_logs(read_options(*given), registry);
+  const DiagnoseOptions options = read_options(*given);
+  if (!of_real_car(options)) return diagnose_logs(options, registry);
+  if (options.case_file)
+    throw InputError("--case does not go with --map: a logger's table is judged by predictions, not by a case");
+  return diagnose_real(
+      {options.world, options.logs, options.held_out, options.map, options.track, options.out, options.force},
+      registry);
 }
 
 }  // namespace gripline::tools

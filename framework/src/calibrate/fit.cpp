@@ -6,6 +6,7 @@
 #include <random>
 
 #include "calibrate/baselines.hpp"
+#include "calibrate/fit_starts.hpp"
 #include "config/errors.hpp"
 #include "util/numbers.hpp"
 
@@ -16,30 +17,6 @@ constexpr double learned_enough = 0.1;  // of the prior's variance, for a parame
 
 void say(const FitOptions& options, const std::string& text) {
   if (options.say) options.say(text);
-}
-
-/// The starts of one stretch of five seconds in every so many, for searching: the observer need not look at the others.
-std::vector<FitLog> thinned(const std::vector<FitLog>& logs, std::size_t every) {
-  constexpr double length = 5.0;  // [s]
-  std::vector<FitLog> out = logs;
-  for (FitLog& log : out) {
-    const std::size_t per_start = log.starts.horizons.size() * channels;
-    std::vector<double> time, truth;
-    double stretch = -1.0;
-    std::size_t seen = 0;
-    for (std::size_t i = 0; i < log.starts.time.size(); ++i) {
-      const double now = std::floor((log.starts.time[i] - log.session->t.front()) / length);
-      seen += now != stretch;  // stretches with starts
-      stretch = now;
-      if ((seen - 1) % every != 0) continue;
-      time.push_back(log.starts.time[i]);
-      truth.insert(truth.end(), log.truth.begin() + static_cast<std::ptrdiff_t>(i * per_start),
-                   log.truth.begin() + static_cast<std::ptrdiff_t>((i + 1) * per_start));
-    }
-    log.starts.time = std::move(time);
-    log.truth = std::move(truth);
-  }
-  return out;
 }
 
 /// The prior itself, then draws from it at half its width.
@@ -322,117 +299,6 @@ Friction friction_of(const StagedCar& car, const Car& constants, std::span<const
     friction.total_high = std::max(friction.total_high, totals[totals.size() - 1 - totals.size() / 40]);
   }
   return friction;
-}
-
-namespace {
-
-/// Parameter of an effect that a score test can move: from a neutral value at which the effect is not there.
-int first_free(const PluginEntry& entry) {
-  for (std::size_t i = 0; i < entry.params().size(); ++i) {
-    const abi::ParamDecl& p = entry.params()[i];
-    if (p.type == abi::ParamType::table) return -1;
-    if (p.fit && p.neutral >= p.lo && p.neutral <= p.hi) return static_cast<int>(i);
-  }
-  return -1;
-}
-
-struct Candidate {
-  std::string id;
-  std::size_t index = 0;
-  double scale = 1;
-};
-
-/// What one more parameter would take off the cost, the fitted ones moving along, and by how much blocks agree.
-Advice score_test(const NormalEquations& blocks, std::size_t fitted, std::size_t candidate) {
-  const auto n = static_cast<Eigen::Index>(fitted), c = static_cast<Eigen::Index>(candidate);
-  Eigen::MatrixXd hessian = Eigen::MatrixXd::Zero(n, n);
-  Eigen::VectorXd cross = Eigen::VectorXd::Zero(n);
-  double own = 0.0;
-  for (std::size_t b = 0; b < blocks.hessian.size(); ++b) {
-    hessian += blocks.hessian[b].topLeftCorner(n, n);
-    cross += blocks.hessian[b].col(c).head(n);
-    own += blocks.hessian[b](c, c);
-  }
-  hessian.diagonal() *= 1.0 + 1e-6;
-  const Eigen::VectorXd share = hessian.ldlt().solve(cross);
-  const double left = own - cross.dot(share);
-  double residual = 0.0, spread = 0.0;
-  for (std::size_t b = 0; b < blocks.hessian.size(); ++b) {
-    const double one = blocks.gradient[b](c) - share.dot(blocks.gradient[b].head(n));
-    residual += one;
-    spread += one * one;
-  }
-  Advice out;
-  if (!(left > 1e-9 * own) || !(spread > 0.0)) return out;
-  out.value = -residual / left;
-  out.gain = residual * residual / left / blocks.cost;
-  out.score = std::abs(residual) / std::sqrt(spread);
-  return out;
-}
-
-}  // namespace
-
-std::vector<Advice> advise(const WorldSpec& world, const Registry& registry, const ForecastOptions& forecast,
-                           std::vector<FitLog>& logs, const FitResult& found) {
-  // The world's car, then every effect it has not, at its neutral value.
-  PluginContext context;
-  context.car = world.car.car;
-  const Vehicle vehicle(world.vehicle, context);
-  StagedCar car = vehicle.car();
-  const std::size_t own = car.params().size();
-  std::vector<Instance<Effect>> effects;
-  std::vector<Candidate> candidates;
-  for (const PluginEntry& entry : registry.entries()) {
-    const int free = entry.decl->kind == abi::Kind::effect && !entry.needs_truth() ? first_free(entry) : -1;
-    const auto there = [&](const PluginSpec& e) { return e.id() == entry.decl->id; };
-    if (free < 0 || std::any_of(world.vehicle.effects.begin(), world.vehicle.effects.end(), there)) continue;
-    std::vector<abi::ParamValue> values;
-    std::vector<double> numbers;
-    for (const abi::ParamDecl& p : entry.params()) {
-      const bool moved = &p == &entry.params()[static_cast<std::size_t>(free)];
-      values.push_back({moved ? p.neutral : p.default_value, Table{}});
-      numbers.push_back(values.back().number);
-    }
-    auto effect = create<Effect>(entry, context, values);
-    // What remembers has no neutral value at which its memory is harmless.
-    if (effect->memory() > 0 || !vehicle.has_stage(effect->stage())) continue;
-    candidates.push_back({entry.decl->id, car.params().size() + static_cast<std::size_t>(free),
-                          entry.params()[static_cast<std::size_t>(free)].scale});
-    car.add(*effect, numbers, entry.decl->id);
-    effects.push_back(std::move(effect));
-  }
-  const Forecaster larger(car, forecast);
-  std::vector<double> params(found.params.begin(), found.params.begin() + static_cast<std::ptrdiff_t>(own));
-  params.insert(params.end(), car.params().begin() + static_cast<std::ptrdiff_t>(own), car.params().end());
-  params.insert(params.end(), found.params.begin() + static_cast<std::ptrdiff_t>(own), found.params.end());
-
-  std::vector<Unknown> unknowns;
-  for (const FittedParameter& p : found.parameters) {
-    if (p.status != FittedParameter::Status::determined) continue;
-    unknowns.push_back(p.unknown);
-    const std::size_t more = car.params().size() - own;
-    Unknown& u = unknowns.back();
-    if (u.index >= own) u.index += more;
-    for (Unknown::Same& s : u.same)
-      if (s.index >= own) s.index += more;
-  }
-  const std::size_t fitted = unknowns.size();
-  for (const Candidate& c : candidates) {
-    Unknown u;
-    u.index = c.index;
-    u.sigma = c.scale;
-    unknowns.push_back(u);
-  }
-  std::vector<FitLog> half = thinned(logs, 2);
-  PredictionErrors errors(larger, half);
-  errors.weighing = found.weighing;
-  const NormalEquations blocks = errors.linearise(params, unknowns);
-  std::vector<Advice> advice;
-  for (std::size_t c = 0; c < candidates.size(); ++c)
-    if (const auto one = score_test(blocks, fitted, fitted + c); one.score > 2.0)
-      advice.push_back({candidates[c].id, one.gain, one.score, one.value});
-  std::sort(advice.begin(), advice.end(), [](const Advice& a, const Advice& b) { return a.gain > b.gain; });
-  return advice;
 }
 
 }  // namespace gripline::calibrate

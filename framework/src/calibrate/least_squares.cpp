@@ -2,6 +2,7 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
+#include <boost/math/distributions/students_t.hpp>
 #include <cmath>
 #include <random>
 
@@ -9,6 +10,7 @@ namespace gripline::calibrate {
 namespace {
 
 using Index = Eigen::Index;
+constexpr double normal_95 = 1.959964;  // half a 95 % interval of a normal, in standard deviations
 
 struct Sum {
   Eigen::MatrixXd hessian;
@@ -74,6 +76,20 @@ std::vector<Eigen::VectorXd> normal_moves(const Eigen::MatrixXd& hessian, std::s
     moves.emplace_back(scale.asDiagonal() * factor.matrixU().solve(z));
   }
   return moves;
+}
+
+/// How much more the blocks' gradients scatter than the curvature says of errors that are independent and of their usual
+/// size, over all unknowns together, at least 1: predictions that overlap err alike, and what the model lacks errs alike
+/// for seconds. The mean of tr(H^-1 V) over the unknowns, V the blocks' covariance (quasi-likelihood with a dispersion:
+/// Wedderburn, Biometrika 61, 1974).
+double dispersion(const NormalEquations& blocks, const Eigen::MatrixXd& hessian) {
+  const auto count = static_cast<double>(blocks.gradient.size());
+  if (blocks.gradient.size() < 2) return 1.0;
+  Eigen::VectorXd mean = Eigen::VectorXd::Zero(hessian.rows());
+  for (const Eigen::VectorXd& g : blocks.gradient) mean += g / count;
+  double sum = 0.0;
+  for (const Eigen::VectorXd& g : blocks.gradient) sum += (g - mean).dot(solve(hessian, g - mean));
+  return std::max(1.0, sum * count / (count - 1.0) / static_cast<double>(hessian.rows()));
 }
 
 }  // namespace
@@ -168,7 +184,12 @@ Bootstrap bootstrap(const NormalEquations& blocks, std::span<const double> param
     for (std::size_t i = 0; i < n; ++i) move[i].push_back(steps.back()(static_cast<Index>(i)));
   }
   Sum sum = sum_of(blocks, n);
+  sum.hessian /= dispersion(blocks, sum.hessian);
   prior_cost(params, unknowns, &sum.hessian, &sum.gradient);
+  // Intervals of few blocks are wide: Student's quantile over that of a normal.
+  const double few =
+      count < 2 ? 1.0
+                : boost::math::quantile(boost::math::students_t(static_cast<double>(count - 1)), 0.975) / normal_95;
   Eigen::VectorXd middle(static_cast<Index>(n));
   for (std::size_t i = 0; i < n; ++i) {
     const Unknown& u = unknowns[i];
@@ -179,17 +200,17 @@ Bootstrap bootstrap(const NormalEquations& blocks, std::span<const double> param
     const double curvature = std::sqrt(std::max(0.0, solve(sum.hessian, unit)(static_cast<Index>(i))));
     double spread = 0.0;
     for (const double m : move[i]) spread += (m - centre) * (m - centre);
-    const double sigma = std::max(std::sqrt(spread / draws), curvature);
+    const double sigma = few * std::max(std::sqrt(spread / draws), curvature);
     Interval& interval = out.interval[i];
     interval.sigma = sigma;
     interval.learned = 1.0 - std::min(1.0, sigma * sigma / (u.sigma * u.sigma));
     const double value = params[u.index];
     const auto at = [&](double off) { return std::clamp(u.log ? value * std::exp(off) : value + off, u.low, u.high); };
-    interval.low = at(std::min(move[i][draws / 40] - centre, -1.96 * curvature));
-    interval.high = at(std::max(move[i][draws - 1 - draws / 40] - centre, 1.96 * curvature));
+    interval.low = at(few * std::min(move[i][draws / 40] - centre, -normal_95 * curvature));
+    interval.high = at(few * std::max(move[i][draws - 1 - draws / 40] - centre, normal_95 * curvature));
   }
-  out.allowed = normal_moves(sum.hessian, draws, random);
-  for (const Eigen::VectorXd& step : steps) out.params.push_back(moved(params, unknowns, step - middle));
+  out.allowed = normal_moves(sum.hessian / (few * few), draws, random);
+  for (const Eigen::VectorXd& step : steps) out.params.push_back(moved(params, unknowns, few * (step - middle)));
   return out;
 }
 

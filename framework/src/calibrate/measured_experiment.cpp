@@ -7,6 +7,7 @@
 
 #include "calibrate/baselines.hpp"
 #include "calibrate/calibrated_world.hpp"
+#include "calibrate/fit_starts.hpp"
 #include "calibrate/place_effects.hpp"
 #include "calibrate/session_adaptation.hpp"
 #include "config/errors.hpp"
@@ -32,28 +33,6 @@ std::vector<std::string> row_names(const MeasuredSpec& spec) {
   names.insert(names.end(), {"before", "fitted"});
   for (const std::string& effect : spec.ablate) names.push_back("without_" + effect);
   return names;
-}
-
-/// Times of a log that are not fitted: the end of every period.
-bool held(const MeasuredSpec& spec, double since_begin) {
-  return std::fmod(since_begin, spec.held_every) >= spec.held_every - spec.held_length;
-}
-
-/// Starts of a log that are fitted (no horizon reaches into a held-out block), or that are judged (wholly inside one).
-FitLog part_of(const FitLog& all, const MeasuredSpec& spec, bool judged) {
-  FitLog part = all;
-  part.starts.time.clear();
-  part.truth.clear();
-  const std::size_t per_start = all.starts.horizons.size() * channels;
-  for (std::size_t i = 0; i < all.starts.time.size(); ++i) {
-    const double from = all.starts.time[i] - all.session->t.front(), to = from + all.starts.horizons.back();
-    const bool first = held(spec, from), last = held(spec, to);
-    if (judged ? !(first && last) : first || last) continue;
-    part.starts.time.push_back(all.starts.time[i]);
-    part.truth.insert(part.truth.end(), all.truth.begin() + static_cast<std::ptrdiff_t>(i * per_start),
-                      all.truth.begin() + static_cast<std::ptrdiff_t>((i + 1) * per_start));
-  }
-  return part;
 }
 
 /// All held-out starts of several logs after one another, their blocks apart.
@@ -236,10 +215,10 @@ class MeasuredRun {
       out_.health.emplace_back(files_.back().session.name, measured::health_of(files_.back()));
     }
     for (const FitLog& log : fit_logs(files_, spec_.world.track, options_.step, fit_)) {
-      train_.push_back(part_of(log, spec_, false));
+      train_.push_back(part_of(log, {spec_.held_every, spec_.held_length}, false));
       FitLog all(*log.session, options_.step, {spec_.horizon}, spec_.every, fit_.slowest);
       all.track = log.track;
-      judge_.push_back(part_of(all, spec_, true));
+      judge_.push_back(part_of(all, {spec_.held_every, spec_.held_length}, true));
     }
     judged_ = judged_of(judge_);
     if (judged_.when.empty())

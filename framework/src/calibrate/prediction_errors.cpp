@@ -86,6 +86,10 @@ double PredictionErrors::cost(std::span<const double> params) const {
 NormalEquations PredictionErrors::linearise(std::span<const double> params, std::span<const Unknown> unknowns) const {
   const std::size_t n = unknowns.size();
   NormalEquations out;
+  constexpr double enough_blocks = 20.0;
+  double seconds = 0.0;
+  for (const FitLog& log : logs_) seconds += log.session->t.back() - log.session->t.front();
+  const double length = std::clamp(seconds / enough_blocks, shortest_block, block_length);
   for (const FitLog& log : logs_) {
     std::optional<measured::Road> road;
     if (log.track) road.emplace(log.track);
@@ -126,8 +130,7 @@ NormalEquations PredictionErrors::linearise(std::span<const double> params, std:
         continue;
       }
       w /= 1.0 + (steep / weighing.steep) * (steep / weighing.steep);
-      const long when =
-          std::lround(std::floor((log.starts.time[k / per_start] - log.session->t.front()) / block_length));
+      const long when = std::lround(std::floor((log.starts.time[k / per_start] - log.session->t.front()) / length));
       const auto [at, fresh] = block_at.try_emplace(when, out.hessian.size());
       if (fresh) {
         out.hessian.emplace_back(Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(n), static_cast<Eigen::Index>(n)));

@@ -40,14 +40,16 @@ struct Weighing {
   double steep = std::numeric_limits<double>::infinity();
 };
 
-/// Normal equations by blocks of time, for bootstrap: every block is a stretch of `block_length` of one session.
+/// Normal equations by blocks of time, for bootstrap: every block is a stretch of one session, of `block_length` or, in
+/// short logs, of a twentieth of them all, but of at least `shortest_block`.
 struct NormalEquations {
   std::vector<Eigen::MatrixXd> hessian;
   std::vector<Eigen::VectorXd> gradient;
   double cost = 0;
   std::size_t dropped = 0;  // errors left out: not finite, or of a derivative beyond all measure
 };
-inline constexpr double block_length = 10.0;  // [s]
+inline constexpr double block_length = 10.0;   // [s]
+inline constexpr double shortest_block = 2.0;  // [s]
 
 class PredictionErrors {
  public:

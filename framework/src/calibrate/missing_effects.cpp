@@ -1,0 +1,628 @@
+#include "calibrate/missing_effects.hpp"
+
+#include <algorithm>
+#include <boost/math/distributions/students_t.hpp>
+#include <cmath>
+#include <map>
+#include <numeric>
+
+#include "calibrate/candidate_effects.hpp"
+#include "calibrate/place_effects.hpp"
+#include "config/errors.hpp"
+#include "measured/session_health.hpp"
+
+namespace gripline::calibrate {
+namespace {
+
+constexpr double farthest_error = 15.0;  // usual errors: a spin is no more wrong for being farther off
+constexpr double start_every = 0.25;     // [s] between starts that are judged
+constexpr double horizon = 1.0;          // [s] of what is judged
+constexpr double likely = 0.9;           // probability that an effect helps, for it to be looked at beside others
+constexpr double agreed = 2.0;           // standard deviations over blocks of a score that is worth a fit
+
+/// A world with its forecaster and where its parameters stand.
+struct Trial {
+  Trial(WorldSpec world, const ForecastOptions& options)
+      : spec(std::move(world)),
+        vehicle(spec.vehicle, context_of(spec)),
+        forecaster(vehicle.car(), options),
+        places(parameter_places(spec, forecaster)),
+        params(forecaster.defaults()) {}
+  static PluginContext context_of(const WorldSpec& spec) {
+    PluginContext context;
+    context.car = spec.car.car;
+    return context;
+  }
+  const ParameterPlace* find(const std::string& pointer) const {
+    const auto at = std::ranges::find(places, pointer, &ParameterPlace::pointer);
+    return at == places.end() ? nullptr : &*at;
+  }
+
+  WorldSpec spec;
+  Vehicle vehicle;
+  Forecaster forecaster;
+  std::vector<ParameterPlace> places;
+  std::vector<double> params;
+  std::vector<Unknown> unknowns;
+  double cost = 0;
+  StartErrors judged;
+};
+
+/// Another world's unknowns of the same name.
+void take_over_unknowns(Trial& to, const Trial& from) {
+  for (Unknown u : from.unknowns) {
+    std::vector<Unknown::Same> all{{u.pointer, u.index}};
+    all.insert(all.end(), u.same.begin(), u.same.end());
+    u.same.clear();
+    for (const Unknown::Same& one : all)
+      if (const ParameterPlace* const at = to.find(one.pointer); at != nullptr)
+        u.same.push_back({one.pointer, at->index});
+    if (u.same.empty()) continue;
+    u.pointer = u.same.front().pointer;
+    u.index = u.same.front().index;
+    u.same.erase(u.same.begin());
+    to.unknowns.push_back(std::move(u));
+  }
+}
+
+/// And its values.
+void take_over(Trial& to, const Trial& from) {
+  for (const ParameterPlace& p : from.places)
+    if (const ParameterPlace* const at = to.find(p.pointer); at != nullptr) to.params[at->index] = from.params[p.index];
+  take_over_unknowns(to, from);
+}
+
+std::string pointer_of(const std::string& effect, const char* parameter) {
+  return "/plant/effects/" + effect + "/params/" + parameter;
+}
+
+Stage stage_of(const PluginSpec& effect, const PluginContext& context) {
+  return create<Effect>(*effect.entry, context, effect.values)->stage();
+}
+
+/// Where a further effect acts: before the first of its stage that belongs after it.
+std::size_t place_in_chain(const WorldSpec& world, const CandidateEffect& effect) {
+  const auto& effects = world.vehicle.effects;
+  for (std::size_t i = 0; i < effects.size(); ++i) {
+    const bool twice = std::ranges::count(effects, effects[i].id(), &PluginSpec::id) > 1;
+    if (twice) return effects.size();  // such effects are named by their index
+  }
+  const PluginContext context = Trial::context_of(world);
+  for (std::size_t i = 0; i < effects.size(); ++i)
+    if (stage_of(effects[i], context) == effect.effect->stage() &&
+        effects[i].entry->decl->precedence > effect.entry->decl->precedence)
+      return i;
+  return effects.size();
+}
+
+WorldSpec with_effect(WorldSpec world, const CandidateEffect& effect) {
+  PluginSpec spec;
+  spec.entry = effect.entry;
+  for (const double value : effect.numbers) spec.values.push_back({value, Table{}});
+  spec.tables.resize(spec.values.size());
+  auto& effects = world.vehicle.effects;
+  effects.insert(effects.begin() + static_cast<std::ptrdiff_t>(place_in_chain(world, effect)), std::move(spec));
+  return world;
+}
+
+WorldSpec without_effect(WorldSpec world, const std::string& id) {
+  std::erase_if(world.vehicle.effects, [&](const PluginSpec& e) { return e.id() == id; });
+  return world;
+}
+
+/// What is not known of an effect's parameter before any log is read: a quarter of its range.
+Unknown open_parameter(const ParameterPlace& place, double neutral) {
+  Unknown u;
+  u.pointer = place.pointer;
+  u.group = place.group;
+  u.index = place.index;
+  u.prior = neutral;
+  u.low = place.low;
+  u.high = place.high;
+  u.sigma = 0.25 * (place.high - place.low);
+  return u;
+}
+
+/// Quadratic up to about `bend` and linear beyond, as errors count in a fit.
+double robust_square(double z, double bend) {
+  return 2.0 * bend * bend * (std::sqrt(1.0 + z * z / (bend * bend)) - 1.0);
+}
+
+class MissingSearch {
+ public:
+  MissingSearch(const Node& tree, const WorldSpec& spec, const Registry& registry, const measured::LogMap& map,
+                const MissingOptions& options)
+      : tree_(tree), spec_(spec), registry_(registry), map_(map), options_(options), forecast_(forecast_options(spec)) {
+    forecast_.pose = map.pose;
+    forecast_.velocity = map.velocity;
+    forecast_.own_commands = false;  // what is judged is one horizon
+  }
+
+  MissingEffects run(const std::list<measured::SessionFile>& files, const std::list<measured::SessionFile>& held_out,
+                     const std::filesystem::path& folder);
+
+ private:
+  void tell(double share, const std::string& what) const {
+    if (options_.progress) options_.progress(share, what);
+  }
+  void split(const std::list<measured::SessionFile>& files, const std::list<measured::SessionFile>& held_out);
+  void calibrate(const std::list<measured::SessionFile>& files);
+  void measure_noise(const std::list<measured::SessionFile>& files);
+  void refit(Trial& trial, int iterations);
+  StartErrors judge(const Trial& trial) const;
+  HorizonRow row_of(const std::string& name, const Trial& trial) const;
+  std::unique_ptr<Trial> with(const Trial& base, const CandidateEffect& effect, const EffectScore& score);
+  std::unique_ptr<Trial> without(const Trial& base, const std::string& effect);
+  std::unique_ptr<Trial> observed(const Trial& base);
+  bool add_one();
+  bool is_determined(const std::string& effect) const;
+  void keep_what_helps();
+  void measure_parameters();
+  void find_remainder();
+  Node world_found(const std::filesystem::path& folder) const;
+
+  const Node& tree_;
+  const WorldSpec& spec_;
+  const Registry& registry_;
+  const measured::LogMap& map_;
+  const MissingOptions& options_;
+  ForecastOptions forecast_;
+  mutable std::vector<FitLog> train_;  // predictions hold it by reference
+  std::vector<FitLog> judge_;
+  std::vector<std::string> logs_;
+  Weighing weighing_;
+  std::array<double, channels> noise_{};
+  std::unique_ptr<Trial> given_, calibrated_, found_;
+  std::vector<Unknown> observer_;  // of the given world, disturbances too
+  std::vector<std::string> added_;
+  MissingEffects out_;
+};
+
+/// Starts that are fitted and starts that are judged.
+void MissingSearch::split(const std::list<measured::SessionFile>& files,
+                          const std::list<measured::SessionFile>& held_out) {
+  constexpr double shortest = 10.0, longest = 40.0;  // [s] of a period, half of which is held out
+  const bool own = held_out.empty();
+  double seconds = 0.0;
+  for (const measured::SessionFile& file : files) seconds += file.session.t.back() - file.session.t.front();
+  FitOptions dense = options_.fit;  // as many starts as wanted in what the search looks at
+  const double looked_at = std::min(options_.searched_seconds, own ? 0.5 * seconds : seconds);
+  dense.starts = static_cast<std::size_t>(static_cast<double>(dense.starts) * seconds / looked_at);
+  const std::vector<FitLog> logs = fit_logs(files, spec_.track, forecast_.step, dense);
+  const double period = std::clamp(seconds / static_cast<double>(options_.stretches), shortest, longest);
+  const HeldOutTimes times{period, 0.5 * period};
+  for (const FitLog& log : logs) {
+    logs_.push_back(log.session->name);
+    train_.push_back(own ? part_of(log, times, false) : log);
+    if (!own) continue;
+    FitLog all(*log.session, forecast_.step, {horizon}, start_every, options_.fit.slowest);
+    all.track = log.track;
+    judge_.push_back(part_of(all, times, true));
+  }
+  for (const measured::SessionFile& file : held_out) {
+    judge_.emplace_back(file.session, forecast_.step, std::vector<double>{horizon}, start_every, options_.fit.slowest);
+    if (spec_.track && lies_on(file.session, *spec_.track)) judge_.back().track = spec_.track;
+  }
+  const auto count = [](const std::vector<FitLog>& logs) {
+    std::size_t starts = 0;
+    for (const FitLog& log : logs) starts += log.starts.time.size();
+    return starts;
+  };
+  if (count(judge_) == 0 || count(train_) == 0)
+    throw InputError("no start of predictions lies in what is held out, or none outside; expected longer logs");
+  const double fitted = own ? 0.5 * seconds : seconds;
+  train_ = thinned(train_, static_cast<std::size_t>(std::max(1.0, std::round(fitted / looked_at))));
+}
+
+/// The slow force and steering angle by which an observer takes up what a model leaves unexplained.
+bool is_disturbance(const Trial& trial, std::size_t index) {
+  return index == trial.forecaster.index(Extra::gain_force) || index == trial.forecaster.index(Extra::gain_steer);
+}
+
+void quieten(const Trial& trial, std::vector<double>& params) {
+  params[trial.forecaster.index(Extra::gain_force)] = params[trial.forecaster.index(Extra::gain_steer)] = 0.0;
+}
+
+/// The world as it is, its unknowns fitted. How predictions start is kept from then on. The observer learns no
+/// disturbance: it would stand for what is missing, and a steering that is off would not be seen.
+void MissingSearch::calibrate(const std::list<measured::SessionFile>& files) {
+  given_ = std::make_unique<Trial>(spec_, forecast_);
+  Errors errors;
+  given_->params = parameters_of(tree_, given_->forecaster, errors);
+  std::vector<double> values = given_->params;
+  std::vector<Unknown> unknowns = read_unknowns(tree_, given_->places, values, {}, errors);
+  errors.throw_if_any();
+  start_delays(map_, files, given_->forecaster, tree_, values, unknowns);
+  for (const Unknown& u : unknowns)
+    if (u.observer) observer_.push_back(u);
+  quieten(*given_, values);
+  quieten(*given_, given_->params);
+  std::erase_if(unknowns, [&](const Unknown& u) { return is_disturbance(*given_, u.index); });
+  FitOptions fit_options = options_.fit;
+  fit_options.tries = 1;
+  fit_options.iterations = 6;
+  const FitResult result = fit(given_->forecaster, train_, values, unknowns, fit_options);
+  calibrated_ = std::make_unique<Trial>(spec_, forecast_);
+  calibrated_->params = result.params;
+  for (const FittedParameter& p : result.parameters)
+    if (p.status == FittedParameter::Status::determined && !p.unknown.observer)
+      calibrated_->unknowns.push_back(p.unknown);
+  weighing_ = result.weighing;
+  constexpr int more = 6;  // iterations, so that effects do not gain what steps alone would
+  refit(*calibrated_, more);
+  calibrated_->judged = judge(*calibrated_);
+  given_->judged = judge(*given_);
+}
+
+/// What sensors alone would leave of errors, over what is usual.
+void MissingSearch::measure_noise(const std::list<measured::SessionFile>& files) {
+  double sum = 0.0, weight = 0.0;
+  for (const measured::SessionFile& file : files)
+    for (std::size_t c = 0; c < channels; ++c) {
+      const auto noise = measured::noise_of(file.session, c, file.row_step);
+      if (!noise) continue;
+      const double w = weighing_.channel[c] * weighing_.channel[c], z = noise->sigma / weighing_.scale[c];
+      sum += w * z * z;
+      weight += w;
+    }
+  out_.noise = weight > 0.0 ? std::sqrt(sum / weight) : 0.0;
+}
+
+void MissingSearch::refit(Trial& trial, int iterations) {
+  PredictionErrors errors(trial.forecaster, train_);
+  errors.weighing = weighing_;
+  LeastSquaresOptions steps;
+  steps.iterations = iterations;
+  trial.params = least_squares(errors, trial.unknowns, trial.params, steps, trial.cost);
+}
+
+/// The same world as it predicts: with an observer that learns disturbances.
+std::unique_ptr<Trial> MissingSearch::observed(const Trial& base) {
+  constexpr int iterations = 4;
+  auto trial = std::make_unique<Trial>(base.spec, forecast_);
+  take_over(*trial, base);
+  Trial start(given_->spec, forecast_);
+  for (const Extra gain : {Extra::gain_force, Extra::gain_steer})
+    trial->params[trial->forecaster.index(gain)] = start.params[start.forecaster.index(gain)];
+  start.unknowns = observer_;
+  take_over_unknowns(*trial, start);
+  refit(*trial, iterations);
+  trial->judged = judge(*trial);
+  return trial;
+}
+
+StartErrors MissingSearch::judge(const Trial& trial) const {
+  StartErrors out;
+  std::size_t stretch = 0;
+  std::vector<FitLog> logs = judge_;
+  const PredictionErrors errors(trial.forecaster, logs);
+  const auto all = errors.errors(trial.params);
+  for (std::size_t l = 0; l < logs.size(); ++l) {
+    double begin = -INFINITY, before = -INFINITY;
+    for (std::size_t i = 0; i < logs[l].starts.time.size(); ++i) {
+      double sum = 0.0, weight = 0.0;
+      for (std::size_t c = 0; c < channels; ++c) {
+        if (std::isnan(logs[l].truth[i * channels + c])) continue;
+        const double w = weighing_.channel[c] * weighing_.channel[c];
+        double z = std::abs(all[l][i * channels + c]) / weighing_.scale[c];
+        if (!(z < farthest_error)) z = farthest_error;
+        sum += w * robust_square(z, weighing_.bend);
+        weight += w;
+      }
+      // Starts that follow each other share a stretch, of at most the length over which a bootstrap draws blocks.
+      const double now = logs[l].starts.time[i];
+      if (now - before > 2.0 * start_every || now - begin > block_length) {
+        begin = now;
+        ++stretch;
+      }
+      before = now;
+      out.square.push_back(weight > 0.0 ? sum / weight : 0.0);
+      out.stretch.push_back(stretch);
+    }
+  }
+  return out;
+}
+
+HorizonRow MissingSearch::row_of(const std::string& name, const Trial& trial) const {
+  std::vector<double> when, predicted, truth;
+  std::vector<FitLog> logs = judge_;
+  const auto all = PredictionErrors(trial.forecaster, logs).errors(trial.params);
+  double offset = 0.0;
+  for (std::size_t l = 0; l < logs.size(); ++l) {
+    const FitLog& log = logs[l];
+    for (const double t : log.starts.time) when.push_back(offset + t - log.session->t.front());
+    truth.insert(truth.end(), log.truth.begin(), log.truth.end());
+    for (std::size_t k = 0; k < log.truth.size(); ++k) predicted.push_back(all[l][k] + log.truth[k]);
+    offset += block_length * std::ceil((log.session->t.back() - log.session->t.front()) / block_length + 1.0);
+  }
+  return horizon_row(name, when, predicted, truth);
+}
+
+/// One effect more, from where its score test says, and everything fitted again.
+std::unique_ptr<Trial> MissingSearch::with(const Trial& base, const CandidateEffect& effect, const EffectScore& score) {
+  constexpr int iterations = 3;
+  auto trial = std::make_unique<Trial>(with_effect(base.spec, effect), forecast_);
+  take_over(*trial, base);
+  const std::size_t before = trial->unknowns.size();
+  for (const std::size_t i : effect.open) {
+    const ParameterPlace* const place = trial->find(pointer_of(effect.id(), effect.entry->params()[i].name));
+    trial->unknowns.push_back(open_parameter(*place, effect.numbers[i]));
+  }
+  Eigen::VectorXd move = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(trial->unknowns.size()));
+  move.head(score.move.size()) = score.move;
+  for (std::size_t k = 0; k < effect.tested.size(); ++k) {
+    const auto at = std::ranges::find(effect.open, effect.tested[k]) - effect.open.begin();
+    move(static_cast<Eigen::Index>(before) + at) = score.value[k];
+  }
+  PredictionErrors errors(trial->forecaster, train_);
+  errors.weighing = weighing_;
+  std::vector<double> best = trial->params;
+  double least = errors.cost(best) + prior_cost(best, trial->unknowns);
+  for (const double part : {1.0, 0.3}) {
+    std::vector<double> next = moved(trial->params, trial->unknowns, part * move);
+    const double cost = errors.cost(next) + prior_cost(next, trial->unknowns);
+    if (!(cost < least)) continue;
+    least = cost;
+    best = std::move(next);
+  }
+  trial->params = std::move(best);
+  refit(*trial, iterations);
+  trial->judged = judge(*trial);
+  return trial;
+}
+
+std::unique_ptr<Trial> MissingSearch::without(const Trial& base, const std::string& effect) {
+  constexpr int iterations = 4;
+  auto trial = std::make_unique<Trial>(without_effect(base.spec, effect), forecast_);
+  take_over(*trial, base);
+  refit(*trial, iterations);
+  trial->judged = judge(*trial);
+  return trial;
+}
+
+/// The effect that explains the fitted time best among those that are likely to help on the time held out. False: none does.
+bool MissingSearch::add_one() {
+  const bool first = added_.empty();
+  const auto candidates =
+      candidate_effects(found_->spec.vehicle, found_->spec.car.car, registry_, found_->spec.track != nullptr);
+  auto scores = score_candidates(found_->vehicle.car(), candidates, forecast_, train_, found_->params, found_->unknowns,
+                                 weighing_);
+  std::ranges::stable_sort(scores, std::greater<>(), &EffectScore::gain);
+  std::unique_ptr<Trial> best;
+  std::string name;
+  std::size_t tried = 0;
+  for (const EffectScore& score : scores) {
+    const CandidateEffect& c = candidates[score.candidate];
+    RankedEffect row{c.id(), score.gain, false, 0.0, {}};
+    if (score.score > agreed && tried < options_.tries) {
+      ++tried;
+      auto trial = with(*found_, c, score);
+      row = {c.id(), 1.0 - trial->cost / found_->cost, true, trial->judged.rms(),
+             change_of(trial->judged, found_->judged)};
+      // Whether it surely helps is asked in the end, beside the others: what is still missing is noise here.
+      if (row.change.certainty > likely && (!best || trial->cost < best->cost)) {
+        best = std::move(trial);
+        name = c.id();
+      }
+    }
+    if (first) out_.ranking.push_back(std::move(row));
+  }
+  if (!best) return false;
+  added_.push_back(name);
+  found_ = std::move(best);
+  return true;
+}
+
+/// Whether the fitted time determines any of an effect's parameters: its interval leaves out what does nothing.
+bool MissingSearch::is_determined(const std::string& effect) const {
+  PredictionErrors errors(found_->forecaster, train_);
+  errors.weighing = weighing_;
+  const std::vector<Unknown>& unknowns = found_->unknowns;
+  const Bootstrap boot =
+      bootstrap(errors.linearise(found_->params, unknowns), found_->params, unknowns, options_.fit.seed);
+  for (std::size_t i = 0; i < unknowns.size(); ++i)
+    if (unknowns[i].pointer.starts_with(pointer_of(effect, "")) &&
+        (boot.interval[i].low > unknowns[i].prior || boot.interval[i].high < unknowns[i].prior))
+      return true;
+  return false;
+}
+
+/// Takes out what the others have made superfluous, the least needed first.
+void MissingSearch::keep_what_helps() {
+  for (;;) {
+    std::vector<std::unique_ptr<Trial>> less;
+    std::vector<ErrorChange> change;
+    std::size_t worst = added_.size();
+    for (std::size_t i = 0; i < added_.size(); ++i) {
+      tell(0.75 + 0.2 * static_cast<double>(i) / static_cast<double>(added_.size()), "without " + added_[i]);
+      less.push_back(without(*found_, added_[i]));
+      change.push_back(change_of(found_->judged, less[i]->judged));
+      const bool stays = change[i].helps() && is_determined(added_[i]);
+      if (!stays && (worst == added_.size() || change[i].change > change[worst].change)) worst = i;
+    }
+    if (worst == added_.size()) {
+      for (std::size_t i = 0; i < added_.size(); ++i) out_.named.push_back({added_[i], false, {}, change[i]});
+      return;
+    }
+    found_ = std::move(less[worst]);
+    added_.erase(added_.begin() + static_cast<std::ptrdiff_t>(worst));
+  }
+}
+
+/// Intervals of what was found, and values of the effects named.
+void MissingSearch::measure_parameters() {
+  PredictionErrors errors(found_->forecaster, train_);
+  errors.weighing = weighing_;
+  const Bootstrap boot = bootstrap(errors.linearise(found_->params, found_->unknowns), found_->params, found_->unknowns,
+                                   options_.fit.seed);
+  for (std::size_t i = 0; i < found_->unknowns.size(); ++i)
+    out_.parameters.push_back({found_->unknowns[i], found_->params[found_->unknowns[i].index], boot.interval[i],
+                               FittedParameter::Status::determined});
+  const PluginContext context = Trial::context_of(found_->spec);
+  for (MissingEffect& named : out_.named)
+    for (const PluginSpec& effect : found_->spec.vehicle.effects) {
+      if (effect.id() != named.effect) continue;
+      named.measurement = stage_of(effect, context) == Stage::reading;
+      for (const abi::ParamDecl& p : effect.entry->params())
+        for (const FittedParameter& fitted : out_.parameters)
+          if (fitted.unknown.pointer == pointer_of(named.effect, p.name))
+            named.params.push_back({p.name, p.unit, fitted.value, fitted.interval.low, fitted.interval.high});
+    }
+}
+
+/// What the starts have in common that are still predicted worst.
+void MissingSearch::find_remainder() {
+  std::map<std::string, std::vector<double>> features;
+  for (const FitLog& log : judge_)
+    for (const double t : log.starts.time) {
+      const std::size_t row = std::min(log.session->row_before(t), log.session->rows() - 1);
+      const double when = t + 0.5 * horizon;
+      features["speed"].push_back(std::abs(log.session->interpolate(3, when)));
+      features["yaw rate"].push_back(std::abs(log.session->interpolate(5, when)));
+      features["throttle"].push_back(log.session->command[row].d);
+      features["steering"].push_back(log.session->command[row].delta);
+      features["time"].push_back(t - log.session->t.front());
+    }
+  const std::vector<double>& square = found_->judged.square;
+  const double total = std::accumulate(square.begin(), square.end(), 0.0);
+  const std::size_t third = square.size() / 3;
+  if (third == 0 || !(total > 0.0)) return;
+  for (const auto& [name, value] : features) {
+    std::vector<std::size_t> order(value.size());
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    const auto key = [&](std::size_t i) { return std::isnan(value[i]) ? 0.0 : value[i]; };
+    std::ranges::stable_sort(order, {}, key);
+    double low = 0.0, high = 0.0;
+    for (std::size_t i = 0; i < third; ++i) {
+      low += square[order[i]];
+      high += square[order[order.size() - 1 - i]];
+    }
+    const double share = std::max(low, high) / total;
+    if (!(share > out_.remainder.share)) continue;
+    out_.remainder = {name, high >= low, key(high >= low ? order[order.size() - third] : order[third - 1]), share};
+  }
+}
+
+/// The world with the effects named, their parameters among its unknowns, so that it can be fitted to more.
+Node MissingSearch::world_found(const std::filesystem::path& folder) const {
+  Node world = tree_;
+  for (std::size_t i = 0; i < found_->spec.vehicle.effects.size(); ++i) {
+    const PluginSpec& effect = found_->spec.vehicle.effects[i];
+    if (std::ranges::find(added_, effect.id()) == added_.end()) continue;
+    Node one = Node::empty_object(), params = Node::empty_object();
+    one.set("plugin", Node(effect.id()));
+    for (std::size_t p = 0; p < effect.values.size(); ++p)
+      params.set(effect.entry->params()[p].name, Node(effect.values[p].number));
+    one.set("params", std::move(params));
+    Node& plant = *world.find("plant");
+    if (plant.find("effects") == nullptr) plant.set("effects", Node(Node::Array{}));
+    Node::Array& list = plant.find("effects")->array();
+    // Before the effect that follows it in the chain.
+    auto at = list.end();
+    for (std::size_t next = i + 1; next < found_->spec.vehicle.effects.size() && at == list.end(); ++next)
+      at = std::ranges::find_if(list, [&](const Node& e) {
+        const Node* const id = e.find("plugin");
+        return id != nullptr && id->is_text() && id->text() == found_->spec.vehicle.effects[next].id();
+      });
+    list.insert(at, std::move(one));
+  }
+  FitResult result;
+  result.params = found_->params;
+  result.parameters = out_.parameters;
+  result.errors = out_.rows;
+  for (const FitLog& log : train_) result.starts += log.starts.time.size();
+  world = fitted_world(std::move(world), found_->spec, found_->forecaster, result,
+                       {logs_, map_.file.filename().string()}, folder);
+  if (Node* const listed = world.find("unknowns"); listed != nullptr)
+    for (const MissingEffect& named : out_.named)
+      for (const FittedParameter& p : out_.parameters) {
+        if (!p.unknown.pointer.starts_with(pointer_of(named.effect, ""))) continue;
+        Node one = Node::empty_object();
+        one.set("group", Node(p.unknown.group));
+        one.set("prior", Node(p.unknown.prior));
+        one.set("sigma", Node(p.unknown.sigma));
+        listed->set(p.unknown.pointer, std::move(one));
+      }
+  return world;
+}
+
+MissingEffects MissingSearch::run(const std::list<measured::SessionFile>& files,
+                                  const std::list<measured::SessionFile>& held_out,
+                                  const std::filesystem::path& folder) {
+  split(files, held_out);
+  tell(0.05, "calibrating");
+  calibrate(files);
+  measure_noise(files);
+  found_ = std::make_unique<Trial>(spec_, forecast_);
+  take_over(*found_, *calibrated_);
+  found_->cost = calibrated_->cost;
+  found_->judged = calibrated_->judged;
+  do {
+    tell(0.25 + 0.5 * static_cast<double>(added_.size()) / static_cast<double>(options_.most),
+         added_.empty() ? "looking for effects" : "beside " + added_.back());
+  } while (added_.size() < options_.most && add_one());
+  keep_what_helps();
+  tell(0.9, "measuring");
+  out_.change = change_of(found_->judged, calibrated_->judged);
+  out_.given = given_->judged.rms();
+  out_.calibrated = calibrated_->judged.rms();
+  out_.found = found_->judged.rms();
+  find_remainder();
+  const auto calibrated = observed(*calibrated_);
+  found_ = added_.empty() ? observed(*calibrated_) : observed(*found_);
+  out_.observed = change_of(found_->judged, calibrated->judged);
+  measure_parameters();
+  std::ranges::stable_partition(out_.ranking,
+                                [](const RankedEffect& r) { return !(r.tried && r.change.change > 0.0); });
+  out_.rows = {row_of("given", *given_), row_of("calibrated", *calibrated), row_of("found", *found_)};
+  out_.world = world_found(folder);
+  return std::move(out_);
+}
+
+}  // namespace
+
+double StartErrors::rms() const {
+  const double sum = std::accumulate(square.begin(), square.end(), 0.0);
+  return square.empty() ? 0.0 : std::sqrt(sum / static_cast<double>(square.size()));
+}
+
+ErrorChange change_of(const StartErrors& with, const StartErrors& without) {
+  // The logarithm of the ratio of two root mean squares, half that of A / C, moves with a stretch's sums a and c by
+  // (a / A - c / C) / 2; stretches are drawn at random, so that its variance is that of their sum.
+  std::map<std::size_t, std::pair<double, double>> sums;
+  double all_with = 0.0, all_without = 0.0;
+  for (std::size_t i = 0; i < with.square.size(); ++i) {
+    auto& [a, c] = sums[with.stretch[i]];
+    a += with.square[i];
+    c += without.square[i];
+    all_with += with.square[i];
+    all_without += without.square[i];
+  }
+  ErrorChange out;
+  if (!(all_with > 0.0) || !(all_without > 0.0)) return out;
+  const double log_ratio = 0.5 * std::log(all_with / all_without);
+  out.change = std::expm1(log_ratio);
+  if (sums.size() < 3) return out;
+  const auto count = static_cast<double>(sums.size());
+  double square = 0.0;
+  for (const auto& [stretch, sum] : sums) {
+    const double by = 0.5 * (sum.first / all_with - sum.second / all_without);
+    square += by * by;
+  }
+  const double sigma = std::sqrt(square * count / (count - 1.0));
+  const boost::math::students_t t(count - 1.0);
+  const double half = sigma * boost::math::quantile(t, 0.975);
+  out.low = std::expm1(log_ratio - half);
+  out.high = std::expm1(log_ratio + half);
+  out.certainty = sigma > 0.0 ? boost::math::cdf(t, -log_ratio / sigma) : log_ratio < 0.0 ? 1.0 : 0.0;
+  return out;
+}
+
+MissingEffects find_missing(const Node& tree, const WorldSpec& spec, const Registry& registry,
+                            const measured::LogMap& map, const std::list<measured::SessionFile>& files,
+                            const std::list<measured::SessionFile>& held_out, const MissingOptions& options,
+                            const std::filesystem::path& folder) {
+  return MissingSearch(tree, spec, registry, map, options).run(files, held_out, folder);
+}
+
+}  // namespace gripline::calibrate

@@ -1,0 +1,94 @@
+// What a real car's world lacks, judged by what a model is for: effects that make predictions of time that no fit saw
+// better, beside each other and beside all that the world itself leaves open.
+//
+// The world is calibrated as it is, with an observer that learns no disturbances: they would stand for what is missing. Then a score test on the fitted time proposes effects, the best few are fitted with
+// everything else, and predictions of the time held out say which of them may help; the one that explains the fitted time
+// best among these stays, and the next is looked for beside it. In the end each must help beside all others, or goes.
+#pragma once
+
+#include <functional>
+#include <list>
+#include <string>
+#include <vector>
+
+#include "calibrate/calibrated_world.hpp"
+#include "calibrate/fit_starts.hpp"
+
+namespace gripline::calibrate {
+
+/// Relative change of a root mean square error with its 95 % interval; negative: smaller.
+struct ErrorChange {
+  double change = 0, low = -1, high = 1;
+  double certainty = 0;  // probability that it is negative
+  bool helps() const { return high < 0.0; }
+  bool harms() const { return low > 0.0; }
+};
+
+/// Squared errors over what is usual, by start, those beyond three times that counting as a fit counts them, and the stretch of time that each start belongs to.
+struct StartErrors {
+  std::vector<double> square;
+  std::vector<std::size_t> stretch;
+  double rms() const;
+};
+/// By the t distribution of stretches, whose errors count as independent; nothing is told below three of them.
+ErrorChange change_of(const StartErrors& with, const StartErrors& without);
+
+struct MissingEffect {
+  struct Value {
+    std::string name, unit;
+    double value = 0, low = 0, high = 0;
+  };
+  std::string effect;
+  bool measurement = false;  // it changes what the sensors show, not how the car moves
+  std::vector<Value> params;
+  ErrorChange change;  // of predictions of time not fitted, by it beside the others
+};
+
+/// A candidate beside the calibrated world alone.
+struct RankedEffect {
+  std::string effect;
+  double gain = 0;     // relative decrease of squared errors on the fitted time, to first order or, where tried, fitted
+  bool tried = false;  // then `change` is of time not fitted
+  double error = 0;
+  ErrorChange change;
+};
+
+/// Where the errors that are left are largest: the third of the starts with the most (or least) of one thing.
+struct Remainder {
+  std::string of;    // "speed", "yaw rate", "throttle", "steering", "time"
+  bool most = true;  // the upper third
+  double from = 0;   // where that third begins (or ends), SI
+  double share = 0;  // of the squared errors
+};
+
+struct MissingOptions {
+  FitOptions fit;                   // slowest, starts, seed
+  std::size_t stretches = 24;       // wanted of what is held out of all logs together, where no logs are
+  double searched_seconds = 75.0;   // of fitted time that the search looks at
+  std::size_t tries = 3, most = 6;  // candidates fitted at each size; effects named
+  std::function<void(double share, const std::string&)> progress;
+};
+
+struct MissingEffects {
+  std::vector<MissingEffect> named;
+  std::vector<RankedEffect> ranking;  // best first, those that harm last
+  /// Of predictions 1 s ahead of time not fitted: rows `given`, `calibrated`, `found`.
+  std::vector<HorizonRow> rows;
+  /// Errors of the model alone, without disturbances that the observer learns, in usual errors of the calibrated world
+  /// (all channels): its own is about 1.
+  double given = 0, calibrated = 0, found = 0, noise = 0;
+  ErrorChange change;    // found against calibrated, of the model alone
+  ErrorChange observed;  // the same of predictions as `predict` makes them, and as `rows` has them
+  Remainder remainder;
+  std::vector<FittedParameter> parameters;  // of the calibrated world with the effects named
+  Node world;                               // that world
+};
+
+/// `tree` and `spec` are one world; `held_out` may be empty, then the second half of every 10 to 40 s of `files` is.
+/// Deterministic.
+MissingEffects find_missing(const Node& tree, const WorldSpec& spec, const Registry& registry,
+                            const measured::LogMap& map, const std::list<measured::SessionFile>& files,
+                            const std::list<measured::SessionFile>& held_out, const MissingOptions& options,
+                            const std::filesystem::path& folder);
+
+}  // namespace gripline::calibrate

@@ -1,0 +1,231 @@
+#include "gripline/diagnose_real.hpp"
+
+#include <iostream>
+
+#include "calibrate/missing_effects.hpp"
+#include "calibrate/place_effects.hpp"
+#include "config/json_file.hpp"
+#include "diagnose/inference/channel_delays.hpp"
+#include "diagnose/result/diagnosis_files.hpp"
+#include "experiment/out_folder.hpp"
+#include "gripline/command.hpp"
+#include "measured/gripline_log.hpp"
+#include "measured/session_health.hpp"
+#include "util/csv_writer.hpp"
+#include "util/numbers.hpp"
+#include "util/progress.hpp"
+#include "util/signals.hpp"
+
+namespace gripline::tools {
+namespace fs = std::filesystem;
+namespace {
+
+using calibrate::MissingEffects;
+using diagnose::Diagnosis;
+
+/// The world for logs: with no race, and without effects of place where it has no road.
+struct RealWorld {
+  Node tree;
+  WorldSpec spec;
+};
+
+RealWorld read_real_world(const RealDiagnosis& asked, const Registry& registry) {
+  RealWorld world;
+  world.tree = load_world(asked.world, asked.track);
+  Node read = world.tree;
+  read.erase("start");
+  if (read.find("duration") == nullptr && read.find("laps") == nullptr) read.set("duration", Node(1.0));
+  Errors errors;
+  world.spec = read_world(read, registry, errors, RoadRule::optional);
+  errors.throw_if_any();
+  if (world.spec.vehicle.model.empty())
+    throw InputError(asked.world.string() + ": its car is a black box; diagnose needs a vehicle model");
+  if (world.spec.track) return world;
+  for (const std::string& id : calibrate::leave_out_place_effects(world.spec.vehicle, world.spec.car.car))
+    std::cerr << asked.world.string() << ": no road is given, so that the effect of place \"" << id
+              << "\" is left out\n";
+  return world;
+}
+
+std::list<measured::SessionFile> read_sessions(const std::vector<std::string>& files, const measured::LogMap& map,
+                                               double v_ref) {
+  std::list<measured::SessionFile> all;
+  for (const std::string& file : files) {
+    all.push_back(measured::read_session(file, map));
+    measured::check_session(all.back(), v_ref);
+  }
+  return all;
+}
+
+/// Delays of channels against each other, of the logs on their even grid. `map` leaves in what it says to find.
+std::vector<diagnose::ChannelDelay> channel_delays(const std::list<measured::SessionFile>& files, measured::LogMap map,
+                                                   const WorldSpec& world, const fs::path& out) {
+  for (auto& channel : map.channel)
+    if (channel && !channel->delay) channel->delay = 0.0;
+  std::vector<measured::LogFile> logs;
+  for (const measured::SessionFile& file : files) {
+    if (!file.has_throttle) return {};  // such a log is not in gripline's columns
+    const fs::path written = out / (fs::path(file.session.name).stem().string() + ".gripline.csv");
+    for (const std::string& remark : measured::write_gripline_log(written, file, map))
+      std::cout << "log: " << file.session.name << ": " << remark << '\n';
+    logs.push_back(measured::read_log_file(written, {world.car.car.v_ref, nullptr, world.car.car.delta_max}));
+  }
+  return diagnose::find_channel_delays(logs);
+}
+
+diagnose::ErrorChange change_of(const calibrate::ErrorChange& c) { return {c.change, c.low, c.high}; }
+
+std::string percent(double share) { return significant(100.0 * share, 2) + " %"; }
+
+std::string rest_text(const calibrate::Remainder& rest) {
+  if (rest.share <= 0.0) return {};
+  std::string text = "of what is left, ";
+  text += percent(rest.share);
+  text += rest.most ? " lies in the third of the time with the largest " : " lies in the third with the smallest ";
+  if (rest.of == "time") return text.substr(0, text.rfind(" with")) + (rest.most ? " at the end" : " at the beginning");
+  text += rest.of;
+  text += rest.most ? " (from " : " (up to ";
+  text += significant(rest.from, 3);
+  return text + ")";
+}
+
+/// What effects do to the calibrated world's predictions.
+std::string real_sentence(const Diagnosis& d, const MissingEffects& found) {
+  std::string text;
+  for (const diagnose::NamedEffect& one : d.delays) {
+    const auto& t = one.params.front();
+    text += one.effect == "yaw_rate_delay" ? "The yaw-rate channel is " : "The speed channels are ";
+    text += significant(std::abs(t.value), 3) + (t.value > 0.0 ? " s late (" : " s early (");
+    text += significant(std::min(std::abs(t.low), std::abs(t.high)), 3) + " to ";
+    text += significant(std::max(std::abs(t.low), std::abs(t.high)), 3) + "). ";
+  }
+  text += "Calibrating the world takes " + percent(1.0 - found.calibrated / found.given);
+  text += " off the error of predictions 1 s ahead of time that was not fitted. ";
+  if (found.named.empty()) {
+    text += "No effect of the catalogue takes off more";
+  } else {
+    for (std::size_t i = 0; i < d.named.size(); ++i) {
+      text += i == 0 ? "" : i + 1 == d.named.size() ? " and " : ", ";
+      text += d.named[i].effect + " (";
+      for (std::size_t p = 0; p < d.named[i].params.size(); ++p) {
+        const auto& v = d.named[i].params[p];
+        text += (p == 0 ? "" : ", ") + v.name + " = " + significant(v.value, 3);
+        if (!v.unit.empty() && v.unit != "1") text += " " + v.unit;
+      }
+      text += ")";
+    }
+    text += d.named.size() == 1 ? " takes " : " take ";
+    text += percent(-found.change.change) + " (" + percent(-found.change.high) + " to " + percent(-found.change.low);
+    text += ") off what is left then";
+  }
+  const std::string rest = rest_text(found.remainder);
+  return text + (rest.empty() ? "." : "; " + rest + ".");
+}
+
+double closure_of(const MissingEffects& found) {
+  const double rest = std::min(found.noise, found.found);
+  return found.found < found.given ? (found.given - found.found) / (found.given - rest) : 0.0;
+}
+
+Diagnosis diagnosis_of(const MissingEffects& found, std::span<const diagnose::ChannelDelay> delays) {
+  Diagnosis d;
+  d.verdict = diagnose::Verdict::unknown;
+  for (const diagnose::ChannelDelay& one : delays) {
+    diagnose::NamedEffect& delay = d.delays.emplace_back();
+    delay.effect = one.name() + "_delay";
+    delay.measurement = true;
+    delay.params = {{"T", "s", one.seconds, one.low, one.high}};
+    delay.confidence = diagnose::thresholds::most_confidence;
+  }
+  for (const calibrate::MissingEffect& one : found.named) {
+    diagnose::NamedEffect& named = d.named.emplace_back();
+    named.effect = one.effect;
+    named.measurement = one.measurement;
+    for (const auto& v : one.params) named.params.push_back({v.name, v.unit, v.value, v.low, v.high});
+    named.confidence = std::min(one.change.certainty, diagnose::thresholds::most_beside_unknown);
+    named.rollout = change_of(one.change);
+  }
+  for (const calibrate::RankedEffect& one : found.ranking)
+    d.ranking.push_back(
+        {one.effect, one.gain, one.tried ? one.error : found.calibrated, one.change.certainty, change_of(one.change)});
+  const std::string model = "/plant/params/";
+  for (const calibrate::FittedParameter& p : found.parameters)
+    if (p.unknown.pointer.starts_with(model))
+      d.nominal_fit.emplace_back(p.unknown.pointer.substr(model.size()), p.value);
+  d.gap = {1.0, found.given, found.found, closure_of(found)};
+  using diagnose::Where;
+  const std::string& of = found.remainder.of;
+  d.unknown.emplace();
+  d.unknown->where = of == "time" ? Where::time : of == "throttle" || of == "steering" ? Where::input : Where::state;
+  d.unknown->quantity = of;
+  d.sentence = real_sentence(d, found);
+  return d;
+}
+
+void print_real(const Diagnosis& d, const MissingEffects& found) {
+  std::cout << "unknown: " << d.sentence
+            << "\n\nmissing             predictions of time not fitted, beside the others\n";
+  for (const calibrate::MissingEffect& n : found.named) {
+    char row[160];
+    std::snprintf(row, sizeof row, "%-18s %+7.1f %% (%+.1f to %+.1f)", n.effect.c_str(), 100.0 * n.change.change,
+                  100.0 * n.change.low, 100.0 * n.change.high);
+    std::cout << row;
+    for (const auto& v : n.params) {
+      std::snprintf(row, sizeof row, "   %s = %.4g (%.4g to %.4g)", v.name.c_str(), v.value, v.low, v.high);
+      std::cout << row;
+    }
+    std::cout << '\n';
+  }
+  std::cout << "\nalone               fitted error   predictions\n";
+  for (const calibrate::RankedEffect& r : found.ranking) {
+    if (!r.tried) continue;
+    char row[120];
+    std::snprintf(row, sizeof row, "%-18s %+9.1f %%   %+7.1f %% (%+.1f to %+.1f): %s\n", r.effect.c_str(),
+                  -100.0 * r.gain, 100.0 * r.change.change, 100.0 * r.change.low, 100.0 * r.change.high,
+                  std::string(change_of(r.change).says()).c_str());
+    std::cout << row;
+  }
+  std::cout << "\nerrors 1 s ahead, of time not fitted (95 % by blocks of 10 s)\n";
+  calibrate::print_horizon_table(std::cout, found.rows);
+}
+
+}  // namespace
+
+int diagnose_real(const RealDiagnosis& asked, const Registry& registry) {
+  const RealWorld world = read_real_world(asked, registry);
+  const measured::LogMap map = asked.map ? measured::load_log_map(*asked.map) : measured::gripline_map();
+  const double v_ref = world.spec.car.car.v_ref;
+  const auto files = read_sessions(asked.logs, map, v_ref), held_out = read_sessions(asked.held_out, map, v_ref);
+  const OutLock lock = open_out_folder(asked.out, "diagnosis", asked.force);
+  const auto delays = channel_delays(files, map, world.spec, asked.out);
+  calibrate::MissingOptions options;
+  options.fit.slowest = calibrate::slowest_start(world.spec);
+  options.fit.crawling = world.spec.car.car.v_min;
+  const MissingEffects found = [&] {
+    const StopSignal stop(StopSignal::Reaction::end, run_broke);
+    CallbackProgress progress(std::cerr, "diagnose");
+    constexpr std::size_t parts = 100;
+    const auto callback = progress.callback();
+    options.progress = [&](double share, const std::string& what) {
+      callback(static_cast<std::size_t>(share * parts), parts, what);
+    };
+    MissingEffects all =
+        calibrate::find_missing(world.tree, world.spec, registry, map, files, held_out, options, asked.out);
+    progress.finish();
+    return all;
+  }();
+  const Diagnosis d = diagnosis_of(found, delays);
+  print_real(d, found);
+  Node json = diagnose::diagnosis_json(d);
+  json.find("gap")->set("calibrated", number_or_null(found.calibrated));
+  json.find("gap")->set("noise", number_or_null(found.noise));
+  write_file(asked.out / "diagnosis.json", to_json_text(json));
+  Node augmented = found.world;
+  augmented.set("note", Node(d.sentence));
+  write_file(asked.out / "augmented_world.json", to_json_text(augmented));
+  std::cout << "\ndiagnosis: " << (asked.out / "diagnosis.json").string()
+            << "\nworld with what was found: " << (asked.out / "augmented_world.json").string() << '\n';
+  return claim_failed;
+}
+
+}  // namespace gripline::tools
