@@ -207,6 +207,13 @@ double RecedingLaps::difference_to(const CarBelief& car) const {
                   std::abs(car.resistance.at(v) - car_.resistance.at(v)) / gravity);
 }
 
+void RecedingLaps::set_slip_max(double slip) {
+  if (slip <= solver_.problem().slip_max) return;
+  solver_.set_slip_max(slip);
+  tell_solver();
+  settled_ = false;
+}
+
 void RecedingLaps::tell_solver() {
   const SpecificResistance& known = setup_->typical().resistance;
   solver_.set_car(car_.tyres, {car_.resistance.rolling - known.rolling, car_.resistance.drag - known.drag});

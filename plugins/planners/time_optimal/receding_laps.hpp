@@ -38,6 +38,8 @@ class RecedingLaps {
   /// One control step at a station of the base line, for this car; `spread` is the standard deviation of its friction
   /// over that friction. Changes the nodes of `plan` from changed_first() on.
   void step(const CarBelief& car, double spread, double station, LapPlan& plan);
+  /// Plans slips up to this angle from the next step on [rad]; no less than that of the setup.
+  void set_slip_max(double slip);
   std::size_t changed_first() const { return first_; }
   std::size_t changed_count() const { return changed_; }
 

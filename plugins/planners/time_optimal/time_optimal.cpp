@@ -146,6 +146,8 @@ class LapPlanner : public SpeedPlanner {
   /// Friction that is planned for.
   double mu_plan() const { return mu_plan_; }
   PlanFollower& followed() { return line_; }
+  /// Slip that the front or the rear axle exceeded in one of 200 steps [rad].
+  double visited_slip() const { return std::max(front_seen_.visited(), rear_seen_.visited()); }
   LapPlan plan_;
 
  private:
@@ -308,7 +310,7 @@ class RecedingTime final : public LapPlanner {
  public:
   struct Params : LapParams {
     double ahead = 6.0, follow = 0.15;
-    double ellipse = 0.0, drive_front = 0.5, brake_front = 0.5;
+    double ellipse = 0.0, drive_front = 0.5, brake_front = 0.5, slip_most = 0.0;
     int nodes = 100, iterations = 2;
   };
   static constexpr auto parameters() {
@@ -322,6 +324,8 @@ class RecedingTime final : public LapPlanner {
             param("ellipse", &P::ellipse, "1", {0, 5},
                   "largest drive or brake force over largest side force of a tyre, for each axle at its load; 0: "
                   "what `combined` says"),
+            param("slip_most", &P::slip_most, "rad", {0, 1.4},
+                  "largest slip that is planned once the car has slipped nearly as far; below slip_max: slip_max"),
             param("drive_front", &P::drive_front, "1", {0, 1}, "front share of the drive force"),
             param("brake_front", &P::brake_front, "1", {0, 1}, "front share of the brake force"),
             param("nodes", &P::nodes, "1", {30, 1000}, "of the program, at most"),
@@ -336,7 +340,8 @@ class RecedingTime final : public LapPlanner {
                     .at_own_speed = true,
                     .sharing = {params.ellipse, params.drive_front, params.brake_front}}),
         laps_(setup(), {scaled_to(typical().tyres, mu_plan()), typical().resistance},
-              {params.ahead, params.nodes, params.iterations, params.follow}) {
+              {params.ahead, params.nodes, params.iterations, params.follow}),
+        slip_most_(params.slip_most) {
     plan_ = laps_.whole_plan();
     followed().set(plan_);
   }
@@ -344,6 +349,9 @@ class RecedingTime final : public LapPlanner {
  protected:
   void update(const CarBelief* learned, const Observation& now) override {
     const CarBelief& car = learned != nullptr ? *learned : typical();
+    // What is known of tyres ends where they have slipped; a curve fitted up to there holds a little further.
+    constexpr double beyond = 1.4;
+    laps_.set_slip_max(std::min(slip_most_, beyond * visited_slip()));
     laps_.step({scaled_to(car.tyres, mu_plan()), car.resistance}, learned != nullptr ? relative_spread() : 0.0,
                followed().locate(now.x.x, now.x.y), plan_);
     if (laps_.changed_count() > 0) followed().set(plan_, laps_.changed_first(), laps_.changed_count());
@@ -351,6 +359,7 @@ class RecedingTime final : public LapPlanner {
 
  private:
   RecedingLaps laps_;
+  double slip_most_;
 };
 
 }  // namespace

@@ -55,6 +55,8 @@ class WindowSolver {
 
   /// What is believed of the car from now on. `more` is resistance beyond that of the problem's coasting curve.
   void set_car(const AxleTyres& tyres, const SpecificResistance& more);
+  /// Plans slips up to this angle from the next set_car() on [rad].
+  void set_slip_max(double slip) { p_.slip_max = slip; }
   /// The largest slip angle that is planned [rad]: the problem's, and where side forces and drive share friction none
   /// beyond a tyre's peak, where it is a brake.
   double largest_slip() const { return std::max(slip_front_, slip_rear_); }

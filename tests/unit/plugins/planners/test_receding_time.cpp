@@ -352,6 +352,31 @@ TEST_F(RecedingTimeTest, PlansLessSideslipAtALowerPace) {
   EXPECT_NEAR(speed[1], 0.8 * speed[0], 1e-9);  // along the path, whatever the car's angle to it
 }
 
+// Larger slips than `slip_max` are planned where the car has slipped nearly as far, and not before.
+TEST_F(RecedingTimeTest, PlansLargeSlipsOnceTheyWereSeen) {
+  const auto horizons = [&](double most) {
+    const auto planner = make(mobil_, {{"spacing", 0.1}, {"start", 0.6}, {"slip_most", most}});
+    start(*planner);
+    std::vector<RefPoint> all;
+    for (const double vy : {0.0, -1.5})  // a slip of pi / 4
+      for (int i = 0; i < 50; ++i) {
+        now_.x.vy = vy;
+        planner->plan(now_, believe(0.6), nullptr, horizon_);
+        all.insert(all.end(), horizon_.begin(), horizon_.end());
+        now_.t += 0.02;
+      }
+    return all;
+  };
+  const std::vector<RefPoint> plain = horizons(0.0), bold = horizons(1.0);
+  double difference[2] = {0, 0};
+  for (std::size_t i = 0; i < plain.size(); ++i) {
+    double& largest = difference[i < plain.size() / 2 ? 0 : 1];
+    largest = std::max(largest, std::hypot(bold[i].x - plain[i].x, bold[i].y - plain[i].y));
+  }
+  EXPECT_EQ(difference[0], 0.0);
+  EXPECT_GT(difference[1], 1e-3);
+}
+
 /// Where the car is nearly as far outside of a turn as the turn's radius, steps without the curvature hardly converge.
 TEST_F(RecedingTimeTest, FindsTheNearestPointOfACarOutsideOfATurn) {
   const auto planner = make(mobil_, {{"spacing", 0.1}, {"start", 0.9}});
