@@ -43,6 +43,11 @@ class RecedingLaps {
   std::size_t changed_first() const { return first_; }
   std::size_t changed_count() const { return changed_; }
 
+  /// The node before a station of the base line.
+  std::size_t node_at(double station) const;
+  /// Friction of the interval that begins at a node, over that of the car.
+  void set_grip(std::size_t node, double grip);
+
   /// The plan of the whole lap as it is kept: what step() changes from then on.
   LapPlan whole_plan();
   /// Newton steps so far, and those that found nothing better.
@@ -53,7 +58,8 @@ class RecedingLaps {
 
  private:
   using States = std::array<double, lap_variables>;
-  std::size_t node_at(double station) const;
+  /// Friction at a node, of the car that is solved for.
+  double mu_at(std::size_t node) const { return mu_ * solver_.problem().places[node].grip; }
   std::size_t wrapped(std::size_t i) const { return i % lap_.size(); }
   void solve_whole_lap();
   void move_window(double station);
