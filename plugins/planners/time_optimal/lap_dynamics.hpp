@@ -8,7 +8,7 @@
 //   Faxle = N D sin(C atan(B slip)),  N = sqrt(1 - sin(grade)^2 - sin(bank)^2) + curve vx^2 / g
 //   slip_f = delta - atan((vy + omega lf) / vx),  slip_r = -atan((vy - omega lr) / vx)
 //
-// Forces are per mass [m/s2]; a is the force of drive and brakes. N is the load of both axles over that at rest on a
+// N is times the grip of a place, too. Forces are per mass [m/s2]; a is the force of drive and brakes. N is the load of both axles over that at rest on a
 // flat road: a crest of radius R (curve -1 / R) takes m vx^2 / R off. Sources: the car is eq. (dyn_model) of Kalaria,
 // Lin, Dolan; the change of the independent variable as in Lot, Biral (2014), "A curvilinear abscissa approach for the
 // lap time optimization of racing vehicles".
@@ -45,10 +45,10 @@ enum LapVariable : int { lap_n, lap_xi, lap_vx, lap_vy, lap_omega, lap_delta, la
 inline constexpr int lap_states = 6, lap_variables = 8;
 
 /// The base line over an interval: mean curvature, slope, and the curvature of the road's surface along it, as rad of
-/// grade per metre: positive in a dip, negative on a crest.
+/// grade per metre: positive in a dip, negative on a crest. `grip`: friction there over that of the road.
 struct LapPlace {
-  double kappa = 0, grade = 0, bank = 0, curve = 0;
-  bool flat() const { return grade == 0.0 && bank == 0.0 && curve == 0.0; }
+  double kappa = 0, grade = 0, bank = 0, curve = 0, grip = 1;
+  bool plain() const { return grade == 0.0 && bank == 0.0 && curve == 0.0 && grip == 1.0; }
 };
 
 template <class T>
@@ -57,7 +57,7 @@ struct LapRates {
   T state[lap_states];      // d(state)/ds
   T slip_front, slip_rear;  // [rad]
   T front, rear;            // lateral forces over mass [m/s2]
-  T load;                   // of both axles over the static one
+  T load;                   // of both axles over the static one, times grip
 };
 
 template <class T>
@@ -104,8 +104,8 @@ LapRates<T> lap_rates(const Car& car, const AxleTyres& tyres, const CubicSpline&
   r.front = tyres.front.force(r.slip_front);
   r.rear = tyres.rear.force(r.slip_rear);
   r.load = T(1.0);
-  if (!place.flat()) {
-    r.load = relative_load(place, vx);
+  if (!place.plain()) {
+    r.load = place.grip * relative_load(place, vx);
     r.front = r.load * r.front;
     r.rear = r.load * r.rear;
   }

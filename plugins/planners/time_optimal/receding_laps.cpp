@@ -100,7 +100,7 @@ void RecedingLaps::solve_whole_lap() {
 /// The state kept at a node, slowed down where it was solved for more friction than there is now.
 RecedingLaps::States RecedingLaps::kept(std::size_t node) const {
   States z = lap_[node].z;
-  const double slower = std::min(1.0, std::sqrt(mu_ / std::max(solved_for_[node], 1e-6)));
+  const double slower = std::min(1.0, std::sqrt(mu_at(node) / std::max(solved_for_[node], 1e-6)));
   for (const int j : {lap_vx, lap_vy, lap_omega}) z[static_cast<std::size_t>(j)] *= slower;
   return z;
 }
@@ -171,15 +171,16 @@ void RecedingLaps::reset(std::size_t i) {
   lap_[i].z = first_lap_[i];
   solved_for_[i] = first_mu_;
   lap_[i].z = kept(i);
-  solved_for_[i] = std::min(first_mu_, mu_);
+  solved_for_[i] = std::min(first_mu_, mu_at(i));
 }
 
 /// A node that the window reaches, kept for more friction than is believed now.
 void RecedingLaps::slow_down(std::size_t i) {
-  if (mu_ >= 0.97 * solved_for_[i]) return;
+  const double mu = mu_at(i);
+  if (mu >= 0.97 * solved_for_[i]) return;
   lap_[i].z = kept(i);
-  lap_[i].z[lap_a] *= mu_ / solved_for_[i];
-  solved_for_[i] = mu_;
+  lap_[i].z[lap_a] *= mu / solved_for_[i];
+  solved_for_[i] = mu;
 }
 
 /// The window at a share of the friction it was for. But for resistances and limits of drive and brakes the car's
@@ -196,7 +197,7 @@ void RecedingLaps::slow_window(double share) {
     // Time per typical size: of ways and angles it grows as time does, of speeds once more.
     for (const int j : {lap_n, lap_xi, lap_delta}) node.pi[static_cast<std::size_t>(j)] /= slower;
     for (const int j : {lap_vx, lap_vy, lap_omega}) node.pi[static_cast<std::size_t>(j)] /= share;
-    solved_for_[i] = std::min(solved_for_[i], mu_);
+    solved_for_[i] = std::min(solved_for_[i], mu_at(i));
   }
   end_ = lap_[wrapped(first_ + count_)].z;
 }
@@ -205,6 +206,22 @@ double RecedingLaps::difference_to(const CarBelief& car) const {
   const double v = 0.5 * setup_->top_speed();
   return std::max(difference(car_.tyres, car.tyres, solver_.largest_slip()),
                   std::abs(car.resistance.at(v) - car_.resistance.at(v)) / gravity);
+}
+
+/// A plan that was for more is driven more slowly there at once.
+void RecedingLaps::set_grip(std::size_t node, double grip) {
+  const double old = solver_.problem().places[node].grip;
+  if (grip == old) return;
+  solver_.set_grip(node, grip);
+  if (grip < old) driven_v_[node] *= std::sqrt(grip / old);
+  settled_ = false;
+}
+
+void RecedingLaps::set_slip_max(double slip) {
+  if (slip <= solver_.problem().slip_max) return;
+  solver_.set_slip_max(slip);
+  tell_solver();
+  settled_ = false;
 }
 
 void RecedingLaps::tell_solver() {
@@ -325,7 +342,7 @@ void RecedingLaps::publish(LapPlan& plan) {
     p = {between(p.n, q.n), between(p.slope, q.slope), p.v, between(p.beta, q.beta), p.kappa};
     driven_v_[i] = between(driven_v_[i], q.v);
     driven_for_[i] = between(driven_for_[i], mu_);
-    solved_for_[i] = mu_;
+    solved_for_[i] = mu_at(i);
   }
   for (std::size_t k = 0; k <= count; ++k) set_curvature(plan, wrapped(first_ + k));
 }

@@ -38,8 +38,15 @@ class RecedingLaps {
   /// One control step at a station of the base line, for this car; `spread` is the standard deviation of its friction
   /// over that friction. Changes the nodes of `plan` from changed_first() on.
   void step(const CarBelief& car, double spread, double station, LapPlan& plan);
+  /// Plans slips up to this angle from the next step on [rad]; no less than that of the setup.
+  void set_slip_max(double slip);
   std::size_t changed_first() const { return first_; }
   std::size_t changed_count() const { return changed_; }
+
+  /// The node before a station of the base line.
+  std::size_t node_at(double station) const;
+  /// Friction of the interval that begins at a node, over that of the car.
+  void set_grip(std::size_t node, double grip);
 
   /// The plan of the whole lap as it is kept: what step() changes from then on.
   LapPlan whole_plan();
@@ -51,7 +58,8 @@ class RecedingLaps {
 
  private:
   using States = std::array<double, lap_variables>;
-  std::size_t node_at(double station) const;
+  /// Friction at a node, of the car that is solved for.
+  double mu_at(std::size_t node) const { return mu_ * solver_.problem().places[node].grip; }
   std::size_t wrapped(std::size_t i) const { return i % lap_.size(); }
   void solve_whole_lap();
   void move_window(double station);

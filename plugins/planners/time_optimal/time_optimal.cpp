@@ -19,6 +19,7 @@
 #include "common/planning/planner_context.hpp"
 #include "common/planning/recovery_path.hpp"
 #include "planners/time_optimal/adaptive_laps.hpp"
+#include "planners/time_optimal/friction_places.hpp"
 #include "planners/time_optimal/receding_laps.hpp"
 #include "planners/time_optimal/resistance_fit.hpp"
 #include "planners/time_optimal/tyre_fit.hpp"
@@ -107,27 +108,30 @@ class LapPlanner : public SpeedPlanner {
     const double forward = std::max(std::abs(now.x.vx), car_.v_min);
     front_seen_.add(front_slip(forward, now.x.vy, now.x.omega, now.x.delta, car_.lf));
     rear_seen_.add(rear_slip(forward, now.x.vy, now.x.omega, car_.lr));
-    const AxleTyres tyres = believed_tyres(belief, learned);
-    const double spread = (belief.sigma_front * car_.lr + belief.sigma_rear * car_.lf) / (car_.lf + car_.lr);
+    AxleTyres tyres = believed_tyres(belief, learned);
+    const MagicFormula front = tyres.front;
+    double spread = (belief.sigma_front * car_.lr + belief.sigma_rear * car_.lf) / (car_.lf + car_.lr);
+    if (belief.trusted) see(now, tyres, spread);
     relative_spread_ = spread / std::max(mu_of(tyres), 1e-3);
     approach(belief.trusted ? k_.factor * (mu_of(tyres) - k_.sigma * spread) : k_.start * mu_init_);
     const bool replan = belief.trusted && learned != nullptr && k_.replan;
     rear_ = replan ? tyres.rear : generic_.rear;
-    if (replan && before_) resistance_.learn(*before_, now, dt_, tyres.front, car_, *nominal_);
+    if (replan && before_) resistance_.learn(*before_, now, dt_, front, car_, *nominal_);
     before_ = now;
     const CarBelief car{tyres, resistance_.value()};
     update(replan ? &car : nullptr, now);
     const double tightened = car_.width * (k_.tighten + k_.tighten_sigma * relative_spread_);
     const double station = line_.locate(now.x.x, now.x.y);
     const auto on_line = [&](double s) { return reference(s, now.x.yaw, tightened); };
-    if (recovery_.update(now, station, mu_plan_, on_line)) {
+    const double here = mu_plan_ * grip_here();
+    if (recovery_.update(now, station, here, on_line)) {
       join_.forget();
       const auto speed = [&](double s) { return k_.pace * line_.at(s).v; };
       recovery_.fill(
           now, dt_, on_line, speed, [&](double v) { return gain(v); }, horizon);
       return;
     }
-    join_.update(now, on_line(station), mu_plan_, static_cast<double>(horizon.size()) * dt_);
+    join_.update(now, on_line(station), here, static_cast<double>(horizon.size()) * dt_);
     sample(now, station, tightened, horizon);
     join_.move(horizon);
   }
@@ -136,6 +140,10 @@ class LapPlanner : public SpeedPlanner {
  protected:
   /// Sets line_ for this step; null: nothing is learned of the car.
   virtual void update(const CarBelief* learned, const Observation& now) = 0;
+  /// May replace what is believed here, its friction's deviation included, by what is believed of the road ahead.
+  virtual void see(const Observation& /*now*/, AxleTyres& /*tyres*/, double& /*spread*/) {}
+  /// Friction below the car over mu_plan().
+  virtual double grip_here() const { return 1.0; }
 
   const LapParams& params() const { return k_; }
   double dt() const { return dt_; }  // control step [s]
@@ -146,6 +154,8 @@ class LapPlanner : public SpeedPlanner {
   /// Friction that is planned for.
   double mu_plan() const { return mu_plan_; }
   PlanFollower& followed() { return line_; }
+  /// Slip that the front or the rear axle exceeded in one of 200 steps [rad].
+  double visited_slip() const { return std::max(front_seen_.visited(), rear_seen_.visited()); }
   LapPlan plan_;
 
  private:
@@ -308,8 +318,9 @@ class RecedingTime final : public LapPlanner {
  public:
   struct Params : LapParams {
     double ahead = 6.0, follow = 0.15;
-    double ellipse = 0.0, drive_front = 0.5, brake_front = 0.5;
+    double ellipse = 0.0, drive_front = 0.5, brake_front = 0.5, slip_most = 0.0;
     int nodes = 100, iterations = 2;
+    bool places = false;
   };
   static constexpr auto parameters() {
     using P = Params;
@@ -322,8 +333,11 @@ class RecedingTime final : public LapPlanner {
             param("ellipse", &P::ellipse, "1", {0, 5},
                   "largest drive or brake force over largest side force of a tyre, for each axle at its load; 0: "
                   "what `combined` says"),
+            param("slip_most", &P::slip_most, "rad", {0, 1.4},
+                  "largest slip that is planned once the car has slipped nearly as far; below slip_max: slip_max"),
             param("drive_front", &P::drive_front, "1", {0, 1}, "front share of the drive force"),
             param("brake_front", &P::brake_front, "1", {0, 1}, "front share of the brake force"),
+            param("places", &P::places, "1", {0, 1}, "remember where the road is slippery"),
             param("nodes", &P::nodes, "1", {30, 1000}, "of the program, at most"),
             param("iterations", &P::iterations, "1", {1, 100}, "Newton steps in a control step, at most")});
   }
@@ -336,7 +350,9 @@ class RecedingTime final : public LapPlanner {
                     .at_own_speed = true,
                     .sharing = {params.ellipse, params.drive_front, params.brake_front}}),
         laps_(setup(), {scaled_to(typical().tyres, mu_plan()), typical().resistance},
-              {params.ahead, params.nodes, params.iterations, params.follow}) {
+              {params.ahead, params.nodes, params.iterations, params.follow}),
+        slip_most_(params.slip_most) {
+    if (params.places) places_.emplace(setup().nodes().s.size(), context.dt);
     plan_ = laps_.whole_plan();
     followed().set(plan_);
   }
@@ -344,13 +360,36 @@ class RecedingTime final : public LapPlanner {
  protected:
   void update(const CarBelief* learned, const Observation& now) override {
     const CarBelief& car = learned != nullptr ? *learned : typical();
+    // What is known of tyres ends where they have slipped; a curve fitted up to there holds a little further.
+    constexpr double beyond = 1.4;
+    laps_.set_slip_max(std::min(slip_most_, beyond * visited_slip()));
     laps_.step({scaled_to(car.tyres, mu_plan()), car.resistance}, learned != nullptr ? relative_spread() : 0.0,
                followed().locate(now.x.x, now.x.y), plan_);
     if (laps_.changed_count() > 0) followed().set(plan_, laps_.changed_first(), laps_.changed_count());
   }
 
+  void see(const Observation& now, AxleTyres& tyres, double& spread) override {
+    if (!places_) return;
+    node_ = laps_.node_at(followed().locate(now.x.x, now.x.y));
+    if (places_->step(node_, mu_of(tyres)))
+      for (std::size_t i = 0; i < setup().nodes().s.size(); ++i) laps_.set_grip(i, places_->grip(i));
+    if (places_->holding()) {
+      tyres = scaled_to(outside_, places_->mu());
+      spread = spread_outside_;
+    } else {
+      outside_ = tyres;
+      spread_outside_ = spread;
+    }
+  }
+  double grip_here() const override { return places_ ? places_->grip(node_) : 1.0; }
+
  private:
   RecedingLaps laps_;
+  double slip_most_;
+  std::optional<FrictionPlaces> places_;
+  AxleTyres outside_;  // believed where the car was last in no such place
+  double spread_outside_ = 0;
+  std::size_t node_ = 0;  // below the car
 };
 
 }  // namespace

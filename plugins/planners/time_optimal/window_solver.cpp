@@ -86,14 +86,15 @@ T WindowSolver::cost(std::size_t i, const T (&z)[V], const LapRates<T>& r) const
 
 /// AxleSharing of both axles.
 template <class T, class Put>
-void WindowSolver::share_friction(const T& a, const LapRates<T>& r, const Put& put) const {
+void WindowSolver::share_friction(double grip, const T& a, const LapRates<T>& r, const Put& put) const {
   using std::atan;
   constexpr double from_brake_to_drive = 0.5;  // [m/s2]
   const AxleSharing& own = p_.sharing;
   const double mean = 0.5 * (own.drive_front + own.brake_front), rise = own.drive_front - own.brake_front;
   const T front = mean + (rise / std::numbers::pi) * atan(a * (1.0 / from_brake_to_drive));
   const auto axle = [&](int row, const T& force, const T& share, double load, double D) {
-    const T across = force * (1.0 / D), along = share * a * (1.0 / (own.ratio * D)), carried = r.load + load * a;
+    const T across = force * (1.0 / D), along = share * a * (1.0 / (own.ratio * D)),
+            carried = r.load + (grip * load) * a;
     put(row, across * across + along * along - carried * carried);
   };
   axle(front_least, r.front, front, own.load_front, p_.tyres.front.D);
@@ -102,7 +103,7 @@ void WindowSolver::share_friction(const T& a, const LapRates<T>& r, const Put& p
 
 /// Those of drive, brakes, slips or the friction circle.
 template <class T, class Put>
-void WindowSolver::nonlinear_constraints(const T (&z)[V], const LapRates<T>& r, const Put& put) const {
+void WindowSolver::nonlinear_constraints(double grip, const T (&z)[V], const LapRates<T>& r, const Put& put) const {
   const double unit = 1.0 / scale_[lap_a];
   put(drive_most, unit * (z[lap_a] - apply(p_.drive.drive, z[lap_vx])));
   put(brake_most, -unit * (z[lap_a] + apply(p_.drive.brake, z[lap_vx])));
@@ -113,7 +114,7 @@ void WindowSolver::nonlinear_constraints(const T (&z)[V], const LapRates<T>& r, 
   if (p_.sharing.ratio > 0) {
     both_ways(front_most, r.slip_front, slip_front_);
     both_ways(rear_most, r.slip_rear, slip_rear_);
-    share_friction(z[lap_a], r, put);
+    share_friction(grip, z[lap_a], r, put);
     return;
   }
   put(front_most, r.slip_front - slip_front_);
@@ -204,7 +205,7 @@ void WindowSolver::evaluate(std::vector<WindowNode>& lap, std::size_t k) {
     stage.c.value[static_cast<std::size_t>(row)] = value;
     if (by >= 0) stage.c.by(row, by) = slope;
   });
-  nonlinear_constraints(z, r, [&](int row, const Dual& c) {
+  nonlinear_constraints(p_.places[i].grip, z, r, [&](int row, const Dual& c) {
     stage.c.value[static_cast<std::size_t>(row)] = c.v;
     for (int m = 0; m < V; ++m) stage.c.by(row, m) = c.g[m] * scale_[static_cast<std::size_t>(m)];
     if (node.started) lagrangian += node.lambda[static_cast<std::size_t>(row)] * c;
@@ -354,7 +355,7 @@ double WindowSolver::merit(const std::vector<WindowNode>& lap, double share) {
     };
     const double n_next = there.z[lap_n] + share * scale_[lap_n] * stages_[k + 1].dx[lap_n];
     linear_constraints(i, z, n_next, [&](int row, double value, int, double) { add(row, value); });
-    nonlinear_constraints(z, r, add);
+    nonlinear_constraints(p_.places[i].grip, z, r, add);
   }
   for (int j = 0; j < S; ++j) {
     const auto m = static_cast<std::size_t>(j);

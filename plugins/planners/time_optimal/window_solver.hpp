@@ -55,6 +55,10 @@ class WindowSolver {
 
   /// What is believed of the car from now on. `more` is resistance beyond that of the problem's coasting curve.
   void set_car(const AxleTyres& tyres, const SpecificResistance& more);
+  /// Friction of the interval that begins at a node, over that of set_car().
+  void set_grip(std::size_t node, double grip) { p_.places[node].grip = grip; }
+  /// Plans slips up to this angle from the next set_car() on [rad].
+  void set_slip_max(double slip) { p_.slip_max = slip; }
   /// The largest slip angle that is planned [rad]: the problem's, and where side forces and drive share friction none
   /// beyond a tyre's peak, where it is a brake.
   double largest_slip() const { return std::max(slip_front_, slip_rear_); }
@@ -111,9 +115,9 @@ class WindowSolver {
   template <class T>
   T cost(std::size_t i, const T (&z)[V], const LapRates<T>& r) const;
   template <class T, class Put>
-  void share_friction(const T& a, const LapRates<T>& r, const Put& put) const;
+  void share_friction(double grip, const T& a, const LapRates<T>& r, const Put& put) const;
   template <class T, class Put>
-  void nonlinear_constraints(const T (&z)[V], const LapRates<T>& r, const Put& put) const;
+  void nonlinear_constraints(double grip, const T (&z)[V], const LapRates<T>& r, const Put& put) const;
   template <class Put>
   void linear_constraints(std::size_t i, const double (&z)[V], double n_next, const Put& put) const;
 

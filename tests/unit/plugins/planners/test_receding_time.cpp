@@ -15,6 +15,7 @@
 
 #include "common/planning/closed_line.hpp"
 #include "common/planning/line_follower.hpp"
+#include "planners/time_optimal/friction_places.hpp"
 #include "planners/time_optimal/lap_setup.hpp"
 #include "planners/time_optimal/receding_laps.hpp"
 #include "planners/time_optimal/window_solver.hpp"
@@ -352,6 +353,31 @@ TEST_F(RecedingTimeTest, PlansLessSideslipAtALowerPace) {
   EXPECT_NEAR(speed[1], 0.8 * speed[0], 1e-9);  // along the path, whatever the car's angle to it
 }
 
+// Larger slips than `slip_max` are planned where the car has slipped nearly as far, and not before.
+TEST_F(RecedingTimeTest, PlansLargeSlipsOnceTheyWereSeen) {
+  const auto horizons = [&](double most) {
+    const auto planner = make(mobil_, {{"spacing", 0.1}, {"start", 0.6}, {"slip_most", most}});
+    start(*planner);
+    std::vector<RefPoint> all;
+    for (const double vy : {0.0, -1.5})  // a slip of pi / 4
+      for (int i = 0; i < 50; ++i) {
+        now_.x.vy = vy;
+        planner->plan(now_, believe(0.6), nullptr, horizon_);
+        all.insert(all.end(), horizon_.begin(), horizon_.end());
+        now_.t += 0.02;
+      }
+    return all;
+  };
+  const std::vector<RefPoint> plain = horizons(0.0), bold = horizons(1.0);
+  double difference[2] = {0, 0};
+  for (std::size_t i = 0; i < plain.size(); ++i) {
+    double& largest = difference[i < plain.size() / 2 ? 0 : 1];
+    largest = std::max(largest, std::hypot(bold[i].x - plain[i].x, bold[i].y - plain[i].y));
+  }
+  EXPECT_EQ(difference[0], 0.0);
+  EXPECT_GT(difference[1], 1e-3);
+}
+
 /// Where the car is nearly as far outside of a turn as the turn's radius, steps without the curvature hardly converge.
 TEST_F(RecedingTimeTest, FindsTheNearestPointOfACarOutsideOfATurn) {
   const auto planner = make(mobil_, {{"spacing", 0.1}, {"start", 0.9}});
@@ -606,6 +632,90 @@ TEST_F(RecedingLapsAfterAWrongBelief, AStandingCarGetsItsPlanBack) {
   for (std::size_t k = 0; k < plan_.nodes.size(); ++k)
     moved = std::max(moved, std::abs(plan_.nodes[k].v - right.nodes[k].v));
   EXPECT_LT(moved, 0.1);
+}
+
+/// A car that goes round a road of 200 pieces, two a step, and believes what it is told with a delay of two steps.
+class FrictionPlacesTest : public ::testing::Test {
+ protected:
+  template <class Friction>
+  void laps(int count, const Friction& friction) {
+    for (int i = 0; i < 100 * count; ++i) {
+      delayed_[1] = delayed_[0];
+      delayed_[0] = friction(piece_);
+      piece_ = (piece_ + 2) % 200;
+      changes_ += places_.step(piece_, delayed_[1]);
+    }
+  }
+  static double wet(std::size_t piece) { return piece >= 60 && piece < 100 ? 0.6 : 0.9; }
+  static double dry(std::size_t /*piece*/) { return 0.9; }
+
+  FrictionPlaces places_{200, 0.02};
+  std::size_t piece_ = 0;
+  double delayed_[2] = {0.9, 0.9};
+  int changes_ = 0;
+};
+
+TEST_F(FrictionPlacesTest, APlaceMetOnceIsKnownOnTheNextLap) {
+  laps(1, dry);
+  laps(1, wet);
+  EXPECT_NEAR(places_.grip(80), 0.6 / 0.9, 0.02);
+  EXPECT_LT(places_.grip(60), 1.0);  // where it begins, not where that was noticed
+  for (const std::size_t piece : {40, 104, 150}) EXPECT_EQ(places_.grip(piece), 1.0) << piece;
+  for (int i = 0; i < 40; ++i) {  // into it
+    piece_ += 2;
+    places_.step(piece_, wet(piece_));
+  }
+  EXPECT_TRUE(places_.holding());
+  EXPECT_NEAR(places_.mu(), 0.9, 1e-9);  // the road ahead is dry
+}
+
+TEST_F(FrictionPlacesTest, FrictionThatFallsForGoodIsTheWholeRoads) {
+  laps(1, dry);
+  laps(2, [](std::size_t) { return 0.6; });
+  EXPECT_EQ(changes_, 0);
+  EXPECT_EQ(places_.mu(), 0.6);
+}
+
+TEST_F(FrictionPlacesTest, ABeliefThatFellTooFarAtFirstIsNoPlace) {
+  laps(1, dry);
+  int steps = 0;
+  laps(2, [&](std::size_t) { return ++steps < 12 ? 0.4 : 0.6; });
+  EXPECT_EQ(changes_, 0);
+}
+
+TEST_F(FrictionPlacesTest, APlaceThatDriedIsForgotten) {
+  laps(1, dry);
+  laps(2, wet);
+  ASSERT_LT(places_.grip(80), 1.0);
+  laps(1, dry);
+  for (std::size_t piece = 0; piece < 200; ++piece) EXPECT_EQ(places_.grip(piece), 1.0) << piece;
+}
+
+TEST_F(FrictionPlacesTest, LessThanAPlaceExplainsIsLessEverywhere) {
+  laps(1, dry);
+  laps(2, wet);
+  for (int i = 0; i < 40; ++i) {
+    piece_ += 2;
+    places_.step(piece_, 0.7 * wet(piece_));
+  }
+  EXPECT_NEAR(places_.mu(), 0.7 * 0.9, 0.02);
+}
+
+// Where the road is slippery turns are planned at the speed that its friction allows.
+TEST_F(RecedingLapsTest, PlansForASlipperyPlace) {
+  steps(100, believed(0.8), 0.0);
+  const LapPlan before = plan_;
+  const std::size_t from = laps_->node_at(station + 0.8), to = laps_->node_at(station + 5.0);
+  for (std::size_t i = from; i < to; ++i) laps_->set_grip(i, 0.6);
+  steps(200, believed(0.8), 0.0);
+  double slowest = INFINITY, old = INFINITY;
+  for (std::size_t i = from; i < to; ++i) {
+    slowest = std::min(slowest, plan_.nodes[i].v);
+    old = std::min(old, before.nodes[i].v);
+  }
+  EXPECT_LT(slowest, 0.9 * old);
+  EXPECT_GT(slowest, 0.7 * old);  // sqrt(0.6) is 0.77
+  EXPECT_DOUBLE_EQ(laps_->barrier(), settled);
 }
 
 }  // namespace

@@ -1,0 +1,132 @@
+// Where the road is slippery, learned from a friction that is believed as the car drives.
+//
+//   friction(s, t) = mu(t) grip(s)
+//
+// A belief that falls and, less than half a lap later, comes back was that of a place: what was believed there over what
+// is believed behind it is its grip. One that falls and stays fallen is the whole road's. On the next lap the place is
+// known before the car is there; in it mu(t) is held, and lowered where even less is believed than the place explains. A
+// place is forgotten when the belief does not fall there any more.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <limits>
+#include <vector>
+
+namespace gripline::time_optimal {
+
+class FrictionPlaces {
+ public:
+  /// Of a closed road in so many pieces, with `dt` seconds between steps. Steps do not allocate.
+  FrictionPlaces(std::size_t pieces, double dt)
+      : dt_(dt), grip_(pieces, 1.0), believed_(pieces, 0.0), seen_(pieces, -1) {}
+
+  /// Once per control step: the car is on this piece and believes this friction of the road below it. Whether a grip
+  /// changed.
+  bool step(std::size_t piece, double mu) {
+    ++now_;
+    note(piece, mu);
+    bool changed = false;
+    if (grip_[piece] < 1.0) {
+      in_place(piece, mu);
+    } else if (holding_) {
+      changed = behind_place(mu);
+    } else {
+      mu_ = mu;
+      changed = look_for_place(piece, mu);
+    }
+    piece_ = piece;
+    return changed;
+  }
+  /// mu(t): the friction believed, without the place that the car is in.
+  double mu() const { return mu_; }
+  /// Whether the car is in a known place, so that its belief is not that of the road ahead.
+  bool holding() const { return holding_; }
+  double grip(std::size_t piece) const { return grip_[piece]; }
+
+ private:
+  static constexpr double fall = 0.9;      // of the friction behind it, that makes a place
+  static constexpr double settle = 0.2;    // [s] that a risen belief is waited for
+  static constexpr double early = 0.15;    // [s] before a fall was believed, where the place begins
+  static constexpr double longest = 0.5;   // share of the road
+  static constexpr double slack = 0.95;    // of what a place explains
+  static constexpr double patience = 0.4;  // [s] behind a place, for the belief to come back
+
+  std::size_t size() const { return grip_.size(); }
+  std::size_t before(std::size_t i) const { return i > 0 ? i - 1 : size() - 1; }
+  double ago(std::size_t i) const { return dt_ * static_cast<double>(now_ - seen_[i]); }
+
+  void note(std::size_t piece, double mu) {
+    // Pieces that were passed within a step; a car that was carried elsewhere passed none.
+    std::size_t way = (piece + size() - piece_) % size();
+    if (now_ <= 1 || way > size() / 8) way = 0;
+    for (std::size_t k = 0; k <= way; ++k) {
+      const std::size_t i = (piece + size() - k) % size();
+      if (k > 0 && i == piece_) break;
+      believed_[i] = mu;
+      seen_[i] = now_;
+    }
+  }
+
+  void in_place(std::size_t piece, double mu) {
+    if (!holding_) {
+      holding_ = true;
+      dry_ = true;
+      begin_ = piece;
+    }
+    const double explained = mu_ * grip_[piece];
+    if (mu < 0.5 * (mu_ + explained)) dry_ = false;
+    if (mu < slack * explained) mu_ = mu / grip_[piece];
+    behind_ = 0;
+  }
+
+  /// Just behind a place. True where it is forgotten.
+  bool behind_place(double mu) {
+    behind_ += dt_;
+    if (mu < fall * mu_ && behind_ < patience) return false;
+    holding_ = false;
+    if (mu < mu_) mu_ = mu;
+    if (!dry_) return false;
+    while (grip_[before(begin_)] < 1.0) begin_ = before(begin_);
+    for (std::size_t i = begin_; grip_[i] < 1.0; i = (i + 1) % size()) grip_[i] = 1.0;
+    return true;
+  }
+
+  /// Whether the belief has come back from a fall, and then the grip of the pieces where it had fallen.
+  bool look_for_place(std::size_t piece, double mu) {
+    std::size_t i = piece;
+    while (ago(i) < settle) {  // risen by now
+      if (believed_[i] < fall * mu || seen_[i] < 0) return false;
+      const std::size_t next = before(i);
+      if (next == piece || seen_[next] < 0 || seen_[next] > seen_[i]) return false;
+      i = next;
+    }
+    const auto low = [&](std::size_t k) { return believed_[k] < fall * mu; };
+    if (!low(i) || grip_[i] < 1.0) return false;
+    const std::size_t last = i;
+    double sum = 0;
+    std::size_t count = 0;
+    for (; low(i); i = before(i)) {
+      if (seen_[i] < 0 || seen_[before(i)] > seen_[i] || static_cast<double>(++count) > longest * size()) return false;
+      sum += believed_[i];
+    }
+    if (seen_[i] < 0 || mu < fall * believed_[i]) return false;  // it fell for good, and first too far
+    const double share = sum / static_cast<double>(count) / mu, since = ago(i);
+    while (ago(before(i)) < since + early && seen_[before(i)] >= 0 && seen_[before(i)] <= seen_[i]) i = before(i);
+    for (;; i = (i + 1) % size()) {
+      grip_[i] = share;
+      if (i == last) return true;
+    }
+  }
+
+  double dt_;
+  std::vector<double> grip_, believed_;
+  std::vector<long> seen_;  // the step in which a piece was passed last, -1: never
+  long now_ = 0;
+  std::size_t piece_ = 0, begin_ = 0;
+  double mu_ = std::numeric_limits<double>::quiet_NaN();
+  double behind_ = 0;  // [s]
+  bool holding_ = false, dry_ = false;
+};
+
+}  // namespace gripline::time_optimal
