@@ -124,7 +124,8 @@ class DocCommands : public testing::Test {
       fs::create_directory_symlink(source_dir() / name, folder_ / name);
     // What the pages call a user's own roads (circuits.md).
     fs::create_directory(folder_ / "roads");
-    for (const char* name : {"Zandvoort", "Norisring"}) write_oval(folder_ / "roads" / (std::string(name) + ".csv"));
+    for (const char* name : {"Zandvoort", "Norisring", "hairpins_3"})
+      write_oval(folder_ / "roads" / (std::string(name) + ".csv"));
     const char* const before = std::getenv("PATH");
     path_ = gripline_program().parent_path().string();
     path_.append(":").append(before != nullptr ? before : "");
