@@ -115,7 +115,8 @@ void print(const diagnose::Diagnosis& d) {
 struct DiagnoseOptions {
   fs::path world;
   Words logs, held_out;
-  std::optional<fs::path> case_file, track, map;
+  std::optional<fs::path> case_file, track;
+  bool mapped = false;  // logs are a logger's tables; then the road is read with the world
   fs::path out;
   bool force = false;
 };
@@ -137,8 +138,8 @@ DiagnoseOptions read_options(const po::variables_map& given) {
   for (std::size_t i = 1; i < words.size(); ++i) o.logs.push_back(existing(words[i]).string());
   for (const std::string& file : words_of(given, "held-out")) o.held_out.push_back(existing(file).string());
   if (const auto file = text_of(given, "case")) o.case_file = existing(*file);
-  if (const auto file = text_of(given, "track")) o.track = existing(*file);
-  if (const auto file = text_of(given, "map")) o.map = existing(*file);
+  o.mapped = given.count("map") > 0;
+  if (const Words road = words_of(given, "track"); !road.empty() && !o.mapped) o.track = existing(road.front());
   o.out = text_of(given, "out").value_or(fs::path("out") / ("diagnose_" + fs::path(o.logs.front()).stem().string()));
   if (o.out.empty()) throw InputError("--out names no folder");
   o.force = given.count("force") > 0;
@@ -147,7 +148,7 @@ DiagnoseOptions read_options(const po::variables_map& given) {
 
 /// Whether logs are of a real car: a logger's tables, or of a world without a road.
 bool of_real_car(const DiagnoseOptions& options) {
-  return options.map || (!options.track && !options.case_file && load_world(options.world).find("track") == nullptr);
+  return options.mapped || (!options.track && !options.case_file && load_world(options.world).find("track") == nullptr);
 }
 
 int diagnose_logs(DiagnoseOptions options, const Registry& registry) {
@@ -197,12 +198,10 @@ int run_diagnose(Arguments args) {
   auto add = visible.add_options();
   add("held-out", po::value<Words>()->multitoken()->composing(), "logs to measure the gap on (default: the last laps)");
   add("case", po::value<std::string>(), "CASE.json: effects to exclude, how far nominal parameters are trusted");
-  add("track", po::value<std::string>(), "another road, CSV or JSON");
-  add("map", po::value<std::string>(),
-      "what the logs' columns mean, JSON (gripline import); without it gripline's own");
   add("out", po::value<std::string>(), "folder for results (default: out/diagnose_<log>)");
   add("force", "replace another experiment's results in that folder");
   add("score", po::value<std::string>(), "a folder of cases with answers: diagnose all and print the scorecard");
+  add_log_options(visible);
   add_plugins_option(visible);
   add("help,h", "this text");
   const auto given = parse_options(args, visible, "diagnose WORLD.json LOG.csv... [options]", files_word);
@@ -216,9 +215,8 @@ int run_diagnose(Arguments args) {
   if (!of_real_car(options)) return diagnose_logs(options, registry);
   if (options.case_file)
     throw InputError("--case does not go with --map: a logger's table is judged by predictions, not by a case");
-  return diagnose_real(
-      {options.world, options.logs, options.held_out, options.map, options.track, options.out, options.force},
-      registry);
+  return diagnose_real({options.logs, options.held_out, options.out, options.force},
+                       read_log_world(options.world, *given, registry), map_option(*given), registry);
 }
 
 }  // namespace gripline::tools

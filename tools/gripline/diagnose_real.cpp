@@ -1,9 +1,10 @@
 #include "gripline/diagnose_real.hpp"
 
+#include <algorithm>
+#include <cmath>
 #include <iostream>
 
 #include "calibrate/missing_effects.hpp"
-#include "calibrate/place_effects.hpp"
 #include "config/json_file.hpp"
 #include "diagnose/inference/channel_delays.hpp"
 #include "diagnose/result/diagnosis_files.hpp"
@@ -23,28 +24,34 @@ namespace {
 using calibrate::MissingEffects;
 using diagnose::Diagnosis;
 
-/// The world for logs: with no race, and without effects of place where it has no road.
-struct RealWorld {
-  Node tree;
-  WorldSpec spec;
-};
+bool same_rows(const measured::Session& a, const measured::Session& b) {
+  const auto same = [](double x, double y) { return x == y || (std::isnan(x) && std::isnan(y)); };
+  return a.t == b.t && std::ranges::equal(a.reading, b.reading, same) &&
+         std::ranges::equal(a.command, b.command, [](const CommandSample<double>& x, const CommandSample<double>& y) {
+           return x.d == y.d && x.delta == y.delta;
+         });
+}
 
-RealWorld read_real_world(const RealDiagnosis& asked, const Registry& registry) {
-  RealWorld world;
-  world.tree = load_world(asked.world, asked.track);
-  Node read = world.tree;
-  read.erase("start");
-  if (read.find("duration") == nullptr && read.find("laps") == nullptr) read.set("duration", Node(1.0));
-  Errors errors;
-  world.spec = read_world(read, registry, errors, RoadRule::optional);
-  errors.throw_if_any();
-  if (world.spec.vehicle.model.empty())
-    throw InputError(asked.world.string() + ": its car is a black box; diagnose needs a vehicle model");
-  if (world.spec.track) return world;
-  for (const std::string& id : calibrate::leave_out_place_effects(world.spec.vehicle, world.spec.car.car))
-    std::cerr << asked.world.string() << ": no road is given, so that the effect of place \"" << id
-              << "\" is left out\n";
-  return world;
+/// A log that is given twice is used once; one that is fitted is no judge of the fit.
+void check_distinct(std::list<measured::SessionFile>& files, std::list<measured::SessionFile>& held_out) {
+  const auto once = [](std::list<measured::SessionFile>& all) {
+    for (auto one = all.begin(); one != all.end(); ++one)
+      for (auto other = std::next(one); other != all.end();) {
+        if (!same_rows(one->session, other->session)) {
+          ++other;
+          continue;
+        }
+        std::cerr << other->session.name << ": holds the same rows as " << one->session.name << ", used once\n";
+        other = all.erase(other);
+      }
+  };
+  once(files);
+  once(held_out);
+  for (const measured::SessionFile& held : held_out)
+    for (const measured::SessionFile& file : files)
+      if (same_rows(held.session, file.session))
+        throw InputError("--held-out " + held.session.name + " holds the same rows as the log " + file.session.name +
+                         " that is fitted; expected a log that is not");
 }
 
 std::list<measured::SessionFile> read_sessions(const std::vector<std::string>& files, const measured::LogMap& map,
@@ -65,7 +72,9 @@ std::vector<diagnose::ChannelDelay> channel_delays(const std::list<measured::Ses
   std::vector<measured::LogFile> logs;
   for (const measured::SessionFile& file : files) {
     if (!file.has_throttle) return {};  // such a log is not in gripline's columns
-    const fs::path written = out / (fs::path(file.session.name).stem().string() + ".gripline.csv");
+    std::string name = fs::path(file.session.name).stem().string();
+    if (!logs.empty()) name += '.' + std::to_string(logs.size() + 1);  // logs of several folders may share a name
+    const fs::path written = out / (name + ".gripline.csv");
     for (const std::string& remark : measured::write_gripline_log(written, file, map))
       std::cout << "log: " << file.session.name << ": " << remark << '\n';
     logs.push_back(measured::read_log_file(written, {world.car.car.v_ref, nullptr, world.car.car.delta_max}));
@@ -83,9 +92,10 @@ std::string rest_text(const calibrate::Remainder& rest) {
   text += percent(rest.share);
   text += rest.most ? " lies in the third of the time with the largest " : " lies in the third with the smallest ";
   if (rest.of == "time") return text.substr(0, text.rfind(" with")) + (rest.most ? " at the end" : " at the beginning");
-  text += rest.of;
+  text += rest.of == "steering" ? "steering to the left" : rest.of;
   text += rest.most ? " (from " : " (up to ";
   text += significant(rest.from, 3);
+  text += rest.of == "speed" ? " m/s" : rest.of == "yaw rate" ? " rad/s" : rest.of == "steering" ? " rad" : "";
   return text + ")";
 }
 
@@ -191,11 +201,11 @@ void print_real(const Diagnosis& d, const MissingEffects& found) {
 
 }  // namespace
 
-int diagnose_real(const RealDiagnosis& asked, const Registry& registry) {
-  const RealWorld world = read_real_world(asked, registry);
-  const measured::LogMap map = asked.map ? measured::load_log_map(*asked.map) : measured::gripline_map();
+int diagnose_real(const RealDiagnosis& asked, const LogWorld& world, const measured::LogMap& map,
+                  const Registry& registry) {
   const double v_ref = world.spec.car.car.v_ref;
-  const auto files = read_sessions(asked.logs, map, v_ref), held_out = read_sessions(asked.held_out, map, v_ref);
+  auto files = read_sessions(asked.logs, map, v_ref), held_out = read_sessions(asked.held_out, map, v_ref);
+  check_distinct(files, held_out);
   const OutLock lock = open_out_folder(asked.out, "diagnosis", asked.force);
   const auto delays = channel_delays(files, map, world.spec, asked.out);
   calibrate::MissingOptions options;

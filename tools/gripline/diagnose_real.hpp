@@ -3,23 +3,22 @@
 #pragma once
 
 #include <filesystem>
-#include <optional>
 #include <string>
 #include <vector>
 
+#include "gripline/log_options.hpp"
 #include "plugin/registry.hpp"
 
 namespace gripline::tools {
 
 struct RealDiagnosis {
-  std::filesystem::path world;
   std::vector<std::string> logs, held_out;
-  std::optional<std::filesystem::path> map, track;
   std::filesystem::path out;
   bool force = false;
 };
 
 /// Writes diagnosis.json, augmented_world.json and the imported logs; prints what was found. Gives the exit code.
-int diagnose_real(const RealDiagnosis& asked, const Registry& registry);
+int diagnose_real(const RealDiagnosis& asked, const LogWorld& world, const measured::LogMap& map,
+                  const Registry& registry);
 
 }  // namespace gripline::tools

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <numeric>
 
 #include "calibrate/fit.hpp"
 #include "calibrate/fit_starts.hpp"
@@ -27,7 +28,12 @@ Quantities<double> some_quantities() {
 /// What an effect without memory makes of quantities, or of a reading.
 Quantities<double> applied(const Effect& effect, std::span<const double> params, Quantities<double> q,
                            Reading<double>* shown = nullptr) {
-  const Place at;
+  Place at;  // somewhere on a lap, so that shapes along it show
+  at.t = 3.0;
+  at.s = 1.3;
+  at.n = 0.1;
+  at.lap_fraction = 0.13;
+  at.yaw_line = 0.7;
   const CommandSample<double> idle{q.d, q.delta};
   History<double> past;
   past.samples = &idle;
@@ -48,12 +54,22 @@ Quantities<double> applied(const Effect& effect, std::span<const double> params,
   return q;
 }
 
+/// Equal up to rounding, number by number.
+template <class T>
+bool same_numbers(const T& a, const T& b) {
+  constexpr std::size_t count = sizeof(T) / sizeof(double);
+  double x[count], y[count];
+  std::memcpy(x, &a, sizeof x);
+  std::memcpy(y, &b, sizeof y);
+  return std::equal(x, x + count, y, [](double one, double other) { return std::abs(one - other) < 1e-12; });
+}
+
 /// Whether an effect without memory changes nothing with these parameters.
 bool does_nothing(const Effect& effect, std::span<const double> params) {
   Reading<double> shown{0.1, 0.2, 0.3, 0.4, 0.5, 0.6};
   const Reading<double> read = shown;
   const Quantities<double> before = some_quantities(), after = applied(effect, params, before, &shown);
-  return std::memcmp(&after, &before, sizeof after) == 0 && std::memcmp(&shown, &read, sizeof shown) == 0;
+  return same_numbers(after, before) && same_numbers(shown, read);
 }
 
 /// Whether an effect changes what is known of every car: its mass and where its centre of gravity lies.
@@ -62,35 +78,102 @@ bool changes_known(const Effect& effect, std::span<const double> params) {
   return after.m != before.m || after.lf != before.lf || after.lr != before.lr;
 }
 
-/// A candidate with its neutral values; no parameter is tested where it has none.
+/// A candidate at its neutral values. Tested are the parameters that move something alone there: what only shapes the
+/// others says nothing before one of them differs. None is tested where no values are neutral.
 CandidateEffect candidate_of(const PluginEntry& entry, const PluginContext& context) {
   CandidateEffect c;
   c.entry = &entry;
-  std::vector<abi::ParamValue> values;
   const auto fits = [](const abi::ParamDecl& p) { return p.fit && p.neutral >= p.lo && p.neutral <= p.hi; };
   const auto params = entry.params();
-  const auto first = std::ranges::find_if(params, fits) - params.begin();
-  const bool by_fit = static_cast<std::size_t>(first) < params.size();
-  for (std::size_t i = 0; i < params.size(); ++i) {
-    const abi::ParamDecl& p = params[i];
-    // Beside the first, parameters to fit are shapes: they say nothing before it differs from neutral.
-    const bool tested = by_fit ? static_cast<std::ptrdiff_t>(i) == first : p.type != abi::ParamType::boolean;
-    values.push_back({by_fit && tested ? p.neutral : by_fit && p.fit ? p.start : p.default_value, Table{}});
+  const bool by_fit = std::ranges::any_of(params, fits);
+  const auto numeric = [](const abi::ParamDecl& p) { return p.type != abi::ParamType::boolean; };
+  if (!std::ranges::any_of(params, numeric)) return c;
+  std::vector<abi::ParamValue> values;
+  for (const abi::ParamDecl& p : params) {
+    values.push_back({by_fit && p.fit ? p.neutral : p.default_value, Table{}});
     c.numbers.push_back(values.back().number);
-    if (tested) c.tested.push_back(i);
-    if (tested || (by_fit && p.fit)) c.open.push_back(i);
   }
   c.effect = create<Effect>(entry, context, values);
-  if (c.effect->memory() > 0 || (!by_fit && !does_nothing(*c.effect, c.numbers))) c.tested.clear();
+  std::vector<double> strong = c.numbers;  // at neutral values nothing looks back
+  for (std::size_t i = 0; i < params.size(); ++i) strong[i] += by_fit && params[i].fit ? params[i].scale : 0.0;
+  if (c.effect->memory() > 0 || c.effect->look_back(strong) > 0.0 || !does_nothing(*c.effect, c.numbers)) return c;
+  for (std::size_t i = 0; i < params.size(); ++i) {
+    const abi::ParamDecl& p = params[i];
+    if (by_fit ? !p.fit : !numeric(p)) continue;
+    c.open.push_back(i);
+    std::vector<double> moved = c.numbers;
+    moved[i] += by_fit ? p.scale : 0.0;
+    // The first says how strong an effect is, even where it acts in one place only.
+    if (!by_fit || c.tested.empty() || !does_nothing(*c.effect, moved)) c.tested.push_back(i);
+  }
   return c;
 }
 
+/// Whether its tested parameters say something that is not known of every car and can be told from these logs.
+bool may_be_missing(const CandidateEffect& c, bool road) {
+  std::vector<double> strong = c.numbers;  // at neutral values nothing depends on anything
+  for (const std::size_t i : c.tested) strong[i] += 0.1;
+  if (c.effect->look_back(strong) > 0.0) return false;
+  return !changes_known(*c.effect, strong) && (road || !depends_on_place(*c.effect, strong));
+}
+
+/// A car with candidates added, at values at which they do nothing, and all parameters of its forecaster.
+struct LargerCar {
+  LargerCar(const StagedCar& own, std::span<const CandidateEffect> candidates, std::span<const std::size_t> used,
+            std::span<const double> params, const ForecastOptions& options)
+      : before(own.params().size()), car(with(own, candidates, used)), forecaster(car, options) {
+    const auto split = params.begin() + static_cast<std::ptrdiff_t>(before);
+    this->params.assign(params.begin(), split);
+    const auto added = car.params().begin() + static_cast<std::ptrdiff_t>(before);
+    this->params.insert(this->params.end(), added, car.params().end());
+    this->params.insert(this->params.end(), split, params.end());
+    std::size_t first = before;
+    for (const std::size_t c : used) {
+      for (const std::size_t i : candidates[c].tested) {
+        Unknown u;
+        u.index = first + i;
+        u.sigma = candidates[c].entry->params()[i].fit ? candidates[c].entry->params()[i].scale : 1.0;
+        tested.push_back(u);
+      }
+      first += candidates[c].numbers.size();
+    }
+  }
+  static StagedCar with(StagedCar car, std::span<const CandidateEffect> candidates, std::span<const std::size_t> used) {
+    for (const std::size_t c : used) car.add(*candidates[c].effect, candidates[c].numbers, candidates[c].id());
+    return car;
+  }
+  /// Unknowns of the forecaster without candidates.
+  std::vector<Unknown> moved_on(std::span<const Unknown> own) const {
+    const std::size_t more = car.params().size() - before;
+    std::vector<Unknown> all(own.begin(), own.end());
+    for (Unknown& u : all) {
+      if (u.index >= before) u.index += more;
+      for (Unknown::Same& s : u.same)
+        if (s.index >= before) s.index += more;
+    }
+    return all;
+  }
+
+  std::size_t before;  // parameters of the own car
+  StagedCar car;
+  Forecaster forecaster;
+  std::vector<double> params;
+  std::vector<Unknown> tested;
+};
+
+bool all_finite(const NormalEquations& blocks) {
+  return std::ranges::all_of(blocks.hessian, [](const Eigen::MatrixXd& h) { return h.allFinite(); }) &&
+         std::ranges::all_of(blocks.gradient, [](const Eigen::VectorXd& g) { return g.allFinite(); });
+}
+
 /// Of the unknowns from `at` on, those before `n` moving along: `fitted` is the factor of their information.
-EffectScore score_of(const NormalEquations& blocks, const Eigen::LDLT<Eigen::MatrixXd>& fitted, Index n, Index at,
-                     Index count) {
+/// `prior` is the gradient of their priors, which balances that of the data where they were fitted.
+EffectScore score_of(const NormalEquations& blocks, const Eigen::LDLT<Eigen::MatrixXd>& fitted,
+                     const Eigen::VectorXd& prior, Index at, Index count) {
+  const Index n = prior.size();
   EffectScore out;
   Eigen::MatrixXd cross = Eigen::MatrixXd::Zero(n, count), own = Eigen::MatrixXd::Zero(count, count);
-  Eigen::VectorXd gradient = Eigen::VectorXd::Zero(n);
+  Eigen::VectorXd gradient = prior;
   for (std::size_t b = 0; b < blocks.hessian.size(); ++b) {
     cross += blocks.hessian[b].block(0, at, n, count);
     own += blocks.hessian[b].block(at, at, count, count);
@@ -106,7 +189,7 @@ EffectScore score_of(const NormalEquations& blocks, const Eigen::LDLT<Eigen::Mat
   for (std::size_t b = 0; b < blocks.hessian.size(); ++b)
     residual.col(static_cast<Index>(b)) =
         blocks.gradient[b].segment(at, count) - share.transpose() * blocks.gradient[b].head(n);
-  const Eigen::VectorXd sum = residual.rowwise().sum();
+  const Eigen::VectorXd sum = residual.rowwise().sum() - share.transpose() * prior;
   const Eigen::VectorXd move = -left.ldlt().solve(sum);
   const double spread = (move.transpose() * residual).squaredNorm();
   if (!(spread > 0.0)) return out;
@@ -131,13 +214,12 @@ std::vector<CandidateEffect> candidate_effects(const VehicleSpec& vehicle, const
     if (std::ranges::any_of(vehicle.effects, there)) continue;
     const auto is_table = [](const abi::ParamDecl& p) { return p.type == abi::ParamType::table; };
     if (std::ranges::any_of(entry.params(), is_table)) continue;
-    CandidateEffect c = candidate_of(entry, context);
-    if (c.tested.empty() || !own.has_stage(c.effect->stage())) continue;
-    std::vector<double> strong = c.numbers;  // at neutral values nothing depends on anything
-    for (const std::size_t i : c.tested) strong[i] += 0.1;
-    if (c.effect->look_back(strong) > 0.0) continue;
-    if (changes_known(*c.effect, strong) || (!road && depends_on_place(*c.effect, strong))) continue;
-    out.push_back(std::move(c));
+    try {
+      CandidateEffect c = candidate_of(entry, context);
+      if (!c.tested.empty() && own.has_stage(c.effect->stage()) && may_be_missing(c, road)) out.push_back(std::move(c));
+    } catch (const std::exception&) {
+      // An effect that cannot be made or tried is no candidate; it must not end what is asked of the others.
+    }
   }
   return out;
 }
@@ -146,49 +228,34 @@ std::vector<EffectScore> score_candidates(const StagedCar& own, std::span<const 
                                           const ForecastOptions& forecast, std::vector<FitLog>& logs,
                                           std::span<const double> params, std::span<const Unknown> fitted,
                                           const Weighing& weighing) {
-  StagedCar car = own;
-  const std::size_t before = own.params().size();
-  std::vector<Unknown> unknowns(fitted.begin(), fitted.end());
-  std::vector<Unknown> added;
-  for (const CandidateEffect& c : candidates) {
-    for (const std::size_t i : c.tested) {
-      Unknown u;
-      u.index = car.params().size() + i;
-      u.sigma = c.entry->params()[i].fit ? c.entry->params()[i].scale : 1.0;
-      added.push_back(u);
-    }
-    car.add(*c.effect, c.numbers, c.id());
+  std::vector<std::size_t> used(candidates.size());
+  std::iota(used.begin(), used.end(), std::size_t{0});
+  const auto linearise = [&](std::span<const std::size_t> these, std::vector<FitLog>& of) -> NormalEquations {
+    const LargerCar larger(own, candidates, these, params, forecast);
+    PredictionErrors errors(larger.forecaster, of);
+    errors.weighing = weighing;
+    std::vector<Unknown> unknowns = larger.moved_on(fitted);
+    unknowns.insert(unknowns.end(), larger.tested.begin(), larger.tested.end());
+    return errors.linearise(larger.params, unknowns);
+  };
+  NormalEquations blocks = linearise(used, logs);
+  if (!all_finite(blocks)) {  // one effect that goes wrong must not end what is asked of the others
+    std::vector<FitLog> few = thinned(logs, 10);
+    std::erase_if(used, [&](const std::size_t one) { return !all_finite(linearise({&one, 1}, few)); });
+    blocks = linearise(used, logs);
   }
-  const std::size_t more = car.params().size() - before;
-  for (Unknown& u : unknowns) {
-    if (u.index >= before) u.index += more;
-    for (Unknown::Same& s : u.same)
-      if (s.index >= before) s.index += more;
-  }
-  unknowns.insert(unknowns.end(), added.begin(), added.end());
-  const auto split = params.begin() + static_cast<std::ptrdiff_t>(before);
-  std::vector<double> all(params.begin(), split);
-  all.insert(all.end(), car.params().begin() + static_cast<std::ptrdiff_t>(before), car.params().end());
-  all.insert(all.end(), split, params.end());
-
-  const Forecaster larger(car, forecast);
-  PredictionErrors errors(larger, logs);
-  errors.weighing = weighing;
-  const NormalEquations blocks = errors.linearise(all, unknowns);
   const auto n = static_cast<Index>(fitted.size());
   Eigen::MatrixXd hessian = Eigen::MatrixXd::Zero(n, n);
   for (const Eigen::MatrixXd& h : blocks.hessian) hessian += h.topLeftCorner(n, n);
   hessian.diagonal() *= 1.0 + 1e-6;
-  for (Index i = 0; i < n; ++i) {
-    const double sigma = fitted[static_cast<std::size_t>(i)].sigma;
-    hessian(i, i) += 1.0 / (sigma * sigma);
-  }
+  Eigen::VectorXd prior = Eigen::VectorXd::Zero(n);
+  prior_cost(params, fitted, &hessian, &prior);
   const Eigen::LDLT<Eigen::MatrixXd> known(hessian);
   std::vector<EffectScore> scores;
   Index at = n;
-  for (std::size_t c = 0; c < candidates.size(); ++c) {
+  for (const std::size_t c : used) {
     const auto count = static_cast<Index>(candidates[c].tested.size());
-    EffectScore one = score_of(blocks, known, n, at, count);
+    EffectScore one = score_of(blocks, known, prior, at, count);
     at += count;
     one.candidate = c;
     if (one.gain > 0.0) scores.push_back(std::move(one));

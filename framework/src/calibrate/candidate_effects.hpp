@@ -17,8 +17,6 @@ struct CandidateEffect {
   std::vector<std::size_t> tested;  // parameters whose derivatives there say something
   std::vector<std::size_t> open;    // parameters that a fit may move
   std::string id() const { return entry->decl->id; }
-  /// It changes what the sensors show, not how the car moves.
-  bool measurement() const { return effect->stage() == Stage::reading; }
 };
 
 /// Every effect of the registry that the car lacks, that its model has a stage for and that has a value at which it does

@@ -186,10 +186,9 @@ Bootstrap bootstrap(const NormalEquations& blocks, std::span<const double> param
   Sum sum = sum_of(blocks, n);
   sum.hessian /= dispersion(blocks, sum.hessian);
   prior_cost(params, unknowns, &sum.hessian, &sum.gradient);
-  // Intervals of few blocks are wide: Student's quantile over that of a normal.
-  const double few =
-      count < 2 ? 1.0
-                : boost::math::quantile(boost::math::students_t(static_cast<double>(count - 1)), 0.975) / normal_95;
+  // Intervals of few blocks are wide: Student's quantile over that of a normal; one block says no more than two.
+  const boost::math::students_t student(std::max(1.0, static_cast<double>(count) - 1.0));
+  const double few = boost::math::quantile(student, 0.975) / normal_95;
   Eigen::VectorXd middle(static_cast<Index>(n));
   for (std::size_t i = 0; i < n; ++i) {
     const Unknown& u = unknowns[i];

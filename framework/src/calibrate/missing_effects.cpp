@@ -149,7 +149,8 @@ class MissingSearch {
   void calibrate(const std::list<measured::SessionFile>& files);
   void measure_noise(const std::list<measured::SessionFile>& files);
   void refit(Trial& trial, int iterations);
-  StartErrors judge(const Trial& trial) const;
+  StartErrors judge(const Trial& trial, const std::vector<FitLog>& logs) const;
+  StartErrors reported(const Trial& trial) const { return judge(trial, report_.empty() ? judge_ : report_); }
   HorizonRow row_of(const std::string& name, const Trial& trial) const;
   std::unique_ptr<Trial> with(const Trial& base, const CandidateEffect& effect, const EffectScore& score);
   std::unique_ptr<Trial> without(const Trial& base, const std::string& effect);
@@ -157,7 +158,8 @@ class MissingSearch {
   bool add_one();
   bool is_determined(const std::string& effect) const;
   void keep_what_helps();
-  void measure_parameters();
+  std::vector<FittedParameter> parameters_of_found() const;
+  void name_values(std::span<const FittedParameter> parameters);
   void find_remainder();
   Node world_found(const std::filesystem::path& folder) const;
 
@@ -168,13 +170,15 @@ class MissingSearch {
   const MissingOptions& options_;
   ForecastOptions forecast_;
   mutable std::vector<FitLog> train_;  // predictions hold it by reference
-  std::vector<FitLog> judge_;
+  std::vector<FitLog> judge_;          // time of the same logs that is not fitted: chooses effects
+  std::vector<FitLog> report_;  // logs held out: what is told of them; empty where there are none, then judge_ is told
   std::vector<std::string> logs_;
   Weighing weighing_;
   std::array<double, channels> noise_{};
   std::unique_ptr<Trial> given_, calibrated_, found_;
-  std::vector<Unknown> observer_;  // of the given world, disturbances too
-  std::vector<std::string> added_;
+  std::vector<Unknown> observer_;            // of the given world, disturbances too
+  std::vector<double> as_given_;             // its parameters, disturbances too
+  std::vector<std::string> added_, tested_;  // effects; pointers of their parameters that move something alone
   MissingEffects out_;
 };
 
@@ -182,36 +186,33 @@ class MissingSearch {
 void MissingSearch::split(const std::list<measured::SessionFile>& files,
                           const std::list<measured::SessionFile>& held_out) {
   constexpr double shortest = 10.0, longest = 40.0;  // [s] of a period, half of which is held out
-  const bool own = held_out.empty();
   double seconds = 0.0;
   for (const measured::SessionFile& file : files) seconds += file.session.t.back() - file.session.t.front();
   FitOptions dense = options_.fit;  // as many starts as wanted in what the search looks at
-  const double looked_at = std::min(options_.searched_seconds, own ? 0.5 * seconds : seconds);
+  const double looked_at = std::min(options_.searched_seconds, 0.5 * seconds);
   dense.starts = static_cast<std::size_t>(static_cast<double>(dense.starts) * seconds / looked_at);
   const std::vector<FitLog> logs = fit_logs(files, spec_.track, forecast_.step, dense);
   const double period = std::clamp(seconds / static_cast<double>(options_.stretches), shortest, longest);
   const HeldOutTimes times{period, 0.5 * period};
   for (const FitLog& log : logs) {
     logs_.push_back(log.session->name);
-    train_.push_back(own ? part_of(log, times, false) : log);
-    if (!own) continue;
+    train_.push_back(part_of(log, times, false));
     FitLog all(*log.session, forecast_.step, {horizon}, start_every, options_.fit.slowest);
     all.track = log.track;
     judge_.push_back(part_of(all, times, true));
   }
   for (const measured::SessionFile& file : held_out) {
-    judge_.emplace_back(file.session, forecast_.step, std::vector<double>{horizon}, start_every, options_.fit.slowest);
-    if (spec_.track && lies_on(file.session, *spec_.track)) judge_.back().track = spec_.track;
+    report_.emplace_back(file.session, forecast_.step, std::vector<double>{horizon}, start_every, options_.fit.slowest);
+    if (spec_.track && lies_on(file.session, *spec_.track)) report_.back().track = spec_.track;
   }
   const auto count = [](const std::vector<FitLog>& logs) {
     std::size_t starts = 0;
     for (const FitLog& log : logs) starts += log.starts.time.size();
     return starts;
   };
-  if (count(judge_) == 0 || count(train_) == 0)
+  if (count(judge_) == 0 || count(train_) == 0 || (!held_out.empty() && count(report_) == 0))
     throw InputError("no start of predictions lies in what is held out, or none outside; expected longer logs");
-  const double fitted = own ? 0.5 * seconds : seconds;
-  train_ = thinned(train_, static_cast<std::size_t>(std::max(1.0, std::round(fitted / looked_at))));
+  train_ = thinned(train_, static_cast<std::size_t>(std::max(1.0, std::round(0.5 * seconds / looked_at))));
 }
 
 /// The slow force and steering angle by which an observer takes up what a model leaves unexplained.
@@ -235,6 +236,7 @@ void MissingSearch::calibrate(const std::list<measured::SessionFile>& files) {
   start_delays(map_, files, given_->forecaster, tree_, values, unknowns);
   for (const Unknown& u : unknowns)
     if (u.observer) observer_.push_back(u);
+  as_given_ = given_->params;
   quieten(*given_, values);
   quieten(*given_, given_->params);
   std::erase_if(unknowns, [&](const Unknown& u) { return is_disturbance(*given_, u.index); });
@@ -250,8 +252,8 @@ void MissingSearch::calibrate(const std::list<measured::SessionFile>& files) {
   weighing_ = result.weighing;
   constexpr int more = 6;  // iterations, so that effects do not gain what steps alone would
   refit(*calibrated_, more);
-  calibrated_->judged = judge(*calibrated_);
-  given_->judged = judge(*given_);
+  calibrated_->judged = judge(*calibrated_, judge_);
+  given_->judged = judge(*given_, judge_);
 }
 
 /// What sensors alone would leave of errors, over what is usual.
@@ -283,23 +285,30 @@ std::unique_ptr<Trial> MissingSearch::observed(const Trial& base) {
   take_over(*trial, base);
   Trial start(given_->spec, forecast_);
   for (const Extra gain : {Extra::gain_force, Extra::gain_steer})
-    trial->params[trial->forecaster.index(gain)] = start.params[start.forecaster.index(gain)];
+    trial->params[trial->forecaster.index(gain)] = as_given_[start.forecaster.index(gain)];
   start.unknowns = observer_;
   take_over_unknowns(*trial, start);
   refit(*trial, iterations);
-  trial->judged = judge(*trial);
+  trial->judged = judge(*trial, judge_);
   return trial;
 }
 
-StartErrors MissingSearch::judge(const Trial& trial) const {
+/// Whether a start has anything to be judged by.
+bool has_truth(const FitLog& log, std::size_t start) {
+  const auto first = log.truth.begin() + static_cast<std::ptrdiff_t>(start * channels);
+  return std::any_of(first, first + channels, [](double value) { return !std::isnan(value); });
+}
+
+StartErrors MissingSearch::judge(const Trial& trial, const std::vector<FitLog>& judged) const {
   StartErrors out;
   std::size_t stretch = 0;
-  std::vector<FitLog> logs = judge_;
+  std::vector<FitLog> logs = judged;
   const PredictionErrors errors(trial.forecaster, logs);
   const auto all = errors.errors(trial.params);
   for (std::size_t l = 0; l < logs.size(); ++l) {
     double begin = -INFINITY, before = -INFINITY;
     for (std::size_t i = 0; i < logs[l].starts.time.size(); ++i) {
+      if (!has_truth(logs[l], i)) continue;
       double sum = 0.0, weight = 0.0;
       for (std::size_t c = 0; c < channels; ++c) {
         if (std::isnan(logs[l].truth[i * channels + c])) continue;
@@ -325,7 +334,7 @@ StartErrors MissingSearch::judge(const Trial& trial) const {
 
 HorizonRow MissingSearch::row_of(const std::string& name, const Trial& trial) const {
   std::vector<double> when, predicted, truth;
-  std::vector<FitLog> logs = judge_;
+  std::vector<FitLog> logs = report_.empty() ? judge_ : report_;
   const auto all = PredictionErrors(trial.forecaster, logs).errors(trial.params);
   double offset = 0.0;
   for (std::size_t l = 0; l < logs.size(); ++l) {
@@ -367,7 +376,7 @@ std::unique_ptr<Trial> MissingSearch::with(const Trial& base, const CandidateEff
   }
   trial->params = std::move(best);
   refit(*trial, iterations);
-  trial->judged = judge(*trial);
+  trial->judged = judge(*trial, judge_);
   return trial;
 }
 
@@ -376,7 +385,7 @@ std::unique_ptr<Trial> MissingSearch::without(const Trial& base, const std::stri
   auto trial = std::make_unique<Trial>(without_effect(base.spec, effect), forecast_);
   take_over(*trial, base);
   refit(*trial, iterations);
-  trial->judged = judge(*trial);
+  trial->judged = judge(*trial, judge_);
   return trial;
 }
 
@@ -409,11 +418,13 @@ bool MissingSearch::add_one() {
   }
   if (!best) return false;
   added_.push_back(name);
+  const auto& chosen = *std::ranges::find(candidates, name, &CandidateEffect::id);
+  for (const std::size_t i : chosen.tested) tested_.push_back(pointer_of(name, chosen.entry->params()[i].name));
   found_ = std::move(best);
   return true;
 }
 
-/// Whether the fitted time determines any of an effect's parameters: its interval leaves out what does nothing.
+/// Whether the fitted time determines how strong an effect is: an interval leaves out the value that does nothing.
 bool MissingSearch::is_determined(const std::string& effect) const {
   PredictionErrors errors(found_->forecaster, train_);
   errors.weighing = weighing_;
@@ -422,26 +433,32 @@ bool MissingSearch::is_determined(const std::string& effect) const {
       bootstrap(errors.linearise(found_->params, unknowns), found_->params, unknowns, options_.fit.seed);
   for (std::size_t i = 0; i < unknowns.size(); ++i)
     if (unknowns[i].pointer.starts_with(pointer_of(effect, "")) &&
+        std::ranges::find(tested_, unknowns[i].pointer) != tested_.end() &&
         (boot.interval[i].low > unknowns[i].prior || boot.interval[i].high < unknowns[i].prior))
       return true;
   return false;
 }
 
-/// Takes out what the others have made superfluous, the least needed first.
+/// Takes out what the others have made superfluous, the least needed first, and what logs held out contradict.
 void MissingSearch::keep_what_helps() {
   for (;;) {
     std::vector<std::unique_ptr<Trial>> less;
-    std::vector<ErrorChange> change;
+    std::vector<ErrorChange> told;
+    const StartErrors all = reported(*found_);
     std::size_t worst = added_.size();
+    double least = 0.0;
     for (std::size_t i = 0; i < added_.size(); ++i) {
       tell(0.75 + 0.2 * static_cast<double>(i) / static_cast<double>(added_.size()), "without " + added_[i]);
       less.push_back(without(*found_, added_[i]));
-      change.push_back(change_of(found_->judged, less[i]->judged));
-      const bool stays = change[i].helps() && is_determined(added_[i]);
-      if (!stays && (worst == added_.size() || change[i].change > change[worst].change)) worst = i;
+      const ErrorChange change = change_of(found_->judged, less[i]->judged);
+      told.push_back(report_.empty() ? change : change_of(all, reported(*less[i])));
+      const bool stays = change.helps() && is_determined(added_[i]) && told[i].change < 0.0;
+      if (stays || (worst != added_.size() && !(change.change > least))) continue;
+      worst = i;
+      least = change.change;
     }
     if (worst == added_.size()) {
-      for (std::size_t i = 0; i < added_.size(); ++i) out_.named.push_back({added_[i], false, {}, change[i]});
+      for (std::size_t i = 0; i < added_.size(); ++i) out_.named.push_back({added_[i], false, {}, told[i]});
       return;
     }
     found_ = std::move(less[worst]);
@@ -449,22 +466,28 @@ void MissingSearch::keep_what_helps() {
   }
 }
 
-/// Intervals of what was found, and values of the effects named.
-void MissingSearch::measure_parameters() {
+/// Intervals of what was found.
+std::vector<FittedParameter> MissingSearch::parameters_of_found() const {
   PredictionErrors errors(found_->forecaster, train_);
   errors.weighing = weighing_;
   const Bootstrap boot = bootstrap(errors.linearise(found_->params, found_->unknowns), found_->params, found_->unknowns,
                                    options_.fit.seed);
+  std::vector<FittedParameter> all;
   for (std::size_t i = 0; i < found_->unknowns.size(); ++i)
-    out_.parameters.push_back({found_->unknowns[i], found_->params[found_->unknowns[i].index], boot.interval[i],
-                               FittedParameter::Status::determined});
+    all.push_back({found_->unknowns[i], found_->params[found_->unknowns[i].index], boot.interval[i],
+                   FittedParameter::Status::determined});
+  return all;
+}
+
+/// Values of the effects named.
+void MissingSearch::name_values(std::span<const FittedParameter> parameters) {
   const PluginContext context = Trial::context_of(found_->spec);
   for (MissingEffect& named : out_.named)
     for (const PluginSpec& effect : found_->spec.vehicle.effects) {
       if (effect.id() != named.effect) continue;
       named.measurement = stage_of(effect, context) == Stage::reading;
       for (const abi::ParamDecl& p : effect.entry->params())
-        for (const FittedParameter& fitted : out_.parameters)
+        for (const FittedParameter& fitted : parameters)
           if (fitted.unknown.pointer == pointer_of(named.effect, p.name))
             named.params.push_back({p.name, p.unit, fitted.value, fitted.interval.low, fitted.interval.high});
     }
@@ -473,8 +496,10 @@ void MissingSearch::measure_parameters() {
 /// What the starts have in common that are still predicted worst.
 void MissingSearch::find_remainder() {
   std::map<std::string, std::vector<double>> features;
-  for (const FitLog& log : judge_)
-    for (const double t : log.starts.time) {
+  for (const FitLog& log : report_.empty() ? judge_ : report_)
+    for (std::size_t i = 0; i < log.starts.time.size(); ++i) {
+      if (!has_truth(log, i)) continue;
+      const double t = log.starts.time[i];
       const std::size_t row = std::min(log.session->row_before(t), log.session->rows() - 1);
       const double when = t + 0.5 * horizon;
       features["speed"].push_back(std::abs(log.session->interpolate(3, when)));
@@ -483,7 +508,7 @@ void MissingSearch::find_remainder() {
       features["steering"].push_back(log.session->command[row].delta);
       features["time"].push_back(t - log.session->t.front());
     }
-  const std::vector<double>& square = found_->judged.square;
+  const std::vector<double> square = reported(*found_).square;
   const double total = std::accumulate(square.begin(), square.end(), 0.0);
   const std::size_t third = square.size() / 3;
   if (third == 0 || !(total > 0.0)) return;
@@ -563,17 +588,20 @@ MissingEffects MissingSearch::run(const std::list<measured::SessionFile>& files,
   } while (added_.size() < options_.most && add_one());
   keep_what_helps();
   tell(0.9, "measuring");
-  out_.change = change_of(found_->judged, calibrated_->judged);
-  out_.given = given_->judged.rms();
-  out_.calibrated = calibrated_->judged.rms();
-  out_.found = found_->judged.rms();
+  const StartErrors given = reported(*given_), before = reported(*calibrated_), after = reported(*found_);
+  out_.change = change_of(after, before);
+  out_.given = given.rms();
+  out_.calibrated = before.rms();
+  out_.found = after.rms();
   find_remainder();
+  name_values(parameters_of_found());  // without disturbances, which would stand for a part of an effect
   const auto calibrated = observed(*calibrated_);
   found_ = added_.empty() ? observed(*calibrated_) : observed(*found_);
-  out_.observed = change_of(found_->judged, calibrated->judged);
-  measure_parameters();
+  out_.observed = change_of(reported(*found_), reported(*calibrated));
+  out_.parameters = parameters_of_found();
   std::ranges::stable_partition(out_.ranking,
                                 [](const RankedEffect& r) { return !(r.tried && r.change.change > 0.0); });
+  given_->params = as_given_;
   out_.rows = {row_of("given", *given_), row_of("calibrated", *calibrated), row_of("found", *found_)};
   out_.world = world_found(folder);
   return std::move(out_);

@@ -1,9 +1,10 @@
 // What a real car's world lacks, judged by what a model is for: effects that make predictions of time that no fit saw
-// better, beside each other and beside all that the world itself leaves open.
+// better, beside each other and beside what the logs determine of the world's own unknowns.
 //
-// The world is calibrated as it is, with an observer that learns no disturbances: they would stand for what is missing. Then a score test on the fitted time proposes effects, the best few are fitted with
-// everything else, and predictions of the time held out say which of them may help; the one that explains the fitted time
-// best among these stays, and the next is looked for beside it. In the end each must help beside all others, or goes.
+// The world is calibrated as it is, with an observer that learns no disturbances: they would stand for what is missing.
+// Then a score test on the fitted time proposes effects, the best few are fitted with everything else, and predictions of
+// the rest of the same logs say which of them may help; the one that explains the fitted time best among these stays, and
+// the next is looked for beside it. In the end each must help beside all others, and make no log held out worse, or goes.
 #pragma once
 
 #include <functional>
@@ -24,7 +25,8 @@ struct ErrorChange {
   bool harms() const { return low > 0.0; }
 };
 
-/// Squared errors over what is usual, by start, those beyond three times that counting as a fit counts them, and the stretch of time that each start belongs to.
+/// Squared errors over what is usual, by start, those beyond three times that counting as a fit counts them, and the
+/// stretch of time that each start belongs to.
 struct StartErrors {
   std::vector<double> square;
   std::vector<std::size_t> stretch;
@@ -41,7 +43,7 @@ struct MissingEffect {
   std::string effect;
   bool measurement = false;  // it changes what the sensors show, not how the car moves
   std::vector<Value> params;
-  ErrorChange change;  // of predictions of time not fitted, by it beside the others
+  ErrorChange change;  // of predictions of the logs held out, or of time not fitted, by it beside the others
 };
 
 /// A candidate beside the calibrated world alone.
@@ -63,7 +65,7 @@ struct Remainder {
 
 struct MissingOptions {
   FitOptions fit;                   // slowest, starts, seed
-  std::size_t stretches = 24;       // wanted of what is held out of all logs together, where no logs are
+  std::size_t stretches = 24;       // wanted of what is held out of all logs together
   double searched_seconds = 75.0;   // of fitted time that the search looks at
   std::size_t tries = 3, most = 6;  // candidates fitted at each size; effects named
   std::function<void(double share, const std::string&)> progress;
@@ -84,7 +86,8 @@ struct MissingEffects {
   Node world;                               // that world
 };
 
-/// `tree` and `spec` are one world; `held_out` may be empty, then the second half of every 10 to 40 s of `files` is.
+/// `tree` and `spec` are one world. The second half of every 10 to 40 s of `files` chooses effects; what is told of them
+/// is of `held_out`, or, where that is empty, of that half too. `held_out` shares no rows with `files`.
 /// Deterministic.
 MissingEffects find_missing(const Node& tree, const WorldSpec& spec, const Registry& registry,
                             const measured::LogMap& map, const std::list<measured::SessionFile>& files,

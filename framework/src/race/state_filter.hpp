@@ -38,7 +38,7 @@ class StateFilter {
   /// Begins at a reading.
   void start(const State& reading);
   /// One step of `model` from the state that is held, under u at a place; to be called before the model's memory moves
-  /// on. Allocates in the first call only.
+  /// on. Allocates in the first call, and where another model has more states than those before.
   void predict(Prediction& model, const Input& u, const Place& at);
   /// Takes a reading in.
   void update(const State& reading);

@@ -55,10 +55,8 @@ HoldOut::HoldOut(const Problem& problem, const Road& road, std::span<const LogFi
     for (const Log& m : log.stretches) {
       Trace trace;
       trace.log = m;
-      if (trace.log.dt == problem.traces.front().log.dt) {
-        trace.bend_commands(problem.bend);
-        trace.log.held = problem.held;
-      }
+      if (trace.log.dt == problem.traces.front().log.dt) trace.bend_commands(problem.bend);
+      trace.log.held = problem.held;
       trace.set_motion(smooth_readings(m, 3), road_);
       traces_.push_back(std::move(trace));
       from_.push_back(0);
