@@ -1,5 +1,6 @@
 #include "race/state_filter.hpp"
 
+#include <Eigen/Core>
 #include <array>
 #include <cmath>
 
@@ -11,6 +12,8 @@ namespace {
 constexpr std::array<double State::*, 6> members = {&State::x,  &State::y,  &State::yaw,
                                                     &State::vx, &State::vy, &State::omega};
 constexpr double doubtful = 3.0;  // standard deviations
+
+using Covariance = Eigen::Matrix<double, 6, 6>;
 
 }  // namespace
 
@@ -34,13 +37,12 @@ StateFilterSpec read_state_filter(const Node& node, const Car& car, Errors& erro
   return spec;
 }
 
-StateFilter::StateFilter(const StateFilterSpec& spec) : spec_(spec) { P_.setZero(); }
+StateFilter::StateFilter(const StateFilterSpec& spec) : spec_(spec) {}
 
 void StateFilter::start(const State& reading) {
   x_ = reading;
-  P_.setZero();
-  for (int i = 0; i < 6; ++i)
-    P_(i, i) = spec_.sigma[static_cast<std::size_t>(i)] * spec_.sigma[static_cast<std::size_t>(i)];
+  P_.fill(0.0);
+  for (std::size_t i = 0; i < spec_.sigma.size(); ++i) P_[7 * i] = spec_.sigma[i] * spec_.sigma[i];
 }
 
 void StateFilter::predict(Prediction& model, const Input& u, const Place& at) {
@@ -55,28 +57,30 @@ void StateFilter::predict(Prediction& model, const Input& u, const Place& at) {
   for (std::size_t i = 0; i < members.size(); ++i) x_.*members[i] = next_[i];
   const auto stride = Eigen::OuterStride<>(static_cast<Eigen::Index>(n));
   const Eigen::Map<const Eigen::Matrix<double, 6, 6, Eigen::RowMajor>, 0, Eigen::OuterStride<>> A(A_.data(), stride);
-  const Covariance AP = A * P_;
-  P_.noalias() = AP * A.transpose();
+  Eigen::Map<Covariance> P(P_.data());
+  const Covariance AP = A * P;
+  P.noalias() = AP * A.transpose();
   for (int i = 0; i < 3; ++i) {
     const double drift = spec_.drift[static_cast<std::size_t>(i)] * model.dt();
-    P_(3 + i, 3 + i) += drift * drift;
+    P(3 + i, 3 + i) += drift * drift;
   }
 }
 
 void StateFilter::update(const State& reading) {
+  Eigen::Map<Covariance> P(P_.data());
   for (int i = 0; i < 6; ++i) {
     const auto at = static_cast<std::size_t>(i);
     const double noise = spec_.sigma[at] * spec_.sigma[at], off = reading.*members[at] - x_.*members[at];
-    if (off * off > doubtful * doubtful * (P_(i, i) + noise)) P_(i, i) = off * off;
-    const double total = P_(i, i) + noise;
+    if (off * off > doubtful * doubtful * (P(i, i) + noise)) P(i, i) = off * off;
+    const double total = P(i, i) + noise;
     if (!(total > 0.0)) {
       x_.*members[at] = reading.*members[at];
       continue;
     }
-    const Eigen::Matrix<double, 6, 1> gain = P_.col(i) / total;
+    const Eigen::Matrix<double, 6, 1> gain = P.col(i) / total;
     for (int j = 0; j < 6; ++j) x_.*members[static_cast<std::size_t>(j)] += gain[j] * off;
-    const Eigen::Matrix<double, 1, 6> row = P_.row(i);
-    P_.noalias() -= gain * row;
+    const Eigen::Matrix<double, 1, 6> row = P.row(i);
+    P.noalias() -= gain * row;
   }
   x_.delta = reading.delta;
 }

@@ -11,7 +11,6 @@
 // independent.
 #pragma once
 
-#include <Eigen/Core>
 #include <array>
 #include <string_view>
 #include <vector>
@@ -45,11 +44,9 @@ class StateFilter {
   const State& state() const { return x_; }
 
  private:
-  using Covariance = Eigen::Matrix<double, 6, 6>;
-
   StateFilterSpec spec_;
   State x_;
-  Covariance P_;
+  std::array<double, 36> P_{};  // covariance of the six channels, symmetric
   std::vector<double> row_, next_, A_, B_;
 };
 
