@@ -165,6 +165,32 @@ TEST_F(RealCars, AGuessedMapImportsItsLog) {
   EXPECT_EQ(imported.code, 0) << imported.err << guessed.out;
 }
 
+/// A steering offset that the world lacks: named beside `unknown`, in the world that is written. A log that is fitted is
+/// refused as its own judge, one given twice used once.
+TEST_F(RealCars, DiagnoseNamesWhatPredictionsOfTimeNotFittedNeed) {
+  drive("log.csv", R"({"plant": {"effects": [{"plugin": "steer_offset", "params": {"d0": 0.03}}]}})",
+        {.seconds = 60, .noise = 1});
+  std::ofstream(world()) << to_json_text(merge(small_car_world(), json(R"({"plant": {"effects": []}, "unknowns": {
+      "/plant/params/Bf": {"group": "tyres", "sigma": 0.3, "scale": "log"}}})")));
+  const auto diagnose = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> words{"diagnose", world(), in("log.csv"), "--map", map(), "--out", in("found")};
+    words.insert(words.end(), more.begin(), more.end());
+    return gripline_with(words);
+  };
+  const Outcome judged = diagnose({"--held-out", in("log.csv")});
+  EXPECT_EQ(judged.code, 2);
+  EXPECT_THAT(judged.err, HasSubstr("expected a log that is not"));
+  EXPECT_THAT(diagnose({"--case", world()}).err, HasSubstr("--case does not go with --map"));
+  fs::copy_file(in("log.csv"), in("again.csv"));
+  const Outcome found = diagnose({in("again.csv")});
+  EXPECT_EQ(found.code, 1) << found.err;
+  EXPECT_THAT(found.err, HasSubstr("used once"));
+  const Node result = parse_file(in("found/diagnosis.json"));
+  EXPECT_EQ(find_pointer(result, "/verdict")->text(), "unknown");
+  EXPECT_THAT(find_pointer(result, "/sentence")->text(), HasSubstr("steer_offset"));
+  EXPECT_THAT(contents(in("found/augmented_world.json")), HasSubstr("steer_offset"));
+}
+
 /// An experiment of kind "measured" and a sweep over it: the same held-out errors, one row per setting.
 TEST_F(RealCars, ASweepOverMeasuredLogsHasTheNumbersOfTheExperiment) {
   drive("log.csv", another_car, {.seconds = 40, .noise = 1});
