@@ -112,13 +112,7 @@ WorldSpec without_effect(WorldSpec world, const std::string& id) {
 
 /// What is not known of an effect's parameter before any log is read: a quarter of its range.
 Unknown open_parameter(const ParameterPlace& place, double neutral) {
-  Unknown u;
-  u.pointer = place.pointer;
-  u.group = place.group;
-  u.index = place.index;
-  u.prior = neutral;
-  u.low = place.low;
-  u.high = place.high;
+  Unknown u = unknown_at(place, neutral);
   u.sigma = 0.25 * (place.high - place.low);
   return u;
 }
@@ -597,7 +591,6 @@ MissingEffects MissingSearch::run(const std::list<measured::SessionFile>& files,
   name_values(parameters_of_found());  // without disturbances, which would stand for a part of an effect
   const auto calibrated = observed(*calibrated_);
   found_ = added_.empty() ? observed(*calibrated_) : observed(*found_);
-  out_.observed = change_of(reported(*found_), reported(*calibrated));
   out_.parameters = parameters_of_found();
   std::ranges::stable_partition(out_.ranking,
                                 [](const RankedEffect& r) { return !(r.tried && r.change.change > 0.0); });

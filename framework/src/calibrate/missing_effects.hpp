@@ -74,13 +74,12 @@ struct MissingOptions {
 struct MissingEffects {
   std::vector<MissingEffect> named;
   std::vector<RankedEffect> ranking;  // best first, those that harm last
-  /// Of predictions 1 s ahead of time not fitted: rows `given`, `calibrated`, `found`.
+  /// Of predictions 1 s ahead of time not fitted, as `predict` makes them: rows `given`, `calibrated`, `found`.
   std::vector<HorizonRow> rows;
   /// Errors of the model alone, without disturbances that the observer learns, in usual errors of the calibrated world
   /// (all channels): its own is about 1.
   double given = 0, calibrated = 0, found = 0, noise = 0;
-  ErrorChange change;    // found against calibrated, of the model alone
-  ErrorChange observed;  // the same of predictions as `predict` makes them, and as `rows` has them
+  ErrorChange change;  // found against calibrated, of the model alone
   Remainder remainder;
   std::vector<FittedParameter> parameters;  // of the calibrated world with the effects named
   Node world;                               // that world

@@ -68,8 +68,6 @@ std::vector<double> parameters_of(const Node& world, const Forecaster& forecaste
   return values;
 }
 
-namespace {
-
 Unknown unknown_at(const ParameterPlace& place, double prior) {
   Unknown u;
   u.pointer = place.pointer;
@@ -81,6 +79,8 @@ Unknown unknown_at(const ParameterPlace& place, double prior) {
   u.observer = place.group == "observer";
   return u;
 }
+
+namespace {
 
 Unknown extra_unknown(const ParameterPlace& place, double prior, std::size_t extra) {
   Unknown u = unknown_at(place, prior);

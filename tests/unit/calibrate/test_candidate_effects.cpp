@@ -31,5 +31,26 @@ TEST(CandidateEffects, WhatIsThereOrKnownOrCannotBeTestedIsNot) {
   EXPECT_THAT(ids(true), testing::Contains("bank"));
 }
 
+/// All are tried in one car: one that is not neutral would change what is found of the others.
+TEST(CandidateEffects, BeginWhereTheyDoNothing) {
+  const test::CalibrateRig rig;
+  std::size_t fitted = 0;
+  for (const CandidateEffect& c :
+       candidate_effects(rig.spec.vehicle, rig.spec.car.car, testing_support::plugins(), true)) {
+    const auto params = c.entry->params();
+    for (std::size_t i = 0; i < params.size(); ++i) {
+      if (!params[i].fit) continue;
+      EXPECT_EQ(c.numbers[i], params[i].neutral) << c.id() << " " << params[i].name;
+      ++fitted;
+    }
+    if (c.id() == "wind" || c.id() == "plane_tilt") {
+      EXPECT_EQ(c.tested.size(), 2u) << c.id();
+    } else if (c.id() == "friction_patch") {
+      EXPECT_EQ(c.tested.size(), 1u);  // place and length move nothing while it is as strong as none
+    }
+  }
+  EXPECT_GT(fitted, 20u);
+}
+
 }  // namespace
 }  // namespace gripline::calibrate
