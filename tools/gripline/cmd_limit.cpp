@@ -38,11 +38,14 @@ std::vector<double> read_factors(const std::string& text) {
 }
 
 /// Everything that decides a lap: the world without what only a race needs, and the libraries of its car.
-std::string key_of(Node tree, const WorldSpec& world) {
+std::string key_of(Node tree, const WorldSpec& world, bool patches) {
   for (const char* key : {"friction", "sensors", "start", "laps", "timeout", "duration", "time_optimal_laps", "note",
                           "dt", "input_hold", "nominal_uncertainty"})
     tree.erase(key);
   std::string key = content_text(tree) + number_text(world.dt);
+  for (const FrictionSpec::Patch& patch : world.friction.patches)
+    if (patches)
+      key += number_text(patch.from_s) + " " + number_text(patch.to_s) + " " + number_text(patch.factor) + " ";
   for (const std::filesystem::path& file : files_named(tree)) key += sha256_of_file(file);
   for (const std::filesystem::path& library : libraries_of(world, {})) key += sha256_of_file(library);
   return sha256_hex(key);
@@ -52,8 +55,8 @@ void print_limits(const std::vector<LapLimit>& limits) {
   std::cout << "factor      lap s    error s   nodes   inside\n";
   for (const LapLimit& lap : limits) {
     char row[120];
-    std::snprintf(row, sizeof row, "%6.4g %10.4f %10.4f %7d   %s\n", lap.factor, lap.lap_s, lap.error_s, lap.nodes,
-                  lap.body ? "whole body" : "centre of gravity");
+    std::snprintf(row, sizeof row, "%6.4g %10.4f %10.4f %7d   %s%s\n", lap.factor, lap.lap_s, lap.error_s, lap.nodes,
+                  lap.body ? "whole body" : "centre of gravity", lap.patches ? ", with patches" : "");
     std::cout << row;
   }
 }
@@ -72,6 +75,7 @@ int run_limit(Arguments args) {
   auto add = visible.add_options();
   add("factors", po::value<std::string>()->default_value("1,0.9,0.8,0.7,0.6,0.5"), "friction factors, with commas");
   add("body", "also with the whole body inside the edges, not only the centre of gravity");
+  add("patches", "with the patches of the world's friction, from the start on; the factors multiply them");
   add("out", po::value<std::string>(), "the table as CSV; a world may name it as its time_optimal_laps");
   add("jobs,j", po::value<std::string>(), "laps at the same time (default: one per core)");
   add_plugins_option(visible);
@@ -97,7 +101,10 @@ int run_limit(Arguments args) {
   if (world.vehicle.model.empty())
     throw InputError(words[0] + ": its plant " + world.plant.id() +
                      " is a black box; a limit needs the equations of a vehicle model");
-  request.key = key_of(tree, world);
+  request.patches = given->count("patches") > 0;
+  if (request.patches && world.friction.patches.empty())
+    throw InputError("--patches: the friction of " + words[0] + " has no patches");
+  request.key = key_of(tree, world, request.patches);
   std::optional<Progress> progress;
   const std::vector<LapLimit> limits = compute_limits(world, request, [&](std::size_t done, std::size_t total) {
     if (!progress) progress.emplace(std::cerr, "limit", total);

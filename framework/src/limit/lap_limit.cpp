@@ -18,24 +18,43 @@ std::size_t coarse_nodes(const WorldSpec& spec) {
   return static_cast<std::size_t>(std::clamp(0.7 * spec.track->length() / wheelbase, 100.0, 1000.0));
 }
 
+/// Stations of nodes with those added where a patch begins or ends; nodes that are close to such a place give way.
+std::vector<double> with_edges(const std::vector<double>& stations, const std::vector<FrictionSpec::Patch>& patches,
+                               double length) {
+  std::vector<double> nodes;
+  for (const FrictionSpec::Patch& patch : patches) nodes.insert(nodes.end(), {patch.from_s, patch.to_s});
+  const std::size_t edges = nodes.size();
+  const double close = 0.3 * length / static_cast<double>(stations.size());
+  for (const double s : stations) {
+    const auto near = [&](double edge) { return std::abs(std::remainder(s - edge, length)) < close; };
+    const auto end = nodes.begin() + static_cast<std::ptrdiff_t>(edges);
+    if (std::none_of(nodes.begin(), end, near)) nodes.push_back(s);
+  }
+  std::sort(nodes.begin(), nodes.end());
+  nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
+  return nodes;
+}
+
 }  // namespace
 
-LapLimit find_lap_limit(const WorldSpec& spec, double factor, bool body, Lap* lap, LapMesh* mesh_out) {
+LapLimit find_lap_limit(const WorldSpec& spec, const LapCase& of, Lap* lap, LapMesh* mesh_out) {
   const Track& track = *spec.track;
-  const TruePlant plant(spec, factor);
+  const TruePlant plant(spec, of.factor, of.patches);
   const std::vector<StartingLine> lines = starting_lines(track, spec.car.car);
-  LapMesh mesh = make_mesh(track, stations_on(track, lines.front(), plant, coarse_nodes(spec)));
+  std::vector<double> stations = stations_on(track, lines.front(), plant, coarse_nodes(spec));
+  if (of.patches) stations = with_edges(stations, spec.friction.patches, track.length());
+  LapMesh mesh = make_mesh(track, std::move(stations));
   Lap best;
   for (const StartingLine& line : lines) {
-    const Lap found = solve_lap({plant, mesh, body}, drive_along(track, mesh, line, plant), false);
+    const Lap found = solve_lap({plant, mesh, of.body}, drive_along(track, mesh, line, plant), false);
     if (found.solved && (!best.solved || found.time < best.time)) best = found;
   }
-  const std::string where = " at friction factor " + number_text(factor);
+  const std::string where = " at friction factor " + number_text(of.factor);
   if (!best.solved) throw std::runtime_error("found no time-optimal lap" + where + " from any starting line");
-  LapLimit limit{factor, body, best.time, best.time, static_cast<int>(mesh.size())};
+  LapLimit limit{of, best.time, best.time, static_cast<int>(mesh.size())};
   for (int i = 0; i < most_refinements; ++i) {
     mesh = halved(track, mesh);
-    const LapProblem problem{plant, mesh, body};
+    const LapProblem problem{plant, mesh, of.body};
     Lap finer = solve_lap(problem, halved(best), true);
     if (!finer.solved) finer = solve_lap(problem, halved(best), false);
     if (!finer.solved) throw std::runtime_error("lost the time-optimal lap on a finer mesh" + where);

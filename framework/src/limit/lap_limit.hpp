@@ -1,4 +1,4 @@
-// The fastest flying lap of a world at one friction factor, refined until two meshes agree.
+// The fastest flying lap of a world at one friction factor, with or without its patches, refined until two meshes agree.
 #pragma once
 
 #include "limit/lap_mesh.hpp"
@@ -6,9 +6,13 @@
 
 namespace gripline {
 
-struct LapLimit {
+struct LapCase {
   double factor = 1;
-  bool body = false;   ///< the whole car inside the edges, not only its centre of gravity
+  bool body = false;     ///< the whole car inside the edges, not only its centre of gravity
+  bool patches = false;  ///< with the patches of the world's friction
+};
+
+struct LapLimit : LapCase {
   double lap_s = 0;    ///< on the finest mesh
   double error_s = 0;  ///< difference to the mesh before
   int nodes = 0;       ///< of the finest mesh
@@ -19,6 +23,6 @@ inline constexpr double lap_limit_tolerance = 1e-3;  ///< relative difference of
 /// Solves from several lines on a coarse mesh, then halves the best one's intervals until two meshes agree. `spec` has a
 /// vehicle model. Throws std::runtime_error when no start leads to a lap, or the meshes do not agree. `lap` and `mesh`
 /// may be null; else they get the solution.
-LapLimit find_lap_limit(const WorldSpec& spec, double factor, bool body, Lap* lap = nullptr, LapMesh* mesh = nullptr);
+LapLimit find_lap_limit(const WorldSpec& spec, const LapCase& of, Lap* lap = nullptr, LapMesh* mesh = nullptr);
 
 }  // namespace gripline

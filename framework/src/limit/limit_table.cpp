@@ -23,10 +23,11 @@ namespace gripline {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr const char* version = "limit 1 ";  // of the program that is solved
+constexpr const char* version = "limit 2 ";  // of the program that is solved
 
-fs::path file_of(const fs::path& folder, const LimitRequest& request, double factor, bool body) {
-  const std::string all = version + request.key + " " + number_text(factor) + (body ? " body" : "");
+fs::path file_of(const fs::path& folder, const LimitRequest& request, const LapCase& of) {
+  const std::string all =
+      version + request.key + " " + number_text(of.factor) + (of.body ? " body" : "") + (of.patches ? " patches" : "");
   return folder / ("limit-" + sha256_hex(all).substr(0, 32) + ".json");
 }
 
@@ -34,6 +35,7 @@ void write_lap(const fs::path& file, const LapLimit& lap) {
   Node node = Node::empty_object();
   node.set("factor", Node(lap.factor));
   node.set("body", Node(lap.body));
+  node.set("patches", Node(lap.patches));
   node.set("lap_s", Node(lap.lap_s));
   node.set("error_s", Node(lap.error_s));
   node.set("nodes", Node(static_cast<double>(lap.nodes)));
@@ -51,7 +53,10 @@ std::optional<LapLimit> read_lap(const fs::path& file, std::string* message) {
       return std::nullopt;
     }
     const auto number = [&](const char* key) { return node.find(key)->number(); };
-    return LapLimit{number("factor"), node.find("body")->boolean(), number("lap_s"), number("error_s"),
+    const auto flag = [&](const char* key) { return node.find(key)->boolean(); };
+    return LapLimit{{number("factor"), flag("body"), flag("patches")},
+                    number("lap_s"),
+                    number("error_s"),
                     static_cast<int>(number("nodes"))};
   } catch (const std::exception&) {
     return std::nullopt;  // half written: as if absent
@@ -76,13 +81,13 @@ class ScratchFolder {
   fs::path path_;
 };
 
-[[noreturn]] void child(const WorldSpec& spec, double factor, bool body, const fs::path& file, pid_t parent) {
+[[noreturn]] void child(const WorldSpec& spec, const LapCase& of, const fs::path& file, pid_t parent) {
   std::signal(SIGINT, SIG_IGN);  // the parent decides
   std::signal(SIGTERM, SIG_DFL);
   prctl(PR_SET_PDEATHSIG, SIGKILL);
   if (getppid() != parent) _exit(1);
   try {
-    write_lap(file, find_lap_limit(spec, factor, body));
+    write_lap(file, find_lap_limit(spec, of));
     _exit(0);
   } catch (const std::exception& e) {
     Node node = Node::empty_object();
@@ -96,8 +101,7 @@ class ScratchFolder {
 }
 
 struct Job {
-  double factor;
-  bool body;
+  LapCase of;
   fs::path scratch, kept;  // where its process writes, where the result is kept (may be empty)
 };
 
@@ -113,7 +117,7 @@ void run_jobs(const WorldSpec& spec, const std::vector<Job>& jobs, int at_once, 
       std::cerr.flush();
       const pid_t parent = getpid(), pid = fork();
       if (pid < 0) throw std::runtime_error(std::string("cannot start a process: ") + std::strerror(errno));
-      if (pid == 0) child(spec, jobs[next].factor, jobs[next].body, jobs[next].scratch, parent);
+      if (pid == 0) child(spec, jobs[next].of, jobs[next].scratch, parent);
       running[pid] = next++;
       continue;
     }
@@ -138,9 +142,11 @@ std::vector<LapLimit> compute_limits(const WorldSpec& spec, const LimitRequest& 
   std::vector<Job> all, open;
   for (const bool body : {false, true}) {
     if (body && !request.body) continue;
-    for (const double factor : factors)
-      all.push_back({factor, body, file_of(scratch.path(), request, factor, body),
-                     request.cache.empty() ? fs::path() : file_of(request.cache, request, factor, body)});
+    for (const double factor : factors) {
+      const LapCase of{factor, body, request.patches};
+      all.push_back({of, file_of(scratch.path(), request, of),
+                     request.cache.empty() ? fs::path() : file_of(request.cache, request, of)});
+    }
   }
   for (const Job& job : all)
     if (job.kept.empty() || !read_lap(job.kept, nullptr)) open.push_back(job);
@@ -162,7 +168,7 @@ std::vector<LapLimit> compute_limits(const WorldSpec& spec, const LimitRequest& 
     if (lap)
       limits.push_back(*lap);
     else if (message.empty())
-      message = "factor " + number_text(job.factor) + (job.body ? ", whole body: " : ": ") + why;
+      message = "factor " + number_text(job.of.factor) + (job.of.body ? ", whole body: " : ": ") + why;
   }
   if (interrupted) std::rethrow_exception(interrupted);
   if (!message.empty()) throw std::runtime_error(message);
@@ -171,9 +177,11 @@ std::vector<LapLimit> compute_limits(const WorldSpec& spec, const LimitRequest& 
 
 void write_limits(const fs::path& file, const std::vector<LapLimit>& limits) {
   std::string text;
-  CsvWriter csv(text, "factor,lap_s,error_s,body");
+  const bool patches = std::any_of(limits.begin(), limits.end(), [](const LapLimit& lap) { return lap.patches; });
+  CsvWriter csv(text, patches ? "factor,lap_s,error_s,body,patches" : "factor,lap_s,error_s,body");
   for (const LapLimit& lap : limits) {
     csv << lap.factor << lap.lap_s << lap.error_s << (lap.body ? 1 : 0);
+    if (patches) csv << (lap.patches ? 1 : 0);
     csv.end_row();
   }
   write_file(file, text);

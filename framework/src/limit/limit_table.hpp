@@ -13,6 +13,7 @@ namespace gripline {
 struct LimitRequest {
   std::vector<double> factors;
   bool body = false;              ///< also with the whole car inside
+  bool patches = false;           ///< with the patches of the world's friction
   int jobs = 1;                   ///< processes at the same time
   std::filesystem::path cache{};  ///< folder where finished laps are kept; empty: none
   std::string key{};              ///< of everything besides factor and body that decides a lap
@@ -24,7 +25,7 @@ struct LimitRequest {
 std::vector<LapLimit> compute_limits(const WorldSpec& spec, const LimitRequest& request,
                                      const std::function<void(std::size_t, std::size_t)>& progress);
 
-/// factor, lap_s, error_s, body. Throws std::runtime_error when the disk refuses.
+/// factor, lap_s, error_s, body, and patches where a lap has them. Throws std::runtime_error when the disk refuses.
 void write_limits(const std::filesystem::path& file, const std::vector<LapLimit>& limits);
 
 }  // namespace gripline

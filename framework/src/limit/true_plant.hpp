@@ -1,4 +1,4 @@
-// The car of a world at a constant friction factor, at many instants at once.
+// The car of a world at a friction factor that does not change with time, at many instants at once.
 #pragma once
 
 #include <span>
@@ -13,11 +13,12 @@ namespace gripline {
 /// limit may be.
 class TruePlant {
  public:
-  /// `spec` must outlive the plant and have a vehicle model.
-  TruePlant(const WorldSpec& spec, double factor);
+  /// `spec` must outlive the plant and have a vehicle model. `patches`: within those of the world's friction the factor
+  /// is multiplied by theirs, from whatever time on they are there.
+  TruePlant(const WorldSpec& spec, double factor, bool patches = false);
 
   const Car& car() const { return car_; }
-  /// Peak lateral force over weight, both axles, at the factor.
+  /// Peak lateral force over weight, both axles, where the factor is least.
   double mu() const { return mu_; }
 
   /// motion: rows of x, y, yaw, vx, vy, omega; their rates go to `rate`, slopes of the road included.
@@ -27,8 +28,16 @@ class TruePlant {
   /// Acceleration along a straight, without steering [m/s2].
   double acceleration(double v, double d) const;
 
+  double factor_at(double station) const;
+
  private:
+  /// Of instants that all have this friction factor.
+  template <class T>
+  void rates_at_factor(double factor, CarBatch<T> batch) const;
+
   Car car_;
+  double factor_;
+  FrictionSchedule patches_;
   FrictionFactor friction_;
   Vehicle vehicle_;
   StagedCar model_;

@@ -90,6 +90,10 @@ void read_end(ObjectReader& r, WorldSpec& world) {
 void read_limit_table(const Node& node, WorldSpec& world, Errors& errors) {
   try {
     const CsvTable table = read_csv(resolve_path(node));
+    if (table.find("patches") >= 0)
+      return errors.add(node.origin, node.text() +
+                                         " is of a road with patches (gripline limit --patches), which "
+                                         "\"time_optimal_laps\" does not know: factors are means of a lap");
     const std::vector<double> factor = table.column("factor"), lap = table.column("lap_s");
     const std::vector<double> error = table.column("error_s"), body = table.column("body");
     for (std::size_t i = 0; i < factor.size(); ++i) {

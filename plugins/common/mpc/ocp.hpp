@@ -118,8 +118,11 @@ class Ocp {
   }
 
   /// Bounds the steering so that the front axle slips by no more than `largest` [rad] where it moves as in `x`, rows of
-  /// a plan [N+1][states], as far as the steering's rate allows from the present angle on.
-  void bound_front_slip(std::span<const double> x, double largest) {
+  /// a plan [N+1][states], as far as the steering's rate allows from the present angle on. Where the rear axle slips by
+  /// more than `rear` [rad] there, as in a spin that begins, the bound on the side that turns the car further in falls
+  /// with what is too much, to none at twice that slip and to as much to the other side at three times.
+  void bound_front_slip(std::span<const double> x, double largest,
+                        double rear = std::numeric_limits<double>::infinity()) {
     const std::size_t n = x0_.size();
     const double reach = dt_ * car_.ddelta_max, spare = 0.05 * reach;  // solvers need an interior
     double low = x0_[6], high = x0_[6];                                // that can be reached within the bounds
@@ -131,8 +134,11 @@ class Ocp {
       if (row[3] > 2.0 * car_.v_min) {
         const double course = std::atan2(row[4] + car_.lf * row[5], row[3]);
         const double room = std::min(2.0 * spare, s.delta_max - s.delta_min);
-        const double least = std::clamp(course - largest, s.delta_min, s.delta_max - room);
-        const double most = std::clamp(course + largest, s.delta_min + room, s.delta_max);
+        const double slip = std::atan2(car_.lr * row[5] - row[4], row[3]);  // of the rear axle
+        const double inward = std::max(largest * std::min(2.0 - std::abs(slip) / rear, 1.0), room - largest);
+        const double to_right = slip < 0.0 ? inward : largest, to_left = slip > 0.0 ? inward : largest;
+        const double least = std::clamp(course - to_right, s.delta_min, s.delta_max - room);
+        const double most = std::clamp(course + to_left, s.delta_min + room, s.delta_max);
         s.delta_min = std::min(least, high - spare);
         s.delta_max = std::max(most, low + spare);
       }

@@ -9,11 +9,12 @@
 // was solved.
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <memory>
 #include <vector>
 
-#include "common/mpc/front_slip.hpp"
 #include "common/mpc/ocp.hpp"
+#include "common/mpc/saturation_slip.hpp"
 #include "controllers/mpc_sqp/sqp.hpp"
 
 namespace {
@@ -25,7 +26,7 @@ class MpcSqp final : public Controller {
   struct Params : mpc::OcpParams {
     int iterations = mpc_sqp::SqpOptions{}.max_iter;
     double tolerance = mpc_sqp::SqpOptions{}.tol_step;
-    double front_slip = 0;
+    double front_slip = 0, rear_slip = 0;
   };
   static constexpr auto parameters() {
     return std::tuple_cat(
@@ -35,13 +36,17 @@ class MpcSqp final : public Controller {
             param("tolerance", &Params::tolerance, "1", {1e-9, 1},
                   "largest last change of an input, as a share of its range; the first one is known ten times as well"),
             param("front_slip", &Params::front_slip, "1", {0, 10},
-                  "largest slip of the front axle over that at 99 % of its largest predicted force; 0: no bound")});
+                  "largest slip of the front axle over that at 99 % of its largest predicted force; 0: no bound"),
+            param("rear_slip", &Params::rear_slip, "1", {0, 10},
+                  "slip of the rear axle, over that at 99 % of its largest predicted force, from which on front_slip "
+                  "is lowered on the side that turns the car in; 0: it is not")});
   }
 
   MpcSqp(const PluginContext& context, const Params& params)
       : ocp_(params, context.car, context.dt),
         options_{.max_iter = params.iterations, .tol_step = params.tolerance, .qp_solver = {}},
-        front_slip_(params.front_slip) {}
+        front_slip_(params.front_slip),
+        rear_slip_(params.rear_slip) {}
 
   int horizon() const noexcept override { return ocp_.horizon() + 1; }
 
@@ -81,8 +86,11 @@ class MpcSqp final : public Controller {
   /// The axle moves as the shifted plan says.
   void bound_front_slip(const Observation& now, Prediction& model) {
     if (!(front_slip_ > 0.0)) return;
-    const double slip = mpc::front_saturation_slip(model, ocp_.car(), std::max(now.x.vx, 3.0 * ocp_.car().v_min));
-    if (std::isfinite(slip)) ocp_.bound_front_slip(sqp_->x(), front_slip_ * slip);
+    const Car& car = ocp_.car();
+    const double vx = std::max(now.x.vx, 3.0 * car.v_min), none = std::numeric_limits<double>::infinity();
+    const double front = mpc::front_saturation_slip(model, car, vx);
+    const double rear = rear_slip_ > 0.0 ? rear_slip_ * mpc::rear_saturation_slip(model, car, vx) : none;
+    if (std::isfinite(front)) ocp_.bound_front_slip(sqp_->x(), front_slip_ * front, rear);
   }
   State state_at(std::size_t k) const {
     const double* x = sqp_->x().data() + k * static_cast<std::size_t>(sqp_->states());
@@ -91,7 +99,7 @@ class MpcSqp final : public Controller {
 
   mpc::Ocp ocp_;
   mpc_sqp::SqpOptions options_;
-  double front_slip_;
+  double front_slip_, rear_slip_;
   std::unique_ptr<mpc_sqp::Sqp> sqp_;
   std::vector<State> predicted_;
   bool start_anew_ = true;

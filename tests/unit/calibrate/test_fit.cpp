@@ -127,7 +127,7 @@ TEST(Fit, ArrivesAtOneModelFromStartsApart) {
       bench.values[u.index] =
           std::clamp(u.log ? u.prior * std::exp(z * u.sigma) : u.prior + z * u.sigma, u.low, u.high);
     }
-    const auto& fitted = bench.run().errors.back();
+    const auto fitted = bench.run().errors.back();
     errors.push_back({fitted.error[0].rms, fitted.error[1].rms, fitted.error[2].rms, fitted.error[4].rms});
   }
   for (std::size_t k = 1; k < errors.size(); ++k)

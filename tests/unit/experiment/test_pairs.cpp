@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <sstream>
+#include <string_view>
 
 #include "support/host_support.hpp"
 
@@ -38,10 +39,10 @@ RunResult run_of(const std::string& stack, std::uint64_t seed, double violation,
   return run;
 }
 
-const PairedDifference& find(const std::vector<PairedDifference>& pairs, const std::string& column) {
+const PairedDifference& find(const std::vector<PairedDifference>& pairs, std::string_view column) {
   for (const PairedDifference& pair : pairs)
     if (pair.column == column) return pair;
-  throw std::runtime_error("no " + column);
+  throw std::runtime_error("no " + std::string(column));
 }
 
 /// The rows vary by whole seconds from draw to draw, their difference by hundredths.

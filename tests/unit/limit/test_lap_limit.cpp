@@ -48,7 +48,7 @@ class OvalLimit : public testing::Test {
  protected:
   static LapLimit limit(double factor, bool body, Lap* lap = nullptr, LapMesh* mesh = nullptr) {
     static const WorldSpec world = world_of();
-    return find_lap_limit(world, factor, body, lap, mesh);
+    return find_lap_limit(world, {factor, body}, lap, mesh);
   }
 };
 
@@ -63,6 +63,25 @@ TEST_F(OvalLimit, LessGripAndLessRoomAreSlower) {
   const double g = 9.81, mu = 0.909;
   EXPECT_GT(fresh.lap_s, 2 * 2 / 4.21 + 2 * 3.1416 * 0.5 / std::sqrt(mu * g * 1.1));
   EXPECT_LT(fresh.lap_s, 9.03 / std::sqrt(mu * g * 0.8));
+}
+
+/// Patches that cover the road are the road at their factor; one that covers half of it lies between.
+TEST_F(OvalLimit, PatchesMultiplyTheFactorWhereTheyAre) {
+  const auto with = [](const std::string& patches) {
+    return world_of(R"({"friction": {"points": [{"t": 0, "factor": 0.9}], "patches": [)" + patches + "]}}");
+  };
+  const WorldSpec all = with(R"({"from_s": 0, "to_s": 4, "factor": 0.7}, {"from_s": 4, "to_s": 0, "factor": 0.7})");
+  const WorldSpec half = with(R"({"from_s": 0, "to_s": 4, "factor": 0.7, "from_t": 15})");
+  const LapLimit fresh = limit(1.0, false), worn = limit(0.7, false);
+  const LapLimit covered = find_lap_limit(all, {1.0, false, true}), patched = find_lap_limit(half, {1.0, false, true});
+  EXPECT_TRUE(patched.patches);
+  EXPECT_NEAR(covered.lap_s, worn.lap_s, covered.error_s + worn.error_s);
+  EXPECT_GT(patched.lap_s, fresh.lap_s + 0.2 * (worn.lap_s - fresh.lap_s));
+  EXPECT_LT(patched.lap_s, fresh.lap_s + 0.8 * (worn.lap_s - fresh.lap_s));
+  EXPECT_EQ(find_lap_limit(half, {1.0, false}).lap_s, fresh.lap_s);
+  const TruePlant plant(half, 0.5, true);
+  EXPECT_EQ(plant.factor_at(3.9), 0.5 * 0.7);
+  EXPECT_EQ(plant.factor_at(4.1), 0.5);
 }
 
 /// The lap is one that the car can drive: the plant, integrated in time under the lap's commands, goes where it says.
@@ -139,6 +158,12 @@ TEST(LimitTable, IsKeptAndReadByAWorld) {
   const WorldSpec reads = world_of("{\"time_optimal_laps\": \"" + (folder / "oval.csv").string() + "\"}");
   EXPECT_NEAR(reads.time_optimal_lap(0.95).value(), 0.5 * (limits[0].lap_s + limits[1].lap_s), 1e-9);
   EXPECT_NEAR(reads.time_optimal_error, std::max(limits[0].error_s, limits[1].error_s), 1e-12);
+  std::vector<LapLimit> patched = limits;
+  patched[0].patches = true;
+  write_limits(folder / "patched.csv", patched);
+  EXPECT_EQ(lines(folder / "patched.csv").at(0), "factor,lap_s,error_s,body,patches");
+  EXPECT_THAT(refusal([&] { world_of("{\"time_optimal_laps\": \"" + (folder / "patched.csv").string() + "\"}"); }),
+              HasSubstr("--patches"));
   write_text(folder / "bad.csv", "factor,lap\n1,2\n");
   EXPECT_THAT(refusal([&] { world_of("{\"time_optimal_laps\": \"" + (folder / "bad.csv").string() + "\"}"); }),
               HasSubstr("lap_s"));

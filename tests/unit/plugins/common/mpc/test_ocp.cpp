@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "common/mpc/front_slip.hpp"
+#include "common/mpc/saturation_slip.hpp"
 #include "support/planner_support.hpp"
 
 namespace {
@@ -284,8 +284,29 @@ TEST(MpcOcp, ASlowCarSteersAsItLikes) {
   EXPECT_DOUBLE_EQ(c.ocp.stage(1).delta_min, -c.ocp.car().delta_max);
 }
 
+/// A car that moves askew so that its rear axle slips by `slip`; its front axle moves by -slip from the car's axis.
+std::vector<double> askew(const Ocp& ocp, double slip) {
+  std::vector<double> x;
+  for (int k = 0; k <= ocp.horizon(); ++k) x.insert(x.end(), {0, 0, 0, 2.0, -2.0 * std::tan(slip), 0, 0});
+  return x;
+}
+
+TEST(MpcOcp, ARearAxleThatSlipsTooMuchTakesBackTheFrontAxlesSlip) {
+  constexpr double front = 0.08, rear = 0.05;
+  for (const double side : {1.0, -1.0})
+    for (const auto& [slip, inward] : {std::pair(0.03, 1.0), {0.05, 1.0}, {0.075, 0.5}, {0.1, 0.0}, {0.15, -0.875}}) {
+      Case c(no_cost());
+      c.ocp.bound_front_slip(askew(c.ocp, side * slip), front, rear);
+      const auto& stage = c.ocp.stage(3);  // 0.1 per step
+      const double outer = side > 0 ? stage.delta_min : -stage.delta_max;
+      const double inner = side > 0 ? stage.delta_max : -stage.delta_min;
+      EXPECT_NEAR(outer, -slip - front, 1e-12) << slip;
+      EXPECT_NEAR(inner, -slip + inward * front, 1e-12) << slip;  // at least a tenth of a step inside the other
+    }
+}
+
 /// Turned by a front tyre D sin(C atan(B slip)).
-class FrontTyre final : public Prediction {
+class FrontTyre : public Prediction {
  public:
   FrontTyre(double B, double C) : B_(B), C_(C) {}
   int states() const noexcept override { return state_size; }
@@ -303,7 +324,7 @@ class FrontTyre final : public Prediction {
   double B_, C_;
 };
 
-TEST(MpcFrontSlip, IsWhereTheTyreHasNearlyItsLargestForceWithinTheLock) {
+TEST(MpcSaturationSlip, IsWhereTheTyreHasNearlyItsLargestForceWithinTheLock) {
   const Car car = testing_support::car_1_43();
   for (const double B : {9.0, 12.0, 20.0}) {
     FrontTyre tyre(B, 1.6);
@@ -315,6 +336,30 @@ TEST(MpcFrontSlip, IsWhereTheTyreHasNearlyItsLargestForceWithinTheLock) {
   EXPECT_EQ(mpc::front_saturation_slip(rising, car, 2.0), INFINITY);
   Glide no_tyre;
   EXPECT_EQ(mpc::front_saturation_slip(no_tyre, car, 2.0), INFINITY);
+}
+
+/// Turned by a rear tyre.
+class RearTyre final : public FrontTyre {
+ public:
+  using FrontTyre::FrontTyre;
+  Rates rates(const State& x, const Input& u, const Place& at) override {
+    const double front = x.delta - std::atan2(x.vy, x.vx);
+    State straight;
+    straight.delta = -std::atan2(x.vy, x.vx);  // the slip of the rear axle
+    Rates r;
+    r.omega = front - FrontTyre::rates(straight, u, at).omega / std::cos(straight.delta);
+    return r;
+  }
+};
+
+TEST(MpcSaturationSlip, OfTheRearAxleIsTakenWithoutForceInFront) {
+  const Car car = testing_support::car_1_43();
+  for (const double B : {9.0, 12.0, 20.0}) {
+    RearTyre tyre(B, 1.6);
+    EXPECT_NEAR(mpc::rear_saturation_slip(tyre, car, 2.0), std::tan(std::asin(0.99) / 1.6) / B, 2e-3) << B;
+  }
+  RearTyre late(3.0, 1.3);
+  EXPECT_EQ(mpc::rear_saturation_slip(late, car, 2.0), INFINITY);
 }
 
 TEST(MpcOcp, TheStartAndThePlacesAreTheModelsAndTheReferences) {
