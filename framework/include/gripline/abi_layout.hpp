@@ -40,7 +40,7 @@ struct Layout<Dual<N>> {
 };
 GRIPLINE_ABI_STRUCT(State, x, y, yaw, vx, vy, omega, delta)
 GRIPLINE_ABI_STRUCT(Input, d, ddelta)
-GRIPLINE_ABI_STRUCT(Place, t, s, n, lap_fraction, yaw_line, kappa, grade, bank, direction)
+GRIPLINE_ABI_STRUCT(Place, t, s, n, lap_fraction, yaw_line, kappa, grade, bank, direction, grip)
 GRIPLINE_ABI_STRUCT(Car, m, Iz, lf, lr, length, width, d_min, d_max, delta_max, ddelta_max, v_ref, v_min)
 GRIPLINE_ABI_TEMPLATE(Quantities, yaw, vx, vy, omega, d, delta, delta_rate, motor, emf, brake, rolling, drag,
                       drive_force, m, Iz, lf, lr, load_front, load_rear, slip_front, slip_rear, peak_front, peak_rear,

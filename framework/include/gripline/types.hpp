@@ -45,6 +45,7 @@ struct Place {
   double grade = 0;         ///< slope along the direction of travel [rad], positive uphill
   double bank = 0;          ///< slope across it [rad], positive where the right side is higher
   double direction = 1;     ///< +1: the car drives along the file, -1: against it
+  double grip = 1;  ///< of a RefPoint: friction there over friction below the car, as the planner expects it [-]
 };
 
 /// Constants of a car that every plugin of a stack may know. Friction is not among them.

@@ -5,7 +5,7 @@
 //   omega'  = (Ff lf cos(delta) - Fr lr) / Iz
 //
 // with Ff, Fr the learned curves times the axle loads of the nominal model's load stage (1 unless an effect there says
-// more), less what drive and brakes leave of the friction ellipse, and `gain` what the drive force Fd of the nominal
+// more) and the grip of the place, less what drive and brakes leave of the friction ellipse, and `gain` what the drive force Fd of the nominal
 // model lacks of itself (the paper: 0). The paper adds f_dyn - f_ekin to f_ekin; the last two rows are that sum. Its
 // slope terms stand here with g for m and with the road's signs (grade and bank are added by the framework). If the
 // nominal model has tyres itself, its own part of vx' is removed first. Below v_min the correction fades: at rest the
@@ -41,9 +41,10 @@ void correct_body(Quantities<T>& q, const Place& at, bool model_has_tyres, doubl
   const T missing = gains.missing(q.drive_force);
   const T drive_force = q.drive_force + missing;
   const T forward = slip_speed(q.vx, v_min);
-  const T ff = q.load_front * ellipse.side_share(Axle::front, drive_force, q.load_front, peaks.front) *
+  const T front = at.grip * q.load_front, rear = at.grip * q.load_rear;
+  const T ff = front * ellipse.side_share(Axle::front, drive_force, front, peaks.front) *
                force(Axle::front, front_slip(forward, q.vy, q.omega, q.delta, q.lf));
-  const T fr = q.load_rear * ellipse.side_share(Axle::rear, drive_force, q.load_rear, peaks.rear) *
+  const T fr = rear * ellipse.side_share(Axle::rear, drive_force, rear, peaks.rear) *
                force(Axle::rear, rear_slip(forward, q.vy, q.omega, q.lr));
   const T sine = sin(q.delta), cosine = cos(q.delta);
   T straight = q.ax;

@@ -183,9 +183,27 @@ void Sqp::set_x0(const mpc::Ocp& ocp) {
   std::copy(ocp.start().begin(), ocp.start().end(), now_.x.begin());
 }
 
+/// Steering of the iterate within bounds that have moved since it was found. Steps from an iterate outside raise the
+/// cost, which is all that the merit function sees of bounds: none would be taken.
+void Sqp::clip_steering(const mpc::Ocp& ocp) {
+  constexpr double negligible = 1e-9;  // [rad]
+  const auto delta = [&](int k) -> double& { return now_.x[static_cast<std::size_t>(k * nx_) + delta_index]; };
+  bool inside = true;
+  for (int k = 1; k <= N_; ++k)
+    inside &= delta(k) >= ocp.stage(k).delta_min - negligible && delta(k) <= ocp.stage(k).delta_max + negligible;
+  if (inside) return;
+  const double reach = ocp.dt() * ocp.car().ddelta_max;
+  for (int k = 1; k <= N_; ++k) {
+    const double before = delta(k - 1), bounded = std::clamp(delta(k), ocp.stage(k).delta_min, ocp.stage(k).delta_max);
+    delta(k) = std::clamp(bounded, before - reach, before + reach);
+    now_.u[static_cast<std::size_t>(2 * k - 1)] = (delta(k) - before) / ocp.dt();
+  }
+}
+
 SqpStatistics Sqp::solve(const mpc::Ocp& ocp, Prediction& model) {
   SqpStatistics statistics;
   set_x0(ocp);
+  clip_steering(ocp);
   merit_.reset();
   trusted_step_ = std::numeric_limits<double>::infinity();
   last_step_ = 0;

@@ -63,6 +63,7 @@ class Sqp {
  private:
   Input pursuit_input(const mpc::Ocp& ocp, const double* x, int k) const;
   void set_x0(const mpc::Ocp& ocp);
+  void clip_steering(const mpc::Ocp& ocp);
   bool solve_qp(const mpc::Ocp& ocp, SqpStatistics& statistics);
   double step_norm(const mpc::Ocp& ocp, int stages) const;
   bool converged(const mpc::Ocp& ocp, const SqpStatistics& statistics) const;

@@ -2,7 +2,7 @@
 //
 //   friction(s, t) = mu(t) grip(s)
 //
-// A belief that falls and, less than half a lap later, comes back was that of a place: what was believed there over what
+// A belief that is sure of itself, falls and, less than half a lap later, comes back was that of a place: what was believed there over what
 // is believed behind it is its grip. One that falls and stays fallen is the whole road's. On the next lap the place is
 // known before the car is there; in it mu(t) is held, and lowered where even less is believed than the place explains. A
 // place is forgotten when the belief does not fall there any more.
@@ -21,10 +21,11 @@ class FrictionPlaces {
   FrictionPlaces(std::size_t pieces, double dt)
       : dt_(dt), grip_(pieces, 1.0), believed_(pieces, 0.0), seen_(pieces, -1) {}
 
-  /// Once per control step: the car is on this piece and believes this friction of the road below it. Whether a grip
-  /// changed.
-  bool step(std::size_t piece, double mu) {
+  /// Once per control step: the car is on this piece and believes this friction of the road below it, with a standard
+  /// deviation of `spread`. Whether a grip changed.
+  bool step(std::size_t piece, double mu, double spread = 0.0) {
     ++now_;
+    sure_ = 2.0 * spread <= (1.0 - fall) * mu;
     note(piece, mu);
     bool changed = false;
     if (grip_[piece] < 1.0) {
@@ -33,12 +34,12 @@ class FrictionPlaces {
       changed = behind_place(mu);
     } else {
       mu_ = mu;
-      changed = look_for_place(piece, mu);
+      changed = sure_ && look_for_place(piece, mu);
     }
     piece_ = piece;
     return changed;
   }
-  /// mu(t): the friction believed, without the place that the car is in.
+  /// mu(t): the friction believed, without the place that the car is in; NaN before the first step.
   double mu() const { return mu_; }
   /// Whether the car is in a known place, so that its belief is not that of the road ahead.
   bool holding() const { return holding_; }
@@ -64,7 +65,7 @@ class FrictionPlaces {
       const std::size_t i = (piece + size() - k) % size();
       if (k > 0 && i == piece_) break;
       believed_[i] = mu;
-      seen_[i] = now_;
+      seen_[i] = sure_ ? now_ : -1;
     }
   }
 
@@ -121,12 +122,12 @@ class FrictionPlaces {
 
   double dt_;
   std::vector<double> grip_, believed_;
-  std::vector<long> seen_;  // the step in which a piece was passed last, -1: never
+  std::vector<long> seen_;  // the step in which a piece was passed last, -1: never, or without a sure belief
   long now_ = 0;
   std::size_t piece_ = 0, begin_ = 0;
   double mu_ = std::numeric_limits<double>::quiet_NaN();
   double behind_ = 0;  // [s]
-  bool holding_ = false, dry_ = false;
+  bool holding_ = false, dry_ = false, sure_ = false;
 };
 
 }  // namespace gripline::time_optimal

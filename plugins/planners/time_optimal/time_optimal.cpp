@@ -144,6 +144,8 @@ class LapPlanner : public SpeedPlanner {
   virtual void see(const Observation& /*now*/, AxleTyres& /*tyres*/, double& /*spread*/) {}
   /// Friction below the car over mu_plan().
   virtual double grip_here() const { return 1.0; }
+  /// Friction expected at a station of the base line over that believed below the car.
+  virtual double grip_ahead(double /*station*/) const { return 1.0; }
 
   const LapParams& params() const { return k_; }
   double dt() const { return dt_; }  // control step [s]
@@ -217,6 +219,7 @@ class LapPlanner : public SpeedPlanner {
     r.at.kappa = c.kappa;
     r.at.grade = c.grade;
     r.at.bank = c.bank;
+    r.at.grip = grip_ahead(s);
     return r;
   }
 
@@ -370,8 +373,9 @@ class RecedingTime final : public LapPlanner {
 
   void see(const Observation& now, AxleTyres& tyres, double& spread) override {
     if (!places_) return;
+    believed_here_ = mu_of(tyres);
     node_ = laps_.node_at(followed().locate(now.x.x, now.x.y));
-    if (places_->step(node_, mu_of(tyres)))
+    if (places_->step(node_, mu_of(tyres), spread))
       for (std::size_t i = 0; i < setup().nodes().s.size(); ++i) laps_.set_grip(i, places_->grip(i));
     if (places_->holding()) {
       tyres = scaled_to(outside_, places_->mu());
@@ -382,6 +386,12 @@ class RecedingTime final : public LapPlanner {
     }
   }
   double grip_here() const override { return places_ ? places_->grip(node_) : 1.0; }
+  /// Of the road without its places, times the place's: also right while what is believed is still that of the road
+  /// behind the car.
+  double grip_ahead(double station) const override {
+    if (!places_ || !(believed_here_ > 0.0)) return 1.0;
+    return places_->mu() * places_->grip(laps_.node_at(station)) / believed_here_;
+  }
 
  private:
   RecedingLaps laps_;
@@ -389,7 +399,8 @@ class RecedingTime final : public LapPlanner {
   std::optional<FrictionPlaces> places_;
   AxleTyres outside_;  // believed where the car was last in no such place
   double spread_outside_ = 0;
-  std::size_t node_ = 0;  // below the car
+  double believed_here_ = 0;  // friction
+  std::size_t node_ = 0;      // below the car
 };
 
 }  // namespace

@@ -99,7 +99,7 @@ TEST(Registry, AnotherAbiIsRefusedBeforeItsCodeRuns) {
 }
 
 TEST(Registry, WhatIsNoPluginSaysSo) {
-  EXPECT_EQ(reason("not_a_plugin"), "is not a gripline plugin: it has no symbol gripline_plugins_abi3");
+  EXPECT_EQ(reason("not_a_plugin"), "is not a gripline plugin: it has no symbol gripline_plugins_abi4");
   EXPECT_EQ(reason_of_file("just text\n"), "is not a shared library");
   EXPECT_EQ(reason_of_file(""), "is not a shared library");
   EXPECT_EQ(reason_of_file("\x7f"

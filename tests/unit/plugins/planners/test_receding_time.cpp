@@ -353,6 +353,39 @@ TEST_F(RecedingTimeTest, PlansLessSideslipAtALowerPace) {
   EXPECT_NEAR(speed[1], 0.8 * speed[0], 1e-9);  // along the path, whatever the car's angle to it
 }
 
+/// References say by how much friction differs from that below the car: nothing where no place is known, and on the lap
+/// after a place was met what changes on the way into it and out of it, right also while the belief is a moment late.
+TEST_F(RecedingTimeTest, SaysWhereTheRoadAheadIsSlippery) {
+  const auto planner = make(mobil_, {{"spacing", 0.1}, {"start", 0.9}, {"rise", 10.0}, {"places", 1.0}});
+  const auto wet = [this](const Place& at) {
+    const double share = at.s / mobil_.length();
+    return share > 0.5 && share < 0.7;
+  };
+  start(*planner);
+  double believed = 0.9, before = 0.9;
+  int dry_laps = 0, into = 0, out_of = 0;
+  for (int i = 0; i < 1100 && dry_laps < 3; ++i) {  // three laps
+    const double here = now_.at.s;
+    drive(*planner, believe(believed), 1);
+    if (now_.at.s < here) ++dry_laps;
+    const RefPoint &first = horizon_.front(), &last = horizon_.back();
+    if (dry_laps == 0) {
+      ASSERT_EQ(last.at.grip, 1.0) << i;
+    } else if (dry_laps == 2) {
+      const double expected = wet(last.at) ? 0.6 : 0.9;  // but just before the place, which begins a little early
+      const bool early = !wet(last.at) && last.at.s / mobil_.length() > 0.4 && last.at.s / mobil_.length() < 0.5;
+      if (!early) EXPECT_NEAR(last.at.grip * believed, expected, 0.05) << i;
+      into += !wet(first.at) && wet(last.at) ? 1 : 0;
+      out_of += wet(first.at) && !wet(last.at) ? 1 : 0;
+    }
+    believed = before;  // a step late
+    before = wet(now_.at) && dry_laps > 0 ? 0.6 : 0.9;
+  }
+  EXPECT_EQ(dry_laps, 3);
+  EXPECT_GT(into, 5);
+  EXPECT_GT(out_of, 5);
+}
+
 // Larger slips than `slip_max` are planned where the car has slipped nearly as far, and not before.
 TEST_F(RecedingTimeTest, PlansLargeSlipsOnceTheyWereSeen) {
   const auto horizons = [&](double most) {
@@ -643,7 +676,7 @@ class FrictionPlacesTest : public ::testing::Test {
       delayed_[1] = delayed_[0];
       delayed_[0] = friction(piece_);
       piece_ = (piece_ + 2) % 200;
-      changes_ += places_.step(piece_, delayed_[1]);
+      changes_ += places_.step(piece_, delayed_[1], spread_);
     }
   }
   static double wet(std::size_t piece) { return piece >= 60 && piece < 100 ? 0.6 : 0.9; }
@@ -651,7 +684,7 @@ class FrictionPlacesTest : public ::testing::Test {
 
   FrictionPlaces places_{200, 0.02};
   std::size_t piece_ = 0;
-  double delayed_[2] = {0.9, 0.9};
+  double delayed_[2] = {0.9, 0.9}, spread_ = 0;
   int changes_ = 0;
 };
 
@@ -681,6 +714,16 @@ TEST_F(FrictionPlacesTest, ABeliefThatFellTooFarAtFirstIsNoPlace) {
   int steps = 0;
   laps(2, [&](std::size_t) { return ++steps < 12 ? 0.4 : 0.6; });
   EXPECT_EQ(changes_, 0);
+}
+
+/// What a learner that has seen little believes of a stretch is no place.
+TEST_F(FrictionPlacesTest, ABeliefThatIsNotSureIsNoPlace) {
+  spread_ = 0.05;  // twice that is more than a fall of a tenth
+  laps(2, wet);
+  EXPECT_EQ(changes_, 0);
+  spread_ = 0.025;
+  laps(2, wet);
+  EXPECT_LT(places_.grip(80), 1.0);
 }
 
 TEST_F(FrictionPlacesTest, APlaceThatDriedIsForgotten) {

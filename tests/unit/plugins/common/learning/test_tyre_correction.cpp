@@ -42,6 +42,25 @@ TEST(TyreCorrection, IsTheWholeBodyOfACarThatMoves) {
   EXPECT_NEAR(q.aw, (1.3 * front * std::cos(0.3) - 1.4 * rear) / inertia, 1e-9);
 }
 
+/// A slippery place is a car with less load: side forces fall, and what drive may take of them is less.
+TEST(TyreCorrection, ForcesAreTimesTheGripOfThePlace) {
+  Place slippery;
+  slippery.grip = 0.6;
+  const learning::FrictionEllipse ellipse{1.5, 0.4, 0.6};
+  for (const double drive : {0.0, 3000.0}) {
+    Quantities<double> here = nominal(3.0), light = nominal(3.0);
+    here.drive_force = light.drive_force = drive;
+    light.load_front = light.load_rear = 0.6;
+    const auto force = [](Axle, double slip) { return 40000.0 * slip; };
+    learning::correct_body(here, slippery, false, v_min, {}, ellipse, {6000.0, 6000.0}, force);
+    learning::correct_body(light, Place{}, false, v_min, {}, ellipse, {6000.0, 6000.0}, force);
+    EXPECT_EQ(here.ax, light.ax);
+    EXPECT_EQ(here.ay, light.ay);
+    EXPECT_EQ(here.aw, light.aw);
+    EXPECT_LT(std::abs(here.aw), std::abs(corrected(3.0).aw));
+  }
+}
+
 /// At rest a turned wheel pushes nothing: a controller that believes it does never drives off.
 TEST(TyreCorrection, FadesTowardsStandstill) {
   const Quantities<double> rest = corrected(0.0);
