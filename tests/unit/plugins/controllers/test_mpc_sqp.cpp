@@ -260,6 +260,42 @@ TEST(MpcSqp, OutOfIterationsItDrivesItsBestAndSaysSo) {
   EXPECT_FALSE(scene.was_outside());
 }
 
+/// Bounds may move from one step to the next so that the last plan is outside: it is brought back, whatever that costs.
+TEST(MpcSqp, APlanThatBoundsHaveLeftIsBroughtBack) {
+  constexpr int n = 30;
+  DrivingScene scene(registry(), {.pace = 0.9});
+  Ocp ocp(ocp_params(n), scene.car(), scene.dt);
+  Sqp sqp(n, state_size, {});
+  int left = 0, solved = 0;
+  for (int step = 0; step < 150; ++step) {
+    ocp.set(scene.observe(), scene.references(n + 1), scene.model());
+    if (step == 0) {
+      sqp.initialize(ocp, scene.model());
+    } else {
+      sqp.shift();
+    }
+    const bool tight = step % 2 == 1;
+    ocp.bound_front_slip(sqp.x(), tight ? 0.02 : 0.3);
+    double beyond = 0;
+    for (int k = 1; k <= n; ++k) {
+      const double delta = sqp.x()[static_cast<std::size_t>(k * state_size + 6)];
+      beyond = std::max({beyond, ocp.stage(k).delta_min - delta, delta - ocp.stage(k).delta_max});
+    }
+    const bool converged = sqp.solve(ocp, scene.model()).status == SqpStatus::converged;
+    if (beyond > 0.05) {
+      ++left;
+      solved += converged ? 1 : 0;
+      for (int k = 1; k <= n; ++k) {
+        const double delta = sqp.x()[static_cast<std::size_t>(k * state_size + 6)];
+        EXPECT_GE(delta, ocp.stage(k).delta_min - 1e-6) << "step " << step << ", stage " << k;
+        EXPECT_LE(delta, ocp.stage(k).delta_max + 1e-6) << "step " << step << ", stage " << k;
+      }
+    }
+    if (!tight) scene.drive({sqp.u()[0], sqp.u()[1]});
+  }
+  EXPECT_GT(left, 20);
+  EXPECT_GT(solved, 0.7 * left);
+}
 TEST(MpcSqp, PlansStayWithinTheFrontSlipTheyAreGiven) {
   constexpr int n = 30;
   constexpr double largest = 0.2;
