@@ -7,12 +7,15 @@
 
 namespace gripline {
 
-/// Sine and cosine of one angle, by one call of the library's.
+/// Sine and cosine of one angle.
 template <class T>
 struct SineCosine {
-  T sine, cosine;
+  T sine;    ///< of it
+  T cosine;  ///< of it
 };
+/// Both of them, by one call of the mathematics library.
 inline SineCosine<double> sine_cosine(double angle) { return {std::sin(angle), std::cos(angle)}; }
+/// The same with derivatives.
 template <int N>
 SineCosine<Dual<N>> sine_cosine(const Dual<N>& angle) {
   const double s = std::sin(angle.v), c = std::cos(angle.v);
