@@ -24,12 +24,12 @@ namespace {
 using gripline::max;
 using gripline::param;
 using gripline::Point;
-using gripline::pow;
+using gripline::sqrt;
 using gripline::square;
 using gripline::Stage;
 using gripline::tanh;
 using std::max;
-using std::pow;
+using std::sqrt;
 using std::tanh;
 
 template <class T>
@@ -163,7 +163,7 @@ class PowerLimit final : public gripline::AutoDiffEffect<PowerLimit> {
     const T most = p.q.motor - p.q.emf * p.q.vx;
     if (!(most > T(0)) || !(p.q.vx > T(0))) return;
     const T fourth = square(square(most * p.q.vx / k.P));
-    p.q.motor = most / pow(T(1) + fourth, 0.25);
+    p.q.motor = most / sqrt(sqrt(T(1) + fourth));
     p.q.emf = T(0);
   }
 };

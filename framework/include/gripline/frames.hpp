@@ -7,13 +7,25 @@
 
 namespace gripline {
 
+/// Sine and cosine of one angle.
+template <class T>
+struct SineCosine {
+  T sine;    ///< of it
+  T cosine;  ///< of it
+};
+/// Both of them, by one call of the mathematics library.
+inline SineCosine<double> sine_cosine(double angle) { return {std::sin(angle), std::cos(angle)}; }
+/// The same with derivatives.
+template <int N>
+SineCosine<Dual<N>> sine_cosine(const Dual<N>& angle) {
+  const double s = std::sin(angle.v), c = std::cos(angle.v);
+  return {chain(s, c, angle), chain(c, -s, angle)};
+}
+
 /// The place of the point px ahead of the centre of gravity and py to its left [m].
 template <class T>
 void show_place_of_point(Reading<T>& r, const T& px, const T& py) {
-  using std::cos;
-  using std::sin;
-  const T c = cos(r.yaw);
-  const T s = sin(r.yaw);
+  const auto [s, c] = sine_cosine(r.yaw);
   r.x += px * c - py * s;
   r.y += px * s + py * c;
 }
@@ -28,10 +40,7 @@ void show_velocity_of_point(Reading<T>& r, const T& px, const T& py) {
 /// The velocity in axes turned to the left by `angle` [rad].
 template <class T>
 void show_velocity_in_turned_axes(Reading<T>& r, const T& angle) {
-  using std::cos;
-  using std::sin;
-  const T c = cos(angle);
-  const T s = sin(angle);
+  const auto [s, c] = sine_cosine(angle);
   const T vx = r.vx * c + r.vy * s;
   r.vy = r.vy * c - r.vx * s;
   r.vx = vx;

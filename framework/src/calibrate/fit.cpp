@@ -14,6 +14,8 @@ namespace gripline::calibrate {
 namespace {
 
 constexpr double learned_enough = 0.1;  // of the prior's variance, for a parameter to count as determined
+// Relative decrease of the cost below which a search ends from which another one goes on, with other scales or errors.
+constexpr double enough_to_go_on = 3e-3;
 
 void say(const FitOptions& options, const std::string& text) {
   if (options.say) options.say(text);
@@ -55,6 +57,7 @@ std::vector<double> search(const Forecaster& forecaster, const std::vector<FitLo
   errors.weighing.horizon = options.horizon_weight;
   short_errors.weighing.horizon = {1.0};
   LeastSquaresOptions quick;
+  quick.enough = enough_to_go_on;
   constexpr std::size_t followed = 2;  // attempts: a minimum in which one start spins is found out by all starts
   struct Found {
     std::vector<double> params;
@@ -224,6 +227,7 @@ FitResult fit(const Forecaster& forecaster, std::vector<FitLog>& logs, std::vect
 
   result.params = unknowns.empty() ? values : search(forecaster, logs, values, unknowns, options);
   LeastSquaresOptions full;
+  const double enough = full.enough;
   full.progress = [&](const FitStep& step) {
     say(options, "step " + std::to_string(step.iteration) + ": cost " + significant(step.before, 6) + " to " +
                      significant(step.after, 6));
@@ -234,16 +238,16 @@ FitResult fit(const Forecaster& forecaster, std::vector<FitLog>& logs, std::vect
   for (int round = 0; round < 3 && !open.empty(); ++round) {
     errors.set_scales(result.params);
     result.cost_before = errors.cost(values);
+    full.enough = round < 2 ? enough_to_go_on : enough;
     full.iterations = round == 0 ? options.iterations / 3 : 2 * options.iterations / 3;
     result.params = least_squares(errors, open, result.params, full, result.cost_after);
     if (round == 0) continue;  // scales were those of the search
     const NormalEquations blocks = errors.linearise(result.params, open);
     result.dropped = blocks.dropped;
     boot = bootstrap(blocks, result.params, open, options.seed);
-    if (round == 1) allowed = boot.allowed;
-    const std::vector<Unknown> kept = round == 1 ? settle(result, open, boot.interval) : open;
-    if (kept.size() == open.size()) break;
-    open = kept;
+    if (round > 1) continue;
+    allowed = boot.allowed;
+    open = settle(result, open, boot.interval);
   }
   for (std::size_t i = 0; i < open.size(); ++i)
     result.parameters.push_back(

@@ -39,11 +39,13 @@ void Lanes<T>::know(std::size_t lane, double until) {
   known_until_[lane] = until;
   known_[lane] = std::clamp<std::size_t>(all.held(until), 1, all.sample.size());
   own_[lane].clear();
+  own_dual_[lane].clear();
   if (along_log(lane) || !(s_.longest_every() > 0.0)) return;
   const double begin = time[lane] - s_.look_back - 2.0 * all.dt;
   const auto first = static_cast<std::size_t>(std::max(0.0, std::floor((begin - all.t0) / all.dt)));
   const std::size_t row = std::min(log.row_before(until + 1e-9), log.rows() - 1);
   all.copy_held(until, log.command[row], first, own_[lane]);
+  if constexpr (!std::is_same_v<T, double>) all.copy_held(until, log.command[row], first, own_dual_[lane]);
   own_t0_[lane] = all.t0 + static_cast<double>(std::min(first, known_[lane] - 1)) * all.dt;
 }
 
@@ -97,15 +99,7 @@ void Lanes<T>::start(std::size_t lane) {
   // Steady memory for what is measured, by values: it is forgotten during the pre-roll.
   std::vector<double> motion(channels), steady(s_.memory());
   for (std::size_t c = 0; c < channels; ++c) motion[c] = value(row[c]);
-  History<double> past;
-  std::vector<CommandSample<double>> samples;
-  for (const CommandSample<T>& c : own_[lane]) samples.push_back({value(c.d), value(c.delta)});
-  past.samples = samples.empty() ? s_.commands.sample.data() : samples.data();
-  past.count = samples.empty() ? known_[lane] : samples.size();
-  past.t0 = samples.empty() ? s_.commands.t0 : own_t0_[lane];
-  past.dt = s_.commands.dt;
-  past.now = time[lane];
-  past.hold = Hold::foh;
+  const History<double> past = history<double>(lane, time[lane]);
   const auto now = past.at(0.0);
   const ActingCommand<double> command{now.d, now.delta, now.delta_rate};
   CarBatch<double> batch;
@@ -120,12 +114,16 @@ void Lanes<T>::start(std::size_t lane) {
 }
 
 template <class T>
-void Lanes<T>::rates(double elapsed, bool begin) {
+void Lanes<T>::command(double elapsed) {
   for (std::size_t i = 0; i < n; ++i) {
-    history_[i] = history(i, time[i] + elapsed);
-    const auto now = history_[i].at(T(0));
-    command_[i] = {now.d, now.delta, now.delta_rate};
+    history_[i] = history<T>(i, time[i] + elapsed);
+    const auto now = history<double>(i, time[i] + elapsed).at(0.0);
+    command_[i] = {T(now.d), T(now.delta), T(now.delta_rate)};
   }
+}
+
+template <class T>
+void Lanes<T>::rates(bool begin) {
   CarBatch<T> batch;
   batch.n = n;
   batch.motion = stage_x_.data();
@@ -193,7 +191,8 @@ void Lanes<T>::advance(double h) {
         for (std::size_t i = 0; i < x.size(); ++i) stage_x_[i] = x_start_[i] + rate_[i] * (node[stage] * step);
         for (std::size_t i = 0; i < memory.size(); ++i) stage_m_[i] = m_start_[i] + rate_m_[i] * (node[stage] * step);
       }
-      rates((sub + node[stage]) * step, sub == 0 && stage == 0);
+      if (stage == 0 || node[stage] != node[stage - 1]) command((sub + node[stage]) * step);
+      rates(sub == 0 && stage == 0);
       for (std::size_t i = 0; i < x.size(); ++i) x[i] += rate_[i] * (weight[stage] * step);
       for (std::size_t i = 0; i < memory.size(); ++i) memory[i] += rate_m_[i] * (weight[stage] * step);
     }
@@ -237,6 +236,11 @@ void Lanes<T>::correct(double h) {
     const Seen seen = see(lane, h);
     T* const rest = pending.data() + lane * pending_size;
     const T* const row = x.data() + lane * channels;
+    if (!moves(seen, rest)) {  // as along all of a prediction
+      settle(lane, h, seen, {});
+      std::fill_n(rest, pending_size, T(0));
+      continue;
+    }
     const Row<T> before = s_.read(row, at[lane]);
     Row<T> target = before;
     bool any = false;
@@ -250,7 +254,7 @@ void Lanes<T>::correct(double h) {
       // Rows of one step count together as one.
       target[c] += (value(weight) > 1.0 ? mean : sum) / (1.0 + mean * mean * doubt);
     }
-    if (any) shift(lane, target);
+    if (any) shift(lane, before, target);
     settle(lane, h, seen, before);
     const Row<T> after = s_.read(row, at[lane]);
     for (std::size_t c = 0; c < channels; ++c) {
@@ -259,6 +263,15 @@ void Lanes<T>::correct(double h) {
       rest[2 * channels + c] = seen.later.doubt[c];
     }
   }
+}
+
+/// Whether any row seen now or a step ago has weight.
+template <class T>
+bool Lanes<T>::moves(const Seen& seen, const T* rest) {
+  for (std::size_t c = 0; c < channels; ++c)
+    if (value(seen.now.weight[c]) > 0.0 || value(seen.later.weight[c]) > 0.0 || value(rest[channels + c]) > 0.0)
+      return true;
+  return false;
 }
 
 template <class T>
@@ -307,23 +320,22 @@ T Lanes<T>::log_at(std::size_t channel, const T& shown) const {
   return reading;
 }
 
-/// The state near the lane's that reads so.
+/// The state near the lane's, which reads `now`, that reads `shown`.
 template <class T>
-Row<T> Lanes<T>::state_of(std::size_t lane, const Row<T>& shown) const {
-  const T* const row = x.data() + lane * channels;
-  Row<T> z{};
-  for (std::size_t c = 0; c < channels; ++c) z[c] = T(value(row[c]));
-  for (int i = 0; i < 4; ++i) {
-    const Row<T> reads = s_.read(z.data(), at[lane]);
+Row<T> Lanes<T>::state_of(std::size_t lane, const Row<T>& now, const Row<T>& shown) const {
+  Row<T> z{}, reads = now;
+  std::copy_n(x.begin() + static_cast<std::ptrdiff_t>(lane * channels), channels, z.begin());
+  for (int i = 0; i < 3; ++i) {  // three times a turn of the axes between the two is hardly anything
+    if (i > 0) reads = s_.read(z.data(), at[lane]);
     for (std::size_t c = 0; c < channels; ++c) z[c] += shown[c] - reads[c];
   }
   return z;
 }
 
 template <class T>
-void Lanes<T>::shift(std::size_t lane, const Row<T>& target) {
+void Lanes<T>::shift(std::size_t lane, const Row<T>& now, const Row<T>& target) {
   T* const row = x.data() + lane * channels;
-  const Row<T> z = state_of(lane, target);
+  const Row<T> z = state_of(lane, now, target);
   T* const steer = memory.data() + (lane + 1) * s_.memory() - 2;
   T* const force = steer + 1;
   const auto moved = [&](std::size_t c) { return z[c] - row[c]; };
@@ -389,7 +401,7 @@ void Lanes<T>::settle(std::size_t lane, double h, const Seen& seen, const Row<T>
     }
   }
   if (!(value(most) > 0.0)) return;
-  const Row<T> z = state_of(lane, target);
+  const Row<T> z = state_of(lane, now, target);
   std::copy(z.begin(), z.end(), x.begin() + static_cast<std::ptrdiff_t>(lane * channels));
   T* const disturbances = memory.data() + (lane + 1) * s_.memory() - 2;
   for (std::size_t k = 0; k < 2; ++k) disturbances[k] *= 1.0 - most;

@@ -79,6 +79,7 @@ class Lanes {
         known_until_(n),
         known_(n),
         own_(n),
+        own_dual_(n),
         own_t0_(n),
         row_(n * groups),
         hint_(n, nothing) {
@@ -116,7 +117,8 @@ class Lanes {
   }
 
  private:
-  void rates(double elapsed, bool begin);
+  void command(double elapsed);
+  void rates(bool begin);
   void prescribe(std::size_t lane);
   void place(std::size_t lane);
   void interpolate(std::size_t lane, const T& share, T* state) const;
@@ -137,21 +139,31 @@ class Lanes {
   double doubt_of(std::size_t row, std::size_t channel) const {
     return s_.jumped[row] != 0 ? 1.0 / (s_.doubtful[channel] * s_.doubtful[channel]) : 0.0;
   }
-  Row<T> state_of(std::size_t lane, const Row<T>& shown) const;
-  void shift(std::size_t lane, const Row<T>& target);
+  static bool moves(const Seen& seen, const T* rest);
+  Row<T> state_of(std::size_t lane, const Row<T>& now, const Row<T>& shown) const;
+  void shift(std::size_t lane, const Row<T>& now, const Row<T>& target);
   void settle(std::size_t lane, double h, const Seen& seen, const Row<T>& before);
   T speed_of(std::size_t lane, const T& shown) const;
   void hold_slow(std::size_t lane);
-  History<T> history(std::size_t lane, double now) const {
-    const bool own = !own_[lane].empty();
-    History<T> past;
-    past.samples = own ? own_[lane].data() : s_.commands.template data<T>();
-    past.count = own ? own_[lane].size() : known_[lane];
-    past.t0 = own ? own_t0_[lane] : s_.commands.t0;
+  /// Commands up to `now`; as numbers, for what takes no derivatives of them, with V = double.
+  template <class V>
+  History<V> history(std::size_t lane, double now) const {
+    const std::vector<CommandSample<V>>& own = own_commands<V>()[lane];
+    History<V> past;
+    past.samples = own.empty() ? s_.commands.template data<V>() : own.data();
+    past.count = own.empty() ? known_[lane] : own.size();
+    past.t0 = own.empty() ? s_.commands.t0 : own_t0_[lane];
     past.dt = s_.commands.dt;
     past.now = now;
     past.hold = Hold::foh;
     return past;
+  }
+  template <class V>
+  const std::vector<std::vector<CommandSample<V>>>& own_commands() const {
+    if constexpr (std::is_same_v<V, double>)
+      return own_;
+    else
+      return own_dual_;
   }
 
   const Setting<T>& s_;
@@ -160,8 +172,9 @@ class Lanes {
   std::vector<History<T>> history_;
   std::vector<double> known_until_;  // [s] commands
   std::vector<std::size_t> known_;   // samples of both commands
-  std::vector<std::vector<CommandSample<T>>>
-      own_;                       // of predictions, where commands are read every so often; else empty
+  // Of predictions, where commands are read every so often; else empty. The second is left empty where T = double.
+  std::vector<std::vector<CommandSample<double>>> own_;
+  std::vector<std::vector<CommandSample<Dual8>>> own_dual_;
   std::vector<double> own_t0_;    // time of its first sample [s]
   std::vector<std::size_t> row_;  // next row by lane and group
   std::vector<double> hint_;

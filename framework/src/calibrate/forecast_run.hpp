@@ -11,12 +11,20 @@
 
 namespace gripline::calibrate::forecast {
 
-/// A stretch of rows without long gaps and the observer's states along it, on an even grid of the car's time.
-template <class T>
+/// A stretch of rows without long gaps, on an even grid of the car's time.
 struct Stretch {
   double begin = 0, end = 0;  // rows [s]
   std::size_t steps = 0;
-  std::vector<T> x, memory, pending;  // steps + 1 rows
+};
+
+/// The observer along a block of a stretch that holds starts, and its states where they begin.
+template <class T>
+struct Block {
+  std::size_t stretch = 0;
+  std::size_t begin = 0;              // grid point where the observer begins, whatever the delays
+  double slowest = 0;                 // [m/s] about the least speed on the way
+  std::vector<std::size_t> kept;      // grid points, rising
+  std::vector<T> x, memory, pending;  // a row for each of them
 };
 
 template <class T>
@@ -33,13 +41,19 @@ class Run {
 
   /// Carries the states along the log as far as starts need them.
   void observe(const Starts& starts) {
-    std::vector<Lane> lanes = wanted_lanes(starts);
+    want(starts);
+    std::vector<Block<T>*> blocks;
+    for (auto& [where, block] : blocks_) {
+      block.slowest = slowest_in(block);
+      blocks.push_back(&block);
+    }
     // The slowest lane decides on the steps of all: like goes with like.
     if (s_.options.lanes > 1)
-      std::stable_sort(lanes.begin(), lanes.end(), [](const Lane& a, const Lane& b) { return a.slowest < b.slowest; });
+      std::stable_sort(blocks.begin(), blocks.end(),
+                       [](const Block<T>* a, const Block<T>* b) { return a->slowest < b->slowest; });
     const std::size_t at_once = s_.options.lanes;
-    for (std::size_t i = 0; i < lanes.size(); i += at_once)
-      observe(std::span(lanes).subspan(i, std::min(at_once, lanes.size() - i)));
+    for (std::size_t i = 0; i < blocks.size(); i += at_once)
+      observe(std::span(blocks).subspan(i, std::min(at_once, blocks.size() - i)));
   }
 
   void predict(const Starts& starts, std::vector<T>& predicted) {
@@ -61,12 +75,6 @@ class Run {
   }
 
  private:
-  struct Lane {
-    std::size_t stretch, first, last;  // grid points [first, last) are kept
-    std::size_t begin = 0;             // grid point where the observer begins, whatever the delays
-    double slowest = 0;                // [m/s] about the least speed on the way
-  };
-
   /// Horizons [first, last) that are predicted by one integration.
   struct Horizons {
     std::size_t first, last;
@@ -77,52 +85,56 @@ class Run {
 
   /// Grid point from which a start rolls on whose commands are known up to `until`; negative where it begins before the
   /// observer has seen enough.
-  double steps_before(const Stretch<T>& from, double start, double until) const {
+  double steps_before(const Stretch& from, double start, double until) const {
     const double time = std::min(start - std::max(latest_, 0.0), until - s_.longest_every());
     return std::floor((time - from.begin) / s_.options.step + 1e-9);
   }
-  /// Up to when a start's first integration knows the commands.
-  double first_known(const Starts& starts, double start) const {
-    return start + starts.horizons[last_of(0, starts.horizons.size()) - 1];
+  std::size_t grid_point(const Stretch& from, double back) const {
+    return std::min(static_cast<std::size_t>(std::max(0.0, back)), from.steps);
+  }
+  /// Where a start is shown. Starts share a block, and the block begins, by the log's clock: nothing jumps where a delay
+  /// changes.
+  std::size_t shown_at(const Stretch& stretch, double start) const {
+    return static_cast<std::size_t>(std::max(0.0, (start - stretch.begin) / s_.options.step + 1e-6));
+  }
+  using Key = std::pair<std::size_t, std::size_t>;  // stretch, number of the block in it
+  Key key_of(std::size_t stretch, double start) const {
+    const auto block = std::max<std::size_t>(1, static_cast<std::size_t>(s_.options.block / s_.options.step));
+    return {stretch, shown_at(stretches_[stretch], start) / block};
   }
 
-  /// One lane per block of the log that holds a start, from the first to the last grid point that is asked for.
-  std::vector<Lane> wanted_lanes(const Starts& starts) const {
-    const auto block = std::max<std::size_t>(1, static_cast<std::size_t>(s_.options.block / s_.options.step));
+  /// The blocks of the log that hold a start, and the grid points that are asked for.
+  void want(const Starts& starts) {
     const auto pre = static_cast<std::size_t>(s_.options.pre_roll / s_.options.step);
-    std::map<std::pair<std::size_t, std::size_t>, Lane> blocks;
+    const std::size_t h = starts.horizons.size();
     for (const double start : starts.time) {
       const std::size_t i = find(start);
       if (i >= stretches_.size()) continue;
-      const auto kept = [&](double until) {
-        const double back = steps_before(stretches_[i], start, until);
-        return std::min(static_cast<std::size_t>(std::max(0.0, back)), stretches_[i].steps);
-      };
-      if (steps_before(stretches_[i], start, start + starts.horizons.back()) < 0.0) continue;
-      const std::size_t k = kept(first_known(starts, start)), last = kept(start + starts.horizons.back());
-      // Starts share a lane, and the lane begins, by the log's clock: nothing jumps where a delay changes.
-      const auto shown =
-          static_cast<std::size_t>(std::max(0.0, (start - stretches_[i].begin) / s_.options.step + 1e-6));
-      const std::size_t begin = std::min(k, shown - std::min(shown, pre));
-      const auto [at, fresh] = blocks.try_emplace({i, shown / block}, Lane{i, k, last + 1, begin});
-      at->second.begin = std::min(at->second.begin, begin);
-      at->second.first = std::min(at->second.first, k);
-      at->second.last = std::max(at->second.last, last + 1);
+      for (std::size_t j = 0; j < h; j = last_of(j, h)) {
+        const double back = steps_before(stretches_[i], start, start + starts.horizons[last_of(j, h) - 1]);
+        if (back < 0.0) continue;
+        const std::size_t k = grid_point(stretches_[i], back), shown = shown_at(stretches_[i], start);
+        const std::size_t begin = std::min(k, shown - std::min(shown, pre));
+        Block<T>& block = blocks_.try_emplace(key_of(i, start), Block<T>{i, begin, 0, {}, {}, {}, {}}).first->second;
+        block.begin = std::min(block.begin, begin);
+        block.kept.push_back(k);
+      }
     }
-    std::vector<Lane> lanes;
-    for (auto& [where, lane] : blocks) {
-      lane.slowest = slowest_in(lane);
-      lanes.push_back(lane);
+    for (auto& [where, block] : blocks_) {
+      std::sort(block.kept.begin(), block.kept.end());
+      block.kept.erase(std::unique(block.kept.begin(), block.kept.end()), block.kept.end());
+      block.x.reserve(block.kept.size() * channels);
+      block.memory.reserve(block.kept.size() * s_.memory());
+      block.pending.reserve(block.kept.size() * pending_size);
     }
-    return lanes;
   }
 
-  double slowest_in(const Lane& lane) const {
+  double slowest_in(const Block<T>& block) const {
     constexpr double often = 0.2;  // [s]
-    const double begin = stretches_[lane.stretch].begin;
-    double least = speed_at(begin + static_cast<double>(lane.last) * s_.options.step);
-    for (double t = static_cast<double>(lane.begin) * s_.options.step;
-         t < static_cast<double>(lane.last) * s_.options.step; t += often)
+    const double begin = stretches_[block.stretch].begin;
+    const double last = static_cast<double>(block.kept.back() + 1) * s_.options.step;
+    double least = speed_at(begin + last);
+    for (double t = static_cast<double>(block.begin) * s_.options.step; t < last; t += often)
       least = std::min(least, speed_at(begin + t));
     return std::max(least, s_.options.v_min);
   }
@@ -132,15 +144,12 @@ class Run {
     std::size_t first = 0;
     for (std::size_t i = 1; i <= t.size(); ++i) {
       if (i < t.size() && t[i] - t[i - 1] <= s_.options.longest_gap) continue;
-      Stretch<T> stretch;
+      Stretch stretch;
       stretch.begin = t[first];
       stretch.end = t[i - 1];
       const double last = stretch.end - earliest_;
       stretch.steps = static_cast<std::size_t>(std::max(0.0, std::ceil((last - stretch.begin) / s_.options.step)));
-      stretch.x.resize((stretch.steps + 1) * channels);
-      stretch.memory.resize((stretch.steps + 1) * s_.memory());
-      stretch.pending.resize((stretch.steps + 1) * pending_size);
-      stretches_.push_back(std::move(stretch));
+      stretches_.push_back(stretch);
       first = i;
     }
   }
@@ -158,58 +167,64 @@ class Run {
     return std::isnan(v) ? 0.0 : std::abs(v);
   }
 
-  void observe(std::span<const Lane> wanted) {
+  void observe(std::span<Block<T>* const> wanted) {
     const double h = s_.options.step;
     Lanes<T> lanes(s_, wanted.size());
-    std::vector<std::size_t> k(wanted.size());
+    std::vector<std::size_t> next(wanted.size());  // to be kept
     std::size_t most = 0;
     for (std::size_t i = 0; i < wanted.size(); ++i) {
-      k[i] = wanted[i].begin;
-      most = std::max(most, wanted[i].last - k[i]);
-      lanes.time[i] = stretches_[wanted[i].stretch].begin + static_cast<double>(k[i]) * h;
-      lanes.read_until[i] = stretches_[wanted[i].stretch].end;
+      const Block<T>& block = *wanted[i];
+      most = std::max(most, block.kept.back() - block.begin);
+      lanes.time[i] = stretches_[block.stretch].begin + static_cast<double>(block.begin) * h;
+      lanes.read_until[i] = stretches_[block.stretch].end;
       lanes.know(i, lanes.read_until[i]);
       lanes.start(i);
       lanes.seek(i);
     }
-    for (std::size_t step = 0; step < most; ++step) {
+    for (std::size_t step = 0;; ++step) {
       for (std::size_t i = 0; i < wanted.size(); ++i) {
-        if (k[i] >= wanted[i].first && k[i] < wanted[i].last) keep(lanes, i, stretches_[wanted[i].stretch], k[i]);
-        ++k[i];
+        Block<T>& block = *wanted[i];
+        if (next[i] == block.kept.size() || block.kept[next[i]] != block.begin + step) continue;
+        keep(lanes, i, block);
+        ++next[i];
       }
+      if (step == most) return;
       lanes.advance(h);
       lanes.correct(h);
     }
   }
 
-  void keep(const Lanes<T>& lanes, std::size_t i, Stretch<T>& to, std::size_t k) const {
-    const std::size_t m = s_.memory();
-    std::copy_n(lanes.x.begin() + static_cast<std::ptrdiff_t>(i * channels), channels,
-                to.x.begin() + static_cast<std::ptrdiff_t>(k * channels));
-    std::copy_n(lanes.memory.begin() + static_cast<std::ptrdiff_t>(i * m), m,
-                to.memory.begin() + static_cast<std::ptrdiff_t>(k * m));
-    std::copy_n(lanes.pending.begin() + static_cast<std::ptrdiff_t>(i * pending_size), pending_size,
-                to.pending.begin() + static_cast<std::ptrdiff_t>(k * pending_size));
+  void keep(const Lanes<T>& lanes, std::size_t i, Block<T>& to) const {
+    const auto append = [i](const std::vector<T>& rows, std::size_t size, std::vector<T>& end) {
+      const auto first = rows.begin() + static_cast<std::ptrdiff_t>(i * size);
+      end.insert(end.end(), first, first + static_cast<std::ptrdiff_t>(size));
+    };
+    append(lanes.x, channels, to.x);
+    append(lanes.memory, s_.memory(), to.memory);
+    append(lanes.pending, pending_size, to.pending);
   }
 
   void begin_at(Lanes<T>& lanes, std::size_t i, double start, double last) const {
-    const Stretch<T>& from = stretches_[find(start)];
-    const double h = s_.options.step;
+    const std::size_t stretch = find(start);
+    const Stretch& from = stretches_[stretch];
     const double back = steps_before(from, start, start + last);
+    const std::size_t k = grid_point(from, back);
     lanes.read_until[i] = start;
-    const auto k = std::min(static_cast<std::size_t>(std::max(0.0, back)), from.steps);
-    lanes.time[i] = from.begin + static_cast<double>(k) * h;
+    lanes.time[i] = from.begin + static_cast<double>(k) * s_.options.step;
     lanes.know(i, start + last);
-    if (back < 0.0) {  // what was kept there has seen later rows
+    if (back < 0.0) {  // what is kept there has seen later rows
       lanes.start(i);
     } else {
-      const std::size_t m = s_.memory();
-      std::copy_n(from.x.begin() + static_cast<std::ptrdiff_t>(k * channels), channels,
-                  lanes.x.begin() + static_cast<std::ptrdiff_t>(i * channels));
-      std::copy_n(from.memory.begin() + static_cast<std::ptrdiff_t>(k * m), m,
-                  lanes.memory.begin() + static_cast<std::ptrdiff_t>(i * m));
-      std::copy_n(from.pending.begin() + static_cast<std::ptrdiff_t>(k * pending_size), pending_size,
-                  lanes.pending.begin() + static_cast<std::ptrdiff_t>(i * pending_size));
+      const Block<T>& block = blocks_.at(key_of(stretch, start));
+      const auto row =
+          static_cast<std::size_t>(std::lower_bound(block.kept.begin(), block.kept.end(), k) - block.kept.begin());
+      const auto copy = [i, row](const std::vector<T>& rows, std::size_t size, std::vector<T>& to) {
+        std::copy_n(rows.begin() + static_cast<std::ptrdiff_t>(row * size), size,
+                    to.begin() + static_cast<std::ptrdiff_t>(i * size));
+      };
+      copy(block.x, channels, lanes.x);
+      copy(block.memory, s_.memory(), lanes.memory);
+      copy(block.pending, pending_size, lanes.pending);
     }
     lanes.seek(i);
   }
@@ -251,7 +266,8 @@ class Run {
 
   const Setting<T>& s_;
   double latest_ = 0, earliest_ = 0;
-  std::vector<Stretch<T>> stretches_;
+  std::vector<Stretch> stretches_;
+  std::map<Key, Block<T>> blocks_;
 };
 
 }  // namespace gripline::calibrate::forecast

@@ -7,6 +7,8 @@
 #include <stdexcept>
 #include <string>
 
+#include <gripline/plugin.hpp>
+
 #include "calibrate/unknowns.hpp"
 #include "support/calibrate_rig.hpp"
 
@@ -457,6 +459,46 @@ TEST(Forecaster, ACarThatStopsStaysFinite) {
   starts.horizons = {1.0};
   for (std::size_t i = 50; i + 60 < s.rows(); i += 10) starts.time.push_back(s.t[i]);
   for (const double v : rig.predict(s, rig.forecaster.defaults(), starts)) EXPECT_TRUE(std::isfinite(v));
+}
+
+/// Counts how often what the car shows is asked for. Units of a real log take as much time as the car itself.
+class Counted final : public AutoDiffReading<Counted> {
+ public:
+  template <class T>
+  struct Params {
+    T nothing = T(0);
+  };
+  static constexpr auto parameters() {
+    return std::tuple{param("nothing", &Params<double>::nothing, "1", {0, 1}, "changes nothing")};
+  }
+  template <class T>
+  void sense(Reading<T>&, const Place&, const Params<T>&) const {
+    ++asked;
+  }
+  mutable std::size_t asked = 0;
+};
+
+TEST(Forecaster, ReadingsAreAskedForWhereRowsAreSeenAndPredictionsShown) {
+  const CalibrateRig rig;
+  const Session s = drive(rig.vehicle.car(), {.seconds = 30});
+  const Counted counted;
+  StagedCar car = rig.vehicle.car();
+  car.add(counted, {0.0}, "counted");
+  const Forecaster forecaster(car, rig.forecaster.options());
+  const auto asked = [&](std::size_t row, double horizon) {
+    const Starts starts{{s.t[row]}, {horizon}};
+    std::vector<double> predicted;
+    counted.asked = 0;
+    forecaster.run<double>(s, measured::CommandGrid(s, 0.02), nullptr, forecaster.defaults(), starts, predicted);
+    EXPECT_TRUE(std::isfinite(predicted[3]));
+    return counted.asked;
+  };
+  // Predictions see no rows: how far they go does not matter.
+  EXPECT_EQ(asked(500, 2.0), asked(500, 0.5));
+  // A row, one in each step: where it was seen, before and after the states are moved, and twice to find where to.
+  const auto per_row = static_cast<double>(asked(1000, 0.5)) / (forecaster.options().pre_roll / 0.02);
+  EXPECT_GT(per_row, 3.0);
+  EXPECT_LT(per_row, 6.0);
 }
 
 TEST(Forecaster, FramesThatTheMapStatesAreShown) {
