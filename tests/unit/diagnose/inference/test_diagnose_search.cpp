@@ -163,13 +163,12 @@ TEST(Search, FindsThatCommandsAreHeld) {
   EXPECT_NEAR(gain.best.theta.front(), 0.1, 0.01);
 }
 
-/// A delay of the car is one, whatever the world says of its commands.
-/// Steering written in steps of 0.03 rad. Taken as it is written it leaves something unexplained.
+/// Steering of a busy driver written in steps of 0.03 rad. Taken as it is written it leaves something unexplained.
 TEST(Search, RoundedSteeringIsNoEffect) {
   DiagnoseRig rig;
   const double step = 0.03;
   const auto rounded = [&](const ModelSpec& truth) {
-    return rig.problem({DiagnoseRig::rounded(rig.simulate(truth, {.seconds = 30, .seed = 71, .unsteady = 0.3}), step)});
+    return rig.problem({DiagnoseRig::rounded(rig.simulate(truth, {.seconds = 30, .seed = 71, .unsteady = 1}), step)});
   };
   const auto left = [](const SearchResult& found) {
     return strongest(residual_tests(found.pool.problem(), found.best)).statistic;
@@ -201,6 +200,7 @@ TEST(Search, ACarThatIsGivenRoundedSteeringIsTold) {
   EXPECT_TRUE(found.best.model.members.empty());
 }
 
+/// A delay of the car is one, whatever the world says of its commands.
 TEST(Search, ADelayIsNoHeldCommand) {
   DiagnoseRig rig;
   Problem problem =
