@@ -216,8 +216,8 @@ int run_diagnose(Arguments args) {
   if (options.case_file)
     throw InputError("--case does not go with --map: a logger's table is judged by predictions, not by a case");
   const LogWorld world = read_log_world(options.world, *given, registry);
-  return diagnose_real({options.logs, options.held_out, options.out, options.force}, world,
-                       map_option(*given, world.spec), registry);
+  return diagnose_real({options.world.filename().string(), options.logs, options.held_out, options.out, options.force},
+                       world, map_option(*given, world.spec), registry);
 }
 
 }  // namespace gripline::tools
