@@ -302,7 +302,7 @@ TEST_F(Cli, ModelsAreComparedWithLogsInAnyWorld) {
     const auto table = measured::read_delimited(folder_ / file);
     return table.column[static_cast<std::size_t>(table.find("yaw_rate_radps"))].back();
   };
-  EXPECT_LT(error_of("p.csv"), 0.5 * error_of("linear.csv"));
+  EXPECT_LT(error_of("p.csv"), 0.7 * error_of("linear.csv"));
   // Without a sideways speed there is nothing to compare it with: a dash.
   std::string without_vy;
   for (std::string line : lines(log)) {
