@@ -177,11 +177,13 @@ TEST_F(DiagnoseProgram, AnExperimentDrivesDiagnosesAndJudges) {
   const std::string drag =
       "/cases={\"drag\": {\"hidden\": {\"plant\": {\"effects\": [{\"plugin\": \"aero_drag\", \"params\": {\"a\": "
       "0.4}}]}}, "
-      "\"missing\": [[\"aero_drag\"]], \"round_trip\": true}}";
-  const auto compare = [&](const std::string& claims, const std::string& out) {
-    return gripline_with({"compare", file, "--set", drag, "--set", "/claims=" + claims, "--out", in(out).string()});
+      "\"missing\": [[\"aero_drag\"]], \"round_trip\": true}, \"other\": {\"hidden\": {}}}";
+  const auto compare = [&](const std::string& claims, const std::string& out, const std::string& only = "drag") {
+    return gripline_with(
+        {"compare", file, "--only", only, "--set", drag, "--set", "/claims=" + claims, "--out", in(out).string()});
   };
-  const Outcome good = compare("[\"drag.right == 1\", \"drag.round_trip == 1\", \"drag.closure >= 0.95\"]", "e1");
+  const Outcome good = compare(
+      "[\"drag.right == 1\", \"drag.round_trip == 1\", \"drag.closure >= 0.95\", \"other.unknown == 1\"]", "e1");
   EXPECT_EQ(good.code, 0) << good.out << good.err;
   EXPECT_THAT(good.out, HasSubstr("drag: named: aero_drag"));
   EXPECT_TRUE(fs::exists(in("e1/drag/augmented_world.json")));
@@ -194,6 +196,12 @@ TEST_F(DiagnoseProgram, AnExperimentDrivesDiagnosesAndJudges) {
   EXPECT_EQ(bad.code, 2);
   EXPECT_THAT(bad.err, HasSubstr("did you mean \"right\"?"));
   EXPECT_FALSE(fs::exists(in("e3/drag"))) << "driven before it was read";
+  // The case that --only left out was not driven, and the claim about it is skipped.
+  EXPECT_FALSE(fs::exists(in("e1/other")));
+  EXPECT_THAT(good.out, HasSubstr("skipped other.unknown == 1: a case was left out by --only"));
+  const Outcome none = compare("[]", "e4", "drga");
+  EXPECT_EQ(none.code, 2);
+  EXPECT_THAT(none.err, HasSubstr("--only: no case \"drga\" in this experiment; did you mean \"drag\"?"));
 }
 
 /// A patch of low friction turns the car where its throttle bends: noise measured with the bare car believed bent

@@ -189,6 +189,12 @@ TEST_F(RealCars, DiagnoseNamesWhatPredictionsOfTimeNotFittedNeed) {
   EXPECT_EQ(find_pointer(result, "/verdict")->text(), "unknown");
   EXPECT_THAT(find_pointer(result, "/sentence")->text(), HasSubstr("steer_offset"));
   EXPECT_THAT(contents(in("found/augmented_world.json")), HasSubstr("steer_offset"));
+  // The page has the sentence and its log.
+  EXPECT_TRUE(fs::exists(in("found/report.html"))) << found.err;
+  const Node told = parse_file(in("found/diagnosis_report.json"));
+  EXPECT_EQ(find_pointer(told, "/sentence")->text(), find_pointer(result, "/sentence")->text());
+  EXPECT_EQ(find_pointer(told, "/log")->text(), "log.csv");
+  EXPECT_NE(told.find("health"), nullptr);
 }
 
 /// An experiment of kind "measured" and a sweep over it: the same held-out errors, one row per setting.

@@ -51,8 +51,9 @@ class DiagnoseRig {
     double noise_time = diagnose::usual_noise_time;  // its correlation time [s]
     measured::Channels colour{};                     // lag-one correlation of the sensors' noise
     double unsteady = 0;                             // of hands and feet: steps of 0.01 rad and 0.06, fading in 0.16 s
-    double jumps = 0;   // of hands and feet: of 0.08 rad and 0.5, fading so too; share of samples that have one
-    bool held = false;  // commands act until the next
+    double jumps = 0;       // of hands and feet: of 0.08 rad and 0.5, fading so too; share of samples that have one
+    bool held = false;      // commands act until the next
+    double steer_step = 0;  // [rad] the car is given rounded steering
   };
   /// What the sensors of a car with this model show while it weaves around; samples 20 ms apart.
   measured::Log simulate(const diagnose::ModelSpec& truth, const Drive& drive) const {
@@ -78,6 +79,7 @@ class DiagnoseRig {
       }
       const double d = 0.55 + (0.25 + drive.braking) * std::sin(1.3 * t + b) + 0.1 * std::sin(7.9 * t);
       log.command.push_back({d + shaking.d, delta + shaking.delta});
+      if (drive.steer_step > 0.0) round_steering(log.command.back(), drive.steer_step);
     }
     std::vector<double> x = {1.0, 0.5, 0.3, 1.6, 0.0, 0.0}, memory(static_cast<std::size_t>(car.memory()));
     double hint = std::nan("");
@@ -115,6 +117,15 @@ class DiagnoseRig {
       }
       at = road_.at(static_cast<double>(k + 1) * log.dt, x[0], x[1], x[2], hint);
     }
+    return log;
+  }
+
+  static void round_steering(CommandSample<double>& command, double step) {
+    command.delta = step * std::round(command.delta / step);
+  }
+  /// A log whose recorder rounded the steering.
+  static measured::Log rounded(measured::Log log, double step) {
+    for (CommandSample<double>& one : log.command) round_steering(one, step);
     return log;
   }
 

@@ -35,7 +35,7 @@ std::vector<std::string> split_names(const std::string& text) {
 int run_compare(Arguments args) {
   po::options_description visible("options");
   auto add = visible.add_options();
-  add("only", po::value<std::string>(), "stacks to run, a,b,c (default: all)");
+  add("only", po::value<std::string>(), "stacks (of a diagnose experiment, cases) to run, a,b,c (default: all)");
   add("baseline", po::value<std::string>(), "a stack: writes pairs.csv, the others minus it, draw by draw");
   add("seeds-from", po::value<std::string>(),
       "draws as many seeds as the experiment has from the hash of this text, such as a commit's");

@@ -215,8 +215,9 @@ int run_diagnose(Arguments args) {
   if (!of_real_car(options)) return diagnose_logs(options, registry);
   if (options.case_file)
     throw InputError("--case does not go with --map: a logger's table is judged by predictions, not by a case");
-  return diagnose_real({options.logs, options.held_out, options.out, options.force},
-                       read_log_world(options.world, *given, registry), map_option(*given), registry);
+  const LogWorld world = read_log_world(options.world, *given, registry);
+  return diagnose_real({options.world.filename().string(), options.logs, options.held_out, options.out, options.force},
+                       world, map_option(*given, world.spec), registry);
 }
 
 }  // namespace gripline::tools

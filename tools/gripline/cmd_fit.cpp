@@ -131,7 +131,7 @@ int run_fit(Arguments args) {
   require_writable("--out", out, words);
   const Registry registry = open_registry(plugin_dirs_of(*given));
   const LogWorld world = read_log_world(words[0], *given, registry);
-  const measured::LogMap map = map_option(*given);
+  const measured::LogMap map = map_option(*given, world.spec);
 
   std::list<measured::SessionFile> files;
   for (std::size_t i = 1; i < words.size(); ++i) {

@@ -252,7 +252,7 @@ int predict(const po::variables_map& given) {
   PluginContext context;
   context.car = world.spec.car.car;
   const Vehicle vehicle(world.spec.vehicle, context);
-  const measured::LogMap map = map_option(given);
+  const measured::LogMap map = map_option(given, world.spec);
   const measured::SessionFile file = measured::read_session(request.log, map);
   try {
     measured::check_session(file, world.spec.car.car.v_ref);

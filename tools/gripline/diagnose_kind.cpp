@@ -18,7 +18,10 @@ bool print_outcome(const diagnose::DiagnoseOutcome& outcome) {
   bool failed = false;
   for (const ClaimResult& claim : outcome.claims) {
     failed |= claim.holds == false;
-    std::cout << (claim.holds == true ? "holds  " : "FAILS  ") << claim.text << '\n';
+    if (claim.why_skipped.empty())
+      std::cout << (claim.holds == true ? "holds  " : "FAILS  ") << claim.text << '\n';
+    else
+      std::cout << "skipped " << claim.text << ": " << claim.why_skipped << '\n';
   }
   return failed;
 }
@@ -34,7 +37,7 @@ class HiddenEffects final : public Experiment {
     write_scene(out, name_, "diagnose", tree_);
     CallbackProgress progress(std::cerr, name_);
     const diagnose::DiagnoseOutcome outcome =
-        diagnose::run_diagnose_experiment(tree_, registry_, out, progress.callback());
+        diagnose::run_diagnose_experiment(tree_, registry_, out, request.only, progress.callback());
     progress.finish();
     write_claims(out, outcome.claims);
     bool reported = true;

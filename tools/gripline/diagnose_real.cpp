@@ -172,6 +172,31 @@ Diagnosis diagnosis_of(const MissingEffects& found, std::span<const diagnose::Ch
   return d;
 }
 
+/// What the report tells beside diagnosis.json.
+Node report_of(const Diagnosis& d, const RealDiagnosis& asked, const std::list<measured::SessionFile>& files) {
+  Node out = Node::empty_object();
+  out.set("sentence", Node(d.sentence));
+  std::string logs;
+  Node::Array health;
+  constexpr std::array<const char*, 3> levels = {"good", "note", "bad"};
+  for (const measured::SessionFile& file : files) {
+    const std::string name = fs::path(file.session.name).filename().string();
+    logs += (logs.empty() ? "" : ", ") + name;
+    for (const measured::Finding& f : file.findings) {
+      Node row = Node::empty_object();
+      row.set("check", Node(name + ": " + f.check));
+      row.set("found", Node(f.found));
+      row.set("done", Node(f.done));
+      row.set("level", Node(levels[static_cast<std::size_t>(f.level)]));
+      health.push_back(std::move(row));
+    }
+  }
+  out.set("log", Node(logs));
+  out.set("world", Node(asked.world));
+  out.set("health", Node(std::move(health)));
+  return out;
+}
+
 void print_real(const Diagnosis& d, const MissingEffects& found) {
   std::cout << "unknown: " << d.sentence
             << "\n\nmissing             predictions of time not fitted, beside the others\n";
@@ -235,7 +260,8 @@ int diagnose_real(const RealDiagnosis& asked, const LogWorld& world, const measu
   write_file(asked.out / "augmented_world.json", to_json_text(augmented));
   std::cout << "\ndiagnosis: " << (asked.out / "diagnosis.json").string()
             << "\nworld with what was found: " << (asked.out / "augmented_world.json").string() << '\n';
-  return claim_failed;
+  write_file(asked.out / "diagnosis_report.json", to_json_text(report_of(d, asked, files)));
+  return report_results(asked.out) ? claim_failed : run_broke;
 }
 
 }  // namespace gripline::tools

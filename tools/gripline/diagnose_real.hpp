@@ -12,12 +12,13 @@
 namespace gripline::tools {
 
 struct RealDiagnosis {
+  std::string world;  // its file, for the report
   std::vector<std::string> logs, held_out;
   std::filesystem::path out;
   bool force = false;
 };
 
-/// Writes diagnosis.json, augmented_world.json and the imported logs; prints what was found. Gives the exit code.
+/// Writes diagnosis.json, augmented_world.json, the imported logs and the report; prints what was found. Gives the exit code.
 int diagnose_real(const RealDiagnosis& asked, const LogWorld& world, const measured::LogMap& map,
                   const Registry& registry);
 

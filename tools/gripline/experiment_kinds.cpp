@@ -22,6 +22,12 @@ void refuse_race_options(const ExperimentRequest& request) {
   if (!request.seeds_from.empty()) throw InputError("--seeds-from draws the seeds of a race; this experiment is none");
 }
 
+void refuse_only(const ExperimentRequest& request) {
+  if (!request.only.empty())
+    throw InputError(
+        "--only chooses among the rows of a race or the cases of a diagnose experiment; this experiment is run whole");
+}
+
 const ExperimentKind& kind_of_experiment(const Node& tree) {
   const Node* const kind = tree.find("kind");
   if (kind == nullptr) return kinds[0];

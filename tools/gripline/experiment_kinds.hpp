@@ -44,6 +44,8 @@ struct ExperimentKind {
 
 /// Throws InputError when the request holds what only races have.
 void refuse_race_options(const ExperimentRequest& request);
+/// Throws InputError when the request names rows to run: of kinds that run as a whole.
+void refuse_only(const ExperimentRequest& request);
 
 /// The kind of a loaded tree; throws InputError at its "kind" when there is none of that name.
 const ExperimentKind& kind_of_experiment(const Node& tree);

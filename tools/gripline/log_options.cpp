@@ -101,9 +101,12 @@ LogWorld read_log_world(const fs::path& file, const po::variables_map& given, co
   return out;
 }
 
-measured::LogMap map_option(const po::variables_map& given) {
-  const auto map = text_of(given, "map");
-  return map ? measured::load_log_map(*map) : measured::gripline_map();
+measured::LogMap map_option(const po::variables_map& given, const WorldSpec& world) {
+  if (const auto map = text_of(given, "map")) return measured::load_log_map(*map);
+  measured::LogMap own = measured::gripline_map();
+  own.channel[static_cast<std::size_t>(measured::Source::d)]->held = world.hold != Hold::foh;
+  own.channel[static_cast<std::size_t>(measured::Source::delta)]->held = world.hold == Hold::zoh;
+  return own;
 }
 
 }  // namespace gripline::tools

@@ -30,6 +30,7 @@ class RealCar final : public Experiment {
         spec_(calibrate::read_measured(tree_, registry)) {}
   int run(const ExperimentRequest& request) override {
     refuse_race_options(request);
+    refuse_only(request);
     const std::filesystem::path& out = request.out;
     const OutLock lock = open_out_folder(out, experiment_identity(tree_), request.force);
     write_scene(out, name_, "measured", tree_);

@@ -29,6 +29,7 @@ class OfflineValidation final : public Experiment {
       : name_(std::move(name)), tree_(std::move(tree)), registry_(registry) {}
   int run(const ExperimentRequest& request) override {
     refuse_race_options(request);
+    refuse_only(request);
     const OutLock lock = open_out_folder(request.out, experiment_identity(tree_), request.force);
     write_scene(request.out, name_, "offline_validation", tree_);
     CallbackProgress progress(std::cerr, name_);

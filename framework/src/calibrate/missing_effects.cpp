@@ -1,12 +1,12 @@
 #include "calibrate/missing_effects.hpp"
 
 #include <algorithm>
-#include <boost/math/distributions/students_t.hpp>
 #include <cmath>
 #include <map>
 #include <numeric>
 
 #include "calibrate/candidate_effects.hpp"
+#include "calibrate/effect_trial.hpp"
 #include "calibrate/place_effects.hpp"
 #include "config/errors.hpp"
 #include "measured/session_health.hpp"
@@ -14,113 +14,9 @@
 namespace gripline::calibrate {
 namespace {
 
-constexpr double farthest_error = 15.0;  // usual errors: a spin is no more wrong for being farther off
-constexpr double start_every = 0.25;     // [s] between starts that are judged
-constexpr double horizon = 1.0;          // [s] of what is judged
-constexpr double likely = 0.9;           // probability that an effect helps, for it to be looked at beside others
-constexpr double agreed = 2.0;           // standard deviations over blocks of a score that is worth a fit
-
-/// A world with its forecaster and where its parameters stand.
-struct Trial {
-  Trial(WorldSpec world, const ForecastOptions& options)
-      : spec(std::move(world)),
-        vehicle(spec.vehicle, context_of(spec)),
-        forecaster(vehicle.car(), options),
-        places(parameter_places(spec, forecaster)),
-        params(forecaster.defaults()) {}
-  static PluginContext context_of(const WorldSpec& spec) {
-    PluginContext context;
-    context.car = spec.car.car;
-    return context;
-  }
-  const ParameterPlace* find(const std::string& pointer) const {
-    const auto at = std::ranges::find(places, pointer, &ParameterPlace::pointer);
-    return at == places.end() ? nullptr : &*at;
-  }
-
-  WorldSpec spec;
-  Vehicle vehicle;
-  Forecaster forecaster;
-  std::vector<ParameterPlace> places;
-  std::vector<double> params;
-  std::vector<Unknown> unknowns;
-  double cost = 0;
-  StartErrors judged;
-};
-
-/// Another world's unknowns of the same name.
-void take_over_unknowns(Trial& to, const Trial& from) {
-  for (Unknown u : from.unknowns) {
-    std::vector<Unknown::Same> all{{u.pointer, u.index}};
-    all.insert(all.end(), u.same.begin(), u.same.end());
-    u.same.clear();
-    for (const Unknown::Same& one : all)
-      if (const ParameterPlace* const at = to.find(one.pointer); at != nullptr)
-        u.same.push_back({one.pointer, at->index});
-    if (u.same.empty()) continue;
-    u.pointer = u.same.front().pointer;
-    u.index = u.same.front().index;
-    u.same.erase(u.same.begin());
-    to.unknowns.push_back(std::move(u));
-  }
-}
-
-/// And its values.
-void take_over(Trial& to, const Trial& from) {
-  for (const ParameterPlace& p : from.places)
-    if (const ParameterPlace* const at = to.find(p.pointer); at != nullptr) to.params[at->index] = from.params[p.index];
-  take_over_unknowns(to, from);
-}
-
-std::string pointer_of(const std::string& effect, const char* parameter) {
-  return "/plant/effects/" + effect + "/params/" + parameter;
-}
-
-Stage stage_of(const PluginSpec& effect, const PluginContext& context) {
-  return create<Effect>(*effect.entry, context, effect.values)->stage();
-}
-
-/// Where a further effect acts: before the first of its stage that belongs after it.
-std::size_t place_in_chain(const WorldSpec& world, const CandidateEffect& effect) {
-  const auto& effects = world.vehicle.effects;
-  for (std::size_t i = 0; i < effects.size(); ++i) {
-    const bool twice = std::ranges::count(effects, effects[i].id(), &PluginSpec::id) > 1;
-    if (twice) return effects.size();  // such effects are named by their index
-  }
-  const PluginContext context = Trial::context_of(world);
-  for (std::size_t i = 0; i < effects.size(); ++i)
-    if (stage_of(effects[i], context) == effect.effect->stage() &&
-        effects[i].entry->decl->precedence > effect.entry->decl->precedence)
-      return i;
-  return effects.size();
-}
-
-WorldSpec with_effect(WorldSpec world, const CandidateEffect& effect) {
-  PluginSpec spec;
-  spec.entry = effect.entry;
-  for (const double value : effect.numbers) spec.values.push_back({value, Table{}});
-  spec.tables.resize(spec.values.size());
-  auto& effects = world.vehicle.effects;
-  effects.insert(effects.begin() + static_cast<std::ptrdiff_t>(place_in_chain(world, effect)), std::move(spec));
-  return world;
-}
-
-WorldSpec without_effect(WorldSpec world, const std::string& id) {
-  std::erase_if(world.vehicle.effects, [&](const PluginSpec& e) { return e.id() == id; });
-  return world;
-}
-
-/// What is not known of an effect's parameter before any log is read: a quarter of its range.
-Unknown open_parameter(const ParameterPlace& place, double neutral) {
-  Unknown u = unknown_at(place, neutral);
-  u.sigma = 0.25 * (place.high - place.low);
-  return u;
-}
-
-/// Quadratic up to about `bend` and linear beyond, as errors count in a fit.
-double robust_square(double z, double bend) {
-  return 2.0 * bend * bend * (std::sqrt(1.0 + z * z / (bend * bend)) - 1.0);
-}
+constexpr double horizon = 1.0;  // [s] of what is judged
+constexpr double likely = 0.9;   // probability that an effect helps, for it to be looked at beside others
+constexpr double agreed = 2.0;   // standard deviations over blocks of a score that is worth a fit
 
 class MissingSearch {
  public:
@@ -143,7 +39,9 @@ class MissingSearch {
   void calibrate(const std::list<measured::SessionFile>& files);
   void measure_noise(const std::list<measured::SessionFile>& files);
   void refit(Trial& trial, int iterations);
-  StartErrors judge(const Trial& trial, const std::vector<FitLog>& logs) const;
+  StartErrors judge(const Trial& trial, const std::vector<FitLog>& logs) const {
+    return start_errors(trial.forecaster, trial.params, weighing_, logs);
+  }
   StartErrors reported(const Trial& trial) const { return judge(trial, report_.empty() ? judge_ : report_); }
   HorizonRow row_of(const std::string& name, const Trial& trial) const;
   std::unique_ptr<Trial> with(const Trial& base, const CandidateEffect& effect, const EffectScore& score);
@@ -191,12 +89,13 @@ void MissingSearch::split(const std::list<measured::SessionFile>& files,
   for (const FitLog& log : logs) {
     logs_.push_back(log.session->name);
     train_.push_back(part_of(log, times, false));
-    FitLog all(*log.session, forecast_.step, {horizon}, start_every, options_.fit.slowest);
+    FitLog all(*log.session, forecast_.step, {horizon}, judged_every, options_.fit.slowest);
     all.track = log.track;
     judge_.push_back(part_of(all, times, true));
   }
   for (const measured::SessionFile& file : held_out) {
-    report_.emplace_back(file.session, forecast_.step, std::vector<double>{horizon}, start_every, options_.fit.slowest);
+    report_.emplace_back(file.session, forecast_.step, std::vector<double>{horizon}, judged_every,
+                         options_.fit.slowest);
     if (spec_.track && lies_on(file.session, *spec_.track)) report_.back().track = spec_.track;
   }
   const auto count = [](const std::vector<FitLog>& logs) {
@@ -285,45 +184,6 @@ std::unique_ptr<Trial> MissingSearch::observed(const Trial& base) {
   refit(*trial, iterations);
   trial->judged = judge(*trial, judge_);
   return trial;
-}
-
-/// Whether a start has anything to be judged by.
-bool has_truth(const FitLog& log, std::size_t start) {
-  const auto first = log.truth.begin() + static_cast<std::ptrdiff_t>(start * channels);
-  return std::any_of(first, first + channels, [](double value) { return !std::isnan(value); });
-}
-
-StartErrors MissingSearch::judge(const Trial& trial, const std::vector<FitLog>& judged) const {
-  StartErrors out;
-  std::size_t stretch = 0;
-  std::vector<FitLog> logs = judged;
-  const PredictionErrors errors(trial.forecaster, logs);
-  const auto all = errors.errors(trial.params);
-  for (std::size_t l = 0; l < logs.size(); ++l) {
-    double begin = -INFINITY, before = -INFINITY;
-    for (std::size_t i = 0; i < logs[l].starts.time.size(); ++i) {
-      if (!has_truth(logs[l], i)) continue;
-      double sum = 0.0, weight = 0.0;
-      for (std::size_t c = 0; c < channels; ++c) {
-        if (std::isnan(logs[l].truth[i * channels + c])) continue;
-        const double w = weighing_.channel[c] * weighing_.channel[c];
-        double z = std::abs(all[l][i * channels + c]) / weighing_.scale[c];
-        if (!(z < farthest_error)) z = farthest_error;
-        sum += w * robust_square(z, weighing_.bend);
-        weight += w;
-      }
-      // Starts that follow each other share a stretch, of at most the length over which a bootstrap draws blocks.
-      const double now = logs[l].starts.time[i];
-      if (now - before > 2.0 * start_every || now - begin > block_length) {
-        begin = now;
-        ++stretch;
-      }
-      before = now;
-      out.square.push_back(weight > 0.0 ? sum / weight : 0.0);
-      out.stretch.push_back(stretch);
-    }
-  }
-  return out;
 }
 
 HorizonRow MissingSearch::row_of(const std::string& name, const Trial& trial) const {
@@ -524,44 +384,14 @@ void MissingSearch::find_remainder() {
 
 /// The world with the effects named, their parameters among its unknowns, so that it can be fitted to more.
 Node MissingSearch::world_found(const std::filesystem::path& folder) const {
-  Node world = tree_;
-  for (std::size_t i = 0; i < found_->spec.vehicle.effects.size(); ++i) {
-    const PluginSpec& effect = found_->spec.vehicle.effects[i];
-    if (std::ranges::find(added_, effect.id()) == added_.end()) continue;
-    Node one = Node::empty_object(), params = Node::empty_object();
-    one.set("plugin", Node(effect.id()));
-    for (std::size_t p = 0; p < effect.values.size(); ++p)
-      params.set(effect.entry->params()[p].name, Node(effect.values[p].number));
-    one.set("params", std::move(params));
-    Node& plant = *world.find("plant");
-    if (plant.find("effects") == nullptr) plant.set("effects", Node(Node::Array{}));
-    Node::Array& list = plant.find("effects")->array();
-    // Before the effect that follows it in the chain.
-    auto at = list.end();
-    for (std::size_t next = i + 1; next < found_->spec.vehicle.effects.size() && at == list.end(); ++next)
-      at = std::ranges::find_if(list, [&](const Node& e) {
-        const Node* const id = e.find("plugin");
-        return id != nullptr && id->is_text() && id->text() == found_->spec.vehicle.effects[next].id();
-      });
-    list.insert(at, std::move(one));
-  }
   FitResult result;
   result.params = found_->params;
   result.parameters = out_.parameters;
   result.errors = out_.rows;
   for (const FitLog& log : train_) result.starts += log.starts.time.size();
-  world = fitted_world(std::move(world), found_->spec, found_->forecaster, result,
-                       {logs_, map_.file.filename().string()}, folder);
-  if (Node* const listed = world.find("unknowns"); listed != nullptr)
-    for (const MissingEffect& named : out_.named)
-      for (const FittedParameter& p : out_.parameters) {
-        if (!p.unknown.pointer.starts_with(pointer_of(named.effect, ""))) continue;
-        Node one = Node::empty_object();
-        one.set("group", Node(p.unknown.group));
-        one.set("prior", Node(p.unknown.prior));
-        one.set("sigma", Node(p.unknown.sigma));
-        listed->set(p.unknown.pointer, std::move(one));
-      }
+  Node world = fitted_world(with_effects(tree_, found_->spec, added_), found_->spec, found_->forecaster, result,
+                            {logs_, map_.file.filename().string()}, folder);
+  open_parameters(world, added_, out_.parameters);
   return world;
 }
 
@@ -601,43 +431,6 @@ MissingEffects MissingSearch::run(const std::list<measured::SessionFile>& files,
 }
 
 }  // namespace
-
-double StartErrors::rms() const {
-  const double sum = std::accumulate(square.begin(), square.end(), 0.0);
-  return square.empty() ? 0.0 : std::sqrt(sum / static_cast<double>(square.size()));
-}
-
-ErrorChange change_of(const StartErrors& with, const StartErrors& without) {
-  // The logarithm of the ratio of two root mean squares, half that of A / C, moves with a stretch's sums a and c by
-  // (a / A - c / C) / 2; stretches are drawn at random, so that its variance is that of their sum.
-  std::map<std::size_t, std::pair<double, double>> sums;
-  double all_with = 0.0, all_without = 0.0;
-  for (std::size_t i = 0; i < with.square.size(); ++i) {
-    auto& [a, c] = sums[with.stretch[i]];
-    a += with.square[i];
-    c += without.square[i];
-    all_with += with.square[i];
-    all_without += without.square[i];
-  }
-  ErrorChange out;
-  if (!(all_with > 0.0) || !(all_without > 0.0)) return out;
-  const double log_ratio = 0.5 * std::log(all_with / all_without);
-  out.change = std::expm1(log_ratio);
-  if (sums.size() < 3) return out;
-  const auto count = static_cast<double>(sums.size());
-  double square = 0.0;
-  for (const auto& [stretch, sum] : sums) {
-    const double by = 0.5 * (sum.first / all_with - sum.second / all_without);
-    square += by * by;
-  }
-  const double sigma = std::sqrt(square * count / (count - 1.0));
-  const boost::math::students_t t(count - 1.0);
-  const double half = sigma * boost::math::quantile(t, 0.975);
-  out.low = std::expm1(log_ratio - half);
-  out.high = std::expm1(log_ratio + half);
-  out.certainty = sigma > 0.0 ? boost::math::cdf(t, -log_ratio / sigma) : log_ratio < 0.0 ? 1.0 : 0.0;
-  return out;
-}
 
 MissingEffects find_missing(const Node& tree, const WorldSpec& spec, const Registry& registry,
                             const measured::LogMap& map, const std::list<measured::SessionFile>& files,

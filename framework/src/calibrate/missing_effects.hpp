@@ -14,26 +14,9 @@
 
 #include "calibrate/calibrated_world.hpp"
 #include "calibrate/fit_starts.hpp"
+#include "calibrate/start_errors.hpp"
 
 namespace gripline::calibrate {
-
-/// Relative change of a root mean square error with its 95 % interval; negative: smaller.
-struct ErrorChange {
-  double change = 0, low = -1, high = 1;
-  double certainty = 0;  // probability that it is negative
-  bool helps() const { return high < 0.0; }
-  bool harms() const { return low > 0.0; }
-};
-
-/// Squared errors over what is usual, by start, those beyond three times that counting as a fit counts them, and the
-/// stretch of time that each start belongs to.
-struct StartErrors {
-  std::vector<double> square;
-  std::vector<std::size_t> stretch;
-  double rms() const;
-};
-/// By the t distribution of stretches, whose errors count as independent; nothing is told below three of them.
-ErrorChange change_of(const StartErrors& with, const StartErrors& without);
 
 struct MissingEffect {
   struct Value {

@@ -225,6 +225,9 @@ inline constexpr double noise_agrees_from = 0.85, noise_agrees_to = 1.15;
 /// Noise seen over noise stated below which a log is noise-free (simulated or filtered), and the share of the stated
 /// that is then used. Not measured; test_diagnose_diagnoser TellsThatALogHasNoNoise.
 inline constexpr double noise_free = 0.05;
+/// Standard deviation of what rounding does to a reading, over that of its noise, from which on it counts: less adds half
+/// a per cent to the noise. Not varied.
+inline constexpr double least_rounding = 0.1;
 /// Least standard deviation of a sensor, in wheelbases, rad and v_ref: keeps the filter regular. Not measured.
 inline constexpr double least_sensor_noise = 1e-6;
 /// Standard deviations of the speed sensors by which the state may jump where a command was not recorded. A quick move

@@ -15,6 +15,15 @@ using Channels = std::array<double, channels>;
 
 inline constexpr double no_reading = std::numeric_limits<double>::quiet_NaN();
 
+/// Throttle and steering, of what belongs to a command.
+using Commands = std::array<double, 2>;
+
+/// What is not known of commands that were rounded, at one sample: a first-order autoregressive process.
+struct CommandDoubt {
+  Commands variance{};  // of the error
+  Commands kept{};      // share of it that is in the next sample's
+};
+
 /// Samples dt apart. Rows of `reading` are x, y, yaw, vx, vy, yaw rate (SI; no_reading where missing); commands are
 /// linear between samples, or between `fine` ones, or held.
 struct Log {
@@ -24,7 +33,8 @@ struct Log {
   std::vector<CommandSample<double>> command;
   std::vector<CommandSample<double>> fine;  // 2 size() - 1 commands half a sample apart; empty: `command` says all
   bool held = false;                        // each command acts until the next; `fine` is empty then
-  std::vector<bool> interpolated;  // samples without a recorded command, filled in from their neighbours; empty: none
+  std::vector<bool> interpolated;   // samples without a recorded command, filled in from their neighbours; empty: none
+  std::vector<CommandDoubt> doubt;  // of each sample, where commands were rounded and are expected values; empty: none
   /// Whether a command of the step after sample k was not recorded.
   bool interpolated_step(std::size_t k) const {
     return k + 1 < interpolated.size() && (interpolated[k] || interpolated[k + 1]);
@@ -41,9 +51,6 @@ History<double> history_at(const Log& log, double now);
 /// difference.
 ActingCommand<double> command_at_sample(const Log& log, std::size_t k);
 History<double> history_at_sample(const Log& log, double now);
-
-/// Throttle and steering, of what belongs to a command.
-using Commands = std::array<double, 2>;
 
 /// Makes the commands curved between samples: half-way they are off the straight line by `bend` times the mean of the
 /// second differences at both ends. -1/8 is a parabola through the samples, 0 the straight line.

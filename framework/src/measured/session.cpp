@@ -40,6 +40,26 @@ double Session::bridge(std::size_t channel, double time, double until, double lo
   return last + change * (time - t[i]);
 }
 
+namespace {
+
+/// Mean of a held command over the grid's step around `time`, so that commands that are linear between samples have the
+/// mean of what is held over every stretch. `row` is the one at or before `time`; it moves on to the last that counts.
+double mean_of_held(const Session& session, double CommandSample<double>::*command, double time, double dt,
+                    std::size_t& row) {
+  const double from = time - 0.5 * dt, to = time + 0.5 * dt;
+  while (row > 0 && session.t[row] > from) --row;
+  double sum = 0.0;
+  for (double begin = from;; ++row) {
+    const bool last = row + 1 >= session.rows() || session.t[row + 1] > to - 1e-9;
+    const double end = last ? to : session.t[row + 1];
+    sum += (end - begin) * session.command[row].*command;
+    begin = end;
+    if (last) return sum / dt;
+  }
+}
+
+}  // namespace
+
 CommandGrid::CommandGrid(const Session& session, double spacing) : t0(session.t.front()), dt(spacing) {
   constexpr double longest_gap = 0.25;  // [s] bridged by a straight line
   const auto n = static_cast<std::size_t>((session.t.back() - t0) / dt + 1e-6) + 1;
@@ -51,18 +71,21 @@ CommandGrid::CommandGrid(const Session& session, double spacing) : t0(session.t.
     while (i + 1 < session.rows() && session.t[i + 1] <= time + 1e-9) ++i;
     const CommandSample<double>& a = session.command[i];
     const bool on_row = time <= session.t[i] + 1e-9 || i + 1 >= session.rows();
-    const bool held = session.held_throttle && session.held_steering;
-    if (on_row || held || session.t[i + 1] - session.t[i] > longest_gap) {
-      sample.push_back(a);
-      row_at.push_back(session.t[i]);
-      continue;
-    }
-    const CommandSample<double>& b = session.command[i + 1];
-    const double share = (time - session.t[i]) / (session.t[i + 1] - session.t[i]);
-    const double d = session.held_throttle ? a.d : a.d + share * (b.d - a.d);
-    const double delta = session.held_steering ? a.delta : a.delta + share * (b.delta - a.delta);
+    const bool stays = on_row || session.t[i + 1] - session.t[i] > longest_gap;
+    const CommandSample<double>& b = stays ? a : session.command[i + 1];
+    const double share = stays ? 0.0 : (time - session.t[i]) / (session.t[i + 1] - session.t[i]);
+    std::size_t latest = i;
+    const auto value = [&](double CommandSample<double>::*command, bool held) {
+      std::size_t row = i;
+      const double v =
+          held ? mean_of_held(session, command, time, dt, row) : a.*command + share * (b.*command - a.*command);
+      latest = std::max(latest, held || stays ? row : i + 1);
+      return v;
+    };
+    const double d = value(&CommandSample<double>::d, session.held_throttle);
+    const double delta = value(&CommandSample<double>::delta, session.held_steering);
     sample.push_back({d, delta});
-    row_at.push_back(session.t[i + 1]);
+    row_at.push_back(session.t[latest]);
   }
   known_at = row_at;
   fixed_at = {row_at, row_at};

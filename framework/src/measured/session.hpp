@@ -38,7 +38,7 @@ struct Session {
 };
 
 /// Commands on an even grid for effects that look back. A sample between two rows is known as soon as the later one was
-/// written, or, of commands that are held, the earlier one.
+/// written, or, of commands that are held, the last that its mean holds.
 struct CommandGrid {
   double t0 = 0, dt = 0.01;
   std::vector<CommandSample<double>> sample;
@@ -48,7 +48,8 @@ struct CommandGrid {
   std::vector<double> known_at;                 // the later of them
 
   CommandGrid() = default;
-  /// `dt`: spacing [s]. Over gaps the command is held.
+  /// `dt`: spacing [s]; linear between samples. Over gaps the command is held. One that is held between rows is its mean
+  /// over the step of the grid around each sample.
   CommandGrid(const Session& session, double dt);
   /// How many samples follow from rows at or before `time`.
   std::size_t known(double time) const;

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "measured/rounding.hpp"
+
 namespace gripline::measured {
 
 void Trace::set_motion(std::vector<double> rows, const Road& road) {
@@ -28,10 +30,16 @@ void Trace::bend_commands(const Commands& bend) {
   copy_commands();
 }
 
+void Trace::unround_commands(const Commands& steps) {
+  measured::unround_commands(log, steps);
+  copy_commands();
+}
+
 void Trace::cut(std::size_t samples) {
   log.command.resize(samples);
   if (!log.fine.empty()) log.fine.resize(2 * samples - 1);
   if (!log.interpolated.empty()) log.interpolated.resize(samples);
+  if (!log.doubt.empty()) log.doubt.resize(samples);
   log.reading.resize(samples * channels);
   motion.resize(samples * channels);
   at.resize(samples);

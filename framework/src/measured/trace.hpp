@@ -19,6 +19,8 @@ struct Trace {
   void set_motion(std::vector<double> rows, const Road& road);
   /// Curved commands between samples, as measured::bend_commands has it.
   void bend_commands(const Commands& bend);
+  /// Expected values of rounded commands, as measured::unround_commands has it. Before any bend.
+  void unround_commands(const Commands& steps);
   /// Only the first so many samples.
   void cut(std::size_t samples);
   /// Commands up to sample k, as measured::history_at_sample has them. Holds pointers into this.

@@ -11,34 +11,6 @@ namespace {
 using test::CalibrateRig;
 using test::small_car_world;
 
-StartErrors errors_of(double size, double with_odd) {
-  StartErrors out;
-  for (std::size_t i = 0; i < 40; ++i) {
-    const std::size_t stretch = i / 4;
-    out.square.push_back(stretch % 2 == 0 ? size : size * with_odd);
-    out.stretch.push_back(stretch);
-  }
-  return out;
-}
-
-TEST(ErrorChange, SaysWhatTheStretchesAgreeOn) {
-  const StartErrors one = errors_of(1.0, 1.0);
-  EXPECT_TRUE(change_of(errors_of(0.64, 1.1), one).helps());
-  EXPECT_NEAR(change_of(errors_of(0.64, 1.0), one).change, -0.2, 1e-12);
-  EXPECT_TRUE(change_of(errors_of(1.3, 1.1), one).harms());
-  const ErrorChange split = change_of(errors_of(0.5, 3.0), one);
-  EXPECT_FALSE(split.helps() || split.harms());
-}
-
-TEST(ErrorChange, TellsNothingOfTwoStretches) {
-  StartErrors few;
-  few.square = {1.0, 1.0};
-  few.stretch = {1, 2};
-  StartErrors less = few;
-  less.square = {0.1, 0.1};
-  EXPECT_FALSE(change_of(less, few).helps());
-}
-
 /// A world that knows nothing of pedals and steering, and a log of a car with these effects.
 MissingEffects found_in_log_of(const char* effects) {
   const CalibrateRig truth(small_car_world(effects));

@@ -28,6 +28,20 @@ TEST(CommandGrid, StepsStayStepsWhereEveryRowIsRead) {
   EXPECT_EQ(steering(grid, 1.0), 0.2);
 }
 
+/// Rows on the grid: linear between samples, what is held until the next row must not come half a sample early.
+TEST(CommandGrid, AHeldCommandHasItsMeanOverEveryStretch) {
+  Session s = stepping();  // rows 10 ms apart, the steering steps to 0.2 at 1.0 s
+  s.held_steering = true;
+  const CommandGrid grid(s, 0.01);
+  EXPECT_EQ(steering(grid, 0.99), 0.0);
+  EXPECT_NEAR(steering(grid, 1.0), 0.1, 1e-9);
+  EXPECT_NEAR(steering(grid, 1.01), s.command[100].delta == s.command[101].delta ? 0.2 : 0.1, 1e-9);
+  EXPECT_EQ(grid.row_at[100], s.t[100]);  // nothing of later rows is in it
+  const CommandGrid fine(s, 0.0025);
+  EXPECT_EQ(steering(fine, 0.9975), 0.0);
+  EXPECT_NEAR(steering(fine, 1.0025), 0.2, 1e-9);
+}
+
 TEST(CommandGrid, ACommandReadEverySoOftenMovesEvenlyToItsNextReading) {
   Session s = stepping();
   s.steering_every = 0.1;

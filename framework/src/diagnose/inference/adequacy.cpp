@@ -8,6 +8,7 @@
 #include "diagnose/inference/bases.hpp"
 #include "diagnose/inference/constancy.hpp"
 #include "diagnose/inference/focused_test.hpp"
+#include "diagnose/inference/predicted_motion.hpp"
 #include "diagnose/inference/spectral_line.hpp"
 
 namespace gripline::diagnose {
@@ -104,25 +105,6 @@ bool noise_beside(const Problem& problem, const Fit& fitted, std::size_t channel
   return false;
 }
 
-/// The problem along the motion that is predicted at every sample from those before. A smoothed motion holds the noise
-/// of the very readings that a function of it is to explain: unknown commands turn the car, the smoothed yaw rate shows
-/// it, and the score of a yaw acceleration that follows the yaw rate is no longer zero at the mean. A function of what
-/// came before is uncorrelated with every innovation (White 1984, Asymptotic Theory for Econometricians, martingale
-/// differences).
-Problem along_predictions(const Problem& problem, const Fit& fitted, std::span<const Linearised> along) {
-  FilterOptions options;
-  options.predict = true;
-  Problem predicted = problem;
-  for (std::size_t t = 0; t < along.size(); ++t) {
-    const LinearModel& lm = along[t].lm;
-    const std::vector<double> off = filter(lm, fitted.noise, options).predicted;
-    std::vector<double>& motion = predicted.traces[t].motion;
-    for (std::size_t k = 0; k < lm.n; ++k)
-      for (std::size_t c = 0; c < channels; ++c) motion[k * channels + c] += off[k * lm.states + c];
-  }
-  return predicted;
-}
-
 /// One focused test per acceleration, each with its own few functions.
 void add_focused(const Problem& problem, const Fit& fitted, std::span<const Linearised> along,
                  std::vector<ResidualTest>& tests) {
@@ -189,11 +171,12 @@ std::vector<ResidualTest> residual_tests(const Problem& problem, const Fit& fitt
   std::vector<ResidualTest> tests;
   const std::vector<Linearised> along = linearise_all(problem, fitted.model);
   const Problem predicted = along_predictions(problem, fitted, along);
+  const std::vector<Linearised> driven = commands_are_noise(problem) ? with_own_along(predicted, fitted, along) : along;
   for (const Where where : {Where::position, Where::time, Where::state, Where::input})
-    tests.push_back(test_kind(predicted, fitted, along, where));
+    tests.push_back(test_kind(predicted, fitted, driven, where));
   tests.push_back(test_uneven_noise(problem, fitted, along, strongest(tests)));
   tests.push_back(test_spectral_line(problem, fitted, along));
-  add_focused(predicted, fitted, along, tests);
+  add_focused(predicted, fitted, driven, tests);
   for (ResidualTest& test : constancy(problem, fitted, along)) tests.push_back(std::move(test));
   return tests;
 }

@@ -7,6 +7,7 @@
 
 #include "diagnose/inference/bases.hpp"
 #include "diagnose/inference/focused_test.hpp"
+#include "diagnose/inference/predicted_motion.hpp"
 #include "measured/replay.hpp"
 
 namespace gripline::diagnose {
@@ -14,13 +15,11 @@ namespace {
 
 using Eigen::Index;
 
-/// What a member adds to the rates or readings along the reference, its memory included.
-Regressor contribution(const Catalogue& catalogue, const ModelSpec& model, std::size_t member, const Trace& trace,
-                       const LinearModel& lm) {
-  const StagedCar without = catalogue.build(catalogue.without(model, member));
+/// What a member adds to the rates or readings along a trace, its memory included.
+Regressor contribution(const Catalogue& catalogue, const ModelSpec& model, std::size_t member, const Trace& trace) {
+  const StagedCar with = catalogue.build(model), without = catalogue.build(catalogue.without(model, member));
   Regressor d;
   if (catalogue.candidates()[member].effect->stage() == Stage::reading) {
-    const StagedCar with = catalogue.build(model);
     d.reading.resize(trace.size() * channels);
     for (std::size_t k = 0; k < trace.size(); ++k) {
       const double* const x = trace.motion.data() + k * channels;
@@ -32,10 +31,11 @@ Regressor contribution(const Catalogue& catalogue, const ModelSpec& model, std::
     }
     return d;
   }
+  const std::vector<double> high = rates_at_samples(with, trace, simulate_memory(with, trace));
   const std::vector<double> low = rates_at_samples(without, trace, simulate_memory(without, trace));
   d.rate.resize(trace.size() * 3);
   for (std::size_t k = 0; k < trace.size(); ++k)
-    for (std::size_t c = 0; c < 3; ++c) d.rate[k * 3 + c] = lm.rate[k * 3 + c] - low[k * channels + 3 + c];
+    for (std::size_t c = 0; c < 3; ++c) d.rate[k * 3 + c] = high[k * channels + 3 + c] - low[k * channels + 3 + c];
   return d;
 }
 
@@ -113,17 +113,24 @@ constexpr Index functions = 9;  // of each member
 /// The model's own parameters, then for every member its contribution times the functions of each kind.
 ScoreSystem variations(const Problem& problem, const Fit& fitted, std::span<const Linearised> along) {
   const double end = end_time(problem);
-  return score_system(problem, fitted, along, [&](const Trace& trace, const LinearModel& lm) {
+  return score_system(problem, fitted, along, [&](const Trace& trace, const LinearModel&) {
     std::vector<Regressor> all;
     const Variation time = with_time(trace, end), driving = with_driving(trace), side = with_side(trace);
     for (const std::size_t member : fitted.model.members) {
-      const Regressor d = contribution(*problem.catalogue, fitted.model, member, trace, lm);
+      const Regressor d = contribution(*problem.catalogue, fitted.model, member, trace);
       add_varied(d, time, all);
       add_varied(d, driving, all);
       add_varied(d, side, all);
     }
     return all;
   });
+}
+
+/// The same, along predicted motion where commands are not known.
+ScoreSystem variations_driven(const Problem& problem, const Fit& fitted, std::span<const Linearised> along) {
+  if (!commands_are_noise(problem)) return variations(problem, fitted, along);
+  const Problem predicted = along_predictions(problem, fitted, along);
+  return variations(predicted, fitted, with_own_along(predicted, fitted, along));
 }
 
 /// The test of some members' variations of one kind.
@@ -139,7 +146,7 @@ ResidualTest test_of(const ScoreSystem& system, std::span<const Index> members, 
 
 std::vector<ResidualTest> constancy(const Problem& problem, const Fit& fitted, std::span<const Linearised> along) {
   if (fitted.model.members.empty()) return {};
-  const ScoreSystem system = variations(problem, fitted, along);
+  const ScoreSystem system = variations_driven(problem, fitted, along);
   std::vector<Index> members(fitted.model.members.size());
   std::iota(members.begin(), members.end(), Index{0});
   const bool process_noise = has_strong_process_noise(problem, fitted.noise);
@@ -150,7 +157,7 @@ std::vector<ResidualTest> constancy(const Problem& problem, const Fit& fitted, s
 std::vector<double> constancy_by_member(const Problem& problem, const Fit& fitted, std::span<const Linearised> along) {
   std::vector<double> statistic;
   if (fitted.model.members.empty()) return statistic;
-  const ScoreSystem system = variations(problem, fitted, along);
+  const ScoreSystem system = variations_driven(problem, fitted, along);
   const bool process_noise = has_strong_process_noise(problem, fitted.noise);
   for (Index m = 0; m < static_cast<Index>(fitted.model.members.size()); ++m) {
     const std::span<const Index> one(&m, 1);

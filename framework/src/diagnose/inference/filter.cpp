@@ -105,7 +105,7 @@ class Pass {
   Likelihood run() {
     start();
     for (std::size_t k = 0; k < lm_.n; ++k) {
-      if (options_.restart > 0 && k > 0 && k % options_.restart == 0) restart();
+      if (options_.restart > 0 && k > 0 && k % options_.restart == 0) restart(k);
       if (options_.smooth) keep(k);
       update(k);
       if (k + 1 < lm_.n && options_.predict) keep_predicted(k);
@@ -125,7 +125,7 @@ class Pass {
   using Vector = std::array<T, N>;
 
   void start() {
-    restart();
+    restart(0);
     next_.assign(N * params_, 0.0);
     inputs_.assign(N * params_, 0.0);
     J_.assign(params_, 0.0);
@@ -138,14 +138,19 @@ class Pass {
   }
 
   /// A diffuse start: nothing before it counts, in the regressors neither.
-  void restart() {
+  void restart(std::size_t k) {
     P_.fill(constant<T>(0.0));
     z_.fill(constant<T>(0.0));
     for (std::size_t c = 0; c < channels; ++c)
       P_[c * (N + 1)] = constant<T>(std::pow(thresholds::diffuse_start * noise_.sensor[c], 2));
     for (std::size_t i = 0; i < noise_states; ++i) add_variance(i, 1.0);
+    for (std::size_t i = 0; i < lm_.command_errors(); ++i)
+      value_of(P_[command_error(i) * (N + 1)]) += lm_.doubt[k].variance[i];
     dtheta_.assign(N * params_, 0.0);
   }
+
+  /// Place in the state of the error of a command.
+  std::size_t command_error(std::size_t i) const { return body - lm_.command_errors() + i; }
 
   /// Adds a share of the stationary variance of unknown acceleration i.
   void add_variance(std::size_t i, double share) {
@@ -359,6 +364,11 @@ class Pass {
     const double growth = 1.0 - std::exp(-2.0 * lm_.dt / lm_.noise_time);
     for (std::size_t i = 0; i < noise_states; ++i) add_variance(i, growth);
     if (!lm_.by_command.empty()) add_commands(k);
+    for (std::size_t i = 0; i < lm_.command_errors(); ++i) {
+      const double kept = lm_.doubt[k].kept[i],
+                   fresh = lm_.doubt[k + 1].variance[i] - kept * kept * lm_.doubt[k].variance[i];
+      value_of(P_[command_error(i) * (N + 1)]) += std::max(0.0, fresh);
+    }
     if (k < lm_.interpolated.size() && lm_.interpolated[k]) inflate_covariance();
     if (params_ > 0) predict_params(k, F);
   }
@@ -528,8 +538,12 @@ Likelihood filter(const LinearModel& model, const Noise& noise, const FilterOpti
       return run<11>(model, noise, options);
     case 12:
       return run<12>(model, noise, options);
-    default:
+    case 13:
       return run<13>(model, noise, options);
+    case 14:
+      return run<14>(model, noise, options);
+    default:
+      return run<15>(model, noise, options);
   }
 }
 

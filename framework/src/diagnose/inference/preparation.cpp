@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "measured/replay.hpp"
+#include "measured/rounding.hpp"
 #include "util/numbers.hpp"
 
 namespace gripline::diagnose {
@@ -13,6 +15,11 @@ using measured::Health;
 const char* channel_name(std::size_t c) {
   constexpr std::array<const char*, channels> names = {"x", "y", "yaw", "vx", "vy", "yaw rate"};
   return names[c];
+}
+
+const char* channel_unit(std::size_t c) {
+  constexpr std::array<const char*, channels> units = {" m", " m", " rad", " m/s", " m/s", " rad/s"};
+  return units[c];
 }
 
 /// The standard deviation to believe of one channel: `seen` in the logs (NaN where it was not read), `stated`, or
@@ -36,6 +43,35 @@ double believed_noise(std::size_t channel, double seen, double stated, double le
   return std::max(least, seen);
 }
 
+/// Adds what rounding of a reading makes of the stated noise, where it counts.
+double with_rounding(std::size_t channel, double step, double stated, std::vector<Health>& health) {
+  const double rounding = measured::rounding_noise(step);
+  if (!(rounding > thresholds::least_rounding * stated)) return stated;
+  health.push_back({std::string("rounding of ") + channel_name(channel),
+                    "to " + significant(step) + channel_unit(channel),
+                    "counts as noise of " + significant(rounding) + channel_unit(channel), Health::Level::note});
+  return std::hypot(stated, rounding);
+}
+
+/// Steps of the commands; 0 where the car would hardly be accelerated by half of one.
+Commands steps_that_count(const Problem& problem) {
+  std::vector<Log> logs;
+  for (const Trace& trace : problem.traces) logs.push_back(trace.log);
+  Commands steps = measured::command_steps(logs);
+  const StagedCar car = problem.catalogue->build(problem.catalogue->null_model());
+  Commands largest{};  // acceleration by a unit of each, over the usual one
+  for (const Trace& trace : problem.traces) {
+    const auto by = measured::rates_by_command(car, trace, simulate_memory(car, trace));
+    for (std::size_t i = 0; i < by.size(); ++i)
+      for (std::size_t k = 0; k < trace.size(); ++k)
+        for (std::size_t c = 0; c < noise_states; ++c)
+          largest[i] = std::max(largest[i], std::abs(by[i].motion[k * channels + 3 + c]) / problem.process_unit[c]);
+  }
+  for (std::size_t i = 0; i < steps.size(); ++i)
+    if (measured::rounding_noise(steps[i]) * largest[i] < thresholds::no_process_noise) steps[i] = 0.0;
+  return steps;
+}
+
 }  // namespace
 
 Prepared prepare(const Catalogue& catalogue, const Road& road, std::span<const measured::LogFile> logs,
@@ -51,10 +87,13 @@ Prepared prepare(const Catalogue& catalogue, const Road& road, std::span<const m
     stretches.insert(stretches.end(), log.stretches.begin(), log.stretches.end());
     out.health.insert(out.health.end(), log.health.begin(), log.health.end());
   }
-  const Channels seen = estimate_noise(std::span<const Log>(stretches));
+  Channels seen = estimate_noise(std::span<const Log>(stretches));
+  const Channels steps = measured::reading_steps(stretches);
   for (std::size_t c = 0; c < channels; ++c) {
     const double least = thresholds::least_sensor_noise * (c < 2 ? car.lf + car.lr : c == 2 ? 1.0 : car.v_ref);
-    problem.sensor[c] = believed_noise(c, seen[c], stated[c], least, out.health);
+    const double told = with_rounding(c, steps[c], stated[c], out.health);
+    if (told > stated[c]) seen[c] = std::max(seen[c], measured::rounding_noise(steps[c]));
+    problem.sensor[c] = believed_noise(c, seen[c], told, least, out.health);
   }
   for (Log& one : stretches) {
     Trace trace;
@@ -64,6 +103,7 @@ Prepared prepare(const Catalogue& catalogue, const Road& road, std::span<const m
     problem.traces.push_back(std::move(trace));
   }
   problem.substeps = substeps_of_motion(catalogue.build(catalogue.null_model()), problem.traces);
+  problem.command_step = steps_that_count(problem);
   problem.penalty_per_parameter = 0.5 * std::log(static_cast<double>(problem.rows));
   return out;
 }

@@ -33,6 +33,11 @@ void Problem::hold_commands(bool until_the_next) {
   }
 }
 
+void Problem::unround_commands() {
+  unrounded = true;
+  for (Trace& trace : traces) trace.unround_commands(command_step);
+}
+
 std::array<double, noise_states> process_noise_ratio(const Problem& problem, const Noise& noise) {
   std::array<double, noise_states> ratio;
   for (std::size_t c = 0; c < noise_states; ++c) ratio[c] = std::sqrt(noise.process[c]) / problem.process_unit[c];

@@ -21,6 +21,8 @@ struct Problem {
   UnknownCommands command;                          // between samples, see Noise::command
   Commands bend{};                                  // of the commands of all traces, see measured::bend_commands
   bool held = false;                                // whether commands are held between samples, see Log::held
+  Commands command_step{};                          // to which commands were rounded, where that counts; 0: not
+  bool unrounded = false;  // whether the traces' commands are the expected ones, see measured::unround_commands
   /// Schwarz's penalty [log likelihood]: half the logarithm of the number of independent readings.
   double penalty_per_parameter = 0;
   std::size_t rows = 0;  // readings of all traces
@@ -38,6 +40,8 @@ struct Problem {
   double seconds() const;
   /// Sets `held` and, of all traces, Log::held; nothing is bent or unknown of the commands then.
   void hold_commands(bool until_the_next);
+  /// Takes commands as rounded by the recorder: sets `unrounded`.
+  void unround_commands();
 };
 
 /// Standard deviations of the unknown accelerations over their usual size.

@@ -380,7 +380,14 @@ SearchResult search_effects(Problem problem, const Road& road, const SearchOptio
   noise.sensor = problem.sensor;
   for (std::size_t i = 0; i < noise_states; ++i)
     noise.process[i] = std::pow(thresholds::start_process_noise * problem.process_unit[i], 2);
-  const Fit rough = fit(problem, problem.catalogue->null_model(), noise, thresholds::rough_iterations);
+  Fit rough = fit(problem, problem.catalogue->null_model(), noise, thresholds::rough_iterations);
+  if (problem.command_step != Commands{}) {
+    // Rounded by the recorder, unless the log is surely likelier with a car that is given rounded commands.
+    Problem unrounded = problem;
+    unrounded.unround_commands();
+    Fit other = fit(unrounded, rough.model, noise, thresholds::rough_iterations);
+    if (other.cost < rough.cost + thresholds::noise_gain) problem = std::move(unrounded), rough = std::move(other);
+  }
   iterate_reference(problem, road, rough);
   Noise start = rough.noise;
   // Effects that are missing colour the innovations too: what is not plain is measured once they are found. So is what

@@ -85,6 +85,38 @@ void add_commands(const StagedCar& car, const Trace& trace, LinearModel& lm) {
   }
 }
 
+/// The same arrays with two states more behind the memory: errors of the commands, which act as they are at a sample
+/// until the next. `by_command` has half of that.
+void add_command_errors(const std::vector<measured::CommandDoubt>& doubt, LinearModel& lm) {
+  const std::size_t N = lm.states, body = N - noise_states, more = Commands{}.size(), M = N + more;
+  const auto to = [&](std::size_t i) { return i < body ? i : i + more; };
+  const std::size_t steps = lm.n - 1;
+  std::vector<double> F(steps * M * M), in0(steps * M * 3), in1(steps * M * 3), by(steps * more * M),
+      offset(steps * (body + more));
+  for (std::size_t k = 0; k < steps; ++k) {
+    for (std::size_t i = 0; i < N; ++i) {
+      for (std::size_t j = 0; j < N; ++j) F[(k * M + to(i)) * M + to(j)] = lm.F[(k * N + i) * N + j];
+      for (std::size_t c = 0; c < 3; ++c) {
+        in0[(k * M + to(i)) * 3 + c] = lm.input0[(k * N + i) * 3 + c];
+        in1[(k * M + to(i)) * 3 + c] = lm.input1[(k * N + i) * 3 + c];
+      }
+      for (std::size_t c = 0; c < more; ++c) {
+        by[(k * more + c) * M + to(i)] = lm.by_command[(k * more + c) * N + i];
+        F[(k * M + to(i)) * M + body + c] = 2.0 * lm.by_command[(k * more + c) * N + i];
+      }
+      if (i < body) offset[k * (body + more) + i] = lm.offset[k * body + i];
+    }
+    for (std::size_t c = 0; c < more; ++c) F[(k * M + body + c) * M + body + c] = doubt[k].kept[c];
+  }
+  lm.states = M;
+  lm.doubt = doubt;
+  lm.F = std::move(F);
+  lm.input0 = std::move(in0);
+  lm.input1 = std::move(in1);
+  lm.by_command = std::move(by);
+  lm.offset = std::move(offset);
+}
+
 /// Fills the offsets: one-step predictions from the reference less the reference.
 void add_offsets(const StagedCar& car, const Trace& trace, LinearModel& lm) {
   const std::size_t m = lm.memories(), body = channels + m;
@@ -130,13 +162,16 @@ LinearModel linearise(const StagedCar& car, const Trace& trace, const Stepping& 
   if (!trace.log.interpolated.empty())
     for (std::size_t k = 0; k + 1 < lm.n; ++k) lm.interpolated.push_back(trace.log.interpolated_step(k));
   const double fastest = add_transitions(car, trace, along, regressors, lm);
-  if (stepping.commands) add_commands(car, trace, lm);
+  const bool rounded = !trace.log.doubt.empty();
+  if (stepping.commands || rounded) add_commands(car, trace, lm);
   // Stiff memory settles many times within a sample: there the step must only be stable.
   const double settles = std::min(lm.dt * fastest, thresholds::stiffest);
   const double step = settles < thresholds::stiff ? thresholds::longest_memory_step : thresholds::longest_stiff_step;
   lm.substeps = std::max(stepping.substeps, static_cast<int>(std::ceil(settles / step)));
   add_offsets(car, trace, lm);
   add_readings(car, trace, lm);
+  if (rounded) add_command_errors(trace.log.doubt, lm);
+  if (!stepping.commands) lm.by_command.clear();
   return lm;
 }
 

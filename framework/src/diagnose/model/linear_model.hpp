@@ -24,11 +24,11 @@ struct Regressor {
   std::vector<double> reading;  // n x 6, or empty
 };
 
-/// What depends on the model and its parameter values, for one trace. States are ordered: 6 of motion, the memory, 3
-/// unknown accelerations.
+/// What depends on the model and its parameter values, for one trace. States are ordered: 6 of motion, the memory, the
+/// errors of both commands where they were rounded, 3 unknown accelerations.
 struct LinearModel {
   std::size_t n = 0;       // samples
-  std::size_t states = 0;  // 6 + memory + 3
+  std::size_t states = 0;  // 6 + memory + errors of commands + 3
   double dt = 0;
   int substeps = 0;                      // of each step of integration
   double noise_time = usual_noise_time;  // correlation time of the unknown accelerations [s]
@@ -37,13 +37,15 @@ struct LinearModel {
   std::vector<double> input1;            // the same for a rate at sample k + 1
   std::vector<double> by_command;        // (n-1) x 2 x states: of a unit of each command half-way; or empty
   std::vector<Commands> unrest;          // n - 1: measured::command_unrest; or empty
-  std::vector<double> offset;            // (n-1) x (states - 3): f
-  std::vector<double> innovation;        // n x 6: reading minus h; NaN where there is no reading
-  std::vector<double> H;                 // n x 6 x 6, or empty for the identity
-  std::vector<bool> interpolated;        // n - 1: a command of the step was not recorded; or empty
-  std::vector<double> memory;            // n x memory, along the reference
-  std::vector<double> rate;              // n x 3: vx', vy', omega' along the reference
-  std::size_t memories() const { return states - channels - noise_states; }
+  std::vector<measured::CommandDoubt> doubt;  // n: of the errors of commands; or empty
+  std::vector<double> offset;                 // (n-1) x (states - 3): f
+  std::vector<double> innovation;             // n x 6: reading minus h; NaN where there is no reading
+  std::vector<double> H;                      // n x 6 x 6, or empty for the identity
+  std::vector<bool> interpolated;             // n - 1: a command of the step was not recorded; or empty
+  std::vector<double> memory;                 // n x memory, along the reference
+  std::vector<double> rate;                   // n x 3: vx', vy', omega' along the reference
+  std::size_t command_errors() const { return doubt.empty() ? 0 : Commands{}.size(); }
+  std::size_t memories() const { return states - channels - command_errors() - noise_states; }
 };
 
 /// `along` lists parameters of the car, at most lanes_beside_state of them, whose regressors come with the state's

@@ -46,6 +46,14 @@ void report_noise(const Problem& problem, const Noise& noise, std::vector<Health
   if (problem.held)
     health.push_back({"commands between samples", "held until the next row",
                       "as the world says or as found with the model", Health::Level::note});
+  for (std::size_t i = 0; i < problem.command_step.size(); ++i) {
+    if (problem.command_step[i] == 0.0) continue;
+    std::snprintf(text, sizeof text, "to %.3g%s", problem.command_step[i], i == 0 ? "" : " rad");
+    health.push_back({i == 0 ? "rounding of throttle" : "rounding of steering", text,
+                      problem.unrounded ? "expected values are used; what they leave open is noise"
+                                        : "the car is given rounded commands",
+                      Health::Level::note});
+  }
   if (noise.command != UnknownCommands{}) {
     const auto& [steady, moving] = noise.command;
     std::snprintf(text, sizeof text,

@@ -102,6 +102,22 @@ DiagnoseExperiment read_experiment(const Node& tree, const Registry& registry) {
   return e;
 }
 
+/// Leaves only the cases of these names; all where there are none.
+void choose_cases(std::span<const std::string> only, DiagnoseExperiment& e) {
+  if (only.empty()) return;
+  std::vector<std::string> known;
+  for (const HiddenCase& one : e.cases) known.push_back(one.name);
+  for (const std::string& name : only)
+    if (std::ranges::find(known, name) == known.end())
+      throw InputError("--only: no case \"" + name + "\" in this experiment" + did_you_mean(name, known));
+  std::erase_if(e.cases, [&](const HiddenCase& one) { return std::ranges::find(only, one.name) == only.end(); });
+}
+
+bool is_left_out(const ClaimTerm& term, const DiagnoseOutcome& outcome) {
+  return !term.stack.empty() &&
+         std::ranges::none_of(outcome.cases, [&](const CaseOutcome& c) { return c.name == term.stack; });
+}
+
 /// One drive; its log is the run's steps.csv.
 fs::path drive(const WorldSpec& spec, const StackSpec& driver, std::uint64_t seed, const fs::path& folder) {
   const RunSummary summary =
@@ -211,8 +227,9 @@ std::span<const std::string> outcome_columns() {
 void check_diagnose_experiment(const Node& tree, const Registry& registry) { read_experiment(tree, registry); }
 
 DiagnoseOutcome run_diagnose_experiment(const Node& tree, const Registry& registry, const fs::path& out,
-                                        const ProgressCallback& progress) {
-  const DiagnoseExperiment e = read_experiment(tree, registry);
+                                        std::span<const std::string> only, const ProgressCallback& progress) {
+  DiagnoseExperiment e = read_experiment(tree, registry);
+  choose_cases(only, e);
   DiagnoseOutcome outcome;
   fs::create_directories(out);
   // What augmented worlds extend: the nominal world with everything it names in its place.
@@ -222,10 +239,17 @@ DiagnoseOutcome run_diagnose_experiment(const Node& tree, const Registry& regist
     outcome.cases.push_back(run_case(e, one, registry, out));
   }
   write_outcome(out, outcome);
-  for (const Claim& claim : e.claims)
+  for (const Claim& claim : e.claims) {
+    if (is_left_out(claim.left, outcome) || is_left_out(claim.right, outcome)) {
+      ClaimResult& skipped = outcome.claims.emplace_back();
+      skipped.text = claim.text;
+      skipped.why_skipped = "a case was left out by --only";
+      continue;
+    }
     outcome.claims.push_back(judge(claim, 1, 1.0, [&](const std::string& name, const std::string& column, int) {
       return look_up(outcome.cases, name, column);
     }));
+  }
   return outcome;
 }
 

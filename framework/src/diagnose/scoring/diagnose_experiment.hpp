@@ -34,7 +34,8 @@ std::span<const std::string> outcome_columns();
 
 /// Reads an experiment whole and runs nothing. Throws InputError with every error of the tree.
 void check_diagnose_experiment(const Node& tree, const Registry& registry);
+/// `only`: names of cases; empty: all. Claims about others are skipped. Throws InputError at a name that is no case.
 DiagnoseOutcome run_diagnose_experiment(const Node& tree, const Registry& registry, const std::filesystem::path& out,
-                                        const ProgressCallback& progress = {});
+                                        std::span<const std::string> only = {}, const ProgressCallback& progress = {});
 
 }  // namespace gripline::diagnose

@@ -64,6 +64,45 @@ TEST(Filter, GradientByProcessVariancesIsExact) {
   }
 }
 
+/// The errors of rounded steering are states of the model: innovations scatter as their variances say, and are white.
+TEST(Filter, RoundedCommandsAreNoiseOfAKnownSize) {
+  DiagnoseRig rig;
+  const ModelSpec bare = rig.catalogue().null_model();
+  const double step = 0.03;
+  const Log whole = rig.simulate(bare, {.seconds = 40, .seed = 3, .unsteady = 0.3});
+  const auto scatter_and_colour = [&](bool unrounded) {
+    Problem problem = rig.problem({DiagnoseRig::rounded(whole, step)});
+    problem.command_step = {0.0, step};
+    if (unrounded) problem.unround_commands();
+    Fit f;
+    f.model = bare;
+    f.noise = rig.noise(problem, 0.001);
+    if (!unrounded) f.noise = rig.noise(problem, 1.0);  // for the reference
+    iterate_reference(problem, rig.road(), f);
+    f.noise = rig.noise(problem, 0.001);
+    FilterOptions options;
+    options.innovations = true;
+    const LinearModel lm = linearise(rig.catalogue().build(bare), problem.traces.front(), problem.stepping());
+    EXPECT_EQ(lm.states, unrounded ? 11u : 9u);
+    EXPECT_EQ(lm.memories(), 0u);
+    double square = 0.0, product = 0.0, last = 0.0, count = 0.0;
+    for (const Likelihood::Innovation& row : filter(lm, f.noise, options).innovations) {
+      if (row.channel != 5) continue;
+      const double e = row.error / std::sqrt(row.variance);
+      square += e * e;
+      product += e * last;
+      last = e;
+      count += 1.0;
+    }
+    return std::pair(square / count, product / square);
+  };
+  const auto [scatter, colour] = scatter_and_colour(true);
+  EXPECT_GT(scatter, 0.75);
+  EXPECT_LT(scatter, 1.1);
+  EXPECT_LT(std::abs(colour), 0.1);
+  EXPECT_GT(scatter_and_colour(false).first, 1.5);
+}
+
 TEST(Filter, SmoothingComesCloserToTheTruthThanTheSensors) {
   DiagnoseRig rig;
   const ModelSpec bare = rig.catalogue().null_model();

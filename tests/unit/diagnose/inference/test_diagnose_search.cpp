@@ -163,6 +163,43 @@ TEST(Search, FindsThatCommandsAreHeld) {
   EXPECT_NEAR(gain.best.theta.front(), 0.1, 0.01);
 }
 
+/// Steering of a busy driver written in steps of 0.03 rad. Taken as it is written it leaves something unexplained.
+TEST(Search, RoundedSteeringIsNoEffect) {
+  DiagnoseRig rig;
+  const double step = 0.03;
+  const auto rounded = [&](const ModelSpec& truth) {
+    return rig.problem({DiagnoseRig::rounded(rig.simulate(truth, {.seconds = 30, .seed = 71, .unsteady = 1}), step)});
+  };
+  const auto left = [](const SearchResult& found) {
+    return strongest(residual_tests(found.pool.problem(), found.best)).statistic;
+  };
+  Problem problem = rounded(rig.catalogue().null_model());
+  const SearchResult written = search_effects(problem, rig.road(), {});
+  EXPECT_TRUE(!written.best.model.members.empty() || left(written) > thresholds::misfit);
+  problem.command_step = {0.0, step};
+  const SearchResult nothing = search_effects(problem, rig.road(), {});
+  EXPECT_TRUE(nothing.pool.problem().unrounded);
+  EXPECT_EQ(name(nothing), rig.catalogue().name(rig.catalogue().null_model()));
+  EXPECT_LT(left(nothing), thresholds::misfit);
+  Problem other = rounded(rig.with("rear_grip", {-0.07}));
+  other.command_step = {0.0, step};
+  const SearchResult one = search_effects(other, rig.road(), {});
+  EXPECT_EQ(name(one), "rear_grip");
+  EXPECT_LT(left(one), thresholds::misfit);
+}
+
+/// A controller that works in steps gives the car what it writes.
+TEST(Search, ACarThatIsGivenRoundedSteeringIsTold) {
+  DiagnoseRig rig;
+  const double step = 0.03;
+  Problem problem = rig.problem(
+      {rig.simulate(rig.catalogue().null_model(), {.seconds = 30, .seed = 71, .unsteady = 0.3, .steer_step = step})});
+  problem.command_step = {0.0, step};
+  const SearchResult found = search_effects(problem, rig.road(), {});
+  EXPECT_FALSE(found.pool.problem().unrounded);
+  EXPECT_TRUE(found.best.model.members.empty());
+}
+
 /// A delay of the car is one, whatever the world says of its commands.
 TEST(Search, ADelayIsNoHeldCommand) {
   DiagnoseRig rig;

@@ -1,0 +1,38 @@
+// How far off a model's predictions are, start by start, and whether another's are better.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "calibrate/fit.hpp"
+#include "calibrate/prediction_errors.hpp"
+
+namespace gripline::calibrate {
+
+inline constexpr double judged_every = 0.25;  // [s] between starts that are judged
+
+/// Relative change of a root mean square error with its 95 % interval; negative: smaller.
+struct ErrorChange {
+  double change = 0, low = -1, high = 1;
+  double certainty = 0;  // probability that it is negative
+  bool helps() const { return high < 0.0; }
+  bool harms() const { return low > 0.0; }
+};
+
+/// Squared errors over what is usual, by start, those beyond three times that counting as a fit counts them, and the
+/// stretch of time that each start belongs to.
+struct StartErrors {
+  std::vector<double> square;
+  std::vector<std::size_t> stretch;
+  double rms() const;
+};
+/// By the t distribution of stretches, whose errors count as independent; nothing is told below three of them.
+ErrorChange change_of(const StartErrors& with, const StartErrors& without);
+
+/// Whether a start has anything to be judged by.
+bool has_truth(const FitLog& log, std::size_t start);
+/// Errors of predictions with these parameters.
+StartErrors start_errors(const Forecaster& forecaster, std::span<const double> params, const Weighing& weighing,
+                         const std::vector<FitLog>& judged);
+
+}  // namespace gripline::calibrate
