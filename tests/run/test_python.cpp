@@ -85,7 +85,7 @@ TEST_F(Python, AnExceptionOfAClassEndsItsRunAlone) {
       "', plugins=[Bad], out='o', set={'/claims': [], '/stacks/bad': {'controller': {'plugin': 'bad'}}})\n"
       "except RuntimeError:\n"
       "    runs = gripline.load_table('o', 'runs')\n"
-      "    print(dict(zip(runs['stack'], runs['status'])))\n");
+      "    print({str(stack): str(status) for stack, status in zip(runs['stack'], runs['status'])})\n");
   EXPECT_EQ(outcome.code, 0) << outcome.err;
   EXPECT_THAT(outcome.out, HasSubstr("'slow': 'finished'"));
   EXPECT_THAT(outcome.out, HasSubstr("'bad': 'plugin_error'"));

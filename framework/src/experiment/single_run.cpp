@@ -151,6 +151,7 @@ void run_as_process(const RaceSpec& race, const RunId& id, const std::string& ke
   if (getppid() != parent) _exit(run_lost);  // the parent ended before the line above
   OutLock::leave_to_parent();
   limit_data(memory_mb);
+  end_at_exit();
   last_call() = &progress->last;
   int code = 0;
   try {

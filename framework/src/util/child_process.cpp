@@ -13,6 +13,8 @@
 #include <chrono>
 #include <csignal>
 #include <cstdint>
+#include <cstdio>
+#include <cstdlib>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
@@ -46,6 +48,7 @@ void send(int pipe, Kind kind, std::string_view text) {
   if (getppid() != parent) _exit(1);
   for (const int number : {SIGINT, SIGTERM, SIGCHLD, SIGSEGV, SIGABRT, SIGFPE, SIGBUS, SIGILL})
     std::signal(number, SIG_DFL);
+  end_at_exit();
   if (const int nowhere = open("/dev/null", O_RDWR); nowhere >= 0) {
     for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
       if (stream != pipe) dup2(nowhere, stream);
@@ -152,6 +155,15 @@ void limit_data(std::size_t megabytes) {
   const rlim_t bytes = static_cast<rlim_t>(megabytes) << 20U;
   const rlimit limit{bytes, bytes};
   setrlimit(RLIMIT_DATA, &limit);
+}
+
+void end_at_exit() {
+  on_exit(
+      [](int status, void*) {
+        std::fflush(nullptr);
+        _exit(status);
+      },
+      nullptr);
 }
 
 std::string describe_end(int status) {

@@ -49,6 +49,17 @@ TEST(RunInChild, AFailureIsDescribedAndEarlierMessagesCount) {
   EXPECT_EQ(end_of([] { throw 7; }), "threw something that is not a std::exception");
 }
 
+/// What libraries do at exit may wait for threads that the child does not have.
+TEST(RunInChild, ExitEndsItAtOnce) {
+  static const pid_t parent = getpid();
+  std::atexit([] {
+    while (getpid() != parent) pause();
+  });
+  const ChildResult result = run_in_child(20, [](const SendMessage&) { std::exit(3); });
+  EXPECT_FALSE(result.completed);
+  EXPECT_EQ(result.failure, "ended with exit code 3");
+}
+
 /// Busy, stopped, or with a child of its own that keeps the pipe open: given up after the same time.
 TEST(RunInChild, OneThatNeverReturnsIsEndedWithAllItStarted) {
   const auto begin = std::chrono::steady_clock::now();
