@@ -374,7 +374,9 @@ TEST_F(RecedingTimeTest, SaysWhereTheRoadAheadIsSlippery) {
     } else if (dry_laps == 2) {
       const double expected = wet(last.at) ? 0.6 : 0.9;  // but just before the place, which begins a little early
       const bool early = !wet(last.at) && last.at.s / mobil_.length() > 0.4 && last.at.s / mobil_.length() < 0.5;
-      if (!early) EXPECT_NEAR(last.at.grip * believed, expected, 0.05) << i;
+      if (!early) {
+        EXPECT_NEAR(last.at.grip * believed, expected, 0.05) << i;
+      }
       into += !wet(first.at) && wet(last.at) ? 1 : 0;
       out_of += wet(first.at) && !wet(last.at) ? 1 : 0;
     }
