@@ -29,7 +29,9 @@ Sqp::Sqp(int N, int nx, const SqpOptions& options)
       pi_(static_cast<std::size_t>(N + 1) * static_cast<std::size_t>(qp_.dims.ldx)),
       merit_(N, nx),
       now_(N, nx),
-      trial_(N, nx) {
+      trial_(N, nx),
+      steering_low_(static_cast<std::size_t>(N + 1)),
+      steering_high_(static_cast<std::size_t>(N + 1)) {
   qp_.idxbx = delta_index;
 }
 
@@ -183,18 +185,28 @@ void Sqp::set_x0(const mpc::Ocp& ocp) {
   std::copy(ocp.start().begin(), ocp.start().end(), now_.x.begin());
 }
 
-/// Steering of the iterate within bounds that have moved since it was found. Steps from an iterate outside raise the
-/// cost, which is all that the merit function sees of bounds: none would be taken.
+/// Steering of the iterate within bounds that have moved since it was found, at its rate: backwards the angles from which
+/// later bounds can be reached, then forwards the nearest of these. Steps from an iterate outside raise the cost, which
+/// is all that the merit function sees of bounds: none would be taken.
 void Sqp::clip_steering(const mpc::Ocp& ocp) {
   constexpr double negligible = 1e-9;  // [rad]
   const auto delta = [&](int k) -> double& { return now_.x[static_cast<std::size_t>(k * nx_) + delta_index]; };
-  bool inside = true;
-  for (int k = 1; k <= N_; ++k)
-    inside &= delta(k) >= ocp.stage(k).delta_min - negligible && delta(k) <= ocp.stage(k).delta_max + negligible;
-  if (inside) return;
+  const auto at = [](std::vector<double>& of, int k) -> double& { return of[static_cast<std::size_t>(k)]; };
   const double reach = ocp.dt() * ocp.car().ddelta_max;
+  bool inside = true;
+  for (int k = N_; k >= 1; --k) {
+    double low = ocp.stage(k).delta_min, high = ocp.stage(k).delta_max;
+    inside &= delta(k) >= low - negligible && delta(k) <= high + negligible;
+    if (k < N_) {
+      low = std::min(std::max(low, at(steering_low_, k + 1) - reach), high);
+      high = std::max(std::min(high, at(steering_high_, k + 1) + reach), low);
+    }
+    at(steering_low_, k) = low;
+    at(steering_high_, k) = high;
+  }
+  if (inside) return;
   for (int k = 1; k <= N_; ++k) {
-    const double before = delta(k - 1), bounded = std::clamp(delta(k), ocp.stage(k).delta_min, ocp.stage(k).delta_max);
+    const double before = delta(k - 1), bounded = std::clamp(delta(k), at(steering_low_, k), at(steering_high_, k));
     delta(k) = std::clamp(bounded, before - reach, before + reach);
     now_.u[static_cast<std::size_t>(2 * k - 1)] = (delta(k) - before) / ocp.dt();
   }

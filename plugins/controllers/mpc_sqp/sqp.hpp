@@ -83,6 +83,7 @@ class Sqp {
   double last_step_ = 0;           // step_norm that was taken
   double trusted_step_ = 0;        // largest step_norm that learned curvature may ask for
   NlpIterate now_, trial_;
+  std::vector<double> steering_low_, steering_high_;  // within which later bounds can be reached, k = 1 .. N [rad]
 };
 
 }  // namespace gripline::mpc_sqp

@@ -89,9 +89,9 @@ TEST(Registry, EveryParameterIsDeclaredWhole) {
 
 TEST(Registry, AnotherAbiIsRefusedBeforeItsCodeRuns) {
   EXPECT_EQ(reason("other_abi"),
-            "built for plugin ABI 7, this gripline has ABI 3; rebuild the plugin against the installed headers");
+            "built for plugin ABI 7, this gripline has ABI 4; rebuild the plugin against the installed headers");
   EXPECT_EQ(reason("stated_abi"),
-            "states plugin ABI 4, this gripline has ABI 3; rebuild the plugin against the installed headers");
+            "states plugin ABI 5, this gripline has ABI 4; rebuild the plugin against the installed headers");
   EXPECT_EQ(
       reason("other_layout"),
       "its types (built by another compiler) differ from this gripline's; rebuild the plugin against the installed "
