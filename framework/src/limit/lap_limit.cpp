@@ -22,16 +22,19 @@ std::size_t coarse_nodes(const WorldSpec& spec) {
 std::vector<double> with_edges(const std::vector<double>& stations, const std::vector<FrictionSpec::Patch>& patches,
                                double length) {
   std::vector<double> nodes;
-  for (const FrictionSpec::Patch& patch : patches) nodes.insert(nodes.end(), {patch.from_s, patch.to_s});
-  const std::size_t edges = nodes.size();
+  const auto add = [&](double s, double close) {
+    const auto near = [&](double other) { return std::abs(std::remainder(s - other, length)) < close; };
+    if (std::none_of(nodes.begin(), nodes.end(), near)) nodes.push_back(s);
+  };
+  for (const FrictionSpec::Patch& patch : patches)
+    for (const double edge : {patch.from_s, patch.to_s}) add(edge < length ? edge : 0.0, 1e-6 * length);
+  const std::vector<double> edges = nodes;
   const double close = 0.3 * length / static_cast<double>(stations.size());
   for (const double s : stations) {
     const auto near = [&](double edge) { return std::abs(std::remainder(s - edge, length)) < close; };
-    const auto end = nodes.begin() + static_cast<std::ptrdiff_t>(edges);
-    if (std::none_of(nodes.begin(), end, near)) nodes.push_back(s);
+    if (std::none_of(edges.begin(), edges.end(), near)) nodes.push_back(s);
   }
   std::sort(nodes.begin(), nodes.end());
-  nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
   return nodes;
 }
 

@@ -16,6 +16,7 @@
 #include "config/files.hpp"
 #include "config/hash.hpp"
 #include "config/json_file.hpp"
+#include "util/child_process.hpp"
 #include "util/csv_writer.hpp"
 #include "util/signals.hpp"
 
@@ -86,6 +87,7 @@ class ScratchFolder {
   std::signal(SIGTERM, SIG_DFL);
   prctl(PR_SET_PDEATHSIG, SIGKILL);
   if (getppid() != parent) _exit(1);
+  end_at_exit();
   try {
     write_lap(file, find_lap_limit(spec, of));
     _exit(0);

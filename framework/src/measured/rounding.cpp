@@ -108,21 +108,24 @@ double likeliest_scale(const std::vector<double>& levels) {
   double best = 1.0, most = -std::numeric_limits<double>::infinity();
   for (int half_octave = -8; half_octave <= 6; ++half_octave) {
     const double scale = std::pow(2.0, 0.5 * half_octave), likelihood = run_forward(levels, scale, forward);
-    if (likelihood > most) most = likelihood, best = scale;
+    if (likelihood > most) {
+      most = likelihood;
+      best = scale;
+    }
   }
   return best;
 }
 
 /// Where within its step a command lies, in steps: mean, variance and regression of the next sample's on this one's.
-struct Place {
+struct Within {
   double mean = 0, variance = 0, kept = 0;
 };
 
-std::vector<Place> places_of(const std::vector<double>& levels) {
+std::vector<Within> places_of(const std::vector<double>& levels) {
   std::vector<Cells> forward;
   const double scale = likeliest_scale(levels);
   run_forward(levels, scale, forward);
-  std::vector<Place> places(levels.size());
+  std::vector<Within> places(levels.size());
   Cells after;  // likelihood of all that follows, by cell
   after.fill(1.0);
   for (std::size_t k = levels.size(); k-- > 0;) {
@@ -145,7 +148,7 @@ std::vector<Place> places_of(const std::vector<double>& levels) {
     Cells here;
     for (std::size_t i = 0; i < cells; ++i) here[i] = forward[k][i] * after[i];
     normalise(here);
-    Place& p = places[k];
+    Within& p = places[k];
     for (std::size_t i = 0; i < cells; ++i) p.mean += here[i] * place_of(i);
     for (std::size_t i = 0; i < cells; ++i) p.variance += here[i] * std::pow(place_of(i) - p.mean, 2);
     if (k + 1 < levels.size()) p.kept = (together - p.mean * places[k + 1].mean) / p.variance;
@@ -163,10 +166,12 @@ void unround_commands(Log& log, const Commands& steps) {
     const auto value = [&](std::size_t k) -> double& { return i == 0 ? log.command[k].d : log.command[k].delta; };
     std::vector<double> levels;
     for (std::size_t k = 0; k < log.size(); ++k) levels.push_back(std::round((value(k) - value(0)) / steps[i]));
-    const std::vector<Place> places = places_of(levels);
+    const std::vector<Within> places = places_of(levels);
     for (std::size_t k = 0; k < log.size(); ++k) {
-      value(k) += places[k].mean * steps[i];
-      log.doubt[k].variance[i] = places[k].variance * steps[i] * steps[i];
+      // A command that was filled in from its neighbours was not rounded, and nothing tells where in its step it lay.
+      const bool filled = k < log.interpolated.size() && log.interpolated[k];
+      if (!filled) value(k) += places[k].mean * steps[i];
+      log.doubt[k].variance[i] = (filled ? 1.0 / 12.0 : places[k].variance) * steps[i] * steps[i];
       log.doubt[k].kept[i] = std::clamp(places[k].kept, 0.0, 1.0);
     }
   }

@@ -62,6 +62,7 @@ void note_code(Shared& shared, int code) {
   prctl(PR_SET_PDEATHSIG, SIGKILL);
   if (getppid() != parent) _exit(task_again);
   OutLock::leave_to_parent();
+  end_at_exit();
   int code = task_done;
   try {
     const TaskBody body = open(worker);

@@ -5,11 +5,11 @@
 //   omega'  = (Ff lf cos(delta) - Fr lr) / Iz
 //
 // with Ff, Fr the learned curves times the axle loads of the nominal model's load stage (1 unless an effect there says
-// more) and the grip of the place, less what drive and brakes leave of the friction ellipse, and `gain` what the drive force Fd of the nominal
-// model lacks of itself (the paper: 0). The paper adds f_dyn - f_ekin to f_ekin; the last two rows are that sum. Its
-// slope terms stand here with g for m and with the road's signs (grade and bank are added by the framework). If the
-// nominal model has tyres itself, its own part of vx' is removed first. Below v_min the correction fades: at rest the
-// model is the nominal one.
+// more) and the grip of the place, less what drive and brakes leave of the friction ellipse, and `gain` what the drive
+// force Fd of the nominal model lacks of itself (the paper: 0). The paper adds f_dyn - f_ekin to f_ekin; the last two
+// rows are that sum. Its slope terms stand here with g for m and with the road's signs (grade and bank are added by the
+// framework). If the nominal model has tyres itself, its own part of vx' is removed first. Below v_min the correction
+// fades: at rest the model is the nominal one.
 #pragma once
 
 #include <cmath>

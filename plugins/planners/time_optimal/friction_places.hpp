@@ -2,9 +2,9 @@
 //
 //   friction(s, t) = mu(t) grip(s)
 //
-// A belief that is sure of itself, falls and, less than half a lap later, comes back was that of a place: what was believed there over what
-// is believed behind it is its grip. One that falls and stays fallen is the whole road's. On the next lap the place is
-// known before the car is there; in it mu(t) is held, and lowered where even less is believed than the place explains. A
+// A belief that is sure of itself, falls and, less than half a lap later, comes back was that of a place: what was
+// believed there over what is believed behind it is its grip. One that falls and stays fallen is the whole road's. On
+// the next lap the place is known before the car is there; in it mu(t) is held, and lowered where even less is believed than the place explains. A
 // place is forgotten when the belief does not fall there any more.
 #pragma once
 

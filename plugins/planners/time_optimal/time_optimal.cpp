@@ -386,11 +386,12 @@ class RecedingTime final : public LapPlanner {
     }
   }
   double grip_here() const override { return places_ ? places_->grip(node_) : 1.0; }
-  /// Of the road without its places, times the place's: also right while what is believed is still that of the road
-  /// behind the car.
+  /// Of the road without its places, times the place's: also right on the first steps into a place, while the road
+  /// behind the car is believed. Behind a place it is not more than believed: the place may have grown.
   double grip_ahead(double station) const override {
     if (!places_ || !(believed_here_ > 0.0)) return 1.0;
-    return places_->mu() * places_->grip(laps_.node_at(station)) / believed_here_;
+    const double ahead = places_->mu() * places_->grip(laps_.node_at(station)) / believed_here_;
+    return places_->holding() && places_->grip(node_) == 1.0 ? std::min(1.0, ahead) : ahead;
   }
 
  private:

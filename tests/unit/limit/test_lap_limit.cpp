@@ -70,7 +70,9 @@ TEST_F(OvalLimit, PatchesMultiplyTheFactorWhereTheyAre) {
   const auto with = [](const std::string& patches) {
     return world_of(R"({"friction": {"points": [{"t": 0, "factor": 0.9}], "patches": [)" + patches + "]}}");
   };
-  const WorldSpec all = with(R"({"from_s": 0, "to_s": 4, "factor": 0.7}, {"from_s": 4, "to_s": 0, "factor": 0.7})");
+  const std::string length = number_text(world_of().track->length());
+  const WorldSpec all =
+      with(R"({"from_s": 0, "to_s": 4, "factor": 0.7}, {"from_s": 4, "to_s": )" + length + R"(, "factor": 0.7})");
   const WorldSpec half = with(R"({"from_s": 0, "to_s": 4, "factor": 0.7, "from_t": 15})");
   const LapLimit fresh = limit(1.0, false), worn = limit(0.7, false);
   const LapLimit covered = find_lap_limit(all, {1.0, false, true}), patched = find_lap_limit(half, {1.0, false, true});

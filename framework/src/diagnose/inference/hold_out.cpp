@@ -56,7 +56,7 @@ HoldOut::HoldOut(const Problem& problem, const Road& road, std::span<const LogFi
     for (const Log& m : log.stretches) {
       Trace trace;
       trace.log = m;
-      if (problem.unrounded) trace.unround_commands(measured::command_steps(log.stretches));
+      if (problem.unrounded) trace.unround_commands(problem.command_step);
       if (trace.log.dt == problem.traces.front().log.dt) trace.bend_commands(problem.bend);
       trace.log.held = problem.held;
       trace.set_motion(smooth_readings(m, 3), road_);

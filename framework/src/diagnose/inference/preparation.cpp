@@ -58,6 +58,7 @@ Commands steps_that_count(const Problem& problem) {
   std::vector<Log> logs;
   for (const Trace& trace : problem.traces) logs.push_back(trace.log);
   Commands steps = measured::command_steps(logs);
+  if (steps == Commands{}) return steps;
   const StagedCar car = problem.catalogue->build(problem.catalogue->null_model());
   Commands largest{};  // acceleration by a unit of each, over the usual one
   for (const Trace& trace : problem.traces) {

@@ -386,7 +386,10 @@ SearchResult search_effects(Problem problem, const Road& road, const SearchOptio
     Problem unrounded = problem;
     unrounded.unround_commands();
     Fit other = fit(unrounded, rough.model, noise, thresholds::rough_iterations);
-    if (other.cost < rough.cost + thresholds::noise_gain) problem = std::move(unrounded), rough = std::move(other);
+    if (other.cost < rough.cost + thresholds::noise_gain) {
+      problem = std::move(unrounded);
+      rough = std::move(other);
+    }
   }
   iterate_reference(problem, road, rough);
   Noise start = rough.noise;

@@ -262,6 +262,7 @@ void Diagnoser::name_delays(std::span<const LogFile> logs, std::span<const LogFi
   Problem late = prepare(catalogue_, road_, logs, stated_noise()).problem;
   late.sensor = problem_.sensor;
   late.hold_commands(problem_.held);
+  if (problem_.unrounded) late.unround_commands();
   for (Trace& trace : late.traces) trace.bend_commands(problem_.bend);
   late.bend = problem_.bend;
   Fit nominal = d.null_model;

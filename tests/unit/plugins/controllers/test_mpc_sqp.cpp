@@ -296,6 +296,7 @@ TEST(MpcSqp, APlanThatBoundsHaveLeftIsBroughtBack) {
   EXPECT_GT(left, 20);
   EXPECT_GT(solved, 0.7 * left);
 }
+
 TEST(MpcSqp, PlansStayWithinTheFrontSlipTheyAreGiven) {
   constexpr int n = 30;
   constexpr double largest = 0.2;
