@@ -18,6 +18,7 @@ namespace {
 using testing::AllOf;
 using testing::HasSubstr;
 using testing::Not;
+using testing::StartsWith;
 using namespace testing_support;
 namespace fs = std::filesystem;
 using measured::channels;
@@ -194,7 +195,8 @@ TEST_F(RealCars, DiagnoseNamesWhatPredictionsOfTimeNotFittedNeed) {
   const Node told = parse_file(in("found/diagnosis_report.json"));
   EXPECT_EQ(find_pointer(told, "/sentence")->text(), find_pointer(result, "/sentence")->text());
   EXPECT_EQ(find_pointer(told, "/log")->text(), "log.csv");
-  EXPECT_NE(told.find("health"), nullptr);
+  ASSERT_FALSE(told.find("health")->array().empty());
+  EXPECT_THAT(find_pointer(told, "/health/0/check")->text(), StartsWith("log.csv: "));
 }
 
 /// An experiment of kind "measured" and a sweep over it: the same held-out errors, one row per setting.

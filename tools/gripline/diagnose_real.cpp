@@ -182,7 +182,7 @@ Node report_of(const Diagnosis& d, const RealDiagnosis& asked, const std::list<m
   for (const measured::SessionFile& file : files) {
     const std::string name = fs::path(file.session.name).filename().string();
     logs += (logs.empty() ? "" : ", ") + name;
-    for (const measured::Finding& f : file.findings) {
+    for (const measured::Finding& f : measured::health_of(file)) {
       Node row = Node::empty_object();
       row.set("check", Node(name + ": " + f.check));
       row.set("found", Node(f.found));
