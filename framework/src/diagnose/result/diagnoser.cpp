@@ -326,7 +326,8 @@ void Diagnoser::rank_by_rollouts(const HoldOut& hold_out, const SearchResult& fo
     row.held_out = with.rms();
     row.rollout = compare(with, without);
   }
-  std::ranges::stable_partition(d.ranking, [](const RankedEffect& row) { return !(row.rollout.change > 0.0); });
+  std::stable_partition(d.ranking.begin(), d.ranking.end(),
+                        [](const RankedEffect& row) { return !(row.rollout.change > 0.0); });
 }
 
 /// Whether what is named closes some of the gap: where noise moves the car between samples (a rough road, commands that
