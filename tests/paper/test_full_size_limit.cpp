@@ -44,9 +44,9 @@ TEST(FullSizeLimit, SteadyTurnsOfThePlantReachIt) {
 TEST(FullSizeLimit, WorldsStateTheirLimit) {
   const WorldSpec world =
       testing_support::world_from(load_json(testing_support::source_dir() / "worlds/full_size_wear.json"));
-  ASSERT_GE(world.time_optimal.size(), 4u);
+  ASSERT_GE(world.time_optimal.laps.size(), 4u);
   const auto line = testing_support::line_of_the_centre_of_gravity(*world.track, world.car.car);
-  for (const auto& [factor, lap] : world.time_optimal) {
+  for (const auto& [factor, lap] : world.time_optimal.laps) {
     const double computed = testing_support::FullSizeLimit({}, factor).lap(line, *world.track);
     EXPECT_NEAR(computed, lap, 0.02) << factor;
   }

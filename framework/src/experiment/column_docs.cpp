@@ -146,7 +146,7 @@ std::vector<const ColumnDoc*> columns_of(const std::string& file) {
 std::string documented_name(const std::string& column) {
   if (column.size() > 3 && (column.ends_with("_lo") || column.ends_with("_hi")))
     return "COLUMN" + column.substr(column.size() - 3);
-  for (const std::string_view counted : {"lap", "pace_ratio", "plan", "ref"}) {
+  for (const std::string_view counted : {"lap", "pace_ratio", "body_pace_ratio", "plan", "ref"}) {
     if (!column.starts_with(counted)) continue;
     const auto is_digit = [](unsigned char c) { return std::isdigit(c) != 0; };
     const auto begin = column.begin() + static_cast<std::ptrdiff_t>(counted.size());

@@ -194,7 +194,7 @@ Node describe_world(const RaceSpec& race) {
     if (stack.needs_truth()) told.emplace_back(stack.name);
   scene.set("told", Node(std::move(told)));
   Node::Array limit;
-  for (const auto& [factor, lap] : race.world.time_optimal) {
+  for (const auto& [factor, lap] : race.world.time_optimal.laps) {
     Node point = Node::empty_object();
     point.set("factor", Node(factor));
     point.set("lap_s", Node(lap));

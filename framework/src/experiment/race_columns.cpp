@@ -12,10 +12,11 @@ Value of_lap(const std::vector<double>& values, std::size_t lap) {
   return lap < values.size() ? Value(values[lap]) : std::nullopt;
 }
 
+template <LapTable WorldSpec::*limit>
 Value pace_ratio(const WorldSpec& world, const RunResult& run, std::size_t lap) {
   const RunSummary& s = run.summary;
   if (lap >= s.laps.size()) return std::nullopt;
-  const Value best = world.time_optimal_lap(s.lap_mean_factors[lap]);
+  const Value best = (world.*limit).at(s.lap_mean_factors[lap]);
   return best ? Value(s.laps[lap] / *best) : std::nullopt;
 }
 
@@ -94,7 +95,10 @@ constexpr RaceColumn columns[] = {
      of_summary<&RunSummary::violation_s>},
     {table, "violation_after_adapt_s_max", "s", largest, false, "violation_after_adapt_s of the worst run",
      of_summary<&RunSummary::violation_after_adapt_s>},
-    {summed, "pace_ratioK", "1", median, true, "lap K over the time-optimal lap at its mean factor", pace_ratio},
+    {summed, "pace_ratioK", "1", median, true, "lap K over the time-optimal lap at its mean factor",
+     pace_ratio<&WorldSpec::time_optimal>},
+    {summed, "body_pace_ratioK", "1", median, true, "the same over the time-optimal lap with the whole car inside",
+     pace_ratio<&WorldSpec::time_optimal_body>},
     {table, "seeds", "1", cost, false, "runs that were driven, equal ones too",
      [](const WorldSpec&, const RunResult& run, std::size_t) { return Value(run.driven_as ? 0.0 : 1.0); }},
 };

@@ -185,19 +185,29 @@ std::vector<std::string> interval_columns(const RaceResults& results) {
   return columns;
 }
 
+namespace {
+
+/// `inside` says what of the car never left the road.
+void add_beaten(const RunSummary& run, const LapTable& limits, const char* inside, std::vector<std::string>& beaten) {
+  for (std::size_t lap = 1; lap < run.laps.size(); ++lap) {
+    const std::optional<double> limit = limits.at(run.lap_mean_factors[lap]);
+    if (!limit || run.laps[lap] >= *limit - limits.error) continue;
+    beaten.push_back(run.stack + ", seed " + std::to_string(run.seed) + ": lap " + std::to_string(lap) + " took " +
+                     cell_text(run.laps[lap], "%.3f") + " s " + inside + " the road, the limit is " +
+                     cell_text(*limit, "%.3f") + " s with an error of " + cell_text(limits.error, "%.3f") + " s");
+  }
+}
+
+}  // namespace
+
 std::vector<std::string> beaten_limits(const RaceResults& results) {
   std::vector<std::string> beaten;
   const WorldSpec& world = results.race.world;
   for (const RunResult& run : results.runs) {
-    if (run.summary.steps == 0 || run.summary.violation_s > 0.0) continue;
-    for (std::size_t lap = 1; lap < run.summary.laps.size(); ++lap) {
-      const std::optional<double> limit = world.time_optimal_lap(run.summary.lap_mean_factors[lap]);
-      if (!limit || run.summary.laps[lap] >= *limit - world.time_optimal_error) continue;
-      beaten.push_back(run.summary.stack + ", seed " + std::to_string(run.summary.seed) + ": lap " +
-                       std::to_string(lap) + " took " + cell_text(run.summary.laps[lap], "%.3f") +
-                       " s inside the road, the limit is " + cell_text(*limit, "%.3f") + " s with an error of " +
-                       cell_text(world.time_optimal_error, "%.3f") + " s");
-    }
+    if (run.summary.steps == 0) continue;
+    if (run.summary.violation_s <= 0.0) add_beaten(run.summary, world.time_optimal, "inside", beaten);
+    if (run.summary.violation_body_s <= 0.0)
+      add_beaten(run.summary, world.time_optimal_body, "with the whole car inside", beaten);
   }
   return beaten;
 }

@@ -86,7 +86,7 @@ void read_end(ObjectReader& r, WorldSpec& world) {
     r.error("a world that ends after laps needs a \"timeout\", for the car that never completes them");
 }
 
-/// A table as `gripline limit` writes it; rows for the whole body are not those of the centre of gravity.
+/// A table as `gripline limit` writes it.
 void read_limit_table(const Node& node, WorldSpec& world, Errors& errors) {
   try {
     const CsvTable table = read_csv(resolve_path(node));
@@ -97,11 +97,11 @@ void read_limit_table(const Node& node, WorldSpec& world, Errors& errors) {
     const std::vector<double> factor = table.column("factor"), lap = table.column("lap_s");
     const std::vector<double> error = table.column("error_s"), body = table.column("body");
     for (std::size_t i = 0; i < factor.size(); ++i) {
-      if (body[i] != 0.0) continue;
-      if (!world.time_optimal.empty() && !(factor[i] > world.time_optimal.back().first))
+      LapTable& of = body[i] != 0.0 ? world.time_optimal_body : world.time_optimal;
+      if (!of.laps.empty() && !(factor[i] > of.laps.back().first))
         errors.add(node.origin, "the factors of " + node.text() + " must rise");
-      world.time_optimal.emplace_back(factor[i], lap[i]);
-      world.time_optimal_error = std::max(world.time_optimal_error, error[i]);
+      of.laps.emplace_back(factor[i], lap[i]);
+      of.error = std::max(of.error, error[i]);
     }
   } catch (const InputError& problem) {
     errors.add(node.origin, problem.what());
@@ -116,27 +116,26 @@ void read_limit(ObjectReader& r, WorldSpec& world, Errors& errors) {
     ObjectReader one(point, errors);
     const double factor = one.number("factor", "1", NumberRange::positive());
     const double lap = one.number("lap", "s", NumberRange::positive());
-    world.time_optimal_error =
-        std::max(world.time_optimal_error, one.number("error", "s", NumberRange::non_negative(), 0.0));
+    LapTable& of = world.time_optimal;
+    of.error = std::max(of.error, one.number("error", "s", NumberRange::non_negative(), 0.0));
     one.finish();
-    if (!world.time_optimal.empty() && !(factor > last)) errors.add(point.origin, "factors must rise");
+    if (!of.laps.empty() && !(factor > last)) errors.add(point.origin, "factors must rise");
     last = factor;
-    world.time_optimal.emplace_back(factor, lap);
+    of.laps.emplace_back(factor, lap);
   }
 }
 
 }  // namespace
 
-std::optional<double> WorldSpec::time_optimal_lap(double factor) const {
+std::optional<double> LapTable::at(double factor) const {
   // Nothing is extrapolated.
   constexpr double rounding = 1e-9;
-  if (time_optimal.empty() || factor < time_optimal.front().first - rounding ||
-      factor > time_optimal.back().first + rounding)
+  if (laps.empty() || factor < laps.front().first - rounding || factor > laps.back().first + rounding)
     return std::nullopt;
-  auto above = std::find_if(time_optimal.begin(), time_optimal.end(), [&](const auto& p) { return p.first >= factor; });
-  if (time_optimal.size() == 1) return time_optimal.front().second;
-  if (above == time_optimal.begin()) ++above;
-  if (above == time_optimal.end()) --above;
+  auto above = std::find_if(laps.begin(), laps.end(), [&](const auto& p) { return p.first >= factor; });
+  if (laps.size() == 1) return laps.front().second;
+  if (above == laps.begin()) ++above;
+  if (above == laps.end()) --above;
   const auto& [f1, lap1] = *above;
   const auto& [f0, lap0] = *(above - 1);
   return lap0 + (lap1 - lap0) * (factor - f0) / (f1 - f0);

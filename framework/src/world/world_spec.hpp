@@ -12,6 +12,14 @@
 
 namespace gripline {
 
+/// Time-optimal flying laps [s] by friction factor, rising; for tables, never for stacks.
+struct LapTable {
+  std::vector<std::pair<double, double>> laps;
+  double error = 0.0;  ///< [s] largest error stated with them
+  /// Linear in the factor between the laps; empty beyond them, and where there are none.
+  std::optional<double> at(double factor) const;
+};
+
 struct WorldSpec {
   CarFile car;
   std::shared_ptr<const Track> track;  // null where RoadRule::optional allows it
@@ -28,11 +36,8 @@ struct WorldSpec {
   int laps = 0;                    // 0: until the duration
   std::optional<double> duration;  // [s]
   double timeout = 0.0;            // [s]
-  /// Time-optimal flying lap [s] by friction factor, rising; for tables, never for stacks.
-  std::vector<std::pair<double, double>> time_optimal;
-  double time_optimal_error = 0.0;  ///< [s] largest error stated with them
-  /// Linear in the factor between the laps stated; empty beyond them, and when the world states none.
-  std::optional<double> time_optimal_lap(double factor) const;
+  LapTable time_optimal;           // with the centre of gravity inside
+  LapTable time_optimal_body;      // with the whole car inside
 };
 
 /// A race needs a road; what is only compared with logs can do without one (`track` is then null).

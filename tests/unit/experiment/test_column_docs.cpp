@@ -24,6 +24,7 @@ TEST(ColumnDocs, NumbersInNamesAreAnyNumber) {
   EXPECT_EQ(documented_name("lap12_s"), "lapK_s");
   EXPECT_EQ(documented_name("lap0_mean_factor"), "lapK_mean_factor");
   EXPECT_EQ(documented_name("pace_ratio3"), "pace_ratioK");
+  EXPECT_EQ(documented_name("body_pace_ratio3"), "body_pace_ratioK");
   EXPECT_EQ(documented_name("lap0_s_lo"), "COLUMN_lo");
   EXPECT_EQ(documented_name("plan9_y_m"), "planK_y_m");
   EXPECT_EQ(documented_name("lap"), "lap");

@@ -65,14 +65,24 @@ TEST(RaceColumns, ARunThatWasNotDrivenAgainCostNothing) {
 
 TEST(RaceColumns, PaceIsAgainstTheLimitAtTheLapsOwnFriction) {
   WorldSpec world;
-  world.time_optimal = {{0.5, 10.0}, {1.0, 5.0}};
+  world.time_optimal.laps = {{0.5, 10.0}, {1.0, 5.0}};
   EXPECT_NEAR(read("pace_ratio1", two_laps(), world).value(), 8.0 / 7.5, 1e-15);
+  EXPECT_EQ(read("body_pace_ratio1", two_laps(), world), std::nullopt) << "no limit for the whole car is stated";
+}
+
+TEST(RaceColumns, PaceWithTheWholeCarInsideHasALimitOfItsOwn) {
+  WorldSpec world;
+  world.time_optimal.laps = {{0.5, 10.0}, {1.0, 5.0}};
+  world.time_optimal_body.laps = {{0.5, 11.0}, {0.8, 8.0}};
+  EXPECT_NEAR(read("body_pace_ratio1", two_laps(), world).value(), 8.0 / 8.5, 1e-15);
+  EXPECT_EQ(read("body_pace_ratio0", two_laps(), world), std::nullopt) << "its factor is beyond the table";
+  EXPECT_NEAR(read("pace_ratio0", two_laps(), world).value(), 9.0 / 5.0, 1e-15);
 }
 
 TEST(RaceColumns, NamesCarryTheLap) {
   EXPECT_EQ(find_race_column("lap12_s")->lap, 12u);
   EXPECT_STREQ(find_race_column("lap12_s")->column->name, "lapK_s");
-  for (const char* wrong : {"lap_s", "lapK_s", "lap1", "lap1x_s", "pace_ratio", "", "violation"})
+  for (const char* wrong : {"lap_s", "lapK_s", "lap1", "lap1x_s", "pace_ratio", "body_pace_ratio", "", "violation"})
     EXPECT_FALSE(find_race_column(wrong).has_value()) << wrong;
 }
 
@@ -88,14 +98,16 @@ TEST(RaceColumns, HeadersNameEachLapAndNothingTwice) {
 
 TEST(RaceColumns, SweepsRecordWhatComesOutTheSameEachTime) {
   EXPECT_THAT(recorded_columns(2),
-              ElementsAre("finished", "lap0_s", "pace_ratio0", "lap1_s", "pace_ratio1", "mean_deviation_m",
-                          "violation_s", "violation_body_s", "violation_after_adapt_s", "violation_body_after_adapt_s",
-                          "mu_rmse", "mu_visited_rmse", "solver_failures", "steps", "simulated_s"));
+              ElementsAre("finished", "lap0_s", "pace_ratio0", "body_pace_ratio0", "lap1_s", "pace_ratio1",
+                          "body_pace_ratio1", "mean_deviation_m", "violation_s", "violation_body_s",
+                          "violation_after_adapt_s", "violation_body_after_adapt_s", "mu_rmse", "mu_visited_rmse",
+                          "solver_failures", "steps", "simulated_s"));
 }
 
 /// Sums, counts, maxima and what is known beforehand have no interval.
 TEST(RaceColumns, ClaimsMayNameEndsOfIntervals) {
-  for (const char* name : {"lap1_s_lo", "mu_rmse_hi", "pace_ratio0_hi", "hilly_deviation_m", "hilly_deviation_m_lo"})
+  for (const char* name : {"lap1_s_lo", "mu_rmse_hi", "pace_ratio0_hi", "body_pace_ratio2_hi", "hilly_deviation_m",
+                           "hilly_deviation_m_lo"})
     EXPECT_TRUE(is_table_column(name)) << name;
   for (const char* name : {"runs_lo", "cpu_s_hi", "violation_s_max_lo", "lap1_mean_factor_lo", "lap1_s_lo_lo", "_lo"})
     EXPECT_FALSE(is_table_column(name)) << name;

@@ -88,7 +88,7 @@ TEST(RaceTables, HaveTheDefinedColumns) {
   EXPECT_EQ(lines(folder / "runs.csv").at(0), "stack,seed,status,needs_truth," + measured);
   EXPECT_EQ(lines(folder / "table.csv").at(0), "stack,needs_truth," + measured +
                                                    ",runs,finished,crashed,violation_s_max,violation_after_adapt_s_max,"
-                                                   "pace_ratio0,pace_ratio1,seeds," +
+                                                   "pace_ratio0,pace_ratio1,body_pace_ratio0,body_pace_ratio1,seeds," +
                                                    "lap0_s_lo,lap0_s_hi,lap1_s_lo,lap1_s_hi,mean_deviation_m_lo,"
                                                    "mean_deviation_m_hi,violation_s_lo,violation_s_hi,"
                                                    "violation_body_s_lo,violation_body_s_hi,violation_after_adapt_s_lo,"
@@ -98,7 +98,9 @@ TEST(RaceTables, HaveTheDefinedColumns) {
                                                    "solve_ms_median_hi,solve_ms_p95_lo,solve_ms_p95_hi,"
                                                    "solve_ms_p99_lo,solve_ms_p99_hi,update_ms_median_lo,"
                                                    "update_ms_median_hi,"
-                                                   "pace_ratio0_lo,pace_ratio0_hi,pace_ratio1_lo,pace_ratio1_hi");
+                                                   "pace_ratio0_lo,pace_ratio0_hi,pace_ratio1_lo,pace_ratio1_hi,"
+                                                   "body_pace_ratio0_lo,body_pace_ratio0_hi,body_pace_ratio1_lo,"
+                                                   "body_pace_ratio1_hi");
   EXPECT_EQ(lines(folder / "runs.csv").size(), 10u);
   EXPECT_EQ(lines(folder / "table.csv").size(), 4u);
 }
@@ -230,6 +232,21 @@ TEST(RaceTables, ALimitThatIsBeatenInsideTheRoadIsNone) {
   std::ostringstream out;
   print_tables(out, results, {});
   EXPECT_THAT(out.str(), HasSubstr("the stated limit is too slow: elm, seed 1"));
+}
+
+/// Laps of 7.6 s: a corner of elm was outside, which the limit of 7.7 s for the whole car says nothing about.
+TEST(RaceTables, TheLimitWithTheWholeCarInsideIsForRunsThatKeptItSo) {
+  RaceSpec race = race_of();
+  race.world.time_optimal_body.laps = {{0.5, 8.2}, {1.0, 7.2}};
+  race.world.time_optimal_body.error = 0.05;
+  std::vector<RunResult> runs = {run_of("none", 1, 0, {9, 7.6}), run_of("none", 2, 0, {9, 7.66}),
+                                 run_of("elm", 1, 0, {9, 7.6})};
+  runs[2].summary.violation_body_s = 0.02;
+  const std::vector<std::string> beaten = beaten_limits({race, runs, {"none", "elm"}});
+  ASSERT_EQ(beaten.size(), 1u);
+  EXPECT_EQ(beaten[0],
+            "none, seed 1: lap 1 took 7.600 s with the whole car inside the road, the limit is 7.700 s with an error "
+            "of 0.050 s");
 }
 
 TEST(RaceTables, OnlyTheRowsAskedFor) {

@@ -33,7 +33,7 @@ TEST(WorldSpec, IsReadWithDefaults) {
   EXPECT_EQ(world.start.x, 0);
   EXPECT_EQ(world.start.yaw, 0);
   EXPECT_EQ(world.start_speed, 0.1);  // the published starts
-  EXPECT_FALSE(world.time_optimal_lap(1.0).has_value());
+  EXPECT_FALSE(world.time_optimal.at(1.0).has_value());
 }
 
 TEST(WorldSpec, EveryKeyIsRead) {
@@ -78,15 +78,15 @@ TEST(WorldSpec, APlantMayBeABlackBox) {
 TEST(WorldSpec, TimeOptimalLapsAreLinearInTheFactor) {
   const WorldSpec world = world_of(
       R"({"time_optimal_laps": [{"factor": 0.5, "lap": 8}, {"factor": 0.8, "lap": 7.4}, {"factor": 1, "lap": "7 s"}]})");
-  EXPECT_DOUBLE_EQ(world.time_optimal_lap(0.8).value(), 7.4);
-  EXPECT_DOUBLE_EQ(world.time_optimal_lap(0.65).value(), 7.7);
-  EXPECT_DOUBLE_EQ(world.time_optimal_lap(0.9).value(), 7.2);
-  EXPECT_DOUBLE_EQ(world.time_optimal_lap(1).value(), 7);
-  EXPECT_FALSE(world.time_optimal_lap(1.1).has_value());
-  EXPECT_FALSE(world.time_optimal_lap(0.4).has_value());
+  EXPECT_DOUBLE_EQ(world.time_optimal.at(0.8).value(), 7.4);
+  EXPECT_DOUBLE_EQ(world.time_optimal.at(0.65).value(), 7.7);
+  EXPECT_DOUBLE_EQ(world.time_optimal.at(0.9).value(), 7.2);
+  EXPECT_DOUBLE_EQ(world.time_optimal.at(1).value(), 7);
+  EXPECT_FALSE(world.time_optimal.at(1.1).has_value());
+  EXPECT_FALSE(world.time_optimal.at(0.4).has_value());
   const WorldSpec one = world_of(R"({"time_optimal_laps": [{"factor": 1, "lap": 7}]})");
-  EXPECT_EQ(one.time_optimal_lap(1), 7);
-  EXPECT_FALSE(one.time_optimal_lap(0.3).has_value());
+  EXPECT_EQ(one.time_optimal.at(1), 7);
+  EXPECT_FALSE(one.time_optimal.at(0.3).has_value());
   EXPECT_THAT(why(R"({"time_optimal_laps": [{"factor": 1, "lap": 7}, {"factor": 1, "lap": 7}]})"),
               HasSubstr("/time_optimal_laps/1: factors must rise"));
 }
@@ -99,7 +99,7 @@ TEST(WorldSpec, ShippedWorldsStateLimitsNearThePublishedTables) {
     Errors errors;
     const WorldSpec world = read_world(tree, plugins(), errors);
     errors.throw_if_any();
-    return world.time_optimal_lap(factor).value();
+    return world.time_optimal.at(factor).value();
   };
   const double factors[] = {1.0, 0.9, 0.8, 0.7, 0.6579, 0.612};
   const double ethz[] = {7.00, 7.22, 7.46, 7.77, 7.91, 8.07}, mobil[] = {5.11, 5.25, 5.41, 5.59, 5.68, 5.79};

@@ -40,6 +40,9 @@ export function measure(column: string): Measure {
   const pace = /^pace_ratio(\d+)$/.exec(column);
   if (pace)
     return { group: "Pace over limit", label: `lap ${pace[1]}`, unit: "", decimals: 3, better: "low", main: true, help: "lap time over the limit at the lap's mean friction" };
+  const bodyPace = /^body_pace_ratio(\d+)$/.exec(column);
+  if (bodyPace)
+    return { group: "Pace over limit, whole car", label: `lap ${bodyPace[1]}`, unit: "", decimals: 3, better: "low", main: false, help: "lap time over the limit with the whole car inside, at the lap's mean friction" };
   const factor = /^lap(\d+)_mean_factor$/.exec(column);
   if (factor)
     return { group: "Friction factor", label: `lap ${factor[1]}`, unit: "", decimals: 3, better: null, main: false, help: "mean friction factor of the lap" };

@@ -15,7 +15,7 @@ interface Column {
 /** Columns of later laps stand aside with the rest. */
 const mostLaps = 12;
 function lapOf(column: string): number {
-  return Number(/^(?:lap|pace_ratio)(\d+)/.exec(column)?.[1] ?? 0);
+  return Number(/^(?:lap|pace_ratio|body_pace_ratio)(\d+)/.exec(column)?.[1] ?? 0);
 }
 
 /** The best value of a column among the contenders; null where nothing is better than another. */
