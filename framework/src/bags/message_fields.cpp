@@ -211,7 +211,7 @@ void FieldReader::read_field(const Field& field, const Pick* pick, Bytes& bytes)
   const bool one = field.many == Field::Many::one;
   const std::uint64_t count = field.many == Field::Many::variable ? bytes.take<std::uint32_t>() : field.count;
   const std::uint64_t least = least_of(field, schema_);
-  bytes.check_elements(count, least);
+  if (!one) bytes.check_elements(count, least);
   if (is_number(field.kind)) return read_numbers(field, count, pick, bytes);
   if (least == 0) return;  // messages without members
   for (std::uint64_t k = 0; k < count; ++k) {
@@ -230,16 +230,19 @@ void FieldReader::read_numbers(const Field& field, std::uint64_t count, const Pi
   if (count == 0) return;
   const std::uint64_t each = least_of(field, schema_);
   bytes.align(size_of(field.kind));
+  if (field.many == Field::Many::one) {
+    if (pick != nullptr)
+      read_number(field.kind, *pick, bytes);
+    else
+      bytes.skip(each);
+    return;
+  }
   bytes.check_elements(count, each);
   const std::size_t begin = bytes.position();
-  if (pick != nullptr && field.many == Field::Many::one) {
-    read_number(field.kind, *pick, bytes);
-  } else if (pick != nullptr) {
-    for (std::size_t k = 0; k < pick->which.size(); ++k) {
-      if (pick->which[k] >= count) continue;
-      bytes.go_to(begin + static_cast<std::size_t>(pick->which[k] * each));
-      read_number(field.kind, pick->part[k], bytes);
-    }
+  for (std::size_t k = 0; pick != nullptr && k < pick->which.size(); ++k) {
+    if (pick->which[k] >= count) continue;
+    bytes.go_to(begin + static_cast<std::size_t>(pick->which[k] * each));
+    read_number(field.kind, pick->part[k], bytes);
   }
   bytes.go_to(begin + static_cast<std::size_t>(count * each));
 }
