@@ -299,7 +299,7 @@ TEST_F(ImportBags, BrokenBytesAreRefusedOrReadAndNothingElse) {
   const std::string whole = ros1_bytes(weaving_recording(Wire::ros1, 1.0));
   std::mt19937 random(15);
   std::size_t refused = 0;
-  for (int k = 0; k < 1500; ++k) {
+  for (int k = 0; k < 600; ++k) {
     std::string bytes = whole;
     for (int changes = 1 + k % 3; changes > 0; --changes) {
       // The first record's padding is passed over: half of the changes fall behind it, half in the index.
@@ -316,7 +316,7 @@ TEST_F(ImportBags, BrokenBytesAreRefusedOrReadAndNothingElse) {
     if (k % 7 == 0) bytes.resize(random() % bytes.size());
     refused += why(write("broken.bag", bytes)) != "read";
   }
-  EXPECT_GT(refused, 300u);
+  EXPECT_GT(refused, 150u);
 }
 
 #ifdef GRIPLINE_SQLITE
