@@ -10,12 +10,14 @@
 #include <deque>
 #include <filesystem>
 #include <functional>
+#include <span>
 #include <sstream>
 #include <string>
 #include <vector>
 
 #include <gripline/abi_layout.hpp>
 
+#include "bags/message_fields.hpp"
 #include "config/errors.hpp"
 #include "config/json_file.hpp"
 #include "config/merge_patch.hpp"
@@ -185,6 +187,21 @@ void import_log(std::string_view bytes) {
   });
 }
 
+/// The definition of a ROS type; behind a line "---" bytes of a message of it, read as ROS 1 and as ROS 2 write them. Who
+/// reads a bag adds the file's name to a refusal.
+void message(std::string_view bytes) {
+  const std::vector<std::string_view> parts = parts_of(bytes);
+  for (const bags::Wire wire : {bags::Wire::ros1, bags::Wire::cdr}) try {
+      const bags::Schema schema =
+          bags::parse_schema("car_msgs/State", std::string(parts[0]), wire, bags::common_definitions());
+      const std::vector<std::string> paths = bags::number_paths(schema, 3, 100);
+      bags::FieldReader reader(schema, paths, 0);
+      if (parts.size() > 1)
+        require(reader.read(std::as_bytes(std::span(parts[1]))).size() == paths.size(), "a number is missing");
+    } catch (const InputError&) {
+    }
+}
+
 /// Tables: parameters of plugins read strictly, results read leniently.
 void tables(std::string_view bytes) {
   const fs::path file = file_of("table.csv", bytes);
@@ -331,17 +348,10 @@ void units(std::string_view bytes) {
   }
 }
 
-constexpr std::array all = {Target{"json", json},
-                            Target{"config", config},
-                            Target{"track", track},
-                            Target{"log", log},
-                            Target{"import", import_log},
-                            Target{"tables", tables},
-                            Target{"report", report_folder},
-                            Target{"manifest", manifest},
-                            Target{"library", library},
-                            Target{"claims", claims},
-                            Target{"units", units}};
+constexpr std::array all = {Target{"json", json},       Target{"config", config},        Target{"track", track},
+                            Target{"log", log},         Target{"import", import_log},    Target{"message", message},
+                            Target{"tables", tables},   Target{"report", report_folder}, Target{"manifest", manifest},
+                            Target{"library", library}, Target{"claims", claims},        Target{"units", units}};
 
 }  // namespace
 

@@ -303,6 +303,40 @@ TEST_F(Cli, ModelsAreComparedWithLogsInAnyWorld) {
     return table.column[static_cast<std::size_t>(table.find("yaw_rate_radps"))].back();
   };
   EXPECT_LT(error_of("p.csv"), 0.7 * error_of("linear.csv"));
+  // Mean distances over horizons and at the last one, against the samples and the log (a row every 0.02 s).
+  const Outcome paths = gripline_with({"predict", world, log, "--horizon", "0.1,0.2,0.3", "--every", "0.1", "--slowest",
+                                       "1.2", "--samples", folder_ / "paths.csv"});
+  EXPECT_EQ(paths.code, 0) << paths.err;
+  const auto samples = measured::read_delimited(folder_ / "paths.csv");
+  const CsvTable rows = read_csv(log);
+  const auto row_at = [&](double t) {
+    return static_cast<std::size_t>(std::lround((t - rows.column("t_s")[0]) / 0.02));
+  };
+  const auto of = [&](const char* name, std::size_t i) {
+    return samples.column[static_cast<std::size_t>(samples.find(name))][i];
+  };
+  const auto x = rows.column("x_m"), y = rows.column("y_m"), vx = rows.column("vx_mps");
+  double mean = 0, last = 0;
+  std::size_t starts = 0;
+  for (std::size_t i = 0; i + 2 < samples.rows(); i += 3) {
+    if (vx.at(row_at(of("start_s", i))) < 1.2) continue;
+    ++starts;
+    for (std::size_t j = i; j < i + 3; ++j) {
+      const std::size_t row = row_at(of("t_s", j));
+      const double distance = std::hypot(of("x_m", j) - x.at(row), of("y_m", j) - y.at(row));
+      mean += distance / 3;
+      if (j == i + 2) last += distance;
+    }
+  }
+  ASSERT_GT(starts, 20u);
+  const std::string table = paths.out.substr(paths.out.find("displacement [m] over 3 horizons up to 0.3 s"));
+  std::istringstream line(table.substr(table.find("this world") + 10));
+  double shown_mean = 0, shown_last = 0;
+  std::size_t shown_starts = 0;
+  line >> shown_mean >> shown_last >> shown_starts;
+  EXPECT_EQ(shown_starts, starts);
+  EXPECT_NEAR(shown_mean, mean / static_cast<double>(starts), 0.01 * shown_mean);
+  EXPECT_NEAR(shown_last, last / static_cast<double>(starts), 0.01 * shown_last);
   // Without a sideways speed there is nothing to compare it with: a dash.
   std::string without_vy;
   for (std::string line : lines(log)) {

@@ -1,12 +1,19 @@
-// gripline import LOG --map MAP.json --out LOG.gripline.csv: a logger's table in gripline's
+// gripline import LOG --map MAP.json --out LOG.gripline.csv: a logger's table, or a bag of ROS, in gripline's
 // own columns, and its health. gripline import --guess LOG [--out MAP.json]: a first map.
+#include <array>
+#include <charconv>
 #include <cmath>
 #include <fstream>
 #include <iostream>
+#include <string_view>
 
+#include "bags/bag_guess.hpp"
+#include "bags/bag_table.hpp"
+#include "cli/companion.hpp"
 #include "cli/options.hpp"
 #include "config/errors.hpp"
 #include "gripline/command.hpp"
+#include "gripline/import_bag.hpp"
 #include "measured/delimited_table.hpp"
 #include "measured/gripline_log.hpp"
 #include "measured/log_guess.hpp"
@@ -33,8 +40,37 @@ void print(const std::vector<measured::Finding>& findings) {
               << (f.level == measured::Finding::Level::bad ? "  (!)" : "") << '\n';
 }
 
-int guess(const fs::path& log, const po::variables_map& given) {
-  const measured::Guess guessed = measured::guess_map(measured::read_delimited(log));
+/// A recording of ROS, by its first bytes or, of what cannot be read, by its name.
+bool is_bag(const fs::path& log) {
+  std::array<char, 9> begin{};
+  std::ifstream(log, std::ios::binary).read(begin.data(), begin.size());
+  const std::string_view text(begin.data(), begin.size());
+  return text == "#ROSBAG V" || text == "SQLite fo" || log.extension() == ".bag" || log.extension() == ".db3";
+}
+
+void append_cell(std::string& line, double value) {
+  std::array<char, 40> digits{};
+  if (!std::isnan(value))
+    line.append(digits.data(), std::to_chars(digits.data(), digits.data() + digits.size(), value).ptr);
+  line += ',';
+}
+
+/// What the map reads of a bag, for commands that read tables with the same map.
+void write_table(const fs::path& file, const measured::DelimitedTable& table) {
+  std::string out;
+  for (const std::string& name : table.name) out += name + ',';
+  out.back() = '\n';
+  for (std::size_t r = 0; r < table.rows(); ++r) {
+    for (const std::vector<double>& column : table.column) append_cell(out, column[r]);
+    out.back() = '\n';
+  }
+  write_file(file, out);
+  std::cout << "table: " << file.string() << '\n';
+}
+
+int guess(const fs::path& log, const po::variables_map& given, OpenBag open) {
+  const measured::Guess guessed =
+      is_bag(log) ? bags::guess_map(*open(log)) : measured::guess_map(measured::read_delimited(log));
   const std::string text = to_json_text(guessed.map);
   if (const auto named = text_of(given, "out")) {
     const fs::path out = *named;
@@ -50,12 +86,13 @@ int guess(const fs::path& log, const po::variables_map& given) {
 
 }  // namespace
 
-int run_import(Arguments args) {
+int import_log(Arguments args, OpenBag open) {
   po::options_description visible("options");
   auto add = visible.add_options();
   add("map", po::value<std::string>(), "what the columns mean, JSON; without it gripline's own columns");
   add("out", po::value<std::string>(), "the log to write; with --guess the map");
   add("guess", po::bool_switch(), "write a first map for this log");
+  add("table", po::value<std::string>(), "of a bag of ROS: write what the map reads of it as CSV, for fit and predict");
   add("v-ref", po::value<double>()->default_value(0.0),
       "typical speed of the car, for the checks [m/s]; 0: from the log");
   add("help,h", "this text");
@@ -65,16 +102,26 @@ int run_import(Arguments args) {
   if (words.size() != 1)
     throw InputError("import needs one log: gripline import LOG --map MAP.json --out LOG.gripline.csv");
   const fs::path log = words.front();
-  if ((*given)["guess"].as<bool>()) return guess(log, *given);
+  const bool bag = is_bag(log);
+  if (bag && open == nullptr)
+    exec_companion("gripline-bags", "import of ROS bags (built with gripline: cmake --build build)", args);
+  if ((*given)["guess"].as<bool>()) return guess(log, *given, open);
 
-  const auto mapped = text_of(*given, "map");
+  const auto mapped = text_of(*given, "map"), table_file = text_of(*given, "table");
+  if (bag && !mapped)
+    throw InputError("a bag needs a map of its topics: --map MAP.json (gripline import --guess " + log.string() +
+                     " writes a first one)");
+  if (!bag && table_file) throw InputError("--table is of bags: " + log.string() + " is a table already");
   const measured::LogMap map = mapped ? measured::load_log_map(*mapped) : measured::gripline_map();
   const fs::path out = text_of(*given, "out").value_or(log.stem().string() + ".gripline.csv");
   Words inputs{log.string()};
   if (mapped) inputs.push_back(*mapped);
   require_writable("--out", out, inputs);
+  if (table_file) require_writable("--table", *table_file, inputs);
 
-  const measured::SessionFile file = measured::read_session(log, map);
+  measured::DelimitedTable table = bag ? bags::read_table(*open(log), map) : measured::read_delimited(log);
+  if (table_file) write_table(*table_file, table);
+  const measured::SessionFile file = measured::read_session(std::move(table), map);
   const double v_ref = (*given)["v-ref"].as<double>();
   measured::check_session(file, v_ref > 0.0 ? v_ref : measured::typical_speed(file.session));
   print(measured::health_of(file));
@@ -83,5 +130,7 @@ int run_import(Arguments args) {
   std::cout << "log: " << out.string() << '\n';
   return good;
 }
+
+int run_import(Arguments args) { return import_log(args, nullptr); }
 
 }  // namespace gripline::tools

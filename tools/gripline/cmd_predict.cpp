@@ -29,6 +29,7 @@ struct Request {
   std::optional<fs::path> samples, out;
   std::vector<double> horizons;
   double every = 0.2;
+  std::optional<double> slowest;  // [m/s] of starts that count for errors; the world's own where none is given
 };
 
 double positive(const std::string& option, const std::string& text) {
@@ -42,7 +43,7 @@ double positive(const std::string& option, const std::string& text) {
 Request read_request(const po::variables_map& given) {
   const Words words = words_of(given, "world-and-log");
   if (words.size() != 2) throw InputError("predict needs a world and a log: gripline predict WORLD.json LOG.csv");
-  Request request{find_shipped(words[0], "worlds"), words[1], {}, {}, {}, 0.2};
+  Request request{find_shipped(words[0], "worlds"), words[1], {}, {}, {}, 0.2, {}};
   Words inputs = words;
   for (const std::string& one : words_of(given, "track")) inputs.push_back(one);
   if (const auto map = text_of(given, "map")) inputs.push_back(*map);
@@ -58,6 +59,7 @@ Request read_request(const po::variables_map& given) {
   }
   std::sort(request.horizons.begin(), request.horizons.end());
   request.every = positive("--every", *text_of(given, "every"));
+  if (given.count("slowest") > 0) request.slowest = std::max(0.0, given["slowest"].as<double>());
   return request;
 }
 
@@ -205,6 +207,50 @@ std::vector<calibrate::HorizonRow> rows_at(const calibrate::FitLog& log, std::si
   return rows;
 }
 
+/// How far predicted places lie from those of the log: mean over starts of the mean over horizons, and of the last one.
+struct Displacement {
+  double average = 0, last = 0;  // [m]
+  std::size_t starts = 0;
+};
+Displacement displacement_of(const calibrate::FitLog& log, const std::vector<double>& predicted, double slowest) {
+  const std::size_t h = log.starts.horizons.size();
+  Displacement out;
+  for (std::size_t i = 0; i < log.starts.time.size(); ++i) {
+    if (!(std::abs(log.session->interpolate(3, log.starts.time[i])) >= slowest)) continue;
+    double sum = 0.0, distance = 0.0;
+    for (std::size_t j = 0; j < h; ++j) {
+      const std::size_t at = (i * h + j) * channels;
+      distance = std::hypot(predicted[at] - log.truth[at], predicted[at + 1] - log.truth[at + 1]);
+      sum += distance;
+    }
+    if (!std::isfinite(sum)) continue;
+    out.average += sum / static_cast<double>(h);
+    out.last += distance;
+    ++out.starts;
+  }
+  out.average /= static_cast<double>(out.starts);
+  out.last /= static_cast<double>(out.starts);
+  return out;
+}
+
+/// The measures that trajectory forecasts are compared by (ADE and FDE).
+void show_displacements(const calibrate::FitLog& log, const std::vector<double>& predicted, double slowest,
+                        double wheelbase) {
+  const auto show = [&](const char* name, const std::vector<double>& all) {
+    const Displacement d = displacement_of(log, all, slowest);
+    if (d.starts == 0) return;
+    char line[120];
+    std::snprintf(line, sizeof line, "  %-16s %-12.4g %-12.4g %zu\n", name, d.average, d.last, d.starts);
+    std::cout << line;
+  };
+  std::cout << "\ndisplacement [m] over " << log.starts.horizons.size() << " horizons up to "
+            << log.starts.horizons.back() << " s\n  model            mean of all  last one     starts\n";
+  for (std::size_t b = 0; b < calibrate::baseline_names.size(); ++b)
+    show(calibrate::baseline_names[b],
+         calibrate::baseline(static_cast<calibrate::Baseline>(b), *log.session, log.starts, wheelbase));
+  show("this world", predicted);
+}
+
 /// Prints the errors at every horizon, and writes them where --out names a file.
 void show_errors(const Request& request, const calibrate::FitLog& log, const std::vector<double>& predicted,
                  const WorldSpec& world) {
@@ -215,14 +261,15 @@ void show_errors(const Request& request, const calibrate::FitLog& log, const std
       for (const char* end : {"", "_lo", "_hi"}) header += std::string(",") + q + end;
     table.emplace(*request.out, header);
   }
-  const double slowest = calibrate::slowest_start(world);
+  const double slowest = request.slowest.value_or(calibrate::slowest_start(world));
+  const double wheelbase = world.car.car.lf + world.car.car.lr;
   for (std::size_t j = 0; j < request.horizons.size(); ++j) {
     const Counted of = counted(log, j, slowest);
     if (of.time.empty()) {
       std::cout << "no start at " << slowest << " m/s or more: no errors to show\n";
       return;
     }
-    const auto rows = rows_at(log, j, of, predicted, world.car.car.lf + world.car.car.lr);
+    const auto rows = rows_at(log, j, of, predicted, wheelbase);
     std::cout << (j > 0 ? "\n" : "") << "errors at " << request.horizons[j] << " s, root mean square over "
               << of.time.size() << " starts from " << slowest << " m/s on (95 % by blocks of 10 s)\n";
     calibrate::print_horizon_table(std::cout, rows);
@@ -230,6 +277,7 @@ void show_errors(const Request& request, const calibrate::FitLog& log, const std
       for (const calibrate::HorizonRow& row : rows) write_table(*table, request.horizons[j], row);
   }
   if (table) table->finish();
+  if (request.horizons.size() > 1 && log.session->has[0]) show_displacements(log, predicted, slowest, wheelbase);
 }
 
 /// What the session moved, where it stood at the log's end.
@@ -288,6 +336,7 @@ int run_predict(Arguments args) {
   auto add = visible.add_options();
   add("horizon", po::value<std::string>()->default_value("0.5,1"), "seconds ahead, separated by commas");
   add("every", po::value<std::string>()->default_value("0.2"), "seconds between starts");
+  add("slowest", po::value<double>(), "errors over starts from this speed on [m/s] (default: a quarter of v_ref)");
   add("samples", po::value<std::string>(), "a CSV file for every prediction, in the log's own clock and frames");
   add("out", po::value<std::string>(), "a CSV file for the table");
   add("fixed", po::bool_switch(), "parameters as fitted: the log before a start moves none of them");

@@ -165,6 +165,9 @@ void split_unit_off(std::string& name, std::string& unit) {
   for (const auto& [open, close] : {std::pair('[', ']'), {'(', ')'}}) {
     const std::size_t begin = name.rfind(open);
     if (begin == std::string::npos || begin == 0 || name.back() != close) continue;
+    const std::string_view inside = std::string_view(name).substr(begin + 1, name.size() - begin - 2);
+    if (!inside.empty() && inside.find_first_not_of("0123456789") == std::string_view::npos)
+      continue;  // an element, "data[3]"
     unit = name.substr(begin + 1, name.size() - begin - 2);
     name = std::string(trim(std::string_view(name).substr(0, begin)));
     return;
@@ -312,6 +315,10 @@ DelimitedTable read_delimited(const std::filesystem::path& file) {
   if (rest.starts_with("\xef\xbb\xbf")) rest.remove_prefix(3);
   if (rest.starts_with("\xff\xfe") || rest.starts_with("\xfe\xff"))
     refuse_file(file, 0, "the file is UTF-16; expected UTF-8 (save it again as UTF-8 or ASCII)");
+  if (rest.starts_with("#ROSBAG V") || rest.starts_with("SQLite format 3"))
+    refuse_file(file, 0,
+                "the file is a bag of ROS; expected a table in text (gripline import BAG --map MAP --table FILE.csv "
+                "writes what the map reads of it)");
   if (rest.find('\0') != std::string_view::npos)
     refuse_file(file, 0, "the file is not a text; expected a table in text, as CSV");
   Reader reader;

@@ -11,8 +11,9 @@ namespace gripline::measured {
 
 struct DelimitedTable {
   std::filesystem::path file;
-  std::vector<std::string> name;            // of the columns, without unit; unique
-  std::vector<std::string> unit;            // "" where none is written
+  std::vector<std::string> name;     // of the columns, without unit; unique
+  std::vector<std::string> unit;     // "" where none is written
+  std::vector<std::string> meaning;  // what the source says a column is, for a guess; empty: only the names are known
   std::vector<std::vector<double>> column;  // NaN where a cell is empty or no number
   std::vector<int> line;                    // of the file, by row, from 1
   std::vector<std::string> found;           // what was unusual, one sentence each

@@ -311,4 +311,15 @@ std::vector<double> Formula::evaluate(const DelimitedTable& table, const std::ve
   return root_({table, time});
 }
 
+std::vector<std::string> quoted_names(std::string_view formula) {
+  std::vector<std::string> names;
+  for (std::size_t at = 0; (at = formula.find('`', at)) != std::string_view::npos;) {
+    const std::size_t end = formula.find('`', at + 1);
+    if (end == std::string_view::npos) break;
+    names.emplace_back(formula.substr(at + 1, end - at - 1));
+    at = end + 1;
+  }
+  return names;
+}
+
 }  // namespace gripline::measured

@@ -42,4 +42,7 @@ class Formula {
   std::vector<std::size_t> columns_;
 };
 
+/// What a formula names in backquotes, in the order of writing.
+std::vector<std::string> quoted_names(std::string_view formula);
+
 }  // namespace gripline::measured

@@ -99,10 +99,12 @@ class Guesser {
       if (std::string_view(names.channel) != channel) continue;
       for (const char* word : names.words)
         for (std::size_t c = 0; c < table_.name.size(); ++c)
-          if (plain(table_.name[c]) == word && quantile_of_size(table_.column[c], 1.0) > 0.0)
-            return static_cast<int>(c);
+          if (plain(known_as(c)) == word && quantile_of_size(table_.column[c], 1.0) > 0.0) return static_cast<int>(c);
     }
     return -1;
+  }
+  const std::string& known_as(std::size_t c) const {
+    return table_.meaning.empty() ? table_.name[c] : table_.meaning[c];
   }
   bool found(const char* channel) const { return channels_.find(channel) != nullptr; }
   const Values& values(int c) const { return table_.column[static_cast<std::size_t>(c)]; }
@@ -117,7 +119,7 @@ class Guesser {
   /// The unit in the header, or in the name's ending, if it is one of the kind wanted.
   std::string unit_of(int c, const char* wanted) const {
     std::vector<std::string> tries = {table_.unit[static_cast<std::size_t>(c)]};
-    const std::string p = plain(name(c));
+    const std::string p = plain(known_as(static_cast<std::size_t>(c)));
     for (const auto& [ending, unit] : {std::pair("kmh", "km/h"),
                                        {"mph", "mph"},
                                        {"mmps", "mm/s"},
@@ -306,7 +308,7 @@ class Guesser {
     }
     const double radians = most * (unit == "deg" ? pi / 180 : 1.0);
     std::string formula = quoted(c);
-    if (plain(name(c)).find("norm") != std::string::npos) {
+    if (plain(known_as(static_cast<std::size_t>(c))).find("norm") != std::string::npos) {
       remarks_.push_back("delta: " + name(c) +
                          " is no angle; taken as rad at full lock 1, which a fitted steer_map puts right");
     } else if (radians > 0.7) {
@@ -348,5 +350,13 @@ class Guesser {
 }  // namespace
 
 Guess guess_map(const DelimitedTable& table) { return Guesser(table).run(); }
+
+bool is_channel_name(std::string_view name) {
+  const std::string wanted = plain(name);
+  return std::any_of(known_names().begin(), known_names().end(), [&](const Names& names) {
+    return std::string_view(names.channel) != "time" &&
+           std::find(names.words.begin(), names.words.end(), wanted) != names.words.end();
+  });
+}
 
 }  // namespace gripline::measured

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "config/node.hpp"
@@ -16,5 +17,8 @@ struct Guess {
 
 /// Throws InputError when no column looks like a time or a steering angle.
 Guess guess_map(const DelimitedTable& table);
+
+/// Whether a column of this name would be looked at for a channel (not for the time).
+bool is_channel_name(std::string_view name);
 
 }  // namespace gripline::measured

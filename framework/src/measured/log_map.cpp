@@ -100,6 +100,14 @@ Channel read_channel(const Node& node, const char* unit, Errors& errors, LogMap*
   return channel;
 }
 
+void read_bag_options(ObjectReader r, BagOptions& to) {
+  to.origin = r.node().origin;
+  to.rows = r.text("rows", std::string());
+  to.recorded = r.choice<bool>("time", {{"recorded", true}, {"header", false}}, false);
+  if (r.has("definitions")) to.definitions = r.path("definitions");
+  r.finish();
+}
+
 void check_groups(const LogMap& map, Errors& errors) {
   for (std::size_t c = 1; c < channels; ++c) {
     if (delay_group[c] != delay_group[c - 1]) continue;
@@ -158,6 +166,8 @@ LogMap read_log_map(const Node& node, Errors& errors) {
   }
   all.finish();
   map.valid = r.text("valid", std::string());
+  map.bag.origin = node.origin;
+  if (r.has("bag")) read_bag_options(r.object("bag"), map.bag);
   r.finish();
   check_groups(map, errors);
   check_channels(map, node, errors);

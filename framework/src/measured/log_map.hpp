@@ -6,7 +6,8 @@
 //       "y": ..., "yaw": ..., "vx": ..., "vy": ..., "yaw_rate": {"column": "Gyro", "unit": "deg/s", "sign": -1},
 //       "d":        {"formula": "throttle / 100 - brake / 2758", "hold": "held"},
 //       "delta":    {"formula": "wheel / 15", "unit": "deg"} },
-//     "valid": "quality > 0.5" }
+//     "valid": "quality > 0.5",
+//     "bag": {"rows": "/odom", "time": "header", "definitions": "msgs"} }
 //
 // Instead of x and y there may be "latitude" and "longitude" (degrees).
 #pragma once
@@ -54,12 +55,21 @@ inline constexpr std::size_t delay_groups = 4;
 inline constexpr std::array<const char*, delay_groups> delay_names = {"position", "yaw", "velocity", "yaw_rate"};
 inline constexpr std::array<std::size_t, channels> delay_group = {0, 0, 1, 2, 2, 3};
 
+/// How a recording of ROS becomes a table (bags/bag_table.hpp); of no meaning for other logs.
+struct BagOptions {
+  std::string rows;                   // topic whose messages are the rows; "": the one with most among those used
+  bool recorded = false;              // times of recording in place of those in headers
+  std::filesystem::path definitions;  // folder of .msg files; "": none
+  Origin origin;
+};
+
 struct LogMap {
   std::filesystem::path file;  // empty: a gripline log
   Channel time;
   std::array<std::optional<Channel>, source_count> channel;
   std::string valid;  // formula: rows where it is 0 have no readings; "" for none
   Frame pose, velocity;
+  BagOptions bag;
 
   const std::optional<Channel>& operator[](Source s) const { return channel[static_cast<std::size_t>(s)]; }
   /// Delay of a group [s], 0 where the map names none of its channels; empty: to be found.

@@ -51,7 +51,7 @@ double factor_of(const Channel& channel, const char* unit, const Formula& formul
 
 class SessionReader {
  public:
-  SessionReader(const std::filesystem::path& log, const LogMap& map) : map_(map), table_(read_delimited(log)) {}
+  SessionReader(DelimitedTable table, const LogMap& map) : map_(map), table_(std::move(table)) {}
 
   SessionFile read() {
     out_.session.name = table_.file.filename().string();
@@ -351,6 +351,12 @@ class SessionReader {
 
 }  // namespace
 
-SessionFile read_session(const std::filesystem::path& log, const LogMap& map) { return SessionReader(log, map).read(); }
+SessionFile read_session(const std::filesystem::path& log, const LogMap& map) {
+  return read_session(read_delimited(log), map);
+}
+
+SessionFile read_session(DelimitedTable table, const LogMap& map) {
+  return SessionReader(std::move(table), map).read();
+}
 
 }  // namespace gripline::measured

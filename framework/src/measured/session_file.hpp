@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "measured/delimited_table.hpp"
 #include "measured/log_map.hpp"
 
 namespace gripline::measured {
@@ -28,6 +29,7 @@ struct SessionFile {
 /// left out. Rows are kept as they are: nothing is smoothed, moved or interpolated. Throws InputError:
 /// a missing column, a wrong unit, time that runs backward, fewer than 20 rows, no steering.
 SessionFile read_session(const std::filesystem::path& log, const LogMap& map);
+SessionFile read_session(DelimitedTable table, const LogMap& map);
 
 /// Checks that the numbers fit the map, by medians over driving, so that no outlier decides. Throws InputError with the
 /// evidence: units of speed, angles and time, a heading turned against the path, a steering angle or yaw rate of the

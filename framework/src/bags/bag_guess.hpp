@@ -1,0 +1,12 @@
+// A first map of a bag: topics by the types of their messages, others by names, then as for any table (measured/log_guess.hpp).
+#pragma once
+
+#include "bags/bag_file.hpp"
+#include "measured/log_guess.hpp"
+
+namespace gripline::bags {
+
+/// Throws InputError when no topic looks like a steering angle.
+measured::Guess guess_map(BagFile& bag);
+
+}  // namespace gripline::bags
