@@ -191,7 +191,8 @@ void import_log(std::string_view bytes) {
 /// reads a bag adds the file's name to a refusal.
 void message(std::string_view bytes) {
   const std::vector<std::string_view> parts = parts_of(bytes);
-  for (const bags::Wire wire : {bags::Wire::ros1, bags::Wire::cdr}) try {
+  for (const bags::Wire wire : {bags::Wire::ros1, bags::Wire::cdr}) {
+    try {
       const bags::Schema schema =
           bags::parse_schema("car_msgs/State", std::string(parts[0]), wire, bags::common_definitions());
       const std::vector<std::string> paths = bags::number_paths(schema, 3, 100);
@@ -200,6 +201,7 @@ void message(std::string_view bytes) {
         require(reader.read(std::as_bytes(std::span(parts[1]))).size() == paths.size(), "a number is missing");
     } catch (const InputError&) {
     }
+  }
 }
 
 /// Tables: parameters of plugins read strictly, results read leniently.

@@ -119,5 +119,17 @@ TEST(DelimitedTable, RefusesWhatIsNoTable) {
   EXPECT_THAT(why("1,2\n3,4\n5,6\n"), HasSubstr("no header line"));
 }
 
+/// What import writes of a bag has names of array elements.
+TEST(DelimitedTable, ANumberInABracketIsAnElementAndNoUnit) {
+  const auto t = read("time,/joints.position[3],/joints.speed[m/s]\n0,1,2\n1,2,3\n2,3,4\n");
+  EXPECT_THAT(t.name, ElementsAre("time", "/joints.position[3]", "/joints.speed"));
+  EXPECT_THAT(t.unit, ElementsAre("", "", "m/s"));
+}
+
+TEST(DelimitedTable, ABagOfRosIsToldFromATable) {
+  EXPECT_THAT(why("#ROSBAG V2.0\nE"), HasSubstr("the file is a bag of ROS"));
+  EXPECT_THAT(why("SQLite format 3\n"), HasSubstr("gripline import BAG --map MAP --table FILE.csv"));
+}
+
 }  // namespace
 }  // namespace gripline::measured

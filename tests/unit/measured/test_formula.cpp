@@ -84,5 +84,10 @@ TEST(Formula, MistakesAreToldWithTheirPlaceAndTheNearestName) {
   EXPECT_THAT(why(std::string(300, '-').append("1")), HasSubstr("nested too deeply"));
 }
 
+TEST(Formula, NamesInBackquotesAreListed) {
+  EXPECT_EQ(quoted_names("`/a.x` + 2 * max(b, `c d`) - `/a.x`"), (std::vector<std::string>{"/a.x", "c d", "/a.x"}));
+  EXPECT_TRUE(quoted_names("a + `open").empty());
+}
+
 }  // namespace
 }  // namespace gripline::measured
