@@ -70,7 +70,7 @@ std::string connection(std::size_t id, const bags::Topic& topic) {
           {{"topic", topic.name}, {"type", topic.type}, {"md5sum", "*"}, {"message_definition", topic.definition}}));
 }
 
-std::string packed(const std::string& chunk, const std::string& how) {
+std::string packed(const std::string& chunk, [[maybe_unused]] const std::string& how) {
 #ifdef GRIPLINE_BZIP2
   if (how == "bz2") {
     std::string out(chunk.size() + 1000, '\0');
