@@ -92,6 +92,7 @@ std::string packed(const std::string& chunk, [[maybe_unused]] const std::string&
 struct BagForm {
   std::string compression = "none", encryptor = "";
   bool index = true;
+  bool last_chunk_twice = false;
 };
 
 /// A bag of format 2.0 with chunks of 500 messages.
@@ -104,7 +105,7 @@ std::string ros1_bytes(const Recording& all, const BagForm& form = {}) {
                                         {"encryptor", form.encryptor}});
     return "#ROSBAG V2.0\n" + sized(header) + sized(std::string(4096 - header.size(), ' '));
   };
-  std::string out = bag_record(0, 0), infos;
+  std::string out = bag_record(0, 0), infos, last_info;
   std::size_t chunks = 0;
   for (std::size_t begin = 0; begin < all.messages.size(); begin += 500, ++chunks) {
     const std::size_t end = std::min(begin + 500, all.messages.size());
@@ -119,16 +120,18 @@ std::string ros1_bytes(const Recording& all, const BagForm& form = {}) {
     std::string per_topic;
     for (std::size_t t = 0; t < counts.size(); ++t)
       if (counts[t] > 0) per_topic += raw(static_cast<std::uint32_t>(t)) + raw(counts[t]);
-    infos += record(6,
-                    {{"ver", raw(std::uint32_t{1})},
-                     {"chunk_pos", raw(std::uint64_t{out.size()})},
-                     {"start_time", raw_time(all.messages[begin].time)},
-                     {"end_time", raw_time(all.messages[end - 1].time)},
-                     {"count", raw(static_cast<std::uint32_t>(per_topic.size() / 8))}},
-                    per_topic);
+    last_info = record(6,
+                       {{"ver", raw(std::uint32_t{1})},
+                        {"chunk_pos", raw(std::uint64_t{out.size()})},
+                        {"start_time", raw_time(all.messages[begin].time)},
+                        {"end_time", raw_time(all.messages[end - 1].time)},
+                        {"count", raw(static_cast<std::uint32_t>(per_topic.size() / 8))}},
+                       per_topic);
+    infos += last_info;
     out += record(5, {{"compression", form.compression}, {"size", raw(static_cast<std::uint32_t>(chunk.size()))}},
                   packed(chunk, form.compression));
   }
+  if (form.last_chunk_twice) infos += last_info, ++chunks;
   if (!form.index) return out;
   const std::string first = bag_record(out.size(), chunks);
   out.replace(0, first.size(), first);
@@ -261,7 +264,7 @@ TEST_F(ImportBags, AGuessedMapReadsTheBag) {
   ASSERT_EQ(guessed.code, 0) << guessed.err;
   const Outcome outcome = gripline_with({"import", bag, "--map", folder_ / "guess.json", "--out", folder_ / "out.csv"});
   ASSERT_EQ(outcome.code, 0) << outcome.err;
-  EXPECT_THAT(outcome.out, HasSubstr("delay"));
+  EXPECT_THAT(outcome.out, AllOf(HasSubstr("delay"), HasSubstr("rows are messages of /odom")));
 }
 
 std::string why(const fs::path& file) {
@@ -279,8 +282,10 @@ TEST_F(ImportBags, BagsThatCannotBeReadAreToldInOneMessage) {
   const std::string whole = ros1_bytes(all);
   const auto told = [&](const std::string& bytes) { return why(write("a.bag", bytes)); };
   EXPECT_EQ(told(whole), "read");
-  EXPECT_THAT(told(ros1_bytes(all, {.compression = "none", .encryptor = "", .index = false})),
-              HasSubstr("no index: the recording was not ended (rosbag reindex mends a copy)"));
+  EXPECT_EQ(told(ros1_bytes(all, {.compression = "none", .encryptor = "", .index = false})),
+            (folder_ / "a.bag").string() + ": no index: the recording was not ended (rosbag reindex mends a copy)");
+  EXPECT_THAT(told(ros1_bytes(all, {.compression = "none", .encryptor = "", .index = true, .last_chunk_twice = true})),
+              HasSubstr("truncated or broken: its index names one chunk twice"));
   EXPECT_THAT(told(ros1_bytes(all, {.compression = "none", .encryptor = "rosbag/AesCbcEncryptor"})),
               HasSubstr("encrypted (rosbag/AesCbcEncryptor)"));
   EXPECT_THAT(told(ros1_bytes(all, {.compression = "zip", .encryptor = ""})),
@@ -292,6 +297,9 @@ TEST_F(ImportBags, BagsThatCannotBeReadAreToldInOneMessage) {
   const Outcome without_map = gripline_with({"import", write("a.bag", whole)});
   EXPECT_EQ(without_map.code, 2);
   EXPECT_THAT(without_map.err, HasSubstr("a bag needs a map of its topics"));
+  const Outcome mcap = gripline_with({"import", write("a.mcap", "\x89MCAP0"), "--map", map_});
+  EXPECT_EQ(mcap.code, 2);
+  EXPECT_THAT(mcap.err, HasSubstr("MCAP is not read (ros2 bag convert makes a .db3 of it)"));
 }
 
 /// Every length and position of a bag made large, small or random: an answer or a refusal, never more.

@@ -17,13 +17,6 @@ using Buffer = std::vector<std::byte>;
   throw InputError("a chunk cannot be unpacked (" + compression + ")");
 }
 
-#if !defined(GRIPLINE_BZIP2) || !defined(GRIPLINE_LZ4)
-[[noreturn]] void refuse_unbuilt(const std::string& compression, const std::string& package) {
-  throw InputError("its chunks are packed (" + compression + "), and gripline was built without " + package +
-                   "; install it, then cmake -S . -B build and build again (or rosbag decompress)");
-}
-#endif
-
 #ifdef GRIPLINE_BZIP2
 Buffer unpack_bzip2(Buffer packed, std::size_t size) {
   Buffer out(size);
@@ -35,7 +28,7 @@ Buffer unpack_bzip2(Buffer packed, std::size_t size) {
   return out;
 }
 #else
-Buffer unpack_bzip2(const Buffer&, std::size_t) { refuse_unbuilt("bz2", "libbz2-dev"); }
+Buffer unpack_bzip2(const Buffer&, std::size_t) { refuse_chunk("bz2"); }
 #endif
 
 #ifdef GRIPLINE_LZ4
@@ -55,10 +48,20 @@ Buffer unpack_lz4(const Buffer& packed, std::size_t size) {
   return out;
 }
 #else
-Buffer unpack_lz4(const Buffer&, std::size_t) { refuse_unbuilt("lz4", "liblz4-dev"); }
+Buffer unpack_lz4(const Buffer&, std::size_t) { refuse_chunk("lz4"); }
 #endif
 
 }  // namespace
+
+std::string missing_for([[maybe_unused]] const std::string& compression) {
+#ifndef GRIPLINE_BZIP2
+  if (compression == "bz2") return "libbz2-dev";
+#endif
+#ifndef GRIPLINE_LZ4
+  if (compression == "lz4") return "liblz4-dev";
+#endif
+  return "";
+}
 
 std::vector<std::byte> unpack_chunk(const std::string& compression, std::vector<std::byte> packed, std::size_t size) {
   if (compression == "bz2") return unpack_bzip2(std::move(packed), size);

@@ -22,8 +22,8 @@ using bags::Topic;
 using Bytes = std::span<const std::byte>;
 
 constexpr std::uint32_t longest_header = 16U << 20U;  // [bytes] of a record; definitions of types are in data
-constexpr std::uint32_t longest_data = 256U
-                                       << 20U;  // [bytes] of a chunk, packed or not (usual: 0.8 MB), or a connection
+// [bytes] of a chunk, packed or not (usual: 0.8 MB), or a connection
+constexpr std::uint32_t longest_data = 256U << 20U;
 constexpr std::string_view first_line = "#ROSBAG V2.0\n";
 
 enum Op : unsigned { op_message = 2, op_bag = 3, op_index = 4, op_chunk = 5, op_chunk_info = 6, op_connection = 7 };
@@ -111,12 +111,13 @@ class Ros1Bag : public bags::BagFile {
   }
 
  private:
-  /// Problems of the file's form are told with its name.
+  /// Problems of the file's form are told with its name; what names the file already is passed on.
   template <class Work>
   void guarded(Work work) const {
     try {
       work();
     } catch (const InputError& problem) {
+      if (!problem.diagnostics().empty() && !problem.diagnostics().front().file.empty()) throw;
       throw InputError(
           {Diagnostic{file_.string(), 0, 0, "", std::string("truncated or broken: ") + problem.what(), {}}});
     }
@@ -207,6 +208,8 @@ class Ros1Bag : public bags::BagFile {
 
   void add_chunk(const Header& header, const std::vector<std::byte>& data) {
     Chunk chunk{number_at<std::uint64_t>(header["chunk_pos"]), time_at(header["start_time"]), {}};
+    // Else a small file could ask for the same large chunk without end.
+    if (!chunk_positions_.insert(chunk.position).second) throw InputError("its index names one chunk twice");
     for (std::size_t at = 0; at < data.size(); at += 8) {
       const auto id = number_at<std::uint32_t>(data, at);
       const auto topic = topic_of_.find(id);
@@ -223,7 +226,11 @@ class Ros1Bag : public bags::BagFile {
     if (header.op() != op_chunk) throw InputError("its index names a chunk where none is");
     const auto size = number_at<std::uint32_t>(header["size"]);
     if (size > longest_data) throw InputError("a chunk of " + std::to_string(size) + " bytes");
-    chunk_ = unpack_chunk(header.text("compression"), bytes_at(record.data, record.length, longest_data), size);
+    const std::string compression = header.text("compression");
+    if (const std::string missing = missing_for(compression); !missing.empty())
+      refuse("its chunks are packed (" + compression + "), and gripline was built without " + missing +
+             "; install it, then cmake -S . -B build and build again (or rosbag decompress)");
+    chunk_ = unpack_chunk(compression, bytes_at(record.data, record.length, longest_data), size);
     return chunk_;
   }
 
@@ -250,6 +257,7 @@ class Ros1Bag : public bags::BagFile {
   std::vector<Topic> topics_;
   std::map<std::uint32_t, std::size_t> topic_of_;  // by connection
   std::vector<Chunk> chunks_;
+  std::set<std::uint64_t> chunk_positions_;
   std::int64_t start_ = 0;
   std::vector<std::byte> chunk_;  // the one that is being read
 };

@@ -1,5 +1,6 @@
 // gripline import LOG --map MAP.json --out LOG.gripline.csv: a logger's table, or a bag of ROS, in gripline's
 // own columns, and its health. gripline import --guess LOG [--out MAP.json]: a first map.
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
@@ -45,7 +46,9 @@ bool is_bag(const fs::path& log) {
   std::array<char, 9> begin{};
   std::ifstream(log, std::ios::binary).read(begin.data(), begin.size());
   const std::string_view text(begin.data(), begin.size());
-  return text == "#ROSBAG V" || text == "SQLite fo" || log.extension() == ".bag" || log.extension() == ".db3";
+  constexpr std::array<std::string_view, 4> endings = {".bag", ".db3", ".mcap", ".zstd"};  // the last two: refused
+  return text == "#ROSBAG V" || text == "SQLite fo" ||
+         std::find(endings.begin(), endings.end(), log.extension().string()) != endings.end();
 }
 
 void append_cell(std::string& line, double value) {
@@ -117,6 +120,7 @@ int import_log(Arguments args, OpenBag open) {
   Words inputs{log.string()};
   if (mapped) inputs.push_back(*mapped);
   require_writable("--out", out, inputs);
+  inputs.push_back(out.string());
   if (table_file) require_writable("--table", *table_file, inputs);
 
   measured::DelimitedTable table = bag ? bags::read_table(*open(log), map) : measured::read_delimited(log);

@@ -59,7 +59,10 @@ Request read_request(const po::variables_map& given) {
   }
   std::sort(request.horizons.begin(), request.horizons.end());
   request.every = positive("--every", *text_of(given, "every"));
-  if (given.count("slowest") > 0) request.slowest = std::max(0.0, given["slowest"].as<double>());
+  if (given.count("slowest") > 0) {
+    request.slowest = given["slowest"].as<double>();
+    if (!(*request.slowest >= 0.0)) throw InputError("--slowest: expected a speed of 0 or more [m/s]");
+  }
   return request;
 }
 

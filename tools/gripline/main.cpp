@@ -25,7 +25,7 @@ constexpr CommandEntry commands[] = {
     {"columns", run_columns, "what the columns of the results mean"},
     {"diagnose", run_diagnose, "name the effect that is missing between a world and a log"},
     {"predict", run_predict, "how far a world's model is off a log, by horizon"},
-    {"import", run_import, "a logger's table in gripline's columns, and how healthy it is"},
+    {"import", run_import, "a logger's table or a bag of ROS in gripline's columns, and how healthy it is"},
     {"fit", run_fit, "find a world's unknowns from logs"},
     {"limit", run_limit, "the fastest laps that a world's car can drive, over friction"},
     {"track", run_track, "a road from the formats that people have, repaired, checked and drawn"},

@@ -94,13 +94,25 @@ Candidates candidates_of(const BagFile& bag) {
   return all;
 }
 
-/// Of the topics that a map names, the one with most messages.
-std::string rows_of(const BagFile& bag, const std::string& map_text) {
+/// Of the topics that a part of a map names, the one with most messages; "" for none.
+std::string busiest_of(const BagFile& bag, const Node& part) {
+  const std::string text = to_json_text(part);
+  const auto names = [&](const Topic& topic, char quote) {
+    return text.find(quote + topic.name + ".") != std::string::npos;
+  };
   const Topic* most = nullptr;
   for (const Topic& topic : bag.topics())
-    if (map_text.find(topic.name + ".") != std::string::npos && (most == nullptr || topic.messages > most->messages))
-      most = &topic;
+    if ((names(topic, '"') || names(topic, '`')) && (most == nullptr || topic.messages > most->messages)) most = &topic;
   return most == nullptr ? "" : most->name;
+}
+
+/// The topic that gives the rows: that of a reading, which is then read at its own times, not between them, where linear
+/// looks ahead. A pose before speeds, as predictions are judged by it.
+std::string rows_of(const BagFile& bag, const Node& map) {
+  for (const char* const reading : {"/channels/x", "/channels/latitude", "/channels/vx", "/channels/yaw_rate"})
+    if (const Node* const channel = find_pointer(map, reading))
+      if (std::string topic = busiest_of(bag, *channel); !topic.empty()) return topic;
+  return busiest_of(bag, map);
 }
 
 }  // namespace
@@ -117,7 +129,7 @@ measured::Guess guess_map(BagFile& bag) {
   table.meaning = candidates.meaning;
   measured::Guess guess = measured::guess_map(table);
   Node options = Node::empty_object();
-  options.set("rows", Node(rows_of(bag, to_json_text(guess.map))));
+  options.set("rows", Node(rows_of(bag, guess.map)));
   guess.map.set("bag", std::move(options));
   for (const std::string& said : table.found) guess.remarks.push_back("bag: " + said);
   for (const std::string& topic : candidates.unknown)

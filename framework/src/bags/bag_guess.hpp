@@ -1,4 +1,5 @@
-// A first map of a bag: topics by the types of their messages, others by names, then as for any table (measured/log_guess.hpp).
+// A first map of a bag: topics by the types of their messages, others by names, then as for any table
+// (measured/log_guess.hpp).
 #pragma once
 
 #include "bags/bag_file.hpp"
@@ -6,7 +7,7 @@
 
 namespace gripline::bags {
 
-/// Throws InputError when no topic looks like a steering angle.
+/// Throws InputError when no topic looks like a motion or a command of a car.
 measured::Guess guess_map(BagFile& bag);
 
 }  // namespace gripline::bags

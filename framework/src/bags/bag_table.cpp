@@ -38,6 +38,26 @@ struct Series {
   std::vector<std::size_t> message{};  // by time: index of the message
 };
 
+/// Of messages in order those with rising times, as many as can be: one stamp that jumps ahead costs itself, not all that
+/// are earlier than it (patience sorting: for each length the run that ends earliest).
+std::vector<std::size_t> longest_rising(const std::vector<std::size_t>& order, const std::vector<std::int64_t>& clock) {
+  constexpr std::size_t none = SIZE_MAX;
+  std::vector<std::size_t> ends, before(clock.size(), none);
+  for (const std::size_t i : order) {
+    const auto at = std::lower_bound(ends.begin(), ends.end(), clock[i],
+                                     [&](std::size_t e, std::int64_t t) { return clock[e] < t; });
+    if (at != ends.begin()) before[i] = *(at - 1);
+    if (at == ends.end())
+      ends.push_back(i);
+    else
+      *at = i;
+  }
+  std::vector<std::size_t> run;
+  for (std::size_t i = ends.empty() ? none : ends.back(); i != none; i = before[i]) run.push_back(i);
+  std::reverse(run.begin(), run.end());
+  return run;
+}
+
 class TableMaker {
  public:
   TableMaker(BagFile& bag, const std::vector<Wanted>& wanted, const measured::BagOptions& options)
@@ -146,30 +166,26 @@ class TableMaker {
     series.stamp.push_back(series.reader->stamp().value_or(0));
   }
 
-  /// Whether the stamps of headers are times of the bag's clock that rise.
-  bool stamps_serve(const Series& series) const {
-    if (options_.recorded || !series.reader->has_header()) return false;
-    std::size_t wrong = 0;
-    std::int64_t last = -1;
-    for (std::size_t i = 0; i < series.stamp.size(); ++i) {
-      const bool good =
-          series.stamp[i] > last && std::abs(series.stamp[i] - series.recorded[i]) < near_clock && series.stamp[i] > 0;
-      if (good) last = series.stamp[i];
-      wrong += !good;
-    }
-    return 10 * wrong <= series.stamp.size();
+  /// Messages by recording, without those whose stamp is of another clock (`stamped`).
+  static std::vector<std::size_t> in_order(const Series& series, bool stamped) {
+    std::vector<std::size_t> order;
+    for (std::size_t i = 0; i < series.recorded.size(); ++i)
+      if (!stamped || (series.stamp[i] > 0 && std::abs(series.stamp[i] - series.recorded[i]) < near_clock))
+        order.push_back(i);
+    const auto earlier = [&](std::size_t a, std::size_t b) { return series.recorded[a] < series.recorded[b]; };
+    std::stable_sort(order.begin(), order.end(), earlier);
+    return order;
   }
 
+  /// The times of a topic's messages: stamps of headers where at most a tenth of them are wrong, else of recording.
   void set_times(Series& series) {
-    const bool stamped = stamps_serve(series);
+    bool stamped = !options_.recorded && series.reader->has_header();
+    if (stamped) series.message = longest_rising(in_order(series, true), series.stamp);
+    stamped = stamped && 10 * series.message.size() >= 9 * series.stamp.size();
     const auto& clock = stamped ? series.stamp : series.recorded;
-    std::int64_t last = -1;
-    for (std::size_t i = 0; i < clock.size(); ++i) {
-      if (clock[i] <= last || (stamped && std::abs(clock[i] - series.recorded[i]) >= near_clock)) continue;
-      last = clock[i];
+    if (!stamped) series.message = longest_rising(in_order(series, false), clock);
+    for (const std::size_t i : series.message)
       series.time.push_back(1e-9 * static_cast<double>(clock[i] - bag_.start()));
-      series.message.push_back(i);
-    }
     std::string words = name_of(series) + ": " + std::to_string(clock.size()) + " messages";
     if (series.time.size() > 1)
       words += " at " +

@@ -24,13 +24,14 @@ struct Wanted {
 /// The table of these columns. Rows are the messages of `options.rows`, else of the topic with most messages among those
 /// used. Times are those of headers where they make sense (rising, near the time of recording), else of recording,
 /// in seconds from the first message of the bag on. Where a topic is silent for long (4 of its usual intervals, 0.25 s
-/// at least) nothing is drawn between. `most_numbers`: where reading ends [numbers]; said in the table's `found`.
+/// at least) nothing is drawn between; what is held goes on. `most_numbers`: where reading ends [numbers]; said in the table's `found`.
 /// Throws InputError: unknown topics and members (with the nearest name), a topic of a type that nobody defines,
 /// messages that are not what their type says.
 measured::DelimitedTable read_table(BagFile& bag, const std::vector<Wanted>& wanted,
                                     const measured::BagOptions& options, std::size_t most_numbers = SIZE_MAX);
 
-/// What a map's formulas name in backquotes, each column once. Throws InputError when one column is wanted held and linear.
+/// What a map's formulas name in backquotes, each column once. Throws InputError when one column is wanted held and
+/// linear.
 std::vector<Wanted> wanted_by(const measured::LogMap& map);
 
 /// The table that a map reads.

@@ -5,7 +5,7 @@ namespace gripline::bags {
 
 const Definitions& common_definitions() {
   static const Definitions all = {
-      {"std_msgs/Header", "builtin_interfaces/Time stamp\nstring frame_id\n"},
+      {"std_msgs/Header", "uint32 seq\ntime stamp\nstring frame_id\n"},
       {"std_msgs/Bool", "bool data\n"},
       {"std_msgs/Int8", "int8 data\n"},
       {"std_msgs/UInt8", "uint8 data\n"},

@@ -66,6 +66,7 @@ class FieldReader::Bytes {
   std::size_t position() const { return at_; }
   void go_to(std::size_t position) { at_ = position; }
   bool cdr() const { return widest_ != 0; }
+  bool second_cdr() const { return widest_ == 4; }
   void check_elements(std::uint64_t count, std::uint64_t least) const {
     if (least > 0 && count > left() / least)
       throw InputError("an array of " + std::to_string(count) + " elements, where " + std::to_string(left()) +
@@ -125,8 +126,9 @@ FieldReader::Pick* FieldReader::choose_element(const std::string& path, const st
   if (bracket == std::string::npos) refuse_path(path, field.name + " is an array: expected " + field.name + "[0]");
   std::uint64_t index = 0;
   const char* const end = word.data() + word.size() - 1;
+  if (word.back() != ']') refuse_path(path, "expected " + field.name + "[0]");
   const auto [stop, code] = std::from_chars(word.data() + bracket + 1, end, index);
-  if (code != std::errc() || stop != end || word.back() != ']') refuse_path(path, "expected " + field.name + "[0]");
+  if (code != std::errc() || stop != end) refuse_path(path, "expected " + field.name + "[0]");
   if (field.many == Field::Many::fixed && index >= field.count)
     refuse_path(path, field.name + " has " + std::to_string(field.count) + " elements, counted from 0");
   return &of.add(index);
@@ -197,6 +199,8 @@ std::span<const double> FieldReader::read(std::span<const std::byte> message) {
   for (const Turn& turn : turns_) {
     const double x = values_[turn.from[0]], y = values_[turn.from[1]], z = values_[turn.from[2]],
                  w = values_[turn.from[3]];
+    // Four zeros are what drivers write that know no orientation.
+    if (!(x * x + y * y + z * z + w * w > 0.25)) continue;
     values_[turn.slot] = std::atan2(2.0 * (w * z + x * y), w * w + x * x - y * y - z * z);
   }
   return {values_.data(), paths_};
@@ -211,6 +215,9 @@ void FieldReader::read_field(const Field& field, const Pick* pick, Bytes& bytes)
   const bool one = field.many == Field::Many::one;
   const std::uint64_t count = field.many == Field::Many::variable ? bytes.take<std::uint32_t>() : field.count;
   const std::uint64_t least = least_of(field, schema_);
+  if (!one && !is_number(field.kind) && bytes.second_cdr())
+    throw InputError(field.name + " is an array of " + (field.kind == Kind::message ? "messages" : "texts") +
+                     " in the second version of CDR, which is not read");
   if (!one) bytes.check_elements(count, least);
   if (is_number(field.kind)) return read_numbers(field, count, pick, bytes);
   if (least == 0) return;  // messages without members

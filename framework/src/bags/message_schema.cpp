@@ -150,7 +150,10 @@ class SchemaParser {
     if (const auto simple = kind_of(base.find('/') == std::string::npos ? base : short_type(base), schema_.wire)) {
       field.kind = *simple;
     } else {
-      const std::string inner = full_type(base, type);
+      // A bare "Header" is that of std_msgs in ROS 1, and in ROS 2 where the package has none of its own.
+      const std::string own = package_of(type) + "/" + base;
+      const bool has_own = schema_.wire == Wire::cdr && (own_.contains(own) || others_.contains(own));
+      const std::string inner = has_own ? own : full_type(base, type);
       if (const auto stamp = kind_of(inner, schema_.wire)) {
         field.kind = *stamp;  // Time within builtin_interfaces
       } else {

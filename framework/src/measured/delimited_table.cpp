@@ -166,8 +166,9 @@ void split_unit_off(std::string& name, std::string& unit) {
     const std::size_t begin = name.rfind(open);
     if (begin == std::string::npos || begin == 0 || name.back() != close) continue;
     const std::string_view inside = std::string_view(name).substr(begin + 1, name.size() - begin - 2);
-    if (!inside.empty() && inside.find_first_not_of("0123456789") == std::string_view::npos)
-      continue;  // an element, "data[3]"
+    const bool number = !inside.empty() && inside.find_first_not_of("0123456789") == std::string_view::npos;
+    // An element of a topic's array, "/wheels.speed[3]"; "Throttle [1]" has the unit one.
+    if (open == '[' && number && name.front() == '/' && name[begin - 1] != ' ') continue;
     unit = name.substr(begin + 1, name.size() - begin - 2);
     name = std::string(trim(std::string_view(name).substr(0, begin)));
     return;

@@ -31,20 +31,31 @@ TEST(BagGuess, ItsMapReadsTheBagItWasMadeFrom) {
     const auto file = testing_support::scratch("guess.json");
     std::ofstream(file) << to_json_text(guess.map);
     const measured::LogMap map = measured::load_log_map(file);
-    EXPECT_EQ(map.bag.rows, "/vesc/drive");
+    EXPECT_EQ(map.bag.rows, "/odom") << "readings at their own times";
     const measured::SessionFile session = measured::read_session(read_table(bag, map), map);
     check_session(session, 10.0);
     const measured::Session& s = session.session;
-    EXPECT_NEAR(s.t[100], 4.0, 1e-9);
-    EXPECT_NEAR(s.at(100, 5), Weaving::rate(4.0), 1e-9);
-    EXPECT_NEAR(s.command[100].delta, Weaving::steer(4.0), 1e-7);
-    EXPECT_NEAR(s.command[100].d, Weaving::throttle(4.0), 1e-5);
+    EXPECT_NEAR(s.t[100], 5.0, 1e-9);
+    EXPECT_NEAR(s.at(100, 5), Weaving::rate(5.0), 1e-9);
+    EXPECT_NEAR(s.command[100].delta, Weaving::steer(5.0), 1e-7);
+    EXPECT_NEAR(s.command[100].d, Weaving::throttle(5.0), 1e-5);
     EXPECT_FALSE(map.delay(0).has_value()) << "to be found";
     EXPECT_THAT(guess.remarks, Contains(HasSubstr("bag: /odom: 801 messages at 20 Hz")));
     EXPECT_EQ(std::count(guess.remarks.begin(), guess.remarks.end(),
                          "bag: /camera (my_msgs/Picture): its type is not defined"),
               wire == Wire::cdr);
   }
+}
+
+TEST(BagGuess, TopicsWhoseNamesEndAlikeAreToldApart) {
+  testing_support::Recording all = testing_support::weaving_recording(Wire::ros1);
+  all.topics[0].name = "/vehicle/odom";
+  const auto busier = all.topic("/odom", "car_msgs/Battery", "float64 volt\n");
+  for (std::int64_t k = 0; k < 3000; ++k)
+    all.add(busier, testing_support::weaving_start + 1'000'000 * k, MessageBytes(Wire::ros1).add(12.0).bytes());
+  MemoryBag bag(std::move(all));
+  const measured::Guess guess = guess_map(bag);
+  EXPECT_THAT(to_json_text(guess.map), HasSubstr("\"rows\": \"/vehicle/odom\""));
 }
 
 TEST(BagGuess, OwnTypesAreTakenByTheirNames) {

@@ -152,6 +152,27 @@ TEST(BagTable, StampsThatAreNoTimesOfTheRecordingAreNotTaken) {
   EXPECT_EQ(v.rows(), 30u);
 }
 
+/// A stamp may be wrong in either direction; it costs its own message alone.
+TEST(BagTable, AStampThatJumpsAheadCostsItselfOnly) {
+  Recording all;
+  const auto odd = all.topic("/odd", "car_msgs/A",
+                             std::string("Header header\nfloat64 a\n") + testing_support::rule +
+                                 "MSG: std_msgs/Header\n" + testing_support::header_text);
+  for (std::int64_t k = 0; k < 100; ++k)
+    all.add(odd, 5'000'000'000 + 100'000'000 * k,
+            MessageBytes(Wire::ros1)
+                .header(5'000'000'000 + 100'000'000 * (k == 9 ? std::int64_t{59} : k))
+                .add(1.0 * static_cast<double>(k))
+                .bytes());
+  MemoryBag bag(std::move(all));
+  const DelimitedTable t = read_table(bag, {{"/odd.a", false, false, {}}}, {});
+  ASSERT_EQ(t.rows(), 99u);
+  EXPECT_THAT(t.found, Contains(HasSubstr("times of their headers")));
+  EXPECT_THAT(t.found, Contains(HasSubstr("1 out of order left out")));
+  EXPECT_EQ(column(t, "/odd.a")[9], 10);
+  EXPECT_EQ(t.line[9], 11) << "the eleventh message";
+}
+
 TEST(BagTable, AnAngleInDegreesIsNotDrawnThroughItsJump) {
   Recording all = steps();
   const auto compass = all.topic("/compass", "std_msgs/Float64", "float64 data\n");

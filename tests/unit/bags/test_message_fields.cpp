@@ -119,6 +119,8 @@ TEST(MessageFields, AQuaternionHasAYaw) {
     EXPECT_NEAR(values[1], sy * cr, 1e-15);
     EXPECT_EQ(values[2], 2);
   }
+  const auto unknown = reader.read(MessageBytes(Wire::ros1).numbers({1, 2, 3, 0, 0, 0, 0}).bytes());
+  EXPECT_TRUE(std::isnan(unknown[0])) << "of a driver that knows no orientation";
 }
 
 TEST(MessageFields, WhatIsNoNumberIsRefused) {
@@ -128,6 +130,7 @@ TEST(MessageFields, WhatIsNoNumberIsRefused) {
   EXPECT_THAT(why("wheel"), HasSubstr("wheel is an array: expected wheel[0]"));
   EXPECT_THAT(why("wheel[3]"), HasSubstr("wheel has 3 elements, counted from 0"));
   EXPECT_THAT(why("wheel[x]"), HasSubstr("expected wheel[0]"));
+  EXPECT_THAT(why("wheel["), HasSubstr("expected wheel[0]"));
   EXPECT_THAT(why("speed[0]"), HasSubstr("speed is no array"));
   EXPECT_THAT(why("speed.x"), HasSubstr("speed is a number and has no members"));
   EXPECT_THAT(why("wheels[0]"), HasSubstr("it is a car_msgs/Wheel, not a number; its members: index, load, label"));
@@ -167,6 +170,10 @@ TEST(MessageFields, OtherEncapsulationsAreNamed) {
   EXPECT_THAT(why_not(s, {}, std::as_bytes(std::span(packed))), HasSubstr("it is compressed (zstd)"));
   EXPECT_THAT(why_not(s, {}, std::as_bytes(std::span(listed))),
               HasSubstr("no plain CDR: it begins with the identifier 3"));
+  const Schema names = parse_schema("car_msgs/A", "string[] a\n", Wire::cdr, {});
+  const unsigned char second[] = {0, 7, 0, 0, 4, 0, 0, 0, 0, 0, 0, 0};
+  EXPECT_THAT(why_not(names, {}, std::as_bytes(std::span(second))),
+              HasSubstr("an array of texts in the second version of CDR, which is not read"));
   const Schema wide = parse_schema("car_msgs/A", "wstring a\n", Wire::cdr, {});
   EXPECT_THAT(why_not(wide, {}, MessageBytes(Wire::cdr).add(std::uint32_t{0}).bytes()), HasSubstr("wide characters"));
 }

@@ -69,6 +69,17 @@ TEST(MessageSchema, CommonDefinitionsServeRosTwo) {
   EXPECT_EQ(short_type("nav_msgs/msg/Odometry"), "nav_msgs/Odometry");
 }
 
+TEST(MessageSchema, APackageOfRosTwoMayHaveAHeaderOfItsOwn) {
+  const std::string text = "Header header\n================\nMSG: car_msgs/Header\nfloat64 a\nfloat64 b\n";
+  const Schema own = parse_schema("car_msgs/A", text, Wire::cdr, common_definitions());
+  EXPECT_EQ(own.types.back().name, "car_msgs/Header");
+  const Schema common = parse_schema("car_msgs/A", "Header header\n", Wire::cdr, common_definitions());
+  EXPECT_EQ(common.types.back().name, "std_msgs/Header");
+  // Common definitions serve ROS 1 too, whose header begins with a number more.
+  const Schema first = parse_schema("car_msgs/A", "Header header\n", Wire::ros1, common_definitions());
+  EXPECT_EQ(first.types.back().fields.front().name, "seq");
+}
+
 TEST(MessageSchema, AnEmptyMessageIsOneByteInRosTwoAndNoneInRosOne) {
   EXPECT_EQ(parsed("int8 A=1\n", Wire::cdr).root().least_bytes, 1u);
   EXPECT_EQ(parsed("int8 A=1\n", Wire::ros1).root().least_bytes, 0u);

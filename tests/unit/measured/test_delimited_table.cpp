@@ -124,6 +124,9 @@ TEST(DelimitedTable, ANumberInABracketIsAnElementAndNoUnit) {
   const auto t = read("time,/joints.position[3],/joints.speed[m/s]\n0,1,2\n1,2,3\n2,3,4\n");
   EXPECT_THAT(t.name, ElementsAre("time", "/joints.position[3]", "/joints.speed"));
   EXPECT_THAT(t.unit, ElementsAre("", "", "m/s"));
+  const auto shares = read("time [s],Throttle [1],Brake (1)\n0,1,2\n1,2,3\n2,3,4\n");
+  EXPECT_THAT(shares.name, ElementsAre("time", "Throttle", "Brake"));
+  EXPECT_THAT(shares.unit, ElementsAre("s", "1", "1"));
 }
 
 TEST(DelimitedTable, ABagOfRosIsToldFromATable) {
