@@ -198,7 +198,8 @@ TEST(BagTable, MessagesThatAreNotTheirTypeAreNamed) {
   Recording all = weaving_recording(Wire::cdr, 2.0);
   for (auto& message : all.messages)
     if (message.topic == 0 && message.time > testing_support::weaving_start + 1'000'000'000) message.bytes.resize(100);
-  EXPECT_THAT(why(all, weaving_map()), HasSubstr("drive.bag: message 21 of /odom: an array of 36 elements, where 8 bytes are left"));
+  EXPECT_THAT(why(all, weaving_map()),
+              HasSubstr("drive.bag: message 21 of /odom: an array of 36 elements, where 8 bytes are left"));
   Recording unknown = weaving_recording(Wire::cdr, 2.0);
   unknown.topics[0].type = "my_msgs/msg/State";
   EXPECT_THAT(why(unknown, weaving_map()), HasSubstr("its type my_msgs/State is not defined in the file"));
