@@ -172,7 +172,7 @@ TEST_F(Browser, ShowsWhatTheLogSays) {
       "late_sensor",
       R"([{"effect": "yaw_rate_delay", "class": "measurement", "params": {"T": 0.286}, "ci95": {"T": [0.23, 0.35]}, "confidence": 0.5}])",
       R"({"change": -0.12, "ci95": [-0.2, -0.04]})");
-  late_sensor["before"] = {{"Calibrating the world takes", "The yaw-rate channel is 0.29 s late."},
+  late_sensor["before"] = {{"Calibrating the world takes", "The yaw-rate channel is 0.286 s late."},
                            {"The yaw-rate channel is", "The rest is not known."},
                            {"The rest is not known.", "take 12 % (4 % to 20 %) off what is left then"}};
   late_sensor["absent"] = {"Something is missing", "NaN"};

@@ -95,7 +95,7 @@ function whereText({ unknown }: Diagnosis): string {
   if (!unknown) return "";
   const quantity = { position: "along the lap", time: "over time", state: "with the car's state", input: "with the commands" }[unknown.where] ?? unknown.where;
   const unit = unknown.where === "time" ? " s" : "";
-  return `It shows ${quantity}${unknown.interval ? `, from ${plain(unknown.interval[0])} to ${plain(unknown.interval[1])}${unit || " of the lap"}` : ""}.`;
+  return `What is left shows ${quantity}${unknown.interval ? `, from ${plain(unknown.interval[0])} to ${plain(unknown.interval[1])}${unit || " of the lap"}` : ""}.`;
 }
 
 /** What to say if the diagnosis did not say it itself. */
