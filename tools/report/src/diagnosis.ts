@@ -69,7 +69,8 @@ function nearest(d: Diagnosis, words: Words): string {
 /** What was found, in words. */
 function headline(d: Diagnosis, words: Words): string {
   const named = (d.named ?? []).map(({ effect, params }) => inWords(effect, params, words));
-  const list = named.length ? `${sentenceCase(named.join("; and "))}.` : "";
+  const last = named.pop();
+  const list = last ? `${sentenceCase([named.join("; "), last].filter(Boolean).join("; and "))}.` : "";
   switch (d.verdict) {
     case "named":
       return list;
