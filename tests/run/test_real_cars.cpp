@@ -190,6 +190,11 @@ TEST_F(RealCars, DiagnoseNamesWhatPredictionsOfTimeNotFittedNeed) {
   EXPECT_EQ(find_pointer(result, "/verdict")->text(), "unknown");
   EXPECT_THAT(find_pointer(result, "/sentence")->text(), HasSubstr("steer_offset"));
   EXPECT_THAT(contents(in("found/augmented_world.json")), HasSubstr("steer_offset"));
+  // What was found leads, with how much it takes off; that the rest is unknown comes after it.
+  EXPECT_THAT(found.out, AllOf(StartsWith("Calibrating the world takes "),
+                               HasSubstr(" off what is left then. What remains"), HasSubstr("\n\nverdict: unknown\n")));
+  EXPECT_LT(find_pointer(result, "/gap/effects/ci95/1")->number(), 0.0);
+  EXPECT_LT(find_pointer(result, "/gap/closure_ci95/0")->number(), find_pointer(result, "/gap/closure")->number());
   // The page has the sentence and its log.
   EXPECT_TRUE(fs::exists(in("found/report.html"))) << found.err;
   const Node told = parse_file(in("found/diagnosis_report.json"));

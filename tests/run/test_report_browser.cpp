@@ -149,6 +149,34 @@ TEST_F(Browser, ShowsWhatTheLogSays) {
   found["before"] = {{"Friction differs on one stretch of the lap", "With it the model closes 99 % of its gap"},
                      {"With it the model closes 99 % of its gap", "friction_patch"}};
   job["pages"].push_back(found);
+  // What calibration took off leads, then effects; that the rest is unknown comes after them.
+  constexpr const char* gap =
+      R"("gap": {"horizon_s": 1.0, "before": 6.5, "after": 1.17, "closure": 0.96, "closure_ci95": [0.94, 0.97],
+      "calibrated": 1.33, "noise": 0.95, "calibration": {"change": -0.8, "ci95": [-0.82, -0.78]}, "effects": )";
+  const auto real = [&](const std::string& name, const std::string& named, const std::string& effects) {
+    fs::create_directories(work / name);
+    std::ofstream(work / name / "diagnosis.json")
+        << R"({"verdict": "unknown", "unknown": {"where": "state", "interval": null}, "nominal_fit": {"Bf": 1.2}, "named": )"
+        << named << ", " << gap << effects << R"(}, "ranking": [], "manoeuvre": null})";
+    std::ofstream(work / name / "diagnosis_report.json")
+        << R"({"sentence": "As above.", "log": "a.csv", "world": "w.json"})";
+    nlohmann::json one = page(name, "other", 1.0);
+    one["pictures"] = false;
+    return one;
+  };
+  nlohmann::json calibrated = real("calibrated", "[]", "null");
+  calibrated["before"]["Calibrating the world takes 80 % (78 % to 82 %) off"] = "The rest is not known.";
+  calibrated["absent"] = {"Something is missing", "NaN"};
+  job["pages"].push_back(calibrated);
+  nlohmann::json late_sensor = real(
+      "late_sensor",
+      R"([{"effect": "yaw_rate_delay", "class": "measurement", "params": {"T": 0.286}, "ci95": {"T": [0.23, 0.35]}, "confidence": 0.5}])",
+      R"({"change": -0.12, "ci95": [-0.2, -0.04]})");
+  late_sensor["before"] = {{"Calibrating the world takes", "The yaw-rate channel is 0.286 s late."},
+                           {"The yaw-rate channel is", "The rest is not known."},
+                           {"The rest is not known.", "take 12 % (4 % to 20 %) off what is left then"}};
+  late_sensor["absent"] = {"Something is missing", "NaN"};
+  job["pages"].push_back(late_sensor);
   sample::SampleOptions crash;
   crash.stacks = {{"lost", false, 0, 0.93, 0.7, 5.0}, {"elm", false, 1, 0.9, 0.8}, {"gp", true, 0.9, 0.92, 4.2}};
   sample::write_sample(work / "crash", crash);

@@ -86,11 +86,16 @@ diagnose::ErrorChange change_of(const calibrate::ErrorChange& c) { return {c.cha
 
 std::string percent(double share) { return significant(100.0 * share, 2) + " %"; }
 
+/// By how much an error became smaller, with its interval.
+std::string decrease_text(const calibrate::ErrorChange& c) {
+  return percent(-c.change) + " (" + percent(-c.high) + " to " + percent(-c.low) + ")";
+}
+
 std::string rest_text(const calibrate::Remainder& rest) {
   if (rest.share <= 0.0) return {};
-  std::string text = "of what is left, ";
-  text += percent(rest.share);
-  text += rest.most ? " lies in the third of the time with the largest " : " lies in the third with the smallest ";
+  std::string text = percent(rest.share);
+  text += rest.most ? " of it lies in the third of the time with the largest "
+                    : " of it lies in the third with the smallest ";
   if (rest.of == "time") return text.substr(0, text.rfind(" with")) + (rest.most ? " at the end" : " at the beginning");
   text += rest.of == "steering" ? "steering to the left" : rest.of;
   text += rest.most ? " (from " : " (up to ";
@@ -109,11 +114,12 @@ std::string real_sentence(const Diagnosis& d, const MissingEffects& found) {
     text += significant(std::min(std::abs(t.low), std::abs(t.high)), 3) + " to ";
     text += significant(std::max(std::abs(t.low), std::abs(t.high)), 3) + "). ";
   }
-  text += "Calibrating the world takes " + percent(1.0 - found.calibrated / found.given);
-  text += " off the error of predictions 1 s ahead of time that was not fitted. ";
-  if (found.named.empty()) {
-    text += "No effect of the catalogue takes off more";
-  } else {
+  text += found.calibrated < found.given
+              ? "Calibrating the world takes " + decrease_text(found.calibration) + " off the error of "
+              : "Calibrating the world takes nothing off the error of ";
+  text += "predictions 1 s ahead of time that was not fitted";
+  if (!found.named.empty()) {
+    text += "; ";
     for (std::size_t i = 0; i < d.named.size(); ++i) {
       text += i == 0 ? "" : i + 1 == d.named.size() ? " and " : ", ";
       text += d.named[i].effect + " (";
@@ -125,16 +131,26 @@ std::string real_sentence(const Diagnosis& d, const MissingEffects& found) {
       text += ")";
     }
     text += d.named.size() == 1 ? " takes " : " take ";
-    text += percent(-found.change.change) + " (" + percent(-found.change.high) + " to " + percent(-found.change.low);
-    text += ") off what is left then";
+    text += decrease_text(found.change) + " off what is left then";
   }
+  text += ". What remains, " + significant(found.found, 3) + " usual errors where sensors alone would leave ";
+  text +=
+      significant(std::min(found.noise, found.found), 2) + ", is not known: no effect of the catalogue takes off more";
   const std::string rest = rest_text(found.remainder);
   return text + (rest.empty() ? "." : "; " + rest + ".");
 }
 
-double closure_of(const MissingEffects& found) {
-  const double rest = std::min(found.noise, found.found);
-  return found.found < found.given ? (found.given - found.found) / (found.given - rest) : 0.0;
+/// How much of the error beyond what sensors leave is closed, calibration and effects together.
+diagnose::Gap gap_of(const MissingEffects& found) {
+  const auto closed = [&](double after) {
+    return after < found.given ? (found.given - after) / (found.given - std::min(found.noise, after)) : 0.0;
+  };
+  return {1.0,
+          found.given,
+          found.found,
+          closed(found.found),
+          closed(found.given * (1.0 + found.all.high)),
+          closed(found.given * (1.0 + found.all.low))};
 }
 
 Diagnosis diagnosis_of(const MissingEffects& found, std::span<const diagnose::ChannelDelay> delays) {
@@ -162,7 +178,7 @@ Diagnosis diagnosis_of(const MissingEffects& found, std::span<const diagnose::Ch
   for (const calibrate::FittedParameter& p : found.parameters)
     if (p.unknown.pointer.starts_with(model))
       d.nominal_fit.emplace_back(p.unknown.pointer.substr(model.size()), p.value);
-  d.gap = {1.0, found.given, found.found, closure_of(found)};
+  d.gap = gap_of(found);
   using diagnose::Where;
   const std::string& of = found.remainder.of;
   d.unknown.emplace();
@@ -172,8 +188,36 @@ Diagnosis diagnosis_of(const MissingEffects& found, std::span<const diagnose::Ch
   return d;
 }
 
+Node change_node(const calibrate::ErrorChange& c) {
+  Node out = Node::empty_object();
+  out.set("change", number_or_null(c.change));
+  out.set("ci95", Node(Node::Array{number_or_null(c.low), number_or_null(c.high)}));
+  return out;
+}
+
+/// What effects are, in the words of their plugins.
+Node words_of_effects(const Registry& registry) {
+  Node out = Node::empty_object();
+  for (const PluginEntry& entry : registry.entries()) {
+    if (entry.decl->kind != abi::Kind::effect) continue;
+    Node params = Node::empty_object();
+    for (const abi::ParamDecl& p : entry.params()) {
+      Node one = Node::empty_object();
+      one.set("words", Node(std::string(p.doc)));
+      one.set("unit", Node(std::string(p.unit)));
+      params.set(p.name, std::move(one));
+    }
+    Node effect = Node::empty_object();
+    effect.set("words", Node(std::string(entry.decl->summary)));
+    effect.set("params", std::move(params));
+    out.set(entry.decl->id, std::move(effect));
+  }
+  return out;
+}
+
 /// What the report tells beside diagnosis.json.
-Node report_of(const Diagnosis& d, const RealDiagnosis& asked, const std::list<measured::SessionFile>& files) {
+Node report_of(const Diagnosis& d, const RealDiagnosis& asked, const Registry& registry,
+               const std::list<measured::SessionFile>& files) {
   Node out = Node::empty_object();
   out.set("sentence", Node(d.sentence));
   std::string logs;
@@ -193,13 +237,14 @@ Node report_of(const Diagnosis& d, const RealDiagnosis& asked, const std::list<m
   }
   out.set("log", Node(logs));
   out.set("world", Node(asked.world));
+  out.set("effects", words_of_effects(registry));
   out.set("health", Node(std::move(health)));
   return out;
 }
 
 void print_real(const Diagnosis& d, const MissingEffects& found) {
-  std::cout << "unknown: " << d.sentence
-            << "\n\nmissing             predictions of time not fitted, beside the others\n";
+  std::cout << d.sentence << "\n\nverdict: unknown\n";
+  if (!found.named.empty()) std::cout << "\nmissing             predictions of time not fitted, beside the others\n";
   for (const calibrate::MissingEffect& n : found.named) {
     char row[160];
     std::snprintf(row, sizeof row, "%-18s %+7.1f %% (%+.1f to %+.1f)", n.effect.c_str(), 100.0 * n.change.change,
@@ -254,13 +299,15 @@ int diagnose_real(const RealDiagnosis& asked, const LogWorld& world, const measu
   Node json = diagnose::diagnosis_json(d);
   json.find("gap")->set("calibrated", number_or_null(found.calibrated));
   json.find("gap")->set("noise", number_or_null(found.noise));
+  json.find("gap")->set("calibration", change_node(found.calibration));
+  json.find("gap")->set("effects", found.named.empty() ? Node::null() : change_node(found.change));
   write_file(asked.out / "diagnosis.json", to_json_text(json));
   Node augmented = found.world;
   augmented.set("note", Node(d.sentence));
   write_file(asked.out / "augmented_world.json", to_json_text(augmented));
   std::cout << "\ndiagnosis: " << (asked.out / "diagnosis.json").string()
             << "\nworld with what was found: " << (asked.out / "augmented_world.json").string() << '\n';
-  write_file(asked.out / "diagnosis_report.json", to_json_text(report_of(d, asked, files)));
+  write_file(asked.out / "diagnosis_report.json", to_json_text(report_of(d, asked, registry, files)));
   return report_results(asked.out) ? claim_failed : run_broke;
 }
 

@@ -166,10 +166,29 @@ bool all_finite(const NormalEquations& blocks) {
          std::ranges::all_of(blocks.gradient, [](const Eigen::VectorXd& g) { return g.allFinite(); });
 }
 
+/// The move inside `room` (how far each parameter may go down and up) that lowers the squared errors most, to first
+/// order: `information` and `gradient` are of half of them.
+Eigen::VectorXd best_move(const Eigen::MatrixXd& information, const Eigen::VectorXd& gradient,
+                          std::span<const Interval> room) {
+  constexpr int sweeps = 100;  // of a few parameters, one at a time: a convex problem in a box
+  Eigen::VectorXd move = Eigen::VectorXd::Zero(gradient.size());
+  for (int sweep = 0; sweep < sweeps; ++sweep)
+    for (Index i = 0; i < move.size(); ++i) {
+      const double slope = gradient(i) + information.col(i).dot(move) - information(i, i) * move(i);
+      const Interval& may = room[static_cast<std::size_t>(i)];
+      move(i) = std::clamp(-slope / information(i, i), may.low, may.high);
+    }
+  return move;
+}
+
 /// Of the unknowns from `at` on, those before `n` moving along: `fitted` is the factor of their information.
-/// `prior` is the gradient of their priors, which balances that of the data where they were fitted.
+/// `prior` is the gradient of their priors, which balances that of the data where they were fitted; `room` is how far the
+/// tested ones may go: friction does not fall below 0, however much the errors would. `told` is the factor of what the
+/// logs alone say of the fitted ones: a candidate that does what they do is none, however little their priors let them move.
 EffectScore score_of(const NormalEquations& blocks, const Eigen::LDLT<Eigen::MatrixXd>& fitted,
-                     const Eigen::VectorXd& prior, Index at, Index count) {
+                     const Eigen::LDLT<Eigen::MatrixXd>& told, const Eigen::VectorXd& prior, Index at,
+                     std::span<const Interval> room) {
+  const auto count = static_cast<Index>(room.size());
   const Index n = prior.size();
   EffectScore out;
   Eigen::MatrixXd cross = Eigen::MatrixXd::Zero(n, count), own = Eigen::MatrixXd::Zero(count, count);
@@ -179,21 +198,23 @@ EffectScore score_of(const NormalEquations& blocks, const Eigen::LDLT<Eigen::Mat
     own += blocks.hessian[b].block(at, at, count, count);
     gradient += blocks.gradient[b].head(n);
   }
-  const Eigen::MatrixXd share = fitted.solve(cross);
-  Eigen::MatrixXd left = own - cross.transpose() * share;
-  constexpr double synonym = 1e-6;  // of its information: what the fitted parameters do not stand for
+  const Eigen::MatrixXd share = fitted.solve(cross), own_share = told.solve(cross);
+  constexpr double synonym = 1e-7;  // of its information: what the fitted parameters do not stand for
+  out.apart = 1.0;
   for (Index i = 0; i < count; ++i)
-    if (!(left(i, i) > synonym * own(i, i))) return out;
+    out.apart = std::min(out.apart, 1.0 - cross.col(i).dot(own_share.col(i)) / own(i, i));
+  if (!(out.apart > synonym)) return out;
+  Eigen::MatrixXd left = own - cross.transpose() * share;
   left.diagonal() *= 1.0 + synonym;
   Eigen::MatrixXd residual(count, static_cast<Index>(blocks.hessian.size()));
   for (std::size_t b = 0; b < blocks.hessian.size(); ++b)
     residual.col(static_cast<Index>(b)) =
         blocks.gradient[b].segment(at, count) - share.transpose() * blocks.gradient[b].head(n);
   const Eigen::VectorXd sum = residual.rowwise().sum() - share.transpose() * prior;
-  const Eigen::VectorXd move = -left.ldlt().solve(sum);
+  const Eigen::VectorXd move = best_move(left, sum, room);
   const double spread = (move.transpose() * residual).squaredNorm();
   if (!(spread > 0.0)) return out;
-  out.gain = -sum.dot(move) / blocks.cost;
+  out.gain = -(2.0 * sum.dot(move) + move.dot(left * move)) / blocks.cost;
   out.score = std::abs(sum.dot(move)) / std::sqrt(spread);
   out.value.assign(move.data(), move.data() + count);
   out.move = -share * move - fitted.solve(gradient);
@@ -247,16 +268,21 @@ std::vector<EffectScore> score_candidates(const StagedCar& own, std::span<const 
   const auto n = static_cast<Index>(fitted.size());
   Eigen::MatrixXd hessian = Eigen::MatrixXd::Zero(n, n);
   for (const Eigen::MatrixXd& h : blocks.hessian) hessian += h.topLeftCorner(n, n);
-  hessian.diagonal() *= 1.0 + 1e-6;
+  hessian.diagonal() *= 1.0 + 1e-9;
   Eigen::VectorXd prior = Eigen::VectorXd::Zero(n);
+  const Eigen::LDLT<Eigen::MatrixXd> told(hessian);
   prior_cost(params, fitted, &hessian, &prior);
   const Eigen::LDLT<Eigen::MatrixXd> known(hessian);
   std::vector<EffectScore> scores;
   Index at = n;
   for (const std::size_t c : used) {
-    const auto count = static_cast<Index>(candidates[c].tested.size());
-    EffectScore one = score_of(blocks, known, prior, at, count);
-    at += count;
+    std::vector<Interval> room;
+    for (const std::size_t i : candidates[c].tested) {
+      const abi::ParamDecl& p = candidates[c].entry->params()[i];
+      room.push_back({p.lo - candidates[c].numbers[i], p.hi - candidates[c].numbers[i], 0.0, 0.0});
+    }
+    EffectScore one = score_of(blocks, known, told, prior, at, room);
+    at += static_cast<Index>(room.size());
     one.candidate = c;
     if (one.gain > 0.0) scores.push_back(std::move(one));
   }

@@ -31,7 +31,8 @@ struct EffectScore {
   std::size_t candidate = 0;
   double gain = 0;            // relative decrease of the squared errors
   double score = 0;           // in standard deviations over blocks
-  std::vector<double> value;  // of its tested parameters
+  double apart = 0;           // share of its information that the fitted parameters do not stand for
+  std::vector<double> value;  // of its tested parameters, inside their ranges
   Eigen::VectorXd move;       // of the fitted ones, in their own units
 };
 

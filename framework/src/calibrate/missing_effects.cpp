@@ -1,6 +1,7 @@
 #include "calibrate/missing_effects.hpp"
 
 #include <algorithm>
+#include <boost/math/distributions/normal.hpp>
 #include <cmath>
 #include <map>
 #include <numeric>
@@ -15,8 +16,15 @@ namespace gripline::calibrate {
 namespace {
 
 constexpr double horizon = 1.0;  // [s] of what is judged
-constexpr double likely = 0.9;   // probability that an effect helps, for it to be looked at beside others
 constexpr double agreed = 2.0;   // standard deviations over blocks of a score that is worth a fit
+constexpr double worth = 0.02;   // of the squared errors: a hundredth of the error
+// Relative decrease of the cost below which a fit of a trial ends: gains by trade between drive and drag come slowly.
+constexpr double enough = 3e-3;
+// Share of its information that sets an effect apart from what is fitted, below which first order says little of it: a
+// dead zone or an end of grip that no command reaches yet.
+constexpr double hidden = 1e-2;
+constexpr double faint = 0.5 * worth;  // a gain to first order below which even those are not fitted
+constexpr double surpassed = 1.5;      // times its gain to first order a fit may reach, where another has reached more
 
 class MissingSearch {
  public:
@@ -38,17 +46,40 @@ class MissingSearch {
   void split(const std::list<measured::SessionFile>& files, const std::list<measured::SessionFile>& held_out);
   void calibrate(const std::list<measured::SessionFile>& files);
   void measure_noise(const std::list<measured::SessionFile>& files);
-  void refit(Trial& trial, int iterations);
+  void refit(Trial& trial, int iterations, double until = LeastSquaresOptions{}.enough);
+  bool refit_near(Trial& trial, double rival);
   StartErrors judge(const Trial& trial, const std::vector<FitLog>& logs) const {
     return start_errors(trial.forecaster, trial.params, weighing_, logs);
   }
   StartErrors reported(const Trial& trial) const { return judge(trial, report_.empty() ? judge_ : report_); }
   HorizonRow row_of(const std::string& name, const Trial& trial) const;
   std::unique_ptr<Trial> with(const Trial& base, const CandidateEffect& effect, const EffectScore& score);
-  std::unique_ptr<Trial> without(const Trial& base, const std::string& effect);
+  std::unique_ptr<Trial> without(const Trial& base, const NormalEquations& blocks, const std::string& effect);
   std::unique_ptr<Trial> observed(const Trial& base);
+  void begin_with_calibrated();
+  struct Best {
+    std::unique_ptr<Trial> trial;
+    std::string effect;
+  };
+  void try_one(const CandidateEffect& effect, const EffectScore& score, Best& best, RankedEffect& row);
   bool add_one();
-  bool is_determined(const std::string& effect) const;
+  double determined(const std::string& effect, const Bootstrap& boot) const;
+  struct Judged {
+    StartErrors judged, reported;
+  };
+  Judged errors_of(const Trial& trial) const {
+    return {trial.judged, report_.empty() ? trial.judged : reported(trial)};
+  }
+  double surely_better(const Judged& with, const Judged& without) const;
+  struct Asked {
+    std::unique_ptr<Trial> rest;  // without it
+    ErrorChange told;             // of what is reported
+    double sure = 0;              // that it helps, in standard deviations
+    bool stays = false;
+  };
+  Asked ask(std::size_t index, const NormalEquations& blocks, const Judged& now, const Judged& first);
+  void take_out(std::size_t index, std::unique_ptr<Trial> rest);
+  void keep_what_is_determined();
   void keep_what_helps();
   std::vector<FittedParameter> parameters_of_found() const;
   void name_values(std::span<const FittedParameter> parameters);
@@ -108,6 +139,18 @@ void MissingSearch::split(const std::list<measured::SessionFile>& files,
   train_ = thinned(train_, static_cast<std::size_t>(std::max(1.0, std::round(0.5 * seconds / looked_at))));
 }
 
+/// How sure a change is to be a decrease, in standard deviations of a normal distribution.
+double certainty_of(const ErrorChange& change) {
+  constexpr double least = 1e-12;
+  return boost::math::quantile(boost::math::normal(), std::clamp(change.certainty, least, 1.0 - least));
+}
+
+/// How sure two witnesses that know nothing of each other are together (Stouffer's sum).
+double both_say(const ErrorChange& one, const ErrorChange& other) {
+  return (certainty_of(one) + certainty_of(other)) / std::sqrt(2.0);
+}
+constexpr double sure_enough = 1.96;  // 97.5 %: a 95 % interval leaves out 0
+
 /// The slow force and steering angle by which an observer takes up what a model leaves unexplained.
 bool is_disturbance(const Trial& trial, std::size_t index) {
   return index == trial.forecaster.index(Extra::gain_force) || index == trial.forecaster.index(Extra::gain_steer);
@@ -163,12 +206,27 @@ void MissingSearch::measure_noise(const std::list<measured::SessionFile>& files)
   out_.noise = weight > 0.0 ? std::sqrt(sum / weight) : 0.0;
 }
 
-void MissingSearch::refit(Trial& trial, int iterations) {
+void MissingSearch::refit(Trial& trial, int iterations, double until) {
   PredictionErrors errors(trial.forecaster, train_);
   errors.weighing = weighing_;
   LeastSquaresOptions steps;
   steps.iterations = iterations;
+  steps.enough = until;
   trial.params = least_squares(errors, trial.unknowns, trial.params, steps, trial.cost);
+}
+
+/// Fits until little changes; given up where it will hardly come down to a rival's cost.
+bool MissingSearch::refit_near(Trial& trial, double rival) {
+  constexpr int at_a_time = 2, most_times = 6;
+  constexpr double hope = 3.0;  // times what the last iterations took off may still come
+  for (int i = 0; i < most_times; ++i) {
+    const double before = trial.cost;
+    refit(trial, at_a_time, enough);
+    const double decrease = before - trial.cost;
+    if (trial.cost - hope * decrease > rival) return false;
+    if (decrease < 2.0 * enough * before) return true;
+  }
+  return true;
 }
 
 /// The same world as it predicts: with an observer that learns disturbances.
@@ -201,9 +259,8 @@ HorizonRow MissingSearch::row_of(const std::string& name, const Trial& trial) co
   return horizon_row(name, when, predicted, truth);
 }
 
-/// One effect more, from where its score test says, and everything fitted again.
+/// One effect more, from where its score test says. Not fitted yet.
 std::unique_ptr<Trial> MissingSearch::with(const Trial& base, const CandidateEffect& effect, const EffectScore& score) {
-  constexpr int iterations = 3;
   auto trial = std::make_unique<Trial>(with_effect(base.spec, effect), forecast_);
   take_over(*trial, base);
   const std::size_t before = trial->unknowns.size();
@@ -220,30 +277,67 @@ std::unique_ptr<Trial> MissingSearch::with(const Trial& base, const CandidateEff
   PredictionErrors errors(trial->forecaster, train_);
   errors.weighing = weighing_;
   std::vector<double> best = trial->params;
-  double least = errors.cost(best) + prior_cost(best, trial->unknowns);
+  trial->cost = errors.cost(best) + prior_cost(best, trial->unknowns);
   for (const double part : {1.0, 0.3}) {
     std::vector<double> next = moved(trial->params, trial->unknowns, part * move);
     const double cost = errors.cost(next) + prior_cost(next, trial->unknowns);
-    if (!(cost < least)) continue;
-    least = cost;
+    if (!(cost < trial->cost)) continue;
+    trial->cost = cost;
     best = std::move(next);
   }
   trial->params = std::move(best);
-  refit(*trial, iterations);
-  trial->judged = judge(*trial, judge_);
   return trial;
 }
 
-std::unique_ptr<Trial> MissingSearch::without(const Trial& base, const std::string& effect) {
-  constexpr int iterations = 4;
+/// One effect less, and everything else fitted again, from where `blocks`, of all the unknowns, say that it will lie.
+std::unique_ptr<Trial> MissingSearch::without(const Trial& base, const NormalEquations& blocks,
+                                              const std::string& effect) {
+  constexpr int iterations = 10;
+  using Index = Eigen::Index;
   auto trial = std::make_unique<Trial>(without_effect(base.spec, effect), forecast_);
   take_over(*trial, base);
-  refit(*trial, iterations);
+  const auto n = static_cast<Index>(base.unknowns.size());
+  Eigen::MatrixXd hessian = Eigen::MatrixXd::Zero(n, n);
+  Eigen::VectorXd gradient = Eigen::VectorXd::Zero(n);
+  for (const Eigen::MatrixXd& h : blocks.hessian) hessian += h;
+  for (const Eigen::VectorXd& g : blocks.gradient) gradient += g;
+  prior_cost(base.params, base.unknowns, &hessian, &gradient);
+  std::vector<Index> stay;
+  Eigen::VectorXd off = Eigen::VectorXd::Zero(n);  // of the effect's parameters, to where it does nothing
+  for (Index i = 0; i < n; ++i) {
+    const Unknown& u = base.unknowns[static_cast<std::size_t>(i)];
+    if (u.pointer.starts_with(pointer_of(effect, "")))
+      off(i) = u.prior - base.params[u.index];
+    else
+      stay.push_back(i);
+  }
+  const Eigen::VectorXd slope = gradient + hessian * off;
+  const Eigen::VectorXd move = -hessian(stay, stay).ldlt().solve(slope(stay));
+  PredictionErrors errors(trial->forecaster, train_);
+  errors.weighing = weighing_;
+  const auto cost = [&](const std::vector<double>& p) { return errors.cost(p) + prior_cost(p, trial->unknowns); };
+  std::vector<double> next = moved(trial->params, trial->unknowns, move);
+  if (cost(next) < cost(trial->params)) trial->params = std::move(next);
+  refit(*trial, iterations, enough);
   trial->judged = judge(*trial, judge_);
   return trial;
 }
 
-/// The effect that explains the fitted time best among those that are likely to help on the time held out. False: none does.
+/// Fits one candidate, unless it stays behind the best so far, and keeps it if it is the best. Its row is filled if it
+/// was judged.
+void MissingSearch::try_one(const CandidateEffect& effect, const EffectScore& score, Best& best, RankedEffect& row) {
+  auto trial = with(*found_, effect, score);
+  const double rival = best.trial ? best.trial->cost : (1.0 - worth) * found_->cost;
+  const bool near = refit_near(*trial, rival);
+  if (!near && !added_.empty()) return;  // the first ones are told of whatever they do
+  trial->judged = judge(*trial, judge_);
+  row = {effect.id(), 1.0 - trial->cost / found_->cost, true, trial->judged.rms(),
+         change_of(trial->judged, found_->judged)};
+  // Whether it surely helps is asked in the end, beside the others: what is still missing is noise here.
+  if (near && row.change.change < 0.0 && trial->cost < rival) best = {std::move(trial), effect.id()};
+}
+
+/// The effect that explains the fitted time best among those that lower the errors of the time held out. False: none does.
 bool MissingSearch::add_one() {
   const bool first = added_.empty();
   const auto candidates =
@@ -251,72 +345,125 @@ bool MissingSearch::add_one() {
   auto scores = score_candidates(found_->vehicle.car(), candidates, forecast_, train_, found_->params, found_->unknowns,
                                  weighing_);
   std::ranges::stable_sort(scores, std::greater<>(), &EffectScore::gain);
-  std::unique_ptr<Trial> best;
-  std::string name;
-  std::size_t tried = 0;
-  for (const EffectScore& score : scores) {
-    const CandidateEffect& c = candidates[score.candidate];
-    RankedEffect row{c.id(), score.gain, false, 0.0, {}};
-    if (score.score > agreed && tried < options_.tries) {
-      ++tried;
-      auto trial = with(*found_, c, score);
-      row = {c.id(), 1.0 - trial->cost / found_->cost, true, trial->judged.rms(),
-             change_of(trial->judged, found_->judged)};
-      // Whether it surely helps is asked in the end, beside the others: what is still missing is noise here.
-      if (row.change.certainty > likely && (!best || trial->cost < best->cost)) {
-        best = std::move(trial);
-        name = c.id();
-      }
-    }
-    if (first) out_.ranking.push_back(std::move(row));
+  std::vector<RankedEffect> rows;
+  for (const EffectScore& one : scores) rows.push_back({candidates[one.candidate].id(), one.gain, false, 0.0, {}});
+  std::vector<bool> asked(scores.size(), false);
+  Best best;
+  const auto try_at = [&](std::size_t i) {
+    asked[i] = true;
+    try_one(candidates[scores[i].candidate], scores[i], best, rows[i]);
+  };
+  for (std::size_t i = 0, tried = 0; i < scores.size() && tried < options_.tries; ++i) {
+    if (!(scores[i].score > agreed)) continue;
+    if (best.trial && !first && surpassed * scores[i].gain < 1.0 - best.trial->cost / found_->cost) break;
+    ++tried;
+    try_at(i);
   }
-  if (!best) return false;
-  added_.push_back(name);
-  const auto& chosen = *std::ranges::find(candidates, name, &CandidateEffect::id);
-  for (const std::size_t i : chosen.tested) tested_.push_back(pointer_of(name, chosen.entry->params()[i].name));
-  found_ = std::move(best);
+  for (std::size_t i = 0; i < scores.size() && best.effect.empty(); ++i)
+    if (!asked[i] && scores[i].apart < hidden && scores[i].gain > faint) try_at(i);
+  if (first) out_.ranking = std::move(rows);
+  if (!best.trial) return false;
+  added_.push_back(best.effect);
+  const auto& chosen = *std::ranges::find(candidates, best.effect, &CandidateEffect::id);
+  for (const std::size_t i : chosen.tested) tested_.push_back(pointer_of(best.effect, chosen.entry->params()[i].name));
+  found_ = std::move(best.trial);
   return true;
 }
 
-/// Whether the fitted time determines how strong an effect is: an interval leaves out the value that does nothing.
-bool MissingSearch::is_determined(const std::string& effect) const {
-  PredictionErrors errors(found_->forecaster, train_);
-  errors.weighing = weighing_;
-  const std::vector<Unknown>& unknowns = found_->unknowns;
-  const Bootstrap boot =
-      bootstrap(errors.linearise(found_->params, unknowns), found_->params, unknowns, options_.fit.seed);
-  for (std::size_t i = 0; i < unknowns.size(); ++i)
-    if (unknowns[i].pointer.starts_with(pointer_of(effect, "")) &&
-        std::ranges::find(tested_, unknowns[i].pointer) != tested_.end() &&
-        (boot.interval[i].low > unknowns[i].prior || boot.interval[i].high < unknowns[i].prior))
-      return true;
-  return false;
+/// The calibrated world without any effect added.
+void MissingSearch::begin_with_calibrated() {
+  added_.clear();
+  out_.named.clear();
+  found_ = std::make_unique<Trial>(spec_, forecast_);
+  take_over(*found_, *calibrated_);
+  found_->cost = calibrated_->cost;
+  found_->judged = calibrated_->judged;
 }
 
-/// Takes out what the others have made superfluous, the least needed first, and what logs held out contradict.
+/// How far from doing nothing the fitted time says that an effect is, in half widths of its 95 % interval on that side:
+/// above 1 an interval of one of its parameters leaves out the value that does nothing.
+double MissingSearch::determined(const std::string& effect, const Bootstrap& boot) const {
+  double most = 0.0;
+  for (std::size_t i = 0; i < found_->unknowns.size(); ++i) {
+    const Unknown& u = found_->unknowns[i];
+    if (!u.pointer.starts_with(pointer_of(effect, "")) || std::ranges::find(tested_, u.pointer) == tested_.end())
+      continue;
+    const double value = found_->params[u.index], off = value - u.prior;
+    const double half = off > 0.0 ? value - boot.interval[i].low : boot.interval[i].high - value;
+    if (half > 0.0) most = std::max(most, std::abs(off) / half);
+  }
+  return most;
+}
+
+void MissingSearch::take_out(std::size_t index, std::unique_ptr<Trial> rest) {
+  found_ = std::move(rest);
+  added_.erase(added_.begin() + static_cast<std::ptrdiff_t>(index));
+}
+
+/// Takes out what the fitted time does not determine beside the others, the least determined first.
+void MissingSearch::keep_what_is_determined() {
+  while (!added_.empty()) {
+    PredictionErrors errors(found_->forecaster, train_);
+    errors.weighing = weighing_;
+    const NormalEquations blocks = errors.linearise(found_->params, found_->unknowns);
+    const Bootstrap boot = bootstrap(blocks, found_->params, found_->unknowns, options_.fit.seed);
+    const auto how = [&](const std::string& effect) { return determined(effect, boot); };
+    const auto least = std::ranges::min_element(added_, {}, how);
+    if (how(*least) > 1.0) return;
+    take_out(static_cast<std::size_t>(least - added_.begin()), without(*found_, blocks, *least));
+  }
+}
+
+/// How sure it is that a world predicts better than a smaller one, by all witnesses.
+double MissingSearch::surely_better(const Judged& with, const Judged& without) const {
+  const ErrorChange own = change_of(with.judged, without.judged);
+  return report_.empty() ? certainty_of(own) : both_say(own, change_of(with.reported, without.reported));
+}
+
+/// What the errors without one of the effects say of it, beside the others and beside all that were there at first.
+MissingSearch::Asked MissingSearch::ask(std::size_t index, const NormalEquations& blocks, const Judged& now,
+                                        const Judged& first) {
+  Asked one;
+  one.rest = without(*found_, blocks, added_[index]);
+  const Judged less = errors_of(*one.rest);
+  const ErrorChange own = change_of(now.judged, less.judged);
+  one.told = report_.empty() ? own : change_of(now.reported, less.reported);
+  one.sure = surely_better(now, less);
+  const bool harmless = own.change < 0.0 && one.told.change < 0.0;
+  one.stays = harmless && std::max(one.sure, surely_better(first, less)) > sure_enough;
+  return one;
+}
+
+/// Takes out what the others have made superfluous, the least sure first, and what logs held out contradict; never so much
+/// that what is left is surely worse than all together. What was the least sure of those that are left is asked first,
+/// and goes at once.
 void MissingSearch::keep_what_helps() {
+  const Judged first = errors_of(*found_);
+  std::map<std::string, double> sure;
   for (;;) {
-    std::vector<std::unique_ptr<Trial>> less;
-    std::vector<ErrorChange> told;
-    const StartErrors all = reported(*found_);
-    std::size_t worst = added_.size();
-    double least = 0.0;
+    keep_what_is_determined();
+    if (added_.empty()) return;
+    PredictionErrors errors(found_->forecaster, train_);
+    errors.weighing = weighing_;
+    const NormalEquations blocks = errors.linearise(found_->params, found_->unknowns);
+    const Judged now = errors_of(*found_);
+    std::ranges::stable_sort(added_, {}, [&](const std::string& effect) { return sure[effect]; });
+    std::vector<Asked> asked;
     for (std::size_t i = 0; i < added_.size(); ++i) {
       tell(0.75 + 0.2 * static_cast<double>(i) / static_cast<double>(added_.size()), "without " + added_[i]);
-      less.push_back(without(*found_, added_[i]));
-      const ErrorChange change = change_of(found_->judged, less[i]->judged);
-      told.push_back(report_.empty() ? change : change_of(all, reported(*less[i])));
-      const bool stays = change.helps() && is_determined(added_[i]) && told[i].change < 0.0;
-      if (stays || (worst != added_.size() && !(change.change > least))) continue;
-      worst = i;
-      least = change.change;
+      asked.push_back(ask(i, blocks, now, first));
+      const bool again = i == 0 && sure[added_[i]] > 0.0;
+      sure[added_[i]] = asked[i].sure;
+      if (again && !asked[i].stays) break;
     }
-    if (worst == added_.size()) {
-      for (std::size_t i = 0; i < added_.size(); ++i) out_.named.push_back({added_[i], false, {}, told[i]});
+    const auto worst =
+        std::ranges::min_element(asked, {}, [](const Asked& one) { return one.stays ? INFINITY : one.sure; });
+    if (worst->stays) {
+      for (std::size_t i = 0; i < added_.size(); ++i) out_.named.push_back({added_[i], false, {}, asked[i].told});
+      std::ranges::stable_sort(out_.named, {}, [](const MissingEffect& one) { return one.change.change; });
       return;
     }
-    found_ = std::move(less[worst]);
-    added_.erase(added_.begin() + static_cast<std::ptrdiff_t>(worst));
+    take_out(static_cast<std::size_t>(worst - asked.begin()), std::move(worst->rest));
   }
 }
 
@@ -402,18 +549,18 @@ MissingEffects MissingSearch::run(const std::list<measured::SessionFile>& files,
   tell(0.05, "calibrating");
   calibrate(files);
   measure_noise(files);
-  found_ = std::make_unique<Trial>(spec_, forecast_);
-  take_over(*found_, *calibrated_);
-  found_->cost = calibrated_->cost;
-  found_->judged = calibrated_->judged;
+  begin_with_calibrated();
   do {
     tell(0.25 + 0.5 * static_cast<double>(added_.size()) / static_cast<double>(options_.most),
          added_.empty() ? "looking for effects" : "beside " + added_.back());
   } while (added_.size() < options_.most && add_one());
   keep_what_helps();
+  if (reported(*found_).rms() > reported(*calibrated_).rms()) begin_with_calibrated();
   tell(0.9, "measuring");
   const StartErrors given = reported(*given_), before = reported(*calibrated_), after = reported(*found_);
+  out_.calibration = change_of(before, given);
   out_.change = change_of(after, before);
+  out_.all = change_of(after, given);
   out_.given = given.rms();
   out_.calibrated = before.rms();
   out_.found = after.rms();

@@ -2,9 +2,9 @@
 // better, beside each other and beside what the logs determine of the world's own unknowns.
 //
 // The world is calibrated as it is, with an observer that learns no disturbances: they would stand for what is missing.
-// Then a score test on the fitted time proposes effects, the best few are fitted with everything else, and predictions of
-// the rest of the same logs say which of them may help; the one that explains the fitted time best among these stays, and
-// the next is looked for beside it. In the end each must help beside all others, and make no log held out worse, or goes.
+// Then a score test on the fitted time proposes effects, the best few are fitted with everything else, and the one that
+// explains the fitted time best among those that lower the errors of the rest of the same logs stays: the next is looked
+// for beside it. In the end each must be missed where it is taken out, by that rest and by the logs held out.
 #pragma once
 
 #include <functional>
@@ -50,7 +50,7 @@ struct MissingOptions {
   FitOptions fit;                   // slowest, starts, seed
   std::size_t stretches = 24;       // wanted of what is held out of all logs together
   double searched_seconds = 75.0;   // of fitted time that the search looks at
-  std::size_t tries = 3, most = 6;  // candidates fitted at each size; effects named
+  std::size_t tries = 3, most = 8;  // candidates fitted at each size; effects named
   std::function<void(double share, const std::string&)> progress;
 };
 
@@ -62,14 +62,16 @@ struct MissingEffects {
   /// Errors of the model alone, without disturbances that the observer learns, in usual errors of the calibrated world
   /// (all channels): its own is about 1.
   double given = 0, calibrated = 0, found = 0, noise = 0;
-  ErrorChange change;  // found against calibrated, of the model alone
+  ErrorChange calibration;  // calibrated against given, of the model alone
+  ErrorChange change;       // found against calibrated
+  ErrorChange all;          // found against given
   Remainder remainder;
   std::vector<FittedParameter> parameters;  // of the calibrated world with the effects named
   Node world;                               // that world
 };
 
-/// `tree` and `spec` are one world. The second half of every 10 to 40 s of `files` chooses effects; what is told of them
-/// is of `held_out`, or, where that is empty, of that half too. `held_out` shares no rows with `files`.
+/// `tree` and `spec` are one world. The second half of every 10 to 40 s of `files` chooses effects, it and `held_out` say
+/// which of them stay; what is told of them is of `held_out`, or, where that is empty, of that half too. `held_out` shares no rows with `files`.
 /// Deterministic.
 MissingEffects find_missing(const Node& tree, const WorldSpec& spec, const Registry& registry,
                             const measured::LogMap& map, const std::list<measured::SessionFile>& files,

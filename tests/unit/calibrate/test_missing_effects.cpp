@@ -12,13 +12,15 @@ using test::CalibrateRig;
 using test::small_car_world;
 
 /// A world that knows nothing of pedals and steering, and a log of a car with these effects.
-MissingEffects found_in_log_of(const char* effects) {
+MissingEffects found_in_log_of(const char* effects, const char* nominal_patch = "{}",
+                               const test::WeavingLog& log = {.seconds = 60, .noise = 1}) {
   const CalibrateRig truth(small_car_world(effects));
-  const CalibrateRig nominal(small_car_world(R"({"plant": {"effects": []}, "unknowns": {
+  const CalibrateRig nominal(merge(small_car_world(R"({"plant": {"effects": []}, "unknowns": {
       "/plant/params/Bf": {"group": "tyres", "sigma": 0.3, "scale": "log"},
-      "/plant/params/Cm1": {"group": "drive", "sigma": 0.3, "scale": "log"}}})"));
+      "/plant/params/Cm1": {"group": "drive", "sigma": 0.3, "scale": "log"}}})"),
+                                   testing_support::json(nominal_patch)));
   std::list<measured::SessionFile> files(1);
-  files.front().session = test::drive(truth.vehicle.car(), {.seconds = 60, .noise = 1});
+  files.front().session = test::drive(truth.vehicle.car(), log);
   files.front().row_step = 0.02;
   MissingOptions options;
   options.fit.slowest = 0.5;
@@ -48,6 +50,31 @@ TEST(MissingEffects, DeadZoneAndSteeringOffsetAreNamedWithTheirSizesAndStandInTh
   EXPECT_LT(found.calibrated, found.given);
   const CalibrateRig again(found.world);
   EXPECT_EQ(again.spec.vehicle.effects.size(), found.named.size());
+}
+
+/// Tyres that know no end of grip, of the same stiffness: to first order less grip does next to nothing there that stiffness
+/// does not do. And back-EMF, which trades with drive: both are found by fits that go on until little changes.
+TEST(MissingEffects, AnEndOfGripAndBackEmfAreNamedThoughStiffnessAndDriveHideThem) {
+  const auto sliding = [](double t) {
+    return CommandSample<double>{0.45 + 0.25 * std::sin(0.5 * t), 0.3 * std::sin(1.3 * t) + 0.1 * std::sin(3.1 * t)};
+  };
+  const MissingEffects found =
+      found_in_log_of(R"({"plant": {"params": {"Df": 5, "Dr": 5, "Bf": 6, "Br": 7}, "effects": []}})",
+                      R"({"plant": {"params": {"Df": 15, "Dr": 15, "Bf": 2, "Br": 2.3333, "Cm2": 0}}, "unknowns": {
+          "/plant/params/Br": {"group": "tyres", "sigma": 0.3, "scale": "log"},
+          "/plant/params/Cr0": {"group": "drive", "sigma": 0.5, "scale": "log"}}})",
+                      {.seconds = 60, .noise = 1, .command = sliding});
+  std::string names;
+  for (const MissingEffect& one : found.named) names += one.effect + ' ';
+  EXPECT_NE(find(found, "back_emf"), nullptr) << names;
+  // The front axle slides first; where the rear one never does, less grip of both is no better.
+  const MissingEffect* const front = find(found, "front_grip");
+  const MissingEffect* const grip = front != nullptr ? front : find(found, "friction_scale");
+  ASSERT_NE(grip, nullptr) << names;
+  EXPECT_NEAR(grip->params.front().value, -2.0 / 3.0, 0.1);
+  EXPECT_LT(found.found, 0.5 * found.calibrated);
+  EXPECT_TRUE(found.calibration.helps());
+  EXPECT_TRUE(found.all.helps());
 }
 
 TEST(MissingEffects, NothingIsNamedWhereNothingIsMissing) {

@@ -8,7 +8,7 @@ import type { Mark } from "./marks";
 import { CanvasPen, SvgPen, type Pen } from "./pen";
 import type { State } from "./state";
 import { onThemeChange, sequential, stackColour, token } from "./theme";
-import type { Case, Diagnosis, DiagnosisReport, Rollout } from "./types";
+import type { Case, Change, Diagnosis, DiagnosisReport, Rollout } from "./types";
 
 const numbers = (values: (number | null)[] | undefined) => Float64Array.from(values ?? [], (v) => v ?? NaN);
 
@@ -20,6 +20,9 @@ function sentenceCase(text: string): string {
 
 /** "the wheels follow the steering with a first-order lag (time constant 0.08 s)"; the id where no words are known. */
 function inWords(effect: string, params: Record<string, number> | undefined, words: Words): string {
+  const late = /^(yaw_rate|velocity)_delay$/.exec(effect);
+  if (late && params && "T" in params)
+    return `the ${late[1] === "yaw_rate" ? "yaw-rate channel is" : "speed channels are"} ${plain(Math.abs(params.T))} s ${params.T > 0 ? "late" : "early"}`;
   const known = words?.[effect];
   const sizes = Object.entries(params ?? {});
   if (!known) return sizes.length && sizes.length < 4 ? `${effect} (${sizes.map(([name, value]) => `${name} = ${plain(value)}`).join(", ")})` : effect;
@@ -32,14 +35,26 @@ function inWords(effect: string, params: Record<string, number> | undefined, wor
   return sizes.length && sizes.length < 4 ? `${known.words} (${sizes.map(size).join(", ")})` : known.words;
 }
 
+/** "80 % (78 % to 82 %)", of a decrease. */
+function decrease({ change, ci95 }: Change): string {
+  const [most, least] = ci95.map((end) => percent(-(end ?? NaN)));
+  return `${percent(-(change ?? NaN))} (${least} to ${most})`;
+}
+
 /** How much of the gap is closed, as people say it. */
 function closes(d: Diagnosis): string {
   const { gap } = d;
   if (!gap) return "";
   const many = (d.named ?? []).length > 1;
-  const fall = `the error of ${plain(gap.horizon_s)} s predictions, on data that was not fitted, falls from ${plain(gap.before)} to ${plain(gap.after)} σ`;
+  const errors = `the error of ${plain(gap.horizon_s)} s predictions, on data that was not fitted,`;
+  if (gap.calibrated !== undefined) {
+    const effects = gap.effects ? ` The effects that are missing take ${decrease(gap.effects)} off what is left then: ${plain(gap.after)} σ.` : "";
+    return `${sentenceCase(errors)} is ${plain(gap.before)} σ with the world as given and ${plain(gap.calibrated)} σ with its unknowns fitted.${effects}`;
+  }
   if (!gap.closure) return "Predictions on data that was not fitted get no better than by chance.";
-  return `With ${many ? "them" : "it"} the model closes ${percent(gap.closure)} of its gap: ${fall}.`;
+  const [low, high] = gap.closure_ci95 ?? [];
+  const range = low != null && high != null ? ` (${percent(low)} to ${percent(high)})` : "";
+  return `With ${many ? "them" : "it"} the model closes ${percent(gap.closure)} of its gap${range}: ${errors} falls from ${plain(gap.before)} to ${plain(gap.after)} σ.`;
 }
 
 /** The candidate that helps predictions most by itself, where nothing was named. */
@@ -54,7 +69,8 @@ function nearest(d: Diagnosis, words: Words): string {
 /** What was found, in words. */
 function headline(d: Diagnosis, words: Words): string {
   const named = (d.named ?? []).map(({ effect, params }) => inWords(effect, params, words));
-  const list = named.length ? `${sentenceCase(named.join("; and "))}.` : "";
+  const last = named.pop();
+  const list = last ? `${sentenceCase([named.join("; "), last].filter(Boolean).join("; and "))}.` : "";
   switch (d.verdict) {
     case "named":
       return list;
@@ -62,16 +78,25 @@ function headline(d: Diagnosis, words: Words): string {
       return "The model lacks nothing that this log could show.";
     case "indistinguishable":
       return `${list} Other explanations fit this log as well.`;
-    case "unknown":
-      return named.length ? `${list} Something else is missing that the catalogue does not know.` : "Something is missing that the catalogue does not know.";
+    case "unknown": {
+      const found = [refitted(d), list].filter(Boolean).join(" ");
+      return found ? `${found} The rest is not known.` : "Something is missing that the catalogue does not know.";
+    }
   }
+}
+
+/** What fitting the world's own parameters takes off, where that is told apart from effects or nothing else was found. */
+function refitted({ gap, named, nominal_fit }: Diagnosis): string {
+  if (gap?.calibration) return (gap.calibration.change ?? 0) < 0 ? `Calibrating the world takes ${decrease(gap.calibration)} off the error of predictions.` : "";
+  if (named?.length || !gap?.closure || !Object.keys(nominal_fit ?? {}).length) return "";
+  return `Refitting ${Object.keys(nominal_fit!).join(", ")} closes ${percent(gap.closure)} of the gap.`;
 }
 
 function whereText({ unknown }: Diagnosis): string {
   if (!unknown) return "";
   const quantity = { position: "along the lap", time: "over time", state: "with the car's state", input: "with the commands" }[unknown.where] ?? unknown.where;
   const unit = unknown.where === "time" ? " s" : "";
-  return `It shows ${quantity}${unknown.interval ? `, from ${plain(unknown.interval[0])} to ${plain(unknown.interval[1])}${unit || " of the lap"}` : ""}.`;
+  return `What is left shows ${quantity}${unknown.interval ? `, from ${plain(unknown.interval[0])} to ${plain(unknown.interval[1])}${unit || " of the lap"}` : ""}.`;
 }
 
 /** What to say if the diagnosis did not say it itself. */
@@ -102,21 +127,21 @@ const verdictWords: Record<Diagnosis["verdict"], string> = {
 /** How much of the gap is closed, as a bar. */
 function gapBar(d: Diagnosis): HTMLElement | null {
   const closure = d.gap?.closure;
-  if (!closure || !(d.named ?? []).length) return null;
+  if (!closure) return null;
   const share = (100 * Math.min(Math.max(closure, 0), 1)).toFixed(1);
   return h("div", { class: "gap-bar", role: "img", "aria-label": `${percent(closure)} of the gap closed` }, h("i", { style: `width:${share}%` }), h("span", {}, `${percent(closure)} of the gap`));
 }
 
 export function diagnosisHead(d: Diagnosis, more: DiagnosisReport | null): HTMLElement {
   const words = more?.effects;
-  const found = (d.named ?? []).length > 0;
+  const found = (d.named ?? []).length > 0 || (d.verdict === "unknown" && refitted(d) !== "");
   const least = Math.min(...(d.named ?? []).map(({ confidence }) => confidence ?? NaN));
   return h(
     "div",
     { class: "verdict" },
     h("p", { class: "sentence" }, ...prose(headline(d, words))),
     gapBar(d),
-    h("p", { class: "lede" }, ...prose([found ? closes(d) : d.verdict === "unknown" ? nearest(d, words) : "", d.verdict === "unknown" ? whereText(d) : "", Number.isFinite(least) ? `Confidence ${percent(least)}.` : ""].filter(Boolean).join(" "))),
+    h("p", { class: "lede" }, ...prose([found ? closes(d) : "", d.verdict === "unknown" && !(d.named ?? []).length ? nearest(d, words) : "", d.verdict === "unknown" ? whereText(d) : "", Number.isFinite(least) ? `Confidence ${percent(least)}.` : ""].filter(Boolean).join(" "))),
     d.manoeuvre ? h("p", { class: "lede" }, h("strong", {}, "To decide: "), ...prose(d.manoeuvre)) : null,
     h("p", { class: "note" }, h("span", { class: `badge ${d.verdict}` }, verdictWords[d.verdict]), " ", ...prose(more?.sentence || sentence(d))),
     more?.log ? h("p", { class: "note" }, `Log ${more.log}${more.world ? `, world ${more.world}` : ""}.`) : null,

@@ -98,13 +98,22 @@ export interface Named {
   confidence?: number;
 }
 
+type Range = [number | null, number | null];
+
+/** Relative change of an error. */
+export interface Change {
+  change: number | null;
+  ci95: Range;
+}
+
 export interface Diagnosis {
   verdict: "named" | "nothing_missing" | "indistinguishable" | "unknown";
   named?: Named[];
   equivalent?: string[][];
   unknown?: { where: string; interval: [number, number] | null } | null;
   nominal_fit?: Record<string, number> | null;
-  gap?: { horizon_s: number; before: number; after: number; closure: number | null };
+  /** `calibrated` and what follows: of a real car's logs, where calibrating closes a part and effects another. */
+  gap?: { horizon_s: number; before: number; after: number; closure: number | null; closure_ci95?: Range; calibrated?: number; noise?: number; calibration?: Change; effects?: Change | null };
   ranking?: { effect: string; gain: number; held_out: number; selected_fraction: number; rollout?: Rollout }[];
   manoeuvre?: string | null;
 }

@@ -50,17 +50,21 @@ void add_errors(const measured::Rollouts& r, const Channels& sigma, StartErrors&
 
 }  // namespace
 
+Trace as_fitted(const Log& log, const Problem& problem, const Road& road) {
+  Trace trace;
+  trace.log = log;
+  if (problem.unrounded) trace.unround_commands(problem.command_step);
+  if (trace.log.dt == problem.traces.front().log.dt) trace.bend_commands(problem.bend);
+  trace.log.held = problem.held;
+  trace.set_motion(smooth_readings(log, 3), road);
+  return trace;
+}
+
 HoldOut::HoldOut(const Problem& problem, const Road& road, std::span<const LogFile> held_out)
     : road_(road), known_(problem), own_laps_(held_out.empty()) {
   for (const LogFile& log : held_out)
     for (const Log& m : log.stretches) {
-      Trace trace;
-      trace.log = m;
-      if (problem.unrounded) trace.unround_commands(problem.command_step);
-      if (trace.log.dt == problem.traces.front().log.dt) trace.bend_commands(problem.bend);
-      trace.log.held = problem.held;
-      trace.set_motion(smooth_readings(m, 3), road_);
-      traces_.push_back(std::move(trace));
+      traces_.push_back(as_fitted(m, problem, road_));
       from_.push_back(0);
     }
   if (!own_laps_) return;

@@ -9,6 +9,10 @@ namespace gripline::diagnose {
 
 using measured::LogFile;
 
+/// A log that no fit saw, its commands taken as the fit took those of its own: steps that were rounded to, bends and
+/// holding are properties of the recorder, and a short log shows them badly.
+Trace as_fitted(const Log& log, const Problem& problem, const Road& road);
+
 /// Logs to predict: those held out, else the last whole laps (about a third) of the fitted logs, whose models are then
 /// refitted on what comes before. Holds references.
 class HoldOut {

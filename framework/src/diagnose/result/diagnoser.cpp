@@ -226,10 +226,15 @@ constexpr std::array<double, 5> horizons = {0.1, 0.2, 0.5, 1.0, 2.0};  // [s]
 constexpr std::size_t reported = 3;
 static_assert(horizons[reported] == Gap{}.horizon);
 
-double closure_of(const Gap& gap, const ErrorChange& change) {
-  // A perfect model still shows the sensors' own noise: one standard deviation.
-  const double rest = std::min(1.0, gap.after);
-  return change.helps() ? (gap.before - gap.after) / (gap.before - rest) : 0.0;
+/// How much of the gap is closed, by the change of its error. A perfect model still shows the sensors' own noise: one
+/// standard deviation.
+void set_closure(Gap& gap, const ErrorChange& change) {
+  const auto closed = [&](double after) { return (gap.before - after) / (gap.before - std::min(1.0, after)); };
+  gap.closure = gap.closure_low = gap.closure_high = 0.0;
+  if (!change.helps()) return;
+  gap.closure = closed(gap.after);
+  gap.closure_low = closed(gap.before * (1.0 + change.high));
+  gap.closure_high = closed(gap.before * (1.0 + change.low));
 }
 
 /// Errors of 1 s predictions.
@@ -252,7 +257,7 @@ void Diagnoser::measure_gap(const HoldOut& hold_out, Diagnosis& d) const {
   d.gap.before = before[reported].rms();
   d.gap.after = after[reported].rms();
   const ErrorChange change = compare(after[reported], before[reported]);
-  d.gap.closure = closure_of(d.gap, change);
+  set_closure(d.gap, change);
   if (d.named.size() == 1 && catalogue_.nuisances().empty()) d.named.front().rollout = change;
 }
 
@@ -273,7 +278,7 @@ void Diagnoser::name_delays(std::span<const LogFile> logs, std::span<const LogFi
   for (std::size_t i = 0; i < horizons.size(); ++i) d.horizons[i].before = errors[i].rms();
   const ErrorChange by_delays = compare(predicted(after, nominal), errors[reported]);
   d.gap.before = errors[reported].rms();
-  d.gap.closure = closure_of(d.gap, compare(predicted(after, after.refit(d.fit)), errors[reported]));
+  set_closure(d.gap, compare(predicted(after, after.refit(d.fit)), errors[reported]));
   for (const ChannelDelay& one : delays) {
     NamedEffect& delay = d.delays.emplace_back();
     delay.effect = one.name() + "_delay";
@@ -389,7 +394,7 @@ void Diagnoser::withdraw(const HoldOut& hold_out, const SearchResult& found, Dia
   d.fit.covariance.clear();
   for (PredictionError& row : d.horizons) row.after = row.before;
   d.gap.after = d.gap.before;
-  d.gap.closure = 0.0;
+  d.gap.closure = d.gap.closure_low = d.gap.closure_high = 0.0;
 }
 
 std::vector<DetectionLimit> Diagnoser::detection_limits(SearchResult& found) const {

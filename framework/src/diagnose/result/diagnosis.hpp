@@ -56,6 +56,7 @@ struct PredictionError {
 /// where the error is not significantly smaller.
 struct Gap {
   double horizon = 1, before = 0, after = 0, closure = 0;
+  double closure_low = 0, closure_high = 0;  // 95 %
 };
 
 struct Diagnosis {

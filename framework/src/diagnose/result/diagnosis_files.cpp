@@ -92,6 +92,7 @@ Node gap_node(const Gap& g) {
   gap.set("before", number_or_null(g.before));
   gap.set("after", number_or_null(g.after));
   gap.set("closure", number_or_null(g.closure));
+  gap.set("closure_ci95", Node(Node::Array{number_or_null(g.closure_low), number_or_null(g.closure_high)}));
   return gap;
 }
 

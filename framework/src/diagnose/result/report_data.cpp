@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diagnose/inference/hold_out.hpp"
 #include "diagnose/inference/reference.hpp"
 #include "measured/rollout.hpp"
 
@@ -114,10 +115,7 @@ Node traces_node(const Diagnosis& d, const Diagnoser& diagnoser, std::span<const
   if (held_out.empty()) {
     first = problem.traces.front().size() * 2 / 3;
   } else {
-    Trace trace;
-    trace.log = held_out.front().stretches.front();
-    trace.set_motion(smooth_readings(trace.log, 3), diagnoser.road());
-    problem.traces.assign(1, std::move(trace));
+    problem.traces.assign(1, as_fitted(held_out.front().stretches.front(), problem, diagnoser.road()));
   }
   problem.traces.resize(1);
   measured::RolloutOptions options;

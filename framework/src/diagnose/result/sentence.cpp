@@ -54,7 +54,11 @@ std::string gap_text(const Gap& gap) {
   if (gap.closure > 0.0) {
     text += " (";
     text += significant(100.0 * gap.closure);
-    text += " % of the gap)";
+    text += " % of the gap, ";
+    text += significant(100.0 * gap.closure_low);
+    text += " to ";
+    text += significant(100.0 * gap.closure_high);
+    text += ")";
   } else {
     text += ", no more than chance";
   }
@@ -70,6 +74,18 @@ std::string found_text(const Diagnosis& d) {
   text += gap_text(d.gap);
   text += "; confidence ";
   return text + significant(least);
+}
+
+/// What refitted parameters and channels on time do where no effect is named.
+std::string without_names(const Diagnosis& d) {
+  std::string text;
+  for (const auto& [name, value] : d.nominal_fit) {
+    text += text.empty() ? "Refitted are " : ", ";
+    text += name;
+    text += " = ";
+    text += significant(value);
+  }
+  return (text.empty() ? "With that taken off, " : text + ": ") + gap_text(d.gap);
 }
 
 /// What channels show late, in front of everything else; what it does to predictions where nothing else is said.
@@ -108,11 +124,11 @@ std::string car_text(const Diagnosis& d) {
     }
     case Verdict::unknown: {
       const std::string where = where_text(*d.unknown);
-      if (d.named.empty())
+      const std::string found = !d.named.empty() ? found_text(d) : d.gap.closure > 0.0 ? without_names(d) : "";
+      if (found.empty())
         return "Something is missing that no effect of the catalogue explains; it shows " + where + ".";
-      std::string text = found_text(d);
-      text += ". Beside that something is missing that no effect of the catalogue explains; it shows ";
-      return text + where + ".";
+      return found + ". Beside that something is missing that no effect of the catalogue explains; it shows " + where +
+             ".";
     }
   }
   return {};

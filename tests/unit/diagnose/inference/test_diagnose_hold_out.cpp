@@ -51,5 +51,30 @@ TEST(HoldOut, RefitsReadNothingOfWhatIsHeldOut) {
   EXPECT_EQ(refitted(spoilt), known);
 }
 
+/// What the recorder rounded to is told by the fitted log: one value between the steps in another log hides it there.
+TEST(HoldOut, LogsHeldOutAreRoundedAsTheFittedOneIs) {
+  const DiagnoseRig rig;
+  constexpr double step = 0.03;
+  const ModelSpec truth = rig.catalogue().null_model();
+  const auto drive = [&](std::uint64_t seed) {
+    return DiagnoseRig::rounded(rig.simulate(truth, {.seconds = 20, .seed = seed, .unsteady = 1}), step);
+  };
+  Problem problem = rig.problem({drive(96)});
+  const auto error = [&](const Log& log) {
+    LogFile other;
+    other.stretches.push_back(log);
+    const HoldOut hold_out(problem, rig.road(), {&other, 1});
+    return hold_out.errors(of(rig, problem, truth), horizons)[1];
+  };
+  const Log log = drive(97);
+  Log glitch = log;
+  glitch.command[glitch.size() / 2].delta += 1e-4;
+  const double written = error(glitch);
+  problem.command_step[1] = step;
+  problem.unround_commands();
+  EXPECT_GT(std::abs(error(log) - written), 0.04 * written) << "the commands are others than those written";
+  EXPECT_NEAR(error(glitch), error(log), 0.01 * written);
+}
+
 }  // namespace
 }  // namespace gripline::diagnose

@@ -1,6 +1,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "diagnose/inference/preparation.hpp"
 #include "diagnose/result/diagnoser.hpp"
 #include "support/diagnose_rig.hpp"
 
@@ -105,6 +106,34 @@ TEST(Diagnoser, NamesALateChannel) {
   EXPECT_TRUE(d.delays.front().rollout.helps());
   EXPECT_GT(d.gap.closure, 0.9);
   EXPECT_THAT(d.sentence, testing::StartsWith("The yaw-rate channel is 0.12 s late"));
+}
+
+/// What a recorder rounded off is no part of what a late channel costs: the error before is that of the commands that are
+/// expected, as the error after is, and not of those that were written.
+TEST(Diagnoser, RoundingIsNotCreditedToALateChannel) {
+  DiagnoseRig rig;
+  const Log log = DiagnoseRig::rounded(
+      rig.simulate(rig.catalogue().null_model(), {.seconds = 40, .seed = 64, .unsteady = 1}), 0.03);
+  LogFile late;
+  late.stretches.push_back(log);
+  for (std::size_t k = 2; k < log.size(); ++k)
+    late.stretches.front().reading[k * channels + 5] = log.reading[(k - 2) * channels + 5];
+  Diagnoser diagnoser(rig.world(), rig.registry(), {});
+  const Diagnosis d = diagnoser.run({&late, 1}, {});
+  ASSERT_EQ(d.delays.size(), 1U) << d.sentence;
+  ASSERT_TRUE(diagnoser.problem().unrounded);
+  Fit nominal = d.null_model;
+  nominal.model = rig.catalogue().null_model();
+  nominal.evaluation.reset();
+  const auto error = [&](bool expected) {
+    Problem problem = prepare(diagnoser.catalogue(), diagnoser.road(), {&late, 1}, d.sensor).problem;
+    problem.sensor = d.sensor;
+    if (expected) problem.unround_commands();
+    constexpr std::array<double, 1> second = {1.0};
+    return HoldOut(problem, diagnoser.road(), {}).errors(nominal, second).front();
+  };
+  EXPECT_GT(std::abs(error(true) - error(false)), 0.01 * error(false));
+  EXPECT_NEAR(d.gap.before, error(true), 1e-3 * error(true));
 }
 
 }  // namespace
