@@ -569,8 +569,8 @@ MissingEffects MissingSearch::run(const std::list<measured::SessionFile>& files,
   const auto calibrated = observed(*calibrated_);
   found_ = added_.empty() ? observed(*calibrated_) : observed(*found_);
   out_.parameters = parameters_of_found();
-  std::ranges::stable_partition(out_.ranking,
-                                [](const RankedEffect& r) { return !(r.tried && r.change.change > 0.0); });
+  std::stable_partition(out_.ranking.begin(), out_.ranking.end(),
+                        [](const RankedEffect& r) { return !(r.tried && r.change.change > 0.0); });
   given_->params = as_given_;
   out_.rows = {row_of("given", *given_), row_of("calibrated", *calibrated), row_of("found", *found_)};
   out_.world = world_found(folder);
