@@ -110,7 +110,7 @@ int run_limit(Arguments args) {
   if (progress) progress->finish();
   print_limits(limits);
   if (!world.plant.empty())
-    std::cout << "its plant " << world.plant.id()
+    std::cout << "the plant " << world.plant.id()
               << " is a black box: laps of the envelope that was measured by driving it\n";
   if (out) write_limits(*out, limits);
   return good;
