@@ -2,6 +2,8 @@
 #include <gtest/gtest.h>
 
 #include "config/json_file.hpp"
+#include "limit/envelope_car.hpp"
+#include "limit/lap_limit.hpp"
 #include "support/full_size_limit.hpp"
 #include "support/paths.hpp"
 #include "support/whole_world.hpp"
@@ -50,6 +52,72 @@ TEST(FullSizeLimit, WorldsStateTheirLimit) {
     const double computed = testing_support::FullSizeLimit({}, factor).lap(line, *world.track);
     EXPECT_NEAR(computed, lap, 0.02) << factor;
   }
+}
+
+WorldSpec hill() {
+  return testing_support::world_from(load_json(testing_support::source_dir() / "worlds/full_size.json"));
+}
+
+/// What is measured by driving the plant is what its own loads and tyres say, less what slip costs in turns.
+TEST(FullSizeLimit, MeasuredEnvelopeIsThePlants) {
+  const WorldSpec world = hill();
+  for (const double factor : {1.0, 0.7}) {
+    const PlantEnvelope e = EnvelopeCar(world, factor, false).envelope();
+    const testing_support::FullSizeLimit limit({}, factor);
+    for (const double v : {12.0, 25.0, 45.0, 60.0}) {
+      const double side = limit.largest(40.0, [&](double a) { return limit.holds(v, a, 0.0, {}); });
+      const double brake = limit.largest(3e4, [&](double Fx) { return limit.holds(v, 0.0, -Fx, {}); });
+      EXPECT_NEAR(e.side.at(v, 1.0), side, 0.04 * side) << factor << " " << v;
+      EXPECT_NEAR(e.brake.at(v, 1.0), brake / limit.effective_mass(), 0.08 * brake / limit.effective_mass())
+          << factor << " " << v;
+      const double brakes = double_track::Params().brake_torque / double_track::Params().radius;
+      EXPECT_NEAR(e.brakes.at(v), std::min(brake, brakes) / limit.effective_mass(), 0.03 * e.brakes.at(v)) << v;
+      EXPECT_NEAR(e.rolling.at(v), -limit.resistance(v) / limit.effective_mass(), 0.6) << v;  // the engine drags too
+    }
+  }
+}
+
+/// On the line of the limit's lap the plant's quasi-steady states are as fast: slip losses apart.
+TEST(FullSizeLimit, TimeOptimalLapOfTheEnvelopeIsTheQuasiSteadyOneOfItsLine) {
+  const WorldSpec world = hill();
+  const Track& track = *world.track;
+  Lap lap;
+  LapMesh mesh;
+  const LapLimit limit = find_lap_limit(world, {1.0, false, false}, &lap, &mesh);
+  // Curvature half-way through an interval: at nodes it alternates about that, which costs the program nothing.
+  const auto bend = [&](std::size_t k) {
+    const auto &a = lap.z[k % mesh.size()], &b = lap.z[(k + 1) % mesh.size()];
+    return (a[lap_omega] + b[lap_omega]) / (a[lap_vx] + b[lap_vx]);
+  };
+  std::vector<LinePoint> line;
+  double way = 0;
+  for (std::size_t k = 0; k < mesh.size(); ++k) {
+    const std::size_t next = (k + 1) % mesh.size();
+    const auto &a = lap.z[k], &b = lap.z[next];
+    const CurvePoint p = track.at(mesh.s[k]), q = track.at(mesh.s[next]);
+    const auto x = [](const CurvePoint& c, double n) { return c.x - n * std::sin(c.yaw); };
+    const auto y = [](const CurvePoint& c, double n) { return c.y + n * std::cos(c.yaw); };
+    const double length = std::hypot(x(q, b[lap_n]) - x(p, a[lap_n]), y(q, b[lap_n]) - y(p, a[lap_n]));
+    while (static_cast<double>(line.size()) < way + length) {
+      const double share = (static_cast<double>(line.size()) - way) / length;
+      const auto mix = [share](double from, double to) { return from + share * (to - from); };
+      const double n = mix(a[lap_n], b[lap_n]), s = track.wrap(mesh.s[k] + share * mesh.ds[k]);
+      const CurvePoint c = track.at(s);
+      LinePoint point;
+      point.s = static_cast<double>(line.size());
+      point.x = x(c, n);
+      point.y = y(c, n);
+      point.kappa = share < 0.5 ? (0.5 - share) * bend(k + mesh.size() - 1) + (0.5 + share) * bend(k)
+                                : (1.5 - share) * bend(k) + (share - 0.5) * bend(k + 1);
+      point.grade = track.grade(s);
+      point.bank = track.bank(s);
+      line.push_back(point);
+    }
+    way += length;
+  }
+  const double quasi_steady = testing_support::FullSizeLimit({}, 1.0).lap(line, track);
+  std::printf("time-optimal on the envelope %.2f s, quasi-steady on its line %.2f s\n", limit.lap_s, quasi_steady);
+  EXPECT_NEAR(limit.lap_s, quasi_steady, 0.03 * quasi_steady);
 }
 
 }  // namespace

@@ -98,9 +98,6 @@ int run_limit(Arguments args) {
   Errors errors;
   const WorldSpec world = read_world(tree, registry, errors);
   errors.throw_if_any();
-  if (world.vehicle.model.empty())
-    throw InputError(words[0] + ": its plant " + world.plant.id() +
-                     " is a black box; a limit needs the equations of a vehicle model");
   request.patches = given->count("patches") > 0;
   if (request.patches && world.friction.patches.empty())
     throw InputError("--patches: the friction of " + words[0] + " has no patches");
@@ -112,6 +109,9 @@ int run_limit(Arguments args) {
   });
   if (progress) progress->finish();
   print_limits(limits);
+  if (!world.plant.empty())
+    std::cout << "the plant " << world.plant.id()
+              << " is a black box: laps of the envelope that was measured by driving it\n";
   if (out) write_limits(*out, limits);
   return good;
 }

@@ -2,11 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <stdexcept>
 
 #include "config/node.hpp"
+#include "limit/envelope_car.hpp"
 #include "limit/lap_nlp.hpp"
 #include "limit/starting_line.hpp"
+#include "limit/true_plant.hpp"
 
 namespace gripline {
 namespace {
@@ -38,11 +41,17 @@ std::vector<double> with_edges(const std::vector<double>& stations, const std::v
   return nodes;
 }
 
+std::unique_ptr<LapCar> car_of(const WorldSpec& spec, const LapCase& of) {
+  if (spec.plant.empty()) return std::make_unique<TruePlant>(spec, of.factor, of.patches);
+  return std::make_unique<EnvelopeCar>(spec, of.factor, of.patches);
+}
+
 }  // namespace
 
 LapLimit find_lap_limit(const WorldSpec& spec, const LapCase& of, Lap* lap, LapMesh* mesh_out) {
   const Track& track = *spec.track;
-  const TruePlant plant(spec, of.factor, of.patches);
+  const std::unique_ptr<LapCar> car = car_of(spec, of);
+  const LapCar& plant = *car;
   const std::vector<StartingLine> lines = starting_lines(track, spec.car.car);
   std::vector<double> stations = stations_on(track, lines.front(), plant, coarse_nodes(spec));
   if (of.patches) stations = with_edges(stations, spec.friction.patches, track.length());

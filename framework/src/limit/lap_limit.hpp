@@ -20,8 +20,8 @@ struct LapLimit : LapCase {
 
 inline constexpr double lap_limit_tolerance = 1e-3;  ///< relative difference of two meshes that is small enough
 
-/// Solves from several lines on a coarse mesh, then halves the best one's intervals until two meshes agree. `spec` has a
-/// vehicle model. Throws std::runtime_error when no start leads to a lap, or the meshes do not agree. `lap` and `mesh`
+/// Solves from several lines on a coarse mesh, then halves the best one's intervals until two meshes agree. The car is
+/// the world's vehicle model, or the envelope of its plant plugin (plant_envelope.hpp). Throws std::runtime_error when no start leads to a lap, or the meshes do not agree. `lap` and `mesh`
 /// may be null; else they get the solution.
 LapLimit find_lap_limit(const WorldSpec& spec, const LapCase& of, Lap* lap = nullptr, LapMesh* mesh = nullptr);
 

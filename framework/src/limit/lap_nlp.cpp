@@ -37,14 +37,18 @@ struct IntervalRates {
 class LapNlp final : public Ipopt::TNLP {
  public:
   LapNlp(const LapProblem& problem, const Lap& guess)
-      : p_(problem), guess_(guess), scales_(problem), n_(static_cast<Index>(problem.mesh.size())) {}
+      : p_(problem),
+        guess_(guess),
+        scales_(problem),
+        n_(static_cast<Index>(problem.mesh.size())),
+        bounded_(problem.plant.bounded()) {}
 
   Lap& lap() { return lap_; }
 
   bool get_nlp_info(Index& n, Index& m, Index& nnz_jac, Index& nnz_h, IndexStyleEnum& style) override {
     n = V * n_;
     m = rows() * n_;
-    nnz_jac = n_ * (S * (2 * S + 2) + 2 + (p_.body ? corners * 4 : 0));
+    nnz_jac = n_ * (S * (2 * S + 2) + 2 + (p_.body ? corners * 4 : 0) + (bounded_ ? 2 * S + 2 : 0));
     nnz_h = n_ * (2 * (S * (S + 1) / 2) + S * S + 2 * 2 * S + 3);
     style = C_STYLE;
     return true;
@@ -69,6 +73,7 @@ class LapNlp final : public Ipopt::TNLP {
         low[r] = p_.mesh.mid_lo[i] / scales_.z[lap_n];
         high[r] = p_.mesh.mid_hi[i] / scales_.z[lap_n];
       }
+      if (bounded_) low[rows() - 1] = -unbounded, high[rows() - 1] = 1.0;
     }
     return true;
   }
@@ -109,6 +114,7 @@ class LapNlp final : public Ipopt::TNLP {
       for (int j = 0; j < S; ++j) row[j] = x[V * next(k) + j] - x[V * k + j] - step(k, j) * r.state[j].v;
       row[S] = 0.5 * (x[V * k + lap_n] + x[V * next(k) + lap_n]);
       for (int c = 0; p_.body && c < corners; ++c) row[S + 1 + c] = corner(k, c, middle_.data() + V * k).v;
+      if (bounded_) row[rows() - 1] = used(k, middle_.data() + V * k).v;
     }
     return true;
   }
@@ -146,6 +152,14 @@ class LapNlp final : public Ipopt::TNLP {
           put(row + S + 1 + c, here + j, 0.5 * o.d[j]);
           put(row + S + 1 + c, there + j, 0.5 * o.d[j]);
         }
+      }
+      if (bounded_) {
+        const Dual8 share = values != nullptr ? used(k, middle_.data() + V * k) : Dual8(0.0);
+        for (int j = 0; j < S; ++j) {
+          put(row + rows() - 1, here + j, 0.5 * share.d[j]);
+          put(row + rows() - 1, there + j, 0.5 * share.d[j]);
+        }
+        for (int j = S; j < V; ++j) put(row + rows() - 1, here + j, share.d[j]);
       }
     }
     return true;
@@ -197,7 +211,7 @@ class LapNlp final : public Ipopt::TNLP {
   }
 
  private:
-  int rows() const { return S + 1 + (p_.body ? corners : 0); }
+  int rows() const { return S + 1 + (p_.body ? corners : 0) + (bounded_ ? 1 : 0); }
   Index next(Index k) const { return k + 1 < n_ ? k + 1 : 0; }
   double step(Index k, int j) const { return p_.mesh.ds[static_cast<std::size_t>(k)] / scales_.z[j]; }
 
@@ -217,6 +231,14 @@ class LapNlp final : public Ipopt::TNLP {
     const double left = (c & 2) != 0 ? 0.5 * car.width : -0.5 * car.width;
     return offset_of_corner(n, xi, p_.mesh.kappa[static_cast<std::size_t>(k)], forward, left) *
            (1.0 / scales_.z[lap_n]);
+  }
+
+  /// What an interval asks of the tyres, by the scaled variables.
+  Dual8 used(Index k, const double* z) const {
+    const auto variable = [&](int j) { return scales_.z[j] * Dual8::variable(z[j], j); };
+    const Dual8 d = variable(lap_d), throttle = 0.5 * (d + sqrt(d * d + kink * kink));
+    return p_.plant.used(variable(lap_vx), variable(lap_omega), throttle, d - throttle,
+                         p_.mesh.places[static_cast<std::size_t>(k)]);
   }
 
   /// Scaled variables half-way through every interval.
@@ -256,7 +278,7 @@ class LapNlp final : public Ipopt::TNLP {
         at_[row] = p_.mesh.places[k];
       }
     }
-    p_.plant.rates<Dual8>(motion_, command_, at_, motion_rate_);
+    p_.plant.lap_rates(motion_, command_, at_, motion_rate_);
     for (std::size_t k = 0; k < count; ++k) {
       const Dual8 n = variable(k, lap_n), xi = variable(k, lap_xi), vx = variable(k, lap_vx), vy = variable(k, lap_vy);
       const Dual8 cosine = cos(xi), sine = sin(xi), along = vx * cosine - vy * sine;
@@ -290,6 +312,7 @@ class LapNlp final : public Ipopt::TNLP {
     Dual8 l = factor * p_.mesh.ds[i] * r.time * (1.0 + p_.smoothness * rate * rate);
     for (int j = 0; j < S; ++j) l -= (lambda[j] * step(k, j)) * r.state[j];
     for (int c = 0; p_.body && c < corners; ++c) l += lambda[S + 1 + c] * corner(k, c, z);
+    if (bounded_) l += lambda[rows() - 1] * used(k, z);
     std::copy_n(l.d, V, out);
   }
 
@@ -327,6 +350,7 @@ class LapNlp final : public Ipopt::TNLP {
   const Lap& guess_;
   Scales scales_;
   Index n_;
+  bool bounded_;
   Lap lap_;
   bool evaluated_ = false, good_ = false;
   std::vector<double> middle_;

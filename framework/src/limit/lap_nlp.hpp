@@ -3,7 +3,8 @@
 //   minimise  sum_k ds_k time(z_k) (1 + w (rate_k / rate_max)^2),      z_k = ((x_k + x_k+1) / 2, u_k)
 //   subject to  x_k+1 - x_k = ds_k dx/ds(z_k)   (implicit midpoint, x_N = x_0),
 //               n inside the edges at the nodes and half-way between, or the car's four corners half-way between,
-//               |delta| <= delta_max, |rate| <= rate_max, d_min <= d <= d_max
+//               |delta| <= delta_max, |rate| <= rate_max, d_min <= d <= d_max,
+//               used(z_k) <= 1 for a car that states what its tyres hold (LapCar::bounded)
 //   with  time = (1 - n kappa) / (vx cos(xi) - vy sin(xi)) per metre of the centre line,
 //         n' = (vx sin(xi) + vy cos(xi)) time,  xi' = omega time - kappa,  delta' = rate time,
 //         (vx, vy, omega)' = the plant's rates times time
@@ -15,13 +16,13 @@
 // r(d+) + r(d-) - r(0) with d+ = (d + sqrt(d^2 + e^2)) / 2, d- = d - d+; e = 0.002.
 #pragma once
 
+#include "limit/lap_car.hpp"
 #include "limit/lap_mesh.hpp"
-#include "limit/true_plant.hpp"
 
 namespace gripline {
 
 struct LapProblem {
-  const TruePlant& plant;
+  const LapCar& plant;
   const LapMesh& mesh;
   bool body = false;         ///< the car's corners inside, not only its centre of gravity
   double smoothness = 1e-4;  ///< the weight w

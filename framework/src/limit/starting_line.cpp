@@ -42,7 +42,7 @@ Driven shape_of(const Track& track, const std::vector<double>& stations, const S
 }
 
 /// Speeds by the friction circle in turns, then a backward and a forward pass with the car's brakes and drive.
-void set_speeds(Driven& d, const TruePlant& plant) {
+void set_speeds(Driven& d, const LapCar& plant) {
   constexpr double careful = 0.6;  // share of the friction that is used
   const std::size_t count = d.n.size();
   const Car& car = plant.car();
@@ -65,8 +65,7 @@ void set_speeds(Driven& d, const TruePlant& plant) {
   }
 }
 
-Driven drive(const Track& track, const std::vector<double>& stations, const StartingLine& line,
-             const TruePlant& plant) {
+Driven drive(const Track& track, const std::vector<double>& stations, const StartingLine& line, const LapCar& plant) {
   Driven d = shape_of(track, stations, line);
   set_speeds(d, plant);
   return d;
@@ -105,8 +104,7 @@ std::vector<StartingLine> starting_lines(const Track& track, const Car& car) {
   return lines;
 }
 
-std::vector<double> stations_on(const Track& track, const StartingLine& line, const TruePlant& plant,
-                                std::size_t count) {
+std::vector<double> stations_on(const Track& track, const StartingLine& line, const LapCar& plant, std::size_t count) {
   const std::size_t fine = 8 * count;
   std::vector<double> even(fine);
   for (std::size_t i = 0; i < fine; ++i) even[i] = track.length() * static_cast<double>(i) / static_cast<double>(fine);
@@ -127,7 +125,7 @@ std::vector<double> stations_on(const Track& track, const StartingLine& line, co
   return stations;
 }
 
-Lap drive_along(const Track& track, const LapMesh& mesh, const StartingLine& line, const TruePlant& plant) {
+Lap drive_along(const Track& track, const LapMesh& mesh, const StartingLine& line, const LapCar& plant) {
   const Driven d = drive(track, mesh.s, line, plant);
   const Car& car = plant.car();
   Lap lap;

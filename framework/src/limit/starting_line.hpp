@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "limit/lap_car.hpp"
 #include "limit/lap_mesh.hpp"
-#include "limit/true_plant.hpp"
 
 namespace gripline {
 
@@ -21,10 +21,9 @@ struct StartingLine {
 std::vector<StartingLine> starting_lines(const Track& track, const Car& car);
 
 /// Stations closer to each other where a car is slow: half evenly by way, half by time on this line.
-std::vector<double> stations_on(const Track& track, const StartingLine& line, const TruePlant& plant,
-                                std::size_t count);
+std::vector<double> stations_on(const Track& track, const StartingLine& line, const LapCar& plant, std::size_t count);
 
 /// The line driven at a little less than the speed that its curvature, the drive and the brakes allow.
-Lap drive_along(const Track& track, const LapMesh& mesh, const StartingLine& line, const TruePlant& plant);
+Lap drive_along(const Track& track, const LapMesh& mesh, const StartingLine& line, const LapCar& plant);
 
 }  // namespace gripline

@@ -9,6 +9,7 @@
 #include "limit/lap_nlp.hpp"
 #include "limit/limit_table.hpp"
 #include "limit/starting_line.hpp"
+#include "limit/true_plant.hpp"
 #include "support/host_support.hpp"
 #include "util/csv.hpp"
 #include "world/world.hpp"

@@ -1,0 +1,329 @@
+#include "limit/plant_envelope.hpp"
+
+#include <functional>
+#include <initializer_list>
+#include <numbers>
+#include <optional>
+#include <stdexcept>
+
+namespace gripline {
+namespace {
+
+constexpr std::size_t grid = 24;     // speeds of a curve
+constexpr double slowest = 0.25;     // of v_ref, where curves begin
+constexpr double longest_run = 300;  // [s]
+constexpr double averaged = 0.1;     // [s] over which accelerations are averaged
+constexpr double turn_time = 1.5,
+                 peak_slip = 0.12;  // a turn tightens to gravity across, and this slip [rad], in this time
+
+/// A plane of one friction factor.
+class Plane final : public Ground {
+ public:
+  explicit Plane(double factor) : factor_(factor) {}
+  Patch at(double, double, double) const override { return {0.0, 0.0, factor_}; }
+
+ private:
+  double factor_;
+};
+
+struct Moment {
+  double t = 0, v = 0;                        // [s], [m/s]
+  double along = 0, across = 0, turning = 0;  // v', v course', v yaw rate [m/s2]
+  double delta = 0, sideslip = 0;             // [rad]
+};
+using Drive = std::vector<Moment>;
+
+struct Command {
+  double d = 0, delta = 0;
+};
+
+class Dynamometer {
+ public:
+  Dynamometer(Plant& plant, const Car& car, double dt, double factor)
+      : plant_(plant), car_(car), dt_(dt > 0 ? dt : 0.02), ground_(factor) {}
+
+  /// From a speed straight on, until `ended` says so.
+  Drive drive(double v, const std::function<Command(double)>& command, const std::function<bool(const Drive&)>& ended) {
+    State x;
+    x.vx = v;
+    plant_.reset(x, ground_);
+    Drive out;
+    double course = 0;
+    for (double t = 0; t < longest_run;) {
+      const Command u = command(t);
+      x = plant_.advance(u.d, u.delta, dt_, ground_);
+      t += dt_;
+      Moment now{t, std::hypot(x.vx, x.vy), 0, 0, 0, u.delta, std::atan2(x.vy, x.vx)};
+      if (!std::isfinite(now.v)) throw std::runtime_error("the plant's speed is not a number");
+      const double turned = std::remainder(x.yaw + now.sideslip - course, 2.0 * std::numbers::pi);
+      const double before = out.empty() ? v : out.back().v;
+      course = x.yaw + now.sideslip;
+      now.along = (now.v - before) / dt_;
+      now.across = now.v * turned / dt_;
+      now.turning = now.v * x.omega;
+      out.push_back(now);
+      if (ended(out)) break;
+    }
+    return averages(out);
+  }
+  const Car& car() const { return car_; }
+  double dt() const { return dt_; }
+
+ private:
+  Drive averages(const Drive& raw) const {
+    const auto window = static_cast<std::size_t>(std::max(1.0, std::round(averaged / dt_)));
+    Drive out;
+    for (std::size_t i = window; i <= raw.size(); ++i) {
+      Moment mean = raw[i - 1 - window / 2];
+      mean.along = mean.across = mean.turning = 0;
+      for (std::size_t k = i - window; k < i; ++k) {
+        mean.along += raw[k].along / static_cast<double>(window);
+        mean.across += raw[k].across / static_cast<double>(window);
+        mean.turning += raw[k].turning / static_cast<double>(window);
+      }
+      out.push_back(mean);
+    }
+    return out;
+  }
+
+  Plant& plant_;
+  Car car_;
+  double dt_;
+  Plane ground_;
+};
+
+/// Mean acceleration while the speed goes from one value to another: changes of gear included. Empty where it does not.
+std::optional<double> between(const Drive& drive, double from, double to) {
+  const double sign = to > from ? 1.0 : -1.0;
+  const auto crossing = [&](double v) -> std::optional<double> {
+    for (std::size_t i = 1; i < drive.size(); ++i) {
+      const Moment &a = drive[i - 1], &b = drive[i];
+      if (sign * (a.v - v) < 0 && sign * (b.v - v) >= 0) return a.t + (b.t - a.t) * (v - a.v) / (b.v - a.v);
+    }
+    return std::nullopt;
+  };
+  const auto begin = crossing(from), end = crossing(to);
+  if (!begin || !end || *end <= *begin) return std::nullopt;
+  return (to - from) / (*end - *begin);
+}
+
+SpeedCurve empty_curve(const Car& car, double top) {
+  const double v0 = slowest * car.v_ref;
+  return {v0, (top - v0) / static_cast<double>(grid - 1), std::vector<double>(grid, 0.0)};
+}
+
+/// Full throttle until the speed rises no more.
+Drive full_throttle(Dynamometer& dyno) {
+  const auto steps = static_cast<std::size_t>(std::ceil(2.0 / dyno.dt()));
+  const auto ended = [&](const Drive& d) {
+    return d.size() > 2 * steps && d.back().v - d[d.size() - 1 - steps].v < 1e-3 * d.back().v;
+  };
+  const double start = 0.5 * slowest * dyno.car().v_ref;
+  return dyno.drive(
+      start,
+      [&](double) {
+        return Command{dyno.car().d_max, 0};
+      },
+      ended);
+}
+
+/// Acceleration of the car that rolls at a speed, by its second half second, when lags have settled.
+double rolling_at(Dynamometer& dyno, double v) {
+  double start = v, along = 0;
+  for (int i = 0; i < 2; ++i) {
+    const Drive rolls = dyno.drive(
+        start, [](double) { return Command{}; }, [](const Drive& d) { return d.back().t > 1.0; });
+    const std::size_t half = rolls.size() / 2;
+    const auto count = static_cast<double>(rolls.size() - half);
+    double speed = along = 0;
+    for (std::size_t k = half; k < rolls.size(); ++k) {
+      along += rolls[k].along / count;
+      speed += rolls[k].v / count;
+    }
+    start += v - speed;  // so that it has this speed then
+  }
+  return along;
+}
+
+void set_straights(Dynamometer& dyno, PlantEnvelope& e) {
+  const Car& car = dyno.car();
+  const Drive drive = full_throttle(dyno);
+  e.top = drive.empty() ? 0.0 : drive.back().v;
+  if (!(e.top > 2.0 * slowest * car.v_ref)) throw std::runtime_error("the plant does not gain speed at full throttle");
+  e.throttle = e.rolling = e.brakes = empty_curve(car, e.top);
+  const double dv = e.throttle.dv;
+  for (std::size_t i = 0; i < grid; ++i) {
+    const double v = e.throttle.v0 + static_cast<double>(i) * dv;
+    e.rolling.control[i] = rolling_at(dyno, v);
+    const double to = std::min(v + 0.5 * dv, 0.999 * e.top);
+    const double gain = to > v - 0.5 * dv ? between(drive, v - 0.5 * dv, to).value_or(0.0) : 0.0;
+    e.throttle.control[i] = std::max(0.0, gain - e.rolling.control[i]);
+  }
+  const double least = 0.5 * e.throttle.v0;
+  for (const double share : {1.0, 0.85, 0.7, 0.55, 0.4}) {
+    const Drive stop = dyno.drive(
+        1.1 * e.top + 2.0 * dv,
+        [&](double) {
+          return Command{share * car.d_min, 0};
+        },
+        [&](const Drive& d) { return d.back().v < least; });
+    for (std::size_t i = 0; i < grid; ++i) {
+      const double v = e.throttle.v0 + static_cast<double>(i) * dv;
+      const double loss = -between(stop, v + 0.5 * dv, v - 0.5 * dv).value_or(0.0) + e.rolling.control[i];
+      e.brakes.control[i] = std::max(e.brakes.control[i], loss);
+    }
+  }
+  if (*std::min_element(e.brakes.control.begin(), e.brakes.control.end()) <= 0)
+    throw std::runtime_error("the plant does not stop when it brakes");
+}
+
+/// The most that a turn held: at which speed, across, and along.
+struct Turn {
+  double share = 0;  // of throttle or brakes
+  double v = 0, across = 0, along = 0;
+  double bend = 0;  // of its looser part
+};
+
+/// A turn that tightens at a constant throttle or brake; empty where the steering ends before the tyres do.
+std::optional<Turn> tighten(Dynamometer& dyno, double v, double share, const SpeedCurve& rolling) {
+  const Car& car = dyno.car();
+  const double d = share > 0 ? share * car.d_max : -share * car.d_min;
+  const double wheelbase = car.lf + car.lr;
+  const double rate = std::min(car.ddelta_max, (wheelbase * gravity / (v * v) + peak_slip) / turn_time);
+  const auto command = [&](double t) { return Command{d, std::min(rate * t, car.delta_max)}; };
+  const auto ended = [&](const Drive& drive) {
+    const Moment& now = drive.back();
+    return now.t > 2.5 * turn_time || now.v < 0.2 * v || std::abs(now.sideslip) > 0.5;
+  };
+  const Drive drive = dyno.drive(v, command, ended);
+  const auto held = [](const Moment& x) { return std::min(x.across, x.turning); };
+  const auto most =
+      std::max_element(drive.begin(), drive.end(), [&](const Moment& a, const Moment& b) { return held(a) < held(b); });
+  if (most == drive.end() || most->delta > 0.95 * car.delta_max || held(*most) <= 0) return std::nullopt;
+  // A force that still rises at the end says nothing of its peak.
+  const auto left = static_cast<std::size_t>(drive.end() - most);
+  if (left < drive.size() / 10 && held(*most) > 1.02 * held(drive[drive.size() - drive.size() / 5]))
+    return std::nullopt;
+  Turn turn{share, most->v, held(*most), most->along};
+  double weight = 0;
+  for (auto x = drive.begin(); x != most; ++x) {
+    if (x->across < 0.3 * turn.across || x->across > 0.85 * turn.across) continue;
+    turn.bend += rolling.at(x->v) - x->along;
+    weight += x->across * x->across;
+  }
+  turn.bend = weight > 0 ? std::max(0.0, turn.bend / weight) : 0.0;
+  return turn;
+}
+
+/// Least squares over v^2, neither part below zero.
+TyreHold fitted(const std::vector<std::pair<double, double>>& points) {
+  double n = 0, x = 0, y = 0, xx = 0, xy = 0;
+  for (const auto& [v, a] : points) {
+    const double q = v * v;
+    n += 1, x += q, y += a, xx += q * q, xy += q * a;
+  }
+  const double slope = std::max(0.0, (n * xy - x * y) / std::max(n * xx - x * x, 1e-12));
+  return {(y - slope * x) / n, slope};
+}
+
+double middle(std::vector<double> values) {
+  std::sort(values.begin(), values.end());
+  return values[values.size() / 2];
+}
+
+/// Turns at these shares of throttle and brakes, from speeds over the whole range.
+std::vector<Turn> turns_at(Dynamometer& dyno, const PlantEnvelope& e, std::initializer_list<double> shares) {
+  constexpr int speeds = 8;
+  std::vector<Turn> turns;
+  for (const double share : shares)
+    for (int i = 0; i < speeds; ++i) {
+      const double v = e.throttle.v0 * std::pow(e.top / e.throttle.v0, (i + 0.5) / speeds);
+      if (const auto turn = tighten(dyno, v, share, e.rolling)) turns.push_back(*turn);
+    }
+  return turns;
+}
+
+void set_side(PlantEnvelope& e, const std::vector<Turn>& rolling) {
+  std::vector<std::pair<double, double>> side;
+  std::vector<double> bends;
+  for (const Turn& turn : rolling) {
+    side.emplace_back(turn.v, turn.across);
+    bends.push_back(turn.bend);
+  }
+  if (side.size() < 3) throw std::runtime_error("the plant's tyres hold more than its steering can ask of them");
+  e.side = fitted(side);
+  e.bend = middle(bends);
+}
+
+/// The exponent with which turns on the brakes lie nearest to the boundary.
+double fitted_shape(const PlantEnvelope& e, const std::vector<Turn>& turns) {
+  double best = 2, least = INFINITY;
+  for (double p = 1.2; p < 4.0; p += 0.02) {
+    double error = 0;
+    for (const Turn& turn : turns) {
+      const double x = e.rolling.at(turn.v) - e.bend * turn.across * turn.across - turn.along;
+      const double used =
+          std::pow(turn.across / e.side.at(turn.v, 1.0), p) + std::pow(std::max(0.0, x) / e.brake.at(turn.v, 1.0), p);
+      error += std::pow(std::pow(used, 1.0 / p) - 1.0, 2);
+    }
+    if (error < least) least = error, best = p;
+  }
+  return best;
+}
+
+/// Mean over the lower half of the speeds of a curve over what the sides of the tyres hold.
+double over_side(const PlantEnvelope& e, const SpeedCurve& curve) {
+  double sum = 0;
+  for (std::size_t i = 0; i < grid / 2; ++i)
+    sum += curve.control[i] / e.side.at(curve.v0 + static_cast<double>(i) * curve.dv, 1.0);
+  return sum / static_cast<double>(grid / 2);
+}
+
+PlantEnvelope straights_and_side(Dynamometer& dyno) {
+  PlantEnvelope e;
+  set_straights(dyno, e);
+  set_side(e, turns_at(dyno, e, {0.0}));
+  return e;
+}
+
+/// Brakes may be too weak for the tyres: what these hold along is measured where the road is so slippery that brakes
+/// lose with the friction what the sides lose.
+PlantEnvelope slippery(Plant& plant, const Car& car, double dt, double factor) {
+  constexpr double finer = 0.6;
+  Dynamometer here(plant, car, dt, factor);
+  PlantEnvelope e = straights_and_side(here);
+  for (int i = 0; i < 6; ++i) {
+    factor *= finer;
+    Dynamometer dyno(plant, car, dt, factor);
+    const PlantEnvelope next = straights_and_side(dyno);
+    const bool limited = over_side(next, next.brakes) < 1.1 * over_side(e, e.brakes);
+    e = next;
+    if (limited) break;
+  }
+  const double brake = over_side(e, e.brakes);
+  e.brake = {brake * e.side.weight, brake * e.side.downforce};
+  Dynamometer dyno(plant, car, dt, factor);
+  e.shape = fitted_shape(e, turns_at(dyno, e, {-0.05, -0.1, -0.15, -0.2, -0.3, -0.4, -0.5, -0.7}));
+  return e;
+}
+
+}  // namespace
+
+PlantEnvelope measure_envelope(Plant& plant, const Car& car, double dt, double factor) {
+  Dynamometer dyno(plant, car, dt, factor);
+  PlantEnvelope e = straights_and_side(dyno);
+  const PlantEnvelope wet = slippery(plant, car, dt, factor);
+  const double brake = wet.brake.weight / wet.side.weight;
+  // Wheels that are driven may carry less: as far as full throttle shows it, fast or slow.
+  double drive = 0;
+  for (const PlantEnvelope* one : std::initializer_list<const PlantEnvelope*>{&e, &wet})
+    for (std::size_t i = 0; i < grid; ++i)
+      drive = std::max(drive, one->throttle.control[i] /
+                                  one->side.at(one->throttle.v0 + static_cast<double>(i) * one->throttle.dv, 1.0));
+  e.shape = wet.shape;
+  e.brake = {brake * e.side.weight, brake * e.side.downforce};
+  e.drive = {drive * e.side.weight, drive * e.side.downforce};
+  return e;
+}
+
+}  // namespace gripline
