@@ -3,6 +3,8 @@
 #include <cmath>
 #include <iostream>
 #include <list>
+#include <optional>
+#include <span>
 
 #include "config/errors.hpp"
 #include "config/json_file.hpp"
@@ -107,9 +109,7 @@ void warn_when_far(const FitResult& result) {
               << ": is this a log of another car, or are units, signs or frames of the map wrong?\n";
 }
 
-}  // namespace
-
-int run_fit(Arguments args) {
+std::optional<po::variables_map> parse_fit_words(Arguments args) {
   po::options_description visible("options");
   add_log_options(visible);
   auto add = visible.add_options();
@@ -121,8 +121,39 @@ int run_fit(Arguments args) {
   add("quiet", po::bool_switch(), "no progress on stderr");
   add_plugins_option(visible);
   add("help,h", "this text");
-  const auto given =
-      parse_options(args, visible, "fit WORLD.json LOG... [--map MAP.json] --out FITTED.json", "world-and-logs");
+  return parse_options(args, visible, "fit WORLD.json LOG... [--map MAP.json] --out FITTED.json", "world-and-logs");
+}
+
+/// The logs, each checked; what they hardly tell is said.
+std::list<measured::SessionFile> read_fit_logs(std::span<const std::string> names, const measured::LogMap& map,
+                                               double v_ref) {
+  std::list<measured::SessionFile> files;
+  for (const std::string& name : names) {
+    files.push_back(measured::read_session(name, map));
+    measured::check_session(files.back(), v_ref);
+    for (const auto& findings :
+         {measured::constant_commands(files.back().session), measured::doubts_about(files.back().session)})
+      for (const measured::Finding& f : findings)
+        std::cerr << "warning: " << name << ": " << f.check << ' ' << f.found << ": " << f.done << '\n';
+  }
+  return files;
+}
+
+calibrate::FitOptions fit_options_of(const po::variables_map& given, const WorldSpec& world) {
+  calibrate::FitOptions fit;
+  fit.slowest = calibrate::slowest_start(world);
+  fit.crawling = world.car.car.v_min;
+  fit.starts =
+      static_cast<std::size_t>(std::clamp<std::int64_t>(whole_number(given, "starts", "--starts"), 20, 100000));
+  fit.seed = static_cast<unsigned>(whole_number(given, "seed", "--seed"));
+  if (!given["quiet"].as<bool>()) fit.say = [](const std::string& line) { std::cerr << line << '\n'; };
+  return fit;
+}
+
+}  // namespace
+
+int run_fit(Arguments args) {
+  const auto given = parse_fit_words(args);
   if (!given) return good;
   const Words words = words_of(*given, "world-and-logs");
   if (words.size() < 2)
@@ -133,15 +164,7 @@ int run_fit(Arguments args) {
   const LogWorld world = read_log_world(words[0], *given, registry);
   const measured::LogMap map = map_option(*given, world.spec);
 
-  std::list<measured::SessionFile> files;
-  for (std::size_t i = 1; i < words.size(); ++i) {
-    files.push_back(measured::read_session(words[i], map));
-    measured::check_session(files.back(), world.spec.car.car.v_ref);
-    for (const auto& findings :
-         {measured::constant_commands(files.back().session), measured::doubts_about(files.back().session)})
-      for (const measured::Finding& f : findings)
-        std::cerr << "warning: " << words[i] << ": " << f.check << ' ' << f.found << ": " << f.done << '\n';
-  }
+  const auto files = read_fit_logs(std::span(words).subspan(1), map, world.spec.car.car.v_ref);
   calibrate::ForecastOptions options = calibrate::forecast_options(world.spec);
   options.pose = map.pose;
   options.velocity = map.velocity;
@@ -159,13 +182,7 @@ int run_fit(Arguments args) {
   errors.throw_if_any();
   calibrate::start_delays(map, files, forecaster, world.tree, values, unknowns);
 
-  calibrate::FitOptions fit;
-  fit.slowest = calibrate::slowest_start(world.spec);
-  fit.crawling = world.spec.car.car.v_min;
-  fit.starts =
-      static_cast<std::size_t>(std::clamp<std::int64_t>(whole_number(*given, "starts", "--starts"), 20, 100000));
-  fit.seed = static_cast<unsigned>(whole_number(*given, "seed", "--seed"));
-  if (!(*given)["quiet"].as<bool>()) fit.say = [](const std::string& line) { std::cerr << line << '\n'; };
+  const calibrate::FitOptions fit = fit_options_of(*given, world.spec);
   const StopSignal stop(StopSignal::Reaction::end);
   std::vector<calibrate::FitLog> logs = calibrate::fit_logs(files, world.spec.track, options.step, fit);
   FitResult result = calibrate::fit(forecaster, logs, values, unknowns, fit);
