@@ -23,6 +23,12 @@ FrictionSchedule patches_alone(const WorldSpec& spec, bool patches) {
   return {friction, spec.dt};
 }
 
+/// `hold`, bent so that it nowhere falls below `least` [m/s2]; itself from twice that on. Once differentiable.
+Dual8 no_less(const Dual8& hold, double least) {
+  if (hold.v >= 2.0 * least) return hold;
+  return hold.v > 0 ? least + hold * hold * (0.25 / least) : Dual8(least);
+}
+
 }  // namespace
 
 EnvelopeCar::EnvelopeCar(const WorldSpec& spec, double factor, bool patches)
@@ -89,13 +95,14 @@ void EnvelopeCar::lap_rates(std::span<const Dual8> motion, std::span<const Actin
 
 Dual8 EnvelopeCar::used(const Dual8& v, const Dual8& omega, const Dual8& throttle, const Dual8& brake,
                         const Place& at) const {
-  constexpr double smooth = 1e-4;  // of used, where nothing is used
+  constexpr double smooth = 1e-4;      // of used, where nothing is used
+  constexpr double in_the_air = 1e-2;  // of the weight: what tyres hold at least, so that faster is never less use
   const double grade = std::sin(at.grade), bank = std::sin(at.bank);
   const double flat = std::sqrt(std::max(0.0, 1.0 - grade * grade - bank * bank));
   const double curve = curve_at(at.s), patch = patch_at(at.s);
   const auto share = [&](const Dual8& a, const TyreHold& hold) {
-    const Dual8 weight = hold.weight * (flat + (curve / gravity) * v * v);
-    return a / (patch * (weight + hold.downforce * v * v));
+    const Dual8 all = hold.weight * (flat + (curve / gravity) * v * v) + hold.downforce * v * v;
+    return a / (patch * no_less(all, in_the_air * hold.weight * flat));
   };
   const auto power = [&](const Dual8& squared) { return exp(0.5 * envelope_.shape * log(squared + smooth)); };
   const Dual8 across = share(v * omega - gravity * bank, envelope_.side);

@@ -5,8 +5,9 @@
 //   used = (a / side)^p + (throttle(v) d+ / drive)^p + (brakes(v) d- / brake)^p <= 1
 //
 // side, drive and brake carry with the road: their part of the weight times  sqrt(1 - sin(grade)^2 - sin(bank)^2) +
-// v^2 curve / g, and all of them times the factor of a patch. Lags of engine, brakes and tyres and the inertia in yaw are
-// left out, without which the car is faster.
+// v^2 curve / g, and all of them times the factor of a patch. Where a crest leaves nothing of that, tyres hold 1 % of
+// what they do at rest: faster is never less use, and a car in the air can but go straight on. Lags of engine, brakes
+// and tyres and the inertia in yaw are left out, without which the car is faster.
 #pragma once
 
 #include "limit/lap_car.hpp"
@@ -17,8 +18,8 @@ namespace gripline {
 
 class EnvelopeCar final : public LapCar {
  public:
-  /// `spec` has a plant plugin and must outlive the car. `patches`: within those of the world's friction tyres hold less.
-  /// Drives the plant for some seconds of CPU.
+  /// `spec` has a plant plugin and must outlive the car. `patches`: within those of the world's friction tyres hold
+  /// less. Drives the plant for some seconds of CPU.
   EnvelopeCar(const WorldSpec& spec, double factor, bool patches);
   /// The same of an envelope that was measured before.
   EnvelopeCar(const WorldSpec& spec, PlantEnvelope envelope, bool patches);

@@ -1,4 +1,5 @@
-// The fastest flying lap of a world at one friction factor, with or without its patches, refined until two meshes agree.
+// The fastest flying lap of a world at one friction factor, with or without its patches, refined until two meshes
+// agree.
 #pragma once
 
 #include "limit/lap_mesh.hpp"
@@ -21,8 +22,9 @@ struct LapLimit : LapCase {
 inline constexpr double lap_limit_tolerance = 1e-3;  ///< relative difference of two meshes that is small enough
 
 /// Solves from several lines on a coarse mesh, then halves the best one's intervals until two meshes agree. The car is
-/// the world's vehicle model, or the envelope of its plant plugin (plant_envelope.hpp). Throws std::runtime_error when no start leads to a lap, or the meshes do not agree. `lap` and `mesh`
-/// may be null; else they get the solution.
+/// the world's vehicle model, or the envelope of its plant plugin (plant_envelope.hpp). Throws std::runtime_error when
+/// the plant cannot be measured, no start leads to a lap, or the meshes do not agree. `lap` and `mesh` may be null;
+/// else they get the solution.
 LapLimit find_lap_limit(const WorldSpec& spec, const LapCase& of, Lap* lap = nullptr, LapMesh* mesh = nullptr);
 
 }  // namespace gripline

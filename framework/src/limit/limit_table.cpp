@@ -24,7 +24,7 @@ namespace gripline {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr const char* version = "limit 3 ";  // of the program that is solved
+constexpr const char* version = "limit 4 ";  // of the program that is solved
 
 fs::path file_of(const fs::path& folder, const LimitRequest& request, const LapCase& of) {
   const std::string all =

@@ -19,9 +19,9 @@ struct LimitRequest {
   std::string key{};              ///< of everything besides factor and body that decides a lap
 };
 
-/// Factors rising, first those of the centre of gravity. Each lap is a process of its own, since Ipopt's linear solver is
-/// not made for threads. `progress(done, total)` is called while it waits; a stop signal (Ctrl-C) ends the processes and
-/// throws. Throws std::runtime_error with the words of the first lap that failed.
+/// Factors rising, first those of the centre of gravity. Each lap is a process of its own, since Ipopt's linear solver
+/// is not made for threads. `progress(done, total)` is called while it waits; a stop signal (Ctrl-C) ends the processes
+/// and throws. Throws std::runtime_error with the words of the first lap that failed.
 std::vector<LapLimit> compute_limits(const WorldSpec& spec, const LimitRequest& request,
                                      const std::function<void(std::size_t, std::size_t)>& progress);
 

@@ -14,7 +14,8 @@ constexpr double slowest = 0.25;     // of v_ref, where curves begin
 constexpr double longest_run = 300;  // [s]
 constexpr double averaged = 0.1;     // [s] over which accelerations are averaged
 constexpr double turn_time = 1.5,
-                 peak_slip = 0.12;  // a turn tightens to gravity across, and this slip [rad], in this time
+                 peak_slip = 0.12;       // a turn tightens to gravity across, and this slip [rad], in this time
+constexpr double weakest_brakes = 0.01;  // of what tyres hold across: less is no braking
 
 /// A plane of one friction factor.
 class Plane final : public Ground {
@@ -33,7 +34,8 @@ struct Moment {
 };
 using Drive = std::vector<Moment>;
 
-struct Command {
+/// What the driver of a test run does: share of throttle or brakes, and steering angle [rad].
+struct DriverInput {
   double d = 0, delta = 0;
 };
 
@@ -42,15 +44,16 @@ class Dynamometer {
   Dynamometer(Plant& plant, const Car& car, double dt, double factor)
       : plant_(plant), car_(car), dt_(dt > 0 ? dt : 0.02), ground_(factor) {}
 
-  /// From a speed straight on, until `ended` says so.
-  Drive drive(double v, const std::function<Command(double)>& command, const std::function<bool(const Drive&)>& ended) {
+  /// From a speed straight on, until `ended` says so: every step.
+  Drive steps(double v, const std::function<DriverInput(double)>& input,
+              const std::function<bool(const Drive&)>& ended) {
     State x;
     x.vx = v;
     plant_.reset(x, ground_);
     Drive out;
     double course = 0;
     for (double t = 0; t < longest_run;) {
-      const Command u = command(t);
+      const DriverInput u = input(t);
       x = plant_.advance(u.d, u.delta, dt_, ground_);
       t += dt_;
       Moment now{t, std::hypot(x.vx, x.vy), 0, 0, 0, u.delta, std::atan2(x.vy, x.vx)};
@@ -64,7 +67,12 @@ class Dynamometer {
       out.push_back(now);
       if (ended(out)) break;
     }
-    return averages(out);
+    return out;
+  }
+  /// The same with accelerations averaged: begins later and ends earlier than the steps, by half of what is averaged.
+  Drive drive(double v, const std::function<DriverInput(double)>& input,
+              const std::function<bool(const Drive&)>& ended) {
+    return averages(steps(v, input, ended));
   }
   const Car& car() const { return car_; }
   double dt() const { return dt_; }
@@ -112,6 +120,13 @@ SpeedCurve empty_curve(const Car& car, double top) {
   return {v0, (top - v0) / static_cast<double>(grid - 1), std::vector<double>(grid, 0.0)};
 }
 
+/// Half of the speeds over which a curve's value at one is taken: no further than a drive reached below it.
+double half_around(const SpeedCurve& curve, double v, double reached) {
+  return std::min(0.5 * curve.dv, 0.99 * (v - reached));
+}
+
+double speed_of(const SpeedCurve& curve, std::size_t i) { return curve.v0 + static_cast<double>(i) * curve.dv; }
+
 /// Full throttle until the speed rises no more.
 Drive full_throttle(Dynamometer& dyno) {
   const auto steps = static_cast<std::size_t>(std::ceil(2.0 / dyno.dt()));
@@ -119,10 +134,10 @@ Drive full_throttle(Dynamometer& dyno) {
     return d.size() > 2 * steps && d.back().v - d[d.size() - 1 - steps].v < 1e-3 * d.back().v;
   };
   const double start = 0.5 * slowest * dyno.car().v_ref;
-  return dyno.drive(
+  return dyno.steps(
       start,
       [&](double) {
-        return Command{dyno.car().d_max, 0};
+        return DriverInput{dyno.car().d_max, 0};
       },
       ended);
 }
@@ -132,7 +147,7 @@ double rolling_at(Dynamometer& dyno, double v) {
   double start = v, along = 0;
   for (int i = 0; i < 2; ++i) {
     const Drive rolls = dyno.drive(
-        start, [](double) { return Command{}; }, [](const Drive& d) { return d.back().t > 1.0; });
+        start, [](double) { return DriverInput{}; }, [](const Drive& d) { return d.back().t > 1.0; });
     const std::size_t half = rolls.size() / 2;
     const auto count = static_cast<double>(rolls.size() - half);
     double speed = along = 0;
@@ -145,36 +160,43 @@ double rolling_at(Dynamometer& dyno, double v) {
   return along;
 }
 
-void set_straights(Dynamometer& dyno, PlantEnvelope& e) {
+/// What full throttle gives, and rolling.
+void set_throttle(Dynamometer& dyno, PlantEnvelope& e) {
   const Car& car = dyno.car();
   const Drive drive = full_throttle(dyno);
   e.top = drive.empty() ? 0.0 : drive.back().v;
   if (!(e.top > 2.0 * slowest * car.v_ref)) throw std::runtime_error("the plant does not gain speed at full throttle");
   e.throttle = e.rolling = e.brakes = empty_curve(car, e.top);
-  const double dv = e.throttle.dv;
-  for (std::size_t i = 0; i < grid; ++i) {
-    const double v = e.throttle.v0 + static_cast<double>(i) * dv;
+  double gain = 0;
+  for (std::size_t i = grid; i-- > 0;) {
+    const double v = speed_of(e.throttle, i);
     e.rolling.control[i] = rolling_at(dyno, v);
-    const double to = std::min(v + 0.5 * dv, 0.999 * e.top);
-    const double gain = to > v - 0.5 * dv ? between(drive, v - 0.5 * dv, to).value_or(0.0) : 0.0;
+    const double half = half_around(e.throttle, v, drive.front().v);
+    if (half > 0)  // else it began faster, and gains what it then gained
+      gain = between(drive, v - half, std::min(v + half, 0.999 * e.top)).value_or(0.0);
     e.throttle.control[i] = std::max(0.0, gain - e.rolling.control[i]);
   }
-  const double least = 0.5 * e.throttle.v0;
+}
+
+/// What full brakes lose, or weaker ones where that is more: wheels that lock may hold less.
+void set_brakes(Dynamometer& dyno, PlantEnvelope& e) {
+  const double least = 0.5 * e.brakes.v0;
   for (const double share : {1.0, 0.85, 0.7, 0.55, 0.4}) {
-    const Drive stop = dyno.drive(
-        1.1 * e.top + 2.0 * dv,
+    const double d = share * dyno.car().d_min;
+    const Drive stop = dyno.steps(
+        1.1 * e.top + 2.0 * e.brakes.dv,
         [&](double) {
-          return Command{share * car.d_min, 0};
+          return DriverInput{d, 0};
         },
-        [&](const Drive& d) { return d.back().v < least; });
+        [&](const Drive& run) { return run.back().v < least; });
     for (std::size_t i = 0; i < grid; ++i) {
-      const double v = e.throttle.v0 + static_cast<double>(i) * dv;
-      const double loss = -between(stop, v + 0.5 * dv, v - 0.5 * dv).value_or(0.0) + e.rolling.control[i];
+      const double v = speed_of(e.brakes, i);
+      const double half = half_around(e.brakes, v, stop.back().v);
+      if (half <= 0) continue;  // it did not come to be so slow
+      const double loss = -between(stop, v + half, v - half).value_or(0.0) + e.rolling.control[i];
       e.brakes.control[i] = std::max(e.brakes.control[i], loss);
     }
   }
-  if (*std::min_element(e.brakes.control.begin(), e.brakes.control.end()) <= 0)
-    throw std::runtime_error("the plant does not stop when it brakes");
 }
 
 /// The most that a turn held: at which speed, across, and along.
@@ -190,12 +212,12 @@ std::optional<Turn> tighten(Dynamometer& dyno, double v, double share, const Spe
   const double d = share > 0 ? share * car.d_max : -share * car.d_min;
   const double wheelbase = car.lf + car.lr;
   const double rate = std::min(car.ddelta_max, (wheelbase * gravity / (v * v) + peak_slip) / turn_time);
-  const auto command = [&](double t) { return Command{d, std::min(rate * t, car.delta_max)}; };
+  const auto input = [&](double t) { return DriverInput{d, std::min(rate * t, car.delta_max)}; };
   const auto ended = [&](const Drive& drive) {
     const Moment& now = drive.back();
     return now.t > 2.5 * turn_time || now.v < 0.2 * v || std::abs(now.sideslip) > 0.5;
   };
-  const Drive drive = dyno.drive(v, command, ended);
+  const Drive drive = dyno.drive(v, input, ended);
   const auto held = [](const Moment& x) { return std::min(x.across, x.turning); };
   const auto most =
       std::max_element(drive.begin(), drive.end(), [&](const Moment& a, const Moment& b) { return held(a) < held(b); });
@@ -223,7 +245,8 @@ TyreHold fitted(const std::vector<std::pair<double, double>>& points) {
     n += 1, x += q, y += a, xx += q * q, xy += q * a;
   }
   const double slope = std::max(0.0, (n * xy - x * y) / std::max(n * xx - x * x, 1e-12));
-  return {(y - slope * x) / n, slope};
+  const double weight = (y - slope * x) / n;
+  return weight >= 0 ? TyreHold{weight, slope} : TyreHold{0.0, xy / xx};
 }
 
 double middle(std::vector<double> values) {
@@ -231,9 +254,9 @@ double middle(std::vector<double> values) {
   return values[values.size() / 2];
 }
 
-/// Turns at these shares of throttle and brakes, from speeds over the whole range.
-std::vector<Turn> turns_at(Dynamometer& dyno, const PlantEnvelope& e, std::initializer_list<double> shares) {
-  constexpr int speeds = 8;
+/// Turns at these shares of throttle and brakes, from so many speeds over the whole range.
+std::vector<Turn> turns_at(Dynamometer& dyno, const PlantEnvelope& e, std::initializer_list<double> shares,
+                           int speeds = 8) {
   std::vector<Turn> turns;
   for (const double share : shares)
     for (int i = 0; i < speeds; ++i) {
@@ -243,21 +266,27 @@ std::vector<Turn> turns_at(Dynamometer& dyno, const PlantEnvelope& e, std::initi
   return turns;
 }
 
-void set_side(PlantEnvelope& e, const std::vector<Turn>& rolling) {
+void set_side(Dynamometer& dyno, PlantEnvelope& e) {
+  constexpr std::size_t fewest = 3;
+  std::vector<Turn> rolling = turns_at(dyno, e, {0.0});
+  // Steering may reach what tyres hold near top speed only.
+  if (rolling.size() < fewest) rolling = turns_at(dyno, e, {0.0}, 32);
   std::vector<std::pair<double, double>> side;
   std::vector<double> bends;
   for (const Turn& turn : rolling) {
     side.emplace_back(turn.v, turn.across);
     bends.push_back(turn.bend);
   }
-  if (side.size() < 3) throw std::runtime_error("the plant's tyres hold more than its steering can ask of them");
+  if (side.size() < fewest) throw std::runtime_error("the plant's tyres hold more than its steering can ask of them");
   e.side = fitted(side);
   e.bend = middle(bends);
 }
 
-/// The exponent with which turns on the brakes lie nearest to the boundary.
+/// The exponent with which turns on the brakes lie nearest to the boundary; a circle's where too few say anything.
 double fitted_shape(const PlantEnvelope& e, const std::vector<Turn>& turns) {
+  constexpr std::size_t fewest = 3;
   double best = 2, least = INFINITY;
+  if (turns.size() < fewest) return best;
   for (double p = 1.2; p < 4.0; p += 0.02) {
     double error = 0;
     for (const Turn& turn : turns) {
@@ -274,36 +303,48 @@ double fitted_shape(const PlantEnvelope& e, const std::vector<Turn>& turns) {
 /// Mean over the lower half of the speeds of a curve over what the sides of the tyres hold.
 double over_side(const PlantEnvelope& e, const SpeedCurve& curve) {
   double sum = 0;
-  for (std::size_t i = 0; i < grid / 2; ++i)
-    sum += curve.control[i] / e.side.at(curve.v0 + static_cast<double>(i) * curve.dv, 1.0);
+  for (std::size_t i = 0; i < grid / 2; ++i) sum += curve.control[i] / e.side.at(speed_of(curve, i), 1.0);
   return sum / static_cast<double>(grid / 2);
 }
 
 PlantEnvelope straights_and_side(Dynamometer& dyno) {
   PlantEnvelope e;
-  set_straights(dyno, e);
-  set_side(e, turns_at(dyno, e, {0.0}));
+  set_throttle(dyno, e);
+  set_brakes(dyno, e);
+  set_side(dyno, e);
+  for (std::size_t i = 0; i < grid; ++i)
+    if (!(e.brakes.control[i] > weakest_brakes * e.side.at(speed_of(e.brakes, i), 1.0)))
+      throw std::runtime_error("the plant does not stop when it brakes");
   return e;
 }
 
 /// Brakes may be too weak for the tyres: what these hold along is measured where the road is so slippery that brakes
-/// lose with the friction what the sides lose.
-PlantEnvelope slippery(Plant& plant, const Car& car, double dt, double factor) {
+/// lose with the friction what the sides lose. `e` was measured at `factor`. A plant that cannot be driven on a road so
+/// slippery is taken by the last one on which it could: then its tyres hold along what its brakes gave there.
+PlantEnvelope slippery(Plant& plant, const Car& car, double dt, double factor, PlantEnvelope e) {
   constexpr double finer = 0.6;
-  Dynamometer here(plant, car, dt, factor);
-  PlantEnvelope e = straights_and_side(here);
   for (int i = 0; i < 6; ++i) {
-    factor *= finer;
-    Dynamometer dyno(plant, car, dt, factor);
-    const PlantEnvelope next = straights_and_side(dyno);
+    Dynamometer dyno(plant, car, dt, finer * factor);
+    PlantEnvelope next;
+    try {
+      next = straights_and_side(dyno);
+    } catch (const std::exception&) {
+      break;
+    }
     const bool limited = over_side(next, next.brakes) < 1.1 * over_side(e, e.brakes);
     e = next;
+    factor *= finer;
     if (limited) break;
   }
   const double brake = over_side(e, e.brakes);
   e.brake = {brake * e.side.weight, brake * e.side.downforce};
   Dynamometer dyno(plant, car, dt, factor);
-  e.shape = fitted_shape(e, turns_at(dyno, e, {-0.05, -0.1, -0.15, -0.2, -0.3, -0.4, -0.5, -0.7}));
+  std::vector<Turn> turns;
+  try {
+    turns = turns_at(dyno, e, {-0.05, -0.1, -0.15, -0.2, -0.3, -0.4, -0.5, -0.7});
+  } catch (const std::exception&) {  // none: a circle
+  }
+  e.shape = fitted_shape(e, turns);
   return e;
 }
 
@@ -312,14 +353,13 @@ PlantEnvelope slippery(Plant& plant, const Car& car, double dt, double factor) {
 PlantEnvelope measure_envelope(Plant& plant, const Car& car, double dt, double factor) {
   Dynamometer dyno(plant, car, dt, factor);
   PlantEnvelope e = straights_and_side(dyno);
-  const PlantEnvelope wet = slippery(plant, car, dt, factor);
-  const double brake = wet.brake.weight / wet.side.weight;
+  const PlantEnvelope wet = slippery(plant, car, dt, factor, e);
+  const double brake = over_side(wet, wet.brakes);
   // Wheels that are driven may carry less: as far as full throttle shows it, fast or slow.
   double drive = 0;
   for (const PlantEnvelope* one : std::initializer_list<const PlantEnvelope*>{&e, &wet})
     for (std::size_t i = 0; i < grid; ++i)
-      drive = std::max(drive, one->throttle.control[i] /
-                                  one->side.at(one->throttle.v0 + static_cast<double>(i) * one->throttle.dv, 1.0));
+      drive = std::max(drive, one->throttle.control[i] / one->side.at(speed_of(one->throttle, i), 1.0));
   e.shape = wet.shape;
   e.brake = {brake * e.side.weight, brake * e.side.downforce};
   e.drive = {drive * e.side.weight, drive * e.side.downforce};

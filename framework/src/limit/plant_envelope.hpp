@@ -1,4 +1,5 @@
-// What a black box can do, measured by driving it on a plane: full throttle, rolling, full brakes, and turns that tighten.
+// What a black box can do, measured by driving it on a plane: full throttle, rolling, full brakes, and turns that
+// tighten.
 #pragma once
 
 #include <algorithm>
@@ -37,7 +38,7 @@ struct PlantEnvelope {
   SpeedCurve throttle, rolling, brakes;
   TyreHold side, drive, brake;
   double bend = 0;   ///< [s2/m]
-  double shape = 2;  ///< p
+  double shape = 2;  ///< p; 2, a circle, where turns on the brakes say nothing
   double top = 0;    ///< [m/s] speed that full throttle reaches
 };
 

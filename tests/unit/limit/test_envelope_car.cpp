@@ -70,6 +70,31 @@ TEST(EnvelopeCar, PatchesAndCrestsTakeFromWhatTyresHold) {
   EXPECT_GT(across(without, 120), 1.02 * across(without, 500));  // over the crest
 }
 
+/// From some 30 m/s on the crest leaves the tyres nothing.
+TEST(EnvelopeCar, FasterOverACrestIsNeverLessUse) {
+  const WorldSpec world = oval("null", R"(, "grade": [{"s": 0, "grade": 0}, {"s": 60, "grade": 0.1},
+      {"s": 80, "grade": -0.1}, {"s": 140, "grade": 0}])");
+  const EnvelopeCar car(world, simple(), false);
+  Place at;
+  at.s = 70;
+  const auto used = [&](double v, double brake, const Dual8& speed) {
+    return car.used(speed, Dual8(4.0 / v), Dual8(0.0), Dual8(brake), at);
+  };
+  for (const double brake : {0.0, -0.5}) {
+    double before = 0;
+    for (double v = 5; v < 80; v += 0.13) {
+      const Dual8 here = used(v, brake, Dual8::variable(v, 2));  // v omega rises with v, omega constant
+      const double ahead = used(v, brake, Dual8(v + 1e-5)).v, behind = used(v, brake, Dual8(v - 1e-5)).v;
+      EXPECT_GE(here.v, before * (1 - 1e-9)) << v;
+      EXPECT_NEAR(here.d[2], (ahead - behind) / 2e-5, 1e-4 * (1.0 + here.d[2])) << v;
+      EXPECT_GT(here.d[2], 0.0) << v;
+      before = here.v;
+    }
+    EXPECT_GT(before, 100.0);
+  }
+  EXPECT_LT(car.used(Dual8(70.0), Dual8(0.0), Dual8(0.0), Dual8(0.0), at).v, 0.01);  // straight on, in the air
+}
+
 TEST(EnvelopeCar, TurnsAsItIsSteered) {
   const WorldSpec world = oval();
   PlantEnvelope e = simple();

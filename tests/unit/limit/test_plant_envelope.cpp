@@ -19,9 +19,14 @@ using namespace testing_support;
 class CircleCar final : public Plant {
  public:
   double mu_ = 1.0, throttle_ = 5.0, brakes_ = 30.0, drag_ = 0.001, lock_ = 1.0;
+  double least_factor_ = 0.0;  // of friction, on which it can be driven
+  bool fails_turning_on_brakes_ = false;
   void reset(const State& x, const Ground&) override { x_ = x; }
   State advance(double d, double delta, double dt, const Ground& ground) override {
-    const double v = x_.vx, hold = ground.at(x_.x, x_.y, x_.yaw).factor * mu_ * gravity;
+    const double factor = ground.at(x_.x, x_.y, x_.yaw).factor;
+    if (factor < least_factor_) throw std::runtime_error("too slippery");
+    if (fails_turning_on_brakes_ && d < 0 && delta > 0) throw std::runtime_error("spun");
+    const double v = x_.vx, hold = factor * mu_ * gravity;
     const double along = std::clamp(d >= 0 ? d * throttle_ : d * brakes_, -hold, hold);
     const double side = std::sqrt(hold * hold - along * along);
     const double across = std::clamp(lock_ * v * v * delta / 2.5, -side, side);
@@ -77,6 +82,51 @@ TEST(PlantEnvelope, WeakBrakesDoNotHideTheTyres) {
   EXPECT_NEAR(e.shape, 2.0, 0.2);
 }
 
+/// Speeds of a curve then lie further apart than the slowest is from standstill.
+TEST(PlantEnvelope, OfACarThatIsFastForItsReferenceSpeed) {
+  for (const double drag : {2e-4, 1.5e-5}) {
+    CircleCar plant;
+    plant.drag_ = drag;
+    const PlantEnvelope e = measure_envelope(plant, full_size(), 0.02, 1.0);
+    EXPECT_GT(e.top, 7.0 * full_size().v_ref);
+    EXPECT_NEAR(e.top, std::sqrt(4.9 / drag), 0.1 * e.top);
+    for (const double v : {e.throttle.v0, 20.0, 100.0}) {
+      EXPECT_NEAR(e.throttle.at(v), 5.0, 0.1) << v;
+      EXPECT_NEAR(e.brakes.at(v), gravity, 0.1) << v;
+    }
+  }
+}
+
+/// It is past the slowest speed of a curve after one step.
+TEST(PlantEnvelope, OfACarThatIsQuickForItsReferenceSpeed) {
+  CircleCar plant;
+  Car car = full_size();
+  car.v_ref = 0.7;
+  const PlantEnvelope e = measure_envelope(plant, car, 0.02, 1.0);
+  EXPECT_NEAR(e.throttle.at(e.throttle.v0), 5.0, 0.2);
+}
+
+/// Where brakes are too weak for the tyres and no road is slippery enough, what brakes gave is what is known.
+TEST(PlantEnvelope, OfACarThatCannotBeDrivenWhereItIsSlippery) {
+  for (const double brakes : {30.0, 4.0}) {
+    CircleCar plant;
+    plant.brakes_ = brakes;
+    plant.least_factor_ = 0.9;
+    const PlantEnvelope e = measure_envelope(plant, full_size(), 0.02, 1.0);
+    const double known = std::min(brakes, gravity);
+    EXPECT_NEAR(e.side.at(20.0, 1.0), gravity, 0.02 * gravity);
+    EXPECT_NEAR(e.brakes.at(20.0), known, 0.1);
+    EXPECT_NEAR(e.brake.at(20.0, 1.0), known, 0.05 * known);
+  }
+}
+
+/// No turn on the brakes shows a limit here.
+TEST(PlantEnvelope, IsACircleWhereNothingSaysOtherwise) {
+  CircleCar plant;
+  plant.fails_turning_on_brakes_ = true;
+  EXPECT_EQ(measure_envelope(plant, full_size(), 0.02, 1.0).shape, 2.0);
+}
+
 TEST(PlantEnvelope, SaysWhatAPlantCannotDo) {
   const auto reason = [](auto&& change) {
     CircleCar plant;
@@ -89,7 +139,9 @@ TEST(PlantEnvelope, SaysWhatAPlantCannotDo) {
     return std::string("nothing");
   };
   EXPECT_THAT(reason([](CircleCar& c) { c.throttle_ = 0; }), HasSubstr("does not gain speed"));
-  EXPECT_THAT(reason([](CircleCar& c) { c.brakes_ = c.drag_ = 0; }), HasSubstr("does not stop"));
+  EXPECT_THAT(reason([](CircleCar& c) { c.brakes_ = 0; }), HasSubstr("does not stop"));
+  EXPECT_THAT(reason([](CircleCar& c) { c.brakes_ = 0.05; }), HasSubstr("does not stop"));
+  EXPECT_EQ(reason([](CircleCar& c) { c.brakes_ = 0.2; }), "nothing");
   EXPECT_THAT(reason([](CircleCar& c) { c.lock_ = 1e-3; }), HasSubstr("steering"));
   EXPECT_THAT(reason([](CircleCar& c) { c.drag_ = NAN; }), HasSubstr("not a number"));
 }
