@@ -21,7 +21,8 @@ TEST(FullSizeWear, AxleForcesAreLearnedFromNoisyStates) {
   const std::filesystem::path out = std::filesystem::path(testing::TempDir()) / "full_size_forces";
   std::filesystem::create_directories(out);
   int axles = 0;
-  for (const ChannelScore& score : validate_forces(race, {"elm", "best"}, out)) {
+  const ForceScores found = validate_forces(race, {"elm", "best"}, out);
+  for (const ChannelScore& score : found.scores) {
     if (score.channel != "force_front" && score.channel != "force_rear") continue;
     EXPECT_GE(score.r2, 0.97) << score.estimator << ", " << score.channel;
     EXPECT_GT(score.n, 2000u);

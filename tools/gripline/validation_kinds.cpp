@@ -53,9 +53,10 @@ class ForceValidation final : public Experiment {
     const OutLock lock = open_out_folder(request.out, experiment_identity(race_.tree), request.force);
     write_scene(request.out, race_, registry_);
     CallbackProgress progress(std::cerr, race_.name);
-    const std::vector<ChannelScore> scores = validate_forces(race_, rows, request.out, progress.callback());
+    const ForceScores found = validate_forces(race_, rows, request.out, progress.callback());
     progress.finish();
-    return print_and_report(scores, request.out);
+    if (!found.unjudged.empty()) std::cerr << "warning: " << no_lap_to_judge(found.unjudged) << '\n';
+    return print_and_report(found.scores, request.out);
   }
 
  private:

@@ -70,11 +70,15 @@ class LapEvaluation final : public StepObserver {
 
 }  // namespace
 
-std::vector<ChannelScore> validate_forces(const RaceSpec& race, const std::vector<std::string>& rows,
-                                          const std::filesystem::path& out, const ProgressCallback& progress) {
+std::string no_lap_to_judge(const std::string& rows) {
+  return "no full lap to judge after the stack trusts what it learned (adapt_after): " + rows +
+         "; a world of more laps, or an earlier adapt_after, gives one";
+}
+
+ForceScores validate_forces(const RaceSpec& race, const std::vector<std::string>& rows,
+                            const std::filesystem::path& out, const ProgressCallback& progress) {
   ValidationFiles files(out);
-  std::vector<ChannelScore> all;
-  std::string unjudged;
+  ForceScores all;
   const auto asked = [&](const StackSpec& spec) {
     return !spec.estimator.empty() && std::find(rows.begin(), rows.end(), spec.name) != rows.end();
   };
@@ -97,14 +101,12 @@ std::vector<ChannelScore> validate_forces(const RaceSpec& race, const std::vecto
     part.follow(assembly.simulation());
     assembly.run();
     if (evaluation.traces().front().t.empty())
-      unjudged += (unjudged.empty() ? "" : ", ") + spec.name + " (" + std::to_string(evaluation.laps_driven()) +
-                  " laps driven)";
+      all.unjudged += (all.unjudged.empty() ? "" : ", ") + spec.name + " (" + std::to_string(evaluation.laps_driven()) +
+                      " laps driven)";
     else
-      files.add(spec.name, evaluation.traces(), all);
+      files.add(spec.name, evaluation.traces(), all.scores);
   }
-  if (!unjudged.empty())
-    throw std::runtime_error("no full lap to judge after the stack trusts what it learned (adapt_after): " + unjudged +
-                             "; a world of more laps, or an earlier adapt_after, gives one");
+  if (all.scores.empty() && !all.unjudged.empty()) throw std::runtime_error(no_lap_to_judge(all.unjudged));
   return all;
 }
 

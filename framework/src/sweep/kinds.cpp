@@ -74,7 +74,7 @@ Values values_of_kind(const fs::path& file, const std::string& kind, const Node&
     const RaceSpec race = read_race(file, tree, registry);
     std::vector<std::string> rows;
     for (const StackSpec& stack : race.stacks) rows.push_back(stack.name);
-    return score_values(validate_forces(race, rows, scratch));
+    return score_values(validate_forces(race, rows, scratch).scores);
   }
   if (kind == "diagnose") return diagnose::run_diagnose_experiment(tree, registry, scratch).cases.at(0).values;
   if (kind == "measured") return measured_values(tree, registry);

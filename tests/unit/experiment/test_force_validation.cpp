@@ -24,7 +24,7 @@ TEST(ForceValidation, TheTrueCarIsPredictedExactly) {
   const Folder out;
   const RaceSpec race = race_of(R"({"plain": {}, "told": {"estimator": {"plugin": "oracle"}, "adapt_after": "1 s"},
                                     "unasked": {"estimator": {"plugin": "none"}}})");
-  const auto all = validate_forces(race, {"plain", "told"}, out.path());
+  const auto all = validate_forces(race, {"plain", "told"}, out.path()).scores;
   const Scores scores = by_channel(all, "told");
   EXPECT_EQ(all.size(), 5u);
   ASSERT_EQ(scores.size(), 5u);
@@ -33,19 +33,27 @@ TEST(ForceValidation, TheTrueCarIsPredictedExactly) {
   EXPECT_FALSE(std::filesystem::exists(out / "unasked"));
 }
 
-/// What came out of other rows is kept.
+/// What came out of other rows is judged all the same.
 TEST(ForceValidation, ARowWithoutALapToJudgeIsSaid) {
   const Folder out;
   const RaceSpec race = race_of(R"({"told": {"estimator": {"plugin": "oracle"}, "adapt_after": "1 s"},
                                     "late": {"estimator": {"plugin": "oracle"}, "adapt_after": "1000 s"}})");
-  try {
-    validate_forces(race, {"told", "late"}, out.path());
-    ADD_FAILURE() << "a row without any number passed";
-  } catch (const std::runtime_error& error) {
-    EXPECT_THAT(error.what(), testing::HasSubstr("late (3 laps driven)"));
-    EXPECT_THAT(error.what(), testing::Not(testing::HasSubstr("told")));
-  }
+  const ForceScores found = validate_forces(race, {"told", "late"}, out.path());
+  EXPECT_EQ(found.unjudged, "late (3 laps driven)");
+  EXPECT_EQ(by_channel(found.scores, "told").size(), 5u);
+  EXPECT_TRUE(by_channel(found.scores, "late").empty());
   EXPECT_TRUE(std::filesystem::exists(out / "validation.csv"));
+}
+
+TEST(ForceValidation, NoRowWithALapToJudgeIsAnError) {
+  const Folder out;
+  const RaceSpec race = race_of(R"({"late": {"estimator": {"plugin": "oracle"}, "adapt_after": "1000 s"}})");
+  try {
+    validate_forces(race, {"late"}, out.path());
+    ADD_FAILURE() << "no number at all passed";
+  } catch (const std::runtime_error& error) {
+    EXPECT_THAT(error.what(), testing::HasSubstr("adapt_after): late (3 laps driven)"));
+  }
 }
 
 }  // namespace
