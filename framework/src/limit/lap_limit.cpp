@@ -48,10 +48,12 @@ std::unique_ptr<LapCar> car_of(const WorldSpec& spec, const LapCase& of) {
 
 }  // namespace
 
-LapLimit find_lap_limit(const WorldSpec& spec, const LapCase& of, Lap* lap, LapMesh* mesh_out) {
+LapLimit find_lap_limit(const WorldSpec& spec, const LapCase& of, Lap* lap, LapMesh* mesh) {
+  return find_lap_limit(spec, *car_of(spec, of), of, lap, mesh);
+}
+
+LapLimit find_lap_limit(const WorldSpec& spec, const LapCar& plant, const LapCase& of, Lap* lap, LapMesh* mesh_out) {
   const Track& track = *spec.track;
-  const std::unique_ptr<LapCar> car = car_of(spec, of);
-  const LapCar& plant = *car;
   const std::vector<StartingLine> lines = starting_lines(track, spec.car.car);
   std::vector<double> stations = stations_on(track, lines.front(), plant, coarse_nodes(spec));
   if (of.patches) stations = with_edges(stations, spec.friction.patches, track.length());

@@ -15,6 +15,7 @@ constexpr double longest_run = 300;  // [s]
 constexpr double averaged = 0.1;     // [s] over which accelerations are averaged
 constexpr double turn_time = 1.5,
                  peak_slip = 0.12;       // a turn tightens to gravity across, and this slip [rad], in this time
+constexpr double most_lost = 0.1;        // of the speed, by rolling while a turn tightens
 constexpr double weakest_brakes = 0.01;  // of what tyres hold across: less is no braking
 
 /// A plane of one friction factor.
@@ -206,25 +207,49 @@ struct Turn {
   double bend = 0;  // of its looser part
 };
 
-/// A turn that tightens at a constant throttle or brake; empty where the steering ends before the tyres do.
-std::optional<Turn> tighten(Dynamometer& dyno, double v, double share, const SpeedCurve& rolling) {
+double held(const Moment& x) { return std::min(x.across, x.turning); }
+
+/// Whether a turn ended before the tyres gave their most: at full lock, or while the force still rose.
+bool unfinished(const Drive& drive, Drive::const_iterator most, double delta_max) {
+  const auto left = static_cast<std::size_t>(drive.end() - most);
+  const Moment& late = drive[drive.size() - std::max<std::size_t>(1, drive.size() / 5)];
+  return most->delta > 0.95 * delta_max || (left < drive.size() / 10 && held(*most) > 1.02 * held(late));
+}
+
+/// Whether the path's curvature still rose as the steering did: then the speed fell, and tyres held less for that.
+bool follows(const Drive& drive, Drive::const_iterator most) {
+  const Moment& before = drive[static_cast<std::size_t>(most - drive.begin()) * 4 / 5];
+  const auto curvature = [](const Moment& x) { return x.across / (x.v * x.v); };
+  return 1.0 - curvature(before) / curvature(*most) > 0.8 * (1.0 - before.delta / most->delta);
+}
+
+/// Whether a car that rolls loses much of its speed in the time of a turn, as small ones do.
+bool soon_slow(const SpeedCurve& rolling, double top) {
+  const double v = std::sqrt(rolling.v0 * top);
+  return -rolling.at(v) * turn_time > most_lost * v;
+}
+
+/// A turn that tightens at a constant throttle or brake; empty where the steering ends before the tyres do. `brisk`: in
+/// less time, so that the speed is not lost, and tyres have given their most where less than half of what was steered
+/// for came of it.
+std::optional<Turn> tighten(Dynamometer& dyno, double v, double share, const SpeedCurve& rolling, bool brisk) {
   const Car& car = dyno.car();
   const double d = share > 0 ? share * car.d_max : -share * car.d_min;
   const double wheelbase = car.lf + car.lr;
-  const double rate = std::min(car.ddelta_max, (wheelbase * gravity / (v * v) + peak_slip) / turn_time);
+  const double loss = std::max(-rolling.at(v), 1e-9);
+  const double time = brisk ? std::min(turn_time, most_lost * v / loss) : turn_time;
+  const double rate = std::min(car.ddelta_max, (wheelbase * gravity / (v * v) + peak_slip) / time);
   const auto input = [&](double t) { return DriverInput{d, std::min(rate * t, car.delta_max)}; };
   const auto ended = [&](const Drive& drive) {
     const Moment& now = drive.back();
-    return now.t > 2.5 * turn_time || now.v < 0.2 * v || std::abs(now.sideslip) > 0.5;
+    return now.t > 2.5 * time || now.v < 0.2 * v || std::abs(now.sideslip) > 0.5;
   };
   const Drive drive = dyno.drive(v, input, ended);
-  const auto held = [](const Moment& x) { return std::min(x.across, x.turning); };
   const auto most =
       std::max_element(drive.begin(), drive.end(), [&](const Moment& a, const Moment& b) { return held(a) < held(b); });
-  if (most == drive.end() || most->delta > 0.95 * car.delta_max || held(*most) <= 0) return std::nullopt;
-  // A force that still rises at the end says nothing of its peak.
-  const auto left = static_cast<std::size_t>(drive.end() - most);
-  if (left < drive.size() / 10 && held(*most) > 1.02 * held(drive[drive.size() - drive.size() / 5]))
+  if (most == drive.end() || held(*most) <= 0) return std::nullopt;
+  const bool most_there_is = brisk && held(*most) < 0.5 * most->v * most->v * most->delta / wheelbase;
+  if (!most_there_is && (unfinished(drive, most, car.delta_max) || (brisk && follows(drive, most))))
     return std::nullopt;
   Turn turn{share, most->v, held(*most), most->along};
   double weight = 0;
@@ -257,11 +282,12 @@ double middle(std::vector<double> values) {
 /// Turns at these shares of throttle and brakes, from so many speeds over the whole range.
 std::vector<Turn> turns_at(Dynamometer& dyno, const PlantEnvelope& e, std::initializer_list<double> shares,
                            int speeds = 8) {
+  const bool brisk = soon_slow(e.rolling, e.top);
   std::vector<Turn> turns;
   for (const double share : shares)
     for (int i = 0; i < speeds; ++i) {
       const double v = e.throttle.v0 * std::pow(e.top / e.throttle.v0, (i + 0.5) / speeds);
-      if (const auto turn = tighten(dyno, v, share, e.rolling)) turns.push_back(*turn);
+      if (const auto turn = tighten(dyno, v, share, e.rolling, brisk)) turns.push_back(*turn);
     }
   return turns;
 }
@@ -312,9 +338,8 @@ PlantEnvelope straights_and_side(Dynamometer& dyno) {
   set_throttle(dyno, e);
   set_brakes(dyno, e);
   set_side(dyno, e);
-  for (std::size_t i = 0; i < grid; ++i)
-    if (!(e.brakes.control[i] > weakest_brakes * e.side.at(speed_of(e.brakes, i), 1.0)))
-      throw std::runtime_error("the plant does not stop when it brakes");
+  // Not at every speed: a motor that brakes may give nothing near top speed.
+  if (!(over_side(e, e.brakes) > weakest_brakes)) throw std::runtime_error("the plant does not stop when it brakes");
   return e;
 }
 
