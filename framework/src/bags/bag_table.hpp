@@ -22,10 +22,10 @@ struct Wanted {
 };
 
 /// The table of these columns. Rows are the messages of `options.rows`, else of the topic with most messages among
-/// those used. Times are those of headers where they make sense (rising, near the time of recording), else of recording,
-/// in seconds from the first message of the bag on. Where a topic is silent for long (4 of its usual intervals, 0.25 s
-/// at least) nothing is drawn between; what is held goes on. `most_numbers`: where reading ends [numbers]; said in the
-/// table's `found`.
+/// those used. Times are those of headers where they make sense (rising, near the time of recording), else of
+/// recording, in seconds from the first message of the bag on. Where a topic is silent for long (4 of its usual
+/// intervals, 0.25 s at least) nothing is drawn between; what is held goes on. `most_numbers`: where reading ends
+/// [numbers]; said in the table's `found`.
 /// Throws InputError: unknown topics and members (with the nearest name), a topic of a type that nobody defines,
 /// messages that are not what their type says.
 measured::DelimitedTable read_table(BagFile& bag, const std::vector<Wanted>& wanted,

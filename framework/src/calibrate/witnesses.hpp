@@ -1,5 +1,5 @@
-// Whether one world predicts better than another, by two kinds of time that no fit saw: the rest of the fitted logs, and
-// logs held out. Neither knows of the other, so that what they say is added.
+// Whether one world predicts better than another, by two kinds of time that no fit saw: the rest of the fitted logs,
+// and logs held out. Neither knows of the other, so that what they say is added.
 #pragma once
 
 #include "calibrate/start_errors.hpp"

@@ -60,7 +60,8 @@ TEST(MissingEffects, DeadZoneAndSteeringOffsetAreNamedWithTheirSizesAndStandInTh
 }
 
 /// Tyres that know no end of grip, of the same stiffness: to first order less grip does next to nothing there that
-/// stiffness does not do. And back-EMF, which trades with drive: both are found by fits that go on until little changes.
+/// stiffness does not do. And back-EMF, which trades with drive: both are found by fits that go on until little
+/// changes.
 TEST(MissingEffects, AnEndOfGripAndBackEmfAreNamedThoughStiffnessAndDriveHideThem) {
   const auto sliding = [](double t) {
     return CommandSample<double>{0.45 + 0.25 * std::sin(0.5 * t), 0.3 * std::sin(1.3 * t) + 0.1 * std::sin(3.1 * t)};
