@@ -134,8 +134,9 @@ std::string real_sentence(const Diagnosis& d, const MissingEffects& found) {
     text += decrease_text(found.change) + " off what is left then";
   }
   text += ". What remains, " + significant(found.found, 3) + " usual errors where sensors alone would leave ";
-  text += significant(std::min(found.noise, found.found), 2) + ", is not known: no other effect that was tried takes ";
-  text += "enough of it off, or surely enough, to be named";
+  text += significant(std::min(found.noise, found.found), 2) + ", is not known: ";
+  text += found.named.empty() ? "no effect" : "no other effect";
+  text += " that was tried takes enough of it off, or surely enough, to be named";
   const std::string rest = rest_text(found.remainder);
   return text + (rest.empty() ? "." : "; " + rest + ".");
 }

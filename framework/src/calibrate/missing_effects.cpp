@@ -216,7 +216,7 @@ HorizonRow MissingSearch::row_of(const std::string& name, const Trial& trial) co
 
 /// Fits one candidate, unless it stays behind the best so far, and keeps it if it is the best. Its row is filled if it
 /// was judged: in the first round also where its fit was given up, whose gain and change are then of less than it can
-/// do. Nothing is chosen by rows.
+/// do; such a fit is never kept.
 void MissingSearch::try_one(const CandidateEffect& effect, const EffectScore& score, Best& best, RankedEffect& row) {
   auto trial = fits_.with(*found_, effect, score);
   const double rival = best.trial ? best.trial->cost : (1.0 - worth) * found_->cost;
