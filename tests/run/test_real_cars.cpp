@@ -192,8 +192,14 @@ TEST_F(RealCars, DiagnoseNamesWhatPredictionsOfTimeNotFittedNeed) {
   EXPECT_THAT(contents(in("found/augmented_world.json")), HasSubstr("steer_offset"));
   // What was found leads, with how much it takes off; that the rest is unknown comes after it.
   EXPECT_THAT(found.out, AllOf(StartsWith("Calibrating the world takes "),
-                               HasSubstr(" off what is left then. What remains"), HasSubstr("\n\nverdict: unknown\n")));
+                               HasSubstr(" off what is left then. What remains"), HasSubstr("\n\nverdict: unknown\n"),
+                               HasSubstr("no other effect that was tried takes enough of it off")));
   EXPECT_LT(find_pointer(result, "/gap/effects/ci95/1")->number(), 0.0);
+  // One log: what effects do to it is what they do to all.
+  ASSERT_EQ(find_pointer(result, "/gap/sessions")->array().size(), 1u);
+  EXPECT_EQ(find_pointer(result, "/gap/sessions/0/log")->text(), "log.csv");
+  EXPECT_EQ(find_pointer(result, "/gap/sessions/0/change")->number(),
+            find_pointer(result, "/gap/effects/change")->number());
   EXPECT_LT(find_pointer(result, "/gap/closure_ci95/0")->number(), find_pointer(result, "/gap/closure")->number());
   // The page has the sentence and its log.
   EXPECT_TRUE(fs::exists(in("found/report.html"))) << found.err;

@@ -134,8 +134,9 @@ std::string real_sentence(const Diagnosis& d, const MissingEffects& found) {
     text += decrease_text(found.change) + " off what is left then";
   }
   text += ". What remains, " + significant(found.found, 3) + " usual errors where sensors alone would leave ";
-  text +=
-      significant(std::min(found.noise, found.found), 2) + ", is not known: no effect of the catalogue takes off more";
+  text += significant(std::min(found.noise, found.found), 2) + ", is not known: ";
+  text += found.named.empty() ? "no effect" : "no other effect";
+  text += " that was tried takes enough of it off, or surely enough, to be named";
   const std::string rest = rest_text(found.remainder);
   return text + (rest.empty() ? "." : "; " + rest + ".");
 }
@@ -172,8 +173,8 @@ Diagnosis diagnosis_of(const MissingEffects& found, std::span<const diagnose::Ch
     named.rollout = change_of(one.change);
   }
   for (const calibrate::RankedEffect& one : found.ranking)
-    d.ranking.push_back(
-        {one.effect, one.gain, one.tried ? one.error : found.calibrated, one.change.certainty, change_of(one.change)});
+    d.ranking.push_back({one.effect, one.gain, one.tried ? one.error : found.calibrated,
+                         one.tried ? one.change.certainty : 0.0, change_of(one.change)});
   const std::string model = "/plant/params/";
   for (const calibrate::FittedParameter& p : found.parameters)
     if (p.unknown.pointer.starts_with(model))
@@ -193,6 +194,21 @@ Node change_node(const calibrate::ErrorChange& c) {
   out.set("change", number_or_null(c.change));
   out.set("ci95", Node(Node::Array{number_or_null(c.low), number_or_null(c.high)}));
   return out;
+}
+
+/// What effects do to each log that figures are of.
+Node sessions_node(std::span<const calibrate::SessionChange> sessions) {
+  Node::Array out;
+  for (const calibrate::SessionChange& one : sessions) {
+    Node row = Node::empty_object();
+    row.set("log", Node(fs::path(one.log).filename().string()));
+    row.set("calibrated", number_or_null(one.calibrated));
+    row.set("after", number_or_null(one.found));
+    const Node change = change_node(one.change);
+    for (const Member& m : change.object()) row.set(m.key, m.value);
+    out.push_back(std::move(row));
+  }
+  return Node(std::move(out));
 }
 
 /// What effects are, in the words of their plugins.
@@ -265,6 +281,16 @@ void print_real(const Diagnosis& d, const MissingEffects& found) {
                   std::string(change_of(r.change).says()).c_str());
     std::cout << row;
   }
+  if (!found.named.empty()) {
+    std::cout << "\nlog                              calibrated  with effects   change, of time not fitted\n";
+    for (const calibrate::SessionChange& one : found.sessions) {
+      char row[160];
+      std::snprintf(row, sizeof row, "%-32s %10.3f %13.3f   %+.1f %% (%+.1f to %+.1f)\n",
+                    fs::path(one.log).filename().string().c_str(), one.calibrated, one.found, 100.0 * one.change.change,
+                    100.0 * one.change.low, 100.0 * one.change.high);
+      std::cout << row;
+    }
+  }
   std::cout << "\nerrors 1 s ahead, of time not fitted (95 % by blocks of 10 s)\n";
   calibrate::print_horizon_table(std::cout, found.rows);
 }
@@ -301,6 +327,7 @@ int diagnose_real(const RealDiagnosis& asked, const LogWorld& world, const measu
   json.find("gap")->set("noise", number_or_null(found.noise));
   json.find("gap")->set("calibration", change_node(found.calibration));
   json.find("gap")->set("effects", found.named.empty() ? Node::null() : change_node(found.change));
+  json.find("gap")->set("sessions", found.named.empty() ? Node::null() : sessions_node(found.sessions));
   write_file(asked.out / "diagnosis.json", to_json_text(json));
   Node augmented = found.world;
   augmented.set("note", Node(d.sentence));

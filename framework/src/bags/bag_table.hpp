@@ -1,5 +1,5 @@
-// Topics of a bag as one table: a column for each number that is asked for, "/odom.pose.pose.position.x", a row for each
-// message of one topic, whose times are the column "time".
+// Topics of a bag as one table: a column for each number that is asked for, "/odom.pose.pose.position.x", a row for
+// each message of one topic, whose times are the column "time".
 #pragma once
 
 #include <string>
@@ -21,10 +21,11 @@ struct Wanted {
   Origin origin{};     // of the map's channel
 };
 
-/// The table of these columns. Rows are the messages of `options.rows`, else of the topic with most messages among those
-/// used. Times are those of headers where they make sense (rising, near the time of recording), else of recording,
-/// in seconds from the first message of the bag on. Where a topic is silent for long (4 of its usual intervals, 0.25 s
-/// at least) nothing is drawn between; what is held goes on. `most_numbers`: where reading ends [numbers]; said in the table's `found`.
+/// The table of these columns. Rows are the messages of `options.rows`, else of the topic with most messages among
+/// those used. Times are those of headers where they make sense (rising, near the time of recording), else of
+/// recording, in seconds from the first message of the bag on. Where a topic is silent for long (4 of its usual
+/// intervals, 0.25 s at least) nothing is drawn between; what is held goes on. `most_numbers`: where reading ends
+/// [numbers]; said in the table's `found`.
 /// Throws InputError: unknown topics and members (with the nearest name), a topic of a type that nobody defines,
 /// messages that are not what their type says.
 measured::DelimitedTable read_table(BagFile& bag, const std::vector<Wanted>& wanted,

@@ -182,9 +182,10 @@ Eigen::VectorXd best_move(const Eigen::MatrixXd& information, const Eigen::Vecto
 }
 
 /// Of the unknowns from `at` on, those before `n` moving along: `fitted` is the factor of their information.
-/// `prior` is the gradient of their priors, which balances that of the data where they were fitted; `room` is how far the
-/// tested ones may go: friction does not fall below 0, however much the errors would. `told` is the factor of what the
-/// logs alone say of the fitted ones: a candidate that does what they do is none, however little their priors let them move.
+/// `prior` is the gradient of their priors, which balances that of the data where they were fitted; `room` is how far
+/// the tested ones may go: friction does not fall below 0, however much the errors would. `told` is the factor of what
+/// the logs alone say of the fitted ones: a candidate that does what they do is none, however little their priors let
+/// them move.
 EffectScore score_of(const NormalEquations& blocks, const Eigen::LDLT<Eigen::MatrixXd>& fitted,
                      const Eigen::LDLT<Eigen::MatrixXd>& told, const Eigen::VectorXd& prior, Index at,
                      std::span<const Interval> room) {

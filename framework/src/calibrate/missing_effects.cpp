@@ -1,14 +1,13 @@
 #include "calibrate/missing_effects.hpp"
 
 #include <algorithm>
-#include <boost/math/distributions/normal.hpp>
 #include <cmath>
 #include <map>
-#include <numeric>
 
 #include "calibrate/candidate_effects.hpp"
-#include "calibrate/effect_trial.hpp"
 #include "calibrate/place_effects.hpp"
+#include "calibrate/trial_fits.hpp"
+#include "calibrate/witnesses.hpp"
 #include "config/errors.hpp"
 #include "measured/session_health.hpp"
 
@@ -18,8 +17,6 @@ namespace {
 constexpr double horizon = 1.0;  // [s] of what is judged
 constexpr double agreed = 2.0;   // standard deviations over blocks of a score that is worth a fit
 constexpr double worth = 0.02;   // of the squared errors: a hundredth of the error
-// Relative decrease of the cost below which a fit of a trial ends: gains by trade between drive and drag come slowly.
-constexpr double enough = 3e-3;
 // Share of its information that sets an effect apart from what is fitted, below which first order says little of it: a
 // dead zone or an end of grip that no command reaches yet.
 constexpr double hidden = 1e-2;
@@ -46,15 +43,11 @@ class MissingSearch {
   void split(const std::list<measured::SessionFile>& files, const std::list<measured::SessionFile>& held_out);
   void calibrate(const std::list<measured::SessionFile>& files);
   void measure_noise(const std::list<measured::SessionFile>& files);
-  void refit(Trial& trial, int iterations, double until = LeastSquaresOptions{}.enough);
-  bool refit_near(Trial& trial, double rival);
   StartErrors judge(const Trial& trial, const std::vector<FitLog>& logs) const {
-    return start_errors(trial.forecaster, trial.params, weighing_, logs);
+    return start_errors(trial.forecaster, trial.params, fits_.weighing, logs);
   }
-  StartErrors reported(const Trial& trial) const { return judge(trial, report_.empty() ? judge_ : report_); }
+  const std::vector<FitLog>& told_of() const { return report_.empty() ? judge_ : report_; }
   HorizonRow row_of(const std::string& name, const Trial& trial) const;
-  std::unique_ptr<Trial> with(const Trial& base, const CandidateEffect& effect, const EffectScore& score);
-  std::unique_ptr<Trial> without(const Trial& base, const NormalEquations& blocks, const std::string& effect);
   std::unique_ptr<Trial> observed(const Trial& base);
   void begin_with_calibrated();
   struct Best {
@@ -64,26 +57,23 @@ class MissingSearch {
   void try_one(const CandidateEffect& effect, const EffectScore& score, Best& best, RankedEffect& row);
   bool add_one();
   double determined(const std::string& effect, const Bootstrap& boot) const;
-  struct Judged {
-    StartErrors judged, reported;
-  };
-  Judged errors_of(const Trial& trial) const {
-    return {trial.judged, report_.empty() ? trial.judged : reported(trial)};
+  WitnessErrors errors_of(const Trial& trial) const {
+    return {trial.judged, report_.empty() ? StartErrors{} : judge(trial, report_)};
   }
-  double surely_better(const Judged& with, const Judged& without) const;
+  const StartErrors& told(const WitnessErrors& errors) const { return report_.empty() ? errors.own : errors.held_out; }
   struct Asked {
     std::unique_ptr<Trial> rest;  // without it
     ErrorChange told;             // of what is reported
     double sure = 0;              // that it helps, in standard deviations
     bool stays = false;
   };
-  Asked ask(std::size_t index, const NormalEquations& blocks, const Judged& now, const Judged& first);
+  Asked ask(std::size_t index, const NormalEquations& blocks, const WitnessErrors& now, const WitnessErrors& first);
   void take_out(std::size_t index, std::unique_ptr<Trial> rest);
   void keep_what_is_determined();
   void keep_what_helps();
   std::vector<FittedParameter> parameters_of_found() const;
   void name_values(std::span<const FittedParameter> parameters);
-  void find_remainder();
+  void compare_sessions(const StartErrors& before, const StartErrors& after);
   Node world_found(const std::filesystem::path& folder) const;
 
   const Node& tree_;
@@ -92,12 +82,11 @@ class MissingSearch {
   const measured::LogMap& map_;
   const MissingOptions& options_;
   ForecastOptions forecast_;
-  mutable std::vector<FitLog> train_;  // predictions hold it by reference
-  std::vector<FitLog> judge_;          // time of the same logs that is not fitted: chooses effects
-  std::vector<FitLog> report_;  // logs held out: what is told of them; empty where there are none, then judge_ is told
+  std::vector<FitLog> train_;   // predictions hold it by reference
+  std::vector<FitLog> judge_;   // time of the same logs that is not fitted: chooses effects
+  std::vector<FitLog> report_;  // logs held out: have a say in what stays, and figures are of them; may be none
+  TrialFits fits_{forecast_, train_};
   std::vector<std::string> logs_;
-  Weighing weighing_;
-  std::array<double, channels> noise_{};
   std::unique_ptr<Trial> given_, calibrated_, found_;
   std::vector<Unknown> observer_;            // of the given world, disturbances too
   std::vector<double> as_given_;             // its parameters, disturbances too
@@ -139,18 +128,6 @@ void MissingSearch::split(const std::list<measured::SessionFile>& files,
   train_ = thinned(train_, static_cast<std::size_t>(std::max(1.0, std::round(0.5 * seconds / looked_at))));
 }
 
-/// How sure a change is to be a decrease, in standard deviations of a normal distribution.
-double certainty_of(const ErrorChange& change) {
-  constexpr double least = 1e-12;
-  return boost::math::quantile(boost::math::normal(), std::clamp(change.certainty, least, 1.0 - least));
-}
-
-/// How sure two witnesses that know nothing of each other are together (Stouffer's sum).
-double both_say(const ErrorChange& one, const ErrorChange& other) {
-  return (certainty_of(one) + certainty_of(other)) / std::sqrt(2.0);
-}
-constexpr double sure_enough = 1.96;  // 97.5 %: a 95 % interval leaves out 0
-
 /// The slow force and steering angle by which an observer takes up what a model leaves unexplained.
 bool is_disturbance(const Trial& trial, std::size_t index) {
   return index == trial.forecaster.index(Extra::gain_force) || index == trial.forecaster.index(Extra::gain_steer);
@@ -185,9 +162,9 @@ void MissingSearch::calibrate(const std::list<measured::SessionFile>& files) {
   for (const FittedParameter& p : result.parameters)
     if (p.status == FittedParameter::Status::determined && !p.unknown.observer)
       calibrated_->unknowns.push_back(p.unknown);
-  weighing_ = result.weighing;
+  fits_.weighing = result.weighing;
   constexpr int more = 6;  // iterations, so that effects do not gain what steps alone would
-  refit(*calibrated_, more);
+  fits_.refit(*calibrated_, more);
   calibrated_->judged = judge(*calibrated_, judge_);
   given_->judged = judge(*given_, judge_);
 }
@@ -199,34 +176,12 @@ void MissingSearch::measure_noise(const std::list<measured::SessionFile>& files)
     for (std::size_t c = 0; c < channels; ++c) {
       const auto noise = measured::noise_of(file.session, c, file.row_step);
       if (!noise) continue;
-      const double w = weighing_.channel[c] * weighing_.channel[c], z = noise->sigma / weighing_.scale[c];
+      const double w = fits_.weighing.channel[c] * fits_.weighing.channel[c],
+                   z = noise->sigma / fits_.weighing.scale[c];
       sum += w * z * z;
       weight += w;
     }
   out_.noise = weight > 0.0 ? std::sqrt(sum / weight) : 0.0;
-}
-
-void MissingSearch::refit(Trial& trial, int iterations, double until) {
-  PredictionErrors errors(trial.forecaster, train_);
-  errors.weighing = weighing_;
-  LeastSquaresOptions steps;
-  steps.iterations = iterations;
-  steps.enough = until;
-  trial.params = least_squares(errors, trial.unknowns, trial.params, steps, trial.cost);
-}
-
-/// Fits until little changes; given up where it will hardly come down to a rival's cost.
-bool MissingSearch::refit_near(Trial& trial, double rival) {
-  constexpr int at_a_time = 2, most_times = 6;
-  constexpr double hope = 3.0;  // times what the last iterations took off may still come
-  for (int i = 0; i < most_times; ++i) {
-    const double before = trial.cost;
-    refit(trial, at_a_time, enough);
-    const double decrease = before - trial.cost;
-    if (trial.cost - hope * decrease > rival) return false;
-    if (decrease < 2.0 * enough * before) return true;
-  }
-  return true;
 }
 
 /// The same world as it predicts: with an observer that learns disturbances.
@@ -239,14 +194,14 @@ std::unique_ptr<Trial> MissingSearch::observed(const Trial& base) {
     trial->params[trial->forecaster.index(gain)] = as_given_[start.forecaster.index(gain)];
   start.unknowns = observer_;
   take_over_unknowns(*trial, start);
-  refit(*trial, iterations);
+  fits_.refit(*trial, iterations);
   trial->judged = judge(*trial, judge_);
   return trial;
 }
 
 HorizonRow MissingSearch::row_of(const std::string& name, const Trial& trial) const {
   std::vector<double> when, predicted, truth;
-  std::vector<FitLog> logs = report_.empty() ? judge_ : report_;
+  std::vector<FitLog> logs = told_of();
   const auto all = PredictionErrors(trial.forecaster, logs).errors(trial.params);
   double offset = 0.0;
   for (std::size_t l = 0; l < logs.size(); ++l) {
@@ -259,76 +214,13 @@ HorizonRow MissingSearch::row_of(const std::string& name, const Trial& trial) co
   return horizon_row(name, when, predicted, truth);
 }
 
-/// One effect more, from where its score test says. Not fitted yet.
-std::unique_ptr<Trial> MissingSearch::with(const Trial& base, const CandidateEffect& effect, const EffectScore& score) {
-  auto trial = std::make_unique<Trial>(with_effect(base.spec, effect), forecast_);
-  take_over(*trial, base);
-  const std::size_t before = trial->unknowns.size();
-  for (const std::size_t i : effect.open) {
-    const ParameterPlace* const place = trial->find(pointer_of(effect.id(), effect.entry->params()[i].name));
-    trial->unknowns.push_back(open_parameter(*place, effect.numbers[i]));
-  }
-  Eigen::VectorXd move = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(trial->unknowns.size()));
-  move.head(score.move.size()) = score.move;
-  for (std::size_t k = 0; k < effect.tested.size(); ++k) {
-    const auto at = std::ranges::find(effect.open, effect.tested[k]) - effect.open.begin();
-    move(static_cast<Eigen::Index>(before) + at) = score.value[k];
-  }
-  PredictionErrors errors(trial->forecaster, train_);
-  errors.weighing = weighing_;
-  std::vector<double> best = trial->params;
-  trial->cost = errors.cost(best) + prior_cost(best, trial->unknowns);
-  for (const double part : {1.0, 0.3}) {
-    std::vector<double> next = moved(trial->params, trial->unknowns, part * move);
-    const double cost = errors.cost(next) + prior_cost(next, trial->unknowns);
-    if (!(cost < trial->cost)) continue;
-    trial->cost = cost;
-    best = std::move(next);
-  }
-  trial->params = std::move(best);
-  return trial;
-}
-
-/// One effect less, and everything else fitted again, from where `blocks`, of all the unknowns, say that it will lie.
-std::unique_ptr<Trial> MissingSearch::without(const Trial& base, const NormalEquations& blocks,
-                                              const std::string& effect) {
-  constexpr int iterations = 10;
-  using Index = Eigen::Index;
-  auto trial = std::make_unique<Trial>(without_effect(base.spec, effect), forecast_);
-  take_over(*trial, base);
-  const auto n = static_cast<Index>(base.unknowns.size());
-  Eigen::MatrixXd hessian = Eigen::MatrixXd::Zero(n, n);
-  Eigen::VectorXd gradient = Eigen::VectorXd::Zero(n);
-  for (const Eigen::MatrixXd& h : blocks.hessian) hessian += h;
-  for (const Eigen::VectorXd& g : blocks.gradient) gradient += g;
-  prior_cost(base.params, base.unknowns, &hessian, &gradient);
-  std::vector<Index> stay;
-  Eigen::VectorXd off = Eigen::VectorXd::Zero(n);  // of the effect's parameters, to where it does nothing
-  for (Index i = 0; i < n; ++i) {
-    const Unknown& u = base.unknowns[static_cast<std::size_t>(i)];
-    if (u.pointer.starts_with(pointer_of(effect, "")))
-      off(i) = u.prior - base.params[u.index];
-    else
-      stay.push_back(i);
-  }
-  const Eigen::VectorXd slope = gradient + hessian * off;
-  const Eigen::VectorXd move = -hessian(stay, stay).ldlt().solve(slope(stay));
-  PredictionErrors errors(trial->forecaster, train_);
-  errors.weighing = weighing_;
-  const auto cost = [&](const std::vector<double>& p) { return errors.cost(p) + prior_cost(p, trial->unknowns); };
-  std::vector<double> next = moved(trial->params, trial->unknowns, move);
-  if (cost(next) < cost(trial->params)) trial->params = std::move(next);
-  refit(*trial, iterations, enough);
-  trial->judged = judge(*trial, judge_);
-  return trial;
-}
-
 /// Fits one candidate, unless it stays behind the best so far, and keeps it if it is the best. Its row is filled if it
-/// was judged.
+/// was judged: in the first round also where its fit was given up, whose gain and change are then of less than it can
+/// do; such a fit is never kept.
 void MissingSearch::try_one(const CandidateEffect& effect, const EffectScore& score, Best& best, RankedEffect& row) {
-  auto trial = with(*found_, effect, score);
+  auto trial = fits_.with(*found_, effect, score);
   const double rival = best.trial ? best.trial->cost : (1.0 - worth) * found_->cost;
-  const bool near = refit_near(*trial, rival);
+  const bool near = fits_.refit_near(*trial, rival);
   if (!near && !added_.empty()) return;  // the first ones are told of whatever they do
   trial->judged = judge(*trial, judge_);
   row = {effect.id(), 1.0 - trial->cost / found_->cost, true, trial->judged.rms(),
@@ -337,13 +229,14 @@ void MissingSearch::try_one(const CandidateEffect& effect, const EffectScore& sc
   if (near && row.change.change < 0.0 && trial->cost < rival) best = {std::move(trial), effect.id()};
 }
 
-/// The effect that explains the fitted time best among those that lower the errors of the time held out. False: none does.
+/// The effect that explains the fitted time best among those that lower the errors of the time held out. False: none
+/// does.
 bool MissingSearch::add_one() {
   const bool first = added_.empty();
   const auto candidates =
       candidate_effects(found_->spec.vehicle, found_->spec.car.car, registry_, found_->spec.track != nullptr);
   auto scores = score_candidates(found_->vehicle.car(), candidates, forecast_, train_, found_->params, found_->unknowns,
-                                 weighing_);
+                                 fits_.weighing);
   std::ranges::stable_sort(scores, std::greater<>(), &EffectScore::gain);
   std::vector<RankedEffect> rows;
   for (const EffectScore& one : scores) rows.push_back({candidates[one.candidate].id(), one.gain, false, 0.0, {}});
@@ -359,8 +252,11 @@ bool MissingSearch::add_one() {
     ++tried;
     try_at(i);
   }
-  for (std::size_t i = 0; i < scores.size() && best.effect.empty(); ++i)
-    if (!asked[i] && scores[i].apart < hidden && scores[i].gain > faint) try_at(i);
+  for (std::size_t i = 0, tried = 0; i < scores.size() && best.effect.empty() && tried < options_.tries; ++i) {
+    if (asked[i] || !(scores[i].apart < hidden) || !(scores[i].gain > faint)) continue;
+    ++tried;
+    try_at(i);
+  }
   if (first) out_.ranking = std::move(rows);
   if (!best.trial) return false;
   added_.push_back(best.effect);
@@ -403,56 +299,50 @@ void MissingSearch::take_out(std::size_t index, std::unique_ptr<Trial> rest) {
 /// Takes out what the fitted time does not determine beside the others, the least determined first.
 void MissingSearch::keep_what_is_determined() {
   while (!added_.empty()) {
-    PredictionErrors errors(found_->forecaster, train_);
-    errors.weighing = weighing_;
-    const NormalEquations blocks = errors.linearise(found_->params, found_->unknowns);
+    const NormalEquations blocks = fits_.errors(*found_).linearise(found_->params, found_->unknowns);
     const Bootstrap boot = bootstrap(blocks, found_->params, found_->unknowns, options_.fit.seed);
     const auto how = [&](const std::string& effect) { return determined(effect, boot); };
     const auto least = std::ranges::min_element(added_, {}, how);
     if (how(*least) > 1.0) return;
-    take_out(static_cast<std::size_t>(least - added_.begin()), without(*found_, blocks, *least));
+    auto rest = fits_.without(*found_, blocks, *least);
+    rest->judged = judge(*rest, judge_);
+    take_out(static_cast<std::size_t>(least - added_.begin()), std::move(rest));
   }
 }
 
-/// How sure it is that a world predicts better than a smaller one, by all witnesses.
-double MissingSearch::surely_better(const Judged& with, const Judged& without) const {
-  const ErrorChange own = change_of(with.judged, without.judged);
-  return report_.empty() ? certainty_of(own) : both_say(own, change_of(with.reported, without.reported));
-}
-
 /// What the errors without one of the effects say of it, beside the others and beside all that were there at first.
-MissingSearch::Asked MissingSearch::ask(std::size_t index, const NormalEquations& blocks, const Judged& now,
-                                        const Judged& first) {
+MissingSearch::Asked MissingSearch::ask(std::size_t index, const NormalEquations& blocks, const WitnessErrors& now,
+                                        const WitnessErrors& first) {
   Asked one;
-  one.rest = without(*found_, blocks, added_[index]);
-  const Judged less = errors_of(*one.rest);
-  const ErrorChange own = change_of(now.judged, less.judged);
-  one.told = report_.empty() ? own : change_of(now.reported, less.reported);
-  one.sure = surely_better(now, less);
-  const bool harmless = own.change < 0.0 && one.told.change < 0.0;
-  one.stays = harmless && std::max(one.sure, surely_better(first, less)) > sure_enough;
+  one.rest = fits_.without(*found_, blocks, added_[index]);
+  one.rest->judged = judge(*one.rest, judge_);
+  const WitnessErrors less = errors_of(*one.rest);
+  const WitnessChange by_it = compare(now, less);
+  one.told = change_of(told(now), told(less));
+  one.sure = by_it.sure;
+  // Several may be needed together, none of them surely missed beside the rest: then those that went count with it.
+  one.stays = by_it.smaller && std::max(by_it.sure, compare(first, less).sure) > sure_enough;
   return one;
 }
 
-/// Takes out what the others have made superfluous, the least sure first, and what logs held out contradict; never so much
-/// that what is left is surely worse than all together. What was the least sure of those that are left is asked first,
-/// and goes at once.
+/// Takes out what the others have made superfluous, the least sure first, and what logs held out contradict; never so
+/// much that what is left is surely worse than all together. What was the least sure of those that are left is asked
+/// first, and goes at once. All that stay were asked beside each other.
 void MissingSearch::keep_what_helps() {
-  const Judged first = errors_of(*found_);
-  std::map<std::string, double> sure;
+  const WitnessErrors first = errors_of(*found_);
+  std::map<std::string, double> sure;  // of effects that were asked
+  const auto known = [&](const std::string& effect) { return sure.contains(effect) ? sure[effect] : 0.0; };
   for (;;) {
     keep_what_is_determined();
     if (added_.empty()) return;
-    PredictionErrors errors(found_->forecaster, train_);
-    errors.weighing = weighing_;
-    const NormalEquations blocks = errors.linearise(found_->params, found_->unknowns);
-    const Judged now = errors_of(*found_);
-    std::ranges::stable_sort(added_, {}, [&](const std::string& effect) { return sure[effect]; });
+    const NormalEquations blocks = fits_.errors(*found_).linearise(found_->params, found_->unknowns);
+    const WitnessErrors now = errors_of(*found_);
+    std::ranges::stable_sort(added_, {}, known);
     std::vector<Asked> asked;
     for (std::size_t i = 0; i < added_.size(); ++i) {
       tell(0.75 + 0.2 * static_cast<double>(i) / static_cast<double>(added_.size()), "without " + added_[i]);
       asked.push_back(ask(i, blocks, now, first));
-      const bool again = i == 0 && sure[added_[i]] > 0.0;
+      const bool again = i == 0 && sure.contains(added_[i]);
       sure[added_[i]] = asked[i].sure;
       if (again && !asked[i].stays) break;
     }
@@ -467,12 +357,19 @@ void MissingSearch::keep_what_helps() {
   }
 }
 
+/// What effects do to each of the logs that figures are of.
+void MissingSearch::compare_sessions(const StartErrors& before, const StartErrors& after) {
+  const std::vector<FitLog>& logs = told_of();
+  for (std::size_t l = 0; l < logs.size(); ++l) {
+    const StartErrors calibrated = before.of_log(l), found = after.of_log(l);
+    out_.sessions.push_back({logs[l].session->name, calibrated.rms(), found.rms(), change_of(found, calibrated)});
+  }
+}
+
 /// Intervals of what was found.
 std::vector<FittedParameter> MissingSearch::parameters_of_found() const {
-  PredictionErrors errors(found_->forecaster, train_);
-  errors.weighing = weighing_;
-  const Bootstrap boot = bootstrap(errors.linearise(found_->params, found_->unknowns), found_->params, found_->unknowns,
-                                   options_.fit.seed);
+  const Bootstrap boot = bootstrap(fits_.errors(*found_).linearise(found_->params, found_->unknowns), found_->params,
+                                   found_->unknowns, options_.fit.seed);
   std::vector<FittedParameter> all;
   for (std::size_t i = 0; i < found_->unknowns.size(); ++i)
     all.push_back({found_->unknowns[i], found_->params[found_->unknowns[i].index], boot.interval[i],
@@ -492,41 +389,6 @@ void MissingSearch::name_values(std::span<const FittedParameter> parameters) {
           if (fitted.unknown.pointer == pointer_of(named.effect, p.name))
             named.params.push_back({p.name, p.unit, fitted.value, fitted.interval.low, fitted.interval.high});
     }
-}
-
-/// What the starts have in common that are still predicted worst.
-void MissingSearch::find_remainder() {
-  std::map<std::string, std::vector<double>> features;
-  for (const FitLog& log : report_.empty() ? judge_ : report_)
-    for (std::size_t i = 0; i < log.starts.time.size(); ++i) {
-      if (!has_truth(log, i)) continue;
-      const double t = log.starts.time[i];
-      const std::size_t row = std::min(log.session->row_before(t), log.session->rows() - 1);
-      const double when = t + 0.5 * horizon;
-      features["speed"].push_back(std::abs(log.session->interpolate(3, when)));
-      features["yaw rate"].push_back(std::abs(log.session->interpolate(5, when)));
-      features["throttle"].push_back(log.session->command[row].d);
-      features["steering"].push_back(log.session->command[row].delta);
-      features["time"].push_back(t - log.session->t.front());
-    }
-  const std::vector<double> square = reported(*found_).square;
-  const double total = std::accumulate(square.begin(), square.end(), 0.0);
-  const std::size_t third = square.size() / 3;
-  if (third == 0 || !(total > 0.0)) return;
-  for (const auto& [name, value] : features) {
-    std::vector<std::size_t> order(value.size());
-    std::iota(order.begin(), order.end(), std::size_t{0});
-    const auto key = [&](std::size_t i) { return std::isnan(value[i]) ? 0.0 : value[i]; };
-    std::ranges::stable_sort(order, {}, key);
-    double low = 0.0, high = 0.0;
-    for (std::size_t i = 0; i < third; ++i) {
-      low += square[order[i]];
-      high += square[order[order.size() - 1 - i]];
-    }
-    const double share = std::max(low, high) / total;
-    if (!(share > out_.remainder.share)) continue;
-    out_.remainder = {name, high >= low, key(high >= low ? order[order.size() - third] : order[third - 1]), share};
-  }
 }
 
 /// The world with the effects named, their parameters among its unknowns, so that it can be fitted to more.
@@ -555,16 +417,22 @@ MissingEffects MissingSearch::run(const std::list<measured::SessionFile>& files,
          added_.empty() ? "looking for effects" : "beside " + added_.back());
   } while (added_.size() < options_.most && add_one());
   keep_what_helps();
-  if (reported(*found_).rms() > reported(*calibrated_).rms()) begin_with_calibrated();
+  const WitnessErrors without = errors_of(*calibrated_);
+  WitnessErrors with = errors_of(*found_);
+  if (with.rms() > without.rms()) {
+    begin_with_calibrated();
+    with = without;
+  }
   tell(0.9, "measuring");
-  const StartErrors given = reported(*given_), before = reported(*calibrated_), after = reported(*found_);
+  const StartErrors given = told(errors_of(*given_)), before = told(without), after = told(with);
   out_.calibration = change_of(before, given);
   out_.change = change_of(after, before);
   out_.all = change_of(after, given);
   out_.given = given.rms();
   out_.calibrated = before.rms();
   out_.found = after.rms();
-  find_remainder();
+  compare_sessions(before, after);
+  out_.remainder = remainder_of(told_of(), after, horizon);
   name_values(parameters_of_found());  // without disturbances, which would stand for a part of an effect
   const auto calibrated = observed(*calibrated_);
   found_ = added_.empty() ? observed(*calibrated_) : observed(*found_);

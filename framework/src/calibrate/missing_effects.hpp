@@ -3,8 +3,9 @@
 //
 // The world is calibrated as it is, with an observer that learns no disturbances: they would stand for what is missing.
 // Then a score test on the fitted time proposes effects, the best few are fitted with everything else, and the one that
-// explains the fitted time best among those that lower the errors of the rest of the same logs stays: the next is looked
-// for beside it. In the end each must be missed where it is taken out, by that rest and by the logs held out.
+// explains the fitted time best among those that lower the errors of the rest of the same logs stays: the next is
+// looked for beside it. In the end each must be missed where it is taken out, by that rest and by the logs held out,
+// whose figures are a little optimistic for that.
 #pragma once
 
 #include <functional>
@@ -14,7 +15,7 @@
 
 #include "calibrate/calibrated_world.hpp"
 #include "calibrate/fit_starts.hpp"
-#include "calibrate/start_errors.hpp"
+#include "calibrate/remainder.hpp"
 
 namespace gripline::calibrate {
 
@@ -32,25 +33,26 @@ struct MissingEffect {
 /// A candidate beside the calibrated world alone.
 struct RankedEffect {
   std::string effect;
-  double gain = 0;     // relative decrease of squared errors on the fitted time, to first order or, where tried, fitted
-  bool tried = false;  // then `change` is of time not fitted
+  /// Relative decrease of squared errors on the fitted time, to first order or, where tried, fitted: as far as the fit
+  /// went, which is given up where it stays behind another's.
+  double gain = 0;
+  bool tried = false;  // then `error` and `change` are of time not fitted
   double error = 0;
   ErrorChange change;
 };
 
-/// Where the errors that are left are largest: the third of the starts with the most (or least) of one thing.
-struct Remainder {
-  std::string of;    // "speed", "yaw rate", "throttle", "steering", "time"
-  bool most = true;  // the upper third
-  double from = 0;   // where that third begins (or ends), SI
-  double share = 0;  // of the squared errors
+/// What the effects named do to one log.
+struct SessionChange {
+  std::string log;
+  double calibrated = 0, found = 0;  // errors of the model alone, in usual errors
+  ErrorChange change;                // found against calibrated
 };
 
 struct MissingOptions {
   FitOptions fit;                   // slowest, starts, seed
   std::size_t stretches = 24;       // wanted of what is held out of all logs together
   double searched_seconds = 75.0;   // of fitted time that the search looks at
-  std::size_t tries = 3, most = 8;  // candidates fitted at each size; effects named
+  std::size_t tries = 3, most = 8;  // candidates fitted at each size, and of those that others hide; effects named
   std::function<void(double share, const std::string&)> progress;
 };
 
@@ -62,17 +64,18 @@ struct MissingEffects {
   /// Errors of the model alone, without disturbances that the observer learns, in usual errors of the calibrated world
   /// (all channels): its own is about 1.
   double given = 0, calibrated = 0, found = 0, noise = 0;
-  ErrorChange calibration;  // calibrated against given, of the model alone
-  ErrorChange change;       // found against calibrated
-  ErrorChange all;          // found against given
+  ErrorChange calibration;              // calibrated against given, of the model alone
+  ErrorChange change;                   // found against calibrated
+  ErrorChange all;                      // found against given
+  std::vector<SessionChange> sessions;  // of what `change` is of, log by log
   Remainder remainder;
   std::vector<FittedParameter> parameters;  // of the calibrated world with the effects named
   Node world;                               // that world
 };
 
-/// `tree` and `spec` are one world. The second half of every 10 to 40 s of `files` chooses effects, it and `held_out` say
-/// which of them stay; what is told of them is of `held_out`, or, where that is empty, of that half too. `held_out` shares no rows with `files`.
-/// Deterministic.
+/// `tree` and `spec` are one world. The second half of every 10 to 40 s of `files` chooses effects. It and `held_out`
+/// (which has no say below three stretches of at most 10 s) decide together which of them stay; what is told of them is
+/// of `held_out`, or, where that is empty, of that half too. `held_out` shares no rows with `files`. Deterministic.
 MissingEffects find_missing(const Node& tree, const WorldSpec& spec, const Registry& registry,
                             const measured::LogMap& map, const std::list<measured::SessionFile>& files,
                             const std::list<measured::SessionFile>& held_out, const MissingOptions& options,

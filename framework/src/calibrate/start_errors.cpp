@@ -5,6 +5,7 @@
 #include <cmath>
 #include <map>
 #include <numeric>
+#include <set>
 
 namespace gripline::calibrate {
 namespace {
@@ -52,6 +53,7 @@ StartErrors start_errors(const Forecaster& forecaster, std::span<const double> p
       before = now;
       out.square.push_back(weight > 0.0 ? sum / weight : 0.0);
       out.stretch.push_back(stretch);
+      out.log.push_back(l);
     }
   }
   return out;
@@ -60,6 +62,19 @@ StartErrors start_errors(const Forecaster& forecaster, std::span<const double> p
 double StartErrors::rms() const {
   const double sum = std::accumulate(square.begin(), square.end(), 0.0);
   return square.empty() ? 0.0 : std::sqrt(sum / static_cast<double>(square.size()));
+}
+
+std::size_t StartErrors::stretches() const { return std::set(stretch.begin(), stretch.end()).size(); }
+
+StartErrors StartErrors::of_log(std::size_t which) const {
+  StartErrors out;
+  for (std::size_t i = 0; i < square.size(); ++i) {
+    if (log[i] != which) continue;
+    out.square.push_back(square[i]);
+    out.stretch.push_back(stretch[i]);
+    out.log.push_back(which);
+  }
+  return out;
 }
 
 ErrorChange change_of(const StartErrors& with, const StartErrors& without) {
@@ -78,7 +93,7 @@ ErrorChange change_of(const StartErrors& with, const StartErrors& without) {
   if (!(all_with > 0.0) || !(all_without > 0.0)) return out;
   const double log_ratio = 0.5 * std::log(all_with / all_without);
   out.change = std::expm1(log_ratio);
-  if (sums.size() < 3) return out;
+  if (sums.size() < fewest_stretches) return out;
   const auto count = static_cast<double>(sums.size());
   double square = 0.0;
   for (const auto& [stretch, sum] : sums) {

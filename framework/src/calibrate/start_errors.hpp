@@ -14,18 +14,21 @@ inline constexpr double judged_every = 0.25;  // [s] between starts that are jud
 /// Relative change of a root mean square error with its 95 % interval; negative: smaller.
 struct ErrorChange {
   double change = 0, low = -1, high = 1;
-  double certainty = 0;  // probability that it is negative
+  double certainty = 0.5;  // probability that it is negative; 0.5 where nothing is told
   bool helps() const { return high < 0.0; }
   bool harms() const { return low > 0.0; }
 };
 
 /// Squared errors over what is usual, by start, those beyond three times that counting as a fit counts them, and the
-/// stretch of time that each start belongs to.
+/// stretch of time and the log that each start belongs to.
 struct StartErrors {
   std::vector<double> square;
-  std::vector<std::size_t> stretch;
+  std::vector<std::size_t> stretch, log;
   double rms() const;
+  std::size_t stretches() const;
+  StartErrors of_log(std::size_t which) const;
 };
+inline constexpr std::size_t fewest_stretches = 3;  // of which anything is told
 /// By the t distribution of stretches, whose errors count as independent; nothing is told below three of them.
 ErrorChange change_of(const StartErrors& with, const StartErrors& without);
 

@@ -35,7 +35,8 @@ std::string cell_text(const std::optional<double>& value, const char* format);
 void print_aligned(std::ostream& out, const std::vector<std::vector<std::string>>& rows);
 
 /// Flying laps of runs that never left the road (with the centre of gravity, with the whole car) and are faster than
-/// the world's limit for that by more than its stated error, one line each: they show that the limit is wrong. Laps of changing friction are compared at their mean factor.
+/// the world's limit for that by more than its stated error, one line each: they show that the limit is wrong. Laps of
+/// changing friction are compared at their mean factor.
 std::vector<std::string> beaten_limits(const RaceResults& results);
 
 /// Claims about rows left out are skipped, and those on times unless `alone` (runs did not share the machine).

@@ -54,8 +54,8 @@ TEST(CandidateEffects, BeginWhereTheyDoNothing) {
   EXPECT_GT(fitted, 20u);
 }
 
-/// Scores of all candidates on a log of a car that differs by `truth` from the nominal one, whose Bf, Cm1 and Iz move; Iz is
-/// believed to a per cent.
+/// Scores of all candidates on a log of a car that differs by `truth` from the nominal one, whose Bf, Cm1 and Iz move;
+/// Iz is believed to a per cent.
 std::map<std::string, EffectScore> scores_of(const char* truth) {
   const test::CalibrateRig driven(test::small_car_world(truth));
   const test::CalibrateRig nominal;

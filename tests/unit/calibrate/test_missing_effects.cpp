@@ -13,20 +13,27 @@ using test::small_car_world;
 
 /// A world that knows nothing of pedals and steering, and a log of a car with these effects.
 MissingEffects found_in_log_of(const char* effects, const char* nominal_patch = "{}",
-                               const test::WeavingLog& log = {.seconds = 60, .noise = 1}) {
+                               const test::WeavingLog& log = {.seconds = 60, .noise = 1},
+                               const std::vector<test::WeavingLog>& held_out = {}) {
   const CalibrateRig truth(small_car_world(effects));
   const CalibrateRig nominal(merge(small_car_world(R"({"plant": {"effects": []}, "unknowns": {
       "/plant/params/Bf": {"group": "tyres", "sigma": 0.3, "scale": "log"},
       "/plant/params/Cm1": {"group": "drive", "sigma": 0.3, "scale": "log"}}})"),
                                    testing_support::json(nominal_patch)));
-  std::list<measured::SessionFile> files(1);
-  files.front().session = test::drive(truth.vehicle.car(), log);
-  files.front().row_step = 0.02;
+  const auto driven = [&](const test::WeavingLog& one, const std::string& name) {
+    measured::SessionFile file;
+    file.session = test::drive(truth.vehicle.car(), one);
+    file.session.name = name;
+    file.row_step = 0.02;
+    return file;
+  };
+  std::list<measured::SessionFile> others;
+  for (const test::WeavingLog& one : held_out) others.push_back(driven(one, "held out"));
   MissingOptions options;
   options.fit.slowest = 0.5;
   options.fit.starts = 60;
-  return find_missing(nominal.tree, nominal.spec, testing_support::plugins(), measured::gripline_map(), files, {},
-                      options, ".");
+  return find_missing(nominal.tree, nominal.spec, testing_support::plugins(), measured::gripline_map(),
+                      {driven(log, "fitted")}, others, options, ".");
 }
 
 const MissingEffect* find(const MissingEffects& found, const std::string& effect) {
@@ -52,8 +59,9 @@ TEST(MissingEffects, DeadZoneAndSteeringOffsetAreNamedWithTheirSizesAndStandInTh
   EXPECT_EQ(again.spec.vehicle.effects.size(), found.named.size());
 }
 
-/// Tyres that know no end of grip, of the same stiffness: to first order less grip does next to nothing there that stiffness
-/// does not do. And back-EMF, which trades with drive: both are found by fits that go on until little changes.
+/// Tyres that know no end of grip, of the same stiffness: to first order less grip does next to nothing there that
+/// stiffness does not do. And back-EMF, which trades with drive: both are found by fits that go on until little
+/// changes.
 TEST(MissingEffects, AnEndOfGripAndBackEmfAreNamedThoughStiffnessAndDriveHideThem) {
   const auto sliding = [](double t) {
     return CommandSample<double>{0.45 + 0.25 * std::sin(0.5 * t), 0.3 * std::sin(1.3 * t) + 0.1 * std::sin(3.1 * t)};
@@ -75,6 +83,18 @@ TEST(MissingEffects, AnEndOfGripAndBackEmfAreNamedThoughStiffnessAndDriveHideThe
   EXPECT_LT(found.found, 0.5 * found.calibrated);
   EXPECT_TRUE(found.calibration.helps());
   EXPECT_TRUE(found.all.helps());
+}
+
+/// A log held out of less than three stretches cannot say that an effect helps; it does not take it away for that.
+TEST(MissingEffects, AShortLogHeldOutHasNoSay) {
+  const MissingEffects found =
+      found_in_log_of(R"({"plant": {"effects": [{"plugin": "steer_offset", "params": {"d0": 0.03}}]}})", "{}",
+                      {.seconds = 60, .noise = 1}, {{.seconds = 15, .noise = 1, .seed = 2}});
+  EXPECT_NE(find(found, "steer_offset"), nullptr);
+  ASSERT_EQ(found.sessions.size(), 1u);
+  EXPECT_EQ(found.sessions.front().log, "held out");
+  EXPECT_LT(found.sessions.front().change.change, 0.0);
+  EXPECT_EQ(found.sessions.front().change.high, 1.0) << "nothing is told of two stretches";
 }
 
 TEST(MissingEffects, NothingIsNamedWhereNothingIsMissing) {

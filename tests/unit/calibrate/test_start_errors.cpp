@@ -30,7 +30,20 @@ TEST(ErrorChange, TellsNothingOfTwoStretches) {
   few.stretch = {1, 2};
   StartErrors less = few;
   less.square = {0.1, 0.1};
-  EXPECT_FALSE(change_of(less, few).helps());
+  const ErrorChange change = change_of(less, few);
+  EXPECT_FALSE(change.helps());
+  EXPECT_EQ(change.certainty, 0.5) << "neither for nor against";
+}
+
+TEST(StartErrors, OfOneLogAreItsOwn) {
+  StartErrors two;
+  two.square = {1.0, 4.0, 9.0, 16.0};
+  two.stretch = {1, 1, 2, 3};
+  two.log = {0, 0, 0, 1};
+  EXPECT_EQ(two.stretches(), 3u);
+  EXPECT_EQ(two.of_log(0).square, (std::vector{1.0, 4.0, 9.0}));
+  EXPECT_EQ(two.of_log(0).stretches(), 2u);
+  EXPECT_EQ(two.of_log(1).rms(), 4.0);
 }
 
 }  // namespace

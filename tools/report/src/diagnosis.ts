@@ -19,14 +19,15 @@ function sentenceCase(text: string): string {
 }
 
 /** "the wheels follow the steering with a first-order lag (time constant 0.08 s)"; the id where no words are known. */
-function inWords(effect: string, params: Record<string, number> | undefined, words: Words): string {
+function inWords(effect: string, params: Record<string, number | null> | undefined, words: Words): string {
   const late = /^(yaw_rate|velocity)_delay$/.exec(effect);
-  if (late && params && "T" in params)
-    return `the ${late[1] === "yaw_rate" ? "yaw-rate channel is" : "speed channels are"} ${plain(Math.abs(params.T))} s ${params.T > 0 ? "late" : "early"}`;
+  const delay = params?.T;
+  if (late && delay != null)
+    return `the ${late[1] === "yaw_rate" ? "yaw-rate channel is" : "speed channels are"} ${plain(Math.abs(delay))} s ${delay > 0 ? "late" : "early"}`;
   const known = words?.[effect];
   const sizes = Object.entries(params ?? {});
   if (!known) return sizes.length && sizes.length < 4 ? `${effect} (${sizes.map(([name, value]) => `${name} = ${plain(value)}`).join(", ")})` : effect;
-  const size = ([name, value]: [string, number]) => {
+  const size = ([name, value]: [string, number | null]) => {
     const p = known.params[name];
     const number = `${plain(value)}${p?.unit && p.unit !== "1" ? ` ${unitText(p.unit)}` : ""}`;
     // In a headline a long description is in the way: the table has it.
@@ -62,7 +63,7 @@ function nearest(d: Diagnosis, words: Words): string {
   const best = (d.ranking ?? [])
     .filter((entry) => entry.rollout?.says === "helps" && entry.rollout.change !== null)
     .sort((a, b) => a.rollout!.change! - b.rollout!.change!)[0];
-  if (!best) return "No effect of the catalogue makes predictions better by itself.";
+  if (!best) return d.gap?.calibrated !== undefined ? "No effect that was tried makes predictions better by itself." : "No effect of the catalogue makes predictions better by itself.";
   return `What comes nearest: ${inWords(best.effect, undefined, words)}; by itself it changes the prediction error by ${fixed(100 * best.rollout!.change!, 0)} %.`;
 }
 
@@ -103,7 +104,7 @@ function whereText({ unknown }: Diagnosis): string {
 function sentence(d: Diagnosis): string {
   const names = (d.named ?? []).map(({ effect, params, confidence }) => {
     const values = Object.entries(params ?? {}).map(([name, value]) => `${name} ${plain(value)}`);
-    return `${effect} (${values.join(", ")}${confidence === undefined ? "" : `; ${percent(confidence)} sure`})`;
+    return `${effect} (${values.join(", ")}${confidence == null ? "" : `; ${percent(confidence)} sure`})`;
   });
   switch (d.verdict) {
     case "named":
@@ -193,7 +194,7 @@ export function namedTable(d: Diagnosis, words: Words): HTMLElement | null {
         h("td", { class: "text" }, words?.[effect]?.params[name]?.words ?? "", " ", h("code", {}, name)),
         h("td", {}, `${plain(value, 4)} ${unitOf(words, effect, name)}`),
         h("td", {}, interval ? `${plain(interval[0], 4)} to ${plain(interval[1], 4)}` : "–"),
-        h("td", {}, i === 0 && confidence !== undefined ? percent(confidence) : ""),
+        h("td", {}, i === 0 && confidence != null ? percent(confidence) : ""),
       );
     }),
   );
@@ -217,7 +218,7 @@ function rolloutText(r: Rollout | undefined): string {
 export function rankingTable(d: Diagnosis, words: Words): HTMLElement | null {
   const ranking = d.ranking ?? [];
   if (!ranking.length) return null;
-  const most = Math.max(...ranking.map((entry) => entry.gain), 1e-9);
+  const most = Math.max(...ranking.map((entry) => entry.gain ?? 0), 1e-9);
   const named = new Set((d.named ?? []).map((entry) => entry.effect));
   const bar = (share: number) => h("span", { class: "bar-cell" }, h("i", { style: `width:${(100 * Math.min(Math.max(share, 0), 1)).toFixed(1)}%` }));
   const head = ["effect", "evidence gained", "", "error with it", "predictions", "wins resampled"];
@@ -237,8 +238,8 @@ export function rankingTable(d: Diagnosis, words: Words): HTMLElement | null {
             { class: named.has(entry.effect) ? "chosen" : undefined },
             h("th", { scope: "row", class: "text effect" }, sentenceCase(words?.[entry.effect]?.words ?? ""), words?.[entry.effect] ? " " : "", h("code", {}, entry.effect)),
             h("td", {}, fixed(entry.gain, 1)),
-            h("td", { class: "wide" }, bar(entry.gain / most)),
-            h("td", {}, `${fixed(entry.held_out, entry.held_out < 0.1 ? 3 : 2)} σ`),
+            h("td", { class: "wide" }, bar((entry.gain ?? 0) / most)),
+            h("td", {}, `${fixed(entry.held_out, (entry.held_out ?? 1) < 0.1 ? 3 : 2)} σ`),
             h("td", {}, rolloutText(entry.rollout)),
             h("td", {}, percent(entry.selected_fraction)),
           ),

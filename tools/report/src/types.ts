@@ -93,9 +93,9 @@ export interface Named {
   effect: string;
   class?: string;
   rollout?: Rollout;
-  params?: Record<string, number>;
-  ci95?: Record<string, [number, number]>;
-  confidence?: number;
+  params?: Record<string, number | null>;
+  ci95?: Record<string, Range>;
+  confidence?: number | null;
 }
 
 type Range = [number | null, number | null];
@@ -106,15 +106,22 @@ export interface Change {
   ci95: Range;
 }
 
+/** What the effects found do to one log. */
+export interface SessionChange extends Change {
+  log: string;
+  calibrated: number | null;
+  after: number | null;
+}
+
 export interface Diagnosis {
   verdict: "named" | "nothing_missing" | "indistinguishable" | "unknown";
   named?: Named[];
   equivalent?: string[][];
-  unknown?: { where: string; interval: [number, number] | null } | null;
-  nominal_fit?: Record<string, number> | null;
+  unknown?: { where: string; interval: Range | null } | null;
+  nominal_fit?: Record<string, number | null> | null;
   /** `calibrated` and what follows: of a real car's logs, where calibrating closes a part and effects another. */
-  gap?: { horizon_s: number; before: number; after: number; closure: number | null; closure_ci95?: Range; calibrated?: number; noise?: number; calibration?: Change; effects?: Change | null };
-  ranking?: { effect: string; gain: number; held_out: number; selected_fraction: number; rollout?: Rollout }[];
+  gap?: { horizon_s: number | null; before: number | null; after: number | null; closure: number | null; closure_ci95?: Range; calibrated?: number | null; noise?: number | null; calibration?: Change; effects?: Change | null; sessions?: SessionChange[] | null };
+  ranking?: { effect: string; gain: number | null; held_out: number | null; selected_fraction: number | null; rollout?: Rollout }[];
   manoeuvre?: string | null;
 }
 
@@ -128,7 +135,7 @@ export interface DiagnosisReport {
   residual?: Record<string, Numbers>;
   horizon?: { horizon_s: Numbers; before: Numbers; after: Numbers };
   traces?: { channel: string; t_s: Numbers; measured: Numbers; before: Numbers; after: Numbers }[];
-  seen_at?: { effect: string; param: string; unit: string; size: number }[];
+  seen_at?: { effect: string; param: string; unit: string; size: number | null }[];
   /** What the effects of the catalogue are, in words. */
   effects?: Record<string, { words: string; params: Record<string, { words: string; unit: string }> }>;
   health?: { check: string; found: string; done: string; level: "good" | "note" | "bad" }[];

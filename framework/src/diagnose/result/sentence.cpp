@@ -76,6 +76,11 @@ std::string found_text(const Diagnosis& d) {
   return text + significant(least);
 }
 
+/// What figures of predictions are of where nothing but late channels was found.
+std::string delays_taken_off(const Diagnosis& d) {
+  return d.delays.size() == 1 ? "With this delay taken off the log, " : "With these delays taken off the log, ";
+}
+
 /// What refitted parameters and channels on time do where no effect is named.
 std::string without_names(const Diagnosis& d) {
   std::string text;
@@ -85,7 +90,7 @@ std::string without_names(const Diagnosis& d) {
     text += " = ";
     text += significant(value);
   }
-  return (text.empty() ? "With that taken off, " : text + ": ") + gap_text(d.gap);
+  return (text.empty() ? delays_taken_off(d) : text + ": ") + gap_text(d.gap);
 }
 
 /// What channels show late, in front of everything else; what it does to predictions where nothing else is said.
@@ -139,9 +144,7 @@ std::string car_text(const Diagnosis& d) {
 std::string sentence(const Diagnosis& d) {
   std::string text = delays_text(d);
   if (d.verdict != Verdict::named || !d.named.empty()) return text + car_text(d);
-  text += "Nothing else is missing: with that taken off, ";
-  text += gap_text(d.gap);
-  return text + ".";
+  return text + "Nothing else is missing. " + delays_taken_off(d) + gap_text(d.gap) + ".";
 }
 
 }  // namespace gripline::diagnose

@@ -108,8 +108,8 @@ TEST(Diagnoser, NamesALateChannel) {
   EXPECT_THAT(d.sentence, testing::StartsWith("The yaw-rate channel is 0.12 s late"));
 }
 
-/// What a recorder rounded off is no part of what a late channel costs: the error before is that of the commands that are
-/// expected, as the error after is, and not of those that were written.
+/// What a recorder rounded off is no part of what a late channel costs: the error before is that of the commands that
+/// are expected, as the error after is, and not of those that were written.
 TEST(Diagnoser, RoundingIsNotCreditedToALateChannel) {
   DiagnoseRig rig;
   const Log log = DiagnoseRig::rounded(

@@ -41,7 +41,8 @@ TEST(DiagnoseSentence, ALateChannelLeadsWithWhatItCloses) {
   late.effect = "yaw_rate_delay";
   late.params = {{"T", "s", 0.12, 0.11, 0.13}};
   EXPECT_THAT(sentence(d),
-              StartsWith("The yaw-rate channel is 0.12 s late (0.11 to 0.13). With that taken off, on data"));
+              StartsWith("The yaw-rate channel is 0.12 s late (0.11 to 0.13). With this delay taken off the log, "
+                         "on data"));
 }
 
 }  // namespace

@@ -1,0 +1,54 @@
+#include "calibrate/remainder.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numeric>
+
+namespace gripline::calibrate {
+namespace {
+
+/// What every start has of each thing.
+std::map<std::string, std::vector<double>> features_of(const std::vector<FitLog>& logs, double horizon) {
+  std::map<std::string, std::vector<double>> features;
+  for (const FitLog& log : logs)
+    for (std::size_t i = 0; i < log.starts.time.size(); ++i) {
+      if (!has_truth(log, i)) continue;
+      const double t = log.starts.time[i];
+      const std::size_t row = std::min(log.session->row_before(t), log.session->rows() - 1);
+      const double when = t + 0.5 * horizon;
+      features["speed"].push_back(std::abs(log.session->interpolate(3, when)));
+      features["yaw rate"].push_back(std::abs(log.session->interpolate(5, when)));
+      features["throttle"].push_back(log.session->command[row].d);
+      features["steering"].push_back(log.session->command[row].delta);
+      features["time"].push_back(t - log.session->t.front());
+    }
+  return features;
+}
+
+}  // namespace
+
+Remainder remainder_of(const std::vector<FitLog>& logs, const StartErrors& errors, double horizon) {
+  Remainder out;
+  const std::vector<double>& square = errors.square;
+  const double total = std::accumulate(square.begin(), square.end(), 0.0);
+  const std::size_t third = square.size() / 3;
+  if (third == 0 || !(total > 0.0)) return out;
+  for (const auto& [name, value] : features_of(logs, horizon)) {
+    std::vector<std::size_t> order(value.size());
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    const auto key = [&](std::size_t i) { return std::isnan(value[i]) ? 0.0 : value[i]; };
+    std::ranges::stable_sort(order, {}, key);
+    double low = 0.0, high = 0.0;
+    for (std::size_t i = 0; i < third; ++i) {
+      low += square[order[i]];
+      high += square[order[order.size() - 1 - i]];
+    }
+    const double share = std::max(low, high) / total;
+    if (!(share > out.share)) continue;
+    out = {name, high >= low, key(high >= low ? order[order.size() - third] : order[third - 1]), share};
+  }
+  return out;
+}
+
+}  // namespace gripline::calibrate
