@@ -365,6 +365,7 @@ struct Condition {
   std::size_t every = 1;
   bool brief = false, held = false;
   double quantum = 0;
+  bool wrong_nominal = false;
 };
 const std::vector<Condition> all_conditions = {{"white"},
                                                {.name = "process", .shaking_time = 0.25},
@@ -378,7 +379,43 @@ const std::vector<Condition> all_conditions = {{"white"},
                                                {.name = "thinned3", .every = 3},
                                                {.name = "short", .brief = true},
                                                {.name = "held", .held = true},
-                                               {.name = "quantised", .quantum = 1}};
+                                               {.name = "quantised", .quantum = 1},
+                                               {.name = "nominal", .wrong_nominal = true},
+                                               {.name = "nominal_process", .shaking_time = 0.25, .wrong_nominal = true},
+                                               {.name = "nominal_slow", .shaking_time = 1.0, .wrong_nominal = true}};
+
+/// A parameter of the car that the nominal one has wrong: by a normal of this relative size, at most twice it. Of
+/// Cr0_over_m the size is in m/s2.
+struct Uncertain {
+  const char* name;
+  double Kind::*value;
+  double size;
+};
+const std::array<Uncertain, 6> uncertain = {{{"Df", &Kind::Df, 0.02},
+                                             {"Dr", &Kind::Dr, 0.02},
+                                             {"Bf", &Kind::Bf, 0.04},
+                                             {"Br", &Kind::Br, 0.04},
+                                             {"Cm1", &Kind::Cm1, 0.02},
+                                             {"Cr0_over_m", &Kind::Cr0, 0.04}}};
+
+/// Moves the car's parameters away from the nominal ones; gives by how much, in the order above.
+std::vector<double> make_wrong(Kind& kind, Dice& dice) {
+  std::vector<double> off;
+  for (const Uncertain& u : uncertain) {
+    off.push_back(u.size * std::clamp(dice.normal(), -2.0, 2.0));
+    kind.*u.value += off.back() * (u.value == &Kind::Cr0 ? kind.m : kind.*u.value);
+  }
+  return off;
+}
+
+/// The uncertain parameters as members of an object, with these values; "null" without any.
+std::string uncertain_json(const std::vector<double>& values) {
+  if (values.empty()) return "null";
+  std::string out = "{";
+  for (std::size_t i = 0; i < values.size(); ++i)
+    out += std::string(i > 0 ? ", \"" : "\"") + uncertain[i].name + "\": " + text(values[i]);
+  return out + "}";
+}
 
 void write_case(const fs::path& out, const std::string& kind_of_case, const Condition& condition, std::size_t i,
                 std::uint64_t seed) {
@@ -386,7 +423,7 @@ void write_case(const fs::path& out, const std::string& kind_of_case, const Cond
   for (const char c : kind_of_case + condition.name) mixed = mixed * 31 + static_cast<unsigned char>(c);
   Dice dice(mixed);
   const std::size_t which = i % 2;
-  const Kind& kind = kinds[which];
+  Kind kind = kinds[which];
   const std::size_t count = kind_of_case == "none" ? 0 : kind_of_case == "single" ? 1 : 3;
   Effects effects;
   std::vector<std::string> ids;
@@ -402,6 +439,7 @@ void write_case(const fs::path& out, const std::string& kind_of_case, const Cond
     effects[h.id] = (h.either ? dice.sign() : 1.0) * dice.uniform(h.low[which], h.high[which]);
   }
   const Line line = draw_line(kind, dice);
+  const std::vector<double> off = condition.wrong_nominal ? make_wrong(kind, dice) : std::vector<double>{};
   const double lap = line.step * static_cast<double>(line.at.size()) / (0.75 * kind.v_ref);
   Conditions driven{.seconds = condition.brief ? std::round(lap * dice.uniform(0.5, 2.0)) : 60.0};
   driven.shaking = condition.shaking_time > 0.0 ? 1.0 : 0.0;
@@ -430,7 +468,13 @@ void write_case(const fs::path& out, const std::string& kind_of_case, const Cond
   std::ofstream given(folder / "case.json");
   given << "{\n  \"vehicle\": \"" << kind.name << "\",\n  \"track\": \"" << name << ".csv\",\n  \"noise_sigma\": {";
   for (std::size_t c = 0; c < 6; ++c) given << (c > 0 ? ", \"" : "\"") << names[c] << "\": " << text(kind.sigma[c]);
-  given << "}\n}\n";
+  given << "}";
+  if (condition.wrong_nominal) {
+    std::vector<double> sizes;
+    for (const Uncertain& u : uncertain) sizes.push_back(u.size);
+    given << ",\n  \"nominal_uncertainty\": " << uncertain_json(sizes);
+  }
+  given << "\n}\n";
   std::ofstream answer(folder / "answer.json");
   answer << "{\n  \"kind\": \"" << kind_of_case << "\",\n  \"effects\": [";
   for (std::size_t j = 0; j < ids.size(); ++j) {
@@ -442,7 +486,7 @@ void write_case(const fs::path& out, const std::string& kind_of_case, const Cond
   answer << "],\n  \"equivalent\": [" << equivalents(ids) << "],\n";
   if (condition.colour > 0.0) answer << "  \"noise_correlation\": " << condition.colour << ",\n";
   if (condition.every > 1) answer << "  \"thinned\": " << condition.every << ",\n";
-  answer << "  \"process_noise\": ";
+  answer << "  \"nuisance\": " << uncertain_json(off) << ",\n  \"process_noise\": ";
   if (condition.shaking_time > 0.0)
     answer << "{\"ax_mps2\": 0.1, \"ay_mps2\": 0.1, \"yaw_acc_radps2\": " << kind.shaking
            << ", \"tau_s\": " << condition.shaking_time << "}";

@@ -171,7 +171,8 @@ inline constexpr double strong_process_noise = 0.2;
 /// measured.
 inline constexpr double noticeable_process_noise = 0.1, uneven_ratio = 3.0;
 /// Ratio below which process noise may be parameters still on their way to the optimum, and the factor on the least
-/// variance from which on it is worth asking. Not measured; saves fits that would creep along a flat valley.
+/// variance from which on it is worth asking, and from which on commands may have been left out. Not measured; saves
+/// fits that would creep along a flat valley.
 inline constexpr double may_vanish = 0.5, above_least = 4.0;
 
 // ---- Noise that is measured
@@ -189,8 +190,9 @@ inline constexpr double other_noise_factor = 1.25, other_colour = 0.1;
 /// The same times this, before effects are searched for: effects that are missing colour the innovations too. Less
 /// measures noise twice where an effect explains the colour. Set on one slow pair of cases, not varied.
 inline constexpr double plainly_coloured = 2.5;
-/// Least measured level of a sensor over the one believed before [-]. Smaller: where the model is far off, one channel may
-/// be taken for exact and all others for noise. Not varied.
+/// Least measured level of a sensor over the one believed before, where that was coloured over the scatter from sample
+/// to sample [-]. Smaller: where the model is far off, one channel may be taken for exact and all others for noise. Not
+/// varied.
 inline constexpr double least_level = 0.5;
 /// Scatter from sample to sample that measured noise implies, over that seen [-], up to which it is believed. Larger takes
 /// an effect that is missing for noise. Set on `Search.NamesTheSmallBesideTheHuge`, not varied.

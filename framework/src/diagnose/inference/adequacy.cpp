@@ -171,7 +171,8 @@ std::vector<ResidualTest> residual_tests(const Problem& problem, const Fit& fitt
   std::vector<ResidualTest> tests;
   const std::vector<Linearised> along = linearise_all(problem, fitted.model);
   const Problem predicted = along_predictions(problem, fitted, along);
-  const std::vector<Linearised> driven = commands_are_noise(problem) ? with_own_along(predicted, fitted, along) : along;
+  const bool noisy = motion_holds_noise(problem, fitted.noise);
+  const std::vector<Linearised> driven = noisy ? with_own_along(predicted, fitted, along) : along;
   for (const Where where : {Where::position, Where::time, Where::state, Where::input})
     tests.push_back(test_kind(predicted, fitted, driven, where));
   tests.push_back(test_uneven_noise(problem, fitted, along, strongest(tests)));

@@ -126,9 +126,9 @@ ScoreSystem variations(const Problem& problem, const Fit& fitted, std::span<cons
   });
 }
 
-/// The same, along predicted motion where commands are not known.
+/// The same, along predicted motion where that holds noise.
 ScoreSystem variations_driven(const Problem& problem, const Fit& fitted, std::span<const Linearised> along) {
-  if (!commands_are_noise(problem)) return variations(problem, fitted, along);
+  if (!motion_holds_noise(problem, fitted.noise)) return variations(problem, fitted, along);
   const Problem predicted = along_predictions(problem, fitted, along);
   return variations(predicted, fitted, with_own_along(predicted, fitted, along));
 }

@@ -67,6 +67,7 @@ void ModelPool::restart(const Road& road, const Fit& fitted) {
 void ModelPool::restart(const Road& road, const Fit& fitted, const MeasuredNoise& noise) {
   Fit by = fitted;
   by.noise = noise.noise;
+  by.model = noise.model;
   believe(problem_, noise);
   restart(road, by);
   last_ = false;

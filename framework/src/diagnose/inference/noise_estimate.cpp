@@ -21,10 +21,12 @@ using Eigen::VectorXd;
 
 /// One unknown of the noise.
 struct Unknown {
-  enum class Kind { level, colour, acceleration, time, steady, moving, bend } kind;
-  std::size_t which = 0;      // channel, acceleration or command
-  double longest_step = 1.0;  // of the logarithm; of a colour or a bend itself
-  double most = 0.0;          // of a command
+  enum class Kind { level, colour, acceleration, time, steady, moving, bend, parameter } kind;
+  std::size_t which = 0;      // channel, acceleration, command or member of the model
+  double longest_step = 1.0;  // of the logarithm; of a colour, a bend or a parameter itself
+  double most = 0.0;          // of a command, a parameter
+  std::size_t of = 0;         // the member's parameter
+  double least = 0.0, scale = 1.0;
 };
 
 /// A filter's path depends on which colours are zero: while they are unknown none is.
@@ -45,6 +47,8 @@ double& value_of(MeasuredNoise& m, const Unknown& u) {
       return m.noise.command.moving[u.which];
     case Unknown::Kind::bend:
       return m.bend[u.which];
+    case Unknown::Kind::parameter:
+      return m.model.values[u.which][u.of];
     case Unknown::Kind::time:
       break;
   }
@@ -53,7 +57,8 @@ double& value_of(MeasuredNoise& m, const Unknown& u) {
 
 bool is_of_commands(const Unknown& u) { return u.kind == Unknown::Kind::steady || u.kind == Unknown::Kind::moving; }
 
-/// Moves one unknown: a colour and a bend by an addition, all others by a factor's logarithm.
+/// Moves one unknown: a colour, a bend and a parameter (in its scales) by an addition, all others by a factor's
+/// logarithm.
 void move(MeasuredNoise& m, const Unknown& u, double step, const Problem& problem) {
   double& value = value_of(m, u);
   if (u.kind == Unknown::Kind::colour) {
@@ -65,25 +70,32 @@ void move(MeasuredNoise& m, const Unknown& u, double step, const Problem& proble
     value = std::clamp(value + step, -thresholds::most_bend, thresholds::most_bend);
     return;
   }
+  if (u.kind == Unknown::Kind::parameter) {
+    value = std::clamp(value + step * u.scale, u.least, u.most);
+    return;
+  }
   value *= std::exp(step);
   if (is_of_commands(u)) value = std::clamp(value, thresholds::least_command * u.most, u.most);
-  // The scatter from sample to sample is the least that a sensor's noise can be.
-  if (u.kind == Unknown::Kind::level) value = std::max(value, thresholds::least_level * problem.sensor[u.which]);
+  if (u.kind == Unknown::Kind::level) value = std::max(value, u.least);
   if (u.kind == Unknown::Kind::acceleration) value = std::max(value, least_variance(problem, u.which));
   if (u.kind == Unknown::Kind::time)
     value = std::clamp(value, thresholds::shortest_noise_time, thresholds::longest_noise_time);
 }
 
+/// Whether an acceleration is as calm as it may be.
+bool at_floor(const Problem& problem, const Unknown& u, const MeasuredNoise& m) {
+  return u.kind == Unknown::Kind::acceleration && m.noise.process[u.which] <= 1.0001 * least_variance(problem, u.which);
+}
+
 /// The innovations of all logs under some noise.
 class Innovations {
  public:
-  Innovations(const Problem& problem, const Fit& fitted)
-      : problem_(problem), car_(problem.catalogue->build(fitted.model)) {}
+  explicit Innovations(const Problem& problem) : problem_(problem) {}
 
   /// The next noise is of another kind.
   void forget() { time_ = 0.0; }
   const std::vector<Likelihood::Innovation>& under(const MeasuredNoise& m) {
-    if (m.noise_time != time_ || m.bend != bend_) linearise_all_logs(m);
+    if (m.noise_time != time_ || m.bend != bend_ || m.model.values != values_) linearise_all_logs(m);
     rows_.clear();
     FilterOptions options;
     options.innovations = true;
@@ -98,17 +110,19 @@ class Innovations {
   void linearise_all_logs(const MeasuredNoise& m) {
     time_ = m.noise_time;
     bend_ = m.bend;
+    values_ = m.model.values;
+    const StagedCar car = problem_.catalogue->build(m.model);
     logs_.clear();
     const Stepping stepping{problem_.substeps, m.noise_time, m.noise.command != UnknownCommands{}};
     std::size_t left = thresholds::noise_samples;
     for (const Trace& trace : problem_.traces) {
       if (left < 2) break;
       if (bend_ == problem_.bend) {
-        logs_.push_back(linearise(car_, trace, stepping));
+        logs_.push_back(linearise(car, trace, stepping));
       } else {
         Trace bent = trace;
         bent.bend_commands(bend_);
-        logs_.push_back(linearise(car_, bent, stepping));
+        logs_.push_back(linearise(car, bent, stepping));
       }
       logs_.back().n = std::min(logs_.back().n, left);
       left -= logs_.back().n;
@@ -116,12 +130,17 @@ class Innovations {
   }
 
   const Problem& problem_;
-  StagedCar car_;
   double time_ = 0.0;
   Commands bend_{};
+  std::vector<std::vector<double>> values_;
   std::vector<LinearModel> logs_;
   std::vector<Likelihood::Innovation> rows_;
 };
+
+/// The noise that a problem and a fit believe.
+MeasuredNoise as_believed(const Problem& problem, const Fit& fitted) {
+  return {.noise = fitted.noise, .noise_time = problem.noise_time, .bend = problem.bend, .model = fitted.model};
+}
 
 double cost_of(std::span<const Likelihood::Innovation> rows) {
   double sum = 0.0;
@@ -176,12 +195,36 @@ bool is_read(const Problem& problem, std::size_t channel) {
   });
 }
 
+/// The scatter of the sensors from sample to sample: the least that their noise can be, whatever is believed of it.
+Channels white_levels(const Problem& problem) {
+  std::vector<Log> logs;
+  for (const Trace& trace : problem.traces) logs.push_back(trace.log);
+  const Channels seen = measured::estimate_noise(logs);
+  Channels level = problem.sensor;
+  for (std::size_t c = 0; c < channels; ++c)
+    if (problem.colour[c] != 0.0 && seen[c] > 0.0) level[c] = std::min(level[c], seen[c]);
+  return level;
+}
+
+/// The parameters of a model's effects.
+void add_parameters(const Problem& problem, const ModelSpec& model, std::vector<Unknown>& list) {
+  for (std::size_t i = 0; i < model.members.size(); ++i) {
+    const Candidate& c = problem.catalogue->candidates()[model.members[i]];
+    for (std::size_t f = 0; f < c.fitted.size(); ++f) {
+      const abi::ParamDecl& decl = c.decl(f);
+      list.push_back({Unknown::Kind::parameter, i, 1.0, decl.hi, c.fitted[f], decl.lo, decl.scale});
+    }
+  }
+}
+
 /// Those that matter only where commands are unknown stand last, from the first bend on.
-std::vector<Unknown> list_unknowns(const Problem& problem, const NoiseUnknowns& asked) {
+std::vector<Unknown> list_unknowns(const Problem& problem, const ModelSpec& model, const NoiseUnknowns& asked) {
   std::vector<Unknown> list;
+  const Channels scatter = white_levels(problem);
+  const auto least_level = [&](std::size_t c) { return thresholds::least_level * scatter[c]; };
   for (std::size_t c = 0; asked.sensors && c < channels; ++c) {
     if (!is_read(problem, c)) continue;
-    list.push_back({Unknown::Kind::level, c, 1.0});
+    list.push_back({.kind = Unknown::Kind::level, .which = c, .least = least_level(c)});
     list.push_back({Unknown::Kind::colour, c, 0.4});
   }
   for (std::size_t i = 0; i < noise_states; ++i) list.push_back({Unknown::Kind::acceleration, i, 2.0});
@@ -199,7 +242,8 @@ std::vector<Unknown> list_unknowns(const Problem& problem, const NoiseUnknowns& 
     }
   // What commands do between samples scatters readings, and was believed to be the sensors'.
   for (std::size_t c = 0; !asked.sensors && c < channels; ++c)
-    if (is_read(problem, c)) list.push_back({Unknown::Kind::level, c, 1.0});
+    if (is_read(problem, c)) list.push_back({.kind = Unknown::Kind::level, .which = c, .least = least_level(c)});
+  if (!problem.held) add_parameters(problem, model, list);
   return list;
 }
 
@@ -214,10 +258,7 @@ MatrixXd improve(const Problem& problem, Innovations& innovations, std::span<con
       const auto i = static_cast<Index>(a);
       // A variance at its floor stays there while it would fall.
       const Unknown& u = unknowns[a];
-      const bool floored = u.kind == Unknown::Kind::acceleration &&
-                           m.noise.process[u.which] <= 1.0001 * least_variance(problem, u.which) &&
-                           scores.gradient[i] > 0.0;
-      if (floored) scores.gradient[i] = 0.0;
+      if (at_floor(problem, u, m) && scores.gradient[i] > 0.0) scores.gradient[i] = 0.0;
       scores.information(i, i) = scores.information(i, i) * (1.0 + 1e-9) + 1e-6;
     }
     const VectorXd step = -scores.information.ldlt().solve(scores.gradient);
@@ -284,13 +325,20 @@ void forget_undetermined(std::span<const Unknown> unknowns, const MatrixXd& cova
   }
 }
 
+/// White noise of the sensors that were coloured, as large as they scatter from sample to sample.
+void whiten(const Problem& problem, Noise& noise) {
+  noise.sensor = white_levels(problem);
+  noise.colour = {};
+}
+
 }  // namespace
 
 MeasuredNoise measure_noise(const Problem& problem, const Fit& fitted, const NoiseUnknowns& asked) {
-  Innovations innovations(problem, fitted);
-  MeasuredNoise m{.noise = fitted.noise, .noise_time = problem.noise_time, .bend = problem.bend};
+  Innovations innovations(problem);
+  MeasuredNoise m = as_believed(problem, fitted);
   const double before = cost_of(innovations.under(m));
-  const std::vector<Unknown> unknowns = list_unknowns(problem, asked);
+  if (asked.begin_white) whiten(problem, m.noise);
+  const std::vector<Unknown> unknowns = list_unknowns(problem, fitted.model, asked);
   for (const Unknown& u : unknowns) {
     if (u.kind == Unknown::Kind::colour && m.noise.colour[u.which] == 0.0) m.noise.colour[u.which] = hardly_coloured;
     if (is_of_commands(u) && value_of(m, u) == 0.0) value_of(m, u) = thresholds::first_command * u.most;
@@ -319,10 +367,9 @@ MeasuredNoise measure_noise(const Problem& problem, const Fit& fitted, const Noi
 }
 
 double colour_statistic(const Problem& problem, const Fit& fitted) {
-  Innovations innovations(problem, fitted);
-  const MeasuredNoise as_fitted{.noise = fitted.noise, .noise_time = problem.noise_time, .bend = problem.bend};
+  Innovations innovations(problem);
   Channels last{}, product{}, square{}, count{};
-  for (const Likelihood::Innovation& row : innovations.under(as_fitted)) {
+  for (const Likelihood::Innovation& row : innovations.under(as_believed(problem, fitted))) {
     const double e = row.error / std::sqrt(row.variance);
     product[row.channel] += e * last[row.channel];
     square[row.channel] += e * e;
@@ -337,14 +384,14 @@ double colour_statistic(const Problem& problem, const Fit& fitted) {
 
 double unknown_commands_statistic(const Problem& problem, const Fit& fitted) {
   constexpr double tenth = 0.1;
-  MeasuredNoise m{.noise = fitted.noise, .noise_time = problem.noise_time, .bend = problem.bend};
+  MeasuredNoise m = as_believed(problem, fitted);
   std::vector<Unknown> unknowns;
-  for (const Unknown& u : list_unknowns(problem, {.sensors = false, .commands = true})) {
+  for (const Unknown& u : list_unknowns(problem, fitted.model, {.sensors = false, .commands = true})) {
     if (u.kind != Unknown::Kind::moving) continue;
     value_of(m, u) = tenth;
     unknowns.push_back(u);
   }
-  Innovations innovations(problem, fitted);
+  Innovations innovations(problem);
   const Scores scores = scores_at(problem, innovations, m, unknowns);
   double most = 0.0;
   for (Index i = 0; i < scores.gradient.size(); ++i)
@@ -353,12 +400,12 @@ double unknown_commands_statistic(const Problem& problem, const Fit& fitted) {
 }
 
 double gain_of_bends(const Problem& problem, const Fit& fitted) {
-  const MeasuredNoise as_fitted{.noise = fitted.noise, .noise_time = problem.noise_time, .bend = problem.bend};
-  std::vector<Unknown> unknowns = list_unknowns(problem, {.sensors = false, .commands = true});
+  std::vector<Unknown> unknowns = list_unknowns(problem, fitted.model, {.sensors = false, .commands = true});
   std::erase_if(unknowns, [](const Unknown& u) { return u.kind != Unknown::Kind::bend; });
   if (unknowns.empty()) return 0.0;
-  Innovations innovations(problem, fitted);
-  const Scores scores = scores_at(problem, innovations, as_fitted, unknowns);
+  add_parameters(problem, fitted.model, unknowns);
+  Innovations innovations(problem);
+  const Scores scores = scores_at(problem, innovations, as_believed(problem, fitted), unknowns);
   const MatrixXd regular = scores.information + 1e-6 * MatrixXd(scores.information.diagonal().asDiagonal());
   return 0.5 * scores.gradient.dot(regular.ldlt().solve(scores.gradient));
 }

@@ -11,6 +11,7 @@ struct MeasuredNoise {
   Noise noise;
   double noise_time = usual_noise_time;  // [s]
   Commands bend{};                       // of commands between samples, see measured::bend_commands
+  ModelSpec model;                       // the fitted one; where commands bend, its effects' sizes in this noise
   double gain = 0;                       // log likelihood over the noise that the measurement began from
 };
 
@@ -19,9 +20,11 @@ struct NoiseUnknowns {
   bool sensors = true;            // levels and colours of the sensors
   bool correlation_time = false;  // of the unknown accelerations; determined by strong ones only
   bool commands = false;          // how commands act between samples: their bend, and what is left unknown of them
+  bool begin_white = false;       // from white sensors that scatter as the log does, not from those believed
 };
 
-/// Maximum likelihood by Fisher scoring, the fitted model's parameters held. Of long logs the beginnings count
+/// Maximum likelihood by Fisher scoring, the fitted model's parameters held. Beside bends, which effects imitate, the
+/// parameters of these move too. Of long logs the beginnings count
 /// (thresholds::noise_samples). Colours that are not significant are set to zero.
 MeasuredNoise measure_noise(const Problem& problem, const Fit& fitted, const NoiseUnknowns& unknowns);
 

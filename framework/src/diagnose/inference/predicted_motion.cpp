@@ -16,7 +16,9 @@ Problem along_predictions(const Problem& problem, const Fit& fitted, std::span<c
   return predicted;
 }
 
-bool commands_are_noise(const Problem& problem) { return problem.unrounded || problem.command != UnknownCommands{}; }
+bool motion_holds_noise(const Problem& problem, const Noise& noise) {
+  return problem.unrounded || problem.command != UnknownCommands{} || has_noticeable_process_noise(problem, noise);
+}
 
 std::vector<Linearised> with_own_along(const Problem& predicted, const Fit& fitted, std::span<const Linearised> along) {
   std::vector<Linearised> all(along.begin(), along.end());

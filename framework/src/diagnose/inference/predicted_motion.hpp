@@ -15,11 +15,11 @@ namespace gripline::diagnose {
 /// `along` is linearise_all of the fitted model.
 Problem along_predictions(const Problem& problem, const Fit& fitted, std::span<const Linearised> along);
 
-/// Whether what is not known of the commands turns the car: they were rounded, or a recorder left samples out.
-bool commands_are_noise(const Problem& problem);
+/// Whether what is not known turns the car: commands that were rounded or left out, or unknown accelerations.
+bool motion_holds_noise(const Problem& problem, const Noise& noise);
 
-/// The same models with derivatives by their own parameters along `predicted`. Along smoothed motion that holds noise
-/// of the commands these do not vanish where the likelihood has its maximum.
+/// The same models with derivatives by their own parameters along `predicted`. Where motion holds noise, those along
+/// smoothed motion vanish at other values than these, and a function of predicted motion finds the difference.
 std::vector<Linearised> with_own_along(const Problem& predicted, const Fit& fitted, std::span<const Linearised> along);
 
 }  // namespace gripline::diagnose

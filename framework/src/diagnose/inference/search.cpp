@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diagnose/inference/newton_step.hpp"
 #include "diagnose/inference/noise_estimate.hpp"
 #include "diagnose/inference/reference.hpp"
 
@@ -319,7 +320,9 @@ bool Searcher::may_leave_out_commands() {
   const Problem& problem = pool_.problem();
   // What was believed before effects were found is asked again: a missing effect can look like bent commands.
   if (problem.command != UnknownCommands{} || problem.bend != Commands{}) return true;
-  if (has_noticeable_process_noise(problem, best_->noise)) return true;
+  // Unknown accelerations, however small, can be what was left out: the score would then be that of more noise still.
+  for (std::size_t i = 0; i < noise_states; ++i)
+    if (best_->noise.process[i] > thresholds::above_least * least_variance(problem, i)) return true;
   const auto asks = [&](const Fit* one) {
     return unknown_commands_statistic(problem, *one) > thresholds::asks_for_commands;
   };
@@ -337,6 +340,14 @@ bool Searcher::measure_noise_anew() {
   unknowns.commands = may_leave_out_commands();
   if (!unknowns.sensors && !unknowns.correlation_time && !unknowns.commands) return false;
   MeasuredNoise noise = measure_noise(problem, *best_, unknowns);
+  if (coloured && best_ != null_model_) {
+    // A missing effect that came first can have left a likelihood with two maxima: the other one is that of white noise.
+    unknowns.begin_white = true;
+    const MeasuredNoise white = measure_noise(problem, *best_, unknowns);
+    const double simpler = is_simpler(problem, white) && !is_simpler(problem, noise) ? thresholds::noise_gain : 0.0;
+    if (white.gain + simpler > noise.gain) noise = white;
+    unknowns.begin_white = false;
+  }
   const Fit* by = best_;
   if (unknowns.commands)
     for (const Fit* less : smaller_than_best()) {

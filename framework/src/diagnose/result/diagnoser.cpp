@@ -230,6 +230,7 @@ static_assert(horizons[reported] == Gap{}.horizon);
 /// standard deviation.
 void set_closure(Gap& gap, const ErrorChange& change) {
   const auto closed = [&](double after) { return (gap.before - after) / (gap.before - std::min(1.0, after)); };
+  gap.change = change;
   gap.closure = gap.closure_low = gap.closure_high = 0.0;
   if (!change.helps()) return;
   gap.closure = closed(gap.after);
@@ -336,15 +337,15 @@ void Diagnoser::rank_by_rollouts(const HoldOut& hold_out, const SearchResult& fo
 }
 
 /// Whether what is named closes some of the gap: where noise moves the car between samples (a rough road, commands that
-/// are not known there), more of it than chance. What rests during the laps held out must do so on the others.
+/// are not known there), more of it than chance. What has ample evidence and rests during the laps held out, or is less
+/// there than such noise, must do so on the others.
 bool Diagnoser::closes(const HoldOut& hold_out, const Diagnosis& d) const {
   if (d.named.empty()) return true;
   constexpr double least = thresholds::least_closing;
   const bool moved = has_strong_process_noise(problem_, d.fit.noise) || problem_.command != UnknownCommands{};
   if (d.gap.after < (1.0 - least) * d.gap.before && (!moved || d.gap.closure > 0.0)) return true;
-  if (!(d.gap.after < (1.0 + least) * d.gap.before) ||
-      !(d.fit.evidence - d.null_model.evidence > thresholds::ample_evidence))
-    return false;
+  const bool surely_worse = moved ? d.gap.change.harms() : !(d.gap.after < (1.0 + least) * d.gap.before);
+  if (surely_worse || !(d.fit.evidence - d.null_model.evidence > thresholds::ample_evidence)) return false;
   const ErrorChange known = compare(hold_out.predict_known(d.fit), hold_out.predict_known(d.null_model));
   return known.change < -least && (!moved || known.helps());
 }
@@ -394,7 +395,7 @@ void Diagnoser::withdraw(const HoldOut& hold_out, const SearchResult& found, Dia
   d.fit.covariance.clear();
   for (PredictionError& row : d.horizons) row.after = row.before;
   d.gap.after = d.gap.before;
-  d.gap.closure = d.gap.closure_low = d.gap.closure_high = 0.0;
+  set_closure(d.gap, {});
 }
 
 std::vector<DetectionLimit> Diagnoser::detection_limits(SearchResult& found) const {

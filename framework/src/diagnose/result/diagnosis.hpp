@@ -57,6 +57,7 @@ struct PredictionError {
 struct Gap {
   double horizon = 1, before = 0, after = 0, closure = 0;
   double closure_low = 0, closure_high = 0;  // 95 %
+  ErrorChange change{};                      // of the error
 };
 
 struct Diagnosis {

@@ -102,6 +102,27 @@ TEST(ResidualTests, FunctionsOfTheStateDoNotExplainNoise) {
   }
 }
 
+/// Nor what is named: its own function is known along the smoothed motion, which has the noise in it, and differs from
+/// that of the predicted motion by noise.
+TEST(ResidualTests, FunctionsBesideAnEffectDoNotExplainNoise) {
+  DiagnoseRig rig;
+  double chi_square = 0.0, dof = 0.0;
+  for (const std::uint64_t seed : {93, 94}) {
+    Problem problem = rig.problem({rig.simulate(rig.with("aero_drag", {0.5}),
+                                                {.seconds = 40, .seed = seed, .rough = {3, 1, 1}, .noise_time = 1.0})});
+    problem.noise_time = 1.0;
+    Fit f = fit(problem, rig.with("aero_drag", {0.5}), rig.noise(problem, 1.0), 8);
+    iterate_reference(problem, rig.road(), f);
+    f = fit(problem, f.model, f.noise, 8);
+    for (const ResidualTest& test : residual_tests(problem, f)) {
+      if (test.where != Where::state || !test.focused || !test.quantity.empty()) continue;
+      chi_square += 2.0 * test.gain;
+      dof += static_cast<double>(test.dof);
+    }
+  }
+  EXPECT_LT(chi_square / dof, 1.5);
+}
+
 TEST(ResidualTests, FindsAPlaceAndItsInterval) {
   // friction_patch may not be named: what it does is then a remainder in one place.
   DiagnoseRig rig({"friction_patch", "bank", "grade"});
