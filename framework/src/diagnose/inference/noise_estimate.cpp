@@ -9,6 +9,7 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "diagnose/inference/newton_step.hpp"
 
@@ -53,6 +54,12 @@ double& value_of(MeasuredNoise& m, const Unknown& u) {
       break;
   }
   return m.noise_time;
+}
+
+/// Whether another value of it is another linear model.
+bool changes_model(const Unknown& u) {
+  using enum Unknown::Kind;
+  return u.kind == time || u.kind == bend || u.kind == parameter;
 }
 
 bool is_of_commands(const Unknown& u) { return u.kind == Unknown::Kind::steady || u.kind == Unknown::Kind::moving; }
@@ -160,7 +167,11 @@ Scores scores_at(const Problem& problem, Innovations& innovations, const Measure
   const auto n = static_cast<Index>(unknowns.size()), rows = static_cast<Index>(base.size());
   MatrixXd dS(rows, n), de(rows, n);  // over S, and over its root
   VectorXd excess(rows), ratio(rows);
-  for (Index a = 0; a < n; ++a) {
+  // Those along the same motion first: a model is linearised once less.
+  std::vector<Index> order(unknowns.size());
+  std::iota(order.begin(), order.end(), Index{0});
+  std::ranges::stable_partition(order, [&](Index a) { return !changes_model(unknowns[static_cast<std::size_t>(a)]); });
+  for (const Index a : order) {
     MeasuredNoise moved = at;
     const Unknown& u = unknowns[static_cast<std::size_t>(a)];
     double step = difference;
@@ -206,10 +217,11 @@ Channels white_levels(const Problem& problem) {
   return level;
 }
 
-/// The parameters of a model's effects.
+/// The parameters of a model's effects but of shapes along the lap, which have many and imitate no bend.
 void add_parameters(const Problem& problem, const ModelSpec& model, std::vector<Unknown>& list) {
   for (std::size_t i = 0; i < model.members.size(); ++i) {
     const Candidate& c = problem.catalogue->candidates()[model.members[i]];
+    if (c.fitted.size() > thresholds::full_penalty_parameters) continue;
     for (std::size_t f = 0; f < c.fitted.size(); ++f) {
       const abi::ParamDecl& decl = c.decl(f);
       list.push_back({Unknown::Kind::parameter, i, 1.0, decl.hi, c.fitted[f], decl.lo, decl.scale});
