@@ -8,6 +8,7 @@
 #include "diagnose/inference/preparation.hpp"
 #include "diagnose/inference/reference.hpp"
 #include "diagnose/result/advice.hpp"
+#include "diagnose/result/closing.hpp"
 #include "diagnose/result/noise_health.hpp"
 #include "diagnose/result/sentence.hpp"
 
@@ -336,18 +337,13 @@ void Diagnoser::rank_by_rollouts(const HoldOut& hold_out, const SearchResult& fo
                         [](const RankedEffect& row) { return !(row.rollout.change > 0.0); });
 }
 
-/// Whether what is named closes some of the gap: where noise moves the car between samples (a rough road, commands that
-/// are not known there), more of it than chance. What has ample evidence and rests during the laps held out, or is less
-/// there than such noise, must do so on the others.
+/// Whether what is named closes some of the gap on the laps held out or, where these cannot tell, on the others.
 bool Diagnoser::closes(const HoldOut& hold_out, const Diagnosis& d) const {
   if (d.named.empty()) return true;
-  constexpr double least = thresholds::least_closing;
   const bool moved = has_strong_process_noise(problem_, d.fit.noise) || problem_.command != UnknownCommands{};
-  if (d.gap.after < (1.0 - least) * d.gap.before && (!moved || d.gap.closure > 0.0)) return true;
-  const bool surely_worse = moved ? d.gap.change.harms() : !(d.gap.after < (1.0 + least) * d.gap.before);
-  if (surely_worse || !(d.fit.evidence - d.null_model.evidence > thresholds::ample_evidence)) return false;
-  const ErrorChange known = compare(hold_out.predict_known(d.fit), hold_out.predict_known(d.null_model));
-  return known.change < -least && (!moved || known.helps());
+  const Closing said = closing(d.gap, d.fit.evidence - d.null_model.evidence, moved);
+  if (said != Closing::ask_fitted) return said == Closing::closes;
+  return closes_fitted(compare(hold_out.predict_known(d.fit), hold_out.predict_known(d.null_model)), moved);
 }
 
 /// Whether the result predicts hold-out data well enough to be kept.

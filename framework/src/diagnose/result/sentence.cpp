@@ -65,13 +65,22 @@ std::string gap_text(const Gap& gap) {
   return text;
 }
 
+/// The same where only fitted data speak for what is named, as closing() allows.
+std::string hidden_gap_text(const Gap& gap) {
+  std::string text = "the data fitted say so, 1 s predictions of those not fitted cannot tell (";
+  text += significant(gap.before);
+  text += " sensor standard deviations without, ";
+  text += significant(gap.after);
+  return text + " with)";
+}
+
 /// The named effects, what they do, and how sure that is.
 std::string found_text(const Diagnosis& d) {
   double least = 1.0;
   for (const NamedEffect& n : d.named) least = std::min(least, n.confidence);
   std::string text = list(d);
   text += d.named.size() == 1 ? " is missing: with it " : " are missing: with them ";
-  text += gap_text(d.gap);
+  text += d.gap.closure > 0.0 ? gap_text(d.gap) : hidden_gap_text(d.gap);
   text += "; confidence ";
   return text + significant(least);
 }

@@ -45,5 +45,19 @@ TEST(DiagnoseSentence, ALateChannelLeadsWithWhatItCloses) {
                          "on data"));
 }
 
+/// A name whose gap does not close more than chance is not said to close it.
+TEST(DiagnoseSentence, SaysWhereOnlyFittedDataSpeakForAName) {
+  Diagnosis d;
+  d.verdict = Verdict::named;
+  NamedEffect& drag = d.named.emplace_back();
+  drag.effect = "aero_drag";
+  drag.confidence = 0.9;
+  d.gap = {1.0, 1.144, 1.141, 0.0, 0.0, 0.0};
+  EXPECT_THAT(sentence(d), HasSubstr("the data fitted say so, 1 s predictions of those not fitted cannot tell (1.14 "
+                                     "sensor standard deviations without, 1.14 with); confidence 0.9."));
+  d.gap.closure = 0.5;
+  EXPECT_THAT(sentence(d), HasSubstr("on data not fitted the 1 s prediction error goes from"));
+}
+
 }  // namespace
 }  // namespace gripline::diagnose

@@ -1,0 +1,21 @@
+// Whether what is named closes some of the gap between predictions and measurement.
+#pragma once
+
+#include "diagnose/inference/error_change.hpp"
+#include "diagnose/result/diagnosis.hpp"
+
+namespace gripline::diagnose {
+
+/// What data not fitted say: the gap closes, it stays open, or they cannot tell and the fitted data are asked.
+enum class Closing { closes, open, ask_fitted };
+
+/// `evidence`: log evidence of what is named over the bare model. `moved`: noise moves the car between samples (a rough
+/// road, commands that are not known there); then the gap must close by more than chance, and effects smaller than such
+/// noise are only open where predictions get surely worse with them. With ample evidence, what rests during the laps
+/// held out may be asked for on the fitted ones.
+Closing closing(const Gap& gap, double evidence, bool moved);
+
+/// The same of predictions of fitted data.
+bool closes_fitted(const ErrorChange& change, bool moved);
+
+}  // namespace gripline::diagnose
