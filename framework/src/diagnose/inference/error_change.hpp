@@ -18,6 +18,8 @@ struct StartErrors {
 struct ErrorChange {
   double change = 0;
   double low = -1, high = 1;
+  /// Whether there were starts enough for an interval.
+  bool measured() const { return low > -1.0 || high < 1.0; }
   bool helps() const { return high < 0.0; }
   bool harms() const { return low > 0.0; }
   /// "helps", "harms" or "cannot tell".

@@ -246,7 +246,7 @@ StartErrors predicted(const HoldOut& hold_out, const Fit& fitted) {
 
 }  // namespace
 
-/// Errors of predictions on hold-out data by the nominal model and by the one found.
+/// Errors of predictions on hold-out data by the nominal model, with its parameters refitted, and by the one found.
 void Diagnoser::measure_gap(const HoldOut& hold_out, Diagnosis& d) const {
   Fit nominal = d.null_model;
   nominal.model = catalogue_.null_model();  // before: nothing fitted
@@ -260,6 +260,12 @@ void Diagnoser::measure_gap(const HoldOut& hold_out, Diagnosis& d) const {
   d.gap.after = after[reported].rms();
   const ErrorChange change = compare(after[reported], before[reported]);
   set_closure(d.gap, change);
+  d.named_gap = d.gap;
+  if (!d.null_model.theta.empty()) {
+    const StartErrors refitted = predicted(hold_out, hold_out.refit(d.null_model));
+    d.named_gap.before = refitted.rms();
+    set_closure(d.named_gap, compare(after[reported], refitted));
+  }
   if (d.named.size() == 1 && catalogue_.nuisances().empty()) d.named.front().rollout = change;
 }
 
@@ -341,7 +347,7 @@ void Diagnoser::rank_by_rollouts(const HoldOut& hold_out, const SearchResult& fo
 bool Diagnoser::closes(const HoldOut& hold_out, const Diagnosis& d) const {
   if (d.named.empty()) return true;
   const bool moved = has_strong_process_noise(problem_, d.fit.noise) || problem_.command != UnknownCommands{};
-  const Closing said = closing(d.gap, d.fit.evidence - d.null_model.evidence, moved);
+  const Closing said = closing(d.named_gap, d.fit.evidence - d.null_model.evidence, moved);
   if (said != Closing::ask_fitted) return said == Closing::closes;
   return closes_fitted(compare(hold_out.predict_known(d.fit), hold_out.predict_known(d.null_model)), moved);
 }
@@ -392,6 +398,7 @@ void Diagnoser::withdraw(const HoldOut& hold_out, const SearchResult& found, Dia
   for (PredictionError& row : d.horizons) row.after = row.before;
   d.gap.after = d.gap.before;
   set_closure(d.gap, {});
+  d.named_gap = d.gap;
 }
 
 std::vector<DetectionLimit> Diagnoser::detection_limits(SearchResult& found) const {

@@ -67,7 +67,8 @@ struct Diagnosis {
   std::vector<std::vector<std::string>> equivalent;  // sets of effects that explain the log as well; empty or >= 2
   std::optional<ResidualTest> unknown;               // where something is left that no effect explains
   std::vector<std::pair<std::string, double>> nominal_fit;  // nuisance parameters
-  Gap gap;                                                  // before: with delays of channels left in
+  Gap gap;                                                  // before: the nominal model, delays of channels left in
+  Gap named_gap;  // before: the nominal model with its parameters refitted, delays taken off; closed by effects alone
   std::vector<PredictionError> horizons;
   std::vector<RankedEffect> ranking;
   std::string manoeuvre;  // that would tell equivalent sets apart; empty: none

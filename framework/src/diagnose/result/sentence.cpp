@@ -65,13 +65,30 @@ std::string gap_text(const Gap& gap) {
   return text;
 }
 
-/// The same where only fitted data speak for what is named, as closing() allows.
-std::string hidden_gap_text(const Gap& gap) {
-  std::string text = "the data fitted say so, 1 s predictions of those not fitted cannot tell (";
-  text += significant(gap.before);
-  text += " sensor standard deviations without, ";
-  text += significant(gap.after);
-  return text + " with)";
+/// What named effects do to predictions, beside refitted parameters and delays taken off.
+std::string witness_text(const Diagnosis& d) {
+  const Gap& gap = d.named_gap;
+  const std::string with = d.named.size() == 1 ? "with it" : "with them";
+  if (gap.closure > 0.0) return with + " " + gap_text(gap);
+  std::string errors = significant(gap.before);
+  errors += " sensor standard deviations, ";
+  errors += significant(gap.after);
+  errors += " ";
+  errors += with;
+  if (!gap.change.measured())
+    return "the 1 s prediction error on data not fitted is " + errors + ", of too little data for an interval";
+  return "the fitted data show it, 1 s predictions of data not fitted do not surely change (" + errors + ")";
+}
+
+/// The error that refitting and taking delays off had to begin with.
+std::string nominal_text(const Diagnosis& d) {
+  if (d.nominal_fit.empty() && d.delays.empty()) return {};
+  std::string text = "; ";
+  text += significant(d.gap.before);
+  text += " before ";
+  if (!d.nominal_fit.empty()) text += "parameters were refitted";
+  if (!d.delays.empty()) text += d.nominal_fit.empty() ? "delays were taken off" : " and delays taken off";
+  return text;
 }
 
 /// The named effects, what they do, and how sure that is.
@@ -79,8 +96,9 @@ std::string found_text(const Diagnosis& d) {
   double least = 1.0;
   for (const NamedEffect& n : d.named) least = std::min(least, n.confidence);
   std::string text = list(d);
-  text += d.named.size() == 1 ? " is missing: with it " : " are missing: with them ";
-  text += d.gap.closure > 0.0 ? gap_text(d.gap) : hidden_gap_text(d.gap);
+  text += d.named.size() == 1 ? " is missing: " : " are missing: ";
+  text += witness_text(d);
+  text += nominal_text(d);
   text += "; confidence ";
   return text + significant(least);
 }
@@ -131,8 +149,8 @@ std::string car_text(const Diagnosis& d) {
       text += std::to_string(d.equivalent.size());
       text += " explanations; ";
       text += list(d);
-      text += " fits best: with it ";
-      text += gap_text(d.gap);
+      text += " fits best: ";
+      text += witness_text(d);
       text += "; to decide, ";
       return text + d.manoeuvre + ".";
     }

@@ -45,18 +45,48 @@ TEST(DiagnoseSentence, ALateChannelLeadsWithWhatItCloses) {
                          "on data"));
 }
 
-/// A name whose gap does not close more than chance is not said to close it.
-TEST(DiagnoseSentence, SaysWhereOnlyFittedDataSpeakForAName) {
+Diagnosis named(double before, double after, double closure, ErrorChange change) {
   Diagnosis d;
   d.verdict = Verdict::named;
   NamedEffect& drag = d.named.emplace_back();
   drag.effect = "aero_drag";
+  drag.params = {{"a", "m/s2", 0.72, 0.7, 0.74}};
   drag.confidence = 0.9;
-  d.gap = {1.0, 1.144, 1.141, 0.0, 0.0, 0.0};
-  EXPECT_THAT(sentence(d), HasSubstr("the data fitted say so, 1 s predictions of those not fitted cannot tell (1.14 "
-                                     "sensor standard deviations without, 1.14 with); confidence 0.9."));
-  d.gap.closure = 0.5;
-  EXPECT_THAT(sentence(d), HasSubstr("on data not fitted the 1 s prediction error goes from"));
+  d.gap = d.named_gap = {1.0, before, after, closure, closure, closure, change};
+  return d;
+}
+
+TEST(DiagnoseSentence, ANameSaysWhatItCloses) {
+  EXPECT_EQ(
+      sentence(named(8.0, 1.0, 0.99, {-0.9, -0.95, -0.8})),
+      "aero_drag (a = 0.72 m/s2) is missing: with it on data not fitted the 1 s prediction error goes from 8 to 1 "
+      "sensor standard deviations (99 % of the gap, 99 to 99); confidence 0.9.");
+}
+
+/// A name whose gap does not close more than chance is not said to close it.
+TEST(DiagnoseSentence, SaysWhereOnlyFittedDataSpeakForAName) {
+  EXPECT_EQ(sentence(named(1.144, 1.141, 0.0, {-0.003, -0.01, 0.01})),
+            "aero_drag (a = 0.72 m/s2) is missing: the fitted data show it, 1 s predictions of data not fitted do not "
+            "surely change (1.14 sensor standard deviations, 1.14 with it); confidence 0.9.");
+}
+
+TEST(DiagnoseSentence, SaysWhereTooLittleIsHeldOutForAnInterval) {
+  EXPECT_EQ(sentence(named(11.0, 1.04, 0.0, {-0.9})),
+            "aero_drag (a = 0.72 m/s2) is missing: the 1 s prediction error on data not fitted is 11 sensor standard "
+            "deviations, 1.04 with it, of too little data for an interval; confidence 0.9.");
+}
+
+/// What refitted parameters and delays close is not the name's.
+TEST(DiagnoseSentence, ANameIsCreditedBesideRefittedParametersAndDelays) {
+  Diagnosis d = named(1.3, 1.1, 0.7, {-0.15, -0.2, -0.1});
+  d.gap.before = 8.9;
+  d.nominal_fit = {{"Df", 0.19}};
+  EXPECT_THAT(sentence(d), HasSubstr("goes from 1.3 to 1.1 sensor standard deviations (70 % of the gap, 70 to 70); 8.9 "
+                                     "before parameters were refitted; confidence"));
+  NamedEffect& late = d.delays.emplace_back();
+  late.effect = "yaw_rate_delay";
+  late.params = {{"T", "s", 0.12, 0.11, 0.13}};
+  EXPECT_THAT(sentence(d), HasSubstr("; 8.9 before parameters were refitted and delays taken off; confidence"));
 }
 
 }  // namespace
