@@ -211,7 +211,8 @@ inline constexpr double asks_for_commands = 1.0;
 /// Factor on the least variance of an unknown acceleration (`no_process_noise`) [-] from which on it may be what
 /// commands did between samples. Larger: faster; what was left out passes for other noise. Not varied.
 inline constexpr double may_be_left_out = 4.0;
-/// Largest bend of commands between samples (-1/8 is a parabola), and what a bend must differ by to search again.
+/// Bend of commands between samples (-1/8 is a parabola) from which on it is an effect's, and what a bend must differ by
+/// to search again.
 inline constexpr double most_bend = 0.3, other_bend = 0.03;
 /// Samples that noise is measured on; iterations, and log likelihood by which one must improve to go on.
 inline constexpr std::size_t noise_samples = 3000;

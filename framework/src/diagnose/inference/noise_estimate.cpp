@@ -86,10 +86,12 @@ double difference_step(MeasuredNoise at, const Unknown& u) {
   return down ? -difference : difference;
 }
 
-/// Whether an unknown stands at an end of its range and would leave it.
-bool at_end(MeasuredNoise at, const Unknown& u, double gradient) {
+/// Whether an unknown stands at an end of its range and would leave it: an acceleration as calm as it may be, and all
+/// but colours at the upper end.
+bool would_leave(MeasuredNoise at, const Unknown& u, double gradient) {
   const double value = value_of(at, u);
-  return gradient > 0.0 ? value <= u.least + 1e-4 * std::abs(u.least) : value >= u.most;
+  if (gradient > 0.0) return u.kind == Unknown::Kind::acceleration && value <= 1.0001 * u.least;
+  return u.kind != Unknown::Kind::colour && value >= u.most;
 }
 
 /// The innovations of all logs under some noise.
@@ -259,8 +261,7 @@ std::vector<Unknown> list_unknowns(const Problem& problem, const ModelSpec& mode
   return list;
 }
 
-/// The step of Fisher scoring, and the gain that it predicts. Unknowns that would leave their range are left out of the
-/// system.
+/// The step of Fisher scoring, and the gain that it predicts. What would leave its range is left out of the system.
 struct Step {
   VectorXd of;
   double predicted;
@@ -269,7 +270,7 @@ struct Step {
 Step scoring_step(Scores scores, std::span<const Unknown> unknowns, const MeasuredNoise& m) {
   for (std::size_t a = 0; a < unknowns.size(); ++a) {
     const auto i = static_cast<Index>(a);
-    if (!at_end(m, unknowns[a], scores.gradient[i])) continue;
+    if (!would_leave(m, unknowns[a], scores.gradient[i])) continue;
     scores.information.row(i).setZero();
     scores.information.col(i).setZero();
     scores.information(i, i) = 1.0;
@@ -342,7 +343,7 @@ void forget_faint_colours(std::span<const Unknown> unknowns, const MatrixXd& cov
 }
 
 /// Takes back what the log does not ask for of commands between samples: noise without which it is hardly less likely,
-/// and bends that are not significant.
+/// bends that are not significant, and those at an end of their range, which are an effect's.
 void forget_undetermined(std::span<const Unknown> unknowns, const MatrixXd& covariance, Innovations& innovations,
                          MeasuredNoise& m) {
   double cost = cost_of(innovations.under(m));
@@ -358,7 +359,8 @@ void forget_undetermined(std::span<const Unknown> unknowns, const MatrixXd& cova
     } else if (u.kind == Unknown::Kind::bend) {
       const auto i = static_cast<Index>(a);
       const double sigma = i < covariance.rows() ? std::sqrt(std::max(0.0, covariance(i, i))) : 1.0;
-      if (std::abs(value_of(m, u)) < thresholds::significant_colour * sigma) value_of(m, u) = 0.0;
+      const double size = std::abs(value_of(m, u));
+      if (size < thresholds::significant_colour * sigma || size >= u.most) value_of(m, u) = 0.0;
     }
   }
 }
