@@ -171,8 +171,7 @@ inline constexpr double strong_process_noise = 0.2;
 /// measured.
 inline constexpr double noticeable_process_noise = 0.1, uneven_ratio = 3.0;
 /// Ratio below which process noise may be parameters still on their way to the optimum, and the factor on the least
-/// variance from which on it is worth asking, and from which on commands may have been left out. Not measured; saves
-/// fits that would creep along a flat valley.
+/// variance from which on it is worth asking. Not measured; saves fits that would creep along a flat valley.
 inline constexpr double may_vanish = 0.5, above_least = 4.0;
 
 // ---- Noise that is measured
@@ -184,6 +183,9 @@ inline constexpr double coloured_innovations = 5.0;
 inline constexpr double noise_gain_before = 30.0, noise_gain = 10.0;
 /// Standard deviations by which a colour must differ from white, its least and its largest size.
 inline constexpr double significant_colour = 3.0, least_colour = 0.05, most_colour = 0.97;
+/// Colour from which on noise of a sensor may be an offset, which hardly changes and an effect may explain [-]: noise is
+/// then measured from white sensors too. Smaller: slower.
+inline constexpr double offset_colour = 0.95;
 /// What noise must differ by from what was believed, to search again: the factor on a correlation time or a level, and
 /// a colour.
 inline constexpr double other_noise_factor = 1.25, other_colour = 0.1;
@@ -206,7 +208,11 @@ inline constexpr double most_command = 0.5, first_command = 0.5, least_command =
 /// Standard deviations of the score of unknown commands from which on they are measured. Where logs say all the score
 /// is negative. Larger: faster; logs with little left out pass for whole. Not varied.
 inline constexpr double asks_for_commands = 1.0;
-/// Largest bend of commands between samples (-1/8 is a parabola), and what a bend must differ by to search again.
+/// Factor on the least variance of an unknown acceleration (`no_process_noise`) [-] from which on it may be what
+/// commands did between samples. Larger: faster; what was left out passes for other noise. Not varied.
+inline constexpr double may_be_left_out = 4.0;
+/// Bend of commands between samples (-1/8 is a parabola) from which on it is an effect's, and what a bend must differ by
+/// to search again.
 inline constexpr double most_bend = 0.3, other_bend = 0.03;
 /// Samples that noise is measured on; iterations, and log likelihood by which one must improve to go on.
 inline constexpr std::size_t noise_samples = 3000;

@@ -9,6 +9,7 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 
 #include "diagnose/inference/newton_step.hpp"
@@ -24,10 +25,10 @@ using Eigen::VectorXd;
 struct Unknown {
   enum class Kind { level, colour, acceleration, time, steady, moving, bend, parameter } kind;
   std::size_t which = 0;      // channel, acceleration, command or member of the model
-  double longest_step = 1.0;  // of the logarithm; of a colour, a bend or a parameter itself
-  double most = 0.0;          // of a command, a parameter
-  std::size_t of = 0;         // the member's parameter
-  double least = 0.0, scale = 1.0;
+  double longest_step = 1.0;  // of the logarithm; of a colour, a bend or a parameter itself, in its scale
+  double least = 0.0, most = std::numeric_limits<double>::infinity();
+  std::size_t of = 0;  // the member's parameter
+  double scale = 1.0;
 };
 
 /// A filter's path depends on which colours are zero: while they are unknown none is.
@@ -64,34 +65,33 @@ bool changes_model(const Unknown& u) {
 
 bool is_of_commands(const Unknown& u) { return u.kind == Unknown::Kind::steady || u.kind == Unknown::Kind::moving; }
 
-/// Moves one unknown: a colour, a bend and a parameter (in its scales) by an addition, all others by a factor's
+/// A value after a step: a colour, a bend and a parameter (in its scales) move by an addition, all others by a factor's
 /// logarithm.
-void move(MeasuredNoise& m, const Unknown& u, double step, const Problem& problem) {
-  double& value = value_of(m, u);
-  if (u.kind == Unknown::Kind::colour) {
-    value = std::clamp(value + step, -thresholds::most_colour, thresholds::most_colour);
-    if (value == 0.0) value = hardly_coloured;
-    return;
-  }
-  if (u.kind == Unknown::Kind::bend) {
-    value = std::clamp(value + step, -thresholds::most_bend, thresholds::most_bend);
-    return;
-  }
-  if (u.kind == Unknown::Kind::parameter) {
-    value = std::clamp(value + step * u.scale, u.least, u.most);
-    return;
-  }
-  value *= std::exp(step);
-  if (is_of_commands(u)) value = std::clamp(value, thresholds::least_command * u.most, u.most);
-  if (u.kind == Unknown::Kind::level) value = std::max(value, u.least);
-  if (u.kind == Unknown::Kind::acceleration) value = std::max(value, least_variance(problem, u.which));
-  if (u.kind == Unknown::Kind::time)
-    value = std::clamp(value, thresholds::shortest_noise_time, thresholds::longest_noise_time);
+double after(double value, const Unknown& u, double step) {
+  using enum Unknown::Kind;
+  return u.kind == colour || u.kind == bend || u.kind == parameter ? value + step * u.scale : value * std::exp(step);
 }
 
-/// Whether an acceleration is as calm as it may be.
-bool at_floor(const Problem& problem, const Unknown& u, const MeasuredNoise& m) {
-  return u.kind == Unknown::Kind::acceleration && m.noise.process[u.which] <= 1.0001 * least_variance(problem, u.which);
+/// Moves one unknown within its range.
+void move(MeasuredNoise& m, const Unknown& u, double step) {
+  double& value = value_of(m, u);
+  value = std::clamp(after(value, u, step), u.least, u.most);
+  if (u.kind == Unknown::Kind::colour && value == 0.0) value = hardly_coloured;
+}
+
+/// Step of a difference: of a colour towards white, of all others downwards where a step up would leave the range.
+double difference_step(MeasuredNoise at, const Unknown& u) {
+  const double value = value_of(at, u);
+  const bool down = u.kind == Unknown::Kind::colour ? value > 0.0 : after(value, u, difference) > u.most;
+  return down ? -difference : difference;
+}
+
+/// Whether an unknown stands at an end of its range and would leave it: an acceleration as calm as it may be, and all
+/// but colours at the upper end.
+bool would_leave(MeasuredNoise at, const Unknown& u, double gradient) {
+  const double value = value_of(at, u);
+  if (gradient > 0.0) return u.kind == Unknown::Kind::acceleration && value <= 1.0001 * u.least;
+  return u.kind != Unknown::Kind::colour && value >= u.most;
 }
 
 /// The innovations of all logs under some noise.
@@ -161,8 +161,7 @@ struct Scores {
   MatrixXd information;
 };
 
-Scores scores_at(const Problem& problem, Innovations& innovations, const MeasuredNoise& at,
-                 std::span<const Unknown> unknowns) {
+Scores scores_at(Innovations& innovations, const MeasuredNoise& at, std::span<const Unknown> unknowns) {
   const std::vector<Likelihood::Innovation> base = innovations.under(at);
   const auto n = static_cast<Index>(unknowns.size()), rows = static_cast<Index>(base.size());
   MatrixXd dS(rows, n), de(rows, n);  // over S, and over its root
@@ -174,9 +173,8 @@ Scores scores_at(const Problem& problem, Innovations& innovations, const Measure
   for (const Index a : order) {
     MeasuredNoise moved = at;
     const Unknown& u = unknowns[static_cast<std::size_t>(a)];
-    double step = difference;
-    if (u.kind == Unknown::Kind::colour && value_of(moved, u) > 0.0) step = -difference;
-    move(moved, u, step, problem);
+    const double step = difference_step(at, u);
+    move(moved, u, step);
     const auto& other = innovations.under(moved);
     for (Index r = 0; r < rows; ++r) {
       const auto& x = base[static_cast<std::size_t>(r)];
@@ -195,7 +193,7 @@ Scores scores_at(const Problem& problem, Innovations& innovations, const Measure
 
 /// Whether something is left unknown of a command between samples.
 bool is_unknown_command(const Unknown& u, MeasuredNoise& m) {
-  return is_of_commands(u) && value_of(m, u) > 1.01 * thresholds::least_command * u.most;
+  return is_of_commands(u) && value_of(m, u) > 1.01 * u.least;
 }
 
 bool is_read(const Problem& problem, std::size_t channel) {
@@ -224,7 +222,7 @@ void add_parameters(const Problem& problem, const ModelSpec& model, std::vector<
     if (c.fitted.size() > thresholds::full_penalty_parameters) continue;
     for (std::size_t f = 0; f < c.fitted.size(); ++f) {
       const abi::ParamDecl& decl = c.decl(f);
-      list.push_back({Unknown::Kind::parameter, i, 1.0, decl.hi, c.fitted[f], decl.lo, decl.scale});
+      list.push_back({Unknown::Kind::parameter, i, 1.0, decl.lo, decl.hi, c.fitted[f], decl.scale});
     }
   }
 }
@@ -233,55 +231,71 @@ void add_parameters(const Problem& problem, const ModelSpec& model, std::vector<
 std::vector<Unknown> list_unknowns(const Problem& problem, const ModelSpec& model, const NoiseUnknowns& asked) {
   std::vector<Unknown> list;
   const Channels scatter = white_levels(problem);
-  const auto least_level = [&](std::size_t c) { return thresholds::least_level * scatter[c]; };
+  using enum Unknown::Kind;
+  const auto add_level = [&](std::size_t c) { list.push_back({level, c, 1.0, thresholds::least_level * scatter[c]}); };
   for (std::size_t c = 0; asked.sensors && c < channels; ++c) {
     if (!is_read(problem, c)) continue;
-    list.push_back({.kind = Unknown::Kind::level, .which = c, .least = least_level(c)});
-    list.push_back({Unknown::Kind::colour, c, 0.4});
+    add_level(c);
+    list.push_back({colour, c, 0.4, -thresholds::most_colour, thresholds::most_colour});
   }
-  for (std::size_t i = 0; i < noise_states; ++i) list.push_back({Unknown::Kind::acceleration, i, 2.0});
-  if (asked.correlation_time) list.push_back({Unknown::Kind::time, 0, 1.0});
+  for (std::size_t i = 0; i < noise_states; ++i) list.push_back({acceleration, i, 2.0, least_variance(problem, i)});
+  if (asked.correlation_time)
+    list.push_back({time, 0, 1.0, thresholds::shortest_noise_time, thresholds::longest_noise_time});
   if (!asked.commands) return list;
   std::vector<Log> logs;
   for (const Trace& trace : problem.traces) logs.push_back(trace.log);
   const Commands curvature = measured::command_curvature(logs);
-  using enum Unknown::Kind;
   for (const Unknown::Kind kind : {steady, moving, bend})
     for (std::size_t i = 0; i < curvature.size(); ++i) {
       if (!(curvature[i] > 0.0) || (kind == bend && problem.held)) continue;
-      const double unit = kind == steady ? curvature[i] : 1.0;
-      list.push_back({kind, i, kind == bend ? 0.1 : 1.0, thresholds::most_command * unit});
+      const double most = thresholds::most_command * (kind == steady ? curvature[i] : 1.0);
+      if (kind == bend)
+        list.push_back({kind, i, 0.1, -thresholds::most_bend, thresholds::most_bend});
+      else
+        list.push_back({kind, i, 1.0, thresholds::least_command * most, most});
     }
   // What commands do between samples scatters readings, and was believed to be the sensors'.
   for (std::size_t c = 0; !asked.sensors && c < channels; ++c)
-    if (is_read(problem, c)) list.push_back({.kind = Unknown::Kind::level, .which = c, .least = least_level(c)});
+    if (is_read(problem, c)) add_level(c);
   if (!problem.held) add_parameters(problem, model, list);
   return list;
 }
 
+/// The step of Fisher scoring, and the gain that it predicts. What would leave its range is left out of the system.
+struct Step {
+  VectorXd of;
+  double predicted;
+};
+
+Step scoring_step(Scores scores, std::span<const Unknown> unknowns, const MeasuredNoise& m) {
+  for (std::size_t a = 0; a < unknowns.size(); ++a) {
+    const auto i = static_cast<Index>(a);
+    if (!would_leave(m, unknowns[a], scores.gradient[i])) continue;
+    scores.information.row(i).setZero();
+    scores.information.col(i).setZero();
+    scores.information(i, i) = 1.0;
+    scores.gradient[i] = 0.0;
+  }
+  const VectorXd step = -scores.information.ldlt().solve(scores.gradient);
+  return {step, -0.5 * step.dot(scores.gradient)};
+}
+
 /// Fisher scoring with step halving. Gives the information at the end.
-MatrixXd improve(const Problem& problem, Innovations& innovations, std::span<const Unknown> unknowns,
-                 MeasuredNoise& m) {
+MatrixXd improve(Innovations& innovations, std::span<const Unknown> unknowns, MeasuredNoise& m) {
+  const auto n = static_cast<Index>(unknowns.size());
   double cost = cost_of(innovations.under(m));
   Scores scores;
   for (int iteration = 0; iteration < thresholds::noise_iterations; ++iteration) {
-    scores = scores_at(problem, innovations, m, unknowns);
-    for (std::size_t a = 0; a < unknowns.size(); ++a) {
-      const auto i = static_cast<Index>(a);
-      // A variance at its floor stays there while it would fall.
-      const Unknown& u = unknowns[a];
-      if (at_floor(problem, u, m) && scores.gradient[i] > 0.0) scores.gradient[i] = 0.0;
-      scores.information(i, i) = scores.information(i, i) * (1.0 + 1e-9) + 1e-6;
-    }
-    const VectorXd step = -scores.information.ldlt().solve(scores.gradient);
-    const double predicted = -0.5 * step.dot(scores.gradient);
+    scores = scores_at(innovations, m, unknowns);
+    scores.information.diagonal() = scores.information.diagonal() * (1.0 + 1e-9) + VectorXd::Constant(n, 1e-6);
+    const auto [step, predicted] = scoring_step(scores, unknowns, m);
     double part = 1.0, reached = cost;
     MeasuredNoise trial = m;
     for (; part > 0.1; part *= 0.4) {
       trial = m;
       for (std::size_t a = 0; a < unknowns.size(); ++a) {
         const double longest = unknowns[a].longest_step;
-        move(trial, unknowns[a], part * std::clamp(step[static_cast<Index>(a)], -longest, longest), problem);
+        move(trial, unknowns[a], part * std::clamp(step[static_cast<Index>(a)], -longest, longest));
       }
       reached = cost_of(innovations.under(trial));
       if (reached < cost) break;
@@ -315,8 +329,21 @@ void keep_credible(const Problem& problem, MeasuredNoise& m) {
   }
 }
 
+/// Takes back colours that are not significant.
+void forget_faint_colours(std::span<const Unknown> unknowns, const MatrixXd& covariance, MeasuredNoise& m) {
+  for (std::size_t a = 0; a < unknowns.size(); ++a) {
+    const Unknown& u = unknowns[a];
+    if (u.kind != Unknown::Kind::colour) continue;
+    const auto i = static_cast<Index>(a);
+    double& rho = m.noise.colour[u.which];
+    const bool significant =
+        std::abs(rho) > thresholds::significant_colour * std::sqrt(std::max(0.0, covariance(i, i)));
+    if (!significant || std::abs(rho) < thresholds::least_colour) rho = 0.0;
+  }
+}
+
 /// Takes back what the log does not ask for of commands between samples: noise without which it is hardly less likely,
-/// and bends that are not significant.
+/// bends that are not significant, and those at an end of their range, which are an effect's.
 void forget_undetermined(std::span<const Unknown> unknowns, const MatrixXd& covariance, Innovations& innovations,
                          MeasuredNoise& m) {
   double cost = cost_of(innovations.under(m));
@@ -332,7 +359,8 @@ void forget_undetermined(std::span<const Unknown> unknowns, const MatrixXd& cova
     } else if (u.kind == Unknown::Kind::bend) {
       const auto i = static_cast<Index>(a);
       const double sigma = i < covariance.rows() ? std::sqrt(std::max(0.0, covariance(i, i))) : 1.0;
-      if (std::abs(value_of(m, u)) < thresholds::significant_colour * sigma) value_of(m, u) = 0.0;
+      const double size = std::abs(value_of(m, u));
+      if (size < thresholds::significant_colour * sigma || size >= u.most) value_of(m, u) = 0.0;
     }
   }
 }
@@ -341,6 +369,43 @@ void forget_undetermined(std::span<const Unknown> unknowns, const MatrixXd& cova
 void whiten(const Problem& problem, Noise& noise) {
   noise.sensor = white_levels(problem);
   noise.colour = {};
+}
+
+/// The unknowns that something is left of, with the effects' parameters or without.
+std::vector<Unknown> left_of(std::span<const Unknown> unknowns, MeasuredNoise& m, bool parameters) {
+  std::vector<Unknown> left;
+  for (const Unknown& u : unknowns)
+    if (u.kind == Unknown::Kind::parameter ? parameters : value_of(m, u) != 0.0) left.push_back(u);
+  return left;
+}
+
+/// Takes back what the log does not ask for and measures the rest of the noise anew where commands lose what mattered.
+/// Parameters move with bends only.
+void settle(const Problem& problem, std::span<const Unknown> unknowns, const MatrixXd& information,
+            Innovations& innovations, MeasuredNoise& m) {
+  const MatrixXd covariance = information.ldlt().solve(MatrixXd::Identity(information.rows(), information.cols()));
+  forget_faint_colours(unknowns, covariance, m);
+  if (std::ranges::none_of(unknowns, is_of_commands)) return;
+  const double before = cost_of(innovations.under(m));
+  forget_undetermined(unknowns, covariance, innovations, m);
+  if (std::abs(cost_of(innovations.under(m)) - before) > thresholds::noise_settled)
+    improve(innovations, left_of(unknowns, m, m.bend != problem.bend), m);
+}
+
+/// The fit counted all samples, noise only the first: takes out of measured noise what the effects' parameters gain by
+/// their own move to those. The fitted model moves by what bends moved it.
+void take_out_own_move(const Problem& problem, const Fit& fitted, Innovations& innovations, MeasuredNoise& m) {
+  std::vector<Unknown> parameters;
+  add_parameters(problem, fitted.model, parameters);
+  if (parameters.empty()) return;
+  MeasuredNoise alone = as_believed(problem, fitted);
+  innovations.forget();
+  const double before = cost_of(innovations.under(alone));
+  improve(innovations, parameters, alone);
+  m.gain -= before - cost_of(innovations.under(alone));
+  MeasuredNoise moved = as_believed(problem, fitted);
+  for (const Unknown& u : parameters) move(moved, u, (value_of(m, u) - value_of(alone, u)) / u.scale);
+  m.model = moved.model;
 }
 
 }  // namespace
@@ -359,22 +424,19 @@ MeasuredNoise measure_noise(const Problem& problem, const Fit& fitted, const Noi
   const auto first_bend =
       std::ranges::find_if(unknowns, [](const Unknown& u) { return u.kind == Unknown::Kind::bend; });
   const auto needed = static_cast<std::size_t>(first_bend - unknowns.begin());
-  MatrixXd information = improve(problem, innovations, std::span(unknowns).first(needed), m);
-  if (std::ranges::any_of(unknowns, [&](const Unknown& u) { return is_unknown_command(u, m); }))
-    information = improve(problem, innovations, unknowns, m);
-  const MatrixXd covariance = information.ldlt().solve(MatrixXd::Identity(information.rows(), information.cols()));
-  for (std::size_t a = 0; a < unknowns.size(); ++a) {
-    const Unknown& u = unknowns[a];
-    if (u.kind != Unknown::Kind::colour) continue;
-    const auto i = static_cast<Index>(a);
-    double& rho = m.noise.colour[u.which];
-    const bool significant =
-        std::abs(rho) > thresholds::significant_colour * std::sqrt(std::max(0.0, covariance(i, i)));
-    if (!significant || std::abs(rho) < thresholds::least_colour) rho = 0.0;
+  const MatrixXd information = improve(innovations, std::span(unknowns).first(needed), m);
+  MeasuredNoise bent = m;
+  if (std::ranges::any_of(unknowns, [&](const Unknown& u) { return is_unknown_command(u, m); })) {
+    const MatrixXd beside_bends = improve(innovations, unknowns, bent);
+    settle(problem, unknowns, beside_bends, innovations, bent);
   }
-  if (asked.commands) forget_undetermined(unknowns, covariance, innovations, m);
+  if (bent.bend != problem.bend)
+    m = bent;
+  else  // the parameters, and what noise was beside them, stay where they are without bends
+    settle(problem, unknowns, information, innovations, m);
   if (asked.sensors) keep_credible(problem, m);
   m.gain = before - cost_of(innovations.under(m));
+  if (m.bend != problem.bend) take_out_own_move(problem, fitted, innovations, m);
   return m;
 }
 
@@ -404,7 +466,7 @@ double unknown_commands_statistic(const Problem& problem, const Fit& fitted) {
     unknowns.push_back(u);
   }
   Innovations innovations(problem);
-  const Scores scores = scores_at(problem, innovations, m, unknowns);
+  const Scores scores = scores_at(innovations, m, unknowns);
   double most = 0.0;
   for (Index i = 0; i < scores.gradient.size(); ++i)
     most = std::max(most, -scores.gradient[i] / std::sqrt(scores.information(i, i) + 1e-12));
@@ -415,11 +477,17 @@ double gain_of_bends(const Problem& problem, const Fit& fitted) {
   std::vector<Unknown> unknowns = list_unknowns(problem, fitted.model, {.sensors = false, .commands = true});
   std::erase_if(unknowns, [](const Unknown& u) { return u.kind != Unknown::Kind::bend; });
   if (unknowns.empty()) return 0.0;
+  const auto bends = static_cast<Index>(unknowns.size());
   add_parameters(problem, fitted.model, unknowns);
   Innovations innovations(problem);
-  const Scores scores = scores_at(problem, innovations, as_believed(problem, fitted), unknowns);
+  const Scores scores = scores_at(innovations, as_believed(problem, fitted), unknowns);
   const MatrixXd regular = scores.information + 1e-6 * MatrixXd(scores.information.diagonal().asDiagonal());
-  return 0.5 * scores.gradient.dot(regular.ldlt().solve(scores.gradient));
+  const auto gain_of_last = [&](Index n) {
+    const VectorXd gradient = scores.gradient.tail(n);
+    return 0.5 * gradient.dot(regular.bottomRightCorner(n, n).ldlt().solve(gradient));
+  };
+  const Index parameters = scores.gradient.size() - bends;
+  return gain_of_last(scores.gradient.size()) - (parameters > 0 ? gain_of_last(parameters) : 0.0);
 }
 
 bool is_other(const Problem& problem, const MeasuredNoise& measured) {

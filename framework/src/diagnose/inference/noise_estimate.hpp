@@ -11,7 +11,7 @@ struct MeasuredNoise {
   Noise noise;
   double noise_time = usual_noise_time;  // [s]
   Commands bend{};                       // of commands between samples, see measured::bend_commands
-  ModelSpec model;                       // the fitted one; where commands bend, its effects' sizes in this noise
+  ModelSpec model;                       // the fitted one; where bends are new, its effects' sizes beside them
   double gain = 0;                       // log likelihood over the noise that the measurement began from
 };
 
@@ -24,8 +24,8 @@ struct NoiseUnknowns {
 };
 
 /// Maximum likelihood by Fisher scoring, the fitted model's parameters held. Beside bends, which effects imitate, the
-/// parameters of these move too. Of long logs the beginnings count
-/// (thresholds::noise_samples). Colours that are not significant are set to zero.
+/// parameters of these move too. Of long logs the beginnings count (thresholds::noise_samples); what parameters gain by
+/// moving to those without bends is not counted, nor is the move. Colours that are not significant are set to zero.
 MeasuredNoise measure_noise(const Problem& problem, const Fit& fitted, const NoiseUnknowns& unknowns);
 
 /// Lag-one correlation of the innovations of the worst channel, in standard deviations of that of white ones.
@@ -35,8 +35,8 @@ double colour_statistic(const Problem& problem, const Fit& fitted);
 /// the log asks for more of it.
 double unknown_commands_statistic(const Problem& problem, const Fit& fitted);
 
-/// Log likelihood that bent commands are predicted to bring, by a score test with the noise held. Bends act in every
-/// step, so that effects can imitate much of what they explain.
+/// Log likelihood that bent commands are predicted to bring beyond what the effects' parameters would alone, by a score
+/// test with the noise held. Bends act in every step, so that effects can imitate much of what they explain.
 double gain_of_bends(const Problem& problem, const Fit& fitted);
 
 /// Whether measured noise differs from what a problem believes by more than thresholds::other_noise_factor or

@@ -58,6 +58,7 @@ class Searcher {
   bool hold_commands_anew();
   bool may_leave_out_commands();
   std::vector<const Fit*> smaller_than_best();
+  MeasuredNoise measure_from_both_sides(const Fit& fitted, NoiseUnknowns unknowns) const;
   bool measure_noise_anew();
   void refine_along_own_reference();
   void prune();
@@ -322,36 +323,41 @@ bool Searcher::may_leave_out_commands() {
   if (problem.command != UnknownCommands{} || problem.bend != Commands{}) return true;
   // Unknown accelerations, however small, can be what was left out: the score would then be that of more noise still.
   for (std::size_t i = 0; i < noise_states; ++i)
-    if (best_->noise.process[i] > thresholds::above_least * least_variance(problem, i)) return true;
+    if (best_->noise.process[i] > thresholds::may_be_left_out * least_variance(problem, i)) return true;
   const auto asks = [&](const Fit* one) {
     return unknown_commands_statistic(problem, *one) > thresholds::asks_for_commands;
   };
   return asks(best_) || std::ranges::any_of(smaller_than_best(), asks);
 }
 
+/// The noise measured with a model from what is believed and, where that may be an offset taken for noise, from white
+/// sensors: the likelihood can have a maximum on either side.
+MeasuredNoise Searcher::measure_from_both_sides(const Fit& fitted, NoiseUnknowns unknowns) const {
+  const Problem& problem = pool_.problem();
+  const MeasuredNoise noise = measure_noise(problem, fitted, unknowns);
+  const auto may_be_offset = [](double colour) { return colour > thresholds::offset_colour; };
+  if (std::ranges::none_of(problem.colour, may_be_offset)) return noise;
+  unknowns.begin_white = true;
+  const MeasuredNoise white = measure_noise(problem, fitted, unknowns);
+  const double simpler = is_simpler(problem, white) && !is_simpler(problem, noise) ? thresholds::noise_gain : 0.0;
+  return white.gain + simpler > noise.gain ? white : noise;
+}
+
 /// Measures the noise with the best model where it is not what was believed: coloured, unknown accelerations with
 /// another correlation time, or commands that the log leaves out. What was found under other noise is then forgotten.
 bool Searcher::measure_noise_anew() {
   const Problem& problem = pool_.problem();
-  const bool coloured = problem.colour != Channels{};
   NoiseUnknowns unknowns;
-  unknowns.sensors = coloured || colour_statistic(problem, *best_) > thresholds::coloured_innovations;
+  unknowns.sensors =
+      problem.colour != Channels{} || colour_statistic(problem, *best_) > thresholds::coloured_innovations;
   unknowns.correlation_time = has_strong_process_noise(problem, best_->noise);
   unknowns.commands = may_leave_out_commands();
   if (!unknowns.sensors && !unknowns.correlation_time && !unknowns.commands) return false;
-  MeasuredNoise noise = measure_noise(problem, *best_, unknowns);
-  if (coloured && best_ != null_model_) {
-    // A missing effect that came first can have left a likelihood with two maxima: the other one is that of white noise.
-    unknowns.begin_white = true;
-    const MeasuredNoise white = measure_noise(problem, *best_, unknowns);
-    const double simpler = is_simpler(problem, white) && !is_simpler(problem, noise) ? thresholds::noise_gain : 0.0;
-    if (white.gain + simpler > noise.gain) noise = white;
-    unknowns.begin_white = false;
-  }
+  MeasuredNoise noise = measure_from_both_sides(*best_, unknowns);
   const Fit* by = best_;
   if (unknowns.commands)
     for (const Fit* less : smaller_than_best()) {
-      const MeasuredNoise alone = measure_noise(problem, *less, unknowns);
+      const MeasuredNoise alone = measure_from_both_sides(*less, unknowns);
       if (less->evidence + alone.gain > by->evidence + noise.gain) noise = alone, by = less;
     }
   // What was believed must be worth believing still: where the log is about as likely without it, it was an effect.

@@ -22,6 +22,33 @@ struct Begun {
   Fit fitted;
 };
 
+/// A problem of logs, `model` fitted to them and again along their own reference.
+struct Fitted {
+  Fitted(const DiagnoseRig& rig, const std::vector<Log>& logs, const ModelSpec& model) : problem(rig.problem(logs)) {
+    problem.substeps = 6;
+    fitted = fit(problem, model, rig.noise(problem, 0.2), 6);
+    iterate_reference(problem, rig.road(), fitted);
+    fitted = fit(problem, fitted.model, fitted.noise, 8);
+  }
+  MeasuredNoise commands_measured() const {
+    return measure_noise(problem, fitted, {.sensors = false, .commands = true});
+  }
+  Problem problem;
+  Fit fitted;
+};
+
+double size_of_effect(const ModelSpec& model) { return model.values.front().front(); }
+
+/// Logs of cars with these gains of the steering.
+std::vector<Log> steered(const DiagnoseRig& rig, const std::vector<double>& gains, DiagnoseRig::Drive drive) {
+  std::vector<Log> logs;
+  for (const double gain : gains) {
+    logs.push_back(rig.simulate(rig.with("steer_gain", {gain}), drive));
+    ++drive.seed;
+  }
+  return logs;
+}
+
 /// Level and colour of each sensor, together with a rough road.
 TEST(NoiseEstimate, MeasuresLevelAndColourOfEverySensor) {
   const DiagnoseRig rig;
@@ -206,18 +233,55 @@ TEST(NoiseEstimate, FindsWhiteNoiseAgainBesideTheEffect) {
 /// when it may move.
 TEST(NoiseEstimate, EffectsMoveWithBends) {
   const DiagnoseRig rig;
-  const ModelSpec truth = rig.with("steer_gain", {0.05});
-  const Log whole = rig.simulate(truth, {.seconds = 60, .seed = 724, .steer = 2, .unsteady = 0.3});
-  Problem problem = rig.problem({DiagnoseRig::thinned(DiagnoseRig::thinned(whole))});
-  problem.substeps = 6;
-  Fit f = fit(problem, truth, rig.noise(problem, 0.2), 6);
-  iterate_reference(problem, rig.road(), f);
-  f = fit(problem, f.model, f.noise, 6);
-  const MeasuredNoise found = measure_noise(problem, f, {.sensors = false, .commands = true});
-  const auto gain = [](const ModelSpec& model) { return model.values.front().front(); };
+  const Log whole = steered(rig, {0.05}, {.seconds = 60, .seed = 724, .steer = 2, .unsteady = 0.3}).front();
+  const Fitted log(rig, {DiagnoseRig::thinned(DiagnoseRig::thinned(whole))}, rig.with("steer_gain", {0.05}));
+  const MeasuredNoise found = log.commands_measured();
+  const auto error = [](const ModelSpec& model) { return std::abs(size_of_effect(model) - 0.05); };
   EXPECT_NEAR(found.bend[1], -0.125, 0.03);
-  EXPECT_GT(std::abs(gain(f.model) - 0.05), 0.002);
-  EXPECT_LT(std::abs(gain(found.model) - 0.05), 0.5 * std::abs(gain(f.model) - 0.05));
+  EXPECT_GT(error(log.fitted.model), 0.002);
+  EXPECT_LT(error(found.model), 0.5 * error(log.fitted.model));
+}
+
+/// Two logs of which nothing is left out, with another gain of the steering each. Noise is measured on the first, for
+/// which the common gain is wrong: what it would gain there by itself is no gain of bends.
+TEST(NoiseEstimate, ParametersOfTheFirstSamplesAreNoGain) {
+  const DiagnoseRig rig;
+  const std::vector<Log> logs = steered(rig, {0.05, 0.03}, {.seconds = 60, .seed = 901, .steer = 2});
+  const Fitted both(rig, logs, rig.with("steer_gain", {0.04}));
+  const MeasuredNoise found = both.commands_measured();
+  EXPECT_LT(found.gain, thresholds::noise_gain);
+  EXPECT_GT(found.gain, -1.0);
+  EXPECT_EQ(found.bend, Commands{});
+  EXPECT_EQ(found.noise.command, UnknownCommands{});
+  EXPECT_EQ(found.model.values, both.fitted.model.values);
+  EXPECT_LT(gain_of_bends(both.problem, both.fitted), 5.0);
+}
+
+/// Where such logs bend, the common gain moves by what bends change of it, not to that of the first log.
+TEST(NoiseEstimate, BendsMoveTheParametersOfAllLogs) {
+  const DiagnoseRig rig;
+  std::vector<Log> logs = steered(rig, {0.05, 0.03}, {.seconds = 240, .seed = 911, .steer = 2, .unsteady = 0.3});
+  for (Log& log : logs) log = DiagnoseRig::thinned(DiagnoseRig::thinned(log));
+  const MeasuredNoise found = Fitted(rig, logs, rig.with("steer_gain", {0.04})).commands_measured();
+  EXPECT_NEAR(found.bend[1], -0.125, 0.03);
+  EXPECT_NEAR(size_of_effect(found.model), 0.04, 0.004);
+}
+
+/// At the upper end of its range an unknown can be told to go down.
+TEST(NoiseEstimate, LeavesTheUpperEndOfARange) {
+  const DiagnoseRig rig;
+  Problem problem = rig.problem(
+      {DiagnoseRig::thinned(rig.simulate(rig.catalogue().null_model(), {.seconds = 40, .seed = 725, .unsteady = 1}))});
+  problem.substeps = 4;
+  problem.bend[1] = thresholds::most_bend;
+  for (Trace& trace : problem.traces) trace.bend_commands(problem.bend);
+  Fit f = fit(problem, rig.catalogue().null_model(), rig.noise(problem, 5.0), 4);
+  iterate_reference(problem, rig.road(), f);
+  EXPECT_GT(gain_of_bends(problem, f), 20.0);
+  const MeasuredNoise found = measure_noise(problem, f, {.sensors = false, .commands = true});
+  EXPECT_LT(found.bend[1], 0.06);
+  EXPECT_GT(found.bend[1], -0.3);
+  EXPECT_GT(found.gain, 20.0);
 }
 
 /// Less than what is believed: something gone and nothing new. Levels and times are no such things.
@@ -248,6 +312,17 @@ TEST(NoiseEstimate, WholeLogsLeaveNothingOutOfTheCommands) {
   const Commands curvature = measured::command_curvature({&whole, 1});
   for (std::size_t i = 0; i < 2; ++i) EXPECT_LT(size_of(found.noise.command, whole, i), 0.15 * curvature[i]) << i;
   EXPECT_LT(found.gain, 20.0);
+}
+
+/// What is forgotten takes nothing with it: the rest is measured again without.
+TEST(NoiseEstimate, WholeLogsAreNoLessLikely) {
+  const DiagnoseRig rig;
+  for (const std::uint64_t seed : {901, 902}) {
+    const std::vector<Log> whole = steered(rig, {0.05}, {.seconds = 60, .seed = seed, .steer = 2});
+    const MeasuredNoise found = Fitted(rig, whole, rig.with("steer_gain", {0.05})).commands_measured();
+    EXPECT_GE(found.gain, -1.0) << seed;
+    EXPECT_EQ(found.bend, Commands{}) << seed;
+  }
 }
 
 /// Derivatives by parameters, of motion and of readings, go through the differences too.
