@@ -132,7 +132,7 @@ inline constexpr double misfit_focused = 3.5;
 /// The same with process noise: regressors evaluated along a reference that carries the noise make the statistic wider
 /// than its chi-square. Set with test_diagnose_adequacy FindsNoSpectralLineInProcessNoise (seeds 81 to 85), when that
 /// was so of functions of the state too. They are as wide as a chi-square now (0.94 of it, 5.1 along the smoothed
-/// reference: FunctionsOfTheStateDoNotExplainNoise); tests of constancy were not measured.
+/// reference: FunctionsOfTheStateDoNotExplainNoise), which would allow less; tests of constancy in time were not measured.
 inline constexpr double misfit_focused_process_noise = 7.0;
 /// Share of its gain that a spectral line counts with, because its frequency was chosen; with strong process noise,
 /// whose own spectrum it was chosen from, half of that. Not measured beyond the same test.
@@ -253,7 +253,7 @@ inline constexpr double nuisance_limit = 2.0;
 /// Parameters of one effect that cost Schwarz's whole penalty, and the share that each further one (the shape of a
 /// profile along the lap) costs. A chi-square of fixed significance grows by about one unit of log likelihood per
 /// degree of freedom; two are charged. Smaller: false grades and banks; larger: true ones are missed in process noise.
-/// Not measured.
+/// Not measured. Effects with more parameters than that also stay where they are while bends of commands are measured.
 inline constexpr std::size_t full_penalty_parameters = 3;
 inline constexpr double shape_penalty = 0.4;
 
