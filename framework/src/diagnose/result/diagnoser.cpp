@@ -343,11 +343,13 @@ void Diagnoser::rank_by_rollouts(const HoldOut& hold_out, const SearchResult& fo
                         [](const RankedEffect& row) { return !(row.rollout.change > 0.0); });
 }
 
-/// Whether what is named closes some of the gap on the laps held out or, where these cannot tell, on the others.
+/// Whether what was found closes some of the gap on the laps held out or, where these cannot tell, on the others. Refitted
+/// parameters count with it: they take up most of an effect, and what predictions show of the rest is less sure than
+/// its evidence. That it does no harm beside them is asked before (drop_harmful).
 bool Diagnoser::closes(const HoldOut& hold_out, const Diagnosis& d) const {
   if (d.named.empty()) return true;
   const bool moved = has_strong_process_noise(problem_, d.fit.noise) || problem_.command != UnknownCommands{};
-  const Closing said = closing(d.named_gap, d.fit.evidence - d.null_model.evidence, moved);
+  const Closing said = closing(d.gap, d.fit.evidence - d.null_model.evidence, moved);
   if (said != Closing::ask_fitted) return said == Closing::closes;
   return closes_fitted(compare(hold_out.predict_known(d.fit), hold_out.predict_known(d.null_model)), moved);
 }
