@@ -5,6 +5,7 @@
 #include <numeric>
 #include <span>
 
+#include "diagnose/inference/newton_step.hpp"
 #include "diagnose/inference/score_test.hpp"
 
 namespace gripline::diagnose {
@@ -29,6 +30,22 @@ double moved(const abi::ParamDecl& p, double step) {
 /// Whether the step leaves the range through a neutral value at its lower end.
 bool leaves(const abi::ParamDecl& p, double step) { return p.neutral <= p.lo && step < 0.0; }
 
+/// Moves the nuisances of a start within their limits to where they are best beside its effects: of a regressor `at` of
+/// the screening, the value a step away from neutral. Left behind, where both act alike, they make the start worse than
+/// the model that it extends.
+void follow(const Catalogue& catalogue, const Screening& s, std::span<const std::size_t> at,
+            std::span<const double> steps, ModelSpec& start) {
+  const auto count = static_cast<Index>(catalogue.nuisances().size());
+  if (count == 0) return;
+  NormalEquations own{s.normal.N.topLeftCorner(count, count), s.normal.g.head(count)};
+  for (std::size_t i = 0; i < at.size(); ++i) own.g -= s.normal.N.col(static_cast<Index>(at[i])).head(count) * steps[i];
+  ModelSpec bare = catalogue.null_model();
+  bare.nuisance = start.nuisance;
+  const Eigen::VectorXd move = parameter_step(catalogue, bare, own, parameter_scales(catalogue, bare)).step;
+  for (std::size_t i = 0; i < start.nuisance.size(); ++i) start.nuisance[i] += move[static_cast<Index>(i)];
+  clamp_to_ranges(catalogue, bare, start.nuisance);
+}
+
 /// The best extension by one candidate: with all its regressors, or with the best start of a scan.
 Extension best_of(const Problem& problem, const Fit& fitted, const Screening& s, const CandidateRegressors& group) {
   const Candidate& c = problem.catalogue->candidates()[group.candidate];
@@ -44,10 +61,12 @@ Extension best_of(const Problem& problem, const Fit& fitted, const Screening& s,
     std::vector<double> values = scanned ? group.starts[i] : c.defaults;
     const std::size_t moving = std::min<std::size_t>(scanned ? 1 : c.fitted.size(), count);
     bool outside = false;
+    std::vector<double> steps;
     for (std::size_t f = 0; f < moving; ++f) {
       const double step = score.step[static_cast<Index>(f)];
       outside |= count == 1 && leaves(c.decl(f), step);
       values[c.fitted[f]] = moved(c.decl(f), step);
+      steps.push_back(values[c.fitted[f]] - c.decl(f).neutral);
     }
     const double gain = outside ? 0.0 : score.gain;
     if (gain <= best.gain) continue;
@@ -55,6 +74,7 @@ Extension best_of(const Problem& problem, const Fit& fitted, const Screening& s,
     best.dof = scanned ? c.fitted.size() : score.dof;
     best.start = problem.catalogue->with(fitted.model, group.candidate);
     best.start.values[best.start.position(group.candidate)] = values;
+    follow(*problem.catalogue, s, std::span(regressors).first(moving), steps, best.start);
   }
   return best;
 }
@@ -96,8 +116,11 @@ std::vector<Extension> best_pairs(const Problem& problem, const Fit& fitted, con
       pair.gain = score.gain;
       pair.dof = score.dof;
       pair.start = catalogue.with(catalogue.with(fitted.model, a.candidate), b.candidate);
-      pair.start.values[pair.start.position(a.candidate)][x.fitted[0]] = moved(x.decl(0), score.step[0]);
-      pair.start.values[pair.start.position(b.candidate)][y.fitted[0]] = moved(y.decl(0), score.step[1]);
+      const std::array<double, 2> values = {moved(x.decl(0), score.step[0]), moved(y.decl(0), score.step[1])};
+      pair.start.values[pair.start.position(a.candidate)][x.fitted[0]] = values[0];
+      pair.start.values[pair.start.position(b.candidate)][y.fitted[0]] = values[1];
+      const std::array<double, 2> steps = {values[0] - x.decl(0).neutral, values[1] - y.decl(0).neutral};
+      follow(catalogue, screening, both, steps, pair.start);
       pairs.push_back(std::move(pair));
     }
   std::stable_sort(pairs.begin(), pairs.end(), [](const Extension& a, const Extension& b) { return a.gain > b.gain; });

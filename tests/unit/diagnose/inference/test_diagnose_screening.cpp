@@ -42,6 +42,28 @@ TEST(Screening, PredictsWhatAFitFinds) {
   EXPECT_LT(e.gain, gain);
 }
 
+/// Where a refitted parameter has taken most of an effect up, the effect's start moves it back: both together would be
+/// too much.
+TEST(Screening, StartsMoveRefittedParameters) {
+  DiagnoseRig rig;
+  Nuisance n;
+  n.name = "Cm1";
+  n.nominal = rig.catalogue().nominal(n.name, &n.index);
+  n.sigma = 0.04 * n.nominal;
+  rig.catalogue().set_nuisances({n});
+  const Screened s(rig, rig.with("drive_gain", {0.06}));
+  const double taken_up = s.null_model.model.nuisance[0] - n.nominal;
+  EXPECT_GT(taken_up, 0.02 * n.nominal);
+  const Extension& e = s.of("drive_gain");
+  EXPECT_LT(e.start.nuisance[0] - n.nominal, 0.5 * taken_up);
+  const auto rise = [&](const ModelSpec& start) {
+    return fit(s.problem, start, s.null_model.noise, 1).cost - s.null_model.cost;
+  };
+  ModelSpec left_behind = e.start;
+  left_behind.nuisance = s.null_model.model.nuisance;
+  EXPECT_LT(rise(e.start), 0.01 * rise(left_behind));
+}
+
 /// A patch has no size to derive its place by: places are tried, and the best becomes the start.
 TEST(Screening, ScansPlaces) {
   const DiagnoseRig rig;
