@@ -28,6 +28,18 @@ class DiagnoseRig {
   const WorldSpec& world() const { return world_; }
   const Registry& registry() const { return registry_; }
 
+  /// Nominal parameters that are trusted to this share of their value: refitted.
+  void trust(const std::vector<const char*>& names, double share) {
+    std::vector<diagnose::Nuisance> nuisances;
+    for (const char* name : names) {
+      diagnose::Nuisance& n = nuisances.emplace_back();
+      n.name = name;
+      n.nominal = catalogue_.nominal(name, &n.index);
+      n.sigma = share * n.nominal;
+    }
+    catalogue_.set_nuisances(nuisances);
+  }
+
   /// A model with one effect whose fitted parameters have these values.
   diagnose::ModelSpec with(const std::string& id, const std::vector<double>& fitted) const {
     return with(catalogue_.null_model(), id, fitted);

@@ -33,8 +33,8 @@ bool leaves(const abi::ParamDecl& p, double step) { return p.neutral <= p.lo && 
 /// Moves the nuisances of a start within their limits to where they are best beside its effects: of a regressor `at` of
 /// the screening, the value a step away from neutral. Left behind, where both act alike, they make the start worse than
 /// the model that it extends.
-void follow(const Catalogue& catalogue, const Screening& s, std::span<const std::size_t> at,
-            std::span<const double> steps, ModelSpec& start) {
+void refit_nuisances(const Catalogue& catalogue, const Screening& s, std::span<const std::size_t> at,
+                     std::span<const double> steps, ModelSpec& start) {
   const auto count = static_cast<Index>(catalogue.nuisances().size());
   if (count == 0) return;
   NormalEquations own{s.normal.N.topLeftCorner(count, count), s.normal.g.head(count)};
@@ -74,7 +74,7 @@ Extension best_of(const Problem& problem, const Fit& fitted, const Screening& s,
     best.dof = scanned ? c.fitted.size() : score.dof;
     best.start = problem.catalogue->with(fitted.model, group.candidate);
     best.start.values[best.start.position(group.candidate)] = values;
-    follow(*problem.catalogue, s, std::span(regressors).first(moving), steps, best.start);
+    refit_nuisances(*problem.catalogue, s, std::span(regressors).first(moving), steps, best.start);
   }
   return best;
 }
@@ -120,7 +120,7 @@ std::vector<Extension> best_pairs(const Problem& problem, const Fit& fitted, con
       pair.start.values[pair.start.position(a.candidate)][x.fitted[0]] = values[0];
       pair.start.values[pair.start.position(b.candidate)][y.fitted[0]] = values[1];
       const std::array<double, 2> steps = {values[0] - x.decl(0).neutral, values[1] - y.decl(0).neutral};
-      follow(catalogue, screening, both, steps, pair.start);
+      refit_nuisances(catalogue, screening, both, steps, pair.start);
       pairs.push_back(std::move(pair));
     }
   std::stable_sort(pairs.begin(), pairs.end(), [](const Extension& a, const Extension& b) { return a.gain > b.gain; });

@@ -70,12 +70,24 @@ TEST(ResidualTests, FindsNoSpectralLineInProcessNoise) {
   }
 }
 
+/// Twice the gain of all tests for functions of the state, which is a chi-square where nothing is left.
+struct StateTests {
+  double chi_square = 0.0, dof = 0.0;
+  void add(const Problem& problem, const Fit& fitted) {
+    for (const ResidualTest& test : residual_tests(problem, fitted)) {
+      if (test.where != Where::state || !test.focused || !test.quantity.empty()) continue;
+      chi_square += 2.0 * test.gain;
+      dof += static_cast<double>(test.dof);
+    }
+  }
+};
+
 /// Noise that turns the car shows in its smoothed yaw rate too, and must not pass for a function of it: twice the gain
 /// of a test is a chi-square, on a rough road and where shaking hands were recorded every 80 ms only.
 TEST(ResidualTests, FunctionsOfTheStateDoNotExplainNoise) {
   DiagnoseRig rig;
   for (const bool shaking : {false, true}) {
-    double chi_square = 0.0, dof = 0.0;
+    StateTests noise;
     for (const std::uint64_t seed : {91, 92}) {
       DiagnoseRig::Drive drive{.seconds = 40, .seed = seed};
       if (shaking) drive.unsteady = 2.0;
@@ -92,13 +104,9 @@ TEST(ResidualTests, FunctionsOfTheStateDoNotExplainNoise) {
         iterate_reference(problem, rig.road(), f);
       }
       f = fit(problem, f.model, f.noise, 8);
-      for (const ResidualTest& test : residual_tests(problem, f)) {
-        if (test.where != Where::state || !test.focused || !test.quantity.empty()) continue;
-        chi_square += 2.0 * test.gain;
-        dof += static_cast<double>(test.dof);
-      }
+      noise.add(problem, f);
     }
-    EXPECT_LT(chi_square / dof, 1.5) << (shaking ? "unknown commands" : "a rough road");
+    EXPECT_LT(noise.chi_square / noise.dof, 1.5) << (shaking ? "unknown commands" : "a rough road");
   }
 }
 
@@ -106,7 +114,7 @@ TEST(ResidualTests, FunctionsOfTheStateDoNotExplainNoise) {
 /// that of the predicted motion by noise.
 TEST(ResidualTests, FunctionsBesideAnEffectDoNotExplainNoise) {
   DiagnoseRig rig;
-  double chi_square = 0.0, dof = 0.0;
+  StateTests noise;
   for (const std::uint64_t seed : {93, 94}) {
     Problem problem = rig.problem({rig.simulate(rig.with("aero_drag", {0.5}),
                                                 {.seconds = 40, .seed = seed, .rough = {3, 1, 1}, .noise_time = 1.0})});
@@ -114,13 +122,9 @@ TEST(ResidualTests, FunctionsBesideAnEffectDoNotExplainNoise) {
     Fit f = fit(problem, rig.with("aero_drag", {0.5}), rig.noise(problem, 1.0), 8);
     iterate_reference(problem, rig.road(), f);
     f = fit(problem, f.model, f.noise, 8);
-    for (const ResidualTest& test : residual_tests(problem, f)) {
-      if (test.where != Where::state || !test.focused || !test.quantity.empty()) continue;
-      chi_square += 2.0 * test.gain;
-      dof += static_cast<double>(test.dof);
-    }
+    noise.add(problem, f);
   }
-  EXPECT_LT(chi_square / dof, 1.5);
+  EXPECT_LT(noise.chi_square / noise.dof, 1.5);
 }
 
 TEST(ResidualTests, FindsAPlaceAndItsInterval) {

@@ -46,16 +46,13 @@ TEST(Screening, PredictsWhatAFitFinds) {
 /// too much.
 TEST(Screening, StartsMoveRefittedParameters) {
   DiagnoseRig rig;
-  Nuisance n;
-  n.name = "Cm1";
-  n.nominal = rig.catalogue().nominal(n.name, &n.index);
-  n.sigma = 0.04 * n.nominal;
-  rig.catalogue().set_nuisances({n});
+  rig.trust({"Cm1"}, 0.04);
+  const double nominal = rig.catalogue().nuisances().front().nominal;
   const Screened s(rig, rig.with("drive_gain", {0.06}));
-  const double taken_up = s.null_model.model.nuisance[0] - n.nominal;
-  EXPECT_GT(taken_up, 0.02 * n.nominal);
+  const double taken_up = s.null_model.model.nuisance[0] - nominal;
+  EXPECT_GT(taken_up, 0.02 * nominal);
   const Extension& e = s.of("drive_gain");
-  EXPECT_LT(e.start.nuisance[0] - n.nominal, 0.5 * taken_up);
+  EXPECT_LT(e.start.nuisance[0] - nominal, 0.5 * taken_up);
   const auto rise = [&](const ModelSpec& start) {
     return fit(s.problem, start, s.null_model.noise, 1).cost - s.null_model.cost;
   };

@@ -85,15 +85,7 @@ TEST(Search, TellsExactSynonyms) {
 
 TEST(Search, WrongNominalParametersAreFittedAlongside) {
   DiagnoseRig rig;
-  std::vector<Nuisance> nuisances;
-  for (const char* name : {"Df", "Dr", "Cm1"}) {
-    Nuisance n;
-    n.name = name;
-    n.nominal = rig.catalogue().nominal(name, &n.index);
-    n.sigma = 0.02 * n.nominal;
-    nuisances.push_back(n);
-  }
-  rig.catalogue().set_nuisances(nuisances);
+  rig.trust({"Df", "Dr", "Cm1"}, 0.02);
   ModelSpec truth = rig.with("rolling_res", {0.4});
   truth.nuisance[0] *= 1.02;
   truth.nuisance[1] *= 0.985;
@@ -101,19 +93,15 @@ TEST(Search, WrongNominalParametersAreFittedAlongside) {
   const SearchResult found = searched(rig, rig.simulate(truth, {30, 41, 1}));
   EXPECT_EQ(name(found), "rolling_res");
   for (std::size_t i = 0; i < 3; ++i)
-    EXPECT_NEAR(found.best.theta[i], truth.nuisance[i], 0.01 * truth.nuisance[i]) << nuisances[i].name;
+    EXPECT_NEAR(found.best.theta[i], truth.nuisance[i], 0.01 * truth.nuisance[i]) << i;
 }
 
 /// Three standard deviations are more than a nuisance may take: the tyre's grip is named.
 TEST(Search, NuisancesStayWithinTheirLimits) {
   DiagnoseRig rig;
-  Nuisance n;
-  n.name = "Df";
-  n.nominal = rig.catalogue().nominal(n.name, &n.index);
-  n.sigma = 0.02 * n.nominal;
-  rig.catalogue().set_nuisances({n});
+  rig.trust({"Df"}, 0.02);
   const SearchResult found = searched(rig, rig.simulate(rig.with("front_grip", {0.06}), {20, 27, 1}));
-  EXPECT_LE(found.null_model.theta[0], n.nominal * 1.0401);
+  EXPECT_LE(found.null_model.theta[0], rig.catalogue().nuisances().front().nominal * 1.0401);
   EXPECT_EQ(name(found), "front_grip");
 }
 

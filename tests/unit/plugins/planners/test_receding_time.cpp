@@ -15,7 +15,6 @@
 
 #include "common/planning/closed_line.hpp"
 #include "common/planning/line_follower.hpp"
-#include "planners/time_optimal/friction_places.hpp"
 #include "planners/time_optimal/lap_setup.hpp"
 #include "planners/time_optimal/receding_laps.hpp"
 #include "planners/time_optimal/window_solver.hpp"
@@ -671,83 +670,6 @@ TEST_F(RecedingLapsAfterAWrongBelief, AStandingCarGetsItsPlanBack) {
   for (std::size_t k = 0; k < plan_.nodes.size(); ++k)
     moved = std::max(moved, std::abs(plan_.nodes[k].v - right.nodes[k].v));
   EXPECT_LT(moved, 0.1);
-}
-
-/// A car that goes round a road of 200 pieces, two a step, and believes what it is told with a delay of two steps.
-class FrictionPlacesTest : public ::testing::Test {
- protected:
-  template <class Friction>
-  void laps(int count, const Friction& friction) {
-    for (int i = 0; i < 100 * count; ++i) {
-      delayed_[1] = delayed_[0];
-      delayed_[0] = friction(piece_);
-      piece_ = (piece_ + 2) % 200;
-      changes_ += places_.step(piece_, delayed_[1], spread_);
-    }
-  }
-  static double wet(std::size_t piece) { return piece >= 60 && piece < 100 ? 0.6 : 0.9; }
-  static double dry(std::size_t /*piece*/) { return 0.9; }
-
-  FrictionPlaces places_{200, 0.02};
-  std::size_t piece_ = 0;
-  double delayed_[2] = {0.9, 0.9}, spread_ = 0;
-  int changes_ = 0;
-};
-
-TEST_F(FrictionPlacesTest, APlaceMetOnceIsKnownOnTheNextLap) {
-  laps(1, dry);
-  laps(1, wet);
-  EXPECT_NEAR(places_.grip(80), 0.6 / 0.9, 0.02);
-  EXPECT_LT(places_.grip(60), 1.0);  // where it begins, not where that was noticed
-  for (const std::size_t piece : {40, 104, 150}) EXPECT_EQ(places_.grip(piece), 1.0) << piece;
-  for (int i = 0; i < 40; ++i) {  // into it
-    piece_ += 2;
-    places_.step(piece_, wet(piece_));
-  }
-  EXPECT_TRUE(places_.holding());
-  EXPECT_NEAR(places_.mu(), 0.9, 1e-9);  // the road ahead is dry
-}
-
-TEST_F(FrictionPlacesTest, FrictionThatFallsForGoodIsTheWholeRoads) {
-  laps(1, dry);
-  laps(2, [](std::size_t) { return 0.6; });
-  EXPECT_EQ(changes_, 0);
-  EXPECT_EQ(places_.mu(), 0.6);
-}
-
-TEST_F(FrictionPlacesTest, ABeliefThatFellTooFarAtFirstIsNoPlace) {
-  laps(1, dry);
-  int steps = 0;
-  laps(2, [&](std::size_t) { return ++steps < 12 ? 0.4 : 0.6; });
-  EXPECT_EQ(changes_, 0);
-}
-
-/// What a learner that has seen little believes of a stretch is no place.
-TEST_F(FrictionPlacesTest, ABeliefThatIsNotSureIsNoPlace) {
-  spread_ = 0.05;  // twice that is more than a fall of a tenth
-  laps(2, wet);
-  EXPECT_EQ(changes_, 0);
-  spread_ = 0.025;
-  laps(2, wet);
-  EXPECT_LT(places_.grip(80), 1.0);
-}
-
-TEST_F(FrictionPlacesTest, APlaceThatDriedIsForgotten) {
-  laps(1, dry);
-  laps(2, wet);
-  ASSERT_LT(places_.grip(80), 1.0);
-  laps(1, dry);
-  for (std::size_t piece = 0; piece < 200; ++piece) EXPECT_EQ(places_.grip(piece), 1.0) << piece;
-}
-
-TEST_F(FrictionPlacesTest, LessThanAPlaceExplainsIsLessEverywhere) {
-  laps(1, dry);
-  laps(2, wet);
-  for (int i = 0; i < 40; ++i) {
-    piece_ += 2;
-    places_.step(piece_, 0.7 * wet(piece_));
-  }
-  EXPECT_NEAR(places_.mu(), 0.7 * 0.9, 0.02);
 }
 
 // Where the road is slippery turns are planned at the speed that its friction allows.
