@@ -127,6 +127,28 @@ class DynamicCar {
 
 inline Registry plugins() { return Registry({plugin_dir()}); }
 
+/// The 1:43 car for a planner on a road, which predicts with the true tyres where a test changes nothing.
+class PlannerRig {
+ protected:
+  PluginContext context_on(const Track& track) {
+    course_ = std::make_unique<TrackCourse>(track, car_);
+    PluginContext context;
+    context.car = car_;
+    context.dt = 0.02;
+    context.course = course_.get();
+    context.nominal = &model_.prediction();
+    context.mu_init = 1.0;
+    return context;
+  }
+
+  Registry registry_ = plugins();
+  Car car_ = car_1_43();
+  Track ethz_ = ethz();
+  Track mobil_ = ethz_mobil();
+  DynamicCar model_{registry_, 0.02};
+  std::unique_ptr<TrackCourse> course_;
+};
+
 /// The published start: the track's start pose at 0.1 m/s.
 inline State start_state(const Track& track) {
   State x;

@@ -82,12 +82,12 @@ std::vector<diagnose::ChannelDelay> channel_delays(const std::list<measured::Ses
   return diagnose::find_channel_delays(logs);
 }
 
-diagnose::ErrorChange change_of(const calibrate::ErrorChange& c) { return {c.change, c.low, c.high}; }
+diagnose::ForecastChange change_of(const calibrate::ForecastChange& c) { return {c.change, c.low, c.high}; }
 
 std::string percent(double share) { return significant(100.0 * share, 2) + " %"; }
 
 /// By how much an error became smaller, with its interval.
-std::string decrease_text(const calibrate::ErrorChange& c) {
+std::string decrease_text(const calibrate::ForecastChange& c) {
   return percent(-c.change) + " (" + percent(-c.high) + " to " + percent(-c.low) + ")";
 }
 
@@ -189,7 +189,7 @@ Diagnosis diagnosis_of(const MissingEffects& found, std::span<const diagnose::Ch
   return d;
 }
 
-Node change_node(const calibrate::ErrorChange& c) {
+Node change_node(const calibrate::ForecastChange& c) {
   Node out = Node::empty_object();
   out.set("change", number_or_null(c.change));
   out.set("ci95", Node(Node::Array{number_or_null(c.low), number_or_null(c.high)}));

@@ -7,7 +7,7 @@
 
 #include "calibrate/calibrated_world.hpp"
 #include "calibrate/candidate_effects.hpp"
-#include "calibrate/start_errors.hpp"
+#include "calibrate/forecast_errors.hpp"
 
 namespace gripline::calibrate {
 
@@ -36,7 +36,7 @@ struct Trial {
   std::vector<double> params;
   std::vector<Unknown> unknowns;
   double cost = 0;
-  StartErrors judged;
+  ForecastErrors judged;
 };
 
 /// Another world's unknowns of the same name.

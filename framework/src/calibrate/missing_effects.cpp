@@ -43,8 +43,8 @@ class MissingSearch {
   void split(const std::list<measured::SessionFile>& files, const std::list<measured::SessionFile>& held_out);
   void calibrate(const std::list<measured::SessionFile>& files);
   void measure_noise(const std::list<measured::SessionFile>& files);
-  StartErrors judge(const Trial& trial, const std::vector<FitLog>& logs) const {
-    return start_errors(trial.forecaster, trial.params, fits_.weighing, logs);
+  ForecastErrors judge(const Trial& trial, const std::vector<FitLog>& logs) const {
+    return forecast_errors(trial.forecaster, trial.params, fits_.weighing, logs);
   }
   const std::vector<FitLog>& told_of() const { return report_.empty() ? judge_ : report_; }
   HorizonRow row_of(const std::string& name, const Trial& trial) const;
@@ -58,12 +58,14 @@ class MissingSearch {
   bool add_one();
   double determined(const std::string& effect, const Bootstrap& boot) const;
   WitnessErrors errors_of(const Trial& trial) const {
-    return {trial.judged, report_.empty() ? StartErrors{} : judge(trial, report_)};
+    return {trial.judged, report_.empty() ? ForecastErrors{} : judge(trial, report_)};
   }
-  const StartErrors& told(const WitnessErrors& errors) const { return report_.empty() ? errors.own : errors.held_out; }
+  const ForecastErrors& told(const WitnessErrors& errors) const {
+    return report_.empty() ? errors.own : errors.held_out;
+  }
   struct Asked {
     std::unique_ptr<Trial> rest;  // without it
-    ErrorChange told;             // of what is reported
+    ForecastChange told;          // of what is reported
     double sure = 0;              // that it helps, in standard deviations
     bool stays = false;
   };
@@ -73,7 +75,7 @@ class MissingSearch {
   void keep_what_helps();
   std::vector<FittedParameter> parameters_of_found() const;
   void name_values(std::span<const FittedParameter> parameters);
-  void compare_sessions(const StartErrors& before, const StartErrors& after);
+  void compare_sessions(const ForecastErrors& before, const ForecastErrors& after);
   Node world_found(const std::filesystem::path& folder) const;
 
   const Node& tree_;
@@ -358,10 +360,10 @@ void MissingSearch::keep_what_helps() {
 }
 
 /// What effects do to each of the logs that figures are of.
-void MissingSearch::compare_sessions(const StartErrors& before, const StartErrors& after) {
+void MissingSearch::compare_sessions(const ForecastErrors& before, const ForecastErrors& after) {
   const std::vector<FitLog>& logs = told_of();
   for (std::size_t l = 0; l < logs.size(); ++l) {
-    const StartErrors calibrated = before.of_log(l), found = after.of_log(l);
+    const ForecastErrors calibrated = before.of_log(l), found = after.of_log(l);
     out_.sessions.push_back({logs[l].session->name, calibrated.rms(), found.rms(), change_of(found, calibrated)});
   }
 }
@@ -424,7 +426,7 @@ MissingEffects MissingSearch::run(const std::list<measured::SessionFile>& files,
     with = without;
   }
   tell(0.9, "measuring");
-  const StartErrors given = told(errors_of(*given_)), before = told(without), after = told(with);
+  const ForecastErrors given = told(errors_of(*given_)), before = told(without), after = told(with);
   out_.calibration = change_of(before, given);
   out_.change = change_of(after, before);
   out_.all = change_of(after, given);

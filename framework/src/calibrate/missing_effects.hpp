@@ -27,7 +27,7 @@ struct MissingEffect {
   std::string effect;
   bool measurement = false;  // it changes what the sensors show, not how the car moves
   std::vector<Value> params;
-  ErrorChange change;  // of predictions of the logs held out, or of time not fitted, by it beside the others
+  ForecastChange change;  // of predictions of the logs held out, or of time not fitted, by it beside the others
 };
 
 /// A candidate beside the calibrated world alone.
@@ -38,14 +38,14 @@ struct RankedEffect {
   double gain = 0;
   bool tried = false;  // then `error` and `change` are of time not fitted
   double error = 0;
-  ErrorChange change;
+  ForecastChange change;
 };
 
 /// What the effects named do to one log.
 struct SessionChange {
   std::string log;
   double calibrated = 0, found = 0;  // errors of the model alone, in usual errors
-  ErrorChange change;                // found against calibrated
+  ForecastChange change;             // found against calibrated
 };
 
 struct MissingOptions {
@@ -64,9 +64,9 @@ struct MissingEffects {
   /// Errors of the model alone, without disturbances that the observer learns, in usual errors of the calibrated world
   /// (all channels): its own is about 1.
   double given = 0, calibrated = 0, found = 0, noise = 0;
-  ErrorChange calibration;              // calibrated against given, of the model alone
-  ErrorChange change;                   // found against calibrated
-  ErrorChange all;                      // found against given
+  ForecastChange calibration;           // calibrated against given, of the model alone
+  ForecastChange change;                // found against calibrated
+  ForecastChange all;                   // found against given
   std::vector<SessionChange> sessions;  // of what `change` is of, log by log
   Remainder remainder;
   std::vector<FittedParameter> parameters;  // of the calibrated world with the effects named

@@ -28,7 +28,7 @@ std::map<std::string, std::vector<double>> features_of(const std::vector<FitLog>
 
 }  // namespace
 
-Remainder remainder_of(const std::vector<FitLog>& logs, const StartErrors& errors, double horizon) {
+Remainder remainder_of(const std::vector<FitLog>& logs, const ForecastErrors& errors, double horizon) {
   Remainder out;
   const std::vector<double>& square = errors.square;
   const double total = std::accumulate(square.begin(), square.end(), 0.0);

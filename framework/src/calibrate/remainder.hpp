@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "calibrate/start_errors.hpp"
+#include "calibrate/forecast_errors.hpp"
 
 namespace gripline::calibrate {
 
@@ -17,6 +17,6 @@ struct Remainder {
 };
 
 /// `errors` are of all starts of `logs` that have a truth, over predictions of `horizon` seconds.
-Remainder remainder_of(const std::vector<FitLog>& logs, const StartErrors& errors, double horizon);
+Remainder remainder_of(const std::vector<FitLog>& logs, const ForecastErrors& errors, double horizon);
 
 }  // namespace gripline::calibrate

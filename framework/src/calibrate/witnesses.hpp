@@ -2,7 +2,7 @@
 // and logs held out. Neither knows of the other, so that what they say is added.
 #pragma once
 
-#include "calibrate/start_errors.hpp"
+#include "calibrate/forecast_errors.hpp"
 
 namespace gripline::calibrate {
 
@@ -10,8 +10,8 @@ inline constexpr double sure_enough = 1.96;  // standard deviations; 97.5 %: a 9
 
 /// Errors of one world.
 struct WitnessErrors {
-  StartErrors own;       // of time of the fitted logs that is not fitted
-  StartErrors held_out;  // of logs held out; empty where there are none
+  ForecastErrors own;       // of time of the fitted logs that is not fitted
+  ForecastErrors held_out;  // of logs held out; empty where there are none
   /// Whether the logs held out are long enough to say anything: below three stretches their error has no interval.
   bool held_out_says() const;
   /// What decides whether a world is worth more than nothing: the logs held out where they have a say.

@@ -15,7 +15,7 @@ TEST(Remainder, SaysWhatTheWorstStartsHaveInCommon) {
   const std::vector<FitLog> logs(1, FitLog(session, 0.02, {horizon}, judged_every, 0.5));
   const FitLog& log = logs.front();
   for (const double sign : {1.0, -1.0}) {
-    StartErrors errors;
+    ForecastErrors errors;
     for (const double t : log.starts.time)
       errors.square.push_back(std::exp(sign * 4.0 * session.interpolate(3, t + 0.5 * horizon)));
     const Remainder rest = remainder_of(logs, errors, horizon);

@@ -6,8 +6,8 @@ namespace gripline::calibrate {
 namespace {
 
 /// Errors of four starts in each of so many stretches; every other stretch differs by `odd`.
-StartErrors errors_of(double size, std::size_t stretches, double odd = 1.0) {
-  StartErrors out;
+ForecastErrors errors_of(double size, std::size_t stretches, double odd = 1.0) {
+  ForecastErrors out;
   for (std::size_t i = 0; i < 4 * stretches; ++i) {
     out.square.push_back(i / 4 % 2 == 0 ? size : size * odd);
     out.stretch.push_back(i / 4);
@@ -18,7 +18,7 @@ StartErrors errors_of(double size, std::size_t stretches, double odd = 1.0) {
 
 /// Two stretches have no interval: they neither speak for an effect nor against it.
 TEST(Witnesses, LogsHeldOutThatAreTooShortHaveNoSay) {
-  const StartErrors with = errors_of(0.64, 12, 1.1), without = errors_of(1.0, 12);
+  const ForecastErrors with = errors_of(0.64, 12, 1.1), without = errors_of(1.0, 12);
   const WitnessChange alone = compare({with, {}}, {without, {}});
   EXPECT_GT(alone.sure, sure_enough);
   EXPECT_TRUE(alone.smaller);
@@ -33,7 +33,7 @@ TEST(Witnesses, LogsHeldOutThatAreTooShortHaveNoSay) {
 }
 
 TEST(Witnesses, TwoThatAgreeAreSurerThanOneAndEachMaySpeakAgainst) {
-  const StartErrors better = errors_of(0.8, 6, 1.3), worse = errors_of(1.25, 6, 0.8), same = errors_of(1.0, 6);
+  const ForecastErrors better = errors_of(0.8, 6, 1.3), worse = errors_of(1.25, 6, 0.8), same = errors_of(1.0, 6);
   const WitnessErrors without{same, same};
   EXPECT_TRUE(without.held_out_says());
   const WitnessChange one = compare({better, {}}, {same, {}}), agreed = compare({better, better}, without);

@@ -201,16 +201,10 @@ class Curve final : public TyreCurve {
   AxleTyres tyres_;
 };
 
-class TimeOptimalTest : public ::testing::Test {
+class TimeOptimalTest : public ::testing::Test, protected PlannerRig {
  protected:
   Instance<SpeedPlanner> make(const Track& track, Changes changes, const char* cache = nullptr) {
-    course_ = std::make_unique<TrackCourse>(track, car_);
-    PluginContext context;
-    context.car = car_;
-    context.dt = 0.02;
-    context.course = course_.get();
-    context.nominal = &model_.prediction();
-    context.mu_init = 1.0;
+    PluginContext context = context_on(track);
     context.cache_dir = cache;
     context.progress = [](void* context, const char*, double fraction) {
       static_cast<std::vector<double>*>(context)->push_back(fraction);
@@ -264,12 +258,6 @@ class TimeOptimalTest : public ::testing::Test {
     return laps[1] - laps[0];
   }
 
-  Registry registry_ = plugins();
-  Car car_ = car_1_43();
-  Track ethz_ = ethz();
-  Track mobil_ = ethz_mobil();
-  DynamicCar model_{registry_, 0.02};
-  std::unique_ptr<TrackCourse> course_;
   std::vector<double> progress_;
 };
 

@@ -1,4 +1,4 @@
-#include "calibrate/start_errors.hpp"
+#include "calibrate/forecast_errors.hpp"
 
 #include <algorithm>
 #include <boost/math/distributions/students_t.hpp>
@@ -24,9 +24,9 @@ bool has_truth(const FitLog& log, std::size_t start) {
   return std::any_of(first, first + channels, [](double value) { return !std::isnan(value); });
 }
 
-StartErrors start_errors(const Forecaster& forecaster, std::span<const double> params, const Weighing& weighing,
-                         const std::vector<FitLog>& judged) {
-  StartErrors out;
+ForecastErrors forecast_errors(const Forecaster& forecaster, std::span<const double> params, const Weighing& weighing,
+                               const std::vector<FitLog>& judged) {
+  ForecastErrors out;
   std::size_t stretch = 0;
   std::vector<FitLog> logs = judged;
   const PredictionErrors errors(forecaster, logs);
@@ -59,15 +59,15 @@ StartErrors start_errors(const Forecaster& forecaster, std::span<const double> p
   return out;
 }
 
-double StartErrors::rms() const {
+double ForecastErrors::rms() const {
   const double sum = std::accumulate(square.begin(), square.end(), 0.0);
   return square.empty() ? 0.0 : std::sqrt(sum / static_cast<double>(square.size()));
 }
 
-std::size_t StartErrors::stretches() const { return std::set(stretch.begin(), stretch.end()).size(); }
+std::size_t ForecastErrors::stretches() const { return std::set(stretch.begin(), stretch.end()).size(); }
 
-StartErrors StartErrors::of_log(std::size_t which) const {
-  StartErrors out;
+ForecastErrors ForecastErrors::of_log(std::size_t which) const {
+  ForecastErrors out;
   for (std::size_t i = 0; i < square.size(); ++i) {
     if (log[i] != which) continue;
     out.square.push_back(square[i]);
@@ -77,7 +77,7 @@ StartErrors StartErrors::of_log(std::size_t which) const {
   return out;
 }
 
-ErrorChange change_of(const StartErrors& with, const StartErrors& without) {
+ForecastChange change_of(const ForecastErrors& with, const ForecastErrors& without) {
   // The logarithm of the ratio of two root mean squares, half that of A / C, moves with a stretch's sums a and c by
   // (a / A - c / C) / 2; stretches are drawn at random, so that its variance is that of their sum.
   std::map<std::size_t, std::pair<double, double>> sums;
@@ -89,7 +89,7 @@ ErrorChange change_of(const StartErrors& with, const StartErrors& without) {
     all_with += with.square[i];
     all_without += without.square[i];
   }
-  ErrorChange out;
+  ForecastChange out;
   if (!(all_with > 0.0) || !(all_without > 0.0)) return out;
   const double log_ratio = 0.5 * std::log(all_with / all_without);
   out.change = std::expm1(log_ratio);

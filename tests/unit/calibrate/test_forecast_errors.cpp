@@ -1,12 +1,12 @@
-#include "calibrate/start_errors.hpp"
+#include "calibrate/forecast_errors.hpp"
 
 #include <gtest/gtest.h>
 
 namespace gripline::calibrate {
 namespace {
 
-StartErrors errors_of(double size, double with_odd) {
-  StartErrors out;
+ForecastErrors errors_of(double size, double with_odd) {
+  ForecastErrors out;
   for (std::size_t i = 0; i < 40; ++i) {
     const std::size_t stretch = i / 4;
     out.square.push_back(stretch % 2 == 0 ? size : size * with_odd);
@@ -15,28 +15,28 @@ StartErrors errors_of(double size, double with_odd) {
   return out;
 }
 
-TEST(ErrorChange, SaysWhatTheStretchesAgreeOn) {
-  const StartErrors one = errors_of(1.0, 1.0);
+TEST(ForecastChange, SaysWhatTheStretchesAgreeOn) {
+  const ForecastErrors one = errors_of(1.0, 1.0);
   EXPECT_TRUE(change_of(errors_of(0.64, 1.1), one).helps());
   EXPECT_NEAR(change_of(errors_of(0.64, 1.0), one).change, -0.2, 1e-12);
   EXPECT_TRUE(change_of(errors_of(1.3, 1.1), one).harms());
-  const ErrorChange split = change_of(errors_of(0.5, 3.0), one);
+  const ForecastChange split = change_of(errors_of(0.5, 3.0), one);
   EXPECT_FALSE(split.helps() || split.harms());
 }
 
-TEST(ErrorChange, TellsNothingOfTwoStretches) {
-  StartErrors few;
+TEST(ForecastChange, TellsNothingOfTwoStretches) {
+  ForecastErrors few;
   few.square = {1.0, 1.0};
   few.stretch = {1, 2};
-  StartErrors less = few;
+  ForecastErrors less = few;
   less.square = {0.1, 0.1};
-  const ErrorChange change = change_of(less, few);
+  const ForecastChange change = change_of(less, few);
   EXPECT_FALSE(change.helps());
   EXPECT_EQ(change.certainty, 0.5) << "neither for nor against";
 }
 
-TEST(StartErrors, OfOneLogAreItsOwn) {
-  StartErrors two;
+TEST(ForecastErrors, OfOneLogAreItsOwn) {
+  ForecastErrors two;
   two.square = {1.0, 4.0, 9.0, 16.0};
   two.stretch = {1, 1, 2, 3};
   two.log = {0, 0, 0, 1};

@@ -1,0 +1,223 @@
+#include "planners/time_optimal/receding_laps.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <memory>
+#include <numbers>
+#include <optional>
+#include <vector>
+
+#include "planners/time_optimal/lap_setup.hpp"
+#include "support/allocation_counter.hpp"
+#include "support/planner_support.hpp"
+
+namespace gripline {
+namespace {
+
+using namespace time_optimal;
+using namespace testing_support;
+
+/// The laps themselves, of a car that stays where it is.
+class RecedingLapsTest : public ::testing::Test, protected PlannerRig {
+ protected:
+  static CarBelief believed(double mu) {
+    const Car car = car_1_43();
+    const double weight = mu * gravity / (car.lf + car.lr);
+    return {{{4.0, 1.3, weight * car.lr}, {4.0, 1.3, weight * car.lf}}, {}};
+  }
+  void SetUp() override {
+    setup_ =
+        std::make_unique<LapSetup>(context_on(mobil_), SetupOptions{0.4 * car_.width, 0.1, 0.0, 0.7}, believed(0.8));
+    laps_ = std::make_unique<RecedingLaps>(*setup_, believed(0.8), RecedingOptions{});
+    plan_ = laps_->whole_plan();
+  }
+  void steps(int count, const CarBelief& car, double spread) {
+    for (int i = 0; i < count; ++i) laps_->step(car, spread, station, plan_);
+  }
+  /// Newton steps of so many control steps.
+  long work(int count, const CarBelief& car, double spread) {
+    const long before = laps_->iterations();
+    steps(count, car, spread);
+    return laps_->iterations() - before;
+  }
+  double slowest() const {
+    double v = INFINITY;
+    for (const LapPlan::Node& node : plan_.nodes) v = std::min(v, node.v);
+    return v;
+  }
+
+  static constexpr double station = 1.0, settled = 2e-5;
+  std::unique_ptr<LapSetup> setup_;
+  std::unique_ptr<RecedingLaps> laps_;
+  LapPlan plan_;
+};
+
+// The surface of a road is curved along it where its grade changes, and where its bank turns with it.
+TEST_F(RecedingLapsTest, KnowsTheCurvatureOfTheRoadsSurface) {
+  const auto places_on = [&](const StationTable& grade, double bank) {
+    const double half = std::numbers::pi;
+    const std::array segments{Segment::line(2.0), Segment::arc(0.5, half), Segment::line(2.0), Segment::arc(0.5, half)};
+    const Track track(TrackShape{.name = "hilly",
+                                 .centre = ClosedCurve::from_segments({0.0, 0.0, 0.0}, segments, 1e-3),
+                                 .half_width_right = 0.2,
+                                 .half_width_left = 0.2,
+                                 .grade = grade,
+                                 .bank = bank,
+                                 .start = Pose{0.0, 0.0, 0.0},
+                                 .points = std::nullopt});
+    return LapSetup(context_on(track), SetupOptions{0.4 * car_.width, 0.1, 0.0, 0.7}, believed(0.8)).nodes();
+  };
+  const LapNodes banked = places_on(0.0, 0.1);
+  int turning = 0, straight = 0;
+  for (const LapPlace& place : banked.places) {
+    const double turn = std::sin(0.1) / 0.5;
+    (std::abs(place.curve) > 1e-9 ? turning : straight)++;
+    EXPECT_NEAR(std::abs(place.curve), std::abs(place.curve) > 1e-9 ? turn : 0.0, 1e-6);
+    EXPECT_GE(place.curve, 0.0);
+  }
+  EXPECT_GT(turning, 10);
+  EXPECT_GT(straight, 10);
+  const double length = 4.0 + std::numbers::pi;
+  const LapNodes hilly = places_on(StationTable(length, {0.0, 0.25 * length, 0.75 * length}, {0.0, 0.03, -0.03}), 0.0);
+  double rises = 0, falls = 0;
+  for (std::size_t k = 0; k < hilly.ds.size(); ++k)
+    (hilly.places[k].curve > 0 ? rises : falls) += hilly.places[k].curve * hilly.ds[k];
+  EXPECT_NEAR(rises, 0.06, 2e-3);
+  EXPECT_NEAR(falls, -0.06, 2e-3);
+}
+
+TEST_F(RecedingLapsTest, RestsWhereNothingChanges) {
+  steps(100, believed(0.8), 0.0);
+  EXPECT_EQ(work(50, believed(0.8), 0.0), 0);
+  EXPECT_DOUBLE_EQ(laps_->barrier(), settled);
+}
+
+TEST_F(RecedingLapsTest, FollowsABeliefThatMovedByMoreThanItsResolution) {
+  steps(100, believed(0.8), 0.0);
+  EXPECT_EQ(work(20, believed(0.8 * 1.008), 0.04), 0);  // a quarter of 4 % is 1 %
+  EXPECT_GT(work(20, believed(0.8 * 1.012), 0.04), 0);
+  steps(100, believed(0.8 * 1.012), 0.04);
+  EXPECT_EQ(work(20, believed(0.8 * 1.008), 0.04), 0);
+}
+
+TEST_F(RecedingLapsTest, AChangeOfTheBeliefRaisesTheBarrierByItsSize) {
+  steps(100, believed(0.8), 0.0);
+  steps(1, believed(0.8 * 1.004), 0.0);
+  EXPECT_LE(laps_->barrier(), settled);  // a warm start bears that
+  steps(100, believed(0.8 * 1.004), 0.0);
+  steps(1, believed(0.8 * 1.1), 0.0);
+  EXPECT_GT(laps_->barrier(), 1e-4);  // of which no plan is driven
+}
+
+TEST_F(RecedingLapsTest, ADrivenPlanFollowsALargeChangeWithinASecond) {
+  steps(100, believed(0.8), 0.0);
+  const double before = slowest();
+  steps(1, believed(0.6), 0.0);
+  EXPECT_NEAR(slowest(), before * std::sqrt(0.6 / 0.8), 0.02 * before);  // slower at once
+  const LapPlan scaled = plan_;
+  steps(50, believed(0.6), 0.0);
+  steps(100, believed(0.6), 0.0);
+  EXPECT_DOUBLE_EQ(laps_->barrier(), settled);
+  EXPECT_EQ(work(20, believed(0.6), 0.0), 0);
+  double moved = 0;
+  for (std::size_t k = 0; k < plan_.nodes.size(); ++k)
+    moved = std::max(moved, std::abs(plan_.nodes[k].v - scaled.nodes[k].v));
+  EXPECT_GT(moved, 0.02);  // the plan is of the new friction, no longer the old one driven slowly
+}
+
+/// What a learner that went wrong may say of a car, and how long a plan takes to come back after it.
+struct Wrong {
+  const char* what;
+  double B, front, rear;  // stiffness and friction of the axles, over the true ones
+  double rolling;         // resistance [m/s2]
+  double within;          // [s]
+};
+
+/// Wrong beliefs while the car goes along the base line, and what the plan is like when the right one is back.
+class RecedingLapsAfterAWrongBelief : public RecedingLapsTest {
+ protected:
+  static CarBelief wrong(const Wrong& w) {
+    CarBelief car = believed(0.8);
+    for (MagicFormula* tyre : {&car.tyres.front, &car.tyres.rear}) tyre->B *= w.B;
+    car.tyres.front.D *= w.front;
+    car.tyres.rear.D *= w.rear;
+    car.resistance.rolling = w.rolling;
+    return car;
+  }
+  void drive(double seconds, const CarBelief& car) {
+    for (double t = 0; t < seconds; t += 0.02) {
+      at_ += 0.02 * speed;
+      laps_->step(car, 0.0, at_, plan_);
+    }
+  }
+  /// The largest difference of planned speeds from one second to three ahead of the car [m/s].
+  double difference_ahead(const LapPlan& other) const {
+    double largest = 0;
+    for (double s = at_ + 1.0 * speed; s < at_ + 3.0 * speed; s += 0.1) {
+      const std::vector<double>& nodes = setup_->nodes().s;
+      const double wrapped = std::fmod(s, setup_->base().length());
+      const auto k =
+          static_cast<std::size_t>(std::upper_bound(nodes.begin(), nodes.end(), wrapped) - nodes.begin()) - 1;
+      largest = std::max(largest, std::abs(plan_.nodes[k].v - other.nodes[k].v));
+    }
+    return largest;
+  }
+  static constexpr double speed = 1.5;  // [m/s]
+  double at_ = station;
+};
+
+// While nobody could drive the car that is believed, the old plan is driven. Then a plan is back within two seconds, or
+// six where a much slower one was found and driven meanwhile.
+TEST_F(RecedingLapsAfterAWrongBelief, APlanComesBack) {
+  const LapPlan right = plan_;
+  for (const Wrong& one : {Wrong{"more resistance than drive", 1, 1, 1, 20, 2}, Wrong{"a push", 1, 1, 1, -20, 2},
+                           Wrong{"no front axle", 1, 0.05, 1, 0, 2}, Wrong{"tyres of jelly", 0.05, 1, 1, 0, 6},
+                           Wrong{"no number", 1, 1, std::nan(""), 0, 2}, Wrong{"all of it", 0.1, 0.1, 0.02, 15, 6}}) {
+    drive(3.0, wrong(one));
+    for (const LapPlan::Node& node : plan_.nodes) {
+      ASSERT_TRUE(std::isfinite(node.n) && std::isfinite(node.v) && std::isfinite(node.beta)) << one.what;
+      ASSERT_GT(node.v, 0.0) << one.what;
+    }
+    const long allocated = rig::allocations.load();
+    drive(one.within, believed(0.8));
+    EXPECT_EQ(rig::allocations.load(), allocated) << one.what;
+    EXPECT_LT(difference_ahead(right), 0.15) << one.what;
+    EXPECT_LE(laps_->barrier(), 1e-4) << one.what;  // such windows are driven
+  }
+}
+
+// A car that stands asks for no other window: one that no belief can drive must not hold the solver for good.
+TEST_F(RecedingLapsAfterAWrongBelief, AStandingCarGetsItsPlanBack) {
+  const LapPlan right = plan_;
+  steps(100, wrong({"more resistance than drive", 1, 1, 1, 20, 2}), 0.0);
+  steps(100, believed(0.8), 0.0);
+  EXPECT_LE(laps_->barrier(), 1e-4);
+  double moved = 0;
+  for (std::size_t k = 0; k < plan_.nodes.size(); ++k)
+    moved = std::max(moved, std::abs(plan_.nodes[k].v - right.nodes[k].v));
+  EXPECT_LT(moved, 0.1);
+}
+
+// Where the road is slippery turns are planned at the speed that its friction allows.
+TEST_F(RecedingLapsTest, PlansForASlipperyPlace) {
+  steps(100, believed(0.8), 0.0);
+  const LapPlan before = plan_;
+  const std::size_t from = laps_->node_at(station + 0.8), to = laps_->node_at(station + 5.0);
+  for (std::size_t i = from; i < to; ++i) laps_->set_grip(i, 0.6);
+  steps(200, believed(0.8), 0.0);
+  double slowest = INFINITY, old = INFINITY;
+  for (std::size_t i = from; i < to; ++i) {
+    slowest = std::min(slowest, plan_.nodes[i].v);
+    old = std::min(old, before.nodes[i].v);
+  }
+  EXPECT_LT(slowest, 0.9 * old);
+  EXPECT_GT(slowest, 0.7 * old);  // sqrt(0.6) is 0.77
+  EXPECT_DOUBLE_EQ(laps_->barrier(), settled);
+}
+
+}  // namespace
+}  // namespace gripline
