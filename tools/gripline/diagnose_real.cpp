@@ -82,7 +82,7 @@ std::vector<diagnose::ChannelDelay> channel_delays(const std::list<measured::Ses
   return diagnose::find_channel_delays(logs);
 }
 
-diagnose::ForecastChange change_of(const calibrate::ForecastChange& c) { return {c.change, c.low, c.high}; }
+diagnose::ErrorChange change_of(const calibrate::ForecastChange& c) { return {c.change, c.low, c.high}; }
 
 std::string percent(double share) { return significant(100.0 * share, 2) + " %"; }
 

@@ -169,7 +169,8 @@ Scores scores_at(Innovations& innovations, const MeasuredNoise& at, std::span<co
   // Those along the same motion first: a model is linearised once less.
   std::vector<Index> order(unknowns.size());
   std::iota(order.begin(), order.end(), Index{0});
-  std::ranges::stable_partition(order, [&](Index a) { return !changes_model(unknowns[static_cast<std::size_t>(a)]); });
+  std::stable_partition(order.begin(), order.end(),
+                        [&](Index a) { return !changes_model(unknowns[static_cast<std::size_t>(a)]); });
   for (const Index a : order) {
     MeasuredNoise moved = at;
     const Unknown& u = unknowns[static_cast<std::size_t>(a)];
