@@ -34,7 +34,8 @@ Remainder remainder_of(const std::vector<FitLog>& logs, const ForecastErrors& er
   const double total = std::accumulate(square.begin(), square.end(), 0.0);
   const std::size_t third = square.size() / 3;
   if (third == 0 || !(total > 0.0)) return out;
-  for (const auto& [name, value] : features_of(logs, horizon)) {
+  for (const auto& feature : features_of(logs, horizon)) {
+    const std::vector<double>& value = feature.second;
     std::vector<std::size_t> order(value.size());
     std::iota(order.begin(), order.end(), std::size_t{0});
     const auto key = [&](std::size_t i) { return std::isnan(value[i]) ? 0.0 : value[i]; };
@@ -46,7 +47,7 @@ Remainder remainder_of(const std::vector<FitLog>& logs, const ForecastErrors& er
     }
     const double share = std::max(low, high) / total;
     if (!(share > out.share)) continue;
-    out = {name, high >= low, key(high >= low ? order[order.size() - third] : order[third - 1]), share};
+    out = {feature.first, high >= low, key(high >= low ? order[order.size() - third] : order[third - 1]), share};
   }
   return out;
 }
