@@ -127,8 +127,7 @@ class OcpNlp final : public Ipopt::TNLP {
     if (!predict(x, fresh)) return false;
     for (int k = 0; k < layout_.steps; ++k) {
       const int row = k * layout_.rows_per_stage(), s = layout_.state(k + 1);
-      for (int i = 0; i < layout_.states; ++i)
-        rows[row + i] = x[s + i] - next_[static_cast<std::size_t>(k * layout_.states + i)];
+      for (int i = 0; i < layout_.states; ++i) rows[row + i] = x[s + i] - next_.data()[k * layout_.states + i];
       const auto& stage = ocp_->stage(k + 1);
       const double across = stage.across(x + s);
       rows[row + layout_.states] = across - x[layout_.slack(k + 1)];
@@ -286,27 +285,28 @@ class OcpNlp final : public Ipopt::TNLP {
   bool add_curvature(const Number* lambda, Number* values) {
     constexpr double h = 1e-6;
     const int nx = layout_.states, count = curved_count();
-    block_.resize(static_cast<std::size_t>(layout_.steps * count * count));
+    const auto rows = static_cast<std::size_t>(count);
+    block_.resize(static_cast<std::size_t>(layout_.steps) * rows * rows);
     for (int j = 0; j < count; ++j) {
       moved_x_ = x_;
       moved_u_ = u_;
       for (int k = 0; k < layout_.steps; ++k) {
         if (j < nx - 2)
-          moved_x_[static_cast<std::size_t>(k * nx + 2 + j)] += h;
+          moved_x_.data()[k * nx + 2 + j] += h;
         else
-          moved_u_[static_cast<std::size_t>(2 * k + j - (nx - 2))] += h;
+          moved_u_.data()[2 * k + j - (nx - 2)] += h;
       }
       model_->step(static_cast<std::size_t>(layout_.steps), moved_x_, moved_u_, ocp_->places(), moved_next_, moved_A_,
                    moved_B_);
       for (int k = 0; k < layout_.steps; ++k)
         for (int i = 0; i < count; ++i)
-          block_[static_cast<std::size_t>((k * count + i) * count + j)] =
+          block_.data()[(k * count + i) * count + j] =
               -(slope(moved_A_.data(), moved_B_.data(), k, i, lambda) - slope(A_.data(), B_.data(), k, i, lambda)) / h;
     }
     for (int k = 0; k < layout_.steps; ++k)
       for (int i = first_curved(k); i < count; ++i)
         for (int j = first_curved(k); j <= i; ++j) {
-          const auto at = [&](int a, int b) { return block_[static_cast<std::size_t>((k * count + a) * count + b)]; };
+          const auto at = [&](int a, int b) { return block_.data()[(k * count + a) * count + b]; };
           *values++ = 0.5 * (at(i, j) + at(j, i));
         }
     return std::all_of(block_.begin(), block_.end(), [](double v) { return std::isfinite(v); });
@@ -336,9 +336,8 @@ class OcpNlp final : public Ipopt::TNLP {
     move(multipliers_, layout_.rows_per_stage());
     // Yaw is unwrapped near the car's; a plan from before a jump of 2 pi is brought along.
     const double jump = 2.0 * std::numbers::pi *
-                        std::round((ocp_->stage(1).yaw - z_[static_cast<std::size_t>(layout_.state(1) + 2)]) /
-                                   (2.0 * std::numbers::pi));
-    for (int k = 1; k <= layout_.steps; ++k) z_[static_cast<std::size_t>(layout_.state(k) + 2)] += jump;
+                        std::round((ocp_->stage(1).yaw - z_.data()[layout_.state(1) + 2]) / (2.0 * std::numbers::pi));
+    for (int k = 1; k <= layout_.steps; ++k) z_.data()[layout_.state(k) + 2] += jump;
   }
 
   double cost_of(const Number* x) const {
@@ -447,7 +446,7 @@ class MpcIpopt final : public Controller {
     options->SetIntegerValue("max_iter", limit);
     options->SetStringValue("warm_start_init_point", warm ? "yes" : "no");
     options->SetNumericValue("mu_init", warm ? 1e-5 : 1e-2);
-    const Ipopt::ApplicationReturnStatus status = application_.OptimizeTNLP(nlp_);
+    const Ipopt::ApplicationReturnStatus status = application_.OptimizeTNLP(problem_);
     if (Ipopt::IsValid(application_.Statistics())) iterations += application_.Statistics()->IterationCount();
     return status == Ipopt::Solve_Succeeded || status == Ipopt::Solved_To_Acceptable_Level;
   }
@@ -480,6 +479,7 @@ class MpcIpopt final : public Controller {
   Params params_;
   Ipopt::IpoptApplication application_;
   Ipopt::SmartPtr<OcpNlp> nlp_;
+  Ipopt::SmartPtr<Ipopt::TNLP> problem_{Ipopt::GetRawPtr(nlp_)};  // the same, as Ipopt wants it
   std::vector<Input> plan_;
   std::vector<State> predicted_;
   int plan_age_ = 0;

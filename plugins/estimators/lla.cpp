@@ -45,10 +45,11 @@ MagicFormula through(F&& curve, double peak) {
   const double slope = curve(1e-4) / 1e-4;
   MagicFormula best{slope / (1.3 * peak), 1.3, peak};
   double least = INFINITY;
-  for (double C = 1.0; C <= 2.0; C += 1e-4) {
+  for (int step = 0; step <= 10000; ++step) {
+    const double C = 1.0 + 1e-4 * step;
     const MagicFormula one{slope / (C * peak), C, peak};
     double error = 0.0;
-    for (double slip = 0.05; slip < 0.8; slip += 0.05) error += square(one.force(slip) - curve(slip));
+    for (int i = 1; i < 16; ++i) error += square(one.force(0.05 * i) - curve(0.05 * i));
     if (error < least) least = error, best = one;
   }
   return best;

@@ -29,7 +29,7 @@ using namespace gripline;
 using namespace gripline::learning;
 using vehicle::AxleTyres;
 
-constexpr int unknowns = 8, channels = 3;
+constexpr int unknowns = 8;
 using Unknowns = Eigen::Matrix<double, unknowns, 1>;
 using Hessian = Eigen::Matrix<double, unknowns, unknowns>;
 enum Index { log_B = 0, shape_C = 1, log_mu = 2, per_axle = 3, rolling = 6, drag = 7 };

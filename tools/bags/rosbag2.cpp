@@ -116,7 +116,12 @@ class Rosbag2 : public bags::BagFile {
     while (step(row)) {
       const std::string type = text_at(row, 2), format = text_at(row, 3);
       std::string name = text_at(row, 1);
-      if (format != "cdr") refuse("topic " + name + " is serialized as \"" + format + "\"; expected cdr");
+      if (format != "cdr")
+        refuse(std::string("topic ")
+                   .append(name)
+                   .append(" is serialized as \"")
+                   .append(format)
+                   .append("\"; expected cdr"));
       if (!name.starts_with('/')) name.insert(0, 1, '/');
       topic_of_[sqlite3_column_int64(row.get(), 0)] = topics_.size();
       topics_.push_back({name, type, definitions[type], 0});

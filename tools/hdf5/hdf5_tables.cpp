@@ -160,6 +160,7 @@ std::vector<std::string> write_hdf5(const fs::path& folder, const fs::path& file
     throw std::runtime_error(file.string() + ": " + failure.what());
   }
   std::vector<std::string> groups;
+  groups.reserve(files.size());
   for (const fs::path& csv : files) groups.push_back(csv.stem().string());
   return groups;
 }

@@ -31,8 +31,6 @@ enum Row : int {
   rear_least
 };
 
-constexpr int S = lap_states, V = lap_variables;
-
 /// Slip angle of a tyre's largest force [rad]; infinite where its force always grows.
 double peak_slip(const MagicFormula& tyre) {
   return tyre.C > 1.0 ? std::tan(0.5 * std::numbers::pi / tyre.C) / tyre.B : std::numeric_limits<double>::infinity();

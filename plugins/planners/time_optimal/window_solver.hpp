@@ -88,17 +88,17 @@ class WindowSolver {
     std::array<double, C> value{};
     Eigen::Matrix<double, C, V> by = Eigen::Matrix<double, C, V>::Zero();
   };
-  struct Stage {
+  struct Stage {             // largest alignment first
     Matrix hessian;          // of the Lagrangian and the barrier, by z in the middle
     Vector gradient;         // of cost and barrier
     StateMatrix A, inverse;  // x+ = A x + B u + b; inverse of I - F / 2
     InputMatrix B;
-    StateVector b;
     Constraints c;
     Eigen::Matrix<double, U, S> K;
-    Eigen::Matrix<double, U, 1> k;
     StateMatrix P;  // cost to go at its first node
     StateVector q;
+    StateVector b;
+    Eigen::Matrix<double, U, 1> k;
     StateVector dx;
     Eigen::Matrix<double, U, 1> du;
     StateVector pi;                   // multipliers after a full step
