@@ -78,6 +78,7 @@ class Iteration {
   Trial trial_;
   // Parts taken of a step: of the parameters', and of the variances', which overshoots more easily.
   double part_ = 1.0, noise_part_ = 1.0;
+  double damping_ = 0.0;  // of parameter_step: an effect and a nuisance may trade places along a curved valley
   bool tried_without_noise_ = false;
 };
 
@@ -88,17 +89,20 @@ bool Iteration::accept_if_better(Evaluation e) {
   best_.cost = e.cost;
   at_best_ = std::move(e);
   part_ = 1.0;
+  damping_ *= thresholds::less_damping;
   if (trial_.moved == Moved::parameters_and_noise)
     noise_part_ = std::min(1.0, thresholds::longer_noise_step * noise_part_);
   return true;
 }
 
-/// After a failure: first the parameters are tried alone, then a shorter step. False when steps are too short to
-/// matter.
+/// After a failure: first the parameters are tried alone, then a damped and then a shorter step. False when steps are
+/// too short to matter.
 bool Iteration::shorten_step() {
   if (trial_.moved == Moved::no_noise) return true;
   if (trial_.moved == Moved::parameters_and_noise)
     noise_part_ *= thresholds::shorter_noise_step;
+  else if (damping_ < thresholds::most_damping)
+    damping_ = std::max(thresholds::least_damping, thresholds::more_damping * damping_);
   else
     part_ *= thresholds::shorter_step;
   return !(part_ < thresholds::shortest_step);
@@ -118,8 +122,9 @@ Iteration::PredictedGain Iteration::propose(bool parameters_only) {
   std::vector<double> theta = pack(catalogue_, best_.model);
   if (!theta.empty()) {
     const VectorXd scale = parameter_scales(catalogue_, best_.model);
-    const VectorXd full = parameter_step(catalogue_, best_.model, at_best_.normal, scale).step;
+    VectorXd full = parameter_step(catalogue_, best_.model, at_best_.normal, scale).step;
     gain.parameters = 0.5 * at_best_.normal.g.dot(full);
+    if (damping_ > 0.0) full = parameter_step(catalogue_, best_.model, at_best_.normal, scale, damping_).step;
     for (std::size_t p = 0; p < theta.size(); ++p) {
       const double limit = thresholds::longest_step * scale[static_cast<Index>(p)];
       theta[p] += part_ * std::clamp(full[static_cast<Index>(p)], -limit, limit);
