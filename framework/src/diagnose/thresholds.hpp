@@ -277,6 +277,9 @@ inline constexpr double longest_start = 20.0;
 /// Factors on the step after one that did not improve: with the variances moved, with the parameters alone; growth of
 /// the variances' step after success; the share of a step at which a fit gives up. Not measured.
 inline constexpr double shorter_noise_step = 0.25, shorter_step = 0.35, longer_noise_step = 3.0, shortest_step = 0.02;
+/// Share of each parameter's own information that is added to it in a step back to the floor of a curved valley: far
+/// above the weight of a prior among laps of data, far below what these determine. Not measured.
+inline constexpr double correction_damping = 1e-3;
 /// Noise variances per iteration: least factor, largest step of the logarithm (a factor of thirty). Not measured.
 inline constexpr double least_noise_factor = 0.01, longest_log_noise_step = 3.4;
 /// Predicted gain of the variances, in tolerances, that may be left: near their floor the prediction is too large. Not

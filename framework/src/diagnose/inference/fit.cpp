@@ -64,7 +64,8 @@ class Iteration {
     double parameters = 0, noise = 0;
   };
 
-  bool accept_if_better(Evaluation e);
+  bool accept_if_better(Evaluation& e);
+  bool correct_step(const Evaluation& failed);
   bool shorten_step();
   void propose_without_noise();
   PredictedGain propose(bool parameters_only);
@@ -78,10 +79,10 @@ class Iteration {
   Trial trial_;
   // Parts taken of a step: of the parameters', and of the variances', which overshoots more easily.
   double part_ = 1.0, noise_part_ = 1.0;
-  bool tried_without_noise_ = false;
+  bool tried_without_noise_ = false, corrected_ = false;
 };
 
-bool Iteration::accept_if_better(Evaluation e) {
+bool Iteration::accept_if_better(Evaluation& e) {
   if (!(e.cost <= best_.cost + thresholds::cost_rounding)) return false;
   best_.model = trial_.model;
   best_.noise = trial_.noise;
@@ -90,6 +91,22 @@ bool Iteration::accept_if_better(Evaluation e) {
   part_ = 1.0;
   if (trial_.moved == Moved::parameters_and_noise)
     noise_part_ = std::min(1.0, thresholds::longer_noise_step * noise_part_);
+  return true;
+}
+
+/// An effect and a nuisance that do nearly the same trade places along a valley that is curved. A whole step along it
+/// ends on its side, from where a step in what the data determine leads back to its floor, far on. False where that was
+/// tried already.
+bool Iteration::correct_step(const Evaluation& failed) {
+  corrected_ = !corrected_ && trial_.moved == Moved::parameters && part_ == 1.0 && std::isfinite(failed.cost);
+  if (!corrected_) return false;
+  const VectorXd scale = parameter_scales(catalogue_, trial_.model);
+  const VectorXd step =
+      parameter_step(catalogue_, trial_.model, failed.normal, scale, thresholds::correction_damping).step;
+  std::vector<double> theta = pack(catalogue_, trial_.model);
+  for (std::size_t p = 0; p < theta.size(); ++p) theta[p] += step[static_cast<Index>(p)];
+  clamp_to_ranges(catalogue_, trial_.model, theta);
+  unpack(catalogue_, theta, trial_.model);
   return true;
 }
 
@@ -146,8 +163,10 @@ bool Iteration::run(int iteration) {
   const bool known = iteration == 0 && known_ != nullptr;
   Evaluation e = known ? *known_ : evaluate(problem_, trial_.model, trial_.noise);
   if (!known) best_.work += e.work;
-  const bool better = accept_if_better(std::move(e));
+  const bool better = accept_if_better(e);
+  if (!better && correct_step(e)) return true;
   if (!better && !shorten_step()) return false;
+  corrected_ = false;
   if (!std::isfinite(best_.cost)) return false;  // the model cannot be evaluated at its start values
   if (!tried_without_noise_ && iteration >= thresholds::without_noise_from &&
       (iteration >= thresholds::without_noise_at_last || part_ == 1.0) && noise_may_vanish(problem_, best_.noise)) {

@@ -48,8 +48,8 @@ VectorXd parameter_scales(const Catalogue& catalogue, const ModelSpec& model) {
 
 namespace {
 
-/// Solves N d = g by a pseudo-inverse: combinations of parameters that the data do not determine stay.
-ParameterStep solve(const MatrixXd& N, const VectorXd& g, const VectorXd& scale) {
+/// Solves (N + damping diag N) d = g by a pseudo-inverse: combinations of parameters that the data do not determine stay.
+ParameterStep solve(const MatrixXd& N, const VectorXd& g, const VectorXd& scale, double damping) {
   const MatrixXd scaled = scale.asDiagonal() * N * scale.asDiagonal();
   // Equilibrated: what counts is how well parameters can be told apart, not how strongly they act.
   VectorXd size = scaled.diagonal().cwiseSqrt();
@@ -62,7 +62,7 @@ ParameterStep solve(const MatrixXd& N, const VectorXd& g, const VectorXd& scale)
   for (Index i = 0; i < inverse.size(); ++i) {
     const bool kept = inverse[i] > thresholds::known_in_fit;
     out.rank += kept ? 1 : 0;
-    inverse[i] = kept ? 1.0 / inverse[i] : 0.0;
+    inverse[i] = kept ? 1.0 / (inverse[i] + damping) : 0.0;
   }
   const MatrixXd back = scale.asDiagonal() * (size.cwiseInverse().asDiagonal() * eigen.eigenvectors());
   const MatrixXd pseudo = back * inverse.asDiagonal() * back.transpose();
@@ -75,14 +75,14 @@ ParameterStep solve(const MatrixXd& N, const VectorXd& g, const VectorXd& scale)
 
 /// An active-set method of one pass: nuisances that would leave their limits are put there one by one, the worst first.
 ParameterStep parameter_step(const Catalogue& catalogue, const ModelSpec& model, const NormalEquations& normal,
-                             const VectorXd& scale) {
+                             const VectorXd& scale, double damping) {
   const auto nuisances = catalogue.nuisances();
   NormalEquations reduced = normal;
   fix_at_limits(catalogue, model, reduced);
   VectorXd moved = VectorXd::Zero(normal.g.size());
   std::vector<bool> fixed(nuisances.size(), false);
   for (;;) {
-    ParameterStep out = solve(reduced.N, reduced.g, scale);
+    ParameterStep out = solve(reduced.N, reduced.g, scale, damping);
     out.step += moved;
     std::size_t worst = nuisances.size();
     double over = 1e-9, end = 0.0;

@@ -16,14 +16,15 @@ void clamp_to_ranges(const Catalogue& catalogue, const ModelSpec& model, std::ve
 /// Scale of each free parameter, in its own unit.
 Eigen::VectorXd parameter_scales(const Catalogue& catalogue, const ModelSpec& model);
 
-/// The Gauss-Newton step with nuisances kept inside their limits.
+/// The Gauss-Newton step with nuisances kept inside their limits. `damping` above 0 adds that share of each parameter's
+/// own information (Levenberg-Marquardt): combinations that the data hardly determine then move little.
 struct ParameterStep {
   Eigen::VectorXd step;
   Eigen::MatrixXd covariance;  // pseudo-inverse of the information
   std::size_t rank = 0;        // combinations of parameters that the data determine
 };
 ParameterStep parameter_step(const Catalogue& catalogue, const ModelSpec& model, const NormalEquations& normal,
-                             const Eigen::VectorXd& scale);
+                             const Eigen::VectorXd& scale, double damping = 0.0);
 
 /// The variance below which a process noise counts as zero [m2/s4 or rad2/s4].
 double least_variance(const Problem& problem, std::size_t acceleration);

@@ -27,11 +27,14 @@ bool may_be_nothing(const Catalogue& catalogue, const Fit& fitted, std::size_t w
   return true;
 }
 
+bool is_ample(const Fit& with, const Fit& without) {
+  return with.evidence - without.evidence > thresholds::ample_evidence;
+}
+
 /// Effects with little evidence must also lower the error on hold-out data, unless most of that error is strong process
 /// noise.
 bool helps(const Problem& problem, const Fit& with, const Fit& without, const HoldOut& hold_out) {
-  if (with.evidence - without.evidence > thresholds::ample_evidence || has_strong_process_noise(problem, with.noise))
-    return true;
+  if (is_ample(with, without) || has_strong_process_noise(problem, with.noise)) return true;
   return hold_out.error_after_refit(with) < hold_out.error_after_refit(without);
 }
 
@@ -52,7 +55,9 @@ const Fit& fit_if_near(SearchResult& found, const ModelSpec& model, const Noise&
   return near ? found.pool.finish(rough) : rough;
 }
 
-/// Without the effects that may be nothing or do not help; the least supported are taken out first.
+/// Without the effects that may be nothing or do not help; the least supported are taken out first. Intervals are those
+/// of a quadratic likelihood: where a nuisance at its limit cannot take an effect's place they are wider than what the
+/// evidence, a ratio of likelihoods, says, and ample evidence counts.
 Fit drop_insignificant(SearchResult& found, const HoldOut& hold_out) {
   const Catalogue& catalogue = *found.pool.problem().catalogue;
   Fit fit = found.best;
@@ -61,7 +66,8 @@ Fit drop_insignificant(SearchResult& found, const HoldOut& hold_out) {
     for (std::size_t i = 0; i < fit.model.members.size(); ++i) {
       const ModelSpec smaller = catalogue.without(fit.model, fit.model.members[i]);
       const Fit& without = fit_if_near(found, smaller, fit.noise, fit.evidence, thresholds::ample_evidence);
-      const bool idle = may_be_nothing(catalogue, fit, i) || !helps(found.pool.problem(), fit, without, hold_out);
+      const bool idle = !is_ample(fit, without) &&
+                        (may_be_nothing(catalogue, fit, i) || !helps(found.pool.problem(), fit, without, hold_out));
       if (idle && (next == nullptr || without.evidence > next->evidence)) next = &without;
     }
     if (next == nullptr) return fit;
@@ -146,8 +152,10 @@ std::vector<const Fit*> indistinguishable_from(const Fit& selected, const Rivals
     if (rival == &selected || rival->model.members.empty() || contains(rival->model, selected.model)) continue;
     // Best first: where the first is not as good as the selected one, none is.
     if (behind > (equals.size() == 1 ? thresholds::equal_evidence : far)) break;
+    const bool ample = rival->model.members.size() == 1 && is_ample(*rival, found.null_model);
     bool idle = false;
-    for (std::size_t i = 0; i < rival->model.members.size(); ++i) idle |= may_be_nothing(*problem.catalogue, *rival, i);
+    for (std::size_t i = 0; i < rival->model.members.size() && !ample; ++i)
+      idle |= may_be_nothing(*problem.catalogue, *rival, i);
     if (idle || !helps(problem, *rival, found.null_model, hold_out)) continue;
     equals.push_back(rival);
     odds.push_back(std::exp(-behind));

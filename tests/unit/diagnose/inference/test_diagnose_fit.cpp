@@ -105,6 +105,24 @@ TEST(Fit, GoesOnFromWhereItEnded) {
   EXPECT_GT(more.evidence, begun.evidence + 1.0);
 }
 
+/// A parameter that may be a little off and an effect that does nearly the same trade places along a valley that only
+/// the prior slopes. It is curved: their product counts. A fit finds its bottom from far up.
+TEST(Fit, FollowsACurvedValley) {
+  DiagnoseRig rig;
+  rig.trust({"Dr", "Br"}, 0.02);
+  const double Dr = rig.catalogue().nuisances().front().nominal;
+  const ModelSpec truth = rig.with("rear_grip", {-0.07});
+  Problem problem = rig.problem({rig.simulate(truth, {.seconds = 60, .seed = 58})});
+  ModelSpec up = rig.with("rear_grip", {-0.03});
+  up.nuisance.front() = 0.96 * Dr;
+  for (const double process : {0.01, 1.0}) {
+    const Noise noise = rig.noise(problem, process);
+    const Fit from_truth = fit(problem, truth, noise, 20), from_far = fit(problem, up, noise, 12);
+    EXPECT_GT(from_far.evidence, from_truth.evidence - 1.0) << process;
+    EXPECT_GT(from_far.theta.front(), 0.99 * Dr) << process;
+  }
+}
+
 /// A fit that cannot come near what is wanted stops early, and says no more than it found.
 TEST(Fit, StopsWhenTheScoreIsOutOfReach) {
   DiagnoseRig rig;

@@ -51,6 +51,23 @@ TEST(Diagnoser, ListsTwinsThatANoisyLogCannotTellApart) {
   EXPECT_GE(sets, 2);
 }
 
+/// A parameter that may be off by 4 % takes the first 4 % of an effect. The rest shows clearly, though the effect's own
+/// interval, in which the parameter is free again, covers zero.
+TEST(Diagnoser, NamesWhatAParameterAtItsLimitLeavesOver) {
+  DiagnoseRig rig;
+  CaseOptions options;
+  options.uncertainty = {{"Dr", 0.02}};
+  Diagnoser diagnoser(rig.world(), rig.registry(), options);
+  LogFile log;
+  log.stretches.push_back(rig.simulate(rig.with("rear_grip", {-0.055}), {.seconds = 60, .seed = 62}));
+  const Diagnosis d = diagnoser.run({&log, 1}, {});
+  ASSERT_FALSE(d.named.empty()) << d.sentence;
+  EXPECT_NE(d.verdict, Verdict::unknown);
+  EXPECT_TRUE(d.named.front().effect == "rear_grip" ||
+              std::ranges::count(d.equivalent, std::vector<std::string>{"rear_grip"}) == 1)
+      << d.sentence;
+}
+
 /// What is measured in standard deviations of a noise that is not there means nothing, and the reader is told.
 TEST(Diagnoser, TellsThatALogHasNoNoise) {
   DiagnoseRig rig;
