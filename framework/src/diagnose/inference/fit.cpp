@@ -65,7 +65,7 @@ class Iteration {
   };
 
   bool accept_if_better(Evaluation& e);
-  bool correct_step(const Evaluation& failed);
+  bool try_corrected(const Evaluation& failed);
   bool shorten_step();
   void propose_without_noise();
   PredictedGain propose(bool parameters_only);
@@ -79,7 +79,7 @@ class Iteration {
   Trial trial_;
   // Parts taken of a step: of the parameters', and of the variances', which overshoots more easily.
   double part_ = 1.0, noise_part_ = 1.0;
-  bool tried_without_noise_ = false, corrected_ = false;
+  bool tried_without_noise_ = false;
 };
 
 bool Iteration::accept_if_better(Evaluation& e) {
@@ -95,11 +95,11 @@ bool Iteration::accept_if_better(Evaluation& e) {
 }
 
 /// An effect and a nuisance that do nearly the same trade places along a valley that is curved. A whole step along it
-/// ends on its side, from where a step in what the data determine leads back to its floor, far on. False where that was
-/// tried already.
-bool Iteration::correct_step(const Evaluation& failed) {
-  corrected_ = !corrected_ && trial_.moved == Moved::parameters && part_ == 1.0 && std::isfinite(failed.cost);
-  if (!corrected_) return false;
+/// ends on its side, from where a step in what the data determine leads back to its floor, far on. True if that is
+/// better than the best.
+bool Iteration::try_corrected(const Evaluation& failed) {
+  const bool whole = trial_.moved == Moved::parameters && part_ == 1.0;
+  if (!whole || catalogue_.nuisances().empty() || !std::isfinite(failed.cost)) return false;
   const VectorXd scale = parameter_scales(catalogue_, trial_.model);
   const VectorXd step =
       parameter_step(catalogue_, trial_.model, failed.normal, scale, thresholds::correction_damping).step;
@@ -107,7 +107,9 @@ bool Iteration::correct_step(const Evaluation& failed) {
   for (std::size_t p = 0; p < theta.size(); ++p) theta[p] += step[static_cast<Index>(p)];
   clamp_to_ranges(catalogue_, trial_.model, theta);
   unpack(catalogue_, theta, trial_.model);
-  return true;
+  Evaluation e = evaluate(problem_, trial_.model, trial_.noise);
+  best_.work += e.work;
+  return accept_if_better(e);
 }
 
 /// After a failure: first the parameters are tried alone, then a shorter step. False when steps are too short to
@@ -163,10 +165,8 @@ bool Iteration::run(int iteration) {
   const bool known = iteration == 0 && known_ != nullptr;
   Evaluation e = known ? *known_ : evaluate(problem_, trial_.model, trial_.noise);
   if (!known) best_.work += e.work;
-  const bool better = accept_if_better(e);
-  if (!better && correct_step(e)) return true;
+  const bool better = accept_if_better(e) || try_corrected(e);
   if (!better && !shorten_step()) return false;
-  corrected_ = false;
   if (!std::isfinite(best_.cost)) return false;  // the model cannot be evaluated at its start values
   if (!tried_without_noise_ && iteration >= thresholds::without_noise_from &&
       (iteration >= thresholds::without_noise_at_last || part_ == 1.0) && noise_may_vanish(problem_, best_.noise)) {
