@@ -3,6 +3,7 @@
 
 #include "cli/options.hpp"
 #include "config/errors.hpp"
+#include "config/shipped.hpp"
 #include "gripline/command.hpp"
 #include "gripline/validate_file.hpp"
 
@@ -22,7 +23,7 @@ int run_validate(Arguments args) {
   std::vector<std::string> unusable;
   for (const std::string& file : files) {
     try {
-      validate_file(file, registry);
+      validate_file(find_shipped(file), registry);
       std::cout << file << ": good\n";
     } catch (const InputError& e) {
       errors.add(e);
