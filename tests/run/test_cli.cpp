@@ -478,6 +478,23 @@ TEST_F(Cli, AReportIsMadeOfResultsOnly) {
   EXPECT_FALSE(fs::exists(folder_ / "report.html"));
 }
 
+/// Allowed and hardly meant: a warning, and the file is good.
+TEST_F(Cli, ValidateWarnsOfSlipsOfUnits) {
+  const std::string world = source_dir() / "worlds/ethz.json", car = source_dir() / "worlds/cars/full_size.json";
+  write_text(folder_ / "world.json", R"({"extends": ")" + world + R"(", "plant": {"params": {"Df": 192}}})");
+  write_text(folder_ / "car.json", R"({"extends": ")" + car + R"(", "Iz": 2.093})");
+  write_text(folder_ / "unread.json", R"({"extends": ")" + car + R"(", "known_params": {"Cm3": 1}})");
+  const Outcome warned = gripline_with({"validate", folder_ / "world.json", folder_ / "car.json"});
+  EXPECT_EQ(warned.code, 0) << warned.err;
+  EXPECT_THAT(warned.out, AllOf(HasSubstr("world.json: good, 1 warning\n"), HasSubstr("car.json: good, 1 warning\n")));
+  EXPECT_THAT(warned.err, AllOf(HasSubstr("the front axle's peak lateral force"), HasSubstr("times m lf lr")));
+  const Outcome race = gripline_with({"validate", "experiments/good.json"});
+  EXPECT_EQ(race.err, "");
+  const Outcome unread = gripline_with({"validate", folder_ / "unread.json"});
+  EXPECT_EQ(unread.code, 2);
+  EXPECT_THAT(unread.err, HasSubstr("has a parameter \"Cm3\"; did you mean \"Cm"));
+}
+
 TEST_F(Cli, TrackMakesFoldersAndTakesUnits) {
   write_text(folder_ / "line.csv", [] {
     std::string text = "x_m,y_m\n";

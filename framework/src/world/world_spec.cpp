@@ -155,7 +155,10 @@ WorldSpec read_world(const Node& node, const Registry& registry, Errors& errors,
   ObjectReader r(node, errors);
   WorldSpec world;
   const std::size_t before = errors.added();
-  if (const Node* car = r.require("car", "a car file or an object"); car != nullptr) world.car = read_car(*car, errors);
+  if (const Node* car = r.require("car", "a car file or an object"); car != nullptr) {
+    world.car = read_car(*car, errors);
+    check_known_params(*car, registry, errors);
+  }
   const bool car_known = errors.added() == before;
   const Node* const track =
       road == RoadRule::required ? r.require("track", "a track file or an object") : r.find("track");
