@@ -1,10 +1,11 @@
 #include "world/doubts.hpp"
 
 #include <algorithm>
-#include <cmath>
-#include <cstdio>
+#include <charconv>
+#include <utility>
 
 #include "util/child_process.hpp"
+#include "util/numbers.hpp"
 #include "world/world.hpp"
 
 namespace gripline {
@@ -15,11 +16,7 @@ constexpr double shortest = 0.01, longest = 30.0;         // [m]
 constexpr double least_grip = 0.05, most_grip = 5.0;      // peak lateral axle force over the axle's static load
 constexpr double least_inertia = 0.1, most_inertia = 10;  // Iz over m lf lr, which is near 1 for cars
 
-std::string text_of(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.4g", value);
-  return text;
-}
+std::string text_of(double value) { return significant(value, 4); }
 
 /// The least and the largest factor that a schedule names; what falls step by step has no least.
 std::pair<double, double> factors_of(const FrictionSpec& friction) {
@@ -36,7 +33,8 @@ std::pair<double, double> factors_of(const FrictionSpec& friction) {
   return {lo, hi};
 }
 
-/// Peak lateral force over static load of the front and of the rear axle at factor 1; empty where the plant has none.
+/// Peak lateral force over static load of the front and of the rear axle at factor 1; 0 where the plant has no tyres, empty where it
+/// could not be made.
 std::vector<double> grips_of(const WorldSpec& world) {
   constexpr double timeout_s = 10.0;
   const ChildResult result = run_in_child(timeout_s, [&](const SendMessage& send) {
@@ -47,8 +45,9 @@ std::vector<double> grips_of(const WorldSpec& world) {
   });
   std::vector<double> grips;
   if (result.completed)
-    for (const std::string& text : result.messages) grips.push_back(std::strtod(text.c_str(), nullptr));
-  std::erase_if(grips, [](double grip) { return !(grip > 0.0); });
+    for (const std::string& text : result.messages)
+      if (double grip = 0.0; std::from_chars(text.data(), text.data() + text.size(), grip).ec == std::errc())
+        grips.push_back(grip);
   return grips;
 }
 
@@ -57,6 +56,7 @@ void doubt_grip(const WorldSpec& world, std::vector<std::string>& doubts) {
   const std::vector<double> grips = grips_of(world);
   const auto beyond = [](double grip) { return grip < least_grip || grip > most_grip; };
   for (std::size_t i = 0; i < grips.size(); ++i) {
+    if (!(grips[i] > 0.0)) continue;
     std::string factor;
     double grip = grips[i];
     for (const double one : {lo, hi})
