@@ -8,7 +8,8 @@
 namespace gripline {
 
 /// The fewest values whose range covers the median in 95 % of cases: it does in 1 - 2^(1 - n). With fewer, what
-/// bootstrap_median_interval() gives is the range, which covers less (50 % for two), and is called so wherever it is shown.
+/// bootstrap_median_interval() gives is the range, which covers less (50 % for two), and is called so wherever
+/// it is shown.
 inline constexpr std::size_t least_for_interval = 6;
 
 struct MedianInterval {

@@ -33,8 +33,8 @@ std::pair<double, double> factors_of(const FrictionSpec& friction) {
   return {lo, hi};
 }
 
-/// Peak lateral force over static load of the front and of the rear axle at factor 1; 0 where the plant has no tyres, empty where it
-/// could not be made.
+/// Peak lateral force over static load of the front and of the rear axle at factor 1; 0 where the plant has no tyres,
+/// empty where it could not be made.
 std::vector<double> grips_of(const WorldSpec& world) {
   constexpr double timeout_s = 10.0;
   const ChildResult result = run_in_child(timeout_s, [&](const SendMessage& send) {

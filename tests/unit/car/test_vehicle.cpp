@@ -54,7 +54,8 @@ TEST(CarFile, RefusalsSayWhatAndWhere) {
 }
 
 TEST(CarFile, WhatNoCarCanBeIsRefused) {
-  EXPECT_THAT(why_car(R"({"m": 1e300})"), HasSubstr("/m: 1e+300 is out of range: expected a mass [kg] above 0 kg and below"));
+  EXPECT_THAT(why_car(R"({"m": 1e300})"),
+              HasSubstr("/m: 1e+300 is out of range: expected a mass [kg] above 0 kg and below"));
   EXPECT_THAT(why_car(R"({"m": "10000 t"})"), HasSubstr("/m: "));
   EXPECT_THAT(why_car(R"({"lf": 1050})"), HasSubstr("/lf: 1050 is out of range"));
 }
