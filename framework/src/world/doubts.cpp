@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "util/child_process.hpp"
-#include "util/numbers.hpp"
 #include "world/world.hpp"
 
 namespace gripline {
@@ -16,7 +15,10 @@ constexpr double shortest = 0.01, longest = 30.0;         // [m]
 constexpr double least_grip = 0.05, most_grip = 5.0;      // peak lateral axle force over the axle's static load
 constexpr double least_inertia = 0.1, most_inertia = 10;  // Iz over m lf lr, which is near 1 for cars
 
-std::string text_of(double value) { return significant(value, 4); }
+std::string text_of(double value) {
+  char text[32];
+  return {text, std::to_chars(text, text + sizeof text, value, std::chars_format::general, 4).ptr};
+}
 
 /// The least and the largest factor that a schedule names; what falls step by step has no least.
 std::pair<double, double> factors_of(const FrictionSpec& friction) {
