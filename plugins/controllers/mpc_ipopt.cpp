@@ -7,7 +7,7 @@
 // followed the residuals are large, the curvature left out is as large as what is kept, and the iterates oscillate
 // around the solution: a solve that has not converged after `gauss_newton_iterations` goes on with the curvature added,
 // from differences of the exact Jacobian.
-// Source: Kalaria, Lin, Dolan, eq. (opt); Waechter and Biegler (2006) for the method.
+// Source: Kalaria, Lin, Dolan, their optimal control problem; Waechter and Biegler (2006) for the method.
 #include <IpIpoptApplication.hpp>
 #include <IpSolveStatistics.hpp>
 #include <IpTNLP.hpp>

@@ -11,7 +11,7 @@
 //   omega' = vy' / lr
 //
 // A state that starts on the map stays on it. Source: Rajamani, Vehicle Dynamics and Control, section 2.2; the paper's
-// eq. (kin_model) with lr, not lf, in beta. The drive force acts along v, as there.
+// kinematic model with lr, not lf, in beta. The drive force acts along v, as there.
 #include "common/vehicle/no_slip_car.hpp"
 
 namespace {

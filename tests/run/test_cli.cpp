@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <clocale>
+#include <cmath>
 #include <cstdlib>
 #include <set>
 #include <sstream>
@@ -20,6 +21,7 @@ namespace {
 
 using testing::AllOf;
 using testing::Each;
+using testing::EndsWith;
 using testing::HasSubstr;
 using testing::Not;
 using testing::StartsWith;
@@ -432,6 +434,86 @@ TEST_F(Cli, TrackReadsRepairsAndWritesARoad) {
     EXPECT_EQ(checked.code, 0) << checked.err;
     EXPECT_THAT(checked.out, HasSubstr("drives it")) << file;
   }
+}
+
+/// commands.md: by every command, from any folder.
+TEST_F(Cli, ShippedFilesAreFoundFromAnyFolder) {
+  const Call elsewhere = {folder_.path(), {}};
+  for (const char* file : {"worlds/ethz.json", "ethz", "first_race", "worlds/tracks/street.json",
+                           "worlds/cars/full_size.json", "worlds/friction/ethz_drop_times.json"}) {
+    const Outcome outcome = gripline_with({"validate", file}, elsewhere);
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    EXPECT_EQ(outcome.out, std::string(file) + ": good\n");
+  }
+  const Outcome track =
+      gripline_with({"track", "worlds/tracks/street.json", "--car", "worlds/cars/full_size.json"}, elsewhere);
+  EXPECT_EQ(track.code, 0) << track.err;
+  EXPECT_THAT(track.out, HasSubstr("drives it"));
+  // Both read the world before they refuse what else is wrong.
+  const Outcome limit = gripline_with({"limit", "worlds/ethz.json", "--patches"}, elsewhere);
+  EXPECT_THAT(limit.err, HasSubstr("has no patches"));
+  const Outcome fit = gripline_with({"fit", "worlds/av21.json", "no.csv", "--out", "f.json"}, elsewhere);
+  EXPECT_THAT(fit.err, HasSubstr("no.csv: no such file"));
+}
+
+TEST_F(Cli, AMisspeltShippedFileIsNamed) {
+  const Call elsewhere = {folder_.path(), {}};
+  const auto error = [&](std::vector<std::string> words) { return gripline_with(std::move(words), elsewhere).err; };
+  EXPECT_THAT(error({"validate", "frist_race"}), HasSubstr("frist_race: no such file; did you mean \"first_race\""));
+  EXPECT_THAT(error({"compare", "frist_race"}), HasSubstr("did you mean \"first_race\""));
+  EXPECT_THAT(error({"limit", "worlds/etzh.json"}), HasSubstr("did you mean \"worlds/ethz.json\""));
+  EXPECT_THAT(error({"track", "worlds/tracks/steet.json"}), HasSubstr("did you mean \"worlds/tracks/street.json\""));
+  EXPECT_THAT(error({"validate", "quite_another_thing"}), EndsWith("quite_another_thing: no such file\n1 error.\n"));
+  write_text(folder_ / "my_race.json", "{}");
+  EXPECT_THAT(error({"validate", "my_rase.json"}), HasSubstr("did you mean \"my_race.json\"?"));  // one's own first
+}
+
+TEST_F(Cli, AReportIsMadeOfResultsOnly) {
+  fs::create_directories(folder_ / "drives/first");
+  write_text(folder_ / "drives/first/steps.csv", "t_s,x_m,y_m\n0,0,0\n0.02,1,0\n");
+  const Outcome outcome = gripline_with({"report", folder_.path()});
+  EXPECT_EQ(outcome.code, 2) << outcome.out;
+  EXPECT_THAT(outcome.err,
+              AllOf(HasSubstr("nothing to report; expected the folder that compare"), HasSubstr("runs.csv")));
+  EXPECT_FALSE(fs::exists(folder_ / "report.html"));
+}
+
+/// Allowed and hardly meant: a warning, and the file is good.
+TEST_F(Cli, ValidateWarnsOfSlipsOfUnits) {
+  const std::string world = source_dir() / "worlds/ethz.json", car = source_dir() / "worlds/cars/full_size.json";
+  write_text(folder_ / "world.json", R"({"extends": ")" + world + R"(", "plant": {"params": {"Df": 192}}})");
+  write_text(folder_ / "car.json", R"({"extends": ")" + car + R"(", "Iz": 2.093})");
+  write_text(folder_ / "unread.json", R"({"extends": ")" + car + R"(", "known_params": {"Cm3": 1}})");
+  const Outcome warned = gripline_with({"validate", folder_ / "world.json", folder_ / "car.json"});
+  EXPECT_EQ(warned.code, 0) << warned.err;
+  EXPECT_THAT(warned.out, AllOf(HasSubstr("world.json: good, 1 warning\n"), HasSubstr("car.json: good, 1 warning\n")));
+  EXPECT_THAT(warned.err, AllOf(HasSubstr("the front axle's peak lateral force"), HasSubstr("times m lf lr")));
+  const Outcome race = gripline_with({"validate", "experiments/good.json"});
+  EXPECT_EQ(race.err, "");
+  const Outcome unread = gripline_with({"validate", folder_ / "unread.json"});
+  EXPECT_EQ(unread.code, 2);
+  EXPECT_THAT(unread.err, HasSubstr("has a parameter \"Cm3\"; did you mean \"Cm"));
+}
+
+TEST_F(Cli, TrackMakesFoldersAndTakesUnits) {
+  write_text(folder_ / "line.csv", [] {
+    std::string text = "x_m,y_m\n";
+    for (int i = 0; i < 60; ++i)
+      text += std::to_string(50 * std::cos(0.1047197551 * i)) + "," + std::to_string(50 * std::sin(0.1047197551 * i)) +
+              "\n";
+    return text;
+  }());
+  for (const char* width : {"9m", "9 m", "900 cm", "9"}) {
+    const Outcome outcome = gripline_with({"track", folder_ / "line.csv", "--width", width});
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    EXPECT_THAT(outcome.out, HasSubstr("9 to 9 m")) << width;
+  }
+  EXPECT_THAT(gripline_with({"track", folder_ / "line.csv", "--width", "9 s"}).err, HasSubstr("expected a length"));
+  EXPECT_THAT(gripline_with({"track", folder_ / "line.csv", "--width", "-9 m"}).err, HasSubstr("a length above 0 m"));
+  const Outcome made =
+      gripline_with({"track", folder_ / "line.csv", "--width", "9m", "--out", folder_ / "new/deep/road.csv"});
+  EXPECT_EQ(made.code, 0) << made.err;
+  EXPECT_TRUE(fs::exists(folder_ / "new/deep/road.csv"));
 }
 
 TEST_F(Cli, TrackSaysWhatItCannotRead) {

@@ -95,8 +95,8 @@ TEST(CommandLine, WrongWordsAreRefusedWithAHint) {
             "--plugins worlds/short.json: is a file, expected a folder of plugins\n");
   EXPECT_EQ(refused({"compare", "worlds/short.json"}), "worlds/short.json: is a world, expected an experiment\n");
   EXPECT_EQ(refused({"bench", good}), "bench takes no file: \"" + good + "\"; a world is given by --world\n");
-  EXPECT_EQ(refused({"bench", "--world", "worlds/short.json", "--out", "no/folder/b.csv"}),
-            "--out no/folder/b.csv: cannot be written: No such file or directory\n");
+  EXPECT_EQ(refused({"bench", "--world", "worlds/short.json", "--out", "experiments/good.json/b.csv"}),
+            "--out experiments/good.json/b.csv: cannot be written: Not a directory\n");
   EXPECT_EQ(refused({"bench", "--instances", "many"}), "--instances many: expected a whole number\n");
   EXPECT_THAT(refused({"compare", good, "--plugins", "no/folder"}), HasSubstr("--plugins no/folder: no such folder"));
   EXPECT_THAT(refused({"compare", good, "--set", "world"}), HasSubstr("expected /json/pointer=VALUE"));

@@ -4,7 +4,10 @@
 #include <gtest/gtest.h>
 
 #include <cstdlib>
+#include <regex>
 #include <sstream>
+#include <string>
+#include <vector>
 
 #include "support/paths.hpp"
 #include "support/program.hpp"
@@ -15,6 +18,20 @@ namespace {
 namespace fs = std::filesystem;
 using namespace testing_support;
 using testing::HasSubstr;
+
+/// Links of the installed pages that lead nowhere.
+std::vector<std::string> broken_links(const fs::path& pages) {
+  static const std::regex link(R"(\]\(([^)\s#:]+)(#[^)\s]*)?\))");
+  std::vector<std::string> broken;
+  for (const auto& page : fs::directory_iterator(pages)) {
+    if (page.path().extension() != ".md") continue;
+    const std::string text = contents(page.path());
+    for (std::sregex_iterator found(text.begin(), text.end(), link), end; found != end; ++found)
+      if (!fs::exists(pages / (*found)[1].str()))
+        broken.push_back(page.path().filename().string() + ": " + (*found)[1].str());
+  }
+  return broken;
+}
 
 /// A program under `prefix` does a user's first steps in an empty folder.
 void expect_works(const fs::path& prefix, const Folder& folder) {
@@ -35,6 +52,8 @@ void expect_works(const fs::path& prefix, const Folder& folder) {
   EXPECT_TRUE(fs::exists(prefix / "share/man/man1/gripline.1"));
   EXPECT_TRUE(fs::exists(prefix / "share/bash-completion/completions/gripline"));
   EXPECT_TRUE(fs::exists(prefix / "lib/cmake/gripline/griplineConfigVersion.cmake"));
+  EXPECT_GT(contents(prefix / "share/doc/gripline/commands.md").size(), 1000U);
+  EXPECT_THAT(broken_links(prefix / "share/doc/gripline"), testing::IsEmpty());
   if (!fs::exists(build_dir() / "python/gripline")) return;
   const Outcome python =
       run_program({"/usr/bin/python3", "-c", "import gripline; print(gripline.Race('first_race').reset()[0][0])"},

@@ -5,6 +5,7 @@
 #include "bench/bench.hpp"
 #include "cli/options.hpp"
 #include "config/json_file.hpp"
+#include "config/shipped.hpp"
 #include "util/allocation_counter.hpp"
 
 namespace gripline::tools {
@@ -42,7 +43,7 @@ int run(Arguments args) {
   const std::int64_t instances = whole_number(*given, "instances", "--instances");
   if (instances < 20 || instances > most_instances)
     throw InputError("--instances " + std::to_string(instances) + ": expected 20 to " + std::to_string(most_instances));
-  const std::string world_file = (*given)["world"].as<std::string>();
+  const std::string world_file = find_shipped((*given)["world"].as<std::string>(), "worlds").string();
   const std::optional<std::string> out = text_of(*given, "out");
   if (out) require_writable("--out", *out, std::span(&world_file, 1));
   const Registry registry = open_registry(plugin_dirs_of(*given));

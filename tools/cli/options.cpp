@@ -5,10 +5,12 @@
 
 #include <cerrno>
 #include <charconv>
+#include <cmath>
 #include <cstring>
 #include <iostream>
 
 #include "config/errors.hpp"
+#include "config/units.hpp"
 
 namespace gripline::tools {
 namespace po = boost::program_options;
@@ -70,6 +72,20 @@ std::int64_t whole_number(const po::variables_map& given, const char* name, cons
   return value;
 }
 
+double quantity_of(const std::string& option, const std::string& text, const char* unit, const char* expected) {
+  double value = 0.0;
+  const auto [stop, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || stop != text.data() + text.size()) {
+    try {
+      value = to_si(text, unit);
+    } catch (const UnitError& refused) {
+      throw InputError(option + " " + text + ": " + refused.what());
+    }
+  }
+  if (!(value > 0) || !std::isfinite(value)) throw InputError(option + " " + text + ": expected " + expected);
+  return value;
+}
+
 void require_writable(const std::string& option, const std::filesystem::path& file,
                       std::span<const std::string> inputs) {
   const auto refuse = [&](const std::string& why) { throw InputError(option + " " + file.string() + ": " + why); };
@@ -77,6 +93,10 @@ void require_writable(const std::string& option, const std::filesystem::path& fi
   std::error_code failed;
   for (const std::string& input : inputs)
     if (std::filesystem::equivalent(file, input, failed)) refuse("is what is read; choose another file");
+  if (file.has_parent_path() && !std::filesystem::exists(file.parent_path(), failed)) {
+    std::filesystem::create_directories(file.parent_path(), failed);
+    if (failed) refuse("cannot be written: " + failed.message());
+  }
   const bool there = std::filesystem::exists(file, failed);
   const int handle = open(file.c_str(), O_WRONLY | O_CREAT | O_NONBLOCK, 0644);
   // ENXIO: a pipe that nobody reads from yet can be written later.

@@ -35,7 +35,11 @@ Registry open_registry(const Words& plugin_dirs);
 /// The whole number of an option given as text. Throws InputError that names it as `shown`.
 std::int64_t whole_number(const boost::program_options::variables_map& given, const char* name,
                           const std::string& shown);
+/// The number above 0 of an option, in SI or with a unit ("90 s", "9m"). Throws InputError that says what was
+/// `expected`.
+double quantity_of(const std::string& option, const std::string& text, const char* unit, const char* expected);
 /// A file to be written, asked before long work: refused (InputError) when it is one of the inputs or cannot be made.
+/// Its folder is made.
 void require_writable(const std::string& option, const std::filesystem::path& file,
                       std::span<const std::string> inputs);
 

@@ -8,6 +8,7 @@
 
 #include "config/errors.hpp"
 #include "config/json_file.hpp"
+#include "config/shipped.hpp"
 #include "gripline/command.hpp"
 #include "gripline/log_options.hpp"
 #include "measured/gripline_log.hpp"
@@ -155,9 +156,10 @@ calibrate::FitOptions fit_options_of(const po::variables_map& given, const World
 int run_fit(Arguments args) {
   const auto given = parse_fit_words(args);
   if (!given) return good;
-  const Words words = words_of(*given, "world-and-logs");
+  Words words = words_of(*given, "world-and-logs");
   if (words.size() < 2)
     throw InputError("fit needs a world and a log: gripline fit WORLD.json LOG... --out FITTED.json");
+  words[0] = find_shipped(words[0], "worlds").string();
   const fs::path out = (*given)["out"].as<std::string>();
   require_writable("--out", out, words);
   const Registry registry = open_registry(plugin_dirs_of(*given));

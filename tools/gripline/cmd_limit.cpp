@@ -10,6 +10,7 @@
 #include "config/errors.hpp"
 #include "config/hash.hpp"
 #include "config/json_file.hpp"
+#include "config/shipped.hpp"
 #include "experiment/experiment.hpp"
 #include "gripline/command.hpp"
 #include "limit/limit_table.hpp"
@@ -82,8 +83,9 @@ int run_limit(Arguments args) {
   add("help,h", "this text");
   const auto given = parse_options(args, visible, "limit WORLD.json [options]", "world");
   if (!given) return good;
-  const Words words = words_of(*given, "world");
+  Words words = words_of(*given, "world");
   if (words.size() != 1) throw InputError("limit needs one world: gripline limit WORLD.json --out TABLE.csv");
+  words[0] = find_shipped(words[0], "worlds").string();
   LimitRequest request;
   request.factors = read_factors(*text_of(*given, "factors"));
   request.body = given->count("body") > 0;

@@ -10,6 +10,7 @@
 #include "config/errors.hpp"
 #include "config/file_kind.hpp"
 #include "config/json_file.hpp"
+#include "config/shipped.hpp"
 #include "geometry/racing_line.hpp"
 #include "geometry/road_table.hpp"
 #include "gripline/command.hpp"
@@ -39,7 +40,7 @@ double positive_number(const std::string& option, std::string_view text) {
 
 double length_option(const po::variables_map& given, const char* name) {
   const auto text = text_of(given, name);
-  return text ? positive_number("--" + std::string(name), *text) : 0.0;
+  return text ? quantity_of("--" + std::string(name), *text, "m", "a length above 0 m") : 0.0;
 }
 
 /// "1:43" or a factor.
@@ -53,16 +54,17 @@ double scale_option(const po::variables_map& given) {
 
 /// The car of a car's or a world's file.
 std::optional<Car> car_option(const po::variables_map& given) {
-  const auto file = text_of(given, "car");
-  if (!file) return std::nullopt;
-  Node tree = load_json(*file);
+  const auto named = text_of(given, "car");
+  if (!named) return std::nullopt;
+  const fs::path file = find_shipped(*named);
+  Node tree = load_json(file);
   if (kind_of(tree) == FileKind::world) {
-    const Node world = load_world(*file);
+    const Node world = load_world(file);
     const Node* own = world.find("car");
-    if (own == nullptr) throw InputError(*file + ": is a world without a car");
+    if (own == nullptr) throw InputError(*named + ": is a world without a car");
     tree = *own;
   } else if (kind_of(tree) != FileKind::car) {
-    throw InputError(*file + ": expected a car or a world");
+    throw InputError(*named + ": expected a car or a world");
   }
   Errors errors;
   const CarFile car = read_car(tree, errors);
@@ -186,7 +188,8 @@ int run_track(Arguments args) {
   const auto given =
       parse_options(args, visible, "track FILE [options], or track LEFT.csv RIGHT.csv [options]", "road");
   if (!given) return good;
-  const Words words = words_of(*given, "road");
+  Words words = words_of(*given, "road");
+  for (std::string& word : words) word = find_shipped(word, "worlds/tracks").string();
   if (words.empty() || words.size() > 2)
     throw InputError(
         "track needs one road or its two edges: gripline track ROAD.csv, gripline track LEFT.csv RIGHT.csv");

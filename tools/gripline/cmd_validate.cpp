@@ -3,6 +3,7 @@
 
 #include "cli/options.hpp"
 #include "config/errors.hpp"
+#include "config/shipped.hpp"
 #include "gripline/command.hpp"
 #include "gripline/validate_file.hpp"
 
@@ -22,8 +23,11 @@ int run_validate(Arguments args) {
   std::vector<std::string> unusable;
   for (const std::string& file : files) {
     try {
-      validate_file(file, registry);
-      std::cout << file << ": good\n";
+      const std::vector<std::string> doubts = validate_file(find_shipped(file), registry);
+      for (const std::string& doubt : doubts) std::cerr << "warning: " << file << ": " << doubt << '\n';
+      std::cout << file << ": good";
+      if (!doubts.empty()) std::cout << ", " << doubts.size() << (doubts.size() == 1 ? " warning" : " warnings");
+      std::cout << '\n';
     } catch (const InputError& e) {
       errors.add(e);
     } catch (const PluginError& e) {

@@ -10,6 +10,7 @@
 #include "experiment/race_tables.hpp"
 #include "gripline/command.hpp"
 #include "gripline/experiment_kinds.hpp"
+#include "world/doubts.hpp"
 
 namespace gripline::tools {
 namespace {
@@ -89,6 +90,7 @@ class RaceExperiment final : public Experiment {
     if (!request.seeds_from.empty()) draw_seeds(request.seeds_from, chosen);
     return race_and_report(race_, chosen, registry_, request);
   }
+  std::vector<std::string> doubts() const override { return doubts_about(race_.world); }
 
  private:
   void draw_seeds(const std::string& text, RunSelection& chosen) {

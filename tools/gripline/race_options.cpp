@@ -1,12 +1,8 @@
 #include "gripline/race_options.hpp"
 
-#include <charconv>
-#include <cmath>
-
 #include "config/blame.hpp"
 #include "config/errors.hpp"
 #include "config/shipped.hpp"
-#include "config/units.hpp"
 
 namespace gripline::tools {
 namespace po = boost::program_options;
@@ -18,17 +14,7 @@ constexpr std::int64_t most_memory = std::int64_t{1} << 30;  // MB
 }  // namespace
 
 double seconds_of(const std::string& option, const std::string& text) {
-  double value = 0.0;
-  const auto [stop, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || stop != text.data() + text.size()) {
-    try {
-      value = to_si(text, "s");
-    } catch (const UnitError& refused) {
-      throw InputError(option + " " + text + ": " + refused.what());
-    }
-  }
-  if (!(value > 0) || !std::isfinite(value)) throw InputError(option + " " + text + ": expected a time above 0 s");
-  return value;
+  return quantity_of(option, text, "s", "a time above 0 s");
 }
 
 void add_race_options(po::options_description& visible) {

@@ -6,30 +6,34 @@
 #include "geometry/track_file.hpp"
 #include "gripline/experiment_kinds.hpp"
 #include "measured/log_map.hpp"
+#include "world/doubts.hpp"
 #include "world/friction_file.hpp"
 #include "world/world_spec.hpp"
 
 namespace gripline::tools {
 
-void validate_file(const std::filesystem::path& file, const Registry& registry) {
+std::vector<std::string> validate_file(const std::filesystem::path& file, const Registry& registry) {
   if (file.extension() == ".csv") {
     load_track(file);
-    return;
+    return {};
   }
+  std::vector<std::string> doubts;
   const Node tree = load_json(file);
   Errors errors;
   switch (kind_of(tree)) {
     case FileKind::experiment:
-      read_experiment(file, {}, registry);
+      doubts = read_experiment(file, {}, registry)->doubts();
       break;
     case FileKind::world:
-      read_world(load_world(file), registry, errors, RoadRule::optional);
+      if (const WorldSpec world = read_world(load_world(file), registry, errors, RoadRule::optional); errors.empty())
+        doubts = doubts_about(world);
       break;
     case FileKind::track:
       load_track(file);
       break;
     case FileKind::car:
-      read_car(tree, errors);
+      doubts = doubts_about(read_car(tree, errors).car);
+      check_known_params(tree, registry, errors);
       break;
     case FileKind::friction:
       read_friction(tree, errors);
@@ -43,6 +47,7 @@ void validate_file(const std::filesystem::path& file, const Registry& registry) 
                  "schedule (\"points\") or map of a log (\"channels\")");
   }
   errors.throw_if_any();
+  return doubts;
 }
 
 }  // namespace gripline::tools

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
+#include <vector>
 
 #include "plugin/registry.hpp"
 
@@ -9,6 +11,7 @@ namespace gripline::tools {
 
 /// Reads an experiment of any kind, a world, track (JSON or CSV), car, friction schedule or map of a log, and all files
 /// that it names, and runs nothing. Throws InputError with all that is wrong, PluginError when a plugin is missing.
-void validate_file(const std::filesystem::path& file, const Registry& registry);
+/// Returns what is allowed and hardly meant, one line each (world/doubts.hpp).
+std::vector<std::string> validate_file(const std::filesystem::path& file, const Registry& registry);
 
 }  // namespace gripline::tools

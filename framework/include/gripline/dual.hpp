@@ -10,6 +10,7 @@
 #pragma once
 
 #include <cmath>
+#include <concepts>
 #include <cstddef>
 #include <type_traits>
 
@@ -253,6 +254,61 @@ Dual<N> min(const Dual<N>& a, const Dual<N>& b) {
 template <int N>
 Dual<N> max(const Dual<N>& a, const Dual<N>& b) {
   return b.v > a.v ? b : a;
+}
+///@}
+
+/// \name A number with derivatives beside a plain one
+///@{
+
+/// As above; the plain number is a constant.
+template <int N>
+Dual<N> atan2(const Dual<N>& y, double x) {
+  return atan2(y, Dual<N>(x));
+}
+template <int N>
+Dual<N> atan2(double y, const Dual<N>& x) {
+  return atan2(Dual<N>(y), x);
+}
+template <int N>
+Dual<N> hypot(const Dual<N>& x, double y) {
+  return hypot(x, Dual<N>(y));
+}
+template <int N>
+Dual<N> hypot(double x, const Dual<N>& y) {
+  return hypot(Dual<N>(x), y);
+}
+template <int N>
+Dual<N> min(const Dual<N>& a, double b) {
+  return min(a, Dual<N>(b));
+}
+template <int N>
+Dual<N> min(double a, const Dual<N>& b) {
+  return min(Dual<N>(a), b);
+}
+template <int N>
+Dual<N> max(const Dual<N>& a, double b) {
+  return max(a, Dual<N>(b));
+}
+template <int N>
+Dual<N> max(double a, const Dual<N>& b) {
+  return max(Dual<N>(a), b);
+}
+///@}
+
+/// \name Plain numbers
+///@{
+
+/// Of plain numbers, so that `using gripline::max;` alone serves both kinds. abs and hypot are templates: beside
+/// `using std::abs;` the standard's is taken.
+constexpr double min(double a, double b) { return b < a ? b : a; }
+constexpr double max(double a, double b) { return b > a ? b : a; }
+template <std::floating_point F>
+F abs(F x) {
+  return std::abs(x);
+}
+template <std::floating_point F>
+F hypot(F x, F y) {
+  return std::hypot(x, y);
 }
 ///@}
 

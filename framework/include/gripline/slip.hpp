@@ -3,11 +3,13 @@
 //   front = delta - atan2(omega lf + vy, forward),   rear = atan2(omega lr - vy, forward)
 //
 // `forward` stands for the forward speed [m/s]: |vx| in a plant, max(|vx|, v_min) in
-// a model whose derivatives must stay finite at standstill. T is double or Dual<N>.
-// Source: Kalaria, Lin, Dolan, eq. (dyn_model), with |vx| as in the published plant.
+// a model whose derivatives must stay finite at standstill. T, that of vy, is double or Dual<N>; whatever
+// else is given may be a plain double, such as the car's geometry.
+// Source: Kalaria, Lin, Dolan, the dynamic model's slip angles, with |vx| as in the published plant.
 #pragma once
 
 #include <cmath>
+#include <type_traits>
 
 #include <gripline/dual.hpp>
 
@@ -15,14 +17,16 @@ namespace gripline {
 
 /// Slip angle of the front axle, which lies lf [m] before the centre of gravity and is steered by delta [rad].
 template <class T>
-T front_slip(const T& forward, const T& vy, const T& omega, const T& delta, const T& lf) {
+T front_slip(const std::type_identity_t<T>& forward, const T& vy, const std::type_identity_t<T>& omega,
+             const std::type_identity_t<T>& delta, const std::type_identity_t<T>& lf) {
   using std::atan2;
   return delta - atan2(omega * lf + vy, forward);
 }
 
 /// Slip angle of the rear axle, lr [m] behind the centre of gravity.
 template <class T>
-T rear_slip(const T& forward, const T& vy, const T& omega, const T& lr) {
+T rear_slip(const std::type_identity_t<T>& forward, const T& vy, const std::type_identity_t<T>& omega,
+            const std::type_identity_t<T>& lr) {
   using std::atan2;
   return atan2(omega * lr - vy, forward);
 }

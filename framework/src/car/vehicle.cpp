@@ -60,17 +60,35 @@ void read_known_params(ObjectReader& car, KnownParams& known, Errors& errors) {
   }
 }
 
+void check_known_params(const Node& car, const Registry& registry, Errors& errors) {
+  const Node* const params = car.is_object() ? car.find("known_params") : nullptr;
+  if (params == nullptr || !params->is_object()) return;
+  std::vector<std::string> names;
+  for (const PluginEntry& entry : registry.entries())
+    if (entry.decl->kind == abi::Kind::vehicle || entry.decl->kind == abi::Kind::plant)
+      for (const abi::ParamDecl& param : entry.params()) names.emplace_back(param.name);
+  std::ranges::sort(names);
+  names.erase(std::ranges::unique(names).begin(), names.end());
+  for (const Member& member : params->object())
+    if (member.key != "note" && !std::ranges::binary_search(names, member.key))
+      errors.add(member.key_origin(), "no vehicle model and no plant has a parameter \"" + member.key + '"' +
+                                          did_you_mean(member.key, names));
+}
+
 CarFile read_car(const Node& node, Errors& errors) {
+  // No car is heavier or longer; with such numbers a slip of units is told at its place.
+  constexpr double heaviest = 1e7, longest = 1e3;
   ObjectReader r(node, errors);
   const auto positive = NumberRange::positive();
+  const auto length = NumberRange::at_most(longest);
   CarFile file;
   Car& car = file.car;
-  car.m = r.number("m", "kg", positive);
+  car.m = r.number("m", "kg", {0.0, heaviest, true, true});
   car.Iz = r.number("Iz", "kg m2", positive);
-  car.lf = r.number("lf", "m", positive);
-  car.lr = r.number("lr", "m", positive);
-  car.length = r.number("length", "m", positive);
-  car.width = r.number("width", "m", positive);
+  car.lf = r.number("lf", "m", length);
+  car.lr = r.number("lr", "m", length);
+  car.length = r.number("length", "m", length);
+  car.width = r.number("width", "m", length);
   car.d_min = r.number("d_min", "1", NumberRange::closed(-1, 0));
   car.d_max = r.number("d_max", "1", NumberRange::at_most(1));
   car.delta_max = r.number("delta_max", "rad", NumberRange::at_most(1.5));

@@ -20,6 +20,8 @@ struct CarFile {
 CarFile read_car(const Node& node, Errors& errors);
 /// Adds what stands under "known_params" of that object, if anything does: numbers in SI by name.
 void read_known_params(ObjectReader& car, KnownParams& known, Errors& errors);
+/// Refuses those that no vehicle model and no plant of the registry declares: nothing would read them.
+void check_known_params(const Node& car, const Registry& registry, Errors& errors);
 
 /// {"plugin", "params", "effects": [{"plugin", "params"}...], "integrator", "substeps"}.
 struct VehicleSpec {

@@ -19,7 +19,9 @@ void set_program(const std::filesystem::path& file, const std::filesystem::path&
 [[nodiscard]] std::filesystem::path shipped_folder();
 
 /// The file that a user names: itself where it is there; else the shipped one of that name, of that name in the shipped
-/// folder `kind` ("experiments"), or of that name with ".json" added; else itself, which is then reported as absent.
-[[nodiscard]] std::filesystem::path find_shipped(const std::filesystem::path& named, std::string_view kind);
+/// folder `kind` ("experiments"; by default in any of them), or of that name with ".json" added. Else, where nothing of
+/// nearly that name stands in the user's folder but something shipped is called nearly so, throws InputError that names
+/// it; else itself, which is then reported as absent.
+[[nodiscard]] std::filesystem::path find_shipped(const std::filesystem::path& named, std::string_view kind = {});
 
 }  // namespace gripline

@@ -41,6 +41,7 @@ struct ClaimResult {
   std::string text;
   std::optional<bool> holds;  // empty: skipped
   std::string why_skipped;
+  std::string note;                   // what else a reader must know of it; may be empty
   std::optional<double> left, right;  // medians
   int runs_held = 0, runs = 0;
 };

@@ -20,13 +20,15 @@ constexpr ColumnDoc identity[] = {
 
 // Behind the columns that are measured (race_columns.hpp).
 constexpr ColumnDoc others[] = {
-    {"table.csv", "COLUMN_lo", "as COLUMN", "", "lower end of the 95 % bootstrap interval of the median of COLUMN"},
-    {"table.csv", "COLUMN_hi", "as COLUMN", "", "its upper end"},
+    {"table.csv", "COLUMN_lo", "as COLUMN", "",
+     "lower end of the 95 % bootstrap interval of the median of COLUMN; of fewer than six runs the smallest"},
+    {"table.csv", "COLUMN_hi", "as COLUMN", "", "its upper end, or the largest"},
     {"pairs.csv", "baseline", "", "", "row that is subtracted"},
     {"pairs.csv", "column", "", "", "what is compared, a column of table.csv"},
     {"pairs.csv", "difference", "as column", "", "median over the seeds of stack minus baseline under the same seed"},
-    {"pairs.csv", "lo", "as column", "", "lower end of its 95 % bootstrap interval"},
-    {"pairs.csv", "hi", "as column", "", "its upper end"},
+    {"pairs.csv", "lo", "as column", "",
+     "lower end of its 95 % bootstrap interval; of fewer than six draws the smallest difference"},
+    {"pairs.csv", "hi", "as column", "", "its upper end, or the largest"},
     {"pairs.csv", "p", "1", "", "two-sided sign test of \"plus is as likely as minus\""},
     {"pairs.csv", "draws", "1", "", "seeds under which both rows have the value"},
     {"steps.csv timing.csv replay.csv tyres.csv", "t_s", "s", "", "time since the start"},

@@ -92,15 +92,23 @@ void print_pairs(std::ostream& out, const std::string& baseline, std::span<const
     return (column.starts_with("lap") && column.ends_with("_s")) || column == "mean_deviation_m" ||
            column == "violation_s" || column == "violation_body_s" || column == "mu_rmse";
   };
-  std::vector<std::vector<std::string>> rows = {{"minus " + baseline, "column", "median", "95 %", "p", "draws"}};
+  constexpr auto enough = static_cast<int>(least_for_interval);
+  bool any_range = false, any_interval = false;
+  std::vector<std::vector<std::string>> rows = {{"minus " + baseline, "column", "median", "", "p", "least p", "draws"}};
   for (const PairedDifference& pair : pairs) {
     if (!shown(pair.column) || pair.draws == 0) continue;
+    (pair.draws < enough ? any_range : any_interval) = true;
     const std::string interval = pair.lo ? cell_text(pair.lo, "%+.3f") + " to " + cell_text(pair.hi, "%+.3f") : "-";
     rows.push_back({pair.stack, pair.column, cell_text(pair.difference, "%+.3f"), interval, cell_text(pair.p, "%.2g"),
+                    cell_text(least_sign_test(static_cast<std::size_t>(pair.draws)), "%.2g"),
                     std::to_string(pair.draws)});
   }
+  rows.front()[3] = !any_range ? "95 %" : any_interval ? "95 % or range" : "range";
   print_aligned(out, rows);
-  out << "median: of the differences draw by draw, with its bootstrap interval; p: sign test. All columns: pairs.csv\n";
+  out << "median: of the differences draw by draw";
+  if (any_interval) out << "; 95 %: its bootstrap interval";
+  if (any_range) out << "; range, of fewer than " << enough << " draws: the smallest and largest difference";
+  out << "; p: sign test; least p: if all draws had one sign. All columns: pairs.csv\n";
 }
 
 }  // namespace gripline

@@ -96,15 +96,21 @@ std::vector<double> values_of(const RaceResults& results, const std::vector<cons
   return values;
 }
 
-/// The ends of the intervals under a row of the printed table; empty when no column has one.
+/// The ends of the intervals under a row of the printed table, or of the ranges where the runs are too few for one;
+/// empty when no column has one.
 std::vector<std::string> interval_row(const RaceResults& results, const std::string& stack, std::size_t laps) {
-  std::vector<std::string> row = {"  95 %"};
+  const std::vector<const RunResult*> runs = results.distinct(stack);
+  std::vector<std::string> row = {runs.size() < least_for_interval ? "  range" : "  95 %"};
   bool any = false;
   const auto add = [&](const std::string& column, const char* format) {
     const std::optional<double> lo = results.value(stack, column + "_lo", -1);
     const std::optional<double> hi = results.value(stack, column + "_hi", -1);
     any = any || (lo && hi);
     row.push_back(lo && hi ? cell_text(lo, format) + ".." + cell_text(hi, format) : "");
+    // A lap that few of many runs drove.
+    if (const std::size_t n = values_of(results, runs, column).size();
+        lo && hi && n < least_for_interval && n < runs.size() && runs.size() >= least_for_interval)
+      row.back() += " of " + std::to_string(n);
   };
   for (std::size_t i = 0; i < laps; ++i) add("lap" + std::to_string(i) + "_s", "%.2f");
   add("mean_deviation_m", "%.4f");
@@ -138,6 +144,26 @@ void print_identical(std::ostream& out, const RaceResults& results) {
       out << '\n';
     }
   }
+}
+
+/// "" or what the ends that a claim names are when the runs of a row are too few for an interval.
+std::string range_note(const RaceResults& results, const Claim& claim) {
+  std::string note;
+  for (const ClaimTerm* term : {&claim.left, &claim.right}) {
+    const std::string of(interval_of(term->column));
+    if (of.empty()) continue;
+    const std::size_t runs = values_of(results, results.distinct(term->stack), of).size();
+    if (runs >= least_for_interval || runs < 2 || !note.empty()) continue;
+    note = "_lo and _hi are the smallest and largest of " + std::to_string(runs) + " runs, no 95 % interval";
+  }
+  return note;
+}
+
+/// Warns of claims whose ends of intervals are ranges; of those that fail, their line says so.
+void print_range_claims(std::ostream& out, std::span<const ClaimResult> claims) {
+  for (const ClaimResult& claim : claims)
+    if (claim.holds.value_or(false) && !claim.note.empty())
+      out << "warning: " << claim.text << ": " << claim.note << '\n';
 }
 
 /// Warns of claims that were judged on a single run.
@@ -292,6 +318,7 @@ std::vector<ClaimResult> judge_all(const RaceResults& results, bool alone) {
                                return results.value(stack, column,
                                                     run < 0 ? -1 : chosen[static_cast<std::size_t>(run)]);
                              }));
+      judged.back().note = range_note(results, claim);
     }
   }
   return judged;
@@ -315,6 +342,7 @@ void write_claims(const std::filesystem::path& out, std::span<const ClaimResult>
     values.set("runs_held", Node(static_cast<double>(claim.runs_held)));
     values.set("runs", Node(static_cast<double>(claim.runs)));
     one.set("values", std::move(values));
+    if (!claim.note.empty()) one.set("why", Node(claim.note));
     all.push_back(std::move(one));
   }
   Node root = Node::empty_object();
@@ -335,9 +363,10 @@ void print_tables(std::ostream& out, const RaceResults& results, std::span<const
   std::vector<std::vector<std::string>> rows(1);
   rows[0] = {"stack"};
   for (std::size_t i = 0; i < laps; ++i) rows[0].push_back("lap " + std::to_string(i));
-  for (const char* name : {"deviation", "outside", "wheels", "adapted", "mu rms", "solve", "failed", "CPU", "status"})
+  for (const char* name :
+       {"deviation", "outside", "corner out", "out, adapted", "mu rms", "solve", "failed", "CPU", "status"})
     rows[0].emplace_back(name);
-  bool any_truth = false, any_interval = false;
+  bool any_truth = false, any_interval = false, any_range = false;
   for (const std::string& stack : results.rows) {
     const std::vector<const RunResult*> runs = results.distinct(stack);
     if (runs.empty()) continue;
@@ -358,16 +387,23 @@ void print_tables(std::ostream& out, const RaceResults& results, std::span<const
     row.push_back(cell("cpu_s", "%.1f s"));
     row.push_back(outcome(runs));
     rows.push_back(std::move(row));
-    if (std::vector<std::string> ends = interval_row(results, stack, laps); !ends.empty())
-      rows.push_back(std::move(ends)), any_interval = true;
+    if (std::vector<std::string> ends = interval_row(results, stack, laps); !ends.empty()) {
+      (runs.size() < least_for_interval ? any_range : any_interval) = true;
+      any_range =
+          any_range || std::ranges::any_of(ends, [](const auto& cell) { return cell.find(" of ") != cell.npos; });
+      rows.push_back(std::move(ends));
+    }
   }
   print_aligned(out, rows);
   print_identical(out, results);
   for (const std::string& line : beaten_limits(results)) out << "the stated limit is too slow: " << line << '\n';
   if (any_interval) out << "95 %: bootstrap interval of the median over the runs. ";
+  if (any_range)
+    out << (any_interval ? "range, or \"of\" fewer than " : "range, of fewer than ") << least_for_interval
+        << " runs: smallest and largest. ";
   if (any_truth) out << "* was told the truth. ";
-  out << "outside: time with the centre of gravity off the track; wheels: with a corner of the car; adapted: outside "
-         "after the stack adapted.\n";
+  out << "outside: time with the centre of gravity off the track; corner out: with a corner of the car; out, adapted: "
+         "outside after the stack adapted.\n";
   const auto held =
       std::count_if(claims.begin(), claims.end(), [](const ClaimResult& c) { return c.holds.value_or(false); });
   const auto judged =
@@ -382,8 +418,12 @@ void print_tables(std::ostream& out, const RaceResults& results, std::span<const
       out << "  skipped  " << claim.text << "   (" << claim.why_skipped << ")\n";
     else if (!*claim.holds)
       out << "  FAILS    " << claim.text << "   (" << cell_text(claim.left, "%.4g") << " against "
-          << cell_text(claim.right, "%.4g") << ", " << claim.runs_held << " of " << claim.runs << " runs)\n";
+          << cell_text(claim.right, "%.4g")
+          << (claim.runs > 0 ? ", " + std::to_string(claim.runs_held) + " of " + std::to_string(claim.runs) + " runs"
+                             : std::string())
+          << (claim.note.empty() ? "" : "; " + claim.note) << ")\n";
   }
+  print_range_claims(out, claims);
   print_thin_claims(out, claims);
 }
 

@@ -36,6 +36,11 @@ void keep_first(RoadTrace& trace, std::size_t count) {
   each_column(trace, [&](std::vector<double>& column) { column.resize(count); });
 }
 
+/// Whether a point lies ahead of the first, seen along the first step.
+bool ahead(const PlanePoint& point, const PlanePoint& first, const PlanePoint& second) {
+  return (point.x - first.x) * (second.x - first.x) + (point.y - first.y) * (second.y - first.y) > 0.0;
+}
+
 /// Cuts a trace that continues after a lap where it comes nearest to its start again.
 void cut_after_a_lap(RoadTrace& trace, double near, std::vector<std::string>& remarks) {
   const std::vector<PlanePoint>& p = trace.points;
@@ -50,7 +55,10 @@ void cut_after_a_lap(RoadTrace& trace, double near, std::vector<std::string>& re
   std::size_t nearest = i;
   for (; i < n && back(i); ++i)
     if (distance(p[i], p[0]) < distance(p[nearest], p[0])) nearest = i;
-  if (n - nearest > 2) remarks.push_back(format("the trace goes on for %zu points after a lap: left out", n - nearest));
+  // The last point of a road with widths may be as near to the first as any other step: it stays.
+  if (!trace.right.empty() && (n - nearest < 2 || !ahead(p[n - 1], p[0], p[1]))) return;
+  if (n - nearest > 2 || !trace.right.empty())
+    remarks.push_back(format("the trace goes on for %zu points after a lap: left out", n - nearest));
   keep_first(trace, nearest);  // the nearest point would repeat the first
 }
 
@@ -92,7 +100,8 @@ RoadTrace read_trace(const fs::path& file) {
 
 void close(const fs::path& file, RoadTrace& trace, double near, const RoadReading& reading,
            std::vector<std::string>& remarks) {
-  if (trace.right.empty() && near > 0.0) cut_after_a_lap(trace, near, remarks);
+  if (!trace.right.empty()) near = trace.right.front() + trace.left.front();
+  if (near > 0.0) cut_after_a_lap(trace, near, remarks);
   close_gap(trace, reading.largest_gap, remarks);
   try {
     const std::size_t before = trace.points.size();

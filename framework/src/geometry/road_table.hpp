@@ -36,8 +36,8 @@ struct RoadReading {
 ///   edges, two CSVs      x_m,y_m[,z_m] or lat,lon[,ele]
 ///   .json                any road that load_track reads
 /// Places on the earth are projected to the plane that touches the WGS 84 ellipsoid at their middle: x east, y north. A
-/// trace that continues beyond its start is cut where it comes back to it. `remarks` gets a line for each change.
-/// Throws InputError and GeometryError.
+/// trace or a TUM CSV that continues beyond its start is cut where it comes back to it. `remarks` gets a line for each
+/// change. Throws InputError and GeometryError.
 RoadTable read_road(std::span<const std::filesystem::path> files, const RoadReading& reading,
                     std::vector<std::string>& remarks);
 

@@ -87,6 +87,7 @@ StackSpec read_stack(const std::string& name, const Node& node, const Registry& 
   CarFile told = car;
   if (r.has("car")) {
     told = read_told_car(*r.find("car"), car, errors);
+    check_known_params(*r.find("car"), registry, errors);
     spec.car = told.car;
   } else {
     r.find("car");

@@ -66,6 +66,8 @@ std::vector<RunName> find_runs(const Inputs& inputs) {
   }
   // The drives beside a diagnosis are what it was made from, not a race.
   if (!runs.empty() || !inputs.diagnoses.empty() || !inputs.diagnosis.is_null()) return runs;
+  // Folders with drives may stand anywhere; those of one race stand beside what compare and run say of it first.
+  if (inputs.scene.is_null()) return runs;
   for (const fs::path& stack : folders_in(inputs.folder))
     for (const fs::path& seed : folders_in(stack))
       if (std::error_code failed; fs::exists(seed / "steps.csv", failed))
@@ -146,8 +148,9 @@ Inputs read_inputs(const fs::path& folder) {
   if (in.runs.empty() && in.validation.empty() && in.diagnosis.is_null() && in.diagnoses.empty() &&
       !in.measured.is_object())
     throw InputError(folder.string() +
-                     ": nothing to report; expected runs.csv, <stack>/<seed>/steps.csv, validation.csv, "
-                     "diagnosis.json or measured.json");
+                     ": nothing to report; expected the folder that compare, run, sweep or diagnose wrote: runs.csv, "
+                     "scene.json with <stack>/<seed>/steps.csv, validation.csv, diagnosis.json, measured.json or "
+                     "sweep_report.json");
   return in;
 }
 

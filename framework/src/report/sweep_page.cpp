@@ -160,7 +160,7 @@ std::string sensitivity_table(const json& data) {
 std::string best_table(const json& data, const json& response) {
   std::vector<std::string> head;
   for (const json& factor : list_of(data, "factors")) head.push_back(short_name(factor.get<std::string>()));
-  for (const char* name : {"median", "95 %", "runs", "as good as the first"}) head.emplace_back(name);
+  for (const char* name : {"median", "95 %, or range", "runs", "as good as the first"}) head.emplace_back(name);
   std::vector<std::vector<std::string>> rows;
   for (const json& setting : list_of(response, "best")) {
     std::vector<std::string> row;
@@ -257,7 +257,9 @@ std::string sweep_page(const json& data) {
     if (figure.name == "parallel.svg") page += "<h2>All runs</h2>\n";
     page += "<figure>" + figure.svg + "</figure>\n";
     if (figure.name == "parallel.svg")
-      page += "<h2>Medians by level</h2>\n<p>With 95 % intervals, one scale per response.</p>\n";
+      page +=
+          "<h2>Medians by level</h2>\n<p>With 95 % intervals (of fewer than six runs the range), one scale per "
+          "response.</p>\n";
   }
   std::size_t count = 0;
   for (const json& response : list_of(data, "responses")) {

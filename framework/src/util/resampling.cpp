@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <boost/math/distributions/binomial.hpp>
+#include <cmath>
 #include <limits>
 #include <random>
 
@@ -24,6 +25,10 @@ MedianInterval bootstrap_median_interval(std::vector<double> values) {
     medians.push_back(median(sample));
   }
   return {nearest_rank_quantile(medians, 0.5 * (1.0 - share)), nearest_rank_quantile(medians, 0.5 * (1.0 + share))};
+}
+
+double least_sign_test(std::size_t differences) {
+  return std::min(1.0, std::ldexp(2.0, -static_cast<int>(std::min<std::size_t>(differences, 1000))));
 }
 
 double sign_test(std::span<const double> differences) {

@@ -1,10 +1,16 @@
 // How sure a median is: its bootstrap interval, and the sign test of paired differences.
 #pragma once
 
+#include <cstddef>
 #include <span>
 #include <vector>
 
 namespace gripline {
+
+/// The fewest values whose range covers the median in 95 % of cases: it does in 1 - 2^(1 - n). With fewer, what
+/// bootstrap_median_interval() gives is the range, which covers less (50 % for two), and is called so wherever
+/// it is shown.
+inline constexpr std::size_t least_for_interval = 6;
 
 struct MedianInterval {
   double lo, hi;  ///< NaN for fewer than two values
@@ -18,5 +24,8 @@ MedianInterval bootstrap_median_interval(std::vector<double> values);
 /// Probability under "plus is as likely as minus" of signs at least as one-sided as these: the exact two-sided sign
 /// test. Zeros are left out; 1 when nothing is left. No value may be NaN.
 double sign_test(std::span<const double> differences);
+
+/// The least that sign_test() can give for so many differences: all of one sign.
+double least_sign_test(std::size_t differences);
 
 }  // namespace gripline

@@ -75,11 +75,21 @@ std::string check_car_on(const Track& track, const Car& car) {
   return check_car_turns(track, car.width, least_turning_radius(car));
 }
 
+/// Whether a key is meant to be one of those that say when the race ends; finish() names it.
+bool misspells_end(const Node& node) {
+  const std::vector<std::string> keys = {"laps", "duration", "timeout"};
+  return node.is_object() && std::ranges::any_of(node.object(), [&](const Member& one) {
+           return std::ranges::find(keys, one.key) == keys.end() && nearest(one.key, keys).has_value();
+         });
+}
+
 /// When the race ends. A world without a road is compared with logs only and has no end.
-void read_end(ObjectReader& r, WorldSpec& world) {
+void read_end(ObjectReader& r, WorldSpec& world, const Errors& errors) {
+  const std::size_t before = errors.added();
   world.duration = r.optional_number("duration", "s", NumberRange::positive());
   world.laps = static_cast<int>(r.integer("laps", {0, 10000}, 0));
   world.timeout = r.number("timeout", "s", NumberRange::positive(), world.duration.value_or(0.0) + 1e-9);
+  if (errors.added() != before || misspells_end(r.node())) return;  // what is missing would follow from that
   if (world.laps == 0 && !world.duration && r.has("track"))
     r.error("a world ends after \"laps\" or after a \"duration\"; neither is given");
   if (world.laps > 0 && !world.duration && !r.has("timeout"))
@@ -145,7 +155,10 @@ WorldSpec read_world(const Node& node, const Registry& registry, Errors& errors,
   ObjectReader r(node, errors);
   WorldSpec world;
   const std::size_t before = errors.added();
-  if (const Node* car = r.require("car", "a car file or an object"); car != nullptr) world.car = read_car(*car, errors);
+  if (const Node* car = r.require("car", "a car file or an object"); car != nullptr) {
+    world.car = read_car(*car, errors);
+    check_known_params(*car, registry, errors);
+  }
   const bool car_known = errors.added() == before;
   const Node* const track =
       road == RoadRule::required ? r.require("track", "a track file or an object") : r.find("track");
@@ -162,7 +175,7 @@ WorldSpec read_world(const Node& node, const Registry& registry, Errors& errors,
   (void)r.find("nominal_uncertainty");  // how far diagnose trusts the model's parameters
   (void)r.find("unknowns");             // what fit looks for (calibrate/unknowns.hpp)
   (void)r.find("calibration");          // what fit found of a log's clock and how to start from it
-  read_end(r, world);
+  read_end(r, world, errors);
   read_limit(r, world, errors);
   read_start(r, world, errors);
   if (world.track) {

@@ -7,7 +7,7 @@
 //
 // `straight` is vx' from drive, nominal resistance and slope alone, without slip;
 // R is a resistance beside the nominal one.
-// Source: Kalaria, Lin, Dolan, eq. (dyn_model).
+// Source: Kalaria, Lin, Dolan, the dynamic model of their simulated car.
 #pragma once
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// The optimal control problem that the model-predictive controllers solve: eq. (opt) of the paper, complete.
+// The optimal control problem that the model-predictive controllers solve: the paper's, complete.
 //
 //   minimise  sum_k=1..N  e_k' Q_k e_k + q_yaw (yaw_k - yaw_ref_k)^2 + q_v (vx_k - v_ref_k)^2
 //           + terminal weights at k = N

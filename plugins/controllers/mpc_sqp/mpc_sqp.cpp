@@ -1,5 +1,5 @@
-// Model-predictive control in real time: the problem of mpc/ocp.hpp, eq. (opt) of the paper, by the sequential
-// quadratic programming of sqp.hpp.
+// Model-predictive control in real time: the problem of mpc/ocp.hpp, the paper's, by the sequential quadratic
+// programming of sqp.hpp.
 //
 // With `front_slip` the steering stays where the front axle slips no further than its tyres gain force, along the plan
 // of the step before.

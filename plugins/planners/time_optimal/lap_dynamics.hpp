@@ -9,7 +9,7 @@
 //   slip_f = delta - atan((vy + omega lf) / vx),  slip_r = -atan((vy - omega lr) / vx)
 //
 // N is times the grip of a place, too. Forces are per mass [m/s2]; a is the force of drive and brakes. N is the load of both axles over that at rest on a
-// flat road: a crest of radius R (curve -1 / R) takes m vx^2 / R off. Sources: the car is eq. (dyn_model) of Kalaria,
+// flat road: a crest of radius R (curve -1 / R) takes m vx^2 / R off. Sources: the car is the dynamic model of Kalaria,
 // Lin, Dolan; the change of the independent variable as in Lot, Biral (2014), "A curvilinear abscissa approach for the
 // lap time optimization of racing vehicles".
 #pragma once

@@ -53,6 +53,26 @@ TEST(CarFile, RefusalsSayWhatAndWhere) {
   EXPECT_THAT(why_car(R"({"known_params": {"Cm1": "much"}})"), HasSubstr("/known_params/Cm1: expected a number in SI"));
 }
 
+TEST(CarFile, WhatNoCarCanBeIsRefused) {
+  EXPECT_THAT(why_car(R"({"m": 1e300})"),
+              HasSubstr("/m: 1e+300 is out of range: expected a mass [kg] above 0 kg and below"));
+  EXPECT_THAT(why_car(R"({"m": "10000 t"})"), HasSubstr("/m: "));
+  EXPECT_THAT(why_car(R"({"lf": 1050})"), HasSubstr("/lf: 1050 is out of range"));
+}
+
+TEST(CarFile, KnownParametersAreThoseOfModels) {
+  const auto why_known = [](const char* text) {
+    Errors errors;
+    check_known_params(json(text), plugins(), errors);
+    return refusal([&] { errors.throw_if_any(); });
+  };
+  EXPECT_EQ(why_known(R"({"known_params": {"note": "its drive", "Cm1": 0.287, "Df": 0.2}})"), "nothing");
+  EXPECT_EQ(why_known(R"({"m": 3})"), "nothing");
+  EXPECT_THAT(why_known(R"({"known_params": {"Cm3": 0.287}})"),
+              testing::AllOf(HasSubstr("/known_params/Cm3: no vehicle model and no plant has a parameter \"Cm3\""),
+                             HasSubstr("did you mean \"Cm")));
+}
+
 TEST(Vehicle, IsAModelItsEffectsAndAnIntegrator) {
   const VehicleSpec spec =
       vehicle_of(R"({"plugin": "dynamic", "params": {"Df": 0.2}, "integrator": "rk6", "substeps": 3,

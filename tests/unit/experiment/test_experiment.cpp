@@ -67,6 +67,16 @@ TEST_F(Experiment, IsAWorldStacksSeedsAndClaims) {
   EXPECT_EQ(spec.world.duration, 1.0);
 }
 
+/// experiments.md: another plugin in a part inherits the parameters of the one it replaces; null drops them at once.
+TEST_F(Experiment, AnotherPluginInAPartMayDropInheritedParameters) {
+  EXPECT_THAT(why({R"(/stacks/fast={"planner": {"plugin": "friction_speed"}})"}), HasSubstr("unknown key \"mu\""));
+  const RaceSpec spec = race({R"(/stacks/fast={"planner": {"plugin": "friction_speed", "params": null}})"});
+  EXPECT_EQ(spec.stacks[1].planner.id(), "friction_speed");
+  const RaceSpec apart = race({"/base/planner=null", R"(/stacks/plain/planner={"plugin": "fixed_speed"})",
+                               R"(/stacks/fast/planner={"plugin": "friction_speed", "params": {"pace": 0.8}})"});
+  EXPECT_EQ(apart.stacks[1].planner.id(), "friction_speed");
+}
+
 TEST_F(Experiment, SeedsDefaultToOne) { EXPECT_THAT(race({"/seeds=null"}).seeds, ElementsAre(1)); }
 
 TEST_F(Experiment, AssignmentsActOnTheExpandedTree) {

@@ -104,8 +104,31 @@ TEST(Pairs, AreWrittenAndPrinted) {
   std::ostringstream out;
   print_pairs(out, "none", pairs);
   EXPECT_THAT(out.str(), HasSubstr("minus none"));
-  EXPECT_THAT(out.str(), HasSubstr("violation_s  -0.535  -0.555 to -0.515  0.031      6"));
+  EXPECT_THAT(out.str(), HasSubstr("violation_s  -0.535  -0.555 to -0.515  0.031    0.031      6"));
+  EXPECT_THAT(out.str(),
+              testing::AllOf(HasSubstr("  95 %  "), HasSubstr("bootstrap interval"), Not(HasSubstr("range"))));
   EXPECT_THAT(out.str(), Not(HasSubstr("mu_rmse")));  // nobody measured it
+}
+
+TEST(Pairs, OfFewDrawsHaveARangeAndALeastP) {
+  const RaceSpec race = race_of();
+  std::vector<RunResult> runs = six_pairs();
+  std::erase_if(runs, [](const RunResult& run) { return run.summary.seed > 2; });
+  std::ostringstream out;
+  print_pairs(out, "none", paired_differences({race, runs, {"none", "elm"}}, "none"));
+  EXPECT_THAT(out.str(), testing::AllOf(HasSubstr("  range  "), HasSubstr("smallest and largest difference"),
+                                        Not(HasSubstr("95 %")), Not(HasSubstr("bootstrap"))));
+  EXPECT_THAT(out.str(), HasSubstr("violation_s  -0.515  -0.520 to -0.510  0.5      0.5      2"));
+}
+
+TEST(Pairs, OfRowsWithFewAndWithManyDrawsSaysBoth) {
+  const RaceSpec race = race_of();
+  std::vector<RunResult> runs = six_pairs();
+  runs[2].summary.laps.clear();
+  std::ostringstream out;
+  print_pairs(out, "none", paired_differences({race, runs, {"none", "elm"}}, "none"));
+  EXPECT_THAT(out.str(), testing::AllOf(HasSubstr("95 % or range"), HasSubstr("bootstrap interval"),
+                                        HasSubstr("range, of fewer than 6 draws")));
 }
 
 }  // namespace

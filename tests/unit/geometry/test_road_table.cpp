@@ -178,6 +178,28 @@ TEST_F(RoadFiles, AGpxTraceIsCutAfterALap) {
   EXPECT_NEAR(track.grade(0.0), std::atan(5.0 / 300.0), 5e-4);
 }
 
+TEST_F(RoadFiles, ARoadWithWidthsIsCutAfterALapAsWell) {
+  const RoadTable lap = read({ellipse()});
+  EXPECT_TRUE(remarks_.empty());
+  EXPECT_EQ(lap.size(), 160u);
+  const RoadTable road = read({ellipse(0.0, 1.05)});  // 160 points on 1.05 laps
+  EXPECT_THAT(remarks_, ::testing::ElementsAre(HasSubstr("points after a lap: left out")));
+  EXPECT_LT(road.size(), 154u);
+  EXPECT_EQ(road.right.size(), road.size());
+  const Track track = to_track(road);
+  EXPECT_NEAR(track.length(), lap.length(), 1.0);
+  for (int i = 0; i < 400; ++i)  // the ellipse's sharpest bend has a radius of 36 m
+    EXPECT_LT(std::abs(track.at(track.length() * i / 400).kappa), 1 / 30.0);
+}
+
+TEST_F(RoadFiles, APointThatTwoLapsShareIsKeptOnce) {
+  const fs::path file = write("twice.csv", "# x_m,y_m,w_tr_right_m,w_tr_left_m", 163, [](int i) {
+    return std::vector{100 * std::cos(2 * pi * i / 160), 60 * std::sin(2 * pi * i / 160), 4.0, 8.0};
+  });
+  EXPECT_EQ(read({file}).size(), 160u);
+  EXPECT_THAT(remarks_, ::testing::ElementsAre(HasSubstr("3 points after a lap: left out")));
+}
+
 TEST_F(RoadFiles, WhatIsNoGpxIsRefused) {
   const fs::path file = scratch_ / "bad.gpx";
   write_file(file, "<gpx><trk>");

@@ -127,6 +127,8 @@ TEST(ReportPage, LeavesOutWhatIsMissing) {
   const fs::path run = folder.path() / "only" / "1";
   fs::create_directories(run);
   std::ofstream(run / "steps.csv") << "t_s,x_m,y_m\n0,0,0\n0.02,0.1,0\n0.04,0.2,";
+  EXPECT_THROW(write_report({folder.path(), {}, true, {}, {}}), InputError);  // somebody's drives, of no race
+  std::ofstream(folder.path() / "scene.json") << "{}";
   const std::string html = bytes_of(write_report({folder.path(), {}, true, {}, {}}).page);
   EXPECT_EQ(block(html, "meta")["stacks"][0]["name"], "only");
   EXPECT_EQ(unpacked(block(html, "run-0")["steps"]["x"]).size(), 2u);

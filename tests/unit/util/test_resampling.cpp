@@ -53,6 +53,24 @@ TEST(Resampling, CoversTheTrueMedianAsOftenAsStated) {
   EXPECT_LT(held, 0.995 * trials);
 }
 
+/// So tables may call it a range.
+TEST(Resampling, BelowTheLeastForAnIntervalItIsTheRange) {
+  std::vector<double> values;
+  for (std::size_t n = 2; n <= least_for_interval; ++n) {
+    values.clear();
+    for (std::size_t i = 0; i < n; ++i) values.push_back(static_cast<double>(i * i));
+    const MedianInterval i = bootstrap_median_interval(values);
+    const bool range = i.lo == values.front() && i.hi == values.back();
+    EXPECT_EQ(range, n < least_for_interval) << n;
+  }
+}
+
+TEST(Resampling, TheLeastPIsThatOfOneSign) {
+  std::vector<double> differences;
+  for (std::size_t n = 0; n < 9; ++n, differences.push_back(1))
+    EXPECT_DOUBLE_EQ(least_sign_test(n), sign_test(differences)) << n;
+}
+
 TEST(Resampling, SignTestIsTheBinomialTail) {
   EXPECT_DOUBLE_EQ(sign_test(std::vector<double>{1, 1, 1, 1, 1}), 2.0 / 32.0);
   EXPECT_DOUBLE_EQ(sign_test(std::vector<double>{-1, -2, -3, -4, 5}), 2.0 * 6.0 / 32.0);

@@ -187,6 +187,10 @@ TEST(WorldSpec, AMistakeIsToldOnce) {
   EXPECT_THAT(why(R"({"car": 3})"), HasSubstr("/car: expected an object, found 3"));
   EXPECT_EQ(why(R"({"car": 3})").find("narrowest"), std::string::npos);
   EXPECT_EQ(why(R"({"start": {"x": "1e400 m"}})").find("off the track"), std::string::npos);
+  for (const char* end :
+       {R"({"duration": null, "laps": 2, "timeot": "20 s"})", R"({"duration": null, "lpas": 2})",
+        R"({"duration": null, "laps": "two"})", R"({"duration": null, "laps": 2, "timeout": "20 m"})"})
+    EXPECT_EQ(why(end).find('\n'), std::string::npos) << why(end);
 }
 
 TEST(WorldSpec, NumbersBeyondReasonAreRefused) {

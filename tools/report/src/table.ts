@@ -12,6 +12,11 @@ interface Column {
   measure: Measure;
 }
 
+/** The fewest draws whose 95 % interval of the median is more than their range: framework/src/util/resampling.hpp. */
+const leastForInterval = 6;
+/** The least p that the sign test can give for so many draws. */
+const leastP = (draws: number): number => 2 ** (1 - draws);
+
 /** Columns of later laps stand aside with the rest. */
 const mostLaps = 12;
 function lapOf(column: string): number {
@@ -157,7 +162,7 @@ export function tableSection(state: State): HTMLElement {
   const legend = [
     stacks.some((stack) => stack.truth) ? "* was told the true friction." : "",
     state.report.contenders().length < 2 ? "" : `Bold and marked: best${stacks.some((stack) => stack.truth) ? " among the others" : ""}.`,
-    most >= 6 ? `Medians over ${most} seeds, below them the 95 % interval of the median.` : most > 1 ? `Medians over ${most} seeds, below them smallest and largest.` : stacks.length > 1 ? "One seed: how much of a difference is chance cannot be told." : "",
+    most >= leastForInterval ? `Medians over ${most} seeds, below them the 95 % interval of the median.` : most > 1 ? `Medians over ${most} seeds, below them smallest and largest.` : stacks.length > 1 ? "One seed: how much of a difference is chance cannot be told." : "",
   ];
   const more = h("button", { type: "button", class: "quiet" }, "All columns");
   more.addEventListener("click", () => {
@@ -184,7 +189,7 @@ function pairCell(pair: Pair | undefined, m: Measure): HTMLElement {
   const ends = pair.lo !== null && pair.hi !== null ? `${signed(pair.lo)} to ${signed(pair.hi)}` : "";
   return h(
     "td",
-    { title: `p ${plain(pair.p, 2)} over ${pair.draws} draws` },
+    { title: `p ${plain(pair.p, 2)} over ${pair.draws} draws, at least ${plain(leastP(pair.draws), 2)}${pair.draws < leastForInterval ? "; below: smallest and largest" : ""}` },
     h("span", { class: "value" }, signed(pair.difference)),
     h("span", { class: "interval" }, ends, ends ? ", " : "", `p ${plain(pair.p, 2)}`),
   );
@@ -216,7 +221,7 @@ export function pairsSection(state: State): HTMLElement {
       { class: "table-scroll", tabindex: 0, role: "region", "aria-label": "Paired differences" },
       h("table", { class: "comparison dense" }, h("thead", {}, h("tr", {}, h("th", { scope: "col", class: "name" }, "stack"), ...head)), h("tbody", {}, ...body)),
     ),
-    h("p", { class: "note" }, `Median over up to ${draws} draws of the row less ${stacks[pairs[0].baseline].name} under the same seed; below it the 95 % bootstrap interval and the sign test.`),
+    h("p", { class: "note" }, `Median over up to ${draws} draws of the row less ${stacks[pairs[0].baseline].name} under the same seed; below it ${draws < leastForInterval ? "smallest and largest" : "the 95 % bootstrap interval"} and the sign test, whose p is at least ${plain(leastP(draws), 2)}.`),
   );
 }
 

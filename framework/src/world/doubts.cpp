@@ -1,0 +1,111 @@
+#include "world/doubts.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <utility>
+
+#include "util/child_process.hpp"
+#include "world/world.hpp"
+
+namespace gripline {
+namespace {
+
+// Bounds of what is driven: models of cars in 1:43 (6 cm) to lorries; tyres on ice to slicks with downforce.
+constexpr double shortest = 0.01, longest = 30.0;         // [m]
+constexpr double least_grip = 0.05, most_grip = 5.0;      // peak lateral axle force over the axle's static load
+constexpr double least_inertia = 0.1, most_inertia = 10;  // Iz over m lf lr, which is near 1 for cars
+
+std::string text_of(double value) {
+  char text[32];
+  return {text, std::to_chars(text, text + sizeof text, value, std::chars_format::general, 4).ptr};
+}
+
+/// The least and the largest factor that a schedule names; what falls step by step has no least.
+std::pair<double, double> factors_of(const FrictionSpec& friction) {
+  double lo = 1.0, hi = 1.0;
+  const auto by_factor = [](const auto& a, const auto& b) { return a.factor < b.factor; };
+  if (!friction.points.empty()) {
+    const auto [least, most] = std::minmax_element(friction.points.begin(), friction.points.end(), by_factor);
+    lo = least->factor, hi = most->factor;
+  }
+  if (!friction.patches.empty()) {
+    const auto [least, most] = std::minmax_element(friction.patches.begin(), friction.patches.end(), by_factor);
+    lo *= std::min(1.0, least->factor), hi *= std::max(1.0, most->factor);
+  }
+  return {lo, hi};
+}
+
+/// Peak lateral force over static load of the front and of the rear axle at factor 1; 0 where the plant has no tyres,
+/// empty where it could not be made.
+std::vector<double> grips_of(const WorldSpec& world) {
+  constexpr double timeout_s = 10.0;
+  const ChildResult result = run_in_child(timeout_s, [&](const SendMessage& send) {
+    WorldSpec fresh = world;
+    fresh.friction = {};
+    const World driven(fresh, 1);
+    for (const Axle axle : {Axle::front, Axle::rear}) send(number_text(driven.truth().mu(axle)));
+  });
+  std::vector<double> grips;
+  if (result.completed)
+    for (const std::string& text : result.messages)
+      if (double grip = 0.0; std::from_chars(text.data(), text.data() + text.size(), grip).ec == std::errc())
+        grips.push_back(grip);
+  return grips;
+}
+
+void doubt_grip(const WorldSpec& world, std::vector<std::string>& doubts) {
+  const auto [lo, hi] = factors_of(world.friction);
+  const std::vector<double> grips = grips_of(world);
+  const auto beyond = [](double grip) { return grip < least_grip || grip > most_grip; };
+  for (std::size_t i = 0; i < grips.size(); ++i) {
+    if (!(grips[i] > 0.0)) continue;
+    std::string factor;
+    double grip = grips[i];
+    for (const double one : {lo, hi})
+      if (!beyond(grips[i]) && beyond(grips[i] * one) && factor.empty())
+        grip = grips[i] * one, factor = " at friction factor " + text_of(one);
+    if (!beyond(grip)) continue;
+    doubts.push_back(std::string(i == 0 ? "the front" : "the rear") + " axle's peak lateral force is " + text_of(grip) +
+                     " times its load" + factor + "; tyres have about " + text_of(least_grip) + " to " +
+                     text_of(most_grip) + ": are mass, forces and factors in SI?");
+  }
+}
+
+void doubt_sensors(const WorldSpec& world, std::vector<std::string>& doubts) {
+  for (std::size_t i = 0; i < 2; ++i) {
+    const double sigma = world.sensors.channels[i].sigma;
+    if (sigma > world.track->narrowest())
+      doubts.push_back(std::string("the sensors' sigma of ") + sensor_channels[i].name + " is " + text_of(sigma) +
+                       " m, more than the road is wide (" + text_of(world.track->narrowest()) + " m)");
+  }
+}
+
+}  // namespace
+
+std::vector<std::string> doubts_about(const Car& car) {
+  std::vector<std::string> doubts;
+  const std::pair<const char*, double> lengths[] = {
+      {"lf", car.lf}, {"lr", car.lr}, {"length", car.length}, {"width", car.width}};
+  for (const auto& [name, metres] : lengths)
+    if (metres < shortest || metres > longest)
+      doubts.push_back(std::string(name) + " is " + text_of(metres) + " m; cars have " + text_of(shortest) + " to " +
+                       text_of(longest) + " m");
+  const double ratio = car.Iz / (car.m * car.lf * car.lr);
+  if (ratio < least_inertia || ratio > most_inertia)
+    doubts.push_back("Iz is " + text_of(ratio) + " times m lf lr; of cars it is about that, within a factor of 10");
+  constexpr double most_base = 1.5;  // axles apart over length; models in 1:43 with short bodies have 1.03
+  if (car.lf + car.lr > most_base * car.length)
+    doubts.push_back("the axles are " + text_of(car.lf + car.lr) + " m apart (lf + lr), more than the car is long (" +
+                     text_of(car.length) + " m)");
+  return doubts;
+}
+
+std::vector<std::string> doubts_about(const WorldSpec& world) {
+  std::vector<std::string> doubts = doubts_about(world.car.car);
+  if (!world.track) return doubts;
+  doubt_grip(world, doubts);
+  doubt_sensors(world, doubts);
+  return doubts;
+}
+
+}  // namespace gripline

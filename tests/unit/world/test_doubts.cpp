@@ -1,0 +1,72 @@
+#include "world/doubts.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "support/host_support.hpp"
+#include "support/paths.hpp"
+
+namespace gripline {
+namespace {
+
+using testing::AllOf;
+using testing::Contains;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::SizeIs;
+using namespace testing_support;
+
+std::vector<std::string> doubts_of(const char* patch, const char* file = "worlds/ethz.json") {
+  Node tree = load_world(source_dir() / file);
+  Errors errors;
+  const WorldSpec world = read_world(merge(std::move(tree), json(patch)), plugins(), errors);
+  errors.throw_if_any();
+  return doubts_about(world);
+}
+
+TEST(Doubts, NoneOfTheShippedWorlds) {
+  for (const auto& entry : std::filesystem::directory_iterator(source_dir() / "worlds")) {
+    if (entry.path().extension() != ".json") continue;
+    Errors errors;
+    const WorldSpec world = read_world(load_world(entry.path()), plugins(), errors, RoadRule::optional);
+    errors.throw_if_any();
+    EXPECT_THAT(doubts_about(world), IsEmpty()) << entry.path();
+  }
+}
+
+TEST(Doubts, AGripThatNoTyreHas) {
+  EXPECT_THAT(
+      doubts_of(R"({"car": {"m": 41e-6, "Iz": 27.8e-9}})"),
+      AllOf(Contains(HasSubstr("the front axle's peak lateral force is")), Contains(HasSubstr("the rear axle's"))));
+  EXPECT_THAT(doubts_of(R"({"friction": {"points": [{"t": 0, "factor": 1}, {"t": 9, "factor": 70}]}})"),
+              Contains(HasSubstr("at friction factor 70; tyres have about 0.05 to 5")));
+  EXPECT_THAT(doubts_of(R"({"friction": {"points": [{"t": 0, "factor": 1}, {"t": 9, "factor": 0.5}]}})"), IsEmpty());
+  EXPECT_THAT(doubts_of(R"({"plant": {"params": {"Df": 192, "Dr": 173.7}}})"), SizeIs(2));
+  EXPECT_THAT(doubts_of(R"({"friction": {"points": [{"t": 0, "factor": 70}]}})", "worlds/full_size.json"), SizeIs(2));
+}
+
+TEST(Doubts, AnInertiaThatMassAndAxlesCannotHave) {
+  EXPECT_THAT(doubts_of(R"({"car": {"Iz": 27.8e-8}})"), ElementsAre(HasSubstr("Iz is 0.007085 times m lf lr")));
+  EXPECT_THAT(doubts_of(R"({"car": {"Iz": 27.8e-3}})"), ElementsAre(HasSubstr("within a factor of 10")));
+}
+
+TEST(Doubts, NoiseWiderThanTheRoad) {
+  EXPECT_THAT(doubts_of(R"({"sensors": {"sigma": {"x": 2e9}}})"), ElementsAre(HasSubstr("sigma of x is 2e+09 m")));
+  EXPECT_THAT(doubts_of(R"({"sensors": {"sigma": {"x": "2 cm"}}})"), IsEmpty());
+}
+
+TEST(Doubts, LengthsThatNoCarHas) {
+  Car car = world_of("{}").car.car;
+  EXPECT_THAT(doubts_about(car), IsEmpty());
+  car.lf *= 1000.0;
+  car.Iz *= 1000.0;
+  EXPECT_THAT(doubts_about(car), Contains(HasSubstr("more than the car is long")));
+  car.length = 0.004;
+  car.width = 60.0;
+  EXPECT_THAT(doubts_about(car), AllOf(Contains("length is 0.004 m; cars have 0.01 to 30 m"),
+                                       Contains("width is 60 m; cars have 0.01 to 30 m")));
+}
+
+}  // namespace
+}  // namespace gripline
