@@ -168,6 +168,67 @@ TEST_F(RealCars, AGuessedMapImportsItsLog) {
   EXPECT_EQ(imported.code, 0) << imported.err << guessed.out;
 }
 
+/// A steering that no column's name tells: the rest of the map is written, and refused where the name is to stand.
+TEST_F(RealCars, AGuessedMapLeavesOpenWhatNoNameTellsAndReplacesNoOtherUnasked) {
+  drive("log.csv", "{}", {.seconds = 30, .noise = 1});
+  std::string log = contents(in("log.csv"));
+  std::ofstream(in("log.csv")) << log.replace(log.find("steering"), 8, "channel7");
+  const Outcome guessed = gripline_with({"import", "--guess", in("log.csv"), "--out", in("guess.json")});
+  EXPECT_EQ(guessed.code, 2);
+  EXPECT_THAT(guessed.err, HasSubstr("no column looks like delta: fill in \"column\": \"?\""));
+  std::string map = contents(in("guess.json"));
+  EXPECT_THAT(map, AllOf(HasSubstr("gyro"), HasSubstr("channel7 (-0.")));
+  const auto import = [&] {
+    return gripline_with({"import", in("log.csv"), "--map", in("guess.json"), "--out", in("own.csv")});
+  };
+  const Outcome refused = import();
+  EXPECT_EQ(refused.code, 2);
+  EXPECT_THAT(refused.err,
+              AllOf(HasSubstr("/channels/delta/column"), HasSubstr("guess.json:"), HasSubstr("filled in")));
+  map.replace(map.find("\"?\""), 3, "\"channel7\"");
+  std::ofstream(in("guess.json")) << map;
+  EXPECT_EQ(import().code, 0);
+  const Outcome again = gripline_with({"import", "--guess", in("log.csv"), "--out", in("guess.json")});
+  EXPECT_EQ(again.code, 2);
+  EXPECT_THAT(again.err, HasSubstr("--force"));
+  EXPECT_EQ(contents(in("guess.json")), map);
+  EXPECT_EQ(gripline_with({"import", "--guess", in("log.csv"), "--out", in("guess.json"), "--force"}).code, 2);
+  EXPECT_NE(contents(in("guess.json")), map);
+}
+
+/// Rows without a speed just where starts would be, and a place that no car can be at: errors are told all the same.
+TEST_F(RealCars, PredictionsStartAtTheNextGoodRowAndOutliersAreNoErrors) {
+  Session s = drive("log.csv", "{}", {.seconds = 30, .noise = 1});
+  for (std::size_t i = 0; i < s.rows(); i += 10) s.reading[i * channels + 3] = std::nan("");
+  write("gaps.csv", s);
+  const auto predict = [&](const std::string& log, const std::vector<std::string>& more) {
+    std::vector<std::string> words{"predict", world(), in(log), "--map", map(), "--out", in("errors.csv")};
+    words.insert(words.end(), more.begin(), more.end());
+    return gripline_with(words);
+  };
+  const Outcome gaps = predict("gaps.csv", {});
+  EXPECT_EQ(gaps.code, 0) << gaps.err;
+  EXPECT_THAT(gaps.out, AllOf(HasSubstr("errors at 1 s"), HasSubstr("this world")));
+  const Outcome none = predict("gaps.csv", {"--slowest", "100"});
+  EXPECT_EQ(none.code, 2) << none.out;
+  EXPECT_THAT(none.err, HasSubstr("no start with a reading of vx of 100 m/s or more"));
+
+  EXPECT_EQ(predict("log.csv", {}).code, 0);
+  const DelimitedTable before = measured::read_delimited(in("errors.csv"));
+  s = drive("log.csv", "{}", {.seconds = 30, .noise = 1});
+  s.reading[500 * channels] = 1e300;  // in the row of a start
+  s.reading[757 * channels] = 1e300;  // between two
+  write("far.csv", s);
+  const Outcome far = predict("far.csv", {});
+  EXPECT_EQ(far.code, 0) << far.err;
+  EXPECT_THAT(far.err, HasSubstr("outliers: 2 readings"));
+  EXPECT_THAT(far.out, Not(HasSubstr("inf")));
+  const DelimitedTable after = measured::read_delimited(in("errors.csv"));
+  ASSERT_EQ(after.rows(), before.rows());
+  for (std::size_t r = 0; r < after.rows(); ++r)
+    EXPECT_NEAR(after.column[3][r], before.column[3][r], 0.05 * before.column[3][r]) << r;
+}
+
 /// A steering offset that the world lacks: named beside `unknown`, in the world that is written. A log that is fitted is
 /// refused as its own judge, one given twice used once.
 TEST_F(RealCars, DiagnoseNamesWhatPredictionsOfTimeNotFittedNeed) {
