@@ -108,12 +108,9 @@ void drop_impossible_commands(RawLog& raw, std::vector<Health>& health) {
       {"commands", std::to_string(bad) + " rows beyond what a car can be told", "left out", Health::Level::note});
 }
 
-}  // namespace
-
-void drop_gross_outliers(RawLog& raw, std::vector<Health>& health) {
-  drop_blank_rows(raw, health);
-  drop_impossible_commands(raw, health);
-  std::vector<std::size_t> count(raw.size(), 0);
+/// Leaves out readings far from all their neighbours; `count` are those of each row. Returns how many.
+std::size_t drop_far_readings(RawLog& raw, std::vector<std::size_t>& count) {
+  count.assign(raw.size(), 0);
   std::size_t readings = 0;
   for (std::size_t c = 0; c < channels; ++c) {
     std::vector<double> sizes;
@@ -135,6 +132,26 @@ void drop_gross_outliers(RawLog& raw, std::vector<Health>& health) {
       ++readings;
     }
   }
+  return readings;
+}
+
+}  // namespace
+
+std::size_t drop_gross_outliers(Session& session) {
+  RawLog raw;
+  raw.t = session.t;
+  raw.reading = std::move(session.reading);
+  std::vector<std::size_t> count;
+  const std::size_t readings = drop_far_readings(raw, count);
+  session.reading = std::move(raw.reading);
+  return readings;
+}
+
+void drop_gross_outliers(RawLog& raw, std::vector<Health>& health) {
+  drop_blank_rows(raw, health);
+  drop_impossible_commands(raw, health);
+  std::vector<std::size_t> count;
+  const std::size_t readings = drop_far_readings(raw, count);
   // Three wrong readings of six: the row is dropped, but for its commands where they are continuous.
   std::vector<std::size_t> kept;
   for (std::size_t i = 0; i < raw.size(); ++i) {
