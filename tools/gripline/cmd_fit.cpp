@@ -83,12 +83,15 @@ void print(const FitResult& result, double horizon, std::span<const calibrate::P
     std::snprintf(line, sizeof line, "  %-20s %5.1f %% less squared error, %.1f standard deviations", a.effect.c_str(),
                   100.0 * a.gain, a.score);
     std::cout << line;
-    for (const calibrate::Advice::Value& v : a.values) {
+    constexpr std::size_t most = 3;  // shapes along the lap have ten
+    const std::size_t told = a.values.size() > most ? 1 : a.values.size();
+    for (const calibrate::Advice::Value& v : std::span(a.values).first(told)) {
       const std::string unit = unit_text(v.unit);
       std::snprintf(line, sizeof line, ", %s = %.3g%s%s", v.name.c_str(), v.value, unit.empty() ? "" : " ",
                     unit.c_str());
       std::cout << line;
     }
+    if (told < a.values.size()) std::cout << " and " << a.values.size() - told << " more";
     std::cout << '\n';
   }
 }
