@@ -84,7 +84,10 @@ std::vector<diagnose::ChannelDelay> channel_delays(const std::list<measured::Ses
 
 diagnose::ErrorChange change_of(const calibrate::ForecastChange& c) { return {c.change, c.low, c.high}; }
 
-std::string percent(double share) { return significant(100.0 * share, 2) + " %"; }
+std::string percent(double share) {
+  const double value = 100.0 * share;
+  return significant(value, std::abs(value) < 99.5 ? 2 : 3) + " %";
+}
 
 std::string unit_text(const std::string& unit) { return unit.empty() || unit == "1" ? "" : " " + unit; }
 

@@ -49,6 +49,8 @@ TEST(MissingEffects, ErrorsAsLargeAsTheSensorsNoiseTellNothingMore) {
   EXPECT_TRUE(found.at_noise());
   found.found = 0.45;
   EXPECT_FALSE(found.at_noise());
+  found.found = 0.3;  // below what sensors alone would leave: that figure is wrong
+  EXPECT_FALSE(found.at_noise());
 }
 
 TEST(MissingEffects, DeadZoneAndSteeringOffsetAreNamedWithTheirSizesAndStandInTheWorld) {
