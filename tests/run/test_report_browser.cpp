@@ -153,11 +153,12 @@ TEST_F(Browser, ShowsWhatTheLogSays) {
   constexpr const char* gap =
       R"("gap": {"horizon_s": 1.0, "before": 6.5, "after": 1.17, "closure": 0.96, "closure_ci95": [0.94, 0.97],
       "calibrated": 1.33, "noise": 0.95, "calibration": {"change": -0.8, "ci95": [-0.82, -0.78]}, "effects": )";
-  const auto real = [&](const std::string& name, const std::string& named, const std::string& effects) {
+  const auto real = [&](const std::string& name, const std::string& named, const std::string& effects,
+                        const std::string& ranking = "[]") {
     fs::create_directories(work / name);
     std::ofstream(work / name / "diagnosis.json")
         << R"({"verdict": "unknown", "unknown": {"where": "state", "interval": null}, "nominal_fit": {"Bf": 1.2}, "named": )"
-        << named << ", " << gap << effects << R"(}, "ranking": [], "manoeuvre": null})";
+        << named << ", " << gap << effects << R"(}, "ranking": )" << ranking << R"(, "manoeuvre": null})";
     std::ofstream(work / name / "diagnosis_report.json")
         << R"({"sentence": "As above.", "log": "a.csv", "world": "w.json"})";
     nlohmann::json one = page(name, "other", 1.0);
@@ -170,13 +171,25 @@ TEST_F(Browser, ShowsWhatTheLogSays) {
   job["pages"].push_back(calibrated);
   nlohmann::json late_sensor = real(
       "late_sensor",
-      R"([{"effect": "yaw_rate_delay", "class": "measurement", "params": {"T": 0.286}, "ci95": {"T": [0.23, 0.35]}, "confidence": 0.5}])",
+      R"([{"effect": "yaw_rate_delay", "class": "measurement", "params": {"T": 0.286}, "units": {"T": "s"}, "ci95": {"T": [0.23, 0.35]}, "confidence": 0.5}])",
       R"({"change": -0.12, "ci95": [-0.2, -0.04]})");
   late_sensor["before"] = {{"Calibrating the world takes", "The yaw-rate channel is 0.286 s late."},
                            {"The yaw-rate channel is", "The rest is not known."},
                            {"The rest is not known.", "take 12 % (4 % to 20 %) off what is left then"}};
-  late_sensor["absent"] = {"Something is missing", "NaN"};
+  late_sensor["texts"] = {"The yaw-rate channel is late", "0.286 s"};
+  late_sensor["absent"] = {"Something is missing", "NaN", "Confidence"};
   job["pages"].push_back(late_sensor);
+  // What is left is noise of the sensors; candidates that were not fitted have no error.
+  nlohmann::json noise = real("noise_left", "[]", R"(null, "at_noise": true, "judged": 1.3)",
+                              R"([{"effect": "aero_drag", "gain": 0.25, "held_out": 1.2, "selected_fraction": 0.9,
+       "rollout": {"change": -0.08, "ci95": [-0.1, -0.05], "says": "helps"}},
+      {"effect": "back_emf", "gain": 0.02, "held_out": null, "selected_fraction": 0,
+       "rollout": {"change": 0, "ci95": [0, 0], "says": "cannot tell"}}])");
+  noise["texts"] = {"these logs tell nothing more", "squared error, fitted", "not tried", "1.30 \xcf\x83 without any",
+                    "\xe2\x88\x92"
+                    "25.0 %"};
+  noise["absent"] = {"The rest is not known", "Unknown effect", "evidence gained", "NaN"};
+  job["pages"].push_back(noise);
   sample::SampleOptions crash;
   crash.stacks = {{"lost", false, 0, 0.93, 0.7, 5.0}, {"elm", false, 1, 0.9, 0.8}, {"gp", true, 0.9, 0.92, 4.2}};
   sample::write_sample(work / "crash", crash);

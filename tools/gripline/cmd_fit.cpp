@@ -14,6 +14,7 @@
 #include "measured/gripline_log.hpp"
 #include "measured/session_health.hpp"
 #include "util/csv_writer.hpp"
+#include "util/progress.hpp"
 #include "util/signals.hpp"
 
 namespace gripline::tools {
@@ -35,10 +36,13 @@ Words separated(const std::string& text) {
   return parts;
 }
 
-void print_parameters(const FitResult& result) {
+std::string unit_text(const std::string& unit) { return unit.empty() || unit == "1" ? "" : unit; }
+
+void print_parameters(const FitResult& result, std::span<const calibrate::ParameterPlace> places) {
   std::size_t width = 9;
   for (const FittedParameter& p : result.parameters) width = std::max(width, p.unknown.pointer.size());
-  std::cout << "\nparameter" << std::string(width - 7, ' ') << "value        95 %                       prior\n";
+  std::cout << "\nparameter" << std::string(width - 7, ' ')
+            << "value        95 %                       prior        unit\n";
   for (const FittedParameter& p : result.parameters) {
     const char* const remark = p.status == FittedParameter::Status::determined ? ""
                                : p.status == FittedParameter::Status::undetermined
@@ -50,15 +54,21 @@ void print_parameters(const FitResult& result) {
     std::snprintf(prior, sizeof prior, "%.6g", p.unknown.prior);
     std::string line = p.unknown.pointer + std::string(width + 2 - p.unknown.pointer.size(), ' ') + row;
     line += std::string(line.size() < width + 42 ? width + 42 - line.size() : 1, ' ');
-    std::cout << line << prior << remark << '\n';
+    const auto place = std::ranges::find(places, p.unknown.pointer, &calibrate::ParameterPlace::pointer);
+    std::string unit = place == places.end() ? "" : unit_text(place->unit);
+    unit.resize(std::max<std::size_t>(unit.size(), *remark != '\0' ? 7 : 0), ' ');
+    std::snprintf(row, sizeof row, "%-12s %s%s", prior, unit.c_str(), remark);
+    std::string end = row;
+    end.erase(end.find_last_not_of(' ') + 1);
+    std::cout << line << end << '\n';
   }
 }
 
-void print(const FitResult& result, double horizon) {
-  std::cout << "\nerrors at " << horizon << " s, root mean square over " << result.starts
-            << " starts (95 % by blocks of 10 s)\n";
+void print(const FitResult& result, double horizon, std::span<const calibrate::ParameterPlace> places) {
+  std::cout << "\nerrors at " << horizon << " s on the fitted logs themselves (in-sample), root mean square over "
+            << result.starts << " starts (95 % by blocks of 10 s)\n";
   calibrate::print_horizon_table(std::cout, result.errors);
-  print_parameters(result);
+  print_parameters(result, places);
   if (result.friction.known) {
     char line[160];
     std::snprintf(line, sizeof line, "\nfriction: %.3f (%.3f .. %.3f); front %.3f, rear %.3f\n", result.friction.total,
@@ -71,9 +81,19 @@ void print(const FitResult& result, double horizon) {
   for (const calibrate::Advice& a : result.advice) {
     if (++shown > 5) break;
     char line[160];
-    std::snprintf(line, sizeof line, "  %-20s %5.1f %% less squared error, %.1f standard deviations, value %.3g\n",
-                  a.effect.c_str(), 100.0 * a.gain, a.score, a.value);
+    std::snprintf(line, sizeof line, "  %-20s %5.1f %% less squared error, %.1f standard deviations", a.effect.c_str(),
+                  100.0 * a.gain, a.score);
     std::cout << line;
+    constexpr std::size_t most = 3;  // shapes along the lap have ten
+    const std::size_t told = a.values.size() > most ? 1 : a.values.size();
+    for (const calibrate::Advice::Value& v : std::span(a.values).first(told)) {
+      const std::string unit = unit_text(v.unit);
+      std::snprintf(line, sizeof line, ", %s = %.3g%s%s", v.name.c_str(), v.value, unit.empty() ? "" : " ",
+                    unit.c_str());
+      std::cout << line;
+    }
+    if (told < a.values.size()) std::cout << " and " << a.values.size() - told << " more";
+    std::cout << '\n';
   }
 }
 
@@ -184,15 +204,22 @@ int run_fit(Arguments args) {
   errors.throw_if_any();
   calibrate::start_delays(map, files, forecaster, world.tree, values, unknowns);
 
-  const calibrate::FitOptions fit = fit_options_of(*given, world.spec);
+  calibrate::FitOptions fit = fit_options_of(*given, world.spec);
   const StopSignal stop(StopSignal::Reaction::end);
   std::vector<calibrate::FitLog> logs = calibrate::fit_logs(files, world.spec.track, options.step, fit);
+  CallbackProgress progress(std::cerr, "fit");
+  constexpr std::size_t parts = 100;
+  if (!(*given)["quiet"].as<bool>())
+    fit.progress = [callback = progress.callback()](double share, const std::string& what) {
+      callback(share * parts, parts, what);
+    };
   FitResult result = calibrate::fit(forecaster, logs, values, unknowns, fit);
   if (chosen.empty()) result.advice = calibrate::advise(world.spec, registry, options, logs, result);
   result.friction =
       calibrate::friction_of(vehicle.car(), world.spec.car.car, result.params, result.drawn, result.allowed);
+  progress.finish();
 
-  print(result, fit.horizons.back());
+  print(result, fit.horizons.back(), places);
   warn_when_useless(result);
   warn_when_far(result);
   calibrate::FitSource source;

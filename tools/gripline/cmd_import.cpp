@@ -78,13 +78,22 @@ int guess(const fs::path& log, const po::variables_map& given, OpenBag open) {
   if (const auto named = text_of(given, "out")) {
     const fs::path out = *named;
     require_writable("--out", out, Words{log.string()});
+    // A map is edited by hand: a new guess must not take its place unasked.
+    if (fs::is_regular_file(out) && given.count("force") == 0)
+      throw InputError(out.string() +
+                       " exists, and may have been edited; expected another --out, or --force to replace it");
     write_file(out, text);
     std::cerr << "map: " << out.string() << '\n';
   } else {
     std::cout << text;
   }
   for (const std::string& remark : guessed.remarks) std::cerr << remark << '\n';
-  return good;
+  if (guessed.open.empty()) return good;
+  std::string unnamed;
+  for (const std::string& channel : guessed.open) unnamed += (unnamed.empty() ? "" : ", ") + channel;
+  std::cerr << log.string() << ": no column looks like " << unnamed
+            << ": fill in \"column\": \"?\" there; the notes beside it list columns and their ranges\n";
+  return bad_input;
 }
 
 }  // namespace
@@ -95,6 +104,7 @@ int import_log(Arguments args, OpenBag open) {
   add("map", po::value<std::string>(), "what the columns mean, JSON; without it gripline's own columns");
   add("out", po::value<std::string>(), "the log to write; with --guess the map");
   add("guess", po::bool_switch(), "write a first map for this log");
+  add("force", "with --guess: replace the map that is there");
   add("table", po::value<std::string>(), "of a bag of ROS: write what the map reads of it as CSV, for fit and predict");
   add("v-ref", po::value<double>()->default_value(0.0),
       "typical speed of the car, for the checks [m/s]; 0: from the log");

@@ -14,6 +14,7 @@
 #include "config/shipped.hpp"
 #include "gripline/command.hpp"
 #include "gripline/log_options.hpp"
+#include "measured/log_outliers.hpp"
 #include "util/csv_writer.hpp"
 
 namespace gripline::tools {
@@ -119,17 +120,47 @@ void write_samples(const fs::path& file, const Session& session, const calibrate
   write_file(file, out);
 }
 
+/// The log as it judges predictions: without outliers, of which only later rows tell that they are some. What is
+/// predicted reads nothing later, and has met them as they came.
+struct JudgedLog {
+  explicit JudgedLog(const calibrate::FitLog& as_read) : session(*as_read.session), log(as_read) {
+    left_out = measured::drop_gross_outliers(session);
+    log.session = &session;
+    log.truth.clear();
+    for (const double start : log.starts.time)
+      for (const double h : log.starts.horizons)
+        for (std::size_t c = 0; c < channels; ++c) log.truth.push_back(session.interpolate(c, start + h));
+    for (const double start : log.starts.time) {
+      const std::size_t row = session.row_before(start + 1e-9) * channels;
+      bad_start.push_back(false);
+      for (std::size_t c = 0; c < channels; ++c)
+        if (std::isnan(session.reading[row + c]) && !std::isnan(as_read.session->reading[row + c]))
+          bad_start.back() = true;
+    }
+  }
+  JudgedLog(const JudgedLog&) = delete;
+  JudgedLog& operator=(const JudgedLog&) = delete;
+
+  Session session;
+  calibrate::FitLog log;
+  std::size_t left_out = 0;     // readings
+  std::vector<bool> bad_start;  // its own row has one of them
+  bool counts(std::size_t start, double slowest) const {
+    return !bad_start[start] && std::abs(session.interpolate(3, log.starts.time[start])) >= slowest;
+  }
+};
+
 /// One horizon's predictions of the starts that count: those where the car is moving.
 struct Counted {
   std::vector<double> time, truth;
   std::vector<std::size_t> start;
 };
-Counted counted(const calibrate::FitLog& all, std::size_t horizon, double slowest) {
+Counted counted(const JudgedLog& judged, std::size_t horizon, double slowest) {
   Counted out;
+  const calibrate::FitLog& all = judged.log;
   const std::size_t h = all.starts.horizons.size();
   for (std::size_t i = 0; i < all.starts.time.size(); ++i) {
-    const double v = all.session->interpolate(3, all.starts.time[i]);
-    if (!(std::abs(v) >= slowest)) continue;
+    if (!judged.counts(i, slowest)) continue;
     out.start.push_back(i);
     out.time.push_back(all.starts.time[i]);
     const auto* const truth = all.truth.data() + (i * h + horizon) * channels;
@@ -215,11 +246,12 @@ struct Displacement {
   double average = 0, last = 0;  // [m]
   std::size_t starts = 0;
 };
-Displacement displacement_of(const calibrate::FitLog& log, const std::vector<double>& predicted, double slowest) {
+Displacement displacement_of(const JudgedLog& judged, const std::vector<double>& predicted, double slowest) {
+  const calibrate::FitLog& log = judged.log;
   const std::size_t h = log.starts.horizons.size();
   Displacement out;
   for (std::size_t i = 0; i < log.starts.time.size(); ++i) {
-    if (!(std::abs(log.session->interpolate(3, log.starts.time[i])) >= slowest)) continue;
+    if (!judged.counts(i, slowest)) continue;
     double sum = 0.0, distance = 0.0;
     for (std::size_t j = 0; j < h; ++j) {
       const std::size_t at = (i * h + j) * channels;
@@ -237,10 +269,11 @@ Displacement displacement_of(const calibrate::FitLog& log, const std::vector<dou
 }
 
 /// The measures that trajectory forecasts are compared by (ADE and FDE).
-void show_displacements(const calibrate::FitLog& log, const std::vector<double>& predicted, double slowest,
+void show_displacements(const JudgedLog& judged, const std::vector<double>& predicted, double slowest,
                         double wheelbase) {
+  const calibrate::FitLog& log = judged.log;
   const auto show = [&](const char* name, const std::vector<double>& all) {
-    const Displacement d = displacement_of(log, all, slowest);
+    const Displacement d = displacement_of(judged, all, slowest);
     if (d.starts == 0) return;
     char line[120];
     std::snprintf(line, sizeof line, "  %-16s %-12.4g %-12.4g %zu\n", name, d.average, d.last, d.starts);
@@ -255,8 +288,13 @@ void show_displacements(const calibrate::FitLog& log, const std::vector<double>&
 }
 
 /// Prints the errors at every horizon, and writes them where --out names a file.
-void show_errors(const Request& request, const calibrate::FitLog& log, const std::vector<double>& predicted,
+void show_errors(const Request& request, const JudgedLog& judged, const std::vector<double>& predicted,
                  const WorldSpec& world) {
+  const double slowest = request.slowest.value_or(calibrate::slowest_start(world));
+  if (counted(judged, 0, slowest).time.empty())
+    throw InputError(request.log + ": no start with a reading of vx of " + number_text(slowest) +
+                     " m/s or more: no errors to show; expected a log of driving, or a lower --slowest");
+  const calibrate::FitLog& log = judged.log;
   std::optional<CsvWriter> table;
   if (request.out) {
     std::string header = "horizon_s,model,starts";
@@ -264,14 +302,9 @@ void show_errors(const Request& request, const calibrate::FitLog& log, const std
       for (const char* end : {"", "_lo", "_hi"}) header += std::string(",") + q + end;
     table.emplace(*request.out, header);
   }
-  const double slowest = request.slowest.value_or(calibrate::slowest_start(world));
   const double wheelbase = world.car.car.lf + world.car.car.lr;
   for (std::size_t j = 0; j < request.horizons.size(); ++j) {
-    const Counted of = counted(log, j, slowest);
-    if (of.time.empty()) {
-      std::cout << "no start at " << slowest << " m/s or more: no errors to show\n";
-      return;
-    }
+    const Counted of = counted(judged, j, slowest);
     const auto rows = rows_at(log, j, of, predicted, wheelbase);
     std::cout << (j > 0 ? "\n" : "") << "errors at " << request.horizons[j] << " s, root mean square over "
               << of.time.size() << " starts from " << slowest << " m/s on (95 % by blocks of 10 s)\n";
@@ -280,7 +313,7 @@ void show_errors(const Request& request, const calibrate::FitLog& log, const std
       for (const calibrate::HorizonRow& row : rows) write_table(*table, request.horizons[j], row);
   }
   if (table) table->finish();
-  if (request.horizons.size() > 1 && log.session->has[0]) show_displacements(log, predicted, slowest, wheelbase);
+  if (request.horizons.size() > 1 && log.session->has[0]) show_displacements(judged, predicted, slowest, wheelbase);
 }
 
 /// What the session moved, where it stood at the log's end.
@@ -314,7 +347,8 @@ int predict(const po::variables_map& given) {
   Parameters params = parameters_for(world, map, forecaster);
   if (given["fixed"].as<bool>()) params.moving.clear();
 
-  calibrate::FitLog log(file.session, forecaster.options().step, request.horizons, request.every, 0.0);
+  calibrate::FitLog log(file.session, forecaster.options().step, request.horizons, request.every, 0.0,
+                        calibrate::FitLog::Speed::own);
   if (log.starts.time.empty())
     throw InputError(request.log + ": too short for a horizon of " + number_text(request.horizons.back()) + " s");
   if (world.spec.track && calibrate::lies_on(file.session, *world.spec.track))
@@ -325,7 +359,11 @@ int predict(const po::variables_map& given) {
   const std::vector<double> predicted =
       calibrate::predict_session(forecaster, log, params.values, params.moving, params.weighing, &at_end);
   if (request.samples) write_samples(*request.samples, file.session, log.starts, predicted);
-  show_errors(request, log, predicted, world.spec);
+  const JudgedLog judged(log);
+  if (judged.left_out > 0)
+    std::cerr << request.log << ": outliers: " << judged.left_out
+              << " readings far off all around them, left out of the errors\n";
+  show_errors(request, judged, predicted, world.spec);
   show_moved(params, at_end);
   if (request.samples) std::cout << "samples: " << request.samples->string() << '\n';
   return good;

@@ -84,7 +84,12 @@ std::vector<diagnose::ChannelDelay> channel_delays(const std::list<measured::Ses
 
 diagnose::ErrorChange change_of(const calibrate::ForecastChange& c) { return {c.change, c.low, c.high}; }
 
-std::string percent(double share) { return significant(100.0 * share, 2) + " %"; }
+std::string percent(double share) {
+  const double value = 100.0 * share;
+  return significant(value, std::abs(value) < 99.5 ? 2 : 3) + " %";
+}
+
+std::string unit_text(const std::string& unit) { return unit.empty() || unit == "1" ? "" : " " + unit; }
 
 /// By how much an error became smaller, with its interval.
 std::string decrease_text(const calibrate::ForecastChange& c) {
@@ -126,13 +131,17 @@ std::string real_sentence(const Diagnosis& d, const MissingEffects& found) {
       for (std::size_t p = 0; p < d.named[i].params.size(); ++p) {
         const auto& v = d.named[i].params[p];
         text += (p == 0 ? "" : ", ") + v.name + " = " + significant(v.value, 3);
-        if (!v.unit.empty() && v.unit != "1") text += " " + v.unit;
+        text += unit_text(v.unit);
       }
       text += ")";
     }
     text += d.named.size() == 1 ? " takes " : " take ";
     text += decrease_text(found.change) + " off what is left then";
   }
+  if (found.at_noise())
+    return text + ". What remains, " + significant(found.found, 3) +
+           " usual errors, is as large as the sensors' own noise (" + significant(found.noise, 3) +
+           "): nothing more can be told from these logs.";
   text += ". What remains, " + significant(found.found, 3) + " usual errors where sensors alone would leave ";
   text += significant(std::min(found.noise, found.found), 2) + ", is not known: ";
   text += found.named.empty() ? "no effect" : "no other effect";
@@ -173,8 +182,8 @@ Diagnosis diagnosis_of(const MissingEffects& found, std::span<const diagnose::Ch
     named.rollout = change_of(one.change);
   }
   for (const calibrate::RankedEffect& one : found.ranking)
-    d.ranking.push_back({one.effect, one.gain, one.tried ? one.error : found.calibrated,
-                         one.tried ? one.change.certainty : 0.0, change_of(one.change)});
+    d.ranking.push_back({one.effect, one.gain, one.tried ? one.error : NAN, one.tried ? one.change.certainty : 0.0,
+                         change_of(one.change)});
   const std::string model = "/plant/params/";
   for (const calibrate::FittedParameter& p : found.parameters)
     if (p.unknown.pointer.starts_with(model))
@@ -187,6 +196,12 @@ Diagnosis diagnosis_of(const MissingEffects& found, std::span<const diagnose::Ch
   d.unknown->quantity = of;
   d.sentence = real_sentence(d, found);
   return d;
+}
+
+/// Whether something was found: named, and the error smaller with it, or nothing left beside noise.
+bool is_answer(const Diagnosis& d, const MissingEffects& found) {
+  const bool named = !d.named.empty() || !d.delays.empty();
+  return found.at_noise() || (named && d.gap.closure > 0.0);
 }
 
 Node change_node(const calibrate::ForecastChange& c) {
@@ -258,6 +273,21 @@ Node report_of(const Diagnosis& d, const RealDiagnosis& asked, const Registry& r
   return out;
 }
 
+/// What the effects that were fitted do by themselves, the largest gain first.
+void print_tried(const MissingEffects& found) {
+  std::cout << "\nalone               squared error, fitted   predictions of the same logs' time not fitted\n";
+  std::vector<calibrate::RankedEffect> tried;
+  std::ranges::copy_if(found.ranking, std::back_inserter(tried), &calibrate::RankedEffect::tried);
+  std::ranges::stable_sort(tried, std::greater<>(), &calibrate::RankedEffect::gain);
+  for (const calibrate::RankedEffect& r : tried) {
+    char row[120];
+    std::snprintf(row, sizeof row, "%-18s %+18.1f %%   %+7.1f %% (%+.1f to %+.1f): %s\n", r.effect.c_str(),
+                  -100.0 * r.gain, 100.0 * r.change.change, 100.0 * r.change.low, 100.0 * r.change.high,
+                  std::string(change_of(r.change).says()).c_str());
+    std::cout << row;
+  }
+}
+
 void print_real(const Diagnosis& d, const MissingEffects& found) {
   std::cout << d.sentence << "\n\nverdict: unknown\n";
   if (!found.named.empty()) std::cout << "\nmissing             predictions of time not fitted, beside the others\n";
@@ -267,20 +297,13 @@ void print_real(const Diagnosis& d, const MissingEffects& found) {
                   100.0 * n.change.low, 100.0 * n.change.high);
     std::cout << row;
     for (const auto& v : n.params) {
-      std::snprintf(row, sizeof row, "   %s = %.4g (%.4g to %.4g)", v.name.c_str(), v.value, v.low, v.high);
+      std::snprintf(row, sizeof row, "   %s = %.4g (%.4g to %.4g)%s", v.name.c_str(), v.value, v.low, v.high,
+                    unit_text(v.unit).c_str());
       std::cout << row;
     }
     std::cout << '\n';
   }
-  std::cout << "\nalone               fitted error   predictions\n";
-  for (const calibrate::RankedEffect& r : found.ranking) {
-    if (!r.tried) continue;
-    char row[120];
-    std::snprintf(row, sizeof row, "%-18s %+9.1f %%   %+7.1f %% (%+.1f to %+.1f): %s\n", r.effect.c_str(),
-                  -100.0 * r.gain, 100.0 * r.change.change, 100.0 * r.change.low, 100.0 * r.change.high,
-                  std::string(change_of(r.change).says()).c_str());
-    std::cout << row;
-  }
+  print_tried(found);
   if (!found.named.empty()) {
     std::cout << "\nlog                              calibrated  with effects   change, of time not fitted\n";
     for (const calibrate::SessionChange& one : found.sessions) {
@@ -325,6 +348,8 @@ int diagnose_real(const RealDiagnosis& asked, const LogWorld& world, const measu
   Node json = diagnose::diagnosis_json(d);
   json.find("gap")->set("calibrated", number_or_null(found.calibrated));
   json.find("gap")->set("noise", number_or_null(found.noise));
+  json.find("gap")->set("at_noise", Node(found.at_noise()));
+  json.find("gap")->set("judged", number_or_null(found.judged));
   json.find("gap")->set("calibration", change_node(found.calibration));
   json.find("gap")->set("effects", found.named.empty() ? Node::null() : change_node(found.change));
   json.find("gap")->set("sessions", found.named.empty() ? Node::null() : sessions_node(found.sessions));
@@ -335,7 +360,8 @@ int diagnose_real(const RealDiagnosis& asked, const LogWorld& world, const measu
   std::cout << "\ndiagnosis: " << (asked.out / "diagnosis.json").string()
             << "\nworld with what was found: " << (asked.out / "augmented_world.json").string() << '\n';
   write_file(asked.out / "diagnosis_report.json", to_json_text(report_of(d, asked, registry, files)));
-  return report_results(asked.out) ? claim_failed : run_broke;
+  if (!report_results(asked.out)) return run_broke;
+  return is_answer(d, found) ? good : claim_failed;
 }
 
 }  // namespace gripline::tools

@@ -21,6 +21,12 @@ void say(const FitOptions& options, const std::string& text) {
   if (options.say) options.say(text);
 }
 
+// Shares of the work: of the first searches, and of those with those that are followed.
+constexpr double searched = 0.4, all_searched = 0.6;
+void tell(const FitOptions& options, double share, const std::string& what) {
+  if (options.progress) options.progress(share, what);
+}
+
 /// The prior itself, then draws from it at half its width.
 std::vector<double> start_of(int attempt, std::span<const double> values, std::span<const Unknown> unknowns,
                              unsigned seed) {
@@ -65,6 +71,8 @@ std::vector<double> search(const Forecaster& forecaster, const std::vector<FitLo
   };
   std::vector<Found> found;
   for (int attempt = 0; attempt < options.tries; ++attempt) {
+    tell(options, searched * attempt / options.tries,
+         "search " + std::to_string(attempt + 1) + " of " + std::to_string(options.tries));
     Found one{start_of(attempt, values, unknowns, options.seed)};
     for (const int steps : {2, 3}) {
       short_errors.set_scales(one.params);
@@ -73,8 +81,6 @@ std::vector<double> search(const Forecaster& forecaster, const std::vector<FitLo
     }
     if (attempt == 0) errors.set_scales(one.params);  // of all attempts, so that they can be compared
     one.cost = errors.cost(one.params) + prior_cost(one.params, unknowns);
-    say(options, "search " + std::to_string(attempt + 1) + " of " + std::to_string(options.tries) + ": cost " +
-                     significant(one.cost, 4));
     found.push_back(std::move(one));
   }
   std::stable_sort(found.begin(), found.end(), [](const Found& a, const Found& b) { return a.cost < b.cost; });
@@ -83,6 +89,9 @@ std::vector<double> search(const Forecaster& forecaster, const std::vector<FitLo
   PredictionErrors judge(forecaster, all);
   judge.weighing.horizon = options.horizon_weight;
   for (Found& one : found) {
+    const auto number = static_cast<double>(&one - found.data());
+    tell(options, searched + (all_searched - searched) * number / static_cast<double>(found.size()),
+         "the best searches, with more starts");
     for (const int steps : {3, 4, 4}) {
       errors.set_scales(one.params);
       quick.iterations = steps;
@@ -90,7 +99,6 @@ std::vector<double> search(const Forecaster& forecaster, const std::vector<FitLo
     }
     if (&one == &found.front()) judge.set_scales(one.params);
     one.cost = judge.cost(one.params) + prior_cost(one.params, unknowns);
-    say(options, "followed: cost " + significant(one.cost, 4) + " over all starts");
   }
   return std::min_element(found.begin(), found.end(), [](const Found& a, const Found& b) { return a.cost < b.cost; })
       ->params;
@@ -228,14 +236,17 @@ FitResult fit(const Forecaster& forecaster, std::vector<FitLog>& logs, std::vect
   result.params = unknowns.empty() ? values : search(forecaster, logs, values, unknowns, options);
   LeastSquaresOptions full;
   const double enough = full.enough;
+  constexpr int rounds = 3;
+  int round = 0;
   full.progress = [&](const FitStep& step) {
-    say(options, "step " + std::to_string(step.iteration) + ": cost " + significant(step.before, 6) + " to " +
-                     significant(step.after, 6));
+    const double part = std::min(1.0, static_cast<double>(step.iteration) / std::max(1, full.iterations));
+    tell(options, all_searched + (1.0 - all_searched) * (round + part) / rounds,
+         "all starts, round " + std::to_string(round + 1) + " of " + std::to_string(rounds));
   };
   std::vector<Unknown> open = unknowns;
   std::vector<Eigen::VectorXd> allowed;  // of all unknowns
   Bootstrap boot;
-  for (int round = 0; round < 3 && !open.empty(); ++round) {
+  for (; round < rounds && !open.empty(); ++round) {
     errors.set_scales(result.params);
     result.cost_before = errors.cost(values);
     full.enough = round < 2 ? enough_to_go_on : enough;

@@ -24,7 +24,8 @@ struct FitOptions {
   int iterations = 12;
   int tries = 3;  // starts of the search; the first is the world itself, the others are draws around it
   unsigned seed = 1;
-  std::function<void(const std::string&)> say;  // one line of progress; may be empty
+  std::function<void(const std::string&)> say;  // one line about a log that is left out; may be empty
+  std::function<void(double share, const std::string&)> progress;  // what is done, and what is under way; may be empty
 };
 
 struct FittedParameter {
@@ -51,7 +52,12 @@ struct Advice {
   std::string effect;
   double gain = 0;   // relative decrease of the squared errors
   double score = 0;  // in standard deviations over blocks
-  double value = 0;  // what its parameter would be
+  double value = 0;  // what its first parameter would be, inside its range
+  struct Value {
+    std::string name, unit;
+    double value = 0;
+  };
+  std::vector<Value> values;  // of all parameters that are tested, the first too
 };
 
 struct FitResult {
@@ -82,7 +88,8 @@ FitResult fit(const Forecaster& forecaster, std::vector<FitLog>& logs, std::vect
 Friction friction_of(const StagedCar& car, const Car& constants, std::span<const double> params,
                      std::span<const std::vector<double>> drawn, std::span<const std::vector<double>> allowed = {});
 
-/// Which of the registry's effects, added to the world's car, would help: a score test on one parameter each.
+/// Which of the registry's effects, added to the world's car, would help: a score test each. None that only does what
+/// unknowns of the world do already, fitted or kept at their priors.
 std::vector<Advice> advise(const WorldSpec& world, const Registry& registry, const ForecastOptions& forecast,
                            std::vector<FitLog>& logs, const FitResult& found);
 

@@ -169,6 +169,7 @@ void MissingSearch::calibrate(const std::list<measured::SessionFile>& files) {
   fits_.refit(*calibrated_, more);
   calibrated_->judged = judge(*calibrated_, judge_);
   given_->judged = judge(*given_, judge_);
+  out_.judged = calibrated_->judged.rms();
 }
 
 /// What sensors alone would leave of errors, over what is usual.
@@ -439,6 +440,7 @@ MissingEffects MissingSearch::run(const std::list<measured::SessionFile>& files,
   const auto calibrated = observed(*calibrated_);
   found_ = added_.empty() ? observed(*calibrated_) : observed(*found_);
   out_.parameters = parameters_of_found();
+  std::ranges::stable_sort(out_.ranking, std::greater<>(), &RankedEffect::gain);  // fits have moved some
   std::stable_partition(out_.ranking.begin(), out_.ranking.end(),
                         [](const RankedEffect& r) { return !(r.tried && r.change.change > 0.0); });
   given_->params = as_given_;
@@ -448,6 +450,13 @@ MissingEffects MissingSearch::run(const std::list<measured::SessionFile>& files,
 }
 
 }  // namespace
+
+bool MissingEffects::at_noise() const {
+  // An error this little above the noise hides a tenth of it in squares: less than the noise is known to.
+  // Readings that are predicted have their noise: a figure well above the error holds motion too, and tells nothing.
+  constexpr double least = 0.9, as_large = 1.05;
+  return noise > 0.0 && found >= least * noise && found <= as_large * noise;
+}
 
 MissingEffects find_missing(const Node& tree, const WorldSpec& spec, const Registry& registry,
                             const measured::LogMap& map, const std::list<measured::SessionFile>& files,

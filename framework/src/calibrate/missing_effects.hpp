@@ -38,7 +38,7 @@ struct RankedEffect {
   double gain = 0;
   bool tried = false;  // then `error` and `change` are of time not fitted
   double error = 0;
-  ForecastChange change;
+  ForecastChange change;  // against `judged` below
 };
 
 /// What the effects named do to one log.
@@ -58,12 +58,15 @@ struct MissingOptions {
 
 struct MissingEffects {
   std::vector<MissingEffect> named;
-  std::vector<RankedEffect> ranking;  // best first, those that harm last
+  std::vector<RankedEffect> ranking;  // largest gain first, those that harm last
   /// Of predictions 1 s ahead of time not fitted, as `predict` makes them: rows `given`, `calibrated`, `found`.
   std::vector<HorizonRow> rows;
   /// Errors of the model alone, without disturbances that the observer learns, in usual errors of the calibrated world
   /// (all channels): its own is about 1.
   double given = 0, calibrated = 0, found = 0, noise = 0;
+  double judged = 0;  // of the calibrated world on the time that `ranking` is judged by
+  /// Whether what is left is as large as what sensors alone would leave: these logs tell nothing more.
+  bool at_noise() const;
   ForecastChange calibration;           // calibrated against given, of the model alone
   ForecastChange change;                // found against calibrated
   ForecastChange all;                   // found against given

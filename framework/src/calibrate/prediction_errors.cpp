@@ -16,13 +16,19 @@ double step_of(const Unknown& u, double value) { return u.log ? value : 1.0; }
 
 }  // namespace
 
-FitLog::FitLog(const Session& s, double grid_step, std::vector<double> horizons, double every, double slowest)
+FitLog::FitLog(const Session& s, double grid_step, std::vector<double> horizons, double every, double slowest,
+               Speed speed)
     : session(&s), commands(s, grid_step) {
   starts.horizons = std::move(horizons);
   const double last = s.t.back() - starts.horizons.back();
   for (double wanted = s.t.front(); wanted <= last; wanted += every) {
-    const auto row = static_cast<std::size_t>(std::lower_bound(s.t.begin(), s.t.end(), wanted - 1e-9) - s.t.begin());
+    auto row = static_cast<std::size_t>(std::lower_bound(s.t.begin(), s.t.end(), wanted - 1e-9) - s.t.begin());
     if (row >= s.rows() || s.t[row] > last) break;
+    if (speed == Speed::own) {
+      std::size_t next = row;
+      while (next < s.rows() && std::isnan(s.at(next, 3))) ++next;
+      if (next < s.rows() && s.t[next] < wanted + every - 1e-9 && s.t[next] <= last) row = next;
+    }
     if (!starts.time.empty() && s.t[row] <= starts.time.back()) continue;
     double v = s.at(row, 3);
     for (std::size_t i = row; std::isnan(v) && i > 0 && s.t[row] - s.t[i - 1] < 0.5; --i) v = s.at(i - 1, 3);

@@ -21,8 +21,12 @@ struct FitLog {
   std::vector<double> truth;  // starts x horizons x 6, NaN where nothing was read
   double weight = 1;          // of its errors
 
+  /// What a start's row needs: a speed in the half second before it; or one of its own, the start then being the next
+  /// row that has one, unless the next start is due before.
+  enum class Speed { lately, own };
   /// Starts every `every` seconds where |vx| is at least `slowest` and all horizons lie inside the log.
-  FitLog(const Session& session, double grid_step, std::vector<double> horizons, double every, double slowest);
+  FitLog(const Session& session, double grid_step, std::vector<double> horizons, double every, double slowest,
+         Speed speed = Speed::lately);
 };
 
 /// Whether a part of a session that counts (a tenth) lies on a road, up to three half widths from its centre line.

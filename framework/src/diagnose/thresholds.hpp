@@ -230,6 +230,11 @@ inline constexpr double least_delay = 1.0, surely_late = 0.5;
 
 /// Noise seen over noise stated: within these the stated is believed, else the seen. Not measured.
 inline constexpr double noise_agrees_from = 0.85, noise_agrees_to = 1.15;
+/// White noise shows alike in differences of any order. Where eighth ones show less than this share of what fourth ones
+/// do, the car moves quickly; what is then up to `hidden_by_motion` times the stated noise may be motion too: commands
+/// held at the rate of the log shake a small car up to its highest frequency, and made 0.066 rad/s of 0.05
+/// (hidden_1_43, drag). Chosen after that log, not varied.
+inline constexpr double noise_is_motion = 0.85, hidden_by_motion = 1.5;
 /// Noise seen over noise stated below which a log is noise-free (simulated or filtered), and the share of the stated
 /// that is then used. Not measured; test_diagnose_diagnoser TellsThatALogHasNoNoise.
 inline constexpr double noise_free = 0.05;

@@ -47,8 +47,9 @@ const std::vector<Names>& known_names() {
         "brakepressurefront", "brakepos", "brakecmd"}},
       {"delta",
        {"deltarad", "delta", "steerrad", "steer", "steering", "steeringangle", "steeredangle", "steercmd",
-        "steercmdnorm", "steernorm", "steeringwheelangle", "steerangle", "roadwheelangle", "wheelangle", "steeringrad",
-        "deltadeg"}},
+        "steercmdnorm", "steernorm", "steerangle", "roadwheelangle", "wheelangle", "steeringrad", "deltadeg"}},
+      {"steering_wheel",
+       {"steeringwheelangle", "steeringwheel", "steerwheelangle", "swa", "handwheelangle", "handwheel"}},
       {"latitude", {"latitude", "lat", "gpslatitude", "latitudedeg"}},
       {"longitude", {"longitude", "lon", "long", "gpslongitude", "longitudedeg", "lng"}},
       {"enable", {"driveenabled", "enable", "enabled", "motorenabled", "deadman", "autonomous"}},
@@ -84,16 +85,34 @@ class Guesser {
     yaw_rate();
     pedals();
     steering();
+    name_what_is_missing();
     Node map = Node::empty_object();
     map.set("note", Node("A first guess from names, units and numbers. Read every line; units and signs are checked "
                          "when the log is read."));
     map.set("time", time_);
     map.set("channels", channels_);
     if (const int valid = column("valid"); valid >= 0) map.set("valid", Node(quoted(valid) + " > 0.5"));
-    return {std::move(map), std::move(remarks_)};
+    return {std::move(map), std::move(remarks_), std::move(open_)};
   }
 
  private:
+  /// What log_map.hpp asks of every map.
+  void name_what_is_missing() {
+    const bool place = (found("x") && found("y")) || found("latitude");
+    if (!found("delta")) {
+      Node node = unnamed("delta",
+                          "the front wheels' angle, positive to the left (the steering wheel's as \"formula\": "
+                          "\"COLUMN / RATIO\")",
+                          "rad");
+      node.set("kind", Node("command"));
+      channels_.set("delta", std::move(node));
+    }
+    if (!place && !found("vx")) channels_.set("vx", unnamed("vx", "the speed along the car", "m/s"));
+    if (!place && !found("yaw") && !found("yaw_rate"))
+      channels_.set("yaw_rate", unnamed("yaw_rate", "the yaw rate, positive to the left", "rad/s"));
+    if (time_.is_null()) time_ = unnamed("time", "the time", "s", true);
+  }
+
   int column(const char* channel) const {
     for (const Names& names : known_names()) {
       if (std::string_view(names.channel) != channel) continue;
@@ -103,6 +122,45 @@ class Guesser {
     }
     return -1;
   }
+  /// Columns that vary and no channel has taken, each with its range; `rising`: those that never fall.
+  std::string candidates(bool rising) const {
+    constexpr std::size_t most = 12;
+    std::string all;
+    std::size_t shown = 0;
+    for (std::size_t c = 0; c < table_.name.size(); ++c) {
+      double low = INFINITY, high = -INFINITY, last = -INFINITY;
+      bool falls = false;
+      for (const double v : table_.column[c]) {
+        if (!std::isfinite(v)) continue;
+        falls = falls || v < last;
+        last = v;
+        low = std::min(low, v), high = std::max(high, v);
+      }
+      if (!(high > low) || taken(static_cast<int>(c)) || (rising && falls)) continue;
+      if (++shown > most) continue;
+      all += (all.empty() ? "" : ", ") + table_.name[c] + " (" + significant(low) + " to " + significant(high) + ")";
+    }
+    if (shown > most) all += " and " + std::to_string(shown - most) + " more";
+    return all.empty() ? "no column is left that varies" : all;
+  }
+  bool taken(int c) const {
+    const auto names = [&](const Node& node) {
+      const Node* const as_column = node.find("column");
+      const Node* const formula = node.find("formula");
+      return (as_column != nullptr && as_column->text() == name(c)) ||
+             (formula != nullptr && formula->text().find(quoted(c)) != std::string::npos);
+    };
+    return (time_.is_object() && names(time_)) ||
+           std::ranges::any_of(channels_.object(), [&](const Member& m) { return names(m.value); });
+  }
+  /// A channel that the map must have, and nothing here looks like.
+  Node unnamed(const char* channel_name, const char* what, const char* unit, bool rising = false) {
+    open_.emplace_back(channel_name);
+    Node node = channel("column", unnamed_column, unit, false);
+    node.set("note", Node(std::string("Fill in the column of ") + what + "; it may be one of: " + candidates(rising)));
+    return node;
+  }
+
   const std::string& known_as(std::size_t c) const {
     return table_.meaning.empty() ? table_.name[c] : table_.meaning[c];
   }
@@ -151,7 +209,7 @@ class Guesser {
 
   void time() {
     const int c = column("time");
-    if (c < 0) throw InputError(table_.file.string() + ": no column looks like a time; found " + list());
+    if (c < 0) return;
     std::string unit = unit_of(c, "s");
     Values steps;
     const Values& t = values(c);
@@ -164,12 +222,6 @@ class Guesser {
         remarks_.push_back("time: steps of " + significant(step) + ", taken for " + name_of);
       }
     time_ = channel("column", name(c), unit, false);
-  }
-
-  std::string list() const {
-    std::string all;
-    for (const std::string& n : table_.name) all += (all.empty() ? "" : ", ") + n;
-    return all;
   }
 
   void simple(const char* which, const char* unit) {
@@ -298,8 +350,8 @@ class Guesser {
   }
 
   void steering() {
-    const int c = column("delta");
-    if (c < 0) throw InputError(table_.file.string() + ": no column looks like a steering angle; found " + list());
+    const int angle = column("delta"), c = angle < 0 ? column("steering_wheel") : angle;
+    if (c < 0) return;
     std::string unit = unit_of(c, "rad");
     const double most = quantile_of_size(values(c), 0.99);
     if (unit == "rad" && most > 1.6) {
@@ -311,9 +363,9 @@ class Guesser {
     if (plain(known_as(static_cast<std::size_t>(c))).find("norm") != std::string::npos) {
       remarks_.push_back("delta: " + name(c) +
                          " is no angle; taken as rad at full lock 1, which a fitted steer_map puts right");
-    } else if (radians > 0.7) {
-      remarks_.push_back("delta: " + significant(radians * 180 / pi) +
-                         " deg is the steering wheel's: divided by 15, a guess of the steering ratio");
+    } else if (radians > 0.7 || angle < 0) {
+      remarks_.push_back("delta: " + (angle < 0 ? name(c) : significant(radians * 180 / pi) + " deg") +
+                         " is the steering wheel's: divided by 15, a guess of the steering ratio; write the car's own");
       formula += " / 15";
     }
     Node node =
@@ -344,7 +396,7 @@ class Guesser {
   const DelimitedTable& table_;
   int lat_ = -1, lon_ = -1;
   Node time_, channels_{Node::Object{}};
-  std::vector<std::string> remarks_;
+  std::vector<std::string> remarks_, open_;
 };
 
 }  // namespace

@@ -13,9 +13,9 @@ namespace gripline::measured {
 struct Guess {
   Node map;                          // as log_map.hpp describes; every delay "find"
   std::vector<std::string> remarks;  // what was concluded from the numbers, and what is in doubt
+  std::vector<std::string> open;     // channels that are needed and no column looks like: "column": "?" in the map
 };
 
-/// Throws InputError when no column looks like a time or a steering angle.
 Guess guess_map(const DelimitedTable& table);
 
 /// Whether a column of this name would be looked at for a channel (not for the time).

@@ -82,6 +82,10 @@ Channel read_channel(const Node& node, const char* unit, Errors& errors, LogMap*
   const bool column = r.has("column"), formula = r.has("formula");
   if (column == formula) r.error("expected either \"column\" or \"formula\"");
   if (column) channel.formula = quoted(r.text("column"));
+  if (channel.formula == quoted(unnamed_column))
+    r.error_at(
+        "column",
+        "\"?\" is to be filled in: write the name of the log's column here (the note beside it has those in question)");
   if (formula) channel.formula = r.text("formula");
   channel.unit = r.text("unit", std::string());
   channel.sign = r.number("sign", "1", NumberRange::closed(-1.0, 1.0), 1.0);

@@ -9,7 +9,7 @@
 //     "valid": "quality > 0.5",
 //     "bag": {"rows": "/odom", "time": "header", "definitions": "msgs"} }
 //
-// Instead of x and y there may be "latitude" and "longitude" (degrees).
+// Instead of x and y there may be "latitude" and "longitude" (degrees). "column": "?" is one that is still to be named.
 #pragma once
 
 #include <array>
@@ -75,6 +75,9 @@ struct LogMap {
   /// Delay of a group [s], 0 where the map names none of its channels; empty: to be found.
   std::optional<double> delay(std::size_t group) const;
 };
+
+/// A column that nobody has named yet, as a guessed map writes it; such a map is refused until one is.
+inline constexpr const char* unnamed_column = "?";
 
 /// The map of a log that has gripline's own columns.
 LogMap gripline_map();

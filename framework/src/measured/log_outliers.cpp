@@ -46,13 +46,14 @@ double ordinary_change(const RawLog& raw, std::size_t c) {
   return 0.5 * (values[values.size() * 9 / 10] - values[values.size() / 10]);
 }
 
-/// Far from its neighbours and reached and left by a jump; a quick motion of the car takes several samples.
-std::vector<bool> far_from_neighbours(const RawLog& raw, std::size_t c) {
+/// Farther from its neighbours than `times` what is ordinary, and reached and left by a jump; a quick motion of the car
+/// takes several samples.
+std::vector<bool> far_from_neighbours(const RawLog& raw, std::size_t c, double times) {
   const std::vector<double> off = off_neighbours(raw, c);
   std::vector<double> sizes;
   for (const double o : off)
     if (!std::isnan(o)) sizes.push_back(std::abs(o));
-  const double limit = ordinary_change(raw, c) + 7.0 * 1.4826 * upper_median(sizes, 0.0);
+  const double limit = times * (ordinary_change(raw, c) + 7.0 * 1.4826 * upper_median(sizes, 0.0));
   const auto far = [&](std::size_t i) { return std::abs(off[i]) > limit; };
   std::vector<bool> out(raw.size(), false);
   for (std::size_t i = 0; limit > 0.0 && i < raw.size(); ++i) {
@@ -108,12 +109,9 @@ void drop_impossible_commands(RawLog& raw, std::vector<Health>& health) {
       {"commands", std::to_string(bad) + " rows beyond what a car can be told", "left out", Health::Level::note});
 }
 
-}  // namespace
-
-void drop_gross_outliers(RawLog& raw, std::vector<Health>& health) {
-  drop_blank_rows(raw, health);
-  drop_impossible_commands(raw, health);
-  std::vector<std::size_t> count(raw.size(), 0);
+/// Leaves out readings far from all their neighbours; `count` are those of each row. Returns how many.
+std::size_t drop_far_readings(RawLog& raw, std::vector<std::size_t>& count, double times = 1.0) {
+  count.assign(raw.size(), 0);
   std::size_t readings = 0;
   for (std::size_t c = 0; c < channels; ++c) {
     std::vector<double> sizes;
@@ -127,7 +125,7 @@ void drop_gross_outliers(RawLog& raw, std::vector<Health>& health) {
         out[i] = true;
         raw.at(i, c) = no_reading;
       }
-    const std::vector<bool> far = far_from_neighbours(raw, c);
+    const std::vector<bool> far = far_from_neighbours(raw, c, times);
     for (std::size_t i = 0; i < raw.size(); ++i) {
       if (!out[i] && !far[i]) continue;
       raw.at(i, c) = no_reading;
@@ -135,6 +133,28 @@ void drop_gross_outliers(RawLog& raw, std::vector<Health>& health) {
       ++readings;
     }
   }
+  return readings;
+}
+
+}  // namespace
+
+std::size_t drop_gross_outliers(Session& session) {
+  RawLog raw;
+  raw.t = session.t;
+  raw.reading = std::move(session.reading);
+  std::vector<std::size_t> count;
+  // Errors are judged without them: what may be a car's own hard moment, of which a model is to be judged, stays.
+  constexpr double beyond_any_car = 10.0;
+  const std::size_t readings = drop_far_readings(raw, count, beyond_any_car);
+  session.reading = std::move(raw.reading);
+  return readings;
+}
+
+void drop_gross_outliers(RawLog& raw, std::vector<Health>& health) {
+  drop_blank_rows(raw, health);
+  drop_impossible_commands(raw, health);
+  std::vector<std::size_t> count;
+  const std::size_t readings = drop_far_readings(raw, count);
   // Three wrong readings of six: the row is dropped, but for its commands where they are continuous.
   std::vector<std::size_t> kept;
   for (std::size_t i = 0; i < raw.size(); ++i) {

@@ -2,12 +2,15 @@
 #pragma once
 
 #include "measured/raw_log.hpp"
+#include "measured/session.hpp"
 
 namespace gripline::measured {
 
 /// Gross outliers, whatever the units: readings far from all their neighbours become no_reading; rows with three of
 /// them or more are dropped unless their commands are continuous.
 void drop_gross_outliers(RawLog& raw, std::vector<Health>& health);
+/// Readings of a session ten times as far from their neighbours; rows and commands stay. Returns how many.
+std::size_t drop_gross_outliers(Session& session);
 /// Spikes of single samples beyond seven robust standard deviations of the residual of a local cubic become no_reading.
 /// Returns how many.
 std::size_t drop_outliers(RawLog& raw);

@@ -94,6 +94,75 @@ Correlation turning(const std::vector<Window>& windows, double slowest) {
   return all;
 }
 
+/// A row with a place, and what was read or lies between readings there.
+struct Sideways {
+  double t, vy;
+  double way = 0;  // to the left of the car, since the row before [m]
+  double forward = 0;
+};
+
+/// Moves of the place from row to row in the car's axes, in stretches without gaps.
+std::vector<std::vector<Sideways>> sideways_of(const Session& s) {
+  constexpr double gap = 0.25;  // [s]
+  std::vector<std::vector<Sideways>> out;
+  double x = NAN, y = NAN, yaw = NAN;
+  for (std::size_t i = 0; i < s.rows(); ++i) {
+    if (!std::isfinite(s.at(i, 0) + s.at(i, 1))) continue;
+    const double heading = s.interpolate(2, s.t[i]), vy = s.interpolate(4, s.t[i]);
+    if (!std::isfinite(heading + vy)) continue;
+    Sideways one{s.t[i], vy};
+    if (out.empty() || s.t[i] - out.back().back().t > gap) {
+      out.emplace_back();
+    } else {
+      const double dx = s.at(i, 0) - x, dy = s.at(i, 1) - y, middle = 0.5 * (yaw + heading);
+      one.way = dy * std::cos(middle) - dx * std::sin(middle);
+      one.forward = dx * std::cos(middle) + dy * std::sin(middle);
+    }
+    x = s.at(i, 0), y = s.at(i, 1), yaw = heading;
+    out.back().push_back(one);
+  }
+  return out;
+}
+
+/// vy and the central difference of the place across the car, about every row and over `span` seconds (two rows at
+/// least); NaN below five seconds of driving. A heading that is turned by a little adds a share of the speed, which is
+/// taken off both.
+double sideways_correlation(const std::vector<std::vector<Sideways>>& stretches, double span, double slowest) {
+  constexpr double enough = 5.0;  // [s]
+  Correlation all, read, moved;   // with each other, and each with the speed
+  double driven = 0.0;
+  for (const auto& rows : stretches)
+    for (std::size_t first = 0, last = 0; first + 2 < rows.size(); ++first) {
+      last = std::max(last, first + 2);
+      while (last + 1 < rows.size() && rows[last].t - rows[first].t < span - 1e-6) ++last;
+      const double seconds = rows[last].t - rows[first].t;
+      if (seconds < span - 1e-6) break;
+      double way = 0.0, forward = 0.0, vy = 0.0;
+      for (std::size_t i = first + 1; i <= last; ++i) {
+        way += rows[i].way / seconds, forward += rows[i].forward / seconds;
+        vy += 0.5 * (rows[i].vy + rows[i - 1].vy) * (rows[i].t - rows[i - 1].t) / seconds;
+      }
+      if (!(forward > slowest)) continue;
+      driven += rows[first + 1].t - rows[first].t;
+      all.add(vy, way), read.add(vy, forward), moved.add(way, forward);
+    }
+  if (driven < enough) return NAN;
+  const double a = read.value(), b = moved.value();
+  if (!std::isfinite(a + b)) return all.value();  // the speed does not vary
+  return (all.value() - a * b) / std::sqrt((1.0 - a * a) * (1.0 - b * b));
+}
+
+/// The strongest over some spans: the shortest ones miss no quick weave, the longest ones noise of the place.
+double sideways_correlation(const Session& s, double slowest) {
+  const auto stretches = sideways_of(s);
+  double strongest = NAN;
+  for (const double span : {0.0, 0.1, 0.2, 0.4}) {
+    const double found = sideways_correlation(stretches, span, slowest);
+    if (!(std::abs(found) <= std::abs(strongest))) strongest = std::isnan(found) ? strongest : found;
+  }
+  return strongest;
+}
+
 class Checks {
  public:
   Checks(const SessionFile& file, double v_ref) : s_(file.session), v_ref_(v_ref), windows_(windows_of(s_)) {}
@@ -261,14 +330,10 @@ std::vector<Finding> doubts_about(const Session& s) {
                    "and the curvature driven hardly correlate (" + significant(turn.value(), 2) + " over " +
                        significant(turn.seconds()) + " s)",
                    "is it the right column?"});
-  Correlation side;
-  for (const Window& w : windows) {
-    const double of_place = w.way / w.seconds * std::sin(w.course - w.heading);
-    if (speed_of(w) > slowest && std::isfinite(w.side + of_place)) side.add(w.side, of_place);
-  }
-  if (s.has[4] && side.value() < -0.6)
-    out.push_back({Finding::Level::bad, "vy",
-                   "moves against the place (correlation " + significant(side.value(), 2) + ")",
+  constexpr double against = -0.6;
+  const double side = s.has[0] && s.has[2] && s.has[4] ? sideways_correlation(s, slowest) : NAN;
+  if (side < against)
+    out.push_back({Finding::Level::bad, "vy", "moves against the place (correlation " + significant(side, 2) + ")",
                    "its sign is turned, or it is of a point far from the one that x and y show"});
   return out;
 }

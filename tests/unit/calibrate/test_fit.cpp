@@ -240,6 +240,44 @@ TEST(Fit, AdviceNamesTheEffectThatIsMissing) {
   EXPECT_GT(advice.front().gain, 0.01);
 }
 
+/// Stiffness of the front tyres is an unknown that was kept at its prior: an effect that scales it is another name of it.
+TEST(Fit, AdviceNamesNoEffectThatOnlyDoesWhatAnUnknownDoes) {
+  Bench bench;
+  const CalibrateRig stiff(small_car_world(R"({"plant": {"params": {"Bf": 9}}})"));
+  bench.files.front().session = drive(stiff.vehicle.car(), {.seconds = 40, .noise = 0.2});
+  bench.logs = fit_logs(bench.files, nullptr, 0.02, bench.options);
+  FitResult result = bench.run();
+  for (FittedParameter& p : result.parameters)
+    if (p.unknown.pointer == "/plant/params/Bf") {
+      p.status = FittedParameter::Status::undetermined;
+      assign(result.params, p.unknown, p.unknown.prior);
+    }
+  const auto find_front = [&] {
+    for (const Advice& a :
+         advise(bench.rig.spec, testing_support::plugins(), bench.rig.forecaster.options(), bench.logs, result))
+      if (a.effect == "front_stiff") return a.values;
+    return std::vector<Advice::Value>{};
+  };
+  EXPECT_TRUE(find_front().empty());
+  std::erase_if(result.parameters, [](const FittedParameter& p) { return p.unknown.pointer == "/plant/params/Bf"; });
+  const auto values = find_front();  // no unknown any more: told by name
+  ASSERT_FALSE(values.empty());
+  EXPECT_FALSE(values.front().name.empty());
+  EXPECT_GT(values.front().value, 0.1);
+}
+
+TEST(Fit, TellsItsProgressFromTheBeginningToTheEnd) {
+  Bench bench("/plant/params/Cm1", 0.5, 20);
+  std::vector<double> shares;
+  bench.options.progress = [&](double share, const std::string&) { shares.push_back(share); };
+  bench.run();
+  ASSERT_GT(shares.size(), 5u);
+  EXPECT_TRUE(std::ranges::is_sorted(shares));
+  EXPECT_EQ(shares.front(), 0.0);
+  EXPECT_GT(shares.back(), 0.6);
+  EXPECT_LE(shares.back(), 1.0);
+}
+
 TEST(Fit, ALogInWhichNobodyDrivesIsRefused) {
   Bench bench;
   bench.options.slowest = bench.options.crawling = 100.0;

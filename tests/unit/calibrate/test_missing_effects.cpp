@@ -41,6 +41,18 @@ const MissingEffect* find(const MissingEffects& found, const std::string& effect
   return at == found.named.end() ? nullptr : &*at;
 }
 
+TEST(MissingEffects, ErrorsAsLargeAsTheSensorsNoiseTellNothingMore) {
+  MissingEffects found;
+  found.found = 0.393;
+  EXPECT_FALSE(found.at_noise());  // noise was not measured
+  found.noise = 0.39;
+  EXPECT_TRUE(found.at_noise());
+  found.found = 0.45;
+  EXPECT_FALSE(found.at_noise());
+  found.found = 0.3;  // below what sensors alone would leave: that figure is wrong
+  EXPECT_FALSE(found.at_noise());
+}
+
 TEST(MissingEffects, DeadZoneAndSteeringOffsetAreNamedWithTheirSizesAndStandInTheWorld) {
   const MissingEffects found = found_in_log_of(R"({"plant": {"effects": [
       {"plugin": "throttle_dead_zone", "params": {"z": 0.12}}, {"plugin": "steer_offset", "params": {"d0": 0.03}}]}})");

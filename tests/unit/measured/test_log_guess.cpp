@@ -64,14 +64,36 @@ TEST(LogGuess, ItsMapReadsTheLogItWasMadeFrom) {
   EXPECT_TRUE(said("largest value"));
 }
 
-TEST(LogGuess, WhatCannotBeGuessedIsToldWithTheColumnsThereAre) {
+TEST(LogGuess, WhatCannotBeGuessedIsLeftOpenWithTheColumnsThereAre) {
   const auto file = scratch("odd.csv");
-  std::ofstream(file) << "a,b\n1,2\n2,3\n3,4\n4,5\n";
+  std::ofstream(file) << "a,b,c\n1,2,7\n2,3,7\n3,1,7\n4,5,7\n";
+  const Guess guess = guess_map(read_delimited(file));
+  EXPECT_THAT(guess.open, testing::ElementsAre("delta", "vx", "yaw_rate", "time"));
+  EXPECT_EQ(find_pointer(guess.map, "/channels/delta/column")->text(), "?");
+  // Time only rises, and what never changes is none of them.
+  EXPECT_THAT(find_pointer(guess.map, "/channels/delta/note")->text(), testing::EndsWith("a (1 to 4), b (1 to 5)"));
+  EXPECT_THAT(find_pointer(guess.map, "/time/note")->text(), testing::EndsWith("one of: a (1 to 4)"));
+  std::ofstream(scratch("open.json")) << to_json_text(guess.map);
   try {
-    guess_map(read_delimited(file));
+    load_log_map(scratch("open.json"));
     FAIL();
   } catch (const InputError& e) {
-    EXPECT_THAT(e.what(), testing::HasSubstr("no column looks like a time; found a, b"));
+    for (const char* channel : {"/time/column", "/channels/delta/column", "/channels/vx/column"})
+      EXPECT_THAT(e.what(), testing::HasSubstr(channel));
+  }
+}
+
+TEST(LogGuess, AnAngleOfTheSteeringWheelIsToldByItsName) {
+  for (const char* name : {"SteeringWheel", "SWA", "HandWheelAngle"}) {
+    const auto file = scratch("wheel.csv");
+    std::ofstream out(file);
+    out << "time,x,y," << name << '\n';
+    for (int k = 0; k < 100; ++k) out << 0.1 * k << ',' << k << ",1," << 0.3 * std::sin(0.1 * k) << '\n';
+    out.close();
+    const Guess guess = guess_map(read_delimited(file));
+    EXPECT_TRUE(guess.open.empty()) << name;
+    EXPECT_EQ(find_pointer(guess.map, "/channels/delta/formula")->text(), std::string(name) + " / 15");
+    EXPECT_THAT(guess.remarks, testing::Contains(testing::HasSubstr("steering ratio")));
   }
 }
 

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <fstream>
 #include <numbers>
+#include <random>
 #include <sstream>
 
 #include "config/errors.hpp"
@@ -311,6 +312,44 @@ TEST(SessionChecks, SteeringThatTheCarDoesNotFollowIsDoubted) {
   EXPECT_EQ(found("steer", "-10 * sin(0.05 * sin(0.8 * t + 1.0))"), "");
   EXPECT_EQ(found("0.2 * sin(3.1 * t)", "-10 * sin(0.05 * sin(0.8 * t + 1.0))"), "delta ");
   EXPECT_EQ(found("steer", "10 * sin(0.05 * sin(0.8 * t + 1.0))"), "vy ");
+}
+
+/// A minute of a small car that weaves quickly, with noise of its sensors; a row every `dt`. `sign`: of vy as written.
+Session quick_weave(double dt, double sign) {
+  constexpr double h = 0.001;
+  const auto vx = [](double t) { return 1.5 + 0.3 * std::sin(0.5 * t); };
+  const auto vy = [](double t) { return 0.12 * std::sin(9.0 * t) + 0.03 * std::sin(2.0 * t); };
+  const auto rate = [](double t) { return 1.4 * std::sin(9.0 * t + 0.2) + 0.4 * std::sin(2.0 * t); };
+  std::mt19937_64 random(3);
+  std::normal_distribution<double> normal;
+  Session s;
+  s.has.fill(true);
+  const auto every = static_cast<long>(std::round(dt / h));
+  double x = 0.0, y = 0.0, yaw = 0.0;
+  for (long k = 0; k < 60000; ++k) {
+    const double t = h * static_cast<double>(k);
+    if (k % every == 0) {
+      s.t.push_back(t);
+      s.command.push_back({0.3, 0.12 * std::sin(9.0 * t + 0.2) + 0.04 * std::sin(2.0 * t)});
+      for (const auto& [value, noise] :
+           {std::pair(x, 0.01), {y, 0.01}, {yaw, 0.001}, {vx(t), 0.01}, {sign * vy(t), 0.01}, {rate(t), 0.001}})
+        s.reading.push_back(value + noise * normal(random));
+    }
+    x += h * (vx(t) * std::cos(yaw) - vy(t) * std::sin(yaw));
+    y += h * (vx(t) * std::sin(yaw) + vy(t) * std::cos(yaw));
+    yaw += h * rate(t);
+  }
+  return s;
+}
+
+/// No rate of rows hides that vy has the wrong sign, and none makes a right one doubtful.
+TEST(SessionChecks, AVyOfTheWrongSignIsDoubtedAtAnyRate) {
+  for (const double hertz : {100.0, 50.0, 20.0, 10.0})
+    for (const double sign : {1.0, -1.0}) {
+      std::string names;
+      for (const Finding& f : doubts_about(quick_weave(1.0 / hertz, sign))) names.append(f.check).append(" ");
+      EXPECT_EQ(names, sign > 0 ? "" : "vy ") << hertz << " Hz";
+    }
 }
 
 TEST(SessionChecks, AParkedCarIsRefused) {

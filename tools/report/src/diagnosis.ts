@@ -42,13 +42,18 @@ function decrease({ change, ci95 }: Change): string {
   return `${percent(-(change ?? NaN))} (${least} to ${most})`;
 }
 
+/** Whether errors are those of a real car's logs, where calibrating and effects are told apart. */
+export function ofRealCar({ gap }: Diagnosis): boolean {
+  return gap?.calibrated !== undefined;
+}
+
 /** How much of the gap is closed, as people say it. */
 function closes(d: Diagnosis): string {
   const { gap } = d;
   if (!gap) return "";
   const many = (d.named ?? []).length > 1;
   const errors = `the error of ${plain(gap.horizon_s)} s predictions, on data that was not fitted,`;
-  if (gap.calibrated !== undefined) {
+  if (ofRealCar(d)) {
     const effects = gap.effects ? ` The effects that are missing take ${decrease(gap.effects)} off what is left then: ${plain(gap.after)} σ.` : "";
     return `${sentenceCase(errors)} is ${plain(gap.before)} σ with the world as given and ${plain(gap.calibrated)} σ with its unknowns fitted.${effects}`;
   }
@@ -63,7 +68,7 @@ function nearest(d: Diagnosis, words: Words): string {
   const best = (d.ranking ?? [])
     .filter((entry) => entry.rollout?.says === "helps" && entry.rollout.change !== null)
     .sort((a, b) => a.rollout!.change! - b.rollout!.change!)[0];
-  if (!best) return d.gap?.calibrated !== undefined ? "No effect that was tried makes predictions better by itself." : "No effect of the catalogue makes predictions better by itself.";
+  if (!best) return ofRealCar(d) ? "No effect that was tried makes predictions better by itself." : "No effect of the catalogue makes predictions better by itself.";
   return `What comes nearest: ${inWords(best.effect, undefined, words)}; by itself it changes the prediction error by ${fixed(100 * best.rollout!.change!, 0)} %.`;
 }
 
@@ -81,7 +86,8 @@ function headline(d: Diagnosis, words: Words): string {
       return `${list} Other explanations fit this log as well.`;
     case "unknown": {
       const found = [refitted(d), list].filter(Boolean).join(" ");
-      return found ? `${found} The rest is not known.` : "Something is missing that the catalogue does not know.";
+      const rest = d.gap?.at_noise ? "What is left is as large as the sensors' own noise: these logs tell nothing more." : "The rest is not known.";
+      return found || d.gap?.at_noise ? `${found} ${rest}`.trim() : "Something is missing that the catalogue does not know.";
     }
   }
 }
@@ -136,15 +142,15 @@ function gapBar(d: Diagnosis): HTMLElement | null {
 export function diagnosisHead(d: Diagnosis, more: DiagnosisReport | null): HTMLElement {
   const words = more?.effects;
   const found = (d.named ?? []).length > 0 || (d.verdict === "unknown" && refitted(d) !== "");
-  const least = Math.min(...(d.named ?? []).map(({ confidence }) => confidence ?? NaN));
+  const atNoise = d.gap?.at_noise === true;
   return h(
     "div",
     { class: "verdict" },
     h("p", { class: "sentence" }, ...prose(headline(d, words))),
     gapBar(d),
-    h("p", { class: "lede" }, ...prose([found ? closes(d) : "", d.verdict === "unknown" && !(d.named ?? []).length ? nearest(d, words) : "", d.verdict === "unknown" ? whereText(d) : "", Number.isFinite(least) ? `Confidence ${percent(least)}.` : ""].filter(Boolean).join(" "))),
+    h("p", { class: "lede" }, ...prose([found ? closes(d) : "", d.verdict === "unknown" && !atNoise && !(d.named ?? []).length ? nearest(d, words) : "", d.verdict === "unknown" && !atNoise ? whereText(d) : ""].filter(Boolean).join(" "))),
     d.manoeuvre ? h("p", { class: "lede" }, h("strong", {}, "To decide: "), ...prose(d.manoeuvre)) : null,
-    h("p", { class: "note" }, h("span", { class: `badge ${d.verdict}` }, verdictWords[d.verdict]), " ", ...prose(more?.sentence || sentence(d))),
+    h("p", { class: "note" }, h("span", { class: `badge ${d.verdict}` }, atNoise ? "As good as the sensors" : verdictWords[d.verdict]), " ", ...prose(more?.sentence || sentence(d))),
     more?.log ? h("p", { class: "note" }, `Log ${more.log}${more.world ? `, world ${more.world}` : ""}.`) : null,
   );
 }
@@ -182,17 +188,21 @@ export function casesTable(cases: Case[]): HTMLElement {
   );
 }
 
+/** Delays of channels are no plugins, whose words the report has. */
+const delayWords: Record<string, string> = { yaw_rate_delay: "the yaw-rate channel is late", velocity_delay: "the speed channels are late" };
+
 export function namedTable(d: Diagnosis, words: Words): HTMLElement | null {
-  const rows = (d.named ?? []).flatMap(({ effect, params, ci95, confidence }) =>
+  const rows = (d.named ?? []).flatMap(({ effect, params, units, ci95, confidence }) =>
     Object.entries(params ?? {}).map(([name, value], i) => {
       const interval = ci95?.[name];
+      const unit = unitOf(words, effect, name) || (units?.[name] && units[name] !== "1" ? unitText(units[name]) : "");
       return h(
         "tr",
         {},
-        h("th", { scope: "row", class: "text" }, i === 0 ? sentenceCase(words?.[effect]?.words ?? effect) : ""),
+        h("th", { scope: "row", class: "text" }, i === 0 ? sentenceCase(words?.[effect]?.words ?? delayWords[effect] ?? effect) : ""),
         h("td", { class: "text" }, i === 0 ? h("code", {}, effect) : ""),
         h("td", { class: "text" }, words?.[effect]?.params[name]?.words ?? "", " ", h("code", {}, name)),
-        h("td", {}, `${plain(value, 4)} ${unitOf(words, effect, name)}`),
+        h("td", {}, `${plain(value, 4)} ${unit}`),
         h("td", {}, interval ? `${plain(interval[0], 4)} to ${plain(interval[1], 4)}` : "–"),
         h("td", {}, i === 0 && confidence != null ? percent(confidence) : ""),
       );
@@ -221,7 +231,11 @@ export function rankingTable(d: Diagnosis, words: Words): HTMLElement | null {
   const most = Math.max(...ranking.map((entry) => entry.gain ?? 0), 1e-9);
   const named = new Set((d.named ?? []).map((entry) => entry.effect));
   const bar = (share: number) => h("span", { class: "bar-cell" }, h("i", { style: `width:${(100 * Math.min(Math.max(share, 0), 1)).toFixed(1)}%` }));
-  const head = ["effect", "evidence gained", "", "error with it", "predictions", "wins resampled"];
+  const real = ofRealCar(d);
+  const head = ["effect", real ? "squared error, fitted" : "evidence gained", "", "error with it", "predictions", real ? "surely helps" : "wins resampled"];
+  const gained = (gain: number | null) => (real ? `${fixed(gain === null ? gain : -100 * gain, 1)} %` : fixed(gain, 1));
+  // A candidate of real logs that was not fitted has no error of its own.
+  const tried = (entry: { held_out: number | null }) => !real || entry.held_out !== null;
   return h(
     "div",
     { class: "table-scroll", tabindex: 0, role: "region", "aria-label": "Ranking of effects" },
@@ -237,16 +251,23 @@ export function rankingTable(d: Diagnosis, words: Words): HTMLElement | null {
             "tr",
             { class: named.has(entry.effect) ? "chosen" : undefined },
             h("th", { scope: "row", class: "text effect" }, sentenceCase(words?.[entry.effect]?.words ?? ""), words?.[entry.effect] ? " " : "", h("code", {}, entry.effect)),
-            h("td", {}, fixed(entry.gain, 1)),
+            h("td", {}, gained(entry.gain)),
             h("td", { class: "wide" }, bar((entry.gain ?? 0) / most)),
-            h("td", {}, `${fixed(entry.held_out, (entry.held_out ?? 1) < 0.1 ? 3 : 2)} σ`),
-            h("td", {}, rolloutText(entry.rollout)),
-            h("td", {}, percent(entry.selected_fraction)),
+            h("td", {}, tried(entry) ? `${fixed(entry.held_out, (entry.held_out ?? 1) < 0.1 ? 3 : 2)} σ` : "not tried"),
+            h("td", {}, tried(entry) ? rolloutText(entry.rollout) : ""),
+            h("td", {}, tried(entry) ? percent(entry.selected_fraction) : ""),
           ),
         ),
       ),
     ),
   );
+}
+
+/** What the ranking's columns are of. */
+export function rankingNote(d: Diagnosis): string {
+  if (!ofRealCar(d)) return "Evidence over the nominal model; error on held-out data; share of resampled logs in which the effect wins.";
+  const without = d.gap?.judged == null ? "" : ` (${fixed(d.gap.judged, 2)} σ without any)`;
+  return `Each effect beside the calibrated world alone. Squared error: of the time that is fitted; to first order where the effect was not tried. Error and predictions: of the same logs' time that is not fitted${without}, also where other logs were held out.`;
 }
 
 /** Where on the track the residual is large. */

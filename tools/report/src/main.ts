@@ -2,7 +2,7 @@
 import { chartRange, refreshCharts, repaintCharts, type Chart } from "./chart";
 import { ggChart, lapChart, speedDistance, timesChart, tradeOff, tyreChart, undrawable } from "./charts";
 import { Report } from "./data";
-import { casesTable, diagnosisHead, gapCharts, healthTable, namedTable, patchBox, rankingTable, residualCharts, residualMap, seenAtTable } from "./diagnosis";
+import { casesTable, diagnosisHead, gapCharts, healthTable, namedTable, patchBox, rankingNote, rankingTable, residualCharts, residualMap, seenAtTable } from "./diagnosis";
 import { h, redraw } from "./dom";
 import { Lazy } from "./figure";
 import { bindKeys, helpCard } from "./keys";
@@ -97,7 +97,7 @@ function diagnosisSections(state: State): Section[] {
   if (extra.residual) sections.push({ id: "where", title: "Where it shows", content: part(later(() => residualMap(extra) ?? h("div"), 400), grid(residualCharts(state, extra, d), "three")) });
   if (extra.horizon || extra.traces?.length) sections.push({ id: "gap", title: "Before and after", content: grid(gapCharts(state, extra)) });
   const ranking = rankingTable(d, extra.effects);
-  if (ranking) sections.push({ id: "ranking", title: "Ranking of effects", note: "Evidence over the nominal model; error on held-out data; share of resampled logs in which the effect wins.", content: ranking });
+  if (ranking) sections.push({ id: "ranking", title: "Ranking of effects", note: rankingNote(d), content: ranking });
   const seen = seenAtTable(extra);
   if (seen) sections.push({ id: "sensitivity", title: "What would have been seen", content: seen });
   const patch = patchBox(state);

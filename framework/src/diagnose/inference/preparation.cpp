@@ -1,11 +1,13 @@
 #include "diagnose/inference/preparation.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "measured/replay.hpp"
 #include "measured/rounding.hpp"
 #include "util/numbers.hpp"
+#include "util/statistics.hpp"
 
 namespace gripline::diagnose {
 namespace {
@@ -22,11 +24,37 @@ const char* channel_unit(std::size_t c) {
   return units[c];
 }
 
-/// The standard deviation to believe of one channel: `seen` in the logs (NaN where it was not read), `stated`, or
-/// `least`.
-double believed_noise(std::size_t channel, double seen, double stated, double least, std::vector<Health>& health) {
+/// Standard deviation of white noise from eighth differences, which a quick motion enters less than the fourth ones of
+/// measured::estimate_noise; NaN where there are none.
+double noise_beside_motion(std::span<const Log> stretches, std::size_t channel) {
+  constexpr std::array<double, 9> weights = {1, -8, 28, -56, 70, -56, 28, -8, 1};
+  constexpr double gain = 12870;  // of the variance of white noise
+  std::vector<double> squares;
+  for (const Log& log : stretches)
+    for (std::size_t k = weights.size() - 1; k < log.size(); ++k) {
+      double difference = 0.0;
+      for (std::size_t back = 0; back < weights.size(); ++back)
+        difference += weights[back] * log.reading[(k - back) * channels + channel];
+      if (std::isfinite(difference)) squares.push_back(difference * difference / gain);
+    }
+  constexpr double chi_square = 0.4549;  // median of one degree of freedom
+  return std::sqrt(upper_median(squares, std::nan("")) / chi_square);
+}
+
+/// The standard deviation to believe of one channel: `seen` in the logs (NaN where it was not read), that `beside` quick
+/// motion, `stated`, or `least`.
+double believed_noise(std::size_t channel, double seen, double beside, double stated, double least,
+                      std::vector<Health>& health) {
   const std::string name = std::string("noise of ") + channel_name(channel);
   if (std::isnan(seen)) return std::max(least, stated);
+  const bool moved =
+      stated > 0.0 && seen > thresholds::noise_agrees_to * stated && beside < thresholds::noise_is_motion * seen;
+  if (moved) seen = beside;
+  if (moved && seen > thresholds::noise_agrees_from * stated && seen < thresholds::hidden_by_motion * stated) {
+    health.push_back({name, "at most " + significant(seen) + ", hidden by the car's own quick motion",
+                      "the stated " + significant(stated) + " is used", Health::Level::note});
+    return std::max(least, stated);
+  }
   if (stated > 0.0 && seen < thresholds::noise_free * stated) {
     // Simulated, or filtered: what is left is rounding, of which nothing is known.
     health.push_back({name, "none to be seen, stated " + significant(stated),
@@ -94,7 +122,7 @@ Prepared prepare(const Catalogue& catalogue, const Road& road, std::span<const m
     const double least = thresholds::least_sensor_noise * (c < 2 ? car.lf + car.lr : c == 2 ? 1.0 : car.v_ref);
     const double told = with_rounding(c, steps[c], stated[c], out.health);
     if (told > stated[c]) seen[c] = std::max(seen[c], measured::rounding_noise(steps[c]));
-    problem.sensor[c] = believed_noise(c, seen[c], told, least, out.health);
+    problem.sensor[c] = believed_noise(c, seen[c], noise_beside_motion(stretches, c), told, least, out.health);
   }
   for (Log& one : stretches) {
     Trace trace;

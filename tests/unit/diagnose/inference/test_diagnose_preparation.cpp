@@ -1,0 +1,47 @@
+#include "diagnose/inference/preparation.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "support/diagnose_rig.hpp"
+
+namespace gripline::diagnose {
+namespace {
+
+using test::DiagnoseRig;
+constexpr std::size_t yaw_rate = 5;
+
+/// What is believed of the gyroscope's noise [rad/s] in a log whose yaw rate also swings by `swing` of its standard
+/// deviations at 8 Hz, which is motion and not noise.
+Prepared prepared_log(const DiagnoseRig& rig, double noise, double swing) {
+  Channels stated{};
+  for (std::size_t c = 0; c < channels; ++c) stated[c] = rig.world().sensors.channels[c].sigma;
+  measured::LogFile file;
+  file.stretches.push_back(rig.simulate(rig.catalogue().null_model(), {.seconds = 30, .seed = 61, .noise = noise}));
+  measured::Log& log = file.stretches.front();
+  for (std::size_t k = 0; k < log.size(); ++k)
+    log.reading[k * channels + yaw_rate] += swing * stated[yaw_rate] * std::sin(50.3 * log.dt * static_cast<double>(k));
+  return prepare(rig.catalogue(), rig.road(), {&file, 1}, stated);
+}
+
+TEST(Preparation, QuickMotionIsNoNoiseOfTheSensors) {
+  const DiagnoseRig rig;
+  const double stated = rig.world().sensors.channels[yaw_rate].sigma;
+  const Prepared still = prepared_log(rig, 1.0, 0.0), quick = prepared_log(rig, 1.0, 20.0);
+  EXPECT_EQ(still.problem.sensor[yaw_rate], stated);
+  EXPECT_EQ(quick.problem.sensor[yaw_rate], stated);
+  EXPECT_TRUE(std::ranges::any_of(quick.health, [](const measured::Health& h) {
+    return h.check == "noise of yaw rate" && h.found.ends_with("hidden by the car's own quick motion");
+  }));
+}
+
+TEST(Preparation, NoiseThatIsLargerThanStatedIsBelievedBesideQuickMotionToo) {
+  const DiagnoseRig rig;
+  const double stated = rig.world().sensors.channels[yaw_rate].sigma;
+  for (const double swing : {0.0, 60.0})
+    EXPECT_NEAR(prepared_log(rig, 3.0, swing).problem.sensor[yaw_rate], 3.0 * stated, 0.3 * stated) << swing;
+}
+
+}  // namespace
+}  // namespace gripline::diagnose
