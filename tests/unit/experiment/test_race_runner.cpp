@@ -250,8 +250,9 @@ TEST_F(Runner, AnInterruptStopsCleanlyAndCanBeContinued) {
   const RaceSpec race = race_of(R"({"stacks": {"long": {}}, "world": {"duration": "20000 s"}})");
   const RaceSpec brief = race_of();
   run(brief, {{"good", 1}});
-  std::thread interrupter([] {
-    std::this_thread::sleep_for(std::chrono::milliseconds(400));
+  std::thread interrupter([&] {
+    for (int i = 0; i < 4000 && !fs::exists(file("long/.1.partial")); ++i)
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
     kill(getpid(), SIGINT);
   });
   const RunnerOutcome outcome = run(race, {{"good", 1}, {"long", 1}}, 2);

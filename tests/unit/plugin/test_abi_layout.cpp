@@ -65,7 +65,7 @@ TEST(AbiLayout, NothingThatCrossesChangesWithoutANewNumber) {
 }
 
 std::string reason(const std::string& fixture) {
-  if (!std::filesystem::exists(fixture_plugins(fixture))) return "not built";
+  if (!std::filesystem::exists(fixture_plugins(fixture) / (fixture + ".so"))) return "not built";
   const Registry registry({fixture_plugins(fixture)});
   return registry.unusable().size() == 1 ? registry.unusable()[0].reason : "usable";
 }
