@@ -84,7 +84,7 @@ TEST_F(Export, WrongRequestsAreRefused) {
   };
   EXPECT_THAT(refusal({}), HasSubstr("--mcap FILE, --csv FILE, --hdf5 FILE or --video FILE"));
   EXPECT_THAT(refusal({"--csv", folder_ / "x.csv", "--only", "elmo"}), HasSubstr("did you mean \"elm\"?"));
-  EXPECT_THAT(refusal({"--csv", folder_ / "absent" / "x.csv"}), HasSubstr("--csv"));
+  EXPECT_THAT(refusal({"--csv", out_ / "elm" / "1" / "steps.csv" / "x.csv"}), HasSubstr("--csv"));  // below a file
   EXPECT_THAT(refusal({"--video", folder_ / "x.mp4", "--size", "wide"}), HasSubstr("--size: expected WIDTHxHEIGHT"));
   EXPECT_THAT(refusal({"--video", folder_ / "x.mp4", "--fps", "many"}), HasSubstr("--fps: expected a number"));
 }
