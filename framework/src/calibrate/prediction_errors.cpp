@@ -25,9 +25,10 @@ FitLog::FitLog(const Session& s, double grid_step, std::vector<double> horizons,
     auto row = static_cast<std::size_t>(std::lower_bound(s.t.begin(), s.t.end(), wanted - 1e-9) - s.t.begin());
     if (row >= s.rows() || s.t[row] > last) break;
     if (speed == Speed::own) {
+      const double end = std::min(wanted + every - 1e-9, last);  // where the next start is due, or the last one
       std::size_t next = row;
-      while (next < s.rows() && std::isnan(s.at(next, 3))) ++next;
-      if (next < s.rows() && s.t[next] < wanted + every - 1e-9 && s.t[next] <= last) row = next;
+      while (next < s.rows() && s.t[next] <= end && std::isnan(s.at(next, 3))) ++next;
+      if (next < s.rows() && s.t[next] <= end) row = next;
     }
     if (!starts.time.empty() && s.t[row] <= starts.time.back()) continue;
     double v = s.at(row, 3);
