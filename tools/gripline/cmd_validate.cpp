@@ -1,4 +1,4 @@
-// gripline validate FILE...: reads everything, runs nothing.
+// gripline validate FILE...: reads everything, drives nothing.
 #include <iostream>
 
 #include "cli/options.hpp"

@@ -306,7 +306,7 @@ std::vector<Advice> advise(const WorldSpec& world, const Registry& registry, con
        score_candidates(vehicle.car(), candidates, forecast, half, found.params, fitted, found.weighing)) {
     const CandidateEffect& c = candidates[one.candidate];
     if (!(one.score > sure)) continue;
-    Advice would{c.id(), one.gain, one.score, c.numbers[c.tested.front()] + one.value.front(), {}};
+    Advice would{c.id(), one.gain, one.score, {}};
     for (std::size_t i = 0; i < c.tested.size(); ++i) {
       const abi::ParamDecl& p = c.entry->params()[c.tested[i]];
       would.values.push_back({p.name, p.unit, c.numbers[c.tested[i]] + one.value[i]});

@@ -52,12 +52,11 @@ struct Advice {
   std::string effect;
   double gain = 0;   // relative decrease of the squared errors
   double score = 0;  // in standard deviations over blocks
-  double value = 0;  // what its first parameter would be, inside its range
   struct Value {
     std::string name, unit;
     double value = 0;
   };
-  std::vector<Value> values;  // of all parameters that are tested, the first too
+  std::vector<Value> values;  // what its parameters that are tested would be, inside their ranges; at least one
 };
 
 struct FitResult {

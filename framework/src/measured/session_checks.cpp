@@ -94,7 +94,7 @@ Correlation turning(const std::vector<Window>& windows, double slowest) {
   return all;
 }
 
-/// A row with a place, and what was read or lies between readings there.
+/// A row with a place, a heading and vy.
 struct Sideways {
   double t, vy;
   double way = 0;  // to the left of the car, since the row before [m]
@@ -108,7 +108,7 @@ std::vector<std::vector<Sideways>> sideways_of(const Session& s) {
   double x = NAN, y = NAN, yaw = NAN;
   for (std::size_t i = 0; i < s.rows(); ++i) {
     if (!std::isfinite(s.at(i, 0) + s.at(i, 1))) continue;
-    const double heading = s.interpolate(2, s.t[i]), vy = s.interpolate(4, s.t[i]);
+    const double heading = s.at(i, 2), vy = s.at(i, 4);
     if (!std::isfinite(heading + vy)) continue;
     Sideways one{s.t[i], vy};
     if (out.empty() || s.t[i] - out.back().back().t > gap) {
@@ -149,7 +149,9 @@ double sideways_correlation(const std::vector<std::vector<Sideways>>& stretches,
   if (driven < enough) return NAN;
   const double a = read.value(), b = moved.value();
   if (!std::isfinite(a + b)) return all.value();  // the speed does not vary
-  return (all.value() - a * b) / std::sqrt((1.0 - a * a) * (1.0 - b * b));
+  constexpr double least = 1e-6;  // of the variance that the speed leaves; below it nothing is told but rounding
+  const double left = std::min(1.0 - a * a, 1.0 - b * b);
+  return left > least ? (all.value() - a * b) / std::sqrt((1.0 - a * a) * (1.0 - b * b)) : NAN;
 }
 
 /// The strongest over some spans: the shortest ones miss no quick weave, the longest ones noise of the place.
