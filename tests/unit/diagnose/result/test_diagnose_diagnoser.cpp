@@ -51,8 +51,7 @@ TEST(Diagnoser, ListsTwinsThatANoisyLogCannotTellApart) {
   EXPECT_GE(sets, 2);
 }
 
-/// A parameter that may be off by 4 % takes the first 4 % of an effect. The rest shows clearly, though the effect's own
-/// interval, in which the parameter is free again, covers zero.
+/// A parameter that may be off by 4 % takes the first 4 % of an effect. What is left shows clearly, and names it.
 TEST(Diagnoser, NamesWhatAParameterAtItsLimitLeavesOver) {
   DiagnoseRig rig;
   CaseOptions options;
