@@ -1,151 +1,51 @@
 #include "planners/time_optimal/window_solver.hpp"
 
 #include <Eigen/Cholesky>
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 
 namespace gripline::time_optimal {
 namespace {
 
-/// The constraints of an interval, all "<= 0" in typical sizes.
-enum Row : int {
-  n_most,
-  n_least,
-  mid_most,
-  mid_least,
-  delta_most,
-  delta_least,
-  rate_most,
-  rate_least,
-  xi_most,
-  xi_least,
-  v_least,
-  drive_most,
-  brake_most,
-  front_most,
-  front_least,
-  rear_most,
-  rear_least
-};
-
-/// Slip angle of a tyre's largest force [rad]; infinite where its force always grows.
-double peak_slip(const MagicFormula& tyre) {
-  return tyre.C > 1.0 ? std::tan(0.5 * std::numbers::pi / tyre.C) / tyre.B : std::numeric_limits<double>::infinity();
+/// The inverse, by elimination with row pivots: six rows are too few for a library's blocked kernels.
+Eigen::Matrix<double, 6, 6> inverse_of(Eigen::Matrix<double, 6, 6> m) {
+  constexpr int n = 6;
+  Eigen::Matrix<double, n, n> inverse = Eigen::Matrix<double, n, n>::Identity();
+  for (int k = 0; k < n; ++k) {
+    int pivot = k;
+    for (int i = k + 1; i < n; ++i)
+      if (std::abs(m(i, k)) > std::abs(m(pivot, k))) pivot = i;
+    if (pivot != k) {
+      m.row(k).swap(m.row(pivot));
+      inverse.row(k).swap(inverse.row(pivot));
+    }
+    const double per = 1.0 / m(k, k);
+    m.row(k) *= per;
+    inverse.row(k) *= per;
+    for (int i = 0; i < n; ++i) {
+      if (i == k) continue;
+      const double by = m(i, k);
+      m.row(i) -= by * m.row(k);
+      inverse.row(i) -= by * inverse.row(k);
+    }
+  }
+  return inverse;
 }
 
 }  // namespace
 
 WindowSolver::WindowSolver(const LapProblem& problem, std::size_t nodes)
-    : p_(problem), stages_(nodes + 1), dt_(nodes), dlambda_(nodes), t_(nodes) {
-  double width = 0;
-  for (std::size_t k = 0; k < p_.size(); ++k) width = std::max(width, p_.n_hi[k] - p_.n_lo[k]);
-  const double v = 0.5 * p_.top_speed, grip = p_.tyres.front.D + p_.tyres.rear.D;
-  set_car(p_.tyres, {});
-  scale_ = {width, 0.5, v, 0.3 * v, std::sqrt(grip / width), p_.car.delta_max, grip, p_.car.ddelta_max};
-}
+    : program_(problem), scale_(program_.scales()), stages_(nodes + 1), dt_(nodes), dlambda_(nodes), t_(nodes) {}
 
-void WindowSolver::set_car(const AxleTyres& tyres, const SpecificResistance& more) {
-  p_.tyres = tyres;
-  more_ = more;
-  slip_front_ = curved() ? std::min(p_.slip_max, peak_slip(tyres.front)) : p_.slip_max;
-  slip_rear_ = curved() ? std::min(p_.slip_max, peak_slip(tyres.rear)) : p_.slip_max;
-}
-
-template <class T>
-void WindowSolver::middle(const std::vector<WindowNode>& lap, std::size_t k, double share, T (&z)[V]) const {
+void WindowSolver::middle(const std::vector<WindowNode>& lap, std::size_t k, double share, double (&z)[V]) const {
   const WindowNode &here = lap[index(k)], &there = lap[index(k + 1)];
   for (int j = 0; j < V; ++j) {
     const auto i = static_cast<std::size_t>(j);
-    double value = j < S ? 0.5 * (here.z[i] + there.z[i]) : here.z[i];
+    z[j] = j < S ? 0.5 * (here.z[i] + there.z[i]) : here.z[i];
     if (share != 0.0)
-      value += share * scale_[i] * (j < S ? 0.5 * (stages_[k].dx[j] + stages_[k + 1].dx[j]) : stages_[k].du[j - S]);
-    if constexpr (std::is_same_v<T, double>)
-      z[j] = value;
-    else
-      z[j] = T::variable(value, j);
+      z[j] += share * scale_[i] * (j < S ? 0.5 * (stages_[k].dx[j] + stages_[k + 1].dx[j]) : stages_[k].du[j - S]);
   }
-}
-
-template <class T>
-LapRates<T> WindowSolver::rates(std::size_t i, const T (&z)[V]) const {
-  LapRates<T> r = lap_rates(p_.car, p_.tyres, p_.drive.coast, p_.places[i], z);
-  r.state[lap_vx] -= (more_.rolling + more_.drag * (z[lap_vx] * z[lap_vx])) * r.time;
-  return r;
-}
-
-template <class T>
-T WindowSolver::cost(std::size_t i, const T (&z)[V], const LapRates<T>& r) const {
-  const T rate = z[lap_rate] * (1.0 / scale_[lap_rate]);
-  return p_.ds[i] * r.time * (1.0 + p_.smoothness * rate * rate);
-}
-
-/// AxleSharing of both axles.
-template <class T, class Put>
-void WindowSolver::share_friction(double grip, const T& a, const LapRates<T>& r, const Put& put) const {
-  using std::atan;
-  constexpr double from_brake_to_drive = 0.5;  // [m/s2]
-  const AxleSharing& own = p_.sharing;
-  const double mean = 0.5 * (own.drive_front + own.brake_front), rise = own.drive_front - own.brake_front;
-  const T front = mean + (rise / std::numbers::pi) * atan(a * (1.0 / from_brake_to_drive));
-  const auto axle = [&](int row, const T& force, const T& share, double load, double D) {
-    const T across = force * (1.0 / D), along = share * a * (1.0 / (own.ratio * D)),
-            carried = r.load + (grip * load) * a;
-    put(row, across * across + along * along - carried * carried);
-  };
-  axle(front_least, r.front, front, own.load_front, p_.tyres.front.D);
-  axle(rear_least, r.rear, 1.0 - front, own.load_rear, p_.tyres.rear.D);
-}
-
-/// Those of drive, brakes, slips or the friction circle.
-template <class T, class Put>
-void WindowSolver::nonlinear_constraints(double grip, const T (&z)[V], const LapRates<T>& r, const Put& put) const {
-  const double unit = 1.0 / scale_[lap_a];
-  put(drive_most, unit * (z[lap_a] - apply(p_.drive.drive, z[lap_vx])));
-  put(brake_most, -unit * (z[lap_a] + apply(p_.drive.brake, z[lap_vx])));
-  const auto both_ways = [&](int row, const T& slip, double most) {
-    const T relative = slip * (1.0 / most);
-    put(row, relative * relative - 1.0);
-  };
-  if (p_.sharing.ratio > 0) {
-    both_ways(front_most, r.slip_front, slip_front_);
-    both_ways(rear_most, r.slip_rear, slip_rear_);
-    share_friction(grip, z[lap_a], r, put);
-    return;
-  }
-  put(front_most, r.slip_front - slip_front_);
-  put(front_least, -1.0 * r.slip_front - slip_front_);
-  if (p_.combined > 0) {
-    both_ways(rear_most, r.slip_rear, slip_rear_);
-    const double most = p_.tyres.front.D + p_.tyres.rear.D;
-    const T along = (p_.combined / most) * z[lap_a], across = (r.front + r.rear) * (1.0 / most);
-    put(rear_least, along * along + across * across - r.load * r.load);
-  } else {
-    put(rear_most, r.slip_rear - slip_rear_);
-    put(rear_least, -1.0 * r.slip_rear - slip_rear_);
-  }
-}
-
-/// put(row, value, variable, slope): each depends on one variable in the middle, n_most and n_least on n at the next
-/// node instead.
-template <class Put>
-void WindowSolver::linear_constraints(std::size_t i, const double (&z)[V], double n_next, const Put& put) const {
-  const std::size_t j = i + 1 < p_.size() ? i + 1 : 0;
-  const double w = scale_[lap_n], lock = p_.car.delta_max / scale_[lap_delta];
-  put(n_most, (n_next - p_.n_hi[j]) / w, -1, 1.0);
-  put(n_least, (p_.n_lo[j] - n_next) / w, -1, -1.0);
-  put(mid_most, (z[lap_n] - p_.mid_hi[i]) / w, lap_n, 1.0);
-  put(mid_least, (p_.mid_lo[i] - z[lap_n]) / w, lap_n, -1.0);
-  put(delta_most, z[lap_delta] / scale_[lap_delta] - lock, lap_delta, 1.0);
-  put(delta_least, -z[lap_delta] / scale_[lap_delta] - lock, lap_delta, -1.0);
-  put(rate_most, z[lap_rate] / scale_[lap_rate] - 1.0, lap_rate, 1.0);
-  put(rate_least, -z[lap_rate] / scale_[lap_rate] - 1.0, lap_rate, -1.0);
-  const double askew = 0.45 * std::numbers::pi;
-  put(xi_most, (z[lap_xi] - askew) / scale_[lap_xi], lap_xi, 1.0);
-  put(xi_least, (-z[lap_xi] - askew) / scale_[lap_xi], lap_xi, -1.0);
-  put(v_least, (0.05 * p_.top_speed - z[lap_vx]) / scale_[lap_vx], lap_vx, -1.0);
 }
 
 void WindowSolver::start_constraints(WindowNode& node, const Constraints& c) const {
@@ -176,63 +76,65 @@ void WindowSolver::add_constraints(const WindowNode& node, Stage& stage) const {
 }
 
 void WindowSolver::evaluate(std::vector<WindowNode>& lap, std::size_t k) {
-  using Dual = SecondOrderDual<V>;
   const std::size_t i = index(k);
   WindowNode& node = lap[i];
   Stage& stage = stages_[k];
-  Dual z[V];
+  double z[V];
   middle(lap, k, 0.0, z);
-  const LapRates<Dual> r = rates(i, z);
-  Dual lagrangian = cost(i, z, r);
-  for (int j = 0; j < V; ++j) stage.gradient[j] = lagrangian.g[j] * scale_[static_cast<std::size_t>(j)];
+  std::array<double, S> rate_weight{};
+  for (std::size_t j = 0; j < rate_weight.size(); ++j) rate_weight[j] = -node.pi[j] * problem().ds[i] / scale_[j];
+  std::array<double, curved_rows> row_weight{};
+  if (node.started) std::copy(node.lambda.begin() + first_curved_row, node.lambda.end(), row_weight.begin());
+  program_.differentiate(i, z, rate_weight, row_weight, derivatives_);
 
-  StateMatrix F;
-  InputMatrix G;
-  StateVector f;
-  for (int j = 0; j < S; ++j) {
-    const double step = p_.ds[i] / scale_[static_cast<std::size_t>(j)];
-    f[j] = step * r.state[j].v;
-    for (int m = 0; m < S; ++m) F(j, m) = step * r.state[j].g[m] * scale_[static_cast<std::size_t>(m)];
-    for (int m = S; m < V; ++m) G(j, m - S) = step * r.state[j].g[m] * scale_[static_cast<std::size_t>(m)];
-    lagrangian -= (node.pi[static_cast<std::size_t>(j)] * step) * r.state[j];
-  }
-
-  double middle_value[V];
-  for (int j = 0; j < V; ++j) middle_value[j] = z[j].v;
-  linear_constraints(i, middle_value, lap[index(k + 1)].z[lap_n], [&](int row, double value, int by, double slope) {
+  for (std::size_t m = 0; m < scale_.size(); ++m)
+    stage.gradient[static_cast<Eigen::Index>(m)] = derivatives_.cost[m] * scale_[m];
+  program_.linear_rows(i, z, lap[index(k + 1)].z[lap_n], [&](int row, double value, int by, double slope) {
     stage.c.value[static_cast<std::size_t>(row)] = value;
     if (by >= 0) stage.c.by(row, by) = slope;
   });
-  nonlinear_constraints(p_.places[i].grip, z, r, [&](int row, const Dual& c) {
-    stage.c.value[static_cast<std::size_t>(row)] = c.v;
-    for (int m = 0; m < V; ++m) stage.c.by(row, m) = c.g[m] * scale_[static_cast<std::size_t>(m)];
-    if (node.started) lagrangian += node.lambda[static_cast<std::size_t>(row)] * c;
-  });
+  for (std::size_t row = 0; row < derivatives_.row.size(); ++row) {
+    stage.c.value[row + first_curved_row] = derivatives_.row[row];
+    for (std::size_t m = 0; m < scale_.size(); ++m)
+      stage.c.by(static_cast<Eigen::Index>(row) + first_curved_row, static_cast<Eigen::Index>(m)) =
+          derivatives_.row_by[row][m] * scale_[m];
+  }
   if (!node.started) start_constraints(node, stage.c);
 
+  std::size_t entry = 0;
   for (int a = 0; a < V; ++a)
-    for (int b = 0; b <= a; ++b)
+    for (int b = 0; b <= a; ++b, ++entry)
       stage.hessian(a, b) = stage.hessian(b, a) =
-          lagrangian.h[Dual::entry(a, b)] * scale_[static_cast<std::size_t>(a)] * scale_[static_cast<std::size_t>(b)];
+          derivatives_.lagrangian_by[entry] * scale_[static_cast<std::size_t>(a)] * scale_[static_cast<std::size_t>(b)];
   add_constraints(node, stage);
-  eliminate(lap, k, F, G, f);
+  eliminate(lap, k);
 }
 
-/// (I - F / 2) x+ = (I + F / 2) x + G u - defect.
-void WindowSolver::eliminate(const std::vector<WindowNode>& lap, std::size_t k, const StateMatrix& F,
-                             const InputMatrix& G, const StateVector& f) {
+/// (I - F / 2) x+ = (I + F / 2) x + G u - defect, F and G the gradients of the step by x and by u.
+void WindowSolver::eliminate(const std::vector<WindowNode>& lap, std::size_t k) {
   Stage& stage = stages_[k];
-  const WindowNode &here = lap[index(k)], &there = lap[index(k + 1)];
+  const std::size_t at = index(k);
+  const WindowNode &here = lap[at], &there = lap[index(k + 1)];
   StateVector defect;
+  StateMatrix implicit;
+  InputMatrix G;
   for (int j = 0; j < S; ++j) {
     const auto i = static_cast<std::size_t>(j);
-    defect[j] = (there.z[i] - here.z[i]) / scale_[i] - f[j];
+    const double step = problem().ds[at] / scale_[i];
+    defect[j] = (there.z[i] - here.z[i]) / scale_[i] - step * derivatives_.rate[i];
+    for (int m = 0; m < S; ++m) {
+      const auto n = static_cast<std::size_t>(m);
+      implicit(j, m) = (j == m ? 1.0 : 0.0) - 0.5 * step * scale_[n] * derivatives_.rate_by[i][n];
+    }
+    for (int m = S; m < V; ++m) {
+      const auto n = static_cast<std::size_t>(m);
+      G(j, m - S) = step * scale_[n] * derivatives_.rate_by[i][n];
+    }
   }
-  const StateMatrix implicit = StateMatrix::Identity() - 0.5 * F;
-  stage.inverse = implicit.partialPivLu().inverse();
-  stage.A.noalias() = stage.inverse * (StateMatrix::Identity() + 0.5 * F);
-  stage.B.noalias() = stage.inverse * G;
-  stage.b.noalias() = -stage.inverse * defect;
+  stage.inverse = inverse_of(implicit);
+  stage.A = 2.0 * stage.inverse - StateMatrix::Identity();  // (I - F / 2)^-1 (I + F / 2)
+  stage.B.noalias() = stage.inverse.lazyProduct(G);
+  stage.b.noalias() = -stage.inverse.lazyProduct(defect);
 }
 
 /// The recursion; false where the program is not convex along the dynamics. `delta` is added to every second
@@ -326,18 +228,20 @@ void WindowSolver::steps_of_constraints(const std::vector<WindowNode>& lap) {
 }
 
 double WindowSolver::merit(const std::vector<WindowNode>& lap, double share) {
+  const bool curved = program_.shares_friction();
   double sum = 0, wrong = 0, barrier = 0;
   for (std::size_t k = 0; k < count_; ++k) {
+    double slacks = 1.0;  // their product: far from the ends of a double's range, and one logarithm instead of 17
     const std::size_t i = index(k);
     double z[V];
     middle(lap, k, share, z);
-    const LapRates<double> r = rates(i, z);
-    sum += cost(i, z, r);
+    const LapRates<double> r = program_.rates(i, z);
+    sum += program_.cost(i, z, r);
     const WindowNode &here = lap[i], &there = lap[index(k + 1)];
     for (int j = 0; j < S; ++j) {
       const auto m = static_cast<std::size_t>(j);
       const double rise = (there.z[m] - here.z[m]) / scale_[m] + share * (stages_[k + 1].dx[j] - stages_[k].dx[j]);
-      wrong += state_penalty_[m] * std::abs(rise - p_.ds[i] / scale_[m] * r.state[j]);
+      wrong += state_penalty_[m] * std::abs(rise - problem().ds[i] / scale_[m] * r.state[j]);
     }
     const auto add = [&](int row, double value) {
       const auto at = static_cast<std::size_t>(row);
@@ -345,15 +249,16 @@ double WindowSolver::merit(const std::vector<WindowNode>& lap, double share) {
       if (share != 0.0) {
         t = kept_positive(t, share * dt_[k][at]);
         // A slack is what its constraint leaves, where that is not much less than the step says.
-        if (curved() && -value > 0.1 * t) t = -value;
+        if (curved && -value > 0.1 * t) t = -value;
       }
       if (share != 0.0) t_[k][at] = t;
-      barrier += std::log(t);
+      slacks *= t;
       wrong += row_penalty_[at] * std::abs(value + t);
     };
     const double n_next = there.z[lap_n] + share * scale_[lap_n] * stages_[k + 1].dx[lap_n];
-    linear_constraints(i, z, n_next, [&](int row, double value, int, double) { add(row, value); });
-    nonlinear_constraints(p_.places[i].grip, z, r, add);
+    program_.linear_rows(i, z, n_next, [&](int row, double value, int, double) { add(row, value); });
+    program_.curved_rows_of(i, z, r, add);
+    barrier += std::log(slacks);
   }
   for (int j = 0; j < S; ++j) {
     const auto m = static_cast<std::size_t>(j);
@@ -441,7 +346,7 @@ WindowStep WindowSolver::iterate(std::vector<WindowNode>& lap, std::size_t first
   // Far from the dynamics, and where nothing but the dynamics is curved, the largest of all multipliers counts.
   constexpr double far = 0.05;
   const double state_most = *std::max_element(state_force.begin(), state_force.end());
-  if (!curved()) {
+  if (!program_.shares_friction()) {
     const double most = std::max(state_most, *std::max_element(row_force.begin(), row_force.end()));
     state_force.fill(most);
     row_force.fill(most);

@@ -25,17 +25,16 @@
 #include <cstddef>
 #include <vector>
 
-#include "planners/time_optimal/lap_solver.hpp"
+#include "planners/time_optimal/interval_program.hpp"
 
 namespace gripline::time_optimal {
 
 /// A node of the iterate: the lap's variables there, multipliers of the dynamics to the next node, and slack and
 /// multiplier of every constraint.
 struct WindowNode {
-  static constexpr int constraints = 17;
   std::array<double, lap_variables> z{};
   std::array<double, lap_states> pi{};
-  std::array<double, constraints> t{}, lambda{};
+  std::array<double, interval_rows> t{}, lambda{};
   bool started = false;  // slacks and multipliers are of an iterate
 };
 
@@ -54,14 +53,14 @@ class WindowSolver {
   WindowSolver(const LapProblem& problem, std::size_t nodes);
 
   /// What is believed of the car from now on. `more` is resistance beyond that of the problem's coasting curve.
-  void set_car(const AxleTyres& tyres, const SpecificResistance& more);
+  void set_car(const AxleTyres& tyres, const SpecificResistance& more) { program_.set_car(tyres, more); }
   /// Friction of the interval that begins at a node, over that of set_car().
-  void set_grip(std::size_t node, double grip) { p_.places[node].grip = grip; }
+  void set_grip(std::size_t node, double grip) { program_.set_grip(node, grip); }
   /// Plans slips up to this angle from the next set_car() on [rad].
-  void set_slip_max(double slip) { p_.slip_max = slip; }
+  void set_slip_max(double slip) { program_.set_slip_max(slip); }
   /// The largest slip angle that is planned [rad]: the problem's, and where side forces and drive share friction none
   /// beyond a tyre's peak, where it is a brake.
-  double largest_slip() const { return std::max(slip_front_, slip_rear_); }
+  double largest_slip() const { return program_.largest_slip(); }
   /// Intervals of a window of `count` that do not depend on how it is made to end.
   static std::size_t near_part(std::size_t count) { return count - count / 4; }
   /// Weights of begin and end, in seconds per squared typical size.
@@ -72,11 +71,11 @@ class WindowSolver {
   WindowStep iterate(std::vector<WindowNode>& lap, std::size_t first, std::size_t count, double mu,
                      const std::array<double, lap_variables>& begin, const std::array<double, lap_variables>& end);
 
-  const LapProblem& problem() const { return p_; }
+  const LapProblem& problem() const { return program_.problem(); }
   const std::array<double, lap_variables>& scales() const { return scale_; }
 
  private:
-  static constexpr int S = lap_states, V = lap_variables, U = V - S, C = WindowNode::constraints;
+  static constexpr int S = lap_states, V = lap_variables, U = V - S, C = interval_rows;
   using StateVector = Eigen::Matrix<double, S, 1>;
   using StateMatrix = Eigen::Matrix<double, S, S>;
   using InputMatrix = Eigen::Matrix<double, S, U>;
@@ -105,21 +104,8 @@ class WindowSolver {
     double n_stiff = 0, n_force = 0;  // of the barrier of n at its second node
   };
 
-  /// Whether side forces and drive or brakes share friction: constraints are then curved.
-  bool curved() const { return p_.combined > 0 || p_.sharing.ratio > 0; }
-  std::size_t index(std::size_t k) const { return (first_ + k) % p_.size(); }
-  template <class T>
-  void middle(const std::vector<WindowNode>& lap, std::size_t k, double share, T (&z)[V]) const;
-  template <class T>
-  LapRates<T> rates(std::size_t i, const T (&z)[V]) const;
-  template <class T>
-  T cost(std::size_t i, const T (&z)[V], const LapRates<T>& r) const;
-  template <class T, class Put>
-  void share_friction(double grip, const T& a, const LapRates<T>& r, const Put& put) const;
-  template <class T, class Put>
-  void nonlinear_constraints(double grip, const T (&z)[V], const LapRates<T>& r, const Put& put) const;
-  template <class Put>
-  void linear_constraints(std::size_t i, const double (&z)[V], double n_next, const Put& put) const;
+  std::size_t index(std::size_t k) const { return (first_ + k) % problem().size(); }
+  void middle(const std::vector<WindowNode>& lap, std::size_t k, double share, double (&z)[V]) const;
 
   void evaluate(std::vector<WindowNode>& lap, std::size_t k);
   void start_constraints(WindowNode& node, const Constraints& c) const;
@@ -130,8 +116,7 @@ class WindowSolver {
   };
   Barrier barrier(const WindowNode& node, const Stage& stage, int row) const;
   void measure_defect(const std::vector<WindowNode>& lap, WindowStep& result) const;
-  void eliminate(const std::vector<WindowNode>& lap, std::size_t k, const StateMatrix& F, const InputMatrix& G,
-                 const StateVector& rates);
+  void eliminate(const std::vector<WindowNode>& lap, std::size_t k);
   bool backward(double delta);
   void forward();
   Vector middle_step(std::size_t k) const;
@@ -141,10 +126,9 @@ class WindowSolver {
   static double kept_positive(double value, double step) { return std::max({value + step, 0.02 * value, 1e-5}); }
   void advance(std::vector<WindowNode>& lap, double share);
 
-  LapProblem p_;
-  SpecificResistance more_;
-  double slip_front_ = 0, slip_rear_ = 0;  // largest that are planned [rad]
-  std::array<double, V> scale_{};
+  IntervalProgram program_;
+  std::array<double, V> scale_;
+  IntervalDerivatives derivatives_;  // of the interval that is evaluated
   std::size_t first_ = 0, count_ = 0;
   double mu_ = 0, delta_ = 0;
   std::array<double, S> state_penalty_{};  // of violations of the dynamics and of the constraints in the merit

@@ -1,0 +1,353 @@
+#include "planners/time_optimal/interval_program.hpp"
+
+#include <algorithm>
+#include <limits>
+
+namespace gripline::time_optimal {
+namespace {
+
+constexpr int V = lap_variables, S = lap_states;
+using Value = CubicSpline::Value;  // of one variable, with two derivatives
+using Gradient = std::array<double, V>;
+
+/// Slip angle of a tyre's largest force [rad]; infinite where its force always grows.
+double peak_slip(const MagicFormula& tyre) {
+  return tyre.C > 1.0 ? std::tan(0.5 * std::numbers::pi / tyre.C) / tyre.B : std::numeric_limits<double>::infinity();
+}
+
+/// A function of x = vx, y, the lateral speed at an axle, and d, the steering angle: value, first and second derivatives.
+struct AxleFunction {
+  double f = 0, x = 0, y = 0, d = 0;
+  double xx = 0, xy = 0, yy = 0, xd = 0, yd = 0, dd = 0;
+
+  /// Adds a multiple of another's second derivatives to these.
+  void bend(double weight, const AxleFunction& by) {
+    xx += weight * by.xx;
+    xy += weight * by.xy;
+    yy += weight * by.yy;
+    xd += weight * by.xd;
+    yd += weight * by.yd;
+    dd += weight * by.dd;
+  }
+  /// The same of its square.
+  void bend_by_square(double weight, const AxleFunction& by) {
+    const double w = 2.0 * weight;
+    bend(w * by.f, by);
+    xx += w * by.x * by.x;
+    xy += w * by.x * by.y;
+    yy += w * by.y * by.y;
+    xd += w * by.x * by.d;
+    yd += w * by.y * by.d;
+    dd += w * by.d * by.d;
+  }
+};
+
+/// steered delta - atan(y / vx).
+AxleFunction slip_of(double vx, double y, double delta, double steered) {
+  const double u = 1.0 / (vx * vx + y * y), twist = 2.0 * vx * y * u * u;
+  AxleFunction s;
+  s.f = steered * delta - std::atan(y / vx);
+  s.x = y * u;
+  s.y = -vx * u;
+  s.d = steered;
+  s.xx = -twist;
+  s.xy = (vx * vx - y * y) * u * u;
+  s.yy = twist;
+  return s;
+}
+
+/// load(vx) times the tyre's force at a slip.
+AxleFunction force_of(const MagicFormula& tyre, const AxleFunction& s, const Value& load) {
+  const double q = tyre.B * s.f, rise = tyre.B / (1.0 + q * q), angle = tyre.C * std::atan(q);
+  const double sine = std::sin(angle), cosine = std::cos(angle);
+  const double f = tyre.D * sine, slope = tyre.D * tyre.C * cosine * rise;
+  const double curvature = -tyre.D * tyre.C * rise * rise * (2.0 * q * cosine + tyre.C * sine);
+  const double n = load.f, first = n * slope, second = n * curvature, more = load.slope * slope;
+  AxleFunction r;
+  r.f = n * f;
+  r.x = first * s.x + load.slope * f;
+  r.y = first * s.y;
+  r.d = first * s.d;
+  r.xx = second * s.x * s.x + first * s.xx + 2.0 * more * s.x + load.curvature * f;
+  r.xy = second * s.x * s.y + first * s.xy + more * s.y;
+  r.yy = second * s.y * s.y + first * s.yy;
+  r.xd = (second * s.x + more) * s.d;
+  r.yd = second * s.y * s.d;
+  r.dd = second * s.d * s.d;
+  return r;
+}
+
+/// relative_load() times grip, with its derivatives by vx.
+Value load_at(const LapPlace& place, double vx) {
+  if (place.plain()) return {1.0, 0.0, 0.0};
+  using Dual = SecondOrderDual<1>;
+  const Dual load = place.grip * relative_load(place, Dual::variable(vx, 0));
+  return {load.v, load.g[0], load.h[0]};
+}
+
+/// The gradient by z of a function of an axle that is `arm` in front of the centre of gravity.
+Gradient by_z(double weight, const AxleFunction& f, double arm) {
+  Gradient g{};
+  g[lap_vx] = weight * f.x;
+  g[lap_vy] = weight * f.y;
+  g[lap_omega] = weight * arm * f.y;
+  g[lap_delta] = weight * f.d;
+  return g;
+}
+
+/// A symmetric matrix by z, its lower triangle.
+struct Hessian {
+  std::array<double, SecondOrderDual<V>::entries>& h;
+  double& at(int row, int column) { return h[static_cast<std::size_t>(SecondOrderDual<V>::entry(row, column))]; }
+  void add(const AxleFunction& f, double arm) {
+    at(lap_vx, lap_vx) += f.xx;
+    at(lap_vy, lap_vx) += f.xy;
+    at(lap_vy, lap_vy) += f.yy;
+    at(lap_omega, lap_vx) += arm * f.xy;
+    at(lap_omega, lap_vy) += arm * f.yy;
+    at(lap_omega, lap_omega) += arm * arm * f.yy;
+    at(lap_delta, lap_vx) += f.xd;
+    at(lap_delta, lap_vy) += f.yd;
+    at(lap_delta, lap_omega) += arm * f.yd;
+    at(lap_delta, lap_delta) += f.dd;
+  }
+  /// weight times u v' + v u'.
+  void add_products(double weight, const Gradient& u, const Gradient& v) {
+    for (int a = 0, e = 0; a < V; ++a)
+      for (int b = 0; b <= a; ++b, ++e) {
+        const auto i = static_cast<std::size_t>(a), j = static_cast<std::size_t>(b);
+        h[static_cast<std::size_t>(e)] += weight * (u[i] * v[j] + v[i] * u[j]);
+      }
+  }
+};
+
+std::size_t curved(int row) { return static_cast<std::size_t>(row - first_curved_row); }
+
+}  // namespace
+
+struct IntervalProgram::Parts {
+  Value load;
+  AxleFunction slip_front, slip_rear, front, rear;
+  AxleFunction bent_front, bent_rear;  // their part of the weighted sum: second derivatives only
+};
+
+IntervalProgram::IntervalProgram(const LapProblem& problem) : p_(problem) {
+  double width = 0;
+  for (std::size_t k = 0; k < p_.size(); ++k) width = std::max(width, p_.n_hi[k] - p_.n_lo[k]);
+  const double v = 0.5 * p_.top_speed, grip = p_.tyres.front.D + p_.tyres.rear.D;
+  set_car(p_.tyres, {});
+  scale_ = {width, 0.5, v, 0.3 * v, std::sqrt(grip / width), p_.car.delta_max, grip, p_.car.ddelta_max};
+}
+
+void IntervalProgram::set_car(const AxleTyres& tyres, const SpecificResistance& more) {
+  p_.tyres = tyres;
+  more_ = more;
+  slip_front_ = shares_friction() ? std::min(p_.slip_max, peak_slip(tyres.front)) : p_.slip_max;
+  slip_rear_ = shares_friction() ? std::min(p_.slip_max, peak_slip(tyres.rear)) : p_.slip_max;
+}
+
+void IntervalProgram::differentiate(std::size_t i, const double (&z)[V], const std::array<double, S>& rate_weight,
+                                    const std::array<double, curved_rows>& row_weight, IntervalDerivatives& out) const {
+  const double vx = z[lap_vx], vy = z[lap_vy], omega = z[lap_omega], lf = p_.car.lf, lr = p_.car.lr;
+  Parts parts;
+  parts.load = load_at(p_.places[i], vx);
+  parts.slip_front = slip_of(vx, vy + lf * omega, z[lap_delta], 1.0);
+  parts.slip_rear = slip_of(vx, vy - lr * omega, z[lap_delta], 0.0);
+  parts.front = force_of(p_.tyres.front, parts.slip_front, parts.load);
+  parts.rear = force_of(p_.tyres.rear, parts.slip_rear, parts.load);
+  out.lagrangian_by.fill(0.0);
+  differentiate_rates(i, z, rate_weight, parts, out);
+  differentiate_rows(i, z, row_weight, parts, out);
+  Hessian h{out.lagrangian_by};
+  h.add(parts.bent_front, lf);
+  h.add(parts.bent_rear, -lr);
+}
+
+/// Cost and rates are each the time per metre times something by time; the weighted sum of these is `sum` below.
+void IntervalProgram::differentiate_rates(std::size_t i, const double (&z)[V], const std::array<double, S>& w,
+                                          Parts& parts, IntervalDerivatives& out) const {
+  const LapPlace& place = p_.places[i];
+  const AxleFunction &F = parts.front, &R = parts.rear;
+  const double vx = z[lap_vx], vy = z[lap_vy], omega = z[lap_omega], lf = p_.car.lf, lr = p_.car.lr;
+  const double sine = std::sin(z[lap_xi]), cosine = std::cos(z[lap_xi]);
+  const double s = std::sin(z[lap_delta]), c = std::cos(z[lap_delta]), turn = p_.car.m / p_.car.Iz;
+  const double along = vx * cosine - vy * sine, across = vx * sine + vy * cosine;
+
+  // The time per metre; `by_speed` is the gradient of `along`.
+  const double time = (1.0 - place.kappa * z[lap_n]) / along;
+  const Gradient by_speed{0.0, -across, cosine, -sine};
+  Gradient time_by{};
+  time_by[lap_n] = -place.kappa / along;
+  for (std::size_t m = lap_xi; m <= lap_vy; ++m) time_by[m] = -time * by_speed[m] / along;
+
+  const Value coast = p_.drive.coast.at(vx);
+  const double slope_along = place.grade == 0.0 ? 0.0 : gravity * std::sin(place.grade);
+  const double slope_across = place.bank == 0.0 ? 0.0 : gravity * std::sin(place.bank);
+  const std::array<double, S> by_time{
+      across,
+      omega,
+      z[lap_a] + coast.f - more_.rolling - more_.drag * vx * vx - F.f * s + vy * omega - slope_along,
+      R.f + F.f * c - vx * omega + slope_across,
+      (F.f * c * lf - R.f * lr) * turn,
+      z[lap_rate]};
+  std::array<Gradient, S> by{};
+  by[lap_n] = {0.0, along, sine, cosine};
+  by[lap_xi][lap_omega] = 1.0;
+  by[lap_vx] = by_z(-s, F, lf);
+  by[lap_vx][lap_vx] += coast.slope - 2.0 * more_.drag * vx;
+  by[lap_vx][lap_vy] += omega;
+  by[lap_vx][lap_omega] += vy;
+  by[lap_vx][lap_delta] -= c * F.f;
+  by[lap_vx][lap_a] = 1.0;
+  const Gradient front_across = by_z(c, F, lf), rear_across = by_z(1.0, R, -lr);
+  for (std::size_t m = lap_vx; m <= lap_delta; ++m) {
+    by[lap_vy][m] = front_across[m] + rear_across[m];
+    by[lap_omega][m] = turn * (lf * front_across[m] - lr * rear_across[m]);
+  }
+  by[lap_vy][lap_vx] -= omega;
+  by[lap_vy][lap_omega] -= vx;
+  by[lap_vy][lap_delta] -= s * F.f;
+  by[lap_omega][lap_delta] -= turn * lf * s * F.f;
+  by[lap_delta][lap_rate] = 1.0;
+
+  const double unit = 1.0 / scale_[lap_rate], smooth = p_.smoothness * unit * unit, ds = p_.ds[i];
+  const double base = ds * (1.0 + smooth * z[lap_rate] * z[lap_rate]), base_by_rate = 2.0 * ds * smooth * z[lap_rate];
+  double sum = base;
+  Gradient sum_by{};
+  sum_by[lap_rate] = base_by_rate;
+  for (std::size_t j = 0; j < w.size(); ++j) {
+    sum += w[j] * by_time[j];
+    for (std::size_t m = 0; m < sum_by.size(); ++m) {
+      out.rate_by[j][m] = by_time[j] * time_by[m] + time * by[j][m];
+      sum_by[m] += w[j] * by[j][m];
+    }
+    out.rate[j] = by_time[j] * time;
+  }
+  out.rate[lap_xi] -= place.kappa;
+  for (std::size_t m = 0; m < out.cost.size(); ++m) out.cost[m] = base * time_by[m];
+  out.cost[lap_rate] += time * base_by_rate;
+
+  Hessian h{out.lagrangian_by};
+  h.add_products(1.0, time_by, sum_by);
+  const double spread = sum / along;  // second derivatives of the time
+  for (int a = lap_xi; a <= lap_vy; ++a) {
+    const auto m = static_cast<std::size_t>(a);
+    h.at(a, lap_n) += spread * place.kappa * by_speed[m] / along;
+    for (int b = lap_xi; b <= a; ++b)
+      h.at(a, b) += 2.0 * spread * time * by_speed[m] * by_speed[static_cast<std::size_t>(b)] / along;
+  }
+  const double st = spread * time;
+  h.at(lap_xi, lap_xi) += st * along - time * w[lap_n] * across;
+  h.at(lap_vx, lap_xi) += st * sine + time * w[lap_n] * cosine;
+  h.at(lap_vy, lap_xi) += st * cosine - time * w[lap_n] * sine;
+  h.at(lap_vx, lap_vx) += time * w[lap_vx] * (coast.curvature - 2.0 * more_.drag);
+  h.at(lap_omega, lap_vx) -= time * w[lap_vy];
+  h.at(lap_omega, lap_vy) += time * w[lap_vx];
+  h.at(lap_rate, lap_rate) += 2.0 * time * ds * smooth;
+  // The front force counts by a share that turns with the steering angle.
+  const double push = w[lap_vy] + w[lap_omega] * turn * lf;
+  const double share = push * c - w[lap_vx] * s, share_by = -push * s - w[lap_vx] * c;
+  parts.bent_front.bend(time * share, F);
+  parts.bent_front.xd += time * share_by * F.x;
+  parts.bent_front.yd += time * share_by * F.y;
+  parts.bent_front.dd += time * (2.0 * share_by * F.d - share * F.f);
+  parts.bent_rear.bend(time * (w[lap_vy] - w[lap_omega] * turn * lr), R);
+}
+
+void IntervalProgram::differentiate_rows(std::size_t i, const double (&z)[V], const std::array<double, curved_rows>& w,
+                                         Parts& parts, IntervalDerivatives& out) const {
+  const double unit = 1.0 / scale_[lap_a];
+  const Value drive = p_.drive.drive.at(z[lap_vx]), brake = p_.drive.brake.at(z[lap_vx]);
+  Hessian h{out.lagrangian_by};
+  const auto of_speed = [&](int row, double sign, const Value& most) {
+    out.row[curved(row)] = unit * (sign * z[lap_a] - most.f);
+    out.row_by[curved(row)][lap_vx] = -unit * most.slope;
+    out.row_by[curved(row)][lap_a] = unit * sign;
+    h.at(lap_vx, lap_vx) -= w[curved(row)] * unit * most.curvature;
+  };
+  of_speed(drive_most, 1.0, drive);
+  of_speed(brake_most, -1.0, brake);
+  const auto one_way = [&](int row, double sign, const AxleFunction& slip, double arm, double most,
+                           AxleFunction& bent) {
+    out.row[curved(row)] = sign * slip.f - most;
+    out.row_by[curved(row)] = by_z(sign, slip, arm);
+    bent.bend(sign * w[curved(row)], slip);
+  };
+  const auto both_ways = [&](int row, const AxleFunction& slip, double arm, double most, AxleFunction& bent) {
+    const double per = 1.0 / (most * most);
+    out.row[curved(row)] = per * slip.f * slip.f - 1.0;
+    out.row_by[curved(row)] = by_z(2.0 * per * slip.f, slip, arm);
+    bent.bend_by_square(per * w[curved(row)], slip);
+  };
+  const double lf = p_.car.lf, lr = p_.car.lr;
+  if (p_.sharing.ratio > 0) {
+    both_ways(front_most, parts.slip_front, lf, slip_front_, parts.bent_front);
+    both_ways(rear_most, parts.slip_rear, -lr, slip_rear_, parts.bent_rear);
+    differentiate_sharing(i, z, w, parts, out);
+    return;
+  }
+  one_way(front_most, 1.0, parts.slip_front, lf, slip_front_, parts.bent_front);
+  one_way(front_least, -1.0, parts.slip_front, lf, slip_front_, parts.bent_front);
+  if (p_.combined > 0) {
+    both_ways(rear_most, parts.slip_rear, -lr, slip_rear_, parts.bent_rear);
+    differentiate_circle(z, w, parts, out);
+  } else {
+    one_way(rear_most, 1.0, parts.slip_rear, -lr, slip_rear_, parts.bent_rear);
+    one_way(rear_least, -1.0, parts.slip_rear, -lr, slip_rear_, parts.bent_rear);
+  }
+}
+
+/// (combined a)^2 + (Ff + Fr)^2 <= (N (Df + Dr))^2, over (Df + Dr)^2.
+void IntervalProgram::differentiate_circle(const double (&z)[V], const std::array<double, curved_rows>& w, Parts& parts,
+                                           IntervalDerivatives& out) const {
+  const double most = p_.tyres.front.D + p_.tyres.rear.D, per = 1.0 / (most * most), weight = w[curved(rear_least)];
+  const double along = p_.combined * z[lap_a], across = parts.front.f + parts.rear.f;
+  Gradient across_by = by_z(1.0, parts.front, p_.car.lf);
+  const Gradient rear_by = by_z(1.0, parts.rear, -p_.car.lr);
+  for (std::size_t m = 0; m < across_by.size(); ++m) across_by[m] += rear_by[m];
+  const Value& load = parts.load;
+  Gradient& by = out.row_by[curved(rear_least)];
+  out.row[curved(rear_least)] = per * (along * along + across * across) - load.f * load.f;
+  for (std::size_t m = 0; m < by.size(); ++m) by[m] = 2.0 * per * across * across_by[m];
+  by[lap_vx] -= 2.0 * load.f * load.slope;
+  by[lap_a] += 2.0 * per * p_.combined * along;
+  Hessian h{out.lagrangian_by};
+  h.add_products(weight * per, across_by, across_by);
+  h.at(lap_vx, lap_vx) -= 2.0 * weight * (load.slope * load.slope + load.f * load.curvature);
+  h.at(lap_a, lap_a) += 2.0 * weight * per * p_.combined * p_.combined;
+  parts.bent_front.bend(2.0 * weight * per * across, parts.front);
+  parts.bent_rear.bend(2.0 * weight * per * across, parts.rear);
+}
+
+/// (F / D)^2 + (share a / (ratio D))^2 <= (N + load a)^2 of both axles.
+void IntervalProgram::differentiate_sharing(std::size_t i, const double (&z)[V],
+                                            const std::array<double, curved_rows>& w, Parts& parts,
+                                            IntervalDerivatives& out) const {
+  const AxleSharing& own = p_.sharing;
+  const double a = z[lap_a], mean = 0.5 * (own.drive_front + own.brake_front);
+  const double rise = (own.drive_front - own.brake_front) / std::numbers::pi, per = 1.0 / from_brake_to_drive;
+  const double fall = 1.0 / (1.0 + per * per * a * a);
+  const Value front{mean + rise * std::atan(per * a), rise * per * fall,
+                    -2.0 * rise * per * per * per * a * fall * fall};
+  const Value rear{1.0 - front.f, -front.slope, -front.curvature};
+  Hessian h{out.lagrangian_by};
+  const auto axle = [&](int row, const AxleFunction& force, double arm, const Value& share, double load, double D,
+                        AxleFunction& bent) {
+    const double weight = w[curved(row)], across = 1.0 / (D * D), unit = 1.0 / (own.ratio * D);
+    const double along = unit * share.f * a, slope = unit * (share.f + share.slope * a);
+    const double curvature = unit * (2.0 * share.slope + share.curvature * a);
+    const double rises = p_.places[i].grip * load, carried = parts.load.f + rises * a;
+    out.row[curved(row)] = across * force.f * force.f + along * along - carried * carried;
+    Gradient& by = out.row_by[curved(row)] = by_z(2.0 * across * force.f, force, arm);
+    by[lap_vx] -= 2.0 * carried * parts.load.slope;
+    by[lap_a] = 2.0 * (along * slope - carried * rises);
+    bent.bend_by_square(weight * across, force);
+    h.at(lap_vx, lap_vx) -= 2.0 * weight * (parts.load.slope * parts.load.slope + carried * parts.load.curvature);
+    h.at(lap_a, lap_vx) -= 2.0 * weight * rises * parts.load.slope;
+    h.at(lap_a, lap_a) += 2.0 * weight * (slope * slope + along * curvature - rises * rises);
+  };
+  axle(front_least, parts.front, p_.car.lf, front, own.load_front, p_.tyres.front.D, parts.bent_front);
+  axle(rear_least, parts.rear, -p_.car.lr, rear, own.load_rear, p_.tyres.rear.D, parts.bent_rear);
+}
+
+}  // namespace gripline::time_optimal

@@ -1,0 +1,185 @@
+// What a window asks of one interval of a lap (window_solver.hpp) at z = ((x_k + x_k+1) / 2, u_k): cost, rates of the
+// states and constraints, for a car that changes as it is learned, and their first and second derivatives.
+//
+// Values are templates, so that they can be differentiated automatically. Derivatives are written out: an interval's
+// functions depend on two axles, each of which depends on three numbers (speed forward, lateral speed at the axle,
+// steering angle), and on the time per metre; by hand, they cost a tenth of second-order numbers with eight directions.
+// The tests hold the two against each other.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <numbers>
+
+#include "planners/time_optimal/lap_solver.hpp"
+
+namespace gripline::time_optimal {
+
+/// The constraints of an interval, all "<= 0" in typical sizes. The linear ones come first.
+enum IntervalRow : int {
+  n_most,
+  n_least,
+  mid_most,
+  mid_least,
+  delta_most,
+  delta_least,
+  rate_most,
+  rate_least,
+  xi_most,
+  xi_least,
+  v_least,
+  drive_most,
+  brake_most,
+  front_most,
+  front_least,
+  rear_most,
+  rear_least,
+  interval_rows
+};
+inline constexpr int first_curved_row = drive_most, curved_rows = interval_rows - first_curved_row;
+
+/// All by z in its own units (SI).
+struct IntervalDerivatives {
+  static constexpr int V = lap_variables;
+  std::array<double, V> cost{};                             // gradient
+  std::array<double, lap_states> rate{};                    // d(state)/ds
+  std::array<std::array<double, V>, lap_states> rate_by{};  // their gradients
+  std::array<double, curved_rows> row{};                    // constraints from drive_most on
+  std::array<std::array<double, V>, curved_rows> row_by{};  // their gradients
+  std::array<double, SecondOrderDual<V>::entries>
+      lagrangian_by{};  // Hessian of the weighted sum, lower triangle by rows
+};
+
+class IntervalProgram {
+ public:
+  explicit IntervalProgram(const LapProblem& problem);
+
+  /// What is believed of the car from now on. `more` is resistance beyond that of the problem's coasting curve.
+  void set_car(const AxleTyres& tyres, const SpecificResistance& more);
+  void set_grip(std::size_t node, double grip) { p_.places[node].grip = grip; }
+  /// From the next set_car() on [rad].
+  void set_slip_max(double slip) { p_.slip_max = slip; }
+  double largest_slip() const { return std::max(slip_front_, slip_rear_); }
+  /// Whether side forces and drive or brakes share friction: constraints are then curved along a step.
+  bool shares_friction() const { return p_.combined > 0 || p_.sharing.ratio > 0; }
+  const LapProblem& problem() const { return p_; }
+  /// Typical sizes of the variables.
+  const std::array<double, lap_variables>& scales() const { return scale_; }
+
+  template <class T>
+  LapRates<T> rates(std::size_t i, const T (&z)[lap_variables]) const;
+  template <class T>
+  T cost(std::size_t i, const T (&z)[lap_variables], const LapRates<T>& r) const;
+  /// put(row, value, variable, slope) for each row that is linear: it depends on one variable in the middle, n_most and
+  /// n_least on n at the next node instead (variable -1).
+  template <class Put>
+  void linear_rows(std::size_t i, const double (&z)[lap_variables], double n_next, const Put& put) const;
+  /// put(row, value) for the rows from drive_most on: drive, brakes, slips and the sharing of friction.
+  template <class T, class Put>
+  void curved_rows_of(std::size_t i, const T (&z)[lap_variables], const LapRates<T>& r, const Put& put) const;
+
+  /// Derivatives of interval i at z. The weighted sum is cost + sum_j rate_weight_j rate_j + sum_m row_weight_m row_m.
+  void differentiate(std::size_t i, const double (&z)[lap_variables], const std::array<double, lap_states>& rate_weight,
+                     const std::array<double, curved_rows>& row_weight, IntervalDerivatives& out) const;
+
+ private:
+  struct Parts;
+  void differentiate_rates(std::size_t i, const double (&z)[lap_variables],
+                           const std::array<double, lap_states>& weight, Parts& parts, IntervalDerivatives& out) const;
+  void differentiate_rows(std::size_t i, const double (&z)[lap_variables],
+                          const std::array<double, curved_rows>& weight, Parts& parts, IntervalDerivatives& out) const;
+  void differentiate_circle(const double (&z)[lap_variables], const std::array<double, curved_rows>& weight,
+                            Parts& parts, IntervalDerivatives& out) const;
+  void differentiate_sharing(std::size_t i, const double (&z)[lap_variables],
+                             const std::array<double, curved_rows>& weight, Parts& parts,
+                             IntervalDerivatives& out) const;
+  template <class T, class Put>
+  void share_friction(double grip, const T& a, const LapRates<T>& r, const Put& put) const;
+
+  static constexpr double from_brake_to_drive = 0.5;  // [m/s2] over which the front share changes
+  LapProblem p_;
+  SpecificResistance more_;
+  double slip_front_ = 0, slip_rear_ = 0;  // largest that are planned [rad]
+  std::array<double, lap_variables> scale_{};
+};
+
+template <class T>
+LapRates<T> IntervalProgram::rates(std::size_t i, const T (&z)[lap_variables]) const {
+  LapRates<T> r = lap_rates(p_.car, p_.tyres, p_.drive.coast, p_.places[i], z);
+  r.state[lap_vx] -= (more_.rolling + more_.drag * (z[lap_vx] * z[lap_vx])) * r.time;
+  return r;
+}
+
+template <class T>
+T IntervalProgram::cost(std::size_t i, const T (&z)[lap_variables], const LapRates<T>& r) const {
+  const T rate = z[lap_rate] * (1.0 / scale_[lap_rate]);
+  return p_.ds[i] * r.time * (1.0 + p_.smoothness * rate * rate);
+}
+
+/// AxleSharing of both axles.
+template <class T, class Put>
+void IntervalProgram::share_friction(double grip, const T& a, const LapRates<T>& r, const Put& put) const {
+  using std::atan;
+  const AxleSharing& own = p_.sharing;
+  const double mean = 0.5 * (own.drive_front + own.brake_front), rise = own.drive_front - own.brake_front;
+  const T front = mean + (rise / std::numbers::pi) * atan(a * (1.0 / from_brake_to_drive));
+  const auto axle = [&](int row, const T& force, const T& share, double load, double D) {
+    const T across = force * (1.0 / D), along = share * a * (1.0 / (own.ratio * D)),
+            carried = r.load + (grip * load) * a;
+    put(row, across * across + along * along - carried * carried);
+  };
+  axle(front_least, r.front, front, own.load_front, p_.tyres.front.D);
+  axle(rear_least, r.rear, 1.0 - front, own.load_rear, p_.tyres.rear.D);
+}
+
+template <class T, class Put>
+void IntervalProgram::curved_rows_of(std::size_t i, const T (&z)[lap_variables], const LapRates<T>& r,
+                                     const Put& put) const {
+  const double unit = 1.0 / scale_[lap_a];
+  put(drive_most, unit * (z[lap_a] - apply(p_.drive.drive, z[lap_vx])));
+  put(brake_most, -unit * (z[lap_a] + apply(p_.drive.brake, z[lap_vx])));
+  const auto both_ways = [&](int row, const T& slip, double most) {
+    const T relative = slip * (1.0 / most);
+    put(row, relative * relative - 1.0);
+  };
+  if (p_.sharing.ratio > 0) {
+    both_ways(front_most, r.slip_front, slip_front_);
+    both_ways(rear_most, r.slip_rear, slip_rear_);
+    share_friction(p_.places[i].grip, z[lap_a], r, put);
+    return;
+  }
+  put(front_most, r.slip_front - slip_front_);
+  put(front_least, -1.0 * r.slip_front - slip_front_);
+  if (p_.combined > 0) {
+    both_ways(rear_most, r.slip_rear, slip_rear_);
+    const double most = p_.tyres.front.D + p_.tyres.rear.D;
+    const T along = (p_.combined / most) * z[lap_a], across = (r.front + r.rear) * (1.0 / most);
+    put(rear_least, along * along + across * across - r.load * r.load);
+  } else {
+    put(rear_most, r.slip_rear - slip_rear_);
+    put(rear_least, -1.0 * r.slip_rear - slip_rear_);
+  }
+}
+
+template <class Put>
+void IntervalProgram::linear_rows(std::size_t i, const double (&z)[lap_variables], double n_next,
+                                  const Put& put) const {
+  const std::size_t j = i + 1 < p_.size() ? i + 1 : 0;
+  const double w = scale_[lap_n], lock = p_.car.delta_max / scale_[lap_delta];
+  put(n_most, (n_next - p_.n_hi[j]) / w, -1, 1.0);
+  put(n_least, (p_.n_lo[j] - n_next) / w, -1, -1.0);
+  put(mid_most, (z[lap_n] - p_.mid_hi[i]) / w, lap_n, 1.0);
+  put(mid_least, (p_.mid_lo[i] - z[lap_n]) / w, lap_n, -1.0);
+  put(delta_most, z[lap_delta] / scale_[lap_delta] - lock, lap_delta, 1.0);
+  put(delta_least, -z[lap_delta] / scale_[lap_delta] - lock, lap_delta, -1.0);
+  put(rate_most, z[lap_rate] / scale_[lap_rate] - 1.0, lap_rate, 1.0);
+  put(rate_least, -z[lap_rate] / scale_[lap_rate] - 1.0, lap_rate, -1.0);
+  constexpr double askew = 0.45 * std::numbers::pi;
+  put(xi_most, (z[lap_xi] - askew) / scale_[lap_xi], lap_xi, 1.0);
+  put(xi_least, (-z[lap_xi] - askew) / scale_[lap_xi], lap_xi, -1.0);
+  put(v_least, (0.05 * p_.top_speed - z[lap_vx]) / scale_[lap_vx], lap_vx, -1.0);
+}
+
+}  // namespace gripline::time_optimal

@@ -1,0 +1,142 @@
+#include "planners/time_optimal/interval_program.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "support/planner_support.hpp"
+
+namespace gripline {
+namespace {
+
+using namespace time_optimal;
+using namespace testing_support;
+using Dual = SecondOrderDual<lap_variables>;
+
+/// One interval of a road with everything that a place can have.
+LapProblem one_interval(const LapPlace& place) {
+  const Car car = car_1_43();
+  const double weight = 0.8 * gravity / (car.lf + car.lr);
+  return {.car = car,
+          .tyres = {{4.0, 1.35, weight * car.lr}, {5.0, 1.25, weight * car.lf}},
+          .drive = {CubicSpline(0, 4, std::vector<double>{-0.5, -0.6, -0.8, -1.2, -1.6}),
+                    CubicSpline(0, 4, std::vector<double>{7, 5.5, 4, 2.5, 1.6}),
+                    CubicSpline(0, 4, std::vector<double>{1, 1.5, 1.8, 1.9, 2})},
+          .top_speed = 4.0,
+          .slip_max = 0.5,
+          .smoothness = 0.1,
+          .places = {place},
+          .ds = {0.06},
+          .n_lo = {-0.15},
+          .n_hi = {0.12},
+          .mid_lo = {-0.15},
+          .mid_hi = {0.12}};
+}
+
+class Differences {
+ public:
+  /// Relative to the largest of what is compared.
+  template <class A, class B>
+  void compare(const std::string& what, const A& own, const B& automatic, std::size_t count) {
+    double size = 1e-3;
+    for (std::size_t m = 0; m < count; ++m) size = std::max(size, std::abs(automatic[m]));
+    for (std::size_t m = 0; m < count; ++m)
+      EXPECT_NEAR(own[m] / size, automatic[m] / size, 1e-11) << what << ", entry " << m;
+  }
+};
+
+/// The program's own derivatives at a random point, weights included, beside those of its templates.
+void expect_same_derivatives(const IntervalProgram& program, std::mt19937& draw) {
+  const auto between = [&](double lo, double hi) { return std::uniform_real_distribution(lo, hi)(draw); };
+  const double z[lap_variables] = {between(-0.1, 0.1), between(-0.5, 0.5), between(0.8, 3.5), between(-0.6, 0.6),
+                                   between(-6, 6),     between(-0.3, 0.3), between(-3, 3),    between(-3, 3)};
+  std::array<double, lap_states> rate_weight{};
+  for (double& w : rate_weight) w = between(-1, 1);
+  std::array<double, curved_rows> row_weight{};
+  for (double& w : row_weight) w = between(0, 1);
+  IntervalDerivatives own;
+  program.differentiate(0, z, rate_weight, row_weight, own);
+
+  Dual x[lap_variables];
+  for (int j = 0; j < lap_variables; ++j) x[j] = Dual::variable(z[j], j);
+  const LapRates<Dual> rates = program.rates(0, x);
+  const Dual cost = program.cost(0, x, rates);
+  Dual sum = cost;
+  Differences check;
+  check.compare("cost", own.cost, cost.g, lap_variables);
+  for (std::size_t j = 0; j < lap_states; ++j) {
+    EXPECT_NEAR(own.rate[j], rates.state[j].v, 1e-11 * (1.0 + std::abs(rates.state[j].v)));
+    check.compare("rate " + std::to_string(j), own.rate_by[j], rates.state[j].g, lap_variables);
+    sum += rate_weight[j] * rates.state[j];
+  }
+  int rows = 0;
+  program.curved_rows_of(0, x, rates, [&](int row, const Dual& value) {
+    const auto at = static_cast<std::size_t>(row - first_curved_row);
+    EXPECT_NEAR(own.row[at], value.v, 1e-11 * (1.0 + std::abs(value.v))) << "row " << row;
+    check.compare("row " + std::to_string(row), own.row_by[at], value.g, lap_variables);
+    sum += row_weight[at] * value;
+    ++rows;
+  });
+  EXPECT_EQ(rows, curved_rows);
+  check.compare("Hessian", own.lagrangian_by, sum.h, Dual::entries);
+}
+
+struct Manner {
+  std::string name;
+  double combined = 0, ellipse = 0;
+};
+
+class IntervalProgramTest : public ::testing::TestWithParam<Manner> {};
+
+TEST_P(IntervalProgramTest, DifferentiatesAsItsTemplatesDo) {
+  std::mt19937 draw(20260);
+  for (const LapPlace& place : {LapPlace{.kappa = 1.7}, LapPlace{.kappa = -2.0, .grade = 0.1, .bank = -0.06},
+                                LapPlace{.kappa = 0.4, .curve = -0.5, .grip = 0.7},
+                                LapPlace{.kappa = 0.4, .grade = -0.1, .bank = 0.2, .curve = 0.8, .grip = 0.9}}) {
+    LapProblem problem = one_interval(place);
+    problem.combined = GetParam().combined;
+    problem.sharing = {GetParam().ellipse, 0.4, 0.62, 0.02, -0.015};
+    IntervalProgram program(problem);
+    AxleTyres tyres = problem.tyres;
+    tyres.front.D *= 0.9;
+    program.set_car(tyres, {0.3, 0.04});
+    for (int i = 0; i < 50 && !HasFailure(); ++i) expect_same_derivatives(program, draw);
+  }
+}
+
+/// Where a crest takes nearly all of the load, it stays at its least and does not change with speed.
+TEST_P(IntervalProgramTest, KeepsTheLeastLoadOverACrest) {
+  LapProblem problem = one_interval({.kappa = 0.4, .curve = -30.0});
+  problem.combined = GetParam().combined;
+  problem.sharing = {GetParam().ellipse, 0.4, 0.62, 0.02, -0.015};
+  const IntervalProgram program(problem);
+  std::mt19937 draw(7);
+  for (int i = 0; i < 20 && !HasFailure(); ++i) expect_same_derivatives(program, draw);
+}
+
+INSTANTIATE_TEST_SUITE_P(Of, IntervalProgramTest,
+                         ::testing::Values(Manner{"NoSharing"}, Manner{"OneCircle", 0.9, 0.0},
+                                           Manner{"Axles", 0.0, 1.1}),
+                         [](const auto& one) { return one.param.name; });
+
+TEST(IntervalProgram, PlansNoSlipBeyondATyresPeakWhereFrictionIsShared) {
+  LapProblem problem = one_interval({});
+  problem.slip_max = 1.4;
+  problem.tyres.rear = problem.tyres.front;
+  EXPECT_DOUBLE_EQ(IntervalProgram(problem).largest_slip(), 1.4);
+  problem.combined = 0.9;
+  const double peak = IntervalProgram(problem).largest_slip();
+  EXPECT_LT(peak, 1.4);
+  const auto force = [&](double slip) { return problem.tyres.front.force(slip); };
+  EXPECT_LT(force(peak - 0.01), force(peak));
+  EXPECT_LT(force(peak + 0.01), force(peak));
+}
+
+}  // namespace
+}  // namespace gripline
