@@ -284,15 +284,12 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
 
   double deviation(Axle axle, double slip) const {
     const Eigen::Index n = params_.hidden, i = first(axle);
-    std::array<double, 400> h{};
-    tyres(axle).add(slip, 1.0, {h.data(), static_cast<std::size_t>(n)});
-    double variance = 0;
+    std::array<double, 400> values;
+    Eigen::Map<Eigen::VectorXd> h(values.data(), n);
+    (axle == Axle::front ? front_nodes_ : rear_nodes_).read(slip, h);
     const auto covariance = rls_.covariance();
-    for (Eigen::Index a = 0; a < n; ++a) {
-      double sum = 0;
-      for (Eigen::Index b = 0; b < n; ++b) sum += covariance(i + b, i + a) * h[b];
-      variance += h[a] * sum;
-    }
+    double variance = 0;
+    for (Eigen::Index a = 0; a < n; ++a) variance += h[a] * covariance.block(i, i + a, n, 1).col(0).dot(h);
     return load_[axle == Axle::front ? 0 : 1] * std::sqrt(std::max(0.0, variance));
   }
 

@@ -104,6 +104,16 @@ class TabulatedLayer {
     }
   }
 
+  /// The nodes at a slip angle, between the knots as AxleTable; nodes [nodes] is the caller's.
+  template <class Nodes>
+  void read(double slip, Nodes&& nodes) const {
+    const double position = std::clamp((slip + table_reach) / table_step, 0.0, table_knots - 1.0);
+    const auto i = std::min(static_cast<std::ptrdiff_t>(position), table_knots - 2);
+    const double w = position - static_cast<double>(i), rise = w * w * (3.0 - 2.0 * w);
+    const double bend0 = table_step * w * square(1.0 - w), bend1 = table_step * w * w * (w - 1.0);
+    nodes = (1.0 - rise) * rows_.row(i).transpose() + rise * rows_.row(i + 1).transpose() +
+            bend0 * slopes(i).transpose() + bend1 * slopes(i + 1).transpose();
+  }
   /// Slopes of the nodes at a knot.
   auto slopes(std::ptrdiff_t knot) const { return rows_.row(table_knots + knot); }
 

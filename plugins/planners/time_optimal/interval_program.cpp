@@ -224,8 +224,9 @@ void IntervalProgram::differentiate_rates(std::size_t i, const double (&z)[V], c
     out.rate[j] = by_time[j] * time;
   }
   out.rate[lap_xi] -= place.kappa;
-  for (std::size_t m = 0; m < out.cost.size(); ++m) out.cost[m] = base * time_by[m];
-  out.cost[lap_rate] += time * base_by_rate;
+  out.cost = base * time;
+  for (std::size_t m = 0; m < out.cost_by.size(); ++m) out.cost_by[m] = base * time_by[m];
+  out.cost_by[lap_rate] += time * base_by_rate;
 
   Hessian h{out.lagrangian_by};
   h.add_products(1.0, time_by, sum_by);

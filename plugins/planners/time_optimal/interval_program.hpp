@@ -40,10 +40,28 @@ enum IntervalRow : int {
 };
 inline constexpr int first_curved_row = drive_most, curved_rows = interval_rows - first_curved_row;
 
+/// A linear constraint's variable and its slope, both in typical sizes; of n_most and n_least it is n at the next node.
+struct LinearRow {
+  int variable;
+  double slope;
+};
+inline constexpr std::array<LinearRow, first_curved_row> linear_row{{{lap_n, 1.0},
+                                                                     {lap_n, -1.0},
+                                                                     {lap_n, 1.0},
+                                                                     {lap_n, -1.0},
+                                                                     {lap_delta, 1.0},
+                                                                     {lap_delta, -1.0},
+                                                                     {lap_rate, 1.0},
+                                                                     {lap_rate, -1.0},
+                                                                     {lap_xi, 1.0},
+                                                                     {lap_xi, -1.0},
+                                                                     {lap_vx, -1.0}}};
+
 /// All by z in its own units (SI).
 struct IntervalDerivatives {
   static constexpr int V = lap_variables;
-  std::array<double, V> cost{};                             // gradient
+  double cost = 0;
+  std::array<double, V> cost_by{};                          // its gradient
   std::array<double, lap_states> rate{};                    // d(state)/ds
   std::array<std::array<double, V>, lap_states> rate_by{};  // their gradients
   std::array<double, curved_rows> row{};                    // constraints from drive_most on
@@ -72,8 +90,7 @@ class IntervalProgram {
   LapRates<T> rates(std::size_t i, const T (&z)[lap_variables]) const;
   template <class T>
   T cost(std::size_t i, const T (&z)[lap_variables], const LapRates<T>& r) const;
-  /// put(row, value, variable, slope) for each row that is linear: it depends on one variable in the middle, n_most and
-  /// n_least on n at the next node instead (variable -1).
+  /// put(row, value) for each row that is linear (linear_row).
   template <class Put>
   void linear_rows(std::size_t i, const double (&z)[lap_variables], double n_next, const Put& put) const;
   /// put(row, value) for the rows from drive_most on: drive, brakes, slips and the sharing of friction.
@@ -168,18 +185,18 @@ void IntervalProgram::linear_rows(std::size_t i, const double (&z)[lap_variables
                                   const Put& put) const {
   const std::size_t j = i + 1 < p_.size() ? i + 1 : 0;
   const double w = scale_[lap_n], lock = p_.car.delta_max / scale_[lap_delta];
-  put(n_most, (n_next - p_.n_hi[j]) / w, -1, 1.0);
-  put(n_least, (p_.n_lo[j] - n_next) / w, -1, -1.0);
-  put(mid_most, (z[lap_n] - p_.mid_hi[i]) / w, lap_n, 1.0);
-  put(mid_least, (p_.mid_lo[i] - z[lap_n]) / w, lap_n, -1.0);
-  put(delta_most, z[lap_delta] / scale_[lap_delta] - lock, lap_delta, 1.0);
-  put(delta_least, -z[lap_delta] / scale_[lap_delta] - lock, lap_delta, -1.0);
-  put(rate_most, z[lap_rate] / scale_[lap_rate] - 1.0, lap_rate, 1.0);
-  put(rate_least, -z[lap_rate] / scale_[lap_rate] - 1.0, lap_rate, -1.0);
+  put(n_most, (n_next - p_.n_hi[j]) / w);
+  put(n_least, (p_.n_lo[j] - n_next) / w);
+  put(mid_most, (z[lap_n] - p_.mid_hi[i]) / w);
+  put(mid_least, (p_.mid_lo[i] - z[lap_n]) / w);
+  put(delta_most, z[lap_delta] / scale_[lap_delta] - lock);
+  put(delta_least, -z[lap_delta] / scale_[lap_delta] - lock);
+  put(rate_most, z[lap_rate] / scale_[lap_rate] - 1.0);
+  put(rate_least, -z[lap_rate] / scale_[lap_rate] - 1.0);
   constexpr double askew = 0.45 * std::numbers::pi;
-  put(xi_most, (z[lap_xi] - askew) / scale_[lap_xi], lap_xi, 1.0);
-  put(xi_least, (-z[lap_xi] - askew) / scale_[lap_xi], lap_xi, -1.0);
-  put(v_least, (0.05 * p_.top_speed - z[lap_vx]) / scale_[lap_vx], lap_vx, -1.0);
+  put(xi_most, (z[lap_xi] - askew) / scale_[lap_xi]);
+  put(xi_least, (-z[lap_xi] - askew) / scale_[lap_xi]);
+  put(v_least, (0.05 * p_.top_speed - z[lap_vx]) / scale_[lap_vx]);
 }
 
 }  // namespace gripline::time_optimal

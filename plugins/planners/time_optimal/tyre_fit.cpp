@@ -94,6 +94,8 @@ MagicFormula fit_axle(std::span<const double> slip, std::span<const double> forc
     trial[0] = std::clamp(trial[0], sum.start()[0] - 2.0, sum.start()[0] + 2.0);
     const double tried = sum.evaluate(trial, nullptr, nullptr);
     if (tried < cost) {
+      constexpr double settled = 1e-9;  // of the sum of squares
+      if (cost - tried < settled * cost) return shape_of(trial);
       p = trial;
       cost = tried;
       damping *= 0.3;

@@ -33,10 +33,29 @@ Eigen::Matrix<double, 6, 6> inverse_of(Eigen::Matrix<double, 6, 6> m) {
   return inverse;
 }
 
+/// One logarithm instead of 17: slacks are far from the ends of a double's range.
+double log_of_product(const std::array<double, interval_rows>& t) {
+  double product = 1.0;
+  for (const double one : t) product *= one;
+  return std::log(product);
+}
+
+constexpr double first_delta = 1e-4;  // curvature that is added where the program is not convex
+
 }  // namespace
 
 WindowSolver::WindowSolver(const LapProblem& problem, std::size_t nodes)
-    : program_(problem), scale_(program_.scales()), stages_(nodes + 1), dt_(nodes), dlambda_(nodes), t_(nodes) {}
+    : program_(problem), scale_(program_.scales()), stages_(nodes + 1), step_(nodes + 1), trial_t_(nodes + 1) {}
+
+void WindowSolver::set_car(const AxleTyres& tyres, const SpecificResistance& more) {
+  program_.set_car(tyres, more);
+  filter_is_old_ = true;
+}
+
+void WindowSolver::set_grip(std::size_t node, double grip) {
+  program_.set_grip(node, grip);
+  filter_is_old_ = true;
+}
 
 void WindowSolver::middle(const std::vector<WindowNode>& lap, std::size_t k, double share, double (&z)[V]) const {
   const WindowNode &here = lap[index(k)], &there = lap[index(k + 1)];
@@ -44,14 +63,23 @@ void WindowSolver::middle(const std::vector<WindowNode>& lap, std::size_t k, dou
     const auto i = static_cast<std::size_t>(j);
     z[j] = j < S ? 0.5 * (here.z[i] + there.z[i]) : here.z[i];
     if (share != 0.0)
-      z[j] += share * scale_[i] * (j < S ? 0.5 * (stages_[k].dx[j] + stages_[k + 1].dx[j]) : stages_[k].du[j - S]);
+      z[j] += share * scale_[i] * (j < S ? 0.5 * (step_[k].dx[j] + step_[k + 1].dx[j]) : step_[k].du[j - S]);
   }
 }
 
-void WindowSolver::start_constraints(WindowNode& node, const Constraints& c) const {
+/// That of a window, and what it rises to over its last quarter.
+void WindowSolver::set_barriers(double mu) {
+  const std::size_t near = near_part(count_);
+  const double rise = std::max(1.0, end_barrier / mu);
+  for (std::size_t k = 0; k < count_; ++k)
+    stages_[k].mu =
+        k < near ? mu : mu * std::pow(rise, static_cast<double>(k + 1 - near) / static_cast<double>(count_ - near));
+}
+
+void WindowSolver::start_constraints(WindowNode& node, const Stage& stage) const {
   for (std::size_t i = 0; i < node.t.size(); ++i) {
-    node.t[i] = std::max(-c.value[i], 1e-2);
-    node.lambda[i] = mu_ / node.t[i];
+    node.t[i] = std::max(-stage.c[i], 1e-2);
+    node.lambda[i] = stage.mu / node.t[i];
   }
   node.started = true;
 }
@@ -59,7 +87,7 @@ void WindowSolver::start_constraints(WindowNode& node, const Constraints& c) con
 WindowSolver::Barrier WindowSolver::barrier(const WindowNode& node, const Stage& stage, int row) const {
   const auto at = static_cast<std::size_t>(row);
   const double stiff = node.lambda[at] / node.t[at];
-  return {mu_ / node.t[at] + stiff * (stage.c.value[at] + node.t[at]), stiff};
+  return {stage.mu / node.t[at] + stiff * (stage.c[at] + node.t[at]), stiff};
 }
 
 /// The barrier of an interval, eliminated: lambda+ = mu / t + lambda / t (c + t + dc).
@@ -67,9 +95,15 @@ void WindowSolver::add_constraints(const WindowNode& node, Stage& stage) const {
   const Barrier most = barrier(node, stage, n_most), least = barrier(node, stage, n_least);
   stage.n_stiff = most.stiff + least.stiff;
   stage.n_force = most.force - least.force;
-  for (int i = mid_most; i < C; ++i) {
+  for (int i = mid_most; i < first_curved_row; ++i) {
     const Barrier one = barrier(node, stage, i);
-    const Vector by = stage.c.by.row(i).transpose();
+    const LinearRow& row = linear_row[static_cast<std::size_t>(i)];
+    stage.gradient[row.variable] += one.force * row.slope;
+    stage.hessian(row.variable, row.variable) += one.stiff;
+  }
+  for (int i = 0; i < curved_rows; ++i) {
+    const Barrier one = barrier(node, stage, first_curved_row + i);
+    const Vector by = stage.row_by.row(i).transpose();
     stage.gradient += one.force * by;
     stage.hessian.noalias() += (one.stiff * by) * by.transpose();
   }
@@ -87,41 +121,38 @@ void WindowSolver::evaluate(std::vector<WindowNode>& lap, std::size_t k) {
   if (node.started) std::copy(node.lambda.begin() + first_curved_row, node.lambda.end(), row_weight.begin());
   program_.differentiate(i, z, rate_weight, row_weight, derivatives_);
 
-  for (std::size_t m = 0; m < scale_.size(); ++m)
-    stage.gradient[static_cast<Eigen::Index>(m)] = derivatives_.cost[m] * scale_[m];
-  program_.linear_rows(i, z, lap[index(k + 1)].z[lap_n], [&](int row, double value, int by, double slope) {
-    stage.c.value[static_cast<std::size_t>(row)] = value;
-    if (by >= 0) stage.c.by(row, by) = slope;
-  });
-  for (std::size_t row = 0; row < derivatives_.row.size(); ++row) {
-    stage.c.value[row + first_curved_row] = derivatives_.row[row];
-    for (std::size_t m = 0; m < scale_.size(); ++m)
-      stage.c.by(static_cast<Eigen::Index>(row) + first_curved_row, static_cast<Eigen::Index>(m)) =
-          derivatives_.row_by[row][m] * scale_[m];
-  }
-  if (!node.started) start_constraints(node, stage.c);
-
+  stage.cost = derivatives_.cost;
+  program_.linear_rows(i, z, lap[index(k + 1)].z[lap_n],
+                       [&](int row, double value) { stage.c[static_cast<std::size_t>(row)] = value; });
+  std::copy(derivatives_.row.begin(), derivatives_.row.end(), stage.c.begin() + first_curved_row);
   std::size_t entry = 0;
-  for (int a = 0; a < V; ++a)
+  for (int a = 0; a < V; ++a) {
+    const double unit = scale_[static_cast<std::size_t>(a)];
+    stage.gradient[a] = derivatives_.cost_by[static_cast<std::size_t>(a)] * unit;
+    for (int row = 0; row < curved_rows; ++row)
+      stage.row_by(row, a) = derivatives_.row_by[static_cast<std::size_t>(row)][static_cast<std::size_t>(a)] * unit;
     for (int b = 0; b <= a; ++b, ++entry)
       stage.hessian(a, b) = stage.hessian(b, a) =
-          derivatives_.lagrangian_by[entry] * scale_[static_cast<std::size_t>(a)] * scale_[static_cast<std::size_t>(b)];
+          derivatives_.lagrangian_by[entry] * unit * scale_[static_cast<std::size_t>(b)];
+  }
+  if (!node.started) start_constraints(node, stage);
+  for (std::size_t row = 0; row < node.t.size(); ++row) node.t[row] = std::max(node.t[row], -stage.c[row]);
   add_constraints(node, stage);
   eliminate(lap, k);
 }
 
-/// (I - F / 2) x+ = (I + F / 2) x + G u - defect, F and G the gradients of the step by x and by u.
+/// (I - F / 2) x+ = (I + F / 2) x + G u - defect, F and G the gradients of the step by x and by u: A, the inverse times
+/// (I + F / 2), is 2 inverse - I.
 void WindowSolver::eliminate(const std::vector<WindowNode>& lap, std::size_t k) {
   Stage& stage = stages_[k];
   const std::size_t at = index(k);
   const WindowNode &here = lap[at], &there = lap[index(k + 1)];
-  StateVector defect;
   StateMatrix implicit;
   InputMatrix G;
   for (int j = 0; j < S; ++j) {
     const auto i = static_cast<std::size_t>(j);
     const double step = problem().ds[at] / scale_[i];
-    defect[j] = (there.z[i] - here.z[i]) / scale_[i] - step * derivatives_.rate[i];
+    stage.defect[j] = (there.z[i] - here.z[i]) / scale_[i] - step * derivatives_.rate[i];
     for (int m = 0; m < S; ++m) {
       const auto n = static_cast<std::size_t>(m);
       implicit(j, m) = (j == m ? 1.0 : 0.0) - 0.5 * step * scale_[n] * derivatives_.rate_by[i][n];
@@ -132,13 +163,12 @@ void WindowSolver::eliminate(const std::vector<WindowNode>& lap, std::size_t k) 
     }
   }
   stage.inverse = inverse_of(implicit);
-  stage.A = 2.0 * stage.inverse - StateMatrix::Identity();  // (I - F / 2)^-1 (I + F / 2)
-  stage.B.noalias() = stage.inverse.lazyProduct(G);
-  stage.b.noalias() = -stage.inverse.lazyProduct(defect);
+  stage.B.noalias() = stage.inverse * G;
+  stage.b.noalias() = -stage.inverse * stage.defect;
 }
 
 /// The recursion; false where the program is not convex along the dynamics. `delta` is added to every second
-/// derivative by an input or a state.
+/// derivative by an input or a state. Products are written in blocks of six and two, which are unrolled.
 bool WindowSolver::backward(double delta) {
   StateMatrix P = StateMatrix::Identity() * end_weight;
   StateVector q;
@@ -152,33 +182,34 @@ bool WindowSolver::backward(double delta) {
     Stage& s = stages_[k];
     stages_[k + 1].P = P;
     stages_[k + 1].q = q;
-    Matrix T = Matrix::Zero();
-    T.topLeftCorner<S, S>() = 0.5 * (StateMatrix::Identity() + s.A);
-    T.topRightCorner<S, 2>() = 0.5 * s.B;
-    T(S, S) = T(S + 1, S + 1) = 1.0;
-    Vector t = Vector::Zero();
-    t.head<S>() = 0.5 * s.b;
-    Matrix H = s.hessian;
+    const StateMatrix &M = s.inverse, A = 2.0 * M - StateMatrix::Identity();
+    const InputMatrix N = 0.5 * s.B, Hxu = s.hessian.topRightCorner<S, U>();
+    StateMatrix H = s.hessian.topLeftCorner<S, S>();
+    Eigen::Matrix2d Huu = s.hessian.bottomRightCorner<U, U>();
     H.diagonal().array() += delta;
-    const Matrix HT = H * T;
-    Matrix Y = T.transpose() * HT;
-    Vector y = T.transpose() * (s.gradient + H * t);
-    Eigen::Matrix<double, S, V> AB;
-    AB << s.A, s.B;
-    const Eigen::Matrix<double, S, V> PAB = P * AB;
-    Y.noalias() += AB.transpose() * PAB;
-    y.noalias() += AB.transpose() * (P * s.b + q);
-    const Eigen::Matrix2d Quu = Y.bottomRightCorner<2, 2>();
+    Huu.diagonal().array() += delta;
+    const StateMatrix HM = H * M, PA = P * A;
+    const InputMatrix HN = H * N + Hxu, PB = P * s.B;
+    const StateVector middle = 0.5 * s.b, along = H * middle + s.gradient.head<S>(), onward = P * s.b + q;
+    StateMatrix Qxx = M.transpose() * HM;
+    Qxx.noalias() += A.transpose() * PA;
+    InputMatrix Qxu = M.transpose() * HN;
+    Qxu.noalias() += A.transpose() * PB;
+    Eigen::Matrix2d Quu = N.transpose() * HN + Hxu.transpose() * N + Huu;
+    Quu.noalias() += s.B.transpose() * PB;
+    const StateVector qx = M.transpose() * along + A.transpose() * onward;
+    const Eigen::Vector2d qu =
+        N.transpose() * along + Hxu.transpose() * middle + s.gradient.tail<U>() + s.B.transpose() * onward;
     const double det = Quu(0, 0) * Quu(1, 1) - Quu(0, 1) * Quu(1, 0);
     if (!(Quu(0, 0) > 1e-9) || !(det > 1e-9 * Quu(0, 0) * std::max(Quu(1, 1), 1e-9))) return false;
     Eigen::Matrix2d inverse;
     inverse << Quu(1, 1), -Quu(0, 1), -Quu(1, 0), Quu(0, 0);
     inverse /= det;
-    s.K.noalias() = -inverse * Y.bottomLeftCorner<2, S>();
-    s.k.noalias() = -inverse * y.tail<2>();
-    P = Y.topLeftCorner<S, S>() + Y.topRightCorner<S, 2>() * s.K;
+    s.K.noalias() = -inverse * Qxu.transpose();
+    s.k.noalias() = -inverse * qu;
+    P = Qxx + Qxu * s.K;
     P = (0.5 * (P + P.transpose())).eval();
-    q = y.head<S>() + Y.topRightCorner<S, 2>() * s.k;
+    q = qx + Qxu * s.k;
     if (k > 0) add_node(stages_[k - 1]);
   }
   for (int j = 0; j < S; ++j) {
@@ -189,25 +220,27 @@ bool WindowSolver::backward(double delta) {
   if (factor.info() != Eigen::Success) return false;
   stages_[0].P = P;
   stages_[0].q = q;
-  stages_[0].dx = -factor.solve(q);
-  return stages_[0].dx.allFinite();
+  step_[0].dx = -factor.solve(q);
+  return step_[0].dx.allFinite();
 }
 
 WindowSolver::Vector WindowSolver::middle_step(std::size_t k) const {
   Vector step;
-  step.head<S>() = 0.5 * (stages_[k].dx + stages_[k + 1].dx);
-  step.tail<2>() = stages_[k].du;
+  step.head<S>() = 0.5 * (step_[k].dx + step_[k + 1].dx);
+  step.tail<2>() = step_[k].du;
   return step;
 }
 
 void WindowSolver::forward() {
   for (std::size_t k = 0; k < count_; ++k) {
-    Stage& s = stages_[k];
-    s.du = s.K * s.dx + s.k;
-    stages_[k + 1].dx = s.A * s.dx + s.B * s.du + s.b;
+    const Stage& s = stages_[k];
+    NodeStep& step = step_[k];
+    StateVector& next = step_[k + 1].dx;
+    step.du = s.K * step.dx + s.k;
+    next = 2.0 * (s.inverse * step.dx) - step.dx + s.B * step.du + s.b;
     const Vector along = s.hessian * middle_step(k) + s.gradient;
-    const StateVector costate = stages_[k + 1].P * stages_[k + 1].dx + stages_[k + 1].q;
-    s.pi = -s.inverse.transpose() * (costate + 0.5 * along.head<S>());
+    const StateVector costate = stages_[k + 1].P * next + stages_[k + 1].q;
+    step.pi = -s.inverse.transpose() * (costate + 0.5 * along.head<S>());
   }
 }
 
@@ -216,130 +249,34 @@ void WindowSolver::steps_of_constraints(const std::vector<WindowNode>& lap) {
   for (std::size_t k = 0; k < count_; ++k) {
     const WindowNode& node = lap[index(k)];
     const Vector step = middle_step(k);
-    const double next = stages_[k + 1].dx[lap_n];
+    const double next = step_[k + 1].dx[lap_n];
     for (int i = 0; i < C; ++i) {
       const auto at = static_cast<std::size_t>(i);
-      const double by = i == n_most ? next : i == n_least ? -next : stages_[k].c.by.row(i).dot(step);
-      const double t = node.t[at], lambda = node.lambda[at];
-      dt_[k][at] = -(stages_[k].c.value[at] + t) - by;
-      dlambda_[k][at] = mu_ / t - lambda - lambda / t * dt_[k][at];
+      double by = 0;
+      if (i >= first_curved_row)
+        by = stages_[k].row_by.row(i - first_curved_row).dot(step);
+      else
+        by = linear_row[at].slope * (i <= n_least ? next : step[linear_row[at].variable]);
+      const double t = node.t[at], lambda = node.lambda[at], dt = -(stages_[k].c[at] + t) - by;
+      step_[k].dt[at] = dt;
+      step_[k].dlambda[at] = stages_[k].mu / t - lambda - lambda / t * dt;
     }
   }
 }
 
-double WindowSolver::merit(const std::vector<WindowNode>& lap, double share) {
-  const bool curved = program_.shares_friction();
-  double sum = 0, wrong = 0, barrier = 0;
-  for (std::size_t k = 0; k < count_; ++k) {
-    double slacks = 1.0;  // their product: far from the ends of a double's range, and one logarithm instead of 17
-    const std::size_t i = index(k);
-    double z[V];
-    middle(lap, k, share, z);
-    const LapRates<double> r = program_.rates(i, z);
-    sum += program_.cost(i, z, r);
-    const WindowNode &here = lap[i], &there = lap[index(k + 1)];
-    for (int j = 0; j < S; ++j) {
-      const auto m = static_cast<std::size_t>(j);
-      const double rise = (there.z[m] - here.z[m]) / scale_[m] + share * (stages_[k + 1].dx[j] - stages_[k].dx[j]);
-      wrong += state_penalty_[m] * std::abs(rise - problem().ds[i] / scale_[m] * r.state[j]);
-    }
-    const auto add = [&](int row, double value) {
-      const auto at = static_cast<std::size_t>(row);
-      double t = here.t[at];
-      if (share != 0.0) {
-        t = kept_positive(t, share * dt_[k][at]);
-        // A slack is what its constraint leaves, where that is not much less than the step says.
-        if (curved && -value > 0.1 * t) t = -value;
-      }
-      if (share != 0.0) t_[k][at] = t;
-      slacks *= t;
-      wrong += row_penalty_[at] * std::abs(value + t);
-    };
-    const double n_next = there.z[lap_n] + share * scale_[lap_n] * stages_[k + 1].dx[lap_n];
-    program_.linear_rows(i, z, n_next, [&](int row, double value, int, double) { add(row, value); });
-    program_.curved_rows_of(i, z, r, add);
-    barrier += std::log(slacks);
-  }
-  for (int j = 0; j < S; ++j) {
-    const auto m = static_cast<std::size_t>(j);
-    const double from = begin_[m] + share * stages_[0].dx[j], to = end_[m] + share * stages_[count_].dx[j];
-    sum += 0.5 * (begin_weight * from * from + end_weight * to * to);
-  }
-  return sum - mu_ * barrier + wrong;
-}
-
-void WindowSolver::advance(std::vector<WindowNode>& lap, double share) {
-  constexpr double spread = 100.0;  // of slack times multiplier about the barrier
-  for (std::size_t k = 0; k <= count_; ++k) {
-    WindowNode& node = lap[index(k)];
-    for (int j = 0; j < S; ++j)
-      node.z[static_cast<std::size_t>(j)] += share * scale_[static_cast<std::size_t>(j)] * stages_[k].dx[j];
-    if (k == count_) break;
-    for (int j = S; j < V; ++j)
-      node.z[static_cast<std::size_t>(j)] += share * scale_[static_cast<std::size_t>(j)] * stages_[k].du[j - S];
-    for (int j = 0; j < S; ++j) {
-      double& pi = node.pi[static_cast<std::size_t>(j)];
-      pi += share * (stages_[k].pi[j] - pi);
-    }
-    for (std::size_t i = 0; i < node.t.size(); ++i) {
-      node.t[i] = t_[k][i];
-      const double central = mu_ / node.t[i];
-      node.lambda[i] = std::clamp(node.lambda[i] + share * dlambda_[k][i], central / spread, central * spread);
-    }
-  }
-}
-
-void WindowSolver::measure_defect(const std::vector<WindowNode>& lap, WindowStep& result) const {
-  const auto add = [&result](double violation) {
-    result.defect = std::isfinite(violation) ? std::max(result.defect, std::abs(violation))
-                                             : std::numeric_limits<double>::infinity();
-  };
-  for (std::size_t k = 0; k < count_; ++k) {
-    const WindowNode& node = lap[index(k)];
-    for (std::size_t i = 0; i < node.t.size(); ++i) add(stages_[k].c.value[i] + node.t[i]);
-    for (int j = 0; j < S; ++j) add(stages_[k].b[j]);
-    if (k < near_part(count_)) result.near_defect = result.defect;
-  }
-}
-
-WindowStep WindowSolver::iterate(std::vector<WindowNode>& lap, std::size_t first, std::size_t count, double mu,
-                                 const std::array<double, lap_variables>& begin,
-                                 const std::array<double, lap_variables>& end) {
-  first_ = first;
-  count_ = std::min(count, stages_.size() - 1);
-  mu_ = mu;
-  WindowStep result;
-  for (std::size_t j = 0; j < begin_.size(); ++j) {
-    begin_[j] = (lap[index(0)].z[j] - begin[j]) / scale_[j];
-    end_[j] = (lap[index(count_)].z[j] - end[j]) / scale_[j];
-  }
-  for (std::size_t k = 0; k < count_; ++k) evaluate(lap, k);
-  measure_defect(lap, result);  // also of an iterate that stays as it is
-  constexpr double first_delta = 1e-4, most = 1e6;
-  double delta = delta_ > first_delta ? delta_ / 3.0 : 0.0;
-  while (!backward(delta)) {
-    delta = delta > 0 ? 4.0 * delta : first_delta;
-    if (delta > most) {
-      delta_ = 0;
-      return result;
-    }
-  }
-  delta_ = delta;
-  forward();
-  steps_of_constraints(lap);
-
+/// Penalties of the merit follow the multipliers of this step.
+void WindowSolver::follow_penalties(const std::vector<WindowNode>& lap, WindowStep& result) {
   std::array<double, S> state_force{};
   std::array<double, C> row_force{};
   for (std::size_t k = 0; k < count_; ++k) {
     result.change = std::max(result.change, middle_step(k).lpNorm<Eigen::Infinity>());
     const WindowNode& node = lap[index(k)];
     for (std::size_t i = 0; i < node.t.size(); ++i)
-      row_force[i] = std::max(row_force[i], node.lambda[i] + dlambda_[k][i]);
+      row_force[i] = std::max(row_force[i], node.lambda[i] + step_[k].dlambda[i]);
     for (std::size_t i = 0; i < state_force.size(); ++i)
-      state_force[i] = std::max(state_force[i], std::abs(stages_[k].pi[static_cast<Eigen::Index>(i)]));
+      state_force[i] = std::max(state_force[i], std::abs(step_[k].pi[static_cast<Eigen::Index>(i)]));
     if (k < near_part(count_)) result.near_change = result.change;
   }
-  if (!std::isfinite(result.change)) return result;
   const auto follow = [](auto& penalty, const auto& force) {
     for (std::size_t i = 0; i < penalty.size(); ++i) penalty[i] = std::max(1.2 * force[i], 0.5 * penalty[i]);
   };
@@ -355,20 +292,168 @@ WindowStep WindowSolver::iterate(std::vector<WindowNode>& lap, std::size_t first
   }
   follow(state_penalty_, state_force);
   follow(row_penalty_, row_force);
-  const double before = merit(lap, 0.0);
-  double share = 1.0;
+}
+
+/// An interval's violations.
+void WindowSolver::count(Trial& trial, const StateVector& defect, const Values& c, const Values& t) const {
+  for (std::size_t j = 0; j < state_penalty_.size(); ++j) {
+    const double wrong = std::abs(defect[static_cast<Eigen::Index>(j)]);
+    trial.violation += wrong;
+    trial.penalised += state_penalty_[j] * wrong;
+  }
+  for (std::size_t i = 0; i < c.size(); ++i) {
+    const double wrong = std::abs(c[i] + t[i]);
+    trial.violation += wrong;
+    trial.penalised += row_penalty_[i] * wrong;
+  }
+}
+
+void WindowSolver::count_ends(Trial& trial, double share) const {
+  for (int j = 0; j < S; ++j) {
+    const auto m = static_cast<std::size_t>(j);
+    const double from = begin_[m] + share * step_[0].dx[j], to = end_[m] + share * step_[count_].dx[j];
+    trial.objective += 0.5 * (begin_weight * from * from + end_weight * to * to);
+  }
+}
+
+/// Of the iterate, from what evaluate() found.
+WindowSolver::Trial WindowSolver::here(const std::vector<WindowNode>& lap) const {
+  Trial trial;
+  for (std::size_t k = 0; k < count_; ++k) {
+    const Stage& stage = stages_[k];
+    const WindowNode& node = lap[index(k)];
+    trial.objective += stage.cost - stage.mu * log_of_product(node.t);
+    count(trial, stage.defect, stage.c, node.t);
+  }
+  count_ends(trial, 0.0);
+  return trial;
+}
+
+/// Of the iterate after a share of the step.
+WindowSolver::Trial WindowSolver::after(const std::vector<WindowNode>& lap, double share) {
+  const bool curved = program_.shares_friction();
+  Trial trial;
+  for (std::size_t k = 0; k < count_; ++k) {
+    const std::size_t i = index(k);
+    double z[V];
+    middle(lap, k, share, z);
+    const LapRates<double> r = program_.rates(i, z);
+    const WindowNode &node = lap[i], &there = lap[index(k + 1)];
+    StateVector defect;
+    for (int j = 0; j < S; ++j) {
+      const auto m = static_cast<std::size_t>(j);
+      const double rise = (there.z[m] - node.z[m]) / scale_[m] + share * (step_[k + 1].dx[j] - step_[k].dx[j]);
+      defect[j] = rise - problem().ds[i] / scale_[m] * r.state[j];
+    }
+    Values c;
+    const auto put = [&c](int row, double value) { c[static_cast<std::size_t>(row)] = value; };
+    program_.linear_rows(i, z, there.z[lap_n] + share * scale_[lap_n] * step_[k + 1].dx[lap_n], put);
+    program_.curved_rows_of(i, z, r, put);
+    Values& t = trial_t_[k];
+    for (std::size_t m = 0; m < t.size(); ++m) {
+      t[m] = kept_positive(node.t[m], share * step_[k].dt[m]);
+      // A slack is what its constraint leaves, where that is not much less than the step says.
+      if (curved && -c[m] > 0.1 * t[m]) t[m] = -c[m];
+    }
+    trial.objective += program_.cost(i, z, r) - stages_[k].mu * log_of_product(t);
+    count(trial, defect, c, t);
+  }
+  count_ends(trial, share);
+  return trial;
+}
+
+/// The share of the step that lowers the merit or that the filter takes, 0 where none does.
+double WindowSolver::search(const std::vector<WindowNode>& lap) {
+  constexpr double most_violation = 10.0;
   constexpr int trials = 5;
-  for (int trial = 0; trial < trials; ++trial, share *= 0.5) {
-    const double after = merit(lap, share);
-    if (std::isfinite(after) && after <= before + 1e-9 * std::abs(before)) {
-      advance(lap, share);
-      result.share = share;
-      result.good = true;
-      return result;
+  const Trial before = here(lap);
+  if (filter_is_old_) filter_.clear(std::max(most_violation, 2.0 * before.violation));
+  filter_is_old_ = false;
+  double share = 1.0;
+  for (int i = 0; i < trials; ++i, share *= 0.5) {
+    const Trial trial = after(lap, share);
+    if (trial.merit() <= before.merit() + 1e-9 * std::abs(before.merit())) return share;
+    if (filter_.take({before.violation, before.objective}, {trial.violation, trial.objective})) return share;
+  }
+  return 0.0;
+}
+
+void WindowSolver::advance(std::vector<WindowNode>& lap, double share) {
+  constexpr double spread = 100.0;  // of slack times multiplier about the barrier
+  for (std::size_t k = 0; k <= count_; ++k) {
+    WindowNode& node = lap[index(k)];
+    for (int j = 0; j < S; ++j)
+      node.z[static_cast<std::size_t>(j)] += share * scale_[static_cast<std::size_t>(j)] * step_[k].dx[j];
+    if (k == count_) break;
+    for (int j = S; j < V; ++j)
+      node.z[static_cast<std::size_t>(j)] += share * scale_[static_cast<std::size_t>(j)] * step_[k].du[j - S];
+    for (int j = 0; j < S; ++j) {
+      double& pi = node.pi[static_cast<std::size_t>(j)];
+      pi += share * (step_[k].pi[j] - pi);
+    }
+    for (std::size_t i = 0; i < node.t.size(); ++i) {
+      node.t[i] = trial_t_[k][i];
+      const double central = stages_[k].mu / node.t[i];
+      node.lambda[i] = std::clamp(node.lambda[i] + share * step_[k].dlambda[i], central / spread, central * spread);
     }
   }
-  // Where no share of the step is better, a more cautious one is looked for next time.
-  delta_ = std::clamp(10.0 * delta_, 10.0 * first_delta, 1.0);
+}
+
+void WindowSolver::measure_defect(const std::vector<WindowNode>& lap, WindowStep& result) const {
+  const auto add = [&result](double violation) {
+    result.defect = std::isfinite(violation) ? std::max(result.defect, std::abs(violation))
+                                             : std::numeric_limits<double>::infinity();
+  };
+  for (std::size_t k = 0; k < count_; ++k) {
+    const WindowNode& node = lap[index(k)];
+    for (std::size_t i = 0; i < node.t.size(); ++i) add(stages_[k].c[i] + node.t[i]);
+    for (int j = 0; j < S; ++j) add(stages_[k].b[j]);
+    if (k < near_part(count_)) result.near_defect = result.defect;
+  }
+}
+
+/// The recursion, with as much curvature added as it needs.
+bool WindowSolver::factorise() {
+  constexpr double most = 1e6;
+  double delta = delta_ > first_delta ? delta_ / 3.0 : 0.0;
+  while (!backward(delta)) {
+    delta = delta > 0 ? 4.0 * delta : first_delta;
+    if (delta > most) {
+      delta_ = 0;
+      return false;
+    }
+  }
+  delta_ = delta;
+  return true;
+}
+
+WindowStep WindowSolver::iterate(std::vector<WindowNode>& lap, std::size_t first, std::size_t count, double mu,
+                                 const std::array<double, lap_variables>& begin,
+                                 const std::array<double, lap_variables>& end) {
+  count = std::min(count, stages_.size() - 1);
+  if (first != first_ || count != count_ || mu != mu_) filter_is_old_ = true;
+  first_ = first;
+  count_ = count;
+  mu_ = mu;
+  WindowStep result;
+  for (std::size_t j = 0; j < begin_.size(); ++j) {
+    begin_[j] = (lap[index(0)].z[j] - begin[j]) / scale_[j];
+    end_[j] = (lap[index(count_)].z[j] - end[j]) / scale_[j];
+  }
+  set_barriers(mu);
+  for (std::size_t k = 0; k < count_; ++k) evaluate(lap, k);
+  measure_defect(lap, result);  // also of an iterate that stays as it is
+  if (!factorise()) return result;
+  forward();
+  steps_of_constraints(lap);
+  follow_penalties(lap, result);
+  if (!std::isfinite(result.change)) return result;
+  result.share = search(lap);
+  result.good = result.share > 0.0;
+  if (result.good)
+    advance(lap, result.share);
+  else  // where no share of the step is better, a more cautious one is looked for next time
+    delta_ = std::clamp(10.0 * delta_, 10.0 * first_delta, 1.0);
   return result;
 }
 

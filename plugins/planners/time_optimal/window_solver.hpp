@@ -11,7 +11,10 @@
 // Each slack and each multiplier is kept positive by itself, so that no single one of them makes the whole step short.
 // Where side forces and drive share friction, a slack is what its constraint leaves after the step, if that is positive,
 // and the merit function has a penalty of its own for every state's dynamics and every kind of constraint, as large as
-// their own multipliers ask for: constraints are curved there, in every interval.
+// their own multipliers ask for: constraints are curved there, in every interval. A step that does not lower the merit
+// function is taken where a filter takes it. A slack is never less than what its constraint leaves: bounds may move.
+// The barrier rises over the last quarter of a window, to `end_barrier`: what is there depends on how the window is made
+// to end, and changes less from one window to the next where it keeps away from constraints.
 // mu stays where it is once it is small, so that an iterate of a moment ago is a warm start for a part that was moved on,
 // or for other tyres.
 // Sources: Waechter, Biegler (2006), "On the implementation of an interior-point filter line-search algorithm for
@@ -26,6 +29,7 @@
 #include <vector>
 
 #include "planners/time_optimal/interval_program.hpp"
+#include "planners/time_optimal/trial_filter.hpp"
 
 namespace gripline::time_optimal {
 
@@ -53,9 +57,9 @@ class WindowSolver {
   WindowSolver(const LapProblem& problem, std::size_t nodes);
 
   /// What is believed of the car from now on. `more` is resistance beyond that of the problem's coasting curve.
-  void set_car(const AxleTyres& tyres, const SpecificResistance& more) { program_.set_car(tyres, more); }
+  void set_car(const AxleTyres& tyres, const SpecificResistance& more);
   /// Friction of the interval that begins at a node, over that of set_car().
-  void set_grip(std::size_t node, double grip) { program_.set_grip(node, grip); }
+  void set_grip(std::size_t node, double grip);
   /// Plans slips up to this angle from the next set_car() on [rad].
   void set_slip_max(double slip) { program_.set_slip_max(slip); }
   /// The largest slip angle that is planned [rad]: the problem's, and where side forces and drive share friction none
@@ -65,6 +69,7 @@ class WindowSolver {
   static std::size_t near_part(std::size_t count) { return count - count / 4; }
   /// Weights of begin and end, in seconds per squared typical size.
   static constexpr double begin_weight = 1000.0, end_weight = 100.0;
+  static constexpr double end_barrier = 2e-4;  // [s]
 
   /// One Newton step of the nodes first .. first + count (indices wrap) of `lap`, which has a node for each of the
   /// problem's. `begin` and `end` are the states near which the window begins and ends.
@@ -82,33 +87,45 @@ class WindowSolver {
   using Vector = Eigen::Matrix<double, V, 1>;
   using Matrix = Eigen::Matrix<double, V, V>;
 
-  /// Values of the constraints of one interval and their gradients by z, in typical sizes.
-  struct Constraints {
-    std::array<double, C> value{};
-    Eigen::Matrix<double, C, V> by = Eigen::Matrix<double, C, V>::Zero();
-  };
-  struct Stage {             // largest alignment first
-    Matrix hessian;          // of the Lagrangian and the barrier, by z in the middle
-    Vector gradient;         // of cost and barrier
-    StateMatrix A, inverse;  // x+ = A x + B u + b; inverse of I - F / 2
+  using Values = std::array<double, C>;  // of one interval's constraints, their slacks or their multipliers
+  using CurvedRows = Eigen::Matrix<double, curved_rows, V, Eigen::RowMajor>;
+
+  struct Stage {        // largest alignment first
+    Matrix hessian;     // of the Lagrangian and the barrier, by z in the middle
+    CurvedRows row_by;  // gradients of the constraints from first_curved_row on, in typical sizes
+    Vector gradient;    // of cost and barrier
+    // x+ = A x + B u + b, A = 2 inverse - I; (x + x+) / 2 = inverse x + B u / 2 + b / 2
+    StateMatrix inverse;
     InputMatrix B;
-    Constraints c;
+    StateVector b;
+    StateVector defect;  // of the dynamics
+    Values c;            // the constraints
     Eigen::Matrix<double, U, S> K;
     StateMatrix P;  // cost to go at its first node
     StateVector q;
-    StateVector b;
     Eigen::Matrix<double, U, 1> k;
+    double cost = 0, mu = 0;
+    double n_stiff = 0, n_force = 0;  // of the barrier of n at its second node
+  };
+  /// Of a node, in typical sizes.
+  struct NodeStep {
     StateVector dx;
     Eigen::Matrix<double, U, 1> du;
-    StateVector pi;                   // multipliers after a full step
-    double n_stiff = 0, n_force = 0;  // of the barrier of n at its second node
+    StateVector pi;  // multipliers after a full step
+    Values dt, dlambda;
+  };
+  /// What a search weighs: cost and barrier, the sum of all violations, and that with a penalty for each.
+  struct Trial {
+    double objective = 0, violation = 0, penalised = 0;
+    double merit() const { return objective + penalised; }
   };
 
   std::size_t index(std::size_t k) const { return (first_ + k) % problem().size(); }
   void middle(const std::vector<WindowNode>& lap, std::size_t k, double share, double (&z)[V]) const;
 
+  void set_barriers(double mu);
   void evaluate(std::vector<WindowNode>& lap, std::size_t k);
-  void start_constraints(WindowNode& node, const Constraints& c) const;
+  void start_constraints(WindowNode& node, const Stage& stage) const;
   void add_constraints(const WindowNode& node, Stage& stage) const;
   /// mu / t + lambda / t (c + t): the force of a constraint's barrier, and lambda / t, its stiffness.
   struct Barrier {
@@ -117,11 +134,17 @@ class WindowSolver {
   Barrier barrier(const WindowNode& node, const Stage& stage, int row) const;
   void measure_defect(const std::vector<WindowNode>& lap, WindowStep& result) const;
   void eliminate(const std::vector<WindowNode>& lap, std::size_t k);
+  bool factorise();
   bool backward(double delta);
   void forward();
   Vector middle_step(std::size_t k) const;
-  double merit(const std::vector<WindowNode>& lap, double share);
   void steps_of_constraints(const std::vector<WindowNode>& lap);
+  void follow_penalties(const std::vector<WindowNode>& lap, WindowStep& result);
+  void count(Trial& trial, const StateVector& defect, const Values& c, const Values& t) const;
+  void count_ends(Trial& trial, double share) const;
+  Trial here(const std::vector<WindowNode>& lap) const;
+  Trial after(const std::vector<WindowNode>& lap, double share);
+  double search(const std::vector<WindowNode>& lap);
   /// A slack or multiplier after a share of its step, which ends before zero.
   static double kept_positive(double value, double step) { return std::max({value + step, 0.02 * value, 1e-5}); }
   void advance(std::vector<WindowNode>& lap, double share);
@@ -134,9 +157,11 @@ class WindowSolver {
   std::array<double, S> state_penalty_{};  // of violations of the dynamics and of the constraints in the merit
   std::array<double, C> row_penalty_{};
   std::array<double, V> begin_{}, end_{};
-  std::vector<Stage> stages_;                        // one more than intervals
-  std::vector<std::array<double, C>> dt_, dlambda_;  // steps of slacks and multipliers
-  std::vector<std::array<double, C>> t_;             // slacks that merit() tried last
+  std::vector<Stage> stages_;  // one more than intervals, as all of these
+  std::vector<NodeStep> step_;
+  std::vector<Values> trial_t_;  // slacks where after() looked last
+  TrialFilter filter_;           // of this window at its barrier
+  bool filter_is_old_ = true;
 };
 
 }  // namespace gripline::time_optimal

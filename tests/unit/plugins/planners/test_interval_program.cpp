@@ -69,7 +69,8 @@ void expect_same_derivatives(const IntervalProgram& program, std::mt19937& draw)
   const Dual cost = program.cost(0, x, rates);
   Dual sum = cost;
   Differences check;
-  check.compare("cost", own.cost, cost.g, lap_variables);
+  EXPECT_NEAR(own.cost, cost.v, 1e-11 * (1.0 + std::abs(cost.v)));
+  check.compare("cost", own.cost_by, cost.g, lap_variables);
   for (std::size_t j = 0; j < lap_states; ++j) {
     EXPECT_NEAR(own.rate[j], rates.state[j].v, 1e-11 * (1.0 + std::abs(rates.state[j].v)));
     check.compare("rate " + std::to_string(j), own.rate_by[j], rates.state[j].g, lap_variables);
@@ -107,6 +108,29 @@ TEST_P(IntervalProgramTest, DifferentiatesAsItsTemplatesDo) {
     tyres.front.D *= 0.9;
     program.set_car(tyres, {0.3, 0.04});
     for (int i = 0; i < 50 && !HasFailure(); ++i) expect_same_derivatives(program, draw);
+  }
+}
+
+TEST(IntervalProgram, TheTableOfLinearRowsHasTheirSlopes) {
+  const LapProblem problem = one_interval({.kappa = 1.7});
+  const IntervalProgram program(problem);
+  const auto values = [&](int variable) {
+    double z[lap_variables] = {0.01, 0.1, 2.0, 0.1, 1.0, 0.1, 0.5, 0.4};
+    if (variable >= 0) z[variable] += program.scales()[static_cast<std::size_t>(variable)];
+    std::array<double, first_curved_row> all{};
+    const double n_next = 0.02 + (variable == -1 ? program.scales()[lap_n] : 0.0);
+    program.linear_rows(0, z, n_next, [&](int row, double value) { all[static_cast<std::size_t>(row)] = value; });
+    return all;
+  };
+  const auto at_rest = values(-2);
+  for (int variable = -1; variable < lap_variables; ++variable) {
+    const auto moved = values(variable);
+    for (std::size_t row = 0; row < moved.size(); ++row) {
+      const bool next = row <= n_least;
+      const bool depends = next ? variable == -1 : variable == linear_row[row].variable;
+      EXPECT_NEAR(moved[row] - at_rest[row], depends ? linear_row[row].slope : 0.0, 1e-12)
+          << "row " << row << ", variable " << variable;
+    }
   }
 }
 

@@ -1,0 +1,48 @@
+#include "common/learning/axle_table.hpp"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Core>
+#include <cmath>
+#include <vector>
+
+#include "common/learning/generic_tyres.hpp"
+
+namespace gripline::learning {
+namespace {
+
+constexpr int nodes = 12;
+
+GenericTyres drawn_tyres() {
+  SplitMix64 random(7);
+  return GenericTyres(nodes, {}, random);
+}
+
+TEST(TabulatedLayer, ReadsTheNodesAtAndBetweenItsKnots) {
+  const GenericTyres tyres = drawn_tyres();
+  const TabulatedLayer table(tyres);
+  for (const double slip : {-1.9, -0.33, -0.0251, 0.0, 0.01, 0.0125, 0.2, 0.777, 2.0}) {
+    std::vector<double> exact(nodes);
+    tyres.add(slip, 1.0, exact);
+    Eigen::VectorXd read(nodes);
+    table.read(slip, read);
+    for (int j = 0; j < nodes; ++j) EXPECT_NEAR(read[j], exact[static_cast<std::size_t>(j)], 2e-3) << slip;
+  }
+}
+
+// Both interpolate in the same way, so that a force and its uncertainty belong to one curve.
+TEST(TabulatedLayer, ReadsWhatTheTableOfACurveSays) {
+  const GenericTyres tyres = drawn_tyres();
+  TabulatedLayer layer(tyres);
+  Eigen::VectorXd weights(nodes), read(nodes);
+  for (int j = 0; j < nodes; ++j) weights[j] = std::cos(j);
+  AxleTable curve;
+  layer.fill(curve, weights, 3.0);
+  for (const double slip : {-2.5, -0.4, 0.013, 0.6, 1.99, 2.5}) {  // beyond the table: its end
+    layer.read(slip, read);
+    EXPECT_NEAR(3.0 * weights.dot(read), curve.at(slip).force, 1e-12) << slip;
+  }
+}
+
+}  // namespace
+}  // namespace gripline::learning
