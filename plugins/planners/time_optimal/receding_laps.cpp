@@ -131,27 +131,11 @@ void RecedingLaps::move_window(double station) {
   first_ = first;
   count_ = window_length(first);
   if (onward)
-    reach(old_end);
-  else
-    pace_ = 1.0;
+    for (std::size_t i = old_end; i != wrapped(first_ + count_ + 1); i = wrapped(i + 1)) slow_down(i);
   begin_ = kept(first);
   end_ = kept(wrapped(first + count_));
   settled_ = false;
   placed_ = true;
-}
-
-/// What a moved window reaches, from the node where it ended: kept for more friction than is believed now, or otherwise
-/// faster or slower than what ends before it turned out to be. The window was made to end at the speed that was kept at
-/// its end, `end_`, and ends at another; that share is carried on, and averaged, since it is rough.
-void RecedingLaps::reach(std::size_t old_end) {
-  constexpr double carried = 0.8, least = 0.6, most = 1.6;
-  const std::size_t stop = wrapped(first_ + count_ + 1);
-  pace_ = std::clamp(1.0 + carried * (pace_ * lap_[old_end].z[lap_vx] / end_[lap_vx] - 1.0), least, most);
-  for (std::size_t i = old_end; i != stop; i = wrapped(i + 1)) {
-    slow_down(i);
-    if (i == old_end) continue;
-    for (const int j : {lap_vx, lap_vy, lap_omega}) lap_[i].z[static_cast<std::size_t>(j)] *= pace_;
-  }
 }
 
 /// One Newton step; whether the window is settled at its barrier, which then falls.

@@ -67,7 +67,6 @@ class RecedingLaps {
   std::size_t window_length(std::size_t first) const;
   States kept(std::size_t node) const;
   bool improve();
-  void reach(std::size_t old_end);
   void slow_down(std::size_t node);
   void slow_window(double share);
   void advance_belief(const CarBelief& car, double spread);
@@ -94,7 +93,6 @@ class RecedingLaps {
   std::vector<States> first_lap_;  // what a window starts again from
   double first_mu_ = 0;            // friction that it was solved for
   States begin_{}, end_{};
-  double pace_ = 1;  // speed where windows end over what was kept there
   std::size_t first_ = 0, count_ = 0, changed_ = 0;
   double barrier_ = 0, defect_ = 0;
   int failed_ = 0;   // Newton steps one after the other that found nothing better

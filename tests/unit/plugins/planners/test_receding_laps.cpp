@@ -175,7 +175,7 @@ class RecedingLapsAfterAWrongBelief : public RecedingLapsTest {
 TEST_F(RecedingLapsAfterAWrongBelief, APlanComesBack) {
   const LapPlan right = plan_;
   for (const Wrong& one : {Wrong{"more resistance than drive", 1, 1, 1, 20, 2}, Wrong{"a push", 1, 1, 1, -20, 2},
-                           Wrong{"no front axle", 1, 0.05, 1, 0, 2}, Wrong{"tyres of jelly", 0.05, 1, 1, 0, 6},
+                           Wrong{"no front axle", 1, 0.05, 1, 0, 6}, Wrong{"tyres of jelly", 0.05, 1, 1, 0, 6},
                            Wrong{"no number", 1, 1, std::nan(""), 0, 2}, Wrong{"all of it", 0.1, 0.1, 0.02, 15, 6}}) {
     drive(3.0, wrong(one));
     for (const LapPlan::Node& node : plan_.nodes) {
