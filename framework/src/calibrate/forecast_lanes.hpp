@@ -82,7 +82,9 @@ class Lanes {
         own_dual_(n),
         own_t0_(n),
         row_(n * groups),
+        last_shown_(n),
         hint_(n, nothing) {
+    nothing_seen_.last.fill(T(nothing));
     for (auto* v : {&stage_x_, &rate_, &x_start_}) v->resize(n * channels);
     for (auto* v : {&stage_m_, &rate_m_, &m_start_}) v->resize(n * setting.memory());
     command_.resize(n);
@@ -133,9 +135,11 @@ class Lanes {
     Row<T> last;
     Row<double> last_doubt{};
   };
-  Seen see(std::size_t lane, double h);
+  const Seen& see(std::size_t lane, double h);
+  bool any_due(std::size_t lane) const;
+  std::size_t row_at(std::size_t lane, std::size_t group, double time) const;
   bool along_log(std::size_t lane) const { return known_until_[lane] <= read_until[lane]; }
-  T log_at(std::size_t channel, const T& shown) const;
+  T log_at(std::size_t lane, std::size_t channel, const T& shown) const;
   double doubt_of(std::size_t row, std::size_t channel) const {
     return s_.jumped[row] != 0 ? 1.0 / (s_.doubtful[channel] * s_.doubtful[channel]) : 0.0;
   }
@@ -176,9 +180,11 @@ class Lanes {
   std::vector<std::vector<CommandSample<double>>> own_;
   std::vector<std::vector<CommandSample<Dual8>>> own_dual_;
   std::vector<double> own_t0_;    // time of its first sample [s]
-  std::vector<std::size_t> row_;  // next row by lane and group
+  std::vector<std::size_t> row_;    // next row by lane and group
+  std::vector<double> last_shown_;  // [s] time of the last row that a lane looks at
   std::vector<double> hint_;
   double step_ = 0;  // length of the step just made [s]
+  Seen seen_, nothing_seen_;
 };
 
 extern template class Lanes<double>;

@@ -127,7 +127,7 @@ std::vector<double> least_squares(const PredictionErrors& errors, std::span<cons
   constexpr int most_steps = 8;  // tried from one set of derivatives: a step costs a thirtieth of them
   constexpr double least_damping = 1e-7;
   double damping = 1e-2;
-  cost = errors.cost(params) + prior_cost(params, unknowns);
+  cost = std::isnan(options.known) ? errors.cost(params) + prior_cost(params, unknowns) : options.known;
   if (unknowns.empty()) return params;
   int small_steps = 0;
   for (int iteration = 0; iteration < options.iterations; ++iteration) {

@@ -85,6 +85,9 @@ void StagedCar::add(const Effect& effect, std::vector<double> params, const std:
 /// Merges consecutive model stages between effects into one call each.
 void StagedCar::plan() {
   steps_.clear();
+  reading_.clear();
+  for (std::size_t i = 0; i < parts_.size(); ++i)
+    if (parts_[i].effect->stage() == Stage::reading) reading_.push_back(i);
   Stage from = Stage::command;
   for (int s = 0; s < static_cast<int>(Stage::reading); ++s) {
     const Stage stage = static_cast<Stage>(s);
@@ -211,8 +214,8 @@ void StagedCar::start_memory(const CarBatch<double>& batch, double* memory) cons
 template <class T>
 void StagedCar::read(Reading<T>* readings, std::size_t n, const Place* at,
                      const std::type_identity_t<T>* params) const {
-  for (const Part& part : parts_) {
-    if (part.effect->stage() != Stage::reading) continue;
+  for (const std::size_t i : reading_) {
+    const Part& part = parts_[i];
     Points<T> points;
     points.n = n;
     points.reading = readings;
