@@ -136,7 +136,7 @@ void Lanes<T>::rates(bool begin) {
   batch.history = history_.data();
   batch.motion_rate = rate_.data();
   batch.memory_rate = rate_m_.data();
-  s_.car.rates(batch);
+  s_.car.rates(batch, scratch_);
   if (s_.session.prescribed_speed)
     for (std::size_t i = 0; i < n; ++i) prescribe(i);
   if (begin) first_rate_ = rate_;
@@ -166,10 +166,7 @@ void Lanes<T>::prescribe(std::size_t lane) {
 }
 
 template <class T>
-void Lanes<T>::advance(double h) {
-  for (std::size_t i = 0; i < n; ++i) place(i);
-  begin_ = x;
-  step_ = h;
+int Lanes<T>::substeps_for(double h) const {
   double slowest = 1e9, lag = 0.0;
   for (std::size_t i = 0; i < n; ++i) {
     const double v = std::abs(value(x[i * channels + 3]));
@@ -179,8 +176,17 @@ void Lanes<T>::advance(double h) {
   // A lag longer than a substep is followed closely enough that one more substep does not show in what is predicted.
   const double pace = h * std::max(s_.stiff.lateral / slowest / 2.0, lag);
   constexpr double most = 12;
-  const int substeps = pace < most ? std::max(1, static_cast<int>(std::ceil(pace - 1e-9))) : static_cast<int>(most);
+  return pace < most ? std::max(1, static_cast<int>(std::ceil(pace - 1e-9))) : static_cast<int>(most);
+}
+
+template <class T>
+int Lanes<T>::advance(double h, int substeps) {
+  for (std::size_t i = 0; i < n; ++i) place(i);
+  begin_ = x;
+  step_ = h;
+  if (substeps == 0) substeps = substeps_for(h);
   const double step = h / substeps;
+  const std::size_t states = n * channels, memories = n * s_.memory();
   constexpr double node[4] = {0, 0.5, 0.5, 1}, weight[4] = {1.0 / 6, 1.0 / 3, 1.0 / 3, 1.0 / 6};
   for (int sub = 0; sub < substeps; ++sub) {
     x_start_ = x;
@@ -190,19 +196,20 @@ void Lanes<T>::advance(double h) {
         stage_x_ = x_start_;
         stage_m_ = m_start_;
       } else {
-        for (std::size_t i = 0; i < x.size(); ++i) stage_x_[i] = x_start_[i] + rate_[i] * (node[stage] * step);
-        for (std::size_t i = 0; i < memory.size(); ++i) stage_m_[i] = m_start_[i] + rate_m_[i] * (node[stage] * step);
+        for (std::size_t i = 0; i < states; ++i) stage_x_[i] = x_start_[i] + rate_[i] * (node[stage] * step);
+        for (std::size_t i = 0; i < memories; ++i) stage_m_[i] = m_start_[i] + rate_m_[i] * (node[stage] * step);
       }
       if (stage == 0 || node[stage] != node[stage - 1]) command((sub + node[stage]) * step);
       rates(sub == 0 && stage == 0);
-      for (std::size_t i = 0; i < x.size(); ++i) x[i] += rate_[i] * (weight[stage] * step);
-      for (std::size_t i = 0; i < memory.size(); ++i) memory[i] += rate_m_[i] * (weight[stage] * step);
+      for (std::size_t i = 0; i < states; ++i) x[i] += rate_[i] * (weight[stage] * step);
+      for (std::size_t i = 0; i < memories; ++i) memory[i] += rate_m_[i] * (weight[stage] * step);
     }
   }
   for (std::size_t i = 0; i < n; ++i) {
     time[i] += h;
     hold_slow(i);
   }
+  return substeps;
 }
 
 /// Tyres that roll slowly do not slip: the yaw rate cannot exceed what full lock gives, and brakes do not drive back.

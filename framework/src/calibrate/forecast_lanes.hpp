@@ -91,7 +91,7 @@ class Lanes {
     history_.resize(n);
   }
 
-  std::size_t n;
+  std::size_t n;  // those that move: the first, where it was made less
   std::vector<T> x, memory;
   /// By lane: what the last step's rows show beyond the states, times what is left of their weights; these weights; their
   /// doubts, times them.
@@ -107,8 +107,8 @@ class Lanes {
   void know(std::size_t lane, double until);
   /// To be called once x, memory and time of a lane are set: finds the next row of every channel.
   void seek(std::size_t lane);
-  /// One step of all lanes.
-  void advance(double h);
+  /// One step of all lanes, in so many substeps; 0: as many as the slowest lane needs. Returns how many.
+  int advance(double h, int substeps = 0);
   /// Lets the rows that fell into the step just made move the states.
   void correct(double h);
   /// Readings at a time inside the step just made.
@@ -119,6 +119,7 @@ class Lanes {
   }
 
  private:
+  int substeps_for(double h) const;
   void command(double elapsed);
   void rates(bool begin);
   void prescribe(std::size_t lane);
@@ -174,12 +175,13 @@ class Lanes {
   std::vector<T> begin_, first_rate_, stage_x_, rate_, x_start_, stage_m_, rate_m_, m_start_;
   std::vector<ActingCommand<T>> command_;
   std::vector<History<T>> history_;
+  StagedCar::Scratch<T> scratch_;
   std::vector<double> known_until_;  // [s] commands
   std::vector<std::size_t> known_;   // samples of both commands
   // Of predictions, where commands are read every so often; else empty. The second is left empty where T = double.
   std::vector<std::vector<CommandSample<double>>> own_;
   std::vector<std::vector<CommandSample<Dual8>>> own_dual_;
-  std::vector<double> own_t0_;    // time of its first sample [s]
+  std::vector<double> own_t0_;      // time of its first sample [s]
   std::vector<std::size_t> row_;    // next row by lane and group
   std::vector<double> last_shown_;  // [s] time of the last row that a lane looks at
   std::vector<double> hint_;
