@@ -21,9 +21,7 @@ using gripline::Point;
 using gripline::square;
 using gripline::Stage;
 using std::abs;
-using std::cos;
 using std::hypot;
-using std::sin;
 
 template <class T>
 struct Strength {
@@ -109,8 +107,7 @@ class Wind final : public gripline::AutoDiffEffect<Wind> {
   Stage stage() const noexcept override { return Stage::body; }
   template <class T>
   void act(Point<T>& p, const Params<T>& k) const {
-    const T cosine = cos(p.q.yaw);
-    const T sine = sin(p.q.yaw);
+    const auto [sine, cosine] = gripline::sine_cosine(p.q.yaw);
     const T rx = p.q.vx - (k.wx * cosine + k.wy * sine);
     const T ry = p.q.vy - (k.wy * cosine - k.wx * sine);
     p.q.ax -= p.q.drag * (rx * abs(rx) - square(p.q.vx)) / p.q.m;
@@ -132,8 +129,7 @@ class PlaneTilt final : public gripline::AutoDiffEffect<PlaneTilt> {
   Stage stage() const noexcept override { return Stage::body; }
   template <class T>
   void act(Point<T>& p, const Params<T>& k) const {
-    const T cosine = cos(p.q.yaw);
-    const T sine = sin(p.q.yaw);
+    const auto [sine, cosine] = gripline::sine_cosine(p.q.yaw);
     p.q.grade += k.tx * cosine + k.ty * sine;
     p.q.bank += k.tx * sine - k.ty * cosine;
   }

@@ -20,7 +20,6 @@ using gripline::Point;
 using gripline::square;
 using std::abs;
 using std::atan;
-using std::cos;
 using std::sin;
 
 constexpr double crawl = 0.02;  // [m/s]
@@ -96,8 +95,7 @@ class Dynamic final : public gripline::AutoDiffVehicle<Dynamic> {
   template <class T>
   void body(Point<T>& p, const Params<T>&) const {
     auto& q = p.q;
-    const T sine = sin(q.delta);
-    const T cosine = cos(q.delta);
+    const auto [sine, cosine] = gripline::sine_cosine(q.delta);
     // Against the motion: reversing cars are braked too. Full from crawling speed on, so that rest stays at rest.
     const T against = gripline::clamp_value(q.vx * (1.0 / crawl), -1.0, 1.0);
     const T resistance = against * (q.rolling + q.drag * square(q.vx));

@@ -77,6 +77,34 @@ constexpr void accumulate(double* r, const double* a) {
   for (int i = 0; i < N; ++i) r[i] += Sign * a[i];
 }
 
+/// r = a, element by element.
+template <int N>
+constexpr void copy(double* r, const double* a) {
+#if defined(__GNUC__)
+  if constexpr (N % lane_size == 0) {
+    if (!std::is_constant_evaluated()) {
+      for (int i = 0; i < N; i += lane_size) *reinterpret_cast<Lane*>(r + i) = *reinterpret_cast<const Lane*>(a + i);
+      return;
+    }
+  }
+#endif
+  for (int i = 0; i < N; ++i) r[i] = a[i];
+}
+
+/// r = 0, element by element.
+template <int N>
+constexpr void clear(double* r) {
+#if defined(__GNUC__)
+  if constexpr (N % lane_size == 0) {
+    if (!std::is_constant_evaluated()) {
+      for (int i = 0; i < N; i += lane_size) *reinterpret_cast<Lane*>(r + i) = Lane{};
+      return;
+    }
+  }
+#endif
+  for (int i = 0; i < N; ++i) r[i] = 0.0;
+}
+
 }  // namespace dual_detail
 /// \endcond
 
@@ -88,8 +116,20 @@ struct Dual {
 
   /// Zero, without derivatives.
   constexpr Dual() = default;
+  /// A copy. Written out because the compiler's own moves 16 bytes at a time from the value on: what was written as four
+  /// derivatives is then read across two writes, which a CPU cannot serve before both have reached its cache.
+  [[gnu::always_inline]] constexpr Dual(const Dual& b) : v(b.v) { dual_detail::copy<N>(d, b.d); }
+  [[gnu::always_inline]] constexpr Dual& operator=(const Dual& b) {
+    v = b.v;
+    dual_detail::copy<N>(d, b.d);
+    return *this;
+  }
   /// A constant.
-  constexpr Dual(double value) : v(value) {}  // NOLINT(google-explicit-constructor): a constant is a number too
+  [[gnu::always_inline]] constexpr Dual(
+      double value)  // NOLINT(google-explicit-constructor): a constant is a number too
+      : v(value) {
+    dual_detail::clear<N>(d);
+  }
 
   /// The variable itself: value `value`, derivative 1 along `direction`.
   static constexpr Dual variable(double value, int direction) {
@@ -186,6 +226,21 @@ constexpr Dual<N> chain(double f, double slope, const Dual<N>& x) {
 }
 /// The same for a plain number: f.
 constexpr double chain(double f, double /*slope*/, double /*x*/) { return f; }
+
+/// Sine and cosine of one angle.
+template <class T>
+struct SineCosine {
+  T sine;    ///< of it
+  T cosine;  ///< of it
+};
+/// Both of them, by one call of the mathematics library.
+inline SineCosine<double> sine_cosine(double angle) { return {std::sin(angle), std::cos(angle)}; }
+/// The same with derivatives.
+template <int N>
+SineCosine<Dual<N>> sine_cosine(const Dual<N>& angle) {
+  const double s = std::sin(angle.v), c = std::cos(angle.v);
+  return {chain(s, c, angle), chain(c, -s, angle)};
+}
 
 /// \name Functions
 ///@{

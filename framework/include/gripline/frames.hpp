@@ -1,26 +1,9 @@
 // What a measuring unit shows that sits at another point of the car, or turned against it. Rigid-body kinematics.
 #pragma once
 
-#include <cmath>
-
 #include <gripline/types.hpp>
 
 namespace gripline {
-
-/// Sine and cosine of one angle.
-template <class T>
-struct SineCosine {
-  T sine;    ///< of it
-  T cosine;  ///< of it
-};
-/// Both of them, by one call of the mathematics library.
-inline SineCosine<double> sine_cosine(double angle) { return {std::sin(angle), std::cos(angle)}; }
-/// The same with derivatives.
-template <int N>
-SineCosine<Dual<N>> sine_cosine(const Dual<N>& angle) {
-  const double s = std::sin(angle.v), c = std::cos(angle.v);
-  return {chain(s, c, angle), chain(c, -s, angle)};
-}
 
 /// The place of the point px ahead of the centre of gravity and py to its left [m].
 template <class T>

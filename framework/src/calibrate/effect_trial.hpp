@@ -1,6 +1,7 @@
 // A world with an effect more or less: tried while effects are looked for, and written in the end.
 #pragma once
 
+#include <limits>
 #include <span>
 #include <string>
 #include <vector>
@@ -35,7 +36,7 @@ struct Trial {
   std::vector<ParameterPlace> places;
   std::vector<double> params;
   std::vector<Unknown> unknowns;
-  double cost = 0;
+  double cost = std::numeric_limits<double>::quiet_NaN();  // of `params`; NaN while nobody has asked
   ForecastErrors judged;
 };
 

@@ -66,6 +66,8 @@ void Lanes<T>::seek(std::size_t lane) {
     row_[lane * groups + g] = static_cast<std::size_t>(
         std::upper_bound(s_.session.t.begin(), s_.session.t.end(), shown + 1e-9) - s_.session.t.begin());
   }
+  const Session& log = s_.session;
+  last_shown_[lane] = log.t[std::min(log.row_before(read_until[lane] + 1e-9), log.rows() - 1)];
   hint_[lane] = nothing;
   place(lane);
 }
@@ -134,7 +136,7 @@ void Lanes<T>::rates(bool begin) {
   batch.history = history_.data();
   batch.motion_rate = rate_.data();
   batch.memory_rate = rate_m_.data();
-  s_.car.rates(batch);
+  s_.car.rates(batch, scratch_);
   if (s_.session.prescribed_speed)
     for (std::size_t i = 0; i < n; ++i) prescribe(i);
   if (begin) first_rate_ = rate_;
@@ -164,10 +166,7 @@ void Lanes<T>::prescribe(std::size_t lane) {
 }
 
 template <class T>
-void Lanes<T>::advance(double h) {
-  for (std::size_t i = 0; i < n; ++i) place(i);
-  begin_ = x;
-  step_ = h;
+int Lanes<T>::substeps_for(double h) const {
   double slowest = 1e9, lag = 0.0;
   for (std::size_t i = 0; i < n; ++i) {
     const double v = std::abs(value(x[i * channels + 3]));
@@ -177,8 +176,17 @@ void Lanes<T>::advance(double h) {
   // A lag longer than a substep is followed closely enough that one more substep does not show in what is predicted.
   const double pace = h * std::max(s_.stiff.lateral / slowest / 2.0, lag);
   constexpr double most = 12;
-  const int substeps = pace < most ? std::max(1, static_cast<int>(std::ceil(pace - 1e-9))) : static_cast<int>(most);
+  return pace < most ? std::max(1, static_cast<int>(std::ceil(pace - 1e-9))) : static_cast<int>(most);
+}
+
+template <class T>
+int Lanes<T>::advance(double h, int substeps) {
+  for (std::size_t i = 0; i < n; ++i) place(i);
+  begin_ = x;
+  step_ = h;
+  if (substeps == 0) substeps = substeps_for(h);
   const double step = h / substeps;
+  const std::size_t states = n * channels, memories = n * s_.memory();
   constexpr double node[4] = {0, 0.5, 0.5, 1}, weight[4] = {1.0 / 6, 1.0 / 3, 1.0 / 3, 1.0 / 6};
   for (int sub = 0; sub < substeps; ++sub) {
     x_start_ = x;
@@ -188,19 +196,20 @@ void Lanes<T>::advance(double h) {
         stage_x_ = x_start_;
         stage_m_ = m_start_;
       } else {
-        for (std::size_t i = 0; i < x.size(); ++i) stage_x_[i] = x_start_[i] + rate_[i] * (node[stage] * step);
-        for (std::size_t i = 0; i < memory.size(); ++i) stage_m_[i] = m_start_[i] + rate_m_[i] * (node[stage] * step);
+        for (std::size_t i = 0; i < states; ++i) stage_x_[i] = x_start_[i] + rate_[i] * (node[stage] * step);
+        for (std::size_t i = 0; i < memories; ++i) stage_m_[i] = m_start_[i] + rate_m_[i] * (node[stage] * step);
       }
       if (stage == 0 || node[stage] != node[stage - 1]) command((sub + node[stage]) * step);
       rates(sub == 0 && stage == 0);
-      for (std::size_t i = 0; i < x.size(); ++i) x[i] += rate_[i] * (weight[stage] * step);
-      for (std::size_t i = 0; i < memory.size(); ++i) memory[i] += rate_m_[i] * (weight[stage] * step);
+      for (std::size_t i = 0; i < states; ++i) x[i] += rate_[i] * (weight[stage] * step);
+      for (std::size_t i = 0; i < memories; ++i) memory[i] += rate_m_[i] * (weight[stage] * step);
     }
   }
   for (std::size_t i = 0; i < n; ++i) {
     time[i] += h;
     hold_slow(i);
   }
+  return substeps;
 }
 
 /// Tyres that roll slowly do not slip: the yaw rate cannot exceed what full lock gives, and brakes do not drive back.
@@ -233,9 +242,9 @@ void Lanes<T>::interpolate(std::size_t lane, const T& share, T* state) const {
 template <class T>
 void Lanes<T>::correct(double h) {
   for (std::size_t lane = 0; lane < n; ++lane) {
-    const Seen seen = see(lane, h);
     T* const rest = pending.data() + lane * pending_size;
     const T* const row = x.data() + lane * channels;
+    const Seen& seen = any_due(lane) ? see(lane, h) : nothing_seen_;
     if (!moves(seen, rest)) {  // as along all of a prediction
       settle(lane, h, seen, {});
       std::fill_n(rest, pending_size, T(0));
@@ -274,11 +283,32 @@ bool Lanes<T>::moves(const Seen& seen, const T* rest) {
   return false;
 }
 
+/// Whether any row falls into the step just made.
 template <class T>
-typename Lanes<T>::Seen Lanes<T>::see(std::size_t lane, double h) {
+bool Lanes<T>::any_due(std::size_t lane) const {
   const Session& log = s_.session;
-  Seen seen;
-  seen.last.fill(T(nothing));
+  for (std::size_t g = 0; g < groups; ++g) {
+    const std::size_t row = row_[lane * groups + g];
+    if (row >= log.rows()) continue;
+    if (log.t[row] <= time[lane] + value(s_.delay(g)) + 1e-9 && log.t[row] <= read_until[lane] + 1e-9) return true;
+  }
+  return false;
+}
+
+/// The last row at or before a time: nearly always the one before the next that a group of channels waits for.
+template <class T>
+std::size_t Lanes<T>::row_at(std::size_t lane, std::size_t group, double time) const {
+  const std::vector<double>& t = s_.session.t;
+  const std::size_t next = row_[lane * groups + group];
+  const bool before = next > 0 && t[next - 1] <= time && (next == t.size() || t[next] > time);
+  return before ? next - 1 : s_.session.row_before(time);
+}
+
+template <class T>
+const typename Lanes<T>::Seen& Lanes<T>::see(std::size_t lane, double h) {
+  const Session& log = s_.session;
+  Seen& seen = seen_;
+  seen = nothing_seen_;
   for (std::size_t g = 0, next = 0; g < groups; g = next) {
     std::size_t row = row_[lane * groups + g];
     // Channels of one clock are read together.
@@ -309,11 +339,11 @@ typename Lanes<T>::Seen Lanes<T>::see(std::size_t lane, double h) {
 
 /// What the log shows of a channel, linear between rows; NaN where it shows nothing.
 template <class T>
-T Lanes<T>::log_at(std::size_t channel, const T& shown) const {
+T Lanes<T>::log_at(std::size_t lane, std::size_t channel, const T& shown) const {
   const Session& log = s_.session;
   const double now = value(shown);
-  T reading(log.interpolate(channel, now));
-  const std::size_t i = log.row_before(now + 1e-9);
+  const std::size_t i = row_at(lane, group_of[channel], now + 1e-9);
+  T reading(log.interpolate_from(i, channel, now));
   if (i + 1 >= log.rows()) return reading;
   const double slope = (log.at(i + 1, channel) - log.at(i, channel)) / (log.t[i + 1] - log.t[i]);
   if (std::isfinite(slope)) reading += (shown - now) * slope;  // its derivative only
@@ -357,7 +387,7 @@ void Lanes<T>::shift(std::size_t lane, const Row<T>& now, const Row<T>& target) 
 template <class T>
 T Lanes<T>::speed_of(std::size_t lane, const T& shown) const {
   constexpr double old = 0.3;  // [s]
-  T v = log_at(3, shown);
+  T v = log_at(lane, 3, shown);
   if (std::isnan(value(v))) v = T(s_.session.bridge(3, value(shown), value(shown), old));
   if (std::isnan(value(v))) v = x[lane * channels + 3];
   return value(v) < 0.0 ? -v : v;
@@ -369,7 +399,7 @@ T Lanes<T>::speed_of(std::size_t lane, const T& shown) const {
 template <class T>
 void Lanes<T>::settle(std::size_t lane, double h, const Seen& seen, const Row<T>& before) {
   const Session& log = s_.session;
-  const double last = log.t[std::min(log.row_before(read_until[lane] + 1e-9), log.rows() - 1)];
+  const double last = last_shown_[lane];
   const auto shown_at = [&](std::size_t g) {
     const T now = time[lane] + s_.delay(g);
     return value(now) < last ? now : T(last);
@@ -391,9 +421,9 @@ void Lanes<T>::settle(std::size_t lane, double h, const Seen& seen, const Row<T>
       if (group_of[c] != g) continue;
       T off = seen.last[c] - (now[c] - before[c]);
       double doubt = seen.last_doubt[c];
-      const T reading = value(left) < 1.0 ? T(nothing) : log_at(c, shown);
+      const T reading = value(left) < 1.0 ? T(nothing) : log_at(lane, c, shown);
       if (!std::isnan(value(reading))) {
-        const std::size_t row = std::min(log.row_before(value(shown) + 1e-9), log.rows() - 1);
+        const std::size_t row = std::min(row_at(lane, g, value(shown) + 1e-9), log.rows() - 1);
         off = reading - now[c];
         doubt = std::max(doubt_of(row, c), log.t[row] < value(shown) - 1e-9 ? doubt_of(row + 1, c) : 0.0);
       }

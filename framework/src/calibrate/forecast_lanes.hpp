@@ -82,14 +82,16 @@ class Lanes {
         own_dual_(n),
         own_t0_(n),
         row_(n * groups),
+        last_shown_(n),
         hint_(n, nothing) {
+    nothing_seen_.last.fill(T(nothing));
     for (auto* v : {&stage_x_, &rate_, &x_start_}) v->resize(n * channels);
     for (auto* v : {&stage_m_, &rate_m_, &m_start_}) v->resize(n * setting.memory());
     command_.resize(n);
     history_.resize(n);
   }
 
-  std::size_t n;
+  std::size_t n;  // those that move: the first, where it was made less
   std::vector<T> x, memory;
   /// By lane: what the last step's rows show beyond the states, times what is left of their weights; these weights; their
   /// doubts, times them.
@@ -105,8 +107,8 @@ class Lanes {
   void know(std::size_t lane, double until);
   /// To be called once x, memory and time of a lane are set: finds the next row of every channel.
   void seek(std::size_t lane);
-  /// One step of all lanes.
-  void advance(double h);
+  /// One step of all lanes, in so many substeps; 0: as many as the slowest lane needs. Returns how many.
+  int advance(double h, int substeps = 0);
   /// Lets the rows that fell into the step just made move the states.
   void correct(double h);
   /// Readings at a time inside the step just made.
@@ -117,6 +119,7 @@ class Lanes {
   }
 
  private:
+  int substeps_for(double h) const;
   void command(double elapsed);
   void rates(bool begin);
   void prescribe(std::size_t lane);
@@ -133,9 +136,11 @@ class Lanes {
     Row<T> last;
     Row<double> last_doubt{};
   };
-  Seen see(std::size_t lane, double h);
+  const Seen& see(std::size_t lane, double h);
+  bool any_due(std::size_t lane) const;
+  std::size_t row_at(std::size_t lane, std::size_t group, double time) const;
   bool along_log(std::size_t lane) const { return known_until_[lane] <= read_until[lane]; }
-  T log_at(std::size_t channel, const T& shown) const;
+  T log_at(std::size_t lane, std::size_t channel, const T& shown) const;
   double doubt_of(std::size_t row, std::size_t channel) const {
     return s_.jumped[row] != 0 ? 1.0 / (s_.doubtful[channel] * s_.doubtful[channel]) : 0.0;
   }
@@ -170,15 +175,18 @@ class Lanes {
   std::vector<T> begin_, first_rate_, stage_x_, rate_, x_start_, stage_m_, rate_m_, m_start_;
   std::vector<ActingCommand<T>> command_;
   std::vector<History<T>> history_;
+  StagedCar::Scratch<T> scratch_;
   std::vector<double> known_until_;  // [s] commands
   std::vector<std::size_t> known_;   // samples of both commands
   // Of predictions, where commands are read every so often; else empty. The second is left empty where T = double.
   std::vector<std::vector<CommandSample<double>>> own_;
   std::vector<std::vector<CommandSample<Dual8>>> own_dual_;
-  std::vector<double> own_t0_;    // time of its first sample [s]
-  std::vector<std::size_t> row_;  // next row by lane and group
+  std::vector<double> own_t0_;      // time of its first sample [s]
+  std::vector<std::size_t> row_;    // next row by lane and group
+  std::vector<double> last_shown_;  // [s] time of the last row that a lane looks at
   std::vector<double> hint_;
   double step_ = 0;  // length of the step just made [s]
+  Seen seen_, nothing_seen_;
 };
 
 extern template class Lanes<double>;

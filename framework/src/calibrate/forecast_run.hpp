@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <map>
 #include <utility>
 #include <vector>
@@ -40,7 +41,7 @@ class Run {
   }
 
   /// Carries the states along the log as far as starts need them.
-  void observe(const Starts& starts) {
+  void observe(const Starts& starts, ObserverSteps* steps) {
     want(starts);
     std::vector<Block<T>*> blocks;
     for (auto& [where, block] : blocks_) {
@@ -52,8 +53,12 @@ class Run {
       std::stable_sort(blocks.begin(), blocks.end(),
                        [](const Block<T>* a, const Block<T>* b) { return a->slowest < b->slowest; });
     const std::size_t at_once = s_.options.lanes;
-    for (std::size_t i = 0; i < blocks.size(); i += at_once)
-      observe(std::span(blocks).subspan(i, std::min(at_once, blocks.size() - i)));
+    const bool known = steps != nullptr && !steps->empty();
+    for (std::size_t i = 0, group = 0; i < blocks.size(); i += at_once, ++group) {
+      if (steps != nullptr && !known) steps->emplace_back();
+      observe(std::span(blocks).subspan(i, std::min(at_once, blocks.size() - i)),
+              steps != nullptr ? &(*steps)[group] : nullptr, known);
+    }
   }
 
   void predict(const Starts& starts, std::vector<T>& predicted) {
@@ -167,14 +172,18 @@ class Run {
     return std::isnan(v) ? 0.0 : std::abs(v);
   }
 
-  void observe(std::span<Block<T>* const> wanted) {
+  /// Blocks side by side. `substeps`, where given, are what their steps are divided into where that is `known`, else they
+  /// are filled.
+  void observe(std::span<Block<T>*> wanted, std::vector<int>* substeps, bool known) {
     const double h = s_.options.step;
+    const auto steps_of = [](const Block<T>* block) { return block->kept.back() - block->begin; };
+    // Those that end first come last, where they can be left out.
+    std::ranges::stable_sort(wanted, std::greater<>(), steps_of);
     Lanes<T> lanes(s_, wanted.size());
     std::vector<std::size_t> next(wanted.size());  // to be kept
-    std::size_t most = 0;
+    const std::size_t most = steps_of(wanted.front());
     for (std::size_t i = 0; i < wanted.size(); ++i) {
       const Block<T>& block = *wanted[i];
-      most = std::max(most, block.kept.back() - block.begin);
       lanes.time[i] = stretches_[block.stretch].begin + static_cast<double>(block.begin) * h;
       lanes.read_until[i] = stretches_[block.stretch].end;
       lanes.know(i, lanes.read_until[i]);
@@ -182,14 +191,17 @@ class Run {
       lanes.seek(i);
     }
     for (std::size_t step = 0;; ++step) {
-      for (std::size_t i = 0; i < wanted.size(); ++i) {
+      for (std::size_t i = 0; i < lanes.n; ++i) {
         Block<T>& block = *wanted[i];
         if (next[i] == block.kept.size() || block.kept[next[i]] != block.begin + step) continue;
         keep(lanes, i, block);
         ++next[i];
       }
       if (step == most) return;
-      lanes.advance(h);
+      if (known)
+        while (steps_of(wanted[lanes.n - 1]) <= step) --lanes.n;
+      const int taken = lanes.advance(h, known ? (*substeps)[step] : 0);
+      if (substeps != nullptr && !known) substeps->push_back(taken);
       lanes.correct(h);
     }
   }

@@ -120,7 +120,7 @@ std::vector<double> Forecaster::defaults() const {
 
 template <class T>
 void Forecaster::run(const Session& session, const CommandGrid& commands, const Road* road, std::span<const T> params,
-                     const Starts& starts, std::vector<T>& predicted) const {
+                     const Starts& starts, std::vector<T>& predicted, ObserverSteps* steps) const {
   std::vector<double> values(car_.params().size());
   // The car's own, its disturbances', and those of the frames, which nobody moves.
   std::vector<T> of_car(params.begin(), params.begin() + static_cast<std::ptrdiff_t>(car_params_ + 2));
@@ -143,13 +143,13 @@ void Forecaster::run(const Session& session, const CommandGrid& commands, const 
                                      doubtful,
                                      jumped};
   forecast::Run<T> run(setting);
-  run.observe(starts);
+  run.observe(starts, steps);
   run.predict(starts, predicted);
 }
 
 template void Forecaster::run(const Session&, const CommandGrid&, const Road*, std::span<const double>, const Starts&,
-                              std::vector<double>&) const;
+                              std::vector<double>&, ObserverSteps*) const;
 template void Forecaster::run(const Session&, const CommandGrid&, const Road*, std::span<const Dual8>, const Starts&,
-                              std::vector<Dual8>&) const;
+                              std::vector<Dual8>&, ObserverSteps*) const;
 
 }  // namespace gripline::calibrate

@@ -73,6 +73,11 @@ struct Starts {
   std::vector<double> horizons;  // [s], rising
 };
 
+/// Substeps that an observer took, by group of lanes and by step. The slowest lane of a group decides on them for all, so
+/// it moves on when none of its own states is asked for any more; a run of the same values that is told them leaves such
+/// lanes out, and predicts the same.
+using ObserverSteps = std::vector<std::vector<int>>;
+
 /// The car with its disturbances, and how it is observed. Holds a reference to the plugins of the car it was made from.
 class Forecaster {
  public:
@@ -89,9 +94,11 @@ class Forecaster {
   ForecastOptions& options() { return options_; }
 
   /// predicted: starts x horizons x 6 readings, NaN where the log has no rows to start from. `params`: params() numbers.
+  /// `steps`, where given, are those of an earlier run of the same values; empty ones are filled.
   template <class T>
   void run(const Session& session, const measured::CommandGrid& commands, const measured::Road* road,
-           std::span<const T> params, const Starts& starts, std::vector<T>& predicted) const;
+           std::span<const T> params, const Starts& starts, std::vector<T>& predicted,
+           ObserverSteps* steps = nullptr) const;
 
  private:
   ForceDisturbance force_;

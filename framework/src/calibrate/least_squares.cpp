@@ -127,20 +127,23 @@ std::vector<double> least_squares(const PredictionErrors& errors, std::span<cons
   constexpr int most_steps = 8;  // tried from one set of derivatives: a step costs a thirtieth of them
   constexpr double least_damping = 1e-7;
   double damping = 1e-2;
-  cost = errors.cost(params) + prior_cost(params, unknowns);
+  std::vector<ObserverSteps> steps_of_best;  // at the best parameters so far; none where their cost was known
+  cost = std::isnan(options.known) ? errors.cost(params, &steps_of_best) + prior_cost(params, unknowns) : options.known;
   if (unknowns.empty()) return params;
   int small_steps = 0;
   for (int iteration = 0; iteration < options.iterations; ++iteration) {
-    Sum sum = sum_of(errors.linearise(params, unknowns), unknowns.size());
+    Sum sum = sum_of(errors.linearise(params, unknowns, steps_of_best), unknowns.size());
     prior_cost(params, unknowns, &sum.hessian, &sum.gradient);
     const auto held = held_at_bounds(params, unknowns, sum.gradient);
     const double before = cost;
     std::vector<double> best = params;
     const auto step = [&](double by) {
       std::vector<double> next = moved(params, unknowns, damped_step(sum, held, by));
-      const double after = errors.cost(next) + prior_cost(next, unknowns);
+      std::vector<ObserverSteps> taken;
+      const double after = errors.cost(next, &taken) + prior_cost(next, unknowns);
       if (!(after < cost)) return false;
       best = std::move(next);
+      steps_of_best = std::move(taken);
       cost = after;
       damping = by;
       return true;

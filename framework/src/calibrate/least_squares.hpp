@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <functional>
+#include <limits>
 #include <vector>
 
 #include "calibrate/prediction_errors.hpp"
@@ -17,6 +18,7 @@ struct FitStep {
 struct LeastSquaresOptions {
   int iterations = 20;
   double enough = 3e-4;  // relative decrease of the cost below which it ends
+  double known = std::numeric_limits<double>::quiet_NaN();  // cost of the parameters it begins with, where that is known
   std::function<void(const FitStep&)> progress;
 };
 

@@ -71,7 +71,7 @@ class MissingSearch {
   };
   Asked ask(std::size_t index, const NormalEquations& blocks, const WitnessErrors& now, const WitnessErrors& first);
   void take_out(std::size_t index, std::unique_ptr<Trial> rest);
-  void keep_what_is_determined();
+  NormalEquations keep_what_is_determined();
   void keep_what_helps();
   std::vector<FittedParameter> parameters_of_found() const;
   void name_values(std::span<const FittedParameter> parameters);
@@ -299,18 +299,20 @@ void MissingSearch::take_out(std::size_t index, std::unique_ptr<Trial> rest) {
   added_.erase(added_.begin() + static_cast<std::ptrdiff_t>(index));
 }
 
-/// Takes out what the fitted time does not determine beside the others, the least determined first.
-void MissingSearch::keep_what_is_determined() {
+/// Takes out what the fitted time does not determine beside the others, the least determined first. Gives the normal
+/// equations of what is left, nothing where that is the calibrated world.
+NormalEquations MissingSearch::keep_what_is_determined() {
   while (!added_.empty()) {
-    const NormalEquations blocks = fits_.errors(*found_).linearise(found_->params, found_->unknowns);
+    NormalEquations blocks = fits_.errors(*found_).linearise(found_->params, found_->unknowns);
     const Bootstrap boot = bootstrap(blocks, found_->params, found_->unknowns, options_.fit.seed);
     const auto how = [&](const std::string& effect) { return determined(effect, boot); };
     const auto least = std::ranges::min_element(added_, {}, how);
-    if (how(*least) > 1.0) return;
+    if (how(*least) > 1.0) return blocks;
     auto rest = fits_.without(*found_, blocks, *least);
     rest->judged = judge(*rest, judge_);
     take_out(static_cast<std::size_t>(least - added_.begin()), std::move(rest));
   }
+  return {};
 }
 
 /// What the errors without one of the effects say of it, beside the others and beside all that were there at first.
@@ -336,9 +338,8 @@ void MissingSearch::keep_what_helps() {
   std::map<std::string, double> sure;  // of effects that were asked
   const auto known = [&](const std::string& effect) { return sure.contains(effect) ? sure[effect] : 0.0; };
   for (;;) {
-    keep_what_is_determined();
+    const NormalEquations blocks = keep_what_is_determined();
     if (added_.empty()) return;
-    const NormalEquations blocks = fits_.errors(*found_).linearise(found_->params, found_->unknowns);
     const WitnessErrors now = errors_of(*found_);
     std::ranges::stable_sort(added_, {}, known);
     std::vector<Asked> asked;

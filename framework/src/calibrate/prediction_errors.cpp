@@ -52,13 +52,16 @@ bool lies_on(const Session& s, const Track& track) {
   return 10 * on >= seen && on > 0;
 }
 
-std::vector<std::vector<double>> PredictionErrors::errors(std::span<const double> params) const {
+std::vector<std::vector<double>> PredictionErrors::errors(std::span<const double> params,
+                                                          std::vector<ObserverSteps>* steps) const {
   std::vector<std::vector<double>> all;
+  if (steps != nullptr) steps->assign(logs_.size(), {});
   for (const FitLog& log : logs_) {
     std::vector<double> predicted;
     std::optional<measured::Road> road;
     if (log.track) road.emplace(log.track);
-    forecaster_.run<double>(*log.session, log.commands, road ? &*road : nullptr, params, log.starts, predicted);
+    forecaster_.run<double>(*log.session, log.commands, road ? &*road : nullptr, params, log.starts, predicted,
+                            steps != nullptr ? &(*steps)[all.size()] : nullptr);
     for (std::size_t k = 0; k < predicted.size(); ++k) predicted[k] -= log.truth[k];
     all.push_back(std::move(predicted));
   }
@@ -77,9 +80,9 @@ double PredictionErrors::loss(double z, double weight, double* slope_weight) con
   return weight * 2.0 * weighing.bend * weighing.bend * (q - 1.0);
 }
 
-double PredictionErrors::cost(std::span<const double> params) const {
+double PredictionErrors::cost(std::span<const double> params, std::vector<ObserverSteps>* steps) const {
   double sum = 0.0;
-  const auto all = errors(params);
+  const auto all = errors(params, steps);
   for (std::size_t l = 0; l < logs_.size(); ++l)
     for (std::size_t k = 0; k < all[l].size(); ++k) {
       if (std::isnan(logs_[l].truth[k])) continue;
@@ -90,14 +93,17 @@ double PredictionErrors::cost(std::span<const double> params) const {
   return sum;
 }
 
-NormalEquations PredictionErrors::linearise(std::span<const double> params, std::span<const Unknown> unknowns) const {
+NormalEquations PredictionErrors::linearise(std::span<const double> params, std::span<const Unknown> unknowns,
+                                            std::vector<ObserverSteps> steps) const {
   const std::size_t n = unknowns.size();
+  steps.resize(logs_.size());
   NormalEquations out;
   constexpr double enough_blocks = 20.0;
   double seconds = 0.0;
   for (const FitLog& log : logs_) seconds += log.session->t.back() - log.session->t.front();
   const double length = std::clamp(seconds / enough_blocks, shortest_block, block_length);
-  for (const FitLog& log : logs_) {
+  for (std::size_t l = 0; l < logs_.size(); ++l) {
+    const FitLog& log = logs_[l];
     std::optional<measured::Road> road;
     if (log.track) road.emplace(log.track);
     Eigen::MatrixXd slope(static_cast<Eigen::Index>(n), static_cast<Eigen::Index>(log.truth.size()));
@@ -111,7 +117,8 @@ NormalEquations PredictionErrors::linearise(std::span<const double> params, std:
         seeded[unknowns[u].index].d[u - first] = step;
         for (const Unknown::Same& s : unknowns[u].same) seeded[s.index].d[u - first] = step;
       }
-      forecaster_.run<Dual8>(*log.session, log.commands, road ? &*road : nullptr, seeded, log.starts, predicted);
+      forecaster_.run<Dual8>(*log.session, log.commands, road ? &*road : nullptr, seeded, log.starts, predicted,
+                             &steps[l]);
       for (std::size_t k = 0; k < predicted.size(); ++k) {
         value[k] = predicted[k].v;
         for (std::size_t u = first; u < last; ++u)

@@ -62,10 +62,12 @@ class PredictionErrors {
   Weighing weighing;
 
   /// Predictions less truth, by log: starts x horizons x 6.
-  std::vector<std::vector<double>> errors(std::span<const double> params) const;
-  double cost(std::span<const double> params) const;
+  std::vector<std::vector<double>> errors(std::span<const double> params) const { return errors(params, nullptr); }
+  /// `steps`, where given, become those of the observer, by log, to be told to what is derived at the same parameters.
+  double cost(std::span<const double> params, std::vector<ObserverSteps>* steps = nullptr) const;
   /// Derivatives by the unknowns' own moves (logarithms where they move so).
-  NormalEquations linearise(std::span<const double> params, std::span<const Unknown> unknowns) const;
+  NormalEquations linearise(std::span<const double> params, std::span<const Unknown> unknowns,
+                            std::vector<ObserverSteps> steps = {}) const;
   /// Scales from the errors of these parameters: root mean squares without the worst 3 %, x and y alike.
   void set_scales(std::span<const double> params);
 
@@ -74,6 +76,7 @@ class PredictionErrors {
   std::span<const FitLog> logs() const { return logs_; }
 
  private:
+  std::vector<std::vector<double>> errors(std::span<const double> params, std::vector<ObserverSteps>* steps) const;
   double loss(double z, double weight, double* slope_weight) const;
   double weight_of(const FitLog& log, std::size_t k) const;
 

@@ -39,6 +39,7 @@ void TrialFits::refit(Trial& trial, int iterations, double until) const {
   LeastSquaresOptions steps;
   steps.iterations = iterations;
   steps.enough = until;
+  steps.known = trial.cost;
   trial.params = least_squares(errors(trial), trial.unknowns, trial.params, steps, trial.cost);
 }
 
@@ -93,7 +94,11 @@ std::unique_ptr<Trial> TrialFits::without(const Trial& base, const NormalEquatio
   const PredictionErrors from = errors(*trial);
   const auto cost = [&](const std::vector<double>& p) { return from.cost(p) + prior_cost(p, trial->unknowns); };
   std::vector<double> next = moved(trial->params, trial->unknowns, move_without(base, blocks, effect));
-  if (cost(next) < cost(trial->params)) trial->params = std::move(next);
+  trial->cost = cost(trial->params);
+  if (const double less = cost(next); less < trial->cost) {
+    trial->cost = less;
+    trial->params = std::move(next);
+  }
   refit(*trial, iterations, enough_of_a_trial);
   return trial;
 }

@@ -7,7 +7,7 @@
 namespace gripline {
 namespace {
 
-constexpr std::size_t chunk_size = 8;  // quantities of eight points stay in the first-level cache
+constexpr std::size_t chunk_size = std::tuple_size_v<StagedCar::Scratch<double>>;
 constexpr const char* stage_names[] = {"command", "drive", "load", "tyre", "force", "body", "reading"};
 
 /// Stages that fill quantities which nobody else does: those of Stage::command are given.
@@ -37,10 +37,7 @@ T sine_of_slope(const T& a) {
 /// x' = vx cos(yaw) - vy sin(yaw), y' = vx sin(yaw) + vy cos(yaw), yaw' = omega, and the slope in the body rates.
 template <class T>
 void write_rates(const Quantities<T>& q, T* rate) {
-  using std::cos;
-  using std::sin;
-  const T c = cos(q.yaw);
-  const T s = sin(q.yaw);
+  const auto [s, c] = sine_cosine(q.yaw);
   rate[0] = q.vx * c - q.vy * s;
   rate[1] = q.vx * s + q.vy * c;
   rate[2] = q.omega;
@@ -85,6 +82,9 @@ void StagedCar::add(const Effect& effect, std::vector<double> params, const std:
 /// Merges consecutive model stages between effects into one call each.
 void StagedCar::plan() {
   steps_.clear();
+  reading_.clear();
+  for (std::size_t i = 0; i < parts_.size(); ++i)
+    if (parts_[i].effect->stage() == Stage::reading) reading_.push_back(i);
   Stage from = Stage::command;
   for (int s = 0; s < static_cast<int>(Stage::reading); ++s) {
     const Stage stage = static_cast<Stage>(s);
@@ -152,9 +152,10 @@ void StagedCar::quantities(const CarBatch<T>& batch, Quantities<T>* q) const {
 }
 
 template <class T, class Use>
-void StagedCar::in_chunks(std::span<const Step> steps, const CarBatch<T>& batch, const Use& use) const {
+void StagedCar::in_chunks(std::span<const Step> steps, const CarBatch<T>& batch, Scratch<T>& scratch,
+                          const Use& use) const {
   const T* const params = effective_params(batch, params_);
-  Quantities<T> q[chunk_size];
+  Quantities<T>* const q = scratch.data();
   for (std::size_t begin = 0; begin < batch.n; begin += chunk_size) {
     const std::size_t n = std::min(chunk_size, batch.n - begin);
     for (std::size_t i = 0; i < n; ++i)
@@ -171,12 +172,20 @@ void StagedCar::in_chunks(std::span<const Step> steps, const CarBatch<T>& batch,
 
 template <class T>
 void StagedCar::rates(const CarBatch<T>& batch) const {
-  in_chunks(std::span<const Step>(steps_), batch,
+  Scratch<T> scratch;
+  rates(batch, scratch);
+}
+
+template <class T>
+void StagedCar::rates(const CarBatch<T>& batch, Scratch<T>& scratch) const {
+  in_chunks(std::span<const Step>(steps_), batch, scratch,
             [&](const Quantities<T>& q, std::size_t i) { write_rates(q, batch.motion_rate + i * motion_size); });
 }
 
 void StagedCar::memory_rates(const CarBatch<double>& batch) const {
-  in_chunks(std::span<const Step>(steps_).first(remembering_), batch, [](const Quantities<double>&, std::size_t) {});
+  Scratch<double> scratch;
+  in_chunks(std::span<const Step>(steps_).first(remembering_), batch, scratch,
+            [](const Quantities<double>&, std::size_t) {});
 }
 
 void StagedCar::start_memory(const CarBatch<double>& batch, double* memory) const {
@@ -211,8 +220,8 @@ void StagedCar::start_memory(const CarBatch<double>& batch, double* memory) cons
 template <class T>
 void StagedCar::read(Reading<T>* readings, std::size_t n, const Place* at,
                      const std::type_identity_t<T>* params) const {
-  for (const Part& part : parts_) {
-    if (part.effect->stage() != Stage::reading) continue;
+  for (const std::size_t i : reading_) {
+    const Part& part = parts_[i];
     Points<T> points;
     points.n = n;
     points.reading = readings;
@@ -227,6 +236,8 @@ void StagedCar::read(Reading<T>* readings, std::size_t n, const Place* at,
 
 template void StagedCar::rates(const CarBatch<double>&) const;
 template void StagedCar::rates(const CarBatch<Dual8>&) const;
+template void StagedCar::rates(const CarBatch<double>&, Scratch<double>&) const;
+template void StagedCar::rates(const CarBatch<Dual8>&, Scratch<Dual8>&) const;
 template void StagedCar::quantities(const CarBatch<double>&, Quantities<double>*) const;
 template void StagedCar::quantities(const CarBatch<Dual8>&, Quantities<Dual8>*) const;
 template void StagedCar::read(Reading<double>*, std::size_t, const Place*, const double*) const;

@@ -1,6 +1,7 @@
 // A car as data flow: a vehicle model and effects, evaluated stage by stage, for values and derivatives alike.
 #pragma once
 
+#include <array>
 #include <span>
 #include <stdexcept>
 #include <string>
@@ -52,9 +53,16 @@ class StagedCar {
   std::size_t param_offset(int effect) const;
   std::size_t effects() const { return parts_.size(); }
 
-  /// Rates of every instant. Allocates nothing. Const and reentrant: scratch lives on the stack.
+  /// Quantities of the instants that are evaluated together: eight stay in the first-level cache.
+  template <class T>
+  using Scratch = std::array<Quantities<T>, 8>;
+
+  /// Rates of every instant. Allocates nothing. Const and reentrant: scratch lives on the stack, or is the caller's, who
+  /// spares its being set to zero where calls are many.
   template <class T>
   void rates(const CarBatch<T>& batch) const;
+  template <class T>
+  void rates(const CarBatch<T>& batch, Scratch<T>& scratch) const;
 
   /// Rates of the memory only, for callers that integrate it along a known motion: stages after the last effect with
   /// memory are left out, and batch.motion_rate is not written.
@@ -87,13 +95,14 @@ class StagedCar {
   void run(std::span<const Step> steps, const Points<T>& chunk, const CarBatch<T>& batch, std::size_t begin) const;
   /// Runs the steps chunk by chunk; `use(quantities, i)` sees point i of the batch after them.
   template <class T, class Use>
-  void in_chunks(std::span<const Step> steps, const CarBatch<T>& batch, const Use& use) const;
+  void in_chunks(std::span<const Step> steps, const CarBatch<T>& batch, Scratch<T>& scratch, const Use& use) const;
 
   const VehicleModel* model_;
   std::vector<double> params_;
   std::vector<Part> parts_;
   std::vector<Step> steps_;
-  std::size_t remembering_ = 0;  // steps up to the last effect that has memory
+  std::vector<std::size_t> reading_;  // parts of Stage::reading
+  std::size_t remembering_ = 0;       // steps up to the last effect that has memory
   std::size_t model_params_;
   bool lacks_stages_;  // the model leaves quantities to be zero
   int memory_ = 0;

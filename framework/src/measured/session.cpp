@@ -15,7 +15,10 @@ std::size_t Session::row_before(double time) const {
 }
 
 double Session::interpolate(std::size_t channel, double time, double longest_gap) const {
-  const std::size_t i = row_before(time + 1e-9);
+  return interpolate_from(row_before(time + 1e-9), channel, time, longest_gap);
+}
+
+double Session::interpolate_from(std::size_t i, std::size_t channel, double time, double longest_gap) const {
   if (i >= rows()) return not_a_number;
   const double here = at(i, channel);
   if (time <= t[i] + 1e-9) return here;

@@ -29,6 +29,8 @@ struct Session {
   double at(std::size_t row, std::size_t channel) const { return reading[row * channels + channel]; }
   /// The reading at a time between two rows that both have it and are at most `longest_gap` [s] apart, linear; or NaN.
   double interpolate(std::size_t channel, double time, double longest_gap = 0.25) const;
+  /// The same where `row` is known to be the last one at or before the time.
+  double interpolate_from(std::size_t row, std::size_t channel, double time, double longest_gap = 0.25) const;
   /// The reading at a time as rows up to `until` show it: linear between the readings around it, whatever rows without
   /// one lie between, the last one where none follows by then. NaN where the readings around it, or the last one and the
   /// time, are more than `longest_gap` [s] apart. `slope`, where given, gets the change per second.

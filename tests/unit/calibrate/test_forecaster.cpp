@@ -230,6 +230,31 @@ std::vector<Dual8> differentiate(const CalibrateRig& rig, const Session& s, cons
   return predicted;
 }
 
+TEST(Forecaster, StepsThatAreToldLeaveThePredictionsAsTheyAre) {
+  const CalibrateRig rig;
+  const Session s = drive(rig.vehicle.car(), {.seconds = 30});
+  Starts starts = some_starts(s);
+  starts.time.erase(starts.time.begin() + 8, starts.time.begin() + 12);  // observers end at different steps
+  const auto params = rig.forecaster.defaults();
+  const measured::CommandGrid commands(s, 0.02);
+  ObserverSteps steps;
+  std::vector<double> first, told;
+  rig.forecaster.run<double>(s, commands, nullptr, params, starts, first, &steps);
+  ASSERT_FALSE(steps.empty());
+  ASSERT_FALSE(steps[0].empty());
+  const ObserverSteps taken = steps;
+  rig.forecaster.run<double>(s, commands, nullptr, params, starts, told, &steps);
+  EXPECT_EQ(steps, taken);
+  ASSERT_EQ(told.size(), first.size());
+  for (std::size_t k = 0; k < told.size(); ++k)
+    EXPECT_TRUE(told[k] == first[k] || (std::isnan(told[k]) && std::isnan(first[k]))) << k;
+  // They are followed, not found again.
+  for (std::vector<int>& group : steps)
+    for (int& substeps : group) ++substeps;
+  rig.forecaster.run<double>(s, commands, nullptr, params, starts, told, &steps);
+  EXPECT_NE(told, first);
+}
+
 TEST(Forecaster, DerivativesByFramesHoldWhereTheCarHardlyMoves) {
   const CalibrateRig rig(test::small_car_world(frames_and_delay));
   const Session s = drive(rig.vehicle.car(),
