@@ -79,7 +79,9 @@ std::size_t RecedingLaps::window_length(std::size_t first) const {
   return n;
 }
 
-/// Windows that overlap, twice round: first from the base line with a falling barrier, then to the end.
+/// Windows that overlap, twice round: first from the base line with a falling barrier, then to the end. What depends on how
+/// a window is made to end is solved again by the next one; the last ones, which reach round to the beginning, leave that
+/// as it was solved before.
 void RecedingLaps::solve_whole_lap() {
   constexpr int most = 80;
   std::size_t stride = 1;
@@ -92,8 +94,12 @@ void RecedingLaps::solve_whole_lap() {
       end_ = kept(wrapped(first + count_));
       barrier_ = round == 0 ? first_barrier : 1e-3;
       failed_ = 0;
+      const std::vector<WindowNode> before = lap_;
       for (int i = 0; i < most; ++i)
         if (improve() && barrier_ <= least_barrier) break;
+      if (round == 0) continue;
+      const std::size_t stays = std::max(lap_.size(), first + WindowSolver::near_part(count_));
+      for (std::size_t i = stays; i <= first + count_; ++i) lap_[wrapped(i)] = before[wrapped(i)];
     }
 }
 

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 
 namespace gripline::time_optimal {
@@ -23,9 +24,10 @@ class TrialFilter {
     count_ = 0;
   }
 
-  /// Whether a step from one point to another may be taken; the first is remembered if so. False for NaN.
+  /// Whether a step from one point to another may be taken; the first is remembered if so. No step is taken to what is
+  /// not finite.
   bool take(const Point& from, const Point& to) {
-    if (!(to.violation <= most_) || !better(from, to)) return false;
+    if (!(to.violation <= most_) || !std::isfinite(to.objective) || !better(from, to)) return false;
     const std::size_t known = std::min(count_, points_.size());
     for (std::size_t i = 0; i < known; ++i)
       if (!better(points_[i], to)) return false;

@@ -95,7 +95,7 @@ MagicFormula fit_axle(std::span<const double> slip, std::span<const double> forc
     const double tried = sum.evaluate(trial, nullptr, nullptr);
     if (tried < cost) {
       constexpr double settled = 1e-9;  // of the sum of squares
-      if (cost - tried < settled * cost) return shape_of(trial);
+      if (damping <= 1.0 && cost - tried < settled * cost) return shape_of(trial);
       p = trial;
       cost = tried;
       damping *= 0.3;

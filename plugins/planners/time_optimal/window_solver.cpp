@@ -135,7 +135,10 @@ void WindowSolver::evaluate(std::vector<WindowNode>& lap, std::size_t k) {
       stage.hessian(a, b) = stage.hessian(b, a) =
           derivatives_.lagrangian_by[entry] * unit * scale_[static_cast<std::size_t>(b)];
   }
-  if (!node.started) start_constraints(node, stage);
+  if (!node.started) {
+    start_constraints(node, stage);
+    filter_is_old_ = true;  // what was tried was of another iterate
+  }
   for (std::size_t row = 0; row < node.t.size(); ++row) node.t[row] = std::max(node.t[row], -stage.c[row]);
   add_constraints(node, stage);
   eliminate(lap, k);
@@ -264,18 +267,23 @@ void WindowSolver::steps_of_constraints(const std::vector<WindowNode>& lap) {
   }
 }
 
-/// Penalties of the merit follow the multipliers of this step.
-void WindowSolver::follow_penalties(const std::vector<WindowNode>& lap, WindowStep& result) {
+void WindowSolver::measure_change(WindowStep& result) const {
+  for (std::size_t k = 0; k < count_; ++k) {
+    result.change = std::max(result.change, middle_step(k).lpNorm<Eigen::Infinity>());
+    if (k < near_part(count_)) result.near_change = result.change;
+  }
+}
+
+/// Penalties of the merit follow the multipliers of this step. `defect` is the iterate's.
+void WindowSolver::follow_penalties(const std::vector<WindowNode>& lap, double defect) {
   std::array<double, S> state_force{};
   std::array<double, C> row_force{};
   for (std::size_t k = 0; k < count_; ++k) {
-    result.change = std::max(result.change, middle_step(k).lpNorm<Eigen::Infinity>());
     const WindowNode& node = lap[index(k)];
     for (std::size_t i = 0; i < node.t.size(); ++i)
       row_force[i] = std::max(row_force[i], node.lambda[i] + step_[k].dlambda[i]);
     for (std::size_t i = 0; i < state_force.size(); ++i)
       state_force[i] = std::max(state_force[i], std::abs(step_[k].pi[static_cast<Eigen::Index>(i)]));
-    if (k < near_part(count_)) result.near_change = result.change;
   }
   const auto follow = [](auto& penalty, const auto& force) {
     for (std::size_t i = 0; i < penalty.size(); ++i) penalty[i] = std::max(1.2 * force[i], 0.5 * penalty[i]);
@@ -287,7 +295,7 @@ void WindowSolver::follow_penalties(const std::vector<WindowNode>& lap, WindowSt
     const double most = std::max(state_most, *std::max_element(row_force.begin(), row_force.end()));
     state_force.fill(most);
     row_force.fill(most);
-  } else if (result.defect > far) {
+  } else if (defect > far) {
     state_force.fill(state_most);
   }
   follow(state_penalty_, state_force);
@@ -372,6 +380,7 @@ double WindowSolver::search(const std::vector<WindowNode>& lap) {
   double share = 1.0;
   for (int i = 0; i < trials; ++i, share *= 0.5) {
     const Trial trial = after(lap, share);
+    if (!std::isfinite(trial.merit())) continue;
     if (trial.merit() <= before.merit() + 1e-9 * std::abs(before.merit())) return share;
     if (filter_.take({before.violation, before.objective}, {trial.violation, trial.objective})) return share;
   }
@@ -446,8 +455,9 @@ WindowStep WindowSolver::iterate(std::vector<WindowNode>& lap, std::size_t first
   if (!factorise()) return result;
   forward();
   steps_of_constraints(lap);
-  follow_penalties(lap, result);
+  measure_change(result);
   if (!std::isfinite(result.change)) return result;
+  follow_penalties(lap, result.defect);
   result.share = search(lap);
   result.good = result.share > 0.0;
   if (result.good)

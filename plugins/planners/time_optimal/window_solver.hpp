@@ -7,14 +7,15 @@
 //
 // The constraints c are those of lap_solver.hpp, offsets n at nodes and half-way between them. One iteration is one
 // Newton step on the optimality conditions at the barrier mu: exact Jacobians and Hessian of the Lagrangian, the
-// implicit midpoint solved for x_k+1, a Riccati recursion over the nodes, a step shortened until a merit function falls.
+// implicit midpoint solved for x_k+1, a Riccati recursion over the nodes, a step shortened until a merit function falls or
+// a filter of trial points takes it.
 // Each slack and each multiplier is kept positive by itself, so that no single one of them makes the whole step short.
-// Where side forces and drive share friction, a slack is what its constraint leaves after the step, if that is positive,
-// and the merit function has a penalty of its own for every state's dynamics and every kind of constraint, as large as
-// their own multipliers ask for: constraints are curved there, in every interval. A step that does not lower the merit
-// function is taken where a filter takes it. A slack is never less than what its constraint leaves: bounds may move.
-// The barrier rises over the last quarter of a window, to `end_barrier`: what is there depends on how the window is made
-// to end, and changes less from one window to the next where it keeps away from constraints.
+// A slack is never less than what its constraint leaves at the iterate, since bounds may move. Where side forces and drive
+// share friction constraints are curved, in every interval: there a slack is what its constraint leaves after the step too,
+// if that is not much less than the step says, and the merit function has a penalty of its own for every state's dynamics
+// and every kind of constraint, as large as their own multipliers ask for.
+// The barrier rises over the last quarter of a window, to `end_barrier`: what is planned there depends on how the window is
+// made to end, and changes less from one window to the next where the plan keeps away from constraints.
 // mu stays where it is once it is small, so that an iterate of a moment ago is a warm start for a part that was moved on,
 // or for other tyres.
 // Sources: Waechter, Biegler (2006), "On the implementation of an interior-point filter line-search algorithm for
@@ -48,7 +49,7 @@ struct WindowStep {
   // The same of the first three quarters: what is nearer to its end depends on how it is made to end.
   double near_change = 0, near_defect = 0;
   double share = 0;   // of the step that was taken
-  bool good = false;  // false: no step was found, the iterate is as it was
+  bool good = false;  // false: no step was found, states and multipliers are as they were
 };
 
 class WindowSolver {
@@ -77,7 +78,6 @@ class WindowSolver {
                      const std::array<double, lap_variables>& begin, const std::array<double, lap_variables>& end);
 
   const LapProblem& problem() const { return program_.problem(); }
-  const std::array<double, lap_variables>& scales() const { return scale_; }
 
  private:
   static constexpr int S = lap_states, V = lap_variables, U = V - S, C = interval_rows;
@@ -139,7 +139,8 @@ class WindowSolver {
   void forward();
   Vector middle_step(std::size_t k) const;
   void steps_of_constraints(const std::vector<WindowNode>& lap);
-  void follow_penalties(const std::vector<WindowNode>& lap, WindowStep& result);
+  void measure_change(WindowStep& result) const;
+  void follow_penalties(const std::vector<WindowNode>& lap, double defect);
   void count(Trial& trial, const StateVector& defect, const Values& c, const Values& t) const;
   void count_ends(Trial& trial, double share) const;
   Trial here(const std::vector<WindowNode>& lap) const;

@@ -121,6 +121,7 @@ TEST_F(RecedingTimeTest, SaysWhereTheRoadAheadIsSlippery) {
       const bool behind = !wet(first.at) && believed < 0.75;  // the place may have grown
       if (near_its_end(first.at) || near_its_end(last.at)) {
         EXPECT_LE(last.at.grip, 1.51) << i;
+        EXPECT_GE(last.at.grip, 0.6) << i;
       } else if (behind) {
         EXPECT_LE(last.at.grip, 1.0) << i;
       } else if (!early) {

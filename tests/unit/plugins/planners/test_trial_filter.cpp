@@ -50,7 +50,8 @@ TEST(TrialFilter, ForgetsWhenClearedAndTheOldestWhenFull) {
 TEST(TrialFilter, RefusesWhatIsNotANumber) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   EXPECT_FALSE(fresh().take({1.0, 5.0}, {nan, 1.0}));
-  EXPECT_FALSE(fresh().take({1.0, 5.0}, {1.0, nan}));
+  EXPECT_FALSE(fresh().take({1.0, 5.0}, {0.5, nan}));
+  EXPECT_FALSE(fresh().take({1.0, 5.0}, {0.5, -std::numeric_limits<double>::infinity()}));
 }
 
 }  // namespace
