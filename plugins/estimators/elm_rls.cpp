@@ -167,7 +167,6 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
   bool learns_drive() const { return params_.drive_spread > 0 || params_.brake_spread > 0; }
   Eigen::Index unknowns() const { return 2 * static_cast<Eigen::Index>(params_.hidden) + (learns_drive() ? 4 : 2); }
   int first(Axle axle) const { return axle == Axle::front ? 0 : params_.hidden; }
-  const GenericTyres& tyres(Axle axle) const { return axle == Axle::front ? front_tyres_ : rear_tyres_; }
   double misfit(int channel) const { return misfit_[channel]; }
 
   /// Rates and their regressors: one column per channel.

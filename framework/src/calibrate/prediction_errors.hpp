@@ -65,7 +65,8 @@ class PredictionErrors {
   std::vector<std::vector<double>> errors(std::span<const double> params) const { return errors(params, nullptr); }
   /// `steps`, where given, become those of the observer, by log, to be told to what is derived at the same parameters.
   double cost(std::span<const double> params, std::vector<ObserverSteps>* steps = nullptr) const;
-  /// Derivatives by the unknowns' own moves (logarithms where they move so).
+  /// Derivatives by the unknowns' own moves (logarithms where they move so). `steps` are those that cost() found at these
+  /// very parameters, by log, or none; those of others give other predictions.
   NormalEquations linearise(std::span<const double> params, std::span<const Unknown> unknowns,
                             std::vector<ObserverSteps> steps = {}) const;
   /// Scales from the errors of these parameters: root mean squares without the worst 3 %, x and y alike.

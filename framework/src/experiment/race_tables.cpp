@@ -213,11 +213,17 @@ std::vector<std::string> interval_columns(const RaceResults& results) {
 
 namespace {
 
+/// Whether a lap begins with speed from better friction: then it may be faster than a flying lap at its own.
+bool enters_faster(const RunSummary& run, std::size_t lap) {
+  constexpr double drop = 0.05;  // of the friction factor: a fading that slow hardly matters
+  return run.lap_mean_factors[lap - 1] > run.lap_mean_factors[lap] + drop;
+}
+
 /// `inside` says what of the car never left the road.
 void add_beaten(const RunSummary& run, const LapTable& limits, const char* inside, std::vector<std::string>& beaten) {
   for (std::size_t lap = 1; lap < run.laps.size(); ++lap) {
     const std::optional<double> limit = limits.at(run.lap_mean_factors[lap]);
-    if (!limit || run.laps[lap] >= *limit - limits.error) continue;
+    if (!limit || run.laps[lap] >= *limit - limits.error || enters_faster(run, lap)) continue;
     beaten.push_back(run.stack + ", seed " + std::to_string(run.seed) + ": lap " + std::to_string(lap) + " took " +
                      cell_text(run.laps[lap], "%.3f") + " s " + inside + " the road, the limit is " +
                      cell_text(*limit, "%.3f") + " s with an error of " + cell_text(limits.error, "%.3f") + " s");

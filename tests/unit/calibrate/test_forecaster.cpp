@@ -246,13 +246,17 @@ TEST(Forecaster, StepsThatAreToldLeaveThePredictionsAsTheyAre) {
   rig.forecaster.run<double>(s, commands, nullptr, params, starts, told, &steps);
   EXPECT_EQ(steps, taken);
   ASSERT_EQ(told.size(), first.size());
-  for (std::size_t k = 0; k < told.size(); ++k)
-    EXPECT_TRUE(told[k] == first[k] || (std::isnan(told[k]) && std::isnan(first[k]))) << k;
+  const auto told_of = [](std::vector<double> all) {  // what is not predicted is not a number
+    std::erase_if(all, [](double x) { return std::isnan(x); });
+    return all;
+  };
+  ASSERT_GT(told_of(first).size(), first.size() / 2);
+  EXPECT_EQ(told_of(told), told_of(first));
   // They are followed, not found again.
   for (std::vector<int>& group : steps)
     for (int& substeps : group) ++substeps;
   rig.forecaster.run<double>(s, commands, nullptr, params, starts, told, &steps);
-  EXPECT_NE(told, first);
+  EXPECT_NE(told_of(told), told_of(first));
 }
 
 TEST(Forecaster, DerivativesByFramesHoldWhereTheCarHardlyMoves) {

@@ -234,6 +234,17 @@ TEST(RaceTables, ALimitThatIsBeatenInsideTheRoadIsNone) {
   EXPECT_THAT(out.str(), HasSubstr("the stated limit is too slow: elm, seed 1"));
 }
 
+/// A lap after a drop of friction begins faster than one that is driven on that friction alone.
+TEST(RaceTables, ALapThatBeginsOnBetterFrictionMayBeFasterThanTheLimit) {
+  const RaceSpec race = race_of();
+  std::vector<RunResult> runs = {run_of("none", 1, 0, {9, 7.4}), run_of("elm", 1, 0, {9, 7.4})};
+  runs[0].summary.lap_mean_factors[0] = runs[0].summary.lap_mean_factors[1] + 0.06;
+  runs[1].summary.lap_mean_factors[0] = runs[1].summary.lap_mean_factors[1] + 0.04;
+  const std::vector<std::string> beaten = beaten_limits({race, runs, {"none", "elm"}});
+  ASSERT_EQ(beaten.size(), 1u);
+  EXPECT_THAT(beaten[0], HasSubstr("elm"));
+}
+
 /// Laps of 7.6 s: a corner of elm was outside, which the limit of 7.7 s for the whole car says nothing about.
 TEST(RaceTables, TheLimitWithTheWholeCarInsideIsForRunsThatKeptItSo) {
   RaceSpec race = race_of();

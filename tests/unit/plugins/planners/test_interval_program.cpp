@@ -39,17 +39,14 @@ LapProblem one_interval(const LapPlace& place) {
           .mid_hi = {0.12}};
 }
 
-class Differences {
- public:
-  /// Relative to the largest of what is compared.
-  template <class A, class B>
-  void compare(const std::string& what, const A& own, const B& automatic, std::size_t count) {
-    double size = 1e-3;
-    for (std::size_t m = 0; m < count; ++m) size = std::max(size, std::abs(automatic[m]));
-    for (std::size_t m = 0; m < count; ++m)
-      EXPECT_NEAR(own[m] / size, automatic[m] / size, 1e-11) << what << ", entry " << m;
-  }
-};
+/// Relative to the largest of what is compared.
+template <class A, class B>
+void expect_same(const std::string& what, const A& own, const B& automatic, std::size_t count) {
+  double size = 1e-3;
+  for (std::size_t m = 0; m < count; ++m) size = std::max(size, std::abs(automatic[m]));
+  for (std::size_t m = 0; m < count; ++m)
+    EXPECT_NEAR(own[m] / size, automatic[m] / size, 1e-11) << what << ", entry " << m;
+}
 
 /// The program's own derivatives at a random point, weights included, beside those of its templates.
 void expect_same_derivatives(const IntervalProgram& program, std::mt19937& draw) {
@@ -68,24 +65,23 @@ void expect_same_derivatives(const IntervalProgram& program, std::mt19937& draw)
   const LapRates<Dual> rates = program.rates(0, x);
   const Dual cost = program.cost(0, x, rates);
   Dual sum = cost;
-  Differences check;
   EXPECT_NEAR(own.cost, cost.v, 1e-11 * (1.0 + std::abs(cost.v)));
-  check.compare("cost", own.cost_by, cost.g, lap_variables);
+  expect_same("cost", own.cost_by, cost.g, lap_variables);
   for (std::size_t j = 0; j < lap_states; ++j) {
     EXPECT_NEAR(own.rate[j], rates.state[j].v, 1e-11 * (1.0 + std::abs(rates.state[j].v)));
-    check.compare("rate " + std::to_string(j), own.rate_by[j], rates.state[j].g, lap_variables);
+    expect_same("rate " + std::to_string(j), own.rate_by[j], rates.state[j].g, lap_variables);
     sum += rate_weight[j] * rates.state[j];
   }
   int rows = 0;
   program.curved_rows_of(0, x, rates, [&](int row, const Dual& value) {
     const auto at = static_cast<std::size_t>(row - first_curved_row);
     EXPECT_NEAR(own.row[at], value.v, 1e-11 * (1.0 + std::abs(value.v))) << "row " << row;
-    check.compare("row " + std::to_string(row), own.row_by[at], value.g, lap_variables);
+    expect_same("row " + std::to_string(row), own.row_by[at], value.g, lap_variables);
     sum += row_weight[at] * value;
     ++rows;
   });
   EXPECT_EQ(rows, curved_rows);
-  check.compare("Hessian", own.lagrangian_by, sum.h, Dual::entries);
+  expect_same("Hessian", own.lagrangian_by, sum.h, Dual::entries);
 }
 
 struct Manner {

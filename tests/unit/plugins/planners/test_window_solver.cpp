@@ -120,6 +120,37 @@ TEST_F(WindowSolverTest, FollowsChangedTyresWithoutAllocating) {
   EXPECT_EQ(rig::allocations.load(), allocated);
 }
 
+// What is planned near a window's end keeps away from constraints, by a barrier that rises to `end_barrier`.
+TEST_F(WindowSolverTest, TheBarrierRisesTowardsTheEnd) {
+  const LapProblem problem = swinging_road(0.8);
+  const LapSolution solved = solve_lap(problem, guess_for(problem));
+  WindowSolver solver(problem, window);
+  std::vector<WindowNode> lap = nodes_of(solved);
+  constexpr std::size_t first = 20;
+  const WindowStep last = solve(solver, lap, solved, first, 1e-2, 200);
+  ASSERT_LT(last.change, 5e-3);
+  const auto barrier = [&](std::size_t k) {  // of a constraint that does not hold, as it follows the barrier at once
+    return lap[first + k].t[xi_most] * lap[first + k].lambda[xi_most];
+  };
+  EXPECT_NEAR(barrier(WindowSolver::near_part(window) / 2), 1e-5, 2e-6);
+  EXPECT_NEAR(barrier(window - 1), WindowSolver::end_barrier, 0.2 * WindowSolver::end_barrier);
+  EXPECT_GT(barrier(window - 8), 2e-5);
+}
+
+// Larger slips leave every constraint on them more than before: an iterate does not violate anything for that.
+TEST_F(WindowSolverTest, BoundsThatMoveAwayAreNotViolated) {
+  const LapProblem problem = swinging_road(0.8);
+  const LapSolution solved = solve_lap(problem, guess_for(problem));
+  WindowSolver solver(problem, window);
+  std::vector<WindowNode> lap = nodes_of(solved);
+  solve(solver, lap, solved, 20, 1e-2, 200);
+  solver.set_slip_max(1.2);
+  solver.set_car(problem.tyres, {});
+  const WindowStep step = solver.iterate(lap, 20, window, 1e-5, solved.z[20], solved.z[20 + window]);
+  EXPECT_TRUE(step.good);
+  EXPECT_LT(step.defect, 0.05);  // they moved by 0.5
+}
+
 /// A car of full size on the same road, fifty times as large, on half the friction of a dry road.
 LapProblem full_size_road(bool mirrored) {
   constexpr double size = 50.0;
