@@ -119,6 +119,7 @@ struct Dual {
   /// A copy. Written out because the compiler's own moves 16 bytes at a time from the value on: what was written as four
   /// derivatives is then read across two writes, which a CPU cannot serve before both have reached its cache.
   [[gnu::always_inline]] constexpr Dual(const Dual& b) : v(b.v) { dual_detail::copy<N>(d, b.d); }
+  /// A copy, written out for the same reason.
   [[gnu::always_inline]] constexpr Dual& operator=(const Dual& b) {
     v = b.v;
     dual_detail::copy<N>(d, b.d);
