@@ -23,6 +23,17 @@ inline constexpr double table_step = 2 * table_reach / static_cast<double>(table
 /// Slip angle at a knot [rad].
 constexpr double table_slip(std::ptrdiff_t knot) { return -table_reach + static_cast<double>(knot) * table_step; }
 
+/// Where a slip angle lies in a table: the knot before it, and the share of the step to the next.
+struct TablePlace {
+  std::ptrdiff_t knot;
+  double share;
+};
+inline TablePlace table_place(double slip) {
+  const double position = std::clamp((slip + table_reach) / table_step, 0.0, table_knots - 1.0);
+  const auto knot = std::min(static_cast<std::ptrdiff_t>(position), table_knots - 2);
+  return {knot, position - static_cast<double>(knot)};
+}
+
 class AxleTable {
  public:
   AxleTable() : value_(table_knots, 0.0), slope_(table_knots, 0.0) {}
@@ -35,9 +46,7 @@ class AxleTable {
     double force, slope;  // [N, N/rad]
   };
   Value at(double slip) const {
-    const double position = std::clamp((slip + table_reach) / table_step, 0.0, table_knots - 1.0);
-    const auto i = std::min(static_cast<std::ptrdiff_t>(position), table_knots - 2);
-    const double w = position - static_cast<double>(i);
+    const auto [i, w] = table_place(slip);
     const double f0 = value_[i], f1 = value_[i + 1];
     const double s0 = slope_[i] * table_step, s1 = slope_[i + 1] * table_step;
     const double c2 = 3 * (f1 - f0) - 2 * s0 - s1;
@@ -107,9 +116,8 @@ class TabulatedLayer {
   /// The nodes at a slip angle, between the knots as AxleTable; nodes [nodes] is the caller's.
   template <class Nodes>
   void read(double slip, Nodes&& nodes) const {
-    const double position = std::clamp((slip + table_reach) / table_step, 0.0, table_knots - 1.0);
-    const auto i = std::min(static_cast<std::ptrdiff_t>(position), table_knots - 2);
-    const double w = position - static_cast<double>(i), rise = w * w * (3.0 - 2.0 * w);
+    const auto [i, w] = table_place(slip);
+    const double rise = w * w * (3.0 - 2.0 * w);
     const double bend0 = table_step * w * square(1.0 - w), bend1 = table_step * w * w * (w - 1.0);
     nodes = (1.0 - rise) * rows_.row(i).transpose() + rise * rows_.row(i + 1).transpose() +
             bend0 * slopes(i).transpose() + bend1 * slopes(i + 1).transpose();
