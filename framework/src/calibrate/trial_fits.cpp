@@ -1,5 +1,6 @@
 #include "calibrate/trial_fits.hpp"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 
 namespace gripline::calibrate {
