@@ -17,6 +17,8 @@
 //
 // Neither the readings' noise nor how well the equations hold is told; both are matched to the innovations, from a
 // start and between bounds. Slips are taken on the path predicted from the readings freed of their estimated noise.
+// Side forces beside large drive or brake forces are less well known than others (`sharing_spread`): a car that brakes
+// hard into a turn still learns that friction has fallen.
 #include <algorithm>
 #include <array>
 #include <gripline/plugin.hpp>
@@ -39,7 +41,8 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
   struct Params {
     int hidden = 40;
     double stiffness = 6.0, stiffness_spread = 0.7, shape = 1.4, shape_spread = 0.2;
-    double friction = 0, friction_spread = 0.3, common = 0, most_drive = 10, drive_spread = 0, brake_spread = 0;
+    double friction = 0, friction_spread = 0.3, common = 0, most_drive = 10, sharing_spread = 0;
+    double drive_spread = 0, brake_spread = 0;
     double drift = 0.015, axle_drift = 0.005, shape_memory = 1000;
     double alarm = 4.5, change = 0.3;
     double sigma_v = 0.02, sigma_omega = 0.05, misfit = 0.02;
@@ -61,6 +64,9 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
             param("most_drive", &P::most_drive, "1", {0, 10},
                   "drive or brake force, as a share of friction, above which a sample teaches nothing of tyres and "
                   "drive"),
+            param("sharing_spread", &P::sharing_spread, "1", {0, 10},
+                  "standard deviation of what drive and brakes take off the square of a side force, relative to it; "
+                  "above 0 samples beyond most_drive teach of tyres what that leaves"),
             param("drive_spread", &P::drive_spread, "1", {0, 1},
                   "standard deviation of the drive force, relative to what the model says; 0: it is known"),
             param("brake_spread", &P::brake_spread, "1", {0, 1}, "the same of the brake force"),
@@ -120,12 +126,13 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
     fill_rows(predicted_path(begin, k, car));
     forget(k.dt);
     rls_.begin_step(sigma_.data());
-    if (drive_of(k) > params_.most_drive * gravity * std::min(belief_.mu_front, belief_.mu_rear))
-      leave_tyres_and_drive();
+    const bool hard = drive_of(k) > params_.most_drive * gravity * std::min(belief_.mu_front, belief_.mu_rear);
+    if (params_.sharing_spread > 0) doubt_sharing(k);
+    if (hard) leave_tyres_and_drive();
     test_for_change(k.dt);
     for (int c = 0; c < channels; ++c) {
       const auto innovation = rls_.innovation(c, rows_.col(c), rates_[c], k.dt, misfit(c));
-      adapt_noise(c, innovation);
+      if (!hard || params_.sharing_spread <= 0) adapt_noise(c, innovation);
       rls_.update(innovation);
     }
     ++seen_;
@@ -167,7 +174,8 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
   bool learns_drive() const { return params_.drive_spread > 0 || params_.brake_spread > 0; }
   Eigen::Index unknowns() const { return 2 * static_cast<Eigen::Index>(params_.hidden) + (learns_drive() ? 4 : 2); }
   int first(Axle axle) const { return axle == Axle::front ? 0 : params_.hidden; }
-  double misfit(int channel) const { return misfit_[channel]; }
+  /// Of this step.
+  double misfit(int channel) const { return std::hypot(misfit_[channel], sharing_misfit_[channel]); }
 
   /// Rates and their regressors: one column per channel.
   void fill_rows(const StepPath& path) {
@@ -195,16 +203,33 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
     return std::abs(drive_.at(k.x.vx, k.u.d - k.d_lag, k.at).drive_force) / car_.m;
   }
 
+  /// How well the equations of side force and moment hold where drive and brakes share friction with them. A side force
+  /// is F sqrt(1 - u) with the share u of the square that drive or brakes use; where u is known to a share s of itself,
+  /// its relative standard deviation is s u / (1 - u) / 2.
+  void doubt_sharing(const Sample& k) {
+    const StraightDrive::Rates drive = drive_.at(k.x.vx, k.u.d - k.d_lag, k.at);
+    const auto doubt = [&](Axle axle, double load, double peak) {
+      const Eigen::Index i = first(axle), n = params_.hidden;
+      const double kept = ellipse_.side_share(axle, drive.drive_force, load, peak);
+      const double force = rows_.col(1).segment(i, n).dot(rls_.theta().segment(i, n));
+      return 0.5 * params_.sharing_spread * (1.0 / square(kept) - 1.0) * force;
+    };
+    const double front = doubt(Axle::front, drive.load_front, peaks_.front);
+    const double rear = doubt(Axle::rear, drive.load_rear, peaks_.rear);
+    sharing_misfit_ = {0.0, std::hypot(front, rear), std::hypot(front * car_.lf, rear * car_.lr) / square(gyration_)};
+  }
+
   /// Takes the tyres, and the gains of drive and brakes, as they are believed to be in this step. Where drive or brakes
   /// use much of the friction, slip control, their split and the ellipse decide what arrives on the road and what is
-  /// left for side forces, and none of them is known well.
+  /// left for side forces, and none of them is known well. With `sharing_spread` that is said of side force and moment
+  /// (doubt_sharing), which go on teaching.
   void leave_tyres_and_drive() {
     const auto leave = [this](int c, Eigen::Index from, Eigen::Index count) {
       rates_[c] -= rows_.col(c).segment(from, count).dot(rls_.theta().segment(from, count));
       rows_.col(c).segment(from, count).setZero();
     };
     for (int c = 0; c < channels; ++c) {
-      leave(c, 0, 2 * params_.hidden);
+      if (c == 0 || params_.sharing_spread <= 0) leave(c, 0, 2 * params_.hidden);
       leave(c, 2 * params_.hidden + 2, unknowns() - 2 * params_.hidden - 2);
     }
   }
@@ -321,7 +346,7 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
   double expected_, gyration_;
   FrictionEllipse ellipse_;
   PeakForces peaks_;
-  std::array<double, channels> sigma_, largest_sigma_, misfit_, last_error_ = {}, rates_ = {};
+  std::array<double, channels> sigma_, largest_sigma_, misfit_, sharing_misfit_ = {}, last_error_ = {}, rates_ = {};
   Eigen::MatrixXd rows_, prior_covariance_;
   AxleTables tables_;
   ResistanceForce resistance_;

@@ -20,6 +20,10 @@ constexpr double barrier_per_change = 0.01;                     // barrier over 
 constexpr double least_change = 0.005, stalled_barrier = 2e-4;  // changes and stalls that raise it
 constexpr double driven_barrier = 1e-4;  // of what is driven: it costs a part of that per constraint
 constexpr int most_stalled = 15;         // control steps without a plan that can be driven
+// A plan that begins at a car which has left its last one: it may keep away further from constraints, obey the dynamics less
+// well, takes more Newton steps and is followed faster.
+constexpr double astray_barrier = 1e-3, astray_defect = 0.03, astray_follow = 0.5;
+constexpr int astray_work = 3;  // times the Newton steps of other control steps
 // A window without a plan begins again after so many control steps, each time later by as many, up to the most; where
 // the belief has moved by `other_car` (of tyre force over its peak, or of resistance over weight) after the fewest.
 constexpr int first_patience = 50, most_patience = 150, least_patience = 25;
@@ -129,6 +133,13 @@ void RecedingLaps::move_window(double station) {
     back += setup_->nodes().ds[first] / std::max(lap_[first].z[lap_vx], 0.05 * setup_->top_speed());
   }
   if (placed_ && time_between(first_, first) < hold) return;
+  // What lies behind a car that had left its plan is of that plan.
+  if (at_car_ && wrapped(first_ + lap_.size() - first) < lap_.size() / 8) return;
+  place_window(first);
+  at_car_ = false;
+}
+
+void RecedingLaps::place_window(std::size_t first) {
   const std::size_t old_end = wrapped(first_ + count_);
   const bool onward = placed_ && wrapped(first + lap_.size() - first_) < count_;
   // What is left behind without a plan is no start for the next lap.
@@ -142,6 +153,35 @@ void RecedingLaps::move_window(double station) {
   end_ = kept(wrapped(first + count_));
   settled_ = false;
   placed_ = true;
+}
+
+/// The window from the node behind a car on, as the car passed it.
+void RecedingLaps::begin_at(const State& car, double station) {
+  const LinePoint beside = setup_->base().at(station);
+  const double sine = std::sin(beside.yaw), cosine = std::cos(beside.yaw), dx = car.x - beside.x, dy = car.y - beside.y;
+  const double n = cosine * dy - sine * dx, along = cosine * dx + sine * dy;
+  place_window(node_at(station + along / std::max(0.2, 1.0 - n * beside.kappa)));
+  if (!at_car_) barrier_ = std::max(barrier_, astray_barrier);
+  at_car_ = true;
+  begin_ = passed(first_, car);
+}
+
+/// The state in which a car passed the node behind it: back along an arc, at the speeds that it has now.
+RecedingLaps::States RecedingLaps::passed(std::size_t node, const State& car) const {
+  constexpr double steepest = 1.0, slowest = 1.0;  // [rad, m/s]
+  const LinePoint at = setup_->base().at(setup_->nodes().s[node]);
+  const double sine = std::sin(at.yaw), cosine = std::cos(at.yaw), dx = car.x - at.x, dy = car.y - at.y;
+  const double along = cosine * dx + sine * dy, askew = std::remainder(car.yaw - at.yaw, 2.0 * std::numbers::pi);
+  const double turned = along * car.omega / std::max(std::hypot(car.vx, car.vy), slowest);
+  const double course = std::clamp(askew + std::atan2(car.vy, car.vx) - 0.5 * turned, -steepest, steepest);
+  States z{};
+  z[lap_n] = cosine * dy - sine * dx - along * std::tan(course);
+  z[lap_xi] = askew - turned;
+  z[lap_vx] = car.vx;
+  z[lap_vy] = car.vy;
+  z[lap_omega] = car.omega;
+  z[lap_delta] = car.delta;
+  return z;
 }
 
 /// One Newton step; whether the window is settled at its barrier, which then falls.
@@ -291,10 +331,15 @@ void RecedingLaps::approach(const CarBelief& car, double share) {
   mu_ = mu_of(car_.tyres);
 }
 
-void RecedingLaps::step(const CarBelief& car, double spread, double station, LapPlan& plan) {
-  move_window(station);
+void RecedingLaps::step(const CarBelief& car, double spread, double station, LapPlan& plan, const State* astray) {
+  if (astray != nullptr)
+    begin_at(*astray, station);
+  else
+    move_window(station);
   advance_belief(car, spread);
-  for (int i = 0; i < options_.iterations && !settled_; ++i) settled_ = improve();
+  if (astray != nullptr) begin_ = passed(first_, *astray);  // not slower, whatever is believed
+  const int most = (astray != nullptr ? astray_work : 1) * options_.iterations;
+  for (int i = 0; i < most && !settled_; ++i) settled_ = improve();
   const bool drivable = settled_ || defect_ < drivable_defect;
   stalled_ = drivable ? 0 : stalled_ + 1;
   lost_ = drivable ? 0 : lost_ + 1;
@@ -303,7 +348,11 @@ void RecedingLaps::step(const CarBelief& car, double spread, double station, Lap
     barrier_ = std::min(first_barrier, std::max(stalled_barrier, 5.0 * barrier_));
     stalled_ = 0;
   }
-  if (drivable && barrier_ <= driven_barrier) publish(plan);
+  if (astray != nullptr) {
+    if (defect_ < astray_defect && barrier_ <= astray_barrier) publish(plan, 0, astray_follow);
+  } else if (drivable && barrier_ <= driven_barrier) {
+    publish(plan, 1, options_.follow);
+  }
   // Where friction is believed to be less than what the plan is for, it is driven more slowly at once.
   const double mu = mu_of(car.tyres);
   changed_ = count_;
@@ -338,13 +387,21 @@ void RecedingLaps::set_curvature(LapPlan& plan, std::size_t i) const {
   plan.nodes[i].kappa = std::remainder(to - from, 2.0 * std::numbers::pi) / (0.5 * way0 + way1 + 0.5 * way2);
 }
 
-void RecedingLaps::publish(LapPlan& plan) {
-  const auto between = [this](double from, double to) { return from + options_.follow * (to - from); };
+/// As plan_node(), of the window's first node: there is none before it.
+LapPlan::Node RecedingLaps::first_node() const {
+  const States &z = lap_[first_].z, &q = lap_[wrapped(first_ + 1)].z;
+  const double slope = (q[lap_n] - z[lap_n]) / setup_->nodes().ds[first_];
+  return {z[lap_n], slope, std::hypot(z[lap_vx], z[lap_vy]), std::atan2(z[lap_vy], z[lap_vx]), 0.0};
+}
+
+/// The driven plan goes a share of the way to the window's, from its node `from` (0 or 1) on.
+void RecedingLaps::publish(LapPlan& plan, std::size_t from, double follow) {
+  const auto between = [follow](double a, double b) { return a + follow * (b - a); };
   const std::size_t count = WindowSolver::near_part(count_);
-  for (std::size_t k = 1; k < count; ++k) {
+  for (std::size_t k = from; k < count; ++k) {
     const std::size_t i = wrapped(first_ + k);
     LapPlan::Node& p = plan.nodes[i];
-    const LapPlan::Node q = plan_node(i);
+    const LapPlan::Node q = k > 0 ? plan_node(i) : first_node();
     p = {between(p.n, q.n), between(p.slope, q.slope), p.v, between(p.beta, q.beta), p.kappa};
     driven_v_[i] = between(driven_v_[i], q.v);
     driven_for_[i] = between(driven_for_[i], mu_);

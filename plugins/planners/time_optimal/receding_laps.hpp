@@ -12,6 +12,10 @@
 // three quarters are settled rests, and a belief that moved by less than its resolution, a quarter of its standard
 // deviation, is the old one. Less friction is followed at once: the same motion at lower speeds.
 //
+// A car that has left its plan, too fast for it or wide of it, begins another: the window then begins with the car's own
+// state, in every control step, and the plan is driven as soon as it can be. Where no plan could begin there, the
+// quadratic penalty of the begin finds the nearest state with one (window_solver.hpp).
+//
 // A belief need not be one of a car that can be driven. While no plan is found the old one is driven; the window begins
 // again now and then from the first lap, for the belief of that moment, sooner when the belief has moved.
 #pragma once
@@ -36,8 +40,9 @@ class RecedingLaps {
   RecedingLaps(const LapSetup& setup, const CarBelief& car, const RecedingOptions& options);
 
   /// One control step at a station of the base line, for this car; `spread` is the standard deviation of its friction
-  /// over that friction. Changes the nodes of `plan` from changed_first() on.
-  void step(const CarBelief& car, double spread, double station, LapPlan& plan);
+  /// over that friction. Changes the nodes of `plan` from changed_first() on. `astray`: the car, if it has left its plan;
+  /// it is beside that station then.
+  void step(const CarBelief& car, double spread, double station, LapPlan& plan, const State* astray = nullptr);
   /// Plans slips up to this angle from the next step on [rad]; no less than that of the setup.
   void set_slip_max(double slip);
   std::size_t changed_first() const { return first_; }
@@ -63,6 +68,9 @@ class RecedingLaps {
   std::size_t wrapped(std::size_t i) const { return i % lap_.size(); }
   void solve_whole_lap();
   void move_window(double station);
+  void begin_at(const State& car, double station);
+  void place_window(std::size_t first);
+  States passed(std::size_t node, const State& car) const;
   double time_between(std::size_t from, std::size_t to) const;
   std::size_t window_length(std::size_t first) const;
   States kept(std::size_t node) const;
@@ -71,8 +79,9 @@ class RecedingLaps {
   void slow_window(double share);
   void advance_belief(const CarBelief& car, double spread);
   void approach(const CarBelief& car, double share);
-  void publish(LapPlan& plan);
+  void publish(LapPlan& plan, std::size_t from, double follow);
   LapPlan::Node plan_node(std::size_t i) const;
+  LapPlan::Node first_node() const;
   void set_curvature(LapPlan& plan, std::size_t i) const;
   double difference_to(const CarBelief& car) const;
   void tell_solver();
@@ -100,6 +109,7 @@ class RecedingLaps {
   int lost_ = 0;     // the same, whatever was tried, since the window began from the first lap
   int patience_;     // control steps that it has to find a plan
   bool settled_ = false, placed_ = false;
+  bool at_car_ = false;     // the window began at a car that had left its plan, and has not moved on since
   bool following_ = false;  // the car that is solved for goes towards the one believed
   long iterations_ = 0, failures_ = 0;
 };

@@ -156,6 +156,8 @@ class LapPlanner : public SpeedPlanner {
   /// Friction that is planned for.
   double mu_plan() const { return mu_plan_; }
   PlanFollower& followed() { return line_; }
+  /// Whether references lead the car to the line from elsewhere.
+  bool joins() const { return join_.active(); }
   /// Slip that the front or the rear axle exceeded in one of 200 steps [rad].
   double visited_slip() const { return std::max(front_seen_.visited(), rear_seen_.visited()); }
   LapPlan plan_;
@@ -323,7 +325,7 @@ class RecedingTime final : public LapPlanner {
     double ahead = 6.0, follow = 0.15;
     double ellipse = 0.0, drive_front = 0.5, brake_front = 0.5, slip_most = 0.0;
     int nodes = 100, iterations = 2;
-    bool places = false;
+    bool places = false, from_car_state = false;
   };
   static constexpr auto parameters() {
     using P = Params;
@@ -341,6 +343,8 @@ class RecedingTime final : public LapPlanner {
             param("drive_front", &P::drive_front, "1", {0, 1}, "front share of the drive force"),
             param("brake_front", &P::brake_front, "1", {0, 1}, "front share of the brake force"),
             param("places", &P::places, "1", {0, 1}, "remember where the road is slippery"),
+            param("from_car_state", &P::from_car_state, "1", {0, 1},
+                  "a car that has left its plan, too fast for it or wide of it, begins another with its own state"),
             param("nodes", &P::nodes, "1", {30, 1000}, "of the program, at most"),
             param("iterations", &P::iterations, "1", {1, 100}, "Newton steps in a control step, at most")});
   }
@@ -354,7 +358,8 @@ class RecedingTime final : public LapPlanner {
                     .sharing = {params.ellipse, params.drive_front, params.brake_front}}),
         laps_(setup(), {scaled_to(typical().tyres, mu_plan()), typical().resistance},
               {params.ahead, params.nodes, params.iterations, params.follow}),
-        slip_most_(params.slip_most) {
+        slip_most_(params.slip_most),
+        from_car_state_(params.from_car_state) {
     if (params.places) places_.emplace(setup().nodes().s.size(), context.dt);
     plan_ = laps_.whole_plan();
     followed().set(plan_);
@@ -366,8 +371,10 @@ class RecedingTime final : public LapPlanner {
     // What is known of tyres ends where they have slipped; a curve fitted up to there holds a little further.
     constexpr double beyond = 1.4;
     laps_.set_slip_max(std::min(slip_most_, beyond * visited_slip()));
-    laps_.step({scaled_to(car.tyres, mu_plan()), car.resistance}, learned != nullptr ? relative_spread() : 0.0,
-               followed().locate(now.x.x, now.x.y), plan_);
+    const double station = followed().locate(now.x.x, now.x.y);
+    const bool astray = from_car_state_ && learned != nullptr && has_left_plan(now.x, station);
+    laps_.step({scaled_to(car.tyres, mu_plan()), car.resistance}, learned != nullptr ? relative_spread() : 0.0, station,
+               plan_, astray ? &now.x : nullptr);
     if (laps_.changed_count() > 0) followed().set(plan_, laps_.changed_first(), laps_.changed_count());
   }
 
@@ -395,8 +402,27 @@ class RecedingTime final : public LapPlanner {
   }
 
  private:
+  /// Whether the car is much faster than the plan beside it or runs wide of it, or did a moment ago. A car that joins the
+  /// line, or drives slowly, is led by its own path.
+  bool has_left_plan(const State& x, double station) {
+    constexpr double fast = 1.05, wide = 0.4, slow = 0.8;  // of the planned speed, of the car's width, of that speed
+    constexpr double least = 2.5;                          // speed over the car's least
+    constexpr double lasts = 0.3;                          // [s]
+    const PlanPoint plan = followed().at(station);
+    const double planned = params().pace * plan.v, v = std::hypot(x.vx, x.vy);
+    const double beside = std::cos(plan.yaw) * (x.y - plan.y) - std::sin(plan.yaw) * (x.x - plan.x);
+    const bool left = v > fast * planned || (std::abs(beside) > wide * setup().car().width && v > slow * planned);
+    if (joins() || v < least * setup().car().v_min)
+      astray_for_ = 0;
+    else
+      astray_for_ = left ? lasts : astray_for_ - dt();
+    return astray_for_ > 0;
+  }
+
   RecedingLaps laps_;
   double slip_most_;
+  bool from_car_state_;
+  double astray_for_ = 0;  // [s] that the plan still begins at the car
   std::optional<FrictionPlaces> places_;
   AxleTyres outside_;  // believed where the car was last in no such place
   double spread_outside_ = 0;

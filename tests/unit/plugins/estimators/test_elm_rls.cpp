@@ -239,6 +239,27 @@ TEST(ElmRls, SamplesUnderDriveTeachNothingOfTheTyresWhereTold) {
   EXPECT_GT(rls->belief().sigma_front, 0.2);
 }
 
+// The true car's side forces do not know of its drive: an ellipse that takes little off them is nearly right.
+TEST(ElmRls, SamplesUnderDriveTeachAsFarAsTheSharingOfFrictionIsKnown) {
+  Nominal nominal("ekinematic");
+  const Drive drive = drive_bends(6, 3, fresh);
+  const auto learned = [&](double spread) {
+    const auto rls = make_estimator("elm_rls", nominal,
+                                    {{"most_drive", 0.0},
+                                     {"sharing_spread", spread},
+                                     {"ellipse", 3.0},
+                                     {"drive_front", 0.5},
+                                     {"brake_front", 0.5}});
+    learn(*rls, nominal, drive);
+    return rls->belief();
+  };
+  const Belief sure = learned(1.0), unsure = learned(10.0);
+  const TrueCar truth;
+  EXPECT_NEAR(total_mu(sure, truth.car), truth.mu(), 0.05);
+  EXPECT_LT(sure.sigma_front, 0.1);
+  EXPECT_GT(unsure.sigma_front, 1.1 * sure.sigma_front);
+}
+
 /// Largest error of vx' straight ahead, with full throttle to full brake, of the 1:43 car behind a nominal model that is
 /// told `share` of its motor and brakes.
 double straight_error(double spread, double share) {

@@ -202,6 +202,80 @@ TEST_F(RecedingLapsAfterAWrongBelief, AStandingCarGetsItsPlanBack) {
   EXPECT_LT(moved, 0.1);
 }
 
+/// A car beside its plan or faster than it, which goes on along the base line.
+class RecedingLapsAstray : public RecedingLapsAfterAWrongBelief {
+ protected:
+  std::size_t node() const { return laps_->node_at(at_); }
+  const LapPlan::Node& planned() const { return plan_.nodes[node()]; }
+  /// At `at_`, this far to the left of the plan at the node behind it, at a multiple of its speed.
+  State astray(double beside, double faster) const {
+    const LinePoint p = setup_->base().at(at_);
+    const double n = planned().n + beside;
+    State x;
+    x.x = p.x - std::sin(p.yaw) * n;
+    x.y = p.y + std::cos(p.yaw) * n;
+    x.yaw = p.yaw + std::atan2(planned().slope, 1.0 - n * p.kappa);
+    x.vx = faster * planned().v;
+    x.omega = x.vx * p.kappa;
+    return x;
+  }
+  void plan_from(const State& x, int count) {
+    for (int i = 0; i < count; ++i) laps_->step(believed(0.8), 0.0, at_, plan_, &x);
+  }
+  /// The most that the plan leaves the road by, in the next two seconds [m].
+  double outside() const {
+    const LapProblem problem = setup_->problem(believed(0.8));
+    double most = 0;
+    for (std::size_t k = 0; k < 60; ++k) {
+      const std::size_t i = (node() + k) % plan_.nodes.size();
+      most = std::max({most, plan_.nodes[i].n - problem.n_hi[i], problem.n_lo[i] - plan_.nodes[i].n});
+    }
+    return most;
+  }
+};
+
+TEST_F(RecedingLapsAstray, APlanBeginsWithTheCarsOwnStateAndJoinsTheLap) {
+  drive(3.0, believed(0.8));
+  const LapPlan before = plan_;
+  const std::size_t here = node();
+  const State x = astray(-0.02, 1.06);
+  const long allocated = rig::allocations.load();
+  plan_from(x, 15);
+  EXPECT_EQ(rig::allocations.load(), allocated);
+  EXPECT_EQ(laps_->changed_first(), here);
+  const double since = at_ - setup_->nodes().s[here];
+  EXPECT_NEAR(plan_.nodes[here].n, before.nodes[here].n - 0.02 - before.nodes[here].slope * since, 2e-3);
+  EXPECT_NEAR(plan_.nodes[here].v, x.vx, 0.01 * x.vx);
+  EXPECT_LT(outside(), 1e-3);
+  const std::size_t later = (here + 50) % plan_.nodes.size();
+  EXPECT_NEAR(plan_.nodes[later].n, before.nodes[later].n, 3e-3);
+  EXPECT_NEAR(plan_.nodes[later].v, before.nodes[later].v, 0.01 * before.nodes[later].v);
+}
+
+// In the middle of braking for a turn nobody can be a quarter faster and stay on the road.
+TEST_F(RecedingLapsAstray, WhereNoPlanBeginsWithTheCarItBeginsNearby) {
+  const auto loss = [&](std::size_t k) { return plan_.nodes[k].v - plan_.nodes[(k + 5) % plan_.nodes.size()].v; };
+  std::size_t hardest = 0;
+  for (std::size_t k = 0; k < plan_.nodes.size(); ++k)
+    if (loss(k) > loss(hardest)) hardest = k;
+  at_ = setup_->nodes().s[hardest] - 3.0 * speed;
+  drive(3.0, believed(0.8));
+  const State x = astray(0.0, 1.25);
+  plan_from(x, 40);
+  EXPECT_GT(planned().v, 0.8 * x.vx);
+  EXPECT_LT(planned().v, 0.97 * x.vx);
+  EXPECT_LT(outside(), 2e-3);
+}
+
+TEST_F(RecedingLapsAstray, ACarThatIsBackHasThePlanThatItHadBefore) {
+  drive(3.0, believed(0.8));
+  const LapPlan before = plan_;
+  plan_from(astray(-0.02, 1.06), 15);
+  drive(4.0, believed(0.8));
+  EXPECT_LE(laps_->barrier(), 1e-4);
+  EXPECT_LT(difference_ahead(before), 0.05);
+}
+
 // Where the road is slippery turns are planned at the speed that its friction allows.
 TEST_F(RecedingLapsTest, PlansForASlipperyPlace) {
   steps(100, believed(0.8), 0.0);
