@@ -17,7 +17,7 @@
 //
 // Neither the readings' noise nor how well the equations hold is told; both are matched to the innovations, from a
 // start and between bounds. Slips are taken on the path predicted from the readings freed of their estimated noise.
-// Side forces beside large drive or brake forces are less well known than others (`sharing_spread`): a car that brakes
+// Side forces beside large drive or brake forces are less well known than others (`sharing_spread`): so a car that brakes
 // hard into a turn still learns that friction has fallen.
 #include <algorithm>
 #include <array>
@@ -66,7 +66,7 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
                   "drive"),
             param("sharing_spread", &P::sharing_spread, "1", {0, 10},
                   "standard deviation of what drive and brakes take off the square of a side force, relative to it; "
-                  "above 0 samples beyond most_drive teach of tyres what that leaves"),
+                  "above 0 braking beyond most_drive teaches of tyres what that leaves"),
             param("drive_spread", &P::drive_spread, "1", {0, 1},
                   "standard deviation of the drive force, relative to what the model says; 0: it is known"),
             param("brake_spread", &P::brake_spread, "1", {0, 1}, "the same of the brake force"),
@@ -126,13 +126,15 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
     fill_rows(predicted_path(begin, k, car));
     forget(k.dt);
     rls_.begin_step(sigma_.data());
-    const bool hard = drive_of(k) > params_.most_drive * gravity * std::min(belief_.mu_front, belief_.mu_rear);
-    if (params_.sharing_spread > 0) doubt_sharing(k);
-    if (hard) leave_tyres_and_drive();
+    const double drive = drive_of(k);
+    const bool hard = std::abs(drive) > params_.most_drive * gravity * std::min(belief_.mu_front, belief_.mu_rear);
+    const bool shares = params_.sharing_spread > 0;
+    if (shares) doubt_sharing(k);
+    if (hard) leave_drive_and_tyres(shares && drive < 0);
     test_for_change(k.dt);
     for (int c = 0; c < channels; ++c) {
       const auto innovation = rls_.innovation(c, rows_.col(c), rates_[c], k.dt, misfit(c));
-      if (!hard || params_.sharing_spread <= 0) adapt_noise(c, innovation);
+      if (!hard || !shares) adapt_noise(c, innovation);
       rls_.update(innovation);
     }
     ++seen_;
@@ -198,10 +200,8 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
     rates_ = {path.drive_loss / car_.m, path.side / car_.m, path.moment / car_.Iz};
   }
 
-  /// Drive or brake force over mass [m/s2].
-  double drive_of(const Sample& k) const {
-    return std::abs(drive_.at(k.x.vx, k.u.d - k.d_lag, k.at).drive_force) / car_.m;
-  }
+  /// Drive force over mass, negative of brakes [m/s2].
+  double drive_of(const Sample& k) const { return drive_.at(k.x.vx, k.u.d - k.d_lag, k.at).drive_force / car_.m; }
 
   /// How well the equations of side force and moment hold where drive and brakes share friction with them. A side force
   /// is F sqrt(1 - u) with the share u of the square that drive or brakes use; where u is known to a share s of itself,
@@ -221,15 +221,14 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
 
   /// Takes the tyres, and the gains of drive and brakes, as they are believed to be in this step. Where drive or brakes
   /// use much of the friction, slip control, their split and the ellipse decide what arrives on the road and what is
-  /// left for side forces, and none of them is known well. With `sharing_spread` that is said of side force and moment
-  /// (doubt_sharing), which go on teaching.
-  void leave_tyres_and_drive() {
+  /// left for side forces, and none of them is known well. `side`: side force and moment go on teaching.
+  void leave_drive_and_tyres(bool side) {
     const auto leave = [this](int c, Eigen::Index from, Eigen::Index count) {
       rates_[c] -= rows_.col(c).segment(from, count).dot(rls_.theta().segment(from, count));
       rows_.col(c).segment(from, count).setZero();
     };
     for (int c = 0; c < channels; ++c) {
-      if (c == 0 || params_.sharing_spread <= 0) leave(c, 0, 2 * params_.hidden);
+      if (c == 0 || !side) leave(c, 0, 2 * params_.hidden);
       leave(c, 2 * params_.hidden + 2, unknowns() - 2 * params_.hidden - 2);
     }
   }
