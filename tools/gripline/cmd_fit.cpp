@@ -6,6 +6,7 @@
 #include <optional>
 #include <span>
 
+#include "calibrate/yaw_hold.hpp"
 #include "config/errors.hpp"
 #include "config/json_file.hpp"
 #include "config/shipped.hpp"
@@ -203,6 +204,7 @@ int run_fit(Arguments args) {
   std::vector<calibrate::Unknown> unknowns = calibrate::read_unknowns(world.tree, places, values, chosen, errors);
   errors.throw_if_any();
   calibrate::start_delays(map, files, forecaster, world.tree, values, unknowns);
+  calibrate::hold_to_yaw(world.spec, places, calibrate::offset_by_yaw(files), values, unknowns);
 
   calibrate::FitOptions fit = fit_options_of(*given, world.spec);
   const StopSignal stop(StopSignal::Reaction::end);

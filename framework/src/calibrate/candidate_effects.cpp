@@ -9,6 +9,7 @@
 #include "calibrate/fit.hpp"
 #include "calibrate/fit_starts.hpp"
 #include "calibrate/place_effects.hpp"
+#include "calibrate/yaw_hold.hpp"
 
 namespace gripline::calibrate {
 namespace {
@@ -92,6 +93,8 @@ CandidateEffect candidate_of(const PluginEntry& entry, const PluginContext& cont
   for (const abi::ParamDecl& p : params) {
     values.push_back({by_fit && p.fit ? p.neutral : p.default_value, Table{}});
     c.numbers.push_back(values.back().number);
+    c.low.push_back(p.lo);
+    c.high.push_back(p.hi);
   }
   c.effect = create<Effect>(entry, context, values);
   std::vector<double> strong = c.numbers;  // at neutral values nothing looks back
@@ -278,10 +281,9 @@ std::vector<EffectScore> score_candidates(const StagedCar& own, std::span<const 
   Index at = n;
   for (const std::size_t c : used) {
     std::vector<Interval> room;
-    for (const std::size_t i : candidates[c].tested) {
-      const abi::ParamDecl& p = candidates[c].entry->params()[i];
-      room.push_back({p.lo - candidates[c].numbers[i], p.hi - candidates[c].numbers[i], 0.0, 0.0});
-    }
+    for (const std::size_t i : candidates[c].tested)
+      room.push_back({candidates[c].low[i] - candidates[c].numbers[i], candidates[c].high[i] - candidates[c].numbers[i],
+                      0.0, 0.0});
     EffectScore one = score_of(blocks, known, told, prior, at, room);
     at += static_cast<Index>(room.size());
     one.candidate = c;
@@ -296,7 +298,8 @@ std::vector<Advice> advise(const WorldSpec& world, const Registry& registry, con
   PluginContext context;
   context.car = world.car.car;
   const Vehicle vehicle(world.vehicle, context);
-  const auto candidates = candidate_effects(world.vehicle, world.car.car, registry, world.track != nullptr);
+  auto candidates = candidate_effects(world.vehicle, world.car.car, registry, world.track != nullptr);
+  hold_to_yaw(candidates, offset_by_yaw(logs));
   // Those that are kept at their priors too: an effect that does what they do is another name of them.
   std::vector<Unknown> fitted;
   for (const FittedParameter& p : found.parameters) fitted.push_back(p.unknown);

@@ -14,6 +14,7 @@ struct CandidateEffect {
   const PluginEntry* entry = nullptr;
   Instance<Effect> effect{nullptr, nullptr};
   std::vector<double> numbers;      // of all its parameters
+  std::vector<double> low, high;    // how far each of them may go
   std::vector<std::size_t> tested;  // parameters whose derivatives there say something
   std::vector<std::size_t> open;    // parameters that a fit may move
   std::string id() const { return entry->decl->id; }

@@ -10,6 +10,7 @@
 #include "calibrate/fit_starts.hpp"
 #include "calibrate/place_effects.hpp"
 #include "calibrate/session_adaptation.hpp"
+#include "calibrate/yaw_hold.hpp"
 #include "config/errors.hpp"
 #include "config/files.hpp"
 #include "config/json_file.hpp"
@@ -177,6 +178,7 @@ class MeasuredRun {
     std::vector<Unknown> unknowns = read_unknowns(spec_.tree, places, values, {}, errors);
     errors.throw_if_any();
     start_delays(map_, files_, forecaster, spec_.tree, values, unknowns);
+    hold_to_yaw(spec_.world, places, offset_by_yaw(files_), values, unknowns);
     tell("fit");
     out_.fit = fit(forecaster, train_, values, unknowns, fit_);
     out_.fit.friction =

@@ -8,6 +8,7 @@
 #include "calibrate/place_effects.hpp"
 #include "calibrate/trial_fits.hpp"
 #include "calibrate/witnesses.hpp"
+#include "calibrate/yaw_hold.hpp"
 #include "config/errors.hpp"
 #include "measured/session_health.hpp"
 
@@ -89,6 +90,7 @@ class MissingSearch {
   std::vector<FitLog> report_;  // logs held out: have a say in what stays, and figures are of them; may be none
   TrialFits fits_{forecast_, train_};
   std::vector<std::string> logs_;
+  std::optional<measured::YawRateOffset> by_yaw_;  // what the logs' yaw says of their yaw rate
   std::unique_ptr<Trial> given_, calibrated_, found_;
   std::vector<Unknown> observer_;            // of the given world, disturbances too
   std::vector<double> as_given_;             // its parameters, disturbances too
@@ -149,6 +151,8 @@ void MissingSearch::calibrate(const std::list<measured::SessionFile>& files) {
   std::vector<Unknown> unknowns = read_unknowns(tree_, given_->places, values, {}, errors);
   errors.throw_if_any();
   start_delays(map_, files, given_->forecaster, tree_, values, unknowns);
+  by_yaw_ = offset_by_yaw(files);
+  hold_to_yaw(spec_, given_->places, by_yaw_, values, unknowns);
   for (const Unknown& u : unknowns)
     if (u.observer) observer_.push_back(u);
   as_given_ = given_->params;
@@ -236,8 +240,9 @@ void MissingSearch::try_one(const CandidateEffect& effect, const EffectScore& sc
 /// does.
 bool MissingSearch::add_one() {
   const bool first = added_.empty();
-  const auto candidates =
+  auto candidates =
       candidate_effects(found_->spec.vehicle, found_->spec.car.car, registry_, found_->spec.track != nullptr);
+  hold_to_yaw(candidates, by_yaw_);
   auto scores = score_candidates(found_->vehicle.car(), candidates, forecast_, train_, found_->params, found_->unknowns,
                                  fits_.weighing);
   std::ranges::stable_sort(scores, std::greater<>(), &EffectScore::gain);

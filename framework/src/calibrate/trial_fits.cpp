@@ -64,7 +64,10 @@ std::unique_ptr<Trial> TrialFits::with(const Trial& base, const CandidateEffect&
   const std::size_t before = trial->unknowns.size();
   for (const std::size_t i : effect.open) {
     const ParameterPlace* const place = trial->find(pointer_of(effect.id(), effect.entry->params()[i].name));
-    trial->unknowns.push_back(open_parameter(*place, effect.numbers[i]));
+    Unknown open = open_parameter(*place, effect.numbers[i]);
+    open.low = std::max(open.low, effect.low[i]);
+    open.high = std::min(open.high, effect.high[i]);
+    trial->unknowns.push_back(std::move(open));
   }
   Eigen::VectorXd move = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(trial->unknowns.size()));
   move.head(score.move.size()) = score.move;

@@ -1,0 +1,32 @@
+// How far off the yaw-rate channel of logs is, by their own yaw: no model of a car has a say in it.
+#pragma once
+
+#include <optional>
+#include <span>
+#include <utility>
+
+#include "measured/session.hpp"
+
+namespace gripline::measured {
+
+/// What the yaw rate shows beyond the change of yaw, a mean over time.
+struct YawRateOffset {
+  double value = 0;           // [rad/s]
+  double sigma = 0;           // standard error, by the spread over stretches [rad/s]
+  std::size_t stretches = 0;  // two or more
+  /// What is as sure as three standard deviations of a normal (99.7 %), by the t distribution: wide where stretches are
+  /// few [rad/s].
+  std::pair<double, double> range() const;
+};
+
+/// Of all logs together. Nothing where no log reads both yaw and yaw rate, or all that do are short: below two
+/// stretches of 10 s. Gaps, yaws that jump (a frame that is turned) and how a log wraps its yaw do not count.
+///
+/// A stretch's sum S is the integral of the yaw rate less the change of yaw, over its time T; the offset is
+/// sum S / sum T, a ratio estimate, of variance n / (n - 1) sum (S - offset T)^2 / (sum T)^2 (Cochran, Sampling
+/// Techniques, 1977, 6.3-6.4). Noise of yaw and a yaw rate that is late err at a stretch's two ends only; where
+/// stretches adjoin that error of the one is that of the other with its sign turned, so that the variance is, if
+/// anything, too large.
+std::optional<YawRateOffset> yaw_rate_offset(std::span<const Session* const> sessions);
+
+}  // namespace gripline::measured
