@@ -92,7 +92,7 @@ std::unique_ptr<Trial> TrialFits::with(const Trial& base, const CandidateEffect&
 
 std::unique_ptr<Trial> TrialFits::without(const Trial& base, const NormalEquations& blocks,
                                           const std::string& effect) const {
-  constexpr int iterations = 10;
+  constexpr int most_iterations = 60;  // that of an end of grip moves far: it ends where little changes
   auto trial = std::make_unique<Trial>(without_effect(base.spec, effect), forecast_);
   take_over(*trial, base);
   const PredictionErrors from = errors(*trial);
@@ -103,7 +103,7 @@ std::unique_ptr<Trial> TrialFits::without(const Trial& base, const NormalEquatio
     trial->cost = less;
     trial->params = std::move(next);
   }
-  refit(*trial, iterations, enough_of_a_trial);
+  refit(*trial, most_iterations, enough_of_a_trial);
   return trial;
 }
 
