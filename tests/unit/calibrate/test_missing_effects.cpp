@@ -14,7 +14,8 @@ using test::small_car_world;
 /// A world that knows nothing of pedals and steering, and a log of a car with these effects.
 MissingEffects found_in_log_of(const char* effects, const char* nominal_patch = "{}",
                                const test::WeavingLog& log = {.seconds = 60, .noise = 1},
-                               const std::vector<test::WeavingLog>& held_out = {}) {
+                               const std::vector<test::WeavingLog>& held_out = {},
+                               const std::function<void(measured::Session&)>& change = {}) {
   const CalibrateRig truth(small_car_world(effects));
   const CalibrateRig nominal(merge(small_car_world(R"({"plant": {"effects": []}, "unknowns": {
       "/plant/params/Bf": {"group": "tyres", "sigma": 0.3, "scale": "log"},
@@ -24,6 +25,7 @@ MissingEffects found_in_log_of(const char* effects, const char* nominal_patch = 
     measured::SessionFile file;
     file.session = test::drive(truth.vehicle.car(), one);
     file.session.name = name;
+    if (change) change(file.session);
     file.row_step = 0.02;
     return file;
   };
@@ -107,6 +109,28 @@ TEST(MissingEffects, AShortLogHeldOutHasNoSay) {
   EXPECT_EQ(found.sessions.front().log, "held out");
   EXPECT_LT(found.sessions.front().change.change, 0.0);
   EXPECT_EQ(found.sessions.front().change.high, 1.0) << "nothing is told of two stretches";
+}
+
+/// An offset of the yaw rate is named. Where yaw turns with it, it is none of a channel.
+TEST(MissingEffects, AnOffsetOfTheYawRateIsNamedWhereYawSaysSo) {
+  const auto found_with = [](double of_rate, double of_yaw) {
+    return found_in_log_of(R"({"plant": {"effects": []}})", "{}", {.seconds = 60, .noise = 1}, {},
+                           [&](measured::Session& s) {
+                             for (std::size_t row = 0; row < s.rows(); ++row) {
+                               s.reading[row * measured::channels + 2] += of_yaw * s.t[row];
+                               s.reading[row * measured::channels + 5] += of_rate;
+                             }
+                           });
+  };
+  const MissingEffects found = found_with(-0.1, 0.0);
+  const MissingEffect* const named = find(found, "yawrate_bias");
+  ASSERT_NE(named, nullptr);
+  EXPECT_TRUE(named->measurement);
+  EXPECT_TRUE(named->change.helps());
+  EXPECT_NEAR(named->params.front().value, -0.1, 0.005);
+  const MissingEffects contradicted = found_with(-0.1, -0.1);
+  EXPECT_EQ(find(contradicted, "yawrate_bias"), nullptr);
+  EXPECT_FALSE(contradicted.named.empty()) << "the yaw rate is off, whatever for";
 }
 
 TEST(MissingEffects, NothingIsNamedWhereNothingIsMissing) {
