@@ -339,6 +339,9 @@ MissingSearch::Asked MissingSearch::ask(std::size_t index, const NormalEquations
 /// much that what is left is surely worse than all together. What was the least sure of those that are left is asked
 /// first, and goes at once. All that stay were asked beside each other.
 void MissingSearch::keep_what_helps() {
+  if (added_.empty()) return;
+  fits_.refit_until_still(*found_);  // as those without one of the effects are that it is compared with
+  found_->judged = judge(*found_, judge_);
   const WitnessErrors first = errors_of(*found_);
   std::map<std::string, double> sure;  // of effects that were asked
   const auto known = [&](const std::string& effect) { return sure.contains(effect) ? sure[effect] : 0.0; };

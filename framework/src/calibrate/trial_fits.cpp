@@ -44,6 +44,11 @@ void TrialFits::refit(Trial& trial, int iterations, double until) const {
   trial.params = least_squares(errors(trial), trial.unknowns, trial.params, steps, trial.cost);
 }
 
+void TrialFits::refit_until_still(Trial& trial) const {
+  constexpr int most_iterations = 60;  // one without an end of grip moves far
+  refit(trial, most_iterations, enough_of_a_trial);
+}
+
 bool TrialFits::refit_near(Trial& trial, double rival) const {
   constexpr int at_a_time = 2, most_times = 6;
   constexpr double hope = 3.0;  // times what the last iterations took off may still come
@@ -92,7 +97,6 @@ std::unique_ptr<Trial> TrialFits::with(const Trial& base, const CandidateEffect&
 
 std::unique_ptr<Trial> TrialFits::without(const Trial& base, const NormalEquations& blocks,
                                           const std::string& effect) const {
-  constexpr int most_iterations = 60;  // that of an end of grip moves far: it ends where little changes
   auto trial = std::make_unique<Trial>(without_effect(base.spec, effect), forecast_);
   take_over(*trial, base);
   const PredictionErrors from = errors(*trial);
@@ -103,7 +107,7 @@ std::unique_ptr<Trial> TrialFits::without(const Trial& base, const NormalEquatio
     trial->cost = less;
     trial->params = std::move(next);
   }
-  refit(*trial, most_iterations, enough_of_a_trial);
+  refit_until_still(*trial);
   return trial;
 }
 

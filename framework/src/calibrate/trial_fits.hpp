@@ -19,6 +19,8 @@ class TrialFits {
 
   PredictionErrors errors(const Trial& trial) const;
   void refit(Trial& trial, int iterations, double until = LeastSquaresOptions{}.enough) const;
+  /// Fits until little changes, however long that takes.
+  void refit_until_still(Trial& trial) const;
   /// Fits until little changes; given up (false) where it will hardly come down to a rival's cost.
   bool refit_near(Trial& trial, double rival) const;
   /// One effect more, from where its score test says. Not fitted yet.
