@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <memory>
+#include <optional>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -18,6 +20,78 @@ namespace fs = std::filesystem;
 
 Node parse(const fs::path& file, JsonBudget& budget) {
   return parse_json(read_bytes(file), std::make_shared<const Source>(Source{shown(file), file.parent_path()}), budget);
+}
+
+/// `file`, as `name` names it, if it can be read.
+fs::path readable(const Node& name, const fs::path& file, std::string_view text) {
+  if (const std::string reason = why_unreadable(file); !reason.empty())
+    throw InputError(name.origin, '"' + std::string(text) + "\": " + reason);
+  return file;
+}
+
+void refuse_long(const Node& name) {
+  if (name.text().size() > json_limits.name)
+    throw InputError(name.origin, "a file's name of " + std::to_string(name.text().size()) +
+                                      " bytes; the longest that is read has " + std::to_string(json_limits.name));
+}
+
+/// What "extends" names: a file, and a JSON pointer to the part of it.
+struct Extended {
+  fs::path file;
+  std::string pointer;  ///< empty is the whole
+};
+
+/// A file's name may hold a '#' too: it ends at the first "#/" before which there is a file.
+Extended extended_by(const Node& name) {
+  refuse_long(name);
+  const std::string_view text = name.text();
+  const std::size_t first = text.find("#/");
+  if (first == 0) throw InputError(name.origin, "expected the name of a file before the \"#\" of " + name.describe());
+  std::error_code failed;
+  for (std::size_t end = first; end != std::string_view::npos; end = text.find("#/", end + 1)) {
+    const fs::path file = resolve_path(Node(text.substr(0, end), name.origin));
+    if (fs::exists(file, failed) && !fs::is_directory(file, failed))
+      return {readable(name, file, text.substr(0, end)), std::string(text.substr(end + 1))};
+  }
+  const fs::path whole = resolve_path(name);
+  // Without such a folder the name before the first "#/" is the one that was misspelt.
+  if (first == std::string_view::npos || fs::is_directory(whole.parent_path(), failed))
+    return {readable(name, whole, text), {}};
+  const std::string_view before = text.substr(0, first);
+  return {readable(name, resolve_path(Node(before, name.origin)), before), std::string(text.substr(first + 1))};
+}
+
+/// The names that could follow `node`, and what is wrong with `name` there.
+std::string no_such_part(const Node& node, const std::string& name) {
+  if (node.is_array())
+    return ": \"" + name + "\" is none of its " + std::to_string(node.array().size()) + " elements, counted from 0";
+  if (!node.is_object()) return ": it is " + node.describe();
+  std::vector<std::string> keys;
+  for (const Member& one : node.object()) keys.push_back(one.key);
+  return ": no \"" + name + "\" there" + did_you_mean(name, keys);
+}
+
+/// The value at `pointer` of what `name` extends.
+Node part_of(const Node& root, const std::string& pointer, const Node& name) {
+  const std::vector<std::string> keys = [&] {
+    try {
+      return split_pointer(pointer);
+    } catch (const InputError& error) {
+      throw InputError(name.origin, error.diagnostics().front().message);
+    }
+  }();
+  const Node* node = &root;
+  std::string above;
+  for (const std::string& key : keys) {
+    const Node* const next = find_pointer(*node, join_pointer("", key));
+    if (next == nullptr) {
+      throw InputError(name.origin, "nothing is at " + pointer + " of \"" + root.origin.source->name + "\", " +
+                                        (above.empty() ? "the top level" : above) + no_such_part(*node, key));
+    }
+    node = next;
+    above = join_pointer(above, key);
+  }
+  return *node;
 }
 
 /// Loads files that extend files. Knows the chain it is in, to notice a circle.
@@ -49,14 +123,11 @@ class Loader {
     }
   }
 
-  /// `patch` over the file that `name` names.
+  /// `patch` over the file, or the part of one, that `name` names.
   Node merged_over(const Node& name, const Node& patch, int depth) {
     if (!name.is_text())
       throw InputError(name.origin, "expected the path of a JSON file to extend, found " + name.describe());
-    const fs::path file = resolve_path(name);
-    if (const std::string reason = why_unreadable(file); !reason.empty()) {
-      throw InputError(name.origin, '"' + name.text() + "\": " + reason);
-    }
+    const auto [file, pointer] = extended_by(name);
     refuse_circle(name, file);
     if (chain_.size() >= static_cast<std::size_t>(json_limits.chain))
       throw InputError(name.origin, "files extend files more than " + std::to_string(json_limits.chain) + " deep");
@@ -64,6 +135,7 @@ class Loader {
       throw InputError(name.origin,
                        "\"extends\" opens more than " + std::to_string(json_limits.files) + " files: each use counts");
     Node base = load(file, depth);
+    if (!pointer.empty()) base = part_of(base, pointer, name);
     if (!base.is_object()) {
       throw InputError(name.origin,
                        '"' + name.text() + "\" holds " + base.describe() + ", expected an object to extend");
@@ -107,11 +179,8 @@ Node load_json(const fs::path& file) { return Loader().load(file); }
 
 void inline_file(Node& node) {
   if (!node.is_text()) return;
-  const fs::path file = resolve_path(node);
-  if (const std::string reason = why_unreadable(file); !reason.empty()) {
-    throw InputError(node.origin, '"' + node.text() + "\": " + reason);
-  }
-  node = load_json(file);
+  refuse_long(node);
+  node = load_json(readable(node, resolve_path(node), node.text()));
 }
 
 fs::path resolve_path(const Node& text) {

@@ -16,6 +16,7 @@ namespace gripline {
 struct JsonLimits {
   std::size_t bytes = std::size_t{64} << 20U;      ///< of one text or file
   std::size_t key = 1000;                          ///< bytes of one key
+  std::size_t name = 4096;                         ///< bytes of a file's name, with the pointer behind it
   std::size_t members = 10'000;                    ///< of one object
   std::size_t values = 1'000'000;                  ///< of all files together, every repetition by "extends" counted
   std::size_t pointers = std::size_t{128} << 20U;  ///< bytes of the places of all values together
@@ -33,7 +34,9 @@ inline constexpr JsonLimits json_limits;
 [[nodiscard]] Node parse_file(const std::filesystem::path& file);
 
 /// A file with every "extends" carried out: an object that says `"extends": "other.json"` (relative to its file) is
-/// that file's object with this one's members merged over it, at any depth. Files that extend each other in a circle
+/// that file's object with this one's members merged over it, at any depth. `"other.json#/stacks/best"` extends the
+/// object at that JSON pointer (RFC 6901) of the file, every "extends" in it carried out; a file's name may hold a '#'
+/// and ends at the first "#/" before which there is a file. Files that extend each other in a circle, whichever part,
 /// are refused with the chain, and so is what grows beyond json_limits. In such a merge null removes an inherited
 /// member; where there is none the null stays, so that a stack's `"estimator": null` still removes the estimator when
 /// the stack is merged over "base".

@@ -374,6 +374,90 @@ TEST(LoadJson, a_note_is_not_inherited) {
             "mine");
 }
 
+TEST(LoadJson, a_part_of_a_file_can_be_extended) {
+  const Folder folder;
+  (void)folder.write("cars/base.json", R"({ "rows": { "far": { "file": "car.csv" } } })");
+  (void)folder.write("stacks.json", R"({
+    "extends": "cars/base.json", "list": [ 1, { "a/b": { "~": { "x": 1, "gone": 2, "none": null } } } ],
+    "rows": { "best": { "note": "n", "extends": "stacks2.json", "p": { "k": 1, "l": 2 } }, "": { "e": 1 } } })");
+  (void)folder.write("stacks2.json", R"({ "q": 3 })");
+  const auto extended = [&](const std::string& name, const std::string& beside) {
+    return load_json(folder.write("top.json", R"({ "s": { "extends": ")" + name + '"' + beside + " } }"));
+  };
+  EXPECT_EQ(content_text(extended("stacks.json#/rows/best", R"(, "p": { "l": null, "m": 4 })")),
+            R"({"s":{"p":{"k":1,"m":4},"q":3}})");
+  EXPECT_EQ(extended("stacks.json#/rows/best", "").find("s")->find("note"), nullptr);
+  const Node listed = extended("stacks.json#/list/1/a~1b/~0", R"(, "gone": null)");
+  EXPECT_EQ(content_text(listed), R"({"s":{"x":1}})");
+  EXPECT_TRUE(find_pointer(listed, "/s/none")->is_null()) << "it removes what the stack is merged over";
+  EXPECT_EQ(find_pointer(listed, "/s/x")->origin.pointer, "/list/1/a~1b/~0/x");
+  EXPECT_EQ(content_text(extended("stacks.json#/rows/", "")), R"({"s":{"e":1}})") << "a key may be empty";
+  // By way of what the file extends; and relative to the file in which it is written.
+  const Node far = extended("stacks.json#/rows/far", "");
+  EXPECT_EQ(resolve_path(*find_pointer(far, "/s/file")), folder.path() / "cars/car.csv");
+}
+
+TEST(LoadJson, the_name_of_an_extended_file_may_hold_the_sign_of_a_part) {
+  const Folder folder;
+  (void)folder.write("a#/b.json", R"({ "is": "in a folder" })");
+  (void)folder.write("c#d.json", R"({ "part": { "is": "a part" }, "is": "whole" })");
+  (void)folder.write("e#/f.json", R"({ "x#": { "y": { "is": "behind the second" } } })");
+  (void)folder.write("g", R"({ "h.json": { "is": "of the shorter name" } })");
+  const auto what = [&](const std::string& name) {
+    return load_json(folder.write("top.json", R"({ "extends": ")" + name + "\" }")).find("is")->text();
+  };
+  EXPECT_EQ(what("a#/b.json"), "in a folder");
+  EXPECT_EQ(what("c#d.json"), "whole");
+  EXPECT_EQ(what("c#d.json#/part"), "a part");
+  EXPECT_EQ(what("e#/f.json#/x#/y"), "behind the second");
+  EXPECT_EQ(what("g#/h.json"), "of the shorter name");
+}
+
+TEST(LoadJson, a_part_that_is_not_there_is_told_once_with_the_nearest) {
+  const Folder folder;
+  (void)folder.write("stacks.json", R"({ "stacks": { "best": { "n": 1 }, "oracle": null }, "list": [ {}, {} ] })");
+  (void)folder.write("a#/b.json", "{}");
+  const std::string root = folder.path().generic_string();
+  const auto why = [&](const std::string& name) {
+    const std::string message =
+        why_not_loaded(folder.write("e.json", "{\n \"x\": { \"extends\": \"" + name + "\" } }"));
+    const std::string place = root + "/e.json:2:20: /x/extends: ";
+    EXPECT_EQ(message.rfind(place, 0), 0u) << message;
+    return message.substr(std::min(place.size(), message.size()));
+  };
+  const std::string file = " of \"" + root + "/stacks.json\", ";
+  EXPECT_EQ(why("stacks.json#/stacks/bst"),
+            "nothing is at /stacks/bst" + file + "/stacks: no \"bst\" there; did you mean \"best\"?");
+  EXPECT_EQ(why("stacks.json#/stack/best"),
+            "nothing is at /stack/best" + file + "the top level: no \"stack\" there; did you mean \"stacks\"?");
+  EXPECT_EQ(why("stacks.json#/list/2"),
+            "nothing is at /list/2" + file + "/list: \"2\" is none of its 2 elements, counted from 0");
+  EXPECT_EQ(why("stacks.json#/stacks/best/n/m"), "nothing is at /stacks/best/n/m" + file + "/stacks/best/n: it is 1");
+  EXPECT_EQ(why("stacks.json#/stacks/oracle"),
+            "\"stacks.json#/stacks/oracle\" holds null, expected an object to extend");
+  EXPECT_EQ(why("stacks.json#/list"), "\"stacks.json#/list\" holds an array, expected an object to extend");
+  EXPECT_THAT(why("stacks.json#/~2"), HasSubstr("\"/~2\" is not a JSON pointer"));
+  EXPECT_EQ(why("#/stacks/best"), "expected the name of a file before the \"#\" of \"#/stacks/best\"");
+  EXPECT_EQ(why("stack.json#/stacks/best"), "\"stack.json\": no such file; did you mean \"stacks.json\"?");
+  EXPECT_EQ(why("a#/c.json"), "\"a#/c.json\": no such file; did you mean \"b.json\"?");
+  EXPECT_THAT(why("e.json#/x"), HasSubstr("files extend each other in a circle: "));
+}
+
+TEST(LoadJson, long_names_of_files_are_refused) {
+  const Folder folder;
+  (void)folder.write("b.json", "{}");
+  const auto why = [&](const std::string& name) {
+    return why_not_loaded(folder.write("e.json", "{ \"extends\": \"" + name + "\" }"));
+  };
+  const std::string told = "a file's name of 4097 bytes; the longest that is read has 4096";
+  EXPECT_THAT(why(std::string(json_limits.name + 1, 'x')), HasSubstr(told));
+  EXPECT_THAT(why("b.json#/" + std::string(json_limits.name - 7, 'x')), HasSubstr(told));
+  EXPECT_THAT(why("b.json#/" + std::string(json_limits.name - 8, 'x')), HasSubstr("nothing is at "));
+  EXPECT_THAT(why(std::string(json_limits.name, 'x')), HasSubstr("/extends: \"xxx"));
+  Node node(std::string(json_limits.name + 1, 'x'));
+  EXPECT_THROW(inline_file(node), InputError);
+}
+
 TEST(LoadJson, an_extends_can_be_taken_back) {
   const Folder folder;
   EXPECT_EQ(content_text(load_json(folder.write("a.json", R"({ "extends": null, "a": 1 })"))), R"({"a":1})");
