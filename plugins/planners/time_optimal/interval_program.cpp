@@ -163,96 +163,122 @@ void IntervalProgram::differentiate(std::size_t i, const double (&z)[V], const s
   h.add(parts.bent_rear, -lr);
 }
 
-/// Cost and rates are each the time per metre times something by time; the weighted sum of these is `sum` below.
-void IntervalProgram::differentiate_rates(std::size_t i, const double (&z)[V], const std::array<double, S>& w,
-                                          Parts& parts, IntervalDerivatives& out) const {
+/// What rates and their curvature share. Cost and rates are each `time` times something by time.
+struct IntervalProgram::Motion {
+  double sine, cosine;   // of the steering angle
+  double turn;           // what a moment over the mass accelerates
+  double along, across;  // speed along the line and across it
+  Gradient along_by;     // of `along`: by xi, vx and vy
+  double time;           // per metre
+  Gradient time_by;
+  Value coast;
+  std::array<double, S> by_time;  // d(state)/dt
+  double sum;                     // weighted, of cost and rates, over `time`
+  Gradient sum_by;
+};
+
+IntervalProgram::Motion IntervalProgram::motion_at(std::size_t i, const double (&z)[V], const Parts& parts) const {
   const LapPlace& place = p_.places[i];
   const AxleFunction &F = parts.front, &R = parts.rear;
   const double vx = z[lap_vx], vy = z[lap_vy], omega = z[lap_omega], lf = p_.car.lf, lr = p_.car.lr;
   const double sine = std::sin(z[lap_xi]), cosine = std::cos(z[lap_xi]);
   const double s = std::sin(z[lap_delta]), c = std::cos(z[lap_delta]), turn = p_.car.m / p_.car.Iz;
   const double along = vx * cosine - vy * sine, across = vx * sine + vy * cosine;
-
-  // The time per metre; `by_speed` is the gradient of `along`.
-  const double time = (1.0 - place.kappa * z[lap_n]) / along;
-  const Gradient by_speed{0.0, -across, cosine, -sine};
-  Gradient time_by{};
-  time_by[lap_n] = -place.kappa / along;
-  for (std::size_t m = lap_xi; m <= lap_vy; ++m) time_by[m] = -time * by_speed[m] / along;
-
-  const Value coast = p_.drive.coast.at(vx);
+  Motion m{s, c, turn, along, across, {0.0, -across, cosine, -sine}, 0.0, {}, p_.drive.coast.at(vx), {}, 0.0, {}};
+  m.time = (1.0 - place.kappa * z[lap_n]) / along;
+  m.time_by[lap_n] = -place.kappa / along;
+  for (std::size_t j = lap_xi; j <= lap_vy; ++j) m.time_by[j] = -m.time * m.along_by[j] / along;
   const double slope_along = place.grade == 0.0 ? 0.0 : gravity * std::sin(place.grade);
   const double slope_across = place.bank == 0.0 ? 0.0 : gravity * std::sin(place.bank);
-  const std::array<double, S> by_time{
-      across,
-      omega,
-      z[lap_a] + coast.f - more_.rolling - more_.drag * vx * vx - F.f * s + vy * omega - slope_along,
-      R.f + F.f * c - vx * omega + slope_across,
-      (F.f * c * lf - R.f * lr) * turn,
-      z[lap_rate]};
+  m.by_time = {across,
+               omega,
+               z[lap_a] + m.coast.f - more_.rolling - more_.drag * vx * vx - F.f * s + vy * omega - slope_along,
+               R.f + F.f * c - vx * omega + slope_across,
+               (F.f * c * lf - R.f * lr) * turn,
+               z[lap_rate]};
+  return m;
+}
+
+/// The gradients of `by_time`.
+std::array<std::array<double, V>, S> IntervalProgram::gradients_by_time(const double (&z)[V], const Parts& parts,
+                                                                        const Motion& m) const {
+  const AxleFunction &F = parts.front, &R = parts.rear;
+  const double vx = z[lap_vx], vy = z[lap_vy], omega = z[lap_omega], lf = p_.car.lf, lr = p_.car.lr;
   std::array<Gradient, S> by{};
-  by[lap_n] = {0.0, along, sine, cosine};
+  by[lap_n] = {0.0, m.along, -m.along_by[lap_vy], m.along_by[lap_vx]};
   by[lap_xi][lap_omega] = 1.0;
-  by[lap_vx] = by_z(-s, F, lf);
-  by[lap_vx][lap_vx] += coast.slope - 2.0 * more_.drag * vx;
+  by[lap_vx] = by_z(-m.sine, F, lf);
+  by[lap_vx][lap_vx] += m.coast.slope - 2.0 * more_.drag * vx;
   by[lap_vx][lap_vy] += omega;
   by[lap_vx][lap_omega] += vy;
-  by[lap_vx][lap_delta] -= c * F.f;
+  by[lap_vx][lap_delta] -= m.cosine * F.f;
   by[lap_vx][lap_a] = 1.0;
-  const Gradient front_across = by_z(c, F, lf), rear_across = by_z(1.0, R, -lr);
-  for (std::size_t m = lap_vx; m <= lap_delta; ++m) {
-    by[lap_vy][m] = front_across[m] + rear_across[m];
-    by[lap_omega][m] = turn * (lf * front_across[m] - lr * rear_across[m]);
+  const Gradient front_across = by_z(m.cosine, F, lf), rear_across = by_z(1.0, R, -lr);
+  for (std::size_t j = lap_vx; j <= lap_delta; ++j) {
+    by[lap_vy][j] = front_across[j] + rear_across[j];
+    by[lap_omega][j] = m.turn * (lf * front_across[j] - lr * rear_across[j]);
   }
   by[lap_vy][lap_vx] -= omega;
   by[lap_vy][lap_omega] -= vx;
-  by[lap_vy][lap_delta] -= s * F.f;
-  by[lap_omega][lap_delta] -= turn * lf * s * F.f;
+  by[lap_vy][lap_delta] -= m.sine * F.f;
+  by[lap_omega][lap_delta] -= m.turn * lf * m.sine * F.f;
   by[lap_delta][lap_rate] = 1.0;
+  return by;
+}
 
-  const double unit = 1.0 / scale_[lap_rate], smooth = p_.smoothness * unit * unit, ds = p_.ds[i];
+void IntervalProgram::differentiate_rates(std::size_t i, const double (&z)[V], const std::array<double, S>& w,
+                                          Parts& parts, IntervalDerivatives& out) const {
+  Motion m = motion_at(i, z, parts);
+  const std::array<Gradient, S> by = gradients_by_time(z, parts, m);
+  const double ds = p_.ds[i], smooth = smoothness();
   const double base = ds * (1.0 + smooth * z[lap_rate] * z[lap_rate]), base_by_rate = 2.0 * ds * smooth * z[lap_rate];
-  double sum = base;
-  Gradient sum_by{};
-  sum_by[lap_rate] = base_by_rate;
+  m.sum = base;
+  m.sum_by[lap_rate] = base_by_rate;
   for (std::size_t j = 0; j < w.size(); ++j) {
-    sum += w[j] * by_time[j];
-    for (std::size_t m = 0; m < sum_by.size(); ++m) {
-      out.rate_by[j][m] = by_time[j] * time_by[m] + time * by[j][m];
-      sum_by[m] += w[j] * by[j][m];
+    m.sum += w[j] * m.by_time[j];
+    for (std::size_t n = 0; n < m.sum_by.size(); ++n) {
+      out.rate_by[j][n] = m.by_time[j] * m.time_by[n] + m.time * by[j][n];
+      m.sum_by[n] += w[j] * by[j][n];
     }
-    out.rate[j] = by_time[j] * time;
+    out.rate[j] = m.by_time[j] * m.time;
   }
-  out.rate[lap_xi] -= place.kappa;
-  out.cost = base * time;
-  for (std::size_t m = 0; m < out.cost_by.size(); ++m) out.cost_by[m] = base * time_by[m];
-  out.cost_by[lap_rate] += time * base_by_rate;
+  out.rate[lap_xi] -= p_.places[i].kappa;
+  out.cost = base * m.time;
+  for (std::size_t n = 0; n < out.cost_by.size(); ++n) out.cost_by[n] = base * m.time_by[n];
+  out.cost_by[lap_rate] += m.time * base_by_rate;
+  bend_rates(i, w, m, parts, out);
+}
 
+/// Second derivatives of the weighted sum of cost and rates.
+void IntervalProgram::bend_rates(std::size_t i, const std::array<double, S>& w, const Motion& m, Parts& parts,
+                                 IntervalDerivatives& out) const {
+  const double kappa = p_.places[i].kappa, time = m.time, along = m.along;
   Hessian h{out.lagrangian_by};
-  h.add_products(1.0, time_by, sum_by);
-  const double spread = sum / along;  // second derivatives of the time
+  h.add_products(1.0, m.time_by, m.sum_by);
+  const double spread = m.sum / along;  // second derivatives of the time
   for (int a = lap_xi; a <= lap_vy; ++a) {
-    const auto m = static_cast<std::size_t>(a);
-    h.at(a, lap_n) += spread * place.kappa * by_speed[m] / along;
+    const double by_a = m.along_by[static_cast<std::size_t>(a)];
+    h.at(a, lap_n) += spread * kappa * by_a / along;
     for (int b = lap_xi; b <= a; ++b)
-      h.at(a, b) += 2.0 * spread * time * by_speed[m] * by_speed[static_cast<std::size_t>(b)] / along;
+      h.at(a, b) += 2.0 * spread * time * by_a * m.along_by[static_cast<std::size_t>(b)] / along;
   }
-  const double st = spread * time;
-  h.at(lap_xi, lap_xi) += st * along - time * w[lap_n] * across;
+  const double st = spread * time, sine = -m.along_by[lap_vy], cosine = m.along_by[lap_vx];
+  h.at(lap_xi, lap_xi) += st * along - time * w[lap_n] * m.across;
   h.at(lap_vx, lap_xi) += st * sine + time * w[lap_n] * cosine;
   h.at(lap_vy, lap_xi) += st * cosine - time * w[lap_n] * sine;
-  h.at(lap_vx, lap_vx) += time * w[lap_vx] * (coast.curvature - 2.0 * more_.drag);
+  h.at(lap_vx, lap_vx) += time * w[lap_vx] * (m.coast.curvature - 2.0 * more_.drag);
   h.at(lap_omega, lap_vx) -= time * w[lap_vy];
   h.at(lap_omega, lap_vy) += time * w[lap_vx];
-  h.at(lap_rate, lap_rate) += 2.0 * time * ds * smooth;
+  h.at(lap_rate, lap_rate) += 2.0 * time * p_.ds[i] * smoothness();
   // The front force counts by a share that turns with the steering angle.
-  const double push = w[lap_vy] + w[lap_omega] * turn * lf;
-  const double share = push * c - w[lap_vx] * s, share_by = -push * s - w[lap_vx] * c;
+  const AxleFunction &F = parts.front, &R = parts.rear;
+  const double push = w[lap_vy] + w[lap_omega] * m.turn * p_.car.lf;
+  const double share = push * m.cosine - w[lap_vx] * m.sine, share_by = -push * m.sine - w[lap_vx] * m.cosine;
   parts.bent_front.bend(time * share, F);
   parts.bent_front.xd += time * share_by * F.x;
   parts.bent_front.yd += time * share_by * F.y;
   parts.bent_front.dd += time * (2.0 * share_by * F.d - share * F.f);
-  parts.bent_rear.bend(time * (w[lap_vy] - w[lap_omega] * turn * lr), R);
+  parts.bent_rear.bend(time * (w[lap_vy] - w[lap_omega] * m.turn * p_.car.lr), R);
 }
 
 void IntervalProgram::differentiate_rows(std::size_t i, const double (&z)[V], const std::array<double, curved_rows>& w,

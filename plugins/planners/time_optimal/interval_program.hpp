@@ -103,8 +103,15 @@ class IntervalProgram {
 
  private:
   struct Parts;
+  struct Motion;
+  Motion motion_at(std::size_t i, const double (&z)[lap_variables], const Parts& parts) const;
+  std::array<std::array<double, lap_variables>, lap_states> gradients_by_time(const double (&z)[lap_variables],
+                                                                              const Parts& parts,
+                                                                              const Motion& motion) const;
   void differentiate_rates(std::size_t i, const double (&z)[lap_variables],
                            const std::array<double, lap_states>& weight, Parts& parts, IntervalDerivatives& out) const;
+  void bend_rates(std::size_t i, const std::array<double, lap_states>& weight, const Motion& motion, Parts& parts,
+                  IntervalDerivatives& out) const;
   void differentiate_rows(std::size_t i, const double (&z)[lap_variables],
                           const std::array<double, curved_rows>& weight, Parts& parts, IntervalDerivatives& out) const;
   void differentiate_circle(const double (&z)[lap_variables], const std::array<double, curved_rows>& weight,
@@ -114,6 +121,12 @@ class IntervalProgram {
                              IntervalDerivatives& out) const;
   template <class T, class Put>
   void share_friction(double grip, const T& a, const LapRates<T>& r, const Put& put) const;
+
+  /// Of the cost, by the steering rate in its own unit.
+  double smoothness() const {
+    const double unit = 1.0 / scale_[lap_rate];
+    return p_.smoothness * unit * unit;
+  }
 
   static constexpr double from_brake_to_drive = 0.5;  // [m/s2] over which the front share changes
   LapProblem p_;

@@ -170,8 +170,44 @@ void WindowSolver::eliminate(const std::vector<WindowNode>& lap, std::size_t k) 
   stage.b.noalias() = -stage.inverse * stage.defect;
 }
 
-/// The recursion; false where the program is not convex along the dynamics. `delta` is added to every second
-/// derivative by an input or a state. Products are written in blocks of six and two, which are unrolled.
+/// The cost to go from a stage's first node, by state and input there. Products are written in blocks of six and two,
+/// which are unrolled. `delta` is added to every second derivative by an input or a state.
+WindowSolver::CostToGo WindowSolver::cost_to_go(const Stage& s, const StateMatrix& P, const StateVector& q,
+                                                double delta) const {
+  const StateMatrix &M = s.inverse, A = 2.0 * M - StateMatrix::Identity();
+  const InputMatrix N = 0.5 * s.B, Hxu = s.hessian.topRightCorner<S, U>();
+  StateMatrix H = s.hessian.topLeftCorner<S, S>();
+  Eigen::Matrix2d Huu = s.hessian.bottomRightCorner<U, U>();
+  H.diagonal().array() += delta;
+  Huu.diagonal().array() += delta;
+  const StateMatrix HM = H * M, PA = P * A;
+  const InputMatrix HN = H * N + Hxu, PB = P * s.B;
+  const StateVector middle = 0.5 * s.b, along = H * middle + s.gradient.head<S>(), onward = P * s.b + q;
+  CostToGo Q;
+  Q.xx = M.transpose() * HM;
+  Q.xx.noalias() += A.transpose() * PA;
+  Q.xu = M.transpose() * HN;
+  Q.xu.noalias() += A.transpose() * PB;
+  Q.uu = N.transpose() * HN + Hxu.transpose() * N + Huu;
+  Q.uu.noalias() += s.B.transpose() * PB;
+  Q.x = M.transpose() * along + A.transpose() * onward;
+  Q.u = N.transpose() * along + Hxu.transpose() * middle + s.gradient.tail<U>() + s.B.transpose() * onward;
+  return Q;
+}
+
+/// The input that is best for every state of a stage's first node; false where none is.
+bool WindowSolver::take_best_input(const CostToGo& Q, Stage& s) {
+  const double det = Q.uu(0, 0) * Q.uu(1, 1) - Q.uu(0, 1) * Q.uu(1, 0);
+  if (!(Q.uu(0, 0) > 1e-9) || !(det > 1e-9 * Q.uu(0, 0) * std::max(Q.uu(1, 1), 1e-9))) return false;
+  Eigen::Matrix2d inverse;
+  inverse << Q.uu(1, 1), -Q.uu(0, 1), -Q.uu(1, 0), Q.uu(0, 0);
+  inverse /= det;
+  s.K.noalias() = -inverse * Q.xu.transpose();
+  s.k.noalias() = -inverse * Q.u;
+  return true;
+}
+
+/// The recursion; false where the program is not convex along the dynamics. `delta`: as in cost_to_go().
 bool WindowSolver::backward(double delta) {
   StateMatrix P = StateMatrix::Identity() * end_weight;
   StateVector q;
@@ -185,34 +221,11 @@ bool WindowSolver::backward(double delta) {
     Stage& s = stages_[k];
     stages_[k + 1].P = P;
     stages_[k + 1].q = q;
-    const StateMatrix &M = s.inverse, A = 2.0 * M - StateMatrix::Identity();
-    const InputMatrix N = 0.5 * s.B, Hxu = s.hessian.topRightCorner<S, U>();
-    StateMatrix H = s.hessian.topLeftCorner<S, S>();
-    Eigen::Matrix2d Huu = s.hessian.bottomRightCorner<U, U>();
-    H.diagonal().array() += delta;
-    Huu.diagonal().array() += delta;
-    const StateMatrix HM = H * M, PA = P * A;
-    const InputMatrix HN = H * N + Hxu, PB = P * s.B;
-    const StateVector middle = 0.5 * s.b, along = H * middle + s.gradient.head<S>(), onward = P * s.b + q;
-    StateMatrix Qxx = M.transpose() * HM;
-    Qxx.noalias() += A.transpose() * PA;
-    InputMatrix Qxu = M.transpose() * HN;
-    Qxu.noalias() += A.transpose() * PB;
-    Eigen::Matrix2d Quu = N.transpose() * HN + Hxu.transpose() * N + Huu;
-    Quu.noalias() += s.B.transpose() * PB;
-    const StateVector qx = M.transpose() * along + A.transpose() * onward;
-    const Eigen::Vector2d qu =
-        N.transpose() * along + Hxu.transpose() * middle + s.gradient.tail<U>() + s.B.transpose() * onward;
-    const double det = Quu(0, 0) * Quu(1, 1) - Quu(0, 1) * Quu(1, 0);
-    if (!(Quu(0, 0) > 1e-9) || !(det > 1e-9 * Quu(0, 0) * std::max(Quu(1, 1), 1e-9))) return false;
-    Eigen::Matrix2d inverse;
-    inverse << Quu(1, 1), -Quu(0, 1), -Quu(1, 0), Quu(0, 0);
-    inverse /= det;
-    s.K.noalias() = -inverse * Qxu.transpose();
-    s.k.noalias() = -inverse * qu;
-    P = Qxx + Qxu * s.K;
+    const CostToGo Q = cost_to_go(s, P, q, delta);
+    if (!take_best_input(Q, s)) return false;
+    P = Q.xx + Q.xu * s.K;
     P = (0.5 * (P + P.transpose())).eval();
-    q = qx + Qxu * s.k;
+    q = Q.x + Q.xu * s.k;
     if (k > 0) add_node(stages_[k - 1]);
   }
   for (int j = 0; j < S; ++j) {

@@ -135,6 +135,16 @@ class WindowSolver {
   void measure_defect(const std::vector<WindowNode>& lap, WindowStep& result) const;
   void eliminate(const std::vector<WindowNode>& lap, std::size_t k);
   bool factorise();
+  /// Second and first derivatives by state and input.
+  struct CostToGo {
+    StateMatrix xx;
+    InputMatrix xu;
+    Eigen::Matrix<double, U, U> uu;
+    StateVector x;
+    Eigen::Matrix<double, U, 1> u;
+  };
+  CostToGo cost_to_go(const Stage& stage, const StateMatrix& P, const StateVector& q, double delta) const;
+  static bool take_best_input(const CostToGo& cost, Stage& stage);
   bool backward(double delta);
   void forward();
   Vector middle_step(std::size_t k) const;
