@@ -229,6 +229,27 @@ TEST_F(RealCars, PredictionsStartAtTheNextGoodRowAndOutliersAreNoErrors) {
     EXPECT_NEAR(after.column[3][r], before.column[3][r], 0.05 * before.column[3][r]) << r;
 }
 
+/// A place that is 5 m off, in the row of a start and between two: told, and no error. Errors of slow logs count it.
+TEST_F(RealCars, PlacesThatJumpThereAndBackAreNoErrors) {
+  Session s = drive("log.csv", "{}", {.seconds = 30, .noise = 1});
+  const auto error_of_place = [&](const std::string& log) {
+    const Outcome outcome = gripline_with({"predict", world(), in(log), "--map", map(), "--out", in("errors.csv")});
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    const DelimitedTable errors = measured::read_delimited(in("errors.csv"));
+    return std::pair(errors.column[3].back(), outcome.err);
+  };
+  const double clean = error_of_place("log.csv").first;
+  s.reading[500 * channels] += 5.0;
+  s.reading[757 * channels + 1] -= 5.0;
+  write("wild.csv", s);
+  const auto [wild, told] = error_of_place("wild.csv");
+  EXPECT_THAT(told, HasSubstr("outliers: 2 places that jump there and back, left out of the errors"));
+  EXPECT_NEAR(wild, clean, 0.05 * clean);
+  for (double& t : s.t) t *= 3.0;  // steps of 60 ms
+  write("slow.csv", s);
+  EXPECT_THAT(error_of_place("slow.csv").second, Not(HasSubstr("jump there and back")));
+}
+
 /// A steering offset that the world lacks: named beside `unknown`, in the world that is written. A log that is fitted is
 /// refused as its own judge, one given twice used once.
 TEST_F(RealCars, DiagnoseNamesWhatPredictionsOfTimeNotFittedNeed) {

@@ -125,17 +125,17 @@ void write_samples(const fs::path& file, const Session& session, const calibrate
 struct JudgedLog {
   explicit JudgedLog(const calibrate::FitLog& as_read) : session(*as_read.session), log(as_read) {
     left_out = measured::drop_gross_outliers(session);
+    spikes = measured::drop_place_spikes(session);
     log.session = &session;
     log.truth.clear();
     for (const double start : log.starts.time)
       for (const double h : log.starts.horizons)
         for (std::size_t c = 0; c < channels; ++c) log.truth.push_back(session.interpolate(c, start + h));
     for (const double start : log.starts.time) {
-      const std::size_t row = session.row_before(start + 1e-9) * channels;
-      bad_start.push_back(false);
-      for (std::size_t c = 0; c < channels; ++c)
-        if (std::isnan(session.reading[row + c]) && !std::isnan(as_read.session->reading[row + c]))
-          bad_start.back() = true;
+      const std::size_t row = session.row_before(start + 1e-9);
+      bool bad = false;
+      for (std::size_t c = 0; c < channels; ++c) bad = bad || follows_left_out(*as_read.session, row, c);
+      bad_start.push_back(bad);
     }
   }
   JudgedLog(const JudgedLog&) = delete;
@@ -143,10 +143,25 @@ struct JudgedLog {
 
   Session session;
   calibrate::FitLog log;
-  std::size_t left_out = 0;     // readings
-  std::vector<bool> bad_start;  // its own row has one of them
+  std::size_t left_out = 0, spikes = 0;  // readings
+  std::vector<bool> bad_start;           // its own row has one of them, or one of three places before
   bool counts(std::size_t start, double slowest) const {
     return !bad_start[start] && std::abs(session.interpolate(3, log.starts.time[start])) >= slowest;
+  }
+
+ private:
+  /// Whether the reading of a row was left out or, of places, one of the three before: what is predicted follows places
+  /// by its gain, and has then left a wild one again.
+  bool follows_left_out(const Session& as_read, std::size_t row, std::size_t c) const {
+    const auto gone = [&](std::size_t i) { return std::isnan(session.at(i, c)) && !std::isnan(as_read.at(i, c)); };
+    if (gone(row)) return true;
+    std::size_t readings = c < 2 ? 3 : 0;
+    for (std::size_t i = row; readings > 0 && i-- > 0;) {
+      if (std::isnan(as_read.at(i, c))) continue;
+      if (gone(i)) return true;
+      --readings;
+    }
+    return false;
   }
 };
 
@@ -363,6 +378,9 @@ int predict(const po::variables_map& given) {
   if (judged.left_out > 0)
     std::cerr << request.log << ": outliers: " << judged.left_out
               << " readings far off all around them, left out of the errors\n";
+  if (judged.spikes > 0)
+    std::cerr << request.log << ": outliers: " << judged.spikes
+              << " places that jump there and back, left out of the errors\n";
   show_errors(request, judged, predicted, world.spec);
   show_moved(params, at_end);
   if (request.samples) std::cout << "samples: " << request.samples->string() << '\n';

@@ -136,6 +136,44 @@ std::size_t drop_far_readings(RawLog& raw, std::vector<std::size_t>& count, doub
   return readings;
 }
 
+/// A reading less that of a cubic through the four neighbours, at the middle.
+double off_cubic(const RawLog& raw, std::size_t i, std::size_t c) {
+  const double guess = (4.0 * (raw.at(i - 1, c) + raw.at(i + 1, c)) - raw.at(i - 2, c) - raw.at(i + 2, c)) / 6.0;
+  return raw.at(i, c) - guess;
+}
+
+/// One channel's readings, by their rows.
+RawLog readings_of(const Session& session, std::size_t c) {
+  RawLog raw;
+  for (std::size_t i = 0; i < session.rows(); ++i) {
+    if (std::isnan(session.at(i, c))) continue;
+    raw.t.push_back(session.t[i]);
+    raw.row.push_back(i);
+    for (std::size_t other = 0; other < channels; ++other)
+      raw.reading.push_back(other == c ? session.at(i, c) : no_reading);
+  }
+  return raw;
+}
+
+/// How far the car ordinarily goes along a channel from one reading to the next.
+double ordinary_step(const RawLog& raw, std::size_t c) {
+  std::vector<double> steps;
+  for (std::size_t i = 1; i < raw.size(); ++i) steps.push_back(std::abs(raw.at(i, c) - raw.at(i - 1, c)));
+  return order_statistic(steps, steps.size() * 9 / 10, 0.0);
+}
+
+/// Whether reading i is reached and left by opposite jumps of more than `least` beyond the motion around it. Readings
+/// that repeat until the next fix, and gaps, look like spikes to a cubic over rows, and jump once.
+bool is_single_jump(const RawLog& raw, std::size_t i, std::size_t c, double least) {
+  constexpr double longest = 0.35;  // [s] of seven readings
+  if (raw.t[i + 3] - raw.t[i - 3] > longest) return false;
+  const double slope = (raw.at(i + 2, c) - raw.at(i - 2, c)) / (raw.t[i + 2] - raw.t[i - 2]);
+  const double there = raw.at(i, c) - raw.at(i - 1, c) - slope * (raw.t[i] - raw.t[i - 1]);
+  const double back = raw.at(i + 1, c) - raw.at(i, c) - slope * (raw.t[i + 1] - raw.t[i]);
+  const double size = std::max(least, 0.75 * std::abs(off_cubic(raw, i, c)));
+  return there * back < 0.0 && std::min(std::abs(there), std::abs(back)) > size;
+}
+
 }  // namespace
 
 std::size_t drop_gross_outliers(Session& session) {
@@ -201,9 +239,7 @@ std::size_t drop_outliers(RawLog& raw) {
   for (std::size_t c = 0; c < channels; ++c) {
     std::vector<double> off(raw.size(), 0.0), size;
     for (std::size_t i = 2; i + 2 < raw.size(); ++i) {
-      // Cubic through the four neighbours, at the middle.
-      const double guess = (4.0 * (raw.at(i - 1, c) + raw.at(i + 1, c)) - raw.at(i - 2, c) - raw.at(i + 2, c)) / 6.0;
-      off[i] = raw.at(i, c) - guess;
+      off[i] = off_cubic(raw, i, c);
       if (std::isfinite(off[i])) size.push_back(std::abs(off[i]));
     }
     // At least 0.3 % of the usual change over 25 rows, so that rounding is no outlier.
@@ -221,6 +257,22 @@ std::size_t drop_outliers(RawLog& raw) {
       const auto beside = [&](std::size_t j) { return std::abs(off[j] / off[i] + 2.0 / 3.0) < 0.35; };
       if (!(std::abs(off[i]) > 7.0 * usual) || !beside(i - 1) || !beside(i + 1)) continue;
       raw.at(i, c) = no_reading;
+      ++dropped;
+    }
+  }
+  return dropped;
+}
+
+std::size_t drop_place_spikes(Session& session) {
+  std::size_t dropped = 0;
+  for (std::size_t c = 0; c < yaw; ++c) {
+    const RawLog read = readings_of(session, c);
+    RawLog without = read;
+    if (drop_outliers(without) == 0) continue;
+    const double least = 2.0 * ordinary_step(read, c);  // less is a reading that was written a row late
+    for (std::size_t i = 3; i + 3 < read.size(); ++i) {
+      if (!std::isnan(without.at(i, c)) || !is_single_jump(read, i, c, least)) continue;
+      session.reading[read.row[i] * channels + c] = no_reading;
       ++dropped;
     }
   }
