@@ -349,6 +349,16 @@ class Guesser {
     channels_.set("d", std::move(node));
   }
 
+  /// Steering that runs from -1 to 1: by its name or unit, or by its range where nothing calls it an angle.
+  bool is_share_of_lock(int c, double most) const {
+    const std::string called = plain(known_as(static_cast<std::size_t>(c)));
+    const std::string unit = plain(table_.unit[static_cast<std::size_t>(c)]);
+    const auto calls = [&](const char* word) { return called.find(word) != std::string::npos; };
+    if (calls("norm") || unit.starts_with("norm")) return true;
+    const bool an_angle = calls("angle") || calls("rad") || calls("deg") || calls("delta");
+    return (unit == "1" || (unit.empty() && !an_angle)) && most > 0.7 && most < 1.05;
+  }
+
   void steering() {
     const int angle = column("delta"), c = angle < 0 ? column("steering_wheel") : angle;
     if (c < 0) return;
@@ -360,9 +370,11 @@ class Guesser {
     }
     const double radians = most * (unit == "deg" ? pi / 180 : 1.0);
     std::string formula = quoted(c);
-    if (plain(known_as(static_cast<std::size_t>(c))).find("norm") != std::string::npos) {
-      remarks_.push_back("delta: " + name(c) +
-                         " is no angle; taken as rad at full lock 1, which a fitted steer_map puts right");
+    if (angle >= 0 && is_share_of_lock(c, most)) {
+      remarks_.push_back("delta: " + name(c) + " (up to " + significant(most) +
+                         ") is no angle but a share of full lock; write \"formula\": \"" + quoted(c) +
+                         " * LOCK\" with the front wheels' angle at full lock [rad]; until then it is taken as rad at "
+                         "full lock 1, which a fitted steer_map puts right");
     } else if (radians > 0.7 || angle < 0) {
       remarks_.push_back("delta: " + (angle < 0 ? name(c) : significant(radians * 180 / pi) + " deg") +
                          " is the steering wheel's: divided by 15, a guess of the steering ratio; write the car's own");

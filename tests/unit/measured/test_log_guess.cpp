@@ -97,5 +97,35 @@ TEST(LogGuess, AnAngleOfTheSteeringWheelIsToldByItsName) {
   }
 }
 
+/// The map of a log with one steering column of this size.
+Guess guess_of_steering(const std::string& name, const std::string& unit, double size) {
+  const auto file = scratch("share.csv");
+  std::ofstream out(file);
+  out << "time,x,y," << name << "\ns,m,m," << unit << '\n';
+  for (int k = 0; k < 200; ++k) out << 0.1 * k << ',' << k << ",1," << size * std::sin(0.1 * k) << '\n';
+  out.close();
+  return guess_map(read_delimited(file));
+}
+
+TEST(LogGuess, AShareOfFullLockIsNoAngle) {
+  const auto said = testing::Contains(
+      testing::AllOf(testing::HasSubstr("share of full lock"), testing::HasSubstr("\"formula\": \"steering * LOCK\"")));
+  for (const char* unit : {"", "1", "-", "norm", "normalised"}) {
+    const Guess guess = guess_of_steering("steering", unit, 1.0);
+    EXPECT_THAT(guess.remarks, said) << unit;
+    EXPECT_EQ(find_pointer(guess.map, "/channels/delta/column")->text(), "steering") << unit;
+  }
+  EXPECT_THAT(guess_of_steering("steer_cmd", "", 0.9).remarks,
+              testing::Contains(testing::HasSubstr("\"formula\": \"steer_cmd * LOCK\"")));
+  EXPECT_THAT(guess_of_steering("steer_cmd_norm", "", 0.3).remarks,
+              testing::Contains(testing::HasSubstr("share of full lock")));
+  EXPECT_THAT(guess_of_steering("steering", "rad", 1.0).remarks, testing::Not(said));
+  EXPECT_THAT(guess_of_steering("steering", "deg", 1.0).remarks, testing::Not(said));
+  EXPECT_THAT(guess_of_steering("steering", "", 0.4).remarks, testing::Not(said)) << "a car's own angles";
+  EXPECT_THAT(guess_of_steering("steering", "", 4.0).remarks, testing::Not(said));
+  EXPECT_THAT(guess_of_steering("steering_angle", "", 1.0).remarks,
+              testing::Not(testing::Contains(testing::HasSubstr("share of full lock"))));
+}
+
 }  // namespace
 }  // namespace gripline::measured
