@@ -47,6 +47,19 @@ TEST_F(Failures, AMissingPluginNamesTheNearestAndEveryFolderSearched) {
   EXPECT_FALSE(fs::exists(out()));
 }
 
+TEST_F(Failures, ACommandThatFailsRemovesTheEmptyFoldersItMade) {
+  fs::create_directory(folder_ / "there");
+  for (const char* where : {"new/deep", "there/deep"}) {
+    const Outcome outcome =
+        gripline_with({"predict", "worlds/short.json", "no.csv", "--out", folder_ / where / "errors.csv"});
+    EXPECT_EQ(outcome.code, 2);
+    EXPECT_THAT(outcome.err, HasSubstr("no.csv")) << outcome.err;
+  }
+  EXPECT_FALSE(fs::exists(folder_ / "new"));
+  EXPECT_TRUE(fs::exists(folder_ / "there"));
+  EXPECT_FALSE(fs::exists(folder_ / "there/deep"));
+}
+
 TEST_F(Failures, ALibraryThatCannotBeUsedIsToldWithItsReasonWhenItsPluginIsMissed) {
   const Outcome absent =
       compare({"--set", "/base/controller/plugin=needs_absent", "--plugins", plugins_of("needs_absent")});

@@ -11,6 +11,7 @@
 
 #include "config/errors.hpp"
 #include "config/units.hpp"
+#include "util/made_folders.hpp"
 
 namespace gripline::tools {
 namespace po = boost::program_options;
@@ -94,7 +95,7 @@ void require_writable(const std::string& option, const std::filesystem::path& fi
   for (const std::string& input : inputs)
     if (std::filesystem::equivalent(file, input, failed)) refuse("is what is read; choose another file");
   if (file.has_parent_path() && !std::filesystem::exists(file.parent_path(), failed)) {
-    std::filesystem::create_directories(file.parent_path(), failed);
+    make_folders(file.parent_path(), failed);
     if (failed) refuse("cannot be written: " + failed.message());
   }
   const bool there = std::filesystem::exists(file, failed);

@@ -15,6 +15,7 @@
 #include "cli/last_words.hpp"
 #include "config/errors.hpp"
 #include "plugin/registry.hpp"
+#include "util/made_folders.hpp"
 
 namespace gripline::tools {
 namespace {
@@ -63,6 +64,7 @@ int run_program(int argc, char** argv, int (*body)(Arguments), const std::string
   setenv("OPENBLAS_NUM_THREADS", "1", 0);  // read when Ipopt is loaded: a run is one thread, and the same bytes
   const std::vector<std::string> args(argv + 1, argv + argc);
   const int code = after_output(run_guarded(args, body, command));
+  if (code != good) remove_empty_made_folders();
   all_said();
   return code;
 }

@@ -18,12 +18,14 @@
 #include "config/json_file.hpp"
 #include "config/tree_diff.hpp"
 #include "util/csv_writer.hpp"
+#include "util/made_folders.hpp"
 
 namespace gripline {
 namespace fs = std::filesystem;
 namespace {
 
 constexpr const char* marker = "experiment.json";
+constexpr const char* half_marker = "experiment.json.partial";
 constexpr const char* lock_name = ".lock";
 
 /// What the marker file says of a folder: whether gripline made it, and for which experiment.
@@ -47,16 +49,20 @@ Holder holder_of(const fs::path& out) {
   return {};  // a file of that name that gripline did not write
 }
 
+/// Whether there is anything but the lock and a marker.
+bool has_results(const fs::path& out) {
+  std::error_code failed;
+  for (const auto& entry : fs::directory_iterator(out, failed)) {
+    const std::string name = entry.path().filename().string();
+    if (name != lock_name && name != marker && name != half_marker) return true;
+  }
+  return false;
+}
+
 /// Whether there is anything but the lock and a half-written marker, left by a process or a power failure.
 bool occupied(const fs::path& out) {
   std::error_code failed;
-  std::string partial = marker;
-  partial.append(".partial");
-  for (const auto& entry : fs::directory_iterator(out, failed)) {
-    const std::string name = entry.path().filename().string();
-    if (name != lock_name && name != partial) return true;
-  }
-  return false;
+  return has_results(out) || fs::exists(out / marker, failed);
 }
 
 void refuse_others(const fs::path& out, const std::string& identity, bool force, EditedExperiment* edited) {
@@ -259,6 +265,12 @@ OutLock::OutLock(fs::path folder) : file_(std::move(folder) / lock_name) {
 
 OutLock::~OutLock() {
   if (handle_ < 0) return;
+  const fs::path folder = file_.parent_path();
+  if (std::uncaught_exceptions() > exceptions_ && made_here(folder) && !has_results(folder)) {
+    std::error_code ignored;
+    fs::remove(folder / marker, ignored);
+    fs::remove(folder / half_marker, ignored);
+  }
   lock_handles().erase(handle_);
   unlink(file_.c_str());
   close(handle_);
@@ -276,7 +288,7 @@ OutLock open_out_folder(const fs::path& out, const std::string& identity, bool f
     throw InputError(out.string() + " is a file; --out names a folder");
   // A folder of other files is refused before a lock is made in it.
   if (occupied(out) && !fs::exists(out / lock_name, failed)) refuse_others(out, identity, force, edited);
-  fs::create_directories(out, failed);
+  make_folders(out, failed);
   if (failed) throw InputError("cannot make " + out.string() + ": " + failed.message());
   OutLock lock(out);
   if (occupied(out)) {

@@ -1,6 +1,7 @@
 // The results folder of an experiment: made, continued or refused, and locked while it is written.
 #pragma once
 
+#include <exception>
 #include <filesystem>
 #include <functional>
 #include <string>
@@ -12,11 +13,14 @@
 namespace gripline {
 
 /// One process at a time writes into a folder: an flock on OUT/.lock, released by the destructor or with the process.
+/// Where its owner is left by an exception and a folder that this process made (made_folders.hpp) holds nothing but the
+/// marker, the marker goes too, so that the folder can be removed.
 class OutLock {
  public:
   /// Throws InputError when another process holds it. A file system that knows no locks is used without.
   explicit OutLock(std::filesystem::path folder);
-  OutLock(OutLock&& other) noexcept : file_(std::move(other.file_)), handle_(std::exchange(other.handle_, -1)) {}
+  OutLock(OutLock&& other) noexcept
+      : file_(std::move(other.file_)), handle_(std::exchange(other.handle_, -1)), exceptions_(other.exceptions_) {}
   /// For a fork of the process that locked: closes the inherited handle, so that the lock ends with the parent.
   static void leave_to_parent();
   OutLock(const OutLock&) = delete;
@@ -26,6 +30,7 @@ class OutLock {
  private:
   std::filesystem::path file_;
   int handle_ = -1;
+  int exceptions_ = std::uncaught_exceptions();  // beyond these its owner is left by one
 };
 
 /// Two calls run the same experiment when these texts are equal: the experiment's tree without seeds and claims, which

@@ -20,6 +20,7 @@
 #include "sweep/keys.hpp"
 #include "sweep/kinds.hpp"
 #include "util/csv_writer.hpp"
+#include "util/made_folders.hpp"
 
 namespace gripline::sweep {
 namespace fs = std::filesystem;
@@ -287,7 +288,7 @@ void require_sweep_folder(const fs::path& out) {
   for (const auto& entry : fs::directory_iterator(out, failed)) others |= entry.path().filename() != ".lock";
   if (others && !holds_sweep(out) && !fs::exists(out / (std::string(keys_name) + ".partial"), failed))
     throw InputError(out.string() + " already holds something that is no sweep; choose another --out");
-  fs::create_directories(out, failed);
+  make_folders(out, failed);
   if (failed) throw InputError("cannot make " + out.string() + ": " + failed.message());
 }
 

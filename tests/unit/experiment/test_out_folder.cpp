@@ -3,10 +3,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "config/errors.hpp"
 #include "config/hash.hpp"
 #include "support/host_support.hpp"
 #include "support/paths.hpp"
 #include "util/csv.hpp"
+#include "util/made_folders.hpp"
 
 namespace gripline {
 namespace {
@@ -21,6 +23,31 @@ TEST(OutFolder, IsMadeWithItsParents) {
   EXPECT_TRUE(fs::exists(folder / "a/b/experiment.json"));
   fs::create_directory(folder / "empty");
   EXPECT_NO_THROW(open_out_folder(folder / "empty", "one", false));
+}
+
+/// What fails before it wrote anything leaves no folder; one that was there, or that holds something, stays.
+TEST(OutFolder, AFailureBeforeAnyResultLeavesNone) {
+  const Folder folder;
+  const auto fail = [&](const fs::path& out, bool written) {
+    try {
+      const OutLock lock = open_out_folder(out, "one", false);
+      if (written) write_text(out / "runs.csv", "x");
+      throw InputError("later");
+    } catch (const InputError&) {
+    }
+    remove_empty_made_folders();
+  };
+  fail(folder / "a/b", false);
+  EXPECT_FALSE(fs::exists(folder / "a"));
+  fail(folder / "a/b", true);
+  EXPECT_TRUE(fs::exists(folder / "a/b/experiment.json"));
+  EXPECT_TRUE(fs::exists(folder / "a/b/runs.csv"));
+  fs::create_directory(folder / "empty");
+  fail(folder / "empty", false);
+  EXPECT_TRUE(fs::exists(folder / "empty/experiment.json"));
+  open_out_folder(folder / "fine", "one", false);
+  remove_empty_made_folders();
+  EXPECT_TRUE(fs::exists(folder / "fine/experiment.json"));
 }
 
 TEST(OutFolder, TheSameExperimentGoesOn) {
