@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <stdexcept>
 #include <utility>
 
 #include "util/child_process.hpp"
@@ -36,7 +37,7 @@ std::pair<double, double> factors_of(const FrictionSpec& friction) {
 }
 
 /// Peak lateral force over static load of the front and of the rear axle at factor 1; 0 where the plant has no tyres,
-/// empty where it could not be made.
+/// empty where it could not be made. Throws std::runtime_error where no process can be started.
 std::vector<double> grips_of(const WorldSpec& world) {
   constexpr double timeout_s = 10.0;
   const ChildResult result = run_in_child(timeout_s, [&](const SendMessage& send) {
@@ -55,7 +56,14 @@ std::vector<double> grips_of(const WorldSpec& world) {
 
 void doubt_grip(const WorldSpec& world, std::vector<std::string>& doubts) {
   const auto [lo, hi] = factors_of(world.friction);
-  const std::vector<double> grips = grips_of(world);
+  std::vector<double> grips;
+  try {
+    grips = grips_of(world);
+  } catch (const std::runtime_error& none) {  // what cannot be asked stops nothing
+    doubts.push_back(std::string("cannot tell whether the axles' peak lateral forces are those of tyres: ") +
+                     none.what());
+    return;
+  }
   const auto beyond = [](double grip) { return grip < least_grip || grip > most_grip; };
   for (std::size_t i = 0; i < grips.size(); ++i) {
     if (!(grips[i] > 0.0)) continue;

@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
 #include "support/host_support.hpp"
 #include "support/paths.hpp"
@@ -44,6 +45,24 @@ TEST(Doubts, AGripThatNoTyreHas) {
   EXPECT_THAT(doubts_of(R"({"friction": {"points": [{"t": 0, "factor": 1}, {"t": 9, "factor": 0.5}]}})"), IsEmpty());
   EXPECT_THAT(doubts_of(R"({"plant": {"params": {"Df": 192, "Dr": 173.7}}})"), SizeIs(2));
   EXPECT_THAT(doubts_of(R"({"friction": {"points": [{"t": 0, "factor": 70}]}})", "worlds/full_size.json"), SizeIs(2));
+}
+
+/// Without a process to ask the plant in, what else there is to say is said.
+TEST(Doubts, WhatCannotBeAskedEndsNothing) {
+  Node tree = load_world(source_dir() / "worlds/ethz.json");
+  Errors errors;
+  const WorldSpec world = read_world(merge(std::move(tree), json(R"({"car": {"Iz": 27.8e-3}})")), plugins(), errors);
+  errors.throw_if_any();
+  rlimit before{};
+  ASSERT_EQ(getrlimit(RLIMIT_NOFILE, &before), 0);
+  const rlimit none{0, before.rlim_max};
+  ASSERT_EQ(setrlimit(RLIMIT_NOFILE, &none), 0);  // no pipe can be made
+  const std::vector<std::string> doubts = doubts_about(world);
+  ASSERT_EQ(setrlimit(RLIMIT_NOFILE, &before), 0);
+  EXPECT_THAT(
+      doubts,
+      ElementsAre(HasSubstr("within a factor of 10"),
+                  HasSubstr("cannot tell whether the axles' peak lateral forces are those of tyres: no pipe: ")));
 }
 
 TEST(Doubts, AnInertiaThatMassAndAxlesCannotHave) {
