@@ -89,8 +89,6 @@ std::string percent(double share) {
   return significant(value, std::abs(value) < 99.5 ? 2 : 3) + " %";
 }
 
-std::string unit_text(const std::string& unit) { return unit.empty() || unit == "1" ? "" : " " + unit; }
-
 /// By how much an error became smaller, with its interval.
 std::string decrease_text(const calibrate::ForecastChange& c) {
   return percent(-c.change) + " (" + percent(-c.high) + " to " + percent(-c.low) + ")";
@@ -128,11 +126,8 @@ std::string real_sentence(const Diagnosis& d, const MissingEffects& found) {
     for (std::size_t i = 0; i < d.named.size(); ++i) {
       text += i == 0 ? "" : i + 1 == d.named.size() ? " and " : ", ";
       text += d.named[i].effect + " (";
-      for (std::size_t p = 0; p < d.named[i].params.size(); ++p) {
-        const auto& v = d.named[i].params[p];
-        text += (p == 0 ? "" : ", ") + v.name + " = " + significant(v.value, 3);
-        text += unit_text(v.unit);
-      }
+      for (std::size_t p = 0; p < found.named[i].params.size(); ++p)
+        text += (p == 0 ? "" : ", ") + found.named[i].params[p].text(3, false);
       text += ")";
     }
     text += d.named.size() == 1 ? " takes " : " take ";
@@ -296,11 +291,7 @@ void print_real(const Diagnosis& d, const MissingEffects& found) {
     std::snprintf(row, sizeof row, "%-18s %+7.1f %% (%+.1f to %+.1f)", n.effect.c_str(), 100.0 * n.change.change,
                   100.0 * n.change.low, 100.0 * n.change.high);
     std::cout << row;
-    for (const auto& v : n.params) {
-      std::snprintf(row, sizeof row, "   %s = %.4g (%.4g to %.4g)%s", v.name.c_str(), v.value, v.low, v.high,
-                    unit_text(v.unit).c_str());
-      std::cout << row;
-    }
+    for (const auto& v : n.params) std::cout << "   " << v.text(4, true);
     std::cout << '\n';
   }
   print_tried(found);

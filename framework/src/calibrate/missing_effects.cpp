@@ -11,6 +11,7 @@
 #include "calibrate/yaw_hold.hpp"
 #include "config/errors.hpp"
 #include "measured/session_health.hpp"
+#include "util/numbers.hpp"
 
 namespace gripline::calibrate {
 namespace {
@@ -399,7 +400,8 @@ void MissingSearch::name_values(std::span<const FittedParameter> parameters) {
       for (const abi::ParamDecl& p : effect.entry->params())
         for (const FittedParameter& fitted : parameters)
           if (fitted.unknown.pointer == pointer_of(named.effect, p.name))
-            named.params.push_back({p.name, p.unit, fitted.value, fitted.interval.low, fitted.interval.high});
+            named.params.push_back({p.name, p.unit, fitted.value, fitted.interval.low, fitted.interval.high,
+                                    fitted.unknown.low, fitted.unknown.high});
     }
 }
 
@@ -459,6 +461,21 @@ MissingEffects MissingSearch::run(const std::list<measured::SessionFile>& files,
 }
 
 }  // namespace
+
+bool MissingEffect::Value::at_edge() const {
+  const double close = 1e-9 * (most - least);
+  return std::isfinite(close) && (value <= least + close || value >= most - close);
+}
+
+std::string MissingEffect::Value::text(int digits, bool interval) const {
+  const std::string of = unit.empty() || unit == "1" ? "" : " " + unit;
+  if (at_edge())
+    return name + " is kept within its range [" + significant(least, digits) + ", " + significant(most, digits) + "]" +
+           of;
+  std::string text = name + " = " + significant(value, digits);
+  if (interval) text += " (" + significant(low, digits) + " to " + significant(high, digits) + ")";
+  return text + of;
+}
 
 bool MissingEffects::at_noise() const {
   // An error this little above the noise hides a tenth of it in squares: less than the noise is known to.

@@ -9,6 +9,7 @@
 #pragma once
 
 #include <functional>
+#include <limits>
 #include <list>
 #include <string>
 #include <vector>
@@ -23,6 +24,13 @@ struct MissingEffect {
   struct Value {
     std::string name, unit;
     double value = 0, low = 0, high = 0;
+    double least = -std::numeric_limits<double>::infinity();  // the range in which it is looked for
+    double most = std::numeric_limits<double>::infinity();
+    /// Whether it stands at an end of its range, where the logs ask for more than is allowed and nothing is estimated.
+    bool at_edge() const;
+    /// "T = 0.0412 s", with `interval` "T = 0.0412 (0.0398 to 0.0431) s", or at an end of its range "T is kept within
+    /// its range [0, 0.1] s"; numbers with so many digits.
+    std::string text(int digits, bool interval) const;
   };
   std::string effect;
   bool measurement = false;  // it changes what the sensors show, not how the car moves

@@ -55,6 +55,20 @@ TEST(MissingEffects, ErrorsAsLargeAsTheSensorsNoiseTellNothingMore) {
   EXPECT_FALSE(found.at_noise());
 }
 
+TEST(MissingEffects, AValueAtAnEndOfItsRangeIsNoEstimate) {
+  MissingEffect::Value v{"T", "s", 0.0412, 0.0398, 0.0431, 0.0, 0.1};
+  EXPECT_EQ(v.text(4, true), "T = 0.0412 (0.0398 to 0.0431) s");
+  EXPECT_EQ(v.text(2, false), "T = 0.041 s");
+  for (const double end : {0.0, 0.1}) {
+    v.value = end;
+    EXPECT_EQ(v.text(4, true), "T is kept within its range [0, 0.1] s");
+  }
+  v.value = 0.0999;
+  EXPECT_FALSE(v.at_edge());
+  const MissingEffect::Value open{"k", "1", 0.3, 0.2, 0.4};
+  EXPECT_EQ(open.text(3, true), "k = 0.3 (0.2 to 0.4)");
+}
+
 TEST(MissingEffects, DeadZoneAndSteeringOffsetAreNamedWithTheirSizesAndStandInTheWorld) {
   const MissingEffects found = found_in_log_of(R"({"plant": {"effects": [
       {"plugin": "throttle_dead_zone", "params": {"z": 0.12}}, {"plugin": "steer_offset", "params": {"d0": 0.03}}]}})");
@@ -66,6 +80,8 @@ TEST(MissingEffects, DeadZoneAndSteeringOffsetAreNamedWithTheirSizesAndStandInTh
     EXPECT_FALSE(named->measurement);
     ASSERT_EQ(named->params.size(), 1u);
     EXPECT_NEAR(named->params.front().value, value, close) << effect;
+    EXPECT_TRUE(std::isfinite(named->params.front().least) && std::isfinite(named->params.front().most)) << effect;
+    EXPECT_FALSE(named->params.front().at_edge()) << effect;
   }
   EXPECT_LT(found.found, 0.5 * found.calibrated);
   EXPECT_LT(found.calibrated, found.given);
