@@ -402,16 +402,21 @@ class RecedingTime final : public LapPlanner {
   }
 
  private:
-  /// Whether the car is much faster than the plan beside it or runs wide of it, or did a moment ago. A car that joins the
-  /// line, or drives slowly, is led by its own path.
+  /// Whether the car is much faster than the plan beside it or runs wide of it, or did a moment ago. A plan that began at
+  /// the car is as fast as the car, beyond `pace`: until the car has slowed down to what is asked of it, only one that is
+  /// faster than that plan itself is too fast for it. A car that joins the line, or drives slowly, is led by its own path.
   bool has_left_plan(const State& x, double station) {
-    constexpr double fast = 1.05, wide = 0.4, slow = 0.8;  // of the planned speed, of the car's width, of that speed
-    constexpr double least = 2.5;                          // speed over the car's least
-    constexpr double lasts = 0.3;                          // [s]
+    constexpr double fast = 1.05, faster_than_plan = 1.01;  // of the speed asked for, of the planned speed
+    constexpr double wide = 0.4, slow = 0.8;                // of the car's width, of the speed asked for
+    constexpr double least = 2.5;                           // speed over the car's least
+    constexpr double lasts = 0.3;                           // [s]
     const PlanPoint plan = followed().at(station);
-    const double planned = params().pace * plan.v, v = std::hypot(x.vx, x.vy);
+    const double asked = params().pace * plan.v, v = std::hypot(x.vx, x.vy);
     const double beside = std::cos(plan.yaw) * (x.y - plan.y) - std::sin(plan.yaw) * (x.x - plan.x);
-    const bool left = v > fast * planned || (std::abs(beside) > wide * setup().car().width && v > slow * planned);
+    if (v <= fast * asked) slowed_down_ = true;
+    const bool too_fast = v > (slowed_down_ ? fast * asked : std::max(fast * asked, faster_than_plan * plan.v));
+    const bool left = too_fast || (std::abs(beside) > wide * setup().car().width && v > slow * asked);
+    if (left) slowed_down_ = false;
     if (joins() || v < least * setup().car().v_min)
       astray_for_ = 0;
     else
@@ -422,7 +427,8 @@ class RecedingTime final : public LapPlanner {
   RecedingLaps laps_;
   double slip_most_;
   bool from_car_state_;
-  double astray_for_ = 0;  // [s] that the plan still begins at the car
+  double astray_for_ = 0;    // [s] that the plan still begins at the car
+  bool slowed_down_ = true;  // since it left its plan
   std::optional<FrictionPlaces> places_;
   AxleTyres outside_;  // believed where the car was last in no such place
   double spread_outside_ = 0;

@@ -183,6 +183,50 @@ TEST_F(RecedingTimeTest, FindsTheNearestPointOfACarOutsideOfATurn) {
   }
 }
 
+/// The tyres that a planner without a learner believes in, as if they had been learned.
+class KnownTyres final : public TyreCurve {
+ public:
+  bool tyre_force(Axle axle, std::span<const double> slip, std::span<double> force,
+                  std::span<double> sigma) const override {
+    const double peak = 0.9 * gravity * 0.041 * (axle == Axle::front ? 0.033 : 0.029) / 0.062;
+    for (std::size_t i = 0; i < slip.size(); ++i) {
+      force[i] = peak * std::sin(1.3 * std::atan(4.0 * slip[i]));
+      if (i < sigma.size()) sigma[i] = 0.01 * peak;
+    }
+    return true;
+  }
+};
+
+/// A driver who is much faster than planned once, and loses no more than 3 m/s2 in the two seconds after it.
+class RecedingTimeTooFast : public RecedingTimeTest {
+ protected:
+  /// The way of twelve seconds [m], about two laps, that begin three seconds after it.
+  double drive_on(bool from_car_state) {
+    const auto planner =
+        make(mobil_, {{"spacing", 0.1}, {"start", 0.9}, {"pace", 0.8}, {"from_car_state", from_car_state ? 1.0 : 0.0}});
+    start(*planner);
+    double way = 0;
+    for (int i = 0; i < 850; ++i) {
+      planner->plan(now_, believe(0.9), &tyres_, horizon_);
+      const RefPoint& r = horizon_[1];
+      if (i >= 250) way += std::hypot(r.x - now_.x.x, r.y - now_.x.y);
+      double v = i > 100 && i < 200 ? std::max(r.v, now_.x.vx - 3.0 * 0.02) : r.v;
+      if (i == 100) v = 1.4 * r.v;
+      now_.t += 0.02;
+      now_.x = {r.x, r.y, r.yaw - r.beta, v, v * std::tan(r.beta), v * r.kappa, 0.0};
+      now_.at = r.at;
+    }
+    return way;
+  }
+  KnownTyres tyres_;
+};
+
+// A plan that begins with the car's own speed asks for `pace` of it: not again and again, which would end at a crawl.
+TEST_F(RecedingTimeTooFast, ItSlowsDownToItsPlanAndGoesOn) {
+  const double plain = drive_on(false), own = drive_on(true);
+  EXPECT_NEAR(own, plain, 0.01 * plain);
+}
+
 /// A driver who is put somewhere and then drives what is planned.
 class RecedingTimeFromAnywhere : public RecedingTimeTest {
  protected:
