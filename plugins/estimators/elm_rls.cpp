@@ -62,8 +62,8 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
             param("common", &P::common, "1", {0, 1},
                   "share of that variance which both axles have in common, as they drive one road"),
             param("most_drive", &P::most_drive, "1", {0, 10},
-                  "drive or brake force, as a share of friction, above which a sample teaches nothing of tyres and "
-                  "drive"),
+                  "drive or brake force, as a share of friction, above which a sample teaches nothing of drive, nor of "
+                  "tyres but what sharing_spread leaves"),
             param("sharing_spread", &P::sharing_spread, "1", {0, 10},
                   "standard deviation of what drive and brakes take off the square of a side force, relative to it; "
                   "above 0 braking beyond most_drive teaches of tyres what that leaves"),
@@ -134,7 +134,10 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
     test_for_change(k.dt);
     for (int c = 0; c < channels; ++c) {
       const auto innovation = rls_.innovation(c, rows_.col(c), rates_[c], k.dt, misfit(c));
-      if (!hard || !shares) adapt_noise(c, innovation);
+      if (!hard || !shares)
+        adapt_noise(c, innovation);
+      else
+        last_error_[c] = 0;  // what comes next does not follow it
       rls_.update(innovation);
     }
     ++seen_;
@@ -205,9 +208,10 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
 
   /// How well the equations of side force and moment hold where drive and brakes share friction with them. A side force
   /// is F sqrt(1 - u) with the share u of the square that drive or brakes use; where u is known to a share s of itself,
-  /// its relative standard deviation is s u / (1 - u) / 2.
+  /// its relative standard deviation is s u / (1 - u) / 2. That both are doubted for one reason is not said of them.
   void doubt_sharing(const Sample& k) {
-    const StraightDrive::Rates drive = drive_.at(k.x.vx, k.u.d - k.d_lag, k.at);
+    StraightDrive::Rates drive = drive_.at(k.x.vx, k.u.d - k.d_lag, k.at);
+    drive.drive_force += gains_.missing(drive.drive_force);
     const auto doubt = [&](Axle axle, double load, double peak) {
       const Eigen::Index i = first(axle), n = params_.hidden;
       const double kept = ellipse_.side_share(axle, drive.drive_force, load, peak);

@@ -147,8 +147,8 @@ void RecedingLaps::place_window(std::size_t first) {
     for (std::size_t i = first_; i != first; i = wrapped(i + 1)) reset(i);
   first_ = first;
   count_ = window_length(first);
-  if (onward)
-    for (std::size_t i = old_end; i != wrapped(first_ + count_ + 1); i = wrapped(i + 1)) slow_down(i);
+  if (onward)  // what the window did not reach before, which may be nothing
+    for (std::size_t k = wrapped(old_end + lap_.size() - first); k <= count_; ++k) slow_down(wrapped(first + k));
   begin_ = kept(first);
   end_ = kept(wrapped(first + count_));
   settled_ = false;
@@ -161,18 +161,18 @@ void RecedingLaps::begin_at(const State& car, double station) {
   const double sine = std::sin(beside.yaw), cosine = std::cos(beside.yaw), dx = car.x - beside.x, dy = car.y - beside.y;
   const double n = cosine * dy - sine * dx, along = cosine * dx + sine * dy;
   place_window(node_at(station + along / std::max(0.2, 1.0 - n * beside.kappa)));
-  if (!at_car_) barrier_ = std::max(barrier_, astray_barrier);
+  if (!was_astray_) barrier_ = std::max(barrier_, astray_barrier);
   at_car_ = true;
   begin_ = passed(first_, car);
 }
 
 /// The state in which a car passed the node behind it: back along an arc, at the speeds that it has now.
 RecedingLaps::States RecedingLaps::passed(std::size_t node, const State& car) const {
-  constexpr double steepest = 1.0, slowest = 1.0;  // [rad, m/s]
+  constexpr double steepest = 1.0;  // [rad]
   const LinePoint at = setup_->base().at(setup_->nodes().s[node]);
   const double sine = std::sin(at.yaw), cosine = std::cos(at.yaw), dx = car.x - at.x, dy = car.y - at.y;
   const double along = cosine * dx + sine * dy, askew = std::remainder(car.yaw - at.yaw, 2.0 * std::numbers::pi);
-  const double turned = along * car.omega / std::max(std::hypot(car.vx, car.vy), slowest);
+  const double turned = along * car.omega / std::max(std::hypot(car.vx, car.vy), setup_->car().v_min);
   const double course = std::clamp(askew + std::atan2(car.vy, car.vx) - 0.5 * turned, -steepest, steepest);
   States z{};
   z[lap_n] = cosine * dy - sine * dx - along * std::tan(course);
@@ -207,6 +207,7 @@ void RecedingLaps::start_again(double barrier) {
   begin_ = lap_[first_].z;
   end_ = lap_[wrapped(first_ + count_)].z;
   barrier_ = barrier;
+  defect_ = std::numeric_limits<double>::infinity();  // not known before the next step
   failed_ = 0;
 }
 
@@ -338,6 +339,7 @@ void RecedingLaps::step(const CarBelief& car, double spread, double station, Lap
     move_window(station);
   advance_belief(car, spread);
   if (astray != nullptr) begin_ = passed(first_, *astray);  // not slower, whatever is believed
+  was_astray_ = astray != nullptr;
   const int most = (astray != nullptr ? astray_work : 1) * options_.iterations;
   for (int i = 0; i < most && !settled_; ++i) settled_ = improve();
   const bool drivable = settled_ || defect_ < drivable_defect;
@@ -407,7 +409,9 @@ void RecedingLaps::publish(LapPlan& plan, std::size_t from, double follow) {
     driven_for_[i] = between(driven_for_[i], mu_);
     solved_for_[i] = mu_at(i);
   }
-  for (std::size_t k = 0; k <= count; ++k) set_curvature(plan, wrapped(first_ + k));
+  for (std::size_t k = from == 0 ? 1 : 0; k <= count; ++k) set_curvature(plan, wrapped(first_ + k));
+  // Before a plan that begins at the car there is another one.
+  if (from == 0) plan.nodes[first_].kappa = plan.nodes[wrapped(first_ + 1)].kappa;
 }
 
 LapPlan RecedingLaps::whole_plan() {

@@ -157,7 +157,7 @@ class LapPlanner : public SpeedPlanner {
   double mu_plan() const { return mu_plan_; }
   PlanFollower& followed() { return line_; }
   /// Whether references lead the car to the line from elsewhere.
-  bool joins() const { return join_.active(); }
+  bool joins() const { return join_.active() || recovery_.active(); }
   /// Slip that the front or the rear axle exceeded in one of 200 steps [rad].
   double visited_slip() const { return std::max(front_seen_.visited(), rear_seen_.visited()); }
   LapPlan plan_;
@@ -404,12 +404,13 @@ class RecedingTime final : public LapPlanner {
  private:
   /// Whether the car is much faster than the plan beside it or runs wide of it, or did a moment ago. A plan that began at
   /// the car is as fast as the car, beyond `pace`: until the car has slowed down to what is asked of it, only one that is
-  /// faster than that plan itself is too fast for it. A car that joins the line, or drives slowly, is led by its own path.
+  /// faster than that plan itself is too fast for it. A car that joins the line, recovers, drives slowly or slides far off its
+  /// heading is led by its own path.
   bool has_left_plan(const State& x, double station) {
     constexpr double fast = 1.05, faster_than_plan = 1.01;  // of the speed asked for, of the planned speed
     constexpr double wide = 0.4, slow = 0.8;                // of the car's width, of the speed asked for
     constexpr double least = 2.5;                           // speed over the car's least
-    constexpr double lasts = 0.3;                           // [s]
+    constexpr double lasts = 0.3, furthest = 1.0;           // [s, rad]
     const PlanPoint plan = followed().at(station);
     const double asked = params().pace * plan.v, v = std::hypot(x.vx, x.vy);
     const double beside = std::cos(plan.yaw) * (x.y - plan.y) - std::sin(plan.yaw) * (x.x - plan.x);
@@ -417,7 +418,8 @@ class RecedingTime final : public LapPlanner {
     const bool too_fast = v > (slowed_down_ ? fast * asked : std::max(fast * asked, faster_than_plan * plan.v));
     const bool left = too_fast || (std::abs(beside) > wide * setup().car().width && v > slow * asked);
     if (left) slowed_down_ = false;
-    if (joins() || v < least * setup().car().v_min)
+    const bool slides = std::abs(std::atan2(x.vy, x.vx)) > furthest || std::cos(x.yaw - plan.yaw) < std::cos(furthest);
+    if (joins() || slides || v < least * setup().car().v_min)
       astray_for_ = 0;
     else
       astray_for_ = left ? lasts : astray_for_ - dt();
