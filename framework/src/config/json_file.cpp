@@ -41,6 +41,26 @@ struct Extended {
   std::string pointer;  ///< empty is the whole
 };
 
+bool is_file(const fs::path& file) {
+  std::error_code failed;
+  return fs::exists(file, failed) && !fs::is_directory(file, failed);
+}
+
+/// The file before a '#' with no pointer behind it, which is the whole (RFC 6901, 6); nothing where there is no such
+/// file.
+std::optional<Extended> whole_before_sign(const Node& name) {
+  const std::string_view text = name.text();
+  for (std::size_t end = text.find('#'); end != std::string_view::npos; end = text.find('#', end + 1)) {
+    const std::string_view before = text.substr(0, end);
+    const fs::path file = resolve_path(Node(before, name.origin));
+    if (!is_file(file)) continue;
+    if (end + 1 == text.size()) return Extended{readable(name, file, before), {}};
+    throw InputError(name.origin, "no such file: " + name.describe() + "; a part of \"" + std::string(before) +
+                                      "\" is named by a JSON pointer, which begins with \"#/\"");
+  }
+  return std::nullopt;
+}
+
 /// A file's name may hold a '#' too: it ends at the first "#/" before which there is a file.
 Extended extended_by(const Node& name) {
   refuse_long(name);
@@ -50,10 +70,11 @@ Extended extended_by(const Node& name) {
   std::error_code failed;
   for (std::size_t end = first; end != std::string_view::npos; end = text.find("#/", end + 1)) {
     const fs::path file = resolve_path(Node(text.substr(0, end), name.origin));
-    if (fs::exists(file, failed) && !fs::is_directory(file, failed))
-      return {readable(name, file, text.substr(0, end)), std::string(text.substr(end + 1))};
+    if (is_file(file)) return {readable(name, file, text.substr(0, end)), std::string(text.substr(end + 1))};
   }
   const fs::path whole = resolve_path(name);
+  if (!fs::exists(whole, failed))
+    if (auto other = whole_before_sign(name)) return *std::move(other);
   // Without such a folder the name before the first "#/" is the one that was misspelt.
   if (first == std::string_view::npos || fs::is_directory(whole.parent_path(), failed))
     return {readable(name, whole, text), {}};

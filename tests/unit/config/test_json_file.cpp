@@ -401,7 +401,8 @@ TEST(LoadJson, the_name_of_an_extended_file_may_hold_the_sign_of_a_part) {
   const Folder folder;
   (void)folder.write("a#/b.json", R"({ "is": "in a folder" })");
   (void)folder.write("c#d.json", R"({ "part": { "is": "a part" }, "is": "whole" })");
-  (void)folder.write("e#/f.json", R"({ "x#": { "y": { "is": "behind the second" } } })");
+  (void)folder.write("e#/f.json", R"({ "x#": { "y": { "is": "behind the second" } },
+                                           "x##": { "y": { "is": "behind two" } } })");
   (void)folder.write("g", R"({ "h.json": { "is": "of the shorter name" } })");
   const auto what = [&](const std::string& name) {
     return load_json(folder.write("top.json", R"({ "extends": ")" + name + "\" }")).find("is")->text();
@@ -411,6 +412,10 @@ TEST(LoadJson, the_name_of_an_extended_file_may_hold_the_sign_of_a_part) {
   EXPECT_EQ(what("c#d.json#/part"), "a part");
   EXPECT_EQ(what("e#/f.json#/x#/y"), "behind the second");
   EXPECT_EQ(what("g#/h.json"), "of the shorter name");
+  EXPECT_EQ(what("c#d.json#"), "whole");
+  EXPECT_EQ(what("e#/f.json#/x##/y"), "behind two");
+  (void)folder.write("c#d.json#", R"({ "is": "a file with the sign at its end" })");
+  EXPECT_EQ(what("c#d.json#"), "a file with the sign at its end");
 }
 
 TEST(LoadJson, a_part_that_is_not_there_is_told_once_with_the_nearest) {
@@ -439,6 +444,11 @@ TEST(LoadJson, a_part_that_is_not_there_is_told_once_with_the_nearest) {
   EXPECT_THAT(why("stacks.json#/~2"), HasSubstr("\"/~2\" is not a JSON pointer"));
   EXPECT_EQ(why("#/stacks/best"), "expected the name of a file before the \"#\" of \"#/stacks/best\"");
   EXPECT_EQ(why("stack.json#/stacks/best"), "\"stack.json\": no such file; did you mean \"stacks.json\"?");
+  EXPECT_EQ(why("stacks.json#stacks"),
+            "no such file: \"stacks.json#stacks\"; a part of \"stacks.json\" is named by a "
+            "JSON pointer, which begins with \"#/\"");
+  EXPECT_THAT(why("stack.json#"), HasSubstr("no such file"));
+  EXPECT_THAT(why("e.json#"), HasSubstr("files extend each other in a circle: "));
   EXPECT_EQ(why("a#/c.json"), "\"a#/c.json\": no such file; did you mean \"b.json\"?");
   EXPECT_THAT(why("e.json#/x"), HasSubstr("files extend each other in a circle: "));
 }
