@@ -142,4 +142,7 @@ TEST(YawRateOffset, IsKnownBadlyByFewStretches) {
 }
 
 }  // namespace
+  const Session brief = turning(0.05, 4.5), half = turning(0.05, 6.0);
+  EXPECT_FALSE(yaw_rate_offset(std::array{&brief, &brief, &brief}));
+  EXPECT_TRUE(yaw_rate_offset(std::array{&half, &half}));
 }  // namespace gripline::measured
