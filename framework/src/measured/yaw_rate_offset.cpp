@@ -87,6 +87,28 @@ void add_stretches(const std::vector<TurnedBeyondYaw>& all, std::vector<TurnedBe
   }
 }
 
+/// Standard error of the ratio `offset` by the spread over so many parts; 0 for one part.
+double standard_error(const std::vector<TurnedBeyondYaw>& parts, double offset) {
+  if (parts.size() < 2) return 0.0;
+  double time = 0.0, square = 0.0;
+  for (const TurnedBeyondYaw& one : parts) {
+    const double off = one.angle - offset * one.time;
+    time += one.time;
+    square += off * off;
+  }
+  const auto n = static_cast<double>(parts.size());
+  return std::sqrt(square * n / (n - 1.0)) / time;
+}
+
+TurnedBeyondYaw sum_of(std::span<const TurnedBeyondYaw> parts) {
+  TurnedBeyondYaw sum;
+  for (const TurnedBeyondYaw& one : parts) {
+    sum.angle += one.angle;
+    sum.time += one.time;
+  }
+  return sum;
+}
+
 }  // namespace
 
 std::pair<double, double> YawRateOffset::range() const {
@@ -97,26 +119,19 @@ std::pair<double, double> YawRateOffset::range() const {
 }
 
 std::optional<YawRateOffset> yaw_rate_offset(std::span<const Session* const> sessions) {
-  std::vector<TurnedBeyondYaw> stretches;
+  std::vector<TurnedBeyondYaw> stretches, logs;
   for (const Session* const session : sessions) {
     if (!session->has[yaw_channel] || !session->has[rate_channel]) continue;
     std::vector<TurnedBeyondYaw> all = between_readings(*session);
     leave_out_jumps(all);
+    const std::size_t before = stretches.size();
     add_stretches(all, stretches);
+    if (stretches.size() > before) logs.push_back(sum_of(std::span(stretches).subspan(before)));
   }
   if (stretches.size() < 2) return std::nullopt;
-  double angle = 0.0, time = 0.0, square = 0.0;
-  for (const TurnedBeyondYaw& one : stretches) {
-    angle += one.angle;
-    time += one.time;
-  }
-  const auto n = static_cast<double>(stretches.size());
-  YawRateOffset out{angle / time, 0.0, stretches.size()};
-  for (const TurnedBeyondYaw& one : stretches) {
-    const double off = one.angle - out.value * one.time;
-    square += off * off;
-  }
-  out.sigma = std::sqrt(square * n / (n - 1.0)) / time;
+  const TurnedBeyondYaw sum = sum_of(stretches);
+  YawRateOffset out{sum.angle / sum.time, 0.0, stretches.size()};
+  out.sigma = std::max(standard_error(stretches, out.value), standard_error(logs, out.value));
   return out;
 }
 

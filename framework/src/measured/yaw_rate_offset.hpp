@@ -12,7 +12,7 @@ namespace gripline::measured {
 /// What the yaw rate shows beyond the change of yaw, a mean over time.
 struct YawRateOffset {
   double value = 0;           // [rad/s]
-  double sigma = 0;           // standard error, by the spread over stretches [rad/s]
+  double sigma = 0;           // standard error, by the spread over stretches or, if larger, over logs [rad/s]
   std::size_t stretches = 0;  // two or more
   /// What is as sure as three standard deviations of a normal (99.7 %), by the t distribution: wide where stretches are
   /// few [rad/s].
@@ -26,8 +26,13 @@ struct YawRateOffset {
 /// A stretch's sum S is the integral of the yaw rate less the change of yaw, over its time T; the offset is
 /// sum S / sum T, a ratio estimate, of variance n / (n - 1) sum (S - offset T)^2 / (sum T)^2 (Cochran, Sampling
 /// Techniques, 1977, 6.3-6.4). Noise of yaw and a yaw rate that is late err at a stretch's two ends only; where
-/// stretches adjoin that error of the one is that of the other with its sign turned, so that the variance is, if
-/// anything, too large.
+/// stretches adjoin that error of the one is that of the other with its sign turned, so that for these the variance is,
+/// if anything, too large.
+///
+/// Not so for what many stretches have in common: an offset that drifts or differs from log to log, and a scale of the
+/// yaw rate that is off, which shows as that share of the mean turn. Of several logs the same variance with logs in
+/// place of stretches is taken where it is larger; the spread of few logs is itself badly known, and of one log nothing
+/// of this is seen.
 std::optional<YawRateOffset> yaw_rate_offset(std::span<const Session* const> sessions);
 
 }  // namespace gripline::measured

@@ -117,8 +117,20 @@ TEST(YawRateOffset, LogsCountTogetherByTheirTime) {
   ASSERT_TRUE(found);
   EXPECT_NEAR(found->value, 0.03, 1e-4);
   EXPECT_EQ(found->stretches, 9u);
-  EXPECT_LT(found->range().first, 0.02);  // the two differ
-  EXPECT_GT(found->range().second, 0.05 - 0.005);
+  // Two that differ: of each log sum S - 0.03 T is 0.6 rad, which the spread over their stretches makes 0.005 rad/s of.
+  EXPECT_NEAR(found->sigma, std::sqrt(2.0 * 2.0 * 0.6 * 0.6) / 90.0, 1e-4);
+  EXPECT_LT(found->range().first, 0.02);
+  EXPECT_GT(found->range().second, 0.05);
+}
+
+TEST(YawRateOffset, LogsThatAgreeAreAsSureAsTheirStretches) {
+  Session one = turning(0.02, 60.0);  // whose offset differs from stretch to stretch, much the same in both logs
+  for (std::size_t row = 0; row < one.rows(); ++row)
+    reading(one, row, rate_channel) += 0.01 * std::sin(std::numbers::pi * one.t[row] / 10.0);
+  const Session other = one;
+  const std::array<const Session*, 2> both{&one, &other};
+  EXPECT_NEAR(yaw_rate_offset(both)->sigma, offset_of(one)->sigma * std::sqrt(5.0 / 11.0), 1e-9);
+  EXPECT_GT(offset_of(one)->sigma, 1e-3);
 }
 
 TEST(YawRateOffset, IsNotToldWhereYawOrYawRateIsMissingOrTheLogIsShort) {
@@ -130,6 +142,9 @@ TEST(YawRateOffset, IsNotToldWhereYawOrYawRateIsMissingOrTheLogIsShort) {
   }
   EXPECT_FALSE(offset_of(turning(0.05, 14.0)));
   EXPECT_TRUE(offset_of(turning(0.05, 16.0)));
+  const Session brief = turning(0.05, 4.5), half = turning(0.05, 6.0);
+  EXPECT_FALSE(yaw_rate_offset(std::array{&brief, &brief, &brief}));
+  EXPECT_TRUE(yaw_rate_offset(std::array{&half, &half}));
   EXPECT_FALSE(yaw_rate_offset({}));
 }
 
@@ -142,7 +157,4 @@ TEST(YawRateOffset, IsKnownBadlyByFewStretches) {
 }
 
 }  // namespace
-  const Session brief = turning(0.05, 4.5), half = turning(0.05, 6.0);
-  EXPECT_FALSE(yaw_rate_offset(std::array{&brief, &brief, &brief}));
-  EXPECT_TRUE(yaw_rate_offset(std::array{&half, &half}));
 }  // namespace gripline::measured
