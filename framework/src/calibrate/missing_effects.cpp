@@ -462,9 +462,13 @@ MissingEffects MissingSearch::run(const std::list<measured::SessionFile>& files,
 
 }  // namespace
 
-bool MissingEffect::Value::at_edge() const {
-  const double close = 1e-9 * (most - least);
-  return std::isfinite(close) && (value <= least + close || value >= most - close);
+std::string MissingEffect::Value::at_end() const {
+  // Each end by itself: the other may be open. Where both are there their distance is a size too, for an end at 0.
+  const double wide = std::isfinite(most - least) ? most - least : 0.0;
+  const double close = 1e-9 * std::max(std::abs(value), wide);
+  if (std::isfinite(least) && value <= least + close) return "low";
+  if (std::isfinite(most) && value >= most - close) return "high";
+  return {};
 }
 
 std::string MissingEffect::Value::text(int digits, bool interval) const {

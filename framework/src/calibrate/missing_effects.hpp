@@ -26,8 +26,10 @@ struct MissingEffect {
     double value = 0, low = 0, high = 0;
     double least = -std::numeric_limits<double>::infinity();  // the range in which it is looked for
     double most = std::numeric_limits<double>::infinity();
-    /// Whether it stands at an end of its range, where the logs ask for more than is allowed and nothing is estimated.
-    bool at_edge() const;
+    /// The end of its range at which it stands, "low" or "high", where the logs ask for more than is allowed and nothing
+    /// is estimated; empty elsewhere.
+    std::string at_end() const;
+    bool at_edge() const { return !at_end().empty(); }
     /// "T = 0.0412 s", with `interval` "T = 0.0412 (0.0398 to 0.0431) s", or at an end of its range "T is kept within
     /// its range [0, 0.1] s"; numbers with so many digits.
     std::string text(int digits, bool interval) const;

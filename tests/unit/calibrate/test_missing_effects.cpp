@@ -69,6 +69,23 @@ TEST(MissingEffects, AValueAtAnEndOfItsRangeIsNoEstimate) {
   EXPECT_EQ(open.text(3, true), "k = 0.3 (0.2 to 0.4)");
 }
 
+TEST(MissingEffects, EachEndOfARangeCountsByItself) {
+  constexpr double open = std::numeric_limits<double>::infinity();
+  const auto at_end = [](double value, double least, double most) {
+    return MissingEffect::Value{"k", "1", value, 0, 0, least, most}.at_end();
+  };
+  EXPECT_EQ(at_end(0.0, 0.0, 0.1), "low");
+  EXPECT_EQ(at_end(0.1, 0.0, 0.1), "high");
+  EXPECT_EQ(at_end(0.05, 0.0, 0.1), "");
+  EXPECT_EQ(at_end(0.0, 0.0, open), "low");
+  EXPECT_EQ(at_end(1e-3, 0.0, open), "");
+  EXPECT_EQ(at_end(1e6, 0.0, open), "");
+  EXPECT_EQ(at_end(-2.0 * (1.0 - 1e-12), -2.0, open), "low");
+  EXPECT_EQ(at_end(3e5, -open, 3e5), "high");
+  EXPECT_EQ(at_end(-3e5, -open, 3e5), "");
+  EXPECT_EQ(at_end(7.0, -open, open), "");
+}
+
 TEST(MissingEffects, DeadZoneAndSteeringOffsetAreNamedWithTheirSizesAndStandInTheWorld) {
   const MissingEffects found = found_in_log_of(R"({"plant": {"effects": [
       {"plugin": "throttle_dead_zone", "params": {"z": 0.12}}, {"plugin": "steer_offset", "params": {"d0": 0.03}}]}})");
