@@ -172,7 +172,7 @@ Diagnosis diagnosis_of(const MissingEffects& found, std::span<const diagnose::Ch
     diagnose::NamedEffect& named = d.named.emplace_back();
     named.effect = one.effect;
     named.measurement = one.measurement;
-    for (const auto& v : one.params) named.params.push_back({v.name, v.unit, v.value, v.low, v.high});
+    for (const auto& v : one.params) named.params.push_back({v.name, v.unit, v.value, v.low, v.high, v.at_end()});
     named.confidence = std::min(one.change.certainty, diagnose::thresholds::most_beside_unknown);
     named.rollout = change_of(one.change);
   }

@@ -19,6 +19,7 @@ struct NamedEffect {
   struct Value {
     std::string name, unit;
     double value = 0, low = 0, high = 0;
+    std::string at_end{};  // "low" or "high" where it is kept within that end of its range: the value is no estimate
   };
   std::string effect;
   bool measurement = false;  // it changes what the sensors show, not how the car moves

@@ -52,15 +52,18 @@ Node named_node(const Diagnosis& d) {
     Node one = Node::empty_object();
     one.set("effect", Node(n.effect));
     one.set("class", Node(std::string(n.measurement ? "measurement" : "physics")));
-    Node params = Node::empty_object(), units = Node::empty_object(), ci = Node::empty_object();
+    Node params = Node::empty_object(), units = Node::empty_object(), ci = Node::empty_object(),
+         ends = Node::empty_object();
     for (const NamedEffect::Value& v : n.params) {
       params.set(v.name, number_or_null(v.value));
       units.set(v.name, Node(v.unit));
       ci.set(v.name, Node(Node::Array{number_or_null(v.low), number_or_null(v.high)}));
+      if (!v.at_end.empty()) ends.set(v.name, Node(v.at_end));
     }
     one.set("params", std::move(params));
     one.set("units", std::move(units));
     one.set("ci95", std::move(ci));
+    if (!ends.object().empty()) one.set("at_end", std::move(ends));
     one.set("confidence", number_or_null(n.confidence));
     one.set("rollout", rollout_node(n.rollout));
     named.push_back(std::move(one));

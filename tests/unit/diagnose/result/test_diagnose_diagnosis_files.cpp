@@ -1,0 +1,26 @@
+#include "diagnose/result/diagnosis_files.hpp"
+
+#include <gtest/gtest.h>
+
+namespace gripline::diagnose {
+namespace {
+
+/// A reader of numbers alone must see that one is no estimate.
+TEST(DiagnoseDiagnosisFiles, AParameterAtAnEndOfItsRangeSaysWhich) {
+  Diagnosis d;
+  NamedEffect& offset = d.named.emplace_back();
+  offset.effect = "yawrate_bias";
+  offset.params = {{"b", "rad/s", -0.1, -0.11, -0.09, "low"}};
+  NamedEffect& lag = d.named.emplace_back();
+  lag.effect = "steer_lag";
+  lag.params = {{"tau", "s", 0.04, 0.038, 0.042}};
+  const Node::Array named = diagnosis_json(d).find("named")->array();
+  ASSERT_EQ(named.size(), 2u);
+  ASSERT_NE(named[0].find("at_end"), nullptr);
+  EXPECT_EQ(named[0].find("at_end")->find("b")->text(), "low");
+  EXPECT_EQ(named[0].find("params")->find("b")->number(), -0.1);
+  EXPECT_EQ(named[1].find("at_end"), nullptr);
+}
+
+}  // namespace
+}  // namespace gripline::diagnose
