@@ -15,6 +15,7 @@
 #include "measured/gripline_log.hpp"
 #include "measured/session_health.hpp"
 #include "util/csv_writer.hpp"
+#include "util/numbers.hpp"
 #include "util/progress.hpp"
 #include "util/signals.hpp"
 
@@ -63,6 +64,13 @@ void print_parameters(const FitResult& result, std::span<const calibrate::Parame
     end.erase(end.find_last_not_of(' ') + 1);
     std::cout << line << end << '\n';
   }
+}
+
+/// Bounds and prior that stand in no file of the user's.
+void print_held(const calibrate::Unknown& u, const measured::YawRateOffset& by_yaw) {
+  std::cout << u.pointer << ": " << significant(by_yaw.value) << " rad/s by the logs' own yaw; bounds "
+            << significant(u.low) << " and " << significant(u.high) << " rad/s, prior " << significant(u.prior)
+            << " rad/s\n";
 }
 
 void print(const FitResult& result, double horizon, std::span<const calibrate::ParameterPlace> places) {
@@ -204,7 +212,9 @@ int run_fit(Arguments args) {
   std::vector<calibrate::Unknown> unknowns = calibrate::read_unknowns(world.tree, places, values, chosen, errors);
   errors.throw_if_any();
   calibrate::start_delays(map, files, forecaster, world.tree, values, unknowns);
-  calibrate::hold_to_yaw(world.spec, places, calibrate::offset_by_yaw(files), values, unknowns);
+  const auto by_yaw = calibrate::offset_by_yaw(files);
+  for (const calibrate::Unknown& u : calibrate::hold_to_yaw(world.spec, places, by_yaw, values, unknowns))
+    print_held(u, *by_yaw);
 
   calibrate::FitOptions fit = fit_options_of(*given, world.spec);
   const StopSignal stop(StopSignal::Reaction::end);

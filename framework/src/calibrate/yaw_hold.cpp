@@ -77,10 +77,11 @@ void hold_to_yaw(std::span<CandidateEffect> candidates, const std::optional<meas
   }
 }
 
-void hold_to_yaw(const WorldSpec& world, std::span<const ParameterPlace> places,
-                 const std::optional<measured::YawRateOffset>& by_yaw, std::span<double> values,
-                 std::span<Unknown> unknowns) {
-  if (!by_yaw) return;
+std::vector<Unknown> hold_to_yaw(const WorldSpec& world, std::span<const ParameterPlace> places,
+                                 const std::optional<measured::YawRateOffset>& by_yaw, std::span<double> values,
+                                 std::span<Unknown> unknowns) {
+  std::vector<Unknown> all;
+  if (!by_yaw) return all;
   const PluginContext context = Trial::context_of(world);
   const auto [low, high] = by_yaw->range();
   std::size_t index = world.vehicle.model.entry->params().size();  // places are in the order of stages' declarations
@@ -94,10 +95,15 @@ void hold_to_yaw(const WorldSpec& world, std::span<const ParameterPlace> places,
       if (low > u.high || high < u.low) continue;
       u.low = std::max(u.low, low);
       u.high = std::min(u.high, high);
-      u.prior = std::clamp(u.prior, u.low, u.high);
-      assign(values, u, std::clamp(values[u.index], u.low, u.high));
+      // Not to the nearer end: a fit goes back to the prior where it ends at a bound.
+      const double own = std::clamp(by_yaw->value, u.low, u.high);
+      const auto is_outside = [&](double value) { return value < u.low || value > u.high; };
+      if (is_outside(u.prior)) u.prior = own;
+      assign(values, u, is_outside(values[u.index]) ? own : values[u.index]);
+      all.push_back(u);
     }
   }
 }
 
 }  // namespace gripline::calibrate
+  return all;

@@ -4,6 +4,7 @@
 
 #include <list>
 #include <optional>
+#include <vector>
 
 #include "calibrate/candidate_effects.hpp"
 #include "calibrate/unknowns.hpp"
@@ -23,10 +24,11 @@ std::optional<measured::YawRateOffset> offset_by_yaw(const std::vector<FitLog>& 
 /// may be nothing: then nothing changes.
 void hold_to_yaw(std::span<CandidateEffect> candidates, const std::optional<measured::YawRateOffset>& by_yaw);
 
-/// The same of unknowns of a world that has such an effect: they stay where yaw says that they are. Their values and
-/// priors are moved there; a range that leaves all of that out stays as it is.
-void hold_to_yaw(const WorldSpec& world, std::span<const ParameterPlace> places,
-                 const std::optional<measured::YawRateOffset>& by_yaw, std::span<double> values,
-                 std::span<Unknown> unknowns);
+/// The same of unknowns of a world that has such an effect: they stay where yaw says that they are. Values and
+/// priors that lie outside are moved to yaw's own value; a range that leaves all of that out stays as it is. Gives the
+/// unknowns that are held, in their order.
+std::vector<Unknown> hold_to_yaw(const WorldSpec& world, std::span<const ParameterPlace> places,
+                                 const std::optional<measured::YawRateOffset>& by_yaw, std::span<double> values,
+                                 std::span<Unknown> unknowns);
 
 }  // namespace gripline::calibrate

@@ -70,7 +70,9 @@ struct OpenOffset {
   }
   Unknown& unknown(const std::string& pointer) { return *std::ranges::find(unknowns, pointer, &Unknown::pointer); }
   Unknown& offset() { return unknown("/plant/effects/yawrate_bias/params/b"); }
-  void hold(const YawRateOffset& by_yaw) { hold_to_yaw(rig.spec, places, by_yaw, values, unknowns); }
+  std::vector<Unknown> hold(const YawRateOffset& by_yaw) {
+    return hold_to_yaw(rig.spec, places, by_yaw, values, unknowns);
+  }
 
   test::CalibrateRig rig;
   std::vector<ParameterPlace> places;
@@ -80,12 +82,15 @@ struct OpenOffset {
 
 TEST(YawHold, AnUnknownOfTheWorldStaysWhereYawSaysThatItIs) {
   OpenOffset world;
-  world.hold({0.0, 0.001, 400});
+  const std::vector<Unknown> held = world.hold({0.001, 0.001, 400});
+  ASSERT_EQ(held.size(), 1u);
   const Unknown& u = world.offset();
-  EXPECT_NEAR(u.low, -0.003, 1e-4);
-  EXPECT_NEAR(u.high, 0.003, 1e-4);
-  EXPECT_EQ(u.prior, u.high);
-  EXPECT_EQ(world.values[u.index], u.high);
+  EXPECT_EQ(held.front().pointer, u.pointer);
+  EXPECT_EQ(held.front().low, u.low);
+  EXPECT_NEAR(u.low, -0.002, 1e-4);
+  EXPECT_NEAR(u.high, 0.004, 1e-4);
+  EXPECT_EQ(u.prior, 0.001) << "not an end of the range, where a fit that stops at one would stay";
+  EXPECT_EQ(world.values[u.index], 0.001);
   EXPECT_LT(world.unknown("/plant/effects/steer_offset/params/d0").low, -0.1);
 
   OpenOffset other;
@@ -96,7 +101,7 @@ TEST(YawHold, AnUnknownOfTheWorldStaysWhereYawSaysThatItIs) {
 
 TEST(YawHold, ARangeThatLeavesOutWhatYawSaysStays) {
   OpenOffset world(R"({"sigma": 0.1, "low": 0.04, "high": 0.06})");
-  world.hold({-0.1, 0.001, 400});
+  EXPECT_TRUE(world.hold({-0.1, 0.001, 400}).empty());
   EXPECT_EQ(world.offset().low, 0.04);
   EXPECT_EQ(world.offset().high, 0.06);
   EXPECT_EQ(world.offset().prior, 0.05);
