@@ -226,7 +226,7 @@ int run_fit(Arguments args) {
       callback(share * parts, parts, what);
     };
   FitResult result = calibrate::fit(forecaster, logs, values, unknowns, fit);
-  if (chosen.empty()) result.advice = calibrate::advise(world.spec, registry, options, logs, result);
+  if (chosen.empty()) result.advice = calibrate::advise(world.spec, registry, options, logs, result, by_yaw);
   result.friction =
       calibrate::friction_of(vehicle.car(), world.spec.car.car, result.params, result.drawn, result.allowed);
   progress.finish();

@@ -293,13 +293,14 @@ std::vector<EffectScore> score_candidates(const StagedCar& own, std::span<const 
 }
 
 std::vector<Advice> advise(const WorldSpec& world, const Registry& registry, const ForecastOptions& forecast,
-                           std::vector<FitLog>& logs, const FitResult& found) {
+                           std::vector<FitLog>& logs, const FitResult& found,
+                           const std::optional<measured::YawRateOffset>& by_yaw) {
   constexpr double sure = 2.0;  // standard deviations over blocks
   PluginContext context;
   context.car = world.car.car;
   const Vehicle vehicle(world.vehicle, context);
   auto candidates = candidate_effects(world.vehicle, world.car.car, registry, world.track != nullptr);
-  hold_to_yaw(candidates, offset_by_yaw(logs));
+  hold_to_yaw(candidates, by_yaw);
   // Those that are kept at their priors too: an effect that does what they do is another name of them.
   std::vector<Unknown> fitted;
   for (const FittedParameter& p : found.parameters) fitted.push_back(p.unknown);

@@ -5,11 +5,13 @@
 #include <functional>
 #include <list>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "calibrate/horizon_table.hpp"
 #include "calibrate/least_squares.hpp"
+#include "measured/yaw_rate_offset.hpp"
 
 namespace gripline::calibrate {
 
@@ -88,8 +90,9 @@ Friction friction_of(const StagedCar& car, const Car& constants, std::span<const
                      std::span<const std::vector<double>> drawn, std::span<const std::vector<double>> allowed = {});
 
 /// Which of the registry's effects, added to the world's car, would help: a score test each. None that only does what
-/// unknowns of the world do already, fitted or kept at their priors.
+/// unknowns of the world do already, fitted or kept at their priors. `by_yaw`: what an offset of the yaw rate is held to.
 std::vector<Advice> advise(const WorldSpec& world, const Registry& registry, const ForecastOptions& forecast,
-                           std::vector<FitLog>& logs, const FitResult& found);
+                           std::vector<FitLog>& logs, const FitResult& found,
+                           const std::optional<measured::YawRateOffset>& by_yaw = std::nullopt);
 
 }  // namespace gripline::calibrate

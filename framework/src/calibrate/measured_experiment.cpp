@@ -178,12 +178,13 @@ class MeasuredRun {
     std::vector<Unknown> unknowns = read_unknowns(spec_.tree, places, values, {}, errors);
     errors.throw_if_any();
     start_delays(map_, files_, forecaster, spec_.tree, values, unknowns);
-    hold_to_yaw(spec_.world, places, offset_by_yaw(files_), values, unknowns);
+    const auto by_yaw = offset_by_yaw(files_, {spec_.held_every, spec_.held_length});
+    hold_to_yaw(spec_.world, places, by_yaw, values, unknowns);
     tell("fit");
     out_.fit = fit(forecaster, train_, values, unknowns, fit_);
     out_.fit.friction =
         friction_of(vehicles_.front()->car(), spec_.world.car.car, out_.fit.params, out_.fit.drawn, out_.fit.allowed);
-    out_.fit.advice = advise(spec_.world, registry_, options_, train_, out_.fit);
+    out_.fit.advice = advise(spec_.world, registry_, options_, train_, out_.fit, by_yaw);
     judge_rows(forecaster, values);
     for (const std::string& effect : spec_.ablate) ablate(effect, values);
     FitSource source;

@@ -60,10 +60,15 @@ std::optional<measured::YawRateOffset> offset_by_yaw(const std::list<measured::S
   return measured::yaw_rate_offset(sessions);
 }
 
-std::optional<measured::YawRateOffset> offset_by_yaw(const std::vector<FitLog>& logs) {
-  std::vector<const Session*> sessions;
-  for (const FitLog& log : logs) sessions.push_back(log.session);
-  return measured::yaw_rate_offset(sessions);
+std::optional<measured::YawRateOffset> offset_by_yaw(std::list<measured::SessionFile> files,
+                                                     const HeldOutTimes& held_out) {
+  constexpr std::size_t yaw = 2;
+  for (measured::SessionFile& file : files) {
+    Session& s = file.session;
+    for (std::size_t row = 0; row < s.rows(); ++row)
+      if (held_out.holds(s.t[row] - s.t.front())) s.reading[row * channels + yaw] = measured::no_reading;
+  }
+  return offset_by_yaw(files);
 }
 
 void hold_to_yaw(std::span<CandidateEffect> candidates, const std::optional<measured::YawRateOffset>& by_yaw) {
@@ -103,7 +108,7 @@ std::vector<Unknown> hold_to_yaw(const WorldSpec& world, std::span<const Paramet
       all.push_back(u);
     }
   }
+  return all;
 }
 
 }  // namespace gripline::calibrate
-  return all;

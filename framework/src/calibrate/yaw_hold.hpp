@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "calibrate/candidate_effects.hpp"
+#include "calibrate/fit_starts.hpp"
 #include "calibrate/unknowns.hpp"
 #include "measured/session_file.hpp"
 #include "measured/yaw_rate_offset.hpp"
@@ -16,9 +17,11 @@ namespace gripline::calibrate {
 /// Whether an effect adds its one parameter to the yaw rate that is shown and does nothing else: found by trying it.
 bool offsets_yaw_rate(const PluginEntry& entry, const Effect& effect);
 
-/// What yaw says of the yaw-rate channel of logs, of all of their time; nothing where they cannot tell.
+/// What yaw says of the yaw-rate channel of logs, of all of their time or of that outside `held_out`; nothing where they
+/// cannot tell.
 std::optional<measured::YawRateOffset> offset_by_yaw(const std::list<measured::SessionFile>& files);
-std::optional<measured::YawRateOffset> offset_by_yaw(const std::vector<FitLog>& logs);
+std::optional<measured::YawRateOffset> offset_by_yaw(std::list<measured::SessionFile> files,
+                                                     const HeldOutTimes& held_out);
 
 /// Lets candidates that offset the yaw rate go no farther than to what yaw says, from where they do nothing. `by_yaw`
 /// may be nothing: then nothing changes.

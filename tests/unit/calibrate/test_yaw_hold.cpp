@@ -107,6 +107,19 @@ TEST(YawHold, ARangeThatLeavesOutWhatYawSaysStays) {
   EXPECT_EQ(world.offset().prior, 0.05);
 }
 
+/// Time that judges a fit says nothing of its bounds.
+TEST(YawHold, YawOfTimeHeldOutHasNoSay) {
+  const test::CalibrateRig truth;
+  std::list<measured::SessionFile> files(1);
+  measured::Session& s = files.front().session;
+  s = test::drive(truth.vehicle.car(), {.seconds = 120, .noise = 0});
+  const HeldOutTimes held_out{30.0, 10.0};
+  for (std::size_t row = 0; row < s.rows(); ++row)
+    if (held_out.holds(s.t[row] - s.t.front())) s.reading[row * channels + 5] += 0.3;
+  EXPECT_NEAR(offset_by_yaw(files)->value, 0.1, 0.01);
+  EXPECT_NEAR(offset_by_yaw(files, held_out)->value, 0.0, 1e-3);
+}
+
 /// A yaw rate that shows too much; and where yaw turns with it, so that it is the model that is wrong.
 TEST(YawHold, AFitFollowsYawAndNotWhatTheModelMisses) {
   const test::CalibrateRig truth;
@@ -114,7 +127,8 @@ TEST(YawHold, AFitFollowsYawAndNotWhatTheModelMisses) {
   const auto fitted = [&](bool held) {
     OpenOffset one(R"({"sigma": 1})");
     std::vector<FitLog> logs(1, FitLog(session, 0.02, {0.5, 1.0}, 0.5, 0.5));
-    if (held) hold_to_yaw(one.rig.spec, one.places, offset_by_yaw(logs), one.values, one.unknowns);
+    const Session* const only = &session;
+    if (held) one.hold(*measured::yaw_rate_offset({&only, 1}));
     std::erase_if(one.unknowns, [&](const Unknown& u) { return u.pointer != one.offset().pointer; });
     FitOptions options;
     options.tries = 1;
