@@ -239,8 +239,9 @@ TEST(ElmRls, SamplesUnderDriveTeachNothingOfTheTyresWhereTold) {
   EXPECT_GT(rls->belief().sigma_front, 0.2);
 }
 
-/// What 1.2 s of a slalom teach at one position of the pedal, where any drive is too much (`most_drive`), with an ellipse that
-/// takes little off the side forces: the true car's know of no drive.
+/// What 1.2 s of a slalom teach at one position of the pedal, where any drive is too much (`most_drive`), if friction is 0.91 in
+/// place of the expected 1.0. This car's brakes are weak: even an ellipse of 0.3 takes two per cent off the side forces that
+/// the true car has.
 Belief learned_at_pedal(double d, double sharing_spread) {
   Nominal nominal("ekinematic");
   const auto rls = make_estimator("elm_rls", nominal,

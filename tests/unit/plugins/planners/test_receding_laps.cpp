@@ -270,7 +270,9 @@ TEST_F(RecedingLapsAstray, WhereNoPlanBeginsWithTheCarItBeginsNearby) {
 TEST_F(RecedingLapsAstray, ACarThatIsBackHasThePlanThatItHadBefore) {
   drive(3.0, believed(0.8));
   const LapPlan before = plan_;
+  const std::size_t here = node();
   plan_from(astray(-0.02, 1.06), 15);
+  EXPECT_LT(plan_.nodes[here].n, before.nodes[here].n - 0.01);
   drive(4.0, believed(0.8));
   EXPECT_LE(laps_->barrier(), 1e-4);
   EXPECT_LT(difference_ahead(before), 0.05);
