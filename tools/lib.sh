@@ -41,7 +41,7 @@ require_debian_12() {
 }
 
 build_packages="g++ cmake ninja-build pkg-config libeigen3-dev libboost-dev libboost-program-options-dev
-  libboost-filesystem-dev coinor-libipopt-dev nlohmann-json3-dev pybind11-dev python3-dev python3-numpy"
+  libboost-filesystem-dev coinor-libipopt-dev libssl-dev nlohmann-json3-dev pybind11-dev python3-dev python3-numpy"
 ipopt_packages="libblas-dev liblapack-dev" # what Ubuntu's Ipopt links and only recommends
 test_packages="groff-base libgtest-dev libgmock-dev locales doxygen"
 optional_packages="libhdf5-dev libsqlite3-dev libbz2-dev liblz4-dev"

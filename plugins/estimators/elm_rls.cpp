@@ -1,8 +1,9 @@
 // Extreme learning machine per axle by recursive least squares, with an uncertainty.
 //
-//   F_axle(slip) = axle load * sum_j theta_j h_j(slip),   h: generic tyres at random (generic_tyres.hpp)
+//   F_axle(slip) = axle load * sum_j theta_j h_j(slip),   h: generic tyres at random (generic_tyres.hpp), in the few
+//                  coordinates in which they differ (reduced_layer.hpp)
 //
-// The unknowns (both axles' weights, Cr0, Cd and by how much drive and brakes exceed what the stack was told of them)
+// The unknowns (both axles' theta, Cr0, Cd and by how much drive and brakes exceed what the stack was told of them)
 // enter the equations of step_path.hpp linearly; each step is three rates with the noise of differenced readings
 // (difference_rls.hpp). Odd, saturating nodes and their prior carry what was measured at the visited slips on to the
 // peak, so that mu = peak / load is not biased by the slips visited, and the covariance says how well it is known.
@@ -27,6 +28,7 @@
 #include "common/learning/axle_table.hpp"
 #include "common/learning/difference_rls.hpp"
 #include "common/learning/generic_tyres.hpp"
+#include "common/learning/reduced_layer.hpp"
 #include "common/learning/step_path.hpp"
 #include "common/learning/tyre_correction.hpp"
 
@@ -85,11 +87,9 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
       : params_(params),
         car_(context.car),
         drive_(context),
-        random_(context.seed),
-        front_tyres_(params.hidden, prior(expected(context, params)), random_),
-        rear_tyres_(params.hidden, prior(expected(context, params)), random_),
-        front_nodes_(front_tyres_),
-        rear_nodes_(rear_tyres_),
+        tyres_(draw(context, params)),
+        nodes_{TabulatedLayer(tyres_[0]), TabulatedLayer(tyres_[1])},
+        n_(tyres_[0].nodes()),
         rls_(unknowns(), channels),
         load_{car_.m * gravity * car_.lr / (car_.lf + car_.lr), car_.m * gravity * car_.lf / (car_.lf + car_.lr)},
         expected_(expected(context, params)),
@@ -100,12 +100,12 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
         misfit_{params.misfit, params.misfit, params.misfit / gyration_},
         rows_(Eigen::MatrixXd::Zero(unknowns(), channels)),
         prior_covariance_(Eigen::MatrixXd::Zero(unknowns(), unknowns())) {
-    const Eigen::Index n = params.hidden;
-    prior_covariance_.topLeftCorner(n, n) = front_tyres_.prior_covariance();
-    prior_covariance_.block(n, n, n, n) = rear_tyres_.prior_covariance();
-    const double common = params.common * square(expected_ * params.friction_spread / static_cast<double>(n));
-    prior_covariance_.block(0, n, n, n).setConstant(common);
-    prior_covariance_.block(n, 0, n, n).setConstant(common);
+    const Eigen::Index n = n_;
+    for (const int i : {0, 1})
+      prior_covariance_.block(i * n, i * n, n, n) = tyres_[i].reduced_covariance(tyres_[i].layer().prior_covariance());
+    const double common = params.common * square(expected_ * params.friction_spread / params.hidden);
+    prior_covariance_.block(0, n, n, n) = common * all_weights(0) * all_weights(1).transpose();
+    prior_covariance_.block(n, 0, n, n) = prior_covariance_.block(0, n, n, n).transpose();
     prior_covariance_(2 * n, 2 * n) = square(0.1);          // Cr0 over m g
     prior_covariance_(2 * n + 1, 2 * n + 1) = square(0.1);  // Cd v_ref^2 over m g
     if (learns_drive())
@@ -172,25 +172,37 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
   static double expected(const PluginContext& context, const Params& params) {
     return params.friction > 0 ? params.friction : context.mu_init;
   }
-  TyrePrior prior(double mu) const {
-    return {params_.stiffness,      params_.stiffness_spread, params_.shape, params_.shape_spread, mu,
-            params_.friction_spread};
+  using Tyres = ReducedLayer<GenericTyres>;
+  static TyrePrior prior(const PluginContext& context, const Params& p) {
+    return {p.stiffness, p.stiffness_spread, p.shape, p.shape_spread, expected(context, p), p.friction_spread};
   }
+  /// Tyres of the front and the rear axle in as many directions each as differ by more than rounding.
+  static std::array<Tyres, 2> draw(const PluginContext& context, const Params& params) {
+    constexpr double least = 1e-12;  // of the largest eigenvalue: curves are kept to some 1e-6
+    SplitMix64 random(context.seed);
+    GenericTyres front(params.hidden, prior(context, params), random);
+    GenericTyres rear(params.hidden, prior(context, params), random);
+    const CurveDirections of_front(front), of_rear(rear);
+    const Eigen::Index count = std::max(of_front.above(least), of_rear.above(least));
+    return {Tyres(std::move(front), of_front.leading(count)), Tyres(std::move(rear), of_rear.leading(count))};
+  }
+  /// The weights of an axle that are all one.
+  Eigen::VectorXd all_weights(int axle) const { return tyres_[axle].reduced(Eigen::VectorXd::Ones(params_.hidden)); }
   bool learns_drive() const { return params_.drive_spread > 0 || params_.brake_spread > 0; }
-  Eigen::Index unknowns() const { return 2 * static_cast<Eigen::Index>(params_.hidden) + (learns_drive() ? 4 : 2); }
-  int first(Axle axle) const { return axle == Axle::front ? 0 : params_.hidden; }
+  Eigen::Index unknowns() const { return 2 * n_ + (learns_drive() ? 4 : 2); }
+  Eigen::Index first(Axle axle) const { return axle == Axle::front ? 0 : n_; }
   /// Of this step.
   double misfit(int channel) const { return std::hypot(misfit_[channel], sharing_misfit_[channel]); }
 
   /// Rates and their regressors: one column per channel.
   void fill_rows(const StepPath& path) {
-    const Eigen::Index n = params_.hidden;
+    const Eigen::Index n = n_;
     rows_.setZero();
     double* const h = rows_.col(1).data();
     for (int i = 0; i < path_points; ++i) {
       const double w = path_weights[i];
-      front_tyres_.add(path.slip[i].front, w * path.load_front, {h, static_cast<std::size_t>(n)});
-      rear_tyres_.add(path.slip[i].rear, w * path.load_rear, {h + n, static_cast<std::size_t>(n)});
+      tyres_[0].add(path.slip[i].front, w * path.load_front, {h, static_cast<std::size_t>(n)});
+      tyres_[1].add(path.slip[i].rear, w * path.load_rear, {h + n, static_cast<std::size_t>(n)});
     }
     rows_.col(0).head(n) = rows_.col(1).head(n) * (-path.sine * load_[0] / car_.m);
     rows_(2 * n, 0) = -gravity;
@@ -213,7 +225,7 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
     StraightDrive::Rates drive = drive_.at(k.x.vx, k.u.d - k.d_lag, k.at);
     drive.drive_force += gains_.missing(drive.drive_force);
     const auto doubt = [&](Axle axle, double load, double peak) {
-      const Eigen::Index i = first(axle), n = params_.hidden;
+      const Eigen::Index i = first(axle), n = n_;
       const double kept = ellipse_.side_share(axle, drive.drive_force, load, peak);
       const double force = rows_.col(1).segment(i, n).dot(rls_.theta().segment(i, n));
       return 0.5 * params_.sharing_spread * (1.0 / square(kept) - 1.0) * force;
@@ -232,19 +244,18 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
       rows_.col(c).segment(from, count).setZero();
     };
     for (int c = 0; c < channels; ++c) {
-      if (c == 0 || !side) leave(c, 0, 2 * params_.hidden);
-      leave(c, 2 * params_.hidden + 2, unknowns() - 2 * params_.hidden - 2);
+      if (c == 0 || !side) leave(c, 0, 2 * n_);
+      leave(c, 2 * n_ + 2, unknowns() - 2 * n_ - 2);
     }
   }
 
   void start_over() {
-    const Eigen::Index n = params_.hidden;
+    const Eigen::Index n = n_;
     seen_ = 0;
     continues_ = false;
     score_ = score_variance_ = 0;
     rls_.theta().setZero();
-    rls_.theta().head(n).setConstant(front_tyres_.prior_mean());
-    rls_.theta().segment(n, n).setConstant(rear_tyres_.prior_mean());
+    for (const int i : {0, 1}) rls_.theta().segment(i * n, n) = tyres_[i].layer().prior_mean() * all_weights(i);
     rls_.reset_covariance(prior_covariance_);
     read_theta();
     // The mean of curves that peak at different slips has a lower peak than each: scaled to the expected friction.
@@ -266,7 +277,7 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
 
   /// Uncertainty of friction: standard deviations relative to it, of both axles together and of each alone.
   void spread_along_curves(double together, double each) {
-    const Eigen::Index n = params_.hidden;
+    const Eigen::Index n = n_;
     const auto curves = rls_.theta().head(2 * n);
     rls_.covariance().topLeftCorner(2 * n, 2 * n).noalias() += (square(together) * curves) * curves.transpose();
     for (const Eigen::Index i : {Eigen::Index{0}, n}) {
@@ -278,7 +289,7 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
   /// Score test for a sudden change of friction: a common scale on the forces, over the last samples with large forces.
   /// At small ones an offset of the steering looks like a change.
   void test_for_change(double dt) {
-    const Eigen::Index n = params_.hidden;
+    const Eigen::Index n = n_;
     const double side = std::abs(rows_.col(1).head(2 * n).dot(rls_.theta().head(2 * n)));
     if (side < tested_share * gravity * std::min(belief_.mu_front, belief_.mu_rear)) return;
     score_ *= score_memory;
@@ -310,10 +321,10 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
   }
 
   double deviation(Axle axle, double slip) const {
-    const Eigen::Index n = params_.hidden, i = first(axle);
-    std::array<double, 400> values;
+    const Eigen::Index n = n_, i = first(axle);
+    std::array<double, Tyres::most_nodes> values;
     Eigen::Map<Eigen::VectorXd> h(values.data(), n);
-    (axle == Axle::front ? front_nodes_ : rear_nodes_).read(slip, h);
+    nodes_[axle == Axle::front ? 0 : 1].read(slip, h);
     const auto covariance = rls_.covariance();
     double variance = 0;
     for (Eigen::Index a = 0; a < n; ++a) variance += h[a] * covariance.block(i, i + a, n, 1).col(0).dot(h);
@@ -321,9 +332,9 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
   }
 
   void read_theta() {
-    const Eigen::Index n = params_.hidden;
-    front_nodes_.fill(tables_.front, rls_.theta().segment(0, n), load_[0]);
-    rear_nodes_.fill(tables_.rear, rls_.theta().segment(n, n), load_[1]);
+    const Eigen::Index n = n_;
+    nodes_[0].fill(tables_.front, rls_.theta().segment(0, n), load_[0]);
+    nodes_[1].fill(tables_.rear, rls_.theta().segment(n, n), load_[1]);
     const double weight = car_.m * gravity;
     resistance_ = {weight * rls_.theta()[2 * n], weight * rls_.theta()[2 * n + 1] / square(car_.v_ref)};
     if (learns_drive()) gains_ = {rls_.theta()[2 * n + 2], rls_.theta()[2 * n + 3]};
@@ -341,9 +352,9 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
   Params params_;
   Car car_;
   StraightDrive drive_;
-  SplitMix64 random_;
-  GenericTyres front_tyres_, rear_tyres_;
-  TabulatedLayer front_nodes_, rear_nodes_;
+  std::array<Tyres, 2> tyres_;  // front, rear
+  std::array<TabulatedLayer, 2> nodes_;
+  Eigen::Index n_;  // unknowns of an axle
   DifferenceRls rls_;
   std::array<double, 2> load_;  // static axle loads [N]
   double expected_, gyration_;

@@ -84,7 +84,7 @@ void Stepper<T>::step(const StagedCar& car, const Integration& integration, doub
       batch.history = past_ > 0 ? history_.data() : nullptr;
       batch.motion_rate = motion_rate_.data() + static_cast<std::size_t>(stage) * motion_count;
       batch.memory_rate = memory_ > 0 ? memory_rate_.data() + static_cast<std::size_t>(stage) * memory_count : nullptr;
-      car.rates(batch);
+      car.rates(batch, scratch_);
     }
     combine(motion.data(), motion_rate_.data(), motion_count, h, method, method.stages, stage_motion_.data());
     combine(memory.data(), memory_rate_.data(), memory_count, h, method, method.stages, stage_memory_.data());

@@ -49,6 +49,7 @@ class Stepper {
   std::vector<ActingCommand<T>> command_;
   std::vector<Place> place_;
   std::vector<History<T>> history_;
+  StagedCar::Scratch<T> scratch_;
 };
 
 }  // namespace gripline

@@ -73,6 +73,7 @@ PlanFollower::PlanFollower(const LapSetup& setup) : base_(&setup.base()), nodes_
       const double at = s[k] + nodes_->ds[k] * static_cast<double>(j) / samples_per_interval;
       base_samples_.push_back(base_->at(at));
       base_samples_.back().station = base_->samples()[base_->bracket(at).first].station;
+      base_heading_.push_back({std::sin(base_samples_.back().yaw), std::cos(base_samples_.back().yaw)});
     }
   samples_ = base_samples_;
 }
@@ -136,8 +137,8 @@ void PlanFollower::place_sample(std::size_t i) {
   const LinePoint& p = base_samples_[i];
   LinePoint& r = samples_[i];
   const double along = 1.0 - o.n * p.kappa;
-  r.x = p.x - o.n * std::sin(p.yaw);
-  r.y = p.y + o.n * std::cos(p.yaw);
+  r.x = p.x - o.n * base_heading_[i].sine;
+  r.y = p.y + o.n * base_heading_[i].cosine;
   r.yaw = std::remainder(p.yaw + std::atan2(o.slope, along), 2.0 * std::numbers::pi);
   const std::size_t after = k + 1 < plan_.nodes.size() ? k + 1 : 0;
   r.kappa = std::lerp(plan_.nodes[k].kappa, plan_.nodes[after].kappa, u);

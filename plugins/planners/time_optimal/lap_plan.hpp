@@ -60,7 +60,11 @@ class PlanFollower {
   const LapNodes* nodes_;
   LapPlan plan_;
   std::vector<std::size_t> bucket_;
+  struct Heading {
+    double sine = 0, cosine = 1;
+  };
   std::vector<LinePoint> base_samples_, samples_;
+  std::vector<Heading> base_heading_;  // of the base line at its samples
   double hint_ = std::numeric_limits<double>::quiet_NaN();
 };
 

@@ -58,6 +58,7 @@ LapSetup::LapSetup(const PluginContext& context, const SetupOptions& options, co
       typical_(typical),
       limits_(nominal_of(context), context.car, typical.resistance.rolling, typical.resistance.drag),
       base_(compute_base(context, options.margin)),
+      corner_(context.car, typical.tyres, limits_.top_speed()),
       curves_(tabulate(limits_)) {
   options_.sharing = with_loads(options.sharing, context);
   const double spacing = options.spacing > 0 ? options.spacing : car_.lf + car_.lr;
@@ -65,9 +66,15 @@ LapSetup::LapSetup(const PluginContext& context, const SetupOptions& options, co
   nodes_ = place_nodes(base_, profile(typical.tyres), *context.course, options.margin, count);
 }
 
+/// The tables of the typical tyres serve all that differ from them in friction only.
 std::vector<double> LapSetup::profile(const AxleTyres& tyres) const {
-  const CornerLimits corner(car_, tyres, limits_.top_speed());
-  return speed_profile(base_, limits_, corner, 1.0, 0.0);
+  const AxleTyres& unit = typical_.tyres;
+  const auto same_shape = [](const MagicFormula& a, const MagicFormula& b) { return a.B == b.B && a.C == b.C; };
+  const double mu = tyres.front.D / unit.front.D;
+  if (same_shape(tyres.front, unit.front) && same_shape(tyres.rear, unit.rear) &&
+      std::abs(tyres.rear.D - mu * unit.rear.D) < 1e-9 * tyres.rear.D)
+    return speed_profile(base_, limits_, corner_, mu, 0.0);
+  return speed_profile(base_, limits_, CornerLimits(car_, tyres, limits_.top_speed()), 1.0, 0.0);
 }
 
 LapProblem LapSetup::problem(const CarBelief& belief) const {

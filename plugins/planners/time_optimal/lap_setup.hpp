@@ -46,6 +46,7 @@ class LapSetup {
   CarBelief typical_;
   planning::DriveLimits limits_;
   planning::ClosedLine base_;
+  planning::CornerLimits corner_;  // of the typical tyres
   DriveCurves curves_;
   LapNodes nodes_;
 };

@@ -46,6 +46,7 @@ RecedingLaps::RecedingLaps(const LapSetup& setup, const CarBelief& car, const Re
       solved_for_(lap_.size(), mu_),
       driven_for_(lap_.size(), mu_),
       driven_v_(lap_.size()),
+      along_(lap_.size() + 2),
       patience_(first_patience) {
   first_lap_ = setup.cold_guess(car.tyres).z;
   first_mu_ = mu_;
@@ -56,6 +57,7 @@ RecedingLaps::RecedingLaps(const LapSetup& setup, const CarBelief& car, const Re
     const double from = setup.base().length() * static_cast<double>(i) / static_cast<double>(bucket_.size());
     bucket_[i] = static_cast<std::size_t>(std::upper_bound(s.begin(), s.end(), from) - s.begin()) - 1;
   }
+  for (const double station : s) base_at_.push_back(setup.base().at(station));
   solver_.set_car(car.tyres, {});
   solve_whole_lap();
   first_lap_.clear();
@@ -375,18 +377,20 @@ LapPlan::Node RecedingLaps::plan_node(std::size_t i) const {
   return {z[lap_n], (h1 * slope0 + h0 * slope1) / (h0 + h1), std::hypot(vx, vy), std::atan2(vy, vx), 0.0};
 }
 
-void RecedingLaps::set_curvature(LapPlan& plan, std::size_t i) const {
-  const std::size_t before = i > 0 ? i - 1 : lap_.size() - 1, after = wrapped(i + 1);
-  const auto heading = [&](std::size_t k, double& way) {
-    const LinePoint p = setup_->base().at(setup_->nodes().s[k]);
-    const double along = 1.0 - plan.nodes[k].n * p.kappa;
-    way = std::hypot(along, plan.nodes[k].slope) * setup_->nodes().ds[k];
-    return p.yaw + std::atan2(plan.nodes[k].slope, along);
-  };
-  double way0 = 0, way1 = 0, way2 = 0;
-  const double from = heading(before, way0), to = heading(after, way2);
-  heading(i, way1);
-  plan.nodes[i].kappa = std::remainder(to - from, 2.0 * std::numbers::pi) / (0.5 * way0 + way1 + 0.5 * way2);
+/// Curvature of the path at `count` nodes from `first` on (indices wrap), as set_curvatures() of lap_plan.cpp.
+void RecedingLaps::set_curvatures(LapPlan& plan, std::size_t first, std::size_t count) {
+  const std::size_t before = first > 0 ? first - 1 : lap_.size() - 1;
+  for (std::size_t k = 0; k < count + 2; ++k) {
+    const std::size_t i = wrapped(before + k);
+    const double along = 1.0 - plan.nodes[i].n * base_at_[i].kappa;
+    along_[k] = {base_at_[i].yaw + std::atan2(plan.nodes[i].slope, along),
+                 std::hypot(along, plan.nodes[i].slope) * setup_->nodes().ds[i]};
+  }
+  for (std::size_t k = 0; k < count; ++k) {
+    const Along &from = along_[k], &here = along_[k + 1], &to = along_[k + 2];
+    plan.nodes[wrapped(first + k)].kappa =
+        std::remainder(to.yaw - from.yaw, 2.0 * std::numbers::pi) / (0.5 * from.way + here.way + 0.5 * to.way);
+  }
 }
 
 /// As plan_node(), of the window's first node: there is none before it.
@@ -409,7 +413,8 @@ void RecedingLaps::publish(LapPlan& plan, std::size_t from, double follow) {
     driven_for_[i] = between(driven_for_[i], mu_);
     solved_for_[i] = mu_at(i);
   }
-  for (std::size_t k = from == 0 ? 1 : 0; k <= count; ++k) set_curvature(plan, wrapped(first_ + k));
+  const std::size_t ahead = from == 0 ? 1 : 0;
+  set_curvatures(plan, wrapped(first_ + ahead), count + 1 - ahead);
   // Before a plan that begins at the car there is another one.
   if (from == 0) plan.nodes[first_].kappa = plan.nodes[wrapped(first_ + 1)].kappa;
 }
@@ -417,7 +422,7 @@ void RecedingLaps::publish(LapPlan& plan, std::size_t from, double follow) {
 LapPlan RecedingLaps::whole_plan() {
   LapPlan plan;
   for (std::size_t i = 0; i < lap_.size(); ++i) plan.nodes.push_back(plan_node(i));
-  for (std::size_t i = 0; i < lap_.size(); ++i) set_curvature(plan, i);
+  set_curvatures(plan, 0, lap_.size());
   for (std::size_t i = 0; i < lap_.size(); ++i) driven_v_[i] = plan.nodes[i].v;
   for (std::size_t i = 0; i < lap_.size(); ++i) plan.time += setup_->nodes().ds[i] / plan.nodes[i].v;
   return plan;

@@ -8,29 +8,34 @@
 namespace gripline::time_optimal {
 namespace {
 
-/// The inverse, by elimination with row pivots: six rows are too few for a library's blocked kernels.
-Eigen::Matrix<double, 6, 6> inverse_of(Eigen::Matrix<double, 6, 6> m) {
+/// Rows of a system of six equations and of its right-hand sides, in whole vectors.
+using System = Eigen::Matrix<double, 6, 16, Eigen::RowMajor>;
+
+/// Solves for all right-hand sides, which stand behind the six columns of the matrix, by elimination with row pivots: six
+/// rows are too few for a library's blocked kernels. Not finite where the matrix is singular.
+void eliminate_rows(System& rows) {
   constexpr int n = 6;
-  Eigen::Matrix<double, n, n> inverse = Eigen::Matrix<double, n, n>::Identity();
   for (int k = 0; k < n; ++k) {
     int pivot = k;
     for (int i = k + 1; i < n; ++i)
-      if (std::abs(m(i, k)) > std::abs(m(pivot, k))) pivot = i;
-    if (pivot != k) {
-      m.row(k).swap(m.row(pivot));
-      inverse.row(k).swap(inverse.row(pivot));
-    }
-    const double per = 1.0 / m(k, k);
-    m.row(k) *= per;
-    inverse.row(k) *= per;
-    for (int i = 0; i < n; ++i) {
-      if (i == k) continue;
-      const double by = m(i, k);
-      m.row(i) -= by * m.row(k);
-      inverse.row(i) -= by * inverse.row(k);
-    }
+      if (std::abs(rows(i, k)) > std::abs(rows(pivot, k))) pivot = i;
+    if (pivot != k) rows.row(k).swap(rows.row(pivot));
+    rows.row(k) *= 1.0 / rows(k, k);
+    for (int i = 0; i < n; ++i)
+      if (i != k) rows.row(i) -= rows(i, k) * rows.row(k);
   }
-  return inverse;
+}
+
+/// A B for A with six columns and rows in whole vectors; rows of B from the seventh on do not count.
+template <int n>
+Eigen::Matrix<double, 8, n> product(const Eigen::Matrix<double, 8, 6>& A, const Eigen::Matrix<double, 8, n>& B) {
+  Eigen::Matrix<double, 8, n> C;
+  for (int j = 0; j < n; ++j) {
+    Eigen::Matrix<double, 8, 1> sum = A.col(0) * B(0, j);
+    for (int i = 1; i < 6; ++i) sum += A.col(i) * B(i, j);
+    C.col(j) = sum;
+  }
+  return C;
 }
 
 /// One logarithm instead of 17: slacks are far from the ends of a double's range.
@@ -45,7 +50,12 @@ constexpr double first_delta = 1e-4;  // curvature that is added where the progr
 }  // namespace
 
 WindowSolver::WindowSolver(const LapProblem& problem, std::size_t nodes)
-    : program_(problem), scale_(program_.scales()), stages_(nodes + 1), step_(nodes + 1), trial_t_(nodes + 1) {}
+    : program_(problem), scale_(program_.scales()), stages_(nodes + 1), step_(nodes + 1), trial_t_(nodes + 1) {
+  for (Stage& stage : stages_) {
+    stage.middle.setZero();  // rows beyond the states stay so
+    stage.middle_transposed.setZero();
+  }
+}
 
 void WindowSolver::set_car(const AxleTyres& tyres, const SpecificResistance& more) {
   program_.set_car(tyres, more);
@@ -144,54 +154,60 @@ void WindowSolver::evaluate(std::vector<WindowNode>& lap, std::size_t k) {
   eliminate(lap, k);
 }
 
-/// (I - F / 2) x+ = (I + F / 2) x + G u - defect, F and G the gradients of the step by x and by u: A, the inverse times
-/// (I + F / 2), is 2 inverse - I.
+/// (I - F / 2) x+ = (I + F / 2) x + G u - defect, F and G the gradients of the step by x and by u: the middle of both ends
+/// is x + (F (x + x+) + G u - defect) / 2, so that (I - F / 2) (M, N, m) = (I, G / 2, -defect / 2).
 void WindowSolver::eliminate(const std::vector<WindowNode>& lap, std::size_t k) {
   Stage& stage = stages_[k];
   const std::size_t at = index(k);
   const WindowNode &here = lap[at], &there = lap[index(k + 1)];
-  StateMatrix implicit;
-  InputMatrix G;
+  System rows = System::Zero();
   for (int j = 0; j < S; ++j) {
     const auto i = static_cast<std::size_t>(j);
     const double step = problem().ds[at] / scale_[i];
     stage.defect[j] = (there.z[i] - here.z[i]) / scale_[i] - step * derivatives_.rate[i];
-    for (int m = 0; m < S; ++m) {
+    for (int m = 0; m < V; ++m) {
       const auto n = static_cast<std::size_t>(m);
-      implicit(j, m) = (j == m ? 1.0 : 0.0) - 0.5 * step * scale_[n] * derivatives_.rate_by[i][n];
+      const double half = 0.5 * step * scale_[n] * derivatives_.rate_by[i][n];
+      if (m < S)
+        rows(j, m) = -half;
+      else
+        rows(j, S + m) = half;
     }
-    for (int m = S; m < V; ++m) {
-      const auto n = static_cast<std::size_t>(m);
-      G(j, m - S) = step * scale_[n] * derivatives_.rate_by[i][n];
-    }
+    rows(j, j) += 1.0;
+    rows(j, S + j) = 1.0;
+    rows(j, S + V) = -0.5 * stage.defect[j];
   }
-  stage.inverse = inverse_of(implicit);
-  stage.B.noalias() = stage.inverse * G;
-  stage.b.noalias() = -stage.inverse * stage.defect;
+  eliminate_rows(rows);
+  stage.middle.topRows<S>() = rows.block<S, V + 1>(0, S);
+  stage.middle_transposed.topRows<S>() = rows.block<S, S>(0, S).transpose();
 }
 
-/// The cost to go from a stage's first node, by state and input there. Products are written in blocks of six and two,
-/// which are unrolled. `delta` is added to every second derivative by an input or a state.
-WindowSolver::CostToGo WindowSolver::cost_to_go(const Stage& s, const StateMatrix& P, const StateVector& q,
+/// The cost to go from a stage's first node, by state and input there. With the middle T w of w = (x, u, 1), the next node
+/// 2 T w - x and the cost to go (P, q) from there, the second derivatives by w are T' (H + 4 P) T less what is twice
+/// counted: for x, M' W + W' M + P with W = (H + 4 P) M / 2 - 2 P. `delta` is added to every second derivative by an input
+/// or a state.
+WindowSolver::CostToGo WindowSolver::cost_to_go(const Stage& s, const StateColumns& P, const StateVector& q,
                                                 double delta) const {
-  const StateMatrix &M = s.inverse, A = 2.0 * M - StateMatrix::Identity();
-  const InputMatrix N = 0.5 * s.B, Hxu = s.hessian.topRightCorner<S, U>();
-  StateMatrix H = s.hessian.topLeftCorner<S, S>();
-  Eigen::Matrix2d Huu = s.hessian.bottomRightCorner<U, U>();
-  H.diagonal().array() += delta;
-  Huu.diagonal().array() += delta;
-  const StateMatrix HM = H * M, PA = P * A;
-  const InputMatrix HN = H * N + Hxu, PB = P * s.B;
-  const StateVector middle = 0.5 * s.b, along = H * middle + s.gradient.head<S>(), onward = P * s.b + q;
+  StateColumns X = s.hessian.leftCols<S>() + 4.0 * P;  // its last rows: by input and state
+  for (int j = 0; j < S; ++j) X(j, j) += delta;
+  const Middle XT = product(X, s.middle);
+  const auto N = s.middle.block<S, U>(0, S);
+  const Eigen::Matrix<double, 8, U + 1> Nm = s.middle.rightCols<U + 1>(), PNm = product(P, Nm);
   CostToGo Q;
-  Q.xx = M.transpose() * HM;
-  Q.xx.noalias() += A.transpose() * PA;
-  Q.xu = M.transpose() * HN;
-  Q.xu.noalias() += A.transpose() * PB;
-  Q.uu = N.transpose() * HN + Hxu.transpose() * N + Huu;
-  Q.uu.noalias() += s.B.transpose() * PB;
-  Q.x = M.transpose() * along + A.transpose() * onward;
-  Q.u = N.transpose() * along + Hxu.transpose() * middle + s.gradient.tail<U>() + s.B.transpose() * onward;
+  const StateColumns W = 0.5 * XT.leftCols<S>() - 2.0 * P;
+  const StateColumns MW = product(s.middle_transposed, W);
+  for (int j = 0; j < S; ++j)
+    for (int i = 0; i <= j; ++i) Q.xx(i, j) = Q.xx(j, i) = MW(i, j) + MW(j, i) + P(i, j);
+  Eigen::Matrix<double, 8, U + 1> by = XT.rightCols<U + 1>();
+  by.topLeftCorner<S, U>() += s.hessian.topRightCorner<S, U>();
+  by.col(U).head<S>() += s.gradient.head<S>() + 2.0 * q;
+  const Eigen::Matrix<double, 8, U + 1> onward = product(s.middle_transposed, by);
+  Q.xu = onward.topLeftCorner<S, U>() - 2.0 * PNm.topLeftCorner<S, U>();
+  Q.x = onward.col(U).head<S>() - 2.0 * PNm.col(U).head<S>() - q;
+  const Eigen::Matrix2d crossed = XT.block<U, U>(S, S);
+  Q.uu = N.transpose() * XT.block<S, U>(0, S) + crossed + crossed.transpose() + s.hessian.bottomRightCorner<U, U>();
+  Q.uu.diagonal().array() += delta;
+  Q.u = N.transpose() * by.col(U).head<S>() + XT.block<U, 1>(S, V) + s.gradient.tail<U>();
   return Q;
 }
 
@@ -209,7 +225,8 @@ bool WindowSolver::take_best_input(const CostToGo& Q, Stage& s) {
 
 /// The recursion; false where the program is not convex along the dynamics. `delta`: as in cost_to_go().
 bool WindowSolver::backward(double delta) {
-  StateMatrix P = StateMatrix::Identity() * end_weight;
+  StateColumns P = StateColumns::Zero();
+  P.topRows<S>().diagonal().setConstant(end_weight);
   StateVector q;
   for (int j = 0; j < S; ++j) q[j] = end_weight * end_[static_cast<std::size_t>(j)];
   const auto add_node = [&](const Stage& before) {  // a node's own constraints belong to the interval before it
@@ -223,8 +240,8 @@ bool WindowSolver::backward(double delta) {
     stages_[k + 1].q = q;
     const CostToGo Q = cost_to_go(s, P, q, delta);
     if (!take_best_input(Q, s)) return false;
-    P = Q.xx + Q.xu * s.K;
-    P = (0.5 * (P + P.transpose())).eval();
+    for (int j = 0; j < S; ++j)
+      for (int i = 0; i <= j; ++i) P(i, j) = P(j, i) = Q.xx(i, j) + Q.xu.row(i).dot(s.K.col(j));
     q = Q.x + Q.xu * s.k;
     if (k > 0) add_node(stages_[k - 1]);
   }
@@ -232,19 +249,10 @@ bool WindowSolver::backward(double delta) {
     P(j, j) += begin_weight;
     q[j] += begin_weight * begin_[static_cast<std::size_t>(j)];
   }
-  const Eigen::LLT<StateMatrix> factor(P);
+  const Eigen::LLT<StateMatrix> factor(P.topRows<S>());
   if (factor.info() != Eigen::Success) return false;
-  stages_[0].P = P;
-  stages_[0].q = q;
   step_[0].dx = -factor.solve(q);
   return step_[0].dx.allFinite();
-}
-
-WindowSolver::Vector WindowSolver::middle_step(std::size_t k) const {
-  Vector step;
-  step.head<S>() = 0.5 * (step_[k].dx + step_[k + 1].dx);
-  step.tail<2>() = step_[k].du;
-  return step;
 }
 
 void WindowSolver::forward() {
@@ -253,10 +261,16 @@ void WindowSolver::forward() {
     NodeStep& step = step_[k];
     StateVector& next = step_[k + 1].dx;
     step.du = s.K * step.dx + s.k;
-    next = 2.0 * (s.inverse * step.dx) - step.dx + s.B * step.du + s.b;
-    const Vector along = s.hessian * middle_step(k) + s.gradient;
-    const StateVector costate = stages_[k + 1].P * next + stages_[k + 1].q;
-    step.pi = -s.inverse.transpose() * (costate + 0.5 * along.head<S>());
+    Eigen::Matrix<double, V + 1, 1> w;
+    w << step.dx, step.du, 1.0;
+    Vector by = s.middle * w;
+    by.tail<U>() = step.du;
+    step.middle = by;
+    next = 2.0 * by.head<S>() - step.dx;
+    const Vector along = s.hessian * by + s.gradient;
+    Vector costate = stages_[k + 1].P * next;
+    costate.head<S>() += stages_[k + 1].q + 0.5 * along.head<S>();
+    step.pi = -(s.middle_transposed * costate.head<S>()).head<S>();
   }
 }
 
@@ -264,7 +278,7 @@ void WindowSolver::forward() {
 void WindowSolver::steps_of_constraints(const std::vector<WindowNode>& lap) {
   for (std::size_t k = 0; k < count_; ++k) {
     const WindowNode& node = lap[index(k)];
-    const Vector step = middle_step(k);
+    const Vector& step = step_[k].middle;
     const double next = step_[k + 1].dx[lap_n];
     for (int i = 0; i < C; ++i) {
       const auto at = static_cast<std::size_t>(i);
@@ -282,7 +296,7 @@ void WindowSolver::steps_of_constraints(const std::vector<WindowNode>& lap) {
 
 void WindowSolver::measure_change(WindowStep& result) const {
   for (std::size_t k = 0; k < count_; ++k) {
-    result.change = std::max(result.change, middle_step(k).lpNorm<Eigen::Infinity>());
+    result.change = std::max(result.change, step_[k].middle.lpNorm<Eigen::Infinity>());
     if (k < near_part(count_)) result.near_change = result.change;
   }
 }
@@ -429,7 +443,7 @@ void WindowSolver::measure_defect(const std::vector<WindowNode>& lap, WindowStep
   for (std::size_t k = 0; k < count_; ++k) {
     const WindowNode& node = lap[index(k)];
     for (std::size_t i = 0; i < node.t.size(); ++i) add(stages_[k].c[i] + node.t[i]);
-    for (int j = 0; j < S; ++j) add(stages_[k].b[j]);
+    for (int j = 0; j < S; ++j) add(2.0 * stages_[k].middle(j, V));
     if (k < near_part(count_)) result.near_defect = result.defect;
   }
 }

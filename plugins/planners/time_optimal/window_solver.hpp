@@ -90,25 +90,29 @@ class WindowSolver {
   using Values = std::array<double, C>;  // of one interval's constraints, their slacks or their multipliers
   using CurvedRows = Eigen::Matrix<double, curved_rows, V, Eigen::RowMajor>;
 
+  // Six rows in whole vectors: two more that do not count.
+  using StateColumns = Eigen::Matrix<double, V, S>;
+  using Middle = Eigen::Matrix<double, V, V + 1>;
+
   struct Stage {        // largest alignment first
     Matrix hessian;     // of the Lagrangian and the barrier, by z in the middle
     CurvedRows row_by;  // gradients of the constraints from first_curved_row on, in typical sizes
     Vector gradient;    // of cost and barrier
-    // x+ = A x + B u + b, A = 2 inverse - I; (x + x+) / 2 = inverse x + B u / 2 + b / 2
-    StateMatrix inverse;
-    InputMatrix B;
-    StateVector b;
+    // The step in the middle of the interval is T w = M x + N u + m for w = (x, u, 1), at its end 2 T w - x.
+    Middle middle;                   // T = (M, N, m)
+    StateColumns middle_transposed;  // M'
+    StateColumns P;                  // cost to go at its first node
+    StateVector q;
     StateVector defect;  // of the dynamics
     Values c;            // the constraints
     Eigen::Matrix<double, U, S> K;
-    StateMatrix P;  // cost to go at its first node
-    StateVector q;
     Eigen::Matrix<double, U, 1> k;
     double cost = 0, mu = 0;
     double n_stiff = 0, n_force = 0;  // of the barrier of n at its second node
   };
   /// Of a node, in typical sizes.
   struct NodeStep {
+    Vector middle;  // of state and input, half-way to the next node
     StateVector dx;
     Eigen::Matrix<double, U, 1> du;
     StateVector pi;  // multipliers after a full step
@@ -143,11 +147,10 @@ class WindowSolver {
     StateVector x;
     Eigen::Matrix<double, U, 1> u;
   };
-  CostToGo cost_to_go(const Stage& stage, const StateMatrix& P, const StateVector& q, double delta) const;
+  CostToGo cost_to_go(const Stage& stage, const StateColumns& P, const StateVector& q, double delta) const;
   static bool take_best_input(const CostToGo& cost, Stage& stage);
   bool backward(double delta);
   void forward();
-  Vector middle_step(std::size_t k) const;
   void steps_of_constraints(const std::vector<WindowNode>& lap);
   void measure_change(WindowStep& result) const;
   void follow_penalties(const std::vector<WindowNode>& lap, double defect);

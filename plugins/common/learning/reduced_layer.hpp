@@ -1,0 +1,91 @@
+// The curves of a hidden layer in fewer coordinates. Many overlapping nodes h_j(slip) span few directions to any
+// accuracy that matters: with E the leading eigenvectors of sum_slip h h^T,
+//
+//   sum_j w_j h_j(slip)  =  g(slip)^T theta,     g = E^T h,   theta = E^T w
+//
+// up to the part of h outside of E. The prior of w, a mean and a covariance, becomes that of theta, so that learning
+// theta is learning w: recursive least squares costs the square of what is left (40 generic tyres: 12 directions).
+// Source: the Karhunen-Loeve expansion; for Gaussian processes Rasmussen, Williams (2006), section 8.1.
+#pragma once
+
+#include <Eigen/Eigenvalues>
+#include <array>
+#include <span>
+#include <utility>
+
+#include "common/learning/axle_table.hpp"
+
+namespace gripline::learning {
+
+/// The eigenvectors of a layer's Gram matrix over the knots of a table, the largest eigenvalue first. Layer: nodes(),
+/// add(slip, factor, span).
+class CurveDirections {
+ public:
+  template <class Layer>
+  explicit CurveDirections(const Layer& layer) {
+    const Eigen::Index n = layer.nodes();
+    Eigen::MatrixXd gram = Eigen::MatrixXd::Zero(n, n);
+    Eigen::VectorXd h(n);
+    for (std::ptrdiff_t i = 0; i < table_knots; ++i) {
+      h.setZero();
+      layer.add(table_slip(i), 1.0, {h.data(), static_cast<std::size_t>(n)});
+      gram.selfadjointView<Eigen::Lower>().rankUpdate(h);
+    }
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(gram);
+    vectors_ = eigen.eigenvectors().rowwise().reverse();
+    values_ = eigen.eigenvalues().reverse();
+  }
+
+  /// Directions with more than this share of the largest eigenvalue.
+  Eigen::Index above(double share) const { return (values_.array() > share * values_[0]).count(); }
+  /// The first `count` of them [nodes][count].
+  auto leading(Eigen::Index count) const { return vectors_.leftCols(count); }
+
+ private:
+  Eigen::MatrixXd vectors_;
+  Eigen::VectorXd values_;
+};
+
+/// A layer whose nodes are the given directions of another one's: itself a layer.
+template <class Layer>
+class ReducedLayer {
+ public:
+  static constexpr std::size_t most_nodes = 400;  // of the layer that is reduced
+
+  /// `directions` [nodes][count] has orthonormal columns.
+  ReducedLayer(Layer layer, const Eigen::MatrixXd& directions) : layer_(std::move(layer)), directions_(directions) {}
+
+  int nodes() const { return static_cast<int>(directions_.cols()); }
+
+  /// g += factor * g(slip); the span has nodes() elements. Allocates nothing.
+  void add(double slip, double factor, std::span<double> g) const {
+    project(g, [&](std::span<double> h) { layer_.add(slip, factor, h); });
+  }
+  /// g += factor * dg/dslip.
+  void add_slope(double slip, double factor, std::span<double> g) const {
+    project(g, [&](std::span<double> h) { layer_.add_slope(slip, factor, h); });
+  }
+
+  /// Weights of the layer in these coordinates, and their covariance.
+  Eigen::VectorXd reduced(const Eigen::VectorXd& weights) const { return directions_.transpose() * weights; }
+  Eigen::MatrixXd reduced_covariance(const Eigen::MatrixXd& covariance) const {
+    return directions_.transpose() * covariance * directions_;
+  }
+  const Layer& layer() const { return layer_; }
+
+ private:
+  template <class Fill>
+  void project(std::span<double> g, const Fill& fill) const {
+    std::array<double, most_nodes> values;
+    const auto n = static_cast<std::size_t>(layer_.nodes());
+    std::fill_n(values.begin(), n, 0.0);
+    fill(std::span(values).first(n));
+    Eigen::Map<Eigen::VectorXd>(g.data(), nodes()).noalias() +=
+        directions_.transpose() * Eigen::Map<const Eigen::VectorXd>(values.data(), layer_.nodes());
+  }
+
+  Layer layer_;
+  Eigen::MatrixXd directions_;
+};
+
+}  // namespace gripline::learning
