@@ -3,7 +3,8 @@
 //   friction(s, t) = mu(t) grip(s)
 //
 // A belief that is sure of itself, falls and, less than half a lap later, comes back was that of a place: what was
-// believed there over what is believed behind it is its grip. One that falls and stays fallen is the whole road's. On
+// believed there over what is believed behind it is its grip. Where the belief was not sure, as a learner's is while it
+// finds the new friction, the place begins and ends with that. One that falls and stays fallen is the whole road's. On
 // the next lap the place is known before the car is there; in it mu(t) is held, and lowered where even less is believed than the place explains. A
 // place is forgotten when the belief does not fall there any more.
 #pragma once
@@ -19,7 +20,7 @@ class FrictionPlaces {
  public:
   /// Of a closed road in so many pieces, with `dt` seconds between steps. Steps do not allocate.
   FrictionPlaces(std::size_t pieces, double dt)
-      : dt_(dt), grip_(pieces, 1.0), believed_(pieces, 0.0), seen_(pieces, -1) {}
+      : dt_(dt), grip_(pieces, 1.0), believed_(pieces, 0.0), seen_(pieces, -1), sure_at_(pieces, false) {}
 
   /// Once per control step: the car is on this piece and believes this friction of the road below it, with a standard
   /// deviation of `spread`. Whether a grip changed.
@@ -48,7 +49,7 @@ class FrictionPlaces {
  private:
   static constexpr double fall = 0.9;      // of the friction behind it, that makes a place
   static constexpr double settle = 0.2;    // [s] that a risen belief is waited for
-  static constexpr double early = 0.15;    // [s] before a fall was believed, where the place begins
+  static constexpr double early = 0.1;     // [s] before a fall was believed, where the place begins
   static constexpr double longest = 0.5;   // share of the road
   static constexpr double slack = 0.95;    // of what a place explains
   static constexpr double patience = 0.4;  // [s] behind a place, for the belief to come back
@@ -65,7 +66,8 @@ class FrictionPlaces {
       const std::size_t i = (piece + size() - k) % size();
       if (k > 0 && i == piece_) break;
       believed_[i] = mu;
-      seen_[i] = sure_ ? now_ : -1;
+      seen_[i] = now_;
+      sure_at_[i] = sure_;
     }
   }
 
@@ -93,27 +95,31 @@ class FrictionPlaces {
     return true;
   }
 
+  /// Whether the car was on this piece before it came to the next one.
+  bool came_from(std::size_t i) const {
+    const std::size_t after = i + 1 < size() ? i + 1 : 0;
+    return seen_[i] >= 0 && seen_[i] <= seen_[after];
+  }
+
   /// Whether the belief has come back from a fall, and then the grip of the pieces where it had fallen.
   bool look_for_place(std::size_t piece, double mu) {
+    const auto high = [&](std::size_t i) { return sure_at_[i] && believed_[i] >= fall * mu; };
     std::size_t i = piece;
-    while (ago(i) < settle) {  // risen by now
-      if (believed_[i] < fall * mu || seen_[i] < 0) return false;
-      const std::size_t next = before(i);
-      if (next == piece || seen_[next] < 0 || seen_[next] > seen_[i]) return false;
-      i = next;
-    }
-    const auto low = [&](std::size_t k) { return believed_[k] < fall * mu; };
-    if (!low(i) || grip_[i] < 1.0) return false;
+    for (; ago(i) < settle; i = before(i))  // risen by now
+      if (!high(i) || before(i) == piece || !came_from(before(i))) return false;
+    if (high(i) || grip_[i] < 1.0) return false;
     const std::size_t last = i;
     double sum = 0;
-    std::size_t count = 0;
-    for (; low(i); i = before(i)) {
-      if (seen_[i] < 0 || seen_[before(i)] > seen_[i] || static_cast<double>(++count) > longest * size()) return false;
+    std::size_t count = 0, fallen = 0;
+    for (; !high(i); i = before(i)) {
+      if (!came_from(before(i)) || static_cast<double>(++count) > longest * static_cast<double>(size())) return false;
+      if (!sure_at_[i]) continue;
       sum += believed_[i];
+      ++fallen;
     }
-    if (seen_[i] < 0 || mu < fall * believed_[i]) return false;  // it fell for good, and first too far
-    const double share = sum / static_cast<double>(count) / mu, since = ago(i);
-    while (ago(before(i)) < since + early && seen_[before(i)] >= 0 && seen_[before(i)] <= seen_[i]) i = before(i);
+    if (fallen == 0 || mu < fall * believed_[i]) return false;  // it fell for good, and first too far
+    const double share = sum / static_cast<double>(fallen) / mu, since = ago(i);
+    while (came_from(before(i)) && ago(before(i)) < since + early) i = before(i);
     for (;; i = (i + 1) % size()) {
       grip_[i] = share;
       if (i == last) return true;
@@ -122,7 +128,8 @@ class FrictionPlaces {
 
   double dt_;
   std::vector<double> grip_, believed_;
-  std::vector<long> seen_;  // the step in which a piece was passed last, -1: never, or without a sure belief
+  std::vector<long> seen_;     // the step in which a piece was passed last, -1: never
+  std::vector<bool> sure_at_;  // whether the belief was sure then
   long now_ = 0;
   std::size_t piece_ = 0, begin_ = 0;
   double mu_ = std::numeric_limits<double>::quiet_NaN();

@@ -68,6 +68,30 @@ TEST_F(FrictionPlacesTest, ABeliefThatIsNotSureIsNoPlace) {
   EXPECT_LT(places_.grip(80), 1.0);
 }
 
+/// With noisy sensors a learner doubts itself while it finds the new friction.
+TEST_F(FrictionPlacesTest, APlaceIsFoundWhereTheBeliefIsUnsureAtItsEnds) {
+  laps(1, dry);
+  for (std::size_t step = 0; step < 100; ++step) {
+    piece_ = (piece_ + 2) % 200;
+    const bool begins = piece_ >= 62 && piece_ < 68, ends = piece_ >= 100 && piece_ < 108;
+    places_.step(piece_, ends ? 0.8 : wet(piece_), begins || ends ? 0.1 : 0.0);
+  }
+  EXPECT_NEAR(places_.grip(80), 0.6 / 0.9, 0.02);
+  EXPECT_LT(places_.grip(60), 1.0);   // before the belief fell
+  EXPECT_LT(places_.grip(104), 1.0);  // until it was sure of being high again
+  for (const std::size_t piece : {40, 112, 150}) EXPECT_EQ(places_.grip(piece), 1.0) << piece;
+}
+
+TEST_F(FrictionPlacesTest, DoubtAloneIsNoPlace) {
+  laps(1, dry);
+  for (std::size_t step = 0; step < 100; ++step) {
+    piece_ = (piece_ + 2) % 200;
+    const bool doubts = piece_ >= 60 && piece_ < 100;
+    changes_ += places_.step(piece_, doubts ? 0.6 : 0.9, doubts ? 0.1 : 0.0);
+  }
+  EXPECT_EQ(changes_, 0);
+}
+
 TEST_F(FrictionPlacesTest, APlaceThatDriedIsForgotten) {
   laps(1, dry);
   laps(2, wet);
