@@ -5,8 +5,8 @@
 // A belief that is sure of itself, falls and, less than half a lap later, comes back was that of a place: what was
 // believed there over what is believed behind it is its grip. Where the belief was not sure, as a learner's is while it
 // finds the new friction, the place begins and ends with that. One that falls and stays fallen is the whole road's. On
-// the next lap the place is known before the car is there; in it mu(t) is held, and lowered where even less is believed than the place explains. A
-// place is forgotten when the belief does not fall there any more.
+// the next lap the place is known before the car is there; in it mu(t) is held, and lowered where even less is believed
+// than the place explains. A place is forgotten when the belief does not fall there any more.
 #pragma once
 
 #include <algorithm>
