@@ -99,10 +99,13 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
         largest_sigma_{10 * params.sigma_v, 10 * params.sigma_v, 10 * params.sigma_omega},
         misfit_{params.misfit, params.misfit, params.misfit / gyration_},
         rows_(Eigen::MatrixXd::Zero(unknowns(), channels)),
+        prior_mean_(2 * n_),
         prior_covariance_(Eigen::MatrixXd::Zero(unknowns(), unknowns())) {
     const Eigen::Index n = n_;
-    for (const int i : {0, 1})
+    for (const int i : {0, 1}) {
+      prior_mean_.segment(i * n, n) = tyres_[i].layer().prior_mean() * all_weights(i);
       prior_covariance_.block(i * n, i * n, n, n) = tyres_[i].reduced_covariance(tyres_[i].layer().prior_covariance());
+    }
     const double common = params.common * square(expected_ * params.friction_spread / params.hidden);
     prior_covariance_.block(0, n, n, n) = common * all_weights(0) * all_weights(1).transpose();
     prior_covariance_.block(n, 0, n, n) = prior_covariance_.block(0, n, n, n).transpose();
@@ -176,14 +179,13 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
   static TyrePrior prior(const PluginContext& context, const Params& p) {
     return {p.stiffness, p.stiffness_spread, p.shape, p.shape_spread, expected(context, p), p.friction_spread};
   }
-  /// Tyres of the front and the rear axle in as many directions each as differ by more than rounding.
+  /// Tyres of the front and the rear axle, in as many directions as the one needs that needs more.
   static std::array<Tyres, 2> draw(const PluginContext& context, const Params& params) {
-    constexpr double least = 1e-12;  // of the largest eigenvalue: curves are kept to some 1e-6
     SplitMix64 random(context.seed);
     GenericTyres front(params.hidden, prior(context, params), random);
     GenericTyres rear(params.hidden, prior(context, params), random);
     const CurveDirections of_front(front), of_rear(rear);
-    const Eigen::Index count = std::max(of_front.above(least), of_rear.above(least));
+    const Eigen::Index count = std::max(of_front.count(), of_rear.count());
     return {Tyres(std::move(front), of_front.leading(count)), Tyres(std::move(rear), of_rear.leading(count))};
   }
   /// The weights of an axle that are all one.
@@ -255,7 +257,7 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
     continues_ = false;
     score_ = score_variance_ = 0;
     rls_.theta().setZero();
-    for (const int i : {0, 1}) rls_.theta().segment(i * n, n) = tyres_[i].layer().prior_mean() * all_weights(i);
+    rls_.theta().head(2 * n) = prior_mean_;
     rls_.reset_covariance(prior_covariance_);
     read_theta();
     // The mean of curves that peak at different slips has a lower peak than each: scaled to the expected friction.
@@ -361,7 +363,9 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
   FrictionEllipse ellipse_;
   PeakForces peaks_;
   std::array<double, channels> sigma_, largest_sigma_, misfit_, sharing_misfit_ = {}, last_error_ = {}, rates_ = {};
-  Eigen::MatrixXd rows_, prior_covariance_;
+  Eigen::MatrixXd rows_;
+  Eigen::VectorXd prior_mean_;  // of both axles' theta
+  Eigen::MatrixXd prior_covariance_;
   AxleTables tables_;
   ResistanceForce resistance_;
   DriveGains gains_;

@@ -120,6 +120,7 @@ struct Dual {
   /// derivatives is then read across two writes, which a CPU cannot serve before both have reached its cache.
   [[gnu::always_inline]] constexpr Dual(const Dual& b) : v(b.v) { dual_detail::copy<N>(d, b.d); }
   /// A copy, written out for the same reason.
+  // NOLINTNEXTLINE(bugprone-unhandled-self-assignment): of numbers, to itself, it changes nothing
   [[gnu::always_inline]] constexpr Dual& operator=(const Dual& b) {
     v = b.v;
     dual_detail::copy<N>(d, b.d);

@@ -113,6 +113,8 @@ class TabulatedLayer {
     }
   }
 
+  /// Slopes of the nodes at a knot.
+  auto slopes(std::ptrdiff_t knot) const { return rows_.row(table_knots + knot); }
   /// The nodes at a slip angle, between the knots as AxleTable; nodes [nodes] is the caller's.
   template <class Nodes>
   void read(double slip, Nodes&& nodes) const {
@@ -122,9 +124,6 @@ class TabulatedLayer {
     nodes = (1.0 - rise) * rows_.row(i).transpose() + rise * rows_.row(i + 1).transpose() +
             bend0 * slopes(i).transpose() + bend1 * slopes(i + 1).transpose();
   }
-  /// Slopes of the nodes at a knot.
-  auto slopes(std::ptrdiff_t knot) const { return rows_.row(table_knots + knot); }
-
   /// Fills the table of the curve factor * sum_j weights_j h_j(slip). Allocates nothing.
   template <class Weights>
   void fill(AxleTable& table, const Weights& weights, double factor) {

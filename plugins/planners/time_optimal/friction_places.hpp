@@ -3,15 +3,16 @@
 //   friction(s, t) = mu(t) grip(s)
 //
 // A belief that is sure of itself, falls and, less than half a lap later, comes back was that of a place: what was
-// believed there over what is believed behind it is its grip. Where the belief was not sure, as a learner's is while it
-// finds the new friction, the place begins and ends with that. One that falls and stays fallen is the whole road's. On
-// the next lap the place is known before the car is there; in it mu(t) is held, and lowered where even less is believed
+// believed there over what is believed behind it is its grip. While a learner finds the new friction its belief is not
+// sure: that part of the road belongs to the place, if it is short. One that falls and stays fallen is the whole
+// road's. On the next lap the place is known before the car is there; in it mu(t) is held, and lowered where even less is believed
 // than the place explains. A place is forgotten when the belief does not fall there any more.
 #pragma once
 
 #include <algorithm>
 #include <cstddef>
 #include <limits>
+#include <optional>
 #include <vector>
 
 namespace gripline::time_optimal {
@@ -49,7 +50,9 @@ class FrictionPlaces {
  private:
   static constexpr double fall = 0.9;      // of the friction behind it, that makes a place
   static constexpr double settle = 0.2;    // [s] that a risen belief is waited for
-  static constexpr double early = 0.1;     // [s] before a fall was believed, where the place begins
+  static constexpr double early = 0.1;     // [s] before the belief was last sure of the friction before a place
+  static constexpr double doubt = 0.3;     // [s] at most without a sure belief, at either end and within
+  static constexpr double shortest = 0.1;  // [s] of a sure belief in less friction
   static constexpr double longest = 0.5;   // share of the road
   static constexpr double slack = 0.95;    // of what a place explains
   static constexpr double patience = 0.4;  // [s] behind a place, for the belief to come back
@@ -101,29 +104,45 @@ class FrictionPlaces {
     return seen_[i] >= 0 && seen_[i] <= seen_[after];
   }
 
+  /// A fall of the belief that ended: pieces from the last sure one before it to the last one before it rose again.
+  struct Fall {
+    std::size_t before, last;
+    double mean;  // of the friction believed surely
+  };
+
   /// Whether the belief has come back from a fall, and then the grip of the pieces where it had fallen.
   bool look_for_place(std::size_t piece, double mu) {
+    const std::optional<Fall> found = find_fall(piece, mu);
+    if (!found || mu < fall * believed_[found->before]) return false;  // it fell for good, and first too far
+    std::size_t i = found->before;
+    const double since = ago(i);
+    while (came_from(before(i)) && ago(before(i)) < since + early) i = before(i);
+    for (;; i = (i + 1) % size()) {
+      grip_[i] = std::min(grip_[i], found->mean / mu);
+      if (i == found->last) return true;
+    }
+  }
+
+  std::optional<Fall> find_fall(std::size_t piece, double mu) const {
     const auto high = [&](std::size_t i) { return sure_at_[i] && believed_[i] >= fall * mu; };
     std::size_t i = piece;
     for (; ago(i) < settle; i = before(i))  // risen by now
-      if (!high(i) || before(i) == piece || !came_from(before(i))) return false;
-    if (high(i) || grip_[i] < 1.0) return false;
+      if (!high(i) || before(i) == piece || !came_from(before(i))) return std::nullopt;
+    if (high(i)) return std::nullopt;
     const std::size_t last = i;
-    double sum = 0;
-    std::size_t count = 0, fallen = 0;
-    for (; !high(i); i = before(i)) {
-      if (!came_from(before(i)) || static_cast<double>(++count) > longest * static_cast<double>(size())) return false;
+    double sum = 0, count = 0, sure_first = 0, sure_last = ago(last);  // [s] ago, going back
+    for (double pieces = 1; !high(i); i = before(i), ++pieces) {
+      if (grip_[i] < 1.0 || !came_from(before(i)) || pieces > longest * static_cast<double>(size()))
+        return std::nullopt;
+      if (ago(i) - sure_last > doubt) return std::nullopt;
       if (!sure_at_[i]) continue;
+      sure_last = ago(i);
+      if (count == 0) sure_first = sure_last;
       sum += believed_[i];
-      ++fallen;
+      ++count;
     }
-    if (fallen == 0 || mu < fall * believed_[i]) return false;  // it fell for good, and first too far
-    const double share = sum / static_cast<double>(fallen) / mu, since = ago(i);
-    while (came_from(before(i)) && ago(before(i)) < since + early) i = before(i);
-    for (;; i = (i + 1) % size()) {
-      grip_[i] = share;
-      if (i == last) return true;
-    }
+    if (count == 0 || sure_last - sure_first < shortest) return std::nullopt;
+    return Fall{i, last, sum / count};
   }
 
   double dt_;

@@ -68,12 +68,12 @@ LapSetup::LapSetup(const PluginContext& context, const SetupOptions& options, co
 
 /// The tables of the typical tyres serve all that differ from them in friction only.
 std::vector<double> LapSetup::profile(const AxleTyres& tyres) const {
-  const AxleTyres& unit = typical_.tyres;
+  const AxleTyres& typical = typical_.tyres;
   const auto same_shape = [](const MagicFormula& a, const MagicFormula& b) { return a.B == b.B && a.C == b.C; };
-  const double mu = tyres.front.D / unit.front.D;
-  if (same_shape(tyres.front, unit.front) && same_shape(tyres.rear, unit.rear) &&
-      std::abs(tyres.rear.D - mu * unit.rear.D) < 1e-9 * tyres.rear.D)
-    return speed_profile(base_, limits_, corner_, mu, 0.0);
+  const double share = tyres.front.D / typical.front.D;  // of their friction
+  if (same_shape(tyres.front, typical.front) && same_shape(tyres.rear, typical.rear) &&
+      std::abs(tyres.rear.D - share * typical.rear.D) < 1e-9 * tyres.rear.D)
+    return speed_profile(base_, limits_, corner_, share, 0.0);
   return speed_profile(base_, limits_, CornerLimits(car_, tyres, limits_.top_speed()), 1.0, 0.0);
 }
 

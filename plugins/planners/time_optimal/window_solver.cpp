@@ -8,6 +8,8 @@
 namespace gripline::time_optimal {
 namespace {
 
+static_assert(lap_states == 6 && lap_variables == 8, "rows below are padded to whole vectors");
+
 /// Rows of a system of six equations and of its right-hand sides, in whole vectors.
 using System = Eigen::Matrix<double, 6, 16, Eigen::RowMajor>;
 
@@ -52,8 +54,8 @@ constexpr double first_delta = 1e-4;  // curvature that is added where the progr
 WindowSolver::WindowSolver(const LapProblem& problem, std::size_t nodes)
     : program_(problem), scale_(program_.scales()), stages_(nodes + 1), step_(nodes + 1), trial_t_(nodes + 1) {
   for (Stage& stage : stages_) {
-    stage.middle.setZero();  // rows beyond the states stay so
-    stage.middle_transposed.setZero();
+    stage.to_middle.setZero();  // rows beyond the states stay so
+    stage.to_middle_transposed.setZero();
   }
 }
 
@@ -178,30 +180,30 @@ void WindowSolver::eliminate(const std::vector<WindowNode>& lap, std::size_t k) 
     rows(j, S + V) = -0.5 * stage.defect[j];
   }
   eliminate_rows(rows);
-  stage.middle.topRows<S>() = rows.block<S, V + 1>(0, S);
-  stage.middle_transposed.topRows<S>() = rows.block<S, S>(0, S).transpose();
+  stage.to_middle.topRows<S>() = rows.block<S, V + 1>(0, S);
+  stage.to_middle_transposed.topRows<S>() = rows.block<S, S>(0, S).transpose();
 }
 
-/// The cost to go from a stage's first node, by state and input there. With the middle T w of w = (x, u, 1), the next node
-/// 2 T w - x and the cost to go (P, q) from there, the second derivatives by w are T' (H + 4 P) T less what is twice
-/// counted: for x, M' W + W' M + P with W = (H + 4 P) M / 2 - 2 P. `delta` is added to every second derivative by an input
-/// or a state.
+/// The cost to go from a stage's first node, by w = (x, u, 1): with the middle y = T w and the next node 2 y - x it is
+///   (y, u)' H (y, u) / 2 + g' (y, u) + (2 y - x)' P (2 y - x) / 2 + q' (2 y - x).
+/// Its second derivatives by x are M' X M - 2 (M' P + P M) + P with X = Hyy + 4 P; the first three terms are W' M + M' W
+/// for W = X M / 2 - 2 P. `delta` is added to every second derivative by an input or a state.
 WindowSolver::CostToGo WindowSolver::cost_to_go(const Stage& s, const StateColumns& P, const StateVector& q,
                                                 double delta) const {
   StateColumns X = s.hessian.leftCols<S>() + 4.0 * P;  // its last rows: by input and state
   for (int j = 0; j < S; ++j) X(j, j) += delta;
-  const Middle XT = product(X, s.middle);
-  const auto N = s.middle.block<S, U>(0, S);
-  const Eigen::Matrix<double, 8, U + 1> Nm = s.middle.rightCols<U + 1>(), PNm = product(P, Nm);
+  const ToMiddle XT = product(X, s.to_middle);
+  const auto N = s.to_middle.block<S, U>(0, S);
+  const Eigen::Matrix<double, 8, U + 1> Nm = s.to_middle.rightCols<U + 1>(), PNm = product(P, Nm);
   CostToGo Q;
   const StateColumns W = 0.5 * XT.leftCols<S>() - 2.0 * P;
-  const StateColumns MW = product(s.middle_transposed, W);
+  const StateColumns MW = product(s.to_middle_transposed, W);
   for (int j = 0; j < S; ++j)
     for (int i = 0; i <= j; ++i) Q.xx(i, j) = Q.xx(j, i) = MW(i, j) + MW(j, i) + P(i, j);
   Eigen::Matrix<double, 8, U + 1> by = XT.rightCols<U + 1>();
   by.topLeftCorner<S, U>() += s.hessian.topRightCorner<S, U>();
   by.col(U).head<S>() += s.gradient.head<S>() + 2.0 * q;
-  const Eigen::Matrix<double, 8, U + 1> onward = product(s.middle_transposed, by);
+  const Eigen::Matrix<double, 8, U + 1> onward = product(s.to_middle_transposed, by);
   Q.xu = onward.topLeftCorner<S, U>() - 2.0 * PNm.topLeftCorner<S, U>();
   Q.x = onward.col(U).head<S>() - 2.0 * PNm.col(U).head<S>() - q;
   const Eigen::Matrix2d crossed = XT.block<U, U>(S, S);
@@ -263,14 +265,13 @@ void WindowSolver::forward() {
     step.du = s.K * step.dx + s.k;
     Eigen::Matrix<double, V + 1, 1> w;
     w << step.dx, step.du, 1.0;
-    Vector by = s.middle * w;
-    by.tail<U>() = step.du;
-    step.middle = by;
-    next = 2.0 * by.head<S>() - step.dx;
-    const Vector along = s.hessian * by + s.gradient;
+    step.middle_step = s.to_middle * w;
+    step.middle_step.tail<U>() = step.du;
+    next = 2.0 * step.middle_step.head<S>() - step.dx;
+    const Vector along = s.hessian * step.middle_step + s.gradient;
     Vector costate = stages_[k + 1].P * next;
     costate.head<S>() += stages_[k + 1].q + 0.5 * along.head<S>();
-    step.pi = -(s.middle_transposed * costate.head<S>()).head<S>();
+    step.pi = -(s.to_middle_transposed * costate.head<S>()).head<S>();
   }
 }
 
@@ -278,7 +279,7 @@ void WindowSolver::forward() {
 void WindowSolver::steps_of_constraints(const std::vector<WindowNode>& lap) {
   for (std::size_t k = 0; k < count_; ++k) {
     const WindowNode& node = lap[index(k)];
-    const Vector& step = step_[k].middle;
+    const Vector& step = step_[k].middle_step;
     const double next = step_[k + 1].dx[lap_n];
     for (int i = 0; i < C; ++i) {
       const auto at = static_cast<std::size_t>(i);
@@ -296,7 +297,7 @@ void WindowSolver::steps_of_constraints(const std::vector<WindowNode>& lap) {
 
 void WindowSolver::measure_change(WindowStep& result) const {
   for (std::size_t k = 0; k < count_; ++k) {
-    result.change = std::max(result.change, step_[k].middle.lpNorm<Eigen::Infinity>());
+    result.change = std::max(result.change, step_[k].middle_step.lpNorm<Eigen::Infinity>());
     if (k < near_part(count_)) result.near_change = result.change;
   }
 }
@@ -443,7 +444,7 @@ void WindowSolver::measure_defect(const std::vector<WindowNode>& lap, WindowStep
   for (std::size_t k = 0; k < count_; ++k) {
     const WindowNode& node = lap[index(k)];
     for (std::size_t i = 0; i < node.t.size(); ++i) add(stages_[k].c[i] + node.t[i]);
-    for (int j = 0; j < S; ++j) add(2.0 * stages_[k].middle(j, V));
+    for (int j = 0; j < S; ++j) add(2.0 * stages_[k].to_middle(j, V));
     if (k < near_part(count_)) result.near_defect = result.defect;
   }
 }

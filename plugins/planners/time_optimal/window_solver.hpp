@@ -92,27 +92,27 @@ class WindowSolver {
 
   // Six rows in whole vectors: two more that do not count.
   using StateColumns = Eigen::Matrix<double, V, S>;
-  using Middle = Eigen::Matrix<double, V, V + 1>;
+  using ToMiddle = Eigen::Matrix<double, V, V + 1>;
 
   struct Stage {        // largest alignment first
     Matrix hessian;     // of the Lagrangian and the barrier, by z in the middle
     CurvedRows row_by;  // gradients of the constraints from first_curved_row on, in typical sizes
     Vector gradient;    // of cost and barrier
     // The step in the middle of the interval is T w = M x + N u + m for w = (x, u, 1), at its end 2 T w - x.
-    Middle middle;                   // T = (M, N, m)
-    StateColumns middle_transposed;  // M'
-    StateColumns P;                  // cost to go at its first node
+    ToMiddle to_middle;                 // T = (M, N, m)
+    StateColumns to_middle_transposed;  // M'
+    StateColumns P;                     // cost to go at its first node
+    Eigen::Matrix<double, U, S> K;
     StateVector q;
+    Eigen::Matrix<double, U, 1> k;
     StateVector defect;  // of the dynamics
     Values c;            // the constraints
-    Eigen::Matrix<double, U, S> K;
-    Eigen::Matrix<double, U, 1> k;
     double cost = 0, mu = 0;
     double n_stiff = 0, n_force = 0;  // of the barrier of n at its second node
   };
   /// Of a node, in typical sizes.
   struct NodeStep {
-    Vector middle;  // of state and input, half-way to the next node
+    Vector middle_step;  // of state and input, half-way to the next node
     StateVector dx;
     Eigen::Matrix<double, U, 1> du;
     StateVector pi;  // multipliers after a full step
