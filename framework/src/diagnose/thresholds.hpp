@@ -187,7 +187,8 @@ inline constexpr double significant_colour = 3.0, least_colour = 0.05, most_colo
 /// then measured from white sensors too. Smaller: slower.
 inline constexpr double offset_colour = 0.95;
 /// What noise must differ by from what was believed, to search again: the factor on a correlation time or a level, and
-/// a colour.
+/// a colour. Less counts too where it brings `noise_gain_before`: differences of a tenth in all channels can be worth
+/// hundreds of units, and are made up for by unknown accelerations that are not there.
 inline constexpr double other_noise_factor = 1.25, other_colour = 0.1;
 /// The same times this, before effects are searched for: effects that are missing colour the innovations too. Less
 /// measures noise twice where an effect explains the colour. Set on one slow pair of cases, not varied.
