@@ -187,7 +187,8 @@ inline constexpr double significant_colour = 3.0, least_colour = 0.05, most_colo
 /// then measured from white sensors too. Smaller: slower.
 inline constexpr double offset_colour = 0.95;
 /// What noise must differ by from what was believed, to search again: the factor on a correlation time or a level, and
-/// a colour.
+/// a colour. Less counts too where it brings `noise_gain_before`: differences of a tenth in all channels can be worth
+/// hundreds of units, and are made up for by unknown accelerations that are not there.
 inline constexpr double other_noise_factor = 1.25, other_colour = 0.1;
 /// The same times this, before effects are searched for: effects that are missing colour the innovations too. Less
 /// measures noise twice where an effect explains the colour. Set on one slow pair of cases, not varied.
@@ -221,10 +222,13 @@ inline constexpr double noise_settled = 0.3;
 
 // ---- Delays of channels
 
-/// Samples that a channel must at least be late, and surely (the near end of its 95 % interval). Larger: shorter delays
+/// Samples that a channel must at least be late, and surely (the near end of its interval). Larger: shorter delays
 /// pass for effects of the car; smaller: noise passes for a delay. Not varied; none of the given cases and of the logs
 /// of test_diagnose_channel_delays without a delay shows one.
 inline constexpr double least_delay = 1.0, surely_late = 0.5;
+/// Probability that the interval misses the delay: a delay is named in front of everything else, so that each of the two
+/// groups of channels has half of the verdicts' false alarms (1 %). Larger: coloured noise passes for a delay.
+inline constexpr double false_delay = 0.005;
 
 // ---- Sensors
 

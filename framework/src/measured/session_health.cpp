@@ -209,7 +209,7 @@ void add_delay(std::vector<Delay>& delays, const Grid& grid, const char* channel
   constexpr double least_correlation = 0.5;
   constexpr int draws = 200;
   const LagSums sums(manoeuvres(late, grid.dt), manoeuvres(early, grid.dt), grid.dt);
-  Delay delay{channel, against, 0, 0, 0, 0, of_clock};
+  Delay delay{channel, against, 0, 0, 0, 0, of_clock, sums.blocks()};
   delay.seconds = sums.best(std::vector<int>(sums.blocks(), 1), &delay.correlation);
   if (!(delay.correlation > least_correlation)) return;
   if (delay.seconds < LagSums::first + grid.dt || delay.seconds > LagSums::last - grid.dt) return;

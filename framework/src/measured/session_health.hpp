@@ -27,6 +27,7 @@ struct Delay {
   double low = 0, high = 0;  // 95 % by block bootstrap
   double correlation = 0;    // at that delay
   bool of_clock = true;      // both measure one motion; else the car's own response is in it
+  std::size_t blocks = 0;    // drawn from
 };
 /// Yaw rate against heading, speed against place, steering and throttle against what the car does. Only pairs that
 /// correlate above 0.5.

@@ -1,9 +1,12 @@
 #include "diagnose/inference/channel_delays.hpp"
 
 #include <algorithm>
+#include <boost/math/distributions/students_t.hpp>
 #include <cmath>
 #include <cstdio>
+#include <utility>
 
+#include "diagnose/inference/fit.hpp"
 #include "diagnose/thresholds.hpp"
 #include "measured/session_health.hpp"
 
@@ -56,6 +59,15 @@ std::vector<double> moved(const Log& log, std::size_t channel, double seconds) {
   return out;
 }
 
+/// The interval that misses a delay with this probability. That of few blocks drawn anew is a normal's, of a spread that
+/// falls short by the root of (n - 1) / n: Student's is as wide as it must be.
+std::pair<double, double> interval(const measured::Delay& d, double missing) {
+  const double n = std::max(2.0, static_cast<double>(d.blocks));
+  const boost::math::students_t student(n - 1.0);
+  const double wider = boost::math::quantile(student, 1.0 - 0.5 * missing) * std::sqrt(n / (n - 1.0)) / normal_95;
+  return {d.seconds - wider * (d.seconds - d.low), d.seconds + wider * (d.high - d.seconds)};
+}
+
 }  // namespace
 
 std::string ChannelDelay::name() const { return measured::delay_names[group]; }
@@ -64,11 +76,13 @@ std::vector<ChannelDelay> find_channel_delays(std::span<const LogFile> logs) {
   std::vector<ChannelDelay> found;
   const double dt = longest_step(logs);
   for (const measured::Delay& d : measured::delays_of(session_of(logs))) {
-    const double least = std::min(std::abs(d.low), std::abs(d.high));
-    const bool sure = d.low * d.high > 0.0 && least > thresholds::surely_late * dt;
+    const auto [low, high] = interval(d, thresholds::false_delay);
+    const double least = std::min(std::abs(low), std::abs(high));
+    const bool sure = low * high > 0.0 && least > thresholds::surely_late * dt;
     if (!d.of_clock || !sure || std::abs(d.seconds) < thresholds::least_delay * dt) continue;
     const auto group = std::ranges::find(measured::delay_names, std::string_view(d.channel));
-    found.push_back({static_cast<std::size_t>(group - measured::delay_names.begin()), d.seconds, d.low, d.high});
+    const auto [from, to] = interval(d, 0.05);
+    found.push_back({static_cast<std::size_t>(group - measured::delay_names.begin()), d.seconds, from, to});
   }
   return found;
 }

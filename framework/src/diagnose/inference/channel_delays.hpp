@@ -15,12 +15,12 @@ using measured::LogFile;
 /// Positive: the channel is late.
 struct ChannelDelay {
   std::size_t group = 0;                  // measured::delay_names
-  double seconds = 0, low = 0, high = 0;  // 95 % by blocks of ten seconds
+  double seconds = 0, low = 0, high = 0;  // 95 % by blocks of at most ten seconds
   std::string name() const;
 };
 
-/// Delays of the speeds and of the yaw rate against the pose that are longer than a sample, and surely longer than half
-/// of one. The logs are taken as from one recorder.
+/// Delays of the speeds and of the yaw rate against the pose that are longer than a sample, and surely
+/// (thresholds::false_delay) longer than half of one. The logs are taken as from one recorder.
 std::vector<ChannelDelay> find_channel_delays(std::span<const LogFile> logs);
 
 /// The log as its channels would show it without these delays; what would have come after its end is missing.

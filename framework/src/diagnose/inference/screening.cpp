@@ -93,12 +93,22 @@ Screening screen(const Problem& problem, const Fit& fitted) {
     out.normal.add(filter_along(lm, fitted.noise, regressors));
   }
   out.normal.add_nuisances(catalogue, fitted.model);
+  out.information = out.normal.N;
   fix_at_limits(catalogue, fitted.model, out.normal);
   for (const CandidateRegressors& group : out.groups) out.extensions.push_back(best_of(problem, fitted, out, group));
   const auto worth = [&](const Extension& e) { return e.gain - problem.penalty(e.dof); };
   std::stable_sort(out.extensions.begin(), out.extensions.end(),
                    [&](const Extension& a, const Extension& b) { return worth(a) > worth(b); });
   return out;
+}
+
+double information_beside(const Screening& screening, std::size_t regressor) {
+  std::vector<Index> rows(screening.own);
+  std::iota(rows.begin(), rows.end(), Index{0});
+  rows.push_back(static_cast<Index>(regressor));
+  const Eigen::VectorXd no_score = Eigen::VectorXd::Zero(static_cast<Index>(rows.size()));
+  const ScoreTest test = score_test(screening.information(rows, rows), no_score, static_cast<Index>(screening.own));
+  return test.information(0, 0);
 }
 
 std::vector<Extension> best_pairs(const Problem& problem, const Fit& fitted, const Screening& screening) {

@@ -19,10 +19,15 @@ struct Extension {
 struct Screening {
   std::vector<Extension> extensions;  // best predicted evidence first
   NormalEquations normal;             // of the model's own parameters, then of the groups' regressors
+  /// The information on these before nuisances at their limits were fixed.
+  Eigen::MatrixXd information;
   std::size_t own = 0;
   std::vector<CandidateRegressors> groups;
 };
 Screening screen(const Problem& problem, const Fit& fitted);
+
+/// The information on one regressor that is left beside the model's own parameters, nuisances within their priors.
+double information_beside(const Screening& screening, std::size_t regressor);
 
 /// Pairs of candidates with one parameter each, the largest predicted gain first: two effects that hide each other show
 /// little of either alone.

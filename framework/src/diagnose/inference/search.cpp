@@ -354,6 +354,13 @@ bool Searcher::measure_noise_anew() {
   unknowns.commands = may_leave_out_commands();
   if (!unknowns.sensors && !unknowns.correlation_time && !unknowns.commands) return false;
   MeasuredNoise noise = measure_from_both_sides(*best_, unknowns);
+  if (unknowns.sensors && unknowns.commands) {
+    // Where less unknown explains surely more, the measurement before ended on a lesser peak of the likelihood.
+    NoiseUnknowns fewer = unknowns;
+    fewer.commands = false;
+    MeasuredNoise plain = measure_noise(problem, *best_, fewer);
+    if (plain.gain > noise.gain + thresholds::noise_gain) noise = std::move(plain);
+  }
   const Fit* by = best_;
   if (unknowns.commands)
     for (const Fit* less : smaller_than_best()) {
@@ -362,7 +369,8 @@ bool Searcher::measure_noise_anew() {
     }
   // What was believed must be worth believing still: where the log is about as likely without it, it was an effect.
   const double enough = is_simpler(problem, noise) ? -thresholds::noise_gain : thresholds::noise_gain;
-  if (noise.gain < enough || !is_other(problem, noise)) return false;
+  if (noise.gain < enough) return false;
+  if (noise.gain < thresholds::noise_gain_before && !is_other(problem, noise)) return false;
   const ModelSpec nothing = null_model_->model;
   pool_.restart(road_, *by, noise);
   null_model_ = &pool_.fit_once(nothing, noise.noise);

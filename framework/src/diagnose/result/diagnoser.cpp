@@ -411,8 +411,7 @@ std::vector<DetectionLimit> Diagnoser::detection_limits(SearchResult& found) con
     const Candidate& c = catalogue_.candidates()[group.candidate];
     double largest = 0.0;
     for (std::size_t i = 0; i < group.count; ++i) {
-      const auto at = static_cast<Eigen::Index>(group.first + i);
-      const double information = s.normal.N(at, at);
+      const double information = information_beside(s, group.first + i);
       if (information > 0.0) largest = std::max(largest, std::sqrt(needed / information));
     }
     limits.push_back({c.id, c.decl(0).name, c.decl(0).unit, largest});

@@ -58,6 +58,20 @@ TEST(ChannelDelays, NoChannelIsLateWhereAllAreOrNone) {
   }
 }
 
+/// Noise that is correlated from sample to sample moves the best correlation of two channels about. Eight blocks of a
+/// log show how far less surely than many would.
+TEST(ChannelDelays, CorrelatedNoiseIsNoDelay) {
+  const DiagnoseRig rig;
+  measured::Channels colour;
+  colour.fill(0.9);
+  for (const std::uint64_t seed : {811, 821}) {
+    LogFile log;
+    log.stretches.push_back(rig.simulate(rig.catalogue().null_model(),
+                                         {.seconds = 60, .seed = seed, .noise = 30, .colour = colour, .unsteady = 1}));
+    EXPECT_TRUE(find_channel_delays({&log, 1}).empty()) << seed;
+  }
+}
+
 TEST(ChannelDelays, TakesDelaysOff) {
   const DiagnoseRig rig;
   const LogFile on_time = late(rig, 805, all, 0), log = late(rig, 805, yaw_rate, 4);

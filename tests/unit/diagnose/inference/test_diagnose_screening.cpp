@@ -61,6 +61,25 @@ TEST(Screening, StartsMoveRefittedParameters) {
   EXPECT_LT(rise(e.start), 0.01 * rise(left_behind));
 }
 
+/// Of an effect that a refitted parameter can do as well the log tells no more than how far that is trusted, at its
+/// limit too; of others all that it told before.
+TEST(Screening, InformationBesideARefittedParameterIsItsTrust) {
+  DiagnoseRig rig;
+  const auto information = [&](const ModelSpec& truth, const std::string& id) {
+    const Screened s(rig, truth);
+    for (const CandidateRegressors& group : s.screening.groups)
+      if (group.candidate == rig.catalogue().find(id)) return information_beside(s.screening, group.first);
+    return 0.0;
+  };
+  const ModelSpec nothing = rig.catalogue().null_model();
+  const double grip = information(nothing, "front_grip"), offset = information(nothing, "vx_bias");
+  EXPECT_GT(grip, 100.0 / (0.02 * 0.02));
+  rig.trust({"Df"}, 0.02);
+  for (const double size : {0.0, 0.06})
+    EXPECT_NEAR(information(rig.with("front_grip", {size}), "front_grip") * 0.02 * 0.02, 1.0, 0.1) << size;
+  EXPECT_GT(information(rig.catalogue().null_model(), "vx_bias"), 0.5 * offset);
+}
+
 /// A patch has no size to derive its place by: places are tried, and the best becomes the start.
 TEST(Screening, ScansPlaces) {
   const DiagnoseRig rig;

@@ -51,6 +51,43 @@ TEST(Diagnoser, ListsTwinsThatANoisyLogCannotTellApart) {
   EXPECT_GE(sets, 2);
 }
 
+/// What a parameter that is refitted takes up is not seen: grip to within 2 % hides a loss of grip of that size.
+TEST(Diagnoser, SeesLessBesideRefittedParameters) {
+  DiagnoseRig rig;
+  LogFile log;
+  log.stretches.push_back(rig.simulate(rig.catalogue().null_model(), {30, 35, 1}));
+  const auto seen_at = [&](const CaseOptions& options) {
+    Diagnoser diagnoser(rig.world(), rig.registry(), options);
+    const Diagnosis d = diagnoser.run({&log, 1}, {});
+    EXPECT_EQ(d.verdict, Verdict::nothing_missing);
+    for (const DetectionLimit& limit : d.detection_limits)
+      if (limit.effect == "front_grip") return limit.size;
+    return 0.0;
+  };
+  CaseOptions wrong;
+  wrong.uncertainty = {{"Df", 0.02}};
+  EXPECT_LT(seen_at({}), 0.01);
+  EXPECT_GT(seen_at(wrong), 0.06);
+}
+
+/// The noise is measured first where the effect is still missing, and again with it: what it was mistaken for by a tenth in
+/// one channel is worth hundreds of units, and passes for accelerations that are not there.
+TEST(Diagnoser, MeasuresCorrelatedNoiseAgainBesideWhatIsFound) {
+  DiagnoseRig rig;
+  measured::Channels colour;
+  colour.fill(0.9);
+  for (const std::uint64_t seed : {922, 924}) {
+    Diagnoser diagnoser(rig.world(), rig.registry(), {});
+    LogFile log;
+    log.stretches.push_back(
+        rig.simulate(rig.with("diff_yaw", {4.0}), {.seconds = 30, .seed = seed, .colour = colour, .unsteady = 1}));
+    const Diagnosis d = diagnoser.run({&log, 1}, {});
+    EXPECT_EQ(d.verdict, Verdict::named) << seed;
+    ASSERT_EQ(d.named.size(), 1U);
+    EXPECT_EQ(d.named.front().effect, "diff_yaw");
+  }
+}
+
 /// A parameter that may be off by 4 % takes the first 4 % of an effect. What is left shows clearly, and names it.
 TEST(Diagnoser, NamesWhatAParameterAtItsLimitLeavesOver) {
   DiagnoseRig rig;
