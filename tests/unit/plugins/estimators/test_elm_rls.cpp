@@ -380,6 +380,26 @@ TEST(ElmRls, StepAllocatesNothing) {
   EXPECT_EQ(counted, 0);
 }
 
+/// After a contact that its equations do not cover, what was learned is discarded.
+TEST(ElmRls, StartingOverAllocatesNothing) {
+  if (!counts_allocations) GTEST_SKIP() << "the sanitizer owns malloc";
+  Nominal nominal("ekinematic");
+  const auto rls = make_estimator("elm_rls", nominal);
+  const Drive drive = drive_bends(4, 3, dropping);
+  const auto sample = [&](std::size_t i) {
+    return make_sample(nominal.prediction(), static_cast<std::int64_t>(i), drive.x[i], drive.u[i], drive.x[i + 1]);
+  };
+  for (std::size_t i = 0; i < drive.steps(); ++i) rls->update(sample(i));
+  ASSERT_TRUE(rls->belief().trusted);
+  Sample hit = sample(drive.steps() - 1);
+  hit.x_next.vy += 40.0;
+  hit.x_next.omega -= 400.0;
+  const long before = allocations;
+  for (int i = 0; i < 50 && rls->belief().trusted; ++i) rls->update(hit);
+  EXPECT_EQ(allocations, before);
+  EXPECT_FALSE(rls->belief().trusted);
+}
+
 class ElmRlsLogs : public testing_support::WithReference {};
 
 TEST_F(ElmRlsLogs, MuOnTheAuthorsRun) {
