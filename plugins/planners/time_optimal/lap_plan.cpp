@@ -10,25 +10,28 @@ namespace gripline::time_optimal {
 
 namespace {
 
-/// Curvature of the path at every node: change of heading from the node before to the one after, over the way between.
 void set_curvatures(const LapSetup& setup, LapPlan& plan) {
   const std::size_t count = plan.nodes.size();
-  std::vector<double> heading(count), way(count);
-  for (std::size_t k = 0; k < count; ++k) {
-    const LinePoint p = setup.base().at(setup.nodes().s[k]);
-    const LapPlan::Node& node = plan.nodes[k];
-    const double along = 1.0 - node.n * p.kappa;
-    heading[k] = p.yaw + std::atan2(node.slope, along);
-    way[k] = std::hypot(along, node.slope) * setup.nodes().ds[k];
-  }
+  std::vector<PathHeading> heading(count);
+  for (std::size_t k = 0; k < count; ++k)
+    heading[k] = path_heading(setup.base().at(setup.nodes().s[k]), plan.nodes[k], setup.nodes().ds[k]);
   for (std::size_t k = 0; k < count; ++k) {
     const std::size_t before = k > 0 ? k - 1 : count - 1, after = k + 1 < count ? k + 1 : 0;
-    const double turned = std::remainder(heading[after] - heading[before], 2.0 * std::numbers::pi);
-    plan.nodes[k].kappa = turned / (0.5 * way[before] + way[k] + 0.5 * way[after]);
+    plan.nodes[k].kappa = path_curvature(heading[before], heading[k], heading[after]);
   }
 }
 
 }  // namespace
+
+PathHeading path_heading(const LinePoint& base, const LapPlan::Node& node, double ds) {
+  const double along = 1.0 - node.n * base.kappa;
+  return {base.yaw + std::atan2(node.slope, along), std::hypot(along, node.slope) * ds};
+}
+
+double path_curvature(const PathHeading& before, const PathHeading& here, const PathHeading& after) {
+  return std::remainder(after.yaw - before.yaw, 2.0 * std::numbers::pi) /
+         (0.5 * before.way + here.way + 0.5 * after.way);
+}
 
 /// The midpoint rule fixes differences of n and means of the other states; what alternates from node to node is
 /// invisible to it. Hence slopes of n are those of the parabola through three nodes, other states are averaged.

@@ -20,6 +20,14 @@ struct LapPlan {
   double time = 0;  // [s]
 };
 LapPlan make_plan(const LapSetup& setup, const LapSolution& solution);
+
+/// Heading of a plan's path at a node [rad], and its way to the next node, `ds` further along the base line [m].
+struct PathHeading {
+  double yaw = 0, way = 0;
+};
+PathHeading path_heading(const LinePoint& base, const LapPlan::Node& node, double ds);
+/// Curvature of the path at a node [1/m]: change of heading from the node before to the one after, over the way between.
+double path_curvature(const PathHeading& before, const PathHeading& here, const PathHeading& after);
 /// out = (1 - weight) a + weight b. `out` may be a or b.
 void interpolate(const LapPlan& a, const LapPlan& b, double weight, LapPlan& out);
 

@@ -46,7 +46,7 @@ RecedingLaps::RecedingLaps(const LapSetup& setup, const CarBelief& car, const Re
       solved_for_(lap_.size(), mu_),
       driven_for_(lap_.size(), mu_),
       driven_v_(lap_.size()),
-      along_(lap_.size() + 2),
+      heading_(lap_.size() + 2),
       patience_(first_patience) {
   first_lap_ = setup.cold_guess(car.tyres).z;
   first_mu_ = mu_;
@@ -377,20 +377,15 @@ LapPlan::Node RecedingLaps::plan_node(std::size_t i) const {
   return {z[lap_n], (h1 * slope0 + h0 * slope1) / (h0 + h1), std::hypot(vx, vy), std::atan2(vy, vx), 0.0};
 }
 
-/// Curvature of the path at `count` nodes from `first` on (indices wrap), as set_curvatures() of lap_plan.cpp.
+/// Curvature of the path at `count` nodes from `first` on (indices wrap).
 void RecedingLaps::set_curvatures(LapPlan& plan, std::size_t first, std::size_t count) {
   const std::size_t before = first > 0 ? first - 1 : lap_.size() - 1;
   for (std::size_t k = 0; k < count + 2; ++k) {
     const std::size_t i = wrapped(before + k);
-    const double along = 1.0 - plan.nodes[i].n * base_at_[i].kappa;
-    along_[k] = {base_at_[i].yaw + std::atan2(plan.nodes[i].slope, along),
-                 std::hypot(along, plan.nodes[i].slope) * setup_->nodes().ds[i]};
+    heading_[k] = path_heading(base_at_[i], plan.nodes[i], setup_->nodes().ds[i]);
   }
-  for (std::size_t k = 0; k < count; ++k) {
-    const Along &from = along_[k], &here = along_[k + 1], &to = along_[k + 2];
-    plan.nodes[wrapped(first + k)].kappa =
-        std::remainder(to.yaw - from.yaw, 2.0 * std::numbers::pi) / (0.5 * from.way + here.way + 0.5 * to.way);
-  }
+  for (std::size_t k = 0; k < count; ++k)
+    plan.nodes[wrapped(first + k)].kappa = path_curvature(heading_[k], heading_[k + 1], heading_[k + 2]);
 }
 
 /// As plan_node(), of the window's first node: there is none before it.

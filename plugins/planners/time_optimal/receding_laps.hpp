@@ -99,13 +99,10 @@ class RecedingLaps {
   std::vector<double> driven_for_;  // friction that each node of the driven plan is for
   std::vector<double> driven_v_;    // its speed for that friction [m/s]
   std::vector<std::size_t> bucket_;
-  struct Along {
-    double yaw = 0, way = 0;  // of a plan's path at a node, and of the path to the next node [rad, m]
-  };
-  std::vector<LinePoint> base_at_;  // the base line at the nodes
-  std::vector<Along> along_;        // of the nodes that set_curvatures() looks at
-  std::vector<States> first_lap_;   // what a window starts again from
-  double first_mu_ = 0;             // friction that it was solved for
+  std::vector<LinePoint> base_at_;    // the base line at the nodes
+  std::vector<PathHeading> heading_;  // of the nodes that set_curvatures() looks at
+  std::vector<States> first_lap_;     // what a window starts again from
+  double first_mu_ = 0;               // friction that it was solved for
   States begin_{}, end_{};
   std::size_t first_ = 0, count_ = 0, changed_ = 0;
   double barrier_ = 0, defect_ = 0;
