@@ -11,6 +11,7 @@
 #include <optional>
 #include <vector>
 
+#include "planners/time_optimal/lap_plan.hpp"
 #include "planners/time_optimal/lap_setup.hpp"
 #include "support/allocation_counter.hpp"
 #include "support/planner_support.hpp"
@@ -276,6 +277,79 @@ TEST_F(RecedingLapsAstray, ACarThatIsBackHasThePlanThatItHadBefore) {
   drive(4.0, believed(0.8));
   EXPECT_LE(laps_->barrier(), 1e-4);
   EXPECT_LT(difference_ahead(before), 0.05);
+}
+
+/// The curvature that a plan says it has, beside that of the path which it makes.
+class RecedingLapsCurvature : public RecedingLapsAstray {
+ protected:
+  std::size_t size() const { return plan_.nodes.size(); }
+  /// Change of heading from the node before to the one after [rad], and the path between the middles of their intervals [m].
+  struct Bend {
+    double turn, way;
+  };
+  Bend bend_at(std::size_t k) const {
+    const LapNodes& nodes = setup_->nodes();
+    const auto at = [&](std::size_t i) { return follower_->at(nodes.s[i]); };
+    const auto way = [&](std::size_t i) { return at(i).stretch * nodes.ds[i]; };
+    const std::size_t before = (k + size() - 1) % size(), after = (k + 1) % size();
+    return {std::remainder(at(after).yaw - at(before).yaw, 2.0 * std::numbers::pi),
+            0.5 * way(before) + way(k) + 0.5 * way(after)};
+  }
+  void draw() {
+    if (!follower_) follower_.emplace(*setup_);
+    follower_->set(plan_);
+  }
+  /// The nodes whose curvature is not that of the path.
+  std::vector<std::size_t> wrong() {
+    draw();
+    std::vector<std::size_t> nodes;
+    for (std::size_t k = 0; k < size(); ++k)
+      if (const Bend b = bend_at(k); !(std::abs(plan_.nodes[k].kappa - b.turn / b.way) < 1e-9)) nodes.push_back(k);
+    return nodes;
+  }
+  std::optional<PlanFollower> follower_;
+};
+
+TEST_F(RecedingLapsCurvature, OfAWholeLapIsThatOfItsPath) {
+  EXPECT_EQ(wrong(), std::vector<std::size_t>{});
+  double turned = 0, most = 0;
+  for (std::size_t k = 0; k < size(); ++k) {
+    turned += 0.5 * plan_.nodes[k].kappa * bend_at(k).way;
+    most = std::max(most, std::abs(plan_.nodes[k].kappa));
+  }
+  EXPECT_NEAR(turned, -2.0 * std::numbers::pi, 1e-9);  // clockwise
+  EXPECT_GT(most, 2.0);                                // of radii of 0.3 m on a road that is 0.46 m wide
+  EXPECT_LT(most, 8.0);
+}
+
+// A part of the plan moves with the window; what it has in common with the rest of the lap is not left behind, nor where
+// the lap ends and begins.
+TEST_F(RecedingLapsCurvature, FollowsThePathRoundTheEndOfTheLap) {
+  const LapPlan before = plan_;
+  at_ = setup_->base().length() - 4.0;
+  int across = 0;
+  for (int i = 0; i < 150 && !HasFailure(); ++i) {
+    drive(0.02, believed(0.6));
+    across += laps_->changed_first() + laps_->changed_count() > size();
+    EXPECT_EQ(wrong(), std::vector<std::size_t>{}) << "control step " << i;
+  }
+  EXPECT_GT(across, 50);
+  for (const std::size_t k : {size() - 1, std::size_t{0}, std::size_t{1}})
+    EXPECT_GT(std::abs(plan_.nodes[k].kappa - before.nodes[k].kappa), 1e-3) << k;
+}
+
+// The node behind the car has no node before it on the same plan; the plan that ends there stays as it was.
+TEST_F(RecedingLapsCurvature, OfAPlanThatBeginsAtTheCarBeginsWithIt) {
+  at_ = setup_->nodes().s.back() + 0.01 - 3.0 * speed;
+  drive(3.0, believed(0.8));
+  const LapPlan before = plan_;
+  ASSERT_EQ(node(), size() - 1);
+  plan_from(astray(-0.02, 1.0), 15);
+  ASSERT_EQ(laps_->changed_first(), size() - 1);
+  EXPECT_EQ(wrong(), (std::vector{size() - 2, size() - 1}));
+  EXPECT_EQ(plan_.nodes[size() - 1].kappa, plan_.nodes[0].kappa);
+  EXPECT_EQ(plan_.nodes[size() - 2].kappa, before.nodes[size() - 2].kappa);
+  EXPECT_GT(std::abs(plan_.nodes[0].kappa - before.nodes[0].kappa), 1e-3);
 }
 
 // Where the road is slippery turns are planned at the speed that its friction allows.
