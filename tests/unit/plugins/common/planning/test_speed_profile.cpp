@@ -103,6 +103,23 @@ TEST(CornerLimits, SteeringLimitsSharpTurns) {
   }
 }
 
+// Also in a crawl, beyond the limit of the turn, and where the bank holds the car.
+TEST(CornerLimits, OneTableServesEveryFriction) {
+  const Car car = car_1_43();
+  const CornerLimits shared(car, true_tyres(0.8), 4.21);
+  for (const double mu : {0.2, 0.7, 1.0, 1.9}) {
+    const CornerLimits own(car, true_tyres(mu), 4.21);
+    const double share = mu / 0.8;
+    EXPECT_NEAR(shared.lateral_limit(share), own.lateral_limit(1.0), 1e-9 * own.lateral_limit(1.0));
+    for (const double kappa : {-28.0, -6.1, -1.03, 0.0, 0.4, 2.7, 5.5})
+      for (const double bank : {-0.05, 0.0, 0.2}) {
+        EXPECT_NEAR(shared.speed(share, kappa, bank), own.speed(1.0, kappa, bank), 1e-8) << mu << ' ' << kappa;
+        for (const double v : {0.5, 1.7, 3.9})
+          EXPECT_NEAR(shared.drag(share, v, kappa, bank), own.drag(1.0, v, kappa, bank), 1e-6) << mu << ' ' << kappa;
+      }
+  }
+}
+
 TEST(CornerLimits, ALineSharperThanTheSteeringIsACrawl) {
   const CornerLimits corner(car_1_43(), true_tyres(1), 4.21);
   EXPECT_GT(corner.speed(1, 28.0, 0), 0.0);
