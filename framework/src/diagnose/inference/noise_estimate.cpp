@@ -491,6 +491,10 @@ double gain_of_bends(const Problem& problem, const Fit& fitted) {
   return gain_of_last(scores.gradient.size()) - (parameters > 0 ? gain_of_last(parameters) : 0.0);
 }
 
+MeasuredNoise higher_peak(const MeasuredNoise& all, const MeasuredNoise& fewer) {
+  return fewer.gain > all.gain + thresholds::noise_gain ? fewer : all;
+}
+
 bool is_other(const Problem& problem, const MeasuredNoise& measured) {
   const auto differs = [](double a, double b) {
     return std::max(a, b) > thresholds::other_noise_factor * std::min(a, b);

@@ -39,6 +39,10 @@ double unknown_commands_statistic(const Problem& problem, const Fit& fitted);
 /// test with the noise held. Bends act in every step, so that effects can imitate much of what they explain.
 double gain_of_bends(const Problem& problem, const Fit& fitted);
 
+/// Of noise measured with one model, and again with fewer unknowns: the latter where it explains surely more
+/// (thresholds::noise_gain), as the former then ended on a lesser peak of the likelihood.
+MeasuredNoise higher_peak(const MeasuredNoise& all, const MeasuredNoise& fewer);
+
 /// Whether measured noise differs from what a problem believes by more than thresholds::other_noise_factor or
 /// thresholds::other_colour.
 bool is_other(const Problem& problem, const MeasuredNoise& measured);

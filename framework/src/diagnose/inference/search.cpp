@@ -355,11 +355,9 @@ bool Searcher::measure_noise_anew() {
   if (!unknowns.sensors && !unknowns.correlation_time && !unknowns.commands) return false;
   MeasuredNoise noise = measure_from_both_sides(*best_, unknowns);
   if (unknowns.sensors && unknowns.commands) {
-    // Where less unknown explains surely more, the measurement before ended on a lesser peak of the likelihood.
     NoiseUnknowns fewer = unknowns;
     fewer.commands = false;
-    MeasuredNoise plain = measure_noise(problem, *best_, fewer);
-    if (plain.gain > noise.gain + thresholds::noise_gain) noise = std::move(plain);
+    noise = higher_peak(noise, measure_noise(problem, *best_, fewer));
   }
   const Fit* by = best_;
   if (unknowns.commands)
