@@ -30,6 +30,7 @@ std::string row_name(std::string name) {
 
 std::vector<std::string> row_names(const MeasuredSpec& spec) {
   std::vector<std::string> names;
+  names.reserve(baseline_names.size() + 2 + spec.ablate.size());
   for (const char* name : baseline_names) names.push_back(row_name(name));
   names.insert(names.end(), {"before", "fitted"});
   for (const std::string& effect : spec.ablate) names.push_back("without_" + effect);

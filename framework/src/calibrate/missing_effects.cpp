@@ -248,6 +248,7 @@ bool MissingSearch::add_one() {
                                  fits_.weighing);
   std::ranges::stable_sort(scores, std::greater<>(), &EffectScore::gain);
   std::vector<RankedEffect> rows;
+  rows.reserve(scores.size());
   for (const EffectScore& one : scores) rows.push_back({candidates[one.candidate].id(), one.gain, false, 0.0, {}});
   std::vector<bool> asked(scores.size(), false);
   Best best;

@@ -207,7 +207,7 @@ void inline_file(Node& node) {
 fs::path resolve_path(const Node& text) {
   const fs::path path(text.text());
   const fs::path folder = text.origin.source ? text.origin.source->folder : fs::path();
-  const fs::path file = (folder / path).lexically_normal();
+  fs::path file = (folder / path).lexically_normal();
   std::error_code failed;
   if (path.is_absolute() || path.empty() || fs::exists(file, failed) || shipped_folder().empty()) return file;
   const fs::path shipped = (shipped_folder() / path).lexically_normal();

@@ -243,7 +243,7 @@ void OutLock::leave_to_parent() {
   lock_handles().clear();
 }
 
-OutLock::OutLock(fs::path folder) : file_(std::move(folder) / lock_name) {
+OutLock::OutLock(const fs::path& folder) : file_(folder / lock_name) {
   while (true) {
     handle_ = open(file_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
     if (handle_ < 0) return;  // the first result that is written fails with the reason

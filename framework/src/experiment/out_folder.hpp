@@ -18,7 +18,7 @@ namespace gripline {
 class OutLock {
  public:
   /// Throws InputError when another process holds it. A file system that knows no locks is used without.
-  explicit OutLock(std::filesystem::path folder);
+  explicit OutLock(const std::filesystem::path& folder);
   OutLock(OutLock&& other) noexcept
       : file_(std::move(other.file_)), handle_(std::exchange(other.handle_, -1)), exceptions_(other.exceptions_) {}
   /// For a fork of the process that locked: closes the inherited handle, so that the lock ends with the parent.

@@ -58,6 +58,7 @@ void leave_out_jumps(std::vector<TurnedBeyondYaw>& all) {
   constexpr double usual = 10.0, least = 0.1;
   if (all.empty()) return;
   std::vector<double> values;
+  values.reserve(all.size());
   for (const TurnedBeyondYaw& one : all) values.push_back(one.angle / one.time);
   const double rate = middle_of(values);
   for (std::size_t i = 0; i < all.size(); ++i) values[i] = std::abs(all[i].angle - rate * all[i].time);

@@ -25,7 +25,7 @@ struct Record {
 /// OUT/results/<first two digits of the key>/<key>.json, and <key>.broken.json of runs that broke.
 class Store {
  public:
-  explicit Store(std::filesystem::path out) : results_(std::move(out) / "results") {}
+  explicit Store(const std::filesystem::path& out) : results_(out / "results") {}
   /// Whether the run is there: finished, or broken when `broken_counts`.
   bool has(const std::string& key, bool broken_counts) const;
   /// A finished record before a broken one. One that is not as it was written is removed and counts as absent.

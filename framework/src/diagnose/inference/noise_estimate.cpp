@@ -290,9 +290,9 @@ MatrixXd improve(Innovations& innovations, std::span<const Unknown> unknowns, Me
     scores = scores_at(innovations, m, unknowns);
     scores.information.diagonal() = scores.information.diagonal() * (1.0 + 1e-9) + VectorXd::Constant(n, 1e-6);
     const auto [step, predicted] = scoring_step(scores, unknowns, m);
-    double part = 1.0, reached = cost;
+    double reached = cost;
     MeasuredNoise trial = m;
-    for (; part > 0.1; part *= 0.4) {
+    for (const double part : {1.0, 0.4, 0.4 * 0.4}) {
       trial = m;
       for (std::size_t a = 0; a < unknowns.size(); ++a) {
         const double longest = unknowns[a].longest_step;

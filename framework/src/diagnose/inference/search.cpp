@@ -334,7 +334,7 @@ bool Searcher::may_leave_out_commands() {
 /// sensors: the likelihood can have a maximum on either side.
 MeasuredNoise Searcher::measure_from_both_sides(const Fit& fitted, NoiseUnknowns unknowns) const {
   const Problem& problem = pool_.problem();
-  const MeasuredNoise noise = measure_noise(problem, fitted, unknowns);
+  MeasuredNoise noise = measure_noise(problem, fitted, unknowns);
   const auto may_be_offset = [](double colour) { return colour > thresholds::offset_colour; };
   if (std::ranges::none_of(problem.colour, may_be_offset)) return noise;
   unknowns.begin_white = true;

@@ -72,6 +72,7 @@ Diagnosis Diagnoser::run(std::span<const LogFile> given, std::span<const LogFile
   if (delays.empty()) return search(logs, held_out, progress);
   const auto on_time = [&](const std::vector<LogFile>& late) {
     std::vector<LogFile> out;
+    out.reserve(late.size());
     for (const LogFile& log : late) out.push_back(without_delays(log, delays));
     return out;
   };
