@@ -268,7 +268,7 @@ void WindowSolver::forward() {
     step.middle_step = s.to_middle * w;
     step.middle_step.tail<U>() = step.du;
     next = 2.0 * step.middle_step.head<S>() - step.dx;
-    const Vector along = s.hessian * step.middle_step + s.gradient;
+    const Vector along = s.hessian * step.middle_step + delta_ * step.middle_step + s.gradient;
     Vector costate = stages_[k + 1].P * next;
     costate.head<S>() += stages_[k + 1].q + 0.5 * along.head<S>();
     step.pi = -(s.to_middle_transposed * costate.head<S>()).head<S>();

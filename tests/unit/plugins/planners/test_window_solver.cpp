@@ -10,6 +10,7 @@
 #include <numbers>
 #include <random>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "planners/time_optimal/lap_solver.hpp"
@@ -571,6 +572,18 @@ TEST_P(NewtonStepTest, IsThatOfTheDenseOptimalityConditions) {
   for (int i = 0; i < 5 && !HasFailure(); ++i) {
     believe(solver_ = WindowSolver(problem_, count));
     EXPECT_EQ(expect_same_step(iterate_at_random(draw)), 0.0);
+  }
+}
+
+// Multipliers of the dynamics that are far off bend the program down.
+TEST_P(NewtonStepTest, AddsTheLeastCurvatureWhereTheProgramIsNotConvex) {
+  std::mt19937 draw(32);
+  for (int i = 0; i < 5 && !HasFailure(); ++i) {
+    believe(solver_ = WindowSolver(problem_, count));
+    std::vector<WindowNode> lap = iterate_at_random(draw);
+    for (WindowNode& node : lap)
+      for (double& one : node.pi) one *= -50.0;
+    EXPECT_GT(expect_same_step(std::move(lap)), 0.0);
   }
 }
 
