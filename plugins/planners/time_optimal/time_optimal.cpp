@@ -33,7 +33,7 @@ using namespace gripline::time_optimal;
 /// What both planners have; the laps are solved in a library, or a window ahead of the car.
 struct LapParams {
   double margin = 0.4, tighten = 0.0, tighten_sigma = 0.5;
-  double factor = 0.97, sigma = 1.0, start = 0.6, rise = 0.1, pace = 1.0;
+  double factor = 0.97, sigma = 1.0, start = 0.6, rise = 0.1, pace = 1.0, pace_fall = 0.0;
   double mu_lo = 0.35, mu_hi = 1.15;
   double front_B = 4.0, front_C = 1.3, rear_B = 4.0, rear_C = 1.3, balance = 1.0;
   double slip_max = 0.7, combined = 0.0, spacing = 0.0, rolling = 0.0, drag = 0.0;
@@ -56,7 +56,8 @@ constexpr auto lap_parameters() {
              "standard deviations that the planned friction stays below the estimate"),
       number("start", &P::start, "1", {0.05, 2}, "planned over initially believed friction until it is trusted"),
       number("rise", &P::rise, "1/s", {0, 100}, "fastest rise of the planned friction"),
-      number("pace", &P::pace, "1", {0.05, 2}, "factor on all planned speeds"),
+      number("pace", &P::pace, "1", {0.05, 2}, "factor on planned speeds"),
+      number("pace_fall", &P::pace_fall, "s/m", {0, 0.1}, "by which that factor falls with the planned speed"),
       number("mu_lo", &P::mu_lo, "1", {0.05, 5}, "least friction that is expected"),
       number("mu_hi", &P::mu_hi, "1", {0.05, 5}, "largest friction that is expected"),
       number("front_B", &P::front_B, "1/rad", {0.1, 1e3}, "stiffness factor of the generic front tyre"),
@@ -126,7 +127,7 @@ class LapPlanner : public SpeedPlanner {
     const double here = mu_plan_ * grip_here();
     if (recovery_.update(now, station, here, on_line)) {
       join_.forget();
-      const auto speed = [&](double s) { return k_.pace * line_.at(s).v; };
+      const auto speed = [&](double s) { return driven_speed(line_.at(s).v); };
       recovery_.fill(
           now, dt_, on_line, speed, [&](double v) { return gain(v); }, horizon);
       return;
@@ -146,6 +147,11 @@ class LapPlanner : public SpeedPlanner {
   virtual double grip_here() const { return 1.0; }
   /// Friction expected at a station of the base line over that believed below the car.
   virtual double grip_ahead(double /*station*/) const { return 1.0; }
+
+  /// The share of a planned speed [m/s] that is driven. What is kept back is for friction that falls unnoticed: the longer
+  /// a car needs to slow down to what it then can, the wider it runs meanwhile, and that time grows with speed.
+  double pace_at(double v) const { return std::max(0.05, k_.pace - k_.pace_fall * v); }
+  double driven_speed(double v) const { return pace_at(v) * v; }
 
   const LapParams& params() const { return k_; }
   double dt() const { return dt_; }  // control step [s]
@@ -192,9 +198,10 @@ class LapPlanner : public SpeedPlanner {
   /// The sideslip angle at the pace that is driven. A car that is slower than its plan needs less side force, and slips
   /// less: as far as its rear tyres say, in a steady turn.
   double sideslip(const PlanPoint& p) const {
-    if (k_.pace >= 1.0) return p.beta;
+    const double pace = pace_at(p.v);
+    if (pace >= 1.0) return p.beta;
     const double turn = car_.lr * p.kappa, slip = turn - p.beta;
-    const double force = k_.pace * k_.pace * rear_.force(std::min(std::abs(slip), rear_.slip(0.999 * rear_.D)));
+    const double force = pace * pace * rear_.force(std::min(std::abs(slip), rear_.slip(0.999 * rear_.D)));
     return turn - std::copysign(std::min(rear_.slip(force), std::abs(slip)), slip);
   }
 
@@ -209,7 +216,7 @@ class LapPlanner : public SpeedPlanner {
     r.yaw = yaw_near + std::remainder(p.yaw - yaw_near, 2.0 * std::numbers::pi);
     r.kappa = p.kappa;
     r.beta = sideslip(p);
-    r.v = k_.pace * p.v * std::cos(r.beta);
+    r.v = driven_speed(p.v) * std::cos(r.beta);
     // Room along the path's normal; the offset is measured along the centre line's.
     const double across = std::max(0.5, std::cos(p.yaw - c.yaw));
     r.left = (c.left - c.n) / across - tightened;
@@ -247,13 +254,14 @@ class LapPlanner : public SpeedPlanner {
       yaw = r.yaw;
       const PlanPoint here = line_.at(s);
       if (k > 0) {
-        v = std::min({k_.pace * here.v, join_.speed(s), v + gain(v) * dt_});
+        v = std::min({driven_speed(here.v), join_.speed(s), v + gain(v) * dt_});
         r.v = v * std::cos(r.beta);
       }
       const double half = s + 0.5 * dt_ * v / (here.stretch * way_stretch(s, here));
       const PlanPoint middle = line_.at(half);
-      const double planned = k_.pace * middle.v;
-      const double advance = k > 0 && v >= k_.pace * here.v ? planned : v;  // a car at the planned speed keeps to it
+      const double planned = driven_speed(middle.v);
+      const double advance =
+          k > 0 && v >= driven_speed(here.v) ? planned : v;  // a car at the planned speed keeps to it
       const double way = middle.stretch * way_stretch(half, middle);
       s = wrap_periodic(s + dt_ * advance / way, setup_.base().length());
     }
@@ -412,7 +420,7 @@ class RecedingTime final : public LapPlanner {
     constexpr double least = 2.5;                           // speed over the car's least
     constexpr double lasts = 0.3, furthest = 1.0;           // [s, rad]
     const PlanPoint plan = followed().at(station);
-    const double asked = params().pace * plan.v, v = std::hypot(x.vx, x.vy);
+    const double asked = driven_speed(plan.v), v = std::hypot(x.vx, x.vy);
     const double beside = std::cos(plan.yaw) * (x.y - plan.y) - std::sin(plan.yaw) * (x.x - plan.x);
     if (v <= fast * asked) slowed_down_ = true;
     const bool too_fast = v > (slowed_down_ ? fast * asked : std::max(fast * asked, faster_than_plan * plan.v));
