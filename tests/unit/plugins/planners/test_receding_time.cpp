@@ -71,6 +71,30 @@ TEST_F(RecedingTimeTest, FollowsTheFrictionThatIsBelievedWithoutAllocating) {
   EXPECT_GT(room_, 0.3 * car_.width);
 }
 
+/// `pace` less `pace_fall` times the planned speed is the share of it that is driven.
+TEST_F(RecedingTimeTest, KeepsBackMoreOfALargerSpeed) {
+  const double pace = 0.98, fall = 0.05;  // [1, s/m]
+  // Of a car that is too fast the references have the speed that is to be driven, at once.
+  const auto asked = [&](const Changes& changes) {
+    const auto planner = make(mobil_, changes);
+    std::vector<double> speeds;
+    for (std::size_t i = 0; i < 12; ++i) {
+      const LinePoint& p = planner->line()[i * planner->line().size() / 12];
+      now_.x = {p.x, p.y, p.yaw, 6.0, 0.0, 0.0, 0.0};
+      now_.at.s = p.station;
+      planner->plan(now_, believe(0.9), nullptr, horizon_);
+      speeds.push_back(horizon_[1].v / std::cos(horizon_[1].beta));
+    }
+    return speeds;
+  };
+  const std::vector<double> planned = asked({{"spacing", 0.1}, {"start", 0.9}});
+  const std::vector<double> driven = asked({{"spacing", 0.1}, {"start", 0.9}, {"pace", pace}, {"pace_fall", fall}});
+  for (std::size_t i = 0; i < planned.size(); ++i)
+    EXPECT_NEAR(driven[i], (pace - fall * planned[i]) * planned[i], 1e-9) << i;
+  const auto [slowest, fastest] = std::minmax_element(planned.begin(), planned.end());
+  EXPECT_GT(*fastest, 1.5 * *slowest);
+}
+
 /// A car that drives at a share of its plan's speed needs less side force in a turn than the plan, and slips less.
 TEST_F(RecedingTimeTest, PlansLessSideslipAtALowerPace) {
   double slip[2] = {0, 0}, speed[2] = {0, 0};
