@@ -77,10 +77,11 @@ class JoinPath {
   static constexpr double far_angle = 0.5;       // [rad]
   static constexpr double steepest_angle = 1.0;  // of the path against the line [rad]
 
-  /// The course where the car moves, the heading where it hardly does.
+  /// The course where the car moves, sideways too; the heading where it hardly does, or rolls back.
   Pose2 pose(const State& x, const RefPoint& foot) const {
     const double sine = std::sin(foot.yaw), cosine = std::cos(foot.yaw);
-    const double course = x.yaw + (x.vx > 2 * v_min_ ? std::atan2(x.vy, x.vx) : 0.0);
+    const bool moves = x.vx > 0.0 && std::hypot(x.vx, x.vy) > 2 * v_min_;
+    const double course = x.yaw + (moves ? std::atan2(x.vy, x.vx) : 0.0);
     return {-sine * (x.x - foot.x) + cosine * (x.y - foot.y),
             std::remainder(course - foot.yaw, 2.0 * std::numbers::pi)};
   }

@@ -2,6 +2,7 @@
 //
 //   lap(mu): the program of lap_solver.hpp on tyres F = D sin(C atan(B slip)), linear between the members of a library
 //   mu_plan = factor (mu - sigma sigma_mu), rising by at most `rise` per second; start mu_init until mu is trusted
+//   v_driven = (pace - pace_fall v) v
 //
 // The library is computed offline on tyres of a generic shape. Once a tyre curve is learned, its fit per axle
 // (tyre_fit.hpp) replaces the generic one, and the resistance that the nominal model lacks is learned too: members near
@@ -11,6 +12,8 @@
 #include <limits>
 #include <numbers>
 #include <optional>
+#include <stdexcept>
+#include <string>
 
 #include <gripline/plugin.hpp>
 #include <gripline/slip.hpp>
@@ -57,7 +60,7 @@ constexpr auto lap_parameters() {
       number("start", &P::start, "1", {0.05, 2}, "planned over initially believed friction until it is trusted"),
       number("rise", &P::rise, "1/s", {0, 100}, "fastest rise of the planned friction"),
       number("pace", &P::pace, "1", {0.05, 2}, "factor on planned speeds"),
-      number("pace_fall", &P::pace_fall, "s/m", {0, 0.1}, "by which that factor falls with the planned speed"),
+      number("pace_fall", &P::pace_fall, "s/m", {0, 0.1}, "by which that factor falls per m/s of the planned speed"),
       number("mu_lo", &P::mu_lo, "1", {0.05, 5}, "least friction that is expected"),
       number("mu_hi", &P::mu_hi, "1", {0.05, 5}, "largest friction that is expected"),
       number("front_B", &P::front_B, "1/rad", {0.1, 1e3}, "stiffness factor of the generic front tyre"),
@@ -102,7 +105,13 @@ class LapPlanner : public SpeedPlanner {
         resistance_(typical_.resistance, context.car.v_ref),
         join_(context.car, setup_.base().length(), manner.reach),
         recovery_(context.car, setup_.base()),
-        mu_plan_(params.start * context.mu_init) {}
+        mu_plan_(params.start * context.mu_init) {
+    if (2.0 * k_.pace_fall * setup_.top_speed() > k_.pace)
+      throw std::invalid_argument(
+          "\"pace_fall\" is so large that faster plans would be driven more slowly: at most pace / (2 v) "
+          "at the largest speed v, here " +
+          std::to_string(0.5 * k_.pace / setup_.top_speed()) + " s/m");
+  }
 
   void plan(const Observation& now, const Belief& belief, const TyreCurve* learned,
             std::span<RefPoint> horizon) override {
@@ -150,7 +159,7 @@ class LapPlanner : public SpeedPlanner {
 
   /// The share of a planned speed [m/s] that is driven. What is kept back is for friction that falls unnoticed: the longer
   /// a car needs to slow down to what it then can, the wider it runs meanwhile, and that time grows with speed.
-  double pace_at(double v) const { return std::max(0.05, k_.pace - k_.pace_fall * v); }
+  double pace_at(double v) const { return k_.pace - k_.pace_fall * v; }
   double driven_speed(double v) const { return pace_at(v) * v; }
 
   const LapParams& params() const { return k_; }

@@ -74,7 +74,7 @@ TEST_F(RecedingTimeTest, FollowsTheFrictionThatIsBelievedWithoutAllocating) {
 /// `pace` less `pace_fall` times the planned speed is the share of it that is driven.
 TEST_F(RecedingTimeTest, KeepsBackMoreOfALargerSpeed) {
   const double pace = 0.98, fall = 0.05;  // [1, s/m]
-  // Of a car that is too fast the references have the speed that is to be driven, at once.
+  // Beside a car that is too fast, and ahead of it, the references have the speed that is to be driven, at once.
   const auto asked = [&](const Changes& changes) {
     const auto planner = make(mobil_, changes);
     std::vector<double> speeds;
@@ -83,7 +83,7 @@ TEST_F(RecedingTimeTest, KeepsBackMoreOfALargerSpeed) {
       now_.x = {p.x, p.y, p.yaw, 6.0, 0.0, 0.0, 0.0};
       now_.at.s = p.station;
       planner->plan(now_, believe(0.9), nullptr, horizon_);
-      speeds.push_back(horizon_[1].v / std::cos(horizon_[1].beta));
+      for (const RefPoint& r : {horizon_[0], horizon_[1]}) speeds.push_back(r.v / std::cos(r.beta));
     }
     return speeds;
   };
@@ -93,6 +93,14 @@ TEST_F(RecedingTimeTest, KeepsBackMoreOfALargerSpeed) {
     EXPECT_NEAR(driven[i], (pace - fall * planned[i]) * planned[i], 1e-9) << i;
   const auto [slowest, fastest] = std::minmax_element(planned.begin(), planned.end());
   EXPECT_GT(*fastest, 1.5 * *slowest);
+}
+
+TEST_F(RecedingTimeTest, RefusesToDriveFasterPlansMoreSlowly) {
+  EXPECT_THAT(
+      [&] {
+        make(mobil_, {{"pace_fall", 0.1}});
+      },
+      ::testing::ThrowsMessage<std::exception>(::testing::HasSubstr("pace_fall")));
 }
 
 /// A car that drives at a share of its plan's speed needs less side force in a turn than the plan, and slips less.

@@ -64,6 +64,22 @@ TEST(JoinPath, LeadsFromTheCarsPlaceAndHeadingToTheLine) {
   }
 }
 
+// In a slide that is planned the car stands across its course: on the line it goes along it, however slowly forward.
+TEST(JoinPath, LeavesACarThatSlidesAlongItsLineToTheController) {
+  const double v = 7, askew = 1.1;
+  Observation slides = car_at(0, askew, v * std::cos(askew));
+  slides.x.vy = -v * std::sin(askew);
+  ASSERT_LT(slides.x.vx, 2 * full_size_car().v_min);
+  JoinPath join(full_size_car(), length);
+  join.update(slides, on_line(100), mu, horizon_s);
+  EXPECT_FALSE(join.active());
+  // With the same heading, and a course across the line, it is led back to it.
+  slides.x.vy = 0;
+  slides.x.vx = v;
+  join.update(slides, on_line(100), mu, horizon_s);
+  EXPECT_TRUE(join.active());
+}
+
 TEST(JoinPath, IsAsSharpAsFrictionAllowsAtTheSpeedItAsksFor) {
   for (const double v : {0.1, 15.0, 30.0}) {
     const JoinPath join = joining(4, 0, v);
