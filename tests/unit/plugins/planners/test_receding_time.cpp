@@ -96,11 +96,12 @@ TEST_F(RecedingTimeTest, KeepsBackMoreOfALargerSpeed) {
 }
 
 TEST_F(RecedingTimeTest, RefusesToDriveFasterPlansMoreSlowly) {
-  EXPECT_THAT(
-      [&] {
-        make(mobil_, {{"pace_fall", 0.1}});
-      },
-      ::testing::ThrowsMessage<std::exception>(::testing::HasSubstr("pace_fall")));
+  try {
+    make(mobil_, {{"pace", 0.5}, {"pace_fall", 0.1}});
+    FAIL() << "nothing was thrown";
+  } catch (const PluginError& error) {
+    EXPECT_THAT(error.what(), ::testing::HasSubstr("pace_fall"));
+  }
 }
 
 /// A car that drives at a share of its plan's speed needs less side force in a turn than the plan, and slips less.
