@@ -23,42 +23,47 @@ Residual residual(const MagicFormula& t, double slip, double force, double scale
   return {(t.D * sine - force) / scale, Eigen::Vector3d(by_log_B, t.D * cosine * angle, t.D * sine) / scale};
 }
 
-/// The sum of squares that fit_axle() minimises: residuals of the points and of the prior on (ln B, C, ln D).
+/// A sum of squares, its Gauss-Newton matrix and half its gradient.
+struct SquareSum {
+  double total = 0;
+  Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d gradient = Eigen::Vector3d::Zero();
+};
+
+/// What fit_axle() minimises: residuals of the points and of the prior on (ln B, C, ln D).
 class AxleFitCost {
  public:
+  /// Of at most `grid` points.
   AxleFitCost(std::span<const double> slip, std::span<const double> force, std::span<const double> sigma,
               const AxlePrior& prior)
       : slip_(slip),
         force_(force),
-        sigma_(sigma),
-        peak_(prior.shape.D),
         start_(std::log(prior.shape.B), prior.shape.C, std::log(prior.shape.D)),
-        spread_(0.5, 0.2, prior.sigma_D) {}
+        spread_(0.5, 0.2, prior.sigma_D) {
+    for (std::size_t i = 0; i < slip_.size(); ++i)
+      scale_[i] = std::hypot(i < sigma.size() ? sigma[i] : 0.0, floor_share * prior.shape.D);
+  }
 
   const Eigen::Vector3d& start() const { return start_; }
-  /// The sum at p; adds the Gauss-Newton matrix and half the gradient where they are asked for.
-  double evaluate(const Eigen::Vector3d& p, Eigen::Matrix3d* normal, Eigen::Vector3d* gradient) const {
+  SquareSum at(const Eigen::Vector3d& p) const {
     const MagicFormula shape = shape_of(p);
-    double total = 0;
+    SquareSum sum;
     for (std::size_t i = 0; i < slip_.size(); ++i) {
-      const double own = i < sigma_.size() ? sigma_[i] : 0.0;
-      const Residual one = residual(shape, slip_[i], force_[i], std::hypot(own, floor_share * peak_));
-      total += one.r * one.r;
-      if (normal == nullptr) continue;
-      *normal += one.gradient * one.gradient.transpose();
-      *gradient += one.gradient * one.r;
+      const Residual one = residual(shape, slip_[i], force_[i], scale_[i]);
+      sum.total += one.r * one.r;
+      sum.normal += one.gradient * one.gradient.transpose();
+      sum.gradient += one.gradient * one.r;
     }
     const Eigen::Vector3d off = (p - start_).cwiseQuotient(spread_);
-    if (normal != nullptr) {
-      normal->diagonal() += spread_.cwiseProduct(spread_).cwiseInverse();
-      *gradient += off.cwiseQuotient(spread_);
-    }
-    return total + off.squaredNorm();
+    sum.normal.diagonal() += spread_.cwiseProduct(spread_).cwiseInverse();
+    sum.gradient += off.cwiseQuotient(spread_);
+    sum.total += off.squaredNorm();
+    return sum;
   }
 
  private:
-  std::span<const double> slip_, force_, sigma_;
-  double peak_;
+  std::span<const double> slip_, force_;
+  std::array<double, grid> scale_{};  // of the points' residuals
   Eigen::Vector3d start_, spread_;
 };
 
@@ -81,23 +86,22 @@ double SlipRange::visited() const {
 
 MagicFormula fit_axle(std::span<const double> slip, std::span<const double> force, std::span<const double> sigma,
                       const AxlePrior& prior) {
-  const AxleFitCost sum(slip, force, sigma, prior);
-  Eigen::Vector3d p = sum.start();
-  double damping = 1e-3, cost = sum.evaluate(p, nullptr, nullptr);
+  const AxleFitCost cost(slip, force, sigma, prior);
+  Eigen::Vector3d p = cost.start();
+  SquareSum here = cost.at(p);
+  double damping = 1e-3;
   for (int iteration = 0; iteration < 20; ++iteration) {
-    Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
-    Eigen::Vector3d gradient = Eigen::Vector3d::Zero();
-    sum.evaluate(p, &normal, &gradient);
+    Eigen::Matrix3d normal = here.normal;
     normal.diagonal() *= 1.0 + damping;
-    Eigen::Vector3d trial = p - normal.ldlt().solve(gradient);
+    Eigen::Vector3d trial = p - normal.ldlt().solve(here.gradient);
     trial[1] = std::clamp(trial[1], 1.0, 2.0);
-    trial[0] = std::clamp(trial[0], sum.start()[0] - 2.0, sum.start()[0] + 2.0);
-    const double tried = sum.evaluate(trial, nullptr, nullptr);
-    if (tried < cost) {
+    trial[0] = std::clamp(trial[0], cost.start()[0] - 2.0, cost.start()[0] + 2.0);
+    const SquareSum tried = cost.at(trial);
+    if (tried.total < here.total) {
       constexpr double settled = 1e-9;  // of the sum of squares
-      if (damping <= 1.0 && cost - tried < settled * cost) return shape_of(trial);
+      if (damping <= 1.0 && here.total - tried.total < settled * here.total) return shape_of(trial);
       p = trial;
-      cost = tried;
+      here = tried;
       damping *= 0.3;
     } else {
       damping *= 10.0;
