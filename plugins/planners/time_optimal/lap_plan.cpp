@@ -10,6 +10,15 @@ namespace gripline::time_optimal {
 
 namespace {
 
+bool same_path(const LapPlan::Node& a, const LapPlan::Node& b) {
+  return a.n == b.n && a.slope == b.slope && a.kappa == b.kappa;
+}
+
+/// An angle between half a turn to the left and half a turn to the right; most are, and need no division [rad].
+double within_half_turn(double angle) {
+  return std::abs(angle) <= std::numbers::pi ? angle : std::remainder(angle, 2.0 * std::numbers::pi);
+}
+
 void set_curvatures(const LapSetup& setup, LapPlan& plan) {
   const std::size_t count = plan.nodes.size();
   std::vector<PathHeading> heading(count);
@@ -29,8 +38,7 @@ PathHeading path_heading(const LinePoint& base, const LapPlan::Node& node, doubl
 }
 
 double path_curvature(const PathHeading& before, const PathHeading& here, const PathHeading& after) {
-  return std::remainder(after.yaw - before.yaw, 2.0 * std::numbers::pi) /
-         (0.5 * before.way + here.way + 0.5 * after.way);
+  return within_half_turn(after.yaw - before.yaw) / (0.5 * before.way + here.way + 0.5 * after.way);
 }
 
 /// The midpoint rule fixes differences of n and means of the other states; what alternates from node to node is
@@ -104,13 +112,22 @@ void PlanFollower::set(const LapPlan& plan) {
   measure_samples();
 }
 
+/// Speeds and sideslip angles change in every step, the path only where another plan is followed: samples are of the path.
 void PlanFollower::set(const LapPlan& plan, std::size_t first, std::size_t count) {
   const std::size_t n = plan_.nodes.size();
-  for (std::size_t k = 0; k < count; ++k) plan_.nodes[(first + k) % n] = plan.nodes[(first + k) % n];
-  // The interval before the first of them changes too.
-  for (std::size_t k = 0; k <= count; ++k)
-    for (std::size_t j = 0; j < samples_per_interval; ++j)
-      place_sample((first + n - 1 + k) % n * samples_per_interval + j);
+  bool moved_before = false;
+  for (std::size_t k = 0; k < count; ++k) {
+    const std::size_t i = (first + k) % n;
+    const bool moved = !same_path(plan_.nodes[i], plan.nodes[i]);
+    plan_.nodes[i] = plan.nodes[i];
+    if (moved || moved_before) place_interval(i > 0 ? i - 1 : n - 1);
+    moved_before = moved;
+  }
+  if (moved_before) place_interval((first + count - 1) % n);
+}
+
+void PlanFollower::place_interval(std::size_t k) {
+  for (std::size_t j = 0; j < samples_per_interval; ++j) place_sample(k * samples_per_interval + j);
 }
 
 PlanPoint PlanFollower::at(double station) const {
@@ -142,7 +159,7 @@ void PlanFollower::place_sample(std::size_t i) {
   const double along = 1.0 - o.n * p.kappa;
   r.x = p.x - o.n * base_heading_[i].sine;
   r.y = p.y + o.n * base_heading_[i].cosine;
-  r.yaw = std::remainder(p.yaw + std::atan2(o.slope, along), 2.0 * std::numbers::pi);
+  r.yaw = within_half_turn(p.yaw + std::atan2(o.slope, along));
   const std::size_t after = k + 1 < plan_.nodes.size() ? k + 1 : 0;
   r.kappa = std::lerp(plan_.nodes[k].kappa, plan_.nodes[after].kappa, u);
   r.left = p.left - o.n;

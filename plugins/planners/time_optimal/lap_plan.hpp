@@ -60,6 +60,7 @@ class PlanFollower {
   Offset offset(std::size_t k, double share) const;
   double refine(double s, double x, double y) const;
   double beside_plan(double near, double x, double y) const;
+  void place_interval(std::size_t k);
   void place_sample(std::size_t i);
   void measure_samples();
 
