@@ -132,7 +132,7 @@ class LapPlanner : public SpeedPlanner {
     update(replan ? &car : nullptr, now);
     const double tightened = car_.width * (k_.tighten + k_.tighten_sigma * relative_spread_);
     const double station = line_.locate(now.x.x, now.x.y);
-    const auto on_line = [&](double s) { return reference(s, now.x.yaw, tightened); };
+    const auto on_line = [&](double s) { return reference(s, line_.at(s), now.x.yaw, tightened); };
     const double here = mu_plan_ * grip_here();
     if (recovery_.update(now, station, here, on_line)) {
       join_.forget();
@@ -214,8 +214,8 @@ class LapPlanner : public SpeedPlanner {
     return turn - std::copysign(std::min(rear_.slip(force), std::abs(slip)), slip);
   }
 
-  RefPoint reference(double s, double yaw_near, double tightened) const {
-    const PlanPoint p = line_.at(s);
+  /// At a station of the base line, where the plan leads through p.
+  RefPoint reference(double s, const PlanPoint& p, double yaw_near, double tightened) const {
     const ClosedLine& base = setup_.base();
     const CoursePoint c = course_->locate(p.x, p.y, base.samples()[base.bracket(s).first].station);
     RefPoint r;
@@ -257,11 +257,11 @@ class LapPlanner : public SpeedPlanner {
     double v = std::max(std::hypot(now.x.vx, now.x.vy), 0.01);
     for (std::size_t k = 0; k < horizon.size(); ++k) {
       RefPoint& r = horizon[k];
-      r = reference(s, yaw, tightened);
+      const PlanPoint here = line_.at(s);
+      r = reference(s, here, yaw, tightened);
       r.at.t = now.t + static_cast<double>(k) * dt_;
       r.at.direction = now.at.direction;
       yaw = r.yaw;
-      const PlanPoint here = line_.at(s);
       if (k > 0) {
         v = std::min({driven_speed(here.v), join_.speed(s), v + gain(v) * dt_});
         r.v = v * std::cos(r.beta);
