@@ -120,28 +120,19 @@ inline SteadyTurn steady_turn(const Car& car, const vehicle::AxleTyres& tyres, d
 }
 
 /// Speed limits of corners and the drag in them. Forces scale with mu and steering depends on their ratios only, so
-/// that one table over curvature and one over curvature and load serve every mu.
+/// that one table over curvature and one over curvature and load serve every mu. A road needs few of their entries: each
+/// is computed where it is looked up first.
 class CornerLimits {
  public:
   /// `unit`: the axles at mu = 1.
   CornerLimits(const Car& car, const vehicle::AxleTyres& unit, double top_speed)
-      : lateral_(planning::lateral_limit(unit, car)),
+      : car_(car),
+        unit_(unit),
+        lateral_(planning::lateral_limit(unit, car)),
         top_(top_speed),
         steepest_(1.2 * std::tan(car.delta_max) / (car.lf + car.lr)),
-        accel_(curvatures),
-        drag_(curvatures * loads) {
-    for (std::size_t i = 0; i < curvatures; ++i) {
-      const double kappa = steepest_ * static_cast<double>(i) / (curvatures - 1);
-      accel_[i] = largest_accel(car, unit, kappa);
-      double last = 0.0;
-      for (std::size_t j = 0; j < loads; ++j) {
-        const double share = full_load * static_cast<double>(j) / (loads - 1);
-        const SteadyTurn turn = steady_turn(car, unit, kappa, share * lateral_);
-        if (std::isfinite(turn.steering)) last = turn.drag;
-        drag_[i * loads + j] = last;
-      }
-    }
-  }
+        accel_(curvatures, unknown),
+        drag_(curvatures * loads, unknown) {}
 
   /// Largest lateral acceleration with the yaw moments in balance [m/s2].
   double lateral_limit(double mu) const { return mu * lateral_; }
@@ -150,7 +141,8 @@ class CornerLimits {
   /// sharper than the car can steer at all gets the speed of a crawl: a quarter of its friction circle's.
   double speed(double mu, double kappa, double bank) const {
     const double curvature = std::abs(kappa), pull = (kappa < 0 ? -1.0 : 1.0) * gravity * std::sin(bank);
-    const double force = mu * lookup(accel_.data(), curvature / steepest_ * (curvatures - 1), curvatures);
+    const double force =
+        mu * lookup([&](std::size_t i) { return accel(i); }, curvature / steepest_ * (curvatures - 1), curvatures);
     const double a = std::max(force, mu * lateral_ / 16.0) + pull;  // crawl: v^2 kappa is a sixteenth of mu g
     return std::min(top_, std::sqrt(std::max(a, 1e-4) / std::max(curvature, 1e-9)));
   }
@@ -161,7 +153,10 @@ class CornerLimits {
     const double row = std::min(std::abs(kappa) / steepest_, 1.0) * (curvatures - 1);
     const double column = std::clamp(a / (mu * lateral_), 0.0, full_load) / full_load * (loads - 1);
     const std::size_t i = std::min(static_cast<std::size_t>(row), curvatures - 2);
-    const double low = lookup(&drag_[i * loads], column, loads), high = lookup(&drag_[(i + 1) * loads], column, loads);
+    const auto in_row = [&](std::size_t at) {
+      return lookup([&](std::size_t j) { return drag_at(at, j); }, column, loads);
+    };
+    const double low = in_row(i), high = in_row(i + 1);
     return mu * (low + (high - low) * (row - static_cast<double>(i)));
   }
 
@@ -169,22 +164,41 @@ class CornerLimits {
   static constexpr std::size_t curvatures = 257, loads = 65;
   static constexpr double full_load = 0.98;  // towards the peak the slip is too sensitive to the force to be tabled
 
-  double largest_accel(const Car& car, const vehicle::AxleTyres& unit, double kappa) const {
-    const auto possible = [&](double a) { return steady_turn(car, unit, kappa, a).steering <= car.delta_max; };
+  static constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
+
+  double curvature_at(std::size_t i) const { return steepest_ * static_cast<double>(i) / (curvatures - 1); }
+  double accel(std::size_t i) const {
+    if (std::isnan(accel_[i])) accel_[i] = largest_accel(curvature_at(i));
+    return accel_[i];
+  }
+  /// Where the tyres cannot hold the turn: that of the largest load in the table at which they can.
+  double drag_at(std::size_t i, std::size_t j) const {
+    double& entry = drag_[i * loads + j];
+    if (!std::isnan(entry)) return entry;
+    const double share = full_load * static_cast<double>(j) / (loads - 1);
+    const SteadyTurn turn = steady_turn(car_, unit_, curvature_at(i), share * lateral_);
+    if (std::isfinite(turn.steering)) return entry = turn.drag;
+    return entry = j > 0 ? drag_at(i, j - 1) : 0.0;
+  }
+  double largest_accel(double kappa) const {
+    const auto possible = [&](double a) { return steady_turn(car_, unit_, kappa, a).steering <= car_.delta_max; };
     if (!possible(0.0)) return 0.0;
-    double lo = 0.0, hi = lateral_ / std::cos(car.delta_max);  // none can be more: Ff <= its peak
+    double lo = 0.0, hi = lateral_ / std::cos(car_.delta_max);  // none can be more: Ff <= its peak
     for (int i = 0; i < 40; ++i) (possible(0.5 * (lo + hi)) ? lo : hi) = 0.5 * (lo + hi);
     return std::min(lo, lateral_);
   }
-  static double lookup(const double* values, double position, std::size_t count) {
+  template <class Values>
+  static double lookup(const Values& values, double position, std::size_t count) {
     const double inside = std::clamp(position, 0.0, static_cast<double>(count - 1));
     const std::size_t i = std::min(static_cast<std::size_t>(inside), count - 2);
     const double w = inside - static_cast<double>(i);
-    return values[i] * (1.0 - w) + values[i + 1] * w;
+    return values(i) * (1.0 - w) + values(i + 1) * w;
   }
 
+  Car car_;
+  vehicle::AxleTyres unit_;
   double lateral_, top_, steepest_;
-  std::vector<double> accel_, drag_;
+  mutable std::vector<double> accel_, drag_;  // unknown until they are looked up
 };
 
 }  // namespace gripline::planning
