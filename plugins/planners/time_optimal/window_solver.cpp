@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <type_traits>
 
 namespace gripline::time_optimal {
 namespace {
@@ -17,15 +18,19 @@ using System = Eigen::Matrix<double, 6, 16, Eigen::RowMajor>;
 /// rows are too few for a library's blocked kernels. Not finite where the matrix is singular.
 void eliminate_rows(System& rows) {
   constexpr int n = 6;
-  for (int k = 0; k < n; ++k) {
+  // Columns that are done are not looked at again: `left` are those that count.
+  const auto eliminate = [&rows](int k, auto left) {
     int pivot = k;
     for (int i = k + 1; i < n; ++i)
       if (std::abs(rows(i, k)) > std::abs(rows(pivot, k))) pivot = i;
-    if (pivot != k) rows.row(k).swap(rows.row(pivot));
-    rows.row(k) *= 1.0 / rows(k, k);
+    const auto row = [&](int i) { return rows.row(i).template tail<left>(); };
+    if (pivot != k) row(k).swap(row(pivot));
+    row(k) *= 1.0 / rows(k, k);
     for (int i = 0; i < n; ++i)
-      if (i != k) rows.row(i) -= rows(i, k) * rows.row(k);
-  }
+      if (i != k) row(i) -= rows(i, k) * row(k);
+  };
+  for (int k = 0; k < 4; ++k) eliminate(k, std::integral_constant<int, 16>{});
+  for (int k = 4; k < n; ++k) eliminate(k, std::integral_constant<int, 12>{});
 }
 
 /// A B for A with six columns and rows in whole vectors; rows of B from the seventh on do not count.
@@ -40,12 +45,17 @@ Eigen::Matrix<double, 8, n> product(const Eigen::Matrix<double, 8, 6>& A, const 
   return C;
 }
 
-/// One logarithm instead of 17: slacks are far from the ends of a double's range.
-double log_of_product(const std::array<double, interval_rows>& t) {
-  double product = 1.0;
-  for (const double one : t) product *= one;
-  return std::log(product);
+/// All constraints of an interval but its last one, in whole vectors.
+using MostRows = Eigen::Array<double, 16, 1>;
+constexpr std::size_t last_row = interval_rows - 1;
+static_assert(last_row == 16);
+Eigen::Map<const MostRows> most(const std::array<double, interval_rows>& rows) {
+  return Eigen::Map<const MostRows>(rows.data());
 }
+Eigen::Map<MostRows> most(std::array<double, interval_rows>& rows) { return Eigen::Map<MostRows>(rows.data()); }
+
+/// One logarithm instead of 17: slacks are far from the ends of a double's range.
+double log_of_product(const std::array<double, interval_rows>& t) { return std::log(most(t).prod() * t[last_row]); }
 
 constexpr double first_delta = 1e-4;  // curvature that is added where the program is not convex
 
@@ -96,28 +106,31 @@ void WindowSolver::start_constraints(WindowNode& node, const Stage& stage) const
   node.started = true;
 }
 
-WindowSolver::Barrier WindowSolver::barrier(const WindowNode& node, const Stage& stage, int row) const {
-  const auto at = static_cast<std::size_t>(row);
-  const double stiff = node.lambda[at] / node.t[at];
-  return {stage.mu / node.t[at] + stiff * (stage.c[at] + node.t[at]), stiff};
+WindowSolver::Barriers WindowSolver::barriers(const WindowNode& node, const Stage& stage) {
+  Barriers b;
+  most(b.stiff) = most(node.lambda) / most(node.t);
+  most(b.force) = stage.mu / most(node.t) + most(b.stiff) * (most(stage.c) + most(node.t));
+  const double t = node.t[last_row];
+  b.stiff[last_row] = node.lambda[last_row] / t;
+  b.force[last_row] = stage.mu / t + b.stiff[last_row] * (stage.c[last_row] + t);
+  return b;
 }
 
 /// The barrier of an interval, eliminated: lambda+ = mu / t + lambda / t (c + t + dc).
 void WindowSolver::add_constraints(const WindowNode& node, Stage& stage) const {
-  const Barrier most = barrier(node, stage, n_most), least = barrier(node, stage, n_least);
-  stage.n_stiff = most.stiff + least.stiff;
-  stage.n_force = most.force - least.force;
-  for (int i = mid_most; i < first_curved_row; ++i) {
-    const Barrier one = barrier(node, stage, i);
-    const LinearRow& row = linear_row[static_cast<std::size_t>(i)];
-    stage.gradient[row.variable] += one.force * row.slope;
-    stage.hessian(row.variable, row.variable) += one.stiff;
+  const auto [force, stiff] = barriers(node, stage);
+  stage.n_stiff = stiff[n_most] + stiff[n_least];
+  stage.n_force = force[n_most] - force[n_least];
+  for (std::size_t i = mid_most; i < first_curved_row; ++i) {
+    const LinearRow& row = linear_row[i];
+    stage.gradient[row.variable] += force[i] * row.slope;
+    stage.hessian(row.variable, row.variable) += stiff[i];
   }
   for (int i = 0; i < curved_rows; ++i) {
-    const Barrier one = barrier(node, stage, first_curved_row + i);
+    const auto at = static_cast<std::size_t>(first_curved_row + i);
     const Vector by = stage.row_by.row(i).transpose();
-    stage.gradient += one.force * by;
-    stage.hessian.noalias() += (one.stiff * by) * by.transpose();
+    stage.gradient += force[at] * by;
+    stage.hessian.noalias() += (stiff[at] * by) * by.transpose();
   }
 }
 
@@ -137,12 +150,15 @@ void WindowSolver::evaluate(std::vector<WindowNode>& lap, std::size_t k) {
   program_.linear_rows(i, z, lap[index(k + 1)].z[lap_n],
                        [&](int row, double value) { stage.c[static_cast<std::size_t>(row)] = value; });
   std::copy(derivatives_.row.begin(), derivatives_.row.end(), stage.c.begin() + first_curved_row);
+  const auto scaled = [this](const std::array<double, V>& by) {
+    return Vector::Map(by.data()).cwiseProduct(Vector::Map(scale_.data()));
+  };
+  stage.gradient = scaled(derivatives_.cost_by);
+  for (int row = 0; row < curved_rows; ++row)
+    stage.row_by.row(row) = scaled(derivatives_.row_by[static_cast<std::size_t>(row)]).transpose();
   std::size_t entry = 0;
   for (int a = 0; a < V; ++a) {
     const double unit = scale_[static_cast<std::size_t>(a)];
-    stage.gradient[a] = derivatives_.cost_by[static_cast<std::size_t>(a)] * unit;
-    for (int row = 0; row < curved_rows; ++row)
-      stage.row_by(row, a) = derivatives_.row_by[static_cast<std::size_t>(row)][static_cast<std::size_t>(a)] * unit;
     for (int b = 0; b <= a; ++b, ++entry)
       stage.hessian(a, b) = stage.hessian(b, a) =
           derivatives_.lagrangian_by[entry] * unit * scale_[static_cast<std::size_t>(b)];
@@ -151,7 +167,8 @@ void WindowSolver::evaluate(std::vector<WindowNode>& lap, std::size_t k) {
     start_constraints(node, stage);
     filter_is_old_ = true;  // what was tried was of another iterate
   }
-  for (std::size_t row = 0; row < node.t.size(); ++row) node.t[row] = std::max(node.t[row], -stage.c[row]);
+  most(node.t) = most(node.t).max(-most(stage.c));
+  node.t[last_row] = std::max(node.t[last_row], -stage.c[last_row]);
   add_constraints(node, stage);
   eliminate(lap, k);
 }
@@ -167,14 +184,10 @@ void WindowSolver::eliminate(const std::vector<WindowNode>& lap, std::size_t k) 
     const auto i = static_cast<std::size_t>(j);
     const double step = problem().ds[at] / scale_[i];
     stage.defect[j] = (there.z[i] - here.z[i]) / scale_[i] - step * derivatives_.rate[i];
-    for (int m = 0; m < V; ++m) {
-      const auto n = static_cast<std::size_t>(m);
-      const double half = 0.5 * step * scale_[n] * derivatives_.rate_by[i][n];
-      if (m < S)
-        rows(j, m) = -half;
-      else
-        rows(j, S + m) = half;
-    }
+    const Vector half =
+        (0.5 * step * Vector::Map(scale_.data())).cwiseProduct(Vector::Map(derivatives_.rate_by[i].data()));
+    rows.row(j).head<S>() = -half.head<S>().transpose();
+    rows.row(j).segment<U>(2 * S) = half.tail<U>().transpose();
     rows(j, j) += 1.0;
     rows(j, S + j) = 1.0;
     rows(j, S + V) = -0.5 * stage.defect[j];
@@ -281,17 +294,23 @@ void WindowSolver::steps_of_constraints(const std::vector<WindowNode>& lap) {
     const WindowNode& node = lap[index(k)];
     const Vector& step = step_[k].middle_step;
     const double next = step_[k + 1].dx[lap_n];
+    Values by;
     for (int i = 0; i < C; ++i) {
       const auto at = static_cast<std::size_t>(i);
-      double by = 0;
       if (i >= first_curved_row)
-        by = stages_[k].row_by.row(i - first_curved_row).dot(step);
+        by[at] = stages_[k].row_by.row(i - first_curved_row).dot(step);
       else
-        by = linear_row[at].slope * (i <= n_least ? next : step[linear_row[at].variable]);
-      const double t = node.t[at], lambda = node.lambda[at], dt = -(stages_[k].c[at] + t) - by;
-      step_[k].dt[at] = dt;
-      step_[k].dlambda[at] = stages_[k].mu / t - lambda - lambda / t * dt;
+        by[at] = linear_row[at].slope * (i <= n_least ? next : step[linear_row[at].variable]);
     }
+    const auto set = [mu = stages_[k].mu](const auto& t, const auto& lambda, const auto& c, const auto& change,
+                                          auto&& dt, auto&& dlambda) {
+      dt = -(c + t) - change;
+      dlambda = mu / t - lambda - lambda / t * dt;
+    };
+    const Values& c = stages_[k].c;
+    Values &dt = step_[k].dt, &dlambda = step_[k].dlambda;
+    set(most(node.t), most(node.lambda), most(c), most(by), most(dt), most(dlambda));
+    set(node.t[last_row], node.lambda[last_row], c[last_row], by[last_row], dt[last_row], dlambda[last_row]);
   }
 }
 
@@ -337,11 +356,10 @@ void WindowSolver::count(Trial& trial, const StateVector& defect, const Values& 
     trial.violation += wrong;
     trial.penalised += state_penalty_[j] * wrong;
   }
-  for (std::size_t i = 0; i < c.size(); ++i) {
-    const double wrong = std::abs(c[i] + t[i]);
-    trial.violation += wrong;
-    trial.penalised += row_penalty_[i] * wrong;
-  }
+  const MostRows wrong = (most(c) + most(t)).abs();
+  const double last = std::abs(c[last_row] + t[last_row]);
+  trial.violation += wrong.sum() + last;
+  trial.penalised += (most(row_penalty_) * wrong).sum() + row_penalty_[last_row] * last;
 }
 
 void WindowSolver::count_ends(Trial& trial, double share) const {
@@ -386,10 +404,12 @@ WindowSolver::Trial WindowSolver::after(const std::vector<WindowNode>& lap, doub
     program_.linear_rows(i, z, there.z[lap_n] + share * scale_[lap_n] * step_[k + 1].dx[lap_n], put);
     program_.curved_rows_of(i, z, r, put);
     Values& t = trial_t_[k];
-    for (std::size_t m = 0; m < t.size(); ++m) {
-      t[m] = kept_positive(node.t[m], share * step_[k].dt[m]);
-      // A slack is what its constraint leaves, where that is not much less than the step says.
-      if (curved && -c[m] > 0.1 * t[m]) t[m] = -c[m];
+    const Values& dt = step_[k].dt;
+    most(t) = (most(node.t) + share * most(dt)).max(0.02 * most(node.t)).max(1e-5);
+    t[last_row] = std::max({node.t[last_row] + share * dt[last_row], 0.02 * node.t[last_row], 1e-5});
+    if (curved) {  // a slack is what its constraint leaves, where that is not much less than the step says
+      most(t) = (-most(c) > 0.1 * most(t)).select(-most(c), most(t));
+      if (-c[last_row] > 0.1 * t[last_row]) t[last_row] = -c[last_row];
     }
     trial.objective += program_.cost(i, z, r) - stages_[k].mu * log_of_product(t);
     count(trial, defect, c, t);
@@ -443,7 +463,10 @@ void WindowSolver::measure_defect(const std::vector<WindowNode>& lap, WindowStep
   };
   for (std::size_t k = 0; k < count_; ++k) {
     const WindowNode& node = lap[index(k)];
-    for (std::size_t i = 0; i < node.t.size(); ++i) add(stages_[k].c[i] + node.t[i]);
+    const MostRows wrong = (most(stages_[k].c) + most(node.t)).abs();
+    add((wrong < std::numeric_limits<double>::infinity()).all() ? wrong.maxCoeff()
+                                                                : std::numeric_limits<double>::infinity());
+    add(stages_[k].c[last_row] + node.t[last_row]);
     for (int j = 0; j < S; ++j) add(2.0 * stages_[k].to_middle(j, V));
     if (k < near_part(count_)) result.near_defect = result.defect;
   }

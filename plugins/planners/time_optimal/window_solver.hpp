@@ -131,11 +131,11 @@ class WindowSolver {
   void evaluate(std::vector<WindowNode>& lap, std::size_t k);
   void start_constraints(WindowNode& node, const Stage& stage) const;
   void add_constraints(const WindowNode& node, Stage& stage) const;
-  /// mu / t + lambda / t (c + t): the force of a constraint's barrier, and lambda / t, its stiffness.
-  struct Barrier {
-    double force = 0, stiff = 0;
+  /// mu / t + lambda / t (c + t): the force of every constraint's barrier, and lambda / t, its stiffness.
+  struct Barriers {
+    Values force, stiff;
   };
-  Barrier barrier(const WindowNode& node, const Stage& stage, int row) const;
+  static Barriers barriers(const WindowNode& node, const Stage& stage);
   void measure_defect(const std::vector<WindowNode>& lap, WindowStep& result) const;
   void eliminate(const std::vector<WindowNode>& lap, std::size_t k);
   bool factorise();
@@ -159,8 +159,6 @@ class WindowSolver {
   Trial here(const std::vector<WindowNode>& lap) const;
   Trial after(const std::vector<WindowNode>& lap, double share);
   double search(const std::vector<WindowNode>& lap);
-  /// A slack or multiplier after a share of its step, which ends before zero.
-  static double kept_positive(double value, double step) { return std::max({value + step, 0.02 * value, 1e-5}); }
   void advance(std::vector<WindowNode>& lap, double share);
 
   IntervalProgram program_;
