@@ -46,8 +46,7 @@ CyclicPentadiagonalFactor::CyclicPentadiagonalFactor(const CyclicPentadiagonal& 
   column_v_[1] += a.second[n - 1];
   border_u_ = column_u_;
   border_v_ = column_v_;
-  solve_band(border_u_);
-  solve_band(border_v_);
+  solve_band(border_u_, border_v_);
   schur_uu_ = a.diagonal[n - 2];
   schur_uv_ = a.next[n - 2];
   schur_vv_ = a.diagonal[n - 1];
@@ -68,6 +67,32 @@ void CyclicPentadiagonalFactor::solve_band(std::span<double> x) const {
   for (std::size_t i = m; i-- > 0;) {
     if (i + 1 < m) x[i] -= first_[i + 1] * x[i + 1];
     if (i + 2 < m) x[i] -= second_[i + 2] * x[i + 2];
+  }
+}
+
+/// Of two columns at once: each waits for its last element, and the other one's is found meanwhile.
+void CyclicPentadiagonalFactor::solve_band(std::span<double> x, std::span<double> y) const {
+  const std::size_t m = pivot_.size();
+  for (std::size_t i = 1; i < m; ++i) {
+    x[i] -= first_[i] * x[i - 1];
+    y[i] -= first_[i] * y[i - 1];
+    if (i < 2) continue;
+    x[i] -= second_[i] * x[i - 2];
+    y[i] -= second_[i] * y[i - 2];
+  }
+  for (std::size_t i = 0; i < m; ++i) {
+    x[i] /= pivot_[i];
+    y[i] /= pivot_[i];
+  }
+  for (std::size_t i = m; i-- > 0;) {
+    if (i + 1 < m) {
+      x[i] -= first_[i + 1] * x[i + 1];
+      y[i] -= first_[i + 1] * y[i + 1];
+    }
+    if (i + 2 < m) {
+      x[i] -= second_[i + 2] * x[i + 2];
+      y[i] -= second_[i + 2] * y[i + 2];
+    }
   }
 }
 

@@ -25,6 +25,7 @@ class CyclicPentadiagonalFactor {
 
  private:
   void solve_band(std::span<double> x) const;
+  void solve_band(std::span<double> x, std::span<double> y) const;
   std::vector<double> pivot_, first_, second_;  ///< of the leading n-2 unknowns
   std::vector<double> border_u_, border_v_;     ///< band^-1 times the two border columns
   std::vector<double> column_u_, column_v_;     ///< the border columns themselves
