@@ -173,9 +173,9 @@ Prediction::Rates CorrectedModel::rates(const State& x, const Input& u, const Pl
     batch.memory = memory.data();
     batch.memory_rate = memory_rate.data();
   }
-  car_.rates(batch);
-  Quantities<double> q{};
-  car_.quantities(batch, &q);
+  StagedCar::Scratch<double> scratch;
+  car_.rates(batch, scratch);
+  const Quantities<double>& q = scratch.front();  // of the only point
   return {rate[3], rate[4], rate[5], q.load_front, q.load_rear, q.drive_force};
 }
 

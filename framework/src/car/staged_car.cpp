@@ -194,7 +194,7 @@ void StagedCar::start_memory(const CarBatch<double>& batch, double* memory) cons
     Quantities<double> q;
     begin_point(q, batch.motion + i * motion_size, batch.command[i], true);
     double* const row = memory + i * static_cast<std::size_t>(memory_);
-    for (const Step& step : steps_) {
+    for (const Step& step : std::span(steps_).first(remembering_)) {
       Points<double> points;
       points.n = 1;
       points.q = &q;
