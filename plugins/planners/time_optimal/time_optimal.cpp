@@ -2,7 +2,12 @@
 //
 //   lap(mu): the program of lap_solver.hpp on tyres F = D sin(C atan(B slip)), linear between the members of a library
 //   mu_plan = factor (mu - sigma sigma_mu), rising by at most `rise` per second; start mu_init until mu is trusted
-//   v_driven = (pace - pace_fall v) v
+//   pace' = 1 - r (1 - pace + pace_fall v),   r = pace_kept + (1 - pace_kept) fall(mu_plan) / fall(pace_friction)
+//   fall(mu) = E[max(0, mu - M)] / mu,   M ~ N(pace_friction, pace_spread^2)
+//   v_driven = pace' v
+//
+// What is kept back of a speed is for friction that falls at once, which shows only when the car has begun to run wide.
+// The less friction is believed, the less is left to lose.
 //
 // The library is computed offline on tyres of a generic shape. Once a tyre curve is learned, its fit per axle
 // (tyre_fit.hpp) replaces the generic one, and the resistance that the nominal model lacks is learned too: members near
@@ -37,6 +42,7 @@ using namespace gripline::time_optimal;
 struct LapParams {
   double margin = 0.4, tighten = 0.0, tighten_sigma = 0.5;
   double factor = 0.97, sigma = 1.0, start = 0.6, rise = 0.1, pace = 1.0, pace_fall = 0.0;
+  double pace_kept = 1.0, pace_friction = 1.0, pace_spread = 0.3;
   double mu_lo = 0.35, mu_hi = 1.15;
   double front_B = 4.0, front_C = 1.3, rear_B = 4.0, rear_C = 1.3, balance = 1.0;
   double slip_max = 0.7, combined = 0.0, spacing = 0.0, rolling = 0.0, drag = 0.0;
@@ -61,6 +67,11 @@ constexpr auto lap_parameters() {
       number("rise", &P::rise, "1/s", {0, 100}, "fastest rise of the planned friction"),
       number("pace", &P::pace, "1", {0.05, 2}, "factor on planned speeds"),
       number("pace_fall", &P::pace_fall, "s/m", {0, 0.1}, "by which that factor falls per m/s of the planned speed"),
+      number("pace_kept", &P::pace_kept, "1", {0, 1},
+             "share of what pace keeps back that is kept at every friction; the rest is for friction that changes at "
+             "once, and less the less is believed"),
+      number("pace_friction", &P::pace_friction, "1", {0.05, 5}, "mean of the friction to which it changes at once"),
+      number("pace_spread", &P::pace_spread, "1", {1e-3, 5}, "standard deviation of the same"),
       number("mu_lo", &P::mu_lo, "1", {0.05, 5}, "least friction that is expected"),
       number("mu_hi", &P::mu_hi, "1", {0.05, 5}, "largest friction that is expected"),
       number("front_B", &P::front_B, "1/rad", {0.1, 1e3}, "stiffness factor of the generic front tyre"),
@@ -106,11 +117,13 @@ class LapPlanner : public SpeedPlanner {
         join_(context.car, setup_.base().length(), manner.reach),
         recovery_(context.car, setup_.base()),
         mu_plan_(params.start * context.mu_init) {
-    if (2.0 * k_.pace_fall * setup_.top_speed() > k_.pace)
+    const double steepest = 0.5 * (1.0 / reserve_at(k_.mu_hi) - 1.0 + k_.pace) / setup_.top_speed();
+    if (k_.pace_fall > steepest)
       throw std::invalid_argument(
-          "\"pace_fall\" is so large that faster plans would be driven more slowly: at most pace / (2 v) "
-          "at the largest speed v, here " +
-          std::to_string(0.5 * k_.pace / setup_.top_speed()) + " s/m");
+          "\"pace_fall\" is so large that faster plans would be driven more slowly: at the largest speed and friction "
+          "at "
+          "most " +
+          std::to_string(std::max(steepest, 0.0)) + " s/m");
   }
 
   void plan(const Observation& now, const Belief& belief, const TyreCurve* learned,
@@ -124,6 +137,7 @@ class LapPlanner : public SpeedPlanner {
     if (belief.trusted) see(now, tyres, spread);
     relative_spread_ = spread / std::max(mu_of(tyres), 1e-3);
     approach(belief.trusted ? k_.factor * (mu_of(tyres) - k_.sigma * spread) : k_.start * mu_init_);
+    reserve_ = reserve_at(mu_plan_);
     const bool replan = belief.trusted && learned != nullptr && k_.replan;
     rear_ = replan ? tyres.rear : generic_.rear;
     if (replan && before_) resistance_.learn(*before_, now, dt_, front, car_, *nominal_);
@@ -159,7 +173,7 @@ class LapPlanner : public SpeedPlanner {
 
   /// The share of a planned speed [m/s] that is driven. What is kept back is for friction that falls unnoticed: the longer
   /// a car needs to slow down to what it then can, the wider it runs meanwhile, and that time grows with speed.
-  double pace_at(double v) const { return k_.pace - k_.pace_fall * v; }
+  double pace_at(double v) const { return 1.0 - reserve_ * (1.0 - k_.pace + k_.pace_fall * v); }
   double driven_speed(double v) const { return pace_at(v) * v; }
 
   const LapParams& params() const { return k_; }
@@ -202,6 +216,18 @@ class LapPlanner : public SpeedPlanner {
   void approach(double target) {
     const double allowed = std::min(std::max(target, manner_.least_mu), manner_.most_mu);
     mu_plan_ = std::min(allowed, mu_plan_ + k_.rise * dt_);
+  }
+
+  /// By how much friction that changes at once is below mu at the mean, over mu.
+  double mean_fall(double mu) const {
+    const double z = (mu - k_.pace_friction) / k_.pace_spread;
+    const double density = std::exp(-0.5 * z * z) / std::sqrt(2.0 * std::numbers::pi);
+    const double below = 0.5 * std::erfc(-z / std::numbers::sqrt2);
+    return k_.pace_spread * (density + z * below) / mu;
+  }
+  /// What is kept back of speeds at this friction over what is at pace_friction.
+  double reserve_at(double mu) const {
+    return k_.pace_kept + (1.0 - k_.pace_kept) * mean_fall(mu) / mean_fall(k_.pace_friction);
   }
 
   /// The sideslip angle at the pace that is driven. A car that is slower than its plan needs less side force, and slips
@@ -291,6 +317,7 @@ class LapPlanner : public SpeedPlanner {
   JoinPath join_;
   RecoveryPath recovery_;
   double mu_plan_;
+  double reserve_ = 1;  // reserve_at() what is planned for
   double relative_spread_ = 0;
   MagicFormula rear_;  // that is planned for, up to its friction
   SlipRange front_seen_, rear_seen_;

@@ -52,6 +52,21 @@ class RecedingTimeTest : public ::testing::Test, protected PlannerRig {
     now_.at.s = p.station;
   }
 
+  /// Speeds along the path that are asked for at twelve places, of a car that is too fast there [m/s].
+  std::vector<double> asked(double mu, Changes changes) {
+    changes.insert(changes.end(), {{"spacing", 0.1}, {"start", 0.9}, {"factor", 1.0}, {"rise", 100.0}});
+    const auto planner = make(mobil_, changes);
+    std::vector<double> speeds;
+    for (std::size_t i = 0; i < 12; ++i) {
+      const LinePoint& p = planner->line()[i * planner->line().size() / 12];
+      now_.x = {p.x, p.y, p.yaw, 6.0, 0.0, 0.0, 0.0};
+      now_.at.s = p.station;
+      planner->plan(now_, believe(mu), nullptr, horizon_);
+      for (const RefPoint& r : {horizon_[0], horizon_[1]}) speeds.push_back(r.v / std::cos(r.beta));
+    }
+    return speeds;
+  }
+
   std::vector<RefPoint> horizon_ = std::vector<RefPoint>(20);
   Observation now_;
   double room_ = INFINITY;
@@ -74,25 +89,38 @@ TEST_F(RecedingTimeTest, FollowsTheFrictionThatIsBelievedWithoutAllocating) {
 /// `pace` less `pace_fall` times the planned speed is the share of it that is driven.
 TEST_F(RecedingTimeTest, KeepsBackMoreOfALargerSpeed) {
   const double pace = 0.98, fall = 0.05;  // [1, s/m]
-  // Beside a car that is too fast, and ahead of it, the references have the speed that is to be driven, at once.
-  const auto asked = [&](const Changes& changes) {
-    const auto planner = make(mobil_, changes);
-    std::vector<double> speeds;
-    for (std::size_t i = 0; i < 12; ++i) {
-      const LinePoint& p = planner->line()[i * planner->line().size() / 12];
-      now_.x = {p.x, p.y, p.yaw, 6.0, 0.0, 0.0, 0.0};
-      now_.at.s = p.station;
-      planner->plan(now_, believe(0.9), nullptr, horizon_);
-      for (const RefPoint& r : {horizon_[0], horizon_[1]}) speeds.push_back(r.v / std::cos(r.beta));
-    }
-    return speeds;
-  };
-  const std::vector<double> planned = asked({{"spacing", 0.1}, {"start", 0.9}});
-  const std::vector<double> driven = asked({{"spacing", 0.1}, {"start", 0.9}, {"pace", pace}, {"pace_fall", fall}});
+  const std::vector<double> planned = asked(0.9, {}), driven = asked(0.9, {{"pace", pace}, {"pace_fall", fall}});
   for (std::size_t i = 0; i < planned.size(); ++i)
     EXPECT_NEAR(driven[i], (pace - fall * planned[i]) * planned[i], 1e-9) << i;
   const auto [slowest, fastest] = std::minmax_element(planned.begin(), planned.end());
   EXPECT_GT(*fastest, 1.5 * *slowest);
+}
+
+/// E[max(0, mu - M)] / mu of a normal M, by the midpoint rule.
+double mean_fall(double mu, double mean, double spread) {
+  constexpr int count = 20000;
+  const double lowest = mean - 10.0 * spread, step = (mu - lowest) / count;
+  double sum = 0;
+  for (int i = 0; i < count; ++i) {
+    const double m = lowest + (i + 0.5) * step, z = (m - mean) / spread;
+    sum += (mu - m) * std::exp(-0.5 * z * z) * step;
+  }
+  return sum / (spread * std::sqrt(2.0 * std::numbers::pi) * mu);
+}
+
+/// What `pace` keeps back is for friction that falls at once: a part of it is kept in proportion to how far it can fall.
+TEST_F(RecedingTimeTest, KeepsBackLessWhereLessFrictionIsLeftToLose) {
+  const double pace = 0.9, kept = 0.25, mean = 0.9, spread = 0.2;
+  const Changes reserve{{"pace", pace}, {"pace_kept", kept}, {"pace_friction", mean}, {"pace_spread", spread}};
+  for (const double mu : {0.6, 0.9, 1.0}) {
+    const double share = kept + (1.0 - kept) * mean_fall(mu, mean, spread) / mean_fall(mean, mean, spread);
+    const std::vector<double> planned = asked(mu, {}), driven = asked(mu, reserve);
+    for (std::size_t i = 0; i < planned.size(); ++i)
+      EXPECT_NEAR(driven[i], (1.0 - share * (1.0 - pace)) * planned[i], 1e-6) << mu << ", " << i;
+    if (mu != mean) {
+      EXPECT_GT(std::abs(share - 1.0), 0.1);
+    }
+  }
 }
 
 TEST_F(RecedingTimeTest, RefusesToDriveFasterPlansMoreSlowly) {
