@@ -7,7 +7,7 @@
 //   v_driven = pace' v
 //
 // What is kept back of a speed is for friction that falls at once, which shows only when the car has begun to run wide.
-// The less friction is believed, the less is left to lose.
+// The less friction is believed, the less is left to lose; until it is trusted, r is 1.
 //
 // The library is computed offline on tyres of a generic shape. Once a tyre curve is learned, its fit per axle
 // (tyre_fit.hpp) replaces the generic one, and the resistance that the nominal model lacks is learned too: members near
@@ -137,7 +137,7 @@ class LapPlanner : public SpeedPlanner {
     if (belief.trusted) see(now, tyres, spread);
     relative_spread_ = spread / std::max(mu_of(tyres), 1e-3);
     approach(belief.trusted ? k_.factor * (mu_of(tyres) - k_.sigma * spread) : k_.start * mu_init_);
-    reserve_ = reserve_at(mu_plan_);
+    reserve_ = belief.trusted ? reserve_at(mu_plan_) : 1.0;
     const bool replan = belief.trusted && learned != nullptr && k_.replan;
     rear_ = replan ? tyres.rear : generic_.rear;
     if (replan && before_) resistance_.learn(*before_, now, dt_, front, car_, *nominal_);
@@ -317,7 +317,7 @@ class LapPlanner : public SpeedPlanner {
   JoinPath join_;
   RecoveryPath recovery_;
   double mu_plan_;
-  double reserve_ = 1;  // reserve_at() what is planned for
+  double reserve_ = 1;  // reserve_at() what is planned for, once that is trusted
   double relative_spread_ = 0;
   MagicFormula rear_;  // that is planned for, up to its friction
   SlipRange front_seen_, rear_seen_;
