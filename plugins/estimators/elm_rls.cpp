@@ -49,6 +49,7 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
     double alarm = 4.5, change = 0.3;
     double sigma_v = 0.02, sigma_omega = 0.05, misfit = 0.02;
     double ellipse = 0, drive_front = 0, brake_front = 0;
+    bool carried_noise = false;
   };
   static constexpr auto parameters() {
     using P = Params;
@@ -79,7 +80,9 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
             param("change", &P::change, "1", {0, 2}, "relative uncertainty of friction after such a change"),
             param("sigma_v", &P::sigma_v, "m/s", {1e-6, 10}, "noise of vx and vy to begin with"),
             param("sigma_omega", &P::sigma_omega, "rad/s", {1e-6, 10}, "noise of the yaw rate to begin with"),
-            param("misfit", &P::misfit, "m/s2", {1e-6, 10}, "accuracy of the equations at best")},
+            param("misfit", &P::misfit, "m/s2", {1e-6, 10}, "accuracy of the equations at best"),
+            param("carried_noise", &P::carried_noise, "1", {0, 1},
+                  "tyres are taken to bring back what a reading was off by, as those of a slow car do within a step")},
         ellipse_parameters<P>());
   }
 
@@ -127,6 +130,7 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
     const auto force = [this](Axle axle, double slip) { return tables_.of(axle).at(slip).force; };
     const LearnedCar car{car_, drive_, resistance_, ellipse_, peaks_, force, gains_};
     fill_rows(predicted_path(begin, k, car));
+    if (params_.carried_noise) carry_noise(end_by_begin(begin, k, car), k.dt);
     forget(k.dt);
     rls_.begin_step(sigma_.data());
     const double drive = drive_of(k);
@@ -215,6 +219,18 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
     rows_.col(1).head(n) *= path.cosine * load_[0] / car_.m;
     rows_.col(1).segment(n, n) *= load_[1] / car_.m;
     rates_ = {path.drive_loss / car_.m, path.side / car_.m, path.moment / car_.Iz};
+  }
+
+  /// The rates as they follow from the readings z = x + n with the step x_next = f(x), linear in the noise n about what
+  /// was estimated of it, n0:   (z_next - z) / dt + (I - f') n0 / dt = (f(z - n0) - (z - n0)) / dt + (n_next - f' n) / dt
+  void carry_noise(const StepJacobian& by, double dt) {
+    for (int c = 0; c < channels; ++c)
+      for (int j = 0; j < channels; ++j) {
+        const double carried = by[c][j];
+        carried_[c * channels + j] = carried;
+        rates_[c] += ((c == j ? 1.0 : 0.0) - carried) * rls_.noise(j) / dt;
+      }
+    rls_.carry_noise(carried_.data());
   }
 
   /// Drive force over mass, negative of brakes [m/s2].
@@ -363,6 +379,7 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
   FrictionEllipse ellipse_;
   PeakForces peaks_;
   std::array<double, channels> sigma_, largest_sigma_, misfit_, sharing_misfit_ = {}, last_error_ = {}, rates_ = {};
+  std::array<double, channels* channels> carried_ = {};
   Eigen::MatrixXd rows_;
   Eigen::VectorXd prior_mean_;  // of both axles' theta
   Eigen::MatrixXd prior_covariance_;

@@ -2,7 +2,7 @@
 //
 //   lap(mu): the program of lap_solver.hpp on tyres F = D sin(C atan(B slip)), linear between the members of a library
 //   mu_plan = factor (mu - sigma sigma_mu), rising by at most `rise` per second; start mu_init until mu is trusted
-//   pace' = 1 - r (1 - pace + pace_fall v),   r = pace_kept + (1 - pace_kept) fall(mu_plan) / fall(pace_friction)
+//   pace' = 1 - r (1 - pace + pace_fall v),   r = pace_kept + (1 - pace_kept) min(1, fall(mu_plan) / fall(pace_friction))
 //   fall(mu) = E[max(0, mu - M)] / mu,   M ~ N(pace_friction, pace_spread^2)
 //   v_driven = pace' v
 //
@@ -69,7 +69,7 @@ constexpr auto lap_parameters() {
       number("pace_fall", &P::pace_fall, "s/m", {0, 0.1}, "by which that factor falls per m/s of the planned speed"),
       number("pace_kept", &P::pace_kept, "1", {0, 1},
              "share of what pace keeps back that is kept at every friction; the rest is for friction that changes at "
-             "once, and less the less is believed"),
+             "once, and less the less is believed below pace_friction"),
       number("pace_friction", &P::pace_friction, "1", {0.05, 5}, "mean of the friction to which it changes at once"),
       number("pace_spread", &P::pace_spread, "1", {1e-3, 5}, "standard deviation of the same"),
       number("mu_lo", &P::mu_lo, "1", {0.05, 5}, "least friction that is expected"),
@@ -117,13 +117,11 @@ class LapPlanner : public SpeedPlanner {
         join_(context.car, setup_.base().length(), manner.reach),
         recovery_(context.car, setup_.base()),
         mu_plan_(params.start * context.mu_init) {
-    const double steepest = 0.5 * (1.0 / reserve_at(k_.mu_hi) - 1.0 + k_.pace) / setup_.top_speed();
-    if (k_.pace_fall > steepest)
+    if (2.0 * k_.pace_fall * setup_.top_speed() > k_.pace)
       throw std::invalid_argument(
-          "\"pace_fall\" is so large that faster plans would be driven more slowly: at the largest speed and friction "
-          "at "
-          "most " +
-          std::to_string(std::max(steepest, 0.0)) + " s/m");
+          "\"pace_fall\" is so large that faster plans would be driven more slowly: at most pace / (2 v) "
+          "at the largest speed v, here " +
+          std::to_string(0.5 * k_.pace / setup_.top_speed()) + " s/m");
   }
 
   void plan(const Observation& now, const Belief& belief, const TyreCurve* learned,
@@ -227,7 +225,7 @@ class LapPlanner : public SpeedPlanner {
   }
   /// What is kept back of speeds at this friction over what is at pace_friction.
   double reserve_at(double mu) const {
-    return k_.pace_kept + (1.0 - k_.pace_kept) * mean_fall(mu) / mean_fall(k_.pace_friction);
+    return k_.pace_kept + (1.0 - k_.pace_kept) * std::min(1.0, mean_fall(mu) / mean_fall(k_.pace_friction));
   }
 
   /// The sideslip angle at the pace that is driven. A car that is slower than its plan needs less side force, and slips
