@@ -18,6 +18,8 @@
 //
 // Neither the readings' noise nor how well the equations hold is told; both are matched to the innovations, from a
 // start and between bounds. Slips are taken on the path predicted from the readings freed of their estimated noise.
+// A slow car's tyres take back a lateral speed within a step or two (m v / (2 C), 20 ms for the full-size car at 5 m/s), and
+// with it the noise that was estimated of a reading: slow samples can be left out (`slowest`).
 // Side forces beside large drive or brake forces are less well known than others (`sharing_spread`): so a car that brakes
 // hard into a turn still learns that friction has fallen.
 #include <algorithm>
@@ -48,8 +50,8 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
     double drift = 0.015, axle_drift = 0.005, shape_memory = 1000;
     double alarm = 4.5, change = 0.3;
     double sigma_v = 0.02, sigma_omega = 0.05, misfit = 0.02;
+    double slowest = 0;
     double ellipse = 0, drive_front = 0, brake_front = 0;
-    bool carried_noise = false;
   };
   static constexpr auto parameters() {
     using P = Params;
@@ -81,8 +83,7 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
             param("sigma_v", &P::sigma_v, "m/s", {1e-6, 10}, "noise of vx and vy to begin with"),
             param("sigma_omega", &P::sigma_omega, "rad/s", {1e-6, 10}, "noise of the yaw rate to begin with"),
             param("misfit", &P::misfit, "m/s2", {1e-6, 10}, "accuracy of the equations at best"),
-            param("carried_noise", &P::carried_noise, "1", {0, 1},
-                  "tyres are taken to bring back what a reading was off by, as those of a slow car do within a step")},
+            param("slowest", &P::slowest, "m/s", {0, 100}, "speed below which samples teach nothing")},
         ellipse_parameters<P>());
   }
 
@@ -120,7 +121,7 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
   }
 
   void update(const Sample& k) override {
-    if (std::min(k.x.vx, k.x_next.vx) < car_.v_min || k.dt <= 0.0) {
+    if (std::min(k.x.vx, k.x_next.vx) < std::max(car_.v_min, params_.slowest) || k.dt <= 0.0) {
       continues_ = false;
       return;
     }
@@ -130,7 +131,6 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
     const auto force = [this](Axle axle, double slip) { return tables_.of(axle).at(slip).force; };
     const LearnedCar car{car_, drive_, resistance_, ellipse_, peaks_, force, gains_};
     fill_rows(predicted_path(begin, k, car));
-    if (params_.carried_noise) carry_noise(end_by_begin(begin, k, car), k.dt);
     forget(k.dt);
     rls_.begin_step(sigma_.data());
     const double drive = drive_of(k);
@@ -219,18 +219,6 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
     rows_.col(1).head(n) *= path.cosine * load_[0] / car_.m;
     rows_.col(1).segment(n, n) *= load_[1] / car_.m;
     rates_ = {path.drive_loss / car_.m, path.side / car_.m, path.moment / car_.Iz};
-  }
-
-  /// The rates as they follow from the readings z = x + n with the step x_next = f(x), linear in the noise n about what
-  /// was estimated of it, n0:   (z_next - z) / dt + (I - f') n0 / dt = (f(z - n0) - (z - n0)) / dt + (n_next - f' n) / dt
-  void carry_noise(const StepJacobian& by, double dt) {
-    for (int c = 0; c < channels; ++c)
-      for (int j = 0; j < channels; ++j) {
-        const double carried = by[c][j];
-        carried_[c * channels + j] = carried;
-        rates_[c] += ((c == j ? 1.0 : 0.0) - carried) * rls_.noise(j) / dt;
-      }
-    rls_.carry_noise(carried_.data());
   }
 
   /// Drive force over mass, negative of brakes [m/s2].
@@ -379,7 +367,6 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
   FrictionEllipse ellipse_;
   PeakForces peaks_;
   std::array<double, channels> sigma_, largest_sigma_, misfit_, sharing_misfit_ = {}, last_error_ = {}, rates_ = {};
-  std::array<double, channels* channels> carried_ = {};
   Eigen::MatrixXd rows_;
   Eigen::VectorXd prior_mean_;  // of both axles' theta
   Eigen::MatrixXd prior_covariance_;

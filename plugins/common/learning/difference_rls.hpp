@@ -54,11 +54,6 @@ class DifferenceRls {
     for (Eigen::Index c = 0; c < channels_; ++c) fresh_slot(slot(c, parity_ ^ 1), sigma[c]);
   }
 
-  /// Within a step: how the noise of the older reading is carried into the rates, `channels` rows of as many entries;
-  /// null, and until it is called: unchanged, each into its own. A rate that was computed from a state freed of the
-  /// noise that was estimated then lacks what that noise is carried by less than unchanged: see ElmRls.
-  void carry_noise(const double* by) { carried_ = by; }
-
   struct Innovation {
     double error, variance;
   };
@@ -68,10 +63,7 @@ class DifferenceRls {
     row_.setZero();
     row_.head(unknowns_) = regressor;
     row_[slot(channel, parity_)] = 1.0 / dt;
-    if (carried_ == nullptr)
-      row_[slot(channel, parity_ ^ 1)] = -1.0 / dt;
-    else
-      for (Eigen::Index c = 0; c < channels_; ++c) row_[slot(c, parity_ ^ 1)] = -carried_[channel * channels_ + c] / dt;
+    row_[slot(channel, parity_ ^ 1)] = -1.0 / dt;
     gain_.noalias() = covariance_ * row_;
     return {y - row_.dot(estimate_), row_.dot(gain_) + model_sigma * model_sigma};
   }
@@ -92,7 +84,6 @@ class DifferenceRls {
 
   Eigen::Index unknowns_, channels_;
   int parity_ = 0;
-  const double* carried_ = nullptr;
   Eigen::MatrixXd covariance_;
   Eigen::VectorXd row_, gain_, estimate_;
 };

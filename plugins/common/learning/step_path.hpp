@@ -138,54 +138,20 @@ inline double road_load(const Sample& k) {
   return std::clamp(load, 0.5, 2.0);
 }
 
-/// The nominal model's part in a step, on a road that may be curved along the car's way.
+/// Path that the present model predicts from `begin` on, an estimate of the state freed of noise: slips from noisy
+/// readings would make every tyre look softer than it is, most of all at speed, where slips are small.
+/// Two classical Runge-Kutta steps.
 template <class Force>
-StraightDrive::Rates straight_over(const Sample& k, const LearnedCar<Force>& learned) {
+StepPath predicted_path(const BodyVelocity& begin, const Sample& k, const LearnedCar<Force>& learned) {
+  const double delta = k.x_next.delta - k.delta_lag;
   auto straight = learned.straight(0.5 * (k.x.vx + k.x_next.vx), k.u.d - k.d_lag, k.at);
   const double load = road_load(k);
   straight.load_front *= load;
   straight.load_rear *= load;
-  return straight;
-}
-
-/// Velocities that the present model predicts from `begin` on. Two classical Runge-Kutta steps.
-template <class Force>
-VelocityPath predicted_velocities(const BodyVelocity& begin, const Sample& k, const StraightDrive::Rates& straight,
-                                  const LearnedCar<Force>& learned) {
-  const double delta = k.x_next.delta - k.delta_lag, h = 0.5 * k.dt;
   const auto rates = [&](const BodyVelocity& x) { return learned.rates(x, delta, straight); };
+  const double h = 0.5 * k.dt;
   const BodyVelocity middle = runge_kutta_step(begin, h, rates);
-  return {begin, middle, runge_kutta_step(middle, h, rates)};
-}
-
-/// Path that the present model predicts from `begin` on, an estimate of the state freed of noise: slips from noisy
-/// readings would make every tyre look softer than it is, most of all at speed, where slips are small.
-template <class Force>
-StepPath predicted_path(const BodyVelocity& begin, const Sample& k, const LearnedCar<Force>& learned) {
-  const StraightDrive::Rates straight = straight_over(k, learned);
-  return equations_along(predicted_velocities(begin, k, straight, learned), k, learned.car, straight);
-}
-
-/// By how much the velocities that the present model predicts for the end of a step move with those at its begin
-/// [row: vx, vy, omega at the end; column: at the begin], by differences. A slow car's tyres take a lateral speed back
-/// within a step: m v / (2 C) is 20 ms for the full-size car at 5 m/s.
-using StepJacobian = std::array<std::array<double, 3>, 3>;
-template <class Force>
-StepJacobian end_by_begin(const BodyVelocity& begin, const Sample& k, const LearnedCar<Force>& learned) {
-  const StraightDrive::Rates straight = straight_over(k, learned);
-  const double dv = 1e-4 * learned.car.v_ref, domega = dv / (learned.car.lf + learned.car.lr);
-  const auto end = [&](const BodyVelocity& x) { return predicted_velocities(x, k, straight, learned).back(); };
-  StepJacobian by{};
-  const auto differ = [&](std::size_t column, const BodyVelocity& step, double size) {
-    const BodyVelocity more = end(advanced(begin, step, 0.5)), less = end(advanced(begin, step, -0.5));
-    by[0][column] = (more.vx - less.vx) / size;
-    by[1][column] = (more.vy - less.vy) / size;
-    by[2][column] = (more.omega - less.omega) / size;
-  };
-  differ(0, {dv, 0.0, 0.0}, dv);
-  differ(1, {0.0, dv, 0.0}, dv);
-  differ(2, {0.0, 0.0, domega}, domega);
-  return by;
+  return equations_along({begin, middle, runge_kutta_step(middle, h, rates)}, k, learned.car, straight);
 }
 
 }  // namespace gripline::learning

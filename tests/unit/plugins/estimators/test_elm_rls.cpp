@@ -1,5 +1,4 @@
 #include <Eigen/Dense>
-#include <numbers>
 
 #include "common/learning/difference_rls.hpp"
 #include "common/learning/friction_ellipse.hpp"
@@ -92,44 +91,6 @@ TEST(DifferenceRls, EqualsGeneralisedLeastSquaresWithTheNoisesTrueCovariance) {
   const Eigen::MatrixXd covariance = (rows.transpose() * weighted + Eigen::MatrixXd::Identity(p, p)).inverse();
   const Eigen::VectorXd estimate = covariance * (weighted.transpose() * y);
   EXPECT_LT((rls.theta() - estimate).norm(), 1e-10);
-  EXPECT_LT((rls.covariance() - covariance).norm(), 1e-10);
-}
-
-/// Two channels whose older noise is carried into both rates, by another matrix in every step.
-TEST(DifferenceRls, EqualsGeneralisedLeastSquaresWhereNoiseIsCarried) {
-  std::mt19937_64 random(6);
-  std::normal_distribution<double> normal;
-  const int p = 3, channels = 2, steps = 12, rates = channels * steps;
-  const double sigma[] = {0.3, 0.1}, misfit = 0.05, h = 0.1;
-  const Eigen::MatrixXd rows = Eigen::MatrixXd::NullaryExpr(rates, p, [&] { return normal(random); });
-  const Eigen::VectorXd y = Eigen::VectorXd::NullaryExpr(rates, [&] { return normal(random); });
-  const Eigen::MatrixXd by = Eigen::MatrixXd::NullaryExpr(rates, channels, [&] { return 0.5 * normal(random); });
-
-  DifferenceRls rls(p, channels);
-  rls.covariance().setIdentity();
-  rls.break_sequence(sigma);
-  for (int k = 0; k < steps; ++k) {
-    rls.begin_step(sigma);
-    const Eigen::Matrix<double, channels, channels, Eigen::RowMajor> carried = by.middleRows(k * channels, channels);
-    rls.carry_noise(carried.data());
-    for (int c = 0; c < channels; ++c) {
-      const int i = k * channels + c;
-      rls.update(rls.innovation(c, rows.row(i).transpose(), y[i], h, misfit));
-    }
-  }
-
-  Eigen::MatrixXd of_noise = Eigen::MatrixXd::Zero(rates, rates + channels);  // rates by the noise of all readings
-  for (int k = 0; k < steps; ++k) {
-    of_noise.block(k * channels, k * channels, channels, channels) = -by.middleRows(k * channels, channels) / h;
-    of_noise.block(k * channels, (k + 1) * channels, channels, channels).diagonal().setConstant(1.0 / h);
-  }
-  Eigen::VectorXd variance(rates + channels);
-  for (int i = 0; i < variance.size(); ++i) variance[i] = sigma[i % channels] * sigma[i % channels];
-  const Eigen::MatrixXd noise = of_noise * variance.asDiagonal() * of_noise.transpose() +
-                                misfit * misfit * Eigen::MatrixXd::Identity(rates, rates);
-  const Eigen::MatrixXd weighted = noise.llt().solve(rows);
-  const Eigen::MatrixXd covariance = (rows.transpose() * weighted + Eigen::MatrixXd::Identity(p, p)).inverse();
-  EXPECT_LT((rls.theta() - covariance * (weighted.transpose() * y)).norm(), 1e-10);
   EXPECT_LT((rls.covariance() - covariance).norm(), 1e-10);
 }
 
@@ -254,49 +215,25 @@ TEST(ElmRls, WorksUnderSensorNoise) {
   }
 }
 
-/// A car at v that winds left and right at small slips, at this speed.
-Drive drive_slowly(double v, std::size_t steps) {
-  const TrueCar truth;
-  Drive drive;
-  State x;
-  x.vx = v;
-  drive.x.push_back(x);
-  for (std::size_t i = 0; i < steps; ++i) {
-    const double delta = 0.3 * std::sin(2.0 * std::numbers::pi * 0.8 * static_cast<double>(i) * dt);
-    const Input u{std::clamp(0.25 + 2.0 * (v - x.vx), truth.car.d_min, truth.car.d_max), (delta - x.delta) / dt};
-    x = truth.step(x, u);
-    drive.u.push_back(u);
-    drive.x.push_back(x);
-    drive.factor.push_back(1.0);
+TEST(ElmRls, SamplesOfASlowCarTeachNothingWhereTold) {
+  Nominal nominal("ekinematic");
+  const Drive drive = drive_bends(6, 3, fresh);
+  const double slowest = 1.6;  // [m/s]
+  const auto rls = make_estimator("elm_rls", nominal, {{"slowest", slowest}});
+  double force = 0;
+  int slow = 0, fast = 0;
+  for (std::size_t i = 0; i < drive.steps(); ++i) {
+    const bool is_slow = std::min(drive.x[i].vx, drive.x[i + 1].vx) < slowest;
+    const double before = force, slip = 0.1;
+    rls->update(
+        make_sample(nominal.prediction(), static_cast<std::int64_t>(i), drive.x[i], drive.u[i], drive.x[i + 1]));
+    rls->tyre_force(Axle::front, {&slip, 1}, {&force, 1}, {});
+    if (i == 0) continue;
+    (is_slow ? slow : fast) += 1;
+    EXPECT_EQ(is_slow, force == before) << i;
   }
-  return drive;
-}
-
-/// The tyres of this car at 0.6 m/s take back a lateral speed within a step (18 ms). Whoever takes the noise of a reading
-/// for what the next one begins with learns forces from it, and is sure of them.
-TEST(ElmRls, ASlowCarTeachesNoMoreThanItsNoisyReadingsHold) {
-  const TrueCar truth;
-  const Drive drive = drive_slowly(0.6, 150);
-  const auto wrong_by = [&](bool carried) {  // rms over starts of noise, of errors over their deviations
-    double sum = 0;
-    int count = 0;
-    for (const std::uint64_t seed : {1, 2, 3, 4, 5, 6, 7, 8}) {
-      Nominal nominal("ekinematic");
-      const auto rls = make_estimator("elm_rls", nominal, {{"carried_noise", carried ? 1.0 : 0.0}});
-      learn_noisily(*rls, nominal, drive, seed, [](std::size_t) {});
-      for (const Axle axle : {Axle::front, Axle::rear})
-        for (const double slip : {0.02, 0.1}) {
-          double force = 0, sigma = 0;
-          rls->tyre_force(axle, {&slip, 1}, {&force, 1}, {&sigma, 1});
-          sum += square((force - truth.force(axle, slip)) / sigma);
-          ++count;
-        }
-    }
-    return std::sqrt(sum / count);
-  };
-  const double before = wrong_by(false), now = wrong_by(true);
-  EXPECT_LT(now, 1.5);
-  EXPECT_LT(now, 0.6 * before);
+  EXPECT_GT(slow, 30);
+  EXPECT_GT(fast, 30);
 }
 
 TEST(ElmRls, WhatIsCommonToBothAxlesKeepsThemTogether) {
