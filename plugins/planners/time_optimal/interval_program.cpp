@@ -188,12 +188,13 @@ IntervalProgram::Motion IntervalProgram::motion_at(std::size_t i, const double (
   m.time = (1.0 - place.kappa * z[lap_n]) / along;
   m.time_by[lap_n] = -place.kappa / along;
   for (std::size_t j = lap_xi; j <= lap_vy; ++j) m.time_by[j] = -m.time * m.along_by[j] / along;
-  m.by_time = {across,
-               omega,
-               z[lap_a] + m.coast.f - more_.rolling - more_.drag * vx * vx - F.f * s + vy * omega - pull(place.grade),
-               R.f + F.f * c - vx * omega + pull(place.bank),
-               (F.f * c * lf - R.f * lr) * turn,
-               z[lap_rate]};
+  m.by_time = {
+      across,
+      omega,
+      z[lap_a] + m.coast.f - more_.rolling - more_.drag * vx * vx - F.f * s + vy * omega - slope_pull(place.grade),
+      R.f + F.f * c - vx * omega + slope_pull(place.bank),
+      (F.f * c * lf - R.f * lr) * turn,
+      z[lap_rate]};
   return m;
 }
 

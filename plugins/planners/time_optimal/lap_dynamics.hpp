@@ -90,8 +90,8 @@ T forward_front_slip(const T& vx, const T& vy, const T& omega, const T& delta, c
   return delta - atan((vy + car.lf * omega) / vx);
 }
 
-/// What a slope pulls [m/s2]; most roads are flat there.
-inline double pull(double slope) { return slope == 0.0 ? 0.0 : gravity * std::sin(slope); }
+/// What a grade or a bank pulls [m/s2]: 0 on a flat road, without a sine.
+inline double slope_pull(double slope) { return slope == 0.0 ? 0.0 : gravity * std::sin(slope); }
 
 template <class T>
 LapRates<T> lap_rates(const Car& car, const AxleTyres& tyres, const CubicSpline& coast, const LapPlace& place,
@@ -115,8 +115,8 @@ LapRates<T> lap_rates(const Car& car, const AxleTyres& tyres, const CubicSpline&
   const T along = r.front * sin(delta), across = r.front * cos(delta);
   r.state[lap_n] = (vx * sine + vy * cosine) * r.time;
   r.state[lap_xi] = omega * r.time - place.kappa;
-  r.state[lap_vx] = (z[lap_a] + apply(coast, vx) - along + vy * omega - pull(place.grade)) * r.time;
-  r.state[lap_vy] = (r.rear + across - vx * omega + pull(place.bank)) * r.time;
+  r.state[lap_vx] = (z[lap_a] + apply(coast, vx) - along + vy * omega - slope_pull(place.grade)) * r.time;
+  r.state[lap_vy] = (r.rear + across - vx * omega + slope_pull(place.bank)) * r.time;
   r.state[lap_omega] = (across * car.lf - r.rear * car.lr) * (car.m / car.Iz) * r.time;
   r.state[lap_delta] = z[lap_rate] * r.time;
   return r;

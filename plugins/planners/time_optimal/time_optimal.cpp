@@ -68,10 +68,11 @@ constexpr auto lap_parameters() {
       number("pace", &P::pace, "1", {0.05, 2}, "factor on planned speeds"),
       number("pace_fall", &P::pace_fall, "s/m", {0, 0.1}, "by which that factor falls per m/s of the planned speed"),
       number("pace_kept", &P::pace_kept, "1", {0, 1},
-             "share of what pace keeps back that is kept at every friction; the rest is for friction that changes at "
-             "once, and less the less is believed below pace_friction"),
-      number("pace_friction", &P::pace_friction, "1", {0.05, 5}, "mean of the friction to which it changes at once"),
-      number("pace_spread", &P::pace_spread, "1", {1e-3, 5}, "standard deviation of the same"),
+             "share of what pace keeps back that is kept at every friction; the rest shrinks with how far friction can "
+             "fall at once; 1: none does"),
+      number("pace_friction", &P::pace_friction, "1", {0.05, 5}, "friction to which it changes at once: mean"),
+      number("pace_spread", &P::pace_spread, "1", {1e-3, 5},
+             "friction to which it changes at once: standard deviation"),
       number("mu_lo", &P::mu_lo, "1", {0.05, 5}, "least friction that is expected"),
       number("mu_hi", &P::mu_hi, "1", {0.05, 5}, "largest friction that is expected"),
       number("front_B", &P::front_B, "1/rad", {0.1, 1e3}, "stiffness factor of the generic front tyre"),
@@ -117,11 +118,7 @@ class LapPlanner : public SpeedPlanner {
         join_(context.car, setup_.base().length(), manner.reach),
         recovery_(context.car, setup_.base()),
         mu_plan_(params.start * context.mu_init) {
-    if (2.0 * k_.pace_fall * setup_.top_speed() > k_.pace)
-      throw std::invalid_argument(
-          "\"pace_fall\" is so large that faster plans would be driven more slowly: at most pace / (2 v) "
-          "at the largest speed v, here " +
-          std::to_string(0.5 * k_.pace / setup_.top_speed()) + " s/m");
+    check_pace();
   }
 
   void plan(const Observation& now, const Belief& belief, const TyreCurve* learned,
@@ -216,7 +213,7 @@ class LapPlanner : public SpeedPlanner {
     mu_plan_ = std::min(allowed, mu_plan_ + k_.rise * dt_);
   }
 
-  /// By how much friction that changes at once is below mu at the mean, over mu.
+  /// Mean of the fall from mu to a friction drawn from N(pace_friction, pace_spread^2), over mu; rises are none.
   double mean_fall(double mu) const {
     const double z = (mu - k_.pace_friction) / k_.pace_spread;
     const double density = std::exp(-0.5 * z * z) / std::sqrt(2.0 * std::numbers::pi);
@@ -225,7 +222,29 @@ class LapPlanner : public SpeedPlanner {
   }
   /// What is kept back of speeds at this friction over what is at pace_friction.
   double reserve_at(double mu) const {
-    return k_.pace_kept + (1.0 - k_.pace_kept) * std::min(1.0, mean_fall(mu) / mean_fall(k_.pace_friction));
+    const double fall = mean_fall(std::max(mu, k_.mu_lo)) / mean_fall(k_.pace_friction);
+    return k_.pace_kept + (1.0 - k_.pace_kept) * std::min(1.0, fall);
+  }
+  /// Driven speeds rise with planned ones, and with the friction that they are planned for, whose root they follow.
+  void check_pace() {
+    const double top = setup_.top_speed();
+    if (2.0 * k_.pace_fall * top > k_.pace)
+      throw std::invalid_argument(
+          "\"pace_fall\" is so large that faster plans would be driven more slowly: at most pace / (2 v) "
+          "at the largest speed v, here " +
+          std::to_string(0.5 * k_.pace / top) + " s/m");
+    constexpr int count = 200;
+    double last = 0;
+    for (int i = 0; i <= count; ++i) {
+      const double mu = std::lerp(k_.mu_lo, std::max(k_.mu_lo, k_.mu_hi), static_cast<double>(i) / count);
+      reserve_ = reserve_at(mu);
+      const double driven = std::sqrt(mu) * pace_at(top);
+      if (driven < last)
+        throw std::invalid_argument("\"pace_kept\" is so small that less friction would be driven faster, at " +
+                                    std::to_string(mu) + ": larger, or a larger \"pace_spread\" or \"pace\"");
+      last = driven;
+    }
+    reserve_ = 1.0;
   }
 
   /// The sideslip angle at the pace that is driven. A car that is slower than its plan needs less side force, and slips

@@ -3,6 +3,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
 
 namespace gripline::time_optimal {
 namespace {
@@ -40,6 +41,7 @@ class AxleFitCost {
         force_(force),
         start_(std::log(prior.shape.B), prior.shape.C, std::log(prior.shape.D)),
         spread_(0.5, 0.2, prior.sigma_D) {
+    if (slip_.size() > scale_.size()) throw std::invalid_argument("fit_axle() takes at most 24 points");
     for (std::size_t i = 0; i < slip_.size(); ++i)
       scale_[i] = std::hypot(i < sigma.size() ? sigma[i] : 0.0, floor_share * prior.shape.D);
   }

@@ -30,7 +30,7 @@ struct AxlePrior {
 };
 
 /// Forces over mass [m/s2] at positive slips, averaged over both sides by the caller; sigma may be empty. Levenberg
-/// steps in (ln B, C, ln D). At most 24 points.
+/// steps in (ln B, C, ln D). Throws std::invalid_argument for more than 24 points.
 MagicFormula fit_axle(std::span<const double> slip, std::span<const double> force, std::span<const double> sigma,
                       const AxlePrior& prior);
 

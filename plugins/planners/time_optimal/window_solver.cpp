@@ -46,16 +46,18 @@ Eigen::Matrix<double, 8, n> product(const Eigen::Matrix<double, 8, 6>& A, const 
 }
 
 /// All constraints of an interval but its last one, in whole vectors.
-using MostRows = Eigen::Array<double, 16, 1>;
+using FirstRows = Eigen::Array<double, 16, 1>;
 constexpr std::size_t last_row = interval_rows - 1;
 static_assert(last_row == 16);
-Eigen::Map<const MostRows> most(const std::array<double, interval_rows>& rows) {
-  return Eigen::Map<const MostRows>(rows.data());
+Eigen::Map<const FirstRows> first_rows(const std::array<double, interval_rows>& rows) {
+  return Eigen::Map<const FirstRows>(rows.data());
 }
-Eigen::Map<MostRows> most(std::array<double, interval_rows>& rows) { return Eigen::Map<MostRows>(rows.data()); }
+Eigen::Map<FirstRows> first_rows(std::array<double, interval_rows>& rows) { return Eigen::Map<FirstRows>(rows.data()); }
 
 /// One logarithm instead of 17: slacks are far from the ends of a double's range.
-double log_of_product(const std::array<double, interval_rows>& t) { return std::log(most(t).prod() * t[last_row]); }
+double log_of_product(const std::array<double, interval_rows>& t) {
+  return std::log(first_rows(t).prod() * t[last_row]);
+}
 
 constexpr double first_delta = 1e-4;  // curvature that is added where the program is not convex
 
@@ -108,8 +110,9 @@ void WindowSolver::start_constraints(WindowNode& node, const Stage& stage) const
 
 WindowSolver::Barriers WindowSolver::barriers(const WindowNode& node, const Stage& stage) {
   Barriers b;
-  most(b.stiff) = most(node.lambda) / most(node.t);
-  most(b.force) = stage.mu / most(node.t) + most(b.stiff) * (most(stage.c) + most(node.t));
+  first_rows(b.stiff) = first_rows(node.lambda) / first_rows(node.t);
+  first_rows(b.force) =
+      stage.mu / first_rows(node.t) + first_rows(b.stiff) * (first_rows(stage.c) + first_rows(node.t));
   const double t = node.t[last_row];
   b.stiff[last_row] = node.lambda[last_row] / t;
   b.force[last_row] = stage.mu / t + b.stiff[last_row] * (stage.c[last_row] + t);
@@ -167,7 +170,7 @@ void WindowSolver::evaluate(std::vector<WindowNode>& lap, std::size_t k) {
     start_constraints(node, stage);
     filter_is_old_ = true;  // what was tried was of another iterate
   }
-  most(node.t) = most(node.t).max(-most(stage.c));
+  first_rows(node.t) = first_rows(node.t).max(-first_rows(stage.c));
   node.t[last_row] = std::max(node.t[last_row], -stage.c[last_row]);
   add_constraints(node, stage);
   eliminate(lap, k);
@@ -309,7 +312,8 @@ void WindowSolver::steps_of_constraints(const std::vector<WindowNode>& lap) {
     };
     const Values& c = stages_[k].c;
     Values &dt = step_[k].dt, &dlambda = step_[k].dlambda;
-    set(most(node.t), most(node.lambda), most(c), most(by), most(dt), most(dlambda));
+    set(first_rows(node.t), first_rows(node.lambda), first_rows(c), first_rows(by), first_rows(dt),
+        first_rows(dlambda));
     set(node.t[last_row], node.lambda[last_row], c[last_row], by[last_row], dt[last_row], dlambda[last_row]);
   }
 }
@@ -356,10 +360,10 @@ void WindowSolver::count(Trial& trial, const StateVector& defect, const Values& 
     trial.violation += wrong;
     trial.penalised += state_penalty_[j] * wrong;
   }
-  const MostRows wrong = (most(c) + most(t)).abs();
+  const FirstRows wrong = (first_rows(c) + first_rows(t)).abs();
   const double last = std::abs(c[last_row] + t[last_row]);
   trial.violation += wrong.sum() + last;
-  trial.penalised += (most(row_penalty_) * wrong).sum() + row_penalty_[last_row] * last;
+  trial.penalised += (first_rows(row_penalty_) * wrong).sum() + row_penalty_[last_row] * last;
 }
 
 void WindowSolver::count_ends(Trial& trial, double share) const {
@@ -405,10 +409,10 @@ WindowSolver::Trial WindowSolver::after(const std::vector<WindowNode>& lap, doub
     program_.curved_rows_of(i, z, r, put);
     Values& t = trial_t_[k];
     const Values& dt = step_[k].dt;
-    most(t) = (most(node.t) + share * most(dt)).max(0.02 * most(node.t)).max(1e-5);
+    first_rows(t) = (first_rows(node.t) + share * first_rows(dt)).max(0.02 * first_rows(node.t)).max(1e-5);
     t[last_row] = std::max({node.t[last_row] + share * dt[last_row], 0.02 * node.t[last_row], 1e-5});
     if (curved) {  // a slack is what its constraint leaves, where that is not much less than the step says
-      most(t) = (-most(c) > 0.1 * most(t)).select(-most(c), most(t));
+      first_rows(t) = (-first_rows(c) > 0.1 * first_rows(t)).select(-first_rows(c), first_rows(t));
       if (-c[last_row] > 0.1 * t[last_row]) t[last_row] = -c[last_row];
     }
     trial.objective += program_.cost(i, z, r) - stages_[k].mu * log_of_product(t);
@@ -463,7 +467,7 @@ void WindowSolver::measure_defect(const std::vector<WindowNode>& lap, WindowStep
   };
   for (std::size_t k = 0; k < count_; ++k) {
     const WindowNode& node = lap[index(k)];
-    const MostRows wrong = (most(stages_[k].c) + most(node.t)).abs();
+    const FirstRows wrong = (first_rows(stages_[k].c) + first_rows(node.t)).abs();
     add((wrong < std::numeric_limits<double>::infinity()).all() ? wrong.maxCoeff()
                                                                 : std::numeric_limits<double>::infinity());
     add(stages_[k].c[last_row] + node.t[last_row]);

@@ -310,6 +310,35 @@ class RecedingLapsCurvature : public RecedingLapsAstray {
   std::optional<PlanFollower> follower_;
 };
 
+/// What a follower is told of in parts, of which not every node has moved, is what it is told of as a whole.
+TEST_F(RecedingLapsCurvature, PartsOfAPlanAreFollowedLikeAWholeOne) {
+  struct Part {
+    std::size_t first, count, moved, every;  // window; the first node of it that moves, and how many later the next
+  };
+  const std::size_t n = size();
+  draw();
+  for (const Part& part :
+       {Part{n - 3, 8, 0, 1}, Part{0, n, 0, 3}, Part{5, 6, 5, 9}, Part{5, 6, 0, 9}, Part{9, 1, 0, 1}}) {
+    for (std::size_t k = part.moved; k < part.count; k += part.every) {
+      LapPlan::Node& node = plan_.nodes[(part.first + k) % n];
+      const double change = 0.001 * static_cast<double>(k % 4 + 1);
+      if (k % 3 == 0) node.n += change;
+      if (k % 3 == 1) node.slope += change;
+      if (k % 3 == 2) node.kappa += change;
+      node.v += change;
+    }
+    follower_->set(plan_, part.first, part.count);
+    PlanFollower whole(*setup_);
+    whole.set(plan_);
+    for (std::size_t i = 0; i < whole.samples().size(); ++i) {
+      const LinePoint &a = follower_->samples()[i], &b = whole.samples()[i];
+      EXPECT_TRUE(a.x == b.x && a.y == b.y && a.yaw == b.yaw && a.kappa == b.kappa && a.left == b.left)
+          << part.first << ", " << part.count << ": sample " << i;
+    }
+    for (const double s : setup_->nodes().s) EXPECT_EQ(follower_->at(s).v, whole.at(s).v);
+  }
+}
+
 TEST_F(RecedingLapsCurvature, OfAWholeLapIsThatOfItsPath) {
   EXPECT_EQ(wrong(), std::vector<std::size_t>{});
   double turned = 0, most = 0;

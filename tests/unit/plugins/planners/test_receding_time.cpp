@@ -61,7 +61,9 @@ class RecedingTimeTest : public ::testing::Test, protected PlannerRig {
       const LinePoint& p = planner->line()[i * planner->line().size() / 12];
       now_.x = {p.x, p.y, p.yaw, 6.0, 0.0, 0.0, 0.0};
       now_.at.s = p.station;
-      planner->plan(now_, believe(mu), nullptr, horizon_);
+      Belief belief = believe(mu);
+      belief.trusted = trusted_;
+      planner->plan(now_, belief, nullptr, horizon_);
       for (const RefPoint& r : {horizon_[0], horizon_[1]}) speeds.push_back(r.v / std::cos(r.beta));
     }
     return speeds;
@@ -70,6 +72,7 @@ class RecedingTimeTest : public ::testing::Test, protected PlannerRig {
   std::vector<RefPoint> horizon_ = std::vector<RefPoint>(20);
   Observation now_;
   double room_ = INFINITY;
+  bool trusted_ = true;  // what asked() believes
 };
 
 TEST_F(RecedingTimeTest, FollowsTheFrictionThatIsBelievedWithoutAllocating) {
@@ -121,6 +124,24 @@ TEST_F(RecedingTimeTest, KeepsBackLessWhereLessFrictionIsLeftToLose) {
     if (mu < mean) {
       EXPECT_LT(share, 0.9);
     }
+  }
+}
+
+/// What is planned for before learning is trusted says nothing of how far friction can fall.
+TEST_F(RecedingTimeTest, KeepsAllBackUntilItTrustsItsBelief) {
+  const Changes reserve{{"pace", 0.9}, {"pace_kept", 0.25}, {"pace_friction", 0.9}, {"pace_spread", 0.2}};
+  trusted_ = false;
+  now_.t = 0;
+  const std::vector<double> planned = asked(0.6, {}), driven = asked(0.6, reserve);
+  for (std::size_t i = 0; i < planned.size(); ++i) EXPECT_NEAR(driven[i], 0.9 * planned[i], 1e-9) << i;
+}
+
+TEST_F(RecedingTimeTest, RefusesToDriveLessFrictionFaster) {
+  try {
+    make(mobil_, {{"pace", 0.7}, {"pace_kept", 0.0}, {"pace_friction", 0.9}, {"pace_spread", 0.1}});
+    FAIL() << "nothing was thrown";
+  } catch (const PluginError& error) {
+    EXPECT_THAT(error.what(), ::testing::HasSubstr("pace_kept"));
   }
 }
 
