@@ -130,7 +130,7 @@ void WindowSolver::add_constraints(const WindowNode& node, Stage& stage) const {
     stage.hessian(row.variable, row.variable) += stiff[i];
   }
   for (int i = 0; i < curved_rows; ++i) {
-    const auto at = static_cast<std::size_t>(first_curved_row + i);
+    const std::size_t at = static_cast<std::size_t>(first_curved_row) + static_cast<std::size_t>(i);
     const Vector by = stage.row_by.row(i).transpose();
     stage.gradient += force[at] * by;
     stage.hessian.noalias() += (stiff[at] * by) * by.transpose();
