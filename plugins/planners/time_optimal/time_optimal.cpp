@@ -168,7 +168,7 @@ class LapPlanner : public SpeedPlanner {
 
   /// The share of a planned speed [m/s] that is driven. What is kept back is for friction that falls unnoticed: the longer
   /// a car needs to slow down to what it then can, the wider it runs meanwhile, and that time grows with speed.
-  double pace_at(double v) const { return 1.0 - reserve_ * (1.0 - k_.pace + k_.pace_fall * v); }
+  double pace_at(double v) const { return pace_with(reserve_, v); }
   double driven_speed(double v) const { return pace_at(v) * v; }
 
   const LapParams& params() const { return k_; }
@@ -225,8 +225,10 @@ class LapPlanner : public SpeedPlanner {
     const double fall = mean_fall(std::max(mu, k_.mu_lo)) / mean_fall(k_.pace_friction);
     return k_.pace_kept + (1.0 - k_.pace_kept) * std::min(1.0, fall);
   }
-  /// Driven speeds rise with planned ones, and with the friction that they are planned for, whose root they follow.
-  void check_pace() {
+  double pace_with(double reserve, double v) const { return 1.0 - reserve * (1.0 - k_.pace + k_.pace_fall * v); }
+  /// Throws where driven speeds would not rise with planned ones, or with the friction that they are planned for, whose
+  /// root they follow.
+  void check_pace() const {
     const double top = setup_.top_speed();
     if (2.0 * k_.pace_fall * top > k_.pace)
       throw std::invalid_argument(
@@ -237,14 +239,12 @@ class LapPlanner : public SpeedPlanner {
     double last = 0;
     for (int i = 0; i <= count; ++i) {
       const double mu = std::lerp(k_.mu_lo, std::max(k_.mu_lo, k_.mu_hi), static_cast<double>(i) / count);
-      reserve_ = reserve_at(mu);
-      const double driven = std::sqrt(mu) * pace_at(top);
+      const double driven = std::sqrt(mu) * pace_with(reserve_at(mu), top);
       if (driven < last)
         throw std::invalid_argument("\"pace_kept\" is so small that less friction would be driven faster, at " +
                                     std::to_string(mu) + ": larger, or a larger \"pace_spread\" or \"pace\"");
       last = driven;
     }
-    reserve_ = 1.0;
   }
 
   /// The sideslip angle at the pace that is driven. A car that is slower than its plan needs less side force, and slips
