@@ -140,6 +140,9 @@ class JoinPath {
             -36.0 * u + 96.0 * u2 - 60.0 * u3};
   }
 
+  /// From the way to an edge. Where the way leads outside of that edge, there is as much room, up to the car's width: a
+  /// car that stands there would have to go further out first to turn back, and a controller that must not stays.
+  double room(double to_edge) const { return std::max(to_edge, std::min(-to_edge, width_)); }
   void move(RefPoint& r) const {
     const double way = ahead(r.s);
     if (way >= whole_way()) return;
@@ -148,8 +151,8 @@ class JoinPath {
     r.y += std::cos(r.yaw) * o.n;
     r.yaw += std::atan2(o.slope, std::max(least_stretch, 1.0 - o.n * r.kappa));
     r.kappa += o.bend;
-    r.left -= o.n;
-    r.right += o.n;
+    r.left = room(r.left - o.n);
+    r.right = room(r.right + o.n);
     r.at.n += o.n;
   }
 

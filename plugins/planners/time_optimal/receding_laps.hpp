@@ -29,7 +29,7 @@ namespace gripline::time_optimal {
 
 struct RecedingOptions {
   double ahead = 6.0;    // [s] of plan
-  int nodes = 100;       // most of a window
+  int nodes = 200;       // most of a window
   int iterations = 2;    // Newton steps in a control step, at most
   double follow = 0.05;  // share of the way to a settled window that the driven plan goes in a control step
 };

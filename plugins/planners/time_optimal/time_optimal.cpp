@@ -385,7 +385,7 @@ class RecedingTime final : public LapPlanner {
   struct Params : LapParams {
     double ahead = 6.0, follow = 0.15;
     double ellipse = 0.0, drive_front = 0.5, brake_front = 0.5, slip_most = 0.0;
-    int nodes = 100, iterations = 2;
+    int nodes = 200, iterations = 2;
     bool places = false, from_car_state = false;
   };
   static constexpr auto parameters() {
