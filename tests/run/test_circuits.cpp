@@ -109,6 +109,39 @@ TEST(Circuits, ACarThatSpunOrLeftTheRoadDrivesBackAndGoesOn) {
   }
 }
 
+// Turning back, it goes further out at first.
+TEST(Circuits, ACarThatStandsBesideTheRoadTurnsBack) {
+  WorldSpec world = full_size_on(drawn_circuit(3));
+  for (const Start& start : {Start{"best", 300, 9, 20, 0.1}, Start{"best", 600, -9, -20, 0.1}}) {
+    begin_at(start, 8.0, world);
+    const StackSpec stack = row("circuits.json", start.row, world.car);
+    RaceAssembly race(world, stack);
+    const RunSummary summary = race.run();
+    EXPECT_EQ(summary.status, Status::finished) << start << ": " << summary.message;
+    EXPECT_FALSE(race.world().outside()) << start;
+    EXPECT_GT(race.world().covered(), 20.0) << start;
+  }
+}
+
+// The car needs five metres to slow down for a hairpin. Where plans do not reach as far, they settle too late on the first
+// lap with learned tyres.
+TEST(Circuits, AFastSmallCarPlansAsFarAsItBrakes) {
+  const auto path = std::filesystem::path(testing::TempDir()) / "straights.json";
+  std::ofstream(path)
+      << R"({"half_width": 0.15, "segments": [{"line": 16}, {"arc": {"radius": 0.25, "turn": "180 deg"}},
+    {"line": 16}, {"arc": {"radius": 0.25, "turn": "180 deg"}}]})";
+  std::string text =
+      R"({"start": {"x": 0, "y": 0, "yaw": 0, "speed": 0.1}, "laps": 3, "time_optimal_laps": null, "track": ")";
+  text.append(path.string()).append("\"}");
+  const std::filesystem::path worlds = testing_support::source_dir() / "worlds";
+  WorldSpec world = world_from(merge(load_json(worlds / "ethz.json"), parse_text(text, "straights", worlds)));
+  const StackSpec stack = row("circuits_1_43.json", "best", world.car);
+  RaceAssembly race(world, stack);
+  const RunSummary summary = race.run();
+  ASSERT_EQ(summary.status, Status::finished) << summary.message;
+  EXPECT_NEAR(summary.laps[1], summary.laps[2], 0.005 * summary.laps[2]);
+}
+
 TEST(Circuits, SoDoesASmallOne) {
   WorldSpec world = world_from(load_json(testing_support::source_dir() / "worlds/ethz.json"));
   begin_at({"elm", 0.8, 0, 170, 0.1}, 6.0, world);

@@ -64,6 +64,20 @@ TEST(JoinPath, LeadsFromTheCarsPlaceAndHeadingToTheLine) {
   }
 }
 
+// An edge between the car and its way would hold it where it is: it goes further out at first where it faces outwards.
+TEST(JoinPath, LeavesRoomBesideAWayOutsideOfTheRoad) {
+  const double outside = 3, width = full_size_car().width;
+  for (const double side : {1.0, -1.0}) {
+    const JoinPath join = joining(side * (half_width + outside), 0.2 * side, 0.1);
+    const RefPoint first = moved(join, 100);
+    EXPECT_NEAR(side > 0 ? first.left : first.right, width, 1e-9);
+    EXPECT_NEAR(side > 0 ? first.right : first.left, 2 * half_width + outside, 1e-9);
+  }
+  // Nearer to the edge than its width it has as much room as it is off; on the edge none.
+  EXPECT_NEAR(moved(joining(half_width + 0.5, 0, 0.1), 100).left, 0.5, 1e-9);
+  EXPECT_NEAR(moved(joining(half_width, 0, 0.1), 100).left, 0, 1e-9);
+}
+
 // In a slide that is planned the car stands across its course: on the line it goes along it, however slowly forward.
 TEST(JoinPath, LeavesACarThatSlidesAlongItsLineToTheController) {
   const double v = 7, askew = 1.1;
