@@ -9,7 +9,8 @@
 // drive with the true model. `lla` knows neither: its centre is B = 4, C = 1.4, D = mu_init times the static axle load,
 // and resistance is what is left of vx' over the last second. Widths as published: B 20 %, C 10 %, D 50 % standard
 // deviation.
-// Source: Nagy et al., "Learning model-predictive control with look-back adaptation" (LLA-MPC, IROS 2025).
+// Source: AL-Sunni, Almubarak, Horng, Dolan, "LLA-MPC: Fast Adaptive Control for Autonomous Racing" (IROS 2025,
+// arXiv 2505.19512).
 #include <algorithm>
 #include <cmath>
 #include <gripline/plugin.hpp>

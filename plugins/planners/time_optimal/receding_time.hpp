@@ -1,0 +1,135 @@
+// The fastest lap at the friction that is believed, solved a few seconds ahead of the car in every control step
+// (receding_laps.hpp), on a road whose slippery places it remembers (friction_places.hpp).
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <gripline/plugin.hpp>
+#include <optional>
+
+#include "planners/time_optimal/friction_places.hpp"
+#include "planners/time_optimal/lap_planner.hpp"
+#include "planners/time_optimal/receding_laps.hpp"
+
+namespace gripline::time_optimal {
+
+class RecedingTime final : public LapPlanner {
+ public:
+  struct Params : LapParams {
+    double ahead = 6.0, follow = 0.15;
+    double ellipse = 0.0, drive_front = 0.5, brake_front = 0.5, slip_most = 0.0;
+    int nodes = 200, iterations = 2;
+    bool places = false, from_car_state = false;
+  };
+  static constexpr auto parameters() {
+    using P = Params;
+    return std::tuple_cat(
+        lap_parameters<P>(),
+        std::tuple{
+            param("ahead", &P::ahead, "s", {0.5, 60}, "how far the program reaches"),
+            param("follow", &P::follow, "1", {0.01, 1},
+                  "share of the way to a new solution that the driven plan goes in a control step"),
+            param("ellipse", &P::ellipse, "1", {0, 5},
+                  "largest drive or brake force over largest side force of a tyre, for each axle at its load; 0: "
+                  "what `combined` says"),
+            param("slip_most", &P::slip_most, "rad", {0, 1.4},
+                  "largest slip that is planned once the car has slipped nearly as far; below slip_max: slip_max"),
+            param("drive_front", &P::drive_front, "1", {0, 1}, "front share of the drive force"),
+            param("brake_front", &P::brake_front, "1", {0, 1}, "front share of the brake force"),
+            param("places", &P::places, "1", {0, 1}, "remember where the road is slippery"),
+            param("from_car_state", &P::from_car_state, "1", {0, 1},
+                  "a car that has left its plan, too fast for it or wide of it, begins another with its own state"),
+            param("nodes", &P::nodes, "1", {30, 1000}, "of the program, at most"),
+            param("iterations", &P::iterations, "1", {1, 100}, "Newton steps in a control step, at most")});
+  }
+
+  RecedingTime(const PluginContext& context, const Params& params)
+      : LapPlanner(context, params,
+                   {.least_mu = params.mu_lo,
+                    .most_mu = params.mu_hi,
+                    .reach = 1.0,
+                    .at_own_speed = true,
+                    .sharing = {params.ellipse, params.drive_front, params.brake_front}}),
+        laps_(setup(), {scaled_to(typical().tyres, mu_plan()), typical().resistance},
+              {params.ahead, params.nodes, params.iterations, params.follow}),
+        slip_most_(params.slip_most),
+        from_car_state_(params.from_car_state) {
+    if (params.places) places_.emplace(setup().nodes().s.size(), context.dt);
+    plan_ = laps_.whole_plan();
+    followed().set(plan_);
+  }
+
+ protected:
+  void update(const CarBelief* learned, const Observation& now) override {
+    const CarBelief& car = learned != nullptr ? *learned : typical();
+    // What is known of tyres ends where they have slipped; a curve fitted up to there holds a little further.
+    constexpr double beyond = 1.4;
+    laps_.set_slip_max(std::min(slip_most_, beyond * visited_slip()));
+    const double station = followed().locate(now.x.x, now.x.y);
+    const bool astray = from_car_state_ && learned != nullptr && has_left_plan(now.x, station);
+    laps_.step({scaled_to(car.tyres, mu_plan()), car.resistance}, learned != nullptr ? relative_spread() : 0.0, station,
+               plan_, astray ? &now.x : nullptr);
+    if (laps_.changed_count() > 0) followed().set(plan_, laps_.changed_first(), laps_.changed_count());
+  }
+
+  void see(const Observation& now, AxleTyres& tyres, double& spread) override {
+    if (!places_) return;
+    believed_here_ = mu_of(tyres);
+    node_ = laps_.node_at(followed().locate(now.x.x, now.x.y));
+    if (places_->step(node_, mu_of(tyres), spread))
+      for (std::size_t i = 0; i < setup().nodes().s.size(); ++i) laps_.set_grip(i, places_->grip(i));
+    if (places_->holding()) {
+      tyres = scaled_to(outside_, places_->mu());
+      spread = spread_outside_;
+    } else {
+      outside_ = tyres;
+      spread_outside_ = spread;
+    }
+  }
+  double grip_here() const override { return places_ ? places_->grip(node_) : 1.0; }
+  /// Of the road without its places, times the place's: also right on the first steps into a place, while the road
+  /// behind the car is believed. Behind a place it is not more than believed: the place may have grown.
+  double grip_ahead(double station) const override {
+    if (!places_ || !(believed_here_ > 0.0)) return 1.0;
+    const double ahead = places_->mu() * places_->grip(laps_.node_at(station)) / believed_here_;
+    return places_->holding() && places_->grip(node_) == 1.0 ? std::min(1.0, ahead) : ahead;
+  }
+
+ private:
+  /// Whether the car is much faster than the plan beside it or runs wide of it, or did a moment ago. A plan that began at
+  /// the car is as fast as the car, beyond `pace`: until the car has slowed down to what is asked of it, only one that is
+  /// faster than that plan itself is too fast for it. A car that joins the line, recovers, drives slowly or slides far off its
+  /// heading is led by its own path.
+  bool has_left_plan(const State& x, double station) {
+    constexpr double fast = 1.05, faster_than_plan = 1.01;  // of the speed asked for, of the planned speed
+    constexpr double wide = 0.4, slow = 0.8;                // of the car's width, of the speed asked for
+    constexpr double least = 2.5;                           // speed over the car's least
+    constexpr double lasts = 0.3, furthest = 1.0;           // [s, rad]
+    const PlanPoint plan = followed().at(station);
+    const double asked = driven_speed(plan.v), v = std::hypot(x.vx, x.vy);
+    const double beside = std::cos(plan.yaw) * (x.y - plan.y) - std::sin(plan.yaw) * (x.x - plan.x);
+    if (v <= fast * asked) slowed_down_ = true;
+    const bool too_fast = v > (slowed_down_ ? fast * asked : std::max(fast * asked, faster_than_plan * plan.v));
+    const bool left = too_fast || (std::abs(beside) > wide * setup().car().width && v > slow * asked);
+    if (left) slowed_down_ = false;
+    const bool slides = std::abs(std::atan2(x.vy, x.vx)) > furthest || std::cos(x.yaw - plan.yaw) < std::cos(furthest);
+    if (joins() || slides || v < least * setup().car().v_min)
+      astray_for_ = 0;
+    else
+      astray_for_ = left ? lasts : astray_for_ - dt();
+    return astray_for_ > 0;
+  }
+
+  RecedingLaps laps_;
+  double slip_most_;
+  bool from_car_state_;
+  double astray_for_ = 0;    // [s] that the plan still begins at the car
+  bool slowed_down_ = true;  // since it left its plan
+  std::optional<FrictionPlaces> places_;
+  AxleTyres outside_;  // believed where the car was last in no such place
+  double spread_outside_ = 0;
+  double believed_here_ = 0;  // friction
+  std::size_t node_ = 0;      // below the car
+};
+
+}  // namespace gripline::time_optimal

@@ -1,0 +1,68 @@
+#include "planners/time_optimal/pace_reserve.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <stdexcept>
+
+namespace gripline {
+namespace {
+
+using time_optimal::LapParams;
+using time_optimal::PaceReserve;
+
+constexpr double top = 60;  // [m/s]
+
+LapParams params() {
+  LapParams p;
+  p.mu_lo = 0.2;
+  p.mu_hi = 1.3;
+  p.pace = 0.975;
+  p.pace_fall = 0.0011;
+  p.pace_kept = 0.7;
+  return p;
+}
+
+TEST(PaceReserve, IsWholeUntilTheBeliefIsTrustedAndAtTheFrictionThatIsExpected) {
+  PaceReserve reserve(params(), top);
+  EXPECT_NEAR(reserve.pace(40), 0.975 - 40 * 0.0011, 1e-12);
+  reserve.set(0.5, false);
+  EXPECT_NEAR(reserve.pace(40), 0.975 - 40 * 0.0011, 1e-12);
+  for (const double mu : {1.0, 1.2}) {
+    reserve.set(mu, true);
+    EXPECT_NEAR(reserve.pace(40), 0.975 - 40 * 0.0011, 1e-12) << mu;
+  }
+}
+
+// Friction falls from mu to a normally distributed one; its mean fall by a sum over that distribution.
+TEST(PaceReserve, ShrinksWithTheMeanFallThatFrictionCanTake) {
+  const LapParams p = params();
+  const auto mean_fall = [&](double mu) {
+    double sum = 0, weight = 0;
+    for (double z = -6; z < 6; z += 1e-3) {
+      const double density = std::exp(-0.5 * z * z);
+      sum += density * std::max(0.0, mu - (p.pace_friction + z * p.pace_spread));
+      weight += density;
+    }
+    return sum / weight / mu;
+  };
+  PaceReserve reserve(p, top);
+  reserve.set(0.7, true);
+  const double share = mean_fall(0.7) / mean_fall(1.0), kept = 0.7 + 0.3 * share;
+  ASSERT_LT(share, 0.5);
+  EXPECT_NEAR(1 - reserve.pace(20), kept * (0.025 + 0.0011 * 20), 1e-6);
+}
+
+TEST(PaceReserve, RefusesToDriveFasterPlansOrMoreFrictionMoreSlowly) {
+  LapParams steep = params();
+  steep.pace_fall = 0.02;
+  EXPECT_THROW(PaceReserve(steep, top), std::invalid_argument);
+  LapParams little = params();
+  little.pace = 0.5;
+  little.pace_kept = 0;
+  little.pace_spread = 0.05;
+  EXPECT_THROW(PaceReserve(little, top), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace gripline
