@@ -90,10 +90,11 @@ std::size_t RecedingLaps::window_length(std::size_t first) const {
 /// as it was solved before.
 void RecedingLaps::solve_whole_lap() {
   constexpr int most = 80;
+  constexpr std::size_t most_nodes = 100;  // from the base line, longer windows settle in laps with parts driven backwards
   std::size_t stride = 1;
   for (int round = 0; round < 2; ++round)
     for (std::size_t first = 0; first < lap_.size(); first += stride) {
-      count_ = window_length(first);
+      count_ = std::min(window_length(first), most_nodes);
       stride = std::max<std::size_t>(1, count_ / 3);
       first_ = first;
       begin_ = kept(first);
