@@ -90,7 +90,8 @@ std::size_t RecedingLaps::window_length(std::size_t first) const {
 /// as it was solved before.
 void RecedingLaps::solve_whole_lap() {
   constexpr int most = 80;
-  constexpr std::size_t most_nodes = 100;  // from the base line, longer windows settle in laps with parts driven backwards
+  // From the base line longer windows settle in laps with parts that are driven backwards.
+  constexpr std::size_t most_nodes = 100;
   std::size_t stride = 1;
   for (int round = 0; round < 2; ++round)
     for (std::size_t first = 0; first < lap_.size(); first += stride) {
