@@ -29,6 +29,13 @@ constexpr int astray_work = 3;  // times the Newton steps of other control steps
 constexpr int first_patience = 50, most_patience = 150, least_patience = 25;
 constexpr double other_car = 0.05;
 
+// Nodes of a window that may be a large part of the lap. From the base line longer ones settle in laps with parts that are
+// driven backwards, and one that never leaves such a part keeps it.
+constexpr std::size_t short_window = 100;
+std::size_t most_nodes(int asked, std::size_t lap) {
+  return std::min({static_cast<std::size_t>(asked), std::max(short_window, lap / 2), lap - 2});
+}
+
 bool finite(const CarBelief& car) {
   const auto tyre = [](const vehicle::MagicFormula& t) { return t.B + t.C + t.D; };
   return std::isfinite(tyre(car.tyres.front) + tyre(car.tyres.rear) + car.resistance.rolling + car.resistance.drag);
@@ -39,7 +46,8 @@ bool finite(const CarBelief& car) {
 RecedingLaps::RecedingLaps(const LapSetup& setup, const CarBelief& car, const RecedingOptions& options)
     : setup_(&setup),
       options_(options),
-      solver_(setup.problem(car), std::min(static_cast<std::size_t>(options.nodes), setup.nodes().s.size() - 2)),
+      most_(most_nodes(options.nodes, setup.nodes().s.size())),
+      solver_(setup.problem(car), most_),
       car_(car),
       mu_(mu_of(car.tyres)),
       lap_(setup.nodes().s.size()),
@@ -73,11 +81,10 @@ std::size_t RecedingLaps::node_at(double station) const {
 }
 
 std::size_t RecedingLaps::window_length(std::size_t first) const {
-  const std::size_t most = std::min(static_cast<std::size_t>(options_.nodes), lap_.size() - 2);
   constexpr std::size_t least = 30;
   double time = 0;
   std::size_t n = 0;
-  while (n < most && (time < options_.ahead + behind || n < least)) {
+  while (n < most_ && (time < options_.ahead + behind || n < least)) {
     const std::size_t i = wrapped(first + n);
     time += setup_->nodes().ds[i] / std::max(lap_[i].z[lap_vx], 0.05 * setup_->top_speed());
     ++n;
@@ -90,12 +97,10 @@ std::size_t RecedingLaps::window_length(std::size_t first) const {
 /// as it was solved before.
 void RecedingLaps::solve_whole_lap() {
   constexpr int most = 80;
-  // From the base line longer windows settle in laps with parts that are driven backwards.
-  constexpr std::size_t most_nodes = 100;
   std::size_t stride = 1;
   for (int round = 0; round < 2; ++round)
     for (std::size_t first = 0; first < lap_.size(); first += stride) {
-      count_ = std::min(window_length(first), most_nodes);
+      count_ = std::min(window_length(first), short_window);
       stride = std::max<std::size_t>(1, count_ / 3);
       first_ = first;
       begin_ = kept(first);

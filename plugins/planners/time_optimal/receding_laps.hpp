@@ -29,7 +29,7 @@ namespace gripline::time_optimal {
 
 struct RecedingOptions {
   double ahead = 6.0;    // [s] of plan
-  int nodes = 200;       // most of a window
+  int nodes = 200;       // most of a window; beyond 100 no more than half of the lap's
   int iterations = 2;    // Newton steps in a control step, at most
   double follow = 0.05;  // share of the way to a settled window that the driven plan goes in a control step
 };
@@ -91,6 +91,7 @@ class RecedingLaps {
 
   const LapSetup* setup_;
   RecedingOptions options_;
+  std::size_t most_;  // nodes of a window
   WindowSolver solver_;
   CarBelief car_;
   double mu_ = 0;  // of car_

@@ -39,7 +39,8 @@ class RecedingTime final : public LapPlanner {
             param("places", &P::places, "1", {0, 1}, "remember where the road is slippery"),
             param("from_car_state", &P::from_car_state, "1", {0, 1},
                   "a car that has left its plan, too fast for it or wide of it, begins another with its own state"),
-            param("nodes", &P::nodes, "1", {30, 1000}, "of the program, at most"),
+            param("nodes", &P::nodes, "1", {30, 1000},
+                  "of the program, at most; beyond 100 no more than half of the lap's"),
             param("iterations", &P::iterations, "1", {1, 100}, "Newton steps in a control step, at most")});
   }
 
