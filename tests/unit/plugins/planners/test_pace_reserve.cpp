@@ -39,7 +39,8 @@ TEST(PaceReserve, ShrinksWithTheMeanFallThatFrictionCanTake) {
   const LapParams p = params();
   const auto mean_fall = [&](double mu) {
     double sum = 0, weight = 0;
-    for (double z = -6; z < 6; z += 1e-3) {
+    for (int i = -6000; i < 6000; ++i) {
+      const double z = 1e-3 * i;
       const double density = std::exp(-0.5 * z * z);
       sum += density * std::max(0.0, mu - (p.pace_friction + z * p.pace_spread));
       weight += density;
