@@ -30,7 +30,7 @@ std::filesystem::path drawn_circuit(unsigned seed) {
   const double phases[] = {phase(random), phase(random), phase(random), phase(random)};
   std::string name = "circuit_";
   name.append(std::to_string(seed)).append(".csv");
-  const std::filesystem::path path = std::filesystem::path(testing::TempDir()) / name;
+  std::filesystem::path path = std::filesystem::path(testing::TempDir()) / name;
   std::ofstream out(path);
   out << "# x_m,y_m,w_tr_right_m,w_tr_left_m\n";
   constexpr int points = 240;
