@@ -100,9 +100,11 @@ TEST_F(Published, TheBestRowPassesASuddenLossOfGripInside) {
   }
 }
 
-/// Its first lap decides: where that has parts driven backwards, which the planner's equations allow, a lap takes 9 s.
+/// With slips up to 0.7 rad a plan can slide round a turn backwards, which the planner's equations allow. A window of nearly
+/// the whole lap keeps such a part, and a lap takes 9 s.
 TEST_F(Published, TheBestRowToldATooHeavyCarDrivesAsFast) {
-  compare("sensitivity_1_43", {"--only", "mass_more", "--set", "/seeds/count=1"});
+  compare("sensitivity_1_43",
+          {"--only", "mass_more", "--set", "/seeds/count=1", "--set", "/stacks/mass_more/planner/params/slip_max=0.7"});
   const auto told = row("table.csv", {"mass_more"});
   EXPECT_EQ(number(told, "violation_s"), 0);
   EXPECT_LE(number(told, "lap1_s"), 7.2);

@@ -140,9 +140,11 @@ class JoinPath {
             -36.0 * u + 96.0 * u2 - 60.0 * u3};
   }
 
-  /// From the way to an edge. Where the way leads outside of that edge, there is as much room, up to the car's width: a
-  /// car that stands there would have to go further out first to turn back, and a controller that must not stays.
-  double room(double to_edge) const { return std::max(to_edge, std::min(-to_edge, width_)); }
+  /// The room that is stated beside the way, `to_edge` from an edge of the road. A car that stands outside of it may have to
+  /// go further out to turn back, which a controller weighs as leaving the road: so a way outside of an edge has as much
+  /// room beyond it as it is off, up to the car's width.
+  double stated_room(double to_edge) const { return std::max(to_edge, std::min(-to_edge, width_)); }
+
   void move(RefPoint& r) const {
     const double way = ahead(r.s);
     if (way >= whole_way()) return;
@@ -151,8 +153,8 @@ class JoinPath {
     r.y += std::cos(r.yaw) * o.n;
     r.yaw += std::atan2(o.slope, std::max(least_stretch, 1.0 - o.n * r.kappa));
     r.kappa += o.bend;
-    r.left = room(r.left - o.n);
-    r.right = room(r.right + o.n);
+    r.left = stated_room(r.left - o.n);
+    r.right = stated_room(r.right + o.n);
     r.at.n += o.n;
   }
 

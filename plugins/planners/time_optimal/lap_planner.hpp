@@ -18,8 +18,9 @@
 #include "common/planning/join_path.hpp"
 #include "common/planning/planner_context.hpp"
 #include "common/planning/recovery_path.hpp"
-#include "planners/time_optimal/lap_library.hpp"
 #include "planners/time_optimal/lap_parameters.hpp"
+#include "planners/time_optimal/lap_plan.hpp"
+#include "planners/time_optimal/lap_setup.hpp"
 #include "planners/time_optimal/pace_reserve.hpp"
 #include "planners/time_optimal/resistance_fit.hpp"
 #include "planners/time_optimal/tyre_fit.hpp"
@@ -106,7 +107,6 @@ class LapPlanner : public SpeedPlanner {
   /// What is driven where v is planned [m/s].
   double driven_speed(double v) const { return reserve_.pace(v) * v; }
 
-  const LapParams& params() const { return k_; }
   double dt() const { return dt_; }  // control step [s]
   const LapSetup& setup() const { return setup_; }
   const CarBelief& typical() const { return typical_; }

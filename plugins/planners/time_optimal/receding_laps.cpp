@@ -46,8 +46,8 @@ bool finite(const CarBelief& car) {
 RecedingLaps::RecedingLaps(const LapSetup& setup, const CarBelief& car, const RecedingOptions& options)
     : setup_(&setup),
       options_(options),
-      most_(most_nodes(options.nodes, setup.nodes().s.size())),
-      solver_(setup.problem(car), most_),
+      most_nodes_(most_nodes(options.nodes, setup.nodes().s.size())),
+      solver_(setup.problem(car), most_nodes_),
       car_(car),
       mu_(mu_of(car.tyres)),
       lap_(setup.nodes().s.size()),
@@ -84,7 +84,7 @@ std::size_t RecedingLaps::window_length(std::size_t first) const {
   constexpr std::size_t least = 30;
   double time = 0;
   std::size_t n = 0;
-  while (n < most_ && (time < options_.ahead + behind || n < least)) {
+  while (n < most_nodes_ && (time < options_.ahead + behind || n < least)) {
     const std::size_t i = wrapped(first + n);
     time += setup_->nodes().ds[i] / std::max(lap_[i].z[lap_vx], 0.05 * setup_->top_speed());
     ++n;

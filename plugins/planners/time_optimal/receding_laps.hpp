@@ -91,7 +91,7 @@ class RecedingLaps {
 
   const LapSetup* setup_;
   RecedingOptions options_;
-  std::size_t most_;  // nodes of a window
+  std::size_t most_nodes_;  // of a window
   WindowSolver solver_;
   CarBelief car_;
   double mu_ = 0;  // of car_

@@ -9,6 +9,7 @@
 #include <gripline/plugin.hpp>
 
 #include "planners/time_optimal/adaptive_laps.hpp"
+#include "planners/time_optimal/lap_library.hpp"
 #include "planners/time_optimal/lap_planner.hpp"
 #include "planners/time_optimal/receding_time.hpp"
 
@@ -59,8 +60,7 @@ class TimeOptimal final : public LapPlanner {
 
 }  // namespace
 
-GRIPLINE_PLUGINS(
-    gripline::describe<TimeOptimal>("time_optimal", "1.0",
-                                    "the fastest lap at the friction that is believed, from the safe side"),
-    gripline::describe<time_optimal::RecedingTime>("receding_time", "1.0",
-                                                   "the same, solved a few seconds ahead of the car in every step"))
+GRIPLINE_PLUGINS(gripline::describe<TimeOptimal>(
+                     "time_optimal", "1.0", "the fastest lap at the friction that is believed, from the safe side"),
+                 gripline::describe<RecedingTime>("receding_time", "1.0",
+                                                  "the same, solved a few seconds ahead of the car in every step"))

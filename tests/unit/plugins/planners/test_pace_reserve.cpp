@@ -1,9 +1,12 @@
 #include "planners/time_optimal/pace_reserve.hpp"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
+#include <string>
 
 namespace gripline {
 namespace {
@@ -55,14 +58,24 @@ TEST(PaceReserve, ShrinksWithTheMeanFallThatFrictionCanTake) {
 }
 
 TEST(PaceReserve, RefusesToDriveFasterPlansOrMoreFrictionMoreSlowly) {
+  const auto refusal = [](const LapParams& p) -> std::string {
+    try {
+      PaceReserve reserve(p, top);
+    } catch (const std::invalid_argument& error) {
+      return error.what();
+    }
+    return "";
+  };
+  EXPECT_EQ(refusal(params()), "");
   LapParams steep = params();
   steep.pace_fall = 0.02;
-  EXPECT_THROW(PaceReserve(steep, top), std::invalid_argument);
+  EXPECT_THAT(refusal(steep), testing::HasSubstr("pace_fall"));
   LapParams little = params();
   little.pace = 0.5;
+  little.pace_fall = 0;
   little.pace_kept = 0;
   little.pace_spread = 0.05;
-  EXPECT_THROW(PaceReserve(little, top), std::invalid_argument);
+  EXPECT_THAT(refusal(little), testing::HasSubstr("pace_kept"));
 }
 
 }  // namespace
