@@ -306,6 +306,26 @@ TEST_F(RealCars, DiagnoseNamesWhatPredictionsOfTimeNotFittedNeed) {
   EXPECT_THAT(find_pointer(told, "/health/0/check")->text(), StartsWith("log.csv: "));
 }
 
+/// A log need not have everything: what is there says what is missing of the car.
+TEST_F(RealCars, DiagnoseNamesAnOffsetOfTheSteeringWithoutSomeOfTheChannels) {
+  drive("log.csv", R"({"plant": {"effects": [{"plugin": "steer_offset", "params": {"d0": 0.03}}]}})",
+        {.seconds = 30, .noise = 1});
+  std::ofstream(world()) << to_json_text(merge(small_car_world(), json(R"({"plant": {"effects": []}, "unknowns": {
+      "/plant/params/Bf": {"group": "tyres", "sigma": 0.3, "scale": "log"}}})")));
+  const Node all = parse_file(map());
+  using Names = std::vector<const char*>;
+  for (const Names& absent : {Names{"vy", "yaw_rate"}, {"x", "y", "yaw"}, {"d"}}) {
+    std::string removed;
+    for (const char* name : absent) removed += std::string(removed.empty() ? "" : ", ") + '"' + name + "\": null";
+    const std::string less = in("less.json");
+    std::ofstream(less) << to_json_text(merge(all, json(R"({"channels": {)" + removed + "}}")));
+    const Outcome found =
+        gripline_with({"diagnose", world(), in("log.csv"), "--map", less, "--out", in("found"), "--force"});
+    EXPECT_EQ(found.code, 0) << removed << '\n' << found.err << found.out;
+    EXPECT_THAT(found.out, HasSubstr("steer_offset")) << removed;
+  }
+}
+
 /// An experiment of kind "measured" and a sweep over it: the same held-out errors, one row per setting.
 TEST_F(RealCars, ASweepOverMeasuredLogsHasTheNumbersOfTheExperiment) {
   drive("log.csv", another_car, {.seconds = 40, .noise = 1});

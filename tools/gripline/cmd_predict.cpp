@@ -127,10 +127,7 @@ struct JudgedLog {
     left_out = measured::drop_gross_outliers(session);
     spikes = measured::drop_place_spikes(session);
     log.session = &session;
-    log.truth.clear();
-    for (const double start : log.starts.time)
-      for (const double h : log.starts.horizons)
-        for (std::size_t c = 0; c < channels; ++c) log.truth.push_back(session.interpolate(c, start + h));
+    log.truth = calibrate::readings_at(session, log.starts);
     for (const double start : log.starts.time) {
       const std::size_t row = session.row_before(start + 1e-9);
       bool bad = false;

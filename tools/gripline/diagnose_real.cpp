@@ -1,6 +1,7 @@
 #include "gripline/diagnose_real.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <iostream>
 
@@ -23,6 +24,7 @@ namespace {
 
 using calibrate::MissingEffects;
 using diagnose::Diagnosis;
+using measured::Source;
 
 bool same_rows(const measured::Session& a, const measured::Session& b) {
   const auto same = [](double x, double y) { return x == y || (std::isnan(x) && std::isnan(y)); };
@@ -64,6 +66,13 @@ std::list<measured::SessionFile> read_sessions(const std::vector<std::string>& f
   return all;
 }
 
+/// Whether all that gripline's own columns must have is there, to see delays by; a lateral speed may be absent.
+bool has_own_columns(const measured::SessionFile& file) {
+  return file.has_throttle &&
+         std::ranges::all_of(std::array{Source::x, Source::y, Source::yaw, Source::vx, Source::yaw_rate},
+                             [&](Source s) { return file.session.has[static_cast<std::size_t>(s)]; });
+}
+
 /// Delays of channels against each other, of the logs on their even grid. `map` leaves in what it says to find.
 std::vector<diagnose::ChannelDelay> channel_delays(const std::list<measured::SessionFile>& files, measured::LogMap map,
                                                    const WorldSpec& world, const fs::path& out) {
@@ -71,7 +80,7 @@ std::vector<diagnose::ChannelDelay> channel_delays(const std::list<measured::Ses
     if (channel && !channel->delay) channel->delay = 0.0;
   std::vector<measured::LogFile> logs;
   for (const measured::SessionFile& file : files) {
-    if (!file.has_throttle) return {};  // such a log is not in gripline's columns
+    if (!has_own_columns(file)) return {};
     std::string name = fs::path(file.session.name).stem().string();
     if (!logs.empty()) name += '.' + std::to_string(logs.size() + 1);  // logs of several folders may share a name
     const fs::path written = out / (name + ".gripline.csv");

@@ -16,6 +16,15 @@ double step_of(const Unknown& u, double value) { return u.log ? value : 1.0; }
 
 }  // namespace
 
+std::vector<double> readings_at(const Session& s, const Starts& starts) {
+  std::vector<double> all;
+  for (const double start : starts.time)
+    for (const double h : starts.horizons)
+      for (std::size_t c = 0; c < channels; ++c)
+        all.push_back(c == 3 && s.prescribed_speed ? measured::no_reading : s.interpolate(c, start + h));
+  return all;
+}
+
 FitLog::FitLog(const Session& s, double grid_step, std::vector<double> horizons, double every, double slowest,
                Speed speed)
     : session(&s), commands(s, grid_step) {
@@ -35,9 +44,7 @@ FitLog::FitLog(const Session& s, double grid_step, std::vector<double> horizons,
     for (std::size_t i = row; std::isnan(v) && i > 0 && s.t[row] - s.t[i - 1] < 0.5; --i) v = s.at(i - 1, 3);
     if (std::abs(v) >= slowest) starts.time.push_back(s.t[row]);
   }
-  for (const double start : starts.time)
-    for (const double h : starts.horizons)
-      for (std::size_t c = 0; c < channels; ++c) truth.push_back(s.interpolate(c, start + h));
+  truth = readings_at(s, starts);
 }
 
 bool lies_on(const Session& s, const Track& track) {

@@ -12,13 +12,17 @@
 
 namespace gripline::calibrate {
 
+/// What predictions are compared with: starts x horizons x 6, NaN where nothing was read and for a speed that is taken
+/// from the log, which is no prediction.
+std::vector<double> readings_at(const Session& session, const Starts& starts);
+
 /// A session with what is asked of it.
 struct FitLog {
   const Session* session = nullptr;
   measured::CommandGrid commands;
   std::shared_ptr<const Track> track;  // null: flat, nowhere
   Starts starts;
-  std::vector<double> truth;  // starts x horizons x 6, NaN where nothing was read
+  std::vector<double> truth;  // readings_at(session, starts)
   double weight = 1;          // of its errors
 
   /// What a start's row needs: a speed in the half second before it; or one of its own, the start then being the next

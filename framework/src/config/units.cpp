@@ -32,18 +32,30 @@ constexpr Dimension whole(int m, int kg, int s, int rad, int A, int K) {
   return {{2 * m, 2 * kg, 2 * s, 2 * rad, 2 * A, 2 * K}};
 }
 
-constexpr std::array<Named, 21> units{
-    {{"m", whole(1, 0, 0, 0, 0, 0), 1.0, true},           {"g", whole(0, 1, 0, 0, 0, 0), 1e-3, true},
-     {"s", whole(0, 0, 1, 0, 0, 0), 1.0, true},           {"min", whole(0, 0, 1, 0, 0, 0), 60.0, false},
-     {"h", whole(0, 0, 1, 0, 0, 0), 3600.0, false},       {"rad", whole(0, 0, 0, 1, 0, 0), 1.0, true},
-     {"deg", whole(0, 0, 0, 1, 0, 0), pi / 180.0, false}, {"\xc2\xb0", whole(0, 0, 0, 1, 0, 0), pi / 180.0, false},
-     {"rev", whole(0, 0, 0, 1, 0, 0), 2.0 * pi, false},   {"rpm", whole(0, 0, -1, 1, 0, 0), 2.0 * pi / 60.0, false},
-     {"A", whole(0, 0, 0, 0, 1, 0), 1.0, true},           {"K", whole(0, 0, 0, 0, 0, 1), 1.0, true},
-     {"Hz", whole(0, 0, -1, 0, 0, 0), 1.0, true},         {"N", whole(1, 1, -2, 0, 0, 0), 1.0, true},
-     {"Pa", whole(-1, 1, -2, 0, 0, 0), 1.0, true},        {"bar", whole(-1, 1, -2, 0, 0, 0), 1e5, false},
-     {"J", whole(2, 1, -2, 0, 0, 0), 1.0, true},          {"W", whole(2, 1, -3, 0, 0, 0), 1.0, true},
-     {"V", whole(2, 1, -3, 0, -1, 0), 1.0, true},         {"ohm", whole(2, 1, -3, 0, -2, 0), 1.0, true},
-     {"%", whole(0, 0, 0, 0, 0, 0), 1e-2, false}}};
+constexpr std::array<Named, 24> units{{{"m", whole(1, 0, 0, 0, 0, 0), 1.0, true},
+                                       {"g", whole(0, 1, 0, 0, 0, 0), 1e-3, true},
+                                       {"s", whole(0, 0, 1, 0, 0, 0), 1.0, true},
+                                       {"min", whole(0, 0, 1, 0, 0, 0), 60.0, false},
+                                       {"h", whole(0, 0, 1, 0, 0, 0), 3600.0, false},
+                                       {"rad", whole(0, 0, 0, 1, 0, 0), 1.0, true},
+                                       {"deg", whole(0, 0, 0, 1, 0, 0), pi / 180.0, false},
+                                       {"\xc2\xb0", whole(0, 0, 0, 1, 0, 0), pi / 180.0, false},
+                                       {"ft", whole(1, 0, 0, 0, 0, 0), 0.3048, false},
+                                       {"mi", whole(1, 0, 0, 0, 0, 0), 1609.344, false},
+                                       {"mph", whole(1, 0, -1, 0, 0, 0), 0.44704, false},
+                                       {"rev", whole(0, 0, 0, 1, 0, 0), 2.0 * pi, false},
+                                       {"rpm", whole(0, 0, -1, 1, 0, 0), 2.0 * pi / 60.0, false},
+                                       {"A", whole(0, 0, 0, 0, 1, 0), 1.0, true},
+                                       {"K", whole(0, 0, 0, 0, 0, 1), 1.0, true},
+                                       {"Hz", whole(0, 0, -1, 0, 0, 0), 1.0, true},
+                                       {"N", whole(1, 1, -2, 0, 0, 0), 1.0, true},
+                                       {"Pa", whole(-1, 1, -2, 0, 0, 0), 1.0, true},
+                                       {"bar", whole(-1, 1, -2, 0, 0, 0), 1e5, false},
+                                       {"J", whole(2, 1, -2, 0, 0, 0), 1.0, true},
+                                       {"W", whole(2, 1, -3, 0, 0, 0), 1.0, true},
+                                       {"V", whole(2, 1, -3, 0, -1, 0), 1.0, true},
+                                       {"ohm", whole(2, 1, -3, 0, -2, 0), 1.0, true},
+                                       {"%", whole(0, 0, 0, 0, 0, 0), 1e-2, false}}};
 
 constexpr std::array<std::pair<std::string_view, double>, 8> prefixes{
     {{"k", 1e3}, {"M", 1e6}, {"G", 1e9}, {"c", 1e-2}, {"m", 1e-3}, {"u", 1e-6}, {"\xc2\xb5", 1e-6}, {"n", 1e-9}}};
@@ -76,6 +88,12 @@ constexpr std::array<std::pair<Dimension, std::string_view>, 27> kinds{
      {whole(2, 1, -3, 0, -1, 0), "a voltage"},
      {whole(2, 1, -3, 0, -2, 0), "a resistance"},
      {whole(0, 0, 0, 0, 0, 1), "a temperature"}}};
+
+constexpr std::array<std::pair<std::string_view, std::string_view>, 22> spelled_out{
+    {{"sec", "s"},      {"secs", "s"},      {"second", "s"},    {"seconds", "s"}, {"msec", "ms"},  {"meter", "m"},
+     {"meters", "m"},   {"metre", "m"},     {"metres", "m"},    {"feet", "ft"},   {"mile", "mi"},  {"miles", "mi"},
+     {"degree", "deg"}, {"degrees", "deg"}, {"radians", "rad"}, {"percent", "%"}, {"kmh", "km/h"}, {"kph", "km/h"},
+     {"mps", "m/s"},    {"dps", "deg/s"},   {"Nm", "N m"},      {"Ns", "N s"}}};
 
 std::string quoted(std::string_view text) { return Node(text).describe(); }
 
@@ -213,22 +231,6 @@ class UnitParser {
   }
 
   static std::string suggestion(const std::string& name) {
-    constexpr std::array<std::pair<std::string_view, std::string_view>, 16> spelled_out{{{"sec", "s"},
-                                                                                         {"secs", "s"},
-                                                                                         {"second", "s"},
-                                                                                         {"seconds", "s"},
-                                                                                         {"msec", "ms"},
-                                                                                         {"meter", "m"},
-                                                                                         {"meters", "m"},
-                                                                                         {"metre", "m"},
-                                                                                         {"metres", "m"},
-                                                                                         {"degree", "deg"},
-                                                                                         {"degrees", "deg"},
-                                                                                         {"kmh", "km/h"},
-                                                                                         {"kph", "km/h"},
-                                                                                         {"mps", "m/s"},
-                                                                                         {"Nm", "N m"},
-                                                                                         {"Ns", "N s"}}};
     const auto* known = std::ranges::find(spelled_out, name, &std::pair<std::string_view, std::string_view>::first);
     if (known != spelled_out.end()) return "; did you mean \"" + std::string(known->second) + "\"?";
     std::vector<std::string> names{"km", "cm", "mm", "kg", "ms", "kN", "mrad", "kW", "MPa", "kPa"};
@@ -341,6 +343,25 @@ double to_si(std::string_view text, std::string_view expected_unit) {
   const double si = value * unit.factor;
   if (!std::isfinite(si)) throw UnitError(quoted(text) + " is too large for a number");
   return si;
+}
+
+std::string header_unit(std::string_view written, std::string_view expected_unit) {
+  const Dimension expected = Unit::parse(expected_unit).dimension;
+  std::string unit(trimmed(written));
+  for (std::size_t at; (at = unit.find("\xc2\xb0")) != std::string::npos;) unit.replace(at, 2, "deg");
+  std::string lower = unit;
+  for (char& c : lower)
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  std::vector<std::string> readings{unit, lower};
+  for (const auto& [word, name] : spelled_out)
+    if (word == lower) readings.emplace_back(name);
+  for (const std::string& reading : readings) {
+    try {
+      if (!reading.empty() && Unit::parse(reading).dimension == expected) return reading;
+    } catch (const UnitError&) {  // the next reading
+    }
+  }
+  return {};
 }
 
 }  // namespace gripline

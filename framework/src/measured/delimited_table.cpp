@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
+#include <chrono>
 #include <cmath>
 #include <limits>
 #include <map>
@@ -92,6 +93,41 @@ double read_clock(std::string_view cell) {
     cell.remove_prefix(colon + 1);
   }
   return parts == 2 || parts == 3 ? seconds : not_a_number;
+}
+
+/// Reads a whole number of `digits` digits off the front.
+bool take_digits(std::string_view& text, std::size_t digits, int& value) {
+  if (text.size() < digits) return false;
+  const auto [stop, code] = std::from_chars(text.data(), text.data() + digits, value);
+  if (code != std::errc() || stop != text.data() + digits || value < 0) return false;
+  text.remove_prefix(digits);
+  return true;
+}
+
+bool take(std::string_view& text, std::string_view characters) {
+  if (text.empty() || characters.find(text.front()) == std::string_view::npos) return false;
+  text.remove_prefix(1);
+  return true;
+}
+
+/// "2018-04-08 10:31:37.5", "2018-04-08T10:31:37Z" or "...+02:00" in seconds since 1970 (ISO 8601).
+double read_date_time(std::string_view cell) {
+  using namespace std::chrono;
+  int y = 0, m = 0, d = 0;
+  if (!take_digits(cell, 4, y) || !take(cell, "-/") || !take_digits(cell, 2, m) || !take(cell, "-/") ||
+      !take_digits(cell, 2, d) || !take(cell, " T"))
+    return not_a_number;
+  const year_month_day date{year(y), month(static_cast<unsigned>(m)), day(static_cast<unsigned>(d))};
+  if (!date.ok()) return not_a_number;
+  double zone = 0.0;
+  if (cell.ends_with('Z')) {
+    cell.remove_suffix(1);
+  } else if (const std::size_t sign = cell.find_last_of("+-"); sign != std::string_view::npos) {
+    zone = 60.0 * read_clock(cell.substr(sign + 1)) * (cell[sign] == '-' ? -1.0 : 1.0);
+    cell = cell.substr(0, sign);
+  }
+  const double day_begin = static_cast<double>(duration_cast<seconds>(sys_days(date).time_since_epoch()).count());
+  return day_begin + read_clock(cell) - zone;
 }
 
 bool is_word(std::string_view cell) {
@@ -302,7 +338,9 @@ double read_cell(std::string_view cell, bool decimal_comma) {
   if (code == std::errc() && stop == cell.data() + cell.size()) return std::isfinite(number) ? number : not_a_number;
   if (cell == "true" || cell == "TRUE" || cell == "True") return 1.0;
   if (cell == "false" || cell == "FALSE" || cell == "False") return 0.0;
-  return cell.find(':') != std::string_view::npos ? read_clock(cell) : not_a_number;
+  if (cell.find(':') == std::string_view::npos) return not_a_number;
+  const double clock = read_clock(cell);
+  return std::isnan(clock) ? read_date_time(cell) : clock;
 }
 
 int DelimitedTable::find(std::string_view wanted) const {

@@ -25,7 +25,9 @@ struct Names {
 };
 const std::vector<Names>& known_names() {
   static const std::vector<Names> all = {
-      {"time", {"ts", "time", "t", "times", "timestamp", "elapsedtime", "timems", "utctime", "stamp", "logtime"}},
+      {"time",
+       {"ts", "time", "t", "times", "timestamp", "elapsedtime", "timems", "utctime", "stamp", "logtime", "seconds",
+        "datetime"}},
       {"x", {"xm", "x", "posx", "px", "xpos", "east", "xeast", "easting", "positionx", "posxm", "xmm"}},
       {"y", {"ym", "y", "posy", "py", "ypos", "north", "ynorth", "northing", "positiony", "posym", "ymm"}},
       {"yaw",
@@ -118,9 +120,13 @@ class Guesser {
       if (std::string_view(names.channel) != channel) continue;
       for (const char* word : names.words)
         for (std::size_t c = 0; c < table_.name.size(); ++c)
-          if (plain(known_as(c)) == word && quantile_of_size(table_.column[c], 1.0) > 0.0) return static_cast<int>(c);
+          if (is_called(known_as(c), word) && quantile_of_size(table_.column[c], 1.0) > 0.0) return static_cast<int>(c);
     }
     return -1;
+  }
+  /// By its whole name, or by what stands before a slash in it: "Latitude / Y Position".
+  static bool is_called(std::string_view name, const char* word) {
+    return plain(name) == word || plain(name.substr(0, name.find(" / "))) == word;
   }
   /// Columns that vary and no channel has taken, each with its range; `rising`: those that never fall.
   std::string candidates(bool rising) const {
@@ -175,8 +181,9 @@ class Guesser {
   }
 
   /// The unit in the header, or in the name's ending, if it is one of the kind wanted.
-  std::string unit_of(int c, const char* wanted) const {
-    std::vector<std::string> tries = {table_.unit[static_cast<std::size_t>(c)]};
+  std::string unit_of(int c, const char* wanted) {
+    const std::string& written = table_.unit[static_cast<std::size_t>(c)];
+    std::vector<std::string> tries = {written};
     const std::string p = plain(known_as(static_cast<std::size_t>(c)));
     for (const auto& [ending, unit] : {std::pair("kmh", "km/h"),
                                        {"mph", "mph"},
@@ -187,15 +194,10 @@ class Guesser {
                                        {"mm", "mm"},
                                        {"cm", "cm"}})
       if (p.ends_with(ending)) tries.emplace_back(unit);
-    for (std::string unit : tries) {
-      for (std::size_t at; (at = unit.find("\xc2\xb0")) != std::string::npos;) unit.replace(at, 2, "deg");
-      if (unit.empty()) continue;
-      try {
-        (void)to_si("1 " + unit, wanted);
-        return unit;
-      } catch (const UnitError&) {
-      }
-    }
+    for (const std::string& unit : tries)
+      if (std::string known = header_unit(unit, wanted); !known.empty()) return known;
+    if (!written.empty())
+      remarks_.push_back(name(c) + ": the header's \"" + written + "\" is no unit of this kind; taken for " + wanted);
     return wanted;
   }
 

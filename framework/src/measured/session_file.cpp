@@ -28,27 +28,6 @@ using Level = Finding::Level;
   throw InputError({d});
 }
 
-std::string plain_unit(std::string unit) {
-  for (std::size_t at; (at = unit.find("\xc2\xb0")) != std::string::npos;) unit.replace(at, 2, "deg");
-  return unit;
-}
-
-/// What one of the channel's numbers is in SI: by the map's unit, else by the unit in the table's header.
-double factor_of(const Channel& channel, const char* unit, const Formula& formula, const DelimitedTable& table) {
-  std::string written = channel.unit;
-  const bool single = formula.columns().size() == 1 &&
-                      (channel.formula == table.name[formula.columns()[0]] || channel.formula.starts_with('`'));
-  if (written.empty() && single) {
-    written = plain_unit(table.unit[formula.columns()[0]]);
-    try {
-      return written.empty() ? 1.0 : to_si("1 " + written, unit);
-    } catch (const UnitError&) {
-      return 1.0;  // a unit that gripline does not know
-    }
-  }
-  return written.empty() ? 1.0 : to_si("1 " + plain_unit(written), unit);
-}
-
 class SessionReader {
  public:
   SessionReader(DelimitedTable table, const LogMap& map) : map_(map), table_(std::move(table)) {}
@@ -77,11 +56,25 @@ class SessionReader {
     return map_.file.empty() ? std::string() : " (" + channel.origin.pointer + " of " + map_.file.string() + ")";
   }
 
+  /// What one of the channel's numbers is in SI: by the map's unit, else by the unit in the table's header.
+  double factor_of(const Channel& channel, const char* unit, const Formula& formula) {
+    if (!channel.unit.empty()) return to_si("1 " + channel.unit, unit);
+    const bool single = formula.columns().size() == 1 &&
+                        (channel.formula == table_.name[formula.columns()[0]] || channel.formula.starts_with('`'));
+    const std::string written = single ? table_.unit[formula.columns()[0]] : std::string();
+    if (written.empty()) return 1.0;
+    const std::string known = header_unit(written, unit);
+    if (!known.empty()) return to_si("1 " + known, unit);
+    note("unit", table_.name[formula.columns()[0]] + ": the header's \"" + written + "\" is no unit of this kind",
+         std::string("taken for ") + unit + "; `unit` in the map says another");
+    return 1.0;
+  }
+
   Values evaluate(const Channel& channel, const char* unit, const char* name) {
     try {
       const Formula formula(channel.formula, table_, std::string(name));
       Values values = formula.evaluate(table_, time_all_);
-      const double factor = channel.sign * factor_of(channel, unit, formula, table_);
+      const double factor = channel.sign * factor_of(channel, unit, formula);
       for (double& v : values) v = std::isfinite(v) ? factor * v : not_a_number;
       return values;
     } catch (const InputError& problem) {
@@ -253,8 +246,8 @@ class SessionReader {
 
   /// Course and speed from the places of this row and the last one that had one: nothing later is looked at.
   void derive() {
-    const bool place = has(Source::x) && has(Source::y);
-    if (!place || (has(Source::yaw) && has(Source::vx))) return;
+    const bool place = has(Source::x) && has(Source::y), has_speed = has(Source::vx);
+    if (!place || (has(Source::yaw) && has_speed)) return;
     const auto& t = out_.session.t;
     Values course(t.size(), not_a_number), speed(t.size(), not_a_number), along_x(t.size(), not_a_number),
         along_y(t.size(), not_a_number);
@@ -273,7 +266,7 @@ class SessionReader {
     if (!has(Source::yaw)) {
       values_[2] = std::move(course);
       note("yaw", "absent", "the course over ground is taken; sideslip is not seen");
-      if (!has(Source::vx)) values_[3] = std::move(speed);
+      if (!has_speed) values_[3] = std::move(speed);
     } else {
       const bool sideways = !has(Source::vy);
       for (std::size_t i = 0; i < t.size(); ++i) {
@@ -282,6 +275,7 @@ class SessionReader {
         if (sideways) values_[4].push_back(c * along_y[i] - s * along_x[i]);
       }
     }
+    if (has_speed) return;
     out_.derived_velocity = true;
     note("velocity", "absent", "from differences of the place, half a step late");
   }

@@ -400,8 +400,9 @@ std::vector<Finding> constant_commands(const Session& session) {
     if (high - low < least)
       out.push_back({Level::bad, name, "stays between " + significant(low) + " and " + significant(high) + unit, lost});
   };
-  look_at(&CommandSample<double>::d, least_throttle, "d", "",
-          "what throttle and brake do is not to be learned; is it the right column?");
+  if (!session.prescribed_speed)
+    look_at(&CommandSample<double>::d, least_throttle, "d", "",
+            "what throttle and brake do is not to be learned; is it the right column?");
   look_at(&CommandSample<double>::delta, least_angle, "delta", " rad",
           "what steering does is not to be learned, nor tyres; is it the right column?");
   return out;

@@ -134,6 +134,19 @@ TEST(Units, refuse_what_is_no_unit) {
   EXPECT_THAT(why("3 " + std::string(1000, '('), "m"), HasSubstr("too many brackets"));
 }
 
+TEST(Units, headers_may_shout_or_spell_out) {
+  EXPECT_EQ(header_unit("MPH", "m/s"), "mph");
+  EXPECT_EQ(header_unit(" KM/H", "m/s"), "km/h");
+  EXPECT_EQ(header_unit("Degrees", "rad"), "deg");
+  EXPECT_EQ(header_unit("\xc2\xb0/s", "rad/s"), "deg/s");
+  EXPECT_EQ(header_unit("Feet", "m"), "ft");
+  EXPECT_EQ(header_unit("kN", "N"), "kN");
+  EXPECT_EQ(header_unit("m", "s"), "") << "of another kind";
+  EXPECT_EQ(header_unit("", "m"), "");
+  EXPECT_EQ(header_unit("furlongs", "m"), "");
+  EXPECT_DOUBLE_EQ(to_si("60 mph", "m/s"), 26.8224);
+}
+
 TEST(Units, a_bad_expected_unit_is_a_mistake_of_the_program) {
   EXPECT_THROW((void)to_si("3 m", "furlong"), std::logic_error);
 }

@@ -98,6 +98,16 @@ TEST(DelimitedTable, TimesAndTruthsAreNumbers) {
   EXPECT_TRUE(std::isnan(read_cell("1:2:3:4", false)));
 }
 
+TEST(DelimitedTable, DatesAreSecondsSince1970) {
+  EXPECT_EQ(read_cell("1970-01-02 00:00:01.5", false), 86401.5);
+  EXPECT_EQ(read_cell("2018-04-08T10:31:37Z", false), 1523183497.0);
+  EXPECT_EQ(read_cell("2018/04/08 12:31:37+02:00", false), 1523183497.0);
+  EXPECT_EQ(read_cell("2018-04-08 08:31:37-02:00", false), 1523183497.0);
+  EXPECT_TRUE(std::isnan(read_cell("2018-02-30 10:31:37", false)));
+  EXPECT_TRUE(std::isnan(read_cell("2018-04-08 10", false)));
+  EXPECT_TRUE(std::isnan(read_cell("2018-04-08 10:31:37 h", false)));
+}
+
 TEST(DelimitedTable, RowsOfAnotherLengthAreLeftOutAndSaid) {
   const auto t = read("a,b\n1,2\n3\n4,5\n6,7,8\n9,10\n11,12\n");
   EXPECT_EQ(t.rows(), 4u);

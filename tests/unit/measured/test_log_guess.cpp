@@ -83,6 +83,29 @@ TEST(LogGuess, WhatCannotBeGuessedIsLeftOpenWithTheColumnsThereAre) {
   }
 }
 
+/// As a recorder of a car's own bus writes it: dates, spelled-out units in capitals, two names in one.
+TEST(LogGuess, UnitsOfHeadersAreReadInAnyCaseAndSpelledOut) {
+  const auto file = scratch("bus.csv");
+  std::ofstream out(file);
+  out.precision(9);
+  out << "Time,Latitude / Y Position (Degrees),Longitude / X Position (Degrees),Speed (MPH),Steering Angle "
+         "(furlongs)\n";
+  for (int k = 0; k < 100; ++k)
+    out << "2018-04-08 10:31:" << 10 + k / 10 << '.' << k % 10 << ',' << 30.0 + 1e-5 * k << ",-97.7," << 24.9 << ','
+        << 0.1 << '\n';
+  out.close();
+  const Guess guess = guess_map(read_delimited(file));
+  EXPECT_THAT(guess.open, testing::IsEmpty());
+  EXPECT_EQ(find_pointer(guess.map, "/time/column")->text(), "Time");
+  EXPECT_EQ(find_pointer(guess.map, "/channels/latitude/column")->text(), "Latitude / Y Position");
+  EXPECT_EQ(find_pointer(guess.map, "/channels/vx/unit")->text(), "mph");
+  EXPECT_THAT(guess.remarks, testing::Contains("Steering Angle: the header's \"furlongs\" is no unit of this kind; "
+                                               "taken for rad"));
+  const auto map = scratch("bus.json");
+  std::ofstream(map) << to_json_text(guess.map);
+  EXPECT_NEAR(read_session(file, load_log_map(map)).session.at(40, 3), 24.9 * 0.44704, 1e-9);
+}
+
 TEST(LogGuess, AnAngleOfTheSteeringWheelIsToldByItsName) {
   for (const char* name : {"SteeringWheel", "SWA", "HandWheelAngle"}) {
     const auto file = scratch("wheel.csv");

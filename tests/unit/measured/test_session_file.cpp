@@ -209,6 +209,19 @@ TEST(SessionFile, SpeedsFollowFromPlacesWhereTheLogHasNone) {
   EXPECT_FALSE(file.session.has[5]);
 }
 
+TEST(SessionFile, ASpeedThatIsThereIsNotDerivedWithTheCourse) {
+  const auto log = log_of("t_s,x_m,y_m,vx_mps,delta_rad",
+                          [](std::ostream& out, double t, double x, double y, double, double, double delta) {
+                            out << t << ',' << x << ',' << y << ",9.5," << delta << '\n';
+                          });
+  const LogMap map =
+      map_of(R"({"time": "t_s", "channels": {"x": "x_m", "y": "y_m", "vx": "vx_mps", "delta": "delta_rad"}})");
+  const SessionFile file = read_session(log, map);
+  EXPECT_FALSE(file.derived_velocity);
+  EXPECT_EQ(file.session.at(100, 3), 9.5);
+  EXPECT_TRUE(file.session.has[2]);
+}
+
 TEST(SessionFile, LatitudeAndLongitudeBecomeAPlane) {
   const auto log =
       log_of("t,lat,lon,steer", [](std::ostream& out, double t, double x, double y, double, double, double d) {
