@@ -87,6 +87,7 @@ class RecoveryPath {
   static constexpr double braking_share = 0.6;    // of the friction, where the car is slowed down
   static constexpr double lost_angle = 1.5;       // [rad] between car and line: lines cross roads at up to 1.4
   static constexpr double astray_angle = 1.2;     // [rad] between car and the way back
+  static constexpr double standing_share = 0.3;   // of the speed in the arcs
   static constexpr double beside_cost = 2.0;      // metres that one counts which is the car's width beside the road
   static constexpr double whole_line = 1e3;       // [m] of room, where no edge is to hold the car back
   static constexpr int places = 48;               // of the line that a way may lead to
@@ -102,9 +103,17 @@ class RecoveryPath {
   bool lost(const State& x, double foot, const RefPoint& planned) const {
     const LinePoint p = line_.at(foot);
     const double width = p.left + p.right, off = std::hypot(x.x - planned.x, x.y - planned.y);
+    if (stands_outside(x, planned)) return true;
     const double across = -std::sin(p.yaw) * (x.x - p.x) + std::cos(p.yaw) * (x.y - p.y);
     return std::abs(std::remainder(x.yaw - (planned.yaw - planned.beta), 2.0 * std::numbers::pi)) > lost_angle ||
            off > 1.5 * width || (off > 0.5 * width && across * p.kappa > 0.7);
+  }
+
+  /// To start from there along the line can be farther beside the road than to stay, by what the controller looks ahead.
+  bool stands_outside(const State& x, const RefPoint& planned) const {
+    if (std::hypot(x.vx, x.vy) > standing_share * speed()) return false;
+    const double n = -std::sin(planned.yaw) * (x.x - planned.x) + std::cos(planned.yaw) * (x.y - planned.y);
+    return n > planned.left || -n > planned.right;
   }
 
   template <class Reference>

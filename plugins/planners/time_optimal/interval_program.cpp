@@ -131,7 +131,7 @@ struct IntervalProgram::Parts {
   AxleFunction bent_front, bent_rear;  // their part of the weighted sum: second derivatives only
 };
 
-IntervalProgram::IntervalProgram(const LapProblem& problem) : p_(problem) {
+IntervalProgram::IntervalProgram(const LapProblem& problem) : p_(problem), slip_most_(problem.slip_max) {
   double width = 0;
   for (std::size_t k = 0; k < p_.size(); ++k) width = std::max(width, p_.n_hi[k] - p_.n_lo[k]);
   const double v = 0.5 * p_.top_speed, grip = p_.tyres.front.D + p_.tyres.rear.D;
@@ -142,8 +142,12 @@ IntervalProgram::IntervalProgram(const LapProblem& problem) : p_(problem) {
 void IntervalProgram::set_car(const AxleTyres& tyres, const SpecificResistance& more) {
   p_.tyres = tyres;
   more_ = more;
-  slip_front_ = shares_friction() ? std::min(p_.slip_max, peak_slip(tyres.front)) : p_.slip_max;
-  slip_rear_ = shares_friction() ? std::min(p_.slip_max, peak_slip(tyres.rear)) : p_.slip_max;
+  const auto bound = [&](const MagicFormula& tyre) {
+    const double most = shares_friction() ? std::min(slip_most_, peak_slip(tyre)) : slip_most_;
+    return SlipBound{most, p_.slip_max, p_.slip_slow, p_.slip_fast};
+  };
+  slip_front_ = bound(tyres.front);
+  slip_rear_ = bound(tyres.rear);
 }
 
 void IntervalProgram::differentiate(std::size_t i, const double (&z)[V], const std::array<double, S>& rate_weight,
@@ -293,16 +297,24 @@ void IntervalProgram::differentiate_rows(std::size_t i, const double (&z)[V], co
   };
   of_speed(drive_most, 1.0, drive);
   of_speed(brake_most, -1.0, brake);
-  const auto one_way = [&](int row, double sign, const AxleFunction& slip, double arm, double most,
+  const auto one_way = [&](int row, double sign, const AxleFunction& slip, double arm, const SlipBound& bound,
                            AxleFunction& bent) {
-    out.row[curved(row)] = sign * slip.f - most;
+    const Value most = bound.at(z[lap_vx]);
+    out.row[curved(row)] = sign * slip.f - most.f;
     out.row_by[curved(row)] = by_z(sign, slip, arm);
+    out.row_by[curved(row)][lap_vx] -= most.slope;
+    h.at(lap_vx, lap_vx) -= w[curved(row)] * most.curvature;
     bent.bend(sign * w[curved(row)], slip);
   };
-  const auto both_ways = [&](int row, const AxleFunction& slip, double arm, double most, AxleFunction& bent) {
-    const double per = 1.0 / (most * most);
-    out.row[curved(row)] = per * slip.f * slip.f - 1.0;
+  const auto both_ways = [&](int row, const AxleFunction& slip, double arm, const SlipBound& bound,
+                             AxleFunction& bent) {
+    const double per = 1.0 / (bound.most * bound.most), unit = 1.0 / bound.most;
+    const Value most = bound.at(z[lap_vx]);
+    const double share = most.f / bound.most, slope = unit * most.slope, curvature = unit * most.curvature;
+    out.row[curved(row)] = per * slip.f * slip.f - share * share;
     out.row_by[curved(row)] = by_z(2.0 * per * slip.f, slip, arm);
+    out.row_by[curved(row)][lap_vx] -= 2.0 * share * slope;
+    h.at(lap_vx, lap_vx) -= 2.0 * w[curved(row)] * (slope * slope + share * curvature);
     bent.bend_by_square(per * w[curved(row)], slip);
   };
   const double lf = p_.car.lf, lr = p_.car.lr;

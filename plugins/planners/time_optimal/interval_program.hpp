@@ -77,9 +77,10 @@ class IntervalProgram {
   /// What is believed of the car from now on. `more` is resistance beyond that of the problem's coasting curve.
   void set_car(const AxleTyres& tyres, const SpecificResistance& more);
   void set_grip(std::size_t node, double grip) { p_.places[node].grip = grip; }
-  /// From the next set_car() on [rad].
-  void set_slip_max(double slip) { p_.slip_max = slip; }
-  double largest_slip() const { return std::max(slip_front_, slip_rear_); }
+  /// The largest slip of slow cars, where that is more than the problem's slip_max; from the next set_car() on [rad].
+  void set_slip_most(double slip) { slip_most_ = slip; }
+  double slip_most() const { return slip_most_; }
+  double largest_slip() const { return std::max(slip_front_.most, slip_rear_.most); }
   /// Whether side forces and drive or brakes share friction: constraints are then curved along a step.
   bool shares_friction() const { return p_.combined > 0 || p_.sharing.ratio > 0; }
   const LapProblem& problem() const { return p_; }
@@ -131,7 +132,8 @@ class IntervalProgram {
   static constexpr double from_brake_to_drive = 0.5;  // [m/s2] over which the front share changes
   LapProblem p_;
   SpecificResistance more_;
-  double slip_front_ = 0, slip_rear_ = 0;  // largest that are planned [rad]
+  double slip_most_ = 0;  // [rad]
+  SlipBound slip_front_, slip_rear_;
   std::array<double, lap_variables> scale_{};
 };
 
@@ -170,9 +172,10 @@ void IntervalProgram::curved_rows_of(std::size_t i, const T (&z)[lap_variables],
   const double unit = 1.0 / scale_[lap_a];
   put(drive_most, unit * (z[lap_a] - apply(p_.drive.drive, z[lap_vx])));
   put(brake_most, -unit * (z[lap_a] + apply(p_.drive.brake, z[lap_vx])));
-  const auto both_ways = [&](int row, const T& slip, double most) {
-    const T relative = slip * (1.0 / most);
-    put(row, relative * relative - 1.0);
+  const T& v = z[lap_vx];
+  const auto both_ways = [&](int row, const T& slip, const SlipBound& bound) {
+    const T relative = slip * (1.0 / bound.most), share = apply(bound, v) * (1.0 / bound.most);
+    put(row, relative * relative - share * share);
   };
   if (p_.sharing.ratio > 0) {
     both_ways(front_most, r.slip_front, slip_front_);
@@ -180,16 +183,16 @@ void IntervalProgram::curved_rows_of(std::size_t i, const T (&z)[lap_variables],
     share_friction(p_.places[i].grip, z[lap_a], r, put);
     return;
   }
-  put(front_most, r.slip_front - slip_front_);
-  put(front_least, -1.0 * r.slip_front - slip_front_);
+  put(front_most, r.slip_front - apply(slip_front_, v));
+  put(front_least, -1.0 * r.slip_front - apply(slip_front_, v));
   if (p_.combined > 0) {
     both_ways(rear_most, r.slip_rear, slip_rear_);
     const double most = p_.tyres.front.D + p_.tyres.rear.D;
     const T along = (p_.combined / most) * z[lap_a], across = (r.front + r.rear) * (1.0 / most);
     put(rear_least, along * along + across * across - r.load * r.load);
   } else {
-    put(rear_most, r.slip_rear - slip_rear_);
-    put(rear_least, -1.0 * r.slip_rear - slip_rear_);
+    put(rear_most, r.slip_rear - apply(slip_rear_, v));
+    put(rear_least, -1.0 * r.slip_rear - apply(slip_rear_, v));
   }
 }
 

@@ -68,8 +68,9 @@ double value_of(const T& x) {
     return x.v;
 }
 
-template <class T>
-T apply(const CubicSpline& curve, const T& x) {
+/// Of anything that has at(double) with two derivatives.
+template <class Curve, class T>
+T apply(const Curve& curve, const T& x) {
   const CubicSpline::Value y = curve.at(value_of(x));
   return chain(y.f, y.slope, y.curvature, x);
 }

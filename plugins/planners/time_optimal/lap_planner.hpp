@@ -40,6 +40,7 @@ class LapPlanner : public SpeedPlanner {
     // On the way to the line references advance as fast as they are planned, not as fast as the line beside them.
     bool at_own_speed = false;
     AxleSharing sharing{};
+    double slip_slow = 0, slip_fast = 0;  // see LapProblem [m/s]
   };
   LapPlanner(const PluginContext& context, const LapParams& params, const Manner& manner)
       : k_(params),
@@ -51,7 +52,7 @@ class LapPlanner : public SpeedPlanner {
         generic_(generic_tyres(context.car, params)),
         nominal_(context.nominal),
         typical_{scaled_to(generic_, std::sqrt(params.mu_lo * params.mu_hi)), {params.rolling, params.drag}},
-        setup_(context, options(context.car, params, manner.sharing), typical_),
+        setup_(context, options(context.car, params, manner), typical_),
         line_(setup_),
         resistance_(typical_.resistance, context.car.v_ref),
         join_(context.car, setup_.base().length(), manner.reach),
@@ -122,8 +123,9 @@ class LapPlanner : public SpeedPlanner {
   LapPlan plan_;
 
  private:
-  static SetupOptions options(const Car& car, const LapParams& k, const AxleSharing& sharing) {
-    return {k.margin * car.width, k.spacing, k.combined, k.slip_max, sharing};
+  static SetupOptions options(const Car& car, const LapParams& k, const Manner& manner) {
+    return {k.margin * car.width, k.spacing,        k.combined,    k.slip_max,
+            manner.slip_slow,     manner.slip_fast, manner.sharing};
   }
   static AxleTyres generic_tyres(const Car& car, const LapParams& k) {
     const AxleTyres tyres{{k.front_B, k.front_C, k.balance * car.lr}, {k.rear_B, k.rear_C, car.lf}};

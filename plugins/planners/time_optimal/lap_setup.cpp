@@ -93,6 +93,8 @@ LapProblem LapSetup::problem(const CarBelief& belief) const {
           .combined = options_.combined,
           .sharing = options_.sharing,
           .slip_max = options_.slip_max,
+          .slip_slow = options_.slip_slow,
+          .slip_fast = options_.slip_fast,
           .places = nodes_.places,
           .ds = nodes_.ds,
           .n_lo = nodes_.n_lo,

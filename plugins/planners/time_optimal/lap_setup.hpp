@@ -10,11 +10,12 @@
 namespace gripline::time_optimal {
 
 struct SetupOptions {
-  double margin = 0;      // kept by the centre of gravity from both edges [m]
-  double spacing = 0;     // mean distance of the nodes [m]
-  double combined = 0;    // see LapProblem
-  double slip_max = 0.6;  // see LapProblem [rad]
-  AxleSharing sharing{};  // its loads are those of the nominal model
+  double margin = 0;                    // kept by the centre of gravity from both edges [m]
+  double spacing = 0;                   // mean distance of the nodes [m]
+  double combined = 0;                  // see LapProblem
+  double slip_max = 0.6;                // see LapProblem [rad]
+  double slip_slow = 0, slip_fast = 0;  // see LapProblem [m/s]
+  AxleSharing sharing{};                // its loads are those of the nominal model
 };
 
 class LapSetup {

@@ -9,6 +9,7 @@
 // eight numbers only.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <vector>
 
@@ -29,19 +30,37 @@ struct AxleSharing {
   double load_front = 0, load_rear = 0;         // change of the relative load with a [s2/m]
 };
 
+/// The largest slip that is planned, over the speed: `most` up to `slow` m/s, from `fast` on `when_fast` where that is less,
+/// smooth between. A slide at speed leaves no side force to correct it, over a way that grows with the square of the speed.
+struct SlipBound {
+  double most = 0.6;          // [rad]
+  double when_fast = 0.6;     // [rad]
+  double slow = 0, fast = 0;  // [m/s]; fast 0: `most` at all speeds
+  CubicSpline::Value at(double v) const {
+    const double fall = std::min(0.0, when_fast - most);
+    if (fast <= slow || fall == 0.0 || v <= slow) return {most, 0.0, 0.0};
+    if (v >= fast) return {most + fall, 0.0, 0.0};
+    const double per = 1.0 / (fast - slow), u = (v - slow) * per;
+    return {most + fall * u * u * (3.0 - 2.0 * u), 6.0 * fall * u * (1.0 - u) * per,
+            6.0 * fall * (1.0 - 2.0 * u) * per * per};
+  }
+};
+
 /// Interval k leads from node k to node k + 1, the last back to node 0.
 struct LapProblem {
   Car car;
   AxleTyres tyres;
   DriveCurves drive;
-  double top_speed = 0;                // [m/s]
-  double combined = 0;                 // > 0: (combined a)^2 + (Ff + Fr)^2 <= (N (Df + Dr))^2
-  AxleSharing sharing{};               // window_solver.hpp only: in the place of `combined` where its ratio is above 0
-  double slip_max = 0.6;               // of both axles: beyond it a tyre is a brake, and the plan a drift [rad]
-  double smoothness = 1e-4;            // the weight w
-  std::vector<LapPlace> places;        // of the intervals
-  std::vector<double> ds;              // their lengths [m]
-  std::vector<double> n_lo, n_hi;      // at the nodes [m]
+  double top_speed = 0;   // [m/s]
+  double combined = 0;    // > 0: (combined a)^2 + (Ff + Fr)^2 <= (N (Df + Dr))^2
+  AxleSharing sharing{};  // window_solver.hpp only: in the place of `combined` where its ratio is above 0
+  double slip_max = 0.6;  // of both axles: beyond it a tyre is a brake, and the plan a drift [rad]
+  double slip_slow = 0,
+         slip_fast = 0;            // window_solver.hpp only: speeds of SlipBound, whose `when_fast` is slip_max [m/s]
+  double smoothness = 1e-4;        // the weight w
+  std::vector<LapPlace> places;    // of the intervals
+  std::vector<double> ds;          // their lengths [m]
+  std::vector<double> n_lo, n_hi;  // at the nodes [m]
   std::vector<double> mid_lo, mid_hi;  // and half-way through the intervals
 
   std::size_t size() const { return ds.size(); }

@@ -273,9 +273,9 @@ void RecedingLaps::set_grip(std::size_t node, double grip) {
   settled_ = false;
 }
 
-void RecedingLaps::set_slip_max(double slip) {
-  if (slip <= solver_.problem().slip_max) return;
-  solver_.set_slip_max(slip);
+void RecedingLaps::set_slip_most(double slip) {
+  if (slip <= solver_.slip_most()) return;
+  solver_.set_slip_most(slip);
   tell_solver();
   settled_ = false;
 }

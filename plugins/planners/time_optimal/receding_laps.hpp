@@ -44,7 +44,7 @@ class RecedingLaps {
   /// it is beside that station then.
   void step(const CarBelief& car, double spread, double station, LapPlan& plan, const State* astray = nullptr);
   /// Plans slips up to this angle from the next step on [rad]; no less than that of the setup.
-  void set_slip_max(double slip);
+  void set_slip_most(double slip);
   std::size_t changed_first() const { return first_; }
   std::size_t changed_count() const { return changed_; }
 

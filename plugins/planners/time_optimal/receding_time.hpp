@@ -17,7 +17,7 @@ class RecedingTime final : public LapPlanner {
  public:
   struct Params : LapParams {
     double ahead = 6.0, follow = 0.15;
-    double ellipse = 0.0, drive_front = 0.5, brake_front = 0.5, slip_most = 0.0;
+    double ellipse = 0.0, drive_front = 0.5, brake_front = 0.5, slip_most = 0.0, slip_slow = 0.0, slip_fast = 0.0;
     int nodes = 200, iterations = 2;
     bool places = false, from_car_state = false;
   };
@@ -34,6 +34,9 @@ class RecedingTime final : public LapPlanner {
                   "what `combined` says"),
             param("slip_most", &P::slip_most, "rad", {0, 1.4},
                   "largest slip that is planned once the car has slipped nearly as far; below slip_max: slip_max"),
+            param("slip_slow", &P::slip_slow, "m/s", {0, 300}, "up to this speed slips of slip_most are planned"),
+            param("slip_fast", &P::slip_fast, "m/s", {0, 300},
+                  "from this speed on slips of slip_max are planned, beyond slip_slow; 0: of slip_most at all speeds"),
             param("drive_front", &P::drive_front, "1", {0, 1}, "front share of the drive force"),
             param("brake_front", &P::brake_front, "1", {0, 1}, "front share of the brake force"),
             param("places", &P::places, "1", {0, 1}, "remember where the road is slippery"),
@@ -50,7 +53,9 @@ class RecedingTime final : public LapPlanner {
                     .most_mu = params.mu_hi,
                     .reach = 1.0,
                     .at_own_speed = true,
-                    .sharing = {params.ellipse, params.drive_front, params.brake_front}}),
+                    .sharing = {params.ellipse, params.drive_front, params.brake_front},
+                    .slip_slow = params.slip_slow,
+                    .slip_fast = params.slip_fast}),
         laps_(setup(), {scaled_to(typical().tyres, mu_plan()), typical().resistance},
               {params.ahead, params.nodes, params.iterations, params.follow}),
         slip_most_(params.slip_most),
@@ -65,7 +70,7 @@ class RecedingTime final : public LapPlanner {
     const CarBelief& car = learned != nullptr ? *learned : typical();
     // What is known of tyres ends where they have slipped; a curve fitted up to there holds a little further.
     constexpr double beyond = 1.4;
-    laps_.set_slip_max(std::min(slip_most_, beyond * visited_slip()));
+    laps_.set_slip_most(std::min(slip_most_, beyond * visited_slip()));
     const double station = followed().locate(now.x.x, now.x.y);
     const bool astray = from_car_state_ && learned != nullptr && has_left_plan(now.x, station);
     laps_.step({scaled_to(car.tyres, mu_plan()), car.resistance}, learned != nullptr ? relative_spread() : 0.0, station,

@@ -62,7 +62,8 @@ class WindowSolver {
   /// Friction of the interval that begins at a node, over that of set_car().
   void set_grip(std::size_t node, double grip);
   /// Plans slips up to this angle from the next set_car() on [rad].
-  void set_slip_max(double slip) { program_.set_slip_max(slip); }
+  void set_slip_most(double slip) { program_.set_slip_most(slip); }
+  double slip_most() const { return program_.slip_most(); }
   /// The largest slip angle that is planned [rad]: the problem's, and where side forces and drive share friction none
   /// beyond a tyre's peak, where it is a brake.
   double largest_slip() const { return program_.largest_slip(); }

@@ -86,7 +86,7 @@ void expect_same_derivatives(const IntervalProgram& program, std::mt19937& draw)
 
 struct Manner {
   std::string name;
-  double combined = 0, ellipse = 0;
+  double combined = 0, ellipse = 0, slip_fast = 0;
 };
 
 class IntervalProgramTest : public ::testing::TestWithParam<Manner> {};
@@ -99,7 +99,10 @@ TEST_P(IntervalProgramTest, DifferentiatesAsItsTemplatesDo) {
     LapProblem problem = one_interval(place);
     problem.combined = GetParam().combined;
     problem.sharing = {GetParam().ellipse, 0.4, 0.62, 0.02, -0.015};
+    problem.slip_slow = 1.0;
+    problem.slip_fast = GetParam().slip_fast;
     IntervalProgram program(problem);
+    program.set_slip_most(1.1);
     AxleTyres tyres = problem.tyres;
     tyres.front.D *= 0.9;
     program.set_car(tyres, {0.3, 0.04});
@@ -142,8 +145,26 @@ TEST_P(IntervalProgramTest, KeepsTheLeastLoadOverACrest) {
 
 INSTANTIATE_TEST_SUITE_P(Of, IntervalProgramTest,
                          ::testing::Values(Manner{"NoSharing"}, Manner{"OneCircle", 0.9, 0.0},
-                                           Manner{"Axles", 0.0, 1.1}),
+                                           Manner{"Axles", 0.0, 1.1}, Manner{"NoSharingFastSlips", 0.0, 0.0, 3.0},
+                                           Manner{"OneCircleFastSlips", 0.9, 0.0, 3.0},
+                                           Manner{"AxlesFastSlips", 0.0, 1.1, 3.0}),
                          [](const auto& one) { return one.param.name; });
+
+TEST(IntervalProgram, BoundsSlipsOfFastCarsMore) {
+  const SlipBound falls{1.0, 0.4, 1.0, 3.0};
+  EXPECT_EQ(falls.at(0.9).f, 1.0);
+  EXPECT_NEAR(falls.at(2.0).f, 0.7, 1e-12);
+  EXPECT_NEAR(falls.at(3.1).f, 0.4, 1e-12);
+  for (const double v : {0.5, 1.0 + 1e-4, 1.7, 2.4, 3.0 - 1e-4, 4.0}) {
+    constexpr double h = 1e-5;
+    const auto at = falls.at(v), more = falls.at(v + h), less = falls.at(v - h);
+    EXPECT_NEAR(at.slope, (more.f - less.f) / (2 * h), 1e-6) << v;
+    EXPECT_NEAR(at.curvature, (more.slope - less.slope) / (2 * h), 1e-4) << v;
+    EXPECT_LE(at.slope, 0.0);
+  }
+  EXPECT_EQ((SlipBound{1.0, 0.4, 0.0, 0.0}.at(9.0).f), 1.0) << "at all speeds";
+  EXPECT_EQ((SlipBound{0.3, 0.4, 1.0, 3.0}.at(9.0).f), 0.3) << "never more";
+}
 
 TEST(IntervalProgram, PlansNoSlipBeyondATyresPeakWhereFrictionIsShared) {
   LapProblem problem = one_interval({});

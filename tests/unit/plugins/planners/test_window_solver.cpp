@@ -148,7 +148,7 @@ TEST_F(WindowSolverTest, BoundsThatMoveAwayAreNotViolated) {
   WindowSolver solver(problem, window);
   std::vector<WindowNode> lap = nodes_of(solved);
   solve(solver, lap, solved, 20, 1e-2, 200);
-  solver.set_slip_max(1.2);
+  solver.set_slip_most(1.2);
   solver.set_car(problem.tyres, {});
   const WindowStep step = solver.iterate(lap, 20, window, 1e-5, solved.z[20], solved.z[20 + window]);
   EXPECT_TRUE(step.good);

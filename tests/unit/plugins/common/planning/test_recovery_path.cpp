@@ -111,6 +111,23 @@ TEST(RecoveryPath, LeadsBackFromAnyPose) {
   }
 }
 
+/// Along the line such a car would first be led further out, and a controller that looks a moment ahead rather stays.
+TEST(RecoveryPath, LeadsBackACarThatStandsJustBesideTheRoad) {
+  Driver outside(half_width + 0.5, 0.5, 0);
+  EXPECT_TRUE(outside.plan());
+  EXPECT_FALSE(Driver(half_width - 0.5, 0.5, 0).plan());
+  EXPECT_FALSE(Driver(half_width + 0.5, 0.5, 5).plan());
+  int steps = 0;
+  double furthest = 0;
+  do {
+    outside.drive();
+    furthest = std::max(furthest, -outside.off());
+  } while (outside.plan() && ++steps < 2000);
+  EXPECT_LT(steps, 1000);
+  EXPECT_LT(furthest, half_width + 2.0);
+  EXPECT_LT(std::abs(outside.off()), 3.0);
+}
+
 /// It turns round within the width of its two radii, shared between both sides of the road.
 TEST(RecoveryPath, TurnsRoundWithoutLeavingTheRoadFurtherThanItMust) {
   Driver driver(0, pi, 0);
