@@ -210,6 +210,35 @@ bool RecedingLaps::improve() {
   return last;
 }
 
+/// A window may settle in a plan that nearly stops somewhere, and would keep it lap after lap. One that is slower than the
+/// first lap would be at the friction of now, and much slower at one place, begins again from that, once on its way.
+void RecedingLaps::leave_a_plan_that_stops() {
+  constexpr double slower = 1.15, nearly_stops = 0.4;
+  const std::size_t near = WindowSolver::near_part(count_);
+  if (tried_again_ && wrapped(first_ + lap_.size() - again_from_) < near) return;
+  double own = 0, first = 0, least = 1;
+  for (std::size_t k = 0; k < near; ++k) {
+    const std::size_t i = wrapped(first_ + k);
+    const double here = time_over(i, lap_[i].z);
+    const double then = time_over(i, first_lap_[i]) * std::sqrt(first_mu_ / mu_at(i));
+    own += here;
+    first += then;
+    least = std::min(least, then / here);
+  }
+  tried_again_ = own > slower * first && least < nearly_stops;
+  if (!tried_again_) return;
+  again_from_ = first_;
+  settled_ = false;
+  start_again(first_barrier);
+}
+
+/// What an interval takes at a state [s].
+double RecedingLaps::time_over(std::size_t i, const States& z) const {
+  const double along = z[lap_vx] * std::cos(z[lap_xi]) - z[lap_vy] * std::sin(z[lap_xi]);
+  const double way = setup_->nodes().ds[i] * (1.0 - setup_->nodes().places[i].kappa * z[lap_n]);
+  return way / std::max(along, 0.01 * setup_->top_speed());
+}
+
 /// The window from the states of the first lap, slowed down to the friction of now, with fresh slacks and multipliers.
 void RecedingLaps::start_again(double barrier) {
   for (std::size_t k = 0; k <= count_; ++k) reset(wrapped(first_ + k));
@@ -350,7 +379,9 @@ void RecedingLaps::step(const CarBelief& car, double spread, double station, Lap
   if (astray != nullptr) begin_ = passed(first_, *astray);  // not slower, whatever is believed
   was_astray_ = astray != nullptr;
   const int most = (astray != nullptr ? astray_work : 1) * options_.iterations;
+  const bool unsettled = !settled_;
   for (int i = 0; i < most && !settled_; ++i) settled_ = improve();
+  if (unsettled && settled_ && !at_car_) leave_a_plan_that_stops();
   const bool drivable = settled_ || defect_ < drivable_defect;
   stalled_ = drivable ? 0 : stalled_ + 1;
   lost_ = drivable ? 0 : lost_ + 1;

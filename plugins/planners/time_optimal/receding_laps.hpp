@@ -86,6 +86,8 @@ class RecedingLaps {
   double difference_to(const CarBelief& car) const;
   void tell_solver();
   bool begin_again_is_due(double moved) const;
+  void leave_a_plan_that_stops();
+  double time_over(std::size_t interval, const States& z) const;
   void start_again(double barrier);
   void reset(std::size_t node);
 
@@ -112,9 +114,11 @@ class RecedingLaps {
   int lost_ = 0;     // the same, whatever was tried, since the window began from the first lap
   int patience_;     // control steps that it has to find a plan
   bool settled_ = false, placed_ = false;
-  bool was_astray_ = false;  // the car, in the last control step
-  bool at_car_ = false;      // the window began at a car that had left its plan, and has not moved on since
-  bool following_ = false;   // the car that is solved for goes towards the one believed
+  bool tried_again_ = false;    // from the first lap, as the plan was slower
+  std::size_t again_from_ = 0;  // first node of that window
+  bool was_astray_ = false;     // the car, in the last control step
+  bool at_car_ = false;         // the window began at a car that had left its plan, and has not moved on since
+  bool following_ = false;      // the car that is solved for goes towards the one believed
   long iterations_ = 0, failures_ = 0;
 };
 
