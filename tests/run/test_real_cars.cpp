@@ -322,7 +322,7 @@ TEST_F(RealCars, DiagnoseNamesAnOffsetOfTheSteeringWithoutSomeOfTheChannels) {
     const Outcome found =
         gripline_with({"diagnose", world(), in("log.csv"), "--map", less, "--out", in("found"), "--force"});
     EXPECT_EQ(found.code, 0) << removed << '\n' << found.err << found.out;
-    EXPECT_THAT(found.out, HasSubstr("steer_offset")) << removed;
+    EXPECT_THAT(found.out, HasSubstr("steer_offset (")) << removed;
   }
 }
 

@@ -46,9 +46,7 @@ std::vector<double> start_of(int attempt, std::span<const double> values, std::s
 std::vector<FitLog> at_horizon(std::vector<FitLog> logs, double horizon) {
   for (FitLog& log : logs) {
     log.starts.horizons = {horizon};
-    log.truth.clear();
-    for (const double start : log.starts.time)
-      for (std::size_t c = 0; c < channels; ++c) log.truth.push_back(log.session->interpolate(c, start + horizon));
+    log.truth = readings_at(*log.session, log.starts);
   }
   return logs;
 }

@@ -259,6 +259,21 @@ class UnitParser {
   std::string_view rest_;
 };
 
+/// "degrees/sec" as "deg/s".
+std::string abbreviated(std::string_view unit) {
+  std::string out;
+  while (true) {
+    const std::size_t slash = unit.find('/');
+    const std::string_view part = unit.substr(0, slash);
+    const auto* const known =
+        std::ranges::find(spelled_out, part, &std::pair<std::string_view, std::string_view>::first);
+    out += known != spelled_out.end() ? known->second : part;
+    if (slash == std::string_view::npos) return out;
+    out += '/';
+    unit.remove_prefix(slash + 1);
+  }
+}
+
 std::string_view trimmed(std::string_view text) {
   const auto from = text.find_first_not_of(' ');
   if (from == std::string_view::npos) return {};
@@ -345,16 +360,17 @@ double to_si(std::string_view text, std::string_view expected_unit) {
   return si;
 }
 
-std::string header_unit(std::string_view written, std::string_view expected_unit) {
+std::string header_unit(std::string_view written, std::string_view expected_unit, bool any_form) {
   const Dimension expected = Unit::parse(expected_unit).dimension;
   std::string unit(trimmed(written));
   for (std::size_t at; (at = unit.find("\xc2\xb0")) != std::string::npos;) unit.replace(at, 2, "deg");
-  std::string lower = unit;
-  for (char& c : lower)
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-  std::vector<std::string> readings{unit, lower};
-  for (const auto& [word, name] : spelled_out)
-    if (word == lower) readings.emplace_back(name);
+  std::vector<std::string> readings{unit};
+  if (any_form) {
+    std::string lower = unit;
+    for (char& c : lower)
+      if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+    readings.insert(readings.end(), {lower, abbreviated(unit), abbreviated(lower)});
+  }
   for (const std::string& reading : readings) {
     try {
       if (!reading.empty() && Unit::parse(reading).dimension == expected) return reading;

@@ -43,7 +43,7 @@ struct Unit {
 [[nodiscard]] double to_si(std::string_view text, std::string_view expected_unit);
 
 /// What a logger's header calls a unit ("MPH", "degrees", "°/s"), as it is written here; empty if it is none, or not of
-/// the kind of `expected_unit`. As written, in lower case, or spelled out.
-[[nodiscard]] std::string header_unit(std::string_view written, std::string_view expected_unit);
+/// the kind of `expected_unit`. As written or, where `any_form`, in lower case or spelled out.
+[[nodiscard]] std::string header_unit(std::string_view written, std::string_view expected_unit, bool any_form = true);
 
 }  // namespace gripline

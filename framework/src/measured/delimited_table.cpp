@@ -110,6 +110,26 @@ bool take(std::string_view& text, std::string_view characters) {
   return true;
 }
 
+/// What "Z", "UTC", "+02:00", "-0200" or "+02" at the end of a time is east of Greenwich [s], which is taken off `clock`; NaN
+/// for something else there.
+double take_zone(std::string_view& clock) {
+  for (const std::string_view greenwich : {"Z", "UTC"})
+    if (clock.ends_with(greenwich)) {
+      clock = trim(clock.substr(0, clock.size() - greenwich.size()));
+      return 0.0;
+    }
+  const std::size_t sign = clock.find_last_of("+-");
+  if (sign == std::string_view::npos) return 0.0;
+  std::string_view zone = clock.substr(sign + 1);
+  int hours = 0, minutes = 0;
+  if (!take_digits(zone, 2, hours)) return not_a_number;
+  take(zone, ":");
+  if (!zone.empty() && (!take_digits(zone, 2, minutes) || !zone.empty())) return not_a_number;
+  const double east = clock[sign] == '-' ? -1.0 : 1.0;
+  clock = trim(clock.substr(0, sign));
+  return east * 60.0 * (60.0 * hours + minutes);
+}
+
 /// "2018-04-08 10:31:37.5", "2018-04-08T10:31:37Z" or "...+02:00" in seconds since 1970 (ISO 8601).
 double read_date_time(std::string_view cell) {
   using namespace std::chrono;
@@ -119,13 +139,8 @@ double read_date_time(std::string_view cell) {
     return not_a_number;
   const year_month_day date{year(y), month(static_cast<unsigned>(m)), day(static_cast<unsigned>(d))};
   if (!date.ok()) return not_a_number;
-  double zone = 0.0;
-  if (cell.ends_with('Z')) {
-    cell.remove_suffix(1);
-  } else if (const std::size_t sign = cell.find_last_of("+-"); sign != std::string_view::npos) {
-    zone = 60.0 * read_clock(cell.substr(sign + 1)) * (cell[sign] == '-' ? -1.0 : 1.0);
-    cell = cell.substr(0, sign);
-  }
+  const double zone = take_zone(cell);
+  if (std::count(cell.begin(), cell.end(), ':') != 2) return not_a_number;
   const double day_begin = static_cast<double>(duration_cast<seconds>(sys_days(date).time_since_epoch()).count());
   return day_begin + read_clock(cell) - zone;
 }
@@ -317,6 +332,8 @@ struct Reader {
         continue;
       }
       for (std::size_t c = 0; c < shape.cells; ++c) table.column[c].push_back(read_cell(row[c], shape.decimal_comma));
+      if (i == first)
+        for (const std::string_view cell : row) table.of_clock.push_back(cell.find(':') != std::string_view::npos);
       table.line.push_back(lines[i].number);
     }
     if (ragged > 0) table.found.push_back(std::to_string(ragged) + " rows of another length, left out");

@@ -15,10 +15,12 @@ struct DelimitedTable {
   std::vector<std::string> unit;     // "" where none is written
   std::vector<std::string> meaning;  // what the source says a column is, for a guess; empty: only the names are known
   std::vector<std::vector<double>> column;  // NaN where a cell is empty or no number
+  std::vector<bool> of_clock;               // written as 12:34.5 or as a date, which is seconds; may be empty
   std::vector<int> line;                    // of the file, by row, from 1
   std::vector<std::string> found;           // what was unusual, one sentence each
 
   std::size_t rows() const { return line.size(); }
+  bool is_clock(std::size_t c) const { return c < of_clock.size() && of_clock[c]; }
   /// Index of a column by its name (upper and lower case differ), or -1.
   int find(std::string_view name) const;
 };

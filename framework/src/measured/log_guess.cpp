@@ -219,7 +219,8 @@ class Guesser {
       if (t[i] > t[i - 1]) steps.push_back(t[i] - t[i - 1]);
     const double step = quantile_of_size(steps, 0.5);
     for (const auto& [name_of, factor] : {std::pair("ms", 1e3), {"us", 1e6}, {"ns", 1e9}})
-      if (unit == "s" && step > 0.9e-3 * factor && step < 0.3 * factor && step > 0.9) {
+      if (!table_.is_clock(static_cast<std::size_t>(c)) && unit == "s" && step > 0.9e-3 * factor &&
+          step < 0.3 * factor && step > 0.9) {
         unit = name_of;
         remarks_.push_back("time: steps of " + significant(step) + ", taken for " + name_of);
       }

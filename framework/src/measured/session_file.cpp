@@ -59,13 +59,17 @@ class SessionReader {
   /// What one of the channel's numbers is in SI: by the map's unit, else by the unit in the table's header.
   double factor_of(const Channel& channel, const char* unit, const Formula& formula) {
     if (!channel.unit.empty()) return to_si("1 " + channel.unit, unit);
-    const bool single = formula.columns().size() == 1 &&
-                        (channel.formula == table_.name[formula.columns()[0]] || channel.formula.starts_with('`'));
-    const std::string written = single ? table_.unit[formula.columns()[0]] : std::string();
+    if (formula.columns().size() != 1) return 1.0;
+    const std::string& name = table_.name[formula.columns()[0]];
+    const bool bare = channel.formula == name || channel.formula == '`' + name + '`';
+    if (!bare && !channel.formula.starts_with('`')) return 1.0;
+    const std::string& written = table_.unit[formula.columns()[0]];
     if (written.empty()) return 1.0;
-    const std::string known = header_unit(written, unit);
+    // Arithmetic may convert already what only a reader of headers understands.
+    const std::string known = header_unit(written, unit, bare);
     if (!known.empty()) return to_si("1 " + known, unit);
-    note("unit", table_.name[formula.columns()[0]] + ": the header's \"" + written + "\" is no unit of this kind",
+    if (!bare) return 1.0;
+    note("unit", name + ": the header's \"" + written + "\" is no unit of this kind",
          std::string("taken for ") + unit + "; `unit` in the map says another");
     return 1.0;
   }
@@ -118,6 +122,7 @@ class SessionReader {
     Values steps;
     for (std::size_t i = 1; i < kept.size(); ++i) steps.push_back(kept[i] - kept[i - 1]);
     out_.row_step = median(std::move(steps));
+    if (const int c = table_.find(map_.time.formula); c >= 0 && table_.is_clock(static_cast<std::size_t>(c))) return;
     for (const auto& [unit, factor] : {std::pair("milliseconds", 1e-3), {"microseconds", 1e-6}, {"nanoseconds", 1e-9}})
       if (out_.row_step > 0.9 && out_.row_step * factor >= 0.9e-3 && out_.row_step * factor < 0.3)
         refuse_file(table_.file, "time rises by " + significant(out_.row_step) + " s from row to row: it looks like " +

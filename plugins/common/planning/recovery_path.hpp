@@ -1,4 +1,5 @@
-// The path back to the line for a car that faces across the road or backwards, or is further off than the road is wide.
+// The path back to the line for a car that faces across the road or backwards, is further off than the road is wide, or
+// stands beside it.
 //
 // A fast car is first slowed down along its course. Then it drives the arcs and the straight line of dubins.hpp to a
 // place of the line nearby, on the radius that the steering allows with a reserve, at the speed that friction allows on
@@ -103,17 +104,13 @@ class RecoveryPath {
   bool lost(const State& x, double foot, const RefPoint& planned) const {
     const LinePoint p = line_.at(foot);
     const double width = p.left + p.right, off = std::hypot(x.x - planned.x, x.y - planned.y);
-    if (stands_outside(x, planned)) return true;
     const double across = -std::sin(p.yaw) * (x.x - p.x) + std::cos(p.yaw) * (x.y - p.y);
-    return std::abs(std::remainder(x.yaw - (planned.yaw - planned.beta), 2.0 * std::numbers::pi)) > lost_angle ||
+    // To start from there along the line can be farther beside the road than to stay, by what the controller looks ahead.
+    const bool stands_outside =
+        std::hypot(x.vx, x.vy) < standing_share * speed() && (across > p.left || -across > p.right);
+    return stands_outside ||
+           std::abs(std::remainder(x.yaw - (planned.yaw - planned.beta), 2.0 * std::numbers::pi)) > lost_angle ||
            off > 1.5 * width || (off > 0.5 * width && across * p.kappa > 0.7);
-  }
-
-  /// To start from there along the line can be farther beside the road than to stay, by what the controller looks ahead.
-  bool stands_outside(const State& x, const RefPoint& planned) const {
-    if (std::hypot(x.vx, x.vy) > standing_share * speed()) return false;
-    const double n = -std::sin(planned.yaw) * (x.x - planned.x) + std::cos(planned.yaw) * (x.y - planned.y);
-    return n > planned.left || -n > planned.right;
   }
 
   template <class Reference>

@@ -30,7 +30,7 @@ struct AxleSharing {
   double load_front = 0, load_rear = 0;         // change of the relative load with a [s2/m]
 };
 
-/// The largest slip that is planned, over the speed: `most` up to `slow` m/s, from `fast` on `when_fast` where that is less,
+/// The largest slip that is planned, over the forward speed: `most` up to `slow` m/s, from `fast` on `when_fast` where that is less,
 /// smooth between. A slide at speed leaves no side force to correct it, over a way that grows with the square of the speed.
 struct SlipBound {
   double most = 0.6;          // [rad]

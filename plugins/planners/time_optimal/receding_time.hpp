@@ -6,6 +6,7 @@
 #include <cmath>
 #include <gripline/plugin.hpp>
 #include <optional>
+#include <stdexcept>
 
 #include "planners/time_optimal/friction_places.hpp"
 #include "planners/time_optimal/lap_planner.hpp"
@@ -34,9 +35,11 @@ class RecedingTime final : public LapPlanner {
                   "what `combined` says"),
             param("slip_most", &P::slip_most, "rad", {0, 1.4},
                   "largest slip that is planned once the car has slipped nearly as far; below slip_max: slip_max"),
-            param("slip_slow", &P::slip_slow, "m/s", {0, 300}, "up to this speed slips of slip_most are planned"),
+            param("slip_slow", &P::slip_slow, "m/s", {0, 300},
+                  "up to this forward speed slips of slip_most are planned"),
             param("slip_fast", &P::slip_fast, "m/s", {0, 300},
-                  "from this speed on slips of slip_max are planned, beyond slip_slow; 0: of slip_most at all speeds"),
+                  "from this forward speed on slips of slip_max are planned, beyond slip_slow; 0: of slip_most at all "
+                  "speeds"),
             param("drive_front", &P::drive_front, "1", {0, 1}, "front share of the drive force"),
             param("brake_front", &P::brake_front, "1", {0, 1}, "front share of the brake force"),
             param("places", &P::places, "1", {0, 1}, "remember where the road is slippery"),
@@ -60,6 +63,8 @@ class RecedingTime final : public LapPlanner {
               {params.ahead, params.nodes, params.iterations, params.follow}),
         slip_most_(params.slip_most),
         from_car_state_(params.from_car_state) {
+    if (params.slip_fast > 0 && params.slip_fast <= params.slip_slow)
+      throw std::invalid_argument("\"slip_fast\" is not above \"slip_slow\"; expected a higher speed, or 0");
     if (params.places) places_.emplace(setup().nodes().s.size(), context.dt);
     plan_ = laps_.whole_plan();
     followed().set(plan_);

@@ -141,6 +141,10 @@ TEST(Units, headers_may_shout_or_spell_out) {
   EXPECT_EQ(header_unit("\xc2\xb0/s", "rad/s"), "deg/s");
   EXPECT_EQ(header_unit("Feet", "m"), "ft");
   EXPECT_EQ(header_unit("kN", "N"), "kN");
+  EXPECT_EQ(header_unit("Degrees/sec", "rad/s"), "deg/s");
+  EXPECT_EQ(header_unit("Nm", "N m"), "N m");
+  EXPECT_EQ(header_unit("MPH", "m/s", false), "") << "as written only";
+  EXPECT_EQ(header_unit("deg", "rad", false), "deg");
   EXPECT_EQ(header_unit("m", "s"), "") << "of another kind";
   EXPECT_EQ(header_unit("", "m"), "");
   EXPECT_EQ(header_unit("furlongs", "m"), "");

@@ -104,7 +104,12 @@ TEST(DelimitedTable, DatesAreSecondsSince1970) {
   EXPECT_EQ(read_cell("2018/04/08 12:31:37+02:00", false), 1523183497.0);
   EXPECT_EQ(read_cell("2018-04-08 08:31:37-02:00", false), 1523183497.0);
   EXPECT_TRUE(std::isnan(read_cell("2018-02-30 10:31:37", false)));
+  EXPECT_EQ(read_cell("2018-04-08 12:31:37 +0200", false), 1523183497.0);
+  EXPECT_EQ(read_cell("2018-04-08 12:31:37+02", false), 1523183497.0);
+  EXPECT_EQ(read_cell("2018-04-08 10:31:37 UTC", false), 1523183497.0);
   EXPECT_TRUE(std::isnan(read_cell("2018-04-08 10", false)));
+  EXPECT_TRUE(std::isnan(read_cell("2018-04-08 10:31", false)));
+  EXPECT_TRUE(std::isnan(read_cell("2018-04-08 10:31:37+2", false)));
   EXPECT_TRUE(std::isnan(read_cell("2018-04-08 10:31:37 h", false)));
 }
 
