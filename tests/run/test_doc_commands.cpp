@@ -125,7 +125,7 @@ class DocCommands : public testing::Test {
       fs::create_directory_symlink(source_dir() / name, folder_ / name);
     // What the pages call a user's own roads (circuits.md).
     fs::create_directory(folder_ / "roads");
-    for (const char* name : {"Zandvoort", "Norisring", "hairpins_3"})
+    for (const char* name : {"Zandvoort", "Norisring", "Monza", "narrow_5", "hairpins_3", "hairpins_5"})
       write_oval(folder_ / "roads" / (std::string(name) + ".csv"));
     const char* const before = std::getenv("PATH");
     path_ = gripline_program().parent_path().string();
