@@ -122,9 +122,10 @@ class SessionReader {
     Values steps;
     for (std::size_t i = 1; i < kept.size(); ++i) steps.push_back(kept[i] - kept[i - 1]);
     out_.row_step = median(std::move(steps));
-    if (const int c = table_.find(map_.time.formula); c >= 0 && table_.is_clock(static_cast<std::size_t>(c))) return;
+    const int column = table_.find(map_.time.formula);
+    const bool of_clock = column >= 0 && table_.is_clock(static_cast<std::size_t>(column));
     for (const auto& [unit, factor] : {std::pair("milliseconds", 1e-3), {"microseconds", 1e-6}, {"nanoseconds", 1e-9}})
-      if (out_.row_step > 0.9 && out_.row_step * factor >= 0.9e-3 && out_.row_step * factor < 0.3)
+      if (!of_clock && out_.row_step > 0.9 && out_.row_step * factor >= 0.9e-3 && out_.row_step * factor < 0.3)
         refuse_file(table_.file, "time rises by " + significant(out_.row_step) + " s from row to row: it looks like " +
                                      unit + "; the map should say so (\"unit\")");
     for (const auto& [unit, factor] : {std::pair("milliseconds", 1e3), {"microseconds", 1e6}, {"nanoseconds", 1e9}})

@@ -106,6 +106,15 @@ TEST(LogGuess, UnitsOfHeadersAreReadInAnyCaseAndSpelledOut) {
   EXPECT_NEAR(read_session(file, load_log_map(map)).session.at(40, 3), 24.9 * 0.44704, 1e-9);
 }
 
+TEST(LogGuess, DatesOfWholeSecondsAreNoMilliseconds) {
+  const auto file = scratch("whole.csv");
+  std::ofstream out(file);
+  out << "time,x,y,delta\n";
+  for (int k = 0; k < 100; ++k) out << "2018-04-08 10:31:" << 10 + k / 10 << ',' << k << ",1,0.1\n";
+  out.close();
+  EXPECT_EQ(find_pointer(guess_map(read_delimited(file)).map, "/time/unit")->text(), "s");
+}
+
 TEST(LogGuess, AnAngleOfTheSteeringWheelIsToldByItsName) {
   for (const char* name : {"SteeringWheel", "SWA", "HandWheelAngle"}) {
     const auto file = scratch("wheel.csv");
