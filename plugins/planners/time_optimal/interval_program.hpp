@@ -70,6 +70,22 @@ struct IntervalDerivatives {
       lagrangian_by{};  // Hessian of the weighted sum, lower triangle by rows
 };
 
+/// The largest slip that is planned, over the forward speed: `most` up to `slow` m/s, from `fast` on `when_fast` where that is less,
+/// smooth between. A slide at speed leaves no side force to correct it, over a way that grows with the square of the speed.
+struct SlipBound {
+  double most = 0.6;          // [rad]
+  double when_fast = 0.6;     // [rad]
+  double slow = 0, fast = 0;  // [m/s]; fast 0: `most` at all speeds
+  CubicSpline::Value at(double v) const {
+    const double fall = std::min(0.0, when_fast - most);
+    if (fast <= slow || fall == 0.0 || v <= slow) return {most, 0.0, 0.0};
+    if (v >= fast) return {most + fall, 0.0, 0.0};
+    const double per = 1.0 / (fast - slow), u = (v - slow) * per;
+    return {most + fall * u * u * (3.0 - 2.0 * u), 6.0 * fall * u * (1.0 - u) * per,
+            6.0 * fall * (1.0 - 2.0 * u) * per * per};
+  }
+};
+
 class IntervalProgram {
  public:
   explicit IntervalProgram(const LapProblem& problem);

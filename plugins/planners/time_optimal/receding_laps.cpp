@@ -154,7 +154,7 @@ void RecedingLaps::place_window(std::size_t first) {
   // What is left behind without a plan is no start for the next lap.
   if (onward && lost_ > least_patience)
     for (std::size_t i = first_; i != first; i = wrapped(i + 1)) reset(i);
-  if (onward) tries_in_ -= std::min(tries_in_, wrapped(first + lap_.size() - first_));
+  if (onward) nodes_until_retry_ -= std::min(nodes_until_retry_, wrapped(first + lap_.size() - first_));
   first_ = first;
   count_ = window_length(first);
   if (onward)  // what the window did not reach before, which may be nothing
@@ -173,7 +173,7 @@ void RecedingLaps::begin_at(const State& car, double station) {
   place_window(node_at(station + along / std::max(0.2, 1.0 - n * beside.kappa)));
   if (!was_astray_) barrier_ = std::max(barrier_, astray_barrier);
   at_car_ = true;
-  tries_in_ = WindowSolver::near_part(count_);
+  nodes_until_retry_ = WindowSolver::near_part(count_);
   begin_ = passed(first_, car);
 }
 
@@ -217,7 +217,7 @@ bool RecedingLaps::improve() {
 void RecedingLaps::leave_a_plan_that_stops() {
   constexpr double slower = 1.15, nearly_stops = 0.4;
   const std::size_t near = WindowSolver::near_part(count_);
-  if (tries_in_ > 0) return;
+  if (nodes_until_retry_ > 0) return;
   double own = 0, first = 0, least = 1;
   for (std::size_t k = 0; k < near; ++k) {
     const std::size_t i = wrapped(first_ + k);
@@ -228,7 +228,7 @@ void RecedingLaps::leave_a_plan_that_stops() {
     least = std::min(least, then / here);
   }
   if (!(own > slower * first && least < nearly_stops)) return;
-  tries_in_ = near;
+  nodes_until_retry_ = near;
   settled_ = false;
   start_again(first_barrier);
 }

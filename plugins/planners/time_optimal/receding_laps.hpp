@@ -114,10 +114,10 @@ class RecedingLaps {
   int lost_ = 0;     // the same, whatever was tried, since the window began from the first lap
   int patience_;     // control steps that it has to find a plan
   bool settled_ = false, placed_ = false;
-  std::size_t tries_in_ = 0;  // nodes that the window moves on before it may begin again from the first lap
-  bool was_astray_ = false;   // the car, in the last control step
-  bool at_car_ = false;       // the window began at a car that had left its plan, and has not moved on since
-  bool following_ = false;    // the car that is solved for goes towards the one believed
+  std::size_t nodes_until_retry_ = 0;  // nodes that the window moves on before it may begin again from the first lap
+  bool was_astray_ = false;            // the car, in the last control step
+  bool at_car_ = false;                // the window began at a car that had left its plan, and has not moved on since
+  bool following_ = false;             // the car that is solved for goes towards the one believed
   long iterations_ = 0, failures_ = 0;
 };
 
