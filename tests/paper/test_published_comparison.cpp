@@ -100,8 +100,8 @@ TEST_F(Published, TheBestRowPassesASuddenLossOfGripInside) {
   }
 }
 
-/// With slips up to 0.7 rad a plan can slide round a turn backwards, which the planner's equations allow. A window of nearly
-/// the whole lap keeps such a part, and a lap takes 9 s.
+/// With slips up to 0.7 rad a plan can slide round a turn backwards, which the planner's equations allow. A first lap that is
+/// solved in windows of nearly the whole lap has such a part, windows as long keep it, and laps take 9 to 15 s.
 TEST_F(Published, TheBestRowToldATooHeavyCarDrivesAsFast) {
   compare("sensitivity_1_43",
           {"--only", "mass_more", "--set", "/seeds/count=1", "--set", "/stacks/mass_more/planner/params/slip_max=0.7"});
