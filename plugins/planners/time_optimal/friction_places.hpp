@@ -2,14 +2,16 @@
 //
 //   friction(s, t) = mu(t) grip(s)
 //
-// A belief that is sure of itself, falls and, less than half a lap later, comes back was that of a place: what was
-// believed there over what is believed behind it is its grip. While a learner finds the new friction its belief is not
-// sure: that part of the road belongs to the place, if it is short. One that falls and stays fallen is the whole
-// road's. On the next lap the place is known before the car is there; in it mu(t) is held, and lowered where even less is believed
-// than the place explains. A place is forgotten when the belief does not fall there any more.
+// A belief that falls within a moment and, less than half a lap later, comes back was that of a place: what was believed
+// there, once it had settled, over what is believed behind it is its grip. One that falls and stays fallen is the whole
+// road's. While a learner finds the new friction its belief is not sure: that part of the road belongs to the place, if it
+// is short. On the next lap the place is known before the car is there; in it mu(t) is held, and lowered where even less
+// is believed than the place explains. Each lap measures a place anew: where it begins and ends and its grip are those of
+// the last lap that told them otherwise, and it is forgotten when the belief does not fall there any more.
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <limits>
 #include <optional>
@@ -19,25 +21,33 @@ namespace gripline::time_optimal {
 
 class FrictionPlaces {
  public:
-  /// Of a closed road in so many pieces, with `dt` seconds between steps. Steps do not allocate.
-  FrictionPlaces(std::size_t pieces, double dt)
-      : dt_(dt), grip_(pieces, 1.0), believed_(pieces, 0.0), seen_(pieces, -1), sure_at_(pieces, false) {}
+  /// Of a closed road in so many pieces, with `dt` seconds between steps; a learner takes up to `doubt` seconds to find a
+  /// new friction. Steps do not allocate.
+  FrictionPlaces(std::size_t pieces, double dt, double doubt)
+      : dt_(dt),
+        doubt_(doubt),
+        grip_(pieces, 1.0),
+        passed_(pieces),
+        recent_(static_cast<std::size_t>(std::max(1.0, std::round((doubt + latest) / dt)))) {
+    beliefs_.reserve(pieces);
+  }
 
   /// Once per control step: the car is on this piece and believes this friction of the road below it, with a standard
   /// deviation of `spread`. Whether a grip changed.
   bool step(std::size_t piece, double mu, double spread = 0.0) {
     ++now_;
-    sure_ = 2.0 * spread <= (1.0 - fall) * mu;
-    note(piece, mu);
-    bool changed = false;
+    const Seen here{piece, mu, spread, now_};
+    if (now_ > 1 && way_from(piece_, piece) > size() / 8 && way_from(piece, piece_) > size() / 8) fallen_.reset();
+    note(here);
+    bool changed = watch(here);
     if (grip_[piece] < 1.0) {
       in_place(piece, mu);
     } else if (holding_) {
-      changed = behind_place(mu);
+      changed = behind_place(mu) || changed;
     } else {
       mu_ = mu;
-      changed = sure_ && look_for_place(piece, mu);
     }
+    recent_[static_cast<std::size_t>(now_) % recent_.size()] = here;
     piece_ = piece;
     return changed;
   }
@@ -48,30 +58,149 @@ class FrictionPlaces {
   double grip(std::size_t piece) const { return grip_[piece]; }
 
  private:
-  static constexpr double fall = 0.9;      // of the friction behind it, that makes a place
-  static constexpr double settle = 0.2;    // [s] that a risen belief is waited for
-  static constexpr double early = 0.1;     // [s] before the belief was last sure of the friction before a place
-  static constexpr double doubt = 0.3;     // [s] at most without a sure belief, at either end and within
-  static constexpr double shortest = 0.1;  // [s] of a sure belief in less friction
+  static constexpr double fall = 0.9;    // of the friction before it, that makes a place
+  static constexpr double settle = 0.2;  // [s] that a risen belief is waited for
+  static constexpr double latest = 0.2;  // [s] at most from the begin of a place to a belief that is not sure any more
+  static constexpr double shortest = 0.1;  // [s] of evidence of less friction
   static constexpr double longest = 0.5;   // share of the road
   static constexpr double slack = 0.95;    // of what a place explains
   static constexpr double patience = 0.4;  // [s] behind a place, for the belief to come back
+  static constexpr double same = 0.2;      // [s] by which the ends of a place are the same,
+  static constexpr double alike = 0.05;    // and share of its grip
+
+  /// A belief and where it was.
+  struct Seen {
+    std::size_t piece = 0;
+    double mu = 0, spread = 0;
+    long step = -1;  // -1: never
+    bool sure() const { return step >= 0 && 2.0 * spread <= (1.0 - fall) * mu; }
+    /// Evidence of less friction than this.
+    bool below(double friction) const { return step >= 0 && (sure() ? mu : mu + 2.0 * spread) < friction; }
+  };
+  /// A belief that fell and has not come back yet.
+  struct Fallen {
+    Seen before;         // the last sure belief of the friction that it fell from
+    double level;        // that friction
+    long last_evidence;  // step
+    int evidence;        // steps
+    bool surely;         // less is believed surely, not only surely less
+    std::size_t begin;   // piece where the place begins, if it is one
+    std::size_t last;    // piece where the belief was not back yet
+    double risen;        // [s] for which it has been back
+  };
 
   std::size_t size() const { return grip_.size(); }
   std::size_t before(std::size_t i) const { return i > 0 ? i - 1 : size() - 1; }
-  double ago(std::size_t i) const { return dt_ * static_cast<double>(now_ - seen_[i]); }
+  std::size_t after(std::size_t i) const { return i + 1 < size() ? i + 1 : 0; }
+  std::size_t way_from(std::size_t from, std::size_t to) const { return (to + size() - from) % size(); }
+  double seconds(long steps) const { return dt_ * static_cast<double>(steps); }
+  const Seen& recent(long step) const { return recent_[static_cast<std::size_t>(step) % recent_.size()]; }
 
-  void note(std::size_t piece, double mu) {
+  void note(const Seen& here) {
     // Pieces that were passed within a step; a car that was carried elsewhere passed none.
-    std::size_t way = (piece + size() - piece_) % size();
+    std::size_t way = way_from(piece_, here.piece);
     if (now_ <= 1 || way > size() / 8) way = 0;
     for (std::size_t k = 0; k <= way; ++k) {
-      const std::size_t i = (piece + size() - k) % size();
+      const std::size_t i = (here.piece + size() - k) % size();
       if (k > 0 && i == piece_) break;
-      believed_[i] = mu;
-      seen_[i] = now_;
-      sure_at_[i] = sure_;
+      passed_[i] = here;
     }
+  }
+
+  /// Follows a belief that falls until it comes back. Whether it was that of a place, which is known then.
+  bool watch(const Seen& here) {
+    if (!fallen_) {
+      look_for_fall(here);
+      return false;
+    }
+    Fallen& f = *fallen_;
+    if (here.below(fall * f.level)) {
+      f.last_evidence = now_;
+      ++f.evidence;
+      if (here.sure() && !f.surely) {
+        f.surely = true;
+        f.begin = begin_of(f);
+      }
+    }
+    const bool back = here.sure() && here.mu >= fall * f.level;
+    if (!back) f.last = here.piece;
+    f.risen = back ? f.risen + dt_ : 0.0;
+    const bool lost = !back && seconds(now_ - f.last_evidence) > doubt_;
+    if (lost || static_cast<double>(way_from(f.before.piece, f.last)) > longest * static_cast<double>(size())) {
+      fallen_.reset();  // the whole road's
+      return false;
+    }
+    if (f.risen < settle) return false;
+    const Fallen found = f;
+    fallen_.reset();
+    return seconds(found.evidence) >= shortest && learn(found, here.mu);
+  }
+
+  /// Whether much more was surely believed a moment ago.
+  void look_for_fall(const Seen& here) {
+    const long first = std::max(1L, now_ - std::lround(doubt_ / dt_));
+    double level = 0;
+    for (long k = first; k < now_; ++k)
+      if (recent(k).sure()) level = std::max(level, recent(k).mu);
+    if (!here.below(fall * level)) return;
+    for (long k = now_ - 1; k >= first; --k)
+      if (recent(k).sure() && recent(k).mu >= fall * level) {
+        fallen_ = Fallen{recent(k), level, now_, 1, here.sure(), recent(k).piece, here.piece, 0.0};
+        if (here.sure()) fallen_->begin = begin_of(*fallen_);
+        return;
+      }
+  }
+
+  /// A place from a fall that ended, where mu is believed now: in place of what was known there. Whether that is new.
+  bool learn(const Fallen& f, double mu) {
+    const double level = fall * f.level, grip = settled(f.before.piece, f.last, level) / mu;
+    const std::size_t pieces = way_from(f.begin, f.last);
+    if (!(grip < fall) || static_cast<double>(pieces) > longest * static_cast<double>(size())) return false;
+    if (way_from(f.before.piece, f.last) > pieces || is_known(f, grip)) return false;
+    // The rest of what was known of this place, but not a neighbour.
+    const auto was_of_it = [&](std::size_t i) { return grip_[i] < 1.0 && !passed_[i].below(level); };
+    for (std::size_t i = before(f.begin); was_of_it(i); i = before(i)) grip_[i] = 1.0;
+    for (std::size_t i = after(f.last); was_of_it(i); i = after(i)) grip_[i] = 1.0;
+    for (std::size_t i = f.begin;; i = after(i)) {
+      grip_[i] = grip;
+      if (i == f.last) return true;
+    }
+  }
+
+  /// The slower a learner finds the new friction, the longer it took before it began to doubt the old one.
+  std::size_t begin_of(const Fallen& f) const {
+    const double took = seconds(now_ - f.before.step);
+    const long early = std::lround(std::clamp(took, 0.0, latest) / dt_);
+    const long step = std::max(1L, f.before.step - early);
+    return step > now_ - static_cast<long>(recent_.size()) ? recent(step).piece : f.before.piece;
+  }
+
+  /// The quartile of what was believed on some pieces, of what is evidence of less than `level`: a learner takes its time to
+  /// find less friction, and more to find that it is back. NaN where nothing is evidence.
+  double settled(std::size_t first, std::size_t last, double level) {
+    beliefs_.clear();
+    for (std::size_t i = first;; i = after(i)) {
+      if (passed_[i].below(level)) beliefs_.push_back(passed_[i].mu);
+      if (i == last) break;
+    }
+    if (beliefs_.empty()) return std::numeric_limits<double>::quiet_NaN();
+    const auto quartile = beliefs_.begin() + static_cast<std::ptrdiff_t>(beliefs_.size() / 4);
+    std::nth_element(beliefs_.begin(), quartile, beliefs_.end());
+    return *quartile;
+  }
+
+  /// Whether a fall is that of a known place, with nearly the same ends and grip.
+  bool is_known(const Fallen& f, double grip) const {
+    for (std::size_t i = f.before.piece;; i = after(i)) {
+      if (!(std::abs(grip_[i] - grip) <= alike * grip)) return false;
+      if (i == f.last) break;
+    }
+    std::size_t first = f.before.piece, last = f.last;
+    while (grip_[before(first)] < 1.0) first = before(first);
+    while (grip_[after(last)] < 1.0) last = after(last);
+    const auto steps = [&](std::size_t from, std::size_t to) { return passed_[to].step - passed_[from].step; };
+    const bool passed = steps(f.last, last) >= 0;  // the car is not in it any more
+    return passed && seconds(steps(first, f.begin)) <= same && seconds(steps(f.last, last)) <= same;
   }
 
   void in_place(std::size_t piece, double mu) {
@@ -79,6 +208,9 @@ class FrictionPlaces {
       holding_ = true;
       dry_ = true;
       begin_ = piece;
+      // It may begin a little earlier than was known.
+      if (fallen_ && seconds(now_ - fallen_->before.step) < doubt_ && mu >= slack * fallen_->level * grip_[piece])
+        mu_ = fallen_->level;
     }
     const double explained = mu_ * grip_[piece];
     if (mu < 0.5 * (mu_ + explained)) dry_ = false;
@@ -94,66 +226,21 @@ class FrictionPlaces {
     if (mu < mu_) mu_ = mu;
     if (!dry_) return false;
     while (grip_[before(begin_)] < 1.0) begin_ = before(begin_);
-    for (std::size_t i = begin_; grip_[i] < 1.0; i = (i + 1) % size()) grip_[i] = 1.0;
+    for (std::size_t i = begin_; grip_[i] < 1.0; i = after(i)) grip_[i] = 1.0;
     return true;
   }
 
-  /// Whether the car was on this piece before it came to the next one.
-  bool came_from(std::size_t i) const {
-    const std::size_t after = i + 1 < size() ? i + 1 : 0;
-    return seen_[i] >= 0 && seen_[i] <= seen_[after];
-  }
-
-  /// A fall of the belief that ended: pieces from the last sure one before it to the last one before it rose again.
-  struct Fall {
-    std::size_t before, last;
-    double mean;  // of the friction believed surely
-  };
-
-  /// Whether the belief has come back from a fall, and then the grip of the pieces where it had fallen.
-  bool look_for_place(std::size_t piece, double mu) {
-    const std::optional<Fall> found = find_fall(piece, mu);
-    if (!found || mu < fall * believed_[found->before]) return false;  // it fell for good, and first too far
-    std::size_t i = found->before;
-    const double since = ago(i);
-    while (came_from(before(i)) && ago(before(i)) < since + early) i = before(i);
-    for (;; i = (i + 1) % size()) {
-      grip_[i] = std::min(grip_[i], found->mean / mu);
-      if (i == found->last) return true;
-    }
-  }
-
-  std::optional<Fall> find_fall(std::size_t piece, double mu) const {
-    const auto high = [&](std::size_t i) { return sure_at_[i] && believed_[i] >= fall * mu; };
-    std::size_t i = piece;
-    for (; ago(i) < settle; i = before(i))  // risen by now
-      if (!high(i) || before(i) == piece || !came_from(before(i))) return std::nullopt;
-    if (high(i)) return std::nullopt;
-    const std::size_t last = i;
-    double sum = 0, count = 0, sure_first = 0, sure_last = ago(last);  // [s] ago, going back
-    for (double pieces = 1; !high(i); i = before(i), ++pieces) {
-      if (grip_[i] < 1.0 || !came_from(before(i)) || pieces > longest * static_cast<double>(size()))
-        return std::nullopt;
-      if (ago(i) - sure_last > doubt) return std::nullopt;
-      if (!sure_at_[i]) continue;
-      sure_last = ago(i);
-      if (count == 0) sure_first = sure_last;
-      sum += believed_[i];
-      ++count;
-    }
-    if (count == 0 || sure_last - sure_first < shortest) return std::nullopt;
-    return Fall{i, last, sum / count};
-  }
-
-  double dt_;
-  std::vector<double> grip_, believed_;
-  std::vector<long> seen_;     // the step in which a piece was passed last, -1: never
-  std::vector<bool> sure_at_;  // whether the belief was sure then
+  double dt_, doubt_;
+  std::vector<double> grip_;
+  std::vector<Seen> passed_;     // of each piece, when it was passed last
+  std::vector<Seen> recent_;     // of the last steps, by their number
+  std::vector<double> beliefs_;  // for settled()
   long now_ = 0;
   std::size_t piece_ = 0, begin_ = 0;
   double mu_ = std::numeric_limits<double>::quiet_NaN();
   double behind_ = 0;  // [s]
-  bool holding_ = false, dry_ = false, sure_ = false;
+  bool holding_ = false, dry_ = false;
+  std::optional<Fallen> fallen_;
 };
 
 }  // namespace gripline::time_optimal

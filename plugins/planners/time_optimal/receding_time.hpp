@@ -65,7 +65,7 @@ class RecedingTime final : public LapPlanner {
         from_car_state_(params.from_car_state) {
     if (params.slip_fast > 0 && params.slip_fast <= params.slip_slow)
       throw std::invalid_argument("\"slip_fast\" is not above \"slip_slow\"; expected a higher speed, or 0");
-    if (params.places) places_.emplace(setup().nodes().s.size(), context.dt);
+    if (params.places) places_.emplace(setup().nodes().s.size(), context.dt, learner_doubts(context.car));
     plan_ = laps_.whole_plan();
     followed().set(plan_);
   }
@@ -107,6 +107,9 @@ class RecedingTime final : public LapPlanner {
   }
 
  private:
+  /// How long a learner may take to find a new friction [s]: some of the time in which a car at the limit of grip loses
+  /// its typical speed, which is what slips large enough to tell take to build up.
+  static double learner_doubts(const Car& car) { return 1.5 * car.v_ref / gravity; }
   /// Whether the car is much faster than the plan beside it or runs wide of it, or did a moment ago. A plan that began at
   /// the car is as fast as the car, beyond `pace`: until the car has slowed down to what is asked of it, only one that is
   /// faster than that plan itself is too fast for it. A car that joins the line, recovers, drives slowly or slides far off its
