@@ -59,6 +59,7 @@ class FrictionPlaces {
 
  private:
   static constexpr double fall = 0.9;    // of the friction before it, that makes a place
+  static constexpr double most = 0.67;   // of the way back, that ends it
   static constexpr double settle = 0.2;  // [s] that a risen belief is waited for
   static constexpr double latest = 0.2;  // [s] at most from the begin of a place to a belief that is not sure any more
   static constexpr double shortest = 0.1;  // [s] of evidence of less friction
@@ -83,10 +84,13 @@ class FrictionPlaces {
     double level;        // that friction
     long last_evidence;  // step
     int evidence;        // steps
+    double lowest;       // friction believed since
     bool surely;         // less is believed surely, not only surely less
     std::size_t begin;   // piece where the place begins, if it is one
     std::size_t last;    // piece where the belief was not back yet
+    std::size_t low;     // piece with the last evidence
     double risen;        // [s] for which it has been back
+    bool ended;          // long without evidence
   };
 
   std::size_t size() const { return grip_.size(); }
@@ -114,7 +118,15 @@ class FrictionPlaces {
       return false;
     }
     Fallen& f = *fallen_;
-    if (here.below(fall * f.level)) {
+    f.lowest = std::min(f.lowest, here.mu);
+    // A learner that had come to believe too much comes back to less.
+    const double again = std::min(fall * f.level, f.lowest + most * (f.level - f.lowest));
+    if (here.below(again)) {
+      if (f.ended) {  // a second one: the first is not told from the whole road's
+        fallen_.reset();
+        return false;
+      }
+      f.low = here.piece;
       f.last_evidence = now_;
       ++f.evidence;
       if (here.sure() && !f.surely) {
@@ -122,11 +134,13 @@ class FrictionPlaces {
         f.begin = begin_of(f);
       }
     }
-    const bool back = here.sure() && here.mu >= fall * f.level;
-    if (!back) f.last = here.piece;
+    const bool back = here.sure() && here.mu >= again;
     f.risen = back ? f.risen + dt_ : 0.0;
-    const bool lost = !back && seconds(now_ - f.last_evidence) > doubt_;
-    if (lost || static_cast<double>(way_from(f.before.piece, f.last)) > longest * static_cast<double>(size())) {
+    if (!back && !f.ended) {
+      f.ended = seconds(now_ - f.last_evidence) > doubt_;
+      f.last = f.ended ? f.low : here.piece;
+    }
+    if (!back && static_cast<double>(way_from(f.before.piece, here.piece)) > longest * static_cast<double>(size())) {
       fallen_.reset();  // the whole road's
       return false;
     }
@@ -145,7 +159,8 @@ class FrictionPlaces {
     if (!here.below(fall * level)) return;
     for (long k = now_ - 1; k >= first; --k)
       if (recent(k).sure() && recent(k).mu >= fall * level) {
-        fallen_ = Fallen{recent(k), level, now_, 1, here.sure(), recent(k).piece, here.piece, 0.0};
+        fallen_ = Fallen{recent(k),       level,      now_,       1,   here.mu, here.sure(),
+                         recent(k).piece, here.piece, here.piece, 0.0, false};
         if (here.sure()) fallen_->begin = begin_of(*fallen_);
         return;
       }

@@ -141,6 +141,17 @@ TEST_F(FrictionPlacesTest, DoubtBetweenTwoPlacesIsOfNeither) {
   EXPECT_EQ(places_.grip(80), 1.0);
 }
 
+/// As above, but the learner believed too much before, comes back to less, and is not sure for long in between.
+TEST_F(FrictionPlacesTest, ABeliefNeedNotComeBackToWhatItWas) {
+  laps(1, dry);
+  lap_of([](std::size_t piece) {
+    const double mu = piece < 30 ? 0.9 : piece < 40 ? 1.05 : piece < 70 ? 0.6 : 0.92;
+    return Believed{mu, piece >= 70 && piece < 110 ? 0.06 : 0.0};
+  });
+  EXPECT_NEAR(places_.grip(60), 0.6 / 0.92, 0.02);
+  EXPECT_EQ(places_.grip(90), 1.0);
+}
+
 TEST_F(FrictionPlacesTest, APlaceIsMeasuredAnewInEveryLap) {
   laps(1, dry);
   laps(1, wet);
