@@ -129,6 +129,21 @@ TEST(Circuits, AFastSmallCarPlansAsFarAsItBrakes) {
   EXPECT_NEAR(summary.laps[1], summary.laps[2], 0.005 * summary.laps[2]);
 }
 
+/// The road of experiments/ethz_wet_patch.json: its limit, with the stretch slippery, is 7.1125 s.
+TEST(Circuits, ASlipperyStretchMetOnceIsDrivenAtItsLimit) {
+  const std::filesystem::path worlds = testing_support::source_dir() / "worlds";
+  const Node patch = parse_text(R"({"laps": 5, "friction": {"points": [{"t": 0, "factor": 1}],
+      "patches": [{"from_s": 9.0, "to_s": 12.57, "factor": 0.7, "from_t": 15}]}})",
+                                "wet", worlds);
+  WorldSpec world = world_from(merge(load_json(worlds / "ethz.json"), patch));
+  const StackSpec stack = row("shared/limit_real_time.json", "best", world.car);
+  RaceAssembly race(world, stack);
+  const RunSummary summary = race.run();
+  ASSERT_EQ(summary.status, Status::finished) << summary.message;
+  EXPECT_EQ(summary.violation_s, 0.0);
+  for (const std::size_t lap : {3, 4}) EXPECT_LT(summary.laps[lap], 1.015 * 7.1125) << lap;
+}
+
 TEST(Circuits, SoDoesASmallOne) {
   WorldSpec world = world_from(load_json(testing_support::source_dir() / "worlds/ethz.json"));
   begin_at({"elm", 0.8, 0, 170, 0.1}, 6.0, world);
