@@ -97,6 +97,14 @@ class FrictionPlaces {
   std::size_t before(std::size_t i) const { return i > 0 ? i - 1 : size() - 1; }
   std::size_t after(std::size_t i) const { return i + 1 < size() ? i + 1 : 0; }
   std::size_t way_from(std::size_t from, std::size_t to) const { return (to + size() - from) % size(); }
+  std::size_t first_of_place(std::size_t i) const {
+    for (std::size_t n = 0; n < size() && grip_[before(i)] < 1.0; ++n) i = before(i);
+    return i;
+  }
+  std::size_t last_of_place(std::size_t i) const {
+    for (std::size_t n = 0; n < size() && grip_[after(i)] < 1.0; ++n) i = after(i);
+    return i;
+  }
   double seconds(long steps) const { return dt_ * static_cast<double>(steps); }
   const Seen& recent(long step) const { return recent_[static_cast<std::size_t>(step) % recent_.size()]; }
 
@@ -210,9 +218,7 @@ class FrictionPlaces {
       if (!(std::abs(grip_[i] - grip) <= alike * grip)) return false;
       if (i == f.last) break;
     }
-    std::size_t first = f.before.piece, last = f.last;
-    while (grip_[before(first)] < 1.0) first = before(first);
-    while (grip_[after(last)] < 1.0) last = after(last);
+    const std::size_t first = first_of_place(f.before.piece), last = last_of_place(f.last);
     const auto steps = [&](std::size_t from, std::size_t to) { return passed_[to].step - passed_[from].step; };
     const bool passed = steps(f.last, last) >= 0;  // the car is not in it any more
     return passed && seconds(steps(first, f.begin)) <= same && seconds(steps(f.last, last)) <= same;
@@ -240,8 +246,7 @@ class FrictionPlaces {
     holding_ = false;
     if (mu < mu_) mu_ = mu;
     if (!dry_) return false;
-    while (grip_[before(begin_)] < 1.0) begin_ = before(begin_);
-    for (std::size_t i = begin_; grip_[i] < 1.0; i = after(i)) grip_[i] = 1.0;
+    for (std::size_t i = first_of_place(begin_); grip_[i] < 1.0; i = after(i)) grip_[i] = 1.0;
     return true;
   }
 
