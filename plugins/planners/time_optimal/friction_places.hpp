@@ -7,7 +7,9 @@
 // road's. While a learner finds the new friction its belief is not sure: that part of the road belongs to the place, if it
 // is short. On the next lap the place is known before the car is there; in it mu(t) is held, and lowered where even less
 // is believed than the place explains. Each lap measures a place anew: where it begins and ends and its grip are those of
-// the last lap that told them otherwise, and it is forgotten when the belief does not fall there any more.
+// the last lap that told them otherwise, and it is forgotten when the belief does not fall there any more. A stretch that
+// became slippery while the car was on it is known from there on; when the belief falls to its grip before that, it begins
+// there at once.
 #pragma once
 
 #include <algorithm>
@@ -37,9 +39,11 @@ class FrictionPlaces {
   bool step(std::size_t piece, double mu, double spread = 0.0) {
     ++now_;
     const Seen here{piece, mu, spread, now_};
-    if (now_ > 1 && way_from(piece_, piece) > size() / 8 && way_from(piece, piece_) > size() / 8) fallen_.reset();
+    bool changed = false;
+    if (now_ > 1 && way_from(piece_, piece) > size() / 8 && way_from(piece, piece_) > size() / 8) changed = give_up();
     note(here);
-    bool changed = watch(here);
+    changed = watch(here) || changed;
+    changed = begin_earlier(here) || changed;
     if (grip_[piece] < 1.0) {
       in_place(piece, mu);
     } else if (holding_) {
@@ -91,6 +95,7 @@ class FrictionPlaces {
     std::size_t low;     // piece with the last evidence
     double risen;        // [s] for which it has been back
     bool ended;          // long without evidence
+    std::size_t known;   // first piece of a known place that begins at `begin` now, if that is not the same
   };
 
   std::size_t size() const { return grip_.size(); }
@@ -130,16 +135,13 @@ class FrictionPlaces {
     // A learner that had come to believe too much comes back to less.
     const double again = std::min(fall * f.level, f.lowest + most * (f.level - f.lowest));
     if (here.below(again)) {
-      if (f.ended) {  // a second one: the first is not told from the whole road's
-        fallen_.reset();
-        return false;
-      }
+      if (f.ended) return give_up();  // a second one: the first is not told from the whole road's
       f.low = here.piece;
       f.last_evidence = now_;
       ++f.evidence;
       if (here.sure() && !f.surely) {
         f.surely = true;
-        f.begin = begin_of(f);
+        f.begin = f.known = begin_of(f);
       }
     }
     const bool back = here.sure() && here.mu >= again;
@@ -148,14 +150,34 @@ class FrictionPlaces {
       f.ended = seconds(now_ - f.last_evidence) > doubt_;
       f.last = f.ended ? f.low : here.piece;
     }
-    if (!back && static_cast<double>(way_from(f.before.piece, here.piece)) > longest * static_cast<double>(size())) {
-      fallen_.reset();  // the whole road's
-      return false;
-    }
+    if (!back && static_cast<double>(way_from(f.before.piece, here.piece)) > longest * static_cast<double>(size()))
+      return give_up();  // the whole road's
     if (f.risen < settle) return false;
     const Fallen found = f;
     fallen_.reset();
     return seconds(found.evidence) >= shortest && learn(found, here.mu);
+  }
+
+  /// A fall that is that of no place. Whether a place began with it.
+  bool give_up() {
+    if (!fallen_) return false;
+    const Fallen f = *fallen_;
+    fallen_.reset();
+    for (std::size_t i = f.begin; i != f.known; i = after(i)) grip_[i] = 1.0;
+    return f.begin != f.known;
+  }
+
+  /// A sure fall just before a known place, to about its grip, is the place's. Whether it begins earlier now.
+  bool begin_earlier(const Seen& here) {
+    if (!fallen_ || !fallen_->surely || fallen_->begin != fallen_->known || holding_) return false;
+    std::size_t first = fallen_->begin;
+    for (std::size_t n = 0; n < size() / 8 && !(grip_[first] < 1.0); ++n) first = after(first);
+    const double grip = grip_[first], explained = fallen_->level * grip;
+    if (first == fallen_->begin || !(grip < 1.0) || !(std::abs(here.mu - explained) <= 2.0 * alike * explained))
+      return false;
+    for (std::size_t i = fallen_->begin; i != first; i = after(i)) grip_[i] = grip;
+    fallen_->known = first;
+    return true;
   }
 
   /// Whether much more was surely believed a moment ago.
@@ -168,8 +190,8 @@ class FrictionPlaces {
     for (long k = now_ - 1; k >= first; --k)
       if (recent(k).sure() && recent(k).mu >= fall * level) {
         fallen_ = Fallen{recent(k),       level,      now_,       1,   here.mu, here.sure(),
-                         recent(k).piece, here.piece, here.piece, 0.0, false};
-        if (here.sure()) fallen_->begin = begin_of(*fallen_);
+                         recent(k).piece, here.piece, here.piece, 0.0, false,   recent(k).piece};
+        if (here.sure()) fallen_->begin = fallen_->known = begin_of(*fallen_);
         return;
       }
   }
@@ -230,7 +252,8 @@ class FrictionPlaces {
       dry_ = true;
       begin_ = piece;
       // It may begin a little earlier than was known.
-      if (fallen_ && seconds(now_ - fallen_->before.step) < doubt_ && mu >= slack * fallen_->level * grip_[piece])
+      if (fallen_ && seconds(now_ - fallen_->before.step) < doubt_ &&
+          mu >= (1.0 - 2.0 * alike) * fallen_->level * grip_[piece])
         mu_ = fallen_->level;
     }
     const double explained = mu_ * grip_[piece];

@@ -165,16 +165,43 @@ TEST_F(FrictionPlacesTest, APlaceIsMeasuredAnewInEveryLap) {
   EXPECT_NEAR(places_.grip(80), 0.6 / 0.9, 0.02);
 }
 
-/// Known from where it was met; on the next lap the belief falls before that.
-TEST_F(FrictionPlacesTest, APlaceThatBeginsEarlierThanWasKnownIsNotTheWholeRoads) {
+/// Known from where it was met; on the next lap the belief falls before that, and is the place's at once.
+TEST_F(FrictionPlacesTest, APlaceThatBeginsEarlierThanWasKnownBeginsThere) {
   laps(1, dry);
   laps(1, wet);
-  for (int i = 0; i < 35; ++i) {
+  ASSERT_EQ(places_.grip(46), 1.0);
+  int steps = 0;
+  for (; piece_ < 70; ++steps) {
     piece_ += 2;
-    places_.step(piece_, piece_ >= 50 ? 0.6 : 0.9);
+    const bool changed = places_.step(piece_, piece_ >= 44 ? 0.6 : 0.9);
+    EXPECT_EQ(changed, piece_ == 44);
+    EXPECT_NEAR(places_.mu(), 0.9, 1e-9) << piece_;
   }
-  ASSERT_LT(places_.grip(piece_), 1.0);
-  EXPECT_NEAR(places_.mu(), 0.9, 1e-9);
+  for (const std::size_t piece : {44, 52, 80}) EXPECT_NEAR(places_.grip(piece), 0.6 / 0.9, 0.02) << piece;
+  EXPECT_EQ(places_.grip(36), 1.0);
+}
+
+TEST_F(FrictionPlacesTest, FrictionThatFallsForGoodBeforeAPlaceIsTheWholeRoads) {
+  laps(1, dry);
+  laps(1, wet);
+  lap_of([](std::size_t piece) { return Believed{piece >= 44 ? 0.6 : 0.9, 0.0}; });
+  lap_of([](std::size_t piece) { return Believed{piece >= 60 && piece < 100 ? 0.4 : 0.6, 0.0}; });
+  EXPECT_NEAR(places_.mu(), 0.6, 1e-9);
+  for (const std::size_t piece : {44, 50}) EXPECT_EQ(places_.grip(piece), 1.0) << piece;
+  EXPECT_NEAR(places_.grip(80), 0.6 / 0.9, 0.02);
+}
+
+/// Far from what the place explains, or far before it.
+TEST_F(FrictionPlacesTest, AnotherFallBeforeAPlaceIsNotThePlaces) {
+  laps(1, dry);
+  laps(1, wet);
+  for (; piece_ < 50; piece_ += 2) places_.step(piece_ + 2, piece_ >= 42 ? 0.45 : 0.9);
+  EXPECT_EQ(places_.grip(48), 1.0);
+  EXPECT_NEAR(places_.mu(), 0.45, 1e-9);
+  for (piece_ = 50; piece_ < 200; piece_ += 2) places_.step((piece_ + 2) % 200, wet(piece_));
+  laps(1, wet);
+  for (piece_ = 0; piece_ < 40; piece_ += 2) places_.step(piece_ + 2, piece_ >= 20 ? 0.6 : 0.9);
+  EXPECT_EQ(places_.grip(30), 1.0);
 }
 
 TEST_F(FrictionPlacesTest, NeighbouringPlacesAreLearnedOneByOne) {
