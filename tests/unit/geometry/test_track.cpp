@@ -348,6 +348,23 @@ std::string why_refused(const std::vector<PlanePoint>& points, double half_width
   return "nothing";
 }
 
+/// In a half circle a road becomes 4 m narrower on both sides. The edge of its narrow part lies within the half width of
+/// places before it, across the bend, and is still nearest to its own.
+TEST(Track, ARoadMayBecomeNarrowerInASharpBend) {
+  constexpr double radius = 12.0, line = 60.0, half_turn = kPi * radius;
+  const std::vector<Segment> oval{Segment::line(line), Segment::arc(radius, kPi), Segment::line(line),
+                                  Segment::arc(radius, kPi)};
+  const auto made = [&](double inner) {
+    const double begins = line + 0.4 * half_turn, ends = line + 0.6 * half_turn;
+    const StationTable left(2 * (line + half_turn), {0.0, begins, ends, line + half_turn + 20, 2 * line + half_turn},
+                            {inner, inner, inner - 4.0, inner - 4.0, inner});
+    return Track(
+        TrackShape{.centre = ClosedCurve::from_segments({}, oval), .half_width_right = left, .half_width_left = left});
+  };
+  EXPECT_NO_THROW(made(11.5));
+  EXPECT_THROW(made(14.5), GeometryError);  // an inner edge that folds
+}
+
 /// Edges of a road laid over itself keep their distance from every centre line; the centre lines meet.
 TEST(Track, ARoadOverItselfIsRefused) {
   std::vector<PlanePoint> twice, there_and_back, oval;
