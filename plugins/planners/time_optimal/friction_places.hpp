@@ -152,10 +152,7 @@ class FrictionPlaces {
     }
     if (!back && static_cast<double>(way_from(f.before.piece, here.piece)) > longest * static_cast<double>(size()))
       return give_up();  // the whole road's
-    if (f.risen < settle) return false;
-    const Fallen found = f;
-    fallen_.reset();
-    return seconds(found.evidence) >= shortest && learn(found, here.mu);
+    return f.risen >= settle && learn(here.mu);
   }
 
   /// A fall that is that of no place. Whether a place began with it.
@@ -177,6 +174,7 @@ class FrictionPlaces {
       return false;
     for (std::size_t i = fallen_->begin; i != first; i = after(i)) grip_[i] = grip;
     fallen_->known = first;
+    mu_ = fallen_->level;
     return true;
   }
 
@@ -196,12 +194,17 @@ class FrictionPlaces {
       }
   }
 
-  /// A place from a fall that ended, where mu is believed now: in place of what was known there. Whether that is new.
-  bool learn(const Fallen& f, double mu) {
+  /// The place of a fall that ended, where mu is believed now: in place of what was known there. Whether that is new.
+  bool learn(double mu) {
+    const Fallen f = *fallen_;
     const double level = fall * f.level, grip = settled(f.before.piece, f.last, level) / mu;
     const std::size_t pieces = way_from(f.begin, f.last);
-    if (!(grip < fall) || static_cast<double>(pieces) > longest * static_cast<double>(size())) return false;
-    if (way_from(f.before.piece, f.last) > pieces || is_known(f, grip)) return false;
+    const bool place = seconds(f.evidence) >= shortest && grip < fall &&
+                       static_cast<double>(pieces) <= longest * static_cast<double>(size()) &&
+                       way_from(f.before.piece, f.last) <= pieces;
+    if (!place) return give_up();
+    fallen_.reset();
+    if (is_known(f, grip)) return false;
     // The rest of what was known of this place, but not a neighbour.
     const auto was_of_it = [&](std::size_t i) { return grip_[i] < 1.0 && !passed_[i].below(level); };
     for (std::size_t i = before(f.begin); was_of_it(i); i = before(i)) grip_[i] = 1.0;
@@ -252,8 +255,7 @@ class FrictionPlaces {
       dry_ = true;
       begin_ = piece;
       // It may begin a little earlier than was known.
-      if (fallen_ && seconds(now_ - fallen_->before.step) < doubt_ &&
-          mu >= (1.0 - 2.0 * alike) * fallen_->level * grip_[piece])
+      if (fallen_ && seconds(now_ - fallen_->before.step) < doubt_ && mu >= slack * fallen_->level * grip_[piece])
         mu_ = fallen_->level;
     }
     const double explained = mu_ * grip_[piece];

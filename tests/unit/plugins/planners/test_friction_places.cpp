@@ -191,6 +191,18 @@ TEST_F(FrictionPlacesTest, FrictionThatFallsForGoodBeforeAPlaceIsTheWholeRoads) 
   EXPECT_NEAR(places_.grip(80), 0.6 / 0.9, 0.02);
 }
 
+/// Two steps are no evidence.
+TEST_F(FrictionPlacesTest, AMomentOfLessBeforeAPlaceIsNotThePlaces) {
+  laps(1, dry);
+  laps(1, wet);
+  lap_of([](std::size_t piece) {
+    const bool moment = piece >= 42 && piece < 46, place = piece >= 70 && piece < 100;
+    return Believed{moment || place ? 0.6 : 0.9, 0.0};
+  });
+  for (const std::size_t piece : {40, 44, 50}) EXPECT_EQ(places_.grip(piece), 1.0) << piece;
+  EXPECT_NEAR(places_.grip(80), 0.6 / 0.9, 0.02);
+}
+
 /// Far from what the place explains, or far before it.
 TEST_F(FrictionPlacesTest, AnotherFallBeforeAPlaceIsNotThePlaces) {
   laps(1, dry);
