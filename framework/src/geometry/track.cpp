@@ -150,14 +150,15 @@ void check_overlap(const TrackShape& shape, const std::vector<Station>& road, Br
       const double y = here.centre.y + offset * std::cos(here.centre.yaw);
       for (const Station& other : road) {
         const double dx = x - other.centre.x, dy = y - other.centre.y;
-        double width = tolerated * std::min(other.left, other.right);
-        if (dx * dx + dy * dy >= width * width) continue;
+        const double square = dx * dx + dy * dy;
+        const auto within = [&](double half_width) { return square < std::pow(tolerated * half_width, 2); };
+        if (!within(std::min(other.left, other.right))) continue;
         // Its own neighbourhood does not count, where one width changes into another.
         const double way = std::abs(wrap_difference(here.centre.s - other.centre.s, length));
         if (way <= 0.5 * narrow) continue;
-        // Where a road gets wider within a bend, the edge of its narrow part is inside only if it is no nearer to that.
-        if (way < std::numbers::pi * std::abs(offset)) width = std::min(width, tolerated * std::abs(offset));
-        if (dx * dx + dy * dy >= width * width) continue;
+        // Within a bend, the edge of a narrow part may lie less than a half width from a wide part: it is inside that only
+        // if it is nearer to it than to its own centre line.
+        if (way < std::numbers::pi * std::abs(offset) && !within(offset)) continue;
         if (bridges.explain(here.centre.s, other.centre.s, road)) continue;
         refuse_overlap(shape, here.centre, other.centre, std::abs(offset), bridges);
       }

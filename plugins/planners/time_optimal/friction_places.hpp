@@ -95,7 +95,7 @@ class FrictionPlaces {
     std::size_t low;     // piece with the last evidence
     double risen;        // [s] for which it has been back
     bool ended;          // long without evidence
-    std::size_t known;   // first piece of a known place that begins at `begin` now, if that is not the same
+    std::size_t joined;  // pieces from `begin` up to here, where a known place began, were joined to it; `begin`: none
   };
 
   std::size_t size() const { return grip_.size(); }
@@ -141,7 +141,7 @@ class FrictionPlaces {
       ++f.evidence;
       if (here.sure() && !f.surely) {
         f.surely = true;
-        f.begin = f.known = begin_of(f);
+        f.begin = f.joined = begin_of(f);
       }
     }
     const bool back = here.sure() && here.mu >= again;
@@ -155,25 +155,26 @@ class FrictionPlaces {
     return f.risen >= settle && learn(here.mu);
   }
 
-  /// A fall that is that of no place. Whether a place began with it.
+  /// A fall that is that of no place: a known one that was begun earlier for it begins where it did. Whether there is one.
   bool give_up() {
     if (!fallen_) return false;
     const Fallen f = *fallen_;
     fallen_.reset();
-    for (std::size_t i = f.begin; i != f.known; i = after(i)) grip_[i] = 1.0;
-    return f.begin != f.known;
+    for (std::size_t i = f.begin; i != f.joined; i = after(i)) grip_[i] = 1.0;
+    return f.begin != f.joined;
   }
 
-  /// A sure fall just before a known place, to about its grip, is the place's. Whether it begins earlier now.
+  /// A sure fall just before a known place, to about its grip, is the place's: mu(t) stays what it was before the fall.
+  /// Whether the place begins earlier now.
   bool begin_earlier(const Seen& here) {
-    if (!fallen_ || !fallen_->surely || fallen_->begin != fallen_->known || holding_) return false;
+    if (!fallen_ || !fallen_->surely || fallen_->begin != fallen_->joined || holding_) return false;
     std::size_t first = fallen_->begin;
     for (std::size_t n = 0; n < size() / 8 && !(grip_[first] < 1.0); ++n) first = after(first);
     const double grip = grip_[first], explained = fallen_->level * grip;
     if (first == fallen_->begin || !(grip < 1.0) || !(std::abs(here.mu - explained) <= 2.0 * alike * explained))
       return false;
     for (std::size_t i = fallen_->begin; i != first; i = after(i)) grip_[i] = grip;
-    fallen_->known = first;
+    fallen_->joined = first;
     mu_ = fallen_->level;
     return true;
   }
@@ -187,9 +188,19 @@ class FrictionPlaces {
     if (!here.below(fall * level)) return;
     for (long k = now_ - 1; k >= first; --k)
       if (recent(k).sure() && recent(k).mu >= fall * level) {
-        fallen_ = Fallen{recent(k),       level,      now_,       1,   here.mu, here.sure(),
-                         recent(k).piece, here.piece, here.piece, 0.0, false,   recent(k).piece};
-        if (here.sure()) fallen_->begin = fallen_->known = begin_of(*fallen_);
+        fallen_ = Fallen{.before = recent(k),
+                         .level = level,
+                         .last_evidence = now_,
+                         .evidence = 1,
+                         .lowest = here.mu,
+                         .surely = here.sure(),
+                         .begin = recent(k).piece,
+                         .last = here.piece,
+                         .low = here.piece,
+                         .risen = 0.0,
+                         .ended = false,
+                         .joined = recent(k).piece};
+        if (here.sure()) fallen_->begin = fallen_->joined = begin_of(*fallen_);
         return;
       }
   }

@@ -356,10 +356,10 @@ TEST(Track, ARoadMayBecomeNarrowerInASharpBend) {
                                   Segment::arc(radius, kPi)};
   const auto made = [&](double inner) {
     const double begins = line + 0.4 * half_turn, ends = line + 0.6 * half_turn;
-    const StationTable left(2 * (line + half_turn), {0.0, begins, ends, line + half_turn + 20, 2 * line + half_turn},
+    const StationTable half(2 * (line + half_turn), {0.0, begins, ends, line + half_turn + 20, 2 * line + half_turn},
                             {inner, inner, inner - 4.0, inner - 4.0, inner});
     return Track(
-        TrackShape{.centre = ClosedCurve::from_segments({}, oval), .half_width_right = left, .half_width_left = left});
+        TrackShape{.centre = ClosedCurve::from_segments({}, oval), .half_width_right = half, .half_width_left = half});
   };
   EXPECT_NO_THROW(made(11.5));
   EXPECT_THROW(made(14.5), GeometryError);  // an inner edge that folds
