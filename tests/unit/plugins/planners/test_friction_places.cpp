@@ -181,6 +181,16 @@ TEST_F(FrictionPlacesTest, APlaceThatBeginsEarlierThanWasKnownBeginsThere) {
   EXPECT_EQ(places_.grip(36), 1.0);
 }
 
+/// As above, but the learner is not sure of the fall yet when the car is on the known place.
+TEST_F(FrictionPlacesTest, OnAPlaceAnUnsureFallBeforeItIsThePlaces) {
+  laps(1, dry);
+  laps(1, wet);
+  for (; piece_ < 70; piece_ += 2) places_.step(piece_ + 2, piece_ >= 50 ? 0.6 : 0.9, piece_ >= 50 ? 0.1 : 0.0);
+  ASSERT_LT(places_.grip(piece_), 1.0);
+  EXPECT_EQ(places_.grip(52), 1.0);
+  EXPECT_NEAR(places_.mu(), 0.9, 1e-9);
+}
+
 TEST_F(FrictionPlacesTest, FrictionThatFallsForGoodBeforeAPlaceIsTheWholeRoads) {
   laps(1, dry);
   laps(1, wet);
