@@ -103,12 +103,12 @@ class Tree {
       const std::string name = fs::relative(entry.path(), root).generic_string();
       const bool source = name.ends_with(".cpp") || name.ends_with(".hpp");
       if (source) files_.insert(name);
-      if (source || entry.path().filename() == "README.md") allowed_[room_of(name)];
+      if (source || entry.path().filename() == "README.md") allowed_[component_of(name)];
     }
   }
 
   std::vector<std::string> faults() {
-    for (auto& [room, known] : allowed_) read_readme(room, known);
+    for (auto& [component, known] : allowed_) read_readme(component, known);
     for (const std::string& file : files_) read_file(file);
     for (const Graph* graph : {&allowed_, &includes_})
       if (const Circle circle(*graph); !circle.text().empty()) faults_.push_back("circle: " + circle.text());
@@ -116,15 +116,15 @@ class Tree {
   }
 
  private:
-  static std::string room_of(const std::string& file) {
+  static std::string component_of(const std::string& file) {
     const std::string folder = fs::path(file).parent_path().generic_string();
     return folder.empty() ? "." : folder;
   }
 
-  void read_readme(const std::string& room, std::set<std::string>& known) {
+  void read_readme(const std::string& component, std::set<std::string>& known) {
     constexpr std::size_t most_lines = 15;
-    const std::string name = (fs::path(room) / "README.md").lexically_normal().generic_string();
-    if (!fs::exists(root_ / name)) return faults_.push_back(name + ": missing; each room says what it may know");
+    const std::string name = (fs::path(component) / "README.md").lexically_normal().generic_string();
+    if (!fs::exists(root_ / name)) return faults_.push_back(name + ": missing; each component says what it may know");
     const std::vector<std::string> readme = lines_of(root_ / name);
     if (readme.size() > most_lines)
       faults_.push_back(name + ": " + std::to_string(readme.size()) + " lines, at most " + std::to_string(most_lines));
@@ -132,7 +132,7 @@ class Tree {
     if (!names)
       return faults_.push_back(name + ": no sentence of the form 'May know: config, util.' or 'May know: nothing.'");
     for (const std::string& other : *names)
-      if (!allowed_.contains(other)) faults_.push_back(name + ": there is no room '" + other + "'");
+      if (!allowed_.contains(other)) faults_.push_back(name + ": there is no component '" + other + "'");
     known = *names;
   }
 
@@ -158,15 +158,15 @@ class Tree {
 
   void check_arrow(const std::string& place, const std::string& from, const std::string& to) {
     includes_[from].insert(to);
-    const std::string room = room_of(from), other = room_of(to);
-    if (room == other || allowed_.at(room).contains(other)) return;
-    faults_.push_back(place + "room " + room + " may not know " + other + " (its README allows " +
-                      joined(allowed_.at(room)) + ")");
+    const std::string component = component_of(from), other = component_of(to);
+    if (component == other || allowed_.at(component).contains(other)) return;
+    faults_.push_back(place + "component " + component + " may not know " + other + " (its README allows " +
+                      joined(allowed_.at(component)) + ")");
   }
 
   const fs::path root_;
   std::set<std::string> files_;  // C++ files, by their path from the root
-  Graph allowed_;                // rooms
+  Graph allowed_;                // components
   Graph includes_;               // files
   std::vector<std::string> faults_;
 };

@@ -1,4 +1,4 @@
-// The rooms of framework/src and of plugins know each other as their READMEs say, and small trees with one fault each show that the
+// The components of framework/src and of plugins know each other as their READMEs say, and small trees with one fault each show that the
 // check can fail.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -18,7 +18,7 @@ using testing::IsEmpty;
 
 using Files = std::map<std::string, std::string>;  // path from the root -> text
 
-/// Two rooms, of which `race` knows `util`, with files changed or added.
+/// Two components, of which `race` knows `util`, with files changed or added.
 std::vector<std::string> faults_with(const Files& changes) {
   Files files = {{"race/README.md", "# race\n\nMay know: util.\n"},
                  {"race/stack.hpp", "#include <vector>\n#include <gripline/abi.h>\n#include \"util/csv.hpp\"\n"},
@@ -37,11 +37,11 @@ std::vector<std::string> faults_with(const Files& changes) {
   return found;
 }
 
-TEST(Layers, RoomsOfTheHostAreAsTheirReadmesSay) {
+TEST(Layers, ComponentsOfTheHostAreAsTheirReadmesSay) {
   for (const std::string& fault : faults(testing_support::source_dir() / "framework/src")) ADD_FAILURE() << fault;
 }
 
-TEST(Layers, RoomsOfThePluginsAreAsTheirReadmesSay) {
+TEST(Layers, ComponentsOfThePluginsAreAsTheirReadmesSay) {
   for (const std::string& fault : faults(testing_support::source_dir() / "plugins")) ADD_FAILURE() << fault;
 }
 
@@ -49,22 +49,22 @@ TEST(Layers, GoodTreeHasNoFault) { EXPECT_THAT(faults_with({}), IsEmpty()); }
 
 TEST(Layers, ForbiddenArrow) {
   EXPECT_THAT(faults_with({{"util/csv.hpp", "#include <string>\n#include \"race/stack.hpp\"\n"}}),
-              ElementsAre("util/csv.hpp:2: room util may not know race (its README allows nothing)",
+              ElementsAre("util/csv.hpp:2: component util may not know race (its README allows nothing)",
                           "circle: race/stack.hpp -> util/csv.hpp -> race/stack.hpp"));
 }
 
-TEST(Layers, KnowingARoomIsNotKnowingTheRoomsInIt) {
+TEST(Layers, KnowingAComponentIsNotKnowingTheComponentsInIt) {
   EXPECT_THAT(faults_with({{"util/text/README.md", "May know: nothing.\n"},
                            {"util/text/words.hpp", ""},
                            {"race/stack.cpp", "#include \"util/text/words.hpp\"\n"}}),
-              ElementsAre("race/stack.cpp:1: room race may not know util/text (its README allows util)"));
+              ElementsAre("race/stack.cpp:1: component race may not know util/text (its README allows util)"));
 }
 
-TEST(Layers, CircleOfRoomsThatReadmesAllow) {
+TEST(Layers, CircleOfComponentsThatReadmesAllow) {
   EXPECT_THAT(faults_with({{"util/README.md", "May know: race.\n"}}), ElementsAre("circle: race -> util -> race"));
 }
 
-TEST(Layers, CircleOfFilesInOneRoom) {
+TEST(Layers, CircleOfFilesInOneComponent) {
   EXPECT_THAT(
       faults_with({{"util/csv.hpp", "#include \"util/row.hpp\"\n"}, {"util/row.hpp", "#include \"util/csv.hpp\"\n"}}),
       ElementsAre("circle: util/csv.hpp -> util/row.hpp -> util/csv.hpp"));
@@ -84,19 +84,19 @@ TEST(Layers, IncludeThatIsNotWrittenFromTheRoot) {
 
 TEST(Layers, ReadmeMissingOrWithoutItsSentence) {
   EXPECT_THAT(faults_with({{"track/line.hpp", ""}, {"util/README.md", "# util\n"}}),
-              ElementsAre("track/README.md: missing; each room says what it may know",
+              ElementsAre("track/README.md: missing; each component says what it may know",
                           "util/README.md: no sentence of the form 'May know: config, util.' or 'May know: nothing.'"));
 }
 
-TEST(Layers, ReadmeTooLongOrWithAnUnknownRoom) {
+TEST(Layers, ReadmeTooLongOrWithAnUnknownComponent) {
   EXPECT_THAT(faults_with({{"race/README.md", "May know: utils,\nutil.\n" + std::string(14, '\n')}}),
-              ElementsAre("race/README.md: 16 lines, at most 15", "race/README.md: there is no room 'utils'"));
+              ElementsAre("race/README.md: 16 lines, at most 15", "race/README.md: there is no component 'utils'"));
 }
 
-TEST(Layers, FlatFileHasNoRoom) {
+TEST(Layers, FlatFileHasNoComponent) {
   EXPECT_THAT(faults_with({{"main.cpp", "#include \"util/csv.hpp\"\n"}}),
-              ElementsAre("README.md: missing; each room says what it may know",
-                          "main.cpp:1: room . may not know util (its README allows nothing)"));
+              ElementsAre("README.md: missing; each component says what it may know",
+                          "main.cpp:1: component . may not know util (its README allows nothing)"));
 }
 
 }  // namespace

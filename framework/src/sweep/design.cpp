@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <bit>
+#include <boost/algorithm/string/join.hpp>
+#include <boost/algorithm/string/replace.hpp>
 #include <charconv>
 #include <cmath>
 #include <cstdio>
@@ -64,6 +66,13 @@ void require_pointers(const std::vector<Factor>& factors) {
       throw InputError(factor.pointer + ": a factor replaces a value; \"-\" would add one more in every setting");
     if (!seen.insert(factor.pointer).second) throw InputError(factor.pointer + " is a factor twice");
   }
+}
+
+/// A list or an object of JSON in a cell that is quoted as RFC 4180 has it, as spreadsheets do: "{""t"": 0}". Any other
+/// cell is itself.
+std::string unquoted(const std::string& cell) {
+  if (cell.size() < 4 || cell.back() != '"' || !(cell.starts_with("\"{") || cell.starts_with("\"["))) return cell;
+  return boost::algorithm::replace_all_copy(cell.substr(1, cell.size() - 2), "\"\"", "\"");
 }
 
 std::uint64_t seed_number(const std::string& text, const std::string& all) {
@@ -203,7 +212,8 @@ Design Design::list(const std::filesystem::path& file) {
     ++number;
     if (number == 1 && line.starts_with("\xEF\xBB\xBF")) line.erase(0, 3);
     if (trimmed(line).empty()) continue;
-    const std::vector<std::string> cells = cells_of(trimmed(line));
+    std::vector<std::string> cells = cells_of(trimmed(line));
+    for (std::string& cell : cells) cell = unquoted(cell);
     if (design.factors_.empty()) {
       for (const std::string& cell : cells) {
         if (!cell.starts_with('/'))
@@ -225,7 +235,7 @@ Design Design::list(const std::filesystem::path& file) {
           "",
           "expected " + std::to_string(design.factors_.size()) + " values, found " + std::to_string(cells.size()),
           {}}});
-    design.rows_.push_back(trimmed(line));
+    design.rows_.push_back(boost::algorithm::join(cells, ","));
   }
   require_pointers(design.factors_);
   if (design.rows_.empty()) throw InputError(shown(file) + ": expected a row of JSON pointers and rows of values");

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <sstream>
+#include <stdexcept>
 
 #include "common/planning/planner_context.hpp"
 
@@ -50,6 +52,18 @@ AxleSharing with_loads(AxleSharing sharing, const PluginContext& context) {
   return sharing;
 }
 
+/// Nodes of a lap [m] at the spacing asked for [m], or, where that is 0, at the usual one as far as their number allows.
+std::size_t node_count(double lap, double asked, double usual) {
+  constexpr double fewest = 20, most = 4000;
+  if (asked > 0 && (std::ceil(lap / asked) < fewest || std::ceil(lap / asked) > most)) {
+    std::ostringstream text;
+    text << "\"spacing\" of " << asked << " m does not suit a lap of " << lap << " m; expected " << lap / most << " to "
+         << lap / fewest << " m (" << most << " to " << fewest << " nodes), or 0 for the wheelbase";
+    throw std::invalid_argument(text.str());
+  }
+  return static_cast<std::size_t>(std::clamp(std::ceil(lap / (asked > 0 ? asked : usual)), fewest, most));
+}
+
 }  // namespace
 
 LapSetup::LapSetup(const PluginContext& context, const SetupOptions& options, const CarBelief& typical)
@@ -61,9 +75,8 @@ LapSetup::LapSetup(const PluginContext& context, const SetupOptions& options, co
       corner_(context.car, typical.tyres, limits_.top_speed()),
       curves_(tabulate(limits_)) {
   options_.sharing = with_loads(options.sharing, context);
-  const double spacing = options.spacing > 0 ? options.spacing : car_.lf + car_.lr;
-  const auto count = static_cast<std::size_t>(std::clamp(std::ceil(base_.length() / spacing), 20.0, 4000.0));
-  nodes_ = place_nodes(base_, profile(typical.tyres), *context.course, options.margin, count);
+  nodes_ = place_nodes(base_, profile(typical.tyres), *context.course, options.margin,
+                       node_count(base_.length(), options.spacing, car_.lf + car_.lr));
 }
 
 /// The tables of the typical tyres serve all that differ from them in friction only.

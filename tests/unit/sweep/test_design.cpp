@@ -99,6 +99,11 @@ TEST(List, ReadsSettingsAndSaysWhereAFileIsWrong) {
   ASSERT_EQ(design.size(), 2u);
   EXPECT_THAT(design.setting(0), ElementsAre("\"a,b.json\"", "0.9"));
   EXPECT_THAT(design.setting(1), ElementsAre("c.json", "1"));
+  // JSON as it is, and as a spreadsheet quotes it.
+  write_text(folder / "json.csv", "/a,/b\n{\"t\": [0, 1]},1\n\"{\"\"t\"\": [0, 1], \"\"u\"\": 2}\",\"[1, 2]\"\n");
+  const Design json = Design::list(folder / "json.csv");
+  EXPECT_THAT(json.setting(0), ElementsAre("{\"t\": [0, 1]}", "1"));
+  EXPECT_THAT(json.setting(1), ElementsAre("{\"t\": [0, 1], \"u\": 2}", "[1, 2]"));
   write_text(folder / "bad.csv", "/world,/mu\na.json\n");
   EXPECT_THAT(refusal([&] { Design::list(folder / "bad.csv"); }), HasSubstr("bad.csv:2:1: expected 2 values, found 1"));
   write_text(folder / "head.csv", "mu\n1\n");

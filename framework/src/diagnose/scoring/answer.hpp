@@ -1,5 +1,5 @@
 // answer.json of a case: what is missing in truth, and how a diagnosis is judged by it
-// (framework/doc/diagnose-cases.md). No other room reads an answer.
+// (framework/doc/diagnose-cases.md). No other component reads an answer.
 #pragma once
 
 #include <filesystem>

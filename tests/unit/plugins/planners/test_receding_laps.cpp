@@ -91,6 +91,20 @@ TEST_F(RecedingLapsTest, KnowsTheCurvatureOfTheRoadsSurface) {
   EXPECT_NEAR(falls, -0.06, 2e-3);
 }
 
+// A window that is nearly the lap may keep a part that is driven backwards (history.md, "Windows that are nearly the lap").
+TEST_F(RecedingLapsTest, ALongWindowIsAtMostHalfOfTheLap) {
+  const SetupOptions fine{0.4 * car_.width, 0.045, 0.0, 0.7};
+  const LapSetup setup(context_on(mobil_), fine, believed(0.8));
+  const std::size_t nodes = setup.nodes().s.size();
+  ASSERT_GT(nodes, 220U);
+  for (const int asked : {40, 90, 1000}) {
+    RecedingLaps laps(setup, believed(0.8), {60.0, asked, 2, 0.05});
+    LapPlan plan = laps.whole_plan();
+    laps.step(believed(0.8), 0.0, station, plan);
+    EXPECT_EQ(laps.changed_count(), asked < 100 ? static_cast<std::size_t>(asked) : nodes / 2) << nodes;
+  }
+}
+
 TEST_F(RecedingLapsTest, RestsWhereNothingChanges) {
   steps(100, believed(0.8), 0.0);
   EXPECT_EQ(work(50, believed(0.8), 0.0), 0);

@@ -155,6 +155,16 @@ TEST_F(RecedingTimeTest, RefusesToDriveFasterPlansMoreSlowly) {
   }
 }
 
+TEST_F(RecedingTimeTest, RefusesASpacingThatDoesNotSuitTheLap) {
+  for (const double spacing : {1e-3, 50.0}) try {
+      make(mobil_, {{"spacing", spacing}});
+      FAIL() << "nothing was thrown";
+    } catch (const PluginError& error) {
+      EXPECT_THAT(error.what(),
+                  ::testing::ContainsRegex("\"spacing\" of .* m; expected 0\\.00[0-9]* to [01]\\.[0-9]* m"));
+    }
+}
+
 /// A car that drives at a share of its plan's speed needs less side force in a turn than the plan, and slips less.
 TEST_F(RecedingTimeTest, PlansLessSideslipAtALowerPace) {
   double slip[2] = {0, 0}, speed[2] = {0, 0};
@@ -297,7 +307,9 @@ class RecedingTimeTooFast : public RecedingTimeTest {
         make(mobil_, {{"spacing", 0.1}, {"start", 0.9}, {"pace", 0.8}, {"from_car_state", from_car_state ? 1.0 : 0.0}});
     start(*planner);
     double way = 0;
+    long before = 0;
     for (int i = 0; i < 850; ++i) {
+      if (i == 50) before = rig::allocations.load();
       planner->plan(now_, believe(0.9), &tyres_, horizon_);
       const RefPoint& r = horizon_[1];
       if (i >= 250) way += std::hypot(r.x - now_.x.x, r.y - now_.x.y);
@@ -307,12 +319,13 @@ class RecedingTimeTooFast : public RecedingTimeTest {
       now_.x = {r.x, r.y, r.yaw - r.beta, v, v * std::tan(r.beta), v * r.kappa, 0.0};
       now_.at = r.at;
     }
+    EXPECT_EQ(rig::allocations.load(), before);
     return way;
   }
   KnownTyres tyres_;
 };
 
-// A plan that begins with the car's own speed asks for `pace` of it: not again and again, which would end at a crawl.
+// Nothing is allocated on the way. A plan that begins with the car's own speed asks for `pace` of it: not again and again, which would end at a crawl.
 TEST_F(RecedingTimeTooFast, ItSlowsDownToItsPlanAndGoesOn) {
   const double plain = drive_on(false), own = drive_on(true);
   EXPECT_NEAR(own, plain, 0.01 * plain);
