@@ -93,6 +93,14 @@ TEST_F(SweepProgram, ADryRunPrintsCountTimeAndDiskAndKeepsNothing) {
   EXPECT_FALSE(fs::exists(out("out")));
 }
 
+TEST_F(SweepProgram, ADryRunOfAListSaysHowManyValuesItHas) {
+  write_text(folder_ / "list.csv", "/base/planner/params/mu,/world/duration\n0.3,0.4\n0.35,0.4\n0.3,0.5\n0.4,0.4\n");
+  const Outcome outcome =
+      gripline_with({"sweep", "experiments/good.json", "--list", folder_ / "list.csv", "--dry-run"});
+  EXPECT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_THAT(outcome.out, HasSubstr("/base/planner/params/mu: 3 values of the list\n  /world/duration: 2 values"));
+}
+
 TEST_F(SweepProgram, KilledAtAnyMomentItGoesOnToTheSameBytes) {
   ASSERT_EQ(sweep("whole").code, 0);
   for (const int number : {SIGKILL, SIGINT}) {

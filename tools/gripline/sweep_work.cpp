@@ -13,6 +13,7 @@
 #include <iostream>
 #include <memory>
 #include <optional>
+#include <set>
 #include <thread>
 
 #include "cli/options.hpp"
@@ -228,8 +229,16 @@ void print_plan(const sweep::Sweep& sweep) {
     std::cout << part.name << " (" << part.kind << "): " << sweep.design.size() << " settings x " << part.rows.size()
               << (part.rows.size() == 1 ? " row x " : " rows x ") << part.seeds.size()
               << (part.seeds.size() == 1 ? " seed\n" : " seeds\n");
-  for (const sweep::Factor& factor : sweep.design.factors()) {
+  const bool list = sweep.design.kind() == sweep::Design::Kind::list;
+  std::vector<std::set<std::string>> listed(sweep.design.factors().size());
+  for (std::size_t i = 0; list && i < sweep.design.size(); ++i) {
+    const std::vector<std::string> setting = sweep.design.setting(i);
+    for (std::size_t f = 0; f < setting.size(); ++f) listed[f].insert(setting[f]);
+  }
+  for (std::size_t f = 0; f < listed.size(); ++f) {
+    const sweep::Factor& factor = sweep.design.factors()[f];
     std::cout << "  " << factor.pointer << ": ";
+    if (list) std::cout << listed[f].size() << (listed[f].size() == 1 ? " value" : " values") << " of the list";
     if (factor.range() && sweep.design.kind() == sweep::Design::Kind::latin)
       std::cout << factor.lo << ".." << factor.hi;
     for (std::size_t i = 0; i < factor.levels.size(); ++i) std::cout << (i > 0 ? ", " : "") << factor.levels[i];
