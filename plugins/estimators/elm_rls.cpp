@@ -21,7 +21,8 @@
 // A slow car's tyres take back a lateral speed within a step or two (m v / (2 C), 20 ms for the full-size car at 5 m/s), and
 // with it the noise that was estimated of a reading: slow samples can be left out (`slowest`).
 // Side forces beside large drive or brake forces are less well known than others (`sharing_spread`): so a car that brakes
-// hard into a turn still learns that friction has fallen.
+// hard into a turn still learns that friction has fallen. Under much drive they are tested for a change, and teach for a
+// while after one.
 #include <algorithm>
 #include <array>
 #include <gripline/plugin.hpp>
@@ -71,7 +72,7 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
                   "tyres but what sharing_spread leaves"),
             param("sharing_spread", &P::sharing_spread, "1", {0, 10},
                   "standard deviation of what drive and brakes take off the square of a side force, relative to it; "
-                  "above 0 braking beyond most_drive teaches of tyres what that leaves"),
+                  "above 0 braking beyond most_drive teaches of tyres what that leaves, and drive after a change"),
             param("drive_spread", &P::drive_spread, "1", {0, 1},
                   "standard deviation of the drive force, relative to what the model says; 0: it is known"),
             param("brake_spread", &P::brake_spread, "1", {0, 1}, "the same of the brake force"),
@@ -137,8 +138,10 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
     const bool hard = std::abs(drive) > params_.most_drive * gravity * std::min(belief_.mu_front, belief_.mu_rear);
     const bool shares = params_.sharing_spread > 0;
     if (shares) doubt_sharing(k);
-    if (hard) leave_drive_and_tyres(shares && drive < 0);
+    if (hard && !shares) leave_drive_and_tyres(false);
+    since_change_ += k.dt;
     test_for_change(k.dt);
+    if (hard && shares) leave_drive_and_tyres(drive < 0 || since_change_ < change_lasts);
     for (int c = 0; c < channels; ++c) {
       const auto innovation = rls_.innovation(c, rows_.col(c), rates_[c], k.dt, misfit(c));
       if (!hard || !shares)
@@ -175,6 +178,7 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
   static constexpr double smallest_sigma = 2e-3;  // of largest_sigma_: 0.02 of what the filter starts from
   static constexpr double misfit_gain = 0.02;     // per step, of matching the misfit
   static constexpr double tested_share = 0.4;     // of friction: least side force of samples that are tested for change
+  static constexpr double change_lasts = 0.5;  // [s] after it in which samples under much drive teach of tyres as well
 
   static double expected(const PluginContext& context, const Params& params) {
     return params.friction > 0 ? params.friction : context.mu_init;
@@ -260,6 +264,7 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
     seen_ = 0;
     continues_ = false;
     score_ = score_variance_ = 0;
+    since_change_ = INFINITY;
     rls_.theta().setZero();
     rls_.theta().head(2 * n) = prior_mean_;
     rls_.reset_covariance(prior_covariance_);
@@ -310,6 +315,7 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
     spread_along_curves(params_.change, 0.3 * params_.change);
     rls_.doubt_noise(sigma_.data());
     score_ = score_variance_ = 0;
+    since_change_ = 0;
   }
 
   /// Moves the assumed noise of a channel until the innovations have the variance they are said to have, and the
@@ -374,7 +380,7 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
   ResistanceForce resistance_;
   DriveGains gains_;
   Belief belief_;
-  double score_ = 0, score_variance_ = 0;
+  double score_ = 0, score_variance_ = 0, since_change_ = INFINITY;
   std::int64_t seen_ = 0;
   bool continues_ = false;
 };

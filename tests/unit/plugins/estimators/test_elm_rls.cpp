@@ -297,6 +297,43 @@ TEST(ElmRls, BrakingTeachesAsFarAsTheSharingOfFrictionIsKnown) {
   EXPECT_GT(unsure.sigma_front, 1.2 * told.sigma_front);
 }
 
+/// Friction believed after a slalom under little drive, which teaches, and some steps of another under much, which does not:
+/// there friction is `factor` of what it was.
+double believed_after_drive(double factor, int driven = 30) {
+  Nominal nominal("ekinematic");
+  const auto rls = make_estimator("elm_rls", nominal,
+                                  {{"most_drive", 0.15},
+                                   {"sigma_v", 0.002},
+                                   {"sigma_omega", 0.005},
+                                   {"sharing_spread", 1.0},
+                                   {"ellipse", 1.0},
+                                   {"drive_front", 0.5},
+                                   {"brake_front", 0.5}});
+  Drive drive;
+  State x;
+  x.vx = 2.5;
+  drive.x.push_back(x);
+  TrueCar car;
+  for (int i = 0; i < 80 + driven; ++i) {
+    car.factor = i < 80 ? 1.0 : factor;
+    const double wanted = 0.2 * std::sin(8.0 * i * dt);
+    drive.u.push_back({i < 80 ? 0.3 : 0.6, (wanted - x.delta) / dt});
+    x = car.step(x, drive.u.back());
+    drive.x.push_back(x);
+    drive.factor.push_back(car.factor);
+  }
+  learn(*rls, nominal, drive);
+  return total_mu(rls->belief(), car.car);
+}
+
+TEST(ElmRls, ADropUnderDriveIsNoticed) {
+  const double before = believed_after_drive(1.0, 0), kept = believed_after_drive(1.0),
+               fell = believed_after_drive(0.7);
+  EXPECT_NEAR(kept, before, 0.01 * before);
+  EXPECT_LT(fell, 0.85 * before);
+  EXPECT_GT(fell, 0.6 * before);
+}
+
 /// Largest error of vx' straight ahead, with full throttle to full brake, of the 1:43 car behind a nominal model that is
 /// told `share` of its motor and brakes.
 double straight_error(double spread, double share) {
