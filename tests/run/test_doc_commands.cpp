@@ -10,6 +10,7 @@
 #include <map>
 #include <numbers>
 #include <regex>
+#include <set>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -103,18 +104,27 @@ std::string shortened(const std::string& command) {
   return text + " --set /world/laps=0 --set /world/duration=0.4 --set '/claims=[]'";
 }
 
-/// A full-size road as TUM's database has them: two straights of 300 m, two half circles of 80 m.
-void write_oval(const fs::path& file) {
+/// A full-size road as TUM's database has them, times `scale`: two straights of 300 m, two half circles of 80 m.
+void write_oval(const fs::path& file, double scale = 1) {
   std::ofstream out(file);
   out << "# x_m,y_m,w_tr_right_m,w_tr_left_m\n";
-  constexpr double straight = 300, radius = 80, step = 5;
+  const double straight = 300 * scale, radius = 80 * scale, step = 5 * scale;
   const double bend = std::numbers::pi * radius, lap = 2 * (straight + bend);
   for (double s = 0; s < lap; s += step) {
     const double side = s < lap / 2 ? 1 : -1, along = std::fmod(s, lap / 2),
                  angle = std::max(along - straight, 0.0) / radius;
     const double x = std::min(along, straight) - straight / 2 + radius * std::sin(angle), y = -radius * std::cos(angle);
-    out << side * x << ',' << side * y << ",6,6\n";
+    out << side * x << ',' << side * y << ',' << 6 * scale << ',' << 6 * scale << '\n';
   }
+}
+
+/// The roads of TUM's database, by the names in which a sweep lists them.
+std::set<std::string> listed_roads() {
+  std::istringstream lines(contents(source_dir() / "experiments/sweeps/tum.csv"));
+  std::set<std::string> names;
+  for (std::string line; std::getline(lines, line);)
+    if (line.starts_with("roads/")) names.insert(fs::path(line.substr(0, line.find(','))).stem());
+  return names;
 }
 
 class DocCommands : public testing::Test {
@@ -125,8 +135,13 @@ class DocCommands : public testing::Test {
       fs::create_directory_symlink(source_dir() / name, folder_ / name);
     // What the pages call a user's own roads (circuits.md).
     fs::create_directory(folder_ / "roads");
-    for (const char* name : {"Zandvoort", "Norisring", "Monza", "narrow_5", "hairpins_3", "hairpins_5"})
-      write_oval(folder_ / "roads" / (std::string(name) + ".csv"));
+    const fs::path roads = folder_ / "roads";
+    for (const char* name : {"narrow_5", "hairpins_3", "hairpins_5"}) write_oval(roads / (std::string(name) + ".csv"));
+    for (const std::string& name : listed_roads()) {
+      write_oval(roads / (name + ".csv"));
+      write_oval(roads / (name + "_43.csv"), 1.0 / 43);
+      write_text(roads / (name + "_43.json"), R"({"centre": ")" + name + R"(_43.csv"})");
+    }
     const char* const before = std::getenv("PATH");
     path_ = gripline_program().parent_path().string();
     path_.append(":").append(before != nullptr ? before : "");
@@ -151,6 +166,7 @@ TEST_F(DocCommands, Run) {
       (void)run(
           "gripline compare experiments/table1.json --only elm --set /world/laps=0 --set /world/duration=4 "
           "--set '/claims=[]'");
+    if (command.find("out/drawn") != command.npos) (void)run("tools/draw_races 1 1 out/drawn");
     const Outcome outcome =
         run(command + (command.find("--out") == command.npos && command.starts_with("gripline compare")
                            ? " --out out/doc" + std::to_string(++count)

@@ -226,7 +226,8 @@ int do_missing(const SweepWork& work, const sweep::Sweep& sweep, const Registry&
 
 void print_plan(const sweep::Sweep& sweep) {
   for (const sweep::Part& part : sweep.parts)
-    std::cout << part.name << " (" << part.kind << "): " << sweep.design.size() << " settings x " << part.rows.size()
+    std::cout << part.name << " (" << part.kind << "): " << sweep.design.size()
+              << (sweep.design.size() == 1 ? " setting x " : " settings x ") << part.rows.size()
               << (part.rows.size() == 1 ? " row x " : " rows x ") << part.seeds.size()
               << (part.seeds.size() == 1 ? " seed\n" : " seeds\n");
   const bool list = sweep.design.kind() == sweep::Design::Kind::list;
