@@ -101,6 +101,17 @@ TEST_F(SweepProgram, ADryRunOfAListSaysHowManyValuesItHas) {
   EXPECT_THAT(outcome.out, HasSubstr("/base/planner/params/mu: 3 values of the list\n  /world/duration: 2 values"));
 }
 
+TEST_F(SweepProgram, OfManyExperimentsIsCalledByTheFirst) {
+  std::vector<std::string> call{"sweep", "--set", "/world/duration=0.4", "--seeds", "1", "--out", out("many")};
+  for (const char* name : {"a", "b", "c", "d"}) {
+    write_text(folder_ / (std::string(name) + ".json"),
+               R"({"extends": ")" + (fixture_dir() / "experiments/good.json").string() + R"("})");
+    call.push_back(folder_ / (std::string(name) + ".json"));
+  }
+  ASSERT_EQ(gripline_with(call).code, 0);
+  EXPECT_THAT(gripline_with({"sweep", "status", out("many")}).out, testing::StartsWith("a and 3 more: "));
+}
+
 TEST_F(SweepProgram, KilledAtAnyMomentItGoesOnToTheSameBytes) {
   ASSERT_EQ(sweep("whole").code, 0);
   for (const int number : {SIGKILL, SIGINT}) {

@@ -224,6 +224,15 @@ void write_keys(const fs::path& out, Keys& keys, const Sweep& sweep) {
   if (failed) throw std::runtime_error("cannot write " + (out / keys_name).string() + ": " + failed.message());
 }
 
+/// What a sweep is called in what it prints: its experiments, or of many the first and how many more there are.
+std::string name_of(const std::vector<Part>& parts) {
+  constexpr std::size_t most = 3;
+  std::string name;
+  for (std::size_t i = 0; i < (parts.size() > most ? 1 : parts.size()); ++i)
+    name += (i > 0 ? "_" : "") + fs::path(parts[i].name).stem().string();
+  return parts.size() > most ? name + " and " + std::to_string(parts.size() - 1) + " more" : name;
+}
+
 }  // namespace
 
 std::size_t Sweep::size() const {
@@ -268,8 +277,7 @@ Sweep plan(const Request& request, const Registry& registry) {
     }
     throw;
   }
-  for (const Part& part : sweep.parts)
-    sweep.name += (sweep.name.empty() ? "" : "_") + fs::path(part.name).stem().string();
+  sweep.name = name_of(sweep.parts);
   try_settings(sweep, registry);
   number_runs(sweep);
   return sweep;
