@@ -140,7 +140,7 @@ std::vector<std::uint64_t> parse_seeds(const std::string& text) {
     const std::size_t dots = part.find("..");
     const std::uint64_t first = seed_number(trimmed(part.substr(0, dots)), text);
     const std::uint64_t last = dots == std::string::npos ? first : seed_number(trimmed(part.substr(dots + 2)), text);
-    if (last < first) throw InputError("--seeds " + text + ": " + part + " ends before it begins");
+    if (last < first) throw InputError(("--seeds " + text).append(": ").append(part).append(" ends before it begins"));
     if (seeds.size() + (last - first) >= most)
       throw InputError("--seeds " + text + ": at most " + std::to_string(most) + " seeds");
     for (std::uint64_t seed = first; seed <= last; ++seed) seeds.push_back(seed);
