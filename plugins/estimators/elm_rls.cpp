@@ -25,6 +25,7 @@
 // while after one.
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <gripline/plugin.hpp>
 #include <stdexcept>
 
@@ -138,6 +139,7 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
     const bool hard = std::abs(drive) > params_.most_drive * gravity * std::min(belief_.mu_front, belief_.mu_rear);
     const bool shares = params_.sharing_spread > 0;
     if (shares) doubt_sharing(k);
+    // Without a doubt of the sharing, what drive and brakes take off side forces would pass for a change.
     if (hard && !shares) leave_drive_and_tyres(false);
     since_change_ += k.dt;
     test_for_change(k.dt);
@@ -178,7 +180,7 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
   static constexpr double smallest_sigma = 2e-3;  // of largest_sigma_: 0.02 of what the filter starts from
   static constexpr double misfit_gain = 0.02;     // per step, of matching the misfit
   static constexpr double tested_share = 0.4;     // of friction: least side force of samples that are tested for change
-  static constexpr double change_lasts = 0.5;  // [s] after it in which samples under much drive teach of tyres as well
+  static constexpr double change_lasts = 0.5;  // [s] after a change, in which samples under much drive teach of tyres
 
   static double expected(const PluginContext& context, const Params& params) {
     return params.friction > 0 ? params.friction : context.mu_init;
@@ -380,7 +382,8 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
   ResistanceForce resistance_;
   DriveGains gains_;
   Belief belief_;
-  double score_ = 0, score_variance_ = 0, since_change_ = INFINITY;
+  double score_ = 0, score_variance_ = 0;
+  double since_change_ = INFINITY;  // [s] of samples
   std::int64_t seen_ = 0;
   bool continues_ = false;
 };

@@ -260,6 +260,24 @@ TEST(ElmRls, SamplesUnderDriveTeachNothingOfTheTyresWhereTold) {
   EXPECT_GT(rls->belief().sigma_front, 0.2);
 }
 
+/// The true car's way through a slalom, begun at `speed`, with the wheels turned by up to `angle`; `pedal` and `factor` of step i.
+template <class Pedal, class Factor>
+Drive slalom(int steps, double speed, double angle, const Pedal& pedal, const Factor& factor) {
+  Drive drive;
+  TrueCar car;
+  State x;
+  x.vx = speed;
+  drive.x.push_back(x);
+  for (int i = 0; i < steps; ++i) {
+    car.factor = factor(i);
+    drive.u.push_back({pedal(i), (angle * std::sin(8.0 * i * dt) - x.delta) / dt});
+    x = car.step(x, drive.u.back());
+    drive.x.push_back(x);
+    drive.factor.push_back(car.factor);
+  }
+  return drive;
+}
+
 /// What 1.2 s of a slalom teach at one position of the pedal, where any drive is too much (`most_drive`), if friction is 0.91 in
 /// place of the expected 1.0. This car's brakes are weak: even an ellipse of 0.3 takes two per cent off the side forces that
 /// the true car has.
@@ -271,18 +289,9 @@ Belief learned_at_pedal(double d, double sharing_spread) {
                                    {"ellipse", 0.3},
                                    {"drive_front", 0.5},
                                    {"brake_front", 0.5}});
-  Drive drive;
-  State x;
-  x.vx = 3.5;
-  drive.x.push_back(x);
-  for (int i = 0; i < 60; ++i) {
-    const double wanted = 0.3 * std::sin(8.0 * i * dt);
-    drive.u.push_back({d, (wanted - x.delta) / dt});
-    x = TrueCar().step(x, drive.u.back());
-    drive.x.push_back(x);
-    drive.factor.push_back(1.0);
-  }
-  learn(*rls, nominal, drive);
+  learn(*rls, nominal,
+        slalom(
+            60, 3.5, 0.3, [d](int) { return d; }, [](int) { return 1.0; }));
   return rls->belief();
 }
 
@@ -309,21 +318,12 @@ double believed_after_drive(double factor, int driven = 30) {
                                    {"ellipse", 1.0},
                                    {"drive_front", 0.5},
                                    {"brake_front", 0.5}});
-  Drive drive;
-  State x;
-  x.vx = 2.5;
-  drive.x.push_back(x);
-  TrueCar car;
-  for (int i = 0; i < 80 + driven; ++i) {
-    car.factor = i < 80 ? 1.0 : factor;
-    const double wanted = 0.2 * std::sin(8.0 * i * dt);
-    drive.u.push_back({i < 80 ? 0.3 : 0.6, (wanted - x.delta) / dt});
-    x = car.step(x, drive.u.back());
-    drive.x.push_back(x);
-    drive.factor.push_back(car.factor);
-  }
-  learn(*rls, nominal, drive);
-  return total_mu(rls->belief(), car.car);
+  constexpr int taught = 80;  // steps
+  learn(*rls, nominal,
+        slalom(
+            taught + driven, 2.5, 0.2, [](int i) { return i < taught ? 0.3 : 0.6; },
+            [factor](int i) { return i < taught ? 1.0 : factor; }));
+  return total_mu(rls->belief(), TrueCar().car);
 }
 
 TEST(ElmRls, ADropUnderDriveIsNoticed) {
