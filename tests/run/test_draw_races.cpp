@@ -78,6 +78,15 @@ TEST_F(DrawRaces, RoadsOfAFolderAreRacedInTheirSize) {
   EXPECT_EQ(outcome.code, 0) << outcome.out << outcome.err;
 }
 
+TEST_F(DrawRaces, AFileThatIsNoRoadIsRefused) {
+  write_text(folder_ / "roads/lap_times.csv", "lap,time\n1,93.2\n");
+  const Outcome outcome = run_program(
+      {source_dir() / "tools/draw_races", "3", "9", folder_.path() / "races", "--roads", folder_ / "roads"});
+  EXPECT_EQ(outcome.code, 1);
+  EXPECT_THAT(outcome.err,
+              testing::HasSubstr("lap_times.csv: not a road in TU Munich's format; expected lines of x, y"));
+}
+
 TEST_F(DrawRaces, AFolderWithoutRoadsIsRefused) {
   fs::create_directories(folder_.path() / "empty");
   const Outcome outcome = run_program(
