@@ -224,22 +224,29 @@ int do_missing(const SweepWork& work, const sweep::Sweep& sweep, const Registry&
   return merge_and_tell(work.out, sweep);
 }
 
+/// How many values each factor has in the rows of a list; of other designs none.
+std::vector<std::size_t> listed_values(const sweep::Design& design) {
+  std::vector<std::set<std::string>> values(design.factors().size());
+  for (std::size_t i = 0; design.kind() == sweep::Design::Kind::list && i < design.size(); ++i) {
+    const std::vector<std::string> setting = design.setting(i);
+    for (std::size_t f = 0; f < setting.size(); ++f) values[f].insert(setting[f]);
+  }
+  std::vector<std::size_t> counts;
+  for (const std::set<std::string>& of_factor : values) counts.push_back(of_factor.size());
+  return counts;
+}
+
 void print_plan(const sweep::Sweep& sweep) {
   for (const sweep::Part& part : sweep.parts)
     std::cout << part.name << " (" << part.kind << "): " << sweep.design.size()
               << (sweep.design.size() == 1 ? " setting x " : " settings x ") << part.rows.size()
               << (part.rows.size() == 1 ? " row x " : " rows x ") << part.seeds.size()
               << (part.seeds.size() == 1 ? " seed\n" : " seeds\n");
-  const bool list = sweep.design.kind() == sweep::Design::Kind::list;
-  std::vector<std::set<std::string>> listed(sweep.design.factors().size());
-  for (std::size_t i = 0; list && i < sweep.design.size(); ++i) {
-    const std::vector<std::string> setting = sweep.design.setting(i);
-    for (std::size_t f = 0; f < setting.size(); ++f) listed[f].insert(setting[f]);
-  }
+  const std::vector<std::size_t> listed = listed_values(sweep.design);
   for (std::size_t f = 0; f < listed.size(); ++f) {
     const sweep::Factor& factor = sweep.design.factors()[f];
     std::cout << "  " << factor.pointer << ": ";
-    if (list) std::cout << listed[f].size() << (listed[f].size() == 1 ? " value" : " values") << " of the list";
+    if (listed[f] > 0) std::cout << listed[f] << (listed[f] == 1 ? " value" : " values") << " of the list";
     if (factor.range() && sweep.design.kind() == sweep::Design::Kind::latin)
       std::cout << factor.lo << ".." << factor.hi;
     for (std::size_t i = 0; i < factor.levels.size(); ++i) std::cout << (i > 0 ? ", " : "") << factor.levels[i];

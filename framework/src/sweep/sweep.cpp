@@ -227,10 +227,10 @@ void write_keys(const fs::path& out, Keys& keys, const Sweep& sweep) {
 /// What a sweep is called in what it prints: its experiments, or of many the first and how many more there are.
 std::string name_of(const std::vector<Part>& parts) {
   constexpr std::size_t most = 3;
-  std::string name;
-  for (std::size_t i = 0; i < (parts.size() > most ? 1 : parts.size()); ++i)
-    name += (i > 0 ? "_" : "") + fs::path(parts[i].name).stem().string();
-  return parts.size() > most ? name + " and " + std::to_string(parts.size() - 1) + " more" : name;
+  std::string name = fs::path(parts.front().name).stem().string();
+  if (parts.size() > most) return name + " and " + std::to_string(parts.size() - 1) + " more";
+  for (std::size_t i = 1; i < parts.size(); ++i) name.append("_").append(fs::path(parts[i].name).stem().string());
+  return name;
 }
 
 }  // namespace
