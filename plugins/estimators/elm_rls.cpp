@@ -3,8 +3,8 @@
 //   F_axle(slip) = axle load * sum_j theta_j h_j(slip),   h: generic tyres at random (generic_tyres.hpp), in the few
 //                  coordinates in which they differ (reduced_layer.hpp)
 //
-// The unknowns (both axles' theta, Cr0, Cd and by how much drive and brakes exceed what the stack was told of them)
-// enter the equations of step_path.hpp linearly; each step is three rates with the noise of differenced readings
+// The unknowns (both axles' theta, Cr0, Cd, by how much drive and brakes exceed what the stack was told of them and the
+// arm at which drive turns the car) enter the equations of step_path.hpp linearly; each step is three rates with the noise of differenced readings
 // (difference_rls.hpp). Odd, saturating nodes and their prior carry what was measured at the visited slips on to the
 // peak, so that mu = peak / load is not biased by the slips visited, and the covariance says how well it is known.
 //
@@ -48,7 +48,7 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
     int hidden = 40;
     double stiffness = 6.0, stiffness_spread = 0.7, shape = 1.4, shape_spread = 0.2;
     double friction = 0, friction_spread = 0.3, common = 0, most_drive = 10, sharing_spread = 0;
-    double drive_spread = 0, brake_spread = 0;
+    double drive_spread = 0, brake_spread = 0, arm_spread = 0;
     double drift = 0.015, axle_drift = 0.005, shape_memory = 1000;
     double alarm = 4.5, change = 0.3;
     double sigma_v = 0.02, sigma_omega = 0.05, misfit = 0.02;
@@ -77,6 +77,10 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
             param("drive_spread", &P::drive_spread, "1", {0, 1},
                   "standard deviation of the drive force, relative to what the model says; 0: it is known"),
             param("brake_spread", &P::brake_spread, "1", {0, 1}, "the same of the brake force"),
+            param("arm_spread", &P::arm_spread, "m", {0, 1},
+                  "standard deviation of the arm at which drive turns the car into a turn, under a side force as large "
+                  "as its weight: between 0 (left and right wheels push alike) and the height of the centre of gravity "
+                  "(as they carry); 0: there is none"),
             param("drift", &P::drift, "1/s^0.5", {0, 1}, "random walk of friction, both axles together"),
             param("axle_drift", &P::axle_drift, "1/s^0.5", {0, 1}, "random walk of each axle's friction"),
             param("shape_memory", &P::shape_memory, "s", {1, 1e9}, "time in which the prior's uncertainty returns"),
@@ -118,7 +122,8 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
     prior_covariance_(2 * n, 2 * n) = square(0.1);          // Cr0 over m g
     prior_covariance_(2 * n + 1, 2 * n + 1) = square(0.1);  // Cd v_ref^2 over m g
     if (learns_drive())
-      prior_covariance_.diagonal().tail(2) << square(params.drive_spread), square(params.brake_spread);
+      prior_covariance_.diagonal().segment(2 * n + 2, 2) << square(params.drive_spread), square(params.brake_spread);
+    if (learns_arm()) prior_covariance_(unknowns() - 1, unknowns() - 1) = square(params.arm_spread);
     start_over();
   }
 
@@ -201,7 +206,8 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
   /// The weights of an axle that are all one.
   Eigen::VectorXd all_weights(int axle) const { return tyres_[axle].reduced(Eigen::VectorXd::Ones(params_.hidden)); }
   bool learns_drive() const { return params_.drive_spread > 0 || params_.brake_spread > 0; }
-  Eigen::Index unknowns() const { return 2 * n_ + (learns_drive() ? 4 : 2); }
+  bool learns_arm() const { return params_.arm_spread > 0; }
+  Eigen::Index unknowns() const { return 2 * n_ + 2 + (learns_drive() ? 2 : 0) + (learns_arm() ? 1 : 0); }
   Eigen::Index first(Axle axle) const { return axle == Axle::front ? 0 : n_; }
   /// Of this step.
   double misfit(int channel) const { return std::hypot(misfit_[channel], sharing_misfit_[channel]); }
@@ -225,6 +231,11 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
     rows_.col(1).head(n) *= path.cosine * load_[0] / car_.m;
     rows_.col(1).segment(n, n) *= load_[1] / car_.m;
     rates_ = {path.drive_loss / car_.m, path.side / car_.m, path.moment / car_.Iz};
+    if (learns_arm()) {
+      const double drive_force = path.drive_force + gains_.missing(path.drive_force);
+      const double side_force = car_.m * rows_.col(1).head(2 * n).dot(rls_.theta().head(2 * n));
+      rows_(unknowns() - 1, 2) = DriveGains{.arm = 1}.turning_moment(drive_force, side_force, car_.m) / car_.Iz;
+    }
   }
 
   /// Drive force over mass, negative of brakes [m/s2].
@@ -247,7 +258,7 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
     sharing_misfit_ = {0.0, std::hypot(front, rear), std::hypot(front * car_.lf, rear * car_.lr) / square(gyration_)};
   }
 
-  /// Takes the tyres, and the gains of drive and brakes, as they are believed to be in this step. Where drive or brakes
+  /// Takes the tyres, and the gains and the arm of drive and brakes, as they are believed to be in this step. Where drive or brakes
   /// use much of the friction, slip control, their split and the ellipse decide what arrives on the road and what is
   /// left for side forces, and none of them is known well. `side`: side force and moment go on teaching.
   void leave_drive_and_tyres(bool side) {
@@ -351,7 +362,11 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
     nodes_[1].fill(tables_.rear, rls_.theta().segment(n, n), load_[1]);
     const double weight = car_.m * gravity;
     resistance_ = {weight * rls_.theta()[2 * n], weight * rls_.theta()[2 * n + 1] / square(car_.v_ref)};
-    if (learns_drive()) gains_ = {rls_.theta()[2 * n + 2], rls_.theta()[2 * n + 3]};
+    if (learns_drive()) {
+      gains_.drive = rls_.theta()[2 * n + 2];
+      gains_.brake = rls_.theta()[2 * n + 3];
+    }
+    if (learns_arm()) gains_.arm = rls_.theta()[unknowns() - 1];
     peaks_ = {std::max(tables_.front.peak(peak_reach), 1e-3 * load_[0]),
               std::max(tables_.rear.peak(peak_reach), 1e-3 * load_[1])};
     belief_.mu_front = tables_.front.peak(peak_reach) / load_[0];

@@ -36,6 +36,7 @@ struct TrueCar {
   double Bf = 2.579, Cf = 1.2, Df = 0.192, Br = 3.3852, Cr = 1.2691, Dr = 0.1737;
   double Cm1 = 0.287, Cm2 = 0.0545, Cr0 = 0.0518, Cd = 0.00035;
   double factor = 1.0;
+  double arm = 0.0;  // [m] at which drive turns the car, under a side force as large as its weight
 
   double force(Axle axle, double slip) const {
     return axle == Axle::front ? factor * Df * std::sin(Cf * std::atan(Bf * slip))
@@ -61,10 +62,12 @@ struct TrueCar {
     r.x = x.vx * std::cos(x.yaw) - x.vy * std::sin(x.yaw);
     r.y = x.vx * std::sin(x.yaw) + x.vy * std::cos(x.yaw);
     r.yaw = x.omega;
-    r.vx = ((Cm1 - Cm2 * x.vx) * d - Cr0 - Cd * x.vx * x.vx - ff * std::sin(x.delta)) / car.m + x.vy * x.omega -
-           gravity * std::sin(grade);
+    const double drive = (Cm1 - Cm2 * x.vx) * d;
+    r.vx =
+        (drive - Cr0 - Cd * x.vx * x.vx - ff * std::sin(x.delta)) / car.m + x.vy * x.omega - gravity * std::sin(grade);
     r.vy = (fr + ff * std::cos(x.delta)) / car.m - x.vx * x.omega + gravity * std::sin(bank);
-    r.omega = (ff * car.lf * std::cos(x.delta) - fr * car.lr) / car.Iz;
+    const double moment = arm * std::max(0.0, drive) * (fr + ff * std::cos(x.delta)) / (car.m * gravity);
+    r.omega = (ff * car.lf * std::cos(x.delta) - fr * car.lr + moment) / car.Iz;
     return r;
   }
 

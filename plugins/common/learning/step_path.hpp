@@ -3,7 +3,7 @@
 //
 //   m  (dvx/dt - mean(vy omega)) - straight drive  = -mean(Ff) sin(delta) - (Cr0 + Cd mean(vx^2))
 //   m  (dvy/dt + mean(vx omega)) - m g sin(bank)   =  mean(Ff) cos(delta) + mean(Fr)
-//   Iz  domega/dt                                  =  mean(Ff) lf cos(delta) - mean(Fr) lr
+//   Iz  domega/dt                                  =  mean(Ff) lf cos(delta) - mean(Fr) lr + moment of the drive force
 //
 // At 20 ms the slips of the 1:43 car change by a third of their range within a step, so forces taken at its first
 // instant would be biased: the means are Simpson's rule over start, middle and end, the middle by the cubic through
@@ -91,8 +91,12 @@ struct LearnedCar {
     const Slips s = slips(x, delta, car);
     const AxleForces forces = {straight.load_front * force(Axle::front, s.front),
                                straight.load_rear * force(Axle::rear, s.rear)};
-    const double forward = straight.forward + gains.missing(straight.drive_force) / car.m;
-    return body_rates(x, delta, forward, straight.side, forces, resistance.Cr0 + resistance.Cd * x.vx * x.vx, car);
+    const double missing = gains.missing(straight.drive_force);
+    BodyVelocity rates = body_rates(x, delta, straight.forward + missing / car.m, straight.side, forces,
+                                    resistance.Cr0 + resistance.Cd * x.vx * x.vx, car);
+    const double side_force = forces.front * std::cos(delta) + forces.rear;
+    rates.omega += gains.turning_moment(straight.drive_force + missing, side_force, car.m) / car.Iz;
+    return rates;
   }
 };
 template <class Force>

@@ -12,14 +12,26 @@
 
 namespace gripline::learning {
 
-/// By how much of itself the drive and the brake force exceed what the nominal model says.
+/// By how much of itself the drive and the brake force exceed what the nominal model says, and the arm [m] at which
+/// drive turns the car.
 struct DriveGains {
   double drive = 0, brake = 0;
+  double arm = 0;
 
   /// What is missing of a nominal force [N].
   template <class T>
   T missing(const T& force) const {
     return (force < T(0) ? brake : drive) * force;
+  }
+
+  /// Moment [N m] with which a drive force [N] turns the car further into the turn in which it has this side force [N].
+  /// Wheels on the outside carry more: where traction control or a locking differential lets them push more, by as much
+  /// as they carry more, the arm is the height of the centre of gravity; where left and right push alike it is 0.
+  /// Turned front wheels that drive add to it.
+  template <class T, class Mass>
+  T turning_moment(const T& drive_force, const T& side_force, const Mass& mass) const {
+    if (!(drive_force > T(0))) return T(0);
+    return arm / (mass * gravity) * drive_force * side_force;
   }
 };
 

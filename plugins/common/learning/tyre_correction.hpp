@@ -2,11 +2,12 @@
 //
 //   vx'    += (gain Fd - (Cr0 + Cd vx^2 + Ff sin(delta))) / m + vy omega
 //   vy'     = (Fr + Ff cos(delta)) / m - vx omega   (+ g sin(bank) where the nominal model leaves it out)
-//   omega'  = (Ff lf cos(delta) - Fr lr) / Iz
+//   omega'  = (Ff lf cos(delta) - Fr lr + arm (1 + gain) Fd (Fr + Ff cos(delta)) / (m g)) / Iz
 //
 // with Ff, Fr the learned curves times the axle loads of the nominal model's load stage (1 unless an effect there says
-// more) and the grip of the place, less what drive and brakes leave of the friction ellipse, and `gain` what the drive
-// force Fd of the nominal model lacks of itself (the paper: 0). The paper adds f_dyn - f_ekin to f_ekin; the last two
+// more) and the grip of the place, less what drive and brakes leave of the friction ellipse, `gain` what the drive
+// force Fd of the nominal model lacks of itself and `arm` that at which it turns the car, 0 under brakes (the paper:
+// both 0). The paper adds f_dyn - f_ekin to f_ekin; the last two
 // rows are that sum. Its slope terms stand here with g for m and with the road's signs (grade and bank are added by the
 // framework). If the nominal model has tyres itself, its own part of vx' is removed first. Below v_min the correction
 // fades: at rest the model is the nominal one.
@@ -47,6 +48,7 @@ void correct_body(Quantities<T>& q, const Place& at, bool model_has_tyres, doubl
   const T fr = rear * ellipse.side_share(Axle::rear, drive_force, rear, peaks.rear) *
                force(Axle::rear, rear_slip(forward, q.vy, q.omega, q.lr));
   const T sine = sin(q.delta), cosine = cos(q.delta);
+  const T moment = gains.turning_moment(drive_force, T(fr + ff * cosine), q.m);
   T straight = q.ax;
   if (model_has_tyres)
     straight += q.force_front * sine / q.m - q.vy * q.omega;
@@ -55,7 +57,7 @@ void correct_body(Quantities<T>& q, const Place& at, bool model_has_tyres, doubl
   const T loss = resistance.Cr0 + resistance.Cd * square(q.vx) + ff * sine - missing;
   q.ax = faded<T>(q.ax, straight - loss / q.m + q.vy * q.omega, q.vx, v_min);
   q.ay = faded<T>(q.ay, (fr + ff * cosine) / q.m - q.vx * q.omega, q.vx, v_min);
-  q.aw = faded<T>(q.aw, (ff * q.lf * cosine - fr * q.lr) / q.Iz, q.vx, v_min);
+  q.aw = faded<T>(q.aw, (ff * q.lf * cosine - fr * q.lr + moment) / q.Iz, q.vx, v_min);
 }
 
 }  // namespace gripline::learning

@@ -262,9 +262,8 @@ TEST(ElmRls, SamplesUnderDriveTeachNothingOfTheTyresWhereTold) {
 
 /// The true car's way through a slalom, begun at `speed`, with the wheels turned by up to `angle`; `pedal` and `factor` of step i.
 template <class Pedal, class Factor>
-Drive slalom(int steps, double speed, double angle, const Pedal& pedal, const Factor& factor) {
+Drive slalom(int steps, double speed, double angle, const Pedal& pedal, const Factor& factor, TrueCar car = {}) {
   Drive drive;
-  TrueCar car;
   State x;
   x.vx = speed;
   drive.x.push_back(x);
@@ -361,6 +360,45 @@ TEST(ElmRls, LearnsByHowMuchDriveAndBrakesDifferFromWhatItWasTold) {
   EXPECT_LT(straight_error(0.1, 1.0), 0.05);
 }
 
+/// What is learned of a car that drive turns at 8 mm: relative errors of the side forces at a visited slip, and the error
+/// of omega' in a driven turn [rad/s2].
+struct ArmErrors {
+  double front = 0, rear = 0, turning = 0;
+};
+ArmErrors arm_errors(double spread) {
+  TrueCar truth;
+  truth.arm = 8e-3;
+  Nominal nominal("ekinematic");
+  const auto rls = make_estimator("elm_rls", nominal, {{"arm_spread", spread}});
+  learn(*rls, nominal,
+        slalom(
+            300, 2.0, 0.25, [](int i) { return i % 50 < 35 ? 0.5 : 0.0; }, [](int) { return 1.0; }, truth));
+  const auto force_error = [&](Axle axle) {
+    const double slip = 0.15;
+    double force = 0, sigma = 0;
+    EXPECT_TRUE(rls->tyre_force(axle, {&slip, 1}, {&force, 1}, {&sigma, 1}));
+    return force / truth.force(axle, slip) - 1.0;
+  };
+  State turn;
+  turn.vx = 2.0;
+  turn.omega = 3.0;
+  turn.delta = 0.15;
+  CorrectedModel model = corrected(nominal, *rls);
+  return {force_error(Axle::front), force_error(Axle::rear),
+          model.rates(turn, {0.5, 0.0}, {}).omega - truth.rates(turn, 0.5).omega};
+}
+
+TEST(ElmRls, LearnsTheArmAtWhichDriveTurnsTheCar) {
+  const ArmErrors unlearned = arm_errors(0.0), learned = arm_errors(0.01);
+  EXPECT_LT(unlearned.turning, -2.0);
+  EXPECT_LT(std::abs(learned.turning), 0.1 * std::abs(unlearned.turning));
+  // Unlearned, what turns the car passes for grip of the front tyres, and for a lack of it at the rear.
+  EXPECT_GT(unlearned.front, 0.02);
+  EXPECT_LT(unlearned.rear, -0.01);
+  EXPECT_LT(std::abs(learned.front), 0.005);
+  EXPECT_LT(std::abs(learned.rear), 0.005);
+}
+
 TEST(ElmRls, CurveIsOddAndItsDeviationGrowsBeyondWhatWasSeen) {
   Nominal nominal("ekinematic");
   const auto rls = make_estimator("elm_rls", nominal);
@@ -389,7 +427,7 @@ TEST(ElmRls, SuddenlyWetMakesItLessSure) {
 
 TEST(ElmRls, JacobianAgreesWithDifferences) {
   Nominal nominal("ekinematic");
-  const auto rls = make_estimator("elm_rls", nominal);
+  const auto rls = make_estimator("elm_rls", nominal, {{"arm_spread", 0.01}, {"drive_spread", 0.1}});
   const Drive drive = drive_bends(8, 3, fresh);
   learn(*rls, nominal, drive);
   CorrectedModel model = corrected(nominal, *rls);
@@ -425,7 +463,7 @@ TEST(ElmRls, SameSamplesSameBytes) {
 TEST(ElmRls, StepAllocatesNothing) {
   if (!counts_allocations) GTEST_SKIP() << "the sanitizer owns malloc";
   Nominal nominal("ekinematic");
-  const auto rls = make_estimator("elm_rls", nominal);
+  const auto rls = make_estimator("elm_rls", nominal, {{"arm_spread", 0.01}, {"drive_spread", 0.1}});
   const Drive drive = drive_bends(4, 3, dropping);
   long counted = 0;
   for (std::size_t i = 0; i < drive.steps(); ++i) {
