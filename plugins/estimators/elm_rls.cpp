@@ -47,7 +47,7 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
   struct Params {
     int hidden = 40;
     double stiffness = 6.0, stiffness_spread = 0.7, shape = 1.4, shape_spread = 0.2;
-    double friction = 0, friction_spread = 0.3, common = 0, most_drive = 10, sharing_spread = 0;
+    double friction = 0, friction_spread = 0.3, common = 0, most_drive = 10, sharing_spread = 0, sharing_lasts = 1;
     double drive_spread = 0, brake_spread = 0, arm_spread = 0;
     double drift = 0.015, axle_drift = 0.005, shape_memory = 1000;
     double alarm = 4.5, change = 0.3;
@@ -74,6 +74,8 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
             param("sharing_spread", &P::sharing_spread, "1", {0, 10},
                   "standard deviation of what drive and brakes take off the square of a side force, relative to it; "
                   "above 0 braking beyond most_drive teaches of tyres what that leaves, and drive after a change"),
+            param("sharing_lasts", &P::sharing_lasts, "1", {1, 1e4},
+                  "samples in a row whose sharing errs alike, so that they teach of tyres no more than one does"),
             param("drive_spread", &P::drive_spread, "1", {0, 1},
                   "standard deviation of the drive force, relative to what the model says; 0: it is known"),
             param("brake_spread", &P::brake_spread, "1", {0, 1}, "the same of the brake force"),
@@ -150,11 +152,12 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
     test_for_change(k.dt);
     if (hard && shares) leave_drive_and_tyres(drive < 0 || since_change_ < change_lasts);
     for (int c = 0; c < channels; ++c) {
-      const auto innovation = rls_.innovation(c, rows_.col(c), rates_[c], k.dt, misfit(c));
+      auto innovation = rls_.innovation(c, rows_.col(c), rates_[c], k.dt, misfit(c));
       if (!hard || !shares)
         adapt_noise(c, innovation);
       else
         last_error_[c] = 0;  // what comes next does not follow it
+      innovation.variance += lasting_doubt(c);
       rls_.update(innovation);
     }
     ++seen_;
@@ -211,6 +214,11 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
   Eigen::Index first(Axle axle) const { return axle == Axle::front ? 0 : n_; }
   /// Of this step.
   double misfit(int channel) const { return std::hypot(misfit_[channel], sharing_misfit_[channel]); }
+  /// Variance of a rate, beside what its innovation shows: an error of the sharing that lasts for n samples leaves of them
+  /// what one teaches. Not after a sudden change, which is learned from few.
+  double lasting_doubt(int channel) const {
+    return since_change_ < change_lasts ? 0.0 : (params_.sharing_lasts - 1.0) * square(sharing_misfit_[channel]);
+  }
 
   /// Rates and their regressors: one column per channel.
   void fill_rows(const StepPath& path) {

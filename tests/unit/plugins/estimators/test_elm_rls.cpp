@@ -307,13 +307,14 @@ TEST(ElmRls, BrakingTeachesAsFarAsTheSharingOfFrictionIsKnown) {
 
 /// Friction believed after a slalom under little drive, which teaches, and some steps of another under much, which does not:
 /// there friction is `factor` of what it was.
-double believed_after_drive(double factor, int driven = 30) {
+double believed_after_drive(double factor, int driven = 30, double sharing_lasts = 1) {
   Nominal nominal("ekinematic");
   const auto rls = make_estimator("elm_rls", nominal,
                                   {{"most_drive", 0.15},
                                    {"sigma_v", 0.002},
                                    {"sigma_omega", 0.005},
                                    {"sharing_spread", 1.0},
+                                   {"sharing_lasts", sharing_lasts},
                                    {"ellipse", 1.0},
                                    {"drive_front", 0.5},
                                    {"brake_front", 0.5}});
@@ -331,6 +332,42 @@ TEST(ElmRls, ADropUnderDriveIsNoticed) {
   EXPECT_NEAR(kept, before, 0.01 * before);
   EXPECT_LT(fell, 0.85 * before);
   EXPECT_GT(fell, 0.6 * before);
+}
+
+TEST(ElmRls, ADropUnderDriveIsNoticedWhereTheSharingErrsForLong) {
+  const double before = believed_after_drive(1.0, 0, 9), fell = believed_after_drive(0.7, 30, 9);
+  EXPECT_LT(fell, 0.85 * before);
+  EXPECT_GT(fell, 0.6 * before);
+}
+
+/// Mean relative error of the learned side forces at a visited slip, of a car whose tyres lose nothing to drive, behind an
+/// ellipse that says they do, after a slalom half of which is driven.
+double force_error(double sharing_lasts) {
+  Nominal nominal("ekinematic");
+  const auto rls = make_estimator("elm_rls", nominal,
+                                  {{"sharing_spread", 1.0},
+                                   {"sharing_lasts", sharing_lasts},
+                                   {"ellipse", 0.4},
+                                   {"drive_front", 0.5},
+                                   {"brake_front", 0.5}});
+  learn(*rls, nominal,
+        slalom(
+            400, 2.0, 0.25, [](int i) { return i % 50 < 25 ? 0.25 : 0.0; }, [](int) { return 1.0; }));
+  const TrueCar truth;
+  double sum = 0;
+  for (const Axle axle : {Axle::front, Axle::rear}) {
+    const double slip = 0.15;
+    double force = 0, sigma = 0;
+    EXPECT_TRUE(rls->tyre_force(axle, {&slip, 1}, {&force, 1}, {&sigma, 1}));
+    sum += force / truth.force(axle, slip) - 1.0;
+  }
+  return 0.5 * sum;
+}
+
+TEST(ElmRls, AWrongSharingThatLastsTeachesLittleOfTheTyres) {
+  const double averaged = force_error(1.0), lasting = force_error(25.0);
+  EXPECT_GT(averaged, 0.025);
+  EXPECT_LT(std::abs(lasting), 0.75 * averaged);
 }
 
 /// Largest error of vx' straight ahead, with full throttle to full brake, of the 1:43 car behind a nominal model that is
