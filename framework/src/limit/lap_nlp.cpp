@@ -4,6 +4,7 @@
 #include <IpTNLP.hpp>
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
 
 namespace gripline {
 namespace {
@@ -378,7 +379,8 @@ Lap solve_lap(const LapProblem& problem, const Lap& guess, bool warm, int max_it
     options.SetNumericValue("bound_push", 1e-6);
     options.SetNumericValue("bound_frac", 1e-6);
   }
-  if (app->Initialize() != Ipopt::Solve_Succeeded) return guess;
+  // "": no ipopt.opt of the working directory, which would change what is solved.
+  if (app->Initialize("") != Ipopt::Solve_Succeeded) throw std::runtime_error("Ipopt does not start");
   app->OptimizeTNLP(nlp);
   return nlp->lap();
 }

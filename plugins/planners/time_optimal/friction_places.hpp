@@ -40,7 +40,11 @@ class FrictionPlaces {
     ++now_;
     const Seen here{piece, mu, spread, now_};
     bool changed = false;
-    if (now_ > 1 && way_from(piece_, piece) > size() / 8 && way_from(piece, piece_) > size() / 8) changed = give_up();
+    if (now_ > 1 && way_from(piece_, piece) > size() / 8 && way_from(piece, piece_) > size() / 8) {
+      changed = give_up();
+      holding_ = false;
+      since_ = now_;
+    }
     note(here);
     changed = watch(here) || changed;
     changed = begin_earlier(here) || changed;
@@ -181,7 +185,7 @@ class FrictionPlaces {
 
   /// Whether much more was surely believed a moment ago.
   void look_for_fall(const Seen& here) {
-    const long first = std::max(1L, now_ - std::lround(doubt_ / dt_));
+    const long first = std::max(since_, now_ - std::lround(doubt_ / dt_));
     double level = 0;
     for (long k = first; k < now_; ++k)
       if (recent(k).sure()) level = std::max(level, recent(k).mu);
@@ -230,7 +234,7 @@ class FrictionPlaces {
   std::size_t begin_of(const Fallen& f) const {
     const double took = seconds(now_ - f.before.step);
     const long early = std::lround(std::clamp(took, 0.0, latest) / dt_);
-    const long step = std::max(1L, f.before.step - early);
+    const long step = std::max(since_, f.before.step - early);
     return step > now_ - static_cast<long>(recent_.size()) ? recent(step).piece : f.before.piece;
   }
 
@@ -291,7 +295,7 @@ class FrictionPlaces {
   std::vector<Seen> passed_;     // of each piece, when it was passed last
   std::vector<Seen> recent_;     // of the last steps, by their number
   std::vector<double> beliefs_;  // for settled()
-  long now_ = 0;
+  long now_ = 0, since_ = 1;     // steps: this one, and the first since the car was carried elsewhere
   std::size_t piece_ = 0, begin_ = 0;
   double mu_ = std::numeric_limits<double>::quiet_NaN();
   double behind_ = 0;  // [s]

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <stdexcept>
 
 namespace gripline::time_optimal {
 namespace {
@@ -324,7 +325,8 @@ LapSolution solve_lap(const LapProblem& problem, const LapSolution& guess, int m
     options.SetNumericValue("acceptable_tol", 1e-3);
     options.SetIntegerValue("acceptable_iter", 4);
   }
-  if (app->Initialize() != Ipopt::Solve_Succeeded) return guess;
+  // "": no ipopt.opt of the working directory, which would change what is solved.
+  if (app->Initialize("") != Ipopt::Solve_Succeeded) throw std::runtime_error("Ipopt does not start");
   app->OptimizeTNLP(nlp);
   LapSolution solution = nlp->solution();
   if (Ipopt::IsValid(app->Statistics())) solution.iterations = app->Statistics()->IterationCount();

@@ -63,6 +63,10 @@ class RecedingTime final : public LapPlanner {
               {params.ahead, params.nodes, params.iterations, params.follow}),
         slip_most_(params.slip_most),
         from_car_state_(params.from_car_state) {
+    if (params.mu_lo > params.mu_hi)
+      throw std::invalid_argument(
+          "\"mu_lo\" is above \"mu_hi\"; expected the least friction that is planned for to be no "
+          "more than the largest");
     if (params.slip_fast > 0 && params.slip_fast <= params.slip_slow)
       throw std::invalid_argument("\"slip_fast\" is not above \"slip_slow\"; expected a higher speed, or 0");
     if (params.places) places_.emplace(setup().nodes().s.size(), context.dt, learner_doubts(context.car));

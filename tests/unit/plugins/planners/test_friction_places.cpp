@@ -248,6 +248,30 @@ TEST_F(FrictionPlacesTest, ACarThatIsCarriedElsewhereLearnsNoPlace) {
   EXPECT_EQ(changes, 0);
 }
 
+/// What was believed where it was before is no evidence of where a place begins.
+TEST_F(FrictionPlacesTest, APlaceBehindAJumpBeginsBehindIt) {
+  laps(1, dry);
+  places_.step(20, 0.9);
+  places_.step(60, 0.9);
+  for (std::size_t piece = 62; piece <= 98; piece += 2) places_.step(piece, 0.6);
+  for (std::size_t piece = 100; piece < 130; piece += 2) places_.step(piece, 0.9);
+  EXPECT_LT(places_.grip(80), 1.0);
+  for (std::size_t piece = 0; piece < 60; ++piece) EXPECT_EQ(places_.grip(piece), 1.0) << piece;
+}
+
+/// A car that was carried away from the begin of a place says nothing of whether it dried.
+TEST_F(FrictionPlacesTest, ACarThatIsCarriedAwayForgetsNoPlace) {
+  laps(1, dry);
+  laps(2, wet);
+  ASSERT_LT(places_.grip(80), 1.0);
+  std::size_t first = 0;
+  while (places_.grip(first) == 1.0) ++first;
+  places_.step(first - 2, 0.9);
+  places_.step(first, 0.9);
+  for (std::size_t piece = 150; piece < 190; piece += 2) places_.step(piece, 0.9);
+  EXPECT_LT(places_.grip(80), 1.0);
+}
+
 TEST_F(FrictionPlacesTest, APlaceThatDriedIsForgotten) {
   laps(1, dry);
   laps(2, wet);

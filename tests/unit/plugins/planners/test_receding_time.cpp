@@ -155,6 +155,10 @@ TEST_F(RecedingTimeTest, RefusesToDriveFasterPlansMoreSlowly) {
   EXPECT_THAT(refusal({{"pace", 0.5}, {"pace_fall", 0.1}}), ::testing::HasSubstr("pace_fall"));
 }
 
+TEST_F(RecedingTimeTest, RefusesALeastFrictionAboveTheLargest) {
+  EXPECT_THAT(refusal({{"mu_lo", 1.0}, {"mu_hi", 0.5}}), ::testing::HasSubstr("\"mu_lo\" is above \"mu_hi\""));
+}
+
 TEST_F(RecedingTimeTest, RefusesASpacingThatDoesNotSuitTheLap) {
   for (const double spacing : {1e-3, 50.0})
     EXPECT_THAT(refusal({{"spacing", spacing}}),
