@@ -4,8 +4,8 @@
 //                  coordinates in which they differ (reduced_layer.hpp)
 //
 // The unknowns (both axles' theta, Cr0, Cd, by how much drive and brakes exceed what the stack was told of them and the
-// arm at which drive turns the car) enter the equations of step_path.hpp linearly; each step is three rates with the noise of differenced readings
-// (difference_rls.hpp). Odd, saturating nodes and their prior carry what was measured at the visited slips on to the
+// arm at which drive turns the car) enter the equations of step_path.hpp linearly; each step is three rates with the
+// noise of differenced readings (difference_rls.hpp). Odd, saturating nodes and their prior carry what was measured at the visited slips on to the
 // peak, so that mu = peak / load is not biased by the slips visited, and the covariance says how well it is known.
 //
 // Forgetting is directional: friction multiplies a tyre's whole curve, so between steps the covariance grows along the
@@ -22,7 +22,8 @@
 // with it the noise that was estimated of a reading: slow samples can be left out (`slowest`).
 // Side forces beside large drive or brake forces are less well known than others (`sharing_spread`): so a car that brakes
 // hard into a turn still learns that friction has fallen. Under much drive they are tested for a change, and teach for a
-// while after one.
+// while after one. What is wrong with the sharing lasts as long as the pedal is where it is: it does not average out as
+// noise does, and so counts for more where a tyre's shape is learned (`sharing_lasts`).
 #include <algorithm>
 #include <array>
 #include <cmath>
