@@ -108,9 +108,7 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
         expected_(expected(context, params)),
         gyration_(std::sqrt(car_.Iz / car_.m)),
         ellipse_{params.ellipse, params.drive_front, params.brake_front},
-        sigma_{params.sigma_v, params.sigma_v, params.sigma_omega},
         largest_sigma_{10 * params.sigma_v, 10 * params.sigma_v, 10 * params.sigma_omega},
-        misfit_{params.misfit, params.misfit, params.misfit / gyration_},
         rows_(Eigen::MatrixXd::Zero(unknowns(), channels)),
         prior_mean_(2 * n_),
         prior_covariance_(Eigen::MatrixXd::Zero(unknowns(), unknowns())) {
@@ -132,7 +130,7 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
 
   void update(const Sample& k) override {
     if (std::min(k.x.vx, k.x_next.vx) < std::max(car_.v_min, params_.slowest) || k.dt <= 0.0) {
-      continues_ = false;
+      break_sequence();
       return;
     }
     if (!continues_) rls_.break_sequence(sigma_.data());
@@ -189,7 +187,9 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
   static constexpr double smallest_sigma = 2e-3;  // of largest_sigma_: 0.02 of what the filter starts from
   static constexpr double misfit_gain = 0.02;     // per step, of matching the misfit
   static constexpr double tested_share = 0.4;     // of friction: least side force of samples that are tested for change
-  static constexpr double change_lasts = 0.5;  // [s] after a change, in which samples under much drive teach of tyres
+  // After a change samples under much drive teach of tyres, and an error of the sharing is taken for noise, for so long
+  // [s]: the new friction is found from some 20 samples at 20 ms, well before a car at the limit of grip runs wide.
+  static constexpr double change_lasts = 0.5;
 
   static double expected(const PluginContext& context, const Params& params) {
     return params.friction > 0 ? params.friction : context.mu_init;
@@ -254,7 +254,7 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
   /// is F sqrt(1 - u) with the share u of the square that drive or brakes use; where u is known to a share s of itself,
   /// its relative standard deviation is s u / (1 - u) / 2. That both are doubted for one reason is not said of them.
   void doubt_sharing(const Sample& k) {
-    StraightDrive::Rates drive = drive_.at(k.x.vx, k.u.d - k.d_lag, k.at);
+    StraightDrive::Rates drive = drive_.at(k.x.vx, k.u.d - k.d_lag, k.at).on_road(road_load(k));
     drive.drive_force += gains_.missing(drive.drive_force);
     const auto doubt = [&](Axle axle, double load, double peak) {
       const Eigen::Index i = first(axle), n = n_;
@@ -281,12 +281,21 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
     }
   }
 
+  /// What comes next does not follow what came before.
+  void break_sequence() {
+    continues_ = false;
+    last_error_ = {};
+    since_change_ = INFINITY;
+  }
+
   void start_over() {
     const Eigen::Index n = n_;
     seen_ = 0;
-    continues_ = false;
+    break_sequence();
     score_ = score_variance_ = 0;
-    since_change_ = INFINITY;
+    sigma_ = {params_.sigma_v, params_.sigma_v, params_.sigma_omega};
+    misfit_ = {params_.misfit, params_.misfit, params_.misfit / gyration_};
+    sharing_misfit_ = {};
     rls_.theta().setZero();
     rls_.theta().head(2 * n) = prior_mean_;
     rls_.reset_covariance(prior_covariance_);
@@ -398,7 +407,7 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
   double expected_, gyration_;
   FrictionEllipse ellipse_;
   PeakForces peaks_;
-  std::array<double, channels> sigma_, largest_sigma_, misfit_, sharing_misfit_ = {}, last_error_ = {}, rates_ = {};
+  std::array<double, channels> largest_sigma_, sigma_ = {}, misfit_ = {}, sharing_misfit_ = {}, last_error_ = {}, rates_ = {};
   Eigen::MatrixXd rows_;
   Eigen::VectorXd prior_mean_;  // of both axles' theta
   Eigen::MatrixXd prior_covariance_;

@@ -98,7 +98,7 @@ std::string shortened(const std::string& command) {
   // Given before what the line itself sets, which so wins.
   std::string text = std::regex_replace(command, many, "--seeds 1");
   if (!text.starts_with("gripline sweep")) text += " --set /seeds/count=1";
-  // Hundreds of runs: every value of every factor is read, one run is driven.
+  // Hundreds of runs: settings are read and one run is driven.
   if (text.starts_with("gripline sweep experiments/circuits")) text += " --dry-run";
   if (text.starts_with("gripline compare") && text.find("--only") == text.npos) text += " --only " + two_rows(found[2]);
   return text + " --set /world/laps=0 --set /world/duration=0.4 --set '/claims=[]'";
@@ -123,7 +123,7 @@ std::set<std::string> listed_roads() {
   std::istringstream lines(contents(source_dir() / "experiments/sweeps/tum.csv"));
   std::set<std::string> names;
   for (std::string line; std::getline(lines, line);)
-    if (line.starts_with("roads/")) names.insert(fs::path(line.substr(0, line.find(','))).stem());
+    if (line.starts_with("roads")) names.insert(fs::path(line.substr(0, line.find(','))).stem());
   return names;
 }
 
@@ -134,17 +134,23 @@ class DocCommands : public testing::Test {
     for (const char* name : {"experiments", "worlds", "tests", "framework", "tools", "plugins", "python"})
       fs::create_directory_symlink(source_dir() / name, folder_ / name);
     // What the pages call a user's own roads (circuits.md).
-    fs::create_directory(folder_ / "roads");
-    const fs::path roads = folder_ / "roads";
+    const fs::path roads = folder_ / "roads", small = folder_ / "roads_43", bridges = folder_ / "roads_bridges";
+    for (const fs::path& folder : {roads, small, bridges}) fs::create_directory(folder);
     for (const char* name : {"narrow_5", "hairpins_3", "hairpins_5"}) write_oval(roads / (std::string(name) + ".csv"));
     for (const std::string& name : listed_roads()) {
       write_oval(roads / (name + ".csv"));
-      write_oval(roads / (name + "_43.csv"), 1.0 / 43);
-      write_text(roads / (name + "_43.json"), R"({"centre": ")" + name + R"(_43.csv"})");
+      write_text(bridges / (name + ".json"), R"({"centre": "../roads/)" + name + R"(.csv", "bridges": true})");
+      write_oval(small / (name + ".csv"), 1.0 / 43);
+      write_text(small / (name + ".json"), R"({"centre": ")" + name + R"(.csv"})");
     }
     const char* const before = std::getenv("PATH");
     path_ = gripline_program().parent_path().string();
     path_.append(":").append(before != nullptr ? before : "");
+  }
+  /// One race in each of the folders that circuits.md draws races into.
+  void draw_races() const {
+    for (const char* set : {"full", "full_0.8", "small", "small_1.4"})
+      (void)run(std::string("tools/draw_races 1 1 out/drawn/") + set + (set[0] == 's' ? " --scale 1:43" : ""));
   }
   Outcome run(const std::string& command) const {
     return run_program({"bash", "-c", command}, {.folder = folder_.path(), .environment = {{"PATH", path_}}});
@@ -166,7 +172,7 @@ TEST_F(DocCommands, Run) {
       (void)run(
           "gripline compare experiments/table1.json --only elm --set /world/laps=0 --set /world/duration=4 "
           "--set '/claims=[]'");
-    if (command.find("out/drawn") != command.npos) (void)run("tools/draw_races 1 1 out/drawn");
+    if (command.find("out/drawn") != command.npos) draw_races();
     const Outcome outcome =
         run(command + (command.find("--out") == command.npos && command.starts_with("gripline compare")
                            ? " --out out/doc" + std::to_string(++count)

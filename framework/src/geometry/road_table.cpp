@@ -358,6 +358,8 @@ Track to_track(const RoadTable& road) {
   return Track(std::move(shape));
 }
 
+fs::path points_beside(const fs::path& out) { return fs::path(out).replace_extension(".csv"); }
+
 void write_road(const fs::path& out, const Track& track, const RoadTable& road) {
   const bool json = out.extension() == ".json";
   const double spacing = road.length() / static_cast<double>(road.size());
@@ -369,8 +371,7 @@ void write_road(const fs::path& out, const Track& track, const RoadTable& road) 
     write_file(out, rows.str());
     return;
   }
-  fs::path csv = out;
-  csv.replace_extension(".csv");
+  const fs::path csv = points_beside(out);
   write_file(csv, rows.str());
   std::string text = "{\n  \"name\": ";
   text.append(to_json_text(Node(track.name())));

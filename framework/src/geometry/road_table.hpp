@@ -72,4 +72,7 @@ Track to_track(const RoadTable& road);
 /// that crossings are bridges.
 void write_road(const std::filesystem::path& out, const Track& track, const RoadTable& road);
 
+/// Where write_road puts the points of a road whose `out` ends in .json.
+std::filesystem::path points_beside(const std::filesystem::path& out);
+
 }  // namespace gripline

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <bit>
-#include <boost/algorithm/string/join.hpp>
 #include <boost/algorithm/string/replace.hpp>
 #include <charconv>
 #include <cmath>
@@ -14,6 +13,7 @@
 
 #include "config/errors.hpp"
 #include "config/files.hpp"
+#include "config/json_file.hpp"
 #include "experiment/experiment.hpp"
 
 namespace gripline::sweep {
@@ -68,11 +68,21 @@ void require_pointers(const std::vector<Factor>& factors) {
   }
 }
 
+bool is_json(const std::string& text) {
+  try {
+    (void)parse_text(text);
+    return true;
+  } catch (const InputError&) {
+    return false;
+  }
+}
+
 /// A list or an object of JSON in a cell that is quoted as RFC 4180 has it, as spreadsheets do: "{""t"": 0}". Any other
-/// cell is itself.
+/// cell is itself, also one whose text only begins like JSON: "[dry], wet".
 std::string unquoted(const std::string& cell) {
   if (cell.size() < 4 || cell.back() != '"' || !(cell.starts_with("\"{") || cell.starts_with("\"["))) return cell;
-  return boost::algorithm::replace_all_copy(cell.substr(1, cell.size() - 2), "\"\"", "\"");
+  std::string inside = boost::algorithm::replace_all_copy(cell.substr(1, cell.size() - 2), "\"\"", "\"");
+  return is_json(inside) ? inside : cell;
 }
 
 std::uint64_t seed_number(const std::string& text, const std::string& all) {
@@ -212,8 +222,8 @@ Design Design::list(const std::filesystem::path& file) {
     ++number;
     if (number == 1 && line.starts_with("\xEF\xBB\xBF")) line.erase(0, 3);
     if (trimmed(line).empty()) continue;
-    std::vector<std::string> cells = cells_of(trimmed(line));
-    for (std::string& cell : cells) cell = unquoted(cell);
+    const std::string row = trimmed(line);
+    const std::vector<std::string> cells = cells_of(row);
     if (design.factors_.empty()) {
       for (const std::string& cell : cells) {
         if (!cell.starts_with('/'))
@@ -235,7 +245,7 @@ Design Design::list(const std::filesystem::path& file) {
           "",
           "expected " + std::to_string(design.factors_.size()) + " values, found " + std::to_string(cells.size()),
           {}}});
-    design.rows_.push_back(boost::algorithm::join(cells, ","));
+    design.rows_.push_back(row);
   }
   require_pointers(design.factors_);
   if (design.rows_.empty()) throw InputError(shown(file) + ": expected a row of JSON pointers and rows of values");
@@ -244,7 +254,11 @@ Design Design::list(const std::filesystem::path& file) {
 }
 
 std::vector<std::string> Design::setting(std::size_t index) const {
-  if (kind_ == Kind::list) return split_levels(rows_.at(index));
+  if (kind_ == Kind::list) {
+    std::vector<std::string> cells = split_levels(rows_.at(index));
+    for (std::string& cell : cells) cell = unquoted(cell);
+    return cells;
+  }
   std::vector<std::string> values(factors_.size());
   if (kind_ == Kind::factorial) {
     for (std::size_t f = factors_.size(); f-- > 0;) {

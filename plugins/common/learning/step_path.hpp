@@ -83,9 +83,10 @@ struct LearnedCar {
   Force force;
   DriveGains gains = {};
 
-  /// As the nominal model says, but the loads: what is left of them for side forces.
-  StraightDrive::Rates straight(double vx, double d, const Place& at) const {
-    return drive.at(vx, d, at).reduced_by(ellipse, peaks, gains);
+  /// As the nominal model says, but the loads: what is left of them for side forces, on a road that presses by `road`
+  /// times as much as a flat one (road_load()).
+  StraightDrive::Rates straight(double vx, double d, const Place& at, double road = 1.0) const {
+    return drive.at(vx, d, at).on_road(road).reduced_by(ellipse, peaks, gains);
   }
   BodyVelocity rates(const BodyVelocity& x, double delta, const StraightDrive::Rates& straight) const {
     const Slips s = slips(x, delta, car);
@@ -148,10 +149,7 @@ inline double road_load(const Sample& k) {
 template <class Force>
 StepPath predicted_path(const BodyVelocity& begin, const Sample& k, const LearnedCar<Force>& learned) {
   const double delta = k.x_next.delta - k.delta_lag;
-  auto straight = learned.straight(0.5 * (k.x.vx + k.x_next.vx), k.u.d - k.d_lag, k.at);
-  const double load = road_load(k);
-  straight.load_front *= load;
-  straight.load_rear *= load;
+  const auto straight = learned.straight(0.5 * (k.x.vx + k.x_next.vx), k.u.d - k.d_lag, k.at, road_load(k));
   const auto rates = [&](const BodyVelocity& x) { return learned.rates(x, delta, straight); };
   const double h = 0.5 * k.dt;
   const BodyVelocity middle = runge_kutta_step(begin, h, rates);

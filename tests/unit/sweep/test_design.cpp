@@ -104,6 +104,11 @@ TEST(List, ReadsSettingsAndSaysWhereAFileIsWrong) {
   const Design json = Design::list(folder / "json.csv");
   EXPECT_THAT(json.setting(0), ElementsAre("{\"t\": [0, 1]}", "1"));
   EXPECT_THAT(json.setting(1), ElementsAre("{\"t\": [0, 1], \"u\": 2}", "[1, 2]"));
+  // Words that only begin like JSON are one word each.
+  write_text(folder / "words.csv", "/a,/b\n\"[dry], wet\",2\n\"{\",\"[1, 2\"\n");
+  const Design words = Design::list(folder / "words.csv");
+  EXPECT_THAT(words.setting(0), ElementsAre("\"[dry], wet\"", "2"));
+  EXPECT_THAT(words.setting(1), ElementsAre("\"{\"", "\"[1, 2\""));
   write_text(folder / "bad.csv", "/world,/mu\na.json\n");
   EXPECT_THAT(refusal([&] { Design::list(folder / "bad.csv"); }), HasSubstr("bad.csv:2:1: expected 2 values, found 1"));
   write_text(folder / "head.csv", "mu\n1\n");
@@ -113,7 +118,10 @@ TEST(List, ReadsSettingsAndSaysWhereAFileIsWrong) {
 TEST(DesignFile, ReadsBackAsTheSameSettings) {
   const Design factorial = Design::factorial({parse_factor("/a=1,2"), parse_factor("/b=x,\"y,z\"")});
   const Design latin = Design::latin({parse_factor("/a=0..1"), parse_factor("/b=1,2")}, 10, 5);
-  for (const Design* design : {&factorial, &latin}) {
+  const Folder folder;
+  write_text(folder / "list.csv", "/a,/b\n\"{\"\"t\"\": [0, 1]}\",\"[dry], wet\"\n\"a,b\",[1, 2]\n");
+  const Design list = Design::list(folder / "list.csv");
+  for (const Design* design : {&factorial, &latin, &list}) {
     const Design again = Design::from_node(design->to_node());
     ASSERT_EQ(again.size(), design->size());
     for (std::size_t i = 0; i < design->size(); ++i) EXPECT_EQ(again.setting(i), design->setting(i));

@@ -305,9 +305,9 @@ TEST(ElmRls, BrakingTeachesAsFarAsTheSharingOfFrictionIsKnown) {
   EXPECT_GT(unsure.sigma_front, 1.2 * told.sigma_front);
 }
 
-/// Friction believed after a slalom under little drive, which teaches, and some steps of another under much, which does not:
+/// What is believed after a slalom under little drive, which teaches, and some steps of another under much, which does not:
 /// there friction is `factor` of what it was.
-double believed_after_drive(double factor, int driven = 30, double sharing_lasts = 1) {
+Belief belief_after_drive(double factor, int driven, double sharing_lasts) {
   Nominal nominal("ekinematic");
   const auto rls = make_estimator("elm_rls", nominal,
                                   {{"most_drive", 0.15},
@@ -323,7 +323,10 @@ double believed_after_drive(double factor, int driven = 30, double sharing_lasts
         slalom(
             taught + driven, 2.5, 0.2, [](int i) { return i < taught ? 0.3 : 0.6; },
             [factor](int i) { return i < taught ? 1.0 : factor; }));
-  return total_mu(rls->belief(), TrueCar().car);
+  return rls->belief();
+}
+double believed_after_drive(double factor, int driven = 30, double sharing_lasts = 1) {
+  return total_mu(belief_after_drive(factor, driven, sharing_lasts), TrueCar().car);
 }
 
 TEST(ElmRls, ADropUnderDriveIsNoticed) {
@@ -332,6 +335,13 @@ TEST(ElmRls, ADropUnderDriveIsNoticed) {
   EXPECT_NEAR(kept, before, 0.01 * before);
   EXPECT_LT(fell, 0.85 * before);
   EXPECT_GT(fell, 0.6 * before);
+}
+
+// What the tyres' share is then is known no better than before, and a drift goes on.
+TEST(ElmRls, DriveTeachesOfTyresForHalfASecondAfterADrop) {
+  const auto sigma = [](int driven) { return belief_after_drive(0.7, driven, 1).sigma_front; };
+  EXPECT_LT(sigma(29), 0.9 * sigma(17));  // it is noticed after 16 steps
+  EXPECT_GT(sigma(76), sigma(44));
 }
 
 TEST(ElmRls, ADropUnderDriveIsNoticedWhereTheSharingErrsForLong) {
@@ -485,6 +495,19 @@ TEST(ElmRls, SurvivesSamplesThatNoTyreExplains) {
   }
   learn(*rls, nominal, drive);
   EXPECT_NEAR(total_mu(rls->belief(), small_car()), TrueCar().mu(), 0.08);
+}
+
+// A state that is no number, as of a sensor that fails, is forgotten with all that came of it.
+TEST(ElmRls, LearnsAgainAfterASampleThatIsNoNumber) {
+  Nominal nominal("ekinematic");
+  const auto rls = make_estimator("elm_rls", nominal, {{"sharing_spread", 1.0}});
+  const Drive drive = drive_bends(16, 3, fresh);
+  learn(*rls, nominal, drive);
+  Drive broken = drive_bends(1, 3, fresh);
+  broken.x[20].vy = broken.x[20].omega = std::numeric_limits<double>::quiet_NaN();
+  learn(*rls, nominal, broken);
+  learn(*rls, nominal, drive);
+  EXPECT_NEAR(total_mu(rls->belief(), small_car()), TrueCar().mu(), 0.05);
 }
 
 TEST(ElmRls, SameSamplesSameBytes) {

@@ -4,6 +4,8 @@
 
 #include <cmath>
 
+#include "support/learning_rig.hpp"
+
 namespace gripline::learning {
 namespace {
 
@@ -38,6 +40,31 @@ TEST(StepPath, BankedTurnsPressTheCarDown) {
     k.at.bank = k.at_next.bank = direction * 0.08;
     EXPECT_NEAR(road_load(k), std::cos(0.08) + 20.0 * 20.0 * 0.02 * std::sin(0.08) / gravity, 1e-12);
   }
+}
+
+// A crest takes load off both axles, and brakes then use more of what friction is left.
+TEST(StepPath, BrakesShareTheFrictionOfALightenedCar) {
+  rig::Nominal nominal("ekinematic");
+  PluginContext context;
+  context.car = rig::small_car();
+  context.nominal = &nominal.prediction();
+  context.hold = Hold::zoh;
+  const StraightDrive drive(context);
+  const FrictionEllipse ellipse{0.5, 0.5, 0.6};
+  const PeakForces peaks{0.2, 0.2};
+  const ResistanceForce none;
+  const auto force = [](Axle, double) { return 0.0; };
+  const LearnedCar car{context.car, drive, none, ellipse, peaks, force};
+  Sample k = step_on(2.0, 0.0, -0.5);
+  k.x_next = k.x;
+  k.u.d = -0.1;
+  const double load = road_load(k), braking = drive.at(2.0, -0.1, {}).drive_force;
+  ASSERT_LT(load, 0.85);
+  ASSERT_LT(braking, 0.0);
+  const StepPath path = predicted_path({k.x.vx, 0.0, 0.0}, k, car);
+  EXPECT_NEAR(path.load_front, load * ellipse.side_share(Axle::front, braking, load, peaks.front), 1e-12);
+  EXPECT_NEAR(path.load_rear, load * ellipse.side_share(Axle::rear, braking, load, peaks.rear), 1e-12);
+  EXPECT_LT(path.load_front, load * ellipse.side_share(Axle::front, braking, 1.0, peaks.front) - 1e-3);
 }
 
 }  // namespace
