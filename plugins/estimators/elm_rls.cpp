@@ -407,7 +407,8 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
   double expected_, gyration_;
   FrictionEllipse ellipse_;
   PeakForces peaks_;
-  std::array<double, channels> largest_sigma_, sigma_ = {}, misfit_ = {}, sharing_misfit_ = {}, last_error_ = {}, rates_ = {};
+  std::array<double, channels> largest_sigma_, sigma_ = {}, misfit_ = {}, sharing_misfit_ = {}, last_error_ = {},
+                                               rates_ = {};
   Eigen::MatrixXd rows_;
   Eigen::VectorXd prior_mean_;  // of both axles' theta
   Eigen::MatrixXd prior_covariance_;

@@ -516,8 +516,7 @@ TEST_F(Cli, TrackMakesFoldersAndTakesUnits) {
   EXPECT_TRUE(fs::exists(folder_ / "new/deep/road.csv"));
   // Points of a road that is written as JSON would lie where those that are read do.
   const std::string before = contents(folder_ / "new/deep/road.csv");
-  const Outcome over =
-      gripline_with({"track", folder_ / "new/deep/road.csv", "--out", folder_ / "new/deep/road.json"});
+  const Outcome over = gripline_with({"track", folder_ / "new/deep/road.csv", "--out", folder_ / "new/deep/road.json"});
   EXPECT_EQ(over.code, 2);
   EXPECT_THAT(over.err, HasSubstr("road.csv: is what is read; choose another file"));
   EXPECT_EQ(contents(folder_ / "new/deep/road.csv"), before);

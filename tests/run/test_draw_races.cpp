@@ -38,7 +38,8 @@ class DrawRaces : public testing::Test {
     return files;
   }
   static int count_races(const std::map<std::string, std::string>& files) {
-    return static_cast<int>(std::ranges::count_if(files, [](const auto& file) { return file.first.starts_with("race_"); }));
+    return static_cast<int>(
+        std::ranges::count_if(files, [](const auto& file) { return file.first.starts_with("race_"); }));
   }
   Outcome validate(const std::map<std::string, std::string>& files, const std::string& in) {
     std::vector<std::string> words{"validate"};
@@ -65,9 +66,9 @@ int first_seed(const std::map<std::string, std::string>& files) {
 }
 
 TEST_F(DrawRaces, AnotherSeedScaleOrSizeDrawsOtherRaces) {
-  const std::set<int> seeds{
-      first_seed(draw("one", {"7", "1"})), first_seed(draw("other", {"8", "1"})),
-      first_seed(draw("small", {"7", "1", "--scale", "1:43"})), first_seed(draw("shorter", {"7", "1", "--size", "0.8"}))};
+  const std::set<int> seeds{first_seed(draw("one", {"7", "1"})), first_seed(draw("other", {"8", "1"})),
+                            first_seed(draw("small", {"7", "1", "--scale", "1:43"})),
+                            first_seed(draw("shorter", {"7", "1", "--size", "0.8"}))};
   EXPECT_EQ(seeds.size(), 4U);
 }
 

@@ -47,7 +47,7 @@ RecedingLaps::RecedingLaps(const LapSetup& setup, const CarBelief& car, const Re
     : setup_(&setup),
       options_(options),
       most_nodes_(most_nodes(options.nodes, setup.nodes().s.size())),
-      solver_(setup.problem(car), most_nodes_),
+      solver_(setup.problem({car.tyres, setup.typical().resistance}), most_nodes_),
       car_(car),
       mu_(mu_of(car.tyres)),
       lap_(setup.nodes().s.size()),
@@ -66,7 +66,7 @@ RecedingLaps::RecedingLaps(const LapSetup& setup, const CarBelief& car, const Re
     bucket_[i] = static_cast<std::size_t>(std::upper_bound(s.begin(), s.end(), from) - s.begin()) - 1;
   }
   for (const double station : s) base_at_.push_back(setup.base().at(station));
-  solver_.set_car(car.tyres, {});
+  tell_solver();
   solve_whole_lap();
   first_lap_.clear();
   for (const WindowNode& node : lap_) first_lap_.push_back(node.z);
@@ -157,8 +157,9 @@ void RecedingLaps::place_window(std::size_t first) {
   if (onward) nodes_until_retry_ -= std::min(nodes_until_retry_, wrapped(first + lap_.size() - first_));
   first_ = first;
   count_ = window_length(first);
-  if (onward)  // what the window did not reach before, which may be nothing
-    for (std::size_t k = wrapped(old_end + lap_.size() - first); k <= count_; ++k) slow_down(wrapped(first + k));
+  // What the window did not reach before, which may be nothing.
+  const std::size_t fresh = onward ? wrapped(old_end + lap_.size() - first) : 0;
+  for (std::size_t k = fresh; k <= count_; ++k) slow_down(wrapped(first + k));
   begin_ = kept(first);
   end_ = kept(wrapped(first + count_));
   settled_ = false;
