@@ -21,7 +21,8 @@
 // A slow car's tyres take back a lateral speed within a step or two (m v / (2 C), 20 ms for the full-size car at 5 m/s), and
 // with it the noise that was estimated of a reading: slow samples can be left out (`slowest`).
 // Side forces beside large drive or brake forces are less well known than others (`sharing_spread`): so a car that brakes
-// hard into a turn still learns that friction has fallen. Under much drive they are tested for a change, and teach for a
+// hard into a turn still learns that friction has fallen. Of small side forces under hard braking it learns nothing: what
+// brakes leave of them is known too badly, for as long as the pedal is down. Under much drive they are tested for a change, and teach for a
 // while after one. What is wrong with the sharing lasts as long as the pedal is where it is: it does not average out as
 // noise does, and so counts for more where a tyre's shape is learned (`sharing_lasts`).
 #include <algorithm>
@@ -149,7 +150,7 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
     if (hard && !shares) leave_drive_and_tyres(false);
     since_change_ += k.dt;
     test_for_change(k.dt);
-    if (hard && shares) leave_drive_and_tyres(drive < 0 || since_change_ < change_lasts);
+    if (hard && shares) leave_drive_and_tyres((drive < 0 && side_used_ > tested_share) || since_change_ < change_lasts);
     for (int c = 0; c < channels; ++c) {
       auto innovation = rls_.innovation(c, rows_.col(c), rates_[c], k.dt, misfit(c));
       if (!hard || !shares)
@@ -239,6 +240,8 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
     rows_.col(2).segment(n, n) = rows_.col(1).segment(n, n) * (-load_[1] * car_.lr / car_.Iz);
     rows_.col(1).head(n) *= path.cosine * load_[0] / car_.m;
     rows_.col(1).segment(n, n) *= load_[1] / car_.m;
+    const double left = path.load_front * peaks_.front + path.load_rear * peaks_.rear;
+    side_used_ = car_.m * std::abs(rows_.col(1).head(2 * n).dot(rls_.theta().head(2 * n))) / left;
     rates_ = {path.drive_loss / car_.m, path.side / car_.m, path.moment / car_.Iz};
     if (learns_arm()) {
       const double drive_force = path.drive_force + gains_.missing(path.drive_force);
@@ -417,6 +420,7 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
   DriveGains gains_;
   Belief belief_;
   double score_ = 0, score_variance_ = 0;
+  double side_used_ = 0;  // side force over the largest that drive and brakes leave
   double since_change_ = INFINITY;  // [s] of samples
   std::int64_t seen_ = 0;
   bool continues_ = false;

@@ -125,7 +125,7 @@ class LapPlanner : public SpeedPlanner {
  private:
   static SetupOptions options(const Car& car, const LapParams& k, const Manner& manner) {
     return {k.margin * car.width, k.spacing,        k.combined,    k.slip_max,
-            manner.slip_slow,     manner.slip_fast, manner.sharing};
+            manner.slip_slow,     manner.slip_fast, k.brakes, manner.sharing};
   }
   static AxleTyres generic_tyres(const Car& car, const LapParams& k) {
     const AxleTyres tyres{{k.front_B, k.front_C, k.balance * car.lr}, {k.rear_B, k.rear_C, car.lf}};

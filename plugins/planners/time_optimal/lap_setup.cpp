@@ -27,7 +27,7 @@ ClosedLine compute_base(const PluginContext& context, double margin) {
   return ClosedLine(std::move(samples));
 }
 
-DriveCurves tabulate(const DriveLimits& limits) {
+DriveCurves tabulate(const DriveLimits& limits, double brakes) {
   constexpr int count = 41;
   const auto table = [&](auto&& f) {
     std::vector<double> values(count);
@@ -35,7 +35,7 @@ DriveCurves tabulate(const DriveLimits& limits) {
     return CubicSpline(0.0, limits.top_speed(), values);
   };
   return {table([&](double v) { return limits.coast(v); }), table([&](double v) { return limits.drive(v); }),
-          table([&](double v) { return limits.brake(v); })};
+          table([&](double v) { return brakes * limits.brake(v); })};
 }
 
 /// How the nominal model's axle loads follow drive and brakes.
@@ -73,7 +73,7 @@ LapSetup::LapSetup(const PluginContext& context, const SetupOptions& options, co
       limits_(nominal_of(context), context.car, typical.resistance.rolling, typical.resistance.drag),
       base_(compute_base(context, options.margin)),
       corner_(context.car, typical.tyres, limits_.top_speed()),
-      curves_(tabulate(limits_)) {
+      curves_(tabulate(limits_, options.brakes)) {
   options_.sharing = with_loads(options.sharing, context);
   nodes_ = place_nodes(base_, profile(typical.tyres), *context.course, options.margin,
                        node_count(base_.length(), options.spacing, car_.lf + car_.lr));

@@ -15,6 +15,7 @@ struct SetupOptions {
   double combined = 0;                  // see LapProblem
   double slip_max = 0.6;                // see LapProblem [rad]
   double slip_slow = 0, slip_fast = 0;  // see LapProblem [m/s]
+  double brakes = 1;                    // share of them that is planned with
   AxleSharing sharing{};                // its loads are those of the nominal model
 };
 

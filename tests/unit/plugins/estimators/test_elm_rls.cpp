@@ -280,7 +280,7 @@ Drive slalom(int steps, double speed, double angle, const Pedal& pedal, const Fa
 /// What 1.2 s of a slalom teach at one position of the pedal, where any drive is too much (`most_drive`), if friction is 0.91 in
 /// place of the expected 1.0. This car's brakes are weak: even an ellipse of 0.3 takes two per cent off the side forces that
 /// the true car has.
-Belief learned_at_pedal(double d, double sharing_spread) {
+Belief learned_at_pedal(double d, double sharing_spread, double angle = 0.3) {
   Nominal nominal("ekinematic");
   const auto rls = make_estimator("elm_rls", nominal,
                                   {{"most_drive", 0.0},
@@ -290,7 +290,7 @@ Belief learned_at_pedal(double d, double sharing_spread) {
                                    {"brake_front", 0.5}});
   learn(*rls, nominal,
         slalom(
-            60, 3.5, 0.3, [d](int) { return d; }, [](int) { return 1.0; }));
+            60, 3.5, angle, [d](int) { return d; }, [](int) { return 1.0; }));
   return rls->belief();
 }
 
@@ -303,6 +303,13 @@ TEST(ElmRls, BrakingTeachesAsFarAsTheSharingOfFrictionIsKnown) {
   EXPECT_NEAR(total_mu(told, truth.car), truth.mu(), 0.05);
   EXPECT_LT(told.sigma_front, 0.5 * untold.sigma_front);
   EXPECT_GT(unsure.sigma_front, 1.2 * told.sigma_front);
+}
+
+// Of a car that brakes hard and hardly turns, what brakes leave of small side forces would pass for the tyres' friction.
+TEST(ElmRls, BrakingStraightAheadTeachesNothingOfTheTyres) {
+  const Belief straight = learned_at_pedal(-0.1, 1.0, 0.02);
+  EXPECT_NEAR(straight.mu_front, 1.0, 1e-9);
+  EXPECT_NEAR(straight.mu_rear, 1.0, 1e-9);
 }
 
 /// What is believed after a slalom under little drive, which teaches, and some steps of another under much, which does not:

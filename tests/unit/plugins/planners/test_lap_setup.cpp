@@ -57,6 +57,18 @@ TEST_F(LapSetupTest, TheTypicalTyresTablesServeEveryFriction) {
   EXPECT_GT(sum.back(), 1.5 * sum.front());
 }
 
+TEST_F(LapSetupTest, AShareOfTheBrakesIsPlannedWith) {
+  SetupOptions options{0.4 * car_.width, 0.1, 0.0, 0.7};
+  options.brakes = 0.8;
+  const LapProblem whole = setup_.problem({tyres(0.8), {}}),
+                   part = LapSetup(context_, options, {tyres(0.8), {}}).problem({tyres(0.8), {}});
+  for (std::size_t i = 0; i < whole.drive.brake.values().size(); ++i) {
+    EXPECT_GT(whole.drive.brake.values()[i], 0.0);
+    EXPECT_DOUBLE_EQ(part.drive.brake.values()[i], 0.8 * whole.drive.brake.values()[i]);
+    EXPECT_EQ(part.drive.drive.values()[i], whole.drive.drive.values()[i]);
+  }
+}
+
 // An axle of another shape, or of another friction than the other one's, turns other corners at other speeds.
 TEST_F(LapSetupTest, TyresOfAnotherShapeHaveTheirOwnTables) {
   const planning::CornerLimits typical(car_, tyres(0.8), limits_.top_speed());
