@@ -1,0 +1,57 @@
+// The readings' noise and how well the equations hold, matched to the innovations e and their variances V.
+//
+//   sigma   of a reading, grows where e_k^2 > V and shrinks where it is less
+//   misfit  of an equation, grows where e_k e_{k-1} > 0.1 V and shrinks where it is less: what the equations leave out
+//           lasts, noise does not
+//
+// Both begin with what is told and stay between bounds relative to it; misfit is told as it is at best.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <gripline/types.hpp>
+
+#include "common/learning/difference_rls.hpp"
+
+namespace gripline::elm_rls {
+
+inline constexpr int channels = 3;  // vx, vy and the yaw rate: a reading, and its rate's equation
+
+class NoiseMatching {
+ public:
+  /// What is told, per channel: `sigma` [m/s, m/s, rad/s], `misfit` [m/s2, m/s2, rad/s2].
+  struct Told {
+    std::array<double, channels> sigma, misfit;
+  };
+  explicit NoiseMatching(const Told& told) : told_(told), sigma_(told.sigma), misfit_(told.misfit) {}
+
+  const double* sigma() const { return sigma_.data(); }
+  double misfit(int channel) const { return misfit_[channel]; }
+
+  void match(int c, const learning::DifferenceRls::Innovation& innovation) {
+    const double ratio = std::min(4.0, square(innovation.error) / innovation.variance);
+    const double largest = 10 * told_.sigma[c];
+    sigma_[c] = std::clamp(sigma_[c] * std::exp(0.5 * sigma_gain * (ratio - 1.0)), smallest_sigma * largest, largest);
+    const double product = innovation.error * last_error_[c] / innovation.variance;
+    last_error_[c] = innovation.error;
+    const double least = told_.misfit[c];
+    misfit_[c] =
+        std::clamp(misfit_[c] * std::exp(misfit_gain * (std::clamp(product, -2.0, 2.0) - 0.1)), least, 100 * least);
+  }
+  /// What comes next does not follow an innovation that was matched: in one channel, in all.
+  void break_sequence(int channel) { last_error_[channel] = 0; }
+  void break_sequence() { last_error_ = {}; }
+  void start_over() { *this = NoiseMatching(told_); }
+
+ private:
+  static constexpr double sigma_gain = 0.01;      // per step
+  static constexpr double misfit_gain = 0.02;     // per step
+  static constexpr double smallest_sigma = 2e-3;  // of the largest: 0.02 of what is told
+
+  Told told_;
+  std::array<double, channels> sigma_, misfit_;
+  std::array<double, channels> last_error_ = {};
+};
+
+}  // namespace gripline::elm_rls

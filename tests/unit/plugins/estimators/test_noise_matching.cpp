@@ -1,0 +1,87 @@
+#include "estimators/elm_rls/noise_matching.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace gripline::elm_rls {
+namespace {
+
+const NoiseMatching::Told told{{0.1, 0.2, 0.3}, {1.0, 2.0, 3.0}};
+
+/// Matches `steps` innovations of variance 1 in channel 1 whose errors change sign (as noise may) or keep it (as what
+/// the equations leave out).
+void match(NoiseMatching& noise, double error, bool lasting, int steps) {
+  for (int i = 0; i < steps; ++i) noise.match(1, {lasting || i % 2 == 0 ? error : -error, 1.0});
+}
+
+TEST(NoiseMatching, BeginsWithWhatIsTold) {
+  const NoiseMatching noise(told);
+  for (int c = 0; c < channels; ++c) {
+    EXPECT_EQ(noise.sigma()[c], told.sigma[c]);
+    EXPECT_EQ(noise.misfit(c), told.misfit[c]);
+  }
+}
+
+TEST(NoiseMatching, SigmaFollowsTheSizeOfInnovations) {
+  NoiseMatching small(told), right(told), large(told);
+  match(small, 0.5, false, 20);
+  match(right, 1.0, false, 20);
+  match(large, 1.5, false, 20);
+  EXPECT_LT(small.sigma()[1], 0.95 * told.sigma[1]);
+  EXPECT_NEAR(right.sigma()[1], told.sigma[1], 1e-12);
+  EXPECT_GT(large.sigma()[1], 1.05 * told.sigma[1]);
+}
+
+TEST(NoiseMatching, MisfitGrowsWhereErrorsLastOnly) {
+  NoiseMatching changing(told), lasting(told);
+  match(changing, 1.0, false, 20);
+  match(lasting, 1.0, true, 20);
+  EXPECT_EQ(changing.misfit(1), told.misfit[1]);
+  EXPECT_GT(lasting.misfit(1), 1.3 * told.misfit[1]);
+}
+
+TEST(NoiseMatching, StaysWithinBoundsOfItsOwnChannel) {
+  NoiseMatching small(told), large(told);
+  match(small, 0.0, false, 5000);
+  match(large, 100.0, true, 5000);
+  EXPECT_NEAR(small.sigma()[1], 0.02 * told.sigma[1], 1e-12);
+  EXPECT_EQ(small.misfit(1), told.misfit[1]);
+  EXPECT_NEAR(large.sigma()[1], 10 * told.sigma[1], 1e-12);
+  EXPECT_NEAR(large.misfit(1), 100 * told.misfit[1], 1e-9);
+  for (const int other : {0, 2}) {
+    EXPECT_EQ(large.sigma()[other], told.sigma[other]);
+    EXPECT_EQ(large.misfit(other), told.misfit[other]);
+  }
+}
+
+TEST(NoiseMatching, OneInnovationFarOffMovesSigmaByOneAndAHalfPercent) {
+  NoiseMatching noise(told);
+  noise.match(1, {1e6, 1.0});
+  EXPECT_NEAR(noise.sigma()[1], told.sigma[1] * std::exp(0.015), 1e-12);
+}
+
+TEST(NoiseMatching, ErrorsOnBothSidesOfABreakDoNotLast) {
+  NoiseMatching whole(told), one(told), all(told), other(told);
+  for (NoiseMatching* noise : {&whole, &one, &all, &other}) match(*noise, 1.0, true, 10);
+  one.break_sequence(1);
+  all.break_sequence();
+  other.break_sequence(2);
+  for (NoiseMatching* noise : {&whole, &one, &all, &other}) match(*noise, 1.0, true, 1);
+  EXPECT_LT(one.misfit(1), whole.misfit(1));
+  EXPECT_EQ(all.misfit(1), one.misfit(1));
+  EXPECT_EQ(other.misfit(1), whole.misfit(1));
+}
+
+TEST(NoiseMatching, StartsOver) {
+  NoiseMatching noise(told);
+  match(noise, 3.0, true, 50);
+  noise.start_over();
+  EXPECT_EQ(noise.sigma()[1], told.sigma[1]);
+  EXPECT_EQ(noise.misfit(1), told.misfit[1]);
+  noise.match(1, {1.0, 1.0});  // follows nothing
+  EXPECT_EQ(noise.misfit(1), told.misfit[1]);
+}
+
+}  // namespace
+}  // namespace gripline::elm_rls
