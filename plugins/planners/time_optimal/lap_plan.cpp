@@ -43,19 +43,24 @@ double path_curvature(const PathHeading& before, const PathHeading& here, const 
 
 /// The midpoint rule fixes differences of n and means of the other states; what alternates from node to node is
 /// invisible to it. Hence slopes of n are those of the parabola through three nodes, other states are averaged.
+LapPlan::Node plan_node(const std::array<double, lap_variables>& before, const std::array<double, lap_variables>& here,
+                        const std::array<double, lap_variables>& after, double ds_before, double ds_after) {
+  const double slope_before = (here[lap_n] - before[lap_n]) / ds_before;
+  const double slope_after = (after[lap_n] - here[lap_n]) / ds_after;
+  const double slope = (ds_after * slope_before + ds_before * slope_after) / (ds_before + ds_after);
+  const auto mean = [&](std::size_t i) { return 0.25 * (before[i] + 2.0 * here[i] + after[i]); };
+  const double vx = mean(lap_vx), vy = mean(lap_vy);
+  return {here[lap_n], slope, std::hypot(vx, vy), std::atan2(vy, vx), 0.0};
+}
+
 LapPlan make_plan(const LapSetup& setup, const LapSolution& solution) {
   LapPlan plan;
   plan.time = solution.time;
   const std::size_t count = solution.z.size();
   for (std::size_t k = 0; k < count; ++k) {
     const std::size_t before = k > 0 ? k - 1 : count - 1, after = k + 1 < count ? k + 1 : 0;
-    const auto &p = solution.z[before], &z = solution.z[k], &q = solution.z[after];
-    const double h0 = setup.nodes().ds[before], h1 = setup.nodes().ds[k];
-    const double slope0 = (z[lap_n] - p[lap_n]) / h0, slope1 = (q[lap_n] - z[lap_n]) / h1;
-    const auto mean = [&](std::size_t i) { return 0.25 * (p[i] + 2.0 * z[i] + q[i]); };
-    const double vx = mean(lap_vx), vy = mean(lap_vy);
     plan.nodes.push_back(
-        {z[lap_n], (h1 * slope0 + h0 * slope1) / (h0 + h1), std::hypot(vx, vy), std::atan2(vy, vx), 0.0});
+        plan_node(solution.z[before], solution.z[k], solution.z[after], setup.nodes().ds[before], setup.nodes().ds[k]));
   }
   set_curvatures(setup, plan);
   return plan;
@@ -72,13 +77,8 @@ void interpolate(const LapPlan& a, const LapPlan& b, double weight, LapPlan& out
   out.time = between(a.time, b.time);
 }
 
-PlanFollower::PlanFollower(const LapSetup& setup) : base_(&setup.base()), nodes_(&setup.nodes()) {
+PlanFollower::PlanFollower(const LapSetup& setup) : setup_(&setup), base_(&setup.base()), nodes_(&setup.nodes()) {
   const std::vector<double>& s = nodes_->s;
-  bucket_.resize(s.size());
-  for (std::size_t i = 0; i < bucket_.size(); ++i) {
-    const double from = base_->length() * static_cast<double>(i) / static_cast<double>(bucket_.size());
-    bucket_[i] = static_cast<std::size_t>(std::upper_bound(s.begin(), s.end(), from) - s.begin()) - 1;
-  }
   for (std::size_t k = 0; k < s.size(); ++k)
     for (std::size_t j = 0; j < samples_per_interval; ++j) {
       const double at = s[k] + nodes_->ds[k] * static_cast<double>(j) / samples_per_interval;
@@ -87,13 +87,6 @@ PlanFollower::PlanFollower(const LapSetup& setup) : base_(&setup.base()), nodes_
       base_heading_.push_back({std::sin(base_samples_.back().yaw), std::cos(base_samples_.back().yaw)});
     }
   samples_ = base_samples_;
-}
-
-std::size_t PlanFollower::interval(double s) const {
-  const double share = s / base_->length() * static_cast<double>(bucket_.size());
-  std::size_t k = bucket_[std::min(static_cast<std::size_t>(share), bucket_.size() - 1)];
-  while (k + 1 < nodes_->s.size() && nodes_->s[k + 1] <= s) ++k;
-  return k;
 }
 
 /// Cubic Hermite between the nodes; derivatives by station of the base line.
@@ -112,7 +105,8 @@ void PlanFollower::set(const LapPlan& plan) {
   measure_samples();
 }
 
-/// Speeds and sideslip angles change in every step, the path only where another plan is followed: samples are of the path.
+/// Speeds and sideslip angles change in every step, the path only where another plan is followed: samples are of the
+/// path.
 void PlanFollower::set(const LapPlan& plan, std::size_t first, std::size_t count) {
   const std::size_t n = plan_.nodes.size();
   bool moved_before = false;
@@ -132,7 +126,7 @@ void PlanFollower::place_interval(std::size_t k) {
 
 PlanPoint PlanFollower::at(double station) const {
   const double s = wrap_periodic(station, base_->length());
-  const std::size_t k = interval(s);
+  const std::size_t k = setup_->node_at(s);
   const double u = (s - nodes_->s[k]) / nodes_->ds[k];
   const Offset o = offset(k, u);
   const LinePoint p = base_->at(s);
@@ -188,8 +182,8 @@ double PlanFollower::refine(double s, double x, double y) const {
   return wrap_periodic(s, base_->length());
 }
 
-/// The foot of a car far off, given its foot on the base line. A plan that lies askew to that line has another foot: the
-/// farther the car, the farther from it. References that began there would lie behind the car.
+/// The foot of a car far off, given its foot on the base line. A plan that lies askew to that line has another foot:
+/// the farther the car, the farther from it. References that began there would lie behind the car.
 double PlanFollower::beside_plan(double near, double x, double y) const {
   const auto distance = [&](double s) {
     const PlanPoint p = at(s);

@@ -1,6 +1,8 @@
 // A lap as it is followed: offset from the base line, speed and sideslip at the nodes, and the line that results.
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <limits>
 #include <span>
 #include <vector>
@@ -20,13 +22,18 @@ struct LapPlan {
   double time = 0;  // [s]
 };
 LapPlan make_plan(const LapSetup& setup, const LapSolution& solution);
+/// One node of it but for the curvature, from the lap's variables there and at the nodes before and after it, which are
+/// `ds_before` and `ds_after` away.
+LapPlan::Node plan_node(const std::array<double, lap_variables>& before, const std::array<double, lap_variables>& here,
+                        const std::array<double, lap_variables>& after, double ds_before, double ds_after);
 
 /// Heading of a plan's path at a node [rad], and its way to the next node, `ds` further along the base line [m].
 struct PathHeading {
   double yaw = 0, way = 0;
 };
 PathHeading path_heading(const LinePoint& base, const LapPlan::Node& node, double ds);
-/// Curvature of the path at a node [1/m]: change of heading from the node before to the one after, over the way between.
+/// Curvature of the path at a node [1/m]: change of heading from the node before to the one after, over the way
+/// between.
 double path_curvature(const PathHeading& before, const PathHeading& here, const PathHeading& after);
 /// out = (1 - weight) a + weight b. `out` may be a or b.
 void interpolate(const LapPlan& a, const LapPlan& b, double weight, LapPlan& out);
@@ -56,7 +63,6 @@ class PlanFollower {
   struct Offset {
     double n = 0, slope = 0;
   };
-  std::size_t interval(double s) const;
   Offset offset(std::size_t k, double share) const;
   double refine(double s, double x, double y) const;
   double beside_plan(double near, double x, double y) const;
@@ -65,10 +71,10 @@ class PlanFollower {
   void measure_samples();
 
   static constexpr std::size_t samples_per_interval = 4;
+  const LapSetup* setup_;
   const planning::ClosedLine* base_;
   const LapNodes* nodes_;
   LapPlan plan_;
-  std::vector<std::size_t> bucket_;
   struct Heading {
     double sine = 0, cosine = 1;
   };

@@ -52,7 +52,8 @@ AxleSharing with_loads(AxleSharing sharing, const PluginContext& context) {
   return sharing;
 }
 
-/// Nodes of a lap [m] at the spacing asked for [m], or, where that is 0, at the usual one as far as their number allows.
+/// Nodes of a lap [m] at the spacing asked for [m], or, where that is 0, at the usual one as far as their number
+/// allows.
 std::size_t node_count(double lap, double asked, double usual) {
   constexpr double fewest = 20, most = 4000;
   if (asked > 0 && (std::ceil(lap / asked) < fewest || std::ceil(lap / asked) > most)) {
@@ -77,6 +78,19 @@ LapSetup::LapSetup(const PluginContext& context, const SetupOptions& options, co
   options_.sharing = with_loads(options.sharing, context);
   nodes_ = place_nodes(base_, profile(typical.tyres), *context.course, options.margin,
                        node_count(base_.length(), options.spacing, car_.lf + car_.lr));
+  const std::vector<double>& s = nodes_.s;
+  for (std::size_t i = 0; i < s.size(); ++i) {
+    const double from = base_.length() * static_cast<double>(i) / static_cast<double>(s.size());
+    first_node_.push_back(static_cast<std::size_t>(std::upper_bound(s.begin(), s.end(), from) - s.begin()) - 1);
+  }
+}
+
+std::size_t LapSetup::node_at(double station) const {
+  const double s = wrap_periodic(station, base_.length());
+  const double part = s / base_.length() * static_cast<double>(first_node_.size());
+  std::size_t k = first_node_[std::min(static_cast<std::size_t>(part), first_node_.size() - 1)];
+  while (k + 1 < nodes_.s.size() && nodes_.s[k + 1] <= s) ++k;
+  return k;
 }
 
 /// The tables of the typical tyres serve all that differ from them in friction only.

@@ -1,6 +1,7 @@
 // Everything about a road and a car that all laps of one planner share, and the way from tyres to a lap.
 #pragma once
 
+#include <cstddef>
 #include <vector>
 
 #include "common/planning/speed_profile.hpp"
@@ -26,6 +27,8 @@ class LapSetup {
 
   const planning::ClosedLine& base() const { return base_; }
   const LapNodes& nodes() const { return nodes_; }
+  /// The node before a station of the base line.
+  std::size_t node_at(double station) const;
   double top_speed() const { return limits_.top_speed(); }
   /// Acceleration at full throttle on a straight [m/s2].
   double full_throttle(double v, const SpecificResistance& resistance) const {
@@ -51,6 +54,7 @@ class LapSetup {
   planning::CornerLimits corner_;  // of the typical tyres
   DriveCurves curves_;
   LapNodes nodes_;
+  std::vector<std::size_t> first_node_;  // of equal parts of the lap, as many as nodes: the node before each
 };
 
 }  // namespace gripline::time_optimal

@@ -1,28 +1,33 @@
-// A lap that is always being solved for what is believed now, a window ahead of the car at a time: work per control step
-// does not grow with the road, and nothing is allocated.
+// A lap that is always being solved for what is believed now, a window ahead of the car at a time: work per control
+// step does not grow with the road, and nothing is allocated.
 //
-// The whole lap is kept as the iterate of its program. A window of it, from a little behind the car to `ahead` seconds
-// before it, gets `iterations` Newton steps per control step (window_solver.hpp); it begins and ends near the states
-// kept there. Where friction is believed to be less than what the driven plan is for, it is driven more slowly at once, by
-// the square root of its share. The plan follows a window whose first three quarters obey the dynamics and whose barrier
-// is small, in steps; until then the old one is driven. A change of the belief raises the barrier, as does a window that
-// finds no plan: at a small one an iterate is a poor start for another problem.
+// The whole lap is kept as the iterate of its program (kept_lap.hpp). A window of it, from a little behind the car to
+// `ahead` seconds before it (lap_window.hpp), gets `iterations` Newton steps per control step (window_solver.hpp); it
+// begins and ends near the states kept there. The plan follows a window whose first three quarters obey the dynamics
+// and whose barrier is small, in steps; until then the old one is driven, more slowly where friction is believed to be
+// less than what it is for (driven_plan.hpp). Here stands what is solved for, and when: a change of the belief raises
+// the barrier, as does a window that finds no plan, since at a small one an iterate is a poor start for another
+// problem.
 //
 // Nothing is solved where nothing changed: a window stays until the car is a tenth of a second further, one whose first
 // three quarters are settled rests, and a belief that moved by less than its resolution, a quarter of its standard
 // deviation, is the old one. Less friction is followed at once: the same motion at lower speeds.
 //
-// A car that has left its plan, too fast for it or wide of it, begins another: the window then begins with the car's own
-// state, in every control step, and the plan is driven as soon as it can be. Where no plan could begin there, the
+// A car that has left its plan, too fast for it or wide of it, begins another: the window then begins with the car's
+// own state, in every control step, and the plan is driven as soon as it can be. Where no plan could begin there, the
 // quadratic penalty of the begin finds the nearest state with one (window_solver.hpp).
 //
 // A belief need not be one of a car that can be driven. While no plan is found the old one is driven; the window begins
 // again now and then from the first lap, for the belief of that moment, sooner when the belief has moved.
 #pragma once
 
-#include <vector>
+#include <cstddef>
 
-#include "planners/time_optimal/lap_library.hpp"
+#include "planners/time_optimal/driven_plan.hpp"
+#include "planners/time_optimal/kept_lap.hpp"
+#include "planners/time_optimal/lap_plan.hpp"
+#include "planners/time_optimal/lap_setup.hpp"
+#include "planners/time_optimal/lap_window.hpp"
 #include "planners/time_optimal/window_solver.hpp"
 
 namespace gripline::time_optimal {
@@ -40,21 +45,19 @@ class RecedingLaps {
   RecedingLaps(const LapSetup& setup, const CarBelief& car, const RecedingOptions& options);
 
   /// One control step at a station of the base line, for this car; `spread` is the standard deviation of its friction
-  /// over that friction. Changes the nodes of `plan` from changed_first() on. `astray`: the car, if it has left its plan;
-  /// it is beside that station then.
+  /// over that friction. Changes the nodes of `plan` from changed_first() on. `astray`: the car, if it has left its
+  /// plan; it is beside that station then.
   void step(const CarBelief& car, double spread, double station, LapPlan& plan, const State* astray = nullptr);
   /// Plans slips up to this angle from the next step on [rad]; no less than that of the setup.
   void set_slip_most(double slip);
-  std::size_t changed_first() const { return first_; }
+  std::size_t changed_first() const { return window_.first(); }
   std::size_t changed_count() const { return changed_; }
 
-  /// The node before a station of the base line.
-  std::size_t node_at(double station) const;
   /// Friction of the interval that begins at a node, over that of the car.
   void set_grip(std::size_t node, double grip);
 
   /// The plan of the whole lap as it is kept: what step() changes from then on.
-  LapPlan whole_plan();
+  LapPlan whole_plan() { return driven_.whole(lap_.nodes()); }
   /// Newton steps so far, and those that found nothing better.
   long iterations() const { return iterations_; }
   long failures() const { return failures_; }
@@ -62,58 +65,53 @@ class RecedingLaps {
   double barrier() const { return barrier_; }
 
  private:
-  using States = std::array<double, lap_variables>;
+  using States = KeptLap::States;
   /// Friction at a node, of the car that is solved for.
   double mu_at(std::size_t node) const { return mu_ * solver_.problem().places[node].grip; }
-  std::size_t wrapped(std::size_t i) const { return i % lap_.size(); }
+  States slowed(std::size_t node) const { return lap_.slowed(node, mu_at(node)); }
   void solve_whole_lap();
+  void solve_once(double barrier);
+
+  // Where is solved.
   void move_window(double station);
   void begin_at(const State& car, double station);
   void place_window(std::size_t first);
-  States passed(std::size_t node, const State& car) const;
-  double time_between(std::size_t from, std::size_t to) const;
-  std::size_t window_length(std::size_t first) const;
-  States kept(std::size_t node) const;
-  bool improve();
-  void slow_down(std::size_t node);
-  void slow_window(double share);
+
+  // What is solved for.
   void advance_belief(const CarBelief& car, double spread);
+  void begin_again_for(const CarBelief& car, double moved);
   void approach(const CarBelief& car, double share);
-  void publish(LapPlan& plan, std::size_t from, double follow);
-  LapPlan::Node plan_node(std::size_t i) const;
-  LapPlan::Node first_node() const;
-  void set_curvatures(LapPlan& plan, std::size_t first, std::size_t count);
+  void slow_window(double share);
   double difference_to(const CarBelief& car) const;
   void tell_solver();
+
+  // How it is solved.
+  bool improve();
+  void start_again(double barrier);
   bool begin_again_is_due(double moved) const;
   void leave_a_plan_that_stops();
   double time_over(std::size_t interval, const States& z) const;
-  void start_again(double barrier);
-  void reset(std::size_t node);
+  void count_steps_without_a_plan(bool drivable);
+
+  void publish(LapPlan& plan, std::size_t from, double share);
 
   const LapSetup* setup_;
   RecedingOptions options_;
   std::size_t most_nodes_;  // of a window
   WindowSolver solver_;
-  CarBelief car_;
+  CarBelief car_;  // that is solved for
   double mu_ = 0;  // of car_
-  std::vector<WindowNode> lap_;
-  std::vector<double> solved_for_;  // friction that each node was last solved for
-  std::vector<double> driven_for_;  // friction that each node of the driven plan is for
-  std::vector<double> driven_v_;    // its speed for that friction [m/s]
-  std::vector<std::size_t> bucket_;
-  std::vector<LinePoint> base_at_;    // the base line at the nodes
-  std::vector<PathHeading> heading_;  // of the nodes that set_curvatures() looks at
-  std::vector<States> first_lap_;     // what a window starts again from
-  double first_mu_ = 0;               // friction that it was solved for
-  States begin_{}, end_{};
-  std::size_t first_ = 0, count_ = 0, changed_ = 0;
+  KeptLap lap_;
+  LapWindow window_;
+  DrivenPlan driven_;
+  States begin_{}, end_{};  // near which the window begins and ends
+  std::size_t changed_ = 0;
   double barrier_ = 0, defect_ = 0;
   int failed_ = 0;   // Newton steps one after the other that found nothing better
   int stalled_ = 0;  // control steps one after the other without a plan that can be driven
   int lost_ = 0;     // the same, whatever was tried, since the window began from the first lap
   int patience_;     // control steps that it has to find a plan
-  bool settled_ = false, placed_ = false;
+  bool settled_ = false;
   std::size_t nodes_until_retry_ = 0;  // nodes that the window moves on before it may begin again from the first lap
   bool was_astray_ = false;            // the car, in the last control step
   bool at_car_ = false;                // the window began at a car that had left its plan, and has not moved on since

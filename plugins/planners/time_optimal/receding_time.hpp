@@ -90,7 +90,7 @@ class RecedingTime final : public LapPlanner {
   void see(const Observation& now, AxleTyres& tyres, double& spread) override {
     if (!places_) return;
     believed_here_ = mu_of(tyres);
-    node_ = laps_.node_at(followed().locate(now.x.x, now.x.y));
+    node_ = setup().node_at(followed().locate(now.x.x, now.x.y));
     if (places_->step(node_, mu_of(tyres), spread))
       for (std::size_t i = 0; i < setup().nodes().s.size(); ++i) laps_.set_grip(i, places_->grip(i));
     if (places_->holding()) {
@@ -106,7 +106,7 @@ class RecedingTime final : public LapPlanner {
   /// behind the car is believed. Behind a place it is not more than believed: the place may have grown.
   double grip_ahead(double station) const override {
     if (!places_ || !(believed_here_ > 0.0)) return 1.0;
-    const double ahead = places_->mu() * places_->grip(laps_.node_at(station)) / believed_here_;
+    const double ahead = places_->mu() * places_->grip(setup().node_at(station)) / believed_here_;
     return places_->holding() && places_->grip(node_) == 1.0 ? std::min(1.0, ahead) : ahead;
   }
 
@@ -114,10 +114,10 @@ class RecedingTime final : public LapPlanner {
   /// How long a learner may take to find a new friction [s]: some of the time in which a car at the limit of grip loses
   /// its typical speed, which is what slips large enough to tell take to build up.
   static double learner_doubts(const Car& car) { return 1.5 * car.v_ref / gravity; }
-  /// Whether the car is much faster than the plan beside it or runs wide of it, or did a moment ago. A plan that began at
-  /// the car is as fast as the car, beyond `pace`: until the car has slowed down to what is asked of it, only one that is
-  /// faster than that plan itself is too fast for it. A car that joins the line, recovers, drives slowly or slides far off its
-  /// heading is led by its own path.
+  /// Whether the car is much faster than the plan beside it or runs wide of it, or did a moment ago. A plan that began
+  /// at the car is as fast as the car, beyond `pace`: until the car has slowed down to what is asked of it, only one
+  /// that is faster than that plan itself is too fast for it. A car that joins the line, recovers, drives slowly or
+  /// slides far off its heading is led by its own path.
   bool has_left_plan(const State& x, double station) {
     constexpr double fast = 1.05, faster_than_plan = 1.01;  // of the speed asked for, of the planned speed
     constexpr double wide = 0.4, slow = 0.8;                // of the car's width, of the speed asked for

@@ -240,7 +240,7 @@ TEST_F(RecedingLapsAfterAWrongBelief, AStandingCarGetsItsPlanBack) {
 /// A car beside its plan or faster than it, which goes on along the base line.
 class RecedingLapsAstray : public RecedingLapsAfterAWrongBelief {
  protected:
-  std::size_t node() const { return laps_->node_at(at_); }
+  std::size_t node() const { return setup_->node_at(at_); }
   const LapPlan::Node& planned() const { return plan_.nodes[node()]; }
   /// At `at_`, this far to the left of the plan at the node behind it, at a multiple of its speed.
   State astray(double beside, double faster) const {
@@ -419,7 +419,7 @@ TEST_F(RecedingLapsCurvature, OfAPlanThatBeginsAtTheCarBeginsWithIt) {
 TEST_F(RecedingLapsTest, PlansForASlipperyPlace) {
   steps(100, believed(0.8), 0.0);
   const LapPlan before = plan_;
-  const std::size_t from = laps_->node_at(station + 0.8), to = laps_->node_at(station + 5.0);
+  const std::size_t from = setup_->node_at(station + 0.8), to = setup_->node_at(station + 5.0);
   for (std::size_t i = from; i < to; ++i) laps_->set_grip(i, 0.6);
   steps(200, believed(0.8), 0.0);
   double slowest = INFINITY, old = INFINITY;

@@ -1,0 +1,70 @@
+#include "planners/time_optimal/driven_plan.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace gripline::time_optimal {
+
+DrivenPlan::DrivenPlan(const LapSetup& setup, double mu)
+    : setup_(&setup), mu_(setup.nodes().s.size(), mu), v_(mu_.size()), heading_(mu_.size() + 2) {
+  for (const double station : setup.nodes().s) base_.push_back(setup.base().at(station));
+}
+
+LapPlan::Node DrivenPlan::node_of(const std::vector<WindowNode>& lap, std::size_t i) const {
+  const std::vector<double>& ds = setup_->nodes().ds;
+  return plan_node(lap[before(i)].z, lap[i].z, lap[after(i)].z, ds[before(i)], ds[i]);
+}
+
+/// As node_of(), where there is no node before it.
+LapPlan::Node DrivenPlan::first_node_of(const std::vector<WindowNode>& lap, std::size_t i) const {
+  const auto &z = lap[i].z, &q = lap[after(i)].z;
+  const double slope = (q[lap_n] - z[lap_n]) / setup_->nodes().ds[i];
+  return {z[lap_n], slope, std::hypot(z[lap_vx], z[lap_vy]), std::atan2(z[lap_vy], z[lap_vx]), 0.0};
+}
+
+/// Curvature of the path at `count` nodes from `first` on (indices wrap).
+void DrivenPlan::set_curvatures(LapPlan& plan, std::size_t first, std::size_t count) {
+  std::size_t i = before(first);
+  for (std::size_t k = 0; k < count + 2; ++k, i = after(i))
+    heading_[k] = path_heading(base_[i], plan.nodes[i], setup_->nodes().ds[i]);
+  i = first;
+  for (std::size_t k = 0; k < count; ++k, i = after(i))
+    plan.nodes[i].kappa = path_curvature(heading_[k], heading_[k + 1], heading_[k + 2]);
+}
+
+LapPlan DrivenPlan::whole(const std::vector<WindowNode>& lap) {
+  LapPlan plan;
+  for (std::size_t i = 0; i < lap.size(); ++i) plan.nodes.push_back(node_of(lap, i));
+  set_curvatures(plan, 0, lap.size());
+  for (std::size_t i = 0; i < lap.size(); ++i) v_[i] = plan.nodes[i].v;
+  for (std::size_t i = 0; i < lap.size(); ++i) plan.time += setup_->nodes().ds[i] / plan.nodes[i].v;
+  return plan;
+}
+
+void DrivenPlan::follow(const LapWindow& window, const std::vector<WindowNode>& lap, std::size_t from, double share,
+                        double mu, LapPlan& plan) {
+  const auto between = [share](double a, double b) { return a + share * (b - a); };
+  for (std::size_t k = from; k < window.near_count(); ++k) {
+    const std::size_t i = window.node(k);
+    LapPlan::Node& p = plan.nodes[i];
+    const LapPlan::Node q = k > 0 ? node_of(lap, i) : first_node_of(lap, i);
+    p = {between(p.n, q.n), between(p.slope, q.slope), p.v, between(p.beta, q.beta), p.kappa};
+    v_[i] = between(v_[i], q.v);
+    mu_[i] = between(mu_[i], mu);
+  }
+  // Before a plan that begins at the car there is another one.
+  const std::size_t first = from == 0 ? 1 : 0;
+  set_curvatures(plan, window.node(first), window.near_count() + 1 - first);
+  if (from == 0) plan.nodes[window.first()].kappa = plan.nodes[window.node(1)].kappa;
+}
+
+void DrivenPlan::set_speeds(const LapWindow& window, double mu, LapPlan& plan) const {
+  for (std::size_t k = 0; k < window.count(); ++k) {
+    const std::size_t i = window.node(k);
+    plan.nodes[i].v = v_[i] * std::min(1.0, std::sqrt(mu / mu_[i]));
+  }
+}
+
+void DrivenPlan::slow_down(std::size_t node, double share) { v_[node] *= std::sqrt(share); }
+
+}  // namespace gripline::time_optimal

@@ -1,0 +1,44 @@
+// The plan that is driven while the lap is being solved: it follows what windows find, and is driven more slowly at
+// once where friction is believed to be less than what it is for.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "planners/time_optimal/lap_plan.hpp"
+#include "planners/time_optimal/lap_window.hpp"
+#include "planners/time_optimal/window_solver.hpp"
+
+namespace gripline::time_optimal {
+
+class DrivenPlan {
+ public:
+  /// For a lap at this friction.
+  DrivenPlan(const LapSetup& setup, double mu);
+
+  /// The plan of a whole lap, which is driven from now on.
+  LapPlan whole(const std::vector<WindowNode>& lap);
+  /// Goes a share of the way to the plan of a window's first three quarters, from its node `from` (0 or 1) on, which
+  /// are solved for friction `mu`.
+  void follow(const LapWindow& window, const std::vector<WindowNode>& lap, std::size_t from, double share, double mu,
+              LapPlan& plan);
+  /// Speeds of the window's nodes where this friction is believed.
+  void set_speeds(const LapWindow& window, double mu, LapPlan& plan) const;
+  /// There is only this share of the friction that there was at a node.
+  void slow_down(std::size_t node, double share);
+
+ private:
+  LapPlan::Node node_of(const std::vector<WindowNode>& lap, std::size_t i) const;
+  LapPlan::Node first_node_of(const std::vector<WindowNode>& lap, std::size_t i) const;
+  void set_curvatures(LapPlan& plan, std::size_t first, std::size_t count);
+  std::size_t after(std::size_t i) const { return i + 1 < v_.size() ? i + 1 : 0; }
+  std::size_t before(std::size_t i) const { return i > 0 ? i - 1 : v_.size() - 1; }
+
+  const LapSetup* setup_;
+  std::vector<double> mu_;            // friction that each node's plan is for
+  std::vector<double> v_;             // its speed for that friction [m/s]
+  std::vector<LinePoint> base_;       // the base line at the nodes
+  std::vector<PathHeading> heading_;  // of the nodes that set_curvatures() looks at
+};
+
+}  // namespace gripline::time_optimal
