@@ -1,0 +1,248 @@
+#include "planners/time_optimal/friction_places.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+
+namespace gripline::time_optimal {
+namespace {
+
+constexpr double fall_share = 0.9;        // of the friction before it, that makes a place
+constexpr double rise_share = 0.67;       // of the way back, that ends it
+constexpr double settling = 0.2;          // [s] that a risen belief is waited for
+constexpr double longest_delay = 0.2;     // [s] at most from the begin of a place to a belief that is not sure any more
+constexpr double least_evidence = 0.1;    // [s] of evidence of less friction
+constexpr double largest_place = 0.5;     // share of the road
+constexpr double explained_share = 0.95;  // of what a place explains
+constexpr double longest_return = 0.4;    // [s] behind a place, for the belief to come back
+constexpr double same_end = 0.2;          // [s] by which the ends of a place are the same,
+constexpr double same_grip = 0.05;        // and share of its grip
+
+}  // namespace
+
+bool FrictionPlaces::Seen::sure() const { return step >= 0 && 2.0 * spread <= (1.0 - fall_share) * mu; }
+
+bool FrictionPlaces::Seen::below(double friction) const {
+  return step >= 0 && (sure() ? mu : mu + 2.0 * spread) < friction;
+}
+
+FrictionPlaces::FrictionPlaces(std::size_t pieces, double dt, double doubt)
+    : dt_(dt),
+      doubt_(doubt),
+      grip_(pieces, 1.0),
+      passed_(pieces),
+      recent_(static_cast<std::size_t>(std::max(1.0, std::round((doubt + longest_delay) / dt)))) {
+  beliefs_.reserve(pieces);
+}
+
+bool FrictionPlaces::step(std::size_t piece, double mu, double spread) {
+  ++now_;
+  const Seen here{piece, mu, spread, now_};
+  bool changed = false;
+  if (now_ > 1 && way_from(piece_, piece) > size() / 8 && way_from(piece, piece_) > size() / 8) {
+    changed = give_up();
+    holding_ = false;
+    since_ = now_;
+  }
+  note(here);
+  changed = watch(here) || changed;
+  changed = begin_earlier(here) || changed;
+  if (grip_[piece] < 1.0) {
+    in_place(piece, mu);
+  } else if (holding_) {
+    changed = behind_place(mu) || changed;
+  } else {
+    mu_ = mu;
+  }
+  recent_[static_cast<std::size_t>(now_) % recent_.size()] = here;
+  piece_ = piece;
+  return changed;
+}
+
+std::size_t FrictionPlaces::first_of_place(std::size_t i) const {
+  for (std::size_t n = 0; n < size() && grip_[before(i)] < 1.0; ++n) i = before(i);
+  return i;
+}
+
+std::size_t FrictionPlaces::last_of_place(std::size_t i) const {
+  for (std::size_t n = 0; n < size() && grip_[after(i)] < 1.0; ++n) i = after(i);
+  return i;
+}
+
+/// On pieces that were passed within a step; a car that was carried elsewhere passed none.
+void FrictionPlaces::note(const Seen& here) {
+  std::size_t way = way_from(piece_, here.piece);
+  if (now_ <= 1 || way > size() / 8) way = 0;
+  for (std::size_t k = 0; k <= way; ++k) {
+    const std::size_t i = (here.piece + size() - k) % size();
+    if (k > 0 && i == piece_) break;
+    passed_[i] = here;
+  }
+}
+
+/// Follows a belief that falls until it comes back. Whether it was that of a place, which is known then.
+bool FrictionPlaces::watch(const Seen& here) {
+  if (!fallen_) {
+    look_for_fall(here);
+    return false;
+  }
+  Fallen& f = *fallen_;
+  f.lowest = std::min(f.lowest, here.mu);
+  // A learner that had come to believe too much comes back to less.
+  const double again = std::min(fall_share * f.level, f.lowest + rise_share * (f.level - f.lowest));
+  if (here.below(again)) {
+    if (f.ended) return give_up();  // a second one: the first is not told from the whole road's
+    f.low = here.piece;
+    f.last_evidence = now_;
+    ++f.evidence;
+    if (here.sure() && !f.surely) {
+      f.surely = true;
+      f.begin = f.joined = begin_of(f);
+    }
+  }
+  const bool back = here.sure() && here.mu >= again;
+  f.risen = back ? f.risen + dt_ : 0.0;
+  if (!back && !f.ended) {
+    f.ended = seconds(now_ - f.last_evidence) > doubt_;
+    f.last = f.ended ? f.low : here.piece;
+  }
+  if (!back && static_cast<double>(way_from(f.before.piece, here.piece)) > largest_place * static_cast<double>(size()))
+    return give_up();  // the whole road's
+  return f.risen >= settling && learn(here.mu);
+}
+
+/// A fall that is that of no place: a known one that was begun earlier for it begins where it did. Whether there is
+/// one.
+bool FrictionPlaces::give_up() {
+  if (!fallen_) return false;
+  const Fallen f = *fallen_;
+  fallen_.reset();
+  for (std::size_t i = f.begin; i != f.joined; i = after(i)) grip_[i] = 1.0;
+  return f.begin != f.joined;
+}
+
+/// A sure fall just before a known place, to about its grip, is the place's: mu(t) stays what it was before the fall.
+/// Whether the place begins earlier now.
+bool FrictionPlaces::begin_earlier(const Seen& here) {
+  if (!fallen_ || !fallen_->surely || fallen_->begin != fallen_->joined || holding_) return false;
+  std::size_t first = fallen_->begin;
+  for (std::size_t n = 0; n < size() / 8 && !(grip_[first] < 1.0); ++n) first = after(first);
+  const double grip = grip_[first], explained = fallen_->level * grip;
+  if (first == fallen_->begin || !(grip < 1.0) || !(std::abs(here.mu - explained) <= 2.0 * same_grip * explained))
+    return false;
+  for (std::size_t i = fallen_->begin; i != first; i = after(i)) grip_[i] = grip;
+  fallen_->joined = first;
+  mu_ = fallen_->level;
+  return true;
+}
+
+/// Whether much more was surely believed a moment ago.
+void FrictionPlaces::look_for_fall(const Seen& here) {
+  const long first = std::max(since_, now_ - std::lround(doubt_ / dt_));
+  double level = 0;
+  for (long k = first; k < now_; ++k)
+    if (recent(k).sure()) level = std::max(level, recent(k).mu);
+  if (!here.below(fall_share * level)) return;
+  for (long k = now_ - 1; k >= first; --k)
+    if (recent(k).sure() && recent(k).mu >= fall_share * level) {
+      fallen_ = Fallen{.before = recent(k),
+                       .level = level,
+                       .last_evidence = now_,
+                       .evidence = 1,
+                       .lowest = here.mu,
+                       .surely = here.sure(),
+                       .begin = recent(k).piece,
+                       .last = here.piece,
+                       .low = here.piece,
+                       .risen = 0.0,
+                       .ended = false,
+                       .joined = recent(k).piece};
+      if (here.sure()) fallen_->begin = fallen_->joined = begin_of(*fallen_);
+      return;
+    }
+}
+
+/// The place of a fall that ended, where mu is believed now: in place of what was known there. Whether that is new.
+bool FrictionPlaces::learn(double mu) {
+  const Fallen f = *fallen_;
+  const double level = fall_share * f.level, grip = settled(f.before.piece, f.last, level) / mu;
+  const std::size_t pieces = way_from(f.begin, f.last);
+  const bool place = seconds(f.evidence) >= least_evidence && grip < fall_share &&
+                     static_cast<double>(pieces) <= largest_place * static_cast<double>(size()) &&
+                     way_from(f.before.piece, f.last) <= pieces;
+  if (!place) return give_up();
+  fallen_.reset();
+  if (is_known(f, grip)) return false;
+  // The rest of what was known of this place, but not a neighbour.
+  const auto was_of_it = [&](std::size_t i) { return grip_[i] < 1.0 && !passed_[i].below(level); };
+  for (std::size_t i = before(f.begin); was_of_it(i); i = before(i)) grip_[i] = 1.0;
+  for (std::size_t i = after(f.last); was_of_it(i); i = after(i)) grip_[i] = 1.0;
+  for (std::size_t i = f.begin;; i = after(i)) {
+    grip_[i] = grip;
+    if (i == f.last) return true;
+  }
+}
+
+/// The slower a learner finds the new friction, the longer it took before it began to doubt the old one.
+std::size_t FrictionPlaces::begin_of(const Fallen& f) const {
+  const double took = seconds(now_ - f.before.step);
+  const long early = std::lround(std::clamp(took, 0.0, longest_delay) / dt_);
+  const long step = std::max(since_, f.before.step - early);
+  return step > now_ - static_cast<long>(recent_.size()) ? recent(step).piece : f.before.piece;
+}
+
+/// The quartile of what was believed on some pieces, of what is evidence of less than `level`: a learner takes its time
+/// to find less friction, and more to find that it is back. NaN where nothing is evidence.
+double FrictionPlaces::settled(std::size_t first, std::size_t last, double level) {
+  beliefs_.clear();
+  for (std::size_t i = first;; i = after(i)) {
+    if (passed_[i].below(level)) beliefs_.push_back(passed_[i].mu);
+    if (i == last) break;
+  }
+  if (beliefs_.empty()) return std::numeric_limits<double>::quiet_NaN();
+  const auto quartile = beliefs_.begin() + static_cast<std::ptrdiff_t>(beliefs_.size() / 4);
+  std::nth_element(beliefs_.begin(), quartile, beliefs_.end());
+  return *quartile;
+}
+
+/// Whether a fall is that of a known place, with nearly the same ends and grip.
+bool FrictionPlaces::is_known(const Fallen& f, double grip) const {
+  for (std::size_t i = f.before.piece;; i = after(i)) {
+    if (!(std::abs(grip_[i] - grip) <= same_grip * grip)) return false;
+    if (i == f.last) break;
+  }
+  const std::size_t first = first_of_place(f.before.piece), last = last_of_place(f.last);
+  const auto steps = [&](std::size_t from, std::size_t to) { return passed_[to].step - passed_[from].step; };
+  const bool passed = steps(f.last, last) >= 0;  // the car is not in it any more
+  return passed && seconds(steps(first, f.begin)) <= same_end && seconds(steps(f.last, last)) <= same_end;
+}
+
+void FrictionPlaces::in_place(std::size_t piece, double mu) {
+  if (!holding_) {
+    holding_ = true;
+    as_before_ = true;
+    entered_ = piece;
+    // It may begin a little earlier than was known.
+    if (fallen_ && seconds(now_ - fallen_->before.step) < doubt_ &&
+        mu >= explained_share * fallen_->level * grip_[piece])
+      mu_ = fallen_->level;
+  }
+  const double explained = mu_ * grip_[piece];
+  if (mu < 0.5 * (mu_ + explained)) as_before_ = false;
+  if (mu < explained_share * explained) mu_ = mu / grip_[piece];
+  behind_ = 0;
+}
+
+/// Just behind a place. True where it is forgotten.
+bool FrictionPlaces::behind_place(double mu) {
+  behind_ += dt_;
+  if (mu < fall_share * mu_ && behind_ < longest_return) return false;
+  holding_ = false;
+  if (mu < mu_) mu_ = mu;
+  if (!as_before_) return false;
+  for (std::size_t i = first_of_place(entered_); grip_[i] < 1.0; i = after(i)) grip_[i] = 1.0;
+  return true;
+}
+
+}  // namespace gripline::time_optimal
