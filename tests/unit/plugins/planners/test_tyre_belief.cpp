@@ -1,0 +1,53 @@
+#include "planners/time_optimal/tyre_belief.hpp"
+
+#include <gtest/gtest.h>
+
+#include "planners/time_optimal/lap_library.hpp"
+#include "support/planner_support.hpp"
+
+namespace gripline {
+namespace {
+
+using namespace time_optimal;
+using namespace testing_support;
+
+class TyreBeliefTest : public ::testing::Test {
+ protected:
+  const Car car_ = car_1_43();
+  TyreBelief tyres_{car_, LapParams{.front_B = 5.0, .rear_C = 1.5}};
+};
+
+TEST_F(TyreBeliefTest, WithoutALearnedCurveShapesAreTheParameters) {
+  Belief belief;
+  belief.mu_front = 0.6;
+  belief.mu_rear = 0.9;
+  const AxleTyres tyres = tyres_.tyres(belief, nullptr);
+  EXPECT_EQ(tyres.front.B, 5.0);
+  EXPECT_EQ(tyres.rear.C, 1.5);
+  // An axle's peak is its friction times the load that stands on it.
+  const double weight = gravity / (car_.lf + car_.lr);
+  EXPECT_DOUBLE_EQ(tyres.front.D, 0.6 * weight * car_.lr);
+  EXPECT_DOUBLE_EQ(tyres.rear.D, 0.9 * weight * car_.lf);
+  EXPECT_DOUBLE_EQ(mu_of(tyres_.generic()), 1.0);
+}
+
+TEST_F(TyreBeliefTest, TheCarsSpreadIsThatOfItsAxlesByTheirLoads) {
+  Belief belief;
+  belief.sigma_front = 0.1;
+  belief.sigma_rear = 0.3;
+  EXPECT_DOUBLE_EQ(tyres_.spread(belief), (0.1 * car_.lr + 0.3 * car_.lf) / (car_.lf + car_.lr));
+}
+
+TEST_F(TyreBeliefTest, ASlipIsVisitedOnceOneStepInTwoHundredHadMore) {
+  State straight, slide;
+  straight.vx = slide.vx = 1.0;
+  slide.vy = -0.5;  // the rear axle slips by 0.46 rad
+  for (int i = 0; i < 300; ++i) tyres_.see(straight);
+  tyres_.see(slide);
+  EXPECT_LT(tyres_.visited_slip(), 0.05);
+  for (int i = 0; i < 5; ++i) tyres_.see(slide);
+  EXPECT_NEAR(tyres_.visited_slip(), 0.46, 0.02);
+}
+
+}  // namespace
+}  // namespace gripline
