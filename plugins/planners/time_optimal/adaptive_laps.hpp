@@ -2,10 +2,11 @@
 // tyres differ from those they were solved for (or the learned resistance does), and go over to the new lap in steps.
 //
 // A solve takes longer than a control step. So that a run does not depend on the machine, it is ordered in one step and
-// its result is used as many steps later as its counted work takes at a stated rate, and never before a stated latency: as
-// if another core had worked on it meanwhile.
+// its result is used as many steps later as its counted work takes at a stated rate, and never before a stated latency:
+// as if another core had worked on it meanwhile.
 #pragma once
 
+#include <cstddef>
 #include <vector>
 
 #include "planners/time_optimal/lap_library.hpp"

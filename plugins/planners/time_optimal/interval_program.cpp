@@ -15,7 +15,8 @@ double peak_slip(const MagicFormula& tyre) {
   return tyre.C > 1.0 ? std::tan(0.5 * std::numbers::pi / tyre.C) / tyre.B : std::numeric_limits<double>::infinity();
 }
 
-/// A function of x = vx, y, the lateral speed at an axle, and d, the steering angle: value, first and second derivatives.
+/// A function of x = vx, y, the lateral speed at an axle, and d, the steering angle: value, first and second
+/// derivatives.
 struct AxleFunction {
   double f = 0, x = 0, y = 0, d = 0;
   double xx = 0, xy = 0, yy = 0, xd = 0, yd = 0, dd = 0;
@@ -131,12 +132,9 @@ struct IntervalProgram::Parts {
   AxleFunction bent_front, bent_rear;  // their part of the weighted sum: second derivatives only
 };
 
-IntervalProgram::IntervalProgram(const LapProblem& problem) : p_(problem), slip_most_(problem.slip_max) {
-  double width = 0;
-  for (std::size_t k = 0; k < p_.size(); ++k) width = std::max(width, p_.n_hi[k] - p_.n_lo[k]);
-  const double v = 0.5 * p_.top_speed, grip = p_.tyres.front.D + p_.tyres.rear.D;
+IntervalProgram::IntervalProgram(const LapProblem& problem)
+    : p_(problem), slip_most_(problem.slip_max), scale_(problem.typical_sizes()) {
   set_car(p_.tyres, {});
-  scale_ = {width, 0.5, v, 0.3 * v, std::sqrt(grip / width), p_.car.delta_max, grip, p_.car.ddelta_max};
 }
 
 void IntervalProgram::set_car(const AxleTyres& tyres, const SpecificResistance& more) {

@@ -13,7 +13,10 @@
 #include <cstddef>
 #include <numbers>
 
+#include "planners/time_optimal/cubic_spline.hpp"
+#include "planners/time_optimal/lap_dynamics.hpp"
 #include "planners/time_optimal/lap_solver.hpp"
+#include "planners/time_optimal/second_order_dual.hpp"
 
 namespace gripline::time_optimal {
 
@@ -70,8 +73,9 @@ struct IntervalDerivatives {
       lagrangian_by{};  // Hessian of the weighted sum, lower triangle by rows
 };
 
-/// The largest slip that is planned, over the forward speed: `most` up to `slow` m/s, from `fast` on `when_fast` where that is less,
-/// smooth between. A slide at speed leaves no side force to correct it, over a way that grows with the square of the speed.
+/// The largest slip that is planned, over the forward speed: `most` up to `slow` m/s, from `fast` on `when_fast` where
+/// that is less, smooth between. A slide at speed leaves no side force to correct it, over a way that grows with the
+/// square of the speed.
 struct SlipBound {
   double most = 0.6;          // [rad]
   double when_fast = 0.6;     // [rad]
@@ -225,10 +229,9 @@ void IntervalProgram::linear_rows(std::size_t i, const double (&z)[lap_variables
   put(delta_least, -z[lap_delta] / scale_[lap_delta] - lock);
   put(rate_most, z[lap_rate] / scale_[lap_rate] - 1.0);
   put(rate_least, -z[lap_rate] / scale_[lap_rate] - 1.0);
-  constexpr double askew = 0.45 * std::numbers::pi;
-  put(xi_most, (z[lap_xi] - askew) / scale_[lap_xi]);
-  put(xi_least, (-z[lap_xi] - askew) / scale_[lap_xi]);
-  put(v_least, (0.05 * p_.top_speed - z[lap_vx]) / scale_[lap_vx]);
+  put(xi_most, (z[lap_xi] - most_askew) / scale_[lap_xi]);
+  put(xi_least, (-z[lap_xi] - most_askew) / scale_[lap_xi]);
+  put(v_least, (p_.least_speed() - z[lap_vx]) / scale_[lap_vx]);
 }
 
 }  // namespace gripline::time_optimal

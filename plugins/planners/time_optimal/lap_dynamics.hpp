@@ -8,10 +8,10 @@
 //   Faxle = N D sin(C atan(B slip)),  N = sqrt(1 - sin(grade)^2 - sin(bank)^2) + curve vx^2 / g
 //   slip_f = delta - atan((vy + omega lf) / vx),  slip_r = -atan((vy - omega lr) / vx)
 //
-// N is times the grip of a place, too. Forces are per mass [m/s2]; a is the force of drive and brakes. N is the load of both axles over that at rest on a
-// flat road: a crest of radius R (curve -1 / R) takes m vx^2 / R off. Sources: the car is the dynamic model of Kalaria,
-// Lin, Dolan; the change of the independent variable as in Lot, Biral (2014), "A curvilinear abscissa approach for the
-// lap time optimization of racing vehicles".
+// N is times the grip of a place, too. Forces are per mass [m/s2]; a is the force of drive and brakes. N is the load of
+// both axles over that at rest on a flat road: a crest of radius R (curve -1 / R) takes m vx^2 / R off. Sources: the
+// car is the dynamic model of Kalaria, Lin, Dolan; the change of the independent variable as in Lot, Biral (2014), "A
+// curvilinear abscissa approach for the lap time optimization of racing vehicles".
 #pragma once
 
 #include <algorithm>
@@ -28,6 +28,17 @@ namespace gripline::time_optimal {
 
 using vehicle::AxleTyres;  // lateral forces of the axles over the car's mass [m/s2]
 using vehicle::MagicFormula;
+
+/// Friction of the whole car: (D_front + D_rear) / g.
+inline double mu_of(const AxleTyres& tyres) { return (tyres.front.D + tyres.rear.D) / gravity; }
+/// Tyres of a shape whose peaks together give this mu, in the shape's own proportion.
+inline AxleTyres scaled_to(const AxleTyres& shape, double mu) {
+  const double factor = mu / mu_of(shape);
+  AxleTyres tyres = shape;
+  tyres.front.D *= factor;
+  tyres.rear.D *= factor;
+  return tyres;
+}
 
 /// Deceleration rolling + drag vx^2 that the nominal model lacks [m/s2, 1/m].
 struct SpecificResistance {

@@ -12,9 +12,11 @@
 #include <fstream>
 #include <iostream>
 #include <iterator>
-#include <optional>
+#include <span>
 #include <stdexcept>
+#include <string>
 #include <string_view>
+#include <utility>
 
 namespace gripline::time_optimal {
 namespace {
@@ -163,16 +165,6 @@ void solve_member(const LapSetup& setup, LapMember& member, const LapMember* nei
 }
 
 }  // namespace
-
-double mu_of(const AxleTyres& tyres) { return (tyres.front.D + tyres.rear.D) / gravity; }
-
-AxleTyres scaled_to(const AxleTyres& shape, double mu) {
-  const double factor = mu / mu_of(shape);
-  AxleTyres tyres = shape;
-  tyres.front.D *= factor;
-  tyres.rear.D *= factor;
-  return tyres;
-}
 
 std::vector<LapMember> build_library(const LapSetup& setup, const CarBelief& typical, const std::vector<double>& mus,
                                      const char* cache_dir, const Progress& progress) {

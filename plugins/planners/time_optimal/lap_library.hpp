@@ -1,17 +1,11 @@
 // Time-optimal laps over a grid of friction, solved once and kept in a cache by the hash of everything they depend on.
 #pragma once
 
-#include <string>
 #include <vector>
 
 #include "planners/time_optimal/lap_plan.hpp"
 
 namespace gripline::time_optimal {
-
-/// Tyres of a shape whose peaks together give this mu: D_front + D_rear = mu g, in the shape's own proportion.
-AxleTyres scaled_to(const AxleTyres& shape, double mu);
-/// Friction of the whole car: (D_front + D_rear) / g.
-double mu_of(const AxleTyres& tyres);
 
 struct LapMember {
   double mu = 0;

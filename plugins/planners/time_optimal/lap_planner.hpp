@@ -15,7 +15,7 @@
 #include "common/planning/join_path.hpp"
 #include "common/planning/planner_context.hpp"
 #include "common/planning/recovery_path.hpp"
-#include "planners/time_optimal/lap_library.hpp"
+#include "planners/time_optimal/lap_dynamics.hpp"
 #include "planners/time_optimal/lap_parameters.hpp"
 #include "planners/time_optimal/lap_plan.hpp"
 #include "planners/time_optimal/lap_references.hpp"

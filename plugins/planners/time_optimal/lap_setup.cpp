@@ -1,9 +1,12 @@
 #include "planners/time_optimal/lap_setup.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <span>
 #include <sstream>
 #include <stdexcept>
+#include <utility>
 
 #include "common/planning/planner_context.hpp"
 

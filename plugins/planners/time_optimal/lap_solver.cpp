@@ -3,9 +3,11 @@
 #include <IpIpoptApplication.hpp>
 #include <IpSolveStatistics.hpp>
 #include <IpTNLP.hpp>
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstddef>
 #include <limits>
-#include <numbers>
 #include <stdexcept>
 
 namespace gripline::time_optimal {
@@ -16,18 +18,6 @@ using Ipopt::Number;
 
 constexpr int V = lap_variables, S = lap_states;
 constexpr double unbounded = 2e19;
-
-/// Typical sizes: Ipopt sees variables and constraints of order one.
-struct Scales {
-  double z[V];
-  explicit Scales(const LapProblem& p) {
-    double width = 0;
-    for (std::size_t k = 0; k < p.size(); ++k) width = std::max(width, p.n_hi[k] - p.n_lo[k]);
-    const double v = 0.5 * p.top_speed, grip = p.tyres.front.D + p.tyres.rear.D;
-    const double z0[V] = {width, 0.5, v, 0.3 * v, std::sqrt(grip / width), p.car.delta_max, grip, p.car.ddelta_max};
-    std::copy(std::begin(z0), std::end(z0), std::begin(z));
-  }
-};
 
 template <class T>
 T seed(double value, int direction) {
@@ -40,7 +30,7 @@ T seed(double value, int direction) {
 class LapNlp final : public Ipopt::TNLP {
  public:
   LapNlp(const LapProblem& problem, const LapSolution& guess)
-      : p_(problem), guess_(guess), scales_(problem), n_(static_cast<Index>(problem.size())) {}
+      : p_(problem), guess_(guess), scales_(problem.typical_sizes()), n_(static_cast<Index>(problem.size())) {}
 
   LapSolution& solution() { return solution_; }
 
@@ -54,16 +44,15 @@ class LapNlp final : public Ipopt::TNLP {
   }
 
   bool get_bounds_info(Index, Number* x_l, Number* x_u, Index, Number* g_l, Number* g_u) override {
-    const double pi = std::numbers::pi;
     for (Index k = 0; k < n_; ++k) {
       const auto i = static_cast<std::size_t>(k);
-      const double lo[V] = {p_.n_lo[i], -0.45 * pi,        0.05 * p_.top_speed, -p_.top_speed,
-                            -unbounded, -p_.car.delta_max, -unbounded,          -p_.car.ddelta_max};
-      const double hi[V] = {p_.n_hi[i], 0.45 * pi,        1.1 * p_.top_speed, p_.top_speed,
+      const double lo[V] = {p_.n_lo[i], -most_askew,       p_.least_speed(), -p_.top_speed,
+                            -unbounded, -p_.car.delta_max, -unbounded,       -p_.car.ddelta_max};
+      const double hi[V] = {p_.n_hi[i], most_askew,       1.1 * p_.top_speed, p_.top_speed,
                             unbounded,  p_.car.delta_max, unbounded,          p_.car.ddelta_max};
       for (int j = 0; j < V; ++j) {
-        x_l[V * k + j] = lo[j] <= -unbounded ? -unbounded : lo[j] / scales_.z[j];
-        x_u[V * k + j] = hi[j] >= unbounded ? unbounded : hi[j] / scales_.z[j];
+        x_l[V * k + j] = lo[j] <= -unbounded ? -unbounded : lo[j] / scale(j);
+        x_u[V * k + j] = hi[j] >= unbounded ? unbounded : hi[j] / scale(j);
       }
       Number *low = g_l + rows() * k, *high = g_u + rows() * k;
       for (int j = 0; j < S; ++j) low[j] = high[j] = 0.0;
@@ -73,8 +62,8 @@ class LapNlp final : public Ipopt::TNLP {
       high[S + 1] = unbounded;
       low[S + 2] = low[S + 3] = -p_.slip_max;
       high[S + 2] = high[S + 3] = p_.slip_max;
-      low[S + 4] = p_.mid_lo[i] / scales_.z[lap_n];
-      high[S + 4] = p_.mid_hi[i] / scales_.z[lap_n];
+      low[S + 4] = p_.mid_lo[i] / scales_[lap_n];
+      high[S + 4] = p_.mid_hi[i] / scales_[lap_n];
       if (p_.combined > 0) {
         low[S + 5] = -unbounded;
         high[S + 5] = 1.0;
@@ -88,7 +77,7 @@ class LapNlp final : public Ipopt::TNLP {
     if (init_x)
       for (Index k = 0; k < n_; ++k)
         for (int j = 0; j < V; ++j)
-          x[V * k + j] = guess_.z[static_cast<std::size_t>(k)][static_cast<std::size_t>(j)] / scales_.z[j];
+          x[V * k + j] = guess_.z[static_cast<std::size_t>(k)][static_cast<std::size_t>(j)] / scale(j);
     if (init_z) {
       std::copy_n(guess_.lower.begin(), n, z_l);
       std::copy_n(guess_.upper.begin(), n, z_u);
@@ -114,10 +103,10 @@ class LapNlp final : public Ipopt::TNLP {
       middle(x, k, z);
       const Dual8 f = cost(k, z, rates(k, z));
       for (int j = 0; j < S; ++j) {
-        grad[V * k + j] += 0.5 * f.d[j] * scales_.z[j];
-        grad[V * next(k) + j] += 0.5 * f.d[j] * scales_.z[j];
+        grad[V * k + j] += 0.5 * f.d[j] * scale(j);
+        grad[V * next(k) + j] += 0.5 * f.d[j] * scale(j);
       }
-      for (int j = S; j < V; ++j) grad[V * k + j] += f.d[j] * scales_.z[j];
+      for (int j = S; j < V; ++j) grad[V * k + j] += f.d[j] * scale(j);
     }
     return true;
   }
@@ -129,8 +118,8 @@ class LapNlp final : public Ipopt::TNLP {
       const LapRates<double> r = rates(k, z);
       Number* row = g + rows() * k;
       for (int j = 0; j < S; ++j) row[j] = x[V * next(k) + j] - x[V * k + j] - step(k, j) * r.state[j];
-      row[S] = (z[lap_a] - apply(p_.drive.drive, z[lap_vx])) / scales_.z[lap_a];
-      row[S + 1] = (z[lap_a] + apply(p_.drive.brake, z[lap_vx])) / scales_.z[lap_a];
+      row[S] = (z[lap_a] - apply(p_.drive.drive, z[lap_vx])) / scales_[lap_a];
+      row[S + 1] = (z[lap_a] + apply(p_.drive.brake, z[lap_vx])) / scales_[lap_a];
       row[S + 2] = r.slip_front;
       row[S + 3] = r.slip_rear;
       row[S + 4] = 0.5 * (x[V * k + lap_n] + x[V * next(k) + lap_n]);
@@ -172,7 +161,7 @@ class LapNlp final : public Ipopt::TNLP {
       const auto put = [&](Index row, Index col, int i, int j, double share) {
         if (values != nullptr) {
           const int entry = i >= j ? SecondOrderDual<V>::entry(i, j) : SecondOrderDual<V>::entry(j, i);
-          values[e] = share * l.h[entry] * scales_.z[i] * scales_.z[j];
+          values[e] = share * l.h[entry] * scale(i) * scale(j);
         } else {
           rows_out[e] = std::max(row, col);
           cols[e] = std::min(row, col);
@@ -202,7 +191,7 @@ class LapNlp final : public Ipopt::TNLP {
     solution_.time = 0;
     for (Index k = 0; k < n_; ++k) {
       for (int j = 0; j < V; ++j)
-        solution_.z[static_cast<std::size_t>(k)][static_cast<std::size_t>(j)] = x[V * k + j] * scales_.z[j];
+        solution_.z[static_cast<std::size_t>(k)][static_cast<std::size_t>(j)] = x[V * k + j] * scale(j);
       double z[V];
       middle(x, k, z);
       solution_.time += rates(k, z).time * p_.ds[static_cast<std::size_t>(k)];
@@ -217,13 +206,14 @@ class LapNlp final : public Ipopt::TNLP {
 
   Index rows() const { return S + 5 + (p_.combined > 0 ? 1 : 0); }
   Index next(Index k) const { return k + 1 < n_ ? k + 1 : 0; }
-  double step(Index k, int j) const { return p_.ds[static_cast<std::size_t>(k)] / scales_.z[j]; }
+  double scale(int j) const { return scales_[static_cast<std::size_t>(j)]; }
+  double step(Index k, int j) const { return p_.ds[static_cast<std::size_t>(k)] / scale(j); }
 
   template <class T>
   void middle(const Number* x, Index k, T (&z)[V]) const {
     const Number *here = x + V * k, *there = x + V * next(k);
-    for (int j = 0; j < S; ++j) z[j] = seed<T>(0.5 * (here[j] + there[j]) * scales_.z[j], j);
-    for (int j = S; j < V; ++j) z[j] = seed<T>(here[j] * scales_.z[j], j);
+    for (int j = 0; j < S; ++j) z[j] = seed<T>(0.5 * (here[j] + there[j]) * scale(j), j);
+    for (int j = S; j < V; ++j) z[j] = seed<T>(here[j] * scale(j), j);
   }
   template <class T>
   LapRates<T> rates(Index k, const T (&z)[V]) const {
@@ -231,7 +221,7 @@ class LapNlp final : public Ipopt::TNLP {
   }
   template <class T>
   T cost(Index k, const T (&z)[V], const LapRates<T>& r) const {
-    const T rate = z[lap_rate] * (1.0 / scales_.z[lap_rate]);
+    const T rate = z[lap_rate] * (1.0 / scales_[lap_rate]);
     return p_.ds[static_cast<std::size_t>(k)] * r.time * (1.0 + p_.smoothness * rate * rate);
   }
   template <class T>
@@ -246,17 +236,17 @@ class LapNlp final : public Ipopt::TNLP {
     for (int i = 0; i < S; ++i) {
       const Index row = rows() * k + i;
       for (int j = 0; j < S; ++j) {
-        const double slope = 0.5 * step(k, i) * r.state[i].d[j] * scales_.z[j];
+        const double slope = 0.5 * step(k, i) * r.state[i].d[j] * scale(j);
         put(row, V * k + j, -(i == j) - slope);
         put(row, V * next(k) + j, (i == j) - slope);
       }
-      for (int j = S; j < V; ++j) put(row, V * k + j, -step(k, i) * r.state[i].d[j] * scales_.z[j]);
+      for (int j = S; j < V; ++j) put(row, V * k + j, -step(k, i) * r.state[i].d[j] * scale(j));
     }
   }
   template <class Put>
   void jacobian_of_limits(Index k, const Dual8 (&z)[V], const LapRates<Dual8>& r, const Put& put) const {
     const Index row = rows() * k + S;
-    const double share = 0.5 * scales_.z[lap_vx] / scales_.z[lap_a];
+    const double share = 0.5 * scales_[lap_vx] / scales_[lap_a];
     const double drive = p_.drive.drive.at(z[lap_vx].v).slope, brake = p_.drive.brake.at(z[lap_vx].v).slope;
     put(row, V * k + lap_a, 1.0);
     put(row, V * k + lap_vx, -share * drive);
@@ -266,8 +256,8 @@ class LapNlp final : public Ipopt::TNLP {
     put(row + 1, V * next(k) + lap_vx, share * brake);
     const auto states = [&](Index at, const Dual8& c) {
       for (int j = 0; j < S; ++j) {
-        put(at, V * k + j, 0.5 * c.d[j] * scales_.z[j]);
-        put(at, V * next(k) + j, 0.5 * c.d[j] * scales_.z[j]);
+        put(at, V * k + j, 0.5 * c.d[j] * scale(j));
+        put(at, V * next(k) + j, 0.5 * c.d[j] * scale(j));
       }
     };
     states(row + 2, r.slip_front);
@@ -277,7 +267,7 @@ class LapNlp final : public Ipopt::TNLP {
     if (!(p_.combined > 0)) return;
     const Dual8 c = circle(z, r);
     states(row + 5, c);
-    put(row + 5, V * k + lap_a, c.d[lap_a] * scales_.z[lap_a]);
+    put(row + 5, V * k + lap_a, c.d[lap_a] * scales_[lap_a]);
   }
 
   SecondOrderDual<V> lagrangian(Index k, const Number* x, double factor, const Number* lambda) const {
@@ -286,7 +276,7 @@ class LapNlp final : public Ipopt::TNLP {
     const LapRates<SecondOrderDual<V>> r = rates(k, z);
     SecondOrderDual<V> l = factor * cost(k, z, r);
     for (int j = 0; j < S; ++j) l -= lambda[j] * step(k, j) * r.state[j];
-    const double share = 1.0 / scales_.z[lap_a];
+    const double share = 1.0 / scales_[lap_a];
     l -= (lambda[S] * share) * apply(p_.drive.drive, z[lap_vx]);
     l += (lambda[S + 1] * share) * apply(p_.drive.brake, z[lap_vx]);
     l += lambda[S + 2] * r.slip_front;
@@ -297,12 +287,19 @@ class LapNlp final : public Ipopt::TNLP {
 
   const LapProblem& p_;
   const LapSolution& guess_;
-  Scales scales_;
+  std::array<double, V> scales_;
   Index n_;
   LapSolution solution_;
 };
 
 }  // namespace
+
+std::array<double, lap_variables> LapProblem::typical_sizes() const {
+  double width = 0;
+  for (std::size_t k = 0; k < size(); ++k) width = std::max(width, n_hi[k] - n_lo[k]);
+  const double v = 0.5 * top_speed, grip = tyres.front.D + tyres.rear.D;
+  return {width, 0.5, v, 0.3 * v, std::sqrt(grip / width), car.delta_max, grip, car.ddelta_max};
+}
 
 LapSolution solve_lap(const LapProblem& problem, const LapSolution& guess, int max_iterations) {
   const Ipopt::SmartPtr<LapNlp> nlp = new LapNlp(problem, guess);

@@ -10,11 +10,17 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
+#include <numbers>
 #include <vector>
 
 #include "planners/time_optimal/lap_dynamics.hpp"
 
 namespace gripline::time_optimal {
+
+/// Bounds of every lap: the least speed forward over the top speed, and the largest angle between car and base line.
+inline constexpr double least_speed_share = 0.05;
+inline constexpr double most_askew = 0.45 * std::numbers::pi;  // [rad]
 
 /// Drive, brakes and free rolling over speed [m/s2], twice differentiable.
 struct DriveCurves {
@@ -38,15 +44,18 @@ struct LapProblem {
   double combined = 0;    // > 0: (combined a)^2 + (Ff + Fr)^2 <= (N (Df + Dr))^2
   AxleSharing sharing{};  // window_solver.hpp only: in the place of `combined` where its ratio is above 0
   double slip_max = 0.6;  // of both axles: beyond it a tyre is a brake, and the plan a drift [rad]
-  double slip_slow = 0,
-         slip_fast = 0;            // window_solver.hpp only: speeds of SlipBound, whose `when_fast` is slip_max [m/s]
-  double smoothness = 1e-4;        // the weight w
-  std::vector<LapPlace> places;    // of the intervals
-  std::vector<double> ds;          // their lengths [m]
-  std::vector<double> n_lo, n_hi;  // at the nodes [m]
+  // window_solver.hpp only: speeds of SlipBound, whose `when_fast` is slip_max [m/s].
+  double slip_slow = 0, slip_fast = 0;
+  double smoothness = 1e-4;            // the weight w
+  std::vector<LapPlace> places;        // of the intervals
+  std::vector<double> ds;              // their lengths [m]
+  std::vector<double> n_lo, n_hi;      // at the nodes [m]
   std::vector<double> mid_lo, mid_hi;  // and half-way through the intervals
 
   std::size_t size() const { return ds.size(); }
+  double least_speed() const { return least_speed_share * top_speed; }
+  /// Typical sizes of the variables: solvers see variables and constraints of order one.
+  std::array<double, lap_variables> typical_sizes() const;
 };
 
 struct LapSolution {

@@ -7,10 +7,9 @@
 namespace gripline::time_optimal {
 namespace {
 
-constexpr double behind = 0.4;              // [s] of window behind the car
-constexpr double hold = 0.1;                // [s] that the car goes on before the window follows
-constexpr std::size_t fewest_nodes = 30;    // of a window, however fast they are passed
-constexpr double least_speed_share = 0.05;  // of the top speed: the least at which a node is passed
+constexpr double behind = 0.4;            // [s] of window behind the car
+constexpr double hold = 0.1;              // [s] that the car goes on before the window follows
+constexpr std::size_t fewest_nodes = 30;  // of a window, however fast they are passed
 
 /// A car's position and heading as seen from a point of the base line.
 struct Beside {

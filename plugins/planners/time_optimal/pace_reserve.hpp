@@ -20,8 +20,8 @@ namespace gripline::time_optimal {
 
 class PaceReserve {
  public:
-  /// `top`: largest speed that is planned [m/s]. Throws where driven speeds would not rise with planned ones, or with the
-  /// friction that they are planned for, whose root they follow.
+  /// `top`: largest speed that is planned [m/s]. Throws where driven speeds would not rise with planned ones, or with
+  /// the friction that they are planned for, whose root they follow.
   PaceReserve(const LapParams& params, double top) : k_(params) { check(top); }
 
   /// What is planned for, and whether the belief behind it is trusted.

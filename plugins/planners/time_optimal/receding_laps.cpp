@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "planners/time_optimal/lap_library.hpp"
+#include "planners/time_optimal/lap_dynamics.hpp"
 #include "planners/time_optimal/tyre_fit.hpp"
 
 namespace gripline::time_optimal {

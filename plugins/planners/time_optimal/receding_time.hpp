@@ -9,6 +9,7 @@
 #include <stdexcept>
 
 #include "planners/time_optimal/friction_places.hpp"
+#include "planners/time_optimal/lap_dynamics.hpp"
 #include "planners/time_optimal/lap_planner.hpp"
 #include "planners/time_optimal/receding_laps.hpp"
 

@@ -3,8 +3,8 @@
 //   lap(mu): the program of lap_solver.hpp on tyres F = D sin(C atan(B slip)), linear between the members of a library
 //
 // What is planned for, and how a plan is driven: lap_planner.hpp. The library is computed offline on tyres of a generic
-// shape. Once a tyre curve is learned, its fit per axle (tyre_fit.hpp) replaces the generic one, and the resistance that
-// the nominal model lacks is learned too: members near mu_plan are solved anew (adaptive_laps.hpp).
+// shape. Once a tyre curve is learned, its fit per axle (tyre_fit.hpp) replaces the generic one, and the resistance
+// that the nominal model lacks is learned too: members near mu_plan are solved anew (adaptive_laps.hpp).
 #include <algorithm>
 #include <gripline/plugin.hpp>
 

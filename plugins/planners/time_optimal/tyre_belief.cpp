@@ -4,7 +4,7 @@
 #include <cmath>
 #include <gripline/slip.hpp>
 
-#include "planners/time_optimal/lap_library.hpp"
+#include "planners/time_optimal/lap_dynamics.hpp"
 
 namespace gripline::time_optimal {
 namespace {

@@ -43,16 +43,19 @@ struct WindowNode {
   bool started = false;  // slacks and multipliers are of an iterate
 };
 
+/// Gradients of the constraints from first_curved_row on.
+using CurvedRows = Eigen::Matrix<double, curved_rows, lap_variables, Eigen::RowMajor>;
+
 /// The program at an interval of the iterate. Largest alignment first.
 struct IntervalModel {
   VariableMatrix hessian;  // of the Lagrangian and the barrier, by z in the middle
-  Eigen::Matrix<double, curved_rows, lap_variables, Eigen::RowMajor> row_by;  // gradients of the constraints from
-                                                                              // first_curved_row on
-  VariableVector gradient;                                                    // of cost and barrier
-  StateVector defect;                                                         // of the dynamics
-  RowValues c;                                                                // the constraints
-  double cost = 0, mu = 0;                                                    // mu: of its barrier
-  double n_stiff = 0, n_force = 0;                                            // of the barrier of n at its second node
+  CurvedRows row_by;
+  VariableVector gradient;  // of cost and barrier
+  StateVector defect;       // of the dynamics
+  RowValues c;              // the constraints
+  double cost = 0;
+  double mu = 0;                    // of its barrier
+  double n_stiff = 0, n_force = 0;  // of the barrier of n at its second node
 };
 
 /// The Newton step of a node.

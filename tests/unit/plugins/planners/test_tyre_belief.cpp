@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "planners/time_optimal/lap_library.hpp"
+#include "planners/time_optimal/lap_dynamics.hpp"
 #include "support/planner_support.hpp"
 
 namespace gripline {
