@@ -4,6 +4,10 @@
 // A solve takes longer than a control step. So that a run does not depend on the machine, it is ordered in one step and
 // its result is used as many steps later as its counted work takes at a stated rate, and never before a stated latency:
 // as if another core had worked on it meanwhile.
+//
+// There is no other core: step() solves the whole lap within the control step that comes `latency` steps after the
+// order, which allocates and takes as long as Ipopt does. Calls of every other step keep to the contract of plugins. A
+// simulated race waits; a car that drives in real time needs receding_time, or these solves in a thread of their own.
 #pragma once
 
 #include <cstddef>
