@@ -109,8 +109,8 @@ class LapPlanner : public SpeedPlanner {
 
  private:
   static SetupOptions options(const Car& car, const LapParams& k, const Manner& manner) {
-    return {k.margin * car.width, k.spacing,        k.combined,    k.slip_max,
-            manner.slip_slow,     manner.slip_fast, k.brakes, manner.sharing};
+    return {k.margin * car.width, k.spacing,        k.combined, k.slip_max,
+            manner.slip_slow,     manner.slip_fast, k.brakes,   manner.sharing};
   }
   /// What is believed and planned for from now on.
   void believe(const Observation& now, const Belief& belief, const TyreCurve* learned) {
