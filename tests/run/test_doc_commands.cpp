@@ -134,9 +134,11 @@ class DocCommands : public testing::Test {
     for (const char* name : {"experiments", "worlds", "tests", "framework", "tools", "plugins", "python"})
       fs::create_directory_symlink(source_dir() / name, folder_ / name);
     // What the pages call a user's own roads (circuits.md).
-    const fs::path roads = folder_ / "roads", small = folder_ / "roads_43", bridges = folder_ / "roads_bridges";
-    for (const fs::path& folder : {roads, small, bridges}) fs::create_directory(folder);
-    for (const char* name : {"narrow_5", "hairpins_3", "hairpins_5"}) write_oval(roads / (std::string(name) + ".csv"));
+    const fs::path roads = folder_ / "roads", small = folder_ / "roads_43", bridges = folder_ / "roads_bridges",
+                   drawn = folder_ / "roads_drawn";
+    for (const fs::path& folder : {roads, small, bridges, drawn}) fs::create_directory(folder);
+    for (const char* name : {"narrow_5", "hairpins_3", "hairpins_5"})
+      write_oval(drawn / (std::string(name) + ".csv"));
     for (const std::string& name : listed_roads()) {
       write_oval(roads / (name + ".csv"));
       write_text(bridges / (name + ".json"), R"({"centre": "../roads/)" + name + R"(.csv", "bridges": true})");

@@ -132,6 +132,7 @@ TEST_F(DrawRaces, AFileThatIsNoRoadIsRefused) {
   EXPECT_EQ(outcome.code, 1);
   EXPECT_THAT(outcome.err,
               testing::HasSubstr("lap_times.csv: not a road in TU Munich's format; expected lines of x, y"));
+  EXPECT_FALSE(fs::exists(folder_.path() / "races"));
 }
 
 TEST_F(DrawRaces, ARoadOfNoPointsIsRefused) {

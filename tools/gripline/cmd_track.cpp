@@ -156,6 +156,18 @@ std::optional<fs::path> output(const po::variables_map& given, const char* name,
   throw InputError("--" + std::string(name) + " " + *text + ": expected a name that ends in " + known);
 }
 
+/// What is read of these roads: the files themselves, and of those in JSON the points that they name.
+Words read_files(const Words& roads) {
+  Words files = roads;
+  for (const std::string& road : roads) {
+    if (fs::path(road).extension() != ".json") continue;
+    const Node tree = load_json(road);
+    if (const Node* centre = tree.find("centre"); centre != nullptr && centre->is_text())
+      files.push_back((fs::path(road).parent_path() / centre->text()).string());
+  }
+  return files;
+}
+
 Track make_track(const RoadTable& road, const Words& files) {
   try {
     return to_track(road);
@@ -195,8 +207,9 @@ int run_track(Arguments args) {
   if (words.empty() || words.size() > 2)
     throw InputError(
         "track needs one road or its two edges: gripline track ROAD.csv, gripline track LEFT.csv RIGHT.csv");
-  const auto out = output(*given, "out", {".csv", ".json"}, words);
-  const auto picture = output(*given, "picture", {".svg"}, words);
+  const Words inputs = read_files(words);
+  const auto out = output(*given, "out", {".csv", ".json"}, inputs);
+  const auto picture = output(*given, "picture", {".svg"}, inputs);
   const std::optional<Car> car = car_option(*given);
   try {
     const RoadTable road = prepared_road(*given, words);

@@ -85,6 +85,14 @@ std::string unquoted(const std::string& cell) {
   return is_json(inside) ? inside : cell;
 }
 
+/// A cell that is quoted and closed as JSON is, but does not read as JSON: a slip, not a word.
+void require_json_or_word(const std::string& cell) {
+  const bool closed =
+      (cell.starts_with("\"{") && cell.ends_with("}\"")) || (cell.starts_with("\"[") && cell.ends_with("]\""));
+  if (closed && cell.find("\"\"") != cell.npos && unquoted(cell) == cell)
+    throw InputError("expected JSON in quotes as spreadsheets write it, such as \"{\"\"t\"\": 0}\", found " + cell);
+}
+
 std::uint64_t seed_number(const std::string& text, const std::string& all) {
   std::uint64_t value = 0;
   const auto [stop, error] = std::from_chars(text.data(), text.data() + text.size(), value);
@@ -213,7 +221,9 @@ Design Design::list(const std::filesystem::path& file) {
   int number = 0;
   const auto cells_of = [&](const std::string& line) {
     try {
-      return split_levels(line);
+      std::vector<std::string> cells = split_levels(line);
+      for (const std::string& cell : cells) require_json_or_word(cell);
+      return cells;
     } catch (const InputError& error) {
       throw InputError({Diagnostic{shown(file), number, 1, "", error.what(), {}}});
     }

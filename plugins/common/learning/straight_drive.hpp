@@ -43,8 +43,8 @@ class StraightDrive {
     if (nominal_ == nullptr) throw std::runtime_error("needs a nominal model to learn what it misses");
     if (context.hold != Hold::zoh) throw std::runtime_error("learns from held commands only: input_hold \"zoh\"");
     const Car& car = context.car;
-    // Tyres answer a side slip with a side force, and that of turned wheels slows the car: what correct_body() takes off.
-    // Side speed alone would not tell: without tyres it may fade by itself (effect yaw_response).
+    // Tyres answer a side slip with a side force, and that of turned wheels slows the car: what correct_body() takes
+    // off. Side speed alone would not tell: without tyres it may fade by itself (effect yaw_response).
     const double v = std::max(car.v_ref, 2 * car.v_min);
     State sliding;
     sliding.vx = v;

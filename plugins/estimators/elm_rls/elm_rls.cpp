@@ -25,8 +25,9 @@
 // Side forces beside large drive or brake forces are less well known than others (`sharing_spread`): so a car that
 // brakes hard into a turn still learns that friction has fallen. Of small side forces under hard braking it learns
 // nothing: what brakes leave of them is known too badly, for as long as the pedal is down. Under much drive side forces
-// are tested for a change, and teach for a while after one. What is wrong with the sharing lasts as long as the pedal is where it is: it does not
-// average out as noise does, and so counts for more where a tyre's shape is learned (`sharing_lasts`).
+// are tested for a change, and teach for a while after one. What is wrong with the sharing lasts as long as the pedal is
+// where it is: it does not average out as noise does, and so counts for more where a tyre's shape is learned
+// (`sharing_lasts`).
 #include <algorithm>
 #include <array>
 #include <cmath>

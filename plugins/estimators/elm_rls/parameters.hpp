@@ -46,7 +46,8 @@ constexpr auto declare_parameters() {
                 "tyres but what sharing_spread leaves"),
           param("sharing_spread", &P::sharing_spread, "1", {0, 10},
                 "standard deviation of what drive and brakes take off the square of a side force, relative to it; "
-                "above 0 braking beyond most_drive teaches of tyres what that leaves, and drive after a change"),
+                "above 0 side forces beyond 0.4 of what brakes leave teach of tyres under braking beyond most_drive "
+                "too, and all do after a change"),
           param("sharing_lasts", &P::sharing_lasts, "1", {1, 1e4},
                 "samples in a row whose sharing errs alike, so that they teach of tyres no more than one does"),
           param("drive_spread", &P::drive_spread, "1", {0, 1},

@@ -52,7 +52,7 @@ class RecedingTime final : public LapPlanner {
   }
 
   RecedingTime(const PluginContext& context, const Params& params)
-      : LapPlanner(context, params,
+      : LapPlanner(context, checked(params),
                    {.least_mu = params.mu_lo,
                     .most_mu = params.mu_hi,
                     .reach = 1.0,
@@ -64,12 +64,6 @@ class RecedingTime final : public LapPlanner {
               {params.ahead, params.nodes, params.iterations, params.follow}),
         slip_most_(params.slip_most),
         from_car_state_(params.from_car_state) {
-    if (params.mu_lo > params.mu_hi)
-      throw std::invalid_argument(
-          "\"mu_lo\" is above \"mu_hi\"; expected the least friction that is planned for to be no "
-          "more than the largest");
-    if (params.slip_fast > 0 && params.slip_fast <= params.slip_slow)
-      throw std::invalid_argument("\"slip_fast\" is not above \"slip_slow\"; expected a higher speed, or 0");
     if (params.places) places_.emplace(setup().nodes().s.size(), context.dt, learner_doubts(context.car));
     plan_ = laps_.whole_plan();
     followed().set(plan_);
@@ -112,6 +106,16 @@ class RecedingTime final : public LapPlanner {
   }
 
  private:
+  /// Refused before the first lap is solved.
+  static const Params& checked(const Params& params) {
+    if (params.mu_lo > params.mu_hi)
+      throw std::invalid_argument(
+          "\"mu_lo\" is above \"mu_hi\"; expected the least friction that is planned for to be no "
+          "more than the largest");
+    if (params.slip_fast > 0 && params.slip_fast <= params.slip_slow)
+      throw std::invalid_argument("\"slip_fast\" is not above \"slip_slow\"; expected a higher speed, or 0");
+    return params;
+  }
   /// How long a learner may take to find a new friction [s]: some of the time in which a car at the limit of grip loses
   /// its typical speed, which is what slips large enough to tell take to build up.
   static double learner_doubts(const Car& car) { return 1.5 * car.v_ref / gravity; }

@@ -109,6 +109,9 @@ TEST(List, ReadsSettingsAndSaysWhereAFileIsWrong) {
   const Design words = Design::list(folder / "words.csv");
   EXPECT_THAT(words.setting(0), ElementsAre("\"[dry], wet\"", "2"));
   EXPECT_THAT(words.setting(1), ElementsAre("\"{\"", "\"[1, 2\""));
+  write_text(folder / "slip.csv", "/a,/b\n1,2\n\"{\"\"t\"\" 0}\",2\n");
+  EXPECT_THAT(refusal([&] { Design::list(folder / "slip.csv"); }),
+              HasSubstr("slip.csv:3:1: expected JSON in quotes as spreadsheets write it"));
   write_text(folder / "bad.csv", "/world,/mu\na.json\n");
   EXPECT_THAT(refusal([&] { Design::list(folder / "bad.csv"); }), HasSubstr("bad.csv:2:1: expected 2 values, found 1"));
   write_text(folder / "head.csv", "mu\n1\n");
