@@ -137,8 +137,7 @@ class DocCommands : public testing::Test {
     const fs::path roads = folder_ / "roads", small = folder_ / "roads_43", bridges = folder_ / "roads_bridges",
                    drawn = folder_ / "roads_drawn";
     for (const fs::path& folder : {roads, small, bridges, drawn}) fs::create_directory(folder);
-    for (const char* name : {"narrow_5", "hairpins_3", "hairpins_5"})
-      write_oval(drawn / (std::string(name) + ".csv"));
+    for (const char* name : {"narrow_5", "hairpins_3", "hairpins_5"}) write_oval(drawn / (std::string(name) + ".csv"));
     for (const std::string& name : listed_roads()) {
       write_oval(roads / (name + ".csv"));
       write_text(bridges / (name + ".json"), R"({"centre": "../roads/)" + name + R"(.csv", "bridges": true})");
