@@ -55,6 +55,7 @@ TEST_F(KeptLapTest, BeginsAgainFromWhatItRemembers) {
 // Along the same way with the same slips: time per metre grows by the square root, and so do multipliers by ways.
 TEST_F(KeptLapTest, AWindowAtAShareOfItsFrictionIsTheSameMotion) {
   kept_.nodes()[node].z[lap_a] = 2.0;
+  kept_.nodes()[node].z[lap_rate] = 1.0;
   kept_.nodes()[node].pi.fill(1.0);
   kept_.scale(node, 0.25, 0.2);
   const WindowNode& scaled = kept_.nodes()[node];
@@ -62,6 +63,10 @@ TEST_F(KeptLapTest, AWindowAtAShareOfItsFrictionIsTheSameMotion) {
   EXPECT_DOUBLE_EQ(scaled.z[lap_a], 0.5);
   EXPECT_DOUBLE_EQ(scaled.pi[lap_n], 2.0);
   EXPECT_DOUBLE_EQ(scaled.pi[lap_vx], 4.0);
+  EXPECT_DOUBLE_EQ(scaled.pi[lap_xi], 2.0);
+  EXPECT_DOUBLE_EQ(scaled.pi[lap_delta], 2.0);
+  EXPECT_DOUBLE_EQ(scaled.pi[lap_omega], 4.0);
+  EXPECT_DOUBLE_EQ(scaled.z[lap_rate], 0.5);
   EXPECT_EQ(kept_.slowed(node, 0.2), scaled.z);
 }
 
