@@ -25,8 +25,8 @@
 // Side forces beside large drive or brake forces are less well known than others (`sharing_spread`): so a car that
 // brakes hard into a turn still learns that friction has fallen. Of small side forces under hard braking it learns
 // nothing: what brakes leave of them is known too badly, for as long as the pedal is down. Under much drive side forces
-// are tested for a change, and teach for a while after one. What is wrong with the sharing lasts as long as the pedal is
-// where it is: it does not average out as noise does, and so counts for more where a tyre's shape is learned
+// are tested for a change, and teach for a while after one. What is wrong with the sharing lasts as long as the pedal
+// is where it is: it does not average out as noise does, and so counts for more where a tyre's shape is learned
 // (`sharing_lasts`).
 #include <algorithm>
 #include <array>
@@ -89,15 +89,15 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
     fill_rows(predicted(k));
     forget(k.dt);
     rls_.begin_step(noise_.sigma());
-    const double drive = drive_of(k);
-    const bool hard = std::abs(drive) > params_.most_drive * gravity * std::min(belief_.mu_front, belief_.mu_rear);
+    const StraightDrive::Rates drive = drive_.at(k.x.vx, k.u.d - k.d_lag, k.at);
+    const bool hard = uses_much(drive.drive_force), brakes = drive.drive_force < 0;
     const bool shares = params_.sharing_spread > 0;
-    if (shares) doubt_sharing(k);
+    if (shares) doubt_sharing(drive.on_road(road_load(k)));
     // Without a doubt of the sharing, what drive and brakes take off side forces would pass for a change.
     if (hard && !shares) leave_drive_and_tyres(false);
     change_.pass(k.dt);
     test_for_change(k.dt);
-    if (hard && shares) leave_drive_and_tyres((drive < 0 && side_used_ > least_side_used) || change_.recent());
+    if (hard && shares) leave_drive_and_tyres((brakes && side_used_ > least_side_used) || change_.recent());
     for (int c = 0; c < channels; ++c) {
       auto innovation = rls_.innovation(c, rows_.col(c), rates_[c], k.dt, misfit(c));
       if (hard && shares)
@@ -195,17 +195,18 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
     }
   }
 
-  /// Drive force over mass, negative of brakes [m/s2].
-  double drive_of(const Sample& k) const { return drive_.at(k.x.vx, k.u.d - k.d_lag, k.at).drive_force / car_.m; }
+  /// Whether a drive or brake force [N] uses much of the friction.
+  bool uses_much(double force) const {
+    return std::abs(force / car_.m) > params_.most_drive * gravity * std::min(belief_.mu_front, belief_.mu_rear);
+  }
 
   /// How well the equations of side force and moment hold where drive and brakes share friction with them. A side force
   /// is F sqrt(1 - u) with the share u of the square that drive or brakes use; where u is known to a share s of itself,
   /// its relative standard deviation is s u / (1 - u) / 2. That both are doubted for one reason is not said of them.
-  void doubt_sharing(const Sample& k) {
-    StraightDrive::Rates drive = drive_.at(k.x.vx, k.u.d - k.d_lag, k.at).on_road(road_load(k));
-    drive.drive_force += gains_.missing(drive.drive_force);
+  void doubt_sharing(const StraightDrive::Rates& drive) {
+    const double drive_force = drive.drive_force + gains_.missing(drive.drive_force);
     const auto doubt = [&](Axle axle, double load, double peak) {
-      const double kept = ellipse_.side_share(axle, drive.drive_force, load, peak);
+      const double kept = ellipse_.side_share(axle, drive_force, load, peak);
       const double force = unknowns_.axle(axle, rows_.col(1)).dot(unknowns_.axle(axle, rls_.theta()));
       return 0.5 * params_.sharing_spread * (1.0 / square(kept) - 1.0) * force;
     };

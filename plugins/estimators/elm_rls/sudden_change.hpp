@@ -50,15 +50,14 @@ class SuddenChange {
   void pass(double dt) { since_change_ += dt; }
   /// Whether a change is so recent that the new friction is still being found.
   bool recent() const { return since_change_ < lasts; }
-  /// What comes next does not follow the change.
+  /// What comes next does not follow the change. The score stays: behind a gap lies the same road.
   void break_sequence() { since_change_ = INFINITY; }
   void start_over() { *this = SuddenChange(alarm_); }
 
  private:
   static constexpr double memory = 0.9;        // per tested sample
   static constexpr double tested_share = 0.4;  // of friction: least side force of samples that are tested
-  // [s]: the new friction is found from some 20 samples at 20 ms, well before a car at the limit of grip runs wide.
-  static constexpr double lasts = 0.5;
+  static constexpr double lasts = 0.5;         // [s] that the new friction is being found: 25 samples at 20 ms
 
   double alarm_;
   double score_ = 0, score_variance_ = 0;

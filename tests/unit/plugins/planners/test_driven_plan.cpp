@@ -22,7 +22,7 @@ class DrivenPlanTest : public ::testing::Test, protected PlannerRig {
     plan_ = driven_.whole(kept_.nodes());
     before_ = plan_;
     window_.place(20, kept_.nodes());
-    for (WindowNode& node : kept_.nodes()) node.z[lap_n] += aside;
+    for (std::size_t k = 0; k <= window_.count(); ++k) kept_.nodes()[window_.node(k)].z[lap_n] += aside;
   }
   const LapPlan::Node& now(std::size_t k) const { return plan_.nodes[window_.node(k)]; }
   const LapPlan::Node& then(std::size_t k) const { return before_.nodes[window_.node(k)]; }
