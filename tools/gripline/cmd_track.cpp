@@ -13,6 +13,7 @@
 #include "config/shipped.hpp"
 #include "geometry/racing_line.hpp"
 #include "geometry/road_table.hpp"
+#include "geometry/track_file.hpp"
 #include "gripline/command.hpp"
 #include "gripline/track_picture.hpp"
 #include "util/csv_writer.hpp"
@@ -161,9 +162,7 @@ Words read_files(const Words& roads) {
   Words files = roads;
   for (const std::string& road : roads) {
     if (fs::path(road).extension() != ".json") continue;
-    const Node tree = load_json(road);
-    if (const Node* centre = tree.find("centre"); centre != nullptr && centre->is_text())
-      files.push_back((fs::path(road).parent_path() / centre->text()).string());
+    for (const fs::path& table : named_tables(load_json(road))) files.push_back(table.string());
   }
   return files;
 }

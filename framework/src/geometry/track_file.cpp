@@ -297,6 +297,17 @@ std::optional<Track> read_track(const Node& node, Errors& errors) {
   return std::nullopt;
 }
 
+std::vector<std::filesystem::path> named_tables(const Node& road) {
+  std::vector<std::filesystem::path> files;
+  const auto add = [&](const Node* holder, const char* key) {
+    if (const Node* name = holder != nullptr ? holder->find(key) : nullptr; name != nullptr && name->is_text())
+      files.push_back(resolve_path(*name));
+  };
+  add(&road, "centre");
+  for (const char* edge : {"inner", "outer"}) add(road.find("edges"), edge);
+  return files;
+}
+
 Track load_track(const std::filesystem::path& file) {
   if (const std::string why = why_unreadable(file); !why.empty()) {
     throw InputError({Diagnostic{shown(file), 0, 0, {}, why, {}}});

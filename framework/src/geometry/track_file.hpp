@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <iosfwd>
 #include <optional>
+#include <vector>
 
 #include "config/errors.hpp"
 #include "config/node.hpp"
@@ -21,6 +22,9 @@ std::optional<Track> read_track(const Node& node, Errors& errors);
 
 /// A road from a .json or .csv file. Throws InputError.
 Track load_track(const std::filesystem::path& file);
+
+/// The tables of points that a road in JSON names ("centre", "edges"). Not checked for existence.
+std::vector<std::filesystem::path> named_tables(const Node& road);
 
 /// Writes x_m,y_m,w_tr_right_m,w_tr_left_m,grade_rad,bank_rad every `spacing` metres: what shape_from_table reads.
 void write_track_csv(std::ostream& out, const Track& track, double spacing);

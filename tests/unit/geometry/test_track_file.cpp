@@ -153,6 +153,14 @@ TEST(TrackFile, JsonOfACsvFile) {
   EXPECT_EQ(parse("\"oval.csv\"").name(), "oval");
 }
 
+TEST(TrackFile, NamesTheTablesOfARoadInJson) {
+  const auto names = [](const char* text) { return named_tables(parse_text(text, "road.json", "/roads")); };
+  using Files = std::vector<std::filesystem::path>;
+  EXPECT_EQ(names(R"({"centre": "a.csv"})"), Files{"/roads/a.csv"});
+  EXPECT_EQ(names(R"({"edges": {"inner": "in.csv", "outer": "../out.csv"}})"), (Files{"/roads/in.csv", "/out.csv"}));
+  EXPECT_EQ(names(R"({"segments": []})"), Files{});
+}
+
 TEST(TrackFile, AMirroredFileTurnsTheOtherWay) {
   const Track track = load_track(fixture("hill.csv")),
               mirrored = parse(R"({"centre": "hill.csv", "left_handed": true})");
