@@ -6,6 +6,9 @@
 #include <fstream>
 
 #include "config/json_file.hpp"
+#include "measured/session_file.hpp"
+#include "measured/steady_turning.hpp"
+#include "support/paths.hpp"
 #include "support/program.hpp"
 #include "support/reference_data.hpp"
 #include "util/csv.hpp"
@@ -21,7 +24,7 @@ namespace fs = std::filesystem;
 
 class MeasuredLogs : public WithReference {
  protected:
-  static fs::path measured(const std::string& name) { return reference_root() / "measured" / name; }
+  static fs::path measured_log(const std::string& name) { return reference_root() / "measured" / name; }
 
   /// The car of the Indy Autonomous Challenge: masses and axles as its teams state them, all else guessed.
   fs::path world(const std::string& track) const {
@@ -30,8 +33,8 @@ class MeasuredLogs : public WithReference {
         << R"({"car": {"m": 790, "Iz": 1000, "lf": 1.248, "lr": 1.7328, "length": 4.9, "width": 1.9, "d_min": -1,
                "d_max": 1, "delta_max": 0.4, "ddelta_max": 2, "v_ref": 30, "v_min": 2},
                "track": {"edges": {"inner": ")"
-        << measured("track_" + track + "_inner.csv").string() << R"(", "outer": ")"
-        << measured("track_" + track + "_outer.csv").string() << R"(", "spacing": 2}},
+        << measured_log("track_" + track + "_inner.csv").string() << R"(", "outer": ")"
+        << measured_log("track_" + track + "_outer.csv").string() << R"(", "spacing": 2}},
                "dt": "40 ms", "input_hold": "foh", "duration": "60 s",
                "plant": {"plugin": "dynamic", "params": {"Bf": 10, "Cf": 1.5, "Df": 6500, "Br": 11, "Cr": 1.5,
                "Dr": 5500, "Cm1": 6000, "Cm2": 40, "Cb": 9000, "Cr0": 200, "Cd": 0.8}},
@@ -40,7 +43,7 @@ class MeasuredLogs : public WithReference {
   }
   /// Pedals and steering as diagnose wants them: throttle 0 to 1, brakes 0 to -1, the angle of the wheels.
   fs::path log(const std::string& name, double from, double to) const {
-    const CsvTable table = read_csv(measured(name), true);
+    const CsvTable table = read_csv(measured_log(name), true);
     const auto column = [&](const char* key) { return static_cast<std::size_t>(table.find(key)); };
     const fs::path file = folder_ / "log.csv";
     std::ofstream out(file);
@@ -95,11 +98,24 @@ TEST_F(MeasuredLogs, AnotherTrackIsRefused) {
 
 TEST_F(MeasuredLogs, ALogAsItCameIsRefusedWithTheColumnsItLacks) {
   for (const char* name : {"av21_putnam_a.csv", "dart_free_a.csv", "dart_mpcc_a.csv"}) {
-    const Outcome outcome = diagnose(world("putnam"), measured(name));
+    const Outcome outcome = diagnose(world("putnam"), measured_log(name));
     EXPECT_EQ(outcome.code, 2) << name;
     EXPECT_THAT(outcome.err, HasSubstr("columns missing: d, delta_rad")) << name;
     EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
   }
+}
+
+/// A regression of steering on turning written apart from this program, over windows of 0.4 and 0.8 s with the yaw rate
+/// 0.28 s late, gives 0.77 to 0.83 deg/g with a ratio of 1.05 to 1.07.
+TEST_F(MeasuredLogs, TheRacingCarUndersteers) {
+  const auto map = measured::load_log_map(source_dir() / "experiments" / "real" / "maps" / "av21.json");
+  const auto file = measured::read_session(measured_log("av21_putnam_a.csv"), map);
+  const measured::Session* const one = &file.session;
+  const auto found = measured::steady_turning({&one, 1}, 2.98, 20.0, 0.28);
+  ASSERT_TRUE(found);
+  EXPECT_NEAR(measured::degrees_per_g(found->gradient), 0.8, 0.1);
+  EXPECT_GT(found->low, 0.0);
+  EXPECT_NEAR(found->ratio, 1.06, 0.03);
 }
 
 }  // namespace

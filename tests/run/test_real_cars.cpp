@@ -276,9 +276,16 @@ TEST_F(RealCars, DiagnoseNamesWhatPredictionsOfTimeNotFittedNeed) {
   EXPECT_THAT(contents(in("found/augmented_world.json")), HasSubstr("steer_offset"));
   // What was found leads, with how much it takes off; that the rest is unknown comes after it.
   EXPECT_THAT(found.out, AllOf(StartsWith("Calibrating the world takes "),
-                               HasSubstr(" off what is left then. What remains"), HasSubstr("\n\nverdict: unknown\n"),
+                               HasSubstr(" off what is left then. In gentle corners the car understeers by "),
+                               HasSubstr(", which agrees with the world given ("), HasSubstr(" deg/g). What remains"),
+                               HasSubstr("\n\ncalibrated "), HasSubstr("\n\nverdict: unknown\n"),
                                HasSubstr("no other effect that was tried takes enough of it off")));
   EXPECT_LT(find_pointer(result, "/gap/effects/ci95/1")->number(), 0.0);
+  // Nothing is wrong with its tyres, and the wrong steering offset is no understeer.
+  const double gradient = find_pointer(result, "/understeer/gradient")->number();
+  EXPECT_LT(find_pointer(result, "/understeer/ci95/0")->number(), gradient);
+  EXPECT_NEAR(find_pointer(result, "/understeer/given")->number(), gradient, 0.1 * gradient);
+  EXPECT_NEAR(find_pointer(result, "/understeer/found")->number(), gradient, 0.1 * gradient);
   // One log: what effects do to it is what they do to all.
   ASSERT_EQ(find_pointer(result, "/gap/sessions")->array().size(), 1u);
   EXPECT_EQ(find_pointer(result, "/gap/sessions/0/log")->text(), "log.csv");

@@ -14,6 +14,7 @@
 #include "gripline/log_options.hpp"
 #include "measured/gripline_log.hpp"
 #include "measured/session_health.hpp"
+#include "measured/steady_turning.hpp"
 #include "util/csv_writer.hpp"
 #include "util/numbers.hpp"
 #include "util/progress.hpp"
@@ -104,6 +105,19 @@ void print(const FitResult& result, double horizon, std::span<const calibrate::P
     if (told < a.values.size()) std::cout << " and " << a.values.size() - told << " more";
     std::cout << '\n';
   }
+}
+
+/// How the car answers its steering, by the logs and by the fitted world.
+void print_cornering(const std::list<measured::SessionFile>& files, const Car& car, const StagedCar& model,
+                     std::span<const double> params, double yaw_rate_late) {
+  std::vector<const measured::Session*> sessions;
+  for (const measured::SessionFile& file : files) sessions.push_back(&file.session);
+  const auto by_logs = measured::steady_turning(sessions, car.lf + car.lr, car.v_ref, yaw_rate_late);
+  if (!by_logs) return;
+  std::cout << "in gentle corners of the logs the car " << by_logs->text();
+  if (const auto fitted = calibrate::gradient_in(*by_logs, model, params))
+    std::cout << "; the fitted model has " << significant(measured::degrees_per_g(*fitted), 2) << " deg/g";
+  std::cout << '\n';
 }
 
 /// Evidence that the log is not of this car: the fitted model is no better than knowing nothing.
@@ -232,6 +246,8 @@ int run_fit(Arguments args) {
   progress.finish();
 
   print(result, fit.horizons.back(), places);
+  print_cornering(files, world.spec.car.car, vehicle.car(), result.params,
+                  result.params[forecaster.index(calibrate::Extra::delay_yaw_rate)]);
   warn_when_useless(result);
   warn_when_far(result);
   calibrate::FitSource source;

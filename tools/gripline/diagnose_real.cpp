@@ -5,6 +5,8 @@
 #include <cmath>
 #include <iostream>
 
+#include "calibrate/effect_trial.hpp"
+#include "calibrate/handling.hpp"
 #include "calibrate/missing_effects.hpp"
 #include "config/json_file.hpp"
 #include "diagnose/inference/channel_delays.hpp"
@@ -13,6 +15,7 @@
 #include "gripline/command.hpp"
 #include "measured/gripline_log.hpp"
 #include "measured/session_health.hpp"
+#include "measured/steady_turning.hpp"
 #include "util/csv_writer.hpp"
 #include "util/numbers.hpp"
 #include "util/progress.hpp"
@@ -91,6 +94,14 @@ std::vector<diagnose::ChannelDelay> channel_delays(const std::list<measured::Ses
   return diagnose::find_channel_delays(logs);
 }
 
+/// How late the yaw-rate channel is, as far as the map and the logs say.
+double yaw_rate_lateness(const measured::LogMap& map, std::span<const diagnose::ChannelDelay> delays) {
+  for (const diagnose::ChannelDelay& one : delays)
+    if (one.name() == "yaw_rate") return one.seconds;
+  const auto& channel = map.channel[static_cast<std::size_t>(Source::yaw_rate)];
+  return channel ? channel->delay.value_or(0.0) : 0.0;
+}
+
 diagnose::ErrorChange change_of(const calibrate::ForecastChange& c) { return {c.change, c.low, c.high}; }
 
 std::string percent(double share) {
@@ -116,8 +127,43 @@ std::string rest_text(const calibrate::Remainder& rest) {
   return text + ")";
 }
 
+/// How the car answers its steering, beside what the world given says of it.
+struct Cornering {
+  std::optional<measured::SteadyTurning> by_log;
+  std::optional<double> given, found;  // gradients of the models [rad s2/m]
+};
+
+Cornering cornering_of(const std::list<measured::SessionFile>& files, double yaw_rate_late, const WorldSpec& given,
+                       const MissingEffects& found) {
+  const Car& car = given.car.car;
+  std::vector<const measured::Session*> sessions;
+  for (const measured::SessionFile& file : files) sessions.push_back(&file.session);
+  Cornering out{measured::steady_turning(sessions, car.lf + car.lr, car.v_ref, yaw_rate_late), {}, {}};
+  if (!out.by_log) return out;
+  const auto gradient_of = [&](const WorldSpec& world, std::span<const double> params) {
+    PluginContext context;
+    context.car = car;
+    const Vehicle vehicle(world.vehicle, context);
+    return calibrate::gradient_in(*out.by_log, vehicle.car(), params.empty() ? vehicle.car().params() : params);
+  };
+  out.given = gradient_of(given, {});
+  out.found = gradient_of(found.spec, found.params);
+  return out;
+}
+
+std::string understeer_text(const Cornering& corners) {
+  if (!corners.by_log) return {};
+  const measured::SteadyTurning& log = *corners.by_log;
+  std::string text = "In gentle corners the car " + log.text();
+  if (!corners.given) return text + ". ";
+  const double given = *corners.given;
+  text += given < log.low ? ", more than" : given > log.high ? ", less than" : ", which agrees with";
+  text += " the world given (" + significant(measured::degrees_per_g(given), 2) + " deg/g). ";
+  return text;
+}
+
 /// What effects do to the calibrated world's predictions.
-std::string real_sentence(const Diagnosis& d, const MissingEffects& found) {
+std::string real_sentence(const Diagnosis& d, const MissingEffects& found, const Cornering& corners) {
   std::string text;
   for (const diagnose::NamedEffect& one : d.delays) {
     const auto& t = one.params.front();
@@ -142,11 +188,12 @@ std::string real_sentence(const Diagnosis& d, const MissingEffects& found) {
     text += d.named.size() == 1 ? " takes " : " take ";
     text += decrease_text(found.change) + " off what is left then";
   }
+  text += ". " + understeer_text(corners);
   if (found.at_noise())
-    return text + ". What remains, " + significant(found.found, 3) +
+    return text + "What remains, " + significant(found.found, 3) +
            " usual errors, is as large as the sensors' own noise (" + significant(found.noise, 3) +
            "): nothing more can be told from these logs.";
-  text += ". What remains, " + significant(found.found, 3) + " usual errors where sensors alone would leave ";
+  text += "What remains, " + significant(found.found, 3) + " usual errors where sensors alone would leave ";
   text += significant(std::min(found.noise, found.found), 2) + ", is not known: ";
   text += found.named.empty() ? "no effect" : "no other effect";
   text += " that was tried takes enough of it off, or surely enough, to be named";
@@ -167,7 +214,8 @@ diagnose::Gap gap_of(const MissingEffects& found) {
           closed(found.given * (1.0 + found.all.low))};
 }
 
-Diagnosis diagnosis_of(const MissingEffects& found, std::span<const diagnose::ChannelDelay> delays) {
+Diagnosis diagnosis_of(const MissingEffects& found, std::span<const diagnose::ChannelDelay> delays,
+                       const Cornering& corners) {
   Diagnosis d;
   d.verdict = diagnose::Verdict::unknown;
   for (const diagnose::ChannelDelay& one : delays) {
@@ -198,7 +246,7 @@ Diagnosis diagnosis_of(const MissingEffects& found, std::span<const diagnose::Ch
   d.unknown.emplace();
   d.unknown->where = of == "time" ? Where::time : of == "throttle" || of == "steering" ? Where::input : Where::state;
   d.unknown->quantity = of;
-  d.sentence = real_sentence(d, found);
+  d.sentence = real_sentence(d, found, corners);
   return d;
 }
 
@@ -212,6 +260,20 @@ Node change_node(const calibrate::ForecastChange& c) {
   Node out = Node::empty_object();
   out.set("change", number_or_null(c.change));
   out.set("ci95", Node(Node::Array{number_or_null(c.low), number_or_null(c.high)}));
+  return out;
+}
+
+/// The understeer gradient by the logs, and of the worlds.
+Node understeer_node(const Cornering& corners) {
+  if (!corners.by_log) return Node::null();
+  const auto of = [](const std::optional<double>& gradient) { return number_or_null(gradient.value_or(NAN)); };
+  Node out = Node::empty_object();
+  out.set("gradient", number_or_null(corners.by_log->gradient));
+  out.set("ci95", Node(Node::Array{number_or_null(corners.by_log->low), number_or_null(corners.by_log->high)}));
+  out.set("unit", Node("rad s2/m"));
+  out.set("steering_ratio", number_or_null(corners.by_log->ratio));
+  out.set("given", of(corners.given));
+  out.set("found", of(corners.found));
   return out;
 }
 
@@ -292,6 +354,22 @@ void print_tried(const MissingEffects& found) {
   }
 }
 
+/// What calibration made of the world's own parameters.
+void print_calibrated(const MissingEffects& found) {
+  std::string rows;
+  for (const calibrate::FittedParameter& p : found.parameters) {
+    const calibrate::Unknown& u = p.unknown;
+    const bool named = std::ranges::any_of(found.named, [&](const calibrate::MissingEffect& n) {
+      return u.pointer.starts_with(calibrate::pointer_of(n.effect, ""));
+    });
+    if (u.observer || named) continue;
+    rows += format("%-45s %10.4g %10.4g   %.4g to %.4g\n", u.pointer.c_str(), u.prior, p.value, p.interval.low,
+                   p.interval.high);
+  }
+  if (!rows.empty())
+    std::cout << "\ncalibrated                                         given      found   95 %\n" << rows;
+}
+
 void print_real(const Diagnosis& d, const MissingEffects& found) {
   std::cout << d.sentence << "\n\nverdict: unknown\n";
   if (!found.named.empty()) std::cout << "\nmissing             predictions of time not fitted, beside the others\n";
@@ -303,6 +381,7 @@ void print_real(const Diagnosis& d, const MissingEffects& found) {
     for (const auto& v : n.params) std::cout << "   " << v.text(4, true);
     std::cout << '\n';
   }
+  print_calibrated(found);
   print_tried(found);
   if (!found.named.empty()) {
     std::cout << "\nlog                              calibrated  with effects   change, of time not fitted\n";
@@ -343,7 +422,8 @@ int diagnose_real(const RealDiagnosis& asked, const LogWorld& world, const measu
     progress.finish();
     return all;
   }();
-  const Diagnosis d = diagnosis_of(found, delays);
+  const Cornering corners = cornering_of(files, yaw_rate_lateness(map, delays), world.spec, found);
+  const Diagnosis d = diagnosis_of(found, delays, corners);
   print_real(d, found);
   Node json = diagnose::diagnosis_json(d);
   json.find("gap")->set("calibrated", number_or_null(found.calibrated));
@@ -353,6 +433,7 @@ int diagnose_real(const RealDiagnosis& asked, const LogWorld& world, const measu
   json.find("gap")->set("calibration", change_node(found.calibration));
   json.find("gap")->set("effects", found.named.empty() ? Node::null() : change_node(found.change));
   json.find("gap")->set("sessions", found.named.empty() ? Node::null() : sessions_node(found.sessions));
+  json.set("understeer", understeer_node(corners));
   write_file(asked.out / "diagnosis.json", to_json_text(json));
   Node augmented = found.world;
   augmented.set("note", Node(d.sentence));

@@ -270,48 +270,4 @@ FitResult fit(const Forecaster& forecaster, std::vector<FitLog>& logs, std::vect
   return result;
 }
 
-Friction friction_of(const StagedCar& car, const Car& constants, std::span<const double> params,
-                     std::span<const std::vector<double>> drawn, std::span<const std::vector<double>> allowed) {
-  const auto mu_of = [&](std::span<const double> p) {
-    const std::array<double, channels> x{0, 0, 0, constants.v_ref, 0, 0};
-    const ActingCommand<double> command{};
-    const Place at;
-    std::vector<double> memory(static_cast<std::size_t>(car.memory())), rate(memory.size());
-    const CommandSample<double> idle{};
-    History<double> past;
-    past.samples = &idle;
-    past.count = 1;
-    past.dt = 0.01;
-    CarBatch<double> batch;
-    batch.n = 1;
-    batch.motion = x.data();
-    batch.command = &command;
-    batch.memory = memory.data();
-    batch.memory_rate = rate.data();
-    batch.at = &at;
-    batch.params = p.data();
-    batch.history = &past;
-    Quantities<double> q{};
-    car.quantities(batch, &q);
-    const double weight = q.m * gravity, length = q.lf + q.lr;
-    return std::array<double, 3>{q.peak_front / (weight * q.lr / length), q.peak_rear / (weight * q.lf / length),
-                                 (q.peak_front + q.peak_rear) / weight};
-  };
-  Friction friction;
-  const auto mu = mu_of(params);
-  friction.known = std::isfinite(mu[2]) && mu[2] > 0.0;
-  if (!friction.known) return friction;
-  friction.front = mu[0], friction.rear = mu[1], friction.total = mu[2];
-  friction.total_low = friction.total_high = mu[2];
-  for (const auto& set : {drawn, allowed}) {
-    std::vector<double> totals;
-    for (const auto& p : set) totals.push_back(mu_of(p)[2]);
-    if (totals.empty()) continue;
-    std::sort(totals.begin(), totals.end());
-    friction.total_low = std::min(friction.total_low, totals[totals.size() / 40]);
-    friction.total_high = std::max(friction.total_high, totals[totals.size() - 1 - totals.size() / 40]);
-  }
-  return friction;
-}
-
 }  // namespace gripline::calibrate

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "calibrate/handling.hpp"
 #include "calibrate/horizon_table.hpp"
 #include "calibrate/least_squares.hpp"
 #include "measured/yaw_rate_offset.hpp"
@@ -42,12 +43,6 @@ struct FittedParameter {
 };
 /// By the number of a status, for files and tables.
 inline constexpr std::array<const char*, 3> status_names = {"determined", "undetermined", "at its bound"};
-
-/// Peak lateral force over static load, as the fitted model has it.
-struct Friction {
-  bool known = false;  // the model has tyres and something of them was fitted
-  double front = 0, rear = 0, total = 0, total_low = 0, total_high = 0;
-};
 
 /// An effect that is not in the world: how much its first parameter would lower the cost, to first order.
 struct Advice {
@@ -83,11 +78,6 @@ std::vector<FitLog> fit_logs(const std::list<measured::SessionFile>& files, cons
 /// `values`: all parameters as the world has them. `logs` hold their starts. Deterministic.
 FitResult fit(const Forecaster& forecaster, std::vector<FitLog>& logs, std::vector<double> values,
               std::vector<Unknown> unknowns, const FitOptions& options);
-
-/// Friction of the car that the forecaster was made from, with these parameters; the interval holds those of both sets of
-/// drawn ones.
-Friction friction_of(const StagedCar& car, const Car& constants, std::span<const double> params,
-                     std::span<const std::vector<double>> drawn, std::span<const std::vector<double>> allowed = {});
 
 /// Which of the registry's effects, added to the world's car, would help: a score test each. None that only does what
 /// unknowns of the world do already, fitted or kept at their priors. `by_yaw`: what an offset of the yaw rate is held to.

@@ -458,6 +458,8 @@ MissingEffects MissingSearch::run(const std::list<measured::SessionFile>& files,
   given_->params = as_given_;
   out_.rows = {row_of("given", *given_), row_of("calibrated", *calibrated), row_of("found", *found_)};
   out_.world = world_found(folder);
+  out_.spec = found_->spec;
+  out_.params = found_->params;
   return std::move(out_);
 }
 

@@ -84,6 +84,8 @@ struct MissingEffects {
   Remainder remainder;
   std::vector<FittedParameter> parameters;  // of the calibrated world with the effects named
   Node world;                               // that world
+  WorldSpec spec;                           // its car, with parameters as given
+  std::vector<double> params;               // of a forecaster of that car, as found
 };
 
 /// `tree` and `spec` are one world. The second half of every 10 to 40 s of `files` chooses effects. It and `held_out`

@@ -172,14 +172,6 @@ TEST(Fit, IsTheSameTwice) {
   EXPECT_EQ(a.run().params, b.run().params);
 }
 
-TEST(Fit, FrictionIsReadFromTheTyres) {
-  const CalibrateRig rig;
-  const Friction friction = friction_of(rig.vehicle.car(), rig.spec.car.car, rig.vehicle.car().params(), {});
-  ASSERT_TRUE(friction.known);
-  EXPECT_NEAR(friction.total, 12.0 / (1.6 * gravity), 1e-12);
-  EXPECT_NEAR(friction.front, 6.0 / (1.6 * gravity * 0.09 / 0.17), 1e-12);
-}
-
 /// Steers and accelerates until the tyres of a slippery floor slide.
 CommandSample<double> wild(double t) {
   return {0.4 + 0.3 * std::sin(0.6 * t), 0.3 * std::sin(0.9 * t) + 0.12 * std::sin(2.7 * t + 1.0)};

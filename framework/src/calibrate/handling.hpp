@@ -1,0 +1,35 @@
+// What a fitted car is like, whatever its parameters are called: friction of its tyres, and how it corners.
+#pragma once
+
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "car/staged_car.hpp"
+#include "measured/steady_turning.hpp"
+
+namespace gripline::calibrate {
+
+/// Peak lateral force over static load, as the fitted model has it.
+struct Friction {
+  bool known = false;  // the model has tyres
+  double front = 0, rear = 0, total = 0, total_low = 0, total_high = 0;
+};
+
+/// Friction of a car with these parameters (all of a forecaster of it, or the car's own); the interval holds 95 % of both
+/// sets of drawn ones.
+Friction friction_of(const StagedCar& car, const Car& constants, std::span<const double> params,
+                     std::span<const std::vector<double>> drawn, std::span<const std::vector<double>> allowed = {});
+
+/// Understeer angle [rad]: by how much more than L / R the road wheels are turned in a steady corner, the difference
+/// between the slip angles of the axles (Milliken and Milliken, Race Car Vehicle Dynamics, section 5.3), so that a wrong
+/// steering ratio or offset is none of it. In the direction of the corner the car understeers. Without drive, on a flat
+/// road; `params` as above, `vx` [m/s], `omega` [rad/s]. Nothing where the model has no tyres, or where no steering keeps
+/// it in such a corner.
+std::optional<double> understeer_angle(const StagedCar& car, std::span<const double> params, double vx, double omega);
+
+/// The understeer gradient that this car would show in the corners of logs [rad s2/m]; nothing as above.
+std::optional<double> gradient_in(const measured::SteadyTurning& logs, const StagedCar& car,
+                                  std::span<const double> params);
+
+}  // namespace gripline::calibrate
