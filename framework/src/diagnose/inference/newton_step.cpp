@@ -76,30 +76,19 @@ ParameterStep solve(const MatrixXd& N, const VectorXd& g, const VectorXd& scale,
 /// An active-set method of one pass: nuisances that would leave their limits are put there one by one, the worst first.
 ParameterStep parameter_step(const Catalogue& catalogue, const ModelSpec& model, const NormalEquations& normal,
                              const VectorXd& scale, double damping) {
-  const auto nuisances = catalogue.nuisances();
   NormalEquations reduced = normal;
   fix_at_limits(catalogue, model, reduced);
   VectorXd moved = VectorXd::Zero(normal.g.size());
-  std::vector<bool> fixed(nuisances.size(), false);
+  std::vector<bool> fixed(catalogue.nuisances().size(), false);
   for (;;) {
     ParameterStep out = solve(reduced.N, reduced.g, scale, damping);
     out.step += moved;
-    std::size_t worst = nuisances.size();
-    double over = 1e-9, end = 0.0;
-    for (std::size_t i = 0; i < nuisances.size(); ++i) {
-      const Nuisance& n = nuisances[i];
-      const double off = model.nuisance[i] + out.step[static_cast<Index>(i)] - n.nominal;
-      const double beyond = std::abs(off) / n.sigma - thresholds::nuisance_limit;
-      if (fixed[i] || beyond <= over) continue;
-      over = beyond;
-      worst = i;
-      end = n.nominal + (off > 0.0 ? 1.0 : -1.0) * thresholds::nuisance_limit * n.sigma;
-    }
-    if (worst == nuisances.size()) return out;
-    const auto at = static_cast<Index>(worst);
-    fixed[worst] = true;
-    moved[at] = end - model.nuisance[worst];
-    fix_parameter(reduced, at, moved[at]);
+    const auto beyond = farthest_beyond(catalogue, model, out.step, fixed);
+    if (!beyond) return out;
+    const auto at = static_cast<Index>(beyond->nuisance);
+    fixed[beyond->nuisance] = true;
+    moved[at] = beyond->step;
+    fix_parameter(reduced, at, beyond->step);
   }
 }
 

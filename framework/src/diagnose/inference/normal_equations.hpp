@@ -2,6 +2,9 @@
 #pragma once
 
 #include <Eigen/Dense>
+#include <cmath>
+#include <optional>
+#include <vector>
 
 #include "diagnose/inference/filter.hpp"
 #include "diagnose/model/candidates.hpp"
@@ -54,16 +57,43 @@ inline void fix_parameter(NormalEquations& normal, Eigen::Index i, double step) 
   g[i] = 0.0;
 }
 
-/// Fixes the nuisances that stand at their limit (thresholds::nuisance_limit) and would go beyond it.
-inline void fix_at_limits(const Catalogue& catalogue, const ModelSpec& model, NormalEquations& normal) {
+/// A nuisance that a step would take beyond its limit, and the step that takes it there.
+struct BeyondLimit {
+  std::size_t nuisance = 0;
+  double step = 0;
+};
+/// The one that `step` (the nuisances' first) takes farthest, in standard deviations, of those that are not `fixed`.
+inline std::optional<BeyondLimit> farthest_beyond(const Catalogue& catalogue, const ModelSpec& model,
+                                                  const Eigen::VectorXd& step, const std::vector<bool>& fixed) {
   constexpr double limit = thresholds::nuisance_limit;
   const auto nuisances = catalogue.nuisances();
+  std::optional<BeyondLimit> worst;
+  double over = 1e-9;
+  for (std::size_t i = 0; i < nuisances.size(); ++i) {
+    const Nuisance& n = nuisances[i];
+    const double off = model.nuisance[i] + step[static_cast<Eigen::Index>(i)] - n.nominal;
+    const double beyond = std::abs(off) / n.sigma - limit;
+    if (fixed[i] || beyond <= over) continue;
+    over = beyond;
+    worst = {i, n.nominal + (off > 0.0 ? 1.0 : -1.0) * limit * n.sigma - model.nuisance[i]};
+  }
+  return worst;
+}
+
+/// Fixes the nuisances that stand at their limit (thresholds::nuisance_limit) and would go beyond it. Whether there
+/// are such.
+inline bool fix_at_limits(const Catalogue& catalogue, const ModelSpec& model, NormalEquations& normal) {
+  constexpr double limit = thresholds::nuisance_limit;
+  const auto nuisances = catalogue.nuisances();
+  bool any = false;
   for (std::size_t i = 0; i < nuisances.size(); ++i) {
     const auto at = static_cast<Eigen::Index>(i);
     const double off = (model.nuisance[i] - nuisances[i].nominal) / nuisances[i].sigma;
     const bool beyond = (off > limit - 1e-6 && normal.g[at] > 0.0) || (off < -limit + 1e-6 && normal.g[at] < 0.0);
     if (beyond) fix_parameter(normal, at, 0.0);
+    any = any || beyond;
   }
+  return any;
 }
 
 }  // namespace gripline::diagnose

@@ -13,13 +13,50 @@ namespace {
 
 using Eigen::Index;
 
-/// The score test of some of the regressors.
-ScoreTest test_of(const Screening& s, std::span<const std::size_t> regressors) {
+/// Rows of the model's own parameters and of some regressors.
+std::vector<Index> rows_of(const Screening& s, std::span<const std::size_t> regressors) {
   std::vector<Index> rows(s.own);
   std::iota(rows.begin(), rows.end(), Index{0});
   for (const std::size_t d : regressors) rows.push_back(static_cast<Index>(d));
-  return score_test(s.normal.N(rows, rows), s.normal.g(rows), static_cast<Index>(s.own),
-                    regressors.size() == 1 ? thresholds::known_alone : thresholds::known_together);
+  return rows;
+}
+
+/// The score test of some regressors where nuisances stand at their limits: beside these they may come back from there,
+/// so that an effect shows all that it brings in place of such a nuisance. An active-set method: all are free at first,
+/// and those that would leave their limits are put there one by one, the worst first.
+ScoreTest test_with_free_nuisances(const Catalogue& catalogue, const ModelSpec& model, const Screening& s,
+                                   std::span<const std::size_t> regressors, double smallest) {
+  const auto rows = rows_of(s, regressors);
+  const auto own = static_cast<Index>(s.own), count = static_cast<Index>(regressors.size());
+  const NormalEquations whole{s.free.N(rows, rows), s.free.g(rows)};
+  NormalEquations reduced = whole;
+  Eigen::VectorXd moved = Eigen::VectorXd::Zero(own);
+  std::vector<bool> fixed(catalogue.nuisances().size(), false);
+  for (;;) {
+    ScoreTest test = score_test(reduced.N, reduced.g, own, smallest);
+    Eigen::MatrixXd base = reduced.N.topLeftCorner(own, own);
+    base.diagonal() *= 1.0 + 1e-12;  // as score_test has it
+    const Eigen::VectorXd beside = reduced.g.head(own) - reduced.N.topRightCorner(own, count) * test.step;
+    Eigen::VectorXd step(own + count);
+    step << moved + base.ldlt().solve(beside), test.step;
+    const auto beyond = farthest_beyond(catalogue, model, step, fixed);
+    if (!beyond) {
+      test.gain = whole.g.dot(step) - 0.5 * step.dot(whole.N * step);
+      return test;
+    }
+    fixed[beyond->nuisance] = true;
+    moved[static_cast<Index>(beyond->nuisance)] = beyond->step;
+    fix_parameter(reduced, static_cast<Index>(beyond->nuisance), beyond->step);
+  }
+}
+
+/// The score test of some of the regressors.
+ScoreTest test_of(const Catalogue& catalogue, const ModelSpec& model, const Screening& s,
+                  std::span<const std::size_t> regressors) {
+  const double smallest = regressors.size() == 1 ? thresholds::known_alone : thresholds::known_together;
+  if (s.at_limit) return test_with_free_nuisances(catalogue, model, s, regressors, smallest);
+  const auto rows = rows_of(s, regressors);
+  return score_test(s.normal.N(rows, rows), s.normal.g(rows), static_cast<Index>(s.own), smallest);
 }
 
 /// A parameter a step away from neutral, within its range and thresholds::longest_start.
@@ -37,8 +74,8 @@ void refit_nuisances(const Catalogue& catalogue, const Screening& s, std::span<c
                      std::span<const double> steps, ModelSpec& start) {
   const auto count = static_cast<Index>(catalogue.nuisances().size());
   if (count == 0) return;
-  NormalEquations own{s.normal.N.topLeftCorner(count, count), s.normal.g.head(count)};
-  for (std::size_t i = 0; i < at.size(); ++i) own.g -= s.normal.N.col(static_cast<Index>(at[i])).head(count) * steps[i];
+  NormalEquations own{s.free.N.topLeftCorner(count, count), s.free.g.head(count)};
+  for (std::size_t i = 0; i < at.size(); ++i) own.g -= s.free.N.col(static_cast<Index>(at[i])).head(count) * steps[i];
   ModelSpec bare = catalogue.null_model();
   bare.nuisance = start.nuisance;
   const Eigen::VectorXd move = parameter_step(catalogue, bare, own, parameter_scales(catalogue, bare)).step;
@@ -57,7 +94,7 @@ Extension best_of(const Problem& problem, const Fit& fitted, const Screening& s,
   for (std::size_t i = 0; i < tries; ++i) {
     std::vector<std::size_t> regressors(count);
     std::iota(regressors.begin(), regressors.end(), group.first + i);
-    const ScoreTest score = test_of(s, regressors);
+    const ScoreTest score = test_of(*problem.catalogue, fitted.model, s, regressors);
     std::vector<double> values = scanned ? group.starts[i] : c.defaults;
     const std::size_t moving = std::min<std::size_t>(scanned ? 1 : c.fitted.size(), count);
     bool outside = false;
@@ -93,8 +130,8 @@ Screening screen(const Problem& problem, const Fit& fitted) {
     out.normal.add(filter_along(lm, fitted.noise, regressors));
   }
   out.normal.add_nuisances(catalogue, fitted.model);
-  out.information = out.normal.N;
-  fix_at_limits(catalogue, fitted.model, out.normal);
+  out.free = out.normal;
+  out.at_limit = fix_at_limits(catalogue, fitted.model, out.normal);
   for (const CandidateRegressors& group : out.groups) out.extensions.push_back(best_of(problem, fitted, out, group));
   const auto worth = [&](const Extension& e) { return e.gain - problem.penalty(e.dof); };
   std::stable_sort(out.extensions.begin(), out.extensions.end(),
@@ -103,11 +140,9 @@ Screening screen(const Problem& problem, const Fit& fitted) {
 }
 
 double information_beside(const Screening& screening, std::size_t regressor) {
-  std::vector<Index> rows(screening.own);
-  std::iota(rows.begin(), rows.end(), Index{0});
-  rows.push_back(static_cast<Index>(regressor));
+  const auto rows = rows_of(screening, {&regressor, 1});
   const Eigen::VectorXd no_score = Eigen::VectorXd::Zero(static_cast<Index>(rows.size()));
-  const ScoreTest test = score_test(screening.information(rows, rows), no_score, static_cast<Index>(screening.own));
+  const ScoreTest test = score_test(screening.free.N(rows, rows), no_score, static_cast<Index>(screening.own));
   return test.information(0, 0);
 }
 
@@ -119,7 +154,7 @@ std::vector<Extension> best_pairs(const Problem& problem, const Fit& fitted, con
       const Candidate &x = catalogue.candidates()[a.candidate], &y = catalogue.candidates()[b.candidate];
       if (a.first >= b.first || x.fitted.size() != 1 || y.fitted.size() != 1) continue;
       const std::array<std::size_t, 2> both = {a.first, b.first};
-      const ScoreTest score = test_of(screening, both);
+      const ScoreTest score = test_of(catalogue, fitted.model, screening, both);
       if (score.dof < 2 || leaves(x.decl(0), score.step[0]) || leaves(y.decl(0), score.step[1])) continue;
       Extension pair;
       pair.candidate = a.candidate;

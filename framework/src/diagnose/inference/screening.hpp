@@ -19,8 +19,8 @@ struct Extension {
 struct Screening {
   std::vector<Extension> extensions;  // best predicted evidence first
   NormalEquations normal;             // of the model's own parameters, then of the groups' regressors
-  /// The information on these before nuisances at their limits were fixed.
-  Eigen::MatrixXd information;
+  NormalEquations free;               // the same before nuisances at their limits were fixed
+  bool at_limit = false;              // whether there are such
   std::size_t own = 0;
   std::vector<CandidateRegressors> groups;
 };

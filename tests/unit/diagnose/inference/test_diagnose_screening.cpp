@@ -61,6 +61,24 @@ TEST(Screening, StartsMoveRefittedParameters) {
   EXPECT_LT(rise(e.start), 0.01 * rise(left_behind));
 }
 
+/// A refitted parameter that an effect has pushed to its limit comes back from there beside it: the effect is predicted
+/// whole, with what the parameter's prior gains, and not only by what the limit leaves.
+TEST(Screening, RefittedParametersComeBackFromTheirLimits) {
+  DiagnoseRig rig;
+  constexpr double trust = 0.02, size = 0.10;  // five standard deviations, of which two are the parameter's
+  rig.trust({"Bf"}, trust);
+  const double nominal = rig.catalogue().nuisances().front().nominal;
+  const Screened s(rig, rig.with("front_stiff", {size}));
+  ASSERT_NEAR(s.null_model.model.nuisance[0], (1.0 + 2.0 * trust) * nominal, 1e-6 * nominal);
+  ASSERT_TRUE(s.screening.at_limit);
+  const Extension& e = s.of("front_stiff");
+  EXPECT_NEAR(e.start.nuisance[0], nominal, trust * nominal);
+  EXPECT_NEAR(e.start.values.front()[rig.catalogue().candidates()[e.candidate].fitted.front()], size, 0.3 * size);
+  // To second order along the same linearisation: what a fit at the same noise gains, within a third.
+  const double gain = s.null_model.cost - fit(s.problem, e.start, s.null_model.noise, 1).cost;
+  EXPECT_NEAR(e.gain, gain, 0.35 * gain);
+}
+
 /// Of an effect that a refitted parameter can do as well the log tells no more than how far that is trusted, at its
 /// limit too; of others all that it told before.
 TEST(Screening, InformationBesideARefittedParameterIsItsTrust) {
