@@ -109,14 +109,14 @@ void print(const FitResult& result, double horizon, std::span<const calibrate::P
 
 /// How the car answers its steering, by the logs and by the fitted world.
 void print_cornering(const std::list<measured::SessionFile>& files, const Car& car, const StagedCar& model,
-                     std::span<const double> params, double yaw_rate_late) {
+                     std::span<const double> params, const measured::Lateness& yaw_rate) {
   std::vector<const measured::Session*> sessions;
   for (const measured::SessionFile& file : files) sessions.push_back(&file.session);
-  const auto by_logs = measured::steady_turning(sessions, car.lf + car.lr, car.v_ref, yaw_rate_late);
+  const auto by_logs = measured::steady_turning(sessions, car.lf + car.lr, car.v_ref, yaw_rate);
   if (!by_logs) return;
   std::cout << "in gentle corners of the logs the car " << by_logs->text();
   if (const auto fitted = calibrate::gradient_in(*by_logs, model, params))
-    std::cout << "; the fitted model has " << significant(measured::degrees_per_g(*fitted), 2) << " deg/g";
+    std::cout << "; the fitted world " << measured::cornering_text(*fitted);
   std::cout << '\n';
 }
 
@@ -247,7 +247,7 @@ int run_fit(Arguments args) {
 
   print(result, fit.horizons.back(), places);
   print_cornering(files, world.spec.car.car, vehicle.car(), result.params,
-                  result.params[forecaster.index(calibrate::Extra::delay_yaw_rate)]);
+                  calibrate::yaw_rate_lateness(forecaster, result.params, result.parameters));
   warn_when_useless(result);
   warn_when_far(result);
   calibrate::FitSource source;

@@ -94,14 +94,6 @@ std::vector<diagnose::ChannelDelay> channel_delays(const std::list<measured::Ses
   return diagnose::find_channel_delays(logs);
 }
 
-/// How late the yaw-rate channel is, as far as the map and the logs say.
-double yaw_rate_lateness(const measured::LogMap& map, std::span<const diagnose::ChannelDelay> delays) {
-  for (const diagnose::ChannelDelay& one : delays)
-    if (one.name() == "yaw_rate") return one.seconds;
-  const auto& channel = map.channel[static_cast<std::size_t>(Source::yaw_rate)];
-  return channel ? channel->delay.value_or(0.0) : 0.0;
-}
-
 diagnose::ErrorChange change_of(const calibrate::ForecastChange& c) { return {c.change, c.low, c.high}; }
 
 std::string percent(double share) {
@@ -133,21 +125,20 @@ struct Cornering {
   std::optional<double> given, found;  // gradients of the models [rad s2/m]
 };
 
-Cornering cornering_of(const std::list<measured::SessionFile>& files, double yaw_rate_late, const WorldSpec& given,
+Cornering cornering_of(const std::list<measured::SessionFile>& files, const WorldSpec& given,
                        const MissingEffects& found) {
   const Car& car = given.car.car;
+  PluginContext context;
+  context.car = car;
+  const Vehicle as_given(given.vehicle, context), as_found(found.spec.vehicle, context);
+  const calibrate::Forecaster forecaster(as_found.car(), calibrate::forecast_options(found.spec));
   std::vector<const measured::Session*> sessions;
   for (const measured::SessionFile& file : files) sessions.push_back(&file.session);
-  Cornering out{measured::steady_turning(sessions, car.lf + car.lr, car.v_ref, yaw_rate_late), {}, {}};
+  const auto late = calibrate::yaw_rate_lateness(forecaster, found.params, found.parameters);
+  Cornering out{measured::steady_turning(sessions, car.lf + car.lr, car.v_ref, late), {}, {}};
   if (!out.by_log) return out;
-  const auto gradient_of = [&](const WorldSpec& world, std::span<const double> params) {
-    PluginContext context;
-    context.car = car;
-    const Vehicle vehicle(world.vehicle, context);
-    return calibrate::gradient_in(*out.by_log, vehicle.car(), params.empty() ? vehicle.car().params() : params);
-  };
-  out.given = gradient_of(given, {});
-  out.found = gradient_of(found.spec, found.params);
+  out.given = calibrate::gradient_in(*out.by_log, as_given.car(), as_given.car().params());
+  out.found = calibrate::gradient_in(*out.by_log, as_found.car(), found.params);
   return out;
 }
 
@@ -156,10 +147,9 @@ std::string understeer_text(const Cornering& corners) {
   const measured::SteadyTurning& log = *corners.by_log;
   std::string text = "In gentle corners the car " + log.text();
   if (!corners.given) return text + ". ";
-  const double given = *corners.given;
-  text += given < log.low ? ", more than" : given > log.high ? ", less than" : ", which agrees with";
-  text += " the world given (" + significant(measured::degrees_per_g(given), 2) + " deg/g). ";
-  return text;
+  const bool agrees = *corners.given >= log.low && *corners.given <= log.high;
+  text += agrees ? "; the world given agrees, it " : "; the world given does not agree, it ";
+  return text + measured::cornering_text(*corners.given) + ". ";
 }
 
 /// What effects do to the calibrated world's predictions.
@@ -271,7 +261,6 @@ Node understeer_node(const Cornering& corners) {
   out.set("gradient", number_or_null(corners.by_log->gradient));
   out.set("ci95", Node(Node::Array{number_or_null(corners.by_log->low), number_or_null(corners.by_log->high)}));
   out.set("unit", Node("rad s2/m"));
-  out.set("steering_ratio", number_or_null(corners.by_log->ratio));
   out.set("given", of(corners.given));
   out.set("found", of(corners.found));
   return out;
@@ -354,7 +343,7 @@ void print_tried(const MissingEffects& found) {
   }
 }
 
-/// What calibration made of the world's own parameters.
+/// What calibration, beside the effects named, made of the world's own parameters that the logs determine.
 void print_calibrated(const MissingEffects& found) {
   std::string rows;
   for (const calibrate::FittedParameter& p : found.parameters) {
@@ -367,7 +356,7 @@ void print_calibrated(const MissingEffects& found) {
                    p.interval.high);
   }
   if (!rows.empty())
-    std::cout << "\ncalibrated                                         given      found   95 %\n" << rows;
+    std::cout << "\ncalibrated                                         start      found   95 %\n" << rows;
 }
 
 void print_real(const Diagnosis& d, const MissingEffects& found) {
@@ -422,7 +411,7 @@ int diagnose_real(const RealDiagnosis& asked, const LogWorld& world, const measu
     progress.finish();
     return all;
   }();
-  const Cornering corners = cornering_of(files, yaw_rate_lateness(map, delays), world.spec, found);
+  const Cornering corners = cornering_of(files, world.spec, found);
   const Diagnosis d = diagnosis_of(found, delays, corners);
   print_real(d, found);
   Node json = diagnose::diagnosis_json(d);

@@ -10,6 +10,7 @@ namespace {
 /// One car at one instant on a flat road, its effects' memories steady.
 class OneInstant {
  public:
+  OneInstant(const OneInstant&) = delete;  // it points into itself
   OneInstant(const StagedCar& car, std::span<const double> params)
       : car_(car), memory_(static_cast<std::size_t>(car.memory())), memory_rate_(memory_.size()) {
     past_.samples = &given_;
