@@ -107,7 +107,8 @@ TEST_F(RealCars, ALogIsImportedFittedAndTheNextOnePredicted) {
   const Outcome fitted = fit({in("log.csv")});
   EXPECT_EQ(fitted.code, 0) << fitted.err;
   EXPECT_THAT(fitted.out,
-              AllOf(HasSubstr("friction: "), HasSubstr("kinematic"), Not(HasSubstr("nan")),
+              AllOf(HasSubstr("friction: "), HasSubstr("in gentle corners of the logs the car understeers by "),
+                    HasSubstr("; the fitted world understeers by "), HasSubstr("kinematic"), Not(HasSubstr("nan")),
                     HasSubstr("on the fitted logs themselves (in-sample)"), HasSubstr("0            rad\n")));
   EXPECT_EQ(gripline_with({"validate", in("fitted.json")}).code, 0);
 

@@ -142,16 +142,6 @@ Cornering cornering_of(const std::list<measured::SessionFile>& files, const Worl
   return out;
 }
 
-std::string understeer_text(const Cornering& corners) {
-  if (!corners.by_log) return {};
-  const measured::SteadyTurning& log = *corners.by_log;
-  std::string text = "In gentle corners the car " + log.text();
-  if (!corners.given) return text + ". ";
-  const bool agrees = *corners.given >= log.low && *corners.given <= log.high;
-  text += agrees ? "; the world given agrees, it " : "; the world given does not agree, it ";
-  return text + measured::cornering_text(*corners.given) + ". ";
-}
-
 /// What effects do to the calibrated world's predictions.
 std::string real_sentence(const Diagnosis& d, const MissingEffects& found, const Cornering& corners) {
   std::string text;
@@ -178,7 +168,8 @@ std::string real_sentence(const Diagnosis& d, const MissingEffects& found, const
     text += d.named.size() == 1 ? " takes " : " take ";
     text += decrease_text(found.change) + " off what is left then";
   }
-  text += ". " + understeer_text(corners);
+  text += ". ";
+  if (corners.by_log) text += calibrate::corners_text(*corners.by_log, corners.given) + " ";
   if (found.at_noise())
     return text + "What remains, " + significant(found.found, 3) +
            " usual errors, is as large as the sensors' own noise (" + significant(found.noise, 3) +

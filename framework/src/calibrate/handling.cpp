@@ -136,4 +136,12 @@ std::optional<double> gradient_in(const measured::SteadyTurning& logs, const Sta
   return logs.gradient_of(angles);
 }
 
+std::string corners_text(const measured::SteadyTurning& logs, const std::optional<double>& given) {
+  std::string text = "In gentle corners the car " + logs.text();
+  if (!given) return text + ".";
+  const bool agrees = *given >= logs.low && *given <= logs.high;
+  text += agrees ? "; the world given agrees, it " : "; the world given does not agree, it ";
+  return text + measured::cornering_text(*given) + ".";
+}
+
 }  // namespace gripline::calibrate

@@ -3,6 +3,7 @@
 
 #include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "car/staged_car.hpp"
@@ -32,5 +33,10 @@ std::optional<double> understeer_angle(const StagedCar& car, std::span<const dou
 /// one of them.
 std::optional<double> gradient_in(const measured::SteadyTurning& logs, const StagedCar& car,
                                   std::span<const double> params);
+
+/// For people: "In gentle corners the car understeers by 0.5 deg/g (0.4 to 0.6); the world given agrees, it understeers by
+/// 0.45 deg/g." The second half says "does not agree" where `given`, the gradient of that world in the same corners, lies
+/// outside the interval, and is left out where there is none.
+std::string corners_text(const measured::SteadyTurning& logs, const std::optional<double>& given);
 
 }  // namespace gripline::calibrate

@@ -65,6 +65,20 @@ TEST(Handling, AModelIsAskedInTheCornersOfTheLog) {
   EXPECT_GT(*by_model, 1.02 * *gradient_of("{}"));  // more than in the gentlest of corners
 }
 
+TEST(Handling, CornersAreToldWithWhetherTheWorldAgrees) {
+  measured::SteadyTurning logs;
+  logs.gradient = 0.001, logs.low = 0.0008, logs.high = 0.0012;
+  const std::string under = "In gentle corners the car understeers by 0.56 deg/g (0.45 to 0.67)";
+  EXPECT_EQ(corners_text(logs, std::nullopt), under + ".");
+  EXPECT_EQ(corners_text(logs, 0.0009), under + "; the world given agrees, it understeers by 0.51 deg/g.");
+  EXPECT_EQ(corners_text(logs, 0.0003), under + "; the world given does not agree, it understeers by 0.17 deg/g.");
+  EXPECT_EQ(corners_text(logs, -0.001), under + "; the world given does not agree, it oversteers by 0.56 deg/g.");
+  logs.gradient = -0.001, logs.low = -0.0012, logs.high = -0.0008;
+  EXPECT_EQ(corners_text(logs, -0.0003),
+            "In gentle corners the car oversteers by 0.56 deg/g (0.45 to 0.67); the world given does not agree, it "
+            "oversteers by 0.17 deg/g.");
+}
+
 TEST(Handling, ACarWithoutTyresHasNoGradient) {
   EXPECT_FALSE(gradient_of(R"({"plant": {"plugin": "kinematic", "effects": null, "params": null}})"));
   EXPECT_FALSE(gradient_of(R"({"plant": {"params": {"Df": 0}}})"));  // no steering keeps it in a corner
