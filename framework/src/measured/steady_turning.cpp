@@ -113,6 +113,7 @@ Eigen::Vector3d solution_of(const std::vector<Equation>& all) {
 void leave_out_far(std::vector<Equation>& all, const Eigen::Vector3d& solution) {
   constexpr double most = 4.0 / 0.6745;
   std::vector<double> off;
+  off.reserve(all.size());
   for (const Equation& one : all) off.push_back(std::abs(one.delta - one.by.dot(solution)));
   const auto middle = off.begin() + static_cast<std::ptrdiff_t>(off.size() / 2);
   std::nth_element(off.begin(), middle, off.end());
