@@ -109,10 +109,10 @@ void print(const FitResult& result, double horizon, std::span<const calibrate::P
 
 /// How the car answers its steering, by the logs and by the fitted world.
 void print_cornering(const std::list<measured::SessionFile>& files, const Car& car, const StagedCar& model,
-                     std::span<const double> params, const measured::Lateness& yaw_rate) {
+                     std::span<const double> params, const measured::TurningLateness& late) {
   std::vector<const measured::Session*> sessions;
   for (const measured::SessionFile& file : files) sessions.push_back(&file.session);
-  const auto by_logs = measured::steady_turning(sessions, car.lf + car.lr, car.v_ref, yaw_rate);
+  const auto by_logs = measured::steady_turning(sessions, car.lf + car.lr, car.v_ref, late);
   if (!by_logs) return;
   std::cout << "in gentle corners of the logs the car " << by_logs->text();
   if (const auto fitted = calibrate::gradient_in(*by_logs, model, params))
@@ -247,7 +247,7 @@ int run_fit(Arguments args) {
 
   print(result, fit.horizons.back(), places);
   print_cornering(files, world.spec.car.car, vehicle.car(), result.params,
-                  calibrate::yaw_rate_lateness(forecaster, result.params, result.parameters));
+                  calibrate::turning_lateness(forecaster, result.params, result.parameters));
   warn_when_useless(result);
   warn_when_far(result);
   calibrate::FitSource source;

@@ -117,17 +117,20 @@ void start_delays(const measured::LogMap& map, const std::list<measured::Session
   unite(values, unknowns);
 }
 
-measured::Lateness yaw_rate_lateness(const Forecaster& forecaster, std::span<const double> params,
-                                     std::span<const FittedParameter> fitted) {
-  const std::size_t at = forecaster.index(Extra::delay_yaw_rate);
-  measured::Lateness out{params[at], params[at], params[at]};
-  for (const FittedParameter& p : fitted) {
-    const bool same = std::ranges::any_of(p.unknown.same, [&](const Unknown::Same& s) { return s.index == at; });
-    if (p.unknown.index != at && !same) continue;
-    out.low = p.interval.low;
-    out.high = p.interval.high;
-  }
-  return out;
+measured::TurningLateness turning_lateness(const Forecaster& forecaster, std::span<const double> params,
+                                           std::span<const FittedParameter> fitted) {
+  const auto of = [&](Extra delay) {
+    const std::size_t at = forecaster.index(delay);
+    measured::Lateness out{params[at], params[at], params[at]};
+    for (const FittedParameter& p : fitted) {
+      const bool same = std::ranges::any_of(p.unknown.same, [&](const Unknown::Same& s) { return s.index == at; });
+      if (p.unknown.index != at && !same) continue;
+      out.low = p.interval.low;
+      out.high = p.interval.high;
+    }
+    return out;
+  };
+  return {of(Extra::delay_yaw_rate), of(Extra::delay_yaw)};
 }
 
 Node fitted_world(Node world, const WorldSpec& spec, const Forecaster& forecaster, const FitResult& result,

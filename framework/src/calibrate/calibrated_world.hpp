@@ -23,9 +23,10 @@ void start_delays(const measured::LogMap& map, const std::list<measured::Session
                   const Forecaster& forecaster, const Node& world, std::vector<double>& values,
                   std::vector<Unknown>& unknowns);
 
-/// How late a fit found the yaw-rate channel to be, `params` being all of the forecaster's.
-measured::Lateness yaw_rate_lateness(const Forecaster& forecaster, std::span<const double> params,
-                                     std::span<const FittedParameter> fitted);
+/// How late a fit found yaw and yaw rate to be, `params` being all of the forecaster's. A delay that is not among
+/// `fitted` is taken as known: stated, or held.
+measured::TurningLateness turning_lateness(const Forecaster& forecaster, std::span<const double> params,
+                                           std::span<const FittedParameter> fitted);
 
 /// What a fit was made from.
 struct FitSource {

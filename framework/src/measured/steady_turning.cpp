@@ -16,8 +16,7 @@ using Index = Eigen::Index;
 constexpr std::size_t yaw_at = 2, vx_at = 3, rate_at = 5;
 constexpr double block_length = 10.0;  // [s]
 constexpr double most_sideways = 4.0;  // [m/s2]
-constexpr std::size_t fewest_blocks = 3, fewest_windows = 20;
-
+constexpr std::size_t fewest_windows = 20;
 constexpr double longest_gap = 0.25;  // [s] between readings
 
 /// Means over a window of a log; `complete` where all its rows have what is needed.
@@ -34,7 +33,8 @@ struct Equation {
   std::size_t log = 0, block = 0;
 };
 
-Window window_of(const Session& log, std::size_t first, std::size_t end, double length, double yaw_rate_late) {
+/// `late`: by how much what turning is read from is behind the steering [s].
+Window window_of(const Session& log, std::size_t first, std::size_t end, double length, double late) {
   Window w;
   const auto n = static_cast<double>(end - first);
   if (end >= log.rows() || log.t[end] - log.t[first] > length + longest_gap) return w;
@@ -45,28 +45,28 @@ Window window_of(const Session& log, std::size_t first, std::size_t end, double 
     w.time += log.t[i] / n;
     w.vx += reading(vx_at, log.t[i]) / n;
     w.delta += log.command[i].delta / n;
-    if (log.has[rate_at]) w.rate += reading(rate_at, log.t[i] + yaw_rate_late) / n;
+    if (log.has[rate_at]) w.rate += reading(rate_at, log.t[i] + late) / n;
   }
   if (!log.has[rate_at])
-    w.rate = (reading(yaw_at, log.t[end]) - reading(yaw_at, log.t[first])) / (log.t[end] - log.t[first]);
+    w.rate = (reading(yaw_at, log.t[end] + late) - reading(yaw_at, log.t[first] + late)) / (log.t[end] - log.t[first]);
   w.complete = std::isfinite(w.rate) && std::isfinite(w.vx) && std::isfinite(w.delta);
   return w;
 }
 
-std::vector<Window> windows_of(const Session& log, double length, double yaw_rate_late) {
+std::vector<Window> windows_of(const Session& log, double length, double late) {
   std::vector<Window> all;
   for (std::size_t first = 0; first < log.rows();) {
     std::size_t end = first + 1;
     while (end < log.rows() && log.t[end] < log.t[first] + length) ++end;
-    all.push_back(window_of(log, first, end, length, yaw_rate_late));
+    all.push_back(window_of(log, first, end, length, late));
     first = end;
   }
   return all;
 }
 
-/// Of windows whose neighbours are there too.
-void add_equations(const std::vector<Window>& windows, std::size_t log, double wheelbase, double slowest, double length,
-                   std::vector<Equation>& to) {
+/// Of windows whose neighbours are there too; `begin` is the log's first time.
+void add_equations(const std::vector<Window>& windows, double begin, std::size_t log, double wheelbase, double slowest,
+                   double length, std::vector<Equation>& to) {
   const std::size_t first_block = to.empty() ? 0 : to.back().block + 1;
   for (std::size_t i = 1; i + 1 < windows.size(); ++i) {
     const Window &before = windows[i - 1], &w = windows[i], &after = windows[i + 1];
@@ -74,7 +74,7 @@ void add_equations(const std::vector<Window>& windows, std::size_t log, double w
     if (after.time - before.time > 2.0 * (length + longest_gap)) continue;
     if (w.vx < slowest || std::abs(w.vx * w.rate) > most_sideways) continue;
     const double change = (after.rate - before.rate) / (after.time - before.time);
-    const auto block = static_cast<std::size_t>((w.time - windows.front().time) / block_length);
+    const auto block = static_cast<std::size_t>((w.time - begin) / block_length);
     to.push_back(
         {{wheelbase * w.rate / w.vx, w.vx * w.rate, change}, w.delta, {w.vx, w.rate}, log, first_block + block});
   }
@@ -109,37 +109,58 @@ Eigen::Vector3d solution_of(const std::vector<Equation>& all) {
   return information_of(all).ldlt().solve(right);
 }
 
-/// Leaves out equations that are off by more than four times the usual, the median over 0.6745.
+/// Leaves out equations that are off by more than four times the usual, the median over 0.6745. A milliradian is never
+/// far: on straights without noise the usual is nothing.
 void leave_out_far(std::vector<Equation>& all, const Eigen::Vector3d& solution) {
-  constexpr double most = 4.0 / 0.6745;
+  constexpr double most = 4.0 / 0.6745, near = 1e-3;
   std::vector<double> off;
   off.reserve(all.size());
   for (const Equation& one : all) off.push_back(std::abs(one.delta - one.by.dot(solution)));
   const auto middle = off.begin() + static_cast<std::ptrdiff_t>(off.size() / 2);
   std::nth_element(off.begin(), middle, off.end());
-  const double far = most * *middle;
+  const double far = std::max(most * *middle, near);
   std::erase_if(all, [&](const Equation& one) { return std::abs(one.delta - one.by.dot(solution)) > far; });
 }
 
-/// Covariance of the solution, errors being independent from block to block only.
-Eigen::Matrix3d covariance_of(const std::vector<Equation>& all, const Eigen::Vector3d& solution, std::size_t& blocks) {
-  Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
-  blocks = 0;
-  for (std::size_t i = 0; i < all.size();) {
-    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-    for (const std::size_t block = all[i].block; i < all.size() && all[i].block == block; ++i)
-      sum += all[i].by * (all[i].delta - all[i].by.dot(solution));
-    spread += sum * sum.transpose();
-    ++blocks;
+/// Calls use(first, end) for the equations of each block.
+template <class Use>
+void for_blocks(std::span<const Equation> all, const Use& use) {
+  for (std::size_t first = 0; first < all.size();) {
+    std::size_t end = first;
+    while (end < all.size() && all[end].block == all[first].block) ++end;
+    use(all.subspan(first, end - first));
+    first = end;
   }
-  const auto n = static_cast<double>(blocks);
-  const Eigen::Matrix3d inverse = information_of(all).inverse();
-  return inverse * spread * inverse * (n / (n - 1.0));
 }
 
-/// Whether the three terms can be told from one another.
+/// Sum over blocks of the outer products of their scores.
+Eigen::Matrix3d scores_of(std::span<const Equation> all, const Eigen::Vector3d& solution) {
+  Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
+  for_blocks(all, [&](std::span<const Equation> block) {
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    for (const Equation& one : block) sum += one.by * (one.delta - one.by.dot(solution));
+    spread += sum * sum.transpose();
+  });
+  return spread;
+}
+
+/// Of how many equal blocks the combination `by` of the solution would be as well known: fewer than there are where some
+/// of them, such as straights, say little of it.
+double equal_blocks(std::span<const Equation> all, const Eigen::Vector3d& by) {
+  double sum = 0.0, squares = 0.0;
+  for_blocks(all, [&](std::span<const Equation> block) {
+    double told = 0.0;
+    for (const Equation& one : block) told += square(by.dot(one.by));
+    sum += told;
+    squares += square(told);
+  });
+  return sum * sum / squares;
+}
+
+/// Whether the three terms can be told from one another. Speeds that all lie within some 3 % of one do not suffice: what
+/// is read of them is wrong by as much, and to err there looks like a gradient.
 bool apart(const std::vector<Equation>& all) {
-  constexpr double least = 1e-4;  // of an eigenvalue; of terms that do not depend on one another they are 1
+  constexpr double least = 2e-3;  // of an eigenvalue; of terms that do not depend on one another they are 1
   const Eigen::Matrix3d information = information_of(all);
   const Eigen::Vector3d size = information.diagonal().cwiseSqrt();
   if (!(size.minCoeff() > 0.0)) return false;
@@ -147,21 +168,49 @@ bool apart(const std::vector<Equation>& all) {
   return Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(unit).eigenvalues()[0] > least;
 }
 
-/// What the logs say with the yaw rate so late.
+/// Whether a steering that turns the car is known well enough to divide by. By significance alone logs would be chosen
+/// whose ratio came out too large, and with it a gradient that is too low: so by its error too, over what the steering
+/// is to L omega / vx alone, which does not come out larger where the gradient comes out lower.
+bool ratio_is_known(const std::vector<Equation>& all, double ratio, double sigma, double student) {
+  constexpr double most = 0.3;
+  double both = 0.0, alone = 0.0;
+  for (const Equation& one : all) {
+    both += one.by[0] * one.delta;
+    alone += square(one.by[0]);
+  }
+  return ratio > student * sigma && sigma * alone < most * both;
+}
+
+/// What the logs say with what they read so late.
 struct Found {
   std::vector<Equation> all;
-  double gradient = 0, sigma = 0, student = 0;  // `student`: quantile of 97.5 %
-  std::size_t blocks = 0;
+  double gradient = 0, low = 0, high = 0;  // [rad s2/m]
 };
 
-std::optional<Found> found_with(std::span<const Session* const> sessions, double wheelbase, double v_ref, double late) {
-  constexpr double wheelbases = 5.0, half = 0.5;
+/// The interval of slope / ratio: the values g for which slope - g ratio is not surely off 0 (Fieller, J. R. Stat. Soc. B
+/// 16, 1954), which is bounded where the ratio is surely above 0.
+void set_interval(const Eigen::Vector3d& solution, const Eigen::Matrix3d& covariance, double student, Found& out) {
+  const double t = student * student;
+  const double a = square(solution[0]) - t * covariance(0, 0), b = solution[0] * solution[1] - t * covariance(0, 1);
+  const double c = square(solution[1]) - t * covariance(1, 1), half = std::sqrt(std::max(0.0, b * b - a * c));
+  out.low = (b - half) / a;
+  out.high = (b + half) / a;
+}
+
+/// How late what turning is read from is taken to be [s].
+struct Late {
+  double yaw_rate = 0, yaw = 0;
+};
+
+std::optional<Found> found_with(std::span<const Session* const> sessions, double wheelbase, double v_ref, Late late) {
+  constexpr double wheelbases = 5.0, half = 0.5, fewest_blocks = 3.0;
   const double length = wheelbases * wheelbase / v_ref;
   Found out;
   for (std::size_t i = 0; i < sessions.size(); ++i) {
     const Session& log = *sessions[i];
-    if (!log.has[vx_at] || !(log.has[rate_at] || log.has[yaw_at])) continue;
-    add_equations(windows_of(log, length, late), i, wheelbase, half * v_ref, length, out.all);
+    if (log.rows() == 0 || !log.has[vx_at] || !(log.has[rate_at] || log.has[yaw_at])) continue;
+    const auto windows = windows_of(log, length, log.has[rate_at] ? late.yaw_rate : late.yaw);
+    add_equations(windows, log.t.front(), i, wheelbase, half * v_ref, length, out.all);
   }
   for (int pass = 0; pass < 3 && out.all.size() >= fewest_windows; ++pass) {
     centre(out.all);
@@ -171,16 +220,24 @@ std::optional<Found> found_with(std::span<const Session* const> sessions, double
   centre(out.all);
   if (!apart(out.all)) return std::nullopt;
   const Eigen::Vector3d solution = solution_of(out.all);
-  const Eigen::Matrix3d covariance = covariance_of(out.all, solution, out.blocks);
-  if (out.blocks < fewest_blocks) return std::nullopt;
-  const boost::math::students_t t(static_cast<double>(out.blocks) - 1.0);
-  out.student = boost::math::quantile(t, 0.975);
-  // A steering that does not turn the car, such as one that is constant, says nothing of its tyres.
-  if (!(solution[0] > out.student * std::sqrt(covariance(0, 0)))) return std::nullopt;
   out.gradient = solution[1] / solution[0];
-  const Eigen::Vector3d by(-out.gradient / solution[0], 1.0 / solution[0], 0.0);
-  out.sigma = std::sqrt(by.dot(covariance * by));
+  const Eigen::Matrix3d inverse = information_of(out.all).inverse();
+  const Eigen::Vector3d by(-out.gradient / solution[0], 1.0 / solution[0], 0.0);  // of the gradient, by the solution
+  const double blocks = equal_blocks(out.all, inverse * by);
+  if (!(blocks >= fewest_blocks)) return std::nullopt;
+  const Eigen::Matrix3d covariance = inverse * scores_of(out.all, solution) * inverse * (blocks / (blocks - 1.0));
+  const double student = boost::math::quantile(boost::math::students_t(blocks - 1.0), 0.975);
+  // A steering that does not turn the car, such as one that is constant, says nothing of its tyres.
+  if (!ratio_is_known(out.all, solution[0], std::sqrt(covariance(0, 0)), student)) return std::nullopt;
+  set_interval(solution, covariance, student, out);
   return out;
+}
+
+/// Stretches of 10 s with a corner in them.
+std::size_t count_blocks(std::span<const Equation> all) {
+  std::size_t count = 0;
+  for_blocks(all, [&](std::span<const Equation>) { ++count; });
+  return count;
 }
 
 }  // namespace
@@ -198,33 +255,36 @@ std::string SteadyTurning::text() const {
 }
 
 double SteadyTurning::gradient_of(std::span<const double> angle) const {
-  const double slope = std::inner_product(of_gradient.begin(), of_gradient.end(), angle.begin(), 0.0);
+  const double slope = std::inner_product(of_slope.begin(), of_slope.end(), angle.begin(), 0.0);
   return slope / std::inner_product(of_ratio.begin(), of_ratio.end(), angle.begin(), 1.0);
 }
 
 std::optional<SteadyTurning> steady_turning(std::span<const Session* const> sessions, double wheelbase, double v_ref,
-                                            const Lateness& yaw_rate) {
-  const auto found = found_with(sessions, wheelbase, v_ref, yaw_rate.value);
+                                            const TurningLateness& late) {
+  const auto found = found_with(sessions, wheelbase, v_ref, {late.yaw_rate.value, late.yaw.value});
   if (!found) return std::nullopt;
-  constexpr double normal_95 = 1.959964, relative = 0.05, absolute = 0.025;
-  double half = std::hypot(found->student * found->sigma, normal_95 * relative * found->gradient,
-                           normal_95 * absolute * wheelbase / (v_ref * v_ref));
   double by_lateness = 0.0;
-  for (const double end : {yaw_rate.low, yaw_rate.high})
-    if (const auto other = found_with(sessions, wheelbase, v_ref, end); other && end != yaw_rate.value)
-      by_lateness = std::max(by_lateness, std::abs(other->gradient - found->gradient));
-  half = std::hypot(half, by_lateness);
+  for (const double Lateness::*end : {&Lateness::low, &Lateness::high}) {
+    const Late other{late.yaw_rate.*end, late.yaw.*end};
+    if (other.yaw_rate == late.yaw_rate.value && other.yaw == late.yaw.value) continue;
+    const auto there = found_with(sessions, wheelbase, v_ref, other);
+    if (!there) return std::nullopt;  // with what may be, nothing can be told
+    by_lateness = std::max(by_lateness, std::abs(there->gradient - found->gradient));
+  }
+  constexpr double normal_95 = 1.959964, relative = 0.05, absolute = 0.025;
+  const double unsteady = std::hypot(normal_95 * relative * found->gradient,
+                                     normal_95 * absolute * wheelbase / (v_ref * v_ref), by_lateness);
   SteadyTurning out;
   out.gradient = found->gradient;
-  out.low = out.gradient - half;
-  out.high = out.gradient + half;
-  out.blocks = found->blocks;
+  out.low = out.gradient - std::hypot(unsteady, out.gradient - found->low);
+  out.high = out.gradient + std::hypot(unsteady, found->high - out.gradient);
+  out.blocks = count_blocks(found->all);
   const Eigen::Matrix3d inverse = information_of(found->all).inverse();
   for (const Equation& one : found->all) {  // of centred terms, so that a constant adds nothing
     const Eigen::Vector3d share = inverse * one.by;
     out.corners.push_back(one.corner);
     out.of_ratio.push_back(share[0]);
-    out.of_gradient.push_back(share[1]);
+    out.of_slope.push_back(share[1]);
   }
   return out;
 }

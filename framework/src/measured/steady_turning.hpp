@@ -12,7 +12,7 @@
 
 namespace gripline::measured {
 
-/// A gradient in its usual unit: degrees of steering more for each g.
+/// A gradient in its usual unit: degrees of the road wheels more for each g.
 inline double degrees_per_g(double gradient) { return gradient * gravity * 180.0 / std::numbers::pi; }
 /// "understeers by 0.52 deg/g" or "oversteers by ...".
 std::string cornering_text(double gradient);
@@ -22,7 +22,7 @@ std::string cornering_text(double gradient);
 /// Below 0 the car oversteers.
 struct SteadyTurning {
   double gradient = 0, low = 0, high = 0;  // with its 95 % interval [rad s2/m]
-  std::size_t blocks = 0;                  // stretches of 10 s that it is of, three or more
+  std::size_t blocks = 0;                  // stretches of 10 s that it is of
   struct Corner {
     double vx = 0, omega = 0;  // [m/s], [rad/s], means over a window
   };
@@ -34,12 +34,16 @@ struct SteadyTurning {
   /// corner. Where tyres are not quite linear, this is what `gradient` is to be compared with.
   double gradient_of(std::span<const double> angle) const;
 
-  std::vector<double> of_ratio, of_gradient;  // by corner: what its angle adds to the two factors below
+  std::vector<double> of_ratio, of_slope;  // by corner: what its angle adds to `ratio` and `slope` (below)
 };
 
-/// How late the yaw-rate channel is on the clock of the steering [s], and how well that is known.
+/// How late a channel is on the clock of the steering [s], and how well that is known.
 struct Lateness {
   double value = 0, low = 0, high = 0;
+};
+/// Of the channels that turning is read from; yaw where there is no yaw rate.
+struct TurningLateness {
+  Lateness yaw_rate, yaw;
 };
 
 /// Of all logs together, by least squares over windows of five wheelbases at `v_ref`:
@@ -47,16 +51,19 @@ struct Lateness {
 /// the last of which holds yaw inertia and a part of what is late; gradient = slope / ratio, so that a steering ratio or
 /// offset that the log has wrong is none of it. Windows that are far off (the car slides, the log jumps) do not count.
 ///
-/// The interval is by the t distribution of blocks, in which errors may be alike (Liang and Zeger, Biometrika 73, 1986).
-/// It holds the lateness's own interval, and standard deviations of 0.05 gradient and 0.025 L / v_ref^2, since corners are
-/// not quite steady: simulated cars that weave and brake show their gradients to that.
+/// The interval is Fieller's of the ratio, by the t distribution of as many blocks of 10 s as would be equal to those there
+/// are; errors may be alike within a block (Liang and Zeger, Biometrika 73, 1986). It holds what a lateness that is not
+/// well known makes, and standard deviations of 0.05 gradient and 0.025 L / v_ref^2, since corners are not quite steady:
+/// simulated cars that weave and brake show their gradients to that. Where errors last for longer than some seconds it is
+/// too narrow.
 ///
 /// Windows count from half of `v_ref` on, below which the gradient hardly moves the steering, and up to 4 m/s2 across.
-/// Nothing where steering, speed or turning are not there, or too little is driven so to tell the gradient from the
-/// ratio. `wheelbase` [m], `v_ref` [m/s].
+/// Nothing where steering, speed or turning are not there, where less than three such blocks tell of it, or where the
+/// gradient cannot be told from the ratio, as at one speed. `wheelbase` [m], `v_ref` [m/s].
 ///
-/// A road that is banked the same way in all corners passes for oversteer, a steering map that bends for either.
+/// A bank scales the gradient: down where it grows with the lateral acceleration; up, of a car that understeers, where
+/// bends are alike. A steering map that bends passes for either sign.
 std::optional<SteadyTurning> steady_turning(std::span<const Session* const> sessions, double wheelbase, double v_ref,
-                                            const Lateness& yaw_rate = {});
+                                            const TurningLateness& late = {});
 
 }  // namespace gripline::measured

@@ -23,22 +23,24 @@ std::vector<Index> rows_of(const Screening& s, std::span<const std::size_t> regr
 
 /// The score test of some regressors where nuisances stand at their limits: beside these they may come back from there,
 /// so that an effect shows all that it brings in place of such a nuisance. An active-set method: all are free at first,
-/// and those that would leave their limits are put there one by one, the worst first.
+/// and those that would leave their limits are put there one by one, the worst first. The gain is of the own parameters
+/// too, which alone have Screening::own_gain.
 ScoreTest test_with_free_nuisances(const Catalogue& catalogue, const ModelSpec& model, const Screening& s,
                                    std::span<const std::size_t> regressors, double smallest) {
   const auto rows = rows_of(s, regressors);
   const auto own = static_cast<Index>(s.own), count = static_cast<Index>(regressors.size());
-  const NormalEquations whole{s.free.N(rows, rows), s.free.g(rows)};
+  const NormalEquations whole{s.normal.N(rows, rows), s.normal.g(rows)};
   NormalEquations reduced = whole;
   Eigen::VectorXd moved = Eigen::VectorXd::Zero(own);
   std::vector<bool> fixed(catalogue.nuisances().size(), false);
   for (;;) {
-    ScoreTest test = score_test(reduced.N, reduced.g, own, smallest);
+    ScoreTest test = count > 0 ? score_test(reduced.N, reduced.g, own, smallest) : ScoreTest{};
     Eigen::MatrixXd base = reduced.N.topLeftCorner(own, own);
     base.diagonal() *= 1.0 + 1e-12;  // as score_test has it
     const Eigen::VectorXd beside = reduced.g.head(own) - reduced.N.topRightCorner(own, count) * test.step;
     Eigen::VectorXd step(own + count);
-    step << moved + base.ldlt().solve(beside), test.step;
+    step.head(own) = moved + base.ldlt().solve(beside);
+    step.tail(count) = test.step;
     const auto beyond = farthest_beyond(catalogue, model, step, fixed);
     if (!beyond) {
       test.gain = whole.g.dot(step) - 0.5 * step.dot(whole.N * step);
@@ -54,7 +56,11 @@ ScoreTest test_with_free_nuisances(const Catalogue& catalogue, const ModelSpec& 
 ScoreTest test_of(const Catalogue& catalogue, const ModelSpec& model, const Screening& s,
                   std::span<const std::size_t> regressors) {
   const double smallest = regressors.size() == 1 ? thresholds::known_alone : thresholds::known_together;
-  if (s.at_limit) return test_with_free_nuisances(catalogue, model, s, regressors, smallest);
+  if (s.at_limit) {
+    ScoreTest test = test_with_free_nuisances(catalogue, model, s, regressors, smallest);
+    test.gain = std::max(0.0, test.gain - s.own_gain);
+    return test;
+  }
   const auto rows = rows_of(s, regressors);
   return score_test(s.normal.N(rows, rows), s.normal.g(rows), static_cast<Index>(s.own), smallest);
 }
@@ -74,8 +80,8 @@ void refit_nuisances(const Catalogue& catalogue, const Screening& s, std::span<c
                      std::span<const double> steps, ModelSpec& start) {
   const auto count = static_cast<Index>(catalogue.nuisances().size());
   if (count == 0) return;
-  NormalEquations own{s.free.N.topLeftCorner(count, count), s.free.g.head(count)};
-  for (std::size_t i = 0; i < at.size(); ++i) own.g -= s.free.N.col(static_cast<Index>(at[i])).head(count) * steps[i];
+  NormalEquations own{s.normal.N.topLeftCorner(count, count), s.normal.g.head(count)};
+  for (std::size_t i = 0; i < at.size(); ++i) own.g -= s.normal.N.col(static_cast<Index>(at[i])).head(count) * steps[i];
   ModelSpec bare = catalogue.null_model();
   bare.nuisance = start.nuisance;
   const Eigen::VectorXd move = parameter_step(catalogue, bare, own, parameter_scales(catalogue, bare)).step;
@@ -130,8 +136,9 @@ Screening screen(const Problem& problem, const Fit& fitted) {
     out.normal.add(filter_along(lm, fitted.noise, regressors));
   }
   out.normal.add_nuisances(catalogue, fitted.model);
-  out.free = out.normal;
-  out.at_limit = fix_at_limits(catalogue, fitted.model, out.normal);
+  NormalEquations held = out.normal;
+  out.at_limit = fix_at_limits(catalogue, fitted.model, held);
+  if (out.at_limit) out.own_gain = test_with_free_nuisances(catalogue, fitted.model, out, {}, 0.0).gain;
   for (const CandidateRegressors& group : out.groups) out.extensions.push_back(best_of(problem, fitted, out, group));
   const auto worth = [&](const Extension& e) { return e.gain - problem.penalty(e.dof); };
   std::stable_sort(out.extensions.begin(), out.extensions.end(),
@@ -142,7 +149,7 @@ Screening screen(const Problem& problem, const Fit& fitted) {
 double information_beside(const Screening& screening, std::size_t regressor) {
   const auto rows = rows_of(screening, {&regressor, 1});
   const Eigen::VectorXd no_score = Eigen::VectorXd::Zero(static_cast<Index>(rows.size()));
-  const ScoreTest test = score_test(screening.free.N(rows, rows), no_score, static_cast<Index>(screening.own));
+  const ScoreTest test = score_test(screening.normal.N(rows, rows), no_score, static_cast<Index>(screening.own));
   return test.information(0, 0);
 }
 

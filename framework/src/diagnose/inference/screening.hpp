@@ -19,8 +19,8 @@ struct Extension {
 struct Screening {
   std::vector<Extension> extensions;  // best predicted evidence first
   NormalEquations normal;             // of the model's own parameters, then of the groups' regressors
-  NormalEquations free;               // the same before nuisances at their limits were fixed
-  bool at_limit = false;              // whether there are such
+  bool at_limit = false;              // whether nuisances stand at their limits
+  double own_gain = 0;                // what the own parameters alone would still gain, where there are such
   std::size_t own = 0;
   std::vector<CandidateRegressors> groups;
 };

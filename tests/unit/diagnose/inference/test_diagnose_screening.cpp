@@ -79,6 +79,24 @@ TEST(Screening, RefittedParametersComeBackFromTheirLimits) {
   EXPECT_NEAR(e.gain, gain, 0.35 * gain);
 }
 
+/// What a model's own parameters would still gain is no gain of an effect, of a fit that has not ended too.
+TEST(Screening, GainsAreBesideThoseOfTheOwnParameters) {
+  DiagnoseRig rig;
+  rig.trust({"Bf", "Cm1"}, 0.02);
+  const Screened s(rig, rig.with("front_stiff", {0.10}));
+  Fit early = s.null_model;
+  early.model.nuisance[1] *= 1.01;
+  const Screening again = screen(s.problem, early);
+  ASSERT_TRUE(s.screening.at_limit && again.at_limit);
+  EXPECT_LT(s.screening.own_gain, 0.1);
+  EXPECT_GT(again.own_gain, 10.0);
+  const std::size_t other = rig.catalogue().find("vx_bias");
+  for (const Extension& e : again.extensions)
+    if (e.candidate == other) {
+      EXPECT_NEAR(e.gain, s.of("vx_bias").gain, 0.5);
+    }
+}
+
 /// Of an effect that a refitted parameter can do as well the log tells no more than how far that is trusted, at its
 /// limit too; of others all that it told before.
 TEST(Screening, InformationBesideARefittedParameterIsItsTrust) {
