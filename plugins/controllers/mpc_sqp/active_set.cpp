@@ -90,7 +90,7 @@ bool ActiveSet::update_curvature(const OcpQp& qp, Riccati& riccati, QpPoint& poi
   int violated = 0;
   for (std::size_t i = 0; i < point.status.size(); ++i) {
     const bool one = is_violated(point.status[i]);
-    terms_.Gamma.data()[i] = one ? qp.Z : 0.0;
+    terms_.Gamma[i] = one ? qp.Z : 0.0;
     violated += one ? 1 : 0;
   }
   if (violated == point.curvature_at) return true;
@@ -120,9 +120,9 @@ void ActiveSet::set_Gamma(const OcpQp& qp, const QpPoint& point, double penalty)
       const int i = con_count * k + c;
       const BoundStatus status = has_constraint(k, qp.dims.N, c) ? point.status[i] : BoundStatus::inactive;
       double Gamma = 0;
-      if (is_active(status)) Gamma = penalty * point.curvature.data()[i];
+      if (is_active(status)) Gamma = penalty * point.curvature[i];
       if (is_violated(status)) Gamma = qp.Z;
-      terms_.Gamma.data()[i] = Gamma;
+      terms_.Gamma[i] = Gamma;
     }
   }
 }
@@ -136,10 +136,10 @@ void ActiveSet::set_gamma(const OcpQp& qp, const QpPoint& point) {
       double gamma = 0;
       if (status != BoundStatus::inactive) {
         const double bound = is_upper(status) ? qp.ub(k)[c] : qp.lb(k)[c];
-        const double at_bound = is_active(status) ? point.lam.data()[i] : is_upper(status) ? qp.z : -qp.z;
-        gamma = at_bound - terms_.Gamma.data()[i] * bound;
+        const double at_bound = is_active(status) ? point.lam[i] : is_upper(status) ? qp.z : -qp.z;
+        gamma = at_bound - terms_.Gamma[i] * bound;
       }
-      terms_.gamma.data()[i] = gamma;
+      terms_.gamma[i] = gamma;
     }
   }
 }
@@ -149,14 +149,14 @@ double ActiveSet::update_lam(const OcpQp& qp, QpPoint& point) const {
   for (int k = 0; k <= qp.dims.N; ++k) {
     for (int c = 0; c < con_count; ++c) {
       const int i = con_count * k + c;
-      double& lam = point.lam.data()[i];
+      double& lam = point.lam[i];
       const BoundStatus status = has_constraint(k, qp.dims.N, c) ? point.status[i] : BoundStatus::inactive;
       if (status == BoundStatus::inactive) {
         lam = 0;
         continue;
       }
-      const double v = point.v.data()[i];
-      lam = terms_.Gamma.data()[i] * v + terms_.gamma.data()[i];
+      const double v = point.v[i];
+      lam = terms_.Gamma[i] * v + terms_.gamma[i];
       if (!is_active(status)) continue;
       const double bound = is_upper(status) ? qp.ub(k)[c] : qp.lb(k)[c];
       worst = std::max(worst, std::abs(v - bound) / bound_range(qp.lb(k)[c], qp.ub(k)[c]));
@@ -176,10 +176,10 @@ bool ActiveSet::update_status(const OcpQp& qp, QpPoint& point, double tolerance)
       const double slack = tolerance * bound_range(lower, upper);
       const Constrained at = {.lower = lower,
                               .upper = upper,
-                              .v = point.v.data()[i],
-                              .lam = point.lam.data()[i],
+                              .v = point.v[i],
+                              .lam = point.lam[i],
                               .tolerance = slack,
-                              .lam_tolerance = slack * point.curvature.data()[i],
+                              .lam_tolerance = slack * point.curvature[i],
                               .soft = c == con_g,
                               .z = qp.z};
       const BoundStatus next = next_status(point.status[i], at);

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <utility>
 
 namespace gripline::mpc_sqp {
 namespace {
@@ -22,11 +21,10 @@ void for_soft_bounds(int N, F f) {
 
 InteriorPoint::InteriorPoint(int N, int nx)
     : iterate_(N, nx), terms_(N), last_status_(terms_.Gamma.size(), BoundStatus::inactive), N_(N) {
-  const std::size_t size = static_cast<std::size_t>(bounds_per_stage) * static_cast<std::size_t>(N + 1);
-  for (Buffer* buffer : {&c_, &d_, &t_, &lam_, &t_next_, &lam_next_, &rho_, &sigma_, &s_, &nu_, &s_next_, &nu_next_,
-                         &Gamma_, &offset_, &t_unit_, &lam_unit_}) {
-    *buffer = Buffer(size);
-  }
+  const Buffer zeros(static_cast<std::size_t>(bounds_per_stage) * static_cast<std::size_t>(N + 1));
+  bounds_ = {zeros, zeros, zeros, zeros};
+  now_ = next_ = {zeros, zeros, zeros, zeros};
+  step_ = {zeros, zeros, zeros, zeros};
 }
 
 void InteriorPoint::start(const OcpQp& qp, Riccati& riccati, QpPoint& point) {
@@ -56,15 +54,15 @@ void InteriorPoint::start(const OcpQp& qp, Riccati& riccati, QpPoint& point) {
 /// Pairs after a full step, shifted by half as much again as the worst of them is negative.
 void InteriorPoint::shift_inside() {
   double outside_t = 0, outside_lam = 0;
-  for (std::size_t i = 0; i < t_.size(); ++i) {
-    if (c_.data()[i] == 0) continue;
-    outside_t = std::max(outside_t, -t_next_.data()[i] / t_unit_.data()[i]);
-    outside_lam = std::max(outside_lam, -lam_next_.data()[i] / lam_unit_.data()[i]);
+  for (std::size_t i = 0; i < now_.t.size(); ++i) {
+    if (bounds_.c[i] == 0) continue;
+    outside_t = std::max(outside_t, -next_.t[i] / bounds_.t_unit[i]);
+    outside_lam = std::max(outside_lam, -next_.lam[i] / bounds_.lam_unit[i]);
   }
-  for (std::size_t i = 0; i < t_.size(); ++i) {
-    if (c_.data()[i] == 0) continue;
-    t_.data()[i] = t_next_.data()[i] + (0.1 + 1.5 * outside_t) * t_unit_.data()[i];
-    lam_.data()[i] = lam_next_.data()[i] + (0.1 + 1.5 * outside_lam) * lam_unit_.data()[i];
+  for (std::size_t i = 0; i < now_.t.size(); ++i) {
+    if (bounds_.c[i] == 0) continue;
+    now_.t[i] = next_.t[i] + (0.1 + 1.5 * outside_t) * bounds_.t_unit[i];
+    now_.lam[i] = next_.lam[i] + (0.1 + 1.5 * outside_lam) * bounds_.lam_unit[i];
   }
 }
 
@@ -85,14 +83,14 @@ void InteriorPoint::set_bounds(const OcpQp& qp, QpPoint& point) {
         const double room = qp.ub(k)[con] - qp.lb(k)[con] < 1e-7 ? 1e-7 : 0.0;
         const double bound = (is_upper ? qp.ub(k)[con] : -qp.lb(k)[con]) + room;
         const bool exists = has_constraint(k, N_, con) && std::isfinite(bound);
-        c_.data()[i] = exists ? (is_upper ? 1.0 : -1.0) : 0.0;
-        d_.data()[i] = exists ? bound : 1.0;
-        t_unit_.data()[i] = range;
-        lam_unit_.data()[i] = point.curvature.data()[row] * range;
-        t_.data()[i] = exists ? std::max(bound - c_.data()[i] * point.v.data()[row], 0.05 * range) : 1.0;
-        lam_.data()[i] = 1;
-        rho_.data()[i] = exists && con == con_g ? 1.0 / Z_ : 0.0;
-        sigma_.data()[i] = 0;
+        bounds_.c[i] = exists ? (is_upper ? 1.0 : -1.0) : 0.0;
+        bounds_.d[i] = exists ? bound : 1.0;
+        bounds_.t_unit[i] = range;
+        bounds_.lam_unit[i] = point.curvature[row] * range;
+        now_.t[i] = exists ? std::max(bound - bounds_.c[i] * point.v[row], 0.05 * range) : 1.0;
+        now_.lam[i] = 1;
+        step_.rho[i] = exists && con == con_g ? 1.0 / Z_ : 0.0;
+        step_.sigma[i] = 0;
         if (exists) ++pairs_;
       }
     }
@@ -103,37 +101,34 @@ void InteriorPoint::set_bounds(const OcpQp& qp, QpPoint& point) {
 /// since curvatures may differ by orders of magnitude along the horizon.
 double InteriorPoint::set_pairs(const QpPoint& point) {
   double total = 0;
-  for (std::size_t i = 0; i < t_.size(); ++i) {
-    if (c_.data()[i] != 0) total += std::log(lam_unit_.data()[i] / t_unit_.data()[i] * t_.data()[i] * t_.data()[i]);
+  for (std::size_t i = 0; i < now_.t.size(); ++i) {
+    if (bounds_.c[i] != 0) total += std::log(bounds_.lam_unit[i] / bounds_.t_unit[i] * now_.t[i] * now_.t[i]);
   }
   const double mu = pairs_ > 0 ? std::exp(total / pairs_) : 1.0;
-  for (std::size_t i = 0; i < t_.size(); ++i) {
-    if (c_.data()[i] == 0) continue;
+  for (std::size_t i = 0; i < now_.t.size(); ++i) {
+    if (bounds_.c[i] == 0) continue;
     if (i % con_count == con_g && !(z_ > 0)) {
       // t lam = mu and t = d - c v + lam / Z at once.
-      const double v = point.v.data()[i / bounds_per_stage * con_count + con_g];
-      const double excess = c_.data()[i] * v - d_.data()[i];
+      const double v = point.v[i / bounds_per_stage * con_count + con_g];
+      const double excess = bounds_.c[i] * v - bounds_.d[i];
       const double root = std::sqrt(excess * excess + 4 * mu / Z_);
-      t_.data()[i] = excess > 0 ? mu / (0.5 * Z_ * (excess + root)) : 0.5 * (root - excess);
+      now_.t[i] = excess > 0 ? mu / (0.5 * Z_ * (excess + root)) : 0.5 * (root - excess);
     }
-    lam_.data()[i] = mu / t_.data()[i];
+    now_.lam[i] = mu / now_.t[i];
   }
   if (z_ > 0) set_soft_pairs(mu);
-  // No predictor yet.
-  for (const auto& [next, now] : {std::pair{&t_next_, &t_}, {&lam_next_, &lam_}, {&s_next_, &s_}, {&nu_next_, &nu_}}) {
-    std::copy_n(now->data(), now->size(), next->data());
-  }
+  next_ = now_;  // no predictor yet
   return mu;
 }
 
 /// s nu = mu with nu = z + Z s, of which lam takes at most half.
 void InteriorPoint::set_soft_pairs(double mu) {
   for_soft_bounds(N_, [&](int i) {
-    if (c_.data()[i] == 0) return;
+    if (bounds_.c[i] == 0) return;
     const double s = 2 * mu / (z_ + std::sqrt(z_ * z_ + 4 * Z_ * mu));
-    lam_.data()[i] = std::min(lam_.data()[i], 0.5 * (z_ + Z_ * s));
-    s_.data()[i] = s;
-    nu_.data()[i] = z_ + Z_ * s - lam_.data()[i];
+    now_.lam[i] = std::min(now_.lam[i], 0.5 * (z_ + Z_ * s));
+    now_.s[i] = s;
+    now_.nu[i] = z_ + Z_ * s - now_.lam[i];
     ++pairs_;
   });
 }
@@ -141,12 +136,12 @@ void InteriorPoint::set_soft_pairs(double mu) {
 /// s+ = rho lam+ + sigma from the linearised conditions Z s+ + z - lam+ - nu+ = 0 and s nu+ + nu s+ = m + s nu.
 void InteriorPoint::set_slack_terms(double target, double second_order) {
   for_soft_bounds(N_, [&](int i) {
-    if (c_.data()[i] == 0) return;
-    const double s = s_.data()[i], nu = nu_.data()[i];
-    const double m = target - second_order * (s_next_.data()[i] - s) * (nu_next_.data()[i] - nu);
+    if (bounds_.c[i] == 0) return;
+    const double s = now_.s[i], nu = now_.nu[i];
+    const double m = target - second_order * (next_.s[i] - s) * (next_.nu[i] - nu);
     const double scale = 1.0 / (nu + Z_ * s);
-    rho_.data()[i] = s * scale;
-    sigma_.data()[i] = (m + s * (nu - z_)) * scale;
+    step_.rho[i] = s * scale;
+    step_.sigma[i] = (m + s * (nu - z_)) * scale;
   });
 }
 
@@ -156,13 +151,13 @@ void InteriorPoint::set_terms(double target, double second_order) {
   for (int k = 0; k <= N_; ++k) {
     Vec4 Gamma_sum{}, gamma_sum{};
     for (int i = bounds_per_stage * k; i < bounds_per_stage * (k + 1); i += con_count) {
-      const Vec4 t = vec4(t_.data() + i), lam = vec4(lam_.data() + i), c = vec4(c_.data() + i);
-      const Vec4 m = aim - share * (vec4(t_next_.data() + i) - t) * (vec4(lam_next_.data() + i) - lam);
-      const Vec4 scale = 1.0 / (t + vec4(rho_.data() + i) * lam);
+      const Vec4 t = vec4(now_.t.data() + i), lam = vec4(now_.lam.data() + i), c = vec4(bounds_.c.data() + i);
+      const Vec4 m = aim - share * (vec4(next_.t.data() + i) - t) * (vec4(next_.lam.data() + i) - lam);
+      const Vec4 scale = 1.0 / (t + vec4(step_.rho.data() + i) * lam);
       const Vec4 Gamma = c * c * lam * scale;
-      const Vec4 offset = Gamma * (t - vec4(d_.data() + i) - vec4(sigma_.data() + i)) + m * scale;
-      vec4(Gamma_.data() + i) = Gamma;
-      vec4(offset_.data() + i) = c != 0.0 ? offset : all(1.0);
+      const Vec4 offset = Gamma * (t - vec4(bounds_.d.data() + i) - vec4(step_.sigma.data() + i)) + m * scale;
+      vec4(step_.Gamma.data() + i) = Gamma;
+      vec4(step_.offset.data() + i) = c != 0.0 ? offset : all(1.0);
       Gamma_sum += Gamma;
       gamma_sum += c * offset;
     }
@@ -175,32 +170,33 @@ void InteriorPoint::set_full_step(const QpPoint& point) {
   for (int k = 0; k <= N_; ++k) {
     const Vec4 v = vec4(point.v.data() + con_count * k);
     for (int i = bounds_per_stage * k; i < bounds_per_stage * (k + 1); i += con_count) {
-      const Vec4 cv = vec4(c_.data() + i) * v;
-      const Vec4 lam = vec4(Gamma_.data() + i) * cv + vec4(offset_.data() + i);
-      vec4(lam_next_.data() + i) = lam;
-      vec4(t_next_.data() + i) = vec4(d_.data() + i) + vec4(sigma_.data() + i) + vec4(rho_.data() + i) * lam - cv;
+      const Vec4 cv = vec4(bounds_.c.data() + i) * v;
+      const Vec4 lam = vec4(step_.Gamma.data() + i) * cv + vec4(step_.offset.data() + i);
+      vec4(next_.lam.data() + i) = lam;
+      vec4(next_.t.data() + i) =
+          vec4(bounds_.d.data() + i) + vec4(step_.sigma.data() + i) + vec4(step_.rho.data() + i) * lam - cv;
     }
   }
   if (!(z_ > 0)) return;
   for_soft_bounds(N_, [&](int i) {
-    if (c_.data()[i] == 0) return;
-    s_next_.data()[i] = rho_.data()[i] * lam_next_.data()[i] + sigma_.data()[i];
-    nu_next_.data()[i] = Z_ * s_next_.data()[i] + z_ - lam_next_.data()[i];
+    if (bounds_.c[i] == 0) return;
+    next_.s[i] = step_.rho[i] * next_.lam[i] + step_.sigma[i];
+    next_.nu[i] = Z_ * next_.s[i] + z_ - next_.lam[i];
   });
 }
 
 /// The longest step that keeps every pair positive, at most 1.
 double InteriorPoint::step_length() const {
   Vec4 worst{};
-  for (std::size_t i = 0; i < t_.size(); i += 4) {
-    const Vec4 t = vec4(t_.data() + i), lam = vec4(lam_.data() + i);
-    worst = max(worst, max(1.0 - vec4(t_next_.data() + i) / t, 1.0 - vec4(lam_next_.data() + i) / lam));
+  for (std::size_t i = 0; i < now_.t.size(); i += 4) {
+    const Vec4 t = vec4(now_.t.data() + i), lam = vec4(now_.lam.data() + i);
+    worst = max(worst, max(1.0 - vec4(next_.t.data() + i) / t, 1.0 - vec4(next_.lam.data() + i) / lam));
   }
   double ratio = largest(worst);
   if (z_ > 0) {
     for_soft_bounds(N_, [&](int i) {
-      if (c_.data()[i] == 0) return;
-      ratio = std::max({ratio, 1.0 - s_next_.data()[i] / s_.data()[i], 1.0 - nu_next_.data()[i] / nu_.data()[i]});
+      if (bounds_.c[i] == 0) return;
+      ratio = std::max({ratio, 1.0 - next_.s[i] / now_.s[i], 1.0 - next_.nu[i] / now_.nu[i]});
     });
   }
   return ratio > 1.0 ? 1.0 / ratio : 1.0;
@@ -210,15 +206,15 @@ double InteriorPoint::step_length() const {
 double InteriorPoint::mean_complementarity(double alpha) const {
   const auto after = [alpha](double now, double next) { return now + alpha * (next - now); };
   Vec4 total{};
-  for (std::size_t i = 0; i < t_.size(); i += 4) {
-    const Vec4 t = vec4(t_.data() + i), lam = vec4(lam_.data() + i), c = vec4(c_.data() + i);
-    total += c * c * (t + alpha * (vec4(t_next_.data() + i) - t)) * (lam + alpha * (vec4(lam_next_.data() + i) - lam));
+  for (std::size_t i = 0; i < now_.t.size(); i += 4) {
+    const Vec4 t = vec4(now_.t.data() + i), lam = vec4(now_.lam.data() + i), c = vec4(bounds_.c.data() + i);
+    total += c * c * (t + alpha * (vec4(next_.t.data() + i) - t)) * (lam + alpha * (vec4(next_.lam.data() + i) - lam));
   }
   double slacks = 0;
   if (z_ > 0) {
     for_soft_bounds(N_, [&](int i) {
-      if (c_.data()[i] == 0) return;
-      slacks += after(s_.data()[i], s_next_.data()[i]) * after(nu_.data()[i], nu_next_.data()[i]);
+      if (bounds_.c[i] == 0) return;
+      slacks += after(now_.s[i], next_.s[i]) * after(now_.nu[i], next_.nu[i]);
     });
   }
   return pairs_ > 0 ? (sum(total) + slacks) / pairs_ : 0.0;
@@ -227,9 +223,9 @@ double InteriorPoint::mean_complementarity(double alpha) const {
 /// The largest distance, or multiplier if that is smaller, in the constraint's units.
 double InteriorPoint::worst_pair() const {
   double worst = 0;
-  for (std::size_t i = 0; i < t_.size(); ++i) {
-    const double t = t_.data()[i] / t_unit_.data()[i], lam = lam_.data()[i] / lam_unit_.data()[i];
-    if (c_.data()[i] != 0) worst = std::max(worst, std::min(t, lam));
+  for (std::size_t i = 0; i < now_.t.size(); ++i) {
+    const double t = now_.t[i] / bounds_.t_unit[i], lam = now_.lam[i] / bounds_.lam_unit[i];
+    if (bounds_.c[i] != 0) worst = std::max(worst, std::min(t, lam));
   }
   return worst;
 }
@@ -242,11 +238,11 @@ void InteriorPoint::advance(const QpPoint& point, double alpha) {
   };
   move(iterate_.ux, point.ux);
   move(iterate_.v, point.v);
-  move(t_, t_next_);
-  move(lam_, lam_next_);
+  move(now_.t, next_.t);
+  move(now_.lam, next_.lam);
   if (z_ > 0) {
-    move(s_, s_next_);
-    move(nu_, nu_next_);
+    move(now_.s, next_.s);
+    move(now_.nu, next_.nu);
   }
 }
 
@@ -295,11 +291,11 @@ bool InteriorPoint::active_set_repeats() {
       BoundStatus now = BoundStatus::inactive;
       for (const bool is_upper : {false, true}) {
         const int i = bounds_per_stage * k + (is_upper ? con_count : 0) + con;
-        if (c_.data()[i] == 0) continue;
-        const bool active = lam_next_.data()[i] * t_.data()[i] > t_next_.data()[i] * lam_.data()[i];
+        if (bounds_.c[i] == 0) continue;
+        const bool active = next_.lam[i] * now_.t[i] > next_.t[i] * now_.lam[i];
         if (!active) continue;
         now = is_upper ? BoundStatus::upper_active : BoundStatus::lower_active;
-        if (con == con_g && (!(z_ > 0) || s_next_.data()[i] * nu_.data()[i] > nu_next_.data()[i] * s_.data()[i])) {
+        if (con == con_g && (!(z_ > 0) || next_.s[i] * now_.nu[i] > next_.nu[i] * now_.s[i])) {
           now = is_upper ? BoundStatus::upper_violated : BoundStatus::lower_violated;
         }
       }
@@ -318,7 +314,7 @@ void InteriorPoint::get_active_set(QpPoint& point) const {
   for (std::size_t i = 0; i < last_status_.size(); ++i) {
     const std::size_t lower = i / con_count * bounds_per_stage + i % con_count, upper = lower + con_count;
     const int side = static_cast<int>(last_status_[i]);
-    point.lam.data()[i] = side > 0 ? lam_next_.data()[upper] : side < 0 ? -lam_next_.data()[lower] : 0.0;
+    point.lam[i] = side > 0 ? next_.lam[upper] : side < 0 ? -next_.lam[lower] : 0.0;
   }
 }
 
@@ -328,8 +324,8 @@ void InteriorPoint::get_solution(QpPoint& point) const {
   for (int k = 0; k <= N_; ++k) {
     for (int con = 0; con < con_count; ++con) {
       const int lower = bounds_per_stage * k + con, upper = lower + con_count;
-      point.lam.data()[con_count * k + con] =
-          std::abs(c_.data()[upper]) * lam_.data()[upper] - std::abs(c_.data()[lower]) * lam_.data()[lower];
+      point.lam[con_count * k + con] =
+          std::abs(bounds_.c[upper]) * now_.lam[upper] - std::abs(bounds_.c[lower]) * now_.lam[lower];
     }
   }
 }

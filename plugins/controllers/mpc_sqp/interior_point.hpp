@@ -50,16 +50,27 @@ class InteriorPoint {
   double mean_complementarity(double alpha) const;
   void advance(const QpPoint& point, double alpha);
 
-  QpPoint iterate_;
-  ConstraintTerms terms_;
   // Per stage the four lower bounds, then the four upper ones. A bound that is not there has c = 0, t = lam = 1, Gamma
   // = 0.
-  Buffer c_, d_;
-  Buffer t_unit_, lam_unit_;              // units of a distance and of a multiplier
-  Buffer t_, lam_, t_next_, lam_next_;    // at the iterate and after a full step
-  Buffer rho_, sigma_;                    // s = rho lam + sigma
-  Buffer s_, nu_, s_next_, nu_next_;      // of soft bounds with z > 0
-  Buffer Gamma_, offset_;                 // lam+ = Gamma c v+ + offset
+  struct Bounds {
+    Buffer c, d;
+    Buffer t_unit, lam_unit;  // units of a distance and of a multiplier
+  };
+  struct Pairs {
+    Buffer t, lam;  // distances and multipliers
+    Buffer s, nu;   // of soft bounds with z > 0: slacks and their multipliers
+  };
+  /// A Newton step in terms of the constraints' values.
+  struct StepTerms {
+    Buffer rho, sigma;     // s = rho lam + sigma
+    Buffer Gamma, offset;  // lam+ = Gamma c v+ + offset
+  };
+
+  QpPoint iterate_;
+  ConstraintTerms terms_;
+  Bounds bounds_;
+  Pairs now_, next_;  // at the iterate and after a full step
+  StepTerms step_;
   std::vector<BoundStatus> last_status_;  // to which the last predictor moved the constraints
   int N_, pairs_ = 0, iterations_ = 0;
   double Z_ = 2, z_ = 0;

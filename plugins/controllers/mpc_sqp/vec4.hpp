@@ -42,6 +42,8 @@ class Buffer {
   explicit Buffer(std::size_t size) : blocks_((size + 3) / 4) {}
   double* data() { return reinterpret_cast<double*>(blocks_.data()); }
   const double* data() const { return reinterpret_cast<const double*>(blocks_.data()); }
+  double& operator[](std::size_t i) { return data()[i]; }
+  double operator[](std::size_t i) const { return data()[i]; }
   std::size_t size() const { return 4 * blocks_.size(); }
 
  private:
