@@ -28,6 +28,7 @@
 #include "common/learning/step_path.hpp"
 #include "common/learning/tyre_correction.hpp"
 #include "common/learning/window_gram.hpp"
+#include "common/vehicle/axle_loads.hpp"
 
 namespace {
 
@@ -80,7 +81,9 @@ class Elm final : public AutoDiffEffect<Elm, Estimator> {
         rear_nodes_(rear_layer_),
         gram_(unknowns(), 3, params.window, params.retain),
         mu_init_(context.mu_init),
-        ellipse_{params.ellipse, params.drive_front, params.brake_front},
+        terms_{.model_has_tyres = drive_.model_has_tyres(),
+               .v_min = car_.v_min,
+               .ellipse = {params.ellipse, params.drive_front, params.brake_front}},
         visited_{params.slip_start, params.slip_start} {
     for (auto* vector : {&weights_, &velocity_, &gradient_}) vector->setZero(unknowns());
     rows_.setZero(unknowns(), 3);
@@ -94,7 +97,7 @@ class Elm final : public AutoDiffEffect<Elm, Estimator> {
   void update(const Sample& k) override {
     if (std::min(k.x.vx, k.x_next.vx) < car_.v_min || k.dt <= 0.0) return;
     const auto force = [this](Axle axle, double slip) { return tyres_.of(axle).at(slip).force; };
-    const LearnedCar car{car_, drive_, resistance_, ellipse_, peaks_, force};
+    const LearnedCar car{car_, drive_, terms_, force};
     const StepPath path = step_path(k, car, learned());
     fill_rows(path);
     gram_.add(rows_, targets_);
@@ -124,8 +127,7 @@ class Elm final : public AutoDiffEffect<Elm, Estimator> {
 
   template <class T>
   void act(Point<T>& p) const {
-    correct_body(p.q, p.at, drive_.model_has_tyres(), car_.v_min, resistance_, ellipse_, peaks_,
-                 [this](Axle axle, const T& slip) { return tyres_.of(axle).force(slip); });
+    correct_body(p.q, p.at, terms_, [this](Axle axle, const T& slip) { return tyres_.of(axle).force(slip); });
   }
 
  private:
@@ -203,10 +205,11 @@ class Elm final : public AutoDiffEffect<Elm, Estimator> {
     const double weight = car_.m * gravity;
     front_nodes_.fill(tyres_.front, weights_.segment(0, n), weight);
     rear_nodes_.fill(tyres_.rear, weights_.segment(n, n), weight);
-    resistance_ = {resistance_scale * weight * weights_[2 * n],
-                   resistance_scale * weight * weights_[2 * n + 1] / square(car_.v_ref)};
-    peaks_ = {std::max(tyres_.front.peak(visited_.front), least_mu * weight * car_.lr / (car_.lf + car_.lr)),
-              std::max(tyres_.rear.peak(visited_.rear), least_mu * weight * car_.lf / (car_.lf + car_.lr))};
+    terms_.resistance = {resistance_scale * weight * weights_[2 * n],
+                         resistance_scale * weight * weights_[2 * n + 1] / square(car_.v_ref)};
+    const vehicle::AxleLoads least = vehicle::axle_loads(least_mu * weight, car_);
+    terms_.peaks = {std::max(tyres_.front.peak(visited_.front), least.front),
+                    std::max(tyres_.rear.peak(visited_.rear), least.rear)};
     misfit_ = std::sqrt(gram_.residual(weights_, gradient_) / (3.0 * gram_.weight()));
   }
 
@@ -218,15 +221,13 @@ class Elm final : public AutoDiffEffect<Elm, Estimator> {
   TabulatedLayer front_nodes_, rear_nodes_;
   WindowGram gram_;
   double mu_init_;
-  FrictionEllipse ellipse_;
-  PeakForces peaks_;
+  CorrectionTerms terms_;
   Slips visited_;
   Eigen::MatrixXd rows_, normal_, level_;
   Eigen::VectorXd weights_, velocity_, gradient_;
   Eigen::Vector3d targets_ = Eigen::Vector3d::Zero();
   Eigen::LLT<Eigen::MatrixXd> factors_;
   AxleTables tyres_;
-  ResistanceForce resistance_;
   double misfit_ = 0;
 };
 

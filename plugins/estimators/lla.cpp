@@ -77,7 +77,12 @@ class LookBack final : public AutoDiffEffect<LookBack, Estimator> {
   }
 
   LookBack(const PluginContext& context, const Params& params)
-      : params_(params), car_(context.car), drive_(context), truth_(context.truth), random_(context.seed) {
+      : params_(params),
+        car_(context.car),
+        drive_(context),
+        truth_(context.truth),
+        random_(context.seed),
+        terms_{.model_has_tyres = drive_.model_has_tyres(), .v_min = car_.v_min} {
     const double weight = car_.m * gravity / (car_.lf + car_.lr);
     load_[0] = weight * car_.lr;
     load_[1] = weight * car_.lf;
@@ -121,10 +126,9 @@ class LookBack final : public AutoDiffEffect<LookBack, Estimator> {
 
   template <class T>
   void act(Point<T>& p) const {
-    correct_body(p.q, p.at, drive_.model_has_tyres(), car_.v_min, resistance_, {}, {},
-                 [this](Axle axle, const T& slip) {
-                   return axle == Axle::front ? chosen_.front.force(slip) : chosen_.rear.force(slip);
-                 });
+    correct_body(p.q, p.at, terms_, [this](Axle axle, const T& slip) {
+      return axle == Axle::front ? chosen_.front.force(slip) : chosen_.rear.force(slip);
+    });
   }
 
  private:
@@ -164,14 +168,14 @@ class LookBack final : public AutoDiffEffect<LookBack, Estimator> {
       return truth_->accelerations(points) ? -car_.m * q.ax : 0.0;
     };
     const double slow = loss(0.5 * car_.v_ref), fast = loss(car_.v_ref);
-    resistance_.Cd = (fast - slow) / (0.75 * square(car_.v_ref));
-    resistance_.Cr0 = fast - resistance_.Cd * square(car_.v_ref);
+    terms_.resistance.Cd = (fast - slow) / (0.75 * square(car_.v_ref));
+    terms_.resistance.Cr0 = fast - terms_.resistance.Cd * square(car_.v_ref);
   }
 
   PlanarState rates(const AxleTyres& tyres, const PlanarState& s, double drive, double delta) const {
     const BodyVelocity body = {s.vx, s.vy, s.omega};
     const Slips slip = slips(body, delta, car_);
-    const double resistance = resistance_.Cr0 + resistance_.Cd * square(s.vx);
+    const double resistance = terms_.resistance.Cr0 + terms_.resistance.Cd * square(s.vx);
     const BodyVelocity rate = body_rates(
         body, delta, drive, 0.0, {tyres.front.force(slip.front), tyres.rear.force(slip.rear)}, resistance, car_);
     const double c = std::cos(s.yaw), n = std::sin(s.yaw);
@@ -194,7 +198,7 @@ class LookBack final : public AutoDiffEffect<LookBack, Estimator> {
   /// What the chosen model leaves of vx', as a constant resistance, with the memory of a second.
   void learn_resistance(const Sample& k, double drive) {
     const double missing = (predict(chosen_, k, drive).vx - k.x_next.vx) / k.dt;
-    resistance_.Cr0 = std::max(0.0, resistance_.Cr0 + std::min(1.0, k.dt) * car_.m * missing);
+    terms_.resistance.Cr0 = std::max(0.0, terms_.resistance.Cr0 + std::min(1.0, k.dt) * car_.m * missing);
   }
 
   void choose() {
@@ -221,9 +225,9 @@ class LookBack final : public AutoDiffEffect<LookBack, Estimator> {
   StraightDrive drive_;
   const Truth* truth_;
   std::mt19937_64 random_;
+  CorrectionTerms terms_;    // no friction ellipse
   double load_[2] = {0, 0};  // static, front and rear [N]
   AxleTyres centre_{}, chosen_{};
-  ResistanceForce resistance_;
   std::vector<AxleTyres> bank_;
   std::vector<double> errors_, sums_;  // window x models; sums over the window
   std::vector<std::size_t> order_;

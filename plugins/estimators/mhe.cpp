@@ -21,6 +21,7 @@
 
 #include "common/learning/step_path.hpp"
 #include "common/learning/tyre_correction.hpp"
+#include "common/vehicle/axle_loads.hpp"
 #include "common/vehicle/magic_formula.hpp"
 
 namespace {
@@ -94,8 +95,10 @@ class MovingHorizon final : public AutoDiffEffect<MovingHorizon, Estimator> {
       : params_(params),
         car_(context.car),
         drive_(context),
-        ellipse_{params.ellipse, params.drive_front, params.brake_front},
-        load_{car_.m * gravity * car_.lr / (car_.lf + car_.lr), car_.m * gravity * car_.lf / (car_.lf + car_.lr)} {
+        terms_{.model_has_tyres = drive_.model_has_tyres(),
+               .v_min = car_.v_min,
+               .ellipse = {params.ellipse, params.drive_front, params.brake_front}},
+        load_(vehicle::static_axle_loads(car_)) {
     const double mu = params.friction > 0 ? params.friction : context.mu_init;
     for (const int first : {0, static_cast<int>(per_axle)}) {
       prior_.segment<per_axle>(first) << std::log(params.stiffness), params.shape, std::log(mu);
@@ -112,7 +115,7 @@ class MovingHorizon final : public AutoDiffEffect<MovingHorizon, Estimator> {
   void update(const Sample& k) override {
     if (std::min(k.x.vx, k.x_next.vx) < car_.v_min || k.dt <= 0.0) return;
     const auto force = [this](Axle axle, double slip) { return curve(axle).force(slip); };
-    const LearnedCar car{car_, drive_, resistance_, ellipse_, peaks_, force};
+    const LearnedCar car{car_, drive_, terms_, force};
     steps_[next_] = {step_path(k, car, true), k.dt};
     next_ = (next_ + 1) % steps_.size();
     count_ = std::min(count_ + 1, steps_.size());
@@ -123,7 +126,7 @@ class MovingHorizon final : public AutoDiffEffect<MovingHorizon, Estimator> {
   }
 
   Belief belief() const override {
-    const double front = tyres_.front.D / load_[0], rear = tyres_.rear.D / load_[1];
+    const double front = tyres_.front.D / load_.front, rear = tyres_.rear.D / load_.rear;
     return {front, rear, front * deviation_[0], rear * deviation_[1], false};
   }
 
@@ -134,15 +137,14 @@ class MovingHorizon final : public AutoDiffEffect<MovingHorizon, Estimator> {
     for (std::size_t i = 0; i < force.size(); ++i) force[i] = curve(axle).force(slip[i]);
     for (std::size_t i = 0; i < sigma.size(); ++i) {
       const Eigen::Vector3d slope = tyre_force_of(p_, first, slip[i]).slope;
-      sigma[i] = load_[static_cast<int>(axle)] * std::sqrt(std::max(0.0, slope.dot(covariance * slope)));
+      sigma[i] = load_.of(axle) * std::sqrt(std::max(0.0, slope.dot(covariance * slope)));
     }
     return true;
   }
 
   template <class T>
   void act(Point<T>& p) const {
-    correct_body(p.q, p.at, drive_.model_has_tyres(), car_.v_min, resistance_, ellipse_, peaks_,
-                 [this](Axle axle, const T& slip) { return curve(axle).force(slip); });
+    correct_body(p.q, p.at, terms_, [this](Axle axle, const T& slip) { return curve(axle).force(slip); });
   }
 
  private:
@@ -179,7 +181,8 @@ class MovingHorizon final : public AutoDiffEffect<MovingHorizon, Estimator> {
     Eigen::Vector3d front_slope = Eigen::Vector3d::Zero(), rear_slope = Eigen::Vector3d::Zero();
     for (int i = 0; i < path_points; ++i) {
       const TyreForce f = tyre_force_of(p, 0, path.slip[i].front), r = tyre_force_of(p, per_axle, path.slip[i].rear);
-      const double wf = path_weights[i] * path.load_front * load_[0], wr = path_weights[i] * path.load_rear * load_[1];
+      const double wf = path_weights[i] * path.load_front * load_.front,
+                   wr = path_weights[i] * path.load_rear * load_.rear;
       front += wf * f.value;
       rear += wr * r.value;
       front_slope += wf * f.slope;
@@ -234,10 +237,10 @@ class MovingHorizon final : public AutoDiffEffect<MovingHorizon, Estimator> {
       return vehicle::MagicFormula{std::exp(p_[first + log_B]), p_[first + shape_C],
                                    load * std::exp(p_[first + log_mu])};
     };
-    tyres_ = {tyre(0, load_[0]), tyre(per_axle, load_[1])};
-    peaks_ = {tyres_.front.D, tyres_.rear.D};
+    tyres_ = {tyre(0, load_.front), tyre(per_axle, load_.rear)};
+    terms_.peaks = {tyres_.front.D, tyres_.rear.D};
     const double weight = car_.m * gravity;
-    resistance_ = {p_[rolling] * weight, p_[drag] * weight / square(car_.v_ref)};
+    terms_.resistance = {p_[rolling] * weight, p_[drag] * weight / square(car_.v_ref)};
     for (int axle = 0; axle < 2; ++axle) {
       const int j = axle * per_axle + log_mu;
       deviation_[axle] = std::sqrt(std::max(0.0, covariance_(j, j)));
@@ -247,14 +250,12 @@ class MovingHorizon final : public AutoDiffEffect<MovingHorizon, Estimator> {
   Params params_;
   Car car_;
   StraightDrive drive_;
-  FrictionEllipse ellipse_;
-  double load_[2];  // static, front and rear [N]
+  CorrectionTerms terms_;
+  vehicle::AxleLoads load_;  // static [N]
   Unknowns prior_, spread_, change_, p_, last_;
   Hessian covariance_;
   double deviation_[2] = {0, 0};  // of log mu
   AxleTyres tyres_{};
-  PeakForces peaks_;
-  ResistanceForce resistance_;
   std::vector<Step> steps_;  // ring, the newest before next_
   std::size_t next_ = 0, count_ = 0;
 };

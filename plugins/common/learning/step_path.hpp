@@ -19,9 +19,9 @@
 
 #include <gripline/plugin.hpp>
 
-#include "common/learning/friction_ellipse.hpp"
 #include "common/learning/single_track.hpp"
 #include "common/learning/straight_drive.hpp"
+#include "common/learning/tyre_correction.hpp"
 
 namespace gripline::learning {
 
@@ -77,35 +77,28 @@ template <class Force>
 struct LearnedCar {
   const Car& car;
   const StraightDrive& drive;
-  const ResistanceForce& resistance;
-  const FrictionEllipse& ellipse;
-  const PeakForces& peaks;
+  const CorrectionTerms& terms;
   Force force;
-  DriveGains gains = {};
 
   /// As the nominal model says, but the loads: what is left of them for side forces, on a road that presses by `road`
   /// times as much as a flat one (road_load()).
   StraightDrive::Rates straight(double vx, double d, const Place& at, double road = 1.0) const {
-    return drive.at(vx, d, at).on_road(road).reduced_by(ellipse, peaks, gains);
+    return drive.at(vx, d, at).on_road(road).reduced_by(terms.ellipse, terms.peaks, terms.gains);
   }
   BodyVelocity rates(const BodyVelocity& x, double delta, const StraightDrive::Rates& straight) const {
     const Slips s = slips(x, delta, car);
     const AxleForces forces = {straight.load_front * force(Axle::front, s.front),
                                straight.load_rear * force(Axle::rear, s.rear)};
-    const double missing = gains.missing(straight.drive_force);
+    const double missing = terms.gains.missing(straight.drive_force);
     BodyVelocity rates = body_rates(x, delta, straight.forward + missing / car.m, straight.side, forces,
-                                    resistance.Cr0 + resistance.Cd * x.vx * x.vx, car);
+                                    terms.resistance.Cr0 + terms.resistance.Cd * x.vx * x.vx, car);
     const double side_force = forces.front * std::cos(delta) + forces.rear;
-    rates.omega += gains.turning_moment(straight.drive_force + missing, side_force, car.m) / car.Iz;
+    rates.omega += terms.gains.turning_moment(straight.drive_force + missing, side_force, car.m) / car.Iz;
     return rates;
   }
 };
 template <class Force>
-LearnedCar(const Car&, const StraightDrive&, const ResistanceForce&, const FrictionEllipse&, const PeakForces&, Force)
-    -> LearnedCar<Force>;
-template <class Force>
-LearnedCar(const Car&, const StraightDrive&, const ResistanceForce&, const FrictionEllipse&, const PeakForces&, Force,
-           DriveGains) -> LearnedCar<Force>;
+LearnedCar(const Car&, const StraightDrive&, const CorrectionTerms&, Force) -> LearnedCar<Force>;
 
 /// Path through both readings of a step. With `use_model` false (nothing learned yet)
 /// the middle is the mean of both ends.

@@ -33,12 +33,22 @@ T faded(const T& from, const T& to, const T& vx, double v_min) {
   return from + u * u * (3.0 - 2.0 * u) * (to - from);
 }
 
+/// What a correction consists of beside the tyres' curves. By default nothing is learned of resistance and drive, and
+/// side forces share no friction with drive and brakes.
+struct CorrectionTerms {
+  bool model_has_tyres = false;  // StraightDrive::model_has_tyres() of the nominal model
+  double v_min = 0;              // below it the correction fades [m/s]
+  ResistanceForce resistance = {};
+  FrictionEllipse ellipse = {};
+  PeakForces peaks = {};
+  DriveGains gains = {};
+};
+
 /// Corrects q at Stage::body. `force(Axle, slip)` is the learned side force at static load [N].
 template <class T, class Force>
-void correct_body(Quantities<T>& q, const Place& at, bool model_has_tyres, double v_min,
-                  const ResistanceForce& resistance, const FrictionEllipse& ellipse, const PeakForces& peaks,
-                  const Force& force, const DriveGains& gains = {}) {
+void correct_body(Quantities<T>& q, const Place& at, const CorrectionTerms& terms, const Force& force) {
   using std::cos, std::sin;
+  const auto& [model_has_tyres, v_min, resistance, ellipse, peaks, gains] = terms;
   const T missing = gains.missing(q.drive_force);
   const T drive_force = q.drive_force + missing;
   const T forward = slip_speed(q.vx, v_min);

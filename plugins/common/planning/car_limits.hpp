@@ -11,6 +11,7 @@
 
 #include <gripline/interfaces.hpp>
 
+#include "common/vehicle/axle_loads.hpp"
 #include "common/vehicle/magic_formula.hpp"
 
 namespace gripline::planning {
@@ -77,8 +78,8 @@ class DriveLimits {
 
 /// Both axles at one coefficient of friction, the static load on each. Forces are per mass of the car [m/s2].
 inline vehicle::AxleTyres equal_friction(double mu, const Car& car, double B, double C) {
-  const double wheelbase = car.lf + car.lr;
-  return {{B, C, mu * gravity * car.lr / wheelbase}, {B, C, mu * gravity * car.lf / wheelbase}};
+  const vehicle::AxleLoads peak = vehicle::axle_loads(mu * gravity, car);
+  return {{B, C, peak.front}, {B, C, peak.rear}};
 }
 
 /// Largest lateral acceleration of tyres per mass with the yaw moments in balance [m/s2].

@@ -38,6 +38,7 @@
 #include "common/learning/difference_rls.hpp"
 #include "common/learning/step_path.hpp"
 #include "common/learning/tyre_correction.hpp"
+#include "common/vehicle/axle_loads.hpp"
 #include "estimators/elm_rls/noise_matching.hpp"
 #include "estimators/elm_rls/parameters.hpp"
 #include "estimators/elm_rls/prior.hpp"
@@ -69,13 +70,15 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
         unknowns_(tyres_[0].nodes(), params.learns_gains(), params.learns_arm()),
         prior_(elm_rls::make_prior(tyres_, unknowns_, params, expected_)),
         rls_(unknowns_.count(), channels),
-        load_{car_.m * gravity * car_.lr / (car_.lf + car_.lr), car_.m * gravity * car_.lf / (car_.lf + car_.lr)},
+        load_(vehicle::static_axle_loads(car_)),
         gyration_(std::sqrt(car_.Iz / car_.m)),
-        ellipse_{params.ellipse, params.drive_front, params.brake_front},
         change_(params.alarm),
         noise_({{params.sigma_v, params.sigma_v, params.sigma_omega},
                 {params.misfit, params.misfit, params.misfit / gyration_}}),
-        rows_(Eigen::MatrixXd::Zero(unknowns_.count(), channels)) {
+        rows_(Eigen::MatrixXd::Zero(unknowns_.count(), channels)),
+        terms_{.model_has_tyres = drive_.model_has_tyres(),
+               .v_min = car_.v_min,
+               .ellipse = {params.ellipse, params.drive_front, params.brake_front}} {
     start_over();
   }
 
@@ -123,9 +126,7 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
 
   template <class T>
   void act(Point<T>& p) const {
-    correct_body(
-        p.q, p.at, drive_.model_has_tyres(), car_.v_min, resistance_, ellipse_, peaks_,
-        [this](Axle axle, const T& slip) { return tables_.of(axle).force(slip); }, gains_);
+    correct_body(p.q, p.at, terms_, [this](Axle axle, const T& slip) { return tables_.of(axle).force(slip); });
   }
 
  private:
@@ -148,7 +149,7 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
   StepPath predicted(const Sample& k) const {
     const BodyVelocity begin = {k.x.vx - rls_.noise(0), k.x.vy - rls_.noise(1), k.x.omega - rls_.noise(2)};
     const auto force = [this](Axle axle, double slip) { return tables_.of(axle).at(slip).force; };
-    return predicted_path(begin, k, LearnedCar{car_, drive_, resistance_, ellipse_, peaks_, force, gains_});
+    return predicted_path(begin, k, LearnedCar{car_, drive_, terms_, force});
   }
 
   /// Rates and their regressors: one column per channel.
@@ -163,18 +164,19 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
       tyres_[0].add(path.slip[i].front, w * path.load_front, {front.data(), n});
       tyres_[1].add(path.slip[i].rear, w * path.load_rear, {rear.data(), n});
     }
-    u.axle(Axle::front, forward) = front * (-path.sine * load_[0] / car_.m);
+    u.axle(Axle::front, forward) = front * (-path.sine * load_.front / car_.m);
     forward[u.Cr0()] = -gravity;
     forward[u.Cd()] = -gravity * path.mean_square_speed() / square(car_.v_ref);
     if (u.has_gains()) forward[path.drive_force < 0 ? u.brake_gain() : u.drive_gain()] = path.drive_force / car_.m;
-    u.axle(Axle::front, turn) = front * (path.cosine * load_[0] * car_.lf / car_.Iz);
-    u.axle(Axle::rear, turn) = rear * (-load_[1] * car_.lr / car_.Iz);
-    front *= path.cosine * load_[0] / car_.m;
-    rear *= load_[1] / car_.m;
-    side_used_ = car_.m * std::abs(tyre_part(1)) / (path.load_front * peaks_.front + path.load_rear * peaks_.rear);
+    u.axle(Axle::front, turn) = front * (path.cosine * load_.front * car_.lf / car_.Iz);
+    u.axle(Axle::rear, turn) = rear * (-load_.rear * car_.lr / car_.Iz);
+    front *= path.cosine * load_.front / car_.m;
+    rear *= load_.rear / car_.m;
+    side_used_ =
+        car_.m * std::abs(tyre_part(1)) / (path.load_front * terms_.peaks.front + path.load_rear * terms_.peaks.rear);
     rates_ = {path.drive_loss / car_.m, path.side / car_.m, path.moment / car_.Iz};
     if (u.has_arm()) {
-      const double drive_force = path.drive_force + gains_.missing(path.drive_force);
+      const double drive_force = path.drive_force + terms_.gains.missing(path.drive_force);
       const double side_force = car_.m * tyre_part(1);
       turn[u.arm()] = DriveGains{.arm = 1}.turning_moment(drive_force, side_force, car_.m) / car_.Iz;
     }
@@ -204,14 +206,14 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
   /// is F sqrt(1 - u) with the share u of the square that drive or brakes use; where u is known to a share s of itself,
   /// its relative standard deviation is s u / (1 - u) / 2. That both are doubted for one reason is not said of them.
   void doubt_sharing(const StraightDrive::Rates& drive) {
-    const double drive_force = drive.drive_force + gains_.missing(drive.drive_force);
+    const double drive_force = drive.drive_force + terms_.gains.missing(drive.drive_force);
     const auto doubt = [&](Axle axle, double load, double peak) {
-      const double kept = ellipse_.side_share(axle, drive_force, load, peak);
+      const double kept = terms_.ellipse.side_share(axle, drive_force, load, peak);
       const double force = unknowns_.axle(axle, rows_.col(1)).dot(unknowns_.axle(axle, rls_.theta()));
       return 0.5 * params_.sharing_spread * (1.0 / square(kept) - 1.0) * force;
     };
-    const double front = doubt(Axle::front, drive.load_front, peaks_.front);
-    const double rear = doubt(Axle::rear, drive.load_rear, peaks_.rear);
+    const double front = doubt(Axle::front, drive.load_front, terms_.peaks.front);
+    const double rear = doubt(Axle::rear, drive.load_rear, terms_.peaks.rear);
     sharing_misfit_ = {0.0, std::hypot(front, rear), std::hypot(front * car_.lf, rear * car_.lr) / square(gyration_)};
   }
 
@@ -248,21 +250,21 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
   void read_theta() {
     const Unknowns& u = unknowns_;
     const auto theta = rls_.theta();
-    nodes_[0].fill(tables_.front, u.axle(Axle::front, theta), load_[0]);
-    nodes_[1].fill(tables_.rear, u.axle(Axle::rear, theta), load_[1]);
+    nodes_[0].fill(tables_.front, u.axle(Axle::front, theta), load_.front);
+    nodes_[1].fill(tables_.rear, u.axle(Axle::rear, theta), load_.rear);
     const double weight = car_.m * gravity;
-    resistance_ = {weight * theta[u.Cr0()], weight * theta[u.Cd()] / square(car_.v_ref)};
+    terms_.resistance = {weight * theta[u.Cr0()], weight * theta[u.Cd()] / square(car_.v_ref)};
     if (u.has_gains()) {
-      gains_.drive = theta[u.drive_gain()];
-      gains_.brake = theta[u.brake_gain()];
+      terms_.gains.drive = theta[u.drive_gain()];
+      terms_.gains.brake = theta[u.brake_gain()];
     }
-    if (u.has_arm()) gains_.arm = theta[u.arm()];
-    peaks_ = {std::max(tables_.front.peak(peak_reach), 1e-3 * load_[0]),
-              std::max(tables_.rear.peak(peak_reach), 1e-3 * load_[1])};
-    belief_.mu_front = tables_.front.peak(peak_reach) / load_[0];
-    belief_.mu_rear = tables_.rear.peak(peak_reach) / load_[1];
-    belief_.sigma_front = deviation(Axle::front, tables_.front.peak_slip(peak_reach)) / load_[0];
-    belief_.sigma_rear = deviation(Axle::rear, tables_.rear.peak_slip(peak_reach)) / load_[1];
+    if (u.has_arm()) terms_.gains.arm = theta[u.arm()];
+    terms_.peaks = {std::max(tables_.front.peak(peak_reach), 1e-3 * load_.front),
+                    std::max(tables_.rear.peak(peak_reach), 1e-3 * load_.rear)};
+    belief_.mu_front = tables_.front.peak(peak_reach) / load_.front;
+    belief_.mu_rear = tables_.rear.peak(peak_reach) / load_.rear;
+    belief_.sigma_front = deviation(Axle::front, tables_.front.peak_slip(peak_reach)) / load_.front;
+    belief_.sigma_rear = deviation(Axle::rear, tables_.rear.peak_slip(peak_reach)) / load_.rear;
     belief_.trusted = settled();
   }
 
@@ -276,13 +278,13 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
     const auto covariance = rls_.covariance();
     double variance = 0;
     for (Eigen::Index a = 0; a < n; ++a) variance += h[a] * covariance.block(first, first + a, n, 1).col(0).dot(h);
-    return load_[i] * std::sqrt(std::max(0.0, variance));
+    return load_.of(axle) * std::sqrt(std::max(0.0, variance));
   }
 
   /// False after a spin or a contact with a wall, which the equations do not cover: what was learned is discarded.
   bool plausible() const {
     const auto fair = [this](double mu) { return mu > 0.05 * expected_ && mu < 4 * expected_; };
-    return fair(belief_.mu_front) && fair(belief_.mu_rear) && std::min(gains_.drive, gains_.brake) > -0.9;
+    return fair(belief_.mu_front) && fair(belief_.mu_rear) && std::min(terms_.gains.drive, terms_.gains.brake) > -0.9;
   }
 
   void start_over() {
@@ -316,9 +318,8 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
   Unknowns unknowns_;
   elm_rls::Prior prior_;
   DifferenceRls rls_;
-  std::array<double, 2> load_;  // static axle loads [N]
-  double gyration_;             // radius [m]
-  FrictionEllipse ellipse_;
+  vehicle::AxleLoads load_;  // static [N]
+  double gyration_;          // radius [m]
   SuddenChange change_;
   NoiseMatching noise_;
   // of this step
@@ -327,9 +328,7 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
   double side_used_ = 0;  // side force over the largest that drive and brakes leave
   // as believed
   AxleTables tables_;
-  PeakForces peaks_;
-  ResistanceForce resistance_;
-  DriveGains gains_;
+  CorrectionTerms terms_;
   Belief belief_;
   std::int64_t seen_ = 0;
   bool continues_ = false;

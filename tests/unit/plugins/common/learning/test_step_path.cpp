@@ -52,9 +52,9 @@ TEST(StepPath, BrakesShareTheFrictionOfALightenedCar) {
   const StraightDrive drive(context);
   const FrictionEllipse ellipse{0.5, 0.5, 0.6};
   const PeakForces peaks{0.2, 0.2};
-  const ResistanceForce none;
+  const CorrectionTerms terms{.ellipse = ellipse, .peaks = peaks};
   const auto force = [](Axle, double) { return 0.0; };
-  const LearnedCar car{context.car, drive, none, ellipse, peaks, force};
+  const LearnedCar car{context.car, drive, terms, force};
   Sample k = step_on(2.0, 0.0, -0.5);
   k.x_next = k.x;
   k.u.d = -0.1;

@@ -28,8 +28,7 @@ Quantities<double> nominal(double vx) {
 
 Quantities<double> corrected(double vx) {
   Quantities<double> q = nominal(vx);
-  learning::correct_body(q, Place{}, false, v_min, {}, {}, {6000.0, 6000.0},
-                         [](Axle, double slip) { return 40000.0 * slip; });
+  learning::correct_body(q, Place{}, {.v_min = v_min}, [](Axle, double slip) { return 40000.0 * slip; });
   return q;
 }
 
@@ -46,14 +45,14 @@ TEST(TyreCorrection, IsTheWholeBodyOfACarThatMoves) {
 TEST(TyreCorrection, ForcesAreTimesTheGripOfThePlace) {
   Place slippery;
   slippery.grip = 0.6;
-  const learning::FrictionEllipse ellipse{1.5, 0.4, 0.6};
+  const learning::CorrectionTerms terms{.v_min = v_min, .ellipse = {1.5, 0.4, 0.6}, .peaks = {6000.0, 6000.0}};
   for (const double drive : {0.0, 3000.0}) {
     Quantities<double> here = nominal(3.0), light = nominal(3.0);
     here.drive_force = light.drive_force = drive;
     light.load_front = light.load_rear = 0.6;
     const auto force = [](Axle, double slip) { return 40000.0 * slip; };
-    learning::correct_body(here, slippery, false, v_min, {}, ellipse, {6000.0, 6000.0}, force);
-    learning::correct_body(light, Place{}, false, v_min, {}, ellipse, {6000.0, 6000.0}, force);
+    learning::correct_body(here, slippery, terms, force);
+    learning::correct_body(light, Place{}, terms, force);
     EXPECT_EQ(here.ax, light.ax);
     EXPECT_EQ(here.ay, light.ay);
     EXPECT_EQ(here.aw, light.aw);

@@ -1,0 +1,24 @@
+// What the axles of a car carry of its weight.
+#pragma once
+
+#include <gripline/types.hpp>
+
+namespace gripline::vehicle {
+
+/// In the unit of what they carry.
+struct AxleLoads {
+  double front = 0, rear = 0;
+
+  double of(Axle axle) const { return axle == Axle::front ? front : rear; }
+};
+
+/// A weight at the centre of gravity of a car that stands on a level road, as its axles carry it.
+inline AxleLoads axle_loads(double weight, const Car& car) {
+  const double wheelbase = car.lf + car.lr;
+  return {weight * car.lr / wheelbase, weight * car.lf / wheelbase};
+}
+
+/// Of the car itself [N].
+inline AxleLoads static_axle_loads(const Car& car) { return axle_loads(car.m * gravity, car); }
+
+}  // namespace gripline::vehicle
