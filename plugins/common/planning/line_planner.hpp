@@ -107,7 +107,6 @@ class LinePlanner {
   }
 
   const ClosedLine& line() const { return road_.line(); }
-  const ProfileLibrary& profiles() const { return profiles_; }
 
  private:
   double dt_, pace_;

@@ -56,13 +56,6 @@ inline std::vector<double> speed_profile(const ClosedLine& line, const DriveLimi
   return v;
 }
 
-/// Time to drive the line once at these speeds [s].
-inline double lap_time(const ClosedLine& line, std::span<const double> v) {
-  double t = 0;
-  for (std::size_t i = 0; i < v.size(); ++i) t += 2.0 * line.spacing() / (v[i] + v[(i + 1) % v.size()]);
-  return t;
-}
-
 /// Profiles over a grid of mu, interpolated linearly; beyond the grid its ends hold.
 class ProfileLibrary {
  public:
@@ -73,7 +66,6 @@ class ProfileLibrary {
     for (const double mu : mus_) profiles_.push_back(speed_profile(line, limits, corner, mu, options.combined));
   }
 
-  std::span<const double> mus() const { return mus_; }
   std::span<const double> profile(std::size_t i) const { return profiles_[i]; }
 
   /// The profiles on either side of mu.

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <span>
+
 #include "support/planner_support.hpp"
 
 namespace gripline {
@@ -27,6 +29,13 @@ ClosedLine circle(double radius, std::size_t n) {
 // Tyres of the 1:43 car, per mass.
 vehicle::AxleTyres true_tyres(double factor) {
   return {{2.579, 1.2, 0.192 / 0.041 * factor}, {3.3852, 1.2691, 0.1737 / 0.041 * factor}};
+}
+
+/// Time to drive the line once at these speeds [s].
+double lap_time(const ClosedLine& line, std::span<const double> v) {
+  double t = 0;
+  for (std::size_t i = 0; i < v.size(); ++i) t += 2.0 * line.spacing() / (v[i] + v[(i + 1) % v.size()]);
+  return t;
 }
 
 TEST(ClosedLine, PositionAndFootOnACircle) {
