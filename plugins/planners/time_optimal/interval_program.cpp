@@ -133,7 +133,7 @@ struct IntervalProgram::Parts {
 };
 
 IntervalProgram::IntervalProgram(const LapProblem& problem)
-    : p_(problem), slip_most_(problem.slip_max), scale_(problem.typical_sizes()) {
+    : p_(problem), slip_bound_slow_car_(problem.slip_bound), scale_(problem.typical_sizes()) {
   set_car(p_.tyres, {});
 }
 
@@ -141,8 +141,11 @@ void IntervalProgram::set_car(const AxleTyres& tyres, const SpecificResistance& 
   p_.tyres = tyres;
   more_ = more;
   const auto bound = [&](const MagicFormula& tyre) {
-    const double most = shares_friction() ? std::min(slip_most_, peak_slip(tyre)) : slip_most_;
-    return SlipBound{most, p_.slip_max, p_.slip_slow, p_.slip_fast};
+    const double slow_car = shares_friction() ? std::min(slip_bound_slow_car_, peak_slip(tyre)) : slip_bound_slow_car_;
+    return SlipBound{.when_slow = slow_car,
+                     .when_fast = p_.slip_bound,
+                     .slow_until = p_.full_slip_until_speed,
+                     .fast_from = p_.small_slip_from_speed};
   };
   slip_front_ = bound(tyres.front);
   slip_rear_ = bound(tyres.rear);
@@ -306,9 +309,9 @@ void IntervalProgram::differentiate_rows(std::size_t i, const double (&z)[V], co
   };
   const auto both_ways = [&](int row, const AxleFunction& slip, double arm, const SlipBound& bound,
                              AxleFunction& bent) {
-    const double per = 1.0 / (bound.most * bound.most), unit = 1.0 / bound.most;
+    const double per = 1.0 / (bound.when_slow * bound.when_slow), unit = 1.0 / bound.when_slow;
     const Value most = bound.at(z[lap_vx]);
-    const double share = most.f / bound.most, slope = unit * most.slope, curvature = unit * most.curvature;
+    const double share = most.f / bound.when_slow, slope = unit * most.slope, curvature = unit * most.curvature;
     out.row[curved(row)] = per * slip.f * slip.f - share * share;
     out.row_by[curved(row)] = by_z(2.0 * per * slip.f, slip, arm);
     out.row_by[curved(row)][lap_vx] -= 2.0 * share * slope;

@@ -73,19 +73,18 @@ struct IntervalDerivatives {
       lagrangian_by{};  // Hessian of the weighted sum, lower triangle by rows
 };
 
-/// The largest slip that is planned, over the forward speed: `most` up to `slow` m/s, from `fast` on `when_fast` where
-/// that is less, smooth between. A slide at speed leaves no side force to correct it, over a way that grows with the
-/// square of the speed.
+/// The largest slip that is planned, over the forward speed: `when_slow` up to `slow_until`, from `fast_from` on
+/// `when_fast` where that is less, smooth between. A slide at speed leaves no side force to correct it, over a way that
+/// grows with the square of the speed.
 struct SlipBound {
-  double most = 0.6;          // [rad]
-  double when_fast = 0.6;     // [rad]
-  double slow = 0, fast = 0;  // [m/s]; fast 0: `most` at all speeds
+  double when_slow = 0.6, when_fast = 0.6;  // [rad]
+  double slow_until = 0, fast_from = 0;     // [m/s]; fast_from 0: `when_slow` at all speeds
   CubicSpline::Value at(double v) const {
-    const double fall = std::min(0.0, when_fast - most);
-    if (fast <= slow || fall == 0.0 || v <= slow) return {most, 0.0, 0.0};
-    if (v >= fast) return {most + fall, 0.0, 0.0};
-    const double per = 1.0 / (fast - slow), u = (v - slow) * per;
-    return {most + fall * u * u * (3.0 - 2.0 * u), 6.0 * fall * u * (1.0 - u) * per,
+    const double fall = std::min(0.0, when_fast - when_slow);
+    if (fast_from <= slow_until || fall == 0.0 || v <= slow_until) return {when_slow, 0.0, 0.0};
+    if (v >= fast_from) return {when_slow + fall, 0.0, 0.0};
+    const double per = 1.0 / (fast_from - slow_until), u = (v - slow_until) * per;
+    return {when_slow + fall * u * u * (3.0 - 2.0 * u), 6.0 * fall * u * (1.0 - u) * per,
             6.0 * fall * (1.0 - 2.0 * u) * per * per};
   }
 };
@@ -97,10 +96,10 @@ class IntervalProgram {
   /// What is believed of the car from now on. `more` is resistance beyond that of the problem's coasting curve.
   void set_car(const AxleTyres& tyres, const SpecificResistance& more);
   void set_grip(std::size_t node, double grip) { p_.places[node].grip = grip; }
-  /// The largest slip of slow cars, where that is more than the problem's slip_max; from the next set_car() on [rad].
-  void set_slip_most(double slip) { slip_most_ = slip; }
-  double slip_most() const { return slip_most_; }
-  double largest_slip() const { return std::max(slip_front_.most, slip_rear_.most); }
+  /// The largest slip of slow cars, where that is more than the problem's slip_bound; from the next set_car() on [rad].
+  void set_slip_bound_slow_car(double slip) { slip_bound_slow_car_ = slip; }
+  double slip_bound_slow_car() const { return slip_bound_slow_car_; }
+  double largest_slip() const { return std::max(slip_front_.when_slow, slip_rear_.when_slow); }
   /// Whether side forces and drive or brakes share friction: constraints are then curved along a step.
   bool shares_friction() const { return p_.combined > 0 || p_.sharing.ratio > 0; }
   const LapProblem& problem() const { return p_; }
@@ -152,7 +151,7 @@ class IntervalProgram {
   static constexpr double from_brake_to_drive = 0.5;  // [m/s2] over which the front share changes
   LapProblem p_;
   SpecificResistance more_;
-  double slip_most_ = 0;  // [rad]
+  double slip_bound_slow_car_ = 0;  // [rad]
   SlipBound slip_front_, slip_rear_;
   std::array<double, lap_variables> scale_{};
 };
@@ -194,7 +193,7 @@ void IntervalProgram::curved_rows_of(std::size_t i, const T (&z)[lap_variables],
   put(brake_most, -unit * (z[lap_a] + apply(p_.drive.brake, z[lap_vx])));
   const T& v = z[lap_vx];
   const auto both_ways = [&](int row, const T& slip, const SlipBound& bound) {
-    const T relative = slip * (1.0 / bound.most), share = apply(bound, v) * (1.0 / bound.most);
+    const T relative = slip * (1.0 / bound.when_slow), share = apply(bound, v) * (1.0 / bound.when_slow);
     put(row, relative * relative - share * share);
   };
   if (p_.sharing.ratio > 0) {

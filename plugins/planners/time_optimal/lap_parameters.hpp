@@ -13,7 +13,7 @@ struct LapParams {
   double pace_kept = 1.0, pace_friction = 1.0, pace_spread = 0.3;
   double mu_lo = 0.35, mu_hi = 1.15;
   double front_B = 4.0, front_C = 1.3, rear_B = 4.0, rear_C = 1.3, balance = 1.0;
-  double slip_max = 0.7, combined = 0.0, spacing = 0.0, rolling = 0.0, drag = 0.0, brakes = 1.0;
+  double slip_bound = 0.7, combined = 0.0, spacing = 0.0, rolling = 0.0, drag = 0.0, brakes = 1.0;
   bool replan = true, from_car_speed = true;
 };
 
@@ -48,7 +48,7 @@ constexpr auto lap_parameters() {
       number("rear_B", &P::rear_B, "1/rad", {0.1, 1e3}, "stiffness factor of the generic rear tyre"),
       number("rear_C", &P::rear_C, "1", {1, 3}, "shape factor of the generic rear tyre"),
       number("balance", &P::balance, "1", {0.3, 3}, "friction of the generic front over the rear axle"),
-      number("slip_max", &P::slip_max, "rad", {0.05, 1.4}, "largest slip that is planned"),
+      number("slip_max", &P::slip_bound, "rad", {0.05, 1.4}, "largest slip that is planned"),
       number("combined", &P::combined, "1", {0, 1}, "share of drive and brake forces in the friction circle"),
       number("brakes", &P::brakes, "1", {0.05, 1}, "share of the brakes that is planned with"),
       number("spacing", &P::spacing, "m", {0, 100},

@@ -121,10 +121,10 @@ LapProblem LapSetup::problem(const CarBelief& belief) const {
           .drive = curves,
           .top_speed = limits_.top_speed(),
           .combined = options_.combined,
+          .slip_bound = options_.slip_bound,
           .sharing = options_.sharing,
-          .slip_max = options_.slip_max,
-          .slip_slow = options_.slip_slow,
-          .slip_fast = options_.slip_fast,
+          .full_slip_until_speed = options_.full_slip_until_speed,
+          .small_slip_from_speed = options_.small_slip_from_speed,
           .places = nodes_.places,
           .ds = nodes_.ds,
           .n_lo = nodes_.n_lo,
@@ -165,7 +165,7 @@ std::vector<double> LapSetup::fingerprint() const {
                           limits_.top_speed(),
                           options_.margin,
                           options_.combined,
-                          options_.slip_max};
+                          options_.slip_bound};
   const auto add = [&](std::span<const double> values) { all.insert(all.end(), values.begin(), values.end()); };
   for (const CubicSpline* curve : {&curves_.coast, &curves_.drive, &curves_.brake}) add(curve->values());
   add(nodes_.s);

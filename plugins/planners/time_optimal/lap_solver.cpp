@@ -60,8 +60,8 @@ class LapNlp final : public Ipopt::TNLP {
       high[S] = 0.0;
       low[S + 1] = 0.0;  // a + brake(v) >= 0
       high[S + 1] = unbounded;
-      low[S + 2] = low[S + 3] = -p_.slip_max;
-      high[S + 2] = high[S + 3] = p_.slip_max;
+      low[S + 2] = low[S + 3] = -p_.slip_bound;
+      high[S + 2] = high[S + 3] = p_.slip_bound;
       low[S + 4] = p_.mid_lo[i] / scales_[lap_n];
       high[S + 4] = p_.mid_hi[i] / scales_[lap_n];
       if (p_.combined > 0) {
@@ -302,6 +302,10 @@ std::array<double, lap_variables> LapProblem::typical_sizes() const {
 }
 
 LapSolution solve_lap(const LapProblem& problem, const LapSolution& guess, int max_iterations) {
+  if (problem.sharing.ratio > 0 || problem.small_slip_from_speed > 0)
+    throw std::invalid_argument(
+        "solve_lap() has no friction that each axle shares and no slips bounded by speed; expected a ratio of sharing "
+        "and a small_slip_from_speed of 0, or a WindowSolver");
   const Ipopt::SmartPtr<LapNlp> nlp = new LapNlp(problem, guess);
   const Ipopt::SmartPtr<Ipopt::IpoptApplication> app = IpoptApplicationFactory();
   Ipopt::OptionsList& options = *app->Options();

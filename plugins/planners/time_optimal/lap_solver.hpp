@@ -3,7 +3,7 @@
 //   minimise  sum_k ds_k time(z_k) (1 + w (rate_k / rate_max)^2),      z_k = ((x_k + x_k+1) / 2, u_k)
 //   subject to  x_k+1 - x_k = ds_k dx/ds(z_k)   (implicit midpoint, x_N = x_0),  n_lo <= n <= n_hi at nodes and
 //               half-way between them,
-//               |delta_k| <= delta_max, |rate_k| <= rate_max,  -brake(vx) <= a_k <= drive(vx),  |slips| <= slip_max
+//               |delta_k| <= delta_max, |rate_k| <= rate_max,  -brake(vx) <= a_k <= drive(vx),  |slips| <= slip_bound
 //
 // The controls are constant over an interval. Jacobian and Hessian of the Lagrangian are exact: an interval depends on
 // eight numbers only.
@@ -40,12 +40,14 @@ struct LapProblem {
   Car car;
   AxleTyres tyres;
   DriveCurves drive;
-  double top_speed = 0;   // [m/s]
-  double combined = 0;    // > 0: (combined a)^2 + (Ff + Fr)^2 <= (N (Df + Dr))^2
-  AxleSharing sharing{};  // window_solver.hpp only: in the place of `combined` where its ratio is above 0
-  double slip_max = 0.6;  // of both axles: beyond it a tyre is a brake, and the plan a drift [rad]
-  // window_solver.hpp only: speeds of SlipBound, whose `when_fast` is slip_max [m/s].
-  double slip_slow = 0, slip_fast = 0;
+  double top_speed = 0;     // [m/s]
+  double combined = 0;      // > 0: (combined a)^2 + (Ff + Fr)^2 <= (N (Df + Dr))^2
+  double slip_bound = 0.6;  // of both axles: beyond it a tyre is a brake, and the plan a drift [rad]
+  // For window_solver.hpp only; solve_lap() refuses a problem where the ratio of `sharing` or small_slip_from_speed is
+  // above 0.
+  AxleSharing sharing{};               // in the place of `combined` where its ratio is above 0
+  double full_slip_until_speed = 0;    // up to it IntervalProgram::set_slip_bound_slow_car() bounds slips [m/s]
+  double small_slip_from_speed = 0;    // from it on slip_bound does, between them both in part; 0: from none on [m/s]
   double smoothness = 1e-4;            // the weight w
   std::vector<LapPlace> places;        // of the intervals
   std::vector<double> ds;              // their lengths [m]
@@ -67,7 +69,8 @@ struct LapSolution {
   std::vector<double> lambda, lower, upper;
 };
 
-/// Solves from `guess`, warm when it brings multipliers along. Stops on iterations, never on time.
+/// Solves from `guess`, warm when it brings multipliers along. Stops on iterations, never on time. Throws
+/// std::invalid_argument for a problem that only a window is solved for (LapProblem).
 LapSolution solve_lap(const LapProblem& problem, const LapSolution& guess, int max_iterations = 400);
 
 }  // namespace gripline::time_optimal

@@ -199,9 +199,9 @@ void RecedingLaps::set_grip(std::size_t node, double grip) {
   settled_ = false;
 }
 
-void RecedingLaps::set_slip_most(double slip) {
-  if (slip <= solver_.slip_most()) return;
-  solver_.set_slip_most(slip);
+void RecedingLaps::set_slip_bound_slow_car(double slip) {
+  if (slip <= solver_.slip_bound_slow_car()) return;
+  solver_.set_slip_bound_slow_car(slip);
   tell_solver();
   settled_ = false;
 }

@@ -19,7 +19,9 @@ class RecedingTime final : public LapPlanner {
  public:
   struct Params : LapParams {
     double ahead = 6.0, follow = 0.15;
-    double ellipse = 0.0, drive_front = 0.5, brake_front = 0.5, slip_most = 0.0, slip_slow = 0.0, slip_fast = 0.0;
+    double ellipse = 0.0, drive_front = 0.5, brake_front = 0.5;
+    double slip_bound_slow_car = 0.0;                                 // [rad]; slip_bound where that is larger
+    double full_slip_until_speed = 0.0, small_slip_from_speed = 0.0;  // see LapProblem [m/s]
     int nodes = 200, iterations = 2;
     bool places = false, from_car_state = false;
   };
@@ -34,11 +36,11 @@ class RecedingTime final : public LapPlanner {
             param("ellipse", &P::ellipse, "1", {0, 5},
                   "largest drive or brake force over largest side force of a tyre, for each axle at its load; 0: "
                   "what `combined` says"),
-            param("slip_most", &P::slip_most, "rad", {0, 1.4},
+            param("slip_most", &P::slip_bound_slow_car, "rad", {0, 1.4},
                   "largest slip that is planned once the car has slipped nearly as far; below slip_max: slip_max"),
-            param("slip_slow", &P::slip_slow, "m/s", {0, 300},
+            param("slip_slow", &P::full_slip_until_speed, "m/s", {0, 300},
                   "up to this forward speed slips of slip_most are planned"),
-            param("slip_fast", &P::slip_fast, "m/s", {0, 300},
+            param("slip_fast", &P::small_slip_from_speed, "m/s", {0, 300},
                   "from this forward speed on slips of slip_max are planned, beyond slip_slow; 0: of slip_most at all "
                   "speeds"),
             param("drive_front", &P::drive_front, "1", {0, 1}, "front share of the drive force"),
@@ -52,17 +54,18 @@ class RecedingTime final : public LapPlanner {
   }
 
   RecedingTime(const PluginContext& context, const Params& params)
-      : LapPlanner(context, checked(params),
-                   {.least_mu = params.mu_lo,
-                    .most_mu = params.mu_hi,
-                    .reach = 1.0,
-                    .at_own_speed = true,
-                    .sharing = {params.ellipse, params.drive_front, params.brake_front},
-                    .slip_slow = params.slip_slow,
-                    .slip_fast = params.slip_fast}),
+      : LapPlanner(
+            context, checked(params),
+            {.least_mu = params.mu_lo,
+             .most_mu = params.mu_hi,
+             .reach = 1.0,
+             .at_own_speed = true,
+             .sharing = {.ratio = params.ellipse, .drive_front = params.drive_front, .brake_front = params.brake_front},
+             .full_slip_until_speed = params.full_slip_until_speed,
+             .small_slip_from_speed = params.small_slip_from_speed}),
         laps_(setup(), {scaled_to(typical().tyres, mu_plan()), typical().resistance},
-              {params.ahead, params.nodes, params.iterations, params.follow}),
-        slip_most_(params.slip_most),
+              {.ahead = params.ahead, .nodes = params.nodes, .iterations = params.iterations, .follow = params.follow}),
+        slip_bound_slow_car_(params.slip_bound_slow_car),
         from_car_state_(params.from_car_state) {
     if (params.places) places_.emplace(setup().nodes().s.size(), context.dt, learner_doubts(context.car));
     plan_ = laps_.whole_plan();
@@ -74,7 +77,7 @@ class RecedingTime final : public LapPlanner {
     const CarBelief& car = learned != nullptr ? *learned : typical();
     // What is known of tyres ends where they have slipped; a curve fitted up to there holds a little further.
     constexpr double beyond = 1.4;
-    laps_.set_slip_most(std::min(slip_most_, beyond * visited_slip()));
+    laps_.set_slip_bound_slow_car(std::min(slip_bound_slow_car_, beyond * visited_slip()));
     const double station = followed().locate(now.x.x, now.x.y);
     const bool astray = from_car_state_ && learned != nullptr && has_left_plan(now.x, station);
     laps_.step({scaled_to(car.tyres, mu_plan()), car.resistance}, learned != nullptr ? relative_spread() : 0.0, station,
@@ -112,7 +115,7 @@ class RecedingTime final : public LapPlanner {
       throw std::invalid_argument(
           "\"mu_lo\" is above \"mu_hi\"; expected the least friction that is planned for to be no "
           "more than the largest");
-    if (params.slip_fast > 0 && params.slip_fast <= params.slip_slow)
+    if (params.small_slip_from_speed > 0 && params.small_slip_from_speed <= params.full_slip_until_speed)
       throw std::invalid_argument("\"slip_fast\" is not above \"slip_slow\"; expected a higher speed, or 0");
     return params;
   }
@@ -144,7 +147,7 @@ class RecedingTime final : public LapPlanner {
   }
 
   RecedingLaps laps_;
-  double slip_most_;
+  double slip_bound_slow_car_;
   bool from_car_state_;
   double astray_for_ = 0;    // [s] that the plan still begins at the car
   bool slowed_down_ = true;  // since it left its plan

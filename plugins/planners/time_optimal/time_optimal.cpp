@@ -43,8 +43,11 @@ class TimeOptimal final : public LapPlanner {
         laps_(setup(),
               build_library(setup(), typical(), friction_grid(params.mu_lo, params.mu_hi, params.mu_step),
                             context.cache_dir, {context.progress, context.progress_context}),
-              {params.tolerance, params.slip_max, params.latency, params.solver_rate * context.dt,
-               std::max(1, params.latency)}) {
+              {.tolerance = params.tolerance,
+               .slip_range = params.slip_bound,
+               .latency = params.latency,
+               .work_per_step = params.solver_rate * context.dt,
+               .transition = std::max(1, params.latency)}) {
     laps_.step(nullptr, mu_plan(), plan_);
     followed().set(plan_);
   }

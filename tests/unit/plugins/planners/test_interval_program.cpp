@@ -29,7 +29,7 @@ LapProblem one_interval(const LapPlace& place) {
                     CubicSpline(0, 4, std::vector<double>{7, 5.5, 4, 2.5, 1.6}),
                     CubicSpline(0, 4, std::vector<double>{1, 1.5, 1.8, 1.9, 2})},
           .top_speed = 4.0,
-          .slip_max = 0.5,
+          .slip_bound = 0.5,
           .smoothness = 0.1,
           .places = {place},
           .ds = {0.06},
@@ -86,7 +86,7 @@ void expect_same_derivatives(const IntervalProgram& program, std::mt19937& draw)
 
 struct Manner {
   std::string name;
-  double combined = 0, ellipse = 0, slip_fast = 0;
+  double combined = 0, ellipse = 0, small_slip_from_speed = 0;
 };
 
 class IntervalProgramTest : public ::testing::TestWithParam<Manner> {};
@@ -99,10 +99,10 @@ TEST_P(IntervalProgramTest, DifferentiatesAsItsTemplatesDo) {
     LapProblem problem = one_interval(place);
     problem.combined = GetParam().combined;
     problem.sharing = {GetParam().ellipse, 0.4, 0.62, 0.02, -0.015};
-    problem.slip_slow = 1.0;
-    problem.slip_fast = GetParam().slip_fast;
+    problem.full_slip_until_speed = 1.0;
+    problem.small_slip_from_speed = GetParam().small_slip_from_speed;
     IntervalProgram program(problem);
-    program.set_slip_most(1.1);
+    program.set_slip_bound_slow_car(1.1);
     AxleTyres tyres = problem.tyres;
     tyres.front.D *= 0.9;
     program.set_car(tyres, {0.3, 0.04});
@@ -168,7 +168,7 @@ TEST(IntervalProgram, BoundsSlipsOfFastCarsMore) {
 
 TEST(IntervalProgram, PlansNoSlipBeyondATyresPeakWhereFrictionIsShared) {
   LapProblem problem = one_interval({});
-  problem.slip_max = 1.4;
+  problem.slip_bound = 1.4;
   problem.tyres.rear = problem.tyres.front;
   EXPECT_DOUBLE_EQ(IntervalProgram(problem).largest_slip(), 1.4);
   problem.combined = 0.9;

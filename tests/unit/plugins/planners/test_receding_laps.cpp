@@ -31,8 +31,8 @@ class RecedingLapsTest : public ::testing::Test, protected PlannerRig {
     return {{{4.0, 1.3, weight * car.lr}, {4.0, 1.3, weight * car.lf}}, {}};
   }
   void SetUp() override {
-    setup_ =
-        std::make_unique<LapSetup>(context_on(mobil_), SetupOptions{0.4 * car_.width, 0.1, 0.0, 0.7}, believed(0.8));
+    setup_ = std::make_unique<LapSetup>(
+        context_on(mobil_), SetupOptions{.margin = 0.4 * car_.width, .spacing = 0.1, .slip_bound = 0.7}, believed(0.8));
     laps_ = std::make_unique<RecedingLaps>(*setup_, believed(0.8), RecedingOptions{});
     plan_ = laps_->whole_plan();
   }
@@ -77,7 +77,9 @@ TEST_F(RecedingLapsTest, KnowsTheCurvatureOfTheRoadsSurface) {
                                  .bank = bank,
                                  .start = Pose{0.0, 0.0, 0.0},
                                  .points = std::nullopt});
-    return LapSetup(context_on(track), SetupOptions{0.4 * car_.width, 0.1, 0.0, 0.7}, believed(0.8)).nodes();
+    return LapSetup(context_on(track), SetupOptions{.margin = 0.4 * car_.width, .spacing = 0.1, .slip_bound = 0.7},
+                    believed(0.8))
+        .nodes();
   };
   const LapNodes banked = places_on(0.0, 0.1);
   int turning = 0, straight = 0;
@@ -100,7 +102,7 @@ TEST_F(RecedingLapsTest, KnowsTheCurvatureOfTheRoadsSurface) {
 
 // A window that is nearly the lap may keep a part that is driven backwards (history.md, "Windows that are nearly the lap").
 TEST_F(RecedingLapsTest, ALongWindowIsAtMostHalfOfTheLap) {
-  const SetupOptions fine{0.4 * car_.width, 0.045, 0.0, 0.7};
+  const SetupOptions fine{.margin = 0.4 * car_.width, .spacing = 0.045, .slip_bound = 0.7};
   const LapSetup setup(context_on(mobil_), fine, believed(0.8));
   const std::size_t nodes = setup.nodes().s.size();
   ASSERT_GT(nodes, 220U);
@@ -134,7 +136,7 @@ TEST_F(RecedingLapsTest, ResistanceCountsOnce) {
   plan_ = laps_->whole_plan();
   steps(300, car, 0.0);
   const double before = mean_speed();
-  laps_->set_slip_most(0.7001);
+  laps_->set_slip_bound_slow_car(0.7001);
   steps(300, car, 0.0);
   EXPECT_NEAR(mean_speed(), before, 1e-3 * before);
 }

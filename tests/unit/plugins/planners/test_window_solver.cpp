@@ -9,6 +9,7 @@
 #include <cstddef>
 #include <numbers>
 #include <random>
+#include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
@@ -35,7 +36,7 @@ LapProblem swinging_road(double mu) {
                          CubicSpline(0, 4, std::vector<double>{7, 5.5, 4, 2.5, 1.6}),
                          CubicSpline(0, 4, std::vector<double>{1, 1.5, 1.8, 1.9, 2})},
                .top_speed = 4.0,
-               .slip_max = 0.7,
+               .slip_bound = 0.7,
                .places = {},
                .ds = std::vector<double>(nodes, 12.0 / nodes),
                .n_lo = std::vector<double>(nodes, -0.15),
@@ -79,6 +80,16 @@ class WindowSolverTest : public ::testing::Test {
     return lap;
   }
 };
+
+// What only windows are solved for would else be left out silently.
+TEST(SolveLap, RefusesWhatOnlyAWindowIsSolvedFor) {
+  LapProblem shares = swinging_road(0.8), bounds = swinging_road(0.8);
+  shares.sharing.ratio = 1.1;
+  bounds.small_slip_from_speed = 3.0;
+  for (const LapProblem* problem : {&shares, &bounds})
+    EXPECT_THROW(solve_lap(*problem, guess_for(*problem), 1), std::invalid_argument);
+  EXPECT_NO_THROW(solve_lap(swinging_road(0.8), guess_for(shares), 1));
+}
 
 TEST_F(WindowSolverTest, FindsTheLapThatIpoptFinds) {
   const LapProblem problem = swinging_road(0.8);
@@ -148,7 +159,7 @@ TEST_F(WindowSolverTest, BoundsThatMoveAwayAreNotViolated) {
   WindowSolver solver(problem, window);
   std::vector<WindowNode> lap = nodes_of(solved);
   solve(solver, lap, solved, 20, 1e-2, 200);
-  solver.set_slip_most(1.2);
+  solver.set_slip_bound_slow_car(1.2);
   solver.set_car(problem.tyres, {});
   const WindowStep step = solver.iterate(lap, 20, window, 1e-5, solved.z[20], solved.z[20 + window]);
   EXPECT_TRUE(step.good);
