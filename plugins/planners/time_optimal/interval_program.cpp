@@ -358,7 +358,7 @@ void IntervalProgram::differentiate_circle(const double (&z)[V], const std::arra
   parts.bent_rear.bend(2.0 * weight * per * across, parts.rear);
 }
 
-/// (F / D)^2 + (share a / (ratio D))^2 <= (N + load a)^2 of both axles.
+/// (F / D)^2 + (share a / (ratio D))^2 <= (N + load a)^2 of both axles, whose right side has no sign: share_friction().
 void IntervalProgram::differentiate_sharing(std::size_t i, const double (&z)[V],
                                             const std::array<double, curved_rows>& w, Parts& parts,
                                             IntervalDerivatives& out) const {
