@@ -1,12 +1,12 @@
 // A hidden layer of generic tyres: node j is the odd, saturating curve sin(C_j atan(B_j slip)) of a tyre drawn from
-// commonly known ranges. The prior of the output weights states
-// that the tyre is one of these, at about a given friction.
+// commonly known ranges. The prior of the output weights states that the tyre is one of these, at about a given
+// friction.
 //
 // With weights w the force over the axle's load is sum_j w_j h_j(slip). If the tyre is node j with friction D, and j is
 // equally likely for all n nodes, the weights have mean E(D)/n each and covariance E(D^2)/n I - E(D)^2/n^2 1 1^T. This
 // prior carries what is measured at the slips a car visits over to the others: the peak is extrapolated as the generic
-// tyres suggest, with a standard deviation. The nodes are drawn from general knowledge of tyres, never from
-// the true tyre.
+// tyres suggest, with a standard deviation. The nodes are drawn from general knowledge of tyres, never from the true
+// tyre.
 //
 // Source of the curve: Bakker, Nyborg, Pacejka (1987), with E = 0.
 #pragma once
@@ -62,11 +62,11 @@ class GenericTyres {
   }
 
  private:
-  /// Inverse of the normal distribution function, to 1e-3: a logistic-like rational form suffices for drawing nodes.
+  /// Inverse of the normal distribution function, to 4.5e-4 (Abramowitz, Stegun 26.2.23), which suffices for drawing
+  /// nodes.
   static double normal_quantile(double p) {
     const double q = std::min(std::max(p, 1e-4), 1 - 1e-4);
     const double t = std::sqrt(-2.0 * std::log(std::min(q, 1.0 - q)));
-    // Abramowitz, Stegun 26.2.23
     const double x =
         t - (2.515517 + t * (0.802853 + t * 0.010328)) / (1.0 + t * (1.432788 + t * (0.189269 + t * 0.001308)));
     return q < 0.5 ? -x : x;

@@ -3,8 +3,9 @@
 //
 //   sum_j w_j h_j(slip)  =  g(slip)^T theta,     g = E^T h,   theta = E^T w
 //
-// up to the part of h outside of E, 1e-5 of a node's peak for the tyres of the experiments. The prior of w, a mean and a covariance, becomes that of theta, so that learning
-// theta is learning w: recursive least squares costs the square of what is left (40 generic tyres: 9 to 13 directions).
+// up to the part of h outside of E, 1e-5 of a node's peak for the tyres of the experiments. The mean and the covariance
+// that w has before anything is learned become those of theta, so that learning theta is learning w. Recursive least
+// squares costs the square of the number of directions, 9 to 13 for 40 generic tyres.
 // Source: the Karhunen-Loeve expansion; for Gaussian processes Rasmussen, Williams (2006), section 8.1.
 #pragma once
 

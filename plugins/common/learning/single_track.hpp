@@ -1,12 +1,11 @@
-// The single-track car with known axle forces: its equations
-// of motion in the car's axes, from which estimators learn.
+// The single-track car with known axle forces: its equations of motion in the car's axes, from which estimators learn.
 //
 //   vx'    = straight - (R + Ff sin(delta)) / m + vy omega
 //   vy'    = bank_rate + (Ff cos(delta) + Fr) / m - vx omega
 //   omega' = (Ff lf cos(delta) - Fr lr) / Iz
 //
-// `straight` is vx' from drive, nominal resistance and slope alone, without slip;
-// R is a resistance beside the nominal one.
+// `straight` is vx' from drive, nominal resistance and slope alone, without slip; `bank_rate` is what a bank adds to
+// vy'; R is a resistance beside the nominal one.
 // Source: Kalaria, Lin, Dolan, the dynamic model of their simulated car.
 #pragma once
 
@@ -31,8 +30,7 @@ struct Slips {
   double front = 0, rear = 0;
 };
 
-/// The forward speed in the slip angles: at least v_min [m/s],
-/// so that they stay smooth at standstill.
+/// The forward speed in the slip angles: at least v_min [m/s], so that they stay smooth at standstill.
 template <class T>
 T slip_speed(const T& vx, double v_min) {
   using std::abs, std::max;

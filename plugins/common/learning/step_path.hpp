@@ -100,8 +100,8 @@ struct LearnedCar {
 template <class Force>
 LearnedCar(const Car&, const StraightDrive&, const CorrectionTerms&, Force) -> LearnedCar<Force>;
 
-/// Path through both readings of a step. With `use_model` false (nothing learned yet)
-/// the middle is the mean of both ends.
+/// Path through both readings of a step. With `use_model` false (nothing learned yet) the middle is the mean of both
+/// ends.
 template <class Force>
 StepPath step_path(const Sample& k, const LearnedCar<Force>& learned, bool use_model) {
   const double delta = k.x_next.delta - k.delta_lag, d = k.u.d - k.d_lag;
@@ -125,8 +125,8 @@ StepPath step_path(const Sample& k, const LearnedCar<Force>& learned, bool use_m
 
 /// What the road presses on the axles in a step, over their load on a flat one: sqrt(1 - sin(grade)^2 - sin(bank)^2)
 /// plus vx^2 / g times the curvature of its surface along the car's way, change of the grade per metre and
-/// kappa sin(bank) (Meusnier). A crest takes 3 % off at 28 m/s where the grade falls by 0.04 in 100 m, and from
-/// slips of half the peak's, friction is extrapolated.
+/// kappa sin(bank) (Meusnier). Where the grade falls by 0.04 in 100 m, a crest takes 3 % off at 28 m/s; left out,
+/// that would pass for less friction, which is extrapolated from slips of half the peak's.
 inline double road_load(const Sample& k) {
   const Place &from = k.at, &to = k.at_next;
   const double grade = std::sin(from.grade), bank = std::sin(from.bank), way = k.x.vx * k.dt;

@@ -61,14 +61,14 @@ class StraightDrive {
     double forward = 0, side = 0;          // of vx and vy [m/s2]
     double load_front = 1, load_rear = 1;  // of the axles, relative to the static ones
     double drive_force = 0;                // Fd [N], as the nominal model says
-    /// The same on a road that presses on both axles by `load` times as much.
+    /// These rates, with the loads of a road that presses on both axles by `load` times as much.
     Rates on_road(double load) const {
       Rates r = *this;
       r.load_front *= load;
       r.load_rear *= load;
       return r;
     }
-    /// The same with each load reduced to what drive and brakes leave it for side forces.
+    /// These rates, with each load reduced to what drive and brakes leave of it for side forces.
     Rates reduced_by(const FrictionEllipse& ellipse, const PeakForces& peaks, const DriveGains& gains) const {
       Rates r = *this;
       const double force = drive_force + gains.missing(drive_force);

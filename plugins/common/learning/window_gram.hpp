@@ -6,6 +6,9 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+#include <utility>
 
 namespace gripline::learning {
 

@@ -16,28 +16,29 @@
 
 namespace gripline::mpc {
 
-/// [rad]: where 99 % of the largest force below the steering's limit are reached, also of a tyre that only levels off.
-/// Infinite where that is not clearly below the limit. `force(slip)` is up to a factor; it is 0 without slip.
+/// The slip at which an axle reaches 99 % of its largest force at slips up to `limit` [rad]: found also of a tyre whose
+/// force only levels off. Infinite where that is not clearly below the limit. `force(slip)` is the force times any
+/// positive factor; it is 0 without slip.
 template <class Force>
 double saturation_slip(double limit, const Force& force) {
   constexpr std::size_t count = 32;
   constexpr double reached = 0.99, clearly = 0.8;
   const double spacing = limit / count;
-  std::array<double, count + 1> of{};
+  std::array<double, count + 1> forces{};
   double largest = 0;
   for (std::size_t i = 1; i <= count; ++i) {
-    of[i] = force(static_cast<double>(i) * spacing);
-    largest = std::max(largest, of[i]);
+    forces[i] = force(static_cast<double>(i) * spacing);
+    largest = std::max(largest, forces[i]);
   }
   std::size_t i = 1;
-  while (i < count && of[i] < reached * largest) ++i;
-  const double share = (reached * largest - of[i - 1]) / (of[i] - of[i - 1]);
+  while (i < count && forces[i] < reached * largest) ++i;
+  const double share = (reached * largest - forces[i - 1]) / (forces[i] - forces[i - 1]);
   const double slip = (static_cast<double>(i - 1) + share) * spacing;
   return largest > 0.0 && slip < clearly * limit ? slip : std::numeric_limits<double>::infinity();
 }
 
-/// Of the front axle of a car that moves straight on at vx [m/s], coasting on a flat road; infinite for cars without
-/// slip.
+/// That of the front axle: of a car that moves straight on at vx [m/s], coasting on a flat road. Infinite for cars
+/// without slip.
 inline double front_saturation_slip(Prediction& model, const Car& car, double vx) {
   return saturation_slip(car.delta_max, [&](double slip) {
     State x;
@@ -47,7 +48,7 @@ inline double front_saturation_slip(Prediction& model, const Car& car, double vx
   });
 }
 
-/// The same of the rear axle of a car that moves askew, with its front wheels along its way.
+/// That of the rear axle: of a car at vx that slides sideways, its front wheels turned to where it moves.
 inline double rear_saturation_slip(Prediction& model, const Car& car, double vx) {
   return saturation_slip(car.delta_max, [&](double slip) {
     State x;

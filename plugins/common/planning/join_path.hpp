@@ -53,7 +53,7 @@ class JoinPath {
     const Offset o = at(way);
     return std::hypot(std::max(least_stretch, 1.0 - o.n * kappa), o.slope);
   }
-  /// From the line onto the way to it.
+  /// Moves references from the line onto the path that leads to it.
   void move(std::span<RefPoint> horizon) const {
     if (active_)
       for (RefPoint& r : horizon) move(r);

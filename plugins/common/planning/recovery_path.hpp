@@ -89,12 +89,12 @@ class RecoveryPath {
   static constexpr double lost_angle = 1.5;       // [rad] between car and line: lines cross roads at up to 1.4
   static constexpr double astray_angle = 1.2;     // [rad] between car and the way back
   static constexpr double standing_share = 0.3;   // of the speed in the arcs
-  static constexpr double beside_cost = 2.0;      // metres that one counts which is the car's width beside the road
-  static constexpr double whole_line = 1e3;       // [m] of room, where no edge is to hold the car back
+  static constexpr double beside_cost = 2.0;      // of a metre that is driven the car's width beside the road [m]
+  static constexpr double free_room = 1e3;        // [m] that references state where no edge is to hold the car back
   static constexpr int places = 48;               // of the line that a way may lead to
 
   double speed() const { return std::sqrt(friction_share * friction_ * radius_); }
-  /// How much faster than in the arcs a reference may be so many metres behind the end of the way.
+  /// How much faster than in the arcs a reference may be `beyond` metres after the end of the path [m/s].
   double gain(double beyond) const {
     return std::max(0.0,
                     std::sqrt(square(speed()) + 2.0 * braking_share * friction_ * std::max(beyond, 0.0)) - speed());
@@ -105,7 +105,7 @@ class RecoveryPath {
     const LinePoint p = line_.at(foot);
     const double width = p.left + p.right, off = std::hypot(x.x - planned.x, x.y - planned.y);
     const double across = -std::sin(p.yaw) * (x.x - p.x) + std::cos(p.yaw) * (x.y - p.y);
-    // To start from there along the line can be farther beside the road than to stay, by what the controller looks ahead.
+    // As far as a controller looks ahead, to drive off along the line can lead further beside the road than to stand.
     const bool stands_outside =
         std::hypot(x.vx, x.vy) < standing_share * speed() && (across > p.left || -across > p.right);
     return stands_outside ||
@@ -137,7 +137,8 @@ class RecoveryPath {
     }
     driven_ = 0.0;
   }
-  /// What leading beside the road costs, in metres: by the square of how far. It is counted up to `most`.
+  /// What the parts of a path beside the road cost, by the square of how far they are beside it [m]; the sum ends where
+  /// it exceeds `most`.
   double beside(const DubinsPath& path, double foot, double most) const {
     const double step = 0.25 * radius_;
     double sum = 0.0, hint = foot, curvature = 0.0;
@@ -182,7 +183,7 @@ class RecoveryPath {
     r.x = p.x;
     r.y = p.y;
     r.yaw = p.yaw;
-    r.left = r.right = whole_line;
+    r.left = r.right = free_room;
     r.at = now.at;
     return r;
   }
@@ -199,7 +200,7 @@ class RecoveryPath {
       r.y = x.y + way * std::sin(course);
       r.yaw = x.yaw + std::remainder(course + (forward > 0.0 ? 0.0 : std::numbers::pi) - x.yaw, 2.0 * std::numbers::pi);
       r.v = forward * v;
-      r.left = r.right = whole_line;
+      r.left = r.right = free_room;
       r.at = now.at;
       r.at.t = now.t + static_cast<double>(k) * dt;
       way += v * dt;

@@ -40,7 +40,8 @@ inline std::vector<double> speed_profile(const ClosedLine& line, const DriveLimi
   const auto passive = [&](double speed, const LinePoint& p) {
     return limits.coast(speed) - corner.drag(mu, speed, p.kappa, p.bank) - gravity * std::sin(p.grade);
   };
-  // Two rounds: what the second finds already there is a fixed point, as the slowest corner is met in the first.
+  // Two rounds each way: the slowest corner, whose speed stays as it is, is met in the first, so that every speed is
+  // final after the second.
   for (std::size_t k = 0; k < 2 * n; ++k) {
     const std::size_t i = k % n, j = (k + 1) % n;
     const LinePoint& p = line.samples()[i];

@@ -97,10 +97,10 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
     const bool shares = params_.sharing_spread > 0;
     if (shares) doubt_sharing(drive.on_road(road_load(k)));
     // Without a doubt of the sharing, what drive and brakes take off side forces would pass for a change.
-    if (hard && !shares) leave_drive_and_tyres(false);
+    if (hard && !shares) take_off_drive_and_tyres(false);
     change_.pass(k.dt);
     test_for_change(k.dt);
-    if (hard && shares) leave_drive_and_tyres((brakes && side_used_ > least_side_used) || change_.recent());
+    if (hard && shares) take_off_drive_and_tyres((brakes && side_used_ > least_side_used) || change_.recent());
     for (int c = 0; c < channels; ++c) {
       auto innovation = rls_.innovation(c, rows_.col(c), rates_[c], k.dt, misfit(c));
       if (hard && shares)
@@ -135,7 +135,7 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
   static constexpr double least_side_used = 0.4;  // where a sample under hard braking teaches of tyres
 
   bool settled() const { return seen_ >= settling; }
-  /// Of this step.
+  /// Standard deviation of what a channel's equation leaves out in this step, that of the sharing of friction included.
   double misfit(int channel) const { return std::hypot(noise_.misfit(channel), sharing_misfit_[channel]); }
   /// Variance of a rate, beside what its innovation shows: an error of the sharing that lasts for n samples leaves of
   /// them what one teaches. Not after a sudden change, which is learned from few.
@@ -231,19 +231,19 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
     change_.begin_change();
   }
 
-  /// Takes the tyres, and the gains and the arm of drive and brakes, as they are believed to be in this step. Where
-  /// drive or brakes use much of the friction, slip control, their split and the ellipse decide what arrives on the
-  /// road and what is left for side forces, and none of them is known well. `side`: side force and moment go on
-  /// teaching.
-  void leave_drive_and_tyres(bool side) {
+  /// Takes off this step's rates what the tyres, and the gains and the arm of drive and brakes, are believed to
+  /// contribute, so that the step does not teach them. Where drive or brakes use much of the friction, slip control,
+  /// their split and the ellipse decide what arrives on the road and what is left for side forces, and none of them is
+  /// known well. `side_teaches`: the tyres' part in side force and moment stays, and goes on teaching.
+  void take_off_drive_and_tyres(bool side_teaches) {
     const Unknowns& u = unknowns_;
-    const auto leave = [this](int c, auto part, const auto& believed) {
+    const auto take_off = [this](int c, auto part, const auto& believed) {
       rates_[c] -= part.dot(believed);
       part.setZero();
     };
     for (int c = 0; c < channels; ++c) {
-      if (c == 0 || !side) leave(c, u.tyres(rows_.col(c)), u.tyres(rls_.theta()));
-      leave(c, u.gains_and_arm(rows_.col(c)), u.gains_and_arm(rls_.theta()));
+      if (c == 0 || !side_teaches) take_off(c, u.tyres(rows_.col(c)), u.tyres(rls_.theta()));
+      take_off(c, u.gains_and_arm(rows_.col(c)), u.gains_and_arm(rls_.theta()));
     }
   }
 

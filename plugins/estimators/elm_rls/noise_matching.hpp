@@ -4,7 +4,7 @@
 //   misfit  of an equation, grows where e_k e_{k-1} > 0.1 V and shrinks where it is less: what the equations leave out
 //           lasts, noise does not
 //
-// Both begin with what is told and stay between bounds relative to it; misfit is told as it is at best.
+// Both begin with what is told: sigma stays between 0.02 and 10 times that, misfit between it and 100 times it.
 #pragma once
 
 #include <algorithm>

@@ -38,7 +38,7 @@ class SuddenChange {
       score_variance_ += square(rate.force) / rate.variance;
     }
   }
-  /// A score that is no number is an alarm too: it would stay one for ever.
+  /// A score that is not a number is an alarm too: no later sample would mend it.
   bool alarms() const { return !(square(score_) <= square(alarm_) * score_variance_); }
 
   /// Friction is taken to have changed in this sample.

@@ -92,7 +92,7 @@ bool FrictionPlaces::watch(const Seen& here) {
   // A learner that had come to believe too much comes back to less.
   const double again = std::min(fall_share * f.level, f.lowest + rise_share * (f.level - f.lowest));
   if (here.below(again)) {
-    if (f.ended) return give_up();  // a second one: the first is not told from the whole road's
+    if (f.ended) return give_up();  // it falls again: the first fall may have been the whole road's
     f.low = here.piece;
     f.last_evidence = now_;
     ++f.evidence;
@@ -234,7 +234,8 @@ void FrictionPlaces::in_place(std::size_t piece, double mu) {
   behind_ = 0;
 }
 
-/// Just behind a place. True where it is forgotten.
+/// A step just behind a place: holds what was believed before it until the belief comes back or has had its time. True
+/// where the belief did not fall in the place, which is forgotten then.
 bool FrictionPlaces::behind_place(double mu) {
   behind_ += dt_;
   if (mu < fall_share * mu_ && behind_ < longest_return) return false;

@@ -22,7 +22,7 @@ struct AxleFunction {
   double xx = 0, xy = 0, yy = 0, xd = 0, yd = 0, dd = 0;
 
   /// Adds a multiple of another's second derivatives to these.
-  void bend(double weight, const AxleFunction& by) {
+  void add_hessian_of(double weight, const AxleFunction& by) {
     xx += weight * by.xx;
     xy += weight * by.xy;
     yy += weight * by.yy;
@@ -30,10 +30,10 @@ struct AxleFunction {
     yd += weight * by.yd;
     dd += weight * by.dd;
   }
-  /// The same of its square.
-  void bend_by_square(double weight, const AxleFunction& by) {
+  /// Adds a multiple of the second derivatives of another's square to these.
+  void add_hessian_of_square(double weight, const AxleFunction& by) {
     const double w = 2.0 * weight;
-    bend(w * by.f, by);
+    add_hessian_of(w * by.f, by);
     xx += w * by.x * by.x;
     xy += w * by.x * by.y;
     yy += w * by.y * by.y;
@@ -129,7 +129,7 @@ std::size_t curved(int row) { return static_cast<std::size_t>(row - first_curved
 struct IntervalProgram::Parts {
   Value load;
   AxleFunction slip_front, slip_rear, front, rear;
-  AxleFunction bent_front, bent_rear;  // their part of the weighted sum: second derivatives only
+  AxleFunction hessian_front, hessian_rear;  // of the weighted sum by each axle's variables: second derivatives only
 };
 
 IntervalProgram::IntervalProgram(const LapProblem& problem)
@@ -164,8 +164,8 @@ void IntervalProgram::differentiate(std::size_t i, const double (&z)[V], const s
   differentiate_rates(i, z, rate_weight, parts, out);
   differentiate_rows(i, z, row_weight, parts, out);
   Hessian h{out.lagrangian_by};
-  h.add(parts.bent_front, lf);
-  h.add(parts.bent_rear, -lr);
+  h.add(parts.hessian_front, lf);
+  h.add(parts.hessian_rear, -lr);
 }
 
 /// What rates and their curvature share. Cost and rates are each `time` times something by time.
@@ -250,12 +250,12 @@ void IntervalProgram::differentiate_rates(std::size_t i, const double (&z)[V], c
   out.cost = base * m.time;
   for (std::size_t n = 0; n < out.cost_by.size(); ++n) out.cost_by[n] = base * m.time_by[n];
   out.cost_by[lap_rate] += m.time * base_by_rate;
-  bend_rates(i, w, m, parts, out);
+  add_hessian_of_rates(i, w, m, parts, out);
 }
 
 /// Second derivatives of the weighted sum of cost and rates.
-void IntervalProgram::bend_rates(std::size_t i, const std::array<double, S>& w, const Motion& m, Parts& parts,
-                                 IntervalDerivatives& out) const {
+void IntervalProgram::add_hessian_of_rates(std::size_t i, const std::array<double, S>& w, const Motion& m, Parts& parts,
+                                           IntervalDerivatives& out) const {
   const double kappa = p_.places[i].kappa, time = m.time, along = m.along;
   Hessian h{out.lagrangian_by};
   h.add_products(1.0, m.time_by, m.sum_by);
@@ -278,11 +278,11 @@ void IntervalProgram::bend_rates(std::size_t i, const std::array<double, S>& w, 
   const AxleFunction &F = parts.front, &R = parts.rear;
   const double push = w[lap_vy] + w[lap_omega] * m.turn * p_.car.lf;
   const double share = push * m.cosine - w[lap_vx] * m.sine, share_by = -push * m.sine - w[lap_vx] * m.cosine;
-  parts.bent_front.bend(time * share, F);
-  parts.bent_front.xd += time * share_by * F.x;
-  parts.bent_front.yd += time * share_by * F.y;
-  parts.bent_front.dd += time * (2.0 * share_by * F.d - share * F.f);
-  parts.bent_rear.bend(time * (w[lap_vy] - w[lap_omega] * m.turn * p_.car.lr), R);
+  parts.hessian_front.add_hessian_of(time * share, F);
+  parts.hessian_front.xd += time * share_by * F.x;
+  parts.hessian_front.yd += time * share_by * F.y;
+  parts.hessian_front.dd += time * (2.0 * share_by * F.d - share * F.f);
+  parts.hessian_rear.add_hessian_of(time * (w[lap_vy] - w[lap_omega] * m.turn * p_.car.lr), R);
 }
 
 void IntervalProgram::differentiate_rows(std::size_t i, const double (&z)[V], const std::array<double, curved_rows>& w,
@@ -299,16 +299,16 @@ void IntervalProgram::differentiate_rows(std::size_t i, const double (&z)[V], co
   of_speed(drive_most, 1.0, drive);
   of_speed(brake_most, -1.0, brake);
   const auto one_way = [&](int row, double sign, const AxleFunction& slip, double arm, const SlipBound& bound,
-                           AxleFunction& bent) {
+                           AxleFunction& hessian) {
     const Value most = bound.at(z[lap_vx]);
     out.row[curved(row)] = sign * slip.f - most.f;
     out.row_by[curved(row)] = by_z(sign, slip, arm);
     out.row_by[curved(row)][lap_vx] -= most.slope;
     h.at(lap_vx, lap_vx) -= w[curved(row)] * most.curvature;
-    bent.bend(sign * w[curved(row)], slip);
+    hessian.add_hessian_of(sign * w[curved(row)], slip);
   };
   const auto both_ways = [&](int row, const AxleFunction& slip, double arm, const SlipBound& bound,
-                             AxleFunction& bent) {
+                             AxleFunction& hessian) {
     const double per = 1.0 / (bound.when_slow * bound.when_slow), unit = 1.0 / bound.when_slow;
     const Value most = bound.at(z[lap_vx]);
     const double share = most.f / bound.when_slow, slope = unit * most.slope, curvature = unit * most.curvature;
@@ -316,23 +316,23 @@ void IntervalProgram::differentiate_rows(std::size_t i, const double (&z)[V], co
     out.row_by[curved(row)] = by_z(2.0 * per * slip.f, slip, arm);
     out.row_by[curved(row)][lap_vx] -= 2.0 * share * slope;
     h.at(lap_vx, lap_vx) -= 2.0 * w[curved(row)] * (slope * slope + share * curvature);
-    bent.bend_by_square(per * w[curved(row)], slip);
+    hessian.add_hessian_of_square(per * w[curved(row)], slip);
   };
   const double lf = p_.car.lf, lr = p_.car.lr;
   if (p_.sharing.ratio > 0) {
-    both_ways(front_most, parts.slip_front, lf, slip_front_, parts.bent_front);
-    both_ways(rear_most, parts.slip_rear, -lr, slip_rear_, parts.bent_rear);
+    both_ways(front_most, parts.slip_front, lf, slip_front_, parts.hessian_front);
+    both_ways(rear_most, parts.slip_rear, -lr, slip_rear_, parts.hessian_rear);
     differentiate_sharing(i, z, w, parts, out);
     return;
   }
-  one_way(front_most, 1.0, parts.slip_front, lf, slip_front_, parts.bent_front);
-  one_way(front_least, -1.0, parts.slip_front, lf, slip_front_, parts.bent_front);
+  one_way(front_most, 1.0, parts.slip_front, lf, slip_front_, parts.hessian_front);
+  one_way(front_least, -1.0, parts.slip_front, lf, slip_front_, parts.hessian_front);
   if (p_.combined > 0) {
-    both_ways(rear_most, parts.slip_rear, -lr, slip_rear_, parts.bent_rear);
+    both_ways(rear_most, parts.slip_rear, -lr, slip_rear_, parts.hessian_rear);
     differentiate_circle(z, w, parts, out);
   } else {
-    one_way(rear_most, 1.0, parts.slip_rear, -lr, slip_rear_, parts.bent_rear);
-    one_way(rear_least, -1.0, parts.slip_rear, -lr, slip_rear_, parts.bent_rear);
+    one_way(rear_most, 1.0, parts.slip_rear, -lr, slip_rear_, parts.hessian_rear);
+    one_way(rear_least, -1.0, parts.slip_rear, -lr, slip_rear_, parts.hessian_rear);
   }
 }
 
@@ -354,8 +354,8 @@ void IntervalProgram::differentiate_circle(const double (&z)[V], const std::arra
   h.add_products(weight * per, across_by, across_by);
   h.at(lap_vx, lap_vx) -= 2.0 * weight * (load.slope * load.slope + load.f * load.curvature);
   h.at(lap_a, lap_a) += 2.0 * weight * per * p_.combined * p_.combined;
-  parts.bent_front.bend(2.0 * weight * per * across, parts.front);
-  parts.bent_rear.bend(2.0 * weight * per * across, parts.rear);
+  parts.hessian_front.add_hessian_of(2.0 * weight * per * across, parts.front);
+  parts.hessian_rear.add_hessian_of(2.0 * weight * per * across, parts.rear);
 }
 
 /// (F / D)^2 + (share a / (ratio D))^2 <= (N + load a)^2 of both axles, whose right side has no sign: share_friction().
@@ -371,7 +371,7 @@ void IntervalProgram::differentiate_sharing(std::size_t i, const double (&z)[V],
   const Value rear{1.0 - front.f, -front.slope, -front.curvature};
   Hessian h{out.lagrangian_by};
   const auto axle = [&](int row, const AxleFunction& force, double arm, const Value& share, double load, double D,
-                        AxleFunction& bent) {
+                        AxleFunction& hessian) {
     const double weight = w[curved(row)], across = 1.0 / (D * D), unit = 1.0 / (own.ratio * D);
     const double along = unit * share.f * a, slope = unit * (share.f + share.slope * a);
     const double curvature = unit * (2.0 * share.slope + share.curvature * a);
@@ -380,13 +380,13 @@ void IntervalProgram::differentiate_sharing(std::size_t i, const double (&z)[V],
     Gradient& by = out.row_by[curved(row)] = by_z(2.0 * across * force.f, force, arm);
     by[lap_vx] -= 2.0 * carried * parts.load.slope;
     by[lap_a] = 2.0 * (along * slope - carried * rises);
-    bent.bend_by_square(weight * across, force);
+    hessian.add_hessian_of_square(weight * across, force);
     h.at(lap_vx, lap_vx) -= 2.0 * weight * (parts.load.slope * parts.load.slope + carried * parts.load.curvature);
     h.at(lap_a, lap_vx) -= 2.0 * weight * rises * parts.load.slope;
     h.at(lap_a, lap_a) += 2.0 * weight * (slope * slope + along * curvature - rises * rises);
   };
-  axle(front_least, parts.front, p_.car.lf, front, own.load_front, p_.tyres.front.D, parts.bent_front);
-  axle(rear_least, parts.rear, -p_.car.lr, rear, own.load_rear, p_.tyres.rear.D, parts.bent_rear);
+  axle(front_least, parts.front, p_.car.lf, front, own.load_front, p_.tyres.front.D, parts.hessian_front);
+  axle(rear_least, parts.rear, -p_.car.lr, rear, own.load_rear, p_.tyres.rear.D, parts.hessian_rear);
 }
 
 }  // namespace gripline::time_optimal

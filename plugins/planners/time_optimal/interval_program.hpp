@@ -130,8 +130,8 @@ class IntervalProgram {
                                                                               const Motion& motion) const;
   void differentiate_rates(std::size_t i, const double (&z)[lap_variables],
                            const std::array<double, lap_states>& weight, Parts& parts, IntervalDerivatives& out) const;
-  void bend_rates(std::size_t i, const std::array<double, lap_states>& weight, const Motion& motion, Parts& parts,
-                  IntervalDerivatives& out) const;
+  void add_hessian_of_rates(std::size_t i, const std::array<double, lap_states>& weight, const Motion& motion,
+                            Parts& parts, IntervalDerivatives& out) const;
   void differentiate_rows(std::size_t i, const double (&z)[lap_variables],
                           const std::array<double, curved_rows>& weight, Parts& parts, IntervalDerivatives& out) const;
   void differentiate_circle(const double (&z)[lap_variables], const std::array<double, curved_rows>& weight,

@@ -51,7 +51,7 @@ class PlanFollower {
   explicit PlanFollower(const LapSetup& setup);
 
   void set(const LapPlan& plan);
-  /// The same where only nodes first .. first + count - 1 (indices wrap) have changed.
+  /// As set(plan), where only nodes first .. first + count - 1 (indices wrap) have changed.
   void set(const LapPlan& plan, std::size_t first, std::size_t count);
   PlanPoint at(double s) const;
   /// Station of the point of the path nearest to (x, y), continuing from the last call.

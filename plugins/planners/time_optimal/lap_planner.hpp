@@ -31,7 +31,8 @@ using namespace planning;
 /// Beliefs, and references along a lap, however it is solved.
 class LapPlanner : public SpeedPlanner {
  public:
-  /// What the planners do differently. The library's laps are bounded by its own least friction.
+  /// What the planners do differently. `time_optimal` sets no bounds of friction: beyond those of its library the first
+  /// or the last lap holds.
   struct Manner {
     double least_mu = -std::numeric_limits<double>::infinity();  // that is planned for
     double most_mu = std::numeric_limits<double>::infinity();

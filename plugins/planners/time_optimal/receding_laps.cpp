@@ -92,7 +92,7 @@ void RecedingLaps::solve_once(double barrier) {
 void RecedingLaps::move_window(double station) {
   const std::size_t first = window_.first_behind(station, lap_.nodes());
   if (window_.may_stay(first, lap_.nodes())) return;
-  // What lies behind a car that had left its plan is of that plan.
+  // A window that begins at a car which had left its plan does not move back: the nodes behind are of that plan.
   if (at_car_ && window_.is_just_behind(first)) return;
   place_window(first);
   at_car_ = false;
@@ -101,7 +101,7 @@ void RecedingLaps::move_window(double station) {
 void RecedingLaps::place_window(std::size_t first) {
   if (window_.reaches(first)) {
     const std::size_t passed = window_.nodes_to(first);
-    // What is left behind without a plan is no start for the next lap.
+    // Nodes that are left behind without a plan would be a poor start for the next lap.
     if (lost_ > least_patience)
       for (std::size_t k = 0; k < passed; ++k) lap_.reset(window_.node(k), mu_at(window_.node(k)));
     nodes_until_retry_ -= std::min(nodes_until_retry_, passed);
@@ -122,7 +122,8 @@ void RecedingLaps::begin_at(const State& car, double station) {
   begin_ = passed_with(*setup_, car, window_.first());
 }
 
-/// One Newton step; whether the window is settled at its barrier, which then falls.
+/// One Newton step. Where the first three quarters of the window are settled at its barrier, the barrier falls; true
+/// where it was the least one. The last quarter settles before the car comes near to it.
 bool RecedingLaps::improve() {
   const WindowStep step = solver_.iterate(lap_.nodes(), window_.first(), window_.count(), barrier_, begin_, end_);
   ++iterations_;
@@ -134,7 +135,7 @@ bool RecedingLaps::improve() {
   }
   failed_ = 0;
   if (step.near_change > small_step || step.near_defect > small_defect || step.share < 0.5) return false;
-  const bool last = barrier_ <= least_barrier;  // the far part settles before the car comes near to it
+  const bool last = barrier_ <= least_barrier;
   barrier_ = std::max(least_barrier, 0.2 * barrier_);
   return last;
 }

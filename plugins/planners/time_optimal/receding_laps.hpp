@@ -107,10 +107,11 @@ class RecedingLaps {
   States begin_{}, end_{};  // near which the window begins and ends
   std::size_t changed_ = 0;
   double barrier_ = 0, defect_ = 0;
-  int failed_ = 0;   // Newton steps one after the other that found nothing better
-  int stalled_ = 0;  // control steps one after the other without a plan that can be driven
-  int lost_ = 0;     // the same, whatever was tried, since the window began from the first lap
-  int patience_;     // control steps that it has to find a plan
+  int failed_ = 0;  // Newton steps one after the other that found nothing better
+  // Control steps one after the other without a plan that can be driven:
+  int stalled_ = 0;  // since the barrier was last raised for that
+  int lost_ = 0;     // since the window last began again from the first lap for the car believed
+  int patience_;     // lost_ beyond which it does so
   bool settled_ = false;
   std::size_t nodes_until_retry_ = 0;  // nodes that the window moves on before it may begin again from the first lap
   bool was_astray_ = false;            // the car, in the last control step
