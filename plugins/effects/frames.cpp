@@ -41,7 +41,7 @@ class PoseLever final : public gripline::AutoDiffReading<PoseLever> {
   static constexpr auto parameters() { return arm_parameters(); }
   template <class T>
   void sense(Reading<T>& r, const Place&, const Params<T>& k) const {
-    gripline::show_place_of_point(r, k.px, k.py);
+    gripline::move_place_to_point(r, k.px, k.py);
   }
 };
 
@@ -63,7 +63,7 @@ class VelocityLever final : public gripline::AutoDiffReading<VelocityLever> {
   static constexpr auto parameters() { return arm_parameters(); }
   template <class T>
   void sense(Reading<T>& r, const Place&, const Params<T>& k) const {
-    gripline::show_velocity_of_point(r, k.px, k.py);
+    gripline::move_velocity_to_point(r, k.px, k.py);
   }
 };
 
@@ -74,7 +74,7 @@ class VelocityYaw final : public gripline::AutoDiffReading<VelocityYaw> {
   static constexpr auto parameters() { return turn_parameters(); }
   template <class T>
   void sense(Reading<T>& r, const Place&, const Params<T>& k) const {
-    gripline::show_velocity_in_turned_axes(r, k.a);
+    gripline::turn_velocity_axes(r, k.a);
   }
 };
 

@@ -1,10 +1,12 @@
 /// \file
 /// What plugins implement (VehicleModel, Effect, Estimator, SpeedPlanner, Controller, Plant) and what they are given
 /// (PluginContext, Course, Prediction, Truth, Ground). The contract of each call stands above it.
+/// "The paper", with its Algorithm 1, is Kalaria, Lin, Dolan, arXiv 2303.08235.
 ///
 /// Rules of every call, unless its contract says otherwise:
 /// - The caller allocates and owns all arrays; they are valid until the call returns. A span of length 0 means "not
-///   wanted". Objects behind references and pointers live longer than the plugin that was given them.
+///   wanted"; other lengths are as the contract says and not checked. Arrays of one call do not overlap. n, where a
+///   call has it, may be 0. Objects behind references and pointers live longer than the plugin that was given them.
 /// - `const` calls may come from several threads at once, so they keep no scratch in the instance. All others come one
 ///   after the other per instance; different instances may be called at the same time.
 /// - An exception derived from std::exception ends the run with the plugin's name, the time and its text; all complete
@@ -46,11 +48,13 @@ class Effect {
   /// Number of its states that the host integrates per car (a lagged force, a temperature), always the same. Effects of
   /// Stage::reading have none.
   virtual int memory() const noexcept { return 0; }
-  /// How far back [s] it reads the commands with these parameters (in the order of declaration); 0 when it does not.
+  /// How far back [s] it reads the commands with these parameters, 0 when it does not. `params` is as Points::params:
+  /// all of them in the order of declaration, 0 in the place of a table.
   virtual double look_back(std::span<const double> /*params*/) const noexcept { return 0.0; }
-  /// The memory at the start of a run, its steady value: fills memory[i * points.memory_stride + j]. Called once per
-  /// run, with all stages before this effect evaluated; points.memory and points.memory_rate are null, `memory` is
-  /// zero on entry, which is what stays by default.
+  /// The memory at the start of a run, its steady value: fills memory[i * points.memory_stride + j] for instants i < n
+  /// and states j < memory(), in the unit of each state. Called once per run, with all stages before this effect
+  /// evaluated; points.memory and points.memory_rate are null, `memory` is zero on entry, which is what stays by
+  /// default.
   virtual void start_memory(const Points<double>& /*points*/, double* /*memory*/) const {}
   /// Changes the quantities of its stage in points.q (of Stage::reading: points.reading) for all n points, and writes
   /// every points.memory_rate of its own. Several effects of one stage act one after the other.
@@ -65,7 +69,8 @@ class TyreCurve {
   virtual ~TyreCurve() = default;
   /// Fills force [N] and, where not empty, its standard deviation sigma [N] of the axle at each slip angle [rad],
   /// at the axle's present load. Signs as in Quantities: a positive slip angle gives a positive force, to the left.
-  /// All spans that are not empty are equally long. False when it knows no tyre: the spans are then left alone.
+  /// `force` is as long as `slip`; `sigma` is so too, or empty. False when it knows no tyre: the spans are then left
+  /// alone. Planners may call it within their `plan`.
   virtual bool tyre_force(Axle axle, std::span<const double> slip, std::span<double> force,
                           std::span<double> sigma) const = 0;
 };
@@ -96,12 +101,15 @@ class Prediction {
   virtual int states() const noexcept = 0;
   /// Length of a step [s].
   virtual double dt() const noexcept = 0;
-  /// Fills the row x (states() numbers) for a state observed now:
-  /// the state, then the memory as the framework carried it along.
+  /// Fills the row x (states() numbers) for a state observed now: the state, then memory and past commands as the
+  /// framework carried them along.
   virtual void start(const State& now, std::span<double> x) const = 0;
-  /// n independent steps at once. x: n rows, u: n rows of 2, at: n places, x_next: n rows to fill. A (row-major, per
-  /// step states x states) and B (states x 2) are derivatives of x_next by x and u; empty when not wanted. Allocates
-  /// only when n grows. Not const: it works in its own buffers.
+  /// n independent steps of dt() at once: row i goes from x to x_next under u at the place where it starts. Lengths: x
+  /// and x_next n states(), u 2 n, at n. A and B are derivatives of x_next by x and u: n matrices states() x states()
+  /// and n states() x 2, one after the other, each row-major; either may be empty, when not wanted. x_next must not
+  /// overlap x, not even be the same array: x is read again after x_next was written. Numbers that are not finite come
+  /// back as such, with no exception; what a plugin of the model throws comes through. Allocates only when n grows. Not
+  /// const: it works in its own buffers.
   virtual void step(std::size_t n, std::span<const double> x, std::span<const double> u, std::span<const Place> at,
                     std::span<double> x_next, std::span<double> A, std::span<double> B) = 0;
   /// Rates of a state under a held input, and what the axles carry then.
@@ -114,7 +122,7 @@ class Prediction {
     double drive_force = 0;  ///< as in Quantities [N]
   };
   /// Rates of one state under a held input, memory at its steady value: for planners that need the car's real drive,
-  /// brake and steering limits. May allocate.
+  /// brake and steering limits. Errors as in `step`. May allocate.
   virtual Rates rates(const State& x, const Input& u, const Place& at) = 0;
 };
 
@@ -130,13 +138,15 @@ class Course {
   virtual ~Course() = default;
   /// Length of the centre line [m].
   virtual double length() const noexcept = 0;
-  /// The centre line at a station [m]; stations wrap around the lap.
+  /// The centre line at a station [m]; stations wrap around the lap. The result's s is in [0, length()), its n is 0.
   virtual CoursePoint at(double s) const = 0;
-  /// Nearest point of the centre line to a position [m]; near station `hint_s` when that is not NaN, else anywhere.
+  /// Nearest point of the centre line to a position [m]; near station `hint_s` [m] when that is not NaN, else anywhere.
+  /// The result's n is the position's offset, its x and y are on the centre line.
   virtual CoursePoint locate(double x, double y, double hint_s) const = 0;
   /// Fills `line` with the minimum-curvature line (eq. (1) of the paper) as line.size() samples equally
-  /// spaced along it, closed (the first sample is not repeated). Takes seconds and allocates: for
-  /// constructors. Throws when there is no such line, as on a road narrower than the car with its margins.
+  /// spaced along it, closed (the first sample is not repeated). Takes seconds and allocates: for constructors. Throws
+  /// what derives from std::exception when there is no such line, as on a road narrower than the car with its margins;
+  /// a constructor may let it through, which then is the plugin's refusal.
   virtual void minimum_curvature(const LineOptions& options, std::span<LinePoint> line) const = 0;
 };
 
@@ -144,8 +154,9 @@ class Course {
 class SpeedPlanner {
  public:
   virtual ~SpeedPlanner() = default;
-  /// Algorithm 1, line 14: fills horizon[k], k = 0 .. size - 1, for the times now.t + k dt. `belief` is mu_init,
-  /// untrusted, and `learned` null until plans may rest on what was learned (the stack's careful_until).
+  /// Algorithm 1, line 14: fills horizon[k], every member, k = 0 .. size - 1, for the times now.t + k dt with the
+  /// context's dt; the size is the controller's horizon(). `belief` is mu_init, untrusted, and `learned` null until
+  /// plans may rest on what was learned (the stack's careful_until).
   virtual void plan(const Observation& now, const Belief& belief, const TyreCurve* learned,
                     std::span<RefPoint> horizon) = 0;
   /// The closed line that `plan` follows at this moment, for the deviation metric and the report. Owned by the planner,
@@ -178,10 +189,12 @@ class Truth {
   virtual double factor() const = 0;
   /// Peak lateral force of an axle over its static load, with the present factor [-].
   virtual double mu(Axle axle) const = 0;
-  /// Lateral force [N] at a slip angle [rad], at static load, with the present factor; signs as in TyreCurve.
+  /// Lateral force [N] of an axle at a slip angle [rad], at static load, with the present factor; signs as in
+  /// TyreCurve.
   virtual double tyre_force(Axle axle, double slip) const = 0;
-  /// Fills ax, ay, aw of points from yaw, vx, vy, omega, d, delta as the true car would have them (its effects without
-  /// memory included). False when the world's car is a Plant; points are then left alone.
+  /// Fills ax, ay, aw of all n points.q from yaw, vx, vy, omega, d, delta, delta_rate and points.at as the true car
+  /// would have them (its effects without memory included); params, memory and history are not read. False when the
+  /// world's car is a Plant; points are then left alone.
   virtual bool accelerations(const Points<double>& points) const = 0;
   /// The same with derivatives.
   virtual bool accelerations(const Points<Dual8>& points) const = 0;
@@ -197,7 +210,7 @@ class Ground {
     double bank = 0;    ///< slope across `yaw`, positive where the right side is higher [rad]
     double factor = 1;  ///< friction [-]
   };
-  /// The road at a position [m], seen along a heading [rad].
+  /// The road below a position [m] of the world, seen along a heading [rad].
   virtual Patch at(double x, double y, double yaw) const = 0;
 };
 
@@ -207,8 +220,8 @@ class Plant {
   virtual ~Plant() = default;
   /// Puts the car at rest or rolling at this state, hidden states steady. Called before the first `advance`.
   virtual void reset(const State& x, const Ground& ground) = 0;
-  /// Advances by dt [s] under commands held (throttle d [-], steering angle delta [rad]); returns the state after it,
-  /// with delta as commanded.
+  /// Advances by dt [s] under commands held (throttle d [-], steering angle delta [rad]), both within the car's limits;
+  /// returns the state after it, yaw unwrapped, with delta as commanded.
   virtual State advance(double d, double delta, double dt, const Ground& ground) = 0;
   /// Peak lateral force of an axle over its static load at friction factor 1 [-]: for Truth.
   virtual double mu(Axle axle) const = 0;
@@ -230,7 +243,8 @@ struct PluginContext {
   const Truth* truth = nullptr;     ///< null unless the plugin is an estimator, planner or controller that declares
                                     ///< needs_truth
   const char* cache_dir = nullptr;  ///< where an expensive, content-addressed result may be kept; null: nowhere
-  /// Reports the progress of long work to the user: its name and the fraction done. Null when it is not shown.
+  /// Reports the progress of long work to the user: progress_context, its name and the fraction done, 0 to 1. For
+  /// constructors. Null when it is not shown.
   void (*progress)(void* context, const char* what, double fraction) = nullptr;
   void* progress_context = nullptr;  ///< first argument of progress
 };

@@ -1,4 +1,5 @@
-// Values that repeat after a period: stations of a closed road, shares of a lap.
+/// \file
+/// Values that repeat after a period: stations of a closed road, shares of a lap.
 #pragma once
 
 #include <cmath>

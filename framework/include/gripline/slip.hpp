@@ -1,11 +1,12 @@
-// Slip angles of a single-track car [rad], positive where the tyre pushes to the left.
-//
-//   front = delta - atan2(omega lf + vy, forward),   rear = atan2(omega lr - vy, forward)
-//
-// `forward` stands for the forward speed [m/s]: |vx| in a plant, max(|vx|, v_min) in
-// a model whose derivatives must stay finite at standstill. T, that of vy, is double or Dual<N>; whatever
-// else is given may be a plain double, such as the car's geometry.
-// Source: Kalaria, Lin, Dolan, the dynamic model's slip angles, with |vx| as in the published plant.
+/// \file
+/// Slip angles of a single-track car [rad], positive where the tyre pushes to the left.
+///
+///     front = delta - atan2(omega lf + vy, forward),   rear = atan2(omega lr - vy, forward)
+///
+/// `forward` stands for the forward speed [m/s]: |vx| in a plant, max(|vx|, v_min) in a model whose derivatives must
+/// stay finite at standstill. T, that of vy, is double or Dual<N>; whatever else is given may be a plain double, such
+/// as the car's geometry.
+/// Source: Kalaria, Lin, Dolan, arXiv 2303.08235, the dynamic model's slip angles, with |vx| as in the published plant.
 #pragma once
 
 #include <cmath>

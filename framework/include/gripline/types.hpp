@@ -3,6 +3,8 @@
 ///
 /// SI units and ISO axes throughout: x forward, y left, yaw counter-clockwise, steering positive to the left. No Eigen,
 /// JSON or std::string here: their layout follows compiler flags and versions, ours must not.
+///
+/// "Algorithm 1" is that of Kalaria, Lin, Dolan, arXiv 2303.08235.
 #pragma once
 
 #include <cstddef>
@@ -34,7 +36,8 @@ struct Input {
   double ddelta = 0;  ///< rate of the commanded steering angle [rad/s]
 };
 
-/// When and where: the time and the Frenet coordinates of a point, with what the road is there. Never friction.
+/// When and where: the time and the Frenet coordinates of a point, with what the road is there. True friction is not
+/// among it; `grip` is what a planner expects.
 struct Place {
   double t = 0;             ///< time since the start of the run [s]
   double s = 0;             ///< station on the centre line [m]
@@ -45,7 +48,8 @@ struct Place {
   double grade = 0;         ///< slope along the direction of travel [rad], positive uphill
   double bank = 0;          ///< slope across it [rad], positive where the right side is higher
   double direction = 1;     ///< +1: the car drives along the file, -1: against it
-  double grip = 1;  ///< of a RefPoint: friction there over friction below the car, as the planner expects it [-]
+  double grip = 1;          ///< of a RefPoint: friction there over friction below the car, as the planner expects it
+                            ///< [-]; in everything that is observed or sampled 1
 };
 
 /// Constants of a car that every plugin of a stack may know. Friction is not among them.

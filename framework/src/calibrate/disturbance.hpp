@@ -64,10 +64,10 @@ class StatedFrames final : public AutoDiffReading<StatedFrames> {
   }
   template <class T>
   void sense(Reading<T>& r, const Place&, const Params<T>& k) const {
-    show_place_of_point(r, k.pose_x, k.pose_y);
+    move_place_to_point(r, k.pose_x, k.pose_y);
     r.yaw += k.pose_yaw;
-    show_velocity_of_point(r, k.velocity_x, k.velocity_y);
-    show_velocity_in_turned_axes(r, k.velocity_yaw);
+    move_velocity_to_point(r, k.velocity_x, k.velocity_y);
+    turn_velocity_axes(r, k.velocity_yaw);
   }
 };
 
