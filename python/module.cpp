@@ -24,7 +24,7 @@
 #include "experiment/perturb.hpp"
 #include "gripline/command.hpp"
 #include "plugin/offered.hpp"
-#include "race/stack.hpp"
+#include "race/assembly.hpp"
 #include "util/signals.hpp"
 #include "world/world.hpp"
 
@@ -313,22 +313,15 @@ class Race {
 
   Array reset(std::uint64_t seed) {
     stack_.reset();
+    end_.reset();
     world_.reset();
     world_spec_ = race_->world;
     drawn_ = stack_spec_ != nullptr ? *stack_spec_ : race_->stacks.front();
     perturb(race_->perturb, seed, world_spec_, drawn_);
     world_.emplace(world_spec_, seed);
+    end_.emplace(*world_);
     over_ = false;
-    if (stack_spec_ != nullptr) {
-      StackContext context;
-      context.car = car();
-      context.dt = race_->world.dt;
-      context.hold = race_->world.hold;
-      context.seed = seed;
-      context.course = &world_->course();
-      context.truth = &world_->truth();
-      stack_.emplace(drawn_, context, world_->observe());
-    }
+    if (stack_spec_ != nullptr) stack_.emplace(drawn_, stack_context(*world_, {.seed = seed}), world_->observe());
     return observation();
   }
 
@@ -339,20 +332,18 @@ class Race {
     const Observation before = world_->observe();
     const double covered = world_->covered();
     const Input u = world_->advance({d, ddelta});
-    const bool broken = !world_->finite();
+    end_->watch();
+    const std::optional<Status> status = end_->status();
+    const bool broken = status == Status::error;
     if (stack_ && !broken) stack_->learn(stack_->sample(before, u, world_->observe()));
-    const WorldSpec& spec = race_->world;
-    const bool over = (spec.laps > 0 && world_->laps() >= spec.laps) ||
-                      (spec.duration && world_->time() >= *spec.duration - 0.5 * spec.dt) ||
-                      world_->time() >= spec.timeout - 0.5 * spec.dt;
     py::dict info;
     info["t"] = world_->time();
     info["laps"] = world_->laps();
     if (stack_) info["mu"] = total_mu(stack_->belief(world_->time()).mu, car());
-    over_ = broken || world_->crashed();
+    over_ = broken || status == Status::crashed;
     info["crashed"] = over_;
     const bool ended = over_ || world_->outside();
-    return py::make_tuple(observation(), broken ? 0.0 : world_->covered() - covered, ended, over && !ended, info);
+    return py::make_tuple(observation(), broken ? 0.0 : world_->covered() - covered, ended, status && !ended, info);
   }
 
   Array observation() const {
@@ -397,6 +388,7 @@ class Race {
   StackSpec drawn_;
   bool over_ = false;
   std::optional<World> world_;
+  std::optional<RaceEnd> end_;
   std::optional<Stack> stack_;
 };
 

@@ -20,8 +20,9 @@ class Race(_Base):
     """The world of an experiment, driven by actions (throttle, steering rate), one per control step.
 
     Observations are arrays of the numbers in `observation_names`; the reward is the way made good along the centre line
-    [m]. An episode is terminated when the car leaves the road or hits a wall, truncated when the world ends it (laps,
-    duration, timeout); a car that left the road may be driven on, one that hit a wall not. With a `stack` its estimator learns from every step: `info["mu"]` is what it believes.
+    [m]. An episode is terminated when the car leaves the road or hits a wall, truncated when a race would end (laps,
+    duration, timeout, or a car that has stood for 5 s); a car that left the road may be driven on, one that hit a wall
+    not. With a `stack` its estimator learns from every step: `info["mu"]` is what it believes.
     """
 
     metadata = {"render_modes": []}

@@ -140,6 +140,18 @@ TEST_F(Python, ARaceIsAnEnvironmentOfGymnasiumWhereThatIsInstalled) {
   EXPECT_EQ(outcome.code, 0) << outcome.err;
 }
 
+TEST_F(Python, AStandingCarEndsAnEpisodeAsItEndsARace) {
+  const Outcome outcome = script("race = gripline.Race('" + (fixture_dir() / "experiments/good.json").string() +
+                                 "', set={'/world/duration': 8, '/world/start/speed': 0})\n"
+                                 "race.reset(seed=1)\n"
+                                 "ended = False\n"
+                                 "while not ended:\n"
+                                 "    _, _, terminated, ended, info = race.step((0.0, 0.0))\n"
+                                 "    assert not terminated\n"
+                                 "assert abs(info['t'] - 5) < 0.03, info\n");
+  EXPECT_EQ(outcome.code, 0) << outcome.err;
+}
+
 TEST_F(Python, RacesAreRepeatedBySeedAndEnd) {
   const Outcome outcome = script("race = gripline.Race('" + (fixture_dir() / "experiments/good.json").string() +
                                  "', 'told')\n"

@@ -1,9 +1,7 @@
 #include "race/assembly.hpp"
 
 namespace gripline {
-namespace {
 
-/// What this stack is told of its world; the truth reaches only plugins that declare they need it (stack.cpp).
 StackContext stack_context(const World& world, const RaceSetup& setup) {
   const WorldSpec& spec = world.spec();
   StackContext context;
@@ -18,6 +16,8 @@ StackContext stack_context(const World& world, const RaceSetup& setup) {
   context.progress_context = setup.preparing_context;
   return context;
 }
+
+namespace {
 
 std::optional<Recorder> recorder_in(const std::filesystem::path& folder) {
   if (folder.empty()) return std::nullopt;

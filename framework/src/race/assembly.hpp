@@ -1,4 +1,5 @@
-// Assembles a race: connects a world, a stack, metrics, result files and Algorithm 1; done nowhere else.
+// Assembles a race: connects a world, a stack, metrics, result files and Algorithm 1; done nowhere else. Who steps a
+// world without Algorithm 1 makes its stack with the same stack_context and asks the same RaceEnd.
 #pragma once
 
 #include <filesystem>
@@ -17,6 +18,10 @@ struct RaceSetup {
   void (*on_preparing)(void* context, const char* what, double fraction) = nullptr;
   void* preparing_context = nullptr;
 };
+
+/// What a stack is told of its world; the truth reaches only plugins that declare they need it (stack.cpp). Of `setup`
+/// the folder is not used.
+StackContext stack_context(const World& world, const RaceSetup& setup);
 
 /// Owns all parts of a race, made in this order: world, stack, files, metrics, simulation.
 class RaceAssembly {

@@ -19,9 +19,6 @@ void timed_call(const std::string& who, double t, double& spent_ms, F&& call) {
   spent_ms = 1e3 * (thread_cpu_s() - begin);
 }
 
-/// A car that moves by less than this share of its length in this time is stuck: the stack sees no more changes.
-constexpr double standing_share = 0.1, standing_s = 5.0;
-
 /// For messages: a place or a speed to one decimal.
 std::string tenths(double value) { return number_text(std::round(10 * value) / 10); }
 
@@ -34,7 +31,7 @@ void require_finite(const std::string& who, double t, const char* what, std::ini
 }  // namespace
 
 Simulation::Simulation(World& world, Stack& stack, Metrics& metrics, Recorder* recorder)
-    : world_(world), stack_(stack), metrics_(metrics), recorder_(recorder), now_(world.observe()) {
+    : world_(world), stack_(stack), metrics_(metrics), recorder_(recorder), end_(world), now_(world.observe()) {
   const int points = stack_.controller().horizon();
   if (points < 1 || points > 10000)
     throw PluginFailure(stack_.spec().controller.id() + ": wants a horizon of " + std::to_string(points) + " points");
@@ -46,10 +43,7 @@ Simulation::Simulation(World& world, Stack& stack, Metrics& metrics, Recorder* r
 }
 
 /// The instant before the first step: there is nothing to learn from yet, and the car needs a first command.
-void Simulation::start() {
-  moved_ = {world_.state().x, world_.state().y, world_.time()};
-  decide();
-}
+void Simulation::start() { decide(); }
 
 void Simulation::step() {
   const Observation before = now_;
@@ -57,7 +51,7 @@ void Simulation::step() {
   const Place true_place = world_.place();
   u_ = guard(world_.plant_id(), now_.t, [&] { return world_.advance(command_.u); });  // line 3: x_t+1 <- dynamics
   if (!world_.finite()) return;                                                       // over
-  watch_standing();
+  end_.watch();
   now_ = world_.observe();
   if (observer_ != nullptr) observer_->on_step(true_before, true_place, u_, world_, stack_);
   filter_reading();
@@ -117,32 +111,27 @@ void Simulation::decide() {
 }
 
 bool Simulation::over(RunSummary& summary) const {
-  const WorldSpec& spec = world_.spec();
-  const State& x = world_.state();
-  if (!world_.finite()) {
-    summary = metrics_.summary(Status::error, world_.plant_id() + " at t = " + std::to_string(now_.t) +
-                                                  " s: gave the world's car a state that is not a number");
-  } else if (world_.crashed()) {
-    summary = metrics_.summary(Status::crashed, "hit the wall at s = " + tenths(world_.place().s) + " m with " +
-                                                    tenths(std::hypot(x.vx, x.vy)) + " m/s");
-  } else if ((spec.laps > 0 && world_.laps() >= spec.laps) ||
-             (spec.duration && world_.time() >= *spec.duration - 0.5 * spec.dt)) {
-    summary = metrics_.summary(Status::finished, "");
-  } else if (world_.time() - moved_.t >= standing_s - 0.5 * spec.dt) {
-    summary = metrics_.summary(Status::stuck,
-                               "stands at s = " + tenths(world_.place().s) + " m since " + tenths(moved_.t) + " s");
-  } else if (world_.time() >= spec.timeout - 0.5 * spec.dt) {
-    summary = metrics_.summary(Status::timeout, "still driving after " + number_text(spec.timeout) + " s");
-  } else {
-    return false;
-  }
-  return true;
+  const std::optional<Status> ended = end_.status();
+  if (ended) summary = metrics_.summary(*ended, why(*ended));
+  return ended.has_value();
 }
 
-void Simulation::watch_standing() {
+/// Why a race did not finish.
+std::string Simulation::why(Status ended) const {
   const State& x = world_.state();
-  if (std::hypot(x.x - moved_.x, x.y - moved_.y) > standing_share * world_.spec().car.car.length)
-    moved_ = {x.x, x.y, world_.time()};
+  switch (ended) {
+    case Status::error:
+      return world_.plant_id() + " at t = " + std::to_string(now_.t) +
+             " s: gave the world's car a state that is not a number";
+    case Status::crashed:
+      return "hit the wall at s = " + tenths(world_.place().s) + " m with " + tenths(std::hypot(x.vx, x.vy)) + " m/s";
+    case Status::stuck:
+      return "stands at s = " + tenths(world_.place().s) + " m since " + tenths(end_.moved_at()) + " s";
+    case Status::timeout:
+      return "still driving after " + number_text(world_.spec().timeout) + " s";
+    default:
+      return "";
+  }
 }
 
 void Simulation::tell_progress() const {

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "race/metrics.hpp"
+#include "race/race_end.hpp"
 #include "race/recorder.hpp"
 #include "race/stack.hpp"
 #include "world/world.hpp"
@@ -53,13 +54,14 @@ class Simulation {
   void filter_reading();
   void decide();
   bool over(RunSummary& summary) const;
-  void watch_standing();
+  std::string why(Status ended) const;
   void tell_progress() const;
 
   World& world_;
   Stack& stack_;
   Metrics& metrics_;
   Recorder* recorder_;
+  RaceEnd end_;
   Observation now_;
   std::optional<StateFilter> filter_;
   Observation acted_on_;
@@ -70,9 +72,6 @@ class Simulation {
   StepTiming timing_;
   Sample sample_;
   bool learns_ = true;
-  struct {
-    double x = 0, y = 0, t = 0;
-  } moved_;  // where and when the car was last seen to have moved
   void (*progress_)(void*, double) = nullptr;
   void* progress_context_ = nullptr;
   StepObserver* observer_ = nullptr;
