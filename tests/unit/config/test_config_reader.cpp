@@ -82,7 +82,7 @@ std::vector<std::string> messages(const std::string& json, void (*read)(const No
 /// Each fixture names what is wrong with it; beside it stands the message, every byte of it.
 class BadJson : public testing::TestWithParam<std::string> {};
 
-TEST_P(BadJson, is_refused_with_its_message) {
+TEST_P(BadJson, IsRefusedWithItsMessage) {
   const fs::path before = fs::current_path();
   fs::current_path(testing_support::fixture_dir() / "bad_json");
   const std::string message = message_of(GetParam() + ".json");
@@ -102,7 +102,7 @@ std::vector<std::string> fixtures() {
 
 INSTANTIATE_TEST_SUITE_P(fixtures, BadJson, testing::ValuesIn(fixtures()), [](const auto& one) { return one.param; });
 
-TEST(BadJsonFolder, every_message_has_its_fixture) {
+TEST(BadJsonFolder, EveryMessageHasItsFixture) {
   const fs::path folder = testing_support::fixture_dir() / "bad_json";
   EXPECT_GT(fixtures().size(), 100U);
   for (const auto& entry : fs::directory_iterator(folder)) {
@@ -111,7 +111,7 @@ TEST(BadJsonFolder, every_message_has_its_fixture) {
   }
 }
 
-TEST(ObjectReader, reads_every_kind) {
+TEST(ObjectReader, ReadsEveryKind) {
   const Node node = parse_text(R"({ "note": ["any", "words"], "dt": "20 ms", "v": "5 km/h", "n": 4, "b": true,
       "text": "abc", "hold": "foh", "q": [1, "50 %", 2.5], "list": [{}, {}], "inner": { "note": "here too", "a": 1 } })");
   Errors errors;
@@ -131,7 +131,7 @@ TEST(ObjectReader, reads_every_kind) {
   EXPECT_TRUE(errors.empty()) << errors.sorted().front().text();
 }
 
-TEST(ObjectReader, fallbacks_apply_only_to_absent_and_null_members) {
+TEST(ObjectReader, FallbacksApplyOnlyToAbsentAndNullMembers) {
   const Node node = parse_text(R"({ "a": 1, "b": null })");
   Errors errors;
   ObjectReader r(node, errors);
@@ -149,7 +149,7 @@ TEST(ObjectReader, fallbacks_apply_only_to_absent_and_null_members) {
   EXPECT_TRUE(errors.empty());
 }
 
-TEST(ObjectReader, after_an_error_gives_values_inside_the_range) {
+TEST(ObjectReader, AfterAnErrorGivesValuesInsideTheRange) {
   const Node node = parse_text(R"({ "a": -1, "b": "x", "c": 0, "d": 0 })");
   Errors errors;
   ObjectReader r(node, errors);
@@ -163,7 +163,7 @@ TEST(ObjectReader, after_an_error_gives_values_inside_the_range) {
   EXPECT_EQ(errors.size(), 4U);
 }
 
-TEST(ObjectReader, a_missing_object_is_one_error) {
+TEST(ObjectReader, AMissingObjectIsOneError) {
   const auto read = [](const Node& node, Errors& errors) {
     ObjectReader r(node, errors);
     ObjectReader plant = r.object("plant");
@@ -174,12 +174,12 @@ TEST(ObjectReader, a_missing_object_is_one_error) {
   EXPECT_THAT(messages(R"({ "plant": 3 })", read), ElementsAre("t:1:12: /plant: expected an object, found 3"));
 }
 
-TEST(ObjectReader, an_object_nobody_finishes_is_finished_at_its_end) {
+TEST(ObjectReader, AnObjectNobodyFinishesIsFinishedAtItsEnd) {
   const auto read = [](const Node& node, Errors& errors) { ObjectReader(node, errors).integer("a"); };
   EXPECT_THAT(messages(R"({ "a": 1, "b": 2 })", read), ElementsAre("t:1:11: /b: unknown key \"b\"; known: a"));
 }
 
-TEST(ObjectReader, members_are_the_names_the_user_chose) {
+TEST(ObjectReader, MembersAreTheNamesTheUserChose) {
   const Node node = parse_text(R"({ "note": "rows", "elm": {}, "gp": null, "none": {} })");
   Errors errors;
   ObjectReader r(node, errors);
@@ -190,7 +190,7 @@ TEST(ObjectReader, members_are_the_names_the_user_chose) {
   EXPECT_TRUE(errors.empty());
 }
 
-TEST(ObjectReader, paths_start_at_the_folder_of_the_file_that_holds_them) {
+TEST(ObjectReader, PathsStartAtTheFolderOfTheFileThatHoldsThem) {
   const Node base = parse_text(R"({ "a": "tracks/x.csv", "b": "../y.csv", "c": "/abs/z.csv" })", "w", "worlds/ethz");
   const Node merged = merge(base, parse_text(R"({ "a": "mine.csv" })", "e", "experiments"));
   Errors errors;
@@ -200,7 +200,7 @@ TEST(ObjectReader, paths_start_at_the_folder_of_the_file_that_holds_them) {
   EXPECT_EQ(r.path("c"), fs::path("/abs/z.csv"));
 }
 
-TEST(ObjectReader, errors_carry_the_file_a_merged_value_came_from) {
+TEST(ObjectReader, ErrorsCarryTheFileAMergedValueCameFrom) {
   const Node base = parse_text("{ \"dt\": \"1 m\",\n  \"laps\": 0 }", "base.json");
   const Node merged = merge(base, parse_text("{ \"laps\":\n 101, \"dtt\": 3 }", "top.json"));
   Errors errors;
@@ -212,7 +212,7 @@ TEST(ObjectReader, errors_carry_the_file_a_merged_value_came_from) {
   EXPECT_THAT(sorted[2].text(), HasSubstr("top.json:2:7: /dtt: unknown key \"dtt\"; did you mean \"dt\"?"));
 }
 
-TEST(Errors, one_mistake_inherited_by_many_is_told_once) {
+TEST(Errors, OneMistakeInheritedByManyIsToldOnce) {
   const Node base = parse_text(R"({ "dt": "1 m" })", "t");
   Errors errors;
   for (const char* stack : {"stack elm", "stack gp"}) {
@@ -224,7 +224,7 @@ TEST(Errors, one_mistake_inherited_by_many_is_told_once) {
   EXPECT_EQ(errors.sorted()[0].text(), "t:1:9: /dt: \"1 m\" is a length, expected a time [s] [stack elm, stack gp]");
 }
 
-TEST(Errors, are_thrown_together_sorted_by_file_line_and_column) {
+TEST(Errors, AreThrownTogetherSortedByFileLineAndColumn) {
   Errors errors;
   errors.throw_if_any();
   errors.add({.file = "b", .line = 1, .column = 1, .message = "m"});
@@ -244,13 +244,13 @@ TEST(Errors, are_thrown_together_sorted_by_file_line_and_column) {
   EXPECT_EQ(InputError::exit_code, 2);
 }
 
-TEST(Errors, without_a_line_name_what_they_can) {
+TEST(Errors, WithoutALineNameWhatTheyCan) {
   EXPECT_STREQ(InputError("-j 0: expected at least 1").what(), "-j 0: expected at least 1");
   EXPECT_EQ((Diagnostic{.file = "f.json", .message = "no such file"}).text(), "f.json: no such file");
   EXPECT_EQ((Diagnostic{.file = "--set", .pointer = "/a", .message = "m"}).text(), "--set /a: m");
 }
 
-TEST(DidYouMean, finds_what_was_meant_and_nothing_else) {
+TEST(DidYouMean, FindsWhatWasMeantAndNothingElse) {
   const std::vector<std::string> names{"momentum", "rate", "hidden", "batch", "q_x", "q_y"};
   EXPECT_EQ(nearest("momentm", names), "momentum");
   EXPECT_EQ(nearest("Rate", names), "rate");

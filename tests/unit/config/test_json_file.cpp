@@ -87,7 +87,7 @@ class Folder {
   fs::path path_;
 };
 
-TEST(ParseText, knows_where_everything_is_written) {
+TEST(ParseText, KnowsWhereEverythingIsWritten) {
   const Node node = parse_text("{\n  \"a\": [10,\t-2.5 , \"é\", {\"b\":true}],\r\n  \"c/d\":\n null }", "t");
   const auto where = [&](const char* pointer) {
     const Origin& at = find_pointer(node, pointer)->origin;
@@ -109,7 +109,7 @@ TEST(ParseText, knows_where_everything_is_written) {
   EXPECT_EQ(find_pointer(node, "/a/0/x"), nullptr);
 }
 
-TEST(ParseText, reads_every_construct) {
+TEST(ParseText, ReadsEveryConstruct) {
   const Node node = parse_text(everything);
   EXPECT_EQ(node.find("note")->text(), "größer als – and é\U0001F600 \"quoted\" \\ / \b\f\n\r\t\x01");
   const std::vector<double> numbers{0, -0.0, 1, -1.5, 2e3, 1.25e-3, 9007199254740991.0, 1e308, 5e-324, 0.1};
@@ -120,7 +120,7 @@ TEST(ParseText, reads_every_construct) {
   EXPECT_EQ(find_pointer(node, "/deep/a/b/0/1/c")->text(), "d");
 }
 
-TEST(ParseText, accepts_a_byte_order_mark_and_windows_line_ends) {
+TEST(ParseText, AcceptsAByteOrderMarkAndWindowsLineEnds) {
   const Node node = parse_text("\xef\xbb\xbf{\r\n  \"a\": 1\r\n}\r\n");
   EXPECT_EQ(node.find("a")->number(), 1.0);
   EXPECT_EQ(node.find("a")->origin.line, 2);
@@ -128,14 +128,14 @@ TEST(ParseText, accepts_a_byte_order_mark_and_windows_line_ends) {
   EXPECT_EQ(node.origin.column, 1);
 }
 
-TEST(ParseText, accepts_two_hundred_levels_and_no_more) {
+TEST(ParseText, AcceptsTwoHundredLevelsAndNoMore) {
   const auto nested = [](int depth) { return std::string(depth, '[') + std::string(depth, ']'); };
   EXPECT_EQ(message_of(nested(max_depth)), "accepted");
   EXPECT_EQ(message_of(nested(max_depth + 1)), "t:1:201: nested deeper than 200 levels");
   EXPECT_THAT(message_of(std::string(100000, '[')), HasSubstr("nested deeper"));
 }
 
-TEST(ParseText, refuses_every_truncation) {
+TEST(ParseText, RefusesEveryTruncation) {
   const std::string whole = everything;
   for (std::size_t length = 0; length < whole.size(); ++length) {
     const std::string part = whole.substr(0, length);
@@ -149,7 +149,7 @@ TEST(ParseText, refuses_every_truncation) {
 
 // The grammar is nlohmann's; what this reader refuses beyond it are duplicates, depth, and bytes after a NUL. So
 // whatever it accepts nlohmann accepts, and what only it refuses it refuses for one of these reasons.
-TEST(ParseText, agrees_with_the_grammar_on_mutated_text) {
+TEST(ParseText, AgreesWithTheGrammarOnMutatedText) {
   std::mt19937 random(1);
   const std::string whole = everything;
   const std::string signs = std::string("{}[]\",:0129-+.eE \n\t\\/utfnNI'#") + '\0' + "\x7f\x80\xc3\xff";
@@ -179,7 +179,7 @@ TEST(ParseText, agrees_with_the_grammar_on_mutated_text) {
   EXPECT_GT(accepted, 500) << "the mutations must leave some texts valid";
 }
 
-TEST(ParseText, refuses_random_bytes_without_a_crash) {
+TEST(ParseText, RefusesRandomBytesWithoutACrash) {
   std::mt19937 random(2);
   for (int round = 0; round < 5000; ++round) {
     std::string text(1 + random() % 40, ' ');
@@ -189,7 +189,7 @@ TEST(ParseText, refuses_random_bytes_without_a_crash) {
   }
 }
 
-TEST(ParseText, agrees_with_the_grammar_on_utf8) {
+TEST(ParseText, AgreesWithTheGrammarOnUtf8) {
   // All leading bytes with the second bytes at the edges of every rule, and continuation bytes missing or not.
   for (int first = 0x80; first < 0x100; ++first) {
     for (const int second : {0x7f, 0x80, 0x8f, 0x90, 0x9f, 0xa0, 0xbf, 0xc0}) {
@@ -202,7 +202,7 @@ TEST(ParseText, agrees_with_the_grammar_on_utf8) {
   }
 }
 
-TEST(ParseFile, refuses_what_is_no_file) {
+TEST(ParseFile, RefusesWhatIsNoFile) {
   const Folder folder;
   const fs::path good = folder.write("worlds/ethz.json", "{}");
   const auto why = [](const fs::path& file) -> std::string {
@@ -227,7 +227,7 @@ TEST(ParseFile, refuses_what_is_no_file) {
   EXPECT_EQ(why(std::string("a\0b", 3)), "a\\x00b: is not a path: it holds a NUL character");
 }
 
-TEST(ParseFile, stops_reading_what_never_ends) {
+TEST(ParseFile, StopsReadingWhatNeverEnds) {
   if (!fs::exists("/dev/zero")) GTEST_SKIP() << "no such device here";
   try {
     (void)parse_file("/dev/zero");
@@ -246,7 +246,7 @@ std::string why_not_loaded(const fs::path& file) {
   }
 }
 
-TEST(ParseText, what_only_an_attack_holds_is_refused_at_its_place) {
+TEST(ParseText, WhatOnlyAnAttackHoldsIsRefusedAtItsPlace) {
   const std::string long_key(json_limits.key + 1, 'k');
   EXPECT_EQ(message_of("{ \"a\": 1,\n  \"" + long_key + "\": 1 }"),
             "t:2:3: a key of 1001 bytes; the longest that is read has 1000");
@@ -263,7 +263,7 @@ TEST(ParseText, what_only_an_attack_holds_is_refused_at_its_place) {
 }
 
 /// Every value knows its place: names a kilobyte long, a hundred deep, above a thousand values.
-TEST(ParseText, long_names_above_many_values_are_bounded) {
+TEST(ParseText, LongNamesAboveManyValuesAreBounded) {
   std::string text;
   for (int i = 0; i < 150; ++i) text += "{\"" + std::string(json_limits.key, 'k') + "\":";
   text += "[0";
@@ -272,7 +272,7 @@ TEST(ParseText, long_names_above_many_values_are_bounded) {
   EXPECT_THAT(message_of(text), HasSubstr("more than 128 MB of keys above values"));
 }
 
-TEST(LoadJson, extends_cannot_grow_without_bound) {
+TEST(LoadJson, ExtendsCannotGrowWithoutBound) {
   const Folder folder;
   // Each of twenty files uses the next one twice: a million copies of the last.
   for (int i = 0; i < 20; ++i) {
@@ -296,7 +296,7 @@ TEST(LoadJson, extends_cannot_grow_without_bound) {
               HasSubstr("with what it extends, nested deeper than 200 levels"));
 }
 
-TEST(ParseFile, a_pipe_that_somebody_named_is_not_waited_for) {
+TEST(ParseFile, APipeThatSomebodyNamedIsNotWaitedFor) {
   const Folder folder;
   const fs::path pipe = folder.path() / "pipe.json";
   ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
@@ -310,7 +310,7 @@ TEST(ParseFile, a_pipe_that_somebody_named_is_not_waited_for) {
   close(ends[0]);
 }
 
-TEST(Errors, are_collected_to_a_thousand_and_then_counted) {
+TEST(Errors, AreCollectedToAThousandAndThenCounted) {
   Errors errors;
   for (int i = 0; i < 200'000; ++i) errors.add(Diagnostic{.file = "f", .line = i + 1, .message = "wrong"});
   errors.add(Diagnostic{.file = "f", .line = 1, .message = "wrong"});
@@ -321,7 +321,7 @@ TEST(Errors, are_collected_to_a_thousand_and_then_counted) {
   EXPECT_EQ(sorted.back().text(), "f: and 199000 more errors");
 }
 
-TEST(Errors, words_of_others_do_no_harm) {
+TEST(Errors, WordsOfOthersDoNoHarm) {
   EXPECT_EQ(harmless("plain, größer"), "plain, größer");
   EXPECT_EQ(harmless("\x1b[2J\n\x7f"), "\\x1b[2J\\x0a\\x7f");
   EXPECT_EQ(harmless("\xc2\x9b"
@@ -330,7 +330,7 @@ TEST(Errors, words_of_others_do_no_harm) {
   EXPECT_LT(harmless(std::string(1'000'000, 'x')).size(), 5000u);
 }
 
-TEST(LoadJson, extends_files_relative_to_their_own_folders) {
+TEST(LoadJson, ExtendsFilesRelativeToTheirOwnFolders) {
   const Folder folder;
   (void)folder.write("cars/small.json", R"({ "m": 1, "limits": { "d": 1, "delta": 2 }, "file": "car.csv" })");
   (void)folder.write("worlds/a.json", R"({ "extends": "../cars/small.json", "limits": { "delta": null, "v": 3 } })");
@@ -347,7 +347,7 @@ TEST(LoadJson, extends_files_relative_to_their_own_folders) {
   EXPECT_EQ(resolve_path(*find_pointer(node, "/world/file")), folder.path() / "cars/car.csv");
 }
 
-TEST(LoadJson, a_file_may_be_extended_twice_but_not_by_itself) {
+TEST(LoadJson, AFileMayBeExtendedTwiceButNotByItself) {
   const Folder folder;
   (void)folder.write("base.json", R"({ "a": 1 })");
   const fs::path twice = folder.write("twice.json", R"({ "x": { "extends": "base.json" }, "extends": "base.json" })");
@@ -365,7 +365,7 @@ TEST(LoadJson, a_file_may_be_extended_twice_but_not_by_itself) {
   }
 }
 
-TEST(LoadJson, a_note_is_not_inherited) {
+TEST(LoadJson, ANoteIsNotInherited) {
   const Folder folder;
   (void)folder.write("base.json", R"({ "note": "about the base", "a": { "note": "about a", "b": 1 } })");
   EXPECT_EQ(to_json_text(load_json(folder.write("plain.json", R"({ "extends": "base.json" })"))),
@@ -374,7 +374,7 @@ TEST(LoadJson, a_note_is_not_inherited) {
             "mine");
 }
 
-TEST(LoadJson, a_part_of_a_file_can_be_extended) {
+TEST(LoadJson, APartOfAFileCanBeExtended) {
   const Folder folder;
   (void)folder.write("cars/base.json", R"({ "rows": { "far": { "file": "car.csv" } } })");
   (void)folder.write("stacks.json", R"({
@@ -397,7 +397,7 @@ TEST(LoadJson, a_part_of_a_file_can_be_extended) {
   EXPECT_EQ(resolve_path(*find_pointer(far, "/s/file")), folder.path() / "cars/car.csv");
 }
 
-TEST(LoadJson, the_name_of_an_extended_file_may_hold_the_sign_of_a_part) {
+TEST(LoadJson, TheNameOfAnExtendedFileMayHoldTheSignOfAPart) {
   const Folder folder;
   (void)folder.write("a#/b.json", R"({ "is": "in a folder" })");
   (void)folder.write("c#d.json", R"({ "part": { "is": "a part" }, "is": "whole" })");
@@ -418,7 +418,7 @@ TEST(LoadJson, the_name_of_an_extended_file_may_hold_the_sign_of_a_part) {
   EXPECT_EQ(what("c#d.json#"), "a file with the sign at its end");
 }
 
-TEST(LoadJson, a_part_that_is_not_there_is_told_once_with_the_nearest) {
+TEST(LoadJson, APartThatIsNotThereIsToldOnceWithTheNearest) {
   const Folder folder;
   (void)folder.write("stacks.json", R"({ "stacks": { "best": { "n": 1 }, "oracle": null }, "list": [ {}, {} ] })");
   (void)folder.write("a#/b.json", "{}");
@@ -453,7 +453,7 @@ TEST(LoadJson, a_part_that_is_not_there_is_told_once_with_the_nearest) {
   EXPECT_THAT(why("e.json#/x"), HasSubstr("files extend each other in a circle: "));
 }
 
-TEST(LoadJson, long_names_of_files_are_refused) {
+TEST(LoadJson, LongNamesOfFilesAreRefused) {
   const Folder folder;
   (void)folder.write("b.json", "{}");
   const auto why = [&](const std::string& name) {
@@ -468,12 +468,12 @@ TEST(LoadJson, long_names_of_files_are_refused) {
   EXPECT_THROW(inline_file(node), InputError);
 }
 
-TEST(LoadJson, an_extends_can_be_taken_back) {
+TEST(LoadJson, AnExtendsCanBeTakenBack) {
   const Folder folder;
   EXPECT_EQ(content_text(load_json(folder.write("a.json", R"({ "extends": null, "a": 1 })"))), R"({"a":1})");
 }
 
-TEST(InlineFile, puts_a_file_in_the_place_of_its_name) {
+TEST(InlineFile, PutsAFileInThePlaceOfItsName) {
   const Folder folder;
   (void)folder.write("w/world.json", R"({ "extends": "base.json", "dt": 1 })");
   (void)folder.write("w/base.json", R"({ "laps": 2 })");
@@ -492,7 +492,7 @@ TEST(InlineFile, puts_a_file_in_the_place_of_its_name) {
   }
 }
 
-TEST(JsonText, is_read_back_as_the_same_tree_and_the_same_bytes) {
+TEST(JsonText, IsReadBackAsTheSameTreeAndTheSameBytes) {
   const Node node = parse_text(everything);
   const std::string text = to_json_text(node);
   const Node again = parse_text(text);
@@ -501,13 +501,13 @@ TEST(JsonText, is_read_back_as_the_same_tree_and_the_same_bytes) {
   EXPECT_TRUE(nlohmann::json::accept(text));
 }
 
-TEST(JsonText, has_this_form) {
+TEST(JsonText, HasThisForm) {
   EXPECT_EQ(to_json_text(parse_text(R"({"b":[1,{"x":true}],"a":{},"c":[],"d":"é\n"})")),
             "{\n  \"b\": [\n    1,\n    {\n      \"x\": true\n    }\n  ],\n  \"a\": {},\n  \"c\": [],\n  \"d\": "
             "\"é\\n\"\n}\n");
 }
 
-TEST(JsonText, keeps_every_bit_of_a_number) {
+TEST(JsonText, KeepsEveryBitOfANumber) {
   std::mt19937_64 random(3);
   for (int round = 0; round < 20000; ++round) {
     const double value = round % 2 == 0 ? std::bit_cast<double>(random()) : static_cast<double>(random() >> 11U);
@@ -524,7 +524,7 @@ TEST(JsonText, keeps_every_bit_of_a_number) {
   EXPECT_THROW((void)number_text(std::numeric_limits<double>::quiet_NaN()), std::invalid_argument);
 }
 
-TEST(JsonText, of_trees_made_by_the_program) {
+TEST(JsonText, OfTreesMadeByTheProgram) {
   Node node;
   node.set("seed", Node(7)).origin.line = 3;
   node.set("name", Node("elm"));
@@ -535,7 +535,7 @@ TEST(JsonText, of_trees_made_by_the_program) {
   EXPECT_EQ(to_json_text(node), "{\n  \"seed\": 8,\n  \"on\": true,\n  \"list\": [\n    1.5,\n    null\n  ]\n}\n");
 }
 
-TEST(ContentText, ignores_order_notes_and_removed_members) {
+TEST(ContentText, IgnoresOrderNotesAndRemovedMembers) {
   const Node a = parse_text(R"({ "b": 1.0, "a": { "note": "x", "y": [null, 2] }, "gone": null })");
   const Node b = parse_text(R"({ "a": { "y": [null, 2e0] }, "note": ["other"], "b": 1 })");
   EXPECT_EQ(content_text(a), R"({"a":{"y":[null,2]},"b":1})");
@@ -546,7 +546,7 @@ struct DecimalComma : std::numpunct<char> {
   char do_decimal_point() const override { return ','; }
 };
 
-TEST(Json, does_not_depend_on_the_locale) {
+TEST(Json, DoesNotDependOnTheLocale) {
   const std::locale before = std::locale::global(std::locale(std::locale::classic(), new DecimalComma));
   const std::string c_before = std::setlocale(LC_NUMERIC, nullptr);
   for (const char* name : {"de_DE.UTF-8", "de_DE.utf8", "fr_FR.UTF-8", "de_DE"}) {
@@ -562,7 +562,7 @@ TEST(Json, does_not_depend_on_the_locale) {
 }
 
 // Examples published with FIPS 180 and, for the lengths around a block, by sha256sum.
-TEST(Sha256, of_published_examples) {
+TEST(Sha256, OfPublishedExamples) {
   EXPECT_EQ(sha256_hex(""), "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855");
   EXPECT_EQ(sha256_hex("abc"), "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
   EXPECT_EQ(sha256_hex("abcdbcdecdefdefgefghfghighijhijkijkljklmklmnlmnomnopnopq"),
@@ -577,7 +577,7 @@ TEST(Sha256, of_published_examples) {
   EXPECT_EQ(sha256_hex(std::string(120, 'x')), "13f05a0b594787f5ecd315edc96141bd3243203d1b7d4f0836f37308b276ba98");
 }
 
-TEST(Sha256, of_a_file) {
+TEST(Sha256, OfAFile) {
   const Folder folder;
   EXPECT_EQ(sha256_of_file(folder.write("abc", "abc")), sha256_hex("abc"));
   EXPECT_THROW((void)sha256_of_file(folder.path() / "missing"), InputError);

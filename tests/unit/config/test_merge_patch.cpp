@@ -27,7 +27,7 @@ std::string merged(const std::string& base, const std::string& patch) {
 }
 
 // The table of RFC 7396, appendix A.
-TEST(Merge, follows_every_example_of_rfc_7396) {
+TEST(Merge, FollowsEveryExampleOfRfc7396) {
   const std::vector<std::vector<std::string>> rows{
       {R"({"a":"b"})", R"({"a":"c"})", R"({"a":"c"})"},
       {R"({"a":"b"})", R"({"b":"c"})", R"({"a":"b","b":"c"})"},
@@ -47,7 +47,7 @@ TEST(Merge, follows_every_example_of_rfc_7396) {
   for (const auto& row : rows) EXPECT_EQ(merged(row[0], row[1]), row[2]) << row[0] << " + " << row[1];
 }
 
-TEST(Merge, keeps_the_origin_of_each_value) {
+TEST(Merge, KeepsTheOriginOfEachValue) {
   const Node base = parse_text("{ \"a\": 1,\n  \"b\": { \"x\": 1, \"y\": 2 } }", "base");
   const Node patch = parse_text("{\n\n  \"b\": { \"y\": 3 }, \"c\": 4 }", "patch");
   const Node node = merge(base, patch);
@@ -64,19 +64,19 @@ TEST(Merge, keeps_the_origin_of_each_value) {
   EXPECT_EQ(node.object()[2].key_origin().source->name, "patch");
 }
 
-TEST(Merge, a_replaced_value_brings_the_place_of_its_key) {
+TEST(Merge, AReplacedValueBringsThePlaceOfItsKey) {
   const Node node = merge(parse_text("{ \"a\": 1 }", "base"), parse_text("{\n \"a\": 2 }", "patch"));
   EXPECT_EQ(node.object()[0].key_origin().source->name, "patch");
   EXPECT_EQ(node.object()[0].key_origin().line, 2);
 }
 
-TEST(Merge, what_a_patch_removed_is_missing_because_of_the_patch) {
+TEST(Merge, WhatAPatchRemovedIsMissingBecauseOfThePatch) {
   const Node base = parse_text("{ \"a\": { \"x\": 1, \"y\": 2 } }", "base");
   EXPECT_EQ(merge(base, parse_text(R"({ "a": { "x": null } })", "patch")).find("a")->origin.source->name, "patch");
   EXPECT_EQ(merge(base, parse_text(R"({ "a": { "z": null } })", "patch")).find("a")->origin.source->name, "base");
 }
 
-TEST(Merge, keeping_nulls_lets_a_removal_reach_a_later_merge) {
+TEST(Merge, KeepingNullsLetsARemovalReachALaterMerge) {
   const Node child = parse_text(R"({ "stacks": { "new": { "estimator": null }, "old": null } })");
   const Node base =
       parse_text(R"({ "base": { "estimator": 1, "planner": 2 }, "stacks": { "old": {}, "none": null } })");
@@ -101,7 +101,7 @@ std::string assigned(const std::string& assignment) {
   return compact(*find_pointer(node, pointer));
 }
 
-TEST(Assignment, value_is_json_or_else_text) {
+TEST(Assignment, ValueIsJsonOrElseText) {
   EXPECT_EQ(assigned("/world/dt=0.01"), "0.01");
   EXPECT_EQ(assigned("/world/dt=20 ms"), "\"20ms\"");
   EXPECT_EQ(assigned("/world/dt=\"20 ms\""), "\"20ms\"");
@@ -117,7 +117,7 @@ TEST(Assignment, value_is_json_or_else_text) {
   EXPECT_EQ(assigned("=[1]"), "[1]");
 }
 
-TEST(Assignment, a_new_element_goes_last) {
+TEST(Assignment, ANewElementGoesLast) {
   Node node = parse_text(experiment);
   set_pointer(node, "/list/-", "9");
   set_pointer(node, "/list/-", "10");
@@ -125,7 +125,7 @@ TEST(Assignment, a_new_element_goes_last) {
 }
 
 /// Whether there may be such objects is for whoever reads the tree to say, at the option and not at a line of the file.
-TEST(Assignment, makes_the_objects_on_the_way) {
+TEST(Assignment, MakesTheObjectsOnTheWay) {
   Node node = parse_text(experiment);
   apply_assignment(node, "/world/sensors/sigma/x=2 mm");
   EXPECT_EQ(compact(*find_pointer(node, "/world/sensors")), R"({"sigma":{"x":"2mm"}})");
@@ -138,7 +138,7 @@ TEST(Assignment, makes_the_objects_on_the_way) {
   EXPECT_EQ(errors.sorted()[0].text(), "--set /world/sensors: unknown key \"sensors\"; did you mean \"sensor\"?");
 }
 
-TEST(Assignment, refuses_what_has_no_parent) {
+TEST(Assignment, RefusesWhatHasNoParent) {
   EXPECT_EQ(assigned("/world/dt/x=1"), "--set /world/dt/x: /world/dt is 0.02, it has no members");
   EXPECT_EQ(assigned("/world/dt/x/y=1"), "--set /world/dt/x/y: /world/dt is 0.02, it has no members");
   EXPECT_EQ(
@@ -149,21 +149,21 @@ TEST(Assignment, refuses_what_has_no_parent) {
   EXPECT_THAT(assigned("/list/-/a=1"), HasSubstr("must stand last"));
 }
 
-TEST(Assignment, refuses_what_is_no_assignment) {
+TEST(Assignment, RefusesWhatIsNoAssignment) {
   EXPECT_EQ(assigned("/world/dt"), "--set /world/dt: expected /json/pointer=VALUE");
   EXPECT_THAT(assigned("world/dt=1"), HasSubstr("\"world/dt\" is not a JSON pointer"));
   EXPECT_THAT(assigned("/a~2=1"), HasSubstr("is not a JSON pointer"));
   EXPECT_THAT(assigned("/a~=1"), HasSubstr("is not a JSON pointer"));
 }
 
-TEST(Assignment, broken_json_is_not_taken_for_text) {
+TEST(Assignment, BrokenJsonIsNotTakenForText) {
   EXPECT_EQ(assigned("/list=[1,"),
             "--set /list: not JSON, column 4: the file ends too early: the \"[\" of line 1, column 1 is not closed");
   EXPECT_THAT(assigned("/base={\"a\":1,\"a\":2}"), HasSubstr("the key \"a\" is already written"));
   EXPECT_THAT(assigned("/base=\"a"), HasSubstr("not JSON"));
 }
 
-TEST(Assignment, errors_in_a_set_value_name_the_option) {
+TEST(Assignment, ErrorsInASetValueNameTheOption) {
   Node node = parse_text(experiment);
   apply_assignment(node, R"(/base={ "mu_init": [1, "x"] })");
   Errors errors;

@@ -24,7 +24,7 @@ std::string why(const std::string& text, const std::string& unit) {
   }
 }
 
-TEST(Units, convert_to_si) {
+TEST(Units, ConvertToSi) {
   struct Case {
     const char* text;
     const char* unit;
@@ -88,7 +88,7 @@ TEST(Units, convert_to_si) {
   }
 }
 
-TEST(Units, keep_kinds_apart) {
+TEST(Units, KeepKindsApart) {
   EXPECT_EQ(why("6.2 m", "s"), "\"6.2 m\" is a length, expected a time [s]");
   EXPECT_EQ(why("20 kg", "rad"), "\"20 kg\" is a mass, expected an angle [rad]");
   EXPECT_EQ(why("20 deg", "1"), "\"20 deg\" is an angle, expected a pure number");
@@ -99,7 +99,7 @@ TEST(Units, keep_kinds_apart) {
   EXPECT_EQ(why("1 g", "m/s2"), "\"1 g\" is a mass, expected an acceleration [m/s2]");
 }
 
-TEST(Units, refuse_what_is_no_quantity) {
+TEST(Units, RefuseWhatIsNoQuantity) {
   using testing::HasSubstr;
   for (const char* text : {"", " ", "s", "fast", "nan s", "inf s", "-inf s", "- 5 s", "+5 s", "e5 s", "."}) {
     EXPECT_THAT(why(text, "s"), HasSubstr("is not a finite number with a unit, expected a time [s]")) << text;
@@ -111,7 +111,7 @@ TEST(Units, refuse_what_is_no_quantity) {
   EXPECT_EQ(why("1e308 km", "m"), "\"1e308 km\" is too large for a number");
 }
 
-TEST(Units, refuse_what_is_no_unit) {
+TEST(Units, RefuseWhatIsNoUnit) {
   using testing::HasSubstr;
   EXPECT_EQ(why("20 msec", "s"), "\"20 msec\": unknown unit \"msec\"; did you mean \"ms\"?");
   EXPECT_EQ(why("20 degs", "rad"), "\"20 degs\": unknown unit \"degs\"; did you mean \"deg\"?");
@@ -134,7 +134,7 @@ TEST(Units, refuse_what_is_no_unit) {
   EXPECT_THAT(why("3 " + std::string(1000, '('), "m"), HasSubstr("too many brackets"));
 }
 
-TEST(Units, headers_may_shout_or_spell_out) {
+TEST(Units, HeadersMayShoutOrSpellOut) {
   EXPECT_EQ(header_unit("MPH", "m/s"), "mph");
   EXPECT_EQ(header_unit(" KM/H", "m/s"), "km/h");
   EXPECT_EQ(header_unit("Degrees", "rad"), "deg");
@@ -151,11 +151,9 @@ TEST(Units, headers_may_shout_or_spell_out) {
   EXPECT_DOUBLE_EQ(to_si("60 mph", "m/s"), 26.8224);
 }
 
-TEST(Units, a_bad_expected_unit_is_a_mistake_of_the_program) {
-  EXPECT_THROW((void)to_si("3 m", "furlong"), std::logic_error);
-}
+TEST(Units, ABadExpectedUnitIsAMistakeOfTheProgram) { EXPECT_THROW((void)to_si("3 m", "furlong"), std::logic_error); }
 
-TEST(Units, every_text_of_three_signs_is_read_or_refused) {
+TEST(Units, EveryTextOfThreeSignsIsReadOrRefused) {
   const std::string signs = "1-+./^*() ,eEmskg%\xc2\xb2\xff";
   for (const char a : signs) {
     for (const char b : signs) {
@@ -173,7 +171,7 @@ struct DecimalComma : std::numpunct<char> {
   std::string do_grouping() const override { return "\3"; }
 };
 
-TEST(Units, do_not_depend_on_the_locale) {
+TEST(Units, DoNotDependOnTheLocale) {
   const std::locale before = std::locale::global(std::locale(std::locale::classic(), new DecimalComma));
   // No matter if the machine has none of these: then the C++ locale above is the whole test.
   const std::string c_before = std::setlocale(LC_NUMERIC, nullptr);
