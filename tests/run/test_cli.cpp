@@ -285,63 +285,90 @@ TEST_F(Cli, SetActsOnTheExpandedExperiment) {
   EXPECT_EQ(t.at(1), 0.01);
 }
 
-/// predict and diagnose take worlds that name their parts in files, as races do.
-TEST_F(Cli, ModelsAreComparedWithLogsInAnyWorld) {
-  ASSERT_EQ(
-      compare({"--out", out(), "--only", "slow", "--set", "/seeds/count=1", "--set", "/world/duration=12 s"}).code, 0);
-  const std::string log = out() + "/slow/1/steps.csv", world = "worlds/short.json";
-  const Outcome predicted = gripline_with({"predict", world, log, "--horizon", "0.1", "--out", folder_ / "p.csv"});
+/// predict and diagnose on the log of a race of 12 s; they take worlds that name their parts in files, as races do.
+class ModelsAndLogs : public Cli {
+ protected:
+  void SetUp() override {
+    ASSERT_EQ(
+        compare({"--out", out(), "--only", "slow", "--set", "/seeds/count=1", "--set", "/world/duration=12 s"}).code,
+        0);
+  }
+  std::string log() const { return out() + "/slow/1/steps.csv"; }
+  static constexpr const char* world = "worlds/short.json";
+};
+
+TEST_F(ModelsAndLogs, PredictComparesAWorldWithModelsThatKnowNothing) {
+  const Outcome predicted = gripline_with({"predict", world, log(), "--horizon", "0.1", "--out", folder_ / "p.csv"});
   EXPECT_EQ(predicted.code, 0) << predicted.err;
   EXPECT_EQ(measured::read_delimited(folder_ / "p.csv").rows(), 4u);  // three that know nothing, and this world
-  // The world holds commands until the next row: read as linear between rows the car is half a sample early.
+}
+
+/// The world holds commands until the next row: read as linear between rows the car is half a sample early.
+TEST_F(ModelsAndLogs, CommandsAreHeldAsTheWorldHoldsThem) {
+  ASSERT_EQ(gripline_with({"predict", world, log(), "--horizon", "0.1", "--out", folder_ / "p.csv"}).code, 0);
   write_text(folder_ / "linear.json",
              R"({"time": "t_s", "channels": {"x": "x_m", "y": "y_m", "yaw": "yaw_rad", "vx": "vx_mps", "vy": "vy_mps",
                 "yaw_rate": "yaw_rate_radps", "d": "d", "delta": "delta_rad"}})");
   const Outcome linear = gripline_with(
-      {"predict", world, log, "--horizon", "0.1", "--map", folder_ / "linear.json", "--out", folder_ / "linear.csv"});
+      {"predict", world, log(), "--horizon", "0.1", "--map", folder_ / "linear.json", "--out", folder_ / "linear.csv"});
   EXPECT_EQ(linear.code, 0) << linear.err;
   const auto error_of = [&](const char* file) {
     const auto table = measured::read_delimited(folder_ / file);
     return table.column[static_cast<std::size_t>(table.find("yaw_rate_radps"))].back();
   };
   EXPECT_LT(error_of("p.csv"), 0.7 * error_of("linear.csv"));
-  // Mean distances over horizons and at the last one, against the samples and the log (a row every 0.02 s).
-  const Outcome paths = gripline_with({"predict", world, log, "--horizon", "0.1,0.2,0.3", "--every", "0.1", "--slowest",
-                                       "1.2", "--samples", folder_ / "paths.csv"});
-  EXPECT_EQ(paths.code, 0) << paths.err;
-  const auto samples = measured::read_delimited(folder_ / "paths.csv");
+}
+
+/// Displacements from a log: mean over the horizons and at the last one, and how many starts they are of.
+struct Displacement {
+  double mean = 0, last = 0;
+  std::size_t starts = 0;
+};
+
+/// From the samples that predict wrote, three of each start, and the log (a row every 0.02 s).
+Displacement displacement_of(const fs::path& samples_file, const std::string& log, double slowest) {
+  const auto samples = measured::read_delimited(samples_file);
   const CsvTable rows = read_csv(log);
-  const auto row_at = [&](double t) {
-    return static_cast<std::size_t>(std::lround((t - rows.column("t_s")[0]) / 0.02));
-  };
+  const auto x = rows.column("x_m"), y = rows.column("y_m"), vx = rows.column("vx_mps"), t = rows.column("t_s");
+  const auto row_at = [&](double time) { return static_cast<std::size_t>(std::lround((time - t[0]) / 0.02)); };
   const auto of = [&](const char* name, std::size_t i) {
     return samples.column[static_cast<std::size_t>(samples.find(name))][i];
   };
-  const auto x = rows.column("x_m"), y = rows.column("y_m"), vx = rows.column("vx_mps");
-  double mean = 0, last = 0;
-  std::size_t starts = 0;
+  Displacement found;
   for (std::size_t i = 0; i + 2 < samples.rows(); i += 3) {
-    if (vx.at(row_at(of("start_s", i))) < 1.2) continue;
-    ++starts;
+    if (vx.at(row_at(of("start_s", i))) < slowest) continue;
+    ++found.starts;
     for (std::size_t j = i; j < i + 3; ++j) {
       const std::size_t row = row_at(of("t_s", j));
       const double distance = std::hypot(of("x_m", j) - x.at(row), of("y_m", j) - y.at(row));
-      mean += distance / 3;
-      if (j == i + 2) last += distance;
+      found.mean += distance / 3;
+      if (j == i + 2) found.last += distance;
     }
   }
-  ASSERT_GT(starts, 20u);
+  found.mean /= static_cast<double>(found.starts);
+  found.last /= static_cast<double>(found.starts);
+  return found;
+}
+
+TEST_F(ModelsAndLogs, DisplacementsAreThoseOfTheSamples) {
+  const Outcome paths = gripline_with({"predict", world, log(), "--horizon", "0.1,0.2,0.3", "--every", "0.1",
+                                       "--slowest", "1.2", "--samples", folder_ / "paths.csv"});
+  EXPECT_EQ(paths.code, 0) << paths.err;
+  const Displacement found = displacement_of(folder_ / "paths.csv", log(), 1.2);
+  ASSERT_GT(found.starts, 20u);
   const std::string table = paths.out.substr(paths.out.find("displacement [m] over 3 horizons up to 0.3 s"));
   std::istringstream line(table.substr(table.find("this world") + 10));
-  double shown_mean = 0, shown_last = 0;
-  std::size_t shown_starts = 0;
-  line >> shown_mean >> shown_last >> shown_starts;
-  EXPECT_EQ(shown_starts, starts);
-  EXPECT_NEAR(shown_mean, mean / static_cast<double>(starts), 0.01 * shown_mean);
-  EXPECT_NEAR(shown_last, last / static_cast<double>(starts), 0.01 * shown_last);
-  // Without a sideways speed there is nothing to compare it with: a dash.
+  Displacement shown;
+  line >> shown.mean >> shown.last >> shown.starts;
+  EXPECT_EQ(shown.starts, found.starts);
+  EXPECT_NEAR(shown.mean, found.mean, 0.01 * shown.mean);
+  EXPECT_NEAR(shown.last, found.last, 0.01 * shown.last);
+}
+
+/// Without a sideways speed there is nothing to compare it with.
+TEST_F(ModelsAndLogs, AChannelThatTheLogLacksIsADash) {
   std::string without_vy;
-  for (std::string line : lines(log)) {
+  for (std::string line : lines(log())) {
     for (int comma = 0; comma < 5; ++comma)
       without_vy += line.substr(0, line.find(',') + 1), line.erase(0, line.find(',') + 1);
     without_vy += line.substr(line.find(',') + 1) + "\n";
@@ -350,20 +377,29 @@ TEST_F(Cli, ModelsAreComparedWithLogsInAnyWorld) {
   const Outcome dashed = gripline_with({"predict", world, folder_ / "without_vy.csv", "--horizon", "0.1"});
   EXPECT_EQ(dashed.code, 0) << dashed.err;
   EXPECT_THAT(dashed.out, testing::AllOf(HasSubstr("  -   "), testing::Not(HasSubstr("nan"))));
-  const Outcome over = gripline_with({"predict", world, log, "--out", log});
+}
+
+TEST_F(ModelsAndLogs, PredictNeverWritesOverWhatItReads) {
+  const Outcome over = gripline_with({"predict", world, log(), "--out", log()});
   EXPECT_EQ(over.code, 2);
-  EXPECT_EQ(over.err, "--out " + log + ": is what is read; choose another file\n");
-  const Outcome wrong = gripline_with({"predict", "experiments/good.json", log});
+  EXPECT_EQ(over.err, "--out " + log() + ": is what is read; choose another file\n");
+}
+
+TEST_F(ModelsAndLogs, AnExperimentIsNoWorld) {
+  const Outcome wrong = gripline_with({"predict", "experiments/good.json", log()});
   EXPECT_EQ(wrong.code, 2);
   EXPECT_EQ(wrong.err, "experiments/good.json: is an experiment, expected a world\n");
-  // Somebody's folder is not a diagnosis' own; a diagnosis' own is.
+}
+
+/// Somebody's folder is not a diagnosis' own; a diagnosis' own is.
+TEST_F(ModelsAndLogs, DiagnoseWritesIntoFoldersOfItsOwn) {
   write_text(folder_ / "mine/notes.txt", "mine");
-  const Outcome refused = gripline_with({"diagnose", world, log, "--out", folder_ / "mine"});
+  const Outcome refused = gripline_with({"diagnose", world, log(), "--out", folder_ / "mine"});
   EXPECT_EQ(refused.code, 2);
   EXPECT_THAT(refused.err, HasSubstr("mine already holds something else"));
   EXPECT_FALSE(fs::exists(folder_ / "mine/diagnosis.json"));
   for (int i = 0; i < 2; ++i) {
-    const Outcome diagnosed = gripline_with({"diagnose", world, log, "--out", folder_ / "d"});
+    const Outcome diagnosed = gripline_with({"diagnose", world, log(), "--out", folder_ / "d"});
     EXPECT_THAT(diagnosed.code, testing::AnyOf(0, 1)) << diagnosed.err;
     EXPECT_TRUE(fs::exists(folder_ / "d/diagnosis.json"));
   }

@@ -30,6 +30,32 @@ class Failures : public testing::Test {
     words.insert(words.begin(), {"compare", "experiments/good.json", "--out", out()});
     return gripline_with(words);
   }
+  /// A race of `told` alone, straight on for days.
+  std::vector<std::string> endless_race() const {
+    return {gripline_program(),
+            "compare",
+            "experiments/good.json",
+            "--out",
+            out(),
+            "--plugins",
+            plugins_of("spies"),
+            "--only",
+            "told",
+            "--set",
+            R"(/stacks/told={"controller": {"plugin": "spy.constant"}})",
+            "--set",
+            "/world/duration=1000000 s"};
+  }
+  /// What a run of `told` that goes on is writing.
+  std::string partial_steps() const { return out() + "/told/.1.partial/steps.csv"; }
+  /// Until all of these are there, two minutes at most.
+  static void wait_for(const std::vector<std::string>& files) {
+    const auto begin = std::chrono::steady_clock::now();
+    const auto there = [](const std::string& file) { return fs::exists(file); };
+    while (!std::all_of(files.begin(), files.end(), there) &&
+           std::chrono::steady_clock::now() - begin < std::chrono::seconds(120))
+      std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  }
   std::string out() const { return folder_ / "out"; }
   static std::string plugins_of(const char* name) { return fixture_plugins(name).string(); }
   Folder folder_;
@@ -149,10 +175,7 @@ TEST_F(Failures, AnInterruptKeepsWhatIsFinishedAndTheSameCommandGoesOn) {
   std::vector<std::string> program = words;
   program.insert(program.begin(), gripline_program());
   const Process process(program, folder_.path());
-  const auto begin = std::chrono::steady_clock::now();
-  while (!(fs::exists(out() + "/slow/1/summary.json") && fs::exists(out() + "/told/.1.partial/steps.csv")) &&
-         std::chrono::steady_clock::now() - begin < std::chrono::seconds(120))
-    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  wait_for({out() + "/slow/1/summary.json", partial_steps()});
   process.signal(SIGINT);
   const Outcome stopped = process.wait();
   EXPECT_EQ(stopped.code, 4);
@@ -169,24 +192,8 @@ TEST_F(Failures, AnInterruptKeepsWhatIsFinishedAndTheSameCommandGoesOn) {
 
 /// Ctrl-C before the first run ended: there is nothing to show, and nothing is shown.
 TEST_F(Failures, AnInterruptBeforeTheFirstResultPrintsNoTable) {
-  const std::vector<std::string> words = {gripline_program(),
-                                          "compare",
-                                          "experiments/good.json",
-                                          "--out",
-                                          out(),
-                                          "--plugins",
-                                          plugins_of("spies"),
-                                          "--only",
-                                          "told",
-                                          "--set",
-                                          R"(/stacks/told={"controller": {"plugin": "spy.constant"}})",
-                                          "--set",
-                                          "/world/duration=1000000 s"};
-  const Process process(words, folder_.path());
-  const auto begin = std::chrono::steady_clock::now();
-  while (!fs::exists(out() + "/told/.1.partial/steps.csv") &&
-         std::chrono::steady_clock::now() - begin < std::chrono::seconds(120))
-    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  const Process process(endless_race(), folder_.path());
+  wait_for({partial_steps()});
   process.signal(SIGINT);
   const Outcome stopped = process.wait();
   EXPECT_EQ(stopped.code, 4);
@@ -198,30 +205,14 @@ TEST_F(Failures, AnInterruptBeforeTheFirstResultPrintsNoTable) {
 
 /// Whoever kills the parent ends its runs: nobody would collect them.
 TEST_F(Failures, RunsDieWithTheirParent) {
-  const std::vector<std::string> words = {gripline_program(),
-                                          "compare",
-                                          "experiments/good.json",
-                                          "--out",
-                                          out(),
-                                          "--plugins",
-                                          plugins_of("spies"),
-                                          "--only",
-                                          "told",
-                                          "--set",
-                                          R"(/stacks/told={"controller": {"plugin": "spy.constant"}})",
-                                          "--set",
-                                          "/world/duration=1000000 s"};
-  const Process process(words, folder_.path());
-  const std::string steps = out() + "/told/.1.partial/steps.csv";
-  const auto begin = std::chrono::steady_clock::now();
-  while (!fs::exists(steps) && std::chrono::steady_clock::now() - begin < std::chrono::seconds(120))
-    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  const Process process(endless_race(), folder_.path());
+  wait_for({partial_steps()});
   process.signal(SIGKILL);
   EXPECT_EQ(process.wait().code, 128 + SIGKILL);
   std::this_thread::sleep_for(std::chrono::milliseconds(500));
-  const auto size = fs::file_size(steps);
+  const auto size = fs::file_size(partial_steps());
   std::this_thread::sleep_for(std::chrono::milliseconds(500));
-  EXPECT_EQ(fs::file_size(steps), size);
+  EXPECT_EQ(fs::file_size(partial_steps()), size);
 }
 
 /// A disk that fills up while racing: one message with the system's reason, and the process ends. Where no small disk

@@ -1,0 +1,30 @@
+#include "sweep/store.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "support/sweep_rig.hpp"
+
+namespace gripline::sweep {
+namespace {
+
+using namespace testing_support;
+
+class Stores : public SweepRig {};
+
+TEST_F(Stores, ASecondRunOfTheSameSweepComputesNothingAndALargerOneOnlyWhatIsNew) {
+  factors({"/base/planner/params/mu=0.3,0.4"});
+  const Sweep sweep = planned();
+  body(sweep)(*missing("out", 100), 0, [] {});
+  EXPECT_EQ(runs_, 4);
+  planned();
+  EXPECT_FALSE(missing("out", 100));
+  factors({"/base/planner/params/mu=0.4,0.45,0.3"});
+  const Sweep larger = planned();
+  EXPECT_EQ(missing("out", 100)->runs, 2u);
+  body(larger)(*missing("out", 100), 0, [] {});
+  EXPECT_EQ(runs_, 6);
+}
+
+}  // namespace
+}  // namespace gripline::sweep

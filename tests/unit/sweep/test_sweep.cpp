@@ -1,0 +1,62 @@
+#include "sweep/sweep.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <ctime>
+#include <fstream>
+
+#include "support/sweep_rig.hpp"
+
+namespace gripline::sweep {
+namespace {
+
+namespace fs = std::filesystem;
+using namespace testing_support;
+using testing::HasSubstr;
+
+class Planning : public SweepRig {};
+
+TEST_F(Planning, AValueThatIsRefusedIsToldAtItsAssignment) {
+  factors({"/base/planner/params/mu=0.3,fast"});
+  EXPECT_THAT(refusal([&] { planned(); }), HasSubstr("--set /base/planner/params/mu"));
+  factors({"/base/planer/params/mu=0.3,0.4"});
+  EXPECT_THAT(refusal([&] { planned(); }), HasSubstr("did you mean \"planner\"?"));
+  factors({});
+  request_.only = {"slo"};
+  EXPECT_THAT(refusal([&] { planned(); }), HasSubstr("no row \"slo\" in the experiments; did you mean \"slow\"?"));
+  write_text(out("full") / "thesis.txt", "mine");
+  EXPECT_THAT(refusal([&] { require_sweep_folder(out("full")); }),
+              HasSubstr("already holds something that is no sweep"));
+}
+
+std::size_t resident_kb() {
+  std::ifstream in("/proc/self/status");
+  for (std::string line; std::getline(in, line);)
+    if (line.starts_with("VmRSS:")) return std::stoul(line.substr(6));
+  return 0;
+}
+
+/// Ten thousand keys in two seconds (issue), and a plan of a hundred thousand that needs no more memory than one of a
+/// thousand. Times of a busy machine are those of others: CPU time is asked.
+TEST_F(Planning, IsFastAndNeedsNoMemoryForItsRuns) {
+  std::string levels = "/base/planner/params/mu=0.3";
+  for (int i = 1; i < 100; ++i) levels += "," + std::to_string(0.3 + 0.001 * i);
+  factors({levels, "/world/duration=0.5,1,1.5,2,2.5"});
+  request_.seeds = parse_seeds("1..10");
+  const Sweep ten_thousand = plan(request_, plugins());
+  ASSERT_EQ(ten_thousand.size(), 10'000u);
+  fs::create_directories(out("big"));
+  const std::clock_t begin = std::clock();
+  write_manifest(out("big"), ten_thousand, plugins());
+  EXPECT_LT(static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC, 2.0);
+  const std::size_t before = resident_kb();
+  request_.seeds = parse_seeds("1..100");
+  const Sweep hundred_thousand = plan(request_, plugins());
+  ASSERT_EQ(hundred_thousand.size(), 100'000u);
+  write_manifest(out("big"), hundred_thousand, plugins());
+  EXPECT_LT(resident_kb(), before + 4096);
+}
+
+}  // namespace
+}  // namespace gripline::sweep

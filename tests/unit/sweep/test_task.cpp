@@ -1,0 +1,51 @@
+#include "sweep/task.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "support/sweep_rig.hpp"
+
+namespace gripline::sweep {
+namespace {
+
+using namespace testing_support;
+using testing::HasSubstr;
+
+class Tasks : public SweepRig {};
+
+TEST_F(Tasks, InputsThatChangedSinceThePlanAreRefused) {
+  factors({"/base/planner/params/mu=0.3,0.4"});
+  const Sweep sweep = planned();
+  std::string text = contents(file());
+  write_text(file(), text.replace(text.find("0.9}"), 3, "0.8"));
+  testing::internal::CaptureStderr();
+  EXPECT_EQ(body(sweep)(*missing("out", 100), 0, [] {}), task_refused);
+  EXPECT_THAT(testing::internal::GetCapturedStderr(), HasSubstr("no longer those that the sweep was planned with"));
+  Sweep other = sweep;
+  other.program[0] = other.program[0] == 'a' ? 'b' : 'a';
+  EXPECT_THAT(refusal([&] { require_same_versions(other, plugins()); }), HasSubstr("is another build than the one"));
+  other = sweep;
+  ASSERT_FALSE(other.libraries.empty());
+  other.libraries.begin()->second = std::string(64, '0');
+  EXPECT_THAT(refusal([&] { require_same_versions(other, plugins()); }), HasSubstr("results of both are not mixed"));
+}
+
+TEST_F(Tasks, RunsThatWereKilledFromOutsideAreNotRecorded) {
+  factors({"/base/planner/params/mu=0.3,0.4"});
+  const Sweep sweep = planned();
+  Worker worker(sweep, plugins(), out(), out() / "work");
+  worker.run_with([](const RunAt&, const std::string&, bool&) {
+    Record record;
+    record.status = "error";
+    record.message = "its process was ended by signal 9 (Killed)";
+    return record;
+  });
+  testing::internal::CaptureStderr();
+  EXPECT_EQ(worker.run(*missing("out", 100), 0, [] {}), task_again);
+  testing::internal::GetCapturedStderr();
+  Table table;
+  EXPECT_EQ(merge_records(out(), sweep, table).missing, 4u);
+}
+
+}  // namespace
+}  // namespace gripline::sweep
