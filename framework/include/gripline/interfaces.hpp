@@ -176,8 +176,8 @@ class Controller {
   /// Algorithm 1, line 15: the command for the step that begins now. `horizon` has horizon() points; `model` is the
   /// nominal model, corrected by the estimator once the stack trusts it. The host clamps commands to the car's limits.
   virtual Command control(const Observation& now, std::span<const RefPoint> horizon, Prediction& model) = 0;
-  /// The states predicted in the last call of control, for the report; owned by the controller, valid until the next
-  /// call; may be empty.
+  /// The states predicted in the last call of control, the first for that instant, then one for every step of the
+  /// context's dt; for the report. Owned by the controller, valid until the next call; may be empty.
   virtual std::span<const State> predicted() const { return {}; }
 };
 
