@@ -23,7 +23,6 @@ namespace {
 namespace fs = std::filesystem;
 
 const fs::path source = testing_support::source_dir() / "tools" / "report";
-const fs::path work = testing_support::build_dir() / "report_browser";
 
 struct Outcome {
   int code;
@@ -88,51 +87,51 @@ nlohmann::json logged_poses(const fs::path& folder, const sample::SampleOptions&
   return poses;
 }
 
-/// Writes the report of a folder and describes it for the script.
-nlohmann::json page(const std::string& name, const std::string& kind, double cpu_s) {
-  return {{"name", name},
-          {"kind", kind},
-          {"cpu_s", cpu_s},
-          {"file", write_report({work / name, {}, false, {}, {}}).page.string()}};
-}
+/// Pages of one kind, which a browser opens one after the other: each test starts one.
+class Pages : public Browser {
+ protected:
+  void SetUp() override {
+    require(true);
+    if (IsSkipped() || HasFatalFailure()) return;
+    work_ =
+        testing_support::build_dir() / "report_browser" / testing::UnitTest::GetInstance()->current_test_info()->name();
+    fs::remove_all(work_);
+    fs::create_directories(work_);
+    if (const char* shots = std::getenv("GRIPLINE_SCREENSHOTS")) job_["shots"] = shots;
+  }
+  /// Writes the report of a folder and describes it for the script.
+  nlohmann::json page(const std::string& name, const std::string& kind = "other", double cpu_s = 1.0) const {
+    return {{"name", name},
+            {"kind", kind},
+            {"cpu_s", cpu_s},
+            {"file", write_report({work_ / name, {}, false, {}, {}}).page.string()}};
+  }
+  void add(const nlohmann::json& page) { job_["pages"].push_back(page); }
+  void expect_good() const {
+    std::ofstream(work_ / "job.json") << job_.dump(1);
+    const Outcome outcome =
+        shell("node " + quoted_path(source / "test" / "browser.mjs") + " " + quoted_path(work_ / "job.json"));
+    EXPECT_EQ(outcome.code, 0) << outcome.output;
+    EXPECT_THAT(outcome.output, testing::HasSubstr("all checks passed"));
+  }
+  /// One short race, of which the first snapshot of tyres is late.
+  static sample::SampleOptions one_lap() {
+    sample::SampleOptions options;
+    options.laps = 1;
+    options.tyres_from = 2;
+    options.stacks = {{"elm", false, 1, 0.9, 0.8}};
+    return options;
+  }
 
-sample::SampleOptions many_runs() {
-  sample::SampleOptions options;
-  options.seeds = 10;
-  options.stacks.push_back({"elm_rls", false, 1, 0.92, 0.4});
-  options.stacks.push_back({"best", false, 1, 0.96, 0.5});
-  return options;
-}
+  fs::path work_;
+  nlohmann::json job_ = {{"chromium", chromium()}, {"shots", ""}, {"pages", nlohmann::json::array()}};
+};
 
-TEST_F(Browser, ShowsWhatTheLogSays) {
-  require(true);
-  if (IsSkipped() || HasFatalFailure()) return;
-  fs::remove_all(work);
+TEST_F(Pages, ARaceIsShownAsItsLogSays) {
   const sample::SampleOptions five;
-  sample::write_sample(work / "race", five);
-  sample::write_sample(work / "many", many_runs());
-  sample::write_diagnosis_sample(work / "diagnosis");
-  sample::write_validation_sample(work / "validation");
-  sample::SampleOptions late_options;
-  late_options.laps = 1;
-  late_options.tyres_from = 2;
-  late_options.stacks = {{"elm", false, 1, 0.9, 0.8}};
-  sample::write_sample(work / "late", late_options);
-  sample::write_validation_sample(work / "drives", true);
-  sample::write_broken_sample(work / "broken");
-  sample::write_cases_sample(work / "cases");
-  sample::SampleOptions nasty;
-  nasty.laps = 1;
-  nasty.stacks = {{"<img src=x onerror=alert(1)> \"\xc3\xbc\" 'b'", false, 1, 0.9, 0.8},
-                  {"--> ]]>", true, 0, 0.9, 0.8}};
-  sample::write_sample(work / "nasty", nasty);
-  std::ofstream(work / "nasty" / "claims.json")
-      << R"({"claims": [{"text": "</script><script>alert(1)</script>", "holds": true, "values": {"left": 1e308, "right": -1e308}}]})";
-
-  nlohmann::json job = {{"chromium", chromium()}, {"shots", ""}, {"pages", nlohmann::json::array()}};
-  if (const char* shots = std::getenv("GRIPLINE_SCREENSHOTS")) job["shots"] = shots;
-  nlohmann::json race = page("race", "race", 1.0);
-  race["poses"] = logged_poses(work / "race", five);
+  sample::write_sample(work_ / "race", five);
+  nlohmann::json race = page("race", "race");
+  race["poses"] = logged_poses(work_ / "race", five);
   race["texts"] = {"oracle *",
                    "elm.violation_s <= none.violation_s",
                    "0.46 against 4.32 s, in 5 of 5 runs",
@@ -142,33 +141,134 @@ TEST_F(Browser, ShowsWhatTheLogSays) {
                    "4 laps"};
   race["absent"] = {"asked", "e\xe2\x88\x92"};
   race["phone_height"] = 3500;
-  job["pages"].push_back(race);
-  job["pages"].push_back(page("many", "other", 2.0));
-  nlohmann::json found = page("diagnosis", "other", 1.0);
+  add(race);
+  expect_good();
+}
+
+TEST_F(Pages, RacesOfEverySizeAndEndAreShown) {
+  sample::SampleOptions many;
+  many.seeds = 10;
+  many.stacks.push_back({"elm_rls", false, 1, 0.92, 0.4});
+  many.stacks.push_back({"best", false, 1, 0.96, 0.5});
+  sample::write_sample(work_ / "many", many);
+  add(page("many", "other", 2.0));
+
+  sample::SampleOptions crash;
+  crash.stacks = {{"lost", false, 0, 0.93, 0.7, 5.0}, {"elm", false, 1, 0.9, 0.8}, {"gp", true, 0.9, 0.92, 4.2}};
+  sample::write_sample(work_ / "crash", crash);
+  nlohmann::json lost = page("crash");
+  const Columns longest = Columns::read(work_ / "crash" / "elm" / "1" / "steps.csv");
+  lost["lost"] = {{"end", longest.number("t_s", longest.rows() - 1)}, {"offset", 1.0}};
+  add(lost);
+
+  sample::write_sample(work_ / "late", one_lap());
+  nlohmann::json late = page("late");
+  late["late_tyres"] = 2.0;
+  late["absent"] = {"among the others", "Bold and marked"};
+  add(late);
+
+  sample::SampleOptions twenty;
+  twenty.laps = 20;
+  twenty.stacks = {{"elm", false, 1, 0.9, 0.8}};
+  sample::write_sample(work_ / "laps", twenty);
+  nlohmann::json many_laps = page("laps");
+  many_laps["many_laps"] = 20;
+  add(many_laps);
+  expect_good();
+}
+
+TEST_F(Pages, DrivesOfAValidationAreShown) {
+  sample::write_validation_sample(work_ / "validation");
+  add(page("validation"));
+  sample::write_validation_sample(work_ / "drives", true);
+  nlohmann::json drives = page("drives");
+  drives["chosen"] = {{"figure", "validation-e_vx"}, {"first", "elm"}, {"other", "gp"}};
+  add(drives);
+  expect_good();
+}
+
+/// What is damaged, cut off or hostile does no harm to a page.
+TEST_F(Pages, WhatIsBrokenIsShownAsFarAsItGoes) {
+  sample::SampleOptions nasty;
+  nasty.laps = 1;
+  nasty.stacks = {{"<img src=x onerror=alert(1)> \"\xc3\xbc\" 'b'", false, 1, 0.9, 0.8},
+                  {"--> ]]>", true, 0, 0.9, 0.8}};
+  sample::write_sample(work_ / "nasty", nasty);
+  std::ofstream(work_ / "nasty" / "claims.json")
+      << R"({"claims": [{"text": "</script><script>alert(1)</script>", "holds": true, "values": {"left": 1e308, "right": -1e308}}]})";
+  nlohmann::json harmless = page("nasty");
+  harmless["texts"] = {nasty.stacks[0].name, "</script><script>alert(1)</script>"};
+  add(harmless);
+
+  sample::write_broken_sample(work_ / "broken");
+  nlohmann::json broken = page("broken");
+  broken["texts"] = {"none of 4 laps finished", "2 of 2 runs did not finish",
+                     "One base row, and a gain of \xe2\x88\x92"
+                     "3."};
+  broken["absent"] = {"among the others", "`", "NaN", "Infinity", "undefined"};
+  add(broken);
+
+  sample::write_sample(work_ / "cut", one_lap());
+  for (const char* table : {"runs.csv", "table.csv", "claims.json"}) fs::remove(work_ / "cut" / table);
+  fs::copy(work_ / "cut" / "elm" / "1", work_ / "cut" / "elm" / ".2.partial");
+  nlohmann::json cut = page("cut");
+  cut["absent"] = {"partial", "Comparison"};
+  add(cut);
+
+  sample::write_sample(work_ / "undrawable", one_lap());
+  std::ofstream(work_ / "undrawable" / "scene.json") << R"({"note": {"not": "a text"}})";
+  job_["undrawable"] = page("undrawable")["file"];
+  expect_good();
+}
+
+TEST_F(Pages, DiagnosesAreToldInWordsFirst) {
+  sample::write_diagnosis_sample(work_ / "diagnosis");
+  nlohmann::json found = page("diagnosis");
   // In words first, ids after that.
   found["before"] = {{"Friction differs on one stretch of the lap", "With it the model closes 99 % of its gap"},
                      {"With it the model closes 99 % of its gap", "friction_patch"}};
-  job["pages"].push_back(found);
-  // What calibration took off leads, then effects; that the rest is unknown comes after them.
-  constexpr const char* gap =
-      R"("gap": {"horizon_s": 1.0, "before": 6.5, "after": 1.17, "closure": 0.96, "closure_ci95": [0.94, 0.97],
+  add(found);
+
+  sample::write_cases_sample(work_ / "cases");
+  nlohmann::json cases = page("cases");
+  cases["texts"] = {"hidden_things", "Unknown effect",
+                    "aero_drag (a = \xe2\x88\x92"
+                    "0.42 m/s\xc2\xb2) is missing.",
+                    "> 99.9 %", "\xe2\x9c\x97 no"};
+  cases["pictures"] = false;
+  cases["links"] = {"drag/report.html"};
+  add(cases);
+  expect_good();
+}
+
+/// Diagnoses of logs of real cars: what calibration took off leads, then effects; that the rest is unknown comes after
+/// them.
+class RealCarPages : public Pages {
+ protected:
+  /// `effects`: what they change, as JSON that may go on with further keys of "gap".
+  nlohmann::json real(const std::string& name, const std::string& named, const std::string& effects,
+                      const std::string& ranking = "[]") const {
+    constexpr const char* gap =
+        R"("gap": {"horizon_s": 1.0, "before": 6.5, "after": 1.17, "closure": 0.96, "closure_ci95": [0.94, 0.97],
       "calibrated": 1.33, "noise": 0.95, "calibration": {"change": -0.8, "ci95": [-0.82, -0.78]}, "effects": )";
-  const auto real = [&](const std::string& name, const std::string& named, const std::string& effects,
-                        const std::string& ranking = "[]") {
-    fs::create_directories(work / name);
-    std::ofstream(work / name / "diagnosis.json")
+    fs::create_directories(work_ / name);
+    std::ofstream(work_ / name / "diagnosis.json")
         << R"({"verdict": "unknown", "unknown": {"where": "state", "interval": null}, "nominal_fit": {"Bf": 1.2}, "named": )"
         << named << ", " << gap << effects << R"(}, "ranking": )" << ranking << R"(, "manoeuvre": null})";
-    std::ofstream(work / name / "diagnosis_report.json")
+    std::ofstream(work_ / name / "diagnosis_report.json")
         << R"({"sentence": "As above.", "log": "a.csv", "world": "w.json"})";
-    nlohmann::json one = page(name, "other", 1.0);
+    nlohmann::json one = page(name);
     one["pictures"] = false;
     return one;
-  };
+  }
+};
+
+TEST_F(RealCarPages, CalibrationLeads) {
   nlohmann::json calibrated = real("calibrated", "[]", "null");
   calibrated["before"]["Calibrating the world takes 80 % (78 % to 82 %) off"] = "The rest is not known.";
   calibrated["absent"] = {"Something is missing", "NaN"};
-  job["pages"].push_back(calibrated);
+  add(calibrated);
+
   nlohmann::json late_sensor = real(
       "late_sensor",
       R"([{"effect": "yaw_rate_delay", "class": "measurement", "params": {"T": 0.286}, "units": {"T": "s"}, "ci95": {"T": [0.23, 0.35]}, "confidence": 0.5}])",
@@ -178,7 +278,8 @@ TEST_F(Browser, ShowsWhatTheLogSays) {
                            {"The rest is not known.", "take 12 % (4 % to 20 %) off what is left then"}};
   late_sensor["texts"] = {"The yaw-rate channel is late", "0.286 s"};
   late_sensor["absent"] = {"Something is missing", "NaN", "Confidence"};
-  job["pages"].push_back(late_sensor);
+  add(late_sensor);
+
   // What is left is noise of the sensors; candidates that were not fitted have no error.
   nlohmann::json noise = real("noise_left", "[]", R"(null, "at_noise": true, "judged": 1.3)",
                               R"([{"effect": "aero_drag", "gain": 0.25, "held_out": 1.2, "selected_fraction": 0.9,
@@ -189,61 +290,8 @@ TEST_F(Browser, ShowsWhatTheLogSays) {
                     "\xe2\x88\x92"
                     "25.0 %"};
   noise["absent"] = {"The rest is not known", "Unknown effect", "evidence gained", "NaN"};
-  job["pages"].push_back(noise);
-  sample::SampleOptions crash;
-  crash.stacks = {{"lost", false, 0, 0.93, 0.7, 5.0}, {"elm", false, 1, 0.9, 0.8}, {"gp", true, 0.9, 0.92, 4.2}};
-  sample::write_sample(work / "crash", crash);
-  nlohmann::json lost = page("crash", "other", 1.0);
-  const Columns longest = Columns::read(work / "crash" / "elm" / "1" / "steps.csv");
-  lost["lost"] = {{"end", longest.number("t_s", longest.rows() - 1)}, {"offset", 1.0}};
-  job["pages"].push_back(lost);
-  job["pages"].push_back(page("validation", "other", 1.0));
-  nlohmann::json harmless = page("nasty", "other", 1.0);
-  harmless["texts"] = {nasty.stacks[0].name, "</script><script>alert(1)</script>"};
-  job["pages"].push_back(harmless);
-  nlohmann::json late = page("late", "other", 1.0);
-  late["late_tyres"] = 2.0;
-  late["absent"] = {"among the others", "Bold and marked"};
-  job["pages"].push_back(late);
-  nlohmann::json drives = page("drives", "other", 1.0);
-  drives["chosen"] = {{"figure", "validation-e_vx"}, {"first", "elm"}, {"other", "gp"}};
-  job["pages"].push_back(drives);
-  nlohmann::json broken = page("broken", "other", 1.0);
-  broken["texts"] = {"none of 4 laps finished", "2 of 2 runs did not finish",
-                     "One base row, and a gain of \xe2\x88\x92"
-                     "3."};
-  broken["absent"] = {"among the others", "`", "NaN", "Infinity", "undefined"};
-  job["pages"].push_back(broken);
-  nlohmann::json cases = page("cases", "other", 1.0);
-  cases["texts"] = {"hidden_things", "Unknown effect",
-                    "aero_drag (a = \xe2\x88\x92"
-                    "0.42 m/s\xc2\xb2) is missing.",
-                    "> 99.9 %", "\xe2\x9c\x97 no"};
-  cases["pictures"] = false;
-  cases["links"] = {"drag/report.html"};
-  job["pages"].push_back(cases);
-  sample::SampleOptions twenty;
-  twenty.laps = 20;
-  twenty.stacks = {{"elm", false, 1, 0.9, 0.8}};
-  sample::write_sample(work / "laps", twenty);
-  nlohmann::json many_laps = page("laps", "other", 1.0);
-  many_laps["many_laps"] = 20;
-  job["pages"].push_back(many_laps);
-  sample::write_sample(work / "cut", late_options);
-  for (const char* table : {"runs.csv", "table.csv", "claims.json"}) fs::remove(work / "cut" / table);
-  fs::copy(work / "cut" / "elm" / "1", work / "cut" / "elm" / ".2.partial");
-  nlohmann::json cut = page("cut", "other", 1.0);
-  cut["absent"] = {"partial", "Comparison"};
-  job["pages"].push_back(cut);
-  sample::write_sample(work / "undrawable", late_options);
-  std::ofstream(work / "undrawable" / "scene.json") << R"({"note": {"not": "a text"}})";
-  job["undrawable"] = page("undrawable", "other", 1.0)["file"];
-  std::ofstream(work / "job.json") << job.dump(1);
-
-  const Outcome outcome =
-      shell("node " + quoted_path(source / "test" / "browser.mjs") + " " + quoted_path(work / "job.json"));
-  EXPECT_EQ(outcome.code, 0) << outcome.output;
-  EXPECT_THAT(outcome.output, testing::HasSubstr("all checks passed"));
+  add(noise);
+  expect_good();
 }
 
 TEST_F(Browser, NumbersAreWrittenAsPeopleReadThem) {
@@ -257,7 +305,7 @@ TEST_F(Browser, NumbersAreWrittenAsPeopleReadThem) {
 TEST_F(Browser, TheCommittedBundleIsWhatTheSourceGives) {
   require(false);
   if (IsSkipped() || HasFatalFailure()) return;
-  const fs::path rebuilt = work.parent_path() / "report_rebuilt";
+  const fs::path rebuilt = testing_support::build_dir() / "report_rebuilt";
   const Outcome outcome = shell("node " + quoted_path(source / "build.mjs") + " --to " + quoted_path(rebuilt));
   ASSERT_EQ(outcome.code, 0) << outcome.output;
   for (const char* name : {"report.js", "report.css"})
