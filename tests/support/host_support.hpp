@@ -15,6 +15,7 @@
 #include "plugin/registry.hpp"
 #include "race/stack.hpp"
 #include "support/paths.hpp"
+#include "support/published_car.hpp"
 #include "world/world_spec.hpp"
 
 namespace gripline::testing_support {
@@ -34,10 +35,6 @@ inline const Registry& plugins() {
 /// JSON whose relative paths start at worlds/.
 inline Node json(std::string_view text) { return parse_text(text, "test", source_dir() / "worlds"); }
 
-/// The published 1:43 car's tyres and resistance (published_car.hpp), which `dynamic` must be told.
-inline constexpr std::string_view published_tyres_json =
-    R"({"Bf": 2.579, "Cf": 1.2, "Df": 0.192, "Br": 3.3852, "Cr": 1.2691, "Dr": 0.1737, "Cr0": 0.0518, "Cd": 0.00035})";
-
 /// One second of the 1:43 car, plant `dynamic`, on an oval of 9.03 m: 2 m straights, bends of 0.8 m to the left, 0.3 m
 /// to either edge; it starts at the origin towards +x.
 inline Node small_world() {
@@ -48,7 +45,7 @@ inline Node small_world() {
       {"line": 2}, {"arc": {"radius": 0.8, "turn": "180 deg"}}]},
     "dt": "20 ms",
     "plant": {"plugin": "dynamic", "params": )" +
-              std::string(published_tyres_json) + R"(},
+              published_tyres_json + R"(},
     "duration": "1 s"
   })");
 }

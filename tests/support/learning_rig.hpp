@@ -101,6 +101,15 @@ struct Visited {
     front = std::max(front, std::abs(truth.front_slip(x)));
     rear = std::max(rear, std::abs(truth.rear_slip(x)));
   }
+  /// Friction by the true curves' maxima up to these slips.
+  double mu(const TrueCar& truth) const {
+    const auto peak = [&](Axle axle, double reach) {
+      double best = 0;
+      for (double slip = 0; slip <= reach; slip += 0.001) best = std::max(best, truth.force(axle, slip));
+      return best;
+    };
+    return (peak(Axle::front, front) + peak(Axle::rear, rear)) / (truth.car.m * gravity);
+  }
 };
 
 /// An estimator of the 1:43 car behind a nominal model.

@@ -303,10 +303,6 @@ constexpr std::array<std::array<double, 7>, edge_count> edges = {{{0.3, 0, 0, 0,
 
 }  // namespace
 
-bool has_formula(abi::Kind kind) {
-  return kind == abi::Kind::vehicle || kind == abi::Kind::effect || kind == abi::Kind::estimator;
-}
-
 std::unique_ptr<Formula> formula_of(abi::Kind kind, const void* instance, const PluginEntry& entry,
                                     const std::vector<abi::ParamValue>& values) {
   const VehicleModel* const model = kind == abi::Kind::vehicle ? static_cast<const VehicleModel*>(instance) : nullptr;

@@ -40,9 +40,6 @@ class Formula {
   virtual std::unique_ptr<Prepared> prepare(std::size_t n, const std::vector<double>& rows) const = 0;
 };
 
-/// Whether a plugin of this kind is, or has, a formula.
-bool has_formula(abi::Kind kind);
-
 /// The formula of an instance: a VehicleModel*, an Effect* or an Estimator* as `kind` says, not owned.
 std::unique_ptr<Formula> formula_of(abi::Kind kind, const void* instance, const PluginEntry& entry,
                                     const std::vector<abi::ParamValue>& values);

@@ -4,9 +4,12 @@
 
 #include <cmath>
 #include <tuple>
+#include <vector>
 
 #include <gripline/plugin.hpp>
 #include <gripline/slip.hpp>
+
+#include "conformance/published_car.hpp"
 
 namespace gripline::conformance {
 
@@ -16,7 +19,8 @@ class RollingCar final : public AutoDiffVehicle<RollingCar> {
  public:
   template <class T>
   struct Params {
-    T m = T(0.041), Iz = T(27.8e-6), lf = T(0.029), lr = T(0.033), Cm1 = T(0.287), Cm2 = T(0.0545);
+    T m = T(published::car.m), Iz = T(published::car.Iz), lf = T(published::car.lf), lr = T(published::car.lr);
+    T Cm1 = T(published::Cm1), Cm2 = T(published::Cm2);
   };
   static constexpr auto parameters() {
     using P = Params<double>;
@@ -27,7 +31,10 @@ class RollingCar final : public AutoDiffVehicle<RollingCar> {
                       param("Cm1", &P::Cm1, "N", {0, 1e7}, "drive force at rest"),
                       param("Cm2", &P::Cm2, "N s/m", {0, 1e6}, "loss of drive force with speed")};
   }
-  static std::vector<double> values() { return {0.041, 27.8e-6, 0.029, 0.033, 0.287, 0.0545}; }
+  static std::vector<double> values() {
+    const Params<double> p;
+    return {p.m, p.Iz, p.lf, p.lr, p.Cm1, p.Cm2};
+  }
 
   template <class T>
   void drive(Point<T>& p, const Params<T>& k) const {
@@ -65,12 +72,13 @@ void true_accelerations(Quantities<T>& q) {
   using std::atan;
   using std::cos;
   using std::sin;
-  constexpr double m = 0.041, Iz = 27.8e-6, lf = 0.029, lr = 0.033;
+  using namespace published;
+  constexpr double m = car.m, Iz = car.Iz, lf = car.lf, lr = car.lr;
   const T forward = abs(q.vx);
-  const T front = 0.192 * sin(1.2 * atan(2.579 * front_slip(forward, q.vy, q.omega, q.delta, T(lf))));
-  const T rear = 0.1737 * sin(1.2691 * atan(3.3852 * rear_slip(forward, q.vy, q.omega, T(lr))));
-  const T resistance = 0.0518 + 0.00035 * square(q.vx);
-  q.ax = ((0.287 - 0.0545 * q.vx) * q.d - resistance - front * sin(q.delta)) * (1 / m) + q.vy * q.omega;
+  const T front = Df * sin(Cf * atan(Bf * front_slip(forward, q.vy, q.omega, q.delta, T(lf))));
+  const T rear = Dr * sin(Cr * atan(Br * rear_slip(forward, q.vy, q.omega, T(lr))));
+  const T resistance = Cr0 + Cd * square(q.vx);
+  q.ax = ((Cm1 - Cm2 * q.vx) * q.d - resistance - front * sin(q.delta)) * (1 / m) + q.vy * q.omega;
   q.ay = (rear + front * cos(q.delta)) * (1 / m) - q.vx * q.omega;
   q.aw = (front * lf * cos(q.delta) - rear * lr) * (1 / Iz);
 }

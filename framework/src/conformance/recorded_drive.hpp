@@ -8,47 +8,26 @@
 #include <vector>
 
 #include "car/corrected_model.hpp"
+#include "conformance/published_car.hpp"
 
 namespace gripline::conformance {
 
 inline constexpr double dt = 0.02;  // [s]
 
-inline Car small_car() {
-  Car car;
-  car.m = 0.041;
-  car.Iz = 27.8e-6;
-  car.lf = 0.029;
-  car.lr = 0.033;
-  car.length = 0.06;
-  car.width = 0.03;
-  car.d_min = -0.1;
-  car.d_max = 1.0;
-  car.delta_max = 0.35;
-  car.ddelta_max = 5.0;
-  car.v_ref = 2.0;
-  car.v_min = 0.3;
-  return car;
-}
+inline Car small_car() { return published::car; }
 
 /// The published 1:43 car, by the equations of the paper; friction multiplies both axles' peaks.
 struct TrueCar {
   Car car = small_car();
-  double Bf = 2.579, Cf = 1.2, Df = 0.192, Br = 3.3852, Cr = 1.2691, Dr = 0.1737;
-  double Cm1 = 0.287, Cm2 = 0.0545, Cr0 = 0.0518, Cd = 0.00035;
+  double Bf = published::Bf, Cf = published::Cf, Df = published::Df;
+  double Br = published::Br, Cr = published::Cr, Dr = published::Dr;
+  double Cm1 = published::Cm1, Cm2 = published::Cm2, Cr0 = published::Cr0, Cd = published::Cd;
   double factor = 1.0;
   double arm = 0.0;  // [m] at which drive turns the car, under a side force as large as its weight
 
   double force(Axle axle, double slip) const {
     return axle == Axle::front ? factor * Df * std::sin(Cf * std::atan(Bf * slip))
                                : factor * Dr * std::sin(Cr * std::atan(Br * slip));
-  }
-  double peak(Axle axle, double reach) const {
-    double best = 0;
-    for (double slip = 0; slip <= reach; slip += 0.001) best = std::max(best, force(axle, slip));
-    return best;
-  }
-  double mu_visited(double reach_front, double reach_rear) const {
-    return (peak(Axle::front, reach_front) + peak(Axle::rear, reach_rear)) / (car.m * gravity);
   }
   double mu() const { return factor * (Df + Dr) / (car.m * gravity); }
 

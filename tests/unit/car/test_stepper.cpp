@@ -23,7 +23,7 @@ class TestedCar {
     Errors errors;
     const CarFile car = read_car(file, errors);
     const std::string text =
-        R"({"plugin": "dynamic", "params": )" + std::string(published_tyres_json) + R"(, "effects": )" + effects + "}";
+        R"({"plugin": "dynamic", "params": )" + published_tyres_json + R"(, "effects": )" + effects + "}";
     const VehicleSpec spec = read_vehicle(json(text), plugins(), car, "rk4", errors);
     errors.throw_if_any();
     PluginContext context;

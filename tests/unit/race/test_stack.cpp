@@ -92,8 +92,7 @@ TEST(Stack, RefusalsSayWhatAndWhere) {
 /// Line 4: what the nominal model leaves unexplained, as a rate; nothing when it is the plant itself.
 TEST(Stack, TheSampleIsWhatTheNominalModelLeavesUnexplained) {
   const auto told = [](const std::string& more) {
-    return R"({"model": {"plugin": "dynamic", "integrator": "rk6", "params": )" + std::string(published_tyres_json) +
-           more + "}}";
+    return R"({"model": {"plugin": "dynamic", "integrator": "rk6", "params": )" + published_tyres_json + more + "}}";
   };
   Rig same(told(""), R"({"start": {"speed": 1.5}})");
   Rig wrong(told(R"(, "effects": [{"plugin": "rolling_res", "params": {"a": -0.7}}])"), R"({"start": {"speed": 1.5}})");
@@ -145,8 +144,8 @@ TEST(Stack, DefaultsOfAModelAreNotTheTruth) {
 TEST(Stack, MemoryOfTheNominalModelFollowsTheInputsApplied) {
   constexpr const char* lag =
       R"([{"plugin": "steer_lag", "params": {"tau": 0.05}}, {"plugin": "input_delay", "params": {"T": 0.04}}])";
-  const std::string model = R"({"plugin": "dynamic", "integrator": "rk6", "params": )" +
-                            std::string(published_tyres_json) + R"(, "effects": )" + lag + "}";
+  const std::string model = R"({"plugin": "dynamic", "integrator": "rk6", "params": )" + published_tyres_json +
+                            R"(, "effects": )" + lag + "}";
   Rig rig(R"({"model": )" + model + "}", R"({"start": {"speed": 1.5}, "plant": )" + model + "}");
   for (int k = 0; k < 40; ++k) {
     const Sample sample = rig.advance({0.2 + 0.01 * k, k % 7 < 3 ? 2.0 : -1.5});

@@ -150,7 +150,7 @@ TEST(StateFilter, PlannerAndControllerActOnIt) {
     return acted / read;
   };
   EXPECT_DOUBLE_EQ(errors("{}"), 1.0);
-  EXPECT_LT(errors(R"({"model": {"plugin": "dynamic", "params": )" + std::string(published_tyres_json) + R"(},
+  EXPECT_LT(errors(R"({"model": {"plugin": "dynamic", "params": )" + published_tyres_json + R"(},
     "state_filter": {"sigma": {"x": "5 mm", "y": "5 mm", "vx": 0.05, "vy": 0.05, "yaw_rate": 0.05}}})"),
             0.5);
 }

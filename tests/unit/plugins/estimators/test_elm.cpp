@@ -25,7 +25,7 @@ double visited_error(Estimator& estimator, Nominal& nominal, const Drive& drive,
     visited.see(truth, drive.x[i + 1]);
     if (static_cast<double>(i) * dt < from) continue;
     truth.factor = drive.factor[i];
-    const double error = total_mu(estimator.belief(), truth.car) - truth.mu_visited(visited.front, visited.rear);
+    const double error = total_mu(estimator.belief(), truth.car) - visited.mu(truth);
     squares += error * error;
     ++n;
   }

@@ -135,7 +135,7 @@ TEST(Gp, OwnMuComesFromTheForcesItLearned) {
   const TrueCar truth;
   Visited visited;
   for (const State& x : drive.x) visited.see(truth, x);
-  EXPECT_NEAR(total_mu(process->belief(), truth.car), truth.mu_visited(visited.front, visited.rear), 0.03);
+  EXPECT_NEAR(total_mu(process->belief(), truth.car), visited.mu(truth), 0.03);
   EXPECT_TRUE(process->belief().trusted);
 }
 
