@@ -89,8 +89,8 @@ int score(const fs::path& cases, const fs::path& out, const Registry& registry) 
 }
 
 void print(const diagnose::Diagnosis& d) {
-  for (const measured::Health& h : d.health)
-    if (h.level != measured::Health::Level::good)
+  for (const measured::Finding& h : d.health)
+    if (h.level != measured::Finding::Level::good)
       std::cout << "log: " << h.check << ": " << h.found << "; " << h.done << '\n';
   std::cout << diagnose::verdict_names[static_cast<std::size_t>(d.verdict)] << ": " << d.sentence << '\n';
   std::cout << "\neffect              evidence   error with it   wins   predictions\n";

@@ -10,7 +10,7 @@
 #include "calibrate/witnesses.hpp"
 #include "calibrate/yaw_hold.hpp"
 #include "config/errors.hpp"
-#include "measured/session_health.hpp"
+#include "measured/noise.hpp"
 #include "util/numbers.hpp"
 
 namespace gripline::calibrate {

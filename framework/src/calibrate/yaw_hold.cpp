@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "calibrate/effect_trial.hpp"
+#include "util/numbers.hpp"
 
 namespace gripline::calibrate {
 namespace {
@@ -66,7 +67,7 @@ std::optional<measured::YawRateOffset> offset_by_yaw(std::list<measured::Session
   for (measured::SessionFile& file : files) {
     Session& s = file.session;
     for (std::size_t row = 0; row < s.rows(); ++row)
-      if (held_out.holds(s.t[row] - s.t.front())) s.reading[row * channels + yaw] = measured::no_reading;
+      if (held_out.holds(s.t[row] - s.t.front())) s.reading[row * channels + yaw] = not_a_number;
   }
   return offset_by_yaw(files);
 }

@@ -118,21 +118,4 @@ std::vector<Commands> command_unrest(const Log& log) {
   return all;
 }
 
-Channels estimate_noise(std::span<const Log> stretches) {
-  Channels sigma;
-  for (std::size_t c = 0; c < channels; ++c) {
-    std::vector<double> squares;
-    for (const Log& m : stretches)
-      for (std::size_t k = 4; k < m.size(); ++k) {
-        const auto y = [&](std::size_t back) { return m.reading[(k - back) * channels + c]; };
-        const double difference = y(0) - 4.0 * y(1) + 6.0 * y(2) - 4.0 * y(3) + y(4);
-        if (std::isfinite(difference)) squares.push_back(difference * difference / 70.0);
-      }
-    // The smaller half is hardly touched by the car's own quick motions: the median of a chi-square with one degree of
-    // freedom is 0.4549 of its mean.
-    sigma[c] = std::sqrt(upper_median(squares, no_reading) / 0.4549);
-  }
-  return sigma;
-}
-
 }  // namespace gripline::measured

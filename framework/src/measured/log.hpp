@@ -2,7 +2,6 @@
 #pragma once
 
 #include <array>
-#include <limits>
 #include <span>
 #include <vector>
 
@@ -13,8 +12,6 @@ namespace gripline::measured {
 inline constexpr std::size_t channels = 6;  // x, y, yaw, vx, vy, yaw rate
 using Channels = std::array<double, channels>;
 
-inline constexpr double no_reading = std::numeric_limits<double>::quiet_NaN();
-
 /// Throttle and steering, of what belongs to a command.
 using Commands = std::array<double, 2>;
 
@@ -24,7 +21,7 @@ struct CommandDoubt {
   Commands kept{};      // share of it that is in the next sample's
 };
 
-/// Samples dt apart. Rows of `reading` are x, y, yaw, vx, vy, yaw rate (SI; no_reading where missing); commands are
+/// Samples dt apart. Rows of `reading` are x, y, yaw, vx, vy, yaw rate (SI; not_a_number where missing); commands are
 /// linear between samples, or between `fine` ones, or held.
 struct Log {
   double dt = 0.02;
@@ -60,9 +57,5 @@ Commands command_curvature(std::span<const Log> stretches);
 /// The same of each step by itself, size() - 1 of them: the root of the squared difference of its ends and the mean of
 /// their squared second differences. Where a command rests nothing was left out; where it jumps, when it did is unknown.
 std::vector<Commands> command_unrest(const Log& log);
-
-/// Standard deviation of white noise on each channel, from fourth differences (their variance is 70 sigma^2); NaN
-/// where a channel was never read.
-Channels estimate_noise(std::span<const Log> stretches);
 
 }  // namespace gripline::measured

@@ -36,7 +36,7 @@ std::vector<LogWindow> windows_of(const RawLog& raw, double dt) {
           sum += raw.at(j, c);
           count += 1.0;
         }
-      return 2.0 * count > static_cast<double>(stride) ? sum / count : no_reading;
+      return 2.0 * count > static_cast<double>(stride) ? sum / count : not_a_number;
     };
     const double dx = raw.at(end, 0) - raw.at(i, 0), dy = raw.at(end, 1) - raw.at(i, 1);
     w.way = std::hypot(dx, dy);
@@ -59,7 +59,7 @@ double usual_ratio(const std::vector<LogWindow>& windows, Top top, Bottom bottom
   const double enough = 0.5 * lower_quantile(sizes, 0.9, 0.0);
   for (const LogWindow& w : windows)
     if (std::abs(bottom(w)) >= enough && bottom(w) != 0.0) ratios.push_back(top(w) / bottom(w));
-  return upper_median(ratios, no_reading);
+  return upper_median(ratios, not_a_number);
 }
 
 /// A range of ratios that a wrong unit gives.
@@ -151,7 +151,7 @@ void check_yaw_is_radians(const CsvTable& table, const RawLog& raw) {
 }
 
 void check_units(const CsvTable& table, const RawLog& raw, double dt, const LogExpectations& expected,
-                 std::vector<Health>& health) {
+                 std::vector<Finding>& health) {
   const std::vector<LogWindow> windows = windows_of(raw, dt);
   std::vector<double> speeds, angles, pedals;
   for (const LogWindow& w : windows) speeds.push_back(w.way / w.seconds);
@@ -184,7 +184,7 @@ void check_units(const CsvTable& table, const RawLog& raw, double dt, const LogE
     refuse(table, "d reaches " + significant(largest) + ": it looks like per cent; expected -1 to 1");
   check_frame(table, windows);
   check_steering(table, windows);
-  health.push_back({"units",
+  health.push_back({Finding::Level::good, "units",
                     "speed over distance " + significant(v_ratio) + ", yaw rate over yaw " + significant(w_ratio),
                     "plausible"});
 }

@@ -28,7 +28,7 @@ Log to_grid(const RawLog& raw, std::size_t first, std::size_t last, double dt, d
   log.dt = dt;
   log.t0 = raw.t[first] - start;
   const auto n = static_cast<std::size_t>(std::round((raw.t[last - 1] - raw.t[first]) / dt)) + 1;
-  log.reading.assign(n * channels, no_reading);
+  log.reading.assign(n * channels, not_a_number);
   log.command.resize(n);
   log.interpolated.assign(n, true);
   std::size_t hint = first;
@@ -58,7 +58,7 @@ Log to_grid(const RawLog& raw, std::size_t first, std::size_t last, double dt, d
 }
 
 /// Rows below a fifth of v_ref, where slip angles are ill-conditioned, are left out, which cuts the log there.
-void leave_out_slow(RawLog& raw, double v_ref, double dt, std::vector<Health>& health) {
+void leave_out_slow(RawLog& raw, double v_ref, double dt, std::vector<Finding>& health) {
   const double slowest = 0.2 * v_ref;
   std::vector<std::size_t> fast;
   for (std::size_t i = 0; i < raw.size(); ++i)
@@ -66,28 +66,28 @@ void leave_out_slow(RawLog& raw, double v_ref, double dt, std::vector<Health>& h
   RawLog kept = raw.picked(fast);
   if (kept.size() == raw.size()) return;
   health.push_back(
-      {"speed",
+      {Finding::Level::note, "speed",
        significant(static_cast<double>(raw.size() - kept.size()) * dt) + " s below " + significant(slowest) + " m/s",
-       "left out", Health::Level::note});
+       "left out"});
   raw = std::move(kept);
 }
 
 /// Readings that the file has a column for but no number.
-void note_missing(const CsvTable& table, const RawLog& raw, std::vector<Health>& health) {
+void note_missing(const CsvTable& table, const RawLog& raw, std::vector<Finding>& health) {
   std::size_t missing = 0;
   for (std::size_t i = 0; i < raw.size(); ++i)
     for (std::size_t c = 0; c < channels; ++c)
       missing += std::isnan(raw.at(i, c)) && table.find(channel_columns[c]) >= 0;
   if (missing > 0)
-    health.push_back({"readings", std::to_string(missing) + " missing", "left out", Health::Level::note});
+    health.push_back({Finding::Level::note, "readings", std::to_string(missing) + " missing", "left out"});
 }
 
-void leave_out_spikes(RawLog& raw, std::vector<Health>& health) {
+void leave_out_spikes(RawLog& raw, std::vector<Finding>& health) {
   const std::size_t dropped = drop_outliers(raw);
   if (dropped == 0) return;
   const double share = static_cast<double>(dropped) / static_cast<double>(raw.size() * channels);
-  health.push_back({"outliers", std::to_string(dropped) + " readings (" + significant(100.0 * share, 2) + " %)",
-                    "left out", share > 0.05 ? Health::Level::bad : Health::Level::note});
+  health.push_back({share > 0.05 ? Finding::Level::bad : Finding::Level::note, "outliers",
+                    std::to_string(dropped) + " readings (" + significant(100.0 * share, 2) + " %)", "left out"});
 }
 
 /// A log cut where it has gaps.
@@ -118,18 +118,19 @@ Cut cut_at_gaps(const RawLog& raw, double dt, double begin) {
   return cut;
 }
 
-void note_cut(const Cut& cut, double dt, double seconds, std::vector<Health>& health) {
+void note_cut(const Cut& cut, double dt, double seconds, std::vector<Finding>& health) {
   if (cut.dropped_rows > 0)
-    health.push_back({"rows", std::to_string(cut.dropped_rows) + " dropped", "bridged", Health::Level::note});
+    health.push_back({Finding::Level::note, "rows", std::to_string(cut.dropped_rows) + " dropped", "bridged"});
   if (cut.stretches.size() > 1 || cut.too_short > 0)
-    health.push_back({"gaps", std::to_string(cut.stretches.size() + cut.too_short - 1) + " longer than 0.2 s",
-                      "cut there", Health::Level::note});
+    health.push_back({Finding::Level::note, "gaps",
+                      std::to_string(cut.stretches.size() + cut.too_short - 1) + " longer than 0.2 s", "cut there"});
   if (cut.jitter > 0.02)
-    health.push_back({"time", "steps vary by " + significant(100.0 * cut.jitter, 2) + " % of " + significant(dt) + " s",
-                      "brought to an even grid", Health::Level::note});
+    health.push_back({Finding::Level::note, "time",
+                      "steps vary by " + significant(100.0 * cut.jitter, 2) + " % of " + significant(dt) + " s",
+                      "brought to an even grid"});
   if (seconds < 20.0)
     health.push_back(
-        {"length", significant(seconds) + " s", "little to tell effects apart; 60 s are good", Health::Level::note});
+        {Finding::Level::note, "length", significant(seconds) + " s", "little to tell effects apart; 60 s are good"});
 }
 
 }  // namespace
@@ -142,7 +143,7 @@ LogFile read_log_file(const std::filesystem::path& file, const LogExpectations& 
   const std::size_t unusable = table.rows() - raw.size();
   if (unusable > 0)
     log.health.push_back(
-        {"rows", std::to_string(unusable) + " without time or command", "left out", Health::Level::note});
+        {Finding::Level::note, "rows", std::to_string(unusable) + " without time or command", "left out"});
   const double dt = check_time(table, raw, log.health);
   check_yaw_is_radians(table, raw);
   note_missing(table, raw, log.health);
@@ -182,7 +183,7 @@ std::vector<LogFile> each_once(std::span<const LogFile> logs) {
       once.push_back(log);
     else
       same->health.push_back(
-          {"logs", log.name + " holds the same rows as " + same->name, "used once", Health::Level::note});
+          {Finding::Level::note, "logs", log.name + " holds the same rows as " + same->name, "used once"});
   }
   return once;
 }

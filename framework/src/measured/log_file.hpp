@@ -5,8 +5,9 @@
 #include <string>
 #include <vector>
 
+#include "measured/finding.hpp"
 #include "measured/log.hpp"
-#include "measured/log_health.hpp"
+#include "measured/log_expectations.hpp"
 
 namespace gripline::measured {
 
@@ -14,7 +15,7 @@ namespace gripline::measured {
 struct LogFile {
   std::string name;
   std::vector<Log> stretches;
-  std::vector<Health> health;
+  std::vector<Finding> health;
   double seconds = 0;  // of all stretches
 };
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "util/numbers.hpp"
 #include "util/statistics.hpp"
 
 namespace gripline::measured {
@@ -16,10 +17,10 @@ double difference_of(std::size_t channel, double a, double b) {
   return channel == yaw ? std::remainder(a - b, 2.0 * std::numbers::pi) : a - b;
 }
 
-/// Median difference of each reading to its four neighbours on either side; no_reading where fewer than four are read.
+/// Median difference of each reading to its four neighbours on either side; not_a_number where fewer than four are read.
 std::vector<double> off_neighbours(const RawLog& raw, std::size_t c) {
   constexpr std::size_t reach = 4;
-  std::vector<double> off(raw.size(), no_reading), around;
+  std::vector<double> off(raw.size(), not_a_number), around;
   for (std::size_t i = 0; i < raw.size(); ++i) {
     if (std::isnan(raw.at(i, c))) continue;
     around.clear();
@@ -80,7 +81,7 @@ bool command_jumps(const std::vector<double>& command, std::size_t i, double lea
 }
 
 /// Rows whose readings are all exactly zero, which sensors with noise never show.
-void drop_blank_rows(RawLog& raw, std::vector<Health>& health) {
+void drop_blank_rows(RawLog& raw, std::vector<Finding>& health) {
   std::vector<std::size_t> written;
   for (std::size_t i = 0; i < raw.size(); ++i) {
     std::size_t zeros = 0, others = 0;
@@ -94,11 +95,11 @@ void drop_blank_rows(RawLog& raw, std::vector<Health>& health) {
   // Half a log of zeros is a car that stands.
   if (blank == 0 || 2 * blank > raw.size()) return;
   raw = raw.picked(written);
-  health.push_back({"rows", std::to_string(blank) + " without any reading", "left out", Health::Level::note});
+  health.push_back({Finding::Level::note, "rows", std::to_string(blank) + " without any reading", "left out"});
 }
 
 /// Rows with impossible commands are dropped when they are few; many are a wrong unit, for check_units to refuse.
-void drop_impossible_commands(RawLog& raw, std::vector<Health>& health) {
+void drop_impossible_commands(RawLog& raw, std::vector<Finding>& health) {
   std::vector<std::size_t> good;
   for (std::size_t i = 0; i < raw.size(); ++i)
     if (std::abs(raw.d[i]) <= 1.5 && std::abs(raw.delta[i]) <= 1.6) good.push_back(i);
@@ -106,7 +107,7 @@ void drop_impossible_commands(RawLog& raw, std::vector<Health>& health) {
   if (bad == 0 || bad * 33 > raw.size()) return;
   raw = raw.picked(good);
   health.push_back(
-      {"commands", std::to_string(bad) + " rows beyond what a car can be told", "left out", Health::Level::note});
+      {Finding::Level::note, "commands", std::to_string(bad) + " rows beyond what a car can be told", "left out"});
 }
 
 /// Leaves out readings far from all their neighbours; `count` are those of each row. Returns how many.
@@ -123,12 +124,12 @@ std::size_t drop_far_readings(RawLog& raw, std::vector<std::size_t>& count, doub
     for (std::size_t i = 0; i < raw.size(); ++i)
       if (std::abs(raw.at(i, c)) > senseless) {
         out[i] = true;
-        raw.at(i, c) = no_reading;
+        raw.at(i, c) = not_a_number;
       }
     const std::vector<bool> far = far_from_neighbours(raw, c, times);
     for (std::size_t i = 0; i < raw.size(); ++i) {
       if (!out[i] && !far[i]) continue;
-      raw.at(i, c) = no_reading;
+      raw.at(i, c) = not_a_number;
       ++count[i];
       ++readings;
     }
@@ -150,7 +151,7 @@ RawLog readings_of(const Session& session, std::size_t c) {
     raw.t.push_back(session.t[i]);
     raw.row.push_back(i);
     for (std::size_t other = 0; other < channels; ++other)
-      raw.reading.push_back(other == c ? session.at(i, c) : no_reading);
+      raw.reading.push_back(other == c ? session.at(i, c) : not_a_number);
   }
   return raw;
 }
@@ -188,7 +189,7 @@ std::size_t drop_gross_outliers(Session& session) {
   return readings;
 }
 
-void drop_gross_outliers(RawLog& raw, std::vector<Health>& health) {
+void drop_gross_outliers(RawLog& raw, std::vector<Finding>& health) {
   drop_blank_rows(raw, health);
   drop_impossible_commands(raw, health);
   std::vector<std::size_t> count;
@@ -197,7 +198,7 @@ void drop_gross_outliers(RawLog& raw, std::vector<Health>& health) {
   std::vector<std::size_t> kept;
   for (std::size_t i = 0; i < raw.size(); ++i) {
     if (count[i] >= 3) {
-      for (std::size_t c = 0; c < channels; ++c) raw.at(i, c) = no_reading;
+      for (std::size_t c = 0; c < channels; ++c) raw.at(i, c) = not_a_number;
       if (command_jumps(raw.d, i, 0.02) || command_jumps(raw.delta, i, 0.004)) continue;
     }
     kept.push_back(i);
@@ -205,16 +206,16 @@ void drop_gross_outliers(RawLog& raw, std::vector<Health>& health) {
   const std::size_t rows = raw.size() - kept.size();
   if (rows > 0) {
     raw = raw.picked(kept);
-    health.push_back({"outliers", std::to_string(rows) + " rows far off all around them", "left out",
-                      rows * 20 > raw.size() ? Health::Level::bad : Health::Level::note});
+    health.push_back({rows * 20 > raw.size() ? Finding::Level::bad : Finding::Level::note, "outliers",
+                      std::to_string(rows) + " rows far off all around them", "left out"});
   }
   if (readings > 0)
-    health.push_back({"outliers", std::to_string(readings) + " readings far off all around them", "left out",
-                      readings * 20 > raw.size() * channels ? Health::Level::bad : Health::Level::note});
+    health.push_back({readings * 20 > raw.size() * channels ? Finding::Level::bad : Finding::Level::note, "outliers",
+                      std::to_string(readings) + " readings far off all around them", "left out"});
 }
 
-void unwrap_yaw(RawLog& raw, std::vector<Health>& health) {
-  double turns = 0.0, last = no_reading;
+void unwrap_yaw(RawLog& raw, std::vector<Finding>& health) {
+  double turns = 0.0, last = not_a_number;
   std::size_t jumps = 0;
   for (std::size_t i = 0; i < raw.size(); ++i) {
     double& heading = raw.at(i, yaw);
@@ -231,7 +232,7 @@ void unwrap_yaw(RawLog& raw, std::vector<Health>& health) {
     last = heading;
   }
   if (jumps > 0)
-    health.push_back({"yaw", "wrapped " + std::to_string(jumps) + " times", "made continuous", Health::Level::note});
+    health.push_back({Finding::Level::note, "yaw", "wrapped " + std::to_string(jumps) + " times", "made continuous"});
 }
 
 std::size_t drop_outliers(RawLog& raw) {
@@ -256,7 +257,7 @@ std::size_t drop_outliers(RawLog& raw) {
       // A spike of size s leaves -2/3 s in the residuals beside it; a quick motion does not.
       const auto beside = [&](std::size_t j) { return std::abs(off[j] / off[i] + 2.0 / 3.0) < 0.35; };
       if (!(std::abs(off[i]) > 7.0 * usual) || !beside(i - 1) || !beside(i + 1)) continue;
-      raw.at(i, c) = no_reading;
+      raw.at(i, c) = not_a_number;
       ++dropped;
     }
   }
@@ -272,7 +273,7 @@ std::size_t drop_place_spikes(Session& session) {
     const double least = 2.0 * ordinary_step(read, c);  // less is a reading that was written a row late
     for (std::size_t i = 3; i + 3 < read.size(); ++i) {
       if (!std::isnan(without.at(i, c)) || !is_single_jump(read, i, c, least)) continue;
-      session.reading[read.row[i] * channels + c] = no_reading;
+      session.reading[read.row[i] * channels + c] = not_a_number;
       ++dropped;
     }
   }

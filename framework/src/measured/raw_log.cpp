@@ -89,8 +89,8 @@ RawLog RawLog::picked(std::span<const std::size_t> rows) const {
   return kept;
 }
 
-Health absent_lateral_speed(const CsvTable& table) {
-  return {"vy_mps", "absent" + meant(table, "vy_mps"), "done without", Health::Level::note};
+Finding absent_lateral_speed(const CsvTable& table) {
+  return {Finding::Level::note, "vy_mps", "absent" + meant(table, "vy_mps"), "done without"};
 }
 
 RawLog read_columns(const CsvTable& table) {
@@ -99,7 +99,9 @@ RawLog read_columns(const CsvTable& table) {
   for (std::size_t c = 0; c < channels; ++c) column[c] = table.find(channel_columns[c]);
   const int t = table.find("t_s"), d = table.find("d"), delta = table.find("delta_rad");
   RawLog raw;
-  const auto cell = [&](std::size_t r, int c) { return c < 0 ? no_reading : table.at(r, static_cast<std::size_t>(c)); };
+  const auto cell = [&](std::size_t r, int c) {
+    return c < 0 ? not_a_number : table.at(r, static_cast<std::size_t>(c));
+  };
   for (std::size_t r = 0; r < table.rows(); ++r) {
     if (!std::isfinite(cell(r, t)) || !std::isfinite(cell(r, d)) || !std::isfinite(cell(r, delta))) continue;
     raw.t.push_back(cell(r, t));
@@ -108,13 +110,13 @@ RawLog read_columns(const CsvTable& table) {
     raw.row.push_back(r);
     for (std::size_t c = 0; c < channels; ++c) {
       const double v = cell(r, column[c]);
-      raw.reading.push_back(std::isfinite(v) ? v : no_reading);
+      raw.reading.push_back(std::isfinite(v) ? v : not_a_number);
     }
   }
   return raw;
 }
 
-double check_time(const CsvTable& table, RawLog& raw, std::vector<Health>& health) {
+double check_time(const CsvTable& table, RawLog& raw, std::vector<Finding>& health) {
   std::vector<std::size_t> keep;
   for (std::size_t i = 0; i < raw.size(); ++i) {
     if (keep.empty() || raw.t[i] > raw.t[keep.back()]) {
@@ -127,8 +129,8 @@ double check_time(const CsvTable& table, RawLog& raw, std::vector<Health>& healt
     }
   }
   if (keep.size() < raw.size()) {
-    health.push_back({"time", std::to_string(raw.size() - keep.size()) + " rows repeat a time stamp", "left out",
-                      Health::Level::note});
+    health.push_back({Finding::Level::note, "time",
+                      std::to_string(raw.size() - keep.size()) + " rows repeat a time stamp", "left out"});
     raw = raw.picked(keep);
   }
   if (raw.size() < 20)

@@ -1,8 +1,8 @@
 // A log row by row as it was written, before resampling.
 #pragma once
 
+#include "measured/finding.hpp"
 #include "measured/log.hpp"
-#include "measured/log_health.hpp"
 #include "util/csv.hpp"
 
 namespace gripline::measured {
@@ -29,8 +29,8 @@ struct RawLog {
 /// Throws InputError when columns are missing or stand there twice.
 RawLog read_columns(const CsvTable& table);
 /// The note on a log without vy_mps.
-Health absent_lateral_speed(const CsvTable& table);
+Finding absent_lateral_speed(const CsvTable& table);
 /// Returns the sample time [s]. Throws InputError when time runs backward; of rows with equal stamps the first is kept.
-double check_time(const CsvTable& table, RawLog& raw, std::vector<Health>& health);
+double check_time(const CsvTable& table, RawLog& raw, std::vector<Finding>& health);
 
 }  // namespace gripline::measured

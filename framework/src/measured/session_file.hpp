@@ -6,15 +6,10 @@
 #include <vector>
 
 #include "measured/delimited_table.hpp"
+#include "measured/finding.hpp"
 #include "measured/log_map.hpp"
 
 namespace gripline::measured {
-
-/// Something that was found about a log and what was done about it.
-struct Finding {
-  enum class Level { good, note, bad } level = Level::good;
-  std::string check, found, done;
-};
 
 struct SessionFile {
   Session session;

@@ -6,6 +6,7 @@
 #include <random>
 #include <string>
 
+#include "measured/noise.hpp"
 #include "util/numbers.hpp"
 #include "util/statistics.hpp"
 
@@ -22,52 +23,6 @@ double median_deviation(const Values& values, double centre) {
   for (const double v : values) off.push_back(std::abs(v - centre));
   return median(std::move(off));
 }
-
-/// Covariance at a lag of the fourth differences of a first-order process of variance 1.
-double fourth_difference_covariance(double colour, int lag) {
-  constexpr std::array<double, 5> c = {1, -4, 6, -4, 1};
-  double sum = 0.0;
-  for (int i = 0; i < 5; ++i)
-    for (int j = 0; j < 5; ++j)
-      sum += c[static_cast<std::size_t>(i)] * c[static_cast<std::size_t>(j)] * std::pow(colour, std::abs(i - j + lag));
-  return sum;
-}
-
-}  // namespace
-
-std::optional<Noise> noise_of(const Session& session, std::size_t channel, double row_step) {
-  Values difference(session.rows(), not_a_number), sizes;
-  for (std::size_t i = 4; i < session.rows(); ++i) {
-    if (session.t[i] - session.t[i - 4] > 4.6 * row_step) continue;
-    const auto y = [&](std::size_t back) { return session.at(i - back, channel); };
-    difference[i] = y(0) - 4.0 * y(1) + 6.0 * y(2) - 4.0 * y(3) + y(4);
-    if (!std::isnan(difference[i])) sizes.push_back(std::abs(difference[i]));
-  }
-  if (sizes.size() < 100) return std::nullopt;
-  Noise noise;
-  noise.samples = sizes.size();
-  const double scale = median(sizes) / 0.6745;  // of a normal distribution
-  if (!(scale > 0.0)) return noise;
-  double cross = 0.0, square = 0.0;
-  for (std::size_t i = 1; i < difference.size(); ++i) {
-    const double a = difference[i - 1], b = difference[i];
-    if (!(std::abs(a) < 4.0 * scale) || !(std::abs(b) < 4.0 * scale)) continue;
-    cross += a * b;
-    square += 0.5 * (a * a + b * b);
-  }
-  const double seen = cross / square;
-  double low = -0.95, high = 0.99;
-  for (int i = 0; i < 50; ++i) {
-    const double middle = 0.5 * (low + high);
-    const double expected = fourth_difference_covariance(middle, 1) / fourth_difference_covariance(middle, 0);
-    (expected < seen ? low : high) = middle;
-  }
-  noise.colour = 0.5 * (low + high);
-  noise.sigma = scale / std::sqrt(fourth_difference_covariance(noise.colour, 0));
-  return noise;
-}
-
-namespace {
 
 /// Channels on one even grid, for correlations.
 struct Grid {

@@ -9,16 +9,6 @@
 
 namespace gripline::measured {
 
-/// White noise seen through a first-order filter: n_k = colour n_{k-1} + ..., from the fourth differences of a channel,
-/// whose variance and lag-one correlation a smooth motion hardly touches.
-struct Noise {
-  double sigma = 0;   // standard deviation of the noise, in the channel's unit
-  double colour = 0;  // lag-one correlation: 0 white, near 1 filtered
-  std::size_t samples = 0;
-};
-/// Nothing below 100 usable differences.
-std::optional<Noise> noise_of(const Session& session, std::size_t channel, double row_step);
-
 /// How much later one channel shows than another what both observe.
 struct Delay {
   const char* channel;  // as in the map

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "measured/rounding.hpp"
+#include "util/numbers.hpp"
 
 namespace gripline::measured {
 
@@ -104,7 +105,7 @@ double local_quadratic(const Log& log, std::size_t channel, int k, int width) {
     y0 += y, y1 += y * z, y2 += y * z * z;
     ++count;
   }
-  if (count < 4) return no_reading;
+  if (count < 4) return not_a_number;
   // Cramer's rule for the value at z = 0.
   const double det = s0 * (s2 * s4 - s3 * s3) - s1 * (s1 * s4 - s2 * s3) + s2 * (s1 * s3 - s2 * s2);
   return (y0 * (s2 * s4 - s3 * s3) - s1 * (y1 * s4 - y2 * s3) + s2 * (y1 * s3 - y2 * s2)) / det;
@@ -117,7 +118,7 @@ std::vector<double> smooth_readings(const Log& log, int half) {
   std::vector<double> rows(log.size() * channels);
   for (std::size_t c = 0; c < channels; ++c)
     for (int k = 0; k < n; ++k) {
-      double value = no_reading;
+      double value = not_a_number;
       for (int width = half; std::isnan(value); width *= 2) {
         value = local_quadratic(log, c, k, width);
         if (width >= n && std::isnan(value)) value = 0.0;  // hardly ever read

@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "report/html.hpp"
 #include "report/packing.hpp"
 #include "report/plot.hpp"
+#include "util/numbers.hpp"
 #include "util/statistics.hpp"
 
 namespace gripline::report {
@@ -14,8 +14,6 @@ namespace {
 
 using nlohmann::json;
 using Values = std::vector<double>;
-
-constexpr double nothing = std::numeric_limits<double>::quiet_NaN();
 
 struct Quantity {
   const char *key, *label;
@@ -87,7 +85,7 @@ std::string intervals_figure(const std::string& title, const json& rows, bool fr
 Values with_gaps(const Values& t, const Values& y) {
   Values out = y;
   for (std::size_t i = 1; i < t.size() && i < y.size(); ++i)
-    if (t[i] - t[i - 1] > 3.0) out[i] = nothing;
+    if (t[i] - t[i - 1] > 3.0) out[i] = not_a_number;
   return out;
 }
 

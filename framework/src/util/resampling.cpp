@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <boost/math/distributions/binomial.hpp>
 #include <cmath>
-#include <limits>
 #include <random>
 
+#include "util/numbers.hpp"
 #include "util/statistics.hpp"
 
 namespace gripline {
@@ -13,8 +13,7 @@ namespace gripline {
 MedianInterval bootstrap_median_interval(std::vector<double> values) {
   constexpr int resamples = 4000;
   constexpr double share = 0.95;
-  constexpr double none = std::numeric_limits<double>::quiet_NaN();
-  if (values.size() < 2) return {none, none};
+  if (values.size() < 2) return {not_a_number, not_a_number};
   std::sort(values.begin(), values.end());
   std::mt19937_64 random(1);
   const std::size_t n = values.size();

@@ -4,22 +4,21 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <limits>
 #include <numbers>
 
 #include "config/errors.hpp"
+#include "util/numbers.hpp"
 
 namespace gripline::measured {
 namespace {
 
 using testing::HasSubstr;
-constexpr double nothing = std::numeric_limits<double>::quiet_NaN();
 
 DelimitedTable table() {
   DelimitedTable t;
   t.name = {"throttle", "brake", "Steering Angle", "hole"};
   t.unit.resize(4);
-  t.column = {{0, 50, 100}, {2000, 0, 0}, {-15, 0, 30}, {1, nothing, 3}};
+  t.column = {{0, 50, 100}, {2000, 0, 0}, {-15, 0, 30}, {1, not_a_number, 3}};
   t.line = {2, 3, 4};
   return t;
 }

@@ -6,6 +6,7 @@
 
 #include "config/errors.hpp"
 #include "measured/log_file.hpp"
+#include "measured/noise.hpp"
 #include "support/diagnose_rig.hpp"
 
 namespace gripline::measured {
@@ -58,7 +59,7 @@ class LogFiles : public ::testing::Test {
     return rows;
   }
   static bool mentions(const LogFile& log, const std::string& check) {
-    return std::any_of(log.health.begin(), log.health.end(), [&](const Health& h) { return h.check == check; });
+    return std::any_of(log.health.begin(), log.health.end(), [&](const Finding& h) { return h.check == check; });
   }
 
   static constexpr const char* usual = "t_s,x_m,y_m,yaw_rad,vx_mps,vy_mps,yaw_rate_radps,d,delta_rad";
@@ -73,7 +74,7 @@ TEST_F(LogFiles, AGoodLogIsTakenAsItIs) {
   EXPECT_NEAR(log.stretches[0].dt, 0.02, 1e-12);
   ASSERT_EQ(log.stretches[0].size(), rows_.size());
   EXPECT_NEAR(log.stretches[0].reading[100 * 6 + 3], rows_[100][4], 1e-9);
-  for (const Health& h : log.health) EXPECT_EQ(h.level, Health::Level::good) << h.check << ": " << h.found;
+  for (const Finding& h : log.health) EXPECT_EQ(h.level, Finding::Level::good) << h.check << ": " << h.found;
 }
 
 TEST_F(LogFiles, NoiseIsEstimatedFromTheLog) {

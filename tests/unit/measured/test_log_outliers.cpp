@@ -5,6 +5,8 @@
 #include <cmath>
 #include <random>
 
+#include "util/numbers.hpp"
+
 namespace gripline::measured {
 namespace {
 
@@ -19,7 +21,7 @@ Session circling(double dt, std::size_t every = 1) {
     const bool read = s.t.size() % every == 0;
     const double x = radius * std::sin(yaw) + noise(random), y = radius - radius * std::cos(yaw) + noise(random);
     s.t.push_back(t);
-    for (const double value : {read ? x : no_reading, read ? y : no_reading, yaw, speed, 0.0, speed / radius})
+    for (const double value : {read ? x : not_a_number, read ? y : not_a_number, yaw, speed, 0.0, speed / radius})
       s.reading.push_back(value);
     s.command.push_back({});
   }

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "support/diagnose_rig.hpp"
+#include "util/numbers.hpp"
 
 namespace gripline::measured {
 namespace {
@@ -60,9 +61,9 @@ TEST(Rollout, ErrorsAreInStandardDeviationsAndClipped) {
   EXPECT_DOUBLE_EQ(rms(of_errors({0, 6, 0, 0, 0, 0}), sigma), 3.0 / std::sqrt(6.0));
   EXPECT_DOUBLE_EQ(rms(of_errors({1e9, 0, 0, 0, 0, 0}), sigma, 10.0), 10.0 / std::sqrt(6.0));
   // A missing reading counts for nothing, a prediction without a number for the most.
-  Rollouts missing = of_errors({no_reading, 6, 0, 0, 0, 0});
+  Rollouts missing = of_errors({not_a_number, 6, 0, 0, 0, 0});
   EXPECT_DOUBLE_EQ(rms(missing, sigma), 3.0 / std::sqrt(5.0));
-  missing.predicted[0] = no_reading;
+  missing.predicted[0] = not_a_number;
   EXPECT_DOUBLE_EQ(rms(missing, sigma, 10.0), std::sqrt((100.0 + 9.0) / 6.0));
   EXPECT_EQ(rms(of_errors({}), sigma), 0.0);
 }
@@ -86,7 +87,7 @@ TEST(Rollout, StartsAndSamplesAreAsAskedFor) {
 TEST(Rollout, StatesAreReadThroughTheSensors) {
   const DiagnoseRig rig;
   const StagedCar car = rig.catalogue().build(rig.with(rig.with("vx_scale", {0.05}), "yawrate_bias", {0.1}));
-  std::vector<double> readings = {1, 2, 0.3, 2.1, no_reading, 0.6};
+  std::vector<double> readings = {1, 2, 0.3, 2.1, not_a_number, 0.6};
   const std::vector<double> states = states_of_readings(car, readings, std::vector<Place>(1));
   EXPECT_NEAR(states[3], 2.0, 1e-9);
   EXPECT_NEAR(states[5], 0.5, 1e-9);

@@ -6,6 +6,8 @@
 #include <numbers>
 #include <random>
 
+#include "util/numbers.hpp"
+
 namespace gripline::measured {
 namespace {
 
@@ -29,7 +31,7 @@ TEST(Rounding, TheStepIsFound) {
   for (const double step : {0.005, 0.0049087, 0.001}) {
     std::vector<double> values;
     for (const double v : angle) values.push_back(rounded(rounded(v, step), 1e-5) + 0.02);  // written with five digits
-    values[100] = no_reading;
+    values[100] = not_a_number;
     EXPECT_NEAR(step_of(values), step, 1e-3 * step);
   }
 }

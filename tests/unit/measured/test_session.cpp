@@ -4,6 +4,8 @@
 
 #include <cmath>
 
+#include "util/numbers.hpp"
+
 namespace gripline::measured {
 namespace {
 
@@ -83,7 +85,7 @@ TEST(CommandGrid, UntilItsNextReadingACommandIsHeldWhateverTheOtherOneDoes) {
 
 TEST(Session, ReadingsAreBridgedAsFarAsTheyAreKnown) {
   Session s = stepping();
-  s.reading.assign(s.rows() * channels, no_reading);
+  s.reading.assign(s.rows() * channels, not_a_number);
   for (std::size_t i = 0; i < s.rows(); i += 10) s.reading[i * channels + 3] = 0.1 * static_cast<double>(i);
   EXPECT_TRUE(std::isnan(s.interpolate(3, 1.05)));
   double slope = 0.0;

@@ -42,22 +42,6 @@ const Delay* find(const std::vector<Delay>& all, std::string_view channel, std::
   return nullptr;
 }
 
-TEST(Noise, SizeAndColourAreFoundAgain) {
-  for (const double colour : {0.0, 0.3, 0.6}) {
-    std::mt19937_64 random(3);
-    std::normal_distribution<double> normal;
-    double state = 0.0;
-    const Session s = wandering([&](double, std::size_t, auto& row, auto&, auto&, auto&) {
-      state = colour * state + std::sqrt(1 - colour * colour) * normal(random);
-      row[3] += 0.05 * state;
-    });
-    const auto noise = noise_of(s, 3, 0.04);
-    ASSERT_TRUE(noise);
-    EXPECT_NEAR(noise->colour, colour, 0.1);
-    EXPECT_NEAR(noise->sigma, 0.05, 0.2 * 0.05) << colour;
-  }
-}
-
 TEST(Delays, OfAChannelIsFoundWithAnIntervalThatHoldsIt) {
   std::mt19937_64 random(5);
   std::normal_distribution<double> normal;

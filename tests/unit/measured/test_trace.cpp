@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "measured/log.hpp"
+#include "util/numbers.hpp"
 
 namespace gripline::measured {
 namespace {
@@ -24,7 +25,7 @@ Log quadratic(std::size_t n) {
 TEST(SmoothReadings, ReproduceAQuadraticAlsoWhereReadingsAreMissing) {
   const Log whole = quadratic(40);
   Log holes = whole;
-  for (std::size_t k = 10; k < 22; ++k) holes.reading[k * channels + 2] = no_reading;
+  for (std::size_t k = 10; k < 22; ++k) holes.reading[k * channels + 2] = not_a_number;
   for (const Log& log : {whole, holes}) {
     const std::vector<double> smooth = smooth_readings(log, 3);
     for (std::size_t i = 0; i < smooth.size(); ++i) EXPECT_NEAR(smooth[i], whole.reading[i], 1e-6) << i;
@@ -33,7 +34,7 @@ TEST(SmoothReadings, ReproduceAQuadraticAlsoWhereReadingsAreMissing) {
 
 TEST(SmoothReadings, AChannelThatWasNeverReadIsZero) {
   Log log = quadratic(20);
-  for (std::size_t k = 0; k < 20; ++k) log.reading[k * channels + 4] = no_reading;
+  for (std::size_t k = 0; k < 20; ++k) log.reading[k * channels + 4] = not_a_number;
   const std::vector<double> smooth = smooth_readings(log, 3);
   for (std::size_t k = 0; k < 20; ++k) EXPECT_EQ(smooth[k * channels + 4], 0.0);
 }

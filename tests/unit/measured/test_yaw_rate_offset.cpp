@@ -6,6 +6,8 @@
 #include <numbers>
 #include <random>
 
+#include "util/numbers.hpp"
+
 namespace gripline::measured {
 namespace {
 
@@ -79,11 +81,11 @@ TEST(YawRateOffset, KnowsHowFarOffNoiseMakesIt) {
 
 TEST(YawRateOffset, GapsAndReadingsThatAreMissingDoNotCount) {
   Session s = turning(0.05, 60.0);
-  for (std::size_t row = 1000; row < 1700; ++row) reading(s, row, yaw_channel) = no_reading;
-  for (std::size_t row = 2500; row < 3100; ++row) reading(s, row, rate_channel) = no_reading;
-  for (std::size_t row = 0; row < s.rows(); row += 3) reading(s, row, rate_channel) = no_reading;
+  for (std::size_t row = 1000; row < 1700; ++row) reading(s, row, yaw_channel) = not_a_number;
+  for (std::size_t row = 2500; row < 3100; ++row) reading(s, row, rate_channel) = not_a_number;
+  for (std::size_t row = 0; row < s.rows(); row += 3) reading(s, row, rate_channel) = not_a_number;
   for (std::size_t row = 0; row < s.rows(); ++row)
-    if (row % 10 != 0) reading(s, row, yaw_channel) = no_reading;  // ten yaws a second
+    if (row % 10 != 0) reading(s, row, yaw_channel) = not_a_number;  // ten yaws a second
   const auto found = offset_of(s);
   ASSERT_TRUE(found);
   EXPECT_NEAR(found->value, 0.05, 2e-4);
@@ -137,7 +139,7 @@ TEST(YawRateOffset, IsNotToldWhereYawOrYawRateIsMissingOrTheLogIsShort) {
   for (const std::size_t channel : {yaw_channel, rate_channel}) {
     Session s = turning(0.05, 60.0);
     s.has[channel] = false;
-    for (std::size_t row = 0; row < s.rows(); ++row) reading(s, row, channel) = no_reading;
+    for (std::size_t row = 0; row < s.rows(); ++row) reading(s, row, channel) = not_a_number;
     EXPECT_FALSE(offset_of(s));
   }
   EXPECT_FALSE(offset_of(turning(0.05, 14.0)));

@@ -9,6 +9,7 @@
 #include "diagnose/inference/fit.hpp"
 #include "diagnose/thresholds.hpp"
 #include "measured/session_health.hpp"
+#include "util/numbers.hpp"
 
 namespace gripline::diagnose {
 namespace {
@@ -46,7 +47,7 @@ double longest_step(std::span<const LogFile> logs) {
 
 /// Readings of one channel `seconds` later, linear between samples.
 std::vector<double> moved(const Log& log, std::size_t channel, double seconds) {
-  std::vector<double> out(log.size(), measured::no_reading);
+  std::vector<double> out(log.size(), not_a_number);
   const auto last = static_cast<double>(log.size() - 1);
   for (std::size_t k = 0; k < log.size(); ++k) {
     const double at = static_cast<double>(k) + seconds / log.dt;
@@ -99,7 +100,7 @@ LogFile without_delays(const LogFile& file, std::span<const ChannelDelay> delays
   for (const ChannelDelay& d : delays) {
     char text[80];
     std::snprintf(text, sizeof text, "%.3g s (%.3g to %.3g) against the pose", d.seconds, d.low, d.high);
-    out.health.push_back({"delay of " + d.name(), text, "taken off", measured::Health::Level::note});
+    out.health.push_back({measured::Finding::Level::note, "delay of " + d.name(), text, "taken off"});
   }
   return out;
 }

@@ -13,6 +13,7 @@
 #include <numeric>
 
 #include "diagnose/inference/newton_step.hpp"
+#include "measured/noise.hpp"
 
 namespace gripline::diagnose {
 namespace {

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "measured/noise.hpp"
 #include "measured/replay.hpp"
 #include "measured/rounding.hpp"
 #include "util/numbers.hpp"
@@ -12,7 +13,7 @@
 namespace gripline::diagnose {
 namespace {
 
-using measured::Health;
+using measured::Finding;
 
 const char* channel_name(std::size_t c) {
   constexpr std::array<const char*, channels> names = {"x", "y", "yaw", "vx", "vy", "yaw rate"};
@@ -44,40 +45,41 @@ double noise_beside_motion(std::span<const Log> stretches, std::size_t channel) 
 /// The standard deviation to believe of one channel: `seen` in the logs (NaN where it was not read), that `beside` quick
 /// motion, `stated`, or `least`.
 double believed_noise(std::size_t channel, double seen, double beside, double stated, double least,
-                      std::vector<Health>& health) {
+                      std::vector<Finding>& health) {
   const std::string name = std::string("noise of ") + channel_name(channel);
   if (std::isnan(seen)) return std::max(least, stated);
   const bool moved =
       stated > 0.0 && seen > thresholds::noise_agrees_to * stated && beside < thresholds::noise_is_motion * seen;
   if (moved) seen = beside;
   if (moved && seen > thresholds::noise_agrees_from * stated && seen < thresholds::hidden_by_motion * stated) {
-    health.push_back({name, "at most " + significant(seen) + ", hidden by the car's own quick motion",
-                      "the stated " + significant(stated) + " is used", Health::Level::note});
+    health.push_back({Finding::Level::note, name,
+                      "at most " + significant(seen) + ", hidden by the car's own quick motion",
+                      "the stated " + significant(stated) + " is used"});
     return std::max(least, stated);
   }
   if (stated > 0.0 && seen < thresholds::noise_free * stated) {
     // Simulated, or filtered: what is left is rounding, of which nothing is known.
-    health.push_back({name, "none to be seen, stated " + significant(stated),
+    health.push_back({Finding::Level::bad, name, "none to be seen, stated " + significant(stated),
                       "a twentieth of the stated is used; figures in standard deviations, intervals and confidence "
-                      "are not to be relied on",
-                      Health::Level::bad});
+                      "are not to be relied on"});
     return thresholds::noise_free * stated;
   }
   const bool agrees =
       stated > 0.0 && seen > thresholds::noise_agrees_from * stated && seen < thresholds::noise_agrees_to * stated;
   if (agrees) return stated;
-  health.push_back({name, significant(seen) + (stated > 0.0 ? ", stated " + significant(stated) : ", not stated"),
-                    "the measured one is used", stated > 0.0 ? Health::Level::note : Health::Level::good});
+  health.push_back({stated > 0.0 ? Finding::Level::note : Finding::Level::good, name,
+                    significant(seen) + (stated > 0.0 ? ", stated " + significant(stated) : ", not stated"),
+                    "the measured one is used"});
   return std::max(least, seen);
 }
 
 /// Adds what rounding of a reading makes of the stated noise, where it counts.
-double with_rounding(std::size_t channel, double step, double stated, std::vector<Health>& health) {
+double with_rounding(std::size_t channel, double step, double stated, std::vector<Finding>& health) {
   const double rounding = measured::rounding_noise(step);
   if (!(rounding > thresholds::least_rounding * stated)) return stated;
-  health.push_back({std::string("rounding of ") + channel_name(channel),
+  health.push_back({Finding::Level::note, std::string("rounding of ") + channel_name(channel),
                     "to " + significant(step) + channel_unit(channel),
-                    "counts as noise of " + significant(rounding) + channel_unit(channel), Health::Level::note});
+                    "counts as noise of " + significant(rounding) + channel_unit(channel)});
   return std::hypot(stated, rounding);
 }
 

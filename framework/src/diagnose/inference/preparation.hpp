@@ -11,7 +11,7 @@ namespace gripline::diagnose {
 
 struct Prepared {
   Problem problem;
-  std::vector<measured::Health> health;  // of the logs, then of their noise
+  std::vector<measured::Finding> health;  // of the logs, then of their noise
 };
 
 /// `stated`: standard deviations of the sensors as the world or the case says; 0: not stated. Where the logs show other

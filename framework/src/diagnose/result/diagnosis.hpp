@@ -10,7 +10,7 @@
 #include "diagnose/inference/error_change.hpp"
 #include "diagnose/inference/fit.hpp"
 #include "diagnose/inference/residual_test.hpp"
-#include "measured/log_health.hpp"
+#include "measured/finding.hpp"
 
 namespace gripline::diagnose {
 
@@ -74,7 +74,7 @@ struct Diagnosis {
   std::vector<RankedEffect> ranking;
   std::string manoeuvre;  // that would tell equivalent sets apart; empty: none
   std::vector<DetectionLimit> detection_limits;
-  std::vector<measured::Health> health;
+  std::vector<measured::Finding> health;
   std::vector<ResidualTest> tests;  // of the model found
   std::string sentence;
   Fit fit;         // the model returned

@@ -8,7 +8,7 @@
 namespace gripline::diagnose {
 namespace {
 
-using measured::Health;
+using measured::Finding;
 
 struct ChannelText {
   const char* check;
@@ -31,28 +31,27 @@ bool is_read(const Problem& problem, std::size_t channel) {
 
 }  // namespace
 
-void report_noise(const Problem& problem, const Noise& noise, std::vector<Health>& health) {
+void report_noise(const Problem& problem, const Noise& noise, std::vector<Finding>& health) {
   char text[200];
   if (problem.colour != Channels{} || noise.command != UnknownCommands{}) {
     for (std::size_t c = 0; c < channels; ++c) {
       if (!is_read(problem, c)) continue;
       std::erase_if(health,
-                    [c](const Health& h) { return h.check == texts[c].check && h.level != Health::Level::bad; });
+                    [c](const Finding& h) { return h.check == texts[c].check && h.level != Finding::Level::bad; });
       std::snprintf(text, sizeof text, "%.3g %s, correlation from sample to sample %.2f", problem.sensor[c],
                     texts[c].unit, problem.colour[c]);
-      health.push_back({texts[c].check, text, "measured with the model", Health::Level::note});
+      health.push_back({Finding::Level::note, texts[c].check, text, "measured with the model"});
     }
   }
   if (problem.held)
-    health.push_back({"commands between samples", "held until the next row",
-                      "as the world says or as found with the model", Health::Level::note});
+    health.push_back({Finding::Level::note, "commands between samples", "held until the next row",
+                      "as the world says or as found with the model"});
   for (std::size_t i = 0; i < problem.command_step.size(); ++i) {
     if (problem.command_step[i] == 0.0) continue;
     std::snprintf(text, sizeof text, "to %.3g%s", problem.command_step[i], i == 0 ? "" : " rad");
-    health.push_back({i == 0 ? "rounding of throttle" : "rounding of steering", text,
+    health.push_back({Finding::Level::note, i == 0 ? "rounding of throttle" : "rounding of steering", text,
                       problem.unrounded ? "expected values are used; what they leave open is noise"
-                                        : "the car is given rounded commands",
-                      Health::Level::note});
+                                        : "the car is given rounded commands"});
   }
   if (noise.command != UnknownCommands{}) {
     const auto& [steady, moving] = noise.command;
@@ -61,14 +60,14 @@ void report_noise(const Problem& problem, const Noise& noise, std::vector<Health
                   "and %.2g",
                   steady[0], steady[1], moving[0], moving[1], problem.bend[0], problem.bend[1]);
     health.push_back(
-        {"commands between samples", text, "measured with the model; taken for noise", Health::Level::note});
+        {Finding::Level::note, "commands between samples", text, "measured with the model; taken for noise"});
   }
   if (!has_strong_process_noise(problem, noise)) return;
   const auto size = [&](std::size_t i) { return std::sqrt(noise.process[i]); };
   std::snprintf(text, sizeof text, "%.3g m/s2 along, %.3g m/s2 across, %.3g rad/s2 in yaw, correlation time %.2g s",
                 size(0), size(1), size(2), problem.noise_time);
-  health.push_back({"unknown accelerations", text, "measured with the model",
-                    problem.noise_time == usual_noise_time ? Health::Level::good : Health::Level::note});
+  health.push_back({problem.noise_time == usual_noise_time ? Finding::Level::good : Finding::Level::note,
+                    "unknown accelerations", text, "measured with the model"});
 }
 
 }  // namespace gripline::diagnose

@@ -4,12 +4,12 @@
 #include <vector>
 
 #include "diagnose/inference/problem.hpp"
-#include "measured/log_health.hpp"
+#include "measured/finding.hpp"
 
 namespace gripline::diagnose {
 
 /// Level and colour of every sensor whose noise was measured with the model, and size and correlation time of the
 /// unknown accelerations where there are any. Rows that `health` has of the levels of these sensors are replaced.
-void report_noise(const Problem& problem, const Noise& noise, std::vector<measured::Health>& health);
+void report_noise(const Problem& problem, const Noise& noise, std::vector<measured::Finding>& health);
 
 }  // namespace gripline::diagnose

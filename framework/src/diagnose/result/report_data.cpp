@@ -199,7 +199,7 @@ Node report_data(const Diagnosis& d, const Diagnoser& diagnoser, std::span<const
   out.set("seen_at", Node(std::move(limits)));
   Node::Array health;
   constexpr std::array<const char*, 3> levels = {"good", "note", "bad"};
-  for (const measured::Health& h : d.health) {
+  for (const measured::Finding& h : d.health) {
     Node one = Node::empty_object();
     one.set("check", Node(h.check));
     one.set("found", Node(h.found));

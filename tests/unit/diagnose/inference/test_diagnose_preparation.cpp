@@ -31,7 +31,7 @@ TEST(Preparation, QuickMotionIsNoNoiseOfTheSensors) {
   const Prepared still = prepared_log(rig, 1.0, 0.0), quick = prepared_log(rig, 1.0, 20.0);
   EXPECT_EQ(still.problem.sensor[yaw_rate], stated);
   EXPECT_EQ(quick.problem.sensor[yaw_rate], stated);
-  EXPECT_TRUE(std::ranges::any_of(quick.health, [](const measured::Health& h) {
+  EXPECT_TRUE(std::ranges::any_of(quick.health, [](const measured::Finding& h) {
     return h.check == "noise of yaw rate" && h.found.ends_with("hidden by the car's own quick motion");
   }));
 }

@@ -113,7 +113,7 @@ TEST(Diagnoser, TellsThatALogHasNoNoise) {
     log.stretches.push_back(rig.simulate(rig.with("drive_gain", {0.12}), {20, 59, noise}));
     const Diagnosis d = diagnoser.run({&log, 1}, {});
     return std::any_of(d.health.begin(), d.health.end(),
-                       [](const measured::Health& h) { return h.found.starts_with("none to be seen"); });
+                       [](const measured::Finding& h) { return h.found.starts_with("none to be seen"); });
   };
   EXPECT_TRUE(told(0.0));
   EXPECT_FALSE(told(1.0));
@@ -134,7 +134,7 @@ TEST(Diagnoser, TakesWhatALogLeavesOutForNoise) {
   EXPECT_EQ(nothing.verdict, Verdict::nothing_missing) << nothing.sentence;
   EXPECT_EQ(nothing.gap.closure, 0.0);
   EXPECT_TRUE(std::ranges::any_of(nothing.health,
-                                  [](const measured::Health& h) { return h.check == "commands between samples"; }));
+                                  [](const measured::Finding& h) { return h.check == "commands between samples"; }));
   const Diagnosis lag = diagnose_log(rig, DiagnoseRig::thinned(rig.simulate(rig.with("steer_lag", {0.05}), drive)));
   ASSERT_EQ(lag.verdict, Verdict::named) << lag.sentence;
   ASSERT_EQ(lag.named.size(), 1U) << lag.sentence;

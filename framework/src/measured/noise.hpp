@@ -1,0 +1,26 @@
+// Noise of sensors from the fourth differences of their readings, which a smooth motion hardly touches.
+#pragma once
+
+#include <optional>
+#include <span>
+
+#include "measured/log.hpp"
+#include "measured/session.hpp"
+
+namespace gripline::measured {
+
+/// Standard deviation of white noise on each channel of logs on an even grid (the variance of its fourth differences is
+/// 70 sigma^2); NaN where a channel was never read.
+Channels estimate_noise(std::span<const Log> stretches);
+
+/// White noise seen through a first-order filter: n_k = colour n_{k-1} + ..., from the variance and the lag-one
+/// correlation of the fourth differences.
+struct Noise {
+  double sigma = 0;   // standard deviation of the noise, in the channel's unit
+  double colour = 0;  // lag-one correlation: 0 white, near 1 filtered
+  std::size_t samples = 0;
+};
+/// Noise of one channel of a session, whose sensors may filter. Nothing below 100 usable differences.
+std::optional<Noise> noise_of(const Session& session, std::size_t channel, double row_step);
+
+}  // namespace gripline::measured

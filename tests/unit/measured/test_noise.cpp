@@ -1,0 +1,59 @@
+#include "measured/noise.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "util/numbers.hpp"
+
+namespace gripline::measured {
+namespace {
+
+constexpr double sample_time = 0.04, sigma = 0.05;
+constexpr std::size_t read_channel = 3, samples = 5000;
+
+/// A smooth motion.
+double motion(std::size_t k) {
+  const double t = static_cast<double>(k) * sample_time;
+  return 15.0 + 3.0 * std::sin(0.4 * t) + std::sin(1.9 * t);
+}
+
+/// Readings of one channel, with noise of a standard deviation `sigma` and a lag-one correlation `colour`.
+std::vector<double> noisy(double colour) {
+  std::mt19937_64 random(3);
+  std::normal_distribution<double> normal;
+  std::vector<double> reading(samples * channels, not_a_number);
+  double state = normal(random);
+  for (std::size_t k = 0; k < samples; ++k) {
+    reading[k * channels + read_channel] = motion(k) + sigma * state;
+    state = colour * state + std::sqrt(1 - colour * colour) * normal(random);
+  }
+  return reading;
+}
+
+TEST(Noise, WhiteNoiseOnAnEvenGridIsFoundAgain) {
+  Log log;
+  log.dt = sample_time;
+  log.reading = noisy(0.0);
+  log.command.resize(samples);
+  const Channels found = estimate_noise({&log, 1});
+  EXPECT_NEAR(found[read_channel], sigma, 0.05 * sigma);
+  EXPECT_TRUE(std::isnan(found[0])) << "never read";
+}
+
+TEST(Noise, SizeAndColourAreFoundAgain) {
+  for (const double colour : {0.0, 0.3, 0.6}) {
+    Session s;
+    s.reading = noisy(colour);
+    for (std::size_t k = 0; k < samples; ++k) s.t.push_back(static_cast<double>(k) * sample_time);
+    const auto noise = noise_of(s, read_channel, sample_time);
+    ASSERT_TRUE(noise);
+    EXPECT_NEAR(noise->colour, colour, 0.1);
+    EXPECT_NEAR(noise->sigma, sigma, 0.2 * sigma) << colour;
+    EXPECT_FALSE(noise_of(s, 0, sample_time)) << "never read";
+  }
+}
+
+}  // namespace
+}  // namespace gripline::measured
