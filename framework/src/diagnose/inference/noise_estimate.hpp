@@ -2,18 +2,9 @@
 // accelerations.
 #pragma once
 
-#include "diagnose/inference/fit.hpp"
+#include "diagnose/inference/measured_noise.hpp"
 
 namespace gripline::diagnose {
-
-/// Noise of the readings and of the motion, as Problem and Fit hold it.
-struct MeasuredNoise {
-  Noise noise;
-  double noise_time = usual_noise_time;  // [s]
-  Commands bend{};                       // of commands between samples, see measured::bend_commands
-  ModelSpec model;                       // the fitted one; where bends are new, its effects' sizes beside them
-  double gain = 0;                       // log likelihood over the noise that the measurement began from
-};
 
 /// What is unknown of the noise beside the variances of the unknown accelerations.
 struct NoiseUnknowns {
@@ -38,20 +29,5 @@ double unknown_commands_statistic(const Problem& problem, const Fit& fitted);
 /// Log likelihood that bent commands are predicted to bring beyond what the effects' parameters would alone, by a score
 /// test with the noise held. Bends act in every step, so that effects can imitate much of what they explain.
 double gain_of_bends(const Problem& problem, const Fit& fitted);
-
-/// Of noise measured with one model, and again with fewer unknowns: the latter where it explains surely more
-/// (thresholds::noise_gain), as the former then ended on a lesser peak of the likelihood.
-MeasuredNoise higher_peak(const MeasuredNoise& all, const MeasuredNoise& fewer);
-
-/// Whether measured noise differs from what a problem believes by more than thresholds::other_noise_factor or
-/// thresholds::other_colour.
-bool is_other(const Problem& problem, const MeasuredNoise& measured);
-
-/// Whether measured noise holds less than what a problem believes: a colour, a bend or something unknown of the commands
-/// is gone, and none has come.
-bool is_simpler(const Problem& problem, const MeasuredNoise& measured);
-
-/// Writes measured noise into a problem: what is fitted from then on believes it.
-void believe(Problem& problem, const MeasuredNoise& measured);
 
 }  // namespace gripline::diagnose

@@ -284,53 +284,6 @@ TEST(NoiseEstimate, LeavesTheUpperEndOfARange) {
   EXPECT_GT(found.gain, 20.0);
 }
 
-/// With more unknowns a measurement explains at least as much, unless it ended on a lesser peak. Where both explain about
-/// the same, what was asked for counts.
-TEST(NoiseEstimate, OfTwoPeaksTheHigherIsBelieved) {
-  MeasuredNoise all, fewer;
-  all.noise.command.moving[1] = 0.2;
-  fewer.noise.sensor.fill(0.7);
-  fewer.noise.colour.fill(0.9);
-  const auto believed = [&](double gain, double gain_of_fewer) {
-    all.gain = gain;
-    fewer.gain = gain_of_fewer;
-    const MeasuredNoise one = higher_peak(all, fewer);
-    const bool is_fewer = one.noise.command == UnknownCommands{};
-    const MeasuredNoise& whole = is_fewer ? fewer : all;
-    EXPECT_EQ(one.gain, whole.gain);
-    EXPECT_EQ(one.noise.sensor, whole.noise.sensor);
-    EXPECT_EQ(one.noise.colour, whole.noise.colour);
-    return is_fewer ? "fewer" : "all";
-  };
-  constexpr double surely = thresholds::noise_gain;
-  for (const double gain : {-200.0, 0.0, 130.0}) {
-    EXPECT_STREQ(believed(gain, gain + 1.01 * surely), "fewer") << gain;
-    EXPECT_STREQ(believed(gain, gain + 0.99 * surely), "all") << gain;
-    EXPECT_STREQ(believed(gain, gain), "all") << gain;
-    EXPECT_STREQ(believed(gain, gain - 5.0 * surely), "all") << gain;
-  }
-}
-
-/// Less than what is believed: something gone and nothing new. Levels and times are no such things.
-TEST(NoiseEstimate, TellsWhetherLessIsBelieved) {
-  const DiagnoseRig rig;
-  Problem problem = rig.problem({rig.simulate(rig.catalogue().null_model(), {.seconds = 2, .seed = 722})});
-  MeasuredNoise white;
-  white.noise.sensor = problem.sensor;
-  white.noise_time = 2.0 * problem.noise_time;
-  EXPECT_FALSE(is_simpler(problem, white)) << "there was nothing to leave";
-  problem.colour[5] = 0.13;
-  EXPECT_TRUE(is_simpler(problem, white));
-  MeasuredNoise other = white;
-  other.bend[0] = -0.1;
-  EXPECT_FALSE(is_simpler(problem, other)) << "a bend has come for the colour";
-  problem.bend[0] = -0.15;
-  EXPECT_TRUE(is_simpler(problem, other));
-  problem.command.moving[1] = 0.1;
-  other.noise.command.steady[1] = 0.01;
-  EXPECT_FALSE(is_simpler(problem, other));
-}
-
 TEST(NoiseEstimate, WholeLogsLeaveNothingOutOfTheCommands) {
   const DiagnoseRig rig;
   Log whole;

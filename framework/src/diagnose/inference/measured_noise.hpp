@@ -1,0 +1,32 @@
+// Measured noise beside the noise that a problem believes: whether it is another, and how it comes to be believed.
+#pragma once
+
+#include "diagnose/inference/fit.hpp"
+
+namespace gripline::diagnose {
+
+/// Noise of the readings and of the motion, as Problem and Fit hold it.
+struct MeasuredNoise {
+  Noise noise;
+  double noise_time = usual_noise_time;  // [s]
+  Commands bend{};                       // of commands between samples, see measured::bend_commands
+  ModelSpec model;                       // the fitted one; where bends are new, its effects' sizes beside them
+  double gain = 0;                       // log likelihood over the noise that the measurement began from
+};
+
+/// Of noise measured with one model, and again with fewer unknowns: the latter where it explains surely more
+/// (thresholds::noise_gain), as the former then ended on a lesser peak of the likelihood.
+MeasuredNoise higher_peak(const MeasuredNoise& all, const MeasuredNoise& fewer);
+
+/// Whether measured noise differs from what a problem believes by more than thresholds::other_noise_factor or
+/// thresholds::other_colour.
+bool is_other(const Problem& problem, const MeasuredNoise& measured);
+
+/// Whether measured noise holds less than what a problem believes: a colour, a bend or something unknown of the commands
+/// is gone, and none has come.
+bool is_simpler(const Problem& problem, const MeasuredNoise& measured);
+
+/// Writes measured noise into a problem: what is fitted from then on believes it.
+void believe(Problem& problem, const MeasuredNoise& measured);
+
+}  // namespace gripline::diagnose
