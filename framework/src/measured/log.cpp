@@ -90,10 +90,8 @@ Commands command_curvature(std::span<const Log> stretches) {
 namespace {
 
 /// Moves of a command, over its median one, from which on they are jumps, at an instant that the log does not say, and
-/// how many times what is beyond counts. A larger weight takes more of what shows where commands jump for noise. Set
-/// with the samples left out of four logs of jumping drivers (Gaussian likelihood of how far they are off the line
-/// between their neighbours, sizes of noise fitted): steering is 1, 6, 11 and 9 units likelier than with a weight of 0,
-/// throttle 8, 11, 12 and 10 less likely; (5, 3), (10, 3) and (7, 2) are within 40 units of that.
+/// how many times what is beyond counts. A larger weight takes more of what shows where commands jump for noise. What
+/// set them: framework/doc/thresholds.md.
 constexpr double jump = 7.0, of_jump = 3.0;
 
 }  // namespace
