@@ -22,17 +22,17 @@ void append(std::string& line, double value, int digits) {
 
 /// The centre of gravity's reading behind the row's.
 void remove_frames(std::array<double, channels>& r, const LogMap& map) {
-  r[2] -= map.pose.yaw;
-  const double c = std::cos(r[2]), s = std::sin(r[2]);
-  r[0] -= map.pose.x * c - map.pose.y * s;
-  r[1] -= map.pose.x * s + map.pose.y * c;
+  r[Channel::yaw] -= map.pose.yaw;
+  const double c = std::cos(r[Channel::yaw]), s = std::sin(r[Channel::yaw]);
+  r[Channel::x] -= map.pose.x * c - map.pose.y * s;
+  r[Channel::y] -= map.pose.x * s + map.pose.y * c;
   const double cv = std::cos(map.velocity.yaw), sv = std::sin(map.velocity.yaw);
-  const double vx = r[3] * cv - r[4] * sv, vy = r[4] * cv + r[3] * sv;
-  const bool turned = map.velocity.yaw != 0.0 && !std::isnan(r[4]);
-  if (turned) r[3] = vx, r[4] = vy;
-  if (map.velocity.point_given && !std::isnan(r[5])) {
-    r[3] += map.velocity.y * r[5];
-    r[4] -= map.velocity.x * r[5];
+  const double vx = r[Channel::vx] * cv - r[Channel::vy] * sv, vy = r[Channel::vy] * cv + r[Channel::vx] * sv;
+  const bool turned = map.velocity.yaw != 0.0 && !std::isnan(r[Channel::vy]);
+  if (turned) r[Channel::vx] = vx, r[Channel::vy] = vy;
+  if (map.velocity.point_given && !std::isnan(r[Channel::yaw_rate])) {
+    r[Channel::vx] += map.velocity.y * r[Channel::yaw_rate];
+    r[Channel::vy] -= map.velocity.x * r[Channel::yaw_rate];
   }
 }
 
@@ -41,9 +41,10 @@ void remove_frames(std::array<double, channels>& r, const LogMap& map) {
 double typical_speed(const Session& session) {
   std::vector<double> speeds;
   for (std::size_t i = 1; i < session.rows(); ++i) {
-    double v = session.at(i, 3);
+    double v = session.at(i, Channel::vx);
     if (std::isnan(v))
-      v = std::hypot(session.at(i, 0) - session.at(i - 1, 0), session.at(i, 1) - session.at(i - 1, 1)) /
+      v = std::hypot(session.at(i, Channel::x) - session.at(i - 1, Channel::x),
+                     session.at(i, Channel::y) - session.at(i - 1, Channel::y)) /
           (session.t[i] - session.t[i - 1]);
     if (std::isfinite(v)) speeds.push_back(std::abs(v));
   }

@@ -9,8 +9,26 @@
 
 namespace gripline::measured {
 
-inline constexpr std::size_t channels = 6;  // x, y, yaw, vx, vy, yaw rate
+/// The channels of a log, in the order of its readings.
+struct Channel {
+  enum Number : std::size_t { x, y, yaw, vx, vy, yaw_rate };
+};
+inline constexpr std::size_t channels = 6;
 using Channels = std::array<double, channels>;
+
+struct ChannelInfo {
+  const char* name;    // in maps and tables of health
+  const char* words;   // in messages
+  const char* unit;    // of its readings
+  const char* column;  // of a gripline log
+};
+inline constexpr std::array<ChannelInfo, channels> channel_info = {
+    {{"x", "x", "m", "x_m"},
+     {"y", "y", "m", "y_m"},
+     {"yaw", "yaw", "rad", "yaw_rad"},
+     {"vx", "vx", "m/s", "vx_mps"},
+     {"vy", "vy", "m/s", "vy_mps"},
+     {"yaw_rate", "yaw rate", "rad/s", "yaw_rate_radps"}}};
 
 /// Throttle and steering, of what belongs to a command.
 using Commands = std::array<double, 2>;
@@ -21,8 +39,8 @@ struct CommandDoubt {
   Commands kept{};      // share of it that is in the next sample's
 };
 
-/// Samples dt apart. Rows of `reading` are x, y, yaw, vx, vy, yaw rate (SI; not_a_number where missing); commands are
-/// linear between samples, or between `fine` ones, or held.
+/// Samples dt apart. Rows of `reading` hold the channels (SI; not_a_number where missing); commands are linear between
+/// samples, or between `fine` ones, or held.
 struct Log {
   double dt = 0.02;
   double t0 = 0.0;              // time of the first row since the start of the log, for effects that depend on time
@@ -43,9 +61,9 @@ struct Log {
 ActingCommand<double> command_at(const Log& log, std::size_t k, double share);
 /// Commands up to `now` [s], for effects with a delay. Holds pointers into the log.
 History<double> history_at(const Log& log, double now);
-/// The same at a sample, for what is evaluated at samples and taken as linear between them: held commands jump there
-/// and count by the mean of both sides, so that the mean over a step is that of the command up to 1/8 of its second
-/// difference.
+/// Acting command at a sample, and commands up to it, for what is evaluated at samples and taken as linear between them:
+/// held commands jump there and count by the mean of both sides, so that the mean over a step is that of the command up
+/// to 1/8 of its second difference.
 ActingCommand<double> command_at_sample(const Log& log, std::size_t k);
 History<double> history_at_sample(const Log& log, double now);
 
@@ -54,8 +72,8 @@ History<double> history_at_sample(const Log& log, double now);
 void bend_commands(Log& log, const Commands& bend);
 /// Root mean squares of the commands' second differences: how far they may have been off straight lines.
 Commands command_curvature(std::span<const Log> stretches);
-/// The same of each step by itself, size() - 1 of them: the root of the squared difference of its ends and the mean of
-/// their squared second differences. Where a command rests nothing was left out; where it jumps, when it did is unknown.
+/// How far the commands of each step may have been off a straight line, size() - 1 of them: the root of the squared
+/// difference of its ends and the mean of their squared second differences. Where a command rests nothing was left out; where it jumps, when it did is unknown.
 std::vector<Commands> command_unrest(const Log& log);
 
 }  // namespace gripline::measured

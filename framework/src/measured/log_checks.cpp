@@ -38,13 +38,14 @@ std::vector<LogWindow> windows_of(const RawLog& raw, double dt) {
         }
       return 2.0 * count > static_cast<double>(stride) ? sum / count : not_a_number;
     };
-    const double dx = raw.at(end, 0) - raw.at(i, 0), dy = raw.at(end, 1) - raw.at(i, 1);
+    const double dx = raw.at(end, Channel::x) - raw.at(i, Channel::x),
+                 dy = raw.at(end, Channel::y) - raw.at(i, Channel::y);
     w.way = std::hypot(dx, dy);
     w.travel_angle = std::atan2(dy, dx);
-    w.turn = raw.at(end, 2) - raw.at(i, 2);
-    w.heading = 0.5 * (raw.at(end, 2) + raw.at(i, 2));
-    w.speed = mean(3);
-    w.rate = mean(5);
+    w.turn = raw.at(end, Channel::yaw) - raw.at(i, Channel::yaw);
+    w.heading = 0.5 * (raw.at(end, Channel::yaw) + raw.at(i, Channel::yaw));
+    w.speed = mean(Channel::vx);
+    w.rate = mean(Channel::yaw_rate);
     for (std::size_t j = i; j <= end; ++j) w.steer += raw.delta[j] / static_cast<double>(stride + 1);
     if (std::isfinite(w.way + w.turn + w.speed + w.rate)) windows.push_back(w);
   }
@@ -144,7 +145,7 @@ void check_steering(const CsvTable& table, const std::vector<LogWindow>& windows
 void check_yaw_is_radians(const CsvTable& table, const RawLog& raw) {
   std::size_t jumps = 0;
   for (std::size_t i = 1; i < raw.size(); ++i)
-    if (std::abs(raw.at(i, 2) - raw.at(i - 1, 2)) > std::numbers::pi) ++jumps;
+    if (std::abs(raw.at(i, Channel::yaw) - raw.at(i - 1, Channel::yaw)) > std::numbers::pi) ++jumps;
   if (20 * jumps > raw.size())
     refuse(table, "yaw_rad jumps by more than half a turn in " + std::to_string(jumps) + " of " +
                       std::to_string(raw.size()) + " rows: it looks like degrees; expected rad");
@@ -193,7 +194,7 @@ void check_place(const CsvTable& table, const RawLog& raw, const Road& road) {
   const auto usual_beyond = [&](double side) {
     std::vector<double> beyond;
     for (std::size_t i = 0; i < raw.size(); i += 10) {
-      const double x = raw.at(i, 0), y = side * raw.at(i, 1);
+      const double x = raw.at(i, Channel::x), y = side * raw.at(i, Channel::y);
       if (!std::isnan(x) && !std::isnan(y)) beyond.push_back(road.track().beyond_edge(road.track().locate(x, y)));
     }
     return upper_median(beyond, 0.0);

@@ -12,8 +12,8 @@
 namespace gripline::measured {
 namespace {
 
-constexpr double longest_gap = 0.2;    // [s]: longer ones are not bridged
-constexpr double short_stretch = 3.0;  // [s]: shorter ones between gaps are left out
+constexpr double longest_bridged = 0.2;  // [s]: longer ones are not bridged
+constexpr double short_stretch = 3.0;    // [s]: shorter ones between gaps are left out
 
 /// A command at time t [s]; `hint` is a row at or before it and moves on.
 double command_at(const RawLog& raw, const std::vector<double>& of, double t, std::size_t& hint) {
@@ -62,7 +62,7 @@ void leave_out_slow(RawLog& raw, double v_ref, double dt, std::vector<Finding>& 
   const double slowest = 0.2 * v_ref;
   std::vector<std::size_t> fast;
   for (std::size_t i = 0; i < raw.size(); ++i)
-    if (!(raw.at(i, 3) < slowest)) fast.push_back(i);
+    if (!(raw.at(i, Channel::vx) < slowest)) fast.push_back(i);
   RawLog kept = raw.picked(fast);
   if (kept.size() == raw.size()) return;
   health.push_back(
@@ -77,7 +77,7 @@ void note_missing(const CsvTable& table, const RawLog& raw, std::vector<Finding>
   std::size_t missing = 0;
   for (std::size_t i = 0; i < raw.size(); ++i)
     for (std::size_t c = 0; c < channels; ++c)
-      missing += std::isnan(raw.at(i, c)) && table.find(channel_columns[c]) >= 0;
+      missing += std::isnan(raw.at(i, c)) && table.find(channel_info[c].column) >= 0;
   if (missing > 0)
     health.push_back({Finding::Level::note, "readings", std::to_string(missing) + " missing", "left out"});
 }
@@ -104,7 +104,7 @@ Cut cut_at_gaps(const RawLog& raw, double dt, double begin) {
   std::size_t first = 0;
   for (std::size_t i = 1; i <= raw.size(); ++i) {
     const double step = i < raw.size() ? raw.t[i] - raw.t[i - 1] : 1e9;
-    if (step <= longest_gap + 0.5 * dt) {
+    if (step <= longest_bridged + 0.5 * dt) {
       cut.dropped_rows += static_cast<std::size_t>(std::max(0.0, std::round(step / dt) - 1.0));
       cut.jitter = std::max(cut.jitter, std::abs(step / dt - std::round(step / dt)));
       continue;

@@ -9,16 +9,18 @@
 namespace gripline::measured {
 namespace {
 
-constexpr std::array<SourceInfo, source_count> infos = {{{"x", "m", "x_m"},
-                                                         {"y", "m", "y_m"},
-                                                         {"yaw", "rad", "yaw_rad"},
-                                                         {"vx", "m/s", "vx_mps"},
-                                                         {"vy", "m/s", "vy_mps"},
-                                                         {"yaw_rate", "rad/s", "yaw_rate_radps"},
-                                                         {"d", "1", "d"},
-                                                         {"delta", "rad", "delta_rad"},
-                                                         {"latitude", "rad", "latitude"},
-                                                         {"longitude", "rad", "longitude"}}};
+/// The sources that are no channel.
+constexpr std::array<SourceInfo, source_count - channels> other_sources = {{{"d", "1", "d"},
+                                                                            {"delta", "rad", "delta_rad"},
+                                                                            {"latitude", "rad", "latitude"},
+                                                                            {"longitude", "rad", "longitude"}}};
+constexpr std::array<SourceInfo, source_count> infos = [] {
+  std::array<SourceInfo, source_count> all{};
+  for (std::size_t c = 0; c < channels; ++c)
+    all[c] = {channel_info[c].name, channel_info[c].unit, channel_info[c].column};
+  std::copy(other_sources.begin(), other_sources.end(), all.begin() + channels);
+  return all;
+}();
 constexpr double longest_delay = 2.0;  // [s]
 
 std::string quoted(const std::string& column) {
@@ -28,7 +30,7 @@ std::string quoted(const std::string& column) {
                                                                                                    : "`" + column + "`";
 }
 
-void read_delay(ObjectReader& r, Channel& channel) {
+void read_delay(ObjectReader& r, MappedChannel& channel) {
   channel.delay = 0.0;
   const Node* const delay = r.find("delay");
   if (delay == nullptr) return;
@@ -59,7 +61,7 @@ void read_frame(ObjectReader& r, Source source, LogMap& map) {
   }
 }
 
-void check_unit(const Channel& channel, const char* unit, Errors& errors) {
+void check_unit(const MappedChannel& channel, const char* unit, Errors& errors) {
   if (channel.unit.empty()) return;
   try {
     (void)to_si("1 " + channel.unit, unit);
@@ -69,9 +71,9 @@ void check_unit(const Channel& channel, const char* unit, Errors& errors) {
 }
 
 /// `map` takes the channel's frame; null for the time.
-Channel read_channel(const Node& node, const char* unit, Errors& errors, LogMap* map = nullptr,
-                     Source source = Source::x) {
-  Channel channel;
+MappedChannel read_channel(const Node& node, const char* unit, Errors& errors, LogMap* map = nullptr,
+                           Source source = Source::x) {
+  MappedChannel channel;
   channel.origin = node.origin;
   channel.delay = 0.0;
   if (node.is_text()) {
@@ -148,7 +150,7 @@ LogMap gripline_map() {
   LogMap map;
   map.time.formula = "t_s";
   for (std::size_t s = 0; s <= static_cast<std::size_t>(Source::delta); ++s) {
-    Channel channel;
+    MappedChannel channel;
     channel.formula = infos[s].column;
     channel.delay = 0.0;
     channel.command = s >= static_cast<std::size_t>(Source::d);

@@ -22,9 +22,11 @@
 
 namespace gripline::measured {
 
-/// Everything a map may name beside the time. The first six are a session's readings.
+/// Everything a map may name beside the time. The first are the channels, a session's readings.
 enum class Source : std::size_t { x, y, yaw, vx, vy, yaw_rate, d, delta, latitude, longitude };
 inline constexpr std::size_t source_count = 10;
+static_assert(static_cast<std::size_t>(Source::x) == Channel::x &&
+              static_cast<std::size_t>(Source::yaw_rate) == Channel::yaw_rate);
 struct SourceInfo {
   const char* name;
   const char* unit;    // of the channel
@@ -33,7 +35,7 @@ struct SourceInfo {
 const SourceInfo& source_info(Source source);
 
 /// How one channel is made.
-struct Channel {
+struct MappedChannel {
   std::string formula;
   std::string unit;  // "" where the map gives none: the table's own, else SI
   double sign = 1;
@@ -65,13 +67,13 @@ struct BagOptions {
 
 struct LogMap {
   std::filesystem::path file;  // empty: a gripline log
-  Channel time;
-  std::array<std::optional<Channel>, source_count> channel;
+  MappedChannel time;
+  std::array<std::optional<MappedChannel>, source_count> channel;
   std::string valid;  // formula: rows where it is 0 have no readings; "" for none
   Frame pose, velocity;
   BagOptions bag;
 
-  const std::optional<Channel>& operator[](Source s) const { return channel[static_cast<std::size_t>(s)]; }
+  const std::optional<MappedChannel>& operator[](Source s) const { return channel[static_cast<std::size_t>(s)]; }
   /// Delay of a group [s], 0 where the map names none of its channels; empty: to be found.
   std::optional<double> delay(std::size_t group) const;
 };

@@ -10,11 +10,9 @@
 namespace gripline::measured {
 namespace {
 
-constexpr std::size_t yaw = 2;
-
 /// The difference of two readings of a channel; headings differ by less than half a turn, wrapped or not.
 double difference_of(std::size_t channel, double a, double b) {
-  return channel == yaw ? std::remainder(a - b, 2.0 * std::numbers::pi) : a - b;
+  return channel == Channel::yaw ? std::remainder(a - b, 2.0 * std::numbers::pi) : a - b;
 }
 
 /// Median difference of each reading to its four neighbours on either side; not_a_number where fewer than four are read.
@@ -33,9 +31,9 @@ std::vector<double> off_neighbours(const RawLog& raw, std::size_t c) {
 
 /// How far a channel moves within nine rows in ordinary driving: the scale beyond which a deviation is no motion.
 double ordinary_change(const RawLog& raw, std::size_t c) {
-  if (c == yaw) return 0.3;
+  if (c == Channel::yaw) return 0.3;
   std::vector<double> values;
-  if (c < yaw) {  // distance over nine rows
+  if (c < Channel::yaw) {  // distance over nine rows
     for (std::size_t i = 8; i < raw.size(); ++i)
       if (const double way = raw.at(i, c) - raw.at(i - 8, c); std::isfinite(way)) values.push_back(std::abs(way));
     return order_statistic(values, values.size() * 9 / 10, 0.0);
@@ -218,7 +216,7 @@ void unwrap_yaw(RawLog& raw, std::vector<Finding>& health) {
   double turns = 0.0, last = not_a_number;
   std::size_t jumps = 0;
   for (std::size_t i = 0; i < raw.size(); ++i) {
-    double& heading = raw.at(i, yaw);
+    double& heading = raw.at(i, Channel::yaw);
     if (std::isnan(heading)) continue;
     heading += turns;
     if (!std::isnan(last)) {
@@ -266,7 +264,7 @@ std::size_t drop_outliers(RawLog& raw) {
 
 std::size_t drop_place_spikes(Session& session) {
   std::size_t dropped = 0;
-  for (std::size_t c = 0; c < yaw; ++c) {
+  for (std::size_t c = 0; c < Channel::yaw; ++c) {
     const RawLog read = readings_of(session, c);
     RawLog without = read;
     if (drop_outliers(without) == 0) continue;

@@ -96,7 +96,7 @@ Finding absent_lateral_speed(const CsvTable& table) {
 RawLog read_columns(const CsvTable& table) {
   check_header(table);
   std::array<int, channels> column{};
-  for (std::size_t c = 0; c < channels; ++c) column[c] = table.find(channel_columns[c]);
+  for (std::size_t c = 0; c < channels; ++c) column[c] = table.find(channel_info[c].column);
   const int t = table.find("t_s"), d = table.find("d"), delta = table.find("delta_rad");
   RawLog raw;
   const auto cell = [&](std::size_t r, int c) {

@@ -7,8 +7,6 @@
 
 namespace gripline::measured {
 
-inline constexpr std::array<const char*, channels> channel_columns = {"x_m",    "y_m",    "yaw_rad",
-                                                                      "vx_mps", "vy_mps", "yaw_rate_radps"};
 inline constexpr double shortest_log = 5.0;  // [s]
 
 /// Rows with a time and both commands; SI units, commands as in CommandSample.

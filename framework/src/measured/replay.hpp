@@ -40,7 +40,7 @@ std::vector<double> simulate_memory(const StagedCar& car, const Trace& trace);
 
 /// Rates at every sample of the reference: size() rows of motion_size (memory rates left out).
 std::vector<double> rates_at_samples(const StagedCar& car, const Trace& trace, const std::vector<double>& memory);
-/// The same of the memory.
+/// Rates of the hidden states at every sample of the reference: size() rows of memory.
 std::vector<double> memory_rates(const StagedCar& car, const Trace& trace, const std::vector<double>& memory);
 
 /// Derivatives of the rates at every sample by a command that is higher all the time.

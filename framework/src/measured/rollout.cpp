@@ -7,7 +7,8 @@ namespace gripline::measured {
 namespace {
 
 std::array<double, channels> read_state(const StagedCar& car, const double* x, const Place& at) {
-  Reading<double> r{x[0], x[1], x[2], x[3], x[4], x[5]};
+  Reading<double> r{x[Channel::x],  x[Channel::y],  x[Channel::yaw],
+                    x[Channel::vx], x[Channel::vy], x[Channel::yaw_rate]};
   car.read(&r, 1, &at, nullptr);
   return {r.x, r.y, r.yaw, r.vx, r.vy, r.omega};
 }
@@ -78,16 +79,19 @@ Rollouts roll_out(const StagedCar& car, const Trace& trace, const Road& road, co
   for (std::size_t j = 0; j < out.samples; ++j) {
     for (std::size_t i = 0; i < n; ++i) {
       const double* const row = x.data() + i * channels;
-      const double cosine = std::cos(row[2]), sine = std::sin(row[2]);
+      const double cosine = std::cos(row[Channel::yaw]), sine = std::sin(row[Channel::yaw]);
       double ahead = hint[i];
-      to[i] = road.at(from[i].t + trace.log.dt, row[0] + trace.log.dt * (row[3] * cosine - row[4] * sine),
-                      row[1] + trace.log.dt * (row[3] * sine + row[4] * cosine), row[2], ahead);
+      to[i] = road.at(from[i].t + trace.log.dt,
+                      row[Channel::x] + trace.log.dt * (row[Channel::vx] * cosine - row[Channel::vy] * sine),
+                      row[Channel::y] + trace.log.dt * (row[Channel::vx] * sine + row[Channel::vy] * cosine),
+                      row[Channel::yaw], ahead);
     }
     stepping.advance(sample, from, to, x.data(), mem.data());
     for (std::size_t i = 0; i < n; ++i) {
       const double* const row = x.data() + i * channels;
       ++sample[i];
-      from[i] = road.at(trace.log.t0 + static_cast<double>(sample[i]) * trace.log.dt, row[0], row[1], row[2], hint[i]);
+      from[i] = road.at(trace.log.t0 + static_cast<double>(sample[i]) * trace.log.dt, row[Channel::x], row[Channel::y],
+                        row[Channel::yaw], hint[i]);
       const auto shown = read_state(car, row, from[i]);
       for (std::size_t c = 0; c < channels; ++c) {
         const std::size_t at = (i * out.samples + j) * channels + c;

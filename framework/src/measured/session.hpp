@@ -29,7 +29,7 @@ struct Session {
   double at(std::size_t row, std::size_t channel) const { return reading[row * channels + channel]; }
   /// The reading at a time between two rows that both have it and are at most `longest_gap` [s] apart, linear; or NaN.
   double interpolate(std::size_t channel, double time, double longest_gap = 0.25) const;
-  /// The same where `row` is known to be the last one at or before the time.
+  /// As `interpolate`, where `row` is known to be the last one at or before the time.
   double interpolate_from(std::size_t row, std::size_t channel, double time, double longest_gap = 0.25) const;
   /// The reading at a time as rows up to `until` show it: linear between the readings around it, whatever rows without
   /// one lie between, the last one where none follows by then. NaN where the readings around it, or the last one and the
@@ -55,7 +55,8 @@ struct CommandGrid {
   CommandGrid(const Session& session, double dt);
   /// How many samples follow from rows at or before `time`.
   std::size_t known(double time) const;
-  /// The same, a command that moves to its next reading being held until that is there.
+  /// How many samples follow from rows at or before `time` when a command that moves to its next reading is held until
+  /// that is there.
   std::size_t held(double time) const;
   /// Samples from number `first` to the last of those, as they are known at `time`; `now`: the commands of its last row.
   template <class T>

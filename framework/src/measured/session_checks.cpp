@@ -15,7 +15,7 @@ namespace {
 using std::numbers::pi;
 
 /// What about half a second shows by different channels; NaN where a channel was not read.
-struct Window {
+struct SessionWindow {
   double seconds = 0;
   double way = NAN, course = NAN;  // between its ends, by place
   double turn = NAN, heading = NAN;
@@ -30,25 +30,25 @@ double mean_of(const Session& s, std::size_t first, std::size_t last, std::size_
   return 2 * count > last - first ? sum / static_cast<double>(count) : NAN;
 }
 
-std::vector<Window> windows_of(const Session& s) {
+std::vector<SessionWindow> windows_of(const Session& s) {
   constexpr double length = 0.5;  // [s]
-  std::vector<Window> windows;
+  std::vector<SessionWindow> windows;
   std::size_t j = 0;
   for (std::size_t i = 0; i < s.rows(); i = std::max(i + 1, (i + j) / 2)) {
     j = i;
     while (j + 1 < s.rows() && s.t[j] - s.t[i] < length) ++j;
-    Window w;
+    SessionWindow w;
     w.seconds = s.t[j] - s.t[i];
     if (w.seconds < length) break;
     if (w.seconds > 2.0 * length) continue;
-    const double dx = s.at(j, 0) - s.at(i, 0), dy = s.at(j, 1) - s.at(i, 1);
+    const double dx = s.at(j, Channel::x) - s.at(i, Channel::x), dy = s.at(j, Channel::y) - s.at(i, Channel::y);
     w.way = std::hypot(dx, dy);
     w.course = std::atan2(dy, dx);
-    w.turn = s.at(j, 2) - s.at(i, 2);
-    w.heading = 0.5 * (s.at(j, 2) + s.at(i, 2));
-    w.speed = mean_of(s, i, j, 3);
-    w.side = mean_of(s, i, j, 4);
-    w.rate = mean_of(s, i, j, 5);
+    w.turn = s.at(j, Channel::yaw) - s.at(i, Channel::yaw);
+    w.heading = 0.5 * (s.at(j, Channel::yaw) + s.at(i, Channel::yaw));
+    w.speed = mean_of(s, i, j, Channel::vx);
+    w.side = mean_of(s, i, j, Channel::vy);
+    w.rate = mean_of(s, i, j, Channel::yaw_rate);
     double sum = 0.0;
     for (std::size_t k = i; k <= j; ++k) sum += s.command[k].delta;
     w.steer = sum / static_cast<double>(j - i + 1);
@@ -59,12 +59,12 @@ std::vector<Window> windows_of(const Session& s) {
 
 /// Median of top over bottom where the bottom is large enough to divide by.
 template <class Top, class Bottom>
-double usual_ratio(const std::vector<Window>& windows, Top top, Bottom bottom) {
+double usual_ratio(const std::vector<SessionWindow>& windows, Top top, Bottom bottom) {
   std::vector<double> sizes, ratios;
-  for (const Window& w : windows)
+  for (const SessionWindow& w : windows)
     if (std::isfinite(top(w) + bottom(w))) sizes.push_back(std::abs(bottom(w)));
   const double enough = 0.5 * lower_quantile(sizes, 0.9);
-  for (const Window& w : windows)
+  for (const SessionWindow& w : windows)
     if (std::isfinite(top(w) + bottom(w)) && std::abs(bottom(w)) >= enough && bottom(w) != 0.0)
       ratios.push_back(top(w) / bottom(w));
   return ratios.size() < 10 ? NAN : lower_quantile(ratios, 0.5);
@@ -82,12 +82,12 @@ struct Correlation {
   double seconds() const { return 0.25 * n; }  // windows of half a second overlap by half
 };
 
-double speed_of(const Window& w) { return std::isnan(w.speed) ? w.way / w.seconds : w.speed; }
+double speed_of(const SessionWindow& w) { return std::isnan(w.speed) ? w.way / w.seconds : w.speed; }
 
 /// Steering and the curvature that the car drives, where it is faster than `slowest`.
-Correlation turning(const std::vector<Window>& windows, double slowest) {
+Correlation turning(const std::vector<SessionWindow>& windows, double slowest) {
   Correlation all;
-  for (const Window& w : windows) {
+  for (const SessionWindow& w : windows) {
     const double rate = std::isnan(w.rate) ? w.turn / w.seconds : w.rate, v = speed_of(w);
     if (v > slowest && std::isfinite(rate)) all.add(w.steer, rate / v);
   }
@@ -107,18 +107,18 @@ std::vector<std::vector<Sideways>> sideways_of(const Session& s) {
   std::vector<std::vector<Sideways>> out;
   double x = NAN, y = NAN, yaw = NAN;
   for (std::size_t i = 0; i < s.rows(); ++i) {
-    if (!std::isfinite(s.at(i, 0) + s.at(i, 1))) continue;
-    const double heading = s.at(i, 2), vy = s.at(i, 4);
+    if (!std::isfinite(s.at(i, Channel::x) + s.at(i, Channel::y))) continue;
+    const double heading = s.at(i, Channel::yaw), vy = s.at(i, Channel::vy);
     if (!std::isfinite(heading + vy)) continue;
     Sideways one{s.t[i], vy};
     if (out.empty() || s.t[i] - out.back().back().t > gap) {
       out.emplace_back();
     } else {
-      const double dx = s.at(i, 0) - x, dy = s.at(i, 1) - y, middle = 0.5 * (yaw + heading);
+      const double dx = s.at(i, Channel::x) - x, dy = s.at(i, Channel::y) - y, middle = 0.5 * (yaw + heading);
       one.way = dy * std::cos(middle) - dx * std::sin(middle);
       one.forward = dx * std::cos(middle) + dy * std::sin(middle);
     }
-    x = s.at(i, 0), y = s.at(i, 1), yaw = heading;
+    x = s.at(i, Channel::x), y = s.at(i, Channel::y), yaw = heading;
     out.back().push_back(one);
   }
   return out;
@@ -194,7 +194,7 @@ class Checks {
     const double high = lower_quantile(d, 0.99), low = lower_quantile(d, 0.01);
     if (s_.prescribed_speed || high > 0.02 || low > -0.1) return;
     double slowest = INFINITY, from = 0.0, to = 0.0;
-    for (const Window& w : windows_) {
+    for (const SessionWindow& w : windows_) {
       const double v = std::abs(speed_of(w));
       if (v < slowest) slowest = v;
       if (v - slowest > to - from) from = slowest, to = v;
@@ -221,7 +221,7 @@ class Checks {
 
   void moving() const {
     std::vector<double> speeds;
-    for (const Window& w : windows_)
+    for (const SessionWindow& w : windows_)
       if (std::isfinite(speed_of(w))) speeds.push_back(std::abs(speed_of(w)));
     const double most = lower_quantile(speeds, 0.98);
     if (speeds.size() < 10) refuse("fewer than 5 s with readings; 60 s are good");
@@ -234,13 +234,14 @@ class Checks {
 
   void speed() const {
     const double ratio = usual_ratio(
-        windows_, [](const Window& w) { return w.speed; }, [](const Window& w) { return w.way / w.seconds; });
+        windows_, [](const SessionWindow& w) { return w.speed; },
+        [](const SessionWindow& w) { return w.way / w.seconds; });
     if (std::isnan(ratio) || (ratio > 0.6 && ratio < 1.6)) return;
     const std::string found = "vx is " + significant(ratio) + " times the speed at which x and y move";
     if (ratio < -0.6 && ratio > -1.6) refuse(found + ": its sign is turned (\"sign\": -1), or the car drives backward");
     constexpr double no_car = 100.0;  // [m/s] a millimetre per second of the slowest one is more
     std::vector<double> speeds;
-    for (const Window& w : windows_)
+    for (const SessionWindow& w : windows_)
       if (std::isfinite(w.speed)) speeds.push_back(std::abs(w.speed));
     if (ratio > 700 && ratio < 1400 && lower_quantile(speeds, 0.9) < no_car)
       refuse(found + ": x and y were taken for millimetres and are metres");
@@ -261,7 +262,8 @@ class Checks {
 
   void yaw() const {
     const double ratio = usual_ratio(
-        windows_, [](const Window& w) { return w.rate; }, [](const Window& w) { return w.turn / w.seconds; });
+        windows_, [](const SessionWindow& w) { return w.rate; },
+        [](const SessionWindow& w) { return w.turn / w.seconds; });
     if (std::isnan(ratio) || (ratio > 0.3 && ratio < 3.0)) return;
     const std::string found = "yaw_rate is " + significant(ratio) + " times the rate of yaw";
     if (ratio > 30 && ratio < 90) refuse(found + ": it looks like deg/s (\"unit\": \"deg/s\")");
@@ -272,7 +274,7 @@ class Checks {
   /// Heading against course. A compass runs clockwise from north, this project's yaw counter-clockwise from +x.
   void heading() const {
     std::vector<double> off, against;
-    for (const Window& w : windows_) {
+    for (const SessionWindow& w : windows_) {
       if (!(std::abs(speed_of(w)) > 0.2 * v_ref_) || !std::isfinite(w.course + w.heading)) continue;
       off.push_back(std::remainder(w.heading - w.course, 2 * pi));
       against.push_back(std::remainder(w.heading + w.course, 2 * pi));
@@ -314,13 +316,13 @@ class Checks {
 
   const Session& s_;
   double v_ref_;
-  std::vector<Window> windows_;
+  std::vector<SessionWindow> windows_;
 };
 
 }  // namespace
 
 std::vector<Finding> doubts_about(const Session& s) {
-  const std::vector<Window> windows = windows_of(s);
+  const std::vector<SessionWindow> windows = windows_of(s);
   const double slowest = 0.2 * typical_speed(s);
   std::vector<Finding> out;
   std::vector<double> angles;
@@ -333,7 +335,8 @@ std::vector<Finding> doubts_about(const Session& s) {
                        significant(turn.seconds()) + " s)",
                    "is it the right column?"});
   constexpr double against = -0.6;
-  const double side = s.has[0] && s.has[2] && s.has[4] ? sideways_correlation(s, slowest) : NAN;
+  const double side =
+      s.has[Channel::x] && s.has[Channel::yaw] && s.has[Channel::vy] ? sideways_correlation(s, slowest) : NAN;
   if (side < against)
     out.push_back({Finding::Level::bad, "vy", "moves against the place (correlation " + significant(side, 2) + ")",
                    "its sign is turned, or it is of a point far from the one that x and y show"});

@@ -42,8 +42,8 @@ class SessionReader {
     apply_valid();
     place_from_degrees();
     derive();
-    out_.session.written_yaw = values_[2].empty() ? Values(row_.size(), not_a_number) : values_[2];
-    if (!values_[2].empty()) unwrap(values_[2]);
+    out_.session.written_yaw = of(Source::yaw).empty() ? Values(row_.size(), not_a_number) : of(Source::yaw);
+    if (!of(Source::yaw).empty()) unwrap(of(Source::yaw));
     fill();
     return std::move(out_);
   }
@@ -52,12 +52,12 @@ class SessionReader {
   void note(std::string check, std::string found, std::string done, Level level = Level::note) {
     out_.findings.push_back({level, std::move(check), std::move(found), std::move(done)});
   }
-  std::string place_in_map(const Channel& channel) const {
+  std::string place_in_map(const MappedChannel& channel) const {
     return map_.file.empty() ? std::string() : " (" + channel.origin.pointer + " of " + map_.file.string() + ")";
   }
 
   /// What one of the channel's numbers is in SI: by the map's unit, else by the unit in the table's header.
-  double factor_of(const Channel& channel, const char* unit, const Formula& formula) {
+  double factor_of(const MappedChannel& channel, const char* unit, const Formula& formula) {
     if (!channel.unit.empty()) return to_si("1 " + channel.unit, unit);
     if (formula.columns().size() != 1) return 1.0;
     const std::string& name = table_.name[formula.columns()[0]];
@@ -74,7 +74,7 @@ class SessionReader {
     return 1.0;
   }
 
-  Values evaluate(const Channel& channel, const char* unit, const char* name) {
+  Values evaluate(const MappedChannel& channel, const char* unit, const char* name) {
     try {
       const Formula formula(channel.formula, table_, std::string(name));
       Values values = formula.evaluate(table_, time_all_);
@@ -138,12 +138,12 @@ class SessionReader {
     out_.session.t = std::move(kept);
   }
 
-  void read_source(Source source, const Channel& channel) {
+  void read_source(Source source, const MappedChannel& channel) {
     const SourceInfo& info = source_info(source);
     const bool own_log = map_.file.empty();
     if (own_log && table_.find(info.column) < 0) return;  // absent; check_needed says what must be there
     const Values all = evaluate(channel, info.unit, info.name);
-    Values& to = values_[static_cast<std::size_t>(source)];
+    Values& to = of(source);
     for (const std::size_t r : row_) to.push_back(all[r]);
     if (!channel.held || channel.command) return;
     note(info.name, std::to_string(drop_held(to)) + " rows hold the value before",
@@ -181,7 +181,9 @@ class SessionReader {
     return dropped;
   }
 
-  bool has(Source source) const { return !values_[static_cast<std::size_t>(source)].empty(); }
+  Values& of(Source source) { return values_[static_cast<std::size_t>(source)]; }
+  const Values& of(Source source) const { return values_[static_cast<std::size_t>(source)]; }
+  bool has(Source source) const { return !of(source).empty(); }
 
   void check_needed() const {
     std::string missing;
@@ -207,7 +209,7 @@ class SessionReader {
 
   void apply_valid() {
     if (map_.valid.empty()) return;
-    Channel channel = map_.time;
+    MappedChannel channel = map_.time;
     channel.formula = map_.valid;
     channel.sign = 1;
     channel.unit.clear();
@@ -218,7 +220,7 @@ class SessionReader {
       ++dropped;
       for (const Source s : {Source::x, Source::y, Source::yaw, Source::vx, Source::vy, Source::yaw_rate,
                              Source::latitude, Source::longitude})
-        if (has(s)) values_[static_cast<std::size_t>(s)][i] = not_a_number;
+        if (has(s)) of(s)[i] = not_a_number;
     }
     if (dropped > 0) note("valid", std::to_string(dropped) + " rows are not", "their readings are left out");
   }
@@ -226,7 +228,7 @@ class SessionReader {
   /// Local tangent plane at the first position on the WGS 84 ellipsoid: x east, y north.
   void place_from_degrees() {
     if (!has(Source::latitude) || has(Source::x)) return;
-    const Values &lat = values_[8], &lon = values_[9];
+    const Values &lat = of(Source::latitude), &lon = of(Source::longitude);
     std::size_t first = 0;
     while (first < lat.size() && std::isnan(lat[first] + lon[first])) ++first;
     if (first == lat.size()) refuse_file(table_.file, "latitude and longitude are never given");
@@ -234,8 +236,8 @@ class SessionReader {
     const double w = 1.0 - e2 * std::sin(lat[first]) * std::sin(lat[first]);
     const double north = a * (1.0 - e2) / (w * std::sqrt(w)), east = a / std::sqrt(w) * std::cos(lat[first]);
     for (std::size_t i = 0; i < lat.size(); ++i) {
-      values_[0].push_back(east * (lon[i] - lon[first]));
-      values_[1].push_back(north * (lat[i] - lat[first]));
+      of(Source::x).push_back(east * (lon[i] - lon[first]));
+      of(Source::y).push_back(north * (lat[i] - lat[first]));
     }
     note("place", "latitude and longitude", "x to the east and y to the north of the first position");
   }
@@ -259,26 +261,26 @@ class SessionReader {
         along_y(t.size(), not_a_number);
     std::size_t last = t.size();
     for (std::size_t i = 0; i < t.size(); ++i) {
-      if (std::isnan(values_[0][i] + values_[1][i])) continue;
+      if (std::isnan(of(Source::x)[i] + of(Source::y)[i])) continue;
       if (last < i) {
         const double dt = t[i] - t[last];
-        along_x[i] = (values_[0][i] - values_[0][last]) / dt;
-        along_y[i] = (values_[1][i] - values_[1][last]) / dt;
+        along_x[i] = (of(Source::x)[i] - of(Source::x)[last]) / dt;
+        along_y[i] = (of(Source::y)[i] - of(Source::y)[last]) / dt;
         speed[i] = std::hypot(along_x[i], along_y[i]);
         if (speed[i] > 0.5) course[i] = std::atan2(along_y[i], along_x[i]);
       }
       last = i;
     }
     if (!has(Source::yaw)) {
-      values_[2] = std::move(course);
+      of(Source::yaw) = std::move(course);
       note("yaw", "absent", "the course over ground is taken; sideslip is not seen");
-      if (!has_speed) values_[3] = std::move(speed);
+      if (!has_speed) of(Source::vx) = std::move(speed);
     } else {
       const bool sideways = !has(Source::vy);
       for (std::size_t i = 0; i < t.size(); ++i) {
-        const double c = std::cos(values_[2][i]), s = std::sin(values_[2][i]);
-        values_[3].push_back(c * along_x[i] + s * along_y[i]);
-        if (sideways) values_[4].push_back(c * along_y[i] - s * along_x[i]);
+        const double c = std::cos(of(Source::yaw)[i]), s = std::sin(of(Source::yaw)[i]);
+        of(Source::vx).push_back(c * along_x[i] + s * along_y[i]);
+        if (sideways) of(Source::vy).push_back(c * along_y[i] - s * along_x[i]);
       }
     }
     if (has_speed) return;
@@ -291,9 +293,9 @@ class SessionReader {
     const std::size_t n = s.t.size();
     for (std::size_t c = 0; c < channels; ++c)
       s.has[c] = std::any_of(values_[c].begin(), values_[c].end(), [](double v) { return !std::isnan(v); });
-    if (!s.has[4]) note("vy", "absent", "done without");
-    if (!s.has[5]) note("yaw rate", "absent", "seen through the heading only");
-    if (!s.has[0]) note("place", "absent", "speeds and yaw rate are judged alone");
+    if (!s.has[Channel::vy]) note("vy", "absent", "done without");
+    if (!s.has[Channel::yaw_rate]) note("yaw rate", "absent", "seen through the heading only");
+    if (!s.has[Channel::x]) note("place", "absent", "speeds and yaw rate are judged alone");
     s.reading.resize(n * channels, not_a_number);
     for (std::size_t c = 0; c < channels; ++c)
       if (s.has[c])
@@ -303,8 +305,8 @@ class SessionReader {
     CommandSample<double> now{0.0, 0.0};
     std::size_t missing = 0;
     for (std::size_t i = 0; i < n; ++i) {
-      const double d = out_.has_throttle ? values_[6][i] : 0.0;
-      const double delta = values_[7][i];
+      const double d = out_.has_throttle ? of(Source::d)[i] : 0.0;
+      const double delta = of(Source::delta)[i];
       missing += std::isnan(d) || std::isnan(delta);
       if (!std::isnan(d)) now.d = d;
       if (!std::isnan(delta)) now.delta = delta;

@@ -15,8 +15,6 @@ namespace {
 
 using Values = std::vector<double>;
 using Level = Finding::Level;
-constexpr std::array<const char*, channels> names = {"x", "y", "yaw", "vx", "vy", "yaw_rate"};
-constexpr std::array<const char*, channels> units = {"m", "m", "rad", "m/s", "m/s", "rad/s"};
 
 double median_deviation(const Values& values, double centre) {
   Values off;
@@ -62,7 +60,7 @@ struct Grid {
   }
 };
 
-/// Mean over `half` seconds to both sides.
+/// Mean over `seconds` to both sides.
 Values mean_around(const Values& y, double dt, double seconds) {
   const auto half = static_cast<std::ptrdiff_t>(seconds / dt);
   Values sum(y.size() + 1, 0.0), count(y.size() + 1, 0.0), out(y.size(), not_a_number);
@@ -189,30 +187,6 @@ Values speed_of_place(const Grid& grid, const Values& x, const Values& y, const 
   return out;
 }
 
-}  // namespace
-
-std::vector<Delay> delays_of(const Session& s) {
-  std::vector<Delay> delays;
-  if (s.rows() < 100) return delays;
-  const Grid grid(s);
-  const Values yaw = grid.channel(s, 2), vx = grid.channel(s, 3), rate = grid.channel(s, 5);
-  const Values turning = grid.rate(yaw);
-  Values place_speed(grid.n, not_a_number);
-  if (s.has[0] && s.has[2]) place_speed = speed_of_place(grid, grid.channel(s, 0), grid.channel(s, 1), yaw);
-  if (s.has[2] && s.has[5]) add_delay(delays, grid, "yaw_rate", rate, "yaw", turning, true);
-  if (s.has[0] && s.has[3])
-    add_delay(delays, grid, "velocity", grid.rate(vx), "position", grid.rate(place_speed), true);
-  const Values& turns = s.has[2] ? turning : rate;
-  Values turn_asked = grid.command(s, true);
-  for (std::size_t k = 0; k < grid.n; ++k) turn_asked[k] *= s.has[3] ? vx[k] : place_speed[k];
-  add_delay(delays, grid, s.has[2] ? "yaw" : "yaw_rate", turns, "delta", turn_asked, false);
-  if (!s.prescribed_speed && s.has[3])
-    add_delay(delays, grid, "velocity", grid.rate(vx), "d", grid.command(s, false), false);
-  return delays;
-}
-
-namespace {
-
 /// The shift that nearly all values share: the smaller shift of two quantiles, so that a mixture of shifted and other
 /// values has none.
 double shift_of_all(const Values& values, double centre) {
@@ -223,15 +197,38 @@ double shift_of_all(const Values& values, double centre) {
 
 }  // namespace
 
+std::vector<Delay> delays_of(const Session& s) {
+  std::vector<Delay> delays;
+  if (s.rows() < 100) return delays;
+  const Grid grid(s);
+  const Values yaw = grid.channel(s, Channel::yaw), vx = grid.channel(s, Channel::vx),
+               rate = grid.channel(s, Channel::yaw_rate);
+  const Values turning = grid.rate(yaw);
+  Values place_speed(grid.n, not_a_number);
+  if (s.has[Channel::x] && s.has[Channel::yaw])
+    place_speed = speed_of_place(grid, grid.channel(s, Channel::x), grid.channel(s, Channel::y), yaw);
+  if (s.has[Channel::yaw] && s.has[Channel::yaw_rate]) add_delay(delays, grid, "yaw_rate", rate, "yaw", turning, true);
+  if (s.has[Channel::x] && s.has[Channel::vx])
+    add_delay(delays, grid, "velocity", grid.rate(vx), "position", grid.rate(place_speed), true);
+  const Values& turns = s.has[Channel::yaw] ? turning : rate;
+  Values turn_asked = grid.command(s, true);
+  for (std::size_t k = 0; k < grid.n; ++k) turn_asked[k] *= s.has[Channel::vx] ? vx[k] : place_speed[k];
+  add_delay(delays, grid, s.has[Channel::yaw] ? "yaw" : "yaw_rate", turns, "delta", turn_asked, false);
+  if (!s.prescribed_speed && s.has[Channel::vx])
+    add_delay(delays, grid, "velocity", grid.rate(vx), "d", grid.command(s, false), false);
+  return delays;
+}
+
 std::optional<Slip> slip_of(const Session& s, double row_step) {
-  if (!s.has[0] || !s.has[3]) return std::nullopt;
+  if (!s.has[Channel::x] || !s.has[Channel::vx]) return std::nullopt;
   Values when, lost;
   double fastest = 0.0;
   for (std::size_t i = 0; i < s.rows(); ++i)
-    if (!std::isnan(s.at(i, 3))) fastest = std::max(fastest, std::abs(s.at(i, 3)));
+    if (!std::isnan(s.at(i, Channel::vx))) fastest = std::max(fastest, std::abs(s.at(i, Channel::vx)));
   for (std::size_t i = 1; i < s.rows(); ++i) {
-    const double dt = s.t[i] - s.t[i - 1], v = 0.5 * (s.at(i, 3) + s.at(i - 1, 3));
-    const double way = std::hypot(s.at(i, 0) - s.at(i - 1, 0), s.at(i, 1) - s.at(i - 1, 1));
+    const double dt = s.t[i] - s.t[i - 1], v = 0.5 * (s.at(i, Channel::vx) + s.at(i - 1, Channel::vx));
+    const double way =
+        std::hypot(s.at(i, Channel::x) - s.at(i - 1, Channel::x), s.at(i, Channel::y) - s.at(i - 1, Channel::y));
     if (dt > 1.5 * row_step || !(std::abs(v) > 0.3 * fastest) || !std::isfinite(way)) continue;
     when.push_back(s.t[i]);
     lost.push_back(way / std::abs(v) - dt);
@@ -300,10 +297,11 @@ void held_and_jumping(const SessionFile& file, std::vector<Finding>& out) {
       (s.at(i, c) == s.at(i - 1, c) ? same : moved) += 1;
     }
     if (absent > 0)
-      out.push_back({Level::note, names[c], std::to_string(absent) + " readings missing", "left out, one by one"});
+      out.push_back(
+          {Level::note, channel_info[c].name, std::to_string(absent) + " readings missing", "left out, one by one"});
     if (moved > 20 && same > moved) {
       const double every = static_cast<double>(same + moved) / static_cast<double>(moved);
-      out.push_back({Level::note, names[c], "a new value every " + significant(every) + " rows",
+      out.push_back({Level::note, channel_info[c].name, "a new value every " + significant(every) + " rows",
                      "read as if each row were new: say \"hold\": \"held\" in the map"});
     }
   }
@@ -321,24 +319,21 @@ void jumps(const SessionFile& file, std::vector<Finding>& out) {
     const double usual = median(second);
     const auto far = std::count_if(second.begin(), second.end(), [&](double d) { return d > 60.0 * usual; });
     if (usual > 0.0 && far > 0)
-      out.push_back({Level::note, names[c], std::to_string(far) + " jumps of more than 60 times its usual change",
+      out.push_back({Level::note, channel_info[c].name,
+                     std::to_string(far) + " jumps of more than 60 times its usual change",
                      "kept; the fit gives them little weight"});
   }
 }
 
-}  // namespace
-
-namespace {
-
 void add_noise(const Noise& noise, std::size_t channel, std::vector<Finding>& out) {
   constexpr double most_telling = 0.9;  // correlation beyond which noise and motion look alike
-  const std::string check = std::string("noise of ") + names[channel];
+  const std::string check = std::string("noise of ") + channel_info[channel].name;
   const std::string colour = "lag-one correlation " + significant(noise.colour, 2);
   if (noise.sigma == 0.0 || noise.colour > most_telling)
     out.push_back({Level::good, check, "none that could be told from motion, " + colour,
                    "simulated, filtered or interpolated at its source"});
   else
-    out.push_back({Level::good, check, significant(noise.sigma) + " " + units[channel] + ", " + colour,
+    out.push_back({Level::good, check, significant(noise.sigma) + " " + channel_info[channel].unit + ", " + colour,
                    "measured from fourth differences"});
 }
 

@@ -15,7 +15,8 @@ void Trace::set_motion(std::vector<double> rows, const Road& road) {
   double hint = std::numeric_limits<double>::quiet_NaN();
   for (std::size_t k = 0; k < size(); ++k) {
     const double* const row = motion.data() + k * channels;
-    at[k] = road.at(log.t0 + static_cast<double>(k) * log.dt, row[0], row[1], row[2], hint);
+    at[k] =
+        road.at(log.t0 + static_cast<double>(k) * log.dt, row[Channel::x], row[Channel::y], row[Channel::yaw], hint);
   }
   if (command_dual.empty()) copy_commands();
 }

@@ -6,10 +6,11 @@
 #include <numbers>
 #include <vector>
 
+#include "util/statistics.hpp"
+
 namespace gripline::measured {
 namespace {
 
-constexpr std::size_t yaw_channel = 2, rate_channel = 5;
 constexpr double stretch_length = 10.0;  // [s]
 
 /// From one reading of yaw to the next, or of several of them.
@@ -26,9 +27,9 @@ std::vector<TurnedBeyondYaw> between_readings(const Session& session) {
   double begin = NAN, yaw = NAN, turned = 0.0;  // since the last reading of yaw
   double last_rate = NAN, last_time = NAN;
   for (std::size_t i = 0; i < session.rows(); ++i) {
-    const double t = session.t[i], now = session.at(i, yaw_channel);
-    double rate = session.at(i, rate_channel);
-    if (std::isnan(rate) && !std::isnan(now)) rate = session.bridge(rate_channel, t, INFINITY, longest_gap);
+    const double t = session.t[i], now = session.at(i, Channel::yaw);
+    double rate = session.at(i, Channel::yaw_rate);
+    if (std::isnan(rate) && !std::isnan(now)) rate = session.bridge(Channel::yaw_rate, t, INFINITY, longest_gap);
     if (std::isnan(rate)) continue;
     if (t - last_time <= longest_gap)
       turned += 0.5 * (t - last_time) * (rate + last_rate);
@@ -46,12 +47,6 @@ std::vector<TurnedBeyondYaw> between_readings(const Session& session) {
   return out;
 }
 
-double middle_of(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 /// Leaves out where yaw jumps: by more than ten times what is usual, and than a tenth of a radian, which a coarse yaw
 /// may do from step to step.
 void leave_out_jumps(std::vector<TurnedBeyondYaw>& all) {
@@ -60,9 +55,9 @@ void leave_out_jumps(std::vector<TurnedBeyondYaw>& all) {
   std::vector<double> values;
   values.reserve(all.size());
   for (const TurnedBeyondYaw& one : all) values.push_back(one.angle / one.time);
-  const double rate = middle_of(values);
+  const double rate = upper_median(values);
   for (std::size_t i = 0; i < all.size(); ++i) values[i] = std::abs(all[i].angle - rate * all[i].time);
-  const double most = std::max(usual * middle_of(values), least);
+  const double most = std::max(usual * upper_median(values), least);
   std::erase_if(all, [&](const TurnedBeyondYaw& one) { return std::abs(one.angle - rate * one.time) > most; });
 }
 
@@ -122,7 +117,7 @@ std::pair<double, double> YawRateOffset::range() const {
 std::optional<YawRateOffset> yaw_rate_offset(std::span<const Session* const> sessions) {
   std::vector<TurnedBeyondYaw> stretches, logs;
   for (const Session* const session : sessions) {
-    if (!session->has[yaw_channel] || !session->has[rate_channel]) continue;
+    if (!session->has[Channel::yaw] || !session->has[Channel::yaw_rate]) continue;
     std::vector<TurnedBeyondYaw> all = between_readings(*session);
     leave_out_jumps(all);
     const std::size_t before = stretches.size();

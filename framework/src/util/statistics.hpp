@@ -1,5 +1,6 @@
-// Order statistics. Several definitions of a quantile are in use, and files depend on which: each is named here.
-// Hyndman and Fan, "Sample quantiles in statistical packages", The American Statistician 50 (1996), number them.
+// Order statistics, and the normal interval. Several definitions of a quantile are in use, and files depend on which:
+// each is named here. Hyndman and Fan, "Sample quantiles in statistical packages", The American Statistician 50 (1996),
+// number them.
 #pragma once
 
 #include <vector>
@@ -7,6 +8,8 @@
 #include "util/numbers.hpp"
 
 namespace gripline {
+
+inline constexpr double normal_95 = 1.959964;  // half a 95 % interval of a normal, in standard deviations
 
 /// The value that sorting would put at `rank`, counted from 0 and limited to the last one. No value may be NaN; this
 /// and the following give `if_empty` for no values.

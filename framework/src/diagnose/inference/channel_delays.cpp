@@ -10,6 +10,7 @@
 #include "diagnose/thresholds.hpp"
 #include "measured/session_health.hpp"
 #include "util/numbers.hpp"
+#include "util/statistics.hpp"
 
 namespace gripline::diagnose {
 namespace {

@@ -6,6 +6,7 @@
 #include <random>
 
 #include "diagnose/thresholds.hpp"
+#include "util/statistics.hpp"
 
 namespace gripline::diagnose {
 namespace {
@@ -47,12 +48,8 @@ ErrorChange compare(const StartErrors& with, const StartErrors& without) {
     }
     changes.push_back(relative_change(sum_a, sum_b));
   }
-  std::sort(changes.begin(), changes.end());
-  const auto quantile = [&](double share) {
-    return changes[static_cast<std::size_t>(share * static_cast<double>(changes.size() - 1))];
-  };
-  out.low = quantile(0.025);
-  out.high = quantile(0.975);
+  out.low = lower_quantile(changes, 0.025);
+  out.high = lower_quantile(changes, 0.975);
   return out;
 }
 

@@ -34,7 +34,7 @@ struct Likelihood {
   // By parameters: cost(theta) ~ cost - g' d + d' N d / 2.
   std::size_t params = 0;
   std::vector<double> g, N;  // params; params x params, row-major
-  // The same for blocks of consecutive samples, when asked for.
+  // `g`, `N` and `cost` of blocks of consecutive samples, when asked for.
   std::vector<double> block_g, block_N, block_cost;
   std::size_t blocks = 0;
   // By process variances: gradient and expected information.

@@ -11,8 +11,6 @@ namespace gripline::diagnose {
 
 struct Evaluation;
 
-inline constexpr double normal_95 = 1.959964;  // half a 95 % interval of a normal, in standard deviations
-
 /// A model with its best parameters.
 struct Fit {
   ModelSpec model;

@@ -20,7 +20,7 @@ class HoldOut {
   HoldOut(const Problem& problem, const Road& road, std::span<const LogFile> held_out);
   /// Root mean square of predictions over each horizon [s], in sensor standard deviations.
   std::vector<double> errors(const Fit& fitted, std::span<const double> horizons) const;
-  /// The same for every start.
+  /// Errors of the predictions over each horizon [s] from every start.
   std::vector<StartErrors> predict(const Fit& fitted, std::span<const double> horizons) const;
   /// Errors over 1 s on the data that are not held out.
   StartErrors predict_known(const Fit& fitted) const;

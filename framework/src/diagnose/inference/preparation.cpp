@@ -15,16 +15,6 @@ namespace {
 
 using measured::Finding;
 
-const char* channel_name(std::size_t c) {
-  constexpr std::array<const char*, channels> names = {"x", "y", "yaw", "vx", "vy", "yaw rate"};
-  return names[c];
-}
-
-const char* channel_unit(std::size_t c) {
-  constexpr std::array<const char*, channels> units = {" m", " m", " rad", " m/s", " m/s", " rad/s"};
-  return units[c];
-}
-
 /// Standard deviation of white noise from eighth differences, which a quick motion enters less than the fourth ones of
 /// measured::estimate_noise; NaN where there are none.
 double noise_beside_motion(std::span<const Log> stretches, std::size_t channel) {
@@ -46,7 +36,7 @@ double noise_beside_motion(std::span<const Log> stretches, std::size_t channel) 
 /// motion, `stated`, or `least`.
 double believed_noise(std::size_t channel, double seen, double beside, double stated, double least,
                       std::vector<Finding>& health) {
-  const std::string name = std::string("noise of ") + channel_name(channel);
+  const std::string name = std::string("noise of ") + channel_info[channel].words;
   if (std::isnan(seen)) return std::max(least, stated);
   const bool moved =
       stated > 0.0 && seen > thresholds::noise_agrees_to * stated && beside < thresholds::noise_is_motion * seen;
@@ -77,9 +67,9 @@ double believed_noise(std::size_t channel, double seen, double beside, double st
 double with_rounding(std::size_t channel, double step, double stated, std::vector<Finding>& health) {
   const double rounding = measured::rounding_noise(step);
   if (!(rounding > thresholds::least_rounding * stated)) return stated;
-  health.push_back({Finding::Level::note, std::string("rounding of ") + channel_name(channel),
-                    "to " + significant(step) + channel_unit(channel),
-                    "counts as noise of " + significant(rounding) + channel_unit(channel)});
+  const std::string unit = std::string(" ") + channel_info[channel].unit;
+  health.push_back({Finding::Level::note, std::string("rounding of ") + channel_info[channel].words,
+                    "to " + significant(step) + unit, "counts as noise of " + significant(rounding) + unit});
   return std::hypot(stated, rounding);
 }
 
@@ -96,7 +86,8 @@ Commands steps_that_count(const Problem& problem) {
     for (std::size_t i = 0; i < by.size(); ++i)
       for (std::size_t k = 0; k < trace.size(); ++k)
         for (std::size_t c = 0; c < noise_states; ++c)
-          largest[i] = std::max(largest[i], std::abs(by[i].motion[k * channels + 3 + c]) / problem.process_unit[c]);
+          largest[i] =
+              std::max(largest[i], std::abs(by[i].motion[k * channels + Channel::vx + c]) / problem.process_unit[c]);
   }
   for (std::size_t i = 0; i < steps.size(); ++i)
     if (measured::rounding_noise(steps[i]) * largest[i] < thresholds::no_process_noise) steps[i] = 0.0;
@@ -121,7 +112,9 @@ Prepared prepare(const Catalogue& catalogue, const Road& road, std::span<const m
   Channels seen = estimate_noise(std::span<const Log>(stretches));
   const Channels steps = measured::reading_steps(stretches);
   for (std::size_t c = 0; c < channels; ++c) {
-    const double least = thresholds::least_sensor_noise * (c < 2 ? car.lf + car.lr : c == 2 ? 1.0 : car.v_ref);
+    const double least = thresholds::least_sensor_noise * (c < Channel::yaw    ? car.lf + car.lr
+                                                           : c == Channel::yaw ? 1.0
+                                                                               : car.v_ref);
     const double told = with_rounding(c, steps[c], stated[c], out.health);
     if (told > stated[c]) seen[c] = std::max(seen[c], measured::rounding_noise(steps[c]));
     problem.sensor[c] = believed_noise(c, seen[c], noise_beside_motion(stretches, c), told, least, out.health);

@@ -9,6 +9,7 @@
 #include "diagnose/inference/constancy.hpp"
 #include "diagnose/inference/support.hpp"
 #include "measured/replay.hpp"
+#include "util/statistics.hpp"
 
 namespace gripline::diagnose {
 namespace {

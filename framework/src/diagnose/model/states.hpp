@@ -8,6 +8,8 @@
 
 namespace gripline::diagnose {
 
+using measured::Channel;
+using measured::channel_info;
 using measured::channels;
 using measured::Channels;
 using measured::Commands;

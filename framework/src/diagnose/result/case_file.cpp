@@ -52,16 +52,11 @@ void check_is_case(const fs::path& file, const Node& node) {
 }
 
 Channels read_noise(ObjectReader& r) {
-  constexpr std::array<std::pair<const char*, const char*>, channels> names = {{{"x_m", "m"},
-                                                                                {"y_m", "m"},
-                                                                                {"yaw_rad", "rad"},
-                                                                                {"vx_mps", "m/s"},
-                                                                                {"vy_mps", "m/s"},
-                                                                                {"yaw_rate_radps", "rad/s"}}};
   ObjectReader sigma = r.object("noise_sigma");
   Channels values{};
   for (std::size_t c = 0; c < channels; ++c)
-    values[c] = sigma.number(names[c].first, names[c].second, NumberRange::non_negative(), 0.0);
+    values[c] = sigma.number(measured::channel_info[c].column, measured::channel_info[c].unit,
+                             NumberRange::non_negative(), 0.0);
   return values;
 }
 

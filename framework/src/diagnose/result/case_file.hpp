@@ -16,7 +16,8 @@ namespace gripline::diagnose {
 struct CaseOptions {
   std::vector<std::string> exclude;           // effects that must not be named
   std::map<std::string, double> uncertainty;  // nominal parameter -> relative standard deviation; "Cr0_over_m" in m/s2
-  /// The same from a world's unknowns, for where nothing else is said; names that the model has not are left alone.
+  /// Relative standard deviations of a world's unknowns, for where nothing else is said; names that the model has not
+  /// are left alone.
   std::map<std::string, double> guessed;
   std::optional<measured::Channels> noise_sigma;  // of the sensors; default: the world's
 };

@@ -15,7 +15,7 @@ enum class Closing { closes, open, ask_fitted };
 /// held out may be asked for on the fitted ones.
 Closing closing(const Gap& gap, double evidence, bool moved);
 
-/// The same of predictions of fitted data.
+/// Whether predictions of fitted data say that the gap closes.
 bool closes_fitted(const ErrorChange& change, bool moved);
 
 }  // namespace gripline::diagnose

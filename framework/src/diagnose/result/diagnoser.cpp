@@ -11,6 +11,7 @@
 #include "diagnose/result/closing.hpp"
 #include "diagnose/result/noise_health.hpp"
 #include "diagnose/result/sentence.hpp"
+#include "util/statistics.hpp"
 
 namespace gripline::diagnose {
 namespace {

@@ -10,17 +10,6 @@ namespace {
 
 using measured::Finding;
 
-struct ChannelText {
-  const char* check;
-  const char* unit;
-};
-constexpr std::array<ChannelText, channels> texts = {{{"noise of x", "m"},
-                                                      {"noise of y", "m"},
-                                                      {"noise of yaw", "rad"},
-                                                      {"noise of vx", "m/s"},
-                                                      {"noise of vy", "m/s"},
-                                                      {"noise of yaw rate", "rad/s"}}};
-
 bool is_read(const Problem& problem, std::size_t channel) {
   return std::ranges::any_of(problem.traces, [channel](const Trace& trace) {
     for (std::size_t k = 0; k < trace.size(); ++k)
@@ -36,11 +25,11 @@ void report_noise(const Problem& problem, const Noise& noise, std::vector<Findin
   if (problem.colour != Channels{} || noise.command != UnknownCommands{}) {
     for (std::size_t c = 0; c < channels; ++c) {
       if (!is_read(problem, c)) continue;
-      std::erase_if(health,
-                    [c](const Finding& h) { return h.check == texts[c].check && h.level != Finding::Level::bad; });
+      const std::string check = std::string("noise of ") + channel_info[c].words;
+      std::erase_if(health, [&](const Finding& h) { return h.check == check && h.level != Finding::Level::bad; });
       std::snprintf(text, sizeof text, "%.3g %s, correlation from sample to sample %.2f", problem.sensor[c],
-                    texts[c].unit, problem.colour[c]);
-      health.push_back({Finding::Level::note, texts[c].check, text, "measured with the model"});
+                    channel_info[c].unit, problem.colour[c]);
+      health.push_back({Finding::Level::note, check, text, "measured with the model"});
     }
   }
   if (problem.held)

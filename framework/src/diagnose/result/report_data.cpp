@@ -99,8 +99,9 @@ Node residual_node(const Diagnosis& d, const Diagnoser& diagnoser) {
     for (std::size_t k = 0; k < trace.size(); k += every) {
       const double* const x = trace.motion.data() + k * channels;
       const CommandSample<double>& u = trace.log.command[k];
-      t.row({trace.at[k].t, trace.at[k].lap_fraction, x[0], x[1], x[3], x[4], x[5], u.d, u.delta, before[k * 3],
-             before[k * 3 + 1], before[k * 3 + 2], after[k * 3], after[k * 3 + 1], after[k * 3 + 2], size[k]});
+      t.row({trace.at[k].t, trace.at[k].lap_fraction, x[Channel::x], x[Channel::y], x[Channel::vx], x[Channel::vy],
+             x[Channel::yaw_rate], u.d, u.delta, before[k * 3], before[k * 3 + 1], before[k * 3 + 2], after[k * 3],
+             after[k * 3 + 1], after[k * 3 + 2], size[k]});
     }
     t.gap();
   }
@@ -131,10 +132,9 @@ Node traces_node(const Diagnosis& d, const Diagnoser& diagnoser, std::span<const
   const measured::Rollouts before = roll(catalogue.null_model(), d.null_model.noise);
   const measured::Rollouts after = roll(d.fit.model, d.fit.noise);
   const Trace& trace = problem.traces.front();
-  constexpr std::array<const char*, channels> names = {"x_m", "y_m", "yaw_rad", "vx_mps", "vy_mps", "yaw_rate_radps"};
   constexpr std::size_t windows = 20;
   Node::Array out;
-  for (std::size_t c = 3; c < channels; ++c) {
+  for (std::size_t c = Channel::vx; c < channels; ++c) {
     ColumnTable t({"t_s", "measured", "before", "after"});
     for (std::size_t i = 0; i < std::min(windows, before.start.size()); ++i) {
       for (std::size_t j = 0; j < before.samples; ++j) {
@@ -145,7 +145,7 @@ Node traces_node(const Diagnosis& d, const Diagnoser& diagnoser, std::span<const
       t.gap();
     }
     Node one = Node::empty_object();
-    one.set("channel", Node(names[c]));
+    one.set("channel", Node(channel_info[c].column));
     Node columns = std::move(t).node();
     for (Member& m : columns.object()) one.set(m.key, std::move(m.value));
     out.push_back(std::move(one));
