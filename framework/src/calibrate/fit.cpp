@@ -7,6 +7,7 @@
 
 #include "calibrate/baselines.hpp"
 #include "calibrate/fit_starts.hpp"
+#include "calibrate/prediction_rows.hpp"
 #include "config/errors.hpp"
 #include "util/numbers.hpp"
 
@@ -106,33 +107,6 @@ bool at_bound(const Unknown& u, double value) {
   return value <= u.low || value >= u.high;  // a search stops there exactly
 }
 
-/// Errors at the last horizon of all logs in one row. Logs follow one another in time, so that blocks stay apart.
-HorizonRow row_of(const std::string& name, std::span<const FitLog> logs,
-                  const std::vector<std::vector<double>>& predicted) {
-  std::vector<double> when, shown, truth;
-  double offset = 0.0;
-  for (std::size_t l = 0; l < logs.size(); ++l) {
-    const std::size_t h = logs[l].starts.horizons.size();
-    for (std::size_t i = 0; i < logs[l].starts.time.size(); ++i) {
-      when.push_back(offset + logs[l].starts.time[i] - logs[l].session->t.front());
-      const std::size_t at = (i * h + h - 1) * channels;
-      shown.insert(shown.end(), predicted[l].begin() + static_cast<std::ptrdiff_t>(at),
-                   predicted[l].begin() + static_cast<std::ptrdiff_t>(at + channels));
-      truth.insert(truth.end(), logs[l].truth.begin() + static_cast<std::ptrdiff_t>(at),
-                   logs[l].truth.begin() + static_cast<std::ptrdiff_t>(at + channels));
-    }
-    offset += 10.0 * std::ceil((logs[l].session->t.back() - logs[l].session->t.front()) / 10.0 + 1.0);
-  }
-  return horizon_row(name, when, shown, truth);
-}
-
-HorizonRow row_of_model(const std::string& name, const PredictionErrors& errors, std::span<const double> params) {
-  auto predicted = errors.errors(params);
-  for (std::size_t l = 0; l < predicted.size(); ++l)
-    for (std::size_t k = 0; k < predicted[l].size(); ++k) predicted[l][k] += errors.logs()[l].truth[k];
-  return row_of(name, errors.logs(), predicted);
-}
-
 /// What is known of an unknown before any log is read.
 Interval interval_of_prior(const Unknown& u, Interval found) {
   const double off = 1.96 * u.sigma;
@@ -227,7 +201,7 @@ FitResult fit(const Forecaster& forecaster, std::vector<FitLog>& logs, std::vect
     std::vector<std::vector<double>> predicted;
     for (const FitLog& log : logs)
       predicted.push_back(baseline(static_cast<Baseline>(b), *log.session, log.starts, forecaster.options().wheelbase));
-    result.errors.push_back(row_of(baseline_names[b], logs, predicted));
+    result.errors.push_back(row_of_predictions(baseline_names[b], logs, predicted));
   }
   result.errors.push_back(row_of_model("before", errors, values));
 
