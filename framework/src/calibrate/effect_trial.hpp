@@ -37,7 +37,7 @@ struct Trial {
   std::vector<double> params;
   std::vector<Unknown> unknowns;
   double cost = std::numeric_limits<double>::quiet_NaN();  // of `params`; NaN while nobody has asked
-  ForecastErrors judged;
+  ForecastErrors validation;                               // on time that was not fitted
 };
 
 /// Another world's unknowns of the same name.

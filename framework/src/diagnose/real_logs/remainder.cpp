@@ -1,11 +1,14 @@
-#include "calibrate/remainder.hpp"
+#include "diagnose/real_logs/remainder.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <map>
 #include <numeric>
 
-namespace gripline::calibrate {
+namespace gripline::diagnose {
+
+using calibrate::FitLog;
+
 namespace {
 
 /// What every start has of each thing.
@@ -13,7 +16,7 @@ std::map<std::string, std::vector<double>> features_of(const std::vector<FitLog>
   std::map<std::string, std::vector<double>> features;
   for (const FitLog& log : logs)
     for (std::size_t i = 0; i < log.starts.time.size(); ++i) {
-      if (!has_truth(log, i)) continue;
+      if (!calibrate::has_truth(log, i)) continue;
       const double t = log.starts.time[i];
       const std::size_t row = std::min(log.session->row_before(t), log.session->rows() - 1);
       const double when = t + 0.5 * horizon;
@@ -28,7 +31,7 @@ std::map<std::string, std::vector<double>> features_of(const std::vector<FitLog>
 
 }  // namespace
 
-Remainder remainder_of(const std::vector<FitLog>& logs, const ForecastErrors& errors, double horizon) {
+Remainder remainder_of(const std::vector<FitLog>& logs, const calibrate::ForecastErrors& errors, double horizon) {
   Remainder out;
   const std::vector<double>& square = errors.square;
   const double total = std::accumulate(square.begin(), square.end(), 0.0);
@@ -52,4 +55,4 @@ Remainder remainder_of(const std::vector<FitLog>& logs, const ForecastErrors& er
   return out;
 }
 
-}  // namespace gripline::calibrate
+}  // namespace gripline::diagnose

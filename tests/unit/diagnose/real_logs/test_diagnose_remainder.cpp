@@ -1,18 +1,21 @@
-#include "calibrate/remainder.hpp"
+#include "diagnose/real_logs/remainder.hpp"
 
 #include <gtest/gtest.h>
 
 #include "support/calibrate_rig.hpp"
 
-namespace gripline::calibrate {
+namespace gripline::diagnose {
 namespace {
+
+using calibrate::FitLog;
+using calibrate::ForecastErrors;
 
 /// Errors that grow with one thing lie in its upper third, those that fall with it in its lower one.
 TEST(Remainder, SaysWhatTheWorstStartsHaveInCommon) {
   const test::CalibrateRig rig;
   const measured::Session session = test::drive(rig.vehicle.car(), {.seconds = 40});
   constexpr double horizon = 1.0;
-  const std::vector<FitLog> logs(1, FitLog(session, 0.02, {horizon}, judged_every, 0.5));
+  const std::vector<FitLog> logs(1, FitLog(session, 0.02, {horizon}, calibrate::judged_every, 0.5));
   const FitLog& log = logs.front();
   for (const double sign : {1.0, -1.0}) {
     ForecastErrors errors;
@@ -35,4 +38,4 @@ TEST(Remainder, IsEmptyWhereThereAreNoErrors) {
 }
 
 }  // namespace
-}  // namespace gripline::calibrate
+}  // namespace gripline::diagnose

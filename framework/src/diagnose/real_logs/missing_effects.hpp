@@ -15,10 +15,10 @@
 #include <vector>
 
 #include "calibrate/calibrated_world.hpp"
-#include "calibrate/fit_starts.hpp"
-#include "calibrate/remainder.hpp"
+#include "calibrate/forecast_errors.hpp"
+#include "diagnose/real_logs/remainder.hpp"
 
-namespace gripline::calibrate {
+namespace gripline::diagnose {
 
 struct MissingEffect {
   struct Value {
@@ -37,29 +37,30 @@ struct MissingEffect {
   std::string effect;
   bool measurement = false;  // it changes what the sensors show, not how the car moves
   std::vector<Value> params;
-  ForecastChange change;  // of predictions of the logs held out, or of time not fitted, by it beside the others
+  calibrate::ForecastChange
+      change;  // of predictions of the logs held out, or of time not fitted, by it beside the others
 };
 
 /// A candidate beside the calibrated world alone.
-struct RankedEffect {
+struct ScoredEffect {
   std::string effect;
   /// Relative decrease of squared errors on the fitted time, to first order or, where tried, fitted: as far as the fit
   /// went, which is given up where it stays behind another's.
   double gain = 0;
-  bool tried = false;  // then `error` and `change` are of time not fitted
+  bool tried = false;  // then `error` and `change` are of validation time
   double error = 0;
-  ForecastChange change;  // against `judged` below
+  calibrate::ForecastChange change;  // against `validation` below
 };
 
 /// What the effects named do to one log.
 struct SessionChange {
   std::string log;
   double calibrated = 0, found = 0;  // errors of the model alone, in usual errors
-  ForecastChange change;             // found against calibrated
+  calibrate::ForecastChange change;  // found against calibrated
 };
 
 struct MissingOptions {
-  FitOptions fit;                   // slowest, starts, seed
+  calibrate::FitOptions fit;        // slowest, starts, seed
   std::size_t stretches = 24;       // wanted of what is held out of all logs together
   double searched_seconds = 75.0;   // of fitted time that the search looks at
   std::size_t tries = 3, most = 8;  // candidates fitted at each size, and of those that others hide; effects named
@@ -68,32 +69,33 @@ struct MissingOptions {
 
 struct MissingEffects {
   std::vector<MissingEffect> named;
-  std::vector<RankedEffect> ranking;  // largest gain first, those that harm last
+  std::vector<ScoredEffect> ranking;  // largest gain first, those that harm last
   /// Of predictions 1 s ahead of time not fitted, as `predict` makes them: rows `given`, `calibrated`, `found`.
-  std::vector<HorizonRow> rows;
+  std::vector<calibrate::HorizonRow> rows;
   /// Errors of the model alone, without disturbances that the observer learns, in usual errors of the calibrated world
   /// (all channels): its own is about 1.
   double given = 0, calibrated = 0, found = 0, noise = 0;
-  double judged = 0;  // of the calibrated world on the time that `ranking` is judged by
+  double validation = 0;  // of the calibrated world on validation time, which `ranking` is by
   /// Whether what is left is as large as what sensors alone would leave: these logs tell nothing more.
   bool at_noise() const;
-  ForecastChange calibration;           // calibrated against given, of the model alone
-  ForecastChange change;                // found against calibrated
-  ForecastChange all;                   // found against given
-  std::vector<SessionChange> sessions;  // of what `change` is of, log by log
+  calibrate::ForecastChange calibration;  // calibrated against given, of the model alone
+  calibrate::ForecastChange change;       // found against calibrated
+  calibrate::ForecastChange all;          // found against given
+  std::vector<SessionChange> sessions;    // of what `change` is of, log by log
   Remainder remainder;
-  std::vector<FittedParameter> parameters;  // of the calibrated world with the effects named
-  Node world;                               // that world
-  WorldSpec spec;                           // its car, with parameters as given
-  std::vector<double> params;               // of a forecaster of that car, as found
+  std::vector<calibrate::FittedParameter> parameters;  // of the calibrated world with the effects named
+  Node world;                                          // that world
+  WorldSpec spec;                                      // its car, with parameters as given
+  std::vector<double> params;                          // of a forecaster of that car, as found
 };
 
-/// `tree` and `spec` are one world. The second half of every 10 to 40 s of `files` chooses effects. It and `held_out`
-/// (which has no say below three stretches of at most 10 s) decide together which of them stay; what is told of them is
-/// of `held_out`, or, where that is empty, of that half too. `held_out` shares no rows with `files`. Deterministic.
+/// `tree` and `spec` are one world. The second half of every 10 to 40 s of `files` is validation time, which chooses
+/// effects. It and `held_out` (which does not count below three stretches of at most 10 s) decide together which of them
+/// stay; what is reported of them is of `held_out`, or, where that is empty, of validation time too. `held_out` shares no
+/// rows with `files`. The world's file names are made relative to `folder`. Deterministic.
 MissingEffects find_missing(const Node& tree, const WorldSpec& spec, const Registry& registry,
                             const measured::LogMap& map, const std::list<measured::SessionFile>& files,
                             const std::list<measured::SessionFile>& held_out, const MissingOptions& options,
                             const std::filesystem::path& folder);
 
-}  // namespace gripline::calibrate
+}  // namespace gripline::diagnose

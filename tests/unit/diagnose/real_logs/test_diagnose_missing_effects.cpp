@@ -1,11 +1,11 @@
-#include "calibrate/missing_effects.hpp"
+#include "diagnose/real_logs/missing_effects.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "support/calibrate_rig.hpp"
 
-namespace gripline::calibrate {
+namespace gripline::diagnose {
 namespace {
 
 using test::CalibrateRig;
@@ -172,4 +172,4 @@ TEST(MissingEffects, NothingIsNamedWhereNothingIsMissing) {
 }
 
 }  // namespace
-}  // namespace gripline::calibrate
+}  // namespace gripline::diagnose

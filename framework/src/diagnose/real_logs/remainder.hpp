@@ -6,7 +6,7 @@
 
 #include "calibrate/forecast_errors.hpp"
 
-namespace gripline::calibrate {
+namespace gripline::diagnose {
 
 /// The third of the starts with the most (or least) of one thing that has the largest share of the errors.
 struct Remainder {
@@ -17,6 +17,7 @@ struct Remainder {
 };
 
 /// `errors` are of all starts of `logs` that have a truth, over predictions of `horizon` seconds.
-Remainder remainder_of(const std::vector<FitLog>& logs, const ForecastErrors& errors, double horizon);
+Remainder remainder_of(const std::vector<calibrate::FitLog>& logs, const calibrate::ForecastErrors& errors,
+                       double horizon);
 
-}  // namespace gripline::calibrate
+}  // namespace gripline::diagnose

@@ -1,0 +1,24 @@
+#include "diagnose/real_logs/cornering.hpp"
+
+#include "calibrate/handling.hpp"
+
+namespace gripline::diagnose {
+
+Cornering cornering_of(const std::list<measured::SessionFile>& files, const WorldSpec& given,
+                       const MissingEffects& found) {
+  const Car& car = given.car.car;
+  PluginContext context;
+  context.car = car;
+  const Vehicle as_given(given.vehicle, context), as_found(found.spec.vehicle, context);
+  const calibrate::Forecaster forecaster(as_found.car(), calibrate::forecast_options(found.spec));
+  std::vector<const measured::Session*> sessions;
+  for (const measured::SessionFile& file : files) sessions.push_back(&file.session);
+  const auto late = calibrate::turning_lateness(forecaster, found.params, found.parameters);
+  Cornering out{measured::steady_turning(sessions, car.lf + car.lr, car.v_ref, late), {}, {}};
+  if (!out.by_log) return out;
+  out.given = calibrate::gradient_in(*out.by_log, as_given.car(), as_given.car().params());
+  out.found = calibrate::gradient_in(*out.by_log, as_found.car(), found.params);
+  return out;
+}
+
+}  // namespace gripline::diagnose

@@ -1,0 +1,20 @@
+// How a real car answers its steering, beside what the worlds given and found would show in the same corners.
+#pragma once
+
+#include <list>
+#include <optional>
+
+#include "diagnose/real_logs/missing_effects.hpp"
+#include "measured/steady_turning.hpp"
+
+namespace gripline::diagnose {
+
+struct Cornering {
+  std::optional<measured::SteadyTurning> by_log;  // nothing where the logs do not tell
+  std::optional<double> given, found;             // gradients of the worlds [rad s2/m]
+};
+
+Cornering cornering_of(const std::list<measured::SessionFile>& files, const WorldSpec& given,
+                       const MissingEffects& found);
+
+}  // namespace gripline::diagnose

@@ -1,0 +1,123 @@
+#include "diagnose/real_logs/forward_selection.hpp"
+
+#include <algorithm>
+
+#include "calibrate/yaw_hold.hpp"
+
+namespace gripline::diagnose {
+
+using calibrate::CandidateEffect;
+using calibrate::EffectScore;
+using calibrate::Trial;
+
+namespace {
+
+constexpr double agreed = 2.0;  // standard deviations over blocks of a score that is worth a fit
+constexpr double worth = 0.02;  // of the squared errors: a hundredth of the error
+// Share of its information that sets an effect apart from what is fitted, below which first order says little of it: a
+// dead zone or an end of grip that no command reaches yet.
+constexpr double hidden = 1e-2;
+constexpr double faint = 0.5 * worth;  // a gain to first order below which even those are not fitted
+constexpr double surpassed = 1.5;      // times its gain to first order a fit may reach, where another has reached more
+
+/// Candidates beside one selection, by their gain to first order, and the best that was fitted.
+struct Round {
+  std::vector<CandidateEffect> candidates;
+  std::vector<EffectScore> scores;  // largest gain first
+  std::vector<ScoredEffect> rows;   // by score
+  std::unique_ptr<Trial> best;      // null while none is worth its fit
+  std::size_t best_score = 0;
+};
+
+Round score_beside(const EffectSearch& search, const Selection& selection) {
+  const Trial& base = *selection.trial;
+  Round round;
+  round.candidates =
+      calibrate::candidate_effects(base.spec.vehicle, base.spec.car.car, search.registry, base.spec.track != nullptr);
+  hold_to_yaw(round.candidates, search.by_yaw);
+  std::vector<calibrate::FitLog> fitted = search.logs.fitted;
+  round.scores = score_candidates(base.vehicle.car(), round.candidates, search.forecast, fitted, base.params,
+                                  base.unknowns, search.fits.weighing);
+  std::ranges::stable_sort(round.scores, std::greater<>(), &EffectScore::gain);
+  round.rows.reserve(round.scores.size());
+  for (const EffectScore& one : round.scores)
+    round.rows.push_back({round.candidates[one.candidate].id(), one.gain, false, 0.0, {}});
+  return round;
+}
+
+/// Fits the candidate of a score, unless it stays behind the best so far, and keeps it if it is the best. Its row is filled
+/// if it was validated: beside the calibrated world also where its fit was given up, whose gain and change are then of less
+/// than it can do; such a fit is never kept.
+void try_candidate(const EffectSearch& search, const Selection& selection, Round& round, std::size_t index) {
+  const Trial& base = *selection.trial;
+  const EffectScore& score = round.scores[index];
+  const CandidateEffect& effect = round.candidates[score.candidate];
+  auto trial = search.fits.with(base, effect, score);
+  const double rival = round.best ? round.best->cost : (1.0 - worth) * base.cost;
+  const bool near = search.fits.refit_near(*trial, rival);
+  if (!near && !selection.effects.empty()) return;  // the first ones are reported whatever they do
+  search.validate(*trial);
+  ScoredEffect& row = round.rows[index];
+  row = {effect.id(), 1.0 - trial->cost / base.cost, true, trial->validation.rms(),
+         change_of(trial->validation, base.validation)};
+  // Whether it surely helps is asked in the end, beside the others: what is still missing is noise here.
+  if (!near || !(row.change.change < 0.0) || !(trial->cost < rival)) return;
+  round.best = std::move(trial);
+  round.best_score = index;
+}
+
+/// Fits the best few by score and, where none of them is kept, the best few of those that others hide.
+void try_best(const EffectSearch& search, const Selection& selection, Round& round) {
+  const std::size_t tries = search.options.tries, count = round.scores.size();
+  std::vector<bool> asked(count, false);
+  const auto try_at = [&](std::size_t i) {
+    asked[i] = true;
+    try_candidate(search, selection, round, i);
+  };
+  for (std::size_t i = 0, tried = 0; i < count && tried < tries; ++i) {
+    if (!(round.scores[i].score > agreed)) continue;
+    const bool all_are_reported = selection.effects.empty();
+    if (round.best && !all_are_reported &&
+        surpassed * round.scores[i].gain < 1.0 - round.best->cost / selection.trial->cost)
+      break;
+    ++tried;
+    try_at(i);
+  }
+  for (std::size_t i = 0, tried = 0; i < count && !round.best && tried < tries; ++i) {
+    if (asked[i] || !(round.scores[i].apart < hidden) || !(round.scores[i].gain > faint)) continue;
+    ++tried;
+    try_at(i);
+  }
+}
+
+void add_best(Selection& selection, Round& round) {
+  const CandidateEffect& chosen = round.candidates[round.scores[round.best_score].candidate];
+  selection.effects.push_back(chosen.id());
+  for (const std::size_t i : chosen.tested)
+    selection.tested.push_back(calibrate::pointer_of(chosen.id(), chosen.entry->params()[i].name));
+  selection.trial = std::move(round.best);
+}
+
+}  // namespace
+
+ForwardSelection select_forward(const EffectSearch& search) {
+  ForwardSelection out{nothing_added(search), {}};
+  Selection& found = out.found;
+  const std::size_t most = search.options.most;
+  const auto tell = [&] {
+    search.tell(0.25 + 0.5 * static_cast<double>(found.effects.size()) / static_cast<double>(most),
+                found.effects.empty() ? "looking for effects" : "beside " + found.effects.back());
+  };
+  tell();
+  while (found.effects.size() < most) {
+    Round round = score_beside(search, found);
+    try_best(search, found, round);
+    if (found.effects.empty()) out.ranking = std::move(round.rows);
+    if (!round.best) break;
+    add_best(found, round);
+    tell();
+  }
+  return out;
+}
+
+}  // namespace gripline::diagnose

@@ -1,0 +1,19 @@
+// Effects added to the calibrated world one after another, while the fitted time asks for them.
+#pragma once
+
+#include <vector>
+
+#include "diagnose/real_logs/effect_search.hpp"
+
+namespace gripline::diagnose {
+
+struct ForwardSelection {
+  Selection found;
+  std::vector<ScoredEffect> ranking;  // of every candidate beside the calibrated world alone, by its score
+};
+
+/// At each size a score test proposes candidates, and the best few are fitted with everything else. The one that explains
+/// the fitted time best among those that lower the errors of the validation time is added.
+ForwardSelection select_forward(const EffectSearch& search);
+
+}  // namespace gripline::diagnose

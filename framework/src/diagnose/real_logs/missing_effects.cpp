@@ -1,0 +1,189 @@
+#include "diagnose/real_logs/missing_effects.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "calibrate/prediction_rows.hpp"
+#include "diagnose/real_logs/backward_elimination.hpp"
+#include "diagnose/real_logs/effect_search.hpp"
+#include "diagnose/real_logs/forward_selection.hpp"
+#include "measured/noise.hpp"
+#include "util/numbers.hpp"
+
+namespace gripline::diagnose {
+
+using calibrate::FitLog;
+using calibrate::FittedParameter;
+using calibrate::ForecastErrors;
+using calibrate::Trial;
+
+namespace {
+
+/// What sensors alone would leave of errors, over what is usual.
+double noise_of_sensors(const std::list<measured::SessionFile>& files, const calibrate::Weighing& weighing) {
+  double sum = 0.0, weight = 0.0;
+  for (const measured::SessionFile& file : files)
+    for (std::size_t c = 0; c < calibrate::channels; ++c) {
+      const auto noise = measured::noise_of(file.session, c, file.row_step);
+      if (!noise) continue;
+      const double w = weighing.channel[c] * weighing.channel[c], z = noise->sigma / weighing.scale[c];
+      sum += w * z * z;
+      weight += w;
+    }
+  return weight > 0.0 ? std::sqrt(sum / weight) : 0.0;
+}
+
+calibrate::HorizonRow reported_row(const EffectSearch& search, const std::string& name, const Trial& trial) {
+  std::vector<FitLog> logs = search.logs.reported();
+  return row_of_model(name, calibrate::PredictionErrors(trial.forecaster, logs), trial.params);
+}
+
+/// What effects do to each of the logs that figures are of.
+std::vector<SessionChange> compare_sessions(const SearchLogs& logs, const ForecastErrors& before,
+                                            const ForecastErrors& after) {
+  std::vector<SessionChange> out;
+  for (std::size_t l = 0; l < logs.reported().size(); ++l) {
+    const ForecastErrors calibrated = before.of_log(l), found = after.of_log(l);
+    out.push_back({logs.reported()[l].session->name, calibrated.rms(), found.rms(), change_of(found, calibrated)});
+  }
+  return out;
+}
+
+/// A world's unknowns with their intervals.
+std::vector<FittedParameter> parameters_with_intervals(const EffectSearch& search, const Trial& found) {
+  const calibrate::Bootstrap boot =
+      calibrate::bootstrap(search.fits.errors(found).linearise(found.params, found.unknowns), found.params,
+                           found.unknowns, search.options.fit.seed);
+  std::vector<FittedParameter> all;
+  for (std::size_t i = 0; i < found.unknowns.size(); ++i)
+    all.push_back({found.unknowns[i], found.params[found.unknowns[i].index], boot.interval[i],
+                   FittedParameter::Status::determined});
+  return all;
+}
+
+/// Values of the effects named.
+void fill_values(std::vector<MissingEffect>& named, const WorldSpec& found,
+                 std::span<const FittedParameter> parameters) {
+  const PluginContext context = Trial::context_of(found);
+  for (MissingEffect& one : named)
+    for (const PluginSpec& effect : found.vehicle.effects) {
+      if (effect.id() != one.effect) continue;
+      one.measurement = calibrate::stage_of(effect, context) == Stage::reading;
+      for (const abi::ParamDecl& p : effect.entry->params())
+        for (const FittedParameter& fitted : parameters)
+          if (fitted.unknown.pointer == calibrate::pointer_of(one.effect, p.name))
+            one.params.push_back({p.name, p.unit, fitted.value, fitted.interval.low, fitted.interval.high,
+                                  fitted.unknown.low, fitted.unknown.high});
+    }
+}
+
+/// By gain, which fits have moved, those last that harm.
+void order_ranking(std::vector<ScoredEffect>& ranking) {
+  std::ranges::stable_sort(ranking, std::greater<>(), &ScoredEffect::gain);
+  std::stable_partition(ranking.begin(), ranking.end(),
+                        [](const ScoredEffect& r) { return !(r.tried && r.change.change > 0.0); });
+}
+
+/// The world with the effects named, their parameters among its unknowns, so that it can be fitted to more.
+Node world_of(const EffectSearch& search, const Selection& selection, const MissingEffects& found,
+              const std::filesystem::path& folder) {
+  const Trial& trial = *selection.trial;
+  calibrate::FitResult result;
+  result.params = trial.params;
+  result.parameters = found.parameters;
+  result.errors = found.rows;
+  for (const FitLog& log : search.logs.fitted) result.starts += log.starts.time.size();
+  Node world = fitted_world(calibrate::with_effects(search.tree, trial.spec, selection.effects), trial.spec,
+                            trial.forecaster, result, {search.logs.names, search.map.file.filename().string()}, folder);
+  calibrate::open_parameters(world, selection.effects, found.parameters);
+  return world;
+}
+
+/// Reported errors of the world given, calibrated and found.
+void measure_errors(const EffectSearch& search, const UnfittedErrors& without, const UnfittedErrors& with,
+                    MissingEffects& out) {
+  const UnfittedErrors of_given = search.unfitted_errors(*search.world.given);
+  const ForecastErrors &given = search.reported(of_given), &before = search.reported(without),
+                       &after = search.reported(with);
+  out.calibration = change_of(before, given);
+  out.change = change_of(after, before);
+  out.all = change_of(after, given);
+  out.given = given.rms();
+  out.calibrated = before.rms();
+  out.found = after.rms();
+  out.validation = search.world.calibrated->validation.rms();
+  out.sessions = compare_sessions(search.logs, before, after);
+  out.remainder = remainder_of(search.logs.reported(), after, judged_horizon);
+}
+
+/// The worlds as `predict` uses them: their errors, and the one found with its parameters.
+void write_worlds(const EffectSearch& search, Selection& selection, const std::filesystem::path& folder,
+                  MissingEffects& out) {
+  Trial given(search.spec, search.forecast);
+  given.params = search.world.given_params;
+  const auto calibrated = with_disturbances(search, *search.world.calibrated);
+  selection.trial = with_disturbances(search, selection.effects.empty() ? *search.world.calibrated : *selection.trial);
+  const Trial& found = *selection.trial;
+  out.parameters = parameters_with_intervals(search, found);
+  out.rows = {reported_row(search, "given", given), reported_row(search, "calibrated", *calibrated),
+              reported_row(search, "found", found)};
+  out.world = world_of(search, selection, out, folder);
+  out.spec = found.spec;
+  out.params = found.params;
+}
+
+}  // namespace
+
+std::string MissingEffect::Value::at_end() const {
+  // Each end by itself: the other may be open. Where both are there their distance is a size too, for an end at 0.
+  const double wide = std::isfinite(most - least) ? most - least : 0.0;
+  const double close = 1e-9 * std::max(std::abs(value), wide);
+  if (std::isfinite(least) && value <= least + close) return "low";
+  if (std::isfinite(most) && value >= most - close) return "high";
+  return {};
+}
+
+std::string MissingEffect::Value::text(int digits, bool interval) const {
+  const std::string of = unit.empty() || unit == "1" ? "" : " " + unit;
+  if (at_edge())
+    return name + " is kept within its range [" + significant(least, digits) + ", " + significant(most, digits) + "]" +
+           of;
+  std::string text = name + " = " + significant(value, digits);
+  if (interval) text += " (" + significant(low, digits) + " to " + significant(high, digits) + ")";
+  return text + of;
+}
+
+bool MissingEffects::at_noise() const {
+  // An error this little above the noise hides a tenth of it in squares: less than the noise is known to.
+  // Readings that are predicted have their noise: a figure well above the error holds motion too, and tells nothing.
+  constexpr double least = 0.9, as_large = 1.05;
+  return noise > 0.0 && found >= least * noise && found <= as_large * noise;
+}
+
+MissingEffects find_missing(const Node& tree, const WorldSpec& spec, const Registry& registry,
+                            const measured::LogMap& map, const std::list<measured::SessionFile>& files,
+                            const std::list<measured::SessionFile>& held_out, const MissingOptions& options,
+                            const std::filesystem::path& folder) {
+  const EffectSearch search(tree, spec, registry, map, files, held_out, options);
+  auto [selection, ranking] = select_forward(search);
+  MissingEffects out;
+  out.named = eliminate_backward(search, selection);
+  const UnfittedErrors without = search.unfitted_errors(*search.world.calibrated);
+  UnfittedErrors with = search.unfitted_errors(*selection.trial);
+  if (with.rms() > without.rms()) {
+    out.named.clear();
+    selection = nothing_added(search);
+    with = without;
+  }
+  search.tell(0.9, "measuring");
+  measure_errors(search, without, with, out);
+  out.noise = noise_of_sensors(files, search.fits.weighing);
+  order_ranking(ranking);
+  out.ranking = std::move(ranking);
+  // Without disturbances, which would stand for a part of an effect.
+  fill_values(out.named, selection.trial->spec, parameters_with_intervals(search, *selection.trial));
+  write_worlds(search, selection, folder, out);
+  return out;
+}
+
+}  // namespace gripline::diagnose

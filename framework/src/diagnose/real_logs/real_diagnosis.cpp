@@ -1,0 +1,81 @@
+#include "diagnose/real_logs/real_diagnosis.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "diagnose/real_logs/real_sentence.hpp"
+#include "diagnose/thresholds.hpp"
+
+namespace gripline::diagnose {
+namespace {
+
+NamedEffect named_delay(const ChannelDelay& one) {
+  NamedEffect delay;
+  delay.effect = one.name() + "_delay";
+  delay.measurement = true;
+  delay.params = {{"T", "s", one.seconds, one.low, one.high}};
+  delay.confidence = thresholds::most_confidence;
+  return delay;
+}
+
+NamedEffect named_effect(const MissingEffect& one) {
+  NamedEffect named;
+  named.effect = one.effect;
+  named.measurement = one.measurement;
+  for (const auto& v : one.params) named.params.push_back({v.name, v.unit, v.value, v.low, v.high, v.at_end()});
+  named.confidence = std::min(one.change.certainty, thresholds::most_beside_unknown);
+  named.rollout = error_change(one.change);
+  return named;
+}
+
+/// Where what is left shows.
+ResidualTest unknown_in(const Remainder& remainder) {
+  ResidualTest out;
+  const std::string& of = remainder.of;
+  out.where = of == "time" ? Where::time : of == "throttle" || of == "steering" ? Where::input : Where::state;
+  out.quantity = of;
+  return out;
+}
+
+}  // namespace
+
+ErrorChange error_change(const calibrate::ForecastChange& change) { return {change.change, change.low, change.high}; }
+
+Gap real_gap(const MissingEffects& found) {
+  const auto closed = [&](double after) {
+    return after < found.given ? (found.given - after) / (found.given - std::min(found.noise, after)) : 0.0;
+  };
+  Gap gap;
+  gap.horizon = 1.0;
+  gap.before = found.given;
+  gap.after = found.found;
+  gap.closure = closed(found.found);
+  gap.closure_low = closed(found.given * (1.0 + found.all.high));
+  gap.closure_high = closed(found.given * (1.0 + found.all.low));
+  return gap;
+}
+
+Diagnosis real_diagnosis(const MissingEffects& found, std::span<const ChannelDelay> delays, const Cornering& corners) {
+  Diagnosis d;
+  d.verdict = Verdict::unknown;
+  for (const ChannelDelay& one : delays) d.delays.push_back(named_delay(one));
+  for (const MissingEffect& one : found.named) d.named.push_back(named_effect(one));
+  for (const ScoredEffect& one : found.ranking)
+    d.ranking.push_back({one.effect, one.gain, one.tried ? one.error : NAN, one.tried ? one.change.certainty : 0.0,
+                         error_change(one.change)});
+  const std::string model = "/plant/params/";
+  for (const calibrate::FittedParameter& p : found.parameters)
+    if (p.unknown.pointer.starts_with(model))
+      d.nominal_fit.emplace_back(p.unknown.pointer.substr(model.size()), p.value);
+  d.gap = real_gap(found);
+  d.unknown = unknown_in(found.remainder);
+  d.sentence = real_sentence(d, found, corners);
+  return d;
+}
+
+bool is_answer(const Diagnosis& d, const MissingEffects& found) {
+  const bool named = !d.named.empty() || !d.delays.empty();
+  return found.at_noise() || (named && d.gap.closure > 0.0);
+}
+
+}  // namespace gripline::diagnose

@@ -1,0 +1,92 @@
+#include "diagnose/real_logs/real_sentence.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "calibrate/handling.hpp"
+#include "util/numbers.hpp"
+
+namespace gripline::diagnose {
+namespace {
+
+std::string percent(double share) {
+  const double value = 100.0 * share;
+  return significant(value, std::abs(value) < 99.5 ? 2 : 3) + " %";
+}
+
+/// By how much an error became smaller, with its interval.
+std::string decrease_text(const calibrate::ForecastChange& c) {
+  return percent(-c.change) + " (" + percent(-c.high) + " to " + percent(-c.low) + ")";
+}
+
+/// What the starts that are predicted worst have in common.
+std::string remainder_text(const Remainder& rest) {
+  if (rest.share <= 0.0) return {};
+  if (rest.of == "time")
+    return percent(rest.share) + " of it lies in the third " +
+           (rest.most ? "of the time at the end" : "at the beginning");
+  std::string text = percent(rest.share);
+  text += rest.most ? " of it lies in the third of the time with the largest "
+                    : " of it lies in the third with the smallest ";
+  text += rest.of == "steering" ? "steering to the left" : rest.of;
+  text += rest.most ? " (from " : " (up to ";
+  text += significant(rest.from, 3);
+  text += rest.of == "speed" ? " m/s" : rest.of == "yaw rate" ? " rad/s" : rest.of == "steering" ? " rad" : "";
+  return text + ")";
+}
+
+std::string delay_text(const NamedEffect& delay) {
+  const auto& t = delay.params.front();
+  std::string text = delay.effect == "yaw_rate_delay" ? "The yaw-rate channel is " : "The speed channels are ";
+  text += significant(std::abs(t.value), 3) + (t.value > 0.0 ? " s late (" : " s early (");
+  text += significant(std::min(std::abs(t.low), std::abs(t.high)), 3) + " to ";
+  return text + significant(std::max(std::abs(t.low), std::abs(t.high)), 3) + "). ";
+}
+
+std::string effect_text(const MissingEffect& effect) {
+  std::string text = effect.effect + " (";
+  for (std::size_t p = 0; p < effect.params.size(); ++p) text += (p == 0 ? "" : ", ") + effect.params[p].text(3, false);
+  return text + ")";
+}
+
+/// What calibration, and effects beside it, do to predictions.
+std::string improvement_text(const MissingEffects& found) {
+  std::string text = found.calibrated < found.given
+                         ? "Calibrating the world takes " + decrease_text(found.calibration) + " off the error of "
+                         : "Calibrating the world takes nothing off the error of ";
+  text += "predictions 1 s ahead of time that was not fitted";
+  if (found.named.empty()) return text + ". ";
+  text += "; ";
+  for (std::size_t i = 0; i < found.named.size(); ++i) {
+    text += i == 0 ? "" : i + 1 == found.named.size() ? " and " : ", ";
+    text += effect_text(found.named[i]);
+  }
+  text += found.named.size() == 1 ? " takes " : " take ";
+  return text + decrease_text(found.change) + " off what is left then. ";
+}
+
+/// What remains beside what sensors alone would leave.
+std::string remaining_text(const MissingEffects& found) {
+  std::string text = "What remains, " + significant(found.found, 3) + " usual errors";
+  if (found.at_noise())
+    return text + ", is as large as the sensors' own noise (" + significant(found.noise, 3) +
+           "): nothing more can be told from these logs.";
+  text += " where sensors alone would leave ";
+  text += significant(std::min(found.noise, found.found), 2) + ", is not known: ";
+  text += found.named.empty() ? "no effect" : "no other effect";
+  text += " that was tried takes enough of it off, or surely enough, to be named";
+  const std::string rest = remainder_text(found.remainder);
+  return text + (rest.empty() ? "." : "; " + rest + ".");
+}
+
+}  // namespace
+
+std::string real_sentence(const Diagnosis& d, const MissingEffects& found, const Cornering& corners) {
+  std::string text;
+  for (const NamedEffect& delay : d.delays) text += delay_text(delay);
+  text += improvement_text(found);
+  if (corners.by_log) text += calibrate::corners_text(*corners.by_log, corners.given) + " ";
+  return text + remaining_text(found);
+}
+
+}  // namespace gripline::diagnose

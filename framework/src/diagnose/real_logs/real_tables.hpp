@@ -1,0 +1,19 @@
+// What was found of a real car, as tables for people. Each begins with a blank line; empty where there is nothing to show.
+#pragma once
+
+#include <string>
+
+#include "diagnose/real_logs/missing_effects.hpp"
+
+namespace gripline::diagnose {
+
+/// Effects named, with their values.
+std::string named_table(const MissingEffects& found);
+/// What calibration, beside the effects named, made of the world's own parameters that the logs determine.
+std::string calibrated_table(const MissingEffects& found);
+/// What the effects that were fitted do by themselves, the largest gain first.
+std::string tried_table(const MissingEffects& found);
+/// What the effects named do to each log.
+std::string sessions_table(const MissingEffects& found);
+
+}  // namespace gripline::diagnose

@@ -1,0 +1,97 @@
+#include "diagnose/real_logs/real_sentence.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace gripline::diagnose {
+namespace {
+
+using testing::EndsWith;
+using testing::HasSubstr;
+using testing::Not;
+using testing::StartsWith;
+
+MissingEffects found_with(std::initializer_list<const char*> names) {
+  MissingEffects found;
+  found.given = 3.0;
+  found.calibrated = 2.0;
+  found.found = 1.0;
+  found.noise = 0.5;
+  found.calibration = {-1.0 / 3.0, -0.4, -0.3, 0.999};
+  found.change = {-0.5, -0.6, -0.4, 0.999};
+  for (const char* name : names) found.named.push_back({name, false, {{"k", "1", 0.3, 0.2, 0.4, 0.0, 1.0}}, {}});
+  return found;
+}
+
+std::string text_of(const MissingEffects& found, const Diagnosis& d = {}) { return real_sentence(d, found, {}); }
+
+TEST(RealSentence, SaysWhatCalibrationTakesOffAndWhatIsLeft) {
+  EXPECT_EQ(
+      text_of(found_with({})),
+      "Calibrating the world takes 33 % (30 % to 40 %) off the error of predictions 1 s ahead of time that was not "
+      "fitted. What remains, 1 usual errors where sensors alone would leave 0.5, is not known: no effect that was "
+      "tried takes enough of it off, or surely enough, to be named.");
+}
+
+TEST(RealSentence, ListsEffectsWithTheirValues) {
+  EXPECT_THAT(text_of(found_with({"drag"})),
+              HasSubstr("not fitted; drag (k = 0.3) takes 50 % (40 % to 60 %) off what is left then. "));
+  EXPECT_THAT(text_of(found_with({"drag", "bank", "lag"})),
+              HasSubstr("; drag (k = 0.3), bank (k = 0.3) and lag (k = 0.3) take 50 % "));
+  EXPECT_THAT(text_of(found_with({"drag"})), HasSubstr("is not known: no other effect that was tried"));
+}
+
+TEST(RealSentence, SaysThatCalibrationTookNothingOff) {
+  MissingEffects found = found_with({});
+  found.calibrated = 3.1;
+  EXPECT_THAT(text_of(found), StartsWith("Calibrating the world takes nothing off the error of predictions 1 s ahead"));
+}
+
+TEST(RealSentence, EndsWhereNothingIsLeftBesideNoise) {
+  MissingEffects found = found_with({});
+  found.noise = 1.0;
+  EXPECT_THAT(text_of(found), EndsWith(". What remains, 1 usual errors, is as large as the sensors' own noise (1): "
+                                       "nothing more can be told from these logs."));
+}
+
+TEST(RealSentence, SaysWhatTheWorstStartsHaveInCommon) {
+  MissingEffects found = found_with({});
+  const auto with = [&](const Remainder& rest) {
+    found.remainder = rest;
+    return text_of(found);
+  };
+  EXPECT_THAT(with({"speed", true, 2.0, 0.61}),
+              EndsWith("; 61 % of it lies in the third of the time with the largest speed (from 2 m/s)."));
+  EXPECT_THAT(with({"steering", false, -0.2, 0.61}),
+              EndsWith("; 61 % of it lies in the third with the smallest steering to the left (up to -0.2 rad)."));
+  EXPECT_THAT(with({"throttle", true, 0.5, 0.61}), EndsWith(" the largest throttle (from 0.5)."));
+  EXPECT_THAT(with({"time", true, 9.0, 0.61}), EndsWith("; 61 % of it lies in the third of the time at the end."));
+  EXPECT_THAT(with({"time", false, 9.0, 0.61}), EndsWith("; 61 % of it lies in the third at the beginning."));
+}
+
+TEST(RealSentence, DelaysComeFirstEarlyOnesWithoutASign) {
+  Diagnosis d;
+  d.delays.resize(2);
+  d.delays[0].effect = "yaw_rate_delay";
+  d.delays[0].params = {{"T", "s", 0.12, 0.1, 0.14}};
+  d.delays[1].effect = "velocity_delay";
+  d.delays[1].params = {{"T", "s", -0.08, -0.09, -0.07}};
+  EXPECT_THAT(
+      text_of(found_with({}), d),
+      StartsWith("The yaw-rate channel is 0.12 s late (0.1 to 0.14). The speed channels are 0.08 s early (0.07 to "
+                 "0.09). Calibrating"));
+}
+
+TEST(RealSentence, CornersAreToldWhereTheLogsTell) {
+  const MissingEffects found = found_with({});
+  Cornering corners;
+  EXPECT_THAT(real_sentence({}, found, corners), Not(HasSubstr("corners")));
+  corners.by_log.emplace();
+  corners.by_log->gradient = 0.001;
+  corners.by_log->low = 0.0008;
+  corners.by_log->high = 0.0012;
+  EXPECT_THAT(real_sentence({}, found, corners), HasSubstr("In gentle corners the car understeers by "));
+}
+
+}  // namespace
+}  // namespace gripline::diagnose
