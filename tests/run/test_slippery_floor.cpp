@@ -10,7 +10,7 @@
 #include <random>
 #include <sstream>
 
-#include "calibrate/unknowns.hpp"
+#include "calibrate/fit/unknowns.hpp"
 #include "config/json_file.hpp"
 #include "support/calibrate_rig.hpp"
 #include "support/paths.hpp"

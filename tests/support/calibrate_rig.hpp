@@ -1,7 +1,7 @@
 // A 1:10 car for tests of calibration: its world in JSON, its model, and logs of it.
 #pragma once
 
-#include "calibrate/calibrated_world.hpp"
+#include "calibrate/fit/calibrated_world.hpp"
 #include "config/merge_patch.hpp"
 #include "support/host_support.hpp"
 #include "support/weaving_car.hpp"

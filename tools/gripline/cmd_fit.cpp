@@ -6,7 +6,7 @@
 #include <optional>
 #include <span>
 
-#include "calibrate/yaw_hold.hpp"
+#include "calibrate/effects/yaw_hold.hpp"
 #include "config/errors.hpp"
 #include "config/json_file.hpp"
 #include "config/shipped.hpp"

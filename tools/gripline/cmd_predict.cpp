@@ -7,8 +7,8 @@
 #include <iostream>
 #include <numbers>
 
-#include "calibrate/baselines.hpp"
-#include "calibrate/session_adaptation.hpp"
+#include "calibrate/fit/session_adaptation.hpp"
+#include "calibrate/forecast/baselines.hpp"
 #include "config/errors.hpp"
 #include "config/json_file.hpp"
 #include "config/shipped.hpp"

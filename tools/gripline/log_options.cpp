@@ -2,7 +2,7 @@
 
 #include <iostream>
 
-#include "calibrate/place_effects.hpp"
+#include "calibrate/effects/place_effects.hpp"
 #include "config/errors.hpp"
 #include "config/files.hpp"
 #include "config/json_file.hpp"

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "calibrate/calibrated_world.hpp"
+#include "calibrate/fit/calibrated_world.hpp"
 #include "cli/options.hpp"
 #include "measured/session_file.hpp"
 

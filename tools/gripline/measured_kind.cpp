@@ -1,7 +1,7 @@
 // Experiments of kind "measured": real cars, fitted on some of their logs' time and judged on the rest.
 #include <iostream>
 
-#include "calibrate/measured_experiment.hpp"
+#include "calibrate/measured_kind/measured_experiment.hpp"
 #include "experiment/out_folder.hpp"
 #include "experiment/race_tables.hpp"
 #include "gripline/command.hpp"

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "calibrate/measured_experiment.hpp"
+#include "calibrate/measured_kind/measured_experiment.hpp"
 #include "diagnose/scoring/diagnose_experiment.hpp"
 #include "experiment/experiment.hpp"
 #include "experiment/force_validation.hpp"

@@ -173,7 +173,7 @@ WorldSpec read_world(const Node& node, const Registry& registry, Errors& errors,
   if (const Node* sensors = r.find("sensors"); sensors != nullptr)
     world.sensors = read_sensors(*sensors, world.dt, errors);
   (void)r.find("nominal_uncertainty");  // how far diagnose trusts the model's parameters
-  (void)r.find("unknowns");             // what fit looks for (calibrate/unknowns.hpp)
+  (void)r.find("unknowns");             // what fit looks for (calibrate/fit/unknowns.hpp)
   (void)r.find("calibration");          // what fit found of a log's clock and how to start from it
   read_end(r, world, errors);
   read_limit(r, world, errors);

@@ -1,6 +1,6 @@
 #include "diagnose/real_logs/cornering.hpp"
 
-#include "calibrate/handling.hpp"
+#include "calibrate/fit/handling.hpp"
 
 namespace gripline::diagnose {
 

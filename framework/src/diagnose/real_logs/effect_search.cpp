@@ -4,7 +4,7 @@
 #include <array>
 #include <cmath>
 
-#include "calibrate/yaw_hold.hpp"
+#include "calibrate/effects/yaw_hold.hpp"
 #include "config/errors.hpp"
 
 namespace gripline::diagnose {

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "calibrate/trial_fits.hpp"
+#include "calibrate/effects/trial_fits.hpp"
 #include "diagnose/real_logs/held_out_comparison.hpp"
 #include "diagnose/real_logs/missing_effects.hpp"
 #include "measured/yaw_rate_offset.hpp"

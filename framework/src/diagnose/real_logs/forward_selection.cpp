@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "calibrate/yaw_hold.hpp"
+#include "calibrate/effects/yaw_hold.hpp"
 
 namespace gripline::diagnose {
 

@@ -2,7 +2,7 @@
 // was kept for validation, and logs held out. Neither knows of the other, so that what they say is added.
 #pragma once
 
-#include "calibrate/forecast_errors.hpp"
+#include "calibrate/fit/forecast_errors.hpp"
 
 namespace gripline::diagnose {
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "calibrate/prediction_rows.hpp"
+#include "calibrate/fit/prediction_rows.hpp"
 #include "diagnose/real_logs/backward_elimination.hpp"
 #include "diagnose/real_logs/effect_search.hpp"
 #include "diagnose/real_logs/forward_selection.hpp"

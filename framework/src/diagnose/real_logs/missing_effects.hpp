@@ -14,8 +14,8 @@
 #include <string>
 #include <vector>
 
-#include "calibrate/calibrated_world.hpp"
-#include "calibrate/forecast_errors.hpp"
+#include "calibrate/fit/calibrated_world.hpp"
+#include "calibrate/fit/forecast_errors.hpp"
 #include "diagnose/real_logs/remainder.hpp"
 
 namespace gripline::diagnose {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "calibrate/handling.hpp"
+#include "calibrate/fit/handling.hpp"
 #include "util/numbers.hpp"
 
 namespace gripline::diagnose {

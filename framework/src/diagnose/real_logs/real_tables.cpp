@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <filesystem>
 
-#include "calibrate/effect_trial.hpp"
+#include "calibrate/effects/effect_trial.hpp"
 #include "diagnose/real_logs/real_diagnosis.hpp"
 #include "util/numbers.hpp"
 

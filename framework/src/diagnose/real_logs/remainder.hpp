@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "calibrate/forecast_errors.hpp"
+#include "calibrate/fit/forecast_errors.hpp"
 
 namespace gripline::diagnose {
 

@@ -1,0 +1,114 @@
+#include "calibrate/effects/effect_trial.hpp"
+
+#include <algorithm>
+
+namespace gripline::calibrate {
+
+Stage stage_of(const PluginSpec& effect, const PluginContext& context) {
+  return create<Effect>(*effect.entry, context, effect.values)->stage();
+}
+
+namespace {
+
+/// Where a further effect acts: before the first of its stage that belongs after it.
+std::size_t place_in_chain(const WorldSpec& world, const CandidateEffect& effect) {
+  const auto& effects = world.vehicle.effects;
+  for (std::size_t i = 0; i < effects.size(); ++i) {
+    const bool twice = std::ranges::count(effects, effects[i].id(), &PluginSpec::id) > 1;
+    if (twice) return effects.size();  // such effects are named by their index
+  }
+  const PluginContext context = Trial::context_of(world);
+  for (std::size_t i = 0; i < effects.size(); ++i)
+    if (stage_of(effects[i], context) == effect.effect->stage() &&
+        effects[i].entry->decl->precedence > effect.entry->decl->precedence)
+      return i;
+  return effects.size();
+}
+
+}  // namespace
+
+void take_over_unknowns(Trial& to, const Trial& from) {
+  for (Unknown u : from.unknowns) {
+    std::vector<Unknown::Same> all{{u.pointer, u.index}};
+    all.insert(all.end(), u.same.begin(), u.same.end());
+    u.same.clear();
+    for (const Unknown::Same& one : all)
+      if (const ParameterPlace* const at = to.find(one.pointer); at != nullptr)
+        u.same.push_back({one.pointer, at->index});
+    if (u.same.empty()) continue;
+    u.pointer = u.same.front().pointer;
+    u.index = u.same.front().index;
+    u.same.erase(u.same.begin());
+    to.unknowns.push_back(std::move(u));
+  }
+}
+
+void take_over(Trial& to, const Trial& from) {
+  for (const ParameterPlace& p : from.places)
+    if (const ParameterPlace* const at = to.find(p.pointer); at != nullptr) to.params[at->index] = from.params[p.index];
+  take_over_unknowns(to, from);
+}
+
+std::string pointer_of(const std::string& effect, const char* parameter) {
+  return "/plant/effects/" + effect + "/params/" + parameter;
+}
+
+WorldSpec with_effect(WorldSpec world, const CandidateEffect& effect) {
+  PluginSpec spec;
+  spec.entry = effect.entry;
+  for (const double value : effect.numbers) spec.values.push_back({value, Table{}});
+  spec.tables.resize(spec.values.size());
+  auto& effects = world.vehicle.effects;
+  effects.insert(effects.begin() + static_cast<std::ptrdiff_t>(place_in_chain(world, effect)), std::move(spec));
+  return world;
+}
+
+WorldSpec without_effect(WorldSpec world, const std::string& id) {
+  std::erase_if(world.vehicle.effects, [&](const PluginSpec& e) { return e.id() == id; });
+  return world;
+}
+
+Unknown open_parameter(const ParameterPlace& place, double neutral) {
+  Unknown u = unknown_at(place, neutral);
+  u.sigma = 0.25 * (place.high - place.low);
+  return u;
+}
+
+Node with_effects(Node world, const WorldSpec& found, std::span<const std::string> added) {
+  for (std::size_t i = 0; i < found.vehicle.effects.size(); ++i) {
+    const PluginSpec& effect = found.vehicle.effects[i];
+    if (std::ranges::find(added, effect.id()) == added.end()) continue;
+    Node one = Node::empty_object(), params = Node::empty_object();
+    one.set("plugin", Node(effect.id()));
+    for (std::size_t p = 0; p < effect.values.size(); ++p)
+      params.set(effect.entry->params()[p].name, Node(effect.values[p].number));
+    one.set("params", std::move(params));
+    Node& plant = *world.find("plant");
+    if (plant.find("effects") == nullptr) plant.set("effects", Node(Node::Array{}));
+    Node::Array& list = plant.find("effects")->array();
+    // Before the effect that follows it in the chain.
+    auto at = list.end();
+    for (std::size_t next = i + 1; next < found.vehicle.effects.size() && at == list.end(); ++next)
+      at = std::ranges::find_if(list, [&](const Node& e) {
+        const Node* const id = e.find("plugin");
+        return id != nullptr && id->is_text() && id->text() == found.vehicle.effects[next].id();
+      });
+    list.insert(at, std::move(one));
+  }
+  return world;
+}
+
+void open_parameters(Node& world, std::span<const std::string> added, std::span<const FittedParameter> parameters) {
+  if (Node* const listed = world.find("unknowns"); listed != nullptr)
+    for (const std::string& named : added)
+      for (const FittedParameter& p : parameters) {
+        if (!p.unknown.pointer.starts_with(pointer_of(named, ""))) continue;
+        Node one = Node::empty_object();
+        one.set("group", Node(p.unknown.group));
+        one.set("prior", Node(p.unknown.prior));
+        one.set("sigma", Node(p.unknown.sigma));
+        listed->set(p.unknown.pointer, std::move(one));
+      }
+}
+
+}  // namespace gripline::calibrate

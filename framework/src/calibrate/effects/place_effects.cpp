@@ -1,0 +1,87 @@
+#include "calibrate/effects/place_effects.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+namespace gripline::calibrate {
+namespace {
+
+/// A car in a bend; every quantity is 1, so that factors and sums show.
+Quantities<double> in_a_bend() {
+  Quantities<double> q;
+  constexpr std::size_t count = sizeof(Quantities<double>) / sizeof(double);
+  static_assert(sizeof(Quantities<double>) % sizeof(double) == 0);
+  double ones[count];
+  std::fill(std::begin(ones), std::end(ones), 1.0);
+  std::memcpy(&q, ones, sizeof q);
+  return q;
+}
+
+Place somewhere(double lap_fraction) {
+  Place at;
+  at.t = 1.0;
+  at.lap_fraction = lap_fraction;
+  at.s = 100.0 * lap_fraction;
+  at.n = lap_fraction;
+  at.yaw_line = lap_fraction;
+  at.kappa = lap_fraction;
+  return at;
+}
+
+}  // namespace
+
+bool depends_on_place(const Effect& effect, std::span<const double> params) {
+  if (effect.stage() == Stage::reading) return false;
+  const auto m = static_cast<std::size_t>(effect.memory());
+  const Quantities<double> before = in_a_bend();
+  Quantities<double> first{};
+  std::vector<double> memory(m, 0.5), first_rate(m), rate(m);
+  const CommandSample<double> idle{1.0, 0.1};
+  History<double> past;
+  past.samples = &idle;
+  past.count = 1;
+  past.dt = 0.01;
+  for (const double f : {0.03, 0.17, 0.31, 0.45, 0.52, 0.68, 0.83, 0.97}) {
+    Quantities<double> q = before;
+    const Place at = somewhere(f);
+    Points<double> points;
+    points.n = 1;
+    points.q = &q;
+    points.at = &at;
+    points.params = params.data();
+    points.memory = memory.data();
+    points.memory_rate = rate.data();
+    points.memory_stride = m;
+    points.history = &past;
+    effect.apply(points);
+    if (f == 0.03) {
+      first = q;
+      first_rate = rate;
+    } else if (std::memcmp(&q, &first, sizeof q) != 0 || rate != first_rate) {
+      return true;
+    }
+  }
+  return false;
+}
+
+std::vector<std::string> leave_out_place_effects(VehicleSpec& vehicle, const Car& car) {
+  std::vector<std::string> gone;
+  PluginContext context;
+  context.car = car;
+  std::erase_if(vehicle.effects, [&](const PluginSpec& spec) {
+    const auto effect = create<Effect>(*spec.entry, context, spec.values);
+    // At its neutral parameters an effect does nothing anywhere: it is asked at a strength that shows.
+    std::vector<double> params = spec.numbers();
+    for (std::size_t i = 0; i < params.size(); ++i)
+      if (params[i] == 0.0)
+        params[i] =
+            std::clamp(0.1 + 0.01 * static_cast<double>(i), spec.entry->params()[i].lo, spec.entry->params()[i].hi);
+    const bool by_place = depends_on_place(*effect, params);
+    if (by_place) gone.push_back(spec.id());
+    return by_place;
+  });
+  return gone;
+}
+
+}  // namespace gripline::calibrate

@@ -1,0 +1,247 @@
+#include "calibrate/fit/fit.hpp"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+#include "calibrate/fit/fit_starts.hpp"
+#include "calibrate/fit/prediction_rows.hpp"
+#include "calibrate/forecast/baselines.hpp"
+#include "config/errors.hpp"
+#include "util/numbers.hpp"
+
+namespace gripline::calibrate {
+namespace {
+
+constexpr double learned_enough = 0.1;  // of the prior's variance, for a parameter to count as determined
+// Relative decrease of the cost below which a search ends from which another one goes on, with other scales or errors.
+constexpr double enough_to_go_on = 3e-3;
+
+void say(const FitOptions& options, const std::string& text) {
+  if (options.say) options.say(text);
+}
+
+// Shares of the work: of the first searches, and of those with those that are followed.
+constexpr double searched = 0.4, all_searched = 0.6;
+void tell(const FitOptions& options, double share, const std::string& what) {
+  if (options.progress) options.progress(share, what);
+}
+
+/// The prior itself, then draws from it at half its width.
+std::vector<double> start_of(int attempt, std::span<const double> values, std::span<const Unknown> unknowns,
+                             unsigned seed) {
+  std::vector<double> start(values.begin(), values.end());
+  if (attempt == 0) return start;
+  std::mt19937 random(seed + static_cast<unsigned>(attempt));
+  Eigen::VectorXd move(static_cast<Eigen::Index>(unknowns.size()));
+  for (std::size_t i = 0; i < unknowns.size(); ++i) {
+    double sum = -6.0;  // of twelve uniform draws: nearly normal, the same on every machine
+    for (int k = 0; k < 12; ++k) sum += static_cast<double>(random()) / 4294967296.0;
+    move(static_cast<Eigen::Index>(i)) = unknowns[i].observer ? 0.0 : 0.5 * unknowns[i].sigma * sum;
+  }
+  return moved(values, unknowns, move);
+}
+
+/// The same starts, asked for another horizon.
+std::vector<FitLog> at_horizon(std::vector<FitLog> logs, double horizon) {
+  for (FitLog& log : logs) {
+    log.starts.horizons = {horizon};
+    log.truth = readings_at(*log.session, log.starts);
+  }
+  return logs;
+}
+
+/// The best of several short searches over few starts. Each begins with short predictions, whose errors are nearly
+/// linear in the parameters: errors of a second of wrong driving have many minima.
+std::vector<double> search(const Forecaster& forecaster, const std::vector<FitLog>& logs,
+                           std::span<const double> values, std::span<const Unknown> unknowns,
+                           const FitOptions& options) {
+  std::vector<FitLog> few = thinned(logs, 4), near = at_horizon(few, 0.5 * options.horizons.front());
+  PredictionErrors errors(forecaster, few), short_errors(forecaster, near);
+  errors.weighing.horizon = options.horizon_weight;
+  short_errors.weighing.horizon = {1.0};
+  LeastSquaresOptions quick;
+  quick.enough = enough_to_go_on;
+  constexpr std::size_t followed = 2;  // attempts: a minimum in which one start spins is found out by all starts
+  struct Found {
+    std::vector<double> params;
+    double cost = 0;
+  };
+  std::vector<Found> found;
+  for (int attempt = 0; attempt < options.tries; ++attempt) {
+    tell(options, searched * attempt / options.tries,
+         "search " + std::to_string(attempt + 1) + " of " + std::to_string(options.tries));
+    Found one{start_of(attempt, values, unknowns, options.seed)};
+    for (const int steps : {2, 3}) {
+      short_errors.set_scales(one.params);
+      quick.iterations = steps;
+      one.params = least_squares(short_errors, unknowns, one.params, quick, one.cost);
+    }
+    if (attempt == 0) errors.set_scales(one.params);  // of all attempts, so that they can be compared
+    one.cost = errors.cost(one.params) + prior_cost(one.params, unknowns);
+    found.push_back(std::move(one));
+  }
+  std::stable_sort(found.begin(), found.end(), [](const Found& a, const Found& b) { return a.cost < b.cost; });
+  found.resize(std::min(found.size(), followed));
+  std::vector<FitLog> all = logs;
+  PredictionErrors judge(forecaster, all);
+  judge.weighing.horizon = options.horizon_weight;
+  for (Found& one : found) {
+    const auto number = static_cast<double>(&one - found.data());
+    tell(options, searched + (all_searched - searched) * number / static_cast<double>(found.size()),
+         "the best searches, with more starts");
+    for (const int steps : {3, 4, 4}) {
+      errors.set_scales(one.params);
+      quick.iterations = steps;
+      one.params = least_squares(errors, unknowns, one.params, quick, one.cost);
+    }
+    if (&one == &found.front()) judge.set_scales(one.params);
+    one.cost = judge.cost(one.params) + prior_cost(one.params, unknowns);
+  }
+  return std::min_element(found.begin(), found.end(), [](const Found& a, const Found& b) { return a.cost < b.cost; })
+      ->params;
+}
+
+bool at_bound(const Unknown& u, double value) {
+  return value <= u.low || value >= u.high;  // a search stops there exactly
+}
+
+/// What is known of an unknown before any log is read.
+Interval interval_of_prior(const Unknown& u, Interval found) {
+  const double off = 1.96 * u.sigma;
+  found.low = std::clamp(u.log ? u.prior * std::exp(-off) : u.prior - off, u.low, u.high);
+  found.high = std::clamp(u.log ? u.prior * std::exp(off) : u.prior + off, u.low, u.high);
+  return found;
+}
+
+/// Unknowns at a bound or not determined go back to their priors; what is left is what is fitted then.
+std::vector<Unknown> settle(FitResult& result, std::span<const Unknown> unknowns, std::span<const Interval> intervals) {
+  std::vector<Unknown> kept;
+  for (std::size_t i = 0; i < unknowns.size(); ++i) {
+    const Unknown& u = unknowns[i];
+    auto status = FittedParameter::Status::determined;
+    if (!u.observer && intervals[i].learned < learned_enough)
+      status = FittedParameter::Status::undetermined;
+    else if (!u.observer && at_bound(u, result.params[u.index]))
+      status = FittedParameter::Status::at_bound;
+    if (status == FittedParameter::Status::determined) {
+      kept.push_back(u);
+      continue;
+    }
+    assign(result.params, u, u.prior);
+    result.parameters.push_back({u, u.prior, interval_of_prior(u, intervals[i]), status});
+  }
+  return kept;
+}
+
+}  // namespace
+
+std::vector<FitLog> fit_logs(const std::list<measured::SessionFile>& files, const std::shared_ptr<const Track>& track,
+                             double grid_step, const FitOptions& options) {
+  constexpr double often = 0.1;      // [s] between starts at least
+  constexpr std::size_t enough = 5;  // starts, for a log to say anything
+  std::vector<FitLog> logs;
+  double seconds = 0.0, slow_seconds = 0.0, mean = 0.0;
+  struct Driven {
+    const measured::SessionFile* file;
+    double slowest, seconds;
+  };
+  std::vector<Driven> driven;
+  for (const measured::SessionFile& file : files) {
+    // Of a log that is slow throughout, of parking or of a steering test, starts where its car moves at all.
+    for (const double slowest : {options.slowest, std::min(options.crawling, options.slowest)}) {
+      const FitLog all(file.session, grid_step, options.horizons, often, slowest);
+      if (all.starts.time.size() < enough) continue;
+      driven.push_back({&file, slowest, often * static_cast<double>(all.starts.time.size())});
+      (slowest < options.slowest ? slow_seconds : seconds) += driven.back().seconds;
+      break;
+    }
+    if (!driven.empty() && driven.back().file == &file) continue;
+    const std::string problem = file.session.name + ": hardly anywhere in it is the car faster than " +
+                                significant(options.crawling, 3) + " m/s with " +
+                                significant(options.horizons.back(), 3) + " s of log to come; ";
+    if (files.size() == 1) throw InputError(problem + "there is nothing to fit");
+    say(options, problem + "left out");
+  }
+  if (driven.empty())
+    throw InputError("in none of the logs is the car faster than " + significant(options.crawling, 3) + " m/s with " +
+                     significant(options.horizons.back(), 3) + " s of log to come; there is nothing to fit");
+  // Static friction and play, which no model here has, rule a crawl: it counts where nothing else is there.
+  const auto is_slow = [&](const Driven& one) { return one.slowest < options.slowest; };
+  if (seconds > 0.0) {
+    for (const Driven& one : driven)
+      if (is_slow(one))
+        say(options, one.file->session.name + ": slower than " + significant(options.slowest, 3) +
+                         " m/s throughout, other logs are not; left out");
+    std::erase_if(driven, is_slow);
+  }
+  const double every = std::max(often, (seconds > 0.0 ? seconds : slow_seconds) / static_cast<double>(options.starts));
+  for (const Driven& one : driven) {
+    const measured::Session& session = one.file->session;
+    logs.emplace_back(session, grid_step, options.horizons, std::min(every, std::max(often, one.seconds / 20)),
+                      one.slowest);
+    if (track && lies_on(session, *track)) logs.back().track = track;
+    mean += static_cast<double>(logs.back().starts.time.size()) / static_cast<double>(driven.size());
+  }
+  // Long sessions count more than short ones, by the root of their length.
+  for (FitLog& log : logs)
+    log.weight = std::sqrt(mean / static_cast<double>(std::max<std::size_t>(1, log.starts.time.size())));
+  return logs;
+}
+
+FitResult fit(const Forecaster& forecaster, std::vector<FitLog>& logs, std::vector<double> values,
+              std::vector<Unknown> unknowns, const FitOptions& options) {
+  FitResult result;
+  unite(values, unknowns);
+  for (const FitLog& log : logs) result.starts += log.starts.time.size();
+  PredictionErrors errors(forecaster, logs);
+  errors.weighing.horizon = options.horizon_weight;
+  for (std::size_t b = 0; b < baseline_names.size(); ++b) {
+    std::vector<std::vector<double>> predicted;
+    for (const FitLog& log : logs)
+      predicted.push_back(baseline(static_cast<Baseline>(b), *log.session, log.starts, forecaster.options().wheelbase));
+    result.errors.push_back(row_of_predictions(baseline_names[b], logs, predicted));
+  }
+  result.errors.push_back(row_of_model("before", errors, values));
+
+  result.params = unknowns.empty() ? values : search(forecaster, logs, values, unknowns, options);
+  LeastSquaresOptions full;
+  const double enough = full.enough;
+  constexpr int rounds = 3;
+  int round = 0;
+  full.progress = [&](const FitStep& step) {
+    const double part = std::min(1.0, static_cast<double>(step.iteration) / std::max(1, full.iterations));
+    tell(options, all_searched + (1.0 - all_searched) * (round + part) / rounds,
+         "all starts, round " + std::to_string(round + 1) + " of " + std::to_string(rounds));
+  };
+  std::vector<Unknown> open = unknowns;
+  std::vector<Eigen::VectorXd> allowed;  // of all unknowns
+  Bootstrap boot;
+  for (; round < rounds && !open.empty(); ++round) {
+    errors.set_scales(result.params);
+    result.cost_before = errors.cost(values);
+    full.enough = round < 2 ? enough_to_go_on : enough;
+    full.iterations = round == 0 ? options.iterations / 3 : 2 * options.iterations / 3;
+    result.params = least_squares(errors, open, result.params, full, result.cost_after);
+    if (round == 0) continue;  // scales were those of the search
+    const NormalEquations blocks = errors.linearise(result.params, open);
+    result.dropped = blocks.dropped;
+    boot = bootstrap(blocks, result.params, open, options.seed);
+    if (round > 1) continue;
+    allowed = boot.allowed;
+    open = settle(result, open, boot.interval);
+  }
+  for (std::size_t i = 0; i < open.size(); ++i)
+    result.parameters.push_back(
+        {open[i], result.params[open[i].index], boot.interval[i], FittedParameter::Status::determined});
+  std::stable_sort(result.parameters.begin(), result.parameters.end(),
+                   [](const auto& a, const auto& b) { return a.unknown.index < b.unknown.index; });
+  result.drawn = std::move(boot.params);
+  for (const Eigen::VectorXd& move : allowed) result.allowed.push_back(moved(result.params, unknowns, move));
+  result.weighing = errors.weighing;
+  result.errors.push_back(row_of_model("fitted", errors, result.params));
+  return result;
+}
+
+}  // namespace gripline::calibrate

@@ -1,0 +1,88 @@
+// A world's unknowns from logs: those under which predictions miss the logs least.
+#pragma once
+
+#include <array>
+#include <functional>
+#include <list>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "calibrate/fit/handling.hpp"
+#include "calibrate/fit/least_squares.hpp"
+#include "calibrate/forecast/horizon_table.hpp"
+#include "measured/yaw_rate_offset.hpp"
+
+namespace gripline::calibrate {
+
+struct FitOptions {
+  std::vector<double> horizons{0.5, 1.0};  // [s]
+  std::vector<double> horizon_weight{0.5, 1.0};
+  double slowest = 1.0;      // [m/s] of a start
+  double crawling = 0.25;    // [m/s] of a start in a log that has none as fast as that
+  std::size_t starts = 200;  // wanted of all logs together
+  // Of the last search: a third with the scales of the one before, up to two thirds each with its own and of what is
+  // determined.
+  int iterations = 12;
+  int tries = 3;  // starts of the search; the first is the world itself, the others are draws around it
+  unsigned seed = 1;
+  std::function<void(const std::string&)> say;  // one line about a log that is left out; may be empty
+  std::function<void(double share, const std::string&)> progress;  // what is done, and what is under way; may be empty
+};
+
+struct FittedParameter {
+  Unknown unknown;
+  double value = 0;
+  Interval interval;
+  enum class Status {
+    determined,
+    undetermined,  // the logs do not tell: kept at its prior
+    at_bound,      // ran into the end of its range: kept at its prior
+  } status = Status::determined;
+};
+/// By the number of a status, for files and tables.
+inline constexpr std::array<const char*, 3> status_names = {"determined", "undetermined", "at its bound"};
+
+/// An effect that is not in the world: how much its first parameter would lower the cost, to first order.
+struct Advice {
+  std::string effect;
+  double gain = 0;   // relative decrease of the squared errors
+  double score = 0;  // in standard deviations over blocks
+  struct Value {
+    std::string name, unit;
+    double value = 0;
+  };
+  std::vector<Value> values;  // what its parameters that are tested would be, inside their ranges; at least one
+};
+
+struct FitResult {
+  std::vector<double> params;  // of the forecaster
+  std::vector<FittedParameter> parameters;
+  double cost_before = 0, cost_after = 0;
+  std::size_t starts = 0, dropped = 0;
+  Friction friction;
+  std::vector<Advice> advice;              // best first, those above two standard deviations
+  std::vector<HorizonRow> errors;          // at the last horizon over all logs: baselines, the world before, after
+  std::vector<std::vector<double>> drawn;  // parameters by bootstrap draw
+  // By draw of what priors and curvature allow, of parameters that are kept at their priors too.
+  std::vector<std::vector<double>> allowed;
+  Weighing weighing;  // of the last step
+};
+
+/// Logs with their starts, evenly spread over all of them. Longer logs count more, by the root of their length. `track`
+/// goes to the logs that lie on it. A log without a usable start is left out; throws InputError when none is left.
+std::vector<FitLog> fit_logs(const std::list<measured::SessionFile>& files, const std::shared_ptr<const Track>& track,
+                             double grid_step, const FitOptions& options);
+
+/// `values`: all parameters as the world has them. `logs` hold their starts. Deterministic.
+FitResult fit(const Forecaster& forecaster, std::vector<FitLog>& logs, std::vector<double> values,
+              std::vector<Unknown> unknowns, const FitOptions& options);
+
+/// Which of the registry's effects, added to the world's car, would help: a score test each. None that only does what
+/// unknowns of the world do already, fitted or kept at their priors. `by_yaw`: what an offset of the yaw rate is held to.
+std::vector<Advice> advise(const WorldSpec& world, const Registry& registry, const ForecastOptions& forecast,
+                           std::vector<FitLog>& logs, const FitResult& found,
+                           const std::optional<measured::YawRateOffset>& by_yaw = std::nullopt);
+
+}  // namespace gripline::calibrate

@@ -1,0 +1,187 @@
+#include "calibrate/fit/prediction_errors.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "util/numbers.hpp"
+
+namespace gripline::calibrate {
+namespace {
+
+constexpr double farthest = 15.0;      // scales: an error beyond is a spin, and no more wrong for being larger
+constexpr double steepest = 1e5;       // scales per standard deviation of a prior
+constexpr std::size_t directions = 8;  // of a Dual8
+
+/// What a move of one of an unknown's own units does to the parameter.
+double step_of(const Unknown& u, double value) { return u.log ? value : 1.0; }
+
+}  // namespace
+
+std::vector<double> readings_at(const Session& s, const Starts& starts) {
+  std::vector<double> all;
+  for (const double start : starts.time)
+    for (const double h : starts.horizons)
+      for (std::size_t c = 0; c < channels; ++c)
+        all.push_back(c == 3 && s.prescribed_speed ? not_a_number : s.interpolate(c, start + h));
+  return all;
+}
+
+FitLog::FitLog(const Session& s, double grid_step, std::vector<double> horizons, double every, double slowest,
+               Speed speed)
+    : session(&s), commands(s, grid_step) {
+  starts.horizons = std::move(horizons);
+  const double last = s.t.back() - starts.horizons.back();
+  for (double wanted = s.t.front(); wanted <= last; wanted += every) {
+    auto row = static_cast<std::size_t>(std::lower_bound(s.t.begin(), s.t.end(), wanted - 1e-9) - s.t.begin());
+    if (row >= s.rows() || s.t[row] > last) break;
+    if (speed == Speed::own) {
+      const double end = std::min(wanted + every - 1e-9, last);  // where the next start is due, or the last one
+      std::size_t next = row;
+      while (next < s.rows() && s.t[next] <= end && std::isnan(s.at(next, 3))) ++next;
+      if (next < s.rows() && s.t[next] <= end) row = next;
+    }
+    if (!starts.time.empty() && s.t[row] <= starts.time.back()) continue;
+    double v = s.at(row, 3);
+    for (std::size_t i = row; std::isnan(v) && i > 0 && s.t[row] - s.t[i - 1] < 0.5; --i) v = s.at(i - 1, 3);
+    if (std::abs(v) >= slowest) starts.time.push_back(s.t[row]);
+  }
+  truth = readings_at(s, starts);
+}
+
+bool lies_on(const Session& s, const Track& track) {
+  std::size_t seen = 0, on = 0;
+  const std::size_t step = std::max<std::size_t>(1, s.rows() / 300);
+  for (std::size_t i = 0; i < s.rows(); i += step) {
+    if (!std::isfinite(s.at(i, 0) + s.at(i, 1))) continue;
+    ++seen;
+    const CurveLocation found = track.locate(s.at(i, 0), s.at(i, 1));
+    on += std::abs(found.n) < 1.5 * (track.half_width_left(found.s) + track.half_width_right(found.s));
+  }
+  return 10 * on >= seen && on > 0;
+}
+
+std::vector<std::vector<double>> PredictionErrors::errors(std::span<const double> params,
+                                                          std::vector<ObserverSteps>* steps) const {
+  std::vector<std::vector<double>> all;
+  if (steps != nullptr) steps->assign(logs_.size(), {});
+  for (const FitLog& log : logs_) {
+    std::vector<double> predicted;
+    std::optional<measured::Road> road;
+    if (log.track) road.emplace(log.track);
+    forecaster_.run<double>(*log.session, log.commands, road ? &*road : nullptr, params, log.starts, predicted,
+                            steps != nullptr ? &(*steps)[all.size()] : nullptr);
+    for (std::size_t k = 0; k < predicted.size(); ++k) predicted[k] -= log.truth[k];
+    all.push_back(std::move(predicted));
+  }
+  return all;
+}
+
+double PredictionErrors::weight_of(const FitLog& log, std::size_t k) const {
+  const double channel = weighing.channel[k % channels];
+  const double horizon = weighing.horizon[k / channels % log.starts.horizons.size()];
+  return log.weight * channel * channel * horizon;
+}
+
+double PredictionErrors::loss(double z, double weight, double* slope_weight) const {
+  const double q = std::sqrt(1.0 + z * z / (weighing.bend * weighing.bend));
+  if (slope_weight != nullptr) *slope_weight = weight / q;
+  return weight * 2.0 * weighing.bend * weighing.bend * (q - 1.0);
+}
+
+double PredictionErrors::cost(std::span<const double> params, std::vector<ObserverSteps>* steps) const {
+  double sum = 0.0;
+  const auto all = errors(params, steps);
+  for (std::size_t l = 0; l < logs_.size(); ++l)
+    for (std::size_t k = 0; k < all[l].size(); ++k) {
+      if (std::isnan(logs_[l].truth[k])) continue;
+      double z = all[l][k] / weighing.scale[k % channels];
+      if (!(std::abs(z) < farthest)) z = farthest;
+      sum += loss(z, weight_of(logs_[l], k), nullptr);
+    }
+  return sum;
+}
+
+NormalEquations PredictionErrors::linearise(std::span<const double> params, std::span<const Unknown> unknowns,
+                                            std::vector<ObserverSteps> steps) const {
+  const std::size_t n = unknowns.size();
+  steps.resize(logs_.size());
+  NormalEquations out;
+  constexpr double enough_blocks = 20.0;
+  double seconds = 0.0;
+  for (const FitLog& log : logs_) seconds += log.session->t.back() - log.session->t.front();
+  const double length = std::clamp(seconds / enough_blocks, shortest_block, block_length);
+  for (std::size_t l = 0; l < logs_.size(); ++l) {
+    const FitLog& log = logs_[l];
+    std::optional<measured::Road> road;
+    if (log.track) road.emplace(log.track);
+    Eigen::MatrixXd slope(static_cast<Eigen::Index>(n), static_cast<Eigen::Index>(log.truth.size()));
+    std::vector<double> value(log.truth.size());
+    std::vector<Dual8> seeded, predicted;
+    for (std::size_t first = 0; first == 0 || first < n; first += directions) {
+      const std::size_t last = std::min(first + directions, n);
+      seeded.assign(params.begin(), params.end());
+      for (std::size_t u = first; u < last; ++u) {
+        const double step = step_of(unknowns[u], params[unknowns[u].index]);
+        seeded[unknowns[u].index].d[u - first] = step;
+        for (const Unknown::Same& s : unknowns[u].same) seeded[s.index].d[u - first] = step;
+      }
+      forecaster_.run<Dual8>(*log.session, log.commands, road ? &*road : nullptr, seeded, log.starts, predicted,
+                             &steps[l]);
+      for (std::size_t k = 0; k < predicted.size(); ++k) {
+        value[k] = predicted[k].v;
+        for (std::size_t u = first; u < last; ++u)
+          slope(static_cast<Eigen::Index>(u), static_cast<Eigen::Index>(k)) = predicted[k].d[u - first];
+      }
+    }
+    const std::size_t per_start = log.starts.horizons.size() * channels;
+    std::map<long, std::size_t> block_at;
+    for (std::size_t k = 0; k < value.size(); ++k) {
+      if (std::isnan(log.truth[k])) continue;
+      const double scale = weighing.scale[k % channels];
+      double z = (value[k] - log.truth[k]) / scale;
+      const auto j = slope.col(static_cast<Eigen::Index>(k)) / scale;
+      double steep = 0.0;
+      for (std::size_t u = 0; u < n; ++u)
+        steep = std::max(steep, std::abs(j(static_cast<Eigen::Index>(u))) * unknowns[u].sigma);
+      const bool far = !(std::abs(z) < farthest), wild = !(steep < steepest);
+      if (far) z = farthest;
+      double w = 0.0;
+      out.cost += loss(z, weight_of(log, k), &w);
+      if (far || wild) {
+        ++out.dropped;
+        continue;
+      }
+      w /= 1.0 + (steep / weighing.steep) * (steep / weighing.steep);
+      const long when = std::lround(std::floor((log.starts.time[k / per_start] - log.session->t.front()) / length));
+      const auto [at, fresh] = block_at.try_emplace(when, out.hessian.size());
+      if (fresh) {
+        out.hessian.emplace_back(Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(n), static_cast<Eigen::Index>(n)));
+        out.gradient.emplace_back(Eigen::VectorXd::Zero(static_cast<Eigen::Index>(n)));
+      }
+      out.hessian[at->second].selfadjointView<Eigen::Lower>().rankUpdate(j, w);
+      out.gradient[at->second] += j * (w * z);
+    }
+  }
+  for (Eigen::MatrixXd& h : out.hessian) h = Eigen::MatrixXd(h.selfadjointView<Eigen::Lower>());
+  return out;
+}
+
+void PredictionErrors::set_scales(std::span<const double> params) {
+  std::array<std::vector<double>, channels> squares;
+  const auto all = errors(params);
+  for (std::size_t l = 0; l < all.size(); ++l)
+    for (std::size_t k = 0; k < all[l].size(); ++k)
+      if (std::isfinite(all[l][k])) squares[k % channels].push_back(all[l][k] * all[l][k]);
+  for (std::size_t c = 0; c < channels; ++c) {
+    if (squares[c].empty()) continue;
+    std::sort(squares[c].begin(), squares[c].end());
+    const std::size_t kept = std::max<std::size_t>(1, squares[c].size() * 97 / 100);
+    double sum = 0.0;
+    for (std::size_t i = 0; i < kept; ++i) sum += squares[c][i];
+    weighing.scale[c] = std::sqrt(sum / static_cast<double>(kept)) + 1e-9;
+  }
+  weighing.scale[0] = weighing.scale[1] = std::hypot(weighing.scale[0], weighing.scale[1]) / std::sqrt(2.0);
+}
+
+}  // namespace gripline::calibrate

@@ -1,0 +1,170 @@
+#include "calibrate/fit/session_adaptation.hpp"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+
+#include "calibrate/forecast/horizon_table.hpp"
+
+namespace gripline::calibrate {
+namespace {
+
+using Index = Eigen::Index;
+
+constexpr double chunk = 2.0;         // [s] of a log that is predicted by the same parameters
+constexpr double often = 0.5;         // [s] between the starts that are judged
+constexpr double ahead = 1.0;         // [s]
+constexpr double settled = 0.3;       // [s] after which no row to come changes a reading
+constexpr double forgotten = 60.0;    // [s]
+constexpr double largest_move = 2.5;  // widths
+constexpr double slow_share = 0.25;   // of v_ref: slower starts are not judged
+
+class Adaptation {
+ public:
+  Adaptation(const Forecaster& forecaster, const FitLog& log, std::span<const double> params,
+             std::span<const Unknown> moving, const SessionWeighing& weighing)
+      : base_(params.begin(), params.end()),
+        now_(base_),
+        moving_(moving.begin(), moving.end()),
+        judged_(judged_starts(forecaster, log)),
+        past_{emptied(log, {ahead})},
+        errors_(forecaster, past_),
+        information_(Eigen::MatrixXd::Zero(size(), size())),
+        pull_(Eigen::VectorXd::Zero(size())) {
+    errors_.weighing.scale = weighing.scale;
+    errors_.weighing.horizon = {1.0};
+    errors_.weighing.steep = errors_.weighing.bend;  // a start near a spin would rule for a minute, by a wrong slope
+    past_.front().weight = weighing.weight;
+    for (Unknown& u : moving_) u.sigma = u.session;
+  }
+
+  const std::vector<double>& params() const { return now_; }
+
+  /// Takes in all starts whose outcome was known at `time`, and moves the parameters.
+  void learn(double time) {
+    FitLog& past = past_.front();
+    past.starts.time.clear();
+    past.truth.clear();
+    for (; next_ < judged_.starts.time.size() && judged_.starts.time[next_] + ahead + settled < time; ++next_) {
+      past.starts.time.push_back(judged_.starts.time[next_]);
+      const auto* const truth = judged_.truth.data() + next_ * channels;
+      past.truth.insert(past.truth.end(), truth, truth + channels);
+    }
+    const double keep = std::exp(-chunk / forgotten);
+    information_ *= keep;
+    pull_ *= keep;
+    if (!past.starts.time.empty()) {
+      const NormalEquations found = errors_.linearise(now_, moving_);
+      const Eigen::VectorXd at = offset();
+      for (std::size_t b = 0; b < found.hessian.size(); ++b) {
+        information_ += found.hessian[b];
+        pull_ += found.hessian[b] * at - found.gradient[b];
+      }
+    }
+    move();
+  }
+
+ private:
+  Index size() const { return static_cast<Index>(moving_.size()); }
+
+  static FitLog judged_starts(const Forecaster& forecaster, const FitLog& log) {
+    const ForecastOptions& options = forecaster.options();
+    return {*log.session, options.step, {ahead}, often, std::max(options.v_min, slow_share * options.v_ref)};
+  }
+  static FitLog emptied(FitLog log, std::vector<double> horizons) {
+    log.starts = {{}, std::move(horizons)};
+    log.truth.clear();
+    return log;
+  }
+
+  Eigen::VectorXd offset() const {
+    Eigen::VectorXd at(size());
+    for (std::size_t i = 0; i < moving_.size(); ++i) {
+      const Unknown& u = moving_[i];
+      at(static_cast<Index>(i)) = own_value(u, now_[u.index]) - own_value(u, base_[u.index]);
+    }
+    return at;
+  }
+
+  void move() {
+    Eigen::MatrixXd all = information_;
+    for (std::size_t i = 0; i < moving_.size(); ++i)
+      all(static_cast<Index>(i), static_cast<Index>(i)) += 1.0 / (moving_[i].session * moving_[i].session);
+    const Eigen::VectorXd to = all.ldlt().solve(pull_);
+    if (!to.allFinite()) return;
+    for (std::size_t i = 0; i < moving_.size(); ++i) {
+      const Unknown& u = moving_[i];
+      const double by = std::clamp(to(static_cast<Index>(i)), -largest_move * u.session, largest_move * u.session);
+      const double value = u.log ? base_[u.index] * std::exp(by) : base_[u.index] + by;
+      assign(now_, u, std::clamp(value, u.low, u.high));
+    }
+  }
+
+  std::vector<double> base_, now_;
+  std::vector<Unknown> moving_;  // with the session's width as their standard deviation
+  FitLog judged_;
+  std::vector<FitLog> past_;  // one: the starts that are new
+  PredictionErrors errors_;
+  Eigen::MatrixXd information_;
+  Eigen::VectorXd pull_;
+  std::size_t next_ = 0;
+};
+
+}  // namespace
+
+SessionWeighing session_weighing(const std::array<double, quantities>& usual) {
+  const auto scale = [&](std::size_t q) { return usual[q] > 0.0 && std::isfinite(usual[q]) ? usual[q] : 1.0; };
+  const double place = scale(0) / std::sqrt(2.0);
+  SessionWeighing weighing;
+  weighing.scale = {place, place, scale(1), scale(2), scale(3), scale(4)};
+  return weighing;
+}
+
+std::optional<SessionWeighing> session_weighing(const Node& world) {
+  const Node* const row = find_pointer(world, "/calibration/errors_at_horizon/fitted");
+  if (row == nullptr) return std::nullopt;
+  std::array<double, quantities> usual{};
+  for (std::size_t q = 0; q < quantities; ++q) {
+    const Node* const figures = row->find(quantity_names[q]);
+    if (figures != nullptr && figures->is_array() && !figures->array().empty() && figures->array().front().is_number())
+      usual[q] = figures->array().front().number();
+  }
+  return session_weighing(usual);
+}
+
+std::vector<Unknown> session_unknowns(std::span<const Unknown> unknowns) {
+  std::vector<Unknown> moving;
+  for (const Unknown& u : unknowns)
+    if (u.session > 0.0) moving.push_back(u);
+  return moving;
+}
+
+std::vector<double> predict_session(const Forecaster& forecaster, const FitLog& log, std::span<const double> params,
+                                    std::span<const Unknown> moving, const SessionWeighing& weighing,
+                                    std::vector<double>* moved_to) {
+  const std::size_t per_start = log.starts.horizons.size() * channels;
+  std::optional<measured::Road> road;
+  if (log.track) road.emplace(log.track);
+  std::vector<double> all, part;
+  if (moving.empty()) {
+    forecaster.run<double>(*log.session, log.commands, road ? &*road : nullptr, params, log.starts, all);
+    return all;
+  }
+  Adaptation adaptation(forecaster, log, params, moving, weighing);
+  const double begin = log.session->t.front(), end = log.session->t.back();
+  std::size_t next = 0;
+  for (double time = begin; time <= end; time += chunk) {
+    adaptation.learn(time);
+    Starts starts{{}, log.starts.horizons};
+    for (; next < log.starts.time.size() && log.starts.time[next] < time + chunk; ++next)
+      starts.time.push_back(log.starts.time[next]);
+    if (starts.time.empty()) continue;
+    forecaster.run<double>(*log.session, log.commands, road ? &*road : nullptr, adaptation.params(), starts, part);
+    all.insert(all.end(), part.begin(), part.end());
+  }
+  all.resize(log.starts.time.size() * per_start, std::nan(""));
+  if (moved_to != nullptr) *moved_to = adaptation.params();
+  return all;
+}
+
+}  // namespace gripline::calibrate

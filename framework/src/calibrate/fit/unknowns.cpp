@@ -1,0 +1,254 @@
+#include "calibrate/fit/unknowns.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <set>
+#include <stdexcept>
+
+#include "config/units.hpp"
+
+namespace gripline::calibrate {
+namespace {
+
+constexpr std::array<const char*, stage_count> stage_groups = {"command", "drive", "load",  "tyre",
+                                                               "force",   "body",  "frames"};
+constexpr std::array<const char*, 4> known_of_car = {"m", "lf", "lr", "yaw_gain"};
+
+bool is_delay(std::size_t extra) { return extra >= static_cast<std::size_t>(Extra::delay_position); }
+
+std::string pointer_of_extra(std::size_t extra) {
+  const std::string name = extra_infos()[extra].name;
+  return is_delay(extra) ? "/calibration/delays/" + name.substr(std::string("delay_").size())
+                         : "/calibration/observer/" + name;
+}
+
+std::string effect_name(const WorldSpec& world, std::size_t i) {
+  const std::string id = world.vehicle.effects[i].id();
+  const auto same = [&](const PluginSpec& other) { return other.id() == id; };
+  const auto count = std::count_if(world.vehicle.effects.begin(), world.vehicle.effects.end(), same);
+  return count == 1 ? id : std::to_string(i);
+}
+
+}  // namespace
+
+std::vector<ParameterPlace> parameter_places(const WorldSpec& world, const Forecaster& forecaster) {
+  std::vector<ParameterPlace> places;
+  const auto add = [&](const abi::ParamDecl& p, std::string pointer, std::string group) {
+    places.push_back({std::move(pointer), p.unit, std::move(group), places.size(), p.lo, p.hi});
+  };
+  for (const abi::ParamDecl& p : world.vehicle.model.entry->params())
+    add(p, std::string("/plant/params/") + p.name, "model");
+  for (std::size_t i = 0; i < world.vehicle.effects.size(); ++i) {
+    const PluginSpec& effect = world.vehicle.effects[i];
+    PluginContext context;
+    context.car = world.car.car;
+    const auto stage = create<Effect>(*effect.entry, context, effect.values)->stage();
+    for (const abi::ParamDecl& p : effect.entry->params())
+      add(p, "/plant/effects/" + effect_name(world, i) + "/params/" + p.name,
+          stage_groups[static_cast<std::size_t>(stage)]);
+  }
+  for (std::size_t e = 0; e < extra_count; ++e) {
+    const ExtraInfo& info = extra_infos()[e];
+    places.push_back({pointer_of_extra(e), info.unit, is_delay(e) ? "delays" : "observer", forecaster.car_params() + e,
+                      info.lo, info.hi});
+  }
+  return places;
+}
+
+std::vector<double> parameters_of(const Node& world, const Forecaster& forecaster, Errors& errors) {
+  std::vector<double> values = forecaster.defaults();
+  const Node* const calibration = world.find("calibration");
+  if (calibration == nullptr) return values;
+  for (std::size_t e = 0; e < extra_count; ++e) {
+    const Node* const value = find_pointer(world, pointer_of_extra(e));
+    if (value == nullptr) continue;
+    const ExtraInfo& info = extra_infos()[e];
+    values[forecaster.car_params() + e] = read_number(*value, info.unit, NumberRange::closed(info.lo, info.hi), errors);
+  }
+  return values;
+}
+
+Unknown unknown_at(const ParameterPlace& place, double prior) {
+  Unknown u;
+  u.pointer = place.pointer;
+  u.group = place.group;
+  u.index = place.index;
+  u.prior = prior;
+  u.low = place.low;
+  u.high = place.high;
+  u.observer = place.group == "observer";
+  return u;
+}
+
+namespace {
+
+Unknown extra_unknown(const ParameterPlace& place, double prior, std::size_t extra) {
+  Unknown u = unknown_at(place, prior);
+  const ExtraInfo& info = extra_infos()[extra];
+  u.log = info.log;
+  u.sigma = info.sigma;
+  return u;
+}
+
+/// Where a world lists nothing: half of what a value is, or a share of its plugin's range where it is 0.
+Unknown guess(const ParameterPlace& place, double prior) {
+  Unknown u = unknown_at(place, prior);
+  u.log = prior > 0.0 && place.low >= 0.0;
+  u.sigma = u.log ? 0.5 : prior != 0.0 ? 0.5 * std::abs(prior) : std::min(0.01 * (place.high - place.low), 1.0);
+  return u;
+}
+
+Unknown read_one(const Node& node, const ParameterPlace& place, double prior, Errors& errors) {
+  Unknown u = unknown_at(place, prior);
+  ObjectReader r(node, errors);
+  prior = u.prior = r.number("prior", place.unit, NumberRange::any(), prior);
+  u.log = r.choice<bool>("scale", {{"log", true}, {"linear", false}}, false);
+  if (u.log && !(prior > 0.0))
+    r.error("its scale is \"log\", its value " + number_text(prior) + "; expected one above 0");
+  u.sigma = r.number("sigma", u.log ? "1" : place.unit, NumberRange::positive());
+  u.session = r.number("session", u.log ? "1" : place.unit, NumberRange::non_negative(), 0.0);
+  u.low = std::max(u.low, r.number("low", place.unit, NumberRange::any(), u.low));
+  u.high = std::min(u.high, r.number("high", place.unit, NumberRange::any(), u.high));
+  u.group = r.text("group", u.group);
+  if (!(u.low < u.high) || prior < u.low || prior > u.high)
+    r.error("its value " + number_text(prior) + " lies outside of " + number_text(u.low) + " to " +
+            number_text(u.high));
+  r.finish();
+  return u;
+}
+
+/// "A is the same as B", as written.
+struct Tie {
+  const ParameterPlace* place;
+  std::string leader;
+  Origin origin;
+};
+
+/// Hands every parameter that is said to be the same as another to that one's unknown.
+void join(std::vector<Unknown>& all, std::span<const Tie> ties, std::span<const ParameterPlace> places,
+          Errors& errors) {
+  std::vector<std::string> leaders;
+  for (const Unknown& u : all) leaders.push_back(u.pointer);
+  for (const Tie& tie : ties) {
+    const auto leader = std::find(leaders.begin(), leaders.end(), tie.leader);
+    if (leader == leaders.end()) {
+      errors.add(tie.origin, "\"" + tie.leader + "\" is no unknown of this world that is fitted by itself" +
+                                 did_you_mean(tie.leader, leaders));
+      continue;
+    }
+    Unknown& u = all[static_cast<std::size_t>(leader - leaders.begin())];
+    const std::string& unit = places[u.index].unit;
+    if (tie.place->unit != unit) {
+      errors.add(tie.origin, tie.place->pointer + " [" + tie.place->unit + "] cannot be the same as " + u.pointer +
+                                 " [" + unit + "]");
+      continue;
+    }
+    u.low = std::max(u.low, tie.place->low);
+    u.high = std::min(u.high, tie.place->high);
+    u.same.push_back({tie.place->pointer, tie.place->index});
+  }
+}
+
+bool is_called(const Unknown& u, const std::string& name) {
+  return name == u.group || name == u.pointer ||
+         std::any_of(u.same.begin(), u.same.end(), [&](const Unknown::Same& s) { return s.pointer == name; });
+}
+
+}  // namespace
+
+void assign(std::span<double> params, const Unknown& unknown, double value) {
+  params[unknown.index] = value;
+  for (const Unknown::Same& s : unknown.same) params[s.index] = value;
+}
+
+void unite(std::span<double> params, std::span<const Unknown> unknowns) {
+  for (const Unknown& u : unknowns) assign(params, u, params[u.index]);
+}
+
+std::vector<Unknown> read_unknowns(const Node& world, std::span<const ParameterPlace> places,
+                                   std::span<const double> values, std::span<const std::string> chosen,
+                                   Errors& errors) {
+  std::vector<Unknown> all;
+  std::vector<std::string> pointers;
+  std::set<std::string> groups;
+  for (const ParameterPlace& place : places) pointers.push_back(place.pointer);
+  const std::size_t extras = places.size() - extra_count;
+  const Node* const listed = world.find("unknowns");
+  std::set<std::string> seen;
+  std::vector<Tie> ties;
+  if (listed != nullptr) {
+    ObjectReader r(*listed, errors);
+    for (const Member* member : r.members()) {
+      const auto at = std::find(pointers.begin(), pointers.end(), member->key);
+      if (at == pointers.end()) {
+        errors.add(member->key_origin(),
+                   "\"" + member->key + "\" is no parameter of this world" + did_you_mean(member->key, pointers));
+        continue;
+      }
+      const ParameterPlace& place = places[static_cast<std::size_t>(at - pointers.begin())];
+      seen.insert(member->key);
+      if (const Node* const leader = member->value.find("same_as"); leader != nullptr) {
+        ObjectReader tie(member->value, errors);
+        ties.push_back({&place, tie.text("same_as"), leader->origin});
+        tie.finish();
+        continue;
+      }
+      all.push_back(read_one(member->value, place, values[place.index], errors));
+    }
+  } else {
+    for (std::size_t i = 0; i < extras; ++i) {
+      const std::string name = places[i].pointer.substr(places[i].pointer.rfind('/') + 1);
+      const bool known =
+          places[i].group == "model" && std::find(known_of_car.begin(), known_of_car.end(), name) != known_of_car.end();
+      if (!known && places[i].high > places[i].low) all.push_back(guess(places[i], values[places[i].index]));
+    }
+  }
+  for (std::size_t e = 0; e < extra_count; ++e)
+    if (!seen.contains(places[extras + e].pointer))
+      all.push_back(extra_unknown(places[extras + e], values[places[extras + e].index], e));
+  join(all, ties, places, errors);
+  if (chosen.empty()) return all;
+  for (const Unknown& u : all) groups.insert(u.group);
+  std::vector<Unknown> kept;
+  for (const Unknown& u : all)
+    if (std::any_of(chosen.begin(), chosen.end(), [&](const std::string& c) { return is_called(u, c); }))
+      kept.push_back(u);
+  for (const std::string& c : chosen) {
+    if (std::any_of(all.begin(), all.end(), [&](const Unknown& u) { return is_called(u, c); })) continue;
+    std::vector<std::string> known(groups.begin(), groups.end());
+    known.insert(known.end(), pointers.begin(), pointers.end());
+    errors.add(Diagnostic{"--fit", 0, 0, "", "no group or parameter \"" + c + "\"" + did_you_mean(c, known), {}});
+  }
+  return kept;
+}
+
+namespace {
+
+/// An effect in a world's list by its id, else by its index.
+Node* effect_in(Node& list, const std::string& name) {
+  for (Node& one : list.array())
+    if (const Node* const id = one.find("plugin"); id != nullptr && id->is_text() && id->text() == name) return &one;
+  std::size_t index = 0;
+  const auto [stop, code] = std::from_chars(name.data(), name.data() + name.size(), index);
+  const bool number = code == std::errc() && stop == name.data() + name.size();
+  return number && index < list.array().size() ? &list.array()[index] : nullptr;
+}
+
+}  // namespace
+
+void set_value(Node& world, const std::string& pointer, double value) {
+  const std::vector<std::string> names = split_pointer(pointer);
+  Node* at = &world;
+  for (std::size_t i = 0; i + 1 < names.size(); ++i) {
+    if (at->is_array()) {
+      at = effect_in(*at, names[i]);
+      if (at == nullptr) throw std::invalid_argument(pointer + ": no such effect in the world");
+      continue;
+    }
+    Node* const next = at->find(names[i]);
+    at = next != nullptr ? next : &at->set(names[i], Node::empty_object());
+  }
+  at->set(names.back(), Node(value));
+}
+
+}  // namespace gripline::calibrate

@@ -1,0 +1,443 @@
+#include "calibrate/forecast/forecast_lanes.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <utility>
+
+namespace gripline::calibrate::forecast {
+namespace {
+
+constexpr double force_limit = 5.0;  // [m/s2]
+constexpr double steer_limit = 0.3;  // [rad]
+
+bool same(double a, double b) { return a == b; }
+bool same(const Dual8& a, const Dual8& b) {
+  return a.v == b.v && std::equal(std::begin(a.d), std::end(a.d), std::begin(b.d));
+}
+
+/// From 0 to 1 as s goes there, level at both ends.
+template <class T>
+T eased(const T& s) {
+  if (!(value(s) > 0.0)) return T(0);
+  if (!(value(s) < 1.0)) return T(1);
+  return s * s * (3.0 - 2.0 * s);
+}
+
+}  // namespace
+
+double Stiffness::lag_at(double v) const {
+  const std::size_t i = v < speed[1] ? 0 : 1;
+  const double share = (v - speed[i]) / (speed[i + 1] - speed[i]);
+  return std::max(0.0, lag[i] + share * (lag[i + 1] - lag[i]));
+}
+
+template <class T>
+void Lanes<T>::know(std::size_t lane, double until) {
+  const CommandGrid& all = s_.commands;
+  const Session& log = s_.session;
+  known_until_[lane] = until;
+  known_[lane] = std::clamp<std::size_t>(all.held(until), 1, all.sample.size());
+  own_[lane].clear();
+  own_dual_[lane].clear();
+  if (along_log(lane) || !(s_.longest_every() > 0.0)) return;
+  const double begin = time[lane] - s_.look_back - 2.0 * all.dt;
+  const auto first = static_cast<std::size_t>(std::max(0.0, std::floor((begin - all.t0) / all.dt)));
+  const std::size_t row = std::min(log.row_before(until + 1e-9), log.rows() - 1);
+  all.copy_held(until, log.command[row], first, own_[lane]);
+  if constexpr (!std::is_same_v<T, double>) all.copy_held(until, log.command[row], first, own_dual_[lane]);
+  own_t0_[lane] = all.t0 + static_cast<double>(std::min(first, known_[lane] - 1)) * all.dt;
+}
+
+template <class T>
+void Lanes<T>::place(std::size_t lane) {
+  const T* const row = x.data() + lane * channels;
+  if (s_.road != nullptr)
+    at[lane] = s_.road->at(time[lane], value(row[0]), value(row[1]), value(row[2]), hint_[lane]);
+  else
+    at[lane] = Place{};
+  at[lane].t = time[lane] - s_.session.t.front();
+}
+
+template <class T>
+void Lanes<T>::seek(std::size_t lane) {
+  for (std::size_t g = 0; g < groups; ++g) {
+    const double shown = time[lane] + value(s_.delay(g));
+    row_[lane * groups + g] = static_cast<std::size_t>(
+        std::upper_bound(s_.session.t.begin(), s_.session.t.end(), shown + 1e-9) - s_.session.t.begin());
+  }
+  const Session& log = s_.session;
+  last_shown_[lane] = log.t[std::min(log.row_before(read_until[lane] + 1e-9), log.rows() - 1)];
+  hint_[lane] = nothing;
+  place(lane);
+}
+
+template <class T>
+void Lanes<T>::start(std::size_t lane) {
+  T* const row = x.data() + lane * channels;
+  Row<T> target{};
+  for (std::size_t c = 0; c < channels; ++c) {
+    const T shown = s_.delay(group_of[c]) + time[lane];
+    const std::size_t last = std::min(s_.session.row_before(read_until[lane]), s_.session.rows() - 1);
+    std::size_t i = s_.session.row_before(value(shown) + 1e-9);
+    if (i >= s_.session.rows()) i = 0;
+    i = std::min(i, last);
+    while (i > 0 && std::isnan(s_.session.at(i, c))) --i;
+    const double y = s_.session.at(i, c);
+    target[c] = T(std::isnan(y) ? 0.0 : y);
+    if (i + 1 <= last && !std::isnan(s_.session.at(i + 1, c)) && value(shown) > s_.session.t[i]) {
+      const double slope = (s_.session.at(i + 1, c) - y) / (s_.session.t[i + 1] - s_.session.t[i]);
+      if (std::isfinite(slope)) target[c] += (shown - s_.session.t[i]) * slope;
+    }
+    row[c] = target[c];
+  }
+  std::fill_n(pending.begin() + static_cast<std::ptrdiff_t>(lane * pending_size), pending_size, T(0));
+  place(lane);
+  for (int i = 0; i < 8; ++i) {
+    const Row<T> shown = s_.read(row, at[lane]);
+    for (std::size_t c = 0; c < channels; ++c) row[c] += target[c] - shown[c];
+  }
+  if (s_.memory() == 0) return;
+  // Steady memory for what is measured, by values: it is forgotten during the pre-roll.
+  std::vector<double> motion(channels), steady(s_.memory());
+  for (std::size_t c = 0; c < channels; ++c) motion[c] = value(row[c]);
+  const History<double> past = history<double>(lane, time[lane]);
+  const auto now = past.at(0.0);
+  const ActingCommand<double> command{now.d, now.delta, now.delta_rate};
+  CarBatch<double> batch;
+  batch.n = 1;
+  batch.motion = motion.data();
+  batch.command = &command;
+  batch.at = &at[lane];
+  batch.history = &past;
+  batch.params = s_.values;
+  s_.car.start_memory(batch, steady.data());
+  std::copy(steady.begin(), steady.end(), memory.begin() + static_cast<std::ptrdiff_t>(lane * s_.memory()));
+}
+
+template <class T>
+void Lanes<T>::command(double elapsed) {
+  for (std::size_t i = 0; i < n; ++i) {
+    history_[i] = history<T>(i, time[i] + elapsed);
+    const auto now = history<double>(i, time[i] + elapsed).at(0.0);
+    command_[i] = {T(now.d), T(now.delta), T(now.delta_rate)};
+  }
+}
+
+template <class T>
+void Lanes<T>::rates(bool begin) {
+  CarBatch<T> batch;
+  batch.n = n;
+  batch.motion = stage_x_.data();
+  batch.command = command_.data();
+  batch.memory = stage_m_.data();
+  batch.at = at.data();
+  batch.params = s_.params;
+  batch.history = history_.data();
+  batch.motion_rate = rate_.data();
+  batch.memory_rate = rate_m_.data();
+  s_.car.rates(batch, scratch_);
+  if (s_.session.prescribed_speed)
+    for (std::size_t i = 0; i < n; ++i) prescribe(i);
+  if (begin) first_rate_ = rate_;
+}
+
+/// The speed follows the log's, by the mean acceleration over the step from where it is.
+template <class T>
+void Lanes<T>::prescribe(std::size_t lane) {
+  // A straight line over gaps says how fast the car went, whatever it did.
+  constexpr double longest_gap = 10.0;  // [s]
+  const Session& log = s_.session;
+  const T shown = time[lane] + step_ + s_.delay(group_of[3]);
+  double until = known_until_[lane];
+  if (along_log(lane)) {  // what is kept for a start must not have seen rows after it
+    const std::size_t row = log.row_before(value(shown) + 1e-9);
+    const std::size_t next = row >= log.rows() ? 0 : log.t[row] < value(shown) - 1e-9 ? row + 1 : row;
+    until = std::min(until, log.t[std::min(next, log.rows() - 1)]);
+  }
+  double slope = 0.0;
+  const double at_most = std::min(value(shown), until), speed = log.bridge(3, at_most, until, longest_gap, &slope);
+  const std::size_t i = lane * channels + 3;
+  rate_[i] = T(0);
+  if (std::isnan(speed)) return;
+  T target(speed);
+  if (value(shown) <= until) target += (shown - at_most) * slope;  // its derivative only
+  rate_[i] = (target - begin_[i]) * (1.0 / step_);
+}
+
+template <class T>
+int Lanes<T>::substeps_for(double h) const {
+  double slowest = 1e9, lag = 0.0;
+  for (std::size_t i = 0; i < n; ++i) {
+    const double v = std::abs(value(x[i * channels + 3]));
+    slowest = std::min(slowest, std::max(v, s_.options.v_min));
+    lag = std::max(lag, s_.stiff.lag_at(v));
+  }
+  // A lag longer than a substep is followed closely enough that one more substep does not show in what is predicted.
+  const double pace = h * std::max(s_.stiff.lateral / slowest / 2.0, lag);
+  constexpr double most = 12;
+  return pace < most ? std::max(1, static_cast<int>(std::ceil(pace - 1e-9))) : static_cast<int>(most);
+}
+
+template <class T>
+int Lanes<T>::advance(double h, int substeps) {
+  for (std::size_t i = 0; i < n; ++i) place(i);
+  begin_ = x;
+  step_ = h;
+  if (substeps == 0) substeps = substeps_for(h);
+  const double step = h / substeps;
+  const std::size_t states = n * channels, memories = n * s_.memory();
+  constexpr double node[4] = {0, 0.5, 0.5, 1}, weight[4] = {1.0 / 6, 1.0 / 3, 1.0 / 3, 1.0 / 6};
+  for (int sub = 0; sub < substeps; ++sub) {
+    x_start_ = x;
+    m_start_ = memory;
+    for (int stage = 0; stage < 4; ++stage) {
+      if (stage == 0) {
+        stage_x_ = x_start_;
+        stage_m_ = m_start_;
+      } else {
+        for (std::size_t i = 0; i < states; ++i) stage_x_[i] = x_start_[i] + rate_[i] * (node[stage] * step);
+        for (std::size_t i = 0; i < memories; ++i) stage_m_[i] = m_start_[i] + rate_m_[i] * (node[stage] * step);
+      }
+      if (stage == 0 || node[stage] != node[stage - 1]) command((sub + node[stage]) * step);
+      rates(sub == 0 && stage == 0);
+      for (std::size_t i = 0; i < states; ++i) x[i] += rate_[i] * (weight[stage] * step);
+      for (std::size_t i = 0; i < memories; ++i) memory[i] += rate_m_[i] * (weight[stage] * step);
+    }
+  }
+  for (std::size_t i = 0; i < n; ++i) {
+    time[i] += h;
+    hold_slow(i);
+  }
+  return substeps;
+}
+
+/// Tyres that roll slowly do not slip: the yaw rate cannot exceed what full lock gives, and brakes do not drive back.
+template <class T>
+void Lanes<T>::hold_slow(std::size_t lane) {
+  T* const now = x.data() + lane * channels;
+  const T* const then = begin_.data() + lane * channels;
+  if (value(then[3]) > 0.0 && value(now[3]) < 0.0 && value(command_[lane].d) <= 0.0) now[3] = T(0);
+  const T v = value(now[3]) < 0.0 ? -now[3] : now[3];
+  if (value(v) >= s_.options.v_min) return;
+  const T most = v * (std::tan(s_.options.delta_max) / s_.options.wheelbase);
+  if (std::abs(value(now[5])) > value(most)) now[5] = value(now[5]) > 0.0 ? most : -most;
+  const T side = 0.5 * s_.options.wheelbase * most;
+  if (std::abs(value(now[4])) > value(side)) now[4] = value(now[4]) > 0.0 ? side : -side;
+}
+
+/// Quadratic through the state and rate at the begin and the state at the end of the step.
+template <class T>
+void Lanes<T>::interpolate(std::size_t lane, const T& share, T* state) const {
+  for (std::size_t c = 0; c < channels; ++c) {
+    const std::size_t i = lane * channels + c;
+    const T along = first_rate_[i] * step_;
+    state[c] = begin_[i] + share * (along + share * (x[i] - begin_[i] - along));
+  }
+}
+
+// A row that shows the car at a share s of a step moves the states with the weight 1 - w(s) at the end of this step and
+// w(s) at the end of the next, by what it then still shows beyond them: nothing jumps where a delay carries a row over
+// the end of a step.
+template <class T>
+void Lanes<T>::correct(double h) {
+  for (std::size_t lane = 0; lane < n; ++lane) {
+    T* const rest = pending.data() + lane * pending_size;
+    const T* const row = x.data() + lane * channels;
+    const Seen& seen = any_due(lane) ? see(lane, h) : nothing_seen_;
+    if (!moves(seen, rest)) {  // as along all of a prediction
+      settle(lane, h, seen, {});
+      std::fill_n(rest, pending_size, T(0));
+      continue;
+    }
+    const Row<T> before = s_.read(row, at[lane]);
+    Row<T> target = before;
+    bool any = false;
+    for (std::size_t c = 0; c < channels; ++c) {
+      const T weight = seen.now.weight[c] + rest[channels + c];
+      if (!(value(weight) > 0.0)) continue;
+      any = true;
+      const T sum = seen.now.innovation[c] + rest[c];
+      // After a jump that no car makes, of another marker or satellite, rows are hardly followed (Cauchy's weight).
+      const T mean = sum / weight, doubt = (seen.now.doubt[c] + rest[2 * channels + c]) / weight;
+      // Rows of one step count together as one.
+      target[c] += (value(weight) > 1.0 ? mean : sum) / (1.0 + mean * mean * doubt);
+    }
+    if (any) shift(lane, before, target);
+    settle(lane, h, seen, before);
+    const Row<T> after = s_.read(row, at[lane]);
+    for (std::size_t c = 0; c < channels; ++c) {
+      rest[c] = seen.later.innovation[c] - seen.later.weight[c] * (after[c] - before[c]);
+      rest[channels + c] = seen.later.weight[c];
+      rest[2 * channels + c] = seen.later.doubt[c];
+    }
+  }
+}
+
+/// Whether any row seen now or a step ago has weight.
+template <class T>
+bool Lanes<T>::moves(const Seen& seen, const T* rest) {
+  for (std::size_t c = 0; c < channels; ++c)
+    if (value(seen.now.weight[c]) > 0.0 || value(seen.later.weight[c]) > 0.0 || value(rest[channels + c]) > 0.0)
+      return true;
+  return false;
+}
+
+/// Whether any row falls into the step just made.
+template <class T>
+bool Lanes<T>::any_due(std::size_t lane) const {
+  const Session& log = s_.session;
+  for (std::size_t g = 0; g < groups; ++g) {
+    const std::size_t row = row_[lane * groups + g];
+    if (row >= log.rows()) continue;
+    if (log.t[row] <= time[lane] + value(s_.delay(g)) + 1e-9 && log.t[row] <= read_until[lane] + 1e-9) return true;
+  }
+  return false;
+}
+
+/// The last row at or before a time: nearly always the one before the next that a group of channels waits for.
+template <class T>
+std::size_t Lanes<T>::row_at(std::size_t lane, std::size_t group, double time) const {
+  const std::vector<double>& t = s_.session.t;
+  const std::size_t next = row_[lane * groups + group];
+  const bool before = next > 0 && t[next - 1] <= time && (next == t.size() || t[next] > time);
+  return before ? next - 1 : s_.session.row_before(time);
+}
+
+template <class T>
+const typename Lanes<T>::Seen& Lanes<T>::see(std::size_t lane, double h) {
+  const Session& log = s_.session;
+  Seen& seen = seen_;
+  seen = nothing_seen_;
+  for (std::size_t g = 0, next = 0; g < groups; g = next) {
+    std::size_t row = row_[lane * groups + g];
+    // Channels of one clock are read together.
+    next = g + 1;
+    while (next < groups && row_[lane * groups + next] == row && same(s_.delay(next), s_.delay(g))) ++next;
+    const double end = time[lane] + value(s_.delay(g));
+    for (; row < log.rows() && log.t[row] <= end + 1e-9 && log.t[row] <= read_until[lane] + 1e-9; ++row) {
+      const T share = (T(log.t[row] - (time[lane] - h)) - s_.delay(g)) * (1.0 / h);
+      const Row<T> shown = reading_at(lane, share);
+      const T late = eased(share), soon = 1.0 - late;
+      for (std::size_t c = 0; c < channels; ++c) {
+        if (group_of[c] < g || group_of[c] >= next || std::isnan(log.at(row, c))) continue;
+        const T innovation = log.at(row, c) - shown[c];
+        const double doubt = doubt_of(row, c);
+        seen.last[c] = innovation;
+        seen.last_doubt[c] = doubt;
+        for (const auto& [sums, weight] : {std::pair(&seen.now, soon), std::pair(&seen.later, late)}) {
+          sums->innovation[c] += weight * innovation;
+          sums->weight[c] += weight;
+          sums->doubt[c] += weight * doubt;
+        }
+      }
+    }
+    std::fill_n(row_.begin() + static_cast<std::ptrdiff_t>(lane * groups + g), next - g, row);
+  }
+  return seen;
+}
+
+/// What the log shows of a channel, linear between rows; NaN where it shows nothing.
+template <class T>
+T Lanes<T>::log_at(std::size_t lane, std::size_t channel, const T& shown) const {
+  const Session& log = s_.session;
+  const double now = value(shown);
+  const std::size_t i = row_at(lane, group_of[channel], now + 1e-9);
+  T reading(log.interpolate_from(i, channel, now));
+  if (i + 1 >= log.rows()) return reading;
+  const double slope = (log.at(i + 1, channel) - log.at(i, channel)) / (log.t[i + 1] - log.t[i]);
+  if (std::isfinite(slope)) reading += (shown - now) * slope;  // its derivative only
+  return reading;
+}
+
+/// The state near the lane's, which reads `now`, that reads `shown`.
+template <class T>
+Row<T> Lanes<T>::state_of(std::size_t lane, const Row<T>& now, const Row<T>& shown) const {
+  Row<T> z{}, reads = now;
+  std::copy_n(x.begin() + static_cast<std::ptrdiff_t>(lane * channels), channels, z.begin());
+  for (int i = 0; i < 3; ++i) {  // three times a turn of the axes between the two is hardly anything
+    if (i > 0) reads = s_.read(z.data(), at[lane]);
+    for (std::size_t c = 0; c < channels; ++c) z[c] += shown[c] - reads[c];
+  }
+  return z;
+}
+
+template <class T>
+void Lanes<T>::shift(std::size_t lane, const Row<T>& now, const Row<T>& target) {
+  T* const row = x.data() + lane * channels;
+  const Row<T> z = state_of(lane, now, target);
+  T* const steer = memory.data() + (lane + 1) * s_.memory() - 2;
+  T* const force = steer + 1;
+  const auto moved = [&](std::size_t c) { return z[c] - row[c]; };
+  const T turn = s_[Extra::gain_yaw_rate] * moved(5) + s_[Extra::gain_turn] * moved(2);
+  *force += s_[Extra::gain_force] * moved(3);
+  const T speed = value(row[3]) > 2.0 * s_.options.v_min ? row[3] : T(2.0 * s_.options.v_min);
+  *steer += s_[Extra::gain_steer] * turn * s_.options.wheelbase / speed;
+  *force = clamp_value(*force, -force_limit, force_limit);
+  *steer = clamp_value(*steer, -steer_limit, steer_limit);
+  row[0] += s_[Extra::gain_position] * moved(0);
+  row[1] += s_[Extra::gain_position] * moved(1);
+  row[2] += s_[Extra::gain_yaw] * moved(2);
+  row[3] += s_[Extra::gain_speed] * moved(3);
+  row[4] += s_[Extra::gain_lateral] * moved(4);
+  row[5] += turn;
+}
+
+/// How fast the car is by the log; by its model where the log's last word on that is old.
+template <class T>
+T Lanes<T>::speed_of(std::size_t lane, const T& shown) const {
+  constexpr double old = 0.3;  // [s]
+  T v = log_at(lane, 3, shown);
+  if (std::isnan(value(v))) v = T(s_.session.bridge(3, value(shown), value(shown), old));
+  if (std::isnan(value(v))) v = x[lane * channels + 3];
+  return value(v) < 0.0 ? -v : v;
+}
+
+/// Where the car hardly moves, its state becomes the one that is read, with the derivatives of delays and frames: a model
+/// is stiff there, and says little. All of it below v_min, less and less of it up to a quarter above. A channel that has
+/// no reading around the step's end moves by the last one in the step. Rows near jumps are doubted as elsewhere.
+template <class T>
+void Lanes<T>::settle(std::size_t lane, double h, const Seen& seen, const Row<T>& before) {
+  const Session& log = s_.session;
+  const double last = last_shown_[lane];
+  const auto shown_at = [&](std::size_t g) {
+    const T now = time[lane] + s_.delay(g);
+    return value(now) < last ? now : T(last);
+  };
+  const T v = speed_of(lane, shown_at(group_of[3]));
+  if (!(value(v) < 1.25 * s_.options.v_min)) return;
+  const T slow = eased((1.25 * s_.options.v_min - v) * (1.0 / (0.25 * s_.options.v_min)));
+  Row<T> target = s_.read(x.data() + lane * channels, at[lane]);
+  const Row<T> now = target;
+  T most(0);
+  for (std::size_t g = 0; g < groups; ++g) {
+    // Of a step in which the log ends for this start: what it showed then, and the model's way from there.
+    const T left = (T(last - (time[lane] - h)) - s_.delay(g)) * (1.0 / h);
+    if (!(value(left) > 0.0)) continue;
+    const T weight = slow * eased(left);
+    if (value(weight) > value(most)) most = weight;
+    const T shown = shown_at(g);
+    for (std::size_t c = 0; c < channels; ++c) {
+      if (group_of[c] != g) continue;
+      T off = seen.last[c] - (now[c] - before[c]);
+      double doubt = seen.last_doubt[c];
+      const T reading = value(left) < 1.0 ? T(nothing) : log_at(lane, c, shown);
+      if (!std::isnan(value(reading))) {
+        const std::size_t row = std::min(row_at(lane, g, value(shown) + 1e-9), log.rows() - 1);
+        off = reading - now[c];
+        doubt = std::max(doubt_of(row, c), log.t[row] < value(shown) - 1e-9 ? doubt_of(row + 1, c) : 0.0);
+      }
+      if (!std::isnan(value(off))) target[c] += weight * off / (1.0 + off * off * doubt);
+    }
+  }
+  if (!(value(most) > 0.0)) return;
+  const Row<T> z = state_of(lane, now, target);
+  std::copy(z.begin(), z.end(), x.begin() + static_cast<std::ptrdiff_t>(lane * channels));
+  T* const disturbances = memory.data() + (lane + 1) * s_.memory() - 2;
+  for (std::size_t k = 0; k < 2; ++k) disturbances[k] *= 1.0 - most;
+}
+
+template class Lanes<double>;
+template class Lanes<Dual8>;
+
+}  // namespace gripline::calibrate::forecast

@@ -1,0 +1,195 @@
+// Copies of a car that move together along a log, each at its own time, and how the log's rows move their states. Parts
+// of the forecaster; forecaster.hpp says what they are for.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <limits>
+#include <vector>
+
+#include "calibrate/forecast/forecaster.hpp"
+
+namespace gripline::calibrate::forecast {
+
+using measured::CommandGrid;
+using measured::Road;
+
+inline constexpr double nothing = std::numeric_limits<double>::quiet_NaN();
+inline constexpr std::size_t groups = 4;  // of channels with one delay: position, yaw, velocity, yaw rate
+inline constexpr std::array<std::size_t, channels> group_of = {0, 0, 1, 2, 2, 3};
+
+template <class T>
+using Row = std::array<T, channels>;
+inline constexpr std::size_t pending_size = 3 * channels;
+
+/// How fast the car forgets, straight on, by differences of its rates.
+struct Stiffness {
+  static constexpr std::size_t speeds = 3;
+  double lateral = 0;                  // [m/s2] largest eigenvalue of the lateral motion at v_ref, times speed
+  std::array<double, speeds> speed{};  // [m/s] rising
+  std::array<double, speeds> lag{};    // [1/s] of the fastest lag among the effects, there
+
+  /// Fastest lag at a speed: linear between those, and beyond them as between the last two.
+  double lag_at(double v) const;
+};
+
+/// Everything that stays the same during a run.
+template <class T>
+struct Setting {
+  const StagedCar& car;
+  const ForecastOptions& options;
+  const Session& session;
+  const CommandGrid& commands;
+  const Road* road;
+  const T* params;  // of the car
+  const T* extra;
+  const double* values;  // of params
+  Stiffness stiff;
+  double look_back;      // [s] of the effects, into the commands
+  Row<double> doubtful;  // innovation of each channel from which on a row near a jump is doubted rather than followed
+  const std::vector<char>& jumped;  // by row: whether the log jumped there or shortly before as no car does
+
+  const T& operator[](Extra e) const { return extra[static_cast<std::size_t>(e)]; }
+  const T& delay(std::size_t group) const { return extra[static_cast<std::size_t>(Extra::delay_position) + group]; }
+  std::size_t memory() const { return static_cast<std::size_t>(car.memory()); }
+  double longest_every() const { return std::max(session.throttle_every, session.steering_every); }  // [s]
+
+  Row<T> read(const T* x, const Place& at) const {
+    Reading<T> r{x[0], x[1], x[2], x[3], x[4], x[5]};
+    car.read(&r, 1, &at, params);
+    return {r.x, r.y, r.yaw, r.vx, r.vy, r.omega};
+  }
+};
+
+/// n copies of the car, each at its own time of the log.
+template <class T>
+class Lanes {
+ public:
+  Lanes(const Setting<T>& setting, std::size_t n)
+      : n(n),
+        x(n * channels),
+        memory(n * setting.memory()),
+        pending(n * pending_size),
+        time(n),
+        read_until(n),
+        at(n),
+        s_(setting),
+        begin_(n * channels),
+        first_rate_(n * channels),
+        known_until_(n),
+        known_(n),
+        own_(n),
+        own_dual_(n),
+        own_t0_(n),
+        row_(n * groups),
+        last_shown_(n),
+        hint_(n, nothing) {
+    nothing_seen_.last.fill(T(nothing));
+    for (auto* v : {&stage_x_, &rate_, &x_start_}) v->resize(n * channels);
+    for (auto* v : {&stage_m_, &rate_m_, &m_start_}) v->resize(n * setting.memory());
+    command_.resize(n);
+    history_.resize(n);
+  }
+
+  std::size_t n;  // those that move: the first, where it was made less
+  std::vector<T> x, memory;
+  /// By lane: what the last step's rows show beyond the states, times what is left of their weights; these weights; their
+  /// doubts, times them.
+  std::vector<T> pending;
+  std::vector<double> time;        // of the car
+  std::vector<double> read_until;  // rows after this are not looked at
+  std::vector<Place> at;
+
+  /// Puts a lane on the measured state at its time, memory steady.
+  void start(std::size_t lane);
+  /// Of a lane whose time and read_until are set: commands are known up to `until`, and so is a speed that is prescribed.
+  /// Where they are known further than rows are read the lane predicts, else it goes along the log.
+  void know(std::size_t lane, double until);
+  /// To be called once x, memory and time of a lane are set: finds the next row of every channel.
+  void seek(std::size_t lane);
+  /// One step of all lanes, in so many substeps; 0: as many as the slowest lane needs. Returns how many.
+  int advance(double h, int substeps = 0);
+  /// Lets the rows that fell into the step just made move the states.
+  void correct(double h);
+  /// Readings at a time inside the step just made.
+  Row<T> reading_at(std::size_t lane, const T& share) const {
+    T state[channels];
+    interpolate(lane, share, state);
+    return s_.read(state, at[lane]);
+  }
+
+ private:
+  int substeps_for(double h) const;
+  void command(double elapsed);
+  void rates(bool begin);
+  void prescribe(std::size_t lane);
+  void place(std::size_t lane);
+  void interpolate(std::size_t lane, const T& share, T* state) const;
+  /// Innovations, ones and doubts (1 over the square of a doubtful innovation), times their weights at the end of a step.
+  struct Sums {
+    Row<T> innovation{}, weight{}, doubt{};
+  };
+  /// What moves the states at the end of this step, and of the next; innovation and doubt of the step's last reading,
+  /// NaN where a channel had none.
+  struct Seen {
+    Sums now, later;
+    Row<T> last;
+    Row<double> last_doubt{};
+  };
+  const Seen& see(std::size_t lane, double h);
+  bool any_due(std::size_t lane) const;
+  std::size_t row_at(std::size_t lane, std::size_t group, double time) const;
+  bool along_log(std::size_t lane) const { return known_until_[lane] <= read_until[lane]; }
+  T log_at(std::size_t lane, std::size_t channel, const T& shown) const;
+  double doubt_of(std::size_t row, std::size_t channel) const {
+    return s_.jumped[row] != 0 ? 1.0 / (s_.doubtful[channel] * s_.doubtful[channel]) : 0.0;
+  }
+  static bool moves(const Seen& seen, const T* rest);
+  Row<T> state_of(std::size_t lane, const Row<T>& now, const Row<T>& shown) const;
+  void shift(std::size_t lane, const Row<T>& now, const Row<T>& target);
+  void settle(std::size_t lane, double h, const Seen& seen, const Row<T>& before);
+  T speed_of(std::size_t lane, const T& shown) const;
+  void hold_slow(std::size_t lane);
+  /// Commands up to `now`; as numbers, for what takes no derivatives of them, with V = double.
+  template <class V>
+  History<V> history(std::size_t lane, double now) const {
+    const std::vector<CommandSample<V>>& own = own_commands<V>()[lane];
+    History<V> past;
+    past.samples = own.empty() ? s_.commands.template data<V>() : own.data();
+    past.count = own.empty() ? known_[lane] : own.size();
+    past.t0 = own.empty() ? s_.commands.t0 : own_t0_[lane];
+    past.dt = s_.commands.dt;
+    past.now = now;
+    past.hold = Hold::foh;
+    return past;
+  }
+  template <class V>
+  const std::vector<std::vector<CommandSample<V>>>& own_commands() const {
+    if constexpr (std::is_same_v<V, double>)
+      return own_;
+    else
+      return own_dual_;
+  }
+
+  const Setting<T>& s_;
+  std::vector<T> begin_, first_rate_, stage_x_, rate_, x_start_, stage_m_, rate_m_, m_start_;
+  std::vector<ActingCommand<T>> command_;
+  std::vector<History<T>> history_;
+  StagedCar::Scratch<T> scratch_;
+  std::vector<double> known_until_;  // [s] commands
+  std::vector<std::size_t> known_;   // samples of both commands
+  // Of predictions, where commands are read every so often; else empty. The second is left empty where T = double.
+  std::vector<std::vector<CommandSample<double>>> own_;
+  std::vector<std::vector<CommandSample<Dual8>>> own_dual_;
+  std::vector<double> own_t0_;      // time of its first sample [s]
+  std::vector<std::size_t> row_;    // next row by lane and group
+  std::vector<double> last_shown_;  // [s] time of the last row that a lane looks at
+  std::vector<double> hint_;
+  double step_ = 0;  // length of the step just made [s]
+  Seen seen_, nothing_seen_;
+};
+
+extern template class Lanes<double>;
+extern template class Lanes<Dual8>;
+
+}  // namespace gripline::calibrate::forecast

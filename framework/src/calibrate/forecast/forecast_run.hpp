@@ -1,0 +1,285 @@
+// One log: the observer along it as far as starts need it, then predictions from them. A part of the forecaster.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <map>
+#include <utility>
+#include <vector>
+
+#include "calibrate/forecast/forecast_lanes.hpp"
+
+namespace gripline::calibrate::forecast {
+
+/// A stretch of rows without long gaps, on an even grid of the car's time.
+struct Stretch {
+  double begin = 0, end = 0;  // rows [s]
+  std::size_t steps = 0;
+};
+
+/// The observer along a block of a stretch that holds starts, and its states where they begin.
+template <class T>
+struct Block {
+  std::size_t stretch = 0;
+  std::size_t begin = 0;              // grid point where the observer begins, whatever the delays
+  double slowest = 0;                 // [m/s] about the least speed on the way
+  std::vector<std::size_t> kept;      // grid points, rising
+  std::vector<T> x, memory, pending;  // a row for each of them
+};
+
+template <class T>
+class Run {
+ public:
+  Run(const Setting<T>& setting) : s_(setting) {
+    latest_ = earliest_ = value(s_.delay(0));
+    for (std::size_t g = 0; g < groups; ++g) {
+      latest_ = std::max(latest_, value(s_.delay(g)));
+      earliest_ = std::min(earliest_, value(s_.delay(g)));
+    }
+    split();
+  }
+
+  /// Carries the states along the log as far as starts need them.
+  void observe(const Starts& starts, ObserverSteps* steps) {
+    want(starts);
+    std::vector<Block<T>*> blocks;
+    for (auto& [where, block] : blocks_) {
+      block.slowest = slowest_in(block);
+      blocks.push_back(&block);
+    }
+    // The slowest lane decides on the steps of all: like goes with like.
+    if (s_.options.lanes > 1)
+      std::stable_sort(blocks.begin(), blocks.end(),
+                       [](const Block<T>* a, const Block<T>* b) { return a->slowest < b->slowest; });
+    const std::size_t at_once = s_.options.lanes;
+    const bool known = steps != nullptr && !steps->empty();
+    for (std::size_t i = 0, group = 0; i < blocks.size(); i += at_once, ++group) {
+      if (steps != nullptr && !known) steps->emplace_back();
+      observe(std::span(blocks).subspan(i, std::min(at_once, blocks.size() - i)),
+              steps != nullptr ? &(*steps)[group] : nullptr, known);
+    }
+  }
+
+  void predict(const Starts& starts, std::vector<T>& predicted) {
+    const std::size_t h = starts.horizons.size();
+    predicted.assign(starts.time.size() * h * channels, T(nothing));
+    std::vector<std::size_t> usable;
+    for (std::size_t i = 0; i < starts.time.size(); ++i)
+      if (find(starts.time[i]) < stretches_.size()) usable.push_back(i);
+    // The slowest lane decides on the steps of all: like goes with like.
+    if (s_.options.lanes > 1)
+      std::stable_sort(usable.begin(), usable.end(), [&](std::size_t a, std::size_t b) {
+        return speed_at(starts.time[a]) < speed_at(starts.time[b]);
+      });
+    const std::size_t at_once = s_.options.lanes;
+    for (std::size_t j = 0; j < h; j = last_of(j, h))
+      for (std::size_t i = 0; i < usable.size(); i += at_once)
+        predict(starts, {j, last_of(j, h)}, std::span(usable).subspan(i, std::min(at_once, usable.size() - i)),
+                predicted);
+  }
+
+ private:
+  /// Horizons [first, last) that are predicted by one integration.
+  struct Horizons {
+    std::size_t first, last;
+  };
+  std::size_t last_of(std::size_t first, std::size_t count) const {
+    return s_.options.own_commands ? first + 1 : count;
+  }
+
+  /// Grid point from which a start rolls on whose commands are known up to `until`; negative where it begins before the
+  /// observer has seen enough.
+  double steps_before(const Stretch& from, double start, double until) const {
+    const double time = std::min(start - std::max(latest_, 0.0), until - s_.longest_every());
+    return std::floor((time - from.begin) / s_.options.step + 1e-9);
+  }
+  std::size_t grid_point(const Stretch& from, double back) const {
+    return std::min(static_cast<std::size_t>(std::max(0.0, back)), from.steps);
+  }
+  /// Where a start is shown. Starts share a block, and the block begins, by the log's clock: nothing jumps where a delay
+  /// changes.
+  std::size_t shown_at(const Stretch& stretch, double start) const {
+    return static_cast<std::size_t>(std::max(0.0, (start - stretch.begin) / s_.options.step + 1e-6));
+  }
+  using Key = std::pair<std::size_t, std::size_t>;  // stretch, number of the block in it
+  Key key_of(std::size_t stretch, double start) const {
+    const auto block = std::max<std::size_t>(1, static_cast<std::size_t>(s_.options.block / s_.options.step));
+    return {stretch, shown_at(stretches_[stretch], start) / block};
+  }
+
+  /// The blocks of the log that hold a start, and the grid points that are asked for.
+  void want(const Starts& starts) {
+    const auto pre = static_cast<std::size_t>(s_.options.pre_roll / s_.options.step);
+    const std::size_t h = starts.horizons.size();
+    for (const double start : starts.time) {
+      const std::size_t i = find(start);
+      if (i >= stretches_.size()) continue;
+      for (std::size_t j = 0; j < h; j = last_of(j, h)) {
+        const double back = steps_before(stretches_[i], start, start + starts.horizons[last_of(j, h) - 1]);
+        if (back < 0.0) continue;
+        const std::size_t k = grid_point(stretches_[i], back), shown = shown_at(stretches_[i], start);
+        const std::size_t begin = std::min(k, shown - std::min(shown, pre));
+        Block<T>& block = blocks_.try_emplace(key_of(i, start), Block<T>{i, begin, 0, {}, {}, {}, {}}).first->second;
+        block.begin = std::min(block.begin, begin);
+        block.kept.push_back(k);
+      }
+    }
+    for (auto& [where, block] : blocks_) {
+      std::sort(block.kept.begin(), block.kept.end());
+      block.kept.erase(std::unique(block.kept.begin(), block.kept.end()), block.kept.end());
+      block.x.reserve(block.kept.size() * channels);
+      block.memory.reserve(block.kept.size() * s_.memory());
+      block.pending.reserve(block.kept.size() * pending_size);
+    }
+  }
+
+  double slowest_in(const Block<T>& block) const {
+    constexpr double often = 0.2;  // [s]
+    const double begin = stretches_[block.stretch].begin;
+    const double last = static_cast<double>(block.kept.back() + 1) * s_.options.step;
+    double least = speed_at(begin + last);
+    for (double t = static_cast<double>(block.begin) * s_.options.step; t < last; t += often)
+      least = std::min(least, speed_at(begin + t));
+    return std::max(least, s_.options.v_min);
+  }
+
+  void split() {
+    const auto& t = s_.session.t;
+    std::size_t first = 0;
+    for (std::size_t i = 1; i <= t.size(); ++i) {
+      if (i < t.size() && t[i] - t[i - 1] <= s_.options.longest_gap) continue;
+      Stretch stretch;
+      stretch.begin = t[first];
+      stretch.end = t[i - 1];
+      const double last = stretch.end - earliest_;
+      stretch.steps = static_cast<std::size_t>(std::max(0.0, std::ceil((last - stretch.begin) / s_.options.step)));
+      stretches_.push_back(stretch);
+      first = i;
+    }
+  }
+
+  /// The stretch that a start at this time belongs to, or one past the last.
+  std::size_t find(double time) const {
+    for (std::size_t i = 0; i < stretches_.size(); ++i)
+      if (time >= stretches_[i].begin - 1e-9 && time <= stretches_[i].end + 1e-9) return i;
+    return stretches_.size();
+  }
+
+  double speed_at(double time) const {
+    const std::size_t row = s_.session.row_before(time + 1e-9);
+    const double v = row < s_.session.rows() ? s_.session.at(row, 3) : nothing;
+    return std::isnan(v) ? 0.0 : std::abs(v);
+  }
+
+  /// Blocks side by side. `substeps`, where given, are what their steps are divided into where that is `known`, else they
+  /// are filled.
+  void observe(std::span<Block<T>*> wanted, std::vector<int>* substeps, bool known) {
+    const double h = s_.options.step;
+    const auto steps_of = [](const Block<T>* block) { return block->kept.back() - block->begin; };
+    // Those that end first come last, where they can be left out.
+    std::ranges::stable_sort(wanted, std::greater<>(), steps_of);
+    Lanes<T> lanes(s_, wanted.size());
+    std::vector<std::size_t> next(wanted.size());  // to be kept
+    const std::size_t most = steps_of(wanted.front());
+    for (std::size_t i = 0; i < wanted.size(); ++i) {
+      const Block<T>& block = *wanted[i];
+      lanes.time[i] = stretches_[block.stretch].begin + static_cast<double>(block.begin) * h;
+      lanes.read_until[i] = stretches_[block.stretch].end;
+      lanes.know(i, lanes.read_until[i]);
+      lanes.start(i);
+      lanes.seek(i);
+    }
+    for (std::size_t step = 0;; ++step) {
+      for (std::size_t i = 0; i < lanes.n; ++i) {
+        Block<T>& block = *wanted[i];
+        if (next[i] == block.kept.size() || block.kept[next[i]] != block.begin + step) continue;
+        keep(lanes, i, block);
+        ++next[i];
+      }
+      if (step == most) return;
+      if (known)
+        while (steps_of(wanted[lanes.n - 1]) <= step) --lanes.n;
+      const int taken = lanes.advance(h, known ? (*substeps)[step] : 0);
+      if (substeps != nullptr && !known) substeps->push_back(taken);
+      lanes.correct(h);
+    }
+  }
+
+  void keep(const Lanes<T>& lanes, std::size_t i, Block<T>& to) const {
+    const auto append = [i](const std::vector<T>& rows, std::size_t size, std::vector<T>& end) {
+      const auto first = rows.begin() + static_cast<std::ptrdiff_t>(i * size);
+      end.insert(end.end(), first, first + static_cast<std::ptrdiff_t>(size));
+    };
+    append(lanes.x, channels, to.x);
+    append(lanes.memory, s_.memory(), to.memory);
+    append(lanes.pending, pending_size, to.pending);
+  }
+
+  void begin_at(Lanes<T>& lanes, std::size_t i, double start, double last) const {
+    const std::size_t stretch = find(start);
+    const Stretch& from = stretches_[stretch];
+    const double back = steps_before(from, start, start + last);
+    const std::size_t k = grid_point(from, back);
+    lanes.read_until[i] = start;
+    lanes.time[i] = from.begin + static_cast<double>(k) * s_.options.step;
+    lanes.know(i, start + last);
+    if (back < 0.0) {  // what is kept there has seen later rows
+      lanes.start(i);
+    } else {
+      const Block<T>& block = blocks_.at(key_of(stretch, start));
+      const auto row =
+          static_cast<std::size_t>(std::lower_bound(block.kept.begin(), block.kept.end(), k) - block.kept.begin());
+      const auto copy = [i, row](const std::vector<T>& rows, std::size_t size, std::vector<T>& to) {
+        std::copy_n(rows.begin() + static_cast<std::ptrdiff_t>(row * size), size,
+                    to.begin() + static_cast<std::ptrdiff_t>(i * size));
+      };
+      copy(block.x, channels, lanes.x);
+      copy(block.memory, s_.memory(), lanes.memory);
+      copy(block.pending, pending_size, lanes.pending);
+    }
+    lanes.seek(i);
+  }
+
+  void predict(const Starts& starts, Horizons horizons, std::span<const std::size_t> which,
+               std::vector<T>& predicted) const {
+    const double h = s_.options.step;
+    const double last = starts.horizons[horizons.last - 1];
+    Lanes<T> lanes(s_, which.size());
+    std::size_t steps = 0;
+    for (std::size_t i = 0; i < which.size(); ++i) {
+      const double start = starts.time[which[i]];
+      begin_at(lanes, i, start, last);
+      const double until = start + last - earliest_ - lanes.time[i];
+      steps = std::max(steps, static_cast<std::size_t>(std::ceil(until / h - 1e-9)));
+    }
+    for (std::size_t step = 0; step < steps; ++step) {
+      lanes.advance(h);
+      for (std::size_t i = 0; i < which.size(); ++i)
+        for (std::size_t j = horizons.first; j < horizons.last; ++j)
+          show(lanes, i, starts.time[which[i]] + starts.horizons[j],
+               predicted.data() + (which[i] * starts.horizons.size() + j) * channels);
+      lanes.correct(h);
+    }
+  }
+
+  /// Writes the readings of channels whose time for a row at `time` lies in the step just made.
+  void show(const Lanes<T>& lanes, std::size_t i, double time, T* out) const {
+    const double h = s_.options.step;
+    for (std::size_t g = 0; g < groups; ++g) {
+      const double from_end = lanes.time[i] - (time - value(s_.delay(g)));
+      if (from_end < -1e-9 || from_end >= h - 1e-9) continue;
+      const T share = (T(time - (lanes.time[i] - h)) - s_.delay(g)) * (1.0 / h);
+      const Row<T> shown = lanes.reading_at(i, share);
+      for (std::size_t c = 0; c < channels; ++c)
+        if (group_of[c] == g) out[c] = shown[c];
+    }
+  }
+
+  const Setting<T>& s_;
+  double latest_ = 0, earliest_ = 0;
+  std::vector<Stretch> stretches_;
+  std::map<Key, Block<T>> blocks_;
+};
+
+}  // namespace gripline::calibrate::forecast

@@ -1,0 +1,151 @@
+#include "calibrate/forecast/horizon_table.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numbers>
+#include <ostream>
+#include <random>
+
+namespace gripline::calibrate {
+namespace {
+
+constexpr double block = 10.0;  // [s]
+
+struct SquareSum {
+  double square = 0;
+  std::size_t count = 0;
+};
+
+/// Squared error of a quantity of one start; NaN where it was not measured.
+double square_of(std::size_t quantity, const double* predicted, const double* truth) {
+  if (quantity == 0) {
+    const double dx = predicted[0] - truth[0], dy = predicted[1] - truth[1];
+    return dx * dx + dy * dy;
+  }
+  const std::size_t c = quantity + 1;
+  double e = predicted[c] - truth[c];
+  if (c == 2) e = std::remainder(e, 2.0 * std::numbers::pi);
+  return e * e;
+}
+
+HorizonError error_of(const std::map<long, SquareSum>& blocks, unsigned seed) {
+  constexpr int draws = 400;
+  HorizonError out;
+  std::vector<SquareSum> all;
+  SquareSum total;
+  for (const auto& [when, sum] : blocks) {
+    all.push_back(sum);
+    total.square += sum.square;
+    total.count += sum.count;
+  }
+  out.count = total.count;
+  if (total.count == 0) {
+    out.rms = out.low = out.high = NAN;
+    return out;
+  }
+  out.rms = std::sqrt(total.square / static_cast<double>(total.count));
+  std::mt19937 random(seed);
+  std::vector<double> drawn;
+  for (int i = 0; i < draws; ++i) {
+    SquareSum some;
+    for (std::size_t b = 0; b < all.size(); ++b) {
+      const SquareSum& one = all[random() % all.size()];
+      some.square += one.square;
+      some.count += one.count;
+    }
+    drawn.push_back(some.count > 0 ? std::sqrt(some.square / static_cast<double>(some.count)) : out.rms);
+  }
+  std::sort(drawn.begin(), drawn.end());
+  out.low = drawn[draws / 40];
+  out.high = drawn[draws - 1 - draws / 40];
+  return out;
+}
+
+}  // namespace
+
+HorizonRow horizon_row(std::string name, std::span<const double> start_time, std::span<const double> predicted,
+                       std::span<const double> truth, unsigned seed) {
+  HorizonRow row;
+  row.name = std::move(name);
+  for (std::size_t q = 0; q < quantities; ++q) {
+    std::map<long, SquareSum> blocks;
+    for (std::size_t i = 0; i < start_time.size(); ++i) {
+      const double square = square_of(q, predicted.data() + i * channels, truth.data() + i * channels);
+      if (std::isnan(square)) continue;
+      SquareSum& sum = blocks[std::lround(std::floor((start_time[i] - start_time.front()) / block))];
+      sum.square += square;
+      ++sum.count;
+    }
+    row.error[q] = error_of(blocks, seed);
+  }
+  return row;
+}
+
+HorizonError paired_change(std::span<const double> start_time, std::span<const double> predicted,
+                           std::span<const double> other, std::span<const double> truth, std::size_t quantity,
+                           unsigned seed) {
+  constexpr int draws = 400;
+  struct Both {
+    double one = 0, two = 0;
+    std::size_t count = 0;
+    double change() const {
+      return (std::sqrt(two) - std::sqrt(one)) / std::sqrt(static_cast<double>(std::max<std::size_t>(1, count)));
+    }
+    void add(const Both& b) { one += b.one, two += b.two, count += b.count; }
+  };
+  std::map<long, Both> blocks;
+  Both total;
+  for (std::size_t i = 0; i < start_time.size(); ++i) {
+    const double one = square_of(quantity, predicted.data() + i * channels, truth.data() + i * channels);
+    const double two = square_of(quantity, other.data() + i * channels, truth.data() + i * channels);
+    if (std::isnan(one + two)) continue;
+    const Both here{one, two, 1};
+    blocks[std::lround(std::floor((start_time[i] - start_time.front()) / block))].add(here);
+    total.add(here);
+  }
+  HorizonError out;
+  out.count = total.count;
+  out.rms = out.low = out.high = total.count > 0 ? total.change() : NAN;
+  if (total.count == 0) return out;
+  std::vector<Both> all;
+  for (const auto& [when, both] : blocks) all.push_back(both);
+  std::mt19937 random(seed);
+  std::vector<double> drawn;
+  for (int i = 0; i < draws; ++i) {
+    Both some;
+    for (std::size_t b = 0; b < all.size(); ++b) some.add(all[random() % all.size()]);
+    drawn.push_back(some.change());
+  }
+  std::sort(drawn.begin(), drawn.end());
+  out.low = drawn[draws / 40];
+  out.high = drawn[draws - 1 - draws / 40];
+  return out;
+}
+
+void print_horizon_table(std::ostream& out, std::span<const HorizonRow> rows) {
+  std::size_t width = 8;
+  for (const HorizonRow& row : rows) width = std::max(width, row.name.size());
+  out << std::string(width, ' ');
+  for (const char* name : quantity_names) {
+    char cell[40];
+    std::snprintf(cell, sizeof cell, "  %-24s", name);
+    out << cell;
+  }
+  out << '\n';
+  for (const HorizonRow& row : rows) {
+    out << row.name << std::string(width - row.name.size(), ' ');
+    for (const HorizonError& e : row.error) {
+      char cell[60];
+      if (e.count == 0)
+        std::snprintf(cell, sizeof cell, "  %-24s", "-");
+      else
+        std::snprintf(cell, sizeof cell, "  %7.4f (%.4f..%.4f)", e.rms, e.low, e.high);
+      out << cell
+          << std::string(std::max<std::ptrdiff_t>(0, 26 - static_cast<std::ptrdiff_t>(std::string(cell).size())), ' ');
+    }
+    out << '\n';
+  }
+}
+
+}  // namespace gripline::calibrate

@@ -1,0 +1,77 @@
+#include "calibrate/fit/least_squares.hpp"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+namespace gripline::calibrate {
+namespace {
+
+/// One parameter, whose true value is 0, from blocks that each have an estimate of their own: `scatter` times as far
+/// apart as errors would leave them that are independent of one another.
+struct Blocks {
+  Blocks(std::size_t count, double scatter, std::mt19937_64& random) {
+    constexpr double information = 100.0;
+    std::normal_distribution<double> normal(0.0, scatter / std::sqrt(information));
+    std::vector<double> own(count);
+    for (double& one : own) estimate += (one = normal(random)) / static_cast<double>(count);
+    for (const double one : own) {
+      blocks.hessian.emplace_back(Eigen::MatrixXd::Constant(1, 1, information));
+      blocks.gradient.emplace_back(Eigen::VectorXd::Constant(1, information * (estimate - one)));
+    }
+    unknown.sigma = 10.0;
+    unknown.low = -100.0;
+    unknown.high = 100.0;
+  }
+  Interval interval() const {
+    return bootstrap(blocks, std::vector<double>{estimate}, std::vector<Unknown>{unknown}).interval.front();
+  }
+  double estimate = 0.0;
+  NormalEquations blocks;
+  Unknown unknown;
+};
+
+double covered(std::size_t count, double scatter) {
+  constexpr int logs = 300;
+  std::mt19937_64 random(7);
+  int held = 0;
+  for (int i = 0; i < logs; ++i) {
+    const Interval found = Blocks(count, scatter, random).interval();
+    held += found.low <= 0.0 && 0.0 <= found.high;
+  }
+  return static_cast<double>(held) / logs;
+}
+
+TEST(Bootstrap, IntervalsOfFewBlocksHoldTheTruthAsOftenAsTheySay) {
+  EXPECT_GT(covered(3, 4.0), 0.91);
+  EXPECT_GT(covered(6, 4.0), 0.91);
+  EXPECT_GT(covered(20, 4.0), 0.91);
+}
+
+TEST(Bootstrap, IntervalsOfManyBlocksAreNoWiderThanTheyNeedBe) {
+  std::mt19937_64 random(8);
+  double width = 0.0;
+  constexpr int logs = 50;
+  for (int i = 0; i < logs; ++i) {
+    const Interval found = Blocks(30, 1.0, random).interval();
+    width += (found.high - found.low) / logs;
+  }
+  const double ideal = 2.0 * 1.96 / std::sqrt(30.0 * 100.0);
+  EXPECT_LT(width, 1.25 * ideal);
+  EXPECT_GT(width, 0.9 * ideal);
+}
+
+TEST(Bootstrap, WhatPriorAndCurvatureAllowIsDrawnAsWideAsTheBlocksScatter) {
+  std::mt19937_64 random(9);
+  const Blocks scattered(20, 5.0, random);
+  const Bootstrap found =
+      bootstrap(scattered.blocks, std::vector<double>{scattered.estimate}, std::vector<Unknown>{scattered.unknown});
+  double square = 0.0;
+  for (const Eigen::VectorXd& move : found.allowed) square += move(0) * move(0) / 400.0;
+  const double curvature = 1.0 / std::sqrt(20.0 * 100.0);  // were errors independent
+  EXPECT_GT(std::sqrt(square), 3.0 * curvature);
+  EXPECT_LT(std::sqrt(square), 8.0 * curvature);
+}
+
+}  // namespace
+}  // namespace gripline::calibrate
