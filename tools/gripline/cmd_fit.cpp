@@ -6,6 +6,7 @@
 #include <optional>
 #include <span>
 
+#include "calibrate/effects/advice.hpp"
 #include "calibrate/effects/yaw_hold.hpp"
 #include "config/errors.hpp"
 #include "config/json_file.hpp"

@@ -40,9 +40,9 @@ struct Trial {
   ForecastErrors validation;                               // on time that was not fitted
 };
 
-/// Another world's unknowns of the same name.
+/// Gives `to` the unknowns of `from` whose parameters it has too.
 void take_over_unknowns(Trial& to, const Trial& from);
-/// And its values.
+/// Gives `to` the values of `from` and its unknowns, of the parameters that it has too.
 void take_over(Trial& to, const Trial& from);
 
 std::string pointer_of(const std::string& effect, const char* parameter);

@@ -22,8 +22,8 @@ void say(const FitOptions& options, const std::string& text) {
   if (options.say) options.say(text);
 }
 
-// Shares of the work: of the first searches, and of those with those that are followed.
-constexpr double searched = 0.4, all_searched = 0.6;
+// Shares of the work that are done when the short searches are, and when the best of them were followed with more starts.
+constexpr double after_searches = 0.4, after_following = 0.6;
 void tell(const FitOptions& options, double share, const std::string& what) {
   if (options.progress) options.progress(share, what);
 }
@@ -43,7 +43,7 @@ std::vector<double> start_of(int attempt, std::span<const double> values, std::s
   return moved(values, unknowns, move);
 }
 
-/// The same starts, asked for another horizon.
+/// Logs with their starts, which are asked for one horizon only.
 std::vector<FitLog> at_horizon(std::vector<FitLog> logs, double horizon) {
   for (FitLog& log : logs) {
     log.starts.horizons = {horizon};
@@ -70,7 +70,7 @@ std::vector<double> search(const Forecaster& forecaster, const std::vector<FitLo
   };
   std::vector<Found> found;
   for (int attempt = 0; attempt < options.tries; ++attempt) {
-    tell(options, searched * attempt / options.tries,
+    tell(options, after_searches * attempt / options.tries,
          "search " + std::to_string(attempt + 1) + " of " + std::to_string(options.tries));
     Found one{start_of(attempt, values, unknowns, options.seed)};
     for (const int steps : {2, 3}) {
@@ -89,7 +89,7 @@ std::vector<double> search(const Forecaster& forecaster, const std::vector<FitLo
   judge.weighing.horizon = options.horizon_weight;
   for (Found& one : found) {
     const auto number = static_cast<double>(&one - found.data());
-    tell(options, searched + (all_searched - searched) * number / static_cast<double>(found.size()),
+    tell(options, after_searches + (after_following - after_searches) * number / static_cast<double>(found.size()),
          "the best searches, with more starts");
     for (const int steps : {3, 4, 4}) {
       errors.set_scales(one.params);
@@ -212,7 +212,7 @@ FitResult fit(const Forecaster& forecaster, std::vector<FitLog>& logs, std::vect
   int round = 0;
   full.progress = [&](const FitStep& step) {
     const double part = std::min(1.0, static_cast<double>(step.iteration) / std::max(1, full.iterations));
-    tell(options, all_searched + (1.0 - all_searched) * (round + part) / rounds,
+    tell(options, after_following + (1.0 - after_following) * (round + part) / rounds,
          "all starts, round " + std::to_string(round + 1) + " of " + std::to_string(rounds));
   };
   std::vector<Unknown> open = unknowns;

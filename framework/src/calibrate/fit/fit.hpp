@@ -5,14 +5,12 @@
 #include <functional>
 #include <list>
 #include <memory>
-#include <optional>
 #include <string>
 #include <vector>
 
 #include "calibrate/fit/handling.hpp"
 #include "calibrate/fit/least_squares.hpp"
 #include "calibrate/forecast/horizon_table.hpp"
-#include "measured/yaw_rate_offset.hpp"
 
 namespace gripline::calibrate {
 
@@ -22,8 +20,8 @@ struct FitOptions {
   double slowest = 1.0;      // [m/s] of a start
   double crawling = 0.25;    // [m/s] of a start in a log that has none as fast as that
   std::size_t starts = 200;  // wanted of all logs together
-  // Of the last search: a third with the scales of the one before, up to two thirds each with its own and of what is
-  // determined.
+  // Of least squares over all starts, in three rounds, each with the scales of errors that the one before it left: a third
+  // of them in the first, up to two thirds in the second and in the third, which is of what the second determined.
   int iterations = 12;
   int tries = 3;  // starts of the search; the first is the world itself, the others are draws around it
   unsigned seed = 1;
@@ -62,7 +60,7 @@ struct FitResult {
   double cost_before = 0, cost_after = 0;
   std::size_t starts = 0, dropped = 0;
   Friction friction;
-  std::vector<Advice> advice;              // best first, those above two standard deviations
+  std::vector<Advice> advice;              // of advise(), where that was asked
   std::vector<HorizonRow> errors;          // at the last horizon over all logs: baselines, the world before, after
   std::vector<std::vector<double>> drawn;  // parameters by bootstrap draw
   // By draw of what priors and curvature allow, of parameters that are kept at their priors too.
@@ -78,11 +76,5 @@ std::vector<FitLog> fit_logs(const std::list<measured::SessionFile>& files, cons
 /// `values`: all parameters as the world has them. `logs` hold their starts. Deterministic.
 FitResult fit(const Forecaster& forecaster, std::vector<FitLog>& logs, std::vector<double> values,
               std::vector<Unknown> unknowns, const FitOptions& options);
-
-/// Which of the registry's effects, added to the world's car, would help: a score test each. None that only does what
-/// unknowns of the world do already, fitted or kept at their priors. `by_yaw`: what an offset of the yaw rate is held to.
-std::vector<Advice> advise(const WorldSpec& world, const Registry& registry, const ForecastOptions& forecast,
-                           std::vector<FitLog>& logs, const FitResult& found,
-                           const std::optional<measured::YawRateOffset>& by_yaw = std::nullopt);
 
 }  // namespace gripline::calibrate

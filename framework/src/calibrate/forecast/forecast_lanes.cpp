@@ -355,7 +355,9 @@ template <class T>
 Row<T> Lanes<T>::state_of(std::size_t lane, const Row<T>& now, const Row<T>& shown) const {
   Row<T> z{}, reads = now;
   std::copy_n(x.begin() + static_cast<std::ptrdiff_t>(lane * channels), channels, z.begin());
-  for (int i = 0; i < 3; ++i) {  // three times a turn of the axes between the two is hardly anything
+  // A pass leaves the share of the difference by which the axes of the readings are turned against the car's [rad]: its
+  // cube is negligible for units that are mounted about straight.
+  for (int i = 0; i < 3; ++i) {
     if (i > 0) reads = s_.read(z.data(), at[lane]);
     for (std::size_t c = 0; c < channels; ++c) z[c] += shown[c] - reads[c];
   }
@@ -366,8 +368,8 @@ template <class T>
 void Lanes<T>::shift(std::size_t lane, const Row<T>& now, const Row<T>& target) {
   T* const row = x.data() + lane * channels;
   const Row<T> z = state_of(lane, now, target);
-  T* const steer = memory.data() + (lane + 1) * s_.memory() - 2;
-  T* const force = steer + 1;
+  T* const remembered = memory.data() + lane * s_.memory();
+  T *const steer = remembered + s_.steer_memory, *const force = remembered + s_.force_memory;
   const auto moved = [&](std::size_t c) { return z[c] - row[c]; };
   const T turn = s_[Extra::gain_yaw_rate] * moved(5) + s_[Extra::gain_turn] * moved(2);
   *force += s_[Extra::gain_force] * moved(3);
@@ -433,8 +435,8 @@ void Lanes<T>::settle(std::size_t lane, double h, const Seen& seen, const Row<T>
   if (!(value(most) > 0.0)) return;
   const Row<T> z = state_of(lane, now, target);
   std::copy(z.begin(), z.end(), x.begin() + static_cast<std::ptrdiff_t>(lane * channels));
-  T* const disturbances = memory.data() + (lane + 1) * s_.memory() - 2;
-  for (std::size_t k = 0; k < 2; ++k) disturbances[k] *= 1.0 - most;
+  T* const remembered = memory.data() + lane * s_.memory();
+  for (const std::size_t disturbance : {s_.steer_memory, s_.force_memory}) remembered[disturbance] *= 1.0 - most;
 }
 
 template class Lanes<double>;

@@ -43,7 +43,8 @@ struct Setting {
   const Road* road;
   const T* params;  // of the car
   const T* extra;
-  const double* values;  // of params
+  const double* values;                    // of params
+  std::size_t steer_memory, force_memory;  // where a car's memory holds the disturbances
   Stiffness stiff;
   double look_back;      // [s] of the effects, into the commands
   Row<double> doubtful;  // innovation of each channel from which on a row near a jump is doubted rather than followed

@@ -103,8 +103,12 @@ constexpr std::array<ExtraInfo, extra_count> infos = {{
 std::span<const ExtraInfo> extra_infos() { return infos; }
 
 Forecaster::Forecaster(const StagedCar& car, ForecastOptions options)
-    : car_params_(car.params().size()), car_(car), options_(options) {
-  // Their parameters follow the car's: the first two extras.
+    : car_params_(car.params().size()),
+      car_(car),
+      steer_memory_(static_cast<std::size_t>(car.memory())),
+      force_memory_(steer_memory_ + static_cast<std::size_t>(steer_.memory())),
+      options_(options) {
+  // Their parameters and memories follow the car's, in this order: the parameters are the first two extras.
   car_.add(steer_, {infos[0].start}, "steering disturbance");
   car_.add(force_, {infos[1].start}, "force disturbance");
   const measured::Frame &pose = options.pose, &velocity = options.velocity;
@@ -138,6 +142,8 @@ void Forecaster::run(const Session& session, const CommandGrid& commands, const 
                                      of_car.data(),
                                      params.data() + car_params_,
                                      values.data(),
+                                     steer_memory_,
+                                     force_memory_,
                                      stiffness_of(car_, values.data(), options_),
                                      moved.look_back(),
                                      doubtful,

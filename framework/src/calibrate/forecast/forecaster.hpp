@@ -106,6 +106,7 @@ class Forecaster {
   StatedFrames frames_;
   std::size_t car_params_;
   StagedCar car_;
+  std::size_t steer_memory_, force_memory_;  // where its memory holds the disturbances
   ForecastOptions options_;
 };
 

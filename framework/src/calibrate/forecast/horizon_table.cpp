@@ -12,9 +12,22 @@ namespace {
 
 constexpr double block = 10.0;  // [s]
 
+/// Squared errors of one model. At least one in every block.
 struct SquareSum {
   double square = 0;
   std::size_t count = 0;
+  double figure() const { return std::sqrt(square / static_cast<double>(count)); }
+  void add(const SquareSum& b) { square += b.square, count += b.count; }
+};
+
+/// Squared errors of two models at the same starts.
+struct PairedSum {
+  double one = 0, two = 0;
+  std::size_t count = 0;
+  double figure() const {
+    return (std::sqrt(two) - std::sqrt(one)) / std::sqrt(static_cast<double>(std::max<std::size_t>(1, count)));
+  }
+  void add(const PairedSum& b) { one += b.one, two += b.two, count += b.count; }
 };
 
 /// Squared error of a quantity of one start; NaN where it was not measured.
@@ -29,36 +42,35 @@ double square_of(std::size_t quantity, const double* predicted, const double* tr
   return e * e;
 }
 
-HorizonError error_of(const std::map<long, SquareSum>& blocks, unsigned seed) {
+/// The 95 % interval of a figure of sums, by sums of blocks drawn with replacement.
+template <class Sum>
+void set_interval(HorizonError& out, const std::map<long, Sum>& blocks, unsigned seed) {
   constexpr int draws = 400;
-  HorizonError out;
-  std::vector<SquareSum> all;
-  SquareSum total;
-  for (const auto& [when, sum] : blocks) {
-    all.push_back(sum);
-    total.square += sum.square;
-    total.count += sum.count;
+  std::vector<Sum> all;
+  for (const auto& [when, sum] : blocks) all.push_back(sum);
+  std::mt19937 random(seed);
+  std::vector<double> drawn;
+  for (int i = 0; i < draws; ++i) {
+    Sum some;
+    for (std::size_t b = 0; b < all.size(); ++b) some.add(all[random() % all.size()]);
+    drawn.push_back(some.figure());
   }
+  std::sort(drawn.begin(), drawn.end());
+  out.low = drawn[draws / 40];
+  out.high = drawn[draws - 1 - draws / 40];
+}
+
+HorizonError error_of(const std::map<long, SquareSum>& blocks, unsigned seed) {
+  HorizonError out;
+  SquareSum total;
+  for (const auto& [when, sum] : blocks) total.add(sum);
   out.count = total.count;
   if (total.count == 0) {
     out.rms = out.low = out.high = NAN;
     return out;
   }
-  out.rms = std::sqrt(total.square / static_cast<double>(total.count));
-  std::mt19937 random(seed);
-  std::vector<double> drawn;
-  for (int i = 0; i < draws; ++i) {
-    SquareSum some;
-    for (std::size_t b = 0; b < all.size(); ++b) {
-      const SquareSum& one = all[random() % all.size()];
-      some.square += one.square;
-      some.count += one.count;
-    }
-    drawn.push_back(some.count > 0 ? std::sqrt(some.square / static_cast<double>(some.count)) : out.rms);
-  }
-  std::sort(drawn.begin(), drawn.end());
-  out.low = drawn[draws / 40];
-  out.high = drawn[draws - 1 - draws / 40];
+  out.rms = total.figure();
+  set_interval(out, blocks, seed);
   return out;
 }
 
@@ -73,9 +85,7 @@ HorizonRow horizon_row(std::string name, std::span<const double> start_time, std
     for (std::size_t i = 0; i < start_time.size(); ++i) {
       const double square = square_of(q, predicted.data() + i * channels, truth.data() + i * channels);
       if (std::isnan(square)) continue;
-      SquareSum& sum = blocks[std::lround(std::floor((start_time[i] - start_time.front()) / block))];
-      sum.square += square;
-      ++sum.count;
+      blocks[std::lround(std::floor((start_time[i] - start_time.front()) / block))].add({square, 1});
     }
     row.error[q] = error_of(blocks, seed);
   }
@@ -85,41 +95,21 @@ HorizonRow horizon_row(std::string name, std::span<const double> start_time, std
 HorizonError paired_change(std::span<const double> start_time, std::span<const double> predicted,
                            std::span<const double> other, std::span<const double> truth, std::size_t quantity,
                            unsigned seed) {
-  constexpr int draws = 400;
-  struct Both {
-    double one = 0, two = 0;
-    std::size_t count = 0;
-    double change() const {
-      return (std::sqrt(two) - std::sqrt(one)) / std::sqrt(static_cast<double>(std::max<std::size_t>(1, count)));
-    }
-    void add(const Both& b) { one += b.one, two += b.two, count += b.count; }
-  };
-  std::map<long, Both> blocks;
-  Both total;
+  std::map<long, PairedSum> blocks;
+  PairedSum total;
   for (std::size_t i = 0; i < start_time.size(); ++i) {
     const double one = square_of(quantity, predicted.data() + i * channels, truth.data() + i * channels);
     const double two = square_of(quantity, other.data() + i * channels, truth.data() + i * channels);
     if (std::isnan(one + two)) continue;
-    const Both here{one, two, 1};
+    const PairedSum here{one, two, 1};
     blocks[std::lround(std::floor((start_time[i] - start_time.front()) / block))].add(here);
     total.add(here);
   }
   HorizonError out;
   out.count = total.count;
-  out.rms = out.low = out.high = total.count > 0 ? total.change() : NAN;
+  out.rms = out.low = out.high = total.count > 0 ? total.figure() : NAN;
   if (total.count == 0) return out;
-  std::vector<Both> all;
-  for (const auto& [when, both] : blocks) all.push_back(both);
-  std::mt19937 random(seed);
-  std::vector<double> drawn;
-  for (int i = 0; i < draws; ++i) {
-    Both some;
-    for (std::size_t b = 0; b < all.size(); ++b) some.add(all[random() % all.size()]);
-    drawn.push_back(some.change());
-  }
-  std::sort(drawn.begin(), drawn.end());
-  out.low = drawn[draws / 40];
-  out.high = drawn[draws - 1 - draws / 40];
+  set_interval(out, blocks, seed);
   return out;
 }
 

@@ -5,6 +5,7 @@
 #include <optional>
 #include <random>
 
+#include "calibrate/effects/advice.hpp"
 #include "calibrate/effects/place_effects.hpp"
 #include "calibrate/effects/yaw_hold.hpp"
 #include "calibrate/fit/calibrated_world.hpp"

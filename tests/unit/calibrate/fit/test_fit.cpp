@@ -9,6 +9,7 @@
 #include <iterator>
 #include <random>
 
+#include "calibrate/effects/advice.hpp"
 #include "config/errors.hpp"
 #include "config/json_file.hpp"
 #include "support/calibrate_rig.hpp"
