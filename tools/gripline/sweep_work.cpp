@@ -30,6 +30,7 @@
 #include "util/disk.hpp"
 #include "util/progress.hpp"
 #include "util/signals.hpp"
+#include "util/temporary_folder.hpp"
 
 namespace gripline::tools {
 namespace fs = std::filesystem;
@@ -263,30 +264,13 @@ std::string size_text(double bytes) {
   return text;
 }
 
-/// A folder in the system's place for passing files, gone at the end.
-class PassingFolder {
- public:
-  PassingFolder() {
-    std::string name = fs::temp_directory_path() / "gripline_sweep_XXXXXX";
-    if (mkdtemp(name.data()) == nullptr) throw std::runtime_error("cannot make " + name);
-    path_ = name;
-  }
-  ~PassingFolder() { disk().remove_all(path_); }
-  PassingFolder(const PassingFolder&) = delete;
-  PassingFolder& operator=(const PassingFolder&) = delete;
-  const fs::path& path() const { return path_; }
-
- private:
-  fs::path path_;
-};
-
 }  // namespace
 
 int plan_sweep(const sweep::Request& request, const SweepWork& work) {
   const Registry registry = open_registry(request.plugin_dirs);
   sweep::Sweep sweep = plan(request, registry);
   print_plan(sweep);
-  const PassingFolder folder;
+  const TemporaryFolder folder("sweep");
   const Clock::time_point begin = Clock::now();
   write_manifest(folder.path() / "plan", sweep, registry);
   const double planning = std::chrono::duration<double>(Clock::now() - begin).count();

@@ -1,13 +1,12 @@
 #include "conformance/kit.hpp"
 
-#include <stdlib.h>
-
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
 
 #include "config/errors.hpp"
 #include "plugin/registry.hpp"
+#include "util/temporary_folder.hpp"
 
 namespace gripline::conformance {
 namespace fs = std::filesystem;
@@ -15,27 +14,19 @@ namespace {
 
 constexpr double slow_opening_s = 0.1;  // [s of CPU]: a hundred libraries in a folder still open in ten
 
-/// A folder of one's own with the library alone in it, gone afterwards.
-class Folder {
+/// Where the library stands alone, and a cache of one's own.
+class LibraryFolder {
  public:
-  explicit Folder(const fs::path& library) {
-    std::string pattern = fs::temp_directory_path() / "gripline_check_XXXXXX";
-    if (mkdtemp(pattern.data()) == nullptr) throw std::runtime_error(pattern + ": cannot be made");
-    path_ = pattern;
-    fs::create_directory(path_ / "cache");
-    fs::create_directory(path_ / "library");
-    fs::create_symlink(fs::canonical(library), path_ / "library" / "plugin.so");
+  explicit LibraryFolder(const fs::path& library) {
+    fs::create_directory(cache());
+    fs::create_directory(alone());
+    fs::create_symlink(fs::canonical(library), alone() / "plugin.so");
   }
-  ~Folder() {
-    std::error_code ignored;
-    fs::remove_all(path_, ignored);
-  }
-  Folder(const Folder&) = delete;
-  Folder& operator=(const Folder&) = delete;
-  const fs::path& path() const { return path_; }
+  fs::path alone() const { return folder_.path() / "library"; }
+  fs::path cache() const { return folder_.path() / "cache"; }
 
  private:
-  fs::path path_;
+  TemporaryFolder folder_{"check"};
 };
 
 /// Gives verdicts, and keeps them.
@@ -88,8 +79,8 @@ std::vector<Verdict> check_library(const fs::path& library, const KitOptions& op
   if (!fs::is_regular_file(library, failed))
     throw InputError(library.string() + ": no such library; expected what gripline_add_plugin builds, name.so");
   require_checks(options.only);
-  const Folder folder(library);
-  const Workshop workshop{folder.path() / "library", folder.path() / "cache", options.allocations};
+  const LibraryFolder folder(library);
+  const Workshop workshop{folder.alone(), folder.cache(), options.allocations};
   const auto wanted = [&](const std::string& name) {
     return options.only.empty() || std::find(options.only.begin(), options.only.end(), name) != options.only.end();
   };

@@ -82,9 +82,6 @@ std::string find_chromium() {
 }
 
 Browser::Browser(const std::string& chromium, int width, int height) {
-  std::string pattern = (fs::temp_directory_path() / "gripline_browser_XXXXXX").string();
-  if (mkdtemp(pattern.data()) == nullptr) fail("gets no folder for its profile");
-  profile_ = pattern;
   std::array<int, 2> commands{}, answers{};
   if (pipe2(commands.data(), O_CLOEXEC) != 0 || pipe2(answers.data(), O_CLOEXEC) != 0) fail("gets no pipes");
   std::vector<std::string> words = {chromium,
@@ -93,7 +90,7 @@ Browser::Browser(const std::string& chromium, int width, int height) {
                                     "--disable-gpu",
                                     "--hide-scrollbars",
                                     "--no-first-run",
-                                    "--user-data-dir=" + profile_.string(),
+                                    "--user-data-dir=" + profile_.path().string(),
                                     "--window-size=" + std::to_string(width) + "," + std::to_string(height)};
   if (geteuid() == 0) words.emplace_back("--no-sandbox");  // with a sandbox it refuses to run as root
   words.emplace_back("about:blank");
@@ -124,8 +121,6 @@ void Browser::stop() {
     kill(pid_, SIGKILL);
     waitpid(std::exchange(pid_, -1), nullptr, 0);
   }
-  std::error_code ignored;
-  fs::remove_all(profile_, ignored);
 }
 
 void Browser::open(const fs::path& page, const std::string& ready) {

@@ -8,6 +8,8 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "util/temporary_folder.hpp"
+
 namespace gripline::exports {
 
 /// The program on the PATH, or the file named by GRIPLINE_CHROMIUM; empty if there is none.
@@ -35,7 +37,7 @@ class Browser {
   nlohmann::json call(const std::string& method, const nlohmann::json& parameters);
   std::string read_message();
   void stop();
-  std::filesystem::path profile_;
+  TemporaryFolder profile_{"browser"};
   pid_t pid_ = -1;
   int to_ = -1, from_ = -1;
   std::string buffer_, session_;
