@@ -1,10 +1,10 @@
 #include "report/html.hpp"
 
 #include <cmath>
-#include <cstdio>
 #include <limits>
 
 #include "report/packing.hpp"
+#include "util/numbers.hpp"
 
 namespace gripline::report {
 namespace {
@@ -44,12 +44,7 @@ std::string text_of(const json& object, const char* key) {
   return found != object.end() && found->is_string() ? found->get<std::string>() : std::string();
 }
 
-std::string short_number(double value) {
-  if (!std::isfinite(value)) return "–";
-  char buffer[40];
-  std::snprintf(buffer, sizeof buffer, "%.4g", value);
-  return buffer;
-}
+std::string short_number(double value) { return std::isfinite(value) ? significant(value, 4) : "–"; }
 
 std::string html_table(const std::vector<std::string>& head, const std::vector<std::vector<std::string>>& rows) {
   std::string out = "<table><thead><tr>";

@@ -2,18 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <stdexcept>
+
+#include "util/numbers.hpp"
 
 namespace gripline {
 namespace {
-
-template <class... Numbers>
-std::string format(const char* pattern, Numbers... numbers) {
-  char text[240];
-  std::snprintf(text, sizeof text, pattern, numbers...);
-  return text;
-}
 
 std::string check_points(const std::vector<FrictionSpec::PointInTime>& points) {
   for (std::size_t i = 0; i < points.size(); ++i) {
