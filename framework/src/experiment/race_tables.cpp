@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <map>
 #include <numeric>
 #include <ostream>
@@ -11,6 +10,7 @@
 #include "config/node.hpp"
 #include "experiment/race_columns.hpp"
 #include "util/csv_writer.hpp"
+#include "util/numbers.hpp"
 #include "util/resampling.hpp"
 #include "util/statistics.hpp"
 
@@ -178,14 +178,8 @@ void print_thin_claims(std::ostream& out, std::span<const ClaimResult> claims) {
 
 }  // namespace
 
-std::string cell_text(const std::optional<double>& value, const char* format) {
-  if (!value || std::isnan(*value)) return "-";
-  char buffer[64];
-  std::snprintf(buffer, sizeof buffer, format, *value);
-  // snprintf follows the locale's decimal sign; tables do not.
-  for (char* c = buffer; *c != '\0'; ++c)
-    if (*c == ',') *c = '.';
-  return buffer;
+std::string cell_text(const std::optional<double>& value, const char* pattern) {
+  return !value || std::isnan(*value) ? "-" : format(pattern, *value);
 }
 
 void print_aligned(std::ostream& out, const std::vector<std::vector<std::string>>& rows) {
@@ -364,57 +358,77 @@ void write_tables(const std::filesystem::path& out, const RaceResults& results, 
   write_claims(out, claims);
 }
 
-void print_tables(std::ostream& out, const RaceResults& results, std::span<const ClaimResult> claims) {
-  const std::size_t laps = std::min<std::size_t>(most_laps(results), 8);
-  std::vector<std::vector<std::string>> rows(1);
-  rows[0] = {"stack"};
-  for (std::size_t i = 0; i < laps; ++i) rows[0].push_back("lap " + std::to_string(i));
+namespace {
+
+/// The table as people read it, and what its legend has to explain.
+struct PrintedTable {
+  std::vector<std::vector<std::string>> rows;
+  bool any_truth = false, any_interval = false, any_range = false;
+};
+
+std::vector<std::string> head_row(std::size_t laps) {
+  std::vector<std::string> row = {"stack"};
+  for (std::size_t i = 0; i < laps; ++i) row.push_back("lap " + std::to_string(i));
   for (const char* name :
        {"deviation", "outside", "corner out", "out, adapted", "mu rms", "solve", "failed", "CPU", "status"})
-    rows[0].emplace_back(name);
-  bool any_truth = false, any_interval = false, any_range = false;
+    row.emplace_back(name);
+  return row;
+}
+
+std::vector<std::string> stack_row(const RaceResults& results, const std::string& stack,
+                                   const std::vector<const RunResult*>& runs, std::size_t laps) {
+  const auto cell = [&](const char* column, const char* pattern) {
+    return cell_text(results.value(stack, column, -1), pattern);
+  };
+  std::vector<std::string> row = {stack + (runs.front()->summary.needs_truth ? " *" : "")};
+  for (std::size_t i = 0; i < laps; ++i) row.push_back(cell(("lap" + std::to_string(i) + "_s").c_str(), "%.2f"));
+  row.push_back(cell("mean_deviation_m", "%.4f m"));
+  row.push_back(cell("violation_s", "%.2f s"));
+  row.push_back(cell("violation_body_s", "%.2f s"));
+  row.push_back(cell("violation_after_adapt_s", "%.2f s"));
+  row.push_back(cell("mu_rmse", "%.3f"));
+  row.push_back(cell("solve_ms_median", "%.2f ms"));
+  row.push_back(cell("solver_failures", "%.0f"));
+  row.push_back(cell("cpu_s", "%.1f s"));
+  row.push_back(outcome(runs));
+  return row;
+}
+
+PrintedTable table_rows(const RaceResults& results) {
+  const std::size_t laps = std::min<std::size_t>(most_laps(results), 8);
+  PrintedTable table{.rows = {head_row(laps)}};
   for (const std::string& stack : results.rows) {
     const std::vector<const RunResult*> runs = results.distinct(stack);
     if (runs.empty()) continue;
-    const bool truth = runs.front()->summary.needs_truth;
-    any_truth = any_truth || truth;
-    const auto cell = [&](const char* column, const char* format) {
-      return cell_text(results.value(stack, column, -1), format);
-    };
-    std::vector<std::string> row = {stack + (truth ? " *" : "")};
-    for (std::size_t i = 0; i < laps; ++i) row.push_back(cell(("lap" + std::to_string(i) + "_s").c_str(), "%.2f"));
-    row.push_back(cell("mean_deviation_m", "%.4f m"));
-    row.push_back(cell("violation_s", "%.2f s"));
-    row.push_back(cell("violation_body_s", "%.2f s"));
-    row.push_back(cell("violation_after_adapt_s", "%.2f s"));
-    row.push_back(cell("mu_rmse", "%.3f"));
-    row.push_back(cell("solve_ms_median", "%.2f ms"));
-    row.push_back(cell("solver_failures", "%.0f"));
-    row.push_back(cell("cpu_s", "%.1f s"));
-    row.push_back(outcome(runs));
-    rows.push_back(std::move(row));
-    if (std::vector<std::string> ends = interval_row(results, stack, laps); !ends.empty()) {
-      (runs.size() < least_for_interval ? any_range : any_interval) = true;
-      any_range =
-          any_range || std::ranges::any_of(ends, [](const auto& cell) { return cell.find(" of ") != cell.npos; });
-      rows.push_back(std::move(ends));
-    }
+    table.any_truth = table.any_truth || runs.front()->summary.needs_truth;
+    table.rows.push_back(stack_row(results, stack, runs, laps));
+    std::vector<std::string> ends = interval_row(results, stack, laps);
+    if (ends.empty()) continue;
+    (runs.size() < least_for_interval ? table.any_range : table.any_interval) = true;
+    table.any_range =
+        table.any_range || std::ranges::any_of(ends, [](const auto& cell) { return cell.find(" of ") != cell.npos; });
+    table.rows.push_back(std::move(ends));
   }
-  print_aligned(out, rows);
-  print_identical(out, results);
-  for (const std::string& line : beaten_limits(results)) out << "the stated limit is too slow: " << line << '\n';
-  if (any_interval) out << "95 %: bootstrap interval of the median over the runs. ";
-  if (any_range)
-    out << (any_interval ? "range, or \"of\" fewer than " : "range, of fewer than ") << least_for_interval
+  return table;
+}
+
+void print_legend(std::ostream& out, const PrintedTable& table) {
+  if (table.any_interval) out << "95 %: bootstrap interval of the median over the runs. ";
+  if (table.any_range)
+    out << (table.any_interval ? "range, or \"of\" fewer than " : "range, of fewer than ") << least_for_interval
         << " runs: smallest and largest. ";
-  if (any_truth) out << "* was told the truth. ";
+  if (table.any_truth) out << "* was told the truth. ";
   out << "outside: time with the centre of gravity off the track; corner out: with a corner of the car; out, adapted: "
          "outside after the stack adapted.\n";
+}
+
+/// How many claims hold, and those that do not.
+void print_claims(std::ostream& out, std::span<const ClaimResult> claims) {
+  if (claims.empty()) return;
   const auto held =
       std::count_if(claims.begin(), claims.end(), [](const ClaimResult& c) { return c.holds.value_or(false); });
   const auto judged =
       std::count_if(claims.begin(), claims.end(), [](const ClaimResult& c) { return c.holds.has_value(); });
-  if (claims.empty()) return;
   out << "claims: " << held << " of " << judged << " hold";
   if (static_cast<std::size_t>(judged) < claims.size())
     out << ", " << claims.size() - static_cast<std::size_t>(judged) << " skipped";
@@ -431,6 +445,17 @@ void print_tables(std::ostream& out, const RaceResults& results, std::span<const
   }
   print_range_claims(out, claims);
   print_thin_claims(out, claims);
+}
+
+}  // namespace
+
+void print_tables(std::ostream& out, const RaceResults& results, std::span<const ClaimResult> claims) {
+  const PrintedTable table = table_rows(results);
+  print_aligned(out, table.rows);
+  print_identical(out, results);
+  for (const std::string& line : beaten_limits(results)) out << "the stated limit is too slow: " << line << '\n';
+  print_legend(out, table);
+  print_claims(out, claims);
 }
 
 }  // namespace gripline

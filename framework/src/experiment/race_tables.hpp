@@ -30,7 +30,7 @@ struct RaceResults {
 std::vector<std::string> interval_columns(const RaceResults& results);
 
 /// A number in printf's format, "-" when there is none.
-std::string cell_text(const std::optional<double>& value, const char* format);
+std::string cell_text(const std::optional<double>& value, const char* pattern);
 /// Columns right-aligned, the first one left.
 void print_aligned(std::ostream& out, const std::vector<std::vector<std::string>>& rows);
 

@@ -5,6 +5,7 @@
 
 #include <sstream>
 
+#include "support/comma_locale.hpp"
 #include "support/host_support.hpp"
 
 namespace gripline {
@@ -350,6 +351,13 @@ TEST(RaceTables, FromSixRunsTheEndsAreAnInterval) {
   print_tables(out, results, judge_all(results, true));
   EXPECT_THAT(out.str(), AllOf(HasSubstr("\n  95 %"), HasSubstr("9.00..9.00 of 2"), HasSubstr("bootstrap interval"),
                                Not(HasSubstr("no 95 %"))));
+}
+
+using RaceTablesInCommaLocale = InCommaLocale;
+
+TEST_F(RaceTablesInCommaLocale, CellsHavePoints) {
+  EXPECT_EQ(cell_text(1.5, "%.2f s"), "1.50 s");
+  EXPECT_EQ(cell_text(std::nullopt, "%.2f s"), "-");
 }
 
 }  // namespace
