@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <set>
 
 #include <utility>
@@ -166,23 +165,5 @@ Run read_run(const Inputs& inputs, const RunName& name) {
 }
 
 double median_of_numbers(std::span<const double> values) { return median(sorted_numbers(values)); }
-
-// The k-th smallest and k-th largest of n values enclose the median unless fewer than k values lie on one side of it:
-// probability 1 - 2 P(Binomial(n, 1/2) < k). The largest k that leaves at least 0.95.
-Interval median_interval(std::span<const double> values) {
-  const std::vector<double> sorted = sorted_numbers(values);
-  const std::size_t n = sorted.size();
-  if (n < 2) return {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::quiet_NaN()};
-  double term = std::pow(0.5, static_cast<double>(n));  // P(Binomial = 0)
-  double below = term;                                  // P(Binomial < k), k = 1
-  std::size_t k = 1;
-  while (k < n / 2) {
-    term *= static_cast<double>(n - k + 1) / static_cast<double>(k);
-    if (2 * (below + term) > 0.05) break;
-    below += term;
-    ++k;
-  }
-  return {sorted[k - 1], sorted[n - k]};
-}
 
 }  // namespace gripline::report

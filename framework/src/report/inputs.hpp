@@ -103,11 +103,4 @@ Run read_run(const Inputs& inputs, const RunName& name);
 /// The median of the values that are numbers; NaN if there are none.
 double median_of_numbers(std::span<const double> values);
 
-/// A 95 % interval of the median by order statistics, free of assumptions (needs six values; with fewer it is the range
-/// and covers less). NaN, NaN for less than two values.
-struct Interval {
-  double low, high;
-};
-Interval median_interval(std::span<const double> values);
-
 }  // namespace gripline::report

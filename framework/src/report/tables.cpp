@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "report/packing.hpp"
+#include "util/resampling.hpp"
 
 namespace gripline::report {
 namespace {
@@ -74,13 +75,13 @@ nlohmann::json table_json(const Inputs& inputs) {
     for (const std::string& column : columns) {
       const std::vector<double> values = of_stack(inputs.runs_table, column, name);
       const bool stated = !inputs.table.empty() && is_there(column + "_lo") && is_there(column + "_hi");
-      const Interval interval =
-          stated ? Interval{inputs.table.number(column + "_lo", at), inputs.table.number(column + "_hi", at)}
-                 : median_interval(values);
+      const MedianInterval interval =
+          stated ? MedianInterval{inputs.table.number(column + "_lo", at), inputs.table.number(column + "_hi", at)}
+                 : bootstrap_median_interval(values);
       row["values"].push_back(
           number_or_null(inputs.table.empty() ? median_of_numbers(values) : inputs.table.number(column, at)));
-      row["low"].push_back(number_or_null(interval.low));
-      row["high"].push_back(number_or_null(interval.high));
+      row["low"].push_back(number_or_null(interval.lo));
+      row["high"].push_back(number_or_null(interval.hi));
       // Runs that are equal to the last bit are one in table.csv.
       const double distinct = stated && is_there("runs") ? inputs.table.number("runs", at) : NAN;
       row["n"].push_back(distinct < static_cast<double>(values.size()) ? static_cast<std::size_t>(distinct)

@@ -14,7 +14,7 @@ namespace gripline::report {
 
 /// {"columns": [name...], "rows": [{"stack", "values", "low", "high", "n"}]}: the numeric columns of table.csv (without
 /// one, medians of runs.csv), with intervals of the median over the runs: those of table.csv (COLUMN_lo, COLUMN_hi),
-/// else by order statistics where runs.csv has the same column.
+/// else drawn as they are (bootstrap_median_interval) where runs.csv has the same column.
 nlohmann::json table_json(const Inputs& inputs);
 
 /// [{"stack", "baseline", "column", "difference", "lo", "hi", "p", "draws"}] of pairs.csv, stacks as indices into

@@ -4,31 +4,47 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <fstream>
 #include <nlohmann/json.hpp>
 #include <vector>
 
 #include "report/inputs.hpp"
 #include "report/series.hpp"
 #include "support/report_files.hpp"
+#include "util/resampling.hpp"
 
 namespace gripline::report {
 namespace {
 
-TEST(ReportTables, IntervalOfTheMedianByOrderStatistics) {
-  std::vector<double> ten{10, 1, 9, 2, 8, 3, 7, 4, 6, 5};
-  EXPECT_EQ(median_of_numbers(ten), 5.5);
-  // n = 10: second smallest to second largest, covering 97.9 %.
-  EXPECT_EQ(median_interval(ten).low, 2);
-  EXPECT_EQ(median_interval(ten).high, 9);
-  const std::vector<double> three{3, gap, 1, 2};
-  EXPECT_EQ(median_of_numbers(three), 2);
-  EXPECT_EQ(median_interval(three).low, 1);
-  EXPECT_TRUE(std::isnan(median_interval(std::vector<double>{1}).low));
+TEST(ReportTables, MedianOfNumbers) {
+  EXPECT_EQ(median_of_numbers(std::vector<double>{10, 1, 9, 2, 8, 3, 7, 4, 6, 5}), 5.5);
+  EXPECT_EQ(median_of_numbers(std::vector<double>{3, gap, 1, 2}), 2);
   EXPECT_TRUE(std::isnan(median_of_numbers(std::vector<double>{})));
-  // n = 20: the sixth, P(Binomial(20, 1/2) <= 5) = 0.0207.
-  std::vector<double> twenty(20);
-  for (std::size_t i = 0; i < twenty.size(); ++i) twenty[i] = static_cast<double>(i + 1);
-  EXPECT_EQ(median_interval(twenty).low, 6);
+}
+
+/// Of a race that was cut short, or of a table of an older program.
+TEST(ReportTables, IntervalsThatNoTableStatesAreThoseOfTheTables) {
+  const Folder folder;
+  std::ofstream(folder.path() / "runs.csv") << "stack,seed,status,needs_truth,lap0_s,mu_rmse\n"
+                                               "elm,1,finished,0,66,0.1\n"
+                                               "elm,2,finished,0,60.5,\n"
+                                               "elm,3,finished,0,63.5,0.3\n"
+                                               "elm,4,finished,0,61,\n"
+                                               "elm,5,finished,0,70,\n"
+                                               "elm,6,finished,0,62,\n"
+                                               "slow,1,finished,0,80,\n";
+  const nlohmann::json table = table_json(read_inputs(folder.path()));
+  ASSERT_EQ(table["columns"], nlohmann::json::array({"lap0_s", "mu_rmse"}));
+  const nlohmann::json& elm = table["rows"][0];
+  EXPECT_EQ(elm["values"], nlohmann::json::array({62.75, 0.2}));
+  const MedianInterval laps = bootstrap_median_interval({60.5, 61, 62, 63.5, 66, 70});
+  // Order statistics would give the range of six, 60.5 to 70.
+  EXPECT_GT(laps.lo, 60.5);
+  EXPECT_LT(laps.hi, 70);
+  EXPECT_EQ(elm["low"], nlohmann::json::array({laps.lo, 0.1}));
+  EXPECT_EQ(elm["high"], nlohmann::json::array({laps.hi, 0.3}));
+  EXPECT_EQ(elm["n"], nlohmann::json::array({6, 2}));
+  EXPECT_TRUE(table["rows"][1]["low"][0].is_null()) << "one run tells no interval";
 }
 
 TEST(ReportTables, ClaimsKeepWhatWasSkipped) {
