@@ -11,7 +11,9 @@
 #include "experiment/experiment.hpp"
 #include "plugin/plugin_cache.hpp"
 #include "race/assembly.hpp"
+#include "util/csv_cell.hpp"
 #include "util/csv_writer.hpp"
+#include "util/numbers.hpp"
 
 namespace gripline::diagnose {
 namespace {
@@ -198,24 +200,23 @@ std::optional<double> look_up(std::span<const CaseOutcome> cases, const std::str
   return std::nullopt;
 }
 
-void write_outcome(const fs::path& out, const DiagnoseOutcome& outcome) {
-  std::string text = "case,verdict";
-  for (const std::string& column : outcome_columns()) text += "," + column;
-  text += '\n';
+}  // namespace
+
+std::string outcome_csv(const DiagnoseOutcome& outcome) {
+  std::string header = "case,verdict";
+  for (const std::string& column : outcome_columns()) header += "," + column;
+  std::string text;
+  CsvWriter csv(text, header);
   for (const CaseOutcome& c : outcome.cases) {
-    text += c.name + "," + verdict_names[static_cast<std::size_t>(c.verdict)];
+    csv << csv_cell(c.name) << verdict_names[static_cast<std::size_t>(c.verdict)];
     for (const std::string& column : outcome_columns()) {
       const auto value = look_up(outcome.cases, c.name, column);
-      char cell[40] = "";
-      if (value) std::snprintf(cell, sizeof cell, "%.6g", *value);
-      text += "," + std::string(cell);
+      csv << (value ? significant(*value, 6) : "");
     }
-    text += '\n';
+    csv.end_row();
   }
-  write_file(out / "diagnoses.csv", text);
+  return text;
 }
-
-}  // namespace
 
 std::span<const std::string> outcome_columns() {
   static const std::vector<std::string> names = {
@@ -238,7 +239,7 @@ DiagnoseOutcome run_diagnose_experiment(const Node& tree, const Registry& regist
     if (progress) progress(static_cast<double>(outcome.cases.size()), e.cases.size(), one.name);
     outcome.cases.push_back(run_case(e, one, registry, out));
   }
-  write_outcome(out, outcome);
+  write_file(out / "diagnoses.csv", outcome_csv(outcome));
   for (const Claim& claim : e.claims) {
     if (is_left_out(claim.left, outcome) || is_left_out(claim.right, outcome)) {
       ClaimResult& skipped = outcome.claims.emplace_back();

@@ -32,6 +32,9 @@ struct DiagnoseOutcome {
 /// Columns that claims about a case may name.
 std::span<const std::string> outcome_columns();
 
+/// diagnoses.csv: one row per case, numbers with six digits, nothing where a case has none.
+std::string outcome_csv(const DiagnoseOutcome& outcome);
+
 /// Reads an experiment whole and runs nothing. Throws InputError with every error of the tree.
 void check_diagnose_experiment(const Node& tree, const Registry& registry);
 /// `only`: names of cases; empty: all. Claims about others are skipped. Throws InputError at a name that is no case.

@@ -4,18 +4,13 @@
 #include <cmath>
 #include <functional>
 
+#include "util/csv_cell.hpp"
+#include "util/csv_writer.hpp"
 #include "util/numbers.hpp"
 #include "util/statistics.hpp"
 
 namespace gripline::diagnose {
 namespace {
-
-std::string cell(double v) {
-  if (std::isnan(v)) return "";
-  char buffer[40];
-  std::snprintf(buffer, sizeof buffer, "%.6g", v);
-  return buffer;
-}
 
 /// A row of the scorecard: the cases that satisfy a condition.
 struct Condition {
@@ -67,11 +62,7 @@ double mean(const std::vector<double>& v) {
   return v.empty() ? not_a_number : sum / static_cast<double>(v.size());
 }
 
-std::string shown(double v, const char* format) {
-  char buffer[40];
-  std::snprintf(buffer, sizeof buffer, format, v);
-  return std::isnan(v) ? std::string("-") : std::string(buffer);
-}
+std::string shown(double v, const char* pattern) { return std::isnan(v) ? "-" : format(pattern, v); }
 
 /// Empty when the condition holds for no case.
 std::string row_text(const Condition& condition, std::span<const CaseScore> scores) {
@@ -88,13 +79,11 @@ std::string row_text(const Condition& condition, std::span<const CaseScore> scor
     if (!std::isnan(s.located)) located.push_back(s.located);
   }
   if (right.empty()) return {};
-  char row[240];
-  std::snprintf(
-      row, sizeof row, "%-38s %5zu  %5.1f%%  %10zu  %8s / %8s     %8s            %5s    %5s   %5.2f\n", condition.name,
-      right.size(), 100.0 * mean(right), wrong, shown(linear_quantile(closure, 0.5), "%.4f").c_str(),
-      shown(linear_quantile(closure, 0.1), "%.4f").c_str(), shown(linear_quantile(scaled, 0.5), "%.3f").c_str(),
-      shown(mean(covered), "%.2f").c_str(), shown(mean(located), "%.2f").c_str(), mean(cpu));
-  return row;
+  return format("%-38s %5zu  %5.1f%%  %10zu  %8s / %8s     %8s            %5s    %5s   %5.2f\n", condition.name,
+                right.size(), 100.0 * mean(right), wrong, shown(linear_quantile(closure, 0.5), "%.4f").c_str(),
+                shown(linear_quantile(closure, 0.1), "%.4f").c_str(),
+                shown(linear_quantile(scaled, 0.5), "%.3f").c_str(), shown(mean(covered), "%.2f").c_str(),
+                shown(mean(located), "%.2f").c_str(), mean(cpu));
 }
 
 /// How far stated confidences can be relied on.
@@ -114,14 +103,11 @@ std::string confidence_text(std::span<const CaseScore> scores) {
     sure_right += s.right;
     sure_detectable += to_be_named(s);
   }
-  char row[240];
-  std::snprintf(
-      row, sizeof row,
+  return format(
       "confidence >= 0.95: %.0f answers, right %.1f%%; %.0f of %.0f detectable cases got one; Brier %.4f; worse than "
       "nominal %.0f of %zu\n",
       sure, sure > 0 ? 100.0 * sure_right / sure : 0.0, sure_detectable, all, judged > 0 ? brier / judged : 0.0, worse,
       scores.size());
-  return row;
 }
 
 /// How often answers are right, by the confidence they are stated with.
@@ -137,10 +123,8 @@ std::string calibration_text(std::span<const CaseScore> scores) {
       right.push_back(s.right);
     }
     if (stated.empty()) continue;
-    char row[120];
-    std::snprintf(row, sizeof row, "%.2f to %.2f         %7zu       %7.3f   %5.1f%%\n", ends[i], ends[i + 1],
-                  stated.size(), mean(stated), 100.0 * mean(right));
-    text += row;
+    text += format("%.2f to %.2f         %7zu       %7.3f   %5.1f%%\n", ends[i], ends[i + 1], stated.size(),
+                   mean(stated), 100.0 * mean(right));
   }
   return text;
 }
@@ -148,16 +132,18 @@ std::string calibration_text(std::span<const CaseScore> scores) {
 }  // namespace
 
 std::string score_csv(std::span<const CaseScore> scores) {
-  std::string text =
-      "case,kind,vehicle,condition,truth,verdict,named,right,lambda,lambda_least,confidence,closure,parameter_error,"
-      "covered,"
-      "error_before,error_after,error_true,located,class_size,cpu_s\n";
-  for (const CaseScore& s : scores)
-    text += s.id + "," + s.kind + "," + s.vehicle + "," + s.condition + "," + s.truth + "," + s.verdict + "," +
-            s.named + "," + cell(s.right) + "," + cell(s.lambda) + "," + cell(s.lambda_least) + "," +
-            cell(s.confidence) + "," + cell(s.closure) + "," + cell(s.parameter_error) + "," + cell(s.covered) + "," +
-            cell(s.error_before) + "," + cell(s.error_after) + "," + cell(s.error_true) + "," + cell(s.located) + "," +
-            cell(s.class_size) + "," + cell(s.cpu_s) + "\n";
+  std::string text;
+  CsvWriter csv(text,
+                "case,kind,vehicle,condition,truth,verdict,named,right,lambda,lambda_least,confidence,closure,"
+                "parameter_error,covered,error_before,error_after,error_true,located,class_size,cpu_s");
+  for (const CaseScore& s : scores) {
+    for (const std::string& words : {s.id, s.kind, s.vehicle, s.condition, s.truth, s.verdict, s.named})
+      csv << csv_cell(words);
+    for (const double value : {s.right, s.lambda, s.lambda_least, s.confidence, s.closure, s.parameter_error, s.covered,
+                               s.error_before, s.error_after, s.error_true, s.located, s.class_size, s.cpu_s})
+      csv << (std::isnan(value) ? "" : significant(value, 6));
+    csv.end_row();
+  }
   return text;
 }
 

@@ -7,12 +7,14 @@
 #include <map>
 #include <sstream>
 
+#include "support/comma_locale.hpp"
 #include "util/numbers.hpp"
 
 namespace gripline::diagnose {
 namespace {
 
 using testing::ElementsAre;
+using testing::EndsWith;
 using testing::HasSubstr;
 using testing::Not;
 
@@ -174,6 +176,44 @@ TEST(ScoreCsv, HasARowForEveryCase) {
                                                        {"error_true", "0"},    {"located", ""},
                                                        {"class_size", ""},     {"cpu_s", "1"}};
   EXPECT_EQ(row, expected);
+}
+
+CaseScore named_case() {
+  CaseScore score;
+  score.id = "case 1, wet";
+  score.kind = "single";
+  score.vehicle = "rc43";
+  score.condition = "white";
+  score.truth = "drag";
+  score.verdict = "named";
+  score.named = "drag";
+  score.right = 1;
+  score.lambda = score.lambda_least = 1234.5678;
+  score.confidence = 0.96;
+  score.closure = 0.75;
+  score.parameter_error = 0.0123456789;
+  score.covered = 0.5;
+  score.error_before = 2.5;
+  score.error_after = 1.25;
+  score.error_true = 1e-7;
+  score.located = not_a_number;
+  score.cpu_s = 3.25;
+  return score;
+}
+
+using DiagnoseScorecardInCommaLocale = testing_support::InCommaLocale;
+
+TEST_F(DiagnoseScorecardInCommaLocale, TableHasPointsAndOneCellForEveryName) {
+  const std::vector<CaseScore> scores = {named_case()};
+  EXPECT_THAT(score_csv(scores),
+              EndsWith("cpu_s\n\"case 1, wet\",single,rc43,white,drag,named,drag,1,1234.57,1234.57,0.96,0.75,0.0123457,"
+                       "0.5,2.5,1.25,1e-07,,0,3.25\n"));
+}
+
+TEST_F(DiagnoseScorecardInCommaLocale, TextHasPoints) {
+  const std::string text = scorecard(std::vector<CaseScore>{named_case()});
+  EXPECT_THAT(text, HasSubstr("one effect, white noise                    1  100.0%           0    0.7500 /   0.7500"));
+  EXPECT_THAT(text, Not(testing::ContainsRegex("[0-9],[0-9]")));
 }
 
 }  // namespace
