@@ -3,6 +3,7 @@
 #include <fcntl.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <charconv>
 #include <cmath>
@@ -15,6 +16,27 @@
 
 namespace gripline::tools {
 namespace po = boost::program_options;
+namespace {
+
+/// What stands between commas, without the blanks around it. `part` is what each is called, `none` is said of a list
+/// without any.
+Words parts_of(const std::string& option, const std::string& text, const std::string& part, const std::string& none) {
+  constexpr const char* blanks = " \t\n\r\f\v";
+  Words parts;
+  for (std::size_t begin = 0; begin <= text.size();) {
+    const std::size_t comma = std::min(text.find(',', begin), text.size());
+    const std::string one = text.substr(begin, comma - begin);
+    const std::size_t first = one.find_first_not_of(blanks);
+    parts.push_back(first == one.npos ? "" : one.substr(first, one.find_last_not_of(blanks) - first + 1));
+    begin = comma + 1;
+  }
+  const auto missing = std::ranges::count(parts, std::string());
+  if (missing == std::ssize(parts)) throw InputError(none);
+  if (missing > 0) throw InputError(option + " " + text + ": a " + part + " is missing between commas");
+  return parts;
+}
+
+}  // namespace
 
 void add_plugins_option(po::options_description& visible) {
   visible.add_options()("plugins", po::value<Words>()->composing(), "a folder of plugins, searched first");
@@ -73,18 +95,32 @@ std::int64_t whole_number(const po::variables_map& given, const char* name, cons
   return value;
 }
 
-double quantity_of(const std::string& option, const std::string& text, const char* unit, const char* expected) {
+double quantity_of(const std::string& option, const std::string& text, const Expected& expected) {
   double value = 0.0;
   const auto [stop, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (error != std::errc() || stop != text.data() + text.size()) {
+    if (*expected.unit == '\0') throw InputError(option + " " + text + ": expected " + expected.words);
     try {
-      value = to_si(text, unit);
+      value = to_si(text, expected.unit);
     } catch (const UnitError& refused) {
       throw InputError(option + " " + text + ": " + refused.what());
     }
   }
-  if (!(value > 0) || !std::isfinite(value)) throw InputError(option + " " + text + ": expected " + expected);
+  if (!(value > 0) || !std::isfinite(value) || value > expected.most)
+    throw InputError(option + " " + text + ": expected " + expected.words);
   return value;
+}
+
+std::vector<double> quantities_of(const std::string& option, const std::string& text, const Expected& expected) {
+  std::vector<double> values;
+  for (const std::string& part :
+       parts_of(option, text, "number", option + " has no number; expected " + expected.words))
+    values.push_back(quantity_of(option, part, expected));
+  return values;
+}
+
+Words names_of(const std::string& option, const std::string& text, const std::string& one) {
+  return parts_of(option, text, "name", option + " names no " + one + "; expected names with commas between them");
 }
 
 void require_writable(const std::string& option, const std::filesystem::path& file,

@@ -4,6 +4,7 @@
 #include <boost/program_options.hpp>
 #include <cstdint>
 #include <filesystem>
+#include <limits>
 #include <optional>
 #include <span>
 #include <string>
@@ -35,9 +36,19 @@ Registry open_registry(const Words& plugin_dirs);
 /// The whole number of an option given as text. Throws InputError that names it as `shown`.
 std::int64_t whole_number(const boost::program_options::variables_map& given, const char* name,
                           const std::string& shown);
-/// The number above 0 of an option, in SI or with a unit ("90 s", "9m"). Throws InputError that says what was
-/// `expected`.
-double quantity_of(const std::string& option, const std::string& text, const char* unit, const char* expected);
+/// What a number of an option has to be: above 0, in SI or with a unit ("90 s", "9m"), bare where `unit` is empty.
+struct Expected {
+  const char* unit;
+  const char* words;  // "a time above 0 s", for messages
+  double most = std::numeric_limits<double>::infinity();
+};
+/// The number of an option. Throws InputError that names the option, what was expected and what was given.
+double quantity_of(const std::string& option, const std::string& text, const Expected& expected);
+/// The same of every number of a list with commas ("0.5, 1 s"), of which there is at least one.
+std::vector<double> quantities_of(const std::string& option, const std::string& text, const Expected& expected);
+/// The names between commas, without the blanks around them; `one` says what has a name ("stack"). Throws InputError
+/// where there is none or one is empty.
+Words names_of(const std::string& option, const std::string& text, const std::string& one);
 /// A file to be written, asked before long work: refused (InputError) when it is one of the inputs or cannot be made.
 /// Its folder is made.
 void require_writable(const std::string& option, const std::filesystem::path& file,

@@ -1,7 +1,5 @@
 // gripline compare EXPERIMENT: runs an experiment of any kind and judges its claims.
-#include <algorithm>
-#include <cctype>
-#include <sstream>
+#include <memory>
 
 #include "config/errors.hpp"
 #include "gripline/command.hpp"
@@ -10,27 +8,6 @@
 
 namespace gripline::tools {
 namespace po = boost::program_options;
-namespace {
-
-std::vector<std::string> split_names(const std::string& text) {
-  std::vector<std::string> names;
-  std::string name;
-  std::istringstream rest(text);
-  const auto blank = [](unsigned char c) { return std::isspace(c) != 0; };
-  while (std::getline(rest, name, ',')) {
-    name.erase(std::find_if_not(name.rbegin(), name.rend(), blank).base(), name.end());
-    name.erase(name.begin(), std::find_if_not(name.begin(), name.end(), blank));
-    names.push_back(name);
-  }
-  if (text.ends_with(',')) names.emplace_back();
-  if (std::all_of(names.begin(), names.end(), [](const std::string& one) { return one.empty(); }))
-    throw InputError("--only names no stack; expected names with commas between them");
-  if (std::find(names.begin(), names.end(), "") != names.end())
-    throw InputError("--only " + text + ": a name is missing between commas");
-  return names;
-}
-
-}  // namespace
 
 int run_compare(Arguments args) {
   po::options_description visible("options");
@@ -58,7 +35,7 @@ int run_compare(Arguments args) {
   request.seeds_from = text_of(*given, "seeds-from").value_or("");
   if (given->count("baseline") > 0 && request.baseline.empty()) throw InputError("--baseline names no stack");
   if (given->count("seeds-from") > 0 && request.seeds_from.empty()) throw InputError("--seeds-from has no text");
-  if (const auto only = text_of(*given, "only")) request.only = split_names(*only);
+  if (const auto only = text_of(*given, "only")) request.only = names_of("--only", *only, "stack");
   return experiment->run(request);
 }
 

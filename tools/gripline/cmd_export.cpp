@@ -18,12 +18,10 @@ namespace gripline::tools {
 namespace po = boost::program_options;
 namespace {
 
-std::vector<std::string> list_of(const po::variables_map& given, const char* name) {
-  std::vector<std::string> names;
-  std::istringstream text(text_of(given, name).value_or(""));
-  for (std::string one; std::getline(text, one, ',');)
-    if (!one.empty()) names.push_back(one);
-  return names;
+/// The names of a list, which are of rows or seeds; none when the option was not given.
+Words list_of(const po::variables_map& given, const std::string& name, const char* one) {
+  const auto text = text_of(given, name.c_str());
+  return text ? names_of("--" + name, *text, one) : Words{};
 }
 
 double number_of(const po::variables_map& given, const char* name, double otherwise) {
@@ -112,7 +110,7 @@ int run_export(Arguments args) {
   if (video) exports::require_video_programs();
   if (mcap || csv) {
     const exports::Results results =
-        exports::read_results(folders.front(), {list_of(*given, "only"), list_of(*given, "seed")});
+        exports::read_results(folders.front(), {list_of(*given, "only", "row"), list_of(*given, "seed", "seed")});
     if (mcap) write_file(*mcap, exports::foxglove_mcap(results));
     if (mcap) say_written("mcap", *mcap);
     if (csv) write_file(*csv, exports::wide_csv(results.runs));

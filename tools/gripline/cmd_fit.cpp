@@ -29,17 +29,6 @@ namespace {
 using calibrate::FitResult;
 using calibrate::FittedParameter;
 
-Words separated(const std::string& text) {
-  Words parts;
-  std::size_t at = 0;
-  while (at <= text.size()) {
-    const std::size_t comma = std::min(text.find(',', at), text.size());
-    if (comma > at) parts.push_back(text.substr(at, comma - at));
-    at = comma + 1;
-  }
-  return parts;
-}
-
 std::string unit_text(const std::string& unit) { return unit.empty() || unit == "1" ? "" : unit; }
 
 void print_parameters(const FitResult& result, std::span<const calibrate::ParameterPlace> places) {
@@ -169,6 +158,12 @@ std::optional<po::variables_map> parse_fit_words(Arguments args) {
   return parse_options(args, visible, "fit WORLD.json LOG... [--map MAP.json] --out FITTED.json", "world-and-logs");
 }
 
+/// The groups or parameters to fit; none where all of them are.
+Words chosen_unknowns(const po::variables_map& given) {
+  const auto text = text_of(given, "fit");
+  return text ? names_of("--fit", *text, "group or parameter") : Words{};
+}
+
 /// The logs, each checked; what they hardly tell is said.
 std::list<measured::SessionFile> read_fit_logs(std::span<const std::string> names, const measured::LogMap& map,
                                                double v_ref) {
@@ -206,6 +201,7 @@ int run_fit(Arguments args) {
   words[0] = find_shipped(words[0], "worlds").string();
   const fs::path out = (*given)["out"].as<std::string>();
   require_writable("--out", out, words);
+  const Words chosen = chosen_unknowns(*given);
   const Registry registry = open_registry(plugin_dirs_of(*given));
   const LogWorld world = read_log_world(words[0], *given, registry);
   const measured::LogMap map = map_option(*given, world.spec);
@@ -223,7 +219,6 @@ int run_fit(Arguments args) {
   Errors errors;
   const auto places = calibrate::parameter_places(world.spec, forecaster);
   std::vector<double> values = calibrate::parameters_of(world.tree, forecaster, errors);
-  const Words chosen = separated(text_of(*given, "fit").value_or(""));
   std::vector<calibrate::Unknown> unknowns = calibrate::read_unknowns(world.tree, places, values, chosen, errors);
   errors.throw_if_any();
   calibrate::start_delays(map, files, forecaster, world.tree, values, unknowns);

@@ -1,9 +1,7 @@
 // gripline limit WORLD.json: the fastest flying laps of a world, over friction.
 #include <algorithm>
-#include <charconv>
 #include <cstdio>
 #include <iostream>
-#include <sstream>
 #include <thread>
 
 #include "cli/options.hpp"
@@ -21,20 +19,12 @@ namespace gripline::tools {
 namespace po = boost::program_options;
 namespace {
 
+/// Each once.
 std::vector<double> read_factors(const std::string& text) {
   std::vector<double> factors;
-  std::istringstream words(text);
-  for (std::string word; std::getline(words, word, ',');) {
-    const std::size_t begin = word.find_first_not_of(' '), end = word.find_last_not_of(' ');
-    const std::string number = begin == word.npos ? "" : word.substr(begin, end - begin + 1);
-    double value = 0;
-    const auto [rest, code] = std::from_chars(number.data(), number.data() + number.size(), value);
-    if (code != std::errc() || rest != number.data() + number.size() || !(value > 0 && value <= 10))
-      throw InputError("--factors " + text + ": expected friction factors above 0 with commas between them, found \"" +
-                       number + "\"");
+  for (const double value :
+       quantities_of("--factors", text, {"", "friction factors above 0 and up to 10 with commas between them", 10.0}))
     if (std::find(factors.begin(), factors.end(), value) == factors.end()) factors.push_back(value);
-  }
-  if (factors.empty()) throw InputError("--factors names none");
   return factors;
 }
 

@@ -33,14 +33,6 @@ struct Request {
   std::optional<double> slowest;  // [m/s] of starts that count for errors; the world's own where none is given
 };
 
-double positive(const std::string& option, const std::string& text) {
-  double value = 0.0;
-  const auto [stop, code] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (code != std::errc() || stop != text.data() + text.size() || !(value > 0.0) || value > 1000.0)
-    throw InputError(option + " " + text + ": expected a time in seconds, for example 0.2");
-  return value;
-}
-
 Request read_request(const po::variables_map& given) {
   const Words words = words_of(given, "world-and-log");
   if (words.size() != 2) throw InputError("predict needs a world and a log: gripline predict WORLD.json LOG.csv");
@@ -51,15 +43,12 @@ Request read_request(const po::variables_map& given) {
   if (const auto out = text_of(given, "out")) request.out = *out, require_writable("--out", *out, inputs);
   if (const auto samples = text_of(given, "samples"))
     request.samples = *samples, require_writable("--samples", *samples, inputs);
-  const std::string horizons = *text_of(given, "horizon");
-  std::size_t at = 0;
-  while (at <= horizons.size()) {
-    const std::size_t comma = std::min(horizons.find(',', at), horizons.size());
-    request.horizons.push_back(positive("--horizon", horizons.substr(at, comma - at)));
-    at = comma + 1;
-  }
+  constexpr double longest = 1000.0;  // [s]
+  request.horizons =
+      quantities_of("--horizon", *text_of(given, "horizon"), {"s", "times in seconds, for example 0.5,1", longest});
   std::sort(request.horizons.begin(), request.horizons.end());
-  request.every = positive("--every", *text_of(given, "every"));
+  request.every =
+      quantity_of("--every", *text_of(given, "every"), {"s", "a time in seconds, for example 0.2", longest});
   if (given.count("slowest") > 0) {
     request.slowest = given["slowest"].as<double>();
     if (!(*request.slowest >= 0.0)) throw InputError("--slowest: expected a speed of 0 or more [m/s]");

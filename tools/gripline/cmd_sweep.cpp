@@ -87,7 +87,7 @@ sweep::Request read_sweep(const po::variables_map& given) {
   if (given.count("seeds") > 0) request.seeds = sweep::parse_seeds(given["seeds"].as<std::string>());
   request.seeds_from = text_of(given, "seeds-from").value_or("");
   if (given.count("seeds-from") > 0 && request.seeds_from.empty()) throw InputError("--seeds-from has no text");
-  if (const auto only = text_of(given, "only")) request.only = sweep::split_levels(*only);
+  if (const auto only = text_of(given, "only")) request.only = names_of("--only", *only, "row");
   request.plugin_dirs = plugin_dirs_of(given);
   if (const auto timeout = text_of(given, "timeout")) request.timeout_s = seconds_of("--timeout", *timeout);
   if (given.count("memory") > 0) request.memory_mb = count_of(given, "memory", std::int64_t{1} << 30);

@@ -1,5 +1,4 @@
 // gripline track FILE [FILE] [options]: a road from the formats that people have, repaired, checked and drawn.
-#include <charconv>
 #include <cmath>
 #include <iostream>
 #include <numbers>
@@ -17,6 +16,7 @@
 #include "gripline/command.hpp"
 #include "gripline/track_picture.hpp"
 #include "util/csv_writer.hpp"
+#include "util/numbers.hpp"
 #include "world/world_spec.hpp"
 
 namespace gripline::tools {
@@ -24,24 +24,9 @@ namespace po = boost::program_options;
 namespace fs = std::filesystem;
 namespace {
 
-template <class... Numbers>
-std::string format(const char* pattern, Numbers... numbers) {
-  char text[200];
-  std::snprintf(text, sizeof text, pattern, numbers...);
-  return text;
-}
-
-double positive_number(const std::string& option, std::string_view text) {
-  double value = 0;
-  const auto [rest, code] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (code != std::errc() || rest != text.data() + text.size() || !(value > 0) || !std::isfinite(value))
-    throw InputError(option + " \"" + std::string(text) + "\": expected a number above 0");
-  return value;
-}
-
 double length_option(const po::variables_map& given, const char* name) {
   const auto text = text_of(given, name);
-  return text ? quantity_of("--" + std::string(name), *text, "m", "a length above 0 m") : 0.0;
+  return text ? quantity_of("--" + std::string(name), *text, {"m", "a length above 0 m"}) : 0.0;
 }
 
 /// "1:43" or a factor.
@@ -49,8 +34,8 @@ double scale_option(const po::variables_map& given) {
   const auto text = text_of(given, "scale");
   if (!text) return 1.0;
   const std::size_t colon = text->find(':');
-  if (colon == std::string::npos) return positive_number("--scale", *text);
-  return positive_number("--scale", text->substr(0, colon)) / positive_number("--scale", text->substr(colon + 1));
+  const auto number = [](const std::string& one) { return quantity_of("--scale", one, {"", "a number above 0"}); };
+  return colon == std::string::npos ? number(*text) : number(text->substr(0, colon)) / number(text->substr(colon + 1));
 }
 
 /// The car of a car's or a world's file.

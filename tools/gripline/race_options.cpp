@@ -14,7 +14,7 @@ constexpr std::int64_t most_memory = std::int64_t{1} << 30;  // MB
 }  // namespace
 
 double seconds_of(const std::string& option, const std::string& text) {
-  return quantity_of(option, text, "s", "a time above 0 s");
+  return quantity_of(option, text, {"s", "a time above 0 s"});
 }
 
 void add_race_options(po::options_description& visible) {
