@@ -13,7 +13,9 @@ Cornering cornering_of(const std::list<measured::SessionFile>& files, const Worl
   const calibrate::Forecaster forecaster(as_found.car(), calibrate::forecast_options(found.spec));
   std::vector<const measured::Session*> sessions;
   for (const measured::SessionFile& file : files) sessions.push_back(&file.session);
-  const auto late = calibrate::turning_lateness(forecaster, found.params, found.parameters);
+  std::vector<calibrate::FittedParameter> known = found.parameters;
+  known.insert(known.end(), found.undetermined.begin(), found.undetermined.end());
+  const auto late = calibrate::turning_lateness(forecaster, found.params, known);
   Cornering out{measured::steady_turning(sessions, car.lf + car.lr, car.v_ref, late), {}, {}};
   if (!out.by_log) return out;
   out.given = calibrate::gradient_in(*out.by_log, as_given.car(), as_given.car().params());

@@ -101,7 +101,9 @@ CalibratedWorld calibrate_given(EffectSearch& search, const std::list<measured::
   out.calibrated = std::make_unique<Trial>(search.spec, search.forecast);
   out.calibrated->params = result.params;
   for (const FittedParameter& p : result.parameters)
-    if (p.status == FittedParameter::Status::determined && !p.unknown.observer)
+    if (p.status != FittedParameter::Status::determined)
+      out.undetermined.push_back(p);
+    else if (!p.unknown.observer)
       out.calibrated->unknowns.push_back(p.unknown);
   search.fits.weighing = result.weighing;
   constexpr int more = 6;  // iterations, so that effects do not gain what steps alone would

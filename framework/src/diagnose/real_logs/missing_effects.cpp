@@ -125,6 +125,7 @@ void write_worlds(const EffectSearch& search, Selection& selection, const std::f
   selection.trial = with_disturbances(search, selection.effects.empty() ? *search.world.calibrated : *selection.trial);
   const Trial& found = *selection.trial;
   out.parameters = parameters_with_intervals(search, found);
+  out.undetermined = search.world.undetermined;
   out.rows = {reported_row(search, "given", given), reported_row(search, "calibrated", *calibrated),
               reported_row(search, "found", found)};
   out.world = world_of(search, selection, out, folder);

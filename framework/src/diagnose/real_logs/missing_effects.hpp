@@ -83,10 +83,11 @@ struct MissingEffects {
   calibrate::ForecastChange all;          // found against given
   std::vector<SessionChange> sessions;    // of what `change` is of, log by log
   Remainder remainder;
-  std::vector<calibrate::FittedParameter> parameters;  // of the calibrated world with the effects named
-  Node world;                                          // that world
-  WorldSpec spec;                                      // its car, with parameters as given
-  std::vector<double> params;                          // of a forecaster of that car, as found
+  std::vector<calibrate::FittedParameter> parameters;    // of the calibrated world with the effects named
+  std::vector<calibrate::FittedParameter> undetermined;  // as CalibratedWorld has them
+  Node world;                                            // that world
+  WorldSpec spec;                                        // its car, with parameters as given
+  std::vector<double> params;                            // of a forecaster of that car, as found
 };
 
 /// `tree` and `spec` are one world. The second half of every 10 to 40 s of `files` is validation time, which chooses

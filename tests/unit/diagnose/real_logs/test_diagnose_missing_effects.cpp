@@ -106,6 +106,16 @@ TEST(MissingEffects, DeadZoneAndSteeringOffsetAreNamedWithTheirSizesAndStandInTh
   EXPECT_EQ(again.spec.vehicle.effects.size(), found.named.size());
 }
 
+/// What the logs do not tell is returned with what was known of it: it is no less uncertain for that.
+TEST(MissingEffects, ParametersThatLogsDoNotTellKeepTheirPrior) {
+  const MissingEffects found = found_in_log_of("{}", R"({"unknowns": {
+      "/plant/params/Cd": {"group": "drive", "sigma": 1e-6}}})");
+  ASSERT_EQ(found.undetermined.size(), 1u);
+  EXPECT_EQ(found.undetermined.front().unknown.pointer, "/plant/params/Cd");
+  EXPECT_NEAR(found.undetermined.front().interval.high - found.undetermined.front().interval.low, 2 * 1.96e-6, 1e-7);
+  for (const calibrate::FittedParameter& p : found.parameters) EXPECT_NE(p.unknown.pointer, "/plant/params/Cd");
+}
+
 /// Tyres that know no end of grip, of the same stiffness: to first order less grip does next to nothing there that
 /// stiffness does not do. And back-EMF, which trades with drive: both are found by fits that go on until little
 /// changes.
