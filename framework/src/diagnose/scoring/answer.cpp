@@ -115,7 +115,7 @@ double judge_place(const Answer& a, const Diagnosis& d) {
   if (!d.unknown) return 0.0;
   const std::string where = where_names[static_cast<std::size_t>(d.unknown->where)];
   if (std::find(a.where.begin(), a.where.end(), where) == a.where.end()) return 0.0;
-  if (!a.interval) return 1.0;
+  if (!a.interval || (where != "position" && where != "time")) return 1.0;  // an interval is of a lap or of time
   double off = 0.5 * (d.unknown->from + d.unknown->to) - 0.5 * (a.interval->first + a.interval->second);
   if (where == "position") off -= std::round(off);
   return std::abs(off) <= (where == "position" ? 0.05 : 1.0) ? 1.0 : 0.0;

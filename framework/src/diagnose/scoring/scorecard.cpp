@@ -38,7 +38,7 @@ const std::vector<Condition>& conditions() {
       {"two effects, white", [](const CaseScore& s) { return is(s, "pair", "white") && detectable(s); }},
       {"two effects, process noise",
        [](const CaseScore& s) { return is(s, "pair", "process_noise") && detectable(s); }},
-      {"three effects", [](const CaseScore& s) { return s.kind == "triple"; }},
+      {"three effects", [](const CaseScore& s) { return s.kind == "triple" && detectable(s); }},
       {"one effect, coloured sensor noise",
        [](const CaseScore& s) { return is(s, "single", "coloured_noise") && detectable(s); }},
       {"one effect, process noise, other time",

@@ -181,6 +181,9 @@ TEST(JudgePlace, TheKindOfFunctionMustBeAccepted) {
   EXPECT_EQ(judge_place(either, unknown_at(Where::state, 3, 4)), 1);
   EXPECT_EQ(judge_place(either, unknown_at(Where::position, 0.1, 0.2)), 0);
   EXPECT_EQ(judge_place(either, unknown_at(Where::time, 1, 2)), 0);
+  // Its numbers are of the input, those of the answer of time.
+  EXPECT_EQ(judge_place(at(R"({"where": ["input", "time"], "interval": [30, 40]})"), unknown_at(Where::input, 1, 2)),
+            1);
   // Right by its numbers, wrong by what they are of.
   EXPECT_EQ(judge_place(at(R"({"where": ["position"], "interval": [0.1, 0.2]})"), unknown_at(Where::time, 0.1, 0.2)),
             0);

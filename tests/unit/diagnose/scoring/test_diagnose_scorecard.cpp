@@ -108,6 +108,12 @@ TEST(Scorecard, HasARowForEveryConditionThatOccurs) {
   EXPECT_EQ(rows.size(), 9u);
 }
 
+TEST(Scorecard, ThreeEffectsCountWhereTheLeastCanBeDetected) {
+  std::vector<CaseScore> all(2, score("triple", "white", "named", 1, 900, 0.9));
+  all.back().lambda_least = 99;
+  EXPECT_EQ(rows_of(scorecard(all))["three effects"].front(), "1");
+}
+
 /// Three answers at 0.95 or more, one of them wrong, all of detectable cases; those are four singles, a pair, a triple.
 /// Brier: the mean of (confidence - right)^2 over the eight verdicts `named`: 3.2139 / 8. One prediction is worse than
 /// the nominal model's by more than 2 %.
