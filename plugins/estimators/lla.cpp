@@ -83,6 +83,7 @@ class LookBack final : public AutoDiffEffect<LookBack, Estimator> {
         truth_(context.truth),
         random_(context.seed),
         terms_{.model_has_tyres = drive_.model_has_tyres(), .v_min = car_.v_min} {
+    // Not static_axle_loads(): its other order of the factors would change results in the last digits.
     const double weight = car_.m * gravity / (car_.lf + car_.lr);
     load_[0] = weight * car_.lr;
     load_[1] = weight * car_.lf;

@@ -1,4 +1,5 @@
-// Every threshold of the diagnosis: its unit, what a larger value trades for what, and its source where it has one.
+// Every threshold of the diagnosis: its unit, what a larger value trades for what where it does, and its source where it
+// has one.
 // What set each, and what was measured of it: framework/doc/thresholds.md.
 //
 // What counts as a jump of a command stands where it is used, in measured/log.cpp, which knows nothing of diagnose.

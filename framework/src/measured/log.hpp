@@ -73,7 +73,8 @@ void bend_commands(Log& log, const Commands& bend);
 /// Root mean squares of the commands' second differences: how far they may have been off straight lines.
 Commands command_curvature(std::span<const Log> stretches);
 /// How far the commands of each step may have been off a straight line, size() - 1 of them: the root of the squared
-/// difference of its ends and the mean of their squared second differences. Where a command rests nothing was left out; where it jumps, when it did is unknown.
+/// difference of its ends and the mean of their squared second differences. Where a command rests nothing was left out;
+/// where it jumps, when it did is unknown.
 std::vector<Commands> command_unrest(const Log& log);
 
 }  // namespace gripline::measured

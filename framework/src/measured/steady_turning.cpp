@@ -8,12 +8,12 @@
 #include <vector>
 
 #include "util/numbers.hpp"
+#include "util/statistics.hpp"
 
 namespace gripline::measured {
 namespace {
 
 using Index = Eigen::Index;
-constexpr std::size_t yaw_at = 2, vx_at = 3, rate_at = 5;
 constexpr double block_length = 10.0;  // [s]
 constexpr double most_sideways = 4.0;  // [m/s2]
 constexpr std::size_t fewest_windows = 20;
@@ -43,12 +43,13 @@ Window window_of(const Session& log, std::size_t first, std::size_t end, double 
   };
   for (std::size_t i = first; i < end; ++i) {
     w.time += log.t[i] / n;
-    w.vx += reading(vx_at, log.t[i]) / n;
+    w.vx += reading(Channel::vx, log.t[i]) / n;
     w.delta += log.command[i].delta / n;
-    if (log.has[rate_at]) w.rate += reading(rate_at, log.t[i] + late) / n;
+    if (log.has[Channel::yaw_rate]) w.rate += reading(Channel::yaw_rate, log.t[i] + late) / n;
   }
-  if (!log.has[rate_at])
-    w.rate = (reading(yaw_at, log.t[end] + late) - reading(yaw_at, log.t[first] + late)) / (log.t[end] - log.t[first]);
+  if (!log.has[Channel::yaw_rate])
+    w.rate = (reading(Channel::yaw, log.t[end] + late) - reading(Channel::yaw, log.t[first] + late)) /
+             (log.t[end] - log.t[first]);
   w.complete = std::isfinite(w.rate) && std::isfinite(w.vx) && std::isfinite(w.delta);
   return w;
 }
@@ -149,10 +150,10 @@ Eigen::Matrix3d scores_of(std::span<const Equation> all, const Eigen::Vector3d& 
 double equal_blocks(std::span<const Equation> all, const Eigen::Vector3d& by) {
   double sum = 0.0, squares = 0.0;
   for_blocks(all, [&](std::span<const Equation> block) {
-    double told = 0.0;
-    for (const Equation& one : block) told += square(by.dot(one.by));
-    sum += told;
-    squares += square(told);
+    double information = 0.0;
+    for (const Equation& one : block) information += square(by.dot(one.by));
+    sum += information;
+    squares += square(information);
   });
   return sum * sum / squares;
 }
@@ -208,8 +209,8 @@ std::optional<Found> found_with(std::span<const Session* const> sessions, double
   Found out;
   for (std::size_t i = 0; i < sessions.size(); ++i) {
     const Session& log = *sessions[i];
-    if (log.rows() == 0 || !log.has[vx_at] || !(log.has[rate_at] || log.has[yaw_at])) continue;
-    const auto windows = windows_of(log, length, log.has[rate_at] ? late.yaw_rate : late.yaw);
+    if (log.rows() == 0 || !log.has[Channel::vx] || !(log.has[Channel::yaw_rate] || log.has[Channel::yaw])) continue;
+    const auto windows = windows_of(log, length, log.has[Channel::yaw_rate] ? late.yaw_rate : late.yaw);
     add_equations(windows, log.t.front(), i, wheelbase, half * v_ref, length, out.all);
   }
   for (int pass = 0; pass < 3 && out.all.size() >= fewest_windows; ++pass) {
@@ -271,7 +272,7 @@ std::optional<SteadyTurning> steady_turning(std::span<const Session* const> sess
     if (!there) return std::nullopt;  // with what may be, nothing can be told
     by_lateness = std::max(by_lateness, std::abs(there->gradient - found->gradient));
   }
-  constexpr double normal_95 = 1.959964, relative = 0.05, absolute = 0.025;
+  constexpr double relative = 0.05, absolute = 0.025;
   const double unsteady = std::hypot(normal_95 * relative * found->gradient,
                                      normal_95 * absolute * wheelbase / (v_ref * v_ref), by_lateness);
   SteadyTurning out;

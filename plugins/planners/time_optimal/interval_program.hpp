@@ -172,8 +172,8 @@ T IntervalProgram::cost(std::size_t i, const T (&z)[lap_variables], const LapRat
 /// AxleSharing of both axles. Known limit: the square of what an axle carries has no sign, so that an axle with a
 /// negative load would pass as one that carries as much. On a flat road the full-size car would have to drive with
 /// 27.8 m/s2 to lift its front axle, or to brake with 28.6 to lift the rear one, and it is planned with 7.8 and 5.9 at
-/// most; with these it takes a crest that relieves it of 72 % of its weight, and the sharpest of today's roads
-/// (worlds/tracks/hill.json, a radius of 1100 m) relieves it of 23 % at 50 m/s.
+/// most; with these it takes a crest that relieves it of 72 % of its weight, and the sharpest crest of
+/// worlds/tracks (hill.json, a radius of 1100 m) relieves it of 23 % at 50 m/s.
 template <class T, class Put>
 void IntervalProgram::share_friction(double grip, const T& a, const LapRates<T>& r, const Put& put) const {
   using std::atan;

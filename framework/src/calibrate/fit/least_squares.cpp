@@ -6,11 +6,12 @@
 #include <cmath>
 #include <random>
 
+#include "util/statistics.hpp"
+
 namespace gripline::calibrate {
 namespace {
 
 using Index = Eigen::Index;
-constexpr double normal_95 = 1.959964;  // half a 95 % interval of a normal, in standard deviations
 
 struct Sum {
   Eigen::MatrixXd hessian;

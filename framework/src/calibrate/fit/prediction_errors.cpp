@@ -23,7 +23,7 @@ std::vector<double> readings_at(const Session& s, const Starts& starts) {
   for (const double start : starts.time)
     for (const double h : starts.horizons)
       for (std::size_t c = 0; c < channels; ++c)
-        all.push_back(c == 3 && s.prescribed_speed ? not_a_number : s.interpolate(c, start + h));
+        all.push_back(c == measured::Channel::vx && s.prescribed_speed ? not_a_number : s.interpolate(c, start + h));
   return all;
 }
 

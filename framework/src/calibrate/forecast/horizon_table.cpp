@@ -7,6 +7,8 @@
 #include <ostream>
 #include <random>
 
+#include "util/numbers.hpp"
+
 namespace gripline::calibrate {
 namespace {
 
@@ -117,22 +119,13 @@ void print_horizon_table(std::ostream& out, std::span<const HorizonRow> rows) {
   std::size_t width = 8;
   for (const HorizonRow& row : rows) width = std::max(width, row.name.size());
   out << std::string(width, ' ');
-  for (const char* name : quantity_names) {
-    char cell[40];
-    std::snprintf(cell, sizeof cell, "  %-24s", name);
-    out << cell;
-  }
+  for (const char* name : quantity_names) out << format("  %-24s", name);
   out << '\n';
   for (const HorizonRow& row : rows) {
     out << row.name << std::string(width - row.name.size(), ' ');
     for (const HorizonError& e : row.error) {
-      char cell[60];
-      if (e.count == 0)
-        std::snprintf(cell, sizeof cell, "  %-24s", "-");
-      else
-        std::snprintf(cell, sizeof cell, "  %7.4f (%.4f..%.4f)", e.rms, e.low, e.high);
-      out << cell
-          << std::string(std::max<std::ptrdiff_t>(0, 26 - static_cast<std::ptrdiff_t>(std::string(cell).size())), ' ');
+      const std::string cell = e.count == 0 ? "  -" : format("  %7.4f (%.4f..%.4f)", e.rms, e.low, e.high);
+      out << format("%-26s", cell.c_str());
     }
     out << '\n';
   }

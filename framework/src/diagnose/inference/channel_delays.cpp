@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <boost/math/distributions/students_t.hpp>
 #include <cmath>
-#include <cstdio>
 #include <utility>
 
 #include "diagnose/inference/fit.hpp"
@@ -99,8 +98,7 @@ LogFile without_delays(const LogFile& file, std::span<const ChannelDelay> delays
         for (std::size_t k = 0; k < log.size(); ++k) log.reading[k * channels + c] = rows[k];
       }
   for (const ChannelDelay& d : delays) {
-    char text[80];
-    std::snprintf(text, sizeof text, "%.3g s (%.3g to %.3g) against the pose", d.seconds, d.low, d.high);
+    const std::string text = format("%.3g s (%.3g to %.3g) against the pose", d.seconds, d.low, d.high);
     out.health.push_back({measured::Finding::Level::note, "delay of " + d.name(), text, "taken off"});
   }
   return out;

@@ -30,9 +30,10 @@ struct SearchLogs {
 /// The world as it is, and with its unknowns fitted. Neither learns disturbances while it predicts.
 struct CalibratedWorld {
   std::unique_ptr<calibrate::Trial> given, calibrated;
-  std::vector<calibrate::FittedParameter> undetermined;  // what the logs do not say, with what was known of it before
-  std::vector<calibrate::Unknown> observer;              // of the given world, gains of disturbances too
-  std::vector<double> given_params;                      // with those gains as the world has them
+  std::vector<calibrate::FittedParameter>
+      undetermined;                          // what is kept at its prior: not told by the logs, or at an end
+  std::vector<calibrate::Unknown> observer;  // of the given world, gains of disturbances too
+  std::vector<double> given_params;          // with those gains as the world has them
 };
 
 /// Of one search; holds references to what it was made from.

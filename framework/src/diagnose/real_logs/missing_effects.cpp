@@ -116,6 +116,15 @@ void measure_errors(const EffectSearch& search, const UnfittedErrors& without, c
   out.remainder = remainder_of(search.logs.reported(), after, judged_horizon);
 }
 
+/// Indices in a world with effects more.
+void take_index_of(const Trial& found, calibrate::Unknown& unknown) {
+  const auto index = [&](const std::string& pointer, std::size_t& at) {
+    if (const auto* const there = found.find(pointer); there != nullptr) at = there->index;
+  };
+  index(unknown.pointer, unknown.index);
+  for (calibrate::Unknown::Same& s : unknown.same) index(s.pointer, s.index);
+}
+
 /// The worlds as `predict` uses them: their errors, and the one found with its parameters.
 void write_worlds(const EffectSearch& search, Selection& selection, const std::filesystem::path& folder,
                   MissingEffects& out) {
@@ -125,7 +134,10 @@ void write_worlds(const EffectSearch& search, Selection& selection, const std::f
   selection.trial = with_disturbances(search, selection.effects.empty() ? *search.world.calibrated : *selection.trial);
   const Trial& found = *selection.trial;
   out.parameters = parameters_with_intervals(search, found);
-  out.undetermined = search.world.undetermined;
+  for (FittedParameter p : search.world.undetermined) {
+    take_index_of(found, p.unknown);
+    out.undetermined.push_back(std::move(p));
+  }
   out.rows = {reported_row(search, "given", given), reported_row(search, "calibrated", *calibrated),
               reported_row(search, "found", found)};
   out.world = world_of(search, selection, out, folder);

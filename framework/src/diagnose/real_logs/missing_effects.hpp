@@ -37,8 +37,8 @@ struct MissingEffect {
   std::string effect;
   bool measurement = false;  // it changes what the sensors show, not how the car moves
   std::vector<Value> params;
-  calibrate::ForecastChange
-      change;  // of predictions of the logs held out, or of time not fitted, by it beside the others
+  /// Of predictions of the logs held out, or of time not fitted, by it beside the others.
+  calibrate::ForecastChange change;
 };
 
 /// A candidate beside the calibrated world alone.

@@ -20,8 +20,8 @@ std::map<std::string, std::vector<double>> features_of(const std::vector<FitLog>
       const double t = log.starts.time[i];
       const std::size_t row = std::min(log.session->row_before(t), log.session->rows() - 1);
       const double when = t + 0.5 * horizon;
-      features["speed"].push_back(std::abs(log.session->interpolate(3, when)));
-      features["yaw rate"].push_back(std::abs(log.session->interpolate(5, when)));
+      features["speed"].push_back(std::abs(log.session->interpolate(measured::Channel::vx, when)));
+      features["yaw rate"].push_back(std::abs(log.session->interpolate(measured::Channel::yaw_rate, when)));
       features["throttle"].push_back(log.session->command[row].d);
       features["steering"].push_back(log.session->command[row].delta);
       features["time"].push_back(t - log.session->t.front());

@@ -2,8 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <string>
+
+#include "util/numbers.hpp"
 
 namespace gripline::diagnose {
 namespace {
@@ -21,14 +22,13 @@ bool is_read(const Problem& problem, std::size_t channel) {
 }  // namespace
 
 void report_noise(const Problem& problem, const Noise& noise, std::vector<Finding>& health) {
-  char text[200];
   if (problem.colour != Channels{} || noise.command != UnknownCommands{}) {
     for (std::size_t c = 0; c < channels; ++c) {
       if (!is_read(problem, c)) continue;
       const std::string check = std::string("noise of ") + channel_info[c].words;
       std::erase_if(health, [&](const Finding& h) { return h.check == check && h.level != Finding::Level::bad; });
-      std::snprintf(text, sizeof text, "%.3g %s, correlation from sample to sample %.2f", problem.sensor[c],
-                    channel_info[c].unit, problem.colour[c]);
+      const std::string text = format("%.3g %s, correlation from sample to sample %.2f", problem.sensor[c],
+                                      channel_info[c].unit, problem.colour[c]);
       health.push_back({Finding::Level::note, check, text, "measured with the model"});
     }
   }
@@ -37,24 +37,24 @@ void report_noise(const Problem& problem, const Noise& noise, std::vector<Findin
                       "as the world says or as found with the model"});
   for (std::size_t i = 0; i < problem.command_step.size(); ++i) {
     if (problem.command_step[i] == 0.0) continue;
-    std::snprintf(text, sizeof text, "to %.3g%s", problem.command_step[i], i == 0 ? "" : " rad");
+    const std::string text = format("to %.3g%s", problem.command_step[i], i == 0 ? "" : " rad");
     health.push_back({Finding::Level::note, i == 0 ? "rounding of throttle" : "rounding of steering", text,
                       problem.unrounded ? "expected values are used; what they leave open is noise"
                                         : "the car is given rounded commands"});
   }
   if (noise.command != UnknownCommands{}) {
     const auto& [steady, moving] = noise.command;
-    std::snprintf(text, sizeof text,
-                  "half-way off by %.3g and %.3g rad, and by %.2g and %.2g of their moves, around lines bent by %.2g "
-                  "and %.2g",
-                  steady[0], steady[1], moving[0], moving[1], problem.bend[0], problem.bend[1]);
+    const std::string text = format(
+        "half-way off by %.3g and %.3g rad, and by %.2g and %.2g of their moves, around lines bent by %.2g "
+        "and %.2g",
+        steady[0], steady[1], moving[0], moving[1], problem.bend[0], problem.bend[1]);
     health.push_back(
         {Finding::Level::note, "commands between samples", text, "measured with the model; taken for noise"});
   }
   if (!has_strong_process_noise(problem, noise)) return;
   const auto size = [&](std::size_t i) { return std::sqrt(noise.process[i]); };
-  std::snprintf(text, sizeof text, "%.3g m/s2 along, %.3g m/s2 across, %.3g rad/s2 in yaw, correlation time %.2g s",
-                size(0), size(1), size(2), problem.noise_time);
+  const std::string text = format("%.3g m/s2 along, %.3g m/s2 across, %.3g rad/s2 in yaw, correlation time %.2g s",
+                                  size(0), size(1), size(2), problem.noise_time);
   health.push_back({problem.noise_time == usual_noise_time ? Finding::Level::good : Finding::Level::note,
                     "unknown accelerations", text, "measured with the model"});
 }

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "support/calibrate_rig.hpp"
+#include "util/numbers.hpp"
 
 namespace gripline::diagnose {
 namespace {
@@ -15,7 +16,8 @@ using test::small_car_world;
 MissingEffects found_in_log_of(const char* effects, const char* nominal_patch = "{}",
                                const test::WeavingLog& log = {.seconds = 60, .noise = 1},
                                const std::vector<test::WeavingLog>& held_out = {},
-                               const std::function<void(measured::Session&)>& change = {}) {
+                               const std::function<void(measured::Session&)>& change = {},
+                               const measured::LogMap& map = measured::gripline_map()) {
   const CalibrateRig truth(small_car_world(effects));
   const CalibrateRig nominal(merge(small_car_world(R"({"plant": {"effects": []}, "unknowns": {
       "/plant/params/Bf": {"group": "tyres", "sigma": 0.3, "scale": "log"},
@@ -34,8 +36,8 @@ MissingEffects found_in_log_of(const char* effects, const char* nominal_patch = 
   MissingOptions options;
   options.fit.slowest = 0.5;
   options.fit.starts = 60;
-  return find_missing(nominal.tree, nominal.spec, testing_support::plugins(), measured::gripline_map(),
-                      {driven(log, "fitted")}, others, options, ".");
+  return find_missing(nominal.tree, nominal.spec, testing_support::plugins(), map, {driven(log, "fitted")}, others,
+                      options, ".");
 }
 
 const MissingEffect* find(const MissingEffects& found, const std::string& effect) {
@@ -106,14 +108,25 @@ TEST(MissingEffects, DeadZoneAndSteeringOffsetAreNamedWithTheirSizesAndStandInTh
   EXPECT_EQ(again.spec.vehicle.effects.size(), found.named.size());
 }
 
-/// What the logs do not tell is returned with what was known of it: it is no less uncertain for that.
+/// What the logs do not tell is returned with what was known of it, by its place in the world found.
 TEST(MissingEffects, ParametersThatLogsDoNotTellKeepTheirPrior) {
-  const MissingEffects found = found_in_log_of("{}", R"({"unknowns": {
-      "/plant/params/Cd": {"group": "drive", "sigma": 1e-6}}})");
+  measured::LogMap map = measured::gripline_map();
+  for (auto& channel : map.channel)
+    if (channel) channel->delay.reset();
+  const std::string pointer = "/calibration/delays/yaw_rate";
+  constexpr double sigma = 1e-5;
+  const MissingEffects found = found_in_log_of(
+      R"({"plant": {"effects": [{"plugin": "steer_offset", "params": {"d0": 0.03}}]}})",
+      format(R"({"unknowns": {"%s": {"group": "delays", "sigma": %g}}})", pointer.c_str(), sigma).c_str(),
+      {.seconds = 60, .noise = 1}, {}, {}, map);
+  ASSERT_NE(find(found, "steer_offset"), nullptr);
   ASSERT_EQ(found.undetermined.size(), 1u);
-  EXPECT_EQ(found.undetermined.front().unknown.pointer, "/plant/params/Cd");
-  EXPECT_NEAR(found.undetermined.front().interval.high - found.undetermined.front().interval.low, 2 * 1.96e-6, 1e-7);
-  for (const calibrate::FittedParameter& p : found.parameters) EXPECT_NE(p.unknown.pointer, "/plant/params/Cd");
+  const calibrate::FittedParameter& one = found.undetermined.front();
+  EXPECT_EQ(one.unknown.pointer, pointer);
+  EXPECT_NEAR(one.interval.high - one.interval.low, 2 * 1.96 * sigma, 0.1 * sigma);
+  const Vehicle car(found.spec.vehicle, CalibrateRig::context(found.spec));
+  const calibrate::Forecaster forecaster(car.car(), CalibrateRig::options(found.spec));
+  EXPECT_EQ(one.unknown.index, forecaster.index(calibrate::Extra::delay_yaw_rate));
 }
 
 /// Tyres that know no end of grip, of the same stiffness: to first order less grip does next to nothing there that
