@@ -38,12 +38,13 @@ FitLog::FitLog(const Session& s, double grid_step, std::vector<double> horizons,
     if (speed == Speed::own) {
       const double end = std::min(wanted + every - 1e-9, last);  // where the next start is due, or the last one
       std::size_t next = row;
-      while (next < s.rows() && s.t[next] <= end && std::isnan(s.at(next, 3))) ++next;
+      while (next < s.rows() && s.t[next] <= end && std::isnan(s.at(next, measured::Channel::vx))) ++next;
       if (next < s.rows() && s.t[next] <= end) row = next;
     }
     if (!starts.time.empty() && s.t[row] <= starts.time.back()) continue;
-    double v = s.at(row, 3);
-    for (std::size_t i = row; std::isnan(v) && i > 0 && s.t[row] - s.t[i - 1] < 0.5; --i) v = s.at(i - 1, 3);
+    double v = s.at(row, measured::Channel::vx);
+    for (std::size_t i = row; std::isnan(v) && i > 0 && s.t[row] - s.t[i - 1] < 0.5; --i)
+      v = s.at(i - 1, measured::Channel::vx);
     if (std::abs(v) >= slowest) starts.time.push_back(s.t[row]);
   }
   truth = readings_at(s, starts);
@@ -102,67 +103,78 @@ double PredictionErrors::cost(std::span<const double> params, std::vector<Observ
   return sum;
 }
 
+/// Forward differentiation, some unknowns at a time.
+PredictionErrors::Predicted PredictionErrors::predict_with_slopes(const FitLog& log, std::span<const double> params,
+                                                                  std::span<const Unknown> unknowns,
+                                                                  ObserverSteps& steps) const {
+  const std::size_t n = unknowns.size();
+  std::optional<measured::Road> road;
+  if (log.track) road.emplace(log.track);
+  Predicted out{std::vector<double>(log.truth.size()),
+                Eigen::MatrixXd(static_cast<Eigen::Index>(n), static_cast<Eigen::Index>(log.truth.size()))};
+  std::vector<Dual8> seeded, predicted;
+  for (std::size_t first = 0; first == 0 || first < n; first += directions) {
+    const std::size_t last = std::min(first + directions, n);
+    seeded.assign(params.begin(), params.end());
+    for (std::size_t u = first; u < last; ++u) {
+      const double step = step_of(unknowns[u], params[unknowns[u].index]);
+      seeded[unknowns[u].index].d[u - first] = step;
+      for (const Unknown::Same& s : unknowns[u].same) seeded[s.index].d[u - first] = step;
+    }
+    forecaster_.run<Dual8>(*log.session, log.commands, road ? &*road : nullptr, seeded, log.starts, predicted, &steps);
+    for (std::size_t k = 0; k < predicted.size(); ++k) {
+      out.value[k] = predicted[k].v;
+      for (std::size_t u = first; u < last; ++u)
+        out.slope(static_cast<Eigen::Index>(u), static_cast<Eigen::Index>(k)) = predicted[k].d[u - first];
+    }
+  }
+  return out;
+}
+
+/// Adds a log's blocks, each `length` [s] long.
+void PredictionErrors::add_blocks(const FitLog& log, const Predicted& predicted, std::span<const Unknown> unknowns,
+                                  double length, NormalEquations& to) const {
+  const auto n = static_cast<Eigen::Index>(unknowns.size());
+  const std::size_t per_start = log.starts.horizons.size() * channels;
+  std::map<long, std::size_t> block_at;
+  for (std::size_t k = 0; k < predicted.value.size(); ++k) {
+    if (std::isnan(log.truth[k])) continue;
+    const double scale = weighing.scale[k % channels];
+    double z = (predicted.value[k] - log.truth[k]) / scale;
+    const auto j = predicted.slope.col(static_cast<Eigen::Index>(k)) / scale;
+    double steep = 0.0;
+    for (Eigen::Index u = 0; u < n; ++u)
+      steep = std::max(steep, std::abs(j(u)) * unknowns[static_cast<std::size_t>(u)].sigma);
+    const bool far = !(std::abs(z) < farthest), wild = !(steep < steepest);
+    if (far) z = farthest;
+    double w = 0.0;
+    to.cost += loss(z, weight_of(log, k), &w);
+    if (far || wild) {
+      ++to.dropped;
+      continue;
+    }
+    w /= 1.0 + (steep / weighing.steep) * (steep / weighing.steep);
+    const long when = std::lround(std::floor((log.starts.time[k / per_start] - log.session->t.front()) / length));
+    const auto [at, fresh] = block_at.try_emplace(when, to.hessian.size());
+    if (fresh) {
+      to.hessian.emplace_back(Eigen::MatrixXd::Zero(n, n));
+      to.gradient.emplace_back(Eigen::VectorXd::Zero(n));
+    }
+    to.hessian[at->second].selfadjointView<Eigen::Lower>().rankUpdate(j, w);
+    to.gradient[at->second] += j * (w * z);
+  }
+}
+
 NormalEquations PredictionErrors::linearise(std::span<const double> params, std::span<const Unknown> unknowns,
                                             std::vector<ObserverSteps> steps) const {
-  const std::size_t n = unknowns.size();
-  steps.resize(logs_.size());
-  NormalEquations out;
   constexpr double enough_blocks = 20.0;
+  steps.resize(logs_.size());
   double seconds = 0.0;
   for (const FitLog& log : logs_) seconds += log.session->t.back() - log.session->t.front();
   const double length = std::clamp(seconds / enough_blocks, shortest_block, block_length);
-  for (std::size_t l = 0; l < logs_.size(); ++l) {
-    const FitLog& log = logs_[l];
-    std::optional<measured::Road> road;
-    if (log.track) road.emplace(log.track);
-    Eigen::MatrixXd slope(static_cast<Eigen::Index>(n), static_cast<Eigen::Index>(log.truth.size()));
-    std::vector<double> value(log.truth.size());
-    std::vector<Dual8> seeded, predicted;
-    for (std::size_t first = 0; first == 0 || first < n; first += directions) {
-      const std::size_t last = std::min(first + directions, n);
-      seeded.assign(params.begin(), params.end());
-      for (std::size_t u = first; u < last; ++u) {
-        const double step = step_of(unknowns[u], params[unknowns[u].index]);
-        seeded[unknowns[u].index].d[u - first] = step;
-        for (const Unknown::Same& s : unknowns[u].same) seeded[s.index].d[u - first] = step;
-      }
-      forecaster_.run<Dual8>(*log.session, log.commands, road ? &*road : nullptr, seeded, log.starts, predicted,
-                             &steps[l]);
-      for (std::size_t k = 0; k < predicted.size(); ++k) {
-        value[k] = predicted[k].v;
-        for (std::size_t u = first; u < last; ++u)
-          slope(static_cast<Eigen::Index>(u), static_cast<Eigen::Index>(k)) = predicted[k].d[u - first];
-      }
-    }
-    const std::size_t per_start = log.starts.horizons.size() * channels;
-    std::map<long, std::size_t> block_at;
-    for (std::size_t k = 0; k < value.size(); ++k) {
-      if (std::isnan(log.truth[k])) continue;
-      const double scale = weighing.scale[k % channels];
-      double z = (value[k] - log.truth[k]) / scale;
-      const auto j = slope.col(static_cast<Eigen::Index>(k)) / scale;
-      double steep = 0.0;
-      for (std::size_t u = 0; u < n; ++u)
-        steep = std::max(steep, std::abs(j(static_cast<Eigen::Index>(u))) * unknowns[u].sigma);
-      const bool far = !(std::abs(z) < farthest), wild = !(steep < steepest);
-      if (far) z = farthest;
-      double w = 0.0;
-      out.cost += loss(z, weight_of(log, k), &w);
-      if (far || wild) {
-        ++out.dropped;
-        continue;
-      }
-      w /= 1.0 + (steep / weighing.steep) * (steep / weighing.steep);
-      const long when = std::lround(std::floor((log.starts.time[k / per_start] - log.session->t.front()) / length));
-      const auto [at, fresh] = block_at.try_emplace(when, out.hessian.size());
-      if (fresh) {
-        out.hessian.emplace_back(Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(n), static_cast<Eigen::Index>(n)));
-        out.gradient.emplace_back(Eigen::VectorXd::Zero(static_cast<Eigen::Index>(n)));
-      }
-      out.hessian[at->second].selfadjointView<Eigen::Lower>().rankUpdate(j, w);
-      out.gradient[at->second] += j * (w * z);
-    }
-  }
+  NormalEquations out;
+  for (std::size_t l = 0; l < logs_.size(); ++l)
+    add_blocks(logs_[l], predict_with_slopes(logs_[l], params, unknowns, steps[l]), unknowns, length, out);
   for (Eigen::MatrixXd& h : out.hessian) h = Eigen::MatrixXd(h.selfadjointView<Eigen::Lower>());
   return out;
 }

@@ -67,7 +67,7 @@ class PredictionErrors {
 
   /// Predictions less truth, by log: starts x horizons x 6.
   std::vector<std::vector<double>> errors(std::span<const double> params) const { return errors(params, nullptr); }
-  /// `steps`, where given, become those of the observer, by log, to be told to what is derived at the same parameters.
+  /// `steps`, where given, receive those of the observer, by log, for linearise() at the same parameters.
   double cost(std::span<const double> params, std::vector<ObserverSteps>* steps = nullptr) const;
   /// Derivatives by the unknowns' own moves (logarithms where they move so). `steps` are those that cost() found at these
   /// very parameters, by log, or none; those of others give other predictions.
@@ -82,6 +82,15 @@ class PredictionErrors {
 
  private:
   std::vector<std::vector<double>> errors(std::span<const double> params, std::vector<ObserverSteps>* steps) const;
+  /// Predictions of a log, and their derivatives by the unknowns' moves: a row for each unknown.
+  struct Predicted {
+    std::vector<double> value;
+    Eigen::MatrixXd slope;
+  };
+  Predicted predict_with_slopes(const FitLog& log, std::span<const double> params, std::span<const Unknown> unknowns,
+                                ObserverSteps& steps) const;
+  void add_blocks(const FitLog& log, const Predicted& predicted, std::span<const Unknown> unknowns, double length,
+                  NormalEquations& to) const;
   double loss(double z, double weight, double* slope_weight) const;
   double weight_of(const FitLog& log, std::size_t k) const;
 

@@ -154,6 +154,67 @@ bool is_called(const Unknown& u, const std::string& name) {
          std::any_of(u.same.begin(), u.same.end(), [&](const Unknown::Same& s) { return s.pointer == name; });
 }
 
+/// What a world's "unknowns" say.
+struct Listed {
+  std::vector<Unknown> unknowns;
+  std::vector<Tie> ties;
+  std::set<std::string> seen;  // pointers
+};
+
+Listed read_listed(const Node& node, std::span<const ParameterPlace> places, std::span<const std::string> pointers,
+                   std::span<const double> values, Errors& errors) {
+  Listed out;
+  ObjectReader r(node, errors);
+  for (const Member* member : r.members()) {
+    const auto at = std::find(pointers.begin(), pointers.end(), member->key);
+    if (at == pointers.end()) {
+      errors.add(member->key_origin(),
+                 "\"" + member->key + "\" is no parameter of this world" + did_you_mean(member->key, pointers));
+      continue;
+    }
+    const ParameterPlace& place = places[static_cast<std::size_t>(at - pointers.begin())];
+    out.seen.insert(member->key);
+    if (const Node* const leader = member->value.find("same_as"); leader != nullptr) {
+      ObjectReader tie(member->value, errors);
+      out.ties.push_back({&place, tie.text("same_as"), leader->origin});
+      tie.finish();
+      continue;
+    }
+    out.unknowns.push_back(read_one(member->value, place, values[place.index], errors));
+  }
+  return out;
+}
+
+/// Of a world that lists none: all parameters of the model and its effects that a data sheet does not give.
+std::vector<Unknown> guess_unknowns(std::span<const ParameterPlace> places, std::span<const double> values) {
+  std::vector<Unknown> all;
+  for (const ParameterPlace& place : places) {
+    const std::string name = place.pointer.substr(place.pointer.rfind('/') + 1);
+    const bool known =
+        place.group == "model" && std::find(known_of_car.begin(), known_of_car.end(), name) != known_of_car.end();
+    if (!known && place.high > place.low) all.push_back(guess(place, values[place.index]));
+  }
+  return all;
+}
+
+/// Those of the groups or with the pointers that --fit names.
+std::vector<Unknown> choose(std::span<const Unknown> all, std::span<const std::string> pointers,
+                            std::span<const std::string> chosen, Errors& errors) {
+  std::vector<Unknown> kept;
+  for (const Unknown& u : all)
+    if (std::any_of(chosen.begin(), chosen.end(), [&](const std::string& c) { return is_called(u, c); }))
+      kept.push_back(u);
+  std::set<std::string> groups;
+  for (const Unknown& u : all) groups.insert(u.group);
+  for (const std::string& c : chosen) {
+    if (std::any_of(all.begin(), all.end(), [&](const Unknown& u) { return is_called(u, c); })) continue;
+    std::vector<std::string> known(groups.begin(), groups.end());
+    known.insert(known.end(), pointers.begin(), pointers.end());
+    errors.add(Diagnostic{"--fit", 0, 0, "", "no group or parameter \"" + c + "\"" + did_you_mean(c, known), {}});
+  }
+  return kept;
+}
+
 }  // namespace
 
 void assign(std::span<double> params, const Unknown& unknown, double value) {
@@ -168,58 +229,18 @@ void unite(std::span<double> params, std::span<const Unknown> unknowns) {
 std::vector<Unknown> read_unknowns(const Node& world, std::span<const ParameterPlace> places,
                                    std::span<const double> values, std::span<const std::string> chosen,
                                    Errors& errors) {
-  std::vector<Unknown> all;
   std::vector<std::string> pointers;
-  std::set<std::string> groups;
   for (const ParameterPlace& place : places) pointers.push_back(place.pointer);
   const std::size_t extras = places.size() - extra_count;
   const Node* const listed = world.find("unknowns");
-  std::set<std::string> seen;
-  std::vector<Tie> ties;
-  if (listed != nullptr) {
-    ObjectReader r(*listed, errors);
-    for (const Member* member : r.members()) {
-      const auto at = std::find(pointers.begin(), pointers.end(), member->key);
-      if (at == pointers.end()) {
-        errors.add(member->key_origin(),
-                   "\"" + member->key + "\" is no parameter of this world" + did_you_mean(member->key, pointers));
-        continue;
-      }
-      const ParameterPlace& place = places[static_cast<std::size_t>(at - pointers.begin())];
-      seen.insert(member->key);
-      if (const Node* const leader = member->value.find("same_as"); leader != nullptr) {
-        ObjectReader tie(member->value, errors);
-        ties.push_back({&place, tie.text("same_as"), leader->origin});
-        tie.finish();
-        continue;
-      }
-      all.push_back(read_one(member->value, place, values[place.index], errors));
-    }
-  } else {
-    for (std::size_t i = 0; i < extras; ++i) {
-      const std::string name = places[i].pointer.substr(places[i].pointer.rfind('/') + 1);
-      const bool known =
-          places[i].group == "model" && std::find(known_of_car.begin(), known_of_car.end(), name) != known_of_car.end();
-      if (!known && places[i].high > places[i].low) all.push_back(guess(places[i], values[places[i].index]));
-    }
+  Listed out = listed != nullptr ? read_listed(*listed, places, pointers, values, errors)
+                                 : Listed{guess_unknowns(places.first(extras), values), {}, {}};
+  for (std::size_t e = 0; e < extra_count; ++e) {
+    const ParameterPlace& place = places[extras + e];
+    if (!out.seen.contains(place.pointer)) out.unknowns.push_back(extra_unknown(place, values[place.index], e));
   }
-  for (std::size_t e = 0; e < extra_count; ++e)
-    if (!seen.contains(places[extras + e].pointer))
-      all.push_back(extra_unknown(places[extras + e], values[places[extras + e].index], e));
-  join(all, ties, places, errors);
-  if (chosen.empty()) return all;
-  for (const Unknown& u : all) groups.insert(u.group);
-  std::vector<Unknown> kept;
-  for (const Unknown& u : all)
-    if (std::any_of(chosen.begin(), chosen.end(), [&](const std::string& c) { return is_called(u, c); }))
-      kept.push_back(u);
-  for (const std::string& c : chosen) {
-    if (std::any_of(all.begin(), all.end(), [&](const Unknown& u) { return is_called(u, c); })) continue;
-    std::vector<std::string> known(groups.begin(), groups.end());
-    known.insert(known.end(), pointers.begin(), pointers.end());
-    errors.add(Diagnostic{"--fit", 0, 0, "", "no group or parameter \"" + c + "\"" + did_you_mean(c, known), {}});
-  }
-  return kept;
+  join(out.unknowns, out.ties, places, errors);
+  return chosen.empty() ? out.unknowns : choose(out.unknowns, pointers, chosen, errors);
 }
 
 namespace {
