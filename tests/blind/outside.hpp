@@ -88,7 +88,8 @@ class Outside {
   bool started_ = false;
 };
 
-/// Where the remainder may be said to live, and the interval of it (empty: none).
+/// An effect drawn for a case, and what the diagnosis may say of the remainder: what it depends on, and the interval of
+/// time or place in which it acts (empty: none).
 struct OutsideCase {
   Effect effect;
   std::vector<std::string> where;

@@ -32,7 +32,7 @@ class CommaLocale {
   static const char* name() { return "de_DE.UTF-8"; }
   const std::filesystem::path& folder() const { return folder_.path(); }
   bool is_set() const { return is_set_; }
-  /// Where it is not: whether tests in it are skipped.
+  /// Whether tests are skipped where no such locale can be made.
   static bool may_be_missing() { return std::getenv("GRIPLINE_REQUIRE_REFERENCE") == nullptr; }
   std::string problem() const { return "localedef (Debian: locales) makes no locale with decimal commas: " + said_; }
 

@@ -28,7 +28,7 @@ class DiagnoseRig {
   const WorldSpec& world() const { return world_; }
   const Registry& registry() const { return registry_; }
 
-  /// Nominal parameters that are trusted to this share of their value: refitted.
+  /// Makes the diagnosis refit these nominal parameters, with a prior deviation of this share of their values.
   void trust(const std::vector<const char*>& names, double share) {
     std::vector<diagnose::Nuisance> nuisances;
     for (const char* name : names) {

@@ -17,7 +17,7 @@ inline constexpr std::pair<std::string_view, double> published_tyres[] = {
     {"Br", conformance::published::Br},   {"Cr", conformance::published::Cr}, {"Dr", conformance::published::Dr},
     {"Cr0", conformance::published::Cr0}, {"Cd", conformance::published::Cd}};
 
-/// The same as an object of JSON.
+/// The published tyres and resistance as a JSON object of `dynamic`'s parameters.
 inline const std::string published_tyres_json = [] {
   std::string text;
   for (const auto& [name, value] : published_tyres) {

@@ -219,7 +219,7 @@ void bench_horizon(int horizon, std::span<const std::string> controllers, Record
   }
 }
 
-/// The update alone.
+/// Times the estimator's update alone, on the recorded samples: the case elm_update.
 BenchRow bench_update(const Recording& recording, const WorldSpec& world, const Registry& registry,
                       CorrectedModel& nominal, AllocationCount allocations) {
   const auto learner = copy_that_learns(recording, world, registry, nominal);

@@ -8,7 +8,7 @@ namespace gripline::tools {
 /// plugin called last; exit(0) becomes the exit code of a failed run. Standard streams that are closed
 /// are opened (/dev/null), so that no output goes into a file of results that gets their number.
 void prepare_last_words();
-/// The program is about to end normally.
+/// To be called when the program is about to end normally: a call of exit() is not reported from then on.
 void all_said();
 
 }  // namespace gripline::tools

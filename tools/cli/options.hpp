@@ -44,7 +44,7 @@ struct Expected {
 };
 /// The number of an option. Throws InputError that names the option, what was expected and what was given.
 double quantity_of(const std::string& option, const std::string& text, const Expected& expected);
-/// The same of every number of a list with commas ("0.5, 1 s"), of which there is at least one.
+/// Every number of a list with commas ("0.5, 1 s"), at least one, in SI units. Throws as quantity_of().
 std::vector<double> quantities_of(const std::string& option, const std::string& text, const Expected& expected);
 /// The names between commas, without the blanks around them; `one` says what has a name ("stack"). Throws InputError
 /// where there is none or one is empty.

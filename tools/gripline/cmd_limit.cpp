@@ -19,7 +19,7 @@ namespace gripline::tools {
 namespace po = boost::program_options;
 namespace {
 
-/// Each once.
+/// The friction factors of a list with commas, each once, in its order.
 std::vector<double> read_factors(const std::string& text) {
   std::vector<double> factors;
   for (const double value :

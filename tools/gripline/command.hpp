@@ -26,7 +26,7 @@ int run_export(Arguments args);
 /// Writes the report of a folder that was just filled and says where it is. A report that cannot be written is said on
 /// stderr and spoils nothing that is there: false.
 bool report_results(const std::filesystem::path& folder);
-/// The same without a word unless it fails: one of many.
+/// Writes the report of one of an experiment's many cases: as report_results(), but silent unless it fails.
 bool write_case_report(const std::filesystem::path& folder);
 
 }  // namespace gripline::tools

@@ -80,8 +80,8 @@ struct LearnedCar {
   const CorrectionTerms& terms;
   Force force;
 
-  /// As the nominal model says, but the loads: what is left of them for side forces, on a road that presses by `road`
-  /// times as much as a flat one (road_load()).
+  /// The nominal model's rates without slip. Its loads are those of a road that presses `road` times as much as a flat
+  /// one (road_load()), less what drive and brakes leave of them for side forces.
   StraightDrive::Rates straight(double vx, double d, const Place& at, double road = 1.0) const {
     return drive.at(vx, d, at).on_road(road).reduced_by(terms.ellipse, terms.peaks, terms.gains);
   }

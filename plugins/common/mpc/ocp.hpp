@@ -157,7 +157,7 @@ class Ocp {
   /// x_0 [states].
   std::span<const double> start() const { return x0_; }
   std::span<const Place> places() const { return places_; }
-  /// d_-1.
+  /// The throttle of the control step before, d_-1.
   double throttle_before() const { return throttle_before_; }
 
   /// Weights of the inputs' squares as the solvers need them: r_ddelta on ddelta itself.

@@ -37,8 +37,8 @@ double saturation_slip(double limit, const Force& force) {
   return largest > 0.0 && slip < clearly * limit ? slip : std::numeric_limits<double>::infinity();
 }
 
-/// That of the front axle: of a car that moves straight on at vx [m/s], coasting on a flat road. Infinite for cars
-/// without slip.
+/// The saturation_slip() [rad] of the front axle of a car that moves straight on at vx [m/s], coasting on a flat road.
+/// Infinite for models without slip.
 inline double front_saturation_slip(Prediction& model, const Car& car, double vx) {
   return saturation_slip(car.delta_max, [&](double slip) {
     State x;
@@ -48,7 +48,8 @@ inline double front_saturation_slip(Prediction& model, const Car& car, double vx
   });
 }
 
-/// That of the rear axle: of a car at vx that slides sideways, its front wheels turned to where it moves.
+/// The saturation_slip() [rad] of the rear axle of a car that slides sideways at vx [m/s] forward, its front wheels
+/// turned to where it moves so that they give no side force.
 inline double rear_saturation_slip(Prediction& model, const Car& car, double vx) {
   return saturation_slip(car.delta_max, [&](double slip) {
     State x;

@@ -69,11 +69,11 @@ class DubinsPath {
   }
 
  private:
-  /// Of the circle with this radius, positive to the left.
+  /// Centre of the circle of this radius that a car at p drives; a positive radius is a circle to its left.
   static PlanePose centre(const PlanePose& p, double radius) {
     return {p.x - radius * std::sin(p.yaw), p.y + radius * std::cos(p.yaw), 0.0};
   }
-  /// In [0, 2 pi); what rounding makes of no turn is no whole one.
+  /// The angle wrapped to [0, 2 pi) [rad]. What lies within rounding of 2 pi is 0: no turn, not a full circle.
   static double turn(double angle) {
     constexpr double whole = 2.0 * std::numbers::pi;
     const double wrapped = angle - whole * std::floor(angle / whole);

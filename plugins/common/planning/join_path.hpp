@@ -70,7 +70,7 @@ class JoinPath {
   struct Offset {
     double n = 0, slope = 0, bend = 0;  // n, dn/ds, d2n/ds2
   };
-  // Of the friction, beside what the line itself asks for: where there is room, and where the road ends.
+  // Shares of the friction for the path, beside what the line itself needs: where there is room, and near an edge.
   static constexpr double easy_share = 0.3, hard_share = 0.6;
   static constexpr double least_stretch = 0.2;   // of a way on the inside of a turn
   static constexpr double room_share = 0.6;      // of the way to the edge

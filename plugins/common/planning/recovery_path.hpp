@@ -105,7 +105,8 @@ class RecoveryPath {
     const LinePoint p = line_.at(foot);
     const double width = p.left + p.right, off = std::hypot(x.x - planned.x, x.y - planned.y);
     const double across = -std::sin(p.yaw) * (x.x - p.x) + std::cos(p.yaw) * (x.y - p.y);
-    // As far as a controller looks ahead, to drive off along the line can lead further beside the road than to stand.
+    // Within its horizon a controller may find that driving off along the line leads further off the road than standing
+    // still does: so a car that stands beside the road counts as lost.
     const bool stands_outside =
         std::hypot(x.vx, x.vy) < standing_share * speed() && (across > p.left || -across > p.right);
     return stands_outside ||
@@ -187,7 +188,7 @@ class RecoveryPath {
     r.at = now.at;
     return r;
   }
-  /// Along the course of the car, with what the tyres can brake.
+  /// References that slow the car down along its present course, by a share of what its tyres can brake.
   void fill_slowing(const Observation& now, double dt, std::span<RefPoint> horizon) const {
     const State& x = now.x;
     const double course = x.yaw + std::atan2(x.vy, x.vx);

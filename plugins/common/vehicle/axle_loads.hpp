@@ -5,7 +5,7 @@
 
 namespace gripline::vehicle {
 
-/// In the unit of what they carry.
+/// The vertical loads of both axles, in the unit of the weight that they carry.
 struct AxleLoads {
   double front = 0, rear = 0;
 
@@ -18,7 +18,7 @@ inline AxleLoads axle_loads(double weight, const Car& car) {
   return {weight * car.lr / wheelbase, weight * car.lf / wheelbase};
 }
 
-/// Of the car itself [N].
+/// Axle loads of the car at rest on a level road [N].
 inline AxleLoads static_axle_loads(const Car& car) { return axle_loads(car.m * gravity, car); }
 
 }  // namespace gripline::vehicle

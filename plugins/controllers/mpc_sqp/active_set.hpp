@@ -38,7 +38,7 @@ struct QpPoint {
   int ldux;
   Buffer ux;         // [N+1][ldux]
   Buffer v, lam;     // [N+1][con_count]; multipliers are positive at the upper bound, negative at the lower
-  Buffer curvature;  // about the problem's along each constraint while none is active; not 0 [N+1][con_count]
+  Buffer curvature;  // of the cost along each constraint while none is active, roughly; never 0 [N+1][con_count]
   std::vector<BoundStatus> status;  // [N+1][con_count]
   int curvature_at = -1;            // violated soft constraints when the curvature was computed; -1: never
 };

@@ -83,7 +83,7 @@ class MpcSqp final : public Controller {
   std::span<const State> predicted() const override { return predicted_; }
 
  private:
-  /// The axle moves as the shifted plan says.
+  /// Bounds the steering by the front axle's slip where the car moves as the shifted plan says (`front_slip`).
   void bound_front_slip(const Observation& now, Prediction& model) {
     if (!(front_slip_ > 0.0)) return;
     const Car& car = ocp_.car();

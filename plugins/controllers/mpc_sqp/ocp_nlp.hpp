@@ -33,7 +33,7 @@ inline double ddelta_range(const Car& car) { return 2 * car.ddelta_max; }
 
 /// Predictions and cost of an iterate; false if anything of it is not finite.
 bool predict(const mpc::Ocp& ocp, Prediction& model, NlpIterate& at);
-/// The same with Jacobians.
+/// Predictions with their Jacobians, and cost, of an iterate; false if anything of it is not finite.
 bool linearise(const mpc::Ocp& ocp, Prediction& model, NlpIterate& at);
 
 /// Q, R, S of the tracking cost with `damping`, a cost of squared steps of the inputs in units of their ranges, and the

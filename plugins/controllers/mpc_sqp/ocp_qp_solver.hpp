@@ -16,7 +16,7 @@ struct OcpQpSolverOptions {
   int active_set_iter_max = 8;  // factorisations to settle an active set before the interior-point method is asked
   int ip_iter_max = 40;         // interior-point steps; 0: the method is not asked
   double tol = 1e-8;            // of bounds and multipliers, relative to a bound's range and to the curvature along it
-  double ip_tol = 1e-7;         // the same for an interior-point solution, taken if no active set is settled
+  double ip_tol = 1e-7;         // as `tol`, of an interior-point solution: taken if no active set is settled
 };
 
 struct OcpQpSolverStatistics {

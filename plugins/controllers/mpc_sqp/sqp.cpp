@@ -123,8 +123,8 @@ double Sqp::step_norm(const mpc::Ocp& ocp, int stages) const {
   return largest;
 }
 
-/// Whether no input moves any more, and the first one will not: a geometric series of steps, at the rate at which the last
-/// two fell, is left of it.
+/// Whether no input moves any more, and the first one will not: what it has still to go is estimated by a geometric
+/// series of steps, at the rate at which the last two shrank.
 bool Sqp::converged(const mpc::Ocp& ocp, const SqpStatistics& statistics) const {
   if (statistics.step_norm > options_.tol_step) return false;
   const double rate = std::clamp(statistics.step_norm / last_step_, fastest_rate, slowest_rate);

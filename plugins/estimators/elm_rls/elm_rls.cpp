@@ -137,8 +137,8 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
   bool settled() const { return seen_ >= settling; }
   /// Standard deviation of what a channel's equation leaves out in this step, that of the sharing of friction included.
   double misfit(int channel) const { return std::hypot(noise_.misfit(channel), sharing_misfit_[channel]); }
-  /// Variance of a rate, beside what its innovation shows: an error of the sharing that lasts for n samples leaves of
-  /// them what one teaches. Not after a sudden change, which is learned from few.
+  /// Variance that is added to an innovation's own: where friction sharing errs alike for `sharing_lasts` samples in a
+  /// row, together they weigh as one. 0 after a sudden change, which has to be learned from few samples.
   double lasting_doubt(int channel) const {
     return change_.recent() ? 0.0 : (params_.sharing_lasts - 1.0) * square(sharing_misfit_[channel]);
   }
@@ -204,7 +204,7 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
 
   /// How well the equations of side force and moment hold where drive and brakes share friction with them. A side force
   /// is F sqrt(1 - u) with the share u of the square that drive or brakes use; where u is known to a share s of itself,
-  /// its relative standard deviation is s u / (1 - u) / 2. That both are doubted for one reason is not said of them.
+  /// its relative standard deviation is s u / (1 - u) / 2. The correlation of the two errors is neglected.
   void doubt_sharing(const StraightDrive::Rates& drive) {
     const double drive_force = drive.drive_force + terms_.gains.missing(drive.drive_force);
     const auto doubt = [&](Axle axle, double load, double peak) {

@@ -25,7 +25,7 @@ class Unknowns {
   Eigen::Index Cr0() const { return 2 * per_axle_; }                        // over m g
   Eigen::Index Cd() const { return 2 * per_axle_ + 1; }                     // times v_ref^2 over m g
   Eigen::Index drive_gain() const { return 2 * per_axle_ + 2; }             // relative to the nominal force
-  Eigen::Index brake_gain() const { return 2 * per_axle_ + 3; }             // the same
+  Eigen::Index brake_gain() const { return 2 * per_axle_ + 3; }             // relative to the nominal force
   Eigen::Index arm() const { return drive_gain() + (has_gains_ ? 2 : 0); }  // [m]
 
   // Parts of a vector over all unknowns.

@@ -19,10 +19,11 @@ struct Kernel {
   double signal = 1, constant = 0.1, noise = 1e-3;
 };
 
-/// Logarithm of the marginal likelihood of targets y at the rows of x, and its gradient by the logarithms of
-/// (length..., signal, constant, noise). Costs rows^3. Minus infinity where the covariance is not positive definite.
 inline constexpr int hyper_count = inputs + 3;
 using HyperVector = Eigen::Matrix<double, hyper_count, 1>;
+/// Logarithm of the marginal likelihood of targets y at the rows of x, and its gradient (null: not asked for) by the
+/// logarithms of (length..., signal, constant, noise). Costs rows^3. Minus infinity, and no gradient, where the
+/// covariance is not positive definite.
 double log_likelihood(const Kernel& kernel, const Eigen::MatrixXd& x, const Eigen::VectorXd& y, HyperVector* gradient);
 
 /// Climbs the marginal likelihood from `start` by L-BFGS within fixed bounds (lengths 0.1 to 100, signal 1e-2 to 1e3,

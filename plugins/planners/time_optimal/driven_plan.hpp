@@ -22,9 +22,9 @@ class DrivenPlan {
   /// are solved for friction `mu`.
   void follow(const LapWindow& window, const std::vector<WindowNode>& lap, std::size_t from, double share, double mu,
               LapPlan& plan);
-  /// Speeds of the window's nodes where this friction is believed.
+  /// Sets the speeds of the window's nodes: lower ones where their plan is for more friction than `mu`.
   void set_speeds(const LapWindow& window, double mu, LapPlan& plan) const;
-  /// There is only this share of the friction that there was at a node.
+  /// Lowers the speed of a node where there is only this share of the friction that there was.
   void slow_down(std::size_t node, double share);
 
  private:

@@ -70,7 +70,7 @@ std::size_t FrictionPlaces::last_of_place(std::size_t i) const {
   return i;
 }
 
-/// On pieces that were passed within a step; a car that was carried elsewhere passed none.
+/// Notes the belief on all pieces that were passed in this step; of a car that was carried elsewhere, on its own only.
 void FrictionPlaces::note(const Seen& here) {
   std::size_t way = way_from(piece_, here.piece);
   if (now_ <= 1 || way > size() / 8) way = 0;
@@ -112,8 +112,8 @@ bool FrictionPlaces::watch(const Seen& here) {
   return f.risen >= settling && learn(here.mu);
 }
 
-/// A fall that is that of no place: a known one that was begun earlier for it begins where it did. Whether there is
-/// one.
+/// Forgets a fall that was not that of a place. If a known place was extended backwards for it (begin_earlier()), that
+/// is undone. Whether a grip changed.
 bool FrictionPlaces::give_up() {
   if (!fallen_) return false;
   const Fallen f = *fallen_;

@@ -51,7 +51,7 @@ class FrictionPlaces {
     long last_evidence;  // step
     int evidence;        // steps
     double lowest;       // friction believed since
-    bool surely;         // less is believed surely, not only surely less
+    bool surely;         // a belief since was sure() itself, not only below() the level
     std::size_t begin;   // piece where the place begins, if it is one
     std::size_t last;    // piece where the belief was not back yet
     std::size_t low;     // piece with the last evidence

@@ -43,7 +43,7 @@ struct AxleFunction {
   }
 };
 
-/// steered delta - atan(y / vx).
+/// Slip angle of an axle, steered delta - atan(y / vx) [rad]; `steered` is 1 in front and 0 at the rear.
 AxleFunction slip_of(double vx, double y, double delta, double steered) {
   const double u = 1.0 / (vx * vx + y * y), twist = 2.0 * vx * y * u * u;
   AxleFunction s;

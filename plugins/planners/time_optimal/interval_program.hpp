@@ -60,7 +60,8 @@ inline constexpr std::array<LinearRow, first_curved_row> linear_row{{{lap_n, 1.0
                                                                      {lap_xi, -1.0},
                                                                      {lap_vx, -1.0}}};
 
-/// All by z in its own units (SI).
+/// Cost, rates and curved constraints of one interval with their derivatives by z. z, cost and rates are in SI units,
+/// constraints in typical sizes.
 struct IntervalDerivatives {
   static constexpr int V = lap_variables;
   double cost = 0;
@@ -142,7 +143,7 @@ class IntervalProgram {
   template <class T, class Put>
   void share_friction(double grip, const T& a, const LapRates<T>& r, const Put& put) const;
 
-  /// Of the cost, by the steering rate in its own unit.
+  /// The factor of the squared steering rate in rad/s in the cost: w over its typical size squared [s2/rad2].
   double smoothness() const {
     const double unit = 1.0 / scale_[lap_rate];
     return p_.smoothness * unit * unit;

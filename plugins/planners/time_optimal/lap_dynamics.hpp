@@ -79,14 +79,16 @@ double value_of(const T& x) {
     return x.v;
 }
 
-/// Of anything that has at(double) with two derivatives.
+/// The value of a curve at x, which may carry derivatives. `curve` is anything whose at(double) gives a value with two
+/// derivatives.
 template <class Curve, class T>
 T apply(const Curve& curve, const T& x) {
   const CubicSpline::Value y = curve.at(value_of(x));
   return chain(y.f, y.slope, y.curvature, x);
 }
 
-/// N above. A car that hardly touches the ground any more is given a fifth of its weight: forces stay differentiable.
+/// N of the head of this file: the load of both axles over that at rest on a flat road. A car that hardly touches the
+/// ground any more is given a fifth of its weight: forces stay differentiable.
 template <class T>
 T relative_load(const LapPlace& place, const T& vx) {
   constexpr double least = 0.2;

@@ -82,7 +82,7 @@ class LapPlanner : public SpeedPlanner {
   std::span<const LinePoint> line() const override { return line_.samples(); }
 
  protected:
-  /// Sets line_ for this step; null: nothing is learned of the car.
+  /// Sets the plan of followed() for this control step. `learned`: null where nothing is learned of the car.
   virtual void update(const CarBelief* learned, const Observation& now) = 0;
   /// May replace what is believed here, its friction's deviation included, by what is believed of the road ahead.
   virtual void see(const Observation& /*now*/, AxleTyres& /*tyres*/, double& /*spread*/) {}

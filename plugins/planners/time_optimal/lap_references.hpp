@@ -39,9 +39,9 @@ class LapReferences {
   double driven_speed(double v) const { return from_.reserve->pace(v) * v; }
   /// The acceleration by which references may gain speed [m/s2].
   double gain(double v) const;
-  /// At a station of the base line; the heading is the one nearest to `yaw_near`.
+  /// The reference at a station of the base line; its heading is the one nearest to `yaw_near`.
   RefPoint at(double station, double yaw_near) const { return at(station, from_.line->at(station), yaw_near); }
-  /// From a station of the base line on, one per control step.
+  /// Fills the horizon with references from a station of the base line on, one per control step.
   void sample(const Observation& now, double station, std::span<RefPoint> horizon) const;
 
  private:

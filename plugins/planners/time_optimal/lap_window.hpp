@@ -11,18 +11,18 @@
 namespace gripline::time_optimal {
 
 /// Nodes first() .. first() + count() of a lap, whose indices wrap: from a little behind the car to `ahead` seconds
-/// before it, at the speeds of the lap that is kept.
+/// ahead of it, at the speeds of the lap that is kept.
 class LapWindow {
  public:
   using Nodes = std::vector<WindowNode>;  // of the whole lap
 
-  /// Of up to `most` intervals.
+  /// `most`: intervals that a window has at most; `ahead`: how far it reaches ahead of the car [s].
   LapWindow(const LapSetup& setup, std::size_t most, double ahead);
 
   std::size_t first() const { return first_; }
   /// Intervals; 0 before it is placed.
   std::size_t count() const { return count_; }
-  /// Those that do not depend on how the window is made to end.
+  /// The intervals, from the first on, that do not depend on how the window is made to end.
   std::size_t near_count() const { return WindowSolver::near_part(count_); }
   /// The node that is `k` after the first.
   std::size_t node(std::size_t k) const { return (first_ + k) % size(); }
@@ -34,12 +34,12 @@ class LapWindow {
 
   /// Where it would begin for a car at this station of the base line.
   std::size_t first_behind(double station, const Nodes& lap) const;
-  /// Whether it need not follow the car yet, which asks for this first node.
+  /// Whether the window may stay where it is although the car asks for `wanted` as its first node: for a moment.
   bool may_stay(std::size_t wanted, const Nodes& lap) const;
   /// Whether a node is a little behind the first one.
   bool is_just_behind(std::size_t node) const { return (first_ + size() - node) % size() < size() / 8; }
-  /// From `first` on, as long as it has to be. How many nodes from there on were part of it before; that may be more
-  /// than it has now.
+  /// Places the window from node `first` on, as long as it has to be. Returns how many intervals from there on were
+  /// part of it before; that may be more than it has now.
   std::size_t place(std::size_t first, const Nodes& lap);
 
  private:

@@ -2,7 +2,7 @@
 // step does not grow with the road, and nothing is allocated.
 //
 // The whole lap is kept as the iterate of its program (kept_lap.hpp). A window of it, from a little behind the car to
-// `ahead` seconds before it (lap_window.hpp), gets `iterations` Newton steps per control step (window_solver.hpp); it
+// `ahead` seconds ahead of it (lap_window.hpp), gets `iterations` Newton steps per control step (window_solver.hpp); it
 // begins and ends near the states kept there. The plan follows a window whose first three quarters obey the dynamics
 // and whose barrier is small, in steps; until then the old one is driven, more slowly where friction is believed to be
 // less than what it is for (driven_plan.hpp). Here stands what is solved for, and when: a change of the belief raises
@@ -61,7 +61,7 @@ class RecedingLaps {
   /// Newton steps so far, and those that found nothing better.
   long iterations() const { return iterations_; }
   long failures() const { return failures_; }
-  /// Of the window now [s].
+  /// Barrier of the interior-point method on the window now [s].
   double barrier() const { return barrier_; }
 
  private:

@@ -100,8 +100,9 @@ class RecedingTime final : public LapPlanner {
     }
   }
   double grip_here() const override { return places_ ? places_->grip(node_) : 1.0; }
-  /// Of the road without its places, times the place's: also right on the first steps into a place, while the road
-  /// behind the car is believed. Behind a place it is not more than believed: the place may have grown.
+  /// The friction of the road without its places times the grip of the place ahead, over what is believed: right also
+  /// on the first steps into a place, when the belief is still that of the road before it. Just behind a place no more
+  /// than is believed is expected ahead, as the place may have grown.
   double grip_ahead(double station) const override {
     if (!places_ || !(believed_here_ > 0.0)) return 1.0;
     const double ahead = places_->mu() * places_->grip(setup().node_at(station)) / believed_here_;

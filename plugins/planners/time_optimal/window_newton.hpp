@@ -23,7 +23,7 @@ using VariableMatrix = Eigen::Matrix<double, lap_variables, lap_variables>;
 using StateColumns = Eigen::Matrix<double, lap_variables, lap_states>;  // six rows in whole vectors: two do not count
 using LapVariables = std::array<double, lap_variables>;
 
-/// Of one interval's constraints, their slacks or their multipliers.
+/// A number for each constraint of an interval: its value, its slack or its multiplier.
 using RowValues = std::array<double, interval_rows>;
 /// All of them but the last, in whole vectors.
 using FirstRows = Eigen::Array<double, 16, 1>;

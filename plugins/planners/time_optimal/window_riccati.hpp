@@ -19,7 +19,8 @@ class WindowRiccati {
   /// For windows of up to `nodes` intervals.
   explicit WindowRiccati(std::size_t nodes);
 
-  /// The dynamics of interval k, whose defect is that of the window's model.
+  /// Eliminates the linearised dynamics of interval k: the step in its middle by state and input. `defect` is the
+  /// window model's.
   void eliminate(std::size_t k, const HalfRates& half, const StateVector& defect);
   /// The defect of state j, as far as the end of the interval is away from where the dynamics lead.
   double defect_at_end(std::size_t k, int j) const { return 2.0 * stages_[k].to_middle(j, lap_variables); }
@@ -28,7 +29,7 @@ class WindowRiccati {
   bool factorise(WindowModel& window);
   /// Steps of the nodes after the first, of inputs and of multipliers.
   void forward(WindowModel& window) const;
-  /// Where no share of the step was better: a more cautious one next time.
+  /// Adds curvature to the next factorise(), for a more cautious step: where no share of the last one was better.
   void add_curvature();
 
  private:

@@ -62,7 +62,7 @@ void WindowSearch::count_ends(const WindowModel& window, double share, Trial& tr
   }
 }
 
-/// Of the iterate, from its model.
+/// Objective, violation and penalties of the iterate, from its model.
 WindowSearch::Trial WindowSearch::here(const WindowModel& window, const std::vector<WindowNode>& lap) const {
   Trial trial;
   for (std::size_t k = 0; k < window.count; ++k) {
@@ -87,7 +87,7 @@ void WindowSearch::take_slacks(const WindowNode& node, const NodeStep& step, dou
   if (-(*c)[last_row] > much_less * t[last_row]) t[last_row] = -(*c)[last_row];
 }
 
-/// Of the iterate after a share of the step.
+/// Objective, violation and penalties after a share of the step, where the program is evaluated anew.
 WindowSearch::Trial WindowSearch::after(const IntervalProgram& program, const WindowModel& window,
                                         const std::vector<WindowNode>& lap, double share) {
   Trial trial;

@@ -18,7 +18,7 @@ class WindowSearch {
   /// For windows of up to `nodes` intervals.
   explicit WindowSearch(std::size_t nodes) : slacks_(nodes + 1) {}
 
-  /// What was tried was of another window, program, barrier or iterate.
+  /// Forgets the trial points: they are of another window, program, barrier or iterate than the next one.
   void forget() { filter_is_old_ = true; }
   /// The share that is taken, 0 where none is better. `defect` is the iterate's.
   double search(const IntervalProgram& program, const WindowModel& window, const std::vector<WindowNode>& lap,

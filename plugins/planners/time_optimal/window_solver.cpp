@@ -27,7 +27,7 @@ void WindowSolver::set_grip(std::size_t node, double grip) {
   search_.forget();
 }
 
-/// That of a window, and what it rises to over its last quarter.
+/// Sets the intervals' barriers: `mu`, rising to end_barrier over the last quarter of the window.
 void WindowSolver::set_barriers(double mu) {
   const std::size_t near = near_part(window_.count);
   const double rise = std::max(1.0, end_barrier / mu);
@@ -101,7 +101,7 @@ void WindowSolver::evaluate(std::vector<WindowNode>& lap, std::size_t k) {
   eliminate(node, there, i, k);
 }
 
-/// In typical sizes, without the constraints' barriers.
+/// Takes an interval's derivatives over into its model, in typical sizes, without the constraints' barriers.
 void WindowSolver::set_model(const IntervalDerivatives& d, IntervalModel& model) const {
   const LapVariables& scale = window_.scale;
   const auto scaled = [&scale](const LapVariables& by) {

@@ -36,7 +36,7 @@ namespace gripline::time_optimal {
 struct WindowStep {
   double change = 0;  // largest of the Newton step, in units of the variables' typical sizes
   double defect = 0;  // largest violation of the dynamics and of the constraints, in those units
-  // The same of the first three quarters: what is nearer to its end depends on how it is made to end.
+  // Change and defect in the first three quarters of the window: the rest depends on how it is made to end.
   double near_change = 0, near_defect = 0;
   double share = 0;   // of the step that was taken
   bool good = false;  // false: no step was found, states and multipliers are as they were
