@@ -241,5 +241,5 @@ class LookBack final : public AutoDiffEffect<LookBack, Estimator> {
 
 GRIPLINE_PLUGINS(gripline::describe<LookBack>("lla", "1.0", "look-back adaptation over a bank of tyre models"),
                  gripline::describe<LookBack>("lla_privileged", "1.0",
-                                              "the same, its bank centred on the true tyres, as published")
+                                              "look-back adaptation, its bank centred on the true tyres, as published")
                      .needs_truth())

@@ -52,7 +52,8 @@ constexpr auto declare_parameters() {
                 "samples in a row whose sharing errs alike, so that they teach of tyres no more than one does"),
           param("drive_spread", &P::drive_spread, "1", {0, 1},
                 "standard deviation of the drive force, relative to what the model says; 0: it is known"),
-          param("brake_spread", &P::brake_spread, "1", {0, 1}, "the same of the brake force"),
+          param("brake_spread", &P::brake_spread, "1", {0, 1},
+                "standard deviation of the brake force, relative to what the model says; 0: it is known"),
           param("arm_spread", &P::arm_spread, "m", {0, 1},
                 "standard deviation of the arm at which drive turns the car into a turn, under a side force as large "
                 "as its weight: between 0 (left and right wheels push alike) and the height of the centre of gravity "

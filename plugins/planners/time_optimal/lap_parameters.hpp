@@ -27,7 +27,7 @@ constexpr auto lap_parameters() {
       number("tighten", &P::tighten, "1", {0, 10},
              "taken from the room stated to the controller, in widths of the car"),
       number("tighten_sigma", &P::tighten_sigma, "1", {0, 100},
-             "the same, per relative standard deviation of the friction"),
+             "taken from that room for each relative standard deviation of the friction, in widths of the car"),
       number("factor", &P::factor, "1", {0.1, 1.5}, "planned over believed friction"),
       number("sigma", &P::sigma, "1", {0, 10},
              "standard deviations that the planned friction stays below the estimate"),

@@ -67,5 +67,6 @@ class TimeOptimal final : public LapPlanner {
 
 GRIPLINE_PLUGINS(gripline::describe<TimeOptimal>(
                      "time_optimal", "1.0", "the fastest lap at the friction that is believed, from the safe side"),
-                 gripline::describe<RecedingTime>("receding_time", "1.0",
-                                                  "the same, solved a few seconds ahead of the car in every step"))
+                 gripline::describe<RecedingTime>(
+                     "receding_time", "1.0",
+                     "the fastest lap at that friction, solved a few seconds ahead of the car in every step"))
