@@ -116,8 +116,8 @@ struct Dual {
 
   /// Zero, without derivatives.
   constexpr Dual() = default;
-  /// A copy. Written out because the compiler's own moves 16 bytes at a time from the value on: what was written as four
-  /// derivatives is then read across two writes, which a CPU cannot serve before both have reached its cache.
+  /// A copy. Written out because the compiler's own moves 16 bytes at a time from the value on: what was written as
+  /// four derivatives is then read across two writes, which a CPU cannot serve before both have reached its cache.
   [[gnu::always_inline]] constexpr Dual(const Dual& b) : v(b.v) { dual_detail::copy<N>(d, b.d); }
   /// A copy, written out for the same reason.
   // NOLINTNEXTLINE(bugprone-unhandled-self-assignment): of numbers, to itself, it changes nothing
@@ -143,7 +143,7 @@ struct Dual {
   /// \name Arithmetic
   ///@{
 
-  /// As of numbers; derivatives by the rules of sums, products and quotients.
+  /// Arithmetic of the values, with derivatives by the sum, product and quotient rules.
   constexpr Dual& operator+=(const Dual& b) {
     v += b.v;
     dual_detail::accumulate<N, 1>(d, b.d);
@@ -199,7 +199,7 @@ struct Dual {
   /// \name Comparisons
   ///@{
 
-  /// Of the values alone.
+  /// Compare the values; derivatives are ignored.
   friend constexpr bool operator<(const Dual& a, const Dual& b) { return a.v < b.v; }
   friend constexpr bool operator>(const Dual& a, const Dual& b) { return a.v > b.v; }
   friend constexpr bool operator<=(const Dual& a, const Dual& b) { return a.v <= b.v; }
@@ -213,7 +213,7 @@ using Dual8 = Dual<8>;
 /// A number without its derivatives. In a formula this drops what the caller asks for: use it to choose an index or a
 /// branch, never on the way to a result.
 constexpr double value(double x) { return x; }
-/// The same of a number with derivatives.
+/// The value of a Dual, its derivatives dropped.
 template <int N>
 constexpr double value(const Dual<N>& x) {
   return x.v;
@@ -226,7 +226,7 @@ constexpr Dual<N> chain(double f, double slope, const Dual<N>& x) {
   dual_detail::scale<N>(y.d, slope, x.d);
   return y;
 }
-/// The same for a plain number: f.
+/// chain() for a plain number, which has no derivatives: returns f.
 constexpr double chain(double f, double /*slope*/, double /*x*/) { return f; }
 
 /// Sine and cosine of one angle.
@@ -237,7 +237,7 @@ struct SineCosine {
 };
 /// Both of them, by one call of the mathematics library.
 inline SineCosine<double> sine_cosine(double angle) { return {std::sin(angle), std::cos(angle)}; }
-/// The same with derivatives.
+/// Sine and cosine of an angle with derivatives.
 template <int N>
 SineCosine<Dual<N>> sine_cosine(const Dual<N>& angle) {
   const double s = std::sin(angle.v), c = std::cos(angle.v);
@@ -247,7 +247,7 @@ SineCosine<Dual<N>> sine_cosine(const Dual<N>& angle) {
 /// \name Functions
 ///@{
 
-/// As of double, with derivatives; where the derivative does not exist, as said at the head of dual.hpp.
+/// The standard function of the value, with its derivatives; the head of dual.hpp says what happens at kinks.
 template <int N>
 Dual<N> sin(const Dual<N>& x) {
   return chain(std::sin(x.v), std::cos(x.v), x);
@@ -317,7 +317,7 @@ Dual<N> max(const Dual<N>& a, const Dual<N>& b) {
 /// \name A number with derivatives beside a plain one
 ///@{
 
-/// As above; the plain number is a constant.
+/// A function of a Dual and a plain number, which counts as a constant.
 template <int N>
 Dual<N> atan2(const Dual<N>& y, double x) {
   return atan2(y, Dual<N>(x));
@@ -355,8 +355,8 @@ Dual<N> max(double a, const Dual<N>& b) {
 /// \name Plain numbers
 ///@{
 
-/// Of plain numbers, so that `using gripline::max;` alone serves both kinds. abs and hypot are templates: beside
-/// `using std::abs;` the standard's is taken.
+/// For plain numbers, so that a formula with `using gripline::max;` compiles for double and for Dual. abs and hypot are
+/// templates so that after `using std::abs;` overload resolution prefers the standard's.
 constexpr double min(double a, double b) { return b < a ? b : a; }
 constexpr double max(double a, double b) { return b > a ? b : a; }
 template <std::floating_point F>

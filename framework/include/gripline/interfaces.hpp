@@ -162,8 +162,8 @@ class SpeedPlanner {
   /// The closed line that `plan` follows at this moment, for the deviation metric and the report. Owned by the planner,
   /// valid until the next call of plan; may be empty.
   virtual std::span<const LinePoint> line() const = 0;
-  /// The longest time so far from the order of a plan to the step that first drove it [s]; 0 where plans are made within
-  /// the step. For the table of results.
+  /// The longest time so far from the order of a plan to the step that first drove it [s]; 0 where plans are made
+  /// within the step. For the table of results.
   virtual double latency() const noexcept { return 0.0; }
 };
 
@@ -196,7 +196,7 @@ class Truth {
   /// would have them (its effects without memory included); params, memory and history are not read. False when the
   /// world's car is a Plant; points are then left alone.
   virtual bool accelerations(const Points<double>& points) const = 0;
-  /// The same with derivatives.
+  /// accelerations() with exact derivatives; values must equal those of the overload for double.
   virtual bool accelerations(const Points<Dual8>& points) const = 0;
 };
 

@@ -248,11 +248,11 @@ struct Sample {
   State x_next;           ///< sensed at its end
   Place at_next;          ///< where it ended
   double e_vx = 0;       ///< residual (x_next - f_nom(x, u)) / dt of vx, what the nominal model left unexplained [m/s2]
-  double e_vy = 0;       ///< the same of vy [m/s2] (Algorithm 1, line 4)
-  double e_omega = 0;    ///< the same of omega [rad/s2]
+  double e_vy = 0;       ///< residual of vy: (x_next - f_nom(x, u)) / dt [m/s2] (Algorithm 1, line 4)
+  double e_omega = 0;    ///< residual of omega: (x_next - f_nom(x, u)) / dt [rad/s2]
   double d_lag = 0;      ///< throttle commanded less what acts of it in the middle of the step, where the nominal model
                          ///< knows lags, gains or delays of the command; else 0 [-]
-  double delta_lag = 0;  ///< the same of the steering angle [rad]
+  double delta_lag = 0;  ///< steering angle commanded less what acts of it mid-step; 0 without such lags [rad]
 };
 
 /// What a stack believes of friction: peak lateral force of an

@@ -28,7 +28,7 @@ enum class Kind {
   float32,
   float64,
   time,      // two 32 bit numbers: seconds and nanoseconds
-  duration,  // the same
+  duration,  // two 32 bit numbers, as time
   text,
   wide_text,
   message
@@ -63,18 +63,19 @@ struct Schema {
 /// Texts of definitions by type, "geometry_msgs/Pose".
 using Definitions = std::map<std::string, std::string>;
 
-/// "geometry_msgs/Pose" of "geometry_msgs/msg/Pose" too.
+/// The type's name without ROS 2's "msg": "geometry_msgs/Pose" for "geometry_msgs/msg/Pose".
 std::string short_type(std::string_view type);
 
-/// Reads the definition of `type`. `text`: its own, behind a line of "====" and "MSG: pkg/Type" those of the types it is
-/// made of; what is not there is taken from `others`. Throws InputError: a type that nobody defines, a
-/// line that is no field, a type that holds itself.
+/// Reads the definition of `type`. `text`: its own, behind a line of "====" and "MSG: pkg/Type" those of the types it
+/// is made of; what is not there is taken from `others`. Throws InputError: a type that nobody defines, a line that is
+/// no field, a type that holds itself.
 Schema parse_schema(const std::string& type, const std::string& text, Wire wire, const Definitions& others);
 
 /// Definitions of common messages, for ROS 2 recordings that hold none: std_msgs, geometry_msgs, nav_msgs/Odometry,
 /// sensor_msgs/Imu, NavSatFix and JointState, ackermann_msgs.
 const Definitions& common_definitions();
-/// Those of a folder: PACKAGE/msg/TYPE.msg or PACKAGE/TYPE.msg, at any depth. Throws InputError where there are none.
+/// The definitions in a folder: PACKAGE/msg/TYPE.msg or PACKAGE/TYPE.msg, at any depth. Throws InputError where there
+/// are none.
 Definitions definitions_in(const std::filesystem::path& folder);
 
 /// Paths of the numbers that every message of the type has, "pose.position.x"; elements of fixed arrays up to

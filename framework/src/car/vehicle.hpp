@@ -20,7 +20,7 @@ struct CarFile {
 CarFile read_car(const Node& node, Errors& errors);
 /// Adds what stands under "known_params" of that object, if anything does: numbers in SI by name.
 void read_known_params(ObjectReader& car, KnownParams& known, Errors& errors);
-/// Refuses those that no vehicle model and no plant of the registry declares: nothing would read them.
+/// Refuses "known_params" that no vehicle model and no plant of the registry declares: nothing would read them.
 void check_known_params(const Node& car, const Registry& registry, Errors& errors);
 
 /// {"plugin", "params", "effects": [{"plugin", "params"}...], "integrator", "substeps"}.
@@ -40,7 +40,7 @@ class Vehicle {
   /// parameter, initially 1; it acts before the vehicle's own effects if the model has its stage.
   Vehicle(const VehicleSpec& spec, const PluginContext& context, const Effect* first = nullptr);
   const StagedCar& car() const { return car_; }
-  /// The same without the effects that have memory.
+  /// The car without those of its effects that have memory.
   const StagedCar& car_without_memory() const { return memoryless_; }
   /// The model with its first `effects` effects.
   StagedCar car_with(std::size_t effects) const;

@@ -10,7 +10,7 @@ namespace gripline {
 /// removes one of its members or the base stands in no file: then whatever is missing is missing because of the patch.
 [[nodiscard]] Node merge(Node base, const Node& patch);
 
-/// The same, but a null that has nothing to remove is kept: what "extends" uses (see load_json).
+/// merge(), but a null that has nothing to remove is kept: what "extends" uses (see load_json).
 [[nodiscard]] Node merge_keeping_nulls(Node base, const Node& patch);
 
 /// Carries out `--set /json/pointer=VALUE`. VALUE is read as JSON if it is JSON, else taken as text (`20 ms`).
@@ -19,7 +19,7 @@ namespace gripline {
 /// Relative paths in VALUE start at the working folder.
 void apply_assignment(Node& root, std::string_view assignment);
 
-/// The same with pointer and value apart.
+/// apply_assignment() with pointer and value given apart. Throws InputError.
 void set_pointer(Node& root, std::string_view pointer, std::string_view value);
 
 }  // namespace gripline

@@ -30,8 +30,8 @@ constexpr unsigned every_kind = (1u << abi::kind_count) - 1;
 
 using Tell = SendMessage;
 
-/// Asks a process of its own that has opened the library; what it told. Throws Broken when it broke a contract or did not
-/// come back.
+/// Asks a process of its own that has opened the library; what it told. Throws Broken when it broke a contract or did
+/// not come back.
 std::vector<std::string> ask(const Workshop& workshop, const std::function<void(const Registry&, const Tell&)>& work) {
   const ChildResult result = run_in_child(patience_s, [&](const Tell& tell) {
     try {
@@ -51,7 +51,7 @@ std::vector<std::string> ask(const Workshop& workshop, const std::function<void(
   return result.messages;
 }
 
-/// The same with the subject made, and the small world around it.
+/// ask() with the plugin's entry and the bench to make an instance in.
 std::vector<std::string> ask_instance(const Workshop& workshop, const Subject& subject,
                                       const std::function<void(const PluginEntry&, Bench&, const Tell&)>& work) {
   return ask(workshop, [&](const Registry& registry, const Tell& tell) {

@@ -19,7 +19,7 @@ struct RaceResults {
   std::vector<std::string> rows;  // the stacks that were asked for (--only)
 
   std::vector<const RunResult*> of(const std::string& stack) const;
-  /// The same, runs that are equal to the last bit only once: under no other seed than the first that drove so.
+  /// The runs of a stack; of those that drove the same to the last bit, only the first.
   std::vector<const RunResult*> distinct(const std::string& stack) const;
   /// The value of a column of table.csv for a stack: one run's, or the stack's when run is -1.
   std::optional<double> value(const std::string& stack, const std::string& column, int run) const;

@@ -21,7 +21,7 @@ std::string broken_key(const std::string& key);
 /// These three throw std::runtime_error with the system's reason.
 void keep_run(const RunSummary& summary, const std::string& key, const std::filesystem::path& out);
 
-/// The same for a run that was not driven because it would equal `driven` to the last bit: a summary alone.
+/// Makes the folder of a run that was not driven because it would equal `driven` to the last bit: a summary alone.
 void keep_copied_run(const RunResult& driven, std::uint64_t seed, const std::string& key,
                      const std::filesystem::path& out);
 

@@ -31,8 +31,8 @@ inline constexpr int run_lost = 4;
 RunSummary run_here(const RaceSpec& race, const RunId& id, const std::string& key, const std::filesystem::path& out,
                     RunProgress* progress);
 
-/// The same as the body of a process that was forked from `parent`: its output goes to log.txt in the run's folder, it
-/// may have `memory_mb` of data (0: no limit), and it ends when the parent does.
+/// run_here() as the body of a process that was forked from `parent`: its output goes to log.txt in the run's folder,
+/// it may have `memory_mb` of data (0: no limit), and it ends when the parent does.
 [[noreturn]] void run_as_process(const RaceSpec& race, const RunId& id, const std::string& key,
                                  const std::filesystem::path& out, std::size_t memory_mb, pid_t parent,
                                  RunProgress* progress);

@@ -70,7 +70,7 @@ void CyclicPentadiagonalFactor::solve_band(std::span<double> x) const {
   }
 }
 
-/// Of two columns at once: each waits for its last element, and the other one's is found meanwhile.
+/// Solves for two right-hand sides at once: a CPU works on one while the other waits for its previous element.
 void CyclicPentadiagonalFactor::solve_band(std::span<double> x, std::span<double> y) const {
   const std::size_t m = pivot_.size();
   for (std::size_t i = 1; i < m; ++i) {

@@ -27,7 +27,7 @@ class GeometryError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// The same angle in (-pi, pi].
+/// `angle` [rad] moved by whole turns into (-pi, pi].
 inline double wrap_angle(double angle) {
   const double wrapped = std::remainder(angle, 2.0 * std::numbers::pi);
   return wrapped <= -std::numbers::pi ? std::numbers::pi : wrapped;

@@ -21,8 +21,8 @@ class ClosedPolyline {
   double station(std::size_t i) const { return stations_[i]; }
   /// Station [m] of the nearest point of the whole polyline.
   double nearest_station(double x, double y) const;
-  /// The same, of the part around the chord that begins at point `near`: chords on both sides are followed while they
-  /// come closer, and three beyond.
+  /// Station [m] of the nearest point of the part around the chord that begins at point `near`: chords on both sides
+  /// are followed while they come closer, and three beyond.
   double nearest_station(double x, double y, std::size_t near) const;
   /// In [0, 1).
   double fraction(double x, double y) const { return as_fraction(nearest_station(x, y)); }

@@ -54,7 +54,8 @@ class Track {
   /// Where a place is: station and offset n (left positive). With a hint: see ClosedCurve::locate.
   CurveLocation locate(double x, double y) const { return shape_.centre.locate(x, y); }
   CurveLocation locate(double x, double y, double hint_s) const { return shape_.centre.locate(x, y, hint_s); }
-  /// The same without a hint, for a car that faces `yaw`: where the road passes over itself, the pass that it follows.
+  /// locate() without a hint, for a car that faces `yaw`: where the road passes over itself, the pass whose direction
+  /// of travel is nearest to that heading.
   CurveLocation locate(const Pose& pose) const;
   /// Where the road passes over itself, by the first station.
   const std::vector<Crossing>& crossings() const { return crossings_; }

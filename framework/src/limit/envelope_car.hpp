@@ -21,7 +21,7 @@ class EnvelopeCar final : public LapCar {
   /// `spec` has a plant plugin and must outlive the car. `patches`: within those of the world's friction tyres hold
   /// less. Drives the plant for some seconds of CPU.
   EnvelopeCar(const WorldSpec& spec, double factor, bool patches);
-  /// The same of an envelope that was measured before.
+  /// Takes an envelope that was measured before: drives nothing.
   EnvelopeCar(const WorldSpec& spec, PlantEnvelope envelope, bool patches);
 
   const Car& car() const override { return spec_.car.car; }

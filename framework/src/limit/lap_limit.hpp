@@ -27,7 +27,7 @@ inline constexpr double lap_limit_tolerance = 1e-3;  ///< relative difference of
 /// the plant cannot be measured, no start leads to a lap, or the meshes do not agree. `lap` and `mesh` may be null;
 /// else they get the solution.
 LapLimit find_lap_limit(const WorldSpec& spec, const LapCase& of, Lap* lap = nullptr, LapMesh* mesh = nullptr);
-/// The same of another car, which is to be at the case's factor and patches.
+/// find_lap_limit() for a given car, which must have been made with the case's factor and patches.
 LapLimit find_lap_limit(const WorldSpec& spec, const LapCar& car, const LapCase& of, Lap* lap = nullptr,
                         LapMesh* mesh = nullptr);
 

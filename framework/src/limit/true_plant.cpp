@@ -15,7 +15,7 @@ PluginContext context_of(const WorldSpec& spec) {
   return context;
 }
 
-/// Those of a world, alone.
+/// A friction schedule with the patches of a world and nothing else.
 FrictionSchedule patches_of(const WorldSpec& spec) {
   FrictionSpec friction;
   friction.patches = spec.friction.patches;

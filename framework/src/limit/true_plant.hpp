@@ -36,7 +36,7 @@ class TruePlant final : public LapCar {
   double factor_at(double station) const;
 
  private:
-  /// Of instants that all have this friction factor.
+  /// Fills the rates of a batch whose instants all have this friction factor.
   template <class T>
   void rates_at_factor(double factor, CarBatch<T> batch) const;
 

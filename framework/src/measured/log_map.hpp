@@ -9,7 +9,8 @@
 //     "valid": "quality > 0.5",
 //     "bag": {"rows": "/odom", "time": "header", "definitions": "msgs"} }
 //
-// Instead of x and y there may be "latitude" and "longitude" (degrees). "column": "?" is one that is still to be named.
+// Instead of x and y there may be "latitude" and "longitude", with "unit": "deg" where the table does not say it.
+// "column": "?" is one that is still to be named.
 #pragma once
 
 #include <array>

@@ -70,7 +70,7 @@ double usual_ratio(const std::vector<SessionWindow>& windows, Top top, Bottom bo
   return ratios.size() < 10 ? NAN : lower_quantile(ratios, 0.5);
 }
 
-/// Of two values per window.
+/// Correlation of two values over windows.
 struct Correlation {
   double n = 0, sx = 0, sy = 0, sxx = 0, syy = 0, sxy = 0;
   void add(double x, double y) { n += 1, sx += x, sy += y, sxx += x * x, syy += y * y, sxy += x * y; }

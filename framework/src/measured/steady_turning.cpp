@@ -145,8 +145,8 @@ Eigen::Matrix3d scores_of(std::span<const Equation> all, const Eigen::Vector3d& 
   return spread;
 }
 
-/// Of how many equal blocks the combination `by` of the solution would be as well known: fewer than there are where some
-/// of them, such as straights, say little of it.
+/// How many blocks of equal information would determine the combination `by` of the solution as well (Kish's effective
+/// number): fewer than there are where some of them, such as straights, say little of it.
 double equal_blocks(std::span<const Equation> all, const Eigen::Vector3d& by) {
   double sum = 0.0, squares = 0.0;
   for_blocks(all, [&](std::span<const Equation> block) {
@@ -158,8 +158,8 @@ double equal_blocks(std::span<const Equation> all, const Eigen::Vector3d& by) {
   return sum * sum / squares;
 }
 
-/// Whether the three terms can be told from one another. Speeds that all lie within some 3 % of one do not suffice: what
-/// is read of them is wrong by as much, and to err there looks like a gradient.
+/// Whether the three terms can be told from one another. Speeds that all lie within some 3 % of one do not suffice:
+/// what is read of them is wrong by as much, and to err there looks like a gradient.
 bool apart(const std::vector<Equation>& all) {
   constexpr double least = 2e-3;  // of an eigenvalue; of terms that do not depend on one another they are 1
   const Eigen::Matrix3d information = information_of(all);
@@ -188,8 +188,8 @@ struct Found {
   double gradient = 0, low = 0, high = 0;  // [rad s2/m]
 };
 
-/// The interval of slope / ratio: the values g for which slope - g ratio is not surely off 0 (Fieller, J. R. Stat. Soc. B
-/// 16, 1954), which is bounded where the ratio is surely above 0.
+/// The interval of slope / ratio: the values g for which slope - g ratio is not surely off 0 (Fieller, J. R. Stat. Soc.
+/// B 16, 1954), which is bounded where the ratio is surely above 0.
 void set_interval(const Eigen::Vector3d& solution, const Eigen::Matrix3d& covariance, double student, Found& out) {
   const double t = student * student;
   const double a = square(solution[0]) - t * covariance(0, 0), b = solution[0] * solution[1] - t * covariance(0, 1);

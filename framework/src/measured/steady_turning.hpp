@@ -17,9 +17,9 @@ inline double degrees_per_g(double gradient) { return gradient * gravity * 180.0
 /// "understeers by 0.52 deg/g" or "oversteers by ...".
 std::string cornering_text(double gradient);
 
-/// The understeer gradient: in a steady corner the road wheels turn by L / R + gradient * lateral acceleration (Milliken
-/// and Milliken, Race Car Vehicle Dynamics, section 5.3; Gillespie, Fundamentals of Vehicle Dynamics, equation 6-15).
-/// Below 0 the car oversteers.
+/// The understeer gradient: in a steady corner the road wheels turn by L / R + gradient * lateral acceleration
+/// (Milliken and Milliken, Race Car Vehicle Dynamics, section 5.3; Gillespie, Fundamentals of Vehicle Dynamics,
+/// equation 6-15). Below 0 the car oversteers.
 struct SteadyTurning {
   double gradient = 0, low = 0, high = 0;  // with its 95 % interval [rad s2/m]
   std::size_t blocks = 0;                  // stretches of 10 s that it is of
@@ -41,21 +41,22 @@ struct SteadyTurning {
 struct Lateness {
   double value = 0, low = 0, high = 0;
 };
-/// Of the channels that turning is read from; yaw where there is no yaw rate.
+/// Lateness of the channels that turning is read from; yaw is used where there is no yaw rate.
 struct TurningLateness {
   Lateness yaw_rate, yaw;
 };
 
-/// Of all logs together, by least squares over windows of five wheelbases at `v_ref`:
+/// The understeer gradient of all logs together, by least squares over windows of five wheelbases at `v_ref`:
 ///   delta = ratio (L omega / vx) + slope (vx omega) + a constant of each log + a share of omega',
-/// the last of which holds yaw inertia and a part of what is late; gradient = slope / ratio, so that a steering ratio or
-/// offset that the log has wrong is none of it. Windows that are far off (the car slides, the log jumps) do not count.
+/// the last of which holds yaw inertia and a part of what is late; gradient = slope / ratio, so that a steering ratio
+/// or offset that the log has wrong is none of it. Windows that are far off (the car slides, the log jumps) do not
+/// count.
 ///
-/// The interval is Fieller's of the ratio, by the t distribution of as many blocks of 10 s as would be equal to those there
-/// are; errors may be alike within a block (Liang and Zeger, Biometrika 73, 1986). It holds what a lateness that is not
-/// well known makes, and standard deviations of 0.05 gradient and 0.025 L / v_ref^2, since corners are not quite steady:
-/// simulated cars that weave and brake show their gradients to that. Where errors last for longer than some seconds it is
-/// too narrow.
+/// The interval is Fieller's of the ratio, by the t distribution of as many blocks of 10 s as would be equal to those
+/// there are; errors may be alike within a block (Liang and Zeger, Biometrika 73, 1986). It holds what a lateness that
+/// is not well known makes, and standard deviations of 0.05 gradient and 0.025 L / v_ref^2, since corners are not quite
+/// steady: simulated cars that weave and brake show their gradients to that. Where errors last for longer than some
+/// seconds it is too narrow.
 ///
 /// Windows count from half of `v_ref` on, below which the gradient hardly moves the steering, and up to 4 m/s2 across.
 /// Nothing where steering, speed or turning are not there, where less than three such blocks tell of it, or where the

@@ -19,9 +19,9 @@ struct YawRateOffset {
   std::pair<double, double> range() const;
 };
 
-/// Of all logs together. Nothing where those that read both yaw and yaw rate have less than two stretches together: of
-/// 10 s, the last of a log of 5 s at least, so that 15 s of one log are enough, or 5 s of each of two. Gaps, yaws that
-/// jump (a frame that is turned) and how a log wraps its yaw do not count.
+/// The mean offset of the yaw rate in all logs together. Nothing where those that read both yaw and yaw rate have less
+/// than two stretches together: of 10 s, the last of a log of 5 s at least, so that 15 s of one log are enough, or 5 s
+/// of each of two. Gaps, yaws that jump (a frame that is turned) and how a log wraps its yaw do not count.
 ///
 /// A stretch's sum S is the integral of the yaw rate less the change of yaw, over its time T; the offset is
 /// sum S / sum T, a ratio estimate, of variance n / (n - 1) sum (S - offset T)^2 / (sum T)^2 (Cochran, Sampling

@@ -21,7 +21,7 @@ struct RunSummary {
   bool needs_truth = false;
   std::vector<double> laps, lap_mean_factors;  // [s], [-]
   double mean_deviation_m = 0;
-  std::optional<double> hilly_deviation_m;  // the same where the road is steeper than 3 %; none without such road
+  std::optional<double> hilly_deviation_m;  // mean_deviation_m where the road is steeper than 3 %; empty if nowhere
   double violation_s = 0, violation_body_s = 0;
   std::optional<double> violation_after_adapt_s, violation_body_after_adapt_s;
   /// Root mean square of believed total mu against mu_true over every step at which the stack trusts what it learned;
@@ -31,7 +31,7 @@ struct RunSummary {
   std::int64_t solver_failures = 0, steps = 0;
   double simulated_s = 0;
 
-  /// More than one in ten: the car was driven by what a controller does without a solution.
+  /// Whether the solver failed in more than one step in ten: much of the run was driven by the controller's fallback.
   bool many_failed_solves() const { return 10 * solver_failures > steps; }
 };
 

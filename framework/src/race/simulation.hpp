@@ -41,7 +41,7 @@ class Simulation {
   void stop_learning() { learns_ = false; }
   /// The instant reached, and what was decided there.
   const Observation& now() const { return now_; }
-  /// The same as planner and controller were shown it: filtered where the stack has a filter.
+  /// The observation of the instant reached that planner and controller act on: filtered where the stack has a filter.
   const Observation& acted_on() const { return acted_on_; }
   std::span<const RefPoint> horizon() const { return horizon_; }
   const Command& command() const { return command_; }

@@ -58,7 +58,7 @@ class Stack {
   }
   /// Advances the corrected model's memory over the same step; returns the state it predicts.
   State follow(const Sample& sample) { return corrected_.advance(sample.x, sample.u, sample.at); }
-  /// Lines 5-7.
+  /// Updates the estimator, if there is one, with a step (Algorithm 1, lines 5-7).
   void learn(const Sample& sample);
   StackBelief belief(double t);
   SpeedPlanner& planner() { return *planner_; }

@@ -26,7 +26,7 @@ inline constexpr double drawable_limit = 1e9;
 /// value. NaN, infinities and values beyond drawable_limit are gaps.
 nlohmann::json pack(std::span<const double> values, Precision precision);
 
-/// As JSON text without any '<', so that neither "</script>" nor "<!--" can occur; invalid UTF-8 is replaced.
+/// A value as JSON text without any '<', so that neither "</script>" nor "<!--" can occur; invalid UTF-8 is replaced.
 std::string script_safe(const nlohmann::json& value);
 
 /// Text as HTML content or attribute value.

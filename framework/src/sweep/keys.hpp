@@ -31,7 +31,7 @@ class Trees {
   explicit Trees(const Sweep& sweep);
   /// The experiment of a part in a setting, with all rows. Valid until the next call.
   const Node& setting(std::size_t part, std::size_t setting);
-  /// The same with these rows only, one seed, and without claims.
+  /// The experiment of a run: its setting with these rows only, one seed, and without claims.
   Node run_tree(const RunAt& run, const std::vector<std::string>& rows);
   const TreeForm& form(std::size_t part) const { return *forms_[part]; }
 

@@ -9,8 +9,8 @@ namespace gripline {
 /// Stands where a number is missing; compares false with everything.
 inline constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 
-/// As printf writes it where nobody set a locale, of any length: format("%.1f m of %d", 2.5, 3). A program that hosts
-/// this one, such as Python, may have set a locale with decimal commas.
+/// Text by a printf pattern, of any length and always in the C locale: format("%.1f m of %d", 2.5, 3). A program that
+/// hosts this one, such as Python, may have set a locale with decimal commas.
 [[gnu::format(printf, 1, 2)]] std::string format(const char* pattern, ...);
 
 /// With so many significant digits at most, as %g writes it.

@@ -49,7 +49,7 @@ class Progress {
 
   /// `done` units of `total` are finished; `note` says what is under way. Control characters are replaced by spaces.
   void advance(std::size_t done, std::string note = {});
-  /// As advance, at a given instant (tests).
+  /// advance() as if called at the instant `now`, for tests.
   void advance_at(Clock::time_point now, std::size_t done, std::string note);
 
   /// All is done: the live line becomes a summary with the time taken, a plain one is printed if two seconds passed.

@@ -9,8 +9,8 @@ namespace gripline {
 /// A new folder in the system's place for temporary files, gone with all that is in it when this ends.
 class TemporaryFolder {
  public:
-  /// Of the name gripline_<purpose>_ and six characters that no other folder has. Throws std::runtime_error with the
-  /// system's reason.
+  /// Makes a folder called gripline_<purpose>_ and six characters that no other folder has. Throws std::runtime_error
+  /// with the system's reason.
   explicit TemporaryFolder(const std::string& purpose);
   ~TemporaryFolder();
   TemporaryFolder(const TemporaryFolder&) = delete;

@@ -11,8 +11,8 @@ namespace gripline {
 /// One line each, no place: lengths that no car has, a yaw inertia that its mass and axles cannot have.
 std::vector<std::string> doubts_about(const Car& car);
 
-/// Those of its car, a grip of its axles that no tyre has at any factor of the schedule, and position noise wider than
-/// the road. Constructs the plant in a process of its own; what that refuses is no doubt.
+/// The doubts about its car, a grip of its axles that no tyre has at any factor of the schedule, and position noise
+/// wider than the road. Constructs the plant in a process of its own; what that refuses is no doubt.
 std::vector<std::string> doubts_about(const WorldSpec& world);
 
 }  // namespace gripline

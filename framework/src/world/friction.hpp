@@ -46,7 +46,7 @@ class FrictionSchedule {
 
   /// Factor held over control step `step`, which begins at time t = step * dt, with the car at station s [m].
   double factor(std::int64_t step, double t, double s) const;
-  /// The same without patches.
+  /// Factor over control step `step`, which begins at time t, without patches.
   double base(std::int64_t step, double t) const;
 
  private:

@@ -126,7 +126,7 @@ ScoreSystem variations(const Problem& problem, const Fit& fitted, std::span<cons
   });
 }
 
-/// The same, along predicted motion where that holds noise.
+/// variations(), along predicted motion where the smoothed motion holds noise.
 ScoreSystem variations_driven(const Problem& problem, const Fit& fitted, std::span<const Linearised> along) {
   if (!motion_holds_noise(problem, fitted.noise)) return variations(problem, fitted, along);
   const Problem predicted = along_predictions(problem, fitted, along);

@@ -14,16 +14,16 @@ struct MeasuredNoise {
   double gain = 0;                       // log likelihood over the noise that the measurement began from
 };
 
-/// Of noise measured with one model, and again with fewer unknowns: the latter where it explains surely more
-/// (thresholds::noise_gain), as the former then ended on a lesser peak of the likelihood.
+/// Chooses between noise measured with all unknowns and with fewer: `fewer` where it explains surely more
+/// (thresholds::noise_gain), because `all` then ended on a lower peak of the likelihood.
 MeasuredNoise higher_peak(const MeasuredNoise& all, const MeasuredNoise& fewer);
 
 /// Whether measured noise differs from what a problem believes by more than thresholds::other_noise_factor or
 /// thresholds::other_colour.
 bool is_other(const Problem& problem, const MeasuredNoise& measured);
 
-/// Whether measured noise holds less than what a problem believes: a colour, a bend or something unknown of the commands
-/// is gone, and none has come.
+/// Whether measured noise holds less than what a problem believes: a colour, a bend or something unknown of the
+/// commands is gone, and none has come.
 bool is_simpler(const Problem& problem, const MeasuredNoise& measured);
 
 /// Writes measured noise into a problem: what is fitted from then on believes it.

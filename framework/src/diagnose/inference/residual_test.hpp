@@ -22,7 +22,7 @@ struct ResidualTest {
   std::string quantity;  // "noise", "frequency" or empty
   /// A test of few functions: it sees small remainders of simple shape, and says less about where they are.
   bool focused = false;
-  /// Its accelerations where they are largest [m/s2, m/s2, rad/s2].
+  /// The unexplained accelerations vx', vy', omega' where they are largest [m/s2, m/s2, rad/s2].
   std::array<double, 3> size{};
 };
 

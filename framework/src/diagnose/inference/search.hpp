@@ -29,7 +29,8 @@ struct SearchResult {
 
   /// The fit with one effect alone; null when that was not tried.
   const Fit* alone(std::size_t candidate) const;
-  /// Its rise of the log evidence over the null model along the same reference. The effect must have been tried.
+  /// By how much one effect alone raises the log evidence over the null model, along the same reference. The effect
+  /// must have been tried.
   double gain_alone(std::size_t candidate) const;
 };
 

@@ -37,7 +37,7 @@ void exact_regressors(const StagedCar& car, const Trace& trace, const std::vecto
   }
 }
 
-/// The same for readings.
+/// Fills the readings of regressors[i], the derivatives by parameter seed[i] of the car, eight at a time.
 void reading_regressors(const StagedCar& car, const Trace& trace, std::span<const std::size_t> seed,
                         std::span<Regressor> regressors) {
   for (std::size_t begin = 0; begin < seed.size(); begin += DualPass::lanes) {
