@@ -247,12 +247,12 @@ struct Sample {
   Place at;               ///< where it started
   State x_next;           ///< sensed at its end
   Place at_next;          ///< where it ended
-  double e_vx = 0;       ///< residual (x_next - f_nom(x, u)) / dt of vx, what the nominal model left unexplained [m/s2]
-  double e_vy = 0;       ///< residual of vy: (x_next - f_nom(x, u)) / dt [m/s2] (Algorithm 1, line 4)
-  double e_omega = 0;    ///< residual of omega: (x_next - f_nom(x, u)) / dt [rad/s2]
-  double d_lag = 0;      ///< throttle commanded less what acts of it in the middle of the step, where the nominal model
-                         ///< knows lags, gains or delays of the command; else 0 [-]
-  double delta_lag = 0;  ///< steering angle commanded less what acts of it mid-step; 0 without such lags [rad]
+  double e_vx = 0;     ///< residual (x_next - f_nom(x, u)) / dt of vx, what the nominal model left unexplained [m/s2]
+  double e_vy = 0;     ///< residual of vy: (x_next - f_nom(x, u)) / dt [m/s2] (Algorithm 1, line 4)
+  double e_omega = 0;  ///< residual of omega: (x_next - f_nom(x, u)) / dt [rad/s2]
+  double d_lag = 0;    ///< throttle commanded less what acts of it in the middle of the step: by lags, gains or delays
+                       ///< that the nominal model knows, and half a ramp where commands move within a step [-]
+  double delta_lag = 0;  ///< steering angle commanded less what acts of it in the middle of the step, likewise [rad]
 };
 
 /// What a stack believes of friction: peak lateral force of an

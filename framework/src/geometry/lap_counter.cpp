@@ -5,7 +5,7 @@
 namespace gripline {
 
 LapCounter::LapCounter(const Track& track, const Pose& start, double t)
-    : track_(track), place_(track.locate(start.x, start.y)), t_(t), x_(start.x), y_(start.y) {
+    : track_(track), place_(track.locate(start)), t_(t), x_(start.x), y_(start.y) {
   line_ = track.at(place_.s);
 }
 

@@ -225,10 +225,23 @@ class SessionReader {
     if (dropped > 0) note("valid", std::to_string(dropped) + " rows are not", "their readings are left out");
   }
 
+  /// Angles on the earth that no radians can be are degrees: maps and tables often leave their unit out.
+  void take_for_degrees(Values& lat, Values& lon) {
+    const auto beyond = [](const Values& all, double most) {
+      return std::ranges::any_of(all, [&](double angle) { return std::abs(angle) > most; });
+    };
+    if (!beyond(lat, 0.5 * pi) && !beyond(lon, pi)) return;
+    for (Values* const all : {&lat, &lon})
+      for (double& angle : *all) angle *= pi / 180.0;
+    note("unit", "latitude and longitude are beyond what radians can be",
+         "taken for degrees; `unit` in the map says so");
+  }
+
   /// Local tangent plane at the first position on the WGS 84 ellipsoid: x east, y north.
   void place_from_degrees() {
     if (!has(Source::latitude) || has(Source::x)) return;
-    const Values &lat = of(Source::latitude), &lon = of(Source::longitude);
+    Values &lat = of(Source::latitude), &lon = of(Source::longitude);
+    take_for_degrees(lat, lon);
     std::size_t first = 0;
     while (first < lat.size() && std::isnan(lat[first] + lon[first])) ++first;
     if (first == lat.size()) refuse_file(table_.file, "latitude and longitude are never given");

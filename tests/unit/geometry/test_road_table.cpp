@@ -11,9 +11,11 @@
 #include <vector>
 
 #include "config/errors.hpp"
+#include "geometry/lap_counter.hpp"
 #include "geometry/racing_line.hpp"
 #include "geometry/road_trace.hpp"
 #include "geometry/track_file.hpp"
+#include "support/figure_of_eight.hpp"
 #include "support/host_support.hpp"
 #include "util/csv_writer.hpp"
 
@@ -227,53 +229,43 @@ TEST_F(RoadFiles, TheTangentPlaneIsMetric) {
   EXPECT_NEAR(east.x, 1243.8, 0.2);
 }
 
-/// A figure of eight of 300 m by 150 m that crosses itself at a right angle in the middle.
-RoadTable figure_of_eight(double half_width, double rise) {
-  RoadTable road;
-  for (int i = 0; i < 240; ++i) {
-    const double a = 2 * pi * (i + 0.5) / 240.0;
-    road.points.push_back({150 * std::sin(a), 75 * std::sin(2 * a)});
-    road.height.push_back(rise * std::cos(a));  // the two passes are at a = 0 and a = pi
-  }
-  road.right.assign(road.size(), half_width);
-  road.left = road.right;
-  return road;
-}
-
 TEST_F(RoadFiles, ACrossingIsABridgeWhereHeightsDifferOrTheRoadSaysSo) {
-  RoadTable road = figure_of_eight(5.0, 0.0);
+  RoadTable road = test::figure_of_eight(5.0, 0.0);
   EXPECT_THAT(refusal([&] { to_track(road); }), HasSubstr("\"bridges\": true says so"));
   road.bridges = true;
   const Track told = to_track(road);
   ASSERT_EQ(told.crossings().size(), 1u);
   EXPECT_NEAR(told.crossings()[0].x, 0.0, 0.1);
   EXPECT_NEAR(told.crossings()[0].angle, pi / 2, 0.02);
-  const Track high = to_track(figure_of_eight(5.0, 4.0));
+  const Track high = to_track(test::figure_of_eight(5.0, 4.0));
   ASSERT_EQ(high.crossings().size(), 1u);
   EXPECT_NEAR(std::abs(high.crossings()[0].height), 8.0, 0.2);
-  EXPECT_THAT(refusal([&] { to_track(figure_of_eight(5.0, 0.5)); }), HasSubstr("crosses or overlaps itself"));
+  EXPECT_THAT(refusal([&] { to_track(test::figure_of_eight(5.0, 0.5)); }), HasSubstr("crosses or overlaps itself"));
 }
 
 TEST_F(RoadFiles, OnABridgeTheCarsPlaceFollowsItsHeading) {
-  const Track track = to_track(figure_of_eight(5.0, 4.0));
+  const Track track = to_track(test::figure_of_eight(5.0, 4.0));
   const Crossing c = track.crossings().front();
   for (const double s : {c.first, c.second}) {
-    const CurvePoint at = track.at(s + 1.0);
+    const CurvePoint at = track.at(s);
     EXPECT_NEAR(wrap_difference(track.locate(Pose{at.x, at.y, at.yaw}).s - at.s, track.length()), 0.0, 1e-6);
     EXPECT_EQ(check_start(track, {at.x, at.y, at.yaw}), "");
+    // Two metres beside its own pass, the car is nearer to the other one.
+    const Pose beside{at.x - 2.0 * std::sin(at.yaw), at.y + 2.0 * std::cos(at.yaw), at.yaw};
+    EXPECT_NEAR(wrap_difference(LapCounter(track, beside).place().s - at.s, track.length()), 0.0, 0.1);
   }
 }
 
 TEST_F(RoadFiles, TwoWaysBesideEachOtherAreNoBridge) {
   // A flat figure of eight: it crosses itself at 11 degrees.
-  RoadTable road = figure_of_eight(5.0, 0.0);
+  RoadTable road = test::figure_of_eight(5.0, 0.0);
   for (PlanePoint& p : road.points) p.y *= 0.1;
   road.bridges = true;
   EXPECT_THAT(refusal([&] { to_track(road); }), HasSubstr("overlaps itself"));
 }
 
 TEST_F(RoadFiles, ABridgeSurvivesBeingWritten) {
-  RoadTable road = figure_of_eight(5.0, 0.0);
+  RoadTable road = test::figure_of_eight(5.0, 0.0);
   road.name = "eight";
   road.bridges = true;
   const Track track = to_track(road);

@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include <cmath>
 #include <fstream>
 #include <numbers>
@@ -227,10 +229,25 @@ TEST(SessionFile, LatitudeAndLongitudeBecomeAPlane) {
       log_of("t,lat,lon,steer", [](std::ostream& out, double t, double x, double y, double, double, double d) {
         out << t << ',' << 48.0 + y / 111197.0 << ',' << 11.0 + x / 74631.0 << ',' << d << '\n';
       });
-  const LogMap map = map_of(R"({"time": "t", "channels": {"latitude": {"column": "lat", "unit": "deg"},
+  const LogMap stated = map_of(R"({"time": "t", "channels": {"latitude": {"column": "lat", "unit": "deg"},
     "longitude": {"column": "lon", "unit": "deg"}, "delta": "steer"}})");
-  const Session s = read_session(log, map).session;
-  EXPECT_NEAR(s.at(400, 3), 10.0, 0.05);
+  EXPECT_NEAR(read_session(log, stated).session.at(400, 3), 10.0, 0.05);
+  // A map that leaves the unit out: no radians are so large.
+  const LogMap bare = map_of(R"({"time": "t", "channels": {"latitude": "lat", "longitude": "lon", "delta": "steer"}})");
+  const SessionFile file = read_session(log, bare);
+  EXPECT_NEAR(file.session.at(400, 3), 10.0, 0.05);
+  EXPECT_TRUE(std::ranges::any_of(file.findings, [](const Finding& f) { return f.check == "unit"; }));
+}
+
+TEST(SessionFile, LatitudesInRadiansStayWhatTheyAre) {
+  const auto log =
+      log_of("t,lat,lon,steer", [](std::ostream& out, double t, double x, double y, double, double, double d) {
+        out << t << ',' << 0.8 + y / 6371000.0 << ',' << 0.2 + x / (6371000.0 * 0.6967) << ',' << d << '\n';
+      });
+  const LogMap map = map_of(R"({"time": "t", "channels": {"latitude": "lat", "longitude": "lon", "delta": "steer"}})");
+  const SessionFile file = read_session(log, map);
+  EXPECT_NEAR(file.session.at(400, 3), 10.0, 0.1);
+  EXPECT_FALSE(std::ranges::any_of(file.findings, [](const Finding& f) { return f.check == "unit"; }));
 }
 
 TEST(SessionFile, AColumnThatIsNotThereIsToldAtTheMapWithTheNearestName) {

@@ -1,0 +1,24 @@
+// A road that crosses itself, for tests of bridges.
+#pragma once
+
+#include <cmath>
+#include <numbers>
+
+#include "geometry/road_table.hpp"
+
+namespace gripline::test {
+
+/// A figure of eight of 300 m by 150 m that crosses itself at a right angle in the middle.
+inline RoadTable figure_of_eight(double half_width, double rise) {
+  RoadTable road;
+  for (int i = 0; i < 240; ++i) {
+    const double a = 2 * std::numbers::pi * (i + 0.5) / 240.0;
+    road.points.push_back({150 * std::sin(a), 75 * std::sin(2 * a)});
+    road.height.push_back(rise * std::cos(a));  // the two passes are at a = 0 and a = pi
+  }
+  road.right.assign(road.size(), half_width);
+  road.left = road.right;
+  return road;
+}
+
+}  // namespace gripline::test
