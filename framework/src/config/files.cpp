@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cstdint>
 #include <fstream>
 #include <system_error>
 #include <vector>
@@ -63,20 +64,30 @@ std::string why_unreadable(const fs::path& file) {
   return "";
 }
 
-std::string read_bytes(const fs::path& file) {
+void read_chunks(const fs::path& file, const std::function<void(std::string_view)>& use) {
   const auto refuse = [&](std::string reason) {
     throw InputError(std::vector{Diagnostic{.file = shown(file), .message = std::move(reason)}});
   };
   if (std::string reason = why_unreadable(file); !reason.empty()) refuse(std::move(reason));
   std::ifstream in(file, std::ios::binary);
-  std::string bytes;
   std::vector<char> chunk(std::size_t{1} << 16U);
+  std::size_t size = 0;
   while (in.read(chunk.data(), static_cast<std::streamsize>(chunk.size())) || in.gcount() > 0) {
-    bytes.append(chunk.data(), static_cast<std::size_t>(in.gcount()));
+    const auto count = static_cast<std::size_t>(in.gcount());
+    size += count;
     // A device or a pipe has no size to ask for beforehand.
-    if (bytes.size() > max_file_size) refuse("is larger than " + std::to_string(max_file_size >> 20U) + " MB");
+    if (size > max_file_size) refuse("is larger than " + std::to_string(max_file_size >> 20U) + " MB");
+    use({chunk.data(), count});
   }
   if (in.bad()) refuse("cannot be read: " + last_system_error());
+}
+
+std::string read_bytes(const fs::path& file) {
+  std::string bytes;
+  std::error_code none;
+  if (fs::is_regular_file(file, none))
+    bytes.reserve(std::min(fs::file_size(file, none), std::uintmax_t{max_file_size}));
+  read_chunks(file, [&](std::string_view chunk) { bytes += chunk; });
   return bytes;
 }
 

@@ -1,7 +1,9 @@
 #pragma once
 #include <cstddef>
 #include <filesystem>
+#include <functional>
 #include <string>
+#include <string_view>
 
 namespace gripline {
 
@@ -11,6 +13,10 @@ inline constexpr std::size_t max_file_size = std::size_t{256} << 20U;
 /// Why `file` cannot be read, as the second half of a sentence about it: `no such file; did you mean "ethz.json"?`,
 /// `is a folder, expected a file`. Empty if it can.
 [[nodiscard]] std::string why_unreadable(const std::filesystem::path& file);
+
+/// Gives all bytes of a file to `use`, in order, a piece at a time: for files that need not be in memory at once.
+/// Throws InputError: `name: reason`.
+void read_chunks(const std::filesystem::path& file, const std::function<void(std::string_view)>& use);
 
 /// All bytes of a file. Throws InputError: `name: reason`.
 [[nodiscard]] std::string read_bytes(const std::filesystem::path& file);

@@ -4,28 +4,62 @@
 #include <openssl/evp.h>
 
 #include <array>
+#include <memory>
 #include <stdexcept>
 
 #include "config/files.hpp"
 
 namespace gripline {
+namespace {
+
+/// A SHA-256 of bytes that come in pieces.
+class Sha256 {
+ public:
+  Sha256() {
+    // A user's openssl.cnf may leave out the provider that has SHA-256.
+    static const int ready = OPENSSL_init_crypto(OPENSSL_INIT_NO_LOAD_CONFIG, nullptr);
+    check(ready == 1 && context_ != nullptr && EVP_DigestInit_ex(context_.get(), EVP_sha256(), nullptr) == 1);
+  }
+
+  void add(std::string_view bytes) { check(EVP_DigestUpdate(context_.get(), bytes.data(), bytes.size()) == 1); }
+
+  [[nodiscard]] std::string hex() {
+    std::array<unsigned char, EVP_MAX_MD_SIZE> digest{};
+    unsigned int size = 0;
+    check(EVP_DigestFinal_ex(context_.get(), digest.data(), &size) == 1);
+    constexpr std::string_view digits = "0123456789abcdef";
+    std::string text;
+    for (unsigned int i = 0; i < size; ++i) {
+      text += digits[digest[i] >> 4U];
+      text += digits[digest[i] & 0xfU];
+    }
+    return text;
+  }
+
+ private:
+  struct Free {
+    void operator()(EVP_MD_CTX* context) const { EVP_MD_CTX_free(context); }
+  };
+
+  static void check(bool done) {
+    if (!done) throw std::runtime_error("OpenSSL cannot compute a SHA-256");
+  }
+
+  std::unique_ptr<EVP_MD_CTX, Free> context_{EVP_MD_CTX_new()};
+};
+
+}  // namespace
 
 std::string sha256_hex(std::string_view bytes) {
-  // A user's openssl.cnf may leave out the provider that has SHA-256.
-  static const int ready = OPENSSL_init_crypto(OPENSSL_INIT_NO_LOAD_CONFIG, nullptr);
-  std::array<unsigned char, EVP_MAX_MD_SIZE> digest{};
-  unsigned int size = 0;
-  if (ready != 1 || EVP_Digest(bytes.data(), bytes.size(), digest.data(), &size, EVP_sha256(), nullptr) != 1)
-    throw std::runtime_error("OpenSSL cannot compute a SHA-256");
-  constexpr std::string_view hex = "0123456789abcdef";
-  std::string text;
-  for (unsigned int i = 0; i < size; ++i) {
-    text += hex[digest[i] >> 4U];
-    text += hex[digest[i] & 0xfU];
-  }
-  return text;
+  Sha256 hash;
+  hash.add(bytes);
+  return hash.hex();
 }
 
-std::string sha256_of_file(const std::filesystem::path& file) { return sha256_hex(read_bytes(file)); }
+std::string sha256_of_file(const std::filesystem::path& file) {
+  Sha256 hash;
+  read_chunks(file, [&](std::string_view chunk) { hash.add(chunk); });
+  return hash.hex();
+}
 
 }  // namespace gripline
