@@ -233,6 +233,7 @@ std::vector<std::size_t> listed_values(const sweep::Design& design) {
     for (std::size_t f = 0; f < setting.size(); ++f) values[f].insert(setting[f]);
   }
   std::vector<std::size_t> counts;
+  counts.reserve(values.size());
   for (const std::set<std::string>& of_factor : values) counts.push_back(of_factor.size());
   return counts;
 }

@@ -51,6 +51,7 @@ void TruePlant::rates(std::span<const T> motion, std::span<const ActingCommand<T
   std::vector<CommandSample<T>> samples;
   std::vector<History<T>> history;
   samples.reserve(n);
+  history.reserve(n);
   for (const ActingCommand<T>& u : command) samples.push_back({u.d, u.delta});
   for (const CommandSample<T>& sample : samples) history.push_back({&sample, 1, 0.0, 1.0, 0.0, Hold::zoh});
   for (std::size_t first = 0, end = 0; first < n; first = end) {

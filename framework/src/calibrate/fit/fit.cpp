@@ -199,6 +199,7 @@ FitResult fit(const Forecaster& forecaster, std::vector<FitLog>& logs, std::vect
   errors.weighing.horizon = options.horizon_weight;
   for (std::size_t b = 0; b < baseline_names.size(); ++b) {
     std::vector<std::vector<double>> predicted;
+    predicted.reserve(logs.size());
     for (const FitLog& log : logs)
       predicted.push_back(baseline(static_cast<Baseline>(b), *log.session, log.starts, forecaster.options().wheelbase));
     result.errors.push_back(row_of_predictions(baseline_names[b], logs, predicted));

@@ -128,6 +128,7 @@ struct Tie {
 void join(std::vector<Unknown>& all, std::span<const Tie> ties, std::span<const ParameterPlace> places,
           Errors& errors) {
   std::vector<std::string> leaders;
+  leaders.reserve(all.size());
   for (const Unknown& u : all) leaders.push_back(u.pointer);
   for (const Tie& tie : ties) {
     const auto leader = std::find(leaders.begin(), leaders.end(), tie.leader);

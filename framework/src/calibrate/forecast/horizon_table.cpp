@@ -49,6 +49,7 @@ template <class Sum>
 void set_interval(HorizonError& out, const std::map<long, Sum>& blocks, unsigned seed) {
   constexpr int draws = 400;
   std::vector<Sum> all;
+  all.reserve(blocks.size());
   for (const auto& [when, sum] : blocks) all.push_back(sum);
   std::mt19937 random(seed);
   std::vector<double> drawn;
