@@ -308,29 +308,38 @@ void set_side(Dynamometer& dyno, PlantEnvelope& e) {
   e.bend = middle(bends);
 }
 
+/// Squares of how far turns on the brakes lie from a boundary of exponent p.
+double shape_error(const PlantEnvelope& e, const std::vector<Turn>& turns, double p) {
+  double error = 0;
+  for (const Turn& turn : turns) {
+    const double x = e.rolling.at(turn.v) - e.bend * turn.across * turn.across - turn.along;
+    const double used =
+        std::pow(turn.across / e.side.at(turn.v, 1.0), p) + std::pow(std::max(0.0, x) / e.brake.at(turn.v, 1.0), p);
+    error += std::pow(std::pow(used, 1.0 / p) - 1.0, 2);
+  }
+  return error;
+}
+
 /// The exponent with which turns on the brakes lie nearest to the boundary; a circle's where too few say anything.
 double fitted_shape(const PlantEnvelope& e, const std::vector<Turn>& turns) {
   constexpr std::size_t fewest = 3;
   double best = 2, least = INFINITY;
   if (turns.size() < fewest) return best;
-  for (double p = 1.2; p < 4.0; p += 0.02) {
-    double error = 0;
-    for (const Turn& turn : turns) {
-      const double x = e.rolling.at(turn.v) - e.bend * turn.across * turn.across - turn.along;
-      const double used =
-          std::pow(turn.across / e.side.at(turn.v, 1.0), p) + std::pow(std::max(0.0, x) / e.brake.at(turn.v, 1.0), p);
-      error += std::pow(std::pow(used, 1.0 / p) - 1.0, 2);
-    }
+  double p = 1.2;
+  while (p < 4.0) {
+    const double error = shape_error(e, turns, p);
     if (error < least) least = error, best = p;
+    p += 0.02;
   }
   return best;
 }
 
 /// Mean over the lower half of the speeds of a curve over what the sides of the tyres hold.
 double over_side(const PlantEnvelope& e, const SpeedCurve& curve) {
+  constexpr std::size_t lower = grid / 2;
   double sum = 0;
-  for (std::size_t i = 0; i < grid / 2; ++i) sum += curve.control[i] / e.side.at(speed_of(curve, i), 1.0);
-  return sum / static_cast<double>(grid / 2);
+  for (std::size_t i = 0; i < lower; ++i) sum += curve.control[i] / e.side.at(speed_of(curve, i), 1.0);
+  return sum / static_cast<double>(lower);
 }
 
 PlantEnvelope straights_and_side(Dynamometer& dyno) {

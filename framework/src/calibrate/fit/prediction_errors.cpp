@@ -16,6 +16,23 @@ constexpr std::size_t directions = 8;  // of a Dual8
 /// What a move of one of an unknown's own units does to the parameter.
 double step_of(const Unknown& u, double value) { return u.log ? value : 1.0; }
 
+/// The first row at or after a time; of Speed::own the first from there until `end` that has a speed, where one has.
+std::size_t row_of_start(const Session& s, double wanted, double end, FitLog::Speed speed) {
+  const auto row = static_cast<std::size_t>(std::lower_bound(s.t.begin(), s.t.end(), wanted - 1e-9) - s.t.begin());
+  if (speed != FitLog::Speed::own) return row;
+  std::size_t next = row;
+  while (next < s.rows() && s.t[next] <= end && std::isnan(s.at(next, measured::Channel::vx))) ++next;
+  return next < s.rows() && s.t[next] <= end ? next : row;
+}
+
+/// The last speed that was read at a row or in the half second before it; NaN where none was.
+double speed_lately(const Session& s, std::size_t row) {
+  double v = s.at(row, measured::Channel::vx);
+  for (std::size_t i = row; std::isnan(v) && i > 0 && s.t[row] - s.t[i - 1] < 0.5; --i)
+    v = s.at(i - 1, measured::Channel::vx);
+  return v;
+}
+
 }  // namespace
 
 std::vector<double> readings_at(const Session& s, const Starts& starts) {
@@ -32,20 +49,14 @@ FitLog::FitLog(const Session& s, double grid_step, std::vector<double> horizons,
     : session(&s), commands(s, grid_step) {
   starts.horizons = std::move(horizons);
   const double last = s.t.back() - starts.horizons.back();
-  for (double wanted = s.t.front(); wanted <= last; wanted += every) {
-    auto row = static_cast<std::size_t>(std::lower_bound(s.t.begin(), s.t.end(), wanted - 1e-9) - s.t.begin());
+  double wanted = s.t.front();
+  while (wanted <= last) {
+    const double end = std::min(wanted + every - 1e-9, last);  // where the next start is due, or the last one
+    const std::size_t row = row_of_start(s, wanted, end, speed);
     if (row >= s.rows() || s.t[row] > last) break;
-    if (speed == Speed::own) {
-      const double end = std::min(wanted + every - 1e-9, last);  // where the next start is due, or the last one
-      std::size_t next = row;
-      while (next < s.rows() && s.t[next] <= end && std::isnan(s.at(next, measured::Channel::vx))) ++next;
-      if (next < s.rows() && s.t[next] <= end) row = next;
-    }
-    if (!starts.time.empty() && s.t[row] <= starts.time.back()) continue;
-    double v = s.at(row, measured::Channel::vx);
-    for (std::size_t i = row; std::isnan(v) && i > 0 && s.t[row] - s.t[i - 1] < 0.5; --i)
-      v = s.at(i - 1, measured::Channel::vx);
-    if (std::abs(v) >= slowest) starts.time.push_back(s.t[row]);
+    const bool later = starts.time.empty() || s.t[row] > starts.time.back();
+    if (later && std::abs(speed_lately(s, row)) >= slowest) starts.time.push_back(s.t[row]);
+    wanted += every;
   }
   truth = readings_at(s, starts);
 }

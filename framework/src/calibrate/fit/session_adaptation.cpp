@@ -153,10 +153,12 @@ std::vector<double> predict_session(const Forecaster& forecaster, const FitLog& 
   Adaptation adaptation(forecaster, log, params, moving, weighing);
   const double begin = log.session->t.front(), end = log.session->t.back();
   std::size_t next = 0;
-  for (double time = begin; time <= end; time += chunk) {
+  double time = begin;
+  while (time <= end) {
     adaptation.learn(time);
+    time += chunk;
     Starts starts{{}, log.starts.horizons};
-    for (; next < log.starts.time.size() && log.starts.time[next] < time + chunk; ++next)
+    for (; next < log.starts.time.size() && log.starts.time[next] < time; ++next)
       starts.time.push_back(log.starts.time[next]);
     if (starts.time.empty()) continue;
     forecaster.run<double>(*log.session, log.commands, road ? &*road : nullptr, adaptation.params(), starts, part);

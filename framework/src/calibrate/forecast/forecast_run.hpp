@@ -139,8 +139,11 @@ class Run {
     const double begin = stretches_[block.stretch].begin;
     const double last = static_cast<double>(block.kept.back() + 1) * s_.options.step;
     double least = speed_at(begin + last);
-    for (double t = static_cast<double>(block.begin) * s_.options.step; t < last; t += often)
+    double t = static_cast<double>(block.begin) * s_.options.step;
+    while (t < last) {
       least = std::min(least, speed_at(begin + t));
+      t += often;
+    }
     return std::max(least, s_.options.v_min);
   }
 
