@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "car/instant.hpp"
 #include "world/world.hpp"
 
 namespace gripline {
@@ -53,7 +54,7 @@ void TruePlant::rates(std::span<const T> motion, std::span<const ActingCommand<T
   samples.reserve(n);
   history.reserve(n);
   for (const ActingCommand<T>& u : command) samples.push_back({u.d, u.delta});
-  for (const CommandSample<T>& sample : samples) history.push_back({&sample, 1, 0.0, 1.0, 0.0, Hold::zoh});
+  for (const CommandSample<T>& sample : samples) history.push_back(always(sample, 1.0, Hold::zoh));
   for (std::size_t first = 0, end = 0; first < n; first = end) {
     const double factor = factor_at(at[first].s);
     for (end = first + 1; end < n && factor_at(at[end].s) == factor;) ++end;

@@ -9,6 +9,7 @@
 #include "calibrate/effects/place_effects.hpp"
 #include "calibrate/fit/fit_starts.hpp"
 #include "calibrate/fit/least_squares.hpp"
+#include "car/instant.hpp"
 
 namespace gripline::calibrate {
 namespace {
@@ -34,23 +35,14 @@ Quantities<double> applied(const Effect& effect, std::span<const double> params,
   at.n = 0.1;
   at.lap_fraction = 0.13;
   at.yaw_line = 0.7;
-  const CommandSample<double> idle{q.d, q.delta};
-  History<double> past;
-  past.samples = &idle;
-  past.count = 1;
-  past.dt = 0.01;
-  Points<double> points;
-  points.n = 1;
-  points.q = &q;
-  points.at = &at;
-  points.params = params.data();
-  points.history = &past;
+  InstantPoints instant({q.d, q.delta}, at, params.data());
   if (effect.stage() == Stage::reading) {
-    points.q = nullptr;
-    points.reading = shown;
     if (shown == nullptr) return q;
+    instant.points.reading = shown;
+  } else {
+    instant.points.q = &q;
   }
-  effect.apply(points);
+  effect.apply(instant.points);
   return q;
 }
 

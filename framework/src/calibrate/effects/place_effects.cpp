@@ -4,6 +4,8 @@
 #include <cmath>
 #include <cstring>
 
+#include "car/instant.hpp"
+
 namespace gripline::calibrate {
 namespace {
 
@@ -37,24 +39,15 @@ bool depends_on_place(const Effect& effect, std::span<const double> params) {
   const Quantities<double> before = in_a_bend();
   Quantities<double> first{};
   std::vector<double> memory(m, 0.5), first_rate(m), rate(m);
-  const CommandSample<double> idle{1.0, 0.1};
-  History<double> past;
-  past.samples = &idle;
-  past.count = 1;
-  past.dt = 0.01;
   for (const double f : {0.03, 0.17, 0.31, 0.45, 0.52, 0.68, 0.83, 0.97}) {
     Quantities<double> q = before;
     const Place at = somewhere(f);
-    Points<double> points;
-    points.n = 1;
-    points.q = &q;
-    points.at = &at;
-    points.params = params.data();
-    points.memory = memory.data();
-    points.memory_rate = rate.data();
-    points.memory_stride = m;
-    points.history = &past;
-    effect.apply(points);
+    InstantPoints instant({1.0, 0.1}, at, params.data());
+    instant.points.q = &q;
+    instant.points.memory = memory.data();
+    instant.points.memory_rate = rate.data();
+    instant.points.memory_stride = m;
+    effect.apply(instant.points);
     if (f == 0.03) {
       first = q;
       first_rate = rate;

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "calibrate/effects/effect_trial.hpp"
+#include "car/instant.hpp"
 #include "util/numbers.hpp"
 
 namespace gripline::calibrate {
@@ -11,18 +12,9 @@ namespace {
 
 /// What an effect of Stage::reading with one parameter makes of a reading.
 Reading<double> shown_by(const Effect& effect, double value, Reading<double> reading, const Place& at) {
-  const CommandSample<double> idle{0.2, 0.1};
-  History<double> past;
-  past.samples = &idle;
-  past.count = 1;
-  past.dt = 0.01;
-  Points<double> points;
-  points.n = 1;
-  points.reading = &reading;
-  points.at = &at;
-  points.params = &value;
-  points.history = &past;
-  effect.apply(points);
+  InstantPoints instant({0.2, 0.1}, at, &value);
+  instant.points.reading = &reading;
+  effect.apply(instant.points);
   return reading;
 }
 

@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 
+#include "car/instant.hpp"
+
 namespace gripline::calibrate {
 namespace {
 
@@ -13,9 +15,6 @@ class OneInstant {
   OneInstant(const OneInstant&) = delete;  // it points into itself
   OneInstant(const StagedCar& car, std::span<const double> params)
       : car_(car), memory_(static_cast<std::size_t>(car.memory())), memory_rate_(memory_.size()) {
-    past_.samples = &given_;
-    past_.count = 1;
-    past_.dt = 0.01;
     batch_.n = 1;
     batch_.motion = motion_.data();
     batch_.command = &command_;
@@ -48,7 +47,7 @@ class OneInstant {
   std::array<double, motion_size> motion_{}, rate_{};
   ActingCommand<double> command_{};
   CommandSample<double> given_{};
-  History<double> past_;
+  History<double> past_ = always(given_);
   Place at_;
   std::vector<double> memory_, memory_rate_;
   CarBatch<double> batch_;

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "calibrate/forecast/forecast_run.hpp"
+#include "car/instant.hpp"
 
 namespace gripline::calibrate {
 namespace {
@@ -29,11 +30,7 @@ forecast::Stiffness stiffness_of(const StagedCar& car, const double* params, con
   const std::vector<ActingCommand<double>> command(n);
   const std::vector<Place> at(n);
   const CommandSample<double> idle{};
-  History<double> past;
-  past.samples = &idle;
-  past.count = 1;
-  past.dt = 0.01;
-  const std::vector<History<double>> history(n, past);
+  const std::vector<History<double>> history(n, always(idle));
   CarBatch<double> batch;
   batch.n = n;
   batch.motion = x.data();
