@@ -8,27 +8,11 @@
 
 namespace gripline::calibrate {
 
-/// q.ax += b,  b' = -b / tau
-class ForceDisturbance final : public AutoDiffEffect<ForceDisturbance> {
- public:
-  template <class T>
-  struct Params {
-    T tau = T(2);
-  };
-  static constexpr auto parameters() {
-    return std::tuple{param("tau", &Params<double>::tau, "s", {0.05, 60}, "time constant of the decay").fit(2, 2, 1)};
-  }
-  Stage stage() const noexcept override { return Stage::body; }
-  int memory() const noexcept override { return 1; }
-  template <class T>
-  void act(Point<T>& p, const Params<T>& k) const {
-    p.memory_rate[0] = -p.memory[0] / k.tau;
-    p.q.ax += p.memory[0];
-  }
-};
+/// q.ax += b (at Stage::body) or q.delta += b (at Stage::command),  b' = -b / tau
+template <Stage acts_at>
+class Disturbance final : public AutoDiffEffect<Disturbance<acts_at>> {
+  static_assert(acts_at == Stage::body || acts_at == Stage::command);
 
-/// q.delta += b,  b' = -b / tau
-class SteerDisturbance final : public AutoDiffEffect<SteerDisturbance> {
  public:
   template <class T>
   struct Params {
@@ -37,14 +21,16 @@ class SteerDisturbance final : public AutoDiffEffect<SteerDisturbance> {
   static constexpr auto parameters() {
     return std::tuple{param("tau", &Params<double>::tau, "s", {0.05, 60}, "time constant of the decay").fit(2, 2, 1)};
   }
-  Stage stage() const noexcept override { return Stage::command; }
+  Stage stage() const noexcept override { return acts_at; }
   int memory() const noexcept override { return 1; }
   template <class T>
   void act(Point<T>& p, const Params<T>& k) const {
     p.memory_rate[0] = -p.memory[0] / k.tau;
-    p.q.delta += p.memory[0];
+    (acts_at == Stage::body ? p.q.ax : p.q.delta) += p.memory[0];
   }
 };
+using ForceDisturbance = Disturbance<Stage::body>;
+using SteerDisturbance = Disturbance<Stage::command>;
 
 /// Readings of units at the points and in the axes that a map states: place, heading, velocity.
 class StatedFrames final : public AutoDiffReading<StatedFrames> {
