@@ -133,7 +133,7 @@ struct IntervalProgram::Parts {
 };
 
 IntervalProgram::IntervalProgram(const LapProblem& problem)
-    : p_(problem), slip_bound_slow_car_(problem.slip_bound), scale_(problem.typical_sizes()) {
+    : p_(problem), slip_bound_slow_car_(problem.use.slip_bound), scale_(problem.typical_sizes()) {
   set_car(p_.tyres, {});
 }
 
@@ -143,9 +143,9 @@ void IntervalProgram::set_car(const AxleTyres& tyres, const SpecificResistance& 
   const auto bound = [&](const MagicFormula& tyre) {
     const double slow_car = shares_friction() ? std::min(slip_bound_slow_car_, peak_slip(tyre)) : slip_bound_slow_car_;
     return SlipBound{.when_slow = slow_car,
-                     .when_fast = p_.slip_bound,
-                     .slow_until = p_.full_slip_until_speed,
-                     .fast_from = p_.small_slip_from_speed};
+                     .when_fast = p_.use.slip_bound,
+                     .slow_until = p_.use.full_slip_until_speed,
+                     .fast_from = p_.use.small_slip_from_speed};
   };
   slip_front_ = bound(tyres.front);
   slip_rear_ = bound(tyres.rear);
@@ -319,7 +319,7 @@ void IntervalProgram::differentiate_rows(std::size_t i, const double (&z)[V], co
     hessian.add_hessian_of_square(per * w[curved(row)], slip);
   };
   const double lf = p_.car.lf, lr = p_.car.lr;
-  if (p_.sharing.ratio > 0) {
+  if (p_.use.sharing.ratio > 0) {
     both_ways(front_most, parts.slip_front, lf, slip_front_, parts.hessian_front);
     both_ways(rear_most, parts.slip_rear, -lr, slip_rear_, parts.hessian_rear);
     differentiate_sharing(i, z, w, parts, out);
@@ -327,7 +327,7 @@ void IntervalProgram::differentiate_rows(std::size_t i, const double (&z)[V], co
   }
   one_way(front_most, 1.0, parts.slip_front, lf, slip_front_, parts.hessian_front);
   one_way(front_least, -1.0, parts.slip_front, lf, slip_front_, parts.hessian_front);
-  if (p_.combined > 0) {
+  if (p_.use.combined > 0) {
     both_ways(rear_most, parts.slip_rear, -lr, slip_rear_, parts.hessian_rear);
     differentiate_circle(z, w, parts, out);
   } else {
@@ -340,7 +340,7 @@ void IntervalProgram::differentiate_rows(std::size_t i, const double (&z)[V], co
 void IntervalProgram::differentiate_circle(const double (&z)[V], const std::array<double, curved_rows>& w, Parts& parts,
                                            IntervalDerivatives& out) const {
   const double most = p_.tyres.front.D + p_.tyres.rear.D, per = 1.0 / (most * most), weight = w[curved(rear_least)];
-  const double along = p_.combined * z[lap_a], across = parts.front.f + parts.rear.f;
+  const double along = p_.use.combined * z[lap_a], across = parts.front.f + parts.rear.f;
   Gradient across_by = by_z(1.0, parts.front, p_.car.lf);
   const Gradient rear_by = by_z(1.0, parts.rear, -p_.car.lr);
   for (std::size_t m = 0; m < across_by.size(); ++m) across_by[m] += rear_by[m];
@@ -349,11 +349,11 @@ void IntervalProgram::differentiate_circle(const double (&z)[V], const std::arra
   out.row[curved(rear_least)] = per * (along * along + across * across) - load.f * load.f;
   for (std::size_t m = 0; m < by.size(); ++m) by[m] = 2.0 * per * across * across_by[m];
   by[lap_vx] -= 2.0 * load.f * load.slope;
-  by[lap_a] += 2.0 * per * p_.combined * along;
+  by[lap_a] += 2.0 * per * p_.use.combined * along;
   Hessian h{out.lagrangian_by};
   h.add_products(weight * per, across_by, across_by);
   h.at(lap_vx, lap_vx) -= 2.0 * weight * (load.slope * load.slope + load.f * load.curvature);
-  h.at(lap_a, lap_a) += 2.0 * weight * per * p_.combined * p_.combined;
+  h.at(lap_a, lap_a) += 2.0 * weight * per * p_.use.combined * p_.use.combined;
   parts.hessian_front.add_hessian_of(2.0 * weight * per * across, parts.front);
   parts.hessian_rear.add_hessian_of(2.0 * weight * per * across, parts.rear);
 }
@@ -362,7 +362,7 @@ void IntervalProgram::differentiate_circle(const double (&z)[V], const std::arra
 void IntervalProgram::differentiate_sharing(std::size_t i, const double (&z)[V],
                                             const std::array<double, curved_rows>& w, Parts& parts,
                                             IntervalDerivatives& out) const {
-  const AxleSharing& own = p_.sharing;
+  const AxleSharing& own = p_.use.sharing;
   const double a = z[lap_a], mean = 0.5 * (own.drive_front + own.brake_front);
   const double rise = (own.drive_front - own.brake_front) / std::numbers::pi, per = 1.0 / from_brake_to_drive;
   const double fall = 1.0 / (1.0 + per * per * a * a);

@@ -102,7 +102,7 @@ class IntervalProgram {
   double slip_bound_slow_car() const { return slip_bound_slow_car_; }
   double largest_slip() const { return std::max(slip_front_.when_slow, slip_rear_.when_slow); }
   /// Whether side forces and drive or brakes share friction: constraints are then curved along a step.
-  bool shares_friction() const { return p_.combined > 0 || p_.sharing.ratio > 0; }
+  bool shares_friction() const { return p_.use.combined > 0 || p_.use.sharing.ratio > 0; }
   const LapProblem& problem() const { return p_; }
   /// Typical sizes of the variables.
   const std::array<double, lap_variables>& scales() const { return scale_; }
@@ -178,7 +178,7 @@ T IntervalProgram::cost(std::size_t i, const T (&z)[lap_variables], const LapRat
 template <class T, class Put>
 void IntervalProgram::share_friction(double grip, const T& a, const LapRates<T>& r, const Put& put) const {
   using std::atan;
-  const AxleSharing& own = p_.sharing;
+  const AxleSharing& own = p_.use.sharing;
   const double mean = 0.5 * (own.drive_front + own.brake_front), rise = own.drive_front - own.brake_front;
   const T front = mean + (rise / std::numbers::pi) * atan(a * (1.0 / from_brake_to_drive));
   const auto axle = [&](int row, const T& force, const T& share, double load, double D) {
@@ -201,7 +201,7 @@ void IntervalProgram::curved_rows_of(std::size_t i, const T (&z)[lap_variables],
     const T relative = slip * (1.0 / bound.when_slow), share = apply(bound, v) * (1.0 / bound.when_slow);
     put(row, relative * relative - share * share);
   };
-  if (p_.sharing.ratio > 0) {
+  if (p_.use.sharing.ratio > 0) {
     both_ways(front_most, r.slip_front, slip_front_);
     both_ways(rear_most, r.slip_rear, slip_rear_);
     share_friction(p_.places[i].grip, z[lap_a], r, put);
@@ -209,10 +209,10 @@ void IntervalProgram::curved_rows_of(std::size_t i, const T (&z)[lap_variables],
   }
   put(front_most, r.slip_front - apply(slip_front_, v));
   put(front_least, -1.0 * r.slip_front - apply(slip_front_, v));
-  if (p_.combined > 0) {
+  if (p_.use.combined > 0) {
     both_ways(rear_most, r.slip_rear, slip_rear_);
     const double most = p_.tyres.front.D + p_.tyres.rear.D;
-    const T along = (p_.combined / most) * z[lap_a], across = (r.front + r.rear) * (1.0 / most);
+    const T along = (p_.use.combined / most) * z[lap_a], across = (r.front + r.rear) * (1.0 / most);
     put(rear_least, along * along + across * across - r.load * r.load);
   } else {
     put(rear_most, r.slip_rear - apply(slip_rear_, v));

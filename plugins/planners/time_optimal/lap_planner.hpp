@@ -39,7 +39,7 @@ class LapPlanner : public SpeedPlanner {
     double reach = 0.4;         // see JoinPath
     bool at_own_speed = false;  // see LapReferences
     AxleSharing sharing{};
-    double full_slip_until_speed = 0, small_slip_from_speed = 0;  // see LapProblem [m/s]
+    double full_slip_until_speed = 0, small_slip_from_speed = 0;  // see TyreUse [m/s]
   };
   LapPlanner(const PluginContext& context, const LapParams& params, const Manner& manner)
       : k_(params),
@@ -113,11 +113,11 @@ class LapPlanner : public SpeedPlanner {
     return {.margin = k.margin * car.width,
             .spacing = k.spacing,
             .brakes = k.brakes,
-            .combined = k.combined,
-            .slip_bound = k.slip_bound,
-            .sharing = manner.sharing,
-            .full_slip_until_speed = manner.full_slip_until_speed,
-            .small_slip_from_speed = manner.small_slip_from_speed};
+            .use = {.combined = k.combined,
+                    .slip_bound = k.slip_bound,
+                    .sharing = manner.sharing,
+                    .full_slip_until_speed = manner.full_slip_until_speed,
+                    .small_slip_from_speed = manner.small_slip_from_speed}};
   }
   /// What is believed and planned for from now on.
   void believe(const Observation& now, const Belief& belief, const TyreCurve* learned) {

@@ -78,7 +78,7 @@ LapSetup::LapSetup(const PluginContext& context, const SetupOptions& options, co
       base_(compute_base(context, options.margin)),
       corner_(context.car, typical.tyres, limits_.top_speed()),
       curves_(tabulate(limits_, options.brakes)) {
-  options_.sharing = with_loads(options.sharing, context);
+  options_.use.sharing = with_loads(options.use.sharing, context);
   nodes_ = place_nodes(base_, profile(typical.tyres), *context.course, options.margin,
                        node_count(base_.length(), options.spacing, car_.lf + car_.lr));
   const std::vector<double>& s = nodes_.s;
@@ -120,11 +120,7 @@ LapProblem LapSetup::problem(const CarBelief& belief) const {
           .tyres = belief.tyres,
           .drive = curves,
           .top_speed = limits_.top_speed(),
-          .combined = options_.combined,
-          .slip_bound = options_.slip_bound,
-          .sharing = options_.sharing,
-          .full_slip_until_speed = options_.full_slip_until_speed,
-          .small_slip_from_speed = options_.small_slip_from_speed,
+          .use = options_.use,
           .places = nodes_.places,
           .ds = nodes_.ds,
           .n_lo = nodes_.n_lo,
@@ -164,8 +160,8 @@ std::vector<double> LapSetup::fingerprint() const {
                           c.ddelta_max,
                           limits_.top_speed(),
                           options_.margin,
-                          options_.combined,
-                          options_.slip_bound};
+                          options_.use.combined,
+                          options_.use.slip_bound};
   const auto add = [&](std::span<const double> values) { all.insert(all.end(), values.begin(), values.end()); };
   for (const CubicSpline* curve : {&curves_.coast, &curves_.drive, &curves_.brake}) add(curve->values());
   add(nodes_.s);

@@ -14,11 +14,7 @@ struct SetupOptions {
   double margin = 0;   // kept by the centre of gravity from both edges [m]
   double spacing = 0;  // mean distance of the nodes [m]
   double brakes = 1;   // share of them that is planned with
-  // See LapProblem. The loads of `sharing` are those of the nominal model.
-  double combined = 0;
-  double slip_bound = 0.6;  // [rad]
-  AxleSharing sharing{};
-  double full_slip_until_speed = 0, small_slip_from_speed = 0;  // [m/s]
+  TyreUse use;         // the loads of its `sharing` are those of the nominal model
 };
 
 class LapSetup {

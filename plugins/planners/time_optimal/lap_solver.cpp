@@ -37,7 +37,7 @@ class LapNlp final : public Ipopt::TNLP {
   bool get_nlp_info(Index& n, Index& m, Index& nnz_jac, Index& nnz_h, IndexStyleEnum& style) override {
     n = V * n_;
     m = rows() * n_;
-    nnz_jac = n_ * (S * (2 * S + 2) + 8 + 4 * S + (p_.combined > 0 ? 2 * S + 1 : 0));
+    nnz_jac = n_ * (S * (2 * S + 2) + 8 + 4 * S + (p_.use.combined > 0 ? 2 * S + 1 : 0));
     nnz_h = n_ * hessian_entries;
     style = C_STYLE;
     return true;
@@ -60,11 +60,11 @@ class LapNlp final : public Ipopt::TNLP {
       high[S] = 0.0;
       low[S + 1] = 0.0;  // a + brake(v) >= 0
       high[S + 1] = unbounded;
-      low[S + 2] = low[S + 3] = -p_.slip_bound;
-      high[S + 2] = high[S + 3] = p_.slip_bound;
+      low[S + 2] = low[S + 3] = -p_.use.slip_bound;
+      high[S + 2] = high[S + 3] = p_.use.slip_bound;
       low[S + 4] = p_.mid_lo[i] / scales_[lap_n];
       high[S + 4] = p_.mid_hi[i] / scales_[lap_n];
-      if (p_.combined > 0) {
+      if (p_.use.combined > 0) {
         low[S + 5] = -unbounded;
         high[S + 5] = 1.0;
       }
@@ -123,7 +123,7 @@ class LapNlp final : public Ipopt::TNLP {
       row[S + 2] = r.slip_front;
       row[S + 3] = r.slip_rear;
       row[S + 4] = 0.5 * (x[V * k + lap_n] + x[V * next(k) + lap_n]);
-      if (p_.combined > 0) row[S + 5] = circle(z, r);
+      if (p_.use.combined > 0) row[S + 5] = circle(z, r);
     }
     return true;
   }
@@ -204,7 +204,7 @@ class LapNlp final : public Ipopt::TNLP {
  private:
   static constexpr Index hessian_entries = 2 * (S * (S + 1) / 2) + S * S + 2 * 2 * S + 3;
 
-  Index rows() const { return S + 5 + (p_.combined > 0 ? 1 : 0); }
+  Index rows() const { return S + 5 + (p_.use.combined > 0 ? 1 : 0); }
   Index next(Index k) const { return k + 1 < n_ ? k + 1 : 0; }
   double scale(int j) const { return scales_[static_cast<std::size_t>(j)]; }
   double step(Index k, int j) const { return p_.ds[static_cast<std::size_t>(k)] / scale(j); }
@@ -227,7 +227,7 @@ class LapNlp final : public Ipopt::TNLP {
   template <class T>
   T circle(const T (&z)[V], const LapRates<T>& r) const {
     const double most = p_.tyres.front.D + p_.tyres.rear.D;
-    const T along = (p_.combined / most) * z[lap_a], across = (r.front + r.rear) * (1.0 / most);
+    const T along = (p_.use.combined / most) * z[lap_a], across = (r.front + r.rear) * (1.0 / most);
     return along * along + across * across + (1.0 - r.load * r.load);
   }
 
@@ -264,7 +264,7 @@ class LapNlp final : public Ipopt::TNLP {
     states(row + 3, r.slip_rear);
     put(row + 4, V * k + lap_n, 0.5);
     put(row + 4, V * next(k) + lap_n, 0.5);
-    if (!(p_.combined > 0)) return;
+    if (!(p_.use.combined > 0)) return;
     const Dual8 c = circle(z, r);
     states(row + 5, c);
     put(row + 5, V * k + lap_a, c.d[lap_a] * scales_[lap_a]);
@@ -281,7 +281,7 @@ class LapNlp final : public Ipopt::TNLP {
     l += (lambda[S + 1] * share) * apply(p_.drive.brake, z[lap_vx]);
     l += lambda[S + 2] * r.slip_front;
     l += lambda[S + 3] * r.slip_rear;
-    if (p_.combined > 0) l += lambda[S + 5] * circle(z, r);
+    if (p_.use.combined > 0) l += lambda[S + 5] * circle(z, r);
     return l;
   }
 
@@ -302,7 +302,7 @@ std::array<double, lap_variables> LapProblem::typical_sizes() const {
 }
 
 LapSolution solve_lap(const LapProblem& problem, const LapSolution& guess, int max_iterations) {
-  if (problem.sharing.ratio > 0 || problem.small_slip_from_speed > 0)
+  if (problem.use.sharing.ratio > 0 || problem.use.small_slip_from_speed > 0)
     throw std::invalid_argument(
         "solve_lap() has no friction that each axle shares and no slips bounded by speed; expected a ratio of sharing "
         "and a small_slip_from_speed of 0, or a WindowSolver");

@@ -35,19 +35,24 @@ struct AxleSharing {
   double load_front = 0, load_rear = 0;         // change of the relative load with a [s2/m]
 };
 
+/// How far a lap may use the tyres.
+struct TyreUse {
+  double combined = 0;      // > 0: (combined a)^2 + (Ff + Fr)^2 <= (N (Df + Dr))^2
+  double slip_bound = 0.6;  // of both axles: beyond it a tyre is a brake, and the plan a drift [rad]
+  // For window_solver.hpp only; solve_lap() refuses a problem where the ratio of `sharing` or small_slip_from_speed is
+  // above 0.
+  AxleSharing sharing{};             // in the place of `combined` where its ratio is above 0
+  double full_slip_until_speed = 0;  // up to it IntervalProgram::set_slip_bound_slow_car() bounds slips [m/s]
+  double small_slip_from_speed = 0;  // from it on slip_bound does, between them both in part; 0: from none on [m/s]
+};
+
 /// Interval k leads from node k to node k + 1, the last back to node 0.
 struct LapProblem {
   Car car;
   AxleTyres tyres;
   DriveCurves drive;
-  double top_speed = 0;     // [m/s]
-  double combined = 0;      // > 0: (combined a)^2 + (Ff + Fr)^2 <= (N (Df + Dr))^2
-  double slip_bound = 0.6;  // of both axles: beyond it a tyre is a brake, and the plan a drift [rad]
-  // For window_solver.hpp only; solve_lap() refuses a problem where the ratio of `sharing` or small_slip_from_speed is
-  // above 0.
-  AxleSharing sharing{};               // in the place of `combined` where its ratio is above 0
-  double full_slip_until_speed = 0;    // up to it IntervalProgram::set_slip_bound_slow_car() bounds slips [m/s]
-  double small_slip_from_speed = 0;    // from it on slip_bound does, between them both in part; 0: from none on [m/s]
+  double top_speed = 0;  // [m/s]
+  TyreUse use;
   double smoothness = 1e-4;            // the weight w
   std::vector<LapPlace> places;        // of the intervals
   std::vector<double> ds;              // their lengths [m]

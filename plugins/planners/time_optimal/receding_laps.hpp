@@ -48,7 +48,7 @@ class RecedingLaps {
   /// over that friction. Changes the nodes of `plan` from changed_first() on. `astray`: the car, if it has left its
   /// plan; it is beside that station then.
   void step(const CarBelief& car, double spread, double station, LapPlan& plan, const State* astray = nullptr);
-  /// Plans slips of a slow car (LapProblem) up to this angle from the next step on [rad]; no less than the setup's.
+  /// Plans slips of a slow car (TyreUse) up to this angle from the next step on [rad]; no less than the setup's.
   void set_slip_bound_slow_car(double slip);
   std::size_t changed_first() const { return window_.first(); }
   std::size_t changed_count() const { return changed_; }

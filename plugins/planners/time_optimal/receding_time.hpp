@@ -21,7 +21,7 @@ class RecedingTime final : public LapPlanner {
     double ahead = 6.0, follow = 0.15;
     double ellipse = 0.0, drive_front = 0.5, brake_front = 0.5;
     double slip_bound_slow_car = 0.0;                                 // [rad]; slip_bound where that is larger
-    double full_slip_until_speed = 0.0, small_slip_from_speed = 0.0;  // see LapProblem [m/s]
+    double full_slip_until_speed = 0.0, small_slip_from_speed = 0.0;  // see TyreUse [m/s]
     int nodes = 200, iterations = 2;
     bool places = false, from_car_state = false;
   };

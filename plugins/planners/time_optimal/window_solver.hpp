@@ -51,7 +51,7 @@ class WindowSolver {
   void set_car(const AxleTyres& tyres, const SpecificResistance& more);
   /// Friction of the interval that begins at a node, over that of set_car().
   void set_grip(std::size_t node, double grip);
-  /// Plans slips of a slow car (LapProblem) up to this angle from the next set_car() on [rad].
+  /// Plans slips of a slow car (TyreUse) up to this angle from the next set_car() on [rad].
   void set_slip_bound_slow_car(double slip) { program_.set_slip_bound_slow_car(slip); }
   double slip_bound_slow_car() const { return program_.slip_bound_slow_car(); }
   /// The largest slip angle that is planned [rad]: the problem's, and where side forces and drive share friction none

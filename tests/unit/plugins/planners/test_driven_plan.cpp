@@ -30,7 +30,8 @@ class DrivenPlanTest : public ::testing::Test, protected PlannerRig {
   static constexpr double aside = 0.01, mu = 0.8;
   const CarBelief typical_{planning::equal_friction(mu, car_, 4.0, 1.3), {}};
   PluginContext context_ = context_on(mobil_);
-  LapSetup setup_{context_, SetupOptions{.margin = 0.4 * car_.width, .spacing = 0.1, .slip_bound = 0.7}, typical_};
+  LapSetup setup_{context_, SetupOptions{.margin = 0.4 * car_.width, .spacing = 0.1, .use = {.slip_bound = 0.7}},
+                  typical_};
   KeptLap kept_{setup_, typical_.tyres};
   LapWindow window_{setup_, 60, 2.0};
   DrivenPlan driven_{setup_, mu};

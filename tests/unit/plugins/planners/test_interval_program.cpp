@@ -29,7 +29,7 @@ LapProblem one_interval(const LapPlace& place) {
                     CubicSpline(0, 4, std::vector<double>{7, 5.5, 4, 2.5, 1.6}),
                     CubicSpline(0, 4, std::vector<double>{1, 1.5, 1.8, 1.9, 2})},
           .top_speed = 4.0,
-          .slip_bound = 0.5,
+          .use = {.slip_bound = 0.5},
           .smoothness = 0.1,
           .places = {place},
           .ds = {0.06},
@@ -97,10 +97,10 @@ TEST_P(IntervalProgramTest, DifferentiatesAsItsTemplatesDo) {
                                 LapPlace{.kappa = 0.4, .curve = -0.5, .grip = 0.7},
                                 LapPlace{.kappa = 0.4, .grade = -0.1, .bank = 0.2, .curve = 0.8, .grip = 0.9}}) {
     LapProblem problem = one_interval(place);
-    problem.combined = GetParam().combined;
-    problem.sharing = {GetParam().ellipse, 0.4, 0.62, 0.02, -0.015};
-    problem.full_slip_until_speed = 1.0;
-    problem.small_slip_from_speed = GetParam().small_slip_from_speed;
+    problem.use.combined = GetParam().combined;
+    problem.use.sharing = {GetParam().ellipse, 0.4, 0.62, 0.02, -0.015};
+    problem.use.full_slip_until_speed = 1.0;
+    problem.use.small_slip_from_speed = GetParam().small_slip_from_speed;
     IntervalProgram program(problem);
     program.set_slip_bound_slow_car(1.1);
     AxleTyres tyres = problem.tyres;
@@ -136,8 +136,8 @@ TEST(IntervalProgram, TheTableOfLinearRowsHasTheirSlopes) {
 /// Where a crest takes nearly all of the load, it stays at its least and does not change with speed.
 TEST_P(IntervalProgramTest, KeepsTheLeastLoadOverACrest) {
   LapProblem problem = one_interval({.kappa = 0.4, .curve = -30.0});
-  problem.combined = GetParam().combined;
-  problem.sharing = {GetParam().ellipse, 0.4, 0.62, 0.02, -0.015};
+  problem.use.combined = GetParam().combined;
+  problem.use.sharing = {GetParam().ellipse, 0.4, 0.62, 0.02, -0.015};
   const IntervalProgram program(problem);
   std::mt19937 draw(7);
   for (int i = 0; i < 20 && !HasFailure(); ++i) expect_same_derivatives(program, draw);
@@ -168,10 +168,10 @@ TEST(IntervalProgram, BoundsSlipsOfFastCarsMore) {
 
 TEST(IntervalProgram, PlansNoSlipBeyondATyresPeakWhereFrictionIsShared) {
   LapProblem problem = one_interval({});
-  problem.slip_bound = 1.4;
+  problem.use.slip_bound = 1.4;
   problem.tyres.rear = problem.tyres.front;
   EXPECT_DOUBLE_EQ(IntervalProgram(problem).largest_slip(), 1.4);
-  problem.combined = 0.9;
+  problem.use.combined = 0.9;
   const double peak = IntervalProgram(problem).largest_slip();
   EXPECT_LT(peak, 1.4);
   const auto force = [&](double slip) { return problem.tyres.front.force(slip); };

@@ -18,7 +18,8 @@ class KeptLapTest : public ::testing::Test, protected PlannerRig {
  protected:
   const CarBelief typical_{planning::equal_friction(0.8, car_, 4.0, 1.3), {}};
   PluginContext context_ = context_on(mobil_);
-  LapSetup setup_{context_, SetupOptions{.margin = 0.4 * car_.width, .spacing = 0.1, .slip_bound = 0.7}, typical_};
+  LapSetup setup_{context_, SetupOptions{.margin = 0.4 * car_.width, .spacing = 0.1, .use = {.slip_bound = 0.7}},
+                  typical_};
   KeptLap kept_{setup_, typical_.tyres};
   static constexpr std::size_t node = 11;
   const KeptLap::States solved_ = kept_.at(node);

@@ -42,7 +42,7 @@ class LapSetupTest : public ::testing::Test, protected PlannerRig {
 
   PluginContext context_ = context_on(mobil_);
   LapSetup setup_{
-      context_, SetupOptions{.margin = 0.4 * car_.width, .spacing = 0.1, .slip_bound = 0.7}, {tyres(0.8), {}}};
+      context_, SetupOptions{.margin = 0.4 * car_.width, .spacing = 0.1, .use = {.slip_bound = 0.7}}, {tyres(0.8), {}}};
   planning::DriveLimits limits_{model_.prediction(), car_, 0.0, 0.0};
 };
 
@@ -59,7 +59,7 @@ TEST_F(LapSetupTest, TheTypicalTyresTablesServeEveryFriction) {
 }
 
 TEST_F(LapSetupTest, AShareOfTheBrakesIsPlannedWith) {
-  SetupOptions options{.margin = 0.4 * car_.width, .spacing = 0.1, .slip_bound = 0.7};
+  SetupOptions options{.margin = 0.4 * car_.width, .spacing = 0.1, .use = {.slip_bound = 0.7}};
   options.brakes = 0.8;
   const LapProblem whole = setup_.problem({tyres(0.8), {}}),
                    part = LapSetup(context_, options, {tyres(0.8), {}}).problem({tyres(0.8), {}});

@@ -32,7 +32,8 @@ class LapWindowTest : public ::testing::Test, protected PlannerRig {
   static constexpr double ahead = 4.0;
   const CarBelief typical_{planning::equal_friction(0.8, car_, 4.0, 1.3), {}};
   PluginContext context_ = context_on(mobil_);
-  LapSetup setup_{context_, SetupOptions{.margin = 0.4 * car_.width, .spacing = 0.1, .slip_bound = 0.7}, typical_};
+  LapSetup setup_{context_, SetupOptions{.margin = 0.4 * car_.width, .spacing = 0.1, .use = {.slip_bound = 0.7}},
+                  typical_};
   std::vector<WindowNode> lap_;
   LapWindow window_{setup_, size() - 2, ahead};
 };

@@ -32,7 +32,8 @@ class RecedingLapsTest : public ::testing::Test, protected PlannerRig {
   }
   void SetUp() override {
     setup_ = std::make_unique<LapSetup>(
-        context_on(mobil_), SetupOptions{.margin = 0.4 * car_.width, .spacing = 0.1, .slip_bound = 0.7}, believed(0.8));
+        context_on(mobil_), SetupOptions{.margin = 0.4 * car_.width, .spacing = 0.1, .use = {.slip_bound = 0.7}},
+        believed(0.8));
     laps_ = std::make_unique<RecedingLaps>(*setup_, believed(0.8), RecedingOptions{});
     plan_ = laps_->whole_plan();
   }
@@ -77,8 +78,8 @@ TEST_F(RecedingLapsTest, KnowsTheCurvatureOfTheRoadsSurface) {
                                  .bank = bank,
                                  .start = Pose{0.0, 0.0, 0.0},
                                  .points = std::nullopt});
-    return LapSetup(context_on(track), SetupOptions{.margin = 0.4 * car_.width, .spacing = 0.1, .slip_bound = 0.7},
-                    believed(0.8))
+    return LapSetup(context_on(track),
+                    SetupOptions{.margin = 0.4 * car_.width, .spacing = 0.1, .use = {.slip_bound = 0.7}}, believed(0.8))
         .nodes();
   };
   const LapNodes banked = places_on(0.0, 0.1);
@@ -102,7 +103,7 @@ TEST_F(RecedingLapsTest, KnowsTheCurvatureOfTheRoadsSurface) {
 
 // A window that is nearly the lap may keep a part that is driven backwards (history.md, "Windows that are nearly the lap").
 TEST_F(RecedingLapsTest, ALongWindowIsAtMostHalfOfTheLap) {
-  const SetupOptions fine{.margin = 0.4 * car_.width, .spacing = 0.045, .slip_bound = 0.7};
+  const SetupOptions fine{.margin = 0.4 * car_.width, .spacing = 0.045, .use = {.slip_bound = 0.7}};
   const LapSetup setup(context_on(mobil_), fine, believed(0.8));
   const std::size_t nodes = setup.nodes().s.size();
   ASSERT_GT(nodes, 220U);

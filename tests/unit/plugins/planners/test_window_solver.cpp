@@ -36,7 +36,7 @@ LapProblem swinging_road(double mu) {
                          CubicSpline(0, 4, std::vector<double>{7, 5.5, 4, 2.5, 1.6}),
                          CubicSpline(0, 4, std::vector<double>{1, 1.5, 1.8, 1.9, 2})},
                .top_speed = 4.0,
-               .slip_bound = 0.7,
+               .use = {.slip_bound = 0.7},
                .places = {},
                .ds = std::vector<double>(nodes, 12.0 / nodes),
                .n_lo = std::vector<double>(nodes, -0.15),
@@ -84,8 +84,8 @@ class WindowSolverTest : public ::testing::Test {
 // What only windows are solved for would else be left out silently.
 TEST(SolveLap, RefusesWhatOnlyAWindowIsSolvedFor) {
   LapProblem shares = swinging_road(0.8), bounds = swinging_road(0.8);
-  shares.sharing.ratio = 1.1;
-  bounds.small_slip_from_speed = 3.0;
+  shares.use.sharing.ratio = 1.1;
+  bounds.use.small_slip_from_speed = 3.0;
   for (const LapProblem* problem : {&shares, &bounds})
     EXPECT_THROW(solve_lap(*problem, guess_for(*problem), 1), std::invalid_argument);
   EXPECT_NO_THROW(solve_lap(swinging_road(0.8), guess_for(shares), 1));
@@ -181,7 +181,7 @@ LapProblem full_size_road(bool mirrored) {
              CubicSpline(0, 50, std::vector<double>{7, 6, 5, 4, 3}),
              CubicSpline(0, 50, std::vector<double>{7, 7, 7, 7, 7})};
   p.top_speed = 50.0;
-  p.combined = 1.0;
+  p.use.combined = 1.0;
   for (std::size_t k = 0; k < nodes; ++k) {
     p.places[k].kappa *= (mirrored ? -1.0 : 1.0) / size;
     p.ds[k] *= size;
@@ -253,7 +253,8 @@ TEST_F(FullSizeWindowSolverTest, PlansNoSlipBeyondThePeakOfATyreInTurnsOfEitherS
 
 TEST_F(FullSizeWindowSolverTest, EachAxleSharesTheFrictionOfItsLoad) {
   LapProblem problem = full_size_road(false);
-  problem.sharing = {.ratio = 1.1, .drive_front = 0.4, .brake_front = 0.62, .load_front = -0.018, .load_rear = 0.017};
+  problem.use.sharing = {
+      .ratio = 1.1, .drive_front = 0.4, .brake_front = 0.62, .load_front = -0.018, .load_rear = 0.017};
   const std::vector<WindowNode> lap = solved(problem);
   EXPECT_LT(last_.near_defect, 2e-3);
   double used[2] = {0, 0};
@@ -278,7 +279,8 @@ TEST_F(FullSizeWindowSolverTest, EachAxleSharesTheFrictionOfItsLoad) {
 // On a crest an axle has less friction to share, and is driven to that.
 TEST_F(FullSizeWindowSolverTest, CrestsLeaveEachAxleLessFriction) {
   LapProblem problem = full_size_road(false);
-  problem.sharing = {.ratio = 1.1, .drive_front = 0.4, .brake_front = 0.62, .load_front = -0.018, .load_rear = 0.017};
+  problem.use.sharing = {
+      .ratio = 1.1, .drive_front = 0.4, .brake_front = 0.62, .load_front = -0.018, .load_rear = 0.017};
   const std::vector<WindowNode> level = solved(problem);
   for (LapPlace& place : problem.places) place.curve = -4e-4;
   const std::vector<WindowNode> crest = solved(problem);
@@ -491,8 +493,8 @@ class NewtonStepTest : public ::testing::TestWithParam<SmallWindow> {
       problem_.places[k].curve = 0.2 * std::sin(4.0 * u);
       problem_.ds[k] *= 1.0 + 0.3 * std::sin(9.0 * u);
     }
-    problem_.combined = GetParam().combined;
-    problem_.sharing = {GetParam().ellipse, 0.4, 0.62, 0.02, -0.015};
+    problem_.use.combined = GetParam().combined;
+    problem_.use.sharing = {GetParam().ellipse, 0.4, 0.62, 0.02, -0.015};
     believe(program_ = IntervalProgram(problem_));
     believe(solver_ = WindowSolver(problem_, count));
   }
