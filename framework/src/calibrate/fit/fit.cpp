@@ -10,6 +10,7 @@
 #include "calibrate/forecast/baselines.hpp"
 #include "config/errors.hpp"
 #include "util/numbers.hpp"
+#include "util/statistics.hpp"
 
 namespace gripline::calibrate {
 namespace {
@@ -109,7 +110,7 @@ bool at_bound(const Unknown& u, double value) {
 
 /// What is known of an unknown before any log is read.
 Interval interval_of_prior(const Unknown& u, Interval found) {
-  const double off = 1.96 * u.sigma;
+  const double off = normal_95 * u.sigma;
   found.low = std::clamp(u.log ? u.prior * std::exp(-off) : u.prior - off, u.low, u.high);
   found.high = std::clamp(u.log ? u.prior * std::exp(off) : u.prior + off, u.low, u.high);
   return found;
