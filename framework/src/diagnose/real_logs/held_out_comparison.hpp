@@ -3,10 +3,11 @@
 #pragma once
 
 #include "calibrate/fit/forecast_errors.hpp"
+#include "util/statistics.hpp"
 
 namespace gripline::diagnose {
 
-inline constexpr double least_significance = 1.96;  // standard deviations; 97.5 %: a 95 % interval leaves out 0
+inline constexpr double least_significance = normal_95;  // standard deviations; 97.5 %: a 95 % interval leaves out 0
 
 /// Errors of one world on time that was not fitted.
 struct UnfittedErrors {
