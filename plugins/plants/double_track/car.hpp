@@ -103,12 +103,31 @@ class DoubleTrackCar {
   }
 
  private:
-  using Angles = std::array<std::array<double, 2>, 2>;  // cosine and sine, left and right front wheel
+  /// Where a wheel points, in the car's axes.
+  struct Heading {
+    double cosine = 1.0, sine = 0.0;
+  };
+  using Headings = std::array<Heading, wheels>;
+  /// At a wheel [N m].
+  struct Torques {
+    double drive = 0, brake = 0;  // of the engine, of its brake
+  };
+  /// Of the tyres together, in the car's axes.
+  struct ForceSum {
+    double x = 0, y[2] = {0, 0};  // all along, and across per axle [N]
+    double moment = 0;            // about the centre of gravity [N m]
+  };
   Held hold(double d, double delta, const Ground& ground) const;
-  Angles front_angles(double steer) const;
+  Headings headings(double steer) const;
   PerWheel vertical(const Motion& z, const Held& held) const;
-  /// Torques at the wheels before slip control: of the engine, and of the brakes.
+  /// Torque of the engine at an axle [N m].
   double axle_drive(const Motion& z, const Held& held, bool front) const;
+  /// At each wheel of an axle, before slip control.
+  Torques wheel_torques(const Motion& z, const Held& held, bool front) const;
+  WheelMotion over_ground(const Motion& z, const Heading& heading, std::size_t wheel) const;
+  Torques slip_controlled(Torques torques, const WheelMotion& over) const;
+  /// Rates of all but spins and slips.
+  void set_body_rates(const Motion& z, const Held& held, const ForceSum& force, Motion& rate) const;
   Motion rates(const Motion& z, const Held& held, double step, std::array<WheelLoads, wheels>* loads) const;
   void heun(const Held& held, double step);
 
@@ -168,16 +187,16 @@ inline Held DoubleTrackCar::hold(double d, double delta, const Ground& ground) c
 
 // tan(left, right) = tan(steer) / (1 -+ ackermann track tan(steer) / (2 wheelbase)): the mean of their cotangents is
 // the cotangent of the single-track angle.
-inline DoubleTrackCar::Angles DoubleTrackCar::front_angles(double steer) const {
+inline DoubleTrackCar::Headings DoubleTrackCar::headings(double steer) const {
   const double tangent = std::tan(steer);
   const double spread = 0.5 * p_.ackermann * p_.track_front / (p_.lf + p_.lr) * tangent;
-  Angles angles;
+  Headings all;
   for (const std::size_t i : {0u, 1u}) {
     const double t = tangent / (i == 0 ? 1.0 - spread : 1.0 + spread);
     const double cosine = 1.0 / std::sqrt(1.0 + t * t);
-    angles[i] = {cosine, t * cosine};
+    all[i] = {cosine, t * cosine};
   }
-  return angles;
+  return all;
 }
 
 inline PerWheel DoubleTrackCar::vertical(const Motion& z, const Held& held) const {
@@ -206,69 +225,75 @@ inline double DoubleTrackCar::axle_drive(const Motion& z, const Held& held, bool
   return torque * (front ? p_.drive_front : 1.0 - p_.drive_front);
 }
 
+inline DoubleTrackCar::Torques DoubleTrackCar::wheel_torques(const Motion& z, const Held& held, bool front) const {
+  return {0.5 * axle_drive(z, held, front),
+          0.5 * z.brake * p_.brake_torque * (front ? p_.brake_bias : 1.0 - p_.brake_bias)};
+}
+
+inline WheelMotion DoubleTrackCar::over_ground(const Motion& z, const Heading& heading, std::size_t wheel) const {
+  const double ux = z.vx - z.omega * py_[wheel];
+  const double uy = z.vy + z.omega * px_[wheel];
+  return {heading.cosine * ux + heading.sine * uy, heading.cosine * uy - heading.sine * ux, p_.radius * z.spin[wheel]};
+}
+
+inline DoubleTrackCar::Torques DoubleTrackCar::slip_controlled(Torques torques, const WheelMotion& over) const {
+  const double Vt = Tyre::transport(over);
+  const double slip = (over.Vr - over.Vx) / std::max(Vt, 3.0);  // not so sharp when setting off
+  const double left = std::clamp((p_.slip_end - std::abs(slip)) / (p_.slip_end - p_.slip_start), 0.0, 1.0);
+  const double active = std::clamp(Vt - 1.0, 0.0, 1.0);  // the last metre is braked with locked wheels
+  if (slip < 0.0) torques.brake *= 1.0 - active * (1.0 - left);
+  if (slip > 0.0 && torques.drive > 0.0) torques.drive *= left;
+  return torques;
+}
+
 inline Motion DoubleTrackCar::rates(const Motion& z, const Held& held, double step,
                                     std::array<WheelLoads, wheels>* loads) const {
   Motion rate;
   const PerWheel Fz = vertical(z, held);
-  const Angles angles = front_angles(z.steer);
-  const double axle_torque[2] = {axle_drive(z, held, true), axle_drive(z, held, false)};
-  const double brake_torque[2] = {0.5 * z.brake * p_.brake_torque * p_.brake_bias,
-                                  0.5 * z.brake * p_.brake_torque * (1.0 - p_.brake_bias)};
-  double force_x = 0.0;
-  double force_y[2] = {0.0, 0.0};
-  double moment = 0.0;
+  const Headings heading = headings(z.steer);
+  const Torques torques[2] = {wheel_torques(z, held, true), wheel_torques(z, held, false)};
+  ForceSum force;
   for (std::size_t i = 0; i < wheels; ++i) {
     const std::size_t axle = i / 2;
-    const double cosine = axle == 0 ? angles[i][0] : 1.0;
-    const double sine = axle == 0 ? angles[i][1] : 0.0;
-    const double ux = z.vx - z.omega * py_[i];
-    const double uy = z.vy + z.omega * px_[i];
-    const WheelMotion over{cosine * ux + sine * uy, cosine * uy - sine * ux, p_.radius * z.spin[i]};
+    const WheelMotion over = over_ground(z, heading[i], i);
     const TyreForce tyre =
         (axle == 0 ? front_ : rear_).force(over, z.slip_x[i], z.slip_y[i], Fz[i], held.factor[i], step);
     rate.slip_x[i] = tyre.rate_x;
     rate.slip_y[i] = tyre.rate_y;
 
-    double drive = 0.5 * axle_torque[axle];
-    double brake = brake_torque[axle];
-    if (p_.slip_control) {
-      const double Vt = Tyre::transport(over);
-      const double slip = (over.Vr - over.Vx) / std::max(Vt, 3.0);  // not so sharp when setting off
-      const double left = [&](double size) {
-        return std::clamp((p_.slip_end - size) / (p_.slip_end - p_.slip_start), 0.0, 1.0);
-      }(std::abs(slip));
-      const double active = std::clamp(Vt - 1.0, 0.0, 1.0);  // the last metre is braked with locked wheels
-      if (slip < 0.0) brake *= 1.0 - active * (1.0 - left);
-      if (slip > 0.0 && drive > 0.0) drive *= left;
-    }
+    const auto [drive, brake] = p_.slip_control ? slip_controlled(torques[axle], over) : torques[axle];
     const double resistance = brake + p_.rolling * p_.radius * Fz[i];
     const double free = drive - p_.radius * tyre.x;
     const double against =
         held.turning[i] != 0.0 ? held.turning[i] * resistance : std::clamp(free, -resistance, resistance);
     rate.spin[i] = (free - against) / p_.wheel_inertia;
 
-    const double Fx = cosine * tyre.x - sine * tyre.y;
-    const double Fy = cosine * tyre.y + sine * tyre.x;
-    force_x += Fx;
-    force_y[axle] += Fy;
-    moment += px_[i] * Fy - py_[i] * Fx;
+    const double Fx = heading[i].cosine * tyre.x - heading[i].sine * tyre.y;
+    const double Fy = heading[i].cosine * tyre.y + heading[i].sine * tyre.x;
+    force.x += Fx;
+    force.y[axle] += Fy;
+    force.moment += px_[i] * Fy - py_[i] * Fx;
     if (loads != nullptr) (*loads)[i] = {tyre.x, tyre.y, Fz[i], over.Vx, over.Vy, drive, against};
   }
+  set_body_rates(z, held, force, rate);
+  return rate;
+}
 
+inline void DoubleTrackCar::set_body_rates(const Motion& z, const Held& held, const ForceSum& force,
+                                           Motion& rate) const {
   const double speed = std::sqrt(z.vx * z.vx + z.vy * z.vy);
   rate.x = z.vx * std::cos(z.yaw) - z.vy * std::sin(z.yaw);
   rate.y = z.vx * std::sin(z.yaw) + z.vy * std::cos(z.yaw);
   rate.yaw = z.omega;
-  rate.vx = (force_x - p_.drag * speed * z.vx) / p_.m - gravity * held.grade_sine + z.vy * z.omega;
-  rate.vy = (force_y[0] + force_y[1] - p_.drag * speed * z.vy) / p_.m + gravity * held.bank_sine - z.vx * z.omega;
-  rate.omega = moment / p_.Iz;
+  rate.vx = (force.x - p_.drag * speed * z.vx) / p_.m - gravity * held.grade_sine + z.vy * z.omega;
+  rate.vy = (force.y[0] + force.y[1] - p_.drag * speed * z.vy) / p_.m + gravity * held.bank_sine - z.vx * z.omega;
+  rate.omega = force.moment / p_.Iz;
   rate.steer = std::clamp((held.steer - z.steer) / p_.steer_lag, -p_.steer_rate, p_.steer_rate);
   rate.throttle = (held.throttle - z.throttle) / p_.engine_lag;
   rate.brake = (held.brake - z.brake) / p_.brake_lag;
-  rate.lag_x = (force_x - z.lag_x) / p_.load_lag;
-  rate.lag_front = (force_y[0] - z.lag_front) / p_.load_lag;
-  rate.lag_rear = (force_y[1] - z.lag_rear) / p_.load_lag;
-  return rate;
+  rate.lag_x = (force.x - z.lag_x) / p_.load_lag;
+  rate.lag_front = (force.y[0] - z.lag_front) / p_.load_lag;
+  rate.lag_rear = (force.y[1] - z.lag_rear) / p_.load_lag;
 }
 
 inline void DoubleTrackCar::heun(const Held& held, double step) {
@@ -300,10 +325,9 @@ inline void DoubleTrackCar::reset(const State& x, const Ground& ground) {
   z_.omega = x.omega;
   z_.steer = x.delta;
   gearbox_.reset(std::max(0.0, x.vx));
-  const Angles angles = front_angles(z_.steer);
+  const Headings heading = headings(z_.steer);
   for (std::size_t i = 0; i < wheels; ++i) {
-    const double cosine = i < 2 ? angles[i][0] : 1.0;
-    const double sine = i < 2 ? angles[i][1] : 0.0;
+    const auto [cosine, sine] = heading[i];
     const double ux = z_.vx - z_.omega * py_[i];
     const double uy = z_.vy + z_.omega * px_[i];
     const double along = cosine * ux + sine * uy;
