@@ -5,6 +5,8 @@
 #include <iterator>
 #include <utility>
 
+#include "car/integrator.hpp"
+
 namespace gripline::calibrate::forecast {
 namespace {
 
@@ -187,11 +189,14 @@ int Lanes<T>::advance(double h, int substeps) {
   if (substeps == 0) substeps = substeps_for(h);
   const double step = h / substeps;
   const std::size_t states = n * channels, memories = n * s_.memory();
-  constexpr double node[4] = {0, 0.5, 0.5, 1}, weight[4] = {1.0 / 6, 1.0 / 3, 1.0 / 3, 1.0 / 6};
+  // Not by a Stepper: rates follow a prescribed speed, and of the stages before only the last one's are kept, from which
+  // each stage starts: a_ij = 0 but for j = i - 1, where it is c_i.
+  static const Tableau& rk4 = *find_tableau("rk4");
+  const auto node = rk4.c, weight = rk4.b;
   for (int sub = 0; sub < substeps; ++sub) {
     x_start_ = x;
     m_start_ = memory;
-    for (int stage = 0; stage < 4; ++stage) {
+    for (std::size_t stage = 0; stage < 4; ++stage) {
       if (stage == 0) {
         stage_x_ = x_start_;
         stage_m_ = m_start_;
