@@ -1,5 +1,4 @@
 // gripline-bench, the program behind `gripline bench`: how long steps take, and whether they allocate.
-#include <cstdio>
 #include <iostream>
 
 #include "bench/bench.hpp"
@@ -7,6 +6,7 @@
 #include "config/json_file.hpp"
 #include "config/shipped.hpp"
 #include "util/allocation_counter.hpp"
+#include "util/numbers.hpp"
 
 namespace gripline::tools {
 namespace {
@@ -18,12 +18,10 @@ constexpr std::int64_t most_instances = 100'000;
 std::int64_t count_allocations() { return allocations.load(std::memory_order_relaxed); }
 
 void print(const BenchRow& row) {
-  char line[200];
-  std::snprintf(line, sizeof line, "%-22s %9.1f %9.1f %9.1f %9.1f %8.2f %6.0f %12.2e %12.2e %6d %9.4f",
-                row.name.c_str(), row.median_us, row.p95_us, row.p99_us, row.max_us, row.allocations_per_step,
-                row.iterations_median, row.first_input_error_p95, row.first_input_error_max, row.failures,
-                row.ratio_to_mpc_ipopt);
-  std::cout << line << '\n';
+  std::cout << format("%-22s %9.1f %9.1f %9.1f %9.1f %8.2f %6.0f %12.2e %12.2e %6d %9.4f\n", row.name.c_str(),
+                      row.median_us, row.p95_us, row.p99_us, row.max_us, row.allocations_per_step,
+                      row.iterations_median, row.first_input_error_p95, row.first_input_error_max, row.failures,
+                      row.ratio_to_mpc_ipopt);
 }
 
 int run(Arguments args) {

@@ -1,12 +1,12 @@
 // gripline-check, the program behind `gripline plugins check`: a separate one, because it replaces malloc.
 #include <algorithm>
-#include <cstdio>
 #include <iostream>
 
 #include "cli/options.hpp"
 #include "config/errors.hpp"
 #include "conformance/kit.hpp"
 #include "util/allocation_counter.hpp"
+#include "util/numbers.hpp"
 
 namespace gripline::tools {
 namespace {
@@ -28,10 +28,9 @@ class Printer {
   void operator()(const Verdict& verdict) {
     if (verdict.plugin != plugin_) std::cout << verdict.plugin << '\n';
     plugin_ = verdict.plugin;
-    char line[64];
-    std::snprintf(line, sizeof line, "  %-6s  %-13s  %5.1f s  ", verdict.passed ? "passed" : "FAILED",
-                  verdict.check.c_str(), verdict.seconds);
-    std::cout << line << verdict.words << std::endl;
+    std::cout << format("  %-6s  %-13s  %5.1f s  ", verdict.passed ? "passed" : "FAILED", verdict.check.c_str(),
+                        verdict.seconds)
+              << verdict.words << std::endl;
   }
 
  private:

@@ -16,6 +16,7 @@
 #include "gripline/command.hpp"
 #include "gripline/diagnose_real.hpp"
 #include "util/csv_writer.hpp"
+#include "util/numbers.hpp"
 #include "util/progress.hpp"
 #include "util/signals.hpp"
 
@@ -97,19 +98,14 @@ void print(const diagnose::Diagnosis& d) {
   std::size_t shown = 0;
   for (const diagnose::RankedEffect& r : d.ranking) {
     if (++shown > 6) break;
-    char row[120];
-    std::snprintf(row, sizeof row, "%-18s %9.1f   %13.3f   %4.2f   %s\n", r.effect.c_str(), r.gain, r.held_out,
-                  r.selected_fraction, std::string(r.rollout.says()).c_str());
-    std::cout << row;
+    std::cout << format("%-18s %9.1f   %13.3f   %4.2f   %s\n", r.effect.c_str(), r.gain, r.held_out,
+                        r.selected_fraction, std::string(r.rollout.says()).c_str());
   }
   if (d.verdict == diagnose::Verdict::unknown && !d.ranking.empty())
     std::cout << "wins compare the effects of the catalogue with each other; here none of them is enough\n";
   std::cout << "\nhorizon    before     after   (sensor standard deviations, data not fitted)\n";
-  for (const diagnose::PredictionError& h : d.horizons) {
-    char row[120];
-    std::snprintf(row, sizeof row, "%5.1f s %9.3f %9.3f\n", h.seconds, h.before, h.after);
-    std::cout << row;
-  }
+  for (const diagnose::PredictionError& h : d.horizons)
+    std::cout << format("%5.1f s %9.3f %9.3f\n", h.seconds, h.before, h.after);
 }
 
 struct DiagnoseOptions {

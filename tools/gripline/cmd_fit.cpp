@@ -41,17 +41,13 @@ void print_parameters(const FitResult& result, std::span<const calibrate::Parame
                                : p.status == FittedParameter::Status::undetermined
                                    ? "  undetermined: kept at its prior"
                                    : "  at its bound: kept at its prior";
-    char row[160];
-    std::snprintf(row, sizeof row, "%-12.6g (%.4g .. %.4g)", p.value, p.interval.low, p.interval.high);
-    char prior[40];
-    std::snprintf(prior, sizeof prior, "%.6g", p.unknown.prior);
-    std::string line = p.unknown.pointer + std::string(width + 2 - p.unknown.pointer.size(), ' ') + row;
+    std::string line = p.unknown.pointer + std::string(width + 2 - p.unknown.pointer.size(), ' ') +
+                       format("%-12.6g (%.4g .. %.4g)", p.value, p.interval.low, p.interval.high);
     line += std::string(line.size() < width + 42 ? width + 42 - line.size() : 1, ' ');
     const auto place = std::ranges::find(places, p.unknown.pointer, &calibrate::ParameterPlace::pointer);
     std::string unit = place == places.end() ? "" : unit_text(place->unit);
     unit.resize(std::max<std::size_t>(unit.size(), *remark != '\0' ? 7 : 0), ' ');
-    std::snprintf(row, sizeof row, "%-12s %s%s", prior, unit.c_str(), remark);
-    std::string end = row;
+    std::string end = format("%-12.6g %s%s", p.unknown.prior, unit.c_str(), remark);
     end.erase(end.find_last_not_of(' ') + 1);
     std::cout << line << end << '\n';
   }
@@ -69,28 +65,22 @@ void print(const FitResult& result, double horizon, std::span<const calibrate::P
             << result.starts << " starts (95 % by blocks of 10 s)\n";
   calibrate::print_horizon_table(std::cout, result.errors);
   print_parameters(result, places);
-  if (result.friction.known) {
-    char line[160];
-    std::snprintf(line, sizeof line, "\nfriction: %.3f (%.3f .. %.3f); front %.3f, rear %.3f\n", result.friction.total,
-                  result.friction.total_low, result.friction.total_high, result.friction.front, result.friction.rear);
-    std::cout << line;
-  }
+  if (result.friction.known)
+    std::cout << format("\nfriction: %.3f (%.3f .. %.3f); front %.3f, rear %.3f\n", result.friction.total,
+                        result.friction.total_low, result.friction.total_high, result.friction.front,
+                        result.friction.rear);
   if (result.dropped > 0) std::cout << result.dropped << " errors too large to count were left out\n";
   if (!result.advice.empty()) std::cout << "\nwhat else would help (to first order, not in the world)\n";
   std::size_t shown = 0;
   for (const calibrate::Advice& a : result.advice) {
     if (++shown > 5) break;
-    char line[160];
-    std::snprintf(line, sizeof line, "  %-20s %5.1f %% less squared error, %.1f standard deviations", a.effect.c_str(),
-                  100.0 * a.gain, a.score);
-    std::cout << line;
+    std::cout << format("  %-20s %5.1f %% less squared error, %.1f standard deviations", a.effect.c_str(),
+                        100.0 * a.gain, a.score);
     constexpr std::size_t most = 3;  // shapes along the lap have ten
     const std::size_t told = a.values.size() > most ? 1 : a.values.size();
     for (const calibrate::Advice::Value& v : std::span(a.values).first(told)) {
       const std::string unit = unit_text(v.unit);
-      std::snprintf(line, sizeof line, ", %s = %.3g%s%s", v.name.c_str(), v.value, unit.empty() ? "" : " ",
-                    unit.c_str());
-      std::cout << line;
+      std::cout << format(", %s = %.3g%s%s", v.name.c_str(), v.value, unit.empty() ? "" : " ", unit.c_str());
     }
     if (told < a.values.size()) std::cout << " and " << a.values.size() - told << " more";
     std::cout << '\n';
@@ -133,10 +123,8 @@ void warn_when_far(const FitResult& result) {
     const calibrate::Unknown& u = p.unknown;
     const double off = u.log ? std::log(p.value / u.prior) : p.value - u.prior;
     if (!(std::abs(off) > far * u.sigma)) continue;
-    char one[200];
-    std::snprintf(one, sizeof one, "%s%s %.3g (the world guesses %.3g, %.1f standard deviations away)",
-                  found.empty() ? "" : ", ", u.pointer.c_str(), p.value, u.prior, std::abs(off) / u.sigma);
-    found += one;
+    found += format("%s%s %.3g (the world guesses %.3g, %.1f standard deviations away)", found.empty() ? "" : ", ",
+                    u.pointer.c_str(), p.value, u.prior, std::abs(off) / u.sigma);
   }
   if (!found.empty())
     std::cerr << "found where the world hardly expects it: " << found

@@ -1,6 +1,5 @@
 // gripline limit WORLD.json: the fastest flying laps of a world, over friction.
 #include <algorithm>
-#include <cstdio>
 #include <iostream>
 #include <thread>
 
@@ -13,6 +12,7 @@
 #include "gripline/command.hpp"
 #include "limit/limit_table.hpp"
 #include "plugin/plugin_cache.hpp"
+#include "util/numbers.hpp"
 #include "util/progress.hpp"
 
 namespace gripline::tools {
@@ -44,12 +44,9 @@ std::string key_of(Node tree, const WorldSpec& world, bool patches) {
 
 void print_limits(const std::vector<LapLimit>& limits) {
   std::cout << "factor      lap s    error s   nodes   inside\n";
-  for (const LapLimit& lap : limits) {
-    char row[120];
-    std::snprintf(row, sizeof row, "%6.4g %10.4f %10.4f %7d   %s%s\n", lap.factor, lap.lap_s, lap.error_s, lap.nodes,
-                  lap.body ? "whole body" : "centre of gravity", lap.patches ? ", with patches" : "");
-    std::cout << row;
-  }
+  for (const LapLimit& lap : limits)
+    std::cout << format("%6.4g %10.4f %10.4f %7d   %s%s\n", lap.factor, lap.lap_s, lap.error_s, lap.nodes,
+                        lap.body ? "whole body" : "centre of gravity", lap.patches ? ", with patches" : "");
 }
 
 int jobs_of(const po::variables_map& given) {

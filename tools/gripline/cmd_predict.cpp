@@ -16,6 +16,7 @@
 #include "gripline/log_options.hpp"
 #include "measured/log_outliers.hpp"
 #include "util/csv_writer.hpp"
+#include "util/numbers.hpp"
 
 namespace gripline::tools {
 namespace po = boost::program_options;
@@ -276,9 +277,7 @@ void show_displacements(const JudgedLog& judged, const std::vector<double>& pred
   const auto show = [&](const char* name, const std::vector<double>& all) {
     const Displacement d = displacement_of(judged, all, slowest);
     if (d.starts == 0) return;
-    char line[120];
-    std::snprintf(line, sizeof line, "  %-16s %-12.4g %-12.4g %zu\n", name, d.average, d.last, d.starts);
-    std::cout << line;
+    std::cout << format("  %-16s %-12.4g %-12.4g %zu\n", name, d.average, d.last, d.starts);
   };
   std::cout << "\ndisplacement [m] over " << log.starts.horizons.size() << " horizons up to "
             << log.starts.horizons.back() << " s\n  model            mean of all  last one     starts\n";
@@ -322,11 +321,9 @@ void show_moved(const Parameters& params, const std::vector<double>& at_end) {
   if (params.moving.empty()) return;
   std::cout << "\nmoved with the session         fitted       at its end   width\n";
   for (const calibrate::Unknown& u : params.moving) {
-    char line[200];
-    std::snprintf(line, sizeof line, "  %-28s %-12.5g %-12.5g %.3g%s\n",
-                  u.pointer.substr(u.pointer.find('/', 1)).c_str(), params.values[u.index], at_end[u.index], u.session,
-                  u.log ? " of it" : "");
-    std::cout << line;
+    const std::string name = u.pointer.substr(u.pointer.find('/', 1));
+    std::cout << format("  %-28s %-12.5g %-12.5g %.3g%s\n", name.c_str(), params.values[u.index], at_end[u.index],
+                        u.session, u.log ? " of it" : "");
   }
 }
 

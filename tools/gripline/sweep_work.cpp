@@ -8,7 +8,6 @@
 #include <chrono>
 #include <cmath>
 #include <csignal>
-#include <cstdio>
 #include <cstdlib>
 #include <iostream>
 #include <memory>
@@ -28,6 +27,7 @@
 #include "sweep/store.hpp"
 #include "sweep/task.hpp"
 #include "util/disk.hpp"
+#include "util/numbers.hpp"
 #include "util/progress.hpp"
 #include "util/signals.hpp"
 #include "util/temporary_folder.hpp"
@@ -260,9 +260,7 @@ std::string size_text(double bytes) {
   constexpr const char* units[] = {"B", "kB", "MB", "GB", "TB"};
   std::size_t unit = 0;
   for (; bytes >= 1000 && unit + 1 < std::size(units); ++unit) bytes /= 1000;
-  char text[32];
-  std::snprintf(text, sizeof text, bytes < 10 && unit > 0 ? "%.1f %s" : "%.0f %s", bytes, units[unit]);
-  return text;
+  return format("%.*f %s", bytes < 10 && unit > 0 ? 1 : 0, bytes, units[unit]);
 }
 
 }  // namespace

@@ -1,5 +1,4 @@
 // Experiments that ask how well estimators predict: kinds "offline_validation" and "force_validation".
-#include <cstdio>
 #include <iostream>
 
 #include "experiment/force_validation.hpp"
@@ -8,17 +7,15 @@
 #include "gripline/command.hpp"
 #include "gripline/experiment_kinds.hpp"
 #include "gripline/race_kind.hpp"
+#include "util/numbers.hpp"
 
 namespace gripline::tools {
 namespace {
 
 int print_and_report(const std::vector<ChannelScore>& scores, const std::filesystem::path& out) {
-  for (const ChannelScore& s : scores) {
-    char line[160];
-    std::snprintf(line, sizeof line, "%-14s %-12s  R2 %8.4f   rmse %.4g %s   n %zu", s.estimator.c_str(),
-                  s.channel.c_str(), s.r2, s.rmse, s.unit.c_str(), s.n);
-    std::cout << line << '\n';
-  }
+  for (const ChannelScore& s : scores)
+    std::cout << format("%-14s %-12s  R2 %8.4f   rmse %.4g %s   n %zu\n", s.estimator.c_str(), s.channel.c_str(), s.r2,
+                        s.rmse, s.unit.c_str(), s.n);
   std::cout << "results: " << out.string() << '\n';
   return report_results(out) ? good : run_broke;
 }

@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cstdio>
 
 #include "config/errors.hpp"
 #include "plugin/registry.hpp"
+#include "util/numbers.hpp"
 #include "util/temporary_folder.hpp"
 
 namespace gripline::conformance {
@@ -64,10 +64,9 @@ void require_checks(const std::vector<std::string>& names) {
 
 std::string opens_fast(const Workshop& workshop) {
   const double spent = opening_time(workshop);
-  char words[64];
-  std::snprintf(words, sizeof words, "opened in %.1f ms", 1e3 * spent);
+  std::string words = format("opened in %.1f ms", 1e3 * spent);
   if (spent > slow_opening_s)
-    throw Broken(std::string(words) + " of CPU, at most 100 are expected: no work before the first instance is made");
+    throw Broken(words + " of CPU, at most 100 are expected: no work before the first instance is made");
   return words;
 }
 

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <array>
-#include <cstdio>
 
 #include "geometry/cyclic_box_qp.hpp"
+#include "util/numbers.hpp"
 
 namespace gripline {
 namespace {
@@ -31,13 +31,10 @@ Frame cut(const Track& track, const RacingLineOptions& options, std::size_t coun
     frame.normal.push_back({-std::sin(point.yaw), std::cos(point.yaw)});
     frame.lower.push_back(keep - track.half_width_right(point.s));
     frame.upper.push_back(track.half_width_left(point.s) - keep);
-    if (!(frame.lower.back() < frame.upper.back())) {
-      char text[240];
-      std::snprintf(text, sizeof text,
-                    "no racing line: at s = %.4g m the road is %.4g m wide, the car with its margins %.4g m", point.s,
-                    track.half_width_right(point.s) + track.half_width_left(point.s), 2.0 * keep);
-      throw GeometryError(text);
-    }
+    if (!(frame.lower.back() < frame.upper.back()))
+      throw GeometryError(
+          format("no racing line: at s = %.4g m the road is %.4g m wide, the car with its margins %.4g m", point.s,
+                 track.half_width_right(point.s) + track.half_width_left(point.s), 2.0 * keep));
   }
   return frame;
 }
@@ -214,12 +211,10 @@ std::string check_car_turns(const Track& track, double car_width, double least_r
     if (std::abs(sample.kappa) > std::abs(tightest->kappa)) tightest = &sample;
   const double radius = 1.0 / std::abs(tightest->kappa);
   if (radius >= 0.95 * least_radius) return {};
-  char text[240];
-  std::snprintf(text, sizeof text,
-                "a turn is tighter than the car can steer: at s = %.4g m, near (%.4g, %.4g), the widest line has a "
-                "radius of %.3g m, the car's least is %.3g m",
-                tightest->centre_s, tightest->x, tightest->y, radius, least_radius);
-  return text;
+  return format(
+      "a turn is tighter than the car can steer: at s = %.4g m, near (%.4g, %.4g), the widest line has a "
+      "radius of %.3g m, the car's least is %.3g m",
+      tightest->centre_s, tightest->x, tightest->y, radius, least_radius);
 }
 
 RacingLine describe_line(const Track& track, ClosedCurve curve, double spacing) {

@@ -12,6 +12,7 @@
 #include "config/errors.hpp"
 #include "config/files.hpp"
 #include "util/csv.hpp"
+#include "util/numbers.hpp"
 
 namespace gripline {
 namespace {
@@ -34,11 +35,9 @@ std::optional<std::vector<double>> column(const CsvTable& table, std::initialize
 
 void check_on_earth(const fs::path& file, int line, double latitude, double longitude) {
   if (std::abs(latitude) <= 89.0 && std::abs(longitude) <= 360.0) return;
-  char text[160];
-  std::snprintf(text, sizeof text,
-                "latitude %.6g and longitude %.6g: expected degrees, within 89 to the north or south", latitude,
-                longitude);
-  refuse(file, line, text);
+  refuse(file, line,
+         format("latitude %.6g and longitude %.6g: expected degrees, within 89 to the north or south", latitude,
+                longitude));
 }
 
 /// What a GPX file says of its points: each point's place, height where all have one.

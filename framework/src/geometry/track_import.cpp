@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <numeric>
 
 #include "config/errors.hpp"
 #include "config/files.hpp"
+#include "util/numbers.hpp"
 
 namespace gripline {
 namespace {
@@ -199,13 +199,9 @@ void drop_closing_point_and_check_closed(std::vector<PlanePoint>& points) {
     longest = std::max(longest, std::hypot(points[i].x - points[i - 1].x, points[i].y - points[i - 1].y));
   }
   const double gap = std::hypot(points.front().x - points.back().x, points.front().y - points.back().y);
-  if (gap > 5.0 * longest) {
-    char text[160];
-    std::snprintf(text, sizeof text,
-                  "the line is open: its last point is %.4g m from its first, its longest step is %.4g m", gap,
-                  longest);
-    throw GeometryError(text);
-  }
+  if (gap > 5.0 * longest)
+    throw GeometryError(
+        format("the line is open: its last point is %.4g m from its first, its longest step is %.4g m", gap, longest));
 }
 
 TrackShape shape_from_table(const CsvTable& table, const ImportOptions& options) {

@@ -8,6 +8,7 @@
 #include "geometry/cyclic_box_qp.hpp"
 #include "geometry/track_file.hpp"
 #include "geometry/track_import.hpp"
+#include "support/comma_locale.hpp"
 #include "support/paths.hpp"
 #include "support/reference_data.hpp"
 
@@ -206,6 +207,17 @@ TEST(RacingLine, TheSamplesLieOnItsCurve) {
     EXPECT_NEAR(at.y, centre.y + at.n * std::cos(centre.yaw), 1e-9);
     // Between samples the curvature is as smooth as a line to steer along must be.
     EXPECT_LT(std::abs(line.samples[(i + 1) % line.samples.size()].kappa - at.kappa), 0.35);
+  }
+}
+
+using RacingLineInCommaLocale = testing_support::InCommaLocale;
+
+TEST_F(RacingLineInCommaLocale, MessagesHavePoints) {
+  try {
+    minimum_curvature_line(ring(1.0, 0.2), {.car_width = 0.5});
+    FAIL() << "a road of 0.4 m is wide enough for a car of 0.5 m";
+  } catch (const GeometryError& error) {
+    EXPECT_STREQ(error.what(), "no racing line: at s = 0 m the road is 0.4 m wide, the car with its margins 0.5 m");
   }
 }
 
