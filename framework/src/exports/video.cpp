@@ -16,6 +16,7 @@
 
 #include "config/errors.hpp"
 #include "exports/browser.hpp"
+#include "util/numbers.hpp"
 
 namespace gripline::exports {
 namespace {
@@ -136,8 +137,7 @@ void write_video(const fs::path& page, const fs::path& file, const VideoOptions&
   const double end = browser.evaluate("gripline.state.clock.end").get<double>();
   const double to = options.to < options.from ? end : std::min(options.to, end);
   if (options.from < 0 || options.from >= to)
-    throw InputError("the race lasts " + std::to_string(end) + " s; there is nothing to film from " +
-                     std::to_string(options.from) + " s on");
+    throw InputError(format("the race lasts %f s; there is nothing to film from %f s on", end, options.from));
   const double step = options.rate / options.fps;
   const auto count = static_cast<std::size_t>(std::floor((to - options.from) / step + 1e-9)) + 1;
   const fs::path aside = file.string() + ".partial";
@@ -145,9 +145,8 @@ void write_video(const fs::path& page, const fs::path& file, const VideoOptions&
     Encoder encoder(aside, options.fps);
     for (std::size_t i = 0; i < count; ++i) {
       // After the second frame what was asked for has been painted.
-      browser.evaluate(
-          "gripline.state.clock.seek(" + std::to_string(options.from + static_cast<double>(i) * step) +
-          "), new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => done(true))))");
+      browser.evaluate(format("gripline.state.clock.seek(%f), ", options.from + static_cast<double>(i) * step) +
+                       "new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => done(true))))");
       encoder.add(browser.screenshot());
       if (progress) progress(i + 1, count);
     }

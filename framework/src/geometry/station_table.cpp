@@ -5,6 +5,7 @@
 #include <string>
 
 #include "geometry/plane.hpp"
+#include "util/numbers.hpp"
 
 namespace gripline {
 
@@ -16,11 +17,11 @@ StationTable::StationTable(double period, std::vector<double> stations, std::vec
     const std::string row = "row " + std::to_string(i + 1) + " of a table by station ";
     if (std::isnan(values_[i])) throw GeometryError(row + "is not a number");
     if (!(stations_[i] >= 0.0) || !(stations_[i] < period_)) {
-      throw GeometryError(row + "has station " + std::to_string(stations_[i]) +
-                          " m, expected 0 to below the road's length " + std::to_string(period_) + " m");
+      throw GeometryError(
+          row + format("has station %f m, expected 0 to below the road's length %f m", stations_[i], period_));
     }
     if (i > 0 && !(stations_[i] > stations_[i - 1])) {
-      throw GeometryError(row + "has station " + std::to_string(stations_[i]) + " m, not beyond the one before");
+      throw GeometryError(row + format("has station %f m, not beyond the one before", stations_[i]));
     }
   }
   bucket_.resize(values_.size());

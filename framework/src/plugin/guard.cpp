@@ -9,7 +9,7 @@ std::string describe_place(const LastCall& last) {
   if (std::isnan(t)) return " while " + who + " was made";
   if (std::isinf(t) && t < 0) return "; the plugin made last was " + who;
   if (std::isinf(t)) return " while " + who + " was destroyed";
-  return " at t = " + std::to_string(t) + " s; the plugin called last was " + who;
+  return format(" at t = %f s; the plugin called last was ", t) + who;
 }
 
 }  // namespace gripline

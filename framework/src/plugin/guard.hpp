@@ -18,6 +18,8 @@
 #include <cfenv>
 #endif
 
+#include "util/numbers.hpp"
+
 namespace gripline {
 
 /// A plugin threw, or returned something that is no number: the run ends with status plugin_error.
@@ -101,7 +103,7 @@ template <class F>
 decltype(auto) guard(const std::string& who, double t, F&& f) {
   if (LastCall* const call = last_call(); call != nullptr) call->note(who, t);
   const auto fail = [&](const std::string& what) -> PluginFailure {
-    return PluginFailure(who + " at t = " + std::to_string(t) + " s: " + what);
+    return PluginFailure(who + format(" at t = %f s: ", t) + what);
   };
   const unsigned mode = arithmetic_mode();
   const auto check = [&] {

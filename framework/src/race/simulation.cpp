@@ -7,6 +7,7 @@
 #include "geometry/course_adapter.hpp"
 #include "plugin/guard.hpp"
 #include "util/clock.hpp"
+#include "util/numbers.hpp"
 
 namespace gripline {
 namespace {
@@ -25,7 +26,7 @@ std::string tenths(double value) { return number_text(std::round(10 * value) / 1
 void require_finite(const std::string& who, double t, const char* what, std::initializer_list<double> numbers) {
   for (const double number : numbers)
     if (!std::isfinite(number))
-      throw PluginFailure(who + " at t = " + std::to_string(t) + " s: returned " + what + " that is not a number");
+      throw PluginFailure(who + format(" at t = %f s: returned %s that is not a number", t, what));
 }
 
 }  // namespace
@@ -99,8 +100,8 @@ void Simulation::decide() {
              [&] { command_ = stack_.controller().control(acted_on_, horizon_, *belief.model); });  // line 15
   require_finite(stack_.spec().controller.id(), now_.t, "a command", {command_.u.d, command_.u.ddelta});
   if (!belief.model->smooth_since_asked())
-    throw PluginFailure(stack_.nonfinite_plugin(acted_on_, command_.u) + " at t = " + std::to_string(now_.t) +
-                        " s: returned a derivative that is not a number");
+    throw PluginFailure(stack_.nonfinite_plugin(acted_on_, command_.u) +
+                        format(" at t = %f s: returned a derivative that is not a number", now_.t));
   const auto line = guard(stack_.spec().planner.id(), now_.t, [&] { return stack_.planner().line(); });
   const double latency = stack_.planner().latency();
   require_finite(stack_.spec().planner.id(), now_.t, "a latency", {latency});
@@ -121,8 +122,7 @@ std::string Simulation::why(Status ended) const {
   const State& x = world_.state();
   switch (ended) {
     case Status::error:
-      return world_.plant_id() + " at t = " + std::to_string(now_.t) +
-             " s: gave the world's car a state that is not a number";
+      return world_.plant_id() + format(" at t = %f s: gave the world's car a state that is not a number", now_.t);
     case Status::crashed:
       return "hit the wall at s = " + tenths(world_.place().s) + " m with " + tenths(std::hypot(x.vx, x.vy)) + " m/s";
     case Status::stuck:
