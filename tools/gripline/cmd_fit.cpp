@@ -92,8 +92,11 @@ void print_cornering(const std::list<measured::SessionFile>& files, const Car& c
                      std::span<const double> params, const measured::TurningLateness& late) {
   std::vector<const measured::Session*> sessions;
   for (const measured::SessionFile& file : files) sessions.push_back(&file.session);
-  const auto by_logs = measured::steady_turning(sessions, car.lf + car.lr, car.v_ref, late);
-  if (!by_logs) return;
+  const auto [by_logs, why_not] = measured::steady_turning(sessions, car.lf + car.lr, car.v_ref, late);
+  if (!by_logs) {
+    std::cout << calibrate::untold_corners_text(why_not) << '\n';
+    return;
+  }
   std::cout << "in gentle corners of the logs the car " << by_logs->text();
   if (const auto fitted = calibrate::gradient_in(*by_logs, model, params))
     std::cout << "; the fitted world " << measured::cornering_text(*fitted);

@@ -39,10 +39,10 @@ MissingEffects search(const LogWorld& world, const measured::LogMap& map, const 
   return found;
 }
 
-void print_real(const Diagnosis& d, const MissingEffects& found) {
+void print_real(const Diagnosis& d, const MissingEffects& found, const diagnose::Cornering& corners) {
   std::cout << d.sentence << "\n\nverdict: unknown\n"
             << named_table(found) << calibrated_table(found) << tried_table(found) << sessions_table(found)
-            << "\nerrors 1 s ahead, of time not fitted (95 % by blocks of 10 s)\n";
+            << untold_corners(corners) << "\nerrors 1 s ahead, of time not fitted (95 % by blocks of 10 s)\n";
   calibrate::print_horizon_table(std::cout, found.rows);
 }
 
@@ -60,7 +60,7 @@ int diagnose_real(const RealDiagnosis& asked, const LogWorld& world, const measu
   const MissingEffects found = search(world, map, registry, files, held_out, asked.out);
   const diagnose::Cornering corners = cornering_of(files, world.spec, found);
   const Diagnosis d = real_diagnosis(found, delays, corners);
-  print_real(d, found);
+  print_real(d, found, corners);
   write_real_diagnosis(asked.out, d, found, corners);
   std::cout << "\ndiagnosis: " << (asked.out / "diagnosis.json").string()
             << "\nworld with what was found: " << (asked.out / "augmented_world.json").string() << '\n';

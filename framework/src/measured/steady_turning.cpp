@@ -54,6 +54,11 @@ Window window_of(const Session& log, std::size_t first, std::size_t end, double 
   return w;
 }
 
+/// Whether a log has what a window is of.
+bool has_turning(const Session& log) {
+  return log.rows() > 0 && log.has[Channel::vx] && (log.has[Channel::yaw_rate] || log.has[Channel::yaw]);
+}
+
 std::vector<Window> windows_of(const Session& log, double length, double late) {
   std::vector<Window> all;
   for (std::size_t first = 0; first < log.rows();) {
@@ -182,11 +187,19 @@ bool ratio_is_known(const std::vector<Equation>& all, double ratio, double sigma
   return ratio > student * sigma && sigma * alone < most * both;
 }
 
-/// What the logs say with what they read so late.
+/// What the logs say with what they read so late; `why_not` where they do not, and then nothing else.
 struct Found {
   std::vector<Equation> all;
   double gradient = 0, low = 0, high = 0;  // [rad s2/m]
+  std::string why_not;
 };
+Found nothing_since(std::string why) {
+  Found out;
+  out.why_not = std::move(why);
+  return out;
+}
+constexpr const char* ratio_unknown =
+    "the steering in them hardly tells how the car turns, so that its ratio is not known";
 
 /// The interval of slope / ratio: the values g for which slope - g ratio is not surely off 0 (Fieller, J. R. Stat. Soc.
 /// B 16, 1954), which is bounded where the ratio is surely above 0.
@@ -203,33 +216,46 @@ struct Late {
   double yaw_rate = 0, yaw = 0;
 };
 
-std::optional<Found> found_with(std::span<const Session* const> sessions, double wheelbase, double v_ref, Late late) {
-  constexpr double wheelbases = 5.0, half = 0.5, fewest_blocks = 3.0;
+/// The equations of all logs; none where no log has what they are of.
+std::vector<Equation> equations_of(std::span<const Session* const> sessions, double wheelbase, double v_ref,
+                                   double slowest, Late late) {
+  constexpr double wheelbases = 5.0;
   const double length = wheelbases * wheelbase / v_ref;
-  Found out;
+  std::vector<Equation> all;
   for (std::size_t i = 0; i < sessions.size(); ++i) {
     const Session& log = *sessions[i];
-    if (log.rows() == 0 || !log.has[Channel::vx] || !(log.has[Channel::yaw_rate] || log.has[Channel::yaw])) continue;
+    if (!has_turning(log)) continue;
     const auto windows = windows_of(log, length, log.has[Channel::yaw_rate] ? late.yaw_rate : late.yaw);
-    add_equations(windows, log.t.front(), i, wheelbase, half * v_ref, length, out.all);
+    add_equations(windows, log.t.front(), i, wheelbase, slowest, length, all);
   }
-  for (int pass = 0; pass < 3 && out.all.size() >= fewest_windows; ++pass) {
-    centre(out.all);
-    leave_out_far(out.all, solution_of(out.all));
+  for (int pass = 0; pass < 3 && all.size() >= fewest_windows; ++pass) {
+    centre(all);
+    leave_out_far(all, solution_of(all));
   }
-  if (out.all.size() < fewest_windows) return std::nullopt;
+  return all;
+}
+
+Found found_with(std::span<const Session* const> sessions, double wheelbase, double v_ref, Late late) {
+  constexpr double half = 0.5, fewest_blocks = 3.0;
+  const auto has_it = [](const Session* log) { return has_turning(*log); };
+  if (std::ranges::none_of(sessions, has_it)) return nothing_since("none of them has a speed and a yaw rate or yaw");
+  Found out;
+  out.all = equations_of(sessions, wheelbase, v_ref, half * v_ref, late);
+  if (out.all.size() < fewest_windows)
+    return nothing_since("too little of them is gentle driving at " + significant(half * v_ref) + " m/s or faster");
   centre(out.all);
-  if (!apart(out.all)) return std::nullopt;
+  if (!apart(out.all)) return nothing_since("in their corners speeds are too alike to tell it from the steering ratio");
   const Eigen::Vector3d solution = solution_of(out.all);
   out.gradient = solution[1] / solution[0];
+  if (!std::isfinite(out.gradient)) return nothing_since(ratio_unknown);
   const Eigen::Matrix3d inverse = information_of(out.all).inverse();
   const Eigen::Vector3d by(-out.gradient / solution[0], 1.0 / solution[0], 0.0);  // of the gradient, by the solution
   const double blocks = equal_blocks(out.all, inverse * by);
-  if (!(blocks >= fewest_blocks)) return std::nullopt;
+  if (!(blocks >= fewest_blocks)) return nothing_since("less than three stretches of 10 s with corners tell of it");
   const Eigen::Matrix3d covariance = inverse * scores_of(out.all, solution) * inverse * (blocks / (blocks - 1.0));
   const double student = boost::math::quantile(boost::math::students_t(blocks - 1.0), 0.975);
   // A steering that does not turn the car, such as one that is constant, says nothing of its tyres.
-  if (!ratio_is_known(out.all, solution[0], std::sqrt(covariance(0, 0)), student)) return std::nullopt;
+  if (!ratio_is_known(out.all, solution[0], std::sqrt(covariance(0, 0)), student)) return nothing_since(ratio_unknown);
   set_interval(solution, covariance, student, out);
   return out;
 }
@@ -260,34 +286,35 @@ double SteadyTurning::gradient_of(std::span<const double> angle) const {
   return slope / std::inner_product(of_ratio.begin(), of_ratio.end(), angle.begin(), 1.0);
 }
 
-std::optional<SteadyTurning> steady_turning(std::span<const Session* const> sessions, double wheelbase, double v_ref,
-                                            const TurningLateness& late) {
-  const auto found = found_with(sessions, wheelbase, v_ref, {late.yaw_rate.value, late.yaw.value});
-  if (!found) return std::nullopt;
+TurningByLogs steady_turning(std::span<const Session* const> sessions, double wheelbase, double v_ref,
+                             const TurningLateness& late) {
+  const Found found = found_with(sessions, wheelbase, v_ref, {late.yaw_rate.value, late.yaw.value});
+  if (!found.why_not.empty()) return {std::nullopt, found.why_not};
   double by_lateness = 0.0;
   for (const double Lateness::*end : {&Lateness::low, &Lateness::high}) {
     const Late other{late.yaw_rate.*end, late.yaw.*end};
     if (other.yaw_rate == late.yaw_rate.value && other.yaw == late.yaw.value) continue;
-    const auto there = found_with(sessions, wheelbase, v_ref, other);
-    if (!there) return std::nullopt;  // with what may be, nothing can be told
-    by_lateness = std::max(by_lateness, std::abs(there->gradient - found->gradient));
+    const Found there = found_with(sessions, wheelbase, v_ref, other);
+    // With what may be, nothing can be told.
+    if (!there.why_not.empty()) return {std::nullopt, "how late yaw rate or yaw are is not known well enough"};
+    by_lateness = std::max(by_lateness, std::abs(there.gradient - found.gradient));
   }
   constexpr double relative = 0.05, absolute = 0.025;
-  const double unsteady = std::hypot(normal_95 * relative * found->gradient,
+  const double unsteady = std::hypot(normal_95 * relative * found.gradient,
                                      normal_95 * absolute * wheelbase / (v_ref * v_ref), by_lateness);
   SteadyTurning out;
-  out.gradient = found->gradient;
-  out.low = out.gradient - std::hypot(unsteady, out.gradient - found->low);
-  out.high = out.gradient + std::hypot(unsteady, found->high - out.gradient);
-  out.blocks = count_blocks(found->all);
-  const Eigen::Matrix3d inverse = information_of(found->all).inverse();
-  for (const Equation& one : found->all) {  // of centred terms, so that a constant adds nothing
+  out.gradient = found.gradient;
+  out.low = out.gradient - std::hypot(unsteady, out.gradient - found.low);
+  out.high = out.gradient + std::hypot(unsteady, found.high - out.gradient);
+  out.blocks = count_blocks(found.all);
+  const Eigen::Matrix3d inverse = information_of(found.all).inverse();
+  for (const Equation& one : found.all) {  // of centred terms, so that a constant adds nothing
     const Eigen::Vector3d share = inverse * one.by;
     out.corners.push_back(one.corner);
     out.of_ratio.push_back(share[0]);
     out.of_slope.push_back(share[1]);
   }
-  return out;
+  return {std::move(out), {}};
 }
 
 }  // namespace gripline::measured

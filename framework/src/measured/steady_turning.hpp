@@ -37,6 +37,12 @@ struct SteadyTurning {
   std::vector<double> of_ratio, of_slope;  // by corner: what its angle adds to `ratio` and `slope` (below)
 };
 
+/// What logs tell of it, or why they do not: a clause such as "in their corners speeds are too alike to tell it ...".
+struct TurningByLogs {
+  std::optional<SteadyTurning> told;
+  std::string why_not;  // empty where it is told
+};
+
 /// How late a channel is on the clock of the steering [s], and how well that is known.
 struct Lateness {
   double value = 0, low = 0, high = 0;
@@ -59,12 +65,12 @@ struct TurningLateness {
 /// seconds it is too narrow.
 ///
 /// Windows count from half of `v_ref` on, below which the gradient hardly moves the steering, and up to 4 m/s2 across.
-/// Nothing where steering, speed or turning are not there, where less than three such blocks tell of it, or where the
-/// gradient cannot be told from the ratio, as at one speed. `wheelbase` [m], `v_ref` [m/s].
+/// Nothing, and why, where steering, speed or turning are not there, where less than three such blocks tell of it, or
+/// where the gradient cannot be told from the ratio, as at one speed. `wheelbase` [m], `v_ref` [m/s].
 ///
 /// A bank scales the gradient: down where it grows with the lateral acceleration; up, of a car that understeers, where
 /// bends are alike. A steering map that bends passes for either sign.
-std::optional<SteadyTurning> steady_turning(std::span<const Session* const> sessions, double wheelbase, double v_ref,
-                                            const TurningLateness& late = {});
+TurningByLogs steady_turning(std::span<const Session* const> sessions, double wheelbase, double v_ref,
+                             const TurningLateness& late = {});
 
 }  // namespace gripline::measured

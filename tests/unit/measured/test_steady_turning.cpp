@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
+#include <numbers>
 #include <random>
 #include <utility>
 
@@ -45,10 +47,15 @@ Session log_of(const SmallCar& car, double noise = 1.0, double yaw_rate_late = 0
                                          .speed = 1.5});
 }
 
-std::optional<SteadyTurning> turning_of(const Session& log, const TurningLateness& late = {}) {
+TurningByLogs answer_of(const Session& log, const TurningLateness& late = {}) {
   const Session* const one = &log;
   return steady_turning({&one, 1}, wheelbase, v_ref, late);
 }
+std::optional<SteadyTurning> turning_of(const Session& log, const TurningLateness& late = {}) {
+  return answer_of(log, late).told;
+}
+/// Why a log does not tell; empty where it does.
+std::string why_not(const Session& log, const TurningLateness& late = {}) { return answer_of(log, late).why_not; }
 
 /// The same log without its yaw rate.
 Session by_yaw(Session log) {
@@ -131,7 +138,7 @@ TEST(SteadyTurning, OffsetsOfLogsAreTheirOwn) {
   };
   const Session left = turning(1.0), right = turning(-1.0);
   const Session* const both[] = {&left, &right};
-  const auto found = steady_turning(both, wheelbase, v_ref);
+  const auto found = steady_turning(both, wheelbase, v_ref).told;
   ASSERT_TRUE(found);
   EXPECT_NEAR(found->gradient, car.gradient, 0.1 * car.gradient);
   EXPECT_EQ(found->blocks, 18u);
@@ -158,8 +165,10 @@ TEST(SteadyTurning, TheLatenessOfTheYawRateCounts) {
 TEST(SteadyTurning, ALatenessWithWhichNothingCanBeToldIsNotLeftOut) {
   const SmallCar car(3, 9);
   const Session log = log_of(car);
-  EXPECT_TRUE(turning_of(log));
-  EXPECT_FALSE(turning_of(log, {.yaw_rate = {0.0, 0.0, 60.0}, .yaw = {}}));
+  EXPECT_EQ(why_not(log), "");
+  const TurningLateness any = {.yaw_rate = {0.0, 0.0, 60.0}, .yaw = {}};
+  EXPECT_FALSE(turning_of(log, any));
+  EXPECT_EQ(why_not(log, any), "how late yaw rate or yaw are is not known well enough");
 }
 
 /// Of a car that is nearly neutral, with errors that are alike for seconds: the noise makes the interval.
@@ -263,9 +272,56 @@ TEST(SteadyTurning, SaysNothingOfWhatIsNotThere) {
   no_turning.has[2] = no_turning.has[5] = false;
   EXPECT_FALSE(turning_of(no_turning));
   const Session whole = log_of(car), *one = &whole;
-  EXPECT_FALSE(steady_turning({&one, 1}, wheelbase, 20.0));  // nowhere so fast
+  EXPECT_FALSE(steady_turning({&one, 1}, wheelbase, 20.0).told);  // nowhere so fast
   EXPECT_FALSE(turning_of(test::drive(car.vehicle.car(), {.seconds = 15, .command = gentle})));
-  EXPECT_FALSE(steady_turning({}, wheelbase, v_ref));
+  EXPECT_FALSE(steady_turning({}, wheelbase, v_ref).told);
+}
+
+using OverTime = std::function<double(double)>;
+
+/// A log made up of a speed [m/s], a yaw rate [rad/s] and a steering [rad] over time.
+Session made_up(double seconds, const OverTime& vx, const OverTime& rate, const OverTime& delta) {
+  constexpr double dt = 0.02;
+  Session log;
+  log.has[Channel::vx] = log.has[Channel::yaw_rate] = true;
+  for (std::size_t row = 0; row < static_cast<std::size_t>(seconds / dt); ++row) {
+    const double t = static_cast<double>(row) * dt;
+    log.t.push_back(t);
+    log.command.push_back({0.0, delta(t)});
+    log.reading.insert(log.reading.end(), {not_a_number, not_a_number, not_a_number, vx(t), not_a_number, rate(t)});
+  }
+  return log;
+}
+/// With the steering of a car that understeers.
+Session made_up(double seconds, const OverTime& vx, const OverTime& rate) {
+  return made_up(seconds, vx, rate, [&](double t) { return wheelbase * rate(t) / vx(t) + 0.002 * vx(t) * rate(t); });
+}
+
+TEST(SteadyTurning, SaysWhyItSaysNothing) {
+  const auto weave = [](double t) { return 0.4 * std::sin(0.9 * t); };
+  const auto speed = [](double t) { return 1.6 + 0.3 * std::sin(0.31 * t); };
+  EXPECT_EQ(why_not(made_up(90, speed, weave)), "");
+  Session no_speed = made_up(90, speed, weave), no_turning = no_speed;
+  no_speed.has[Channel::vx] = no_turning.has[Channel::yaw_rate] = false;
+  for (const Session& log : {no_speed, no_turning})
+    EXPECT_EQ(why_not(log), "none of them has a speed and a yaw rate or yaw");
+  EXPECT_EQ(why_not(made_up(
+                90, [&](double t) { return speed(t) - 1.0; }, weave)),
+            "too little of them is gentle driving at 1 m/s or faster");
+  EXPECT_EQ(why_not(made_up(
+                90, [](double) { return 1.6; }, weave)),
+            "in their corners speeds are too alike to tell it from the steering ratio");
+  const auto two_corners = [](double t) {
+    const double since = std::fmod(t, 100.0) - 2.0;
+    return since > 0.0 && since < 6.0 ? 0.5 * std::sin(std::numbers::pi / 3.0 * since) : 0.0;
+  };
+  EXPECT_EQ(why_not(made_up(
+                120, [](double t) { return t < 50.0 ? 1.2 : 1.9; }, two_corners)),
+            "less than three stretches of 10 s with corners tell of it");
+  for (const double size : {0.0, 0.05})
+    EXPECT_EQ(why_not(made_up(90, speed, weave, [=](double t) { return size * std::sin(2.3 * t); })),
+              "the steering in them hardly tells how the car turns, so that its ratio is not known")
+        << size;
 }
 
 TEST(SteadyTurning, SaysNothingWhereTheGradientCannotBeTold) {

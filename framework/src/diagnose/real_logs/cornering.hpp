@@ -3,6 +3,7 @@
 
 #include <list>
 #include <optional>
+#include <string>
 
 #include "diagnose/real_logs/missing_effects.hpp"
 #include "measured/steady_turning.hpp"
@@ -12,6 +13,7 @@ namespace gripline::diagnose {
 struct Cornering {
   std::optional<measured::SteadyTurning> by_log;  // nothing where the logs do not tell
   std::optional<double> given, found;             // gradients of the worlds [rad s2/m]
+  std::string why_not;                            // TurningByLogs::why_not
 };
 
 Cornering cornering_of(const std::list<measured::SessionFile>& files, const WorldSpec& given,

@@ -81,6 +81,7 @@ Node real_diagnosis_json(const Diagnosis& d, const MissingEffects& found, const 
   gap.set("effects", found.named.empty() ? Node::null() : change_node(found.change));
   gap.set("sessions", found.named.empty() ? Node::null() : sessions_node(found.sessions));
   json.set("understeer", understeer_node(corners));
+  json.set("understeer_reason", corners.why_not.empty() ? Node::null() : Node(corners.why_not));
   return json;
 }
 

@@ -4,6 +4,7 @@
 #include <filesystem>
 
 #include "calibrate/effects/effect_trial.hpp"
+#include "calibrate/fit/handling.hpp"
 #include "diagnose/real_logs/real_diagnosis.hpp"
 #include "util/numbers.hpp"
 
@@ -66,6 +67,10 @@ std::string sessions_table(const MissingEffects& found) {
              format(" %10.3f %13.3f", one.calibrated, one.found) +
              percents("   %+.1f %% (%+.1f to %+.1f)\n", one.change);
   return table;
+}
+
+std::string untold_corners(const Cornering& corners) {
+  return corners.why_not.empty() ? "" : "\n" + calibrate::untold_corners_text(corners.why_not) + "\n";
 }
 
 }  // namespace gripline::diagnose

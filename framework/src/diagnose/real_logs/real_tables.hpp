@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "diagnose/real_logs/missing_effects.hpp"
+#include "diagnose/real_logs/cornering.hpp"
 
 namespace gripline::diagnose {
 
@@ -15,5 +15,7 @@ std::string calibrated_table(const MissingEffects& found);
 std::string tried_table(const MissingEffects& found);
 /// What the effects named do to each log.
 std::string sessions_table(const MissingEffects& found);
+/// Why nothing is said of how the car corners.
+std::string untold_corners(const Cornering& corners);
 
 }  // namespace gripline::diagnose

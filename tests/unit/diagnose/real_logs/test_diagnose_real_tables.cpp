@@ -59,6 +59,14 @@ TEST(RealTables, CalibratedAreNeitherTheObserversNorOfEffectsNamed) {
             "/plant/params/Bf                                       5          4   3 to 4.5\n");
 }
 
+TEST(RealTables, SayWhyNothingIsSaidOfCorners) {
+  Cornering corners;
+  corners.why_not = "they are short";
+  EXPECT_EQ(untold_corners(corners), "\nundersteer: not told by these logs; they are short\n");
+  corners.why_not.clear();
+  EXPECT_EQ(untold_corners(corners), "");
+}
+
 TEST(RealTables, TriedStandByTheirGain) {
   MissingEffects found;
   found.ranking = {{"small", 0.1, true, 1.0, {0.02, 0.01, 0.03, 0.01}},
