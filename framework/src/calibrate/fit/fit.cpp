@@ -3,6 +3,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <random>
 
 #include "calibrate/fit/fit_starts.hpp"
@@ -136,51 +137,65 @@ std::vector<Unknown> settle(FitResult& result, std::span<const Unknown> unknowns
   return kept;
 }
 
+constexpr double start_spacing = 0.1;  // [s] between starts at least
+
+/// A log that is fitted from this speed on, with the time that its car drives so.
+struct Driven {
+  const measured::SessionFile* file;
+  double slowest, seconds;  // [m/s], [s]
+};
+
+/// Of a log that is slow throughout, of parking or of a steering test, starts where its car moves at all; nothing where
+/// it hardly moves.
+std::optional<Driven> driven_in(const measured::SessionFile& file, double grid_step, const FitOptions& options) {
+  constexpr std::size_t enough = 5;  // starts, for a log to say anything
+  for (const double slowest : {options.slowest, std::min(options.crawling, options.slowest)}) {
+    const FitLog all(file.session, grid_step, options.horizons, start_spacing, slowest);
+    if (all.starts.time.size() >= enough)
+      return Driven{&file, slowest, start_spacing * static_cast<double>(all.starts.time.size())};
+  }
+  return std::nullopt;
+}
+
+/// The logs that say anything; the others are left out, with a word.
+std::vector<Driven> driven_logs(const std::list<measured::SessionFile>& files, double grid_step,
+                                const FitOptions& options) {
+  const std::string fast = "faster than " + significant(options.crawling, 3) + " m/s with " +
+                           significant(options.horizons.back(), 3) + " s of log to come; ";
+  std::vector<Driven> driven;
+  for (const measured::SessionFile& file : files) {
+    if (const auto one = driven_in(file, grid_step, options)) {
+      driven.push_back(*one);
+      continue;
+    }
+    const std::string problem = file.session.name + ": hardly anywhere in it is the car " + fast;
+    if (files.size() == 1) throw InputError(problem + "there is nothing to fit");
+    say(options, problem + "left out");
+  }
+  if (driven.empty()) throw InputError("in none of the logs is the car " + fast + "there is nothing to fit");
+  // Static friction and play, which no model here has, rule a crawl: it counts where nothing else is there.
+  const auto is_slow = [&](const Driven& one) { return one.slowest < options.slowest; };
+  if (std::ranges::all_of(driven, is_slow)) return driven;
+  for (const Driven& one : driven)
+    if (is_slow(one))
+      say(options, one.file->session.name + ": slower than " + significant(options.slowest, 3) +
+                       " m/s throughout, other logs are not; left out");
+  std::erase_if(driven, is_slow);
+  return driven;
+}
+
 }  // namespace
 
 std::vector<FitLog> fit_logs(const std::list<measured::SessionFile>& files, const std::shared_ptr<const Track>& track,
                              double grid_step, const FitOptions& options) {
-  constexpr double often = 0.1;      // [s] between starts at least
-  constexpr std::size_t enough = 5;  // starts, for a log to say anything
+  const std::vector<Driven> driven = driven_logs(files, grid_step, options);
+  double seconds = 0.0, mean = 0.0;
+  for (const Driven& one : driven) seconds += one.seconds;
+  const double every = std::max(start_spacing, seconds / static_cast<double>(options.starts));
   std::vector<FitLog> logs;
-  double seconds = 0.0, slow_seconds = 0.0, mean = 0.0;
-  struct Driven {
-    const measured::SessionFile* file;
-    double slowest, seconds;
-  };
-  std::vector<Driven> driven;
-  for (const measured::SessionFile& file : files) {
-    // Of a log that is slow throughout, of parking or of a steering test, starts where its car moves at all.
-    for (const double slowest : {options.slowest, std::min(options.crawling, options.slowest)}) {
-      const FitLog all(file.session, grid_step, options.horizons, often, slowest);
-      if (all.starts.time.size() < enough) continue;
-      driven.push_back({&file, slowest, often * static_cast<double>(all.starts.time.size())});
-      (slowest < options.slowest ? slow_seconds : seconds) += driven.back().seconds;
-      break;
-    }
-    if (!driven.empty() && driven.back().file == &file) continue;
-    const std::string problem = file.session.name + ": hardly anywhere in it is the car faster than " +
-                                significant(options.crawling, 3) + " m/s with " +
-                                significant(options.horizons.back(), 3) + " s of log to come; ";
-    if (files.size() == 1) throw InputError(problem + "there is nothing to fit");
-    say(options, problem + "left out");
-  }
-  if (driven.empty())
-    throw InputError("in none of the logs is the car faster than " + significant(options.crawling, 3) + " m/s with " +
-                     significant(options.horizons.back(), 3) + " s of log to come; there is nothing to fit");
-  // Static friction and play, which no model here has, rule a crawl: it counts where nothing else is there.
-  const auto is_slow = [&](const Driven& one) { return one.slowest < options.slowest; };
-  if (seconds > 0.0) {
-    for (const Driven& one : driven)
-      if (is_slow(one))
-        say(options, one.file->session.name + ": slower than " + significant(options.slowest, 3) +
-                         " m/s throughout, other logs are not; left out");
-    std::erase_if(driven, is_slow);
-  }
-  const double every = std::max(often, (seconds > 0.0 ? seconds : slow_seconds) / static_cast<double>(options.starts));
   for (const Driven& one : driven) {
     const measured::Session& session = one.file->session;
-    logs.emplace_back(session, grid_step, options.horizons, std::min(every, std::max(often, one.seconds / 20)),
+    logs.emplace_back(session, grid_step, options.horizons, std::min(every, std::max(start_spacing, one.seconds / 20)),
                       one.slowest);
     if (track && lies_on(session, *track)) logs.back().track = track;
     mean += static_cast<double>(logs.back().starts.time.size()) / static_cast<double>(driven.size());
@@ -191,6 +206,23 @@ std::vector<FitLog> fit_logs(const std::list<measured::SessionFile>& files, cons
   return logs;
 }
 
+namespace {
+
+/// Errors of the models that know nothing.
+std::vector<HorizonRow> baseline_rows(const std::vector<FitLog>& logs, double wheelbase) {
+  std::vector<HorizonRow> rows;
+  for (std::size_t b = 0; b < baseline_names.size(); ++b) {
+    std::vector<std::vector<double>> predicted;
+    predicted.reserve(logs.size());
+    for (const FitLog& log : logs)
+      predicted.push_back(baseline(static_cast<Baseline>(b), *log.session, log.starts, wheelbase));
+    rows.push_back(row_of_predictions(baseline_names[b], logs, predicted));
+  }
+  return rows;
+}
+
+}  // namespace
+
 FitResult fit(const Forecaster& forecaster, std::vector<FitLog>& logs, std::vector<double> values,
               std::vector<Unknown> unknowns, const FitOptions& options) {
   FitResult result;
@@ -198,13 +230,7 @@ FitResult fit(const Forecaster& forecaster, std::vector<FitLog>& logs, std::vect
   for (const FitLog& log : logs) result.starts += log.starts.time.size();
   PredictionErrors errors(forecaster, logs);
   errors.weighing.horizon = options.horizon_weight;
-  for (std::size_t b = 0; b < baseline_names.size(); ++b) {
-    std::vector<std::vector<double>> predicted;
-    predicted.reserve(logs.size());
-    for (const FitLog& log : logs)
-      predicted.push_back(baseline(static_cast<Baseline>(b), *log.session, log.starts, forecaster.options().wheelbase));
-    result.errors.push_back(row_of_predictions(baseline_names[b], logs, predicted));
-  }
+  result.errors = baseline_rows(logs, forecaster.options().wheelbase);
   result.errors.push_back(row_of_model("before", errors, values));
 
   result.params = unknowns.empty() ? values : search(forecaster, logs, values, unknowns, options);
