@@ -91,26 +91,22 @@ std::array<HorizonError, quantities> change_of(const Judged& judged, std::span<c
   return out;
 }
 
-}  // namespace
-
-MeasuredSpec read_measured(const Node& tree, const Registry& registry) {
-  Errors errors;
-  ObjectReader r(tree, errors);
-  MeasuredSpec spec;
-  (void)r.find("kind");
-  if (const Node* const world = r.require("world", "a world file or an object"); world != nullptr) {
-    spec.tree = *world;
-    inline_file(spec.tree);
-    inline_world_files(spec.tree);
-    Node read = spec.tree;
-    if (const Node* const track = r.find("track"); track != nullptr) {
-      spec.track = *track;
-      read.erase("track");
-    }
-    read.erase("start");
-    if (read.find("duration") == nullptr && read.find("laps") == nullptr) read.set("duration", Node(1.0));
-    spec.world = read_world(read, registry, errors, RoadRule::optional);
+/// The world as written and as read; its road may be stated beside it.
+void read_own_world(ObjectReader& r, const Node& world, const Registry& registry, Errors& errors, MeasuredSpec& spec) {
+  spec.tree = world;
+  inline_file(spec.tree);
+  inline_world_files(spec.tree);
+  Node read = spec.tree;
+  if (const Node* const track = r.find("track"); track != nullptr) {
+    spec.track = *track;
+    read.erase("track");
   }
+  read.erase("start");
+  if (read.find("duration") == nullptr && read.find("laps") == nullptr) read.set("duration", Node(1.0));
+  spec.world = read_world(read, registry, errors, RoadRule::optional);
+}
+
+void read_log_names(ObjectReader& r, Errors& errors, MeasuredSpec& spec) {
   if (r.has("map")) spec.map = r.input_file("map");
   for (const Node& log : r.array("logs"))
     if (log.is_text())
@@ -118,6 +114,10 @@ MeasuredSpec read_measured(const Node& tree, const Registry& registry) {
     else
       errors.add(log.origin, "expected the name of a log, found " + log.describe());
   if (spec.logs.empty()) r.error_at("logs", "expected one log at least");
+}
+
+/// What is held out, and what is judged there.
+void read_judged_time(ObjectReader& r, MeasuredSpec& spec) {
   if (r.has("held_out")) {
     ObjectReader held_out = r.object("held_out");
     spec.held_every = held_out.number("every", "s", NumberRange::positive(), spec.held_every);
@@ -127,6 +127,10 @@ MeasuredSpec read_measured(const Node& tree, const Registry& registry) {
   spec.horizon = r.number("horizon", "s", NumberRange::at_most(10.0), spec.horizon);
   spec.every = r.number("every", "s", NumberRange::positive(), spec.every);
   if (spec.horizon >= spec.held_length) r.error_at("horizon", "expected less than a held-out block");
+}
+
+/// Effects that are taken out again, all of the world's where none are named, and claims on the rows.
+void read_rows(ObjectReader& r, Errors& errors, MeasuredSpec& spec) {
   std::vector<std::string> effects;
   for (const PluginSpec& effect : spec.world.vehicle.effects) effects.push_back(effect.id());
   if (r.has("ablate")) {
@@ -138,6 +142,20 @@ MeasuredSpec read_measured(const Node& tree, const Registry& registry) {
   const std::vector<std::string> columns(quantity_names.begin(), quantity_names.end()), rows = row_names(spec);
   for (const Node& claim : r.array("claims", false))
     if (auto read = read_claim(claim, rows, errors, columns)) spec.claims.push_back(*std::move(read));
+}
+
+}  // namespace
+
+MeasuredSpec read_measured(const Node& tree, const Registry& registry) {
+  Errors errors;
+  ObjectReader r(tree, errors);
+  MeasuredSpec spec;
+  (void)r.find("kind");
+  if (const Node* const world = r.require("world", "a world file or an object"); world != nullptr)
+    read_own_world(r, *world, registry, errors, spec);
+  read_log_names(r, errors, spec);
+  read_judged_time(r, spec);
+  read_rows(r, errors, spec);
   r.finish();
   errors.throw_if_any();
   if (spec.world.vehicle.model.empty())
