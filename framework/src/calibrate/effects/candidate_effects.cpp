@@ -103,6 +103,10 @@ CandidateEffect candidate_of(const PluginEntry& entry, const PluginContext& cont
   return c;
 }
 
+bool has_table(const PluginEntry& entry) {
+  return std::ranges::any_of(entry.params(), [](const abi::ParamDecl& p) { return p.type == abi::ParamType::table; });
+}
+
 /// Whether its tested parameters say something that is not known of every car and can be told from these logs.
 bool may_be_missing(const CandidateEffect& c, bool road) {
   std::vector<double> strong = c.numbers;  // at neutral values nothing depends on anything
@@ -111,7 +115,8 @@ bool may_be_missing(const CandidateEffect& c, bool road) {
   return !changes_known(*c.effect, strong) && (road || !depends_on_place(*c.effect, strong));
 }
 
-/// A car with candidates added, at values at which they do nothing, and all parameters of its forecaster.
+/// A car with candidates added, at values at which they do nothing, and all parameters of its forecaster. Of candidates
+/// that are listed the car has the effect already.
 struct LargerCar {
   LargerCar(const StagedCar& own, std::span<const CandidateEffect> candidates, std::span<const std::size_t> used,
             std::span<const double> params, const ForecastOptions& options)
@@ -125,15 +130,16 @@ struct LargerCar {
     for (const std::size_t c : used) {
       for (const std::size_t i : candidates[c].tested) {
         Unknown u;
-        u.index = first + i;
+        u.index = candidates[c].listed.value_or(first + i);
         u.sigma = candidates[c].entry->params()[i].fit ? candidates[c].entry->params()[i].scale : 1.0;
         tested.push_back(u);
       }
-      first += candidates[c].numbers.size();
+      if (!candidates[c].listed) first += candidates[c].numbers.size();
     }
   }
   static StagedCar with(StagedCar car, std::span<const CandidateEffect> candidates, std::span<const std::size_t> used) {
-    for (const std::size_t c : used) car.add(*candidates[c].effect, candidates[c].numbers, candidates[c].id());
+    for (const std::size_t c : used)
+      if (!candidates[c].listed) car.add(*candidates[c].effect, candidates[c].numbers, candidates[c].id());
     return car;
   }
   /// Unknowns of the forecaster without candidates.
@@ -228,13 +234,40 @@ std::vector<CandidateEffect> candidate_effects(const VehicleSpec& vehicle, const
     if (entry.decl->kind != abi::Kind::effect || entry.needs_truth()) continue;
     const auto there = [&](const PluginSpec& e) { return e.id() == entry.decl->id; };
     if (std::ranges::any_of(vehicle.effects, there)) continue;
-    const auto is_table = [](const abi::ParamDecl& p) { return p.type == abi::ParamType::table; };
-    if (std::ranges::any_of(entry.params(), is_table)) continue;
+    if (has_table(entry)) continue;
     try {
       CandidateEffect c = candidate_of(entry, context);
       if (!c.tested.empty() && own.has_stage(c.effect->stage()) && may_be_missing(c, road)) out.push_back(std::move(c));
     } catch (const std::exception&) {
       // An effect that cannot be made or tried is no candidate; it must not end what is asked of the others.
+    }
+  }
+  return out;
+}
+
+std::vector<CandidateEffect> idle_parameters(const VehicleSpec& vehicle, const Car& car, bool road) {
+  PluginContext context;
+  context.car = car;
+  std::vector<CandidateEffect> out;
+  std::size_t next = vehicle.model.entry->params().size();  // a car's parameters: its model's, then each effect's
+  for (const PluginSpec& spec : vehicle.effects) {
+    const std::size_t first = next;
+    next += spec.entry->params().size();
+    const bool twice = std::ranges::count(vehicle.effects, spec.id(), &PluginSpec::id) > 1;
+    if (twice || spec.entry->needs_truth() || has_table(*spec.entry)) continue;
+    const CandidateEffect neutral = candidate_of(*spec.entry, context);
+    if (neutral.tested.empty() || !may_be_missing(neutral, road)) continue;
+    for (const std::size_t i : neutral.tested) {
+      if (spec.values[i].number != neutral.numbers[i]) continue;
+      CandidateEffect one;
+      one.entry = spec.entry;
+      one.effect = create<Effect>(*spec.entry, context, spec.values);
+      for (const abi::ParamValue& value : spec.values) one.numbers.push_back(value.number);
+      one.low = neutral.low;
+      one.high = neutral.high;
+      one.tested = one.open = {i};
+      one.listed = first + i;
+      out.push_back(std::move(one));
     }
   }
   return out;

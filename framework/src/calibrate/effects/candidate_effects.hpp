@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -9,7 +10,8 @@
 
 namespace gripline::calibrate {
 
-/// An effect that is not in the car, at values at which it does nothing.
+/// An effect that is not in the car, at values at which it does nothing; or a parameter of one that is, which does nothing
+/// at the value it has there.
 struct CandidateEffect {
   const PluginEntry* entry = nullptr;
   Instance<Effect> effect{nullptr, nullptr};
@@ -17,6 +19,8 @@ struct CandidateEffect {
   std::vector<double> low, high;    // how far each of them may go
   std::vector<std::size_t> tested;  // parameters whose derivatives there say something
   std::vector<std::size_t> open;    // parameters that a fit may move
+  /// Of a parameter of an effect in the car: where it stands among the car's. A trial opens it and adds no effect.
+  std::optional<std::size_t> listed;
   std::string id() const { return entry->decl->id; }
 };
 
@@ -26,6 +30,10 @@ struct CandidateEffect {
 /// and, without a road, effects of place.
 std::vector<CandidateEffect> candidate_effects(const VehicleSpec& vehicle, const Car& car, const Registry& registry,
                                                bool road);
+
+/// Parameters of effects in the car that do nothing at the values they have there, each a candidate by itself: those of
+/// the effects that candidate_effects() would give if the car had them not, and that it has once. Their effects are as the car has them.
+std::vector<CandidateEffect> idle_parameters(const VehicleSpec& vehicle, const Car& car, bool road);
 
 /// What one effect more would do, to first order, the fitted parameters moving along.
 struct EffectScore {

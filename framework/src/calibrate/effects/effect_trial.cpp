@@ -27,6 +27,35 @@ std::size_t place_in_chain(const WorldSpec& world, const CandidateEffect& effect
 
 }  // namespace
 
+std::string pointer_of(const std::string& effect, const char* parameter) {
+  return "/plant/effects/" + effect + "/params/" + parameter;
+}
+
+Addition added_effect(const std::string& id) { return {id, pointer_of(id, ""), false}; }
+
+Addition addition_of(const CandidateEffect& candidate, const Trial& base) {
+  if (!candidate.listed) return added_effect(candidate.id());
+  const auto at = std::ranges::find(base.places, *candidate.listed, &ParameterPlace::index);
+  return {candidate.id() + "." + candidate.entry->params()[candidate.open.front()].name, at->pointer, true};
+}
+
+std::vector<CandidateEffect> candidates_beside(const Trial& base, const Registry& registry,
+                                               std::span<const FittedParameter> known) {
+  const bool road = base.spec.track != nullptr;
+  auto candidates = candidate_effects(base.spec.vehicle, base.spec.car.car, registry, road);
+  const auto is = [](const Unknown& u, const std::string& pointer) {
+    return u.pointer == pointer || std::ranges::find(u.same, pointer, &Unknown::Same::pointer) != u.same.end();
+  };
+  for (CandidateEffect& one : idle_parameters(base.spec.vehicle, base.spec.car.car, road)) {
+    const std::string pointer = addition_of(one, base).pointer;
+    if (std::ranges::any_of(base.unknowns, [&](const Unknown& u) { return is(u, pointer); }) ||
+        std::ranges::any_of(known, [&](const FittedParameter& p) { return is(p.unknown, pointer); }))
+      continue;
+    candidates.push_back(std::move(one));
+  }
+  return candidates;
+}
+
 void take_over_unknowns(Trial& to, const Trial& from) {
   for (Unknown u : from.unknowns) {
     std::vector<Unknown::Same> all{{u.pointer, u.index}};
@@ -49,11 +78,8 @@ void take_over(Trial& to, const Trial& from) {
   take_over_unknowns(to, from);
 }
 
-std::string pointer_of(const std::string& effect, const char* parameter) {
-  return "/plant/effects/" + effect + "/params/" + parameter;
-}
-
 WorldSpec with_effect(WorldSpec world, const CandidateEffect& effect) {
+  if (effect.listed) return world;
   PluginSpec spec;
   spec.entry = effect.entry;
   for (const double value : effect.numbers) spec.values.push_back({value, Table{}});
@@ -74,10 +100,11 @@ Unknown open_parameter(const ParameterPlace& place, double neutral) {
   return u;
 }
 
-Node with_effects(Node world, const WorldSpec& found, std::span<const std::string> added) {
+Node with_effects(Node world, const WorldSpec& found, std::span<const Addition> added) {
   for (std::size_t i = 0; i < found.vehicle.effects.size(); ++i) {
     const PluginSpec& effect = found.vehicle.effects[i];
-    if (std::ranges::find(added, effect.id()) == added.end()) continue;
+    const auto is_it = [&](const Addition& one) { return !one.opened && one.name == effect.id(); };
+    if (std::ranges::none_of(added, is_it)) continue;
     Node one = Node::empty_object(), params = Node::empty_object();
     one.set("plugin", Node(effect.id()));
     for (std::size_t p = 0; p < effect.values.size(); ++p)
@@ -98,11 +125,11 @@ Node with_effects(Node world, const WorldSpec& found, std::span<const std::strin
   return world;
 }
 
-void open_parameters(Node& world, std::span<const std::string> added, std::span<const FittedParameter> parameters) {
+void open_parameters(Node& world, std::span<const Addition> added, std::span<const FittedParameter> parameters) {
   if (Node* const listed = world.find("unknowns"); listed != nullptr)
-    for (const std::string& named : added)
+    for (const Addition& one_more : added)
       for (const FittedParameter& p : parameters) {
-        if (!p.unknown.pointer.starts_with(pointer_of(named, ""))) continue;
+        if (!one_more.owns(p.unknown.pointer)) continue;
         Node one = Node::empty_object();
         one.set("group", Node(p.unknown.group));
         one.set("prior", Node(p.unknown.prior));

@@ -40,6 +40,25 @@ struct Trial {
   ForecastErrors validation;                               // on time that was not fitted
 };
 
+/// What a trial has more than the world that it began from: an effect, or a parameter that was not to be fitted.
+struct Addition {
+  std::string name;     // of the effect, or of both: "steer_map.a"
+  std::string pointer;  // of the parameter, or of the effect's parameters, without their names
+  bool opened = false;  // whether it is a parameter
+  bool owns(const std::string& parameter) const {
+    return opened ? parameter == pointer : parameter.starts_with(pointer);
+  }
+};
+/// A whole effect more.
+Addition added_effect(const std::string& id);
+/// What fitting a candidate adds to a trial for whose car it was made.
+Addition addition_of(const CandidateEffect& candidate, const Trial& base);
+
+/// Effects that a trial's car lacks, and idle parameters of those that it has, unless the trial fits them or they are
+/// among `known`.
+std::vector<CandidateEffect> candidates_beside(const Trial& base, const Registry& registry,
+                                               std::span<const FittedParameter> known);
+
 /// Gives `to` the unknowns of `from` whose parameters it has too.
 void take_over_unknowns(Trial& to, const Trial& from);
 /// Gives `to` the values of `from` and its unknowns, of the parameters that it has too.
@@ -47,14 +66,15 @@ void take_over(Trial& to, const Trial& from);
 
 std::string pointer_of(const std::string& effect, const char* parameter);
 Stage stage_of(const PluginSpec& effect, const PluginContext& context);
+/// The world with a candidate's effect at its numbers; as it is where the candidate is listed.
 WorldSpec with_effect(WorldSpec world, const CandidateEffect& effect);
 WorldSpec without_effect(WorldSpec world, const std::string& id);
 /// What is not known of an effect's parameter before any log is read: a quarter of its range.
 Unknown open_parameter(const ParameterPlace& place, double neutral);
 
 /// A world's tree with those effects of `found` that were added.
-Node with_effects(Node world, const WorldSpec& found, std::span<const std::string> added);
-/// Lists the parameters of effects that were added among a tree's unknowns.
-void open_parameters(Node& world, std::span<const std::string> added, std::span<const FittedParameter> parameters);
+Node with_effects(Node world, const WorldSpec& found, std::span<const Addition> added);
+/// Lists the parameters of what was added among a tree's unknowns.
+void open_parameters(Node& world, std::span<const Addition> added, std::span<const FittedParameter> parameters);
 
 }  // namespace gripline::calibrate

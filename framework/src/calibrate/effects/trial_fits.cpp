@@ -6,8 +6,8 @@
 namespace gripline::calibrate {
 namespace {
 
-/// How the other unknowns move, to first order, when an effect is taken out.
-Eigen::VectorXd move_without(const Trial& base, const NormalEquations& blocks, const std::string& effect) {
+/// How the other unknowns move, to first order, when an addition is taken out.
+Eigen::VectorXd move_without(const Trial& base, const NormalEquations& blocks, const Addition& less) {
   using Index = Eigen::Index;
   const auto n = static_cast<Index>(base.unknowns.size());
   Eigen::MatrixXd hessian = Eigen::MatrixXd::Zero(n, n);
@@ -16,10 +16,10 @@ Eigen::VectorXd move_without(const Trial& base, const NormalEquations& blocks, c
   for (const Eigen::VectorXd& g : blocks.gradient) gradient += g;
   prior_cost(base.params, base.unknowns, &hessian, &gradient);
   std::vector<Index> stay;
-  Eigen::VectorXd off = Eigen::VectorXd::Zero(n);  // of the effect's parameters, to where it does nothing
+  Eigen::VectorXd off = Eigen::VectorXd::Zero(n);  // of its parameters, to where they do nothing
   for (Index i = 0; i < n; ++i) {
     const Unknown& u = base.unknowns[static_cast<std::size_t>(i)];
-    if (u.pointer.starts_with(pointer_of(effect, "")))
+    if (less.owns(u.pointer))
       off(i) = u.prior - base.params[u.index];
     else
       stay.push_back(i);
@@ -67,8 +67,10 @@ std::unique_ptr<Trial> TrialFits::with(const Trial& base, const CandidateEffect&
   auto trial = std::make_unique<Trial>(with_effect(base.spec, effect), forecast_);
   take_over(*trial, base);
   const std::size_t before = trial->unknowns.size();
+  const Addition added = addition_of(effect, base);
   for (const std::size_t i : effect.open) {
-    const ParameterPlace* const place = trial->find(pointer_of(effect.id(), effect.entry->params()[i].name));
+    const ParameterPlace* const place =
+        trial->find(effect.listed ? added.pointer : added.pointer + effect.entry->params()[i].name);
     Unknown open = open_parameter(*place, effect.numbers[i]);
     open.low = std::max(open.low, effect.low[i]);
     open.high = std::min(open.high, effect.high[i]);
@@ -96,12 +98,17 @@ std::unique_ptr<Trial> TrialFits::with(const Trial& base, const CandidateEffect&
 }
 
 std::unique_ptr<Trial> TrialFits::without(const Trial& base, const NormalEquations& blocks,
-                                          const std::string& effect) const {
-  auto trial = std::make_unique<Trial>(without_effect(base.spec, effect), forecast_);
+                                          const Addition& less) const {
+  auto trial = std::make_unique<Trial>(less.opened ? base.spec : without_effect(base.spec, less.name), forecast_);
   take_over(*trial, base);
+  std::erase_if(trial->unknowns, [&](const Unknown& u) {
+    if (!less.owns(u.pointer)) return false;
+    assign(trial->params, u, u.prior);
+    return true;
+  });
   const PredictionErrors from = errors(*trial);
   const auto cost = [&](const std::vector<double>& p) { return from.cost(p) + prior_cost(p, trial->unknowns); };
-  std::vector<double> next = moved(trial->params, trial->unknowns, move_without(base, blocks, effect));
+  std::vector<double> next = moved(trial->params, trial->unknowns, move_without(base, blocks, less));
   trial->cost = cost(trial->params);
   if (const double less = cost(next); less < trial->cost) {
     trial->cost = less;

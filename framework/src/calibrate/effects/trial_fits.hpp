@@ -23,10 +23,10 @@ class TrialFits {
   void refit_until_still(Trial& trial) const;
   /// Fits until little changes; given up (false) where it will hardly come down to a rival's cost.
   bool refit_near(Trial& trial, double rival) const;
-  /// One effect more, from where its score test says. Not fitted yet.
+  /// A candidate for `base` more, from where its score test says. Not fitted yet.
   std::unique_ptr<Trial> with(const Trial& base, const CandidateEffect& effect, const EffectScore& score) const;
-  /// One effect less, and everything else fitted again, from where `blocks`, of all the unknowns, say that it will lie.
-  std::unique_ptr<Trial> without(const Trial& base, const NormalEquations& blocks, const std::string& effect) const;
+  /// One addition less, and everything else fitted again, from where `blocks`, of all the unknowns, say that it will lie.
+  std::unique_ptr<Trial> without(const Trial& base, const NormalEquations& blocks, const Addition& less) const;
 
  private:
   const ForecastOptions& forecast_;

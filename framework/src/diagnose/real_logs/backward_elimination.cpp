@@ -6,6 +6,7 @@
 
 namespace gripline::diagnose {
 
+using calibrate::Addition;
 using calibrate::ForecastChange;
 using calibrate::Trial;
 using calibrate::Unknown;
@@ -22,19 +23,17 @@ struct Ablation {
 
 void take_out(Selection& selection, std::size_t index, std::unique_ptr<Trial> rest) {
   selection.trial = std::move(rest);
-  selection.effects.erase(selection.effects.begin() + static_cast<std::ptrdiff_t>(index));
+  selection.added.erase(selection.added.begin() + static_cast<std::ptrdiff_t>(index));
 }
 
-/// How far from doing nothing the fitted time says that an effect is, in half widths of its 95 % interval on that side:
+/// How far from doing nothing the fitted time says that an addition is, in half widths of its 95 % interval on that side:
 /// above 1 an interval of one of its parameters leaves out the value that does nothing.
-double determined(const Selection& selection, const std::string& effect, const calibrate::Bootstrap& boot) {
+double determined(const Selection& selection, const Addition& addition, const calibrate::Bootstrap& boot) {
   const Trial& found = *selection.trial;
   double most = 0.0;
   for (std::size_t i = 0; i < found.unknowns.size(); ++i) {
     const Unknown& u = found.unknowns[i];
-    if (!u.pointer.starts_with(calibrate::pointer_of(effect, "")) ||
-        std::ranges::find(selection.tested, u.pointer) == selection.tested.end())
-      continue;
+    if (!addition.owns(u.pointer) || std::ranges::find(selection.tested, u.pointer) == selection.tested.end()) continue;
     const double value = found.params[u.index], off = value - u.prior;
     const double half = off > 0.0 ? value - boot.interval[i].low : boot.interval[i].high - value;
     if (half > 0.0) most = std::max(most, std::abs(off) / half);
@@ -45,17 +44,17 @@ double determined(const Selection& selection, const std::string& effect, const c
 /// Takes out what the fitted time does not determine beside the others, the least determined first. Gives the normal
 /// equations of what is left, nothing where that is the calibrated world.
 calibrate::NormalEquations keep_determined(const EffectSearch& search, Selection& selection) {
-  while (!selection.effects.empty()) {
+  while (!selection.added.empty()) {
     const Trial& found = *selection.trial;
     calibrate::NormalEquations blocks = search.fits.errors(found).linearise(found.params, found.unknowns);
     const calibrate::Bootstrap boot =
         calibrate::bootstrap(blocks, found.params, found.unknowns, search.options.fit.seed);
-    const auto how = [&](const std::string& effect) { return determined(selection, effect, boot); };
-    const auto least = std::ranges::min_element(selection.effects, {}, how);
+    const auto how = [&](const Addition& addition) { return determined(selection, addition, boot); };
+    const auto least = std::ranges::min_element(selection.added, {}, how);
     if (how(*least) > 1.0) return blocks;
     auto rest = search.fits.without(found, blocks, *least);
     search.validate(*rest);
-    take_out(selection, static_cast<std::size_t>(least - selection.effects.begin()), std::move(rest));
+    take_out(selection, static_cast<std::size_t>(least - selection.added.begin()), std::move(rest));
   }
   return {};
 }
@@ -66,7 +65,7 @@ Ablation evaluate_without(const EffectSearch& search, const Selection& selection
                           const calibrate::NormalEquations& blocks, const UnfittedErrors& now,
                           const UnfittedErrors& first) {
   Ablation out;
-  out.rest = search.fits.without(*selection.trial, blocks, selection.effects[index]);
+  out.rest = search.fits.without(*selection.trial, blocks, selection.added[index]);
   search.validate(*out.rest);
   const UnfittedErrors without = search.unfitted_errors(*out.rest);
   const UnfittedChange by_it = compare_unfitted(now, without);
@@ -83,18 +82,18 @@ Ablation evaluate_without(const EffectSearch& search, const Selection& selection
 std::vector<Ablation> evaluate_each(const EffectSearch& search, Selection& selection,
                                     const calibrate::NormalEquations& blocks, const UnfittedErrors& first,
                                     std::map<std::string, double>& significance) {
-  std::vector<std::string>& effects = selection.effects;
+  std::vector<Addition>& added = selection.added;
   const UnfittedErrors now = search.unfitted_errors(*selection.trial);
-  std::ranges::stable_sort(effects, {}, [&](const std::string& effect) {
-    const auto known = significance.find(effect);
+  std::ranges::stable_sort(added, {}, [&](const Addition& addition) {
+    const auto known = significance.find(addition.name);
     return known == significance.end() ? 0.0 : known->second;
   });
   std::vector<Ablation> out;
-  for (std::size_t i = 0; i < effects.size(); ++i) {
-    search.tell(0.75 + 0.2 * static_cast<double>(i) / static_cast<double>(effects.size()), "without " + effects[i]);
+  for (std::size_t i = 0; i < added.size(); ++i) {
+    search.tell(0.75 + 0.2 * static_cast<double>(i) / static_cast<double>(added.size()), "without " + added[i].name);
     out.push_back(evaluate_without(search, selection, i, blocks, now, first));
-    const bool again = i == 0 && significance.contains(effects[i]);
-    significance[effects[i]] = out[i].significance;
+    const bool again = i == 0 && significance.contains(added[i].name);
+    significance[added[i].name] = out[i].significance;
     if (again && !out[i].needed) break;
   }
   return out;
@@ -103,7 +102,7 @@ std::vector<Ablation> evaluate_each(const EffectSearch& search, Selection& selec
 }  // namespace
 
 std::vector<MissingEffect> eliminate_backward(const EffectSearch& search, Selection& selection) {
-  if (selection.effects.empty()) return {};
+  if (selection.added.empty()) return {};
   search.fits.refit_until_still(*selection.trial);  // as those without one of the effects are that it is compared with
   search.validate(*selection.trial);
   // What is left is never surely worse than this.
@@ -111,7 +110,7 @@ std::vector<MissingEffect> eliminate_backward(const EffectSearch& search, Select
   std::map<std::string, double> significance;  // of effects that were evaluated
   for (;;) {
     const calibrate::NormalEquations blocks = keep_determined(search, selection);
-    if (selection.effects.empty()) return {};
+    if (selection.added.empty()) return {};
     std::vector<Ablation> ablations = evaluate_each(search, selection, blocks, first, significance);
     const auto worst = std::ranges::min_element(
         ablations, {}, [](const Ablation& one) { return one.needed ? INFINITY : one.significance; });
@@ -122,7 +121,7 @@ std::vector<MissingEffect> eliminate_backward(const EffectSearch& search, Select
     // All of them were evaluated beside each other.
     std::vector<MissingEffect> named;
     for (std::size_t i = 0; i < ablations.size(); ++i)
-      named.push_back({selection.effects[i], false, {}, ablations[i].reported});
+      named.push_back({selection.added[i], false, {}, ablations[i].reported});
     std::ranges::stable_sort(named, {}, [](const MissingEffect& one) { return one.change.change; });
     return named;
   }

@@ -71,10 +71,10 @@ struct EffectSearch {
   CalibratedWorld world;
 };
 
-/// A world with effects added to the calibrated one.
+/// A world with effects added to the calibrated one, or with idle parameters of its effects opened.
 struct Selection {
   std::unique_ptr<calibrate::Trial> trial;
-  std::vector<std::string> effects;
+  std::vector<calibrate::Addition> added;
   std::vector<std::string> tested;  // pointers of those of their parameters that change something by themselves
 };
 

@@ -32,8 +32,7 @@ struct Round {
 Round score_beside(const EffectSearch& search, const Selection& selection) {
   const Trial& base = *selection.trial;
   Round round;
-  round.candidates =
-      calibrate::candidate_effects(base.spec.vehicle, base.spec.car.car, search.registry, base.spec.track != nullptr);
+  round.candidates = calibrate::candidates_beside(base, search.registry, search.world.undetermined);
   hold_to_yaw(round.candidates, search.by_yaw);
   std::vector<calibrate::FitLog> fitted = search.logs.fitted;
   round.scores = score_candidates(base.vehicle.car(), round.candidates, search.forecast, fitted, base.params,
@@ -41,7 +40,8 @@ Round score_beside(const EffectSearch& search, const Selection& selection) {
   std::ranges::stable_sort(round.scores, std::greater<>(), &EffectScore::gain);
   round.rows.reserve(round.scores.size());
   for (const EffectScore& one : round.scores)
-    round.rows.push_back({round.candidates[one.candidate].id(), one.gain, false, 0.0, {}});
+    round.rows.push_back(
+        {calibrate::addition_of(round.candidates[one.candidate], base).name, one.gain, false, 0.0, {}});
   return round;
 }
 
@@ -55,10 +55,10 @@ void try_candidate(const EffectSearch& search, const Selection& selection, Round
   auto trial = search.fits.with(base, effect, score);
   const double rival = round.best ? round.best->cost : (1.0 - worth) * base.cost;
   const bool near = search.fits.refit_near(*trial, rival);
-  if (!near && !selection.effects.empty()) return;  // the first ones are reported whatever they do
+  if (!near && !selection.added.empty()) return;  // the first ones are reported whatever they do
   search.validate(*trial);
   ScoredEffect& row = round.rows[index];
-  row = {effect.id(), 1.0 - trial->cost / base.cost, true, trial->validation.rms(),
+  row = {calibrate::addition_of(effect, base).name, 1.0 - trial->cost / base.cost, true, trial->validation.rms(),
          change_of(trial->validation, base.validation)};
   // Whether it surely helps is asked in the end, beside the others: what is still missing is noise here.
   if (!near || !(row.change.change < 0.0) || !(trial->cost < rival)) return;
@@ -76,7 +76,7 @@ void try_best(const EffectSearch& search, const Selection& selection, Round& rou
   };
   for (std::size_t i = 0, tried = 0; i < count && tried < tries; ++i) {
     if (!(round.scores[i].score > agreed)) continue;
-    const bool all_are_reported = selection.effects.empty();
+    const bool all_are_reported = selection.added.empty();
     if (round.best && !all_are_reported &&
         surpassed * round.scores[i].gain < 1.0 - round.best->cost / selection.trial->cost)
       break;
@@ -92,9 +92,10 @@ void try_best(const EffectSearch& search, const Selection& selection, Round& rou
 
 void add_best(Selection& selection, Round& round) {
   const CandidateEffect& chosen = round.candidates[round.scores[round.best_score].candidate];
-  selection.effects.push_back(chosen.id());
+  const calibrate::Addition added = calibrate::addition_of(chosen, *selection.trial);
   for (const std::size_t i : chosen.tested)
-    selection.tested.push_back(calibrate::pointer_of(chosen.id(), chosen.entry->params()[i].name));
+    selection.tested.push_back(added.opened ? added.pointer : added.pointer + chosen.entry->params()[i].name);
+  selection.added.push_back(added);
   selection.trial = std::move(round.best);
 }
 
@@ -105,14 +106,14 @@ ForwardSelection select_forward(const EffectSearch& search) {
   Selection& found = out.found;
   const std::size_t most = search.options.most;
   const auto tell = [&] {
-    search.tell(0.25 + 0.5 * static_cast<double>(found.effects.size()) / static_cast<double>(most),
-                found.effects.empty() ? "looking for effects" : "beside " + found.effects.back());
+    search.tell(0.25 + 0.5 * static_cast<double>(found.added.size()) / static_cast<double>(most),
+                found.added.empty() ? "looking for effects" : "beside " + found.added.back().name);
   };
   tell();
-  while (found.effects.size() < most) {
+  while (found.added.size() < most) {
     Round round = score_beside(search, found);
     try_best(search, found, round);
-    if (found.effects.empty()) out.ranking = std::move(round.rows);
+    if (found.added.empty()) out.ranking = std::move(round.rows);
     if (!round.best) break;
     add_best(found, round);
     tell();

@@ -1,6 +1,7 @@
 #include "diagnose/real_logs/missing_effects.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "calibrate/fit/prediction_rows.hpp"
@@ -18,6 +19,32 @@ using calibrate::ForecastErrors;
 using calibrate::Trial;
 
 namespace {
+
+/// Noise of each channel over all files, in its unit; 0 where none is measured.
+measured::Channels noise_of_channels(const std::list<measured::SessionFile>& files) {
+  measured::Channels sum{}, count{};
+  for (const measured::SessionFile& file : files)
+    for (std::size_t c = 0; c < measured::channels; ++c)
+      if (const auto noise = measured::noise_of(file.session, c, file.row_step)) {
+        sum[c] += noise->sigma * noise->sigma;
+        count[c] += 1.0;
+      }
+  for (std::size_t c = 0; c < measured::channels; ++c) sum[c] = count[c] > 0.0 ? std::sqrt(sum[c] / count[c]) : 0.0;
+  return sum;
+}
+
+MissingEffects::Loudest loudest_of(const calibrate::HorizonRow& row, const std::list<measured::SessionFile>& files) {
+  using measured::Channel;
+  const measured::Channels noise = noise_of_channels(files);
+  const std::array<double, calibrate::quantities> of = {std::hypot(noise[Channel::x], noise[Channel::y]),
+                                                        noise[Channel::yaw], noise[Channel::vx], noise[Channel::vy],
+                                                        noise[Channel::yaw_rate]};
+  constexpr std::array<const char*, calibrate::quantities> words = {"position", "yaw", "vx", "vy", "yaw rate"};
+  MissingEffects::Loudest out;
+  for (std::size_t q = 0; q < calibrate::quantities; ++q)
+    if (const double times = row.error[q].rms / of[q]; of[q] > 0.0 && times > out.times) out = {words[q], times};
+  return out;
+}
 
 /// What sensors alone would leave of errors, over what is usual.
 double noise_of_sensors(const std::list<measured::SessionFile>& files, const calibrate::Weighing& weighing) {
@@ -67,11 +94,12 @@ void fill_values(std::vector<MissingEffect>& named, const WorldSpec& found,
   const PluginContext context = Trial::context_of(found);
   for (MissingEffect& one : named)
     for (const PluginSpec& effect : found.vehicle.effects) {
-      if (effect.id() != one.effect) continue;
+      const std::string pointer = calibrate::pointer_of(effect.id(), "");
+      if (!one.addition.pointer.starts_with(pointer)) continue;
       one.measurement = calibrate::stage_of(effect, context) == Stage::reading;
       for (const abi::ParamDecl& p : effect.entry->params())
         for (const FittedParameter& fitted : parameters)
-          if (fitted.unknown.pointer == calibrate::pointer_of(one.effect, p.name))
+          if (one.addition.owns(fitted.unknown.pointer) && fitted.unknown.pointer == pointer + p.name)
             one.params.push_back({p.name, p.unit, fitted.value, fitted.interval.low, fitted.interval.high,
                                   fitted.unknown.low, fitted.unknown.high});
     }
@@ -93,9 +121,9 @@ Node world_of(const EffectSearch& search, const Selection& selection, const Miss
   result.parameters = found.parameters;
   result.errors = found.rows;
   for (const FitLog& log : search.logs.fitted) result.starts += log.starts.time.size();
-  Node world = fitted_world(calibrate::with_effects(search.tree, trial.spec, selection.effects), trial.spec,
+  Node world = fitted_world(calibrate::with_effects(search.tree, trial.spec, selection.added), trial.spec,
                             trial.forecaster, result, {search.logs.names, search.map.file.filename().string()}, folder);
-  calibrate::open_parameters(world, selection.effects, found.parameters);
+  calibrate::open_parameters(world, selection.added, found.parameters);
   return world;
 }
 
@@ -131,7 +159,7 @@ void write_worlds(const EffectSearch& search, Selection& selection, const std::f
   Trial given(search.spec, search.forecast);
   given.params = search.world.given_params;
   const auto calibrated = with_disturbances(search, *search.world.calibrated);
-  selection.trial = with_disturbances(search, selection.effects.empty() ? *search.world.calibrated : *selection.trial);
+  selection.trial = with_disturbances(search, selection.added.empty() ? *search.world.calibrated : *selection.trial);
   const Trial& found = *selection.trial;
   out.parameters = parameters_with_intervals(search, found);
   for (FittedParameter p : search.world.undetermined) {
@@ -167,6 +195,11 @@ std::string MissingEffect::Value::text(int digits, bool interval) const {
 }
 
 bool MissingEffects::at_noise() const {
+  constexpr double loud = 3.0;
+  return sum_at_noise() && !(loudest.times > loud);
+}
+
+bool MissingEffects::sum_at_noise() const {
   // An error this little above the noise hides a tenth of it in squares: less than the noise is known to.
   // Readings that are predicted have their noise: a figure well above the error holds motion too, and tells nothing.
   constexpr double least = 0.9, as_large = 1.05;
@@ -196,6 +229,7 @@ MissingEffects find_missing(const Node& tree, const WorldSpec& spec, const Regis
   // Without disturbances, which would stand for a part of an effect.
   fill_values(out.named, selection.trial->spec, parameters_with_intervals(search, *selection.trial));
   write_worlds(search, selection, folder, out);
+  out.loudest = loudest_of(out.rows.back(), files);
   return out;
 }
 

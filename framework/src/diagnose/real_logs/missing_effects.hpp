@@ -14,6 +14,7 @@
 #include <string>
 #include <vector>
 
+#include "calibrate/effects/effect_trial.hpp"
 #include "calibrate/fit/calibrated_world.hpp"
 #include "calibrate/fit/forecast_errors.hpp"
 #include "diagnose/real_logs/remainder.hpp"
@@ -34,8 +35,8 @@ struct MissingEffect {
     /// its range [0, 0.1] s"; numbers with so many digits.
     std::string text(int digits, bool interval) const;
   };
-  std::string effect;
-  bool measurement = false;  // it changes what the sensors show, not how the car moves
+  calibrate::Addition addition;  // to the calibrated world
+  bool measurement = false;      // it changes what the sensors show, not how the car moves
   std::vector<Value> params;
   /// Of predictions of the logs held out, or of time not fitted, by it beside the others.
   calibrate::ForecastChange change;
@@ -43,7 +44,7 @@ struct MissingEffect {
 
 /// A candidate beside the calibrated world alone.
 struct ScoredEffect {
-  std::string effect;
+  std::string effect;  // the name of its Addition
   /// Relative decrease of squared errors on the fitted time, to first order or, where tried, fitted: as far as the fit
   /// went, which is given up where it stays behind another's.
   double gain = 0;
@@ -76,7 +77,15 @@ struct MissingEffects {
   /// (all channels): its own is about 1.
   double given = 0, calibrated = 0, found = 0, noise = 0;
   double validation = 0;  // of the calibrated world on validation time, which `ranking` is by
-  /// Whether what is left is as large as what sensors alone would leave: these logs tell nothing more.
+  /// The quantity whose error 1 s ahead is largest over its own sensors' noise, and how many times that is: a channel that
+  /// is wrong drowns in the sum of all.
+  struct Loudest {
+    std::string quantity;
+    double times = 0;
+  } loudest;
+  /// Whether what is left is, in sum, as large as what sensors alone would leave.
+  bool sum_at_noise() const;
+  /// Whether that holds of each quantity too: these logs tell nothing more.
   bool at_noise() const;
   calibrate::ForecastChange calibration;  // calibrated against given, of the model alone
   calibrate::ForecastChange change;       // found against calibrated

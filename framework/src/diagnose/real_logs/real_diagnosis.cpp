@@ -20,7 +20,7 @@ NamedEffect named_delay(const ChannelDelay& one) {
 
 NamedEffect named_effect(const MissingEffect& one) {
   NamedEffect named;
-  named.effect = one.effect;
+  named.effect = one.addition.name;
   named.measurement = one.measurement;
   for (const auto& v : one.params) named.params.push_back({v.name, v.unit, v.value, v.low, v.high, v.at_end()});
   named.confidence = std::min(one.change.certainty, thresholds::most_beside_unknown);

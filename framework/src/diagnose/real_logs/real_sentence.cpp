@@ -44,7 +44,7 @@ std::string delay_text(const NamedEffect& delay) {
 }
 
 std::string effect_text(const MissingEffect& effect) {
-  std::string text = effect.effect + " (";
+  std::string text = effect.addition.name + " (";
   for (std::size_t p = 0; p < effect.params.size(); ++p) text += (p == 0 ? "" : ", ") + effect.params[p].text(3, false);
   return text + ")";
 }
@@ -75,6 +75,9 @@ std::string remaining_text(const MissingEffects& found) {
   text += significant(std::min(found.noise, found.found), 2) + ", is not known: ";
   text += found.named.empty() ? "no effect" : "no other effect";
   text += " that was tried takes enough of it off, or surely enough, to be named";
+  if (found.sum_at_noise())
+    text += "; the error of " + found.loudest.quantity + " is " + significant(found.loudest.times, 2) +
+            " times its sensor's noise";
   const std::string rest = remainder_text(found.remainder);
   return text + (rest.empty() ? "." : "; " + rest + ".");
 }

@@ -27,7 +27,7 @@ std::string named_table(const MissingEffects& found) {
   if (found.named.empty()) return {};
   std::string table = "\nmissing             predictions of time not fitted, beside the others\n";
   for (const MissingEffect& n : found.named) {
-    table += padded(n.effect, 18) + percents(" %+7.1f %% (%+.1f to %+.1f)", n.change);
+    table += padded(n.addition.name, 18) + percents(" %+7.1f %% (%+.1f to %+.1f)", n.change);
     for (const auto& v : n.params) table += "   " + v.text(4, true);
     table += '\n';
   }
@@ -38,9 +38,8 @@ std::string calibrated_table(const MissingEffects& found) {
   std::string rows;
   for (const calibrate::FittedParameter& p : found.parameters) {
     const calibrate::Unknown& u = p.unknown;
-    const bool named = std::ranges::any_of(found.named, [&](const MissingEffect& n) {
-      return u.pointer.starts_with(calibrate::pointer_of(n.effect, ""));
-    });
+    const bool named =
+        std::ranges::any_of(found.named, [&](const MissingEffect& n) { return n.addition.owns(u.pointer); });
     if (u.observer || named) continue;
     rows += padded(u.pointer, 45) +
             format(" %10.4g %10.4g   %.4g to %.4g\n", u.prior, p.value, p.interval.low, p.interval.high);

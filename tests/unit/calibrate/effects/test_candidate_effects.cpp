@@ -54,6 +54,29 @@ TEST(CandidateEffects, BeginWhereTheyDoNothing) {
   EXPECT_GT(fitted, 20u);
 }
 
+/// A parameter that a world's effect has at a value that does nothing is a candidate; one with a value of its own is known.
+TEST(IdleParameters, AreThoseThatDoNothingAsListed) {
+  const test::CalibrateRig rig(test::small_car_world(R"({"plant": {"effects": [
+      {"plugin": "steer_map", "params": {"g": 0.9}}, {"plugin": "steer_lag", "params": {"tau": 0.05}},
+      {"plugin": "steer_offset", "params": {"d0": 0.02}}, {"plugin": "friction_patch", "params": {"k": 0}},
+      {"plugin": "vx_bias", "params": {"b": 0}}]}})"));
+  std::vector<std::string> pointers;
+  const auto places = parameter_places(rig.spec, rig.forecaster);
+  for (const CandidateEffect& one : idle_parameters(rig.spec.vehicle, rig.spec.car.car, false)) {
+    const auto place = std::ranges::find(places, one.listed.value(), &ParameterPlace::index);
+    pointers.push_back(place->pointer.substr(std::string("/plant/effects/").size()));
+    EXPECT_EQ(one.tested, one.open);
+    EXPECT_EQ(one.open.size(), 1u);
+  }
+  EXPECT_THAT(pointers, testing::UnorderedElementsAre("steer_map/params/a", "steer_map/params/c", "vx_bias/params/b"));
+}
+
+TEST(IdleParameters, OfAnEffectThatIsListedTwiceAreNone) {
+  const test::CalibrateRig rig(test::small_car_world(R"({"plant": {"effects": [
+      {"plugin": "steer_offset", "params": {"d0": 0}}, {"plugin": "steer_offset", "params": {"d0": 0}}]}})"));
+  EXPECT_TRUE(idle_parameters(rig.spec.vehicle, rig.spec.car.car, false).empty());
+}
+
 /// Scores of all candidates on a log of a car that differs by `truth` from the nominal one, whose Bf, Cm1 and Iz move;
 /// Iz is believed to a per cent.
 std::map<std::string, EffectScore> scores_of(const char* truth) {

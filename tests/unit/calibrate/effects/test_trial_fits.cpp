@@ -44,7 +44,7 @@ TEST(TrialFits, AnEffectIsFittedAndTakenOutAgain) {
   EXPECT_FALSE(fits.refit_near(*more, 0.1 * more->cost)) << "a rival that is out of reach";
 
   const NormalEquations blocks = fits.errors(*more).linearise(more->params, more->unknowns);
-  const auto less = fits.without(*more, blocks, "steer_offset");
+  const auto less = fits.without(*more, blocks, added_effect("steer_offset"));
   EXPECT_TRUE(less->spec.vehicle.effects.empty());
   EXPECT_NEAR(less->cost, base.cost, 0.01 * base.cost);
   const std::size_t drive = base.unknowns.front().index;

@@ -41,7 +41,7 @@ MissingEffects found_in_log_of(const char* effects, const char* nominal_patch = 
 }
 
 const MissingEffect* find(const MissingEffects& found, const std::string& effect) {
-  const auto at = std::ranges::find(found.named, effect, &MissingEffect::effect);
+  const auto at = std::ranges::find_if(found.named, [&](const auto& one) { return one.addition.name == effect; });
   return at == found.named.end() ? nullptr : &*at;
 }
 
@@ -108,6 +108,29 @@ TEST(MissingEffects, DeadZoneAndSteeringOffsetAreNamedWithTheirSizesAndStandInTh
   EXPECT_EQ(again.spec.vehicle.effects.size(), found.named.size());
 }
 
+/// A straight servo map in the world, a bent one in the car. What was not to be fitted of the map is named by itself, and
+/// stands in the world found, open.
+TEST(MissingEffects, AnIdleParameterOfAnEffectThatTheWorldListsIsNamed) {
+  const std::string pointer = "/plant/effects/steer_map/params/c";
+  const MissingEffects found =
+      found_in_log_of(R"({"plant": {"effects": [{"plugin": "steer_map", "params": {"g": 0.9, "c": -2}}]}})",
+                      R"({"plant": {"effects": [{"plugin": "steer_map", "params": {"g": 1}}]},
+          "unknowns": {"/plant/effects/steer_map/params/g": {"group": "steer", "sigma": 0.2}}})");
+  const MissingEffect* const named = find(found, "steer_map.c");
+  ASSERT_NE(named, nullptr);
+  ASSERT_EQ(named->params.size(), 1u);
+  EXPECT_EQ(named->params.front().name, "c");
+  EXPECT_NEAR(named->params.front().value, -2.0, 0.3);
+  EXPECT_TRUE(named->change.helps());
+  const CalibrateRig again(found.world);
+  ASSERT_EQ(again.spec.vehicle.effects.size(), 1u);
+  EXPECT_NE(found.world.find("unknowns")->find(pointer), nullptr);
+  const auto places = parameter_places(again.spec, again.forecaster);
+  const auto place = std::ranges::find(places, pointer, &calibrate::ParameterPlace::pointer);
+  ASSERT_NE(place, places.end());
+  EXPECT_NEAR(again.forecaster.defaults()[place->index], named->params.front().value, 0.3);
+}
+
 /// What the logs do not tell is returned with what was known of it, by its place in the world found.
 TEST(MissingEffects, ParametersThatLogsDoNotTellKeepTheirPrior) {
   measured::LogMap map = measured::gripline_map();
@@ -143,7 +166,7 @@ TEST(MissingEffects, AnEndOfGripAndBackEmfAreNamedThoughStiffnessAndDriveHideThe
           "/plant/params/Cr0": {"group": "drive", "sigma": 0.5, "scale": "log"}}})",
                       {.seconds = 60, .noise = 1, .command = sliding});
   std::string names;
-  for (const MissingEffect& one : found.named) names += one.effect + ' ';
+  for (const MissingEffect& one : found.named) names += one.addition.name + ' ';
   EXPECT_NE(find(found, "back_emf"), nullptr) << names;
   // The front axle slides first; where the rear one never does, less grip of both is no better.
   const MissingEffect* const front = find(found, "front_grip");
@@ -191,7 +214,7 @@ TEST(MissingEffects, AnOffsetOfTheYawRateIsNamedWhereYawSaysSo) {
 
 TEST(MissingEffects, NothingIsNamedWhereNothingIsMissing) {
   const MissingEffects found = found_in_log_of(R"({"plant": {"params": {"Cm1": 14}, "effects": []}})");
-  EXPECT_TRUE(found.named.empty()) << found.named.front().effect;
+  EXPECT_TRUE(found.named.empty()) << found.named.front().addition.name;
 }
 
 }  // namespace

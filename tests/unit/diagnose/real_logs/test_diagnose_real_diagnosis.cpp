@@ -20,7 +20,8 @@ MissingEffects found_one() {
   found.calibration = {-1.0 / 3.0, -0.4, -0.3, 0.999};
   found.change = {-0.5, -0.6, -0.4, 0.999};
   found.all = {-2.0 / 3.0, -0.75, -0.5, 0.999};
-  found.named.push_back({"steer_offset", false, {{"d0", "rad", 0.03, 0.02, 0.04, -0.2, 0.2}}, found.change});
+  found.named.push_back(
+      {calibrate::added_effect("steer_offset"), false, {{"d0", "rad", 0.03, 0.02, 0.04, -0.2, 0.2}}, found.change});
   found.remainder = {"speed", true, 2.0, 0.6};
   return found;
 }

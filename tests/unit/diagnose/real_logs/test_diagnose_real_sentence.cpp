@@ -19,7 +19,8 @@ MissingEffects found_with(std::initializer_list<const char*> names) {
   found.noise = 0.5;
   found.calibration = {-1.0 / 3.0, -0.4, -0.3, 0.999};
   found.change = {-0.5, -0.6, -0.4, 0.999};
-  for (const char* name : names) found.named.push_back({name, false, {{"k", "1", 0.3, 0.2, 0.4, 0.0, 1.0}}, {}});
+  for (const char* name : names)
+    found.named.push_back({calibrate::added_effect(name), false, {{"k", "1", 0.3, 0.2, 0.4, 0.0, 1.0}}, {}});
   return found;
 }
 

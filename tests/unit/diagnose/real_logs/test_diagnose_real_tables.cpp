@@ -12,7 +12,8 @@ using testing::StartsWith;
 
 MissingEffects found_one(const std::string& log) {
   MissingEffects found;
-  found.named.push_back({"drag", false, {{"k", "1", 0.3, 0.2, 0.4, 0.0, 1.0}}, {-0.5, -0.6, -0.4, 0.999}});
+  found.named.push_back(
+      {calibrate::added_effect("drag"), false, {{"k", "1", 0.3, 0.2, 0.4, 0.0, 1.0}}, {-0.5, -0.6, -0.4, 0.999}});
   found.sessions.push_back({log, 1.25, 0.5, {-0.6, -0.7, -0.5, 0.999}});
   return found;
 }
