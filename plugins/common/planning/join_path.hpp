@@ -3,7 +3,8 @@
 //   n(s) = h00(s / Ln) n0 + Ls h10(s / Ls) n0',   h00 and h10 quintic: n' = n'' = 0 where the car is on the line
 //
 // with the offset n0 and the slope n0' = tan(heading error) of the car. Ln and Ls are the least for which the added
-// curvature stays within a share of the friction at the speed driven, and within the steering's limit. A
+// curvature stays within a share of the friction at the speed driven, a larger one for a car beside the road, and
+// within the steering's limit. A
 // controller that is given a line metres away steers as hard as its model allows; with this path it need not.
 #pragma once
 
@@ -92,11 +93,14 @@ class JoinPath {
     const double turned = std::abs(car.angle - std::atan(from.slope)), v = std::hypot(x.vx, x.vy);
     return std::abs(car.n - from.n) > near || (v > 0.5 * slow_ && turned > std::max(far_angle, reach / v));
   }
+  static bool n_outside(double n, const RefPoint& foot) { return n > foot.left || -n > foot.right; }
   double ahead(double s) const { return std::max(0.0, std::remainder(s - begin_, length_)); }
 
   void begin(const Pose2& car, const RefPoint& foot, const State& x) {
     const double v = std::max(std::hypot(x.vx, x.vy), slow_);
-    const double bend = std::min(easy_share * friction_ / (v * v), steep_);  // curvature that may be added [1/m]
+    const bool outside = n_outside(car.n, foot);
+    const double share = outside ? hard_share : easy_share;
+    const double bend = std::min(share * friction_ / (v * v), steep_);  // curvature that may be added [1/m]
     begin_ = foot.s;
     n_ = car.n;
     slope_ = std::tan(std::clamp(car.angle, -steepest_angle, steepest_angle));

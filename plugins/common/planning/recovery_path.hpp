@@ -1,5 +1,5 @@
-// The path back to the line for a car that faces across the road or backwards, is further off than the road is wide, or
-// stands beside it.
+// The path back to the line for a car that faces across the road or backwards, is further off than the road is wide,
+// stands beside it, or stands askew on it.
 //
 // A fast car is first slowed down along its course. Then it drives the arcs and the straight line of dubins.hpp to a
 // place of the line nearby, on the radius that the steering allows with a reserve, at the speed that friction allows on
@@ -87,6 +87,8 @@ class RecoveryPath {
   static constexpr double friction_share = 0.35;  // of the friction, in the arcs
   static constexpr double braking_share = 0.6;    // of the friction, where the car is slowed down
   static constexpr double lost_angle = 1.5;       // [rad] between car and line: lines cross roads at up to 1.4
+  static constexpr double askew_angle = 0.3;      // [rad] between a standing car and the line, and
+  static constexpr double room_for_a_turn = 2.5;  // the least room over what the turn takes at the radius of the arcs
   static constexpr double astray_angle = 1.2;     // [rad] between car and the way back
   static constexpr double standing_share = 0.3;   // of the speed in the arcs
   static constexpr double beside_cost = 2.0;      // of a metre that is driven the car's width beside the road [m]
@@ -107,11 +109,18 @@ class RecoveryPath {
     const double across = -std::sin(p.yaw) * (x.x - p.x) + std::cos(p.yaw) * (x.y - p.y);
     // Within its horizon a controller may find that driving off along the line leads further off the road than standing
     // still does: so a car that stands beside the road counts as lost.
-    const bool stands_outside =
-        std::hypot(x.vx, x.vy) < standing_share * speed() && (across > p.left || -across > p.right);
-    return stands_outside ||
+    const bool stands = std::hypot(x.vx, x.vy) < standing_share * speed();
+    return (stands && (across > p.left || -across > p.right || short_of_room(x, p, across))) ||
            std::abs(std::remainder(x.yaw - (planned.yaw - planned.beta), 2.0 * std::numbers::pi)) > lost_angle ||
            off > 1.5 * width || (off > 0.5 * width && across * p.kappa > 0.7);
+  }
+
+  /// Whether a car that drives off needs much of the room on the side that it faces to turn along the line. A controller
+  /// that is shown the line at speed gains speed first, and turns too late.
+  bool short_of_room(const State& x, const LinePoint& p, double across) const {
+    const double turned = std::remainder(x.yaw - p.yaw, 2.0 * std::numbers::pi);
+    const double room = (turned > 0.0 ? p.left - across : p.right + across) - 0.5 * width_;
+    return std::abs(turned) > askew_angle && room < room_for_a_turn * radius_ * (1.0 - std::cos(turned));
   }
 
   template <class Reference>
