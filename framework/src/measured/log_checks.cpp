@@ -123,9 +123,12 @@ void check_frame(const CsvTable& table, const std::vector<LogWindow>& windows) {
            "the left of x and yaw counter-clockwise");
 }
 
-/// The car turns to the side it is steered to, but for moments of countersteer.
-void check_steering(const CsvTable& table, const std::vector<LogWindow>& windows) {
+/// The car turns to the side it is steered to, but for moments of countersteer. Asked of windows driven forwards at
+/// `slowest` [m/s] and more: a car that stands or manoeuvres may have its wheels turned any way.
+void check_steering(const CsvTable& table, std::vector<LogWindow> windows, double slowest) {
+  std::erase_if(windows, [&](const LogWindow& w) { return w.speed < slowest || w.way < slowest * w.seconds; });
   std::vector<double> sizes;
+  sizes.reserve(windows.size());
   for (const LogWindow& w : windows) sizes.push_back(std::abs(w.steer));
   const double enough = std::max(1e-3, lower_quantile(sizes, 0.7, 0.0));
   double along = 0.0, all = 0.0;
@@ -184,7 +187,7 @@ void check_units(const CsvTable& table, const RawLog& raw, double dt, const LogE
   if (const double largest = lower_quantile(pedals, 0.97, 0.0); largest > 1.5)
     refuse(table, "d reaches " + significant(largest) + ": it looks like per cent; expected -1 to 1");
   check_frame(table, windows);
-  check_steering(table, windows);
+  check_steering(table, windows, 0.2 * expected.v_ref);
   health.push_back({Finding::Level::good, "units",
                     "speed over distance " + significant(v_ratio) + ", yaw rate over yaw " + significant(w_ratio),
                     "plausible"});

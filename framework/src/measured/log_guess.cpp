@@ -256,21 +256,39 @@ class Guesser {
     return std::isfinite(dx + dy) && std::hypot(dx, dy) > 0.05;
   }
 
+  /// Sums over the path of what is added to a heading, and to the heading counted the other way round, to give the path's
+  /// own: sine and cosine of both.
+  struct AgainstPath {
+    double sine = 0, cosine = 0, mirrored_sine = 0, mirrored_cosine = 0, rows = 0;
+    /// How steady the better of both is: the length of its sum.
+    double agreement() const { return std::max(std::hypot(sine, cosine), std::hypot(mirrored_sine, mirrored_cosine)); }
+  };
+  AgainstPath against_path(int c, double factor) const {
+    AgainstPath sum;
+    double dx = 0, dy = 0;
+    for (std::size_t i = 0; i + lag < table_.rows(); i += lag)
+      if (way(i, dx, dy) && std::isfinite(values(c)[i])) {
+        const double a = factor * values(c)[i], path = std::atan2(dy, dx);
+        sum.sine += std::sin(path - a), sum.cosine += std::cos(path - a);
+        sum.mirrored_sine += std::sin(path + a), sum.mirrored_cosine += std::cos(path + a), sum.rows += 1;
+      }
+    return sum;
+  }
+  /// Whether a heading is in degrees. Where no unit is stated: values beyond a turn are, unless they agree better with the
+  /// path as radians that were counted on over turns.
+  bool is_in_degrees(int c) {
+    if (unit_of(c, "rad") == "deg") return true;
+    if (!table_.unit[static_cast<std::size_t>(c)].empty() || quantile_of_size(values(c), 0.99) <= 7.0) return false;
+    return against_path(c, pi / 180).agreement() >= against_path(c, 1.0).agreement();
+  }
+
   /// Heading against the path: which of yaw, compass, degrees or radians is it?
   void yaw() {
     const int c = column("yaw");
     if (c < 0) return;
-    const bool turns = quantile_of_size(values(c), 0.99) > 7.0;
-    const std::string stated = unit_of(c, "rad");
-    const bool deg = stated == "deg" || (table_.unit[static_cast<std::size_t>(c)].empty() && turns);
-    const double factor = deg ? pi / 180 : 1.0;
+    const bool deg = is_in_degrees(c);
     const std::string angle = deg ? "rad(" + quoted(c) + ")" : quoted(c);
-    double s = 0, co = 0, ms = 0, mc = 0, n = 0, dx = 0, dy = 0;
-    for (std::size_t i = 0; i + lag < table_.rows(); i += lag)
-      if (way(i, dx, dy) && std::isfinite(values(c)[i])) {
-        const double a = factor * values(c)[i], path = std::atan2(dy, dx);
-        s += std::sin(path - a), co += std::cos(path - a), ms += std::sin(path + a), mc += std::cos(path + a), n += 1;
-      }
+    const auto [s, co, ms, mc, n] = against_path(c, deg ? pi / 180 : 1.0);
     std::string formula = angle;
     if (n > 20) {
       const bool compass = std::hypot(ms, mc) > std::hypot(s, co);
