@@ -110,6 +110,11 @@ inline constexpr std::size_t witness_block = 4, witness_blocks = 4;
 
 // ---- Tests that nothing is left
 
+/// Errors of a channel over its stated noise, and their correlation from sample to sample, beyond which the channel is
+/// said to be wrong: noise that is measured with the model takes them up. Larger: noise that is stated too small is no
+/// alarm, errors of a sensor that no effect explains pass for noise.
+inline constexpr double wrong_channel = 3.0, slow_colour = 0.8;
+
 /// Standardised statistic of a test beyond which the model is rejected. Larger: fewer false alarms, weaker deviations
 /// missed. 4 standard deviations of the joint tests' chi-square are about one chance in thousands.
 inline constexpr double misfit = 4.0;

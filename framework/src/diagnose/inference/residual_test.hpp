@@ -6,9 +6,9 @@
 
 namespace gripline::diagnose {
 
-/// What an unexplained acceleration is a function of.
-enum class Where { position, time, state, input };
-inline constexpr std::array<const char*, 4> where_names = {"position", "time", "state", "input"};
+/// What an unexplained acceleration is a function of; or that it is none, but an error of a channel's readings.
+enum class Where { position, time, state, input, reading };
+inline constexpr std::array<const char*, 5> where_names = {"position", "time", "state", "input", "reading"};
 
 struct ResidualTest {
   Where where = Where::position;
@@ -19,7 +19,7 @@ struct ResidualTest {
   double statistic = 0;
   /// Interval where the remainder is largest: lap fractions, seconds or, of a spectral line, hertz.
   double from = 0, to = 0;
-  std::string quantity;  // "noise", "frequency" or empty
+  std::string quantity;  // "noise", "frequency" or empty; the channel of Where::reading
   /// A test of few functions: it sees small remainders of simple shape, and says less about where they are.
   bool focused = false;
   /// The unexplained accelerations vx', vy', omega' where they are largest [m/s2, m/s2, rad/s2].

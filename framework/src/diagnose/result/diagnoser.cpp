@@ -119,6 +119,7 @@ Diagnosis Diagnoser::search(std::span<const LogFile> logs, std::span<const LogFi
   rank_by_rollouts(hold_out, found, d);
   if (!stands(hold_out, d)) withdraw(hold_out, found, d);
   report_noise(problem_, d.fit.noise, d.health);
+  doubt_wrong_channel(d);
   if (d.verdict == Verdict::nothing_missing) d.detection_limits = detection_limits(found);
   d.sentence = sentence(d);
   return d;
@@ -403,6 +404,20 @@ void Diagnoser::withdraw(const HoldOut& hold_out, const SearchResult& found, Dia
   d.gap.after = d.gap.before;
   set_closure(d.gap, {});
   d.named_gap = d.gap;
+}
+
+/// Where a channel is wrong the rest was judged with its errors taken for noise: what was found stands beside that.
+void Diagnoser::doubt_wrong_channel(Diagnosis& d) const {
+  d.wrong_channel = wrong_channel(problem_, stated_noise());
+  if (!d.wrong_channel) return;
+  d.verdict = Verdict::unknown;
+  d.unknown = ResidualTest{};
+  d.unknown->where = Where::reading;
+  d.unknown->quantity = measured::channel_info[d.wrong_channel->channel].words;
+  d.unknown->statistic = d.wrong_channel->ratio();
+  d.equivalent.clear();
+  d.manoeuvre.clear();
+  for (NamedEffect& n : d.named) n.confidence = std::min(n.confidence, thresholds::most_beside_unknown);
 }
 
 std::vector<DetectionLimit> Diagnoser::detection_limits(SearchResult& found) const {

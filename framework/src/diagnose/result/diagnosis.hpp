@@ -10,6 +10,7 @@
 #include "diagnose/inference/error_change.hpp"
 #include "diagnose/inference/fit.hpp"
 #include "diagnose/inference/residual_test.hpp"
+#include "diagnose/result/channel_error.hpp"
 #include "measured/finding.hpp"
 
 namespace gripline::diagnose {
@@ -67,6 +68,7 @@ struct Diagnosis {
   std::vector<NamedEffect> named;                    // in the order of the fit's members
   std::vector<std::vector<std::string>> equivalent;  // sets of effects that explain the log as well; empty or >= 2
   std::optional<ResidualTest> unknown;               // where something is left that no effect explains
+  std::optional<ChannelError> wrong_channel;         // the channel, where that is Where::reading
   std::vector<std::pair<std::string, double>> nominal_fit;  // nuisance parameters
   Gap gap;                                                  // before: the nominal model, delays of channels left in
   Gap named_gap;  // before: the nominal model with its parameters refitted, delays taken off; closed by effects alone

@@ -40,8 +40,16 @@ std::string where_text(const ResidualTest& test) {
       return "as a function of the state";
     case Where::input:
       return "as a function of the inputs";
+    case Where::reading:
+      return "in the readings of " + test.quantity;
   }
   return {};
+}
+
+/// How wrong a channel is.
+std::string channel_text(const ChannelError& error) {
+  return ", which are off by " + significant(error.size) + " " + measured::channel_info[error.channel].unit +
+         ", slowly: " + significant(error.ratio(), 2) + " times the noise that is stated";
 }
 
 /// What the result does to predictions.
@@ -155,7 +163,7 @@ std::string car_text(const Diagnosis& d) {
       return text + d.manoeuvre + ".";
     }
     case Verdict::unknown: {
-      const std::string where = where_text(*d.unknown);
+      const std::string where = where_text(*d.unknown) + (d.wrong_channel ? channel_text(*d.wrong_channel) : "");
       const std::string found = !d.named.empty() ? found_text(d) : d.gap.closure > 0.0 ? without_names(d) : "";
       if (found.empty())
         return "Something is missing that no effect of the catalogue explains; it shows " + where + ".";
