@@ -181,6 +181,66 @@ calibrate::FitOptions fit_options_of(const po::variables_map& given, const World
   return fit;
 }
 
+/// What a fit is of.
+struct FitSubject {
+  const LogWorld& world;
+  const measured::LogMap& map;
+  const std::list<measured::SessionFile>& files;
+  const StagedCar& car;
+  const calibrate::Forecaster& forecaster;
+};
+
+/// Where a fit begins: the world's own values, but for what is read off the logs before it.
+struct FitStart {
+  std::vector<calibrate::ParameterPlace> places;
+  std::vector<double> values;
+  std::vector<calibrate::Unknown> unknowns;
+  std::optional<measured::YawRateOffset> by_yaw;
+};
+
+FitStart start_of_fit(const FitSubject& of, const Words& chosen) {
+  FitStart start;
+  Errors errors;
+  start.places = calibrate::parameter_places(of.world.spec, of.forecaster);
+  start.values = calibrate::parameters_of(of.world.tree, of.forecaster, errors);
+  start.unknowns = calibrate::read_unknowns(of.world.tree, start.places, start.values, chosen, errors);
+  errors.throw_if_any();
+  calibrate::start_delays(of.map, of.files, of.forecaster, of.world.tree, start.values, start.unknowns);
+  start.by_yaw = calibrate::offset_by_yaw(of.files);
+  for (const calibrate::Unknown& u :
+       calibrate::hold_to_yaw(of.world.spec, start.places, start.by_yaw, start.values, start.unknowns))
+    print_held(u, *start.by_yaw);
+  return start;
+}
+
+/// The fit, with its progress on stderr unless `quiet`; where `registry` is given, with advice on effects of it.
+FitResult fit_with_progress(const FitSubject& of, const FitStart& start, calibrate::FitOptions options, bool quiet,
+                            const Registry* registry) {
+  const WorldSpec& world = of.world.spec;
+  const calibrate::ForecastOptions& forecast = of.forecaster.options();
+  std::vector<calibrate::FitLog> logs = calibrate::fit_logs(of.files, world.track, forecast.step, options);
+  CallbackProgress progress(std::cerr, "fit");
+  constexpr std::size_t parts = 100;
+  if (!quiet)
+    options.progress = [callback = progress.callback()](double share, const std::string& what) {
+      callback(share * parts, parts, what);
+    };
+  FitResult result = calibrate::fit(of.forecaster, logs, start.values, start.unknowns, options);
+  if (registry != nullptr) result.advice = calibrate::advise(world, *registry, forecast, logs, result, start.by_yaw);
+  result.friction = calibrate::friction_of(of.car, world.car.car, result.params, result.drawn, result.allowed);
+  progress.finish();
+  return result;
+}
+
+void write_fitted(const FitSubject& of, const FitResult& result, const fs::path& out) {
+  calibrate::FitSource source;
+  for (const measured::SessionFile& file : of.files) source.logs.push_back(file.session.name);
+  source.map = of.map.file.filename().string();
+  write_file(out, to_json_text(calibrate::fitted_world(of.world.tree, of.world.spec, of.forecaster, result, source,
+                                                       out.parent_path())));
+  std::cout << "\nworld: " << out.string() << '\n';
+}
+
 }  // namespace
 
 int run_fit(Arguments args) {
@@ -207,42 +267,19 @@ int run_fit(Arguments args) {
   const Vehicle vehicle(world.spec.vehicle, context);
   const calibrate::Forecaster forecaster(vehicle.car(), options);
 
-  Errors errors;
-  const auto places = calibrate::parameter_places(world.spec, forecaster);
-  std::vector<double> values = calibrate::parameters_of(world.tree, forecaster, errors);
-  std::vector<calibrate::Unknown> unknowns = calibrate::read_unknowns(world.tree, places, values, chosen, errors);
-  errors.throw_if_any();
-  calibrate::start_delays(map, files, forecaster, world.tree, values, unknowns);
-  const auto by_yaw = calibrate::offset_by_yaw(files);
-  for (const calibrate::Unknown& u : calibrate::hold_to_yaw(world.spec, places, by_yaw, values, unknowns))
-    print_held(u, *by_yaw);
-
-  calibrate::FitOptions fit = fit_options_of(*given, world.spec);
+  const FitSubject subject{world, map, files, vehicle.car(), forecaster};
+  const FitStart start = start_of_fit(subject, chosen);
+  const calibrate::FitOptions fit = fit_options_of(*given, world.spec);
   const StopSignal stop(StopSignal::Reaction::end);
-  std::vector<calibrate::FitLog> logs = calibrate::fit_logs(files, world.spec.track, options.step, fit);
-  CallbackProgress progress(std::cerr, "fit");
-  constexpr std::size_t parts = 100;
-  if (!(*given)["quiet"].as<bool>())
-    fit.progress = [callback = progress.callback()](double share, const std::string& what) {
-      callback(share * parts, parts, what);
-    };
-  FitResult result = calibrate::fit(forecaster, logs, values, unknowns, fit);
-  if (chosen.empty()) result.advice = calibrate::advise(world.spec, registry, options, logs, result, by_yaw);
-  result.friction =
-      calibrate::friction_of(vehicle.car(), world.spec.car.car, result.params, result.drawn, result.allowed);
-  progress.finish();
+  const FitResult result =
+      fit_with_progress(subject, start, fit, (*given)["quiet"].as<bool>(), chosen.empty() ? &registry : nullptr);
 
-  print(result, fit.horizons.back(), places);
+  print(result, fit.horizons.back(), start.places);
   print_cornering(files, world.spec.car.car, vehicle.car(), result.params,
                   calibrate::turning_lateness(forecaster, result.params, result.parameters));
   warn_when_useless(result);
   warn_when_far(result);
-  calibrate::FitSource source;
-  for (const measured::SessionFile& file : files) source.logs.push_back(file.session.name);
-  source.map = map.file.filename().string();
-  write_file(out, to_json_text(
-                      calibrate::fitted_world(world.tree, world.spec, forecaster, result, source, out.parent_path())));
-  std::cout << "\nworld: " << out.string() << '\n';
+  write_fitted(subject, result, out);
   return good;
 }
 
