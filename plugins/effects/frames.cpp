@@ -1,8 +1,8 @@
 // Effects of Stage::reading: where on the car, and turned how, a measuring unit sits.
 //
-//   pose_lever      x += px cos(yaw) - py sin(yaw),  y += px sin(yaw) + py cos(yaw)     the point whose place is shown
-//   pose_yaw        yaw += a                                                            the heading of its axis
-//   velocity_lever  vx -= py omega,  vy += px omega                                     the point whose velocity is shown
+//   pose_lever      x += px cos(yaw) - py sin(yaw),  y += px sin(yaw) + py cos(yaw)   the point whose place is shown
+//   pose_yaw        yaw += a                                                          the heading of its axis
+//   velocity_lever  vx -= py omega,  vy += px omega                                   the point whose velocity is shown
 //   velocity_yaw    (vx, vy) in axes turned to the left by a
 //
 // px is ahead of the centre of gravity, py to its left. Levers act before turns: their arms are in the car's own axes.

@@ -6,9 +6,9 @@
 //   throttle_dead_zone  d = max(d_in - z, 0) / (1 - z) for d_in > 0; brakes (d_in < 0) unchanged
 //   throttle_curve      d = d_in^p for d_in > 0
 //   steer_map           delta = g delta_in + a delta_in^2 + c delta_in^3
-//   steer_rate_limit    delta' = R tanh((delta_in - delta) / (tau R)): a servo that follows small moves with the lag tau
-//                       and turns at most at R (data sheets: seconds per 60 degrees; the bound on steering velocity of
-//                       Althoff and Wuersching, CommonRoad: Vehicle Models, 2020)
+//   steer_rate_limit    delta' = R tanh((delta_in - delta) / (tau R)): a servo that follows small moves with the lag
+//                       tau and turns at most at R (data sheets: seconds per 60 degrees; the bound on steering velocity
+//                       of Althoff and Wuersching, CommonRoad: Vehicle Models, 2020)
 // Stage::drive
 //   power_limit         M = motor - emf vx becomes M / (1 + (M vx / P)^4)^(1/4): at most P / vx at full throttle
 // Stage::body

@@ -17,9 +17,9 @@
 // curve level.
 //
 // Source: Kalaria, Lin, Dolan, their extreme learning machine with its prediction of the error, its loss and its
-// friction, corrected as in step_path.hpp and tyre_correction.hpp; mu = (max Ff + max Fr) / (m g) over the slips visited,
-// per axle here. The published code takes 0.45 rad as visited from the start; a rear axle that is driven well does not
-// get there, and the curve beyond is extrapolated.
+// friction, corrected as in step_path.hpp and tyre_correction.hpp; mu = (max Ff + max Fr) / (m g) over the slips
+// visited, per axle here. The published code takes 0.45 rad as visited from the start; a rear axle that is driven well
+// does not get there, and the curve beyond is extrapolated.
 #include <Eigen/Cholesky>
 #include <gripline/plugin.hpp>
 

@@ -2,8 +2,8 @@
 //
 //   v_ref(s) = pace * v(s; mu),   mu = (mu_f lr + mu_r lf) / (lf + lr),   v(s; mu) linear between profiles of a grid
 //
-// With `sigma` above 0, which the paper does not have, mu is that many standard deviations below the estimate: 1.64 plans
-// for the friction that is there with 95 %.
+// With `sigma` above 0, which the paper does not have, mu is that many standard deviations below the estimate: 1.64
+// plans for the friction that is there with 95 %.
 //
 // Source: Kalaria, Lin, Dolan, Algorithm 1 line 14. Each profile of the grid is computed from the car's own drive,
 // brake and steering limits (speed_profile.hpp).

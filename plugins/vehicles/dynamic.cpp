@@ -8,9 +8,9 @@
 //   Ff     = Df sin(Cf atan(Bf af)),   Fr = Dr sin(Cr atan(Br ar))
 //
 // Sources: Kalaria, Lin, Dolan, the dynamic model of their simulated car, with the signs of the slope terms for ISO
-// axes; Liniger, Domahidi, Morari (2015) for the 1:43 car. Slips use |vx| as in the published plant. The tyres that parameters default to are
-// generic, of friction 1 (LLA-MPC's prior), and resistance is zero: what is true of a world's car stands in the world,
-// so that a stack whose nominal model this is knows nothing unless it is told.
+// axes; Liniger, Domahidi, Morari (2015) for the 1:43 car. Slips use |vx| as in the published plant. The tyres that
+// parameters default to are generic, of friction 1 (LLA-MPC's prior), and resistance is zero: what is true of a world's
+// car stands in the world, so that a stack whose nominal model this is knows nothing unless it is told.
 #include <gripline/plugin.hpp>
 #include <gripline/slip.hpp>
 

@@ -7,8 +7,8 @@
 //
 // yaw_gain = 1 is the formula. The published code multiplies by L where it should divide, which is yaw_gain = L^2
 // (0.003844 for the 1:43 car): the observed yaw rate then holds over the horizon. All rows of
-// experiments/table1.json, `elm` among them, state that value; with 1 the paper's controller swings from edge to edge until it adapts
-// (framework/doc/models.md). no_slip_car.hpp applies it to all models without slip.
+// experiments/table1.json, `elm` among them, state that value; with 1 the paper's controller swings from edge to edge
+// until it adapts (framework/doc/models.md). no_slip_car.hpp applies it to all models without slip.
 //
 // Source: Kalaria, Lin, Dolan, their e-kinematic model, with lr / L (centre of gravity to rear axle) where the paper
 // prints lf / L, and 1 / L where the published code multiplies. The vx' inside the last two rows leaves the slope out.

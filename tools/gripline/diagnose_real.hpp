@@ -18,7 +18,8 @@ struct RealDiagnosis {
   bool force = false;
 };
 
-/// Writes diagnosis.json, augmented_world.json, the imported logs and the report; prints what was found. Gives the exit code.
+/// Writes diagnosis.json, augmented_world.json, the imported logs and the report; prints what was found. Gives the exit
+/// code.
 int diagnose_real(const RealDiagnosis& asked, const LogWorld& world, const measured::LogMap& map,
                   const Registry& registry);
 

@@ -1,5 +1,5 @@
-// What a reader of a container of messages offers: topics with their types, and messages about in the order of recording
-// (a ROS 1 bag: chunk by chunk).
+// What a reader of a container of messages offers: topics with their types, and messages about in the order of
+// recording (a ROS 1 bag: chunk by chunk).
 #pragma once
 
 #include <cstddef>

@@ -106,8 +106,8 @@ std::string busiest_of(const BagFile& bag, const Node& part) {
   return most == nullptr ? "" : most->name;
 }
 
-/// The topic that gives the rows: that of a reading, which is then read at its own times, not between them, where linear
-/// looks ahead. A pose before speeds, as predictions are judged by it.
+/// The topic that gives the rows: that of a reading, which is then read at its own times, not between them, where
+/// linear looks ahead. A pose before speeds, as predictions are judged by it.
 std::string rows_of(const BagFile& bag, const Node& map) {
   for (const char* const reading : {"/channels/x", "/channels/latitude", "/channels/vx", "/channels/yaw_rate"})
     if (const Node* const channel = find_pointer(map, reading))

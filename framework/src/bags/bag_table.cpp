@@ -38,8 +38,8 @@ struct Series {
   std::vector<std::size_t> message{};  // by time: index of the message
 };
 
-/// Of messages in order those with rising times, as many as can be: one stamp that jumps ahead costs itself, not all that
-/// are earlier than it (patience sorting: for each length the run that ends earliest).
+/// Of messages in order those with rising times, as many as can be: one stamp that jumps ahead costs itself, not all
+/// that are earlier than it (patience sorting: for each length the run that ends earliest).
 std::vector<std::size_t> longest_rising(const std::vector<std::size_t>& order, const std::vector<std::int64_t>& clock) {
   constexpr std::size_t none = SIZE_MAX;
   std::vector<std::size_t> ends, before(clock.size(), none);

@@ -33,8 +33,8 @@ struct InstantBatch {
   CarBatch<T> batch;
 };
 
-/// An effect at an instant, under a command that has always been `now`. Holds what the points point to: neither copied nor
-/// moved. `at` and `params` must outlive it; quantities or reading, and memory, are set by the caller.
+/// An effect at an instant, under a command that has always been `now`. Holds what the points point to: neither copied
+/// nor moved. `at` and `params` must outlive it; quantities or reading, and memory, are set by the caller.
 struct InstantPoints {
   InstantPoints(const CommandSample<double>& now, const Place& at, const double* params)
       : sample(now), history(always(sample)) {

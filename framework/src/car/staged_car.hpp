@@ -57,8 +57,8 @@ class StagedCar {
   template <class T>
   using Scratch = std::array<Quantities<T>, 8>;
 
-  /// Rates of every instant. Allocates nothing. Const and reentrant: scratch lives on the stack, or is the caller's, who
-  /// spares its being set to zero where calls are many.
+  /// Rates of every instant. Allocates nothing. Const and reentrant: scratch lives on the stack, or is the caller's,
+  /// who spares its being set to zero where calls are many.
   template <class T>
   void rates(const CarBatch<T>& batch) const;
   template <class T>
@@ -68,8 +68,8 @@ class StagedCar {
   /// memory are left out, and batch.motion_rate is not written.
   void memory_rates(const CarBatch<double>& batch) const;
 
-  /// The last stage reached, for callers that need forces or slips: q holds batch.n quantities. Those of stages that the
-  /// model does not have are zero.
+  /// The last stage reached, for callers that need forces or slips: q holds batch.n quantities. Those of stages that
+  /// the model does not have are zero.
   template <class T>
   void quantities(const CarBatch<T>& batch, Quantities<T>* q) const;
 

@@ -1,5 +1,5 @@
-// Plugins that are formulas (vehicle models, effects, estimators' corrections) as functions from numbers to numbers, for
-// derivatives against differences and batches against single points.
+// Plugins that are formulas (vehicle models, effects, estimators' corrections) as functions from numbers to numbers,
+// for derivatives against differences and batches against single points.
 #pragma once
 
 #include <functional>

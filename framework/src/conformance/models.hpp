@@ -1,5 +1,5 @@
-// The kit's own vehicle models, written out here so that checking a plugin needs no other plugin: the nominal model that
-// estimators and controllers are given, and the true car that Truth speaks of.
+// The kit's own vehicle models, written out here so that checking a plugin needs no other plugin: the nominal model
+// that estimators and controllers are given, and the true car that Truth speaks of.
 #pragma once
 
 #include <cmath>

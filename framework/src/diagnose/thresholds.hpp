@@ -1,5 +1,5 @@
-// Every threshold of the diagnosis: its unit, what a larger value trades for what where it does, and its source where it
-// has one.
+// Every threshold of the diagnosis: its unit, what a larger value trades for what where it does, and its source where
+// it has one.
 // What set each, and what was measured of it: framework/doc/thresholds.md.
 //
 // What counts as a jump of a command stands where it is used, in measured/log.cpp, which knows nothing of diagnose.
@@ -172,8 +172,8 @@ inline constexpr double coloured_innovations = 5.0;
 inline constexpr double noise_gain_before = 30.0, noise_gain = 10.0;
 /// Standard deviations by which a colour must differ from white, its least and its largest size.
 inline constexpr double significant_colour = 3.0, least_colour = 0.05, most_colour = 0.97;
-/// Colour from which on noise of a sensor may be an offset, which hardly changes and an effect may explain [-]: noise is
-/// then measured from white sensors too. Smaller: slower.
+/// Colour from which on noise of a sensor may be an offset, which hardly changes and an effect may explain [-]: noise
+/// is then measured from white sensors too. Smaller: slower.
 inline constexpr double offset_colour = 0.95;
 /// What noise must differ by from what was believed, to search again: the factor on a correlation time or a level, and
 /// a colour. Less counts too where it brings `noise_gain_before`: differences of a tenth in all channels can be worth
@@ -185,14 +185,14 @@ inline constexpr double plainly_coloured = 2.5;
 /// Least measured level of a sensor over the one believed before, where that was coloured over the scatter from sample
 /// to sample [-]. Smaller: where the model is far off, one channel may be taken for exact and all others for noise.
 inline constexpr double least_level = 0.5;
-/// Scatter from sample to sample that measured noise implies, over that seen [-], up to which it is believed. Larger takes
-/// an effect that is missing for noise.
+/// Scatter from sample to sample that measured noise implies, over that seen [-], up to which it is believed. Larger
+/// takes an effect that is missing for noise.
 inline constexpr double most_scatter = 1.7;
 /// Range of the correlation time of unknown accelerations [s].
 inline constexpr double shortest_noise_time = 0.02, longest_noise_time = 4.0;
 /// What commands do half-way between samples that a log does not say, over the root mean square of their second
-/// differences: the most, of commands that walk at random (the root of 1/8 is 0.35); the share of that at which measuring
-/// begins; and the share at which it is none. Larger `most_command` takes effects that are missing for noise.
+/// differences: the most, of commands that walk at random (the root of 1/8 is 0.35); the share of that at which
+/// measuring begins; and the share at which it is none. Larger `most_command` takes effects that are missing for noise.
 inline constexpr double most_command = 0.5, first_command = 0.5, least_command = 0.02;
 /// Standard deviations of the score of unknown commands from which on they are measured. Where logs say all the score
 /// is negative. Larger: faster; logs with little left out pass for whole.
@@ -200,8 +200,8 @@ inline constexpr double asks_for_commands = 1.0;
 /// Factor on the least variance of an unknown acceleration (`no_process_noise`) [-] from which on it may be what
 /// commands did between samples. Larger: faster; what was left out passes for other noise.
 inline constexpr double may_be_left_out = 4.0;
-/// Bend of commands between samples (-1/8 is a parabola) from which on it is an effect's, and what a bend must differ by
-/// to search again.
+/// Bend of commands between samples (-1/8 is a parabola) from which on it is an effect's, and what a bend must differ
+/// by to search again.
 inline constexpr double most_bend = 0.3, other_bend = 0.03;
 /// Samples that noise is measured on; iterations, and log likelihood by which one must improve to go on.
 inline constexpr std::size_t noise_samples = 3000;
@@ -213,8 +213,8 @@ inline constexpr double noise_settled = 0.3;
 /// Samples that a channel must at least be late, and surely (the near end of its interval). Larger: shorter delays
 /// pass for effects of the car; smaller: noise passes for a delay.
 inline constexpr double least_delay = 1.0, surely_late = 0.5;
-/// Probability that the interval misses the delay: a delay is named in front of everything else, so that each of the two
-/// groups of channels has half of the verdicts' false alarms (1 %). Larger: coloured noise passes for a delay.
+/// Probability that the interval misses the delay: a delay is named in front of everything else, so that each of the
+/// two groups of channels has half of the verdicts' false alarms (1 %). Larger: coloured noise passes for a delay.
 inline constexpr double false_delay = 0.005;
 
 // ---- Sensors
@@ -229,8 +229,8 @@ inline constexpr double noise_is_motion = 0.85, hidden_by_motion = 1.5;
 /// Noise seen over noise stated below which a log is noise-free (simulated or filtered), and the share of the stated
 /// that is then used.
 inline constexpr double noise_free = 0.05;
-/// Standard deviation of what rounding does to a reading, over that of its noise, from which on it counts: less adds half
-/// a per cent to the noise.
+/// Standard deviation of what rounding does to a reading, over that of its noise, from which on it counts: less adds
+/// half a per cent to the noise.
 inline constexpr double least_rounding = 0.1;
 /// Least standard deviation of a sensor, in wheelbases, rad and v_ref: keeps the filter regular.
 inline constexpr double least_sensor_noise = 1e-6;

@@ -156,8 +156,8 @@ void check_overlap(const TrackShape& shape, const std::vector<Station>& road, Br
         // Its own neighbourhood does not count, where one width changes into another.
         const double way = std::abs(wrap_difference(here.centre.s - other.centre.s, length));
         if (way <= 0.5 * narrow) continue;
-        // Within a bend, the edge of a narrow part may lie less than a half width from a wide part: it is inside that only
-        // if it is nearer to it than to its own centre line.
+        // Within a bend, the edge of a narrow part may lie less than a half width from a wide part: it is inside that
+        // only if it is nearer to it than to its own centre line.
         if (way < std::numbers::pi * std::abs(offset) && !within(offset)) continue;
         if (bridges.explain(here.centre.s, other.centre.s, road)) continue;
         refuse_overlap(shape, here.centre, other.centre, std::abs(offset), bridges);

@@ -110,8 +110,8 @@ bool take(std::string_view& text, std::string_view characters) {
   return true;
 }
 
-/// What "Z", "UTC", "+02:00", "-0200" or "+02" at the end of a time is east of Greenwich [s], which is taken off `clock`; NaN
-/// for something else there.
+/// What "Z", "UTC", "+02:00", "-0200" or "+02" at the end of a time is east of Greenwich [s], which is taken off
+/// `clock`; NaN for something else there.
 double take_zone(std::string_view& clock) {
   for (const std::string_view greenwich : {"Z", "UTC"})
     if (clock.ends_with(greenwich)) {

@@ -61,9 +61,9 @@ struct Log {
 ActingCommand<double> command_at(const Log& log, std::size_t k, double share);
 /// Commands up to `now` [s], for effects with a delay. Holds pointers into the log.
 History<double> history_at(const Log& log, double now);
-/// Acting command at a sample, and commands up to it, for what is evaluated at samples and taken as linear between them:
-/// held commands jump there and count by the mean of both sides, so that the mean over a step is that of the command up
-/// to 1/8 of its second difference.
+/// Acting command at a sample, and commands up to it, for what is evaluated at samples and taken as linear between
+/// them: held commands jump there and count by the mean of both sides, so that the mean over a step is that of the
+/// command up to 1/8 of its second difference.
 ActingCommand<double> command_at_sample(const Log& log, std::size_t k);
 History<double> history_at_sample(const Log& log, double now);
 

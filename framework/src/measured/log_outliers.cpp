@@ -15,7 +15,8 @@ double difference_of(std::size_t channel, double a, double b) {
   return channel == Channel::yaw ? std::remainder(a - b, 2.0 * std::numbers::pi) : a - b;
 }
 
-/// Median difference of each reading to its four neighbours on either side; not_a_number where fewer than four are read.
+/// Median difference of each reading to its four neighbours on either side; not_a_number where fewer than four are
+/// read.
 std::vector<double> off_neighbours(const RawLog& raw, std::size_t c) {
   constexpr std::size_t reach = 4;
   std::vector<double> off(raw.size(), not_a_number), around;

@@ -11,8 +11,8 @@ namespace gripline::measured {
 void drop_gross_outliers(RawLog& raw, std::vector<Finding>& health);
 /// Readings of a session ten times as far from their neighbours; rows and commands stay. Returns how many.
 std::size_t drop_gross_outliers(Session& session);
-/// Spikes of single samples beyond seven robust standard deviations of the residual of a local cubic become not_a_number.
-/// Returns how many.
+/// Spikes of single samples beyond seven robust standard deviations of the residual of a local cubic become
+/// not_a_number. Returns how many.
 std::size_t drop_outliers(RawLog& raw);
 /// Spikes of a session's places, x or y by itself: single readings that drop_outliers() finds among those of the
 /// channel, where the seven around lie within 0.35 s and the jumps there and back, beyond the motion between the

@@ -32,8 +32,8 @@ struct Session {
   /// As `interpolate`, where `row` is known to be the last one at or before the time.
   double interpolate_from(std::size_t row, std::size_t channel, double time, double longest_gap = 0.25) const;
   /// The reading at a time as rows up to `until` show it: linear between the readings around it, whatever rows without
-  /// one lie between, the last one where none follows by then. NaN where the readings around it, or the last one and the
-  /// time, are more than `longest_gap` [s] apart. `slope`, where given, gets the change per second.
+  /// one lie between, the last one where none follows by then. NaN where the readings around it, or the last one and
+  /// the time, are more than `longest_gap` [s] apart. `slope`, where given, gets the change per second.
   double bridge(std::size_t channel, double time, double until, double longest_gap, double* slope = nullptr) const;
   /// Index of the last row at or before `time`; rows() when there is none.
   std::size_t row_before(double time) const;
@@ -50,15 +50,16 @@ struct CommandGrid {
   std::vector<double> known_at;                 // the later of them
 
   CommandGrid() = default;
-  /// `dt`: spacing [s]; linear between samples. Over gaps the command is held. One that is held between rows is its mean
-  /// over the step of the grid around each sample.
+  /// `dt`: spacing [s]; linear between samples. Over gaps the command is held. One that is held between rows is its
+  /// mean over the step of the grid around each sample.
   CommandGrid(const Session& session, double dt);
   /// How many samples follow from rows at or before `time`.
   std::size_t known(double time) const;
   /// How many samples follow from rows at or before `time` when a command that moves to its next reading is held until
   /// that is there.
   std::size_t held(double time) const;
-  /// Samples from number `first` to the last of those, as they are known at `time`; `now`: the commands of its last row.
+  /// Samples from number `first` to the last of those, as they are known at `time`; `now`: the commands of its last
+  /// row.
   template <class T>
   void copy_held(double time, const CommandSample<double>& now, std::size_t first,
                  std::vector<CommandSample<T>>& to) const;

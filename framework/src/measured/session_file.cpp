@@ -150,8 +150,8 @@ class SessionReader {
          "read when it is new, or stays for longer than usual");
   }
 
-  /// Leaves out values that are held. One that stays for twice the usual time between new ones was read again, and again
-  /// after each such time: of a car that stands. Returns how many are left out.
+  /// Leaves out values that are held. One that stays for twice the usual time between new ones was read again, and
+  /// again after each such time: of a car that stands. Returns how many are left out.
   std::size_t drop_held(Values& values) const {
     constexpr std::size_t few = 3, many = 101;  // times between new values that the usual one is the median of
     const std::vector<double>& t = out_.session.t;

@@ -31,7 +31,8 @@ SessionFile read_session(DelimitedTable table, const LogMap& map);
 /// other sign, a parked car. `v_ref`: typical speed of the car [m/s].
 void check_session(const SessionFile& file, double v_ref);
 
-/// Channels that hardly fit the others, but may: steering that the car does not follow, a lateral speed against the place.
+/// Channels that hardly fit the others, but may: steering that the car does not follow, a lateral speed against the
+/// place.
 std::vector<Finding> doubts_about(const Session& session);
 
 }  // namespace gripline::measured

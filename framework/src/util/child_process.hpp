@@ -47,8 +47,8 @@ std::vector<pid_t> children_of_this_process();
 /// Limits the data of this process from now on (RLIMIT_DATA): allocations beyond it fail. 0: no limit.
 void limit_data(std::size_t megabytes);
 
-/// For a process that was forked: exit(), called by a library, ends it at once with its status. What libraries do at exit
-/// may wait for threads that a forked process does not have (MPI, under Debian 13's Ipopt).
+/// For a process that was forked: exit(), called by a library, ends it at once with its status. What libraries do at
+/// exit may wait for threads that a forked process does not have (MPI, under Debian 13's Ipopt).
 void end_at_exit();
 
 }  // namespace gripline

@@ -14,7 +14,8 @@
 
 namespace gripline {
 
-/// `count` values of T, made before the fork; use atomics in T. What a process writes the others read, also after its end.
+/// `count` values of T, made before the fork; use atomics in T. What a process writes the others read, also after its
+/// end.
 template <class T>
 class SharedArray {
  public:

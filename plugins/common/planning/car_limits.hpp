@@ -121,8 +121,8 @@ inline SteadyTurn steady_turn(const Car& car, const vehicle::AxleTyres& tyres, d
 }
 
 /// Speed limits of corners and the drag in them. Forces scale with mu and steering depends on their ratios only, so
-/// that one table over curvature and one over curvature and load serve every mu. A road needs few of their entries: each
-/// is computed where it is looked up first. Hence not for several threads at once, though const.
+/// that one table over curvature and one over curvature and load serve every mu. A road needs few of their entries:
+/// each is computed where it is looked up first. Hence not for several threads at once, though const.
 class CornerLimits {
  public:
   /// `unit`: the axles at mu = 1.

@@ -112,8 +112,8 @@ class ClosedLine {
     return {h00 * p.x + h01 * q.x + h10 * px + h11 * qx, h00 * p.y + h01 * q.y + h10 * py + h11 * qy,
             g00 * p.x + g01 * q.x + g10 * px + g11 * qx, g00 * p.y + g01 * q.y + g10 * py + g11 * qy};
   }
-  /// Foot of the perpendicular on the two cubics beside sample i: (p - point) . p' = 0 by Gauss-Newton steps. The distance
-  /// is that before the last step, which hardly moves the foot.
+  /// Foot of the perpendicular on the two cubics beside sample i: (p - point) . p' = 0 by Gauss-Newton steps. The
+  /// distance is that before the last step, which hardly moves the foot.
   Foot refine(std::size_t i, double x, double y) const {
     double position = static_cast<double>(i);
     double distance = std::sqrt(distance2(i, x, y));

@@ -20,8 +20,8 @@ namespace gripline::planning {
 
 class JoinPath {
  public:
-  /// `line_length`: of the closed line whose stations the references carry [m]. `reach`: share of the friction with which
-  /// the controller is left to take the car back to the line within its horizon, to one side and to the other.
+  /// `line_length`: of the closed line whose stations the references carry [m]. `reach`: share of the friction with
+  /// which the controller is left to take the car back to the line within its horizon, to one side and to the other.
   JoinPath(const Car& car, double line_length, double reach = 0.4)
       : reach_(reach),
         width_(car.width),
@@ -144,9 +144,9 @@ class JoinPath {
             -36.0 * u + 96.0 * u2 - 60.0 * u3};
   }
 
-  /// The room that is stated beside the way, `to_edge` from an edge of the road. A car that stands outside of it may have to
-  /// go further out to turn back, which a controller weighs as leaving the road: so a way outside of an edge has as much
-  /// room beyond it as it is off, up to the car's width.
+  /// The room that is stated beside the way, `to_edge` from an edge of the road. A car that stands outside of it may
+  /// have to go further out to turn back, which a controller weighs as leaving the road: so a way outside of an edge
+  /// has as much room beyond it as it is off, up to the car's width.
   double stated_room(double to_edge) const { return std::max(to_edge, std::min(-to_edge, width_)); }
 
   void move(RefPoint& r) const {

@@ -13,8 +13,8 @@ constexpr double curvature_shares[] = {1, 0.5, 0.25, 0.1, 0};
 // Learned curvature may ask for twice the step that was taken before, and always for this share of an input's range. A
 // longer one says that the curvature learned is too small somewhere: it is cut to 1/16 and less in the line search.
 constexpr double least_trusted_step = 0.05;
-// How fast and how slowly steps are thought to fall, and the share of the tolerance of steps that the first inputs may be
-// off: they are driven, the others only planned.
+// How fast and how slowly steps are thought to fall, and the share of the tolerance of steps that the first inputs may
+// be off: they are driven, the others only planned.
 constexpr double fastest_rate = 0.2, slowest_rate = 0.9, first_step_share = 0.05, rounding = 1e-9;
 
 }  // namespace
@@ -89,9 +89,9 @@ void Sqp::shift() {
   }
 }
 
-/// The program in the steps from now_, with as much of the learned curvature as leaves it convex and its step trusted. What
-/// does not fit now is kept: with another active set, or a stage later, it may. With curvature the active set decides
-/// alone: where it does not settle the program is hardly convex, and an interior-point method would be long.
+/// The program in the steps from now_, with as much of the learned curvature as leaves it convex and its step trusted.
+/// What does not fit now is kept: with another active set, or a stage later, it may. With curvature the active set
+/// decides alone: where it does not settle the program is hardly convex, and an interior-point method would be long.
 bool Sqp::solve_qp(const mpc::Ocp& ocp, SqpStatistics& statistics) {
   const auto solve = [&](double share) {
     set_cost_hessian(ocp, levenberg_marquardt_.damping(), qp_);
@@ -185,9 +185,9 @@ void Sqp::set_x0(const mpc::Ocp& ocp) {
   std::copy(ocp.start().begin(), ocp.start().end(), now_.x.begin());
 }
 
-/// Steering of the iterate within bounds that have moved since it was found, at its rate: backwards the angles from which
-/// later bounds can be reached, then forwards the nearest of these. Steps from an iterate outside raise the cost, which
-/// is all that the merit function sees of bounds: none would be taken.
+/// Steering of the iterate within bounds that have moved since it was found, at its rate: backwards the angles from
+/// which later bounds can be reached, then forwards the nearest of these. Steps from an iterate outside raise the cost,
+/// which is all that the merit function sees of bounds: none would be taken.
 void Sqp::clip_steering(const mpc::Ocp& ocp) {
   constexpr double negligible = 1e-9;  // [rad]
   const auto delta = [&](int k) -> double& { return now_.x[static_cast<std::size_t>(k * nx_) + delta_index]; };

@@ -24,7 +24,8 @@ void say(const FitOptions& options, const std::string& text) {
   if (options.say) options.say(text);
 }
 
-// Shares of the work that are done when the short searches are, and when the best of them were followed with more starts.
+// Shares of the work that are done when the short searches are, and when the best of them were followed with more
+// starts.
 constexpr double after_searches = 0.4, after_following = 0.6;
 void tell(const FitOptions& options, double share, const std::string& what) {
   if (options.progress) options.progress(share, what);

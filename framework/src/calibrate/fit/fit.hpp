@@ -20,8 +20,9 @@ struct FitOptions {
   double slowest = 1.0;      // [m/s] of a start
   double crawling = 0.25;    // [m/s] of a start in a log that has none as fast as that
   std::size_t starts = 200;  // wanted of all logs together
-  // Of least squares over all starts, in three rounds, each with the scales of errors that the one before it left: a third
-  // of them in the first, up to two thirds in the second and in the third, which is of what the second determined.
+  // Of least squares over all starts, in three rounds, each with the scales of errors that the one before it left: a
+  // third of them in the first, up to two thirds in the second and in the third, which is of what the second
+  // determined.
   int iterations = 12;
   int tries = 3;  // starts of the search; the first is the world itself, the others are draws around it
   unsigned seed = 1;

@@ -13,7 +13,8 @@ struct HeldOutTimes {
   bool holds(double since_begin) const;
 };
 
-/// Starts of a log that are fitted (no horizon reaches into a held-out stretch), or that are judged (wholly inside one).
+/// Starts of a log that are fitted (no horizon reaches into a held-out stretch), or that are judged (wholly inside
+/// one).
 FitLog part_of(const FitLog& all, const HeldOutTimes& times, bool judged);
 
 /// The starts of one stretch of five seconds in every so many: the observer need not look at the others.

@@ -53,7 +53,8 @@ class OneInstant {
   CarBatch<double> batch_;
 };
 
-/// Front less rear slip angle in a steady corner at this speed and yaw rate; none where no steering keeps the car there.
+/// Front less rear slip angle in a steady corner at this speed and yaw rate; none where no steering keeps the car
+/// there.
 std::optional<double> slip_difference(OneInstant& car, double vx, double omega) {
   constexpr int most_steps = 20;
   constexpr double nudge = 1e-6, still = 1e-9;  // [m/s and rad; m/s2 and rad/s2]

@@ -79,10 +79,10 @@ std::vector<Eigen::VectorXd> normal_moves(const Eigen::MatrixXd& hessian, std::s
   return moves;
 }
 
-/// How much more the blocks' gradients scatter than the curvature says of errors that are independent and of their usual
-/// size, over all unknowns together, at least 1: predictions that overlap err alike, and what the model lacks errs alike
-/// for seconds. The mean of tr(H^-1 V) over the unknowns, V the blocks' covariance (quasi-likelihood with a dispersion:
-/// Wedderburn, Biometrika 61, 1974).
+/// How much more the blocks' gradients scatter than the curvature says of errors that are independent and of their
+/// usual size, over all unknowns together, at least 1: predictions that overlap err alike, and what the model lacks
+/// errs alike for seconds. The mean of tr(H^-1 V) over the unknowns, V the blocks' covariance (quasi-likelihood with a
+/// dispersion: Wedderburn, Biometrika 61, 1974).
 double dispersion(const NormalEquations& blocks, const Eigen::MatrixXd& hessian) {
   const auto count = static_cast<double>(blocks.gradient.size());
   if (blocks.gradient.size() < 2) return 1.0;

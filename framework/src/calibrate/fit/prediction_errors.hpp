@@ -43,8 +43,8 @@ struct Weighing {
   std::array<double, channels> channel{1, 1, 1, 1, 0.3, 1};
   std::vector<double> horizon;
   double bend = 3;
-  /// Errors that a standard deviation of an unknown moves by so many scales count half, steeper ones by the square less:
-  /// where a car is about to spin its derivatives hold for a small part of such a move.
+  /// Errors that a standard deviation of an unknown moves by so many scales count half, steeper ones by the square
+  /// less: where a car is about to spin its derivatives hold for a small part of such a move.
   double steep = std::numeric_limits<double>::infinity();
 };
 
@@ -69,8 +69,8 @@ class PredictionErrors {
   std::vector<std::vector<double>> errors(std::span<const double> params) const { return errors(params, nullptr); }
   /// `steps`, where given, receive those of the observer, by log, for linearise() at the same parameters.
   double cost(std::span<const double> params, std::vector<ObserverSteps>* steps = nullptr) const;
-  /// Derivatives by the unknowns' own moves (logarithms where they move so). `steps` are those that cost() found at these
-  /// very parameters, by log, or none; those of others give other predictions.
+  /// Derivatives by the unknowns' own moves (logarithms where they move so). `steps` are those that cost() found at
+  /// these very parameters, by log, or none; those of others give other predictions.
   NormalEquations linearise(std::span<const double> params, std::span<const Unknown> unknowns,
                             std::vector<ObserverSteps> steps = {}) const;
   /// Scales from the errors of these parameters: root mean squares without the worst 3 %, x and y alike.

@@ -1,6 +1,6 @@
-// Predictions by parameters that follow the session: a battery, a floor, a clock differ a little from one session to the
-// next. What a world says about that ("session" of an unknown) is the width within which the log before a start may move
-// its parameters; past predictions, judged by what the log has shown since, move them.
+// Predictions by parameters that follow the session: a battery, a floor, a clock differ a little from one session to
+// the next. What a world says about that ("session" of an unknown) is the width within which the log before a start may
+// move its parameters; past predictions, judged by what the log has shown since, move them.
 //
 // Starts every half second are predicted 1 s ahead, and once the log shows what came of them their errors enter normal
 // equations about the parameters of that moment,
@@ -31,8 +31,8 @@ std::optional<SessionWeighing> session_weighing(const Node& world);
 /// Unknowns whose width from session to session is stated.
 std::vector<Unknown> session_unknowns(std::span<const Unknown> unknowns);
 
-/// As Forecaster::run: starts x horizons x 6 readings. A start's parameters follow from rows before it. `moved_to`, where
-/// given, gets the parameters at the end of the log.
+/// As Forecaster::run: starts x horizons x 6 readings. A start's parameters follow from rows before it. `moved_to`,
+/// where given, gets the parameters at the end of the log.
 std::vector<double> predict_session(const Forecaster& forecaster, const FitLog& log, std::span<const double> params,
                                     std::span<const Unknown> moving, const SessionWeighing& weighing,
                                     std::vector<double>* moved_to = nullptr);

@@ -54,11 +54,13 @@ struct ParameterPlace {
   std::size_t index = 0;
   double low = 0, high = 0;
 };
-/// What is unknown of a parameter, with the bounds of its place and its prior; how well it is known is the caller's to set.
+/// What is unknown of a parameter, with the bounds of its place and its prior; how well it is known is the caller's to
+/// set.
 Unknown unknown_at(const ParameterPlace& place, double prior);
 std::vector<ParameterPlace> parameter_places(const WorldSpec& world, const Forecaster& forecaster);
 
-/// All parameters of a forecaster as the world has them: the car's, then what "calibration" says of delays and observer.
+/// All parameters of a forecaster as the world has them: the car's, then what "calibration" says of delays and
+/// observer.
 std::vector<double> parameters_of(const Node& world, const Forecaster& forecaster, Errors& errors);
 
 /// The unknowns of a world, or, where it lists none, everything that can be a guess. Delays and the observer belong to

@@ -1,6 +1,6 @@
-// Effects of the host's own that a forecaster adds to a car. Disturbances: what a model leaves unexplained shortly before
-// a prediction starts, carried on, a force along the car and a steering angle, each decaying with a time constant and set
-// by the observer from what it last saw. Frames: where a log's units sit, as its map states it.
+// Effects of the host's own that a forecaster adds to a car. Disturbances: what a model leaves unexplained shortly
+// before a prediction starts, carried on, a force along the car and a steering angle, each decaying with a time
+// constant and set by the observer from what it last saw. Frames: where a log's units sit, as its map states it.
 #pragma once
 
 #include <gripline/frames.hpp>

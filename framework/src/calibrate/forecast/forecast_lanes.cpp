@@ -189,8 +189,8 @@ int Lanes<T>::advance(double h, int substeps) {
   if (substeps == 0) substeps = substeps_for(h);
   const double step = h / substeps;
   const std::size_t states = n * channels, memories = n * s_.memory();
-  // Not by a Stepper: rates follow a prescribed speed, and of the stages before only the last one's are kept, from which
-  // each stage starts: a_ij = 0 but for j = i - 1, where it is c_i.
+  // Not by a Stepper: rates follow a prescribed speed, and of the stages before only the last one's are kept, from
+  // which each stage starts: a_ij = 0 but for j = i - 1, where it is c_i.
   static const Tableau& rk4 = *find_tableau("rk4");
   const auto node = rk4.c, weight = rk4.b;
   for (int sub = 0; sub < substeps; ++sub) {
@@ -400,9 +400,10 @@ T Lanes<T>::speed_of(std::size_t lane, const T& shown) const {
   return value(v) < 0.0 ? -v : v;
 }
 
-/// Where the car hardly moves, its state becomes the one that is read, with the derivatives of delays and frames: a model
-/// is stiff there, and says little. All of it below v_min, less and less of it up to a quarter above. A channel that has
-/// no reading around the step's end moves by the last one in the step. Rows near jumps are doubted as elsewhere.
+/// Where the car hardly moves, its state becomes the one that is read, with the derivatives of delays and frames: a
+/// model is stiff there, and says little. All of it below v_min, less and less of it up to a quarter above. A channel
+/// that has no reading around the step's end moves by the last one in the step. Rows near jumps are doubted as
+/// elsewhere.
 template <class T>
 void Lanes<T>::settle(std::size_t lane, double h, const Seen& seen, const Row<T>& before) {
   const Session& log = s_.session;

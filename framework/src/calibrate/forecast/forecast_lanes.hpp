@@ -94,8 +94,8 @@ class Lanes {
 
   std::size_t n;  // those that move: the first, where it was made less
   std::vector<T> x, memory;
-  /// By lane: what the last step's rows show beyond the states, times what is left of their weights; these weights; their
-  /// doubts, times them.
+  /// By lane: what the last step's rows show beyond the states, times what is left of their weights; these weights;
+  /// their doubts, times them.
   std::vector<T> pending;
   std::vector<double> time;        // of the car
   std::vector<double> read_until;  // rows after this are not looked at
@@ -103,8 +103,8 @@ class Lanes {
 
   /// Puts a lane on the measured state at its time, memory steady.
   void start(std::size_t lane);
-  /// Of a lane whose time and read_until are set: commands are known up to `until`, and so is a speed that is prescribed.
-  /// Where they are known further than rows are read the lane predicts, else it goes along the log.
+  /// Of a lane whose time and read_until are set: commands are known up to `until`, and so is a speed that is
+  /// prescribed. Where they are known further than rows are read the lane predicts, else it goes along the log.
   void know(std::size_t lane, double until);
   /// To be called once x, memory and time of a lane are set: finds the next row of every channel.
   void seek(std::size_t lane);
@@ -126,7 +126,8 @@ class Lanes {
   void prescribe(std::size_t lane);
   void place(std::size_t lane);
   void interpolate(std::size_t lane, const T& share, T* state) const;
-  /// Innovations, ones and doubts (1 over the square of a doubtful innovation), times their weights at the end of a step.
+  /// Innovations, ones and doubts (1 over the square of a doubtful innovation), times their weights at the end of a
+  /// step.
   struct Sums {
     Row<T> innovation{}, weight{}, doubt{};
   };

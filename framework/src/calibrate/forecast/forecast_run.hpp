@@ -97,8 +97,8 @@ class Run {
   std::size_t grid_point(const Stretch& from, double back) const {
     return std::min(static_cast<std::size_t>(std::max(0.0, back)), from.steps);
   }
-  /// Where a start is shown. Starts share a block, and the block begins, by the log's clock: nothing jumps where a delay
-  /// changes.
+  /// Where a start is shown. Starts share a block, and the block begins, by the log's clock: nothing jumps where a
+  /// delay changes.
   std::size_t shown_at(const Stretch& stretch, double start) const {
     return static_cast<std::size_t>(std::max(0.0, (start - stretch.begin) / s_.options.step + 1e-6));
   }
@@ -175,8 +175,8 @@ class Run {
     return std::isnan(v) ? 0.0 : std::abs(v);
   }
 
-  /// Blocks side by side. `substeps`, where given, are what their steps are divided into where that is `known`, else they
-  /// are filled.
+  /// Blocks side by side. `substeps`, where given, are what their steps are divided into where that is `known`, else
+  /// they are filled.
   void observe(std::span<Block<T>*> wanted, std::vector<int>* substeps, bool known) {
     const double h = s_.options.step;
     const auto steps_of = [](const Block<T>* block) { return block->kept.back() - block->begin; };

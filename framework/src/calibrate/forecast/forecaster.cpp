@@ -16,7 +16,8 @@ forecast::Stiffness stiffness_of(const StagedCar& car, const double* params, con
   constexpr std::size_t speeds = forecast::Stiffness::speeds;
   const double v_ref = options.v_ref;
   const auto m = static_cast<std::size_t>(car.memory());
-  // Straight on at v_ref, the same with either lateral motion, then at every speed as it is and with either memory moved.
+  // Straight on at v_ref, the same with either lateral motion, then at every speed as it is and with either memory
+  // moved.
   const std::size_t n = 3 + speeds * (1 + m);
   constexpr double e = 1e-4;
   forecast::Stiffness found;
@@ -53,7 +54,8 @@ forecast::Stiffness stiffness_of(const StagedCar& car, const double* params, con
   return found;
 }
 
-/// Much more than a model errs by between readings: 50 ms of travel, 0.1 rad, a tenth of speed and of a tight turn's rate.
+/// Much more than a model errs by between readings: 50 ms of travel, 0.1 rad, a tenth of speed and of a tight turn's
+/// rate.
 forecast::Row<double> doubtful_innovations(const ForecastOptions& options) {
   const double v = options.v_ref;
   return {0.05 * v, 0.05 * v, 0.1, 0.1 * v, 0.1 * v, 0.1 * v / options.wheelbase};

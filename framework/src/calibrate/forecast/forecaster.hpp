@@ -61,8 +61,8 @@ struct ForecastOptions {
   double delta_max = 0.5;    // [rad]
   std::size_t lanes =
       32;  // blocks or starts that are integrated together, with the steps that the slowest of them needs
-  /// Every horizon knows the commands up to its own time. Otherwise all of a start know them up to the longest, for fits:
-  /// one integration serves all.
+  /// Every horizon knows the commands up to its own time. Otherwise all of a start know them up to the longest, for
+  /// fits: one integration serves all.
   bool own_commands = true;
   measured::Frame pose, velocity;  // where the log's units sit, as its map states it
 };
@@ -73,9 +73,9 @@ struct Starts {
   std::vector<double> horizons;  // [s], rising
 };
 
-/// Substeps that an observer took, by group of lanes and by step. The slowest lane of a group decides on them for all, so
-/// it moves on when none of its own states is asked for any more; a run of the same values that is told them leaves such
-/// lanes out, and predicts the same.
+/// Substeps that an observer took, by group of lanes and by step. The slowest lane of a group decides on them for all,
+/// so it moves on when none of its own states is asked for any more; a run of the same values that is told them leaves
+/// such lanes out, and predicts the same.
 using ObserverSteps = std::vector<std::vector<int>>;
 
 /// The car with its disturbances, and how it is observed. Holds a reference to the plugins of the car it was made from.
@@ -93,8 +93,8 @@ class Forecaster {
   const ForecastOptions& options() const { return options_; }
   ForecastOptions& options() { return options_; }
 
-  /// predicted: starts x horizons x 6 readings, NaN where the log has no rows to start from. `params`: params() numbers.
-  /// `steps`, where given, are those of an earlier run of the same values; empty ones are filled.
+  /// predicted: starts x horizons x 6 readings, NaN where the log has no rows to start from. `params`: params()
+  /// numbers. `steps`, where given, are those of an earlier run of the same values; empty ones are filled.
   template <class T>
   void run(const Session& session, const measured::CommandGrid& commands, const measured::Road* road,
            std::span<const T> params, const Starts& starts, std::vector<T>& predicted,

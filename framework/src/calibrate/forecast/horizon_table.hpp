@@ -29,8 +29,8 @@ struct HorizonRow {
 HorizonRow horizon_row(std::string name, std::span<const double> start_time, std::span<const double> predicted,
                        std::span<const double> truth, unsigned seed = 1);
 
-/// Root mean square of `other` less that of `predicted` over the starts that both have, of one quantity; the same blocks
-/// are drawn for both.
+/// Root mean square of `other` less that of `predicted` over the starts that both have, of one quantity; the same
+/// blocks are drawn for both.
 HorizonError paired_change(std::span<const double> start_time, std::span<const double> predicted,
                            std::span<const double> other, std::span<const double> truth, std::size_t quantity,
                            unsigned seed = 1);

@@ -60,8 +60,8 @@ std::vector<double> moved(const Log& log, std::size_t channel, double seconds) {
   return out;
 }
 
-/// The interval that misses a delay with this probability. That of few blocks drawn anew is a normal's, of a spread that
-/// falls short by the root of (n - 1) / n: Student's is as wide as it must be.
+/// The interval that misses a delay with this probability. That of few blocks drawn anew is a normal's, of a spread
+/// that falls short by the root of (n - 1) / n: Student's is as wide as it must be.
 std::pair<double, double> interval(const measured::Delay& d, double missing) {
   const double n = std::max(2.0, static_cast<double>(d.blocks));
   const boost::math::students_t student(n - 1.0);

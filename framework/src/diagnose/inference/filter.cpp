@@ -287,8 +287,8 @@ class Pass {
 
   /// The update by one reading whose white noise has the variance r. Derivatives d go through the same formulas: that
   /// of the gain is (dPH - K dS) / S, and with the optimal gain dP becomes (I - K H) dP (I - K H)', which is dP less
-  /// K half' + half K' with half = dPH - K dS / 2. For the values themselves half is PH / 2, and the same lines subtract
-  /// K S K' from P.
+  /// K half' + half K' with half = dPH - K dS / 2. For the values themselves half is PH / 2, and the same lines
+  /// subtract K S K' from P.
   template <Row kind>
   void scalar(std::size_t k, std::size_t c, double raw, double r, const double* h) {
     Vector PH, half;

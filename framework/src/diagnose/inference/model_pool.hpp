@@ -38,8 +38,8 @@ class ModelPool {
   /// Forgets all fits and believes other noise, smoothing the reference with a model under it; the work so far is not
   /// counted any more.
   void restart(const Road& road, const Fit& fitted, const MeasuredNoise& noise);
-  /// Forgets all fits and believes that commands are held between samples, or no longer so, smoothing the reference with
-  /// a model under that.
+  /// Forgets all fits and believes that commands are held between samples, or no longer so, smoothing the reference
+  /// with a model under that.
   void restart(const Road& road, const Fit& fitted, bool held);
 
  private:

@@ -48,7 +48,8 @@ VectorXd parameter_scales(const Catalogue& catalogue, const ModelSpec& model) {
 
 namespace {
 
-/// Solves (N + damping diag N) d = g by a pseudo-inverse: combinations of parameters that the data do not determine stay.
+/// Solves (N + damping diag N) d = g by a pseudo-inverse: combinations of parameters that the data do not determine
+/// stay.
 ParameterStep solve(const MatrixXd& N, const VectorXd& g, const VectorXd& scale, double damping) {
   const MatrixXd scaled = scale.asDiagonal() * N * scale.asDiagonal();
   // Equilibrated: what counts is how well parameters can be told apart, not how strongly they act.

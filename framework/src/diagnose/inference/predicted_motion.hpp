@@ -18,8 +18,8 @@ Problem along_predictions(const Problem& problem, const Fit& fitted, std::span<c
 /// Whether what is not known turns the car: commands that were rounded or left out, or unknown accelerations.
 bool motion_holds_noise(const Problem& problem, const Noise& noise);
 
-/// The models of `along` with derivatives by their own parameters along `predicted`. Where motion holds noise, those along
-/// smoothed motion vanish at other values than these, and a function of predicted motion finds the difference.
+/// The models of `along` with derivatives by their own parameters along `predicted`. Where motion holds noise, those
+/// along smoothed motion vanish at other values than these, and a function of predicted motion finds the difference.
 std::vector<Linearised> with_own_along(const Problem& predicted, const Fit& fitted, std::span<const Linearised> along);
 
 }  // namespace gripline::diagnose

@@ -32,8 +32,8 @@ double noise_beside_motion(std::span<const Log> stretches, std::size_t channel) 
   return std::sqrt(upper_median(squares, std::nan("")) / chi_square);
 }
 
-/// The standard deviation to believe of one channel: `seen` in the logs (NaN where it was not read), that `beside` quick
-/// motion, `stated`, or `least`.
+/// The standard deviation to believe of one channel: `seen` in the logs (NaN where it was not read), that `beside`
+/// quick motion, `stated`, or `least`.
 double believed_noise(std::size_t channel, double seen, double beside, double stated, double least,
                       std::vector<Finding>& health) {
   const std::string name = std::string("noise of ") + channel_info[channel].words;

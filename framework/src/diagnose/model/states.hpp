@@ -1,5 +1,5 @@
-// Sizes of the state vector of linearised models: 6 of motion, the effects' memory, errors of rounded commands, 3 unknown
-// accelerations.
+// Sizes of the state vector of linearised models: 6 of motion, the effects' memory, errors of rounded commands, 3
+// unknown accelerations.
 #pragma once
 
 #include <cstddef>

@@ -59,8 +59,8 @@ calibrate::NormalEquations keep_determined(const EffectSearch& search, Selection
   return {};
 }
 
-/// Asks what predictions are without one of the effects, beside all others (`now` are the errors with it) and beside all
-/// that were there at `first`.
+/// Asks what predictions are without one of the effects, beside all others (`now` are the errors with it) and beside
+/// all that were there at `first`.
 Ablation evaluate_without(const EffectSearch& search, const Selection& selection, std::size_t index,
                           const calibrate::NormalEquations& blocks, const UnfittedErrors& now,
                           const UnfittedErrors& first) {
@@ -77,8 +77,8 @@ Ablation evaluate_without(const EffectSearch& search, const Selection& selection
   return out;
 }
 
-/// Evaluates the world without each of the effects, the least significant of an earlier time first. If that one is still not
-/// needed, the others are not evaluated: it goes.
+/// Evaluates the world without each of the effects, the least significant of an earlier time first. If that one is
+/// still not needed, the others are not evaluated: it goes.
 std::vector<Ablation> evaluate_each(const EffectSearch& search, Selection& selection,
                                     const calibrate::NormalEquations& blocks, const UnfittedErrors& first,
                                     std::map<std::string, double>& significance) {

@@ -63,7 +63,8 @@ SearchLogs split_logs(const std::list<measured::SessionFile>& files, const std::
   return out;
 }
 
-/// Whether an unknown is how fast the observer takes up what a model leaves unexplained, as a slow force or steering angle.
+/// Whether an unknown is how fast the observer takes up what a model leaves unexplained, as a slow force or steering
+/// angle.
 bool is_disturbance(const Trial& trial, const Unknown& unknown) {
   return std::ranges::any_of(disturbance_gains,
                              [&](Extra gain) { return unknown.index == trial.forecaster.index(gain); });
@@ -74,8 +75,8 @@ void stop_disturbances(const Trial& trial, std::vector<double>& params) {
   for (const Extra gain : disturbance_gains) params[trial.forecaster.index(gain)] = 0.0;
 }
 
-/// Fits the world's unknowns; how predictions start and how errors are weighed is kept from then on. The observer learns
-/// no disturbance: it would stand for what is missing, and a steering that is off would not be seen.
+/// Fits the world's unknowns; how predictions start and how errors are weighed is kept from then on. The observer
+/// learns no disturbance: it would stand for what is missing, and a steering that is off would not be seen.
 CalibratedWorld calibrate_given(EffectSearch& search, const std::list<measured::SessionFile>& files) {
   CalibratedWorld out;
   out.given = std::make_unique<Trial>(search.spec, search.forecast);

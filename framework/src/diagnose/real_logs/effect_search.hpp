@@ -1,5 +1,5 @@
-// What the search for missing effects works on: the logs' time by its use, the world given and that world calibrated. The
-// steps of the search (forward_selection, backward_elimination) only read it.
+// What the search for missing effects works on: the logs' time by its use, the world given and that world calibrated.
+// The steps of the search (forward_selection, backward_elimination) only read it.
 #pragma once
 
 #include <list>

@@ -12,8 +12,8 @@ struct ForwardSelection {
   std::vector<ScoredEffect> ranking;  // of every candidate beside the calibrated world alone, by its score
 };
 
-/// At each size a score test proposes candidates, and the best few are fitted with everything else. The one that explains
-/// the fitted time best among those that lower the errors of the validation time is added.
+/// At each size a score test proposes candidates, and the best few are fitted with everything else. The one that
+/// explains the fitted time best among those that lower the errors of the validation time is added.
 ForwardSelection select_forward(const EffectSearch& search);
 
 }  // namespace gripline::diagnose

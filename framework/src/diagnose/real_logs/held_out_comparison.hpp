@@ -1,5 +1,5 @@
-// Whether one world predicts better than another, by two kinds of time that no fit saw: the time of the fitted logs that
-// was kept for validation, and logs held out. Neither knows of the other, so that what they say is added.
+// Whether one world predicts better than another, by two kinds of time that no fit saw: the time of the fitted logs
+// that was kept for validation, and logs held out. Neither knows of the other, so that what they say is added.
 #pragma once
 
 #include "calibrate/fit/forecast_errors.hpp"

@@ -27,8 +27,8 @@ struct MissingEffect {
     double value = 0, low = 0, high = 0;
     double least = -std::numeric_limits<double>::infinity();  // the range in which it is looked for
     double most = std::numeric_limits<double>::infinity();
-    /// The end of its range at which it stands, "low" or "high", where the logs ask for more than is allowed and nothing
-    /// is estimated; empty elsewhere.
+    /// The end of its range at which it stands, "low" or "high", where the logs ask for more than is allowed and
+    /// nothing is estimated; empty elsewhere.
     std::string at_end() const;
     bool at_edge() const { return !at_end().empty(); }
     /// "T = 0.0412 s", with `interval` "T = 0.0412 (0.0398 to 0.0431) s", or at an end of its range "T is kept within
@@ -100,9 +100,9 @@ struct MissingEffects {
 };
 
 /// `tree` and `spec` are one world. The second half of every 10 to 40 s of `files` is validation time, which chooses
-/// effects. It and `held_out` (which does not count below three stretches of at most 10 s) decide together which of them
-/// stay; what is reported of them is of `held_out`, or, where that is empty, of validation time too. `held_out` shares no
-/// rows with `files`. The world's file names are made relative to `folder`. Deterministic.
+/// effects. It and `held_out` (which does not count below three stretches of at most 10 s) decide together which of
+/// them stay; what is reported of them is of `held_out`, or, where that is empty, of validation time too. `held_out`
+/// shares no rows with `files`. The world's file names are made relative to `folder`. Deterministic.
 MissingEffects find_missing(const Node& tree, const WorldSpec& spec, const Registry& registry,
                             const measured::LogMap& map, const std::list<measured::SessionFile>& files,
                             const std::list<measured::SessionFile>& held_out, const MissingOptions& options,

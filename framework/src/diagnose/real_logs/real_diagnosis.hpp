@@ -1,5 +1,5 @@
-// What the search for missing effects says of a real car, as a diagnosis: the verdict is always `unknown`, because nothing
-// shows that a real car lacks no more than was named.
+// What the search for missing effects says of a real car, as a diagnosis: the verdict is always `unknown`, because
+// nothing shows that a real car lacks no more than was named.
 #pragma once
 
 #include <span>

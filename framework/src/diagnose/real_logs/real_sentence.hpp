@@ -1,5 +1,5 @@
-// The diagnosis of a real car in a few sentences: what calibrating its world and the effects named take off the error of
-// predictions, how the car corners, and what is left.
+// The diagnosis of a real car in a few sentences: what calibrating its world and the effects named take off the error
+// of predictions, how the car corners, and what is left.
 #pragma once
 
 #include <string>

@@ -1,4 +1,5 @@
-// The logs that a diagnosis of a real car is of: read and checked, each of them once, with the delays of their channels.
+// The logs that a diagnosis of a real car is of: read and checked, each of them once, with the delays of their
+// channels.
 #pragma once
 
 #include <filesystem>
@@ -19,13 +20,13 @@ using Say = std::function<void(const std::string&)>;  // takes a line for people
 std::list<measured::SessionFile> read_sessions(const std::vector<std::string>& files, const measured::LogMap& map,
                                                double v_ref);
 
-/// Takes out logs that hold the same rows as one before them; `say` is told of each. Throws InputError where a log that is
-/// held out holds the rows of one that is fitted: it is no judge of the fit.
+/// Takes out logs that hold the same rows as one before them; `say` is told of each. Throws InputError where a log that
+/// is held out holds the rows of one that is fitted: it is no judge of the fit.
 void use_once(std::list<measured::SessionFile>& files, std::list<measured::SessionFile>& held_out, const Say& say);
 
-/// Delays of channels against each other, of the logs on their even grid, which are written to `folder`; those that `map`
-/// states to find are left in. None where a log lacks a column that gripline's own logs have. `say` is told what writing a
-/// log changed.
+/// Delays of channels against each other, of the logs on their even grid, which are written to `folder`; those that
+/// `map` states to find are left in. None where a log lacks a column that gripline's own logs have. `say` is told what
+/// writing a log changed.
 std::vector<ChannelDelay> channel_delays(const std::list<measured::SessionFile>& files, measured::LogMap map,
                                          const WorldSpec& world, const std::filesystem::path& folder, const Say& say);
 

@@ -1,4 +1,5 @@
-// What was found of a real car, as tables for people. Each begins with a blank line; empty where there is nothing to show.
+// What was found of a real car, as tables for people. Each begins with a blank line; empty where there is nothing to
+// show.
 #pragma once
 
 #include <string>

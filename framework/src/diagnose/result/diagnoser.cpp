@@ -346,9 +346,9 @@ void Diagnoser::rank_by_rollouts(const HoldOut& hold_out, const SearchResult& fo
                         [](const RankedEffect& row) { return !(row.rollout.change > 0.0); });
 }
 
-/// Whether what was found closes some of the gap on the laps held out or, where these cannot tell, on the others. Refitted
-/// parameters count with it: they take up most of an effect, and what predictions show of the rest is less sure than
-/// its evidence. That it does no harm beside them is asked before (drop_harmful).
+/// Whether what was found closes some of the gap on the laps held out or, where these cannot tell, on the others.
+/// Refitted parameters count with it: they take up most of an effect, and what predictions show of the rest is less
+/// sure than its evidence. That it does no harm beside them is asked before (drop_harmful).
 bool Diagnoser::closes(const HoldOut& hold_out, const Diagnosis& d) const {
   if (d.named.empty()) return true;
   const bool moved = has_strong_process_noise(problem_, d.fit.noise) || problem_.command != UnknownCommands{};
