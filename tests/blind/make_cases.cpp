@@ -1,5 +1,6 @@
 // Blind cases (framework/doc/diagnose-cases.md) on random roads: `blind_cases OUT --seed 1 --count 20 [--only a,b]`
-// writes OUT/tracks and OUT/cases/<condition>_<number>, for `gripline diagnose --score OUT/cases`. Same seed, same files.
+// writes OUT/tracks and OUT/cases/<condition>_<number>, for `gripline diagnose --score OUT/cases`. Same seed, same
+// files.
 #include <boost/program_options.hpp>
 #include <functional>
 #include <iostream>

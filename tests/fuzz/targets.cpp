@@ -187,8 +187,8 @@ void import_log(std::string_view bytes) {
   });
 }
 
-/// The definition of a ROS type; behind a line "---" bytes of a message of it, read as ROS 1 and as ROS 2 write them. Who
-/// reads a bag adds the file's name to a refusal.
+/// The definition of a ROS type; behind a line "---" bytes of a message of it, read as ROS 1 and as ROS 2 write them.
+/// Who reads a bag adds the file's name to a refusal.
 void message(std::string_view bytes) {
   const std::vector<std::string_view> parts = parts_of(bytes);
   for (const bags::Wire wire : {bags::Wire::ros1, bags::Wire::cdr}) {

@@ -1,5 +1,5 @@
-// The components of framework/src and of plugins know each other as their READMEs say, and small trees with one fault each show that the
-// check can fail.
+// The components of framework/src and of plugins know each other as their READMEs say, and small trees with one fault
+// each show that the check can fail.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

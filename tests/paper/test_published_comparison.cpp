@@ -86,8 +86,9 @@ TEST_F(Published, TheBestRowPassesASuddenLossOfGripInside) {
   EXPECT_LE(number(best, "violation_s"), 0.10);
   EXPECT_LE(number(best, "mu_rmse"), 0.03);
   EXPECT_LT(number(best, "lap2_s"), 9.16);
-  // A car that stays inside is no faster than the limit, whose error is below 0.1 %. Lap 2 begins with speed from before the
-  // drop, as a flying lap at its friction does not: worth up to 0.03 s of 7.84 s from other starts (results.md).
+  // A car that stays inside is no faster than the limit, whose error is below 0.1 %. Lap 2 begins with speed from
+  // before the drop, as a flying lap at its friction does not: worth up to 0.03 s of 7.84 s from other starts
+  // (results.md).
   for (const char* ratio : {"pace_ratio1", "pace_ratio3"}) EXPECT_GE(number(best, ratio), 0.999) << ratio;
   EXPECT_GE(number(best, "pace_ratio2"), 0.995);
   // The drop comes when the car is about to enter a slow turn, in which a corner leaves the road.
@@ -100,8 +101,8 @@ TEST_F(Published, TheBestRowPassesASuddenLossOfGripInside) {
   }
 }
 
-/// With slips up to 0.7 rad a plan can slide round a turn backwards, which the planner's equations allow. A first lap that is
-/// solved in windows of nearly the whole lap has such a part, windows as long keep it, and laps take 9 to 15 s.
+/// With slips up to 0.7 rad a plan can slide round a turn backwards, which the planner's equations allow. A first lap
+/// that is solved in windows of nearly the whole lap has such a part, windows as long keep it, and laps take 9 to 15 s.
 TEST_F(Published, TheBestRowToldATooHeavyCarDrivesAsFast) {
   compare("sensitivity_1_43",
           {"--only", "mass_more", "--set", "/seeds/count=1", "--set", "/stacks/mass_more/planner/params/slip_max=0.7"});
@@ -110,8 +111,8 @@ TEST_F(Published, TheBestRowToldATooHeavyCarDrivesAsFast) {
   EXPECT_LE(number(told, "lap1_s"), 7.2);
 }
 
-/// From this start, told this car, a window settles in a plan that all but stops in a hairpin, and would keep it: laps of
-/// 7.7, 8.2 and 13.2 s.
+/// From this start, told this car, a window settles in a plan that all but stops in a hairpin, and would keep it: laps
+/// of 7.7, 8.2 and 13.2 s.
 TEST_F(Published, TheBestRowLeavesAPlanThatNearlyStops) {
   compare("sensitivity_1_43", {"--only", "all_1", "--set", "/seeds/first=650882455", "--set", "/seeds/count=1"});
   const auto told = row("table.csv", {"all_1"});

@@ -93,7 +93,8 @@ TEST(Circuits, EveryRowJoinsItsLineFromFarOff) {
   }
 }
 
-/// Facing backwards, across, far beside the road, standing outside of it and facing outwards: the time it takes is counted, and then it races on.
+/// Facing backwards, across, far beside the road, standing outside of it and facing outwards: the time it takes is
+/// counted, and then it races on.
 TEST(Circuits, ACarThatSpunOrLeftTheRoadDrivesBackAndGoesOn) {
   WorldSpec world = full_size_on(drawn_circuit(3));
   for (const Start& start : {Start{"best", 0, 0, 180, 0.1}, Start{"elm", 300, -30, -120, 8},
@@ -110,8 +111,8 @@ TEST(Circuits, ACarThatSpunOrLeftTheRoadDrivesBackAndGoesOn) {
   }
 }
 
-// The car needs four metres to slow down for a hairpin. Where plans do not reach as far, they settle too late on the first
-// lap with learned tyres.
+// The car needs four metres to slow down for a hairpin. Where plans do not reach as far, they settle too late on the
+// first lap with learned tyres.
 TEST(Circuits, AFastSmallCarPlansAsFarAsItBrakes) {
   const auto path = std::filesystem::path(testing::TempDir()) / "straights.json";
   std::ofstream(path)

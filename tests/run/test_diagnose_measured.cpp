@@ -1,5 +1,5 @@
-// Real logs of a racing car: third-party measurements with all their faults, and a nominal car guessed from a data sheet.
-// Nobody knows what is missing; what is asked is that every answer is sane and every refusal says why.
+// Real logs of a racing car: third-party measurements with all their faults, and a nominal car guessed from a data
+// sheet. Nobody knows what is missing; what is asked is that every answer is sane and every refusal says why.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

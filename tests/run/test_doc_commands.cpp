@@ -1,5 +1,5 @@
-// Every command of the program that the documentation shows, run as it stands or shortened by the rules below: a race lasts
-// 20 control steps of one seed and two rows. What has a test of its own is named here with that test.
+// Every command of the program that the documentation shows, run as it stands or shortened by the rules below: a race
+// lasts 20 control steps of one seed and two rows. What has a test of its own is named here with that test.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

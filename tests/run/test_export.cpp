@@ -1,5 +1,5 @@
-// gripline export: files as a user's tools read them. The reader of MCAP's makers is an npm package of tools/report, as the
-// browser's driver is; without Node or `npm ci` there that test is skipped, unless GRIPLINE_REQUIRE_BROWSER=1.
+// gripline export: files as a user's tools read them. The reader of MCAP's makers is an npm package of tools/report, as
+// the browser's driver is; without Node or `npm ci` there that test is skipped, unless GRIPLINE_REQUIRE_BROWSER=1.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
-// gripline import of recordings of ROS: bags written here byte by byte, by SQLite and, where it is installed, by ROS's own
-// library; what comes out is what went in, and files that are broken anywhere are refused with one message.
+// gripline import of recordings of ROS: bags written here byte by byte, by SQLite and, where it is installed, by ROS's
+// own library; what comes out is what went in, and files that are broken anywhere are refused with one message.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -38,7 +38,7 @@ using bags::Wire;
 using testing::AllOf;
 using testing::HasSubstr;
 
-// --- ROS 1 bags -------------------------------------------------------------------------------------------------------
+// --- ROS 1 bags ------------------------------------------------------------------------------------------------------
 
 template <class T>
 std::string raw(T value) {
@@ -191,7 +191,7 @@ void write_rosbag2(const fs::path& file, const Recording& all, bool definitions 
 
 #endif
 
-// --- what comes out ---------------------------------------------------------------------------------------------------
+// --- what comes out --------------------------------------------------------------------------------------------------
 
 class ImportBags : public testing::Test {
  protected:

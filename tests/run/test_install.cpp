@@ -1,5 +1,5 @@
-// What `cmake --install` and tools/package leave: a program that finds its plugins, worlds and experiments from anywhere,
-// a man page, bash completion, a Debian package; and the systems whose packages tools/quickstart knows.
+// What `cmake --install` and tools/package leave: a program that finds its plugins, worlds and experiments from
+// anywhere, a man page, bash completion, a Debian package; and the systems whose packages tools/quickstart knows.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

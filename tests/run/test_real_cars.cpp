@@ -251,8 +251,8 @@ TEST_F(RealCars, PlacesThatJumpThereAndBackAreNoErrors) {
   EXPECT_THAT(error_of_place("slow.csv").second, Not(HasSubstr("jump there and back")));
 }
 
-/// A steering offset that the world lacks: named beside `unknown`, in the world that is written. A log that is fitted is
-/// refused as its own judge, one given twice used once.
+/// A steering offset that the world lacks: named beside `unknown`, in the world that is written. A log that is fitted
+/// is refused as its own judge, one given twice used once.
 TEST_F(RealCars, DiagnoseNamesWhatPredictionsOfTimeNotFittedNeed) {
   drive("log.csv", R"({"plant": {"effects": [{"plugin": "steer_offset", "params": {"d0": 0.03}}]}})",
         {.seconds = 60, .noise = 1});

@@ -1,6 +1,6 @@
-// The 1:10 car of worlds/dart.json on a floor that got slippery: its tyres alone are fitted, from the model of a dry floor.
-// Logs are simulated with tyres, drive and delays that no file here names, and written as its motion capture and its
-// logger write them.
+// The 1:10 car of worlds/dart.json on a floor that got slippery: its tyres alone are fitted, from the model of a dry
+// floor. Logs are simulated with tyres, drive and delays that no file here names, and written as its motion capture and
+// its logger write them.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

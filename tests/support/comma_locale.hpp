@@ -1,5 +1,5 @@
-// A locale with decimal commas, as a program that hosts this library may have set. It is made for the test: most machines
-// have none, and without one printf writes points whatever a test asks for.
+// A locale with decimal commas, as a program that hosts this library may have set. It is made for the test: most
+// machines have none, and without one printf writes points whatever a test asks for.
 #pragma once
 
 #include <gtest/gtest.h>

@@ -22,8 +22,8 @@
 
 namespace gripline::testing_support {
 
-/// The published car. Its formulas hold from half of the 0.1 m/s on at which it starts here, so that none of these tests
-/// is about what models hold below v_min.
+/// The published car. Its formulas hold from half of the 0.1 m/s on at which it starts here, so that none of these
+/// tests is about what models hold below v_min.
 inline Car car_1_43() {
   Car car = conformance::published::car;
   car.v_min = 0.05;

@@ -1,5 +1,5 @@
-// One made-up run of a race: a car that follows a closed course at speeds that friction allows, its belief, and the tables
-// that it leaves. For tests of the report only; nothing in it is a result.
+// One made-up run of a race: a car that follows a closed course at speeds that friction allows, its belief, and the
+// tables that it leaves. For tests of the report only; nothing in it is a result.
 #pragma once
 
 #include <algorithm>

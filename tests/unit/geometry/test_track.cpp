@@ -348,8 +348,8 @@ std::string why_refused(const std::vector<PlanePoint>& points, double half_width
   return "nothing";
 }
 
-/// In a half circle a road becomes 4 m narrower on both sides. The edge of its narrow part lies within the half width of
-/// places before it, across the bend, and is still nearest to its own.
+/// In a half circle a road becomes 4 m narrower on both sides. The edge of its narrow part lies within the half width
+/// of places before it, across the bend, and is still nearest to its own.
 TEST(Track, ARoadMayBecomeNarrowerInASharpBend) {
   constexpr double radius = 12.0, line = 60.0, half_turn = kPi * radius;
   const std::vector<Segment> oval{Segment::line(line), Segment::arc(radius, kPi), Segment::line(line),

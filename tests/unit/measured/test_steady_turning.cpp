@@ -184,7 +184,8 @@ TEST(SteadyTurning, ItsIntervalHoldsTheTruthAboutAsOftenAsItSays) {
   EXPECT_GT(found.widest, 2.0 * floor);
 }
 
-/// With large errors the steering ratio is hardly known: logs in which it came out too large must not be the ones chosen.
+/// With large errors the steering ratio is hardly known: logs in which it came out too large must not be the ones
+/// chosen.
 TEST(SteadyTurning, AnIntervalHoldsWhereTheRatioIsHardlyKnown) {
   const SmallCar car(3, 9);
   const Session clean =

@@ -16,7 +16,8 @@ namespace {
 
 using namespace testing_support;
 
-/// Places in a table of virtual functions, read from pointers to them (Itanium C++ ABI, 2.3: 1 plus an offset in bytes).
+/// Places in a table of virtual functions, read from pointers to them (Itanium C++ ABI, 2.3: 1 plus an offset in
+/// bytes).
 void collect(const abi::detail::Chain<>&, std::vector<std::size_t>&) {}
 template <class F, class... Rest>
 void collect(const abi::detail::Chain<F, Rest...>& chain, std::vector<std::size_t>& places) {

@@ -56,7 +56,8 @@ TEST(StateFilter, WithoutNoiseItShowsTheReading) {
 }
 
 /// A velocity that is read alone is a random walk in white noise. The filter's gain goes to
-/// K = M / (M + r), M = (q + sqrt(q^2 + 4 q r)) / 2 (the scalar Riccati equation), q and r variances of walk and reading.
+/// K = M / (M + r), M = (q + sqrt(q^2 + 4 q r)) / 2 (the scalar Riccati equation), q and r variances of walk and
+/// reading.
 TEST(StateFilter, ItsGainIsThatOfTheRiccatiEquation) {
   StateFilterSpec spec = noisy;
   spec.sigma[0] = spec.sigma[1] = spec.sigma[2] = 1e6;  // no position says anything of the velocity
@@ -76,7 +77,8 @@ TEST(StateFilter, ItsGainIsThatOfTheRiccatiEquation) {
   EXPECT_NEAR((filter.state().vx - before) / 0.01, M / (M + r), 1e-6);
 }
 
-/// On a car that does what the model says, noise shrinks: positions to less than half, as speeds say where the car goes.
+/// On a car that does what the model says, noise shrinks: positions to less than half, as speeds say where the car
+/// goes.
 TEST(StateFilter, ShrinksTheNoiseOfACarThatTheModelKnows) {
   StateFilter filter({noisy.sigma, {0.05, 0.05, 0.5}});
   Gliding model;

@@ -233,7 +233,8 @@ TEST(Fit, AdviceNamesTheEffectThatIsMissing) {
   EXPECT_GT(advice.front().gain, 0.01);
 }
 
-/// Stiffness of the front tyres is an unknown that was kept at its prior: an effect that scales it is another name of it.
+/// Stiffness of the front tyres is an unknown that was kept at its prior: an effect that scales it is another name of
+/// it.
 TEST(Fit, AdviceNamesNoEffectThatOnlyDoesWhatAnUnknownDoes) {
   Bench bench;
   const CalibrateRig stiff(small_car_world(R"({"plant": {"params": {"Bf": 9}}})"));

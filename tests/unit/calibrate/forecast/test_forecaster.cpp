@@ -382,7 +382,8 @@ TEST(Forecaster, ALagThatGoesWithTheSpeedIsFollowedAtFiveTimesTheUsualOne) {
 }
 
 TEST(Forecaster, ADisturbanceIsCarriedOn) {
-  // The log's car rolls with more resistance than the model knows: without the disturbance every prediction is too fast.
+  // The log's car rolls with more resistance than the model knows: without the disturbance every prediction is too
+  // fast.
   const CalibrateRig truth(test::small_car_world(R"({"plant": {"params": {"Cr0": 1.8}}})")), rig;
   const Session s = drive(truth.vehicle.car(), {.seconds = 30});
   const Starts starts = some_starts(s, {1.0});

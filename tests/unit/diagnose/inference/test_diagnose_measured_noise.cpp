@@ -9,8 +9,8 @@ namespace {
 
 using test::DiagnoseRig;
 
-/// With more unknowns a measurement explains at least as much, unless it ended on a lesser peak. Where both explain about
-/// the same, what was asked for counts.
+/// With more unknowns a measurement explains at least as much, unless it ended on a lesser peak. Where both explain
+/// about the same, what was asked for counts.
 TEST(MeasuredNoise, OfTwoPeaksTheHigherIsBelieved) {
   MeasuredNoise all, fewer;
   all.noise.command.moving[1] = 0.2;

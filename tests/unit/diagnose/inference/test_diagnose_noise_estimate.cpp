@@ -144,8 +144,8 @@ double size_of(const UnknownCommands& unknown, const Log& log, std::size_t which
   return std::sqrt(std::pow(unknown.steady[which], 2) + moving);
 }
 
-/// It is found as noise of about its size, from hands that shake all the time and from such as move by jumps. What comes
-/// in every step and what comes with moves is hard to tell apart where both are small.
+/// It is found as noise of about its size, from hands that shake all the time and from such as move by jumps. What
+/// comes in every step and what comes with moves is hard to tell apart where both are small.
 TEST(NoiseEstimate, MeasuresWhatALogLeavesOutOfTheCommands) {
   const DiagnoseRig rig;
   for (const bool by_jumps : {false, true}) {
@@ -212,8 +212,8 @@ TEST(NoiseEstimate, PredictsWhatBentCommandsWouldBring) {
   EXPECT_LT(gain(few, true), 0.5 * asked);
 }
 
-/// An offset of one channel passes for noise that hardly changes. Once the effect is found, white noise is far likelier,
-/// and reached from white noise, down to the scatter from sample to sample.
+/// An offset of one channel passes for noise that hardly changes. Once the effect is found, white noise is far
+/// likelier, and reached from white noise, down to the scatter from sample to sample.
 TEST(NoiseEstimate, FindsWhiteNoiseAgainBesideTheEffect) {
   const DiagnoseRig rig;
   Problem problem = rig.problem({rig.simulate(rig.with("vx_bias", {0.2}), {.seconds = 30, .seed = 723})});

@@ -47,7 +47,8 @@ TEST(HeldOutComparison, TwoThatAgreeAreSurerThanOneAndEachMaySpeakAgainst) {
   EXPECT_LT(compare_unfitted({better, worse}, without).significance, one.significance);
 }
 
-/// What is smaller by both kinds of time is more likely than not by each: no effect stays on the credit of others alone.
+/// What is smaller by both kinds of time is more likely than not by each: no effect stays on the credit of others
+/// alone.
 TEST(HeldOutComparison, SmallerIsACertaintyAboveOneHalf) {
   for (const double size : {0.9, 0.999, 1.0, 1.001, 1.1}) {
     const UnfittedChange by_it = compare_unfitted({errors_of(size, 6, 1.01), {}}, {errors_of(1.0, 6), {}});

@@ -70,8 +70,8 @@ TEST(Diagnoser, SeesLessBesideRefittedParameters) {
   EXPECT_GT(seen_at(wrong), 0.06);
 }
 
-/// The noise is measured first where the effect is still missing, and again with it: what it was mistaken for by a tenth in
-/// one channel is worth hundreds of units, and passes for accelerations that are not there.
+/// The noise is measured first where the effect is still missing, and again with it: what it was mistaken for by a
+/// tenth in one channel is worth hundreds of units, and passes for accelerations that are not there.
 TEST(Diagnoser, MeasuresCorrelatedNoiseAgainBesideWhatIsFound) {
   DiagnoseRig rig;
   measured::Channels colour;

@@ -260,7 +260,8 @@ TEST(ElmRls, SamplesUnderDriveTeachNothingOfTheTyresWhereTold) {
   EXPECT_GT(rls->belief().sigma_front, 0.2);
 }
 
-/// The true car's way through a slalom, begun at `speed`, with the wheels turned by up to `angle`; `pedal` and `factor` of step i.
+/// The true car's way through a slalom, begun at `speed`, with the wheels turned by up to `angle`; `pedal` and `factor`
+/// of step i.
 template <class Pedal, class Factor>
 Drive slalom(int steps, double speed, double angle, const Pedal& pedal, const Factor& factor, TrueCar car = {}) {
   Drive drive;
@@ -277,9 +278,9 @@ Drive slalom(int steps, double speed, double angle, const Pedal& pedal, const Fa
   return drive;
 }
 
-/// What 1.2 s of a slalom teach at one position of the pedal, where any drive is too much (`most_drive`), if friction is 0.91 in
-/// place of the expected 1.0. This car's brakes are weak: even an ellipse of 0.3 takes two per cent off the side forces that
-/// the true car has.
+/// What 1.2 s of a slalom teach at one position of the pedal, where any drive is too much (`most_drive`), if friction
+/// is 0.91 in place of the expected 1.0. This car's brakes are weak: even an ellipse of 0.3 takes two per cent off the
+/// side forces that the true car has.
 Belief learned_at_pedal(double d, double sharing_spread, double angle = 0.3) {
   Nominal nominal("ekinematic");
   const auto rls = make_estimator("elm_rls", nominal,
@@ -305,15 +306,16 @@ TEST(ElmRls, BrakingTeachesAsFarAsTheSharingOfFrictionIsKnown) {
   EXPECT_GT(unsure.sigma_front, 1.2 * told.sigma_front);
 }
 
-// Of a car that brakes hard and hardly turns, what brakes leave of small side forces would pass for the tyres' friction.
+// Of a car that brakes hard and hardly turns, what brakes leave of small side forces would pass for the tyres'
+// friction.
 TEST(ElmRls, BrakingStraightAheadTeachesNothingOfTheTyres) {
   const Belief straight = learned_at_pedal(-0.1, 1.0, 0.02);
   EXPECT_NEAR(straight.mu_front, 1.0, 1e-9);
   EXPECT_NEAR(straight.mu_rear, 1.0, 1e-9);
 }
 
-/// What is believed after a slalom under little drive, which teaches, and some steps of another under much, which does not:
-/// there friction is `factor` of what it was.
+/// What is believed after a slalom under little drive, which teaches, and some steps of another under much, which does
+/// not: there friction is `factor` of what it was.
 Belief belief_after_drive(double factor, int driven, double sharing_lasts) {
   Nominal nominal("ekinematic");
   const auto rls = make_estimator("elm_rls", nominal,
@@ -357,8 +359,8 @@ TEST(ElmRls, ADropUnderDriveIsNoticedWhereTheSharingErrsForLong) {
   EXPECT_GT(fell, 0.6 * before);
 }
 
-/// Mean relative error of the learned side forces at a visited slip, of a car whose tyres lose nothing to drive, behind an
-/// ellipse that says they do, after a slalom half of which is driven.
+/// Mean relative error of the learned side forces at a visited slip, of a car whose tyres lose nothing to drive, behind
+/// an ellipse that says they do, after a slalom half of which is driven.
 double force_error(double sharing_lasts) {
   Nominal nominal("ekinematic");
   const auto rls = make_estimator("elm_rls", nominal,
@@ -387,8 +389,8 @@ TEST(ElmRls, AWrongSharingThatLastsTeachesLittleOfTheTyres) {
   EXPECT_LT(std::abs(lasting), 0.75 * averaged);
 }
 
-/// Largest error of vx' straight ahead, with full throttle to full brake, of the 1:43 car behind a nominal model that is
-/// told `share` of its motor and brakes.
+/// Largest error of vx' straight ahead, with full throttle to full brake, of the 1:43 car behind a nominal model that
+/// is told `share` of its motor and brakes.
 double straight_error(double spread, double share) {
   const TrueCar truth;
   Nominal told("ekinematic", {{"Cm1", share * truth.Cm1}, {"Cm2", share * truth.Cm2}});
@@ -414,8 +416,8 @@ TEST(ElmRls, LearnsByHowMuchDriveAndBrakesDifferFromWhatItWasTold) {
   EXPECT_LT(straight_error(0.1, 1.0), 0.05);
 }
 
-/// What is learned of a car that drive turns at 8 mm: relative errors of the side forces at a visited slip, and the error
-/// of omega' in a driven turn [rad/s2].
+/// What is learned of a car that drive turns at 8 mm: relative errors of the side forces at a visited slip, and the
+/// error of omega' in a driven turn [rad/s2].
 struct ArmErrors {
   double front = 0, rear = 0, turning = 0;
 };

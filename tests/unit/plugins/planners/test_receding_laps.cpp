@@ -101,7 +101,8 @@ TEST_F(RecedingLapsTest, KnowsTheCurvatureOfTheRoadsSurface) {
   EXPECT_NEAR(falls, -0.06, 2e-3);
 }
 
-// A window that is nearly the lap may keep a part that is driven backwards (history.md, "Windows that are nearly the lap").
+// A window that is nearly the lap may keep a part that is driven backwards (history.md, "Windows that are nearly the
+// lap").
 TEST_F(RecedingLapsTest, ALongWindowIsAtMostHalfOfTheLap) {
   const SetupOptions fine{.margin = 0.4 * car_.width, .spacing = 0.045, .use = {.slip_bound = 0.7}};
   const LapSetup setup(context_on(mobil_), fine, believed(0.8));
@@ -320,7 +321,8 @@ TEST_F(RecedingLapsAstray, ACarThatIsBackHasThePlanThatItHadBefore) {
 class RecedingLapsCurvature : public RecedingLapsAstray {
  protected:
   std::size_t size() const { return plan_.nodes.size(); }
-  /// Change of heading from the node before to the one after [rad], and the path between the middles of their intervals [m].
+  /// Change of heading from the node before to the one after [rad], and the path between the middles of their intervals
+  /// [m].
   struct Bend {
     double turn, way;
   };
@@ -388,8 +390,8 @@ TEST_F(RecedingLapsCurvature, OfAWholeLapIsThatOfItsPath) {
   EXPECT_LT(most, 8.0);
 }
 
-// A part of the plan moves with the window; what it has in common with the rest of the lap is not left behind, nor where
-// the lap ends and begins.
+// A part of the plan moves with the window; what it has in common with the rest of the lap is not left behind, nor
+// where the lap ends and begins.
 TEST_F(RecedingLapsCurvature, FollowsThePathRoundTheEndOfTheLap) {
   const LapPlan before = plan_;
   at_ = setup_->base().length() - 4.0;

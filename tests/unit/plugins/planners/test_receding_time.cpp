@@ -41,7 +41,8 @@ class RecedingTimeTest : public ::testing::Test, protected PlannerRig {
   }
   static Belief believe(double mu) { return {mu, mu, 0.0, 0.0, true}; }
 
-  /// Drives the references exactly for so many steps; what is driven after half of them, over what was driven there [m].
+  /// Drives the references exactly for so many steps; what is driven after half of them, over what was driven there
+  /// [m].
   double drive(SpeedPlanner& planner, const Belief& belief, int steps) {
     double way = 0;
     for (int i = 0; i < steps; ++i) {
@@ -121,7 +122,8 @@ double mean_fall(double mu, double mean, double spread) {
   return sum / (spread * std::sqrt(2.0 * std::numbers::pi) * mu);
 }
 
-/// What `pace` keeps back is for friction that falls at once: a part of it is kept in proportion to how far it can fall.
+/// What `pace` keeps back is for friction that falls at once: a part of it is kept in proportion to how far it can
+/// fall.
 TEST_F(RecedingTimeTest, KeepsBackLessWhereLessFrictionIsLeftToLose) {
   const double pace = 0.9, kept = 0.25, mean = 0.9, spread = 0.2;
   const Changes reserve{{"pace", pace}, {"pace_kept", kept}, {"pace_friction", mean}, {"pace_spread", spread}};

@@ -262,8 +262,8 @@ class TimeOptimalTest : public ::testing::Test, protected PlannerRig {
 };
 
 // worlds/limits has the laps of another program, gripline limit of the host, to 0.1 %. How far a lap may slide decides:
-// with slips up to 0.6 rad this planner's laps, on its coarser nodes, lie between 2 % below and 3 % above that table; up to
-// 1.2 rad they brake by drifting, as this car's weak brakes invite them to, and are faster.
+// with slips up to 0.6 rad this planner's laps, on its coarser nodes, lie between 2 % below and 3 % above that table;
+// up to 1.2 rad they brake by drifting, as this car's weak brakes invite them to, and are faster.
 TEST_F(TimeOptimalTest, ReproducesThePaceTableWithTheTrueTyres) {
   const auto lap = [&](const Track& track, double factor, double slip_max) {
     const double mu = factor * (0.192 + 0.1737) / (0.041 * gravity);

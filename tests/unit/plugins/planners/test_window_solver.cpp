@@ -525,8 +525,8 @@ class NewtonStepTest : public ::testing::TestWithParam<SmallWindow> {
     }
     return lap;
   }
-  /// One step of the solver beside the dense one, with the least curvature added that makes the program convex: none, or
-  /// a ten-thousandth times a power of four. What was added.
+  /// One step of the solver beside the dense one, with the least curvature added that makes the program convex: none,
+  /// or a ten-thousandth times a power of four. What was added.
   double expect_same_step(std::vector<WindowNode> lap) {
     std::array<double, lap_variables> begin = lap[index(0)].z, end = lap[index(count)].z;
     begin[lap_n] += 0.01, begin[lap_vx] -= 0.05, end[lap_xi] += 0.03, end[lap_omega] += 0.2;

@@ -25,7 +25,8 @@ TEST(StraightDrive, TyresAreSeenByWhatTheyDo) {
   EXPECT_FALSE(has_tyres(kinematic.prediction()));
 }
 
-// Its side speed fades by itself. Were that taken for a tyre, a correction would take off forces that no model computed.
+// Its side speed fades by itself. Were that taken for a tyre, a correction would take off forces that no model
+// computed.
 TEST(StraightDrive, AYawResponseIsNoTyre) {
   const PluginEntry& entry = registry().find(abi::Kind::effect, "yaw_response");
   const auto values = values_of(entry, {});
