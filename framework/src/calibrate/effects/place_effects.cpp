@@ -1,7 +1,10 @@
 #include "calibrate/effects/place_effects.hpp"
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cmath>
+#include <cstdint>
 #include <cstring>
 
 #include "car/instant.hpp"
@@ -20,6 +23,9 @@ Quantities<double> in_a_bend() {
   return q;
 }
 
+/// Quantities as they are compared: what is no number is equal to itself.
+using Bits = std::array<std::uint64_t, sizeof(Quantities<double>) / sizeof(double)>;
+
 Place somewhere(double lap_fraction) {
   Place at;
   at.t = 1.0;
@@ -37,7 +43,7 @@ bool depends_on_place(const Effect& effect, std::span<const double> params) {
   if (effect.stage() == Stage::reading) return false;
   const auto m = static_cast<std::size_t>(effect.memory());
   const Quantities<double> before = in_a_bend();
-  Quantities<double> first{};
+  Bits first{};
   std::vector<double> memory(m, 0.5), first_rate(m), rate(m);
   for (const double f : {0.03, 0.17, 0.31, 0.45, 0.52, 0.68, 0.83, 0.97}) {
     Quantities<double> q = before;
@@ -48,10 +54,11 @@ bool depends_on_place(const Effect& effect, std::span<const double> params) {
     instant.points.memory_rate = rate.data();
     instant.points.memory_stride = m;
     effect.apply(instant.points);
+    const auto bits = std::bit_cast<Bits>(q);
     if (f == 0.03) {
-      first = q;
+      first = bits;
       first_rate = rate;
-    } else if (std::memcmp(&q, &first, sizeof q) != 0 || rate != first_rate) {
+    } else if (bits != first || rate != first_rate) {
       return true;
     }
   }
