@@ -92,10 +92,20 @@ void to_plane(RoadTrace& trace, const PlanePoint& origin) {
   trace.on_earth = false;
 }
 
+[[noreturn]] void refuse(const fs::path& file, std::string message) {
+  throw InputError({Diagnostic{shown(file), 0, 0, {}, std::move(message), {}}});
+}
+
+void require_points(const fs::path& file, const RoadTrace& trace) {
+  if (trace.points.size() >= 8) return;
+  refuse(file, format("has %zu points, a track needs at least 8", trace.points.size()));
+}
+
 RoadTrace read_trace(const fs::path& file) {
-  if (const std::string why = why_unreadable(file); !why.empty())
-    throw InputError({Diagnostic{shown(file), 0, 0, {}, why, {}}});
-  return file.extension() == ".gpx" ? read_gpx_trace(file) : read_csv_trace(file);
+  if (const std::string why = why_unreadable(file); !why.empty()) refuse(file, why);
+  RoadTrace trace = file.extension() == ".gpx" ? read_gpx_trace(file) : read_csv_trace(file);
+  require_points(file, trace);
+  return trace;
 }
 
 void close(const fs::path& file, RoadTrace& trace, double near, const RoadReading& reading,
@@ -108,28 +118,18 @@ void close(const fs::path& file, RoadTrace& trace, double near, const RoadReadin
     drop_closing_point_and_check_closed(trace.points);
     if (trace.points.size() != before) keep_first(trace, trace.points.size());
   } catch (const GeometryError& error) {
-    throw InputError({Diagnostic{shown(file), 0, 0, {}, std::string(error.what()) + "; --close METRES closes it", {}}});
+    refuse(file, std::string(error.what()) + "; --close METRES closes it");
   }
-  if (trace.points.size() < 8)
-    throw InputError({Diagnostic{shown(file),
-                                 0,
-                                 0,
-                                 {},
-                                 "has " + std::to_string(trace.points.size()) + " points, a track needs at least 8",
-                                 {}}});
+  require_points(file, trace);
 }
 
 RoadTable from_trace(const fs::path& file, const RoadReading& reading, std::vector<std::string>& remarks) {
   RoadTrace trace = read_trace(file);
   to_plane(trace, middle_of(trace.points));
   if (trace.right.empty() && !(reading.width > 0.0))
-    throw InputError({Diagnostic{shown(file),
-                                 0,
-                                 0,
-                                 {},
-                                 "has no widths (w_tr_right_m,w_tr_left_m); expected --width METRES beside a trace, or "
-                                 "the files of both edges",
-                                 {}}});
+    refuse(file,
+           "has no widths (w_tr_right_m,w_tr_left_m); expected --width METRES beside a trace, or the files of both "
+           "edges");
   close(file, trace, reading.width, reading, remarks);
   RoadTable road;
   road.points = std::move(trace.points);

@@ -161,6 +161,7 @@ RoadTrace read_csv_trace(const fs::path& file) {
 RoadTrace read_gpx_trace(const fs::path& file) { return GpxReader(file).read(); }
 
 PlanePoint middle_of(const std::vector<PlanePoint>& places) {
+  if (places.empty()) return {};
   const auto [west, east] = std::minmax_element(places.begin(), places.end(),
                                                 [](const PlanePoint& a, const PlanePoint& b) { return a.x < b.x; });
   const auto [south, north] = std::minmax_element(places.begin(), places.end(),

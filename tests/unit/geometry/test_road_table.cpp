@@ -102,6 +102,19 @@ TEST_F(RoadFiles, AnOpenLineIsClosedOnlyWhenAsked) {
   EXPECT_NEAR(to_track(road).length(), to_track(read({ellipse()})).length(), 1.0);
 }
 
+TEST_F(RoadFiles, AFileWithoutRowsIsRefused) {
+  const fs::path metres = scratch_ / "metres.csv", degrees = scratch_ / "degrees.csv", wide = scratch_ / "wide.csv";
+  write_file(metres, "x_m,y_m\n");
+  write_file(degrees, "lat,lon\n");
+  write_file(wide, "x_m,y_m,w_tr_right_m,w_tr_left_m\n");
+  const auto few = HasSubstr("has 0 points, a track needs at least 8");
+  for (const fs::path& file : {metres, degrees, wide}) {
+    EXPECT_THAT(refusal([&] { read({file}, {.width = 12}); }), few);
+    EXPECT_THAT(refusal([&] { read({ellipse(), file}); }), few);
+    EXPECT_THAT(refusal([&] { read({file, ellipse()}); }), few);
+  }
+}
+
 TEST_F(RoadFiles, SmoothingStaysWithinItsToleranceAndKeepsTheEdges) {
   std::mt19937 random(1);
   std::uniform_real_distribution<double> noise(-0.3, 0.3);
