@@ -113,7 +113,7 @@ void add_track_options(po::options_description& visible) {
   auto add = visible.add_options();
   add("width", po::value<std::string>(), "whole width of a trace (GPX, CSV without widths) [m]");
   add("close", po::value<std::string>(), "close a gap between the ends of up to so many metres");
-  add("smooth", po::value<std::string>(), "smooth; the centre line moves by at most so many metres");
+  add("smooth", po::value<std::string>(), "smooth; the points lie at most so many metres from the centre line");
   add("scale", po::value<std::string>(), "factor of all lengths, as 1:43 or 0.0233, after everything else");
   add("reverse", po::bool_switch(), "drive it the other way");
   add("bridges", po::bool_switch(), "where it crosses itself at an angle, one way passes over the other");
@@ -152,15 +152,24 @@ Words read_files(const Words& roads) {
   return files;
 }
 
-Track make_track(const RoadTable& road, const Words& files) {
+/// A road ready to be described, and what it was before it was smoothed and scaled.
+struct Prepared {
+  RoadTable road, raw;
+  double tolerance = 0.0;  ///< of its smoothing [m]; 0: none
+};
+
+Track make_track(const Prepared& prepared, const Words& files) {
   try {
-    return to_track(road);
+    return to_track(prepared.road);
   } catch (const GeometryError& error) {
-    throw InputError(files.front() + ": " + error.what());
+    const double tolerance = helpful_tolerance(prepared.raw);
+    std::string hint;
+    if (tolerance > prepared.tolerance) hint = format("; if that is noise: --smooth %.2g makes it a road", tolerance);
+    throw InputError(files.front() + ": " + error.what() + hint);
   }
 }
 
-RoadTable prepared_road(const po::variables_map& given, const Words& words) {
+Prepared prepared_road(const po::variables_map& given, const Words& words) {
   const std::vector<fs::path> files(words.begin(), words.end());
   const RoadReading reading{.width = length_option(given, "width"), .largest_gap = length_option(given, "close")};
   const double tolerance = length_option(given, "smooth"), factor = scale_option(given);
@@ -168,14 +177,15 @@ RoadTable prepared_road(const po::variables_map& given, const Words& words) {
   RoadTable road = read_road(files, reading, remarks);
   road.bridges = road.bridges || given["bridges"].as<bool>();
   if (given["reverse"].as<bool>()) reverse(road);
+  const RoadTable raw = road;
   if (tolerance > 0.0) {
     const Smoothed done = smooth(road, tolerance);
-    remarks.push_back(format("smoothed: the centre line moved by at most %.3g m", done.moved));
+    remarks.push_back(format("smoothed: the points lie at most %.3g m from the centre line", done.moved));
     if (done.raised > 0.0) remarks.push_back(format("smoothed: heights moved by at most %.3g m", done.raised));
   }
   scale(road, factor);
   for (const std::string& remark : remarks) std::cerr << remark << '\n';
-  return road;
+  return {std::move(road), raw, tolerance};
 }
 
 }  // namespace
@@ -196,8 +206,9 @@ int run_track(Arguments args) {
   const auto picture = output(*given, "picture", {".svg"}, inputs);
   const std::optional<Car> car = car_option(*given);
   try {
-    const RoadTable road = prepared_road(*given, words);
-    const Track track = make_track(road, words);
+    const Prepared prepared = prepared_road(*given, words);
+    const RoadTable& road = prepared.road;
+    const Track track = make_track(prepared, words);
     tell(track, road);
     if (picture) write_file(*picture, picture_of(track));
     if (car) check_car(track, *car);

@@ -1,8 +1,11 @@
 #include "geometry/road_table.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <cstdio>
+#include <functional>
+#include <numbers>
+#include <numeric>
 #include <optional>
 #include <sstream>
 
@@ -135,7 +138,8 @@ RoadTable from_trace(const fs::path& file, const RoadReading& reading, std::vect
   road.points = std::move(trace.points);
   road.right = std::move(trace.right);
   road.left = std::move(trace.left);
-  if (road.right.empty()) road.right = road.left = std::vector<double>(road.size(), 0.5 * reading.width);
+  road.edges_known = !road.right.empty();
+  if (!road.edges_known) road.right = road.left = std::vector<double>(road.size(), 0.5 * reading.width);
   road.height = std::move(trace.height);
   road.grade = std::move(trace.grade);
   road.bank = std::move(trace.bank);
@@ -185,25 +189,63 @@ RoadTable from_edges(std::span<const fs::path> files, const RoadReading& reading
   return road;
 }
 
-/// The least sum of squared second differences plus weight times squared moves, within +- bound of the values.
-std::vector<double> smoothed(const std::vector<double>& values, double weight, double bound) {
-  const std::size_t n = values.size();
-  CyclicPentadiagonal hessian(n);
-  for (std::size_t i = 0; i < n; ++i) {
-    hessian.diagonal[i] = 6.0 + weight;
-    hessian.next[i] = -4.0;
-    hessian.second[i] = 1.0;
+/// Evens out values at the samples of a closed line: the least integral of the squared second derivative plus
+/// (move / half^2)^2, both times the cube of the mean step, so that for equal steps it is made of second differences.
+class Smoother {
+ public:
+  /// `steps[i]` leads from sample i to the next [m]; waves shorter than about six `half` [m] go.
+  Smoother(const std::vector<double>& steps, double half)
+      : before_(steps.size()), here_(steps.size()), after_(steps.size()), hessian_(steps.size()) {
+    const std::size_t n = steps.size();
+    const double mean = std::accumulate(steps.begin(), steps.end(), 0.0) / static_cast<double>(n);
+    for (std::size_t i = 0; i < n; ++i) {
+      const double last = steps[(i + n - 1) % n], next = steps[i], middle = 0.5 * (last + next);
+      const double share = mean * std::sqrt(mean / middle);
+      before_[i] = share / last;
+      after_[i] = share / next;
+      here_[i] = -before_[i] - after_[i];
+      hessian_.diagonal[i] = middle / mean * std::pow(mean / half, 4.0);
+    }
+    for (std::size_t i = 0; i < n; ++i) {
+      const std::size_t j = (i + 1) % n;
+      hessian_.diagonal[i] += here_[i] * here_[i] + std::pow(after_[(i + n - 1) % n], 2) + std::pow(before_[j], 2);
+      hessian_.next[i] = here_[i] * after_[i] + before_[j] * here_[j];
+      hessian_.second[i] = before_[j] * after_[j];
+    }
   }
-  std::vector<double> gradient(n);
-  for (std::size_t i = 0; i < n; ++i) {
-    const auto at = [&](std::size_t k) { return values[(i + n + k - 2) % n]; };
-    gradient[i] = at(0) - 4.0 * at(1) + 6.0 * at(2) - 4.0 * at(3) + at(4);
+  /// Wherever it takes them.
+  std::vector<double> smooth(const std::vector<double>& values) const {
+    std::vector<double> moves = gradient(values);
+    for (double& move : moves) move = -move;
+    CyclicPentadiagonalFactor(hessian_).solve(moves);
+    return moved(values, std::move(moves));
   }
-  const std::vector<double> lower(n, -bound), upper(n, bound);
-  std::vector<double> moved = solve_cyclic_box_qp(hessian, gradient, lower, upper);
-  for (std::size_t i = 0; i < n; ++i) moved[i] += values[i];
-  return moved;
-}
+  /// Within +- bound of the values.
+  std::vector<double> smooth(const std::vector<double>& values, double bound) const {
+    const std::vector<double> lower(values.size(), -bound), upper(values.size(), bound);
+    return moved(values, solve_cyclic_box_qp(hessian_, gradient(values), lower, upper));
+  }
+
+ private:
+  static std::vector<double> moved(const std::vector<double>& values, std::vector<double> moves) {
+    for (std::size_t i = 0; i < moves.size(); ++i) moves[i] += values[i];
+    return moves;
+  }
+  std::vector<double> gradient(const std::vector<double>& values) const {
+    const std::size_t n = values.size();
+    std::vector<double> bends(n), result(n);
+    for (std::size_t i = 0; i < n; ++i)
+      bends[i] = before_[i] * (values[(i + n - 1) % n] - values[i]) + after_[i] * (values[(i + 1) % n] - values[i]);
+    for (std::size_t i = 0; i < n; ++i) {
+      const std::size_t last = (i + n - 1) % n, next = (i + 1) % n;
+      result[i] = here_[i] * bends[i] + after_[last] * bends[last] + before_[next] * bends[next];
+    }
+    return result;
+  }
+
+  std::vector<double> before_, here_, after_;  ///< a sample's second difference: factors of it and its neighbours
+  CyclicPentadiagonal hessian_;
+};
 
 double largest_difference(const std::vector<double>& a, const std::vector<double>& b) {
   double largest = 0.0;
@@ -212,40 +254,129 @@ double largest_difference(const std::vector<double>& a, const std::vector<double
 }
 
 /// No faster change than 1:2 along the road, by making it narrower.
-void limit_width_steps(std::vector<double>& width, double step) {
+void limit_width_steps(std::vector<double>& width, const std::vector<double>& steps) {
   const std::size_t n = width.size();
-  const double most = 0.9 * steepest_edge * step;  // chords of the inner line are shorter
-  for (std::size_t k = 0; k < 2 * n; ++k) {
-    const std::size_t i = k % n, j = (k + 1) % n;
-    width[j] = std::min(width[j], width[i] + most);
-  }
-  for (std::size_t k = 2 * n; k-- > 0;) {
-    const std::size_t i = (k + 1) % n, j = k % n;
-    width[j] = std::min(width[j], width[i] + most);
-  }
+  const auto limit = [&](std::size_t to, std::size_t from, double step) {
+    // A little less: chords of the line that is written are shorter.
+    width[to] = std::min(width[to], width[from] + 0.9 * steepest_edge * step);
+  };
+  for (std::size_t k = 0; k < 2 * n; ++k) limit((k + 1) % n, k % n, steps[k % n]);
+  for (std::size_t k = 2 * n; k-- > 0;) limit(k % n, (k + 1) % n, steps[k % n]);
 }
 
-/// The road's columns at equal steps of its centre line, which goes through its points.
-RoadTable resampled(const RoadTable& road, std::size_t count) {
+std::vector<double> steps_between(const std::vector<PlanePoint>& points) {
+  std::vector<double> steps(points.size());
+  for (std::size_t i = 0; i < steps.size(); ++i) steps[i] = distance(points[i], points[(i + 1) % points.size()]);
+  return steps;
+}
+
+std::vector<PlanePoint> joined(const std::vector<double>& x, const std::vector<double>& y) {
+  std::vector<PlanePoint> points(x.size());
+  for (std::size_t i = 0; i < x.size(); ++i) points[i] = {x[i], y[i]};
+  return points;
+}
+
+/// A road at more places of its centre line, its own points among them.
+struct Refined {
+  RoadTable road;
+  std::vector<std::size_t> own;  ///< where the road's own points are
+};
+
+/// Between neighbouring points, equal shares at most `step` long.
+Refined refined(const RoadTable& road, double step) {
   const ClosedCurve curve = ClosedCurve::from_points(road.points);
-  std::vector<double> stations(road.size());
-  for (std::size_t i = 0; i < stations.size(); ++i) stations[i] = curve.spline()->knot_station(i);
-  RoadTable even = road;
-  even.points.clear();
-  for (std::size_t i = 0; i < count; ++i) {
-    const CurvePoint at = curve.at(curve.length() * static_cast<double>(i) / static_cast<double>(count));
-    even.points.push_back({at.x, at.y});
+  std::vector<double> knots(road.size()), stations;
+  for (std::size_t i = 0; i < knots.size(); ++i) knots[i] = curve.spline()->knot_station(i);
+  Refined fine{road, {}};
+  fine.road.points.clear();
+  for (std::size_t i = 0; i < knots.size(); ++i) {
+    const double way = (i + 1 == knots.size() ? curve.length() : knots[i + 1]) - knots[i];
+    const auto shares = static_cast<int>(std::max(1.0, std::ceil(way / step - 1e-9)));
+    fine.own.push_back(stations.size());
+    for (int k = 0; k < shares; ++k) {
+      stations.push_back(knots[i] + way * k / shares);
+      const CurvePoint at = curve.at(stations.back());
+      fine.road.points.push_back(k == 0 ? road.points[i] : PlanePoint{at.x, at.y});
+    }
   }
-  const auto take = [&](const std::vector<double>& column, std::vector<double>& to) {
-    if (column.empty()) return;
-    const StationTable table(curve.length(), stations, column);
-    to.clear();
-    for (std::size_t i = 0; i < count; ++i)
-      to.push_back(table.at(curve.length() * static_cast<double>(i) / static_cast<double>(count)));
-  };
-  take(road.right, even.right), take(road.left, even.left);
-  take(road.height, even.height), take(road.grade, even.grade), take(road.bank, even.bank);
-  return even;
+  for (std::vector<double>* column :
+       {&fine.road.right, &fine.road.left, &fine.road.height, &fine.road.grade, &fine.road.bank}) {
+    if (column->empty()) continue;
+    const StationTable table(curve.length(), knots, *column);
+    column->clear();
+    for (const double s : stations) column->push_back(table.at(s));
+  }
+  return fine;
+}
+
+/// A road without the points that are much nearer to the one before than it is wide: they say nothing of its shape.
+struct Thinned {
+  RoadTable road;
+  std::vector<std::size_t> kept;  ///< by number of the old point: which of the new ones stands for it
+};
+
+Thinned without_dense_points(const RoadTable& road, double least) {
+  Thinned thin{road, {}};
+  const std::array columns{&thin.road.right, &thin.road.left, &thin.road.height, &thin.road.grade, &thin.road.bank};
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < road.size(); ++i) {
+    if (i == 0 || distance(road.points[i], thin.road.points[count - 1]) >= least) {
+      thin.road.points[count] = road.points[i];
+      for (std::vector<double>* column : columns)
+        if (!column->empty()) (*column)[count] = (*column)[i];
+      ++count;
+    }
+    thin.kept.push_back(count - 1);
+  }
+  if (count < 8) throw GeometryError("all points lie within a hundredth of the width of fewer than 8 of them");
+  thin.road.points.resize(count);
+  for (std::vector<double>* column : columns)
+    if (!column->empty()) column->resize(count);
+  return thin;
+}
+
+/// Steps of the line without its noise, which makes the way along a noisy one longer: from the smoothest line, twice.
+/// The largest move in x or y that this takes is told, too.
+std::vector<double> true_steps(const std::vector<double>& x, const std::vector<double>& y, double half, double& move) {
+  std::vector<double> steps = steps_between(joined(x, y));
+  for (int round = 0; round < 3; ++round) {
+    const double mean = std::accumulate(steps.begin(), steps.end(), 0.0) / static_cast<double>(steps.size());
+    for (double& step : steps) step = std::max(step, 0.1 * mean);
+    const Smoother smoother(steps, half);
+    const std::vector<double> even_x = smoother.smooth(x), even_y = smoother.smooth(y);
+    move = std::max(largest_difference(x, even_x), largest_difference(y, even_y));
+    steps = steps_between(joined(even_x, even_y));
+  }
+  const double mean = std::accumulate(steps.begin(), steps.end(), 0.0) / static_cast<double>(steps.size());
+  for (double& step : steps) step = std::max(step, 0.1 * mean);
+  return steps;
+}
+
+/// The largest distance of a point from the closed line, whose nearest place is searched around a sample of its own:
+/// what was a fold of the line before may lie beside another stretch of it.
+double farthest_from(const std::vector<PlanePoint>& samples, const std::vector<PlanePoint>& points,
+                     const std::function<std::size_t(std::size_t)>& sample_of) {
+  const ClosedPolyline line(samples);
+  double farthest = 0.0;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const PlanePoint& p = points[i];
+    farthest = std::max(farthest, distance(p, line.at(line.nearest_station(p.x, p.y, sample_of(i)))));
+  }
+  return farthest;
+}
+
+/// The edges stay: what the centre line moves to the left is taken from the left. Seen across the new line: the old one
+/// may be folded.
+void keep_edges(RoadTable& road, const std::vector<PlanePoint>& before) {
+  const std::size_t n = road.size();
+  for (std::size_t i = 0; i < n; ++i) {
+    const PlanePoint &last = road.points[(i + n - 1) % n], &next = road.points[(i + 1) % n];
+    const double along_x = next.x - last.x, along_y = next.y - last.y, way = std::hypot(along_x, along_y);
+    const double dx = road.points[i].x - before[i].x, dy = road.points[i].y - before[i].y;
+    const double left = way > 0.0 ? (along_x * dy - along_y * dx) / way : 0.0;
+    road.left[i] -= left;
+    road.right[i] += left;
+  }
 }
 
 }  // namespace
@@ -305,37 +436,48 @@ std::vector<WidthStep> width_steps(const RoadTable& road) {
 }
 
 Smoothed smooth(RoadTable& road, double tolerance) {
-  constexpr std::size_t most = 40000;
+  constexpr double most = 40000;
+  const std::vector<PlanePoint> given = road.points;
   double half = 0.0;
   for (std::size_t i = 0; i < road.size(); ++i)
     half += 0.5 * (road.right[i] + road.left[i]) / static_cast<double>(road.size());
-  const double length = road.length(), wanted = std::min(length / static_cast<double>(road.size()), half);
-  const auto count = static_cast<std::size_t>(std::clamp(length / wanted, 16.0, static_cast<double>(most)));
-  const RoadTable before = resampled(road, count);
-  road = before;
-  const double step = length / static_cast<double>(count), weight = std::pow(step / half, 4.0);
+  if (!(half > 0.0)) throw GeometryError(format("the mean half width is %.4g m, expected more than 0", half));
+  const Thinned thin = without_dense_points(road, 0.02 * half);
+  const Refined fine = refined(thin.road, std::max(half, road.length() / most));
+  const std::vector<PlanePoint>& before = fine.road.points;
+  road = fine.road;
   std::vector<double> x, y;
-  for (const PlanePoint& p : before.points) x.push_back(p.x), y.push_back(p.y);
-  x = smoothed(x, weight, tolerance / std::numbers::sqrt2);
-  y = smoothed(y, weight, tolerance / std::numbers::sqrt2);
+  for (const PlanePoint& p : before) x.push_back(p.x), y.push_back(p.y);
   Smoothed result;
-  const ClosedCurve old = ClosedCurve::from_points(before.points);
-  double hint = 0.0;
-  for (std::size_t i = 0; i < count; ++i) {
-    road.points[i] = {x[i], y[i]};
-    result.moved = std::max(result.moved, distance(road.points[i], before.points[i]));
-    // The edges stay: what the centre line moves to the left is taken from the left.
-    const CurveLocation place = old.locate(x[i], y[i], hint);
-    hint = place.s;
-    road.left[i] -= place.n;
-    road.right[i] += place.n;
-  }
-  limit_width_steps(road.left, step), limit_width_steps(road.right, step);
+  const std::vector<double> steps = true_steps(x, y, half, result.wanted);
+  result.wanted *= std::numbers::sqrt2;
+  const Smoother smoother(steps, half);
+  const double bound = tolerance / std::numbers::sqrt2;
+  road.points = joined(smoother.smooth(x, bound), smoother.smooth(y, bound));
+  result.moved = farthest_from(road.points, given, [&](std::size_t i) { return fine.own[thin.kept[i]]; });
+  if (road.edges_known) keep_edges(road, before);
+  const std::vector<double> chords = steps_between(road.points);
+  limit_width_steps(road.left, chords), limit_width_steps(road.right, chords);
   if (!road.height.empty()) {
-    road.height = smoothed(before.height, std::pow(step / (10.0 * half), 4.0), 1e3 * half);
-    result.raised = largest_difference(road.height, before.height);
+    road.height = Smoother(steps, 10.0 * half).smooth(fine.road.height);
+    result.raised = largest_difference(road.height, fine.road.height);
   }
   return result;
+}
+
+double helpful_tolerance(const RoadTable& road) {
+  try {
+    RoadTable even = road;
+    const double wanted = smooth(even, 1.0).wanted;
+    const double digit = std::pow(10.0, std::floor(std::log10(wanted)) - 1.0);
+    const double tolerance = digit * std::ceil(wanted / digit);  // two digits, upwards
+    even = road;
+    smooth(even, tolerance);
+    to_track(even);
+    return tolerance;
+  } catch (const GeometryError&) {
+    return 0.0;
+  }
 }
 
 Track to_track(const RoadTable& road) {

@@ -18,6 +18,7 @@ struct RoadTable {
   std::vector<double> height;       ///< [m]; empty where the file has none
   std::vector<double> grade, bank;  ///< [rad] as in TrackShape; empty where the file has none
   bool bridges = false;
+  bool edges_known = true;  ///< false: a trace between edges that nobody measured, with a width from elsewhere
 
   std::size_t size() const { return points.size(); }
   /// Length of the chords, the closing one included [m].
@@ -47,14 +48,19 @@ void scale(RoadTable& road, double factor);
 void reverse(RoadTable& road);
 
 struct Smoothed {
-  double moved = 0.0;   ///< largest move of the centre line, in x and in y at most tolerance / sqrt(2) [m]
+  double moved = 0.0;   ///< largest distance of the road's points from the new centre line [m]
   double raised = 0.0;  ///< largest change of a height [m]
+  double wanted = 0.0;  ///< least tolerance that would not keep the line from being the smoothest [m]
 };
-/// The smoothest line within `tolerance` [m] of the road's points, at equal steps: minimises the squared second
-/// differences plus (move / half width^2)^2, so that only waves shorter than about three widths are removed. The edges
-/// stay where they are. Half widths then change by at most 1:2 along the road: at a
-/// step it is narrowed on the wide side. Heights are smoothed over ten half widths.
+/// The smoothest line within `tolerance` [m] of the road's points: minimises the squared second differences plus
+/// (move / half width^2)^2, so that only waves shorter than about three widths are removed. Points nearer to each other
+/// than a hundredth of the width count as one. The edges stay where they are; a trace keeps its width. Half widths then
+/// change by at most 1:2 along the road: at a step it is narrowed on the wide side. Heights are smoothed over ten half
+/// widths. Throws GeometryError without widths.
 Smoothed smooth(RoadTable& road, double tolerance);
+
+/// The tolerance with which smooth() would make a sound road of one that is none [m]; 0: no tolerance would.
+double helpful_tolerance(const RoadTable& road);
 
 /// Where a half width changes by more than 1:2 between neighbouring points.
 struct WidthStep {

@@ -140,6 +140,74 @@ TEST_F(RoadFiles, SmoothingStaysWithinItsToleranceAndKeepsTheEdges) {
   EXPECT_LT(smooth(clean, 0.6).moved, 0.1);
 }
 
+/// A trace of an ellipse with white noise in both directions [m], so many metres from point to point.
+RoadTable noisy_trace(double step, double noise, unsigned seed) {
+  std::mt19937 random(seed);
+  std::normal_distribution<double> error(0.0, noise);
+  RoadTable road;
+  const int count = static_cast<int>(std::lround(1022.0 / step));  // the ellipse's length
+  for (int i = 0; i < count; ++i) {
+    const double a = 2 * pi * i / count;
+    road.points.push_back({200 * std::cos(a) + error(random), 120 * std::sin(a) + error(random)});
+  }
+  road.right = road.left = std::vector<double>(road.size(), 6.0);
+  road.edges_known = false;
+  return road;
+}
+
+double farthest_point(const std::vector<PlanePoint>& points, const std::vector<PlanePoint>& line) {
+  const ClosedPolyline curve(line);
+  double farthest = 0.0;
+  for (const PlanePoint& p : points) {
+    const PlanePoint q = curve.at(curve.nearest_station(p.x, p.y));
+    farthest = std::max(farthest, std::hypot(p.x - q.x, p.y - q.y));
+  }
+  return farthest;
+}
+
+TEST_F(RoadFiles, NoisyTracesBecomeSmoothRoadsOfTheirWidth) {
+  for (const double step : {1.0, 3.0, 10.0}) {
+    for (unsigned seed = 1; seed <= 3; ++seed) {
+      RoadTable road = noisy_trace(step, 1.0, seed);
+      RoadTable tight = road;
+      EXPECT_GT(smooth(tight, 0.3).wanted, 0.3);
+      const Smoothed done = smooth(road, 6.0);
+      EXPECT_LE(done.wanted, 6.0);
+      const Track track = to_track(road);
+      EXPECT_EQ(track.narrowest(), 12.0);
+      EXPECT_NEAR(track.length(), 1022.0, 20.0) << step;
+    }
+  }
+}
+
+TEST_F(RoadFiles, ATooSmallToleranceIsRefusedAndALargerOneNamed) {
+  const RoadTable noisy = noisy_trace(1.0, 1.0, 2);
+  EXPECT_THAT(refusal([&] { to_track(noisy); }), HasSubstr("bends more sharply"));
+  const double tolerance = helpful_tolerance(noisy);
+  EXPECT_GT(tolerance, 3.0);
+  EXPECT_LT(tolerance, 6.0);
+  RoadTable road = noisy;
+  smooth(road, tolerance);
+  EXPECT_NO_THROW(to_track(road));
+  // No tolerance helps a road that runs over itself.
+  RoadTable twice = read({ellipse()});
+  twice.points.insert(twice.points.end(), twice.points.begin(), twice.points.end());
+  twice.right.resize(twice.size(), 4.0), twice.left.resize(twice.size(), 8.0);
+  EXPECT_EQ(helpful_tolerance(twice), 0.0);
+}
+
+TEST_F(RoadFiles, TheToleranceHoldsForThePointsThatWereGiven) {
+  for (const double step : {1.0, 3.0, 10.0, 30.0}) {
+    for (const double tolerance : {0.2, 1.0, 3.0}) {
+      RoadTable road = noisy_trace(step, 1.0, 5);
+      const std::vector<PlanePoint> given = road.points;
+      const Smoothed done = smooth(road, tolerance);
+      EXPECT_LE(done.moved, tolerance + 0.12) << step;  // points within 1 % of the width count as one
+      EXPECT_LE(farthest_point(given, road.points), done.moved + 1e-9) << step;
+    }
+  }
+}
+
 TEST_F(RoadFiles, StepsOfWidthAreFoundAndEvenedOutInwards) {
   RoadTable road = read({ellipse()});
   for (std::size_t i = 40; i < 80; ++i) road.left[i] = 3.0;
