@@ -192,13 +192,15 @@ std::vector<PlanePoint> middle_line(const ClosedPolyline& inner, const ClosedPol
 }  // namespace
 
 void drop_closing_point_and_check_closed(std::vector<PlanePoint>& points) {
-  if (points.size() > 1 && points.front().x == points.back().x && points.front().y == points.back().y)
+  const auto distance = [](const PlanePoint& a, const PlanePoint& b) { return std::hypot(a.x - b.x, a.y - b.y); };
+  const std::size_t n = points.size();
+  // A closing point that was rounded, or surveyed again, is much nearer to the first than its neighbours are.
+  if (n > 3 && distance(points.front(), points.back()) <
+                   0.2 * std::min(distance(points[0], points[1]), distance(points[n - 2], points[n - 1])))
     points.pop_back();
   double longest = 0.0;
-  for (std::size_t i = 1; i < points.size(); ++i) {
-    longest = std::max(longest, std::hypot(points[i].x - points[i - 1].x, points[i].y - points[i - 1].y));
-  }
-  const double gap = std::hypot(points.front().x - points.back().x, points.front().y - points.back().y);
+  for (std::size_t i = 1; i < points.size(); ++i) longest = std::max(longest, distance(points[i], points[i - 1]));
+  const double gap = distance(points.front(), points.back());
   if (gap > 5.0 * longest)
     throw GeometryError(
         format("the line is open: its last point is %.4g m from its first, its longest step is %.4g m", gap, longest));
