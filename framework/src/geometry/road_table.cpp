@@ -39,30 +39,97 @@ void keep_first(RoadTrace& trace, std::size_t count) {
   each_column(trace, [&](std::vector<double>& column) { column.resize(count); });
 }
 
-/// Whether a point lies ahead of the first, seen along the first step.
-bool ahead(const PlanePoint& point, const PlanePoint& first, const PlanePoint& second) {
-  return (point.x - first.x) * (second.x - first.x) + (point.y - first.y) * (second.y - first.y) > 0.0;
+/// The step that a share of all steps is shorter than [m].
+double step_quantile(const std::vector<PlanePoint>& points, double share) {
+  std::vector<double> steps;
+  for (std::size_t i = 1; i < points.size(); ++i) steps.push_back(distance(points[i], points[i - 1]));
+  if (steps.empty()) return 0.0;
+  const auto rank = steps.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(steps.size() - 1));
+  std::nth_element(steps.begin(), rank, steps.end());
+  return *rank;
 }
 
-/// Cuts a trace that continues after a lap where it comes nearest to its start again.
-void cut_after_a_lap(RoadTrace& trace, double near, std::vector<std::string>& remarks) {
-  const std::vector<PlanePoint>& p = trace.points;
-  std::size_t i = 1, n = p.size();
-  while (i < n && distance(p[i], p[0]) < 4.0 * near) ++i;
-  const auto back = [&](std::size_t k) {
-    const double ux = p[1].x - p[0].x, uy = p[1].y - p[0].y, vx = p[k].x - p[k - 1].x, vy = p[k].y - p[k - 1].y;
-    return distance(p[k], p[0]) < near && ux * vx + uy * vy > 0.0;
-  };
-  while (i < n && !back(i)) ++i;
-  if (i >= n) return;
-  std::size_t nearest = i;
-  for (; i < n && back(i); ++i)
-    if (distance(p[i], p[0]) < distance(p[nearest], p[0])) nearest = i;
-  // The last point of a road with widths may be as near to the first as any other step: it stays.
-  if (!trace.right.empty() && (n - nearest < 2 || !ahead(p[n - 1], p[0], p[1]))) return;
-  if (n - nearest > 2 || !trace.right.empty())
-    remarks.push_back(format("the trace goes on for %zu points after a lap: left out", n - nearest));
-  keep_first(trace, nearest);  // the nearest point would repeat the first
+/// Five and more points in a row about one place, nearer than half a usual step and a quarter of the width: a logger
+/// that stood. Their middle stays.
+void drop_stands(RoadTrace& trace, double width, std::vector<std::string>& remarks) {
+  constexpr std::size_t fewest = 5;
+  std::vector<PlanePoint>& p = trace.points;
+  const double reach = std::min(0.5 * step_quantile(p, 0.9), 0.25 * width);
+  const std::size_t n = p.size();
+  std::size_t kept = 0, next = 0;
+  for (std::size_t i = 0; i < n; i = next) {
+    PlanePoint sum{};
+    for (next = i; next < n && distance(p[next], p[i]) <= reach; ++next) sum.x += p[next].x, sum.y += p[next].y;
+    if (next - i < fewest) next = i + 1;
+    const auto count = static_cast<double>(next - i);
+    p[kept] = next == i + 1 ? p[i] : PlanePoint{sum.x / count, sum.y / count};
+    each_column(trace, [&](std::vector<double>& column) { column[kept] = column[i]; });
+    ++kept;
+  }
+  if (kept == n) return;
+  remarks.push_back(format("%zu points where the trace stands are left out", n - kept));
+  keep_first(trace, kept);
+}
+
+/// Where a trace comes back to its start and goes on.
+class LapEnd {
+ public:
+  LapEnd(const std::vector<PlanePoint>& points, double near) : p_(points), near_(near) {}
+
+  /// The point nearest to the first one when the trace is back there the first time; none if it never is.
+  std::optional<std::size_t> find() {
+    std::size_t i = 1;
+    while (i < p_.size() && distance(p_[i], p_[0]) < 4.0 * near_) ++i;
+    while (i < p_.size() && !back(i)) ++i;
+    if (i >= p_.size()) return std::nullopt;
+    std::size_t nearest = i;
+    for (; i < p_.size() && back(i); ++i)
+      if (distance(p_[i], p_[0]) < distance(p_[nearest], p_[0])) nearest = i;
+    goes_on_ = i < p_.size();
+    return nearest;
+  }
+  /// Whether find() saw the trace leave the start again.
+  bool goes_on() const { return goes_on_; }
+  /// Whether a point lies ahead of the first.
+  bool ahead(const PlanePoint& point) const {
+    const PlanePoint u = way(0, 1).value_or(PlanePoint{});
+    return (point.x - p_[0].x) * u.x + (point.y - p_[0].y) * u.y > 0.0;
+  }
+
+ private:
+  /// From point k to the first one that is `near` away from it, forwards or backwards: noise turns a single step.
+  std::optional<PlanePoint> way(std::size_t k, int direction) const {
+    for (std::size_t i = k; i < p_.size(); i += static_cast<std::size_t>(direction))  // wraps below 0 and ends
+      if (distance(p_[i], p_[k]) >= near_)
+        return PlanePoint{direction * (p_[i].x - p_[k].x), direction * (p_[i].y - p_[k].y)};
+    return std::nullopt;
+  }
+  /// A road that crosses its start on a bridge does so at 30 degrees or more. At the end of the file the way before
+  /// must do.
+  bool back(std::size_t k) const {
+    if (!(distance(p_[k], p_[0]) < near_)) return false;
+    const auto u = way(0, 1), ahead = way(k, 1), v = ahead ? ahead : way(k, -1);
+    if (!u || !v) return false;
+    const double cosine = (u->x * v->x + u->y * v->y) / (std::hypot(u->x, u->y) * std::hypot(v->x, v->y));
+    return cosine > (ahead ? std::cos(std::numbers::pi / 6.0) : 0.0);
+  }
+
+  const std::vector<PlanePoint>& p_;
+  double near_;  // [m]
+  bool goes_on_ = false;
+};
+
+/// Cuts a trace that continues after a lap where it comes nearest to its start again. The last point of a surveyed road
+/// may be as near to the first as any other step: it stays.
+void cut_after_a_lap(RoadTrace& trace, double near, bool surveyed, std::vector<std::string>& remarks) {
+  const std::size_t n = trace.points.size();
+  LapEnd lap(trace.points, std::max(near, 0.6 * step_quantile(trace.points, 0.5)));
+  const std::optional<std::size_t> nearest = lap.find();
+  if (!nearest) return;
+  if (surveyed && !lap.goes_on() && (n - *nearest < 2 || !lap.ahead(trace.points.back()))) return;
+  if (n - *nearest > 2 || surveyed)
+    remarks.push_back(format("the trace goes on for %zu points after a lap: left out", n - *nearest));
+  keep_first(trace, *nearest);  // the nearest point would repeat the first
 }
 
 /// An open line is closed by a cubic that leaves its end and meets its start along them.
@@ -111,15 +178,19 @@ RoadTrace read_trace(const fs::path& file) {
   return trace;
 }
 
-void close(const fs::path& file, RoadTrace& trace, double near, const RoadReading& reading,
+/// `width` [m] of the road at the first point; `surveyed`: a table of the road or of an edge, not a drive.
+void close(const fs::path& file, RoadTrace& trace, double width, bool surveyed, const RoadReading& reading,
            std::vector<std::string>& remarks) {
-  if (!trace.right.empty()) near = trace.right.front() + trace.left.front();
-  if (near > 0.0) cut_after_a_lap(trace, near, remarks);
+  if (!surveyed) drop_stands(trace, width, remarks);
+  if (width > 0.0) cut_after_a_lap(trace, width, surveyed, remarks);
   close_gap(trace, reading.largest_gap, remarks);
   try {
     const std::size_t before = trace.points.size();
+    const double gap = distance(trace.points.front(), trace.points.back());
     drop_closing_point_and_check_closed(trace.points);
     if (trace.points.size() != before) keep_first(trace, trace.points.size());
+    if (trace.points.size() != before && gap > 1e-9)
+      remarks.push_back(format("the last point nearly repeats the first, %.3g m from it: left out", gap));
   } catch (const GeometryError& error) {
     refuse(file, std::string(error.what()) + "; --close METRES closes it");
   }
@@ -133,7 +204,8 @@ RoadTable from_trace(const fs::path& file, const RoadReading& reading, std::vect
     refuse(file,
            "has no widths (w_tr_right_m,w_tr_left_m); expected --width METRES beside a trace, or the files of both "
            "edges");
-  close(file, trace, reading.width, reading, remarks);
+  const bool widths = !trace.right.empty();
+  close(file, trace, widths ? trace.right.front() + trace.left.front() : reading.width, widths, reading, remarks);
   RoadTable road;
   road.points = std::move(trace.points);
   road.right = std::move(trace.right);
@@ -162,15 +234,22 @@ RoadTable sampled(const Track& track, double spacing) {
   return road;
 }
 
+double least_distance(const PlanePoint& from, const std::vector<PlanePoint>& points) {
+  double least = INFINITY;
+  for (const PlanePoint& p : points) least = std::min(least, distance(from, p));
+  return least;
+}
+
 RoadTable from_edges(std::span<const fs::path> files, const RoadReading& reading, std::vector<std::string>& remarks) {
   std::vector<RoadTrace> traces;
   for (const fs::path& file : files) traces.push_back(read_trace(file));
   if (traces[0].on_earth != traces[1].on_earth) throw InputError("one edge is in metres, the other in degrees");
   const PlanePoint origin = middle_of(traces[0].points);
+  for (RoadTrace& trace : traces) to_plane(trace, origin);
+  const double width = least_distance(traces[0].points.front(), traces[1].points);
   std::vector<EdgePoints> edges;
   for (std::size_t i = 0; i < 2; ++i) {
-    to_plane(traces[i], origin);
-    close(files[i], traces[i], 0.0, reading, remarks);
+    close(files[i], traces[i], width, true, reading, remarks);
     edges.push_back({std::move(traces[i].points), std::move(traces[i].height)});
   }
   TrackShape shape = shape_from_edges(edges[0], edges[1]);

@@ -283,6 +283,53 @@ TEST_F(RoadFiles, APointThatTwoLapsShareIsKeptOnce) {
   EXPECT_THAT(remarks_, ::testing::ElementsAre(HasSubstr("3 points after a lap: left out")));
 }
 
+TEST_F(RoadFiles, ALoggerThatStandsBeforeItsLapsIsNoCourse) {
+  for (const double jitter : {0.05, 0.3}) {
+    std::mt19937 random(3);
+    std::normal_distribution<double> error(0.0, jitter);
+    const fs::path file = write("stands.csv", "x_m,y_m", 100 + 800, [&](int i) {
+      const double a = 2 * pi * std::max(0, i - 100) / 340.0;  // 340 points a lap, 3 m apart
+      const double noise = i < 100 ? 1.0 : 0.0;
+      return std::vector{200 * std::cos(a) + noise * error(random), 120 * std::sin(a) + noise * error(random)};
+    });
+    const RoadTable road = read({file}, {.width = 12.0});
+    EXPECT_THAT(remarks_, ::testing::ElementsAre(HasSubstr("where the trace stands"), HasSubstr("after a lap")));
+    EXPECT_NEAR(static_cast<double>(road.size()), 340.0, 4.0) << jitter;
+    EXPECT_NEAR(to_track(road).length(), 1022.0, 3.0);
+  }
+}
+
+TEST_F(RoadFiles, ARoadDrivenTwiceIsCut) {
+  const fs::path file = write("exactly.csv", "# x_m,y_m,w_tr_right_m,w_tr_left_m", 320, [](int i) {
+    return std::vector{100 * std::cos(2 * pi * i / 160), 60 * std::sin(2 * pi * i / 160), 4.0, 8.0};
+  });
+  EXPECT_EQ(read({file}).size(), 160u);
+}
+
+TEST_F(RoadFiles, EdgesAreCutAfterALapAsWell) {
+  const auto edge = [&](const char* name, double grow, int rows) {
+    return write(name, "x_m,y_m", rows, [=](int i) {
+      const double a = 2 * pi * i / 200;
+      return std::vector{(100 + grow) * std::cos(a), (100 + grow) * std::sin(a)};
+    });
+  };
+  const Track track = to_track(read({edge("left.csv", -4, 215), edge("right.csv", 4, 200)}));
+  EXPECT_THAT(remarks_, ::testing::Contains(HasSubstr("15 points after a lap")));
+  EXPECT_NEAR(track.length(), 2 * pi * 100, 0.5);
+}
+
+TEST_F(RoadFiles, AClosingPointNearTheFirstIsDropped) {
+  for (const double gap : {0.0, 1e-6, 0.01, 0.3}) {
+    const fs::path file = write("near.csv", "# x_m,y_m,w_tr_right_m,w_tr_left_m", 161, [=](int i) {
+      const double a = 2 * pi * i / 160;
+      return std::vector{100 * std::cos(a), 60 * std::sin(a) - (i == 160 ? gap : 0.0), 4.0, 8.0};
+    });
+    EXPECT_EQ(read({file}).size(), 160u) << gap;
+    EXPECT_EQ(remarks_.size(), gap > 0.0 ? 1u : 0u) << gap;
+    EXPECT_NEAR(load_track(file).length(), to_track(read({file})).length(), 1e-9);
+  }
+}
+
 TEST_F(RoadFiles, WhatIsNoGpxIsRefused) {
   const fs::path file = scratch_ / "bad.gpx";
   write_file(file, "<gpx><trk>");
