@@ -189,6 +189,21 @@ std::vector<PlanePoint> middle_line(const ClosedPolyline& inner, const ClosedPol
   return middle;
 }
 
+/// Where the edges have changed sides they crossed: the place of the first such sample of the middle line.
+void check_crossing(const ClosedCurve& centre, const ClosedPolyline& inner, const ClosedPolyline& outer,
+                    bool inner_left) {
+  for (std::size_t i = 0; i < centre.spline()->knots(); ++i) {
+    const CurvePoint at = centre.at(centre.spline()->knot_station(i));
+    const PlanePoint a = on(inner, at.x, at.y), b = on(outer, at.x, at.y);
+    const double dx = inner_left ? a.x - b.x : b.x - a.x, dy = inner_left ? a.y - b.y : b.y - a.y;
+    if (std::cos(at.yaw) * dy - std::sin(at.yaw) * dx < -0.5 * std::hypot(dx, dy))
+      throw GeometryError(
+          format("the two edges cross each other: near (%.5g, %.5g) the left one is to the right of the "
+                 "other",
+                 at.x, at.y));
+  }
+}
+
 }  // namespace
 
 void drop_closing_point_and_check_closed(std::vector<PlanePoint>& points) {
@@ -229,6 +244,7 @@ EdgePoints EdgePoints::from_table(const CsvTable& table) {
 TrackShape shape_from_edges(const EdgePoints& inner_points, const EdgePoints& outer_points, double spacing) {
   const ClosedPolyline inner(inner_points.points), outer(outer_points.points);
   const Sides sides = compare(inner, outer);
+  if (sides.distance < 1e-6 * inner.length()) throw GeometryError("the two edges are the same line");
   if (sides.along <= 0.0) {
     throw GeometryError("the two edges run opposite ways round; both must follow the direction of travel");
   }
@@ -239,6 +255,7 @@ TrackShape shape_from_edges(const EdgePoints& inner_points, const EdgePoints& ou
   const std::vector<double> stations = knot_stations(centre);
   const bool heights = !inner_points.heights.empty() && !outer_points.heights.empty();
   const bool inner_left = sides.left < 0.0;
+  check_crossing(centre, inner, outer, inner_left);
   std::vector<double> to_inner, to_outer, height, bank;
   for (const PlanePoint& p : middle) {
     const PlanePoint a = on(inner, p.x, p.y), b = on(outer, p.x, p.y);

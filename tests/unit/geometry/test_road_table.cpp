@@ -318,6 +318,19 @@ TEST_F(RoadFiles, EdgesAreCutAfterALapAsWell) {
   EXPECT_NEAR(track.length(), 2 * pi * 100, 0.5);
 }
 
+TEST_F(RoadFiles, EdgesThatCrossAreRefusedWithThePlace) {
+  const auto edge = [&](const char* name, double grow, double bump) {
+    return write(name, "x_m,y_m", 300, [=](int i) {
+      const double a = 2 * pi * i / 300, r = 100 + grow + (i >= 100 && i < 120 ? bump : 0.0);
+      return std::vector{r * std::cos(a), r * std::sin(a)};
+    });
+  };
+  const fs::path left = edge("left.csv", -4, 0);
+  EXPECT_THAT(refusal([&] { read({left, edge("right.csv", 4, -12)}); }), HasSubstr("cross each other: near (-"));
+  EXPECT_THAT(refusal([&] { read({left, left}); }), HasSubstr("are the same line"));
+  EXPECT_EQ(refusal([&] { read({left, edge("right.csv", 4, -3)}); }), "not refused");
+}
+
 TEST_F(RoadFiles, AClosingPointNearTheFirstIsDropped) {
   for (const double gap : {0.0, 1e-6, 0.01, 0.3}) {
     const fs::path file = write("near.csv", "# x_m,y_m,w_tr_right_m,w_tr_left_m", 161, [=](int i) {
