@@ -178,6 +178,35 @@ RoadTrace read_trace(const fs::path& file) {
   return trace;
 }
 
+/// Heights that drifted within the lap, as those of barometers do, would be a cliff between the last point and the first:
+/// the road is tilted along its way until they meet, where that is little.
+void close_heights(const fs::path& file, RoadTrace& trace, std::vector<std::string>& remarks) {
+  constexpr double most = 0.005;  // of the length
+  std::vector<double>& z = trace.height;
+  if (z.empty()) return;
+  const std::size_t n = z.size();
+  std::vector<double> way(n, 0.0);
+  double largest = 0.0;
+  for (std::size_t i = 1; i < n; ++i) {
+    way[i] = way[i - 1] + distance(trace.points[i], trace.points[i - 1]);
+    largest = std::max(largest, std::abs(z[i] - z[i - 1]));
+  }
+  const double gap = distance(trace.points.front(), trace.points.back()), length = way.back() + gap;
+  const double step = way.back() / static_cast<double>(n - 1), usual = largest * std::max(1.0, gap / step);
+  const double grade = 0.5 * ((z[1] - z[0]) / way[1] + (z[n - 1] - z[n - 2]) / (way[n - 1] - way[n - 2]));
+  const double drift = z.back() + std::clamp(gap * grade, -usual, usual) - z.front();
+  if (std::abs(drift) <= std::max(3.0 * usual, 1e-3 * step)) return;
+  const char* const where = drift > 0.0 ? "higher" : "lower";
+  if (std::abs(drift) > most * length)
+    refuse(file,
+           format("the heights do not close: after a lap it is %.3g m %s than where it began (up to 0.5 %% of its "
+                  "length, %.3g m, is evened out)",
+                  std::abs(drift), where, most * length));
+  for (std::size_t i = 1; i < n; ++i) z[i] -= drift * way[i] / length;
+  remarks.push_back(
+      format("after a lap it is %.3g m %s than where it began: evened out along the way", std::abs(drift), where));
+}
+
 /// `width` [m] of the road at the first point; `surveyed`: a table of the road or of an edge, not a drive.
 void close(const fs::path& file, RoadTrace& trace, double width, bool surveyed, const RoadReading& reading,
            std::vector<std::string>& remarks) {
@@ -195,10 +224,12 @@ void close(const fs::path& file, RoadTrace& trace, double width, bool surveyed, 
     refuse(file, std::string(error.what()) + "; --close METRES closes it");
   }
   require_points(file, trace);
+  close_heights(file, trace, remarks);
 }
 
 RoadTable from_trace(const fs::path& file, const RoadReading& reading, std::vector<std::string>& remarks) {
   RoadTrace trace = read_trace(file);
+  remarks.insert(remarks.end(), trace.remarks.begin(), trace.remarks.end());
   to_plane(trace, middle_of(trace.points));
   if (trace.right.empty() && !(reading.width > 0.0))
     refuse(file,
@@ -240,10 +271,28 @@ double least_distance(const PlanePoint& from, const std::vector<PlanePoint>& poi
   return least;
 }
 
+/// What a JSON road has and a table of points has not.
+void tell_left_out(const Track& track, std::vector<std::string>& remarks) {
+  bool walls = false;
+  for (int i = 0; i < 1000; ++i)
+    for (const double n : {1e-3, -1e-3})
+      walls = walls || std::isfinite(track.wall_clearance({track.length() * i / 1000, n, 0.0, 0.0}));
+  if (walls) remarks.push_back("walls are left out of what is written: add them to the file as they were");
+  const CurvePoint first = track.at(0.0);
+  const Pose start = track.start();
+  if (start.x != first.x || start.y != first.y || start.yaw != first.yaw)
+    remarks.push_back("the start is left out of what is written: add it to the file as it was");
+}
+
 RoadTable from_edges(std::span<const fs::path> files, const RoadReading& reading, std::vector<std::string>& remarks) {
   std::vector<RoadTrace> traces;
-  for (const fs::path& file : files) traces.push_back(read_trace(file));
+  for (const fs::path& file : files) {
+    traces.push_back(read_trace(file));
+    for (const std::string& remark : traces.back().remarks) remarks.push_back(shown(file) + ": " + remark);
+  }
   if (traces[0].on_earth != traces[1].on_earth) throw InputError("one edge is in metres, the other in degrees");
+  if (traces[0].height.empty() != traces[1].height.empty())
+    remarks.push_back("heights are left out: only " + shown(files[traces[0].height.empty() ? 1 : 0]) + " has them");
   const PlanePoint origin = middle_of(traces[0].points);
   for (RoadTrace& trace : traces) to_plane(trace, origin);
   const double width = least_distance(traces[0].points.front(), traces[1].points);
@@ -477,6 +526,7 @@ RoadTable read_road(std::span<const fs::path> files, const RoadReading& reading,
     const Track track = load_track(files[0]);
     road = sampled(track, std::max(0.05 * track.narrowest(), track.length() / 20000.0));
     road.name = track.name();
+    tell_left_out(track, remarks);
   } else {
     road = from_trace(files[0], reading, remarks);
   }

@@ -40,6 +40,28 @@ void check_on_earth(const fs::path& file, int line, double latitude, double long
                 longitude));
 }
 
+/// What a table has beside the columns that are read.
+std::vector<std::string> check_other_columns(const fs::path& file, const CsvTable& table, bool widths) {
+  static const std::vector<std::string> road{"x_m",      "y_m", "w_tr_right_m", "w_tr_left_m", "grade_rad",
+                                             "bank_rad", "z_m", "lat",          "lon",         "ele"};
+  static const std::vector<std::string> aliases{"x",       "y", "longitude", "lng", "lon_deg", "latitude",
+                                                "lat_deg", "z", "elevation", "alt", "altitude"};
+  std::string others;
+  for (const std::string& name : table.header) {
+    const auto among = [&](const std::vector<std::string>& known) {
+      return std::find(known.begin(), known.end(), name) != known.end();
+    };
+    if (among(road) || among(aliases)) continue;
+    const auto longer =
+        std::find_if(road.begin(), road.end(), [&](const std::string& known) { return known.starts_with(name + "_"); });
+    const std::string hint = longer != road.end() ? "; did you mean \"" + *longer + "\"?" : did_you_mean(name, road);
+    if (widths) refuse(file, 1, "unknown column \"" + name + "\"" + hint);
+    others += (others.empty() ? "" : ",") + name;
+  }
+  if (others.empty()) return {};
+  return {"columns that are left out: " + harmless(others)};
+}
+
 /// What a GPX file says of its points: each point's place, height where all have one.
 class GpxReader {
  public:
@@ -63,7 +85,7 @@ class GpxReader {
       read_points(*root, outer, inner, point);
     }
     if (trace_.points.empty()) refuse(file_, 0, "has no track points (<trkpt>) and no route points (<rtept>)");
-    if (trace_.height.size() != trace_.points.size()) trace_.height.clear();
+    fill_heights();
     return std::move(trace_);
   }
 
@@ -103,7 +125,32 @@ class GpxReader {
     const PlanePoint at{*longitude * degree, *latitude * degree};
     if (!trace_.points.empty() && at.x == trace_.points.back().x && at.y == trace_.points.back().y) return;
     trace_.points.push_back(at);
-    if (const auto height = place.get_optional<double>("ele")) trace_.height.push_back(*height);
+    trace_.height.push_back(place.get_optional<double>("ele").value_or(not_a_number));
+  }
+  /// Points without a height: between their neighbours if they are few.
+  void fill_heights() {
+    std::vector<double>& z = trace_.height;
+    const std::size_t n = z.size();
+    const auto missing =
+        static_cast<std::size_t>(std::count_if(z.begin(), z.end(), [](double h) { return !(h == h); }));
+    if (missing == 0) return;
+    if (10 * missing > n) {
+      if (missing < n)
+        trace_.remarks.push_back(format("%zu of %zu points have no height: heights are left out", missing, n));
+      z.clear();
+      return;
+    }
+    std::vector<std::size_t> known;
+    for (std::size_t i = 0; i < n; ++i)
+      if (z[i] == z[i]) known.push_back(i);
+    for (std::size_t i = 0; i < n; ++i) {
+      if (z[i] == z[i]) continue;
+      const auto after = std::upper_bound(known.begin(), known.end(), i);
+      const std::size_t b = after == known.end() ? known.back() : *after, a = after == known.begin() ? b : *(after - 1);
+      const double share = a == b ? 0.0 : static_cast<double>(i - a) / static_cast<double>(b - a);
+      z[i] = std::lerp(z[a], z[b], share);
+    }
+    trace_.remarks.push_back(format("%zu of %zu points have no height: interpolated", missing, n));
   }
 
   fs::path file_;
@@ -138,6 +185,7 @@ RoadTrace read_csv_trace(const fs::path& file) {
   const auto right = column(table, {"w_tr_right_m"}), left = column(table, {"w_tr_left_m"});
   const auto grade = column(table, {"grade_rad"}), bank = column(table, {"bank_rad"});
   if (right.has_value() != left.has_value()) refuse(file, 1, "w_tr_right_m and w_tr_left_m go together");
+  trace.remarks = check_other_columns(file, table, right.has_value());
   for (std::size_t i = 0; i < x->size(); ++i) {
     if (trace.on_earth) check_on_earth(file, table.line[i], (*y)[i], (*x)[i]);
     if (!(std::max(std::abs((*x)[i]), std::abs((*y)[i])) <= 1e8))

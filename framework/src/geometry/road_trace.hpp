@@ -16,11 +16,14 @@ struct RoadTrace {
   std::vector<double> right, left;  ///< [m]
   std::vector<double> grade, bank;  ///< [rad]
   bool on_earth = false;
+  std::vector<std::string> remarks;  ///< what of the file is left out or made up, a line each
 };
 
-/// A CSV with x_m,y_m or lat,lon and what RoadTrace has besides. Throws InputError with file, line and column.
+/// A CSV with x_m,y_m or lat,lon and what RoadTrace has besides. Other columns are refused beside widths, as in a
+/// world's road, and else left out: loggers have many. Throws InputError with file, line and column.
 RoadTrace read_csv_trace(const std::filesystem::path& file);
-/// Track points of a GPX file, else its route points. Throws InputError.
+/// Track points of a GPX file, else its route points. Where a tenth of the points or less have no height, it is
+/// interpolated; where more have none, heights are left out. Throws InputError.
 RoadTrace read_gpx_trace(const std::filesystem::path& file);
 
 /// Where places on the earth are in the plane that touches the WGS 84 ellipsoid at `origin` (longitude, latitude).

@@ -331,6 +331,77 @@ TEST_F(RoadFiles, EdgesThatCrossAreRefusedWithThePlace) {
   EXPECT_EQ(refusal([&] { read({left, edge("right.csv", 4, -3)}); }), "not refused");
 }
 
+TEST_F(RoadFiles, UnknownColumnsAreRefusedInARoadAndToldOfATrace) {
+  const auto file = [&](const std::string& header, std::size_t columns) {
+    return write("columns.csv", header, 100, [=](int i) {
+      std::vector<double> row{100 * std::cos(2 * pi * i / 100), 60 * std::sin(2 * pi * i / 100), 4.0, 4.0, 0.0};
+      row.resize(columns);
+      return row;
+    });
+  };
+  const fs::path typo = file("x_m,y_m,w_tr_right_m,w_tr_left_m,grade", 5);
+  EXPECT_THAT(refusal([&] { read({typo}); }), HasSubstr(":1:1: unknown column \"grade\"; did you mean \"grade_rad\"?"));
+  read({file("x_m,y_m,speed,time", 4)}, {.width = 8.0});
+  EXPECT_THAT(remarks_, ::testing::ElementsAre("columns that are left out: speed,time"));
+}
+
+TEST_F(RoadFiles, MissingHeightsAreFilledOrTold) {
+  std::string text = gpx_circle();
+  const auto without_height = [&](std::size_t from) {
+    const std::size_t at = text.find("<ele>", from), end = text.find("</ele>", at) + 6;
+    text.erase(at, end - at);
+    return at;
+  };
+  without_height(text.size() / 4);
+  write_file(scratch_ / "one.gpx", text);
+  const Track filled = to_track(read({scratch_ / "one.gpx"}, {.width = 10.0}));
+  EXPECT_THAT(remarks_, ::testing::Contains("1 of 250 points have no height: interpolated"));
+  EXPECT_NEAR(filled.grade(0.0), std::atan(5.0 / 300.0), 5e-4);
+  for (std::size_t i = 0, at = 0; i < 100; ++i) at = without_height(at);
+  write_file(scratch_ / "many.gpx", text);
+  EXPECT_TRUE(read({scratch_ / "many.gpx"}, {.width = 10.0}).height.empty());
+  EXPECT_THAT(remarks_, ::testing::Contains("101 of 250 points have no height: heights are left out"));
+}
+
+TEST_F(RoadFiles, HeightsOfOneEdgeAreToldToBeLeftOut) {
+  const auto edge = [&](const char* name, double r, bool heights) {
+    return write(name, heights ? "x_m,y_m,z_m" : "x_m,y_m", 200, [=](int i) {
+      std::vector<double> row{r * std::cos(2 * pi * i / 200), r * std::sin(2 * pi * i / 200)};
+      if (heights) row.push_back(1.0);
+      return row;
+    });
+  };
+  read({edge("left.csv", 96, true), edge("right.csv", 104, false)});
+  EXPECT_THAT(remarks_,
+              ::testing::Contains(::testing::AllOf(HasSubstr("heights are left out"), HasSubstr("left.csv"))));
+}
+
+TEST_F(RoadFiles, HeightsThatDriftAreEvenedOutOrRefused) {
+  const auto trace = [&](double drift) {
+    return write("drift.csv", "x_m,y_m,z_m", 200, [=](int i) {
+      const double a = 2 * pi * i / 200;
+      return std::vector{100 * std::cos(a), 100 * std::sin(a), 5 * std::sin(a) + drift * i / 200};
+    });
+  };
+  const Track clean = to_track(read({trace(0.0)}, {.width = 8.0}));
+  EXPECT_TRUE(remarks_.empty());
+  const Track even = to_track(read({trace(2.0)}, {.width = 8.0}));
+  EXPECT_THAT(remarks_, ::testing::ElementsAre(HasSubstr("m higher than where it began: evened out")));
+  for (int i = 0; i < 100; ++i) EXPECT_NEAR(even.grade(6.28 * i), clean.grade(6.28 * i), 1e-3) << i;
+  EXPECT_THAT(refusal([&] { read({trace(-20.0)}, {.width = 8.0}); }), HasSubstr("20 m lower than where it began"));
+}
+
+TEST_F(RoadFiles, WallsAndStartOfAJsonRoadAreToldToBeLeftOut) {
+  write_file(scratch_ / "walls.json",
+             R"({"segments": [{"arc": {"radius": 40, "turn": "360 deg"}}], "half_width": 3,
+                 "walls": {"left": 2}, "start": {"x": 5, "y": 1, "yaw": 0}})");
+  read({scratch_ / "walls.json"});
+  EXPECT_THAT(remarks_, ::testing::ElementsAre(HasSubstr("walls are left out"), HasSubstr("the start is left out")));
+  write_file(scratch_ / "plain.json", R"({"segments": [{"arc": {"radius": 40, "turn": "360 deg"}}], "half_width": 3})");
+  read({scratch_ / "plain.json"});
+  EXPECT_TRUE(remarks_.empty());
+}
+
 TEST_F(RoadFiles, AClosingPointNearTheFirstIsDropped) {
   for (const double gap : {0.0, 1e-6, 0.01, 0.3}) {
     const fs::path file = write("near.csv", "# x_m,y_m,w_tr_right_m,w_tr_left_m", 161, [=](int i) {
