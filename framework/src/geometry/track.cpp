@@ -37,22 +37,50 @@ double height_at(const TrackShape& shape, double s) {
   return height;
 }
 
-/// Where two straight pieces of the centre line cross, with the shares of both pieces.
+/// Where two straight pieces of the centre line cross, with the shares of both pieces. Ends count: rounding must not lose
+/// a crossing between two pieces.
 std::optional<std::pair<double, double>> intersection(const CurvePoint& a, const CurvePoint& b, const CurvePoint& c,
                                                       const CurvePoint& d) {
   const double ux = b.x - a.x, uy = b.y - a.y, vx = d.x - c.x, vy = d.y - c.y;
   const double cross = ux * vy - uy * vx, wx = c.x - a.x, wy = c.y - a.y;
   if (cross == 0.0) return std::nullopt;
   const double u = (wx * vy - wy * vx) / cross, v = (wx * uy - wy * ux) / cross;
-  if (u < 0.0 || u >= 1.0 || v < 0.0 || v >= 1.0) return std::nullopt;
+  constexpr double rounding = 1e-9;
+  const auto within = [](double share) { return share >= -rounding && share <= 1.0 + rounding; };
+  if (!within(u) || !within(v)) return std::nullopt;
   return std::pair(u, v);
+}
+
+/// The crossing of two passes whose straight pieces meet at these stations.
+Crossing crossing_at(const TrackShape& shape, double a, double b, double step) {
+  const double length = shape.centre.length();
+  const auto station = [&](double s) {
+    return std::abs(wrap_difference(s, length)) < 1e-6 * step ? 0.0 : wrap_periodic(s, length);
+  };
+  const double first = std::min(station(a), station(b)), second = std::max(station(a), station(b));
+  const CurvePoint here = shape.centre.at(first), there = shape.centre.at(second);
+  const auto rounded = [&](double metres) { return std::abs(metres) < 1e-3 * step ? 0.0 : metres; };
+  const double turned = std::abs(wrap_angle(here.yaw - there.yaw));
+  return {first,
+          second,
+          rounded(0.5 * (here.x + there.x)),
+          rounded(0.5 * (here.y + there.y)),
+          std::min(turned, std::numbers::pi - turned),
+          height_at(shape, second) - height_at(shape, first)};
 }
 
 /// Where the centre line crosses itself. Looked for only when the road overlaps: most roads need none of it.
 std::vector<Crossing> find_crossings(const TrackShape& shape, const std::vector<Station>& road) {
   const std::size_t n = road.size();
-  const double step = shape.centre.length() / static_cast<double>(n);
+  const double length = shape.centre.length(), step = length / static_cast<double>(n);
   std::vector<Crossing> found;
+  const auto known = [&](const Crossing& c) {
+    const auto near = [&](double s, double other) { return std::abs(wrap_difference(s - other, length)) < 0.5 * step; };
+    return std::any_of(found.begin(), found.end(), [&](const Crossing& other) {
+      return (near(c.first, other.first) && near(c.second, other.second)) ||
+             (near(c.first, other.second) && near(c.second, other.first));
+    });
+  };
   for (std::size_t i = 0; i < n; ++i) {
     const CurvePoint &a = road[i].centre, &b = road[i + 1 == n ? 0 : i + 1].centre;
     for (std::size_t j = i + 2; j < n; ++j) {
@@ -60,12 +88,8 @@ std::vector<Crossing> find_crossings(const TrackShape& shape, const std::vector<
       if (std::abs(a.x - c.x) > 2.0 * step || std::abs(a.y - c.y) > 2.0 * step || (i == 0 && j + 1 == n)) continue;
       const auto shares = intersection(a, b, c, d);
       if (!shares) continue;
-      const double first = a.s + shares->first * step, second = c.s + shares->second * step;
-      const auto rounded = [&](double metres) { return std::abs(metres) < 1e-3 * step ? 0.0 : metres; };
-      const double turned = std::abs(wrap_angle(shape.centre.at(first).yaw - shape.centre.at(second).yaw));
-      found.push_back({first, second, rounded(std::lerp(a.x, b.x, shares->first)),
-                       rounded(std::lerp(a.y, b.y, shares->first)), std::min(turned, std::numbers::pi - turned),
-                       height_at(shape, second) - height_at(shape, first)});
+      const Crossing one = crossing_at(shape, a.s + shares->first * step, c.s + shares->second * step, step);
+      if (!known(one)) found.push_back(one);
     }
   }
   return found;
@@ -91,6 +115,8 @@ class Bridges {
   const std::vector<Crossing>& found() const { return found_; }
   /// Crossings at an angle at which nothing says that they are bridges.
   const std::vector<Crossing>& level() const { return level_; }
+  /// Crossings at too small an angle for a bridge.
+  const std::vector<Crossing>& flat() const { return flat_; }
   double clearance() const { return 0.25 * (shape_->half_width_right.minimum() + shape_->half_width_left.minimum()); }
 
  private:
@@ -99,13 +125,16 @@ class Bridges {
     constexpr double least_angle = std::numbers::pi / 6.0;
     searched_ = true;
     for (const Crossing& c : find_crossings(*shape_, road)) {
-      if (c.angle < least_angle) continue;
+      if (c.angle < least_angle) {
+        flat_.push_back(c);
+        continue;
+      }
       (shape_->bridges || std::abs(c.height) >= clearance() ? found_ : level_).push_back(c);
     }
   }
 
   const TrackShape* shape_;
-  std::vector<Crossing> found_, level_;
+  std::vector<Crossing> found_, level_, flat_;
   bool searched_ = false;
 };
 
@@ -134,6 +163,11 @@ class Bridges {
     const Crossing& c = bridges.level().front();
     text += format("; a bridge at (%.4g, %.4g)? \"bridges\": true says so, or heights that differ by %.3g m there", c.x,
                    c.y, bridges.clearance());
+  }
+  if (bridges.level().empty() && !bridges.flat().empty()) {
+    const Crossing& c = bridges.flat().front();
+    text += format("; a crossing at %.3g degrees, near (%.4g, %.4g), is no bridge: expected 30 or more",
+                   c.angle * 180.0 / std::numbers::pi, c.x, c.y);
   }
   throw GeometryError(text);
 }

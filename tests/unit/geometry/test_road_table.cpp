@@ -455,6 +455,23 @@ TEST_F(RoadFiles, ACrossingIsABridgeWhereHeightsDifferOrTheRoadSaysSo) {
   EXPECT_THAT(refusal([&] { to_track(test::figure_of_eight(5.0, 0.5)); }), HasSubstr("crosses or overlaps itself"));
 }
 
+TEST_F(RoadFiles, ABridgeAtTheFirstPointIsFoundOnce) {
+  for (const double degrees : {35.0, 60.0, 75.0, 90.0, 105.0, 120.0}) {
+    for (const int count : {200, 238, 240, 301}) {
+      RoadTable road;
+      for (int i = 0; i < count; ++i) {
+        const double a = 2 * pi * i / count;
+        road.points.push_back({150 * std::sin(a), 75 * std::tan(degrees * pi / 360.0) * std::sin(2 * a)});
+      }
+      road.right = road.left = std::vector<double>(road.size(), 4.0);
+      road.bridges = true;
+      const Track track = to_track(road);
+      ASSERT_EQ(track.crossings().size(), 1u) << degrees << " " << count;
+      EXPECT_NEAR(wrap_difference(track.crossings()[0].first, track.length()), 0.0, 0.1);
+    }
+  }
+}
+
 TEST_F(RoadFiles, OnABridgeTheCarsPlaceFollowsItsHeading) {
   const Track track = to_track(test::figure_of_eight(5.0, 4.0));
   const Crossing c = track.crossings().front();
@@ -474,6 +491,7 @@ TEST_F(RoadFiles, TwoWaysBesideEachOtherAreNoBridge) {
   for (PlanePoint& p : road.points) p.y *= 0.1;
   road.bridges = true;
   EXPECT_THAT(refusal([&] { to_track(road); }), HasSubstr("overlaps itself"));
+  EXPECT_THAT(refusal([&] { to_track(road); }), HasSubstr("a crossing at 11.4 degrees"));
 }
 
 TEST_F(RoadFiles, ABridgeSurvivesBeingWritten) {
