@@ -556,6 +556,30 @@ TEST_F(Cli, TrackMakesFoldersAndTakesUnits) {
   EXPECT_EQ(contents(folder_ / "new/deep/road.csv"), before);
 }
 
+TEST_F(Cli, TrackNamesTheRadiusThatARoadStates) {
+  for (const auto& [road, radius] : {std::pair{"hill", 22.0}, {"street", 14.0}, {"ring", 25.0}}) {
+    const Outcome outcome = gripline_with({"track", source_dir() / "worlds/tracks" / (road + std::string(".json"))});
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    const std::string found = outcome.out.substr(outcome.out.find("sharpest bend     radius ") + 25);
+    EXPECT_NEAR(std::stod(found), radius, 0.01 * radius) << road;
+  }
+}
+
+TEST_F(Cli, TrackWarnsOfKinksThatSmoothingTakesAway) {
+  std::string text = "x_m,y_m\n";
+  for (int i = 0; i < 200; ++i) {
+    const double r = i == 70 ? 100.8 : 100.0;
+    text +=
+        std::to_string(r * std::cos(0.0314159265 * i)) + "," + std::to_string(r * std::sin(0.0314159265 * i)) + "\n";
+  }
+  write_text(folder_ / "kink.csv", text);
+  const Outcome raw = gripline_with({"track", folder_ / "kink.csv", "--width", "9.5"});
+  EXPECT_EQ(raw.code, 0) << raw.err;
+  EXPECT_THAT(raw.err, HasSubstr("if they are noise: --smooth METRES"));
+  const Outcome smooth = gripline_with({"track", folder_ / "kink.csv", "--width", "9.5", "--smooth", "1"});
+  EXPECT_THAT(smooth.err, Not(HasSubstr("kinks")));
+}
+
 TEST_F(Cli, TrackSaysWhatItCannotRead) {
   const std::string oval = fixture_dir() / "tracks/oval.csv", open = fixture_dir() / "tracks/open.csv";
   const auto refused = [](std::vector<std::string> words, const std::string& why) {

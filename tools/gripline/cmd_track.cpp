@@ -74,29 +74,60 @@ void tell_steps(Table& table, const RoadTable& road) {
                                      steps.size(), s.right ? "right" : "left", s.at.x, s.at.y, s.from, s.to));
 }
 
+/// The sharpest bend, seen over half the least width and two steps: at the joins of straights and arcs, and at noise, a
+/// spline's own curvature overshoots.
+void tell_sharpest(Table& table, const Track& track, const RoadTable& road) {
+  constexpr int count = 20000;
+  const double length = track.length();
+  const double over = std::max(0.5 * track.narrowest(), 2.0 * length / static_cast<double>(road.size()));
+  double kappa = 0.0, kappa_s = 0.0;
+  for (int i = 0; i < count; ++i) {
+    const double s = length * i / count;
+    const double bend = wrap_angle(track.at(s + 0.5 * over).yaw - track.at(s - 0.5 * over).yaw) / over;
+    if (std::abs(bend) > std::abs(kappa)) kappa = bend, kappa_s = s;
+  }
+  table.row("sharpest bend", format("radius %.4g m to the %s at s = %.5g m", 1.0 / std::abs(kappa),
+                                    kappa > 0 ? "left" : "right", kappa_s));
+}
+
+/// A kink that is too short to fold the edge far is no reason to refuse a road; mostly it is noise.
+void warn_of_kinks(const Track& track) {
+  constexpr int count = 20000;
+  constexpr double tolerated = 0.9;  // as where Track looks for folds
+  for (int i = 0; i < count; ++i) {
+    const CurvePoint at = track.at(track.length() * i / count);
+    const double half = at.kappa > 0.0 ? track.half_width_left(at.s) : track.half_width_right(at.s);
+    if (tolerated * std::abs(at.kappa) * half <= 1.0) continue;
+    std::cerr << format(
+        "the line has kinks sharper than its half width, the first at s = %.5g m (radius %.3g m); if they "
+        "are noise: --smooth METRES\n",
+        at.s, 1.0 / std::abs(at.kappa));
+    return;
+  }
+}
+
 void tell(const Track& track, const RoadTable& road) {
   Table table;
   table.row("road", track.name());
   table.row("length", format("%.6g m, %zu points", track.length(), road.size()));
-  double narrow = INFINITY, wide = 0, narrow_s = 0, kappa = 0, kappa_s = 0, height = 0, low = 0, high = 0;
+  double narrow = INFINITY, wide = 0, narrow_s = 0, height = 0, low = 0, high = 0;
   constexpr int count = 20000;
   for (int i = 0; i < count; ++i) {
     const double s = track.length() * i / count;
-    const double width = track.half_width_left(s) + track.half_width_right(s), bend = track.at(s).kappa;
+    const double width = track.half_width_left(s) + track.half_width_right(s);
     if (width < narrow) narrow = width, narrow_s = s;
-    if (std::abs(bend) > std::abs(kappa)) kappa = bend, kappa_s = s;
     wide = std::max(wide, width);
     height += track.length() / count * std::tan(track.grade(s));
     low = std::min(low, height), high = std::max(high, height);
   }
   table.row("width", format("%.4g to %.4g m, narrowest at s = %.5g m", narrow, wide, narrow_s));
-  table.row("sharpest bend", format("radius %.4g m to the %s at s = %.5g m", 1.0 / std::abs(kappa),
-                                    kappa > 0 ? "left" : "right", kappa_s));
+  tell_sharpest(table, track, road);
   if (high > low) table.row("heights", format("%.4g m between the lowest and the highest place", high - low));
   for (const Crossing& c : track.crossings())
     table.row("bridge", format("at (%.5g, %.5g): s = %.5g m and s = %.5g m, at %.0f degrees", c.x, c.y, c.first,
                                c.second, c.angle * 180.0 / std::numbers::pi));
   tell_steps(table, road);
+  warn_of_kinks(track);
 }
 
 /// Refuses a road that this car cannot drive.
