@@ -98,6 +98,10 @@ CsvTable read_csv(const std::filesystem::path& file, bool allow_missing) {
       if (const std::size_t semicolon = words.find(';'); semicolon != std::string_view::npos)
         refuse(file, line.number, line.column(words.data() + semicolon),
                "columns are separated by ';' here; expected ','");
+      if (words.find(',') == std::string_view::npos)
+        if (const std::size_t tab = words.find('\t'); tab != std::string_view::npos)
+          refuse(file, line.number, line.column(words.data() + tab),
+                 "columns are separated by tabs here; expected ','");
       split(words, cells);
       table.header.assign(cells.begin(), cells.end());
       table.columns = cells.size();

@@ -56,6 +56,11 @@ TEST_F(Csv, AByteOrderMarkIsNoLetterOfTheFirstColumn) {
   EXPECT_EQ(why("\xef\xbb\xbfx;y\n"), "t.csv:1:2: columns are separated by ';' here; expected ','");
 }
 
+TEST_F(Csv, TabsAreNoCommas) {
+  EXPECT_EQ(why("# x\ty\n1\t2\n"), "t.csv:1:4: columns are separated by tabs here; expected ','");
+  EXPECT_EQ(read("x,\ty\n1,\t2\n").rows(), 1u);
+}
+
 TEST_F(Csv, MissingCellsOnlyWhereTheyAreAllowed) {
   EXPECT_EQ(why("a,b\n1,\n"), "t.csv:2:3: expected a finite number, found \"\"");
   EXPECT_EQ(why("a,b\nnan,1\n"), "t.csv:2:1: expected a finite number, found \"nan\"");
