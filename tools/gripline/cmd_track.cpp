@@ -165,7 +165,8 @@ std::optional<fs::path> output(const po::variables_map& given, const char* name,
     if (file.extension() == ending) {
       require_writable("--" + std::string(name), file, inputs);
       // write_road puts the road's points beside it.
-      if (file.extension() == ".json") require_writable("--" + std::string(name), points_beside(file), inputs);
+      if (file.extension() == ".json")
+        require_writable("--" + std::string(name) + " " + *text + ", its points into", points_beside(file), inputs);
       return file;
     }
     known += (known.empty() ? "" : " or ") + std::string(ending);

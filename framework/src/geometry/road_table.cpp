@@ -15,6 +15,7 @@
 #include "geometry/road_trace.hpp"
 #include "geometry/track_file.hpp"
 #include "geometry/track_import.hpp"
+#include "util/csv.hpp"
 #include "util/csv_writer.hpp"
 #include "util/numbers.hpp"
 
@@ -171,9 +172,21 @@ void require_points(const fs::path& file, const RoadTrace& trace) {
   refuse(file, format("has %zu points, a track needs at least 8", trace.points.size()));
 }
 
+/// The ending of a name in small letters: .gpx of .GPX.
+std::string lower_ending(const fs::path& file) {
+  std::string ending = file.extension().string();
+  for (char& c : ending)
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  return ending;
+}
+
 RoadTrace read_trace(const fs::path& file) {
   if (const std::string why = why_unreadable(file); !why.empty()) refuse(file, why);
-  RoadTrace trace = file.extension() == ".gpx" ? read_gpx_trace(file) : read_csv_trace(file);
+  const std::string ending = lower_ending(file);
+  if (ending == ".xodr")
+    refuse(file,
+           "is OpenDRIVE, which is not read; export its reference line as a CSV x_m,y_m,w_tr_right_m,w_tr_left_m");
+  RoadTrace trace = ending == ".gpx" ? read_gpx_trace(file) : read_csv_trace(file);
   require_points(file, trace);
   return trace;
 }
@@ -231,6 +244,8 @@ RoadTable from_trace(const fs::path& file, const RoadReading& reading, std::vect
   RoadTrace trace = read_trace(file);
   remarks.insert(remarks.end(), trace.remarks.begin(), trace.remarks.end());
   to_plane(trace, middle_of(trace.points));
+  if (!trace.right.empty() && reading.width > 0.0)
+    refuse(file, "has widths of its own; --width is for a trace without");
   if (trace.right.empty() && !(reading.width > 0.0))
     refuse(file,
            "has no widths (w_tr_right_m,w_tr_left_m); expected --width METRES beside a trace, or the files of both "
@@ -263,6 +278,25 @@ RoadTable sampled(const Track& track, double spacing) {
   }
   road.bridges = !track.crossings().empty();
   return road;
+}
+
+/// The columns of a shape at the points that it was made of.
+RoadTable from_shape(const TrackShape& shape) {
+  RoadTable road;
+  for (std::size_t i = 0; i < shape.points->points().size(); ++i) {
+    const double s = shape.centre.spline()->knot_station(i);
+    road.points.push_back(shape.points->points()[i]);
+    road.right.push_back(shape.half_width_right.at(s));
+    road.left.push_back(shape.half_width_left.at(s));
+    road.grade.push_back(shape.grade.at(s));
+    road.bank.push_back(shape.bank.at(s));
+  }
+  return road;
+}
+
+/// Whether a CSV has the centre line and both edges, by its first line.
+bool has_three_lines(const fs::path& file) {
+  return lower_ending(file) == ".csv" && why_unreadable(file).empty() && read_csv(file).find("x_center_m") >= 0;
 }
 
 double least_distance(const PlanePoint& from, const std::vector<PlanePoint>& points) {
@@ -301,17 +335,8 @@ RoadTable from_edges(std::span<const fs::path> files, const RoadReading& reading
     close(files[i], traces[i], width, true, reading, remarks);
     edges.push_back({std::move(traces[i].points), std::move(traces[i].height)});
   }
-  TrackShape shape = shape_from_edges(edges[0], edges[1]);
-  RoadTable road;
-  const double length = shape.centre.length();
-  for (std::size_t i = 0; i < shape.points->points().size(); ++i) {
-    const double s = shape.centre.spline()->knot_station(i);
-    road.points.push_back(shape.points->points()[i]);
-    road.right.push_back(shape.half_width_right.at(s));
-    road.left.push_back(shape.half_width_left.at(s));
-    road.grade.push_back(shape.grade.at(s));
-    road.bank.push_back(shape.bank.at(s));
-  }
+  const RoadTable road = from_shape(shape_from_edges(edges[0], edges[1]));
+  const double length = ClosedCurve::from_points(road.points).length();
   remarks.push_back(
       format("the centre line is where both edges are equally far: %zu points on %.5g m", road.points.size(), length));
   return road;
@@ -519,10 +544,16 @@ RoadTable read_road(std::span<const fs::path> files, const RoadReading& reading,
   if (files.empty() || files.size() > 2)
     throw InputError("expected one file of a road, or the files of its two edges; found " +
                      std::to_string(files.size()));
+  const bool json = lower_ending(files[0]) == ".json", lines = files.size() == 1 && has_three_lines(files[0]);
+  if (reading.width > 0.0 && files.size() == 2)
+    throw InputError("--width is for a trace; two edges have their width between them");
+  if (reading.width > 0.0 && (json || lines)) refuse(files[0], "has widths of its own; --width is for a trace without");
   RoadTable road;
-  if (files.size() == 2) {
+  if (lines) {
+    road = from_shape(shape_from_table(read_csv(files[0])));
+  } else if (files.size() == 2) {
     road = from_edges(files, reading, remarks);
-  } else if (files[0].extension() == ".json") {
+  } else if (json) {
     const Track track = load_track(files[0]);
     road = sampled(track, std::max(0.05 * track.narrowest(), track.length() / 20000.0));
     road.name = track.name();

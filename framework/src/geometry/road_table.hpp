@@ -32,6 +32,7 @@ struct RoadReading {
 
 /// Reads one file, or the files of the left and the right edge:
 ///   TUM CSV              x_m,y_m,w_tr_right_m,w_tr_left_m[,grade_rad,bank_rad]
+///   all three lines      x_center_m,y_center_m,x_inner_m,y_inner_m,x_outer_m,y_outer_m
 ///   trace, CSV           x_m,y_m[,z_m] or lat,lon[,ele], degrees and metres: with `width`
 ///   trace, GPX           track points, else route points: with `width`
 ///   edges, two CSVs      x_m,y_m[,z_m] or lat,lon[,ele]

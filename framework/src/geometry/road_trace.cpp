@@ -69,7 +69,9 @@ class GpxReader {
 
   RoadTrace read() {
     const std::string bytes = read_bytes(file_);
-    check_depth(bytes);
+    if (bytes.starts_with("\xff\xfe") || bytes.starts_with("\xfe\xff"))
+      refuse(file_, 0, "is UTF-16; expected UTF-8 (iconv -f UTF-16 -t UTF-8)");
+    scan(bytes);
     std::istringstream text(bytes);
     ptree tree;
     try {
@@ -82,6 +84,8 @@ class GpxReader {
     trace_.on_earth = true;
     for (const auto& [outer, inner, point] : {std::array{"trk", "trkseg", "trkpt"}, std::array{"", "rte", "rtept"}}) {
       if (!trace_.points.empty()) break;
+      routes_ = outer[0] == '\0';
+      read_ = 0;
       read_points(*root, outer, inner, point);
     }
     if (trace_.points.empty()) refuse(file_, 0, "has no track points (<trkpt>) and no route points (<rtept>)");
@@ -90,15 +94,48 @@ class GpxReader {
   }
 
  private:
-  /// The parser calls itself for every element within an element.
-  void check_depth(const std::string& text) const {
+  /// The parser calls itself for every element within an element; and it keeps no lines.
+  void scan(const std::string& text) {
     constexpr int deepest = 50;
-    int depth = 0;
-    for (std::size_t i = 0; i + 1 < text.size(); ++i) {
-      if (text[i] == '<' && text[i + 1] != '?' && text[i + 1] != '!') depth += text[i + 1] == '/' ? -1 : 1;
-      if (text[i] == '/' && text[i + 1] == '>') --depth;
-      if (depth > deepest) refuse(file_, 0, "has elements within each other more than 50 deep");
+    int depth = 0, line = 1;
+    std::size_t counted = 0;
+    for (std::size_t i = text.find('<'), end = 0; i < text.size(); i = text.find('<', end)) {
+      line += static_cast<int>(std::count(text.begin() + counted, text.begin() + i, '\n'));
+      counted = i;
+      const std::string_view rest = std::string_view(text).substr(i);
+      end = end_of_markup(text, i);
+      if (end == std::string::npos) return;  // the parser says what is wrong
+      if (rest.starts_with("<?") || rest.starts_with("<!")) continue;
+      if (rest.starts_with("<trkpt")) track_lines_.push_back(line);
+      if (rest.starts_with("<rtept")) route_lines_.push_back(line);
+      if (text[i + 1] == '/')
+        --depth;
+      else if (text[end - 1] != '/')
+        ++depth;
+      if (depth > deepest) refuse(file_, line, "has elements within each other more than 50 deep");
     }
+  }
+  /// Where what begins with '<' ends: a tag at the '>' that is in no quotes. Whatever stands in a comment or in CDATA is
+  /// no element.
+  static std::size_t end_of_markup(std::string_view text, std::size_t i) {
+    const std::string_view rest = text.substr(i);
+    if (rest.starts_with("<!--")) return text.find("-->", i);
+    if (rest.starts_with("<![CDATA[")) return text.find("]]>", i);
+    if (rest.starts_with("<!") || rest.starts_with("<?")) return text.find('>', i);
+    char quote = 0;
+    for (; i < text.size(); ++i) {
+      if (quote == 0 && text[i] == '>') return i;
+      if (quote != 0 && text[i] == quote)
+        quote = 0;
+      else if (quote == 0 && (text[i] == '"' || text[i] == '\''))
+        quote = text[i];
+    }
+    return std::string::npos;
+  }
+  /// Line of the n-th point of the kind that is read, from 0; 0: unknown.
+  int line_of(std::size_t n) const {
+    const std::vector<int>& lines = routes_ ? route_lines_ : track_lines_;
+    return n < lines.size() ? lines[n] : 0;
   }
   void read_points(const ptree& root, const std::string& outer, const std::string& inner, const std::string& point) {
     if (outer.empty()) {
@@ -116,12 +153,16 @@ class GpxReader {
     }
   }
   void add(const ptree& place) {
+    const int line = line_of(read_++);
     const auto latitude = place.get_optional<double>("<xmlattr>.lat");
     const auto longitude = place.get_optional<double>("<xmlattr>.lon");
     if (!latitude || !longitude) {
-      refuse(file_, 0, "point " + std::to_string(trace_.points.size() + 1) + " has no numbers lat and lon");
+      const auto text = [&](const char* name) { return harmless(place.get<std::string>(name, "")); };
+      refuse(file_, line,
+             "point " + std::to_string(read_) + " has lat=\"" + text("<xmlattr>.lat") + "\" lon=\"" +
+                 text("<xmlattr>.lon") + "\"; expected numbers, with '.' as the decimal sign");
     }
-    check_on_earth(file_, 0, *latitude, *longitude);
+    check_on_earth(file_, line, *latitude, *longitude);
     const PlanePoint at{*longitude * degree, *latitude * degree};
     if (!trace_.points.empty() && at.x == trace_.points.back().x && at.y == trace_.points.back().y) return;
     trace_.points.push_back(at);
@@ -155,6 +196,9 @@ class GpxReader {
 
   fs::path file_;
   RoadTrace trace_;
+  std::vector<int> track_lines_, route_lines_;  ///< of the points' elements
+  bool routes_ = false;
+  std::size_t read_ = 0;  ///< points so far, repeated ones too
 };
 
 /// Earth-centred place of a point on the WGS 84 ellipsoid [m].
@@ -199,6 +243,9 @@ RoadTrace read_csv_trace(const fs::path& file) {
     }
     trace.points.push_back(at);
     if (height) trace.height.push_back((*height)[i]);
+    if (right && !((*right)[i] > 0.0 && (*left)[i] > 0.0))
+      refuse(file, table.line[i],
+             format("half widths of %.4g m (right) and %.4g m (left): expected more than 0", (*right)[i], (*left)[i]));
     if (right) trace.right.push_back((*right)[i]), trace.left.push_back((*left)[i]);
     if (grade) trace.grade.push_back((*grade)[i]);
     if (bank) trace.bank.push_back((*bank)[i]);
@@ -210,11 +257,14 @@ RoadTrace read_gpx_trace(const fs::path& file) { return GpxReader(file).read(); 
 
 PlanePoint middle_of(const std::vector<PlanePoint>& places) {
   if (places.empty()) return {};
-  const auto [west, east] = std::minmax_element(places.begin(), places.end(),
-                                                [](const PlanePoint& a, const PlanePoint& b) { return a.x < b.x; });
-  const auto [south, north] = std::minmax_element(places.begin(), places.end(),
-                                                  [](const PlanePoint& a, const PlanePoint& b) { return a.y < b.y; });
-  return {0.5 * (west->x + east->x), 0.5 * (south->y + north->y)};
+  // Longitudes beside that of the first place: a road over 180 degrees is no road round the earth.
+  double west = 0.0, east = 0.0, south = places[0].y, north = places[0].y;
+  for (const PlanePoint& place : places) {
+    const double beside = wrap_angle(place.x - places[0].x);
+    west = std::min(west, beside), east = std::max(east, beside);
+    south = std::min(south, place.y), north = std::max(north, place.y);
+  }
+  return {places[0].x + 0.5 * (west + east), 0.5 * (south + north)};
 }
 
 PlanePoint on_tangent_plane(const PlanePoint& place, const PlanePoint& origin) {

@@ -64,6 +64,16 @@ void check_columns(const CsvTable& table, std::span<const std::string> known) {
   }
 }
 
+/// Half widths are more than 0, each by its line.
+void check_width(const CsvTable& table, const char* name) {
+  const std::vector<double> width = table.column(name);
+  for (std::size_t i = 0; i < width.size(); ++i)
+    if (!(width[i] > 0.0))
+      refuse(table, table.line[i],
+             format("the %s half width is %.4g m, expected more than 0",
+                    std::string_view(name) == "w_tr_left_m" ? "left" : "right", width[i]));
+}
+
 std::vector<double> knot_stations(const ClosedCurve& curve) {
   std::vector<double> stations(curve.spline()->knots());
   for (std::size_t i = 0; i < stations.size(); ++i) stations[i] = curve.spline()->knot_station(i);
@@ -74,6 +84,7 @@ TrackShape from_centre_columns(const CsvTable& table, const ImportOptions& optio
   const std::array<std::string, 6> known{"x_m", "y_m", "w_tr_right_m", "w_tr_left_m", "grade_rad", "bank_rad"};
   check_columns(table, known);
   std::vector<PlanePoint> points = points_of(table, "x_m", "y_m", options);
+  for (const char* name : {"w_tr_right_m", "w_tr_left_m"}) check_width(table, name);
   ClosedCurve centre = ClosedCurve::from_points(points);
   const std::vector<double> stations = knot_stations(centre);
   const auto by_station = [&](const char* name, double sign) {

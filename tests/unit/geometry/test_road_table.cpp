@@ -430,6 +430,66 @@ TEST_F(RoadFiles, WhatIsNoGpxIsRefused) {
   EXPECT_THAT(refusal([&] { read({file}, {.width = 5}); }), HasSubstr("within each other"));
 }
 
+TEST_F(RoadFiles, WhatAGpxFileMayHave) {
+  std::string text = gpx_circle();
+  std::string comment = "<!-- ";
+  for (int i = 0; i < 60; ++i) comment += "<trkpt>";
+  text.insert(text.find("<trkpt"), comment + " -->\n<desc note='a > b'/>");
+  write_file(scratch_ / "capital.GPX", text);
+  EXPECT_EQ(read({scratch_ / "capital.GPX"}, {.width = 10.0}).size(), 200u);
+  const fs::path bad = scratch_ / "bad.gpx";
+  write_file(bad,
+             "<gpx><trk><trkseg>\n<trkpt lat=\"1\" lon=\"2\"/>\n<trkpt lat=\"1,5\" lon=\"2\"/>\n</trkseg></trk></gpx>");
+  EXPECT_THAT(refusal([&] { read({bad}, {.width = 5}); }),
+              HasSubstr(":3:1: point 2 has lat=\"1,5\" lon=\"2\"; expected"));
+  write_file(bad, "<gpx><!-- ");
+  EXPECT_THAT(refusal([&] { read({bad}, {.width = 5}); }), HasSubstr("is no XML"));
+  write_file(bad, std::string("\xff\xfe<\0g\0", 6));
+  EXPECT_THAT(refusal([&] { read({bad}, {.width = 5}); }), HasSubstr("is UTF-16; expected UTF-8"));
+  // Elements that only look closed are counted.
+  std::string deep = "<gpx>";
+  for (int i = 0; i < 100000; ++i) deep += "<a b='/>'>";
+  write_file(bad, deep);
+  EXPECT_THAT(refusal([&] { read({bad}, {.width = 5}); }), HasSubstr("within each other"));
+}
+
+TEST_F(RoadFiles, WidthsAreCheckedLineByLineAndStatedOnce) {
+  const fs::path none = write("none.csv", "x_m,y_m,w_tr_right_m,w_tr_left_m", 100, [](int i) {
+    return std::vector{50 * std::cos(2 * pi * i / 100), 50 * std::sin(2 * pi * i / 100), 4.0, i == 30 ? 0.0 : 4.0};
+  });
+  EXPECT_THAT(refusal([&] { read({none}); }), HasSubstr("none.csv:32:1: half widths of 4 m (right) and 0 m (left)"));
+  EXPECT_THAT(refusal([&] { load_track(none); }), HasSubstr("none.csv:32:1: the left half width is 0 m"));
+  EXPECT_THAT(refusal([&] { read({ellipse()}, {.width = 5}); }), HasSubstr("has widths of its own"));
+  EXPECT_THAT(refusal([&] { read({none, none}, {.width = 5}); }), HasSubstr("two edges have their width between them"));
+  write_file(scratch_ / "road.xodr", "<OpenDRIVE/>");
+  EXPECT_THAT(refusal([&] { read({scratch_ / "road.xodr"}); }), HasSubstr("is OpenDRIVE, which is not read"));
+}
+
+TEST_F(RoadFiles, ACentreLineBetweenItsEdgesIsRead) {
+  const fs::path file =
+      write("three.csv", "x_center_m,y_center_m,x_inner_m,y_inner_m,x_outer_m,y_outer_m", 200, [](int i) {
+        const double c = std::cos(2 * pi * i / 200), s = std::sin(2 * pi * i / 200);
+        return std::vector{100 * c, 100 * s, 97 * c, 97 * s, 105 * c, 105 * s};
+      });
+  const Track track = to_track(read({file}));
+  EXPECT_NEAR(track.half_width_left(10), 3.0, 1e-6);
+  EXPECT_NEAR(track.half_width_right(10), 5.0, 1e-6);
+}
+
+TEST_F(RoadFiles, ALapOver180DegreesIsAsLongAsElsewhere) {
+  const auto lap = [&](double longitude) {
+    return to_track(read({write("lap.csv", "lat,lon", 200,
+                                [=](int i) {
+                                  const double a = 2 * pi * i / 200;
+                                  const double lon = longitude + 0.004 * std::cos(a);
+                                  return std::vector{-17 + 0.004 * std::sin(a), lon > 180 ? lon - 360 : lon};
+                                })},
+                         {.width = 10}))
+        .length();
+  };
+  EXPECT_NEAR(lap(180.0), lap(8.0), 1e-3);
+}
+
 TEST_F(RoadFiles, TheTangentPlaneIsMetric) {
   const double degree = pi / 180.0;
   const PlanePoint origin{11 * degree, 48 * degree};
