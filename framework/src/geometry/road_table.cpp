@@ -50,10 +50,10 @@ double step_quantile(const std::vector<PlanePoint>& points, double share) {
   return *rank;
 }
 
-/// Five and more points in a row about one place, nearer than half a usual step and a quarter of the width: a logger
+/// Eight and more points in a row about one place, nearer than half a usual step and a quarter of the width: a logger
 /// that stood. Their middle stays.
 void drop_stands(RoadTrace& trace, double width, std::vector<std::string>& remarks) {
-  constexpr std::size_t fewest = 5;
+  constexpr std::size_t fewest = 8;
   std::vector<PlanePoint>& p = trace.points;
   const double reach = std::min(0.5 * step_quantile(p, 0.9), 0.25 * width);
   const std::size_t n = p.size();
@@ -75,7 +75,8 @@ void drop_stands(RoadTrace& trace, double width, std::vector<std::string>& remar
 /// Where a trace comes back to its start and goes on.
 class LapEnd {
  public:
-  LapEnd(const std::vector<PlanePoint>& points, double near) : p_(points), near_(near) {}
+  LapEnd(const std::vector<PlanePoint>& points, double near, bool surveyed)
+      : p_(points), near_(near), surveyed_(surveyed) {}
 
   /// The point nearest to the first one when the trace is back there the first time; none if it never is.
   std::optional<std::size_t> find() {
@@ -105,18 +106,22 @@ class LapEnd {
         return PlanePoint{direction * (p_[i].x - p_[k].x), direction * (p_[i].y - p_[k].y)};
     return std::nullopt;
   }
-  /// A road that crosses its start on a bridge does so at 30 degrees or more. At the end of the file the way before
-  /// must do.
+  /// A road that crosses its start on a bridge does so at 30 degrees or more. A drive may turn round where its lap ends:
+  /// then the way before counts; so it does at the end of the file.
   bool back(std::size_t k) const {
     if (!(distance(p_[k], p_[0]) < near_)) return false;
-    const auto u = way(0, 1), ahead = way(k, 1), v = ahead ? ahead : way(k, -1);
-    if (!u || !v) return false;
-    const double cosine = (u->x * v->x + u->y * v->y) / (std::hypot(u->x, u->y) * std::hypot(v->x, v->y));
-    return cosine > (ahead ? std::cos(std::numbers::pi / 6.0) : 0.0);
+    const auto u = way(0, 1), ahead = way(k, 1), behind = way(k, -1);
+    const auto cosine = [&](const std::optional<PlanePoint>& v) {
+      return u && v ? (u->x * v->x + u->y * v->y) / (std::hypot(u->x, u->y) * std::hypot(v->x, v->y)) : -1.0;
+    };
+    const double along = std::cos(std::numbers::pi / 6.0);
+    if (!ahead) return cosine(behind) > 0.0;
+    return cosine(ahead) > along || (!surveyed_ && cosine(behind) > along);
   }
 
   const std::vector<PlanePoint>& p_;
   double near_;  // [m]
+  bool surveyed_;
   bool goes_on_ = false;
 };
 
@@ -124,7 +129,7 @@ class LapEnd {
 /// may be as near to the first as any other step: it stays.
 void cut_after_a_lap(RoadTrace& trace, double near, bool surveyed, std::vector<std::string>& remarks) {
   const std::size_t n = trace.points.size();
-  LapEnd lap(trace.points, std::max(near, 0.6 * step_quantile(trace.points, 0.5)));
+  LapEnd lap(trace.points, std::max(near, 0.6 * step_quantile(trace.points, 0.5)), surveyed);
   const std::optional<std::size_t> nearest = lap.find();
   if (!nearest) return;
   if (surveyed && !lap.goes_on() && (n - *nearest < 2 || !lap.ahead(trace.points.back()))) return;

@@ -222,7 +222,7 @@ void drop_closing_point_and_check_closed(std::vector<PlanePoint>& points) {
   const std::size_t n = points.size();
   // A closing point that was rounded, or surveyed again, is much nearer to the first than its neighbours are.
   if (n > 3 && distance(points.front(), points.back()) <
-                   0.2 * std::min(distance(points[0], points[1]), distance(points[n - 2], points[n - 1])))
+                   0.125 * std::min(distance(points[0], points[1]), distance(points[n - 2], points[n - 1])))
     points.pop_back();
   double longest = 0.0;
   for (std::size_t i = 1; i < points.size(); ++i) longest = std::max(longest, distance(points[i], points[i - 1]));

@@ -299,6 +299,14 @@ TEST_F(RoadFiles, ALoggerThatStandsBeforeItsLapsIsNoCourse) {
   }
 }
 
+TEST_F(RoadFiles, ADriveThatTurnsRoundAfterItsLapIsCut) {
+  const fs::path file = write("back.csv", "x_m,y_m", 400, [](int i) {
+    const double a = 2 * pi * (i < 200 ? i : 399 - i) / 200;
+    return std::vector{200 * std::cos(a), 120 * std::sin(a)};
+  });
+  EXPECT_NEAR(static_cast<double>(read({file}, {.width = 12.0}).size()), 200.0, 1.0);
+}
+
 TEST_F(RoadFiles, ARoadDrivenTwiceIsCut) {
   const fs::path file = write("exactly.csv", "# x_m,y_m,w_tr_right_m,w_tr_left_m", 320, [](int i) {
     return std::vector{100 * std::cos(2 * pi * i / 160), 60 * std::sin(2 * pi * i / 160), 4.0, 8.0};
@@ -403,7 +411,7 @@ TEST_F(RoadFiles, WallsAndStartOfAJsonRoadAreToldToBeLeftOut) {
 }
 
 TEST_F(RoadFiles, AClosingPointNearTheFirstIsDropped) {
-  for (const double gap : {0.0, 1e-6, 0.01, 0.3}) {
+  for (const double gap : {0.0, 1e-6, 0.01, 0.25}) {
     const fs::path file = write("near.csv", "# x_m,y_m,w_tr_right_m,w_tr_left_m", 161, [=](int i) {
       const double a = 2 * pi * i / 160;
       return std::vector{100 * std::cos(a), 60 * std::sin(a) - (i == 160 ? gap : 0.0), 4.0, 8.0};
