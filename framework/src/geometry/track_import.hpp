@@ -39,8 +39,9 @@ StationTable grade_from_heights(const ClosedCurve& centre, const ClosedCurve& me
 /// Grade by station from heights at stations of the same line.
 StationTable grade_from_heights(double length, std::span<const double> stations, std::span<const double> heights);
 
-/// Removes the closing point, if it repeats the first (nearer to it than an eighth of both steps beside), and throws GeometryError unless the line through the points
-/// is closed: the gap from the last to the first is at most five times the longest step before it.
+/// Removes the closing point, if it repeats the first (nearer to it than an eighth of both steps beside), and throws
+/// GeometryError unless the line through the points is closed: the gap from the last to the first is at most five times
+/// the longest step before it.
 void drop_closing_point_and_check_closed(std::vector<PlanePoint>& points);
 
 }  // namespace gripline
