@@ -154,8 +154,18 @@ void check_yaw_is_radians(const CsvTable& table, const RawLog& raw) {
                       std::to_string(raw.size()) + " rows: it looks like degrees; expected rad");
 }
 
+/// A column that holds nothing would be blamed on what is made of it: a speed of 0, a car that is parked.
+void check_empty(const CsvTable& table, const RawLog& raw) {
+  for (const std::size_t c : {Channel::x, Channel::y, Channel::yaw, Channel::vx, Channel::yaw_rate}) {
+    std::size_t rows = 0;
+    for (std::size_t i = 0; i < raw.size(); ++i) rows += std::isfinite(raw.at(i, c)) ? 1 : 0;
+    if (rows == 0) refuse(table, std::string(channel_info[c].column) + " holds no number; expected readings");
+  }
+}
+
 void check_units(const CsvTable& table, const RawLog& raw, double dt, const LogExpectations& expected,
                  std::vector<Finding>& health) {
+  check_empty(table, raw);
   const std::vector<LogWindow> windows = windows_of(raw, dt);
   std::vector<double> speeds, angles, pedals;
   for (const LogWindow& w : windows) speeds.push_back(w.way / w.seconds);

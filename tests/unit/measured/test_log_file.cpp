@@ -251,6 +251,27 @@ TEST_F(LogFiles, WrongSignsAreHintedAt) {
             std::string::npos);
 }
 
+TEST_F(LogFiles, AColumnWithoutAnyNumberIsNamed) {
+  for (const auto& [column, name] : {std::pair(4U, "vx_mps"), {6U, "yaw_rate_radps"}})
+    EXPECT_NE(refusal(changed([c = column](std::size_t, Row& r) {
+                r[c] = NAN;
+              })).find(std::string(name) + " holds no number"),
+              std::string::npos);
+}
+
+/// A car that stands with its wheels turned says nothing about the sign of the steering.
+TEST_F(LogFiles, ACarThatStandsWithTurnedWheelsIsNoHint) {
+  std::vector<Row> rows = rows_;
+  for (std::size_t i = 0; i < 2 * rows_.size(); ++i) {
+    Row row = rows_.back();
+    row[0] += 0.02 * static_cast<double>(i + 1);
+    row[4] = row[5] = row[6] = row[7] = 0.0;
+    row[8] = 0.3;
+    rows.push_back(row);
+  }
+  EXPECT_EQ(refusal(rows), "accepted");
+}
+
 TEST_F(LogFiles, OutliersOfAnySizeAreLeftOutBeforeAnythingIsJudged) {
   std::mt19937_64 random(11);
   for (const double size : {50.0, 1e308}) {

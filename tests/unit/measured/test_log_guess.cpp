@@ -64,6 +64,25 @@ TEST(LogGuess, ItsMapReadsTheLogItWasMadeFrom) {
   EXPECT_TRUE(said("largest value"));
 }
 
+/// Radians that count on over turns look as large as degrees; the path tells them apart.
+TEST(LogGuess, RadiansThatCountOnOverTurnsAreNoDegrees) {
+  const auto log = scratch("circles.csv");
+  std::ofstream out(log);
+  out.precision(12);
+  out << "t,x,y,yaw,vx,yaw_rate,throttle,steering\n";
+  for (int k = 0; k < 2000; ++k) {
+    const double yaw = 0.025 * k;  // eight turns
+    out << 0.05 * k << ',' << 20 * std::sin(yaw) << ',' << -20 * std::cos(yaw) << ',' << yaw << ",10,0.5,0.2,0.13\n";
+  }
+  out.close();
+  const Guess guess = guess_map(read_delimited(log));
+  const auto file = scratch("circles.json");
+  std::ofstream(file) << to_json_text(guess.map);
+  const SessionFile session = read_session(log, load_log_map(file));
+  EXPECT_NEAR(session.session.at(100, 2), 2.5, 1e-9);
+  EXPECT_NEAR(session.session.at(1000, 2), 25.0, 1e-9);
+}
+
 TEST(LogGuess, WhatCannotBeGuessedIsLeftOpenWithTheColumnsThereAre) {
   const auto file = scratch("odd.csv");
   std::ofstream(file) << "a,b,c\n1,2,7\n2,3,7\n3,1,7\n4,5,7\n";

@@ -11,6 +11,7 @@
 #include "diagnose/result/closing.hpp"
 #include "diagnose/result/noise_health.hpp"
 #include "diagnose/result/sentence.hpp"
+#include "util/numbers.hpp"
 #include "util/statistics.hpp"
 
 namespace gripline::diagnose {
@@ -79,6 +80,15 @@ Diagnosis Diagnoser::run(std::span<const LogFile> given, std::span<const LogFile
   };
   Diagnosis d = search(on_time(logs), on_time(held_out), progress);
   name_delays(logs, held_out, delays, d);
+  if (std::ranges::any_of(d.delays, [](const NamedEffect& delay) { return delay.rollout.harms(); })) {
+    // Two channels disagree in time, and it is the other one of them that is late.
+    d = search(logs, held_out, progress);
+    for (const ChannelDelay& one : delays)
+      d.health.push_back({measured::Finding::Level::bad, "time of " + one.name() + " against the pose",
+                          format("%.3g s apart", std::abs(one.seconds)),
+                          "left as it is: predictions are worse without it; the pose may be late"});
+    return d;
+  }
   d.sentence = sentence(d);
   return d;
 }

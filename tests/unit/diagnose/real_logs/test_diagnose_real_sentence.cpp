@@ -55,6 +55,17 @@ TEST(RealSentence, EndsWhereNothingIsLeftBesideNoise) {
                                        "nothing more can be told from these logs."));
 }
 
+/// One channel that is wrong drowns in the sum of all.
+TEST(RealSentence, DoesNotEndWhereOneChannelIsFarAboveItsNoise) {
+  MissingEffects found = found_with({});
+  found.noise = 1.0;
+  found.loudest = {"vy", 9.2};
+  EXPECT_THAT(text_of(found), HasSubstr("is not known"));
+  EXPECT_THAT(text_of(found), HasSubstr("; the error of vy is 9.2 times its sensor's noise"));
+  found.loudest = {"vy", 2.0};
+  EXPECT_TRUE(found.at_noise());
+}
+
 TEST(RealSentence, SaysWhatTheWorstStartsHaveInCommon) {
   MissingEffects found = found_with({});
   const auto with = [&](const Remainder& rest) {

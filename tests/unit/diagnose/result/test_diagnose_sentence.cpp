@@ -35,6 +35,16 @@ TEST(DiagnoseSentence, NothingLeadsWhereNothingCloses) {
   EXPECT_THAT(sentence(d), StartsWith("Something is missing that no effect of the catalogue explains; it shows "));
 }
 
+TEST(DiagnoseSentence, AWrongChannelIsNamedWithHowWrongItIs) {
+  Diagnosis d = unknown_with(0.0);
+  d.unknown->where = Where::reading;
+  d.unknown->quantity = "vy";
+  d.wrong_channel = ChannelError{measured::Channel::vy, 0.174, 0.03};
+  EXPECT_EQ(sentence(d),
+            "Something is missing that no effect of the catalogue explains; it shows in the readings of vy, which are "
+            "off by 0.174 m/s, slowly: 5.8 times the noise that is stated.");
+}
+
 TEST(DiagnoseSentence, ALateChannelLeadsWithWhatItCloses) {
   Diagnosis d = unknown_with(0.5);
   NamedEffect& late = d.delays.emplace_back();

@@ -105,6 +105,17 @@ TEST(JoinPath, IsAsSharpAsFrictionAllowsAtTheSpeedItAsksFor) {
   }
 }
 
+/// Beside the road every second counts: the way back is sharper than from the road, and shorter.
+TEST(JoinPath, LeadsBackSoonerFromBesideTheRoad) {
+  const auto way = [](double y) {
+    const JoinPath join = joining(y, 0, 20);
+    double s = 100;
+    while (s < 600 && moved(join, s).y > 0.5 * y) s += 0.5;
+    return (s - 100) / std::sqrt(y);  // at one curvature ways grow with the square root of the offset
+  };
+  EXPECT_LT(way(half_width + 1), 0.8 * way(half_width - 1));
+}
+
 TEST(JoinPath, StaysOnTheRoadAndSlowsDownForIt) {
   const double turn = std::numbers::pi / 6;
   double slowest = 30;

@@ -115,7 +115,7 @@ TEST(RecoveryPath, LeadsBackFromAnyPose) {
 TEST(RecoveryPath, LeadsBackACarThatStandsJustBesideTheRoad) {
   Driver outside(half_width + 0.5, 0.5, 0);
   EXPECT_TRUE(outside.plan());
-  EXPECT_FALSE(Driver(half_width - 0.5, 0.5, 0).plan());
+  EXPECT_FALSE(Driver(half_width - 0.5, 0, 0).plan());
   EXPECT_FALSE(Driver(half_width + 0.5, 0.5, 5).plan());
   int steps = 0;
   double furthest = 0;
@@ -126,6 +126,29 @@ TEST(RecoveryPath, LeadsBackACarThatStandsJustBesideTheRoad) {
   EXPECT_LT(steps, 1000);
   EXPECT_LT(furthest, half_width + 2.0);
   EXPECT_LT(std::abs(outside.off()), 3.0);
+}
+
+/// Shown the line at speed, a controller gains speed first and turns too late: a standing car that has little room on the
+/// side it faces is led by arcs, and stays on the road where these can.
+TEST(RecoveryPath, LeadsACarThatStandsAskewWithLittleRoom) {
+  for (const double side : {1.0, -1.0}) {
+    EXPECT_FALSE(Driver(0, 0.5 * side, 0).plan()) << "there is room enough";
+    EXPECT_FALSE(Driver(4.5 * side, -0.5 * side, 0).plan()) << "it faces the line";
+    EXPECT_FALSE(Driver(4 * side, 0.5 * side, 5).plan()) << "it is driving";
+    EXPECT_FALSE(Driver(4.5 * side, 0.2 * side, 0).plan()) << "hardly askew";
+    for (const Pose& pose : {Pose{4 * side, 0.5 * side}, Pose{0, 1.2 * side}}) {
+      Driver driver(pose.n, pose.angle, 0);
+      ASSERT_TRUE(driver.plan()) << pose.n << " m, " << pose.angle << " rad";
+      double furthest = 0;
+      int steps = 0;
+      do {
+        driver.drive();
+        furthest = std::max(furthest, std::abs(driver.off()));
+      } while (driver.plan() && ++steps < 2000);
+      EXPECT_LT(steps, 1000);
+      EXPECT_LT(furthest, half_width) << pose.n << " m, " << pose.angle << " rad";
+    }
+  }
 }
 
 /// It turns round within the width of its two radii, shared between both sides of the road.
