@@ -29,10 +29,13 @@ struct Round {
   std::size_t best_score = 0;
 };
 
-Round score_beside(const EffectSearch& search, const Selection& selection) {
+Round score_beside(const EffectSearch& search, const Selection& selection, std::span<const std::string> without) {
   const Trial& base = *selection.trial;
   Round round;
   round.candidates = calibrate::candidates_beside(base, search.registry, search.world.undetermined);
+  std::erase_if(round.candidates, [&](const CandidateEffect& one) {
+    return std::ranges::find(without, calibrate::addition_of(one, base).name) != without.end();
+  });
   hold_to_yaw(round.candidates, search.by_yaw);
   std::vector<calibrate::FitLog> fitted = search.logs.fitted;
   round.scores = score_candidates(base.vehicle.car(), round.candidates, search.forecast, fitted, base.params,
@@ -99,26 +102,36 @@ void add_best(Selection& selection, Round& round) {
   selection.trial = std::move(round.best);
 }
 
-}  // namespace
-
-ForwardSelection select_forward(const EffectSearch& search) {
-  ForwardSelection out{nothing_added(search), {}};
-  Selection& found = out.found;
+/// Adds effects until none is worth it; gives the rows of the first round.
+std::vector<ScoredEffect> grow(const EffectSearch& search, Selection& found, std::span<const std::string> without) {
   const std::size_t most = search.options.most;
   const auto tell = [&] {
     search.tell(0.25 + 0.5 * static_cast<double>(found.added.size()) / static_cast<double>(most),
                 found.added.empty() ? "looking for effects" : "beside " + found.added.back().name);
   };
   tell();
-  while (found.added.size() < most) {
-    Round round = score_beside(search, found);
+  std::vector<ScoredEffect> first;
+  for (bool begun = false; found.added.size() < most; begun = true) {
+    Round round = score_beside(search, found, without);
     try_best(search, found, round);
-    if (found.added.empty()) out.ranking = std::move(round.rows);
+    if (!begun) first = std::move(round.rows);
     if (!round.best) break;
     add_best(found, round);
     tell();
   }
+  return first;
+}
+
+}  // namespace
+
+ForwardSelection select_forward(const EffectSearch& search) {
+  ForwardSelection out{nothing_added(search), {}};
+  out.ranking = grow(search, out.found, {});
   return out;
+}
+
+void extend_forward(const EffectSearch& search, Selection& selection, std::span<const std::string> without) {
+  grow(search, selection, without);
 }
 
 }  // namespace gripline::diagnose

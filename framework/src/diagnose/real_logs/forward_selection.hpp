@@ -1,6 +1,8 @@
 // Effects added to the calibrated world one after another, while the fitted time asks for them.
 #pragma once
 
+#include <span>
+#include <string>
 #include <vector>
 
 #include "diagnose/real_logs/effect_search.hpp"
@@ -15,5 +17,8 @@ struct ForwardSelection {
 /// At each size a score test proposes candidates, and the best few are fitted with everything else. The one that
 /// explains the fitted time best among those that lower the errors of the validation time is added.
 ForwardSelection select_forward(const EffectSearch& search);
+
+/// Goes on beside a selection in the same way, without candidates of these names.
+void extend_forward(const EffectSearch& search, Selection& selection, std::span<const std::string> without);
 
 }  // namespace gripline::diagnose

@@ -127,6 +127,26 @@ Node world_of(const EffectSearch& search, const Selection& selection, const Miss
   return world;
 }
 
+/// Takes out what is not missed and looks once more beside what is left: what was taken out may have stood in the place
+/// of another effect, which is worth its fit now. Gives what settled.
+std::vector<MissingEffect> settle(const EffectSearch& search, Selection& selection) {
+  std::vector<MissingEffect> named;
+  std::vector<std::string> gone;
+  for (int pass = 0; pass < 2; ++pass) {
+    std::vector<std::string> before;
+    for (const calibrate::Addition& one : selection.added) before.push_back(one.name);
+    named = eliminate_backward(search, selection);
+    const std::size_t left = selection.added.size();
+    if (left == 0 || left == before.size()) break;
+    for (const std::string& name : before)
+      if (std::ranges::find(selection.added, name, &calibrate::Addition::name) == selection.added.end())
+        gone.push_back(name);
+    if (pass == 0) extend_forward(search, selection, gone);
+    if (selection.added.size() == left) break;
+  }
+  return named;
+}
+
 /// Reported errors of the world given, calibrated and found.
 void measure_errors(const EffectSearch& search, const UnfittedErrors& without, const UnfittedErrors& with,
                     MissingEffects& out) {
@@ -213,7 +233,7 @@ MissingEffects find_missing(const Node& tree, const WorldSpec& spec, const Regis
   const EffectSearch search(tree, spec, registry, map, files, held_out, options);
   auto [selection, ranking] = select_forward(search);
   MissingEffects out;
-  out.named = eliminate_backward(search, selection);
+  out.named = settle(search, selection);
   const UnfittedErrors without = search.unfitted_errors(*search.world.calibrated);
   UnfittedErrors with = search.unfitted_errors(*selection.trial);
   if (with.rms() > without.rms()) {

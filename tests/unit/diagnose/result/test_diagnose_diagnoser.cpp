@@ -104,6 +104,26 @@ TEST(Diagnoser, NamesWhatAParameterAtItsLimitLeavesOver) {
       << d.sentence;
 }
 
+/// Noise that is measured with the model would take up an error of a channel that no effect explains, whatever its size.
+TEST(Diagnoser, AWrongChannelIsNoNoise) {
+  DiagnoseRig rig;
+  const auto diagnosed = [&](const std::function<void(double* reading)>& wrong) {
+    Diagnoser diagnoser(rig.world(), rig.registry(), {});
+    LogFile log;
+    log.stretches.push_back(rig.simulate(rig.catalogue().null_model(), {.seconds = 40, .seed = 71}));
+    measured::Log& stretch = log.stretches.front();
+    for (std::size_t k = 0; k < stretch.size(); ++k) wrong(&stretch.reading[k * measured::channels]);
+    return diagnoser.run({&log, 1}, {});
+  };
+  EXPECT_EQ(diagnosed([](double*) {}).verdict, Verdict::nothing_missing);
+  const Diagnosis turned = diagnosed([](double* r) { r[measured::Channel::vy] *= -1.0; });
+  EXPECT_EQ(turned.verdict, Verdict::unknown) << turned.sentence;
+  ASSERT_TRUE(turned.wrong_channel) << turned.sentence;
+  EXPECT_EQ(turned.unknown->where, Where::reading);
+  EXPECT_EQ(turned.unknown->quantity, "vy");
+  EXPECT_THAT(turned.sentence, testing::HasSubstr("in the readings of vy, which are off by"));
+}
+
 /// What is measured in standard deviations of a noise that is not there means nothing, and the reader is told.
 TEST(Diagnoser, TellsThatALogHasNoNoise) {
   DiagnoseRig rig;
