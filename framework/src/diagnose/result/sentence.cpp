@@ -41,15 +41,16 @@ std::string where_text(const ResidualTest& test) {
     case Where::input:
       return "as a function of the inputs";
     case Where::reading:
-      return "in the readings of " + test.quantity;
+      return "in the readings";
   }
   return {};
 }
 
-/// How wrong a channel is.
+/// How far a channel is off. Which of those that disagree is wrong the log does not say.
 std::string channel_text(const ChannelError& error) {
-  return ", which are off by " + significant(error.size) + " " + measured::channel_info[error.channel].unit +
-         ", slowly: " + significant(error.ratio(), 2) + " times the noise that is stated";
+  const measured::ChannelInfo& channel = measured::channel_info[error.channel];
+  return std::string(": those of ") + channel.words + " disagree with the others by " + significant(error.size) + " " +
+         channel.unit + ", slowly, " + significant(error.ratio(), 2) + " times the noise that is stated";
 }
 
 /// What the result does to predictions.

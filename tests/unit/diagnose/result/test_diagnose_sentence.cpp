@@ -40,9 +40,10 @@ TEST(DiagnoseSentence, AWrongChannelIsNamedWithHowWrongItIs) {
   d.unknown->where = Where::reading;
   d.unknown->quantity = "vy";
   d.wrong_channel = ChannelError{measured::Channel::vy, 0.174, 0.03};
-  EXPECT_EQ(sentence(d),
-            "Something is missing that no effect of the catalogue explains; it shows in the readings of vy, which are "
-            "off by 0.174 m/s, slowly: 5.8 times the noise that is stated.");
+  EXPECT_EQ(
+      sentence(d),
+      "Something is missing that no effect of the catalogue explains; it shows in the readings: those of vy disagree "
+      "with the others by 0.174 m/s, slowly, 5.8 times the noise that is stated.");
 }
 
 TEST(DiagnoseSentence, ALateChannelLeadsWithWhatItCloses) {
