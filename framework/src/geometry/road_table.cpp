@@ -255,6 +255,10 @@ RoadTable from_trace(const fs::path& file, const RoadReading& reading, std::vect
     refuse(file,
            "has no widths (w_tr_right_m,w_tr_left_m); expected --width METRES beside a trace, or the files of both "
            "edges");
+  if (!trace.grade.empty() && !trace.height.empty()) {
+    remarks.push_back("heights are left out: grade_rad says how it slopes");
+    trace.height.clear();
+  }
   const bool widths = !trace.right.empty();
   close(file, trace, widths ? trace.right.front() + trace.left.front() : reading.width, widths, reading, remarks);
   RoadTable road;
@@ -332,6 +336,8 @@ RoadTable from_edges(std::span<const fs::path> files, const RoadReading& reading
   if (traces[0].on_earth != traces[1].on_earth) throw InputError("one edge is in metres, the other in degrees");
   if (traces[0].height.empty() != traces[1].height.empty())
     remarks.push_back("heights are left out: only " + shown(files[traces[0].height.empty() ? 1 : 0]) + " has them");
+  if (traces[0].height.empty() || traces[1].height.empty())
+    for (RoadTrace& trace : traces) trace.height.clear();
   const PlanePoint origin = middle_of(traces[0].points);
   for (RoadTrace& trace : traces) to_plane(trace, origin);
   const double width = least_distance(traces[0].points.front(), traces[1].points);

@@ -24,7 +24,7 @@ function inWords(effect: string, params: Record<string, number | null> | undefin
   const delay = params?.T;
   if (late && delay != null)
     return `the ${late[1] === "yaw_rate" ? "yaw-rate channel is" : "speed channels are"} ${plain(Math.abs(delay))} s ${delay > 0 ? "late" : "early"}`;
-  const known = words?.[effect];
+  const known = wordsOf(words, effect);
   const sizes = Object.entries(params ?? {});
   if (!known) return sizes.length && sizes.length < 4 ? `${effect} (${sizes.map(([name, value]) => `${name} = ${plain(value)}`).join(", ")})` : effect;
   const size = ([name, value]: [string, number | null]) => {
@@ -99,9 +99,14 @@ function refitted({ gap, named, nominal_fit }: Diagnosis): string {
   return `Refitting ${Object.keys(nominal_fit!).join(", ")} closes ${percent(gap.closure)} of the gap.`;
 }
 
+/** The words of an effect, or of that to which a parameter belongs ("steer_map.a"). */
+function wordsOf(words: Words, effect: string) {
+  return words?.[effect] ?? words?.[effect.split(".")[0]];
+}
+
 function whereText({ unknown }: Diagnosis): string {
   if (!unknown) return "";
-  const quantity = { position: "along the lap", time: "over time", state: "with the car's state", input: "with the commands" }[unknown.where] ?? unknown.where;
+  const quantity = { position: "along the lap", time: "over time", state: "with the car's state", input: "with the commands", reading: "in the readings" }[unknown.where] ?? unknown.where;
   const unit = unknown.where === "time" ? " s" : "";
   return `What is left shows ${quantity}${unknown.interval ? `, from ${plain(unknown.interval[0])} to ${plain(unknown.interval[1])}${unit || " of the lap"}` : ""}.`;
 }
@@ -199,9 +204,9 @@ export function namedTable(d: Diagnosis, words: Words): HTMLElement | null {
       return h(
         "tr",
         {},
-        h("th", { scope: "row", class: "text" }, i === 0 ? sentenceCase(words?.[effect]?.words ?? delayWords[effect] ?? effect) : ""),
+        h("th", { scope: "row", class: "text" }, i === 0 ? sentenceCase(wordsOf(words, effect)?.words ?? delayWords[effect] ?? effect) : ""),
         h("td", { class: "text" }, i === 0 ? h("code", {}, effect) : ""),
-        h("td", { class: "text" }, words?.[effect]?.params[name]?.words ?? "", " ", h("code", {}, name)),
+        h("td", { class: "text" }, wordsOf(words, effect)?.params[name]?.words ?? "", " ", h("code", {}, name)),
         h("td", {}, `${plain(value, 4)} ${unit}`),
         h("td", {}, interval ? `${plain(interval[0], 4)} to ${plain(interval[1], 4)}` : "–"),
         h("td", {}, i === 0 && confidence != null ? percent(confidence) : ""),
@@ -214,7 +219,7 @@ export function namedTable(d: Diagnosis, words: Words): HTMLElement | null {
 }
 
 function unitOf(words: Words, effect: string, param: string): string {
-  const unit = words?.[effect]?.params[param]?.unit;
+  const unit = wordsOf(words, effect)?.params[param]?.unit;
   return unit && unit !== "1" ? unitText(unit) : "";
 }
 
@@ -250,7 +255,7 @@ export function rankingTable(d: Diagnosis, words: Words): HTMLElement | null {
           h(
             "tr",
             { class: named.has(entry.effect) ? "chosen" : undefined },
-            h("th", { scope: "row", class: "text effect" }, sentenceCase(words?.[entry.effect]?.words ?? ""), words?.[entry.effect] ? " " : "", h("code", {}, entry.effect)),
+            h("th", { scope: "row", class: "text effect" }, sentenceCase(wordsOf(words, entry.effect)?.words ?? ""), wordsOf(words, entry.effect) ? " " : "", h("code", {}, entry.effect)),
             h("td", {}, gained(entry.gain)),
             h("td", { class: "wide" }, bar((entry.gain ?? 0) / most)),
             h("td", {}, tried(entry) ? `${fixed(entry.held_out, (entry.held_out ?? 1) < 0.1 ? 3 : 2)} σ` : "not tried"),

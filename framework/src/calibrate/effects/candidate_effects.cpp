@@ -245,6 +245,29 @@ std::vector<CandidateEffect> candidate_effects(const VehicleSpec& vehicle, const
   return out;
 }
 
+namespace {
+
+/// Those of one effect, whose parameters begin at `first` among the car's.
+void add_idle_parameters(const PluginSpec& spec, std::size_t first, bool road, const PluginContext& context,
+                         std::vector<CandidateEffect>& out) {
+  const CandidateEffect neutral = candidate_of(*spec.entry, context);
+  if (neutral.tested.empty() || !may_be_missing(neutral, road)) return;
+  for (const std::size_t i : neutral.tested) {
+    if (spec.values[i].number != neutral.numbers[i]) continue;
+    CandidateEffect one;
+    one.entry = spec.entry;
+    one.effect = create<Effect>(*spec.entry, context, spec.values);
+    for (const abi::ParamValue& value : spec.values) one.numbers.push_back(value.number);
+    one.low = neutral.low;
+    one.high = neutral.high;
+    one.tested = one.open = {i};
+    one.listed = first + i;
+    out.push_back(std::move(one));
+  }
+}
+
+}  // namespace
+
 std::vector<CandidateEffect> idle_parameters(const VehicleSpec& vehicle, const Car& car, bool road) {
   PluginContext context;
   context.car = car;
@@ -255,19 +278,10 @@ std::vector<CandidateEffect> idle_parameters(const VehicleSpec& vehicle, const C
     next += spec.entry->params().size();
     const bool twice = std::ranges::count(vehicle.effects, spec.id(), &PluginSpec::id) > 1;
     if (twice || spec.entry->needs_truth() || has_table(*spec.entry)) continue;
-    const CandidateEffect neutral = candidate_of(*spec.entry, context);
-    if (neutral.tested.empty() || !may_be_missing(neutral, road)) continue;
-    for (const std::size_t i : neutral.tested) {
-      if (spec.values[i].number != neutral.numbers[i]) continue;
-      CandidateEffect one;
-      one.entry = spec.entry;
-      one.effect = create<Effect>(*spec.entry, context, spec.values);
-      for (const abi::ParamValue& value : spec.values) one.numbers.push_back(value.number);
-      one.low = neutral.low;
-      one.high = neutral.high;
-      one.tested = one.open = {i};
-      one.listed = first + i;
-      out.push_back(std::move(one));
+    try {
+      add_idle_parameters(spec, first, road, context, out);
+    } catch (const std::exception&) {
+      // As in candidate_effects().
     }
   }
   return out;

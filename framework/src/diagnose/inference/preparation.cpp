@@ -116,6 +116,7 @@ Prepared prepare(const Catalogue& catalogue, const Road& road, std::span<const m
                                                            : c == Channel::yaw ? 1.0
                                                                                : car.v_ref);
     const double told = with_rounding(c, steps[c], stated[c], out.health);
+    out.told[c] = told;
     if (told > stated[c]) seen[c] = std::max(seen[c], measured::rounding_noise(steps[c]));
     problem.sensor[c] = believed_noise(c, seen[c], noise_beside_motion(stretches, c), told, least, out.health);
   }

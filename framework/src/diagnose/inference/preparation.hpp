@@ -11,6 +11,7 @@ namespace gripline::diagnose {
 
 struct Prepared {
   Problem problem;
+  Channels told{};                        // noise of the readings as it is stated, with what their rounding makes
   std::vector<measured::Finding> health;  // of the logs, then of their noise
 };
 

@@ -8,6 +8,7 @@
 #include "diagnose/real_logs/backward_elimination.hpp"
 #include "diagnose/real_logs/effect_search.hpp"
 #include "diagnose/real_logs/forward_selection.hpp"
+#include "diagnose/thresholds.hpp"
 #include "measured/noise.hpp"
 #include "util/numbers.hpp"
 
@@ -33,7 +34,9 @@ measured::Channels noise_of_channels(const std::list<measured::SessionFile>& fil
   return sum;
 }
 
-MissingEffects::Loudest loudest_of(const calibrate::HorizonRow& row, const std::list<measured::SessionFile>& files) {
+/// Of the quantities that errors are weighed by.
+MissingEffects::Loudest loudest_of(const calibrate::HorizonRow& row, const std::list<measured::SessionFile>& files,
+                                   const calibrate::Weighing& weighing) {
   using measured::Channel;
   const measured::Channels noise = noise_of_channels(files);
   const std::array<double, calibrate::quantities> of = {std::hypot(noise[Channel::x], noise[Channel::y]),
@@ -41,8 +44,12 @@ MissingEffects::Loudest loudest_of(const calibrate::HorizonRow& row, const std::
                                                         noise[Channel::yaw_rate]};
   constexpr std::array<const char*, calibrate::quantities> words = {"position", "yaw", "vx", "vy", "yaw rate"};
   MissingEffects::Loudest out;
+  constexpr std::array<std::size_t, calibrate::quantities> channel = {Channel::x, Channel::yaw, Channel::vx,
+                                                                      Channel::vy, Channel::yaw_rate};
   for (std::size_t q = 0; q < calibrate::quantities; ++q)
-    if (const double times = row.error[q].rms / of[q]; of[q] > 0.0 && times > out.times) out = {words[q], times};
+    if (const double times = row.error[q].rms / of[q];
+        weighing.channel[channel[q]] > 0.0 && of[q] > 0.0 && times > out.times)
+      out = {words[q], times};
   return out;
 }
 
@@ -137,7 +144,7 @@ std::vector<MissingEffect> settle(const EffectSearch& search, Selection& selecti
     for (const calibrate::Addition& one : selection.added) before.push_back(one.name);
     named = eliminate_backward(search, selection);
     const std::size_t left = selection.added.size();
-    if (left == 0 || left == before.size()) break;
+    if (left == before.size()) break;
     for (const std::string& name : before)
       if (std::ranges::find(selection.added, name, &calibrate::Addition::name) == selection.added.end())
         gone.push_back(name);
@@ -214,10 +221,7 @@ std::string MissingEffect::Value::text(int digits, bool interval) const {
   return text + of;
 }
 
-bool MissingEffects::at_noise() const {
-  constexpr double loud = 3.0;
-  return sum_at_noise() && !(loudest.times > loud);
-}
+bool MissingEffects::at_noise() const { return sum_at_noise() && !(loudest.times > thresholds::loud); }
 
 bool MissingEffects::sum_at_noise() const {
   // An error this little above the noise hides a tenth of it in squares: less than the noise is known to.
@@ -249,7 +253,7 @@ MissingEffects find_missing(const Node& tree, const WorldSpec& spec, const Regis
   // Without disturbances, which would stand for a part of an effect.
   fill_values(out.named, selection.trial->spec, parameters_with_intervals(search, *selection.trial));
   write_worlds(search, selection, folder, out);
-  out.loudest = loudest_of(out.rows.back(), files);
+  out.loudest = loudest_of(out.rows.back(), files, search.fits.weighing);
   return out;
 }
 

@@ -80,15 +80,26 @@ Diagnosis Diagnoser::run(std::span<const LogFile> given, std::span<const LogFile
   };
   Diagnosis d = search(on_time(logs), on_time(held_out), progress);
   name_delays(logs, held_out, delays, d);
-  if (std::ranges::any_of(d.delays, [](const NamedEffect& delay) { return delay.rollout.harms(); })) {
-    // Two channels disagree in time, and it is the other one of them that is late.
-    d = search(logs, held_out, progress);
-    for (const ChannelDelay& one : delays)
-      d.health.push_back({measured::Finding::Level::bad, "time of " + one.name() + " against the pose",
-                          format("%.3g s apart", std::abs(one.seconds)),
-                          "left as it is: predictions are worse without it; the pose may be late"});
-    return d;
-  }
+  const bool harm = std::ranges::any_of(d.delays, [](const NamedEffect& delay) { return delay.rollout.harms(); });
+  if (harm && d.wrong_channel) return search_beside_delays(logs, held_out, delays, progress);
+  d.sentence = sentence(d);
+  return d;
+}
+
+/// What is missing of logs in which two channels disagree in time and predictions are worse with these delays taken off:
+/// it is the other one of the two that is late, and the log is left as it is.
+Diagnosis Diagnoser::search_beside_delays(std::span<const LogFile> logs, std::span<const LogFile> held_out,
+                                          std::span<const ChannelDelay> delays, const ProgressCallback& progress) {
+  Diagnosis d = search(logs, held_out, progress);
+  for (const ChannelDelay& one : delays)
+    d.health.push_back({measured::Finding::Level::bad, "time of " + one.name() + " against the pose",
+                        format("%.3g s apart", std::abs(one.seconds)),
+                        "left as it is: predictions are worse without it; the pose may be late"});
+  if (d.verdict != Verdict::nothing_missing) return d;
+  d.verdict = Verdict::unknown;
+  d.unknown = ResidualTest{};
+  d.unknown->where = Where::reading;
+  d.unknown->quantity = delays.front().name();
   d.sentence = sentence(d);
   return d;
 }
@@ -129,7 +140,7 @@ Diagnosis Diagnoser::search(std::span<const LogFile> logs, std::span<const LogFi
   rank_by_rollouts(hold_out, found, d);
   if (!stands(hold_out, d)) withdraw(hold_out, found, d);
   report_noise(problem_, d.fit.noise, d.health);
-  doubt_wrong_channel(d);
+  doubt_wrong_channel(prepared.told, d);
   if (d.verdict == Verdict::nothing_missing) d.detection_limits = detection_limits(found);
   d.sentence = sentence(d);
   return d;
@@ -417,8 +428,8 @@ void Diagnoser::withdraw(const HoldOut& hold_out, const SearchResult& found, Dia
 }
 
 /// Where a channel is wrong the rest was judged with its errors taken for noise: what was found stands beside that.
-void Diagnoser::doubt_wrong_channel(Diagnosis& d) const {
-  d.wrong_channel = wrong_channel(problem_, stated_noise());
+void Diagnoser::doubt_wrong_channel(const Channels& told, Diagnosis& d) const {
+  d.wrong_channel = wrong_channel(problem_, told);
   if (!d.wrong_channel) return;
   d.verdict = Verdict::unknown;
   d.unknown = ResidualTest{};

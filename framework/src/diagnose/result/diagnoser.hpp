@@ -30,6 +30,8 @@ class Diagnoser {
   const Problem& problem() const { return problem_; }
 
  private:
+  Diagnosis search_beside_delays(std::span<const LogFile> logs, std::span<const LogFile> held_out,
+                                 std::span<const ChannelDelay> delays, const ProgressCallback& progress);
   Diagnosis search(std::span<const LogFile> logs, std::span<const LogFile> held_out, const ProgressCallback& progress);
   void name_delays(std::span<const LogFile> logs, std::span<const LogFile> held_out,
                    std::span<const ChannelDelay> delays, Diagnosis& d) const;
@@ -47,7 +49,7 @@ class Diagnoser {
   void drop_harmful(const HoldOut& hold_out, SearchResult& found, Diagnosis& d) const;
   bool closes(const HoldOut& hold_out, const Diagnosis& d) const;
   bool stands(const HoldOut& hold_out, const Diagnosis& d) const;
-  void doubt_wrong_channel(Diagnosis& d) const;
+  void doubt_wrong_channel(const Channels& told, Diagnosis& d) const;
   void withdraw(const HoldOut& hold_out, const SearchResult& found, Diagnosis& d) const;
   std::vector<DetectionLimit> detection_limits(SearchResult& found) const;
 

@@ -86,6 +86,7 @@ Node unknown_node(const Diagnosis& d) {
   const ResidualTest& test = *d.unknown;
   Node unknown = Node::empty_object();
   unknown.set("where", Node(where_names[static_cast<std::size_t>(test.where)]));
+  if (test.where == Where::reading) unknown.set("channel", Node(test.quantity));
   const bool along = (test.where == Where::position || test.where == Where::time) && test.quantity.empty();
   unknown.set("interval", along ? Node(Node::Array{number_or_null(test.from), number_or_null(test.to)}) : Node::null());
   return unknown;

@@ -51,5 +51,43 @@ TEST(TrialFits, AnEffectIsFittedAndTakenOutAgain) {
   EXPECT_NEAR(less->params[drive], base.params[drive], 0.01 * base.params[drive]);
 }
 
+/// A parameter of an effect that the world lists is opened and closed again: the effect stays, and the parameter goes back
+/// to where it did nothing.
+TEST(TrialFits, AListedParameterIsOpenedAndClosedAgain) {
+  const test::CalibrateRig truth(
+      test::small_car_world(R"({"plant": {"effects": [{"plugin": "steer_map", "params": {"g": 0.9, "c": -2}}]}})"));
+  const test::CalibrateRig nominal(
+      test::small_car_world(R"({"plant": {"effects": [{"plugin": "steer_map", "params": {"g": 0.9}}]}})"));
+  const measured::Session session = test::drive(truth.vehicle.car(), {.seconds = 30, .noise = 1});
+  const ForecastOptions forecast = test::CalibrateRig::options(nominal.spec);
+  std::vector<FitLog> logs(1, FitLog(session, forecast.step, {1.0}, 0.5, 0.5));
+  Trial base(nominal.spec, forecast);
+  base.unknowns.push_back(unknown_at(*base.find("/plant/params/Cm1"), 12.0));
+  base.unknowns.back().sigma = 4.0;
+  TrialFits fits(forecast, logs);
+  fits.weighing.horizon = {1.0};
+  fits.refit(base, 6);
+
+  const auto candidates = candidates_beside(base, testing_support::plugins(), {});
+  const auto scores =
+      score_candidates(base.vehicle.car(), candidates, forecast, logs, base.params, base.unknowns, fits.weighing);
+  const auto score = std::ranges::find_if(scores, [&](const EffectScore& one) {
+    return addition_of(candidates[one.candidate], base).name == "steer_map.c";
+  });
+  ASSERT_NE(score, scores.end());
+  const std::string pointer = "/plant/effects/steer_map/params/c";
+  const auto more = fits.with(base, candidates[score->candidate], *score);
+  EXPECT_TRUE(fits.refit_near(*more, base.cost));
+  EXPECT_NEAR(more->params[more->find(pointer)->index], -2.0, 0.3);
+  EXPECT_EQ(more->unknowns.size(), 2u);
+
+  const NormalEquations blocks = fits.errors(*more).linearise(more->params, more->unknowns);
+  const auto less = fits.without(*more, blocks, addition_of(candidates[score->candidate], base));
+  EXPECT_EQ(less->spec.vehicle.effects.size(), 1u);
+  EXPECT_EQ(less->unknowns.size(), 1u);
+  EXPECT_EQ(less->params[less->find(pointer)->index], 0.0);
+  EXPECT_NEAR(less->cost, base.cost, 0.01 * base.cost);
+}
+
 }  // namespace
 }  // namespace gripline::calibrate
