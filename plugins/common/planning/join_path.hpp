@@ -93,13 +93,12 @@ class JoinPath {
     const double turned = std::abs(car.angle - std::atan(from.slope)), v = std::hypot(x.vx, x.vy);
     return std::abs(car.n - from.n) > near || (v > 0.5 * slow_ && turned > std::max(far_angle, reach / v));
   }
-  static bool n_outside(double n, const RefPoint& foot) { return n > foot.left || -n > foot.right; }
+  static bool is_beside_road(double n, const RefPoint& foot) { return n > foot.left || -n > foot.right; }
   double ahead(double s) const { return std::max(0.0, std::remainder(s - begin_, length_)); }
 
   void begin(const Pose2& car, const RefPoint& foot, const State& x) {
     const double v = std::max(std::hypot(x.vx, x.vy), slow_);
-    const bool outside = n_outside(car.n, foot);
-    const double share = outside ? hard_share : easy_share;
+    const double share = is_beside_road(car.n, foot) ? hard_share : easy_share;
     const double bend = std::min(share * friction_ / (v * v), steep_);  // curvature that may be added [1/m]
     begin_ = foot.s;
     n_ = car.n;
