@@ -73,6 +73,12 @@ std::pair<double, double> interval(const measured::Delay& d, double missing) {
 
 std::string ChannelDelay::name() const { return measured::delay_names[group]; }
 
+std::string ChannelDelay::words() const {
+  std::string words = name();
+  std::ranges::replace(words, '_', ' ');
+  return words;
+}
+
 std::vector<ChannelDelay> find_channel_delays(std::span<const LogFile> logs) {
   std::vector<ChannelDelay> found;
   const double dt = longest_step(logs);

@@ -16,7 +16,8 @@ using measured::LogFile;
 struct ChannelDelay {
   std::size_t group = 0;                  // measured::delay_names
   double seconds = 0, low = 0, high = 0;  // 95 % by blocks of at most ten seconds
-  std::string name() const;
+  std::string name() const;   // "yaw_rate", as in pointers
+  std::string words() const;  // "yaw rate"
 };
 
 /// Delays of the speeds and of the yaw rate against the pose that are longer than a sample, and surely

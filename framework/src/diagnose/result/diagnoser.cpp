@@ -92,14 +92,14 @@ Diagnosis Diagnoser::search_beside_delays(std::span<const LogFile> logs, std::sp
                                           std::span<const ChannelDelay> delays, const ProgressCallback& progress) {
   Diagnosis d = search(logs, held_out, progress);
   for (const ChannelDelay& one : delays)
-    d.health.push_back({measured::Finding::Level::bad, "time of " + one.name() + " against the pose",
+    d.health.push_back({measured::Finding::Level::bad, "time of " + one.words() + " against the pose",
                         format("%.3g s apart", std::abs(one.seconds)),
                         "left as it is: predictions are worse without it; the pose may be late"});
   if (d.verdict != Verdict::nothing_missing) return d;
   d.verdict = Verdict::unknown;
   d.unknown = ResidualTest{};
   d.unknown->where = Where::reading;
-  d.unknown->quantity = delays.front().name();
+  d.unknown->quantity = delays.front().words();
   d.sentence = sentence(d);
   return d;
 }
