@@ -11,6 +11,8 @@
 #include "config/json_file.hpp"
 #include "config/shipped.hpp"
 #include "geometry/racing_line.hpp"
+#include "geometry/road_reading.hpp"
+#include "geometry/road_smoothing.hpp"
 #include "geometry/road_table.hpp"
 #include "geometry/track_file.hpp"
 #include "gripline/command.hpp"

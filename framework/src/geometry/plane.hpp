@@ -15,6 +15,8 @@ struct PlanePoint {
   double y = 0.0;
 };
 
+inline double distance(const PlanePoint& a, const PlanePoint& b) { return std::hypot(a.x - b.x, a.y - b.y); }
+
 struct Pose {
   double x = 0.0;
   double y = 0.0;

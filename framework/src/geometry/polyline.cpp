@@ -5,16 +5,22 @@
 
 namespace gripline {
 
+std::vector<double> chord_lengths(std::span<const PlanePoint> points) {
+  std::vector<double> lengths(points.size());
+  for (std::size_t i = 0; i < lengths.size(); ++i)
+    lengths[i] = distance(points[i], points[i + 1 == lengths.size() ? 0 : i + 1]);
+  return lengths;
+}
+
 ClosedPolyline::ClosedPolyline(std::vector<PlanePoint> points) : points_(std::move(points)) {
   if (points_.size() > 1 && points_.front().x == points_.back().x && points_.front().y == points_.back().y)
     points_.pop_back();
   if (points_.size() < 3)
     throw GeometryError("a closed line needs at least 3 points, found " + std::to_string(points_.size()));
   stations_.reserve(points_.size());
-  for (std::size_t i = 0; i < points_.size(); ++i) {
-    const PlanePoint& next = points_[i + 1 == points_.size() ? 0 : i + 1];
+  for (const double chord : chord_lengths(points_)) {
     stations_.push_back(length_);
-    length_ += std::hypot(next.x - points_[i].x, next.y - points_[i].y);
+    length_ += chord;
   }
 }
 

@@ -68,7 +68,7 @@ SplinePath::SplinePath(std::span<const PlanePoint> points) {
     const PlanePoint& next = points[i + 1 == n ? 0 : i + 1];
     x[i] = points[i].x;
     y[i] = points[i].y;
-    width[i] = std::hypot(next.x - x[i], next.y - y[i]);
+    width[i] = distance(points[i], next);
     if (!std::isfinite(width[i])) throw GeometryError("point " + std::to_string(i + 1) + " is not a finite number");
     if (width[i] == 0.0) {
       throw GeometryError("points " + std::to_string(i + 1) + " and " + std::to_string(i + 1 == n ? 1 : i + 2) +
@@ -99,6 +99,12 @@ SplinePath::SplinePath(std::span<const PlanePoint> points) {
     while (i + 1 < n && pieces_[i + 1].s <= s) ++i;
     bucket_[b] = i;
   }
+}
+
+std::vector<double> SplinePath::knot_stations() const {
+  std::vector<double> stations;
+  for (const Piece& piece : pieces_) stations.push_back(piece.s);
+  return stations;
 }
 
 double SplinePath::arc_length(const Piece& piece, double t) {

@@ -19,9 +19,8 @@ class SplinePath {
   explicit SplinePath(std::span<const PlanePoint> points);
 
   double length() const { return length_; }
-  std::size_t knots() const { return pieces_.size(); }
-  /// Station of the i-th point the curve was made from [m].
-  double knot_station(std::size_t i) const { return pieces_[i].s; }
+  /// Stations of the points that the curve was made from [m].
+  std::vector<double> knot_stations() const;
   /// Number of the last point at or before a station in [0, length).
   std::size_t knot_before(double s) const { return piece_index(s); }
   CurvePoint at(double s) const;

@@ -16,7 +16,6 @@ namespace {
   throw InputError({Diagnostic{shown(table.file), line, line > 0 ? 1 : 0, {}, std::move(message), {}}});
 }
 
-constexpr std::size_t fewest_points = 8;
 constexpr double farthest = 1e8;  // [m]: beyond it sums of squares and differences of neighbours lose precision
 
 /// Numbers of the rows to keep: all, or all but a last one that repeats the first.
@@ -74,19 +73,13 @@ void check_width(const CsvTable& table, const char* name) {
                     std::string_view(name) == "w_tr_left_m" ? "left" : "right", width[i]));
 }
 
-std::vector<double> knot_stations(const ClosedCurve& curve) {
-  std::vector<double> stations(curve.spline()->knots());
-  for (std::size_t i = 0; i < stations.size(); ++i) stations[i] = curve.spline()->knot_station(i);
-  return stations;
-}
-
 TrackShape from_centre_columns(const CsvTable& table, const ImportOptions& options) {
   const std::array<std::string, 6> known{"x_m", "y_m", "w_tr_right_m", "w_tr_left_m", "grade_rad", "bank_rad"};
   check_columns(table, known);
   std::vector<PlanePoint> points = points_of(table, "x_m", "y_m", options);
   for (const char* name : {"w_tr_right_m", "w_tr_left_m"}) check_width(table, name);
   ClosedCurve centre = ClosedCurve::from_points(points);
-  const std::vector<double> stations = knot_stations(centre);
+  const std::vector<double> stations = centre.spline()->knot_stations();
   const auto by_station = [&](const char* name, double sign) {
     std::vector<double> values = table.column(name);
     values.resize(points.size());
@@ -114,7 +107,7 @@ TrackShape from_edge_columns(const CsvTable& table, const ImportOptions& options
   check_columns(table, known);
   std::vector<PlanePoint> points = points_of(table, "x_center_m", "y_center_m", options);
   ClosedCurve centre = ClosedCurve::from_points(points);
-  const std::vector<double> stations = knot_stations(centre);
+  const std::vector<double> stations = centre.spline()->knot_stations();
   std::array<std::vector<double>, 2> widths;  // inner, outer
   std::array<double, 2> side{};               // sum of signed distances, left positive
   for (int edge = 0; edge < 2; ++edge) {
@@ -172,7 +165,7 @@ Sides compare(const ClosedPolyline& edge, const ClosedPolyline& other) {
     const double s = other.nearest_station(p.x, p.y);
     const PlanePoint q = other.at(s), beyond = other.at(s + step);
     const double yaw = std::atan2(next.y - p.y, next.x - p.x), other_yaw = std::atan2(beyond.y - q.y, beyond.x - q.x);
-    sides.distance += std::hypot(q.x - p.x, q.y - p.y) / static_cast<double>(n);
+    sides.distance += distance(p, q) / static_cast<double>(n);
     sides.left += (std::cos(yaw) * (q.y - p.y) - std::sin(yaw) * (q.x - p.x)) / static_cast<double>(n);
     sides.along += std::cos(other_yaw - yaw) / static_cast<double>(n);
   }
@@ -191,8 +184,8 @@ std::vector<PlanePoint> middle_line(const ClosedPolyline& inner, const ClosedPol
     middle = resample(ClosedCurve::from_points(middle), spacing);
     for (PlanePoint& p : middle) {
       const PlanePoint a = on(inner, p.x, p.y), b = on(outer, p.x, p.y);
-      const double to_a = std::hypot(a.x - p.x, a.y - p.y), to_b = std::hypot(b.x - p.x, b.y - p.y);
-      const double move = 0.5 * (to_b - to_a) / std::hypot(b.x - a.x, b.y - a.y);
+      const double to_a = distance(a, p), to_b = distance(b, p);
+      const double move = 0.5 * (to_b - to_a) / distance(a, b);
       p.x += move * (b.x - a.x);
       p.y += move * (b.y - a.y);
     }
@@ -203,8 +196,8 @@ std::vector<PlanePoint> middle_line(const ClosedPolyline& inner, const ClosedPol
 /// Where the edges have changed sides they crossed: the place of the first such sample of the middle line.
 void check_crossing(const ClosedCurve& centre, const ClosedPolyline& inner, const ClosedPolyline& outer,
                     bool inner_left) {
-  for (std::size_t i = 0; i < centre.spline()->knots(); ++i) {
-    const CurvePoint at = centre.at(centre.spline()->knot_station(i));
+  for (const double s : centre.spline()->knot_stations()) {
+    const CurvePoint at = centre.at(s);
     const PlanePoint a = on(inner, at.x, at.y), b = on(outer, at.x, at.y);
     const double dx = inner_left ? a.x - b.x : b.x - a.x, dy = inner_left ? a.y - b.y : b.y - a.y;
     if (std::cos(at.yaw) * dy - std::sin(at.yaw) * dx < -0.5 * std::hypot(dx, dy))
@@ -218,7 +211,6 @@ void check_crossing(const ClosedCurve& centre, const ClosedPolyline& inner, cons
 }  // namespace
 
 void drop_closing_point_and_check_closed(std::vector<PlanePoint>& points) {
-  const auto distance = [](const PlanePoint& a, const PlanePoint& b) { return std::hypot(a.x - b.x, a.y - b.y); };
   const std::size_t n = points.size();
   // A closing point that was rounded, or surveyed again, is much nearer to the first than its neighbours are.
   if (n > 3 && distance(points.front(), points.back()) <
@@ -263,15 +255,15 @@ TrackShape shape_from_edges(const EdgePoints& inner_points, const EdgePoints& ou
   std::vector<PlanePoint> middle = middle_line(inner, outer, spacing > 0.0 ? spacing : 0.5 * sides.distance);
   ClosedCurve centre = ClosedCurve::from_points(middle);
   const double length = centre.length();
-  const std::vector<double> stations = knot_stations(centre);
+  const std::vector<double> stations = centre.spline()->knot_stations();
   const bool heights = !inner_points.heights.empty() && !outer_points.heights.empty();
   const bool inner_left = sides.left < 0.0;
   check_crossing(centre, inner, outer, inner_left);
   std::vector<double> to_inner, to_outer, height, bank;
   for (const PlanePoint& p : middle) {
     const PlanePoint a = on(inner, p.x, p.y), b = on(outer, p.x, p.y);
-    to_inner.push_back(std::hypot(a.x - p.x, a.y - p.y));
-    to_outer.push_back(std::hypot(b.x - p.x, b.y - p.y));
+    to_inner.push_back(distance(a, p));
+    to_outer.push_back(distance(b, p));
     if (heights) {
       const double za = height_on(inner, inner_points.heights, p.x, p.y);
       const double zb = height_on(outer, outer_points.heights, p.x, p.y);

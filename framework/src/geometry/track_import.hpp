@@ -9,6 +9,8 @@
 
 namespace gripline {
 
+inline constexpr std::size_t fewest_points = 8;  ///< that make a road
+
 struct ImportOptions {
   bool left_handed = false;  ///< the table's y axis points right (Carla): y changes sign
 };

@@ -1,11 +1,13 @@
 #include "geometry/racing_line.hpp"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <random>
 
 #include "geometry/cyclic_box_qp.hpp"
+#include "geometry/road_table.hpp"
 #include "geometry/track_file.hpp"
 #include "geometry/track_import.hpp"
 #include "support/comma_locale.hpp"
@@ -14,6 +16,8 @@
 
 namespace gripline {
 namespace {
+
+using ::testing::HasSubstr;
 
 constexpr double kPi = std::numbers::pi;
 constexpr double kCarWidth = 0.03;
@@ -208,6 +212,31 @@ TEST(RacingLine, TheSamplesLieOnItsCurve) {
     // Between samples the curvature is as smooth as a line to steer along must be.
     EXPECT_LT(std::abs(line.samples[(i + 1) % line.samples.size()].kappa - at.kappa), 0.35);
   }
+}
+
+/// Two straights joined by half circles of this radius [m].
+Track hairpins(double radius, double half_width) {
+  RoadTable road;
+  const int per_arc = 60, per_line = 40;
+  for (const double side : {1.0, -1.0}) {
+    for (int i = 0; i < per_line; ++i) road.points.push_back({side * (-60 + 120.0 * i / per_line), -side * radius});
+    for (int i = 0; i < per_arc; ++i) {
+      const double a = -0.5 * kPi + kPi * i / per_arc;
+      road.points.push_back({side * (60 + radius * std::cos(a)), side * radius * std::sin(a)});
+    }
+  }
+  road.right.assign(road.size(), half_width);
+  road.left = road.right;
+  return to_track(road);
+}
+
+TEST(RacingLine, AHairpinThatTheCarCannotSteerIsNamedWithItsRadius) {
+  const Track track = hairpins(6.0, 3.0);
+  EXPECT_EQ(check_car_turns(track, 1.8, 5.0), "");
+  // The outer edge lets the widest line be wider than the centre line.
+  EXPECT_EQ(check_car_turns(track, 1.8, 6.5), "");
+  EXPECT_THAT(check_car_turns(track, 1.8, 12.0), HasSubstr("a turn is tighter than the car can steer: at s = "));
+  EXPECT_THAT(check_car_turns(track, 1.8, 12.0), HasSubstr("the car's least is 12 m"));
 }
 
 using RacingLineInCommaLocale = testing_support::InCommaLocale;

@@ -8,9 +8,11 @@
 #include <new>
 #include <random>
 
+#include "geometry/lap_counter.hpp"
 #include "geometry/track_file.hpp"
 #include "support/paths.hpp"
 #include "support/reference_data.hpp"
+#include "support/sample_roads.hpp"
 #include "util/csv.hpp"
 
 namespace {
@@ -338,14 +340,20 @@ TEST(StationTable, IsLinearAndPeriodic) {
   EXPECT_THROW(StationTable(10.0, {1.0, 2.0}, {0.0, NAN}), GeometryError);
 }
 
-std::string why_refused(const std::vector<PlanePoint>& points, double half_width) {
+std::string why_refused(const RoadTable& road) {
   try {
-    Track(TrackShape{
-        .centre = ClosedCurve::from_points(points), .half_width_right = half_width, .half_width_left = half_width});
+    to_track(road);
   } catch (const GeometryError& error) {
     return error.what();
   }
   return "nothing";
+}
+
+std::string why_refused(const std::vector<PlanePoint>& points, double half_width) {
+  RoadTable road;
+  road.points = points;
+  road.right = road.left = std::vector<double>(points.size(), half_width);
+  return why_refused(road);
 }
 
 /// In a half circle a road becomes 4 m narrower on both sides. The edge of its narrow part lies within the half width
@@ -391,6 +399,59 @@ TEST(Track, MillimetresAreNoticed) {
   std::vector<PlanePoint> points;
   for (int i = 0; i < 60; ++i) points.push_back({2865 * std::cos(2 * kPi * i / 60), 2865 * std::sin(2 * kPi * i / 60)});
   EXPECT_EQ(why_refused(points, 185), "a lap of 18001 m with widths of 370 m: millimetres? Lengths are metres");
+}
+
+TEST(Track, ACrossingIsABridgeWhereHeightsDifferOrTheRoadSaysSo) {
+  RoadTable road = test::figure_of_eight(5.0, 0.0);
+  EXPECT_THAT(why_refused(road), HasSubstr("\"bridges\": true says so"));
+  road.bridges = true;
+  const Track told = to_track(road);
+  ASSERT_EQ(told.crossings().size(), 1u);
+  EXPECT_NEAR(told.crossings()[0].x, 0.0, 0.1);
+  EXPECT_NEAR(told.crossings()[0].angle, kPi / 2, 0.02);
+  const Track high = to_track(test::figure_of_eight(5.0, 4.0));
+  ASSERT_EQ(high.crossings().size(), 1u);
+  EXPECT_NEAR(std::abs(high.crossings()[0].height), 8.0, 0.2);
+  EXPECT_THAT(why_refused(test::figure_of_eight(5.0, 0.5)), HasSubstr("crosses or overlaps itself"));
+}
+
+TEST(Track, ABridgeAtTheFirstPointIsFoundOnce) {
+  for (const double degrees : {35.0, 60.0, 75.0, 90.0, 105.0, 120.0}) {
+    for (const int count : {200, 238, 240, 301}) {
+      RoadTable road;
+      for (int i = 0; i < count; ++i) {
+        const double a = 2 * kPi * i / count;
+        road.points.push_back({150 * std::sin(a), 75 * std::tan(degrees * kPi / 360.0) * std::sin(2 * a)});
+      }
+      road.right = road.left = std::vector<double>(road.size(), 4.0);
+      road.bridges = true;
+      const Track track = to_track(road);
+      ASSERT_EQ(track.crossings().size(), 1u) << degrees << " " << count;
+      EXPECT_NEAR(wrap_difference(track.crossings()[0].first, track.length()), 0.0, 0.1);
+    }
+  }
+}
+
+TEST(Track, OnABridgeTheCarsPlaceFollowsItsHeading) {
+  const Track track = to_track(test::figure_of_eight(5.0, 4.0));
+  const Crossing c = track.crossings().front();
+  for (const double s : {c.first, c.second}) {
+    const CurvePoint at = track.at(s);
+    EXPECT_NEAR(wrap_difference(track.locate(Pose{at.x, at.y, at.yaw}).s - at.s, track.length()), 0.0, 1e-6);
+    EXPECT_EQ(check_start(track, {at.x, at.y, at.yaw}), "");
+    // Two metres beside its own pass, the car is nearer to the other one.
+    const Pose beside{at.x - 2.0 * std::sin(at.yaw), at.y + 2.0 * std::cos(at.yaw), at.yaw};
+    EXPECT_NEAR(wrap_difference(LapCounter(track, beside).place().s - at.s, track.length()), 0.0, 0.1);
+  }
+}
+
+TEST(Track, TwoWaysBesideEachOtherAreNoBridge) {
+  // A flat figure of eight: it crosses itself at 11 degrees.
+  RoadTable road = test::figure_of_eight(5.0, 0.0);
+  for (PlanePoint& p : road.points) p.y *= 0.1;
+  road.bridges = true;
+  EXPECT_THAT(why_refused(road), HasSubstr("overlaps itself"));
+  EXPECT_THAT(why_refused(road), HasSubstr("a crossing at 11.4 degrees"));
 }
 
 }  // namespace

@@ -6,7 +6,7 @@
 #include <limits>
 #include <memory>
 
-#include "support/figure_of_eight.hpp"
+#include "support/sample_roads.hpp"
 
 namespace gripline::measured {
 namespace {

@@ -1,0 +1,198 @@
+#include "geometry/road_reading.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "config/errors.hpp"
+#include "config/files.hpp"
+#include "geometry/road_trace.hpp"
+#include "geometry/trace_repair.hpp"
+#include "geometry/track_file.hpp"
+#include "geometry/track_import.hpp"
+#include "util/csv.hpp"
+#include "util/numbers.hpp"
+
+namespace gripline {
+namespace {
+
+namespace fs = std::filesystem;
+
+[[noreturn]] void refuse(const fs::path& file, std::string message) {
+  throw InputError({Diagnostic{shown(file), 0, 0, {}, std::move(message), {}}});
+}
+
+/// What is wrong with a line is wrong in its file.
+template <class Step>
+void in_file(const fs::path& file, const Step& step) {
+  try {
+    step();
+  } catch (const GeometryError& error) {
+    refuse(file, error.what());
+  }
+}
+
+/// The ending of a name in small letters: .gpx of .GPX.
+std::string lower_ending(const fs::path& file) {
+  std::string ending = file.extension().string();
+  for (char& c : ending)
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  return ending;
+}
+
+RoadTrace read_trace(const fs::path& file) {
+  if (const std::string why = why_unreadable(file); !why.empty()) refuse(file, why);
+  const std::string ending = lower_ending(file);
+  if (ending == ".xodr")
+    refuse(file,
+           "is OpenDRIVE, which is not read; export its reference line as a CSV x_m,y_m,w_tr_right_m,w_tr_left_m");
+  RoadTrace trace = ending == ".gpx" ? read_gpx_trace(file) : read_csv_trace(file);
+  in_file(file, [&] { require_points(trace); });
+  return trace;
+}
+
+void to_plane(RoadTrace& trace, const PlanePoint& origin) {
+  if (!trace.on_earth) return;
+  for (PlanePoint& p : trace.points) p = on_tangent_plane(p, origin);
+  trace.on_earth = false;
+}
+
+RoadTable from_trace(const fs::path& file, const RoadReading& reading, std::vector<std::string>& remarks) {
+  RoadTrace trace = read_trace(file);
+  remarks.insert(remarks.end(), trace.remarks.begin(), trace.remarks.end());
+  to_plane(trace, middle_of(trace.points));
+  if (!trace.right.empty() && reading.width > 0.0)
+    refuse(file, "has widths of its own; --width is for a trace without");
+  if (trace.right.empty() && !(reading.width > 0.0))
+    refuse(file,
+           "has no widths (w_tr_right_m,w_tr_left_m); expected --width METRES beside a trace, or the files of both "
+           "edges");
+  if (!trace.grade.empty() && !trace.height.empty()) {
+    remarks.push_back("heights are left out: grade_rad says how it slopes");
+    trace.height.clear();
+  }
+  const bool widths = !trace.right.empty();
+  const TraceRepair how{.width = widths ? trace.right.front() + trace.left.front() : reading.width,
+                        .surveyed = widths,
+                        .largest_gap = reading.largest_gap};
+  in_file(file, [&] { repair(trace, how, remarks); });
+  RoadTable road;
+  road.points = std::move(trace.points);
+  road.right = std::move(trace.right);
+  road.left = std::move(trace.left);
+  road.edges_known = !road.right.empty();
+  if (!road.edges_known) road.right = road.left = std::vector<double>(road.size(), 0.5 * reading.width);
+  road.height = std::move(trace.height);
+  road.grade = std::move(trace.grade);
+  road.bank = std::move(trace.bank);
+  return road;
+}
+
+/// Rows every `spacing` metres along a road's shape.
+RoadTable sampled(const Track& track, double spacing) {
+  RoadTable road;
+  const auto count = static_cast<std::size_t>(std::max(16.0, std::ceil(track.length() / spacing)));
+  for (std::size_t i = 0; i < count; ++i) {
+    const CurvePoint at = track.at(track.length() * static_cast<double>(i) / static_cast<double>(count));
+    road.points.push_back({at.x, at.y});
+    road.right.push_back(track.half_width_right(at.s));
+    road.left.push_back(track.half_width_left(at.s));
+    road.grade.push_back(track.grade(at.s));
+    road.bank.push_back(track.bank(at.s));
+  }
+  road.bridges = !track.crossings().empty();
+  return road;
+}
+
+/// The columns of a shape at the points that it was made of.
+RoadTable from_shape(const TrackShape& shape) {
+  RoadTable road;
+  road.points.assign(shape.points->points().begin(), shape.points->points().end());
+  for (const double s : shape.centre.spline()->knot_stations()) {
+    road.right.push_back(shape.half_width_right.at(s));
+    road.left.push_back(shape.half_width_left.at(s));
+    road.grade.push_back(shape.grade.at(s));
+    road.bank.push_back(shape.bank.at(s));
+  }
+  return road;
+}
+
+/// Whether a CSV has the centre line and both edges, by its first line.
+bool has_three_lines(const fs::path& file) {
+  return lower_ending(file) == ".csv" && why_unreadable(file).empty() && read_csv(file).find("x_center_m") >= 0;
+}
+
+double least_distance(const PlanePoint& from, const std::vector<PlanePoint>& points) {
+  double least = INFINITY;
+  for (const PlanePoint& p : points) least = std::min(least, distance(from, p));
+  return least;
+}
+
+/// What a JSON road has and a table of points has not.
+void tell_left_out(const Track& track, std::vector<std::string>& remarks) {
+  bool walls = false;
+  for (int i = 0; i < 1000; ++i)
+    for (const double n : {1e-3, -1e-3})
+      walls = walls || std::isfinite(track.wall_clearance({track.length() * i / 1000, n, 0.0, 0.0}));
+  if (walls) remarks.push_back("walls are left out of what is written: add them to the file as they were");
+  const CurvePoint first = track.at(0.0);
+  const Pose start = track.start();
+  if (start.x != first.x || start.y != first.y || start.yaw != first.yaw)
+    remarks.push_back("the start is left out of what is written: add it to the file as it was");
+}
+
+RoadTable from_edges(std::span<const fs::path> files, const RoadReading& reading, std::vector<std::string>& remarks) {
+  std::vector<RoadTrace> traces;
+  for (const fs::path& file : files) {
+    traces.push_back(read_trace(file));
+    for (const std::string& remark : traces.back().remarks) remarks.push_back(shown(file) + ": " + remark);
+  }
+  if (traces[0].on_earth != traces[1].on_earth) throw InputError("one edge is in metres, the other in degrees");
+  if (traces[0].height.empty() != traces[1].height.empty())
+    remarks.push_back("heights are left out: only " + shown(files[traces[0].height.empty() ? 1 : 0]) + " has them");
+  if (traces[0].height.empty() || traces[1].height.empty())
+    for (RoadTrace& trace : traces) trace.height.clear();
+  const PlanePoint origin = middle_of(traces[0].points);
+  for (RoadTrace& trace : traces) to_plane(trace, origin);
+  const TraceRepair how{.width = least_distance(traces[0].points.front(), traces[1].points),
+                        .surveyed = true,
+                        .largest_gap = reading.largest_gap};
+  std::vector<EdgePoints> edges;
+  for (std::size_t i = 0; i < 2; ++i) {
+    in_file(files[i], [&] { repair(traces[i], how, remarks); });
+    edges.push_back({std::move(traces[i].points), std::move(traces[i].height)});
+  }
+  RoadTable road = from_shape(shape_from_edges(edges[0], edges[1]));
+  const double length = ClosedCurve::from_points(road.points).length();
+  remarks.push_back(
+      format("the centre line is where both edges are equally far: %zu points on %.5g m", road.points.size(), length));
+  return road;
+}
+
+}  // namespace
+
+RoadTable read_road(std::span<const fs::path> files, const RoadReading& reading, std::vector<std::string>& remarks) {
+  if (files.empty() || files.size() > 2)
+    throw InputError("expected one file of a road, or the files of its two edges; found " +
+                     std::to_string(files.size()));
+  const bool json = lower_ending(files[0]) == ".json", lines = files.size() == 1 && has_three_lines(files[0]);
+  if (reading.width > 0.0 && files.size() == 2)
+    throw InputError("--width is for a trace; two edges have their width between them");
+  if (reading.width > 0.0 && (json || lines)) refuse(files[0], "has widths of its own; --width is for a trace without");
+  RoadTable road;
+  if (lines) {
+    road = from_shape(shape_from_table(read_csv(files[0])));
+  } else if (files.size() == 2) {
+    road = from_edges(files, reading, remarks);
+  } else if (json) {
+    const Track track = load_track(files[0]);
+    road = sampled(track, std::max(0.05 * track.narrowest(), track.length() / 20000.0));
+    road.name = track.name();
+    tell_left_out(track, remarks);
+  } else {
+    road = from_trace(files[0], reading, remarks);
+  }
+  if (road.name.empty()) road.name = files[0].stem().string();
+  return road;
+}
+
+}  // namespace gripline
