@@ -18,12 +18,19 @@ function sentenceCase(text: string): string {
   return text.charAt(0).toUpperCase() + text.slice(1);
 }
 
+/** Delays of channels are no plugins, whose words the report has. */
+const lateChannels: Record<string, string> = {
+  position_delay: "the position channels are",
+  yaw_delay: "the yaw channel is",
+  velocity_delay: "the speed channels are",
+  yaw_rate_delay: "the yaw-rate channel is",
+};
+
 /** "the wheels follow the steering with a first-order lag (time constant 0.08 s)"; the id where no words are known. */
 function inWords(effect: string, params: Record<string, number | null> | undefined, words: Words): string {
-  const late = /^(yaw_rate|velocity)_delay$/.exec(effect);
+  const late = lateChannels[effect];
   const delay = params?.T;
-  if (late && delay != null)
-    return `the ${late[1] === "yaw_rate" ? "yaw-rate channel is" : "speed channels are"} ${plain(Math.abs(delay))} s ${delay > 0 ? "late" : "early"}`;
+  if (late && delay != null) return `${late} ${plain(delay)} s late`;
   const known = wordsOf(words, effect);
   const sizes = Object.entries(params ?? {});
   if (!known) return sizes.length && sizes.length < 4 ? `${effect} (${sizes.map(([name, value]) => `${name} = ${plain(value)}`).join(", ")})` : effect;
@@ -193,9 +200,6 @@ export function casesTable(cases: Case[]): HTMLElement {
   );
 }
 
-/** Delays of channels are no plugins, whose words the report has. */
-const delayWords: Record<string, string> = { yaw_rate_delay: "the yaw-rate channel is late", velocity_delay: "the speed channels are late" };
-
 export function namedTable(d: Diagnosis, words: Words): HTMLElement | null {
   const rows = (d.named ?? []).flatMap(({ effect, params, units, ci95, confidence }) =>
     Object.entries(params ?? {}).map(([name, value], i) => {
@@ -204,7 +208,7 @@ export function namedTable(d: Diagnosis, words: Words): HTMLElement | null {
       return h(
         "tr",
         {},
-        h("th", { scope: "row", class: "text" }, i === 0 ? sentenceCase(wordsOf(words, effect)?.words ?? delayWords[effect] ?? effect) : ""),
+        h("th", { scope: "row", class: "text" }, i === 0 ? sentenceCase(wordsOf(words, effect)?.words ?? (lateChannels[effect] ? `${lateChannels[effect]} late` : effect)) : ""),
         h("td", { class: "text" }, i === 0 ? h("code", {}, effect) : ""),
         h("td", { class: "text" }, wordsOf(words, effect)?.params[name]?.words ?? "", " ", h("code", {}, name)),
         h("td", {}, `${plain(value, 4)} ${unit}`),

@@ -1,6 +1,7 @@
 #include "diagnose/inference/channel_delays.hpp"
 
 #include <algorithm>
+#include <array>
 #include <boost/math/distributions/students_t.hpp>
 #include <cmath>
 #include <utility>
@@ -60,6 +61,24 @@ std::vector<double> moved(const Log& log, std::size_t channel, double seconds) {
   return out;
 }
 
+/// By group: the one that shows the same motion, place and speeds, yaw and yaw rate.
+constexpr std::array<std::size_t, measured::delay_groups> partner = {2, 3, 0, 1};
+
+std::string words_of(std::size_t group) {
+  std::string words = measured::delay_names[group];
+  std::ranges::replace(words, '_', ' ');
+  return words;
+}
+
+/// Place and yaw that may be late by the same time are late together, as readings of one pose: by what is known better.
+void join_pose(std::vector<ChannelDelay>& delays) {
+  if (delays.size() != 2 || delays[0].group > 1 || delays[1].group > 1) return;
+  if (delays[0].low > delays[1].high || delays[1].low > delays[0].high) return;
+  const auto known = [](const ChannelDelay& d) { return d.high - d.low; };
+  const ChannelDelay better = known(delays[0]) < known(delays[1]) ? delays[0] : delays[1];
+  for (ChannelDelay& d : delays) d.seconds = better.seconds, d.low = better.low, d.high = better.high;
+}
+
 /// The interval that misses a delay with this probability. That of few blocks drawn anew is a normal's, of a spread
 /// that falls short by the root of (n - 1) / n: Student's is as wide as it must be.
 std::pair<double, double> interval(const measured::Delay& d, double missing) {
@@ -73,11 +92,8 @@ std::pair<double, double> interval(const measured::Delay& d, double missing) {
 
 std::string ChannelDelay::name() const { return measured::delay_names[group]; }
 
-std::string ChannelDelay::words() const {
-  std::string words = name();
-  std::ranges::replace(words, '_', ' ');
-  return words;
-}
+std::string ChannelDelay::words() const { return words_of(group); }
+std::string ChannelDelay::against() const { return words_of(partner[group]); }
 
 std::vector<ChannelDelay> find_channel_delays(std::span<const LogFile> logs) {
   std::vector<ChannelDelay> found;
@@ -87,10 +103,15 @@ std::vector<ChannelDelay> find_channel_delays(std::span<const LogFile> logs) {
     const double least = std::min(std::abs(low), std::abs(high));
     const bool sure = low * high > 0.0 && least > thresholds::surely_late * dt;
     if (!d.of_clock || !sure || std::abs(d.seconds) < thresholds::least_delay * dt) continue;
-    const auto group = std::ranges::find(measured::delay_names, std::string_view(d.channel));
+    const auto name = std::ranges::find(measured::delay_names, std::string_view(d.channel));
+    const auto group = static_cast<std::size_t>(name - measured::delay_names.begin());
     const auto [from, to] = interval(d, 0.05);
-    found.push_back({static_cast<std::size_t>(group - measured::delay_names.begin()), d.seconds, from, to});
+    if (d.seconds > 0.0)
+      found.push_back({group, d.seconds, from, to});
+    else
+      found.push_back({partner[group], -d.seconds, -to, -from});
   }
+  join_pose(found);
   return found;
 }
 
@@ -104,8 +125,8 @@ LogFile without_delays(const LogFile& file, std::span<const ChannelDelay> delays
         for (std::size_t k = 0; k < log.size(); ++k) log.reading[k * channels + c] = rows[k];
       }
   for (const ChannelDelay& d : delays) {
-    const std::string text = format("%.3g s (%.3g to %.3g) against the pose", d.seconds, d.low, d.high);
-    out.health.push_back({measured::Finding::Level::note, "delay of " + d.name(), text, "taken off"});
+    std::string text = format("%.3g s (%.3g to %.3g) against the ", d.seconds, d.low, d.high) + d.against();
+    out.health.push_back({measured::Finding::Level::note, "delay of " + d.name(), std::move(text), "taken off"});
   }
   return out;
 }

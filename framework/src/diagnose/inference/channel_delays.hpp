@@ -12,16 +12,18 @@ namespace gripline::diagnose {
 
 using measured::LogFile;
 
-/// Positive: the channel is late.
+/// How late the channels of a group are.
 struct ChannelDelay {
   std::size_t group = 0;                  // measured::delay_names
   double seconds = 0, low = 0, high = 0;  // 95 % by blocks of at most ten seconds
-  std::string name() const;   // "yaw_rate", as in pointers
-  std::string words() const;  // "yaw rate"
+  std::string name() const;     // "yaw_rate", as in pointers
+  std::string words() const;    // "yaw rate"
+  std::string against() const;  // words of the group that shows the same motion
 };
 
-/// Delays of the speeds and of the yaw rate against the pose that are longer than a sample, and surely
-/// (thresholds::false_delay) longer than half of one. The logs are taken as from one recorder.
+/// Delays between speeds and place, and between yaw rate and yaw, that are longer than a sample, and surely
+/// (thresholds::false_delay) longer than half of one. As no sensor shows what has not happened yet, that of the two
+/// which comes after the other is the late one. The logs are taken as from one recorder.
 std::vector<ChannelDelay> find_channel_delays(std::span<const LogFile> logs);
 
 /// The log as its channels would show it without these delays; what would have come after its end is missing.

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "calibrate/fit/handling.hpp"
+#include "diagnose/result/sentence.hpp"
 #include "util/numbers.hpp"
 
 namespace gripline::diagnose {
@@ -33,14 +34,6 @@ std::string remainder_text(const Remainder& rest) {
   text += significant(rest.from, 3);
   text += rest.of == "speed" ? " m/s" : rest.of == "yaw rate" ? " rad/s" : rest.of == "steering" ? " rad" : "";
   return text + ")";
-}
-
-std::string delay_text(const NamedEffect& delay) {
-  const auto& t = delay.params.front();
-  std::string text = delay.effect == "yaw_rate_delay" ? "The yaw-rate channel is " : "The speed channels are ";
-  text += significant(std::abs(t.value), 3) + (t.value > 0.0 ? " s late (" : " s early (");
-  text += significant(std::min(std::abs(t.low), std::abs(t.high)), 3) + " to ";
-  return text + significant(std::max(std::abs(t.low), std::abs(t.high)), 3) + "). ";
 }
 
 std::string effect_text(const MissingEffect& effect) {
@@ -86,7 +79,7 @@ std::string remaining_text(const MissingEffects& found) {
 
 std::string real_sentence(const Diagnosis& d, const MissingEffects& found, const Cornering& corners) {
   std::string text;
-  for (const NamedEffect& delay : d.delays) text += delay_text(delay);
+  for (const NamedEffect& delay : d.delays) text += delay_sentence(delay);
   text += improvement_text(found);
   if (corners.by_log) text += calibrate::corners_text(*corners.by_log, corners.given) + " ";
   return text + remaining_text(found);

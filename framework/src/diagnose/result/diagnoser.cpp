@@ -87,14 +87,14 @@ Diagnosis Diagnoser::run(std::span<const LogFile> given, std::span<const LogFile
 }
 
 /// What is missing of logs in which two channels disagree in time and predictions are worse with these delays taken off:
-/// it is the other one of the two that is late, and the log is left as it is.
+/// the log is left as it is.
 Diagnosis Diagnoser::search_beside_delays(std::span<const LogFile> logs, std::span<const LogFile> held_out,
                                           std::span<const ChannelDelay> delays, const ProgressCallback& progress) {
   Diagnosis d = search(logs, held_out, progress);
   for (const ChannelDelay& one : delays)
-    d.health.push_back({measured::Finding::Level::bad, "time of " + one.words() + " against the pose",
-                        format("%.3g s apart", std::abs(one.seconds)),
-                        "left as it is: predictions are worse without it; the pose may be late"});
+    d.health.push_back({measured::Finding::Level::bad, "time of " + one.words() + " against " + one.against(),
+                        format("%.3g s later", one.seconds),
+                        "left as it is: predictions are worse without it"});
   if (d.verdict != Verdict::nothing_missing) return d;
   d.verdict = Verdict::unknown;
   d.unknown = ResidualTest{};

@@ -132,18 +132,7 @@ std::string without_names(const Diagnosis& d) {
 /// What channels show late, in front of everything else; what it does to predictions where nothing else is said.
 std::string delays_text(const Diagnosis& d) {
   std::string text;
-  for (const NamedEffect& one : d.delays) {
-    const NamedEffect::Value& t = one.params.front();
-    const std::string channel = one.effect == "yaw_rate_delay" ? "yaw-rate channel is " : "speed channels are ";
-    text += "The ";
-    text += channel;
-    text += significant(std::abs(t.value));
-    text += t.value > 0.0 ? " s late (" : " s early (";
-    text += significant(std::min(std::abs(t.low), std::abs(t.high)));
-    text += " to ";
-    text += significant(std::max(std::abs(t.low), std::abs(t.high)));
-    text += "). ";
-  }
+  for (const NamedEffect& one : d.delays) text += delay_sentence(one);
   return text;
 }
 
@@ -176,6 +165,16 @@ std::string car_text(const Diagnosis& d) {
 }
 
 }  // namespace
+
+std::string delay_sentence(const NamedEffect& delay) {
+  const NamedEffect::Value& t = delay.params.front();
+  const std::string channels = delay.effect == "yaw_rate_delay"   ? "yaw-rate channel is "
+                               : delay.effect == "yaw_delay"      ? "yaw channel is "
+                               : delay.effect == "position_delay" ? "position channels are "
+                                                                  : "speed channels are ";
+  return "The " + channels + significant(t.value, 3) + " s late (" + significant(t.low, 3) + " to " +
+         significant(t.high, 3) + "). ";
+}
 
 std::string sentence(const Diagnosis& d) {
   std::string text = delays_text(d);

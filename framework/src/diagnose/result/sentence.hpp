@@ -9,4 +9,7 @@ namespace gripline::diagnose {
 
 std::string sentence(const Diagnosis& d);
 
+/// "The yaw-rate channel is 0.12 s late (0.1 to 0.14). ", of a delay of a channel.
+std::string delay_sentence(const NamedEffect& delay);
+
 }  // namespace gripline::diagnose

@@ -48,6 +48,19 @@ TEST(ChannelDelays, FindsLateSpeeds) {
   EXPECT_NEAR(found.front().seconds, 0.12, 0.03);
 }
 
+/// No sensor shows what has not happened yet: where speeds seem to be early, the place is late.
+TEST(ChannelDelays, FindsALatePlaceAndALateYaw) {
+  const DiagnoseRig rig;
+  for (const std::size_t group : {0, 1}) {
+    const LogFile log = late(rig, 806, group, 6);
+    const std::vector<ChannelDelay> found = find_channel_delays({&log, 1});
+    ASSERT_EQ(found.size(), 1U) << group;
+    EXPECT_EQ(found.front().group, group);
+    EXPECT_NEAR(found.front().seconds, 0.12, 0.03);
+    EXPECT_LT(found.front().low, found.front().high);
+  }
+}
+
 /// A delay of all channels is one of the commands as well: no channel is late against another.
 TEST(ChannelDelays, NoChannelIsLateWhereAllAreOrNone) {
   const DiagnoseRig rig;

@@ -81,17 +81,17 @@ TEST(RealSentence, SaysWhatTheWorstStartsHaveInCommon) {
   EXPECT_THAT(with({"time", false, 9.0, 0.61}), EndsWith("; 61 % of it lies in the third at the beginning."));
 }
 
-TEST(RealSentence, DelaysComeFirstEarlyOnesWithoutASign) {
+TEST(RealSentence, DelaysComeFirst) {
   Diagnosis d;
   d.delays.resize(2);
   d.delays[0].effect = "yaw_rate_delay";
   d.delays[0].params = {{"T", "s", 0.12, 0.1, 0.14}};
-  d.delays[1].effect = "velocity_delay";
-  d.delays[1].params = {{"T", "s", -0.08, -0.09, -0.07}};
+  d.delays[1].effect = "position_delay";
+  d.delays[1].params = {{"T", "s", 0.08, 0.07, 0.09}};
   EXPECT_THAT(
       text_of(found_with({}), d),
-      StartsWith("The yaw-rate channel is 0.12 s late (0.1 to 0.14). The speed channels are 0.08 s early (0.07 to "
-                 "0.09). Calibrating"));
+      StartsWith("The yaw-rate channel is 0.12 s late (0.1 to 0.14). The position channels are 0.08 s late (0.07 "
+                 "to 0.09). Calibrating"));
 }
 
 TEST(RealSentence, CornersAreToldWhereTheLogsTell) {

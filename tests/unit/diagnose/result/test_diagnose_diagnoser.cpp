@@ -184,6 +184,24 @@ TEST(Diagnoser, NamesALateChannel) {
   EXPECT_THAT(d.sentence, testing::StartsWith("The yaw-rate channel is 0.12 s late"));
 }
 
+/// Against a late pose speeds and yaw rate seem to come too early, which no sensor does.
+TEST(Diagnoser, NamesALatePose) {
+  DiagnoseRig rig;
+  Log log = rig.simulate(rig.catalogue().null_model(), {.seconds = 40, .seed = 65, .unsteady = 1});
+  const std::vector<double> on_time = log.reading;
+  for (std::size_t k = 6; k < log.size(); ++k)
+    for (const std::size_t channel : {Channel::x, Channel::y, Channel::yaw})
+      log.reading[k * channels + channel] = on_time[(k - 6) * channels + channel];
+  const Diagnosis d = diagnose_log(rig, log);
+  EXPECT_EQ(d.verdict, Verdict::named) << d.sentence;
+  EXPECT_TRUE(d.named.empty()) << d.sentence;
+  ASSERT_EQ(d.delays.size(), 2U) << d.sentence;
+  EXPECT_EQ(d.delays[0].effect, "position_delay");
+  EXPECT_EQ(d.delays[1].effect, "yaw_delay");
+  for (const NamedEffect& delay : d.delays) EXPECT_NEAR(delay.params.front().value, 0.12, 0.01);
+  EXPECT_GT(d.gap.closure, 0.9);
+}
+
 /// What a recorder rounded off is no part of what a late channel costs: the error before is that of the commands that
 /// are expected, as the error after is, and not of those that were written.
 TEST(Diagnoser, RoundingIsNotCreditedToALateChannel) {
