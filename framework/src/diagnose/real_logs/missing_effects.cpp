@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "calibrate/fit/handling.hpp"
 #include "calibrate/fit/prediction_rows.hpp"
 #include "diagnose/real_logs/backward_elimination.hpp"
 #include "diagnose/real_logs/effect_search.hpp"
@@ -120,17 +121,12 @@ void order_ranking(std::vector<ScoredEffect>& ranking) {
 }
 
 /// The world with the effects named, their parameters among its unknowns, so that it can be fitted to more.
-Node world_of(const EffectSearch& search, const Selection& selection, const MissingEffects& found,
+Node world_of(const EffectSearch& search, const Selection& selection, const calibrate::FitResult& result,
               const std::filesystem::path& folder) {
   const Trial& trial = *selection.trial;
-  calibrate::FitResult result;
-  result.params = trial.params;
-  result.parameters = found.parameters;
-  result.errors = found.rows;
-  for (const FitLog& log : search.logs.fitted) result.starts += log.starts.time.size();
   Node world = fitted_world(calibrate::with_effects(search.tree, trial.spec, selection.added), trial.spec,
                             trial.forecaster, result, {search.logs.names, search.map.file.filename().string()}, folder);
-  calibrate::open_parameters(world, selection.added, found.parameters);
+  calibrate::open_parameters(world, selection.added, result.parameters);
   return world;
 }
 
@@ -180,24 +176,45 @@ void take_index_of(const Trial& found, calibrate::Unknown& unknown) {
   for (calibrate::Unknown::Same& s : unknown.same) index(s.pointer, s.index);
 }
 
-/// The worlds as `predict` uses them: their errors, and the one found with its parameters.
-void write_worlds(const EffectSearch& search, Selection& selection, const std::filesystem::path& folder,
-                  MissingEffects& out) {
+/// A trial fitted as `fit` does, to all of the time of the logs: what was held out has chosen the effects, and how fast
+/// the observer has to take up what is left is best told by all logs.
+calibrate::FitResult fit_to_all(const EffectSearch& search, const Trial& trial,
+                                const std::list<measured::SessionFile>& files) {
+  std::vector<calibrate::Unknown> unknowns = trial.unknowns;
+  for (const FittedParameter& p : search.world.undetermined) {
+    unknowns.push_back(p.unknown);
+    take_index_of(trial, unknowns.back());
+  }
+  std::vector<calibrate::Unknown> around = unknowns;
+  for (calibrate::Unknown& u : around) u.prior = trial.params[u.index];  // where what is not determined stays
+  std::vector<FitLog> logs = fit_logs(files, search.spec.track, search.forecast.step, search.options.fit);
+  calibrate::FitOptions once = search.options.fit;
+  once.tries = 1;  // it begins where the search has ended
+  calibrate::FitResult result = fit(trial.forecaster, logs, trial.params, around, once);
+  for (FittedParameter& p : result.parameters)
+    for (const calibrate::Unknown& u : unknowns)
+      if (u.index == p.unknown.index) p.unknown.prior = u.prior;
+  result.friction =
+      calibrate::friction_of(trial.vehicle.car(), trial.spec.car.car, result.params, result.drawn, result.allowed);
+  return result;
+}
+
+/// Errors of the worlds as `predict` uses them, on time that none of them was fitted to, and the world that is returned.
+void write_worlds(const EffectSearch& search, Selection& selection, const std::list<measured::SessionFile>& files,
+                  const std::filesystem::path& folder, MissingEffects& out) {
   Trial given(search.spec, search.forecast);
   given.params = search.world.given_params;
   const auto calibrated = with_disturbances(search, *search.world.calibrated);
   selection.trial = with_disturbances(search, selection.added.empty() ? *search.world.calibrated : *selection.trial);
   const Trial& found = *selection.trial;
-  out.parameters = parameters_with_intervals(search, found);
-  for (FittedParameter p : search.world.undetermined) {
-    take_index_of(found, p.unknown);
-    out.undetermined.push_back(std::move(p));
-  }
   out.rows = {reported_row(search, "given", given), reported_row(search, "calibrated", *calibrated),
               reported_row(search, "found", found)};
-  out.world = world_of(search, selection, out, folder);
+  const calibrate::FitResult fitted = fit_to_all(search, found, files);
+  for (const FittedParameter& p : fitted.parameters)
+    (p.status == FittedParameter::Status::determined ? out.parameters : out.undetermined).push_back(p);
   out.spec = found.spec;
-  out.params = found.params;
+  out.params = fitted.params;
+  out.world = world_of(search, selection, fitted, folder);
 }
 
 }  // namespace
@@ -252,7 +269,7 @@ MissingEffects find_missing(const Node& tree, const WorldSpec& spec, const Regis
   out.ranking = std::move(ranking);
   // Without disturbances, which would stand for a part of an effect.
   fill_values(out.named, selection.trial->spec, parameters_with_intervals(search, *selection.trial));
-  write_worlds(search, selection, folder, out);
+  write_worlds(search, selection, files, folder, out);
   out.loudest = loudest_of(out.rows.back(), files, search.fits.weighing);
   return out;
 }

@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "calibrate/fit/session_adaptation.hpp"
+#include "config/json_file.hpp"
 #include "support/calibrate_rig.hpp"
 #include "util/numbers.hpp"
 
@@ -106,6 +108,17 @@ TEST(MissingEffects, DeadZoneAndSteeringOffsetAreNamedWithTheirSizesAndStandInTh
   EXPECT_LT(found.calibrated, found.given);
   const CalibrateRig again(found.world);
   EXPECT_EQ(again.spec.vehicle.effects.size(), found.named.size());
+}
+
+/// What is returned is fitted as `fit` does, to all of the time, and says how large its errors are: by that `predict`
+/// weighs how far a parameter moves with the session.
+TEST(MissingEffects, TheWorldReturnedIsAFittedOne) {
+  const MissingEffects found =
+      found_in_log_of(R"({"plant": {"effects": [{"plugin": "steer_offset", "params": {"d0": 0.03}}]}})");
+  EXPECT_TRUE(calibrate::session_weighing(found.world));
+  const auto at = [&](const char* pointer) { return find_pointer(found.world, pointer)->number(); };
+  EXPECT_GE(at("/calibration/starts"), 55);  // 60 are wanted; a half of the time would have 30
+  EXPECT_NEAR(at("/plant/effects/0/params/d0"), 0.03, 0.003);
 }
 
 /// A straight servo map in the world, a bent one in the car. What was not to be fitted of the map is named by itself, and
