@@ -6,6 +6,7 @@
 #include <random>
 
 #include "config/json_file.hpp"
+#include "config/merge_patch.hpp"
 #include "diagnose/inference/fit.hpp"
 #include "measured/replay.hpp"
 #include "support/paths.hpp"
@@ -15,10 +16,11 @@ namespace gripline::test {
 
 class DiagnoseRig {
  public:
-  /// `more_plugins`: folders beside the shipped plugins.
-  explicit DiagnoseRig(std::vector<std::string> exclude = {}, std::vector<std::filesystem::path> more_plugins = {})
+  /// `more_plugins`: folders beside the shipped plugins. `patch`: a JSON merge patch of the world.
+  explicit DiagnoseRig(std::vector<std::string> exclude = {}, std::vector<std::filesystem::path> more_plugins = {},
+                       std::string_view patch = "{}")
       : registry_(with_shipped(std::move(more_plugins))),
-        world_(load()),
+        world_(load(patch)),
         catalogue_(world_.vehicle, world_.car.car, registry_, exclude),
         road_(world_.track) {}
 
@@ -182,10 +184,10 @@ class DiagnoseRig {
     folders.push_back(testing_support::plugin_dir());
     return folders;
   }
-  WorldSpec load() const {
+  WorldSpec load(std::string_view patch) const {
     Errors errors;
-    WorldSpec world =
-        read_world(load_json(testing_support::source_dir() / "worlds/diagnose_rc43.json"), registry_, errors);
+    const Node world_file = load_json(testing_support::source_dir() / "worlds/diagnose_rc43.json");
+    WorldSpec world = read_world(merge(world_file, parse_text(patch, "patch")), registry_, errors);
     errors.throw_if_any();
     return world;
   }

@@ -90,6 +90,11 @@ bool Catalogue::before(std::size_t a, std::size_t b) const {
   return key(x) < key(y);
 }
 
+bool Catalogue::is_remembered_by_own(Stage stage) const {
+  return std::any_of(own_.begin(), own_.end(),
+                     [&](const Own& own) { return own.effect->memory() > 0 && own.effect->stage() > stage; });
+}
+
 ModelSpec Catalogue::with(const ModelSpec& model, std::size_t candidate) const {
   ModelSpec more = model;
   const auto at = std::upper_bound(more.members.begin(), more.members.end(), candidate,

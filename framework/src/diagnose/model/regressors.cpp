@@ -69,13 +69,15 @@ Regressor central_difference_regressor(StagedCar& car, const Trace& trace, std::
 
 /// Exact derivatives of rates hold the memory fixed, but a parameter that acts before an effect with memory also
 /// changes that memory: with relaxing tyres nothing of a tyre shows in the rates of an instant. Derivatives by such
-/// parameters are differences with the memory simulated anew.
+/// parameters are differences with the memory simulated anew. The effect may be the model's or the world's own.
 bool is_remembered(const Catalogue& catalogue, const ModelSpec& model, std::size_t candidate) {
+  if (catalogue.is_remembered_by_own(catalogue.candidates()[candidate].effect->stage())) return true;
   return std::any_of(model.members.begin(), model.members.end(), [&](std::size_t m) {
     return catalogue.candidates()[m].effect->memory() > 0 && catalogue.before(candidate, m);
   });
 }
 bool nominal_is_remembered(const Catalogue& catalogue, const ModelSpec& model) {
+  if (catalogue.is_remembered_by_own(Stage::command)) return true;
   return std::any_of(model.members.begin(), model.members.end(), [&](std::size_t m) {
     const Effect& effect = *catalogue.candidates()[m].effect;
     return effect.memory() > 0 && effect.stage() > Stage::command;

@@ -83,5 +83,51 @@ TEST_F(Regressors, OfCandidatesStartFromNeutral) {
   EXPECT_EQ(next, regressors.size());
 }
 
+/// The tyres of the world itself relax: what acts before them shows in the rates through what they remember.
+class RegressorsBeforeTheWorldsOwnMemory : public ::testing::Test {
+ protected:
+  RegressorsBeforeTheWorldsOwnMemory()
+      : rig_({}, {}, R"({"plant": {"effects": [{"plugin": "relaxation", "params": {"sigma": 0.05}}]}})") {
+    rig_.trust({"Df"}, 0.02);
+    problem_ = rig_.problem({rig_.simulate(rig_.catalogue().null_model(), {6, 97, 1})});
+  }
+  const Trace& trace() const { return problem_.traces.front(); }
+  double mismatch_of(const Regressor& regressor, const ModelSpec& more, const ModelSpec& less, double step) const {
+    return mismatch(regressor.rate, rates(rig_, more, trace()), rates(rig_, less, trace()), step);
+  }
+  DiagnoseRig rig_;
+  Problem problem_;
+};
+
+TEST_F(RegressorsBeforeTheWorldsOwnMemory, OfCandidates) {
+  const ModelSpec bare = rig_.catalogue().null_model();
+  const LinearModel lm = linearise(rig_.catalogue().build(bare), trace(), 2);
+  ASSERT_EQ(lm.memories(), 2U);
+  std::vector<Regressor> regressors;
+  std::vector<CandidateRegressors> groups;
+  candidate_regressors(rig_.catalogue(), bare, trace(), lm, regressors, groups);
+  std::size_t asked = 0;
+  for (const CandidateRegressors& group : groups) {
+    const std::string& id = rig_.catalogue().candidates()[group.candidate].id;
+    if (id != "front_stiff" && id != "load_transfer" && id != "steer_offset" && id != "yaw_inertia") continue;
+    ++asked;
+    EXPECT_LT(mismatch_of(regressors[group.first], rig_.with(id, {1e-4}), rig_.with(id, {-1e-4}), 1e-4), 1e-2) << id;
+  }
+  EXPECT_EQ(asked, 4U);
+}
+
+TEST_F(RegressorsBeforeTheWorldsOwnMemory, OfEffectsAndRefittedParameters) {
+  const ModelSpec model = rig_.with("front_stiff", {0.1});
+  const Linearised l = linearise_with_regressors(rig_.catalogue(), model, trace(), 2);
+  ASSERT_EQ(l.own.size(), 2U);
+  ModelSpec more = model, less = model;
+  const double step = 1e-4 * rig_.catalogue().nuisances().front().nominal;
+  more.nuisance.front() += step;
+  less.nuisance.front() -= step;
+  EXPECT_LT(mismatch_of(l.own[0], more, less, step), 1e-2);
+  EXPECT_LT(mismatch_of(l.own[1], rig_.with("front_stiff", {0.1 + 1e-5}), rig_.with("front_stiff", {0.1 - 1e-5}), 1e-5),
+            1e-2);
+}
+
 }  // namespace
 }  // namespace gripline::diagnose
