@@ -85,7 +85,8 @@ bool nominal_is_remembered(const Catalogue& catalogue, const ModelSpec& model) {
 }
 
 /// Where the memory depends on the parameter, also for parameters of the dynamic effect itself: a one-sided difference
-/// of rates, memory simulated anew along the reference, from `base`, the rates of the car as it is.
+/// of rates, memory simulated anew along the reference, from `base`, the rates of the car as it is by rates_at_samples.
+/// Values beside exact derivatives are rounded otherwise, and a parameter that does nothing would seem to do a little.
 Regressor difference_regressor(StagedCar& car, const Trace& trace, std::size_t slot, double step,
                                const std::vector<double>& base) {
   const double keep = car.params()[slot];
@@ -95,7 +96,8 @@ Regressor difference_regressor(StagedCar& car, const Trace& trace, std::size_t s
   Regressor d;
   d.rate.resize(trace.size() * 3);
   for (std::size_t k = 0; k < trace.size(); ++k)
-    for (std::size_t c = 0; c < 3; ++c) d.rate[k * 3 + c] = (rates[k * channels + 3 + c] - base[k * 3 + c]) / step;
+    for (std::size_t c = 0; c < 3; ++c)
+      d.rate[k * 3 + c] = (rates[k * channels + 3 + c] - base[k * channels + 3 + c]) / step;
   return d;
 }
 
@@ -159,9 +161,11 @@ Linearised linearise_with_regressors(const Catalogue& catalogue, const ModelSpec
   out.work = static_cast<double>(out.lm.states * out.lm.states) / 27.0 + out.lm.substeps +
              2.0 * static_cast<double>(plan.moved.size());
   for (std::size_t i = 0; i < seed.size(); ++i) out.own[plan.place[i]] = std::move(exact[i]);
+  std::vector<double> base;
+  if (!plan.moved.empty()) base = rates_at_samples(car, trace, out.lm.memory);
   for (const OwnPlan::Moved& one : plan.moved)
     out.own[one.place] = one.delay ? central_difference_regressor(car, trace, one.slot, one.step)
-                                   : difference_regressor(car, trace, one.slot, one.step, out.lm.rate);
+                                   : difference_regressor(car, trace, one.slot, one.step, base);
   return out;
 }
 
@@ -246,8 +250,10 @@ class CandidateProbe {
     return r;
   }
 
+  /// From neutral, at which shapes do not matter.
   Regressor by_difference(std::size_t fitted) {
-    return difference_regressor(car_, trace_, slots_[fitted], small_step * candidate_.decl(fitted).scale, lm_.rate);
+    if (at_neutral_.empty()) at_neutral_ = rates_at_samples(car_, trace_, simulate_memory(car_, trace_));
+    return difference_regressor(car_, trace_, slots_[fitted], small_step * candidate_.decl(fitted).scale, at_neutral_);
   }
 
   /// Derivatives by all fitted parameters.
@@ -286,6 +292,7 @@ class CandidateProbe {
   const LinearModel& lm_;
   StagedCar car_;
   bool through_memory_;
+  std::vector<double> at_neutral_;  // rates at every sample, once they are needed
   std::vector<std::size_t> slots_;
 };
 

@@ -83,6 +83,26 @@ TEST_F(Regressors, OfCandidatesStartFromNeutral) {
   EXPECT_EQ(next, regressors.size());
 }
 
+/// Where tyres relax, as an effect that was found or in the world itself, the place of a patch does nothing while there
+/// is no patch, to the last digit: places are tried.
+TEST_F(Regressors, OfShapesBeforeAMemoryAreScanned) {
+  const DiagnoseRig relaxing({}, {},
+                             R"({"plant": {"effects": [{"plugin": "relaxation", "params": {"sigma": 0.05}}]}})");
+  const std::vector<std::pair<const Catalogue*, ModelSpec>> cars = {
+      {&rig_.catalogue(), rig_.with("relaxation", {0.05})}, {&relaxing.catalogue(), relaxing.catalogue().null_model()}};
+  for (const auto& [catalogue, model] : cars) {
+    const LinearModel lm = linearise(catalogue->build(model), trace(), 2);
+    ASSERT_EQ(lm.memories(), 2U);
+    std::vector<Regressor> regressors;
+    std::vector<CandidateRegressors> groups;
+    candidate_regressors(*catalogue, model, trace(), lm, regressors, groups);
+    const auto patch = std::ranges::find(groups, catalogue->find("friction_patch"), &CandidateRegressors::candidate);
+    ASSERT_NE(patch, groups.end());
+    EXPECT_GT(patch->count, 10U);
+    EXPECT_EQ(patch->starts.size(), patch->count);
+  }
+}
+
 /// The tyres of the world itself relax: what acts before them shows in the rates through what they remember.
 class RegressorsBeforeTheWorldsOwnMemory : public ::testing::Test {
  protected:
