@@ -4,6 +4,8 @@
 #include <cmath>
 #include <random>
 
+#include "diagnose/inference/evaluation.hpp"
+
 namespace gripline::diagnose {
 namespace {
 
@@ -25,13 +27,17 @@ std::vector<double> cost_by_second(const Problem& problem, const Fit& fitted) {
 std::vector<double> block_bootstrap(const Problem& problem, std::span<const Fit* const> models, int draws) {
   std::vector<double> wins(models.size(), 0.0);
   std::vector<std::vector<double>> cost;
-  for (const Fit* model : models) cost.push_back(cost_by_second(problem, *model));
+  std::vector<double> without_logs;  // what the evidence of each holds beside the logs
+  for (const Fit* model : models) {
+    cost.push_back(cost_by_second(problem, *model));
+    without_logs.push_back(-model->penalty - cost_of_priors(problem, model->model));
+  }
   if (models.empty() || cost.front().empty()) return wins;
   std::mt19937_64 random(20240607);
   const std::size_t blocks = cost.front().size();
   std::vector<double> evidence(models.size());
   for (int draw = 0; draw < draws; ++draw) {
-    for (std::size_t i = 0; i < models.size(); ++i) evidence[i] = -models[i]->penalty;
+    for (std::size_t i = 0; i < models.size(); ++i) evidence[i] = without_logs[i];
     for (std::size_t b = 0; b < blocks; ++b) {
       const std::size_t pick = random() % blocks;
       for (std::size_t i = 0; i < models.size(); ++i) evidence[i] -= cost[i][pick];

@@ -7,22 +7,31 @@ namespace {
 
 using Eigen::Index;
 
-/// Normal priors, of the parameters' scales around neutral, on effects with many parameters.
-void add_shape_prior(const Catalogue& catalogue, const ModelSpec& model, Evaluation& e) {
-  auto at = static_cast<Index>(catalogue.nuisances().size());
+/// The priors on a model's free parameters: the nuisances' and, where the problem has such, those of the parameters'
+/// scales around neutral on effects with many parameters.
+std::vector<Prior> priors_of(const Problem& problem, const ModelSpec& model) {
+  const Catalogue& catalogue = *problem.catalogue;
+  std::vector<Prior> priors = nuisance_priors(catalogue, model);
+  if (!problem.shape_prior) return priors;
+  auto at = static_cast<Index>(priors.size());
   for (std::size_t i = 0; i < model.members.size(); ++i) {
     const Candidate& c = catalogue.candidates()[model.members[i]];
     for (std::size_t f = 0; f < c.fitted.size(); ++f, ++at) {
       if (c.fitted.size() <= thresholds::full_penalty_parameters) continue;
       const double scale = c.decl(f).scale;
-      const double off = (model.values[i][c.fitted[f]] - c.decl(f).neutral) / scale;
-      e.cost += 0.5 * off * off;
-      e.normal.add_prior(at, off, scale);
+      priors.push_back({at, scale, (model.values[i][c.fitted[f]] - c.decl(f).neutral) / scale});
     }
   }
+  return priors;
 }
 
 }  // namespace
+
+double cost_of_priors(const Problem& problem, const ModelSpec& model) {
+  double sum = 0.0;
+  for (const Prior& p : priors_of(problem, model)) sum += p.cost();
+  return sum;
+}
 
 Evaluation evaluate(const Problem& problem, const ModelSpec& model, const Noise& noise) {
   Evaluation e;
@@ -43,8 +52,8 @@ Evaluation evaluate(const Problem& problem, const ModelSpec& model, const Noise&
         e.noise_information(static_cast<Index>(i), static_cast<Index>(j)) += l.noise_information[i][j];
     }
   }
-  e.cost += e.normal.add_nuisances(*problem.catalogue, model);
-  if (problem.shape_prior) add_shape_prior(*problem.catalogue, model, e);
+  e.normal.add(priors_of(problem, model));
+  e.cost += cost_of_priors(problem, model);
   return e;
 }
 

@@ -17,6 +17,9 @@ struct Evaluation {
   Eigen::Matrix3d noise_information = Eigen::Matrix3d::Zero();  // expected, by the same
 };
 
+/// Negative log density of the priors on a model's parameters, up to a constant of the problem.
+double cost_of_priors(const Problem& problem, const ModelSpec& model);
+
 Evaluation evaluate(const Problem& problem, const ModelSpec& model, const Noise& noise);
 
 }  // namespace gripline::diagnose

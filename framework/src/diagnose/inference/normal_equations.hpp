@@ -12,6 +12,25 @@
 
 namespace gripline::diagnose {
 
+/// A normal prior on a free parameter.
+struct Prior {
+  Eigen::Index at;  // among the free parameters
+  double sigma;
+  double off;  // standard deviations from its mean
+  /// Negative log density up to a constant.
+  double cost() const { return 0.5 * off * off; }
+};
+
+/// The nuisances' priors.
+inline std::vector<Prior> nuisance_priors(const Catalogue& catalogue, const ModelSpec& model) {
+  std::vector<Prior> priors;
+  for (const Nuisance& n : catalogue.nuisances()) {
+    const std::size_t i = priors.size();
+    priors.push_back({static_cast<Eigen::Index>(i), n.sigma, (model.nuisance[i] - n.nominal) / n.sigma});
+  }
+  return priors;
+}
+
 /// Second-order model of the cost of the logs added: cost(theta + d) ~ cost(theta) - g' d + d' N d / 2.
 struct NormalEquations {
   Eigen::MatrixXd N;
@@ -27,22 +46,11 @@ struct NormalEquations {
     g += Eigen::Map<const Eigen::VectorXd>(l.g.data(), p);
   }
 
-  /// A normal prior on one parameter that stands `off` standard deviations `sigma` from its mean.
-  void add_prior(Eigen::Index at, double off, double sigma) {
-    g[at] -= off / sigma;
-    N(at, at) += 1.0 / (sigma * sigma);
-  }
-
-  /// The nuisances' priors. Returns their negative log density.
-  double add_nuisances(const Catalogue& catalogue, const ModelSpec& model) {
-    double cost = 0.0;
-    const auto nuisances = catalogue.nuisances();
-    for (std::size_t i = 0; i < nuisances.size(); ++i) {
-      const double off = (model.nuisance[i] - nuisances[i].nominal) / nuisances[i].sigma;
-      add_prior(static_cast<Eigen::Index>(i), off, nuisances[i].sigma);
-      cost += 0.5 * off * off;
+  void add(const std::vector<Prior>& priors) {
+    for (const Prior& p : priors) {
+      g[p.at] -= p.off / p.sigma;
+      N(p.at, p.at) += 1.0 / (p.sigma * p.sigma);
     }
-    return cost;
   }
 };
 

@@ -50,7 +50,7 @@ ScoreSystem score_system(const Problem& problem, const Fit& fitted, std::span<co
     out.own = static_cast<Index>(own.size());
     out.normal.add(filter_along(lm, fitted.noise, own, others));
   }
-  out.normal.add_nuisances(catalogue, fitted.model);
+  out.normal.add(nuisance_priors(catalogue, fitted.model));
   fix_at_limits(catalogue, fitted.model, out.normal);
   return out;
 }

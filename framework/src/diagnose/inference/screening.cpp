@@ -135,7 +135,7 @@ Screening screen(const Problem& problem, const Fit& fitted) {
     if (out.groups.empty()) out.groups = std::move(groups);  // they are the same along every trace
     out.normal.add(filter_along(lm, fitted.noise, regressors));
   }
-  out.normal.add_nuisances(catalogue, fitted.model);
+  out.normal.add(nuisance_priors(catalogue, fitted.model));
   NormalEquations held = out.normal;
   out.at_limit = fix_at_limits(catalogue, fitted.model, held);
   if (out.at_limit) out.own_gain = test_with_free_nuisances(catalogue, fitted.model, out, {}, 0.0).gain;

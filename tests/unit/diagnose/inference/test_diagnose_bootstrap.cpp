@@ -29,6 +29,22 @@ TEST(Bootstrap, TheBetterModelWinsAndSharesAddUp) {
   EXPECT_EQ(block_bootstrap(problem, models, 200)[0], 0.0);
 }
 
+/// Three fits that the log cannot tell apart, a parameter two standard deviations off to either side in two of them: no
+/// resampled log makes up for the prior.
+TEST(Bootstrap, PriorsCount) {
+  DiagnoseRig rig;
+  rig.trust({"Df"}, 1e-6);
+  const Problem problem = rig.problem({rig.simulate(rig.catalogue().null_model(), {10, 96, 1})});
+  std::array<Fit, 3> fits;
+  for (std::size_t i = 0; i < fits.size(); ++i) {
+    fits[i].model = rig.catalogue().null_model();
+    fits[i].model.nuisance.front() += (static_cast<double>(i) - 1.0) * 2.0 * rig.catalogue().nuisances().front().sigma;
+    fits[i].noise = rig.noise(problem, 0.5);
+  }
+  const std::vector<const Fit*> models{&fits[0], &fits[1], &fits[2]};
+  EXPECT_NEAR(block_bootstrap(problem, models, 200)[1], 1.0, 1e-9);
+}
+
 TEST(Bootstrap, PosteriorFollowsTheEvidence) {
   Fit a, b;
   a.evidence = 10.0;
