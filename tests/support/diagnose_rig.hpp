@@ -168,7 +168,6 @@ class DiagnoseRig {
       p.rows += 6 * trace.size();
       p.traces.push_back(std::move(trace));
     }
-    p.penalty_per_parameter = 0.5 * std::log(static_cast<double>(p.rows));
     return p;
   }
 

@@ -49,7 +49,7 @@ void believe(Problem& problem, const MeasuredNoise& measured) {
   if (problem.bend != measured.bend)
     for (Trace& trace : problem.traces) trace.bend_commands(measured.bend);
   problem.bend = measured.bend;
-  problem.penalty_per_parameter = problem.penalty_of_readings();
+  problem.rough_road = false;
 }
 
 }  // namespace gripline::diagnose

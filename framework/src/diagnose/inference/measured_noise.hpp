@@ -26,7 +26,8 @@ bool is_other(const Problem& problem, const MeasuredNoise& measured);
 /// commands is gone, and none has come.
 bool is_simpler(const Problem& problem, const MeasuredNoise& measured);
 
-/// Writes measured noise into a problem: what is fitted from then on believes it.
+/// Writes measured noise into a problem: what is fitted from then on believes it. Whether the road is rough under it is
+/// not known yet.
 void believe(Problem& problem, const MeasuredNoise& measured);
 
 }  // namespace gripline::diagnose

@@ -50,8 +50,8 @@ const Screening& ModelPool::screen_once(const Fit& fitted) {
   return screenings_.emplace(fitted.model.members, screen(problem_, fitted)).first->second;
 }
 
-void ModelPool::set_penalty(double per_parameter) {
-  problem_.penalty_per_parameter = per_parameter;
+void ModelPool::penalise_as_rough() {
+  problem_.rough_road = true;
   for (auto& [members, one] : fits_) update_penalty(problem_, one);
   screenings_.clear();
 }
@@ -76,6 +76,7 @@ void ModelPool::restart(const Road& road, const Fit& fitted, const MeasuredNoise
 
 void ModelPool::restart(const Road& road, const Fit& fitted, bool held) {
   problem_.hold_commands(held);
+  problem_.rough_road = false;
   restart(road, fitted);
   last_ = false;
   work_ = 0.0;

@@ -31,15 +31,15 @@ class ModelPool {
   const Fit& finish(Fit& rough);
   const Screening& screen_once(const Fit& fitted);
 
-  /// Sets another penalty per parameter and updates every fit's evidence.
-  void set_penalty(double per_parameter);
+  /// Believes that the road is rough: another penalty per parameter, and every fit's evidence with it.
+  void penalise_as_rough();
   /// Forgets all fits and smooths the reference with a model (until it stands still); fits from now on are finer.
   void restart(const Road& road, const Fit& fitted);
   /// Forgets all fits and believes other noise, smoothing the reference with a model under it; the work so far is not
-  /// counted any more.
+  /// counted any more, and the road is rough no longer until that is found again.
   void restart(const Road& road, const Fit& fitted, const MeasuredNoise& noise);
-  /// Forgets all fits and believes that commands are held between samples, or no longer so, smoothing the reference
-  /// with a model under that.
+  /// Likewise for commands that are held between samples, or no longer so: taken wrongly, they can make a road look
+  /// rough.
   void restart(const Road& road, const Fit& fitted, bool held);
 
  private:

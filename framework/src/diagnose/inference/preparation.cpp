@@ -129,7 +129,6 @@ Prepared prepare(const Catalogue& catalogue, const Road& road, std::span<const m
   }
   problem.substeps = substeps_of_motion(catalogue.build(catalogue.null_model()), problem.traces);
   problem.command_step = steps_that_count(problem);
-  problem.penalty_per_parameter = 0.5 * std::log(static_cast<double>(problem.rows));
   return out;
 }
 

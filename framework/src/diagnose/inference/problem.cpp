@@ -5,16 +5,20 @@
 
 namespace gripline::diagnose {
 
-double Problem::penalty(std::size_t parameters) const {
-  const std::size_t shape = parameters - std::min(parameters, thresholds::full_penalty_parameters);
-  return penalty_per_parameter *
-         (static_cast<double>(parameters - shape) + thresholds::shape_penalty * static_cast<double>(shape));
+double Problem::penalty_per_parameter() const {
+  double independent = 0.0;
+  if (rough_road)
+    independent =
+        std::min(static_cast<double>(rows), static_cast<double>(noise_states) * seconds() / (2.0 * noise_time));
+  else
+    for (const double rho : colour) independent += static_cast<double>(rows / channels) * (1.0 - rho) / (1.0 + rho);
+  return 0.5 * std::log(std::max(1.0, independent));
 }
 
-double Problem::penalty_of_readings() const {
-  double independent = 0.0;
-  for (const double rho : colour) independent += static_cast<double>(rows / channels) * (1.0 - rho) / (1.0 + rho);
-  return 0.5 * std::log(std::max(1.0, independent));
+double Problem::penalty(std::size_t parameters) const {
+  const std::size_t shape = parameters - std::min(parameters, thresholds::full_penalty_parameters);
+  return penalty_per_parameter() *
+         (static_cast<double>(parameters - shape) + thresholds::shape_penalty * static_cast<double>(shape));
 }
 
 double Problem::seconds() const {

@@ -22,20 +22,21 @@ struct Problem {
   Commands bend{};                                  // of the commands of all traces, see measured::bend_commands
   bool held = false;                                // whether commands are held between samples, see Log::held
   Commands command_step{};                          // to which commands were rounded, where that counts; 0: not
-  bool unrounded = false;  // whether the traces' commands are the expected ones, see measured::unround_commands
-  /// Schwarz's penalty [log likelihood]: half the logarithm of the number of independent readings.
-  double penalty_per_parameter = 0;
-  std::size_t rows = 0;  // readings of all traces
+  bool unrounded = false;   // whether the traces' commands are the expected ones, see measured::unround_commands
+  std::size_t rows = 0;     // readings of all traces
+  bool rough_road = false;  // whether independent accelerations count as data, see penalty_per_parameter()
   /// Whether profiles along the lap have a prior of their parameters' scales around zero: where no data are they are
   /// not determined otherwise.
   bool shape_prior = false;
 
+  /// Schwarz's penalty [log likelihood]: half the logarithm of the number of independent readings, of which one whose
+  /// noise is coloured counts for less. On a rough road, of the independent values of its accelerations: one per channel
+  /// in twice their correlation time.
+  double penalty_per_parameter() const;
   /// Penalty of one effect with so many parameters [log likelihood]: see thresholds::full_penalty_parameters.
   double penalty(std::size_t parameters) const;
   /// How models are brought from sample to sample.
   Stepping stepping() const { return {substeps, noise_time, command != UnknownCommands{}}; }
-  /// Schwarz's penalty per parameter for what is read: a reading whose noise is coloured counts for less.
-  double penalty_of_readings() const;
   /// Duration of all traces together [s].
   double seconds() const;
   /// Sets `held` and, of all traces, Log::held; nothing is bent or unknown of the commands then.

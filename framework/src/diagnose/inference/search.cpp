@@ -197,13 +197,10 @@ void Searcher::backward_and_exchange() {
   }
 }
 
-/// Schwarz's penalty counts independent readings. With strong process noise the independent values of that count: one
-/// per channel in twice its correlation time.
+/// Schwarz's penalty counts independent readings. With strong process noise the independent values of that count.
 void Searcher::penalise_by_independent_readings() {
-  const Problem& problem = pool_.problem();
-  if (!has_strong_process_noise(problem, best_->noise)) return;
-  const double independent = static_cast<double>(noise_states) * problem.seconds() / (2.0 * problem.noise_time);
-  pool_.set_penalty(0.5 * std::log(std::min(static_cast<double>(problem.rows), independent)));
+  if (!has_strong_process_noise(pool_.problem(), best_->noise)) return;
+  pool_.penalise_as_rough();
   const Fit* const found = best_;
   best_ = null_model_;
   forward();
@@ -293,7 +290,7 @@ std::vector<const Fit*> Searcher::smaller_than_best() {
 /// likelier with the same. What was found before is then forgotten.
 bool Searcher::hold_commands_anew() {
   const Fit* const found = best_;
-  Problem other = pool_.problem();
+  Problem other = pool_.problem();  // parameters cost the same in it, so that evidences compare
   other.hold_commands(!other.held);
   std::vector<const Fit*> asked{null_model_};
   if (found != null_model_) asked.push_back(found);

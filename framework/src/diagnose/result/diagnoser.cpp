@@ -444,7 +444,7 @@ void Diagnoser::doubt_wrong_channel(const Channels& told, Diagnosis& d) const {
 std::vector<DetectionLimit> Diagnoser::detection_limits(SearchResult& found) const {
   std::vector<DetectionLimit> limits;
   const Screening& s = found.pool.screen_once(found.null_model);
-  const double needed = 2.0 * (thresholds::single_gain + problem_.penalty_per_parameter);
+  const double needed = 2.0 * (thresholds::single_gain + problem_.penalty_per_parameter());
   for (const CandidateRegressors& group : s.groups) {
     const Candidate& c = catalogue_.candidates()[group.candidate];
     double largest = 0.0;

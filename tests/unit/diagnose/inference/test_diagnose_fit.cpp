@@ -56,10 +56,11 @@ TEST(Fit, FindsWhatActsBeforeAnEffectThatRemembers) {
 /// Shape parameters cost less than those that stand for an effect of their own, but never nothing.
 TEST(Problem, ChargesShapesLess) {
   Problem p;
-  p.penalty_per_parameter = 5.0;
-  EXPECT_DOUBLE_EQ(p.penalty(1), 5.0);
-  EXPECT_DOUBLE_EQ(p.penalty(3), 15.0);
-  EXPECT_DOUBLE_EQ(p.penalty(10), 15.0 + 7 * 2.0);
+  p.rows = 6000;
+  const double one = 0.5 * std::log(6000.0);
+  EXPECT_DOUBLE_EQ(p.penalty(1), one);
+  EXPECT_DOUBLE_EQ(p.penalty(3), 3 * one);
+  EXPECT_DOUBLE_EQ(p.penalty(10), (3 + 7 * 0.4) * one);
 }
 
 /// Places that were not driven through: there a calm shape does nothing, and elsewhere it is what it was.
