@@ -219,7 +219,6 @@ void take_out_own_move(const Problem& problem, const Fit& fitted, Innovations& i
   add_parameters(problem, fitted.model, parameters);
   if (parameters.empty()) return;
   MeasuredNoise alone = as_believed(problem, fitted);
-  innovations.forget();
   const double before = cost_of(innovations.under(alone));
   fit_noise(innovations, parameters, alone);
   m.gain -= before - cost_of(innovations.under(alone));
@@ -242,7 +241,6 @@ MeasuredNoise measure_noise(const Problem& problem, const Fit& fitted, const Noi
       m.noise.colour[p.which] = hardly_coloured;
     if (is_of_commands(p) && value_of(m, p) == 0.0) value_of(m, p) = thresholds::first_command * p.most;
   }
-  if (asked.commands) innovations.forget();
   const MatrixXd information = fit_noise(innovations, list.noise, m);
   MeasuredNoise bent = m;
   if (std::ranges::any_of(unknowns, [&](const NoiseParameter& p) { return is_unknown_command(p, m); })) {

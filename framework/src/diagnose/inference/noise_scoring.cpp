@@ -94,8 +94,15 @@ void move_by(MeasuredNoise& m, const NoiseParameter& p, double step) {
   if (p.kind == NoiseParameter::Kind::colour && value == 0.0) value = hardly_coloured;
 }
 
+/// Whether the logs as they are linearised do for this noise. With what commands do between samples they do also where
+/// nothing of that is unknown, but not the reverse.
+bool Innovations::are_along(const MeasuredNoise& m) const {
+  const bool commands = m.noise.command != UnknownCommands{};
+  return m.noise_time == time_ && m.bend == bend_ && m.model.values == values_ && (commands_ || !commands);
+}
+
 const std::vector<Likelihood::Innovation>& Innovations::under(const MeasuredNoise& m) {
-  if (m.noise_time != time_ || m.bend != bend_ || m.model.values != values_) linearise_all_logs(m);
+  if (!are_along(m)) linearise_all_logs(m);
   rows_.clear();
   FilterOptions options;
   options.innovations = true;
@@ -110,9 +117,10 @@ void Innovations::linearise_all_logs(const MeasuredNoise& m) {
   time_ = m.noise_time;
   bend_ = m.bend;
   values_ = m.model.values;
+  commands_ = m.noise.command != UnknownCommands{};
   const StagedCar car = problem_.catalogue->build(m.model);
   logs_.clear();
-  const Stepping stepping{problem_.substeps, m.noise_time, m.noise.command != UnknownCommands{}};
+  const Stepping stepping{problem_.substeps, m.noise_time, commands_};
   std::size_t left = thresholds::noise_samples;
   for (const Trace& trace : problem_.traces) {
     if (left < 2) break;

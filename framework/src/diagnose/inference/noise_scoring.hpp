@@ -40,16 +40,17 @@ class Innovations {
  public:
   explicit Innovations(const Problem& problem) : problem_(problem) {}
 
-  /// The next noise is of another kind.
-  void forget() { time_ = 0.0; }
   /// Valid until the next call.
   const std::vector<Likelihood::Innovation>& under(const MeasuredNoise& m);
 
  private:
+  bool are_along(const MeasuredNoise& m) const;
   void linearise_all_logs(const MeasuredNoise& m);
 
   const Problem& problem_;
-  double time_ = 0.0;
+  // Of the noise that the logs are linearised under.
+  double time_ = 0.0;  // 0: they are not
+  bool commands_ = false;
   Commands bend_{};
   std::vector<std::vector<double>> values_;
   std::vector<LinearModel> logs_;
