@@ -47,10 +47,6 @@ class NormalAccumulator {
   }
   const Eigen::MatrixXd& N() const { return N_; }
   const Eigen::VectorXd& g() const { return g_; }
-  void clear() {
-    N_.setZero();
-    g_.setZero();
-  }
 
  private:
   static constexpr Eigen::Index capacity = 256;
@@ -439,31 +435,17 @@ class Pass {
   }
 
   void end_block() {
-    normal_.flush();
-    const auto n = static_cast<Eigen::Index>(params_);
-    const Eigen::MatrixXd full = normal_.N().selfadjointView<Eigen::Lower>();
-    out_.block_N.insert(out_.block_N.end(), full.data(), full.data() + n * n);
-    out_.block_g.insert(out_.block_g.end(), normal_.g().data(), normal_.g().data() + n);
     out_.block_cost.push_back(out_.cost - cost_before_);
     cost_before_ = out_.cost;
-    ++out_.blocks;
-    total_N_ = total_N_.size() == 0 ? full : Eigen::MatrixXd(total_N_ + full);
-    total_g_ = total_g_.size() == 0 ? normal_.g() : Eigen::VectorXd(total_g_ + normal_.g());
-    normal_.clear();
   }
 
   void finish() {
     out_.params = params_;
     if (params_ == 0) return;
     normal_.flush();
-    Eigen::MatrixXd full = normal_.N().selfadjointView<Eigen::Lower>();
-    Eigen::VectorXd g = normal_.g();
-    if (options_.block > 0) {
-      full = total_N_;
-      g = total_g_;
-    }
+    const Eigen::MatrixXd full = normal_.N().selfadjointView<Eigen::Lower>();
     out_.N.assign(full.data(), full.data() + full.size());
-    out_.g.assign(g.data(), g.data() + g.size());
+    out_.g.assign(normal_.g().data(), normal_.g().data() + normal_.g().size());
   }
 
   /// x_s = x_f + P_f lambda with lambda running backwards through updates and predictions.
@@ -516,8 +498,6 @@ class Pass {
   std::vector<Update> updates_;
   std::vector<std::size_t> in_rates_, in_readings_;  // parameters with such regressors
   double cost_before_ = 0;
-  Eigen::MatrixXd total_N_;
-  Eigen::VectorXd total_g_;
 };
 
 template <std::size_t N>

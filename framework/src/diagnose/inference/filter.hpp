@@ -33,10 +33,8 @@ struct Likelihood {
   std::size_t rows = 0;  // scalar readings used
   // By parameters: cost(theta) ~ cost - g' d + d' N d / 2.
   std::size_t params = 0;
-  std::vector<double> g, N;  // params; params x params, row-major
-  // `g`, `N` and `cost` of blocks of consecutive samples, when asked for.
-  std::vector<double> block_g, block_N, block_cost;
-  std::size_t blocks = 0;
+  std::vector<double> g, N;        // params; params x params, row-major
+  std::vector<double> block_cost;  // of blocks of consecutive samples, when asked for
   // By process variances: gradient and expected information.
   std::array<double, noise_states> noise_gradient{};
   std::array<std::array<double, noise_states>, noise_states> noise_information{};

@@ -157,7 +157,7 @@ TEST(Filter, BlocksAddUp) {
   double sum = 0.0;
   for (const double c : l.block_cost) sum += c;
   EXPECT_NEAR(sum, filter(lm, noise, {}).cost, 1e-9 * std::abs(sum));
-  EXPECT_EQ(l.blocks, 7U);
+  EXPECT_EQ(l.block_cost.size(), 7U);
 }
 
 TEST(Filter, MissingReadingsAreNotRead) {
