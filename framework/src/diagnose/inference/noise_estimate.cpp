@@ -29,14 +29,6 @@ bool is_unknown_command(const NoiseParameter& p, const MeasuredNoise& m) {
   return is_of_commands(p) && value_of(m, p) > 1.01 * p.least;
 }
 
-bool is_read(const Problem& problem, std::size_t channel) {
-  return std::ranges::any_of(problem.traces, [channel](const Trace& trace) {
-    for (std::size_t k = 0; k < trace.size(); ++k)
-      if (!std::isnan(trace.log.reading[k * channels + channel])) return true;
-    return false;
-  });
-}
-
 std::vector<Log> logs_of(const Problem& problem) {
   std::vector<Log> logs;
   for (const Trace& trace : problem.traces) logs.push_back(trace.log);
@@ -107,7 +99,7 @@ UnknownNoise list_unknowns(const Problem& problem, const ModelSpec& model, const
     return NoiseParameter{.kind = level, .which = c, .least = thresholds::least_level * scatter[c]};
   };
   for (std::size_t c = 0; asked.sensors && c < channels; ++c) {
-    if (!is_read(problem, c)) continue;
+    if (!problem.is_read(c)) continue;
     list.noise.push_back(level_of(c));
     list.noise.push_back({.kind = colour,
                           .which = c,
@@ -126,7 +118,7 @@ UnknownNoise list_unknowns(const Problem& problem, const ModelSpec& model, const
   std::vector<NoiseParameter>& rest = list.beside_bends.empty() ? list.noise : list.beside_bends;
   // What commands do between samples scatters readings, and was believed to be the sensors'.
   for (std::size_t c = 0; !asked.sensors && c < channels; ++c)
-    if (is_read(problem, c)) rest.push_back(level_of(c));
+    if (problem.is_read(c)) rest.push_back(level_of(c));
   if (!problem.held) add_parameters(problem, model, rest);
   return list;
 }

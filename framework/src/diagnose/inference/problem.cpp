@@ -21,6 +21,14 @@ double Problem::penalty(std::size_t parameters) const {
          (static_cast<double>(parameters - shape) + thresholds::shape_penalty * static_cast<double>(shape));
 }
 
+bool Problem::is_read(std::size_t channel) const {
+  return std::ranges::any_of(traces, [channel](const Trace& trace) {
+    for (std::size_t k = 0; k < trace.size(); ++k)
+      if (!std::isnan(trace.log.reading[k * channels + channel])) return true;
+    return false;
+  });
+}
+
 double Problem::seconds() const {
   double sum = 0.0;
   for (const Trace& trace : traces) sum += static_cast<double>(trace.size()) * trace.log.dt;

@@ -37,6 +37,8 @@ struct Problem {
   double penalty(std::size_t parameters) const;
   /// How models are brought from sample to sample.
   Stepping stepping() const { return {substeps, noise_time, command != UnknownCommands{}}; }
+  /// Whether any trace has a reading of this channel.
+  bool is_read(std::size_t channel) const;
   /// Duration of all traces together [s].
   double seconds() const;
   /// Sets `held` and, of all traces, Log::held; nothing is bent or unknown of the commands then.

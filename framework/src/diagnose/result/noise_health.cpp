@@ -1,30 +1,17 @@
 #include "diagnose/result/noise_health.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <string>
 
 #include "util/numbers.hpp"
 
 namespace gripline::diagnose {
-namespace {
 
-using measured::Finding;
-
-bool is_read(const Problem& problem, std::size_t channel) {
-  return std::ranges::any_of(problem.traces, [channel](const Trace& trace) {
-    for (std::size_t k = 0; k < trace.size(); ++k)
-      if (!std::isnan(trace.log.reading[k * channels + channel])) return true;
-    return false;
-  });
-}
-
-}  // namespace
-
-void report_noise(const Problem& problem, const Noise& noise, std::vector<Finding>& health) {
+void report_noise(const Problem& problem, const Noise& noise, std::vector<measured::Finding>& health) {
+  using measured::Finding;
   if (problem.colour != Channels{} || noise.command != UnknownCommands{}) {
     for (std::size_t c = 0; c < channels; ++c) {
-      if (!is_read(problem, c)) continue;
+      if (!problem.is_read(c)) continue;
       const std::string check = std::string("noise of ") + channel_info[c].words;
       std::erase_if(health, [&](const Finding& h) { return h.check == check && h.level != Finding::Level::bad; });
       const std::string text = format("%.3g %s, correlation from sample to sample %.2f", problem.sensor[c],
