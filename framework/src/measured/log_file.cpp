@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "config/errors.hpp"
+#include "measured/bridged_readings.hpp"
 #include "measured/log_checks.hpp"
 #include "measured/log_outliers.hpp"
 #include "measured/raw_log.hpp"
@@ -57,12 +58,15 @@ Log to_grid(const RawLog& raw, std::size_t first, std::size_t last, double dt, d
   return log;
 }
 
-/// Rows below a fifth of v_ref, where slip angles are ill-conditioned, are left out, which cuts the log there.
+/// Rows below a fifth of v_ref, where slip angles are ill-conditioned, are left out, which cuts the log there. Of rows
+/// without a speed those around it tell.
 void leave_out_slow(RawLog& raw, double v_ref, double dt, std::vector<Finding>& health) {
+  constexpr double longest_gap = 0.5;  // [s] between speeds
   const double slowest = 0.2 * v_ref;
+  const std::vector<double> bridged = bridged_readings(raw.t, raw.reading, longest_gap);
   std::vector<std::size_t> fast;
   for (std::size_t i = 0; i < raw.size(); ++i)
-    if (!(raw.at(i, Channel::vx) < slowest)) fast.push_back(i);
+    if (!(bridged[i * channels + Channel::vx] < slowest)) fast.push_back(i);
   RawLog kept = raw.picked(fast);
   if (kept.size() == raw.size()) return;
   health.push_back(

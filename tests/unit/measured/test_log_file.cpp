@@ -171,6 +171,44 @@ TEST_F(LogFiles, StandingStartsAreLeftOut) {
   EXPECT_TRUE(mentions(log, "speed"));
 }
 
+/// As of a camera, a compass or wheels slower than the rows: each in every so many, from the third on.
+TEST_F(LogFiles, ChannelsThatAreReadLessOftenThanRowsAreCheckedAllTheSame) {
+  const auto thinned = [&](std::vector<std::size_t> columns, std::size_t every, double factor = 1.0) {
+    return changed([=](std::size_t i, Row& r) {
+      r[4] *= factor;
+      for (const std::size_t c : columns)
+        if (i % every != 3 % every) r[c] = std::nan("");
+    });
+  };
+  const std::vector<std::vector<std::size_t>> slow = {{1, 2, 3}, {3}, {4}, {6}};
+  for (const std::size_t every : {2UL, 10UL})
+    for (const std::vector<std::size_t>& columns : slow) {
+      const LogFile log = read(thinned(columns, every));
+      ASSERT_EQ(log.stretches.size(), 1U);
+      EXPECT_TRUE(std::any_of(log.health.begin(), log.health.end(), [](const Finding& h) {
+        return h.check == "units" && h.level == Finding::Level::good;
+      })) << every;
+    }
+  EXPECT_NE(refusal(thinned({1, 2, 3}, 10, 3.6)).find("km/h"), std::string::npos);
+}
+
+TEST_F(LogFiles, WhatIsReadTooSeldomToBeComparedIsSaid) {
+  const LogFile log = read(changed([](std::size_t i, Row& r) {
+    if (i % 100 != 3) r[1] = r[2] = std::nan("");  // every two seconds
+  }));
+  EXPECT_TRUE(std::any_of(log.health.begin(), log.health.end(),
+                          [](const Finding& h) { return h.check == "units" && h.level == Finding::Level::bad; }));
+}
+
+TEST_F(LogFiles, RowsWithoutASpeedAmongSlowOnesAreLeftOutWithThem) {
+  const LogFile log = read(changed([](std::size_t i, Row& r) {
+    if (i < 60) r[4] = 0.005 * static_cast<double>(i);
+    if (i % 5 != 0) r[4] = std::nan("");
+  }));
+  ASSERT_EQ(log.stretches.size(), 1U);
+  EXPECT_GT(log.stretches[0].t0, 1.0);
+}
+
 TEST_F(LogFiles, AnotherTrackIsRefusedALittleOutsideIsNot) {
   const auto on_road = [&](double aside, double away) {
     const Track& track = rig_.road().track();
@@ -187,11 +225,17 @@ TEST_F(LogFiles, AnotherTrackIsRefusedALittleOutsideIsNot) {
   };
   const LogExpectations expected{2.0, &rig_.road()};
   EXPECT_NO_THROW((void)read_log_file(write(on_road(0.2, 0.0)), expected));
-  try {
-    (void)read_log_file(write(on_road(0.0, 6.0)), expected);
-    ADD_FAILURE() << "accepted";
-  } catch (const InputError& e) {
-    EXPECT_NE(std::string(e.what()).find("another track"), std::string::npos) << e.what();
+  const std::vector<Row> away = on_road(0.0, 6.0);
+  std::vector<Row> away_at_5_hz = away;
+  for (std::size_t i = 0; i < away.size(); ++i)
+    if (i % 10 != 3) away_at_5_hz[i][1] = away_at_5_hz[i][2] = std::nan("");
+  for (const std::vector<Row>& rows : {away, away_at_5_hz}) {
+    try {
+      (void)read_log_file(write(rows), expected);
+      ADD_FAILURE() << "accepted";
+    } catch (const InputError& e) {
+      EXPECT_NE(std::string(e.what()).find("another track"), std::string::npos) << e.what();
+    }
   }
 }
 

@@ -1,0 +1,13 @@
+// Readings of channels that are read less often than a log has rows.
+#pragma once
+
+#include <span>
+#include <vector>
+
+namespace gripline::measured {
+
+/// Readings of a log (rows x channels, NaN where missing) at times `t` [s], with what is missing between two of a
+/// channel that are at most `longest_gap` [s] apart on the straight line between them.
+std::vector<double> bridged_readings(std::span<const double> t, std::vector<double> reading, double longest_gap);
+
+}  // namespace gripline::measured
