@@ -4,6 +4,7 @@
 #include <numbers>
 
 #include "config/errors.hpp"
+#include "measured/bridged_readings.hpp"
 #include "measured/gripline_log.hpp"
 #include "measured/session_file.hpp"
 #include "util/numbers.hpp"
@@ -30,8 +31,10 @@ double mean_of(const Session& s, std::size_t first, std::size_t last, std::size_
   return 2 * count > last - first ? sum / static_cast<double>(count) : NAN;
 }
 
-std::vector<SessionWindow> windows_of(const Session& s) {
+std::vector<SessionWindow> windows_of(Session s) {
   constexpr double length = 0.5;  // [s]
+  // Else channels that are read in few of the rows would hardly be seen at both ends of a window.
+  s.reading = bridged_readings(s.t, std::move(s.reading), length);
   std::vector<SessionWindow> windows;
   std::size_t j = 0;
   for (std::size_t i = 0; i < s.rows(); i = std::max(i + 1, (i + j) / 2)) {

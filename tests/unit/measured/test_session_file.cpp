@@ -293,6 +293,24 @@ TEST(SessionChecks, UnitsAndSignsAreToldWithTheirEvidence) {
   EXPECT_THAT(why(own_log(1, 1, -1), map), HasSubstr("other sign"));
 }
 
+/// A receiver at 5 Hz beside a gyroscope in every row.
+TEST(SessionChecks, ChannelsThatAreReadLessOftenThanRowsAreCheckedAllTheSame) {
+  const auto log = [](double speed_factor) {
+    return log_of("t,px,py,psi,v,r,steer",
+                  [=](std::ostream& out, double t, double x, double y, double yaw, double rate, double delta) {
+                    out << t << ',';
+                    if (std::lround(t / 0.05) % 4 == 0)
+                      out << x << ',' << y << ',' << yaw << ',' << 10 * speed_factor;
+                    else
+                      out << ",,,";
+                    out << ',' << rate << ',' << delta << '\n';
+                  });
+  };
+  const LogMap map = map_of(channels_json(""));
+  EXPECT_EQ(why(log(1.0), map), "fine");
+  EXPECT_THAT(why(log(3.6), map), HasSubstr("vx looks like km/h"));
+}
+
 /// The weaving car with a throttle, through a map with this unit of time, formulas of the place and throttle.
 std::string why_with(const char* time, const char* place, const char* d) {
   const auto log = log_of("t,px,py,psi,v,steer,go",
