@@ -1,6 +1,7 @@
 // Noise of sensors from the fourth differences of their readings, which a smooth motion hardly touches.
 #pragma once
 
+#include <cstddef>
 #include <optional>
 #include <span>
 
@@ -9,8 +10,11 @@
 
 namespace gripline::measured {
 
-/// Standard deviation of white noise on each channel of logs on an even grid (the variance of its fourth differences is
-/// 70 sigma^2); NaN where a channel was never read.
+/// Standard deviation of white noise on a channel of logs on an even grid, from divided differences of this order of
+/// its own consecutive readings, which may lie some samples apart: a motion that is a polynomial of a lower order is
+/// not seen. NaN where there are never so many readings at their usual distance from each other.
+double white_noise(std::span<const Log> stretches, std::size_t channel, std::size_t order);
+/// That of each channel, by fourth differences (of readings in every sample their variance is 70 sigma^2).
 Channels estimate_noise(std::span<const Log> stretches);
 
 /// White noise seen through a first-order filter: n_k = colour n_{k-1} + ..., from the variance and the lag-one

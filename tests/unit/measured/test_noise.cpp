@@ -42,6 +42,25 @@ TEST(Noise, WhiteNoiseOnAnEvenGridIsFoundAgain) {
   EXPECT_TRUE(std::isnan(found[0])) << "never read";
 }
 
+/// Every second or third sample, two of five, four of five; and a channel that stops and goes on.
+TEST(Noise, WhiteNoiseIsFoundInReadingsSomeSamplesApart) {
+  const auto found = [](auto in) {
+    Log log;
+    log.dt = sample_time;
+    log.reading = noisy(0.0);
+    log.command.resize(samples);
+    for (std::size_t k = 0; k < samples; ++k)
+      if (!in(k)) log.reading[k * channels + read_channel] = not_a_number;
+    return estimate_noise({&log, 1})[read_channel];
+  };
+  EXPECT_NEAR(found([](std::size_t k) { return k % 2 == 0; }), sigma, 0.15 * sigma);
+  EXPECT_NEAR(found([](std::size_t k) { return k % 3 == 1; }), sigma, 0.15 * sigma);
+  EXPECT_NEAR(found([](std::size_t k) { return k % 5 == 0 || k % 5 == 2; }), sigma, 0.15 * sigma);
+  EXPECT_NEAR(found([](std::size_t k) { return k % 5 != 0; }), sigma, 0.15 * sigma);
+  EXPECT_NEAR(found([](std::size_t k) { return k / 100 % 2 == 0; }), sigma, 0.15 * sigma);
+  EXPECT_TRUE(std::isnan(found([](std::size_t k) { return k % 2000 == 0; }))) << "three readings";
+}
+
 TEST(Noise, SizeAndColourAreFoundAgain) {
   for (const double colour : {0.0, 0.3, 0.6}) {
     Session s;

@@ -1,51 +1,63 @@
 #include "diagnose/inference/preparation.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include "measured/noise.hpp"
 #include "measured/replay.hpp"
 #include "measured/rounding.hpp"
 #include "util/numbers.hpp"
-#include "util/statistics.hpp"
 
 namespace gripline::diagnose {
 namespace {
 
 using measured::Finding;
 
-/// Standard deviation of white noise from eighth differences, which a quick motion enters less than the fourth ones of
-/// measured::estimate_noise; NaN where there are none.
-double noise_beside_motion(std::span<const Log> stretches, std::size_t channel) {
-  constexpr std::array<double, 9> weights = {1, -8, 28, -56, 70, -56, 28, -8, 1};
-  constexpr double gain = 12870;  // of the variance of white noise
-  std::vector<double> squares;
-  for (const Log& log : stretches)
-    for (std::size_t k = weights.size() - 1; k < log.size(); ++k) {
-      double difference = 0.0;
-      for (std::size_t back = 0; back < weights.size(); ++back)
-        difference += weights[back] * log.reading[(k - back) * channels + channel];
-      if (std::isfinite(difference)) squares.push_back(difference * difference / gain);
-    }
-  constexpr double chi_square = 0.4549;  // median of one degree of freedom
-  return std::sqrt(upper_median(squares, std::nan("")) / chi_square);
+bool was_read(std::span<const Log> stretches, std::size_t channel) {
+  return std::ranges::any_of(stretches, [channel](const Log& log) {
+    for (std::size_t k = 0; k < log.size(); ++k)
+      if (!std::isnan(log.reading[k * channels + channel])) return true;
+    return false;
+  });
 }
 
-/// The standard deviation to believe of one channel: `seen` in the logs (NaN where it was not read), that `beside`
-/// quick motion, `stated`, or `least`.
-double believed_noise(std::size_t channel, double seen, double beside, double stated, double least,
-                      std::vector<Finding>& health) {
+/// What is known of one channel's noise before a fit, as standard deviations in its unit.
+struct ChannelNoise {
+  double seen = 0, beside = 0;  // by fourth differences, and beside quick motion by eighth; NaN where neither tells
+  double stated = 0;            // with what rounding adds; 0: nothing is stated
+  double least = 0, most = 0;   // that are believed
+  bool of_sensor = false;       // stated is not rounding alone
+  bool read = false;            // at all
+};
+
+/// The standard deviation to believe of readings that are too few or too far apart to show it.
+double believed_unseen(const ChannelNoise& of, const std::string& name, std::vector<Finding>& health) {
+  const std::string found = "not to be seen, its readings are few and far between";
+  if (of.of_sensor) {
+    health.push_back({Finding::Level::note, name, found, "the stated " + significant(of.stated) + " is used"});
+    return std::max(of.least, of.stated);
+  }
+  // Believed exact, they would outweigh all others.
+  health.push_back({Finding::Level::bad, name, found + ", and not stated",
+                    "taken for " + significant(of.most) + ": its readings count for nothing until it is stated"});
+  return of.most;
+}
+
+/// The standard deviation to believe of one channel.
+double believed_noise(std::size_t channel, const ChannelNoise& of, std::vector<Finding>& health) {
   const std::string name = std::string("noise of ") + channel_info[channel].words;
-  if (std::isnan(seen)) return std::max(least, stated);
+  if (!of.read) return std::max(of.least, of.stated);
+  if (std::isnan(of.seen)) return believed_unseen(of, name, health);
+  double seen = of.seen;
+  const double stated = of.stated;
   const bool moved =
-      stated > 0.0 && seen > thresholds::noise_agrees_to * stated && beside < thresholds::noise_is_motion * seen;
-  if (moved) seen = beside;
+      stated > 0.0 && seen > thresholds::noise_agrees_to * stated && of.beside < thresholds::noise_is_motion * seen;
+  if (moved) seen = of.beside;
   if (moved && seen > thresholds::noise_agrees_from * stated && seen < thresholds::hidden_by_motion * stated) {
     health.push_back({Finding::Level::note, name,
                       "at most " + significant(seen) + ", hidden by the car's own quick motion",
                       "the stated " + significant(stated) + " is used"});
-    return std::max(least, stated);
+    return std::max(of.least, stated);
   }
   if (stated > 0.0 && seen < thresholds::noise_free * stated) {
     // Simulated, or filtered: what is left is rounding, of which nothing is known.
@@ -60,7 +72,7 @@ double believed_noise(std::size_t channel, double seen, double beside, double st
   health.push_back({stated > 0.0 ? Finding::Level::note : Finding::Level::good, name,
                     significant(seen) + (stated > 0.0 ? ", stated " + significant(stated) : ", not stated"),
                     "the measured one is used"});
-  return std::max(least, seen);
+  return std::max(of.least, seen);
 }
 
 /// Adds what rounding of a reading makes of the stated noise, where it counts.
@@ -112,13 +124,19 @@ Prepared prepare(const Catalogue& catalogue, const Road& road, std::span<const m
   Channels seen = estimate_noise(std::span<const Log>(stretches));
   const Channels steps = measured::reading_steps(stretches);
   for (std::size_t c = 0; c < channels; ++c) {
-    const double least = thresholds::least_sensor_noise * (c < Channel::yaw    ? car.lf + car.lr
-                                                           : c == Channel::yaw ? 1.0
-                                                                               : car.v_ref);
+    const double size = c < Channel::yaw ? car.lf + car.lr : c == Channel::yaw ? 1.0 : car.v_ref;
     const double told = with_rounding(c, steps[c], stated[c], out.health);
     out.told[c] = told;
     if (told > stated[c]) seen[c] = std::max(seen[c], measured::rounding_noise(steps[c]));
-    problem.sensor[c] = believed_noise(c, seen[c], noise_beside_motion(stretches, c), told, least, out.health);
+    constexpr std::size_t beside_motion = 8;  // order of differences that a quick motion enters less
+    const ChannelNoise noise{.seen = seen[c],
+                             .beside = measured::white_noise(stretches, c, beside_motion),
+                             .stated = told,
+                             .least = thresholds::least_sensor_noise * size,
+                             .most = size,
+                             .of_sensor = stated[c] > 0.0,
+                             .read = was_read(stretches, c)};
+    problem.sensor[c] = believed_noise(c, noise, out.health);
   }
   for (Log& one : stretches) {
     Trace trace;

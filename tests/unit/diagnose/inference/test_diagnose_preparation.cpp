@@ -43,5 +43,43 @@ TEST(Preparation, NoiseThatIsLargerThanStatedIsBelievedBesideQuickMotionToo) {
     EXPECT_NEAR(prepared_log(rig, 3.0, swing).problem.sensor[yaw_rate], 3.0 * stated, 0.3 * stated) << swing;
 }
 
+/// A log whose yaw rate stands in few of the samples only, prepared with this noise of it stated [rad/s].
+Prepared sparse_log(const DiagnoseRig& rig, double stated, bool (*in)(std::size_t sample)) {
+  measured::LogFile file;
+  file.stretches.push_back(rig.simulate(rig.catalogue().null_model(), {.seconds = 30, .seed = 61}));
+  measured::Log& log = file.stretches.front();
+  for (std::size_t k = 0; k < log.size(); ++k)
+    if (!in(k)) log.reading[k * channels + yaw_rate] = std::nan("");
+  Channels all{};
+  for (std::size_t c = 0; c < channels; ++c) all[c] = rig.world().sensors.channels[c].sigma;
+  all[yaw_rate] = stated;
+  return prepare(rig.catalogue(), rig.road(), {&file, 1}, all);
+}
+
+TEST(Preparation, NoiseOfAChannelThatIsReadLessOftenThanRowsIsMeasuredToo) {
+  const DiagnoseRig rig;
+  const double true_noise = rig.world().sensors.channels[yaw_rate].sigma;
+  for (const auto in :
+       {+[](std::size_t k) { return k % 2 == 1; }, +[](std::size_t k) { return k % 5 == 0 || k % 5 == 2; }})
+    EXPECT_NEAR(sparse_log(rig, 0.0, in).problem.sensor[yaw_rate], true_noise, 0.3 * true_noise);
+}
+
+TEST(Preparation, ReadingsWhoseNoiseNothingTellsAreNotBelievedExact) {
+  const DiagnoseRig rig;
+  const auto level = [](const Prepared& of) {
+    for (const measured::Finding& h : of.health)
+      if (h.check == "noise of yaw rate") return h.level;
+    return measured::Finding::Level::good;
+  };
+  const auto three = [](std::size_t k) { return k == 100 || k == 400 || k == 1300; };
+  const Prepared unknown = sparse_log(rig, 0.0, three), stated = sparse_log(rig, 0.05, three);
+  EXPECT_EQ(unknown.problem.sensor[yaw_rate], rig.catalogue().car().v_ref);
+  EXPECT_EQ(level(unknown), measured::Finding::Level::bad);
+  EXPECT_EQ(stated.problem.sensor[yaw_rate], 0.05);
+  EXPECT_EQ(level(stated), measured::Finding::Level::note);
+  const Prepared never = sparse_log(rig, 0.05, [](std::size_t) { return false; });
+  EXPECT_EQ(level(never), measured::Finding::Level::good) << "nothing to say of what was not read";
+}
+
 }  // namespace
 }  // namespace gripline::diagnose
