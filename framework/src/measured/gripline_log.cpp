@@ -4,6 +4,7 @@
 #include <charconv>
 #include <cmath>
 
+#include "measured/bridged_readings.hpp"
 #include "measured/session_health.hpp"
 #include "util/csv_writer.hpp"
 #include "util/numbers.hpp"
@@ -20,12 +21,14 @@ void append(std::string& line, double value, int digits) {
   if (code == std::errc()) line.append(buffer, end);
 }
 
-/// The centre of gravity's reading behind the row's.
-void remove_frames(std::array<double, channels>& r, const LogMap& map) {
+/// The centre of gravity's reading behind the row's. `heading`: its yaw, also where the row has none.
+void remove_frames(std::array<double, channels>& r, double heading, const LogMap& map) {
   r[Channel::yaw] -= map.pose.yaw;
-  const double c = std::cos(r[Channel::yaw]), s = std::sin(r[Channel::yaw]);
-  r[Channel::x] -= map.pose.x * c - map.pose.y * s;
-  r[Channel::y] -= map.pose.x * s + map.pose.y * c;
+  if (map.pose.x != 0.0 || map.pose.y != 0.0) {  // else a place needs no heading
+    const double c = std::cos(heading - map.pose.yaw), s = std::sin(heading - map.pose.yaw);
+    r[Channel::x] -= map.pose.x * c - map.pose.y * s;
+    r[Channel::y] -= map.pose.x * s + map.pose.y * c;
+  }
   const double cv = std::cos(map.velocity.yaw), sv = std::sin(map.velocity.yaw);
   const double vx = r[Channel::vx] * cv - r[Channel::vy] * sv, vy = r[Channel::vy] * cv + r[Channel::vx] * sv;
   const bool turned = map.velocity.yaw != 0.0 && !std::isnan(r[Channel::vy]);
@@ -70,6 +73,9 @@ std::vector<std::string> write_gripline_log(const std::filesystem::path& file, c
       done.push_back(std::string(delay_names[g]) + ": " + significant(delays[g]) + " s taken off");
     }
   }
+  constexpr double longest_gap = 0.25;  // [s] over which a car turns evenly
+  Session bridged = s;
+  bridged.reading = bridged_readings(s.t, s.reading, longest_gap);
   std::string out = "t_s";
   for (std::size_t c = 0; c < channels; ++c)
     if (s.has[c]) out += std::string(",") + source_info(static_cast<Source>(c)).column;
@@ -80,7 +86,7 @@ std::vector<std::string> write_gripline_log(const std::filesystem::path& file, c
       const double delay = delays[delay_group[c]];
       r[c] = delay == 0.0 ? s.at(i, c) : s.interpolate(c, s.t[i] + delay);
     }
-    remove_frames(r, map);
+    remove_frames(r, bridged.interpolate(Channel::yaw, s.t[i] + delays[delay_group[Channel::yaw]]), map);
     std::string line;
     append(line, s.t[i], 6);
     out.append(line, 1);

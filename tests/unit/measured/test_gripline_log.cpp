@@ -66,6 +66,28 @@ TEST(GriplineLog, WhatTheSessionLacksIsNoColumn) {
   EXPECT_GE(table.find("delta_rad"), 0);
 }
 
+/// As of a compass at 4 Hz beside places in every row.
+TEST(GriplineLog, PlacesWithoutAHeadingInTheirRowAreKept) {
+  SessionFile file = circling();
+  for (std::size_t i = 0; i < file.session.rows(); ++i)
+    if (i % 5 != 0) file.session.reading[i * channels + Channel::yaw] = NAN;
+  const auto out = scratch("own.csv");
+  write_gripline_log(out, file, gripline_map());
+  CsvTable written = read_csv(out, true);
+  const auto column = [&](const char* name) { return written.column(name); };
+  for (std::size_t i = 0; i < file.session.rows(); ++i) {
+    EXPECT_NEAR(column("x_m")[i], file.session.at(i, Channel::x), 1e-5) << i;
+    EXPECT_EQ(std::isnan(column("yaw_rad")[i]), i % 5 != 0) << i;
+  }
+  write_gripline_log(out, file, frames());
+  written = read_csv(out, true);
+  for (std::size_t i = 0; i <= 395; ++i) {
+    EXPECT_NEAR(column("x_m")[i], 20 * std::sin(0.025 * static_cast<double>(i)), 1e-5) << i;
+    EXPECT_EQ(std::isnan(column("yaw_rad")[i]), i % 5 != 0) << i;
+  }
+  EXPECT_TRUE(std::isnan(column("x_m")[397])) << "behind the last heading nobody knows where the centre of gravity is";
+}
+
 TEST(GriplineLog, TypicalSpeedComesFromTheSpeedOrThePlace) {
   Session s = circling().session;
   EXPECT_NEAR(typical_speed(s), 10.0, 1e-9);
