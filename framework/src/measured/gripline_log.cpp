@@ -39,6 +39,15 @@ void remove_frames(std::array<double, channels>& r, double heading, const LogMap
   }
 }
 
+/// A channel's reading at a time between rows, if the nearer of them has one. `bridged`: the session with readings in
+/// the rows between.
+double moved_reading(const Session& session, const Session& bridged, std::size_t channel, double time) {
+  const std::size_t row = session.row_before(time);
+  if (row + 1 >= session.rows()) return bridged.interpolate(channel, time);
+  const std::size_t nearer = session.t[row + 1] - time < time - session.t[row] ? row + 1 : row;
+  return std::isnan(session.at(nearer, channel)) ? not_a_number : bridged.interpolate(channel, time);
+}
+
 }  // namespace
 
 double typical_speed(const Session& session) {
@@ -73,7 +82,7 @@ std::vector<std::string> write_gripline_log(const std::filesystem::path& file, c
       done.push_back(std::string(delay_names[g]) + ": " + significant(delays[g]) + " s taken off");
     }
   }
-  constexpr double longest_gap = 0.25;  // [s] over which a car turns evenly
+  constexpr double longest_gap = 0.25;  // [s] over which a car moves evenly
   Session bridged = s;
   bridged.reading = bridged_readings(s.t, s.reading, longest_gap);
   std::string out = "t_s";
@@ -84,7 +93,7 @@ std::vector<std::string> write_gripline_log(const std::filesystem::path& file, c
     std::array<double, channels> r{};
     for (std::size_t c = 0; c < channels; ++c) {
       const double delay = delays[delay_group[c]];
-      r[c] = delay == 0.0 ? s.at(i, c) : s.interpolate(c, s.t[i] + delay);
+      r[c] = delay == 0.0 ? s.at(i, c) : moved_reading(s, bridged, c, s.t[i] + delay);
     }
     remove_frames(r, bridged.interpolate(Channel::yaw, s.t[i] + delays[delay_group[Channel::yaw]]), map);
     std::string line;

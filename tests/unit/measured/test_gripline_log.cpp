@@ -88,6 +88,25 @@ TEST(GriplineLog, PlacesWithoutAHeadingInTheirRowAreKept) {
   EXPECT_TRUE(std::isnan(column("x_m")[397])) << "behind the last heading nobody knows where the centre of gravity is";
 }
 
+/// As of a late gyroscope at 5 Hz: as many readings as before, each in the row that its time is nearest to.
+TEST(GriplineLog, ADelayTakenOffLeavesAsManyReadings) {
+  SessionFile file = circling();
+  for (std::size_t i = 0; i < file.session.rows(); ++i)
+    if (i % 4 != 0) file.session.reading[i * channels + Channel::yaw_rate] = NAN;
+  LogMap map = frames();
+  map.channel[Channel::yaw_rate]->delay = 0.17;
+  const auto out = scratch("own.csv");
+  write_gripline_log(out, file, map);
+  const std::vector<double> rate = read_csv(out, true).column("yaw_rate_radps");
+  std::size_t read = 0;
+  for (std::size_t i = 0; i < 390; ++i) {
+    if (std::isnan(rate[i])) continue;
+    EXPECT_NEAR(rate[i], 0.5 + 0.01 * (0.05 * static_cast<double>(i) - 0.03), 1e-6) << i;
+    ++read;
+  }
+  EXPECT_NEAR(static_cast<double>(read), 390.0 / 4.0, 1.0);
+}
+
 TEST(GriplineLog, TypicalSpeedComesFromTheSpeedOrThePlace) {
   Session s = circling().session;
   EXPECT_NEAR(typical_speed(s), 10.0, 1e-9);
