@@ -109,12 +109,13 @@ class LagSums {
     const auto block =
         std::max<std::size_t>(1, std::min(static_cast<std::size_t>(10.0 / dt), late.size() / least_blocks));
     blocks_ = std::max<std::size_t>(1, late.size() / block);
-    lags_ = static_cast<std::size_t>((last - first) / dt) + 1;
+    constexpr double earliest = -0.6, latest = 1.2;  // [s]
+    first_ = std::lround(earliest / dt);
+    lags_ = static_cast<std::size_t>(std::lround(latest / dt) - first_) + 1;
     sums_.assign(blocks_ * lags_, {});
-    const auto from = static_cast<std::ptrdiff_t>(std::round(first / dt));
     for (std::size_t l = 0; l < lags_; ++l)
       for (std::size_t k = 0; k < early.size(); ++k) {
-        const std::ptrdiff_t j = static_cast<std::ptrdiff_t>(k) + from + static_cast<std::ptrdiff_t>(l);
+        const std::ptrdiff_t j = static_cast<std::ptrdiff_t>(k + l) + first_;
         if (j < 0 || j >= static_cast<std::ptrdiff_t>(late.size())) continue;
         const double a = late[static_cast<std::size_t>(j)], b = early[k];
         if (std::isnan(a + b)) continue;
@@ -143,16 +144,21 @@ class LagSums {
       const double bend = a - 2.0 * b + c;
       if (bend < 0.0) offset = 0.5 * (a - c) / bend;
     }
-    return first + (static_cast<double>(top) + offset) * dt_;
+    return (static_cast<double>(first_) + static_cast<double>(top) + offset) * dt_;
   }
   std::size_t blocks() const { return blocks_; }
-  static constexpr double first = -0.6, last = 1.2;  // [s]
+  /// Whether a delay is nearer than a step to the end of the lags, where the correlation may rise further.
+  bool is_at_end(double delay) const {
+    const double steps = delay / dt_ - static_cast<double>(first_);
+    return steps < 1.0 || steps > static_cast<double>(lags_) - 2.0;
+  }
 
  private:
   struct Sums {
     double ab = 0, aa = 0, bb = 0;
   };
   double dt_;
+  long first_ = 0;  // lag, in steps of dt
   std::size_t blocks_ = 0, lags_ = 0;
   std::vector<Sums> sums_;
 };
@@ -165,7 +171,7 @@ void add_delay(std::vector<Delay>& delays, const Grid& grid, const char* channel
   Delay delay{channel, against, 0, 0, 0, 0, of_clock, sums.blocks()};
   delay.seconds = sums.best(std::vector<int>(sums.blocks(), 1), &delay.correlation);
   if (!(delay.correlation > least_correlation)) return;
-  if (delay.seconds < LagSums::first + grid.dt || delay.seconds > LagSums::last - grid.dt) return;
+  if (sums.is_at_end(delay.seconds)) return;
   std::mt19937 random(1);
   Values drawn;
   for (int i = 0; i < draws; ++i) {

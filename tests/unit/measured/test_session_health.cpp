@@ -66,6 +66,19 @@ TEST(Delays, OfAChannelIsFoundWithAnIntervalThatHoldsIt) {
   EXPECT_EQ(clock_delays(map, delays)[2], 0.0);
 }
 
+TEST(Delays, AreTheSameAtAnyRate) {
+  for (const double hertz : {10.0, 12.0, 16.0, 24.0, 25.0, 33.0, 48.0})
+    for (const double late : {0.0, 0.31}) {
+      const Session s =
+          wandering([&](double t, std::size_t, auto& row, auto&, auto& rate_at, auto&) { row[5] = rate_at(t - late); },
+                    200.0, 1.0 / hertz);
+      const auto delays = delays_of(s);
+      const Delay* const rate = find(delays, "yaw_rate", "yaw");
+      ASSERT_NE(rate, nullptr) << hertz;
+      EXPECT_NEAR(rate->seconds, late, 0.003) << hertz << " Hz";
+    }
+}
+
 TEST(Delays, AShortLogSaysHowLittleItKnows) {
   std::mt19937_64 random(5);
   std::normal_distribution<double> normal;
