@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <map>
 #include <memory>
@@ -47,6 +48,23 @@ const std::map<std::string_view, Binary>& binary() {
 }
 
 double truth(bool b) { return b ? 1.0 : 0.0; }
+
+/// A comparison; missing where one side is.
+template <class Compare>
+Binary compared() {
+  return [](double a, double b) { return std::isnan(a) || std::isnan(b) ? not_a_number : truth(Compare()(a, b)); };
+}
+
+/// A missing side matters only beside one that does not decide already.
+double either_of(double a, double b) {
+  if ((!std::isnan(a) && a != 0.0) || (!std::isnan(b) && b != 0.0)) return 1.0;
+  return std::isnan(a) || std::isnan(b) ? not_a_number : 0.0;
+}
+double not_of(double x) { return std::isnan(x) ? x : truth(x == 0.0); }
+double both_of(double a, double b) { return not_of(either_of(not_of(a), not_of(b))); }
+
+/// C's power makes 1 of a missing base or exponent now and then.
+double power_of(double a, double b) { return std::isnan(a) || std::isnan(b) ? not_a_number : std::pow(a, b); }
 
 }  // namespace
 
@@ -103,23 +121,22 @@ class FormulaParser {
 
   Step any_of() {
     Step left = all_of();
-    while (take("||")) left = join(left, all_of(), [](double a, double b) { return truth(a != 0.0 || b != 0.0); });
+    while (take("||")) left = join(left, all_of(), either_of);
     return left;
   }
   Step all_of() {
     Step left = comparison();
-    while (take("&&")) left = join(left, comparison(), [](double a, double b) { return truth(a != 0.0 && b != 0.0); });
+    while (take("&&")) left = join(left, comparison(), both_of);
     return left;
   }
   Step comparison() {
     Step left = sum();
-    const auto compared = [](Binary f) { return f; };
-    if (take("<=")) return join(left, sum(), compared([](double a, double b) { return truth(a <= b); }));
-    if (take(">=")) return join(left, sum(), compared([](double a, double b) { return truth(a >= b); }));
-    if (take("==")) return join(left, sum(), compared([](double a, double b) { return truth(a == b); }));
-    if (take("!=")) return join(left, sum(), compared([](double a, double b) { return truth(a != b); }));
-    if (take("<")) return join(left, sum(), compared([](double a, double b) { return truth(a < b); }));
-    if (take(">")) return join(left, sum(), compared([](double a, double b) { return truth(a > b); }));
+    if (take("<=")) return join(left, sum(), compared<std::less_equal<>>());
+    if (take(">=")) return join(left, sum(), compared<std::greater_equal<>>());
+    if (take("==")) return join(left, sum(), compared<std::equal_to<>>());
+    if (take("!=")) return join(left, sum(), compared<std::not_equal_to<>>());
+    if (take("<")) return join(left, sum(), compared<std::less<>>());
+    if (take(">")) return join(left, sum(), compared<std::greater<>>());
     return left;
   }
   Step sum() {
@@ -152,7 +169,7 @@ class FormulaParser {
     else if (take("+"))
       one = signed_one();
     else if (text_.substr(at_).starts_with("!") && take("!"))
-      one = change(signed_one(), [](double x) { return truth(x == 0.0); });
+      one = change(signed_one(), not_of);
     else
       one = power();
     --depth_;
@@ -160,7 +177,7 @@ class FormulaParser {
   }
   Step power() {
     Step base = atom();
-    if (take("^")) return join(base, signed_one(), [](double a, double b) { return std::pow(a, b); });
+    if (take("^")) return join(base, signed_one(), power_of);
     return base;
   }
 

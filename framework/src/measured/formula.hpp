@@ -17,7 +17,8 @@ namespace gripline::measured {
 ///   if(condition, then, else), rate(x) (change per second of x, backward difference of rows),
 ///   hold(x) (the last value where cells are empty)
 ///
-/// A missing cell makes the result missing, except in the branch that `if` does not choose.
+/// A missing cell makes the result missing, except in the branch that `if` does not choose and beside what decides
+/// `&&` or `||` already.
 class Formula {
  public:
   /// Throws InputError with the place in the text: unknown column (with the nearest name), syntax.

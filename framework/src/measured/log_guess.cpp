@@ -362,7 +362,10 @@ class Guesser {
       return;
     }
     if (enable >= 0) {
-      formula = "if(" + quoted(enable) + " > 0.5, " + formula + ", 0)";
+      // A switch stays where it is until it is read again.
+      const bool gaps = std::ranges::any_of(values(enable), [](double v) { return std::isnan(v); });
+      const std::string enabled = gaps ? "hold(" + quoted(enable) + ")" : quoted(enable);
+      formula = "if(" + enabled + " > 0.5, " + formula + ", 0)";
       remarks_.push_back("d: " + name(enable) + " taken for a switch of the drive");
     }
     Node node = channel("formula", formula, "1", false);

@@ -70,7 +70,7 @@ struct LogMap {
   std::filesystem::path file;  // empty: a gripline log
   MappedChannel time;
   std::array<std::optional<MappedChannel>, source_count> channel;
-  std::string valid;  // formula: rows where it is 0 have no readings; "" for none
+  std::string valid;  // formula: rows where it is 0 or missing have no readings; "" for none
   Frame pose, velocity;
   BagOptions bag;
 

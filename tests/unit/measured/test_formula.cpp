@@ -72,6 +72,17 @@ TEST(Formula, AMissingCellMakesAMissingValueWhereItIsUsed) {
   EXPECT_EQ(values("if(throttle > 10, 7, hole)")[1], 7.0);
 }
 
+TEST(Formula, AMissingCellIsNeitherTrueNorFalse) {
+  for (const char* unknown : {"hole > 0.5", "hole < 0.5", "hole >= 1", "hole <= 1", "hole == 1", "hole != 0",
+                              "2 < hole", "!hole", "!(hole < 0.5)", "hole && 1", "1 && hole", "hole || 0", "0 || hole",
+                              "hole ^ 0", "1 ^ hole", "if(hole > 0.5, throttle, 0)"})
+    EXPECT_TRUE(std::isnan(values(unknown)[1])) << unknown;
+  for (const char* known : {"hole && 0", "0 && hole", "!(hole || 1)", "!(1 || hole)"})
+    EXPECT_EQ(values(known)[1], 0.0) << known;
+  EXPECT_THAT(values("2 && 3"), testing::Each(1.0));
+  EXPECT_THAT(values("0 || 0"), testing::Each(0.0));
+}
+
 TEST(Formula, MistakesAreToldWithTheirPlaceAndTheNearestName) {
   EXPECT_THAT(why("throtle / 100"), AllOf(HasSubstr("d \"throtle / 100\""), HasSubstr("did you mean \"throttle\"?")));
   EXPECT_THAT(why("sqr(throttle)"), HasSubstr("did you mean \"sqrt\"?"));

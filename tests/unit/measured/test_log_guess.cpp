@@ -148,6 +148,26 @@ TEST(LogGuess, AnAngleOfTheSteeringWheelIsToldByItsName) {
   }
 }
 
+/// A dead man's switch that is written less often than the throttle.
+TEST(LogGuess, ASwitchOfTheDriveHoldsUntilItIsReadAgain) {
+  const auto log = scratch("switch.csv");
+  std::ofstream out(log);
+  out << "time,x,y,steering,throttle,enable\n";
+  for (int k = 0; k < 100; ++k) {
+    out << 0.1 * k << ',' << k << ",1," << 0.3 * std::sin(0.1 * k) << ',' << 0.01 * k << ',';
+    if (k % 10 == 0) out << (k < 50 ? 1 : 0);
+    out << '\n';
+  }
+  out.close();
+  const Guess guess = guess_map(read_delimited(log));
+  EXPECT_EQ(find_pointer(guess.map, "/channels/d/formula")->text(), "if(hold(enable) > 0.5, throttle, 0)");
+  const auto map = scratch("switch.json");
+  std::ofstream(map) << to_json_text(guess.map);
+  const Session s = read_session(log, load_log_map(map)).session;
+  EXPECT_NEAR(s.command[37].d, 0.37, 1e-9);
+  EXPECT_EQ(s.command[63].d, 0.0);
+}
+
 /// The map of a log with one steering column of this size.
 Guess guess_of_steering(const std::string& name, const std::string& unit, double size) {
   const auto file = scratch("share.csv");

@@ -199,6 +199,22 @@ TEST(SessionFile, EmptyCellsOfAHeldColumnAreNoReadings) {
   EXPECT_EQ(read, 50u);  // five a second, from the fifth second on
 }
 
+TEST(SessionFile, ARowWhoseValidityIsMissingHasNoReadings) {
+  const auto log = log_of("t_s,vx_mps,yaw_rate_radps,delta_rad,status",
+                          [](std::ostream& out, double t, double, double, double, double rate, double delta) {
+                            out << t << ",10," << rate << ',' << delta << ',';
+                            if (t < 10.0 - 1e-9) out << (t < 5.0 - 1e-9 ? 0 : 2);
+                            out << '\n';
+                          });
+  for (const char* valid : {"status != 0", "!(status < 1)"}) {
+    std::string text = R"({"time": "t_s", "channels": {"vx": "vx_mps", "yaw_rate": "yaw_rate_radps",
+      "delta": "delta_rad"}, "valid": ")";
+    const Session s = read_session(log, map_of(text.append(valid).append("\"}"))).session;
+    for (std::size_t i = 0; i < s.rows(); ++i)
+      EXPECT_EQ(std::isnan(s.at(i, 3)), i < 100 || i >= 200) << valid << ", row " << i;
+  }
+}
+
 TEST(SessionFile, SpeedsFollowFromPlacesWhereTheLogHasNone) {
   const auto log =
       log_of("t_s,x_m,y_m,delta_rad", [](std::ostream& out, double t, double x, double y, double, double,
