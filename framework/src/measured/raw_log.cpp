@@ -146,8 +146,9 @@ double check_time(const CsvTable& table, RawLog& raw, std::vector<Finding>& heal
       span += s;
     }
   if (std::abs(span / whole - dt) < 0.05 * dt) dt = span / whole;
-  const double nice = std::round(dt * 1e6) * 1e-6;  // microseconds
-  if (std::abs(nice - dt) < 2e-6) dt = nice;
+  // A whole number of microseconds, unless the grid then runs away from the stamps: 60 Hz is none.
+  const double nice = std::round(dt * 1e6) * 1e-6, rows = (raw.t.back() - raw.t.front()) / dt;
+  if (std::abs(nice - dt) * rows < 0.1 * dt) dt = nice;
   for (const auto& [unit, factor] : {std::pair("milliseconds", 1e3), std::pair("microseconds", 1e6)})
     if (dt > 0.9e-3 * factor && dt < 0.11 * factor && dt > 0.1)
       refuse(table,
