@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "measured/unwrapped_angles.hpp"
 #include "util/numbers.hpp"
 #include "util/statistics.hpp"
 
@@ -214,22 +215,7 @@ void drop_gross_outliers(RawLog& raw, std::vector<Finding>& health) {
 }
 
 void unwrap_yaw(RawLog& raw, std::vector<Finding>& health) {
-  double turns = 0.0, last = not_a_number;
-  std::size_t jumps = 0;
-  for (std::size_t i = 0; i < raw.size(); ++i) {
-    double& heading = raw.at(i, Channel::yaw);
-    if (std::isnan(heading)) continue;
-    heading += turns;
-    if (!std::isnan(last)) {
-      const double whole = 2.0 * std::numbers::pi * std::round((heading - last) / (2.0 * std::numbers::pi));
-      if (whole != 0.0) {
-        heading -= whole;
-        turns -= whole;
-        ++jumps;
-      }
-    }
-    last = heading;
-  }
+  const std::size_t jumps = unwrap_angles(raw.reading, Channel::yaw, channels);
   if (jumps > 0)
     health.push_back({Finding::Level::note, "yaw", "wrapped " + std::to_string(jumps) + " times", "made continuous"});
 }

@@ -10,6 +10,7 @@
 #include "measured/delimited_table.hpp"
 #include "measured/formula.hpp"
 #include "measured/reading_pace.hpp"
+#include "measured/unwrapped_angles.hpp"
 #include "util/numbers.hpp"
 #include "util/statistics.hpp"
 
@@ -43,7 +44,7 @@ class SessionReader {
     place_from_degrees();
     derive();
     out_.session.written_yaw = of(Source::yaw).empty() ? Values(row_.size(), not_a_number) : of(Source::yaw);
-    if (!of(Source::yaw).empty()) unwrap(of(Source::yaw));
+    unwrap_angles(of(Source::yaw));
     fill();
     return std::move(out_);
   }
@@ -253,16 +254,6 @@ class SessionReader {
       of(Source::y).push_back(north * (lat[i] - lat[first]));
     }
     note("place", "latitude and longitude", "x to the east and y to the north of the first position");
-  }
-
-  static void unwrap(Values& yaw) {
-    double last = not_a_number, turns = 0.0;
-    for (double& v : yaw) {
-      if (std::isnan(v)) continue;
-      if (!std::isnan(last)) turns -= 2.0 * pi * std::round((v + turns - last) / (2.0 * pi));
-      v += turns;
-      last = v;
-    }
   }
 
   /// Course and speed from the places of this row and the last one that had one: nothing later is looked at.
