@@ -7,6 +7,13 @@
 
 namespace gripline::measured {
 
+std::vector<std::size_t> samples_with(const Log& log, std::size_t channel) {
+  std::vector<std::size_t> at;
+  for (std::size_t k = 0; k < log.size(); ++k)
+    if (!std::isnan(log.reading[k * channels + channel])) at.push_back(k);
+  return at;
+}
+
 ActingCommand<double> command_at(const Log& log, std::size_t k, double share) {
   if (log.held) {
     const CommandSample<double>&now = log.command[k], &before = log.command[k > 0 ? k - 1 : 0];

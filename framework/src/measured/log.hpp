@@ -57,6 +57,9 @@ struct Log {
   std::size_t size() const { return command.size(); }
 };
 
+/// Samples in which a channel was read.
+std::vector<std::size_t> samples_with(const Log& log, std::size_t channel);
+
 /// Acting command `share` of a step after sample k; of held ones the step's own, at either end.
 ActingCommand<double> command_at(const Log& log, std::size_t k, double share);
 /// Commands up to `now` [s], for effects with a delay. Holds pointers into the log.

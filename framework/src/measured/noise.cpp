@@ -7,15 +7,7 @@
 #include "util/statistics.hpp"
 
 namespace gripline::measured {
-
 namespace {
-
-std::vector<std::size_t> samples_with(const Log& log, std::size_t channel) {
-  std::vector<std::size_t> at;
-  for (std::size_t k = 0; k < log.size(); ++k)
-    if (!std::isnan(log.reading[k * channels + channel])) at.push_back(k);
-  return at;
-}
 
 /// Samples from one reading of a channel to the next, but for the longest tenth.
 double usual_gap(std::span<const Log> stretches, std::size_t channel) {

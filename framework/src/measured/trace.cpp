@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <span>
 
 #include "measured/rounding.hpp"
-#include "util/numbers.hpp"
 
 namespace gripline::measured {
 
@@ -92,21 +92,15 @@ std::array<double, 6> Trace::reference(std::size_t k, double share) const {
 
 namespace {
 
-/// Value at sample k of the least-squares quadratic through a channel's readings within `width` samples; NaN when fewer
-/// than four are there.
-double local_quadratic(const Log& log, std::size_t channel, int k, int width) {
-  const auto n = static_cast<int>(log.size());
+/// Value at sample k of the least-squares quadratic through a channel's readings at these samples, four or more.
+double local_quadratic(const Log& log, std::size_t channel, std::size_t k, std::span<const std::size_t> samples) {
   double s0 = 0, s1 = 0, s2 = 0, s3 = 0, s4 = 0, y0 = 0, y1 = 0, y2 = 0;
-  int count = 0;
-  for (int j = std::max(0, k - width); j <= std::min(n - 1, k + width); ++j) {
-    const double y = log.reading[static_cast<std::size_t>(j) * channels + channel];
-    if (std::isnan(y)) continue;
-    const double z = j - k;
+  for (const std::size_t j : samples) {
+    const double y = log.reading[j * channels + channel];
+    const double z = static_cast<double>(j) - static_cast<double>(k);
     s0 += 1, s1 += z, s2 += z * z, s3 += z * z * z, s4 += z * z * z * z;
     y0 += y, y1 += y * z, y2 += y * z * z;
-    ++count;
   }
-  if (count < 4) return not_a_number;
   // Cramer's rule for the value at z = 0.
   const double det = s0 * (s2 * s4 - s3 * s3) - s1 * (s1 * s4 - s2 * s3) + s2 * (s1 * s3 - s2 * s2);
   return (y0 * (s2 * s4 - s3 * s3) - s1 * (y1 * s4 - y2 * s3) + s2 * (y1 * s3 - y2 * s2)) / det;
@@ -115,17 +109,21 @@ double local_quadratic(const Log& log, std::size_t channel, int k, int width) {
 }  // namespace
 
 std::vector<double> smooth_readings(const Log& log, int half) {
-  const auto n = static_cast<int>(log.size());
-  std::vector<double> rows(log.size() * channels);
-  for (std::size_t c = 0; c < channels; ++c)
-    for (int k = 0; k < n; ++k) {
-      double value = not_a_number;
-      for (int width = half; std::isnan(value); width *= 2) {
-        value = local_quadratic(log, c, k, width);
-        if (width >= n && std::isnan(value)) value = 0.0;  // hardly ever read
-      }
-      rows[static_cast<std::size_t>(k) * channels + c] = value;
+  constexpr std::size_t least = 4;  // readings that a quadratic is fitted to
+  std::vector<double> rows(log.size() * channels, 0.0);
+  for (std::size_t c = 0; c < channels; ++c) {
+    const std::vector<std::size_t> at = samples_with(log, c);
+    if (at.size() < least) continue;  // hardly ever read
+    const auto around = [&](std::size_t k, std::size_t width) {
+      return std::span<const std::size_t>(std::ranges::lower_bound(at, k - std::min(k, width)),
+                                          std::ranges::upper_bound(at, k + width));
+    };
+    for (std::size_t k = 0; k < log.size(); ++k) {
+      auto width = static_cast<std::size_t>(half);
+      while (around(k, width).size() < least) width *= 2;
+      rows[k * channels + c] = local_quadratic(log, c, k, around(k, width));
     }
+  }
   return rows;
 }
 

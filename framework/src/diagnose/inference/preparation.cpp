@@ -14,11 +14,7 @@ namespace {
 using measured::Finding;
 
 bool was_read(std::span<const Log> stretches, std::size_t channel) {
-  return std::ranges::any_of(stretches, [channel](const Log& log) {
-    for (std::size_t k = 0; k < log.size(); ++k)
-      if (!std::isnan(log.reading[k * channels + channel])) return true;
-    return false;
-  });
+  return std::ranges::any_of(stretches, [=](const Log& log) { return !measured::samples_with(log, channel).empty(); });
 }
 
 /// What is known of one channel's noise before a fit, as standard deviations in its unit.
