@@ -1,6 +1,7 @@
 #include "calibrate/fit/calibrated_world.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "config/json_file.hpp"
@@ -88,6 +89,7 @@ double slowest_start(const WorldSpec& world) { return slowest_share * world.car.
 void start_delays(const measured::LogMap& map, const std::list<measured::SessionFile>& files,
                   const Forecaster& forecaster, const Node& world, std::vector<double>& values,
                   std::vector<Unknown>& unknowns) {
+  std::vector<std::array<double, measured::delay_groups>> of_files;  // looked for once, where one is wanted
   for (std::size_t g = 0; g < measured::delay_groups; ++g) {
     const std::size_t index = forecaster.index(Extra::delay_position) + g;
     const auto same = [&](const Unknown& u) { return u.index == index; };
@@ -103,11 +105,12 @@ void start_delays(const measured::LogMap& map, const std::list<measured::Session
     }
     const std::string pointer = std::string("/calibration/delays/") + measured::delay_names[g];
     if (find_pointer(world, pointer) != nullptr) continue;  // fitted before
+    if (of_files.empty())
+      for (const measured::SessionFile& file : files)
+        of_files.push_back(measured::clock_delays(map, measured::delays_of(file.session)));
     std::vector<double> found;
-    for (const measured::SessionFile& file : files) {
-      const double d = measured::clock_delays(map, measured::delays_of(file.session))[g];
-      if (std::isfinite(d)) found.push_back(d);
-    }
+    for (const auto& delays : of_files)
+      if (std::isfinite(delays[g])) found.push_back(delays[g]);
     if (found.empty()) continue;
     constexpr double most_early = -0.4, most_late = 0.9;  // [s] inside the range of the parameter
     values[index] = std::clamp(upper_median(std::move(found)), most_early, most_late);
