@@ -1,4 +1,5 @@
 // The upper bound: the nominal model is corrected to the true car, e_pred = f_true - f_nom, and friction is known.
+// The true car answers to what acts of a command: delays, lags and gains of actuators are the nominal model's to know.
 #include <stdexcept>
 
 #include <gripline/plugin.hpp>
@@ -16,8 +17,9 @@ class Oracle final : public gripline::Estimator {
     return {truth_->mu(gripline::Axle::front), truth_->mu(gripline::Axle::rear), 0, 0, true};
   }
 
-  void apply(const gripline::Points<double>& points) const override { correct(points); }
-  void apply(const gripline::Points<gripline::Dual8>& points) const override { correct(points); }
+  // A world whose car is a black box leaves the nominal model as it is: then only friction is known.
+  void apply(const gripline::Points<double>& points) const override { truth_->accelerations(points); }
+  void apply(const gripline::Points<gripline::Dual8>& points) const override { truth_->accelerations(points); }
 
   bool tyre_force(gripline::Axle axle, std::span<const double> slip, std::span<double> force,
                   std::span<double> sigma) const override {
@@ -27,16 +29,6 @@ class Oracle final : public gripline::Estimator {
   }
 
  private:
-  /// A world whose car is a black box leaves the nominal model as it is: then only friction is known.
-  template <class T>
-  void correct(const gripline::Points<T>& points) const {
-    if (!truth_->accelerations(points)) return;
-    for (std::size_t i = 0; i < points.n; ++i) {
-      points.q[i].grade = T(points.at[i].grade);
-      points.q[i].bank = T(points.at[i].bank);
-    }
-  }
-
   const gripline::Truth* truth_;
 };
 

@@ -192,9 +192,10 @@ class Truth {
   /// Lateral force [N] of an axle at a slip angle [rad], at static load, with the present factor; signs as in
   /// TyreCurve.
   virtual double tyre_force(Axle axle, double slip) const = 0;
-  /// Fills ax, ay, aw of all n points.q from yaw, vx, vy, omega, d, delta, delta_rate and points.at as the true car
-  /// would have them (its effects without memory included); params, memory and history are not read. False when the
-  /// world's car is a Plant; points are then left alone.
+  /// Fills ax, ay, aw, grade and bank of all n points.q from yaw, vx, vy, omega, d, delta, delta_rate and points.at as
+  /// the true car would have them. d, delta and delta_rate are what acts, as in Quantities: of the true car's effects
+  /// those of Stage::command are left out, and those that have memory. params, memory and history are not read. False
+  /// when the world's car is a Plant; points are then left alone.
   virtual bool accelerations(const Points<double>& points) const = 0;
   /// accelerations() with exact derivatives; values must equal those of the overload for double.
   virtual bool accelerations(const Points<Dual8>& points) const = 0;

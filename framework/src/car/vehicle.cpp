@@ -123,17 +123,23 @@ VehicleSpec read_vehicle(const Node& node, const Registry& registry, const CarFi
 Vehicle::Vehicle(const VehicleSpec& spec, const PluginContext& context, const Effect* first)
     : spec_(&spec),
       model_(create<VehicleModel>(*spec.model.entry, context, spec.model.values)),
+      first_(first != nullptr && has_stage(first->stage()) ? first : nullptr),
       car_(*model_, spec.model.numbers()),
       memoryless_(car_) {
-  if (first != nullptr && has_stage(first->stage())) {
-    car_.add(*first, {1.0}, "world");
-    memoryless_.add(*first, {1.0}, "world");
-  }
+  if (first_ != nullptr) car_.add(*first_, {1.0}, "world");
   for (const PluginSpec& one : spec.effects) {
     effects_.push_back(create_effect(one, context));
     car_.add(*effects_.back(), one.numbers(), one.id());
-    if (effects_.back()->memory() == 0) memoryless_.add(*effects_.back(), one.numbers(), one.id());
   }
+  memoryless_ = car_of([](const Effect& effect) { return effect.memory() == 0; });
+}
+
+StagedCar Vehicle::car_of(const std::function<bool(const Effect&)>& wanted) const {
+  StagedCar car(*model_, spec_->model.numbers());
+  if (first_ != nullptr) car.add(*first_, {1.0}, "world");
+  for (std::size_t i = 0; i < effects_.size(); ++i)
+    if (wanted(*effects_[i])) car.add(*effects_[i], spec_->effects[i].numbers(), spec_->effects[i].id());
+  return car;
 }
 
 StagedCar Vehicle::car_with(std::size_t effects) const {

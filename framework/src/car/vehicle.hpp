@@ -1,6 +1,7 @@
 // A car composed in JSON: a vehicle model and its effects, as a world's plant or a stack's nominal model.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -44,11 +45,14 @@ class Vehicle {
   const StagedCar& car_without_memory() const { return memoryless_; }
   /// The model with its first `effects` effects.
   StagedCar car_with(std::size_t effects) const;
+  /// The model with `first` and those of its own effects that are wanted.
+  StagedCar car_of(const std::function<bool(const Effect&)>& wanted) const;
   bool has_stage(Stage stage) const { return (model_->stages() & stage_bit(stage)) != 0; }
 
  private:
   const VehicleSpec* spec_;
   Instance<VehicleModel> model_;
+  const Effect* first_;
   std::vector<Instance<Effect>> effects_;
   StagedCar car_, memoryless_;
 };

@@ -27,7 +27,11 @@ class RecordedTruth final : public Truth {
  private:
   template <class T>
   static bool fill(const Points<T>& points) {
-    for (std::size_t i = 0; i < points.n; ++i) true_accelerations(points.q[i]);
+    for (std::size_t i = 0; i < points.n; ++i) {
+      true_accelerations(points.q[i]);
+      points.q[i].grade = T(points.at[i].grade);
+      points.q[i].bank = T(points.at[i].bank);
+    }
     return true;
   }
   TrueCar car_;

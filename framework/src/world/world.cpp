@@ -65,21 +65,29 @@ class World::ModelCar final : public World::CarDynamics {
       : car_(context.car),
         vehicle_(spec.vehicle, context, &friction_),
         model_(vehicle_.car(), options(spec)),
-        memoryless_(vehicle_.car_without_memory()),
+        behind_actuators_(
+            vehicle_.car_of([](const Effect& one) { return one.stage() != Stage::command && one.memory() == 0; })),
+        true_params_(behind_actuators_.params().begin(), behind_actuators_.params().end()),
+        true_dual_params_(true_params_.begin(), true_params_.end()),
         substeps_by_error_(spec.car.substeps_by_error),
         peaks_move_(model_.car().effects() > (has_tyres() ? 1u : 0u)) {
     model_.reset(start, 0.0, at);
     find_peaks(at);
-    acting_ = acting_under(start, Input{}, at, 1.0);
+    acting_ = acting_under(start, Input{}, at);
   }
 
-  State advance(const State& x, const Input& u, const Place& at, double factor) override {
-    acting_ = acting_under(x, u, at, factor);
+  void set_factor(double factor) override {
+    if (!has_tyres()) return;
+    model_.car().params()[factor_at()] = factor;
+    true_params_[factor_at()] = factor;
+    true_dual_params_[factor_at()] = Dual8(factor);
+  }
+  State advance(const State& x, const Input& u, const Place& at) override {
+    acting_ = acting_under(x, u, at);
     if (!substeps_by_error_) return model_.advance(x, u, at);
     return model_.advance_within({step_error * car_.v_ref, car_.lf + car_.lr}, x, u, at);
   }
-  Acting acting_under(const State& x, const Input& next, const Place& at, double factor) override {
-    set_factor(factor);
+  Acting acting_under(const State& x, const Input& next, const Place& at) override {
     const Quantities<double> q = model_.quantities(x, next, at);
     return {q.d, q.delta, has_tyres() ? q.force_front : 0.0, has_tyres() ? q.force_rear : 0.0};
   }
@@ -108,8 +116,8 @@ class World::ModelCar final : public World::CarDynamics {
     return axle == Axle::front ? q.force_front : q.force_rear;
   }
 
-  bool accelerations(const Points<double>& points, double factor) const override { return fill(points, factor); }
-  bool accelerations(const Points<Dual8>& points, double factor) const override { return fill(points, factor); }
+  bool accelerations(const Points<double>& points) const override { return fill(points, true_params_); }
+  bool accelerations(const Points<Dual8>& points) const override { return fill(points, true_dual_params_); }
 
  private:
   static StepOptions options(const WorldSpec& spec) { return {spec.dt, spec.hold, spec.vehicle.integration}; }
@@ -122,9 +130,6 @@ class World::ModelCar final : public World::CarDynamics {
       peak_[static_cast<int>(axle)] = peak_of([&](double slip) { return curve(axle, slip, at); });
   }
   bool has_tyres() const { return vehicle_.has_stage(Stage::tyre); }
-  void set_factor(double factor) {
-    if (has_tyres()) model_.car().params()[factor_at()] = factor;
-  }
 
   /// Quantities of one instant with memory at its steady value.
   Quantities<double> evaluate(const double* motion, const ActingCommand<double>& command, const Place& at,
@@ -141,22 +146,21 @@ class World::ModelCar final : public World::CarDynamics {
     return q;
   }
 
-  /// The true car's accelerations at the points' states and commands, without its effects that have memory.
+  /// The true car's accelerations and slopes at the points' states, under the commands that act there.
   template <class T>
-  bool fill(const Points<T>& points, double factor) const {
-    const auto values = memoryless_.params();
-    std::vector<T> params(values.begin(), values.end());
-    if (has_tyres()) params[factor_at()] = T(factor);
+  bool fill(const Points<T>& points, const std::vector<T>& params) const {
     for (std::size_t i = 0; i < points.n; ++i) {
       Quantities<T>& q = points.q[i];
       const T motion[] = {T(0), T(0), q.yaw, q.vx, q.vy, q.omega};
       InstantBatch<T> instant(motion, {q.d, q.delta, q.delta_rate}, points.at[i], 1.0, Hold::zoh);
       instant.batch.params = params.data();
       Quantities<T> truth{};
-      memoryless_.quantities(instant.batch, &truth);
+      behind_actuators_.quantities(instant.batch, &truth);
       q.ax = truth.ax;
       q.ay = truth.ay;
       q.aw = truth.aw;
+      q.grade = truth.grade;
+      q.bank = truth.bank;
     }
     return true;
   }
@@ -165,7 +169,9 @@ class World::ModelCar final : public World::CarDynamics {
   FrictionFactor friction_;
   Vehicle vehicle_;
   CorrectedModel model_;
-  StagedCar memoryless_;
+  StagedCar behind_actuators_;  // what Truth tells: without effects on commands and those that have memory
+  std::vector<double> true_params_;
+  std::vector<Dual8> true_dual_params_;
   bool substeps_by_error_;
   bool peaks_move_;  // with the car's own effects, which may depend on time and place
   mutable double peak_[2] = {0, 0}, peaks_at_ = 0;
@@ -179,7 +185,8 @@ class World::PluginPlant final : public World::CarDynamics {
       : plant_(create<Plant>(*spec.plant.entry, context, spec.plant.values)), ground_(ground), dt_(spec.dt) {
     plant_->reset(start, ground_);
   }
-  State advance(const State& x, const Input& u, const Place&, double) override {
+  void set_factor(double) override {}  // the ground tells it
+  State advance(const State& x, const Input& u, const Place&) override {
     const double delta = x.delta + dt_ * u.ddelta;
     acting_ = {u.d, delta, plant_->axle_force(Axle::front), plant_->axle_force(Axle::rear)};
     State next = plant_->advance(u.d, delta, dt_, ground_);
@@ -189,12 +196,12 @@ class World::PluginPlant final : public World::CarDynamics {
   double peak_mu(Axle axle, const Place&) const override { return plant_->mu(axle); }
   double curve(Axle axle, double slip, const Place&) const override { return plant_->tyre_force(axle, slip); }
   Acting acting() const override { return acting_; }
-  Acting acting_under(const State& x, const Input& next, const Place&, double) override {
+  Acting acting_under(const State& x, const Input& next, const Place&) override {
     return {next.d, x.delta + dt_ * next.ddelta, acting_.force_front, acting_.force_rear};
   }
   void read(Reading<double>&, const Place&) const override {}
-  bool accelerations(const Points<double>&, double) const override { return false; }
-  bool accelerations(const Points<Dual8>&, double) const override { return false; }
+  bool accelerations(const Points<double>&) const override { return false; }
+  bool accelerations(const Points<Dual8>&) const override { return false; }
 
  private:
   Instance<Plant> plant_;
@@ -211,12 +218,8 @@ class World::TruthView final : public Truth {
   double tyre_force(Axle axle, double slip) const override {
     return world_.factor_ * world_.dynamics_->curve(axle, slip, world_.place_);
   }
-  bool accelerations(const Points<double>& points) const override {
-    return world_.dynamics_->accelerations(points, world_.factor_);
-  }
-  bool accelerations(const Points<Dual8>& points) const override {
-    return world_.dynamics_->accelerations(points, world_.factor_);
-  }
+  bool accelerations(const Points<double>& points) const override { return world_.dynamics_->accelerations(points); }
+  bool accelerations(const Points<Dual8>& points) const override { return world_.dynamics_->accelerations(points); }
 
  private:
   const World& world_;
@@ -266,7 +269,7 @@ Input World::clamp_to_limits(const Input& wanted) const {
 
 Input World::advance(const Input& wanted) {
   const Input u = clamp_to_limits(wanted);
-  state_ = dynamics_->advance(state_, u, place_, factor_);
+  state_ = dynamics_->advance(state_, u, place_);
   d_ = u.d;
   ++step_;
   if (!finite()) return u;  // a car that is not finite has no place on the track
@@ -281,7 +284,10 @@ bool World::finite() const {
 }
 
 /// Friction of the step that begins now. Truth shows it before the step, as the published oracle has it.
-void World::set_factor() { factor_ = friction_.factor(step_, time(), place_.s); }
+void World::set_factor() {
+  factor_ = friction_.factor(step_, time(), place_.s);
+  dynamics_->set_factor(factor_);
+}
 
 /// Where the car is now: place, lap, edges, walls.
 void World::arrive(double t) {
@@ -324,8 +330,6 @@ double World::slip(Axle axle) const {
 }
 
 World::Acting World::acting() const { return dynamics_->acting(); }
-World::Acting World::acting_under(const Input& next) const {
-  return dynamics_->acting_under(state_, next, place_, factor_);
-}
+World::Acting World::acting_under(const Input& next) const { return dynamics_->acting_under(state_, next, place_); }
 
 }  // namespace gripline

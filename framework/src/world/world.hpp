@@ -74,15 +74,17 @@ class World {
   class CarDynamics {
    public:
     virtual ~CarDynamics() = default;
-    virtual State advance(const State& x, const Input& u, const Place& at, double factor) = 0;
+    /// Told before everything else of a step: the friction that holds over it.
+    virtual void set_factor(double factor) = 0;
+    virtual State advance(const State& x, const Input& u, const Place& at) = 0;
     virtual double peak_mu(Axle axle, const Place& at) const = 0;  // at factor 1
     virtual double curve(Axle axle, double slip, const Place& at) const = 0;
     virtual Acting acting() const = 0;
-    virtual Acting acting_under(const State& x, const Input& next, const Place& at, double factor) = 0;
+    virtual Acting acting_under(const State& x, const Input& next, const Place& at) = 0;
     /// Passes a reading through the car's own effects.
     virtual void read(Reading<double>& reading, const Place& at) const = 0;
-    virtual bool accelerations(const Points<double>& points, double factor) const = 0;
-    virtual bool accelerations(const Points<Dual8>& points, double factor) const = 0;
+    virtual bool accelerations(const Points<double>& points) const = 0;
+    virtual bool accelerations(const Points<Dual8>& points) const = 0;
   };
 
   void arrive(double t);

@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "support/host_support.hpp"
+#include "world/friction_factor.hpp"
 
 namespace gripline {
 namespace {
@@ -92,6 +93,19 @@ TEST(Vehicle, IsAModelItsEffectsAndAnIntegrator) {
   EXPECT_EQ(vehicle.car_without_memory().memory(), 0);
   EXPECT_EQ(vehicle.car_without_memory().params().back(), 0.4);
   EXPECT_TRUE(vehicle.has_stage(Stage::tyre));
+}
+
+TEST(Vehicle, ACarOfSomeEffectsKeepsTheFirstOne) {
+  const VehicleSpec spec = vehicle_of(R"({"plugin": "dynamic", "effects": [
+    {"plugin": "steer_gain", "params": {"k": 0.1}}, {"plugin": "aero_drag", "params": {"a": 0.4}}]})");
+  PluginContext context;
+  context.car = car_of().car;
+  const FrictionFactor friction;
+  const Vehicle vehicle(spec, context, &friction);
+  const StagedCar car = vehicle.car_of([](const Effect& effect) { return effect.stage() == Stage::body; });
+  EXPECT_EQ(car.effects(), 2u);
+  EXPECT_EQ(car.params()[car.param_offset(0)], 1.0);
+  EXPECT_EQ(car.params()[car.param_offset(1)], 0.4);
 }
 
 TEST(Vehicle, WithoutAWordTheIntegratorIsTheCallersChoice) {

@@ -215,6 +215,19 @@ TEST(Stack, WithoutAnEstimatorItBelievesMuInitForGood) {
   EXPECT_EQ(rig.stack().tyre_curve(), nullptr);
 }
 
+/// What the model that the stack believes in misses of the next step's yaw rate and speed.
+double error_of_next(Rig& rig, const Input& input) {
+  const Observation now = rig.world().observe();
+  CorrectedModel& model = *rig.stack().belief(now.t).model;
+  std::vector<double> row(static_cast<std::size_t>(model.states())), next(row.size());
+  model.start(now.x, row);
+  const double u[] = {input.d, input.ddelta};
+  model.step(1, row, u, {&now.at, 1}, next, {}, {});
+  const Sample sample = rig.advance(input);
+  rig.stack().follow(sample);
+  return std::max(std::abs(next[5] - sample.x_next.omega), std::abs(next[3] - sample.x_next.vx));
+}
+
 /// f_corr = f_nom + e_pred once trusted, f_nom before.
 TEST(Stack, TheModelIsCorrectedOnceTrusted) {
   Rig rig(
@@ -222,18 +235,21 @@ TEST(Stack, TheModelIsCorrectedOnceTrusted) {
           "adapt_after": "0.1 s"})",
       R"({"start": {"speed": 1.5}})");
   for (int k = 0; k < 20; ++k) {
-    const Observation now = rig.world().observe();
-    CorrectedModel& model = *rig.stack().belief(now.t).model;
-    std::vector<double> row(static_cast<std::size_t>(model.states())), next(row.size());
-    model.start(now.x, row);
-    const Input input = {0.4, k < 8 ? 1.5 : 0.0};
-    const double u[] = {input.d, input.ddelta};
-    model.step(1, row, u, {&now.at, 1}, next, {}, {});
-    const Sample sample = rig.advance(input);
-    rig.stack().follow(sample);
-    const double error = std::abs(next[5] - sample.x_next.omega);
-    EXPECT_EQ(now.t > 0.1, error < 1e-9) << k << ": " << error;
+    const double t = rig.world().time(), error = error_of_next(rig, {0.4, k < 8 ? 1.5 : 0.0});
+    EXPECT_EQ(t > 0.1, error < 1e-9) << k << ": " << error;
   }
+}
+
+/// Slopes that no map has, and an actuator that both sides know: it acts once.
+TEST(Stack, TheOracleKnowsWhatThePlantsEffectsDo) {
+  Rig rig(
+      R"({"estimator": {"plugin": "oracle"}, "adapt_after": 0, "model": {"plugin": "ekinematic", "integrator": "rk6",
+          "effects": [{"plugin": "steer_gain", "params": {"k": 0.1}}]}})",
+      R"({"start": {"speed": 1.5}, "plant": {"integrator": "rk6", "effects": [
+          {"plugin": "steer_gain", "params": {"k": 0.1}}, {"plugin": "aero_drag", "params": {"a": 0.4}},
+          {"plugin": "plane_tilt", "params": {"tx": 0.05, "ty": -0.03}}]}})");
+  rig.advance({0.4, 0});
+  for (int k = 0; k < 20; ++k) EXPECT_LT(error_of_next(rig, {0.4, k < 8 ? 1.5 : 0.0}), 1e-9) << k;
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 
 #include <cmath>
 
+#include "support/allocation_counter.hpp"
 #include "support/host_support.hpp"
 #include "world/friction_file.hpp"
 
@@ -208,6 +209,40 @@ TEST(World, TruthTellsTheTrueAccelerations) {
   EXPECT_NEAR(q.aw, (front * 0.029 * std::cos(0.1) - rear * 0.033) / 27.8e-6, 1e-8);
   const Quantities<Dual8> dual = told<Dual8>(world, 2, 0.1, 3, 0.5, 0.1);
   EXPECT_NEAR(dual.aw.v, q.aw, 1e-9);
+}
+
+TEST(World, TruthTellsTheSlopesThatThePlantHas) {
+  const WorldSpec spec =
+      world_of(R"({"plant": {"effects": [{"plugin": "plane_tilt", "params": {"tx": 0.02, "ty": 0.01}},
+    {"plugin": "bank", "params": {"c0": 0.03, "c1": 0.03, "c2": 0.03, "c3": 0.03, "c4": 0.03, "c5": 0.03, "c6": 0.03,
+                                  "c7": 0.03, "c8": 0.03, "c9": 0.03}}]}})");
+  const World world(spec, 1);
+  const Quantities<double> q = told<double>(world, 2, 0, 0, 0, 0);
+  EXPECT_NEAR(q.grade, 0.02, 1e-15);
+  EXPECT_NEAR(q.bank, 0.03 - 0.01, 1e-15);
+  EXPECT_NEAR(told<Dual8>(world, 2, 0, 0, 0, 0).bank.v, q.bank, 1e-15);
+}
+
+/// The commands told are those that act: what actuators make of them is not done to them again.
+TEST(World, TruthTakesCommandsAsTheyAct) {
+  const WorldSpec plain = world_of();
+  const WorldSpec geared = world_of(R"({"plant": {"effects": [{"plugin": "steer_gain", "params": {"k": 0.1}},
+    {"plugin": "steer_offset", "params": {"d0": 0.02}}, {"plugin": "throttle_dead_zone", "params": {"z": 0.2}}]}})");
+  const World one(plain, 1), other(geared, 1);
+  const Quantities<double> a = told<double>(one, 2, 0.1, 3, 0.5, 0.1), b = told<double>(other, 2, 0.1, 3, 0.5, 0.1);
+  EXPECT_EQ(a.ax, b.ax);
+  EXPECT_EQ(a.ay, b.ay);
+  EXPECT_EQ(a.aw, b.aw);
+}
+
+TEST(World, TellingTheTruthAllocatesNothing) {
+  if (!rig::counts_allocations) GTEST_SKIP() << "the sanitizer owns malloc";
+  const WorldSpec spec = world_of(R"({"plant": {"effects": [{"plugin": "aero_drag", "params": {"a": 0.5}}]}})");
+  const World world(spec, 1);
+  const long before = rig::allocations.load();
+  told<double>(world, 2, 0.1, 3, 0.5, 0.1);
+  told<Dual8>(world, 2, 0.1, 3, 0.5, 0.1);
+  EXPECT_EQ(rig::allocations.load() - before, 0);
 }
 
 /// The lap ends where the centre of gravity crosses the normal at the start, interpolated within the step.

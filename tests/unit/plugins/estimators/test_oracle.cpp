@@ -5,10 +5,11 @@ namespace {
 
 using namespace rig;
 
-/// The 1:43 car's truth, or a black box that keeps its accelerations to itself.
+/// The 1:43 car's truth, on ground that rises by `tilt` ahead of the car beside the road's own slopes; or a black box
+/// that keeps its accelerations to itself.
 class FixedTruth final : public Truth {
  public:
-  explicit FixedTruth(bool black_box) : black_box_(black_box) { car_.factor = 0.7; }
+  explicit FixedTruth(bool black_box, double tilt = 0) : black_box_(black_box), tilt_(tilt) { car_.factor = 0.7; }
   const TrueCar& car() const { return car_; }
   double factor() const override { return car_.factor; }
   double mu(Axle axle) const override {
@@ -25,6 +26,8 @@ class FixedTruth final : public Truth {
       q.ax = rates.vx;
       q.ay = rates.vy;
       q.aw = rates.omega;
+      q.grade = points.at[i].grade + tilt_;
+      q.bank = points.at[i].bank;
     }
     return true;
   }
@@ -32,6 +35,7 @@ class FixedTruth final : public Truth {
 
  private:
   bool black_box_;
+  double tilt_;
   TrueCar car_;
 };
 
@@ -62,6 +66,18 @@ TEST(Oracle, FeelsGradeAndBank) {
   const auto flat = model.rates(x, {0, 0}, {}), slope = model.rates(x, {0, 0}, sloped);
   EXPECT_NEAR(slope.vx - flat.vx, -gravity * std::sin(0.05), 1e-12);
   EXPECT_NEAR(slope.vy - flat.vy, gravity * std::sin(0.03), 1e-12);
+}
+
+TEST(Oracle, FeelsSlopesOfTheTrueCarThatNoMapHas) {
+  const FixedTruth level(false), tilted(false, 0.05);
+  Nominal nominal("ekinematic");
+  const auto rates = [&](const Truth& truth) {
+    const auto oracle = make_estimator("oracle", nominal, {}, 1, &truth);
+    State x;
+    x.vx = 1.5;
+    return corrected(nominal, *oracle).rates(x, {0, 0}, {});
+  };
+  EXPECT_NEAR(rates(tilted).vx - rates(level).vx, -gravity * std::sin(0.05), 1e-12);
 }
 
 TEST(Oracle, BelievesTheTruth) {
