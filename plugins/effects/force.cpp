@@ -1,6 +1,6 @@
 // Effect of Stage::force: tyre forces build up over a distance sigma (framework/doc/effects.md).
 //
-//   Ff' = (vx / sigma) (Ff_static - Ff),  Fr likewise; the static value at the start
+//   Ff' = (|vx| / sigma) (Ff_static - Ff),  Fr likewise; the static value at the start
 #include <gripline/plugin.hpp>
 
 namespace {
@@ -8,6 +8,7 @@ namespace {
 using gripline::param;
 using gripline::Point;
 using gripline::Stage;
+using std::abs;
 
 class Relaxation final : public gripline::AutoDiffEffect<Relaxation> {
  public:
@@ -27,7 +28,7 @@ class Relaxation final : public gripline::AutoDiffEffect<Relaxation> {
   }
   template <class T>
   void act(Point<T>& p, const Params<T>& k) const {
-    const T rate = p.q.vx / k.sigma;
+    const T rate = abs(p.q.vx) / k.sigma;
     p.memory_rate[0] = rate * (p.q.force_front - p.memory[0]);
     p.memory_rate[1] = rate * (p.q.force_rear - p.memory[1]);
     p.q.force_front = p.memory[0];
