@@ -10,7 +10,7 @@
 // both 0). The paper adds f_dyn - f_ekin to f_ekin; the last two
 // rows are that sum. Its slope terms stand here with g for m and with the road's signs (grade and bank are added by the
 // framework). If the nominal model has tyres itself, its own part of vx' is removed first. Below v_min the correction
-// fades: at rest the model is the nominal one.
+// fades, the bank's pull with it: at rest the model is the nominal one. The grade is the nominal model's at any speed.
 #pragma once
 
 #include <cmath>
@@ -63,7 +63,7 @@ void correct_body(Quantities<T>& q, const Place& at, const CorrectionTerms& term
   if (model_has_tyres)
     straight += q.force_front * sine / q.m - q.vy * q.omega;
   else
-    q.bank += at.bank;
+    q.bank = faded<T>(q.bank, q.bank + at.bank, q.vx, v_min);
   const T loss = resistance.Cr0 + resistance.Cd * square(q.vx) + ff * sine - missing;
   q.ax = faded<T>(q.ax, straight - loss / q.m + q.vy * q.omega, q.vx, v_min);
   q.ay = faded<T>(q.ay, (fr + ff * cosine) / q.m - q.vx * q.omega, q.vx, v_min);

@@ -26,9 +26,9 @@ Quantities<double> nominal(double vx) {
   return q;
 }
 
-Quantities<double> corrected(double vx) {
+Quantities<double> corrected(double vx, const Place& at = {}) {
   Quantities<double> q = nominal(vx);
-  learning::correct_body(q, Place{}, {.v_min = v_min}, [](Axle, double slip) { return 40000.0 * slip; });
+  learning::correct_body(q, at, {.v_min = v_min}, [](Axle, double slip) { return 40000.0 * slip; });
   return q;
 }
 
@@ -75,6 +75,24 @@ TEST(TyreCorrection, FadesTowardsStandstill) {
       EXPECT_NE(now, 0.5);
     last = now;
   }
+}
+
+/// A nominal car without tyres knows the grade and leaves the bank out, as its wheels hold it: so they do at rest.
+TEST(TyreCorrection, ABankPullsACarThatMovesAndNoneAtRest) {
+  Place sloped;
+  sloped.bank = 0.04;
+  sloped.grade = 0.06;
+  EXPECT_EQ(corrected(0.0, sloped).bank, 0.0);
+  EXPECT_NEAR(corrected(0.5 * v_min, sloped).bank, 0.02, 1e-15);
+  EXPECT_EQ(corrected(v_min, sloped).bank, 0.04);
+  EXPECT_EQ(corrected(-3.0, sloped).bank, 0.04);
+  EXPECT_EQ(corrected(0.0, sloped).grade, 0.0);  // the nominal model's, which the bench has as 0
+  EXPECT_EQ(corrected(3.0, sloped).grade, 0.0);
+  Quantities<double> with_tyres = nominal(3.0);
+  with_tyres.bank = 0.04;
+  learning::correct_body(with_tyres, sloped, {.model_has_tyres = true, .v_min = v_min},
+                         [](Axle, double slip) { return 40000.0 * slip; });
+  EXPECT_EQ(with_tyres.bank, 0.04);
 }
 
 }  // namespace
