@@ -187,10 +187,10 @@ class Truth {
   virtual ~Truth() = default;
   /// Friction factor of the road under the car [-].
   virtual double factor() const = 0;
-  /// Peak lateral force of an axle over its static load, with the present factor [-].
+  /// Peak lateral force of an axle at static load over that load, with the present factor [-].
   virtual double mu(Axle axle) const = 0;
-  /// Lateral force [N] of an axle at a slip angle [rad], at static load, with the present factor; signs as in
-  /// TyreCurve.
+  /// Lateral force [N] of an axle at a slip angle [rad] of its wheels, at the static load of the world's Car and at its
+  /// v_ref, without drive, with the present factor; signs as in TyreCurve.
   virtual double tyre_force(Axle axle, double slip) const = 0;
   /// Fills ax, ay, aw, grade and bank of all n points.q from yaw, vx, vy, omega, d, delta, delta_rate and points.at as
   /// the true car would have them. d, delta and delta_rate are what acts, as in Quantities: of the true car's effects

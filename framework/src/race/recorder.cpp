@@ -110,8 +110,8 @@ void Recorder::write_line(std::span<const LinePoint> line) const {
 void Recorder::write_replay(const StepRecord& record) {
   const World& world = record.world;
   const World::Acting acting = world.acting_under(record.sent);
-  replay_ << world.time() << record.belief.mu.sigma_front << record.belief.mu.sigma_rear << world.slip(Axle::front)
-          << world.slip(Axle::rear) << acting.force_front << acting.force_rear;
+  replay_ << world.time() << record.belief.mu.sigma_front << record.belief.mu.sigma_rear << acting.slip_front
+          << acting.slip_rear << acting.force_front << acting.force_rear;
   write_points(replay_, call_plugin(record, record.stack.spec().controller,
                                     [&] { return record.stack.controller().predicted(); }));
   write_points(replay_, record.horizon);

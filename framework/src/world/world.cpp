@@ -1,6 +1,7 @@
 #include "world/world.hpp"
 
 #include <algorithm>
+#include <boost/container/small_vector.hpp>
 #include <cmath>
 
 #include <gripline/slip.hpp>
@@ -41,6 +42,10 @@ double static_load(const Car& car, Axle axle) {
   return car.m * gravity * (axle == Axle::front ? car.lr : car.lf) / wheelbase;
 }
 
+/// What a tyre's curve depends on: not on commands, which the curve replaces, nor on what becomes of the forces.
+bool shapes_forces(const Effect& effect) { return Stage::command < effect.stage() && effect.stage() < Stage::body; }
+bool is_behind_actuators(const Effect& effect) { return effect.stage() != Stage::command && effect.memory() == 0; }
+
 }  // namespace
 
 /// The road under a point, for plants that ask for it at every wheel.
@@ -65,19 +70,22 @@ class World::ModelCar final : public World::CarDynamics {
       : car_(context.car),
         vehicle_(spec.vehicle, context, &friction_),
         model_(vehicle_.car(), options(spec)),
-        behind_actuators_(
-            vehicle_.car_of([](const Effect& one) { return one.stage() != Stage::command && one.memory() == 0; })),
+        tyres_(vehicle_.car_of(shapes_forces)),
+        behind_actuators_(vehicle_.car_of(is_behind_actuators)),
         true_params_(behind_actuators_.params().begin(), behind_actuators_.params().end()),
         true_dual_params_(true_params_.begin(), true_params_.end()),
-        substeps_by_error_(spec.car.substeps_by_error),
-        peaks_move_(model_.car().effects() > (has_tyres() ? 1u : 0u)) {
+        substeps_by_error_(spec.car.substeps_by_error) {
     model_.reset(start, 0.0, at);
-    find_peaks(at);
     acting_ = acting_under(start, Input{}, at);
   }
 
-  void set_factor(double factor) override {
+  void begin_step(const Place& at, double factor) override {
     if (!has_tyres()) return;
+    on_the_flat_.t = at.t;
+    on_the_flat_.s = at.s;
+    on_the_flat_.lap_fraction = at.lap_fraction;
+    // Beside the friction factor only effects, which may depend on time and place, move the peaks.
+    if (peaks_.empty() || tyres_.effects() > 1) find_peaks();
     model_.car().params()[factor_at()] = factor;
     true_params_[factor_at()] = factor;
     true_dual_params_[factor_at()] = Dual8(factor);
@@ -89,31 +97,30 @@ class World::ModelCar final : public World::CarDynamics {
   }
   Acting acting_under(const State& x, const Input& next, const Place& at) override {
     const Quantities<double> q = model_.quantities(x, next, at);
-    return {q.d, q.delta, has_tyres() ? q.force_front : 0.0, has_tyres() ? q.force_rear : 0.0};
+    Acting acting = {q.d, q.delta};
+    if (has_tyres()) acting.force_front = q.force_front, acting.force_rear = q.force_rear;
+    const bool axles = vehicle_.has_stage(Stage::load);  // where effects may move them
+    const double forward = std::abs(q.vx);
+    acting.slip_front = front_slip(forward, q.vy, q.omega, q.delta, axles ? q.lf : car_.lf);
+    acting.slip_rear = rear_slip(forward, q.vy, q.omega, axles ? q.lr : car_.lr);
+    return acting;
   }
   void read(Reading<double>& reading, const Place& at) const override { model_.car().read(&reading, 1, &at, nullptr); }
-  double peak_mu(Axle axle, const Place& at) const override {
-    if (peaks_move_ && at.t != peaks_at_) find_peaks(at);
-    return peak_[static_cast<int>(axle)] / static_load(car_, axle);
+  double peak_mu(Axle axle) const override {
+    return peaks_.empty() ? 0.0 : peaks_[static_cast<std::size_t>(axle)] / static_load(car_, axle);
   }
   Acting acting() const override { return acting_; }
 
-  /// Force at a slip angle on a straight at reference speed without drive: front by steering, rear by drifting.
-  double curve(Axle axle, double slip, const Place& at) const override {
+  /// Force at a slip angle on a straight at reference speed without drive: front by the wheels' angle, rear by drifting.
+  /// At static load: forces are taken to go with the load, and what effects add to it is divided out.
+  double curve(Axle axle, double slip) const override {
     if (!has_tyres()) return 0.0;
-    const double v = car_.v_ref;
-    const double sideways = axle == Axle::rear ? -v * std::tan(std::clamp(slip, -1.55, 1.55)) : 0.0;
+    const bool front = axle == Axle::front;
+    const double v = car_.v_ref, sideways = front ? 0.0 : -v * std::tan(std::clamp(slip, -1.55, 1.55));
     const double motion[] = {0, 0, 0, v, sideways, 0};
-    const ActingCommand<double> command = {0.0, axle == Axle::front ? slip : 0.0, 0.0};
-    // At factor 1: the caller multiplies by the schedule's factor.
-    std::vector<double> params(model_.car().params().begin(), model_.car().params().end());
-    params[factor_at()] = 1.0;
-    Place flat;
-    flat.t = at.t;
-    flat.s = at.s;
-    flat.lap_fraction = at.lap_fraction;
-    const Quantities<double> q = evaluate(motion, command, flat, params.data());
-    return axle == Axle::front ? q.force_front : q.force_rear;
+    const Quantities<double> q = steady(motion, {0.0, front ? slip : 0.0, 0.0});
+    const double force = front ? q.force_front : q.force_rear, load = front ? q.load_front : q.load_rear;
+    return load > 0.0 ? force / load : force;  // a model may have no loads
   }
 
   bool accelerations(const Points<double>& points) const override { return fill(points, true_params_); }
@@ -123,26 +130,25 @@ class World::ModelCar final : public World::CarDynamics {
   static StepOptions options(const WorldSpec& spec) { return {spec.dt, spec.hold, spec.vehicle.integration}; }
   /// Friction is the first effect: the others change the peaks it leaves.
   std::size_t factor_at() const { return model_.car().param_offset(0); }
-  void find_peaks(const Place& at) const {
-    peaks_at_ = at.t;
-    if (!has_tyres()) return;
+  void find_peaks() {
+    peaks_.clear();
     for (const Axle axle : {Axle::front, Axle::rear})
-      peak_[static_cast<int>(axle)] = peak_of([&](double slip) { return curve(axle, slip, at); });
+      peaks_.push_back(peak_of([&](double slip) { return curve(axle, slip); }));
   }
   bool has_tyres() const { return vehicle_.has_stage(Stage::tyre); }
 
-  /// Quantities of one instant with memory at its steady value.
-  Quantities<double> evaluate(const double* motion, const ActingCommand<double>& command, const Place& at,
-                              const double* params) const {
-    std::vector<double> memory(static_cast<std::size_t>(model_.car().memory())), rate(memory.size());
-    InstantBatch<double> instant(motion, command, at, 1.0, Hold::zoh);
+  /// Quantities of the tyres at factor 1 (callers multiply by the schedule's), with memory at its steady value.
+  Quantities<double> steady(const double* motion, const ActingCommand<double>& command) const {
+    boost::container::small_vector<double, 16> memory(static_cast<std::size_t>(tyres_.memory())), rate(memory.size());
+    InstantBatch<double> instant(motion, command, on_the_flat_, 1.0, Hold::zoh);
     CarBatch<double>& batch = instant.batch;
-    batch.params = params;
-    model_.car().start_memory(batch, memory.data());
-    batch.memory = memory.data();
-    batch.memory_rate = rate.data();
+    if (!memory.empty()) {
+      tyres_.start_memory(batch, memory.data());
+      batch.memory = memory.data();
+      batch.memory_rate = rate.data();
+    }
     Quantities<double> q{};
-    model_.car().quantities(batch, &q);
+    tyres_.quantities(batch, &q);
     return q;
   }
 
@@ -169,12 +175,13 @@ class World::ModelCar final : public World::CarDynamics {
   FrictionFactor friction_;
   Vehicle vehicle_;
   CorrectedModel model_;
+  StagedCar tyres_;             // at factor 1
   StagedCar behind_actuators_;  // what Truth tells: without effects on commands and those that have memory
   std::vector<double> true_params_;
   std::vector<Dual8> true_dual_params_;
   bool substeps_by_error_;
-  bool peaks_move_;  // with the car's own effects, which may depend on time and place
-  mutable double peak_[2] = {0, 0}, peaks_at_ = 0;
+  Place on_the_flat_;          // the present time and place, without slopes
+  std::vector<double> peaks_;  // front and rear [N]; empty without tyres
   Acting acting_;
 };
 
@@ -182,30 +189,42 @@ class World::ModelCar final : public World::CarDynamics {
 class World::PluginPlant final : public World::CarDynamics {
  public:
   PluginPlant(const WorldSpec& spec, const PluginContext& context, const State& start, const Ground& ground)
-      : plant_(create<Plant>(*spec.plant.entry, context, spec.plant.values)), ground_(ground), dt_(spec.dt) {
+      : plant_(create<Plant>(*spec.plant.entry, context, spec.plant.values)),
+        ground_(ground),
+        car_(context.car),
+        dt_(spec.dt) {
     plant_->reset(start, ground_);
   }
-  void set_factor(double) override {}  // the ground tells it
+  void begin_step(const Place&, double) override {}  // the ground tells the friction
   State advance(const State& x, const Input& u, const Place&) override {
     const double delta = x.delta + dt_ * u.ddelta;
-    acting_ = {u.d, delta, plant_->axle_force(Axle::front), plant_->axle_force(Axle::rear)};
+    acting_ = acting_with(plant_->axle_force(Axle::front), plant_->axle_force(Axle::rear), x, u);
     State next = plant_->advance(u.d, delta, dt_, ground_);
     next.delta = delta;
     return next;
   }
-  double peak_mu(Axle axle, const Place&) const override { return plant_->mu(axle); }
-  double curve(Axle axle, double slip, const Place&) const override { return plant_->tyre_force(axle, slip); }
+  double peak_mu(Axle axle) const override { return plant_->mu(axle); }
+  double curve(Axle axle, double slip) const override { return plant_->tyre_force(axle, slip); }
   Acting acting() const override { return acting_; }
   Acting acting_under(const State& x, const Input& next, const Place&) override {
-    return {next.d, x.delta + dt_ * next.ddelta, acting_.force_front, acting_.force_rear};
+    return acting_with(acting_.force_front, acting_.force_rear, x, next);
   }
   void read(Reading<double>&, const Place&) const override {}
   bool accelerations(const Points<double>&) const override { return false; }
   bool accelerations(const Points<Dual8>&) const override { return false; }
 
  private:
+  Acting acting_with(double force_front, double force_rear, const State& x, const Input& u) const {
+    Acting acting = {u.d, x.delta + dt_ * u.ddelta, force_front, force_rear};
+    const double forward = std::abs(x.vx);
+    acting.slip_front = front_slip(forward, x.vy, x.omega, acting.delta, car_.lf);
+    acting.slip_rear = rear_slip(forward, x.vy, x.omega, car_.lr);
+    return acting;
+  }
+
   Instance<Plant> plant_;
   const Ground& ground_;
+  Car car_;
   double dt_;
   Acting acting_;
 };
@@ -214,9 +233,9 @@ class World::TruthView final : public Truth {
  public:
   explicit TruthView(const World& world) : world_(world) {}
   double factor() const override { return world_.factor_; }
-  double mu(Axle axle) const override { return world_.factor_ * world_.dynamics_->peak_mu(axle, world_.place_); }
+  double mu(Axle axle) const override { return world_.factor_ * world_.dynamics_->peak_mu(axle); }
   double tyre_force(Axle axle, double slip) const override {
-    return world_.factor_ * world_.dynamics_->curve(axle, slip, world_.place_);
+    return world_.factor_ * world_.dynamics_->curve(axle, slip);
   }
   bool accelerations(const Points<double>& points) const override { return world_.dynamics_->accelerations(points); }
   bool accelerations(const Points<Dual8>& points) const override { return world_.dynamics_->accelerations(points); }
@@ -249,7 +268,7 @@ World::World(const WorldSpec& spec, std::uint64_t seed)
   else
     dynamics_ = std::make_unique<PluginPlant>(spec, context, state_, *road_);
   truth_ = std::make_unique<TruthView>(*this);
-  set_factor();
+  begin_step();
   sense();
 }
 
@@ -274,7 +293,7 @@ Input World::advance(const Input& wanted) {
   ++step_;
   if (!finite()) return u;  // a car that is not finite has no place on the track
   arrive(static_cast<double>(step_) * spec_.dt);
-  set_factor();
+  begin_step();
   sense();
   return u;
 }
@@ -283,10 +302,11 @@ bool World::finite() const {
   return std::isfinite(state_.x + state_.y + state_.yaw + state_.vx + state_.vy + state_.omega);
 }
 
-/// Friction of the step that begins now. Truth shows it before the step, as the published oracle has it.
-void World::set_factor() {
+/// Friction of the step that begins now, which Truth shows before the step, as the published oracle has it.
+void World::begin_step() {
   factor_ = friction_.factor(step_, time(), place_.s);
-  dynamics_->set_factor(factor_);
+  dynamics_->begin_step(place_, factor_);
+  held_ = acting_under({d_, 0.0});
 }
 
 /// Where the car is now: place, lap, edges, walls.
@@ -320,13 +340,6 @@ void World::sense() {
   sensed_hint_ = found.s;
   observation_.at = place_of(*spec_.track, found, time(), seen.x, seen.y, seen.yaw);
   observation_.d = d_;
-}
-
-double World::slip(Axle axle) const {
-  const Car& car = spec_.car.car;
-  const double forward = std::abs(state_.vx);
-  return axle == Axle::front ? front_slip(forward, state_.vy, state_.omega, state_.delta, car.lf)
-                             : rear_slip(forward, state_.vy, state_.omega, car.lr);
 }
 
 World::Acting World::acting() const { return dynamics_->acting(); }

@@ -43,12 +43,13 @@ class World {
   const Course& course() const { return course_; }
   const WorldSpec& spec() const { return spec_; }
 
-  /// True slip angle now, from the car's geometry [rad].
-  double slip(Axle axle) const;
-  /// What acts at an instant: throttle and road wheel angle after the actuators, lateral axle forces [N].
+  /// What acts at an instant: throttle and road wheel angle after the actuators, lateral axle forces [N], and the slip
+  /// angles under that wheel angle [rad]. Of a plant that is a plugin the commands are those given: it tells no others.
   struct Acting {
-    double d = 0, delta = 0, force_front = 0, force_rear = 0;
+    double d = 0, delta = 0, force_front = 0, force_rear = 0, slip_front = 0, slip_rear = 0;
   };
+  /// True slip angle now, while the last command is held [rad].
+  double slip(Axle axle) const { return axle == Axle::front ? held_.slip_front : held_.slip_rear; }
   /// At the start of the last step.
   Acting acting() const;
   /// Now, when `next` is applied now. A plant that is a plugin reports the forces of its last step.
@@ -74,11 +75,12 @@ class World {
   class CarDynamics {
    public:
     virtual ~CarDynamics() = default;
-    /// Told before everything else of a step: the friction that holds over it.
-    virtual void set_factor(double factor) = 0;
+    /// Told before everything else of a step: where it begins, and the friction that holds over it.
+    virtual void begin_step(const Place& at, double factor) = 0;
     virtual State advance(const State& x, const Input& u, const Place& at) = 0;
-    virtual double peak_mu(Axle axle, const Place& at) const = 0;  // at factor 1
-    virtual double curve(Axle axle, double slip, const Place& at) const = 0;
+    /// Where the step began, at factor 1 and at static load: peak force over that load, and the force at a slip angle.
+    virtual double peak_mu(Axle axle) const = 0;
+    virtual double curve(Axle axle, double slip) const = 0;
     virtual Acting acting() const = 0;
     virtual Acting acting_under(const State& x, const Input& next, const Place& at) = 0;
     /// Passes a reading through the car's own effects.
@@ -88,7 +90,7 @@ class World {
   };
 
   void arrive(double t);
-  void set_factor();
+  void begin_step();
   void sense();
 
   const WorldSpec& spec_;
@@ -101,6 +103,7 @@ class World {
   std::int64_t step_ = 0;
   double factor_ = 1.0;  // held over the step that begins now
   double d_ = 0.0;
+  Acting held_;  // while the last command is
   Observation observation_;
   double sensed_hint_ = 0.0;
   bool outside_ = false, body_outside_ = false, crashed_ = false;

@@ -125,6 +125,22 @@ TEST(Recorder, ActuatorsShowInTheAppliedColumns) {
   }
 }
 
+/// The force of a row is that of its slip: both are under the command that the row states.
+TEST(Recorder, SlipsAndForcesOfARowAreOfOneInstant) {
+  const Folder folder;
+  Race race(folder.path(), R"({"start": {"speed": 1}})");
+  race.run();
+  const std::vector<std::string> rows = lines(folder / "replay.csv");
+  ASSERT_GT(rows.size(), 5u);
+  for (std::size_t i = 1; i < rows.size(); ++i) {
+    std::stringstream cells(rows[i]);
+    std::vector<double> first;  // t, two sigmas, two slips, two forces
+    for (std::string cell; first.size() < 7 && std::getline(cells, cell, ',');) first.push_back(std::stod(cell));
+    EXPECT_NEAR(first[5], 0.192 * std::sin(1.2 * std::atan(2.579 * first[3])), 1e-9) << rows[i];
+    EXPECT_NEAR(first[6], 0.1737 * std::sin(1.2691 * std::atan(3.3852 * first[4])), 1e-9) << rows[i];
+  }
+}
+
 TEST(Recorder, RowsTellPlaceBeliefAndReference) {
   const Folder folder;
   Race race(folder.path(), R"({"start": {"speed": 1}, "duration": "2 s"})", R"({"mu_init": 0.77})");

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <thread>
 
 #include "support/allocation_counter.hpp"
 #include "support/host_support.hpp"
@@ -157,6 +158,47 @@ Quantities<T> told(const World& world, double vx, double vy, double omega, doubl
   points.at = &at;
   EXPECT_TRUE(world.truth().accelerations(points));
   return q;
+}
+
+/// The axis of the curve is the wheels' own slip, whatever the steering makes of a command.
+TEST(World, TrueTyresDoNotDependOnTheSteering) {
+  const WorldSpec plain = world_of();
+  const WorldSpec geared = world_of(R"({"plant": {"effects": [{"plugin": "steer_gain", "params": {"k": 0.3}},
+    {"plugin": "steer_offset", "params": {"d0": 0.02}}, {"plugin": "steer_lag", "params": {"tau": 0.1}}]}})");
+  const World one(plain, 1), other(geared, 1);
+  EXPECT_EQ(other.truth().tyre_force(Axle::front, 0.0), 0.0);
+  for (const Axle axle : {Axle::front, Axle::rear}) {
+    EXPECT_EQ(other.truth().tyre_force(axle, 0.2), one.truth().tyre_force(axle, 0.2));
+    EXPECT_EQ(other.truth().mu(axle), one.truth().mu(axle));
+  }
+}
+
+/// At static load: air that presses, a heavier car and one that is heavier behind have the friction of their tyres.
+TEST(World, LoadsAreNoFriction) {
+  const WorldSpec plain = world_of();
+  const World one(plain, 1);
+  for (const char* effect :
+       {R"({"plugin": "downforce", "params": {"k": 0.3}})", R"({"plugin": "mass", "params": {"k": 0.2}})",
+        R"({"plugin": "cog_shift", "params": {"k": 0.05}})"}) {
+    const WorldSpec loaded = world_of(R"({"plant": {"effects": [)" + std::string(effect) + "]}}");
+    const World other(loaded, 1);
+    for (const Axle axle : {Axle::front, Axle::rear}) {
+      EXPECT_NEAR(other.truth().mu(axle), one.truth().mu(axle), 1e-12) << effect;
+      EXPECT_NEAR(other.truth().tyre_force(axle, -0.3), one.truth().tyre_force(axle, -0.3), 1e-12) << effect;
+    }
+  }
+}
+
+/// const calls of the SDK may come from several threads at once.
+TEST(World, TruthMayBeAskedByManyAtOnce) {
+  const WorldSpec spec = world_of(R"({"plant": {"effects": [{"plugin": "friction_drift", "params": {"k": -0.6}}]}})");
+  World world(spec, 1);
+  for (int k = 0; k < 50; ++k) world.advance({0.2, 0});
+  std::vector<double> told(4);
+  std::vector<std::thread> askers;
+  for (double& mu : told) askers.emplace_back([&] { mu = world.truth().mu(Axle::rear); });
+  for (std::thread& one : askers) one.join();
+  for (const double mu : told) EXPECT_NEAR(mu, (1 - 0.6 / 60) * 0.1737 / (0.041 * 9.81 * 0.029 / 0.062), 1e-9);
 }
 
 TEST(World, FrictionThatThePlantChangesWithTimeIsTrueToo) {
@@ -356,6 +398,37 @@ TEST(World, SlipsAreThoseOfTheCarsGeometry) {
   EXPECT_DOUBLE_EQ(world.slip(Axle::front), x.delta - std::atan2(0.029 * x.omega + x.vy, x.vx));
   EXPECT_DOUBLE_EQ(world.slip(Axle::rear), std::atan2(0.033 * x.omega - x.vy, x.vx));
   EXPECT_GT(std::abs(world.slip(Axle::rear)), 0.01);
+}
+
+/// What slips is the wheel as it stands, on the axle where it is.
+TEST(World, SlipsAreUnderTheWheelAngleThatActs) {
+  const WorldSpec spec = world_of(R"({"start": {"speed": 1.5}, "plant": {"effects": [
+    {"plugin": "steer_offset", "params": {"d0": 0.03}}, {"plugin": "cog_shift", "params": {"k": 0.05}}]}})");
+  World world(spec, 1);
+  for (int k = 0; k < 10; ++k) world.advance({0.5, 2});
+  const State& x = world.state();
+  const double lf = 0.029 + 0.05 * 0.062, lr = 0.033 - 0.05 * 0.062;
+  EXPECT_NEAR(world.slip(Axle::front), x.delta + 0.03 - std::atan2(lf * x.omega + x.vy, x.vx), 1e-14);
+  EXPECT_NEAR(world.slip(Axle::rear), std::atan2(lr * x.omega - x.vy, x.vx), 1e-14);
+
+  const WorldSpec slow =
+      world_of(R"({"start": {"speed": 1.5}, "plant": {"effects": [{"plugin": "steer_lag", "params": {"tau": 1}}]}})");
+  World lagging(slow, 1);
+  lagging.advance({0.5, 5});
+  const State& y = lagging.state();
+  const double wheel = lagging.slip(Axle::front) + std::atan2(0.029 * y.omega + y.vy, y.vx);
+  EXPECT_NEAR(wheel, 0.1 * (1 - std::exp(-0.02)), 1e-6);  // of the 0.1 rad that were commanded
+}
+
+TEST(World, SlipsAndForcesUnderACommandAreOfOneTyre) {
+  const WorldSpec spec = world_of(R"({"start": {"speed": 1.5}})");
+  World world(spec, 1);
+  for (int k = 0; k < 5; ++k) {
+    const World::Acting acting = world.acting_under({0.4, 2});
+    EXPECT_NEAR(acting.force_front, 0.192 * std::sin(1.2 * std::atan(2.579 * acting.slip_front)), 1e-14);
+    EXPECT_NEAR(acting.force_rear, 0.1737 * std::sin(1.2691 * std::atan(3.3852 * acting.slip_rear)), 1e-14);
+    world.advance({0.4, 2});
+  }
 }
 
 TEST(World, AForceThatIsNoNumberStopsTheWorldInsteadOfLosingTheCar) {
