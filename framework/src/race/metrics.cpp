@@ -33,13 +33,10 @@ Metrics::Metrics(const World& world, const StackSpec& stack, std::uint64_t seed)
   summary_.needs_truth = stack.needs_truth();
 }
 
-/// Axle values of mu, each relative to its static load, as one for the car.
-double Metrics::load_weighted(double front, double rear) const {
-  const Car& car = world_.spec().car.car;
-  return (front * car.lr + rear * car.lf) / (car.lf + car.lr);
+double Metrics::mu_true() const {
+  const Truth& truth = world_.truth();
+  return total_mu({.mu_front = truth.mu(Axle::front), .mu_rear = truth.mu(Axle::rear)}, world_.spec().car.car);
 }
-
-double Metrics::mu_true() const { return load_weighted(world_.truth().mu(Axle::front), world_.truth().mu(Axle::rear)); }
 
 /// Largest true force over the slips visited so far. Evaluated only when the slip exceeds the largest one before, and
 /// at points in between, because one step may pass over the peak.
@@ -67,7 +64,7 @@ void Metrics::lap(double ended) {
 void Metrics::add_friction_error(const Belief& belief) {
   const double driven = world_.covered() / world_.track().length();
   if (!trusted_since_) trusted_since_ = driven;
-  const double believed = load_weighted(belief.mu_front, belief.mu_rear);
+  const double believed = total_mu(belief, world_.spec().car.car);
   const double error = believed - mu_true();
   mu_square_.add(error * error);
   bias_.add(error);

@@ -53,7 +53,6 @@ class Metrics {
     void add(double value) { sum += value, ++count; }
     double mean() const { return count > 0 ? sum / static_cast<double>(count) : 0.0; }
   };
-  double load_weighted(double front, double rear) const;
   void visit_slip(Axle axle);
   void lap(double ended);
   void add_friction_error(const Belief& belief);
