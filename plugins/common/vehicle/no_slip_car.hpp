@@ -92,6 +92,7 @@ class NoSlipCar : public AutoDiffVehicle<D> {
   void drive(Point<T>& p, const NoSlipParams<T>& k) const {
     p.q.motor = k.Cm1;
     p.q.emf = k.Cm2;
+    // A motor that brakes is a brake: effects on the drive find its force made, those on brakes change it.
     p.q.brake = k.Cb > T(0) ? k.Cb : k.Cm1 - k.Cm2 * p.q.vx;
     p.q.rolling = k.Cr0;
     p.q.drag = k.Cd;

@@ -1,4 +1,6 @@
+#include "car/instant.hpp"
 #include "support/effect_bench.hpp"
+#include "support/vehicle_checks.hpp"
 
 namespace gripline {
 namespace {
@@ -40,6 +42,35 @@ TEST(BrakeFade, HeatGrowsWithBrakingAndLeaksAway) {
   bench.q.d = 0.5;
   bench.apply({0.3});
   EXPECT_NEAR(bench.memory_rate[0], -0.03, 1e-14);
+}
+
+/// Force at 2 m/s under full brakes of a model whose motor brakes, with an effect; brakes have a heat of 1.
+double braking_force(const char* id, const char* effect, double param) {
+  const rig::TestedModel model(id, {{"Cb", 0}});
+  const EffectBench bench(effect);
+  StagedCar car(*model.model, model.params);
+  car.add(bench.effect(), {param}, effect);
+  const double motion[] = {0, 0, 0, 2, 0, 0}, heat = 1;
+  double rate = 0;
+  const Place at;
+  InstantBatch<double> instant(motion, {-1, 0, 0}, at, 0.02, Hold::zoh);
+  instant.batch.memory = &heat;
+  instant.batch.memory_rate = &rate;
+  Quantities<double> q{};
+  car.quantities(instant.batch, &q);
+  return q.drive_force;
+}
+
+/// The rule of effects.md, on which published fits rest.
+TEST(DriveEffects, AMotorThatBrakesIsABrake) {
+  const double bare = -(0.287 - 0.0545 * 2);
+  for (const char* model : {"dynamic", "kinematic", "ekinematic"}) {
+    EXPECT_DOUBLE_EQ(braking_force(model, "drive_gain", 0.2), bare) << model;
+    EXPECT_DOUBLE_EQ(braking_force(model, "back_emf", 0.1), bare) << model;
+    EXPECT_DOUBLE_EQ(braking_force(model, "power_limit", 0.01), bare) << model;
+    EXPECT_NEAR(braking_force(model, "brake_gain", 0.25), 1.25 * bare, 1e-15) << model;
+    EXPECT_NEAR(braking_force(model, "brake_fade", 0.3), 0.7 * bare, 1e-15) << model;
+  }
 }
 
 TEST(BrakeFade, NeverTurnsTheBrakeAround) {
