@@ -1,11 +1,11 @@
 // Effects of Stage::body: accelerations and slopes (framework/doc/effects.md; u = vx / v_ref, L = lf + lr).
 //
-//   aero_drag     vx' -= a u^2
-//   rolling_res   vx' -= a
+//   aero_drag     vx' -= a u |u|
+//   rolling_res   vx' -= a sign(vx), rising from 0 at rest to its full size at 0.02 m/s
 //   diff_yaw      omega' -= k omega
 //   torque_vec    omega' += k (Fd / m) / L (delta / 0.2 rad)
 //   wind          rx = vx - (wx cos yaw + wy sin yaw),  ry = vy - (-wx sin yaw + wy cos yaw);
-//                 vx' -= Cd (rx |rx| - vx^2) / m,  vy' -= 2.5 Cd (ry hypot(rx, ry) - vy hypot(vx, vy)) / m
+//                 vx' -= Cd (rx |rx| - vx |vx|) / m,  vy' -= 2.5 Cd (ry hypot(rx, ry) - vy hypot(vx, vy)) / m
 //   plane_tilt    grade += tx cos yaw + ty sin yaw,  bank += tx sin yaw - ty cos yaw
 //   yaw_response  omega* = w / sqrt(1 + (w vx / (mu g))^2),  w = vx delta / L;
 //                 omega' = (omega* - omega) / tau,  vy' = (lr omega* - vy) / tau: in place of the model's own
@@ -22,6 +22,8 @@ using gripline::square;
 using gripline::Stage;
 using std::abs;
 using std::hypot;
+
+constexpr double crawl = 0.02;  // [m/s], as of the resistance of `dynamic`
 
 template <class T>
 struct Strength {
@@ -43,7 +45,8 @@ class AeroDrag final : public gripline::AutoDiffEffect<AeroDrag> {
   Stage stage() const noexcept override { return Stage::body; }
   template <class T>
   void act(Point<T>& p, const Params<T>& k) const {
-    p.q.ax -= k.a * square(p.q.vx / v_ref_);
+    const T u = p.q.vx / v_ref_;
+    p.q.ax -= k.a * (u * abs(u));
   }
 
  private:
@@ -60,7 +63,8 @@ class RollingRes final : public gripline::AutoDiffEffect<RollingRes> {
   Stage stage() const noexcept override { return Stage::body; }
   template <class T>
   void act(Point<T>& p, const Params<T>& k) const {
-    p.q.ax -= k.a;
+    // Against the motion, and nothing at rest: rest stays at rest.
+    p.q.ax -= k.a * gripline::clamp_value(p.q.vx * (1.0 / crawl), -1.0, 1.0);
   }
 };
 
@@ -110,7 +114,7 @@ class Wind final : public gripline::AutoDiffEffect<Wind> {
     const auto [sine, cosine] = gripline::sine_cosine(p.q.yaw);
     const T rx = p.q.vx - (k.wx * cosine + k.wy * sine);
     const T ry = p.q.vy - (k.wy * cosine - k.wx * sine);
-    p.q.ax -= p.q.drag * (rx * abs(rx) - square(p.q.vx)) / p.q.m;
+    p.q.ax -= p.q.drag * (rx * abs(rx) - p.q.vx * abs(p.q.vx)) / p.q.m;
     p.q.ay -= p.q.drag * 2.5 * (ry * hypot(rx, ry) - p.q.vy * hypot(p.q.vx, p.q.vy)) / p.q.m;
   }
 };

@@ -3,7 +3,7 @@
 //   back_emf     Cm2 -> Cm2 + k Cm1 / v_ref
 //   drive_gain   Cm1 -> Cm1 (1 + k)
 //   brake_gain   Cb -> Cb (1 + k)
-//   brake_fade   Cb -> Cb max(0, 1 - k E),  E' = 0.5 max(-d, 0) u - E / 20 s,  E(0) = 0
+//   brake_fade   Cb -> Cb max(0, 1 - k E),  E' = 0.5 max(-d, 0) |u| - E / 20 s,  E(0) = 0
 //
 // back_emf acts before drive_gain, because its Cm1 is the nominal one. Cb stands for what the car brakes with: of a model
 // with Cb = 0 that is Cm1 - Cm2 vx of the bare model, which brake_gain and brake_fade change and the others leave.
@@ -15,6 +15,7 @@ using gripline::max;
 using gripline::param;
 using gripline::Point;
 using gripline::Stage;
+using std::abs;
 using std::max;
 
 class DriveEffect {
@@ -92,7 +93,7 @@ class BrakeFade final : public gripline::AutoDiffEffect<BrakeFade>, DriveEffect 
   template <class T>
   void act(Point<T>& p, const Params<T>& k) const {
     const T heat = p.memory[0];
-    p.memory_rate[0] = max(-p.q.d, T(0)) * (p.q.vx / v_ref_) * 0.5 - heat / 20.0;
+    p.memory_rate[0] = max(-p.q.d, T(0)) * (abs(p.q.vx) / v_ref_) * 0.5 - heat / 20.0;
     p.q.brake *= max(T(0), T(1) - k.k * heat);
   }
 };

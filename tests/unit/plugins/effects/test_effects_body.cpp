@@ -18,6 +18,22 @@ TEST(RollingRes, IsConstant) {
   EXPECT_NEAR(bench.apply({0.3}).ax, 0.1, 1e-14);
 }
 
+/// A car that rolls backwards is slowed as well, and one at rest is not set moving.
+TEST(Resistances, ActAgainstTheMotion) {
+  for (const char* id : {"aero_drag", "rolling_res"}) {
+    EffectBench bench(id);
+    const double forward = bench.apply({0.5}).ax - bench.q.ax;
+    bench.q.vx = -bench.q.vx;
+    EXPECT_NEAR(bench.apply({0.5}).ax - bench.q.ax, -forward, 1e-14) << id;
+    bench.expect_exact_derivatives({0.5});
+    bench.q.vx = 0.0;
+    EXPECT_EQ(bench.apply({0.5}).ax, bench.q.ax) << id;
+  }
+  EffectBench crawling("rolling_res");
+  crawling.q.vx = -0.01;
+  EXPECT_NEAR(crawling.apply({0.5}).ax - crawling.q.ax, 0.25, 1e-14);
+}
+
 TEST(DiffYaw, DampsTheYawRate) {
   EffectBench bench("diff_yaw");
   EXPECT_NEAR(bench.apply({2.0}).aw, -0.8 - 2.4, 1e-14);
@@ -28,11 +44,11 @@ TEST(TorqueVec, FollowsDriveForceAndSteering) {
   EXPECT_NEAR(bench.apply({0.6}).aw, -0.8 + 0.6 * (2.0 / 2.0) / 1.0 * (0.1 / 0.2), 1e-14);
 }
 
-TEST(Wind, NoWindNoChange) {
+TEST(Wind, FromBehindSlowsACarThatRollsBackwards) {
   EffectBench bench("wind");
-  const auto q = bench.apply({0.0, 0.0});
-  EXPECT_NEAR(q.ax, bench.q.ax, 1e-15);
-  EXPECT_NEAR(q.ay, bench.q.ay, 1e-15);
+  bench.q.yaw = 0.0;
+  bench.q.vx = -4.0;
+  EXPECT_NEAR(bench.apply({3.0, 0.0}).ax - bench.q.ax, 0.05 * (49.0 - 16.0) / 2.0, 1e-14);
 }
 
 TEST(Wind, ActsOnTheAirSpeedInTheCarsAxes) {

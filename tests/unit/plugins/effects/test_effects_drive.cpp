@@ -73,6 +73,15 @@ TEST(DriveEffects, AMotorThatBrakesIsABrake) {
   }
 }
 
+TEST(BrakeFade, BrakesHeatBackwardsToo) {
+  EffectBench bench("brake_fade");
+  bench.memory = {0.0};
+  bench.q.d = -0.5;
+  bench.q.vx = -4.0;
+  bench.apply({0.3});
+  EXPECT_NEAR(bench.memory_rate[0], 0.5 * 0.5 * (4.0 / 5.0), 1e-14);
+}
+
 TEST(BrakeFade, NeverTurnsTheBrakeAround) {
   EffectBench bench("brake_fade");
   bench.memory = {10.0};
