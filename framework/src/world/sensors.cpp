@@ -7,9 +7,16 @@
 namespace gripline {
 namespace {
 
+constexpr double most_steps = 1e6;  // true states are kept for as long as a delay lasts, 48 bytes a step
+
 /// Steps in a time that must be a whole number of them.
 int whole_steps(double time, double dt, const Node& node, const char* what, Errors& errors) {
   const double steps = time / dt;
+  if (!(steps <= most_steps)) {
+    errors.add(node.origin, std::string(what) + " is longer than " + number_text(most_steps * dt) +
+                                " s, a million control steps of " + number_text(dt) + " s, which is the most there is");
+    return 1;
+  }
   const double whole = std::round(steps);
   if (std::abs(steps - whole) > 1e-6 * std::max(1.0, steps)) {
     errors.add(node.origin, std::string(what) + " is no whole number of control steps of " + number_text(dt) +

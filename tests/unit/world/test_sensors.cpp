@@ -119,6 +119,8 @@ TEST(Sensors, OneChannelsRateDoesNotChangeAnothersNoise) {
   for (int k = 0; k < 40; ++k) EXPECT_EQ(fast.sense(k, {}).y, slow.sense(k, {}).y);
 }
 
+TEST(Sensors, ADelayMayBeAsLongAsARace) { EXPECT_EQ(spec_of(R"({"delay": {"x": 20000}})").channels[0].delay, 1000000); }
+
 TEST(Sensors, RefusalsSayWhatAndWhere) {
   const auto why = [](const char* text) { return refusal([&] { spec_of(text); }); };
   EXPECT_THAT(
@@ -126,6 +128,10 @@ TEST(Sensors, RefusalsSayWhatAndWhere) {
       HasSubstr("/rate/x: the time between readings is no whole number of control steps of 0.02 s; nearest: 0.04 s"));
   EXPECT_THAT(why(R"({"delay": {"x": "50 ms"}})"),
               HasSubstr("/delay/x: the delay is no whole number of control steps"));
+  EXPECT_THAT(why(R"({"delay": {"x": 1e8}})"),
+              HasSubstr("/delay/x: the delay is longer than 20000 s, a million control steps of 0.02 s"));
+  EXPECT_THAT(why(R"({"delay": {"x": 1e300}})"), HasSubstr("/delay/x: the delay is longer than 20000 s"));
+  EXPECT_THAT(why(R"({"rate": {"x": 1e-300}})"), HasSubstr("/rate/x: the time between readings is longer than"));
   EXPECT_THAT(why(R"({"sigma": {"x": -1}})"), HasSubstr("/sigma/x: -1 is out of range"));
   EXPECT_THAT(why(R"({"sigma": {"omega": 1}})"), HasSubstr("/sigma/omega: unknown key \"omega\""));
   EXPECT_THAT(why(R"({"sigma": {"x": "1 kg"}})"), HasSubstr("is a mass, expected a length [m]"));
