@@ -7,6 +7,7 @@
 #include <boost/dll/library_info.hpp>
 #include <cmath>
 #include <cstring>
+#include <limits>
 #include <string_view>
 #include <type_traits>
 
@@ -84,6 +85,13 @@ std::string param_problem(const abi::ParamDecl& p) {
   if (p.type > abi::ParamType::table) return name + " of no known type";
   if (p.type == abi::ParamType::choice && p.choices == nullptr) return name + " that is a choice among nothing";
   if (!(p.lo <= p.hi) || std::isnan(p.default_value)) return name + " with a range or a default that is no number";
+  // Such numbers become ints, here and in the plugin. Whoever builds with the SDK's headers is told by the compiler.
+  const auto is_int = [](double value) {
+    return value >= std::numeric_limits<int>::min() && value <= std::numeric_limits<int>::max();
+  };
+  const bool whole = p.type == abi::ParamType::integer || p.type == abi::ParamType::choice;
+  if (whole && !(is_int(p.lo) && is_int(p.hi) && is_int(p.default_value)))
+    return name + ", whose range or default is beyond what an int holds";
   try {
     (void)Unit::parse(p.unit);
   } catch (const UnitError& error) {

@@ -75,6 +75,17 @@ abi::ParamValue read_value(const Node& node, const abi::ParamDecl& decl, PluginS
   return {read_number(node, decl.unit, range, errors), {}};
 }
 
+/// What is known of the car under a parameter's name. Nobody held it to the parameter: a number that is no whole one
+/// would be made one in the plugin.
+double known_value(double known, const abi::ParamDecl& decl, ObjectReader& reader) {
+  if (decl.type == abi::ParamType::number || decl.type == abi::ParamType::table) return known;
+  if (known >= decl.lo && known <= decl.hi && std::trunc(known) == known) return known;
+  reader.error_at("plugin", std::string(decl.name) + " is known of the car as " + number_text(known) +
+                                "; expected a whole number from " + number_text(decl.lo) + " to " +
+                                number_text(decl.hi));
+  return decl.default_value;
+}
+
 /// Registry::find, its error with the place in the file where the plugin is named.
 const PluginEntry& find_at(const Registry& registry, abi::Kind kind, const Node& name) {
   try {
@@ -113,7 +124,8 @@ PluginSpec read_plugin(ObjectReader& reader, abi::Kind kind, const Registry& reg
       spec.values.push_back(read_value(*node, decl, spec, reader.errors()));
     } else {
       const auto from_car = known.find(decl.name);
-      spec.values.push_back({from_car != known.end() ? from_car->second : decl.default_value, {}});
+      spec.values.push_back(
+          {from_car != known.end() ? known_value(from_car->second, decl, reader) : decl.default_value, {}});
     }
   }
   values.finish();

@@ -72,6 +72,17 @@ TEST(PluginSpec, WhatIsKnownOfTheCarComesBeforeTheDefaultAndAfterTheJson) {
   EXPECT_EQ(value(R"({"plugin": "dynamic"})", "Df"), 0.21);
 }
 
+TEST(PluginSpec, WhatIsKnownOfTheCarIsNoWholeNumberByChance) {
+  const Node node = json(R"({"plugin": "spy.typed"})");
+  EXPECT_THAT(arrived(spec_of(node, abi::Kind::estimator, {{"count", 7.0}})), ElementsAre(0.5, 7, 11, 0));
+  for (const double odd : {1e300, 2.5, -1.0})
+    EXPECT_THAT(refusal([&] {
+                  spec_of(node, abi::Kind::estimator, {{"count", odd}});
+                }),
+                HasSubstr("/plugin: count is known of the car as " + number_text(odd) +
+                          "; expected a whole number from 0 to 9"));
+}
+
 TEST(PluginSpec, ATableMayBeACsvFileBesideTheJson) {
   const Folder folder;
   write_text(folder / "curve.csv", "x,y\n0,1\n2,3\n");

@@ -12,6 +12,8 @@
 #include <fstream>
 #include <random>
 
+#include <gripline/abi_layout.hpp>
+
 #include "config/units.hpp"
 #include "plugin/library_probe.hpp"
 #include "support/host_support.hpp"
@@ -193,6 +195,26 @@ TEST(Registry, WhatADeclarationSaysMustBeWords) {
   EXPECT_EQ(reason("odd_unit"),
             "effect \"odd_unit\" is declared with the parameter \"a\" with a unit that is none: unknown unit "
             "\"furlong\"");
+}
+
+/// What a library may declare that was built without the SDK's own checks.
+TEST(Registry, WholeNumbersAreInts) {
+  const auto problem = [](double lo, double hi, double fallback) {
+    abi::ParamDecl n{};
+    n.name = "n", n.unit = "1", n.doc = "a count", n.type = abi::ParamType::integer;
+    n.lo = lo, n.hi = hi, n.default_value = fallback;
+    abi::PluginDecl decl = *plugins().find(abi::Kind::effect, "aero_drag").decl;
+    decl.params = &n;
+    decl.param_count = 1;
+    return manifest_problem(
+        {abi::number, sizeof(abi::Manifest), abi::layout_hash(), &abi::virtual_slots, "a compiler", &decl, 1});
+  };
+  EXPECT_EQ(problem(-2147483648.0, 2147483647.0, 3), "");
+  const std::string refused =
+      "effect \"aero_drag\" is declared with the parameter \"n\", whose range or default is beyond what an int holds";
+  EXPECT_EQ(problem(0, 1e12, 3), refused);
+  EXPECT_EQ(problem(-INFINITY, 9, 3), refused);
+  EXPECT_EQ(problem(0, 9, 1e300), refused);
 }
 
 TEST(Registry, AFolderThatEverybodyMayWriteIsWarnedOf) {

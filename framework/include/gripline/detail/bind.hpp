@@ -1,6 +1,8 @@
 // How values reach an author's Params, and what is refused at compile time about them.
 #pragma once
 
+#include <limits>
+
 #include <gripline/params.hpp>
 
 namespace gripline::detail {
@@ -235,6 +237,34 @@ constexpr bool default_allowed(const abi::ParamDecl& decl) {
   return 0 <= decl.default_value && decl.default_value < names;
 }
 
+/// Whether a whole number of type V can be whatever its declared range allows. The host holds whole numbers to an int's.
+template <class V>
+constexpr bool holds_range(const abi::ParamDecl& decl) {
+  if constexpr (std::is_integral_v<V> && !std::is_same_v<V, bool>) {
+    using Own = std::numeric_limits<V>;
+    using Int = std::numeric_limits<int>;
+    return max(static_cast<double>(Own::min()), static_cast<double>(Int::min())) <= decl.lo &&
+           decl.hi <= min(static_cast<double>(Own::max()), static_cast<double>(Int::max()));
+  }
+  return true;
+}
+template <class D, std::size_t J>
+constexpr bool member_holds_range() {
+  using M = MemberType<D, J>;
+  for (std::size_t i = first_param<D, J>(); i < first_param<D, J>() + width<DeclaredMember<D, J>>; ++i) {
+    if constexpr (ArrayTraits<M>::is_array) {
+      if (!holds_range<typename ArrayTraits<M>::Element>(param_decls<D>[i])) return false;
+    } else {
+      if (!holds_range<M>(param_decls<D>[i])) return false;
+    }
+  }
+  return true;
+}
+template <class D, std::size_t... J>
+constexpr bool members_hold_ranges(std::index_sequence<J...>) {
+  return (member_holds_range<D, J>() && ...);
+}
+
 /// Refuses declarations that contradict themselves. Where a compiler says that a comparison "reduces to (i == n)", i is
 /// the parameter, from 0.
 template <class D, bool may_be_fitted>
@@ -249,6 +279,8 @@ struct CheckedDeclarations {
                 "the range of a parameter is empty");
   static_assert(first_breach<D>([](const Decl& d, std::size_t) { return default_allowed(d); }) == count,
                 "the default of a parameter is outside its range");
+  static_assert(members_hold_ranges<D>(std::make_index_sequence<member_count<D>>{}),
+                "the range of a whole number must lie within its type's and within an int's");
   static_assert(may_be_fitted || first_breach<D>([](const Decl& d, std::size_t) { return !d.fit; }) == count,
                 ".fit() is for effects with a template Params: nothing fits the parameters of other plugins");
   static_assert(first_breach<D>([](const Decl& d, std::size_t) {
