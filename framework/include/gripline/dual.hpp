@@ -6,7 +6,8 @@
 /// call again with the next eight. Layout: N + 1 doubles, value first; nothing is allocated.
 ///
 /// Kinks: abs, min, max and comparisons act on the value and take the derivative of the branch chosen; at a tie the
-/// first argument (for abs: the positive branch) wins. atan2(0, 0) has derivative 0.
+/// first argument (for abs: the positive branch) wins. atan2(0, 0) has derivative 0; so have sqrt, hypot and powers
+/// below 1 at 0, where theirs is infinite or none.
 #pragma once
 
 #include <cmath>
@@ -290,7 +291,8 @@ Dual<N> abs(const Dual<N>& x) {
 }
 template <int N>
 Dual<N> pow(const Dual<N>& x, double p) {
-  return chain(std::pow(x.v, p), p * std::pow(x.v, p - 1.0), x);
+  const bool cusp = p < 1.0 && !(x.v < 0.0) && !(x.v > 0.0);
+  return chain(std::pow(x.v, p), cusp ? 0.0 : p * std::pow(x.v, p - 1.0), x);
 }
 template <int N>
 Dual<N> atan2(const Dual<N>& y, const Dual<N>& x) {

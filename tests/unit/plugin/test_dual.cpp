@@ -57,6 +57,23 @@ TEST(Dual, OfEqualNumbersTheFirstWins) {
   EXPECT_EQ(gripline::min(1.0, x).d[0], 0.0);
 }
 
+/// Where a derivative is infinite, that of a constant would be no number: rest would end a run.
+TEST(Dual, RootsAndPowersHaveDerivativesAtZero) {
+  const Dual8 zero = Dual8::variable(0.0, 0);
+  for (const double p : {0.3, 0.5, 1.0, 1.5, 2.0})
+    for (int i = 0; i < 8; ++i) EXPECT_EQ(pow(zero, p).d[i], p == 1.0 && i == 0 ? 1.0 : 0.0) << p << " " << i;
+  EXPECT_EQ(pow(zero, 0.0).v, 1.0);
+  EXPECT_EQ(pow(zero, 0.0).d[0], 0.0);
+  EXPECT_EQ(sqrt(zero).d[0], 0.0);
+  EXPECT_EQ(hypot(zero, zero).d[1], 0.0);
+  expect_same(
+      [](const auto& at) {
+        using std::pow;
+        return pow(at, 0.5);
+      },
+      0.25);
+}
+
 TEST(Slip, TakesTheCarsGeometryAsPlainNumbers) {
   constexpr double lf = 1.34, lr = 1.30, omega = 0.3, delta = 0.05;
   const auto front = [&](const auto& vy) { return gripline::front_slip(12.0, vy, omega, delta, lf); };
