@@ -156,9 +156,9 @@ class LookBack final : public AutoDiffEffect<LookBack, Estimator> {
     return {through(curve(Axle::front), truth_->mu(Axle::front) * load_[0]),
             through(curve(Axle::rear), truth_->mu(Axle::rear) * load_[1])};
   }
-  /// Resistance from the true car rolling straight without drive, at two speeds.
+  /// What the nominal model lacks of the true resistance: both cars rolling straight without drive, at two speeds.
   void learn_true_resistance() {
-    const auto loss = [this](double v) {
+    const auto missing = [this](double v) {
       Quantities<double> q{};
       q.vx = v;
       const Place at;
@@ -166,9 +166,9 @@ class LookBack final : public AutoDiffEffect<LookBack, Estimator> {
       points.n = 1;
       points.q = &q;
       points.at = &at;
-      return truth_->accelerations(points) ? -car_.m * q.ax : 0.0;
+      return truth_->accelerations(points) ? -car_.m * (q.ax - drive_.at(v, 0.0, at).forward) : 0.0;
     };
-    const double slow = loss(0.5 * car_.v_ref), fast = loss(car_.v_ref);
+    const double slow = missing(0.5 * car_.v_ref), fast = missing(car_.v_ref);
     terms_.resistance.Cd = (fast - slow) / (0.75 * square(car_.v_ref));
     terms_.resistance.Cr0 = fast - terms_.resistance.Cd * square(car_.v_ref);
   }

@@ -14,7 +14,7 @@ constexpr double L = 0.062, weight = 0.041 * gravity;
 double fresh(double) { return 1.0; }
 const Settings bank = {{"models", 2000}};
 
-/// The true car's tyres, for the privileged row only.
+/// The true car, for the privileged row only.
 class TrueTyres final : public Truth {
  public:
   double factor() const override { return 1; }
@@ -25,7 +25,16 @@ class TrueTyres final : public Truth {
     return axle == Axle::front ? 0.192 * std::sin(1.2 * std::atan(2.579 * slip))
                                : 0.1737 * std::sin(1.2691 * std::atan(3.3852 * slip));
   }
-  bool accelerations(const Points<double>&) const override { return false; }
+  bool accelerations(const Points<double>& points) const override {
+    for (std::size_t i = 0; i < points.n; ++i) {
+      auto& q = points.q[i];
+      const State rates = car_.rates({0, 0, q.yaw, q.vx, q.vy, q.omega, q.delta}, q.d);
+      q.ax = rates.vx;
+      q.ay = rates.vy;
+      q.aw = rates.omega;
+    }
+    return true;
+  }
   bool accelerations(const Points<Dual8>&) const override { return false; }
 
  private:
@@ -74,6 +83,19 @@ TEST(Lla, OnlyThePrivilegedBankIsCentredOnTheTruth) {
   for (std::size_t i = 0; i < slip.size(); ++i) {
     EXPECT_NEAR(force[i], truth.tyre_force(Axle::rear, slip[i]), 1e-4);
     EXPECT_NEAR(generic[i], load * std::sin(1.4 * std::atan(4 * slip[i])), 1e-12);
+  }
+}
+
+/// It learns the true resistance less what its nominal model has of it already.
+TEST(Lla, ThePrivilegedRowCountsResistanceOnce) {
+  const TrueTyres truth;
+  for (const Settings& known : {Settings{}, Settings{{"Cr0", 0.03}, {"Cd", 0.0002}}}) {
+    Nominal nominal("ekinematic", known);
+    const auto told = make_estimator("lla_privileged", nominal, bank, 1, &truth);
+    CorrectedModel model = corrected(nominal, *told);
+    State x;
+    x.vx = 1.5;
+    EXPECT_NEAR(model.rates(x, {0.3, 0}, {}).vx, TrueCar{}.rates(x, 0.3).vx, 1e-9);
   }
 }
 
