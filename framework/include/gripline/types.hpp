@@ -273,12 +273,13 @@ inline double total_mu(const Belief& belief, const Car& car) {
 
 /// Where the car should be k steps ahead.
 struct RefPoint {
-  double s = 0;      ///< arc length along the planned line [m]
+  double s = 0;      ///< station on the closed line that the planner counts along [m]: of the point of that line beside
+                     ///< this one where the plan leads elsewhere, as a time-optimal lap does; so no distance driven
   double x = 0;      ///< position [m]
   double y = 0;      ///< position [m]
   double yaw = 0;    ///< heading of the path [rad]; the car's own is planned to be yaw - beta
   double kappa = 0;  ///< curvature of the path [1/m], positive to the left
-  double v = 0;      ///< speed along the path [m/s]
+  double v = 0;      ///< planned speed along the car's axis, vx [m/s]: that along the path times cos(beta)
   double left = 0;   ///< distance to the track's left edge along the point's normal (-sin yaw, cos yaw) [m]
   double right = 0;  ///< distance to the right edge against that normal, a positive number [m]
   Place at;          ///< the same point on the centre line
