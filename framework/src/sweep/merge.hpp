@@ -29,8 +29,8 @@ struct Table {
 };
 
 /// Writes OUT/table.csv (one row per run that has a record: equal bytes however and wherever the runs were made),
-/// OUT/timing.csv (times and machines, which differ) and OUT/missing.csv (run, key, what, message of those that are
-/// missing or broke). `progress(done, total)` may be empty. Throws std::runtime_error.
+/// OUT/timing.csv (times and machines, which differ) and OUT/missing.csv (run, experiment, setting, stack, seed, what,
+/// message of those that are missing or broke). `progress(done, total)` may be empty. Throws std::runtime_error.
 MergeOutcome merge_records(const std::filesystem::path& out, const Sweep& sweep, Table& table,
                            const std::function<void(std::size_t, std::size_t)>& progress = {});
 
