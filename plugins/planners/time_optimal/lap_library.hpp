@@ -9,7 +9,7 @@ namespace gripline::time_optimal {
 
 struct LapMember {
   double mu = 0;
-  CarBelief belief;  // that it was solved for
+  CarBelief belief;  // that it was solved for, or that no lap was found for since then (AdaptiveLaps)
   LapSolution solution;
   LapPlan plan;
 };
