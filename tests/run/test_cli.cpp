@@ -63,6 +63,8 @@ TEST_F(Cli, PluginsAreListedAndDescribed) {
   const Outcome pure_pursuit = gripline_with({"plugins", "describe", "pure_pursuit"});
   EXPECT_EQ(pure_pursuit.code, 0);
   EXPECT_THAT(pure_pursuit.out, AllOf(HasSubstr("controller pure_pursuit"), HasSubstr("horizon [1] = 40  [2, 500]")));
+  EXPECT_THAT(gripline_with({"plugins", "describe", "elm"}).out,
+              HasSubstr("solver [1] = momentum  momentum|pseudo_inverse"));
   EXPECT_THAT(gripline_with({"plugins", "describe", "oracle"}).out, HasSubstr("needs the truth"));
   EXPECT_THAT(gripline_with({"plugins", "describe", "rear_stiff"}).out, HasSubstr("    Bf (1 + k); Br (1 + k)\n"));
   EXPECT_THAT(gripline_with({"plugins", "describe", "dynamic"}).out,

@@ -1,6 +1,9 @@
 // gripline plugins list | describe ID | new KIND NAME | check LIBRARY.so.
+#include <algorithm>
 #include <iostream>
 #include <sstream>
+#include <string>
+#include <vector>
 
 #include "cli/companion.hpp"
 #include "cli/options.hpp"
@@ -9,6 +12,7 @@
 #include "gripline/command.hpp"
 #include "gripline/new_plugin.hpp"
 #include "gripline/plugin_equation.hpp"
+#include "plugin/plugin_spec.hpp"
 #include "plugin/registry.hpp"
 
 namespace gripline::tools {
@@ -49,8 +53,11 @@ std::string default_text(const abi::ParamDecl& p) {
       return p.default_value != 0 ? " = true" : " = false";
     case abi::ParamType::table:
       return "";
-    case abi::ParamType::choice:
-      return " = " + std::to_string(static_cast<int>(p.default_value));
+    case abi::ParamType::choice: {
+      const std::vector<std::string> names = choice_names(p);
+      const auto chosen = static_cast<std::size_t>(std::max(p.default_value, 0.0));
+      return chosen < names.size() ? " = " + harmless(names[chosen]) : "";  // none: a default that names nothing
+    }
     default:
       return " = " + number_text(p.default_value);
   }

@@ -9,13 +9,6 @@
 namespace gripline {
 namespace {
 
-std::vector<std::string> split_choices(const char* choices) {
-  std::vector<std::string> names;
-  std::stringstream stream(choices);
-  for (std::string name; std::getline(stream, name, '|');) names.push_back(name);
-  return names;
-}
-
 /// A table is [[a, b], ...], rows of equal length, the first column rising; or the name of a CSV file of that shape.
 Table read_table(const Node& node, const abi::ParamDecl& decl, PluginSpec& spec, Errors& errors) {
   const auto shared = std::make_shared<std::vector<double>>();
@@ -66,7 +59,7 @@ abi::ParamValue read_value(const Node& node, const abi::ParamDecl& decl, PluginS
       return {static_cast<double>(read_integer(node, whole, errors)), {}};
     }
     case abi::ParamType::choice:
-      return {static_cast<double>(read_choice(node, split_choices(decl.choices), errors)), {}};
+      return {static_cast<double>(read_choice(node, choice_names(decl), errors)), {}};
     case abi::ParamType::table:
       return {0.0, read_table(node, decl, spec, errors)};
     case abi::ParamType::number:
@@ -96,6 +89,13 @@ const PluginEntry& find_at(const Registry& registry, abi::Kind kind, const Node&
 }
 
 }  // namespace
+
+std::vector<std::string> choice_names(const abi::ParamDecl& decl) {
+  std::vector<std::string> names;
+  std::stringstream stream(decl.choices);
+  for (std::string name; std::getline(stream, name, '|');) names.push_back(name);
+  return names;
+}
 
 std::vector<double> PluginSpec::numbers() const {
   std::vector<double> out;

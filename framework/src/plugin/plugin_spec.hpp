@@ -26,6 +26,9 @@ struct PluginSpec {
 /// Values for parameters that the JSON does not give, by name: what a car states of itself.
 using KnownParams = std::map<std::string, double>;
 
+/// The words of a parameter that is a choice; its numbers are their indices, from 0.
+std::vector<std::string> choice_names(const abi::ParamDecl& decl);
+
 /// Reads "plugin" and "params" from an object; other keys are the caller's. A parameter not given takes its value from
 /// `known`, else its default. Throws PluginError when there is no such plugin.
 PluginSpec read_plugin(ObjectReader& reader, abi::Kind kind, const Registry& registry, const KnownParams& known = {});

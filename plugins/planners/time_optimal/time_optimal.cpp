@@ -1,4 +1,4 @@
-// The line and the speed of the fastest lap at the friction that is believed, from the safe side.
+// The line and the speed of the fastest lap at a friction somewhat below the estimate.
 //
 //   lap(mu): the program of lap_solver.hpp on tyres F = D sin(C atan(B slip)), linear between the members of a library
 //
@@ -65,8 +65,8 @@ class TimeOptimal final : public LapPlanner {
 
 }  // namespace
 
-GRIPLINE_PLUGINS(gripline::describe<TimeOptimal>(
-                     "time_optimal", "1.0", "the fastest lap at the friction that is believed, from the safe side"),
-                 gripline::describe<RecedingTime>(
-                     "receding_time", "1.0",
-                     "the fastest lap at that friction, solved a few seconds ahead of the car in every step"))
+GRIPLINE_PLUGINS(gripline::describe<TimeOptimal>("time_optimal", "1.0",
+                                                 "the fastest lap at a friction somewhat below the estimate"),
+                 gripline::describe<RecedingTime>("receding_time", "1.0",
+                                                  "the fastest lap at a friction somewhat below the estimate, solved a "
+                                                  "few seconds ahead of the car in every step"))
