@@ -55,7 +55,8 @@ constexpr auto ocp_parameters() {
       param("regularization", &P::regularization, "1", {1e-9, 1}, "small weight of both inputs themselves"),
       param("track_bounds", &P::track_bounds, "1", {0, 1}, "whether the track's edges bound the plan, softly"),
       param("slope", &P::slope, "1", {0, 1}, "whether the prediction sees grade and bank of the road ahead"),
-      param("tighten", &P::tighten, "m", {0, 10}, "distance kept from both edges"),
+      param("tighten", &P::tighten, "m", {0, 10},
+            "metres kept from both edges (a planner's tighten: widths of the car)"),
       param("slack", &P::slack, "1/m2", {1e-6, 1e9}, "weight of the squared excess over an edge"),
       param("slack_linear", &P::slack_linear, "1/m", {0, 1e9}, "weight of the excess over an edge")};
 }

@@ -38,7 +38,7 @@ constexpr auto line_parameters() {
   return std::tuple{
       choice("line", static_cast<int P::*>(&P::line), "minimum_curvature", "where the driving line comes from"),
       param("margin", static_cast<double P::*>(&P::margin), "m", {0, 10},
-            "kept between the car's side and both edges when the line is computed"),
+            "metres kept between the car's side and both edges by the line (time_optimal: widths of the car)"),
       param("max_curvature", static_cast<double P::*>(&P::max_curvature), "1/m", {0, 1e3},
             "soft bound of the line's curvature; 0: 0.8 of what the car can steer"),
       param("spacing", static_cast<double P::*>(&P::spacing), "m", {0, 10},

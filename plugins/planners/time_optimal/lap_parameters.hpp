@@ -23,11 +23,12 @@ constexpr auto lap_parameters() {
     return param(name, static_cast<double P::*>(member), unit, range, what);
   };
   return std::tuple{
-      number("margin", &P::margin, "1", {0, 10}, "kept by the planned line from both edges, in widths of the car"),
+      number("margin", &P::margin, "1", {0, 10},
+             "widths of the car kept by the planned line from both edges (fixed_speed: metres)"),
       number("tighten", &P::tighten, "1", {0, 10},
-             "taken from the room stated to the controller, in widths of the car"),
+             "widths of the car taken from the room stated to the controller (its own tighten: metres)"),
       number("tighten_sigma", &P::tighten_sigma, "1", {0, 100},
-             "taken from that room for each relative standard deviation of the friction, in widths of the car"),
+             "widths of the car taken from that room for each relative standard deviation of the friction"),
       number("factor", &P::factor, "1", {0.1, 1.5}, "planned over believed friction"),
       number("sigma", &P::sigma, "1", {0, 10},
              "standard deviations that the planned friction stays below the estimate"),
