@@ -140,6 +140,12 @@ const Node* Node::find(std::string_view key) const noexcept {
 
 Node* Node::find(std::string_view key) noexcept { return const_cast<Node*>(std::as_const(*this).find(key)); }
 
+const Node& Node::at(std::string_view key) const {
+  const Node* const member = find(key);
+  if (member == nullptr) throw std::out_of_range("there is no \"" + std::string(key) + "\"");
+  return *member;
+}
+
 Node& Node::set(std::string_view key, Node value) {
   if (is_null()) value_ = Object{};
   if (Node* known = find(key)) return *known = std::move(value);

@@ -72,6 +72,8 @@ class Node {
   /// The member `key`, or null if there is none or this is not an object. The pointer lives until the object changes.
   [[nodiscard]] const Node* find(std::string_view key) const noexcept;
   [[nodiscard]] Node* find(std::string_view key) noexcept;
+  /// The member `key`; std::out_of_range where find() gives null. For files of our own, which may have been damaged.
+  [[nodiscard]] const Node& at(std::string_view key) const;
   /// Replaces the member `key`, or adds it last. A null node becomes an object. Gives back the member's value.
   Node& set(std::string_view key, Node value);
   /// Removes the member `key` if it is there.

@@ -315,16 +315,16 @@ Node Design::to_node() const {
 
 Design Design::from_node(const Node& node) {
   Design design;
-  const std::string kind = node.find("kind")->text();
+  const std::string kind = node.at("kind").text();
   design.kind_ = kind == "latin" ? Kind::latin : kind == "list" ? Kind::list : Kind::factorial;
-  for (const Node& one : node.find("factors")->array()) {
-    Factor factor{one.find("pointer")->text(), {}, one.find("lo")->number(), one.find("hi")->number()};
-    for (const Node& level : one.find("levels")->array()) factor.levels.push_back(level.text());
+  for (const Node& one : node.at("factors").array()) {
+    Factor factor{one.at("pointer").text(), {}, one.at("lo").number(), one.at("hi").number()};
+    for (const Node& level : one.at("levels").array()) factor.levels.push_back(level.text());
     design.factors_.push_back(std::move(factor));
   }
-  design.size_ = static_cast<std::size_t>(node.find("size")->number());
-  design.seed_ = static_cast<std::uint64_t>(node.find("seed")->number());
-  for (const Node& row : node.find("rows")->array()) design.rows_.push_back(row.text());
+  design.size_ = static_cast<std::size_t>(node.at("size").number());
+  design.seed_ = static_cast<std::uint64_t>(node.at("seed").number());
+  for (const Node& row : node.at("rows").array()) design.rows_.push_back(row.text());
   return design;
 }
 

@@ -47,6 +47,7 @@ class Design {
   std::vector<std::string> setting(std::size_t index) const;
 
   Node to_node() const;
+  /// Throws std::exception where something is missing or of another type.
   static Design from_node(const Node& node);
 
  private:

@@ -74,12 +74,12 @@ std::vector<std::string> task_troubles(const Batch& batch) {
     if (!fs::exists(file, failed)) continue;
     try {
       const Node node = parse_file(file);
-      const auto code = static_cast<int>(node.find("code")->number());
+      const auto code = static_cast<int>(node.at("code").number());
       if (code == task_done) continue;
-      std::string line = "task " + std::to_string(task) + " on " + node.find("node")->text();
-      line += code == still_running ? " began " + node.find("began")->text() + " and has not ended"
+      std::string line = "task " + std::to_string(task) + " on " + node.at("node").text();
+      line += code == still_running ? " began " + node.at("began").text() + " and has not ended"
                                     : " ended with " + number_text(code);
-      if (!node.find("message")->text().empty()) line += ": " + node.find("message")->text();
+      if (!node.at("message").text().empty()) line += ": " + node.at("message").text();
       lines.push_back(std::move(line));
     } catch (const std::exception&) {
     }

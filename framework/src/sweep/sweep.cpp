@@ -316,29 +316,23 @@ Sweep read_manifest(const fs::path& out) {
   const Node node = parse_file(out / manifest_name);
   try {
     Sweep sweep;
-    sweep.name = node.find("name")->text();
-    sweep.folder = node.find("folder")->text();
-    for (const Node& one : node.find("experiments")->array()) {
-      Part part{one.find("file")->text(),
-                one.find("name")->text(),
-                one.find("kind")->text(),
-                texts_of(*one.find("rows")),
-                {},
-                0};
-      for (const Node& seed : one.find("seeds")->array())
-        part.seeds.push_back(static_cast<std::uint64_t>(seed.number()));
+    sweep.name = node.at("name").text();
+    sweep.folder = node.at("folder").text();
+    for (const Node& one : node.at("experiments").array()) {
+      Part part{one.at("file").text(), one.at("name").text(), one.at("kind").text(), texts_of(one.at("rows")), {}, 0};
+      for (const Node& seed : one.at("seeds").array()) part.seeds.push_back(static_cast<std::uint64_t>(seed.number()));
       sweep.parts.push_back(std::move(part));
     }
-    sweep.assignments = texts_of(*node.find("assignments"));
-    sweep.design = Design::from_node(*node.find("design"));
-    sweep.seeds_from = node.find("seeds_from")->text();
-    sweep.plugin_dirs = texts_of(*node.find("plugin_dirs"));
-    sweep.timeout_s = node.find("timeout_s")->number();
-    sweep.memory_mb = static_cast<std::size_t>(node.find("memory_mb")->number());
-    sweep.keep_files = node.find("keep_files")->boolean();
-    sweep.version = node.find("version")->text();
-    sweep.program = node.find("program")->text();
-    for (const Member& one : node.find("libraries")->object()) sweep.libraries[one.key] = one.value.text();
+    sweep.assignments = texts_of(node.at("assignments"));
+    sweep.design = Design::from_node(node.at("design"));
+    sweep.seeds_from = node.at("seeds_from").text();
+    sweep.plugin_dirs = texts_of(node.at("plugin_dirs"));
+    sweep.timeout_s = node.at("timeout_s").number();
+    sweep.memory_mb = static_cast<std::size_t>(node.at("memory_mb").number());
+    sweep.keep_files = node.at("keep_files").boolean();
+    sweep.version = node.at("version").text();
+    sweep.program = node.at("program").text();
+    for (const Member& one : node.at("libraries").object()) sweep.libraries[one.key] = one.value.text();
     number_runs(sweep);
     return sweep;
   } catch (const InputError&) {

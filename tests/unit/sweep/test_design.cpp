@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <set>
+#include <stdexcept>
 
 #include "support/host_support.hpp"
 
@@ -128,6 +129,20 @@ TEST(DesignFile, ReadsBackAsTheSameSettings) {
     const Design again = Design::from_node(design->to_node());
     ASSERT_EQ(again.size(), design->size());
     for (std::size_t i = 0; i < design->size(); ++i) EXPECT_EQ(again.setting(i), design->setting(i));
+  }
+}
+
+TEST(DesignFile, AnyMemberThatIsMissingIsAnError) {
+  const Node whole = Design::latin({parse_factor("/a=0..1"), parse_factor("/b=1,2")}, 10, 5).to_node();
+  for (const char* key : {"kind", "factors", "size", "seed", "rows"}) {
+    Node damaged = whole;
+    damaged.erase(key);
+    EXPECT_THROW(Design::from_node(damaged), std::out_of_range) << key;
+  }
+  for (const char* key : {"pointer", "levels", "lo", "hi"}) {
+    Node damaged = whole;
+    damaged.find("factors")->array().front().erase(key);
+    EXPECT_THROW(Design::from_node(damaged), std::out_of_range) << key;
   }
 }
 

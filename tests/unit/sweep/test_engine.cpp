@@ -113,5 +113,16 @@ TEST_F(Engines, NothingIsLostOrDoubledByAnEngineThatLosesRepeatsAndDelays) {
   }
 }
 
+/// What is left of a task's note tells nothing; the others do.
+TEST_F(Engines, ADamagedNoteOfATaskIsPassedOver) {
+  planned();
+  const std::optional<Batch> batch = missing("out", 1);
+  ASSERT_EQ(batch->tasks(), 2u);
+  write_text(batch->folder / "task-0.json", "{}");
+  TaskNote(*batch, 1).end(task_broke, "why");
+  EXPECT_THAT(task_troubles(*batch), testing::ElementsAre(testing::AllOf(testing::StartsWith("task 1 on "),
+                                                                         testing::EndsWith(" ended with 4: why"))));
+}
+
 }  // namespace
 }  // namespace gripline::sweep

@@ -6,6 +6,7 @@
 #include <ctime>
 #include <fstream>
 
+#include "config/json_file.hpp"
 #include "support/sweep_rig.hpp"
 
 namespace gripline::sweep {
@@ -28,6 +29,34 @@ TEST_F(Planning, AValueThatIsRefusedIsToldAtItsAssignment) {
   write_text(out("full") / "thesis.txt", "mine");
   EXPECT_THAT(refusal([&] { require_sweep_folder(out("full")); }),
               HasSubstr("already holds something that is no sweep"));
+}
+
+/// A manifest that lost any member of it, or is none, is refused by name.
+TEST_F(Planning, ADamagedManifestIsRefused) {
+  planned();
+  const fs::path file = out() / "sweep.json";
+  const Node whole = parse_file(file);
+  const auto expect_refused = [&](const Node& damaged, const std::string& what) {
+    write_text(file, to_json_text(damaged));
+    EXPECT_EQ(refusal([&] { read_manifest(out()); }),
+              file.string() + " is not as gripline wrote it; plan the sweep again")
+        << what;
+  };
+  expect_refused(Node::empty_object(), "{}");
+  expect_refused(Node(Node::Array{}), "[]");
+  for (const char* key : {"name", "folder", "experiments", "assignments", "design", "seeds_from", "plugin_dirs",
+                          "timeout_s", "memory_mb", "keep_files", "version", "program", "libraries"}) {
+    Node damaged = whole;
+    damaged.erase(key);
+    expect_refused(damaged, key);
+  }
+  for (const char* key : {"file", "name", "kind", "rows", "seeds"}) {
+    Node damaged = whole;
+    damaged.find("experiments")->array().front().erase(key);
+    expect_refused(damaged, std::string("experiments/0/") + key);
+  }
+  write_text(file, to_json_text(whole));
+  EXPECT_EQ(read_manifest(out()).size(), 2u);
 }
 
 std::size_t resident_kb() {
