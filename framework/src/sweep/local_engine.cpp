@@ -31,27 +31,12 @@ constexpr std::int64_t no_task = -1;
 struct Shared {
   static constexpr std::size_t most_workers = 4096;
   std::atomic<std::size_t> next{0}, runs{0};
-  std::atomic<int> worst{task_done};
   std::atomic<std::int64_t> task[most_workers];
 
   Shared() {
     for (auto& one : task) one.store(no_task);
   }
 };
-
-/// The worse of two codes: done, a run broke, to be tried again, refused.
-int worse(int a, int b) {
-  const auto rank = [](int code) {
-    return code == task_done ? 0 : code == task_broke ? 1 : code == task_again ? 2 : 3;
-  };
-  return rank(a) >= rank(b) ? a : b;
-}
-
-void note_code(Shared& shared, int code) {
-  int known = shared.worst.load();
-  while (!shared.worst.compare_exchange_weak(known, worse(known, code))) {
-  }
-}
 
 /// The body of a worker process: the task `first`, if a worker that died left one, then task after task.
 [[noreturn]] void work(const Batch& batch, Shared& shared, std::size_t worker, std::int64_t first, pid_t parent,
@@ -63,23 +48,20 @@ void note_code(Shared& shared, int code) {
   if (getppid() != parent) _exit(task_again);
   OutLock::leave_to_parent();
   end_at_exit();
-  int code = task_done;
   try {
     const TaskBody body = open(worker);
     for (std::int64_t task = first;; task = no_task) {
       if (task == no_task) task = static_cast<std::int64_t>(shared.next.fetch_add(1));
       if (task >= static_cast<std::int64_t>(batch.tasks())) break;
       shared.task[worker].store(task);
-      code = worse(code, body(batch, static_cast<std::size_t>(task), [&] { shared.runs.fetch_add(1); }));
+      const int code = body(batch, static_cast<std::size_t>(task), [&] { shared.runs.fetch_add(1); });
       shared.task[worker].store(no_task);
       if (code == task_refused || StopSignal::seen()) break;
     }
   } catch (const std::exception& e) {
     std::cerr << harmless(e.what()) << '\n';
     shared.task[worker].store(no_task);  // another worker would fail the same way
-    code = task_again;
   }
-  note_code(shared, code);
   std::cout.flush();
   std::cerr.flush();
   _exit(0);
@@ -93,7 +75,6 @@ class Workers {
   Workers& operator=(const Workers&) = delete;
   std::size_t running() const { return workers_.size(); }
   std::size_t runs() { return shared_.runs.load(); }
-  int worst() { return shared_.worst.load(); }
 
   void start(std::size_t worker, std::int64_t first) {
     std::cout.flush();
@@ -141,7 +122,6 @@ class Workers {
     std::cerr << "a worker " << describe_end(status) << '\n';
     if (task != no_task && ++tries_[task] > most_tries) {
       std::cerr << "task " << task << " is given up\n";
-      note_code(shared_, task_again);
       return start(worker, no_task);
     }
     start(worker, task);
