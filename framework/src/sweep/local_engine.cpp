@@ -26,8 +26,10 @@ namespace gripline::sweep {
 namespace {
 
 constexpr std::int64_t no_task = -1;
+constexpr std::int64_t all_done = -2;
 
-/// Shared by the workers and the process that started them. `task` is what each worker does now, or no_task.
+/// Shared by the workers and the process that started them. `task` is what each worker does now, no_task between two
+/// of them, or all_done where the worker ended as it should.
 struct Shared {
   static constexpr std::size_t most_workers = 4096;
   std::atomic<std::size_t> next{0}, runs{0};
@@ -62,6 +64,7 @@ struct Shared {
     std::cerr << harmless(e.what()) << '\n';
     shared.task[worker].store(no_task);  // another worker would fail the same way
   }
+  shared.task[worker].store(all_done);
   std::cout.flush();
   std::cerr.flush();
   _exit(0);
@@ -86,17 +89,20 @@ class Workers {
     workers_[pid] = worker;
   }
 
-  /// Collects workers that ended; one that died is replaced.
+  /// Collects workers that ended; one that died is replaced. What a worker said itself counts: a library may have
+  /// ended it with exit code 0, and there is no status where SIGCHLD is ignored.
   void reap() {
     for (auto at = workers_.begin(); at != workers_.end();) {
       int status = 0;
-      if (waitpid(at->first, &status, WNOHANG) == 0) {
+      const pid_t ended = waitpid(at->first, &status, WNOHANG);
+      if (ended == 0) {
         ++at;
         continue;
       }
       const std::size_t worker = at->second;
       at = workers_.erase(at);
-      if (status != 0) replace(worker, status);
+      if (shared_.task[worker].load() != all_done)
+        replace(worker, ended > 0 ? describe_end(status) : "ended, nobody knows how");
     }
   }
 
@@ -116,15 +122,18 @@ class Workers {
   }
 
  private:
-  void replace(std::size_t worker, int status) {
+  void replace(std::size_t worker, const std::string& end) {
     constexpr int most_tries = 3;
     const std::int64_t task = shared_.task[worker].exchange(no_task);
-    std::cerr << "a worker " << describe_end(status) << '\n';
-    if (task != no_task && ++tries_[task] > most_tries) {
-      std::cerr << "task " << task << " is given up\n";
-      return start(worker, no_task);
+    std::cerr << "a worker " << end << '\n';
+    if (task == no_task) {  // as it opened the sweep, most likely: others in its place may die the same way
+      if (++idle_deaths_[worker] <= most_tries) return start(worker, no_task);
+      std::cerr << "worker " << worker << " is given up\n";
+      return;
     }
-    start(worker, task);
+    if (++tries_[task] <= most_tries) return start(worker, task);
+    std::cerr << "task " << task << " is given up\n";
+    start(worker, no_task);
   }
 
   const Batch& batch_;
@@ -132,7 +141,8 @@ class Workers {
   SharedArray<Shared> memory_{1};
   Shared& shared_ = memory_[0];
   std::map<pid_t, std::size_t> workers_;
-  std::map<std::int64_t, int> tries_;  // by task
+  std::map<std::int64_t, int> tries_;       // by task
+  std::map<std::size_t, int> idle_deaths_;  // without a task, by worker
 };
 
 }  // namespace
