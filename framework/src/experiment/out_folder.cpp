@@ -17,6 +17,7 @@
 #include "config/hash.hpp"
 #include "config/json_file.hpp"
 #include "config/tree_diff.hpp"
+#include "race/run_files.hpp"
 #include "util/csv_writer.hpp"
 #include "util/made_folders.hpp"
 
@@ -94,10 +95,8 @@ void remove_named(const fs::path& folder, std::span<const char* const> names) {
 
 /// What a run leaves: OUT/<stack>/<seed>/ or, half done, OUT/<stack>/.<seed>.partial/.
 void remove_run(const fs::path& folder) {
-  constexpr std::array names = {"config.json", "summary.json", "steps.csv", "timing.csv",   "replay.csv",
-                                "tyres.csv",   "line.csv",     "log.txt",   "timing.sha256"};
   std::error_code failed;
-  remove_named(folder, names);
+  remove_named(folder, run_files::all);
   fs::remove(folder, failed);  // an empty one
 }
 
@@ -130,7 +129,7 @@ constexpr std::array result_names = {"scene.json",
 void remove_part(const fs::path& folder) {
   std::error_code failed;
   const auto is_recording = [&](const fs::path& place) {
-    return fs::exists(place / "steps.csv", failed) && fs::exists(place / "tyres.csv", failed);
+    return fs::exists(place / run_files::steps, failed) && fs::exists(place / run_files::tyres, failed);
   };
   const bool diagnosed = fs::exists(folder / "diagnosis.json", failed), recording = is_recording(folder);
   std::vector<fs::path> runs, parts;

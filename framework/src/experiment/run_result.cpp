@@ -11,6 +11,7 @@
 #include "config/files.hpp"
 #include "config/hash.hpp"
 #include "config/json_file.hpp"
+#include "race/run_files.hpp"
 #include "util/csv.hpp"
 #include "util/csv_writer.hpp"
 #include "util/statistics.hpp"
@@ -55,7 +56,7 @@ Status status_of(std::string_view name) {
 
 RunTiming read_timing(const std::filesystem::path& folder) {
   RunTiming timing;
-  const CsvTable table = read_csv(folder / "timing.csv");
+  const CsvTable table = read_csv(folder / run_files::timing);
   if (table.rows() == 0) return timing;
   const std::vector<double> solve = table.column("solve_ms");
   timing.solve_ms_median = nearest_rank_quantile(solve, 0.5);
@@ -66,9 +67,6 @@ RunTiming read_timing(const std::filesystem::path& folder) {
   return timing;
 }
 
-constexpr const char* timing_name = "timing.csv";
-constexpr const char* timing_hash_name = "timing.sha256";
-
 /// The files whose hashes are in the summary. Not log.txt: plugins write to it until the process ends.
 std::vector<std::string> files_of_run(const fs::path& folder) {
   std::vector<std::string> names;
@@ -76,7 +74,8 @@ std::vector<std::string> files_of_run(const fs::path& folder) {
   for (const auto& entry : fs::directory_iterator(folder, failed)) {
     const std::string name = entry.path().filename().string();
     if (!entry.is_regular_file(failed) || name.ends_with(".partial")) continue;
-    if (name != "summary.json" && name != "log.txt" && name != timing_name && name != timing_hash_name)
+    if (name != run_files::summary && name != run_files::log && name != run_files::timing &&
+        name != run_files::timing_hash)
       names.push_back(name);
   }
   std::sort(names.begin(), names.end());
@@ -127,12 +126,13 @@ std::string damage_in(const fs::path& folder, const Node& summary) {
     if (!file.value.is_text() || hash != file.value.text()) return file.key + " was changed or cut";
   }
   std::error_code ignored;
-  if (!fs::exists(folder / timing_name, ignored) && !fs::exists(folder / timing_hash_name, ignored)) return {};
+  if (!fs::exists(folder / run_files::timing, ignored) && !fs::exists(folder / run_files::timing_hash, ignored))
+    return {};
   try {
-    if (read_bytes(folder / timing_hash_name) == hash_line(folder / timing_name)) return {};
+    if (read_bytes(folder / run_files::timing_hash) == hash_line(folder / run_files::timing)) return {};
   } catch (const InputError&) {
   }
-  std::string damage = timing_name;
+  std::string damage = run_files::timing;
   return damage.append(" was changed or cut");
 }
 
@@ -165,14 +165,15 @@ Node summary_node(const RunSummary& s, const std::string& key) {
 void finish_summary(const fs::path& folder, Node node, Node files) {
   node.set("files", std::move(files));
   node.set("sha256", Node(hash_of_summary(node)));
-  write_file(folder / "summary.json", to_json_text(node));
+  write_file(folder / run_files::summary, to_json_text(node));
 }
 
 }  // namespace
 
 void write_summary(const std::filesystem::path& folder, const RunSummary& s, const std::string& key) {
   std::error_code ignored;
-  if (fs::exists(folder / timing_name, ignored)) write_file(folder / timing_hash_name, hash_line(folder / timing_name));
+  if (fs::exists(folder / run_files::timing, ignored))
+    write_file(folder / run_files::timing_hash, hash_line(folder / run_files::timing));
   Node files = Node::empty_object();
   for (const std::string& name : files_of_run(folder)) files.set(name, Node(hash_of(folder / name)));
   finish_summary(folder, summary_node(s, key), std::move(files));
@@ -194,9 +195,9 @@ std::optional<RunResult> read_result(const fs::path& folder, const std::string& 
     return std::nullopt;
   };
   std::error_code ignored;
-  if (!fs::exists(folder / "summary.json", ignored)) return std::nullopt;
+  if (!fs::exists(folder / run_files::summary, ignored)) return std::nullopt;
   try {
-    const Node node = parse_file(folder / "summary.json");
+    const Node node = parse_file(folder / run_files::summary);
     if (!key.empty() && read_string(node, "key") != key) return std::nullopt;
     if (const std::string what = damage_in(folder, node); !what.empty()) return refuse(what);
     RunResult result;
@@ -222,14 +223,15 @@ std::optional<RunResult> read_result(const fs::path& folder, const std::string& 
     s.solver_failures = static_cast<std::int64_t>(read_value(node, "solver_failures"));
     s.steps = static_cast<std::int64_t>(read_value(node, "steps"));
     s.simulated_s = read_value(node, "simulated_s");
-    if (const Node* const files = node.find("files"); files != nullptr) result.drive = read_string(*files, "steps.csv");
+    if (const Node* const files = node.find("files"); files != nullptr)
+      result.drive = read_string(*files, run_files::steps);
     fs::path driven = folder;
     if (const std::optional<double> seed = read_maybe(node, "driven_as")) {
       result.driven_as = static_cast<std::uint64_t>(*seed);
       result.drive = read_string(node, "drive");
       driven = folder.parent_path() / std::to_string(*result.driven_as);
     }
-    if (fs::exists(driven / "timing.csv", ignored)) result.timing = read_timing(driven);
+    if (fs::exists(driven / run_files::timing, ignored)) result.timing = read_timing(driven);
     return result;
   } catch (const std::exception&) {
     return refuse("summary.json or timing.csv cannot be read");

@@ -17,6 +17,7 @@
 #include "experiment/run_folder.hpp"
 #include "plugin/plugin_cache.hpp"
 #include "race/assembly.hpp"
+#include "race/run_files.hpp"
 #include "util/child_process.hpp"
 #include "util/csv_writer.hpp"
 #include "util/disk.hpp"
@@ -29,7 +30,7 @@ namespace {
 /// Checks that a plugin removed none of the files that a race writes.
 void require_files(const fs::path& folder) {
   std::error_code failed;
-  for (const char* name : {"config.json", "steps.csv", "timing.csv", "replay.csv", "tyres.csv"})
+  for (const char* name : {run_files::config, run_files::steps, run_files::timing, run_files::replay, run_files::tyres})
     if (!fs::is_regular_file(folder / name, failed)) throw std::runtime_error(std::string(name) + " was taken away");
 }
 
@@ -42,7 +43,7 @@ void write_draw(const fs::path& folder, const Draw& draw) {
                                     {"speed_mps", draw.speed},
                                     {"pace", draw.pace}})
     node.set(name, Node(value));
-  write_file(folder / "draw.json", to_json_text(node));
+  write_file(folder / run_files::draw, to_json_text(node));
 }
 
 /// Standard input is empty from now on; output goes to `log`.
@@ -100,7 +101,7 @@ RunSummary run_here(const RaceSpec& race, const RunId& id, const std::string& ke
   const fs::path partial = partial_folder(out, id);
   if (!disk().make_folders(partial))
     throw std::runtime_error("cannot make " + partial.string() + ": " + std::strerror(errno));
-  write_file(partial / "config.json", to_json_text(race.run_tree(id.stack, id.seed)));
+  write_file(partial / run_files::config, to_json_text(race.run_tree(id.stack, id.seed)));
   RunSummary summary;
   summary.stack = id.stack;
   summary.seed = id.seed;
@@ -158,7 +159,7 @@ void run_as_process(const RaceSpec& race, const RunId& id, const std::string& ke
     std::string why;
     try {
       fs::create_directories(partial_folder(out, id));
-      redirect_streams(partial_folder(out, id) / "log.txt");
+      redirect_streams(partial_folder(out, id) / run_files::log);
       run_here(race, id, key, out, progress);
     } catch (const std::bad_alloc&) {
       why = "ran out of memory" + describe_place(progress->last);

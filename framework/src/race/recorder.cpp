@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "plugin/guard.hpp"
+#include "race/run_files.hpp"
 #include "util/clock.hpp"
 
 namespace gripline {
@@ -56,10 +57,10 @@ auto call_plugin(const StepRecord& record, const PluginSpec& plugin, F&& call) {
 Recorder::Recorder(const std::filesystem::path& folder)
     : folder_(folder),
       process_(getpid()),
-      steps_(folder / "steps.csv", steps_header),
-      timing_(folder / "timing.csv", "t_s,update_ms,plan_ms,solve_ms,cpu_s"),
-      replay_(folder / "replay.csv", replay_header()),
-      tyres_(folder / "tyres.csv", "t_s,axle,slip_rad,learned_n,sigma_n,true_n") {}
+      steps_(folder / run_files::steps, steps_header),
+      timing_(folder / run_files::timing, "t_s,update_ms,plan_ms,solve_ms,cpu_s"),
+      replay_(folder / run_files::replay, replay_header()),
+      tyres_(folder / run_files::tyres, "t_s,axle,slip_rad,learned_n,sigma_n,true_n") {}
 
 void Recorder::write(const StepRecord& record) {
   if (getpid() != process_) _exit(1);  // a process that a plugin forked: the files belong to its parent
@@ -99,7 +100,7 @@ void Recorder::write_step(const StepRecord& record) {
 
 void Recorder::write_line(std::span<const LinePoint> line) const {
   if (line.empty()) return;
-  CsvWriter out(folder_ / "line.csv", "s_m,x_m,y_m");
+  CsvWriter out(folder_ / run_files::line, "s_m,x_m,y_m");
   for (const LinePoint& point : line) {
     out << point.s << point.x << point.y;
     out.end_row();

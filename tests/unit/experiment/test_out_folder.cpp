@@ -5,6 +5,7 @@
 
 #include "config/errors.hpp"
 #include "config/hash.hpp"
+#include "experiment/single_run.hpp"
 #include "support/host_support.hpp"
 #include "support/paths.hpp"
 #include "util/csv.hpp"
@@ -126,6 +127,25 @@ TEST(OutFolder, ForceTakesOnlyWhatGriplineMakes) {
   EXPECT_FALSE(fs::exists(folder / "out/train"));
   EXPECT_FALSE(fs::exists(folder / "out/elm/.2.partial"));
   EXPECT_TRUE(fs::exists(folder / "out/empty"));
+}
+
+/// Whatever a race leaves: one whose start is drawn has a file more.
+TEST(OutFolder, ForceTakesAllThatARaceLeaves) {
+  const Folder folder;
+  Node tree = json(R"({"perturb": {"speed": "0.05 m/s"}, "stacks": {"a": {"model": {"plugin": "ekinematic"},
+    "planner": {"plugin": "fixed_speed", "params": {"mu": 0.3}}, "controller": {"plugin": "pure_pursuit"}}}})");
+  Node world = small_world();
+  inline_world_files(world);
+  tree.set("world", world);
+  const RaceSpec race = read_race("drawn.json", tree, plugins());
+  const fs::path out = folder / "out";
+  {
+    const OutLock lock = open_out_folder(out, "one", false);
+    ASSERT_EQ(run_here(race, {"a", 1}, "key", out, nullptr).status, Status::finished);
+  }
+  ASSERT_TRUE(fs::exists(out / "a/1/draw.json"));
+  { open_out_folder(out, "two", true); }
+  EXPECT_FALSE(fs::exists(out / "a"));
 }
 
 TEST(OutFolder, OneAtATime) {
