@@ -20,9 +20,10 @@ Integration read_integration(ObjectReader& reader, const char* fallback) {
   return integration;
 }
 
-/// Reports effects on a stage that this model lacks, while their place in the file is known. Constructors are called in
-/// a process of their own: those that throw, or end their process, are reported by the run.
-void check_effects(const VehicleSpec& spec, const Car& car, std::span<const Node> nodes, Errors& errors) {
+/// Reports effects on a stage that this model lacks or that nothing reads, while their place in the file is known.
+/// Constructors are called in a process of their own: those that throw, or end their process, are reported by the run.
+void check_effects(const VehicleSpec& spec, const Car& car, std::span<const Node> nodes, Readings readings,
+                   Errors& errors) {
   constexpr double timeout_s = 10.0;
   PluginContext context;
   context.car = car;
@@ -33,6 +34,9 @@ void check_effects(const VehicleSpec& spec, const Car& car, std::span<const Node
     for (const PluginSpec& effect : spec.effects) {
       effects.push_back(create_effect(effect, context));
       std::string problem;
+      if (readings == Readings::unread && effects.back()->stage() == Stage::reading)
+        problem = "effect \"" + effect.id() + "\" changes what sensors show, and nothing here reads that; it belongs " +
+                  "into a world's plant";
       try {
         staged.add(*effects.back(), effect.numbers(), effect.id());
       } catch (const std::invalid_argument& refused) {
@@ -103,7 +107,7 @@ CarFile read_car(const Node& node, Errors& errors) {
 }
 
 VehicleSpec read_vehicle(const Node& node, const Registry& registry, const CarFile& car, const char* integrator,
-                         Errors& errors) {
+                         Errors& errors, Readings readings) {
   VehicleSpec spec;
   const std::size_t before = errors.added();  // before the reader, which refuses what is no object
   ObjectReader r(node, errors);
@@ -116,7 +120,7 @@ VehicleSpec read_vehicle(const Node& node, const Registry& registry, const CarFi
   }
   spec.integration = read_integration(r, integrator);
   r.finish();
-  if (errors.added() == before) check_effects(spec, car.car, effects, errors);
+  if (errors.added() == before) check_effects(spec, car.car, effects, readings, errors);
   return spec;
 }
 

@@ -30,9 +30,12 @@ struct VehicleSpec {
   std::vector<PluginSpec> effects;
   Integration integration;
 };
+/// What becomes of readings of this car: a world's sensors show them; a stack predicts states with its model and asks
+/// for no readings, so that an effect of Stage::reading would do nothing there and is refused.
+enum class Readings { shown, unread };
 /// `integrator`: the method when the JSON names none.
 VehicleSpec read_vehicle(const Node& node, const Registry& registry, const CarFile& car, const char* integrator,
-                         Errors& errors);
+                         Errors& errors, Readings readings = Readings::shown);
 
 /// Owns the instances behind a StagedCar.
 class Vehicle {

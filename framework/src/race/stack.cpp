@@ -93,7 +93,7 @@ StackSpec read_stack(const std::string& name, const Node& node, const Registry& 
     r.find("car");
   }
   if (const Node* model = r.require("model", "a vehicle model"); model != nullptr) {
-    spec.model = read_vehicle(*model, registry, told, "rk4", errors);
+    spec.model = read_vehicle(*model, registry, told, "rk4", errors, Readings::unread);
     refuse_truth(spec.model.model, *model, errors);
     for (const PluginSpec& effect : spec.model.effects) refuse_truth(effect, *model, errors);
   }

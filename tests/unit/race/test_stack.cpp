@@ -69,6 +69,19 @@ TEST(Stack, ANominalModelMustNotKnowTheTruth) {
               HasSubstr("\"spy.truthful\" knows the truth; a stack's nominal model must not"));
 }
 
+/// It would do nothing: a stack predicts states, not readings. In a world's plant it has its place.
+TEST(Stack, AnEffectOnReadingsHasNoPlaceInANominalModel) {
+  const CarFile car = world_of().car;
+  for (const std::string id : {"vx_bias", "velocity_lever"})
+    EXPECT_THAT(refusal([&] {
+                  stack_of(car, R"({"model": {"effects": [{"plugin": "aero_drag"}, {"plugin": ")" + id + R"("}]}})");
+                }),
+                HasSubstr("/model/effects/1: effect \"" + id +
+                          "\" changes what sensors show, and nothing here reads that; it belongs into a world's plant"))
+        << id;
+  EXPECT_NO_THROW(world_of(R"({"plant": {"effects": [{"plugin": "vx_bias"}]}})"));
+}
+
 TEST(Stack, APlantOfAWorldIsNoNominalModel) {
   EXPECT_THAT(refusal([&] { stack_of(world_of().car, R"({"model": {"plugin": "double_track"}})"); }),
               HasSubstr("no vehicle plugin \"double_track\"; \"double_track\" is of kind plant"));
