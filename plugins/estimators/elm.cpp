@@ -127,12 +127,13 @@ class Elm final : public AutoDiffEffect<Elm, Estimator> {
 
   template <class T>
   void act(Point<T>& p) const {
+    if (!learned()) return;
     correct_body(p.q, p.at, terms_, [this](Axle axle, const T& slip) { return tyres_.of(axle).force(slip); });
   }
 
  private:
   Eigen::Index unknowns() const { return 2 * static_cast<Eigen::Index>(params_.hidden) + 2; }
-  /// Whether enough was seen to speak of friction: a sixth of the window, one second of the default.
+  /// Whether enough was seen to speak of friction, and to correct: a sixth of the window, one second of the default.
   bool learned() const { return gram_.count() >= std::min(params_.window, 50); }
 
   /// Adds the penalty on slopes beyond slip_cap to the unknowns from `first` on.

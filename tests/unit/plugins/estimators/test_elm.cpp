@@ -116,6 +116,31 @@ TEST(Elm, BelievesWhatItWasToldUntilItLearned) {
   EXPECT_EQ(force[0], 7.0);
 }
 
+/// Tyres without any force would be a correction too.
+TEST(Elm, CorrectsNothingUntilItLearned) {
+  Nominal nominal("ekinematic");
+  const auto elm = make_estimator("elm", nominal);
+  CorrectedModel model = corrected(nominal, *elm);
+  State x;
+  x.vx = 2.0;
+  x.vy = -0.1;
+  x.omega = 1.0;
+  x.delta = 0.1;
+  const Input u = {0.4, 0.5};
+  const auto expect_nominal = [&] {
+    const Prediction::Rates plain = nominal.prediction().rates(x, u, {}), better = model.rates(x, u, {});
+    EXPECT_EQ(better.vx, plain.vx);
+    EXPECT_EQ(better.vy, plain.vy);
+    EXPECT_EQ(better.omega, plain.omega);
+  };
+  expect_nominal();
+  learn(*elm, nominal, drive_bends(0.5, 3, fresh));
+  EXPECT_FALSE(elm->belief().trusted);
+  expect_nominal();
+  learn(*elm, nominal, drive_bends(4, 3, fresh));
+  EXPECT_NE(model.rates(x, u, {}).vy, nominal.prediction().rates(x, u, {}).vy);
+}
+
 TEST(Elm, ForgetsWhatLeftTheWindow) {
   // With equal weights and the pseudo-inverse, only the window's samples can matter.
   Nominal nominal("ekinematic");
