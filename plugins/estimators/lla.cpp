@@ -102,7 +102,7 @@ class LookBack final : public AutoDiffEffect<LookBack, Estimator> {
 
   void update(const Sample& k) override {
     if (std::min(k.x.vx, k.x_next.vx) < car_.v_min) return;
-    const double drive = drive_.at(0.5 * (k.x.vx + k.x_next.vx), k.u.d, k.at).forward;
+    const double drive = drive_.at(0.5 * (k.x.vx + k.x_next.vx), k.u.d - k.d_lag, k.at).forward;
     double* const errors = errors_.data() + static_cast<std::size_t>(seen_ % params_.window) * bank_.size();
     for (std::size_t i = 0; i < bank_.size(); ++i) {
       const double error = error_of(bank_[i], k, drive);
@@ -183,10 +183,11 @@ class LookBack final : public AutoDiffEffect<LookBack, Estimator> {
     return {s.vx * c - s.vy * n, s.vx * n + s.vy * c, s.omega, rate.vx, rate.vy, rate.omega};
   }
 
-  /// One step of the classical Runge-Kutta method; the drive is that of the mean speed.
+  /// One step of the classical Runge-Kutta method; the drive is that of the mean speed, the steering angle what the
+  /// nominal model says acts in the middle.
   PlanarState predict(const AxleTyres& tyres, const Sample& k, double drive) const {
     const PlanarState s = {k.x.x, k.x.y, k.x.yaw, k.x.vx, k.x.vy, k.x.omega};
-    const double delta = k.x_next.delta;
+    const double delta = k.x_next.delta - k.delta_lag;
     return runge_kutta_step(s, k.dt, [&](const PlanarState& at) { return rates(tyres, at, drive, delta); });
   }
 

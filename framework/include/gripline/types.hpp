@@ -252,7 +252,8 @@ struct Sample {
   double e_omega = 0;  ///< residual of omega: (x_next - f_nom(x, u)) / dt [rad/s2]
   double d_lag = 0;    ///< throttle commanded less what acts of it in the middle of the step: by lags, gains or delays
                        ///< that the nominal model knows, and half a ramp where commands move within a step [-]
-  double delta_lag = 0;  ///< steering angle commanded less what acts of it in the middle of the step, likewise [rad]
+  double delta_lag = 0;   ///< steering angle commanded less what acts of it in the middle of the step, likewise [rad]
+  double ddelta_lag = 0;  ///< rate of that command less the rate at which the wheels turn then, likewise [rad/s]
 };
 
 /// What a stack believes of friction: peak lateral force of an

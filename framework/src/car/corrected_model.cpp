@@ -228,6 +228,18 @@ Quantities<double> CorrectedModel::quantities(const State& x, const Input& u, co
   start(x, row_);
   const double input[] = {u.d, u.ddelta};
   load(stepper_, 1, row_.data(), input, row_.size());
+  return loaded_quantities(at);
+}
+
+Quantities<double> CorrectedModel::quantities_after(const State& x, const Input& u, const Place& at) {
+  start(x, row_);
+  const double reached[] = {u.d, 0.0};
+  load(stepper_, 1, row_.data(), reached, row_.size());
+  stepper_.ramp[0].begin.delta_rate = u.ddelta;
+  return loaded_quantities(at);
+}
+
+Quantities<double> CorrectedModel::loaded_quantities(const Place& at) {
   Quantities<double> q{};
   stepper_.quantities(car_, options_.dt, 1, &at, nullptr, &q);
   return q;

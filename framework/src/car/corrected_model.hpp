@@ -56,12 +56,15 @@ class CorrectedModel final : public Prediction {
   State advance_within(const StepBound& bound, const State& x, const Input& u, const Place& at);
   /// The working quantities at the start of a step from x under u: forces, slips, acting commands. The memory stays.
   Quantities<double> quantities(const State& x, const Input& u, const Place& at);
+  /// Those at the end of a step that came to x under u: the angle commanded is x.delta, and still moves at u.ddelta.
+  Quantities<double> quantities_after(const State& x, const Input& u, const Place& at);
 
  private:
   template <class T>
   void load(Stepper<T>& stepper, std::size_t n, const T* rows, const T* inputs, std::size_t stride);
   template <class T>
   void unload(const Stepper<T>& stepper, std::size_t i, T* row) const;
+  Quantities<double> loaded_quantities(const Place& at);
   void values(std::size_t n, const double* x, const double* u, const Place* at, double* x_next);
   void derivatives(std::size_t n, const double* x, const double* u, const Place* at, double* x_next, double* A,
                    double* B);

@@ -14,9 +14,10 @@ Sample residual_sample(CorrectedModel& nominal, const Observation& before, const
   sample.at_next = after.at;
   const Quantities<double> begin = nominal.quantities(before.x, u, before.at);
   const State predicted = nominal.advance(before.x, u, before.at);
-  const Quantities<double> end = nominal.quantities(after.x, {u.d, 0.0}, after.at);
+  const Quantities<double> end = nominal.quantities_after(after.x, u, after.at);
   sample.d_lag = u.d - 0.5 * (begin.d + end.d);
   sample.delta_lag = after.x.delta - 0.5 * (begin.delta + end.delta);
+  sample.ddelta_lag = u.ddelta - 0.5 * (begin.delta_rate + end.delta_rate);
   sample.e_vx = (after.x.vx - predicted.vx) / sample.dt;
   sample.e_vy = (after.x.vy - predicted.vy) / sample.dt;
   sample.e_omega = (after.x.omega - predicted.omega) / sample.dt;

@@ -3,10 +3,11 @@
 //   (vx', vy', omega') = f_nom(x, u) + (g_1, g_2, g_3)(d, delta', delta, vx, vy, omega),   g_i ~ GP (kernel.hpp)
 //
 // A step is one sample: its mean rates against the nominal model's at the middle of the step, so that the mean
-// functions may be integrated like any other rate. Samples wait until the first `tune_at` are there; then the inputs
-// and targets are standardised, the kernels fitted to at most `tune_points` of them, and from there on the window
-// slides by one sample per step. Kernels are fitted again when the window is full for the first time and then every
-// `tune_every` steps (0: never). Derivatives are analytic.
+// functions may be integrated like any other rate. Throttle and steering are those that act there, as in the
+// prediction: behind the commands where the nominal model knows lags, gains or delays. Samples wait until the first
+// `tune_at` are there; then the inputs and targets are standardised, the kernels fitted to at most `tune_points` of
+// them, and from there on the window slides by one sample per step. Kernels are fitted again when the window is full
+// for the first time and then every `tune_every` steps (0: never). Derivatives are analytic.
 //
 // `gp` is told the true friction, as in the published comparison. `gp_own_mu` knows no more than the others: it inverts
 // the lateral and yaw equations of step_path.hpp at its samples for the axle forces under the learned means, and takes
@@ -102,19 +103,28 @@ class Gp : public Estimator {
   const TrainingSample& remember(const Sample& k) {
     TrainingSample& one = samples_[seen_ % params_.window];
     one.middle = {0.5 * (k.x.vx + k.x_next.vx), 0.5 * (k.x.vy + k.x_next.vy), 0.5 * (k.x.omega + k.x_next.omega)};
-    one.delta = k.x_next.delta;
+    one.delta = k.x_next.delta - k.delta_lag;
+    const Input acting = {k.u.d - k.d_lag, k.u.ddelta - k.ddelta_lag};
+    one.rate = {(k.x_next.vx - k.x.vx) / k.dt, (k.x_next.vy - k.x.vy) / k.dt, (k.x_next.omega - k.x.omega) / k.dt};
+    one.target = unexplained(k, one);
+    one.input << acting.d, acting.ddelta, one.delta, one.middle.vx, one.middle.vy, one.middle.omega;
+    one.slip = learning::slips(one.middle, one.delta, car_);
+    one.bank_rate = straight_.at(one.middle.vx, acting.d, k.at).side;
+    return one;
+  }
+
+  /// What the nominal model leaves of a step's rates. Prediction::rates() takes commands as having always been given:
+  /// where others act, only the residual of the step knows what the model made of them.
+  std::array<double, channels> unexplained(const Sample& k, const TrainingSample& one) const {
+    const bool as_commanded = k.d_lag == 0.0 && k.delta_lag == 0.0 && k.ddelta_lag == 0.0;
+    if (!as_commanded) return {k.e_vx, k.e_vy, k.e_omega};
     State x = k.x;
     x.vx = one.middle.vx;
     x.vy = one.middle.vy;
     x.omega = one.middle.omega;
     x.delta = one.delta;
     const auto nominal = nominal_->rates(x, k.u, k.at);
-    one.rate = {(k.x_next.vx - k.x.vx) / k.dt, (k.x_next.vy - k.x.vy) / k.dt, (k.x_next.omega - k.x.omega) / k.dt};
-    one.target = {one.rate.vx - nominal.vx, one.rate.vy - nominal.vy, one.rate.omega - nominal.omega};
-    one.input << k.u.d, k.u.ddelta, one.delta, one.middle.vx, one.middle.vy, one.middle.omega;
-    one.slip = learning::slips(one.middle, one.delta, car_);
-    one.bank_rate = straight_.at(x.vx, k.u.d, k.at).side;
-    return one;
+    return {one.rate.vx - nominal.vx, one.rate.vy - nominal.vy, one.rate.omega - nominal.omega};
   }
 
   /// Standardises, fits the kernels to an even choice of the window, and puts the whole window in.

@@ -203,6 +203,7 @@ TEST(Stack, SamplesSayHowFarTheNominalModelIsBehindItsCommands) {
   const Sample none = plain.advance({0.4, 2.0});
   EXPECT_EQ(none.d_lag, 0.0);
   EXPECT_EQ(none.delta_lag, 0.0);
+  EXPECT_EQ(none.ddelta_lag, 0.0);
   const double tau = 0.05;
   Rig rig(R"({"model": {"effects": [{"plugin": "steer_lag", "params": {"tau": 0.05}}]}})",
           R"({"start": {"speed": 1.5}})");
@@ -213,6 +214,8 @@ TEST(Stack, SamplesSayHowFarTheNominalModelIsBehindItsCommands) {
     delta += 0.02 * (k < 5 ? 2.0 : -1.0);
     const double after = delta + (wheel - delta) * std::exp(-0.02 / tau);
     EXPECT_NEAR(sample.delta_lag, delta - 0.5 * (wheel + after), 5e-5) << k;
+    const double turns = 0.5 * ((delta - wheel) + (delta - after)) / tau;
+    EXPECT_NEAR(sample.ddelta_lag, (k < 5 ? 2.0 : -1.0) - turns, 1e-3) << k;
     EXPECT_EQ(sample.d_lag, 0.0);
     wheel = after;
   }
