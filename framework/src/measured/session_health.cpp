@@ -6,6 +6,7 @@
 #include <random>
 #include <string>
 
+#include "measured/fine_delay.hpp"
 #include "measured/noise.hpp"
 #include "util/numbers.hpp"
 #include "util/statistics.hpp"
@@ -163,12 +164,19 @@ class LagSums {
   std::vector<Sums> sums_;
 };
 
+/// A channel and what it is the rate of.
+struct OneMotion {
+  const Values& rate;
+  const Values& sum;
+};
+
+/// `motion`: where both channels show one.
 void add_delay(std::vector<Delay>& delays, const Grid& grid, const char* channel, const Values& late,
-               const char* against, const Values& early, bool of_clock) {
+               const char* against, const Values& early, const std::optional<OneMotion>& motion) {
   constexpr double least_correlation = 0.5;
   constexpr int draws = 200;
   const LagSums sums(manoeuvres(late, grid.dt), manoeuvres(early, grid.dt), grid.dt);
-  Delay delay{channel, against, 0, 0, 0, 0, of_clock, sums.blocks()};
+  Delay delay{channel, against, 0, 0, 0, 0, motion.has_value(), sums.blocks()};
   delay.seconds = sums.best(std::vector<int>(sums.blocks(), 1), &delay.correlation);
   if (!(delay.correlation > least_correlation)) return;
   if (sums.is_at_end(delay.seconds)) return;
@@ -182,7 +190,24 @@ void add_delay(std::vector<Delay>& delays, const Grid& grid, const char* channel
   std::sort(drawn.begin(), drawn.end());
   delay.low = std::min(drawn[static_cast<std::size_t>(0.025 * draws)], delay.seconds);
   delay.high = std::max(drawn[static_cast<std::size_t>(0.975 * draws)], delay.seconds);
+  if (motion)
+    if (const auto fine = fine_delay(motion->rate, motion->sum, grid.dt, delay.seconds))
+      delay.seconds = std::clamp(*fine, delay.low, delay.high);
   delays.push_back(delay);
+}
+
+/// Way along the heading; NaN where it is not known, and then without what was gone there.
+Values way_of_place(const Values& x, const Values& y, const Values& yaw) {
+  Values out(x.size(), not_a_number);
+  double way = 0.0;
+  for (std::size_t k = 1; k < x.size(); ++k) {
+    const double heading = 0.5 * (yaw[k] + yaw[k - 1]);
+    const double step = (x[k] - x[k - 1]) * std::cos(heading) + (y[k] - y[k - 1]) * std::sin(heading);
+    if (std::isnan(step)) continue;
+    way += step;
+    out[k] = way;
+  }
+  return out;
 }
 
 /// Speed along the heading by differences of the place.
@@ -210,18 +235,22 @@ std::vector<Delay> delays_of(const Session& s) {
   const Values yaw = grid.channel(s, Channel::yaw), vx = grid.channel(s, Channel::vx),
                rate = grid.channel(s, Channel::yaw_rate);
   const Values turning = grid.rate(yaw);
-  Values place_speed(grid.n, not_a_number);
-  if (s.has[Channel::x] && s.has[Channel::yaw])
-    place_speed = speed_of_place(grid, grid.channel(s, Channel::x), grid.channel(s, Channel::y), yaw);
-  if (s.has[Channel::yaw] && s.has[Channel::yaw_rate]) add_delay(delays, grid, "yaw_rate", rate, "yaw", turning, true);
+  Values place_speed(grid.n, not_a_number), way;
+  if (s.has[Channel::x] && s.has[Channel::yaw]) {
+    const Values x = grid.channel(s, Channel::x), y = grid.channel(s, Channel::y);
+    place_speed = speed_of_place(grid, x, y, yaw);
+    way = way_of_place(x, y, yaw);
+  }
+  if (s.has[Channel::yaw] && s.has[Channel::yaw_rate])
+    add_delay(delays, grid, "yaw_rate", rate, "yaw", turning, OneMotion{rate, yaw});
   if (s.has[Channel::x] && s.has[Channel::vx])
-    add_delay(delays, grid, "velocity", grid.rate(vx), "position", grid.rate(place_speed), true);
+    add_delay(delays, grid, "velocity", grid.rate(vx), "position", grid.rate(place_speed), OneMotion{vx, way});
   const Values& turns = s.has[Channel::yaw] ? turning : rate;
   Values turn_asked = grid.command(s, true);
   for (std::size_t k = 0; k < grid.n; ++k) turn_asked[k] *= s.has[Channel::vx] ? vx[k] : place_speed[k];
-  add_delay(delays, grid, s.has[Channel::yaw] ? "yaw" : "yaw_rate", turns, "delta", turn_asked, false);
+  add_delay(delays, grid, s.has[Channel::yaw] ? "yaw" : "yaw_rate", turns, "delta", turn_asked, std::nullopt);
   if (!s.prescribed_speed && s.has[Channel::vx])
-    add_delay(delays, grid, "velocity", grid.rate(vx), "d", grid.command(s, false), false);
+    add_delay(delays, grid, "velocity", grid.rate(vx), "d", grid.command(s, false), std::nullopt);
   return delays;
 }
 

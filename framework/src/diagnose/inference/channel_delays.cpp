@@ -111,6 +111,7 @@ std::vector<ChannelDelay> find_channel_delays(std::span<const LogFile> logs) {
     else
       found.push_back({partner[group], -d.seconds, -to, -from});
   }
+  std::ranges::sort(found, {}, &ChannelDelay::group);
   join_pose(found);
   return found;
 }
