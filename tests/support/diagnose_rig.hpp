@@ -143,11 +143,11 @@ class DiagnoseRig {
     return log;
   }
 
-  /// Every second sample of a log.
-  static measured::Log thinned(const measured::Log& log) {
+  /// Every second sample of a log, or one of more.
+  static measured::Log thinned(const measured::Log& log, std::size_t every = 2) {
     measured::Log less;
-    less.dt = 2.0 * log.dt;
-    for (std::size_t k = 0; k < log.size(); k += 2) {
+    less.dt = static_cast<double>(every) * log.dt;
+    for (std::size_t k = 0; k < log.size(); k += every) {
       less.command.push_back(log.command[k]);
       const auto row = log.reading.begin() + static_cast<std::ptrdiff_t>(6 * k);
       less.reading.insert(less.reading.end(), row, row + 6);

@@ -38,6 +38,7 @@ void Trace::unround_commands(const Commands& steps) {
 }
 
 void Trace::cut(std::size_t samples) {
+  if (samples >= size()) return;
   log.command.resize(samples);
   if (!log.fine.empty()) log.fine.resize(2 * samples - 1);
   if (!log.interpolated.empty()) log.interpolated.resize(samples);

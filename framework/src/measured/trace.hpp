@@ -21,7 +21,7 @@ struct Trace {
   void bend_commands(const Commands& bend);
   /// Expected values of rounded commands, as measured::unround_commands has it. Before any bend.
   void unround_commands(const Commands& steps);
-  /// Only the first so many samples.
+  /// Only the first so many samples; a shorter one is left as it is.
   void cut(std::size_t samples);
   /// Commands up to sample k, as measured::history_at_sample has them. Holds pointers into this.
   History<Dual8> history(std::size_t k) const;

@@ -24,10 +24,14 @@ std::size_t hold_out_from(const Trace& trace) {
   return static_cast<std::size_t>(std::lower_bound(laps.begin(), laps.end(), from) - laps.begin());
 }
 
-Trace beginning(const Trace& trace, std::size_t samples) {
-  Trace part = trace;
-  part.cut(samples);
-  return part;
+constexpr std::size_t settled = 10;  // first sample of a part that predictions start from
+constexpr double judged = 1.0;       // [s] duration of the predictions that a model is judged by
+
+/// Whether both parts of a trace, before a sample and from it on, hold a whole prediction: else nothing would be judged,
+/// or next to nothing fitted. Ten samples are long at a low rate, and short at a high one.
+bool can_be_parted(const Trace& trace, std::size_t from) {
+  const std::size_t least = settled + static_cast<std::size_t>(std::round(judged / trace.log.dt)) + 1;
+  return from >= least && trace.size() >= from + least;
 }
 
 /// Appends the squared errors of every start.
@@ -70,16 +74,18 @@ HoldOut::HoldOut(const Problem& problem, const Road& road, std::span<const LogFi
   if (!own_laps_) return;
   known_.shape_prior = true;
   for (Trace& trace : known_.traces) {
-    from_.push_back(hold_out_from(trace));
+    const std::size_t from = hold_out_from(trace);
+    if (!can_be_parted(trace, from)) continue;  // known as a whole
     traces_.push_back(trace);
-    trace = beginning(trace, std::max<std::size_t>(from_.back(), 50));
+    from_.push_back(from);
+    trace.cut(from);
   }
 }
 
 Fit HoldOut::refit(const Fit& f) const { return own_laps_ && !f.theta.empty() ? fit(known_, f.model, f.noise, 3) : f; }
 
 double HoldOut::error_after_refit(const Fit& f) const {
-  constexpr std::array<double, 1> second = {1.0};
+  constexpr std::array<double, 1> second = {judged};
   return errors(refit(f), second).front();
 }
 
@@ -94,7 +100,7 @@ std::vector<StartErrors> HoldOut::predict(const Fit& f, std::span<const double> 
 }
 
 StartErrors HoldOut::predict_known(const Fit& f) const {
-  constexpr std::array<double, 1> second = {1.0};
+  constexpr std::array<double, 1> second = {judged};
   const std::vector<std::size_t> from(known_.traces.size(), 0);
   return std::move(predict_along(known_.traces, from, f, second).front());
 }
@@ -111,7 +117,7 @@ std::vector<StartErrors> HoldOut::predict_along(std::vector<Trace> traces, std::
     for (std::size_t i = 0; i < other.traces.size(); ++i) {
       measured::RolloutOptions options;
       options.horizon = horizon;
-      options.first = from[i] + 10;
+      options.first = from[i] + settled;
       options.every =
           static_cast<std::size_t>(std::max(1.0, std::round(thresholds::start_spacing / other.traces[i].log.dt)));
       options.substeps = known_.substeps;

@@ -14,10 +14,12 @@ using measured::LogFile;
 Trace as_fitted(const Log& log, const Problem& problem, const Road& road);
 
 /// Logs to predict: those held out, else the last whole laps (about a third) of the fitted logs, whose models are then
-/// refitted on what comes before. Holds references.
+/// refitted on what comes before. Of stretches too short for that nothing is predicted. Holds references.
 class HoldOut {
  public:
   HoldOut(const Problem& problem, const Road& road, std::span<const LogFile> held_out);
+  /// Whether there is nothing to predict: no log is held out, and no stretch is long enough to be parted.
+  bool empty() const { return traces_.empty(); }
   /// Root mean square of predictions over each horizon [s], in sensor standard deviations.
   std::vector<double> errors(const Fit& fitted, std::span<const double> horizons) const;
   /// Errors of the predictions over each horizon [s] from every start.

@@ -124,6 +124,9 @@ Diagnosis Diagnoser::search(std::span<const LogFile> logs, std::span<const LogFi
   const HoldOut hold_out(found.pool.problem(), road_, held_out);
   Diagnosis d = conclude(found, hold_out);
   d.health = std::move(prepared.health);
+  if (hold_out.empty())
+    d.health.push_back({measured::Finding::Level::bad, "hold-out", "no stretch is long enough to predict a part of it",
+                        "the gap is not measured"});
   at(6, "refining");
   problem_ = found.pool.problem();
   d.sensor = problem_.sensor;

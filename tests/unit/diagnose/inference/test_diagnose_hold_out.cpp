@@ -51,6 +51,31 @@ TEST(HoldOut, RefitsReadNothingOfWhatIsHeldOut) {
   EXPECT_EQ(refitted(spoilt), known);
 }
 
+/// At 10 Hz a stretch of 3.5 s has 36 samples, of 6.2 s 63. Nothing of the short one can be predicted, and all of it is
+/// fitted: every second of it from its tenth sample on, and no more. Of the other 42 samples are, and none of the rest.
+TEST(HoldOut, StretchesOfALogAtALowRateAreNeitherLengthenedNorFittedWhereTheyAreHeldOut) {
+  const DiagnoseRig rig;
+  const ModelSpec truth = rig.catalogue().null_model();
+  const auto drive = [&](double seconds, std::uint64_t seed) {
+    return DiagnoseRig::thinned(rig.simulate(truth, {.seconds = seconds, .seed = seed}), 5);
+  };
+  const auto starts = [&](std::vector<Log> logs) {
+    Problem problem = rig.problem(std::move(logs));
+    problem.substeps = 8;
+    const HoldOut hold_out(problem, rig.road(), {});
+    const Fit fitted = of(rig, problem, truth);
+    const std::size_t judged = hold_out.predict(fitted, std::span(horizons).last(1)).front().square.size();
+    EXPECT_EQ(hold_out.empty(), judged == 0);
+    return std::pair(hold_out.predict_known(fitted).square.size(), judged);
+  };
+  const Log just_enough = drive(6.2, 98), less = drive(3.5, 99);
+  ASSERT_EQ(just_enough.size(), 63U);
+  ASSERT_EQ(less.size(), 36U);
+  EXPECT_EQ(starts({just_enough}), (std::pair<std::size_t, std::size_t>(5, 1)));
+  EXPECT_EQ(starts({less}), (std::pair<std::size_t, std::size_t>(4, 0)));
+  EXPECT_EQ(starts({just_enough, less}), (std::pair<std::size_t, std::size_t>(9, 1)));
+}
+
 /// What the recorder rounded to is told by the fitted log: one value between the steps in another log hides it there.
 TEST(HoldOut, LogsHeldOutAreRoundedAsTheFittedOneIs) {
   const DiagnoseRig rig;
