@@ -206,6 +206,9 @@ inline constexpr double may_be_left_out = 4.0;
 /// Bend of commands between samples (-1/8 is a parabola) from which on it is an effect's, and what a bend must differ
 /// by to search again.
 inline constexpr double most_bend = 0.3, other_bend = 0.03;
+/// Relative difference of two logs' rates up to which a bend measured in one is that of the other: an uneven recorder's
+/// own rate varies by less. Larger: bends are believed of logs that nobody measured them in.
+inline constexpr double same_rate = 0.01;
 /// Samples that noise is measured on; iterations, and log likelihood by which one must improve to go on.
 inline constexpr std::size_t noise_samples = 3000;
 inline constexpr int noise_iterations = 8;

@@ -54,11 +54,17 @@ void add_errors(const measured::Rollouts& r, const Channels& sigma, StartErrors&
 
 }  // namespace
 
+bool shares_bend(const Log& log, const Problem& problem) {
+  return std::ranges::any_of(problem.traces, [&](const Trace& trace) {
+    return std::abs(log.dt - trace.log.dt) <= thresholds::same_rate * trace.log.dt;
+  });
+}
+
 Trace as_fitted(const Log& log, const Problem& problem, const Road& road) {
   Trace trace;
   trace.log = log;
   if (problem.unrounded) trace.unround_commands(problem.command_step);
-  if (trace.log.dt == problem.traces.front().log.dt) trace.bend_commands(problem.bend);
+  if (shares_bend(log, problem)) trace.bend_commands(problem.bend);
   trace.log.held = problem.held;
   trace.set_motion(smooth_readings(log, 3), road);
   return trace;

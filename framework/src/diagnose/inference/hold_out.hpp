@@ -9,8 +9,11 @@ namespace gripline::diagnose {
 
 using measured::LogFile;
 
+/// Whether the bend of a problem's commands is that of a log too: it was measured between samples as far apart.
+bool shares_bend(const Log& log, const Problem& problem);
+
 /// A log that no fit saw, its commands taken as the fit took those of its own: steps that were rounded to, bends and
-/// holding are properties of the recorder, and a short log shows them badly.
+/// holding are properties of the recorder, and a short log shows them badly. At another rate commands are not bent.
 Trace as_fitted(const Log& log, const Problem& problem, const Road& road);
 
 /// Logs to predict: those held out, else the last whole laps (about a third) of the fitted logs, whose models are then

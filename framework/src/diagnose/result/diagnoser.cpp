@@ -143,6 +143,7 @@ Diagnosis Diagnoser::search(std::span<const LogFile> logs, std::span<const LogFi
   rank_by_rollouts(hold_out, found, d);
   if (!stands(hold_out, d)) withdraw(hold_out, found, d);
   report_noise(problem_, d.fit.noise, d.health);
+  report_straight_commands(problem_, held_out, d.health);
   doubt_wrong_channel(prepared.told, d);
   if (d.verdict == Verdict::nothing_missing) d.detection_limits = detection_limits(found);
   d.sentence = sentence(d);

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <string>
 
+#include "diagnose/inference/hold_out.hpp"
 #include "util/numbers.hpp"
 
 namespace gripline::diagnose {
@@ -44,6 +45,18 @@ void report_noise(const Problem& problem, const Noise& noise, std::vector<measur
                                   size(0), size(1), size(2), problem.noise_time);
   health.push_back({problem.noise_time == usual_noise_time ? Finding::Level::good : Finding::Level::note,
                     "unknown accelerations", text, "measured with the model"});
+}
+
+void report_straight_commands(const Problem& problem, std::span<const measured::LogFile> held_out,
+                              std::vector<Finding>& health) {
+  if (problem.bend == Commands{}) return;
+  for (const measured::LogFile& log : held_out) {
+    if (log.stretches.empty() || shares_bend(log.stretches.front(), problem)) continue;
+    const std::string text = format("%s has one every %.3g s, the log fitted every %.3g s", log.name.c_str(),
+                                    log.stretches.front().dt, problem.traces.front().log.dt);
+    health.push_back({Finding::Level::note, "commands between samples", text,
+                      "left straight there: how they bend was measured at the other rate"});
+  }
 }
 
 }  // namespace gripline::diagnose

@@ -76,6 +76,26 @@ TEST(HoldOut, StretchesOfALogAtALowRateAreNeitherLengthenedNorFittedWhereTheyAre
   EXPECT_EQ(starts({just_enough, less}), (std::pair<std::size_t, std::size_t>(9, 1)));
 }
 
+/// The step of a log is a measured median: one recorder gives 0.020001 s and 0.020002 s. Of a log at another rate how
+/// commands bend is not known.
+TEST(HoldOut, CommandsBendLikeThoseOfTheFittedLogAtAboutItsRate) {
+  const DiagnoseRig rig;
+  const Log log = rig.simulate(rig.catalogue().null_model(), {.seconds = 10, .seed = 97});
+  Problem problem = rig.problem({log});
+  problem.bend = {-0.1, -0.125};
+  const auto bent = [&](double dt) {
+    Log other = log;
+    other.dt = dt;
+    const Trace trace = as_fitted(other, problem, rig.road());
+    return trace.log.fine.size() == 2 * other.size() - 1;
+  };
+  EXPECT_TRUE(bent(log.dt));
+  EXPECT_TRUE(bent(log.dt * (1.0 + 1e-4)));
+  EXPECT_TRUE(bent(log.dt * (1.0 - 1e-4)));
+  EXPECT_FALSE(bent(2.0 * log.dt));
+  EXPECT_FALSE(bent(0.9 * log.dt));
+}
+
 /// What the recorder rounded to is told by the fitted log: one value between the steps in another log hides it there.
 TEST(HoldOut, LogsHeldOutAreRoundedAsTheFittedOneIs) {
   const DiagnoseRig rig;
