@@ -178,7 +178,7 @@ int diagnose_logs(DiagnoseOptions options, const Registry& registry) {
   for (const std::string& file : options.logs)
     names += (names.empty() ? "" : ", ") + fs::path(file).filename().string();
   write_file(options.out / "diagnosis_report.json",
-             to_json_text(diagnose::report_data(d, diagnoser, held_out, names, options.world.filename().string(),
+             to_json_text(diagnose::report_data(d, diagnoser, names, options.world.filename().string(),
                                                 diagnose::world_patch(d, diagnoser, world))));
   std::cout << "\ndiagnosis: " << (options.out / "diagnosis.json").string()
             << "\nworld with what was found: " << (options.out / "augmented_world.json").string() << '\n';

@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "diagnose/inference/reference.hpp"
-#include "measured/rollout.hpp"
 #include "measured/rounding.hpp"
 
 namespace gripline::diagnose {
@@ -27,10 +26,14 @@ std::size_t hold_out_from(const Trace& trace) {
 constexpr std::size_t settled = 10;  // first sample of a part that predictions start from
 constexpr double judged = 1.0;       // [s] duration of the predictions that a model is judged by
 
-/// Whether both parts of a trace, before a sample and from it on, hold a whole prediction: else nothing would be judged,
-/// or next to nothing fitted. Ten samples are long at a low rate, and short at a high one.
+std::size_t samples_in(double seconds, const Trace& trace) {
+  return static_cast<std::size_t>(std::max(1.0, std::round(seconds / trace.log.dt)));
+}
+
+/// Whether both parts of a trace, before a sample and from it on, hold a whole prediction: else nothing would be
+/// judged, or next to nothing fitted. Ten samples are long at a low rate, and short at a high one.
 bool can_be_parted(const Trace& trace, std::size_t from) {
-  const std::size_t least = settled + static_cast<std::size_t>(std::round(judged / trace.log.dt)) + 1;
+  const std::size_t least = settled + samples_in(judged, trace) + 1;
   return from >= least && trace.size() >= from + least;
 }
 
@@ -70,6 +73,15 @@ Trace as_fitted(const Log& log, const Problem& problem, const Road& road) {
   return trace;
 }
 
+measured::RolloutOptions rollout_options(const Problem& problem, const Trace& trace, double horizon, std::size_t from) {
+  measured::RolloutOptions options;
+  options.horizon = horizon;
+  options.first = from + settled;
+  options.every = samples_in(thresholds::start_spacing, trace);
+  options.substeps = problem.substeps;
+  return options;
+}
+
 HoldOut::HoldOut(const Problem& problem, const Road& road, std::span<const LogFile> held_out)
     : road_(road), known_(problem), own_laps_(held_out.empty()) {
   for (const LogFile& log : held_out)
@@ -105,6 +117,16 @@ std::vector<StartErrors> HoldOut::predict(const Fit& f, std::span<const double> 
   return predict_along(traces_, from_, f, horizons);
 }
 
+measured::Rollouts HoldOut::predict_in_turn(const Fit& f) const {
+  Problem first = known_;
+  first.traces.assign(1, traces_.front());
+  iterate_reference(first, road_, f);
+  const Trace& trace = first.traces.front();
+  measured::RolloutOptions options = rollout_options(known_, trace, judged, from_.front());
+  options.every = samples_in(judged, trace);
+  return roll_out(known_.catalogue->build(f.model), trace, road_, options);
+}
+
 StartErrors HoldOut::predict_known(const Fit& f) const {
   constexpr std::array<double, 1> second = {judged};
   const std::vector<std::size_t> from(known_.traces.size(), 0);
@@ -121,13 +143,8 @@ std::vector<StartErrors> HoldOut::predict_along(std::vector<Trace> traces, std::
   for (const double horizon : horizons) {
     StartErrors& errors = all.emplace_back();
     for (std::size_t i = 0; i < other.traces.size(); ++i) {
-      measured::RolloutOptions options;
-      options.horizon = horizon;
-      options.first = from[i] + settled;
-      options.every =
-          static_cast<std::size_t>(std::max(1.0, std::round(thresholds::start_spacing / other.traces[i].log.dt)));
-      options.substeps = known_.substeps;
-      add_errors(roll_out(car, other.traces[i], road_, options), known_.sensor, errors);
+      const Trace& trace = other.traces[i];
+      add_errors(roll_out(car, trace, road_, rollout_options(known_, trace, horizon, from[i])), known_.sensor, errors);
     }
   }
   return all;

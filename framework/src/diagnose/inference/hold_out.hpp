@@ -4,6 +4,7 @@
 #include "diagnose/inference/error_change.hpp"
 #include "diagnose/inference/fit.hpp"
 #include "measured/log_file.hpp"
+#include "measured/rollout.hpp"
 
 namespace gripline::diagnose {
 
@@ -16,6 +17,11 @@ bool shares_bend(const Log& log, const Problem& problem);
 /// holding are properties of the recorder, and a short log shows them badly. At another rate commands are not bent.
 Trace as_fitted(const Log& log, const Problem& problem, const Road& road);
 
+/// How models are rolled out along a log of a problem: from the tenth sample after `from` on, in starts that lie
+/// thresholds::start_spacing apart.
+measured::RolloutOptions rollout_options(const Problem& problem, const Trace& trace, double horizon,
+                                         std::size_t from = 0);
+
 /// Logs to predict: those held out, else the last whole laps (about a third) of the fitted logs, whose models are then
 /// refitted on what comes before. Of stretches too short for that nothing is predicted. Holds references.
 class HoldOut {
@@ -23,10 +29,14 @@ class HoldOut {
   HoldOut(const Problem& problem, const Road& road, std::span<const LogFile> held_out);
   /// Whether there is nothing to predict: no log is held out, and no stretch is long enough to be parted.
   bool empty() const { return traces_.empty(); }
+  /// The logs to predict; where parts of fitted ones are, whole.
+  const std::vector<Trace>& traces() const { return traces_; }
   /// Root mean square of predictions over each horizon [s], in sensor standard deviations.
   std::vector<double> errors(const Fit& fitted, std::span<const double> horizons) const;
   /// Errors of the predictions over each horizon [s] from every start.
   std::vector<StartErrors> predict(const Fit& fitted, std::span<const double> horizons) const;
+  /// Predictions of the first log, each of the second after the one before. There must be one.
+  measured::Rollouts predict_in_turn(const Fit& fitted) const;
   /// Errors over 1 s on the data that are not held out.
   StartErrors predict_known(const Fit& fitted) const;
   /// The root mean square over 1 s of a model as it is refitted to what is known.

@@ -121,7 +121,7 @@ Diagnosis Diagnoser::search(std::span<const LogFile> logs, std::span<const LogFi
     options.progress = [&](double done, std::size_t, const std::string& what) { progress(1 + done, parts, what); };
   SearchResult found = search_effects(std::move(prepared.problem), road_, options);
   at(5, "judging");
-  const HoldOut hold_out(found.pool.problem(), road_, held_out);
+  const HoldOut& hold_out = hold_out_.emplace(found.pool.problem(), road_, held_out);
   Diagnosis d = conclude(found, hold_out);
   d.health = std::move(prepared.health);
   if (hold_out.empty())

@@ -2,9 +2,11 @@
 // is, and how much smaller the gap becomes with it.
 #pragma once
 
+#include <optional>
 #include <span>
 
 #include "diagnose/inference/channel_delays.hpp"
+#include "diagnose/inference/hold_out.hpp"
 #include "diagnose/inference/selection.hpp"
 #include "diagnose/result/case_file.hpp"
 #include "diagnose/result/diagnosis.hpp"
@@ -28,6 +30,8 @@ class Diagnoser {
   const Road& road() const { return road_; }
   /// Logs and references as the last run left them.
   const Problem& problem() const { return problem_; }
+  /// What the last run measured its gap on. There must have been one.
+  const HoldOut& hold_out() const { return *hold_out_; }
 
  private:
   Diagnosis search_beside_delays(std::span<const LogFile> logs, std::span<const LogFile> held_out,
@@ -58,6 +62,7 @@ class Diagnoser {
   Catalogue catalogue_;
   Road road_;
   Problem problem_;
+  std::optional<HoldOut> hold_out_;
 };
 
 }  // namespace gripline::diagnose

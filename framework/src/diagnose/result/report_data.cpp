@@ -4,8 +4,6 @@
 #include <cmath>
 
 #include "diagnose/inference/hold_out.hpp"
-#include "diagnose/inference/reference.hpp"
-#include "measured/rollout.hpp"
 
 namespace gripline::diagnose {
 namespace {
@@ -82,8 +80,7 @@ Node residual_node(const Diagnosis& d, const Diagnoser& diagnoser) {
   for (const Trace& trace : problem.traces) {
     const std::vector<double> before = unexplained(catalogue, problem, trace, bare, noise);
     const std::vector<double> after = unexplained(catalogue, problem, trace, d.fit.model, noise);
-    measured::RolloutOptions options;
-    options.horizon = short_window;
+    measured::RolloutOptions options = rollout_options(problem, trace, short_window);
     options.first = 0;
     options.every = every;
     const measured::Rollouts rolled = roll_out(catalogue.build(bare), trace, diagnoser.road(), options);
@@ -108,30 +105,16 @@ Node residual_node(const Diagnosis& d, const Diagnoser& diagnoser) {
   return std::move(t).node();
 }
 
-/// Predictions of one second, one after the other, over data that was not fitted.
-Node traces_node(const Diagnosis& d, const Diagnoser& diagnoser, std::span<const LogFile> held_out) {
-  const Catalogue& catalogue = diagnoser.catalogue();
-  Problem problem = diagnoser.problem();
-  std::size_t first = 50;
-  if (held_out.empty()) {
-    first = problem.traces.front().size() * 2 / 3;
-  } else {
-    problem.traces.assign(1, as_fitted(held_out.front().stretches.front(), problem, diagnoser.road()));
-  }
-  problem.traces.resize(1);
-  measured::RolloutOptions options;
-  options.first = first;
-  const auto roll = [&](const ModelSpec& model, const Noise& noise) {
-    Fit f;
-    f.model = model;
-    f.noise = noise;
-    Problem own = problem;
-    smooth_reference(own, diagnoser.road(), f);
-    return roll_out(catalogue.build(model), own.traces.front(), diagnoser.road(), options);
-  };
-  const measured::Rollouts before = roll(catalogue.null_model(), d.null_model.noise);
-  const measured::Rollouts after = roll(d.fit.model, d.fit.noise);
-  const Trace& trace = problem.traces.front();
+/// Predictions of one second, one after the other, over data that was not fitted: those of the gap.
+Node traces_node(const Diagnosis& d, const Diagnoser& diagnoser) {
+  const HoldOut& hold_out = diagnoser.hold_out();
+  if (hold_out.empty()) return Node(Node::Array{});
+  Fit nominal = d.null_model;
+  nominal.model = diagnoser.catalogue().null_model();
+  nominal.evaluation.reset();
+  const measured::Rollouts before = hold_out.predict_in_turn(nominal);
+  const measured::Rollouts after = hold_out.predict_in_turn(hold_out.refit(d.fit));
+  const Trace& trace = hold_out.traces().front();
   constexpr std::size_t windows = 20;
   Node::Array out;
   for (std::size_t c = Channel::vx; c < channels; ++c) {
@@ -174,8 +157,8 @@ Node effects_node(const Catalogue& catalogue) {
 
 }  // namespace
 
-Node report_data(const Diagnosis& d, const Diagnoser& diagnoser, std::span<const LogFile> held_out,
-                 const std::string& log, const std::string& world, const Node& patch) {
+Node report_data(const Diagnosis& d, const Diagnoser& diagnoser, const std::string& log, const std::string& world,
+                 const Node& patch) {
   Node out = Node::empty_object();
   out.set("sentence", Node(d.sentence));
   out.set("log", Node(log));
@@ -186,7 +169,7 @@ Node report_data(const Diagnosis& d, const Diagnoser& diagnoser, std::span<const
   ColumnTable horizon({"horizon_s", "before", "after"});
   for (const PredictionError& h : d.horizons) horizon.row({h.seconds, h.before, h.after});
   out.set("horizon", std::move(horizon).node());
-  out.set("traces", traces_node(d, diagnoser, held_out));
+  out.set("traces", traces_node(d, diagnoser));
   Node::Array limits;
   for (const DetectionLimit& f : d.detection_limits) {
     Node one = Node::empty_object();

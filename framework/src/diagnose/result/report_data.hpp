@@ -6,8 +6,8 @@
 
 namespace gripline::diagnose {
 
-/// `log` and `world` are names to show; `held_out` as given to Diagnoser::run.
-Node report_data(const Diagnosis& d, const Diagnoser& diagnoser, std::span<const LogFile> held_out,
-                 const std::string& log, const std::string& world, const Node& patch);
+/// Of the diagnoser's last run. `log` and `world` are names to show.
+Node report_data(const Diagnosis& d, const Diagnoser& diagnoser, const std::string& log, const std::string& world,
+                 const Node& patch);
 
 }  // namespace gripline::diagnose

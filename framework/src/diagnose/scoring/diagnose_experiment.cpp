@@ -138,7 +138,7 @@ Diagnosis diagnose_logs(const WorldSpec& nominal, const Registry& registry, cons
   Diagnosis d = diagnoser.run(logs, held);
   write_diagnosis(out, d, diagnoser, nominal, world_file, std::nullopt);
   write_file(out / "diagnosis_report.json",
-             to_json_text(report_data(d, diagnoser, held, log.filename().string(), world_file.filename().string(),
+             to_json_text(report_data(d, diagnoser, log.filename().string(), world_file.filename().string(),
                                       world_patch(d, diagnoser, nominal))));
   return d;
 }

@@ -12,6 +12,49 @@ namespace {
 
 using test::DiagnoseRig;
 
+/// The yaw rates that a report draws under this name, null between predictions.
+Node::Array drawn(const Diagnosis& d, const Diagnoser& diagnoser, const char* name) {
+  const Node report = report_data(d, diagnoser, "log", "world", Node::empty_object());
+  const Node& traces = *report.find("traces");
+  return traces.array().back().find(name)->array();
+}
+
+/// Yaw rates that a model predicts along a log, one prediction after the other, with NaN between them.
+std::vector<double> predicted(const Diagnoser& diagnoser, const Fit& fitted, const Trace& along,
+                              measured::RolloutOptions options) {
+  Problem own = diagnoser.problem();
+  own.traces.assign(1, along);
+  iterate_reference(own, diagnoser.road(), fitted);
+  const Trace& trace = own.traces.front();
+  options.every = static_cast<std::size_t>(std::round(1.0 / trace.log.dt));
+  const measured::Rollouts all =
+      measured::roll_out(diagnoser.catalogue().build(fitted.model), trace, diagnoser.road(), options);
+  std::vector<double> out;
+  for (std::size_t i = 0; i < all.start.size(); ++i) {
+    for (std::size_t j = 0; j < all.samples; ++j) out.push_back(all.predicted[(i * all.samples + j) * channels + 5]);
+    out.push_back(std::nan(""));
+  }
+  return out;
+}
+
+/// The largest difference [rad/s]; what is drawn has six digits.
+double off(const Node::Array& shown, const std::vector<double>& expected) {
+  EXPECT_LE(shown.size(), expected.size());
+  double most = 0.0;
+  for (std::size_t i = 0; i < std::min(shown.size(), expected.size()); ++i) {
+    EXPECT_EQ(shown[i].is_null(), std::isnan(expected[i])) << i;
+    if (!shown[i].is_null()) most = std::max(most, std::abs(shown[i].number() - expected[i]));
+  }
+  return most;
+}
+
+Fit nominal_of(const Diagnosis& d, const Diagnoser& diagnoser) {
+  Fit nominal;
+  nominal.model = diagnoser.catalogue().null_model();
+  nominal.noise = d.null_model.noise;
+  return nominal;
+}
+
 /// Predictions that are drawn of a log held out begin with the commands that are expected of rounded ones, as the fit
 /// took those of its own log, and not with those that were written.
 TEST(DiagnoseReportData, TracesOfLogsHeldOutHaveTheCommandsThatTheFitTook) {
@@ -26,30 +69,65 @@ TEST(DiagnoseReportData, TracesOfLogsHeldOutHaveTheCommandsThatTheFitTook) {
   Diagnoser diagnoser(rig.world(), rig.registry(), {});
   const Diagnosis d = diagnoser.run({&log, 1}, {&other, 1});
   ASSERT_TRUE(diagnoser.problem().unrounded) << d.sentence;
-  const auto predicted = [&](bool as_written) {
-    Fit nominal;
-    nominal.model = diagnoser.catalogue().null_model();
-    nominal.noise = d.null_model.noise;
-    Problem own = diagnoser.problem();
-    Problem taken = own;
+  const auto by = [&](bool as_written) {
+    Problem taken = diagnoser.problem();
     taken.unrounded = !as_written;
-    own.traces.assign(1, as_fitted(other.stretches.front(), taken, diagnoser.road()));
-    smooth_reference(own, diagnoser.road(), nominal);
-    return measured::roll_out(diagnoser.catalogue().build(nominal.model), own.traces.front(), diagnoser.road(), {})
-        .predicted;
+    return predicted(diagnoser, nominal_of(d, diagnoser), as_fitted(other.stretches.front(), taken, diagnoser.road()),
+                     {.first = 10, .substeps = diagnoser.problem().substeps});
   };
-  const std::vector<double> expected = predicted(false), written = predicted(true);
-  const Node report = report_data(d, diagnoser, {&other, 1}, "log", "world", Node::empty_object());
-  const Node& yaw_rate = report.find("traces")->array().back();
-  const Node::Array& before = yaw_rate.find("before")->array();
-  double off_expected = 0.0, off_written = 0.0;
-  constexpr std::size_t samples = 50;  // of the first prediction
-  for (std::size_t j = 0; j < samples; ++j) {
-    off_expected = std::max(off_expected, std::abs(before[j].number() - expected[j * channels + 5]));
-    off_written = std::max(off_written, std::abs(before[j].number() - written[j * channels + 5]));
+  const Node::Array before = drawn(d, diagnoser, "before");
+  const double off_expected = off(before, by(false));
+  EXPECT_LT(off_expected, 1e-4);
+  EXPECT_GT(off(before, by(true)), 100.0 * off_expected);
+}
+
+/// At 10 Hz predictions of 1 s have ten samples, and the next begins where one ends. Those drawn are of the last third
+/// of the log from its tenth sample on, integrated as finely as those of the gap.
+TEST(DiagnoseReportData, TracesAreThePredictionsOfTheGapAtAnyRate) {
+  DiagnoseRig rig;
+  LogFile log;
+  log.stretches.push_back(
+      DiagnoseRig::thinned(rig.simulate(rig.catalogue().null_model(), {.seconds = 12, .seed = 66}), 5));
+  ASSERT_EQ(log.stretches.front().size(), 121U);
+  Diagnoser diagnoser(rig.world(), rig.registry(), {});
+  const Diagnosis d = diagnoser.run({&log, 1}, {});
+  ASSERT_GT(diagnoser.problem().substeps, 4);
+  const Node::Array time = drawn(d, diagnoser, "t_s");
+  ASSERT_EQ(time.size(), 22U) << "two predictions, and nothing after each";
+  for (std::size_t i = 0; i < 10; ++i) {
+    EXPECT_NEAR(time[i].number(), 9.2 + 0.1 * static_cast<double>(i), 1e-9) << "81 samples are known";
+    EXPECT_NEAR(time[11 + i].number(), 10.2 + 0.1 * static_cast<double>(i), 1e-9);
   }
-  EXPECT_LT(off_expected, 1e-4) << "six digits are written [rad/s]";
-  EXPECT_GT(off_written, 100.0 * off_expected);
+  EXPECT_TRUE(time[10].is_null());
+  const Node::Array before = drawn(d, diagnoser, "before");
+  const auto integrated = [&](int substeps) {
+    return predicted(diagnoser, nominal_of(d, diagnoser), diagnoser.hold_out().traces().front(),
+                     {.first = 91, .substeps = substeps});
+  };
+  const double off_expected = off(before, integrated(diagnoser.problem().substeps));
+  EXPECT_LT(off_expected, 1e-4);
+  EXPECT_GT(off(before, integrated(2)), 10.0 * off_expected);
+}
+
+/// What is drawn as not fitted was not: the model found is that of what comes before.
+TEST(DiagnoseReportData, TracesOfTheLogFittedAreOfARefitWithoutThem) {
+  DiagnoseRig rig;
+  LogFile log;
+  log.stretches.push_back(rig.simulate(rig.with("drive_gain", {0.12}), {.seconds = 30, .seed = 61}));
+  Diagnoser diagnoser(rig.world(), rig.registry(), {});
+  const Diagnosis d = diagnoser.run({&log, 1}, {});
+  ASSERT_EQ(d.named.size(), 1U) << d.sentence;
+  const Fit refitted = diagnoser.hold_out().refit(d.fit);
+  const double begin = drawn(d, diagnoser, "t_s").front().number();  // one sample after the first start
+  const auto by = [&](const Fit& fitted) {
+    const auto first = static_cast<std::size_t>(std::lround(begin / log.stretches.front().dt)) - 1;
+    return predicted(diagnoser, fitted, diagnoser.hold_out().traces().front(),
+                     {.first = first, .substeps = diagnoser.problem().substeps});
+  };
+  const Node::Array after = drawn(d, diagnoser, "after");
+  const double off_expected = off(after, by(refitted));
+  EXPECT_LT(off_expected, 1e-4);
+  EXPECT_GT(off(after, by(d.fit)), 10.0 * off_expected);
 }
 
 }  // namespace
