@@ -309,7 +309,8 @@ void Diagnoser::name_delays(std::span<const LogFile> logs, std::span<const LogFi
   Fit nominal = d.null_model;
   nominal.model = catalogue_.null_model();
   nominal.evaluation.reset();
-  const HoldOut before(late, road_, held_out), after(problem_, road_, held_out);
+  const HoldOut before(late, road_, held_out);
+  const HoldOut& after = *hold_out_;  // of logs on time, held out ones too
   const auto errors = before.predict(nominal, horizons);
   for (std::size_t i = 0; i < horizons.size(); ++i) d.horizons[i].before = errors[i].rms();
   const ErrorChange by_delays = compare(predicted(after, nominal), errors[reported]);

@@ -166,13 +166,18 @@ TEST(Diagnoser, TakesWhatALogLeavesOutForNoise) {
   EXPECT_GT(lag.gap.closure, 0.9);
 }
 
+/// A log of the nominal car with the yaw rate six samples late.
+Log with_late_yaw_rate(const DiagnoseRig& rig, std::uint64_t seed) {
+  Log log = rig.simulate(rig.catalogue().null_model(), {.seconds = 40, .seed = seed, .unsteady = 1});
+  const std::vector<double> on_time = log.reading;
+  for (std::size_t k = 6; k < log.size(); ++k) log.reading[k * channels + 5] = on_time[(k - 6) * channels + 5];
+  return log;
+}
+
 /// A channel that is late is named as one, in plain words, and not as an effect of the car.
 TEST(Diagnoser, NamesALateChannel) {
   DiagnoseRig rig;
-  Log log = rig.simulate(rig.catalogue().null_model(), {.seconds = 40, .seed = 63, .unsteady = 1});
-  const std::vector<double> on_time = log.reading;
-  for (std::size_t k = 6; k < log.size(); ++k) log.reading[k * channels + 5] = on_time[(k - 6) * channels + 5];
-  const Diagnosis d = diagnose_log(rig, log);
+  const Diagnosis d = diagnose_log(rig, with_late_yaw_rate(rig, 63));
   EXPECT_EQ(d.verdict, Verdict::named) << d.sentence;
   EXPECT_TRUE(d.named.empty()) << d.sentence;
   ASSERT_EQ(d.delays.size(), 1U);
@@ -200,6 +205,19 @@ TEST(Diagnoser, NamesALatePose) {
   EXPECT_EQ(d.delays[1].effect, "yaw_delay");
   for (const NamedEffect& delay : d.delays) EXPECT_NEAR(delay.params.front().value, 0.12, 0.01);
   EXPECT_GT(d.gap.closure, 0.9);
+}
+
+/// Delays are taken off the logs held out as well, and the gap that is closed there is theirs.
+TEST(Diagnoser, TakesDelaysOffLogsHeldOut) {
+  DiagnoseRig rig;
+  LogFile log, other;
+  log.stretches.push_back(with_late_yaw_rate(rig, 63));
+  other.stretches.push_back(with_late_yaw_rate(rig, 68));
+  Diagnoser diagnoser(rig.world(), rig.registry(), {});
+  const Diagnosis d = diagnoser.run({&log, 1}, {&other, 1});
+  ASSERT_EQ(d.delays.size(), 1U) << d.sentence;
+  EXPECT_TRUE(d.delays.front().rollout.helps());
+  EXPECT_GT(d.gap.closure, 0.9) << d.sentence;
 }
 
 /// What a recorder rounded off is no part of what a late channel costs: the error before is that of the commands that
