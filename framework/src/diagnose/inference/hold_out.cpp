@@ -102,19 +102,13 @@ HoldOut::HoldOut(const Problem& problem, const Road& road, std::span<const LogFi
 
 Fit HoldOut::refit(const Fit& f) const { return own_laps_ && !f.theta.empty() ? fit(known_, f.model, f.noise, 3) : f; }
 
-double HoldOut::error_after_refit(const Fit& f) const {
-  constexpr std::array<double, 1> second = {judged};
-  return errors(refit(f), second).front();
-}
-
-std::vector<double> HoldOut::errors(const Fit& f, std::span<const double> horizons) const {
-  std::vector<double> errors;
-  for (const StartErrors& one : predict(f, horizons)) errors.push_back(one.rms());
-  return errors;
-}
-
 std::vector<StartErrors> HoldOut::predict(const Fit& f, std::span<const double> horizons) const {
   return predict_along(traces_, from_, f, horizons);
+}
+
+StartErrors HoldOut::predict_refitted(const Fit& f) const {
+  constexpr std::array<double, 1> second = {judged};
+  return std::move(predict(refit(f), second).front());
 }
 
 measured::Rollouts HoldOut::predict_in_turn(const Fit& f) const {

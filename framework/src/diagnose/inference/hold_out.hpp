@@ -31,16 +31,14 @@ class HoldOut {
   bool empty() const { return traces_.empty(); }
   /// The logs to predict; where parts of fitted ones are, whole.
   const std::vector<Trace>& traces() const { return traces_; }
-  /// Root mean square of predictions over each horizon [s], in sensor standard deviations.
-  std::vector<double> errors(const Fit& fitted, std::span<const double> horizons) const;
   /// Errors of the predictions over each horizon [s] from every start.
   std::vector<StartErrors> predict(const Fit& fitted, std::span<const double> horizons) const;
+  /// Errors over 1 s of a model as the known data alone would have it.
+  StartErrors predict_refitted(const Fit& fitted) const;
   /// Predictions of the first log, each of the second after the one before. There must be one.
   measured::Rollouts predict_in_turn(const Fit& fitted) const;
   /// Errors over 1 s on the data that are not held out.
   StartErrors predict_known(const Fit& fitted) const;
-  /// The root mean square over 1 s of a model as it is refitted to what is known.
-  double error_after_refit(const Fit& fitted) const;
   /// The model as the known data alone would have it.
   Fit refit(const Fit& fitted) const;
 

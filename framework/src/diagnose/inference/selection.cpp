@@ -36,13 +36,7 @@ bool is_ample(const Fit& with, const Fit& without) {
 /// noise.
 bool helps(const Problem& problem, const Fit& with, const Fit& without, const HoldOut& hold_out) {
   if (is_ample(with, without) || has_strong_process_noise(problem, with.noise)) return true;
-  return hold_out.error_after_refit(with) < hold_out.error_after_refit(without);
-}
-
-/// Errors of 1 s predictions by a model as the known data alone would have it.
-StartErrors predicted(const HoldOut& hold_out, const Fit& fitted) {
-  constexpr std::array<double, 1> second = {1.0};
-  return std::move(hold_out.predict(hold_out.refit(fitted), second).front());
+  return hold_out.predict_refitted(with).rms() < hold_out.predict_refitted(without).rms();
 }
 
 bool contains(const ModelSpec& larger, const ModelSpec& smaller) {
@@ -109,7 +103,8 @@ Selected select_model(SearchResult& found, const HoldOut& hold_out) {
   if (stripped) out.tests = residual_tests(found.pool.problem(), out.fit);
   out.unknown = strongest(out.tests);
   // Whatever else may explain them, effects that make predictions better are worth having.
-  if (stripped && compare(predicted(hold_out, whole), predicted(hold_out, out.fit)).helps()) out.fit = whole;
+  if (stripped && compare(hold_out.predict_refitted(whole), hold_out.predict_refitted(out.fit)).helps())
+    out.fit = whole;
   return out;
 }
 

@@ -267,19 +267,20 @@ void set_closure(Gap& gap, const ErrorChange& change) {
   gap.closure_high = closed(gap.before * (1.0 + change.low));
 }
 
-/// Errors of 1 s predictions.
-StartErrors predicted(const HoldOut& hold_out, const Fit& fitted) {
-  return std::move(hold_out.predict(fitted, std::span(horizons).subspan(reported, 1)).front());
-}
-
 }  // namespace
+
+Fit Diagnoser::nominal(const Diagnosis& d) const {
+  Fit given = d.null_model;
+  given.model = catalogue_.null_model();
+  given.evaluation.reset();
+  given.theta.clear();
+  given.covariance.clear();
+  return given;
+}
 
 /// Errors of predictions on hold-out data by the nominal model, with its parameters refitted, and by the one found.
 void Diagnoser::measure_gap(const HoldOut& hold_out, Diagnosis& d) const {
-  Fit nominal = d.null_model;
-  nominal.model = catalogue_.null_model();  // before: nothing fitted
-  nominal.evaluation.reset();
-  const auto before = hold_out.predict(nominal, horizons);
+  const auto before = hold_out.predict(nominal(d), horizons);
   const auto after = d.fit.theta.empty() ? before : hold_out.predict(hold_out.refit(d.fit), horizons);
   d.horizons.clear();
   for (std::size_t i = 0; i < horizons.size(); ++i)
@@ -290,7 +291,7 @@ void Diagnoser::measure_gap(const HoldOut& hold_out, Diagnosis& d) const {
   set_closure(d.gap, change);
   d.named_gap = d.gap;
   if (!d.null_model.theta.empty()) {
-    const StartErrors refitted = predicted(hold_out, hold_out.refit(d.null_model));
+    const StartErrors refitted = hold_out.predict_refitted(d.null_model);
     d.named_gap.before = refitted.rms();
     set_closure(d.named_gap, compare(after[reported], refitted));
   }
@@ -306,16 +307,13 @@ void Diagnoser::name_delays(std::span<const LogFile> logs, std::span<const LogFi
   if (problem_.unrounded) late.unround_commands();
   for (Trace& trace : late.traces) trace.bend_commands(problem_.bend);
   late.bend = problem_.bend;
-  Fit nominal = d.null_model;
-  nominal.model = catalogue_.null_model();
-  nominal.evaluation.reset();
   const HoldOut before(late, road_, held_out);
   const HoldOut& after = *hold_out_;  // of logs on time, held out ones too
-  const auto errors = before.predict(nominal, horizons);
+  const auto errors = before.predict(nominal(d), horizons);
   for (std::size_t i = 0; i < horizons.size(); ++i) d.horizons[i].before = errors[i].rms();
-  const ErrorChange by_delays = compare(predicted(after, nominal), errors[reported]);
+  const ErrorChange by_delays = compare(after.predict_refitted(nominal(d)), errors[reported]);
   d.gap.before = errors[reported].rms();
-  set_closure(d.gap, compare(predicted(after, after.refit(d.fit)), errors[reported]));
+  set_closure(d.gap, compare(after.predict_refitted(d.fit), errors[reported]));
   for (const ChannelDelay& one : delays) {
     NamedEffect& delay = d.delays.emplace_back();
     delay.effect = one.name() + "_delay";
@@ -330,10 +328,10 @@ void Diagnoser::name_delays(std::span<const LogFile> logs, std::span<const LogFi
 /// What each named effect does to predictions, beside the others.
 void Diagnoser::compare_named(const HoldOut& hold_out, SearchResult& found, Diagnosis& d) const {
   if (d.named.empty() || (d.named.size() == 1 && catalogue_.nuisances().empty())) return;  // the gap has said it
-  const StartErrors with = predicted(hold_out, hold_out.refit(d.fit));
+  const StartErrors with = hold_out.predict_refitted(d.fit);
   for (std::size_t i = 0; i < d.named.size(); ++i) {
     const Fit& without = found.pool.fit_once(catalogue_.without(d.fit.model, d.fit.model.members[i]), d.fit.noise);
-    d.named[i].rollout = compare(with, predicted(hold_out, hold_out.refit(without)));
+    d.named[i].rollout = compare(with, hold_out.predict_refitted(without));
   }
 }
 
@@ -359,12 +357,15 @@ void Diagnoser::drop_harmful(const HoldOut& hold_out, SearchResult& found, Diagn
 
 /// The error of each candidate alone. Those that raise it stand behind all others.
 void Diagnoser::rank_by_rollouts(const HoldOut& hold_out, const SearchResult& found, Diagnosis& d) const {
-  const StartErrors without = predicted(hold_out, found.null_model);
+  const auto predicted = [&](const Fit& fitted) {
+    return std::move(hold_out.predict(fitted, std::span(horizons).subspan(reported, 1)).front());
+  };
+  const StartErrors without = predicted(found.null_model);
   for (RankedEffect& row : d.ranking) {
     const Fit* const one = found.alone(catalogue_.find(row.effect));
     row.held_out = d.gap.before;
     if (one == nullptr) continue;
-    const StartErrors with = predicted(hold_out, *one);
+    const StartErrors with = predicted(*one);
     row.held_out = with.rms();
     row.rollout = compare(with, without);
   }
@@ -422,10 +423,7 @@ void Diagnoser::withdraw(const HoldOut& hold_out, const SearchResult& found, Dia
     if (d.gap.closure > 0.0) return;
     d.nominal_fit.clear();
   }
-  d.fit.model = catalogue_.null_model();
-  d.fit.evaluation.reset();
-  d.fit.theta.clear();
-  d.fit.covariance.clear();
+  d.fit = nominal(d);
   for (PredictionError& row : d.horizons) row.after = row.before;
   d.gap.after = d.gap.before;
   set_closure(d.gap, {});

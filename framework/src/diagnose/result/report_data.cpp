@@ -109,10 +109,7 @@ Node residual_node(const Diagnosis& d, const Diagnoser& diagnoser) {
 Node traces_node(const Diagnosis& d, const Diagnoser& diagnoser) {
   const HoldOut& hold_out = diagnoser.hold_out();
   if (hold_out.empty()) return Node(Node::Array{});
-  Fit nominal = d.null_model;
-  nominal.model = diagnoser.catalogue().null_model();
-  nominal.evaluation.reset();
-  const measured::Rollouts before = hold_out.predict_in_turn(nominal);
+  const measured::Rollouts before = hold_out.predict_in_turn(diagnoser.nominal(d));
   const measured::Rollouts after = hold_out.predict_in_turn(hold_out.refit(d.fit));
   const Trace& trace = hold_out.traces().front();
   constexpr std::size_t windows = 20;

@@ -18,6 +18,13 @@ Fit of(const DiagnoseRig& rig, const Problem& problem, const ModelSpec& model) {
   return f;
 }
 
+/// Root mean squares of predictions over the horizons [sensor standard deviations].
+std::vector<double> errors(const HoldOut& hold_out, const Fit& fitted) {
+  std::vector<double> out;
+  for (const StartErrors& one : hold_out.predict(fitted, horizons)) out.push_back(one.rms());
+  return out;
+}
+
 /// On another log the true model is left with the sensors' noise, the nominal one is not.
 TEST(HoldOut, TheTrueModelPredictsBest) {
   const DiagnoseRig rig;
@@ -26,8 +33,8 @@ TEST(HoldOut, TheTrueModelPredictsBest) {
   LogFile other;
   other.stretches.push_back(rig.simulate(truth, {10, 94, 1}));
   const HoldOut hold_out(problem, rig.road(), {&other, 1});
-  const auto with = hold_out.errors(of(rig, problem, truth), horizons);
-  const auto without = hold_out.errors(of(rig, problem, rig.catalogue().null_model()), horizons);
+  const auto with = errors(hold_out, of(rig, problem, truth));
+  const auto without = errors(hold_out, of(rig, problem, rig.catalogue().null_model()));
   EXPECT_LT(with[1], 1.3);
   EXPECT_GT(without[0], with[0]);
   EXPECT_GT(without[1], 1.5 * with[1]);
@@ -109,7 +116,7 @@ TEST(HoldOut, LogsHeldOutAreRoundedAsTheFittedOneIs) {
     LogFile other;
     other.stretches.push_back(log);
     const HoldOut hold_out(problem, rig.road(), {&other, 1});
-    return hold_out.errors(of(rig, problem, truth), horizons)[1];
+    return errors(hold_out, of(rig, problem, truth))[1];
   };
   const Log log = drive(97);
   Log glitch = log;

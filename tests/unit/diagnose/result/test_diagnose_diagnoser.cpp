@@ -242,7 +242,7 @@ TEST(Diagnoser, RoundingIsNotCreditedToALateChannel) {
     problem.sensor = d.sensor;
     if (expected) problem.unround_commands();
     constexpr std::array<double, 1> second = {1.0};
-    return HoldOut(problem, diagnoser.road(), {}).errors(nominal, second).front();
+    return HoldOut(problem, diagnoser.road(), {}).predict(nominal, second).front().rms();
   };
   EXPECT_GT(std::abs(error(true) - error(false)), 0.01 * error(false));
   EXPECT_NEAR(d.gap.before, error(true), 1e-3 * error(true));

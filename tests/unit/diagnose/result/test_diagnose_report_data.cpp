@@ -48,13 +48,6 @@ double off(const Node::Array& shown, const std::vector<double>& expected) {
   return most;
 }
 
-Fit nominal_of(const Diagnosis& d, const Diagnoser& diagnoser) {
-  Fit nominal;
-  nominal.model = diagnoser.catalogue().null_model();
-  nominal.noise = d.null_model.noise;
-  return nominal;
-}
-
 /// Predictions that are drawn of a log held out begin with the commands that are expected of rounded ones, as the fit
 /// took those of its own log, and not with those that were written.
 TEST(DiagnoseReportData, TracesOfLogsHeldOutHaveTheCommandsThatTheFitTook) {
@@ -72,7 +65,7 @@ TEST(DiagnoseReportData, TracesOfLogsHeldOutHaveTheCommandsThatTheFitTook) {
   const auto by = [&](bool as_written) {
     Problem taken = diagnoser.problem();
     taken.unrounded = !as_written;
-    return predicted(diagnoser, nominal_of(d, diagnoser), as_fitted(other.stretches.front(), taken, diagnoser.road()),
+    return predicted(diagnoser, diagnoser.nominal(d), as_fitted(other.stretches.front(), taken, diagnoser.road()),
                      {.first = 10, .substeps = diagnoser.problem().substeps});
   };
   const Node::Array before = drawn(d, diagnoser, "before");
@@ -101,7 +94,7 @@ TEST(DiagnoseReportData, TracesAreThePredictionsOfTheGapAtAnyRate) {
   EXPECT_TRUE(time[10].is_null());
   const Node::Array before = drawn(d, diagnoser, "before");
   const auto integrated = [&](int substeps) {
-    return predicted(diagnoser, nominal_of(d, diagnoser), diagnoser.hold_out().traces().front(),
+    return predicted(diagnoser, diagnoser.nominal(d), diagnoser.hold_out().traces().front(),
                      {.first = 91, .substeps = substeps});
   };
   const double off_expected = off(before, integrated(diagnoser.problem().substeps));
