@@ -2,6 +2,7 @@
 // With --map, or a world without a road, logs are of a real car: diagnose_real.hpp.
 // gripline diagnose --score CASES: cases with answers, all of them, and a scorecard.
 #include <boost/dll/runtime_symbol_info.hpp>
+#include <cmath>
 #include <fstream>
 #include <iostream>
 
@@ -98,8 +99,10 @@ void print(const diagnose::Diagnosis& d) {
   std::size_t shown = 0;
   for (const diagnose::RankedEffect& r : d.ranking) {
     if (++shown > 6) break;
-    std::cout << format("%-18s %9.1f   %13.3f   %4.2f   %s\n", r.effect.c_str(), r.gain, r.held_out,
-                        r.selected_fraction, std::string(r.rollout.says()).c_str());
+    const bool tried = !std::isnan(r.held_out);
+    const std::string error = tried ? format("%.3f", r.held_out) : "not tried", says(tried ? r.rollout.says() : "");
+    std::cout << format("%-18s %9.1f   %13s   %4.2f   %s\n", r.effect.c_str(), r.gain, error.c_str(),
+                        r.selected_fraction, says.c_str());
   }
   if (d.verdict == diagnose::Verdict::unknown && !d.ranking.empty())
     std::cout << "wins compare the effects of the catalogue with each other; here none of them is enough\n";

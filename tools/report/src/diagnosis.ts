@@ -243,8 +243,8 @@ export function rankingTable(d: Diagnosis, words: Words): HTMLElement | null {
   const real = ofRealCar(d);
   const head = ["effect", real ? "squared error, fitted" : "evidence gained", "", "error with it", "predictions", real ? "surely helps" : "wins resampled"];
   const gained = (gain: number | null) => (real ? `${fixed(gain === null ? gain : -100 * gain, 1)} %` : fixed(gain, 1));
-  // A candidate of real logs that was not fitted has no error of its own.
-  const tried = (entry: { held_out: number | null }) => !real || entry.held_out !== null;
+  // A candidate that was not fitted has no error of its own.
+  const tried = (entry: { held_out: number | null }) => entry.held_out !== null;
   return h(
     "div",
     { class: "table-scroll", tabindex: 0, role: "region", "aria-label": "Ranking of effects" },
@@ -264,7 +264,7 @@ export function rankingTable(d: Diagnosis, words: Words): HTMLElement | null {
             h("td", { class: "wide" }, bar((entry.gain ?? 0) / most)),
             h("td", {}, tried(entry) ? `${fixed(entry.held_out, (entry.held_out ?? 1) < 0.1 ? 3 : 2)} σ` : "not tried"),
             h("td", {}, tried(entry) ? rolloutText(entry.rollout) : ""),
-            h("td", {}, tried(entry) ? percent(entry.selected_fraction) : ""),
+            h("td", {}, !real || tried(entry) ? percent(entry.selected_fraction) : ""),
           ),
         ),
       ),

@@ -10,6 +10,7 @@
 #include "diagnose/result/advice.hpp"
 #include "diagnose/result/closing.hpp"
 #include "diagnose/result/noise_health.hpp"
+#include "diagnose/result/ranking.hpp"
 #include "diagnose/result/sentence.hpp"
 #include "util/numbers.hpp"
 #include "util/statistics.hpp"
@@ -140,7 +141,7 @@ Diagnosis Diagnoser::search(std::span<const LogFile> logs, std::span<const LogFi
   measure_gap(hold_out, d);
   compare_named(hold_out, found, d);
   drop_harmful(hold_out, found, d);
-  rank_by_rollouts(hold_out, found, d);
+  add_predictions(hold_out, found, d.ranking);
   if (!stands(hold_out, d)) withdraw(hold_out, found, d);
   report_noise(problem_, d.fit.noise, d.health);
   report_straight_commands(problem_, held_out, d.health);
@@ -197,7 +198,7 @@ Diagnosis Diagnoser::conclude(SearchResult& found, const HoldOut& hold_out) cons
   const Rivals rivals = rivals_of(found, selected.fit);
   Diagnosis d;
   d.null_model = found.null_model;
-  d.ranking = rank(found, rivals);
+  d.ranking = ranking_by_evidence(found, rivals);
   d.named = name_effects(found.pool.problem(), selected, rivals);
   d.verdict = selected.unknown ? Verdict::unknown : d.named.empty() ? Verdict::nothing_missing : Verdict::named;
   if (d.verdict == Verdict::named) {
@@ -212,22 +213,6 @@ Diagnosis Diagnoser::conclude(SearchResult& found, const HoldOut& hold_out) cons
   d.tests = std::move(selected.tests);
   d.fit = std::move(selected.fit);
   return d;
-}
-
-/// Every candidate alone: fitted where that was tried, else as predicted by the score test.
-std::vector<RankedEffect> Diagnoser::rank(SearchResult& found, const Rivals& rivals) const {
-  std::vector<RankedEffect> ranking;
-  for (const Extension& e : found.pool.screen_once(found.null_model).extensions) {
-    RankedEffect row;
-    row.effect = catalogue_.candidates()[e.candidate].id;
-    row.gain = found.alone(e.candidate) != nullptr ? found.gain_alone(e.candidate)
-                                                   : e.gain - found.pool.problem().penalty(e.dof);
-    row.selected_fraction = rivals.bootstrap_of(e.candidate);
-    ranking.push_back(std::move(row));
-  }
-  std::stable_sort(ranking.begin(), ranking.end(),
-                   [](const RankedEffect& a, const RankedEffect& b) { return a.gain > b.gain; });
-  return ranking;
 }
 
 /// Fitted values of nuisances and of the named effects' parameters, with their intervals.
@@ -353,24 +338,6 @@ void Diagnoser::drop_harmful(const HoldOut& hold_out, SearchResult& found, Diagn
     measure_gap(hold_out, d);
     compare_named(hold_out, found, d);
   }
-}
-
-/// The error of each candidate alone. Those that raise it stand behind all others.
-void Diagnoser::rank_by_rollouts(const HoldOut& hold_out, const SearchResult& found, Diagnosis& d) const {
-  const auto predicted = [&](const Fit& fitted) {
-    return std::move(hold_out.predict(fitted, std::span(horizons).subspan(reported, 1)).front());
-  };
-  const StartErrors without = predicted(found.null_model);
-  for (RankedEffect& row : d.ranking) {
-    const Fit* const one = found.alone(catalogue_.find(row.effect));
-    row.held_out = d.gap.before;
-    if (one == nullptr) continue;
-    const StartErrors with = predicted(*one);
-    row.held_out = with.rms();
-    row.rollout = compare(with, without);
-  }
-  std::stable_partition(d.ranking.begin(), d.ranking.end(),
-                        [](const RankedEffect& row) { return !(row.rollout.change > 0.0); });
 }
 
 /// Whether what was found closes some of the gap on the laps held out or, where these cannot tell, on the others.

@@ -46,11 +46,9 @@ class Diagnoser {
   std::vector<NamedEffect> name_effects(const Problem& problem, const Selected& selected, const Rivals& rivals) const;
   std::vector<std::vector<std::string>> equivalents(std::span<const Fit* const> equals, const Fit& selected,
                                                     const SearchResult& found) const;
-  std::vector<RankedEffect> rank(SearchResult& found, const Rivals& rivals) const;
   Diagnosis conclude(SearchResult& found, const HoldOut& hold_out) const;
   void add_parameters(Diagnosis& d) const;
   void measure_gap(const HoldOut& hold_out, Diagnosis& d) const;
-  void rank_by_rollouts(const HoldOut& hold_out, const SearchResult& found, Diagnosis& d) const;
   void compare_named(const HoldOut& hold_out, SearchResult& found, Diagnosis& d) const;
   void drop_harmful(const HoldOut& hold_out, SearchResult& found, Diagnosis& d) const;
   bool closes(const HoldOut& hold_out, const Diagnosis& d) const;

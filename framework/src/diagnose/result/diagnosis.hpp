@@ -12,6 +12,7 @@
 #include "diagnose/inference/residual_test.hpp"
 #include "diagnose/result/channel_error.hpp"
 #include "measured/finding.hpp"
+#include "util/numbers.hpp"
 
 namespace gripline::diagnose {
 
@@ -32,8 +33,9 @@ struct NamedEffect {
 /// A candidate by itself.
 struct RankedEffect {
   std::string effect;
-  double gain = 0;               // log evidence over the null model: fitted, or predicted where it was not
-  double held_out = 0;           // error of 1 s predictions on hold-out data, in sensor standard deviations
+  double gain = 0;  // log evidence over the null model: fitted, or predicted where it was not
+  // Error of 1 s predictions on hold-out data, in sensor standard deviations; NaN where it was not fitted.
+  double held_out = not_a_number;
   double selected_fraction = 0;  // of resampled logs whose best model has it
   ErrorChange rollout;           // of 1 s predictions of hold-out data, by it alone
 };
