@@ -8,12 +8,12 @@
 namespace gripline::diagnose {
 namespace {
 
-/// The named effects, with their sizes where they have few parameters.
+/// The named effects, with their sizes where they have few parameters, as the middle of a sentence.
 std::string list(const Diagnosis& d) {
   std::string text;
   for (const NamedEffect& n : d.named) {
     if (!text.empty()) text += " and ";
-    if (n.measurement) text += text.empty() ? "In the measurement " : "in the measurement ";
+    if (n.measurement) text += "in the measurement ";
     text += n.effect;
     if (n.params.size() > 3) continue;
     std::string sizes;
@@ -105,6 +105,7 @@ std::string found_text(const Diagnosis& d) {
   double least = 1.0;
   for (const NamedEffect& n : d.named) least = std::min(least, n.confidence);
   std::string text = list(d);
+  if (d.named.front().measurement) text.front() = 'I';  // an effect's id has no capital
   text += d.named.size() == 1 ? " is missing: " : " are missing: ";
   text += witness_text(d);
   text += nominal_text(d);

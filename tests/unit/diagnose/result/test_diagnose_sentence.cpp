@@ -46,6 +46,27 @@ TEST(DiagnoseSentence, AWrongChannelIsNamedWithHowWrongItIs) {
       "with the others by 0.174 m/s, slowly, 5.8 times the noise that is stated.");
 }
 
+/// Words begin with a capital where a sentence does, and nowhere else; ids of effects never do.
+TEST(DiagnoseSentence, HasCapitalsWhereSentencesBegin) {
+  Diagnosis d;
+  d.verdict = Verdict::indistinguishable;
+  NamedEffect& offset = d.named.emplace_back();
+  offset.effect = "yawrate_bias";
+  offset.measurement = true;
+  offset.params = {{"b", "rad/s", 0.05, 0.04, 0.06}};
+  d.equivalent = {{"yawrate_bias"}, {"steer_offset"}};
+  d.manoeuvre = "drive straight on";
+  EXPECT_THAT(sentence(d), HasSubstr("2 explanations; in the measurement yawrate_bias (b = 0.05 rad/s) fits best: "));
+  d.verdict = Verdict::named;
+  EXPECT_THAT(sentence(d), StartsWith("In the measurement yawrate_bias (b = 0.05 rad/s) is missing: "));
+  NamedEffect drag;
+  drag.effect = "aero_drag";
+  drag.params = {{"a", "1", 0.4, 0.3, 0.5}};
+  d.named.insert(d.named.begin(), drag);
+  EXPECT_THAT(sentence(d),
+              StartsWith("aero_drag (a = 0.4) and in the measurement yawrate_bias (b = 0.05 rad/s) are missing"));
+}
+
 TEST(DiagnoseSentence, ALateChannelLeadsWithWhatItCloses) {
   Diagnosis d = unknown_with(0.5);
   NamedEffect& late = d.delays.emplace_back();
