@@ -14,6 +14,14 @@ std::vector<std::size_t> samples_with(const Log& log, std::size_t channel) {
   return at;
 }
 
+bool same_readings(std::span<const double> a, std::span<const double> b) {
+  return std::ranges::equal(a, b, [](double x, double y) { return x == y || (std::isnan(x) && std::isnan(y)); });
+}
+
+bool same_commands(std::span<const CommandSample<double>> a, std::span<const CommandSample<double>> b) {
+  return std::ranges::equal(a, b, [](const auto& x, const auto& y) { return x.d == y.d && x.delta == y.delta; });
+}
+
 ActingCommand<double> command_at(const Log& log, std::size_t k, double share) {
   if (log.held) {
     const CommandSample<double>&now = log.command[k], &before = log.command[k > 0 ? k - 1 : 0];

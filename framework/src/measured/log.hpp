@@ -59,6 +59,9 @@ struct Log {
 
 /// Samples in which a channel was read.
 std::vector<std::size_t> samples_with(const Log& log, std::size_t channel);
+/// Whether two recordings hold the same readings, or commands; what is missing in both is the same.
+bool same_readings(std::span<const double> a, std::span<const double> b);
+bool same_commands(std::span<const CommandSample<double>> a, std::span<const CommandSample<double>> b);
 
 /// Acting command `share` of a step after sample k; of held ones the step's own, at either end.
 ActingCommand<double> command_at(const Log& log, std::size_t k, double share);

@@ -170,13 +170,9 @@ LogFile read_log_file(const std::filesystem::path& file, const LogExpectations& 
 }
 
 bool same_content(const LogFile& a, const LogFile& b) {
-  const auto same = [](double x, double y) { return x == y || (std::isnan(x) && std::isnan(y)); };
-  return std::equal(a.stretches.begin(), a.stretches.end(), b.stretches.begin(), b.stretches.end(),
-                    [&](const Log& x, const Log& y) {
-                      return std::equal(x.reading.begin(), x.reading.end(), y.reading.begin(), y.reading.end(), same) &&
-                             std::equal(x.command.begin(), x.command.end(), y.command.begin(), y.command.end(),
-                                        [](const auto& c, const auto& e) { return c.d == e.d && c.delta == e.delta; });
-                    });
+  return std::ranges::equal(a.stretches, b.stretches, [](const Log& x, const Log& y) {
+    return same_readings(x.reading, y.reading) && same_commands(x.command, y.command);
+  });
 }
 
 std::vector<LogFile> each_once(std::span<const LogFile> logs) {

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 
 #include "config/errors.hpp"
 #include "measured/gripline_log.hpp"
@@ -14,11 +13,7 @@ using measured::SessionFile;
 using measured::Source;
 
 bool same_rows(const measured::Session& a, const measured::Session& b) {
-  const auto same = [](double x, double y) { return x == y || (std::isnan(x) && std::isnan(y)); };
-  return a.t == b.t && std::ranges::equal(a.reading, b.reading, same) &&
-         std::ranges::equal(a.command, b.command, [](const CommandSample<double>& x, const CommandSample<double>& y) {
-           return x.d == y.d && x.delta == y.delta;
-         });
+  return a.t == b.t && measured::same_readings(a.reading, b.reading) && measured::same_commands(a.command, b.command);
 }
 
 void drop_repeated(std::list<SessionFile>& all, const Say& say) {
