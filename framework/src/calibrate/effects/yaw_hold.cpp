@@ -82,7 +82,8 @@ std::vector<Unknown> hold_to_yaw(const WorldSpec& world, std::span<const Paramet
   if (!by_yaw) return all;
   const PluginContext context = Trial::context_of(world);
   const auto [low, high] = by_yaw->range();
-  std::size_t index = world.vehicle.model.entry->params().size();  // places are in the order of stages' declarations
+  // Places are in the order of the world: its model, then its effects.
+  std::size_t index = world.vehicle.model.entry->params().size();
   for (const PluginSpec& spec : world.vehicle.effects) {
     const std::size_t first = index;
     index += spec.entry->params().size();
