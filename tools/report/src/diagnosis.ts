@@ -171,7 +171,7 @@ export function diagnosisHead(d: Diagnosis, more: DiagnosisReport | null): HTMLE
 export function casesTable(cases: Case[]): HTMLElement {
   const head = ["case", "found", "right", "confidence", "error before", "after", "gap closed"];
   const sigmas = (v: number | undefined) => (v === undefined ? "–" : `${fixed(v, 2)} σ`);
-  const right = (v: number | undefined) => (v === undefined ? "–" : v === 1 ? "✓ yes" : "✗ no");
+  const right = (v: number | undefined) => (v === undefined ? "–" : v === 1 ? "✓ yes" : v > 0 ? "among others" : "✗ no");
   return h(
     "div",
     { class: "table-scroll", tabindex: 0, role: "region", "aria-label": "Cases" },

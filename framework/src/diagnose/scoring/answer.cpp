@@ -76,6 +76,15 @@ Answer read_answer(const fs::path& file) {
   return a;
 }
 
+Answer answer_of(std::vector<Names> right, bool hidden) {
+  Answer a;
+  a.unknown = right.empty() && hidden;
+  if (right.empty()) right.emplace_back();
+  a.names = right.front();
+  a.right = std::move(right);
+  return a;
+}
+
 std::optional<ModelSpec> true_model(const Catalogue& catalogue, const Answer& a) {
   ModelSpec model = catalogue.null_model();
   for (const auto& [id, params] : a.effects) {

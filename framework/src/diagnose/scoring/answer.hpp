@@ -31,6 +31,10 @@ struct Answer {
 /// Throws InputError, also when there is no such file.
 Answer read_answer(const std::filesystem::path& file);
 
+/// The answer to a case with these sets of effects that are right. Without one `unknown` is where something is hidden,
+/// since it is in no catalogue, and `nothing_missing` where nothing is.
+Answer answer_of(std::vector<Names> right, bool hidden);
+
 /// The true model; empty when one of its effects is not in the catalogue.
 std::optional<ModelSpec> true_model(const Catalogue& catalogue, const Answer& a);
 

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <set>
 
 #include "config/json_file.hpp"
 #include "config/merge_patch.hpp"
@@ -19,12 +18,11 @@ namespace gripline::diagnose {
 namespace {
 
 namespace fs = std::filesystem;
-using Names = std::set<std::string>;
 
 struct HiddenCase {
   std::string name;
-  WorldSpec world;             // with what is hidden
-  std::vector<Names> missing;  // sets of effects that are right
+  WorldSpec world;  // with what is hidden
+  Answer truth;
   bool round_trip = false;
 };
 
@@ -62,11 +60,15 @@ HiddenCase read_hidden(const Member& member, const DiagnoseExperiment& e, const 
   errors.set_context("case " + member.key);
   ObjectReader r(member.value, errors);
   Node tree = e.nominal_tree;
-  if (const Node* hidden = r.find("hidden"); hidden != nullptr) tree = merge(tree, *hidden);
+  const Node* const hidden = r.find("hidden");
+  if (hidden != nullptr) tree = merge(tree, *hidden);
   inline_world_files(tree);
   // Without the nominal world, which has been told, there is none to read.
   if (!e.nominal_tree.is_null()) one.world = read_world(tree, registry, errors);
-  for (const Node& set : r.array("missing", false)) one.missing.push_back(read_names(set, errors));
+  std::vector<Names> missing;  // sets that are right
+  for (const Node& set : r.array("missing", false)) missing.push_back(read_names(set, errors));
+  const bool hides = hidden != nullptr && !(hidden->is_object() && hidden->object().empty());
+  one.truth = answer_of(std::move(missing), hides);
   one.round_trip = r.boolean("round_trip", false);
   r.finish();
   errors.set_context("");
@@ -143,12 +145,6 @@ Diagnosis diagnose_logs(const WorldSpec& nominal, const Registry& registry, cons
   return d;
 }
 
-Names names_of(const Diagnosis& d) {
-  Names names;
-  for (const NamedEffect& n : d.named) names.insert(n.effect);
-  return names;
-}
-
 /// Drives the world that was found and asks again, with that world as the nominal one: 1 when nothing is missing.
 double round_trip(const DiagnoseExperiment& e, const Registry& registry, const fs::path& folder) {
   Errors errors;
@@ -169,26 +165,7 @@ CaseOutcome run_case(const DiagnoseExperiment& e, const HiddenCase& one, const R
   const fs::path log = drive(one.world, e.driver, e.seed, folder / "drive");
   const fs::path held = drive(one.world, e.other_driver, e.seed + 1, folder / "held_out");
   const Diagnosis d = diagnose_logs(e.nominal, registry, e.options, log, held, out / "nominal_world.json", folder);
-  CaseOutcome outcome;
-  outcome.name = one.name;
-  outcome.sentence = d.sentence;
-  outcome.verdict = d.verdict;
-  const Names named = names_of(d);
-  const bool right = std::find(one.missing.begin(), one.missing.end(), named) != one.missing.end() ||
-                     (one.missing.empty() && named.empty());
-  double confidence = 1.0;
-  for (const NamedEffect& n : d.named) confidence = std::min(confidence, n.confidence);
-  for (std::size_t v = 0; v < verdict_names.size(); ++v)
-    outcome.values.emplace_back(verdict_names[v], static_cast<std::size_t>(d.verdict) == v ? 1.0 : 0.0);
-  outcome.values.emplace_back("right", right ? 1.0 : 0.0);
-  outcome.values.emplace_back("confidence", confidence);
-  outcome.values.emplace_back("before", d.gap.before);
-  outcome.values.emplace_back("after", d.gap.after);
-  outcome.values.emplace_back("closure", d.gap.closure);
-  if (d.unknown) {
-    outcome.values.emplace_back("from", d.unknown->from);
-    outcome.values.emplace_back("to", d.unknown->to);
-  }
+  CaseOutcome outcome = outcome_of(one.name, one.truth, d);
   if (one.round_trip) outcome.values.emplace_back("round_trip", round_trip(e, registry, folder));
   return outcome;
 }
@@ -201,6 +178,27 @@ std::optional<double> look_up(std::span<const CaseOutcome> cases, const std::str
 }
 
 }  // namespace
+
+CaseOutcome outcome_of(std::string name, const Answer& truth, const Diagnosis& d) {
+  CaseOutcome outcome;
+  outcome.name = std::move(name);
+  outcome.sentence = d.sentence;
+  outcome.verdict = d.verdict;
+  double confidence = 1.0;
+  for (const NamedEffect& n : d.named) confidence = std::min(confidence, n.confidence);
+  for (std::size_t v = 0; v < verdict_names.size(); ++v)
+    outcome.values.emplace_back(verdict_names[v], static_cast<std::size_t>(d.verdict) == v ? 1.0 : 0.0);
+  outcome.values.emplace_back("right", judge(truth, d));
+  outcome.values.emplace_back("confidence", confidence);
+  outcome.values.emplace_back("before", d.gap.before);
+  outcome.values.emplace_back("after", d.gap.after);
+  outcome.values.emplace_back("closure", d.gap.closure);
+  if (d.unknown) {
+    outcome.values.emplace_back("from", d.unknown->from);
+    outcome.values.emplace_back("to", d.unknown->to);
+  }
+  return outcome;
+}
 
 std::string outcome_csv(const DiagnoseOutcome& outcome) {
   std::string header = "case,verdict";

@@ -2,15 +2,15 @@
 //
 //   {"kind": "diagnose", "nominal": WORLD, "driver": {"model", "planner", "controller"}, "seed": 1,
 //    "held_out_driver": {...}, "nominal_uncertainty": {...}, "exclude": [...],
-//    "cases": {name: {"hidden": a merge patch on the nominal world, "missing": [[ids], ...] sets that are right,
-//                     "round_trip": true}},
+//    "cases": {name: {"hidden": a merge patch on the nominal world, "missing": [[ids], ...] sets that are right (none:
+//                     what is hidden is unknown, or nothing is missing), "round_trip": true}},
 //    "claims": ["name.named == 1", ...]}
 //
 // Each case writes OUT/<name>/: the drive, a second drive held out, diagnosis.json, augmented_world.json; a round trip
 // also drives the world that was found (round_trip/) and diagnoses that log with it as the nominal one.
 #pragma once
 
-#include "diagnose/result/diagnosis.hpp"
+#include "diagnose/scoring/answer.hpp"
 #include "experiment/claims.hpp"
 #include "plugin/registry.hpp"
 #include "race/stack.hpp"
@@ -28,6 +28,9 @@ struct DiagnoseOutcome {
   std::vector<CaseOutcome> cases;
   std::vector<ClaimResult> claims;
 };
+
+/// A diagnosis beside what is true. The round trip is no part of it.
+CaseOutcome outcome_of(std::string name, const Answer& truth, const Diagnosis& d);
 
 /// Columns that claims about a case may name.
 std::span<const std::string> outcome_columns();

@@ -227,6 +227,21 @@ TEST(ReadAnswer, RefusesWhatIsNone) {
   EXPECT_THAT(refusal([] { (void)answer(R"("effects": [{"params": {}}])"); }), HasSubstr("effect"));
 }
 
+/// Of experiments: a case without sets that are right holds nothing, or something that no catalogue has.
+TEST(AnswerOf, CasesWithoutRightSetsAreUnknownOrNothing) {
+  const Answer nothing = answer_of({}, false), outside = answer_of({}, true), said = answer_of({Names{}}, true);
+  for (const Answer* one : {&nothing, &said}) {
+    EXPECT_EQ(judge(*one, diagnosis(Verdict::nothing_missing)), 1);
+    EXPECT_EQ(judge(*one, diagnosis(Verdict::unknown)), 0);
+    EXPECT_EQ(judge(*one, diagnosis(Verdict::named, {}, {}, {"yaw_rate_delay"})), 0);
+  }
+  EXPECT_EQ(judge(outside, diagnosis(Verdict::unknown)), 1);
+  EXPECT_EQ(judge(outside, diagnosis(Verdict::nothing_missing)), 0);
+  const Answer either = answer_of({{"mass"}, {"wind", "bank"}}, true);
+  EXPECT_EQ(judge(either, diagnosis(Verdict::named, {"bank", "wind"})), 1);
+  EXPECT_EQ(judge(either, diagnosis(Verdict::named, {"bank"})), 0);
+}
+
 TEST(TrueModel, HasTheHiddenEffectsAndParameters) {
   test::DiagnoseRig rig;
   rig.trust({"Df", "Cr0"}, 0.03);

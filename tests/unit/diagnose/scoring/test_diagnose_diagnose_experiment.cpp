@@ -7,6 +7,31 @@
 namespace gripline::diagnose {
 namespace {
 
+double right(const std::vector<Names>& missing, bool hidden, const Diagnosis& d) {
+  for (const auto& [name, value] : outcome_of("one", answer_of(missing, hidden), d).values)
+    if (name == "right") return value;
+  return -1.0;
+}
+
+/// Cases of experiments are judged as blind ones are: a verdict that names nothing is not always the right one, and a
+/// channel that is not late is a false name.
+TEST(DiagnoseExperiment, JudgesByTheRulesOfScores) {
+  Diagnosis d;
+  d.verdict = Verdict::unknown;
+  EXPECT_EQ(right({}, false, d), 0.0) << "nothing is missing";
+  EXPECT_EQ(right({}, true, d), 1.0);
+  d.verdict = Verdict::named;
+  d.delays.emplace_back().effect = "yaw_rate_delay";
+  EXPECT_EQ(right({}, false, d), 0.0);
+  d.named.emplace_back().effect = "aero_drag";
+  EXPECT_EQ(right({{"aero_drag"}}, true, d), 0.0) << "no channel is late";
+  d.delays.clear();
+  EXPECT_EQ(right({{"aero_drag"}}, true, d), 1.0);
+  EXPECT_EQ(right({{"wind"}, {"aero_drag"}}, true, d), 1.0);
+  d.verdict = Verdict::unknown;
+  EXPECT_EQ(right({{"aero_drag"}}, true, d), 0.0);
+}
+
 using DiagnoseExperimentTable = testing_support::InCommaLocale;
 
 TEST_F(DiagnoseExperimentTable, HasPointsAndOneCellForEveryName) {
