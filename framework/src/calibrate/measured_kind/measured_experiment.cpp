@@ -6,6 +6,7 @@
 #include <random>
 
 #include "calibrate/effects/advice.hpp"
+#include "calibrate/effects/effect_trial.hpp"
 #include "calibrate/effects/place_effects.hpp"
 #include "calibrate/effects/yaw_hold.hpp"
 #include "calibrate/fit/calibrated_world.hpp"
@@ -191,22 +192,22 @@ class MeasuredRun {
 
   MeasuredOutcome run() {
     read_logs();
-    const Forecaster forecaster(car_of(spec_.world), options_);
+    const Trial given(spec_.world, options_);
+    const Forecaster& forecaster = given.forecaster;
     Errors errors;
-    const auto places = parameter_places(spec_.world, forecaster);
     std::vector<double> values = parameters_of(spec_.tree, forecaster, errors);
-    std::vector<Unknown> unknowns = read_unknowns(spec_.tree, places, values, {}, errors);
+    std::vector<Unknown> unknowns = read_unknowns(spec_.tree, given.places, values, {}, errors);
     errors.throw_if_any();
     start_delays(map_, files_, forecaster, spec_.tree, values, unknowns);
     const auto by_yaw = offset_by_yaw(files_, {spec_.held_every, spec_.held_length});
-    hold_to_yaw(spec_.world, places, by_yaw, values, unknowns);
+    hold_to_yaw(spec_.world, given.places, by_yaw, values, unknowns);
     tell("fit");
     out_.fit = fit(forecaster, train_, values, unknowns, fit_);
     out_.fit.friction =
-        friction_of(vehicles_.front()->car(), spec_.world.car.car, out_.fit.params, out_.fit.drawn, out_.fit.allowed);
+        friction_of(given.vehicle.car(), spec_.world.car.car, out_.fit.params, out_.fit.drawn, out_.fit.allowed);
     out_.fit.advice = advise(spec_.world, registry_, options_, train_, out_.fit, by_yaw);
     judge_rows(forecaster, values);
-    for (const std::string& effect : spec_.ablate) ablate(effect, values);
+    for (const std::string& effect : spec_.ablate) ablate(effect);
     FitSource source;
     for (const auto& file : files_) source.logs.push_back(file.session.name);
     source.map = spec_.map.filename().string();
@@ -220,13 +221,6 @@ class MeasuredRun {
   void tell(const std::string& what) {
     if (progress_) progress_(done_, spec_.ablate.size() + 2, what);
     ++done_;
-  }
-
-  const StagedCar& car_of(const WorldSpec& world) {
-    PluginContext context;
-    context.car = world.car.car;
-    vehicles_.push_back(std::make_unique<Vehicle>(world.vehicle, context));
-    return vehicles_.back()->car();
   }
 
   void read_logs() {
@@ -278,8 +272,9 @@ class MeasuredRun {
     return session_weighing(usual);
   }
 
-  /// The world without an effect, its other unknowns fitted again from where they stood.
-  void ablate(const std::string& effect, std::span<const double>) {
+  /// The world without an effect, its other unknowns fitted again from where they stood. Of an effect that it has twice
+  /// the first goes: parameters are told by their place, since the other one is then named otherwise.
+  void ablate(const std::string& effect) {
     tell("without " + effect);
     WorldSpec world = spec_.world;
     std::size_t offset = world.vehicle.model.entry->params().size();
@@ -295,14 +290,15 @@ class MeasuredRun {
       if (p.status != FittedParameter::Status::determined) continue;
       if (auto left = without(p.unknown, offset, gone)) unknowns.push_back(*std::move(left));
     }
-    const Forecaster forecaster(car_of(world), options_);
-    PredictionErrors errors(forecaster, train_);
+    const Trial rest(std::move(world), options_);
+    PredictionErrors errors(rest.forecaster, train_);
     errors.weighing = out_.fit.weighing;
     LeastSquaresOptions steps;
     steps.iterations = ablation_steps;
     double cost = 0.0;
     params = least_squares(errors, unknowns, params, steps, cost);
-    const std::vector<double> without = predictions(forecaster, judge_, params, session_unknowns(unknowns), weighing());
+    const std::vector<double> without =
+        predictions(rest.forecaster, judge_, params, session_unknowns(unknowns), weighing());
     out_.ablations.push_back({effect, horizon_row("without_" + effect, judged_.when, without, judged_.truth),
                               change_of(judged_, fitted_, without)});
   }
@@ -331,7 +327,6 @@ class MeasuredRun {
   ForecastOptions options_;
   FitOptions fit_;
   std::list<measured::SessionFile> files_;
-  std::vector<std::unique_ptr<Vehicle>> vehicles_;
   std::vector<FitLog> train_, judge_;
   Judged judged_;
   std::vector<double> fitted_;
