@@ -50,6 +50,22 @@ double moved_reading(const Session& session, const Session& bridged, std::size_t
 
 }  // namespace
 
+Session at_centre_of_gravity(const Session& s, const LogMap& map, const std::array<double, delay_groups>& delays) {
+  constexpr double longest_gap = 0.25;  // [s] over which a car moves evenly
+  Session bridged = s, out = s;
+  bridged.reading = bridged_readings(s.t, s.reading, longest_gap);
+  for (std::size_t i = 0; i < s.rows(); ++i) {
+    Channels r{};
+    for (std::size_t c = 0; c < channels; ++c) {
+      const double delay = delays[delay_group[c]];
+      r[c] = delay == 0.0 ? s.at(i, c) : moved_reading(s, bridged, c, s.t[i] + delay);
+    }
+    remove_frames(r, bridged.interpolate(Channel::yaw, s.t[i] + delays[delay_group[Channel::yaw]]), map);
+    std::ranges::copy(r, out.reading.begin() + static_cast<std::ptrdiff_t>(i * channels));
+  }
+  return out;
+}
+
 double typical_speed(const Session& session) {
   std::vector<double> speeds;
   for (std::size_t i = 1; i < session.rows(); ++i) {
@@ -82,26 +98,18 @@ std::vector<std::string> write_gripline_log(const std::filesystem::path& file, c
       done.push_back(std::string(delay_names[g]) + ": " + significant(delays[g]) + " s taken off");
     }
   }
-  constexpr double longest_gap = 0.25;  // [s] over which a car moves evenly
-  Session bridged = s;
-  bridged.reading = bridged_readings(s.t, s.reading, longest_gap);
   std::string out = "t_s";
   for (std::size_t c = 0; c < channels; ++c)
     if (s.has[c]) out += std::string(",") + source_info(static_cast<Source>(c)).column;
   out += from.has_throttle ? ",d,delta_rad\n" : ",delta_rad\n";
+  const Session own = at_centre_of_gravity(s, map, delays);
   for (std::size_t i = 0; i < s.rows(); ++i) {
-    std::array<double, channels> r{};
-    for (std::size_t c = 0; c < channels; ++c) {
-      const double delay = delays[delay_group[c]];
-      r[c] = delay == 0.0 ? s.at(i, c) : moved_reading(s, bridged, c, s.t[i] + delay);
-    }
-    remove_frames(r, bridged.interpolate(Channel::yaw, s.t[i] + delays[delay_group[Channel::yaw]]), map);
     std::string line;
     append(line, s.t[i], 6);
     out.append(line, 1);
     for (std::size_t c = 0; c < channels; ++c) {
       line.clear();
-      append(line, r[c], digits[c]);
+      append(line, own.at(i, c), digits[c]);
       if (s.has[c]) out += line;
     }
     line.clear();

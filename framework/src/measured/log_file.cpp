@@ -137,7 +137,39 @@ void note_cut(const Cut& cut, double dt, double seconds, std::vector<Finding>& h
         {Finding::Level::note, "length", significant(seconds) + " s", "little to tell effects apart; 60 s are good"});
 }
 
+Cut cleaned_and_cut(RawLog& raw, double dt, double v_ref, std::vector<Finding>& health) {
+  leave_out_spikes(raw, health);
+  const double begin = raw.t.front();
+  leave_out_slow(raw, v_ref, dt, health);
+  return cut_at_gaps(raw, dt, begin);
+}
+
+RawLog raw_of(const Session& session) {
+  RawLog raw;
+  raw.t = session.t;
+  raw.reading = session.reading;
+  for (std::size_t i = 0; i < session.rows(); ++i) {
+    raw.row.push_back(i);
+    raw.d.push_back(session.command[i].d);
+    raw.delta.push_back(session.command[i].delta);
+  }
+  return raw;
+}
+
 }  // namespace
+
+LogFile on_even_grid(const Session& session, double v_ref) {
+  const double dt = usual_step(session.t);
+  LogFile log;
+  log.name = session.name;
+  RawLog raw = raw_of(session);
+  drop_gross_outliers(raw, log.health);
+  unwrap_yaw(raw, log.health);
+  Cut cut = cleaned_and_cut(raw, dt, v_ref, log.health);
+  log.stretches = std::move(cut.stretches);
+  for (const Log& stretch : log.stretches) log.seconds += static_cast<double>(stretch.size() - 1) * dt;
+  return log;
+}
 
 LogFile read_log_file(const std::filesystem::path& file, const LogExpectations& expected) {
   const CsvTable table = read_csv(file, true);
@@ -156,10 +188,7 @@ LogFile read_log_file(const std::filesystem::path& file, const LogExpectations& 
   check_units(table, raw, dt, expected, log.health);
   if (expected.road != nullptr) check_place(table, raw, *expected.road);
   if (table.find("vy_mps") < 0) log.health.push_back(absent_lateral_speed(table));
-  leave_out_spikes(raw, log.health);
-  const double begin = raw.t.front();
-  leave_out_slow(raw, expected.v_ref, dt, log.health);
-  Cut cut = cut_at_gaps(raw, dt, begin);
+  Cut cut = cleaned_and_cut(raw, dt, expected.v_ref, log.health);
   if (cut.stretches.empty()) refuse(table, "no stretch of 3 s without a gap of more than 0.2 s");
   for (const Log& stretch : cut.stretches) log.seconds += static_cast<double>(stretch.size() - 1) * dt;
   if (log.seconds < shortest_log)

@@ -8,6 +8,7 @@
 #include "measured/finding.hpp"
 #include "measured/log.hpp"
 #include "measured/log_expectations.hpp"
+#include "measured/session.hpp"
 
 namespace gripline::measured {
 
@@ -24,6 +25,10 @@ struct LogFile {
 /// are left out, long gaps cut the log. Throws InputError with one clear line when nothing sensible can be done:
 /// columns missing, time running backward, wrong units, a parked car, too short, another track.
 LogFile read_log_file(const std::filesystem::path& file, const LogExpectations& expected);
+
+/// A session's rows, in gripline's channels, cleaned and brought to an even grid as `read_log_file` does it. Nothing is
+/// refused: a log that shows too little has no stretches. `v_ref`: typical speed of the car [m/s].
+LogFile on_even_grid(const Session& session, double v_ref);
 
 /// Whether two logs hold the same readings and commands, whatever their names.
 bool same_content(const LogFile& a, const LogFile& b);

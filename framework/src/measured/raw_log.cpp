@@ -116,6 +116,23 @@ RawLog read_columns(const CsvTable& table) {
   return raw;
 }
 
+double usual_step(std::span<const double> t) {
+  std::vector<double> steps;
+  for (std::size_t i = 1; i < t.size(); ++i) steps.push_back(t[i] - t[i - 1]);
+  // The median, then refined over whole steps so that rounding of the stamps does not add up.
+  double dt = upper_median(steps, 0.0);
+  double whole = 0.0, span = 0.0;
+  for (const double s : steps)
+    if (s < 1.5 * dt) {
+      whole += 1.0;
+      span += s;
+    }
+  if (std::abs(span / whole - dt) < 0.05 * dt) dt = span / whole;
+  // A whole number of microseconds, unless the grid then runs away from the stamps: 60 Hz is none.
+  const double nice = std::round(dt * 1e6) * 1e-6, rows = (t.back() - t.front()) / dt;
+  return std::abs(nice - dt) * rows < 0.1 * dt ? nice : dt;
+}
+
 double check_time(const CsvTable& table, RawLog& raw, std::vector<Finding>& health) {
   std::vector<std::size_t> keep;
   for (std::size_t i = 0; i < raw.size(); ++i) {
@@ -135,20 +152,7 @@ double check_time(const CsvTable& table, RawLog& raw, std::vector<Finding>& heal
   }
   if (raw.size() < 20)
     refuse(table, "only " + std::to_string(raw.size()) + " usable rows; expected a log of at least 5 s");
-  std::vector<double> steps;
-  for (std::size_t i = 1; i < raw.size(); ++i) steps.push_back(raw.t[i] - raw.t[i - 1]);
-  // The usual step, then refined over whole steps so that rounding of the stamps does not add up.
-  double dt = upper_median(steps, 0.0);
-  double whole = 0.0, span = 0.0;
-  for (const double s : steps)
-    if (s < 1.5 * dt) {
-      whole += 1.0;
-      span += s;
-    }
-  if (std::abs(span / whole - dt) < 0.05 * dt) dt = span / whole;
-  // A whole number of microseconds, unless the grid then runs away from the stamps: 60 Hz is none.
-  const double nice = std::round(dt * 1e6) * 1e-6, rows = (raw.t.back() - raw.t.front()) / dt;
-  if (std::abs(nice - dt) * rows < 0.1 * dt) dt = nice;
+  const double dt = usual_step(raw.t);
   for (const auto& [unit, factor] : {std::pair("milliseconds", 1e3), std::pair("microseconds", 1e6)})
     if (dt > 0.9e-3 * factor && dt < 0.11 * factor && dt > 0.1)
       refuse(table,

@@ -7,6 +7,7 @@
 #include "config/errors.hpp"
 #include "measured/log_file.hpp"
 #include "measured/noise.hpp"
+#include "measured/session_file.hpp"
 #include "support/diagnose_rig.hpp"
 
 namespace gripline::measured {
@@ -368,6 +369,34 @@ TEST_F(LogFiles, TheSameLogCountsOnce) {
   EXPECT_FALSE(mentions(once[1], "logs"));
   EXPECT_THROW(check_held_out(three, std::vector<LogFile>{b}), InputError);
   EXPECT_NO_THROW(check_held_out(std::vector<LogFile>{a}, std::vector<LogFile>{other}));
+}
+
+/// Whichever way the same rows come, they are cleaned and cut alike.
+TEST_F(LogFiles, ASessionsEvenGridIsThatOfItsFile) {
+  std::vector<Row> rows = changed([](std::size_t i, Row& r) {
+    if (i % 97 == 13) r[1 + i % 6] += i % 2 == 0 ? 3.0 : -3.0;
+    if (i < 60) r[4] = 0.005 * static_cast<double>(i);
+  });
+  std::erase_if(rows, [](const Row& r) { return r[0] >= 8.0 && r[0] <= 9.0; });
+  const LogFile log = read(rows);
+  ASSERT_EQ(log.stretches.size(), 2U);
+  const LogFile again = on_even_grid(read_session(write(rows), gripline_map()).session, 2.0);
+  ASSERT_EQ(again.stretches.size(), 2U);
+  EXPECT_TRUE(same_content(again, log));
+  EXPECT_EQ(again.stretches[1].t0, log.stretches[1].t0);
+  EXPECT_EQ(again.seconds, log.seconds);
+}
+
+/// What diagnose refuses of gripline's own logs may be read well enough for other uses of a logger's.
+TEST_F(LogFiles, ASessionsEvenGridMayBeCoarseOrEmpty) {
+  std::vector<Row> rows;
+  for (std::size_t i = 0; i < rows_.size(); i += 10) rows.push_back(rows_[i]);
+  EXPECT_NE(refusal(rows).find("rows are 0.2 s apart"), std::string::npos);
+  const Session session = read_session(write(rows), gripline_map()).session;
+  const LogFile coarse = on_even_grid(session, 2.0);
+  ASSERT_EQ(coarse.stretches.size(), 1U);
+  EXPECT_NEAR(coarse.stretches[0].dt, 0.2, 1e-12);
+  EXPECT_TRUE(on_even_grid(session, 100.0).stretches.empty());  // of a car that hardly moves
 }
 
 }  // namespace

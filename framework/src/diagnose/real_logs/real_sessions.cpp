@@ -10,7 +10,6 @@ namespace gripline::diagnose {
 namespace {
 
 using measured::SessionFile;
-using measured::Source;
 
 bool same_rows(const measured::Session& a, const measured::Session& b) {
   return a.t == b.t && measured::same_readings(a.reading, b.reading) && measured::same_commands(a.command, b.command);
@@ -26,13 +25,6 @@ void drop_repeated(std::list<SessionFile>& all, const Say& say) {
       say(other->session.name + ": holds the same rows as " + one->session.name + ", used once");
       other = all.erase(other);
     }
-}
-
-/// Whether all that gripline's own columns must have is there, to see delays by; a lateral speed may be absent.
-bool has_own_columns(const SessionFile& file) {
-  return file.has_throttle &&
-         std::ranges::all_of(std::array{Source::x, Source::y, Source::yaw, Source::vx, Source::yaw_rate},
-                             [&](Source s) { return file.session.has[static_cast<std::size_t>(s)]; });
 }
 
 }  // namespace
@@ -56,20 +48,13 @@ void use_once(std::list<SessionFile>& files, std::list<SessionFile>& held_out, c
                          " that is fitted; expected a log that is not");
 }
 
-std::vector<ChannelDelay> channel_delays(const std::list<SessionFile>& files, measured::LogMap map,
-                                         const WorldSpec& world, const std::filesystem::path& folder, const Say& say) {
-  for (auto& channel : map.channel)
-    if (channel && !channel->delay) channel->delay = 0.0;
+std::vector<ChannelDelay> channel_delays(const std::list<SessionFile>& files, const measured::LogMap& map,
+                                         double v_ref) {
+  std::array<double, measured::delay_groups> stated{};
+  for (std::size_t g = 0; g < stated.size(); ++g) stated[g] = map.delay(g).value_or(0.0);
   std::vector<measured::LogFile> logs;
-  for (const SessionFile& file : files) {
-    if (!has_own_columns(file)) return {};
-    std::string name = std::filesystem::path(file.session.name).stem().string();
-    if (!logs.empty()) name += '.' + std::to_string(logs.size() + 1);  // logs of several folders may share a name
-    const std::filesystem::path written = folder / (name + ".gripline.csv");
-    for (const std::string& remark : measured::write_gripline_log(written, file, map))
-      say(file.session.name + ": " + remark);
-    logs.push_back(measured::read_log_file(written, {world.car.car.v_ref, nullptr, world.car.car.delta_max}));
-  }
+  for (const SessionFile& file : files)
+    logs.push_back(measured::on_even_grid(measured::at_centre_of_gravity(file.session, map, stated), v_ref));
   return find_channel_delays(logs);
 }
 

@@ -2,7 +2,6 @@
 // channels.
 #pragma once
 
-#include <filesystem>
 #include <functional>
 #include <list>
 #include <string>
@@ -10,7 +9,6 @@
 
 #include "diagnose/inference/channel_delays.hpp"
 #include "measured/session_file.hpp"
-#include "world/world_spec.hpp"
 
 namespace gripline::diagnose {
 
@@ -24,10 +22,9 @@ std::list<measured::SessionFile> read_sessions(const std::vector<std::string>& f
 /// is held out holds the rows of one that is fitted: it is no judge of the fit.
 void use_once(std::list<measured::SessionFile>& files, std::list<measured::SessionFile>& held_out, const Say& say);
 
-/// Delays of channels against each other, of the logs on their even grid, which are written to `folder`; those that
-/// `map` states to find are left in. None where a log lacks a column that gripline's own logs have. `say` is told what
-/// writing a log changed.
-std::vector<ChannelDelay> channel_delays(const std::list<measured::SessionFile>& files, measured::LogMap map,
-                                         const WorldSpec& world, const std::filesystem::path& folder, const Say& say);
+/// Delays of channels against each other, of the logs on their even grid and without the delays that `map` states.
+/// Channels that no log has are not compared. `v_ref`: typical speed of the car [m/s].
+std::vector<ChannelDelay> channel_delays(const std::list<measured::SessionFile>& files, const measured::LogMap& map,
+                                         double v_ref);
 
 }  // namespace gripline::diagnose

@@ -40,13 +40,58 @@ TEST(RealSessions, ALogThatIsFittedIsNoJudgeOfTheFit) {
   }
 }
 
-TEST(RealSessions, DelaysAreNotSoughtWithoutThrottle) {
+/// 120 s of a car whose yaw rate is late [s]; every tenth row: 5 Hz.
+measured::SessionFile late(double yaw_rate) {
   const test::CalibrateRig rig;
-  std::list<measured::SessionFile> files = {driven("a", 1)};
-  files.front().has_throttle = false;
-  EXPECT_TRUE(channel_delays(files, measured::gripline_map(), rig.spec, "/nonexistent", [](const std::string&) {
-                FAIL() << "nothing is written";
-              }).empty());
+  const measured::Session all =
+      test::drive(rig.vehicle.car(), {.seconds = 120, .noise = 1, .delay = {0, 0, 0, yaw_rate}});
+  measured::SessionFile file;
+  file.has_throttle = true;
+  file.session.name = "late.csv";
+  file.session.has = all.has;
+  for (std::size_t i = 0; i < all.rows(); i += 10) {
+    file.session.t.push_back(all.t[i]);
+    file.session.command.push_back(all.command[i]);
+    for (std::size_t c = 0; c < measured::channels; ++c) file.session.reading.push_back(all.at(i, c));
+  }
+  return file;
+}
+
+void expect_late(const measured::SessionFile& file, const measured::LogMap& map, double seconds) {
+  const std::vector<ChannelDelay> found = channel_delays({file}, map, 2.0);
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_EQ(found.front().name(), "yaw_rate");
+  EXPECT_NEAR(found.front().seconds, seconds, 0.05);
+}
+
+/// Logs that gripline's own may not be like: slow, steering as a share of lock, without a throttle.
+TEST(RealSessions, DelaysAreFoundInWhateverLogsTheMapAllows) {
+  measured::SessionFile file = late(0.5);
+  for (CommandSample<double>& command : file.session.command) command.delta *= 5.0;
+  expect_late(file, measured::gripline_map(), 0.5);
+  file.has_throttle = false;
+  file.session.prescribed_speed = true;
+  expect_late(file, measured::gripline_map(), 0.5);
+}
+
+TEST(RealSessions, DelaysThatTheMapStatesAreTakenOffFirst) {
+  measured::LogMap map = measured::gripline_map();
+  auto& yaw_rate = map.channel[static_cast<std::size_t>(measured::Source::yaw_rate)];
+  yaw_rate->delay = 0.2;
+  expect_late(late(0.7), map, 0.5);
+  yaw_rate->delay = 0.7;
+  EXPECT_TRUE(channel_delays({late(0.7)}, map, 2.0).empty());
+  yaw_rate->delay.reset();  // to be found
+  expect_late(late(0.7), map, 0.7);
+}
+
+TEST(RealSessions, ALogWithoutAnythingToTellADelayByHasNone) {
+  measured::SessionFile slow = late(0.5), bare = late(0.5);
+  EXPECT_TRUE(channel_delays({slow}, measured::gripline_map(), 100.0).empty());
+  bare.session.has[measured::Channel::yaw] = false;
+  for (std::size_t i = 0; i < bare.session.rows(); ++i)
+    bare.session.reading[i * measured::channels + measured::Channel::yaw] = NAN;
+  EXPECT_TRUE(channel_delays({bare}, measured::gripline_map(), 2.0).empty());
 }
 
 }  // namespace
