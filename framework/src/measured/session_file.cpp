@@ -277,6 +277,7 @@ class SessionReader {
     }
     if (!has(Source::yaw)) {
       of(Source::yaw) = std::move(course);
+      out_.derived_yaw = true;
       note("yaw", "absent", "the course over ground is taken; sideslip is not seen");
       if (!has_speed) of(Source::vx) = std::move(speed);
     } else {

@@ -16,6 +16,7 @@ struct SessionFile {
   std::vector<Finding> findings;
   bool has_throttle = false;      // else vx is taken from the log
   bool derived_velocity = false;  // vx, vy from differences of the place
+  bool derived_yaw = false;       // the course over ground
   double row_step = 0;            // median [s]
 };
 

@@ -222,6 +222,7 @@ TEST(SessionFile, SpeedsFollowFromPlacesWhereTheLogHasNone) {
   const LogMap map = map_of(R"({"time": "t_s", "channels": {"x": "x_m", "y": "y_m", "delta": "delta_rad"}})");
   const SessionFile file = read_session(log, map);
   EXPECT_TRUE(file.derived_velocity);
+  EXPECT_TRUE(file.derived_yaw);
   EXPECT_NEAR(file.session.at(100, 3), 10.0, 1e-6);
   EXPECT_TRUE(file.session.has[2]);
   EXPECT_FALSE(file.session.has[5]);

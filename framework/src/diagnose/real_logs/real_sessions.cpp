@@ -5,6 +5,7 @@
 
 #include "config/errors.hpp"
 #include "measured/gripline_log.hpp"
+#include "util/numbers.hpp"
 
 namespace gripline::diagnose {
 namespace {
@@ -25,6 +26,12 @@ void drop_repeated(std::list<SessionFile>& all, const Say& say) {
       say(other->session.name + ": holds the same rows as " + one->session.name + ", used once");
       other = all.erase(other);
     }
+}
+
+/// The course turns before the heading or after it, by the car's sideslip: no yaw rate is late against it.
+void forget_yaw_rate(measured::Session& session) {
+  for (std::size_t i = 0; i < session.rows(); ++i)
+    session.reading[i * measured::channels + measured::Channel::yaw_rate] = not_a_number;
 }
 
 }  // namespace
@@ -53,8 +60,11 @@ std::vector<ChannelDelay> channel_delays(const std::list<SessionFile>& files, co
   std::array<double, measured::delay_groups> stated{};
   for (std::size_t g = 0; g < stated.size(); ++g) stated[g] = map.delay(g).value_or(0.0);
   std::vector<measured::LogFile> logs;
-  for (const SessionFile& file : files)
-    logs.push_back(measured::on_even_grid(measured::at_centre_of_gravity(file.session, map, stated), v_ref));
+  for (const SessionFile& file : files) {
+    measured::Session own = measured::at_centre_of_gravity(file.session, map, stated);
+    if (file.derived_yaw) forget_yaw_rate(own);
+    logs.push_back(measured::on_even_grid(own, v_ref));
+  }
   return find_channel_delays(logs);
 }
 

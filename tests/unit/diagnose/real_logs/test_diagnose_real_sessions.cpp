@@ -94,5 +94,24 @@ TEST(RealSessions, ALogWithoutAnythingToTellADelayByHasNone) {
   EXPECT_TRUE(channel_delays({bare}, measured::gripline_map(), 2.0).empty());
 }
 
+/// A slow car's course leads its heading.
+TEST(RealSessions, NoYawRateIsLateAgainstACourse) {
+  const test::CalibrateRig rig;
+  const measured::Session all = test::drive(rig.vehicle.car(), {.seconds = 60});
+  measured::DelimitedTable table;
+  table.name = {"t_s", "x_m", "y_m", "vx_mps", "yaw_rate_radps", "delta_rad"};
+  table.unit.resize(table.name.size());
+  table.column.resize(table.name.size());
+  for (std::size_t i = 0; i < all.rows(); ++i) {
+    const std::array<double, 6> row = {all.t[i],     all.at(i, 0), all.at(i, 1),
+                                       all.at(i, 3), all.at(i, 5), all.command[i].delta};
+    for (std::size_t c = 0; c < row.size(); ++c) table.column[c].push_back(row[c]);
+    table.line.push_back(static_cast<int>(i) + 2);
+  }
+  const measured::SessionFile file = measured::read_session(std::move(table), measured::gripline_map());
+  ASSERT_TRUE(file.derived_yaw);
+  EXPECT_TRUE(channel_delays({file}, measured::gripline_map(), 2.0).empty());
+}
+
 }  // namespace
 }  // namespace gripline::diagnose
