@@ -111,7 +111,8 @@ TEST_F(MeasuredLogs, TheRacingCarUndersteers) {
   const auto map = measured::load_log_map(source_dir() / "experiments" / "real" / "maps" / "av21.json");
   const auto file = measured::read_session(measured_log("av21_putnam_a.csv"), map);
   const measured::Session* const one = &file.session;
-  const auto found = measured::steady_turning({&one, 1}, 2.98, 20.0, {.yaw_rate = {0.28, 0.23, 0.36}, .yaw = {}}).told;
+  const auto found =
+      measured::steady_turning({&one, 1}, 2.98, 20.0, {.yaw_rate = {0.28, 0.23, 0.36}, .yaw = {}}).turning;
   ASSERT_TRUE(found);
   EXPECT_NEAR(measured::degrees_per_g(found->gradient), 0.75, 0.1);
   EXPECT_GT(found->low, 0.0);

@@ -94,7 +94,7 @@ void print_cornering(const std::list<measured::SessionFile>& files, const Car& c
   for (const measured::SessionFile& file : files) sessions.push_back(&file.session);
   const auto [by_logs, why_not] = measured::steady_turning(sessions, car.lf + car.lr, car.v_ref, late);
   if (!by_logs) {
-    std::cout << calibrate::untold_corners_text(why_not) << '\n';
+    std::cout << calibrate::no_understeer_text(why_not) << '\n';
     return;
   }
   std::cout << "in gentle corners of the logs the car " << by_logs->text();

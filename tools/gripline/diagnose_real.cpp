@@ -42,7 +42,7 @@ MissingEffects search(const LogWorld& world, const measured::LogMap& map, const 
 void print_real(const Diagnosis& d, const MissingEffects& found, const diagnose::Cornering& corners) {
   std::cout << d.sentence << "\n\nverdict: unknown\n"
             << named_table(found) << calibrated_table(found) << tried_table(found) << sessions_table(found)
-            << untold_corners(corners) << "\nerrors 1 s ahead, of time not fitted (95 % by blocks of 10 s)\n";
+            << no_understeer(corners) << "\nerrors 1 s ahead, of time not fitted (95 % by blocks of 10 s)\n";
   calibrate::print_horizon_table(std::cout, found.rows);
 }
 

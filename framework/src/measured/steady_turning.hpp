@@ -37,10 +37,10 @@ struct SteadyTurning {
   std::vector<double> of_ratio, of_slope;  // by corner: what its angle adds to `ratio` and `slope` (below)
 };
 
-/// What logs tell of it, or why they do not: a clause such as "in their corners speeds are too alike to tell it ...".
+/// How a car turns by its logs, or why they do not show it: a clause such as "in their corners speeds are too alike to tell it ...".
 struct TurningByLogs {
-  std::optional<SteadyTurning> told;
-  std::string why_not;  // empty where it is told
+  std::optional<SteadyTurning> turning;
+  std::string why_not;  // empty where there is one
 };
 
 /// How late a channel is on the clock of the steering [s], and how well that is known.
@@ -65,7 +65,7 @@ struct TurningLateness {
 /// seconds it is too narrow.
 ///
 /// Windows count from half of `v_ref` on, below which the gradient hardly moves the steering, and up to 4 m/s2 across.
-/// Nothing, and why, where steering, speed or turning are not there, where less than three such blocks tell of it, or
+/// Nothing, and why, where steering, speed or turning are not there, where less than three such blocks show it, or
 /// where the gradient cannot be told from the ratio, as at one speed. `wheelbase` [m], `v_ref` [m/s].
 ///
 /// A bank scales the gradient: down where it grows with the lateral acceleration; up, of a car that understeers, where

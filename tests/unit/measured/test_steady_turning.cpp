@@ -52,7 +52,7 @@ TurningByLogs answer_of(const Session& log, const TurningLateness& late = {}) {
   return steady_turning({&one, 1}, wheelbase, v_ref, late);
 }
 std::optional<SteadyTurning> turning_of(const Session& log, const TurningLateness& late = {}) {
-  return answer_of(log, late).told;
+  return answer_of(log, late).turning;
 }
 /// Why a log does not tell; empty where it does.
 std::string why_not(const Session& log, const TurningLateness& late = {}) { return answer_of(log, late).why_not; }
@@ -138,7 +138,7 @@ TEST(SteadyTurning, OffsetsOfLogsAreTheirOwn) {
   };
   const Session left = turning(1.0), right = turning(-1.0);
   const Session* const both[] = {&left, &right};
-  const auto found = steady_turning(both, wheelbase, v_ref).told;
+  const auto found = steady_turning(both, wheelbase, v_ref).turning;
   ASSERT_TRUE(found);
   EXPECT_NEAR(found->gradient, car.gradient, 0.1 * car.gradient);
   EXPECT_EQ(found->blocks, 18u);
@@ -273,9 +273,9 @@ TEST(SteadyTurning, SaysNothingOfWhatIsNotThere) {
   no_turning.has[2] = no_turning.has[5] = false;
   EXPECT_FALSE(turning_of(no_turning));
   const Session whole = log_of(car), *one = &whole;
-  EXPECT_FALSE(steady_turning({&one, 1}, wheelbase, 20.0).told);  // nowhere so fast
+  EXPECT_FALSE(steady_turning({&one, 1}, wheelbase, 20.0).turning);  // nowhere so fast
   EXPECT_FALSE(turning_of(test::drive(car.vehicle.car(), {.seconds = 15, .command = gentle})));
-  EXPECT_FALSE(steady_turning({}, wheelbase, v_ref).told);
+  EXPECT_FALSE(steady_turning({}, wheelbase, v_ref).turning);
 }
 
 using OverTime = std::function<double(double)>;

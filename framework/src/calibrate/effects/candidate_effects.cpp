@@ -181,13 +181,12 @@ Eigen::VectorXd best_move(const Eigen::MatrixXd& information, const Eigen::Vecto
   return move;
 }
 
-/// Of the unknowns from `at` on, those before `n` moving along: `fitted` is the factor of their information.
-/// `prior` is the gradient of their priors, which balances that of the data where they were fitted; `room` is how far
-/// the tested ones may go: friction does not fall below 0, however much the errors would. `told` is the factor of what
-/// the logs alone say of the fitted ones: a candidate that does what they do is none, however little their priors let
-/// them move.
-EffectScore score_of(const NormalEquations& blocks, const Eigen::LDLT<Eigen::MatrixXd>& fitted,
-                     const Eigen::LDLT<Eigen::MatrixXd>& told, const Eigen::VectorXd& prior, Index at,
+/// Of the unknowns from `at` on, the fitted ones before them moving along: their information is factored, with their
+/// priors and without. A candidate that does what they do is none, however little their priors let them move.
+/// `prior` is the gradient of the priors, which balances that of the data where they were fitted; `room` is how far
+/// the tested ones may go: friction does not fall below 0, however much the errors would.
+EffectScore score_of(const NormalEquations& blocks, const Eigen::LDLT<Eigen::MatrixXd>& with_priors,
+                     const Eigen::LDLT<Eigen::MatrixXd>& without_priors, const Eigen::VectorXd& prior, Index at,
                      std::span<const Interval> room) {
   const auto count = static_cast<Index>(room.size());
   const Index n = prior.size();
@@ -199,7 +198,7 @@ EffectScore score_of(const NormalEquations& blocks, const Eigen::LDLT<Eigen::Mat
     own += blocks.hessian[b].block(at, at, count, count);
     gradient += blocks.gradient[b].head(n);
   }
-  const Eigen::MatrixXd share = fitted.solve(cross), own_share = told.solve(cross);
+  const Eigen::MatrixXd share = with_priors.solve(cross), own_share = without_priors.solve(cross);
   constexpr double synonym = 1e-7;  // of its information: what the fitted parameters do not stand for
   out.apart = 1.0;
   for (Index i = 0; i < count; ++i)
@@ -218,7 +217,7 @@ EffectScore score_of(const NormalEquations& blocks, const Eigen::LDLT<Eigen::Mat
   out.gain = -(2.0 * sum.dot(move) + move.dot(left * move)) / blocks.cost;
   out.score = std::abs(sum.dot(move)) / std::sqrt(spread);
   out.value.assign(move.data(), move.data() + count);
-  out.move = -share * move - fitted.solve(gradient);
+  out.move = -share * move - with_priors.solve(gradient);
   return out;
 }
 
@@ -312,9 +311,9 @@ std::vector<EffectScore> score_candidates(const StagedCar& own, std::span<const 
   for (const Eigen::MatrixXd& h : blocks.hessian) hessian += h.topLeftCorner(n, n);
   hessian.diagonal() *= 1.0 + 1e-9;
   Eigen::VectorXd prior = Eigen::VectorXd::Zero(n);
-  const Eigen::LDLT<Eigen::MatrixXd> told(hessian);
+  const Eigen::LDLT<Eigen::MatrixXd> without_priors(hessian);
   prior_cost(params, fitted, &hessian, &prior);
-  const Eigen::LDLT<Eigen::MatrixXd> known(hessian);
+  const Eigen::LDLT<Eigen::MatrixXd> with_priors(hessian);
   std::vector<EffectScore> scores;
   Index at = n;
   for (const std::size_t c : used) {
@@ -322,7 +321,7 @@ std::vector<EffectScore> score_candidates(const StagedCar& own, std::span<const 
     for (const std::size_t i : candidates[c].tested)
       room.push_back({candidates[c].low[i] - candidates[c].numbers[i], candidates[c].high[i] - candidates[c].numbers[i],
                       0.0, 0.0});
-    EffectScore one = score_of(blocks, known, told, prior, at, room);
+    EffectScore one = score_of(blocks, with_priors, without_priors, prior, at, room);
     at += static_cast<Index>(room.size());
     one.candidate = c;
     if (one.gain > 0.0) scores.push_back(std::move(one));

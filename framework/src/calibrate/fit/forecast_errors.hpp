@@ -14,7 +14,7 @@ inline constexpr double judged_every = 0.25;  // [s] between starts that are jud
 /// Relative change of a root mean square error with its 95 % interval; negative: smaller.
 struct ForecastChange {
   double change = 0, low = -1, high = 1;
-  double certainty = 0.5;  // probability that it is negative; 0.5 where nothing is told
+  double certainty = 0.5;  // probability that it is negative; 0.5 where there is no interval
   bool helps() const { return high < 0.0; }
   bool harms() const { return low > 0.0; }
 };
@@ -28,8 +28,8 @@ struct ForecastErrors {
   std::size_t stretches() const;
   ForecastErrors of_log(std::size_t which) const;
 };
-inline constexpr std::size_t fewest_stretches = 3;  // of which anything is told
-/// By the t distribution of stretches, whose errors count as independent; nothing is told below three of them.
+inline constexpr std::size_t fewest_stretches = 3;  // for an interval
+/// By the t distribution of stretches, whose errors count as independent; no interval below three of them.
 ForecastChange change_of(const ForecastErrors& with, const ForecastErrors& without);
 
 /// Whether a start has anything to be judged by.

@@ -144,6 +144,6 @@ std::string corners_text(const measured::SteadyTurning& logs, const std::optiona
   return text + measured::cornering_text(*given) + ".";
 }
 
-std::string untold_corners_text(const std::string& why_not) { return "understeer: not told by these logs; " + why_not; }
+std::string no_understeer_text(const std::string& why_not) { return "understeer: not told by these logs; " + why_not; }
 
 }  // namespace gripline::calibrate

@@ -39,6 +39,6 @@ std::optional<double> gradient_in(const measured::SteadyTurning& logs, const Sta
 /// lies outside the interval, and is left out where there is none.
 std::string corners_text(const measured::SteadyTurning& logs, const std::optional<double>& given);
 /// "understeer: not told by these logs; " and why (TurningByLogs).
-std::string untold_corners_text(const std::string& why_not);
+std::string no_understeer_text(const std::string& why_not);
 
 }  // namespace gripline::calibrate

@@ -16,8 +16,8 @@ Cornering cornering_of(const std::list<measured::SessionFile>& files, const Worl
   std::vector<calibrate::FittedParameter> known = found.parameters;
   known.insert(known.end(), found.undetermined.begin(), found.undetermined.end());
   const auto late = calibrate::turning_lateness(forecaster, found.params, known);
-  auto [told, why_not] = measured::steady_turning(sessions, car.lf + car.lr, car.v_ref, late);
-  Cornering out{std::move(told), {}, {}, std::move(why_not)};
+  auto [turning, why_not] = measured::steady_turning(sessions, car.lf + car.lr, car.v_ref, late);
+  Cornering out{std::move(turning), {}, {}, std::move(why_not)};
   if (!out.by_log) return out;
   out.given = calibrate::gradient_in(*out.by_log, as_given.car(), as_given.car().params());
   out.found = calibrate::gradient_in(*out.by_log, as_found.car(), found.params);

@@ -68,8 +68,8 @@ std::string sessions_table(const MissingEffects& found) {
   return table;
 }
 
-std::string untold_corners(const Cornering& corners) {
-  return corners.why_not.empty() ? "" : "\n" + calibrate::untold_corners_text(corners.why_not) + "\n";
+std::string no_understeer(const Cornering& corners) {
+  return corners.why_not.empty() ? "" : "\n" + calibrate::no_understeer_text(corners.why_not) + "\n";
 }
 
 }  // namespace gripline::diagnose

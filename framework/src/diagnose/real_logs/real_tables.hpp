@@ -16,7 +16,7 @@ std::string calibrated_table(const MissingEffects& found);
 std::string tried_table(const MissingEffects& found);
 /// What the effects named do to each log.
 std::string sessions_table(const MissingEffects& found);
-/// Why nothing is said of how the car corners.
-std::string untold_corners(const Cornering& corners);
+/// Why there is no understeer gradient.
+std::string no_understeer(const Cornering& corners);
 
 }  // namespace gripline::diagnose

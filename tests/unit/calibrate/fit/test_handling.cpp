@@ -57,7 +57,7 @@ TEST(Handling, AModelIsAskedInTheCornersOfTheLog) {
   const CalibrateRig rig;
   const measured::Session log = test::drive(rig.vehicle.car(), {.seconds = 90, .noise = 1});
   const measured::Session* const one = &log;
-  const auto by_log = measured::steady_turning({&one, 1}, 0.17, 2.0).told;
+  const auto by_log = measured::steady_turning({&one, 1}, 0.17, 2.0).turning;
   ASSERT_TRUE(by_log);
   const auto by_model = gradient_in(*by_log, rig.vehicle.car(), rig.vehicle.car().params());
   ASSERT_TRUE(by_model);

@@ -63,9 +63,9 @@ TEST(RealTables, CalibratedAreNeitherTheObserversNorOfEffectsNamed) {
 TEST(RealTables, SayWhyNothingIsSaidOfCorners) {
   Cornering corners;
   corners.why_not = "they are short";
-  EXPECT_EQ(untold_corners(corners), "\nundersteer: not told by these logs; they are short\n");
+  EXPECT_EQ(no_understeer(corners), "\nundersteer: not told by these logs; they are short\n");
   corners.why_not.clear();
-  EXPECT_EQ(untold_corners(corners), "");
+  EXPECT_EQ(no_understeer(corners), "");
 }
 
 TEST(RealTables, TriedStandByTheirGain) {
