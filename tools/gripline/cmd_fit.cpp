@@ -7,7 +7,7 @@
 #include <span>
 
 #include "calibrate/effects/advice.hpp"
-#include "calibrate/effects/yaw_hold.hpp"
+#include "calibrate/effects/yaw_limit.hpp"
 #include "config/errors.hpp"
 #include "config/json_file.hpp"
 #include "config/shipped.hpp"
@@ -54,7 +54,7 @@ void print_parameters(const FitResult& result, std::span<const calibrate::Parame
 }
 
 /// Bounds and prior that stand in no file of the user's.
-void print_held(const calibrate::Unknown& u, const measured::YawRateOffset& by_yaw) {
+void print_limited(const calibrate::Unknown& u, const measured::YawRateOffset& by_yaw) {
   std::cout << u.pointer << ": " << significant(by_yaw.value) << " rad/s by the logs' own yaw; bounds "
             << significant(u.low) << " and " << significant(u.high) << " rad/s, prior " << significant(u.prior)
             << " rad/s\n";
@@ -208,8 +208,8 @@ FitStart start_of_fit(const FitSubject& of, const Words& chosen) {
   calibrate::start_delays(of.map, of.files, of.forecaster, of.world.tree, start.values, start.unknowns);
   start.by_yaw = calibrate::offset_by_yaw(of.files);
   for (const calibrate::Unknown& u :
-       calibrate::hold_to_yaw(of.world.spec, start.places, start.by_yaw, start.values, start.unknowns))
-    print_held(u, *start.by_yaw);
+       calibrate::limit_to_yaw(of.world.spec, start.places, start.by_yaw, start.values, start.unknowns))
+    print_limited(u, *start.by_yaw);
   return start;
 }
 

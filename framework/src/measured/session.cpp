@@ -126,12 +126,12 @@ std::size_t count_until(const std::vector<double>& times, double time) {
 
 std::size_t CommandGrid::known(double time) const { return count_until(known_at, time); }
 
-std::size_t CommandGrid::held(double time) const { return count_until(row_at, time); }
+std::size_t CommandGrid::shown_by(double time) const { return count_until(row_at, time); }
 
 template <class T>
-void CommandGrid::copy_held(double time, const CommandSample<double>& now, std::size_t first,
-                            std::vector<CommandSample<T>>& to) const {
-  const std::size_t n = std::max<std::size_t>(1, held(time));
+void CommandGrid::copy_shown(double time, const CommandSample<double>& now, std::size_t first,
+                             std::vector<CommandSample<T>>& to) const {
+  const std::size_t n = std::max<std::size_t>(1, shown_by(time));
   to.clear();
   for (std::size_t k = std::min(first, n - 1); k < n; ++k) {
     const CommandSample<T>& moving = data<T>()[k];
@@ -140,9 +140,9 @@ void CommandGrid::copy_held(double time, const CommandSample<double>& now, std::
   }
 }
 
-template void CommandGrid::copy_held(double, const CommandSample<double>&, std::size_t,
-                                     std::vector<CommandSample<double>>&) const;
-template void CommandGrid::copy_held(double, const CommandSample<double>&, std::size_t,
-                                     std::vector<CommandSample<Dual8>>&) const;
+template void CommandGrid::copy_shown(double, const CommandSample<double>&, std::size_t,
+                                      std::vector<CommandSample<double>>&) const;
+template void CommandGrid::copy_shown(double, const CommandSample<double>&, std::size_t,
+                                      std::vector<CommandSample<Dual8>>&) const;
 
 }  // namespace gripline::measured

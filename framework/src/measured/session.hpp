@@ -55,14 +55,14 @@ struct CommandGrid {
   CommandGrid(const Session& session, double dt);
   /// How many samples follow from rows at or before `time`.
   std::size_t known(double time) const;
-  /// How many samples follow from rows at or before `time` when a command that moves to its next reading is held until
-  /// that is there.
-  std::size_t held(double time) const;
+  /// How many samples follow from rows at or before `time` when a command that moves to its next reading stays as it is
+  /// until that is there.
+  std::size_t shown_by(double time) const;
   /// Samples from number `first` to the last of those, as they are known at `time`; `now`: the commands of its last
   /// row.
   template <class T>
-  void copy_held(double time, const CommandSample<double>& now, std::size_t first,
-                 std::vector<CommandSample<T>>& to) const;
+  void copy_shown(double time, const CommandSample<double>& now, std::size_t first,
+                  std::vector<CommandSample<T>>& to) const;
   template <class T>
   const CommandSample<T>* data() const {
     if constexpr (std::is_same_v<T, double>)

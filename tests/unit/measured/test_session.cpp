@@ -71,16 +71,16 @@ TEST(CommandGrid, UntilItsNextReadingACommandIsHeldWhateverTheOtherOneDoes) {
   for (std::size_t i = 205; i < s.rows(); ++i) s.command[i].delta = 0.3;
   s.steering_every = 0.1;
   const CommandGrid grid(s, 0.01);
-  EXPECT_EQ(grid.held(2.0), 201u);
+  EXPECT_EQ(grid.shown_by(2.0), 201u);
   EXPECT_LT(grid.known(2.0), 201u);  // the steering moves from 1.95 s to 2.05 s
-  std::vector<CommandSample<double>> held;
-  grid.copy_held(2.0, s.command[200], 150, held);
-  ASSERT_EQ(held.size(), 51u);
-  EXPECT_EQ(held.back().d, 0.5);
-  for (const auto& c : held) EXPECT_EQ(c.delta, 0.0);
-  grid.copy_held(2.05, s.command[205], 150, held);
-  EXPECT_EQ(held.back().delta, 0.3);
-  EXPECT_NEAR(held[50].delta, 0.15, 1e-9);
+  std::vector<CommandSample<double>> shown;
+  grid.copy_shown(2.0, s.command[200], 150, shown);
+  ASSERT_EQ(shown.size(), 51u);
+  EXPECT_EQ(shown.back().d, 0.5);
+  for (const auto& c : shown) EXPECT_EQ(c.delta, 0.0);
+  grid.copy_shown(2.05, s.command[205], 150, shown);
+  EXPECT_EQ(shown.back().delta, 0.3);
+  EXPECT_NEAR(shown[50].delta, 0.15, 1e-9);
 }
 
 TEST(Session, ReadingsAreBridgedAsFarAsTheyAreKnown) {

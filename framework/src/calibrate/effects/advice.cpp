@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "calibrate/effects/yaw_hold.hpp"
+#include "calibrate/effects/yaw_limit.hpp"
 
 namespace gripline::calibrate {
 
@@ -14,7 +14,7 @@ std::vector<Advice> advise(const WorldSpec& world, const Registry& registry, con
   context.car = world.car.car;
   const Vehicle vehicle(world.vehicle, context);
   auto candidates = candidate_effects(world.vehicle, world.car.car, registry, world.track != nullptr);
-  hold_to_yaw(candidates, by_yaw);
+  limit_to_yaw(candidates, by_yaw);
   // Those that are kept at their priors too: an effect that does what they do is another name of them.
   std::vector<Unknown> fitted;
   for (const FittedParameter& p : found.parameters) fitted.push_back(p.unknown);

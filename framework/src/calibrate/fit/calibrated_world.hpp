@@ -17,14 +17,14 @@ ForecastOptions forecast_options(const WorldSpec& world);
 /// Speed below which no start counts [m/s].
 double slowest_start(const WorldSpec& world);
 
-/// Delays that the map states hold and are no unknowns; where they are to be found, the search starts from what the
+/// Delays that the map states are kept and are no unknowns; where they are to be found, the search starts from what the
 /// channels show of each other (the middle one of several logs), unless the world was fitted before.
 void start_delays(const measured::LogMap& map, const std::list<measured::SessionFile>& files,
                   const Forecaster& forecaster, const Node& world, std::vector<double>& values,
                   std::vector<Unknown>& unknowns);
 
 /// How late a fit found yaw and yaw rate to be, `params` being all of the forecaster's. A delay that is not among
-/// `fitted` is taken as known: stated, or held.
+/// `fitted` is taken as known: stated, or kept at its prior.
 measured::TurningLateness turning_lateness(const Forecaster& forecaster, std::span<const double> params,
                                            std::span<const FittedParameter> fitted);
 

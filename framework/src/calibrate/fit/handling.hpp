@@ -29,7 +29,7 @@ Friction friction_of(const StagedCar& car, const Car& constants, std::span<const
 /// steering keeps it in such a corner.
 std::optional<double> understeer_angle(const StagedCar& car, std::span<const double> params, double vx, double omega);
 
-/// The understeer gradient that this car would show in the corners of logs [rad s2/m]; nothing where it cannot be held
+/// The understeer gradient that this car would show in the corners of logs [rad s2/m]; nothing where it cannot stay
 /// in one of them.
 std::optional<double> gradient_in(const measured::SteadyTurning& logs, const StagedCar& car,
                                   std::span<const double> params);

@@ -39,15 +39,15 @@ void Lanes<T>::know(std::size_t lane, double until) {
   const CommandGrid& all = s_.commands;
   const Session& log = s_.session;
   known_until_[lane] = until;
-  known_[lane] = std::clamp<std::size_t>(all.held(until), 1, all.sample.size());
+  known_[lane] = std::clamp<std::size_t>(all.shown_by(until), 1, all.sample.size());
   own_[lane].clear();
   own_dual_[lane].clear();
   if (along_log(lane) || !(s_.longest_every() > 0.0)) return;
   const double begin = time[lane] - s_.look_back - 2.0 * all.dt;
   const auto first = static_cast<std::size_t>(std::max(0.0, std::floor((begin - all.t0) / all.dt)));
   const std::size_t row = std::min(log.row_before(until + 1e-9), log.rows() - 1);
-  all.copy_held(until, log.command[row], first, own_[lane]);
-  if constexpr (!std::is_same_v<T, double>) all.copy_held(until, log.command[row], first, own_dual_[lane]);
+  all.copy_shown(until, log.command[row], first, own_[lane]);
+  if constexpr (!std::is_same_v<T, double>) all.copy_shown(until, log.command[row], first, own_dual_[lane]);
   own_t0_[lane] = all.t0 + static_cast<double>(std::min(first, known_[lane] - 1)) * all.dt;
 }
 
@@ -212,14 +212,14 @@ int Lanes<T>::advance(double h, int substeps) {
   }
   for (std::size_t i = 0; i < n; ++i) {
     time[i] += h;
-    hold_slow(i);
+    limit_slow(i);
   }
   return substeps;
 }
 
 /// Tyres that roll slowly do not slip: the yaw rate cannot exceed what full lock gives, and brakes do not drive back.
 template <class T>
-void Lanes<T>::hold_slow(std::size_t lane) {
+void Lanes<T>::limit_slow(std::size_t lane) {
   T* const now = x.data() + lane * channels;
   const T* const then = begin_.data() + lane * channels;
   if (value(then[3]) > 0.0 && value(now[3]) < 0.0 && value(command_[lane].d) <= 0.0) now[3] = T(0);

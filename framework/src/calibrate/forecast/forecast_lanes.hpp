@@ -151,7 +151,7 @@ class Lanes {
   void shift(std::size_t lane, const Row<T>& now, const Row<T>& target);
   void settle(std::size_t lane, double h, const Seen& seen, const Row<T>& before);
   T speed_of(std::size_t lane, const T& shown) const;
-  void hold_slow(std::size_t lane);
+  void limit_slow(std::size_t lane);
   /// Commands up to `now`; as numbers, for what takes no derivatives of them, with V = double.
   template <class V>
   History<V> history(std::size_t lane, double now) const {

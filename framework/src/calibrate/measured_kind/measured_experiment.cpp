@@ -8,7 +8,7 @@
 #include "calibrate/effects/advice.hpp"
 #include "calibrate/effects/effect_trial.hpp"
 #include "calibrate/effects/place_effects.hpp"
-#include "calibrate/effects/yaw_hold.hpp"
+#include "calibrate/effects/yaw_limit.hpp"
 #include "calibrate/fit/calibrated_world.hpp"
 #include "calibrate/fit/fit_starts.hpp"
 #include "calibrate/fit/session_adaptation.hpp"
@@ -200,7 +200,7 @@ class MeasuredRun {
     errors.throw_if_any();
     start_delays(map_, files_, forecaster, spec_.tree, values, unknowns);
     const auto by_yaw = offset_by_yaw(files_, {spec_.held_every, spec_.held_length});
-    hold_to_yaw(spec_.world, given.places, by_yaw, values, unknowns);
+    limit_to_yaw(spec_.world, given.places, by_yaw, values, unknowns);
     tell("fit");
     out_.fit = fit(forecaster, train_, values, unknowns, fit_);
     out_.fit.friction =

@@ -4,7 +4,7 @@
 #include <array>
 #include <cmath>
 
-#include "calibrate/effects/yaw_hold.hpp"
+#include "calibrate/effects/yaw_limit.hpp"
 #include "config/errors.hpp"
 
 namespace gripline::diagnose {
@@ -87,7 +87,7 @@ CalibratedWorld calibrate_given(EffectSearch& search, const std::list<measured::
   std::vector<Unknown> unknowns = calibrate::read_unknowns(search.tree, given.places, values, {}, errors);
   errors.throw_if_any();
   calibrate::start_delays(search.map, files, given.forecaster, search.tree, values, unknowns);
-  calibrate::hold_to_yaw(search.spec, given.places, search.by_yaw, values, unknowns);
+  calibrate::limit_to_yaw(search.spec, given.places, search.by_yaw, values, unknowns);
   for (const Unknown& u : unknowns)
     if (u.observer) out.observer.push_back(u);
   out.given_params = given.params;

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "calibrate/effects/yaw_hold.hpp"
+#include "calibrate/effects/yaw_limit.hpp"
 
 namespace gripline::diagnose {
 
@@ -36,7 +36,7 @@ Round score_beside(const EffectSearch& search, const Selection& selection, std::
   std::erase_if(round.candidates, [&](const CandidateEffect& one) {
     return std::ranges::find(without, calibrate::addition_of(one, base).name) != without.end();
   });
-  hold_to_yaw(round.candidates, search.by_yaw);
+  limit_to_yaw(round.candidates, search.by_yaw);
   std::vector<calibrate::FitLog> fitted = search.logs.fitted;
   round.scores = score_candidates(base.vehicle.car(), round.candidates, search.forecast, fitted, base.params,
                                   base.unknowns, search.fits.weighing);

@@ -25,13 +25,13 @@ std::optional<measured::YawRateOffset> offset_by_yaw(std::list<measured::Session
 
 /// Lets candidates that offset the yaw rate go no farther than to what yaw says, from where they do nothing. `by_yaw`
 /// may be nothing: then nothing changes.
-void hold_to_yaw(std::span<CandidateEffect> candidates, const std::optional<measured::YawRateOffset>& by_yaw);
+void limit_to_yaw(std::span<CandidateEffect> candidates, const std::optional<measured::YawRateOffset>& by_yaw);
 
 /// Lets unknowns of a world that has an effect that offsets the yaw rate go no farther than yaw's own interval of it.
 /// Values and priors that lie outside are moved to yaw's own value; a range that leaves all of that out stays as it is.
-/// Gives the unknowns that are held, in their order.
-std::vector<Unknown> hold_to_yaw(const WorldSpec& world, std::span<const ParameterPlace> places,
-                                 const std::optional<measured::YawRateOffset>& by_yaw, std::span<double> values,
-                                 std::span<Unknown> unknowns);
+/// Gives the unknowns whose range that limits, in their order.
+std::vector<Unknown> limit_to_yaw(const WorldSpec& world, std::span<const ParameterPlace> places,
+                                  const std::optional<measured::YawRateOffset>& by_yaw, std::span<double> values,
+                                  std::span<Unknown> unknowns);
 
 }  // namespace gripline::calibrate

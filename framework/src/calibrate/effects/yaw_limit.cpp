@@ -1,4 +1,4 @@
-#include "calibrate/effects/yaw_hold.hpp"
+#include "calibrate/effects/yaw_limit.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -64,7 +64,7 @@ std::optional<measured::YawRateOffset> offset_by_yaw(std::list<measured::Session
   return offset_by_yaw(files);
 }
 
-void hold_to_yaw(std::span<CandidateEffect> candidates, const std::optional<measured::YawRateOffset>& by_yaw) {
+void limit_to_yaw(std::span<CandidateEffect> candidates, const std::optional<measured::YawRateOffset>& by_yaw) {
   if (!by_yaw) return;
   const auto [low, high] = by_yaw->range();
   for (CandidateEffect& c : candidates) {
@@ -75,9 +75,9 @@ void hold_to_yaw(std::span<CandidateEffect> candidates, const std::optional<meas
   }
 }
 
-std::vector<Unknown> hold_to_yaw(const WorldSpec& world, std::span<const ParameterPlace> places,
-                                 const std::optional<measured::YawRateOffset>& by_yaw, std::span<double> values,
-                                 std::span<Unknown> unknowns) {
+std::vector<Unknown> limit_to_yaw(const WorldSpec& world, std::span<const ParameterPlace> places,
+                                  const std::optional<measured::YawRateOffset>& by_yaw, std::span<double> values,
+                                  std::span<Unknown> unknowns) {
   std::vector<Unknown> all;
   if (!by_yaw) return all;
   const PluginContext context = Trial::context_of(world);

@@ -1,4 +1,4 @@
-#include "calibrate/effects/yaw_hold.hpp"
+#include "calibrate/effects/yaw_limit.hpp"
 
 #include <gtest/gtest.h>
 
@@ -19,14 +19,14 @@ CandidateEffect& named(std::vector<CandidateEffect>& candidates, const std::stri
   return *std::ranges::find(candidates, id, &CandidateEffect::id);
 }
 
-TEST(YawHold, OnlyTheEffectThatAddsToTheYawRateIsHeld) {
+TEST(YawLimit, OnlyTheEffectThatAddsToTheYawRateIsLimited) {
   std::vector<CandidateEffect> candidates = all_candidates();
   std::vector<std::string> found;
   for (const CandidateEffect& c : candidates)
     if (offsets_yaw_rate(*c.entry, *c.effect)) found.push_back(c.id());
   EXPECT_EQ(found, std::vector<std::string>{"yawrate_bias"});
 
-  hold_to_yaw(candidates, YawRateOffset{0.0, 0.001, 400});
+  limit_to_yaw(candidates, YawRateOffset{0.0, 0.001, 400});
   for (const CandidateEffect& c : candidates)
     for (std::size_t i = 0; i < c.numbers.size(); ++i) {
       if (c.id() == "yawrate_bias") continue;
@@ -38,15 +38,15 @@ TEST(YawHold, OnlyTheEffectThatAddsToTheYawRateIsHeld) {
   EXPECT_NEAR(offset.high.front(), 0.003, 1e-4);
 }
 
-TEST(YawHold, ACandidateMayGoFromNothingToWhatYawSays) {
+TEST(YawLimit, ACandidateMayGoFromNothingToWhatYawSays) {
   std::vector<CandidateEffect> candidates = all_candidates();
-  hold_to_yaw(candidates, YawRateOffset{-0.1, 0.01, 400});
+  limit_to_yaw(candidates, YawRateOffset{-0.1, 0.01, 400});
   EXPECT_NEAR(named(candidates, "yawrate_bias").low.front(), -0.13, 1e-3);
   EXPECT_EQ(named(candidates, "yawrate_bias").high.front(), 0.0);
   candidates = all_candidates();
-  hold_to_yaw(candidates, std::nullopt);
+  limit_to_yaw(candidates, std::nullopt);
   EXPECT_EQ(named(candidates, "yawrate_bias").low.front(), -5.0);
-  hold_to_yaw(candidates, YawRateOffset{20.0, 0.01, 400});  // beyond the effect's own range
+  limit_to_yaw(candidates, YawRateOffset{20.0, 0.01, 400});  // beyond the effect's own range
   EXPECT_EQ(named(candidates, "yawrate_bias").high.front(), 5.0);
   EXPECT_EQ(named(candidates, "yawrate_bias").low.front(), 0.0);
 }
@@ -70,8 +70,8 @@ struct OpenOffset {
   }
   Unknown& unknown(const std::string& pointer) { return *std::ranges::find(unknowns, pointer, &Unknown::pointer); }
   Unknown& offset() { return unknown("/plant/effects/yawrate_bias/params/b"); }
-  std::vector<Unknown> hold(const YawRateOffset& by_yaw) {
-    return hold_to_yaw(rig.spec, places, by_yaw, values, unknowns);
+  std::vector<Unknown> limit(const YawRateOffset& by_yaw) {
+    return limit_to_yaw(rig.spec, places, by_yaw, values, unknowns);
   }
 
   test::CalibrateRig rig;
@@ -80,13 +80,13 @@ struct OpenOffset {
   std::vector<Unknown> unknowns;
 };
 
-TEST(YawHold, AnUnknownOfTheWorldStaysWhereYawSaysThatItIs) {
+TEST(YawLimit, AnUnknownOfTheWorldStaysWhereYawSaysThatItIs) {
   OpenOffset world;
-  const std::vector<Unknown> held = world.hold({0.001, 0.001, 400});
-  ASSERT_EQ(held.size(), 1u);
+  const std::vector<Unknown> limited = world.limit({0.001, 0.001, 400});
+  ASSERT_EQ(limited.size(), 1u);
   const Unknown& u = world.offset();
-  EXPECT_EQ(held.front().pointer, u.pointer);
-  EXPECT_EQ(held.front().low, u.low);
+  EXPECT_EQ(limited.front().pointer, u.pointer);
+  EXPECT_EQ(limited.front().low, u.low);
   EXPECT_NEAR(u.low, -0.002, 1e-4);
   EXPECT_NEAR(u.high, 0.004, 1e-4);
   EXPECT_EQ(u.prior, 0.001) << "not an end of the range, where a fit that stops at one would stay";
@@ -94,21 +94,21 @@ TEST(YawHold, AnUnknownOfTheWorldStaysWhereYawSaysThatItIs) {
   EXPECT_LT(world.unknown("/plant/effects/steer_offset/params/d0").low, -0.1);
 
   OpenOffset other;
-  other.hold({0.06, 0.01, 400});  // which the world's value agrees with
+  other.limit({0.06, 0.01, 400});  // which the world's value agrees with
   EXPECT_EQ(other.offset().prior, 0.05);
   EXPECT_EQ(other.values[other.offset().index], 0.05);
 }
 
-TEST(YawHold, ARangeThatLeavesOutWhatYawSaysStays) {
+TEST(YawLimit, ARangeThatLeavesOutWhatYawSaysStays) {
   OpenOffset world(R"({"sigma": 0.1, "low": 0.04, "high": 0.06})");
-  EXPECT_TRUE(world.hold({-0.1, 0.001, 400}).empty());
+  EXPECT_TRUE(world.limit({-0.1, 0.001, 400}).empty());
   EXPECT_EQ(world.offset().low, 0.04);
   EXPECT_EQ(world.offset().high, 0.06);
   EXPECT_EQ(world.offset().prior, 0.05);
 }
 
 /// Time that judges a fit says nothing of its bounds.
-TEST(YawHold, YawOfTimeHeldOutHasNoSay) {
+TEST(YawLimit, YawOfTimeHeldOutHasNoSay) {
   const test::CalibrateRig truth;
   std::list<measured::SessionFile> files(1);
   measured::Session& s = files.front().session;
@@ -121,14 +121,14 @@ TEST(YawHold, YawOfTimeHeldOutHasNoSay) {
 }
 
 /// A yaw rate that shows too much; and where yaw turns with it, so that it is the model that is wrong.
-TEST(YawHold, AFitFollowsYawAndNotWhatTheModelMisses) {
+TEST(YawLimit, AFitFollowsYawAndNotWhatTheModelMisses) {
   const test::CalibrateRig truth;
   measured::Session session = test::drive(truth.vehicle.car(), {.seconds = 60, .noise = 1});
-  const auto fitted = [&](bool held) {
+  const auto fitted = [&](bool limited) {
     OpenOffset one(R"({"sigma": 1})");
     std::vector<FitLog> logs(1, FitLog(session, 0.02, {0.5, 1.0}, 0.5, 0.5));
     const Session* const only = &session;
-    if (held) one.hold(*measured::yaw_rate_offset({&only, 1}));
+    if (limited) one.limit(*measured::yaw_rate_offset({&only, 1}));
     std::erase_if(one.unknowns, [&](const Unknown& u) { return u.pointer != one.offset().pointer; });
     FitOptions options;
     options.tries = 1;
