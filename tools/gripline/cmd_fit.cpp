@@ -177,7 +177,7 @@ calibrate::FitOptions fit_options_of(const po::variables_map& given, const World
   fit.starts =
       static_cast<std::size_t>(std::clamp<std::int64_t>(whole_number(given, "starts", "--starts"), 20, 100000));
   fit.seed = static_cast<unsigned>(whole_number(given, "seed", "--seed"));
-  if (!given["quiet"].as<bool>()) fit.say = [](const std::string& line) { std::cerr << line << '\n'; };
+  if (!given["quiet"].as<bool>()) fit.print = [](const std::string& line) { std::cerr << line << '\n'; };
   return fit;
 }
 

@@ -20,8 +20,8 @@ constexpr double learned_enough = 0.1;  // of the prior's variance, for a parame
 // Relative decrease of the cost below which a search ends from which another one goes on, with other scales or errors.
 constexpr double enough_to_go_on = 3e-3;
 
-void say(const FitOptions& options, const std::string& text) {
-  if (options.say) options.say(text);
+void print_line(const FitOptions& options, const std::string& text) {
+  if (options.print) options.print(text);
 }
 
 // Shares of the work that are done when the short searches are, and when the best of them were followed with more
@@ -149,7 +149,7 @@ struct Driven {
 /// Of a log that is slow throughout, of parking or of a steering test, starts where its car moves at all; nothing where
 /// it hardly moves.
 std::optional<Driven> driven_in(const measured::SessionFile& file, double grid_step, const FitOptions& options) {
-  constexpr std::size_t enough = 5;  // starts, for a log to say anything
+  constexpr std::size_t enough = 5;  // starts, for a log to be fitted
   for (const double slowest : {options.slowest, std::min(options.crawling, options.slowest)}) {
     const FitLog all(file.session, grid_step, options.horizons, start_spacing, slowest);
     if (all.starts.time.size() >= enough)
@@ -158,7 +158,7 @@ std::optional<Driven> driven_in(const measured::SessionFile& file, double grid_s
   return std::nullopt;
 }
 
-/// The logs that say anything; the others are left out, with a word.
+/// The logs that can be fitted; a line is printed on each that is left out.
 std::vector<Driven> driven_logs(const std::list<measured::SessionFile>& files, double grid_step,
                                 const FitOptions& options) {
   const std::string fast = "faster than " + significant(options.crawling, 3) + " m/s with " +
@@ -171,7 +171,7 @@ std::vector<Driven> driven_logs(const std::list<measured::SessionFile>& files, d
     }
     const std::string problem = file.session.name + ": hardly anywhere in it is the car " + fast;
     if (files.size() == 1) throw InputError(problem + "there is nothing to fit");
-    say(options, problem + "left out");
+    print_line(options, problem + "left out");
   }
   if (driven.empty()) throw InputError("in none of the logs is the car " + fast + "there is nothing to fit");
   // Static friction and play, which no model here has, rule a crawl: it counts where nothing else is there.
@@ -179,8 +179,8 @@ std::vector<Driven> driven_logs(const std::list<measured::SessionFile>& files, d
   if (std::ranges::all_of(driven, is_slow)) return driven;
   for (const Driven& one : driven)
     if (is_slow(one))
-      say(options, one.file->session.name + ": slower than " + significant(options.slowest, 3) +
-                       " m/s throughout, other logs are not; left out");
+      print_line(options, one.file->session.name + ": slower than " + significant(options.slowest, 3) +
+                              " m/s throughout, other logs are not; left out");
   std::erase_if(driven, is_slow);
   return driven;
 }

@@ -16,14 +16,14 @@ bool same_rows(const measured::Session& a, const measured::Session& b) {
   return a.t == b.t && measured::same_readings(a.reading, b.reading) && measured::same_commands(a.command, b.command);
 }
 
-void drop_repeated(std::list<SessionFile>& all, const Say& say) {
+void drop_repeated(std::list<SessionFile>& all, const PrintLine& print) {
   for (auto one = all.begin(); one != all.end(); ++one)
     for (auto other = std::next(one); other != all.end();) {
       if (!same_rows(one->session, other->session)) {
         ++other;
         continue;
       }
-      say(other->session.name + ": holds the same rows as " + one->session.name + ", used once");
+      print(other->session.name + ": holds the same rows as " + one->session.name + ", used once");
       other = all.erase(other);
     }
 }
@@ -45,9 +45,9 @@ std::list<SessionFile> read_sessions(const std::vector<std::string>& files, cons
   return all;
 }
 
-void use_once(std::list<SessionFile>& files, std::list<SessionFile>& held_out, const Say& say) {
-  drop_repeated(files, say);
-  drop_repeated(held_out, say);
+void use_once(std::list<SessionFile>& files, std::list<SessionFile>& held_out, const PrintLine& print) {
+  drop_repeated(files, print);
+  drop_repeated(held_out, print);
   for (const SessionFile& held : held_out)
     for (const SessionFile& file : files)
       if (same_rows(held.session, file.session))

@@ -12,15 +12,16 @@
 
 namespace gripline::diagnose {
 
-using Say = std::function<void(const std::string&)>;  // takes a line for people
+using PrintLine = std::function<void(const std::string&)>;
 
 /// `v_ref`: typical speed of the car [m/s]. Throws InputError.
 std::list<measured::SessionFile> read_sessions(const std::vector<std::string>& files, const measured::LogMap& map,
                                                double v_ref);
 
-/// Takes out logs that hold the same rows as one before them; `say` is told of each. Throws InputError where a log that
-/// is held out holds the rows of one that is fitted: it is no judge of the fit.
-void use_once(std::list<measured::SessionFile>& files, std::list<measured::SessionFile>& held_out, const Say& say);
+/// Takes out logs that have the same rows as one before them, and prints a line on each. Throws InputError where a log
+/// that is held out has the rows of one that is fitted: it cannot judge the fit.
+void use_once(std::list<measured::SessionFile>& files, std::list<measured::SessionFile>& held_out,
+              const PrintLine& print);
 
 /// Delays of channels against each other, of the logs on their even grid and without the delays that `map` states.
 /// Channels that no log has are not compared. `v_ref`: typical speed of the car [m/s].

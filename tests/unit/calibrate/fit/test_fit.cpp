@@ -288,7 +288,7 @@ TEST(Fit, ASlowLogCountsWhereItMovesUnlessOthersAreFasterAndOneThatNeverDoesIsLe
   }
   bench.options.crawling = 0.3;
   std::string said;
-  bench.options.say = [&](const std::string& line) { said += line; };
+  bench.options.print = [&](const std::string& line) { said += line; };
   auto logs = fit_logs(bench.files, nullptr, 0.02, bench.options);
   ASSERT_EQ(logs.size(), 1u);
   EXPECT_EQ(logs[0].session->name, "weave");
