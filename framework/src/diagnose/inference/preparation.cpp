@@ -121,13 +121,13 @@ Prepared prepare(const Catalogue& catalogue, const Road& road, std::span<const m
   const Channels steps = measured::reading_steps(stretches);
   for (std::size_t c = 0; c < channels; ++c) {
     const double size = c < Channel::yaw ? car.lf + car.lr : c == Channel::yaw ? 1.0 : car.v_ref;
-    const double told = with_rounding(c, steps[c], stated[c], out.health);
-    out.told[c] = told;
-    if (told > stated[c]) seen[c] = std::max(seen[c], measured::rounding_noise(steps[c]));
+    const double known = with_rounding(c, steps[c], stated[c], out.health);
+    out.known_noise[c] = known;
+    if (known > stated[c]) seen[c] = std::max(seen[c], measured::rounding_noise(steps[c]));
     constexpr std::size_t beside_motion = 8;  // order of differences that a quick motion enters less
     const ChannelNoise noise{.seen = seen[c],
                              .beside = measured::white_noise(stretches, c, beside_motion),
-                             .stated = told,
+                             .stated = known,
                              .least = thresholds::least_sensor_noise * size,
                              .most = size,
                              .of_sensor = stated[c] > 0.0,

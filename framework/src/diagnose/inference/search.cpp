@@ -419,9 +419,9 @@ SearchResult search_effects(Problem problem, const Road& road, const SearchOptio
     const MeasuredNoise measured = measure_noise(problem, rough, {});
     if (measured.gain > thresholds::noise_gain_before) {
       believe(problem, measured);
-      Fit told = rough;
-      told.noise = start = measured.noise;
-      iterate_reference(problem, road, told);
+      Fit with_measured = rough;
+      with_measured.noise = start = measured.noise;
+      iterate_reference(problem, road, with_measured);
     }
   }
   return Searcher(std::move(problem), road, options, start).run();

@@ -145,7 +145,7 @@ Diagnosis Diagnoser::search(std::span<const LogFile> logs, std::span<const LogFi
   if (!stands(hold_out, d)) withdraw(hold_out, found, d);
   report_noise(problem_, d.fit.noise, d.health);
   report_straight_commands(problem_, held_out, d.health);
-  doubt_wrong_channel(prepared.told, d);
+  doubt_wrong_channel(prepared.known_noise, d);
   if (d.verdict == Verdict::nothing_missing) d.detection_limits = detection_limits(found);
   d.sentence = sentence(d);
   return d;
@@ -398,8 +398,8 @@ void Diagnoser::withdraw(const HoldOut& hold_out, const SearchResult& found, Dia
 }
 
 /// Where a channel is wrong the rest was judged with its errors taken for noise: what was found stands beside that.
-void Diagnoser::doubt_wrong_channel(const Channels& told, Diagnosis& d) const {
-  d.wrong_channel = wrong_channel(problem_, told);
+void Diagnoser::doubt_wrong_channel(const Channels& known_noise, Diagnosis& d) const {
+  d.wrong_channel = wrong_channel(problem_, known_noise);
   if (!d.wrong_channel) return;
   d.verdict = Verdict::unknown;
   d.unknown = ResidualTest{};
