@@ -204,7 +204,7 @@ TEST_F(DiagnoseProgram, AnExperimentDrivesDiagnosesAndJudges) {
   EXPECT_THAT(none.err, HasSubstr("--only: no case \"drga\" in this experiment; did you mean \"drag\"?"));
 }
 
-/// A patch of low friction turns the car where its throttle bends: noise measured with the bare car believed bent
+/// A patch of low friction turns the car where its throttle bends: noise measured with the bare car assumed bent
 /// commands, and a brake gain stood beside the patch. The car of DiagnoseRig leaves the road: it meets no patch twice.
 TEST_F(DiagnoseProgram, APatchIsNoBentThrottle) {
   const std::string patch =

@@ -155,7 +155,7 @@ class DiagnoseRig {
     return less;
   }
 
-  /// A problem of these logs, the world's noise levels believed.
+  /// A problem of these logs, the world's noise levels assumed.
   diagnose::Problem problem(std::vector<measured::Log> logs) const {
     diagnose::Problem p;
     p.catalogue = &catalogue_;

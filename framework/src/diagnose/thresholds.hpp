@@ -171,24 +171,24 @@ inline constexpr double may_vanish = 0.5, above_least = 4.0;
 /// Lag-one correlation of innovations, in standard deviations of that of white ones, from which on the colour of the
 /// sensors' noise is measured. Larger: faster; weak colours pass for white.
 inline constexpr double coloured_innovations = 5.0;
-/// Log likelihood that measured noise must bring to be believed, or to stay so: before effects are searched, and after.
+/// Log likelihood that measured noise must bring to be accepted, or to stay so: before effects are searched, and after.
 inline constexpr double noise_gain_before = 30.0, noise_gain = 10.0;
 /// Standard deviations by which a colour must differ from white, its least and its largest size.
 inline constexpr double significant_colour = 3.0, least_colour = 0.05, most_colour = 0.97;
 /// Colour from which on noise of a sensor may be an offset, which hardly changes and an effect may explain [-]: noise
 /// is then measured from white sensors too. Smaller: slower.
 inline constexpr double offset_colour = 0.95;
-/// What noise must differ by from what was believed, to search again: the factor on a correlation time or a level, and
+/// What noise must differ by from what was assumed, to search again: the factor on a correlation time or a level, and
 /// a colour. Less counts too where it brings `noise_gain_before`: differences of a tenth in all channels can be worth
 /// hundreds of units, and are made up for by unknown accelerations that are not there.
 inline constexpr double other_noise_factor = 1.25, other_colour = 0.1;
 /// Factor on `coloured_innovations` before effects are searched for: effects that are missing colour the innovations
 /// too. Less measures noise twice where an effect explains the colour.
 inline constexpr double plainly_coloured = 2.5;
-/// Least measured level of a sensor over the one believed before, where that was coloured over the scatter from sample
+/// Least measured level of a sensor over the one assumed before, where that was coloured over the scatter from sample
 /// to sample [-]. Smaller: where the model is far off, one channel may be taken for exact and all others for noise.
 inline constexpr double least_level = 0.5;
-/// Scatter from sample to sample that measured noise implies, over that seen [-], up to which it is believed. Larger
+/// Scatter from sample to sample that measured noise implies, over that seen [-], up to which it is accepted. Larger
 /// takes an effect that is missing for noise.
 inline constexpr double most_scatter = 1.7;
 /// Range of the correlation time of unknown accelerations [s].
@@ -225,7 +225,7 @@ inline constexpr double false_delay = 0.005;
 
 // ---- Sensors
 
-/// Noise seen over noise stated: within these the stated is believed, else the seen.
+/// Noise seen over noise stated: within these the stated is used, else the seen.
 inline constexpr double noise_agrees_from = 0.85, noise_agrees_to = 1.15;
 /// White noise shows alike in differences of any order. Where eighth ones show less than this share of what fourth ones
 /// do, the car moves quickly; what is then up to `hidden_by_motion` times the stated noise may be motion too: commands

@@ -28,9 +28,9 @@ bool is_other(const Problem& problem, const MeasuredNoise& measured) {
 
 bool is_simpler(const Problem& problem, const MeasuredNoise& measured) {
   bool gone = false, come = false;
-  const auto count = [&](double believed, double now) {
-    gone |= believed != 0.0 && now == 0.0;
-    come |= believed == 0.0 && now != 0.0;
+  const auto count = [&](double assumed, double now) {
+    gone |= assumed != 0.0 && now == 0.0;
+    come |= assumed == 0.0 && now != 0.0;
   };
   for (std::size_t c = 0; c < channels; ++c) count(problem.colour[c], measured.noise.colour[c]);
   for (std::size_t i = 0; i < measured.bend.size(); ++i) {
@@ -41,7 +41,7 @@ bool is_simpler(const Problem& problem, const MeasuredNoise& measured) {
   return gone && !come;
 }
 
-void believe(Problem& problem, const MeasuredNoise& measured) {
+void assume(Problem& problem, const MeasuredNoise& measured) {
   problem.sensor = measured.noise.sensor;
   problem.colour = measured.noise.colour;
   problem.noise_time = measured.noise_time;

@@ -1,4 +1,4 @@
-// Measured noise beside the noise that a problem believes: whether it is another, and how it comes to be believed.
+// Measured noise beside the noise that a problem assumes: whether it is another, and how that takes it over.
 #pragma once
 
 #include "diagnose/inference/fit.hpp"
@@ -18,16 +18,16 @@ struct MeasuredNoise {
 /// (thresholds::noise_gain), because `all` then ended on a lower peak of the likelihood.
 MeasuredNoise higher_peak(const MeasuredNoise& all, const MeasuredNoise& fewer);
 
-/// Whether measured noise differs from what a problem believes by more than thresholds::other_noise_factor or
+/// Whether measured noise differs from what a problem assumes by more than thresholds::other_noise_factor or
 /// thresholds::other_colour.
 bool is_other(const Problem& problem, const MeasuredNoise& measured);
 
-/// Whether measured noise holds less than what a problem believes: a colour, a bend or something unknown of the
+/// Whether measured noise holds less than what a problem assumes: a colour, a bend or something unknown of the
 /// commands is gone, and none has come.
 bool is_simpler(const Problem& problem, const MeasuredNoise& measured);
 
-/// Writes measured noise into a problem: what is fitted from then on believes it. Whether the road is rough under it is
+/// Writes measured noise into a problem: what is fitted from then on assumes it. Whether the road is rough under it is
 /// not known yet.
-void believe(Problem& problem, const MeasuredNoise& measured);
+void assume(Problem& problem, const MeasuredNoise& measured);
 
 }  // namespace gripline::diagnose

@@ -68,7 +68,7 @@ void ModelPool::restart(const Road& road, const Fit& fitted, const MeasuredNoise
   Fit by = fitted;
   by.noise = noise.noise;
   by.model = noise.model;
-  believe(problem_, noise);
+  assume(problem_, noise);
   restart(road, by);
   last_ = false;
   work_ = 0.0;

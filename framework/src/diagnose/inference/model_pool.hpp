@@ -31,11 +31,11 @@ class ModelPool {
   const Fit& finish(Fit& rough);
   const Screening& screen_once(const Fit& fitted);
 
-  /// Believes that the road is rough: another penalty per parameter, and every fit's evidence with it.
+  /// Takes the road for rough: another penalty per parameter, and every fit's evidence with it.
   void penalise_as_rough();
   /// Forgets all fits and smooths the reference with a model (until it stands still); fits from now on are finer.
   void restart(const Road& road, const Fit& fitted);
-  /// Forgets all fits and believes other noise, smoothing the reference with a model under it; the work so far is not
+  /// Forgets all fits and assumes other noise, smoothing the reference with a model under it; the work so far is not
   /// counted any more, and the road is rough no longer until that is found again.
   void restart(const Road& road, const Fit& fitted, const MeasuredNoise& noise);
   /// Likewise for commands that are held between samples, or no longer so: taken wrongly, they can make a road look

@@ -15,8 +15,8 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-/// The noise that a problem and a fit believe.
-MeasuredNoise as_believed(const Problem& problem, const Fit& fitted) {
+/// The noise that a problem and a fit assume.
+MeasuredNoise assumed_noise(const Problem& problem, const Fit& fitted) {
   return {.noise = fitted.noise, .noise_time = problem.noise_time, .bend = problem.bend, .model = fitted.model};
 }
 
@@ -35,7 +35,7 @@ std::vector<Log> logs_of(const Problem& problem) {
   return logs;
 }
 
-/// The scatter of the sensors from sample to sample: the least that their noise can be, whatever is believed of it.
+/// The scatter of the sensors from sample to sample: the least that their noise can be, whatever is assumed of it.
 Channels white_levels(const Problem& problem) {
   const Channels seen = measured::estimate_noise(logs_of(problem));
   Channels level = problem.sensor;
@@ -116,7 +116,7 @@ UnknownNoise list_unknowns(const Problem& problem, const ModelSpec& model, const
   add_commands(problem, list);
   // Without bends to find, what follows is noise like the rest.
   std::vector<NoiseParameter>& rest = list.beside_bends.empty() ? list.noise : list.beside_bends;
-  // What commands do between samples scatters readings, and was believed to be the sensors'.
+  // What commands do between samples scatters readings, and was taken for the sensors'.
   for (std::size_t c = 0; !asked.sensors && c < channels; ++c)
     if (problem.is_read(c)) rest.push_back(level_of(c));
   if (!problem.held) add_parameters(problem, model, rest);
@@ -210,11 +210,11 @@ void take_out_own_move(const Problem& problem, const Fit& fitted, Innovations& i
   std::vector<NoiseParameter> parameters;
   add_parameters(problem, fitted.model, parameters);
   if (parameters.empty()) return;
-  MeasuredNoise alone = as_believed(problem, fitted);
+  MeasuredNoise alone = assumed_noise(problem, fitted);
   const double before = cost_of(innovations.under(alone));
   fit_noise(innovations, parameters, alone);
   m.gain -= before - cost_of(innovations.under(alone));
-  MeasuredNoise moved = as_believed(problem, fitted);
+  MeasuredNoise moved = assumed_noise(problem, fitted);
   for (const NoiseParameter& p : parameters) move_by(moved, p, (value_of(m, p) - value_of(alone, p)) / p.scale);
   m.model = moved.model;
 }
@@ -223,7 +223,7 @@ void take_out_own_move(const Problem& problem, const Fit& fitted, Innovations& i
 
 MeasuredNoise measure_noise(const Problem& problem, const Fit& fitted, const NoiseUnknowns& asked) {
   Innovations innovations(problem);
-  MeasuredNoise m = as_believed(problem, fitted);
+  MeasuredNoise m = assumed_noise(problem, fitted);
   const double before = cost_of(innovations.under(m));
   if (asked.begin_white) whiten(problem, m.noise);
   const UnknownNoise list = list_unknowns(problem, fitted.model, asked);
@@ -252,7 +252,7 @@ MeasuredNoise measure_noise(const Problem& problem, const Fit& fitted, const Noi
 double colour_statistic(const Problem& problem, const Fit& fitted) {
   Innovations innovations(problem);
   Channels last{}, product{}, square{}, count{};
-  for (const Likelihood::Innovation& row : innovations.under(as_believed(problem, fitted))) {
+  for (const Likelihood::Innovation& row : innovations.under(assumed_noise(problem, fitted))) {
     const double e = row.error / std::sqrt(row.variance);
     product[row.channel] += e * last[row.channel];
     square[row.channel] += e * e;
@@ -267,7 +267,7 @@ double colour_statistic(const Problem& problem, const Fit& fitted) {
 
 double unknown_commands_statistic(const Problem& problem, const Fit& fitted) {
   constexpr double tenth = 0.1;
-  MeasuredNoise m = as_believed(problem, fitted);
+  MeasuredNoise m = assumed_noise(problem, fitted);
   std::vector<NoiseParameter> unknowns;
   for (const NoiseParameter& p : list_unknowns(problem, fitted.model, {.sensors = false, .commands = true}).noise) {
     if (p.kind != NoiseParameter::Kind::moving) continue;
@@ -290,7 +290,7 @@ double gain_of_bends(const Problem& problem, const Fit& fitted) {
   const auto bends = static_cast<Index>(unknowns.size());
   add_parameters(problem, fitted.model, unknowns);
   Innovations innovations(problem);
-  const NoiseScores scores = scores_at(innovations, as_believed(problem, fitted), unknowns);
+  const NoiseScores scores = scores_at(innovations, assumed_noise(problem, fitted), unknowns);
   const MatrixXd regular = scores.information + 1e-6 * MatrixXd(scores.information.diagonal().asDiagonal());
   const auto gain_of_last = [&](Index n) {
     const VectorXd gradient = scores.gradient.tail(n);

@@ -11,7 +11,7 @@ struct NoiseUnknowns {
   bool sensors = true;            // levels and colours of the sensors
   bool correlation_time = false;  // of the unknown accelerations; determined by strong ones only
   bool commands = false;          // how commands act between samples: their bend, and what is left unknown of them
-  bool begin_white = false;       // from white sensors that scatter as the log does, not from those believed
+  bool begin_white = false;       // from white sensors that scatter as the log does, not from those assumed
 };
 
 /// Maximum likelihood by Fisher scoring, the fitted model's parameters held. Beside bends, which effects imitate, the

@@ -21,29 +21,29 @@ bool was_read(std::span<const Log> stretches, std::size_t channel) {
 struct ChannelNoise {
   double seen = 0, beside = 0;  // by fourth differences, and beside quick motion by eighth; NaN where neither tells
   double stated = 0;            // with what rounding adds; 0: nothing is stated
-  double least = 0, most = 0;   // that are believed
+  double least = 0, most = 0;   // that are assumed
   bool of_sensor = false;       // stated is not rounding alone
   bool read = false;            // at all
 };
 
-/// The standard deviation to believe of readings that are too few or too far apart to show it.
-double believed_unseen(const ChannelNoise& of, const std::string& name, std::vector<Finding>& health) {
+/// The standard deviation to assume of readings that are too few or too far apart to show it.
+double unseen_noise(const ChannelNoise& of, const std::string& name, std::vector<Finding>& health) {
   const std::string found = "not to be seen, its readings are few and far between";
   if (of.of_sensor) {
     health.push_back({Finding::Level::note, name, found, "the stated " + significant(of.stated) + " is used"});
     return std::max(of.least, of.stated);
   }
-  // Believed exact, they would outweigh all others.
+  // Taken for exact, they would outweigh all others.
   health.push_back({Finding::Level::bad, name, found + ", and not stated",
                     "taken for " + significant(of.most) + ": its readings count for nothing until it is stated"});
   return of.most;
 }
 
-/// The standard deviation to believe of one channel.
-double believed_noise(std::size_t channel, const ChannelNoise& of, std::vector<Finding>& health) {
+/// The standard deviation to assume of one channel.
+double noise_to_assume(std::size_t channel, const ChannelNoise& of, std::vector<Finding>& health) {
   const std::string name = std::string("noise of ") + channel_info[channel].words;
   if (!of.read) return std::max(of.least, of.stated);
-  if (std::isnan(of.seen)) return believed_unseen(of, name, health);
+  if (std::isnan(of.seen)) return unseen_noise(of, name, health);
   double seen = of.seen;
   const double stated = of.stated;
   const bool moved =
@@ -132,7 +132,7 @@ Prepared prepare(const Catalogue& catalogue, const Road& road, std::span<const m
                              .most = size,
                              .of_sensor = stated[c] > 0.0,
                              .read = was_read(stretches, c)};
-    problem.sensor[c] = believed_noise(c, noise, out.health);
+    problem.sensor[c] = noise_to_assume(c, noise, out.health);
   }
   for (Log& one : stretches) {
     Trace trace;

@@ -286,7 +286,7 @@ std::vector<const Fit*> Searcher::smaller_than_best() {
 }
 
 /// Whether commands are held from row to row or linear between them: a half of a sample lies between the two, which
-/// otherwise is an effect's. The other is believed where the log is as likely in it with fewer effects, or surely
+/// otherwise is an effect's. The other is taken where the log is as likely in it with fewer effects, or surely
 /// likelier with the same. What was found before is then forgotten.
 bool Searcher::hold_commands_anew() {
   const Fit* const found = best_;
@@ -316,7 +316,7 @@ bool Searcher::hold_commands_anew() {
 /// Whether a log may have left out what commands did between samples: whether any of these models asks for it.
 bool Searcher::may_leave_out_commands() {
   const Problem& problem = pool_.problem();
-  // What was believed before effects were found is asked again: a missing effect can look like bent commands.
+  // What was assumed before effects were found is asked again: a missing effect can look like bent commands.
   if (problem.command != UnknownCommands{} || problem.bend != Commands{}) return true;
   // Unknown accelerations, however small, can be what was left out: the score would then be that of more noise still.
   for (std::size_t i = 0; i < noise_states; ++i)
@@ -327,7 +327,7 @@ bool Searcher::may_leave_out_commands() {
   return asks(best_) || std::ranges::any_of(smaller_than_best(), asks);
 }
 
-/// The noise measured with a model from what is believed and, where that may be an offset taken for noise, from white
+/// The noise measured with a model from what is assumed and, where that may be an offset taken for noise, from white
 /// sensors: the likelihood can have a maximum on either side.
 MeasuredNoise Searcher::measure_from_both_sides(const Fit& fitted, NoiseUnknowns unknowns) const {
   const Problem& problem = pool_.problem();
@@ -340,7 +340,7 @@ MeasuredNoise Searcher::measure_from_both_sides(const Fit& fitted, NoiseUnknowns
   return white.gain + simpler > noise.gain ? white : noise;
 }
 
-/// Measures the noise with the best model where it is not what was believed: coloured, unknown accelerations with
+/// Measures the noise with the best model where it is not what was assumed: coloured, unknown accelerations with
 /// another correlation time, or commands that the log leaves out. What was found under other noise is then forgotten.
 bool Searcher::measure_noise_anew() {
   const Problem& problem = pool_.problem();
@@ -362,7 +362,7 @@ bool Searcher::measure_noise_anew() {
       const MeasuredNoise alone = measure_from_both_sides(*less, unknowns);
       if (less->evidence + alone.gain > by->evidence + noise.gain) noise = alone, by = less;
     }
-  // What was believed must be worth believing still: where the log is about as likely without it, it was an effect.
+  // What was assumed must be worth assuming still: where the log is about as likely without it, it was an effect.
   const double enough = is_simpler(problem, noise) ? -thresholds::noise_gain : thresholds::noise_gain;
   if (noise.gain < enough) return false;
   if (noise.gain < thresholds::noise_gain_before && !is_other(problem, noise)) return false;
@@ -418,7 +418,7 @@ SearchResult search_effects(Problem problem, const Road& road, const SearchOptio
   if (colour_statistic(problem, rough) > thresholds::plainly_coloured * thresholds::coloured_innovations) {
     const MeasuredNoise measured = measure_noise(problem, rough, {});
     if (measured.gain > thresholds::noise_gain_before) {
-      believe(problem, measured);
+      assume(problem, measured);
       Fit with_measured = rough;
       with_measured.noise = start = measured.noise;
       iterate_reference(problem, road, with_measured);

@@ -78,7 +78,7 @@ TEST(IdleParameters, OfAnEffectThatIsListedTwiceAreNone) {
 }
 
 /// Scores of all candidates on a log of a car that differs by `truth` from the nominal one, whose Bf, Cm1 and Iz move;
-/// Iz is believed to a per cent.
+/// Iz is known to a per cent.
 std::map<std::string, EffectScore> scores_of(const char* truth) {
   const test::CalibrateRig driven(test::small_car_world(truth));
   const test::CalibrateRig nominal;

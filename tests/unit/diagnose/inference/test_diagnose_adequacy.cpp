@@ -99,7 +99,7 @@ TEST(ResidualTests, FunctionsOfTheStateDoNotExplainNoise) {
       iterate_reference(problem, rig.road(), f);
       if (shaking) {
         const MeasuredNoise measured = measure_noise(problem, f, {.sensors = false, .commands = true});
-        believe(problem, measured);
+        assume(problem, measured);
         f = fit(problem, f.model, measured.noise, 6);
         iterate_reference(problem, rig.road(), f);
       }

@@ -11,12 +11,12 @@ using test::DiagnoseRig;
 
 /// With more unknowns a measurement explains at least as much, unless it ended on a lesser peak. Where both explain
 /// about the same, what was asked for counts.
-TEST(MeasuredNoise, OfTwoPeaksTheHigherIsBelieved) {
+TEST(MeasuredNoise, OfTwoPeaksTheHigherIsTaken) {
   MeasuredNoise all, fewer;
   all.noise.command.moving[1] = 0.2;
   fewer.noise.sensor.fill(0.7);
   fewer.noise.colour.fill(0.9);
-  const auto believed = [&](double gain, double gain_of_fewer) {
+  const auto assumed = [&](double gain, double gain_of_fewer) {
     all.gain = gain;
     fewer.gain = gain_of_fewer;
     const MeasuredNoise one = higher_peak(all, fewer);
@@ -29,15 +29,15 @@ TEST(MeasuredNoise, OfTwoPeaksTheHigherIsBelieved) {
   };
   constexpr double surely = thresholds::noise_gain;
   for (const double gain : {-200.0, 0.0, 130.0}) {
-    EXPECT_STREQ(believed(gain, gain + 1.01 * surely), "fewer") << gain;
-    EXPECT_STREQ(believed(gain, gain + 0.99 * surely), "all") << gain;
-    EXPECT_STREQ(believed(gain, gain), "all") << gain;
-    EXPECT_STREQ(believed(gain, gain - 5.0 * surely), "all") << gain;
+    EXPECT_STREQ(assumed(gain, gain + 1.01 * surely), "fewer") << gain;
+    EXPECT_STREQ(assumed(gain, gain + 0.99 * surely), "all") << gain;
+    EXPECT_STREQ(assumed(gain, gain), "all") << gain;
+    EXPECT_STREQ(assumed(gain, gain - 5.0 * surely), "all") << gain;
   }
 }
 
-/// Less than what is believed: something gone and nothing new. Levels and times are no such things.
-TEST(MeasuredNoise, TellsWhetherLessIsBelieved) {
+/// Less than what is assumed: something gone and nothing new. Levels and times are no such things.
+TEST(MeasuredNoise, TellsWhetherLessIsAssumed) {
   const DiagnoseRig rig;
   Problem problem = rig.problem({rig.simulate(rig.catalogue().null_model(), {.seconds = 2, .seed = 722})});
   MeasuredNoise white;

@@ -180,7 +180,7 @@ TEST(NoiseEstimate, JumpsBetweenSamplesAreNoEffect) {
       const double all = size_of(found.noise.command, log.problem.traces.front().log, i);
       EXPECT_LT(found.noise.command.steady[i], 0.5 * all) << i;
     }
-    believe(log.problem, found);
+    assume(log.problem, found);
     log.fitted = fit(log.problem, rig.catalogue().null_model(), found.noise, 6);
     iterate_reference(log.problem, rig.road(), log.fitted);
     EXPECT_LT(by_input(), thresholds::misfit);
@@ -188,7 +188,7 @@ TEST(NoiseEstimate, JumpsBetweenSamplesAreNoEffect) {
 }
 
 /// What bent commands would bring is predicted: much where three of four samples of smooth hands are missing, little
-/// where none is, and less where they are believed.
+/// where none is, and less where they are assumed.
 TEST(NoiseEstimate, PredictsWhatBentCommandsWouldBring) {
   const DiagnoseRig rig;
   const auto gain = [&](const Log& log, bool measured) {
@@ -200,7 +200,7 @@ TEST(NoiseEstimate, PredictsWhatBentCommandsWouldBring) {
     if (!measured) return gain_of_bends(problem, f);
     const MeasuredNoise found = measure_noise(problem, f, {.sensors = false, .commands = true});
     EXPECT_LT(found.bend[1], -0.05);
-    believe(problem, found);
+    assume(problem, found);
     f.noise = found.noise;
     return gain_of_bends(problem, f);
   };
@@ -339,12 +339,12 @@ TEST(NoiseEstimate, SmoothingUnderTheRightColourIsBetter) {
   colour.fill(0.9);
   const ModelSpec bare = rig.catalogue().null_model();
   const Log clean = rig.simulate(bare, {10, 7, 0});
-  const auto error = [&](const Channels& believed) {
+  const auto error = [&](const Channels& assumed) {
     Problem problem = rig.problem({rig.simulate(bare, {.seconds = 10, .seed = 7, .colour = colour})});
     Fit f;
     f.model = bare;
     f.noise = rig.noise(problem, 0.5);
-    f.noise.colour = believed;
+    f.noise.colour = assumed;
     for (int i = 0; i < 2; ++i) smooth_reference(problem, rig.road(), f);
     double sum = 0.0;
     for (std::size_t i = 0; i < clean.reading.size(); ++i) {

@@ -12,7 +12,7 @@ namespace {
 using test::DiagnoseRig;
 constexpr std::size_t yaw_rate = 5;
 
-/// What is believed of the gyroscope's noise [rad/s] in a log whose yaw rate also swings by `swing` of its standard
+/// What is assumed of the gyroscope's noise [rad/s] in a log whose yaw rate also swings by `swing` of its standard
 /// deviations at 8 Hz, which is motion and not noise.
 Prepared prepared_log(const DiagnoseRig& rig, double noise, double swing) {
   Channels stated{};
@@ -36,7 +36,7 @@ TEST(Preparation, QuickMotionIsNoNoiseOfTheSensors) {
   }));
 }
 
-TEST(Preparation, NoiseThatIsLargerThanStatedIsBelievedBesideQuickMotionToo) {
+TEST(Preparation, NoiseThatIsLargerThanStatedIsAssumedBesideQuickMotionToo) {
   const DiagnoseRig rig;
   const double stated = rig.world().sensors.channels[yaw_rate].sigma;
   for (const double swing : {0.0, 60.0})
