@@ -105,8 +105,8 @@ inline constexpr double closure_beside_unknown = 0.5;
 /// more time. From framework/doc/diagnose.md, "The gap".
 inline constexpr double start_spacing = 0.5;
 /// Starts of predictions that count as one piece of evidence (2 s of a log at 50 Hz: predictions of 1 s overlap), and
-/// blocks of them below which predictions tell nothing.
-inline constexpr std::size_t witness_block = 4, witness_blocks = 4;
+/// blocks of them below which their change has no interval.
+inline constexpr std::size_t rollout_block = 4, fewest_rollout_blocks = 4;
 
 // ---- Tests that nothing is left
 

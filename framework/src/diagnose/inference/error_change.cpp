@@ -20,7 +20,7 @@ double StartErrors::rms() const {
   return count > 0.0 ? std::sqrt(std::accumulate(square.begin(), square.end(), 0.0) / count) : 0.0;
 }
 
-std::string_view ErrorChange::says() const { return helps() ? "helps" : harms() ? "harms" : "cannot tell"; }
+std::string_view ErrorChange::in_words() const { return helps() ? "helps" : harms() ? "harms" : "cannot tell"; }
 
 ErrorChange compare(const StartErrors& with, const StartErrors& without) {
   ErrorChange out;
@@ -28,14 +28,14 @@ ErrorChange compare(const StartErrors& with, const StartErrors& without) {
   out.change = all > 0.0 ? with.rms() / all - 1.0 : 0.0;
   std::vector<double> a, b;  // squares of each block
   for (std::size_t i = 0; i < std::min(with.square.size(), without.square.size()); ++i) {
-    if (i % thresholds::witness_block == 0) {
+    if (i % thresholds::rollout_block == 0) {
       a.push_back(0.0);
       b.push_back(0.0);
     }
     a.back() += with.square[i];
     b.back() += without.square[i];
   }
-  if (a.size() < thresholds::witness_blocks) return out;
+  if (a.size() < thresholds::fewest_rollout_blocks) return out;
   std::mt19937_64 random(20260101);
   std::uniform_int_distribution<std::size_t> any(0, a.size() - 1);
   std::vector<double> changes;

@@ -1,4 +1,4 @@
-// Rollouts as a witness: whether predictions of data not fitted become better with an effect, and how sure that is.
+// Whether predictions of data not fitted become better with an effect, and how sure that is.
 #pragma once
 
 #include <string_view>
@@ -23,11 +23,11 @@ struct ErrorChange {
   bool helps() const { return high < 0.0; }
   bool harms() const { return low > 0.0; }
   /// "helps", "harms" or "cannot tell".
-  std::string_view says() const;
+  std::string_view in_words() const;
 };
 
 /// Compares two models' predictions from the same starts. The interval is that of resampled blocks of
-/// thresholds::witness_block starts; with fewer than thresholds::witness_blocks blocks nothing can be told.
+/// thresholds::rollout_block starts; with fewer than thresholds::fewest_rollout_blocks blocks there is no interval.
 ErrorChange compare(const StartErrors& with, const StartErrors& without);
 
 }  // namespace gripline::diagnose

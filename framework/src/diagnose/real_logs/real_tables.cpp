@@ -54,7 +54,8 @@ std::string tried_table(const MissingEffects& found) {
   std::ranges::stable_sort(tried, std::greater<>(), &ScoredEffect::gain);
   for (const ScoredEffect& r : tried)
     table += padded(r.effect, 18) + format(" %+18.1f %%", -100.0 * r.gain) +
-             percents("   %+7.1f %% (%+.1f to %+.1f): ", r.change) + std::string(error_change(r.change).says()) + '\n';
+             percents("   %+7.1f %% (%+.1f to %+.1f): ", r.change) + std::string(error_change(r.change).in_words()) +
+             '\n';
   return table;
 }
 

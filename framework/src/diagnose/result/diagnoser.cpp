@@ -346,8 +346,8 @@ void Diagnoser::drop_harmful(const HoldOut& hold_out, SearchResult& found, Diagn
 bool Diagnoser::closes(const HoldOut& hold_out, const Diagnosis& d) const {
   if (d.named.empty()) return true;
   const bool moved = has_strong_process_noise(problem_, d.fit.noise) || problem_.command != UnknownCommands{};
-  const Closing said = closing(d.gap, d.fit.evidence - d.null_model.evidence, moved);
-  if (said != Closing::ask_fitted) return said == Closing::closes;
+  const Closing answer = closing(d.gap, d.fit.evidence - d.null_model.evidence, moved);
+  if (answer != Closing::ask_fitted) return answer == Closing::closes;
   return closes_fitted(compare(hold_out.predict_known(d.fit), hold_out.predict_known(d.null_model)), moved);
 }
 

@@ -40,7 +40,7 @@ Node rollout_node(const ErrorChange& c) {
   Node out = Node::empty_object();
   out.set("change", number_or_null(c.change));
   out.set("ci95", Node(Node::Array{number_or_null(c.low), number_or_null(c.high)}));
-  out.set("says", Node(std::string(c.says())));
+  out.set("says", Node(std::string(c.in_words())));
   return out;
 }
 

@@ -75,7 +75,7 @@ std::string gap_text(const Gap& gap) {
 }
 
 /// What named effects do to predictions, beside refitted parameters and delays taken off.
-std::string witness_text(const Diagnosis& d) {
+std::string effect_on_predictions(const Diagnosis& d) {
   const Gap& gap = d.named_gap;
   const std::string with = d.named.size() == 1 ? "with it" : "with them";
   if (gap.closure > 0.0) return with + " " + gap_text(gap);
@@ -107,7 +107,7 @@ std::string found_text(const Diagnosis& d) {
   std::string text = list(d);
   if (d.named.front().measurement) text.front() = 'I';  // an effect's id has no capital
   text += d.named.size() == 1 ? " is missing: " : " are missing: ";
-  text += witness_text(d);
+  text += effect_on_predictions(d);
   text += nominal_text(d);
   text += "; confidence ";
   return text + significant(least);
@@ -149,7 +149,7 @@ std::string car_text(const Diagnosis& d) {
       text += " explanations; ";
       text += list(d);
       text += " fits best: ";
-      text += witness_text(d);
+      text += effect_on_predictions(d);
       text += "; to decide, ";
       return text + d.manoeuvre + ".";
     }

@@ -23,27 +23,27 @@ TEST(ErrorChange, TellsHelpFromHarmFromNeither) {
   const StartErrors base = errors(801, 60, 4.0);
   const ErrorChange helps = compare(errors(802, 60, 1.0), base), harms = compare(errors(803, 60, 9.0), base);
   EXPECT_NEAR(helps.change, -0.5, 0.1);
-  EXPECT_EQ(helps.says(), "helps");
+  EXPECT_EQ(helps.in_words(), "helps");
   EXPECT_NEAR(harms.change, 0.5, 0.2);
-  EXPECT_EQ(harms.says(), "harms");
+  EXPECT_EQ(harms.in_words(), "harms");
   int told = 0;
   for (std::uint64_t seed = 810; seed < 850; ++seed)
-    told += compare(errors(seed, 60, 4.0), errors(seed + 1000, 60, 4.0)).says() != "cannot tell";
+    told += compare(errors(seed, 60, 4.0), errors(seed + 1000, 60, 4.0)).in_words() != "cannot tell";
   EXPECT_LE(told, 6);
 }
 
 TEST(ErrorChange, AFewStartsTellNothing) {
-  EXPECT_EQ(compare(errors(804, 6, 1.0), errors(805, 6, 9.0)).says(), "cannot tell");
-  EXPECT_EQ(compare({}, {}).says(), "cannot tell");
+  EXPECT_EQ(compare(errors(804, 6, 1.0), errors(805, 6, 9.0)).in_words(), "cannot tell");
+  EXPECT_EQ(compare({}, {}).in_words(), "cannot tell");
   EXPECT_EQ(compare({}, {}).change, 0.0);
 }
 
 /// Errors that stay the same for seconds are one piece of evidence, not many.
-TEST(ErrorChange, StartsOfOneBlockAreOneWitness) {
+TEST(ErrorChange, StartsOfOneBlockCountAsOne) {
   StartErrors with = errors(806, 40, 1.0), without = with;
   for (std::size_t i = 0; i < 40; ++i) with.square[i] = 300.0;
   for (std::size_t i = 0; i < 40; ++i) without.square[i] = i < 4 ? 9000.0 : 300.0;
-  EXPECT_EQ(compare(with, without).says(), "cannot tell");
+  EXPECT_EQ(compare(with, without).in_words(), "cannot tell");
   EXPECT_LT(compare(with, without).change, -0.3);
 }
 
