@@ -116,7 +116,7 @@ inline constexpr std::size_t rollout_block = 4, fewest_rollout_blocks = 4;
 inline constexpr double wrong_channel = 3.0, slow_colour = 0.8;
 /// Errors 1 s ahead of a real log's quantity over the noise of its own sensors, beyond which more could be told. Larger: a
 /// channel that is wrong is told less often.
-inline constexpr double loud = 3.0;
+inline constexpr double far_above_noise = 3.0;
 
 /// Standardised statistic of a test beyond which the model is rejected. Larger: fewer false alarms, weaker deviations
 /// missed. 4 standard deviations of the joint tests' chi-square are about one chance in thousands.

@@ -36,15 +36,16 @@ measured::Channels noise_of_channels(const std::list<measured::SessionFile>& fil
 }
 
 /// Of the quantities that errors are weighed by.
-MissingEffects::Loudest loudest_of(const calibrate::HorizonRow& row, const std::list<measured::SessionFile>& files,
-                                   const calibrate::Weighing& weighing) {
+MissingEffects::OverNoise largest_over_noise_of(const calibrate::HorizonRow& row,
+                                                const std::list<measured::SessionFile>& files,
+                                                const calibrate::Weighing& weighing) {
   using measured::Channel;
   const measured::Channels noise = noise_of_channels(files);
   const std::array<double, calibrate::quantities> of = {std::hypot(noise[Channel::x], noise[Channel::y]),
                                                         noise[Channel::yaw], noise[Channel::vx], noise[Channel::vy],
                                                         noise[Channel::yaw_rate]};
   constexpr std::array<const char*, calibrate::quantities> words = {"position", "yaw", "vx", "vy", "yaw rate"};
-  MissingEffects::Loudest out;
+  MissingEffects::OverNoise out;
   constexpr std::array<std::size_t, calibrate::quantities> channel = {Channel::x, Channel::yaw, Channel::vx,
                                                                       Channel::vy, Channel::yaw_rate};
   for (std::size_t q = 0; q < calibrate::quantities; ++q)
@@ -238,7 +239,9 @@ std::string MissingEffect::Value::text(int digits, bool interval) const {
   return text + of;
 }
 
-bool MissingEffects::at_noise() const { return sum_at_noise() && !(loudest.times > thresholds::loud); }
+bool MissingEffects::at_noise() const {
+  return sum_at_noise() && !(largest_over_noise.times > thresholds::far_above_noise);
+}
 
 bool MissingEffects::sum_at_noise() const {
   // An error this little above the noise hides a tenth of it in squares: less than the noise is known to.
@@ -270,7 +273,7 @@ MissingEffects find_missing(const Node& tree, const WorldSpec& spec, const Regis
   // Without disturbances, which would stand for a part of an effect.
   fill_values(out.named, selection.trial->spec, parameters_with_intervals(search, *selection.trial));
   write_worlds(search, selection, files, folder, out);
-  out.loudest = loudest_of(out.rows.back(), files, search.fits.weighing);
+  out.largest_over_noise = largest_over_noise_of(out.rows.back(), files, search.fits.weighing);
   return out;
 }
 

@@ -79,10 +79,10 @@ struct MissingEffects {
   double validation = 0;  // of the calibrated world on validation time, which `ranking` is by
   /// The quantity whose error 1 s ahead is largest over its own sensors' noise, and how many times that is: a channel that
   /// is wrong drowns in the sum of all.
-  struct Loudest {
+  struct OverNoise {
     std::string quantity;
     double times = 0;
-  } loudest;
+  } largest_over_noise;
   /// Whether what is left is, in sum, as large as what sensors alone would leave.
   bool sum_at_noise() const;
   /// Whether that holds of each quantity too: these logs tell nothing more.

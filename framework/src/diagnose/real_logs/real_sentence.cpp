@@ -69,8 +69,8 @@ std::string remaining_text(const MissingEffects& found) {
   text += found.named.empty() ? "no effect" : "no other effect";
   text += " that was tried takes enough of it off, or surely enough, to be named";
   if (found.sum_at_noise())
-    text += "; the error of " + found.loudest.quantity + " is " + significant(found.loudest.times, 2) +
-            " times its sensor's noise";
+    text += "; the error of " + found.largest_over_noise.quantity + " is " +
+            significant(found.largest_over_noise.times, 2) + " times its sensor's noise";
   const std::string rest = remainder_text(found.remainder);
   return text + (rest.empty() ? "." : "; " + rest + ".");
 }

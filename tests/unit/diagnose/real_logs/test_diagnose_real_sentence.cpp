@@ -59,10 +59,10 @@ TEST(RealSentence, EndsWhereNothingIsLeftBesideNoise) {
 TEST(RealSentence, DoesNotEndWhereOneChannelIsFarAboveItsNoise) {
   MissingEffects found = found_with({});
   found.noise = 1.0;
-  found.loudest = {"vy", 9.2};
+  found.largest_over_noise = {"vy", 9.2};
   EXPECT_THAT(text_of(found), HasSubstr("is not known"));
   EXPECT_THAT(text_of(found), HasSubstr("; the error of vy is 9.2 times its sensor's noise"));
-  found.loudest = {"vy", 2.0};
+  found.largest_over_noise = {"vy", 2.0};
   EXPECT_TRUE(found.at_noise());
 }
 
