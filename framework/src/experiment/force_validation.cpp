@@ -23,6 +23,7 @@ class LapEvaluation final : public StepObserver {
 
   void on_step(const State& before, const Place& at, const Input& u, const World& world, Stack& stack) override {
     laps_driven_ = world.laps();
+    if (world.step() == 1) nominal_.reset(before, 0.0, at);
     const State without = nominal_.advance(before, u, at);
     if (at.t <= adapt_after_) return;
     if (lap_ < 0) lap_ = world.laps() + 1;
@@ -92,10 +93,7 @@ ForceScores validate_forces(const RaceSpec& race, const std::vector<std::string>
     StackSpec stack = spec;
     perturb(race.perturb, setup.seed, world, stack);
     RaceAssembly assembly(world, stack, setup);
-    PluginContext context;
-    context.car = spec.car.value_or(race.world.car.car);
-    context.dt = race.world.dt;
-    const Vehicle vehicle(spec.model, context);
+    const Vehicle vehicle(spec.model, plugin_context(spec, stack_context(race.world, setup.seed)));
     LapEvaluation evaluation(vehicle, spec, race.world);
     assembly.simulation().observe_with(&evaluation);
     part.follow(assembly.simulation());

@@ -9,11 +9,12 @@
 namespace gripline {
 namespace {
 
-/// A drive as samples of true states.
+/// A drive as samples of true states, from its start on.
 class SampleRecorder final : public StepObserver {
  public:
   explicit SampleRecorder(CorrectedModel nominal) : nominal_(std::move(nominal)) {}
   void on_step(const State& before, const Place& at, const Input& u, const World& world, Stack&) override {
+    if (samples_.empty()) nominal_.reset(before, 0.0, at);
     const Observation from = {at.t, world.step() - 1, before, at, 0.0};
     const Observation to = {world.time(), world.step(), world.state(), world.place(), u.d};
     samples_.push_back(residual_sample(nominal_, from, u, to));
@@ -29,10 +30,7 @@ class SampleRecorder final : public StepObserver {
 std::vector<Sample> drive(const WorldSpec& spec, const StackSpec& driver, std::uint64_t seed,
                           const std::filesystem::path& folder, SimulationProgress part) {
   RaceAssembly race(spec, driver, {.seed = seed, .folder = folder, .cache_dir = plugin_cache_folder()});
-  PluginContext context;
-  context.car = spec.car.car;
-  context.dt = spec.dt;
-  const Vehicle vehicle(driver.model, context);
+  const Vehicle vehicle(driver.model, plugin_context(driver, stack_context(spec, seed)));
   SampleRecorder samples(CorrectedModel(vehicle.car(), {spec.dt, spec.hold, driver.model.integration}));
   race.simulation().observe_with(&samples);
   part.follow(race.simulation());
@@ -89,28 +87,32 @@ OfflineSpec read_offline(const Node& tree, const Registry& registry) {
   return spec;
 }
 
-/// Shows an estimator the training samples, then compares its correction with the test's.
+/// Shows an estimator the training samples, then compares its correction with the test's. Both drives began without
+/// throttle; models are led along all of them, whatever is judged, for what they remember.
 ChannelTraces predict_offline(const OfflineSpec& spec, const PluginSpec& plugin, const std::vector<Sample>& train,
                               const std::vector<Sample>& test) {
-  PluginContext context;
-  context.car = spec.train.car.car;
-  context.dt = spec.train.dt;
-  context.seed = spec.seed;
+  PluginContext context = plugin_context(spec.driver, stack_context(spec.train, spec.seed));
   const Vehicle vehicle(spec.driver.model, context);
   const StepOptions options = {spec.train.dt, spec.train.hold, spec.driver.model.integration};
   CorrectedModel nominal(vehicle.car(), options);
   context.nominal = &nominal;
   const Instance<Estimator> estimator = create<Estimator>(*plugin.entry, context, plugin.values);
-  for (const Sample& sample : train) estimator->update(sample);
+  nominal.reset(train.front().x, 0.0, train.front().at);
+  for (const Sample& sample : train) {
+    nominal.advance(sample.x, sample.u, sample.at);
+    estimator->update(sample);
+  }
   StagedCar car = vehicle.car();
   car.add(*estimator, {}, plugin.id());
   CorrectedModel corrected(std::move(car), options);
+  for (CorrectedModel* model : {&nominal, &corrected}) model->reset(test.front().x, 0.0, test.front().at);
   ChannelTraces traces;
   for (const Sample& sample : test) {
+    const State without = nominal.advance(sample.x, sample.u, sample.at);
+    const State with = corrected.advance(sample.x, sample.u, sample.at);
     // Near standstill the tyres' equations are stiff for the control step: the residual is mostly integration error.
     if (sample.x.vx < context.car.v_min) continue;
-    const State without = nominal.advance(sample.x, sample.u, sample.at);
-    const auto said = unexplained(corrected.advance(sample.x, sample.u, sample.at), without, sample.dt);
+    const auto said = unexplained(with, without, sample.dt);
     const double truth[] = {sample.e_vx, sample.e_vy, sample.e_omega};
     for (std::size_t i = 0; i < 3; ++i) traces[i].add(sample.t, truth[i], said[i]);
   }

@@ -2,13 +2,17 @@
 
 namespace gripline {
 
-StackContext stack_context(const World& world, const RaceSetup& setup) {
-  const WorldSpec& spec = world.spec();
+StackContext stack_context(const WorldSpec& spec, std::uint64_t seed) {
   StackContext context;
   context.car = spec.car.car;
   context.dt = spec.dt;
   context.hold = spec.hold;
-  context.seed = setup.seed;
+  context.seed = seed;
+  return context;
+}
+
+StackContext stack_context(const World& world, const RaceSetup& setup) {
+  StackContext context = stack_context(world.spec(), setup.seed);
   context.course = &world.course();
   context.truth = &world.truth();
   context.cache_dir = setup.cache_dir.string();

@@ -7,19 +7,6 @@
 namespace gripline {
 namespace {
 
-PluginContext plugin_context(const StackSpec& spec, const StackContext& world) {
-  PluginContext context;
-  context.car = spec.car.value_or(world.car);
-  context.dt = world.dt;
-  context.hold = world.hold;
-  context.seed = world.seed;
-  context.mu_init = spec.mu_init;
-  context.course = world.course;
-  context.progress = world.progress;
-  context.progress_context = world.progress_context;
-  return context;
-}
-
 /// The cache folder of a plugin. Its name has the hash of the library, so that a rebuilt library does not read results
 /// of another build.
 std::string cache_of(const PluginSpec& spec, const std::string& cache_dir) {
@@ -72,6 +59,19 @@ CarFile read_told_car(const Node& node, const CarFile& car, Errors& errors) {
 }
 
 }  // namespace
+
+PluginContext plugin_context(const StackSpec& spec, const StackContext& world) {
+  PluginContext context;
+  context.car = spec.car.value_or(world.car);
+  context.dt = world.dt;
+  context.hold = world.hold;
+  context.seed = world.seed;
+  context.mu_init = spec.mu_init;
+  context.course = world.course;
+  context.progress = world.progress;
+  context.progress_context = world.progress_context;
+  return context;
+}
 
 bool StackSpec::needs_truth() const {
   for (const PluginSpec* spec : {&estimator, &planner, &controller})

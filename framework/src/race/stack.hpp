@@ -47,6 +47,10 @@ struct StackContext {
   void* progress_context = nullptr;
 };
 
+/// What the plugins of a stack are told: of its car by the stack, of all else by the world. Nominal model, truth and
+/// cache are added for each of them.
+PluginContext plugin_context(const StackSpec& spec, const StackContext& world);
+
 class Stack {
  public:
   /// The spec must outlive the stack. Throws PluginError when a plugin cannot be created.

@@ -3,7 +3,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <map>
+#include <sstream>
+
 #include "support/validation_rig.hpp"
+#include "util/csv.hpp"
 
 namespace gripline {
 namespace {
@@ -59,6 +64,70 @@ TEST(OfflineValidation, WritesScoresAndTraces) {
   EXPECT_EQ(traces.size(), 1 + all[0].n + all[1].n + all[2].n);
   EXPECT_TRUE(std::filesystem::exists(out / "train/steps.csv"));
   EXPECT_TRUE(std::filesystem::exists(out / "test/steps.csv"));
+}
+
+/// Throttle and steering angle that act in the middle of each judged step of the test, as spy.acting shows them, by the
+/// number of the step. The test begins at rest: its first steps are too slow to be judged.
+struct Acting {
+  std::map<std::size_t, double> d, delta;
+};
+Acting acting_in(const Node& tree, const Folder& out) {
+  validate_offline(tree, plugins(), out.path());
+  Acting acting;
+  for (const std::string& line : lines(out / "validation_traces.csv")) {
+    std::vector<std::string> cells;
+    std::stringstream row(line);
+    for (std::string cell; std::getline(row, cell, ',');) cells.push_back(cell);
+    if (cells.at(1) != "e_omega" && cells.at(1) != "e_vy") continue;
+    const auto step = static_cast<std::size_t>(std::lround(std::stod(cells.at(2)) / 0.02));
+    (cells[1] == "e_omega" ? acting.d : acting.delta)[step] = std::stod(cells.at(4));
+  }
+  EXPECT_GT(acting.d.size(), 200u);
+  EXPECT_GT(acting.d.begin()->first, 1u);
+  return acting;
+}
+Node from_rest(std::string_view patch) {
+  Node tree = offline(R"({"spy": {"plugin": "spy.acting"}})");
+  for (const char* key : {"train", "test"})
+    tree.find(key)->set("world", merge(lap_world(R"({"start": {"speed": 0}})"), json(patch)));
+  return tree;
+}
+
+/// Throttle and steering move in lines from one sample to the next, from the first step that is judged on.
+TEST(OfflineValidation, CommandsMoveAsInTheWorld) {
+  const Folder out;
+  const Acting acting = acting_in(from_rest(R"({"input_hold": "foh"})"), out);
+  const CsvTable steps = read_csv(out / "test/steps.csv");
+  const std::vector<double> d = steps.column("d"), delta = steps.column("delta_rad");
+  EXPECT_GT(d.at(acting.d.begin()->first), 0.1);
+  for (const auto& [k, shown] : acting.d) ASSERT_NEAR(shown, 0.5 * (d.at(k) + d.at(k + 1)), 1e-5) << k;
+  for (const auto& [k, shown] : acting.delta) ASSERT_NEAR(shown, 0.5 * (delta.at(k) + delta.at(k + 1)), 1e-5) << k;
+}
+
+/// What models remember goes on through steps that are not judged.
+TEST(OfflineValidation, ALagIsThatOfTheWholeDrive) {
+  const Folder out;
+  const double tau = 0.5;
+  Node tree = from_rest("{}");
+  tree.find("model")->set("effects", json(R"([{"plugin": "motor_lag", "params": {"tau": 0.5}}])"));
+  const Acting acting = acting_in(tree, out);
+  const std::vector<double> d = read_csv(out / "test/steps.csv").column("d");
+  double motor = 0.0;
+  for (std::size_t k = 0; k < d.size(); ++k) {
+    const double kept = std::exp(-0.02 / tau), mean = d[k] + (motor - d[k]) * (1.0 - kept) * tau / 0.02;
+    motor = d[k] + (motor - d[k]) * kept;
+    if (!acting.d.contains(k)) continue;
+    ASSERT_NEAR(acting.d.at(k), mean, 1e-4) << k;
+  }
+}
+
+/// As in a race: a learner that would be wrong there says so here too.
+TEST(OfflineValidation, ALearnerOfHeldCommandsIsRefusedUnderOthers) {
+  const Folder out;
+  Node tree = from_rest(R"({"input_hold": "foh"})");
+  tree.set("estimators", json(R"({"elm": {"plugin": "elm"}})"));
+  EXPECT_THAT(refusal([&] { validate_offline(tree, plugins(), out.path()); }),
+              HasSubstr("learns from held commands only: input_hold \"zoh\""));
 }
 
 TEST(OfflineValidation, ADriverThatDoesNotFinishIsAnError) {
