@@ -10,9 +10,9 @@
 namespace gripline::sweep {
 
 /// Forks `jobs` workers that take tasks one after another. A worker that dies is replaced and its task taken up again,
-/// three times at most; one that dies without a task is replaced three times at most. Ctrl-C and SIGTERM end workers and
-/// their runs; so does the end of this process, however it comes. Where several worlds may be raced from one process is
-/// the task's matter: a worker runs nothing itself.
+/// three times at most; one that dies without a task is replaced three times at most. Ctrl-C and SIGTERM end workers
+/// and their runs; so does the end of this process, however it comes. Where several worlds may be raced from one
+/// process is the task's matter: a worker runs nothing itself.
 class LocalEngine final : public Engine {
  public:
   /// Called in each worker, once, to open the sweep there; `worker` counts from 0.
