@@ -131,6 +131,19 @@ TEST(CommandLine, WrongWordsAreRefusedWithAHint) {
   EXPECT_THAT(refused({"plugins", "lsit"}), HasSubstr("did you mean \"list\""));
 }
 
+TEST(BlackBox, IsRefusedWhereAModelIsNeeded) {
+  const Folder out;
+  const std::string log = "README.md";  // any file: it is not read
+  for (const char* command : {"diagnose", "predict", "fit"}) {
+    const Outcome outcome =
+        gripline_with({command, "worlds/full_size.json", log, "--out", out / "result"}, {source_dir(), {}});
+    EXPECT_EQ(outcome.code, 2) << command;
+    EXPECT_THAT(outcome.err,
+                AllOf(HasSubstr("worlds/full_size.json:"), HasSubstr(": /plant: \"double_track\" is a black "
+                                                                     "box; ")));
+  }
+}
+
 TEST(Validate, TellsEverythingWrongWithEveryFile) {
   const Outcome outcome = gripline_with(
       {"validate", "bad/unknown_key.json", "good.json", "bad/claim_of_an_unknown_row.json", "../worlds/short.json"},

@@ -91,8 +91,7 @@ LogWorld read_log_world(const fs::path& file, const po::variables_map& given, co
   Errors errors;
   out.spec = read_world(read, registry, errors, RoadRule::optional);
   errors.throw_if_any();
-  if (out.spec.vehicle.model.empty())
-    throw InputError(file.string() + ": its car is a black box; predictions need a vehicle model");
+  require_vehicle_model(out.spec, "a prediction");
   if (!out.spec.track) {
     out.left_out = calibrate::leave_out_place_effects(out.spec.vehicle, out.spec.car.car);
     for (const std::string& id : out.left_out)

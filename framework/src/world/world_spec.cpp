@@ -40,6 +40,7 @@ void check_plant(const WorldSpec& world, const Node& node, Errors& errors) {
 }
 
 void read_plant(const Node& node, const Registry& registry, WorldSpec& world, Errors& errors) {
+  world.plant_at = node.origin;
   const Node* const id = node.find("plugin");
   if (id != nullptr && id->is_text() && has_plugin(registry, abi::Kind::plant, id->text())) {
     ObjectReader r(node, errors);
@@ -186,6 +187,12 @@ WorldSpec read_world(const Node& node, const Registry& registry, Errors& errors,
   }
   r.finish();
   return world;
+}
+
+void require_vehicle_model(const WorldSpec& world, std::string_view who) {
+  if (world.plant.empty()) return;
+  throw InputError(world.plant_at, '"' + world.plant.id() + "\" is a black box; " + std::string(who) +
+                                       " needs a vehicle model (example: worlds/diagnose_full.json)");
 }
 
 Node load_world(const std::filesystem::path& file, const std::optional<std::filesystem::path>& track) {

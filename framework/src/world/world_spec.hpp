@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <string_view>
 
 #include "car/vehicle.hpp"
 #include "geometry/track.hpp"
@@ -29,6 +30,7 @@ struct WorldSpec {
   /// or a plant plugin that integrates itself (`plant` not empty).
   VehicleSpec vehicle;
   PluginSpec plant;
+  Origin plant_at;  // where the one or the other is written
   FrictionSpec friction;
   SensorSpec sensors;
   Pose start;
@@ -45,6 +47,9 @@ enum class RoadRule { required, optional };
 
 /// Throws PluginError when a plugin is missing; everything else goes to errors.
 WorldSpec read_world(const Node& node, const Registry& registry, Errors& errors, RoadRule road = RoadRule::required);
+
+/// Refuses a black box, at its place: `who` needs the equations of a vehicle model.
+void require_vehicle_model(const WorldSpec& world, std::string_view who);
 
 /// The tree of a world file with everything it names in its place, on another track if one is given. Throws InputError.
 Node load_world(const std::filesystem::path& file, const std::optional<std::filesystem::path>& track = {});

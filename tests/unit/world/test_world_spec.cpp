@@ -70,6 +70,10 @@ TEST(WorldSpec, APlantMayBeABlackBox) {
   };
   EXPECT_EQ(read("{}").plant.id(), "double_track");
   EXPECT_TRUE(read("{}").vehicle.model.empty());
+  EXPECT_THAT(refusal([&] { require_vehicle_model(read("{}"), "diagnose"); }),
+              HasSubstr("/plant: \"double_track\" is a black box; diagnose needs a vehicle model (example: "
+                        "worlds/diagnose_full.json)"));
+  require_vehicle_model(world_of(), "diagnose");
   EXPECT_THAT(refusal([&] { read(R"({"input_hold": "foh"})"); }),
               HasSubstr("/plant: \"double_track\" moves by itself under held commands; expected input_hold \"zoh\""));
   EXPECT_THAT(refusal([&] { read(R"({"plant": {"effects": []}})"); }), HasSubstr("/plant/effects: unknown key"));

@@ -159,8 +159,7 @@ MeasuredSpec read_measured(const Node& tree, const Registry& registry) {
   read_rows(r, errors, spec);
   r.finish();
   errors.throw_if_any();
-  if (spec.world.vehicle.model.empty())
-    throw InputError(tree.origin, "the world's car is a black box; expected a vehicle model");
+  require_vehicle_model(spec.world, "a fit");
   if (!spec.map.empty()) (void)measured::load_log_map(spec.map);
   if (!spec.world.track && !spec.track) spec.left_out = leave_out_place_effects(spec.world.vehicle, spec.world.car.car);
   return spec;

@@ -47,15 +47,19 @@ void check_excluded(const CaseOptions& options, const Catalogue& catalogue) {
   }
 }
 
+/// Asked before any member is made of the model.
+const WorldSpec& with_model(const WorldSpec& world) {
+  require_vehicle_model(world, "diagnose");
+  return world;
+}
+
 }  // namespace
 
 Diagnoser::Diagnoser(const WorldSpec& world, const Registry& registry, const CaseOptions& options)
-    : world_(world),
+    : world_(with_model(world)),
       options_(options),
       catalogue_(world.vehicle, world.car.car, registry, options.exclude),
       road_(world.track) {
-  if (world.vehicle.model.empty())
-    throw InputError("the world's car is a black box; diagnose needs a vehicle model as the nominal one");
   check_excluded(options, catalogue_);
   catalogue_.set_nuisances(nuisances_of(options, catalogue_));
 }

@@ -103,6 +103,7 @@ DiagnoseExperiment read_experiment(const Node& tree, const Registry& registry) {
     r.finish();
   }
   errors.throw_if_any();
+  require_vehicle_model(e.nominal, "diagnose");
   return e;
 }
 
