@@ -366,18 +366,39 @@ TEST_F(ModelsAndLogs, DisplacementsAreThoseOfTheSamples) {
   EXPECT_NEAR(shown.last, found.last, 0.01 * shown.last);
 }
 
+/// A table without the column of that index.
+std::string without_column(const std::string& file, int column) {
+  std::string out;
+  for (std::string line : lines(file)) {
+    for (int comma = 0; comma < column; ++comma)
+      out += line.substr(0, line.find(',') + 1), line.erase(0, line.find(',') + 1);
+    out += line.substr(line.find(',') + 1) + "\n";
+  }
+  return out;
+}
+
 /// Without a sideways speed there is nothing to compare it with.
 TEST_F(ModelsAndLogs, AChannelThatTheLogLacksIsADash) {
-  std::string without_vy;
-  for (std::string line : lines(log())) {
-    for (int comma = 0; comma < 5; ++comma)
-      without_vy += line.substr(0, line.find(',') + 1), line.erase(0, line.find(',') + 1);
-    without_vy += line.substr(line.find(',') + 1) + "\n";
-  }
-  write_text(folder_ / "without_vy.csv", without_vy);
+  write_text(folder_ / "without_vy.csv", without_column(log(), 5));
   const Outcome dashed = gripline_with({"predict", world, folder_ / "without_vy.csv", "--horizon", "0.1"});
   EXPECT_EQ(dashed.code, 0) << dashed.err;
   EXPECT_THAT(dashed.out, testing::AllOf(HasSubstr("  -   "), testing::Not(HasSubstr("nan"))));
+}
+
+/// What stands in the place of a channel is told: errors of it are not errors of a reading.
+TEST_F(ModelsAndLogs, AChannelThatIsReplacedIsTold) {
+  EXPECT_EQ(gripline_with({"predict", world, log(), "--horizon", "0.1"}).err, "");
+  const std::string without_yaw = folder_ / "without_yaw.csv", without_vx = folder_ / "without_vx.csv";
+  write_text(without_yaw, without_column(log(), 3));
+  write_text(without_vx, without_column(log(), 4));
+  const Outcome course = gripline_with({"predict", world, without_yaw, "--horizon", "0.1"});
+  EXPECT_EQ(course.code, 0);
+  EXPECT_EQ(course.err,
+            "warning: " + without_yaw + ": yaw absent: the course over ground is taken; sideslip is not seen\n");
+  const Outcome differences = gripline_with({"predict", world, without_vx, "--horizon", "0.1"});
+  EXPECT_EQ(differences.code, 0);
+  EXPECT_EQ(differences.err,
+            "warning: " + without_vx + ": velocity absent: from differences of the place, half a step late\n");
 }
 
 TEST_F(ModelsAndLogs, PredictNeverWritesOverWhatItReads) {

@@ -108,4 +108,9 @@ measured::LogMap map_option(const po::variables_map& given, const WorldSpec& wor
   return own;
 }
 
+void warn_of_absent(const std::string& log, const measured::SessionFile& file) {
+  for (const measured::Finding& f : file.findings)
+    if (f.found == "absent") std::cerr << "warning: " << log << ": " << f.check << " absent: " << f.done << '\n';
+}
+
 }  // namespace gripline::tools

@@ -33,4 +33,7 @@ LogWorld read_log_world(const std::filesystem::path& file, const boost::program_
 /// says.
 measured::LogMap map_option(const boost::program_options::variables_map& given, const WorldSpec& world);
 
+/// Says on stderr what a log lacks and what is taken in its place, in the words of import's table.
+void warn_of_absent(const std::string& log, const measured::SessionFile& file);
+
 }  // namespace gripline::tools
