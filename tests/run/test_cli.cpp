@@ -486,6 +486,24 @@ TEST_F(Cli, TrackReadsRepairsAndWritesARoad) {
   }
 }
 
+/// experiments.md: a world that is a file is replaced whole; what is meant is told as it is to be written.
+TEST_F(Cli, KeysInPlaceOfAShippedWorldAreToldHowToExtendIt) {
+  const Call elsewhere = {folder_.path(), {}};
+  const auto error = [&](const std::string& text) {
+    write_text(folder_ / "mine.json", text);
+    return gripline_with({"validate", "mine.json"}, elsewhere).err;
+  };
+  EXPECT_THAT(error(R"({"extends": "experiments/first_race.json", "world": {"laps": 1}})"),
+              AllOf(HasSubstr("/world: replaces the file \"../worlds/ethz_wear.json\" of "),
+                    HasSubstr("experiments/first_race.json; to change keys of it write {\"extends\": "
+                              "\"worlds/ethz_wear.json\", \"laps\": 1}\n1 error.\n")));
+  EXPECT_EQ(error(R"({"extends": "experiments/first_race.json",
+                      "world": {"extends": "worlds/ethz_wear.json", "laps": 1}})"),
+            "");
+  EXPECT_THAT(error(R"({"extends": "worlds/ethz.json", "car": {"m": 0.05, "Iz": 1e-5}})"),
+              HasSubstr("/car: replaces the file \"cars/orca_1_43.json\" of "));
+}
+
 /// commands.md: by every command, from any folder.
 TEST_F(Cli, ShippedFilesAreFoundFromAnyFolder) {
   const Call elsewhere = {folder_.path(), {}};

@@ -14,9 +14,17 @@
 namespace gripline {
 namespace {
 
+void remember(const Node& before, Node& now) {
+  const bool same = now.is_text() && before.is_text() && now.text() == before.text();
+  if (before.is_text() && !same) now.replaced = std::make_shared<const Node>(before);
+}
+
 Node merged(Node base, const Node& patch, bool keep_nulls) {
   if (!patch.is_object()) return patch;
-  if (!base.is_object()) base = Node(Node::Object{}, patch.origin);
+  if (!base.is_object()) {
+    base = Node(Node::Object{}, patch.origin);
+    base.replaced = patch.replaced;
+  }
   if (!base.origin.source) base.origin = patch.origin;  // so that missing members are reported at the patch
   for (const Member& change : patch.object()) {
     const auto known = std::ranges::find(base.object(), change.key, &Member::key);
@@ -32,8 +40,10 @@ Node merged(Node base, const Node& patch, bool keep_nulls) {
     } else if (known->value.is_object() && change.value.is_object()) {
       known->value = merged(std::move(known->value), change.value, keep_nulls);
     } else {
+      const Node before = std::move(known->value);
       *known = change;
       known->value = merged(Node(), change.value, keep_nulls);
+      remember(before, known->value);
     }
   }
   return base;

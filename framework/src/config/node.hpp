@@ -83,6 +83,9 @@ class Node {
   [[nodiscard]] std::string describe() const;
 
   Origin origin;
+  /// The text that a merge put this in the place of; null if there was none. A text may name a file or a plugin: what is
+  /// missing here, or too much beside it, may follow from that.
+  std::shared_ptr<const Node> replaced;
 
  private:
   std::variant<std::monostate, bool, double, std::string, Array, Object> value_;

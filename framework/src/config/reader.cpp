@@ -7,6 +7,7 @@
 
 #include "config/files.hpp"
 #include "config/json_file.hpp"
+#include "config/shipped.hpp"
 #include "config/units.hpp"
 
 namespace gripline {
@@ -50,6 +51,16 @@ std::string one_of(std::span<const std::string> names) {
     list += separator + ('"' + names[i] + '"');
   }
   return list;
+}
+
+/// `{"extends": "worlds/ethz.json", "laps": 1}`: how an object is written that changes keys of a file.
+std::string as_extension(const Node& patch, const std::filesystem::path& file) {
+  const std::filesystem::path folder = patch.origin.source ? patch.origin.source->folder : std::filesystem::path();
+  std::string text = "{\"extends\": \"" + name_from(file, folder) + '"';
+  const Node::Object& members = patch.object();
+  const bool whole = members.size() == 1 && !members.front().value.is_object() && !members.front().value.is_array();
+  if (whole) return text + ", \"" + members.front().key + "\": " + members.front().value.describe() + '}';
+  return text + (members.empty() ? "}" : ", ...}");
 }
 
 void wrong(const Node& node, const std::string& expected, Errors& errors) {
@@ -173,12 +184,33 @@ bool ObjectReader::has(std::string_view key) const {
 
 const Node* ObjectReader::require(std::string_view key, std::string_view expected) {
   const Node* node = find(key);
-  if (node == nullptr && !silent_) {
-    const std::string what =
-        expected.starts_with("expected") ? std::string(expected) : "expected " + std::string(expected);
-    errors_.add(child_of(node_.origin, key), "missing, " + what);
-  }
+  if (node == nullptr && !silent_) tell_missing(key, expected);
   return node;
+}
+
+/// The file whose name this object took the place of, if it is not merged over another one: of that, members stand
+/// elsewhere.
+std::optional<std::filesystem::path> ObjectReader::replaced_file() const {
+  if (!node_.replaced || !node_.replaced->text().ends_with(".json")) return std::nullopt;
+  const auto is_elsewhere = [&](const Member& one) { return one.value.origin.source != node_.origin.source; };
+  if (std::ranges::any_of(node_.object(), is_elsewhere)) return std::nullopt;
+  std::filesystem::path file = resolve_path(*node_.replaced);
+  if (!why_unreadable(file).empty()) return std::nullopt;
+  return file;
+}
+
+void ObjectReader::tell_missing(std::string_view key, std::string_view expected) {
+  if (const auto file = replaced_file()) {
+    lacks_replaced_file_ = true;
+    const Source* const of = node_.replaced->origin.source.get();
+    errors_.add(node_.origin, "replaces the file \"" + node_.replaced->text() + '"' +
+                                  (of != nullptr ? " of " + of->name : std::string()) +
+                                  "; to change keys of it write " + as_extension(node_, *file));
+    return;
+  }
+  const std::string what =
+      expected.starts_with("expected") ? std::string(expected) : "expected " + std::string(expected);
+  errors_.add(child_of(node_.origin, key), "missing, " + what);
 }
 
 double ObjectReader::number(std::string_view key, std::string_view unit, const NumberRange& range,

@@ -112,12 +112,17 @@ class ObjectReader {
   [[nodiscard]] Errors& errors() { return errors_; }
   /// Adds an error at this object.
   void error(std::string message) { errors_.add(node_.origin, std::move(message)); }
+  /// Whether this object lacks keys of a file whose name it took the place of in a merge. That is told in one message:
+  /// to be merged over a file, an object says "extends".
+  [[nodiscard]] bool lacks_replaced_file() const { return lacks_replaced_file_; }
   /// Adds an error at the value of `key`, or at this object if it is absent.
   void error_at(std::string_view key, std::string message);
 
  private:
   ObjectReader(const Node& node, Errors& errors, bool missing);
   void asked(std::string_view key);
+  [[nodiscard]] std::optional<std::filesystem::path> replaced_file() const;
+  void tell_missing(std::string_view key, std::string_view expected);
   void check_note(const Node& note);
 
   const Node& node_;
@@ -125,6 +130,7 @@ class ObjectReader {
   std::vector<std::string> asked_;
   bool silent_;  ///< there is no object: that was reported, its keys are not
   bool finished_ = false;
+  bool lacks_replaced_file_ = false;
 };
 
 template <class E>

@@ -83,4 +83,13 @@ fs::path find_shipped(const fs::path& named, std::string_view kind) {
   return named;
 }
 
+std::string name_from(const fs::path& file, const fs::path& folder) {
+  const auto whole = [](const fs::path& path) { return fs::absolute(path).lexically_normal(); };
+  if (const fs::path shipped = shipped_folder(); !shipped.empty()) {
+    fs::path inside = whole(file).lexically_relative(whole(shipped));
+    if (!inside.empty() && *inside.begin() != "..") return inside.generic_string();
+  }
+  return whole(file).lexically_proximate(whole(folder.empty() ? fs::current_path() : folder)).generic_string();
+}
+
 }  // namespace gripline

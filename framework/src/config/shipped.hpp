@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
 #include <string_view>
 
 namespace gripline {
@@ -23,5 +24,8 @@ void set_program(const std::filesystem::path& file, const std::filesystem::path&
 /// nearly that name stands in the user's folder but something shipped is called nearly so, throws InputError that names
 /// it; else itself, which is then reported as absent.
 [[nodiscard]] std::filesystem::path find_shipped(const std::filesystem::path& named, std::string_view kind = {});
+
+/// How a file that stands in `folder` names `file`: as a shipped one where it is one.
+[[nodiscard]] std::string name_from(const std::filesystem::path& file, const std::filesystem::path& folder);
 
 }  // namespace gripline

@@ -90,7 +90,8 @@ void read_end(ObjectReader& r, WorldSpec& world, const Errors& errors) {
   world.duration = r.optional_number("duration", "s", NumberRange::positive());
   world.laps = static_cast<int>(r.integer("laps", {0, 10000}, 0));
   world.timeout = r.number("timeout", "s", NumberRange::positive(), world.duration.value_or(0.0) + 1e-9);
-  if (errors.added() != before || misspells_end(r.node())) return;  // what is missing would follow from that
+  if (errors.added() != before || misspells_end(r.node()) || r.lacks_replaced_file())
+    return;  // what is missing would follow from that
   if (world.laps == 0 && !world.duration && r.has("track"))
     r.error("a world ends after \"laps\" or after a \"duration\"; neither is given");
   if (world.laps > 0 && !world.duration && !r.has("timeout"))

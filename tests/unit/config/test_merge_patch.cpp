@@ -47,6 +47,22 @@ TEST(Merge, FollowsEveryExampleOfRfc7396) {
   for (const auto& row : rows) EXPECT_EQ(merged(row[0], row[1]), row[2]) << row[0] << " + " << row[1];
 }
 
+/// A text may be the name of a file, which a reader then misses.
+TEST(Merge, RemembersTheTextThatItReplaces) {
+  const Node base =
+      parse_text(R"({"world": "w.json", "base": {"controller": {"plugin": "a", "params": {"k": 1}}}})", "base");
+  const Node patch = parse_text(R"({"world": {"laps": 1}, "base": {"controller": {"plugin": "b"}}})", "patch");
+  const Node node = merge(parse_text("{}"), merge(base, patch));
+  const auto replaced = [&](const char* pointer) { return find_pointer(node, pointer)->replaced; };
+  ASSERT_TRUE(replaced("/world"));
+  EXPECT_EQ(replaced("/world")->text(), "w.json");
+  EXPECT_EQ(replaced("/world")->origin.source->name, "base");
+  ASSERT_TRUE(replaced("/base/controller/plugin"));
+  EXPECT_EQ(replaced("/base/controller/plugin")->text(), "a");
+  EXPECT_FALSE(replaced("/base/controller/params/k"));
+  EXPECT_FALSE(merge(base, base).find("world")->replaced);  // by the same text
+}
+
 TEST(Merge, KeepsTheOriginOfEachValue) {
   const Node base = parse_text("{ \"a\": 1,\n  \"b\": { \"x\": 1, \"y\": 2 } }", "base");
   const Node patch = parse_text("{\n\n  \"b\": { \"y\": 3 }, \"c\": 4 }", "patch");
