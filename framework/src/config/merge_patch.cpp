@@ -118,6 +118,7 @@ class Assignment {
       if (index == elements.size()) elements.emplace_back();
       elements[index] = std::move(node);
     } else if (parent->is_object()) {
+      if (const Node* const before = parent->find(names.back()); before != nullptr) remember(*before, node);
       parent->set(names.back(), std::move(node));
     } else {
       refuse(path + " is " + parent->describe() + ", it has no members");

@@ -1,5 +1,6 @@
 #include "plugin/plugin_spec.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <sstream>
 
@@ -88,6 +89,50 @@ const PluginEntry& find_at(const Registry& registry, abi::Kind kind, const Node&
   }
 }
 
+const abi::ParamDecl* find_param(const PluginEntry& entry, const std::string& name) {
+  const auto params = entry.params();
+  const auto found = std::ranges::find_if(params, [&](const abi::ParamDecl& decl) { return name == decl.name; });
+  return found == params.end() ? nullptr : &*found;
+}
+
+/// The object that a plugin's name stands in.
+Origin part_of(const Node& name) {
+  Origin part = name.origin;
+  part.pointer = part.pointer.substr(0, part.pointer.rfind('/'));
+  return part;
+}
+
+/// Whether a parameter stands beside the plugin's name, in one part of one file.
+bool is_beside(const Node& param, const Node& name) {
+  return param.origin.source == name.origin.source &&
+         param.origin.pointer.starts_with(part_of(name).pointer + "/params/");
+}
+
+/// Refuses parameters of the plugin that a merge put this one in the place of, in one message: a near name among the
+/// new one's parameters is not what was meant.
+void refuse_inherited(ObjectReader& values, const Node& name, const PluginEntry& entry, const Registry& registry) {
+  if (!name.replaced || !values.node().is_object()) return;
+  const auto before = std::ranges::find_if(registry.entries(), [&](const PluginEntry& one) {
+    return one.decl->kind == entry.decl->kind && name.replaced->text() == one.decl->id;
+  });
+  if (before == registry.entries().end()) return;
+  std::vector<std::string> inherited;
+  for (const Member& one : values.node().object()) {
+    const bool old = find_param(*before, one.key) != nullptr && find_param(entry, one.key) == nullptr;
+    if (!old || is_beside(one.value, name)) continue;
+    (void)values.find(one.key);  // told here
+    inherited.push_back(one.key);
+  }
+  if (inherited.empty()) return;
+  constexpr std::size_t most = 4;
+  std::string list;
+  for (std::size_t i = 0; i < std::min(most, inherited.size()); ++i) list += (i > 0 ? ", " : "") + inherited[i];
+  if (inherited.size() > most) list += ", ...";
+  values.errors().add(part_of(name), '"' + name.text() + "\" inherits parameters of \"" + name.replaced->text() +
+                                         "\" that it does not have (" + list +
+                                         "); write \"params\": null beside \"plugin\" to drop them");
+}
+
 }  // namespace
 
 std::vector<std::string> choice_names(const abi::ParamDecl& decl) {
@@ -114,7 +159,8 @@ PluginSpec read_plugin(ObjectReader& reader, abi::Kind kind, const Registry& reg
       reader.error_at("plugin", "expected the id of a plugin (" + std::string(kind_name(kind)) + "), found \"\"");
     return spec;
   }
-  spec.entry = &find_at(registry, kind, *reader.node().find("plugin"));
+  const Node& name = *reader.node().find("plugin");
+  spec.entry = &find_at(registry, kind, name);
   static const Node no_params = Node::empty_object();
   const Node& given = params != nullptr && !params->is_null() ? *params : no_params;
   ObjectReader values(given, reader.errors());
@@ -128,6 +174,7 @@ PluginSpec read_plugin(ObjectReader& reader, abi::Kind kind, const Registry& reg
           {from_car != known.end() ? known_value(from_car->second, decl, reader) : decl.default_value, {}});
     }
   }
+  refuse_inherited(values, name, *spec.entry, registry);
   values.finish();
   return spec;
 }

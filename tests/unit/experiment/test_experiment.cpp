@@ -69,7 +69,13 @@ TEST_F(Experiment, IsAWorldStacksSeedsAndClaims) {
 
 /// experiments.md: another plugin in a part inherits the parameters of the one it replaces; null drops them at once.
 TEST_F(Experiment, AnotherPluginInAPartMayDropInheritedParameters) {
-  EXPECT_THAT(why({R"(/stacks/fast={"planner": {"plugin": "friction_speed"}})"}), HasSubstr("unknown key \"mu\""));
+  EXPECT_THAT(
+      why({R"(/stacks/fast={"planner": {"plugin": "friction_speed"}})"}),
+      HasSubstr(
+          "--set /stacks/fast/planner: \"friction_speed\" inherits parameters of \"fixed_speed\" that it does not "
+          "have (mu); write \"params\": null beside \"plugin\" to drop them"));
+  EXPECT_THAT(why({"/base/planner/plugin=friction_speed"}),
+              HasSubstr("--set /base/planner: \"friction_speed\" inherits"));
   const RaceSpec spec = race({R"(/stacks/fast={"planner": {"plugin": "friction_speed", "params": null}})"});
   EXPECT_EQ(spec.stacks[1].planner.id(), "friction_speed");
   const RaceSpec apart = race({"/base/planner=null", R"(/stacks/plain/planner={"plugin": "fixed_speed"})",

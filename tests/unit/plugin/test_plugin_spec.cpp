@@ -3,11 +3,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "config/merge_patch.hpp"
 #include "support/host_support.hpp"
 
 namespace gripline {
 namespace {
 
+using testing::AllOf;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using namespace testing_support;
@@ -145,6 +147,20 @@ TEST(PluginSpec, TablesAreChecked) {
   EXPECT_THAT(why("\"absent.csv\""), HasSubstr("no such file"));
   EXPECT_THAT(why("\"empty.csv\""), HasSubstr("the file is empty"));
   EXPECT_THAT(why("\"text.csv\""), HasSubstr("expected a finite number, found \"a\""));
+}
+
+/// What another part wrote for the plugin before is no slip of its own parameters' names.
+TEST(PluginSpec, InheritedParametersOfAnotherPluginAreToldAtItsName) {
+  const Node base = json(R"({"plugin": "spy.typed", "params": {"length": 1, "count": 2}})");
+  const auto why = [&](const char* patch) { return refusal([&] { spec_of(merge(base, json(patch))); }); };
+  EXPECT_EQ(why(R"({"plugin": "elm"})"),
+            "test:1:12: \"elm\" inherits parameters of \"spy.typed\" that it does not have (length, count); write "
+            "\"params\": null beside \"plugin\" to drop them");
+  EXPECT_THAT(why(R"({"plugin": "elm", "params": {"count": 3, "hiden": 9}})"),
+              AllOf(HasSubstr("does not have (length);"), HasSubstr("/params/count: unknown key \"count\""),
+                    HasSubstr("/params/hiden: unknown key \"hiden\"; did you mean \"hidden\"?")));
+  EXPECT_THAT(why(R"({"params": {"lenght": 3}})"), HasSubstr("unknown key \"lenght\"; did you mean \"length\"?"));
+  EXPECT_EQ(spec_of(merge(base, json(R"({"plugin": "elm", "params": null})"))).id(), "elm");
 }
 
 TEST(PluginSpec, AMissingPluginIsAPluginError) {
