@@ -177,10 +177,7 @@ const Node* ObjectReader::find(std::string_view key) {
   return node == nullptr || node->is_null() ? nullptr : node;
 }
 
-bool ObjectReader::has(std::string_view key) const {
-  const Node* node = node_.find(key);
-  return node != nullptr && !node->is_null();
-}
+bool ObjectReader::has(std::string_view key) { return find(key) != nullptr; }
 
 const Node* ObjectReader::require(std::string_view key, std::string_view expected) {
   const Node* node = find(key);

@@ -101,7 +101,8 @@ class ObjectReader {
   const Node* find(std::string_view key);
   /// The value of a key that must be there; null after the error.
   const Node* require(std::string_view key, std::string_view expected);
-  [[nodiscard]] bool has(std::string_view key) const;
+  /// Whether a key is there; marks it as asked for, since one that may be absent is known all the same.
+  [[nodiscard]] bool has(std::string_view key);
   /// All members but "note" and nulls, all marked as asked for: for objects whose keys are names the user chose.
   std::vector<const Member*> members();
 

@@ -19,7 +19,7 @@ bool is_plain_name(const std::string& name) {
 
 void read_seeds(ObjectReader& r, RaceSpec& race) {
   std::int64_t first = 1, count = 1;
-  if (r.find("seeds") != nullptr && r.has("seeds")) {
+  if (r.has("seeds")) {
     ObjectReader seeds = r.object("seeds");
     first = seeds.integer("first", {0, largest_seed}, 1);
     count = seeds.integer("count", {1, 100'000}, 1);
@@ -130,7 +130,7 @@ RaceSpec read_race(const std::filesystem::path& file, Node tree, const Registry&
       race.world = read_world(*world, registry, errors);
     read_seeds(r, race);
     read_stacks(r, registry, race, errors);
-    if (const Node* perturb = r.find("perturb"); perturb != nullptr && r.has("perturb"))
+    if (const Node* perturb = r.find("perturb"); perturb != nullptr)
       race.perturb = read_perturb(*perturb, race.world, race.stacks, errors);
     std::vector<std::string> names;
     for (const StackSpec& stack : race.stacks) names.push_back(stack.name);

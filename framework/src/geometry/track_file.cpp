@@ -227,7 +227,6 @@ std::optional<TrackShape> read_shape(ObjectReader& object) {
   const bool segments = object.has("segments"), centre = object.has("centre"), edges = object.has("edges");
   if (segments + centre + edges != 1) {
     object.error("a track has exactly one of \"segments\", \"centre\" and \"edges\"");
-    object.find("segments"), object.find("centre"), object.find("edges");
     return std::nullopt;
   }
   if (centre) {

@@ -32,10 +32,7 @@ void refuse_truth(const PluginSpec& plugin, const Node& node, Errors& errors) {
 }
 
 PluginSpec read_role(ObjectReader& r, const char* key, abi::Kind kind, const Registry& registry, bool required) {
-  if (!required && !r.has(key)) {
-    r.find(key);
-    return {};
-  }
+  if (!required && !r.has(key)) return {};
   ObjectReader role = r.object(key);
   PluginSpec spec = read_plugin(role, kind, registry);
   role.finish();
@@ -89,8 +86,6 @@ StackSpec read_stack(const std::string& name, const Node& node, const Registry& 
     told = read_told_car(*r.find("car"), car, errors);
     check_known_params(*r.find("car"), registry, errors);
     spec.car = told.car;
-  } else {
-    r.find("car");
   }
   if (const Node* model = r.require("model", "a vehicle model"); model != nullptr) {
     spec.model = read_vehicle(*model, registry, told, "rk4", errors, Readings::unread);

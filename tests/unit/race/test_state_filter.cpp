@@ -173,6 +173,7 @@ TEST(StateFilter, IsReadStrictly) {
   EXPECT_DOUBLE_EQ(spec.drift[2], 0.1 * gravity / (car.lf + car.lr));
   EXPECT_THAT(refusal([] { filter_of(R"({"sigma": {"yawrate": 0.05}})"); }), HasSubstr("yaw_rate"));
   EXPECT_THAT(refusal([] { filter_of(R"({"drift": {}})"); }), HasSubstr("sigma"));
+  EXPECT_THAT(refusal([] { filter_of(R"({"sigma": {}, "drft": {}})"); }), HasSubstr("did you mean \"drift\"?"));
   EXPECT_THAT(refusal([] { filter_of(R"({"sigma": {"x": -1}})"); }), HasSubstr("/state_filter/sigma/x"));
 }
 

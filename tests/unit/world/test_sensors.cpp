@@ -135,7 +135,8 @@ TEST(Sensors, RefusalsSayWhatAndWhere) {
   EXPECT_THAT(why(R"({"sigma": {"x": -1}})"), HasSubstr("/sigma/x: -1 is out of range"));
   EXPECT_THAT(why(R"({"sigma": {"omega": 1}})"), HasSubstr("/sigma/omega: unknown key \"omega\""));
   EXPECT_THAT(why(R"({"sigma": {"x": "1 kg"}})"), HasSubstr("is a mass, expected a length [m]"));
-  EXPECT_THAT(why(R"({"noise": {"x": 1}})"), HasSubstr("unknown key \"noise\""));
+  EXPECT_THAT(why(R"({"noise": {"x": 1}})"), HasSubstr("unknown key \"noise\"; known: sigma, bias, rate, delay"));
+  EXPECT_THAT(why(R"({"sigma": {"x": 1}, "dealy": {"x": 1}})"), HasSubstr("did you mean \"delay\"?"));
   EXPECT_THAT(why(R"({"rate": {"x": 0}})"), HasSubstr("/rate/x: 0 is out of range"));
 }
 
