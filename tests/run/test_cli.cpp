@@ -532,6 +532,20 @@ TEST_F(Cli, AMisspeltShippedFileIsNamed) {
   EXPECT_THAT(error({"limit", "worlds/etzh.json"}), HasSubstr("did you mean \"worlds/ethz.json\""));
   EXPECT_THAT(error({"track", "worlds/tracks/steet.json"}), HasSubstr("did you mean \"worlds/tracks/street.json\""));
   EXPECT_THAT(error({"validate", "quite_another_thing"}), EndsWith("quite_another_thing: no such file\n1 error.\n"));
+  const auto named = [&](const char* text) {
+    write_text(folder_ / "mine.json", text);
+    return error({"validate", "mine.json"});
+  };
+  EXPECT_EQ(named(R"({"extends": "experiments/frst_race.json"})"),
+            "mine.json:1:13: /extends: \"experiments/frst_race.json\": no such file; did you mean "
+            "\"experiments/first_race.json\", which is shipped?\n1 error.\n");
+  EXPECT_THAT(named(R"({"extends": "first_race"})"),
+              HasSubstr("/extends: \"first_race\": no such file; did you mean \"experiments/first_race.json\", which"));
+  EXPECT_THAT(named(R"({"extends": "worlds/ethz.json", "track": "worlds/tracks/ethx.json"})"),
+              HasSubstr("/track: \"worlds/tracks/ethx.json\": no such file; did you mean \"worlds/tracks/ethz.json\""));
+  EXPECT_THAT(error({"compare", "first_race", "--set", "/world/track=\"worlds/tracks/ethx.json\""}),
+              HasSubstr("--set /world/track: \"worlds/tracks/ethx.json\": no such file; did you mean "
+                        "\"worlds/tracks/ethz.json\", which is shipped?"));
   write_text(folder_ / "my_race.json", "{}");
   EXPECT_THAT(error({"validate", "my_rase.json"}), HasSubstr("did you mean \"my_race.json\"?"));  // one's own first
 }

@@ -24,7 +24,7 @@ Node parse(const fs::path& file, JsonBudget& budget) {
 
 /// `file`, as `name` names it, if it can be read.
 fs::path readable(const Node& name, const fs::path& file, std::string_view text) {
-  if (const std::string reason = why_unreadable(file); !reason.empty())
+  if (const std::string reason = why_unreadable_as(text, file); !reason.empty())
     throw InputError(name.origin, '"' + std::string(text) + "\": " + reason);
   return file;
 }

@@ -261,8 +261,9 @@ std::filesystem::path ObjectReader::path(std::string_view key) {
 std::filesystem::path ObjectReader::input_file(std::string_view key) {
   std::filesystem::path file = path(key);
   if (file.empty()) return file;
-  if (const std::string reason = why_unreadable(file); !reason.empty()) {
-    error_at(key, node_.find(key)->describe() + ": " + reason);
+  const Node& name = *node_.find(key);
+  if (const std::string reason = why_unreadable_as(name.text(), file); !reason.empty()) {
+    error_at(key, name.describe() + ": " + reason);
   }
   return file;
 }

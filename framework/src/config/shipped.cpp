@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <array>
+#include <compare>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -31,22 +33,46 @@ Program& program() {
 constexpr std::array<std::string_view, 5> all_folders = {"experiments", "worlds", "worlds/cars", "worlds/tracks",
                                                          "worlds/friction"};
 
+/// One way to name a shipped file, and its path below the shipped folder.
+struct ShippedName {
+  std::string name, file;
+  auto operator<=>(const ShippedName&) const = default;
+};
+
 /// Every way to name the files of these folders: "first_race", "first_race.json", "experiments/first_race.json".
-std::vector<std::string> shipped_names(const fs::path& shipped, std::span<const std::string_view> folders) {
-  std::vector<std::string> names;
+std::vector<ShippedName> shipped_names(const fs::path& shipped, std::span<const std::string_view> folders) {
+  std::vector<ShippedName> names;
   std::error_code failed;
   for (const std::string_view folder : folders)
     for (fs::directory_iterator it(shipped / folder, failed), end; !failed && it != end; it.increment(failed)) {
       const fs::path& file = it->path();
-      if (file.extension() == ".json") names.push_back(file.stem().string());
+      const std::string name = file.filename().string(), whole = std::string(folder) + "/" + name;
+      if (file.extension() == ".json") names.push_back({file.stem().string(), whole});
       if (file.extension() == ".json" || file.extension() == ".csv") {
-        names.push_back(file.filename().string());
-        names.push_back(std::string(folder) + "/" + file.filename().string());
+        names.push_back({name, whole});
+        names.push_back({whole, whole});
       }
     }
   std::ranges::sort(names);
   return names;
 }
+
+/// The shipped file that an absent one was most likely meant to be. A near name in the user's own folder (`why` has it)
+/// is the better guess.
+std::optional<ShippedName> near_shipped(const fs::path& named, std::string_view why,
+                                        std::span<const std::string_view> folders) {
+  const fs::path shipped = shipped_folder();
+  if (shipped.empty() || named.is_absolute()) return std::nullopt;
+  if (!why.starts_with("no such file") || why.find("did you mean") != why.npos) return std::nullopt;
+  const std::vector<ShippedName> all = shipped_names(shipped, folders);
+  std::vector<std::string> names;
+  for (const ShippedName& one : all) names.push_back(one.name);
+  const auto near = nearest(named.generic_string(), names);
+  if (!near) return std::nullopt;
+  return *std::ranges::find(all, *near, &ShippedName::name);
+}
+
+std::string hint(const std::string& name) { return "no such file; did you mean \"" + name + "\", which is shipped?"; }
 
 }  // namespace
 
@@ -75,12 +101,15 @@ fs::path find_shipped(const fs::path& named, std::string_view kind) {
   }
   for (const fs::path& candidate : candidates)
     if (fs::is_regular_file(candidate, failed)) return candidate.lexically_normal();
-  // A near name in the user's own folder is the better guess; who reads the file tells it.
-  if (const std::string why = why_unreadable(named); why.find("did you mean") == why.npos)
-    if (const auto near = nearest(named.generic_string(), shipped_names(shipped, folders)))
-      throw InputError(std::vector{Diagnostic{
-          .file = shown(named), .message = "no such file; did you mean \"" + *near + "\", which is shipped?"}});
+  if (const auto near = near_shipped(named, why_unreadable(named), folders))
+    throw InputError(std::vector{Diagnostic{.file = shown(named), .message = hint(near->name)}});
   return named;
+}
+
+std::string why_unreadable_as(std::string_view named, const fs::path& file) {
+  std::string why = why_unreadable(file);
+  if (const auto near = near_shipped(fs::path(named), why, all_folders)) return hint(near->file);
+  return why;
 }
 
 std::string name_from(const fs::path& file, const fs::path& folder) {

@@ -7,6 +7,7 @@
 #include "config/files.hpp"
 #include "config/json_file.hpp"
 #include "config/reader.hpp"
+#include "config/shipped.hpp"
 #include "geometry/track_import.hpp"
 
 namespace gripline {
@@ -286,7 +287,13 @@ Track from_csv(const std::filesystem::path& file) {
 
 std::optional<Track> read_track(const Node& node, Errors& errors) {
   try {
-    if (node.is_text()) return load_track(resolve_path(node));
+    if (node.is_text()) {
+      const std::filesystem::path file = resolve_path(node);
+      const std::string why = why_unreadable_as(node.text(), file);
+      if (why.empty()) return load_track(file);
+      errors.add(node.origin, '"' + node.text() + "\": " + why);
+      return std::nullopt;
+    }
     if (node.is_object()) return read_object(node, errors, "track");
   } catch (const InputError& error) {
     errors.add(error);
