@@ -84,6 +84,11 @@ TEST(CommandLine, WrongWordsAreRefusedWithAHint) {
   EXPECT_EQ(refused({"compare", good, "-j", "two"}), "-j two: expected a whole number\n");
   EXPECT_THAT(refused({"compare", good, "--jbos", "2"}),
               AllOf(HasSubstr("--jbos"), HasSubstr("see gripline compare --help")));
+  EXPECT_THAT(refused({"compare", good, "--onyl", "told"}),
+              HasSubstr("--onyl'; did you mean \"--only\"?; see gripline compare --help"));
+  EXPECT_THAT(refused({"report", "out", "--figure"}), HasSubstr("did you mean \"--figures\"?"));
+  EXPECT_EQ(refused({"compare", good, "--seeds", "1..5"}),
+            "--seeds is of sweep only; here --set /seeds/count=5 (and --set /seeds/first=1)\n");
   EXPECT_THAT(refused({"compare", good, "--only", "tolled"}),
               HasSubstr("no stack \"tolled\" in good; did you mean \"told\"?"));
   EXPECT_THAT(refused({"compare", good, "--only", ""}), HasSubstr("--only"));

@@ -36,6 +36,14 @@ Words parts_of(const std::string& option, const std::string& text, const std::st
   return parts;
 }
 
+/// The message about an option that there is none of, with the nearest of those that there are.
+std::string unknown_option(const po::unknown_option& error, const po::options_description& visible) {
+  Words names;
+  for (const auto& option : visible.options()) names.push_back("--" + option->long_name());
+  const auto near = nearest(error.get_option_name(), names);
+  return error.what() + (near ? "; did you mean \"" + *near + "\"?" : std::string());
+}
+
 }  // namespace
 
 void add_plugins_option(po::options_description& visible) {
@@ -52,7 +60,11 @@ std::optional<po::variables_map> parse_options(Arguments args, const po::options
   po::variables_map given;
   const Words words(args.begin(), args.end());
   const auto style = po::command_line_style::unix_style & ~po::command_line_style::allow_guessing;
-  po::store(po::command_line_parser(words).options(all).positional(places).style(style).run(), given);
+  try {
+    po::store(po::command_line_parser(words).options(all).positional(places).style(style).run(), given);
+  } catch (const po::unknown_option& error) {
+    throw po::error(unknown_option(error, visible));
+  }
   po::notify(given);
   if (given.count("help") > 0) {
     std::cout << "usage: gripline " << usage << "\n\n" << visible;

@@ -9,7 +9,19 @@
 namespace gripline::tools {
 namespace po = boost::program_options;
 
+namespace {
+
+/// An experiment's seeds are its own here.
+void refuse_seeds(Arguments args) {
+  for (const std::string& word : args)
+    if (word == "--seeds" || word.starts_with("--seeds="))
+      throw InputError("--seeds is of sweep only; here --set /seeds/count=5 (and --set /seeds/first=1)");
+}
+
+}  // namespace
+
 int run_compare(Arguments args) {
+  refuse_seeds(args);
   po::options_description visible("options");
   auto add = visible.add_options();
   add("only", po::value<std::string>(), "stacks (of a diagnose experiment, cases) to run, a,b,c (default: all)");

@@ -19,10 +19,13 @@ class TermParser {
     skip();
     const std::size_t begin = at_;
     if (const std::optional<double> number = read_number()) {
+      const std::size_t end = at_;
       skip();
       if (at_ == text_.size()) return {0.0, "", "", *number};
       if (accept('*'))
         term.factor = *number;
+      else if (at_ > end && std::isalnum(static_cast<unsigned char>(text_[at_])) != 0)
+        refuse_factor(begin, end);
       else
         at_ = begin;  // a name that begins with digits
     }
@@ -39,6 +42,12 @@ class TermParser {
   }
 
  private:
+  /// A number and a name with nothing but a blank between them.
+  [[noreturn]] void refuse_factor(std::size_t begin, std::size_t end) const {
+    const std::string_view rest = text_.substr(at_, text_.find_last_not_of(' ') + 1 - at_);
+    throw "a factor stands before \"*\": write " + std::string(text_.substr(begin, end - begin)) + " * " +
+        std::string(rest);
+  }
   void skip() {
     while (at_ < text_.size() && text_[at_] == ' ') ++at_;
   }
@@ -104,13 +113,17 @@ void check_names(const ClaimTerm& term, std::span<const std::string> stacks, std
   if (term.stack.empty()) return;
   if (std::find(stacks.begin(), stacks.end(), term.stack) == stacks.end())
     errors.add(node.origin, "no stack \"" + term.stack + "\"" + did_you_mean(term.stack, stacks));
-  const bool known = columns.empty() ? is_table_column(term.column)
-                                     : std::find(columns.begin(), columns.end(), term.column) != columns.end();
-  if (known) return;
+  const auto is_known = [&](const std::string& column) {
+    return columns.empty() ? is_table_column(column) : std::ranges::find(columns, column) != columns.end();
+  };
+  if (is_known(term.column)) return;
+  const std::string no = "no column \"" + term.column + '"';
+  for (const char* unit : {"_s", "_m", "_mps", "_ms"})  // left out of the name
+    if (is_known(term.column + unit))
+      return errors.add(node.origin, no + "; did you mean \"" + term.column + unit + "\"?");
   const std::vector<std::string> of_race =
       columns.empty() ? race_column_names("table.csv", 1) : std::vector<std::string>();
-  errors.add(node.origin,
-             "no column \"" + term.column + "\"" + did_you_mean(term.column, columns.empty() ? of_race : columns));
+  errors.add(node.origin, no + did_you_mean(term.column, columns.empty() ? of_race : columns));
 }
 
 bool compare(double left, Claim::Relation relation, double right) {
@@ -159,9 +172,13 @@ std::optional<Claim> read_claim(const Node& node, std::span<const std::string> s
     const std::size_t at = claim.text.find(text);
     if (at == std::string::npos) continue;
     claim.relation = relation;
+    const std::string_view left = std::string_view(claim.text).substr(0, at);
+    const std::string_view right = std::string_view(claim.text).substr(at + std::string_view(text).size());
     try {
-      claim.left = TermParser(std::string_view(claim.text).substr(0, at)).parse();
-      claim.right = TermParser(std::string_view(claim.text).substr(at + std::string_view(text).size())).parse();
+      for (const auto& [side, where] : {std::pair(left, "before"), std::pair(right, "after")})
+        if (side.find_first_not_of(' ') == side.npos) throw std::string("nothing stands ") + where + " \"" + text + '"';
+      claim.left = TermParser(left).parse();
+      claim.right = TermParser(right).parse();
     } catch (const std::string& problem) {
       errors.add(node.origin, problem);
       return std::nullopt;

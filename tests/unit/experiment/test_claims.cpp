@@ -97,6 +97,9 @@ TEST(Claims, NamesMayHaveDots) {
 TEST(Claims, RowsAndColumnsMustExist) {
   EXPECT_THAT(why("elmo.violation_s <= 1"), StartsWith("no stack \"elmo\"; did you mean \"elm\"?"));
   EXPECT_THAT(why("elm.violation <= 1"), StartsWith("no column \"violation\"; did you mean \"violation_s\"?"));
+  EXPECT_THAT(why("elm.lap12 <= 1"), StartsWith("no column \"lap12\"; did you mean \"lap12_s\"?"));
+  EXPECT_THAT(why("elm.mean_deviation <= 1"),
+              StartsWith("no column \"mean_deviation\"; did you mean \"mean_deviation_m\""));
   EXPECT_THAT(why("elm.lap3_s < 8"), "nothing");
   EXPECT_THAT(why("elm.lap12_mean_factor < 8"), "nothing");
   EXPECT_THAT(why("elm.pace_ratio3 < 8"), "nothing");
@@ -108,8 +111,10 @@ TEST(Claims, WhatIsNoClaimIsRefused) {
   EXPECT_THAT(why("elm.violation_s none.violation_s"),
               StartsWith("a claim compares with <, <=, >, >= or ==; found \"elm.violation_s none.violation_s\""));
   EXPECT_THAT(why("elm <= none.violation_s"), HasSubstr("expected stack.column, found \"elm \""));
-  EXPECT_THAT(why("<= none.violation_s"), HasSubstr("expected a name"));
-  EXPECT_THAT(why("elm.violation_s <= "), HasSubstr("expected a name"));
+  EXPECT_THAT(why("<= none.violation_s"), StartsWith("nothing stands before \"<=\""));
+  EXPECT_THAT(why("elm.violation_s < "), StartsWith("nothing stands after \"<\""));
+  EXPECT_THAT(why("elm.violation_s <= 1.05 none.violation_s "),
+              StartsWith("a factor stands before \"*\": write 1.05 * none.violation_s"));
   EXPECT_THAT(why("elm.violation_s <= none.violation_s * 2"), HasSubstr("cannot read \"* 2\""));
   EXPECT_THAT(why("elm.violation_s + x <= 1"), HasSubstr("expected a number in"));
   EXPECT_THAT(why("elm.violation_s < none.violation_s < gp.violation_s"), HasSubstr("cannot read"));
