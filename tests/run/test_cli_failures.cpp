@@ -132,6 +132,19 @@ TEST_F(Failures, ValidateTellsOfAMissingPluginAndGoesOn) {
                                  HasSubstr("1 error.\n")));
 }
 
+/// commands.md: validate lists every error, also beside a plugin that is not there.
+TEST_F(Failures, ValidateTellsWhatElseIsWrongBesideAMissingPlugin) {
+  write_text(folder_ / "wrong.json", R"({"extends": ")" + fixture_dir().string() +
+                                         R"(/experiments/good.json", "claims": ["told.lap0_s <= "],
+    "base": {"planner": {"plugin": "fixd_speed"}, "controller": {"plugin": "mpc_ipotp"}, "mu_init": -1}})");
+  const Outcome outcome = gripline_with({"validate", (folder_ / "wrong.json").string()});
+  EXPECT_EQ(outcome.code, 2);
+  EXPECT_THAT(outcome.err, AllOf(HasSubstr("/base/planner/plugin: no planner plugin \"fixd_speed\""),
+                                 HasSubstr("/base/controller/plugin: no controller plugin \"mpc_ipotp\""),
+                                 HasSubstr("/base/mu_init: -1 is out of range"),
+                                 HasSubstr("nothing stands after \"<=\""), HasSubstr("4 errors.\n")));
+}
+
 TEST_F(Failures, APluginThatCrashesItsProcessIsOneLostRun) {
   const Outcome outcome =
       compare({"--plugins", plugins_of("faults"), "-j", "2", "--set", "/seeds/count=1", "--set",

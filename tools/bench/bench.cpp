@@ -175,6 +175,7 @@ gripline::Instance<Estimator> copy_that_learns(const Recording& recording, const
   const Node node = parse_text(R"({"plugin": "elm"})");
   ObjectReader reader(node, errors);
   const PluginSpec spec = read_plugin(reader, abi::Kind::estimator, registry);
+  errors.throw_if_any();
   PluginContext context = plugin_context(world);
   context.nominal = &nominal;
   gripline::Instance<Estimator> learner = create<Estimator>(*spec.entry, context, spec.values);

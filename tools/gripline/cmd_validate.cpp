@@ -1,5 +1,6 @@
 // gripline validate FILE...: reads everything, drives nothing.
 #include <iostream>
+#include <sstream>
 
 #include "cli/options.hpp"
 #include "config/errors.hpp"
@@ -20,7 +21,7 @@ int run_validate(Arguments args) {
   if (files.empty()) throw InputError("which file?");
   const Registry registry = open_registry(plugin_dirs_of(*given));
   Errors errors;
-  std::vector<std::string> unusable;
+  Words unusable;  // a line for each plugin
   for (const std::string& file : files) {
     try {
       const std::vector<std::string> doubts = validate_file(find_shipped(file), registry);
@@ -31,7 +32,8 @@ int run_validate(Arguments args) {
     } catch (const InputError& e) {
       errors.add(e);
     } catch (const PluginError& e) {
-      unusable.emplace_back(e.what());
+      std::istringstream lines(e.what());
+      for (std::string line; std::getline(lines, line);) unusable.push_back(line);
     }
   }
   const std::size_t count = errors.size() + unusable.size();

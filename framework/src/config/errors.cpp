@@ -110,6 +110,13 @@ void Errors::add(Diagnostic diagnostic) {
   if (!context_.empty() && std::ranges::find(contexts, context_) == contexts.end()) contexts.push_back(context_);
 }
 
+void Errors::add(const Origin& origin, std::string message, Refuse refuse) {
+  const std::size_t before = size();
+  add(origin, std::move(message));
+  of_machine_ += size() - before;
+  refuse_ = refuse;
+}
+
 void Errors::add(const InputError& error) {
   for (const Diagnostic& one : error.diagnostics()) add(one);
 }
@@ -127,7 +134,10 @@ std::vector<Diagnostic> Errors::sorted() const {
 }
 
 void Errors::throw_if_any() const {
-  if (!diagnostics_.empty()) throw InputError(sorted());
+  if (diagnostics_.empty()) return;
+  const InputError all(sorted());
+  if (of_machine_ == size()) refuse_(all.what());
+  throw all;
 }
 
 std::optional<std::string> nearest(std::string_view name, std::span<const std::string> candidates) {

@@ -47,6 +47,10 @@ class Errors {
  public:
   void add(const Origin& origin, std::string message);
   void add(Diagnostic diagnostic);
+  /// An error of the machine and not of the input: a plugin that is not installed. Where there are no others,
+  /// throw_if_any() gives all of them to `refuse`, which throws what belongs to it.
+  using Refuse = void (*)(const std::string& lines);
+  void add(const Origin& origin, std::string message, Refuse refuse);
   /// Takes over what another reading step refused.
   void add(const InputError& error);
 
@@ -61,13 +65,14 @@ class Errors {
   [[nodiscard]] std::size_t added() const noexcept { return added_; }
   /// By file, line and column. The first thousand; a last one counts what follows.
   [[nodiscard]] std::vector<Diagnostic> sorted() const;
-  /// Throws InputError with everything collected, sorted.
+  /// Throws InputError with everything collected, sorted; where nothing is wrong with the input, as `refuse` does.
   void throw_if_any() const;
 
  private:
   std::vector<Diagnostic> diagnostics_;
   std::unordered_map<std::string, std::size_t> known_;  ///< index of an error, by its text
-  std::size_t added_ = 0, untold_ = 0;
+  std::size_t added_ = 0, untold_ = 0, of_machine_ = 0;
+  Refuse refuse_ = nullptr;  ///< for those of the machine
   std::string context_;
 };
 

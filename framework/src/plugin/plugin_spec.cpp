@@ -80,12 +80,13 @@ double known_value(double known, const abi::ParamDecl& decl, ObjectReader& reade
   return decl.default_value;
 }
 
-/// Registry::find, its error with the place in the file where the plugin is named.
-const PluginEntry& find_at(const Registry& registry, abi::Kind kind, const Node& name) {
+/// Registry::find, its error with the place in the file where the plugin is named; null after it.
+const PluginEntry* find_at(const Registry& registry, abi::Kind kind, const Node& name, Errors& errors) {
   try {
-    return registry.find(kind, name.text());
+    return &registry.find(kind, name.text());
   } catch (const PluginError& error) {
-    throw PluginError(InputError(name.origin, error.what()).what());
+    errors.add(name.origin, error.what(), [](const std::string& lines) { throw PluginError(lines); });
+    return nullptr;
   }
 }
 
@@ -160,7 +161,8 @@ PluginSpec read_plugin(ObjectReader& reader, abi::Kind kind, const Registry& reg
     return spec;
   }
   const Node& name = *reader.node().find("plugin");
-  spec.entry = &find_at(registry, kind, name);
+  spec.entry = find_at(registry, kind, name, reader.errors());
+  if (spec.entry == nullptr) return spec;
   static const Node no_params = Node::empty_object();
   const Node& given = params != nullptr && !params->is_null() ? *params : no_params;
   ObjectReader values(given, reader.errors());

@@ -30,7 +30,8 @@ using KnownParams = std::map<std::string, double>;
 std::vector<std::string> choice_names(const abi::ParamDecl& decl);
 
 /// Reads "plugin" and "params" from an object; other keys are the caller's. A parameter not given takes its value from
-/// `known`, else its default. Throws PluginError when there is no such plugin.
+/// `known`, else its default. Where there is no such plugin the spec is empty, its parameters are not checked, and
+/// throw_if_any() of the reader's errors throws PluginError if nothing else is wrong.
 PluginSpec read_plugin(ObjectReader& reader, abi::Kind kind, const Registry& registry, const KnownParams& known = {});
 
 }  // namespace gripline

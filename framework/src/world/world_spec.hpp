@@ -45,7 +45,7 @@ struct WorldSpec {
 /// A race needs a road; what is only compared with logs can do without one (`track` is then null).
 enum class RoadRule { required, optional };
 
-/// Throws PluginError when a plugin is missing; everything else goes to errors.
+/// What is wrong goes to errors, also a plugin that is missing (read_plugin).
 WorldSpec read_world(const Node& node, const Registry& registry, Errors& errors, RoadRule road = RoadRule::required);
 
 /// Refuses a black box, at its place: `who` needs the equations of a vehicle model.

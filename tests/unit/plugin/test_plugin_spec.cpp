@@ -12,6 +12,7 @@ namespace {
 using testing::AllOf;
 using testing::ElementsAre;
 using testing::HasSubstr;
+using testing::Not;
 using namespace testing_support;
 
 PluginSpec spec_of(const Node& node, abi::Kind kind = abi::Kind::estimator, const KnownParams& known = {}) {
@@ -165,6 +166,25 @@ TEST(PluginSpec, InheritedParametersOfAnotherPluginAreToldAtItsName) {
 
 TEST(PluginSpec, AMissingPluginIsAPluginError) {
   EXPECT_THROW(spec_of(json(R"({"plugin": "spy.typd"})")), PluginError);
+}
+
+TEST(PluginSpec, AMissingPluginHidesNoOtherError) {
+  const auto read = [](const char* other) {
+    const Node missing = json(R"({"plugin": "spy.typd", "params": {"lenght": 1}})"), second = json(other);
+    Errors errors;
+    for (const Node* node : {&missing, &second}) {
+      ObjectReader reader(*node, errors);
+      (void)read_plugin(reader, abi::Kind::estimator, plugins());
+    }
+    errors.throw_if_any();
+  };
+  EXPECT_THROW(read(R"({"plugin": "spy.tiped"})"), PluginError);
+  EXPECT_THAT(refusal([&] { read(R"({"plugin": "spy.tiped"})"); }),
+              AllOf(HasSubstr("no estimator plugin \"spy.typd\""), HasSubstr("no estimator plugin \"spy.tiped\"")));
+  EXPECT_THROW(read(R"({"plugin": "spy.typed", "params": {"count": 2.5}})"), InputError);
+  EXPECT_THAT(refusal([&] { read(R"({"plugin": "spy.typed", "params": {"count": 2.5}})"); }),
+              AllOf(HasSubstr("no estimator plugin \"spy.typd\""), HasSubstr("/params/count: expected a whole number"),
+                    Not(HasSubstr("lenght"))));
 }
 
 }  // namespace
