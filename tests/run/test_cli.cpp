@@ -40,7 +40,8 @@ class Cli : public testing::Test {
 TEST_F(Cli, HelpAndVersion) {
   const Outcome help = gripline_with({"--help"});
   EXPECT_EQ(help.code, 0);
-  for (const char* word : {"compare", "run", "validate", "plugins", "exit: 0 good, 1 a claim failed, 2 your input"})
+  for (const char* word : {"compare", "run", "validate", "list, describe, make (new) and check plugins",
+                           "1 a claim failed, a plugin failed a check, or diagnose could not decide; 2 your input"})
     EXPECT_THAT(help.out, HasSubstr(word));
   EXPECT_EQ(gripline_with({"compare", "--help"}).code, 0);
   EXPECT_THAT(gripline_with({"compare", "--help"}).out,

@@ -30,7 +30,7 @@ constexpr CommandEntry commands[] = {
     {"limit", run_limit, "the fastest laps that a world's car can drive, over friction"},
     {"track", run_track, "a road from the formats that people have, repaired, checked and drawn"},
     {"bench", run_bench_command, "how long the steps of a stack take"},
-    {"plugins", run_plugins, "list the plugins, or describe one"},
+    {"plugins", run_plugins, "list, describe, make (new) and check plugins"},
 };
 
 void print_help(std::ostream& out) {
@@ -38,7 +38,8 @@ void print_help(std::ostream& out) {
   for (const CommandEntry& command : commands)
     out << "  " << command.name << std::string(12 - std::string(command.name).size(), ' ') << command.summary << '\n';
   out << "\n  --help      this text; after a command, that command's options\n  --version   the version\n\n"
-         "exit: 0 good, 1 a claim failed, 2 your input, 3 a plugin cannot be used, 4 a run broke,\n"
+         "exit: 0 good; 1 a claim failed, a plugin failed a check, or diagnose could not decide; 2 your input;\n"
+         "      3 a plugin cannot be found, loaded or made; 4 a run broke;\n"
          "      75 runs of a sweep are missing and --resume may have them\n";
 }
 
