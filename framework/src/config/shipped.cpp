@@ -72,7 +72,9 @@ std::optional<ShippedName> near_shipped(const fs::path& named, std::string_view 
   return *std::ranges::find(all, *near, &ShippedName::name);
 }
 
-std::string hint(const std::string& name) { return "no such file; did you mean \"" + name + "\", which is shipped?"; }
+std::string shipped_hint(const std::string& name) {
+  return "no such file; did you mean \"" + name + "\", which is shipped?";
+}
 
 }  // namespace
 
@@ -102,13 +104,13 @@ fs::path find_shipped(const fs::path& named, std::string_view kind) {
   for (const fs::path& candidate : candidates)
     if (fs::is_regular_file(candidate, failed)) return candidate.lexically_normal();
   if (const auto near = near_shipped(named, why_unreadable(named), folders))
-    throw InputError(std::vector{Diagnostic{.file = shown(named), .message = hint(near->name)}});
+    throw InputError(std::vector{Diagnostic{.file = shown(named), .message = shipped_hint(near->name)}});
   return named;
 }
 
 std::string why_unreadable_as(std::string_view named, const fs::path& file) {
   std::string why = why_unreadable(file);
-  if (const auto near = near_shipped(fs::path(named), why, all_folders)) return hint(near->file);
+  if (const auto near = near_shipped(fs::path(named), why, all_folders)) return shipped_hint(near->file);
   return why;
 }
 
