@@ -8,8 +8,9 @@
 
 namespace gripline::diagnose {
 
-void report_noise(const Problem& problem, const Noise& noise, std::vector<measured::Finding>& health) {
-  using measured::Finding;
+using measured::Finding;
+
+void report_noise(const Problem& problem, const Noise& noise, std::vector<Finding>& health) {
   if (problem.colour != Channels{} || noise.command != UnknownCommands{}) {
     for (std::size_t c = 0; c < channels; ++c) {
       if (!problem.is_read(c)) continue;
