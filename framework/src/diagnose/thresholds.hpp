@@ -207,7 +207,7 @@ inline constexpr double may_be_left_out = 4.0;
 /// by to search again.
 inline constexpr double most_bend = 0.3, other_bend = 0.03;
 /// Relative difference of two logs' rates up to which a bend measured in one is that of the other: an uneven recorder's
-/// own rate varies by less. Larger: bends are believed of logs that nobody measured them in.
+/// own rate varies by less. Larger: bends are assumed of logs that nobody measured them in.
 inline constexpr double same_rate = 0.01;
 /// Samples that noise is measured on; iterations, and log likelihood by which one must improve to go on.
 inline constexpr std::size_t noise_samples = 3000;

@@ -23,7 +23,7 @@ bool same_commands(std::span<const CommandSample<double>> a, std::span<const Com
 }
 
 ActingCommand<double> command_at(const Log& log, std::size_t k, double share) {
-  if (log.held) {
+  if (log.commands_held) {
     const CommandSample<double>&now = log.command[k], &before = log.command[k > 0 ? k - 1 : 0];
     return {now.d, now.delta, (now.delta - before.delta) / log.dt};
   }
@@ -48,13 +48,13 @@ History<double> history_at(const Log& log, double now) {
   history.t0 = log.t0;
   history.dt = log.fine.empty() ? log.dt : 0.5 * log.dt;
   history.now = now;
-  history.hold = log.held ? Hold::zoh : Hold::foh;
+  history.hold = log.commands_held ? Hold::zoh : Hold::foh;
   return history;
 }
 
 ActingCommand<double> command_at_sample(const Log& log, std::size_t k) {
   ActingCommand<double> command = command_at(log, k, 0.0);
-  if (!log.held || k == 0) return command;
+  if (!log.commands_held || k == 0) return command;
   command.d = 0.5 * (command.d + log.command[k - 1].d);
   command.delta = 0.5 * (command.delta + log.command[k - 1].delta);
   return command;
@@ -62,7 +62,7 @@ ActingCommand<double> command_at_sample(const Log& log, std::size_t k) {
 
 History<double> history_at_sample(const Log& log, double now) {
   History<double> history = history_at(log, now);
-  if (!log.held) return history;
+  if (!log.commands_held) return history;
   history.hold = Hold::foh;  // from the middle of each step to that of the next
   history.t0 += 0.5 * log.dt;
   return history;

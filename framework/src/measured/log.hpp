@@ -47,7 +47,7 @@ struct Log {
   std::vector<double> reading;  // n x 6
   std::vector<CommandSample<double>> command;
   std::vector<CommandSample<double>> fine;  // 2 size() - 1 commands half a sample apart; empty: `command` says all
-  bool held = false;                        // each command acts until the next; `fine` is empty then
+  bool commands_held = false;               // each command acts until the next; `fine` is empty then
   std::vector<bool> interpolated;   // samples without a recorded command, filled in from their neighbours; empty: none
   std::vector<CommandDoubt> doubt;  // of each sample, where commands were rounded and are expected values; empty: none
   /// Whether a command of the step after sample k was not recorded.

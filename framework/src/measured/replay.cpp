@@ -77,7 +77,7 @@ void LogStepper::advance(std::span<const std::size_t> sample, std::span<const Pl
         for (std::size_t i = 0; i < n; ++i) {
           command_[i] = command_at(log_, sample[i], share);
           at_[i] = between(from[i], to[i], share, log_.dt);
-          if (looks_back_) history_[i] = history_at(log_, log_.held ? from[i].t + within * log_.dt : at_[i].t);
+          if (looks_back_) history_[i] = history_at(log_, log_.commands_held ? from[i].t + within * log_.dt : at_[i].t);
         }
       for (std::size_t i = 0; i < n * channels; ++i) xs_[i] = stage == 0 ? x[i] : x[i] + node[stage] * h * kx_[i];
       for (std::size_t i = 0; i < n * m_; ++i) ms_[i] = stage == 0 ? memory[i] : memory[i] + node[stage] * h * km_[i];
@@ -175,7 +175,8 @@ class MemoryIntegrator {
         x_[i * channels + c] = share == 0.0 ? trace_.motion[k * channels + c] : between_samples[c];
       command_[i] = trace_.command(k, share);
       at_[i] = trace_.place(k, share);
-      const double within = trace_.log.held ? std::clamp(share, off_its_ends, 1.0 - off_its_ends) - share : 0.0;
+      const double within =
+          trace_.log.commands_held ? std::clamp(share, off_its_ends, 1.0 - off_its_ends) - share : 0.0;
       history_[i] = history_at(trace_.log, at_[i].t + within * trace_.log.dt);
     }
     batch_.n = copies;

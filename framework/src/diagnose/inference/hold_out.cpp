@@ -68,7 +68,7 @@ Trace as_fitted(const Log& log, const Problem& problem, const Road& road) {
   trace.log = log;
   if (problem.unrounded) trace.unround_commands(problem.command_step);
   if (shares_bend(log, problem)) trace.bend_commands(problem.bend);
-  trace.log.held = problem.held;
+  trace.log.commands_held = problem.commands_held;
   trace.set_motion(smooth_readings(log, 3), road);
   return trace;
 }

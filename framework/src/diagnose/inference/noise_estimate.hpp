@@ -14,7 +14,7 @@ struct NoiseUnknowns {
   bool begin_white = false;       // from white sensors that scatter as the log does, not from those assumed
 };
 
-/// Maximum likelihood by Fisher scoring, the fitted model's parameters held. Beside bends, which effects imitate, the
+/// Maximum likelihood by Fisher scoring, the fitted model's parameters fixed. Beside bends, which effects imitate, the
 /// parameters of these move too. Of long logs the beginnings count (thresholds::noise_samples); what parameters gain by
 /// moving to those without bends is not counted, nor is the move. Colours that are not significant are set to zero.
 MeasuredNoise measure_noise(const Problem& problem, const Fit& fitted, const NoiseUnknowns& unknowns);
@@ -27,7 +27,7 @@ double colour_statistic(const Problem& problem, const Fit& fitted);
 double unknown_commands_statistic(const Problem& problem, const Fit& fitted);
 
 /// Log likelihood that bent commands are predicted to bring beyond what the effects' parameters would alone, by a score
-/// test with the noise held. Bends act in every step, so that effects can imitate much of what they explain.
+/// test with the noise fixed. Bends act in every step, so that effects can imitate much of what they explain.
 double gain_of_bends(const Problem& problem, const Fit& fitted);
 
 }  // namespace gripline::diagnose

@@ -36,12 +36,12 @@ double Problem::seconds() const {
 }
 
 void Problem::hold_commands(bool until_the_next) {
-  held = until_the_next;
+  commands_held = until_the_next;
   command = {};
   bend = {};
   for (Trace& trace : traces) {
     trace.bend_commands(bend);
-    trace.log.held = held;
+    trace.log.commands_held = commands_held;
   }
 }
 

@@ -20,7 +20,7 @@ struct Problem {
   double noise_time = usual_noise_time;             // correlation time of unknown accelerations [s]
   UnknownCommands command;                          // between samples, see Noise::command
   Commands bend{};                                  // of the commands of all traces, see measured::bend_commands
-  bool held = false;                                // whether commands are held between samples, see Log::held
+  bool commands_held = false;                       // whether commands are held between samples, see Log::commands_held
   Commands command_step{};                          // to which commands were rounded, where that counts; 0: not
   bool unrounded = false;   // whether the traces' commands are the expected ones, see measured::unround_commands
   std::size_t rows = 0;     // readings of all traces
@@ -41,7 +41,7 @@ struct Problem {
   bool is_read(std::size_t channel) const;
   /// Duration of all traces together [s].
   double seconds() const;
-  /// Sets `held` and, of all traces, Log::held; nothing is bent or unknown of the commands then.
+  /// Sets `commands_held` and, of all traces, Log::commands_held; nothing is bent or unknown of the commands then.
   void hold_commands(bool until_the_next);
   /// Takes commands as rounded by the recorder: sets `unrounded`.
   void unround_commands();

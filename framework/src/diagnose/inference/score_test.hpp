@@ -25,7 +25,7 @@ ScoreTest score_test(const Eigen::MatrixXd& N, const Eigen::VectorXd& g, Eigen::
                      double smallest = thresholds::known_in_test);
 
 /// Normal equations of a fitted model's own parameters, then of further regressors, for tests of whether anything is
-/// left. Nuisances at their limits are held there (screening lets them come back: an effect takes their place, a
+/// left. Nuisances at their limits stay there (screening lets them come back: an effect takes their place, a
 /// remainder does not).
 struct ScoreSystem {
   NormalEquations normal;

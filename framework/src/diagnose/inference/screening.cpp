@@ -136,8 +136,8 @@ Screening screen(const Problem& problem, const Fit& fitted) {
     out.normal.add(filter_along(lm, fitted.noise, regressors));
   }
   out.normal.add(nuisance_priors(catalogue, fitted.model));
-  NormalEquations held = out.normal;
-  out.at_limit = fix_at_limits(catalogue, fitted.model, held);
+  NormalEquations fixed = out.normal;
+  out.at_limit = fix_at_limits(catalogue, fitted.model, fixed);
   if (out.at_limit) out.own_gain = test_with_free_nuisances(catalogue, fitted.model, out, {}, 0.0).gain;
   for (const CandidateRegressors& group : out.groups) out.extensions.push_back(best_of(problem, fitted, out, group));
   const auto worth = [&](const Extension& e) { return e.gain - problem.penalty(e.dof); };

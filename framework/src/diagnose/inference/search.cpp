@@ -291,7 +291,7 @@ std::vector<const Fit*> Searcher::smaller_than_best() {
 bool Searcher::hold_commands_anew() {
   const Fit* const found = best_;
   Problem other = pool_.problem();  // parameters cost the same in it, so that evidences compare
-  other.hold_commands(!other.held);
+  other.hold_commands(!other.commands_held);
   std::vector<const Fit*> asked{null_model_};
   if (found != null_model_) asked.push_back(found);
   for (const std::size_t member : found->model.members)
@@ -308,7 +308,7 @@ bool Searcher::hold_commands_anew() {
   }
   if (best.evidence == -infinity) return false;
   const ModelSpec nothing = null_model_->model;
-  pool_.restart(road_, best, other.held);
+  pool_.restart(road_, best, other.commands_held);
   null_model_ = &pool_.fit_once(nothing, best.noise);
   return true;
 }

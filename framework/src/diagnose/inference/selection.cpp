@@ -158,7 +158,8 @@ std::vector<const Fit*> indistinguishable_from(const Fit& selected, const Rivals
   }
   const double all = std::accumulate(odds.begin(), odds.end(), 0.0);
   std::size_t enough = 0;
-  for (double held = 0.0; enough < odds.size() && held < thresholds::set_coverage * all; ++enough) held += odds[enough];
+  for (double covered = 0.0; enough < odds.size() && covered < thresholds::set_coverage * all; ++enough)
+    covered += odds[enough];
   equals.resize(enough);
   return equals;
 }

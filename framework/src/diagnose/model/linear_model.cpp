@@ -85,8 +85,8 @@ void add_commands(const StagedCar& car, const Trace& trace, LinearModel& lm) {
   }
 }
 
-/// Puts two states more behind the memory in all arrays: the errors of both commands, held from each sample to the
-/// next. An error over a whole step does twice what `by_command` has for one that is 0 at both ends and 1 half-way.
+/// Puts two states more behind the memory in all arrays: the errors of both commands, constant over each step. An error
+/// over a whole step does twice what `by_command` has for one that is 0 at both ends and 1 half-way.
 void add_command_errors(const std::vector<measured::CommandDoubt>& doubt, LinearModel& lm) {
   const std::size_t N = lm.states, body = N - noise_states, more = Commands{}.size(), M = N + more;
   const auto to = [&](std::size_t i) { return i < body ? i : i + more; };

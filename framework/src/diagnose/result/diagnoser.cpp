@@ -292,7 +292,7 @@ void Diagnoser::name_delays(std::span<const LogFile> logs, std::span<const LogFi
                             std::span<const ChannelDelay> delays, Diagnosis& d) const {
   Problem late = prepare(catalogue_, road_, logs, stated_noise()).problem;
   late.sensor = problem_.sensor;
-  late.hold_commands(problem_.held);
+  late.hold_commands(problem_.commands_held);
   if (problem_.unrounded) late.unround_commands();
   for (Trace& trace : late.traces) trace.bend_commands(problem_.bend);
   late.bend = problem_.bend;

@@ -171,8 +171,9 @@ Node world_patch(const Diagnosis& d, const Diagnoser& diagnoser, const WorldSpec
   plant.set("effects", Node(std::move(effects)));
   Node patch = Node::empty_object();
   patch.set("plant", std::move(plant));
-  const bool held = diagnoser.problem().held;
-  if (held != (world.hold == Hold::zoh)) patch.set("input_hold", Node(std::string(held ? "zoh" : "foh")));
+  const bool commands_held = diagnoser.problem().commands_held;
+  if (commands_held != (world.hold == Hold::zoh))
+    patch.set("input_hold", Node(std::string(commands_held ? "zoh" : "foh")));
   if (d.delays.empty()) return patch;
   Node delays = Node::empty_object(), calibration = Node::empty_object();
   for (const NamedEffect& delay : d.delays)

@@ -21,7 +21,7 @@ void report_noise(const Problem& problem, const Noise& noise, std::vector<Findin
       health.push_back({Finding::Level::note, check, text, "measured with the model"});
     }
   }
-  if (problem.held)
+  if (problem.commands_held)
     health.push_back({Finding::Level::note, "commands between samples", "held until the next row",
                       "as the world says or as found with the model"});
   for (std::size_t i = 0; i < problem.command_step.size(); ++i) {

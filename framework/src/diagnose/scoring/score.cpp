@@ -24,13 +24,13 @@ std::string joined(const Names& names) {
 }
 
 /// E of framework/doc/diagnose-cases.md, "Scores".
-double rollout_error(const Catalogue& catalogue, const ModelSpec& model, const Log& held, const Road& road,
+double rollout_error(const Catalogue& catalogue, const ModelSpec& model, const Log& held_out, const Road& road,
                      const Channels& sigma) {
   const StagedCar car = catalogue.build(model);
   Trace trace;
-  trace.log = held;
-  trace.set_motion(held.reading, road);
-  trace.set_motion(measured::states_of_readings(car, held.reading, trace.at), road);
+  trace.log = held_out;
+  trace.set_motion(held_out.reading, road);
+  trace.set_motion(measured::states_of_readings(car, held_out.reading, trace.at), road);
   measured::RolloutOptions options;
   options.substeps = 4;
   return rms(roll_out(car, trace, road, options), sigma);
@@ -150,11 +150,11 @@ void measure_errors(const fs::path& folder, const Diagnosed& one, const Answer& 
   const Road& road = one.diagnoser->road();
   Channels sigma{};
   for (std::size_t c = 0; c < channels; ++c) sigma[c] = one.world.sensors.channels[c].sigma;
-  LogFile held = read_log_file(
+  LogFile held_out = read_log_file(
       folder / "heldout.csv", measured::LogExpectations{one.world.car.car.v_ref, nullptr, one.world.car.car.delta_max});
-  held.stretches.front().held = one.diagnoser->problem().held;
+  held_out.stretches.front().commands_held = one.diagnoser->problem().commands_held;
   const auto error = [&](const ModelSpec& model) {
-    return rollout_error(catalogue, model, held.stretches.front(), road, sigma);
+    return rollout_error(catalogue, model, held_out.stretches.front(), road, sigma);
   };
   s.error_before = error(catalogue.null_model());
   s.error_after = error(one.diagnosis.fit.model);

@@ -140,13 +140,13 @@ TEST(Search, FindsThatCommandsAreHeld) {
   DiagnoseRig rig;
   const auto found_in = [&](const ModelSpec& truth, std::uint64_t seed) {
     Log log = rig.simulate(truth, {.seconds = 20, .seed = seed, .unsteady = 1, .held = true});
-    log.held = false;
+    log.commands_held = false;
     return searched(rig, log);
   };
   const SearchResult nothing = found_in(rig.catalogue().null_model(), 73),
                      gain = found_in(rig.with("drive_gain", {0.1}), 74);
   EXPECT_EQ(name(nothing), "none");
-  EXPECT_TRUE(nothing.pool.problem().held);
+  EXPECT_TRUE(nothing.pool.problem().commands_held);
   EXPECT_EQ(name(gain), "drive_gain");
   EXPECT_NEAR(gain.best.theta.front(), 0.1, 0.01);
 }
@@ -193,11 +193,11 @@ TEST(Search, ADelayIsNoHeldCommand) {
   DiagnoseRig rig;
   Problem problem =
       rig.problem({rig.simulate(rig.with("input_delay", {0.03}), {.seconds = 20, .seed = 75, .unsteady = 1})});
-  EXPECT_FALSE(search_effects(problem, rig.road(), {}).pool.problem().held);
+  EXPECT_FALSE(search_effects(problem, rig.road(), {}).pool.problem().commands_held);
   problem.hold_commands(true);
   const SearchResult found = search_effects(problem, rig.road(), {});
   EXPECT_EQ(name(found), "input_delay");
-  EXPECT_FALSE(found.pool.problem().held);
+  EXPECT_FALSE(found.pool.problem().commands_held);
   EXPECT_NEAR(found.best.theta.front(), 0.03, 0.002);
 }
 
