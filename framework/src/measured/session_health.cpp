@@ -63,7 +63,7 @@ struct Grid {
 
 /// Mean over `seconds` to both sides.
 Values mean_around(const Values& y, double dt, double seconds) {
-  const auto half = static_cast<std::ptrdiff_t>(seconds / dt);
+  const auto half = static_cast<std::ptrdiff_t>(seconds / dt + 1e-6);
   Values sum(y.size() + 1, 0.0), count(y.size() + 1, 0.0), out(y.size(), not_a_number);
   for (std::size_t k = 0; k < y.size(); ++k) {
     sum[k + 1] = sum[k] + (std::isnan(y[k]) ? 0.0 : y[k]);
@@ -190,8 +190,11 @@ void add_delay(std::vector<Delay>& delays, const Grid& grid, const char* channel
   std::sort(drawn.begin(), drawn.end());
   delay.low = std::min(drawn[static_cast<std::size_t>(0.025 * draws)], delay.seconds);
   delay.high = std::max(drawn[static_cast<std::size_t>(0.975 * draws)], delay.seconds);
+  // Where the two differ by more, it is no pure delay that makes the channels differ.
+  constexpr double agree = 0.5;  // of a step
   if (motion)
-    if (const auto fine = fine_delay(motion->rate, motion->sum, grid.dt, delay.seconds))
+    if (const auto fine = fine_delay(motion->rate, motion->sum, grid.dt, delay.seconds);
+        fine && std::abs(*fine - delay.seconds) < agree * grid.dt)
       delay.seconds = std::clamp(*fine, delay.low, delay.high);
   delays.push_back(delay);
 }

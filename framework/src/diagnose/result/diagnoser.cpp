@@ -98,8 +98,7 @@ Diagnosis Diagnoser::search_beside_delays(std::span<const LogFile> logs, std::sp
   Diagnosis d = search(logs, held_out, progress);
   for (const ChannelDelay& one : delays)
     d.health.push_back({measured::Finding::Level::bad, "time of " + one.words() + " against " + one.against(),
-                        format("%.3g s later", one.seconds),
-                        "left as it is: predictions are worse without it"});
+                        format("%.3g s later", one.seconds), "left as it is: predictions are worse without it"});
   if (d.verdict != Verdict::nothing_missing) return d;
   d.verdict = Verdict::unknown;
   d.unknown = ResidualTest{};
