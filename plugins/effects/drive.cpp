@@ -5,8 +5,9 @@
 //   brake_gain   Cb -> Cb (1 + k)
 //   brake_fade   Cb -> Cb max(0, 1 - k E),  E' = 0.5 max(-d, 0) |u| - E / 20 s,  E(0) = 0
 //
-// back_emf acts before drive_gain, because its Cm1 is the nominal one. Cb stands for what the car brakes with: of a model
-// with Cb = 0 that is Cm1 - Cm2 vx of the bare model, which brake_gain and brake_fade change and the others leave.
+// back_emf acts before drive_gain, because its Cm1 is the nominal one. Cb stands for what the car brakes with: of a
+// model with Cb = 0 that is Cm1 - Cm2 vx of the bare model, which brake_gain and brake_fade change and the others
+// leave.
 #include <gripline/plugin.hpp>
 
 namespace {

@@ -83,8 +83,8 @@ class Node {
   [[nodiscard]] std::string describe() const;
 
   Origin origin;
-  /// The text that a merge put this in the place of; null if there was none. A text may name a file or a plugin: what is
-  /// missing here, or too much beside it, may follow from that.
+  /// The text that a merge put this in the place of; null if there was none. A text may name a file or a plugin: what
+  /// is missing here, or too much beside it, may follow from that.
   std::shared_ptr<const Node> replaced;
 
  private:

@@ -25,8 +25,8 @@ void set_program(const std::filesystem::path& file, const std::filesystem::path&
 /// it; else itself, which is then reported as absent.
 [[nodiscard]] std::filesystem::path find_shipped(const std::filesystem::path& named, std::string_view kind = {});
 
-/// Why the file that JSON names cannot be read, as why_unreadable(). Where nothing of nearly that name stands beside the
-/// user's file, with the nearest shipped one, as JSON names it: "experiments/first_race.json".
+/// Why the file that JSON names cannot be read, as why_unreadable(). Where nothing of nearly that name stands beside
+/// the user's file, with the nearest shipped one, as JSON names it: "experiments/first_race.json".
 [[nodiscard]] std::string why_unreadable_as(std::string_view named, const std::filesystem::path& file);
 
 /// How a file that stands in `folder` names `file`: as a shipped one where it is one.

@@ -114,8 +114,8 @@ inline constexpr std::size_t rollout_block = 4, fewest_rollout_blocks = 4;
 /// said to be wrong: noise that is measured with the model takes them up. Larger: noise that is stated too small is no
 /// alarm, errors of a sensor that no effect explains pass for noise.
 inline constexpr double wrong_channel = 3.0, slow_colour = 0.8;
-/// Errors 1 s ahead of a real log's quantity over the noise of its own sensors, beyond which more could be told. Larger: a
-/// channel that is wrong is told less often.
+/// Errors 1 s ahead of a real log's quantity over the noise of its own sensors, beyond which more could be told.
+/// Larger: a channel that is wrong is told less often.
 inline constexpr double far_above_noise = 3.0;
 
 /// Standardised statistic of a test beyond which the model is rejected. Larger: fewer false alarms, weaker deviations

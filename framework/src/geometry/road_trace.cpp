@@ -115,8 +115,8 @@ class GpxReader {
       if (depth > deepest) refuse(file_, line, "has elements within each other more than 50 deep");
     }
   }
-  /// Where what begins with '<' ends: a tag at the '>' that is in no quotes. Whatever stands in a comment or in CDATA is
-  /// no element.
+  /// Where what begins with '<' ends: a tag at the '>' that is in no quotes. Whatever stands in a comment or in CDATA
+  /// is no element.
   static std::size_t end_of_markup(std::string_view text, std::size_t i) {
     const std::string_view rest = text.substr(i);
     if (rest.starts_with("<!--")) return text.find("-->", i);

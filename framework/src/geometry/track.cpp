@@ -37,8 +37,8 @@ double height_at(const TrackShape& shape, double s) {
   return height;
 }
 
-/// Where two straight pieces of the centre line cross, with the shares of both pieces. Ends count: rounding must not lose
-/// a crossing between two pieces.
+/// Where two straight pieces of the centre line cross, with the shares of both pieces. Ends count: rounding must not
+/// lose a crossing between two pieces.
 std::optional<std::pair<double, double>> intersection(const CurvePoint& a, const CurvePoint& b, const CurvePoint& c,
                                                       const CurvePoint& d) {
   const double ux = b.x - a.x, uy = b.y - a.y, vx = d.x - c.x, vy = d.y - c.y;

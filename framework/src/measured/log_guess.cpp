@@ -256,8 +256,8 @@ class Guesser {
     return std::isfinite(dx + dy) && std::hypot(dx, dy) > 0.05;
   }
 
-  /// Sums over the path of what is added to a heading, and to the heading counted the other way round, to give the path's
-  /// own: sine and cosine of both.
+  /// Sums over the path of what is added to a heading, and to the heading counted the other way round, to give the
+  /// path's own: sine and cosine of both.
   struct AgainstPath {
     double sine = 0, cosine = 0, mirrored_sine = 0, mirrored_cosine = 0, rows = 0;
     /// How steady the better of both is: the length of its sum.
@@ -274,8 +274,8 @@ class Guesser {
       }
     return sum;
   }
-  /// Whether a heading is in degrees. Where no unit is stated: values beyond a turn are, unless they agree better with the
-  /// path as radians that were counted on over turns.
+  /// Whether a heading is in degrees. Where no unit is stated: values beyond a turn are, unless they agree better with
+  /// the path as radians that were counted on over turns.
   bool is_in_degrees(int c) {
     if (unit_of(c, "rad") == "deg") return true;
     if (!table_.unit[static_cast<std::size_t>(c)].empty() || quantile_of_size(values(c), 0.99) <= 7.0) return false;

@@ -37,7 +37,8 @@ struct SteadyTurning {
   std::vector<double> of_ratio, of_slope;  // by corner: what its angle adds to `ratio` and `slope` (below)
 };
 
-/// How a car turns by its logs, or why they do not show it: a clause such as "in their corners speeds are too alike to tell it ...".
+/// How a car turns by its logs, or why they do not show it: a clause such as "in their corners speeds are too alike to
+/// tell it ...".
 struct TurningByLogs {
   std::optional<SteadyTurning> turning;
   std::string why_not;  // empty where there is one

@@ -111,8 +111,8 @@ class World::ModelCar final : public World::CarDynamics {
   }
   Acting acting() const override { return acting_; }
 
-  /// Force at a slip angle on a straight at reference speed without drive: front by the wheels' angle, rear by drifting.
-  /// At static load: forces are taken to go with the load, and what effects add to it is divided out.
+  /// Force at a slip angle on a straight at reference speed without drive: front by the wheels' angle, rear by
+  /// drifting. At static load: forces are taken to go with the load, and what effects add to it is divided out.
   double curve(Axle axle, double slip) const override {
     if (!has_tyres()) return 0.0;
     const bool front = axle == Axle::front;

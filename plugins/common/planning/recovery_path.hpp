@@ -115,8 +115,8 @@ class RecoveryPath {
            off > 1.5 * width || (off > 0.5 * width && across * p.kappa > 0.7);
   }
 
-  /// Whether a car that drives off needs much of the room on the side that it faces to turn along the line. A controller
-  /// that is shown the line at speed gains speed first, and turns too late.
+  /// Whether a car that drives off needs much of the room on the side that it faces to turn along the line. A
+  /// controller that is shown the line at speed gains speed first, and turns too late.
   bool short_of_room(const State& x, const LinePoint& p, double across) const {
     const double turned = std::remainder(x.yaw - p.yaw, 2.0 * std::numbers::pi);
     const double room = (turned > 0.0 ? p.left - across : p.right + across) - 0.5 * width_;

@@ -237,7 +237,8 @@ constexpr bool default_allowed(const abi::ParamDecl& decl) {
   return 0 <= decl.default_value && decl.default_value < names;
 }
 
-/// Whether a whole number of type V can be whatever its declared range allows. The host holds whole numbers to an int's.
+/// Whether a whole number of type V can be whatever its declared range allows. The host holds whole numbers to an
+/// int's.
 template <class V>
 constexpr bool holds_range(const abi::ParamDecl& decl) {
   if constexpr (std::is_integral_v<V> && !std::is_same_v<V, bool>) {

@@ -10,8 +10,8 @@
 
 namespace gripline::calibrate {
 
-/// An effect that is not in the car, at values at which it does nothing; or a parameter of one that is, which does nothing
-/// at the value it has there.
+/// An effect that is not in the car, at values at which it does nothing; or a parameter of one that is, which does
+/// nothing at the value it has there.
 struct CandidateEffect {
   const PluginEntry* entry = nullptr;
   Instance<Effect> effect{nullptr, nullptr};
@@ -33,7 +33,8 @@ std::vector<CandidateEffect> candidate_effects(const VehicleSpec& vehicle, const
 
 /// Parameters of effects in the car that do nothing at the values they have there, and something elsewhere when the
 /// effect's others do nothing, each a candidate by itself: those of
-/// the effects that candidate_effects() would give if the car had them not, and that it has once. Their effects are as the car has them.
+/// the effects that candidate_effects() would give if the car had them not, and that it has once. Their effects are as
+/// the car has them.
 std::vector<CandidateEffect> idle_parameters(const VehicleSpec& vehicle, const Car& car, bool road);
 
 /// What one effect more would do, to first order, the fitted parameters moving along.

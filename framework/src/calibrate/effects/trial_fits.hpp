@@ -25,7 +25,8 @@ class TrialFits {
   bool refit_near(Trial& trial, double rival) const;
   /// A candidate for `base` more, from where its score test says. Not fitted yet.
   std::unique_ptr<Trial> with(const Trial& base, const CandidateEffect& effect, const EffectScore& score) const;
-  /// One addition less, and everything else fitted again, from where `blocks`, of all the unknowns, say that it will lie.
+  /// One addition less, and everything else fitted again, from where `blocks`, of all the unknowns, say that it will
+  /// lie.
   std::unique_ptr<Trial> without(const Trial& base, const NormalEquations& blocks, const Addition& less) const;
 
  private:

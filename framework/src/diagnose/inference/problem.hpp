@@ -30,8 +30,8 @@ struct Problem {
   bool shape_prior = false;
 
   /// Schwarz's penalty [log likelihood]: half the logarithm of the number of independent readings, of which one whose
-  /// noise is coloured counts for less. On a rough road, of the independent values of its accelerations: one per channel
-  /// in twice their correlation time.
+  /// noise is coloured counts for less. On a rough road, of the independent values of its accelerations: one per
+  /// channel in twice their correlation time.
   double penalty_per_parameter() const;
   /// Penalty of one effect with so many parameters [log likelihood]: see thresholds::full_penalty_parameters.
   double penalty(std::size_t parameters) const;

@@ -70,8 +70,8 @@ class Catalogue {
   StagedCar build(const ModelSpec& model) const;
   /// Effects before the members in a built car.
   std::size_t nominal_effects() const { return own_.size(); }
-  /// Whether one of the world's own effects remembers what is done at this stage: it has memory and acts at a later one.
-  /// Within a stage own effects act before all candidates.
+  /// Whether one of the world's own effects remembers what is done at this stage: it has memory and acts at a later
+  /// one. Within a stage own effects act before all candidates.
   bool is_remembered_by_own(Stage stage) const;
   std::string name(const ModelSpec& model) const;
   /// Whether candidate a acts earlier in the chain of stages than candidate b.

@@ -26,8 +26,8 @@ void take_out(Selection& selection, std::size_t index, std::unique_ptr<Trial> re
   selection.added.erase(selection.added.begin() + static_cast<std::ptrdiff_t>(index));
 }
 
-/// How far from doing nothing the fitted time says that an addition is, in half widths of its 95 % interval on that side:
-/// above 1 an interval of one of its parameters leaves out the value that does nothing.
+/// How far from doing nothing the fitted time says that an addition is, in half widths of its 95 % interval on that
+/// side: above 1 an interval of one of its parameters leaves out the value that does nothing.
 double determined(const Selection& selection, const Addition& addition, const calibrate::Bootstrap& boot) {
   const Trial& found = *selection.trial;
   double most = 0.0;

@@ -200,7 +200,8 @@ calibrate::FitResult fit_to_all(const EffectSearch& search, const Trial& trial,
   return result;
 }
 
-/// Errors of the worlds as `predict` uses them, on time that none of them was fitted to, and the world that is returned.
+/// Errors of the worlds as `predict` uses them, on time that none of them was fitted to, and the world that is
+/// returned.
 void write_worlds(const EffectSearch& search, Selection& selection, const std::list<measured::SessionFile>& files,
                   const std::filesystem::path& folder, MissingEffects& out) {
   Trial given(search.spec, search.forecast);

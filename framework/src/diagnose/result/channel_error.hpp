@@ -1,5 +1,5 @@
-// Channels that contradict each other in a way that no effect of the catalogue explains: noise that is measured with the
-// model takes it up, however large it is, as slow noise of one of them, not always of the one that is wrong.
+// Channels that contradict each other in a way that no effect of the catalogue explains: noise that is measured with
+// the model takes it up, however large it is, as slow noise of one of them, not always of the one that is wrong.
 #pragma once
 
 #include <optional>

@@ -91,8 +91,8 @@ Diagnosis Diagnoser::run(std::span<const LogFile> given, std::span<const LogFile
   return d;
 }
 
-/// What is missing of logs in which two channels disagree in time and predictions are worse with these delays taken off:
-/// the log is left as it is.
+/// What is missing of logs in which two channels disagree in time and predictions are worse with these delays taken
+/// off: the log is left as it is.
 Diagnosis Diagnoser::search_beside_delays(std::span<const LogFile> logs, std::span<const LogFile> held_out,
                                           std::span<const ChannelDelay> delays, const ProgressCallback& progress) {
   Diagnosis d = search(logs, held_out, progress);

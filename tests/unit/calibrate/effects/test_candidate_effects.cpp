@@ -54,7 +54,8 @@ TEST(CandidateEffects, BeginWhereTheyDoNothing) {
   EXPECT_GT(fitted, 20u);
 }
 
-/// A parameter that a world's effect has at a value that does nothing is a candidate; one with a value of its own is known.
+/// A parameter that a world's effect has at a value that does nothing is a candidate; one with a value of its own is
+/// known.
 TEST(IdleParameters, AreThoseThatDoNothingAsListed) {
   const test::CalibrateRig rig(test::small_car_world(R"({"plant": {"effects": [
       {"plugin": "steer_map", "params": {"g": 0.9}}, {"plugin": "steer_lag", "params": {"tau": 0.05}},

@@ -51,8 +51,8 @@ TEST(TrialFits, AnEffectIsFittedAndTakenOutAgain) {
   EXPECT_NEAR(less->params[drive], base.params[drive], 0.01 * base.params[drive]);
 }
 
-/// A parameter of an effect that the world lists is opened and closed again: the effect stays, and the parameter goes back
-/// to where it did nothing.
+/// A parameter of an effect that the world lists is opened and closed again: the effect stays, and the parameter goes
+/// back to where it did nothing.
 TEST(TrialFits, AListedParameterIsOpenedAndClosedAgain) {
   const test::CalibrateRig truth(
       test::small_car_world(R"({"plant": {"effects": [{"plugin": "steer_map", "params": {"g": 0.9, "c": -2}}]}})"));

@@ -121,8 +121,8 @@ TEST(MissingEffects, TheWorldReturnedIsAFittedOne) {
   EXPECT_NEAR(at("/plant/effects/0/params/d0"), 0.03, 0.003);
 }
 
-/// A straight servo map in the world, a bent one in the car. What was not to be fitted of the map is named by itself, and
-/// stands in the world found, open.
+/// A straight servo map in the world, a bent one in the car. What was not to be fitted of the map is named by itself,
+/// and stands in the world found, open.
 TEST(MissingEffects, AnIdleParameterOfAnEffectThatTheWorldListsIsNamed) {
   const std::string pointer = "/plant/effects/steer_map/params/c";
   const MissingEffects found =

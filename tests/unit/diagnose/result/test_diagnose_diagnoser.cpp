@@ -104,7 +104,8 @@ TEST(Diagnoser, NamesWhatAParameterAtItsLimitLeavesOver) {
       << d.sentence;
 }
 
-/// Noise that is measured with the model would take up an error of a channel that no effect explains, whatever its size.
+/// Noise that is measured with the model would take up an error of a channel that no effect explains, whatever its
+/// size.
 TEST(Diagnoser, AWrongChannelIsNoNoise) {
   DiagnoseRig rig;
   const auto diagnosed = [&](const std::function<void(double* reading)>& wrong) {

@@ -128,8 +128,8 @@ TEST(RecoveryPath, LeadsBackACarThatStandsJustBesideTheRoad) {
   EXPECT_LT(std::abs(outside.off()), 3.0);
 }
 
-/// Shown the line at speed, a controller gains speed first and turns too late: a standing car that has little room on the
-/// side it faces is led by arcs, and stays on the road where these can.
+/// Shown the line at speed, a controller gains speed first and turns too late: a standing car that has little room on
+/// the side it faces is led by arcs, and stays on the road where these can.
 TEST(RecoveryPath, LeadsACarThatStandsAskewWithLittleRoom) {
   for (const double side : {1.0, -1.0}) {
     EXPECT_FALSE(Driver(0, 0.5 * side, 0).plan()) << "there is room enough";
