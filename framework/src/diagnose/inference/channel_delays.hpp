@@ -16,9 +16,9 @@ using measured::LogFile;
 struct ChannelDelay {
   std::size_t group = 0;                  // measured::delay_names
   double seconds = 0, low = 0, high = 0;  // 95 % by blocks of at most ten seconds
-  std::string name() const;     // "yaw_rate", as in pointers
-  std::string words() const;    // "yaw rate"
-  std::string against() const;  // words of the group that shows the same motion
+  std::string name() const;               // "yaw_rate", as in pointers
+  std::string words() const;              // "yaw rate"
+  std::string against() const;            // words of the group that shows the same motion
 };
 
 /// Delays between speeds and place, and between yaw rate and yaw, that are longer than a sample, and surely
