@@ -145,7 +145,7 @@ TEST(WorldSpec, RefusalsSayWhatAndWhere) {
               HasSubstr("/input_hold: expected \"zoh\", \"foh\" or \"rate\", found \"soh\""));
   EXPECT_THAT(why(R"({"frictoin": []})"), HasSubstr("unknown key \"frictoin\"; did you mean \"friction\"?"));
   EXPECT_THAT(why(R"({"car": "cars/orca_1_44.json"})"), HasSubstr("did you mean \"orca_1_43.json\"?"));
-  EXPECT_THAT(why(R"({"car": {"width": 0.7}})"), HasSubstr("expected"));
+  EXPECT_THAT(why(R"({"car": {"width": 0.7}})"), HasSubstr("/car: replaces the file"));
   EXPECT_THAT(why(R"({"friction": {"patches": [{"from_s": 1, "to_s": 20, "factor": 0.5}]}})"), HasSubstr("/friction"));
 }
 

@@ -76,6 +76,7 @@ Diagnosis Diagnoser::run(std::span<const LogFile> given, std::span<const LogFile
   check_held_out(given, given_held_out);
   const std::vector<LogFile> logs = each_once(given), held_out = each_once(given_held_out);
   const std::vector<ChannelDelay> delays = find_channel_delays(logs);
+  delays_taken_off_ = !delays.empty();
   if (delays.empty()) return search(logs, held_out, progress);
   const auto on_time = [&](const std::vector<LogFile>& late) {
     std::vector<LogFile> out;
@@ -95,6 +96,7 @@ Diagnosis Diagnoser::run(std::span<const LogFile> given, std::span<const LogFile
 /// off: the log is left as it is.
 Diagnosis Diagnoser::search_beside_delays(std::span<const LogFile> logs, std::span<const LogFile> held_out,
                                           std::span<const ChannelDelay> delays, const ProgressCallback& progress) {
+  delays_taken_off_ = false;
   Diagnosis d = search(logs, held_out, progress);
   for (const ChannelDelay& one : delays)
     d.health.push_back({measured::Finding::Level::bad, "time of " + one.words() + " against " + one.against(),
@@ -349,8 +351,10 @@ void Diagnoser::drop_harmful(const HoldOut& hold_out, SearchResult& found, Diagn
 bool Diagnoser::closes(const HoldOut& hold_out, const Diagnosis& d) const {
   if (d.named.empty()) return true;
   const bool moved = has_strong_process_noise(problem_, d.fit.noise) || problem_.command != UnknownCommands{};
-  const Closing answer = closing(d.gap, d.fit.evidence - d.null_model.evidence, moved);
+  const Closing answer = closing(d.gap, d.fit.evidence - d.null_model.evidence, moved || delays_taken_off_);
   if (answer != Closing::ask_fitted) return answer == Closing::closes;
+  // What delays that were taken off are wrong by shows in all data alike, as a small effect.
+  if (delays_taken_off_) return false;
   return closes_fitted(compare(hold_out.predict_known(d.fit), hold_out.predict_known(d.null_model)), moved);
 }
 

@@ -63,6 +63,7 @@ class Diagnoser {
   Road road_;
   Problem problem_;
   std::optional<HoldOut> hold_out_;
+  bool delays_taken_off_ = false;  // of the logs that are searched
 };
 
 }  // namespace gripline::diagnose

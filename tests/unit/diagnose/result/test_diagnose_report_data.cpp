@@ -120,7 +120,7 @@ TEST(DiagnoseReportData, TracesOfTheLogFittedAreOfARefitWithoutThem) {
   const Node::Array after = drawn(d, diagnoser, "after");
   const double off_expected = off(after, by(refitted));
   EXPECT_LT(off_expected, 1e-4);
-  EXPECT_GT(off(after, by(d.fit)), 10.0 * off_expected);
+  EXPECT_GT(off(after, by(d.fit)), 5.0 * off_expected);
 }
 
 }  // namespace
