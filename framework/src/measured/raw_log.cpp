@@ -129,8 +129,8 @@ double usual_step(std::span<const double> t) {
     }
   if (std::abs(span / whole - dt) < 0.05 * dt) dt = span / whole;
   // A whole number of microseconds, unless the grid then runs away from the stamps: 60 Hz is none.
-  const double nice = std::round(dt * 1e6) * 1e-6, rows = (t.back() - t.front()) / dt;
-  return std::abs(nice - dt) * rows < 0.1 * dt ? nice : dt;
+  const double nice = std::round(dt * 1e6) * 1e-6;
+  return std::abs(nice - dt) * whole < 0.1 * dt ? nice : dt;
 }
 
 double check_time(const CsvTable& table, RawLog& raw, std::vector<Finding>& health) {

@@ -194,8 +194,10 @@ void add_delay(std::vector<Delay>& delays, const Grid& grid, const char* channel
   constexpr double agree = 0.5;  // of a step
   if (motion)
     if (const auto fine = fine_delay(motion->rate, motion->sum, grid.dt, delay.seconds);
-        fine && std::abs(*fine - delay.seconds) < agree * grid.dt)
-      delay.seconds = std::clamp(*fine, delay.low, delay.high);
+        fine && std::abs(*fine - delay.seconds) < agree * grid.dt) {
+      const double by = *fine - delay.seconds;
+      delay.seconds += by, delay.low += by, delay.high += by;
+    }
   delays.push_back(delay);
 }
 

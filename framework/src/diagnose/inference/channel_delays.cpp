@@ -8,6 +8,7 @@
 
 #include "diagnose/inference/fit.hpp"
 #include "diagnose/thresholds.hpp"
+#include "measured/bridged_readings.hpp"
 #include "measured/session_health.hpp"
 #include "util/numbers.hpp"
 #include "util/statistics.hpp"
@@ -46,19 +47,29 @@ double longest_step(std::span<const LogFile> logs) {
   return dt;
 }
 
-/// Readings of one channel `seconds` later, linear between samples.
-std::vector<double> moved(const Log& log, std::size_t channel, double seconds) {
+/// Readings of one channel `seconds` later, linear between samples, where the nearer of these has one. `bridged`: the
+/// log's readings, with those that are missing between two filled in.
+std::vector<double> moved(const Log& log, std::span<const double> bridged, std::size_t channel, double seconds) {
   std::vector<double> out(log.size(), not_a_number);
   const auto last = static_cast<double>(log.size() - 1);
   for (std::size_t k = 0; k < log.size(); ++k) {
     const double at = static_cast<double>(k) + seconds / log.dt;
     if (!(at >= 0.0) || !(at <= last)) continue;
     const auto i = std::min(static_cast<std::size_t>(at), log.size() - 2);
-    const double share = at - static_cast<double>(i), a = log.reading[i * channels + channel],
-                 b = log.reading[(i + 1) * channels + channel];
+    const double share = at - static_cast<double>(i), a = bridged[i * channels + channel],
+                 b = bridged[(i + 1) * channels + channel];
+    if (std::isnan(log.reading[(share < 0.5 ? i : i + 1) * channels + channel])) continue;
     out[k] = share == 0.0 ? a : share == 1.0 ? b : a + share * (b - a);
   }
   return out;
+}
+
+/// A log's readings with short gaps bridged.
+std::vector<double> bridged_readings_of(const Log& log) {
+  constexpr double longest_gap = 0.25;  // [s] over which a car moves evenly
+  std::vector<double> t(log.size());
+  for (std::size_t k = 0; k < t.size(); ++k) t[k] = static_cast<double>(k) * log.dt;
+  return measured::bridged_readings(t, log.reading, longest_gap);
 }
 
 /// By group: the one that shows the same motion, place and speeds, yaw and yaw rate.
@@ -118,13 +129,16 @@ std::vector<ChannelDelay> find_channel_delays(std::span<const LogFile> logs) {
 
 LogFile without_delays(const LogFile& file, std::span<const ChannelDelay> delays) {
   LogFile out = file;
-  for (const ChannelDelay& d : delays)
-    for (Log& log : out.stretches)
+  for (Log& log : out.stretches) {
+    if (log.size() < 2) continue;
+    const std::vector<double> bridged = bridged_readings_of(log);
+    for (const ChannelDelay& d : delays)
       for (std::size_t c = 0; c < channels; ++c) {
-        if (measured::delay_group[c] != d.group || log.size() < 2) continue;
-        const std::vector<double> rows = moved(log, c, d.seconds);
+        if (measured::delay_group[c] != d.group) continue;
+        const std::vector<double> rows = moved(log, bridged, c, d.seconds);
         for (std::size_t k = 0; k < log.size(); ++k) log.reading[k * channels + c] = rows[k];
       }
+  }
   for (const ChannelDelay& d : delays) {
     std::string text = format("%.3g s (%.3g to %.3g) against the ", d.seconds, d.low, d.high) + d.against();
     out.health.push_back({measured::Finding::Level::note, "delay of " + d.name(), std::move(text), "taken off"});

@@ -32,10 +32,10 @@ bool is_ample(const Fit& with, const Fit& without) {
   return with.evidence - without.evidence > thresholds::ample_evidence;
 }
 
-/// Effects with little evidence must also lower the error on hold-out data, unless most of that error is strong process
-/// noise.
+/// Effects with little evidence must also lower the error on hold-out data, unless there are none or most of that error
+/// is strong process noise.
 bool helps(const Problem& problem, const Fit& with, const Fit& without, const HoldOut& hold_out) {
-  if (is_ample(with, without) || has_strong_process_noise(problem, with.noise)) return true;
+  if (hold_out.empty() || is_ample(with, without) || has_strong_process_noise(problem, with.noise)) return true;
   return hold_out.predict_refitted(with).rms() < hold_out.predict_refitted(without).rms();
 }
 

@@ -69,7 +69,7 @@ struct MissingOptions {
 };
 
 struct MissingEffects {
-  std::vector<MissingEffect> named;
+  std::vector<MissingEffect> named;   // values by the search; `parameters` and `world` are fitted to all of the time
   std::vector<ScoredEffect> ranking;  // largest gain first, those that harm last
   /// Of predictions 1 s ahead of time not fitted, as `predict` makes them: rows `given`, `calibrated`, `found`.
   std::vector<calibrate::HorizonRow> rows;

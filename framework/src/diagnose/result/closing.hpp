@@ -10,9 +10,9 @@ namespace gripline::diagnose {
 enum class Closing { closes, open, ask_fitted };
 
 /// `evidence`: log evidence of what is named over the bare model. `moved`: noise moves the car between samples (a rough
-/// road, commands that are not known there); then the gap must close by more than chance, and effects smaller than such
-/// noise are only open where predictions get surely worse with them. With ample evidence, what rests during the laps
-/// held out may be asked for on the fitted ones.
+/// road, commands that are not known there), or delays were taken off that are not known exactly; then the gap must
+/// close by more than chance, and effects smaller than such noise are only open where predictions get surely worse with
+/// them. With ample evidence, what rests during the laps held out may be asked for on the fitted ones.
 Closing closing(const Gap& gap, double evidence, bool moved);
 
 /// Whether predictions of fitted data say that the gap closes.

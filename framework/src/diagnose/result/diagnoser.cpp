@@ -351,16 +351,19 @@ void Diagnoser::drop_harmful(const HoldOut& hold_out, SearchResult& found, Diagn
 bool Diagnoser::closes(const HoldOut& hold_out, const Diagnosis& d) const {
   if (d.named.empty()) return true;
   const bool moved = has_strong_process_noise(problem_, d.fit.noise) || problem_.command != UnknownCommands{};
-  const Closing answer = closing(d.gap, d.fit.evidence - d.null_model.evidence, moved || delays_taken_off_);
+  const Closing answer = hold_out.empty()
+                             ? Closing::ask_fitted
+                             : closing(d.gap, d.fit.evidence - d.null_model.evidence, moved || delays_taken_off_);
   if (answer != Closing::ask_fitted) return answer == Closing::closes;
   // What delays that were taken off are wrong by shows in all data alike, as a small effect.
-  if (delays_taken_off_) return false;
+  if (delays_taken_off_ && !hold_out.empty()) return false;
   return closes_fitted(compare(hold_out.predict_known(d.fit), hold_out.predict_known(d.null_model)), moved);
 }
 
 /// Whether the result predicts hold-out data well enough to be kept.
 bool Diagnoser::stands(const HoldOut& hold_out, const Diagnosis& d) const {
   if (!closes(hold_out, d)) return false;
+  if (hold_out.empty()) return true;
   // Beside something unknown, effects that leave most of the gap open are imitations of it, unless each of them helps.
   const bool all_help = std::ranges::all_of(d.named, [](const NamedEffect& n) { return n.rollout.helps(); });
   if (d.verdict == Verdict::unknown && !all_help && d.gap.closure < thresholds::closure_beside_unknown) return false;

@@ -103,5 +103,28 @@ TEST(ChannelDelays, TakesDelaysOff) {
   EXPECT_EQ(again.health.front().check, "delay of yaw_rate");
 }
 
+/// A channel that every other row has keeps its readings, by a whole number of samples or not.
+TEST(ChannelDelays, TakesDelaysOffChannelsSlowerThanTheRows) {
+  const DiagnoseRig rig;
+  LogFile log = late(rig, 805, all, 0);
+  Log& rows = log.stretches.front();
+  const std::vector<double> every = rows.reading;
+  for (std::size_t k = 1; k < rows.size(); k += 2) rows.reading[k * channels + 2] = std::nan("");
+  for (const double seconds : {0.08, 0.09}) {
+    ChannelDelay delay;
+    delay.group = yaw;
+    delay.seconds = seconds;
+    const std::vector<double> moved = without_delays(log, {&delay, 1}).stretches.front().reading;
+    std::size_t read = 0;
+    for (std::size_t k = 0; k + 6 < rows.size(); ++k) {
+      const double is = moved[k * channels + 2];
+      if (std::isnan(is)) continue;
+      ++read;
+      EXPECT_NEAR(is, every[(k + 4) * channels + 2], 0.12) << k;  // half a sample more, and what was filled in
+    }
+    EXPECT_NEAR(static_cast<double>(read), 0.5 * static_cast<double>(rows.size()), 8.0) << seconds;
+  }
+}
+
 }  // namespace
 }  // namespace gripline::diagnose

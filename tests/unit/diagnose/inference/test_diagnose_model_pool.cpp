@@ -9,7 +9,7 @@ namespace {
 
 using test::DiagnoseRig;
 
-/// Commands that are taken wrongly, and noise, can make a smooth road look rough: when others are believed, parameters
+/// Commands that are taken wrongly, and noise, can make a smooth road look rough: when others are assumed, parameters
 /// cost what they cost before. Another reference is no such thing.
 TEST(ModelPool, ARoughRoadIsForgottenWithWhatMadeItLookRough) {
   const DiagnoseRig rig;
