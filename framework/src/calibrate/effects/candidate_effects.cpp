@@ -103,6 +103,13 @@ CandidateEffect candidate_of(const PluginEntry& entry, const PluginContext& cont
   return c;
 }
 
+/// What an effect of the commands makes of a steering angle.
+double turned(const Effect& effect, std::span<const double> params, double delta) {
+  Quantities<double> q = some_quantities();
+  q.delta = delta;
+  return applied(effect, params, q).delta;
+}
+
 bool has_table(const PluginEntry& entry) {
   return std::ranges::any_of(entry.params(), [](const abi::ParamDecl& p) { return p.type == abi::ParamType::table; });
 }
@@ -222,6 +229,16 @@ EffectScore score_of(const NormalEquations& blocks, const Eigen::LDLT<Eigen::Mat
 }
 
 }  // namespace
+
+SteeringAsymmetry steering_asymmetry(const CandidateEffect& candidate) {
+  if (candidate.effect->stage() != Stage::command) return SteeringAsymmetry::none;
+  constexpr double angle = 0.2, shift = 0.1, rounding = 1e-12;  // [rad]; any that differ
+  std::vector<double> moved = candidate.numbers;
+  for (const std::size_t i : candidate.tested) moved[i] += shift;
+  const auto wheels = [&](double command) { return turned(*candidate.effect, moved, command); };
+  if (std::abs(wheels(0.0)) > rounding) return SteeringAsymmetry::offset;
+  return std::abs(wheels(angle) + wheels(-angle)) > rounding ? SteeringAsymmetry::curve : SteeringAsymmetry::none;
+}
 
 std::vector<CandidateEffect> candidate_effects(const VehicleSpec& vehicle, const Car& car, const Registry& registry,
                                                bool road) {

@@ -24,6 +24,14 @@ struct CandidateEffect {
   std::string id() const { return entry->decl->id; }
 };
 
+/// How an effect of the commands makes the wheels' angle differ between left and right.
+enum class SteeringAsymmetry {
+  none,
+  offset,  // they are turned where they are commanded straight ahead
+  curve,   // straight ahead they are straight, and turn further to one side than to the other
+};
+SteeringAsymmetry steering_asymmetry(const CandidateEffect& candidate);
+
 /// Every effect of the registry that the car lacks, that its model has a stage for and that has a value at which it
 /// does nothing. Left out: effects that need truth, tables, effects with memory (none of their values is harmless),
 /// delays of commands (all channels later together are the same), what changes the car's mass or centre of gravity,

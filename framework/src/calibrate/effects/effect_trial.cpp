@@ -1,6 +1,7 @@
 #include "calibrate/effects/effect_trial.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 namespace gripline::calibrate {
 
@@ -31,12 +32,16 @@ std::string pointer_of(const std::string& effect, const char* parameter) {
   return "/plant/effects/" + effect + "/params/" + parameter;
 }
 
-Addition added_effect(const std::string& id) { return {id, pointer_of(id, ""), false}; }
+Addition added_effect(const std::string& id, SteeringAsymmetry asymmetry) {
+  return {id, pointer_of(id, ""), false, asymmetry};
+}
 
 Addition addition_of(const CandidateEffect& candidate, const Trial& base) {
-  if (!candidate.listed) return added_effect(candidate.id());
+  const SteeringAsymmetry asymmetry = steering_asymmetry(candidate);
+  if (!candidate.listed) return added_effect(candidate.id(), asymmetry);
   const auto at = std::ranges::find(base.places, *candidate.listed, &ParameterPlace::index);
-  return {candidate.id() + "." + candidate.entry->params()[candidate.open.front()].name, at->pointer, true};
+  return {candidate.id() + "." + candidate.entry->params()[candidate.open.front()].name, at->pointer, true,
+          asymmetry};
 }
 
 std::vector<CandidateEffect> candidates_beside(const Trial& base, const Registry& registry,
@@ -125,7 +130,8 @@ Node with_effects(Node world, const WorldSpec& found, std::span<const Addition> 
   return world;
 }
 
-void open_parameters(Node& world, std::span<const Addition> added, std::span<const FittedParameter> parameters) {
+void open_parameters(Node& world, std::span<const Addition> added, std::span<const FittedParameter> parameters,
+                     std::size_t sessions) {
   if (Node* const listed = world.find("unknowns"); listed != nullptr)
     for (const Addition& one_more : added)
       for (const FittedParameter& p : parameters) {
@@ -134,6 +140,9 @@ void open_parameters(Node& world, std::span<const Addition> added, std::span<con
         one.set("group", Node(p.unknown.group));
         one.set("prior", Node(p.unknown.prior));
         one.set("sigma", Node(p.unknown.sigma));
+        if (const double width = p.interval.sigma * std::sqrt(static_cast<double>(sessions));
+            p.status == FittedParameter::Status::determined && std::isfinite(width) && width > 0.0)
+          one.set("session", Node(width));
         listed->set(p.unknown.pointer, std::move(one));
       }
 }

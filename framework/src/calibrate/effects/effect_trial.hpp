@@ -45,12 +45,13 @@ struct Addition {
   std::string name;     // of the effect, or of both: "steer_map.a"
   std::string pointer;  // of the parameter, or of the effect's parameters, without their names
   bool opened = false;  // whether it is a parameter
+  SteeringAsymmetry asymmetry = SteeringAsymmetry::none;
   bool owns(const std::string& parameter) const {
     return opened ? parameter == pointer : parameter.starts_with(pointer);
   }
 };
 /// A whole effect more.
-Addition added_effect(const std::string& id);
+Addition added_effect(const std::string& id, SteeringAsymmetry asymmetry = SteeringAsymmetry::none);
 /// What fitting a candidate adds to a trial for whose car it was made.
 Addition addition_of(const CandidateEffect& candidate, const Trial& base);
 
@@ -74,7 +75,10 @@ Unknown open_parameter(const ParameterPlace& place, double neutral);
 
 /// A world's tree with those effects of `found` that were added.
 Node with_effects(Node world, const WorldSpec& found, std::span<const Addition> added);
-/// Lists the parameters of what was added among a tree's unknowns.
-void open_parameters(Node& world, std::span<const Addition> added, std::span<const FittedParameter> parameters);
+/// Lists the parameters of what was added among a tree's unknowns, with a width from session to session: what each of
+/// the sessions fitted says of a parameter alone lies around the value by its standard error times the root of their
+/// number, and so may what another one says.
+void open_parameters(Node& world, std::span<const Addition> added, std::span<const FittedParameter> parameters,
+                     std::size_t sessions);
 
 }  // namespace gripline::calibrate

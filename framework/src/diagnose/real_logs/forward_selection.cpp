@@ -8,6 +8,7 @@ namespace gripline::diagnose {
 
 using calibrate::CandidateEffect;
 using calibrate::EffectScore;
+using calibrate::SteeringAsymmetry;
 using calibrate::Trial;
 
 namespace {
@@ -102,6 +103,25 @@ void add_best(Selection& selection, Round& round) {
   selection.trial = std::move(round.best);
 }
 
+/// A steering that turns further to one side stands for one that is not straight at zero wherever a log turns mostly one
+/// way, and almost every steering is off a little: the curve's term of lower order comes with it (marginality: Nelder, A
+/// reformulation of linear models, JRSS A 140, 1977), whatever it takes off by itself. Backward elimination says which
+/// of them stays.
+void add_offset_of_curve(const EffectSearch& search, Selection& found, std::span<const std::string> without) {
+  if (found.added.back().asymmetry != SteeringAsymmetry::curve) return;
+  Round round = score_beside(search, found, without);
+  const auto is_offset = [&](const EffectScore& one) {
+    return steering_asymmetry(round.candidates[one.candidate]) == SteeringAsymmetry::offset;
+  };
+  const auto best = std::ranges::find_if(round.scores, is_offset);
+  if (best == round.scores.end()) return;
+  round.best = search.fits.with(*found.trial, round.candidates[best->candidate], *best);
+  round.best_score = static_cast<std::size_t>(best - round.scores.begin());
+  search.fits.refit_until_still(*round.best);
+  search.validate(*round.best);
+  add_best(found, round);
+}
+
 /// Adds effects until none is worth it; gives the rows of the first round.
 std::vector<ScoredEffect> grow(const EffectSearch& search, Selection& found, std::span<const std::string> without) {
   const std::size_t most = search.options.most;
@@ -117,6 +137,7 @@ std::vector<ScoredEffect> grow(const EffectSearch& search, Selection& found, std
     if (!begun) first = std::move(round.rows);
     if (!round.best) break;
     add_best(found, round);
+    add_offset_of_curve(search, found, without);
     tell();
   }
   return first;

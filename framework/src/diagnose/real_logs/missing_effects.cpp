@@ -127,7 +127,7 @@ Node world_of(const EffectSearch& search, const Selection& selection, const cali
   const Trial& trial = *selection.trial;
   Node world = fitted_world(calibrate::with_effects(search.tree, trial.spec, selection.added), trial.spec,
                             trial.forecaster, result, {search.logs.names, search.map.file.filename().string()}, folder);
-  calibrate::open_parameters(world, selection.added, result.parameters);
+  calibrate::open_parameters(world, selection.added, result.parameters, search.logs.names.size());
   return world;
 }
 

@@ -5,6 +5,7 @@
 
 #include <map>
 
+#include "calibrate/effects/effect_trial.hpp"
 #include "support/calibrate_rig.hpp"
 
 namespace gripline::calibrate {
@@ -125,6 +126,19 @@ TEST(EffectScores, StayInsideTheRangesOfTheParameters) {
     EXPECT_GE(neutral + found->second.value.front(), p.lo) << found->first;
     EXPECT_LE(neutral + found->second.value.front(), p.hi) << found->first;
   }
+}
+
+TEST(SteeringAsymmetries, AreOffsetsAndOneSidedCurves) {
+  const test::CalibrateRig rig(
+      test::small_car_world(R"({"plant": {"effects": [{"plugin": "steer_map", "params": {"g": 0.9}}]}})"));
+  const Trial trial(rig.spec, test::CalibrateRig::options(rig.spec));
+  std::map<std::string, SteeringAsymmetry> of;
+  for (const CandidateEffect& one : candidates_beside(trial, testing_support::plugins(), {}))
+    of[addition_of(one, trial).name] = steering_asymmetry(one);
+  EXPECT_EQ(of.at("steer_offset"), SteeringAsymmetry::offset);
+  EXPECT_EQ(of.at("steer_map.a"), SteeringAsymmetry::curve);
+  for (const char* const alike : {"steer_map.c", "steer_gain", "throttle_dead_zone", "torque_vec", "yawrate_bias"})
+    EXPECT_EQ(of.at(alike), SteeringAsymmetry::none) << alike;
 }
 
 }  // namespace

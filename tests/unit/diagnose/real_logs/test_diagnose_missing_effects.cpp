@@ -119,6 +119,9 @@ TEST(MissingEffects, TheWorldReturnedIsAFittedOne) {
   const auto at = [&](const char* pointer) { return find_pointer(found.world, pointer)->number(); };
   EXPECT_GE(at("/calibration/starts"), 55);  // 60 are wanted; a half of the time would have 30
   EXPECT_NEAR(at("/plant/effects/0/params/d0"), 0.03, 0.003);
+  const double width = find_pointer(found.world, "/unknowns/~1plant~1effects~1steer_offset~1params~1d0/session")->number();
+  EXPECT_GT(width, 1e-5);
+  EXPECT_LT(width, 0.003) << "one session: as well as it is known";
 }
 
 /// A straight servo map in the world, a bent one in the car. What was not to be fitted of the map is named by itself,
@@ -142,6 +145,30 @@ TEST(MissingEffects, AnIdleParameterOfAnEffectThatTheWorldListsIsNamed) {
   const auto place = std::ranges::find(places, pointer, &calibrate::ParameterPlace::pointer);
   ASSERT_NE(place, places.end());
   EXPECT_NEAR(again.forecaster.defaults()[place->index], named->params.front().value, 0.3);
+}
+
+/// A servo that is off and turns further to one side: both are named, whichever is found first.
+TEST(MissingEffects, TheOffsetIsNamedBesideTheCurveOfASteering) {
+  const MissingEffects found = found_in_log_of(
+      R"({"plant": {"effects": [{"plugin": "steer_map", "params": {"g": 1, "a": -0.8}},
+                                {"plugin": "steer_offset", "params": {"d0": -0.015}}]}})",
+      R"({"plant": {"effects": [{"plugin": "steer_map", "params": {"g": 1}}]},
+          "unknowns": {"/plant/effects/steer_map/params/g": {"group": "steer", "sigma": 0.2}}})");
+  ASSERT_NE(find(found, "steer_map.a"), nullptr);
+  EXPECT_NEAR(find(found, "steer_map.a")->params.front().value, -0.8, 0.3);
+  const MissingEffect* const offset = find(found, "steer_offset");
+  ASSERT_NE(offset, nullptr);
+  EXPECT_NEAR(offset->params.front().value, -0.015, 0.005);
+}
+
+/// Nor is an offset named where the curve alone is missing.
+TEST(MissingEffects, ACurveOfASteeringThatIsStraightAheadIsNamedAlone) {
+  const MissingEffects found = found_in_log_of(
+      R"({"plant": {"effects": [{"plugin": "steer_map", "params": {"g": 1, "a": -0.8}}]}})",
+      R"({"plant": {"effects": [{"plugin": "steer_map", "params": {"g": 1}}]},
+          "unknowns": {"/plant/effects/steer_map/params/g": {"group": "steer", "sigma": 0.2}}})");
+  EXPECT_NE(find(found, "steer_map.a"), nullptr);
+  EXPECT_EQ(find(found, "steer_offset"), nullptr);
 }
 
 /// What the logs do not tell is returned with what was known of it, by its place in the world found.
