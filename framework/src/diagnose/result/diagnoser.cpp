@@ -9,6 +9,7 @@
 #include "diagnose/inference/reference.hpp"
 #include "diagnose/result/advice.hpp"
 #include "diagnose/result/closing.hpp"
+#include "diagnose/result/named_delay.hpp"
 #include "diagnose/result/noise_health.hpp"
 #include "diagnose/result/ranking.hpp"
 #include "diagnose/result/sentence.hpp"
@@ -305,12 +306,8 @@ void Diagnoser::name_delays(std::span<const LogFile> logs, std::span<const LogFi
   d.gap.before = errors[reported].rms();
   set_closure(d.gap, compare(after.predict_refitted(d.fit), errors[reported]));
   for (const ChannelDelay& one : delays) {
-    NamedEffect& delay = d.delays.emplace_back();
-    delay.effect = one.name() + "_delay";
-    delay.measurement = true;
-    delay.params = {{"T", "s", one.seconds, one.low, one.high}};
-    delay.confidence = thresholds::most_confidence;
-    delay.rollout = by_delays;
+    d.delays.push_back(named_delay(one));
+    d.delays.back().rollout = by_delays;
   }
   if (d.verdict == Verdict::nothing_missing) d.verdict = Verdict::named;
 }
