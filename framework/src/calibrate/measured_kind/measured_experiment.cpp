@@ -8,6 +8,7 @@
 #include "calibrate/effects/advice.hpp"
 #include "calibrate/effects/effect_trial.hpp"
 #include "calibrate/effects/place_effects.hpp"
+#include "calibrate/effects/start_of_fit.hpp"
 #include "calibrate/effects/yaw_limit.hpp"
 #include "calibrate/fit/calibrated_world.hpp"
 #include "calibrate/fit/fit_starts.hpp"
@@ -193,19 +194,14 @@ class MeasuredRun {
     read_logs();
     const Trial given(spec_.world, options_);
     const Forecaster& forecaster = given.forecaster;
-    Errors errors;
-    std::vector<double> values = parameters_of(spec_.tree, forecaster, errors);
-    std::vector<Unknown> unknowns = read_unknowns(spec_.tree, given.places, values, {}, errors);
-    errors.throw_if_any();
-    start_delays(map_, files_, forecaster, spec_.tree, values, unknowns);
     const auto by_yaw = offset_by_yaw(files_, {spec_.held_every, spec_.held_length});
-    limit_to_yaw(spec_.world, given.places, by_yaw, values, unknowns);
+    const StartOfFit start = start_of_fit(spec_.tree, given, map_, files_, by_yaw);
     tell("fit");
-    out_.fit = fit(forecaster, train_, values, unknowns, fit_);
+    out_.fit = fit(forecaster, train_, start.values, start.unknowns, fit_);
     out_.fit.friction =
         friction_of(given.vehicle.car(), spec_.world.car.car, out_.fit.params, out_.fit.drawn, out_.fit.allowed);
     out_.fit.advice = advise(spec_.world, registry_, options_, train_, out_.fit, by_yaw);
-    judge_rows(forecaster, values);
+    judge_rows(forecaster, start.values);
     for (const std::string& effect : spec_.ablate) ablate(effect);
     FitSource source;
     for (const auto& file : files_) source.logs.push_back(file.session.name);
