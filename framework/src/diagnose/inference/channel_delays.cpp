@@ -66,10 +66,9 @@ std::vector<double> moved(const Log& log, std::span<const double> bridged, std::
 
 /// A log's readings with short gaps bridged.
 std::vector<double> bridged_readings_of(const Log& log) {
-  constexpr double longest_gap = 0.25;  // [s] over which a car moves evenly
   std::vector<double> t(log.size());
   for (std::size_t k = 0; k < t.size(); ++k) t[k] = static_cast<double>(k) * log.dt;
-  return measured::bridged_readings(t, log.reading, longest_gap);
+  return measured::bridged_readings(t, log.reading, measured::even_motion);
 }
 
 /// By group: the one that shows the same motion, place and speeds, yaw and yaw rate.
