@@ -7,8 +7,8 @@
 #include "diagnose/inference/adequacy.hpp"
 #include "diagnose/inference/preparation.hpp"
 #include "diagnose/inference/reference.hpp"
-#include "diagnose/result/advice.hpp"
 #include "diagnose/result/closing.hpp"
+#include "diagnose/result/manoeuvre.hpp"
 #include "diagnose/result/named_delay.hpp"
 #include "diagnose/result/noise_health.hpp"
 #include "diagnose/result/ranking.hpp"
@@ -212,7 +212,7 @@ Diagnosis Diagnoser::conclude(SearchResult& found, const HoldOut& hold_out) cons
     d.equivalent = equivalents(equals, selected.fit, found);
     if (equals.size() > 1) {
       d.verdict = Verdict::indistinguishable;
-      d.manoeuvre = advice(std::span(d.equivalent).first(equals.size()), catalogue_);
+      d.manoeuvre = distinguishing_manoeuvre(std::span(d.equivalent).first(equals.size()), catalogue_);
     }
   }
   d.unknown = selected.unknown;
