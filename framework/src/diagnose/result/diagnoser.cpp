@@ -164,7 +164,7 @@ std::vector<std::string> Diagnoser::ids(const ModelSpec& model) const {
 }
 
 /// The selected model's effects with their confidences.
-std::vector<NamedEffect> Diagnoser::name_effects(const Problem& problem, const Selected& selected,
+std::vector<NamedEffect> Diagnoser::name_effects(const Problem& problem, const SelectedModel& selected,
                                                  const Rivals& rivals) const {
   std::vector<NamedEffect> named;
   for (const std::size_t member : selected.fit.model.members) {
@@ -200,7 +200,7 @@ std::vector<std::vector<std::string>> Diagnoser::equivalents(std::span<const Fit
 
 /// The verdict and the names, before they are measured on hold-out data.
 Diagnosis Diagnoser::conclude(SearchResult& found, const HoldOut& hold_out) const {
-  Selected selected = select_model(found, hold_out);
+  SelectedModel selected = select_model(found, hold_out);
   const Rivals rivals = rivals_of(found, selected.fit);
   Diagnosis d;
   d.null_model = found.null_model;

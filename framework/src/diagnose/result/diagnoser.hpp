@@ -43,7 +43,8 @@ class Diagnoser {
                    std::span<const ChannelDelay> delays, Diagnosis& d) const;
   Channels stated_noise() const;
   std::vector<std::string> ids(const ModelSpec& model) const;
-  std::vector<NamedEffect> name_effects(const Problem& problem, const Selected& selected, const Rivals& rivals) const;
+  std::vector<NamedEffect> name_effects(const Problem& problem, const SelectedModel& selected,
+                                        const Rivals& rivals) const;
   std::vector<std::vector<std::string>> equivalents(std::span<const Fit* const> equals, const Fit& selected,
                                                     const SearchResult& found) const;
   Diagnosis conclude(SearchResult& found, const HoldOut& hold_out) const;
