@@ -354,7 +354,7 @@ bool Diagnoser::closes(const HoldOut& hold_out, const Diagnosis& d) const {
   if (answer != Closing::ask_fitted) return answer == Closing::closes;
   // What delays that were taken off are wrong by shows in all data alike, as a small effect.
   if (delays_taken_off_ && !hold_out.empty()) return false;
-  return closes_fitted(compare(hold_out.predict_known(d.fit), hold_out.predict_known(d.null_model)), moved);
+  return closes_fitted(compare(hold_out.predict_training(d.fit), hold_out.predict_training(d.null_model)), moved);
 }
 
 /// Whether the result predicts hold-out data well enough to be kept.
