@@ -294,10 +294,11 @@ inline constexpr int reference_moves = 5;
 
 // ---- Numerics
 
-/// Least eigenvalue of an equilibrated information matrix that counts as known: in fits, in score tests of many
+/// Least eigenvalue of an equilibrated information matrix that counts towards its rank: in fits, in score tests of many
 /// directions, in screening of one direction (an effect that is a nuisance under another name differs only by the
 /// nuisance's prior) and of several. Above rounding.
-inline constexpr double known_in_fit = 1e-10, known_in_test = 1e-5, known_alone = 1e-10, known_together = 1e-6;
+inline constexpr double rank_tolerance_fit = 1e-10, rank_tolerance_test = 1e-5, rank_tolerance_one = 1e-10,
+                        rank_tolerance_several = 1e-6;
 /// Step of integration over the car's time constant: an error of 0.3^5 / 120 of what settles within it. Steps per
 /// sample at most.
 inline constexpr double longest_integration_step = 0.3, most_substeps = 8.0;

@@ -61,7 +61,7 @@ ParameterStep solve(const MatrixXd& N, const VectorXd& g, const VectorXd& scale,
   VectorXd inverse = eigen.eigenvalues();
   ParameterStep out;
   for (Index i = 0; i < inverse.size(); ++i) {
-    const bool kept = inverse[i] > thresholds::known_in_fit;
+    const bool kept = inverse[i] > thresholds::rank_tolerance_fit;
     out.rank += kept ? 1 : 0;
     inverse[i] = kept ? 1.0 / (inverse[i] + damping) : 0.0;
   }

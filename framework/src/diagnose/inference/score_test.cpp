@@ -6,7 +6,7 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-ScoreTest score_test(const MatrixXd& N, const VectorXd& g, Index own, double smallest) {
+ScoreTest score_test(const MatrixXd& N, const VectorXd& g, Index own, double rank_tolerance) {
   const Index count = g.size() - own;
   ScoreTest s;
   s.information = N.bottomRightCorner(count, count);
@@ -29,7 +29,7 @@ ScoreTest score_test(const MatrixXd& N, const VectorXd& g, Index own, double sma
   s.step = VectorXd::Zero(count);
   for (Index i = 0; i < count; ++i) {
     const double lambda = eigen.eigenvalues()[i];
-    if (!(lambda > smallest)) continue;
+    if (!(lambda > rank_tolerance)) continue;
     ++s.dof;
     const double along = eigen.eigenvectors().col(i).dot(unit_r);
     s.gain += 0.5 * along * along / lambda;

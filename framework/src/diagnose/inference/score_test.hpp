@@ -20,9 +20,9 @@ struct ScoreTest {
   Eigen::MatrixXd information;  // on them
 };
 /// N, g: normal equations of the own and the further parameters. Combinations of unit regressors with an eigenvalue of
-/// less than `smallest` are left out.
+/// less than `rank_tolerance` are left out.
 ScoreTest score_test(const Eigen::MatrixXd& N, const Eigen::VectorXd& g, Eigen::Index own,
-                     double smallest = thresholds::known_in_test);
+                     double rank_tolerance = thresholds::rank_tolerance_test);
 
 /// Normal equations of a fitted model's own parameters, then of further regressors, for tests of whether anything is
 /// left. Nuisances at their limits stay there (screening lets them come back: an effect takes their place, a

@@ -26,7 +26,7 @@ std::vector<Index> rows_of(const Screening& s, std::span<const std::size_t> regr
 /// and those that would leave their limits are put there one by one, the worst first. The gain is of the own parameters
 /// too, which alone have Screening::own_gain.
 ScoreTest test_with_free_nuisances(const Catalogue& catalogue, const ModelSpec& model, const Screening& s,
-                                   std::span<const std::size_t> regressors, double smallest) {
+                                   std::span<const std::size_t> regressors, double rank_tolerance) {
   const auto rows = rows_of(s, regressors);
   const auto own = static_cast<Index>(s.own), count = static_cast<Index>(regressors.size());
   const NormalEquations whole{s.normal.N(rows, rows), s.normal.g(rows)};
@@ -34,7 +34,7 @@ ScoreTest test_with_free_nuisances(const Catalogue& catalogue, const ModelSpec& 
   Eigen::VectorXd moved = Eigen::VectorXd::Zero(own);
   std::vector<bool> fixed(catalogue.nuisances().size(), false);
   for (;;) {
-    ScoreTest test = count > 0 ? score_test(reduced.N, reduced.g, own, smallest) : ScoreTest{};
+    ScoreTest test = count > 0 ? score_test(reduced.N, reduced.g, own, rank_tolerance) : ScoreTest{};
     Eigen::MatrixXd base = reduced.N.topLeftCorner(own, own);
     base.diagonal() *= 1.0 + 1e-12;  // as score_test has it
     const Eigen::VectorXd beside = reduced.g.head(own) - reduced.N.topRightCorner(own, count) * test.step;
@@ -55,14 +55,15 @@ ScoreTest test_with_free_nuisances(const Catalogue& catalogue, const ModelSpec& 
 /// The score test of some of the regressors.
 ScoreTest test_of(const Catalogue& catalogue, const ModelSpec& model, const Screening& s,
                   std::span<const std::size_t> regressors) {
-  const double smallest = regressors.size() == 1 ? thresholds::known_alone : thresholds::known_together;
+  const double rank_tolerance =
+      regressors.size() == 1 ? thresholds::rank_tolerance_one : thresholds::rank_tolerance_several;
   if (s.at_limit) {
-    ScoreTest test = test_with_free_nuisances(catalogue, model, s, regressors, smallest);
+    ScoreTest test = test_with_free_nuisances(catalogue, model, s, regressors, rank_tolerance);
     test.gain = std::max(0.0, test.gain - s.own_gain);
     return test;
   }
   const auto rows = rows_of(s, regressors);
-  return score_test(s.normal.N(rows, rows), s.normal.g(rows), static_cast<Index>(s.own), smallest);
+  return score_test(s.normal.N(rows, rows), s.normal.g(rows), static_cast<Index>(s.own), rank_tolerance);
 }
 
 /// A parameter a step away from neutral, within its range and thresholds::longest_start.
