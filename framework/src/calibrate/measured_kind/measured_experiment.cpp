@@ -196,7 +196,7 @@ class MeasuredRun {
     const Forecaster& forecaster = given.forecaster;
     const auto by_yaw = offset_by_yaw(files_, {spec_.held_every, spec_.held_length});
     const StartOfFit start = start_of_fit(spec_.tree, given, map_, files_, by_yaw);
-    tell("fit");
+    report_progress("fit");
     out_.fit = fit(forecaster, train_, start.values, start.unknowns, fit_);
     out_.fit.friction =
         friction_of(given.vehicle.car(), spec_.world.car.car, out_.fit.params, out_.fit.drawn, out_.fit.allowed);
@@ -213,13 +213,13 @@ class MeasuredRun {
   }
 
  private:
-  void tell(const std::string& what) {
+  void report_progress(const std::string& what) {
     if (progress_) progress_(done_, spec_.ablate.size() + 2, what);
     ++done_;
   }
 
   void read_logs() {
-    tell("read");
+    report_progress("read");
     for (const auto& log : spec_.logs) {
       if (const std::string why = why_unreadable(log); !why.empty()) throw InputError(shown(log) + ": " + why);
       files_.push_back(measured::read_session(log, map_));
@@ -270,7 +270,7 @@ class MeasuredRun {
   /// The world without an effect, its other unknowns fitted again from where they stood. Of an effect that it has twice
   /// the first goes: parameters are told by their place, since the other one is then named otherwise.
   void ablate(const std::string& effect) {
-    tell("without " + effect);
+    report_progress("without " + effect);
     WorldSpec world = spec_.world;
     std::size_t offset = world.vehicle.model.entry->params().size();
     std::size_t index = 0;

@@ -193,14 +193,14 @@ std::vector<NoiseParameter> left_of(std::span<const NoiseParameter> unknowns, co
 
 /// Takes back what the log does not ask for and measures the rest of the noise anew where commands lose what mattered.
 /// Parameters move with bends only.
-void settle(const Problem& problem, std::span<const NoiseParameter> unknowns, const MatrixXd& information,
-            Innovations& innovations, MeasuredNoise& m) {
+void prune_and_refit(const Problem& problem, std::span<const NoiseParameter> unknowns, const MatrixXd& information,
+                     Innovations& innovations, MeasuredNoise& m) {
   const MatrixXd covariance = information.ldlt().solve(MatrixXd::Identity(information.rows(), information.cols()));
   forget_faint_colours(unknowns, covariance, m);
   if (std::ranges::none_of(unknowns, is_of_commands)) return;
   const double before = cost_of(innovations.under(m));
   forget_undetermined(unknowns, covariance, innovations, m);
-  if (std::abs(cost_of(innovations.under(m)) - before) > thresholds::noise_settled)
+  if (std::abs(cost_of(innovations.under(m)) - before) > thresholds::noise_converged)
     fit_noise(innovations, left_of(unknowns, m, m.bend != problem.bend), m);
 }
 
@@ -237,12 +237,12 @@ MeasuredNoise measure_noise(const Problem& problem, const Fit& fitted, const Noi
   MeasuredNoise bent = m;
   if (std::ranges::any_of(unknowns, [&](const NoiseParameter& p) { return is_unknown_command(p, m); })) {
     const MatrixXd beside_bends = fit_noise(innovations, unknowns, bent);
-    settle(problem, unknowns, beside_bends, innovations, bent);
+    prune_and_refit(problem, unknowns, beside_bends, innovations, bent);
   }
   if (bent.bend != problem.bend)
     m = bent;
   else  // the parameters, and what noise was beside them, stay where they are without bends
-    settle(problem, unknowns, information, innovations, m);
+    prune_and_refit(problem, unknowns, information, innovations, m);
   if (asked.sensors) keep_credible(problem, m);
   m.gain = before - cost_of(innovations.under(m));
   if (m.bend != problem.bend) take_out_own_move(problem, fitted, innovations, m);

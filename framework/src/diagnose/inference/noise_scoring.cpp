@@ -196,7 +196,7 @@ MatrixXd fit_noise(Innovations& innovations, std::span<const NoiseParameter> unk
     m = trial;
     const double won = cost - reached;
     cost = reached;
-    if (won < thresholds::noise_settled && predicted < 2.0 * thresholds::noise_settled) break;
+    if (won < thresholds::noise_converged && predicted < 2.0 * thresholds::noise_converged) break;
   }
   return scores.information;
 }
