@@ -287,8 +287,8 @@ inline constexpr double least_noise_factor = 0.01, longest_log_noise_step = 3.4;
 inline constexpr double noise_tolerance = 5.0;
 /// A fit that cannot reach what is wanted even if its next step gains this many times what is predicted is given up.
 inline constexpr double reachable_factor = 4.0;
-/// Root mean square move of a reference, in sensor standard deviations, below which it has converged (what is left is of
-/// second order in it), and the largest number of iterations.
+/// Root mean square move of a reference, in sensor standard deviations, below which it has converged (what is left is
+/// of second order in it), and the largest number of iterations.
 inline constexpr double reference_tolerance = 0.03;
 inline constexpr int reference_iterations = 5;
 
