@@ -54,8 +54,8 @@ forecast::Stiffness stiffness_of(const StagedCar& car, const double* params, con
   return found;
 }
 
-/// Scales of Cauchy's weight: much more than a model errs by between readings: 50 ms of travel, 0.1 rad, a tenth of speed and of a tight turn's
-/// rate.
+/// Scales of Cauchy's weight, much more than a model errs by between readings: 50 ms of travel, 0.1 rad, a tenth of
+/// speed and of a tight turn's rate.
 forecast::Row<double> cauchy_scales(const ForecastOptions& options) {
   const double v = options.v_ref;
   return {0.05 * v, 0.05 * v, 0.1, 0.1 * v, 0.1 * v, 0.1 * v / options.wheelbase};
