@@ -18,7 +18,7 @@ namespace {
 
 constexpr double learned_enough = 0.1;  // of the prior's variance, for a parameter to count as determined
 // Relative decrease of the cost below which a search ends from which another one goes on, with other scales or errors.
-constexpr double enough_to_go_on = 3e-3;
+constexpr double coarse_tolerance = 3e-3;
 
 void print_line(const FitOptions& options, const std::string& text) {
   if (options.print) options.print(text);
@@ -65,7 +65,7 @@ std::vector<double> search(const Forecaster& forecaster, const std::vector<FitLo
   errors.weighing.horizon = options.horizon_weight;
   short_errors.weighing.horizon = {1.0};
   LeastSquaresOptions quick;
-  quick.enough = enough_to_go_on;
+  quick.tolerance = coarse_tolerance;
   constexpr std::size_t followed = 2;  // attempts: a minimum in which one start spins is found out by all starts
   struct Found {
     std::vector<double> params;
@@ -238,7 +238,7 @@ FitResult fit(const Forecaster& forecaster, std::vector<FitLog>& logs, std::vect
 
   result.params = unknowns.empty() ? values : search(forecaster, logs, values, unknowns, options);
   LeastSquaresOptions full;
-  const double enough = full.enough;
+  const double fine_tolerance = full.tolerance;
   constexpr int rounds = 3;
   int round = 0;
   full.progress = [&](const FitStep& step) {
@@ -252,7 +252,7 @@ FitResult fit(const Forecaster& forecaster, std::vector<FitLog>& logs, std::vect
   for (; round < rounds && !free_unknowns.empty(); ++round) {
     errors.set_scales(result.params);
     result.cost_before = errors.cost(values);
-    full.enough = round < 2 ? enough_to_go_on : enough;
+    full.tolerance = round < 2 ? coarse_tolerance : fine_tolerance;
     full.iterations = round == 0 ? options.iterations / 3 : 2 * options.iterations / 3;
     result.params = least_squares(errors, free_unknowns, result.params, full, result.cost_after);
     if (round == 0) continue;  // scales were those of the search

@@ -129,7 +129,8 @@ std::vector<double> least_squares(const PredictionErrors& errors, std::span<cons
   constexpr double least_damping = 1e-7;
   double damping = 1e-2;
   std::vector<ObserverSteps> steps_of_best;  // at the best parameters so far; none where their cost was known
-  cost = std::isnan(options.known) ? errors.cost(params, &steps_of_best) + prior_cost(params, unknowns) : options.known;
+  cost = std::isnan(options.initial_cost) ? errors.cost(params, &steps_of_best) + prior_cost(params, unknowns)
+                                          : options.initial_cost;
   if (unknowns.empty()) return params;
   int small_steps = 0;
   for (int iteration = 0; iteration < options.iterations; ++iteration) {
@@ -163,7 +164,7 @@ std::vector<double> least_squares(const PredictionErrors& errors, std::span<cons
     if (!better) damping = tried;
     params = std::move(best);
     if (options.progress) options.progress({iteration + 1, before, cost});
-    small_steps = before - cost < options.enough * before ? small_steps + 1 : 0;
+    small_steps = before - cost < options.tolerance * before ? small_steps + 1 : 0;
     if (!better || small_steps >= 2) break;
   }
   return params;

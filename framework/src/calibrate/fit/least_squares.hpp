@@ -17,9 +17,8 @@ struct FitStep {
 
 struct LeastSquaresOptions {
   int iterations = 20;
-  double enough = 3e-4;  // relative decrease of the cost below which it ends
-  double known =
-      std::numeric_limits<double>::quiet_NaN();  // cost of the parameters it begins with, where that is known
+  double tolerance = 3e-4;                                         // relative decrease of the cost below which it ends
+  double initial_cost = std::numeric_limits<double>::quiet_NaN();  // of the parameters it begins with; NaN: not known
   std::function<void(const FitStep&)> progress;
 };
 
