@@ -207,8 +207,8 @@ FitResult fit_with_progress(const FitSubject& of, const std::optional<measured::
     };
   FitResult result = calibrate::fit(forecaster, logs, start.values, start.unknowns, options);
   if (registry != nullptr) result.advice = calibrate::advise(world, *registry, forecast, logs, result, by_yaw);
-  result.friction =
-      calibrate::friction_of(of.given.vehicle.car(), world.car.car, result.params, result.drawn, result.allowed);
+  result.friction = calibrate::friction_of(of.given.vehicle.car(), world.car.car, result.params, result.bootstrap_draws,
+                                           result.posterior_draws);
   progress.finish();
   return result;
 }

@@ -247,7 +247,7 @@ FitResult fit(const Forecaster& forecaster, std::vector<FitLog>& logs, std::vect
                     "all starts, round " + std::to_string(round + 1) + " of " + std::to_string(rounds));
   };
   std::vector<Unknown> free_unknowns = unknowns;
-  std::vector<Eigen::VectorXd> allowed;  // of all unknowns
+  std::vector<Eigen::VectorXd> posterior_moves;  // of all unknowns
   Bootstrap boot;
   for (; round < rounds && !free_unknowns.empty(); ++round) {
     errors.set_scales(result.params);
@@ -260,7 +260,7 @@ FitResult fit(const Forecaster& forecaster, std::vector<FitLog>& logs, std::vect
     result.dropped = blocks.dropped;
     boot = bootstrap(blocks, result.params, free_unknowns, options.seed);
     if (round > 1) continue;
-    allowed = boot.allowed;
+    posterior_moves = boot.posterior_moves;
     free_unknowns = fix_undetermined(result, free_unknowns, boot.interval);
   }
   for (std::size_t i = 0; i < free_unknowns.size(); ++i)
@@ -268,8 +268,9 @@ FitResult fit(const Forecaster& forecaster, std::vector<FitLog>& logs, std::vect
                                  FittedParameter::Status::determined});
   std::stable_sort(result.parameters.begin(), result.parameters.end(),
                    [](const auto& a, const auto& b) { return a.unknown.index < b.unknown.index; });
-  result.drawn = std::move(boot.params);
-  for (const Eigen::VectorXd& move : allowed) result.allowed.push_back(moved(result.params, unknowns, move));
+  result.bootstrap_draws = std::move(boot.params);
+  for (const Eigen::VectorXd& move : posterior_moves)
+    result.posterior_draws.push_back(moved(result.params, unknowns, move));
   result.weighing = errors.weighing;
   result.errors.push_back(row_of_model("fitted", errors, result.params));
   return result;

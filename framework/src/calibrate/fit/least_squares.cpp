@@ -213,7 +213,7 @@ Bootstrap bootstrap(const NormalEquations& blocks, std::span<const double> param
     interval.low = at(few * std::min(move[i][draws / 40] - centre, -normal_95 * curvature));
     interval.high = at(few * std::max(move[i][draws - 1 - draws / 40] - centre, normal_95 * curvature));
   }
-  out.allowed = normal_moves(sum.hessian / (few * few), draws, random);
+  out.posterior_moves = normal_moves(sum.hessian / (few * few), draws, random);
   for (const Eigen::VectorXd& step : steps) out.params.push_back(moved(params, unknowns, few * (step - middle)));
   return out;
 }

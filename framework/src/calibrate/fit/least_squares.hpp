@@ -44,9 +44,9 @@ struct Interval {
 
 /// Block bootstrap: each draw weighs the blocks anew and takes one Gauss-Newton step from the parameters found.
 struct Bootstrap {
-  std::vector<Interval> interval;           // by unknown
-  std::vector<std::vector<double>> params;  // by draw, for whatever follows from them
-  std::vector<Eigen::VectorXd> allowed;     // moves that prior and curvature allow, drawn
+  std::vector<Interval> interval;                // by unknown
+  std::vector<std::vector<double>> params;       // by draw, for whatever follows from them
+  std::vector<Eigen::VectorXd> posterior_moves;  // drawn by prior and curvature (Laplace's approximation)
 };
 Bootstrap bootstrap(const NormalEquations& blocks, std::span<const double> params, std::span<const Unknown> unknowns,
                     unsigned seed = 1);

@@ -198,8 +198,8 @@ class MeasuredRun {
     const StartOfFit start = start_of_fit(spec_.tree, given, map_, files_, by_yaw);
     report_progress("fit");
     out_.fit = fit(forecaster, train_, start.values, start.unknowns, fit_);
-    out_.fit.friction =
-        friction_of(given.vehicle.car(), spec_.world.car.car, out_.fit.params, out_.fit.drawn, out_.fit.allowed);
+    out_.fit.friction = friction_of(given.vehicle.car(), spec_.world.car.car, out_.fit.params, out_.fit.bootstrap_draws,
+                                    out_.fit.posterior_draws);
     out_.fit.advice = advise(spec_.world, registry_, options_, train_, out_.fit, by_yaw);
     judge_rows(forecaster, start.values);
     for (const std::string& effect : spec_.ablate) ablate(effect);

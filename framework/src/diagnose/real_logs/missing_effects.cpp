@@ -195,8 +195,8 @@ calibrate::FitResult fit_to_all(const EffectSearch& search, const Trial& trial,
   for (FittedParameter& p : result.parameters)
     for (const calibrate::Unknown& u : unknowns)
       if (u.index == p.unknown.index) p.unknown.prior = u.prior;
-  result.friction =
-      calibrate::friction_of(trial.vehicle.car(), trial.spec.car.car, result.params, result.drawn, result.allowed);
+  result.friction = calibrate::friction_of(trial.vehicle.car(), trial.spec.car.car, result.params,
+                                           result.bootstrap_draws, result.posterior_draws);
   return result;
 }
 
