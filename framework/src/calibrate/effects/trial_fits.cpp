@@ -87,7 +87,7 @@ std::unique_ptr<Trial> TrialFits::with(const Trial& base, const CandidateEffect&
   std::vector<double> best = trial->params;
   trial->cost = cost(best);
   for (const double part : {1.0, 0.3}) {
-    std::vector<double> next = moved(trial->params, trial->unknowns, part * move);
+    std::vector<double> next = after_step(trial->params, trial->unknowns, part * move);
     const double less = cost(next);
     if (!(less < trial->cost)) continue;
     trial->cost = less;
@@ -108,7 +108,7 @@ std::unique_ptr<Trial> TrialFits::without(const Trial& base, const NormalEquatio
   });
   const PredictionErrors from = errors(*trial);
   const auto cost = [&](const std::vector<double>& p) { return from.cost(p) + prior_cost(p, trial->unknowns); };
-  std::vector<double> next = moved(trial->params, trial->unknowns, move_without(base, blocks, less));
+  std::vector<double> next = after_step(trial->params, trial->unknowns, move_without(base, blocks, less));
   trial->cost = cost(trial->params);
   if (const double less = cost(next); less < trial->cost) {
     trial->cost = less;

@@ -43,7 +43,7 @@ std::vector<double> start_of(int attempt, std::span<const double> values, std::s
     for (int k = 0; k < 12; ++k) sum += static_cast<double>(random()) / 4294967296.0;
     move(static_cast<Eigen::Index>(i)) = unknowns[i].observer ? 0.0 : 0.5 * unknowns[i].sigma * sum;
   }
-  return moved(values, unknowns, move);
+  return after_step(values, unknowns, move);
 }
 
 /// Logs with their starts, which are asked for one horizon only.
@@ -270,7 +270,7 @@ FitResult fit(const Forecaster& forecaster, std::vector<FitLog>& logs, std::vect
                    [](const auto& a, const auto& b) { return a.unknown.index < b.unknown.index; });
   result.bootstrap_draws = std::move(boot.params);
   for (const Eigen::VectorXd& move : posterior_moves)
-    result.posterior_draws.push_back(moved(result.params, unknowns, move));
+    result.posterior_draws.push_back(after_step(result.params, unknowns, move));
   result.weighing = errors.weighing;
   result.errors.push_back(row_of_model("fitted", errors, result.params));
   return result;

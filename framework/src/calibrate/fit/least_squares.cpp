@@ -100,7 +100,7 @@ double prior_cost(std::span<const double> params, std::span<const Unknown> unkno
   double sum = 0.0;
   for (std::size_t i = 0; i < unknowns.size(); ++i) {
     const Unknown& u = unknowns[i];
-    const double off = (own_value(u, params[u.index]) - own_value(u, u.prior)) / u.sigma;
+    const double off = (search_value(u, params[u.index]) - search_value(u, u.prior)) / u.sigma;
     sum += off * off;
     if (hessian != nullptr) (*hessian)(static_cast<Index>(i), static_cast<Index>(i)) += 1.0 / (u.sigma * u.sigma);
     if (gradient != nullptr) (*gradient)(static_cast<Index>(i)) += off / u.sigma;
@@ -108,8 +108,8 @@ double prior_cost(std::span<const double> params, std::span<const Unknown> unkno
   return sum;
 }
 
-std::vector<double> moved(std::span<const double> params, std::span<const Unknown> unknowns,
-                          const Eigen::VectorXd& move) {
+std::vector<double> after_step(std::span<const double> params, std::span<const Unknown> unknowns,
+                               const Eigen::VectorXd& move) {
   constexpr double longest_log = 1.0, longest = 3.0;  // of one step: a factor e, three standard deviations
   std::vector<double> out(params.begin(), params.end());
   for (std::size_t i = 0; i < unknowns.size(); ++i) {
@@ -140,7 +140,7 @@ std::vector<double> least_squares(const PredictionErrors& errors, std::span<cons
     const double before = cost;
     std::vector<double> best = params;
     const auto step = [&](double by) {
-      std::vector<double> next = moved(params, unknowns, damped_step(sum, held, by));
+      std::vector<double> next = after_step(params, unknowns, damped_step(sum, held, by));
       std::vector<ObserverSteps> taken;
       const double after = errors.cost(next, &taken) + prior_cost(next, unknowns);
       if (!(after < cost)) return false;
@@ -214,7 +214,7 @@ Bootstrap bootstrap(const NormalEquations& blocks, std::span<const double> param
     interval.high = at(few * std::max(move[i][draws - 1 - draws / 40] - centre, normal_95 * curvature));
   }
   out.posterior_moves = normal_moves(sum.hessian / (few * few), draws, random);
-  for (const Eigen::VectorXd& step : steps) out.params.push_back(moved(params, unknowns, few * (step - middle)));
+  for (const Eigen::VectorXd& step : steps) out.params.push_back(after_step(params, unknowns, few * (step - middle)));
   return out;
 }
 

@@ -28,8 +28,8 @@ double prior_cost(std::span<const double> params, std::span<const Unknown> unkno
                   Eigen::VectorXd* gradient = nullptr);
 
 /// Where unknowns stand after moving by `move` in their own units, kept inside their bounds.
-std::vector<double> moved(std::span<const double> params, std::span<const Unknown> unknowns,
-                          const Eigen::VectorXd& move);
+std::vector<double> after_step(std::span<const double> params, std::span<const Unknown> unknowns,
+                               const Eigen::VectorXd& move);
 
 /// Minimises errors.cost + prior_cost from `params`; gives the parameters found and, in `cost`, what is left.
 std::vector<double> least_squares(const PredictionErrors& errors, std::span<const Unknown> unknowns,

@@ -82,7 +82,7 @@ class Adaptation {
     Eigen::VectorXd at(size());
     for (std::size_t i = 0; i < moving_.size(); ++i) {
       const Unknown& u = moving_[i];
-      at(static_cast<Index>(i)) = own_value(u, now_[u.index]) - own_value(u, base_[u.index]);
+      at(static_cast<Index>(i)) = search_value(u, now_[u.index]) - search_value(u, base_[u.index]);
     }
     return at;
   }
@@ -142,7 +142,7 @@ std::vector<Unknown> session_unknowns(std::span<const Unknown> unknowns) {
 
 std::vector<double> predict_session(const Forecaster& forecaster, const FitLog& log, std::span<const double> params,
                                     std::span<const Unknown> moving, const SessionWeighing& weighing,
-                                    std::vector<double>* moved_to) {
+                                    std::vector<double>* adapted) {
   const std::size_t per_start = log.starts.horizons.size() * channels;
   std::optional<measured::Road> road;
   if (log.track) road.emplace(log.track);
@@ -166,7 +166,7 @@ std::vector<double> predict_session(const Forecaster& forecaster, const FitLog& 
     all.insert(all.end(), part.begin(), part.end());
   }
   all.resize(log.starts.time.size() * per_start, std::nan(""));
-  if (moved_to != nullptr) *moved_to = adaptation.params();
+  if (adapted != nullptr) *adapted = adaptation.params();
   return all;
 }
 
