@@ -151,7 +151,7 @@ Diagnosis Diagnoser::search(std::span<const LogFile> logs, std::span<const LogFi
   if (!stands(hold_out, d)) withdraw(hold_out, found, d);
   report_noise(problem_, d.fit.noise, d.health);
   report_straight_commands(problem_, held_out, d.health);
-  doubt_wrong_channel(prepared.known_noise, d);
+  allow_for_wrong_channel(prepared.expected_noise, d);
   if (d.verdict == Verdict::nothing_missing) d.detection_limits = detection_limits(found);
   d.sentence = sentence(d);
   return d;
@@ -347,14 +347,14 @@ void Diagnoser::drop_harmful(const HoldOut& hold_out, SearchResult& found, Diagn
 /// sure than its evidence. That it does no harm beside them is asked before (drop_harmful).
 bool Diagnoser::closes(const HoldOut& hold_out, const Diagnosis& d) const {
   if (d.named.empty()) return true;
-  const bool moved = has_strong_process_noise(problem_, d.fit.noise) || problem_.command != UnknownCommands{};
+  const bool noisy = has_strong_process_noise(problem_, d.fit.noise) || problem_.command != UnknownCommands{};
   const Closing answer = hold_out.empty()
                              ? Closing::ask_fitted
-                             : closing(d.gap, d.fit.evidence - d.null_model.evidence, moved || delays_taken_off_);
+                             : closing(d.gap, d.fit.evidence - d.null_model.evidence, noisy || delays_taken_off_);
   if (answer != Closing::ask_fitted) return answer == Closing::closes;
   // What delays that were taken off are wrong by shows in all data alike, as a small effect.
   if (delays_taken_off_ && !hold_out.empty()) return false;
-  return closes_fitted(compare(hold_out.predict_training(d.fit), hold_out.predict_training(d.null_model)), moved);
+  return closes_fitted(compare(hold_out.predict_training(d.fit), hold_out.predict_training(d.null_model)), noisy);
 }
 
 /// Whether the result predicts hold-out data well enough to be kept.
@@ -405,8 +405,8 @@ void Diagnoser::withdraw(const HoldOut& hold_out, const SearchResult& found, Dia
 }
 
 /// Where a channel is wrong the rest was judged with its errors taken for noise: what was found stands beside that.
-void Diagnoser::doubt_wrong_channel(const Channels& known_noise, Diagnosis& d) const {
-  d.wrong_channel = wrong_channel(problem_, known_noise);
+void Diagnoser::allow_for_wrong_channel(const Channels& expected_noise, Diagnosis& d) const {
+  d.wrong_channel = wrong_channel(problem_, expected_noise);
   if (!d.wrong_channel) return;
   d.verdict = Verdict::unknown;
   d.unknown = ResidualTest{};

@@ -54,7 +54,7 @@ class Diagnoser {
   void drop_harmful(const HoldOut& hold_out, SearchResult& found, Diagnosis& d) const;
   bool closes(const HoldOut& hold_out, const Diagnosis& d) const;
   bool stands(const HoldOut& hold_out, const Diagnosis& d) const;
-  void doubt_wrong_channel(const Channels& known_noise, Diagnosis& d) const;
+  void allow_for_wrong_channel(const Channels& expected_noise, Diagnosis& d) const;
   void withdraw(const HoldOut& hold_out, const SearchResult& found, Diagnosis& d) const;
   std::vector<DetectionLimit> detection_limits(SearchResult& found) const;
 
