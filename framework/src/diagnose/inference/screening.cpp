@@ -31,7 +31,7 @@ ScoreTest test_with_free_nuisances(const Catalogue& catalogue, const ModelSpec& 
   const auto own = static_cast<Index>(s.own), count = static_cast<Index>(regressors.size());
   const NormalEquations whole{s.normal.N(rows, rows), s.normal.g(rows)};
   NormalEquations reduced = whole;
-  Eigen::VectorXd moved = Eigen::VectorXd::Zero(own);
+  Eigen::VectorXd fixed_step = Eigen::VectorXd::Zero(own);
   std::vector<bool> fixed(catalogue.nuisances().size(), false);
   for (;;) {
     ScoreTest test = count > 0 ? score_test(reduced.N, reduced.g, own, rank_tolerance) : ScoreTest{};
@@ -39,7 +39,7 @@ ScoreTest test_with_free_nuisances(const Catalogue& catalogue, const ModelSpec& 
     base.diagonal() *= 1.0 + 1e-12;  // as score_test has it
     const Eigen::VectorXd beside = reduced.g.head(own) - reduced.N.topRightCorner(own, count) * test.step;
     Eigen::VectorXd step(own + count);
-    step.head(own) = moved + base.ldlt().solve(beside);
+    step.head(own) = fixed_step + base.ldlt().solve(beside);
     step.tail(count) = test.step;
     const auto beyond = farthest_beyond(catalogue, model, step, fixed);
     if (!beyond) {
@@ -47,7 +47,7 @@ ScoreTest test_with_free_nuisances(const Catalogue& catalogue, const ModelSpec& 
       return test;
     }
     fixed[beyond->nuisance] = true;
-    moved[static_cast<Index>(beyond->nuisance)] = beyond->step;
+    fixed_step[static_cast<Index>(beyond->nuisance)] = beyond->step;
     fix_parameter(reduced, static_cast<Index>(beyond->nuisance), beyond->step);
   }
 }
@@ -67,7 +67,7 @@ ScoreTest test_of(const Catalogue& catalogue, const ModelSpec& model, const Scre
 }
 
 /// A parameter a step away from neutral, within its range and thresholds::longest_start.
-double moved(const abi::ParamDecl& p, double step) {
+double value_after(const abi::ParamDecl& p, double step) {
   const double limit = thresholds::longest_start * p.scale;
   return std::clamp(p.neutral + std::clamp(step, -limit, limit), p.lo, p.hi);
 }
@@ -109,7 +109,7 @@ Extension best_of(const Problem& problem, const Fit& fitted, const Screening& s,
     for (std::size_t f = 0; f < moving; ++f) {
       const double step = score.step[static_cast<Index>(f)];
       outside |= count == 1 && leaves(c.decl(f), step);
-      values[c.fitted[f]] = moved(c.decl(f), step);
+      values[c.fitted[f]] = value_after(c.decl(f), step);
       steps.push_back(values[c.fitted[f]] - c.decl(f).neutral);
     }
     const double gain = outside ? 0.0 : score.gain;
@@ -169,7 +169,8 @@ std::vector<Extension> best_pairs(const Problem& problem, const Fit& fitted, con
       pair.gain = score.gain;
       pair.dof = score.dof;
       pair.start = catalogue.with(catalogue.with(fitted.model, a.candidate), b.candidate);
-      const std::array<double, 2> values = {moved(x.decl(0), score.step[0]), moved(y.decl(0), score.step[1])};
+      const std::array<double, 2> values = {value_after(x.decl(0), score.step[0]),
+                                            value_after(y.decl(0), score.step[1])};
       pair.start.values[pair.start.position(a.candidate)][x.fitted[0]] = values[0];
       pair.start.values[pair.start.position(b.candidate)][y.fitted[0]] = values[1];
       const std::array<double, 2> steps = {values[0] - x.decl(0).neutral, values[1] - y.decl(0).neutral};

@@ -51,7 +51,7 @@ class Searcher {
   bool may_beat_best(const Fit& rough) const;
   void forward();
   void try_pairs();
-  void exchange(const Fit& less, bool& moved);
+  void exchange(const Fit& less, bool& improved);
   void backward_and_exchange();
   void penalise_by_independent_readings();
   void grow();
@@ -166,20 +166,20 @@ void Searcher::try_pairs() {
 }
 
 /// Puts another effect in the place of the one taken out.
-void Searcher::exchange(const Fit& less, bool& moved) {
+void Searcher::exchange(const Fit& less, bool& improved) {
   for (const Fit* swapped : extend(less, thresholds::late_tries, best_->evidence)) {
     const bool larger = swapped->model.members.size() > best_->model.members.size();
     const double gain = larger ? required(swapped->model.members.size()) : thresholds::exchange_gain;
     if (!(swapped->evidence > best_->evidence + gain)) continue;
     best_ = swapped;
-    moved = true;
+    improved = true;
   }
 }
 
 /// Tries the best model with fewer effects and with one exchanged, as long as that helps.
 void Searcher::backward_and_exchange() {
-  for (bool moved = true; moved && !out_of_work();) {
-    moved = false;
+  for (bool improved = true; improved && !out_of_work();) {
+    improved = false;
     const Fit* const before = best_;
     for (const std::size_t member : before->model.members) {
       Fit& rough = pool_.rough_fit(catalogue().without(before->model, member), before->noise);
@@ -188,11 +188,11 @@ void Searcher::backward_and_exchange() {
       if (less.evidence > best_->evidence - required(best_->model.members.size()) &&
           less.model.members.size() < best_->model.members.size()) {
         best_ = &less;
-        moved = true;
+        improved = true;
       }
       // Far exchanges were tried along the first reference.
       if (before->model.members.size() < 2 || (!near && !first_reference_.empty())) continue;
-      exchange(less, moved);
+      exchange(less, improved);
     }
   }
 }
