@@ -15,7 +15,7 @@ const Fit* SearchResult::alone(std::size_t candidate) const {
   return pool.find(members);
 }
 
-double SearchResult::gain_alone(std::size_t candidate) const {
+double SearchResult::evidence_alone(std::size_t candidate) const {
   const Fit* const one = alone(candidate);
   const auto first = first_reference.find({candidate});
   const bool old = first != first_reference.end() && &first->second == one;
