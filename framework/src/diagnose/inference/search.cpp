@@ -58,7 +58,7 @@ class Searcher {
   bool hold_commands_anew();
   bool may_leave_out_commands();
   std::vector<const Fit*> smaller_than_best();
-  MeasuredNoise measure_from_both_sides(const Fit& fitted, NoiseUnknowns unknowns) const;
+  MeasuredNoise measure_from_both_sides(const Fit& fitted, NoiseEstimateOptions unknowns) const;
   bool measure_noise_anew();
   void refine_along_own_reference();
   void prune();
@@ -329,7 +329,7 @@ bool Searcher::may_leave_out_commands() {
 
 /// The noise measured with a model from what is assumed and, where that may be an offset taken for noise, from white
 /// sensors: the likelihood can have a maximum on either side.
-MeasuredNoise Searcher::measure_from_both_sides(const Fit& fitted, NoiseUnknowns unknowns) const {
+MeasuredNoise Searcher::measure_from_both_sides(const Fit& fitted, NoiseEstimateOptions unknowns) const {
   const Problem& problem = pool_.problem();
   MeasuredNoise noise = measure_noise(problem, fitted, unknowns);
   const auto may_be_offset = [](double colour) { return colour > thresholds::offset_colour; };
@@ -344,7 +344,7 @@ MeasuredNoise Searcher::measure_from_both_sides(const Fit& fitted, NoiseUnknowns
 /// another correlation time, or commands that the log leaves out. What was found under other noise is then forgotten.
 bool Searcher::measure_noise_anew() {
   const Problem& problem = pool_.problem();
-  NoiseUnknowns unknowns;
+  NoiseEstimateOptions unknowns;
   unknowns.sensors =
       problem.colour != Channels{} || colour_statistic(problem, *best_) > thresholds::coloured_innovations;
   unknowns.correlation_time = has_strong_process_noise(problem, best_->noise);
@@ -352,7 +352,7 @@ bool Searcher::measure_noise_anew() {
   if (!unknowns.sensors && !unknowns.correlation_time && !unknowns.commands) return false;
   MeasuredNoise noise = measure_from_both_sides(*best_, unknowns);
   if (unknowns.sensors && unknowns.commands) {
-    NoiseUnknowns fewer = unknowns;
+    NoiseEstimateOptions fewer = unknowns;
     fewer.commands = false;
     noise = higher_peak(noise, measure_noise(problem, *best_, fewer));
   }
