@@ -15,7 +15,7 @@ using Eigen::Index;
 
 /// Rows of the model's own parameters and of some regressors.
 std::vector<Index> rows_of(const Screening& s, std::span<const std::size_t> regressors) {
-  std::vector<Index> rows(s.own);
+  std::vector<Index> rows(s.own_params);
   std::iota(rows.begin(), rows.end(), Index{0});
   for (const std::size_t d : regressors) rows.push_back(static_cast<Index>(d));
   return rows;
@@ -28,7 +28,7 @@ std::vector<Index> rows_of(const Screening& s, std::span<const std::size_t> regr
 ScoreTest test_with_free_nuisances(const Catalogue& catalogue, const ModelSpec& model, const Screening& s,
                                    std::span<const std::size_t> regressors, double rank_tolerance) {
   const auto rows = rows_of(s, regressors);
-  const auto own = static_cast<Index>(s.own), count = static_cast<Index>(regressors.size());
+  const auto own = static_cast<Index>(s.own_params), count = static_cast<Index>(regressors.size());
   const NormalEquations whole{s.normal.N(rows, rows), s.normal.g(rows)};
   NormalEquations reduced = whole;
   Eigen::VectorXd fixed_step = Eigen::VectorXd::Zero(own);
@@ -63,7 +63,7 @@ ScoreTest test_of(const Catalogue& catalogue, const ModelSpec& model, const Scre
     return test;
   }
   const auto rows = rows_of(s, regressors);
-  return score_test(s.normal.N(rows, rows), s.normal.g(rows), static_cast<Index>(s.own), rank_tolerance);
+  return score_test(s.normal.N(rows, rows), s.normal.g(rows), static_cast<Index>(s.own_params), rank_tolerance);
 }
 
 /// A parameter a step away from neutral, within its range and thresholds::longest_start.
@@ -130,7 +130,7 @@ Screening screen(const Problem& problem, const Fit& fitted) {
   Screening out;
   for (const Trace& trace : problem.traces) {
     auto [lm, regressors, work] = linearise_with_regressors(catalogue, fitted.model, trace, problem.stepping());
-    out.own = regressors.size();
+    out.own_params = regressors.size();
     std::vector<CandidateRegressors> groups;
     candidate_regressors(catalogue, fitted.model, trace, lm, regressors, groups);
     if (out.groups.empty()) out.groups = std::move(groups);  // they are the same along every trace
@@ -150,7 +150,7 @@ Screening screen(const Problem& problem, const Fit& fitted) {
 double information_beside(const Screening& screening, std::size_t regressor) {
   const auto rows = rows_of(screening, {&regressor, 1});
   const Eigen::VectorXd no_score = Eigen::VectorXd::Zero(static_cast<Index>(rows.size()));
-  const ScoreTest test = score_test(screening.normal.N(rows, rows), no_score, static_cast<Index>(screening.own));
+  const ScoreTest test = score_test(screening.normal.N(rows, rows), no_score, static_cast<Index>(screening.own_params));
   return test.information(0, 0);
 }
 

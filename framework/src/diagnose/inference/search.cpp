@@ -365,7 +365,7 @@ bool Searcher::measure_noise_anew() {
   // What was assumed must be worth assuming still: where the log is about as likely without it, it was an effect.
   const double enough = is_simpler(problem, noise) ? -thresholds::noise_gain : thresholds::noise_gain;
   if (noise.gain < enough) return false;
-  if (noise.gain < thresholds::noise_gain_before && !is_other(problem, noise)) return false;
+  if (noise.gain < thresholds::noise_gain_before && !differs_from_assumed(problem, noise)) return false;
   const ModelSpec nothing = null_model_->model;
   pool_.restart(road_, *by, noise);
   null_model_ = &pool_.fit_once(nothing, noise.noise);

@@ -83,7 +83,7 @@ ResidualTest test_spectral_line(const Problem& problem, const Fit& fitted, std::
   if (chosen.among == 0.0 || chosen.line.minus_log_p < std::log(chosen.among) + thresholds::line_margin) return test;
   const ScoreSystem system =
       basis_system(problem, fitted, along, [&](const Trace& trace) { return wave(trace, chosen.line.frequency); });
-  const ScoreTest s = score_test(system.normal.N, system.normal.g, system.own);
+  const ScoreTest s = score_test(system.normal.N, system.normal.g, system.own_params);
   test.gain = s.gain;
   test.dof = s.dof;
   test.from = test.to = chosen.line.frequency;
