@@ -14,15 +14,14 @@
 namespace gripline::calibrate {
 
 struct StartOfFit {
-  std::vector<double> given;  // all parameters of the forecaster, as the world has them
-  std::vector<double>
-      values;  // those, with delays as the map states them or the logs show them, and within yaw's limits
+  std::vector<double> given;   // all parameters of the forecaster, as the world has them
+  std::vector<double> values;  // those, delays as map or logs have them, an offset of the yaw rate within yaw's limits
   std::vector<Unknown> unknowns;
   std::vector<Unknown> limited;  // those of them whose range yaw limits
 };
 
-/// `tree`: the world of `world` as it is written. `by_yaw`: how far an offset of the yaw rate may go. `chosen`: pointers
-/// or groups of unknowns to keep; empty for all. Throws InputError where the tree's unknowns are wrong.
+/// `tree`: the world of `world` as it is written. `by_yaw`: how far an offset of the yaw rate may go. `chosen`:
+/// pointers or groups of unknowns to keep; empty for all. Throws InputError where the tree's unknowns are wrong.
 StartOfFit start_of_fit(const Node& tree, const Trial& world, const measured::LogMap& map,
                         const std::list<measured::SessionFile>& files,
                         const std::optional<measured::YawRateOffset>& by_yaw, std::span<const std::string> chosen = {});
