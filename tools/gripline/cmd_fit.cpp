@@ -7,6 +7,7 @@
 #include <span>
 
 #include "calibrate/effects/advice.hpp"
+#include "calibrate/effects/start_of_fit.hpp"
 #include "calibrate/effects/yaw_limit.hpp"
 #include "config/errors.hpp"
 #include "config/json_file.hpp"
@@ -187,38 +188,16 @@ struct FitSubject {
   const LogWorld& world;
   const measured::LogMap& map;
   const std::list<measured::SessionFile>& files;
-  const StagedCar& car;
-  const calibrate::Forecaster& forecaster;
+  const calibrate::Trial& given;
 };
-
-/// Where a fit begins: the world's own values, but for what is read off the logs before it.
-struct FitStart {
-  std::vector<calibrate::ParameterPlace> places;
-  std::vector<double> values;
-  std::vector<calibrate::Unknown> unknowns;
-  std::optional<measured::YawRateOffset> by_yaw;
-};
-
-FitStart start_of_fit(const FitSubject& of, const Words& chosen) {
-  FitStart start;
-  Errors errors;
-  start.places = calibrate::parameter_places(of.world.spec, of.forecaster);
-  start.values = calibrate::parameters_of(of.world.tree, of.forecaster, errors);
-  start.unknowns = calibrate::read_unknowns(of.world.tree, start.places, start.values, chosen, errors);
-  errors.throw_if_any();
-  calibrate::start_delays(of.map, of.files, of.forecaster, of.world.tree, start.values, start.unknowns);
-  start.by_yaw = calibrate::offset_by_yaw(of.files);
-  for (const calibrate::Unknown& u :
-       calibrate::limit_to_yaw(of.world.spec, start.places, start.by_yaw, start.values, start.unknowns))
-    print_limited(u, *start.by_yaw);
-  return start;
-}
 
 /// The fit, with its progress on stderr unless `quiet`; where `registry` is given, with advice on effects of it.
-FitResult fit_with_progress(const FitSubject& of, const FitStart& start, calibrate::FitOptions options, bool quiet,
+FitResult fit_with_progress(const FitSubject& of, const std::optional<measured::YawRateOffset>& by_yaw,
+                            const calibrate::StartOfFit& start, calibrate::FitOptions options, bool quiet,
                             const Registry* registry) {
   const WorldSpec& world = of.world.spec;
-  const calibrate::ForecastOptions& forecast = of.forecaster.options();
+  const calibrate::Forecaster& forecaster = of.given.forecaster;
+  const calibrate::ForecastOptions& forecast = forecaster.options();
   std::vector<calibrate::FitLog> logs = calibrate::fit_logs(of.files, world.track, forecast.step, options);
   CallbackProgress progress(std::cerr, "fit");
   constexpr std::size_t parts = 100;
@@ -226,9 +205,10 @@ FitResult fit_with_progress(const FitSubject& of, const FitStart& start, calibra
     options.progress = [callback = progress.callback()](double share, const std::string& what) {
       callback(share * parts, parts, what);
     };
-  FitResult result = calibrate::fit(of.forecaster, logs, start.values, start.unknowns, options);
-  if (registry != nullptr) result.advice = calibrate::advise(world, *registry, forecast, logs, result, start.by_yaw);
-  result.friction = calibrate::friction_of(of.car, world.car.car, result.params, result.drawn, result.allowed);
+  FitResult result = calibrate::fit(forecaster, logs, start.values, start.unknowns, options);
+  if (registry != nullptr) result.advice = calibrate::advise(world, *registry, forecast, logs, result, by_yaw);
+  result.friction = calibrate::friction_of(of.given.vehicle.car(), world.car.car, result.params, result.bootstrap_draws,
+                                           result.posterior_draws);
   progress.finish();
   return result;
 }
@@ -237,8 +217,8 @@ void write_fitted(const FitSubject& of, const FitResult& result, const fs::path&
   calibrate::FitSource source;
   for (const measured::SessionFile& file : of.files) source.logs.push_back(file.session.name);
   source.map = of.map.file.filename().string();
-  write_file(out, to_json_text(calibrate::fitted_world(of.world.tree, of.world.spec, of.forecaster, result, source,
-                                                       out.parent_path())));
+  write_file(out, to_json_text(calibrate::fitted_world(of.world.tree, of.world.spec, of.given.forecaster, result,
+                                                       source, out.parent_path())));
   std::cout << "\nworld: " << out.string() << '\n';
 }
 
@@ -263,21 +243,20 @@ int run_fit(Arguments args) {
   options.pose = map.pose;
   options.velocity = map.velocity;
   options.own_commands = false;
-  PluginContext context;
-  context.car = world.spec.car.car;
-  const Vehicle vehicle(world.spec.vehicle, context);
-  const calibrate::Forecaster forecaster(vehicle.car(), options);
+  const calibrate::Trial given_world(world.spec, options);
 
-  const FitSubject subject{world, map, files, vehicle.car(), forecaster};
-  const FitStart start = start_of_fit(subject, chosen);
+  const FitSubject subject{world, map, files, given_world};
+  const auto by_yaw = calibrate::offset_by_yaw(files);
+  const calibrate::StartOfFit start = calibrate::start_of_fit(world.tree, given_world, map, files, by_yaw, chosen);
+  for (const calibrate::Unknown& u : start.limited) print_limited(u, *by_yaw);
   const calibrate::FitOptions fit = fit_options_of(*given, world.spec);
   const StopSignal stop(StopSignal::Reaction::end);
-  const FitResult result =
-      fit_with_progress(subject, start, fit, (*given)["quiet"].as<bool>(), chosen.empty() ? &registry : nullptr);
+  const FitResult result = fit_with_progress(subject, by_yaw, start, fit, (*given)["quiet"].as<bool>(),
+                                             chosen.empty() ? &registry : nullptr);
 
-  print(result, fit.horizons.back(), start.places);
-  print_cornering(files, world.spec.car.car, vehicle.car(), result.params,
-                  calibrate::turning_lateness(forecaster, result.params, result.parameters));
+  print(result, fit.horizons.back(), given_world.places);
+  print_cornering(files, world.spec.car.car, given_world.vehicle.car(), result.params,
+                  calibrate::turning_lateness(given_world.forecaster, result.params, result.parameters));
   warn_when_useless(result);
   warn_when_far(result);
   write_fitted(subject, result, out);

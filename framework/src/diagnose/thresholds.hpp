@@ -212,7 +212,7 @@ inline constexpr double same_rate = 0.01;
 /// Samples that noise is measured on; iterations, and log likelihood by which one must improve to go on.
 inline constexpr std::size_t noise_samples = 3000;
 inline constexpr int noise_iterations = 8;
-inline constexpr double noise_settled = 0.3;
+inline constexpr double noise_converged = 0.3;
 
 // ---- Delays of channels
 
@@ -287,17 +287,18 @@ inline constexpr double least_noise_factor = 0.01, longest_log_noise_step = 3.4;
 inline constexpr double noise_tolerance = 5.0;
 /// A fit that cannot reach what is wanted even if its next step gains this many times what is predicted is given up.
 inline constexpr double reachable_factor = 4.0;
-/// Root mean square move of a reference, in sensor standard deviations, at which it stands still (what is left is of
-/// second order in it), and the largest number of moves.
-inline constexpr double reference_still = 0.03;
-inline constexpr int reference_moves = 5;
+/// Root mean square move of a reference, in sensor standard deviations, below which it has converged (what is left is
+/// of second order in it), and the largest number of iterations.
+inline constexpr double reference_tolerance = 0.03;
+inline constexpr int reference_iterations = 5;
 
 // ---- Numerics
 
-/// Least eigenvalue of an equilibrated information matrix that counts as known: in fits, in score tests of many
+/// Least eigenvalue of an equilibrated information matrix that counts towards its rank: in fits, in score tests of many
 /// directions, in screening of one direction (an effect that is a nuisance under another name differs only by the
 /// nuisance's prior) and of several. Above rounding.
-inline constexpr double known_in_fit = 1e-10, known_in_test = 1e-5, known_alone = 1e-10, known_together = 1e-6;
+inline constexpr double rank_tolerance_fit = 1e-10, rank_tolerance_test = 1e-5, rank_tolerance_one = 1e-10,
+                        rank_tolerance_several = 1e-6;
 /// Step of integration over the car's time constant: an error of 0.3^5 / 120 of what settles within it. Steps per
 /// sample at most.
 inline constexpr double longest_integration_step = 0.3, most_substeps = 8.0;

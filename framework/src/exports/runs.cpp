@@ -24,23 +24,23 @@ void require_known(const char* what, const std::vector<std::string>& asked, cons
 
 }  // namespace
 
-Results read_results(const std::filesystem::path& folder, const Selection& selection) {
+Results read_results(const std::filesystem::path& folder, const RunFilter& filter) {
   const report::Inputs inputs = report::read_inputs(folder);
   std::vector<std::string> stacks, seeds;
   for (const report::RunName& run : inputs.runs) {
     if (!has(stacks, run.stack)) stacks.push_back(run.stack);
     if (!has(seeds, run.seed)) seeds.push_back(run.seed);
   }
-  require_known("row", selection.stacks, stacks);
-  require_known("seed", selection.seeds, seeds);
+  require_known("row", filter.stacks, stacks);
+  require_known("seed", filter.seeds, seeds);
   Results results;
   results.scene = inputs.scene;
   results.track = inputs.track;
-  const bool name_seeds = selection.seeds.size() > 1;
+  const bool name_seeds = filter.seeds.size() > 1;
   std::vector<std::string> taken;
   for (const report::RunName& run : inputs.runs) {
-    if (!selection.stacks.empty() && !has(selection.stacks, run.stack)) continue;
-    if (selection.seeds.empty() ? has(taken, run.stack) : !has(selection.seeds, run.seed)) continue;
+    if (!filter.stacks.empty() && !has(filter.stacks, run.stack)) continue;
+    if (filter.seeds.empty() ? has(taken, run.stack) : !has(filter.seeds, run.seed)) continue;
     report::Columns steps = report::Columns::read(folder / run.stack / run.seed / "steps.csv");
     if (steps.empty()) continue;  // it was never begun
     taken.push_back(run.stack);

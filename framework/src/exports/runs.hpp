@@ -11,7 +11,7 @@
 namespace gripline::exports {
 
 /// Which runs: no names mean every row, no seeds the first one of each row.
-struct Selection {
+struct RunFilter {
   std::vector<std::string> stacks, seeds;
 };
 
@@ -28,6 +28,6 @@ struct Results {
 };
 
 /// Reads them. Throws InputError where the folder holds no results, or none of those that are asked for.
-Results read_results(const std::filesystem::path& folder, const Selection& selection);
+Results read_results(const std::filesystem::path& folder, const RunFilter& filter);
 
 }  // namespace gripline::exports

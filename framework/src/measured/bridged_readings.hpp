@@ -6,6 +6,8 @@
 
 namespace gripline::measured {
 
+inline constexpr double even_motion = 0.25;  // [s] over which a car moves evenly, for readings between its rows
+
 /// Readings of a log (rows x channels, NaN where missing) at times `t` [s], with what is missing between two of a
 /// channel that are at most `longest_gap` [s] apart on the straight line between them.
 std::vector<double> bridged_readings(std::span<const double> t, std::vector<double> reading, double longest_gap);

@@ -51,9 +51,8 @@ double moved_reading(const Session& session, const Session& bridged, std::size_t
 }  // namespace
 
 Session at_centre_of_gravity(const Session& s, const LogMap& map, const std::array<double, delay_groups>& delays) {
-  constexpr double longest_gap = 0.25;  // [s] over which a car moves evenly
   Session bridged = s, out = s;
-  bridged.reading = bridged_readings(s.t, s.reading, longest_gap);
+  bridged.reading = bridged_readings(s.t, s.reading, even_motion);
   for (std::size_t i = 0; i < s.rows(); ++i) {
     Channels r{};
     for (std::size_t c = 0; c < channels; ++c) {

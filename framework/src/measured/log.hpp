@@ -34,9 +34,9 @@ inline constexpr std::array<ChannelInfo, channels> channel_info = {
 using Commands = std::array<double, 2>;
 
 /// What is not known of commands that were rounded, at one sample: a first-order autoregressive process.
-struct CommandDoubt {
-  Commands variance{};  // of the error
-  Commands kept{};      // share of it that is in the next sample's
+struct RoundingError {
+  Commands variance{};        // of the error
+  Commands autoregression{};  // share of it that is in the next sample's
 };
 
 /// Samples dt apart. Rows of `reading` hold the channels (SI; not_a_number where missing); commands are linear between
@@ -48,8 +48,8 @@ struct Log {
   std::vector<CommandSample<double>> command;
   std::vector<CommandSample<double>> fine;  // 2 size() - 1 commands half a sample apart; empty: `command` says all
   bool commands_held = false;               // each command acts until the next; `fine` is empty then
-  std::vector<bool> interpolated;   // samples without a recorded command, filled in from their neighbours; empty: none
-  std::vector<CommandDoubt> doubt;  // of each sample, where commands were rounded and are expected values; empty: none
+  std::vector<bool> interpolated;  // samples without a recorded command, filled in from their neighbours; empty: none
+  std::vector<RoundingError> rounding_error;  // by sample, where commands are expected values of rounded ones; or empty
   /// Whether a command of the step after sample k was not recorded.
   bool interpolated_step(std::size_t k) const {
     return k + 1 < interpolated.size() && (interpolated[k] || interpolated[k + 1]);

@@ -118,7 +118,7 @@ double likeliest_scale(const std::vector<double>& levels) {
 
 /// Where within its step a command lies, in steps: mean, variance and regression of the next sample's on this one's.
 struct Within {
-  double mean = 0, variance = 0, kept = 0;
+  double mean = 0, variance = 0, autoregression = 0;
 };
 
 std::vector<Within> places_of(const std::vector<double>& levels) {
@@ -151,7 +151,7 @@ std::vector<Within> places_of(const std::vector<double>& levels) {
     Within& p = places[k];
     for (std::size_t i = 0; i < cells; ++i) p.mean += here[i] * place_of(i);
     for (std::size_t i = 0; i < cells; ++i) p.variance += here[i] * std::pow(place_of(i) - p.mean, 2);
-    if (k + 1 < levels.size()) p.kept = (together - p.mean * places[k + 1].mean) / p.variance;
+    if (k + 1 < levels.size()) p.autoregression = (together - p.mean * places[k + 1].mean) / p.variance;
   }
   return places;
 }
@@ -160,7 +160,7 @@ std::vector<Within> places_of(const std::vector<double>& levels) {
 
 void unround_commands(Log& log, const Commands& steps) {
   if (steps == Commands{} || log.size() < 2) return;
-  log.doubt.assign(log.size(), {});
+  log.rounding_error.assign(log.size(), {});
   for (std::size_t i = 0; i < steps.size(); ++i) {
     if (steps[i] == 0.0) continue;
     const auto value = [&](std::size_t k) -> double& { return i == 0 ? log.command[k].d : log.command[k].delta; };
@@ -171,8 +171,8 @@ void unround_commands(Log& log, const Commands& steps) {
       // A command that was filled in from its neighbours was not rounded, and nothing tells where in its step it lay.
       const bool filled = k < log.interpolated.size() && log.interpolated[k];
       if (!filled) value(k) += places[k].mean * steps[i];
-      log.doubt[k].variance[i] = (filled ? 1.0 / 12.0 : places[k].variance) * steps[i] * steps[i];
-      log.doubt[k].kept[i] = std::clamp(places[k].kept, 0.0, 1.0);
+      log.rounding_error[k].variance[i] = (filled ? 1.0 / 12.0 : places[k].variance) * steps[i] * steps[i];
+      log.rounding_error[k].autoregression[i] = std::clamp(places[k].autoregression, 0.0, 1.0);
     }
   }
 }

@@ -17,7 +17,8 @@ Channels reading_steps(std::span<const Log> stretches);
 /// Standard deviation of what rounding to a step takes off or adds where it is evenly distributed.
 double rounding_noise(double step);
 
-/// Replaces rounded commands by their expected values and fills Log::doubt. Nothing changes of one whose step is 0.
+/// Replaces rounded commands by their expected values and fills Log::rounding_error. Nothing changes of one whose step
+/// is 0.
 ///
 /// A command moves from sample to sample by independent amounts of a heavy-tailed distribution (Student's t with three
 /// degrees of freedom: drivers hold still and jump), and lies within half a step of what was written. How far it

@@ -42,7 +42,7 @@ void Trace::cut(std::size_t samples) {
   log.command.resize(samples);
   if (!log.fine.empty()) log.fine.resize(2 * samples - 1);
   if (!log.interpolated.empty()) log.interpolated.resize(samples);
-  if (!log.doubt.empty()) log.doubt.resize(samples);
+  if (!log.rounding_error.empty()) log.rounding_error.resize(samples);
   log.reading.resize(samples * channels);
   motion.resize(samples * channels);
   at.resize(samples);

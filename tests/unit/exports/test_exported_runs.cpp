@@ -22,9 +22,9 @@ std::vector<std::string> names(const Results& results) {
   return all;
 }
 
-std::string refusal(const std::filesystem::path& folder, const Selection& selection) {
+std::string refusal(const std::filesystem::path& folder, const RunFilter& filter) {
   try {
-    (void)read_results(folder, selection);
+    (void)read_results(folder, filter);
   } catch (const InputError& error) {
     return error.what();
   }

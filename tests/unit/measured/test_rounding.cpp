@@ -74,13 +74,13 @@ Off off_of(const std::vector<double>& angle, double step) {
     const double written = rounded(angle[k], step);
     EXPECT_LE(std::abs(log.command[k].delta - written), 0.5 * step);
     EXPECT_EQ(log.command[k].d, 0.3);
-    EXPECT_EQ(log.doubt[k].variance[0], 0.0);
+    EXPECT_EQ(log.rounding_error[k].variance[0], 0.0);
     out.written += std::pow((angle[k] - written) / step, 2) / n;
     out.expected += error(k) * error(k) / n;
-    out.claimed += log.doubt[k].variance[1] / (step * step) / n;
+    out.claimed += log.rounding_error[k].variance[1] / (step * step) / n;
     if (k + 1 == angle.size()) continue;
     products += error(k) * error(k + 1) / n;
-    claimed_products += log.doubt[k].kept[1] * log.doubt[k].variance[1] / (step * step) / n;
+    claimed_products += log.rounding_error[k].autoregression[1] * log.rounding_error[k].variance[1] / (step * step) / n;
   }
   out.lasting = products / out.expected;
   out.claimed_lasting = claimed_products / out.claimed;

@@ -36,17 +36,17 @@ PredictionErrors TrialFits::errors(const Trial& trial) const {
   return out;
 }
 
-void TrialFits::refit(Trial& trial, int iterations, double until) const {
+void TrialFits::refit(Trial& trial, int iterations, double tolerance) const {
   LeastSquaresOptions steps;
   steps.iterations = iterations;
-  steps.enough = until;
-  steps.known = trial.cost;
+  steps.tolerance = tolerance;
+  steps.initial_cost = trial.cost;
   trial.params = least_squares(errors(trial), trial.unknowns, trial.params, steps, trial.cost);
 }
 
 void TrialFits::refit_until_still(Trial& trial) const {
   constexpr int most_iterations = 60;  // one without an end of grip moves far
-  refit(trial, most_iterations, enough_of_a_trial);
+  refit(trial, most_iterations, trial_tolerance);
 }
 
 bool TrialFits::refit_near(Trial& trial, double rival) const {
@@ -54,10 +54,10 @@ bool TrialFits::refit_near(Trial& trial, double rival) const {
   constexpr double hope = 3.0;  // times what the last iterations took off may still come
   for (int i = 0; i < most_times; ++i) {
     const double before = trial.cost;
-    refit(trial, at_a_time, enough_of_a_trial);
+    refit(trial, at_a_time, trial_tolerance);
     const double decrease = before - trial.cost;
     if (trial.cost - hope * decrease > rival) return false;
-    if (decrease < 2.0 * enough_of_a_trial * before) return true;
+    if (decrease < 2.0 * trial_tolerance * before) return true;
   }
   return true;
 }
@@ -87,7 +87,7 @@ std::unique_ptr<Trial> TrialFits::with(const Trial& base, const CandidateEffect&
   std::vector<double> best = trial->params;
   trial->cost = cost(best);
   for (const double part : {1.0, 0.3}) {
-    std::vector<double> next = moved(trial->params, trial->unknowns, part * move);
+    std::vector<double> next = after_step(trial->params, trial->unknowns, part * move);
     const double less = cost(next);
     if (!(less < trial->cost)) continue;
     trial->cost = less;
@@ -108,7 +108,7 @@ std::unique_ptr<Trial> TrialFits::without(const Trial& base, const NormalEquatio
   });
   const PredictionErrors from = errors(*trial);
   const auto cost = [&](const std::vector<double>& p) { return from.cost(p) + prior_cost(p, trial->unknowns); };
-  std::vector<double> next = moved(trial->params, trial->unknowns, move_without(base, blocks, less));
+  std::vector<double> next = after_step(trial->params, trial->unknowns, move_without(base, blocks, less));
   trial->cost = cost(trial->params);
   if (const double less = cost(next); less < trial->cost) {
     trial->cost = less;

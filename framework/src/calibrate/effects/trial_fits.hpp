@@ -9,7 +9,7 @@
 namespace gripline::calibrate {
 
 // Relative decrease of the cost below which a fit of a trial ends: gains by trade between drive and drag come slowly.
-inline constexpr double enough_of_a_trial = 3e-3;
+inline constexpr double trial_tolerance = 3e-3;
 
 /// Holds references.
 class TrialFits {
@@ -18,7 +18,7 @@ class TrialFits {
   Weighing weighing;  // of errors
 
   PredictionErrors errors(const Trial& trial) const;
-  void refit(Trial& trial, int iterations, double until = LeastSquaresOptions{}.enough) const;
+  void refit(Trial& trial, int iterations, double tolerance = LeastSquaresOptions{}.tolerance) const;
   /// Fits until little changes, however long that takes.
   void refit_until_still(Trial& trial) const;
   /// Fits until little changes; given up (false) where it will hardly come down to a rival's cost.

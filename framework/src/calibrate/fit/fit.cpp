@@ -18,7 +18,7 @@ namespace {
 
 constexpr double learned_enough = 0.1;  // of the prior's variance, for a parameter to count as determined
 // Relative decrease of the cost below which a search ends from which another one goes on, with other scales or errors.
-constexpr double enough_to_go_on = 3e-3;
+constexpr double coarse_tolerance = 3e-3;
 
 void print_line(const FitOptions& options, const std::string& text) {
   if (options.print) options.print(text);
@@ -27,7 +27,7 @@ void print_line(const FitOptions& options, const std::string& text) {
 // Shares of the work that are done when the short searches are, and when the best of them were followed with more
 // starts.
 constexpr double after_searches = 0.4, after_following = 0.6;
-void tell(const FitOptions& options, double share, const std::string& what) {
+void report_progress(const FitOptions& options, double share, const std::string& what) {
   if (options.progress) options.progress(share, what);
 }
 
@@ -43,7 +43,7 @@ std::vector<double> start_of(int attempt, std::span<const double> values, std::s
     for (int k = 0; k < 12; ++k) sum += static_cast<double>(random()) / 4294967296.0;
     move(static_cast<Eigen::Index>(i)) = unknowns[i].observer ? 0.0 : 0.5 * unknowns[i].sigma * sum;
   }
-  return moved(values, unknowns, move);
+  return after_step(values, unknowns, move);
 }
 
 /// Logs with their starts, which are asked for one horizon only.
@@ -65,7 +65,7 @@ std::vector<double> search(const Forecaster& forecaster, const std::vector<FitLo
   errors.weighing.horizon = options.horizon_weight;
   short_errors.weighing.horizon = {1.0};
   LeastSquaresOptions quick;
-  quick.enough = enough_to_go_on;
+  quick.tolerance = coarse_tolerance;
   constexpr std::size_t followed = 2;  // attempts: a minimum in which one start spins is found out by all starts
   struct Found {
     std::vector<double> params;
@@ -73,8 +73,8 @@ std::vector<double> search(const Forecaster& forecaster, const std::vector<FitLo
   };
   std::vector<Found> found;
   for (int attempt = 0; attempt < options.tries; ++attempt) {
-    tell(options, after_searches * attempt / options.tries,
-         "search " + std::to_string(attempt + 1) + " of " + std::to_string(options.tries));
+    report_progress(options, after_searches * attempt / options.tries,
+                    "search " + std::to_string(attempt + 1) + " of " + std::to_string(options.tries));
     Found one{start_of(attempt, values, unknowns, options.seed)};
     for (const int steps : {2, 3}) {
       short_errors.set_scales(one.params);
@@ -92,8 +92,9 @@ std::vector<double> search(const Forecaster& forecaster, const std::vector<FitLo
   judge.weighing.horizon = options.horizon_weight;
   for (Found& one : found) {
     const auto number = static_cast<double>(&one - found.data());
-    tell(options, after_searches + (after_following - after_searches) * number / static_cast<double>(found.size()),
-         "the best searches, with more starts");
+    report_progress(options,
+                    after_searches + (after_following - after_searches) * number / static_cast<double>(found.size()),
+                    "the best searches, with more starts");
     for (const int steps : {3, 4, 4}) {
       errors.set_scales(one.params);
       quick.iterations = steps;
@@ -119,7 +120,8 @@ Interval interval_of_prior(const Unknown& u, Interval found) {
 }
 
 /// Unknowns at a bound or not determined go back to their priors; what is left is what is fitted then.
-std::vector<Unknown> settle(FitResult& result, std::span<const Unknown> unknowns, std::span<const Interval> intervals) {
+std::vector<Unknown> fix_undetermined(FitResult& result, std::span<const Unknown> unknowns,
+                                      std::span<const Interval> intervals) {
   std::vector<Unknown> kept;
   for (std::size_t i = 0; i < unknowns.size(); ++i) {
     const Unknown& u = unknowns[i];
@@ -236,38 +238,39 @@ FitResult fit(const Forecaster& forecaster, std::vector<FitLog>& logs, std::vect
 
   result.params = unknowns.empty() ? values : search(forecaster, logs, values, unknowns, options);
   LeastSquaresOptions full;
-  const double enough = full.enough;
+  const double fine_tolerance = full.tolerance;
   constexpr int rounds = 3;
   int round = 0;
   full.progress = [&](const FitStep& step) {
     const double part = std::min(1.0, static_cast<double>(step.iteration) / std::max(1, full.iterations));
-    tell(options, after_following + (1.0 - after_following) * (round + part) / rounds,
-         "all starts, round " + std::to_string(round + 1) + " of " + std::to_string(rounds));
+    report_progress(options, after_following + (1.0 - after_following) * (round + part) / rounds,
+                    "all starts, round " + std::to_string(round + 1) + " of " + std::to_string(rounds));
   };
-  std::vector<Unknown> open = unknowns;
-  std::vector<Eigen::VectorXd> allowed;  // of all unknowns
+  std::vector<Unknown> free_unknowns = unknowns;
+  std::vector<Eigen::VectorXd> posterior_moves;  // of all unknowns
   Bootstrap boot;
-  for (; round < rounds && !open.empty(); ++round) {
+  for (; round < rounds && !free_unknowns.empty(); ++round) {
     errors.set_scales(result.params);
     result.cost_before = errors.cost(values);
-    full.enough = round < 2 ? enough_to_go_on : enough;
+    full.tolerance = round < 2 ? coarse_tolerance : fine_tolerance;
     full.iterations = round == 0 ? options.iterations / 3 : 2 * options.iterations / 3;
-    result.params = least_squares(errors, open, result.params, full, result.cost_after);
+    result.params = least_squares(errors, free_unknowns, result.params, full, result.cost_after);
     if (round == 0) continue;  // scales were those of the search
-    const NormalEquations blocks = errors.linearise(result.params, open);
+    const NormalEquations blocks = errors.linearise(result.params, free_unknowns);
     result.dropped = blocks.dropped;
-    boot = bootstrap(blocks, result.params, open, options.seed);
+    boot = bootstrap(blocks, result.params, free_unknowns, options.seed);
     if (round > 1) continue;
-    allowed = boot.allowed;
-    open = settle(result, open, boot.interval);
+    posterior_moves = boot.posterior_moves;
+    free_unknowns = fix_undetermined(result, free_unknowns, boot.interval);
   }
-  for (std::size_t i = 0; i < open.size(); ++i)
-    result.parameters.push_back(
-        {open[i], result.params[open[i].index], boot.interval[i], FittedParameter::Status::determined});
+  for (std::size_t i = 0; i < free_unknowns.size(); ++i)
+    result.parameters.push_back({free_unknowns[i], result.params[free_unknowns[i].index], boot.interval[i],
+                                 FittedParameter::Status::determined});
   std::stable_sort(result.parameters.begin(), result.parameters.end(),
                    [](const auto& a, const auto& b) { return a.unknown.index < b.unknown.index; });
-  result.drawn = std::move(boot.params);
-  for (const Eigen::VectorXd& move : allowed) result.allowed.push_back(moved(result.params, unknowns, move));
+  result.bootstrap_draws = std::move(boot.params);
+  for (const Eigen::VectorXd& move : posterior_moves)
+    result.posterior_draws.push_back(after_step(result.params, unknowns, move));
   result.weighing = errors.weighing;
   result.errors.push_back(row_of_model("fitted", errors, result.params));
   return result;

@@ -61,11 +61,11 @@ struct FitResult {
   double cost_before = 0, cost_after = 0;
   std::size_t starts = 0, dropped = 0;
   Friction friction;
-  std::vector<Advice> advice;              // of advise(), where that was asked
-  std::vector<HorizonRow> errors;          // at the last horizon over all logs: baselines, the world before, after
-  std::vector<std::vector<double>> drawn;  // parameters by bootstrap draw
-  // By draw of what priors and curvature allow, of parameters that are kept at their priors too.
-  std::vector<std::vector<double>> allowed;
+  std::vector<Advice> advice;      // of advise(), where that was asked
+  std::vector<HorizonRow> errors;  // at the last horizon over all logs: baselines, the world before, after
+  std::vector<std::vector<double>> bootstrap_draws;  // parameters by draw
+  // By draw from the posterior, of parameters that are kept at their priors too.
+  std::vector<std::vector<double>> posterior_draws;
   Weighing weighing;  // of the last step
 };
 

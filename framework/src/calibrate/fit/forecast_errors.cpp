@@ -12,9 +12,9 @@ namespace {
 
 constexpr double farthest_error = 15.0;  // usual errors: a spin is no more wrong for being farther off
 
-/// Quadratic up to about `bend` and linear beyond, as errors count in a fit.
-double robust_square(double z, double bend) {
-  return 2.0 * bend * bend * (std::sqrt(1.0 + z * z / (bend * bend)) - 1.0);
+/// The pseudo-Huber loss, as errors count in a fit.
+double pseudo_huber(double z, double delta) {
+  return 2.0 * delta * delta * (std::sqrt(1.0 + z * z / (delta * delta)) - 1.0);
 }
 
 }  // namespace
@@ -41,7 +41,7 @@ ForecastErrors forecast_errors(const Forecaster& forecaster, std::span<const dou
         const double w = weighing.channel[c] * weighing.channel[c];
         double z = std::abs(all[l][i * channels + c]) / weighing.scale[c];
         if (!(z < farthest_error)) z = farthest_error;
-        sum += w * robust_square(z, weighing.bend);
+        sum += w * pseudo_huber(z, weighing.huber_delta);
         weight += w;
       }
       // Starts that follow each other share a stretch, of at most the length over which a bootstrap draws blocks.

@@ -104,14 +104,15 @@ std::array<double, 3> mu_of(const StagedCar& car, double vx, std::span<const dou
 }  // namespace
 
 Friction friction_of(const StagedCar& car, const Car& constants, std::span<const double> params,
-                     std::span<const std::vector<double>> drawn, std::span<const std::vector<double>> allowed) {
+                     std::span<const std::vector<double>> bootstrap_draws,
+                     std::span<const std::vector<double>> posterior_draws) {
   Friction friction;
   const auto mu = mu_of(car, constants.v_ref, params);
   friction.known = std::isfinite(mu[2]) && mu[2] > 0.0;
   if (!friction.known) return friction;
   friction.front = mu[0], friction.rear = mu[1], friction.total = mu[2];
   friction.total_low = friction.total_high = mu[2];
-  for (const auto& set : {drawn, allowed}) {
+  for (const auto& set : {bootstrap_draws, posterior_draws}) {
     std::vector<double> totals;
     for (const auto& p : set) totals.push_back(mu_of(car, constants.v_ref, p)[2]);
     widen(std::move(totals), friction.total_low, friction.total_high);

@@ -18,9 +18,10 @@ struct Friction {
 };
 
 /// Friction of a car with these parameters (all of a forecaster of it, or the car's own); the interval holds 95 % of
-/// both sets of drawn ones.
+/// the draws of either kind.
 Friction friction_of(const StagedCar& car, const Car& constants, std::span<const double> params,
-                     std::span<const std::vector<double>> drawn, std::span<const std::vector<double>> allowed = {});
+                     std::span<const std::vector<double>> bootstrap_draws,
+                     std::span<const std::vector<double>> posterior_draws = {});
 
 /// Understeer angle [rad]: by how much more than L / R the road wheels are turned in a steady corner, the difference
 /// between the slip angles of the axles (Milliken and Milliken, Race Car Vehicle Dynamics, section 5.3), so that a

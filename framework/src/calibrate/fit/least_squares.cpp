@@ -100,7 +100,7 @@ double prior_cost(std::span<const double> params, std::span<const Unknown> unkno
   double sum = 0.0;
   for (std::size_t i = 0; i < unknowns.size(); ++i) {
     const Unknown& u = unknowns[i];
-    const double off = (own_value(u, params[u.index]) - own_value(u, u.prior)) / u.sigma;
+    const double off = (search_value(u, params[u.index]) - search_value(u, u.prior)) / u.sigma;
     sum += off * off;
     if (hessian != nullptr) (*hessian)(static_cast<Index>(i), static_cast<Index>(i)) += 1.0 / (u.sigma * u.sigma);
     if (gradient != nullptr) (*gradient)(static_cast<Index>(i)) += off / u.sigma;
@@ -108,8 +108,8 @@ double prior_cost(std::span<const double> params, std::span<const Unknown> unkno
   return sum;
 }
 
-std::vector<double> moved(std::span<const double> params, std::span<const Unknown> unknowns,
-                          const Eigen::VectorXd& move) {
+std::vector<double> after_step(std::span<const double> params, std::span<const Unknown> unknowns,
+                               const Eigen::VectorXd& move) {
   constexpr double longest_log = 1.0, longest = 3.0;  // of one step: a factor e, three standard deviations
   std::vector<double> out(params.begin(), params.end());
   for (std::size_t i = 0; i < unknowns.size(); ++i) {
@@ -129,7 +129,8 @@ std::vector<double> least_squares(const PredictionErrors& errors, std::span<cons
   constexpr double least_damping = 1e-7;
   double damping = 1e-2;
   std::vector<ObserverSteps> steps_of_best;  // at the best parameters so far; none where their cost was known
-  cost = std::isnan(options.known) ? errors.cost(params, &steps_of_best) + prior_cost(params, unknowns) : options.known;
+  cost = std::isnan(options.initial_cost) ? errors.cost(params, &steps_of_best) + prior_cost(params, unknowns)
+                                          : options.initial_cost;
   if (unknowns.empty()) return params;
   int small_steps = 0;
   for (int iteration = 0; iteration < options.iterations; ++iteration) {
@@ -139,7 +140,7 @@ std::vector<double> least_squares(const PredictionErrors& errors, std::span<cons
     const double before = cost;
     std::vector<double> best = params;
     const auto step = [&](double by) {
-      std::vector<double> next = moved(params, unknowns, damped_step(sum, held, by));
+      std::vector<double> next = after_step(params, unknowns, damped_step(sum, held, by));
       std::vector<ObserverSteps> taken;
       const double after = errors.cost(next, &taken) + prior_cost(next, unknowns);
       if (!(after < cost)) return false;
@@ -163,7 +164,7 @@ std::vector<double> least_squares(const PredictionErrors& errors, std::span<cons
     if (!better) damping = tried;
     params = std::move(best);
     if (options.progress) options.progress({iteration + 1, before, cost});
-    small_steps = before - cost < options.enough * before ? small_steps + 1 : 0;
+    small_steps = before - cost < options.tolerance * before ? small_steps + 1 : 0;
     if (!better || small_steps >= 2) break;
   }
   return params;
@@ -212,8 +213,8 @@ Bootstrap bootstrap(const NormalEquations& blocks, std::span<const double> param
     interval.low = at(few * std::min(move[i][draws / 40] - centre, -normal_95 * curvature));
     interval.high = at(few * std::max(move[i][draws - 1 - draws / 40] - centre, normal_95 * curvature));
   }
-  out.allowed = normal_moves(sum.hessian / (few * few), draws, random);
-  for (const Eigen::VectorXd& step : steps) out.params.push_back(moved(params, unknowns, few * (step - middle)));
+  out.posterior_moves = normal_moves(sum.hessian / (few * few), draws, random);
+  for (const Eigen::VectorXd& step : steps) out.params.push_back(after_step(params, unknowns, few * (step - middle)));
   return out;
 }
 

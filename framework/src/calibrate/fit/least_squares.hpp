@@ -17,9 +17,8 @@ struct FitStep {
 
 struct LeastSquaresOptions {
   int iterations = 20;
-  double enough = 3e-4;  // relative decrease of the cost below which it ends
-  double known =
-      std::numeric_limits<double>::quiet_NaN();  // cost of the parameters it begins with, where that is known
+  double tolerance = 3e-4;                                         // relative decrease of the cost below which it ends
+  double initial_cost = std::numeric_limits<double>::quiet_NaN();  // of the parameters it begins with; NaN: not known
   std::function<void(const FitStep&)> progress;
 };
 
@@ -29,8 +28,8 @@ double prior_cost(std::span<const double> params, std::span<const Unknown> unkno
                   Eigen::VectorXd* gradient = nullptr);
 
 /// Where unknowns stand after moving by `move` in their own units, kept inside their bounds.
-std::vector<double> moved(std::span<const double> params, std::span<const Unknown> unknowns,
-                          const Eigen::VectorXd& move);
+std::vector<double> after_step(std::span<const double> params, std::span<const Unknown> unknowns,
+                               const Eigen::VectorXd& move);
 
 /// Minimises errors.cost + prior_cost from `params`; gives the parameters found and, in `cost`, what is left.
 std::vector<double> least_squares(const PredictionErrors& errors, std::span<const Unknown> unknowns,
@@ -45,9 +44,9 @@ struct Interval {
 
 /// Block bootstrap: each draw weighs the blocks anew and takes one Gauss-Newton step from the parameters found.
 struct Bootstrap {
-  std::vector<Interval> interval;           // by unknown
-  std::vector<std::vector<double>> params;  // by draw, for whatever follows from them
-  std::vector<Eigen::VectorXd> allowed;     // moves that prior and curvature allow, drawn
+  std::vector<Interval> interval;                // by unknown
+  std::vector<std::vector<double>> params;       // by draw, for whatever follows from them
+  std::vector<Eigen::VectorXd> posterior_moves;  // drawn by prior and curvature (Laplace's approximation)
 };
 Bootstrap bootstrap(const NormalEquations& blocks, std::span<const double> params, std::span<const Unknown> unknowns,
                     unsigned seed = 1);

@@ -96,9 +96,9 @@ double PredictionErrors::weight_of(const FitLog& log, std::size_t k) const {
 }
 
 double PredictionErrors::loss(double z, double weight, double* slope_weight) const {
-  const double q = std::sqrt(1.0 + z * z / (weighing.bend * weighing.bend));
+  const double q = std::sqrt(1.0 + z * z / (weighing.huber_delta * weighing.huber_delta));
   if (slope_weight != nullptr) *slope_weight = weight / q;
-  return weight * 2.0 * weighing.bend * weighing.bend * (q - 1.0);
+  return weight * 2.0 * weighing.huber_delta * weighing.huber_delta * (q - 1.0);
 }
 
 double PredictionErrors::cost(std::span<const double> params, std::vector<ObserverSteps>* steps) const {

@@ -36,13 +36,13 @@ struct FitLog {
 /// Whether a part of a session that counts (a tenth) lies on a road, up to three half widths from its centre line.
 bool lies_on(const Session& session, const Track& track);
 
-/// How errors are weighed: over `scale` of their channel, times the horizon's weight, by a loss that is quadratic up to
-/// about `bend` and linear beyond.
+/// How errors are weighed: over `scale` of their channel, times the horizon's weight, by the pseudo-Huber
+/// loss: quadratic up to about `huber_delta` and linear beyond.
 struct Weighing {
   std::array<double, channels> scale{1, 1, 1, 1, 1, 1};
   std::array<double, channels> channel{1, 1, 1, 1, 0.3, 1};
   std::vector<double> horizon;
-  double bend = 3;
+  double huber_delta = 3;
   /// Errors that a standard deviation of an unknown moves by so many scales count half, steeper ones by the square
   /// less: where a car is about to spin its derivatives hold for a small part of such a move.
   double steep = std::numeric_limits<double>::infinity();

@@ -33,7 +33,8 @@ class Adaptation {
         pull_(Eigen::VectorXd::Zero(size())) {
     errors_.weighing.scale = weighing.scale;
     errors_.weighing.horizon = {1.0};
-    errors_.weighing.steep = errors_.weighing.bend;  // a start near a spin would rule for a minute, by a wrong slope
+    errors_.weighing.steep =
+        errors_.weighing.huber_delta;  // a start near a spin would rule for a minute, by a wrong slope
     past_.front().weight = weighing.weight;
     for (Unknown& u : moving_) u.sigma = u.session;
   }
@@ -81,7 +82,7 @@ class Adaptation {
     Eigen::VectorXd at(size());
     for (std::size_t i = 0; i < moving_.size(); ++i) {
       const Unknown& u = moving_[i];
-      at(static_cast<Index>(i)) = own_value(u, now_[u.index]) - own_value(u, base_[u.index]);
+      at(static_cast<Index>(i)) = search_value(u, now_[u.index]) - search_value(u, base_[u.index]);
     }
     return at;
   }
@@ -141,7 +142,7 @@ std::vector<Unknown> session_unknowns(std::span<const Unknown> unknowns) {
 
 std::vector<double> predict_session(const Forecaster& forecaster, const FitLog& log, std::span<const double> params,
                                     std::span<const Unknown> moving, const SessionWeighing& weighing,
-                                    std::vector<double>* moved_to) {
+                                    std::vector<double>* adapted) {
   const std::size_t per_start = log.starts.horizons.size() * channels;
   std::optional<measured::Road> road;
   if (log.track) road.emplace(log.track);
@@ -165,7 +166,7 @@ std::vector<double> predict_session(const Forecaster& forecaster, const FitLog& 
     all.insert(all.end(), part.begin(), part.end());
   }
   all.resize(log.starts.time.size() * per_start, std::nan(""));
-  if (moved_to != nullptr) *moved_to = adaptation.params();
+  if (adapted != nullptr) *adapted = adaptation.params();
   return all;
 }
 

@@ -31,10 +31,10 @@ std::optional<SessionWeighing> session_weighing(const Node& world);
 /// Unknowns whose width from session to session is stated.
 std::vector<Unknown> session_unknowns(std::span<const Unknown> unknowns);
 
-/// As Forecaster::run: starts x horizons x 6 readings. A start's parameters follow from rows before it. `moved_to`,
+/// As Forecaster::run: starts x horizons x 6 readings. A start's parameters follow from rows before it. `adapted`,
 /// where given, gets the parameters at the end of the log.
 std::vector<double> predict_session(const Forecaster& forecaster, const FitLog& log, std::span<const double> params,
                                     std::span<const Unknown> moving, const SessionWeighing& weighing,
-                                    std::vector<double>* moved_to = nullptr);
+                                    std::vector<double>* adapted = nullptr);
 
 }  // namespace gripline::calibrate

@@ -41,8 +41,8 @@ struct Unknown {
   std::vector<Same> same;
 };
 
-/// The value in the units in which an unknown moves.
-inline double own_value(const Unknown& unknown, double value) { return unknown.log ? std::log(value) : value; }
+/// The value as a search moves it, "in its own units": the logarithm where that is asked.
+inline double search_value(const Unknown& unknown, double value) { return unknown.log ? std::log(value) : value; }
 /// Gives an unknown, and the parameters that are the same, a value.
 void assign(std::span<double> params, const Unknown& unknown, double value);
 /// Gives all parameters that are the same as an unknown its value.

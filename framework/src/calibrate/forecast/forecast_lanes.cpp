@@ -251,7 +251,7 @@ void Lanes<T>::correct(double h) {
     const T* const row = x.data() + lane * channels;
     const Seen& seen = any_due(lane) ? see(lane, h) : nothing_seen_;
     if (!moves(seen, rest)) {  // as along all of a prediction
-      settle(lane, h, seen, {});
+      follow_when_slow(lane, h, seen, {});
       std::fill_n(rest, pending_size, T(0));
       continue;
     }
@@ -264,17 +264,17 @@ void Lanes<T>::correct(double h) {
       any = true;
       const T sum = seen.now.innovation[c] + rest[c];
       // After a jump that no car makes, of another marker or satellite, rows are hardly followed (Cauchy's weight).
-      const T mean = sum / weight, doubt = (seen.now.doubt[c] + rest[2 * channels + c]) / weight;
+      const T mean = sum / weight, inverse_square = (seen.now.inverse_square[c] + rest[2 * channels + c]) / weight;
       // Rows of one step count together as one.
-      target[c] += (value(weight) > 1.0 ? mean : sum) / (1.0 + mean * mean * doubt);
+      target[c] += (value(weight) > 1.0 ? mean : sum) / (1.0 + mean * mean * inverse_square);
     }
     if (any) shift(lane, before, target);
-    settle(lane, h, seen, before);
+    follow_when_slow(lane, h, seen, before);
     const Row<T> after = s_.read(row, at[lane]);
     for (std::size_t c = 0; c < channels; ++c) {
       rest[c] = seen.later.innovation[c] - seen.later.weight[c] * (after[c] - before[c]);
       rest[channels + c] = seen.later.weight[c];
-      rest[2 * channels + c] = seen.later.doubt[c];
+      rest[2 * channels + c] = seen.later.inverse_square[c];
     }
   }
 }
@@ -327,13 +327,13 @@ const typename Lanes<T>::Seen& Lanes<T>::see(std::size_t lane, double h) {
       for (std::size_t c = 0; c < channels; ++c) {
         if (group_of[c] < g || group_of[c] >= next || std::isnan(log.at(row, c))) continue;
         const T innovation = log.at(row, c) - shown[c];
-        const double doubt = doubt_of(row, c);
+        const double inverse_square = inverse_square_of(row, c);
         seen.last[c] = innovation;
-        seen.last_doubt[c] = doubt;
+        seen.last_inverse_square[c] = inverse_square;
         for (const auto& [sums, weight] : {std::pair(&seen.now, soon), std::pair(&seen.later, late)}) {
           sums->innovation[c] += weight * innovation;
           sums->weight[c] += weight;
-          sums->doubt[c] += weight * doubt;
+          sums->inverse_square[c] += weight * inverse_square;
         }
       }
     }
@@ -402,10 +402,10 @@ T Lanes<T>::speed_of(std::size_t lane, const T& shown) const {
 
 /// Where the car hardly moves, its state becomes the one that is read, with the derivatives of delays and frames: a
 /// model is stiff there, and says little. All of it below v_min, less and less of it up to a quarter above. A channel
-/// that has no reading around the step's end moves by the last one in the step. Rows near jumps are doubted as
+/// that has no reading around the step's end moves by the last one in the step. Rows near jumps count less, as
 /// elsewhere.
 template <class T>
-void Lanes<T>::settle(std::size_t lane, double h, const Seen& seen, const Row<T>& before) {
+void Lanes<T>::follow_when_slow(std::size_t lane, double h, const Seen& seen, const Row<T>& before) {
   const Session& log = s_.session;
   const double last = last_shown_[lane];
   const auto shown_at = [&](std::size_t g) {
@@ -428,14 +428,15 @@ void Lanes<T>::settle(std::size_t lane, double h, const Seen& seen, const Row<T>
     for (std::size_t c = 0; c < channels; ++c) {
       if (group_of[c] != g) continue;
       T off = seen.last[c] - (now[c] - before[c]);
-      double doubt = seen.last_doubt[c];
+      double inverse_square = seen.last_inverse_square[c];
       const T reading = value(left) < 1.0 ? T(nothing) : log_at(lane, c, shown);
       if (!std::isnan(value(reading))) {
         const std::size_t row = std::min(row_at(lane, g, value(shown) + 1e-9), log.rows() - 1);
         off = reading - now[c];
-        doubt = std::max(doubt_of(row, c), log.t[row] < value(shown) - 1e-9 ? doubt_of(row + 1, c) : 0.0);
+        inverse_square =
+            std::max(inverse_square_of(row, c), log.t[row] < value(shown) - 1e-9 ? inverse_square_of(row + 1, c) : 0.0);
       }
-      if (!std::isnan(value(off))) target[c] += weight * off / (1.0 + off * off * doubt);
+      if (!std::isnan(value(off))) target[c] += weight * off / (1.0 + off * off * inverse_square);
     }
   }
   if (!(value(most) > 0.0)) return;

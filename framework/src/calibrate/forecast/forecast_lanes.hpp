@@ -46,8 +46,8 @@ struct Setting {
   const double* values;                    // of params
   std::size_t steer_memory, force_memory;  // where a car's memory holds the disturbances
   Stiffness stiff;
-  double look_back;      // [s] of the effects, into the commands
-  Row<double> doubtful;  // innovation of each channel from which on a row near a jump is doubted rather than followed
+  double look_back;                 // [s] of the effects, into the commands
+  Row<double> cauchy_scale;         // innovation of each channel from which on a row near a jump is hardly followed
   const std::vector<char>& jumped;  // by row: whether the log jumped there or shortly before as no car does
 
   const T& operator[](Extra e) const { return extra[static_cast<std::size_t>(e)]; }
@@ -95,7 +95,7 @@ class Lanes {
   std::size_t n;  // those that move: the first, where it was made less
   std::vector<T> x, memory;
   /// By lane: what the last step's rows show beyond the states, times what is left of their weights; these weights;
-  /// their doubts, times them.
+  /// their inverse squares (Sums), times them.
   std::vector<T> pending;
   std::vector<double> time;        // of the car
   std::vector<double> read_until;  // rows after this are not looked at
@@ -126,30 +126,30 @@ class Lanes {
   void prescribe(std::size_t lane);
   void place(std::size_t lane);
   void interpolate(std::size_t lane, const T& share, T* state) const;
-  /// Innovations, ones and doubts (1 over the square of a doubtful innovation), times their weights at the end of a
+  /// Innovations, ones and inverse squares of the Cauchy scale (0 far from jumps), times their weights at the end of a
   /// step.
   struct Sums {
-    Row<T> innovation{}, weight{}, doubt{};
+    Row<T> innovation{}, weight{}, inverse_square{};
   };
-  /// What moves the states at the end of this step, and of the next; innovation and doubt of the step's last reading,
+  /// What moves the states at the end of this step, and of the next; innovation and inverse square of the last reading,
   /// NaN where a channel had none.
   struct Seen {
     Sums now, later;
     Row<T> last;
-    Row<double> last_doubt{};
+    Row<double> last_inverse_square{};
   };
   const Seen& see(std::size_t lane, double h);
   bool any_due(std::size_t lane) const;
   std::size_t row_at(std::size_t lane, std::size_t group, double time) const;
   bool along_log(std::size_t lane) const { return known_until_[lane] <= read_until[lane]; }
   T log_at(std::size_t lane, std::size_t channel, const T& shown) const;
-  double doubt_of(std::size_t row, std::size_t channel) const {
-    return s_.jumped[row] != 0 ? 1.0 / (s_.doubtful[channel] * s_.doubtful[channel]) : 0.0;
+  double inverse_square_of(std::size_t row, std::size_t channel) const {
+    return s_.jumped[row] != 0 ? 1.0 / (s_.cauchy_scale[channel] * s_.cauchy_scale[channel]) : 0.0;
   }
   static bool moves(const Seen& seen, const T* rest);
   Row<T> state_of(std::size_t lane, const Row<T>& now, const Row<T>& shown) const;
   void shift(std::size_t lane, const Row<T>& now, const Row<T>& target);
-  void settle(std::size_t lane, double h, const Seen& seen, const Row<T>& before);
+  void follow_when_slow(std::size_t lane, double h, const Seen& seen, const Row<T>& before);
   T speed_of(std::size_t lane, const T& shown) const;
   void limit_slow(std::size_t lane);
   /// Commands up to `now`; as numbers, for what takes no derivatives of them, with V = double.

@@ -54,15 +54,15 @@ forecast::Stiffness stiffness_of(const StagedCar& car, const double* params, con
   return found;
 }
 
-/// Much more than a model errs by between readings: 50 ms of travel, 0.1 rad, a tenth of speed and of a tight turn's
-/// rate.
-forecast::Row<double> doubtful_innovations(const ForecastOptions& options) {
+/// Scales of Cauchy's weight, much more than a model errs by between readings: 50 ms of travel, 0.1 rad, a tenth of
+/// speed and of a tight turn's rate.
+forecast::Row<double> cauchy_scales(const ForecastOptions& options) {
   const double v = options.v_ref;
   return {0.05 * v, 0.05 * v, 0.1, 0.1 * v, 0.1 * v, 0.1 * v / options.wheelbase};
 }
 
 /// By row: whether a reading of it, or of one in the 0.2 s before, is off the reading before by more than a car moves.
-std::vector<char> rows_near_jumps(const Session& session, const forecast::Row<double>& doubtful) {
+std::vector<char> rows_near_jumps(const Session& session, const forecast::Row<double>& cauchy_scale) {
   constexpr double lasting = 0.2, usual_gap = 0.1;  // [s]
   std::vector<char> near(session.rows());
   std::array<std::size_t, channels> last{};
@@ -71,7 +71,7 @@ std::vector<char> rows_near_jumps(const Session& session, const forecast::Row<do
     for (std::size_t c = 2; c < channels; ++c) {  // places are of one measurement with the heading
       if (std::isnan(session.at(i, c))) continue;
       const double gap = session.t[i] - session.t[last[c]];
-      if (std::abs(session.at(i, c) - session.at(last[c], c)) > 2.0 * doubtful[c] * (1.0 + gap / usual_gap))
+      if (std::abs(session.at(i, c) - session.at(last[c], c)) > 2.0 * cauchy_scale[c] * (1.0 + gap / usual_gap))
         until = session.t[i] + lasting;
       last[c] = i;
     }
@@ -129,8 +129,8 @@ void Forecaster::run(const Session& session, const CommandGrid& commands, const 
   std::vector<T> of_car(params.begin(), params.begin() + static_cast<std::ptrdiff_t>(car_params_ + 2));
   for (std::size_t i = of_car.size(); i < car_.params().size(); ++i) of_car.push_back(T(car_.params()[i]));
   for (std::size_t i = 0; i < of_car.size(); ++i) values[i] = value(of_car[i]);
-  const forecast::Row<double> doubtful = doubtful_innovations(options_);
-  const std::vector<char> jumped = rows_near_jumps(session, doubtful);
+  const forecast::Row<double> cauchy_scale = cauchy_scales(options_);
+  const std::vector<char> jumped = rows_near_jumps(session, cauchy_scale);
   StagedCar moved = car_;
   std::copy(values.begin(), values.end(), moved.params().begin());
   const forecast::Setting<T> setting{car_,
@@ -145,7 +145,7 @@ void Forecaster::run(const Session& session, const CommandGrid& commands, const 
                                      force_memory_,
                                      stiffness_of(car_, values.data(), options_),
                                      moved.look_back(),
-                                     doubtful,
+                                     cauchy_scale,
                                      jumped};
   forecast::Run<T> run(setting);
   run.observe(starts, steps);

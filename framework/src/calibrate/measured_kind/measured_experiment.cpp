@@ -8,6 +8,7 @@
 #include "calibrate/effects/advice.hpp"
 #include "calibrate/effects/effect_trial.hpp"
 #include "calibrate/effects/place_effects.hpp"
+#include "calibrate/effects/start_of_fit.hpp"
 #include "calibrate/effects/yaw_limit.hpp"
 #include "calibrate/fit/calibrated_world.hpp"
 #include "calibrate/fit/fit_starts.hpp"
@@ -193,19 +194,14 @@ class MeasuredRun {
     read_logs();
     const Trial given(spec_.world, options_);
     const Forecaster& forecaster = given.forecaster;
-    Errors errors;
-    std::vector<double> values = parameters_of(spec_.tree, forecaster, errors);
-    std::vector<Unknown> unknowns = read_unknowns(spec_.tree, given.places, values, {}, errors);
-    errors.throw_if_any();
-    start_delays(map_, files_, forecaster, spec_.tree, values, unknowns);
     const auto by_yaw = offset_by_yaw(files_, {spec_.held_every, spec_.held_length});
-    limit_to_yaw(spec_.world, given.places, by_yaw, values, unknowns);
-    tell("fit");
-    out_.fit = fit(forecaster, train_, values, unknowns, fit_);
-    out_.fit.friction =
-        friction_of(given.vehicle.car(), spec_.world.car.car, out_.fit.params, out_.fit.drawn, out_.fit.allowed);
+    const StartOfFit start = start_of_fit(spec_.tree, given, map_, files_, by_yaw);
+    report_progress("fit");
+    out_.fit = fit(forecaster, train_, start.values, start.unknowns, fit_);
+    out_.fit.friction = friction_of(given.vehicle.car(), spec_.world.car.car, out_.fit.params, out_.fit.bootstrap_draws,
+                                    out_.fit.posterior_draws);
     out_.fit.advice = advise(spec_.world, registry_, options_, train_, out_.fit, by_yaw);
-    judge_rows(forecaster, values);
+    judge_rows(forecaster, start.values);
     for (const std::string& effect : spec_.ablate) ablate(effect);
     FitSource source;
     for (const auto& file : files_) source.logs.push_back(file.session.name);
@@ -217,13 +213,13 @@ class MeasuredRun {
   }
 
  private:
-  void tell(const std::string& what) {
+  void report_progress(const std::string& what) {
     if (progress_) progress_(done_, spec_.ablate.size() + 2, what);
     ++done_;
   }
 
   void read_logs() {
-    tell("read");
+    report_progress("read");
     for (const auto& log : spec_.logs) {
       if (const std::string why = why_unreadable(log); !why.empty()) throw InputError(shown(log) + ": " + why);
       files_.push_back(measured::read_session(log, map_));
@@ -274,7 +270,7 @@ class MeasuredRun {
   /// The world without an effect, its other unknowns fitted again from where they stood. Of an effect that it has twice
   /// the first goes: parameters are told by their place, since the other one is then named otherwise.
   void ablate(const std::string& effect) {
-    tell("without " + effect);
+    report_progress("without " + effect);
     WorldSpec world = spec_.world;
     std::size_t offset = world.vehicle.model.entry->params().size();
     std::size_t index = 0;

@@ -86,7 +86,7 @@ Knots knots_of(const Problem& problem, Where where) {
 ResidualTest test_kind(const Problem& problem, const Fit& fitted, std::span<const Linearised> along, Where where) {
   const ScoreSystem system =
       basis_system(problem, fitted, along, [&](const Trace& trace) { return basis_of(problem, trace, where); });
-  const ScoreTest s = score_test(system.normal.N, system.normal.g, system.own);
+  const ScoreTest s = score_test(system.normal.N, system.normal.g, system.own_params);
   ResidualTest test;
   test.where = where;
   test.gain = s.gain;
@@ -112,10 +112,11 @@ void add_focused(const Problem& problem, const Fit& fitted, std::span<const Line
   constexpr std::size_t functions = along_functions + across_functions;
   for (std::size_t channel = 0; channel < noise_states; ++channel) {
     std::vector<Index> rows;
-    for (Index i = 0; i < system.own; ++i) rows.push_back(i);
+    for (Index i = 0; i < system.own_params; ++i) rows.push_back(i);
     const std::size_t first = channel == 0 ? 0 : along_functions;
     const std::size_t last = channel == 0 ? along_functions : functions;
-    for (std::size_t f = first; f < last; ++f) rows.push_back(system.own + static_cast<Index>(channel * functions + f));
+    for (std::size_t f = first; f < last; ++f)
+      rows.push_back(system.own_params + static_cast<Index>(channel * functions + f));
     tests.push_back(focused_test(system, rows, Where::state, noise_beside(problem, fitted, channel)));
   }
 }

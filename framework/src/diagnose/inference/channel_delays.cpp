@@ -49,7 +49,7 @@ double longest_step(std::span<const LogFile> logs) {
 
 /// Readings of one channel `seconds` later, linear between samples, where the nearer of these has one. `bridged`: the
 /// log's readings, with those that are missing between two filled in.
-std::vector<double> moved(const Log& log, std::span<const double> bridged, std::size_t channel, double seconds) {
+std::vector<double> read_later(const Log& log, std::span<const double> bridged, std::size_t channel, double seconds) {
   std::vector<double> out(log.size(), not_a_number);
   const auto last = static_cast<double>(log.size() - 1);
   for (std::size_t k = 0; k < log.size(); ++k) {
@@ -66,10 +66,9 @@ std::vector<double> moved(const Log& log, std::span<const double> bridged, std::
 
 /// A log's readings with short gaps bridged.
 std::vector<double> bridged_readings_of(const Log& log) {
-  constexpr double longest_gap = 0.25;  // [s] over which a car moves evenly
   std::vector<double> t(log.size());
   for (std::size_t k = 0; k < t.size(); ++k) t[k] = static_cast<double>(k) * log.dt;
-  return measured::bridged_readings(t, log.reading, longest_gap);
+  return measured::bridged_readings(t, log.reading, measured::even_motion);
 }
 
 /// By group: the one that shows the same motion, place and speeds, yaw and yaw rate.
@@ -85,8 +84,8 @@ std::string words_of(std::size_t group) {
 void join_pose(std::vector<ChannelDelay>& delays) {
   if (delays.size() != 2 || delays[0].group > 1 || delays[1].group > 1) return;
   if (delays[0].low > delays[1].high || delays[1].low > delays[0].high) return;
-  const auto known = [](const ChannelDelay& d) { return d.high - d.low; };
-  const ChannelDelay better = known(delays[0]) < known(delays[1]) ? delays[0] : delays[1];
+  const auto width = [](const ChannelDelay& d) { return d.high - d.low; };
+  const ChannelDelay better = width(delays[0]) < width(delays[1]) ? delays[0] : delays[1];
   for (ChannelDelay& d : delays) d.seconds = better.seconds, d.low = better.low, d.high = better.high;
 }
 
@@ -135,7 +134,7 @@ LogFile without_delays(const LogFile& file, std::span<const ChannelDelay> delays
     for (const ChannelDelay& d : delays)
       for (std::size_t c = 0; c < channels; ++c) {
         if (measured::delay_group[c] != d.group) continue;
-        const std::vector<double> rows = moved(log, bridged, c, d.seconds);
+        const std::vector<double> rows = read_later(log, bridged, c, d.seconds);
         for (std::size_t k = 0; k < log.size(); ++k) log.reading[k * channels + c] = rows[k];
       }
   }

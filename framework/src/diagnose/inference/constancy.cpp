@@ -136,9 +136,9 @@ ScoreSystem variations_driven(const Problem& problem, const Fit& fitted, std::sp
 /// The test of some members' variations of one kind.
 ResidualTest test_of(const ScoreSystem& system, std::span<const Index> members, const Kind& kind, bool process_noise) {
   std::vector<Index> rows;
-  for (Index i = 0; i < system.own; ++i) rows.push_back(i);
+  for (Index i = 0; i < system.own_params; ++i) rows.push_back(i);
   for (const Index m : members)
-    for (Index f = 0; f < kind.count; ++f) rows.push_back(system.own + m * functions + kind.first + f);
+    for (Index f = 0; f < kind.count; ++f) rows.push_back(system.own_params + m * functions + kind.first + f);
   return focused_test(system, rows, kind.where, process_noise);
 }
 

@@ -141,7 +141,7 @@ class Pass {
       P_[c * (N + 1)] = constant<T>(std::pow(thresholds::diffuse_start * noise_.sensor[c], 2));
     for (std::size_t i = 0; i < noise_states; ++i) add_variance(i, 1.0);
     for (std::size_t i = 0; i < lm_.command_errors(); ++i)
-      value_of(P_[command_error(i) * (N + 1)]) += lm_.doubt[k].variance[i];
+      value_of(P_[command_error(i) * (N + 1)]) += lm_.rounding_error[k].variance[i];
     dtheta_.assign(N * params_, 0.0);
   }
 
@@ -361,8 +361,8 @@ class Pass {
     for (std::size_t i = 0; i < noise_states; ++i) add_variance(i, growth);
     if (!lm_.by_command.empty()) add_commands(k);
     for (std::size_t i = 0; i < lm_.command_errors(); ++i) {
-      const double kept = lm_.doubt[k].kept[i],
-                   fresh = lm_.doubt[k + 1].variance[i] - kept * kept * lm_.doubt[k].variance[i];
+      const double share = lm_.rounding_error[k].autoregression[i],
+                   fresh = lm_.rounding_error[k + 1].variance[i] - share * share * lm_.rounding_error[k].variance[i];
       value_of(P_[command_error(i) * (N + 1)]) += std::max(0.0, fresh);
     }
     if (k < lm_.interpolated.size() && lm_.interpolated[k]) inflate_covariance();

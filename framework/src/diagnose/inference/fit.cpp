@@ -41,7 +41,7 @@ double penalty_of(const Problem& problem, const ModelSpec& model, std::size_t ra
 class Iteration {
  public:
   Iteration(const Problem& problem, const Fit& from, const FitLimits& limits)
-      : problem_(problem), catalogue_(*problem.catalogue), limits_(limits), known_(from.evaluation) {
+      : problem_(problem), catalogue_(*problem.catalogue), limits_(limits), first_evaluation_(from.evaluation) {
     trial_.model = best_.model = from.model;
     trial_.noise = best_.noise = from.noise;
     best_.cost = std::numeric_limits<double>::infinity();
@@ -53,11 +53,11 @@ class Iteration {
 
  private:
   /// What a trial changed against the best.
-  enum class Moved { parameters, parameters_and_noise, no_noise };
+  enum class Change { parameters, parameters_and_noise, no_noise };
   struct Trial {
     ModelSpec model;
     Noise noise;
-    Moved moved = Moved::parameters;
+    Change change = Change::parameters;
   };
   /// Gains in log likelihood that the second-order model predicts for a full step.
   struct PredictedGain {
@@ -73,7 +73,7 @@ class Iteration {
   const Problem& problem_;
   const Catalogue& catalogue_;
   FitLimits limits_;
-  std::shared_ptr<const Evaluation> known_;  // of the first trial, or null
+  std::shared_ptr<const Evaluation> first_evaluation_;  // of the first trial, or null
   Fit best_;
   Evaluation at_best_;
   Trial trial_;
@@ -89,7 +89,7 @@ bool Iteration::accept_if_better(Evaluation& e) {
   best_.cost = e.cost;
   at_best_ = std::move(e);
   part_ = 1.0;
-  if (trial_.moved == Moved::parameters_and_noise)
+  if (trial_.change == Change::parameters_and_noise)
     noise_part_ = std::min(1.0, thresholds::longer_noise_step * noise_part_);
   return true;
 }
@@ -98,7 +98,7 @@ bool Iteration::accept_if_better(Evaluation& e) {
 /// ends on its side, from where a step in what the data determine leads back to its floor, far on. True if that is
 /// better than the best.
 bool Iteration::try_corrected(const Evaluation& failed) {
-  const bool whole = trial_.moved == Moved::parameters && part_ == 1.0;
+  const bool whole = trial_.change == Change::parameters && part_ == 1.0;
   if (!whole || catalogue_.nuisances().empty() || !std::isfinite(failed.cost)) return false;
   const VectorXd scale = parameter_scales(catalogue_, trial_.model);
   const VectorXd step =
@@ -115,8 +115,8 @@ bool Iteration::try_corrected(const Evaluation& failed) {
 /// After a failure: first the parameters are tried alone, then a shorter step. False when steps are too short to
 /// matter.
 bool Iteration::shorten_step() {
-  if (trial_.moved == Moved::no_noise) return true;
-  if (trial_.moved == Moved::parameters_and_noise)
+  if (trial_.change == Change::no_noise) return true;
+  if (trial_.change == Change::parameters_and_noise)
     noise_part_ *= thresholds::shorter_noise_step;
   else
     part_ *= thresholds::shorter_step;
@@ -129,7 +129,7 @@ void Iteration::propose_without_noise() {
   trial_.noise = best_.noise;
   for (std::size_t c = 0; c < noise_states; ++c)
     trial_.noise.process[c] = std::min(trial_.noise.process[c], least_variance(problem_, c));
-  trial_.moved = Moved::no_noise;
+  trial_.change = Change::no_noise;
 }
 
 Iteration::PredictedGain Iteration::propose(bool parameters_only) {
@@ -150,8 +150,8 @@ Iteration::PredictedGain Iteration::propose(bool parameters_only) {
   Noise improved = best_.noise;
   gain.noise = improve_noise(problem_, at_best_, improved);
   trial_.noise = best_.noise;
-  trial_.moved = parameters_only && !theta.empty() ? Moved::parameters : Moved::parameters_and_noise;
-  if (trial_.moved == Moved::parameters) return gain;
+  trial_.change = parameters_only && !theta.empty() ? Change::parameters : Change::parameters_and_noise;
+  if (trial_.change == Change::parameters) return gain;
   const double part = std::min(part_, noise_part_);
   for (std::size_t c = 0; c < noise_states; ++c)
     trial_.noise.process[c] = best_.noise.process[c] * std::pow(improved.process[c] / best_.noise.process[c], part);
@@ -159,12 +159,12 @@ Iteration::PredictedGain Iteration::propose(bool parameters_only) {
 }
 
 bool Iteration::run(int iteration) {
-  const Moved moved = trial_.moved;
-  const bool whole_step = moved == Moved::parameters_and_noise && part_ == 1.0 && noise_part_ == 1.0;
+  const Change change = trial_.change;
+  const bool whole_step = change == Change::parameters_and_noise && part_ == 1.0 && noise_part_ == 1.0;
   const double before = best_.cost;
-  const bool known = iteration == 0 && known_ != nullptr;
-  Evaluation e = known ? *known_ : evaluate(problem_, trial_.model, trial_.noise);
-  if (!known) best_.work += e.work;
+  const bool evaluated = iteration == 0 && first_evaluation_ != nullptr;
+  Evaluation e = evaluated ? *first_evaluation_ : evaluate(problem_, trial_.model, trial_.noise);
+  if (!evaluated) best_.work += e.work;
   const bool better = accept_if_better(e) || try_corrected(e);
   if (!better && !shorten_step()) return false;
   if (!std::isfinite(best_.cost)) return false;  // the model cannot be evaluated at its start values
@@ -173,7 +173,7 @@ bool Iteration::run(int iteration) {
     propose_without_noise();
     return true;
   }
-  const PredictedGain gain = propose(!better && moved == Moved::parameters_and_noise);
+  const PredictedGain gain = propose(!better && change == Change::parameters_and_noise);
   const double tolerance = limits_.tolerance;
   // The gain predicted for variances near their floor is too large: there the gain of the last whole step counts.
   if (better && gain.parameters < tolerance &&

@@ -11,7 +11,7 @@ double wilson_hilferty(double chi_square, double dof) {
 
 ResidualTest focused_test(const ScoreSystem& system, std::span<const Eigen::Index> rows, Where where,
                           bool process_noise) {
-  const ScoreTest s = score_test(system.normal.N(rows, rows), system.normal.g(rows), system.own);
+  const ScoreTest s = score_test(system.normal.N(rows, rows), system.normal.g(rows), system.own_params);
   ResidualTest test;
   test.where = where;
   test.focused = true;

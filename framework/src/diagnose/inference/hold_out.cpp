@@ -23,7 +23,7 @@ std::size_t hold_out_from(const Trace& trace) {
   return static_cast<std::size_t>(std::lower_bound(laps.begin(), laps.end(), from) - laps.begin());
 }
 
-constexpr std::size_t settled = 10;  // first sample of a part that predictions start from
+constexpr std::size_t burn_in = 10;  // first sample of a part that predictions start from
 constexpr double judged = 1.0;       // [s] duration of the predictions that a model is judged by
 
 std::size_t samples_in(double seconds, const Trace& trace) {
@@ -33,7 +33,7 @@ std::size_t samples_in(double seconds, const Trace& trace) {
 /// Whether both parts of a trace, before a sample and from it on, hold a whole prediction: else nothing would be
 /// judged, or next to nothing fitted. Ten samples are long at a low rate, and short at a high one.
 bool can_be_parted(const Trace& trace, std::size_t from) {
-  const std::size_t least = settled + samples_in(judged, trace) + 1;
+  const std::size_t least = burn_in + samples_in(judged, trace) + 1;
   return from >= least && trace.size() >= from + least;
 }
 
@@ -76,31 +76,33 @@ Trace as_fitted(const Log& log, const Problem& problem, const Road& road) {
 measured::RolloutOptions rollout_options(const Problem& problem, const Trace& trace, double horizon, std::size_t from) {
   measured::RolloutOptions options;
   options.horizon = horizon;
-  options.first = from + settled;
+  options.first = from + burn_in;
   options.every = samples_in(thresholds::start_spacing, trace);
   options.substeps = problem.substeps;
   return options;
 }
 
 HoldOut::HoldOut(const Problem& problem, const Road& road, std::span<const LogFile> held_out)
-    : road_(road), known_(problem), own_laps_(held_out.empty()) {
+    : road_(road), training_(problem), holds_out_laps_(held_out.empty()) {
   for (const LogFile& log : held_out)
     for (const Log& m : log.stretches) {
       traces_.push_back(as_fitted(m, problem, road_));
       from_.push_back(0);
     }
-  if (!own_laps_) return;
-  known_.shape_prior = true;
-  for (Trace& trace : known_.traces) {
+  if (!holds_out_laps_) return;
+  training_.shape_prior = true;
+  for (Trace& trace : training_.traces) {
     const std::size_t from = hold_out_from(trace);
-    if (!can_be_parted(trace, from)) continue;  // known as a whole
+    if (!can_be_parted(trace, from)) continue;  // training data as a whole
     traces_.push_back(trace);
     from_.push_back(from);
     trace.cut(from);
   }
 }
 
-Fit HoldOut::refit(const Fit& f) const { return own_laps_ && !f.theta.empty() ? fit(known_, f.model, f.noise, 3) : f; }
+Fit HoldOut::refit(const Fit& f) const {
+  return holds_out_laps_ && !f.theta.empty() ? fit(training_, f.model, f.noise, 3) : f;
+}
 
 std::vector<StartErrors> HoldOut::predict(const Fit& f, std::span<const double> horizons) const {
   return predict_along(traces_, from_, f, horizons);
@@ -112,33 +114,34 @@ StartErrors HoldOut::predict_refitted(const Fit& f) const {
 }
 
 measured::Rollouts HoldOut::predict_in_turn(const Fit& f) const {
-  Problem first = known_;
+  Problem first = training_;
   first.traces.assign(1, traces_.front());
   iterate_reference(first, road_, f);
   const Trace& trace = first.traces.front();
-  measured::RolloutOptions options = rollout_options(known_, trace, judged, from_.front());
+  measured::RolloutOptions options = rollout_options(training_, trace, judged, from_.front());
   options.every = samples_in(judged, trace);
-  return roll_out(known_.catalogue->build(f.model), trace, road_, options);
+  return roll_out(training_.catalogue->build(f.model), trace, road_, options);
 }
 
-StartErrors HoldOut::predict_known(const Fit& f) const {
+StartErrors HoldOut::predict_training(const Fit& f) const {
   constexpr std::array<double, 1> second = {judged};
-  const std::vector<std::size_t> from(known_.traces.size(), 0);
-  return std::move(predict_along(known_.traces, from, f, second).front());
+  const std::vector<std::size_t> from(training_.traces.size(), 0);
+  return std::move(predict_along(training_.traces, from, f, second).front());
 }
 
 std::vector<StartErrors> HoldOut::predict_along(std::vector<Trace> traces, std::span<const std::size_t> from,
                                                 const Fit& f, std::span<const double> horizons) const {
-  Problem other = known_;
+  Problem other = training_;
   other.traces = std::move(traces);
   iterate_reference(other, road_, f);
-  const StagedCar car = known_.catalogue->build(f.model);
+  const StagedCar car = training_.catalogue->build(f.model);
   std::vector<StartErrors> all;
   for (const double horizon : horizons) {
     StartErrors& errors = all.emplace_back();
     for (std::size_t i = 0; i < other.traces.size(); ++i) {
       const Trace& trace = other.traces[i];
-      add_errors(roll_out(car, trace, road_, rollout_options(known_, trace, horizon, from[i])), known_.sensor, errors);
+      add_errors(roll_out(car, trace, road_, rollout_options(training_, trace, horizon, from[i])), training_.sensor,
+                 errors);
     }
   }
   return all;

@@ -33,13 +33,13 @@ class HoldOut {
   const std::vector<Trace>& traces() const { return traces_; }
   /// Errors of the predictions over each horizon [s] from every start.
   std::vector<StartErrors> predict(const Fit& fitted, std::span<const double> horizons) const;
-  /// Errors over 1 s of a model as the known data alone would have it.
+  /// Errors over 1 s of a model as the training data alone would have it.
   StartErrors predict_refitted(const Fit& fitted) const;
   /// Predictions of the first log, each of the second after the one before. There must be one.
   measured::Rollouts predict_in_turn(const Fit& fitted) const;
-  /// Errors over 1 s on the data that are not held out.
-  StartErrors predict_known(const Fit& fitted) const;
-  /// The model as the known data alone would have it.
+  /// Errors over 1 s on the training data: those that are not held out.
+  StartErrors predict_training(const Fit& fitted) const;
+  /// The model as the training data alone would have it.
   Fit refit(const Fit& fitted) const;
 
  private:
@@ -47,10 +47,10 @@ class HoldOut {
                                          const Fit& fitted, std::span<const double> horizons) const;
 
   const Road& road_;
-  Problem known_;
+  Problem training_;  // the logs fitted, less what of them is held out
   std::vector<Trace> traces_;
   std::vector<std::size_t> from_;  // sample of each trace
-  bool own_laps_ = false;
+  bool holds_out_laps_ = false;    // of the logs fitted, as no others are held out
 };
 
 }  // namespace gripline::diagnose

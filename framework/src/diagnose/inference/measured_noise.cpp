@@ -9,7 +9,7 @@ MeasuredNoise higher_peak(const MeasuredNoise& all, const MeasuredNoise& fewer) 
   return fewer.gain > all.gain + thresholds::noise_gain ? fewer : all;
 }
 
-bool is_other(const Problem& problem, const MeasuredNoise& measured) {
+bool differs_from_assumed(const Problem& problem, const MeasuredNoise& measured) {
   const auto differs = [](double a, double b) {
     return std::max(a, b) > thresholds::other_noise_factor * std::min(a, b);
   };

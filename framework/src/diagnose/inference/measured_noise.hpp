@@ -20,7 +20,7 @@ MeasuredNoise higher_peak(const MeasuredNoise& all, const MeasuredNoise& fewer);
 
 /// Whether measured noise differs from what a problem assumes by more than thresholds::other_noise_factor or
 /// thresholds::other_colour.
-bool is_other(const Problem& problem, const MeasuredNoise& measured);
+bool differs_from_assumed(const Problem& problem, const MeasuredNoise& measured);
 
 /// Whether measured noise holds less than what a problem assumes: a colour, a bend or something unknown of the
 /// commands is gone, and none has come.

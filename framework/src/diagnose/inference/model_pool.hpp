@@ -33,7 +33,7 @@ class ModelPool {
 
   /// Takes the road for rough: another penalty per parameter, and every fit's evidence with it.
   void penalise_as_rough();
-  /// Forgets all fits and smooths the reference with a model (until it stands still); fits from now on are finer.
+  /// Forgets all fits and smooths the reference with a model (until it converges); fits from now on are finer.
   void restart(const Road& road, const Fit& fitted);
   /// Forgets all fits and assumes other noise, smoothing the reference with a model under it; the work so far is not
   /// counted any more, and the road is rough no longer until that is found again.

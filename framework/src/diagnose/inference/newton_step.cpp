@@ -61,7 +61,7 @@ ParameterStep solve(const MatrixXd& N, const VectorXd& g, const VectorXd& scale,
   VectorXd inverse = eigen.eigenvalues();
   ParameterStep out;
   for (Index i = 0; i < inverse.size(); ++i) {
-    const bool kept = inverse[i] > thresholds::known_in_fit;
+    const bool kept = inverse[i] > thresholds::rank_tolerance_fit;
     out.rank += kept ? 1 : 0;
     inverse[i] = kept ? 1.0 / (inverse[i] + damping) : 0.0;
   }
@@ -79,16 +79,16 @@ ParameterStep parameter_step(const Catalogue& catalogue, const ModelSpec& model,
                              const VectorXd& scale, double damping) {
   NormalEquations reduced = normal;
   fix_at_limits(catalogue, model, reduced);
-  VectorXd moved = VectorXd::Zero(normal.g.size());
+  VectorXd fixed_step = VectorXd::Zero(normal.g.size());
   std::vector<bool> fixed(catalogue.nuisances().size(), false);
   for (;;) {
     ParameterStep out = solve(reduced.N, reduced.g, scale, damping);
-    out.step += moved;
+    out.step += fixed_step;
     const auto beyond = farthest_beyond(catalogue, model, out.step, fixed);
     if (!beyond) return out;
     const auto at = static_cast<Index>(beyond->nuisance);
     fixed[beyond->nuisance] = true;
-    moved[at] = beyond->step;
+    fixed_step[at] = beyond->step;
     fix_parameter(reduced, at, beyond->step);
   }
 }

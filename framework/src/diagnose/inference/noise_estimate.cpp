@@ -62,7 +62,7 @@ void add_parameters(const Problem& problem, const ModelSpec& model, std::vector<
 }
 
 /// What is measured of the noise.
-struct UnknownNoise {
+struct NoiseParameterList {
   std::vector<NoiseParameter> noise;
   std::vector<NoiseParameter> beside_bends;  // matter only where commands are unknown: bends, and what these change
   std::vector<NoiseParameter> all() const {
@@ -73,7 +73,7 @@ struct UnknownNoise {
 };
 
 /// What is unknown of commands between samples, and their bends.
-void add_commands(const Problem& problem, UnknownNoise& list) {
+void add_commands(const Problem& problem, NoiseParameterList& list) {
   using enum NoiseParameter::Kind;
   const Commands curvature = measured::command_curvature(logs_of(problem));
   for (const NoiseParameter::Kind kind : {steady, moving})
@@ -91,14 +91,14 @@ void add_commands(const Problem& problem, UnknownNoise& list) {
                                    .most = thresholds::most_bend});
 }
 
-UnknownNoise list_unknowns(const Problem& problem, const ModelSpec& model, const NoiseUnknowns& asked) {
-  UnknownNoise list;
+NoiseParameterList list_unknowns(const Problem& problem, const ModelSpec& model, const NoiseEstimateOptions& options) {
+  NoiseParameterList list;
   const Channels scatter = white_levels(problem);
   using enum NoiseParameter::Kind;
   const auto level_of = [&](std::size_t c) {
     return NoiseParameter{.kind = level, .which = c, .least = thresholds::least_level * scatter[c]};
   };
-  for (std::size_t c = 0; asked.sensors && c < channels; ++c) {
+  for (std::size_t c = 0; options.sensors && c < channels; ++c) {
     if (!problem.is_read(c)) continue;
     list.noise.push_back(level_of(c));
     list.noise.push_back({.kind = colour,
@@ -109,15 +109,15 @@ UnknownNoise list_unknowns(const Problem& problem, const ModelSpec& model, const
   }
   for (std::size_t i = 0; i < noise_states; ++i)
     list.noise.push_back({.kind = acceleration, .which = i, .longest_step = 2.0, .least = least_variance(problem, i)});
-  if (asked.correlation_time)
+  if (options.correlation_time)
     list.noise.push_back(
         {.kind = time, .least = thresholds::shortest_noise_time, .most = thresholds::longest_noise_time});
-  if (!asked.commands) return list;
+  if (!options.commands) return list;
   add_commands(problem, list);
   // Without bends to find, what follows is noise like the rest.
   std::vector<NoiseParameter>& rest = list.beside_bends.empty() ? list.noise : list.beside_bends;
   // What commands do between samples scatters readings, and was taken for the sensors'.
-  for (std::size_t c = 0; !asked.sensors && c < channels; ++c)
+  for (std::size_t c = 0; !options.sensors && c < channels; ++c)
     if (problem.is_read(c)) rest.push_back(level_of(c));
   if (!problem.commands_held) add_parameters(problem, model, rest);
   return list;
@@ -193,14 +193,14 @@ std::vector<NoiseParameter> left_of(std::span<const NoiseParameter> unknowns, co
 
 /// Takes back what the log does not ask for and measures the rest of the noise anew where commands lose what mattered.
 /// Parameters move with bends only.
-void settle(const Problem& problem, std::span<const NoiseParameter> unknowns, const MatrixXd& information,
-            Innovations& innovations, MeasuredNoise& m) {
+void prune_and_refit(const Problem& problem, std::span<const NoiseParameter> unknowns, const MatrixXd& information,
+                     Innovations& innovations, MeasuredNoise& m) {
   const MatrixXd covariance = information.ldlt().solve(MatrixXd::Identity(information.rows(), information.cols()));
   forget_faint_colours(unknowns, covariance, m);
   if (std::ranges::none_of(unknowns, is_of_commands)) return;
   const double before = cost_of(innovations.under(m));
   forget_undetermined(unknowns, covariance, innovations, m);
-  if (std::abs(cost_of(innovations.under(m)) - before) > thresholds::noise_settled)
+  if (std::abs(cost_of(innovations.under(m)) - before) > thresholds::noise_converged)
     fit_noise(innovations, left_of(unknowns, m, m.bend != problem.bend), m);
 }
 
@@ -221,12 +221,12 @@ void take_out_own_move(const Problem& problem, const Fit& fitted, Innovations& i
 
 }  // namespace
 
-MeasuredNoise measure_noise(const Problem& problem, const Fit& fitted, const NoiseUnknowns& asked) {
+MeasuredNoise measure_noise(const Problem& problem, const Fit& fitted, const NoiseEstimateOptions& options) {
   Innovations innovations(problem);
   MeasuredNoise m = assumed_noise(problem, fitted);
   const double before = cost_of(innovations.under(m));
-  if (asked.begin_white) whiten(problem, m.noise);
-  const UnknownNoise list = list_unknowns(problem, fitted.model, asked);
+  if (options.begin_white) whiten(problem, m.noise);
+  const NoiseParameterList list = list_unknowns(problem, fitted.model, options);
   const std::vector<NoiseParameter> unknowns = list.all();
   for (const NoiseParameter& p : unknowns) {
     if (p.kind == NoiseParameter::Kind::colour && m.noise.colour[p.which] == 0.0)
@@ -237,13 +237,13 @@ MeasuredNoise measure_noise(const Problem& problem, const Fit& fitted, const Noi
   MeasuredNoise bent = m;
   if (std::ranges::any_of(unknowns, [&](const NoiseParameter& p) { return is_unknown_command(p, m); })) {
     const MatrixXd beside_bends = fit_noise(innovations, unknowns, bent);
-    settle(problem, unknowns, beside_bends, innovations, bent);
+    prune_and_refit(problem, unknowns, beside_bends, innovations, bent);
   }
   if (bent.bend != problem.bend)
     m = bent;
   else  // the parameters, and what noise was beside them, stay where they are without bends
-    settle(problem, unknowns, information, innovations, m);
-  if (asked.sensors) keep_credible(problem, m);
+    prune_and_refit(problem, unknowns, information, innovations, m);
+  if (options.sensors) keep_credible(problem, m);
   m.gain = before - cost_of(innovations.under(m));
   if (m.bend != problem.bend) take_out_own_move(problem, fitted, innovations, m);
   return m;

@@ -6,8 +6,8 @@
 
 namespace gripline::diagnose {
 
-/// What is unknown of the noise beside the variances of the unknown accelerations.
-struct NoiseUnknowns {
+/// What of the noise is estimated beside the variances of the unknown accelerations.
+struct NoiseEstimateOptions {
   bool sensors = true;            // levels and colours of the sensors
   bool correlation_time = false;  // of the unknown accelerations; determined by strong ones only
   bool commands = false;          // how commands act between samples: their bend, and what is left unknown of them
@@ -17,7 +17,7 @@ struct NoiseUnknowns {
 /// Maximum likelihood by Fisher scoring, the fitted model's parameters fixed. Beside bends, which effects imitate, the
 /// parameters of these move too. Of long logs the beginnings count (thresholds::noise_samples); what parameters gain by
 /// moving to those without bends is not counted, nor is the move. Colours that are not significant are set to zero.
-MeasuredNoise measure_noise(const Problem& problem, const Fit& fitted, const NoiseUnknowns& unknowns);
+MeasuredNoise measure_noise(const Problem& problem, const Fit& fitted, const NoiseEstimateOptions& options);
 
 /// Lag-one correlation of the innovations of the worst channel, in standard deviations of that of white ones.
 double colour_statistic(const Problem& problem, const Fit& fitted);

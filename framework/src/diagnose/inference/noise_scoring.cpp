@@ -153,11 +153,11 @@ NoiseScores scores_at(Innovations& innovations, const MeasuredNoise& at, std::sp
   std::stable_partition(order.begin(), order.end(),
                         [&](Index a) { return !changes_model(unknowns[static_cast<std::size_t>(a)]); });
   for (const Index a : order) {
-    MeasuredNoise moved = at;
+    MeasuredNoise perturbed = at;
     const NoiseParameter& p = unknowns[static_cast<std::size_t>(a)];
     const double step = difference_step(at, p);
-    move_by(moved, p, step);
-    const auto& other = innovations.under(moved);
+    move_by(perturbed, p, step);
+    const auto& other = innovations.under(perturbed);
     for (Index r = 0; r < rows; ++r) {
       const auto& x = base[static_cast<std::size_t>(r)];
       const auto& y = other[static_cast<std::size_t>(r)];
@@ -196,7 +196,7 @@ MatrixXd fit_noise(Innovations& innovations, std::span<const NoiseParameter> unk
     m = trial;
     const double won = cost - reached;
     cost = reached;
-    if (won < thresholds::noise_settled && predicted < 2.0 * thresholds::noise_settled) break;
+    if (won < thresholds::noise_converged && predicted < 2.0 * thresholds::noise_converged) break;
   }
   return scores.information;
 }

@@ -46,10 +46,10 @@ double noise_to_assume(std::size_t channel, const ChannelNoise& of, std::vector<
   if (std::isnan(of.seen)) return unseen_noise(of, name, health);
   double seen = of.seen;
   const double stated = of.stated;
-  const bool moved =
+  const bool of_motion =
       stated > 0.0 && seen > thresholds::noise_agrees_to * stated && of.beside < thresholds::noise_is_motion * seen;
-  if (moved) seen = of.beside;
-  if (moved && seen > thresholds::noise_agrees_from * stated && seen < thresholds::hidden_by_motion * stated) {
+  if (of_motion) seen = of.beside;
+  if (of_motion && seen > thresholds::noise_agrees_from * stated && seen < thresholds::hidden_by_motion * stated) {
     health.push_back({Finding::Level::note, name,
                       "at most " + significant(seen) + ", hidden by the car's own quick motion",
                       "the stated " + significant(stated) + " is used"});
@@ -121,13 +121,13 @@ Prepared prepare(const Catalogue& catalogue, const Road& road, std::span<const m
   const Channels steps = measured::reading_steps(stretches);
   for (std::size_t c = 0; c < channels; ++c) {
     const double size = c < Channel::yaw ? car.lf + car.lr : c == Channel::yaw ? 1.0 : car.v_ref;
-    const double known = with_rounding(c, steps[c], stated[c], out.health);
-    out.known_noise[c] = known;
-    if (known > stated[c]) seen[c] = std::max(seen[c], measured::rounding_noise(steps[c]));
+    const double expected = with_rounding(c, steps[c], stated[c], out.health);
+    out.expected_noise[c] = expected;
+    if (expected > stated[c]) seen[c] = std::max(seen[c], measured::rounding_noise(steps[c]));
     constexpr std::size_t beside_motion = 8;  // order of differences that a quick motion enters less
     const ChannelNoise noise{.seen = seen[c],
                              .beside = measured::white_noise(stretches, c, beside_motion),
-                             .stated = known,
+                             .stated = expected,
                              .least = thresholds::least_sensor_noise * size,
                              .most = size,
                              .of_sensor = stated[c] > 0.0,

@@ -11,7 +11,7 @@ namespace gripline::diagnose {
 
 struct Prepared {
   Problem problem;
-  Channels known_noise{};                 // of the readings: the stated one with what their rounding adds
+  Channels expected_noise{};              // of the readings: the stated one with what their rounding adds
   std::vector<measured::Finding> health;  // of the logs, then of their noise
 };
 

@@ -27,9 +27,9 @@ double smooth_reference(Problem& problem, const Road& road, const Fit& fitted) {
 
 void iterate_reference(Problem& problem, const Road& road, const Fit& fitted) {
   double before = std::numeric_limits<double>::infinity();
-  for (int i = 0; i < thresholds::reference_moves; ++i) {
+  for (int i = 0; i < thresholds::reference_iterations; ++i) {
     const double moved = smooth_reference(problem, road, fitted);
-    if (!(moved > thresholds::reference_still) || moved > before) return;
+    if (!(moved > thresholds::reference_tolerance) || moved > before) return;
     before = moved;
   }
 }

@@ -6,18 +6,18 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-ScoreTest score_test(const MatrixXd& N, const VectorXd& g, Index own, double smallest) {
-  const Index count = g.size() - own;
+ScoreTest score_test(const MatrixXd& N, const VectorXd& g, Index own_params, double rank_tolerance) {
+  const Index count = g.size() - own_params;
   ScoreTest s;
   s.information = N.bottomRightCorner(count, count);
   VectorXd r = g.tail(count);
-  if (own > 0) {
-    const MatrixXd base =
-        N.topLeftCorner(own, own) + 1e-12 * MatrixXd(N.topLeftCorner(own, own).diagonal().asDiagonal());
+  if (own_params > 0) {
+    const MatrixXd base = N.topLeftCorner(own_params, own_params) +
+                          1e-12 * MatrixXd(N.topLeftCorner(own_params, own_params).diagonal().asDiagonal());
     const Eigen::LDLT<MatrixXd> ldlt(base);
-    const MatrixXd cross = N.topRightCorner(own, count);
+    const MatrixXd cross = N.topRightCorner(own_params, count);
     s.information -= cross.transpose() * ldlt.solve(cross);
-    r -= cross.transpose() * ldlt.solve(g.head(own));
+    r -= cross.transpose() * ldlt.solve(g.head(own_params));
   }
   s.score = r;
   VectorXd size = N.diagonal().tail(count).cwiseSqrt();
@@ -29,7 +29,7 @@ ScoreTest score_test(const MatrixXd& N, const VectorXd& g, Index own, double sma
   s.step = VectorXd::Zero(count);
   for (Index i = 0; i < count; ++i) {
     const double lambda = eigen.eigenvalues()[i];
-    if (!(lambda > smallest)) continue;
+    if (!(lambda > rank_tolerance)) continue;
     ++s.dof;
     const double along = eigen.eigenvectors().col(i).dot(unit_r);
     s.gain += 0.5 * along * along / lambda;
@@ -47,7 +47,7 @@ ScoreSystem score_system(const Problem& problem, const Fit& fitted, std::span<co
     const LinearModel& lm = along[t].lm;
     const std::vector<Regressor>& own = along[t].own;
     const std::vector<Regressor> others = further(problem.traces[t], lm);
-    out.own = static_cast<Index>(own.size());
+    out.own_params = static_cast<Index>(own.size());
     out.normal.add(filter_along(lm, fitted.noise, own, others));
   }
   out.normal.add(nuisance_priors(catalogue, fitted.model));

@@ -11,7 +11,7 @@
 
 namespace gripline::diagnose {
 
-/// Score (Lagrange multiplier) test of further parameters at zero, the first `own` of a system profiled out.
+/// Score (Lagrange multiplier) test of further parameters at zero, the first `own_params` of a system profiled out.
 struct ScoreTest {
   double gain = 0;        // predicted rise of the log likelihood; twice it is a chi-square of dof when all are zero
   std::size_t dof = 0;    // combinations that can be told from the own parameters
@@ -20,16 +20,16 @@ struct ScoreTest {
   Eigen::MatrixXd information;  // on them
 };
 /// N, g: normal equations of the own and the further parameters. Combinations of unit regressors with an eigenvalue of
-/// less than `smallest` are left out.
-ScoreTest score_test(const Eigen::MatrixXd& N, const Eigen::VectorXd& g, Eigen::Index own,
-                     double smallest = thresholds::known_in_test);
+/// less than `rank_tolerance` are left out.
+ScoreTest score_test(const Eigen::MatrixXd& N, const Eigen::VectorXd& g, Eigen::Index own_params,
+                     double rank_tolerance = thresholds::rank_tolerance_test);
 
 /// Normal equations of a fitted model's own parameters, then of further regressors, for tests of whether anything is
 /// left. Nuisances at their limits stay there (screening lets them come back: an effect takes their place, a
 /// remainder does not).
 struct ScoreSystem {
   NormalEquations normal;
-  Eigen::Index own = 0;
+  Eigen::Index own_params = 0;  // how many are the model's own
 };
 using FurtherRegressors = std::function<std::vector<Regressor>(const Trace&, const LinearModel&)>;
 /// `along` is linearise_all of the fitted model.

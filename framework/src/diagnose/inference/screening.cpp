@@ -15,7 +15,7 @@ using Eigen::Index;
 
 /// Rows of the model's own parameters and of some regressors.
 std::vector<Index> rows_of(const Screening& s, std::span<const std::size_t> regressors) {
-  std::vector<Index> rows(s.own);
+  std::vector<Index> rows(s.own_params);
   std::iota(rows.begin(), rows.end(), Index{0});
   for (const std::size_t d : regressors) rows.push_back(static_cast<Index>(d));
   return rows;
@@ -26,20 +26,20 @@ std::vector<Index> rows_of(const Screening& s, std::span<const std::size_t> regr
 /// and those that would leave their limits are put there one by one, the worst first. The gain is of the own parameters
 /// too, which alone have Screening::own_gain.
 ScoreTest test_with_free_nuisances(const Catalogue& catalogue, const ModelSpec& model, const Screening& s,
-                                   std::span<const std::size_t> regressors, double smallest) {
+                                   std::span<const std::size_t> regressors, double rank_tolerance) {
   const auto rows = rows_of(s, regressors);
-  const auto own = static_cast<Index>(s.own), count = static_cast<Index>(regressors.size());
+  const auto own = static_cast<Index>(s.own_params), count = static_cast<Index>(regressors.size());
   const NormalEquations whole{s.normal.N(rows, rows), s.normal.g(rows)};
   NormalEquations reduced = whole;
-  Eigen::VectorXd moved = Eigen::VectorXd::Zero(own);
+  Eigen::VectorXd fixed_step = Eigen::VectorXd::Zero(own);
   std::vector<bool> fixed(catalogue.nuisances().size(), false);
   for (;;) {
-    ScoreTest test = count > 0 ? score_test(reduced.N, reduced.g, own, smallest) : ScoreTest{};
+    ScoreTest test = count > 0 ? score_test(reduced.N, reduced.g, own, rank_tolerance) : ScoreTest{};
     Eigen::MatrixXd base = reduced.N.topLeftCorner(own, own);
     base.diagonal() *= 1.0 + 1e-12;  // as score_test has it
     const Eigen::VectorXd beside = reduced.g.head(own) - reduced.N.topRightCorner(own, count) * test.step;
     Eigen::VectorXd step(own + count);
-    step.head(own) = moved + base.ldlt().solve(beside);
+    step.head(own) = fixed_step + base.ldlt().solve(beside);
     step.tail(count) = test.step;
     const auto beyond = farthest_beyond(catalogue, model, step, fixed);
     if (!beyond) {
@@ -47,7 +47,7 @@ ScoreTest test_with_free_nuisances(const Catalogue& catalogue, const ModelSpec& 
       return test;
     }
     fixed[beyond->nuisance] = true;
-    moved[static_cast<Index>(beyond->nuisance)] = beyond->step;
+    fixed_step[static_cast<Index>(beyond->nuisance)] = beyond->step;
     fix_parameter(reduced, static_cast<Index>(beyond->nuisance), beyond->step);
   }
 }
@@ -55,18 +55,19 @@ ScoreTest test_with_free_nuisances(const Catalogue& catalogue, const ModelSpec& 
 /// The score test of some of the regressors.
 ScoreTest test_of(const Catalogue& catalogue, const ModelSpec& model, const Screening& s,
                   std::span<const std::size_t> regressors) {
-  const double smallest = regressors.size() == 1 ? thresholds::known_alone : thresholds::known_together;
+  const double rank_tolerance =
+      regressors.size() == 1 ? thresholds::rank_tolerance_one : thresholds::rank_tolerance_several;
   if (s.at_limit) {
-    ScoreTest test = test_with_free_nuisances(catalogue, model, s, regressors, smallest);
+    ScoreTest test = test_with_free_nuisances(catalogue, model, s, regressors, rank_tolerance);
     test.gain = std::max(0.0, test.gain - s.own_gain);
     return test;
   }
   const auto rows = rows_of(s, regressors);
-  return score_test(s.normal.N(rows, rows), s.normal.g(rows), static_cast<Index>(s.own), smallest);
+  return score_test(s.normal.N(rows, rows), s.normal.g(rows), static_cast<Index>(s.own_params), rank_tolerance);
 }
 
 /// A parameter a step away from neutral, within its range and thresholds::longest_start.
-double moved(const abi::ParamDecl& p, double step) {
+double value_after(const abi::ParamDecl& p, double step) {
   const double limit = thresholds::longest_start * p.scale;
   return std::clamp(p.neutral + std::clamp(step, -limit, limit), p.lo, p.hi);
 }
@@ -108,7 +109,7 @@ Extension best_of(const Problem& problem, const Fit& fitted, const Screening& s,
     for (std::size_t f = 0; f < moving; ++f) {
       const double step = score.step[static_cast<Index>(f)];
       outside |= count == 1 && leaves(c.decl(f), step);
-      values[c.fitted[f]] = moved(c.decl(f), step);
+      values[c.fitted[f]] = value_after(c.decl(f), step);
       steps.push_back(values[c.fitted[f]] - c.decl(f).neutral);
     }
     const double gain = outside ? 0.0 : score.gain;
@@ -129,7 +130,7 @@ Screening screen(const Problem& problem, const Fit& fitted) {
   Screening out;
   for (const Trace& trace : problem.traces) {
     auto [lm, regressors, work] = linearise_with_regressors(catalogue, fitted.model, trace, problem.stepping());
-    out.own = regressors.size();
+    out.own_params = regressors.size();
     std::vector<CandidateRegressors> groups;
     candidate_regressors(catalogue, fitted.model, trace, lm, regressors, groups);
     if (out.groups.empty()) out.groups = std::move(groups);  // they are the same along every trace
@@ -149,7 +150,7 @@ Screening screen(const Problem& problem, const Fit& fitted) {
 double information_beside(const Screening& screening, std::size_t regressor) {
   const auto rows = rows_of(screening, {&regressor, 1});
   const Eigen::VectorXd no_score = Eigen::VectorXd::Zero(static_cast<Index>(rows.size()));
-  const ScoreTest test = score_test(screening.normal.N(rows, rows), no_score, static_cast<Index>(screening.own));
+  const ScoreTest test = score_test(screening.normal.N(rows, rows), no_score, static_cast<Index>(screening.own_params));
   return test.information(0, 0);
 }
 
@@ -168,7 +169,8 @@ std::vector<Extension> best_pairs(const Problem& problem, const Fit& fitted, con
       pair.gain = score.gain;
       pair.dof = score.dof;
       pair.start = catalogue.with(catalogue.with(fitted.model, a.candidate), b.candidate);
-      const std::array<double, 2> values = {moved(x.decl(0), score.step[0]), moved(y.decl(0), score.step[1])};
+      const std::array<double, 2> values = {value_after(x.decl(0), score.step[0]),
+                                            value_after(y.decl(0), score.step[1])};
       pair.start.values[pair.start.position(a.candidate)][x.fitted[0]] = values[0];
       pair.start.values[pair.start.position(b.candidate)][y.fitted[0]] = values[1];
       const std::array<double, 2> steps = {values[0] - x.decl(0).neutral, values[1] - y.decl(0).neutral};

@@ -21,7 +21,7 @@ struct Screening {
   NormalEquations normal;             // of the model's own parameters, then of the groups' regressors
   bool at_limit = false;              // whether nuisances stand at their limits
   double own_gain = 0;                // what the own parameters alone would still gain, where there are such
-  std::size_t own = 0;
+  std::size_t own_params = 0;         // how many are the model's own
   std::vector<CandidateRegressors> groups;
 };
 Screening screen(const Problem& problem, const Fit& fitted);

@@ -15,7 +15,7 @@ const Fit* SearchResult::alone(std::size_t candidate) const {
   return pool.find(members);
 }
 
-double SearchResult::gain_alone(std::size_t candidate) const {
+double SearchResult::evidence_alone(std::size_t candidate) const {
   const Fit* const one = alone(candidate);
   const auto first = first_reference.find({candidate});
   const bool old = first != first_reference.end() && &first->second == one;
@@ -51,14 +51,14 @@ class Searcher {
   bool may_beat_best(const Fit& rough) const;
   void forward();
   void try_pairs();
-  void exchange(const Fit& less, bool& moved);
+  void exchange(const Fit& less, bool& improved);
   void backward_and_exchange();
   void penalise_by_independent_readings();
   void grow();
   bool hold_commands_anew();
   bool may_leave_out_commands();
   std::vector<const Fit*> smaller_than_best();
-  MeasuredNoise measure_from_both_sides(const Fit& fitted, NoiseUnknowns unknowns) const;
+  MeasuredNoise measure_from_both_sides(const Fit& fitted, NoiseEstimateOptions unknowns) const;
   bool measure_noise_anew();
   void refine_along_own_reference();
   void prune();
@@ -166,20 +166,20 @@ void Searcher::try_pairs() {
 }
 
 /// Puts another effect in the place of the one taken out.
-void Searcher::exchange(const Fit& less, bool& moved) {
+void Searcher::exchange(const Fit& less, bool& improved) {
   for (const Fit* swapped : extend(less, thresholds::late_tries, best_->evidence)) {
     const bool larger = swapped->model.members.size() > best_->model.members.size();
     const double gain = larger ? required(swapped->model.members.size()) : thresholds::exchange_gain;
     if (!(swapped->evidence > best_->evidence + gain)) continue;
     best_ = swapped;
-    moved = true;
+    improved = true;
   }
 }
 
 /// Tries the best model with fewer effects and with one exchanged, as long as that helps.
 void Searcher::backward_and_exchange() {
-  for (bool moved = true; moved && !out_of_work();) {
-    moved = false;
+  for (bool improved = true; improved && !out_of_work();) {
+    improved = false;
     const Fit* const before = best_;
     for (const std::size_t member : before->model.members) {
       Fit& rough = pool_.rough_fit(catalogue().without(before->model, member), before->noise);
@@ -188,11 +188,11 @@ void Searcher::backward_and_exchange() {
       if (less.evidence > best_->evidence - required(best_->model.members.size()) &&
           less.model.members.size() < best_->model.members.size()) {
         best_ = &less;
-        moved = true;
+        improved = true;
       }
       // Far exchanges were tried along the first reference.
       if (before->model.members.size() < 2 || (!near && !first_reference_.empty())) continue;
-      exchange(less, moved);
+      exchange(less, improved);
     }
   }
 }
@@ -329,7 +329,7 @@ bool Searcher::may_leave_out_commands() {
 
 /// The noise measured with a model from what is assumed and, where that may be an offset taken for noise, from white
 /// sensors: the likelihood can have a maximum on either side.
-MeasuredNoise Searcher::measure_from_both_sides(const Fit& fitted, NoiseUnknowns unknowns) const {
+MeasuredNoise Searcher::measure_from_both_sides(const Fit& fitted, NoiseEstimateOptions unknowns) const {
   const Problem& problem = pool_.problem();
   MeasuredNoise noise = measure_noise(problem, fitted, unknowns);
   const auto may_be_offset = [](double colour) { return colour > thresholds::offset_colour; };
@@ -344,7 +344,7 @@ MeasuredNoise Searcher::measure_from_both_sides(const Fit& fitted, NoiseUnknowns
 /// another correlation time, or commands that the log leaves out. What was found under other noise is then forgotten.
 bool Searcher::measure_noise_anew() {
   const Problem& problem = pool_.problem();
-  NoiseUnknowns unknowns;
+  NoiseEstimateOptions unknowns;
   unknowns.sensors =
       problem.colour != Channels{} || colour_statistic(problem, *best_) > thresholds::coloured_innovations;
   unknowns.correlation_time = has_strong_process_noise(problem, best_->noise);
@@ -352,7 +352,7 @@ bool Searcher::measure_noise_anew() {
   if (!unknowns.sensors && !unknowns.correlation_time && !unknowns.commands) return false;
   MeasuredNoise noise = measure_from_both_sides(*best_, unknowns);
   if (unknowns.sensors && unknowns.commands) {
-    NoiseUnknowns fewer = unknowns;
+    NoiseEstimateOptions fewer = unknowns;
     fewer.commands = false;
     noise = higher_peak(noise, measure_noise(problem, *best_, fewer));
   }
@@ -365,7 +365,7 @@ bool Searcher::measure_noise_anew() {
   // What was assumed must be worth assuming still: where the log is about as likely without it, it was an effect.
   const double enough = is_simpler(problem, noise) ? -thresholds::noise_gain : thresholds::noise_gain;
   if (noise.gain < enough) return false;
-  if (noise.gain < thresholds::noise_gain_before && !is_other(problem, noise)) return false;
+  if (noise.gain < thresholds::noise_gain_before && !differs_from_assumed(problem, noise)) return false;
   const ModelSpec nothing = null_model_->model;
   pool_.restart(road_, *by, noise);
   null_model_ = &pool_.fit_once(nothing, noise.noise);

@@ -31,7 +31,7 @@ struct SearchResult {
   const Fit* alone(std::size_t candidate) const;
   /// By how much one effect alone raises the log evidence over the null model, along the same reference. The effect
   /// must have been tried.
-  double gain_alone(std::size_t candidate) const;
+  double evidence_alone(std::size_t candidate) const;
 };
 
 SearchResult search_effects(Problem problem, const Road& road, const SearchOptions& options = {});

@@ -91,8 +91,8 @@ Fit strip_unsupported(SearchResult& found, Fit fit, Where where) {
 
 }  // namespace
 
-Selected select_model(SearchResult& found, const HoldOut& hold_out) {
-  Selected out;
+SelectedModel select_model(SearchResult& found, const HoldOut& hold_out) {
+  SelectedModel out;
   out.fit = drop_insignificant(found, hold_out);
   out.tests = residual_tests(found.pool.problem(), out.fit);
   const ResidualTest left = strongest(out.tests);

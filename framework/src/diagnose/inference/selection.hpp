@@ -10,13 +10,13 @@
 
 namespace gripline::diagnose {
 
-struct Selected {
+struct SelectedModel {
   Fit fit;
   std::vector<ResidualTest> tests;      // of it
   std::optional<ResidualTest> unknown;  // the strongest of them, where something is left that no effect explains
 };
 /// Reduces the best model found to what stands. Reduced models are fitted in the search's pool.
-Selected select_model(SearchResult& found, const HoldOut& hold_out);
+SelectedModel select_model(SearchResult& found, const HoldOut& hold_out);
 
 /// Models whose evidence is near that of the selected one (which is among them), best first.
 struct Rivals {

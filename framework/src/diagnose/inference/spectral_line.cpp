@@ -33,7 +33,7 @@ std::vector<double> periodogram(const Likelihood& l, std::size_t states, std::si
 
 /// The line that stands out most of a spectrum: frequency [Hz] and -log of the probability that it does so by chance.
 struct Line {
-  double frequency = 0, gain = 0;
+  double frequency = 0, minus_log_p = 0;
 };
 Line strongest_line(const std::vector<double>& power, double seconds) {
   constexpr std::ptrdiff_t reach = thresholds::line_background, own = thresholds::line_width;
@@ -46,8 +46,8 @@ Line strongest_line(const std::vector<double>& power, double seconds) {
       if (std::abs(i - j) >= own) around.push_back(power[static_cast<std::size_t>(i)]);
     const double middle = upper_median(around);
     // Ordinates scatter exponentially about a smooth spectrum; the median of an exponential is log 2 of its mean.
-    const double gain = middle > 0.0 ? std::numbers::ln2 * power[static_cast<std::size_t>(j)] / middle : 0.0;
-    if (gain > line.gain) line = {static_cast<double>(j + 1) / seconds, gain};
+    const double minus_log_p = middle > 0.0 ? std::numbers::ln2 * power[static_cast<std::size_t>(j)] / middle : 0.0;
+    if (minus_log_p > line.minus_log_p) line = {static_cast<double>(j + 1) / seconds, minus_log_p};
   }
   return line;
 }
@@ -67,7 +67,7 @@ Chosen choose_line(const Fit& fitted, std::span<const Linearised> along) {
       const std::vector<double> power = periodogram(l, lm.states, c, lm.dt);
       chosen.among += static_cast<double>(power.size());
       const Line line = strongest_line(power, static_cast<double>(lm.n) * lm.dt);
-      if (line.gain > chosen.line.gain) chosen.line = line;
+      if (line.minus_log_p > chosen.line.minus_log_p) chosen.line = line;
     }
   }
   return chosen;
@@ -80,10 +80,10 @@ ResidualTest test_spectral_line(const Problem& problem, const Fit& fitted, std::
   test.where = Where::time;
   test.quantity = "frequency";
   const Chosen chosen = choose_line(fitted, along);
-  if (chosen.among == 0.0 || chosen.line.gain < std::log(chosen.among) + thresholds::line_margin) return test;
+  if (chosen.among == 0.0 || chosen.line.minus_log_p < std::log(chosen.among) + thresholds::line_margin) return test;
   const ScoreSystem system =
       basis_system(problem, fitted, along, [&](const Trace& trace) { return wave(trace, chosen.line.frequency); });
-  const ScoreTest s = score_test(system.normal.N, system.normal.g, system.own);
+  const ScoreTest s = score_test(system.normal.N, system.normal.g, system.own_params);
   test.gain = s.gain;
   test.dof = s.dof;
   test.from = test.to = chosen.line.frequency;

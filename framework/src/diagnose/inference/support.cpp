@@ -11,7 +11,7 @@ using Eigen::VectorXd;
 
 /// Information on the own parameters with those of the basis profiled out, regularised where functions are collinear.
 MatrixXd own_information(const ScoreSystem& system) {
-  const Index own = system.own, count = system.normal.g.size() - own;
+  const Index own = system.own_params, count = system.normal.g.size() - own;
   const MatrixXd cross = system.normal.N.topRightCorner(own, count);
   VectorXd size = system.normal.N.diagonal().tail(count).cwiseSqrt();
   for (Index i = 0; i < count; ++i)

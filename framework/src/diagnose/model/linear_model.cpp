@@ -87,7 +87,7 @@ void add_commands(const StagedCar& car, const Trace& trace, LinearModel& lm) {
 
 /// Puts two states more behind the memory in all arrays: the errors of both commands, constant over each step. An error
 /// over a whole step does twice what `by_command` has for one that is 0 at both ends and 1 half-way.
-void add_command_errors(const std::vector<measured::CommandDoubt>& doubt, LinearModel& lm) {
+void add_command_errors(const std::vector<measured::RoundingError>& rounding_error, LinearModel& lm) {
   const std::size_t N = lm.states, body = N - noise_states, more = Commands{}.size(), M = N + more;
   const auto to = [&](std::size_t i) { return i < body ? i : i + more; };
   const std::size_t steps = lm.n - 1;
@@ -106,10 +106,10 @@ void add_command_errors(const std::vector<measured::CommandDoubt>& doubt, Linear
       }
       if (i < body) offset[k * (body + more) + i] = lm.offset[k * body + i];
     }
-    for (std::size_t c = 0; c < more; ++c) F[(k * M + body + c) * M + body + c] = doubt[k].kept[c];
+    for (std::size_t c = 0; c < more; ++c) F[(k * M + body + c) * M + body + c] = rounding_error[k].autoregression[c];
   }
   lm.states = M;
-  lm.doubt = doubt;
+  lm.rounding_error = rounding_error;
   lm.F = std::move(F);
   lm.input0 = std::move(in0);
   lm.input1 = std::move(in1);
@@ -162,7 +162,7 @@ LinearModel linearise(const StagedCar& car, const Trace& trace, const Stepping& 
   if (!trace.log.interpolated.empty())
     for (std::size_t k = 0; k + 1 < lm.n; ++k) lm.interpolated.push_back(trace.log.interpolated_step(k));
   const double fastest = add_transitions(car, trace, along, regressors, lm);
-  const bool rounded = !trace.log.doubt.empty();
+  const bool rounded = !trace.log.rounding_error.empty();
   if (stepping.commands || rounded) add_commands(car, trace, lm);
   // Stiff memory settles many times within a sample: there the step must only be stable.
   const double settles = std::min(lm.dt * fastest, thresholds::stiffest);
@@ -170,7 +170,7 @@ LinearModel linearise(const StagedCar& car, const Trace& trace, const Stepping& 
   lm.substeps = std::max(stepping.substeps, static_cast<int>(std::ceil(settles / step)));
   add_offsets(car, trace, lm);
   add_readings(car, trace, lm);
-  if (rounded) add_command_errors(trace.log.doubt, lm);
+  if (rounded) add_command_errors(trace.log.rounding_error, lm);
   if (!stepping.commands) lm.by_command.clear();
   return lm;
 }

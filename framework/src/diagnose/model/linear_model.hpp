@@ -37,14 +37,14 @@ struct LinearModel {
   std::vector<double> input1;            // the same for a rate at sample k + 1
   std::vector<double> by_command;        // (n-1) x 2 x states: of a unit of each command half-way; or empty
   std::vector<Commands> unrest;          // n - 1: measured::command_unrest; or empty
-  std::vector<measured::CommandDoubt> doubt;  // n: of the errors of commands; or empty
-  std::vector<double> offset;                 // (n-1) x (states - 3): f
-  std::vector<double> innovation;             // n x 6: reading minus h; NaN where there is no reading
-  std::vector<double> H;                      // n x 6 x 6, or empty for the identity
-  std::vector<bool> interpolated;             // n - 1: a command of the step was not recorded; or empty
-  std::vector<double> memory;                 // n x memory, along the reference
-  std::vector<double> rate;                   // n x 3: vx', vy', omega' along the reference
-  std::size_t command_errors() const { return doubt.empty() ? 0 : Commands{}.size(); }
+  std::vector<measured::RoundingError> rounding_error;  // n: of the commands; or empty
+  std::vector<double> offset;                           // (n-1) x (states - 3): f
+  std::vector<double> innovation;                       // n x 6: reading minus h; NaN where there is no reading
+  std::vector<double> H;                                // n x 6 x 6, or empty for the identity
+  std::vector<bool> interpolated;                       // n - 1: a command of the step was not recorded; or empty
+  std::vector<double> memory;                           // n x memory, along the reference
+  std::vector<double> rate;                             // n x 3: vx', vy', omega' along the reference
+  std::size_t command_errors() const { return rounding_error.empty() ? 0 : Commands{}.size(); }
   std::size_t memories() const { return states - channels - command_errors() - noise_states; }
 };
 

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "calibrate/effects/start_of_fit.hpp"
 #include "calibrate/effects/yaw_limit.hpp"
 #include "config/errors.hpp"
 
@@ -81,13 +82,9 @@ CalibratedWorld calibrate_given(EffectSearch& search, const std::list<measured::
   CalibratedWorld out;
   out.given = std::make_unique<Trial>(search.spec, search.forecast);
   Trial& given = *out.given;
-  Errors errors;
-  given.params = calibrate::parameters_of(search.tree, given.forecaster, errors);
-  std::vector<double> values = given.params;
-  std::vector<Unknown> unknowns = calibrate::read_unknowns(search.tree, given.places, values, {}, errors);
-  errors.throw_if_any();
-  calibrate::start_delays(search.map, files, given.forecaster, search.tree, values, unknowns);
-  calibrate::limit_to_yaw(search.spec, given.places, search.by_yaw, values, unknowns);
+  auto [as_given, values, unknowns, limited] =
+      calibrate::start_of_fit(search.tree, given, search.map, files, search.by_yaw);
+  given.params = std::move(as_given);
   for (const Unknown& u : unknowns)
     if (u.observer) out.observer.push_back(u);
   out.given_params = given.params;

@@ -132,8 +132,8 @@ Node world_of(const EffectSearch& search, const Selection& selection, const cali
 }
 
 /// Takes out what is not missed and looks once more beside what is left: what was taken out may have stood in the place
-/// of another effect, which is worth its fit now. Gives what settled.
-std::vector<MissingEffect> settle(const EffectSearch& search, Selection& selection) {
+/// of another effect, which is worth its fit now. Gives what is left in the end.
+std::vector<MissingEffect> eliminate_and_extend(const EffectSearch& search, Selection& selection) {
   std::vector<MissingEffect> named;
   std::vector<std::string> gone;
   for (int pass = 0; pass < 2; ++pass) {
@@ -195,8 +195,8 @@ calibrate::FitResult fit_to_all(const EffectSearch& search, const Trial& trial,
   for (FittedParameter& p : result.parameters)
     for (const calibrate::Unknown& u : unknowns)
       if (u.index == p.unknown.index) p.unknown.prior = u.prior;
-  result.friction =
-      calibrate::friction_of(trial.vehicle.car(), trial.spec.car.car, result.params, result.drawn, result.allowed);
+  result.friction = calibrate::friction_of(trial.vehicle.car(), trial.spec.car.car, result.params,
+                                           result.bootstrap_draws, result.posterior_draws);
   return result;
 }
 
@@ -258,7 +258,7 @@ MissingEffects find_missing(const Node& tree, const WorldSpec& spec, const Regis
   const EffectSearch search(tree, spec, registry, map, files, held_out, options);
   auto [selection, ranking] = select_forward(search);
   MissingEffects out;
-  out.named = settle(search, selection);
+  out.named = eliminate_and_extend(search, selection);
   const UnfittedErrors without = search.unfitted_errors(*search.world.calibrated);
   UnfittedErrors with = search.unfitted_errors(*selection.trial);
   if (with.rms() > without.rms()) {

@@ -4,19 +4,11 @@
 #include <cmath>
 
 #include "diagnose/real_logs/real_sentence.hpp"
+#include "diagnose/result/named_delay.hpp"
 #include "diagnose/thresholds.hpp"
 
 namespace gripline::diagnose {
 namespace {
-
-NamedEffect named_delay(const ChannelDelay& one) {
-  NamedEffect delay;
-  delay.effect = one.name() + "_delay";
-  delay.measurement = true;
-  delay.params = {{"T", "s", one.seconds, one.low, one.high}};
-  delay.confidence = thresholds::most_confidence;
-  return delay;
-}
 
 NamedEffect named_effect(const MissingEffect& one) {
   NamedEffect named;

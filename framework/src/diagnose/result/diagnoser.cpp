@@ -7,8 +7,9 @@
 #include "diagnose/inference/adequacy.hpp"
 #include "diagnose/inference/preparation.hpp"
 #include "diagnose/inference/reference.hpp"
-#include "diagnose/result/advice.hpp"
 #include "diagnose/result/closing.hpp"
+#include "diagnose/result/manoeuvre.hpp"
+#include "diagnose/result/named_delay.hpp"
 #include "diagnose/result/noise_health.hpp"
 #include "diagnose/result/ranking.hpp"
 #include "diagnose/result/sentence.hpp"
@@ -150,7 +151,7 @@ Diagnosis Diagnoser::search(std::span<const LogFile> logs, std::span<const LogFi
   if (!stands(hold_out, d)) withdraw(hold_out, found, d);
   report_noise(problem_, d.fit.noise, d.health);
   report_straight_commands(problem_, held_out, d.health);
-  doubt_wrong_channel(prepared.known_noise, d);
+  allow_for_wrong_channel(prepared.expected_noise, d);
   if (d.verdict == Verdict::nothing_missing) d.detection_limits = detection_limits(found);
   d.sentence = sentence(d);
   return d;
@@ -163,7 +164,7 @@ std::vector<std::string> Diagnoser::ids(const ModelSpec& model) const {
 }
 
 /// The selected model's effects with their confidences.
-std::vector<NamedEffect> Diagnoser::name_effects(const Problem& problem, const Selected& selected,
+std::vector<NamedEffect> Diagnoser::name_effects(const Problem& problem, const SelectedModel& selected,
                                                  const Rivals& rivals) const {
   std::vector<NamedEffect> named;
   for (const std::size_t member : selected.fit.model.members) {
@@ -199,7 +200,7 @@ std::vector<std::vector<std::string>> Diagnoser::equivalents(std::span<const Fit
 
 /// The verdict and the names, before they are measured on hold-out data.
 Diagnosis Diagnoser::conclude(SearchResult& found, const HoldOut& hold_out) const {
-  Selected selected = select_model(found, hold_out);
+  SelectedModel selected = select_model(found, hold_out);
   const Rivals rivals = rivals_of(found, selected.fit);
   Diagnosis d;
   d.null_model = found.null_model;
@@ -211,7 +212,7 @@ Diagnosis Diagnoser::conclude(SearchResult& found, const HoldOut& hold_out) cons
     d.equivalent = equivalents(equals, selected.fit, found);
     if (equals.size() > 1) {
       d.verdict = Verdict::indistinguishable;
-      d.manoeuvre = advice(std::span(d.equivalent).first(equals.size()), catalogue_);
+      d.manoeuvre = distinguishing_manoeuvre(std::span(d.equivalent).first(equals.size()), catalogue_);
     }
   }
   d.unknown = selected.unknown;
@@ -305,12 +306,8 @@ void Diagnoser::name_delays(std::span<const LogFile> logs, std::span<const LogFi
   d.gap.before = errors[reported].rms();
   set_closure(d.gap, compare(after.predict_refitted(d.fit), errors[reported]));
   for (const ChannelDelay& one : delays) {
-    NamedEffect& delay = d.delays.emplace_back();
-    delay.effect = one.name() + "_delay";
-    delay.measurement = true;
-    delay.params = {{"T", "s", one.seconds, one.low, one.high}};
-    delay.confidence = thresholds::most_confidence;
-    delay.rollout = by_delays;
+    d.delays.push_back(named_delay(one));
+    d.delays.back().rollout = by_delays;
   }
   if (d.verdict == Verdict::nothing_missing) d.verdict = Verdict::named;
 }
@@ -350,14 +347,14 @@ void Diagnoser::drop_harmful(const HoldOut& hold_out, SearchResult& found, Diagn
 /// sure than its evidence. That it does no harm beside them is asked before (drop_harmful).
 bool Diagnoser::closes(const HoldOut& hold_out, const Diagnosis& d) const {
   if (d.named.empty()) return true;
-  const bool moved = has_strong_process_noise(problem_, d.fit.noise) || problem_.command != UnknownCommands{};
+  const bool noisy = has_strong_process_noise(problem_, d.fit.noise) || problem_.command != UnknownCommands{};
   const Closing answer = hold_out.empty()
                              ? Closing::ask_fitted
-                             : closing(d.gap, d.fit.evidence - d.null_model.evidence, moved || delays_taken_off_);
+                             : closing(d.gap, d.fit.evidence - d.null_model.evidence, noisy || delays_taken_off_);
   if (answer != Closing::ask_fitted) return answer == Closing::closes;
   // What delays that were taken off are wrong by shows in all data alike, as a small effect.
   if (delays_taken_off_ && !hold_out.empty()) return false;
-  return closes_fitted(compare(hold_out.predict_known(d.fit), hold_out.predict_known(d.null_model)), moved);
+  return closes_fitted(compare(hold_out.predict_training(d.fit), hold_out.predict_training(d.null_model)), noisy);
 }
 
 /// Whether the result predicts hold-out data well enough to be kept.
@@ -408,8 +405,8 @@ void Diagnoser::withdraw(const HoldOut& hold_out, const SearchResult& found, Dia
 }
 
 /// Where a channel is wrong the rest was judged with its errors taken for noise: what was found stands beside that.
-void Diagnoser::doubt_wrong_channel(const Channels& known_noise, Diagnosis& d) const {
-  d.wrong_channel = wrong_channel(problem_, known_noise);
+void Diagnoser::allow_for_wrong_channel(const Channels& expected_noise, Diagnosis& d) const {
+  d.wrong_channel = wrong_channel(problem_, expected_noise);
   if (!d.wrong_channel) return;
   d.verdict = Verdict::unknown;
   d.unknown = ResidualTest{};

@@ -43,7 +43,8 @@ class Diagnoser {
                    std::span<const ChannelDelay> delays, Diagnosis& d) const;
   Channels stated_noise() const;
   std::vector<std::string> ids(const ModelSpec& model) const;
-  std::vector<NamedEffect> name_effects(const Problem& problem, const Selected& selected, const Rivals& rivals) const;
+  std::vector<NamedEffect> name_effects(const Problem& problem, const SelectedModel& selected,
+                                        const Rivals& rivals) const;
   std::vector<std::vector<std::string>> equivalents(std::span<const Fit* const> equals, const Fit& selected,
                                                     const SearchResult& found) const;
   Diagnosis conclude(SearchResult& found, const HoldOut& hold_out) const;
@@ -53,7 +54,7 @@ class Diagnoser {
   void drop_harmful(const HoldOut& hold_out, SearchResult& found, Diagnosis& d) const;
   bool closes(const HoldOut& hold_out, const Diagnosis& d) const;
   bool stands(const HoldOut& hold_out, const Diagnosis& d) const;
-  void doubt_wrong_channel(const Channels& known_noise, Diagnosis& d) const;
+  void allow_for_wrong_channel(const Channels& expected_noise, Diagnosis& d) const;
   void withdraw(const HoldOut& hold_out, const SearchResult& found, Diagnosis& d) const;
   std::vector<DetectionLimit> detection_limits(SearchResult& found) const;
 

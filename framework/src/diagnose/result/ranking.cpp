@@ -10,7 +10,8 @@ std::vector<RankedEffect> ranking_by_evidence(SearchResult& found, const Rivals&
   for (const Extension& e : found.pool.screen_once(found.null_model).extensions) {
     RankedEffect row;
     row.effect = problem.catalogue->candidates()[e.candidate].id;
-    row.gain = found.alone(e.candidate) != nullptr ? found.gain_alone(e.candidate) : e.gain - problem.penalty(e.dof);
+    row.gain =
+        found.alone(e.candidate) != nullptr ? found.evidence_alone(e.candidate) : e.gain - problem.penalty(e.dof);
     row.selected_fraction = rivals.bootstrap_of(e.candidate);
     ranking.push_back(std::move(row));
   }

@@ -113,8 +113,8 @@ TEST(Fit, FrictionIsHardlyKnownWhereNoTyreSlides) {
                                         }});
   bench.logs = fit_logs(bench.files, nullptr, 0.02, bench.options);
   const FitResult result = bench.run();
-  const Friction found =
-      friction_of(bench.rig.vehicle.car(), bench.rig.spec.car.car, result.params, result.drawn, result.allowed);
+  const Friction found = friction_of(bench.rig.vehicle.car(), bench.rig.spec.car.car, result.params,
+                                     result.bootstrap_draws, result.posterior_draws);
   EXPECT_GT(found.total_high - found.total_low, 0.3);
 }
 
@@ -208,7 +208,7 @@ TEST(Fit, FrictionOfASlipperyFloorIsReadFromTheDryModel) {
     ASSERT_EQ(open.size(), 4u);
     const FitResult result = fit(dry.forecaster, logs, values, open, options);
     const Friction found =
-        friction_of(dry.vehicle.car(), dry.spec.car.car, result.params, result.drawn, result.allowed);
+        friction_of(dry.vehicle.car(), dry.spec.car.car, result.params, result.bootstrap_draws, result.posterior_draws);
     EXPECT_NEAR(found.total, mu, 0.03) << k;
     EXPECT_LT(found.total_high - found.total_low, 0.15) << k;
     covered += found.total_low <= mu && mu <= found.total_high;

@@ -67,7 +67,7 @@ TEST(Bootstrap, WhatPriorAndCurvatureAllowIsDrawnAsWideAsTheBlocksScatter) {
   const Bootstrap found =
       bootstrap(scattered.blocks, std::vector<double>{scattered.estimate}, std::vector<Unknown>{scattered.unknown});
   double square = 0.0;
-  for (const Eigen::VectorXd& move : found.allowed) square += move(0) * move(0) / 400.0;
+  for (const Eigen::VectorXd& move : found.posterior_moves) square += move(0) * move(0) / 400.0;
   const double curvature = 1.0 / std::sqrt(20.0 * 100.0);  // were errors independent
   EXPECT_GT(std::sqrt(square), 3.0 * curvature);
   EXPECT_LT(std::sqrt(square), 8.0 * curvature);

@@ -23,7 +23,7 @@ ScoreSystem two_regressors(double second) {
   ScoreSystem system;
   system.normal.N = 100.0 * Eigen::MatrixXd::Identity(3, 3);
   system.normal.g = Eigen::Vector3d(0.0, 1.0, 10.0 * second);
-  system.own = 1;
+  system.own_params = 1;
   return system;
 }
 

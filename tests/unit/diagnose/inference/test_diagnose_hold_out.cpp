@@ -73,7 +73,7 @@ TEST(HoldOut, StretchesOfALogAtALowRateAreNeitherLengthenedNorFittedWhereTheyAre
     const Fit fitted = of(rig, problem, truth);
     const std::size_t judged = hold_out.predict(fitted, std::span(horizons).last(1)).front().square.size();
     EXPECT_EQ(hold_out.empty(), judged == 0);
-    return std::pair(hold_out.predict_known(fitted).square.size(), judged);
+    return std::pair(hold_out.predict_training(fitted).square.size(), judged);
   };
   const Log just_enough = drive(6.2, 98), less = drive(3.5, 99);
   ASSERT_EQ(just_enough.size(), 63U);

@@ -60,7 +60,7 @@ TEST(MeasuredNoise, TellsWhetherLessIsAssumed) {
 TEST(MeasuredNoise, IsOtherWhereItDiffersByMoreThanALittle) {
   const DiagnoseRig rig;
   const Problem problem = rig.problem({rig.simulate(rig.catalogue().null_model(), {.seconds = 2, .seed = 722})});
-  const auto is_other_with = [&](auto change) {
+  const auto differs_with = [&](auto change) {
     MeasuredNoise m;
     m.noise.sensor = problem.sensor;
     m.noise.colour = problem.colour;
@@ -68,17 +68,17 @@ TEST(MeasuredNoise, IsOtherWhereItDiffersByMoreThanALittle) {
     m.noise_time = problem.noise_time;
     m.bend = problem.bend;
     change(m);
-    return is_other(problem, m);
+    return differs_from_assumed(problem, m);
   };
   using thresholds::other_noise_factor;
-  EXPECT_FALSE(is_other_with([](MeasuredNoise&) {}));
-  EXPECT_FALSE(is_other_with([](MeasuredNoise& m) { m.noise.sensor[3] *= 0.99 * other_noise_factor; }));
-  EXPECT_TRUE(is_other_with([](MeasuredNoise& m) { m.noise.sensor[3] /= 1.01 * other_noise_factor; }));
-  EXPECT_TRUE(is_other_with([](MeasuredNoise& m) { m.noise_time *= 1.01 * other_noise_factor; }));
-  EXPECT_FALSE(is_other_with([](MeasuredNoise& m) { m.noise.colour[5] -= 0.99 * thresholds::other_colour; }));
-  EXPECT_TRUE(is_other_with([](MeasuredNoise& m) { m.noise.colour[5] -= 1.01 * thresholds::other_colour; }));
-  EXPECT_TRUE(is_other_with([](MeasuredNoise& m) { m.bend[0] -= 1.01 * thresholds::other_bend; }));
-  EXPECT_TRUE(is_other_with([](MeasuredNoise& m) { m.noise.command.moving[1] = 0.1; }));
+  EXPECT_FALSE(differs_with([](MeasuredNoise&) {}));
+  EXPECT_FALSE(differs_with([](MeasuredNoise& m) { m.noise.sensor[3] *= 0.99 * other_noise_factor; }));
+  EXPECT_TRUE(differs_with([](MeasuredNoise& m) { m.noise.sensor[3] /= 1.01 * other_noise_factor; }));
+  EXPECT_TRUE(differs_with([](MeasuredNoise& m) { m.noise_time *= 1.01 * other_noise_factor; }));
+  EXPECT_FALSE(differs_with([](MeasuredNoise& m) { m.noise.colour[5] -= 0.99 * thresholds::other_colour; }));
+  EXPECT_TRUE(differs_with([](MeasuredNoise& m) { m.noise.colour[5] -= 1.01 * thresholds::other_colour; }));
+  EXPECT_TRUE(differs_with([](MeasuredNoise& m) { m.bend[0] -= 1.01 * thresholds::other_bend; }));
+  EXPECT_TRUE(differs_with([](MeasuredNoise& m) { m.noise.command.moving[1] = 0.1; }));
 }
 
 }  // namespace

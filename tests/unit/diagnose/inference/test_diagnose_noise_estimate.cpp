@@ -82,7 +82,7 @@ TEST(NoiseEstimate, MeasuresTheCorrelationTimeOfARoughRoad) {
     const MeasuredNoise found = measure_noise(log.problem, log.fitted, {.sensors = false, .correlation_time = true});
     EXPECT_GT(found.noise_time, 0.6 * truth);
     EXPECT_LT(found.noise_time, 1.7 * truth);
-    EXPECT_EQ(is_other(log.problem, found), truth != 0.25);
+    EXPECT_EQ(differs_from_assumed(log.problem, found), truth != 0.25);
   }
 }
 
@@ -156,7 +156,7 @@ TEST(NoiseEstimate, MeasuresWhatALogLeavesOutOfTheCommands) {
     const Log& thinned = log.problem.traces.front().log;
     const MeasuredNoise found = measure_noise(log.problem, log.fitted, {.sensors = false, .commands = true});
     EXPECT_GT(found.gain, 100.0);
-    EXPECT_TRUE(is_other(log.problem, found));
+    EXPECT_TRUE(differs_from_assumed(log.problem, found));
     const std::vector<Commands> truth = left_out(thinned, whole, found.bend);
     for (std::size_t i = 0; i < 2; ++i) {
       const double ratio = size_of(found.noise.command, thinned, i) / std::sqrt(mean_square(truth, i));

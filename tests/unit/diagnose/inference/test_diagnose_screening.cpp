@@ -132,7 +132,7 @@ TEST(Screening, LeavesOutMembersAndExcludedEffects) {
   one.model = rig.with("mass", {0.0});
   one.noise = rig.noise(problem, 1.0);
   const Screening s = screen(problem, one);
-  EXPECT_EQ(s.own, 1U);
+  EXPECT_EQ(s.own_params, 1U);
   EXPECT_EQ(s.extensions.size(), s.groups.size());
   EXPECT_EQ(s.extensions.size(), rig.catalogue().candidates().size() - 2);
   for (const Extension& e : s.extensions) {

@@ -26,7 +26,7 @@ TEST(DiagnoseClosing, AGapThatClosesIsEnough) {
 /// A road that moves the car makes errors smaller by chance.
 TEST(DiagnoseClosing, WhereNoiseMovesTheCarChanceIsNotEnough) {
   EXPECT_EQ(closing(gap_to(1.9, false), little, false), Closing::closes);
-  EXPECT_EQ(closing(gap_to(1.9, false), little, true), Closing::open);
+  EXPECT_EQ(closing(gap_to(1.9, false), little, true), Closing::stays_open);
   EXPECT_EQ(closing(gap_to(1.9, false), ample, true), Closing::ask_fitted);
 }
 
@@ -34,10 +34,10 @@ TEST(DiagnoseClosing, WhereNoiseMovesTheCarChanceIsNotEnough) {
 /// Such noise also makes errors larger by chance.
 TEST(DiagnoseClosing, AmpleEvidenceAsksTheFittedDataUnlessPredictionsAreWorse) {
   EXPECT_EQ(closing(gap_to(2.0, false), ample, false), Closing::ask_fitted);
-  EXPECT_EQ(closing(gap_to(2.0, false), little, false), Closing::open);
-  EXPECT_EQ(closing(gap_to(2.02, false), ample, false), Closing::open);
+  EXPECT_EQ(closing(gap_to(2.0, false), little, false), Closing::stays_open);
+  EXPECT_EQ(closing(gap_to(2.02, false), ample, false), Closing::stays_open);
   EXPECT_EQ(closing(gap_to(2.02, false), ample, true), Closing::ask_fitted);
-  EXPECT_EQ(closing(gap_to(2.02, true), ample, true), Closing::open);
+  EXPECT_EQ(closing(gap_to(2.02, true), ample, true), Closing::stays_open);
 }
 
 TEST(DiagnoseClosing, FittedDataMustSurelyGetBetterWhereNoiseMovesTheCar) {

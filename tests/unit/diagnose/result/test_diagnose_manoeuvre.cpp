@@ -2,7 +2,7 @@
 
 #include <map>
 
-#include "diagnose/result/advice.hpp"
+#include "diagnose/result/manoeuvre.hpp"
 #include "support/diagnose_rig.hpp"
 
 namespace gripline::diagnose {
@@ -11,43 +11,44 @@ namespace {
 using test::DiagnoseRig;
 using Sets = std::vector<std::vector<std::string>>;
 
-TEST(Advice, IsTheManoeuvreThatMostEffectsInQuestionShare) {
+TEST(Manoeuvre, IsTheManoeuvreThatMostEffectsInQuestionShare) {
   const DiagnoseRig rig;
-  EXPECT_EQ(advice(Sets{{"drive_gain"}, {"back_emf"}}, rig.catalogue()),
+  EXPECT_EQ(distinguishing_manoeuvre(Sets{{"drive_gain"}, {"back_emf"}}, rig.catalogue()),
             "full throttle from a quarter of top speed to top speed");
-  EXPECT_EQ(advice(Sets{{"input_delay"}, {"motor_lag"}}, rig.catalogue()), "steps of throttle on a straight");
+  EXPECT_EQ(distinguishing_manoeuvre(Sets{{"input_delay"}, {"motor_lag"}}, rig.catalogue()),
+            "steps of throttle on a straight");
   // Two share what the first lists first, all three the second only.
-  EXPECT_EQ(advice(Sets{{"front_grip"}, {"rear_grip"}}, rig.catalogue()),
+  EXPECT_EQ(distinguishing_manoeuvre(Sets{{"front_grip"}, {"rear_grip"}}, rig.catalogue()),
             "a slow ramp of steering into saturation, twice");
-  EXPECT_EQ(advice(Sets{{"front_grip"}, {"rear_grip"}, {"diff_yaw"}}, rig.catalogue()),
+  EXPECT_EQ(distinguishing_manoeuvre(Sets{{"front_grip"}, {"rear_grip"}, {"diff_yaw"}}, rig.catalogue()),
             "power on and lift off in a steady corner, then brake in a turn");
 }
 
 /// An effect in all sets is not in question, whatever it shares with the others.
-TEST(Advice, LeavesOutWhatIsCertain) {
+TEST(Manoeuvre, LeavesOutWhatIsCertain) {
   const DiagnoseRig rig;
-  EXPECT_EQ(advice(Sets{{"aero_drag", "drive_gain"}, {"aero_drag", "rolling_res"}}, rig.catalogue()),
+  EXPECT_EQ(distinguishing_manoeuvre(Sets{{"aero_drag", "drive_gain"}, {"aero_drag", "rolling_res"}}, rig.catalogue()),
             "drive the same lap in the other direction, and coast down once");
 }
 
-TEST(Advice, IsGeneralWhereNothingIsShared) {
+TEST(Manoeuvre, IsGeneralWhereNothingIsShared) {
   const DiagnoseRig rig;
-  EXPECT_EQ(advice(Sets{{"mass"}, {"brake_fade"}}, rig.catalogue()),
+  EXPECT_EQ(distinguishing_manoeuvre(Sets{{"mass"}, {"brake_fade"}}, rig.catalogue()),
             "three laps or more at two different paces, and the same lap in the other direction");
 }
 
 /// The host knows no effect by name: one that declares its manoeuvres is treated like those that are shipped.
-TEST(Advice, IsTheSameForAStrangersEffect) {
+TEST(Manoeuvre, IsTheSameForAStrangersEffect) {
   const DiagnoseRig rig({}, {testing_support::build_dir() / "tests/plugins/stranger"});
   ASSERT_LT(rig.catalogue().find("stranger.drag_place"), rig.catalogue().candidates().size());
-  EXPECT_EQ(advice(Sets{{"stranger.drag_place"}, {"aero_drag"}}, rig.catalogue()),
+  EXPECT_EQ(distinguishing_manoeuvre(Sets{{"stranger.drag_place"}, {"aero_drag"}}, rig.catalogue()),
             "coast down from top speed to half of it on a level straight");
-  EXPECT_EQ(advice(Sets{{"stranger.drag_place"}, {"friction_patch"}}, rig.catalogue()),
+  EXPECT_EQ(distinguishing_manoeuvre(Sets{{"stranger.drag_place"}, {"friction_patch"}}, rig.catalogue()),
             "the same place at two speeds, for three laps or more");
 }
 
 /// Manoeuvres are matched word for word: one that a single shipped effect declares is misspelt.
-TEST(Advice, ShippedEffectsShareTheirManoeuvres) {
+TEST(Manoeuvre, ShippedEffectsShareTheirManoeuvres) {
   const DiagnoseRig rig;
   std::map<std::string, int> uses;
   for (const Candidate& c : rig.catalogue().candidates()) {

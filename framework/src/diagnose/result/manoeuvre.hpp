@@ -11,6 +11,6 @@ namespace gripline::diagnose {
 
 /// The manoeuvre, of those that effects declare (abi::PluginDecl::advice), that most of the effects in question share;
 /// of equals the one they list first. Effects in all sets are not in question. Where no two share one: general advice.
-std::string advice(std::span<const std::vector<std::string>> equals, const Catalogue& catalogue);
+std::string distinguishing_manoeuvre(std::span<const std::vector<std::string>> equals, const Catalogue& catalogue);
 
 }  // namespace gripline::diagnose

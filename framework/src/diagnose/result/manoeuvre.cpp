@@ -1,4 +1,4 @@
-#include "diagnose/result/advice.hpp"
+#include "diagnose/result/manoeuvre.hpp"
 
 #include <algorithm>
 #include <set>
@@ -10,13 +10,13 @@ namespace {
 
 /// Effects in some of the sets but not in all, by name.
 std::set<std::string> in_question(std::span<const std::vector<std::string>> equals) {
-  std::set<std::string> doubtful;
+  std::set<std::string> disputed;
   for (const auto& set : equals)
     for (const std::string& id : set)
       if (std::any_of(equals.begin(), equals.end(),
                       [&](const auto& other) { return std::find(other.begin(), other.end(), id) == other.end(); }))
-        doubtful.insert(id);
-  return doubtful;
+        disputed.insert(id);
+  return disputed;
 }
 
 /// Manoeuvres that an effect declares, separated by "; ".
@@ -39,7 +39,7 @@ struct Manoeuvre {
 
 }  // namespace
 
-std::string advice(std::span<const std::vector<std::string>> equals, const Catalogue& catalogue) {
+std::string distinguishing_manoeuvre(std::span<const std::vector<std::string>> equals, const Catalogue& catalogue) {
   std::vector<Manoeuvre> all;
   for (const std::string& id : in_question(equals)) {
     const std::size_t found = catalogue.find(id);

@@ -1,0 +1,16 @@
+#include "diagnose/result/named_delay.hpp"
+
+#include "diagnose/thresholds.hpp"
+
+namespace gripline::diagnose {
+
+NamedEffect named_delay(const ChannelDelay& found) {
+  NamedEffect delay;
+  delay.effect = found.name() + "_delay";
+  delay.measurement = true;
+  delay.params = {{"T", "s", found.seconds, found.low, found.high}};
+  delay.confidence = thresholds::most_confidence;
+  return delay;
+}
+
+}  // namespace gripline::diagnose
