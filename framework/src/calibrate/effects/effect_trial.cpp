@@ -40,8 +40,7 @@ Addition addition_of(const CandidateEffect& candidate, const Trial& base) {
   const SteeringAsymmetry asymmetry = steering_asymmetry(candidate);
   if (!candidate.listed) return added_effect(candidate.id(), asymmetry);
   const auto at = std::ranges::find(base.places, *candidate.listed, &ParameterPlace::index);
-  return {candidate.id() + "." + candidate.entry->params()[candidate.open.front()].name, at->pointer, true,
-          asymmetry};
+  return {candidate.id() + "." + candidate.entry->params()[candidate.open.front()].name, at->pointer, true, asymmetry};
 }
 
 std::vector<CandidateEffect> candidates_beside(const Trial& base, const Registry& registry,

@@ -137,8 +137,9 @@ std::vector<MissingEffect> eliminate_backward(const EffectSearch& search, Select
     const auto worst = std::ranges::min_element(
         ablations, {}, [](const Ablation& one) { return one.needed ? INFINITY : one.significance; });
     if (!worst->needed) {
-      const std::size_t index = first_to_go(selection.added, static_cast<std::size_t>(worst - ablations.begin()),
-                                            [&](std::size_t i) { return i < ablations.size() && !ablations[i].needed; });
+      const std::size_t index =
+          first_to_go(selection.added, static_cast<std::size_t>(worst - ablations.begin()),
+                      [&](std::size_t i) { return i < ablations.size() && !ablations[i].needed; });
       take_out(selection, index, std::move(ablations[index].rest));
       continue;
     }

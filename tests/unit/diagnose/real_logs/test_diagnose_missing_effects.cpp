@@ -119,7 +119,8 @@ TEST(MissingEffects, TheWorldReturnedIsAFittedOne) {
   const auto at = [&](const char* pointer) { return find_pointer(found.world, pointer)->number(); };
   EXPECT_GE(at("/calibration/starts"), 55);  // 60 are wanted; a half of the time would have 30
   EXPECT_NEAR(at("/plant/effects/0/params/d0"), 0.03, 0.003);
-  const double width = find_pointer(found.world, "/unknowns/~1plant~1effects~1steer_offset~1params~1d0/session")->number();
+  const double width =
+      find_pointer(found.world, "/unknowns/~1plant~1effects~1steer_offset~1params~1d0/session")->number();
   EXPECT_GT(width, 1e-5);
   EXPECT_LT(width, 0.003) << "one session: as well as it is known";
 }
@@ -163,9 +164,9 @@ TEST(MissingEffects, TheOffsetIsNamedBesideTheCurveOfASteering) {
 
 /// Nor is an offset named where the curve alone is missing.
 TEST(MissingEffects, ACurveOfASteeringThatIsStraightAheadIsNamedAlone) {
-  const MissingEffects found = found_in_log_of(
-      R"({"plant": {"effects": [{"plugin": "steer_map", "params": {"g": 1, "a": -0.8}}]}})",
-      R"({"plant": {"effects": [{"plugin": "steer_map", "params": {"g": 1}}]},
+  const MissingEffects found =
+      found_in_log_of(R"({"plant": {"effects": [{"plugin": "steer_map", "params": {"g": 1, "a": -0.8}}]}})",
+                      R"({"plant": {"effects": [{"plugin": "steer_map", "params": {"g": 1}}]},
           "unknowns": {"/plant/effects/steer_map/params/g": {"group": "steer", "sigma": 0.2}}})");
   EXPECT_NE(find(found, "steer_map.a"), nullptr);
   EXPECT_EQ(find(found, "steer_offset"), nullptr);
