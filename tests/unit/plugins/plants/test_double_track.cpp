@@ -266,7 +266,7 @@ TEST(Car, WithoutDriveItOnlyLosesEnergyFromAnyState) {
       least = std::min(least, energy(car));
     }
     if (d < 0.0) {
-      drive(car, d, x.delta, 8.0, road);
+      drive(car, d, x.delta, 12.0, road);
       EXPECT_LT(energy(car), 1e-6) << k;  // it has come to rest
     }
   }
