@@ -1,5 +1,5 @@
-// A closed line made of straights and circular arcs that continue each other's tangent. Every query is exact, whatever the
-// radii.
+// A closed line made of straights and circular arcs that continue each other's tangent. Every query is exact, whatever
+// the radii.
 #pragma once
 
 #include <span>
