@@ -78,7 +78,8 @@ double ClosedPolyline::nearest_station(double x, double y, double around, double
 
 /// The chord with a station in [0, length).
 std::size_t ClosedPolyline::chord_at(double station) const {
-  return static_cast<std::size_t>(std::upper_bound(stations_.begin(), stations_.end(), station) - stations_.begin()) - 1;
+  return static_cast<std::size_t>(std::upper_bound(stations_.begin(), stations_.end(), station) - stations_.begin()) -
+         1;
 }
 
 double ClosedPolyline::as_fraction(double station) const {

@@ -8,6 +8,7 @@
 #include "config/errors.hpp"
 #include "config/files.hpp"
 #include "util/numbers.hpp"
+#include "util/statistics.hpp"
 
 namespace gripline {
 namespace {
@@ -18,14 +19,16 @@ namespace {
 
 constexpr double farthest = 1e8;  // [m]: beyond it sums of squares and differences of neighbours lose precision
 
+void require_enough(const CsvTable& table, std::size_t count) {
+  if (count >= fewest_points) return;
+  refuse(table, 0, "has " + std::to_string(count) + " points, a track needs at least " + std::to_string(fewest_points));
+}
+
 /// Numbers of the rows to keep: all, or all but a last one that repeats the first.
 std::size_t distinct_rows(const CsvTable& table, std::span<const double> x, std::span<const double> y) {
   std::size_t count = x.size();
   if (count > 1 && x[0] == x[count - 1] && y[0] == y[count - 1]) --count;
-  if (count < fewest_points) {
-    refuse(table, 0,
-           "has " + std::to_string(count) + " points, a track needs at least " + std::to_string(fewest_points));
-  }
+  require_enough(table, count);
   for (std::size_t i = 1; i < count; ++i) {
     if (x[i] == x[i - 1] && y[i] == y[i - 1]) {
       refuse(table, table.line[i], "repeats the point of line " + std::to_string(table.line[i - 1]));
@@ -49,6 +52,7 @@ std::vector<PlanePoint> points_of(const CsvTable& table, const char* x_name, con
   } catch (const GeometryError& error) {
     refuse(table, 0, error.what());
   }
+  require_enough(table, points.size());
   return points;
 }
 
@@ -60,6 +64,8 @@ void check_columns(const CsvTable& table, std::span<const std::string> known) {
     if (std::find(known.begin(), known.end(), name) == known.end()) {
       refuse(table, 1, "unknown column \"" + name + "\"" + did_you_mean(name, known));
     }
+    if (std::count(table.header.begin(), table.header.end(), name) > 1)
+      refuse(table, 1, "column \"" + name + "\" is there twice");
   }
 }
 
@@ -101,6 +107,15 @@ TrackShape from_centre_columns(const CsvTable& table, const ImportOptions& optio
   return shape;
 }
 
+/// An edge keeps its side of the centre line, each by its line.
+void check_side(const CsvTable& table, const char* edge, std::span<const double> lefts, bool left) {
+  for (std::size_t i = 0; i < lefts.size(); ++i)
+    if (!((left ? lefts[i] : -lefts[i]) > 0.0))
+      refuse(table, table.line[i],
+             format("the %s edge is %.4g m %s of the centre line, expected more than 0 m %s of it as elsewhere", edge,
+                    std::abs(lefts[i]), left ? "right" : "left", left ? "left" : "right"));
+}
+
 TrackShape from_edge_columns(const CsvTable& table, const ImportOptions& options) {
   const std::array<std::string, 6> known{"x_center_m", "y_center_m", "x_inner_m",
                                          "y_inner_m",  "x_outer_m",  "y_outer_m"};
@@ -108,8 +123,8 @@ TrackShape from_edge_columns(const CsvTable& table, const ImportOptions& options
   std::vector<PlanePoint> points = points_of(table, "x_center_m", "y_center_m", options);
   ClosedCurve centre = ClosedCurve::from_points(points);
   const std::vector<double> stations = centre.spline()->knot_stations();
-  std::array<std::vector<double>, 2> widths;  // inner, outer
-  std::array<double, 2> side{};               // sum of signed distances, left positive
+  std::array<std::vector<double>, 2> widths, lefts;  // inner, outer; lefts: signed distances, left positive
+  std::array<double, 2> side{};                      // their sums
   for (int edge = 0; edge < 2; ++edge) {
     const std::vector<double> x = table.column(edge == 0 ? "x_inner_m" : "x_outer_m");
     const std::vector<double> y = table.column(edge == 0 ? "y_inner_m" : "y_outer_m");
@@ -117,10 +132,12 @@ TrackShape from_edge_columns(const CsvTable& table, const ImportOptions& options
       const CurvePoint at = centre.at(stations[i]);
       const double dx = x[i] - points[i].x, dy = (options.left_handed ? -y[i] : y[i]) - points[i].y;
       widths[edge].push_back(std::hypot(dx, dy));
-      side[edge] += std::cos(at.yaw) * dy - std::sin(at.yaw) * dx;
+      lefts[edge].push_back(std::cos(at.yaw) * dy - std::sin(at.yaw) * dx);
+      side[edge] += lefts[edge].back();
     }
   }
   if (side[0] * side[1] >= 0.0) refuse(table, 0, "inner and outer edge lie on the same side of the centre line");
+  for (int edge = 0; edge < 2; ++edge) check_side(table, edge == 0 ? "inner" : "outer", lefts[edge], side[edge] > 0.0);
   const bool inner_left = side[0] > 0.0;
   StationTable left(centre.length(), stations, std::move(widths[inner_left ? 0 : 1]));
   StationTable right(centre.length(), stations, std::move(widths[inner_left ? 1 : 0]));
@@ -139,12 +156,6 @@ std::vector<PlanePoint> resample(const ClosedCurve& curve, double spacing) {
     points[i] = {at.x, at.y};
   }
   return points;
-}
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 /// How two edges lie to each other, seen from the points of the first.
@@ -331,7 +342,9 @@ TrackShape shape_from_edges(const EdgePoints& inner_points, const EdgePoints& ou
   const Sides sides = compare(inner, outer);
   if (sides.distance < 1e-6 * inner.length()) throw GeometryError("the two edges are the same line");
   if (sides.along <= 0.0) {
-    throw GeometryError("the two edges run opposite ways round; both must follow the direction of travel");
+    throw GeometryError(
+        "the two edges run opposite ways round; both must follow the direction of travel: reverse the rows of the one "
+        "that does not");
   }
   if (std::abs(sides.left) < 0.5 * sides.distance) throw GeometryError("the two edges cross each other");
   Middle middle = middle_line(inner, outer, sides, spacing > 0.0 ? spacing : 0.5 * sides.distance);
@@ -391,8 +404,16 @@ StationTable grade_from_heights(const ClosedCurve& centre, const ClosedCurve& me
     rows.emplace_back(centre.locate(at.x, at.y).s, heights[i]);
   }
   std::sort(rows.begin(), rows.end());
+  // At the inside of a sharp bend several places have one foot: nearer together than this they would make a cliff.
+  const double least = 0.1 * centre.length() / static_cast<double>(std::max<std::size_t>(1, rows.size()));
   std::vector<double> s, z;
+  std::size_t together = 1;
   for (const auto& [station, height] : rows) {
+    if (!s.empty() && station - s.back() < least) {
+      z.back() += (height - z.back()) / static_cast<double>(++together);
+      continue;
+    }
+    together = 1;
     s.push_back(station);
     z.push_back(height);
   }
