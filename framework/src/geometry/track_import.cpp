@@ -417,6 +417,10 @@ StationTable grade_from_heights(const ClosedCurve& centre, const ClosedCurve& me
     s.push_back(station);
     z.push_back(height);
   }
+  if (s.size() > 1 && s.front() + centre.length() - s.back() < least) {  // over the seam
+    z.front() = 0.5 * (z.front() + z.back());
+    s.pop_back(), z.pop_back();
+  }
   return grade_from_heights(centre.length(), s, z);
 }
 

@@ -15,6 +15,7 @@
 #include "support/paths.hpp"
 #include "support/reference_data.hpp"
 #include "support/road_files.hpp"
+#include "support/sample_curves.hpp"
 
 namespace gripline {
 namespace {
@@ -271,16 +272,18 @@ TEST(GradeFromHeights, IsTheSlopeOfTheSpline) {
 
 TEST(GradeFromHeights, PlacesWithOneFootAreOne) {
   const ClosedCurve centre = ClosedCurve::from_segments({10.0, 0.0, pi / 2}, std::vector{Segment::arc(10.0, 2 * pi)});
-  std::vector<PlanePoint> points;  // a line that goes round with a step straight outwards
-  for (int i = 0; i < 40; ++i) points.push_back({12 * std::cos(2 * pi * i / 40), 12 * std::sin(2 * pi * i / 40)});
-  points.insert(points.begin() + 20, {-13.0, 0.0});
-  const ClosedCurve along = ClosedCurve::from_points(points);
-  const std::vector<double> stations = along.spline()->knot_stations();
-  std::vector<double> heights;
-  for (const PlanePoint& p : points) heights.push_back(0.1 * p.y);
-  const StationTable grade = grade_from_heights(centre, along, stations, heights);
-  for (double s = 0.0; s < centre.length(); s += 0.5)
-    EXPECT_NEAR(std::tan(grade.at(s)), 0.12 * std::cos(s / 10), 5e-3) << s;
+  for (const int at : {20, 0, 40}) {  // a line that goes round with a step straight outwards, also at its seam
+    const double angle = 2 * pi * at / 40;
+    std::vector<PlanePoint> points = test::ellipse_points(12.0, 12.0, 40);
+    points.insert(points.begin() + at, {13 * std::cos(angle), 13 * std::sin(angle) - (at == 40 ? 1e-9 : 0.0)});
+    const ClosedCurve along = ClosedCurve::from_points(points);
+    const std::vector<double> stations = along.spline()->knot_stations();
+    std::vector<double> heights;
+    for (const PlanePoint& p : points) heights.push_back(0.1 * p.y);
+    const StationTable grade = grade_from_heights(centre, along, stations, heights);
+    for (double s = 0.0; s < centre.length(); s += 0.5)
+      EXPECT_NEAR(std::tan(grade.at(s)), 0.12 * std::cos(s / 10), 5e-3) << at << ' ' << s;
+  }
 }
 
 }  // namespace
