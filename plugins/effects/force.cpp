@@ -1,14 +1,19 @@
 // Effect of Stage::force: tyre forces build up over a distance sigma (framework/doc/effects.md).
 //
 //   Ff' = (|vx| / sigma) (Ff_static - Ff),  Fr likewise; the static value at the start
+//
+// or, where an axle slides by more than 45 degrees, with its speed across, |vy + lf omega| and |vy - lr omega|, in place
+// of |vx|: else a car that slides straight across would be pushed by the forces of a moment ago for ever.
 #include <gripline/plugin.hpp>
 
 namespace {
 
+using gripline::max;
 using gripline::param;
 using gripline::Point;
 using gripline::Stage;
 using std::abs;
+using std::max;
 
 class Relaxation final : public gripline::AutoDiffEffect<Relaxation> {
  public:
@@ -28,9 +33,11 @@ class Relaxation final : public gripline::AutoDiffEffect<Relaxation> {
   }
   template <class T>
   void act(Point<T>& p, const Params<T>& k) const {
-    const T rate = abs(p.q.vx) / k.sigma;
-    p.memory_rate[0] = rate * (p.q.force_front - p.memory[0]);
-    p.memory_rate[1] = rate * (p.q.force_rear - p.memory[1]);
+    const T along = abs(p.q.vx);
+    const T front = max(along, T(abs(p.q.vy + p.q.lf * p.q.omega))) / k.sigma;
+    const T rear = max(along, T(abs(p.q.vy - p.q.lr * p.q.omega))) / k.sigma;
+    p.memory_rate[0] = front * (p.q.force_front - p.memory[0]);
+    p.memory_rate[1] = rear * (p.q.force_rear - p.memory[1]);
     p.q.force_front = p.memory[0];
     p.q.force_rear = p.memory[1];
   }

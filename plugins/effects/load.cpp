@@ -5,17 +5,24 @@
 //   yaw_inertia     Iz *= 1 + k
 //   load_transfer   Df *= 1 - h (L / lr) a / g,  Dr *= 1 + h (L / lf) a / g,  a = Fd / m
 //   cog_shift       lf += k L, lr -= k L;  Df *= lr_new / lr,  Dr *= lf_new / lf
-//   downforce       D *= 1 + k u^2 on both axles
+//   downforce       D *= max(0, 1 + k u^2) on both axles
+//
+// No axle carries less than nothing: load_transfer ends where one axle carries the car (h L a / g is kept between -lf
+// and lr), cog_shift a hundredth of L before an axle.
 //
 // mass acts first (forces act on the changed mass), cog_shift after load_transfer (whose L / lr is the nominal one).
 #include <gripline/plugin.hpp>
 
 namespace {
 
+using gripline::max;
+using gripline::min;
 using gripline::param;
 using gripline::Point;
 using gripline::square;
 using gripline::Stage;
+using std::max;
+using std::min;
 
 /// A relative change k of one quantity or several.
 template <class T>
@@ -69,7 +76,8 @@ class LoadTransfer final : public gripline::AutoDiffEffect<LoadTransfer> {
   Stage stage() const noexcept override { return Stage::load; }
   template <class T>
   void act(Point<T>& p, const Params<T>& k) const {
-    const T shifted = k.h_over_L * (p.q.lf + p.q.lr) * (p.q.drive_force / p.q.m) / gripline::gravity;
+    const T wanted = k.h_over_L * (p.q.lf + p.q.lr) * (p.q.drive_force / p.q.m) / gripline::gravity;
+    const T shifted = max(-p.q.lf, min(p.q.lr, wanted));
     p.q.load_front *= T(1) - shifted / p.q.lr;
     p.q.load_rear *= T(1) + shifted / p.q.lf;
   }
@@ -87,7 +95,8 @@ class CogShift final : public gripline::AutoDiffEffect<CogShift> {
   Stage stage() const noexcept override { return Stage::load; }
   template <class T>
   void act(Point<T>& p, const Params<T>& k) const {
-    const T shift = k.k * (p.q.lf + p.q.lr);
+    const T L = p.q.lf + p.q.lr;
+    const T shift = max(0.01 * L - p.q.lf, min(p.q.lr - 0.01 * L, k.k * L));
     const T lf = p.q.lf + shift;
     const T lr = p.q.lr - shift;
     p.q.load_front *= lr / p.q.lr;
@@ -109,7 +118,7 @@ class Downforce final : public gripline::AutoDiffEffect<Downforce> {
   Stage stage() const noexcept override { return Stage::load; }
   template <class T>
   void act(Point<T>& p, const Params<T>& k) const {
-    const T factor = T(1) + k.k * square(p.q.vx / v_ref_);
+    const T factor = max(T(0), T(1) + k.k * square(p.q.vx / v_ref_));
     p.q.load_front *= factor;
     p.q.load_rear *= factor;
   }

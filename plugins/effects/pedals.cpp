@@ -13,7 +13,8 @@
 //   power_limit         M = motor - emf vx becomes M / (1 + (M vx / P)^4)^(1/4): at most P / vx at full throttle
 // Stage::body
 //   cornering_drag      vx' -= k (vx omega)^2 sign(vx): tyres that corner take speed beyond what the steered axle does
-//   turning_drag        vx' -= k |omega| sign(vx): wheels that a common axle turns alike scrub where paths differ
+//   turning_drag        vx' -= k |omega| sign(vx), rising from 0 at rest to its full size at 0.02 m/s: wheels that a
+//                       common axle turns alike scrub where paths differ
 //
 // Delays come first, then dead zone and curve or map, then the servo. The exponent 4 of power_limit is a choice: it
 // keeps the corner within 16 % of the two straight laws, and differentiable.
@@ -198,9 +199,9 @@ class TurningDrag final : public gripline::AutoDiffEffect<TurningDrag> {
   Stage stage() const noexcept override { return Stage::body; }
   template <class T>
   void act(Point<T>& p, const Params<T>& k) const {
-    const bool left = p.q.omega > T(0), forward = !(p.q.vx < T(0));
-    const T drag = k.k * p.q.omega;
-    p.q.ax -= left == forward ? drag : -drag;
+    constexpr double crawl = 0.02;  // [m/s], as of the resistance of `dynamic`
+    const T drag = p.q.omega > T(0) ? k.k * p.q.omega : k.k * -p.q.omega;
+    p.q.ax -= drag * gripline::clamp_value(p.q.vx * (1.0 / crawl), -1.0, 1.0);
   }
 };
 

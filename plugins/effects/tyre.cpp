@@ -1,7 +1,7 @@
 // Effects of Stage::tyre: peak force D and stiffness factor B per axle (framework/doc/effects.md).
 //
 //   friction_scale   D *= 1 + k on both axles
-//   friction_drift   D *= 1 + k t / 60 s on both axles
+//   friction_drift   D *= max(0, 1 + k t / 60 s) on both axles: friction that fades away does not turn round
 //   friction_patch   D *= 1 + k W(f; s0, w) on both axles, f the lap fraction,
 //                    W = (tanh((q + w/2) / 0.012) - tanh((q - w/2) / 0.012)) / 2,  q = f - s0 wrapped to [-0.5, 0.5)
 //   front_grip, rear_grip     D of one axle *= 1 + k
@@ -47,7 +47,7 @@ class FrictionDrift final : public RelativeTyre<FrictionDrift> {
  public:
   template <class T>
   void act(Point<T>& p, const Params<T>& k) const {
-    const T factor = k.k * (p.at.t / 60.0) + 1.0;
+    const T factor = max(T(0), k.k * (p.at.t / 60.0) + 1.0);
     p.q.peak_front *= factor;
     p.q.peak_rear *= factor;
   }

@@ -3,26 +3,27 @@
 //   vx'    = (Fd - Fres - Ff sin(delta)) / m + vy omega - g sin(grade)
 //   vy'    = (Fr + Ff cos(delta)) / m - vx omega + g sin(bank)
 //   omega' = (Ff lf cos(delta) - Fr lr) / Iz
-//   Fd     = (Cm1 - Cm2 vx) d,  for d < 0 with Cb > 0 instead Cb d;   Fres = (Cr0 + Cd vx^2) sign(vx)
+//   Fd     = (Cm1 - Cm2 vx) d,  for d < 0 with Cb > 0 instead Cb d;   Fres = Cr0 + Cd vx^2
 //   af     = delta - atan2(omega lf + vy, |vx|),   ar = atan2(omega lr - vy, |vx|)
 //   Ff     = Df sin(Cf atan(Bf af)),   Fr = Dr sin(Cr atan(Br ar))
 //
+// as published, for a car that drives forward. For one that stands or rolls backwards common/vehicle/standstill.hpp
+// has Fd, Fres and af: brakes and resistance oppose the motion and hold, and delta counts with the sign of vx. The
+// published plant's af has delta as it is there: its front tyres then push a reversing or standing car.
+//
 // Sources: Kalaria, Lin, Dolan, the dynamic model of their simulated car, with the signs of the slope terms for ISO
-// axes; Liniger, Domahidi, Morari (2015) for the 1:43 car. Slips use |vx| as in the published plant. The tyres that
-// parameters default to are generic, of friction 1 (LLA-MPC's prior), and resistance is zero: what is true of a world's
-// car stands in the world, so that a stack whose nominal model this is knows nothing unless it is told.
+// axes; Liniger, Domahidi, Morari (2015) for the 1:43 car. The tyres that parameters default to are generic, of
+// friction 1 (LLA-MPC's prior), and resistance is zero: what is true of a world's car stands in the world, so that a
+// stack whose nominal model this is knows nothing unless it is told.
 #include <gripline/plugin.hpp>
-#include <gripline/slip.hpp>
+
+#include "common/vehicle/standstill.hpp"
 
 namespace {
 
 using gripline::Point;
-using gripline::square;
-using std::abs;
 using std::atan;
 using std::sin;
-
-constexpr double crawl = 0.02;  // [m/s]
 
 class Dynamic final : public gripline::AutoDiffVehicle<Dynamic> {
  public:
@@ -58,14 +59,14 @@ class Dynamic final : public gripline::AutoDiffVehicle<Dynamic> {
     p.q.motor = k.Cm1;
     p.q.emf = k.Cm2;
     // A motor that brakes is a brake: effects on the drive find its force made, those on brakes change it.
-    p.q.brake = k.Cb > T(0) ? k.Cb : k.Cm1 - k.Cm2 * p.q.vx;
+    p.q.brake = k.Cb > T(0) ? k.Cb : gripline::vehicle::motor_brake(k.Cm1, k.Cm2, p.q.vx);
     p.q.rolling = k.Cr0;
     p.q.drag = k.Cd;
   }
 
   template <class T>
   void load(Point<T>& p, const Params<T>& k) const {
-    p.q.drive_force = gripline::drive_force(p.q);
+    p.q.drive_force = gripline::vehicle::drive_force(p.q, k.m, p.at.grade);
     p.q.m = k.m;
     p.q.Iz = k.Iz;
     p.q.lf = k.lf;
@@ -77,9 +78,7 @@ class Dynamic final : public gripline::AutoDiffVehicle<Dynamic> {
   template <class T>
   void tyre(Point<T>& p, const Params<T>& k) const {
     auto& q = p.q;
-    const T forward = abs(q.vx);
-    q.slip_front = gripline::front_slip(forward, q.vy, q.omega, q.delta, q.lf);
-    q.slip_rear = gripline::rear_slip(forward, q.vy, q.omega, q.lr);
+    gripline::vehicle::fill_slips(q);
     q.peak_front = k.Df * q.load_front;
     q.peak_rear = k.Dr * q.load_rear;
     q.stiff_front = k.Bf;
@@ -97,9 +96,9 @@ class Dynamic final : public gripline::AutoDiffVehicle<Dynamic> {
   void body(Point<T>& p, const Params<T>&) const {
     auto& q = p.q;
     const auto [sine, cosine] = gripline::sine_cosine(q.delta);
-    // Against the motion: reversing cars are braked too. Full from crawling speed on, so that rest stays at rest.
-    const T against = gripline::clamp_value(q.vx * (1.0 / crawl), -1.0, 1.0);
-    const T resistance = against * (q.rolling + q.drag * square(q.vx));
+    // Brakes hold the mass that there is, which effects may have changed.
+    if (q.d < T(0)) q.drive_force = gripline::vehicle::drive_force(q, q.m, p.at.grade);
+    const T resistance = gripline::vehicle::resistance(q);
     q.ax = (q.drive_force - resistance - q.force_front * sine) / q.m + q.vy * q.omega;
     q.ay = (q.force_rear + q.force_front * cosine) / q.m - q.vx * q.omega;
     q.aw = (q.force_front * q.lf * cosine - q.force_rear * q.lr) / q.Iz;

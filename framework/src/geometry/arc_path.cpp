@@ -44,16 +44,14 @@ ArcPath::ArcPath(const Pose& origin, std::span<const Segment> segments, double c
     piece.cos_yaw = std::cos(at.yaw);
     piece.sin_yaw = std::sin(at.yaw);
     piece.kappa = segment.turn / segment.length;
-    if (piece.kappa == 0.0) {
-      at.x += piece.length * piece.cos_yaw;
-      at.y += piece.length * piece.sin_yaw;
-    } else {
+    // From a centre a thousand and more lengths away, differences of places lose the digits that matter.
+    piece.nearly_straight = std::abs(segment.turn) < 1e-3;
+    if (piece.kappa != 0.0 && !piece.nearly_straight) {
       piece.centre_x = at.x - piece.sin_yaw / piece.kappa;
       piece.centre_y = at.y + piece.cos_yaw / piece.kappa;
-      at.yaw += segment.turn;
-      at.x = piece.centre_x + std::sin(at.yaw) / piece.kappa;
-      at.y = piece.centre_y - std::cos(at.yaw) / piece.kappa;
     }
+    const PlanePoint end = place_on(piece, piece.length, segment.turn);
+    at = {end.x, end.y, at.yaw + segment.turn};
     length_ += piece.length;
     pieces_.push_back(piece);
   }
@@ -75,32 +73,40 @@ const ArcPath::Piece& ArcPath::piece_at(double s) const {
   return pieces_[i];
 }
 
+/// Where the piece is after so many metres, having turned by `turned`.
+PlanePoint ArcPath::place_on(const Piece& piece, double along, double turned) {
+  if (piece.kappa == 0.0) return {piece.x + along * piece.cos_yaw, piece.y + along * piece.sin_yaw};
+  if (piece.nearly_straight) {
+    // The chord: it leaves at half the angle that the arc turns by.
+    const double half = 0.5 * turned, chord = half == 0.0 ? along : along * std::sin(half) / half;
+    return {piece.x + chord * std::cos(piece.yaw + half), piece.y + chord * std::sin(piece.yaw + half)};
+  }
+  const double yaw = piece.yaw + turned;
+  return {piece.centre_x + std::sin(yaw) / piece.kappa, piece.centre_y - std::cos(yaw) / piece.kappa};
+}
+
 CurvePoint ArcPath::at(double s) const {
   s = wrap_periodic(s, length_);
   const Piece& piece = piece_at(s);
   const double along = s - piece.s;
-  CurvePoint point{s, 0.0, 0.0, 0.0, piece.kappa};
-  if (piece.kappa == 0.0) {
-    point.x = piece.x + along * piece.cos_yaw;
-    point.y = piece.y + along * piece.sin_yaw;
-    point.yaw = wrap_angle(piece.yaw);
-  } else {
-    const double yaw = piece.yaw + along * piece.kappa;
-    point.x = piece.centre_x + std::sin(yaw) / piece.kappa;
-    point.y = piece.centre_y - std::cos(yaw) / piece.kappa;
-    point.yaw = wrap_angle(yaw);
-  }
-  return point;
+  const PlanePoint place = place_on(piece, along, along * piece.kappa);
+  return {s, place.x, place.y, wrap_angle(piece.yaw + along * piece.kappa), piece.kappa};
 }
 
 /// Distance along the piece, prolonged beyond both ends, of the foot of (x, y). An arc's foot is taken within half a
 /// circle to both sides of its middle.
 double ArcPath::foot(const Piece& piece, double x, double y) {
-  if (piece.kappa == 0.0) return (x - piece.x) * piece.cos_yaw + (y - piece.y) * piece.sin_yaw;
+  const double ahead = (x - piece.x) * piece.cos_yaw + (y - piece.y) * piece.sin_yaw;
+  if (piece.kappa == 0.0) return ahead;
+  const double half = 0.5 * piece.length * piece.kappa;
+  if (piece.nearly_straight) {
+    const double left = (y - piece.y) * piece.cos_yaw - (x - piece.x) * piece.sin_yaw;
+    const double turned = std::atan2(piece.kappa * ahead, 1.0 - piece.kappa * left);
+    return 0.5 * piece.length + wrap_angle(turned - half) / piece.kappa;
+  }
   const double sign = piece.kappa > 0.0 ? 1.0 : -1.0;
   // Heading of the tangent at the polar angle of (x, y) around the centre.
   const double yaw = std::atan2(sign * (x - piece.centre_x), -sign * (y - piece.centre_y));
-  const double half = 0.5 * piece.length * piece.kappa;
   return 0.5 * piece.length + wrap_angle(yaw - piece.yaw - half) / piece.kappa;
 }
 
@@ -108,16 +114,9 @@ CurveLocation ArcPath::describe(const Piece& piece, double along, double x, doub
   CurveLocation place;
   place.s = wrap_periodic(piece.s + along, length_);
   place.kappa = piece.kappa;
-  double base_x = 0.0, base_y = 0.0, yaw = piece.yaw;
-  if (piece.kappa == 0.0) {
-    base_x = piece.x + along * piece.cos_yaw;
-    base_y = piece.y + along * piece.sin_yaw;
-  } else {
-    yaw += along * piece.kappa;
-    base_x = piece.centre_x + std::sin(yaw) / piece.kappa;
-    base_y = piece.centre_y - std::cos(yaw) / piece.kappa;
-  }
-  const double dx = x - base_x, dy = y - base_y;
+  const PlanePoint base = place_on(piece, along, along * piece.kappa);
+  const double yaw = piece.yaw + along * piece.kappa;
+  const double dx = x - base.x, dy = y - base.y;
   const double side = std::cos(yaw) * dy - std::sin(yaw) * dx;
   place.n = std::copysign(std::hypot(dx, dy), side);
   place.yaw = wrap_angle(yaw);
@@ -129,14 +128,7 @@ CurveLocation ArcPath::locate(double x, double y) const {
   double best_along = 0.0, best_distance = INFINITY;
   for (const Piece& piece : pieces_) {
     const double along = std::clamp(foot(piece, x, y), 0.0, piece.length);
-    double distance = 0.0;
-    if (piece.kappa == 0.0) {
-      distance = std::hypot(x - piece.x - along * piece.cos_yaw, y - piece.y - along * piece.sin_yaw);
-    } else {
-      const double yaw = piece.yaw + along * piece.kappa;
-      distance = std::hypot(x - piece.centre_x - std::sin(yaw) / piece.kappa,
-                            y - piece.centre_y + std::cos(yaw) / piece.kappa);
-    }
+    const double distance = gripline::distance(place_on(piece, along, along * piece.kappa), {x, y});
     if (distance < best_distance) {
       best = &piece;
       best_along = along;

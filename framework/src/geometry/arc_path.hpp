@@ -1,4 +1,5 @@
-// A closed line made of straights and circular arcs that continue each other's tangent. Every query is exact.
+// A closed line made of straights and circular arcs that continue each other's tangent. Every query is exact, whatever
+// the radii.
 #pragma once
 
 #include <span>
@@ -34,8 +35,10 @@ class ArcPath {
     double x = 0.0, y = 0.0, yaw = 0.0, cos_yaw = 1.0, sin_yaw = 0.0;
     double kappa = 0.0;                     ///< [1/m], left positive; 0 for a straight
     double centre_x = 0.0, centre_y = 0.0;  ///< of an arc
+    bool nearly_straight = false;           ///< an arc whose centre is too far away to measure from
   };
   const Piece& piece_at(double s) const;
+  static PlanePoint place_on(const Piece& piece, double along, double turned);
   static double foot(const Piece& piece, double x, double y);
   CurveLocation describe(const Piece& piece, double along, double x, double y) const;
 

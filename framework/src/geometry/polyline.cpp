@@ -63,6 +63,25 @@ double ClosedPolyline::nearest_station(double x, double y, std::size_t near) con
   return wrap_periodic(best.station, length_);
 }
 
+double ClosedPolyline::nearest_station(double x, double y, double around, double reach) const {
+  if (!(2.0 * reach < length_)) return nearest_station(x, y);
+  const std::size_t n = points_.size(), last = chord_at(wrap_periodic(around + reach, length_));
+  std::size_t chord = chord_at(wrap_periodic(around - reach, length_));
+  Foot best = foot(chord, x, y);
+  while (chord != last) {
+    chord = chord + 1 == n ? 0 : chord + 1;
+    const Foot other = foot(chord, x, y);
+    if (other.distance2 < best.distance2) best = other;
+  }
+  return wrap_periodic(best.station, length_);
+}
+
+/// The chord with a station in [0, length).
+std::size_t ClosedPolyline::chord_at(double station) const {
+  return static_cast<std::size_t>(std::upper_bound(stations_.begin(), stations_.end(), station) - stations_.begin()) -
+         1;
+}
+
 double ClosedPolyline::as_fraction(double station) const {
   const double f = station / length_;
   return f < 1.0 ? f : 0.0;
@@ -70,8 +89,7 @@ double ClosedPolyline::as_fraction(double station) const {
 
 PlanePoint ClosedPolyline::at(double s) const {
   s = wrap_periodic(s, length_);
-  const auto after = std::upper_bound(stations_.begin(), stations_.end(), s);
-  const auto i = static_cast<std::size_t>(after - stations_.begin()) - 1;
+  const std::size_t i = chord_at(s);
   const bool last = i + 1 == points_.size();
   const double width = (last ? length_ : stations_[i + 1]) - stations_[i];
   const double share = width > 0.0 ? (s - stations_[i]) / width : 0.0;

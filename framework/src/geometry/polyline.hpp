@@ -27,6 +27,8 @@ class ClosedPolyline {
   /// Station [m] of the nearest point of the part around the chord that begins at point `near`: chords on both sides
   /// are followed while they come closer, and three beyond.
   double nearest_station(double x, double y, std::size_t near) const;
+  /// Station [m] of the nearest point that is at most `reach` metres of way from station `around`.
+  double nearest_station(double x, double y, double around, double reach) const;
   /// In [0, 1).
   double fraction(double x, double y) const { return as_fraction(nearest_station(x, y)); }
   double fraction(double x, double y, std::size_t near) const { return as_fraction(nearest_station(x, y, near)); }
@@ -38,6 +40,7 @@ class ClosedPolyline {
     double distance2 = 0.0, station = 0.0;
   };
   Foot foot(std::size_t chord, double x, double y) const;
+  std::size_t chord_at(double station) const;
   double as_fraction(double station) const;
   std::vector<PlanePoint> points_;
   std::vector<double> stations_;

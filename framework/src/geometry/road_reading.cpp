@@ -11,6 +11,7 @@
 #include "geometry/track_import.hpp"
 #include "util/csv.hpp"
 #include "util/numbers.hpp"
+#include "util/statistics.hpp"
 
 namespace gripline {
 namespace {
@@ -56,6 +57,24 @@ void to_plane(RoadTrace& trace, const PlanePoint& origin) {
   trace.on_earth = false;
 }
 
+/// The usual distance between two edges. One place would do for a road of one width; a pit exit beside the start, or an
+/// edge of few points, would not.
+double usual_width(const std::vector<PlanePoint>& edge, const std::vector<PlanePoint>& other) {
+  constexpr std::size_t most = 200;
+  const ClosedPolyline line(other);
+  std::vector<double> widths;
+  for (std::size_t i = 0; i < edge.size(); i += 1 + edge.size() / most)
+    widths.push_back(distance(edge[i], line.at(line.nearest_station(edge[i].x, edge[i].y))));
+  return median(std::move(widths));
+}
+
+/// The usual width of a road of half widths, 0 without.
+double usual_width(const RoadTrace& trace) {
+  std::vector<double> widths;
+  for (std::size_t i = 0; i < trace.right.size(); ++i) widths.push_back(trace.right[i] + trace.left[i]);
+  return median(std::move(widths), 0.0);
+}
+
 RoadTable from_trace(const fs::path& file, const RoadReading& reading, std::vector<std::string>& remarks) {
   RoadTrace trace = read_trace(file);
   remarks.insert(remarks.end(), trace.remarks.begin(), trace.remarks.end());
@@ -65,15 +84,15 @@ RoadTable from_trace(const fs::path& file, const RoadReading& reading, std::vect
   if (trace.right.empty() && !(reading.width > 0.0))
     refuse(file,
            "has no widths (w_tr_right_m,w_tr_left_m); expected --width METRES beside a trace, or the files of both "
-           "edges");
+           "edges" +
+               (trace.remarks.empty() ? "" : "; " + trace.remarks.front()));
   if (!trace.grade.empty() && !trace.height.empty()) {
     remarks.push_back("heights are left out: grade_rad says how it slopes");
     trace.height.clear();
   }
   const bool widths = !trace.right.empty();
-  const TraceRepair how{.width = widths ? trace.right.front() + trace.left.front() : reading.width,
-                        .surveyed = widths,
-                        .largest_gap = reading.largest_gap};
+  const TraceRepair how{
+      .width = widths ? usual_width(trace) : reading.width, .surveyed = widths, .largest_gap = reading.largest_gap};
   in_file(file, [&] { repair(trace, how, remarks); });
   RoadTable road;
   road.points = std::move(trace.points);
@@ -121,12 +140,6 @@ bool has_three_lines(const fs::path& file) {
   return lower_ending(file) == ".csv" && why_unreadable(file).empty() && read_csv(file).find("x_center_m") >= 0;
 }
 
-double least_distance(const PlanePoint& from, const std::vector<PlanePoint>& points) {
-  double least = INFINITY;
-  for (const PlanePoint& p : points) least = std::min(least, distance(from, p));
-  return least;
-}
-
 /// What a JSON road has and a table of points has not.
 void tell_left_out(const Track& track, std::vector<std::string>& remarks) {
   bool walls = false;
@@ -146,22 +159,28 @@ RoadTable from_edges(std::span<const fs::path> files, const RoadReading& reading
     traces.push_back(read_trace(file));
     for (const std::string& remark : traces.back().remarks) remarks.push_back(shown(file) + ": " + remark);
   }
-  if (traces[0].on_earth != traces[1].on_earth) throw InputError("one edge is in metres, the other in degrees");
+  if (traces[0].on_earth != traces[1].on_earth)
+    refuse(files[1], format("is in %s, the other edge in %s; expected both in the same",
+                            traces[1].on_earth ? "degrees" : "metres", traces[0].on_earth ? "degrees" : "metres"));
   if (traces[0].height.empty() != traces[1].height.empty())
     remarks.push_back("heights are left out: only " + shown(files[traces[0].height.empty() ? 1 : 0]) + " has them");
   if (traces[0].height.empty() || traces[1].height.empty())
     for (RoadTrace& trace : traces) trace.height.clear();
   const PlanePoint origin = middle_of(traces[0].points);
   for (RoadTrace& trace : traces) to_plane(trace, origin);
-  const TraceRepair how{.width = least_distance(traces[0].points.front(), traces[1].points),
-                        .surveyed = true,
-                        .largest_gap = reading.largest_gap};
+  const TraceRepair how{
+      .width = usual_width(traces[0].points, traces[1].points), .surveyed = true, .largest_gap = reading.largest_gap};
   std::vector<EdgePoints> edges;
   for (std::size_t i = 0; i < 2; ++i) {
     in_file(files[i], [&] { repair(traces[i], how, remarks); });
     edges.push_back({std::move(traces[i].points), std::move(traces[i].height)});
   }
-  RoadTable road = from_shape(shape_from_edges(edges[0], edges[1]));
+  RoadTable road;
+  try {
+    road = from_shape(shape_from_edges(edges[0], edges[1]));
+  } catch (const GeometryError& error) {
+    throw InputError(shown(files[0]) + " and " + shown(files[1]) + ": " + error.what());
+  }
   const double length = ClosedCurve::from_points(road.points).length();
   remarks.push_back(
       format("the centre line is where both edges are equally far: %zu points on %.5g m", road.points.size(), length));

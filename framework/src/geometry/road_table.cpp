@@ -9,6 +9,7 @@
 #include "geometry/track_file.hpp"
 #include "geometry/track_import.hpp"
 #include "util/csv_writer.hpp"
+#include "util/statistics.hpp"
 
 namespace gripline {
 
@@ -75,6 +76,18 @@ Track to_track(const RoadTable& road) {
   return Track(std::move(shape));
 }
 
+namespace {
+
+/// Rows are written at equal steps, as dense as the road's points are in its corners: a mean step would cut those of a
+/// road whose straights have few points. No more than eight rows a point.
+double written_spacing(const RoadTable& road) {
+  const std::vector<double> chords = chord_lengths(road.points);
+  const double mean = road.length() / static_cast<double>(road.size());
+  return std::clamp(lower_quantile(chords, 0.1), mean / 8.0, mean);
+}
+
+}  // namespace
+
 fs::path points_beside(const fs::path& out) { return fs::path(out).replace_extension(".csv"); }
 
 void write_road(const fs::path& out, const Track& track, const RoadTable& road) {
@@ -83,7 +96,7 @@ void write_road(const fs::path& out, const Track& track, const RoadTable& road) 
     throw GeometryError("a CSV cannot say that crossings are bridges; expected --out FILE.json");
   const fs::path csv = json ? points_beside(out) : out;
   std::ostringstream rows;
-  write_track_csv(rows, track, road.length() / static_cast<double>(road.size()));
+  write_track_csv(rows, track, written_spacing(road));
   write_file(csv, rows.str());
   if (!json) return;
   const auto quoted = [](const std::string& text) {

@@ -51,7 +51,11 @@ std::vector<std::string> check_other_columns(const fs::path& file, const CsvTabl
     const auto among = [&](const std::vector<std::string>& known) {
       return std::find(known.begin(), known.end(), name) != known.end();
     };
-    if (among(road) || among(aliases)) continue;
+    if (among(road) || among(aliases)) {
+      if (std::count(table.header.begin(), table.header.end(), name) > 1)
+        refuse(file, 1, "column \"" + name + "\" is there twice");
+      continue;
+    }
     const auto longer =
         std::find_if(road.begin(), road.end(), [&](const std::string& known) { return known.starts_with(name + "_"); });
     const std::string hint = longer != road.end() ? "; did you mean \"" + *longer + "\"?" : did_you_mean(name, road);
@@ -223,7 +227,7 @@ RoadTrace read_csv_trace(const fs::path& file) {
   if (!x || !y) {
     std::string names;
     for (const std::string& name : table.header) names += (names.empty() ? "" : ",") + name;
-    refuse(file, 1, "expected columns x_m,y_m or lat,lon; found " + names);
+    refuse(file, 1, "expected columns x_m,y_m or lat,lon; found " + harmless(names));
   }
   const auto height = column(table, {"z_m", "z", "ele", "elevation", "alt", "altitude"});
   const auto right = column(table, {"w_tr_right_m"}), left = column(table, {"w_tr_left_m"});

@@ -88,7 +88,7 @@ SplinePath::SplinePath(std::span<const PlanePoint> points) {
     piece.y = cubic(y[i], y[j], slope_y[i], slope_y[j], width[i]);
     piece.width = width[i];
     piece.s = length_;
-    piece.length = arc_length(piece, piece.width);
+    measure(piece);
     length_ += piece.length;
     longest_piece_ = std::max(longest_piece_, piece.length);
   }
@@ -108,24 +108,44 @@ std::vector<double> SplinePath::knot_stations() const {
 }
 
 double SplinePath::arc_length(const Piece& piece, double t) {
+  const double panel = t / piece.panels;
   double sum = 0.0;
-  for (std::size_t q = 0; q < nodes.size(); ++q) {
-    const double at = t * nodes[q];
-    const double dx = piece.x.slope(at), dy = piece.y.slope(at);
-    sum += weights[q] * std::sqrt(dx * dx + dy * dy);
+  for (int k = 0; k < piece.panels; ++k) {
+    for (std::size_t q = 0; q < nodes.size(); ++q) {
+      const double at = k * panel + panel * nodes[q];
+      const double dx = piece.x.slope(at), dy = piece.y.slope(at);
+      sum += weights[q] * std::sqrt(dx * dx + dy * dy);
+    }
   }
-  return sum * t;
+  return sum * panel;
 }
 
-/// Inverse of arc_length: Newton's method from the proportional guess; |r'(t)| stays near 1, so that
-/// three steps reach rounding error.
+/// On a sound line |r'(t)| stays near 1 and one panel is exact; where noise folds the line it falls to almost 0.
+void SplinePath::measure(Piece& piece) {
+  constexpr int most = 64;
+  constexpr double settled = 1e-6;
+  piece.length = arc_length(piece, piece.width);
+  for (int panels = 2; panels <= most; panels *= 2) {
+    Piece finer = piece;
+    finer.panels = panels;
+    finer.length = arc_length(finer, finer.width);
+    if (std::abs(finer.length - piece.length) < settled * finer.length) return;
+    piece = finer;
+  }
+}
+
+/// Inverse of arc_length: Newton's method from the proportional guess, which reaches rounding error in three steps
+/// where |r'(t)| stays near 1. At a fold it may be almost 0: then a step that leaves the bracket is a bisection.
 double SplinePath::parameter(const Piece& piece, double along) {
-  double t = piece.width * along / piece.length;
-  for (int k = 0; k < 3; ++k) {
-    const double speed = std::hypot(piece.x.slope(t), piece.y.slope(t));
-    const double step = (along - arc_length(piece, t)) / speed;
-    t += step;
-    if (std::abs(step) < 1e-13 * piece.width) break;
+  double low = 0.0, high = piece.width, t = piece.width * along / piece.length;
+  for (int k = 0; k < 60; ++k) {
+    const double speed = std::hypot(piece.x.slope(t), piece.y.slope(t)), missing = along - arc_length(piece, t);
+    (missing > 0.0 ? low : high) = t;
+    double next = t + missing / speed;
+    if (!(next >= low && next <= high)) next = 0.5 * (low + high);
+    const double step = std::abs(next - t);
+    t = next;
+    if (step < (k < 2 ? 1e-13 : 1e-8) * piece.width) break;
   }
   return t;
 }
@@ -161,13 +181,17 @@ double SplinePath::knot_distance2(std::size_t i, double x, double y) const {
   return dx * dx + dy * dy;
 }
 
-/// The foot next to a knot that is nearer than both of its neighbours: safeguarded Newton on (r(t) - p) . r'(t) = 0.
+/// The foot next to a knot that is nearer than both of its neighbours.
 CurveLocation SplinePath::refine(std::size_t knot, double x, double y) const {
   const std::size_t before = knot == 0 ? pieces_.size() - 1 : knot - 1;
   const Piece& start = pieces_[knot];
   const bool ahead = (start.x.a - x) * start.x.b + (start.y.a - y) * start.y.b < 0.0;
   const Piece& piece = ahead ? start : pieces_[before];
-  double low = 0.0, high = piece.width, t = ahead ? 0.0 : piece.width;
+  return foot(piece, 0.0, piece.width, ahead ? 0.0 : piece.width, x, y);
+}
+
+/// The foot between two parameters of a piece, from t on: safeguarded Newton on (r(t) - p) . r'(t) = 0.
+CurveLocation SplinePath::foot(const Piece& piece, double low, double high, double t, double x, double y) const {
   for (int k = 0; k < 60; ++k) {
     const double rx = piece.x.value(t) - x, ry = piece.y.value(t) - y;
     const double dx = piece.x.slope(t), dy = piece.y.slope(t);
@@ -185,6 +209,29 @@ CurveLocation SplinePath::refine(std::size_t knot, double x, double y) const {
   const double side = std::cos(foot.yaw) * dy - std::sin(foot.yaw) * dx;
   return {wrap_periodic(piece.s + arc_length(piece, t), length_), std::copysign(std::hypot(dx, dy), side), foot.yaw,
           foot.kappa};
+}
+
+/// Whether some point of piece i may be nearer to (x, y): its ways to both knots add up to no more than its length.
+bool SplinePath::may_be_nearer(std::size_t i, double x, double y, double than) const {
+  const double to_knots =
+      std::sqrt(knot_distance2(i, x, y)) + std::sqrt(knot_distance2(i + 1 == pieces_.size() ? 0 : i + 1, x, y));
+  return 0.5 * (to_knots - pieces_[i].length) < than - 1e-9 * pieces_[i].length;
+}
+
+/// The nearest point of one piece, wherever it is on it.
+CurveLocation SplinePath::nearest_on(std::size_t i, double x, double y) const {
+  constexpr int shares = 8;
+  const Piece& piece = pieces_[i];
+  double nearest = INFINITY;
+  int best = 0;
+  for (int k = 0; k <= shares; ++k) {
+    const double t = piece.width * k / shares, dx = piece.x.value(t) - x, dy = piece.y.value(t) - y;
+    if (dx * dx + dy * dy >= nearest) continue;
+    nearest = dx * dx + dy * dy;
+    best = k;
+  }
+  const double step = piece.width / shares;
+  return foot(piece, step * std::max(0, best - 1), step * std::min(shares, best + 1), step * best, x, y);
 }
 
 CurveLocation SplinePath::locate(double x, double y) const {
@@ -205,12 +252,18 @@ CurveLocation SplinePath::locate(double x, double y) const {
     before = here;
     here = after;
   }
+  // A piece much longer than its neighbours may pass nearer than any knot says.
+  for (std::size_t i = 0; i < n; ++i) {
+    if (!may_be_nearer(i, x, y, std::abs(best.n))) continue;
+    const CurveLocation place = nearest_on(i, x, y);
+    if (std::abs(place.n) < std::abs(best.n) - 1e-9 * pieces_[i].length) best = place;
+  }
   return best;
 }
 
 CurveLocation SplinePath::locate(double x, double y, double hint_s) const {
-  const std::size_t n = pieces_.size();
-  std::size_t i = piece_index(wrap_periodic(hint_s, length_));
+  const std::size_t n = pieces_.size(), first = piece_index(wrap_periodic(hint_s, length_));
+  std::size_t i = first;
   double here = knot_distance2(i, x, y);
   for (int direction : {1, -1}) {
     for (std::size_t steps = 0; steps < n; ++steps) {
@@ -221,7 +274,12 @@ CurveLocation SplinePath::locate(double x, double y, double hint_s) const {
       here = there;
     }
   }
-  return refine(i, x, y);
+  const CurveLocation found = refine(i, x, y);
+  // The knots may lead away from the foot on the hint's own piece, where that is long.
+  const bool near_it = i == first || i == (first + 1 == n ? 0 : first + 1);
+  if (near_it || !may_be_nearer(first, x, y, std::abs(found.n))) return found;
+  const CurveLocation own = nearest_on(first, x, y);
+  return std::abs(own.n) < std::abs(found.n) ? own : found;
 }
 
 }  // namespace gripline

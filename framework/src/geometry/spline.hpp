@@ -39,13 +39,18 @@ class SplinePath {
     double width = 0.0;  ///< of the parameter
     double s = 0.0;      ///< station of its first knot
     double length = 0.0;
+    int panels = 1;  ///< of the quadrature: more where the speed of the parameter varies much
   };
   static double arc_length(const Piece& piece, double t);
+  static void measure(Piece& piece);
   static double parameter(const Piece& piece, double along);
   std::size_t piece_index(double s) const;
   CurvePoint point(const Piece& piece, double t) const;
   double knot_distance2(std::size_t i, double x, double y) const;
   CurveLocation refine(std::size_t knot, double x, double y) const;
+  CurveLocation foot(const Piece& piece, double low, double high, double t, double x, double y) const;
+  bool may_be_nearer(std::size_t i, double x, double y, double than) const;
+  CurveLocation nearest_on(std::size_t i, double x, double y) const;
 
   std::vector<Piece> pieces_;
   std::vector<std::size_t> bucket_;  ///< piece at the start of the i-th equal share of the length

@@ -9,7 +9,7 @@
 namespace gripline {
 
 struct TraceRepair {
-  double width = 0.0;        ///< [m] of the road at the first point; 0: what follows a lap is not looked for
+  double width = 0.0;        ///< [m] of the road, usually; 0: what follows a lap is not looked for
   bool surveyed = false;     ///< a table of the road or of an edge, not a drive
   double largest_gap = 0.0;  ///< [m] an open line whose ends are at most so far apart is closed
 };

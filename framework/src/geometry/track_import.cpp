@@ -8,6 +8,7 @@
 #include "config/errors.hpp"
 #include "config/files.hpp"
 #include "util/numbers.hpp"
+#include "util/statistics.hpp"
 
 namespace gripline {
 namespace {
@@ -18,14 +19,16 @@ namespace {
 
 constexpr double farthest = 1e8;  // [m]: beyond it sums of squares and differences of neighbours lose precision
 
+void require_enough(const CsvTable& table, std::size_t count) {
+  if (count >= fewest_points) return;
+  refuse(table, 0, "has " + std::to_string(count) + " points, a track needs at least " + std::to_string(fewest_points));
+}
+
 /// Numbers of the rows to keep: all, or all but a last one that repeats the first.
 std::size_t distinct_rows(const CsvTable& table, std::span<const double> x, std::span<const double> y) {
   std::size_t count = x.size();
   if (count > 1 && x[0] == x[count - 1] && y[0] == y[count - 1]) --count;
-  if (count < fewest_points) {
-    refuse(table, 0,
-           "has " + std::to_string(count) + " points, a track needs at least " + std::to_string(fewest_points));
-  }
+  require_enough(table, count);
   for (std::size_t i = 1; i < count; ++i) {
     if (x[i] == x[i - 1] && y[i] == y[i - 1]) {
       refuse(table, table.line[i], "repeats the point of line " + std::to_string(table.line[i - 1]));
@@ -49,6 +52,7 @@ std::vector<PlanePoint> points_of(const CsvTable& table, const char* x_name, con
   } catch (const GeometryError& error) {
     refuse(table, 0, error.what());
   }
+  require_enough(table, points.size());
   return points;
 }
 
@@ -60,6 +64,8 @@ void check_columns(const CsvTable& table, std::span<const std::string> known) {
     if (std::find(known.begin(), known.end(), name) == known.end()) {
       refuse(table, 1, "unknown column \"" + name + "\"" + did_you_mean(name, known));
     }
+    if (std::count(table.header.begin(), table.header.end(), name) > 1)
+      refuse(table, 1, "column \"" + name + "\" is there twice");
   }
 }
 
@@ -101,6 +107,15 @@ TrackShape from_centre_columns(const CsvTable& table, const ImportOptions& optio
   return shape;
 }
 
+/// An edge keeps its side of the centre line, each by its line.
+void check_side(const CsvTable& table, const char* edge, std::span<const double> lefts, bool left) {
+  for (std::size_t i = 0; i < lefts.size(); ++i)
+    if (!((left ? lefts[i] : -lefts[i]) > 0.0))
+      refuse(table, table.line[i],
+             format("the %s edge is %.4g m %s of the centre line, expected more than 0 m %s of it as elsewhere", edge,
+                    std::abs(lefts[i]), left ? "right" : "left", left ? "left" : "right"));
+}
+
 TrackShape from_edge_columns(const CsvTable& table, const ImportOptions& options) {
   const std::array<std::string, 6> known{"x_center_m", "y_center_m", "x_inner_m",
                                          "y_inner_m",  "x_outer_m",  "y_outer_m"};
@@ -108,8 +123,8 @@ TrackShape from_edge_columns(const CsvTable& table, const ImportOptions& options
   std::vector<PlanePoint> points = points_of(table, "x_center_m", "y_center_m", options);
   ClosedCurve centre = ClosedCurve::from_points(points);
   const std::vector<double> stations = centre.spline()->knot_stations();
-  std::array<std::vector<double>, 2> widths;  // inner, outer
-  std::array<double, 2> side{};               // sum of signed distances, left positive
+  std::array<std::vector<double>, 2> widths, lefts;  // inner, outer; lefts: signed distances, left positive
+  std::array<double, 2> side{};                      // their sums
   for (int edge = 0; edge < 2; ++edge) {
     const std::vector<double> x = table.column(edge == 0 ? "x_inner_m" : "x_outer_m");
     const std::vector<double> y = table.column(edge == 0 ? "y_inner_m" : "y_outer_m");
@@ -117,10 +132,12 @@ TrackShape from_edge_columns(const CsvTable& table, const ImportOptions& options
       const CurvePoint at = centre.at(stations[i]);
       const double dx = x[i] - points[i].x, dy = (options.left_handed ? -y[i] : y[i]) - points[i].y;
       widths[edge].push_back(std::hypot(dx, dy));
-      side[edge] += std::cos(at.yaw) * dy - std::sin(at.yaw) * dx;
+      lefts[edge].push_back(std::cos(at.yaw) * dy - std::sin(at.yaw) * dx);
+      side[edge] += lefts[edge].back();
     }
   }
   if (side[0] * side[1] >= 0.0) refuse(table, 0, "inner and outer edge lie on the same side of the centre line");
+  for (int edge = 0; edge < 2; ++edge) check_side(table, edge == 0 ? "inner" : "outer", lefts[edge], side[edge] > 0.0);
   const bool inner_left = side[0] > 0.0;
   StationTable left(centre.length(), stations, std::move(widths[inner_left ? 0 : 1]));
   StationTable right(centre.length(), stations, std::move(widths[inner_left ? 1 : 0]));
@@ -141,23 +158,35 @@ std::vector<PlanePoint> resample(const ClosedCurve& curve, double spacing) {
   return points;
 }
 
-PlanePoint on(const ClosedPolyline& edge, double x, double y) { return edge.at(edge.nearest_station(x, y)); }
-
-double height_on(const ClosedPolyline& edge, std::span<const double> heights, double x, double y) {
-  std::vector<double> stations(edge.points().size());
-  for (std::size_t i = 0; i < stations.size(); ++i) stations[i] = edge.station(i);
-  return StationTable(edge.length(), std::move(stations), {heights.begin(), heights.end()})
-      .at(edge.nearest_station(x, y));
-}
-
+/// How two edges lie to each other, seen from the points of the first.
 struct Sides {
-  double distance = 0.0;  ///< mean, from one edge to the other
-  double left = 0.0;      ///< mean distance of the other edge to the left of this one
-  double along = 0.0;     ///< mean cosine between the directions of the two edges
+  double distance = 0.0;   ///< mean, from one edge to the other
+  double left = 0.0;       ///< mean distance of the other edge to the left of this one
+  double along = 0.0;      ///< mean cosine between the directions of the two edges
+  std::size_t anchor = 0;  ///< a point whose nearest place on the other edge is surely across the road
+  double beside = 0.0;     ///< the station of that place on the other edge
 };
+
+/// Where a road comes by itself, the nearest place of the other edge may belong to another stretch. It is across the
+/// road where it is on the usual side, in the same direction and at the usual distance.
+std::size_t surest(const std::vector<Sides>& each, const Sides& mean) {
+  std::vector<double> distances;
+  for (const Sides& one : each) distances.push_back(one.distance);
+  const double usual = median(std::move(distances));
+  std::size_t best = 0;
+  double least = INFINITY;
+  for (std::size_t i = 0; i < each.size(); ++i) {
+    const double unusual = std::abs(each[i].distance - usual);
+    if (each[i].along < 0.9 || each[i].left * mean.left <= 0.0 || unusual >= least) continue;
+    least = unusual;
+    best = i;
+  }
+  return best;
+}
 
 Sides compare(const ClosedPolyline& edge, const ClosedPolyline& other) {
   Sides sides;
+  std::vector<Sides> each;
   const double step = 1e-6 * other.length();
   const std::size_t n = edge.points().size();
   for (std::size_t i = 0; i < n; ++i) {
@@ -165,27 +194,67 @@ Sides compare(const ClosedPolyline& edge, const ClosedPolyline& other) {
     const double s = other.nearest_station(p.x, p.y);
     const PlanePoint q = other.at(s), beyond = other.at(s + step);
     const double yaw = std::atan2(next.y - p.y, next.x - p.x), other_yaw = std::atan2(beyond.y - q.y, beyond.x - q.x);
-    sides.distance += distance(p, q) / static_cast<double>(n);
-    sides.left += (std::cos(yaw) * (q.y - p.y) - std::sin(yaw) * (q.x - p.x)) / static_cast<double>(n);
-    sides.along += std::cos(other_yaw - yaw) / static_cast<double>(n);
+    const double left = std::cos(yaw) * (q.y - p.y) - std::sin(yaw) * (q.x - p.x);
+    each.push_back({distance(p, q), left, std::cos(other_yaw - yaw), i, s});
+    sides.distance += each.back().distance / static_cast<double>(n);
+    sides.left += left / static_cast<double>(n);
+    sides.along += each.back().along / static_cast<double>(n);
   }
+  sides.anchor = surest(each, sides);
+  sides.beside = each[sides.anchor].beside;
   return sides;
 }
 
+/// Stations on an edge of the places beside the points of a line along it, which follow each other: each is sought
+/// around the one before, from point `first`, which is beside the station `around`. Where that does not lead once round
+/// the edge, each is its nearest place.
+std::vector<double> beside(const ClosedPolyline& edge, std::span<const PlanePoint> line, double reach,
+                           std::size_t first, double around) {
+  const std::size_t n = line.size();
+  std::vector<double> stations(n);
+  double way = 0.0;
+  for (std::size_t k = 0; k <= n; ++k) {
+    const PlanePoint& p = line[(first + k) % n];
+    const double s = edge.nearest_station(p.x, p.y, around, reach);
+    if (k > 0) way += wrap_difference(s - around, edge.length());
+    stations[(first + k) % n] = around = s;
+  }
+  if (std::abs(way - edge.length()) < 0.01 * edge.length()) return stations;
+  for (std::size_t i = 0; i < n; ++i) stations[i] = edge.nearest_station(line[i].x, line[i].y);
+  return stations;
+}
+
+/// The line between two edges, and which places of both are beside its points.
+struct Middle {
+  std::vector<PlanePoint> points;
+  std::vector<double> on_inner, on_outer;  ///< stations
+};
+
 /// The line that is equally far from both edges: from halfway across, every point moves half the difference.
-std::vector<PlanePoint> middle_line(const ClosedPolyline& inner, const ClosedPolyline& outer, double spacing) {
+Middle middle_line(const ClosedPolyline& inner, const ClosedPolyline& outer, const Sides& sides, double spacing) {
   constexpr int rounds = 8;
-  std::vector<PlanePoint> middle = resample(ClosedCurve::from_points(inner.points()), spacing);
-  for (PlanePoint& p : middle) {
-    const PlanePoint q = on(outer, p.x, p.y);
+  // In a hairpin about a corner of the inner edge a step along it is half a circle along the outer one.
+  const double reach = 6.0 * sides.distance + 2.0 * spacing;
+  const ClosedCurve along_inner = ClosedCurve::from_points(inner.points());
+  Middle middle{resample(along_inner, spacing), {}, {}};
+  const std::size_t n = middle.points.size();
+  const double share = along_inner.spline()->knot_stations()[sides.anchor] / along_inner.length();
+  const auto anchor = static_cast<std::size_t>(std::lround(share * static_cast<double>(n))) % n;
+  middle.on_outer = beside(outer, middle.points, reach, anchor, sides.beside);
+  for (std::size_t i = 0; i < n; ++i) {
+    PlanePoint& p = middle.points[i];
+    const PlanePoint q = outer.at(middle.on_outer[i]);
     p = {0.5 * (p.x + q.x), 0.5 * (p.y + q.y)};
   }
-  for (int round = 0; round < rounds; ++round) {
-    middle = resample(ClosedCurve::from_points(middle), spacing);
-    for (PlanePoint& p : middle) {
-      const PlanePoint a = on(inner, p.x, p.y), b = on(outer, p.x, p.y);
-      const double to_a = distance(a, p), to_b = distance(b, p);
-      const double move = 0.5 * (to_b - to_a) / distance(a, b);
+  middle.on_inner = {0.0};  // both lines begin at the inner edge's first point
+  for (int round = 0; round <= rounds; ++round) {
+    if (round < rounds) middle.points = resample(ClosedCurve::from_points(middle.points), spacing);
+    middle.on_inner = beside(inner, middle.points, reach, 0, middle.on_inner[0]);
+    middle.on_outer = beside(outer, middle.points, reach, 0, middle.on_outer[0]);
+    for (std::size_t i = 0; round < rounds && i < middle.points.size(); ++i) {
+      PlanePoint& p = middle.points[i];
+      const PlanePoint a = inner.at(middle.on_inner[i]), b = outer.at(middle.on_outer[i]);
+      const double move = 0.5 * (distance(b, p) - distance(a, p)) / distance(a, b);
       p.x += move * (b.x - a.x);
       p.y += move * (b.y - a.y);
     }
@@ -194,11 +263,12 @@ std::vector<PlanePoint> middle_line(const ClosedPolyline& inner, const ClosedPol
 }
 
 /// Where the edges have changed sides they crossed: the place of the first such sample of the middle line.
-void check_crossing(const ClosedCurve& centre, const ClosedPolyline& inner, const ClosedPolyline& outer,
-                    bool inner_left) {
-  for (const double s : centre.spline()->knot_stations()) {
-    const CurvePoint at = centre.at(s);
-    const PlanePoint a = on(inner, at.x, at.y), b = on(outer, at.x, at.y);
+void check_crossing(const ClosedCurve& centre, const Middle& middle, const ClosedPolyline& inner,
+                    const ClosedPolyline& outer, bool inner_left) {
+  const std::vector<double> stations = centre.spline()->knot_stations();
+  for (std::size_t i = 0; i < stations.size(); ++i) {
+    const CurvePoint at = centre.at(stations[i]);
+    const PlanePoint a = inner.at(middle.on_inner[i]), b = outer.at(middle.on_outer[i]);
     const double dx = inner_left ? a.x - b.x : b.x - a.x, dy = inner_left ? a.y - b.y : b.y - a.y;
     if (std::cos(at.yaw) * dy - std::sin(at.yaw) * dx < -0.5 * std::hypot(dx, dy))
       throw GeometryError(
@@ -206,6 +276,29 @@ void check_crossing(const ClosedCurve& centre, const ClosedPolyline& inner, cons
                  "other",
                  at.x, at.y));
   }
+}
+
+/// The heights of an edge by its stations.
+StationTable height_table(const ClosedPolyline& edge, const std::vector<double>& heights) {
+  std::vector<double> stations(edge.points().size());
+  for (std::size_t i = 0; i < stations.size(); ++i) stations[i] = edge.station(i);
+  return StationTable(edge.length(), std::move(stations), heights);
+}
+
+/// Grade and bank of a road between two edges with heights.
+void add_slopes(TrackShape& shape, const Middle& middle, const StationTable& inner_height,
+                const StationTable& outer_height, bool inner_left) {
+  const double length = shape.centre.length();
+  const std::vector<double> stations = shape.centre.spline()->knot_stations();
+  std::vector<double> height, bank;
+  for (std::size_t i = 0; i < stations.size(); ++i) {
+    const double za = inner_height.at(middle.on_inner[i]), zb = outer_height.at(middle.on_outer[i]);
+    const double width = shape.half_width_left.at(stations[i]) + shape.half_width_right.at(stations[i]);
+    height.push_back(0.5 * (za + zb));
+    bank.push_back(std::atan2(inner_left ? zb - za : za - zb, width));
+  }
+  shape.grade = grade_from_heights(length, stations, height);
+  shape.bank = StationTable(length, stations, std::move(bank));
 }
 
 }  // namespace
@@ -249,36 +342,29 @@ TrackShape shape_from_edges(const EdgePoints& inner_points, const EdgePoints& ou
   const Sides sides = compare(inner, outer);
   if (sides.distance < 1e-6 * inner.length()) throw GeometryError("the two edges are the same line");
   if (sides.along <= 0.0) {
-    throw GeometryError("the two edges run opposite ways round; both must follow the direction of travel");
+    throw GeometryError(
+        "the two edges run opposite ways round; both must follow the direction of travel: reverse the rows of the one "
+        "that does not");
   }
   if (std::abs(sides.left) < 0.5 * sides.distance) throw GeometryError("the two edges cross each other");
-  std::vector<PlanePoint> middle = middle_line(inner, outer, spacing > 0.0 ? spacing : 0.5 * sides.distance);
-  ClosedCurve centre = ClosedCurve::from_points(middle);
+  Middle middle = middle_line(inner, outer, sides, spacing > 0.0 ? spacing : 0.5 * sides.distance);
+  ClosedCurve centre = ClosedCurve::from_points(middle.points);
   const double length = centre.length();
   const std::vector<double> stations = centre.spline()->knot_stations();
-  const bool heights = !inner_points.heights.empty() && !outer_points.heights.empty();
   const bool inner_left = sides.left < 0.0;
-  check_crossing(centre, inner, outer, inner_left);
-  std::vector<double> to_inner, to_outer, height, bank;
-  for (const PlanePoint& p : middle) {
-    const PlanePoint a = on(inner, p.x, p.y), b = on(outer, p.x, p.y);
-    to_inner.push_back(distance(a, p));
-    to_outer.push_back(distance(b, p));
-    if (heights) {
-      const double za = height_on(inner, inner_points.heights, p.x, p.y);
-      const double zb = height_on(outer, outer_points.heights, p.x, p.y);
-      height.push_back(0.5 * (za + zb));
-      bank.push_back(std::atan2(inner_left ? zb - za : za - zb, to_inner.back() + to_outer.back()));
-    }
+  check_crossing(centre, middle, inner, outer, inner_left);
+  std::vector<double> to_inner, to_outer;
+  for (std::size_t i = 0; i < stations.size(); ++i) {
+    to_inner.push_back(distance(inner.at(middle.on_inner[i]), middle.points[i]));
+    to_outer.push_back(distance(outer.at(middle.on_outer[i]), middle.points[i]));
   }
   TrackShape shape{.centre = std::move(centre),
                    .half_width_right = StationTable(length, stations, inner_left ? to_outer : to_inner),
                    .half_width_left = StationTable(length, stations, inner_left ? to_inner : to_outer)};
-  if (heights) {
-    shape.grade = grade_from_heights(length, stations, height);
-    shape.bank = StationTable(length, stations, std::move(bank));
-  }
-  shape.points = ClosedPolyline(std::move(middle));
+  if (!inner_points.heights.empty() && !outer_points.heights.empty())
+    add_slopes(shape, middle, height_table(inner, inner_points.heights), height_table(outer, outer_points.heights),
+               inner_left);
+  shape.points = ClosedPolyline(std::move(middle.points));
   return shape;
 }
 
@@ -318,10 +404,22 @@ StationTable grade_from_heights(const ClosedCurve& centre, const ClosedCurve& me
     rows.emplace_back(centre.locate(at.x, at.y).s, heights[i]);
   }
   std::sort(rows.begin(), rows.end());
+  // At the inside of a sharp bend several places have one foot: nearer together than this they would make a cliff.
+  const double least = 0.1 * centre.length() / static_cast<double>(std::max<std::size_t>(1, rows.size()));
   std::vector<double> s, z;
+  std::size_t together = 1;
   for (const auto& [station, height] : rows) {
+    if (!s.empty() && station - s.back() < least) {
+      z.back() += (height - z.back()) / static_cast<double>(++together);
+      continue;
+    }
+    together = 1;
     s.push_back(station);
     z.push_back(height);
+  }
+  if (s.size() > 1 && s.front() + centre.length() - s.back() < least) {  // over the seam
+    z.front() = 0.5 * (z.front() + z.back());
+    s.pop_back(), z.pop_back();
   }
   return grade_from_heights(centre.length(), s, z);
 }

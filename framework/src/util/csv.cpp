@@ -86,6 +86,10 @@ CsvTable read_csv(const std::filesystem::path& file, bool allow_missing) {
   CsvLine line;
   std::string_view rest = text;
   if (rest.starts_with(byte_order_mark)) rest.remove_prefix(byte_order_mark.size());
+  if (rest.starts_with("\xff\xfe") || rest.starts_with("\xfe\xff"))
+    refuse(file, 1, 1, "is UTF-16; expected UTF-8 (iconv -f UTF-16 -t UTF-8)");
+  if (rest.find('\n') == std::string_view::npos && trim(rest).find('\r') != std::string_view::npos)
+    refuse(file, 1, 1, "lines end with carriage returns alone; expected newlines (tr '\\r' '\\n')");
   while (!rest.empty()) {
     const std::size_t newline = rest.find('\n');
     line.raw = rest.substr(0, newline);

@@ -7,7 +7,8 @@
 //   Fd = (full(vx) - closed(vx)) d,   Fres = Cr0 + Cd vx^2 - closed(vx)
 //
 // both linear between the six speeds 0, v_1 ... v_5 and level beyond. Gears show as steps between two of the speeds;
-// which gear is engaged inside such a step is not known.
+// which gear is engaged inside such a step is not known. Of a car that stands or rolls backwards Fd and Fres are those
+// of standstill.hpp: brakes and resistance oppose the motion and hold.
 //
 // The paper's e-kinematic model leaves resistance out (it is learned), so Cr0 and Cd default to 0; the parameters exist
 // for stacks that are given them. yaw_gain = 1 is the formula; the published code multiplies the yaw acceleration by L
@@ -19,6 +20,8 @@
 #include <array>
 
 #include <gripline/plugin.hpp>
+
+#include "common/vehicle/standstill.hpp"
 
 namespace gripline {
 
@@ -93,7 +96,7 @@ class NoSlipCar : public AutoDiffVehicle<D> {
     p.q.motor = k.Cm1;
     p.q.emf = k.Cm2;
     // A motor that brakes is a brake: effects on the drive find its force made, those on brakes change it.
-    p.q.brake = k.Cb > T(0) ? k.Cb : k.Cm1 - k.Cm2 * p.q.vx;
+    p.q.brake = k.Cb > T(0) ? k.Cb : vehicle::motor_brake(k.Cm1, k.Cm2, p.q.vx);
     p.q.rolling = k.Cr0;
     p.q.drag = k.Cd;
     if (!(k.v[0] > T(least_map_speed))) return;
@@ -106,7 +109,7 @@ class NoSlipCar : public AutoDiffVehicle<D> {
 
   template <class T>
   void load(Point<T>& p, const NoSlipParams<T>& k) const {
-    p.q.drive_force = gripline::drive_force(p.q);
+    p.q.drive_force = vehicle::drive_force(p.q, k.m, p.at.grade);
     p.q.m = k.m;
     p.q.Iz = k.Iz;
     p.q.lf = k.lf;
@@ -118,8 +121,28 @@ class NoSlipCar : public AutoDiffVehicle<D> {
   template <class T>
   void body(Point<T>& p, const NoSlipParams<T>& k) const {
     auto& q = p.q;
+    // Brakes hold the mass that there is, which effects may have changed.
+    if (q.d < T(0)) q.drive_force = vehicle::drive_force(q, q.m, p.at.grade);
+    if (q.vx < T(vehicle::crawl)) return stand(p, k);
     const T drive_rate = (q.drive_force - q.rolling - q.drag * square(q.vx)) / q.m;
     static_cast<const D&>(*this).motion(q, drive_rate);
+    q.aw *= k.yaw_gain;
+    q.grade = T(p.at.grade);
+    q.bank = T(0);
+  }
+
+ private:
+  /// body() of a car that stands or rolls backwards. The slope counts among what moves it, the less the faster it goes
+  /// forwards: a steered car that brakes hold on a slope must not turn by the force that holds it. Not inline: GCC 12
+  /// fuses products with sums where it vectorises both calls of `motion`, whatever -ffp-contract says, and the car that
+  /// drives forward would differ in the last digit.
+  template <class T>
+  [[gnu::noinline]] void stand(Point<T>& p, const NoSlipParams<T>& k) const {
+    auto& q = p.q;
+    const T share = q.vx > T(0) ? T(1) - vehicle::direction(q.vx) : T(1);
+    const T slope = share * (gravity * std::sin(p.at.grade));
+    static_cast<const D&>(*this).motion(q, (q.drive_force - vehicle::resistance(q)) / q.m - slope);
+    q.ax += slope;  // the host subtracts it for every model
     q.aw *= k.yaw_gain;
     q.grade = T(p.at.grade);
     q.bank = T(0);

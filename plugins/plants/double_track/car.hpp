@@ -203,7 +203,7 @@ inline PerWheel DoubleTrackCar::vertical(const Motion& z, const Held& held) cons
   const double wheelbase = p_.lf + p_.lr;
   const double V2 = z.vx * z.vx + z.vy * z.vy;
   const double weight = p_.m * std::max(0.0, held.normal + z.vx * z.vx * held.curve);
-  const double total = weight + std::max(0.0, (p_.downforce_front + p_.downforce_rear) * V2);
+  const double total = std::max(0.0, weight + (p_.downforce_front + p_.downforce_rear) * V2);  // lift unloads
   const double front =
       std::clamp(weight * p_.lr / wheelbase + p_.downforce_front * V2 - z.lag_x * p_.h / wheelbase, 0.0, total);
   const double rear = total - front;
@@ -241,7 +241,8 @@ inline DoubleTrackCar::Torques DoubleTrackCar::slip_controlled(Torques torques, 
   const double slip = (over.Vr - over.Vx) / std::max(Vt, 3.0);  // not so sharp when setting off
   const double left = std::clamp((p_.slip_end - std::abs(slip)) / (p_.slip_end - p_.slip_start), 0.0, 1.0);
   const double active = std::clamp(Vt - 1.0, 0.0, 1.0);  // the last metre is braked with locked wheels
-  if (slip < 0.0) torques.brake *= 1.0 - active * (1.0 - left);
+  const bool locks = over.Vx < 0.0 ? slip > 0.0 : slip < 0.0;  // backwards too: slower than the ground
+  if (locks) torques.brake *= 1.0 - active * (1.0 - left);
   if (slip > 0.0 && torques.drive > 0.0) torques.drive *= left;
   return torques;
 }

@@ -14,6 +14,10 @@
 // Transient (section 5.4, deflection of the carcass): sigma(s) d slip / dt = Vt (steady slip - slip). sigma shrinks
 // with the secant of the curve, so that the deflection never exceeds force over carcass stiffness. At a standstill the
 // tyre is the carcass as a spring; section 8.6's damping at low speed is added to the slip, inside the friction limit.
+// Where a wheel slides across or rolls backwards, the sigma of a slow wheel follows the carcass alone: with the damping
+// in it, it is shorter while the carcass is bent than while it springs back, which gives back more than was put in, and
+// a car that had slid to rest across would sway for ever. Driving forward the difference fades away with the speed; it
+// is kept there so that results stay what they are.
 #pragma once
 
 #include <algorithm>
@@ -119,11 +123,13 @@ class Tyre {
 
     double held_x = slip_x;
     double held_y = slip_y;
+    bool carcass_alone = false;
     if (Vt < data_.damping_below && Fz > 0.0) {
       const double fade = 1.0 - Vt / data_.damping_below;
       const double damping = data_.damping * fade * fade / Fz;
       held_x += damping / data_.stiffness_x * (w.Vr - w.Vx);
       held_y += damping / cornering(Fz) * -w.Vy;
+      carcass_alone = w.Vx < std::abs(w.Vy);
     }
     const double sx = held_x * nx;
     const double sy = held_y * ny;
@@ -132,8 +138,11 @@ class Tyre {
     const double over_y = data_.y.over(s);
 
     const double shortest = 2.0 * Vt * step;
-    const double sigma_x = std::max(data_.relaxation_x * std::max(0.0, over_x) / data_.x.slope(), shortest);
-    const double sigma_y = std::max(data_.relaxation_y * std::max(0.0, over_y) / data_.y.slope(), shortest);
+    const double bent = carcass_alone ? std::hypot(slip_x * nx, slip_y * ny) : s;
+    const double secant_x = carcass_alone ? data_.x.over(bent) : over_x;  // F / s of the carcass
+    const double secant_y = carcass_alone ? data_.y.over(bent) : over_y;
+    const double sigma_x = std::max(data_.relaxation_x * std::max(0.0, secant_x) / data_.x.slope(), shortest);
+    const double sigma_y = std::max(data_.relaxation_y * std::max(0.0, secant_y) / data_.y.slope(), shortest);
     return {f * mu_x * Fz * over_x * sx, f * mu_y * Fz * over_y * sy, (w.Vr - w.Vx - Vt * slip_x) / sigma_x,
             (-w.Vy - Vt * slip_y) / sigma_y};
   }

@@ -69,6 +69,46 @@ TEST_F(RoadFiles, EdgesMakeARoadWhosePointsNeedNotCorrespond) {
   EXPECT_NEAR(track.half_width_right(50), 4.0, 0.05);
 }
 
+/// How near an edge must come to its start again for a whole lap follows from the usual width of the road, not from the
+/// one at the first point: a pit exit is wide.
+TEST_F(RoadFiles, EdgesOfARoadThatIsWideAtItsStartAreKeptWhole) {
+  const auto edge = [&](const char* name, double side) {
+    return write(name, "x_m,y_m", 200, [=](int i) {
+      const double a = 2 * pi * i / 200, r = 100 + side * (std::cos(a) > 0.98 ? 32.0 : 5.0);
+      return std::vector{r * std::cos(a), r * std::sin(a)};
+    });
+  };
+  const RoadTable road = read({edge("left.csv", -1), edge("right.csv", 1)});
+  EXPECT_THAT(remarks_, ::testing::ElementsAre(HasSubstr("the centre line is where both edges are equally far")));
+  EXPECT_NEAR(road.length(), 2 * pi * 100, 2.0);
+}
+
+TEST_F(RoadFiles, WhatIsWrongWithTwoEdgesNamesTheirFiles) {
+  const auto edge = [&](const char* name, const char* header, double r, double direction) {
+    return write(name, header, 100, [=](int i) {
+      return std::vector{r * std::cos(2 * pi * i / 100), direction * r * std::sin(2 * pi * i / 100)};
+    });
+  };
+  const fs::path left = edge("left.csv", "x_m,y_m", 46, 1);
+  EXPECT_THAT(refusal([&] {
+                read({left, edge("right.csv", "x_m,y_m", 54, -1)});
+              }),
+              ::testing::AllOf(HasSubstr("left.csv and "), HasSubstr("right.csv: the two edges run opposite ways")));
+  EXPECT_THAT(refusal([&] {
+                read({left, edge("right.csv", "lat,lon", 54, 1)});
+              }),
+              HasSubstr("right.csv: is in degrees, the other edge in metres"));
+}
+
+TEST_F(RoadFiles, WidthsUnderOtherNamesAreToldWhereWidthsAreMissing) {
+  const fs::path file = write("names.csv", "x_m,y_m,w_right_m,w_left_m", 100, [](int i) {
+    return std::vector{50 * std::cos(2 * pi * i / 100), 50 * std::sin(2 * pi * i / 100), 4.0, 4.0};
+  });
+  EXPECT_THAT(refusal([&] { read({file}); }),
+              ::testing::AllOf(HasSubstr("has no widths (w_tr_right_m,w_tr_left_m)"),
+                               HasSubstr("columns that are left out: w_right_m,w_left_m")));
+}
+
 TEST_F(RoadFiles, EdgesThatCrossAreRefusedWithThePlace) {
   const auto edge = [&](const char* name, double grow, double bump) {
     return write(name, "x_m,y_m", 300, [=](int i) {

@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <numbers>
 #include <vector>
 
 #include "geometry/track_file.hpp"
@@ -63,6 +65,35 @@ TEST(RoadTable, ABridgeSurvivesBeingWritten) {
   EXPECT_EQ(again.name(), "eight");
   EXPECT_EQ(again.crossings().size(), 1u);
   EXPECT_NEAR(again.length(), track.length(), 1e-3);
+}
+
+/// Two straights of 300 m with 6 points each, two half circles of 15 m radius with 12.
+RoadTable few_points_on_the_straights() {
+  RoadTable road;
+  const auto corner = [&](double x, double from) {
+    for (int i = 0; i < 12; ++i) {
+      const double a = from + std::numbers::pi * i / 12;
+      road.points.push_back({x + 15 * std::cos(a), 15 + 15 * std::sin(a)});
+    }
+  };
+  for (int i = 0; i < 6; ++i) road.points.push_back({50.0 * i, 0.0});
+  corner(300.0, -0.5 * std::numbers::pi);
+  for (int i = 0; i < 6; ++i) road.points.push_back({300 - 50.0 * i, 30.0});
+  corner(0.0, 0.5 * std::numbers::pi);
+  road.right = road.left = std::vector<double>(road.size(), 4.0);
+  return road;
+}
+
+TEST(RoadTable, AWrittenRoadKeepsItsCornersWhereItsStraightsHaveFewPoints) {
+  const RoadTable road = few_points_on_the_straights();
+  const Track track = to_track(road);
+  const testing_support::Folder scratch;
+  write_road(scratch / "road.csv", track, road);
+  const Track again = load_track(scratch / "road.csv");
+  for (double s = 0.0; s < track.length(); s += 0.5) {
+    const CurvePoint at = track.at(s);
+    EXPECT_NEAR(again.locate(at.x, at.y).n, 0.0, 0.03) << s;
+  }
 }
 
 }  // namespace

@@ -12,6 +12,7 @@
 #include "geometry/track_file.hpp"
 #include "support/paths.hpp"
 #include "support/reference_data.hpp"
+#include "support/sample_curves.hpp"
 #include "support/sample_roads.hpp"
 #include "util/csv.hpp"
 
@@ -30,155 +31,13 @@ std::atomic<long> allocations{0};
 namespace gripline {
 namespace {
 
+using test::beside;
+using test::stadium;
 using ::testing::HasSubstr;
 
 constexpr double kPi = std::numbers::pi;
 
 Track shipped(const std::string& name) { return load_track(testing_support::source_dir() / "worlds/tracks" / name); }
-
-PlanePoint beside(const CurvePoint& at, double n) { return {at.x - n * std::sin(at.yaw), at.y + n * std::cos(at.yaw)}; }
-
-ClosedCurve ellipse(double a, double b, int points) {
-  std::vector<PlanePoint> p;
-  for (int i = 0; i < points; ++i)
-    p.push_back({a * std::cos(2 * kPi * i / points), b * std::sin(2 * kPi * i / points)});
-  return ClosedCurve::from_points(p);
-}
-
-/// Two straights of 4 m, two half circles of radius 1 m, counter-clockwise from (0, 0) along x.
-ClosedCurve stadium() {
-  const std::vector<Segment> segments{Segment::line(4.0), Segment::arc(1.0, kPi), Segment::line(4.0),
-                                      Segment::arc(1.0, kPi)};
-  return ClosedCurve::from_segments({0.0, 0.0, 0.0}, segments);
-}
-
-TEST(ArcPath, IsExact) {
-  const ClosedCurve curve = stadium();
-  EXPECT_DOUBLE_EQ(curve.length(), 8.0 + 2.0 * kPi);
-  const CurvePoint top = curve.at(4.0 + 0.5 * kPi);
-  EXPECT_NEAR(top.x, 5.0, 1e-15);
-  EXPECT_NEAR(top.y, 1.0, 1e-15);
-  EXPECT_NEAR(top.yaw, 0.5 * kPi, 1e-15);
-  EXPECT_EQ(top.kappa, 1.0);
-  EXPECT_EQ(curve.at(2.0).kappa, 0.0);
-  const CurvePoint back = curve.at(4.0 + kPi + 1.0);
-  EXPECT_NEAR(std::abs(back.yaw), kPi, 1e-15);
-  EXPECT_NEAR(back.x, 3.0, 1e-14);
-  EXPECT_NEAR(back.y, 2.0, 1e-14);
-}
-
-TEST(ArcPath, RepeatsItself) {
-  const ClosedCurve curve = stadium();
-  for (const double s : {0.3, 5.0, 9.9, 13.0}) {
-    const CurvePoint a = curve.at(s), b = curve.at(s - 3.0 * curve.length()), c = curve.at(s + 2.0 * curve.length());
-    EXPECT_NEAR(a.x, b.x, 1e-12);
-    EXPECT_NEAR(a.y, c.y, 1e-12);
-    EXPECT_NEAR(b.s, s, 1e-12);
-  }
-}
-
-TEST(ArcPath, LeftIsPositive) {
-  const ClosedCurve curve = stadium();
-  EXPECT_NEAR(curve.locate(2.0, 0.3).n, 0.3, 1e-15);
-  EXPECT_NEAR(curve.locate(2.0, -0.3).n, -0.3, 1e-15);
-  const CurveLocation outside = curve.locate(5.5, 1.0);
-  EXPECT_NEAR(outside.n, -0.5, 1e-15);
-  EXPECT_NEAR(outside.s, 4.0 + 0.5 * kPi, 1e-15);
-}
-
-TEST(ArcPath, RefusesWhatDoesNotClose) {
-  const std::vector<Segment> gap{Segment::line(4.0), Segment::arc(1.0, kPi), Segment::line(3.9),
-                                 Segment::arc(1.0, kPi)};
-  const std::vector<Segment> kink{Segment::line(4.0), Segment::arc(1.0, kPi), Segment::line(4.0),
-                                  Segment::arc(1.0, 0.9 * kPi)};
-  const std::vector<Segment> empty{Segment::line(0.0)};
-  EXPECT_THROW(ClosedCurve::from_segments({}, gap), GeometryError);
-  EXPECT_THROW(ClosedCurve::from_segments({}, kink), GeometryError);
-  EXPECT_THROW(ClosedCurve::from_segments({}, empty), GeometryError);
-  EXPECT_THROW(ClosedCurve::from_segments({}, {}), GeometryError);
-}
-
-TEST(SplinePath, MatchesAnEllipse) {
-  const double a = 3.0, b = 2.0;
-  const ClosedCurve curve = ellipse(a, b, 240);
-  EXPECT_NEAR(curve.length(), 15.865439589290589, 1e-6);  // 4 a E(sqrt(1 - b^2/a^2))
-  for (int i = 0; i < 100; ++i) {
-    const CurvePoint at = curve.at(0.1586 * i);
-    EXPECT_NEAR(at.x * at.x / (a * a) + at.y * at.y / (b * b), 1.0, 1e-7);
-    const double c = at.x / a, s = at.y / b;
-    const double kappa = a * b / std::pow(a * a * s * s + b * b * c * c, 1.5);
-    EXPECT_NEAR(at.kappa, kappa, 2e-3);
-    EXPECT_NEAR(wrap_angle(at.yaw - std::atan2(b * c, -a * s)), 0.0, 1e-5);
-  }
-}
-
-TEST(SplinePath, StationsAreArcLengthAndCurvatureIsContinuous) {
-  const ClosedCurve curve = ellipse(3.0, 2.0, 31);
-  const double h = 1e-4;
-  for (double s = 0.0; s < curve.length(); s += 0.0371) {
-    const CurvePoint before = curve.at(s - h), at = curve.at(s), after = curve.at(s + h);
-    EXPECT_NEAR(std::hypot(after.x - before.x, after.y - before.y), 2.0 * h, 1e-9);
-    EXPECT_NEAR((after.kappa + before.kappa) / 2.0, at.kappa, 1e-3);
-    EXPECT_NEAR(wrap_angle(after.yaw - before.yaw) / (2.0 * h), at.kappa, 1e-3);
-  }
-}
-
-TEST(SplinePath, RefusesPointsThatMakeNoLine) {
-  const std::vector<PlanePoint> few{{0, 0}, {1, 0}, {1, 1}};
-  const std::vector<PlanePoint> same{{0, 0}, {1, 0}, {1, 0}, {1, 1}, {0, 1}};
-  EXPECT_THROW(ClosedCurve::from_points(few), GeometryError);
-  EXPECT_THROW(ClosedCurve::from_points(same), GeometryError);
-}
-
-void expect_round_trip(const ClosedCurve& curve, double widest, double tolerance) {
-  std::mt19937_64 random(7);
-  std::uniform_real_distribution<double> station(0.0, curve.length()), offset(-widest, widest), error(-0.1, 0.1);
-  for (int i = 0; i < 2000; ++i) {
-    const double s = station(random), n = offset(random);
-    const CurvePoint at = curve.at(s);
-    const PlanePoint p = beside(at, n);
-    for (const CurveLocation& found : {curve.locate(p.x, p.y), curve.locate(p.x, p.y, s + error(random))}) {
-      EXPECT_NEAR(wrap_difference(found.s - s, curve.length()), 0.0, tolerance);
-      EXPECT_NEAR(found.n, n, tolerance);
-      EXPECT_NEAR(wrap_angle(found.yaw - at.yaw), 0.0, 20.0 * tolerance);
-    }
-  }
-}
-
-TEST(ClosedCurve, LocateInvertsAt) {
-  expect_round_trip(stadium(), 0.8, 1e-12);
-  expect_round_trip(shipped("ethz.json").centre(), 0.18, 1e-9);
-  expect_round_trip(shipped("ethz_mobil.json").centre(), 0.225, 1e-9);
-  expect_round_trip(ellipse(3.0, 2.0, 61), 0.8, 1e-9);
-}
-
-TEST(ClosedCurve, AHintStaysOnItsStretch) {
-  // Between the two straights of the stadium, nearer to the upper one: the hint decides.
-  const ClosedCurve curve = stadium();
-  EXPECT_NEAR(curve.locate(2.0, 1.2).s, 4.0 + kPi + 2.0, 1e-12);
-  EXPECT_NEAR(curve.locate(2.0, 1.2, 1.9).s, 2.0, 1e-12);
-  EXPECT_NEAR(curve.locate(2.0, 1.2, 1.9).n, 1.2, 1e-12);
-}
-
-TEST(ClosedCurve, LocateFindsTheNearestPointFromAnywhere) {
-  const ClosedCurve oval = ellipse(3.0, 2.0, 61);
-  const Track ethz = shipped("ethz.json");
-  std::mt19937_64 random(11);
-  std::uniform_real_distribution<double> place(-4.0, 4.0);
-  for (int i = 0; i < 300; ++i) {
-    const double x = place(random), y = place(random);
-    for (const ClosedCurve* curve : {&oval, &ethz.centre()}) {
-      double nearest = INFINITY;
-      for (int k = 0; k < 4000; ++k) {
-        const CurvePoint at = curve->at(curve->length() * k / 4000.0);
-        nearest = std::min(nearest, std::hypot(at.x - x, at.y - y));
-      }
-      const double found = std::abs(curve->locate(x, y).n);
-      EXPECT_LE(found, nearest + 1e-12);
-      EXPECT_GE(found, nearest - 2e-3);
-    }
-  }
-}
 
 TEST(ClosedCurve, QueriesAllocateNothing) {
   const Track arcs = shipped("ethz.json");
@@ -325,19 +184,6 @@ TEST(Track, CarMustFit) {
   const Track track = shipped("ethz.json");
   EXPECT_EQ(check_car_fits(track, 0.03), "");
   EXPECT_THAT(check_car_fits(track, 0.4), HasSubstr("0.4 m wide, the track only 0.37 m"));
-}
-
-TEST(StationTable, IsLinearAndPeriodic) {
-  const StationTable table(10.0, {1.0, 4.0, 9.0}, {1.0, 4.0, -1.0});
-  EXPECT_DOUBLE_EQ(table.at(2.5), 2.5);
-  EXPECT_DOUBLE_EQ(table.at(9.5), -0.5);
-  EXPECT_DOUBLE_EQ(table.at(0.5), 0.5);
-  EXPECT_DOUBLE_EQ(table.at(-0.5), -0.5);
-  EXPECT_DOUBLE_EQ(table.at(14.0), 4.0);
-  EXPECT_EQ(StationTable(3.0).at(1e9), 3.0);
-  EXPECT_THROW(StationTable(10.0, {1.0, 1.0}, {0.0, 0.0}), GeometryError);
-  EXPECT_THROW(StationTable(10.0, {1.0, 10.0}, {0.0, 0.0}), GeometryError);
-  EXPECT_THROW(StationTable(10.0, {1.0, 2.0}, {0.0, NAN}), GeometryError);
 }
 
 std::string why_refused(const RoadTable& road) {

@@ -4,19 +4,14 @@
 #include <gtest/gtest.h>
 
 #include <fstream>
-#include <sstream>
 
 #include "config/json_file.hpp"
-#include "geometry/track_import.hpp"
 #include "support/paths.hpp"
-#include "support/reference_data.hpp"
 
 namespace gripline {
 namespace {
 
 using ::testing::HasSubstr;
-using ::testing::Not;
-using ::testing::StartsWith;
 
 constexpr double kDegree = std::numbers::pi / 180.0;
 
@@ -215,119 +210,6 @@ TEST(TrackFile, WrittenCsvReadsBackAsTheSameRoad) {
     const CurvePoint at = track.at(s);
     EXPECT_NEAR(again.locate(at.x, at.y).n, 0.0, 1e-4);
     EXPECT_EQ(again.half_width_left(s), 0.23);
-  }
-}
-
-TEST(TrackImport, EdgesOfAnAnnulusGiveItsMiddleCircle) {
-  EdgePoints inner, outer;
-  for (int i = 0; i < 200; ++i) {
-    const double a = 2.0 * std::numbers::pi * i / 200, b = 2.0 * std::numbers::pi * (i + 0.3) / 200 + 0.4;
-    inner.points.push_back({10.0 * std::cos(a), 10.0 * std::sin(a)});
-    inner.heights.push_back(0.5 * std::sin(a));
-    if (i % 3 != 0) {
-      outer.points.push_back({16.0 * std::cos(b), 16.0 * std::sin(b)});
-      outer.heights.push_back(0.5 * std::sin(b) + 0.6);
-    }
-  }
-  const Track track(shape_from_edges(inner, outer, 1.0));
-  EXPECT_NEAR(track.length(), 26.0 * std::numbers::pi, 0.05);
-  for (double s = 0.0; s < track.length(); s += 0.9) {
-    const CurvePoint at = track.at(s);
-    EXPECT_NEAR(std::hypot(at.x, at.y), 13.0, 0.01);
-    EXPECT_NEAR(track.half_width_left(s), 3.0, 0.02);
-    EXPECT_NEAR(track.half_width_right(s), 3.0, 0.02);
-    EXPECT_NEAR(track.bank(s), std::atan(0.6 / 6.0), 2e-3);  // counter-clockwise: the outer, higher edge is right
-    EXPECT_NEAR(track.grade(s), 0.5 / 13.0 * std::cos(std::atan2(at.y, at.x)), 4e-3);  // straight between edge points
-  }
-  EXPECT_NEAR(Track(shape_from_edges(outer, inner, 1.0)).length(), track.length(), 1e-3);  // the names do not matter
-  std::reverse(outer.points.begin(), outer.points.end());
-  EXPECT_THROW(shape_from_edges(inner, outer), GeometryError);
-}
-
-class ImportedTracks : public testing_support::WithReference {};
-
-TEST_F(ImportedTracks, PublishedTablesOfCentreAndEdges) {
-  const Track ethz(shape_from_table(read_csv(reference("track_ethz.csv"))));
-  EXPECT_NEAR(ethz.length(), 17.844, 5e-3);
-  EXPECT_NEAR(ethz.half_width_left(1.0), 0.185, 1e-4);
-  const Track ours = load_track(testing_support::source_dir() / "worlds/tracks/ethz.json");
-  for (double s = 0.0; s < ethz.length(); s += 0.05) {
-    const CurvePoint at = ethz.at(s);
-    EXPECT_NEAR(ours.locate(at.x, at.y).n, 0.0, 1.5e-3);
-  }
-}
-
-TEST_F(ImportedTracks, Town07WithItsSlope) {
-  TrackShape shape = shape_from_table(read_csv(reference("track_carla.csv")), {.left_handed = true});
-  const CsvTable line = read_csv(reference("raceline_carla_tum.csv")),
-                 slope = read_csv(reference("carla_slope_profile.csv"));
-  const std::vector<double> x = line.column("x_m"), y = line.column("y_m");
-  std::vector<PlanePoint> points;
-  for (std::size_t i = 0; i < x.size(); ++i) points.push_back({x[i], -y[i]});
-  drop_closing_point_and_check_closed(points);
-  const std::vector<double> stations = slope.column("s_m"), heights = slope.column("z_m"),
-                            pitch = slope.column("pitch_deg");
-  shape.grade = grade_from_heights(shape.centre, ClosedCurve::from_points(points), stations, heights);
-  const Track track(std::move(shape));
-
-  EXPECT_NEAR(track.length(), 1232.0, 1.0);
-  EXPECT_NEAR(track.half_width_left(100.0), 1.5, 0.01);
-  EXPECT_NEAR(track.half_width_right(700.0), 1.5, 0.01);
-  // Clockwise seen in Carla's left-handed axes, so to us a lap turns once to the left or right, whole.
-  double turned = 0.0, steepest = 0.0;
-  for (double s = 0.0; s < track.length(); s += 0.25) {
-    turned += 0.25 * track.at(s).kappa;
-    steepest = std::max(steepest, std::abs(track.grade(s)));
-  }
-  EXPECT_NEAR(std::abs(turned), 2.0 * std::numbers::pi, 0.05);
-  EXPECT_GT(steepest, 5.0 * kDegree);
-  EXPECT_LT(steepest, 8.0 * kDegree);
-  // The logged pitch of the body (nose up positive) follows the slope.
-  double squares = 0.0;
-  for (std::size_t i = 0; i < stations.size(); ++i) {
-    const CurvePoint at = ClosedCurve::from_points(points).at(stations[i]);
-    const double difference = track.grade(track.locate(at.x, at.y).s) - pitch[i] * kDegree;
-    squares += difference * difference;
-  }
-  EXPECT_LT(std::sqrt(squares / static_cast<double>(stations.size())), 0.8 * kDegree);
-
-  // As a file in the common convention it is the same road.
-  std::ostringstream text;
-  write_track_csv(text, track, 1.0);
-  EXPECT_THAT(text.str(), StartsWith("# x_m,y_m,w_tr_right_m,w_tr_left_m,grade_rad,bank_rad\n"));
-}
-
-TEST_F(ImportedTracks, MeasuredCircuits) {
-  for (const char* name : {"putnam", "lvms"}) {
-    const auto edge = [name](const char* which) {
-      return EdgePoints::from_table(read_csv(testing_support::reference_root() / "measured" /
-                                             ("track_" + std::string(name) + "_" + which + ".csv")));
-    };
-    const Track track(shape_from_edges(edge("inner"), edge("outer")));
-    EXPECT_GT(track.length(), 2300.0) << name;
-    EXPECT_LT(track.length(), 3000.0) << name;
-    EXPECT_GT(track.narrowest(), 6.0) << name;
-  }
-}
-
-TEST_F(ImportedTracks, DiagnosisTracksHaveExactLapFractions) {
-  for (const char* name : {"rc43_public.csv", "full_public.csv"}) {
-    const auto file = testing_support::reference_root() / "discrepancy" / "tracks" / name;
-    const Track track = load_track(file);
-    const CsvTable table = read_csv(file);
-    const std::vector<double> x = table.column("x_m"), y = table.column("y_m");
-    double length = 0.0;
-    std::vector<double> chord;
-    for (std::size_t i = 0; i < x.size(); ++i) {
-      chord.push_back(length);
-      const std::size_t j = (i + 1) % x.size();
-      length += std::hypot(x[j] - x[i], y[j] - y[i]);
-    }
-    for (std::size_t i = 0; i < x.size(); i += 7) EXPECT_NEAR(track.lap_fraction(x[i], y[i]), chord[i] / length, 1e-12);
-    for (double s = 0.0; s < track.length(); s += track.length() / 777.0) {
-      const CurvePoint at = track.at(s);
-      EXPECT_NEAR(track.lap_fraction(at.x, at.y), s / track.length(), 1e-4) << name;  // framework/doc/axes-and-signs.md
-    }
   }
 }
 

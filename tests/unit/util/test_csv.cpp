@@ -56,6 +56,13 @@ TEST_F(Csv, AByteOrderMarkIsNoLetterOfTheFirstColumn) {
   EXPECT_EQ(why("\xef\xbb\xbfx;y\n"), "t.csv:1:2: columns are separated by ';' here; expected ','");
 }
 
+TEST_F(Csv, OtherEncodingsAndLineEndsAreNamed) {
+  const std::string utf16("\xff\xfex\0,\0y\0\n\0", 10);
+  EXPECT_EQ(why(utf16), "t.csv:1:1: is UTF-16; expected UTF-8 (iconv -f UTF-16 -t UTF-8)");
+  EXPECT_EQ(why("x,y\r1,2\r"), "t.csv:1:1: lines end with carriage returns alone; expected newlines (tr '\\r' '\\n')");
+  EXPECT_EQ(read("x,y\r").rows(), 0u);  // one line is one line
+}
+
 TEST_F(Csv, TabsAreNoCommas) {
   EXPECT_EQ(why("# x\ty\n1\t2\n"), "t.csv:1:4: columns are separated by tabs here; expected ','");
   EXPECT_EQ(read("x,\ty\n1,\t2\n").rows(), 1u);

@@ -37,6 +37,27 @@ TEST(LoadTransfer, KeepsTheSumOfStaticLoads) {
   EXPECT_NEAR(q.load_front * 0.6 + q.load_rear * 0.4, 1.0, 1e-14);
 }
 
+/// Where more would move than an axle carries, it lifts off, and the other carries the car.
+TEST(LoadTransfer, EndsWhereOneAxleCarriesTheCar) {
+  EffectBench bench("load_transfer");
+  bench.q.load_front = bench.q.load_rear = 1.0;
+  for (const double force : {-40.0, 40.0}) {
+    bench.q.drive_force = force;
+    const auto q = bench.apply({1.0});
+    EXPECT_NEAR(force > 0 ? q.load_front : q.load_rear, 0.0, 1e-14);
+    EXPECT_NEAR(q.load_front * 0.6 + q.load_rear * 0.4, 1.0, 1e-14);
+  }
+}
+
+TEST(CogShift, StaysBetweenTheAxles) {
+  EffectBench bench("cog_shift");
+  bench.q.lf = 0.2, bench.q.lr = 0.8;
+  const auto q = bench.apply({-0.4});
+  EXPECT_NEAR(q.lf, 0.01, 1e-14);
+  EXPECT_NEAR(q.lr, 0.99, 1e-14);
+  EXPECT_NEAR(q.load_front * 0.8 / 1.1 + q.load_rear * 0.2 / 0.9, 1.0, 1e-14);
+}
+
 TEST(CogShift, MovesGeometryAndLoadsTogether) {
   EffectBench bench("cog_shift");
   const auto q = bench.apply({0.05});
@@ -53,6 +74,14 @@ TEST(Downforce, GrowsWithTheSquareOfSpeed) {
   const auto q = bench.apply({0.2});
   EXPECT_NEAR(q.load_front, 1.1 * factor, 1e-14);
   EXPECT_NEAR(q.load_rear, 0.9 * factor, 1e-14);
+}
+
+TEST(Downforce, LiftTakesNoMoreThanTheLoad) {
+  EffectBench bench("downforce");
+  bench.q.vx = 10.0;
+  EXPECT_EQ(bench.apply({-0.9}).load_front, 0.0);
+  EXPECT_EQ(bench.apply({-0.25}).load_front, 0.0);
+  EXPECT_NEAR(bench.apply({-0.2}).load_rear, 0.9 * 0.2, 1e-14);
 }
 
 }  // namespace

@@ -121,6 +121,10 @@ TEST(TurningDrag, GrowsWithTheYawRateEitherWayAgainstTheMotion) {
   }
   bench.q.vx = -bench.q.vx;
   EXPECT_NEAR(bench.apply({0.2}).ax - bench.q.ax, 0.2 * 1.2, 1e-14);
+  bench.q.vx = 0.0;  // a car that turns where it stands is not set moving
+  EXPECT_EQ(bench.apply({0.2}).ax, bench.q.ax);
+  bench.q.vx = 0.01;
+  EXPECT_NEAR(bench.apply({0.2}).ax - bench.q.ax, -0.1 * 1.2, 1e-14);
 }
 
 TEST(Pedals, DelaysComeFirstThenTheDeadZoneThenCurvesAndMaps) {

@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstring>
+#include <random>
 #include <vector>
 
 #include "plugin/registry.hpp"
@@ -197,6 +198,132 @@ TEST(Car, MirrorSymmetry) {
     ASSERT_NEAR(left.axle_force(Axle::rear), -right.axle_force(Axle::rear), 1e-3);
   }
   EXPECT_GT(std::abs(left.motion().yaw), 0.1);
+}
+
+/// Seeded cars that roll, slide, spin, roll backwards or stand.
+std::vector<State> wild_states(int count) {
+  std::mt19937_64 random(13);
+  const auto uniform = [&](double most) { return std::uniform_real_distribution<double>(-most, most)(random); };
+  const double sizes[] = {0.0, 1e-6, 0.05, 1.0, 15.0};
+  std::vector<State> all;
+  for (int i = 0; i < count; ++i) {
+    State x;
+    x.yaw = uniform(3);
+    x.vx = uniform(sizes[random() % 5]);
+    x.vy = uniform(sizes[random() % 5]);
+    x.omega = 0.3 * uniform(sizes[random() % 5]);
+    x.delta = uniform(0.5);
+    all.push_back(x);
+  }
+  return all;
+}
+
+TEST(Car, MirrorSymmetryFromAnyState) {
+  const Params p;
+  DoubleTrackCar left(p), right(p);
+  Road road, mirrored;
+  road.grade = mirrored.grade = -0.05;
+  road.bank = 0.06;
+  mirrored.bank = -0.06;
+  int k = 0;
+  for (State x : wild_states(40)) {
+    const double d = std::sin(0.8 * ++k), delta = x.delta;
+    left.reset(x, road);
+    x.yaw = -x.yaw, x.vy = -x.vy, x.omega = -x.omega, x.delta = -x.delta;
+    right.reset(x, mirrored);
+    for (int step = 0; step < 10; ++step) {
+      left.advance(d, delta, control_step, road);
+      right.advance(d, -delta, control_step, mirrored);
+    }
+    const Motion &a = left.motion(), &b = right.motion();
+    EXPECT_NEAR(a.vx, b.vx, 1e-8) << k;
+    EXPECT_NEAR(a.vy, -b.vy, 1e-8) << k;
+    EXPECT_NEAR(a.omega, -b.omega, 1e-8) << k;
+    for (const std::size_t i : {0u, 2u}) {
+      EXPECT_NEAR(a.spin[i], b.spin[i + 1], 1e-6) << k;
+      EXPECT_NEAR(left.loads()[i].Fz, right.loads()[i + 1].Fz, 1e-3) << k;
+    }
+  }
+}
+
+/// Kinetic energy, of wheels too, grows by no more than what the carcasses of the tyres can give back. A carcass of
+/// k = stiffness / relaxation under F = mu Fz holds F^2 / (2 k); but one that slid comes back over int sigma(s) ds, under
+/// the full force until s is that of the peak: F^2 / k (1 / 2 + ln(s)), s up to 1 over the slip of the peak, above 0.08.
+TEST(Car, WithoutDriveItOnlyLosesEnergyFromAnyState) {
+  const Params p = bare();
+  const double load = 0.25 * p.m * gravity, carcass = p.stiffness_front * load / p.relaxation_y;
+  const double stored = 4.0 * std::pow(p.mu_y * load, 2) / carcass * (0.5 + std::log(1.0 / 0.08));
+  const Road road;
+  int k = 0;
+  for (const State& x : wild_states(60)) {
+    DoubleTrackCar car(p);
+    car.reset(x, road);
+    const double d = ++k % 2 == 0 ? 0.0 : -0.7;
+    double least = energy(car);
+    for (int step = 0; step < 50; ++step) {
+      car.advance(d, x.delta, control_step, road);
+      EXPECT_LT(energy(car), least + stored) << k;
+      least = std::min(least, energy(car));
+    }
+    if (d < 0.0) {
+      drive(car, d, x.delta, 12.0, road);
+      EXPECT_LT(energy(car), 1e-6) << k;  // it has come to rest
+    }
+  }
+}
+
+TEST(Car, ForcesStayInTheFrictionEllipseAndLoadsAddUpFromAnyState) {
+  Params p;
+  p.load_sensitivity = 0.0;
+  for (const double factor : {1.0, 0.3, 1e-9, 0.0}) {
+    Road road;
+    road.factor = factor;
+    road.grade = 0.05;
+    road.bank = -0.08;
+    const double normal = gravity * std::sqrt(1.0 - std::pow(std::sin(0.05), 2) - std::pow(std::sin(0.08), 2));
+    int k = 0;
+    for (const State& x : wild_states(40)) {
+      DoubleTrackCar car(p);
+      car.reset(x, road);
+      for (int step = 0; step < 10; ++step) {
+        car.advance(std::sin(1.0 * ++k), x.delta, control_step, road);
+        const Motion& z = car.motion();
+        double sum = 0.0;
+        for (const WheelLoads& w : car.loads()) {
+          const double limit = factor * w.Fz;
+          EXPECT_GE(w.Fz, 0.0);
+          EXPECT_LE(std::pow(w.Fx / p.mu_x, 2) + std::pow(w.Fy / p.mu_y, 2), (1.0 + 1e-9) * limit * limit);
+          sum += w.Fz;
+        }
+        const double down = (p.downforce_front + p.downforce_rear) * (z.vx * z.vx + z.vy * z.vy);
+        EXPECT_NEAR(sum, p.m * normal + down, 1e-6);
+        EXPECT_TRUE(std::isfinite(z.vx + z.vy + z.omega + z.spin[0] + z.spin[3]));
+      }
+    }
+  }
+}
+
+TEST(Car, BackwardsBrakesStopItAndSlipControlKeepsWheelsTurning) {
+  Params p;
+  Road road;
+  road.factor = 0.4;
+  double distance[2] = {0.0, 0.0};
+  bool locked[2] = {false, false};
+  for (const bool control : {false, true}) {
+    p.slip_control = control;
+    DoubleTrackCar car(p);
+    car.reset(rolling(-20.0), road);
+    for (int k = 0; k < 1000; ++k) {
+      car.advance(-1.0, 0.0, control_step, road);
+      if (car.motion().vx < -5.0 && (car.motion().spin[0] > -1.0 || car.motion().spin[2] > -1.0))
+        locked[control ? 1 : 0] = true;
+    }
+    EXPECT_NEAR(car.motion().vx, 0.0, 1e-8);
+    distance[control ? 1 : 0] = -car.motion().x;
+  }
+  EXPECT_TRUE(locked[0]);
+  EXPECT_FALSE(locked[1]);
+  EXPECT_LT(distance[1], distance[0]);
 }
 
 TEST(Car, RestStaysAtRestOnAHill) {

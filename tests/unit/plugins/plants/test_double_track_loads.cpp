@@ -152,6 +152,25 @@ TEST(Loads, DownforceActsOnItsAxle) {
   EXPECT_NEAR(w[2].Fz + w[3].Fz, p.m * gravity * p.lf / (p.lf + p.lr) + 0.5 * 1600.0, 1.0);
 }
 
+TEST(Loads, LiftUnloads) {
+  Params p = bare();
+  p.downforce_front = -0.6;
+  p.downforce_rear = -0.2;
+  DoubleTrackCar car(p);
+  const auto sum = [&](double speed) {
+    car.reset(rolling(speed), Road{});
+    double all = 0.0;
+    for (const WheelLoads& w : car.loads()) {
+      EXPECT_GE(w.Fz, 0.0);
+      all += w.Fz;
+    }
+    return all;
+  };
+  EXPECT_NEAR(sum(40.0), p.m * gravity - 0.8 * 1600.0, 1.0);
+  EXPECT_NEAR(car.loads()[0].Fz + car.loads()[1].Fz, p.m * gravity * p.lr / (p.lf + p.lr) - 0.6 * 1600.0, 1.0);
+  EXPECT_EQ(sum(200.0), 0.0);  // it flies
+}
+
 TEST(Loads, RollStiffnessSharesTheTransfer) {
   Params p = bare();
   p.roll_front = 0.7;
