@@ -118,5 +118,47 @@ TEST_F(MeasuredLogs, TheRacingCarUndersteers) {
   EXPECT_GT(found->low, 0.0);
 }
 
+/// Of a world's predictions, whose row is the last of the table of `predict` [m].
+double place_error_in(const fs::path& table) {
+  std::ifstream in(table);
+  std::string line, last;
+  while (std::getline(in, line)) last = line;
+  std::istringstream cells(last);
+  for (int i = 0; i < 4; ++i) std::getline(cells, line, ',');
+  return std::stod(line);
+}
+
+/// The car of worlds/dart.json without what its own study found in it: the offset of its steering, back-EMF, tyres that
+/// have an end of grip, a throttle with a dead zone. The world returned predicts a session that nothing saw.
+TEST_F(MeasuredLogs, WhatWasTakenFromTheSmallCarIsFoundInItsLogs) {
+  const std::string map = source_dir() / "experiments/real/maps/dart.json", out = folder_ / "out";
+  const Outcome outcome =
+      gripline_with({"diagnose", source_dir() / "worlds/dart_bare.json", measured_log("dart_free_a.csv"),
+                     measured_log("dart_free_b.csv"), "--map", map, "--out", out});
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  std::map<std::string, double> named;
+  const Node answer = parse_file(fs::path(out) / "diagnosis.json");
+  for (const Node& one : answer.find("named")->array())
+    named[one.find("effect")->text()] = one.find("params")->object().front().value.number();
+  for (const char* const effect : {"steer_offset", "back_emf", "throttle_dead_zone"})
+    EXPECT_THAT(named, testing::Contains(testing::Key(effect)));
+  EXPECT_THAT(named, testing::Contains(testing::Key(AnyOf("friction_scale", "front_grip", "rear_grip"))));
+  EXPECT_LT(named["steer_offset"], -0.003);
+  EXPECT_GT(named["back_emf"], 0.3);
+  const std::string fitted = folder_ / "calibrated.json";
+  ASSERT_EQ(gripline_with({"fit", source_dir() / "worlds/dart_bare.json", measured_log("dart_free_a.csv"),
+                           measured_log("dart_free_b.csv"), "--map", map, "--out", fitted})
+                .code,
+            0);
+  const auto place_error = [&](const std::string& world) {
+    const std::string table = folder_ / "table.csv";
+    const Outcome predicted = gripline_with(
+        {"predict", world, measured_log("dart_mpcc_a.csv"), "--map", map, "--horizon", "1", "--out", table});
+    EXPECT_EQ(predicted.code, 0) << predicted.err;
+    return place_error_in(table);
+  };
+  EXPECT_LT(place_error(fs::path(out) / "augmented_world.json"), 0.8 * place_error(fitted));
+}
+
 }  // namespace
 }  // namespace gripline
