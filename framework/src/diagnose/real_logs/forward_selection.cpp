@@ -30,14 +30,19 @@ struct Round {
   std::size_t best_score = 0;
 };
 
-Round score_beside(const EffectSearch& search, const Selection& selection, std::span<const std::string> without) {
-  const Trial& base = *selection.trial;
-  Round round;
-  round.candidates = calibrate::candidates_beside(base, search.registry, search.world.undetermined);
-  std::erase_if(round.candidates, [&](const CandidateEffect& one) {
+std::vector<CandidateEffect> candidates_for(const EffectSearch& search, const Trial& base,
+                                            std::span<const std::string> without) {
+  auto candidates = calibrate::candidates_beside(base, search.registry, search.world.undetermined);
+  std::erase_if(candidates, [&](const CandidateEffect& one) {
     return std::ranges::find(without, calibrate::addition_of(one, base).name) != without.end();
   });
-  limit_to_yaw(round.candidates, search.by_yaw);
+  limit_to_yaw(candidates, search.by_yaw);
+  return candidates;
+}
+
+Round score_round(const EffectSearch& search, const Trial& base, std::vector<CandidateEffect> candidates) {
+  Round round;
+  round.candidates = std::move(candidates);
   std::vector<calibrate::FitLog> fitted = search.logs.fitted;
   round.scores = score_candidates(base.vehicle.car(), round.candidates, search.forecast, fitted, base.params,
                                   base.unknowns, search.fits.weighing);
@@ -109,14 +114,13 @@ void add_best(Selection& selection, Round& round) {
 /// of them stays.
 void add_offset_of_curve(const EffectSearch& search, Selection& found, std::span<const std::string> without) {
   if (found.added.back().asymmetry != SteeringAsymmetry::curve) return;
-  Round round = score_beside(search, found, without);
-  const auto is_offset = [&](const EffectScore& one) {
-    return steering_asymmetry(round.candidates[one.candidate]) == SteeringAsymmetry::offset;
-  };
-  const auto best = std::ranges::find_if(round.scores, is_offset);
-  if (best == round.scores.end()) return;
-  round.best = search.fits.with(*found.trial, round.candidates[best->candidate], *best);
-  round.best_score = static_cast<std::size_t>(best - round.scores.begin());
+  auto candidates = candidates_for(search, *found.trial, without);
+  std::erase_if(candidates, [](const auto& one) { return steering_asymmetry(one) != SteeringAsymmetry::offset; });
+  if (candidates.empty()) return;
+  Round round = score_round(search, *found.trial, std::move(candidates));
+  if (round.scores.empty()) return;
+  const EffectScore& best = round.scores.front();
+  round.best = search.fits.with(*found.trial, round.candidates[best.candidate], best);
   search.fits.refit_until_still(*round.best);
   search.validate(*round.best);
   add_best(found, round);
@@ -132,7 +136,7 @@ std::vector<ScoredEffect> grow(const EffectSearch& search, Selection& found, std
   tell();
   std::vector<ScoredEffect> first;
   for (bool begun = false; found.added.size() < most; begun = true) {
-    Round round = score_beside(search, found, without);
+    Round round = score_round(search, *found.trial, candidates_for(search, *found.trial, without));
     try_best(search, found, round);
     if (!begun) first = std::move(round.rows);
     if (!round.best) break;
