@@ -246,30 +246,31 @@ TEST(Car, MirrorSymmetryFromAnyState) {
   }
 }
 
-/// Kinetic energy, of wheels too, grows by no more than what the carcasses of the tyres can give back. A carcass of
-/// k = stiffness / relaxation under F = mu Fz holds F^2 / (2 k); but one that slid comes back over int sigma(s) ds,
-/// under the full force until s is that of the peak: F^2 / k (1 / 2 + ln(s)), s up to 1 over the slip of the peak,
-/// above 0.08. (Car, WithoutDriveItOnlyLosesEnergyFromAnyState) {
-const Params p = bare();
-const double load = 0.25 * p.m * gravity, carcass = p.stiffness_front * load / p.relaxation_y;
-const double stored = 4.0 * std::pow(p.mu_y * load, 2) / carcass * (0.5 + std::log(1.0 / 0.08));
-const Road road;
-int k = 0;
-for (const State& x : wild_states(60)) {
-  DoubleTrackCar car(p);
-  car.reset(x, road);
-  const double d = ++k % 2 == 0 ? 0.0 : -0.7;
-  double least = energy(car);
-  for (int step = 0; step < 50; ++step) {
-    car.advance(d, x.delta, control_step, road);
-    EXPECT_LT(energy(car), least + stored) << k;
-    least = std::min(least, energy(car));
+/// Kinetic energy, of wheels too, grows by no more than what the carcasses of the tyres can give back. A carcass
+/// of k = stiffness / relaxation under F = mu Fz holds F^2 / (2 k); but one that slid comes back over int sigma(s)
+/// ds, under the full force until s is that of the peak: F^2 / k (1 / 2 + ln(s)), s up to 1 over the slip of the
+/// peak, above 0.08.
+TEST(Car, WithoutDriveItOnlyLosesEnergyFromAnyState) {
+  const Params p = bare();
+  const double load = 0.25 * p.m * gravity, carcass = p.stiffness_front * load / p.relaxation_y;
+  const double stored = 4.0 * std::pow(p.mu_y * load, 2) / carcass * (0.5 + std::log(1.0 / 0.08));
+  const Road road;
+  int k = 0;
+  for (const State& x : wild_states(60)) {
+    DoubleTrackCar car(p);
+    car.reset(x, road);
+    const double d = ++k % 2 == 0 ? 0.0 : -0.7;
+    double least = energy(car);
+    for (int step = 0; step < 50; ++step) {
+      car.advance(d, x.delta, control_step, road);
+      EXPECT_LT(energy(car), least + stored) << k;
+      least = std::min(least, energy(car));
+    }
+    if (d < 0.0) {
+      drive(car, d, x.delta, 12.0, road);
+      EXPECT_LT(energy(car), 1e-6) << k;  // it has come to rest
+    }
   }
-  if (d < 0.0) {
-    drive(car, d, x.delta, 12.0, road);
-    EXPECT_LT(energy(car), 1e-6) << k;  // it has come to rest
-  }
-}
 }
 
 TEST(Car, ForcesStayInTheFrictionEllipseAndLoadsAddUpFromAnyState) {
