@@ -2,8 +2,8 @@
 //
 //   Ff' = (|vx| / sigma) (Ff_static - Ff),  Fr likewise; the static value at the start
 //
-// or, where an axle slides by more than 45 degrees, with its speed across, |vy + lf omega| and |vy - lr omega|, in place
-// of |vx|: else a car that slides straight across would be pushed by the forces of a moment ago for ever.
+// or, where an axle slides by more than 45 degrees, with its speed across, |vy + lf omega| and |vy - lr omega|, in
+// place of |vx|: else a car that slides straight across would be pushed by the forces of a moment ago for ever.
 #include <gripline/plugin.hpp>
 
 namespace {

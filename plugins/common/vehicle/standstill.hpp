@@ -3,12 +3,15 @@
 // Dry friction opposes the motion, and at rest whatever else pulls, up to its largest size. Both are smoothed for
 // explicit integration:
 //   resistance   Fres = (rolling + drag vx^2) clamp(vx / crawl, -1, 1)
-//   brakes       B = -brake d for d < 0;   Fd = -clamp(m (hold vx - g sin(grade)), -B, B)
-// Brakes that are stronger than the slope leave vx' = -hold vx - Fres / m: the car comes to rest and stays there, where
-// a force that only rises with speed would let it creep downhill. Every explicit method is stable with it in steps below
-// 2 / (hold + rolling / (m crawl)), 49 ms for a full-size car, 19 ms for the 1:43 car. Forwards and faster than
-// (B / m + g sin(grade)) / hold, 0.2 m/s for 8 m/s2, Fd = brake d. Slopes and forces that effects of Stage::body add are
-// not known here: a car held against an acceleration a creeps at a / hold.
+//   brakes       B = -brake d for d < 0;   Fd = -clamp(m (k vx - max(0, 1 - |vx| / slow) g sin(grade)), -B, B)
+//                with k = min(hold, B / (m slow))
+// Inside the bounds vx' = -k vx - g sin(grade) |vx| / slow - Fres / m, which is 0 at rest and stable where k exceeds
+// g |sin(grade)| / slow: a car whose brakes are stronger than the slope, up to 19 degrees, comes to rest and stays
+// there, where a force that only rises with speed would let it creep downhill. Forwards and faster than slow and B /
+// (m hold), 0.2 m/s for 8 m/s2, Fd = brake d. k is what explicit methods and solvers can bear: steps of at most 2 /
+// (hold + rolling / (m crawl)) are stable with any, 49 ms for a full-size car; and a plan that ends at rest still
+// converges where brakes are weak. Slopes and forces that effects of Stage::body add are not known here: a car held
+// against an acceleration a creeps at a / k.
 //
 // The front wheels of a car that rolls backwards point, seen along its motion, to the other side: with the velocity vyf
 // of the front axle to the left,
@@ -27,7 +30,8 @@
 namespace gripline::vehicle {
 
 inline constexpr double crawl = 0.02;  // full resistance and full slip from this speed on [m/s]
-inline constexpr double hold = 40.0;   // rate at which brakes take the last speed away [1/s]
+inline constexpr double slow = 0.08;   // up to this speed weak brakes fade in [m/s]
+inline constexpr double hold = 40.0;   // largest rate at which brakes take the last speed away [1/s]
 
 /// From -1 backwards to 1 forwards.
 template <class T>
@@ -53,8 +57,12 @@ T resistance(const Quantities<T>& q) {
 template <class T>
 T drive_force(const Quantities<T>& q, const T& m, double grade) {
   if (!(q.d < T(0))) return gripline::drive_force(q);
+  using gripline::max, gripline::min, std::max, std::min;
+  using std::abs;
   const T braked = q.brake * q.d;
-  const T wanted = m * (gravity * std::sin(grade) - hold * q.vx);
+  const T rate = min(T(hold), -braked / (m * slow));
+  const T at_rest = max(T(0), T(1) - T(abs(q.vx)) / slow);
+  const T wanted = m * (at_rest * (gravity * std::sin(grade)) - rate * q.vx);
   if (wanted < braked) return braked;
   return wanted > -braked ? -braked : wanted;
 }

@@ -59,9 +59,9 @@ void mirror(Quantities<double>& q) {
 }
 
 /// Parameters that turn round with left and right, by effect; of all others the mirrored value is the value.
-const std::set<std::string> sided = {"steer_offset.d0",   "steer_map.a",  "wind.wy",        "plane_tilt.ty",
-                                     "yawrate_bias.b",    "pose_yaw.a",   "velocity_yaw.a", "pose_lever.py",
-                                     "velocity_lever.py"};
+const std::set<std::string> sided = {"steer_offset.d0", "steer_map.a",    "wind.wy",
+                                     "plane_tilt.ty",   "yawrate_bias.b", "pose_yaw.a",
+                                     "velocity_yaw.a",  "pose_lever.py",  "velocity_lever.py"};
 
 double mirrored_value(const PluginEntry& entry, const abi::ParamDecl& p, double value) {
   const std::string id = entry.decl->id;
@@ -141,8 +141,8 @@ TEST(Effects, ResistancesNeverAddEnergy) {
     for (int k = 0; k < 2000; ++k) {
       bench.q = wild_quantities(random);
       const Quantities<double> q = bench.apply({0.4});
-      const double power = q.m * (q.vx * (q.ax - bench.q.ax) + q.vy * (q.ay - bench.q.ay)) +
-                           q.Iz * q.omega * (q.aw - bench.q.aw);
+      const double power =
+          q.m * (q.vx * (q.ax - bench.q.ax) + q.vy * (q.ay - bench.q.ay)) + q.Iz * q.omega * (q.aw - bench.q.aw);
       EXPECT_LE(power, 1e-12) << id << " at vx " << q.vx << ", vy " << q.vy << ", omega " << q.omega;
     }
   }

@@ -246,9 +246,10 @@ TEST(Car, MirrorSymmetryFromAnyState) {
   }
 }
 
-/// Kinetic energy, of wheels too, grows by no more than what the carcasses of the tyres can give back. A carcass of
-/// k = stiffness / relaxation under F = mu Fz holds F^2 / (2 k); but one that slid comes back over int sigma(s) ds, under
-/// the full force until s is that of the peak: F^2 / k (1 / 2 + ln(s)), s up to 1 over the slip of the peak, above 0.08.
+/// Kinetic energy, of wheels too, grows by no more than what the carcasses of the tyres can give back. A carcass
+/// of k = stiffness / relaxation under F = mu Fz holds F^2 / (2 k); but one that slid comes back over int sigma(s)
+/// ds, under the full force until s is that of the peak: F^2 / k (1 / 2 + ln(s)), s up to 1 over the slip of the
+/// peak, above 0.08.
 TEST(Car, WithoutDriveItOnlyLosesEnergyFromAnyState) {
   const Params p = bare();
   const double load = 0.25 * p.m * gravity, carcass = p.stiffness_front * load / p.relaxation_y;

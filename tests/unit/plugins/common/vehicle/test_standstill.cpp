@@ -37,7 +37,8 @@ TEST(Standstill, BrakesHoldAgainstASlopeUpToTheirStrength) {
   EXPECT_NEAR(force(0, -1, 0.1), pull, 1e-14);
   EXPECT_NEAR(force(0, -1, -0.1), -pull, 1e-14);
   EXPECT_EQ(force(0, -0.1, 0.1), 1.0);  // too weak: the car rolls back against 1 N
-  EXPECT_NEAR(force(0.01, -1, 0.1), pull - 2.0 * hold * 0.01, 1e-14);
+  EXPECT_NEAR(force(0.01, -1, 0.1), pull * (1 - 0.01 / slow) - 2.0 * hold * 0.01, 1e-14);
+  EXPECT_EQ(force(slow, -1e-3, 0.1), -0.01);  // uphill at a walk weak brakes brake, they do not push
 }
 
 TEST(Standstill, ForcesAreContinuousInSpeedAndBrake) {
@@ -109,6 +110,8 @@ TEST(Standstill, DerivativesAtRestAreFiniteAndThoseOfTheFormulas) {
     EXPECT_NEAR(q.slip_front.d[2], -0.4 / crawl, 1e-9);
     EXPECT_NEAR(q.slip_front.d[3], vx / crawl, 1e-9);
     EXPECT_NEAR(q.slip_rear.d[2], 0.6 / crawl, 1e-9);
+    EXPECT_NEAR(drive_force(q, Dual8(2.0), 0.0).d[0], -5.0 / slow, 1e-9);  // 31 / s: below hold
+    q.d = Dual8(-1);
     EXPECT_NEAR(drive_force(q, Dual8(2.0), 0.0).d[0], -2.0 * hold, 1e-9);
     EXPECT_NEAR(resistance(q).d[0], 0.5 / crawl + 0.3 * vx * vx / crawl, 1e-9);
     for (const double one : q.slip_front.d) EXPECT_TRUE(std::isfinite(one));
