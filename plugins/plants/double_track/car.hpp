@@ -240,8 +240,9 @@ inline DoubleTrackCar::Torques DoubleTrackCar::slip_controlled(Torques torques, 
   const double Vt = Tyre::transport(over);
   const double slip = (over.Vr - over.Vx) / std::max(Vt, 3.0);  // not so sharp when setting off
   const double left = std::clamp((p_.slip_end - std::abs(slip)) / (p_.slip_end - p_.slip_start), 0.0, 1.0);
-  const double active = std::clamp(Vt - 1.0, 0.0, 1.0);        // the last metre is braked with locked wheels
-  const bool locks = over.Vx < 0.0 ? slip > 0.0 : slip < 0.0;  // backwards too: slower than the ground
+  const double active = std::clamp(Vt - 1.0, 0.0, 1.0);  // the last metre is braked with locked wheels
+  // Slower than the ground, backwards too; a wheel that turns against it is braked.
+  const bool locks = over.Vx < 0.0 ? slip > 0.0 && over.Vr <= 0.0 : slip < 0.0;
   if (locks) torques.brake *= 1.0 - active * (1.0 - left);
   if (slip > 0.0 && torques.drive > 0.0) torques.drive *= left;
   return torques;

@@ -103,15 +103,29 @@ CandidateEffect candidate_of(const PluginEntry& entry, const PluginContext& cont
   return c;
 }
 
-/// What an effect of the commands makes of a steering angle.
-double turned(const Effect& effect, std::span<const double> params, double delta) {
+bool has_table(const PluginEntry& entry) {
+  return std::ranges::any_of(entry.params(), [](const abi::ParamDecl& p) { return p.type == abi::ParamType::table; });
+}
+
+/// What an effect of the commands makes of the steering of a car that drives straight on [rad].
+double wheel_angle(const Effect& effect, std::span<const double> params, double command) {
   Quantities<double> q = some_quantities();
-  q.delta = delta;
+  q.vy = q.omega = q.delta_rate = 0.0;
+  q.delta = command;
   return applied(effect, params, q).delta;
 }
 
-bool has_table(const PluginEntry& entry) {
-  return std::ranges::any_of(entry.params(), [](const abi::ParamDecl& p) { return p.type == abi::ParamType::table; });
+/// By what its tested parameters change.
+SteeringAsymmetry steering_asymmetry(const CandidateEffect& c) {
+  if (c.effect->stage() != Stage::command) return SteeringAsymmetry::none;
+  constexpr double turned = 0.2, by = 0.1, rounding = 1e-12;  // [rad], own units of the parameters, [rad]
+  std::vector<double> other = c.numbers;
+  for (const std::size_t i : c.tested) other[i] += by;
+  const auto change = [&](double command) {
+    return wheel_angle(*c.effect, other, command) - wheel_angle(*c.effect, c.numbers, command);
+  };
+  if (std::abs(change(0.0)) > rounding) return SteeringAsymmetry::offset;
+  return std::abs(change(turned) + change(-turned)) > rounding ? SteeringAsymmetry::curve : SteeringAsymmetry::none;
 }
 
 /// Whether its tested parameters say something that is not known of every car and can be told from these logs.
@@ -230,16 +244,6 @@ EffectScore score_of(const NormalEquations& blocks, const Eigen::LDLT<Eigen::Mat
 
 }  // namespace
 
-SteeringAsymmetry steering_asymmetry(const CandidateEffect& candidate) {
-  if (candidate.effect->stage() != Stage::command) return SteeringAsymmetry::none;
-  constexpr double angle = 0.2, shift = 0.1, rounding = 1e-12;  // [rad]; any that differ
-  std::vector<double> moved = candidate.numbers;
-  for (const std::size_t i : candidate.tested) moved[i] += shift;
-  const auto wheels = [&](double command) { return turned(*candidate.effect, moved, command); };
-  if (std::abs(wheels(0.0)) > rounding) return SteeringAsymmetry::offset;
-  return std::abs(wheels(angle) + wheels(-angle)) > rounding ? SteeringAsymmetry::curve : SteeringAsymmetry::none;
-}
-
 std::vector<CandidateEffect> candidate_effects(const VehicleSpec& vehicle, const Car& car, const Registry& registry,
                                                bool road) {
   PluginContext context;
@@ -253,7 +257,9 @@ std::vector<CandidateEffect> candidate_effects(const VehicleSpec& vehicle, const
     if (has_table(entry)) continue;
     try {
       CandidateEffect c = candidate_of(entry, context);
-      if (!c.tested.empty() && own.has_stage(c.effect->stage()) && may_be_missing(c, road)) out.push_back(std::move(c));
+      if (c.tested.empty() || !own.has_stage(c.effect->stage()) || !may_be_missing(c, road)) continue;
+      c.asymmetry = steering_asymmetry(c);
+      out.push_back(std::move(c));
     } catch (const std::exception&) {
       // An effect that cannot be made or tried is no candidate; it must not end what is asked of the others.
     }
@@ -278,6 +284,7 @@ void add_idle_parameters(const PluginSpec& spec, std::size_t first, bool road, c
     one.high = neutral.high;
     one.tested = one.open = {i};
     one.listed = first + i;
+    one.asymmetry = steering_asymmetry(one);
     out.push_back(std::move(one));
   }
 }

@@ -10,6 +10,13 @@
 
 namespace gripline::calibrate {
 
+/// How an effect of the commands makes the wheels' angle differ between left and right.
+enum class SteeringAsymmetry {
+  none,
+  offset,  // it turns wheels that point straight ahead
+  curve,   // not those, but others further to one side than to the other
+};
+
 /// An effect that is not in the car, at values at which it does nothing; or a parameter of one that is, which does
 /// nothing at the value it has there.
 struct CandidateEffect {
@@ -21,16 +28,9 @@ struct CandidateEffect {
   std::vector<std::size_t> open;    // parameters that a fit may move
   /// Of a parameter of an effect in the car: where it stands among the car's. A trial opens it and adds no effect.
   std::optional<std::size_t> listed;
+  SteeringAsymmetry asymmetry = SteeringAsymmetry::none;
   std::string id() const { return entry->decl->id; }
 };
-
-/// How an effect of the commands makes the wheels' angle differ between left and right.
-enum class SteeringAsymmetry {
-  none,
-  offset,  // they are turned where they are commanded straight ahead
-  curve,   // straight ahead they are straight, and turn further to one side than to the other
-};
-SteeringAsymmetry steering_asymmetry(const CandidateEffect& candidate);
 
 /// Every effect of the registry that the car lacks, that its model has a stage for and that has a value at which it
 /// does nothing. Left out: effects that need truth, tables, effects with memory (none of their values is harmless),

@@ -37,10 +37,10 @@ Addition added_effect(const std::string& id, SteeringAsymmetry asymmetry) {
 }
 
 Addition addition_of(const CandidateEffect& candidate, const Trial& base) {
-  const SteeringAsymmetry asymmetry = steering_asymmetry(candidate);
-  if (!candidate.listed) return added_effect(candidate.id(), asymmetry);
+  if (!candidate.listed) return added_effect(candidate.id(), candidate.asymmetry);
   const auto at = std::ranges::find(base.places, *candidate.listed, &ParameterPlace::index);
-  return {candidate.id() + "." + candidate.entry->params()[candidate.open.front()].name, at->pointer, true, asymmetry};
+  return {candidate.id() + "." + candidate.entry->params()[candidate.open.front()].name, at->pointer, true,
+          candidate.asymmetry};
 }
 
 std::vector<CandidateEffect> candidates_beside(const Trial& base, const Registry& registry,
@@ -139,9 +139,11 @@ void open_parameters(Node& world, std::span<const Addition> added, std::span<con
         one.set("group", Node(p.unknown.group));
         one.set("prior", Node(p.unknown.prior));
         one.set("sigma", Node(p.unknown.sigma));
-        if (const double width = p.interval.sigma * std::sqrt(static_cast<double>(sessions));
-            p.status == FittedParameter::Status::determined && std::isfinite(width) && width > 0.0)
-          one.set("session", Node(width));
+        if (std::isfinite(p.unknown.low)) one.set("low", Node(p.unknown.low));
+        if (std::isfinite(p.unknown.high)) one.set("high", Node(p.unknown.high));
+        const double width = p.interval.sigma * std::sqrt(static_cast<double>(sessions));
+        if (p.status == FittedParameter::Status::determined && width > 0.0)
+          one.set("session", Node(std::min(width, p.unknown.sigma)));
         listed->set(p.unknown.pointer, std::move(one));
       }
 }

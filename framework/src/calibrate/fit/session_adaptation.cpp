@@ -17,7 +17,7 @@ constexpr double ahead = 1.0;         // [s]
 constexpr double settled = 0.3;       // [s] after which no row to come changes a reading
 constexpr double forgotten = 60.0;    // [s]
 constexpr double largest_move = 2.5;  // widths
-constexpr double slow_share = 0.25;   // of v_ref: slower starts are not judged
+constexpr double slow_share = 0.25;   // of v_ref: slower starts are judged only before the first that is not
 
 class Adaptation {
  public:
@@ -26,7 +26,9 @@ class Adaptation {
       : base_(params.begin(), params.end()),
         now_(base_),
         moving_(moving.begin(), moving.end()),
-        judged_(judged_starts(forecaster, log)),
+        driven_(judged_starts(forecaster, log,
+                              std::max(forecaster.options().v_min, slow_share * forecaster.options().v_ref))),
+        crawled_(judged_starts(forecaster, log, forecaster.options().v_min)),
         past_{emptied(log, {ahead})},
         errors_(forecaster, past_),
         information_(Eigen::MatrixXd::Zero(size(), size())),
@@ -43,17 +45,17 @@ class Adaptation {
 
   /// Takes in all starts whose outcome was known at `time`, and moves the parameters.
   void learn(double time) {
-    FitLog& past = past_.front();
-    past.starts.time.clear();
-    past.truth.clear();
-    for (; next_ < judged_.starts.time.size() && judged_.starts.time[next_] + ahead + settled < time; ++next_) {
-      past.starts.time.push_back(judged_.starts.time[next_]);
-      const auto* const truth = judged_.truth.data() + next_ * channels;
-      past.truth.insert(past.truth.end(), truth, truth + channels);
-    }
     const double keep = std::exp(-chunk / forgotten);
     information_ *= keep;
     pull_ *= keep;
+    const bool drives = take(driven_, time);
+    if (drives && !has_driven_) {  // what a crawl has said is of static friction and play too
+      has_driven_ = true;
+      information_.setZero();
+      pull_.setZero();
+    }
+    if (!has_driven_) take(crawled_, time);
+    const FitLog& past = past_.front();
     if (!past.starts.time.empty()) {
       const NormalEquations found = errors_.linearise(now_, moving_);
       const Eigen::VectorXd at = offset();
@@ -66,11 +68,29 @@ class Adaptation {
   }
 
  private:
+  /// Starts that are judged, in their order, and the next of them.
+  struct Judged {
+    FitLog log;
+    std::size_t next = 0;
+  };
+
   Index size() const { return static_cast<Index>(moving_.size()); }
 
-  static FitLog judged_starts(const Forecaster& forecaster, const FitLog& log) {
-    const ForecastOptions& options = forecaster.options();
-    return {*log.session, options.step, {ahead}, often, std::max(options.v_min, slow_share * options.v_ref)};
+  static Judged judged_starts(const Forecaster& forecaster, const FitLog& log, double slowest) {
+    return {FitLog(*log.session, forecaster.options().step, {ahead}, often, slowest)};
+  }
+  /// Puts those whose outcome has become known into `past_`; whether there are any.
+  bool take(Judged& judged, double time) {
+    FitLog& past = past_.front();
+    past.starts.time.clear();
+    past.truth.clear();
+    const std::vector<double>& starts = judged.log.starts.time;
+    for (; judged.next < starts.size() && starts[judged.next] + ahead + settled < time; ++judged.next) {
+      past.starts.time.push_back(starts[judged.next]);
+      const auto* const truth = judged.log.truth.data() + judged.next * channels;
+      past.truth.insert(past.truth.end(), truth, truth + channels);
+    }
+    return !past.starts.time.empty();
   }
   static FitLog emptied(FitLog log, std::vector<double> horizons) {
     log.starts = {{}, std::move(horizons)};
@@ -103,12 +123,12 @@ class Adaptation {
 
   std::vector<double> base_, now_;
   std::vector<Unknown> moving_;  // with the session's width as their standard deviation
-  FitLog judged_;
+  Judged driven_, crawled_;
+  bool has_driven_ = false;
   std::vector<FitLog> past_;  // one: the starts that are new
   PredictionErrors errors_;
   Eigen::MatrixXd information_;
   Eigen::VectorXd pull_;
-  std::size_t next_ = 0;
 };
 
 }  // namespace

@@ -8,6 +8,9 @@
 // with H = J^T W J and g = J^T W e as in the fit, P the squared widths, a the forgetting over a minute. This is the
 // information form of an extended Kalman filter for slow parameters (Ljung and Soederstroem, Theory and Practice of
 // Recursive Identification, 1983).
+//
+// Starts slower than a quarter of v_ref count only until the first that is faster: a log that crawls throughout has
+// nothing else to tell, and no model here has the static friction and the play that rule a crawl.
 #pragma once
 
 #include <optional>

@@ -15,7 +15,7 @@ using calibrate::Unknown;
 namespace {
 
 /// Whether an addition is the offset of a steering whose curve is there too. It stays with the curve as the term of lower
-/// order: that the fitted time determines it and that predictions are not worse with it is enough.
+/// order: that the fitted time determines it and that predictions are better with it, surely or not, is enough.
 bool is_offset_of_curve(const std::vector<Addition>& added, std::size_t index) {
   return added[index].asymmetry == SteeringAsymmetry::offset &&
          std::ranges::find(added, SteeringAsymmetry::curve, &Addition::asymmetry) != added.end();
@@ -32,16 +32,6 @@ struct Ablation {
 void take_out(Selection& selection, std::size_t index, std::unique_ptr<Trial> rest) {
   selection.trial = std::move(rest);
   selection.added.erase(selection.added.begin() + static_cast<std::ptrdiff_t>(index));
-}
-
-/// Of those that may go, which one goes for `index`: the curve of a steering before its offset, where neither is needed
-/// beside the other.
-template <class MayGo>
-std::size_t first_to_go(const std::vector<Addition>& added, std::size_t index, MayGo may_go) {
-  if (added[index].asymmetry != SteeringAsymmetry::offset) return index;
-  for (std::size_t i = 0; i < added.size(); ++i)
-    if (added[i].asymmetry == SteeringAsymmetry::curve && may_go(i)) return i;
-  return index;
 }
 
 /// How far from doing nothing the fitted time says that an addition is, in half widths of its 95 % interval on that
@@ -70,8 +60,13 @@ calibrate::NormalEquations keep_determined(const EffectSearch& search, Selection
     const auto how = [&](const Addition& addition) { return determined(selection, addition, boot); };
     const auto least = std::ranges::min_element(selection.added, {}, how);
     if (how(*least) > 1.0) return blocks;
-    const std::size_t index = first_to_go(selection.added, static_cast<std::size_t>(least - selection.added.begin()),
-                                          [&](std::size_t i) { return !(how(selection.added[i]) > 1.0); });
+    // Of a steering's curve and its offset the curve goes first.
+    const auto gone = std::ranges::find_if(selection.added, [&](const Addition& one) {
+      return least->asymmetry == SteeringAsymmetry::offset && one.asymmetry == SteeringAsymmetry::curve &&
+             !(how(one) > 1.0);
+    });
+    const auto index =
+        static_cast<std::size_t>((gone == selection.added.end() ? least : gone) - selection.added.begin());
     auto rest = search.fits.without(found, blocks, selection.added[index]);
     search.validate(*rest);
     take_out(selection, index, std::move(rest));
@@ -109,7 +104,6 @@ std::vector<Ablation> evaluate_each(const EffectSearch& search, Selection& selec
     const auto known = significance.find(addition.name);
     return known == significance.end() ? 0.0 : known->second;
   });
-  if (!added.empty()) std::swap(added[0], added[first_to_go(added, 0, [](std::size_t) { return true; })]);
   std::vector<Ablation> out;
   for (std::size_t i = 0; i < added.size(); ++i) {
     search.tell(0.75 + 0.2 * static_cast<double>(i) / static_cast<double>(added.size()), "without " + added[i].name);
@@ -137,10 +131,7 @@ std::vector<MissingEffect> eliminate_backward(const EffectSearch& search, Select
     const auto worst = std::ranges::min_element(
         ablations, {}, [](const Ablation& one) { return one.needed ? INFINITY : one.significance; });
     if (!worst->needed) {
-      const std::size_t index =
-          first_to_go(selection.added, static_cast<std::size_t>(worst - ablations.begin()),
-                      [&](std::size_t i) { return i < ablations.size() && !ablations[i].needed; });
-      take_out(selection, index, std::move(ablations[index].rest));
+      take_out(selection, static_cast<std::size_t>(worst - ablations.begin()), std::move(worst->rest));
       continue;
     }
     // All of them were evaluated beside each other.

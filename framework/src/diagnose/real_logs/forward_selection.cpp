@@ -113,9 +113,9 @@ void add_best(Selection& selection, Round& round) {
 /// reformulation of linear models, JRSS A 140, 1977), whatever it takes off by itself. Backward elimination says which
 /// of them stays.
 void add_offset_of_curve(const EffectSearch& search, Selection& found, std::span<const std::string> without) {
-  if (found.added.back().asymmetry != SteeringAsymmetry::curve) return;
+  if (found.added.back().asymmetry != SteeringAsymmetry::curve || found.added.size() >= search.options.most) return;
   auto candidates = candidates_for(search, *found.trial, without);
-  std::erase_if(candidates, [](const auto& one) { return steering_asymmetry(one) != SteeringAsymmetry::offset; });
+  std::erase_if(candidates, [](const CandidateEffect& one) { return one.asymmetry != SteeringAsymmetry::offset; });
   if (candidates.empty()) return;
   Round round = score_round(search, *found.trial, std::move(candidates));
   if (round.scores.empty()) return;

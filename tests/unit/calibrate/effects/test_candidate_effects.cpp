@@ -128,17 +128,29 @@ TEST(EffectScores, StayInsideTheRangesOfTheParameters) {
   }
 }
 
-TEST(SteeringAsymmetries, AreOffsetsAndOneSidedCurves) {
-  const test::CalibrateRig rig(
-      test::small_car_world(R"({"plant": {"effects": [{"plugin": "steer_map", "params": {"g": 0.9}}]}})"));
+std::map<std::string, SteeringAsymmetry> asymmetries_beside(const char* world) {
+  const test::CalibrateRig rig(test::small_car_world(world));
   const Trial trial(rig.spec, test::CalibrateRig::options(rig.spec));
   std::map<std::string, SteeringAsymmetry> of;
   for (const CandidateEffect& one : candidates_beside(trial, testing_support::plugins(), {}))
-    of[addition_of(one, trial).name] = steering_asymmetry(one);
+    of[addition_of(one, trial).name] = one.asymmetry;
+  return of;
+}
+
+TEST(SteeringAsymmetries, AreOffsetsAndOneSidedCurves) {
+  const auto of = asymmetries_beside(R"({"plant": {"effects": [{"plugin": "steer_map", "params": {"g": 0.9}}]}})");
   EXPECT_EQ(of.at("steer_offset"), SteeringAsymmetry::offset);
   EXPECT_EQ(of.at("steer_map.a"), SteeringAsymmetry::curve);
   for (const char* const alike : {"steer_map.c", "steer_gain", "throttle_dead_zone", "torque_vec", "yawrate_bias"})
     EXPECT_EQ(of.at(alike), SteeringAsymmetry::none) << alike;
+  EXPECT_EQ(asymmetries_beside(R"({"plant": {"effects": []}})").at("steer_map"), SteeringAsymmetry::curve);
+}
+
+/// What a world knows already is no asymmetry of what it may lack.
+TEST(SteeringAsymmetries, AreWhatACandidateChanges) {
+  const auto of =
+      asymmetries_beside(R"({"plant": {"effects": [{"plugin": "steer_map", "params": {"g": 0.9, "a": -0.5}}]}})");
+  EXPECT_EQ(of.at("steer_map.c"), SteeringAsymmetry::none);
 }
 
 }  // namespace

@@ -61,5 +61,31 @@ TEST(WithEffect, AListedParameterAddsNone) {
     EXPECT_EQ(with_effect(trial.spec, one).vehicle.effects.size(), one.listed ? 1u : 2u) << one.id();
 }
 
+/// Single sessions lie further from the value than it is uncertain, by the root of their number.
+TEST(OpenParameters, WhatIsDeterminedMayFollowTheSessionInsideItsRange) {
+  const std::string pointer = "/plant/effects/steer_offset/params/d0";
+  const Addition offset = added_effect("steer_offset");
+  const auto width = [&](double sigma, FittedParameter::Status status, std::size_t sessions) {
+    FittedParameter p{{}, 0.02, {0.01, 0.03, sigma, 0.9}, status};
+    p.unknown.pointer = pointer;
+    p.unknown.group = "command";
+    p.unknown.sigma = 0.5;
+    p.unknown.low = -0.1;
+    Node world = testing_support::json(R"({"unknowns": {}})");
+    open_parameters(world, {&offset, 1}, {&p, 1}, sessions);
+    const Node* const listed = world.find("unknowns")->find(pointer);
+    EXPECT_EQ(listed->find("low")->number(), -0.1);
+    EXPECT_EQ(listed->find("high"), nullptr) << "it has no end there";
+    const Node* const session = listed->find("session");
+    return session == nullptr ? 0.0 : session->number();
+  };
+  using Status = FittedParameter::Status;
+  EXPECT_DOUBLE_EQ(width(0.005, Status::determined, 1), 0.005);
+  EXPECT_DOUBLE_EQ(width(0.005, Status::determined, 4), 0.01);
+  EXPECT_EQ(width(1e3, Status::determined, 4), 0.5) << "the prior's";
+  EXPECT_EQ(width(std::nan(""), Status::determined, 4), 0.0);
+  EXPECT_EQ(width(0.005, Status::at_bound, 4), 0.0);
+}
+
 }  // namespace
 }  // namespace gripline::calibrate

@@ -18,8 +18,9 @@ constexpr SessionWeighing usual{{0.05, 0.05, 0.05, 0.1, 0.1, 0.2}, 0.25};
 
 /// A session of a car that steers 3 degrees to the left of what the fit found and has a weaker motor.
 struct Bench {
-  Bench()
-      : truth(small_car_world(R"({"plant": {"params": {"Cm1": 10.5},
+  explicit Bench(const char* nominal = "{}")
+      : rig(small_car_world(nominal)),
+        truth(small_car_world(R"({"plant": {"params": {"Cm1": 10.5},
                                             "effects": [{"plugin": "steer_offset", "params": {"d0": 0.03}}]}})")),
         session(drive(truth.vehicle.car(), {.seconds = 40, .noise = 0.5})) {
     Errors errors;
@@ -42,7 +43,7 @@ struct Bench {
     return predict_session(rig.forecaster, log, params, with, usual, at_end);
   }
 
-  CalibrateRig truth, rig;
+  CalibrateRig rig, truth;
   Session session;
   std::vector<double> params;
   std::vector<Unknown> moving;
@@ -65,6 +66,16 @@ TEST(SessionAdaptation, TheLogBeforeAStartMovesWhatMayDiffer) {
   const auto fixed = bench.predict(log, {}), moved = bench.predict(log, bench.moving, &at_end);
   for (const std::size_t c : {0u, 2u, 3u, 5u}) EXPECT_LT(rms(log, moved, c, 15), 0.6 * rms(log, fixed, c, 15)) << c;
   EXPECT_NEAR(at_end[bench.moving[0].index], 10.5, 0.5);
+  EXPECT_NEAR(at_end[bench.moving[1].index], 0.03, 0.006);
+}
+
+/// Of a car that could be ten times as fast this log is a crawl: it is all there is to learn from.
+TEST(SessionAdaptation, ACrawlIsFollowedWhereNothingFasterWasDriven) {
+  const Bench bench(R"({"car": {"v_ref": 20}})");
+  const FitLog log = bench.log(bench.session);
+  std::vector<double> at_end;
+  const auto fixed = bench.predict(log, {}), moved = bench.predict(log, bench.moving, &at_end);
+  EXPECT_LT(rms(log, moved, 0, 15), 0.6 * rms(log, fixed, 0, 15));
   EXPECT_NEAR(at_end[bench.moving[1].index], 0.03, 0.006);
 }
 

@@ -148,7 +148,7 @@ TEST(MissingEffects, AnIdleParameterOfAnEffectThatTheWorldListsIsNamed) {
   EXPECT_NEAR(again.forecaster.defaults()[place->index], named->params.front().value, 0.3);
 }
 
-/// A servo that is off and turns further to one side: both are named, whichever is found first.
+/// A servo that is off and turns further to one side: both are named.
 TEST(MissingEffects, TheOffsetIsNamedBesideTheCurveOfASteering) {
   const MissingEffects found = found_in_log_of(
       R"({"plant": {"effects": [{"plugin": "steer_map", "params": {"g": 1, "a": -0.8}},
