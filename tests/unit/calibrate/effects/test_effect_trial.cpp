@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <limits>
+
 #include "support/calibrate_rig.hpp"
 
 namespace gripline::calibrate {
@@ -71,6 +73,7 @@ TEST(OpenParameters, WhatIsDeterminedMayFollowTheSessionInsideItsRange) {
     p.unknown.group = "command";
     p.unknown.sigma = 0.5;
     p.unknown.low = -0.1;
+    p.unknown.high = std::numeric_limits<double>::infinity();
     Node world = testing_support::json(R"({"unknowns": {}})");
     open_parameters(world, {&offset, 1}, {&p, 1}, sessions);
     const Node* const listed = world.find("unknowns")->find(pointer);

@@ -297,6 +297,28 @@ TEST(MpcSqp, APlanThatBoundsHaveLeftIsBroughtBack) {
   EXPECT_GT(solved, 0.7 * left);
 }
 
+/// Brakes hold a car that stands however little they are released, so that nothing in a braked plan says that there is
+/// more to have by driving.
+TEST(MpcSqp, ACarThatWasStoppedDrivesOffAgain) {
+  DrivingScene scene(registry(), {});
+  constexpr int n = 20, stopped = 100, driving = 75;
+  auto controller = scene.controller("mpc_sqp", {{"horizon", n}, {"q_yaw", 0.01}, {"q_v", 0.1}, {"tighten", 0.008}});
+  for (int step = 0; step < stopped + driving; ++step) {
+    const Observation now = scene.observe();
+    const auto ahead = scene.references(n + 1);
+    std::vector<RefPoint> references(ahead.begin(), ahead.end());
+    if (step < stopped) {
+      std::fill(references.begin(), references.end(), references.front());
+      for (RefPoint& one : references) one.v = 0.0;
+    }
+    scene.drive(controller->control(now, references, scene.model()).u);
+    if (step == stopped - 1) {
+      ASSERT_LT(std::abs(scene.state().vx), 0.05);
+    }
+  }
+  EXPECT_GT(scene.state().vx, 0.5);
+}
+
 TEST(MpcSqp, PlansStayWithinTheFrontSlipTheyAreGiven) {
   constexpr int n = 30;
   constexpr double largest = 0.2;
