@@ -112,9 +112,9 @@ void add_best(Selection& selection, Round& round) {
 /// way, and almost every steering is off a little: the curve's term of lower order comes with it (marginality: Nelder, A
 /// reformulation of linear models, JRSS A 140, 1977), whatever it takes off by itself. Backward elimination says which
 /// of them stays.
-void add_offset_of_curve(const EffectSearch& search, Selection& found, std::span<const std::string> without) {
+void add_offset_of_curve(const EffectSearch& search, Selection& found) {
   if (found.added.back().asymmetry != SteeringAsymmetry::curve || found.added.size() >= search.options.most) return;
-  auto candidates = candidates_for(search, *found.trial, without);
+  auto candidates = candidates_for(search, *found.trial, {});
   std::erase_if(candidates, [](const CandidateEffect& one) { return one.asymmetry != SteeringAsymmetry::offset; });
   if (candidates.empty()) return;
   Round round = score_round(search, *found.trial, std::move(candidates));
@@ -141,7 +141,7 @@ std::vector<ScoredEffect> grow(const EffectSearch& search, Selection& found, std
     if (!begun) first = std::move(round.rows);
     if (!round.best) break;
     add_best(found, round);
-    add_offset_of_curve(search, found, without);
+    add_offset_of_curve(search, found);
     tell();
   }
   return first;

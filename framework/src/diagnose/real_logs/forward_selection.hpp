@@ -19,7 +19,7 @@ struct ForwardSelection {
 /// the steering together with its offset.
 ForwardSelection select_forward(const EffectSearch& search);
 
-/// Goes on beside a selection in the same way, without candidates of these names.
+/// Goes on beside a selection in the same way, without candidates of these names; an offset still comes with a curve.
 void extend_forward(const EffectSearch& search, Selection& selection, std::span<const std::string> without);
 
 }  // namespace gripline::diagnose

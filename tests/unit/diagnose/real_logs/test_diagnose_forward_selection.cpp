@@ -49,10 +49,18 @@ TEST_F(ForwardSelectionOf, TheFirstIsWhatIsMissing) {
 }
 
 TEST_F(ForwardSelectionOf, GoesOnWithoutWhatWasTakenOut) {
-  const std::vector<std::string> gone = {"steer_offset"};
+  const std::vector<std::string> gone = {"steer_offset", "steer_map"};
   const std::vector<std::string> names = added(gone);
   EXPECT_FALSE(names.empty()) << "something else stands in its place";
-  EXPECT_THAT(names, testing::Not(testing::Contains("steer_offset")));
+  for (const std::string& one : gone) EXPECT_THAT(names, testing::Not(testing::Contains(one)));
+}
+
+/// It may have been taken out before the curve was there, beside which it is another.
+TEST_F(ForwardSelectionOf, AnOffsetThatWasTakenOutComesBackWithACurve) {
+  const std::vector<std::string> gone = {"steer_offset"};
+  const std::vector<std::string> names = added(gone);
+  ASSERT_THAT(names, testing::Contains("steer_map"));
+  EXPECT_EQ(*(std::ranges::find(names, "steer_map") + 1), "steer_offset");
 }
 
 }  // namespace
