@@ -62,11 +62,12 @@ class Nominal {
     for (const auto& value : values_) params.push_back(value.number);
     return StagedCar(*model_, params);
   }
-  static StepOptions options(const char* tableau) {
+  static StepOptions options(const char* tableau, int substeps = 1) {
     StepOptions options;
     options.dt = dt;
     options.hold = Hold::zoh;
     options.integration.tableau = find_tableau(tableau);
+    options.integration.substeps = substeps;
     return options;
   }
 

@@ -35,8 +35,8 @@ class Adaptation {
         pull_(Eigen::VectorXd::Zero(size())) {
     errors_.weighing.scale = weighing.scale;
     errors_.weighing.horizon = {1.0};
-    errors_.weighing.steep =
-        errors_.weighing.huber_delta;  // a start near a spin would rule for a minute, by a wrong slope
+    // A start near a spin would rule for a minute, by a wrong slope.
+    errors_.weighing.steep = errors_.weighing.huber_delta;
     past_.front().weight = weighing.weight;
     for (Unknown& u : moving_) u.sigma = u.session;
   }

@@ -148,18 +148,21 @@ TEST(MissingEffects, AnIdleParameterOfAnEffectThatTheWorldListsIsNamed) {
   EXPECT_NEAR(again.forecaster.defaults()[place->index], named->params.front().value, 0.3);
 }
 
-/// A servo that is off and turns further to one side: both are named.
-TEST(MissingEffects, TheOffsetIsNamedBesideTheCurveOfASteering) {
+/// A servo that is off by half a milliradian and turns further to one side. Predictions are better with the offset, but
+/// not surely, which is enough beside the curve.
+TEST(MissingEffects, ASmallOffsetIsNamedBesideTheCurveOfASteering) {
   const MissingEffects found = found_in_log_of(
-      R"({"plant": {"effects": [{"plugin": "steer_map", "params": {"g": 1, "a": -0.8}},
-                                {"plugin": "steer_offset", "params": {"d0": -0.015}}]}})",
+      R"({"plant": {"effects": [{"plugin": "steer_map", "params": {"g": 1, "a": -0.3}},
+                                {"plugin": "steer_offset", "params": {"d0": -0.0005}}]}})",
       R"({"plant": {"effects": [{"plugin": "steer_map", "params": {"g": 1}}]},
           "unknowns": {"/plant/effects/steer_map/params/g": {"group": "steer", "sigma": 0.2}}})");
   ASSERT_NE(find(found, "steer_map.a"), nullptr);
-  EXPECT_NEAR(find(found, "steer_map.a")->params.front().value, -0.8, 0.3);
+  EXPECT_NEAR(find(found, "steer_map.a")->params.front().value, -0.3, 0.05);
   const MissingEffect* const offset = find(found, "steer_offset");
   ASSERT_NE(offset, nullptr);
-  EXPECT_NEAR(offset->params.front().value, -0.015, 0.005);
+  EXPECT_NEAR(offset->params.front().value, -0.0005, 0.0002);
+  EXPECT_LT(offset->change.change, 0.0);
+  EXPECT_FALSE(offset->change.helps()) << "it would be named for itself";
 }
 
 /// Nor is an offset named where the curve alone is missing.

@@ -35,7 +35,7 @@ class OneEffect {
 class LearningDrive {
  public:
   LearningDrive(const std::string& id, bool lags)
-      : plant_(car_of(published_, lags), fine()),
+      : plant_(car_of(published_, lags), Nominal::options("rk4", 10)),
         nominal_(car_of(no_slip_, lags), Nominal::options("rk4")),
         learner_(make_learner(id)),
         corrected_(corrected_car(lags), Nominal::options("rk4")) {
@@ -62,11 +62,6 @@ class LearningDrive {
     }
   };
 
-  static StepOptions fine() {
-    StepOptions options = Nominal::options("rk4");
-    options.integration.substeps = 10;
-    return options;
-  }
   StagedCar car_of(const Nominal& model, bool lags) const {
     StagedCar car = model.car();
     if (lags) lag_.add_to(car);

@@ -11,7 +11,7 @@ double turned(double angle) { return std::remainder(angle, 2 * M_PI); }
 class LogModel {
  public:
   LogModel(const char* tableau, int substeps)
-      : nominal_("dynamic"), model_(nominal_.car(), options(tableau, substeps)) {
+      : nominal_("dynamic"), model_(nominal_.car(), Nominal::options(tableau, substeps)) {
     const PluginEntry& entry = registry().find(gripline::abi::Kind::vehicle, "dynamic");
     for (std::size_t i = 0; i < entry.params().size(); ++i) {
       if (std::string(entry.params()[i].name) == "Df") front_ = i;
@@ -26,11 +26,6 @@ class LogModel {
   }
 
  private:
-  static StepOptions options(const char* tableau, int substeps) {
-    StepOptions options = Nominal::options(tableau);
-    options.integration.substeps = substeps;
-    return options;
-  }
   Nominal nominal_;
   CorrectedModel model_;
   std::size_t front_ = 0, rear_ = 0;

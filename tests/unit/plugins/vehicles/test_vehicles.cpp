@@ -125,7 +125,7 @@ TEST(Vehicles, RatesAreContinuousThroughStandstill) {
 class HeldCommand {
  public:
   HeldCommand(const char* id, const Settings& settings, const char* tableau, int substeps = 1)
-      : nominal_(id, settings), model_(nominal_.car(), options(tableau, substeps)) {}
+      : nominal_(id, settings), model_(nominal_.car(), Nominal::options(tableau, substeps)) {}
   State after(State x, double d, const Place& place, int steps) {
     model_.reset(x, d, place);
     for (int i = 0; i < steps; ++i) x = model_.advance(x, {d, 0}, place);
@@ -133,11 +133,6 @@ class HeldCommand {
   }
 
  private:
-  static StepOptions options(const char* tableau, int substeps) {
-    StepOptions options = Nominal::options(tableau);
-    options.integration.substeps = substeps;
-    return options;
-  }
   Nominal nominal_;
   CorrectedModel model_;
 };
@@ -206,9 +201,7 @@ TEST(Dynamic, ReversingItTurnsWhereItsWheelsPoint) {
   const Car car = small_car();
   for (const double vx : {0.5, -0.5}) {
     Nominal nominal("dynamic", {{"Cm1", 0}, {"Cm2", 0}});
-    StepOptions options = Nominal::options("rk4");
-    options.integration.substeps = 32;
-    CorrectedModel model(nominal.car(), options);
+    CorrectedModel model(nominal.car(), Nominal::options("rk4", 32));
     State x = moving(vx, 0.05);
     model.reset(x, 0, {});
     for (int i = 0; i < 10; ++i) x = model.advance(x, {0, 0}, {});
