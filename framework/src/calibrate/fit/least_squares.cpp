@@ -13,6 +13,8 @@ namespace {
 
 using Index = Eigen::Index;
 
+constexpr double least_damping = 1e-7;
+
 struct Sum {
   Eigen::MatrixXd hessian;
   Eigen::VectorXd gradient;
@@ -60,6 +62,12 @@ Eigen::VectorXd damped_step(Sum sum, const std::vector<bool>& held, double dampi
   }
   sum.hessian.diagonal() *= 1.0 + damping;
   return -solve(sum.hessian, sum.gradient);
+}
+
+/// What a step of least damping takes off the cost to first order.
+double expected_decrease(const Sum& sum, const std::vector<bool>& held) {
+  const Eigen::VectorXd move = damped_step(sum, held, least_damping);
+  return -move.dot(2.0 * sum.gradient + sum.hessian * move);
 }
 
 /// Draws of a normal distribution whose inverse covariance is `hessian`.
@@ -125,8 +133,8 @@ std::vector<double> after_step(std::span<const double> params, std::span<const U
 
 std::vector<double> least_squares(const PredictionErrors& errors, std::span<const Unknown> unknowns,
                                   std::vector<double> params, const LeastSquaresOptions& options, double& cost) {
-  constexpr int most_steps = 8;  // tried from one set of derivatives: a step costs a thirtieth of them
-  constexpr double least_damping = 1e-7;
+  constexpr int most_steps = 8;  // tried from one set of derivatives: four to eight of them cost as much
+  constexpr double minor = 0.1;  // of a decrease: one more is not worth another step, or other derivatives
   double damping = 1e-2;
   std::vector<ObserverSteps> steps_of_best;  // at the best parameters so far; none where their cost was known
   cost = std::isnan(options.initial_cost) ? errors.cost(params, &steps_of_best) + prior_cost(params, unknowns)
@@ -138,6 +146,7 @@ std::vector<double> least_squares(const PredictionErrors& errors, std::span<cons
     prior_cost(params, unknowns, &sum.hessian, &sum.gradient);
     const auto held = held_at_bounds(params, unknowns, sum.gradient);
     const double before = cost;
+    if (expected_decrease(sum, held) < minor * options.tolerance * before) break;
     std::vector<double> best = params;
     const auto step = [&](double by) {
       std::vector<double> next = after_step(params, unknowns, damped_step(sum, held, by));
@@ -150,16 +159,21 @@ std::vector<double> least_squares(const PredictionErrors& errors, std::span<cons
       damping = by;
       return true;
     };
-    // More damping until a step is better; from a better one on, in the direction in which steps get better still.
-    double tried = damping;
+    // More damping until a step is better; from a better one on, in the direction in which steps get much better still.
+    const double first = damping;
+    double tried = first;
     int steps = 1;
     bool better = step(tried);
     while (!better && steps++ < most_steps) better = step(tried *= 5.0);
     if (better && steps == 1) {
-      bool less = false;
-      while (steps++ < most_steps && tried > least_damping && step(tried *= 0.2)) less = true;
-      tried = damping;
-      while (!less && steps++ < most_steps && step(tried *= 5.0)) continue;
+      const auto much_better = [&](double by) {
+        const double so_far = before - cost;
+        return step(by) && before - cost > (1.0 + minor) * so_far;
+      };
+      while (steps++ < most_steps && tried > least_damping && much_better(tried *= 0.2)) continue;
+      tried = first;
+      const bool less_is_better = damping < first;
+      while (!less_is_better && steps++ < most_steps && much_better(tried *= 5.0)) continue;
     }
     if (!better) damping = tried;
     params = std::move(best);
