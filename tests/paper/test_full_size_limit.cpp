@@ -10,7 +10,7 @@
 #include "world/world_spec.hpp"
 
 namespace gripline {
-namespace {
+namespace test_full_size_limit {
 
 TEST(FullSizeLimit, SteadyTurnsOfThePlantReachIt) {
   const double_track::Params p;
@@ -120,5 +120,5 @@ TEST(FullSizeLimit, TimeOptimalLapOfTheEnvelopeIsTheQuasiSteadyOneOfItsLine) {
   EXPECT_NEAR(limit.lap_s, quasi_steady, 0.03 * quasi_steady);
 }
 
-}  // namespace
+}  // namespace test_full_size_limit
 }  // namespace gripline

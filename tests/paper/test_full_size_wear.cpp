@@ -8,7 +8,7 @@
 #include "support/program.hpp"
 
 namespace gripline {
-namespace {
+namespace test_full_size_wear {
 
 const Registry& registry() {
   static const Registry all({testing_support::plugin_dir()});
@@ -49,5 +49,5 @@ TEST(FullSizeWear, SlopeInThePredictionLowersTheDeviationOnHills) {
   expect_claims("full_size_slope", "best,best_no_slope");
 }
 
-}  // namespace
+}  // namespace test_full_size_wear
 }  // namespace gripline

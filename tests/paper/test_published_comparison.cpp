@@ -8,7 +8,7 @@
 #include "util/csv.hpp"
 
 namespace gripline {
-namespace {
+namespace test_published_comparison {
 
 using namespace testing_support;
 
@@ -120,5 +120,5 @@ TEST_F(Published, TheBestRowLeavesAPlanThatNearlyStops) {
   for (const char* lap : {"lap1_s", "lap2_s", "lap3_s"}) EXPECT_LE(number(told, lap), 7.6) << lap;
 }
 
-}  // namespace
+}  // namespace test_published_comparison
 }  // namespace gripline

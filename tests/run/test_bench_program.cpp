@@ -6,7 +6,7 @@
 #include "util/csv.hpp"
 
 namespace gripline {
-namespace {
+namespace test_bench_program {
 
 using testing::AllOf;
 using testing::EndsWith;
@@ -83,5 +83,5 @@ TEST(BenchProgram, ComparesTheControllersThatAreNamed) {
   EXPECT_THAT(unknown.err, HasSubstr("mpc_sqp"));
 }
 
-}  // namespace
+}  // namespace test_bench_program
 }  // namespace gripline

@@ -16,7 +16,7 @@
 #include "support/whole_world.hpp"
 
 namespace gripline {
-namespace {
+namespace test_circuits {
 
 using testing_support::shipped_plugins;
 using testing_support::world_from;
@@ -156,5 +156,5 @@ TEST(Circuits, SoDoesASmallOne) {
   EXPECT_GT(race.world().covered(), 2.0);
 }
 
-}  // namespace
+}  // namespace test_circuits
 }  // namespace gripline

@@ -16,7 +16,7 @@
 #include "util/csv.hpp"
 
 namespace gripline {
-namespace {
+namespace test_cli {
 
 using testing::AllOf;
 using testing::Each;
@@ -652,5 +652,5 @@ TEST_F(Cli, TrackSaysWhatItCannotRead) {
   refused({fixture_dir() / "tracks/crosses_itself.csv"}, "crosses or overlaps itself");
 }
 
-}  // namespace
+}  // namespace test_cli
 }  // namespace gripline

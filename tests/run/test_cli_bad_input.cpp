@@ -8,7 +8,7 @@
 #include "support/program.hpp"
 
 namespace gripline {
-namespace {
+namespace test_cli_bad_input {
 
 using testing::AllOf;
 using testing::HasSubstr;
@@ -172,5 +172,5 @@ TEST(Validate, ReadsWorldsTracksAndCars) {
   EXPECT_THAT(bad.err, AllOf(HasSubstr("open.csv"), HasSubstr("is no experiment (\"stacks\"), world (\"plant\")")));
 }
 
-}  // namespace
+}  // namespace test_cli_bad_input
 }  // namespace gripline

@@ -13,7 +13,7 @@
 #include "util/csv.hpp"
 
 namespace gripline {
-namespace {
+namespace test_cli_failures {
 
 using testing::AllOf;
 using testing::EndsWith;
@@ -345,5 +345,5 @@ TEST_F(Failures, AReportThatDoesNotFitTheDiskIsNoSuccess) {
   EXPECT_EQ(gripline_with({"report", out()}).code, 0);
 }
 
-}  // namespace
+}  // namespace test_cli_failures
 }  // namespace gripline

@@ -11,7 +11,7 @@
 #include "support/program.hpp"
 
 namespace gripline {
-namespace {
+namespace test_conformance {
 
 namespace fs = std::filesystem;
 using namespace testing_support;
@@ -133,5 +133,5 @@ TEST(Conformance, OneCheckAlone) {
     EXPECT_THAT(listed, HasSubstr(name));
 }
 
-}  // namespace
+}  // namespace test_conformance
 }  // namespace gripline

@@ -14,7 +14,7 @@
 #include "support/program.hpp"
 
 namespace gripline {
-namespace {
+namespace test_crash {
 
 using testing::AnyOf;
 using testing::Contains;
@@ -155,5 +155,5 @@ TEST_F(Crash, AReportKilledAtAnyMomentComesToTheSameEnd) {
   EXPECT_EQ(files_in(results), whole);
 }
 
-}  // namespace
+}  // namespace test_crash
 }  // namespace gripline

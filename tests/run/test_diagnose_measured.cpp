@@ -14,7 +14,7 @@
 #include "util/csv.hpp"
 
 namespace gripline {
-namespace {
+namespace test_diagnose_measured {
 
 using testing::AnyOf;
 using testing::HasSubstr;
@@ -160,5 +160,5 @@ TEST_F(MeasuredLogs, WhatWasTakenFromTheSmallCarIsFoundInItsLogs) {
   EXPECT_LT(place_error(fs::path(out) / "augmented_world.json"), 0.8 * place_error(fitted));
 }
 
-}  // namespace
+}  // namespace test_diagnose_measured
 }  // namespace gripline

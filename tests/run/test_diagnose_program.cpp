@@ -11,7 +11,7 @@
 #include "util/csv.hpp"
 
 namespace gripline {
-namespace {
+namespace test_diagnose_program {
 
 using testing::HasSubstr;
 using testing::Not;
@@ -278,5 +278,5 @@ TEST_F(DiagnoseProgram, AScorecardOutlivesABadCase) {
   EXPECT_THAT(both.err, HasSubstr("--score takes a folder of cases and nothing else"));
 }
 
-}  // namespace
+}  // namespace test_diagnose_program
 }  // namespace gripline

@@ -20,7 +20,7 @@
 #include "support/program.hpp"
 
 namespace gripline {
-namespace {
+namespace test_doc_commands {
 
 namespace fs = std::filesystem;
 using namespace testing_support;
@@ -210,5 +210,5 @@ TEST(DocCommandsElsewhere, TestsThatAreNamedExist) {
   for (const Elsewhere& e : elsewhere) EXPECT_TRUE(fs::exists(source_dir() / "tests/run" / e.test)) << e.test;
 }
 
-}  // namespace
+}  // namespace test_doc_commands
 }  // namespace gripline

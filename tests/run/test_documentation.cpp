@@ -14,7 +14,7 @@
 #include "support/program.hpp"
 
 namespace gripline {
-namespace {
+namespace test_documentation {
 
 namespace fs = std::filesystem;
 using namespace testing_support;
@@ -229,5 +229,5 @@ TEST(Documentation, AWrongCommandIsSeen) {
                                             "4: no file worlds/absent.json", "4: no stack best"));
 }
 
-}  // namespace
+}  // namespace test_documentation
 }  // namespace gripline

@@ -17,7 +17,7 @@
 #include "support/program.hpp"
 
 namespace gripline {
-namespace {
+namespace test_draw_races {
 
 namespace fs = std::filesystem;
 using namespace testing_support;
@@ -151,5 +151,5 @@ TEST_F(DrawRaces, AFolderWithoutRoadsIsRefused) {
   EXPECT_THAT(outcome.err, testing::HasSubstr("there is no .csv file in it"));
 }
 
-}  // namespace
+}  // namespace test_draw_races
 }  // namespace gripline

@@ -7,7 +7,7 @@
 #include "support/program.hpp"
 
 namespace gripline {
-namespace {
+namespace test_draw_road {
 
 using namespace testing_support;
 
@@ -38,5 +38,5 @@ TEST_F(DrawRoad, TheSameSeedDrawsTheSameRoadAndAnotherAnother) {
   EXPECT_NE(draw("flowing", "8", "other"), one);
 }
 
-}  // namespace
+}  // namespace test_draw_road
 }  // namespace gripline

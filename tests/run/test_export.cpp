@@ -15,7 +15,7 @@
 #include "support/report_sample.hpp"
 
 namespace gripline {
-namespace {
+namespace test_export {
 
 namespace fs = std::filesystem;
 using namespace testing_support;
@@ -139,5 +139,5 @@ TEST_F(Export, AVideoHasAPictureForEveryInstant) {
   EXPECT_FALSE(fs::exists(folder_ / "race.mp4.html"));
 }
 
-}  // namespace
+}  // namespace test_export
 }  // namespace gripline

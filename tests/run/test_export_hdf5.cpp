@@ -15,7 +15,7 @@
 #endif
 
 namespace gripline {
-namespace {
+namespace test_export_hdf5 {
 
 namespace fs = std::filesystem;
 using namespace testing_support;
@@ -132,5 +132,5 @@ TEST_F(ExportHdf5, SaysThatItWasBuiltWithoutTheLibrary) {
 
 #endif
 
-}  // namespace
+}  // namespace test_export_hdf5
 }  // namespace gripline

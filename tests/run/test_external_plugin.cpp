@@ -8,7 +8,7 @@
 #include "util/csv.hpp"
 
 namespace gripline {
-namespace {
+namespace test_external_plugin {
 
 using testing::HasSubstr;
 using namespace testing_support;
@@ -81,5 +81,5 @@ TEST_F(ExternalPlugin, AgainstAnInstallTree) {
   race(build({"-DCMAKE_PREFIX_PATH=" + prefix.string()}));
 }
 
-}  // namespace
+}  // namespace test_external_plugin
 }  // namespace gripline

@@ -18,7 +18,7 @@
 #include "util/clock.hpp"
 
 namespace gripline {
-namespace {
+namespace test_full_size {
 
 using testing_support::shipped_plugins;
 using testing_support::world_from;
@@ -308,5 +308,5 @@ TEST(FullSizeBadInput, TablesOfThePlant) {
   EXPECT_THAT(with(R"("brake_byas": 0.6)"), HasSubstr("brake_bias"));
 }
 
-}  // namespace
+}  // namespace test_full_size
 }  // namespace gripline

@@ -30,7 +30,7 @@
 #endif
 
 namespace gripline {
-namespace {
+namespace test_import_bags {
 
 namespace fs = std::filesystem;
 using namespace testing_support;
@@ -395,7 +395,7 @@ struct WrittenMessage {
   std::vector<std::byte> bytes;
 };
 
-}  // namespace
+}  // namespace test_import_bags
 }  // namespace gripline
 
 namespace ros::message_traits {
@@ -424,7 +424,7 @@ struct Serializer<gripline::WrittenMessage> {
 }  // namespace ros::serialization
 
 namespace gripline {
-namespace {
+namespace test_import_bags {
 
 TEST_F(ImportBags, BagsOfTheLibraryOfRosAreRead) {
   const Recording all = weaving_recording(Wire::ros1);
@@ -450,5 +450,5 @@ TEST_F(ImportBags, BagsOfTheLibraryOfRosAreRead) {
 
 #endif
 
-}  // namespace
+}  // namespace test_import_bags
 }  // namespace gripline

@@ -13,7 +13,7 @@
 #include "support/program.hpp"
 
 namespace gripline {
-namespace {
+namespace test_install {
 
 namespace fs = std::filesystem;
 using namespace testing_support;
@@ -152,5 +152,5 @@ TEST(Quickstart, KnowsTheSystemsWhosePackagesItNames) {
   EXPECT_THAT(unknown.err, HasSubstr("cmake -S . -B build"));
 }
 
-}  // namespace
+}  // namespace test_install
 }  // namespace gripline

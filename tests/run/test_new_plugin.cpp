@@ -8,7 +8,7 @@
 #include "support/program.hpp"
 
 namespace gripline {
-namespace {
+namespace test_new_plugin {
 
 namespace fs = std::filesystem;
 using namespace testing_support;
@@ -100,5 +100,5 @@ TEST(NewPluginBuild, IsOptimisedWhereNoTypeIsGiven) {
   }
 }
 
-}  // namespace
+}  // namespace test_new_plugin
 }  // namespace gripline

@@ -8,7 +8,7 @@
 #include "support/program.hpp"
 
 namespace gripline {
-namespace {
+namespace test_python {
 
 namespace fs = std::filesystem;
 using namespace testing_support;
@@ -171,5 +171,5 @@ TEST_F(Python, RacesAreRepeatedBySeedAndEnd) {
   EXPECT_EQ(outcome.code, 0) << outcome.err;
 }
 
-}  // namespace
+}  // namespace test_python
 }  // namespace gripline

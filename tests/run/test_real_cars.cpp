@@ -13,7 +13,7 @@
 #include "support/reference_data.hpp"
 
 namespace gripline {
-namespace {
+namespace test_real_cars {
 
 using testing::AllOf;
 using testing::HasSubstr;
@@ -417,5 +417,5 @@ TEST_F(RealCars, ALogThatTellsLittleGivesIntervalsThatSaySo) {
   }
 }
 
-}  // namespace
+}  // namespace test_real_cars
 }  // namespace gripline

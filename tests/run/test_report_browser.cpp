@@ -18,7 +18,7 @@
 #include "support/report_sample.hpp"
 
 namespace gripline::report {
-namespace {
+namespace test_report_browser {
 
 namespace fs = std::filesystem;
 
@@ -320,5 +320,5 @@ TEST_F(Browser, TheSourceHasItsTypesRight) {
   EXPECT_EQ(outcome.code, 0) << outcome.output;
 }
 
-}  // namespace
+}  // namespace test_report_browser
 }  // namespace gripline::report

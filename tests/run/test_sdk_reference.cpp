@@ -4,7 +4,7 @@
 #include "support/program.hpp"
 
 namespace gripline {
-namespace {
+namespace test_sdk_reference {
 
 using namespace testing_support;
 
@@ -20,5 +20,5 @@ TEST(SdkReference, DocumentsEverythingPublic) {
   EXPECT_TRUE(std::filesystem::exists(folder / "html/index.html"));
 }
 
-}  // namespace
+}  // namespace test_sdk_reference
 }  // namespace gripline

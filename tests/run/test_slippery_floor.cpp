@@ -17,7 +17,7 @@
 #include "support/program.hpp"
 
 namespace gripline {
-namespace {
+namespace test_slippery_floor {
 
 using namespace testing_support;
 
@@ -98,5 +98,5 @@ TEST(SlipperyFloor, FrictionIsReadFromTheModelOfADryFloor) {
   }
 }
 
-}  // namespace
+}  // namespace test_slippery_floor
 }  // namespace gripline

@@ -14,7 +14,7 @@
 #include "support/sweep_records.hpp"
 
 namespace gripline {
-namespace {
+namespace test_sweep_program {
 
 namespace fs = std::filesystem;
 using namespace testing_support;
@@ -259,5 +259,5 @@ TEST_F(SweepProgram, SaysWhatIsWrongWithItsOptions) {
   EXPECT_THAT(gripline_with({"sweep"}).err, HasSubstr("which experiment?"));
 }
 
-}  // namespace
+}  // namespace test_sweep_program
 }  // namespace gripline

@@ -18,7 +18,7 @@
 #include "support/sweep_records.hpp"
 
 namespace gripline {
-namespace {
+namespace test_sweep_slurm {
 
 namespace fs = std::filesystem;
 using namespace testing_support;
@@ -150,5 +150,5 @@ TEST_F(Slurm, CancelEndsTheJobsAndKeepsWhatIsFinished) {
   EXPECT_EQ(lines(out("out") + "/table.csv").size(), 37u);
 }
 
-}  // namespace
+}  // namespace test_sweep_slurm
 }  // namespace gripline

@@ -8,7 +8,7 @@
 #include "support/program.hpp"
 
 namespace gripline {
-namespace {
+namespace test_tutorial {
 
 using namespace testing_support;
 using testing::HasSubstr;
@@ -42,5 +42,5 @@ TEST(Tutorial, ItsCommandsRun) {
   EXPECT_EQ(lines(folder / "out/spread/runs.csv").size(), 13U);
 }
 
-}  // namespace
+}  // namespace test_tutorial
 }  // namespace gripline

@@ -1,11 +1,11 @@
-// The allocations of a test program (util/allocation_counter.hpp). Include in one source file of it.
+// How often a test's program has allocated (util/allocation_counter.hpp): a program that uses this counts.
 #pragma once
 
-#include "util/allocation_counter.hpp"
+#include <atomic>
 
 namespace gripline::rig {
 
-using gripline::allocations;
-using gripline::counts_allocations;
+extern std::atomic<long>& allocations;
+extern const bool counts_allocations;  // false where a sanitizer owns malloc
 
 }  // namespace gripline::rig

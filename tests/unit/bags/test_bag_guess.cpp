@@ -13,7 +13,7 @@
 #include "support/scratch.hpp"
 
 namespace gripline::bags {
-namespace {
+namespace test_bag_guess {
 
 using testing::Contains;
 using testing::HasSubstr;
@@ -89,5 +89,5 @@ TEST(BagGuess, ABagWithoutACarSaysWhatItHolds) {
   }
 }
 
-}  // namespace
+}  // namespace test_bag_guess
 }  // namespace gripline::bags

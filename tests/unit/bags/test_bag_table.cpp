@@ -11,7 +11,7 @@
 #include "support/scratch.hpp"
 
 namespace gripline::bags {
-namespace {
+namespace test_bag_table {
 
 using measured::DelimitedTable;
 using testing::Contains;
@@ -248,5 +248,5 @@ TEST(BagTable, ReadingEndsWhereEnoughWasSeen) {
   EXPECT_THAT(t.found, Contains(HasSubstr("only the first 5 s are looked at")));
 }
 
-}  // namespace
+}  // namespace test_bag_table
 }  // namespace gripline::bags

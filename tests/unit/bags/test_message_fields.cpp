@@ -9,7 +9,7 @@
 #include "support/bag_writing.hpp"
 
 namespace gripline::bags {
-namespace {
+namespace test_message_fields {
 
 using testing::ElementsAre;
 using testing::HasSubstr;
@@ -178,5 +178,5 @@ TEST(MessageFields, OtherEncapsulationsAreNamed) {
   EXPECT_THAT(why_not(wide, {}, MessageBytes(Wire::cdr).add(std::uint32_t{0}).bytes()), HasSubstr("wide characters"));
 }
 
-}  // namespace
+}  // namespace test_message_fields
 }  // namespace gripline::bags

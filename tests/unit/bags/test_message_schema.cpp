@@ -11,7 +11,7 @@
 #include "support/scratch.hpp"
 
 namespace gripline::bags {
-namespace {
+namespace test_message_schema {
 
 using testing::ElementsAre;
 using testing::HasSubstr;
@@ -121,5 +121,5 @@ TEST(MessageSchema, AFolderOfDefinitionsNamesTypesByPackage) {
   EXPECT_THROW(definitions_in(folder / "nowhere"), InputError);
 }
 
-}  // namespace
+}  // namespace test_message_schema
 }  // namespace gripline::bags

@@ -15,7 +15,7 @@ namespace gripline {
 inline std::string hold_name(Hold hold) { return hold == Hold::zoh ? "zoh" : hold == Hold::foh ? "foh" : "rate"; }
 inline void PrintTo(Hold hold, std::ostream* out) { *out << hold_name(hold); }
 
-namespace {
+namespace test_corrected_model {
 
 using namespace testing_support;
 
@@ -407,5 +407,5 @@ TEST(CorrectedModel, ParametersMayChangeBetweenSteps) {
   expect_same(next, worn);
 }
 
-}  // namespace
+}  // namespace test_corrected_model
 }  // namespace gripline

@@ -7,7 +7,7 @@
 #include <string>
 
 namespace gripline {
-namespace {
+namespace test_integrator {
 
 using Vec = std::array<double, 2>;
 
@@ -77,5 +77,5 @@ TEST(Integrator, FindsByName) {
   EXPECT_EQ(tableaux().size(), 5u);  // all of them are tested above
 }
 
-}  // namespace
+}  // namespace test_integrator
 }  // namespace gripline

@@ -11,7 +11,7 @@
 #include "support/paths.hpp"
 
 namespace gripline {
-namespace {
+namespace test_staged_car {
 
 using testing::ElementsAre;
 using testing::HasSubstr;
@@ -303,5 +303,5 @@ TEST(StagedCar, ManyPointsAtOnceAreEachAlone) {
   }
 }
 
-}  // namespace
+}  // namespace test_staged_car
 }  // namespace gripline

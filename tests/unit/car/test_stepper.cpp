@@ -11,7 +11,7 @@
 #include "support/paths.hpp"
 
 namespace gripline {
-namespace {
+namespace test_stepper {
 
 using namespace testing_support;
 
@@ -153,5 +153,5 @@ TEST(Stepper, LookTellsTheStartOfTheStep) {
   EXPECT_EQ(stepper.motion[3], 2);  // nothing moved
 }
 
-}  // namespace
+}  // namespace test_stepper
 }  // namespace gripline

@@ -9,7 +9,7 @@
 #include "world/friction_factor.hpp"
 
 namespace gripline {
-namespace {
+namespace test_vehicle {
 
 using testing::HasSubstr;
 using namespace testing_support;
@@ -153,5 +153,5 @@ TEST(Vehicle, RefusalsSayWhatAndWhere) {
               HasSubstr("no vehicle plugin \"aero_drag\"; \"aero_drag\" is of kind effect"));
 }
 
-}  // namespace
+}  // namespace test_vehicle
 }  // namespace gripline

@@ -6,7 +6,7 @@
 #include "config/errors.hpp"
 
 namespace gripline::tools {
-namespace {
+namespace test_options {
 
 using testing::ElementsAreArray;
 
@@ -75,5 +75,5 @@ TEST(Options, NumbersBetweenCommas) {
   }
 }
 
-}  // namespace
+}  // namespace test_options
 }  // namespace gripline::tools

@@ -5,7 +5,7 @@
 #include <algorithm>
 
 namespace gripline {
-namespace {
+namespace test_blame {
 
 /// Reads that go wrong as soon as certain assignments are there.
 void read(std::span<const std::string> assignments) {
@@ -36,5 +36,5 @@ TEST(Blame, AnErrorIsToldAtTheAssignmentThatMakesIt) {
             own + "\n--set /x: too small\n--set /y/z: \"z\" is missing (a.json:7:3: /y) [stack s]");
 }
 
-}  // namespace
+}  // namespace test_blame
 }  // namespace gripline

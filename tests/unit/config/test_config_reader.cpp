@@ -15,7 +15,7 @@
 #include "support/paths.hpp"
 
 namespace gripline {
-namespace {
+namespace test_config_reader {
 
 namespace fs = std::filesystem;
 using testing::ElementsAre;
@@ -264,5 +264,5 @@ TEST(DidYouMean, FindsWhatWasMeantAndNothingElse) {
   EXPECT_EQ(did_you_mean("weather", {}), "");
 }
 
-}  // namespace
+}  // namespace test_config_reader
 }  // namespace gripline

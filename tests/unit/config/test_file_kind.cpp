@@ -6,7 +6,7 @@
 #include "support/paths.hpp"
 
 namespace gripline {
-namespace {
+namespace test_file_kind {
 
 using namespace testing_support;
 
@@ -36,5 +36,5 @@ TEST(FileKind, TheWrongOneIsOneLine) {
             "test:1:9: /car: \"tracks/hill.json\" is a track, expected a car");
 }
 
-}  // namespace
+}  // namespace test_file_kind
 }  // namespace gripline

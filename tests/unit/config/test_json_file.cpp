@@ -25,7 +25,7 @@
 #include "config/hash.hpp"
 
 namespace gripline {
-namespace {
+namespace test_json_file {
 
 namespace fs = std::filesystem;
 using testing::HasSubstr;
@@ -583,5 +583,5 @@ TEST(Sha256, OfAFile) {
   EXPECT_THROW((void)sha256_of_file(folder.path() / "missing"), InputError);
 }
 
-}  // namespace
+}  // namespace test_json_file
 }  // namespace gripline

@@ -12,7 +12,7 @@
 #include "config/reader.hpp"
 
 namespace gripline {
-namespace {
+namespace test_merge_patch {
 
 using testing::HasSubstr;
 
@@ -187,5 +187,5 @@ TEST(Assignment, ErrorsInASetValueNameTheOption) {
   EXPECT_EQ(errors.sorted()[0].text(), "--set /base/mu_init/1: wrong");
 }
 
-}  // namespace
+}  // namespace test_merge_patch
 }  // namespace gripline

@@ -6,7 +6,7 @@
 #include "support/host_support.hpp"
 
 namespace gripline {
-namespace {
+namespace test_tree_diff {
 
 using namespace testing_support;
 using testing::ElementsAre;
@@ -31,5 +31,5 @@ TEST(TreeDiff, ArraysOfOtherLengthsAreToldWhole) {
   EXPECT_THAT(differences(json(R"({"k": [1]})"), json(R"({"k": [1, 2]})")), ElementsAre("/k: [1] -> [1,2]"));
 }
 
-}  // namespace
+}  // namespace test_tree_diff
 }  // namespace gripline

@@ -12,7 +12,7 @@
 #include <vector>
 
 namespace gripline {
-namespace {
+namespace test_units {
 
 using std::numbers::pi;
 
@@ -184,5 +184,5 @@ TEST(Units, DoNotDependOnTheLocale) {
   EXPECT_EQ(value, 1.2345);
 }
 
-}  // namespace
+}  // namespace test_units
 }  // namespace gripline

@@ -8,7 +8,7 @@
 #include "support/host_support.hpp"
 
 namespace gripline {
-namespace {
+namespace test_claims {
 
 using testing::HasSubstr;
 using testing::StartsWith;
@@ -169,5 +169,5 @@ TEST(Claims, WhatWasNotMeasuredMakesNoClaimTrue) {
   EXPECT_FALSE(holds("elm.violation_s <= none.violation_s", values));
 }
 
-}  // namespace
+}  // namespace test_claims
 }  // namespace gripline

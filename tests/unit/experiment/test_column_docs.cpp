@@ -11,7 +11,7 @@
 #include "support/paths.hpp"
 
 namespace gripline {
-namespace {
+namespace test_column_docs {
 
 using namespace testing_support;
 
@@ -43,5 +43,5 @@ TEST(ColumnDocs, EveryColumnIsExplainedOnce) {
   }
 }
 
-}  // namespace
+}  // namespace test_column_docs
 }  // namespace gripline

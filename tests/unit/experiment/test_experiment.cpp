@@ -6,7 +6,7 @@
 #include "support/host_support.hpp"
 
 namespace gripline {
-namespace {
+namespace test_experiment {
 
 using testing::AllOf;
 using testing::ElementsAre;
@@ -182,5 +182,5 @@ TEST_F(Experiment, KindsAreKnown) {
   EXPECT_EQ(experiment_kind(json(R"({"kind": "offline_validation"})")), "offline_validation");
 }
 
-}  // namespace
+}  // namespace test_experiment
 }  // namespace gripline

@@ -6,7 +6,7 @@
 #include "support/validation_rig.hpp"
 
 namespace gripline {
-namespace {
+namespace test_force_validation {
 
 using namespace testing_support;
 
@@ -56,5 +56,5 @@ TEST(ForceValidation, NoRowWithALapToJudgeIsAnError) {
   }
 }
 
-}  // namespace
+}  // namespace test_force_validation
 }  // namespace gripline

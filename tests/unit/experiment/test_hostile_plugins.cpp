@@ -14,7 +14,7 @@
 #include "util/csv.hpp"
 
 namespace gripline {
-namespace {
+namespace test_hostile_plugins {
 
 using testing::AnyOf;
 using testing::EndsWith;
@@ -201,5 +201,5 @@ TEST(Hostile, DerivativesThatAreNoNumbersEndTheRunByName) {
   }
 }
 
-}  // namespace
+}  // namespace test_hostile_plugins
 }  // namespace gripline

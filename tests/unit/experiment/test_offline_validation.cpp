@@ -11,7 +11,7 @@
 #include "util/csv.hpp"
 
 namespace gripline {
-namespace {
+namespace test_offline_validation {
 
 using testing::HasSubstr;
 using testing::ThrowsMessage;
@@ -138,5 +138,5 @@ TEST(OfflineValidation, ADriverThatDoesNotFinishIsAnError) {
               ThrowsMessage<std::runtime_error>(HasSubstr("test: the driver did not finish: still driving after 1 s")));
 }
 
-}  // namespace
+}  // namespace test_offline_validation
 }  // namespace gripline

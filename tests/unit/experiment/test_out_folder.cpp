@@ -12,7 +12,7 @@
 #include "util/made_folders.hpp"
 
 namespace gripline {
-namespace {
+namespace test_out_folder {
 
 using testing::HasSubstr;
 using namespace testing_support;
@@ -237,5 +237,5 @@ TEST(OutFolder, TheSceneTellsTheReportWhatItNeeds) {
   EXPECT_EQ(libraries[0].find("plugins")->array().at(0).text(), "dynamic 1.0");
 }
 
-}  // namespace
+}  // namespace test_out_folder
 }  // namespace gripline

@@ -9,7 +9,7 @@
 #include "support/host_support.hpp"
 
 namespace gripline {
-namespace {
+namespace test_pairs {
 
 using testing::HasSubstr;
 using testing::Not;
@@ -131,5 +131,5 @@ TEST(Pairs, OfRowsWithFewAndWithManyDrawsSaysBoth) {
                                         HasSubstr("range, of fewer than 6 draws")));
 }
 
-}  // namespace
+}  // namespace test_pairs
 }  // namespace gripline

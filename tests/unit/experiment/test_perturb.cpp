@@ -10,7 +10,7 @@
 #include "support/host_support.hpp"
 
 namespace gripline {
-namespace {
+namespace test_perturb {
 
 using testing::HasSubstr;
 using namespace testing_support;
@@ -101,5 +101,5 @@ TEST(Perturb, SeedsComeFromATextAlone) {
   EXPECT_TRUE(std::equal(fewer.begin(), fewer.end(), seeds.begin()));  // more draws go on from fewer
 }
 
-}  // namespace
+}  // namespace test_perturb
 }  // namespace gripline

@@ -11,7 +11,7 @@
 #include "util/csv_writer.hpp"
 
 namespace gripline {
-namespace {
+namespace test_power_loss {
 
 using testing::AnyOf;
 using namespace testing_support;
@@ -125,5 +125,5 @@ TEST(PowerLoss, AFolderThatWasClaimedCanBeClaimedAgain) {
     }
 }
 
-}  // namespace
+}  // namespace test_power_loss
 }  // namespace gripline

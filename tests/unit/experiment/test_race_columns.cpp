@@ -6,7 +6,7 @@
 #include <set>
 
 namespace gripline {
-namespace {
+namespace test_race_columns {
 
 using testing::Contains;
 using testing::ElementsAre;
@@ -113,5 +113,5 @@ TEST(RaceColumns, ClaimsMayNameEndsOfIntervals) {
     EXPECT_FALSE(is_table_column(name)) << name;
 }
 
-}  // namespace
+}  // namespace test_race_columns
 }  // namespace gripline

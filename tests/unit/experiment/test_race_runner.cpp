@@ -17,7 +17,7 @@
 #include "util/csv.hpp"
 
 namespace gripline {
-namespace {
+namespace test_race_runner {
 
 using testing::HasSubstr;
 using testing::UnorderedElementsAre;
@@ -306,5 +306,5 @@ TEST_F(Runner, NoProcessOutlivesACallThatFails) {
   EXPECT_EQ(errno, ECHILD);
 }
 
-}  // namespace
+}  // namespace test_race_runner
 }  // namespace gripline

@@ -9,7 +9,7 @@
 #include "support/host_support.hpp"
 
 namespace gripline {
-namespace {
+namespace test_race_tables {
 
 using testing::AllOf;
 using testing::HasSubstr;
@@ -360,5 +360,5 @@ TEST_F(RaceTablesInCommaLocale, CellsHavePoints) {
   EXPECT_EQ(cell_text(std::nullopt, "%.2f s"), "-");
 }
 
-}  // namespace
+}  // namespace test_race_tables
 }  // namespace gripline

@@ -8,7 +8,7 @@
 #include "util/csv_writer.hpp"
 
 namespace gripline {
-namespace {
+namespace test_run_result {
 
 using testing::ElementsAre;
 using testing::HasSubstr;
@@ -157,5 +157,5 @@ TEST(RunResult, WallClockFiguresAreNotInTheSummary) {
   EXPECT_THAT(contents(folder / "summary.json"), Not(testing::AnyOf(HasSubstr("_ms"), HasSubstr("cpu"))));
 }
 
-}  // namespace
+}  // namespace test_run_result
 }  // namespace gripline

@@ -11,7 +11,7 @@
 #include "support/report_sample.hpp"
 
 namespace gripline::exports {
-namespace {
+namespace test_exported_runs {
 
 using testing::ElementsAre;
 using testing::HasSubstr;
@@ -49,5 +49,5 @@ TEST(ExportedRuns, AreChosenByRowAndSeed) {
   EXPECT_THAT(refusal(folder.path() / "absent", {}), HasSubstr("no such folder"));
 }
 
-}  // namespace
+}  // namespace test_exported_runs
 }  // namespace gripline::exports

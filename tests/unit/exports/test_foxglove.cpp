@@ -10,7 +10,7 @@
 #include "support/mcap_reading.hpp"
 
 namespace gripline::exports {
-namespace {
+namespace test_foxglove {
 
 using testing::Pair;
 using testing::UnorderedElementsAre;
@@ -83,5 +83,5 @@ TEST(Foxglove, SchemasNameEveryColumn) {
     }
 }
 
-}  // namespace
+}  // namespace test_foxglove
 }  // namespace gripline::exports

@@ -8,7 +8,7 @@
 #include "support/mcap_reading.hpp"
 
 namespace gripline::exports {
-namespace {
+namespace test_mcap {
 
 using testing::ElementsAre;
 using testing_support::McapFile;
@@ -51,5 +51,5 @@ TEST(Mcap, HeaderAndFooterByteByByte) {
   EXPECT_EQ(bytes, expected);
 }
 
-}  // namespace
+}  // namespace test_mcap
 }  // namespace gripline::exports

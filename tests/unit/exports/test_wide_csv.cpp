@@ -7,7 +7,7 @@
 #include <vector>
 
 namespace gripline::exports {
-namespace {
+namespace test_wide_csv {
 
 using report::Columns;
 
@@ -32,5 +32,5 @@ TEST(WideCsv, RatesMayDiffer) {
             "0.02,3,\n");
 }
 
-}  // namespace
+}  // namespace test_wide_csv
 }  // namespace gripline::exports

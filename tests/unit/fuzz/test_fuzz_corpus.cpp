@@ -12,7 +12,7 @@
 #include "support/paths.hpp"
 
 namespace gripline {
-namespace {
+namespace test_fuzz_corpus {
 
 using namespace testing_support;
 namespace fs = std::filesystem;
@@ -87,5 +87,5 @@ TEST_P(FuzzCorpus, IsTakenOrRefused) {
 INSTANTIATE_TEST_SUITE_P(Targets, FuzzCorpus, testing::ValuesIn(fuzz::targets().begin(), fuzz::targets().end()),
                          [](const auto& info) { return std::string(info.param.name); });
 
-}  // namespace
+}  // namespace test_fuzz_corpus
 }  // namespace gripline

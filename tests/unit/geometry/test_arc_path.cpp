@@ -11,7 +11,7 @@
 #include "support/sample_curves.hpp"
 
 namespace gripline {
-namespace {
+namespace test_arc_path {
 
 using test::beside;
 using test::stadium;
@@ -191,5 +191,5 @@ TEST(ArcPath, WhatIsNoStationIsTheFirst) {
   EXPECT_LT(circle.at(std::nextafter(circle.length(), 0.0)).s, circle.length());
 }
 
-}  // namespace
+}  // namespace test_arc_path
 }  // namespace gripline

@@ -13,7 +13,7 @@
 #include "support/sample_curves.hpp"
 
 namespace gripline {
-namespace {
+namespace test_closed_curve {
 
 using test::beside;
 using test::ellipse;
@@ -106,5 +106,5 @@ TEST(ClosedCurve, WrapsStations) {
   EXPECT_EQ(curve.wrap(-1e-300), 0.0);
 }
 
-}  // namespace
+}  // namespace test_closed_curve
 }  // namespace gripline

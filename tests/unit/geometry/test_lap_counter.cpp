@@ -8,7 +8,7 @@
 #include "support/paths.hpp"
 
 namespace gripline {
-namespace {
+namespace test_lap_counter {
 
 Track shipped(const std::string& name) { return load_track(testing_support::source_dir() / "worlds/tracks" / name); }
 
@@ -130,5 +130,5 @@ TEST(LapCounter, ACarPutBackElsewhereIsFoundAgain) {
   EXPECT_NEAR(drive.counter().covered(), 5.0, 0.05);
 }
 
-}  // namespace
+}  // namespace test_lap_counter
 }  // namespace gripline

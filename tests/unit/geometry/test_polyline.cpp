@@ -9,7 +9,7 @@
 #include "support/sample_curves.hpp"
 
 namespace gripline {
-namespace {
+namespace test_polyline {
 
 /// A rectangle of 40 m by 1 m: its long sides run beside each other.
 ClosedPolyline strip() { return ClosedPolyline({{0, 0}, {20, 0}, {40, 0}, {40, 1}, {20, 1}, {0, 1}}); }
@@ -56,5 +56,5 @@ TEST(ClosedPolyline, ALargeReachFindsWhatTheWholeSearchFinds) {
   }
 }
 
-}  // namespace
+}  // namespace test_polyline
 }  // namespace gripline

@@ -15,7 +15,7 @@
 #include "support/reference_data.hpp"
 
 namespace gripline {
-namespace {
+namespace test_racing_line {
 
 using ::testing::HasSubstr;
 
@@ -262,5 +262,5 @@ TEST_F(LargeRoads, Town07IsWithinTheBoundsToo) {
   }
 }
 
-}  // namespace
+}  // namespace test_racing_line
 }  // namespace gripline

@@ -11,7 +11,7 @@
 #include "support/road_files.hpp"
 
 namespace gripline {
-namespace {
+namespace test_road_reading {
 
 using ::testing::HasSubstr;
 using testing_support::gpx_circle;
@@ -169,5 +169,5 @@ TEST_F(RoadFiles, TwentyKilometresAreARoad) {
   EXPECT_EQ(check_car_turns(track, 1.8, 6.0), "");
 }
 
-}  // namespace
+}  // namespace test_road_reading
 }  // namespace gripline

@@ -12,7 +12,7 @@
 #include "support/sample_roads.hpp"
 
 namespace gripline {
-namespace {
+namespace test_road_smoothing {
 
 using ::testing::HasSubstr;
 using ::testing::ThrowsMessage;
@@ -122,5 +122,5 @@ TEST(RoadSmoothing, StepsOfWidthAreEvenedOutInwards) {
   for (const double left : road.left) EXPECT_LT(left, 8.1);
 }
 
-}  // namespace
+}  // namespace test_road_smoothing
 }  // namespace gripline

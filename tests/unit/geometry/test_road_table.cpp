@@ -12,7 +12,7 @@
 #include "support/sample_roads.hpp"
 
 namespace gripline {
-namespace {
+namespace test_road_table {
 
 using ::testing::HasSubstr;
 using ::testing::ThrowsMessage;
@@ -96,5 +96,5 @@ TEST(RoadTable, AWrittenRoadKeepsItsCornersWhereItsStraightsHaveFewPoints) {
   }
 }
 
-}  // namespace
+}  // namespace test_road_table
 }  // namespace gripline

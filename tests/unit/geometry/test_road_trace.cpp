@@ -10,7 +10,7 @@
 #include "support/road_files.hpp"
 
 namespace gripline {
-namespace {
+namespace test_road_trace {
 
 using ::testing::HasSubstr;
 using testing_support::gpx_circle;
@@ -115,5 +115,5 @@ TEST_F(RoadFiles, TheTangentPlaneIsMetric) {
   EXPECT_NEAR(east.x, 1243.8, 0.2);
 }
 
-}  // namespace
+}  // namespace test_road_trace
 }  // namespace gripline

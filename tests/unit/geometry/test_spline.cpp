@@ -14,7 +14,7 @@
 #include "support/sample_curves.hpp"
 
 namespace gripline {
-namespace {
+namespace test_spline {
 
 using test::beside;
 using test::ellipse;
@@ -272,5 +272,5 @@ TEST(SplinePath, NoisyPointsGiveALineThatStaysAtThem) {
   }
 }
 
-}  // namespace
+}  // namespace test_spline
 }  // namespace gripline

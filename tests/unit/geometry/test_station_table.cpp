@@ -11,7 +11,7 @@
 #include "geometry/plane.hpp"
 
 namespace gripline {
-namespace {
+namespace test_station_table {
 
 using ::testing::HasSubstr;
 
@@ -109,5 +109,5 @@ TEST(StationTable, OneRowIsTheSameEverywhere) {
   EXPECT_FALSE(StationTable(10.0, {1.0, 2.0}, {2.5, 2.5}).constant());
 }
 
-}  // namespace
+}  // namespace test_station_table
 }  // namespace gripline

@@ -15,7 +15,7 @@
 #include "support/road_files.hpp"
 
 namespace gripline {
-namespace {
+namespace test_trace_repair {
 
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
@@ -133,5 +133,5 @@ TEST_F(RoadFiles, HeightsThatDriftAreEvenedOutOrRefused) {
   EXPECT_THAT(refusal([&] { read({trace(-20.0)}, {.width = 8.0}); }), HasSubstr("20 m lower than where it began"));
 }
 
-}  // namespace
+}  // namespace test_trace_repair
 }  // namespace gripline

@@ -9,7 +9,7 @@
 #include "support/paths.hpp"
 
 namespace gripline {
-namespace {
+namespace test_track_file {
 
 using ::testing::HasSubstr;
 
@@ -213,5 +213,5 @@ TEST(TrackFile, WrittenCsvReadsBackAsTheSameRoad) {
   }
 }
 
-}  // namespace
+}  // namespace test_track_file
 }  // namespace gripline

@@ -18,7 +18,7 @@
 #include "support/sample_curves.hpp"
 
 namespace gripline {
-namespace {
+namespace test_track_import {
 
 using ::testing::HasSubstr;
 using ::testing::StartsWith;
@@ -286,5 +286,5 @@ TEST(GradeFromHeights, PlacesWithOneFootAreOne) {
   }
 }
 
-}  // namespace
+}  // namespace test_track_import
 }  // namespace gripline

@@ -11,7 +11,7 @@
 #include "support/host_support.hpp"
 
 namespace gripline {
-namespace {
+namespace test_envelope_car {
 
 using namespace testing_support;
 
@@ -191,5 +191,5 @@ TEST(EnvelopeCar, LapOfACoveredModelIsNearTheModels) {
   EXPECT_LT(shown, 1.08 * open);
 }
 
-}  // namespace
+}  // namespace test_envelope_car
 }  // namespace gripline

@@ -15,7 +15,7 @@
 #include "world/world.hpp"
 
 namespace gripline {
-namespace {
+namespace test_lap_limit {
 
 using testing::HasSubstr;
 using namespace testing_support;
@@ -182,5 +182,5 @@ TEST(LimitTable, IsKeptAndReadByAWorld) {
               HasSubstr("lap_s"));
 }
 
-}  // namespace
+}  // namespace test_lap_limit
 }  // namespace gripline

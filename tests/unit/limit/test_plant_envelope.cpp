@@ -10,7 +10,7 @@
 #include "support/host_support.hpp"
 
 namespace gripline {
-namespace {
+namespace test_plant_envelope {
 
 using testing::HasSubstr;
 using namespace testing_support;
@@ -157,5 +157,5 @@ TEST(SpeedCurve, IsSmoothAndStraightBeyondItsEnds) {
   }
 }
 
-}  // namespace
+}  // namespace test_plant_envelope
 }  // namespace gripline

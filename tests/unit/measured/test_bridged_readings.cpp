@@ -8,7 +8,7 @@
 #include "util/numbers.hpp"
 
 namespace gripline::measured {
-namespace {
+namespace test_bridged_readings {
 
 TEST(BridgedReadings, LieOnTheLineBetweenTwoThatAreNotTooFarApart) {
   const std::vector<double> t = {0.0, 0.1, 0.3, 0.4, 0.5, 1.0, 1.1};
@@ -24,5 +24,5 @@ TEST(BridgedReadings, LieOnTheLineBetweenTwoThatAreNotTooFarApart) {
   for (std::size_t i = 0; i < t.size(); ++i) EXPECT_TRUE(std::isnan(bridged[i * channels + Channel::yaw]));
 }
 
-}  // namespace
+}  // namespace test_bridged_readings
 }  // namespace gripline::measured

@@ -10,7 +10,7 @@
 #include "support/scratch.hpp"
 
 namespace gripline::measured {
-namespace {
+namespace test_delimited_table {
 
 using testing::ElementsAre;
 using testing::HasSubstr;
@@ -149,5 +149,5 @@ TEST(DelimitedTable, ABagOfRosIsToldFromATable) {
   EXPECT_THAT(why("SQLite format 3\n"), HasSubstr("gripline import BAG --map MAP --table FILE.csv"));
 }
 
-}  // namespace
+}  // namespace test_delimited_table
 }  // namespace gripline::measured

@@ -9,7 +9,7 @@
 #include "util/numbers.hpp"
 
 namespace gripline::measured {
-namespace {
+namespace test_fine_delay {
 
 constexpr double dt = 0.02;
 
@@ -54,5 +54,5 @@ TEST(FineDelay, GapsAreLeftOut) {
   EXPECT_FALSE(fine_delay(std::vector<double>(5, 1.0), std::vector<double>(5, 1.0), dt, 0.0));
 }
 
-}  // namespace
+}  // namespace test_fine_delay
 }  // namespace gripline::measured

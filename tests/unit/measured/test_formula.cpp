@@ -10,7 +10,7 @@
 #include "util/numbers.hpp"
 
 namespace gripline::measured {
-namespace {
+namespace test_formula {
 
 using testing::HasSubstr;
 
@@ -99,5 +99,5 @@ TEST(Formula, NamesInBackquotesAreListed) {
   EXPECT_TRUE(quoted_names("a + `open").empty());
 }
 
-}  // namespace
+}  // namespace test_formula
 }  // namespace gripline::measured

@@ -8,7 +8,7 @@
 #include "util/csv.hpp"
 
 namespace gripline::measured {
-namespace {
+namespace test_gripline_log {
 
 using testing_support::scratch;
 /// On a circle of 20 m at 10 m/s, shown by units ahead of the centre of gravity and turned, the yaw rate 0.2 s late.
@@ -114,5 +114,5 @@ TEST(GriplineLog, TypicalSpeedComesFromTheSpeedOrThePlace) {
   EXPECT_NEAR(typical_speed(s), 10.0, 0.2);
 }
 
-}  // namespace
+}  // namespace test_gripline_log
 }  // namespace gripline::measured

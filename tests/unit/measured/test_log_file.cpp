@@ -11,7 +11,7 @@
 #include "support/diagnose_rig.hpp"
 
 namespace gripline::measured {
-namespace {
+namespace test_log_file {
 
 using test::DiagnoseRig;
 using Row = std::array<double, 9>;  // t, six readings, d, delta
@@ -399,5 +399,5 @@ TEST_F(LogFiles, ASessionsEvenGridMayBeCoarseOrEmpty) {
   EXPECT_TRUE(on_even_grid(session, 100.0).stretches.empty());  // of a car that hardly moves
 }
 
-}  // namespace
+}  // namespace test_log_file
 }  // namespace gripline::measured

@@ -13,7 +13,7 @@
 #include "support/scratch.hpp"
 
 namespace gripline::measured {
-namespace {
+namespace test_log_guess {
 
 using testing_support::scratch;
 constexpr double pi = std::numbers::pi;
@@ -198,5 +198,5 @@ TEST(LogGuess, AShareOfFullLockIsNoAngle) {
               testing::Not(testing::Contains(testing::HasSubstr("share of full lock"))));
 }
 
-}  // namespace
+}  // namespace test_log_guess
 }  // namespace gripline::measured

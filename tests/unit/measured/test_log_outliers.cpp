@@ -8,7 +8,7 @@
 #include "util/numbers.hpp"
 
 namespace gripline::measured {
-namespace {
+namespace test_log_outliers {
 
 /// A car on a circle with noise of 5 mm, 60 s; places are read in every `every`-th row.
 Session circling(double dt, std::size_t every = 1) {
@@ -88,5 +88,5 @@ TEST(DropPlaceSpikes, StepsAndGapsAreNone) {
   EXPECT_EQ(dropped_of(kept), 0u);
 }
 
-}  // namespace
+}  // namespace test_log_outliers
 }  // namespace gripline::measured

@@ -8,7 +8,7 @@
 #include "util/numbers.hpp"
 
 namespace gripline::measured {
-namespace {
+namespace test_noise {
 
 constexpr double sample_time = 0.04, sigma = 0.05;
 constexpr std::size_t read_channel = 3, samples = 5000;
@@ -74,5 +74,5 @@ TEST(Noise, SizeAndColourAreFoundAgain) {
   }
 }
 
-}  // namespace
+}  // namespace test_noise
 }  // namespace gripline::measured

@@ -5,7 +5,7 @@
 #include <cmath>
 
 namespace gripline::measured {
-namespace {
+namespace test_raw_log {
 
 /// The sample time found in ten minutes of rows at this rate, each stamp late by up to 0.2 ms, written to the
 /// microsecond.
@@ -30,5 +30,5 @@ TEST(RawLog, ALongLogKeepsToItsStampsAtAnyRate) {
     EXPECT_NEAR(found_step(hertz) * 600.0 * hertz, 600.0, 0.1 / hertz) << hertz;
 }
 
-}  // namespace
+}  // namespace test_raw_log
 }  // namespace gripline::measured

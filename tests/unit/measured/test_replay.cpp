@@ -5,7 +5,7 @@
 #include "support/diagnose_rig.hpp"
 
 namespace gripline::measured {
-namespace {
+namespace test_replay {
 
 using test::DiagnoseRig;
 
@@ -69,5 +69,5 @@ TEST(Replay, HeldCommandsCountAtSamplesByTheMeanOfBothSides) {
   EXPECT_NEAR(history_at_sample(log, 0.08).at(0.03).d, 0.25, 1e-12);
 }
 
-}  // namespace
+}  // namespace test_replay
 }  // namespace gripline::measured

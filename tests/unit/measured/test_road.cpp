@@ -9,7 +9,7 @@
 #include "support/sample_roads.hpp"
 
 namespace gripline::measured {
-namespace {
+namespace test_road {
 
 /// Two metres beside its own pass, the car is nearer to the other one.
 TEST(Road, ALogThatBeginsAtACrossingIsOnThePassThatItFollows) {
@@ -24,5 +24,5 @@ TEST(Road, ALogThatBeginsAtACrossingIsOnThePassThatItFollows) {
   }
 }
 
-}  // namespace
+}  // namespace test_road
 }  // namespace gripline::measured

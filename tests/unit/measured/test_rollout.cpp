@@ -6,7 +6,7 @@
 #include "util/numbers.hpp"
 
 namespace gripline::measured {
-namespace {
+namespace test_rollout {
 
 using diagnose::ModelSpec;
 using test::DiagnoseRig;
@@ -94,5 +94,5 @@ TEST(Rollout, StatesAreReadThroughTheSensors) {
   EXPECT_TRUE(std::isnan(states[4]));
 }
 
-}  // namespace
+}  // namespace test_rollout
 }  // namespace gripline::measured

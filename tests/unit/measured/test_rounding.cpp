@@ -9,7 +9,7 @@
 #include "util/numbers.hpp"
 
 namespace gripline::measured {
-namespace {
+namespace test_rounding {
 
 double rounded(double v, double step) { return step * std::round(v / step); }
 
@@ -104,5 +104,5 @@ TEST(Rounding, ACommandThatMovesBySeveralStepsHasWhiteErrors) {
   EXPECT_LT(off.claimed_lasting, 0.05);
 }
 
-}  // namespace
+}  // namespace test_rounding
 }  // namespace gripline::measured

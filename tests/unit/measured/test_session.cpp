@@ -7,7 +7,7 @@
 #include "util/numbers.hpp"
 
 namespace gripline::measured {
-namespace {
+namespace test_session {
 
 /// 100 Hz rows; the steering steps to `to` at 1.0 s and back at 1.05 s, the throttle at 2.0 s.
 Session stepping() {
@@ -110,5 +110,5 @@ TEST(CommandGrid, ACommandThatChangesMoreOftenThanItIsSaidToBeReadStaysAsItStand
   for (double t = 1.45; t < 1.9; t += 0.01) EXPECT_EQ(steering(grid, t), steering(as_written, t)) << t;
 }
 
-}  // namespace
+}  // namespace test_session
 }  // namespace gripline::measured

@@ -16,7 +16,7 @@
 #include "support/scratch.hpp"
 
 namespace gripline::measured {
-namespace {
+namespace test_session_file {
 
 using testing::AllOf;
 using testing::HasSubstr;
@@ -435,5 +435,5 @@ TEST(SessionChecks, AFewSecondsOfAParkedCarAreNoLogOfDriving) {
   EXPECT_THAT(why(log, map_of(channels_json(""))), HasSubstr("the car is parked"));
 }
 
-}  // namespace
+}  // namespace test_session_file
 }  // namespace gripline::measured

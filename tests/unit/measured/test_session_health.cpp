@@ -7,7 +7,7 @@
 #include <random>
 
 namespace gripline::measured {
-namespace {
+namespace test_session_health {
 
 /// A car on a wandering path; `change` edits each row before it is written.
 template <class Change>
@@ -165,5 +165,5 @@ TEST(Health, OneConstantCommandOrBothAreTold) {
   EXPECT_EQ(constant_commands(file.session).size(), 2u);
 }
 
-}  // namespace
+}  // namespace test_session_health
 }  // namespace gripline::measured

@@ -14,7 +14,7 @@
 #include "util/numbers.hpp"
 
 namespace gripline::measured {
-namespace {
+namespace test_steady_turning {
 
 using test::CalibrateRig;
 using test::small_car_world;
@@ -393,5 +393,5 @@ TEST(SteadyTurning, IsToldInTheFieldsUnit) {
   EXPECT_EQ(one.text(), "neither surely understeers nor oversteers (-0.67 to 0.056 deg/g)");
 }
 
-}  // namespace
+}  // namespace test_steady_turning
 }  // namespace gripline::measured

@@ -8,7 +8,7 @@
 #include "util/numbers.hpp"
 
 namespace gripline::measured {
-namespace {
+namespace test_trace {
 
 /// Channel c is a quadratic of time, so that local quadratics reproduce it.
 Log quadratic(std::size_t n) {
@@ -122,5 +122,5 @@ TEST(Log, BentCommandsFollowAParabola) {
   EXPECT_TRUE(log.fine.empty());
 }
 
-}  // namespace
+}  // namespace test_trace
 }  // namespace gripline::measured

@@ -9,7 +9,7 @@
 #include "util/numbers.hpp"
 
 namespace gripline::measured {
-namespace {
+namespace test_unwrapped_angles {
 
 constexpr double turn = 2.0 * std::numbers::pi;
 
@@ -32,5 +32,5 @@ TEST(UnwrappedAngles, AreEveryStrideThValueOnly) {
   EXPECT_NEAR(rows[5], 3.1, 1e-12);
 }
 
-}  // namespace
+}  // namespace test_unwrapped_angles
 }  // namespace gripline::measured

@@ -9,7 +9,7 @@
 #include "util/numbers.hpp"
 
 namespace gripline::measured {
-namespace {
+namespace test_yaw_rate_offset {
 
 constexpr std::size_t yaw_channel = 2, rate_channel = 5;
 
@@ -158,5 +158,5 @@ TEST(YawRateOffset, IsKnownBadlyByFewStretches) {
   EXPECT_NEAR(many.range().first, -many.range().second, 1e-12);
 }
 
-}  // namespace
+}  // namespace test_yaw_rate_offset
 }  // namespace gripline::measured

@@ -12,7 +12,7 @@
 #include "support/host_support.hpp"
 
 namespace gripline {
-namespace {
+namespace test_abi_layout {
 
 using namespace testing_support;
 
@@ -86,5 +86,5 @@ TEST(AbiLayout, EveryKindOfEditIsNoticed) {
         << edit;
 }
 
-}  // namespace
+}  // namespace test_abi_layout
 }  // namespace gripline

@@ -6,7 +6,7 @@
 #include <vector>
 
 namespace gripline {
-namespace {
+namespace test_autodiff {
 
 /// A lag of the throttle that asks for the commands a while ago.
 class Lag final : public AutoDiffEffect<Lag> {
@@ -192,5 +192,5 @@ TEST(AutoDiffVehicle, FillsTheStagesAskedForAndNoOther) {
   EXPECT_EQ(q.ax, 2);
 }
 
-}  // namespace
+}  // namespace test_autodiff
 }  // namespace gripline

@@ -12,7 +12,7 @@
 #include "support/learning_rig.hpp"
 
 namespace gripline {
-namespace {
+namespace test_const_calls {
 
 constexpr int threads = 4, calls = 25;
 
@@ -160,5 +160,5 @@ TEST(ConstCalls, TheRoadAndTheRegistry) {
   });
 }
 
-}  // namespace
+}  // namespace test_const_calls
 }  // namespace gripline

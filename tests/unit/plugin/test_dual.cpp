@@ -8,7 +8,7 @@
 #include <cmath>
 
 namespace gripline_users {  // as an author's code, outside the SDK's namespace
-namespace {
+namespace test_dual {
 
 using gripline::Dual8;
 
@@ -87,5 +87,5 @@ TEST(Slip, TakesTheCarsGeometryAsPlainNumbers) {
   EXPECT_GT(all.d[1], 0.0);
 }
 
-}  // namespace
+}  // namespace test_dual
 }  // namespace gripline_users

@@ -8,7 +8,7 @@
 #include <gripline/plugin.hpp>
 
 namespace gripline {
-namespace {
+namespace test_params {
 
 /// Parameters of every kind beside each other, as an effect has them: numbers carry derivatives.
 class Mixed final : public AutoDiffEffect<Mixed> {
@@ -151,5 +151,5 @@ TEST(Params, APlainStructMayHaveAnyOrder) {
   EXPECT_EQ(controller->predicted().size(), 2u);
 }
 
-}  // namespace
+}  // namespace test_params
 }  // namespace gripline

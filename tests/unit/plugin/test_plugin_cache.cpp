@@ -5,7 +5,7 @@
 #include <cstdlib>
 
 namespace gripline {
-namespace {
+namespace test_plugin_cache {
 
 TEST(PluginCache, IsWhereTheUsersCachesAre) {
   setenv("HOME", "/home/ada", 1);
@@ -21,5 +21,5 @@ TEST(PluginCache, IsWhereTheUsersCachesAre) {
   EXPECT_EQ(plugin_cache_folder(), "");
 }
 
-}  // namespace
+}  // namespace test_plugin_cache
 }  // namespace gripline

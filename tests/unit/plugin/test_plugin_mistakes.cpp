@@ -9,7 +9,7 @@
 #include "support/program.hpp"
 
 namespace gripline {
-namespace {
+namespace test_plugin_mistakes {
 
 using namespace testing_support;
 
@@ -105,5 +105,5 @@ TEST(PluginMistakes, AStructWithAMemberThatIsNotListedDoesNotCompile) {
             type);
 }
 
-}  // namespace
+}  // namespace test_plugin_mistakes
 }  // namespace gripline

@@ -7,7 +7,7 @@
 #include "support/host_support.hpp"
 
 namespace gripline {
-namespace {
+namespace test_plugin_spec {
 
 using testing::AllOf;
 using testing::ElementsAre;
@@ -187,5 +187,5 @@ TEST(PluginSpec, AMissingPluginHidesNoOtherError) {
                     Not(HasSubstr("lenght"))));
 }
 
-}  // namespace
+}  // namespace test_plugin_spec
 }  // namespace gripline

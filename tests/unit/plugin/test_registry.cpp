@@ -20,7 +20,7 @@
 #include "support/paths.hpp"
 
 namespace gripline {
-namespace {
+namespace test_registry {
 
 using testing::AllOf;
 using testing::EndsWith;
@@ -313,5 +313,5 @@ TEST(Registry, KindsHaveTheirNames) {
   EXPECT_EQ(kind_name(abi::Kind::plant), "plant");
 }
 
-}  // namespace
+}  // namespace test_registry
 }  // namespace gripline

@@ -7,7 +7,7 @@
 #include "util/csv.hpp"
 
 namespace gripline {
-namespace {
+namespace test_assembly {
 
 using testing::IsEmpty;
 using testing::UnorderedElementsAre;
@@ -75,5 +75,5 @@ TEST(RaceAssembly, CanBeStoppedAtEveryStepAndLearnNoMore) {
   EXPECT_EQ(simulation.now().step, 3);
 }
 
-}  // namespace
+}  // namespace test_assembly
 }  // namespace gripline

@@ -8,7 +8,7 @@
 #include "support/host_support.hpp"
 
 namespace gripline {
-namespace {
+namespace test_metrics {
 
 using namespace testing_support;
 
@@ -261,5 +261,5 @@ TEST(Metrics, StatusesHaveTheirNames) {
   EXPECT_EQ(status_name(Status::error), "error");
 }
 
-}  // namespace
+}  // namespace test_metrics
 }  // namespace gripline

@@ -6,7 +6,7 @@
 #include "support/host_support.hpp"
 
 namespace gripline {
-namespace {
+namespace test_race_end {
 
 using namespace testing_support;
 
@@ -84,5 +84,5 @@ TEST(RaceEnd, TellsSinceWhenTheCarStands) {
   EXPECT_NEAR(world.time() - end.moved_at(), 5, 0.011);
 }
 
-}  // namespace
+}  // namespace test_race_end
 }  // namespace gripline

@@ -8,7 +8,7 @@
 #include "support/race_rig.hpp"
 
 namespace gripline {
-namespace {
+namespace test_recorder {
 
 using testing::Each;
 using testing::HasSubstr;
@@ -199,5 +199,5 @@ TEST(Recorder, AFullDiskIsToldWithItsReason) {
   }
 }
 
-}  // namespace
+}  // namespace test_recorder
 }  // namespace gripline

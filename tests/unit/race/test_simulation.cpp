@@ -7,7 +7,7 @@
 #include "support/race_rig.hpp"
 
 namespace gripline {
-namespace {
+namespace test_simulation {
 
 using testing::HasSubstr;
 using namespace testing_support;
@@ -206,5 +206,5 @@ TEST(Guard, AnExceptionIsOursWithNameAndTime) {
   EXPECT_EQ(guard("elm", 0, [] { return 7; }), 7);
 }
 
-}  // namespace
+}  // namespace test_simulation
 }  // namespace gripline

@@ -8,7 +8,7 @@
 #include "support/host_support.hpp"
 
 namespace gripline {
-namespace {
+namespace test_stack {
 
 using testing::HasSubstr;
 using namespace testing_support;
@@ -268,5 +268,5 @@ TEST(Stack, TheOracleKnowsWhatThePlantsEffectsDo) {
   for (int k = 0; k < 20; ++k) EXPECT_LT(error_of_next(rig, {0.4, k < 8 ? 1.5 : 0.0}), 1e-9) << k;
 }
 
-}  // namespace
+}  // namespace test_stack
 }  // namespace gripline

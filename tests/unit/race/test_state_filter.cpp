@@ -11,7 +11,7 @@
 #include "support/host_support.hpp"
 
 namespace gripline {
-namespace {
+namespace test_state_filter {
 
 using testing::HasSubstr;
 using namespace testing_support;
@@ -177,5 +177,5 @@ TEST(StateFilter, IsReadStrictly) {
   EXPECT_THAT(refusal([] { filter_of(R"({"sigma": {"x": -1}})"); }), HasSubstr("/state_filter/sigma/x"));
 }
 
-}  // namespace
+}  // namespace test_state_filter
 }  // namespace gripline

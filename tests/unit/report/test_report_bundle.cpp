@@ -12,7 +12,7 @@
 #include "support/report_files.hpp"
 
 namespace gripline::report {
-namespace {
+namespace test_report_bundle {
 
 using testing::HasSubstr;
 using testing::Not;
@@ -44,5 +44,5 @@ TEST(ReportBundle, CannotEndItsScript) {
   EXPECT_THAT(std::string(bundled_style()), Not(HasSubstr("</style")));
 }
 
-}  // namespace
+}  // namespace test_report_bundle
 }  // namespace gripline::report

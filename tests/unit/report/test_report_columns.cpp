@@ -6,7 +6,7 @@
 #include <cmath>
 
 namespace gripline::report {
-namespace {
+namespace test_report_columns {
 
 TEST(ReportColumns, ReadsNumbersTextsAndQuotes) {
   const Columns table = Columns::parse("stack,v,w\n\"a,\"\"b\"\"\",1.5,\nplain,-2e3,x\n", true);
@@ -26,5 +26,5 @@ TEST(ReportColumns, ALineCutOffWhileWritingIsDropped) {
   EXPECT_EQ(Columns::parse("").rows(), 0u);
 }
 
-}  // namespace
+}  // namespace test_report_columns
 }  // namespace gripline::report

@@ -17,7 +17,7 @@
 #include "support/report_sample.hpp"
 
 namespace gripline::report {
-namespace {
+namespace test_report_figures {
 
 using testing::HasSubstr;
 using testing::Not;
@@ -82,5 +82,5 @@ TEST(ReportFigures, DrivesOfTheirOwnHavePanelsOfTheirOwn) {
   EXPECT_EQ(panels("own", true), 6u);
 }
 
-}  // namespace
+}  // namespace test_report_figures
 }  // namespace gripline::report

@@ -7,7 +7,7 @@
 #include <string>
 
 namespace gripline::report {
-namespace {
+namespace test_report_measured_page {
 
 using testing::HasSubstr;
 using testing::Not;
@@ -54,5 +54,5 @@ TEST(ReportMeasuredPage, WithoutAFitNothingIsClaimed) {
   EXPECT_THAT(measured_page(nlohmann::json::object(), {}, {}), Not(HasSubstr("<details>")));
 }
 
-}  // namespace
+}  // namespace test_report_measured_page
 }  // namespace gripline::report

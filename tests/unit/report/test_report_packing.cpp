@@ -14,7 +14,7 @@
 #include "support/report_files.hpp"
 
 namespace gripline::report {
-namespace {
+namespace test_report_packing {
 
 using testing::HasSubstr;
 using testing::Not;
@@ -75,5 +75,5 @@ TEST(ReportPacking, JsonCannotEndItsScript) {
   EXPECT_EQ(html_escaped("<a b='\"&'>"), "&lt;a b=&#39;&quot;&amp;&#39;&gt;");
 }
 
-}  // namespace
+}  // namespace test_report_packing
 }  // namespace gripline::report

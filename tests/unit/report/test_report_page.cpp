@@ -22,7 +22,7 @@
 #include "support/report_sample.hpp"
 
 namespace gripline::report {
-namespace {
+namespace test_report_page {
 
 using testing::HasSubstr;
 using testing::Not;
@@ -243,5 +243,5 @@ TEST(ReportPage, ManySeedsStaySmallAndAreWrittenQuickly) {
   RecordProperty("bytes", std::to_string(written.bytes));
 }
 
-}  // namespace
+}  // namespace test_report_page
 }  // namespace gripline::report

@@ -6,7 +6,7 @@
 #include <string>
 
 namespace gripline::report {
-namespace {
+namespace test_report_plot {
 
 using testing::ElementsAre;
 using testing::HasSubstr;
@@ -30,5 +30,5 @@ TEST(ReportPlot, TextIsEscapedAndEmptyPanelsAreDrawn) {
   EXPECT_THAT(svg, Not(HasSubstr("nan")));
 }
 
-}  // namespace
+}  // namespace test_report_plot
 }  // namespace gripline::report

@@ -14,7 +14,7 @@
 #include "report/inputs.hpp"
 
 namespace gripline::report {
-namespace {
+namespace test_report_series {
 
 using testing::ElementsAre;
 
@@ -80,5 +80,5 @@ TEST(ReportSeries, DerivesAccelerationsAndFrictionOfTheWholeCar) {
   EXPECT_NEAR(channels["mu_belief"][0], 0.25 * 0.8 + 0.75 * 1.0, 1e-12);
 }
 
-}  // namespace
+}  // namespace test_report_series
 }  // namespace gripline::report

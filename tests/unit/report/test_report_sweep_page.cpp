@@ -7,7 +7,7 @@
 #include <string>
 
 namespace gripline::report {
-namespace {
+namespace test_report_sweep_page {
 
 using testing::HasSubstr;
 using testing::Not;
@@ -52,5 +52,5 @@ TEST(ReportSweepPage, WithoutFactorsNothingIsSaidOfThem) {
               Not(HasSubstr("depends most")));
 }
 
-}  // namespace
+}  // namespace test_report_sweep_page
 }  // namespace gripline::report

@@ -14,7 +14,7 @@
 #include "util/resampling.hpp"
 
 namespace gripline::report {
-namespace {
+namespace test_report_tables {
 
 TEST(ReportTables, MedianOfNumbers) {
   EXPECT_EQ(median_of_numbers(std::vector<double>{10, 1, 9, 2, 8, 3, 7, 4, 6, 5}), 5.5);
@@ -71,5 +71,5 @@ TEST(ReportTables, TimesPooledOnALogarithmicAxis) {
   EXPECT_EQ(counted, 100);
 }
 
-}  // namespace
+}  // namespace test_report_tables
 }  // namespace gripline::report

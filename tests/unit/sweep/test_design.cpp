@@ -11,7 +11,7 @@
 #include "support/host_support.hpp"
 
 namespace gripline::sweep {
-namespace {
+namespace test_design {
 
 using testing::ElementsAre;
 using testing::HasSubstr;
@@ -146,5 +146,5 @@ TEST(DesignFile, AnyMemberThatIsMissingIsAnError) {
   }
 }
 
-}  // namespace
+}  // namespace test_design
 }  // namespace gripline::sweep

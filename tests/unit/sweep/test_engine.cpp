@@ -12,7 +12,7 @@
 #include "support/sweep_rig.hpp"
 
 namespace gripline::sweep {
-namespace {
+namespace test_engine {
 
 using namespace testing_support;
 
@@ -124,5 +124,5 @@ TEST_F(Engines, ADamagedNoteOfATaskIsPassedOver) {
                                                                          testing::EndsWith(" ended with 4: why"))));
 }
 
-}  // namespace
+}  // namespace test_engine
 }  // namespace gripline::sweep

@@ -8,7 +8,7 @@
 #include "support/sweep_rig.hpp"
 
 namespace gripline::sweep {
-namespace {
+namespace test_factor_statistics {
 
 namespace fs = std::filesystem;
 using namespace testing_support;
@@ -49,5 +49,5 @@ TEST_F(FactorStatistics, StatisticsRankTheFactorThatMakesTheDifference) {
     EXPECT_TRUE(fs::exists(out() / name)) << name;
 }
 
-}  // namespace
+}  // namespace test_factor_statistics
 }  // namespace gripline::sweep

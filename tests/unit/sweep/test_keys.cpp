@@ -6,7 +6,7 @@
 #include "support/sweep_rig.hpp"
 
 namespace gripline::sweep {
-namespace {
+namespace test_keys {
 
 using namespace testing_support;
 
@@ -37,5 +37,5 @@ TEST_F(Keys, KeysDependOnWhatIsRacedAndOnNothingElse) {
   EXPECT_NE(contents(out("other") / "keys.txt"), keys);
 }
 
-}  // namespace
+}  // namespace test_keys
 }  // namespace gripline::sweep

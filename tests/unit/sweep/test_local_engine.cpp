@@ -13,7 +13,7 @@
 #include "util/shared_array.hpp"
 
 namespace gripline::sweep {
-namespace {
+namespace test_local_engine {
 
 /// What workers, which are other processes, have done.
 struct Count {
@@ -93,5 +93,5 @@ TEST_F(LocalWorkers, ChildrenThatTheSystemCollectsAreJudgedToo) {
   std::signal(SIGCHLD, before);
 }
 
-}  // namespace
+}  // namespace test_local_engine
 }  // namespace gripline::sweep

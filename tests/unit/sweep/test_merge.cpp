@@ -6,7 +6,7 @@
 #include "support/sweep_rig.hpp"
 
 namespace gripline::sweep {
-namespace {
+namespace test_merge {
 
 namespace fs = std::filesystem;
 using namespace testing_support;
@@ -40,5 +40,5 @@ TEST_F(Merge, MissingRunsAreNamedAndDamagedRecordsAreMissing) {
   EXPECT_TRUE(merge_records(out(), sweep, whole).complete());
 }
 
-}  // namespace
+}  // namespace test_merge
 }  // namespace gripline::sweep

@@ -6,7 +6,7 @@
 #include "support/sweep_rig.hpp"
 
 namespace gripline::sweep {
-namespace {
+namespace test_store {
 
 using namespace testing_support;
 
@@ -26,5 +26,5 @@ TEST_F(Stores, ASecondRunOfTheSameSweepComputesNothingAndALargerOneOnlyWhatIsNew
   EXPECT_EQ(runs_, 6);
 }
 
-}  // namespace
+}  // namespace test_store
 }  // namespace gripline::sweep

@@ -10,7 +10,7 @@
 #include "support/sweep_rig.hpp"
 
 namespace gripline::sweep {
-namespace {
+namespace test_sweep {
 
 namespace fs = std::filesystem;
 using namespace testing_support;
@@ -87,5 +87,5 @@ TEST_F(Planning, IsFastAndNeedsNoMemoryForItsRuns) {
   EXPECT_LT(resident_kb(), before + 4096);
 }
 
-}  // namespace
+}  // namespace test_sweep
 }  // namespace gripline::sweep

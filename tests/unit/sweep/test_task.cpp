@@ -6,7 +6,7 @@
 #include "support/sweep_rig.hpp"
 
 namespace gripline::sweep {
-namespace {
+namespace test_task {
 
 using namespace testing_support;
 using testing::HasSubstr;
@@ -47,5 +47,5 @@ TEST_F(Tasks, RunsThatWereKilledFromOutsideAreNotRecorded) {
   EXPECT_EQ(merge_records(out(), sweep, table).missing, 4u);
 }
 
-}  // namespace
+}  // namespace test_task
 }  // namespace gripline::sweep

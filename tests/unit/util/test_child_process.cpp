@@ -15,7 +15,7 @@
 #include <vector>
 
 namespace gripline {
-namespace {
+namespace test_child_process {
 
 using testing::ElementsAre;
 
@@ -119,5 +119,5 @@ TEST(LimitData, AllocationsBeyondItFail) {
   EXPECT_TRUE(result.messages.empty());
 }
 
-}  // namespace
+}  // namespace test_child_process
 }  // namespace gripline

@@ -8,7 +8,7 @@
 #include <thread>
 
 namespace gripline {
-namespace {
+namespace test_clock {
 
 /// Work whose time the compiler cannot leave out.
 void work_until(double thread_s) {
@@ -42,5 +42,5 @@ TEST(Clock, ChildrenPayForThemselvesOnceCollected) {
   EXPECT_LT(process_cpu_s() - mine, 0.04);
 }
 
-}  // namespace
+}  // namespace test_clock
 }  // namespace gripline

@@ -9,7 +9,7 @@
 #include "support/host_support.hpp"
 
 namespace gripline {
-namespace {
+namespace test_csv {
 
 using testing::ElementsAre;
 using testing::EndsWith;
@@ -115,5 +115,5 @@ TEST_F(Csv, DoesNotDependOnTheLocale) {
   EXPECT_EQ(table.at(0, 0), 1.5);
 }
 
-}  // namespace
+}  // namespace test_csv
 }  // namespace gripline

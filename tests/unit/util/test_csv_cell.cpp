@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 namespace gripline {
-namespace {
+namespace test_csv_cell {
 
 TEST(CsvCell, PlainTextStaysAsItIs) {
   for (const char* text : {"", "elm", "a b", "0.5", "it's"}) EXPECT_EQ(csv_cell(text), text);
@@ -16,5 +16,5 @@ TEST(CsvCell, SeparatorsAndQuotesAreQuoted) {
   EXPECT_EQ(csv_cell("cr\r"), "\"cr\r\"");
 }
 
-}  // namespace
+}  // namespace test_csv_cell
 }  // namespace gripline

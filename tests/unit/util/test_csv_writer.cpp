@@ -18,7 +18,7 @@
 #include "util/disk.hpp"
 
 namespace gripline {
-namespace {
+namespace test_csv_writer {
 
 using testing::HasSubstr;
 using namespace testing_support;
@@ -212,5 +212,5 @@ TEST(CsvWriter, DoesNotDependOnTheLocale) {
   EXPECT_EQ(contents(folder / "t.csv"), "x,y\n1234.5,1234567\n");
 }
 
-}  // namespace
+}  // namespace test_csv_writer
 }  // namespace gripline

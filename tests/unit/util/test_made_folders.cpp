@@ -7,7 +7,7 @@
 #include "support/scratch.hpp"
 
 namespace gripline {
-namespace {
+namespace test_made_folders {
 
 namespace fs = std::filesystem;
 using testing_support::scratch;
@@ -44,5 +44,5 @@ TEST(MadeFolders, WhatCannotBeMadeIsSaidAndItsParentsGo) {
   EXPECT_FALSE(fs::exists(root));
 }
 
-}  // namespace
+}  // namespace test_made_folders
 }  // namespace gripline

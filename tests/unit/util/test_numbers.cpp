@@ -7,7 +7,7 @@
 #include "support/comma_locale.hpp"
 
 namespace gripline {
-namespace {
+namespace test_numbers {
 
 TEST(Numbers, AsPrintfWritesThem) {
   EXPECT_EQ(format("plain"), "plain");
@@ -34,5 +34,5 @@ TEST_F(NumbersInCommaLocale, HavePoints) {
   EXPECT_STREQ(text, "1,5");
 }
 
-}  // namespace
+}  // namespace test_numbers
 }  // namespace gripline

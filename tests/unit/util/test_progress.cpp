@@ -9,7 +9,7 @@
 #include <string>
 
 namespace gripline {
-namespace {
+namespace test_progress {
 
 using testing::HasSubstr;
 using testing::Not;
@@ -149,5 +149,5 @@ TEST(Terminal, AFileIsNotLive) {
   EXPECT_FALSE(detect_terminal(-1).colour);
 }
 
-}  // namespace
+}  // namespace test_progress
 }  // namespace gripline

@@ -8,7 +8,7 @@
 #include "util/statistics.hpp"
 
 namespace gripline {
-namespace {
+namespace test_resampling {
 
 TEST(Resampling, IntervalHoldsTheMedianAndOnlyValuesThatCanOccur) {
   const std::vector<double> values = {3, 1, 2, 5, 4, 9, 7, 8, 6};
@@ -79,5 +79,5 @@ TEST(Resampling, SignTestIsTheBinomialTail) {
   EXPECT_DOUBLE_EQ(sign_test({}), 1.0);
 }
 
-}  // namespace
+}  // namespace test_resampling
 }  // namespace gripline

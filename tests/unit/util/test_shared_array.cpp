@@ -8,7 +8,7 @@
 #include <atomic>
 
 namespace gripline {
-namespace {
+namespace test_shared_array {
 
 struct Counter {
   std::atomic<int> value{7};
@@ -35,5 +35,5 @@ TEST(SharedArray, WhatAForkWritesIsReadAfterItsEnd) {
 
 TEST(SharedArray, MayBeEmpty) { EXPECT_EQ(SharedArray<Counter>(0).size(), 0u); }
 
-}  // namespace
+}  // namespace test_shared_array
 }  // namespace gripline

@@ -4,7 +4,7 @@
 #include <unistd.h>
 
 namespace gripline {
-namespace {
+namespace test_signals {
 
 constexpr const char* said = "interrupted: nothing was written";
 using Reaction = StopSignal::Reaction;
@@ -54,5 +54,5 @@ TEST(StopSignalDeathTest, ASecondSignalEndsTheProcess) {
       testing::ExitedWithCode(3), said);
 }
 
-}  // namespace
+}  // namespace test_signals
 }  // namespace gripline

@@ -5,7 +5,7 @@
 #include <cmath>
 
 namespace gripline {
-namespace {
+namespace test_statistics {
 
 const std::vector<double> odd = {30, 10, 20, 50, 40};
 const std::vector<double> even = {40, 10, 30, 20};
@@ -47,5 +47,5 @@ TEST(Statistics, OfNothingIsWhatTheCallerSays) {
   EXPECT_EQ(lower_quantile({}, 0.5, 4), 4);
 }
 
-}  // namespace
+}  // namespace test_statistics
 }  // namespace gripline

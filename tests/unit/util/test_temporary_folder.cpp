@@ -9,7 +9,7 @@
 #include "support/host_support.hpp"
 
 namespace gripline {
-namespace {
+namespace test_temporary_folder {
 
 namespace fs = std::filesystem;
 
@@ -46,5 +46,5 @@ TEST(TemporaryFolder, SaysWhyThereIsNone) {
   EXPECT_TRUE(fs::is_empty(place.path()));
 }
 
-}  // namespace
+}  // namespace test_temporary_folder
 }  // namespace gripline

@@ -8,7 +8,7 @@
 #include "support/paths.hpp"
 
 namespace gripline {
-namespace {
+namespace test_doubts {
 
 using testing::AllOf;
 using testing::Contains;
@@ -90,5 +90,5 @@ TEST(Doubts, LengthsThatNoCarHas) {
                                        Contains("width is 60 m; cars have 0.01 to 30 m")));
 }
 
-}  // namespace
+}  // namespace test_doubts
 }  // namespace gripline

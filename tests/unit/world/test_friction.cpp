@@ -12,7 +12,7 @@
 #include "world/friction_file.hpp"
 
 namespace gripline {
-namespace {
+namespace test_friction {
 
 using ::testing::HasSubstr;
 
@@ -154,5 +154,5 @@ TEST(Friction, EveryShippedScheduleReads) {
   }
 }
 
-}  // namespace
+}  // namespace test_friction
 }  // namespace gripline

@@ -9,7 +9,7 @@
 #include "support/host_support.hpp"
 
 namespace gripline {
-namespace {
+namespace test_sensors {
 
 using testing::HasSubstr;
 using namespace testing_support;
@@ -140,5 +140,5 @@ TEST(Sensors, RefusalsSayWhatAndWhere) {
   EXPECT_THAT(why(R"({"rate": {"x": 0}})"), HasSubstr("/rate/x: 0 is out of range"));
 }
 
-}  // namespace
+}  // namespace test_sensors
 }  // namespace gripline

@@ -11,7 +11,7 @@
 #include "world/friction_file.hpp"
 
 namespace gripline {
-namespace {
+namespace test_world {
 
 using namespace testing_support;
 
@@ -509,5 +509,5 @@ TEST(World, TheSameSeedIsTheSameWorld) {
   EXPECT_TRUE(differs);
 }
 
-}  // namespace
+}  // namespace test_world
 }  // namespace gripline

@@ -7,7 +7,7 @@
 #include "support/paths.hpp"
 
 namespace gripline {
-namespace {
+namespace test_world_spec {
 
 using testing::AllOf;
 using testing::HasSubstr;
@@ -213,5 +213,5 @@ TEST(WorldSpec, AWorldFileIsReadWithEverythingItNames) {
               HasSubstr("is a car, expected a world"));
 }
 
-}  // namespace
+}  // namespace test_world_spec
 }  // namespace gripline

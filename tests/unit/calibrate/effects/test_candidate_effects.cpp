@@ -9,7 +9,7 @@
 #include "support/calibrate_rig.hpp"
 
 namespace gripline::calibrate {
-namespace {
+namespace test_candidate_effects {
 
 std::vector<std::string> ids(bool road) {
   const test::CalibrateRig rig;
@@ -153,5 +153,5 @@ TEST(SteeringAsymmetries, AreWhatACandidateChanges) {
   EXPECT_EQ(of.at("steer_map.c"), SteeringAsymmetry::none);
 }
 
-}  // namespace
+}  // namespace test_candidate_effects
 }  // namespace gripline::calibrate

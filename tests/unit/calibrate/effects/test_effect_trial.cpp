@@ -8,7 +8,7 @@
 #include "support/calibrate_rig.hpp"
 
 namespace gripline::calibrate {
-namespace {
+namespace test_effect_trial {
 
 /// A world with a servo map of which nothing is said to be unknown.
 Trial mapped() {
@@ -90,5 +90,5 @@ TEST(OpenParameters, WhatIsDeterminedMayFollowTheSessionInsideItsRange) {
   EXPECT_EQ(width(0.005, Status::at_bound, 4), 0.0);
 }
 
-}  // namespace
+}  // namespace test_effect_trial
 }  // namespace gripline::calibrate

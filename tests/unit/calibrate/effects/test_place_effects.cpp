@@ -6,7 +6,7 @@
 #include "support/host_support.hpp"
 
 namespace gripline::calibrate {
-namespace {
+namespace test_place_effects {
 
 using namespace testing_support;
 
@@ -22,5 +22,5 @@ TEST(PlaceEffects, AreLeftOutAndNamed) {
   EXPECT_THAT(left, testing::ElementsAre("aero_drag", "wind", "steer_lag", "friction_drift", "vx_bias"));
 }
 
-}  // namespace
+}  // namespace test_place_effects
 }  // namespace gripline::calibrate

@@ -6,7 +6,7 @@
 #include "support/calibrate_rig.hpp"
 
 namespace gripline::calibrate {
-namespace {
+namespace test_start_of_fit {
 
 constexpr const char* offset_pointer = "/plant/effects/yawrate_bias/params/b";
 
@@ -74,5 +74,5 @@ TEST(StartOfFit, RefusesUnknownsThatTheWorldHasNot) {
   EXPECT_THROW(offset.start(measured::gripline_map()), InputError);
 }
 
-}  // namespace
+}  // namespace test_start_of_fit
 }  // namespace gripline::calibrate

@@ -6,7 +6,7 @@
 #include "support/calibrate_rig.hpp"
 
 namespace gripline::calibrate {
-namespace {
+namespace test_trial_fits {
 
 /// An effect that the log's car has lowers the cost and gets its size; taken out again, the rest goes back to where it
 /// was without it.
@@ -89,5 +89,5 @@ TEST(TrialFits, AListedParameterIsOpenedAndClosedAgain) {
   EXPECT_NEAR(less->cost, base.cost, 0.01 * base.cost);
 }
 
-}  // namespace
+}  // namespace test_trial_fits
 }  // namespace gripline::calibrate

@@ -6,7 +6,7 @@
 #include "support/calibrate_rig.hpp"
 
 namespace gripline::calibrate {
-namespace {
+namespace test_yaw_limit {
 
 using measured::YawRateOffset;
 
@@ -142,5 +142,5 @@ TEST(YawLimit, AFitFollowsYawAndNotWhatTheModelMisses) {
   EXPECT_LT(fitted(true), 0.01);
 }
 
-}  // namespace
+}  // namespace test_yaw_limit
 }  // namespace gripline::calibrate

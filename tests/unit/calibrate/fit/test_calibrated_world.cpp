@@ -7,7 +7,7 @@
 #include "support/calibrate_rig.hpp"
 
 namespace gripline::calibrate {
-namespace {
+namespace test_calibrated_world {
 
 using test::CalibrateRig;
 
@@ -39,5 +39,5 @@ TEST(CalibratedWorld, LatenessIsThatOfTheFitWithItsInterval) {
   EXPECT_EQ(fitted.yaw_rate.high, 0.4);
 }
 
-}  // namespace
+}  // namespace test_calibrated_world
 }  // namespace gripline::calibrate

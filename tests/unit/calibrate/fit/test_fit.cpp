@@ -15,7 +15,7 @@
 #include "support/calibrate_rig.hpp"
 
 namespace gripline::calibrate {
-namespace {
+namespace test_fit {
 
 using test::CalibrateRig;
 using test::drive;
@@ -316,5 +316,5 @@ TEST(FittedWorld, IsAWorldThatPredictsAsTheFitDid) {
   EXPECT_NE(find_pointer(written, "/calibration/parameters/0/low"), nullptr);
 }
 
-}  // namespace
+}  // namespace test_fit
 }  // namespace gripline::calibrate

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 namespace gripline::calibrate {
-namespace {
+namespace test_forecast_errors {
 
 ForecastErrors errors_of(double size, double with_odd) {
   ForecastErrors out;
@@ -46,5 +46,5 @@ TEST(ForecastErrors, OfOneLogAreItsOwn) {
   EXPECT_EQ(two.of_log(1).rms(), 4.0);
 }
 
-}  // namespace
+}  // namespace test_forecast_errors
 }  // namespace gripline::calibrate

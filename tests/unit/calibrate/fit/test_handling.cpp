@@ -5,7 +5,7 @@
 #include "support/calibrate_rig.hpp"
 
 namespace gripline::calibrate {
-namespace {
+namespace test_handling {
 
 using test::CalibrateRig;
 using test::small_car_world;
@@ -84,5 +84,5 @@ TEST(Handling, ACarWithoutTyresHasNoGradient) {
   EXPECT_FALSE(gradient_of(R"({"plant": {"params": {"Df": 0}}})"));  // no steering keeps it in a corner
 }
 
-}  // namespace
+}  // namespace test_handling
 }  // namespace gripline::calibrate

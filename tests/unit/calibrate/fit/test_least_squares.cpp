@@ -5,7 +5,7 @@
 #include <random>
 
 namespace gripline::calibrate {
-namespace {
+namespace test_least_squares {
 
 /// One parameter, whose true value is 0, from blocks that each have an estimate of their own: `scatter` times as far
 /// apart as errors would leave them that are independent of one another.
@@ -73,5 +73,5 @@ TEST(Bootstrap, WhatPriorAndCurvatureAllowIsDrawnAsWideAsTheBlocksScatter) {
   EXPECT_LT(std::sqrt(square), 8.0 * curvature);
 }
 
-}  // namespace
+}  // namespace test_least_squares
 }  // namespace gripline::calibrate

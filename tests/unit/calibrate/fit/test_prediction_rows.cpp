@@ -5,7 +5,7 @@
 #include "support/calibrate_rig.hpp"
 
 namespace gripline::calibrate {
-namespace {
+namespace test_prediction_rows {
 
 constexpr std::size_t vx = 3, vx_quantity = 2;  // among channels, among quantities
 
@@ -48,5 +48,5 @@ TEST(PredictionRows, OfAModelAreItsErrors) {
               std::sqrt(sum / static_cast<double>(logs.front().starts.time.size())), 1e-9);
 }
 
-}  // namespace
+}  // namespace test_prediction_rows
 }  // namespace gripline::calibrate

@@ -8,7 +8,7 @@
 #include "support/calibrate_rig.hpp"
 
 namespace gripline::calibrate {
-namespace {
+namespace test_session_adaptation {
 
 using test::CalibrateRig;
 using test::drive;
@@ -145,5 +145,5 @@ TEST(SessionAdaptation, ErrorsAreWeighedAsTheFitLeftThem) {
   EXPECT_EQ(found->scale[5], 0.4);
 }
 
-}  // namespace
+}  // namespace test_session_adaptation
 }  // namespace gripline::calibrate

@@ -8,7 +8,7 @@
 #include "support/calibrate_rig.hpp"
 
 namespace gripline::calibrate {
-namespace {
+namespace test_unknowns {
 
 using test::CalibrateRig;
 using test::small_car_world;
@@ -123,5 +123,5 @@ TEST(Unknowns, ValuesAreWrittenByIdAndIndexAndIntoWhatIsNotThereYet) {
   EXPECT_THROW(set_value(world, "/plant/effects/absent/params/d0", 1), std::invalid_argument);
 }
 
-}  // namespace
+}  // namespace test_unknowns
 }  // namespace gripline::calibrate

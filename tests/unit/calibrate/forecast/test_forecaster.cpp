@@ -13,7 +13,7 @@
 #include "support/calibrate_rig.hpp"
 
 namespace gripline::calibrate {
-namespace {
+namespace test_forecaster {
 
 using test::CalibrateRig;
 using test::drive;
@@ -553,5 +553,5 @@ TEST(Forecaster, FramesThatTheMapStatesAreShown) {
   EXPECT_LT(worst(s, starts, predicted, 4), 1e-2);
 }
 
-}  // namespace
+}  // namespace test_forecaster
 }  // namespace gripline::calibrate

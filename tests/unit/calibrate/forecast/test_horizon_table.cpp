@@ -11,7 +11,7 @@
 #include "calibrate/forecast/baselines.hpp"
 
 namespace gripline::calibrate {
-namespace {
+namespace test_horizon_table {
 
 TEST(HorizonTable, RootMeanSquaresWithIntervalsOverBlocks) {
   std::mt19937_64 random(2);
@@ -63,5 +63,5 @@ TEST(Baselines, GoRoundWithTheCarOrStraightOn) {
   EXPECT_EQ(p[channels + 5], 0.0);
 }
 
-}  // namespace
+}  // namespace test_horizon_table
 }  // namespace gripline::calibrate

@@ -6,7 +6,7 @@
 #include "support/diagnose_rig.hpp"
 
 namespace gripline::diagnose {
-namespace {
+namespace test_diagnose_adequacy {
 
 using test::DiagnoseRig;
 
@@ -141,5 +141,5 @@ TEST(ResidualTests, FindsAPlaceAndItsInterval) {
   EXPECT_NEAR(0.5 * (place.from + place.to), 0.25, 0.075) << "outside the patch";
 }
 
-}  // namespace
+}  // namespace test_diagnose_adequacy
 }  // namespace gripline::diagnose

@@ -7,7 +7,7 @@
 #include "support/diagnose_rig.hpp"
 
 namespace gripline::diagnose {
-namespace {
+namespace test_diagnose_bootstrap {
 
 using test::DiagnoseRig;
 
@@ -54,5 +54,5 @@ TEST(Bootstrap, PosteriorFollowsTheEvidence) {
   EXPECT_NEAR(p[1], 0.25, 1e-12);
 }
 
-}  // namespace
+}  // namespace test_diagnose_bootstrap
 }  // namespace gripline::diagnose

@@ -8,7 +8,7 @@
 #include "support/diagnose_rig.hpp"
 
 namespace gripline::diagnose {
-namespace {
+namespace test_diagnose_channel_delays {
 
 using test::DiagnoseRig;
 
@@ -126,5 +126,5 @@ TEST(ChannelDelays, TakesDelaysOffChannelsSlowerThanTheRows) {
   }
 }
 
-}  // namespace
+}  // namespace test_diagnose_channel_delays
 }  // namespace gripline::diagnose

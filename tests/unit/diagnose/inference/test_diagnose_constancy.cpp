@@ -5,7 +5,7 @@
 #include "support/diagnose_rig.hpp"
 
 namespace gripline::diagnose {
-namespace {
+namespace test_diagnose_constancy {
 
 using test::DiagnoseRig;
 
@@ -40,5 +40,5 @@ TEST(Constancy, TellsAnOffsetFromAGainByTheSide) {
   EXPECT_GT(most(rig.with("steer_offset", {0.01})), thresholds::misfit);
 }
 
-}  // namespace
+}  // namespace test_diagnose_constancy
 }  // namespace gripline::diagnose

@@ -5,7 +5,7 @@
 #include <random>
 
 namespace gripline::diagnose {
-namespace {
+namespace test_diagnose_error_change {
 
 /// Squares of errors whose mean is `mean`, scattered as those of a handful of independent readings are.
 StartErrors errors(std::uint64_t seed, std::size_t starts, double mean) {
@@ -47,5 +47,5 @@ TEST(ErrorChange, StartsOfOneBlockCountAsOne) {
   EXPECT_LT(compare(with, without).change, -0.3);
 }
 
-}  // namespace
+}  // namespace test_diagnose_error_change
 }  // namespace gripline::diagnose

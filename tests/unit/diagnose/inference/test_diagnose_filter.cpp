@@ -4,7 +4,7 @@
 #include "support/diagnose_rig.hpp"
 
 namespace gripline::diagnose {
-namespace {
+namespace test_diagnose_filter {
 
 using test::DiagnoseRig;
 
@@ -191,5 +191,5 @@ TEST(Filter, LostCommandsExplainNothing) {
   EXPECT_GT(blind, 100.0 * told);
 }
 
-}  // namespace
+}  // namespace test_diagnose_filter
 }  // namespace gripline::diagnose

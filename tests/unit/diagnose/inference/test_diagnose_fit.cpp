@@ -5,7 +5,7 @@
 #include "support/diagnose_rig.hpp"
 
 namespace gripline::diagnose {
-namespace {
+namespace test_diagnose_fit {
 
 using test::DiagnoseRig;
 
@@ -135,5 +135,5 @@ TEST(Fit, StopsWhenTheScoreIsOutOfReach) {
   EXPECT_FALSE(early.converged);
 }
 
-}  // namespace
+}  // namespace test_diagnose_fit
 }  // namespace gripline::diagnose

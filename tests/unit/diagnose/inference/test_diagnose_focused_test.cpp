@@ -6,7 +6,7 @@
 #include "diagnose/inference/focused_test.hpp"
 
 namespace gripline::diagnose {
-namespace {
+namespace test_diagnose_focused_test {
 
 /// The cube root of a chi-square against its exact distribution, in the upper tail: only large values decide.
 TEST(FocusedTest, ChiSquaresBecomeNormals) {
@@ -46,5 +46,5 @@ TEST(FocusedTest, ProcessNoiseAsksForMore) {
   EXPECT_LT(focused_test(system, both, Where::time, true).statistic, thresholds::misfit);
 }
 
-}  // namespace
+}  // namespace test_diagnose_focused_test
 }  // namespace gripline::diagnose

@@ -4,7 +4,7 @@
 #include "support/diagnose_rig.hpp"
 
 namespace gripline::diagnose {
-namespace {
+namespace test_diagnose_hold_out {
 
 using test::DiagnoseRig;
 
@@ -128,5 +128,5 @@ TEST(HoldOut, LogsHeldOutAreRoundedAsTheFittedOneIs) {
   EXPECT_NEAR(error(glitch), error(log), 0.01 * written);
 }
 
-}  // namespace
+}  // namespace test_diagnose_hold_out
 }  // namespace gripline::diagnose

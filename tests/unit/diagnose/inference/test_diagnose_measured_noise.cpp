@@ -5,7 +5,7 @@
 #include "support/diagnose_rig.hpp"
 
 namespace gripline::diagnose {
-namespace {
+namespace test_diagnose_measured_noise {
 
 using test::DiagnoseRig;
 
@@ -81,5 +81,5 @@ TEST(MeasuredNoise, IsOtherWhereItDiffersByMoreThanALittle) {
   EXPECT_TRUE(differs_with([](MeasuredNoise& m) { m.noise.command.moving[1] = 0.1; }));
 }
 
-}  // namespace
+}  // namespace test_diagnose_measured_noise
 }  // namespace gripline::diagnose

@@ -5,7 +5,7 @@
 #include "support/diagnose_rig.hpp"
 
 namespace gripline::diagnose {
-namespace {
+namespace test_diagnose_model_pool {
 
 using test::DiagnoseRig;
 
@@ -36,5 +36,5 @@ TEST(ModelPool, ARoughRoadIsForgottenWithWhatMadeItLookRough) {
   }
 }
 
-}  // namespace
+}  // namespace test_diagnose_model_pool
 }  // namespace gripline::diagnose

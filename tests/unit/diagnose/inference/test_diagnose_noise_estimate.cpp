@@ -7,7 +7,7 @@
 #include "support/diagnose_rig.hpp"
 
 namespace gripline::diagnose {
-namespace {
+namespace test_diagnose_noise_estimate {
 
 using test::DiagnoseRig;
 
@@ -356,5 +356,5 @@ TEST(NoiseEstimate, SmoothingUnderTheRightColourIsBetter) {
   EXPECT_LT(error(colour), 0.9 * error({}));
 }
 
-}  // namespace
+}  // namespace test_diagnose_noise_estimate
 }  // namespace gripline::diagnose

@@ -5,7 +5,7 @@
 #include "support/diagnose_rig.hpp"
 
 namespace gripline::diagnose {
-namespace {
+namespace test_diagnose_noise_scoring {
 
 using test::DiagnoseRig;
 
@@ -27,5 +27,5 @@ TEST(Innovations, AreOfTheNoiseAskedFor) {
     EXPECT_EQ(cost_of(kept.under(*m)), anew(*m));
 }
 
-}  // namespace
+}  // namespace test_diagnose_noise_scoring
 }  // namespace gripline::diagnose

@@ -7,7 +7,7 @@
 #include "support/diagnose_rig.hpp"
 
 namespace gripline::diagnose {
-namespace {
+namespace test_diagnose_preparation {
 
 using test::DiagnoseRig;
 constexpr std::size_t yaw_rate = 5;
@@ -81,5 +81,5 @@ TEST(Preparation, ReadingsWhoseNoiseNothingTellsAreNotBelievedExact) {
   EXPECT_EQ(level(never), measured::Finding::Level::good) << "nothing to say of what was not read";
 }
 
-}  // namespace
+}  // namespace test_diagnose_preparation
 }  // namespace gripline::diagnose

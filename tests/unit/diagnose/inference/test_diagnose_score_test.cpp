@@ -5,7 +5,7 @@
 #include "diagnose/inference/score_test.hpp"
 
 namespace gripline::diagnose {
-namespace {
+namespace test_diagnose_score_test {
 
 using Eigen::Index;
 using Eigen::MatrixXd;
@@ -79,5 +79,5 @@ TEST(ScoreTest, TwiceTheGainIsAChiSquareWhenNothingIsMissing) {
   EXPECT_NEAR(squares - sum * sum, 8.0, 2.5);  // variance: twice that
 }
 
-}  // namespace
+}  // namespace test_diagnose_score_test
 }  // namespace gripline::diagnose

@@ -5,7 +5,7 @@
 #include "support/diagnose_rig.hpp"
 
 namespace gripline::diagnose {
-namespace {
+namespace test_diagnose_screening {
 
 using test::DiagnoseRig;
 
@@ -151,5 +151,5 @@ TEST(Screening, EqualRegressorsAreSynonyms) {
   EXPECT_EQ(rig.catalogue().candidates()[same.begin()->second.front()].id, "sensor_latency");
 }
 
-}  // namespace
+}  // namespace test_diagnose_screening
 }  // namespace gripline::diagnose

@@ -5,7 +5,7 @@
 #include "support/diagnose_rig.hpp"
 
 namespace gripline::diagnose {
-namespace {
+namespace test_diagnose_search {
 
 using test::DiagnoseRig;
 
@@ -237,5 +237,5 @@ TEST(Search, KeepsRivalsWhenItsWorkIsSpent) {
   EXPECT_GT(near(40000), 1);
 }
 
-}  // namespace
+}  // namespace test_diagnose_search
 }  // namespace gripline::diagnose

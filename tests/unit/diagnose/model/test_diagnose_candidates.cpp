@@ -3,7 +3,7 @@
 #include "support/diagnose_rig.hpp"
 
 namespace gripline::diagnose {
-namespace {
+namespace test_diagnose_candidates {
 
 using test::DiagnoseRig;
 
@@ -53,5 +53,5 @@ TEST(Catalogue, WithoutUndoesWith) {
   EXPECT_EQ(rig.catalogue().name(rig.catalogue().null_model()), "none");
 }
 
-}  // namespace
+}  // namespace test_diagnose_candidates
 }  // namespace gripline::diagnose

@@ -4,7 +4,7 @@
 #include "support/diagnose_rig.hpp"
 
 namespace gripline::diagnose {
-namespace {
+namespace test_diagnose_linear_model {
 
 using test::DiagnoseRig;
 
@@ -43,5 +43,5 @@ TEST(LinearModel, StepsOfIntegrationFollowTheSampleTime) {
   EXPECT_GT(slow, usual);
 }
 
-}  // namespace
+}  // namespace test_diagnose_linear_model
 }  // namespace gripline::diagnose

@@ -4,7 +4,7 @@
 #include "support/diagnose_rig.hpp"
 
 namespace gripline::diagnose {
-namespace {
+namespace test_diagnose_regressors {
 
 using test::DiagnoseRig;
 
@@ -152,5 +152,5 @@ TEST_F(RegressorsBeforeTheWorldsOwnMemory, OfEffectsAndRefittedParameters) {
             1e-2);
 }
 
-}  // namespace
+}  // namespace test_diagnose_regressors
 }  // namespace gripline::diagnose

@@ -6,7 +6,7 @@
 #include "diagnose/model/transition.hpp"
 
 namespace gripline::diagnose {
-namespace {
+namespace test_diagnose_transition {
 
 constexpr std::size_t n = 10;  // six of motion, one memory, three that fade
 
@@ -79,5 +79,5 @@ TEST(Transition, AgreesWithIntegrationAlsoWhereItIsStiff) {
   }
 }
 
-}  // namespace
+}  // namespace test_diagnose_transition
 }  // namespace gripline::diagnose

@@ -6,7 +6,7 @@
 #include "support/calibrate_rig.hpp"
 
 namespace gripline::diagnose {
-namespace {
+namespace test_diagnose_forward_selection {
 
 using test::CalibrateRig;
 using test::small_car_world;
@@ -63,5 +63,5 @@ TEST_F(ForwardSelectionOf, AnOffsetThatWasTakenOutComesBackWithACurve) {
   EXPECT_EQ(*(std::ranges::find(names, "steer_map") + 1), "steer_offset");
 }
 
-}  // namespace
+}  // namespace test_diagnose_forward_selection
 }  // namespace gripline::diagnose

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 namespace gripline::diagnose {
-namespace {
+namespace test_diagnose_held_out_comparison {
 
 using calibrate::ForecastErrors;
 
@@ -56,5 +56,5 @@ TEST(HeldOutComparison, SmallerIsACertaintyAboveOneHalf) {
   }
 }
 
-}  // namespace
+}  // namespace test_diagnose_held_out_comparison
 }  // namespace gripline::diagnose

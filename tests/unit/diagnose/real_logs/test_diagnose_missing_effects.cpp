@@ -9,7 +9,7 @@
 #include "util/numbers.hpp"
 
 namespace gripline::diagnose {
-namespace {
+namespace test_diagnose_missing_effects {
 
 using test::CalibrateRig;
 using test::small_car_world;
@@ -148,19 +148,19 @@ TEST(MissingEffects, AnIdleParameterOfAnEffectThatTheWorldListsIsNamed) {
   EXPECT_NEAR(again.forecaster.defaults()[place->index], named->params.front().value, 0.3);
 }
 
-/// A servo that is off by half a milliradian and turns further to one side. Predictions are better with the offset, but
+/// A servo that is off by 0.4 milliradian and turns further to one side. Predictions are better with the offset, but
 /// not surely, which is enough beside the curve.
 TEST(MissingEffects, ASmallOffsetIsNamedBesideTheCurveOfASteering) {
   const MissingEffects found = found_in_log_of(
       R"({"plant": {"effects": [{"plugin": "steer_map", "params": {"g": 1, "a": -0.3}},
-                                {"plugin": "steer_offset", "params": {"d0": -0.0005}}]}})",
+                                {"plugin": "steer_offset", "params": {"d0": -0.0004}}]}})",
       R"({"plant": {"effects": [{"plugin": "steer_map", "params": {"g": 1}}]},
           "unknowns": {"/plant/effects/steer_map/params/g": {"group": "steer", "sigma": 0.2}}})");
   ASSERT_NE(find(found, "steer_map.a"), nullptr);
   EXPECT_NEAR(find(found, "steer_map.a")->params.front().value, -0.3, 0.05);
   const MissingEffect* const offset = find(found, "steer_offset");
   ASSERT_NE(offset, nullptr);
-  EXPECT_NEAR(offset->params.front().value, -0.0005, 0.0002);
+  EXPECT_NEAR(offset->params.front().value, -0.0004, 0.0002);
   EXPECT_LT(offset->change.change, 0.0);
   EXPECT_FALSE(offset->change.helps()) << "it would be named for itself";
 }
@@ -261,5 +261,5 @@ TEST(MissingEffects, NothingIsNamedWhereNothingIsMissing) {
   EXPECT_TRUE(found.named.empty()) << found.named.front().addition.name;
 }
 
-}  // namespace
+}  // namespace test_diagnose_missing_effects
 }  // namespace gripline::diagnose

@@ -6,7 +6,7 @@
 #include "diagnose/thresholds.hpp"
 
 namespace gripline::diagnose {
-namespace {
+namespace test_diagnose_real_diagnosis {
 
 using testing::StartsWith;
 
@@ -129,5 +129,5 @@ TEST(RealDiagnosis, IsAnAnswerWhereSomethingNamedHelpsOrNothingIsLeft) {
   EXPECT_TRUE(answered()) << "nothing is left beside noise";
 }
 
-}  // namespace
+}  // namespace test_diagnose_real_diagnosis
 }  // namespace gripline::diagnose

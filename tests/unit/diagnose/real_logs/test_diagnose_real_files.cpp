@@ -5,7 +5,7 @@
 #include "diagnose/real_logs/real_diagnosis.hpp"
 
 namespace gripline::diagnose {
-namespace {
+namespace test_diagnose_real_files {
 
 Node json_of(const Cornering& corners) {
   const MissingEffects found;
@@ -35,5 +35,5 @@ TEST(RealFiles, AnUndersteerThatIsNotToldHasItsReason) {
   EXPECT_EQ(json.find("understeer_reason")->text(), "they are short");
 }
 
-}  // namespace
+}  // namespace test_diagnose_real_files
 }  // namespace gripline::diagnose

@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 namespace gripline::diagnose {
-namespace {
+namespace test_diagnose_real_sentence {
 
 using testing::EndsWith;
 using testing::HasSubstr;
@@ -105,5 +105,5 @@ TEST(RealSentence, CornersAreToldWhereTheLogsTell) {
   EXPECT_THAT(real_sentence({}, found, corners), HasSubstr("In gentle corners the car understeers by "));
 }
 
-}  // namespace
+}  // namespace test_diagnose_real_sentence
 }  // namespace gripline::diagnose

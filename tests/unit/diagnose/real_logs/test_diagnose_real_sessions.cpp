@@ -7,7 +7,7 @@
 #include "support/calibrate_rig.hpp"
 
 namespace gripline::diagnose {
-namespace {
+namespace test_diagnose_real_sessions {
 
 using testing::ElementsAre;
 using testing::HasSubstr;
@@ -113,5 +113,5 @@ TEST(RealSessions, NoYawRateIsLateAgainstACourse) {
   EXPECT_TRUE(channel_delays({file}, measured::gripline_map(), 2.0).empty());
 }
 
-}  // namespace
+}  // namespace test_diagnose_real_sessions
 }  // namespace gripline::diagnose

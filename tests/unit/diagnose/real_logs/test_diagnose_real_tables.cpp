@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 namespace gripline::diagnose {
-namespace {
+namespace test_diagnose_real_tables {
 
 using testing::EndsWith;
 using testing::HasSubstr;
@@ -79,5 +79,5 @@ TEST(RealTables, TriedStandByTheirGain) {
             "small                           -10.0 %      +2.0 % (+1.0 to +3.0): harms\n");
 }
 
-}  // namespace
+}  // namespace test_diagnose_real_tables
 }  // namespace gripline::diagnose

@@ -5,7 +5,7 @@
 #include "support/calibrate_rig.hpp"
 
 namespace gripline::diagnose {
-namespace {
+namespace test_diagnose_remainder {
 
 using calibrate::FitLog;
 using calibrate::ForecastErrors;
@@ -37,5 +37,5 @@ TEST(Remainder, IsEmptyWhereThereAreNoErrors) {
   EXPECT_TRUE(remainder_of({}, {}, 1.0).of.empty());
 }
 
-}  // namespace
+}  // namespace test_diagnose_remainder
 }  // namespace gripline::diagnose

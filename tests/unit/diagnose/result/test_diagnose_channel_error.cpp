@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 namespace gripline::diagnose {
-namespace {
+namespace test_diagnose_channel_error {
 
 using measured::Channel;
 
@@ -50,5 +50,5 @@ TEST(WrongChannel, IsNotAskedForWhereNoNoiseIsStated) {
   EXPECT_FALSE(log.wrong());
 }
 
-}  // namespace
+}  // namespace test_diagnose_channel_error
 }  // namespace gripline::diagnose

@@ -5,7 +5,7 @@
 #include <cmath>
 
 namespace gripline::diagnose {
-namespace {
+namespace test_diagnose_closing {
 
 constexpr double ample = 100.0, little = 5.0;  // log evidence
 
@@ -47,5 +47,5 @@ TEST(DiagnoseClosing, FittedDataMustSurelyGetBetterWhereNoiseMovesTheCar) {
   for (const bool moved : {false, true}) EXPECT_FALSE(closes_fitted({0.1, 0.05, 0.15}, moved));
 }
 
-}  // namespace
+}  // namespace test_diagnose_closing
 }  // namespace gripline::diagnose

@@ -6,7 +6,7 @@
 #include "support/diagnose_rig.hpp"
 
 namespace gripline::diagnose {
-namespace {
+namespace test_diagnose_diagnoser {
 
 using test::DiagnoseRig;
 
@@ -248,5 +248,5 @@ TEST(Diagnoser, RoundingIsNotCreditedToALateChannel) {
   EXPECT_NEAR(d.gap.before, error(true), 1e-3 * error(true));
 }
 
-}  // namespace
+}  // namespace test_diagnose_diagnoser
 }  // namespace gripline::diagnose

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 namespace gripline::diagnose {
-namespace {
+namespace test_diagnose_diagnosis_files {
 
 /// A reader of numbers alone must see that one is no estimate.
 TEST(DiagnoseDiagnosisFiles, AParameterAtAnEndOfItsRangeSaysWhich) {
@@ -22,5 +22,5 @@ TEST(DiagnoseDiagnosisFiles, AParameterAtAnEndOfItsRangeSaysWhich) {
   EXPECT_EQ(named[1].find("at_end"), nullptr);
 }
 
-}  // namespace
+}  // namespace test_diagnose_diagnosis_files
 }  // namespace gripline::diagnose

@@ -6,7 +6,7 @@
 #include "support/diagnose_rig.hpp"
 
 namespace gripline::diagnose {
-namespace {
+namespace test_diagnose_manoeuvre {
 
 using test::DiagnoseRig;
 using Sets = std::vector<std::vector<std::string>>;
@@ -63,5 +63,5 @@ TEST(Manoeuvre, ShippedEffectsShareTheirManoeuvres) {
   for (const auto& [manoeuvre, effects] : uses) EXPECT_GT(effects, 1) << manoeuvre;
 }
 
-}  // namespace
+}  // namespace test_diagnose_manoeuvre
 }  // namespace gripline::diagnose

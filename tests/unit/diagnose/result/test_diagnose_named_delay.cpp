@@ -5,7 +5,7 @@
 #include "diagnose/thresholds.hpp"
 
 namespace gripline::diagnose {
-namespace {
+namespace test_diagnose_named_delay {
 
 TEST(NamedDelay, IsAnEffectOfMeasurementWithTheDelayAsItsOneParameter) {
   const NamedEffect delay = named_delay({.group = 3, .seconds = 0.12, .low = 0.11, .high = 0.14});
@@ -21,5 +21,5 @@ TEST(NamedDelay, IsAnEffectOfMeasurementWithTheDelayAsItsOneParameter) {
   EXPECT_FALSE(delay.rollout.measured()) << "that is the caller's";
 }
 
-}  // namespace
+}  // namespace test_diagnose_named_delay
 }  // namespace gripline::diagnose

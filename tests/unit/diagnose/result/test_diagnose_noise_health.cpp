@@ -6,7 +6,7 @@
 #include "support/diagnose_rig.hpp"
 
 namespace gripline::diagnose {
-namespace {
+namespace test_diagnose_noise_health {
 
 using test::DiagnoseRig;
 using testing::HasSubstr;
@@ -32,5 +32,5 @@ TEST(NoiseHealth, TellsOfLogsHeldOutWhoseCommandsAreNotBent) {
   EXPECT_THAT(health.front().found, HasSubstr("slower.csv has one every 0.04 s, the log fitted every 0.02 s"));
 }
 
-}  // namespace
+}  // namespace test_diagnose_noise_health
 }  // namespace gripline::diagnose

@@ -5,7 +5,7 @@
 #include "support/diagnose_rig.hpp"
 
 namespace gripline::diagnose {
-namespace {
+namespace test_diagnose_ranking {
 
 using test::DiagnoseRig;
 
@@ -38,5 +38,5 @@ TEST(Ranking, PredictionsAreOfDataThatWereNotFitted) {
   EXPECT_FALSE(row("aero_drag").rollout.measured());
 }
 
-}  // namespace
+}  // namespace test_diagnose_ranking
 }  // namespace gripline::diagnose

@@ -8,7 +8,7 @@
 #include "support/diagnose_rig.hpp"
 
 namespace gripline::diagnose {
-namespace {
+namespace test_diagnose_report_data {
 
 using test::DiagnoseRig;
 
@@ -123,5 +123,5 @@ TEST(DiagnoseReportData, TracesOfTheLogFittedAreOfARefitWithoutThem) {
   EXPECT_GT(off(after, by(d.fit)), 5.0 * off_expected);
 }
 
-}  // namespace
+}  // namespace test_diagnose_report_data
 }  // namespace gripline::diagnose

@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 namespace gripline::diagnose {
-namespace {
+namespace test_diagnose_sentence {
 
 using testing::HasSubstr;
 using testing::StartsWith;
@@ -121,5 +121,5 @@ TEST(DiagnoseSentence, ANameIsCreditedBesideRefittedParametersAndDelays) {
   EXPECT_THAT(sentence(d), HasSubstr("; 8.9 before parameters were refitted and delays taken off; confidence"));
 }
 
-}  // namespace
+}  // namespace test_diagnose_sentence
 }  // namespace gripline::diagnose

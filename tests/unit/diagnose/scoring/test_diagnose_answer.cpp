@@ -8,7 +8,7 @@
 #include "support/scratch.hpp"
 
 namespace gripline::diagnose {
-namespace {
+namespace test_diagnose_answer {
 
 using testing::HasSubstr;
 using namespace testing_support;
@@ -259,5 +259,5 @@ TEST(TrueModel, HasTheHiddenEffectsAndParameters) {
   EXPECT_FALSE(true_model(rig.catalogue(), answer(R"("effects": [{"effect": "steer_backlash", "params": {}}])")));
 }
 
-}  // namespace
+}  // namespace test_diagnose_answer
 }  // namespace gripline::diagnose

@@ -5,7 +5,7 @@
 #include "support/comma_locale.hpp"
 
 namespace gripline::diagnose {
-namespace {
+namespace test_diagnose_diagnose_experiment {
 
 double right(const std::vector<Names>& missing, bool hidden, const Diagnosis& d) {
   for (const auto& [name, value] : outcome_of("one", answer_of(missing, hidden), d).values)
@@ -43,5 +43,5 @@ TEST_F(DiagnoseExperimentTable, HasPointsAndOneCellForEveryName) {
       "round_trip\n\"drag, wet\",named,1,,,,,0.987654,,,,,12.5,\n");
 }
 
-}  // namespace
+}  // namespace test_diagnose_diagnose_experiment
 }  // namespace gripline::diagnose

@@ -11,7 +11,7 @@
 #include "util/numbers.hpp"
 
 namespace gripline::diagnose {
-namespace {
+namespace test_diagnose_scorecard {
 
 using testing::ElementsAre;
 using testing::EndsWith;
@@ -222,5 +222,5 @@ TEST_F(DiagnoseScorecardInCommaLocale, TextHasPoints) {
   EXPECT_THAT(text, Not(testing::ContainsRegex("[0-9],[0-9]")));
 }
 
-}  // namespace
+}  // namespace test_diagnose_scorecard
 }  // namespace gripline::diagnose

@@ -7,7 +7,7 @@
 #include "support/mpc_optimality.hpp"
 #include "support/mpc_support.hpp"
 
-namespace {
+namespace test_mpc_ipopt {
 
 using namespace gripline;
 using namespace gripline::testing_support;
@@ -234,4 +234,4 @@ TEST(MpcIpopt, TheSameDriveGivesTheSameBytes) {
   EXPECT_EQ(drive(), drive());
 }
 
-}  // namespace
+}  // namespace test_mpc_ipopt

@@ -7,7 +7,7 @@
 #include "support/mpc_optimality.hpp"
 #include "support/mpc_support.hpp"
 
-namespace {
+namespace test_mpc_sqp {
 
 using namespace gripline;
 using namespace gripline::testing_support;
@@ -378,4 +378,4 @@ TEST(MpcSqp, SteeringBeyondItsLimitIsBroughtBack) {
   EXPECT_NEAR(command.u.ddelta, -5.0, 1e-6);  // 0.5 - 0.1 is still beyond 0.35
 }
 
-}  // namespace
+}  // namespace test_mpc_sqp

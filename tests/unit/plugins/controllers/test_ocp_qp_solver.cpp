@@ -11,7 +11,7 @@
 #include "support/allocation_counter.hpp"
 #include "support/ocp_support.hpp"
 
-namespace {
+namespace test_ocp_qp_solver {
 
 using namespace gripline::mpc_sqp;
 using namespace gripline::testing_support;
@@ -371,4 +371,4 @@ TEST(OcpQp, TheSameProgramGivesTheSameBytes) {
   EXPECT_EQ(inputs_of(one, shape.N), inputs_of(other, shape.N));
 }
 
-}  // namespace
+}  // namespace test_ocp_qp_solver

@@ -4,7 +4,7 @@
 #include "support/planner_support.hpp"
 
 namespace gripline {
-namespace {
+namespace test_pure_pursuit {
 
 using namespace testing_support;
 using Changes = std::vector<std::pair<std::string, double>>;
@@ -128,5 +128,5 @@ INSTANTIATE_TEST_SUITE_P(Tracks, PurePursuitLaps,
                          ::testing::Values(std::pair{"ethz", 0.5}, std::pair{"ethz", 0.75}, std::pair{"mobil", 0.5},
                                            std::pair{"mobil", 0.75}));
 
-}  // namespace
+}  // namespace test_pure_pursuit
 }  // namespace gripline

@@ -7,7 +7,7 @@
 #include "support/effect_bench.hpp"
 
 namespace gripline {
-namespace {
+namespace test_effects {
 
 using test::EffectBench;
 
@@ -170,5 +170,5 @@ TEST(Effects, LoadsAndPeaksNeverFallBelowZero) {
   }
 }
 
-}  // namespace
+}  // namespace test_effects
 }  // namespace gripline

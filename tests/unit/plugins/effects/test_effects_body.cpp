@@ -4,7 +4,7 @@
 #include "support/effect_bench.hpp"
 
 namespace gripline {
-namespace {
+namespace test_effects_body {
 
 using test::EffectBench;
 
@@ -136,5 +136,5 @@ TEST(BodyEffects, DerivativesAreExact) {
     EffectBench(id).expect_exact_derivatives({0.4});
 }
 
-}  // namespace
+}  // namespace test_effects_body
 }  // namespace gripline

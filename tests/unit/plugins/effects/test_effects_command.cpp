@@ -3,7 +3,7 @@
 #include "support/effect_bench.hpp"
 
 namespace gripline {
-namespace {
+namespace test_effects_command {
 
 using test::EffectBench;
 
@@ -109,5 +109,5 @@ TEST(CommandChain, OrderIsDelayLagGainOffset) {
   }
 }
 
-}  // namespace
+}  // namespace test_effects_command
 }  // namespace gripline

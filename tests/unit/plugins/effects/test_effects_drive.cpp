@@ -3,7 +3,7 @@
 #include "support/vehicle_checks.hpp"
 
 namespace gripline {
-namespace {
+namespace test_effects_drive {
 
 using test::EffectBench;
 
@@ -88,5 +88,5 @@ TEST(BrakeFade, NeverTurnsTheBrakeAround) {
   EXPECT_EQ(bench.apply({0.5}).brake, 0.0);
 }
 
-}  // namespace
+}  // namespace test_effects_drive
 }  // namespace gripline

@@ -1,7 +1,7 @@
 #include "support/effect_bench.hpp"
 
 namespace gripline {
-namespace {
+namespace test_effects_force {
 
 using test::EffectBench;
 
@@ -44,5 +44,5 @@ TEST(Relaxation, StartsAtTheStaticForces) {
   EXPECT_EQ(bench.start_memory({0.5}), (std::vector<double>{3.0, 2.5}));
 }
 
-}  // namespace
+}  // namespace test_effects_force
 }  // namespace gripline

@@ -4,7 +4,7 @@
 #include "support/effect_bench.hpp"
 
 namespace gripline {
-namespace {
+namespace test_effects_frames {
 
 using test::EffectBench;
 
@@ -97,5 +97,5 @@ TEST(Frames, LeversActBeforeTurns) {
             EffectBench("velocity_yaw").entry().decl->precedence);
 }
 
-}  // namespace
+}  // namespace test_effects_frames
 }  // namespace gripline

@@ -1,7 +1,7 @@
 #include "support/effect_bench.hpp"
 
 namespace gripline {
-namespace {
+namespace test_effects_load {
 
 using test::EffectBench;
 
@@ -84,5 +84,5 @@ TEST(Downforce, LiftTakesNoMoreThanTheLoad) {
   EXPECT_NEAR(bench.apply({-0.2}).load_rear, 0.9 * 0.2, 1e-14);
 }
 
-}  // namespace
+}  // namespace test_effects_load
 }  // namespace gripline

@@ -3,7 +3,7 @@
 #include "support/effect_bench.hpp"
 
 namespace gripline {
-namespace {
+namespace test_effects_pedals {
 
 using test::EffectBench;
 
@@ -135,5 +135,5 @@ TEST(Pedals, DelaysComeFirstThenTheDeadZoneThenCurvesAndMaps) {
   EXPECT_LT(order("steer_map"), order("steer_lag"));
 }
 
-}  // namespace
+}  // namespace test_effects_pedals
 }  // namespace gripline

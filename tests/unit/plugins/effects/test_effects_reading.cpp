@@ -1,7 +1,7 @@
 #include "support/effect_bench.hpp"
 
 namespace gripline {
-namespace {
+namespace test_effects_reading {
 
 using test::EffectBench;
 
@@ -37,5 +37,5 @@ TEST(Speed, IsScaledBeforeItIsShifted) {
   EXPECT_LT(EffectBench("vx_scale").entry().decl->precedence, EffectBench("vx_bias").entry().decl->precedence);
 }
 
-}  // namespace
+}  // namespace test_effects_reading
 }  // namespace gripline

@@ -3,7 +3,7 @@
 #include "support/effect_bench.hpp"
 
 namespace gripline {
-namespace {
+namespace test_effects_tyre {
 
 using test::EffectBench;
 
@@ -73,5 +73,5 @@ TEST(CombSlip, ActsAfterEveryOtherFactorOfTheRearPeak) {
     EXPECT_LT(EffectBench(id).entry().decl->precedence, last) << id;
 }
 
-}  // namespace
+}  // namespace test_effects_tyre
 }  // namespace gripline

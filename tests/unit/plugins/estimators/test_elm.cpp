@@ -5,7 +5,7 @@
 #include "support/learning_rig.hpp"
 
 namespace gripline {
-namespace {
+namespace test_elm {
 
 using namespace rig;
 
@@ -262,5 +262,5 @@ TEST_F(ElmLogs, MuAndResistanceOnTheAuthorsRun) {
   EXPECT_LT(resistance_error(nominal, *elm), 0.05);
 }
 
-}  // namespace
+}  // namespace test_elm
 }  // namespace gripline

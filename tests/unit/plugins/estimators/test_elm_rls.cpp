@@ -7,7 +7,7 @@
 #include "support/learning_rig.hpp"
 
 namespace gripline {
-namespace {
+namespace test_elm_rls {
 
 using namespace learning;
 using namespace rig;
@@ -584,5 +584,5 @@ TEST_F(ElmRlsLogs, OfflineTrainingExplainsAnotherTrack) {
     EXPECT_GT(r2, 0.95);
 }
 
-}  // namespace
+}  // namespace test_elm_rls
 }  // namespace gripline

@@ -6,7 +6,7 @@
 #include "support/learning_rig.hpp"
 
 namespace gripline {
-namespace {
+namespace test_gp {
 
 using namespace rig;
 using gp::InputRow;
@@ -184,5 +184,5 @@ TEST(Gp, DeclaresThatItNeedsTruthAndRefusesToDoWithout) {
   EXPECT_THROW(make_estimator("gp", nominal), PluginError);
 }
 
-}  // namespace
+}  // namespace test_gp
 }  // namespace gripline

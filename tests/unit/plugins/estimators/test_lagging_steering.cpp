@@ -6,7 +6,7 @@
 #include "support/learning_rig.hpp"
 
 namespace gripline {
-namespace {
+namespace test_lagging_steering {
 
 using namespace rig;
 
@@ -135,5 +135,5 @@ TEST(LearnedCurve, IsTheSameBehindASteeringLag) {
   }
 }
 
-}  // namespace
+}  // namespace test_lagging_steering
 }  // namespace gripline

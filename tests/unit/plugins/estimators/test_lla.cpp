@@ -5,7 +5,7 @@
 #include "support/learning_rig.hpp"
 
 namespace gripline {
-namespace {
+namespace test_lla {
 
 using namespace rig;
 
@@ -124,5 +124,5 @@ TEST(Lla, JacobianAgreesWithDifferences) {
   EXPECT_LT(jacobian_error(model, x, {0.4, 0.5}), 1e-6);
 }
 
-}  // namespace
+}  // namespace test_lla
 }  // namespace gripline

@@ -5,7 +5,7 @@
 #include "support/learning_rig.hpp"
 
 namespace gripline {
-namespace {
+namespace test_mhe {
 
 using namespace rig;
 
@@ -83,5 +83,5 @@ TEST(Mhe, JacobianAgreesWithDifferences) {
   EXPECT_LT(jacobian_error(model, x, {0.4, 0.5}), 1e-6);
 }
 
-}  // namespace
+}  // namespace test_mhe
 }  // namespace gripline

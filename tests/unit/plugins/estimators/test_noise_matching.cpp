@@ -5,7 +5,7 @@
 #include <cmath>
 
 namespace gripline::elm_rls {
-namespace {
+namespace test_noise_matching {
 
 const NoiseMatching::Told told{{0.1, 0.2, 0.3}, {1.0, 2.0, 3.0}};
 
@@ -83,5 +83,5 @@ TEST(NoiseMatching, StartsOver) {
   EXPECT_EQ(noise.misfit(1), told.misfit[1]);
 }
 
-}  // namespace
+}  // namespace test_noise_matching
 }  // namespace gripline::elm_rls

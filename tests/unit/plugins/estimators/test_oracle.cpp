@@ -1,7 +1,7 @@
 #include "support/learning_rig.hpp"
 
 namespace gripline {
-namespace {
+namespace test_oracle {
 
 using namespace rig;
 
@@ -122,5 +122,5 @@ TEST(None, LearnsNothing) {
   EXPECT_FALSE(none->tyre_force(Axle::front, std::vector<double>{0.1}, force, {}));
 }
 
-}  // namespace
+}  // namespace test_oracle
 }  // namespace gripline

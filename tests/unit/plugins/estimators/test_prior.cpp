@@ -7,7 +7,7 @@
 #include <vector>
 
 namespace gripline::elm_rls {
-namespace {
+namespace test_prior {
 
 TEST(Unknowns, EachHasAPlaceOfItsOwn) {
   for (const bool gains : {false, true})
@@ -87,5 +87,5 @@ TEST(Prior, StandardDeviationsOfTheOthersAreAsTold) {
   EXPECT_TRUE(prior.covariance.isApprox(prior.covariance.transpose(), 1e-12));
 }
 
-}  // namespace
+}  // namespace test_prior
 }  // namespace gripline::elm_rls

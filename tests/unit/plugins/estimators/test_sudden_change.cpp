@@ -6,7 +6,7 @@
 #include <random>
 
 namespace gripline::elm_rls {
-namespace {
+namespace test_sudden_change {
 
 /// Samples until an alarm, at most `most`, with forces of both signs whose true scale is 1 + `change`.
 int samples_until_alarm(double alarm, double change, int most = 200) {
@@ -88,5 +88,5 @@ TEST(SuddenChange, ScoreThatIsNoNumberIsAnAlarmAndEndsWithIt) {
   EXPECT_FALSE(test.alarms());
 }
 
-}  // namespace
+}  // namespace test_sudden_change
 }  // namespace gripline::elm_rls

@@ -10,7 +10,7 @@
 #include "support/planner_support.hpp"
 
 namespace gripline {
-namespace {
+namespace test_driven_plan {
 
 using namespace time_optimal;
 using namespace testing_support;
@@ -70,5 +70,5 @@ TEST_F(DrivenPlanTest, OneNodeIsSlowedDownForAShareOfItsFriction) {
   EXPECT_EQ(now(4).v, then(4).v);
 }
 
-}  // namespace
+}  // namespace test_driven_plan
 }  // namespace gripline

@@ -3,7 +3,7 @@
 #include "support/planner_support.hpp"
 
 namespace gripline {
-namespace {
+namespace test_fixed_speed {
 
 using namespace testing_support;
 using Changes = std::vector<std::pair<std::string, double>>;
@@ -82,5 +82,5 @@ TEST_F(FixedSpeedTest, NeedsACourseAndAModel) {
   EXPECT_THROW(create<SpeedPlanner>(entry, context, values_of(entry)), PluginError);
 }
 
-}  // namespace
+}  // namespace test_fixed_speed
 }  // namespace gripline

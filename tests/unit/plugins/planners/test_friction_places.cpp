@@ -6,7 +6,7 @@
 #include <cstddef>
 
 namespace gripline {
-namespace {
+namespace test_friction_places {
 
 using time_optimal::FrictionPlaces;
 
@@ -290,5 +290,5 @@ TEST_F(FrictionPlacesTest, LessThanAPlaceExplainsIsLessEverywhere) {
   EXPECT_NEAR(places_.mu(), 0.7 * 0.9, 0.02);
 }
 
-}  // namespace
+}  // namespace test_friction_places
 }  // namespace gripline

@@ -4,7 +4,7 @@
 #include "support/planner_support.hpp"
 
 namespace gripline {
-namespace {
+namespace test_friction_speed {
 
 using namespace testing_support;
 using Changes = std::vector<std::pair<std::string, double>>;
@@ -183,5 +183,5 @@ TEST_F(FrictionSpeedTest, HeadingIsTheOneNearestToTheCars) {
 
 TEST_F(FrictionSpeedTest, RefusesAnEmptyGrid) { EXPECT_THROW(make({{"mu_lo", 1.0}, {"mu_hi", 0.5}}), PluginError); }
 
-}  // namespace
+}  // namespace test_friction_speed
 }  // namespace gripline

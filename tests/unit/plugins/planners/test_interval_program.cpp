@@ -13,7 +13,7 @@
 #include "support/planner_support.hpp"
 
 namespace gripline {
-namespace {
+namespace test_interval_program {
 
 using namespace time_optimal;
 using namespace testing_support;
@@ -179,5 +179,5 @@ TEST(IntervalProgram, PlansNoSlipBeyondATyresPeakWhereFrictionIsShared) {
   EXPECT_LT(force(peak + 0.01), force(peak));
 }
 
-}  // namespace
+}  // namespace test_interval_program
 }  // namespace gripline

@@ -8,7 +8,7 @@
 #include "support/planner_support.hpp"
 
 namespace gripline {
-namespace {
+namespace test_kept_lap {
 
 using namespace time_optimal;
 using namespace testing_support;
@@ -71,5 +71,5 @@ TEST_F(KeptLapTest, AWindowAtAShareOfItsFrictionIsTheSameMotion) {
   EXPECT_EQ(kept_.slowed(node, 0.2), scaled.z);
 }
 
-}  // namespace
+}  // namespace test_kept_lap
 }  // namespace gripline

@@ -13,7 +13,7 @@
 #include "support/planner_support.hpp"
 
 namespace gripline {
-namespace {
+namespace test_lap_setup {
 
 using namespace time_optimal;
 using namespace testing_support;
@@ -92,5 +92,5 @@ TEST_F(LapSetupTest, TyresOfAnotherShapeHaveTheirOwnTables) {
   }
 }
 
-}  // namespace
+}  // namespace test_lap_setup
 }  // namespace gripline

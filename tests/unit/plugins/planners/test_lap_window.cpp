@@ -11,7 +11,7 @@
 #include "support/planner_support.hpp"
 
 namespace gripline {
-namespace {
+namespace test_lap_window {
 
 using namespace time_optimal;
 using namespace testing_support;
@@ -103,5 +103,5 @@ TEST_F(LapWindowTest, ACarPassedTheNodeBehindItAlongItsArc) {
   EXPECT_EQ(z[lap_omega], car.omega);
 }
 
-}  // namespace
+}  // namespace test_lap_window
 }  // namespace gripline

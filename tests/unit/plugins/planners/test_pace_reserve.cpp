@@ -9,7 +9,7 @@
 #include <string>
 
 namespace gripline {
-namespace {
+namespace test_pace_reserve {
 
 using time_optimal::LapParams;
 using time_optimal::PaceReserve;
@@ -78,5 +78,5 @@ TEST(PaceReserve, RefusesToDriveFasterPlansOrMoreFrictionMoreSlowly) {
   EXPECT_THAT(refusal(little), testing::HasSubstr("pace_kept"));
 }
 
-}  // namespace
+}  // namespace test_pace_reserve
 }  // namespace gripline

@@ -17,7 +17,7 @@
 #include "support/planner_support.hpp"
 
 namespace gripline {
-namespace {
+namespace test_receding_laps {
 
 using namespace time_optimal;
 using namespace testing_support;
@@ -437,5 +437,5 @@ TEST_F(RecedingLapsTest, PlansForASlipperyPlace) {
   EXPECT_DOUBLE_EQ(laps_->barrier(), settled);
 }
 
-}  // namespace
+}  // namespace test_receding_laps
 }  // namespace gripline

@@ -17,7 +17,7 @@
 #include "support/planner_support.hpp"
 
 namespace gripline {
-namespace {
+namespace test_receding_time {
 
 using namespace testing_support;
 using planning::ClosedLine;
@@ -389,5 +389,5 @@ TEST_F(RecedingTimeFromAnywhere, ACarThatWasCarriedElsewhereGetsItsWindowThere) 
   EXPECT_LT(now_.t, 2.0 + 3.0);
 }
 
-}  // namespace
+}  // namespace test_receding_time
 }  // namespace gripline

@@ -6,7 +6,7 @@
 #include <random>
 
 namespace gripline {
-namespace {
+namespace test_small_dense {
 
 using namespace time_optimal;
 
@@ -48,5 +48,5 @@ TEST(SmallDense, MultipliesTheFirstSixRows) {
   EXPECT_LT((product(A, B) - wanted).norm(), 1e-14);
 }
 
-}  // namespace
+}  // namespace test_small_dense
 }  // namespace gripline

@@ -13,7 +13,7 @@
 #include "util/csv.hpp"
 
 namespace gripline {
-namespace {
+namespace test_time_optimal {
 
 using namespace planning;
 using namespace time_optimal;
@@ -486,5 +486,5 @@ TEST_F(TimeOptimalTest, RefusesWhatCannotBe) {
   EXPECT_THROW(create<SpeedPlanner>(entry, PluginContext{}, values_of(entry)), PluginError);
 }
 
-}  // namespace
+}  // namespace test_time_optimal
 }  // namespace gripline

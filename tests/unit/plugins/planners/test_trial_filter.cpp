@@ -5,7 +5,7 @@
 #include <limits>
 
 namespace gripline::time_optimal {
-namespace {
+namespace test_trial_filter {
 
 TrialFilter fresh(double most_violation = 10.0) {
   TrialFilter filter;
@@ -54,5 +54,5 @@ TEST(TrialFilter, RefusesWhatIsNotANumber) {
   EXPECT_FALSE(fresh().take({1.0, 5.0}, {0.5, -std::numeric_limits<double>::infinity()}));
 }
 
-}  // namespace
+}  // namespace test_trial_filter
 }  // namespace gripline::time_optimal

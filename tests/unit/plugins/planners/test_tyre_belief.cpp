@@ -6,7 +6,7 @@
 #include "support/planner_support.hpp"
 
 namespace gripline {
-namespace {
+namespace test_tyre_belief {
 
 using namespace time_optimal;
 using namespace testing_support;
@@ -49,5 +49,5 @@ TEST_F(TyreBeliefTest, ASlipIsVisitedOnceOneStepInTwoHundredHadMore) {
   EXPECT_NEAR(tyres_.visited_slip(), 0.46, 0.02);
 }
 
-}  // namespace
+}  // namespace test_tyre_belief
 }  // namespace gripline

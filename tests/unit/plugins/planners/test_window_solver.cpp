@@ -19,7 +19,7 @@
 #include "support/planner_support.hpp"
 
 namespace gripline {
-namespace {
+namespace test_window_solver {
 
 using namespace time_optimal;
 using namespace testing_support;
@@ -606,5 +606,5 @@ INSTANTIATE_TEST_SUITE_P(Of, NewtonStepTest,
                                            SmallWindow{"AcrossTheEndOfTheLap", 0.0, 0.0, nodes - 3}),
                          [](const auto& one) { return one.param.name; });
 
-}  // namespace
+}  // namespace test_window_solver
 }  // namespace gripline

@@ -14,7 +14,7 @@
 #include "util/clock.hpp"
 
 namespace gripline::double_track {
-namespace {
+namespace test_double_track {
 
 using testing::HasSubstr;
 
@@ -527,5 +527,5 @@ TEST(Plugin, LoadsAndDrivesAsAPlant) {
   EXPECT_NEAR(plant->axle_force(Axle::rear), plant->axle_force(Axle::front), 1000.0);
 }
 
-}  // namespace
+}  // namespace test_double_track
 }  // namespace gripline::double_track

@@ -7,7 +7,7 @@
 #include "support/double_track_rig.hpp"
 
 namespace gripline::double_track {
-namespace {
+namespace test_double_track_loads {
 
 TEST(Tyre, PeaksAndSlopes) {
   const Params p;
@@ -215,5 +215,5 @@ TEST(Loads, FollowTheForcesWithTheirLag) {
   EXPECT_GT(largest, 2000.0);
 }
 
-}  // namespace
+}  // namespace test_double_track_loads
 }  // namespace gripline::double_track

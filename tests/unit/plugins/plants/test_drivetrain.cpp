@@ -7,7 +7,7 @@
 #include "support/double_track_rig.hpp"
 
 namespace gripline::double_track {
-namespace {
+namespace test_drivetrain {
 
 using testing::HasSubstr;
 
@@ -179,5 +179,5 @@ TEST(BadInput, GearMap) {
   EXPECT_THAT(gear_complaint(std::array<double, 8>{1, 3, 0, 20, 2, 2, 8, 15}), HasSubstr("expected both above gear 1"));
 }
 
-}  // namespace
+}  // namespace test_drivetrain
 }  // namespace gripline::double_track

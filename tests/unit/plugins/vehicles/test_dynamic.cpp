@@ -1,7 +1,7 @@
 #include "support/vehicle_checks.hpp"
 
 namespace gripline {
-namespace {
+namespace test_dynamic {
 
 using namespace rig;
 
@@ -109,5 +109,5 @@ TEST_F(DynamicLogs, OneStepIsThePublishedPlantsWithFadingFriction) {
   expect_published_steps(log, factor);
 }
 
-}  // namespace
+}  // namespace test_dynamic
 }  // namespace gripline

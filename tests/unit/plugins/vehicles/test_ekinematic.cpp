@@ -1,7 +1,7 @@
 #include "support/vehicle_checks.hpp"
 
 namespace gripline {
-namespace {
+namespace test_ekinematic {
 
 using namespace rig;
 
@@ -82,5 +82,5 @@ TEST(EKinematic, StepJacobianAgreesWithDifferences) {
   }
 }
 
-}  // namespace
+}  // namespace test_ekinematic
 }  // namespace gripline

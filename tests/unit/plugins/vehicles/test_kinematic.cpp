@@ -1,7 +1,7 @@
 #include "support/vehicle_checks.hpp"
 
 namespace gripline {
-namespace {
+namespace test_kinematic {
 
 using namespace rig;
 
@@ -74,5 +74,5 @@ TEST(Kinematic, DerivativesAgreeWithDifferences) {
   for (const Instant& at : instants(20, false)) EXPECT_LT(derivative_error(*tested.model, at, tested.params), 2e-6);
 }
 
-}  // namespace
+}  // namespace test_kinematic
 }  // namespace gripline

@@ -14,7 +14,7 @@
 #include "world/world.hpp"
 
 namespace gripline {
-namespace {
+namespace test_published_runs {
 
 using namespace testing_support;
 
@@ -139,5 +139,5 @@ TEST_F(PublishedRuns, TheWorldDrivesThePublishedRunByItself) {
   }
 }
 
-}  // namespace
+}  // namespace test_published_runs
 }  // namespace gripline

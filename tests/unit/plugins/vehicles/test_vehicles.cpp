@@ -2,7 +2,7 @@
 #include "support/vehicle_checks.hpp"
 
 namespace gripline {
-namespace {
+namespace test_vehicles {
 
 using namespace rig;
 
@@ -221,5 +221,5 @@ TEST(Dynamic, FrictionBoundsTheForcesOfItsAxles) {
   }
 }
 
-}  // namespace
+}  // namespace test_vehicles
 }  // namespace gripline

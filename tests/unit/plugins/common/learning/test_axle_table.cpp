@@ -9,7 +9,7 @@
 #include "common/learning/generic_tyres.hpp"
 
 namespace gripline::learning {
-namespace {
+namespace test_axle_table {
 
 constexpr int nodes = 12;
 
@@ -44,5 +44,5 @@ TEST(TabulatedLayer, ReadsWhatTheTableOfACurveSays) {
   }
 }
 
-}  // namespace
+}  // namespace test_axle_table
 }  // namespace gripline::learning

@@ -8,7 +8,7 @@
 #include "common/learning/generic_tyres.hpp"
 
 namespace gripline::learning {
-namespace {
+namespace test_reduced_layer {
 
 GenericTyres drawn_tyres(int nodes, std::uint64_t seed, const TyrePrior& prior = {}) {
   SplitMix64 random(seed);
@@ -88,5 +88,5 @@ TEST(ReducedLayer, AddsToWhatIsThere) {
   for (std::size_t i = 0; i < count; ++i) EXPECT_NEAR(once[i], twice[i], 1e-14);
 }
 
-}  // namespace
+}  // namespace test_reduced_layer
 }  // namespace gripline::learning

@@ -7,7 +7,7 @@
 #include "support/learning_rig.hpp"
 
 namespace gripline::learning {
-namespace {
+namespace test_step_path {
 
 /// A step of 20 ms at `v` along a road whose grade goes from `grade` by `curve` per metre.
 Sample step_on(double v, double grade, double curve) {
@@ -67,5 +67,5 @@ TEST(StepPath, BrakesShareTheFrictionOfALightenedCar) {
   EXPECT_LT(path.load_front, load * ellipse.side_share(Axle::front, braking, 1.0, peaks.front) - 1e-3);
 }
 
-}  // namespace
+}  // namespace test_step_path
 }  // namespace gripline::learning

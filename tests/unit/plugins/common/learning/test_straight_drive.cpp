@@ -5,7 +5,7 @@
 #include "support/learning_rig.hpp"
 
 namespace gripline {
-namespace {
+namespace test_straight_drive {
 
 using namespace rig;
 
@@ -44,5 +44,5 @@ TEST(StraightDrive, AYawResponseIsNoTyre) {
   EXPECT_FALSE(has_tyres(model));
 }
 
-}  // namespace
+}  // namespace test_straight_drive
 }  // namespace gripline

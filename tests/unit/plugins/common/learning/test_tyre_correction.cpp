@@ -5,7 +5,7 @@
 #include <cmath>
 
 namespace gripline {
-namespace {
+namespace test_tyre_correction {
 
 constexpr double v_min = 2.0, mass = 1200.0, inertia = 2000.0;
 
@@ -95,5 +95,5 @@ TEST(TyreCorrection, ABankPullsACarThatMovesAndNoneAtRest) {
   EXPECT_EQ(with_tyres.bank, 0.04);
 }
 
-}  // namespace
+}  // namespace test_tyre_correction
 }  // namespace gripline

@@ -13,7 +13,7 @@
 #include "common/mpc/saturation_slip.hpp"
 #include "support/planner_support.hpp"
 
-namespace {
+namespace test_ocp {
 
 using namespace gripline;
 using mpc::Ocp;
@@ -393,4 +393,4 @@ TEST(MpcOcp, LeavesTheSlopeOutWhenTold) {
   }
 }
 
-}  // namespace
+}  // namespace test_ocp

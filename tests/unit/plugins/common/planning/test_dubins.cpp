@@ -8,7 +8,7 @@
 #include <random>
 
 namespace gripline {
-namespace {
+namespace test_dubins {
 
 using planning::DubinsPath;
 using planning::PlanePose;
@@ -60,5 +60,5 @@ TEST(Dubins, StraightAheadIsStraight) {
   EXPECT_NEAR(path->length(), 30.0, 1e-9);
 }
 
-}  // namespace
+}  // namespace test_dubins
 }  // namespace gripline

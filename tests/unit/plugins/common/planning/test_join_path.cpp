@@ -9,7 +9,7 @@
 #include "support/full_size_car.hpp"
 
 namespace gripline {
-namespace {
+namespace test_join_path {
 
 using planning::JoinPath;
 using testing_support::full_size_car;
@@ -191,5 +191,5 @@ TEST(JoinPath, KeepsItsWayWhileTheCarFollowsIt) {
   EXPECT_NEAR(moved(join, 110).y, now.x.y, 1e-9);
 }
 
-}  // namespace
+}  // namespace test_join_path
 }  // namespace gripline

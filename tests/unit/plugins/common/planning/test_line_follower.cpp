@@ -7,7 +7,7 @@
 #include <vector>
 
 namespace gripline {
-namespace {
+namespace test_line_follower {
 
 using planning::ClosedLine;
 using planning::LineFollower;
@@ -59,5 +59,5 @@ TEST(LineFollower, BeginsAnywhere) {
   EXPECT_NEAR(follower.locate(line, 0, -60), 100, 1);
 }
 
-}  // namespace
+}  // namespace test_line_follower
 }  // namespace gripline

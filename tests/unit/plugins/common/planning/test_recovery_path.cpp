@@ -12,7 +12,7 @@
 #include "support/full_size_car.hpp"
 
 namespace gripline {
-namespace {
+namespace test_recovery_path {
 
 using planning::ClosedLine;
 using planning::LineFollower;
@@ -185,5 +185,5 @@ TEST(RecoveryPath, LeavesOthersAlone) {
   }
 }
 
-}  // namespace
+}  // namespace test_recovery_path
 }  // namespace gripline

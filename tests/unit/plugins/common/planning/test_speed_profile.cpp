@@ -7,7 +7,7 @@
 #include "support/planner_support.hpp"
 
 namespace gripline {
-namespace {
+namespace test_speed_profile {
 
 using namespace planning;
 using namespace testing_support;
@@ -246,5 +246,5 @@ TEST_F(ProfileTest, SlopeCostsSpeedUphill) {
             lap_time(line_, speed_profile(line_, limits_, corner_, 0.9, 1.0)));
 }
 
-}  // namespace
+}  // namespace test_speed_profile
 }  // namespace gripline

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 namespace gripline {
-namespace {
+namespace test_axle_loads {
 
 TEST(AxleLoads, BalanceTheWeightOfACarThatStands) {
   Car car;
@@ -17,5 +17,5 @@ TEST(AxleLoads, BalanceTheWeightOfACarThatStands) {
   EXPECT_EQ(loads.of(Axle::rear), loads.rear);
 }
 
-}  // namespace
+}  // namespace test_axle_loads
 }  // namespace gripline

@@ -6,7 +6,7 @@
 #include <vector>
 
 namespace gripline::vehicle {
-namespace {
+namespace test_standstill {
 
 /// A car of 2 kg whose brakes give up to 10 N.
 template <class T = double>
@@ -119,5 +119,5 @@ TEST(Standstill, DerivativesAtRestAreFiniteAndThoseOfTheFormulas) {
   }
 }
 
-}  // namespace
+}  // namespace test_standstill
 }  // namespace gripline::vehicle
