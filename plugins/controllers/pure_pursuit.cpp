@@ -88,7 +88,7 @@ class PurePursuit final : public Controller {
     const double end = wanted >= free ? car_.d_max : car_.d_min;
     const double gain = end != 0.0 ? (rate(end) - free) / end : 0.0;
     double d = gain > 1e-9 ? (wanted - free) / gain : end;
-    const bool saturated = d > car_.d_max || d < car_.d_min;
+    const bool saturated = !(gain > 1e-9) || d > car_.d_max || d < car_.d_min;
     d = std::clamp(d, car_.d_min, car_.d_max);
     if (!saturated) integral_ += error * dt_;
     return d;

@@ -84,7 +84,7 @@ class Elm final : public AutoDiffEffect<Elm, Estimator> {
         terms_{.model_has_tyres = drive_.model_has_tyres(),
                .v_min = car_.v_min,
                .ellipse = {params.ellipse, params.drive_front, params.brake_front}},
-        visited_{params.slip_start, params.slip_start} {
+        visited_{std::min(params.slip_start, params.slip_cap), std::min(params.slip_start, params.slip_cap)} {
     for (auto* vector : {&weights_, &velocity_, &gradient_}) vector->setZero(unknowns());
     rows_.setZero(unknowns(), 3);
     normal_.setZero(unknowns(), unknowns());

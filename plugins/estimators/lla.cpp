@@ -102,7 +102,7 @@ class LookBack final : public AutoDiffEffect<LookBack, Estimator> {
 
   void update(const Sample& k) override {
     if (std::min(k.x.vx, k.x_next.vx) < car_.v_min) return;
-    const double drive = drive_.at(0.5 * (k.x.vx + k.x_next.vx), k.u.d - k.d_lag, k.at).forward;
+    const StraightDrive::Rates drive = drive_.at(0.5 * (k.x.vx + k.x_next.vx), k.u.d - k.d_lag, k.at);
     double* const errors = errors_.data() + static_cast<std::size_t>(seen_ % params_.window) * bank_.size();
     for (std::size_t i = 0; i < bank_.size(); ++i) {
       const double error = error_of(bank_[i], k, drive);
@@ -173,32 +173,34 @@ class LookBack final : public AutoDiffEffect<LookBack, Estimator> {
     terms_.resistance.Cr0 = fast - terms_.resistance.Cd * square(car_.v_ref);
   }
 
-  PlanarState rates(const AxleTyres& tyres, const PlanarState& s, double drive, double delta) const {
+  PlanarState rates(const AxleTyres& tyres, const PlanarState& s, const StraightDrive::Rates& drive,
+                    double delta) const {
     const BodyVelocity body = {s.vx, s.vy, s.omega};
     const Slips slip = slips(body, delta, car_);
     const double resistance = terms_.resistance.Cr0 + terms_.resistance.Cd * square(s.vx);
-    const BodyVelocity rate = body_rates(
-        body, delta, drive, 0.0, {tyres.front.force(slip.front), tyres.rear.force(slip.rear)}, resistance, car_);
+    const AxleForces forces = {drive.load_front * tyres.front.force(slip.front),
+                               drive.load_rear * tyres.rear.force(slip.rear)};
+    const BodyVelocity rate = body_rates(body, delta, drive.forward, drive.side, forces, resistance, car_);
     const double c = std::cos(s.yaw), n = std::sin(s.yaw);
     return {s.vx * c - s.vy * n, s.vx * n + s.vy * c, s.omega, rate.vx, rate.vy, rate.omega};
   }
 
-  /// One step of the classical Runge-Kutta method; the drive is that of the mean speed, the steering angle what the
-  /// nominal model says acts in the middle.
-  PlanarState predict(const AxleTyres& tyres, const Sample& k, double drive) const {
+  /// One step of the classical Runge-Kutta method; drive, bank and axle loads are those at the mean speed, the
+  /// steering angle is what the nominal model says acts in the middle.
+  PlanarState predict(const AxleTyres& tyres, const Sample& k, const StraightDrive::Rates& drive) const {
     const PlanarState s = {k.x.x, k.x.y, k.x.yaw, k.x.vx, k.x.vy, k.x.omega};
     const double delta = k.x_next.delta - k.delta_lag;
     return runge_kutta_step(s, k.dt, [&](const PlanarState& at) { return rates(tyres, at, drive, delta); });
   }
 
-  double error_of(const AxleTyres& tyres, const Sample& k, double drive) const {
+  double error_of(const AxleTyres& tyres, const Sample& k, const StraightDrive::Rates& drive) const {
     const PlanarState p = predict(tyres, k, drive);
     return square(p.x - k.x_next.x) + square(p.y - k.x_next.y) + square(p.yaw - k.x_next.yaw) +
            square(p.vx - k.x_next.vx);
   }
 
   /// What the chosen model leaves of vx', as a constant resistance, with the memory of a second.
-  void learn_resistance(const Sample& k, double drive) {
+  void learn_resistance(const Sample& k, const StraightDrive::Rates& drive) {
     const double missing = (predict(chosen_, k, drive).vx - k.x_next.vx) / k.dt;
     terms_.resistance.Cr0 = std::max(0.0, terms_.resistance.Cr0 + std::min(1.0, k.dt) * car_.m * missing);
   }

@@ -221,7 +221,10 @@ class MovingHorizon final : public AutoDiffEffect<MovingHorizon, Estimator> {
   void descend() {
     const Cost here = cost_of(p_);
     const Eigen::LLT<Hessian> factor(here.hessian);
-    covariance_ = factor.solve(Hessian::Identity());
+    // What the window and the prior say: the pull to the last estimate is no evidence.
+    Hessian known = here.hessian;
+    known.diagonal().array() -= change_.array().square().inverse();
+    covariance_ = known.llt().solve(Hessian::Identity());
     const Unknowns step = -factor.solve(here.gradient);
     double length = 1.0;
     for (int i = 0; i < halvings; ++i, length *= 0.5) {

@@ -124,7 +124,7 @@ inline double input_difference(const Input& a, const Input& b, const Car& car) {
 }
 
 /// A prediction that can be made to fail.
-class Failing final : public Prediction {
+class Failing : public Prediction {
  public:
   explicit Failing(Prediction& good) : good_(good) {}
   bool broken = false;

@@ -16,6 +16,9 @@
 
 namespace gripline {
 
+/// The steering angle seen along the motion: wheels of a car that rolls backwards point to the other side [rad].
+inline double steered_along_motion(double vx, double delta) { return vx < 0.0 ? -delta : delta; }
+
 /// Slip angle of the front axle, which lies lf [m] before the centre of gravity and is steered by delta [rad].
 template <class T>
 T front_slip(const std::type_identity_t<T>& forward, const T& vy, const std::type_identity_t<T>& omega,

@@ -117,7 +117,7 @@ struct Quantities {
   ///@}
   /// \name Stage::load
   ///@{
-  T drive_force;  ///< Fd [N], computed on entry to this stage: effects must not write it
+  T drive_force;  ///< Fd [N]: given on entry, the vehicle's own from here on (brakes that hold), not for effects to write
   T m;            ///< mass [kg]
   T Iz;           ///< yaw inertia [kg m2]
   T lf;           ///< centre of gravity to front axle [m]
@@ -128,7 +128,7 @@ struct Quantities {
   /// \name Stage::tyre
   /// A positive slip angle pushes its axle to the left (positive force).
   ///@{
-  T slip_front;   ///< delta - atan2(vy + lf omega, |vx|) [rad]: effects must not write it
+  T slip_front;   ///< delta (backwards -delta) - atan2(vy + lf omega, |vx|) [rad]: effects must not write it
   T slip_rear;    ///< -atan2(vy - lr omega, |vx|) [rad]: effects must not write it
   T peak_front;   ///< peak lateral force of the axle [N]
   T peak_rear;    ///< peak lateral force of the axle [N]

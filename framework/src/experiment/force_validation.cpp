@@ -56,7 +56,7 @@ class LapEvaluation final : public StepObserver {
     const double wheelbase = q.lf + q.lr;
     const double said[] = {(q.lr * side + moment) / (wheelbase * std::cos(q.delta)),
                            (q.lf * side - moment) / wheelbase};
-    const double slips[] = {front_slip(std::abs(q.vx), q.vy, q.omega, q.delta, q.lf),
+    const double slips[] = {front_slip(std::abs(q.vx), q.vy, q.omega, steered_along_motion(q.vx, q.delta), q.lf),
                             rear_slip(std::abs(q.vx), q.vy, q.omega, q.lr)};
     const World::Acting acting = world.acting();
     const double truth[] = {acting.force_front, acting.force_rear};

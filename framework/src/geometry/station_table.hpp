@@ -16,6 +16,8 @@ class StationTable {
 
   double at(double s) const;
   bool constant() const { return values_.size() == 1; }
+  /// Between them it is linear; empty where it is constant.
+  const std::vector<double>& stations() const { return stations_; }
   double minimum() const;
   double maximum() const;
 

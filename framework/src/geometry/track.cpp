@@ -271,11 +271,12 @@ void check_widths(const TrackShape& shape) {
   }
 }
 
+/// The sum of two tables that are linear between their stations is least at a station of one of them.
 double narrowest_width(const TrackShape& shape) {
-  double narrowest = INFINITY;
-  for (const Station& station : stations(shape, shape.centre.length() / 4000.0)) {
-    narrowest = std::min(narrowest, station.left + station.right);
-  }
+  const StationTable &left = shape.half_width_left, &right = shape.half_width_right;
+  double narrowest = left.at(0.0) + right.at(0.0);
+  for (const StationTable* table : {&left, &right})
+    for (const double s : table->stations()) narrowest = std::min(narrowest, left.at(s) + right.at(s));
   return narrowest;
 }
 

@@ -101,7 +101,7 @@ class World::ModelCar final : public World::CarDynamics {
     if (has_tyres()) acting.force_front = q.force_front, acting.force_rear = q.force_rear;
     const bool axles = vehicle_.has_stage(Stage::load);  // where effects may move them
     const double forward = std::abs(q.vx);
-    acting.slip_front = front_slip(forward, q.vy, q.omega, q.delta, axles ? q.lf : car_.lf);
+    acting.slip_front = front_slip(forward, q.vy, q.omega, steered_along_motion(q.vx, q.delta), axles ? q.lf : car_.lf);
     acting.slip_rear = rear_slip(forward, q.vy, q.omega, axles ? q.lr : car_.lr);
     return acting;
   }
@@ -217,7 +217,7 @@ class World::PluginPlant final : public World::CarDynamics {
   Acting acting_with(double force_front, double force_rear, const State& x, const Input& u) const {
     Acting acting = {u.d, x.delta + dt_ * u.ddelta, force_front, force_rear};
     const double forward = std::abs(x.vx);
-    acting.slip_front = front_slip(forward, x.vy, x.omega, acting.delta, car_.lf);
+    acting.slip_front = front_slip(forward, x.vy, x.omega, steered_along_motion(x.vx, acting.delta), car_.lf);
     acting.slip_rear = rear_slip(forward, x.vy, x.omega, car_.lr);
     return acting;
   }

@@ -25,7 +25,7 @@ struct FrictionEllipse {
   template <class T>
   T side_share(Axle axle, const T& drive_force, const T& load, double peak) const {
     using std::max, std::sqrt;
-    if (!(ratio > 0.0)) return T(1);
+    if (!(ratio > 0.0) || !(load > T(0))) return T(1);  // without load there is no side force to share
     const double front = drive_force < T(0) ? brake_front : drive_front;
     const T used = drive_force * (axle == Axle::front ? front : 1.0 - front) / (load * (ratio * peak));
     return sqrt(max(T(1) - used * used, T(least)));

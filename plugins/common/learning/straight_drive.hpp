@@ -37,8 +37,8 @@ struct DriveGains {
 
 class StraightDrive {
  public:
-  /// The nominal model outlives this. Throws when there is none, or when commands move within a step: a step's
-  /// equations would be taken at the wrong steering angle.
+  /// The nominal model outlives this. Throws when there is none, when it has no loads, or when commands move within a
+  /// step: a step's equations would be taken at the wrong steering angle.
   explicit StraightDrive(const PluginContext& context) : nominal_(context.nominal) {
     if (nominal_ == nullptr) throw std::runtime_error("needs a nominal model to learn what it misses");
     if (context.hold != Hold::zoh) throw std::runtime_error("learns from held commands only: input_hold \"zoh\"");
@@ -52,6 +52,8 @@ class StraightDrive {
     State rolling = sliding;
     sliding.vy = 0.1 * v;
     const Place flat;
+    if (!(nominal_->rates(rolling, {}, flat).load_front > 0.0))
+      throw std::runtime_error("needs a nominal model with a mass and axle loads (Stage::load)");
     has_tyres_ = std::abs(nominal_->rates(sliding, {}, flat).vx - nominal_->rates(rolling, {}, flat).vx) > 1e-9 * v;
   }
 

@@ -59,12 +59,16 @@ bool IpoptNlp::get_starting_point(Index n, bool, Number* x, bool init_z, Number*
   return true;
 }
 
-bool IpoptNlp::eval_f(Index, const Number* x, bool, Number& value) {
+// Ipopt says only to the first of these calls at a point that the point is another one: where that call needs no
+// predictions, those that are kept are void.
+bool IpoptNlp::eval_f(Index, const Number* x, bool fresh, Number& value) {
+  if (fresh) evaluated_ = false;
   value = cost_of(x);
   return std::isfinite(value);
 }
 
-bool IpoptNlp::eval_grad_f(Index n, const Number* x, bool, Number* gradient) {
+bool IpoptNlp::eval_grad_f(Index n, const Number* x, bool fresh, Number* gradient) {
+  if (fresh) evaluated_ = false;
   // The cost is a quadratic: gradient = H (x - where each residual vanishes), written out term by term.
   std::fill_n(gradient, n, 0.0);
   const auto& p = ocp_->params();
@@ -134,6 +138,7 @@ bool IpoptNlp::eval_h(Index, const Number* x, bool fresh, Number factor, Index, 
     std::copy(hessian_columns_.begin(), hessian_columns_.end(), columns);
     return true;
   }
+  if (fresh) evaluated_ = false;
   Number* v = values;
   const auto& p = ocp_->params();
   for (int k = 0; k < layout_.steps; ++k) {
@@ -283,7 +288,7 @@ void IpoptNlp::shift() {
   move(multipliers_, layout_.rows_per_stage());
   // Yaw is unwrapped near the car's; a plan from before a jump of 2 pi is brought along.
   const double jump = 2.0 * std::numbers::pi *
-                      std::round((ocp_->stage(1).yaw - z_.data()[layout_.state(1) + 2]) / (2.0 * std::numbers::pi));
+                      std::round((ocp_->start()[2] - z_.data()[layout_.state(1) + 2]) / (2.0 * std::numbers::pi));
   for (int k = 1; k <= layout_.steps; ++k) z_.data()[layout_.state(k) + 2] += jump;
 }
 

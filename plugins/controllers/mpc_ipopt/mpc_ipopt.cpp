@@ -54,6 +54,7 @@ class MpcIpopt final : public Controller {
     options->SetNumericValue("warm_start_slack_bound_push", 1e-6);
     options->SetNumericValue("warm_start_slack_bound_frac", 1e-6);
     options->SetNumericValue("warm_start_mult_bound_push", 1e-6);
+    application_.RethrowNonIpoptException(true);  // of a plugin of the model: it ends the run
     if (application_.Initialize("") != Ipopt::Solve_Succeeded) throw std::runtime_error("Ipopt does not start");
   }
 
@@ -72,10 +73,12 @@ class MpcIpopt final : public Controller {
       solved = solve(false, true, params_.max_iterations, iterations);
       if (!solved) nlp_->forget();
     }
-    if (solved)
+    if (solved) {
       keep_plan(now);
-    else
+    } else {
       plan_age_ = std::min(plan_age_ + 1, ocp_.horizon() - 1);
+      predicted_.clear();
+    }
     return {solved ? planned_input(0) : fallback(now), iterations, solved, nlp_->cost()};
   }
 

@@ -68,6 +68,7 @@ class MpcSqp final : public Controller {
     start_anew_ =
         statistics.status == mpc_sqp::SqpStatus::qp_failure || statistics.status == mpc_sqp::SqpStatus::nan_detected;
     for (std::size_t k = 0; k < predicted_.size(); ++k) predicted_[k] = state_at(k);
+    predicts_ = statistics.status != mpc_sqp::SqpStatus::nan_detected;
 
     Command command;
     const Car& car = ocp_.car();
@@ -80,7 +81,9 @@ class MpcSqp final : public Controller {
     return command;
   }
 
-  std::span<const State> predicted() const override { return predicted_; }
+  std::span<const State> predicted() const override {
+    return predicts_ ? std::span<const State>(predicted_) : std::span<const State>();
+  }
 
  private:
   /// Bounds the steering by the front axle's slip where the car moves as the shifted plan says (`front_slip`).
@@ -103,6 +106,7 @@ class MpcSqp final : public Controller {
   std::unique_ptr<mpc_sqp::Sqp> sqp_;
   std::vector<State> predicted_;
   bool start_anew_ = true;
+  bool predicts_ = false;
 };
 
 }  // namespace

@@ -127,7 +127,8 @@ double Sqp::step_norm(const mpc::Ocp& ocp, int stages) const {
 /// series of steps, at the rate at which the last two shrank.
 bool Sqp::converged(const mpc::Ocp& ocp, const SqpStatistics& statistics) const {
   if (statistics.step_norm > options_.tol_step) return false;
-  const double rate = std::clamp(statistics.step_norm / last_step_, fastest_rate, slowest_rate);
+  const double last = std::max(last_step_, std::numeric_limits<double>::min());  // of an iterate that is optimal: 0
+  const double rate = std::clamp(statistics.step_norm / last, fastest_rate, slowest_rate);
   return step_norm(ocp, 1) * rate / (1 - rate) <= first_step_share * options_.tol_step + rounding;
 }
 

@@ -66,7 +66,7 @@ class Gp : public Estimator {
     const TrainingSample& one = remember(k);
     ++seen_;
     const bool full = seen_ == params_.window && params_.window > params_.tune_at;
-    const bool again = params_.tune_every > 0 && seen_ > params_.tune_at && since_tune_ >= params_.tune_every;
+    const bool again = params_.tune_every > 0 && seen_ > params_.tune_at && since_tune_ + 1 >= params_.tune_every;
     if (seen_ == params_.tune_at || full || again) {
       tune();
     } else if (tuned_) {

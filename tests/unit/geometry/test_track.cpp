@@ -133,6 +133,15 @@ TEST(Track, EdgesAndWallsAreMeasuredOnTheRightSide) {
   EXPECT_NEAR(track.narrowest(), 0.8, 1e-12);
 }
 
+/// A place of 2 mm, where the left half is narrow and the right one is not at its widest.
+TEST(Track, TheNarrowestPlaceIsFoundHoweverShort) {
+  TrackShape shape{.centre = stadium(), .half_width_right = 0.3, .half_width_left = 0.5};
+  const double length = shape.centre.length();
+  shape.half_width_left = StationTable(length, {0.0, 1.234, 1.235, 1.236}, {0.5, 0.5, 0.2, 0.5});
+  shape.half_width_right = StationTable(length, {1.0, 2.0}, {0.3, 0.4});
+  EXPECT_DOUBLE_EQ(Track(std::move(shape)).narrowest(), 0.2 + 0.3 + 0.1 * 0.235);
+}
+
 TEST(Track, SlopeTurnsWithTheCar) {
   const Track hill = shipped("hill.json");
   const double s = 300.0;  // climbing, banked 5 degrees into a left turn

@@ -432,6 +432,22 @@ TEST(World, SlipsAndForcesUnderACommandAreOfOneTyre) {
   }
 }
 
+/// Uphill without drive, steered to the left.
+TEST(World, SlipsOfACarThatRollsBackwardsAreThoseOfItsTyres) {
+  const double yaw = World(world_of(R"({"start": {"speed": 0}})"), 1).state().yaw;
+  const std::string tilt =
+      R"({"tx": )" + std::to_string(0.3 * std::cos(yaw)) + R"(, "ty": )" + std::to_string(0.3 * std::sin(yaw)) + "}";
+  const WorldSpec spec = world_of(R"({"start": {"speed": 0}, "plant": {"substeps": 10, "effects": [
+    {"plugin": "plane_tilt", "params": )" + tilt + "}]}}");
+  World world(spec, 1);
+  for (int k = 0; k < 15; ++k) world.advance({0.0, k < 2 ? 5.0 : 0.0});
+  EXPECT_LT(world.state().vx, -0.3);
+  const World::Acting acting = world.acting_under({0.0, 0.0});
+  EXPECT_GT(std::abs(acting.force_front), 0.01);
+  EXPECT_NEAR(acting.force_front, 0.192 * std::sin(1.2 * std::atan(2.579 * acting.slip_front)), 1e-14);
+  EXPECT_NEAR(acting.force_rear, 0.1737 * std::sin(1.2691 * std::atan(3.3852 * acting.slip_rear)), 1e-14);
+}
+
 TEST(World, AForceThatIsNoNumberStopsTheWorldInsteadOfLosingTheCar) {
   const WorldSpec spec = world_of(
       R"({"plant": {"plugin": "dynamic", "effects": [{"plugin": "fault.nan_force", "params": {"t": 0.09}}]}})");

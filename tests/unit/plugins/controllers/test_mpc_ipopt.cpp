@@ -1,4 +1,5 @@
 // The controller by Ipopt, and that the real-time controller solves the same ocp.
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -192,10 +193,49 @@ TEST(MpcIpopt, AFailedSolveFallsBackToTheShiftedPlan) {
     if (model.broken) {  // the plan of step 29, 1, 2, 3 steps on
       const std::size_t age = static_cast<std::size_t>(step - 29);
       EXPECT_NEAR(command.u.ddelta, (plan[age + 1].delta - plan[age].delta) / scene.dt, 1e-6);
+      EXPECT_TRUE(controller->predicted().empty()) << "nothing was predicted for this instant";
     }
     scene.drive(command.u);
   }
   EXPECT_FALSE(scene.was_outside());
+}
+
+/// What a plugin of the model throws ends the run: no failed solve.
+TEST(MpcIpopt, WhatTheModelThrowsComesThrough) {
+  class Throwing final : public Failing {
+   public:
+    using Failing::Failing;
+    void step(std::size_t, std::span<const double>, std::span<const double>, std::span<const Place>, std::span<double>,
+              std::span<double>, std::span<double>) override {
+      throw std::domain_error("beyond my table");
+    }
+  };
+  DrivingScene scene(registry(), {});
+  Throwing model(scene.model());
+  auto controller = scene.controller("mpc_ipopt", with(20));
+  const Observation now = scene.observe();
+  EXPECT_THAT([&] { controller->control(now, scene.references(21), model); },
+              testing::ThrowsMessage<std::domain_error>(testing::HasSubstr("beyond my table")));
+}
+
+/// A car that spins, its heading 3 rad from the road's: the plan is brought along with it, as near as it was.
+TEST(MpcIpopt, TheShiftedPlanOfACarThatSpinsIsAGoodStart) {
+  DrivingScene scene(registry(), {});
+  auto warm = scene.controller("mpc_ipopt", with(10));
+  Observation now = scene.observe();
+  std::vector<RefPoint> references(scene.references(11).begin(), scene.references(11).end());
+  now.x.vx = 1.0;
+  now.x.yaw = references[0].yaw - 3.0;
+  now.x.omega = -8.0;
+  const Command first = warm->control(now, references, scene.model());
+  ASSERT_TRUE(first.solved);
+  const State planned = warm->predicted()[1];
+  now.x = planned;
+  now.d = first.u.d;
+  for (RefPoint& point : references) point.yaw += 0.1;  // 3.2 rad and more from the car
+  auto cold = scene.controller("mpc_ipopt", with(10));
+  EXPECT_LT(warm->control(now, references, scene.model()).iterations,
+            cold->control(now, references, scene.model()).iterations);
 }
 
 TEST(MpcIpopt, OutOfIterationsIsAFailure) {

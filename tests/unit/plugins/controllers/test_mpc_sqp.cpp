@@ -227,6 +227,17 @@ TEST(MpcSqp, AStepAllocatesNothingAfterTheFirst) {
   }
 }
 
+/// At rest where it is to stay: the first step is exactly nothing, and that is the solution.
+TEST(MpcSqp, NothingToDoIsASolution) {
+  DrivingScene scene(registry(), {});
+  auto controller = scene.controller("mpc_sqp", {{"horizon", 20}});
+  Observation now;
+  const std::vector<RefPoint> stay(21);
+  const Command command = controller->control(now, stay, scene.model());
+  EXPECT_TRUE(command.solved);
+  EXPECT_LE(command.iterations, 2);
+}
+
 TEST(MpcSqp, APredictionThatFailsIsReportedAndSurvived) {
   DrivingScene scene(registry(), {});
   Failing model(scene.model());

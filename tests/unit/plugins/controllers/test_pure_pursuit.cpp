@@ -105,6 +105,32 @@ TEST(PurePursuit, ThrottleHoldsTheSpeedThatTheModelSays) {
   EXPECT_DOUBLE_EQ(decide(x, 0.5).u.d, -0.1);
 }
 
+/// Too fast without brakes it can only coast: that is no error to sum up, or it would fall far below what is asked.
+TEST(PurePursuit, TheIntegralWaitsWhereThePedalHasNoEffect) {
+  const Registry registry = plugins();
+  DynamicCar plant(registry, 0.02);
+  PluginContext context;
+  context.car = car_1_43();
+  context.car.d_min = 0.0;
+  context.dt = 0.02;
+  const PluginEntry& entry = registry.find(abi::Kind::controller, "pure_pursuit");
+  const auto controller = create<Controller>(entry, context, values_of(entry, {}));
+  std::vector<RefPoint> horizon(static_cast<std::size_t>(controller->horizon()));
+  Observation now;
+  now.x.vx = 3.0;
+  double slowest = 3.0;
+  for (int i = 0; i < 400; ++i) {
+    for (std::size_t k = 0; k < horizon.size(); ++k) {
+      horizon[k].x = now.x.x + 0.02 * static_cast<double>(k);
+      horizon[k].v = 1.0;
+    }
+    now.x = plant.advance(now.x, controller->control(now, horizon, plant.prediction()).u);
+    slowest = std::min(slowest, now.x.vx);
+  }
+  EXPECT_GT(slowest, 0.95);
+  EXPECT_NEAR(now.x.vx, 1.0, 0.02);
+}
+
 TEST(PurePursuit, TurnsAroundForATargetBehind) {
   State x;
   x.vx = 1.0;

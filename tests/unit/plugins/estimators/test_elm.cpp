@@ -84,6 +84,17 @@ TEST(Elm, LearnsTyresAndResistance) {
   EXPECT_LT(elm->belief().sigma_front, 0.01);
 }
 
+TEST(Elm, LooksNoFurtherThanItsCap) {
+  Nominal nominal("ekinematic");
+  const Drive drive = drive_bends(4, 3, fresh);
+  const auto beyond = make_estimator("elm", nominal, {{"slip_cap", 0.2}, {"slip_start", 0.3}});
+  const auto within = make_estimator("elm", nominal, {{"slip_cap", 0.2}, {"slip_start", 0.2}});
+  learn(*beyond, nominal, drive);
+  learn(*within, nominal, drive);
+  EXPECT_EQ(beyond->belief().mu_front, within->belief().mu_front);
+  EXPECT_EQ(beyond->belief().mu_rear, within->belief().mu_rear);
+}
+
 TEST(Elm, CarriesOnWithAnyNominalModel) {
   for (const char* const id : {"kinematic", "ekinematic", "dynamic"}) {
     Nominal nominal(id);

@@ -69,6 +69,32 @@ TEST(Lla, NoticesThatGripIsGone) {
   EXPECT_LT(slippery, 0.75 * grippy);
 }
 
+/// What a bank pulls is not taken for friction: it would be more to one side and less to the other.
+TEST(Lla, ABankIsNoFriction) {
+  Nominal nominal("ekinematic");
+  const auto estimator = make_estimator("lla", nominal, bank);
+  const TrueCar truth;
+  BendDriver driver(3);
+  Place banked;
+  banked.bank = 0.1;
+  State x;
+  x.vx = 1.5;
+  double sum[2] = {0, 0};  // of what is believed in turns to the right and to the left
+  int count[2] = {0, 0};
+  for (std::int64_t i = 0; i < 1500; ++i) {
+    const Input u = driver.drive(x, truth);
+    const State next = truth.step(x, u, 0.0, banked.bank);
+    estimator->update(make_sample(nominal.prediction(), i, x, u, next, banked));
+    x = next;
+    if (i < 200 || std::abs(x.omega) < 2.0) continue;
+    const Belief belief = estimator->belief();
+    sum[x.omega > 0] += belief.mu_front + belief.mu_rear;
+    ++count[x.omega > 0];
+  }
+  ASSERT_GT(std::min(count[0], count[1]), 100);
+  EXPECT_NEAR(sum[1] / count[1] / (sum[0] / count[0]), 1.0, 0.05);
+}
+
 /// Until its window is full the privileged row drives with the true tyre, the other with a generic one.
 TEST(Lla, OnlyThePrivilegedBankIsCentredOnTheTruth) {
   Nominal nominal("ekinematic");

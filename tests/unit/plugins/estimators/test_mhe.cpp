@@ -43,6 +43,16 @@ TEST(Mhe, SaysHowWellItKnowsFriction) {
   const Belief before = estimator->belief();
   EXPECT_DOUBLE_EQ(mean_mu(before), 1.0);
   EXPECT_DOUBLE_EQ(before.sigma_front, 0.5);
+  const TrueCar truth;
+  State straight;
+  straight.vx = 2.0;
+  for (std::int64_t i = 0; i < 10; ++i) {  // says nothing of friction
+    const State next = truth.step(straight, {0.3, 0.0});
+    estimator->update(make_sample(nominal.prediction(), i, straight, {0.3, 0.0}, next));
+    straight = next;
+  }
+  EXPECT_GT(estimator->belief().sigma_front, 0.45);
+  EXPECT_GT(estimator->belief().sigma_rear, 0.45);
   learn(*estimator, nominal, drive_bends(6, 3, fresh));
   const Belief after = estimator->belief();
   EXPECT_LT(after.sigma_front, 0.1);

@@ -41,6 +41,18 @@ TEST(TyreCorrection, IsTheWholeBodyOfACarThatMoves) {
   EXPECT_NEAR(q.aw, (1.3 * front * std::cos(0.3) - 1.4 * rear) / inertia, 1e-9);
 }
 
+/// Drive that lifts the front axle leaves it no side force, and the rest as it is.
+TEST(TyreCorrection, AnAxleWithoutLoadHasNoForce) {
+  const learning::CorrectionTerms terms{.v_min = v_min, .ellipse = {1.5, 0.0, 0.6}, .peaks = {6000.0, 6000.0}};
+  Quantities<double> q = nominal(3.0);
+  q.drive_force = 3000.0;
+  q.load_front = 0.0;
+  learning::correct_body(q, Place{}, terms, [](Axle, double slip) { return 40000.0 * slip; });
+  const double share = std::sqrt(1.0 - 1.0 / 9.0), rear = share * 40000.0 * std::atan(1.4 * 0.2 / 3.0);
+  EXPECT_DOUBLE_EQ(q.ay, rear / mass - 3.0 * 0.2);
+  EXPECT_DOUBLE_EQ(q.aw, -1.4 * rear / inertia);
+}
+
 /// A slippery place is a car with less load: side forces fall, and what drive may take of them is less.
 TEST(TyreCorrection, ForcesAreTimesTheGripOfThePlace) {
   Place slippery;
