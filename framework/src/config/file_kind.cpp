@@ -16,7 +16,10 @@ std::string mismatch(FileKind found, FileKind expected) {
 }
 
 bool has_any(const Node& tree, std::initializer_list<const char*> keys) {
-  return std::any_of(keys.begin(), keys.end(), [&](const char* key) { return tree.find(key) != nullptr; });
+  return std::any_of(keys.begin(), keys.end(), [&](const char* key) {
+    const Node* const member = tree.find(key);
+    return member != nullptr && !member->is_null();
+  });
 }
 
 }  // namespace

@@ -204,6 +204,14 @@ void inline_file(Node& node) {
   node = load_json(readable(node, resolve_path(node), node.text()));
 }
 
+std::string why_no_input(const Node& text, std::span<const std::string_view> endings) {
+  std::string why = why_unreadable_as(text.text(), resolve_path(text));
+  const auto has = [&](std::string_view ending) { return text.text().ends_with(ending); };
+  if (!why.empty() || text.origin.source == nullptr || std::ranges::any_of(endings, has)) return why;
+  for (const std::string_view ending : endings) why += (why.empty() ? "" : " or ") + std::string(ending);
+  return "expected a file whose name ends in " + why;
+}
+
 fs::path resolve_path(const Node& text) {
   const fs::path path(text.text());
   const fs::path folder = text.origin.source ? text.origin.source->folder : fs::path();

@@ -1,5 +1,7 @@
 #pragma once
+#include <array>
 #include <filesystem>
+#include <span>
 #include <string>
 #include <string_view>
 
@@ -46,7 +48,18 @@ inline constexpr JsonLimits json_limits;
 /// (load_json). Other nodes stay as they are. Errors of naming are reported at the node.
 void inline_file(Node& node);
 
+/// Endings of files that other files name.
+inline constexpr std::array<std::string_view, 2> input_endings = {".json", ".csv"};
+inline constexpr std::span<const std::string_view> json_ending = std::span(input_endings).first(1);
+inline constexpr std::span<const std::string_view> csv_ending = std::span(input_endings).last(1);
+
 /// The file a text node names, relative to where the node is written. Not checked for existence.
 [[nodiscard]] std::filesystem::path resolve_path(const Node& text);
+
+/// Why the file that a text node names cannot be read as an input, as the second half of a sentence about it; empty if
+/// it can. Its name must have one of the endings: by them the files of an experiment are found when runs are told apart
+/// by what they read, and a change of any other file would go unnoticed. A node of no source was named by an argument
+/// of the command line alone, such as --track, which may be a pipe.
+[[nodiscard]] std::string why_no_input(const Node& text, std::span<const std::string_view> endings);
 
 }  // namespace gripline

@@ -32,8 +32,14 @@ Node merged(Node base, const Node& patch, bool keep_nulls) {
     if (change.value.is_null()) {
       if (absent && keep_nulls) base.object().push_back(change);
       if (absent || (keep_nulls && known->value.is_null())) continue;
-      base.object().erase(known);
-      base.origin = patch.origin;
+      if (!known->value.is_null()) base.origin = patch.origin;
+      if (keep_nulls) {
+        const Node before = std::move(known->value);
+        *known = change;
+        known->value.replaced = std::make_shared<const Node>(before);
+      } else {
+        base.object().erase(known);
+      }
     } else if (absent) {
       base.object().push_back(change);
       base.object().back().value = merged(Node(), change.value, keep_nulls);
@@ -48,6 +54,8 @@ Node merged(Node base, const Node& patch, bool keep_nulls) {
   }
   return base;
 }
+
+bool is_removal(const Member& member) { return member.value.is_null() && member.value.replaced; }
 
 /// Gives every value of a tree the one source, without a line: inside one argument the pointer says enough.
 void set_origin(Node& node, const std::shared_ptr<const Source>& source, const std::string& pointer) {
@@ -162,6 +170,15 @@ class Assignment {
 Node merge(Node base, const Node& patch) { return merged(std::move(base), patch, false); }
 
 Node merge_keeping_nulls(Node base, const Node& patch) { return merged(std::move(base), patch, true); }
+
+void drop_removed(Node& node) {
+  if (node.is_array()) {
+    for (Node& one : node.array()) drop_removed(one);
+  } else if (node.is_object()) {
+    std::erase_if(node.object(), is_removal);
+    for (Member& one : node.object()) drop_removed(one.value);
+  }
+}
 
 void set_pointer(Node& root, std::string_view pointer, std::string_view value) {
   Assignment(pointer).apply(root, value);

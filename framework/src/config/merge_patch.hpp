@@ -10,8 +10,13 @@ namespace gripline {
 /// removes one of its members or the base stands in no file: then whatever is missing is missing because of the patch.
 [[nodiscard]] Node merge(Node base, const Node& patch);
 
-/// merge(), but a null that has nothing to remove is kept: what "extends" uses (see load_json).
+/// merge(), but nulls of the patch are kept, in the place of the member they remove or as new members: what "extends"
+/// uses (see load_json), since the result may be a patch itself, such as a stack that is merged over "base" later.
+/// Readers take null for absent; a null in a member's place has it as `replaced`.
 [[nodiscard]] Node merge_keeping_nulls(Node base, const Node& patch);
+
+/// Takes the nulls that stand in the place of a member out of a tree that is no patch of anything, at any depth.
+void drop_removed(Node& node);
 
 /// Carries out `--set /json/pointer=VALUE`. VALUE is read as JSON if it is JSON, else taken as text (`20 ms`).
 /// Names that are missing on the way are made objects; a parent that is something else is refused (InputError). In an

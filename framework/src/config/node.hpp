@@ -84,7 +84,8 @@ class Node {
 
   Origin origin;
   /// The text that a merge put this in the place of; null if there was none. A text may name a file or a plugin: what
-  /// is missing here, or too much beside it, may follow from that.
+  /// is missing here, or too much beside it, may follow from that. Of a null, whatever it was put in the place of: a
+  /// null without it removes nothing.
   std::shared_ptr<const Node> replaced;
 
  private:

@@ -268,6 +268,16 @@ std::filesystem::path ObjectReader::input_file(std::string_view key) {
   return file;
 }
 
+std::filesystem::path ObjectReader::input_file(std::string_view key, std::span<const std::string_view> endings) {
+  std::filesystem::path file = path(key);
+  if (file.empty()) return file;
+  const Node& name = *node_.find(key);
+  if (const std::string reason = why_no_input(name, endings); !reason.empty()) {
+    error_at(key, name.describe() + ": " + reason);
+  }
+  return file;
+}
+
 std::span<const Node> ObjectReader::array(std::string_view key, bool required) {
   const Node* node = required ? require(key, "an array") : find(key);
   return node == nullptr ? std::span<const Node>() : read_array(*node, errors_);
@@ -306,8 +316,11 @@ void ObjectReader::error_at(std::string_view key, std::string message) {
 void ObjectReader::finish() {
   if (std::exchange(finished_, true) || silent_) return;
   for (const Member& one : node_.object()) {
+    const bool removed = one.value.is_null() && one.value.replaced;  // a key of the file that was extended
     if (one.key == "note") {
       check_note(one.value);
+    } else if (removed) {
+      continue;
     } else if (std::ranges::find(asked_, one.key) == asked_.end()) {
       errors_.add(one.key_origin(), "unknown key \"" + one.key + '"' + did_you_mean(one.key, asked_));
     }

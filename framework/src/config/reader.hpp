@@ -89,6 +89,8 @@ class ObjectReader {
   std::filesystem::path path(std::string_view key);
   /// A path to a file that can be read; a missing one is an error with the nearest name in its folder.
   std::filesystem::path input_file(std::string_view key);
+  /// The same, of a file whose name has one of these endings (why_no_input()).
+  std::filesystem::path input_file(std::string_view key, std::span<const std::string_view> endings);
   /// The elements of an array; none if the key is absent and `required` is false.
   std::span<const Node> array(std::string_view key, bool required = true);
   std::vector<double> numbers(std::string_view key, std::string_view unit, const NumberRange& range = {},

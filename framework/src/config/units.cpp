@@ -137,7 +137,7 @@ Unit power(const Unit& unit, int exponent) {
   return result;
 }
 
-/// unit := factor { (" " | "*" | "/") factor };  factor := ( "(" unit ")" | "1" | name ) [ power ];  a power is a whole
+/// unit := factor { (" " | "*" | "/") factor };  factor := "1" | ( "(" unit ")" | name ) [ power ];  a power is a whole
 /// number, or one and a half behind "^"
 class UnitParser {
  public:
@@ -173,7 +173,9 @@ class UnitParser {
     if (take("(")) {
       unit = product(depth + 1);
       if (!take(")")) refuse("a bracket is not closed");
-    } else if (!take("1")) {
+    } else if (take_one()) {
+      return unit;
+    } else {
       unit = name();
     }
     const Exponent by = exponent();
@@ -181,6 +183,14 @@ class UnitParser {
     const std::optional<Unit> rooted = root(unit);
     if (!rooted) refuse("a root of a root");
     return bounded(power(*rooted, 2 * by.whole + (by.negative ? -1 : 1)));
+  }
+
+  /// Takes a bare 1, as in "1/s". It has no power, and no other number is a unit: "6 15 s" is not 6 s.
+  bool take_one() {
+    const std::string_view number = rest_.substr(0, rest_.find_first_not_of("0123456789."));
+    if (number.empty() || number.front() == '.') return false;
+    if (number != "1") refuse("the number " + std::string(number) + ", where a name belongs,");
+    return take("1");
   }
 
   /// Refuses exponents that only repeated powers reach and that would overflow.

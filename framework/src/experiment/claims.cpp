@@ -158,6 +158,14 @@ bool Claim::about_time() const {
   return timed(left) || timed(right);
 }
 
+bool Claim::about_single_runs() const {
+  const auto over_runs = [](const ClaimTerm& term) {
+    const std::optional<NamedColumn> named = find_race_column(term.column);
+    return named && named->column->sum != RowSum::median;
+  };
+  return !about_interval() && !over_runs(left) && !over_runs(right);
+}
+
 bool Claim::about_interval() const { return !interval_of(left.column).empty() || !interval_of(right.column).empty(); }
 
 std::optional<Claim> read_claim(const Node& node, std::span<const std::string> stacks, Errors& errors,
@@ -196,7 +204,7 @@ ClaimResult judge(const Claim& claim, int runs, double share, const ClaimLookup&
   result.text = claim.text;
   result.left = evaluate(claim.left, -1, lookup);
   result.right = evaluate(claim.right, -1, lookup);
-  for (int run = 0; run < (claim.about_interval() ? 0 : runs); ++run) {
+  for (int run = 0; run < (claim.about_single_runs() ? runs : 0); ++run) {
     const std::optional<double> left = evaluate(claim.left, run, lookup);
     const std::optional<double> right = evaluate(claim.right, run, lookup);
     ++result.runs;

@@ -26,6 +26,9 @@ struct Claim {
   bool about_time() const;
   /// Names an end of an interval over runs, which single runs do not have.
   bool about_interval() const;
+  /// Whether it can be asked of each run: it names no end of an interval and no sum or largest value over runs. Five
+  /// runs that finished are "a.finished == 5", of which none alone is.
+  bool about_single_runs() const;
 };
 
 /// Parses "[number *] stack.column [+|- number] <relation> ..." and checks rows and columns; errors go to the node's
@@ -45,8 +48,8 @@ struct ClaimResult {
   std::optional<double> left, right;  // medians
   int runs_held = 0, runs = 0;
 };
-/// A claim holds if it holds for the medians and in at least `share` of the runs; one about the end of an interval, if
-/// it holds for that end.
+/// A claim holds if it holds for the medians and in at least `share` of the runs; one about the end of an interval, a
+/// sum or a largest value over runs, if it holds for that.
 ClaimResult judge(const Claim& claim, int runs, double share, const ClaimLookup& lookup);
 
 }  // namespace gripline

@@ -5,6 +5,7 @@
 #include "config/file_kind.hpp"
 #include "config/json_file.hpp"
 #include "config/merge_patch.hpp"
+#include "experiment/out_folder.hpp"
 
 namespace gripline {
 namespace {
@@ -56,6 +57,9 @@ void read_stacks(ObjectReader& r, const Registry& registry, RaceSpec& race, Erro
     if (member->key.size() > longest_name)
       errors.add(member->key_origin(), "a stack's name is a folder: expected at most " + std::to_string(longest_name) +
                                            " letters, found " + std::to_string(member->key.size()));
+    if (is_result_name(member->key))
+      errors.add(member->key_origin(), "a stack's name is a folder among the results: \"" + member->key +
+                                           "\" is the name of another one of them");
     race.stacks.push_back(read_stack(member->key, merge(*base, member->value), registry, race.world.car, errors));
   }
   errors.set_context("");
@@ -68,9 +72,11 @@ void refuse_new_stack(const Node& tree, const std::string& assignment) {
   const Node* const stacks = tree.find("stacks");
   if (!pointer.starts_with("/stacks/") || stacks == nullptr || !stacks->is_object()) return;
   const std::vector<std::string> names = split_pointer(pointer);
-  if (names.size() < 3 || stacks->find(names[1]) != nullptr) return;
+  if (names.size() < 3) return;
   std::vector<std::string> known;
-  for (const Member& member : stacks->object()) known.push_back(member.key);
+  for (const Member& member : stacks->object())
+    if (!member.value.is_null()) known.push_back(member.key);
+  if (std::ranges::find(known, names[1]) != known.end()) return;
   throw InputError(
       {Diagnostic{"--set", 0, 0, pointer, "no stack \"" + names[1] + "\"" + did_you_mean(names[1], known), {}}});
 }
@@ -83,14 +89,20 @@ void expand(Node& tree) {
   inline_world_files(*world);
 }
 
-/// Calls use(text node, path) for every text that names a file that is there.
+bool is_input_name(const Node& node) {
+  return node.is_text() &&
+         std::ranges::any_of(input_endings, [&](std::string_view ending) { return node.text().ends_with(ending); });
+}
+
+/// Calls use(text node, path) for every text that names a file that is there. Files of other names are refused where
+/// they would be read (why_no_input()).
 template <class N, class Use>
 void each_file(N& node, Use&& use) {
   if (node.is_object()) {
     for (auto& member : node.object()) each_file(member.value, use);
   } else if (node.is_array()) {
     for (auto& one : node.array()) each_file(one, use);
-  } else if (node.is_text() && (node.text().ends_with(".csv") || node.text().ends_with(".json"))) {
+  } else if (is_input_name(node)) {
     const std::filesystem::path file = std::filesystem::absolute(resolve_path(node)).lexically_normal();
     std::error_code ignored;
     if (std::filesystem::is_regular_file(file, ignored)) use(node, file);
@@ -158,6 +170,7 @@ Node RaceSpec::run_tree(const std::string& stack, std::uint64_t seed) const {
   one.erase("claims");
   one.set("seeds", std::move(seeds));
   one.set("stacks", std::move(stacks));
+  drop_removed(one);
   // The tree will be read from another folder.
   each_file(one, [](Node& node, const std::filesystem::path& file) { node = Node(file.string(), node.origin); });
   return one;

@@ -28,6 +28,8 @@ namespace {
 constexpr const char* marker = "experiment.json";
 constexpr const char* half_marker = "experiment.json.partial";
 constexpr const char* lock_name = ".lock";
+constexpr const char* figures = "figures";
+constexpr std::string_view half_written = ".partial";  // behind the name of what is being written
 
 /// What the marker file says of a folder: whether gripline made it, and for which experiment.
 struct Holder {
@@ -89,7 +91,7 @@ void remove_named(const fs::path& folder, std::span<const char* const> names) {
   std::error_code failed;
   for (const char* name : names) {
     fs::remove(folder / name, failed);
-    fs::remove(folder / (std::string(name) + ".partial"), failed);
+    fs::remove(folder / (name + std::string(half_written)), failed);
   }
 }
 
@@ -152,7 +154,7 @@ void remove_results(const fs::path& out) {
   for (const auto& entry : fs::directory_iterator(out, failed))
     if (entry.is_directory(failed) && !entry.is_symlink(failed)) folders.push_back(entry.path());
   for (const fs::path& folder : folders) {
-    if (folder.filename() != "figures") {
+    if (folder.filename() != figures) {
       remove_part(folder);
       continue;
     }
@@ -273,6 +275,11 @@ OutLock::~OutLock() {
   lock_handles().erase(handle_);
   unlink(file_.c_str());
   close(handle_);
+}
+
+bool is_result_name(std::string_view name) {
+  if (name.ends_with(half_written)) name.remove_suffix(half_written.size());
+  return name == marker || name == figures || std::ranges::find(result_names, name) != result_names.end();
 }
 
 std::string experiment_identity(const Node& tree) {

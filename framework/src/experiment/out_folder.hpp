@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <functional>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -32,6 +33,9 @@ class OutLock {
   int handle_ = -1;
   int exceptions_ = std::uncaught_exceptions();  // beyond these its owner is left by one
 };
+
+/// Whether a folder of results holds something of this name, whole or half written, besides the folders of its rows.
+bool is_result_name(std::string_view name);
 
 /// Two calls run the same experiment when these texts are equal: the experiment's tree without seeds and claims, which
 /// say how many runs there are and what is asked of the result.

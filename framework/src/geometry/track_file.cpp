@@ -213,7 +213,8 @@ std::optional<ClosedCurve> read_segments(ObjectReader& object) {
 std::optional<TrackShape> read_edges(ObjectReader& object) {
   const std::size_t before = object.errors().size();
   ObjectReader edges = object.object("edges");
-  const std::filesystem::path inner = edges.input_file("inner"), outer = edges.input_file("outer");
+  const std::filesystem::path inner = edges.input_file("inner", csv_ending),
+                              outer = edges.input_file("outer", csv_ending);
   const double spacing = edges.number("spacing", "m", NumberRange::positive(), 0.0);
   if (object.errors().size() != before) return std::nullopt;
   try {
@@ -232,7 +233,7 @@ std::optional<TrackShape> read_shape(ObjectReader& object) {
   }
   if (centre) {
     const std::size_t before = object.errors().size();
-    const std::filesystem::path file = object.input_file("centre");
+    const std::filesystem::path file = object.input_file("centre", csv_ending);
     const bool left_handed = object.boolean("left_handed", false);
     if (object.errors().size() != before) return std::nullopt;
     return shape_from_table(read_csv(file), {.left_handed = left_handed});
@@ -288,9 +289,8 @@ Track from_csv(const std::filesystem::path& file) {
 std::optional<Track> read_track(const Node& node, Errors& errors) {
   try {
     if (node.is_text()) {
-      const std::filesystem::path file = resolve_path(node);
-      const std::string why = why_unreadable_as(node.text(), file);
-      if (why.empty()) return load_track(file);
+      const std::string why = why_no_input(node, input_endings);
+      if (why.empty()) return load_track(resolve_path(node));
       errors.add(node.origin, '"' + node.text() + "\": " + why);
       return std::nullopt;
     }

@@ -20,6 +20,8 @@ Table read_table(const Node& node, const abi::ParamDecl& decl, PluginSpec& spec,
     return Table{};
   };
   if (node.is_text()) {
+    if (const std::string why = why_no_input(node, csv_ending); !why.empty())
+      return refuse(node.describe() + ": " + why);
     try {
       const CsvTable csv = read_csv(resolve_path(node));
       cols = csv.columns;
@@ -120,7 +122,7 @@ void refuse_inherited(ObjectReader& values, const Node& name, const PluginEntry&
   std::vector<std::string> inherited;
   for (const Member& one : values.node().object()) {
     const bool old = find_param(*before, one.key) != nullptr && find_param(entry, one.key) == nullptr;
-    if (!old || is_beside(one.value, name)) continue;
+    if (!old || one.value.is_null() || is_beside(one.value, name)) continue;
     (void)values.find(one.key);  // told here
     inherited.push_back(one.key);
   }

@@ -57,7 +57,7 @@ Node row_tree(const Node& tree, const TreeForm& form, const std::string& row) {
 
 const TreeForm& form_of(const Node& tree) {
   const Node* const kind = tree.find("kind");
-  if (kind == nullptr) return forms[0];
+  if (kind == nullptr || kind->is_null()) return forms[0];
   std::vector<std::string> names;
   for (const TreeForm& form : forms) names.emplace_back(form.kind);
   Errors errors;
@@ -139,7 +139,7 @@ const std::string& Keys::common_text(std::size_t part, std::size_t setting) {
   for (const Member& member : tree.object()) {
     const bool row = (form.rows != nullptr && member.key == form.rows) || (form.merges_base && member.key == "base");
     const bool seed = form.seeds != nullptr && member.key == form.seeds;
-    if (row || seed || is_no_input(member.key)) continue;
+    if (row || seed || is_no_input(member.key) || member.value.is_null()) continue;
     std::string& known = unchanged_[part][member.key];
     if (known.empty() || changing.contains(member.key)) known = part_text(member.value);
     texts[member.key] = known;

@@ -46,6 +46,12 @@ void read_patches(std::span<const Node> nodes, FrictionSpec& spec, Errors& error
   }
 }
 
+Node load_schedule(const Node& name) {
+  if (const std::string why = why_no_input(name, json_ending); !why.empty())
+    throw InputError(name.origin, name.describe() + ": " + why);
+  return load_json(resolve_path(name));
+}
+
 FrictionSpec read_schedule(const Node& node, Errors& errors) {
   FrictionSpec spec;
   if (node.is_array()) {
@@ -69,7 +75,7 @@ FrictionSpec read_friction(const Node& node, Errors& errors) {
   const std::size_t before = errors.added();
   FrictionSpec spec;
   try {
-    spec = node.is_text() ? read_schedule(load_json(resolve_path(node)), errors) : read_schedule(node, errors);
+    spec = node.is_text() ? read_schedule(load_schedule(node), errors) : read_schedule(node, errors);
   } catch (const InputError& error) {
     errors.add(error);
   }

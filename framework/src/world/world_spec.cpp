@@ -4,6 +4,7 @@
 
 #include "config/file_kind.hpp"
 #include "config/json_file.hpp"
+#include "config/merge_patch.hpp"
 #include "geometry/racing_line.hpp"
 #include "geometry/track_file.hpp"
 #include "util/child_process.hpp"
@@ -100,6 +101,8 @@ void read_end(ObjectReader& r, WorldSpec& world, const Errors& errors) {
 
 /// A table as `gripline limit` writes it.
 void read_limit_table(const Node& node, WorldSpec& world, Errors& errors) {
+  if (const std::string why = why_no_input(node, csv_ending); !why.empty())
+    return errors.add(node.origin, node.describe() + ": " + why);
   try {
     const CsvTable table = read_csv(resolve_path(node));
     if (table.find("patches") >= 0)
@@ -214,6 +217,7 @@ void inline_world_files(Node& world) {
     const bool json = node != nullptr && node->is_text() && node->text().ends_with(".json");
     if (json) inline_file_of(*node, kind);
   }
+  drop_removed(world);
 }
 
 }  // namespace gripline
