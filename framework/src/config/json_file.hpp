@@ -39,9 +39,9 @@ inline constexpr JsonLimits json_limits;
 /// that file's object with this one's members merged over it, at any depth. `"other.json#/stacks/best"` extends the
 /// object at that JSON pointer (RFC 6901) of the file, every "extends" in it carried out; a file's name may hold a '#'
 /// and ends at the first "#/" before which there is a file. Files that extend each other in a circle, whichever part,
-/// are refused with the chain, and so is what grows beyond json_limits. In such a merge null removes an inherited
-/// member; where there is none the null stays, so that a stack's `"estimator": null` still removes the estimator when
-/// the stack is merged over "base".
+/// are refused with the chain, and so is what grows beyond json_limits. In such a merge a null takes the place
+/// of an inherited member and stays, so that a stack's `"estimator": null` also removes the estimator of the "base"
+/// that the stack is merged over (merge_keeping_nulls).
 [[nodiscard]] Node load_json(const std::filesystem::path& file);
 
 /// Replaces a text node, which names a JSON file relative to the file it is written in, by that file's tree

@@ -7,7 +7,6 @@
 #include "config/files.hpp"
 #include "config/json_file.hpp"
 #include "config/reader.hpp"
-#include "config/shipped.hpp"
 #include "geometry/track_import.hpp"
 
 namespace gripline {

@@ -97,10 +97,42 @@ TEST(Merge, KeepingNullsLetsARemovalReachALaterMerge) {
   const Node base =
       parse_text(R"({ "base": { "estimator": 1, "planner": 2 }, "stacks": { "old": {}, "none": null } })");
   const Node node = merge_keeping_nulls(base, child);
-  EXPECT_EQ(compact(*node.find("stacks")), R"({"none":null,"new":{"estimator":null}})");
+  EXPECT_EQ(compact(*node.find("stacks")), R"({"old":null,"none":null,"new":{"estimator":null}})");
   EXPECT_EQ(compact(merge(*node.find("base"), *node.find("stacks")->find("new"))), R"({"planner":2})");
   const Node again = merge_keeping_nulls(node, child);
   EXPECT_EQ(compact(*again.find("stacks")->find("new")), R"({"estimator":null})") << "null over null stays null";
+}
+
+/// A stack that removes its own estimator shall not get that of "base" instead.
+TEST(Merge, KeepingNullsLetsARemovalStandInThePlaceOfAMember) {
+  const Node base = parse_text(R"({ "base": { "e": 1, "p": 2 }, "stacks": { "b": { "e": { "k": 3 } } } })", "base");
+  const Node node = merge_keeping_nulls(base, parse_text(R"({ "stacks": { "b": { "e": null } } })", "patch"));
+  const Node& stack = *find_pointer(node, "/stacks/b");
+  EXPECT_EQ(compact(stack), R"({"e":null})");
+  EXPECT_EQ(stack.origin.source->name, "patch") << "what is missing is missing because of the patch";
+  EXPECT_EQ(compact(merge(*node.find("base"), stack)), R"({"p":2})");
+  const Node back = merge_keeping_nulls(node, parse_text(R"({ "stacks": { "b": { "e": { "k": 4 } } } })"));
+  EXPECT_EQ(compact(*find_pointer(back, "/stacks/b")), R"({"e":{"k":4}})");
+}
+
+/// A null that removes nothing is most likely misspelt.
+TEST(Merge, ARemovedKeyMayBeUnknownToTheReader) {
+  const auto problems = [](const char* patch) {
+    const Node node = merge_keeping_nulls(parse_text(R"({ "a": 1, "other": 2 })"), parse_text(patch));
+    Errors errors;
+    ObjectReader(node, errors).find("a");
+    return errors.size();
+  };
+  EXPECT_EQ(problems("{}"), 1u);
+  EXPECT_EQ(problems(R"({ "other": null })"), 0u);
+  EXPECT_EQ(problems(R"({ "other": null, "othre": null })"), 1u);
+}
+
+TEST(Merge, WhatWasRemovedCanBeDropped) {
+  const Node base = parse_text(R"({ "a": { "x": 1, "y": 2 }, "list": [1], "none": null })");
+  Node node = merge_keeping_nulls(base, parse_text(R"({ "a": { "x": null }, "list": null, "new": null })"));
+  drop_removed(node);
+  EXPECT_EQ(compact(node), R"({"a":{"y":2},"none":null,"new":null})");
 }
 
 const char* const experiment = R"({ "world": { "dt": 0.02, "plant": { "params": { "Df": 1, "Cr0": 2 } } },

@@ -134,6 +134,16 @@ TEST(Units, RefuseWhatIsNoUnit) {
   EXPECT_THAT(why("3 " + std::string(1000, '('), "m"), HasSubstr("too many brackets"));
 }
 
+/// A blank within a number does not cut it short: "15" is no 1 to the fifth.
+TEST(Units, RefuseASecondNumber) {
+  EXPECT_EQ(why("6 15 s", "s"),
+            "\"6 15 s\": the number 15, where a name belongs, in the unit \"15 s\"; expected a time [s]");
+  EXPECT_EQ(why("0.9 15", "1"),
+            "\"0.9 15\": the number 15, where a name belongs, in the unit \"15\"; expected a pure number");
+  for (const char* text : {"6 25 s", "0.9 1.5", "4 11/s", "4 1-2", "4 1^2", "2 s 12"})
+    EXPECT_THROW((void)to_si(text, "s"), UnitError) << text;
+}
+
 TEST(Units, HeadersMayShoutOrSpellOut) {
   EXPECT_EQ(header_unit("MPH", "m/s"), "mph");
   EXPECT_EQ(header_unit(" KM/H", "m/s"), "km/h");

@@ -150,6 +150,21 @@ TEST(Claims, HoldForTheMedianAndForEnoughRuns) {
   EXPECT_EQ(judge(claim, 5, 0.8, values).text, "elm.violation_s <= none.violation_s");
 }
 
+/// No run alone has five finished runs.
+TEST(Claims, SumsAndLargestValuesAreNotAskedOfSingleRuns) {
+  Values values;
+  values.runs = {{"elm.finished", {1, 1, 1, 1, 1}}, {"elm.violation_s", {0, 1, 2, 3, 4}}};
+  values.medians = {{"elm.finished", 5}, {"elm.runs", 5}, {"elm.violation_s_max", 4}, {"elm.violation_s", 2}};
+  for (const char* text : {"elm.finished == 5", "elm.finished == elm.runs", "5 <= elm.finished",
+                           "elm.violation_s_max >= 4", "elm.violation_s_max == 2 * elm.violation_s"}) {
+    const ClaimResult result = judge(claim_of(text), 5, 0.8, values);
+    EXPECT_TRUE(result.holds.value()) << text;
+    EXPECT_EQ(result.runs, 0) << text;
+  }
+  EXPECT_FALSE(judge(claim_of("elm.finished >= 6"), 5, 0.8, values).holds.value());
+  EXPECT_TRUE(claim_of("elm.violation_s <= 2").about_single_runs());
+}
+
 TEST(Claims, OtherTablesHaveOtherColumns) {
   const std::vector<std::string> names = {"drag"}, columns = {"named", "closure"};
   Errors errors;

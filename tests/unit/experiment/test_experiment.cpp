@@ -45,6 +45,12 @@ class Experiment : public testing::Test {
     const auto file = folder_ / "race.json";
     return read_race(file, load_experiment(file, assignments), plugins());
   }
+  /// A file that extends race.json.
+  RaceSpec extended(const std::string& members, std::vector<std::string> assignments = {}) {
+    const auto file = folder_ / "mine.json";
+    write_text(file, R"({"extends": "race.json", )" + members + "}");
+    return read_race(file, load_experiment(file, assignments), plugins());
+  }
   std::string why(std::vector<std::string> assignments) {
     return refusal([&] { race(assignments); });
   }
@@ -81,6 +87,42 @@ TEST_F(Experiment, AnotherPluginInAPartMayDropInheritedParameters) {
   const RaceSpec apart = race({"/base/planner=null", R"(/stacks/plain/planner={"plugin": "fixed_speed"})",
                                R"(/stacks/fast/planner={"plugin": "friction_speed", "params": {"pace": 0.8}})"});
   EXPECT_EQ(apart.stacks[1].planner.id(), "friction_speed");
+}
+
+TEST_F(Experiment, NullsOfAnExtendingFileRemoveWhatAStackHasItself) {
+  const std::string text = contents(folder_ / "race.json");
+  std::string own = text;
+  own.replace(own.find(R"("fast": {)"), 9, R"("fast": {"estimator": {"plugin": "oracle"}, )");
+  write_text(folder_ / "race.json", own);
+  EXPECT_EQ(extended(R"("seeds": {})").stacks[1].estimator.id(), "oracle");
+  EXPECT_TRUE(extended(R"("stacks": {"fast": {"estimator": null}})").stacks[1].estimator.empty());
+  const RaceSpec other = extended(R"("stacks": {"fast": {"planner": {"plugin": "friction_speed", "params": null}}})");
+  EXPECT_EQ(other.stacks[1].planner.id(), "friction_speed");
+}
+
+/// Also where the plugin that follows does not know the key; what a run keeps says nothing of it.
+TEST_F(Experiment, ParametersThatAnExtendingFileRemovesAreGone) {
+  const RaceSpec spec = extended(R"("base": {"planner": {"plugin": "friction_speed", "params": {"mu": null}}},
+                                    "stacks": {"fast": {"planner": {"params": {"mu": null, "pace": 0.8}}}})");
+  EXPECT_EQ(spec.stacks[1].planner.id(), "friction_speed");
+  const Node tree = spec.run_tree("plain", 3);
+  EXPECT_EQ(find_pointer(tree, "/stacks/plain/planner/params/mu"), nullptr);
+  const Node kept = parse_text(to_json_text(tree), "config.json");
+  const RaceSpec again = read_race("config.json", kept, plugins());
+  EXPECT_EQ(content_text(again.run_tree("plain", 3)), content_text(tree));
+}
+
+TEST_F(Experiment, AStackThatAnExtendingFileRemovesIsNotThere) {
+  const std::string members = R"("claims": [], "stacks": {"plain": null})";
+  EXPECT_EQ(extended(members).stacks.size(), 1u);
+  EXPECT_THAT(refusal([&] { extended(members, {"/stacks/plain/mu_init=1"}); }), HasSubstr("no stack \"plain\""));
+}
+
+TEST_F(Experiment, AStackIsNotCalledLikeAResult) {
+  for (const char* name : {"table.csv", "experiment.json", "scene.json", "report.html", "figures", "runs.csv.partial"})
+    EXPECT_THAT(why({"/stacks/" + std::string(name) + "={}"}),
+                HasSubstr("a stack's name is a folder among the results: \"" + std::string(name) + '"'));
+  EXPECT_EQ(race({"/stacks/table={}"}).stacks.size(), 3u);
 }
 
 TEST_F(Experiment, SeedsDefaultToOne) { EXPECT_THAT(race({"/seeds=null"}).seeds, ElementsAre(1)); }

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <filesystem>
 #include <fstream>
 
 #include "config/json_file.hpp"
@@ -185,6 +186,10 @@ TEST(TrackFile, JsonRefusals) {
               HasSubstr("unknown key \"curve\"; known: line, arc"));
   EXPECT_THAT(refusal(R"({"half_width": 0.3})"), HasSubstr("exactly one of \"segments\", \"centre\" and \"edges\""));
   EXPECT_THAT(refusal(R"({"centre": "oval.cvs"})"), HasSubstr("oval.csv"));
+  const std::string points = testing::TempDir() + "gripline_oval.txt";
+  std::filesystem::copy_file(fixture("oval.csv"), points, std::filesystem::copy_options::overwrite_existing);
+  EXPECT_THAT(refusal(R"({"centre": ")" + points + "\"}"), HasSubstr("expected a file whose name ends in .csv"));
+  EXPECT_THAT(refusal('"' + points + '"'), HasSubstr("expected a file whose name ends in .json or .csv"));
   EXPECT_THAT(refusal(stadium(R"("half_width": 0.3, "grade": [{"s": 0, "grade": "2 deg"}])")),
               HasSubstr("the grade does not close: after one lap the road is 0.4988 m higher"));
   EXPECT_THAT(refusal(stadium(R"("half_width": 0.3, "bank": [{"s": 3, "bank": 0}, {"s": 2, "bank": 0}])")),

@@ -146,6 +146,8 @@ TEST(PluginSpec, TablesAreChecked) {
   EXPECT_THAT(why("[[0, \"a\"]]"), HasSubstr("/params/curve/0/1"));
   EXPECT_THAT(why("3"), HasSubstr("expected a table: [[x, y], ...] or the name of a CSV file, found 3"));
   EXPECT_THAT(why("\"absent.csv\""), HasSubstr("no such file"));
+  write_text(folder / "curve.txt", "x,y\n0,1\n");
+  EXPECT_THAT(why("\"curve.txt\""), HasSubstr("curve: \"curve.txt\": expected a file whose name ends in .csv"));
   EXPECT_THAT(why("\"empty.csv\""), HasSubstr("the file is empty"));
   EXPECT_THAT(why("\"text.csv\""), HasSubstr("expected a finite number, found \"a\""));
 }

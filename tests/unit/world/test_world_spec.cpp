@@ -149,6 +149,33 @@ TEST(WorldSpec, RefusalsSayWhatAndWhere) {
   EXPECT_THAT(why(R"({"friction": {"patches": [{"from_s": 1, "to_s": 20, "factor": 0.5}]}})"), HasSubstr("/friction"));
 }
 
+/// A change of a file of another ending would go unnoticed: runs are told apart by the files that endings tell.
+TEST(WorldSpec, FilesOfOtherEndingsAreRefused) {
+  const Folder folder;
+  write_text(folder / "fr.txt", R"([{"t": 0, "factor": 0.5}])");
+  write_text(folder / "laps.txt", "factor,lap_s,error_s,body\n1,7,0,0\n");
+  write_text(folder / "road.txt", contents(source_dir() / "worlds/tracks/ethz.json"));
+  const auto with = [&](const std::string& key, const std::string& name) {
+    return why((R"({")" + key + R"(": ")" + (folder / name).string() + "\"}").c_str());
+  };
+  EXPECT_THAT(with("friction", "fr.txt"), AllOf(HasSubstr("/friction: \""), HasSubstr("ends in .json")));
+  EXPECT_THAT(with("time_optimal_laps", "laps.txt"),
+              AllOf(HasSubstr("/time_optimal_laps: \""), HasSubstr("ends in .csv")));
+  EXPECT_THAT(with("track", "road.txt"), AllOf(HasSubstr("/track: \""), HasSubstr("ends in .json or .csv")));
+}
+
+/// The tree of a world is written into files of its own, where a removed key would be an unknown one.
+TEST(WorldSpec, WhatAnExtendingFileRemovedIsNotInTheTree) {
+  const Folder folder;
+  write_text(folder / "base.json", R"({"plant": {"params": {"Df": 1, "Cr0": 2}}, "friction": [], "laps": 1})");
+  write_text(folder / "world.json", R"({"extends": "base.json", "friction": null, "plant": {"params": {"Df": null}}})");
+  Node tree = load_json(folder / "world.json");
+  inline_world_files(tree);
+  EXPECT_EQ(tree.find("friction"), nullptr);
+  EXPECT_EQ(find_pointer(tree, "/plant/params/Df"), nullptr);
+  EXPECT_EQ(find_pointer(tree, "/plant/params/Cr0")->number(), 2);
+}
+
 TEST(WorldSpec, TheStartMustBeOnTheRoadAndFaceAlong) {
   EXPECT_THAT(why(R"({"start": {"y": 0.5}})"),
               HasSubstr("/start: start (0, 0.5) is off the track: 0.5 m left of the centre line"));
