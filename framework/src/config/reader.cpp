@@ -188,7 +188,7 @@ const Node* ObjectReader::require(std::string_view key, std::string_view expecte
 /// The file whose name this object took the place of, if it is not merged over another one: of that, members stand
 /// elsewhere.
 std::optional<std::filesystem::path> ObjectReader::replaced_file() const {
-  if (!node_.replaced || !node_.replaced->text().ends_with(".json")) return std::nullopt;
+  if (!node_.replaced || !node_.replaced->is_text() || !node_.replaced->text().ends_with(".json")) return std::nullopt;
   const auto is_elsewhere = [&](const Member& one) { return one.value.origin.source != node_.origin.source; };
   if (std::ranges::any_of(node_.object(), is_elsewhere)) return std::nullopt;
   std::filesystem::path file = resolve_path(*node_.replaced);

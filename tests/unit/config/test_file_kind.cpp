@@ -23,6 +23,7 @@ TEST(FileKind, ShowsInTheKeys) {
   }
   for (const auto& entry : std::filesystem::directory_iterator(source_dir() / "experiments/real/maps"))
     EXPECT_EQ(kind_of(load_json(entry.path())), FileKind::log_map) << entry.path();
+  EXPECT_EQ(kind_of(json(R"({"kind": null, "plant": {}})")), FileKind::world) << "null is absent";
   EXPECT_EQ(kind_of(json("[1]")), FileKind::unknown);
   EXPECT_EQ(kind_of(json(R"({"a": 1})")), FileKind::unknown);
 }

@@ -26,6 +26,7 @@ TEST_F(Keys, KeysDependOnWhatIsRacedAndOnNothingElse) {
     return contents(out("other") / "keys.txt");
   };
   EXPECT_EQ(with("\"claims\": [\"slow.violation_s <= 1\"]", "\"note\": \"no claims\""), keys);
+  EXPECT_EQ(with("\"claims\": [\"slow.violation_s <= 1\"]", "\"kind\": null, \"perturb\": null"), keys);
   EXPECT_EQ(with("{\"world\"", "{\"seeds\": {\"first\": 1, \"count\": 1}, \"world\""), keys);
   const std::string other = with("\"mu_init\": 0.9", "\"mu_init\": 0.95");  // of the row `fast` alone
   EXPECT_EQ(other.substr(0, 65), keys.substr(0, 65));

@@ -109,7 +109,7 @@ void read_own_world(ObjectReader& r, const Node& world, const Registry& registry
 }
 
 void read_log_names(ObjectReader& r, Errors& errors, MeasuredSpec& spec) {
-  if (r.has("map")) spec.map = r.input_file("map");
+  if (r.has("map")) spec.map = r.input_file("map", json_ending);
   for (const Node& log : r.array("logs"))
     if (log.is_text())
       spec.logs.push_back(resolve_path(log));
