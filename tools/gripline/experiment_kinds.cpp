@@ -30,7 +30,7 @@ void refuse_only(const ExperimentRequest& request) {
 
 const ExperimentKind& kind_of_experiment(const Node& tree) {
   const Node* const kind = tree.find("kind");
-  if (kind == nullptr) return kinds[0];
+  if (kind == nullptr || kind->is_null()) return kinds[0];
   std::vector<std::string> names;
   for (const ExperimentKind& one : kinds) names.emplace_back(one.name);
   Errors errors;
