@@ -26,7 +26,7 @@ TEST_F(Tasks, InputsThatChangedSinceThePlanAreRefused) {
   EXPECT_THAT(refusal([&] { require_same_versions(other, plugins()); }), HasSubstr("is another build than the one"));
   other = sweep;
   ASSERT_FALSE(other.libraries.empty());
-  other.libraries.begin()->second = std::string(64, '0');
+  other.libraries.begin()->second = {std::string(64, '0')};
   EXPECT_THAT(refusal([&] { require_same_versions(other, plugins()); }), HasSubstr("results of both are not mixed"));
 }
 
