@@ -81,9 +81,12 @@ void require_known_rows(const std::vector<std::string>& only, const std::vector<
 }
 
 /// Reads an experiment with these assignments; an error that one of them causes is reported at that assignment.
-void try_reading(const Part& part, const std::vector<std::string>& assignments, const Registry& registry) {
+void try_reading(const Part& part, const std::vector<std::string>& assignments, const std::string& seeds_text,
+                 const Registry& registry) {
   const auto read = [&](std::span<const std::string> some) {
-    check_experiment(part.file, load_experiment(part.file, some), registry);
+    Node tree = load_experiment(part.file, some);
+    if (!seeds_text.empty() && form_of(tree).seeds != nullptr) require_drawn_seeds_fit(tree, seeds_text);
+    check_experiment(part.file, std::move(tree), registry);
   };
   try {
     read(assignments);
@@ -117,7 +120,7 @@ void try_settings(const Sweep& sweep, const Registry& registry) {
       std::vector<std::string> assignments = sweep.assignments;
       for (std::size_t f = 0; f < values.size(); ++f)
         assignments.push_back(sweep.design.factors()[f].pointer + "=" + values[f]);
-      try_reading(part, assignments, registry);
+      try_reading(part, assignments, sweep.seeds_from, registry);
     }
 }
 
