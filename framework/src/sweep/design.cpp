@@ -81,7 +81,7 @@ void require_input(const Factor& factor, const std::string& member) {
                      "1..50 or 1,2,7");
   if (member == "claims" || member == "claim_share")
     throw InputError(factor.pointer + ": claims are no factor: they change no run, and a sweep judges none; to " +
-                     "repeat runs for other reasons use --seeds");
+                     "repeat runs use --seeds 1..50 or 1,2,7");
 }
 
 void require_pointers(const std::vector<Factor>& factors) {

@@ -44,8 +44,9 @@ class Trees {
 };
 
 /// SHA-256 of a run's expanded JSON (its row merged with the base, no notes, no claims), the files it names and those
-/// that they name or extend, the libraries of its plugins (of a diagnosis also those of all effects it may find) and the
-/// program: 64 hexadecimal digits. Paths and names of folders are no part of it. Runs of one setting cost one hash each.
+/// that they name or extend, the libraries of its plugins (of a diagnosis also of all effects, which it may find) and
+/// the program: 64 hexadecimal digits. Paths and names of folders are no part of it. Runs of one setting cost one hash
+/// each.
 class Keys {
  public:
   Keys(const Sweep& sweep, const Registry& registry);
