@@ -89,6 +89,9 @@ TEST(CommandLine, WrongWordsAreRefusedWithAHint) {
   EXPECT_THAT(refused({"report", "out", "--figure"}), HasSubstr("did you mean \"--figures\"?"));
   EXPECT_EQ(refused({"compare", good, "--seeds", "1..5"}),
             "--seeds is of sweep only; here --set /seeds/count=5 (and --set /seeds/first=1)\n");
+  EXPECT_THAT(refused({"compare", good, "--set", R"(/world/friction={"shift_per_seed": "3 s"})", "--seeds-from", "a"}),
+              AllOf(HasSubstr("--seeds-from \"a\" draws seed "), HasSubstr("--set /seeds/first=")));
+  EXPECT_THAT(refused({"sweep", good, "--set", "/seeds/first=1,50"}), HasSubstr("use --seeds 1..50"));
   EXPECT_THAT(refused({"compare", good, "--only", "tolled"}),
               HasSubstr("no stack \"tolled\" in good; did you mean \"told\"?"));
   EXPECT_THAT(refused({"compare", good, "--only", ""}), HasSubstr("--only"));

@@ -94,6 +94,7 @@ class RaceExperiment final : public Experiment {
 
  private:
   void draw_seeds(const std::string& text, RunSelection& chosen) {
+    require_drawn_seeds_fit(race_.tree, text);
     race_.seeds_text = text;
     race_.seeds = chosen.seeds = seeds_from(text, race_.seeds.size());
     std::cout << "seeds from \"" << text << "\":";

@@ -81,12 +81,19 @@ void refuse_new_stack(const Node& tree, const std::string& assignment) {
       {Diagnostic{"--set", 0, 0, pointer, "no stack \"" + names[1] + "\"" + did_you_mean(names[1], known), {}}});
 }
 
-/// Puts the world's files in their places.
-void expand(Node& tree) {
-  Node* const world = tree.find("world");
+/// Puts a world's files in their places.
+void expand_world(Node* world) {
   if (world == nullptr) return;
   inline_file_of(*world, FileKind::world);
   inline_world_files(*world);
+}
+
+/// Every world that an experiment of any kind names.
+void expand(Node& tree) {
+  expand_world(tree.find("world"));
+  expand_world(tree.find("nominal"));
+  for (const char* drive : {"train", "test"})
+    if (Node* const one = tree.find(drive); one != nullptr) expand_world(one->find("world"));
 }
 
 bool is_input_name(const Node& node) {

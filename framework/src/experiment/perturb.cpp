@@ -9,6 +9,8 @@
 #include <string>
 
 #include "config/hash.hpp"
+#include "config/json_file.hpp"
+#include "config/reader.hpp"
 #include "experiment/experiment.hpp"
 
 namespace gripline {
@@ -52,6 +54,28 @@ void check_paces(const PerturbSpec& spec, const Node& node, const std::vector<St
     if (pace * (1.0 - spec.pace) < declared.lo || pace * (1.0 + spec.pace) > declared.hi)
       errors.add(node.origin, "\"pace\": that of stack " + stack.name + " would leave " + number_text(declared.lo) +
                                   " to " + number_text(declared.hi));
+  }
+}
+
+/// Calls use(where it says so, seconds) for every friction schedule in a tree that shifts with the seed; those that
+/// stand in files of their own are read.
+template <class Use>
+void each_seed_shift(const Node& node, const Use& use) {
+  if (node.is_array())
+    for (const Node& one : node.array()) each_seed_shift(one, use);
+  if (!node.is_object()) return;
+  for (const Member& member : node.object()) {
+    Errors ignored;  // what is no number of seconds is reported when the experiment is read
+    const bool shifts = member.key == "shift_per_seed" && !member.value.is_null();
+    const double shift = shifts ? read_number(member.value, "s", NumberRange::any(), ignored) : 0.0;
+    if (shift != 0.0) use(member.value, shift);
+    if (member.key == "friction" && member.value.is_text()) {
+      Node schedule = member.value;
+      inline_file(schedule);
+      each_seed_shift(schedule, use);
+    } else {
+      each_seed_shift(member.value, use);
+    }
   }
 }
 
@@ -114,6 +138,16 @@ std::vector<std::uint64_t> seeds_from(std::string_view text, std::size_t count) 
     if (std::find(seeds.begin(), seeds.end(), seed) == seeds.end()) seeds.push_back(seed);
   }
   return seeds;
+}
+
+void require_drawn_seeds_fit(const Node& experiment, std::string_view text) {
+  each_seed_shift(experiment, [&](const Node& at, double shift) {
+    const std::uint64_t seed = seeds_from(text, 1).front();
+    throw InputError(at.origin,
+                     "--seeds-from \"" + std::string(text) + "\" draws seed " + std::to_string(seed) +
+                         ", which shifts this friction by " + number_text(shift * (static_cast<double>(seed) - 1.0)) +
+                         " s, beyond any race; leave it out and choose small seeds with --set /seeds/first=2");
+  });
 }
 
 }  // namespace gripline

@@ -43,4 +43,8 @@ std::optional<Draw> perturb(const PerturbSpec& spec, std::uint64_t seed, WorldSp
 /// nobody can select them.
 std::vector<std::uint64_t> seeds_from(std::string_view text, std::size_t count);
 
+/// Refuses (InputError, at its place) seeds that are drawn from a text where the friction of a world in this experiment
+/// comes later with the seed (shift_per_seed): drawn seeds are so large that it would not change within any race.
+void require_drawn_seeds_fit(const Node& experiment, std::string_view text);
+
 }  // namespace gripline

@@ -50,11 +50,38 @@ std::optional<std::pair<double, double>> range_of(const std::string& text) {
   return std::pair(*lo, *hi);
 }
 
-/// Six significant digits: a value of a table, and still exactly what is raced.
-std::string short_text(double value) {
-  char text[32];
-  const auto end = std::to_chars(text, text + sizeof text, value, std::chars_format::general, 6).ptr;
-  return {text, end};
+/// A value of a range that stays in [lo, hi): a value of a table, and still exactly what is raced. Six significant
+/// digits, and more where these would leave the part or move the value by more than a thousandth of the range.
+std::string short_text(double value, double lo, double hi, double width) {
+  for (int digits = 6; digits < 17; ++digits) {
+    char text[32];
+    const auto end = std::to_chars(text, text + sizeof text, value, std::chars_format::general, digits).ptr;
+    double rounded = 0;
+    std::from_chars(text, end, rounded);
+    if (rounded >= lo && rounded < hi && std::abs(rounded - value) <= 1e-3 * width) return {text, end};
+  }
+  return number_text(value);
+}
+
+/// Value of a range at `within` (0 to 1) of its part `part` of `count`.
+std::string value_within(const Factor& factor, std::uint64_t part, double within, std::size_t count) {
+  const double width = factor.hi - factor.lo;
+  const auto at = [&](double place) {
+    return std::clamp(factor.lo + place / static_cast<double>(count) * width, factor.lo, factor.hi);
+  };
+  const auto first = static_cast<double>(part);
+  return short_text(at(first + within), at(first), at(first + 1), width);
+}
+
+/// What no setting can change: runs name their own seed, and claims judge runs.
+void require_input(const Factor& factor, const std::string& member) {
+  if (member == "seeds" || member == "seed")
+    throw InputError(factor.pointer +
+                     ": seeds are no factor, as every setting is run with the same ones; use --seeds " +
+                     "1..50 or 1,2,7");
+  if (member == "claims" || member == "claim_share")
+    throw InputError(factor.pointer + ": claims are no factor: they change no run, and a sweep judges none; to " +
+                     "repeat runs use --seeds 1..50 or 1,2,7");
 }
 
 void require_pointers(const std::vector<Factor>& factors) {
@@ -64,6 +91,7 @@ void require_pointers(const std::vector<Factor>& factors) {
     if (names.empty()) throw InputError("a factor needs a JSON pointer such as /base/planner/params/pace");
     if (names.back() == "-")
       throw InputError(factor.pointer + ": a factor replaces a value; \"-\" would add one more in every setting");
+    require_input(factor, names.front());
     if (!seen.insert(factor.pointer).second) throw InputError(factor.pointer + " is a factor twice");
   }
 }
@@ -280,10 +308,11 @@ std::vector<std::string> Design::setting(std::size_t index) const {
   for (std::size_t f = 0; f < factors_.size(); ++f) {
     const std::uint64_t own = mixed(seed_ ^ mixed(f + 1));
     const double within = static_cast<double>(mixed(own ^ mixed(index)) >> 11U) * 0x1p-53;
-    const double share = (static_cast<double>(permuted(index, size_, own)) + within) / static_cast<double>(size_);
+    const std::uint64_t part = permuted(index, size_, own);
+    const double share = (static_cast<double>(part) + within) / static_cast<double>(size_);
     const Factor& factor = factors_[f];
     const auto level = static_cast<std::size_t>(share * static_cast<double>(factor.levels.size()));
-    values[f] = factor.range() ? short_text(factor.lo + share * (factor.hi - factor.lo))
+    values[f] = factor.range() ? value_within(factor, part, within, size_)
                                : factor.levels[std::min(level, factor.levels.size() - 1)];
   }
   return values;

@@ -90,7 +90,7 @@ double squares_about(std::span<const double> values, double mean) {
   return sum;
 }
 
-/// Rows that have the response, and what they share.
+/// Rows that have the response and count, and what they share.
 struct Sample {
   std::vector<std::size_t> rows;
   std::vector<double> values;
@@ -98,11 +98,12 @@ struct Sample {
   double largest = 0;  // magnitude
 };
 
-Sample sample_of(const Table& table, std::size_t response) {
+/// Runs that did the same to the last bit are one draw: only the first counts, but `repeats` asks for all.
+Sample sample_of(const Table& table, std::size_t response, bool repeats = false) {
   Sample sample;
   for (std::size_t row = 0; row < table.rows(); ++row) {
     const double value = table.value[response][row];
-    if (!std::isfinite(value)) continue;
+    if (!std::isfinite(value) || (table.repeats[row] && !repeats)) continue;
     sample.rows.push_back(row);
     sample.values.push_back(value);
     sample.largest = std::max(sample.largest, std::abs(value));
@@ -116,7 +117,7 @@ using Cell = std::vector<std::uint32_t>;  // levels of the varying factors
 /// A setting's runs of one response.
 struct CellRuns {
   std::vector<double> values;
-  std::vector<std::uint64_t> seeds;
+  std::vector<std::uint64_t> seeds, drives;
 };
 
 std::map<Cell, CellRuns> cells_of(const Table& table, const std::vector<std::size_t>& varying, const Sample& sample) {
@@ -127,6 +128,7 @@ std::map<Cell, CellRuns> cells_of(const Table& table, const std::vector<std::siz
     CellRuns& runs = cells[cell];
     runs.values.push_back(sample.values[i]);
     runs.seeds.push_back(table.seed[sample.rows[i]]);
+    runs.drives.push_back(table.drive[sample.rows[i]]);
   }
   return cells;
 }
@@ -199,19 +201,26 @@ FactorEffect effect_of(const Table& table, std::size_t factor, const Sample& sam
   return effect;
 }
 
-/// Seed by seed: that the difference to the best setting has no sign.
+/// Seed by seed: that the difference to the best setting has no sign. Takes all runs, as a run that repeats another may
+/// have a pair that does not; pairs that are equal to the last bit in both settings count once.
 double sign_against(const CellRuns& best, const CellRuns& other) {
-  std::map<std::uint64_t, double> by_seed;
-  for (std::size_t i = 0; i < best.seeds.size(); ++i) by_seed[best.seeds[i]] = best.values[i];
+  std::map<std::uint64_t, std::size_t> by_seed;
+  for (std::size_t i = 0; i < best.seeds.size(); ++i) by_seed[best.seeds[i]] = i;
+  std::set<std::pair<std::uint64_t, std::uint64_t>> seen;
   std::vector<double> differences;
-  for (std::size_t i = 0; i < other.seeds.size(); ++i)
-    if (const auto same = by_seed.find(other.seeds[i]); same != by_seed.end())
-      differences.push_back(other.values[i] - same->second);
+  for (std::size_t i = 0; i < other.seeds.size(); ++i) {
+    const auto same = by_seed.find(other.seeds[i]);
+    if (same == by_seed.end()) continue;
+    const std::uint64_t mine = other.drives[i], its = best.drives[same->second];
+    if (mine != 0 && its != 0 && !seen.emplace(mine, its).second) continue;
+    differences.push_back(other.values[i] - best.values[same->second]);
+  }
   return sign_test(differences);
 }
 
 std::vector<SettingStatistic> best_of(const Table& table, const std::vector<std::size_t>& varying,
-                                      const std::map<Cell, CellRuns>& cells, bool higher_is_better) {
+                                      const std::map<Cell, CellRuns>& cells, const std::map<Cell, CellRuns>& all,
+                                      bool higher_is_better) {
   if (cells.size() < 2) return {};
   std::vector<std::pair<double, const std::pair<const Cell, CellRuns>*>> order;
   for (const auto& cell : cells) {
@@ -230,7 +239,7 @@ std::vector<SettingStatistic> best_of(const Table& table, const std::vector<std:
     const MedianInterval interval = interval_of(runs.values);
     one.lo = interval.lo;
     one.hi = interval.hi;
-    one.p = i == 0 ? 1.0 : sign_against(order[0].second->second, runs);
+    one.p = i == 0 ? 1.0 : sign_against(all.at(order[0].second->first), all.at(cell));
     best.push_back(std::move(one));
   }
   return best;
@@ -344,7 +353,8 @@ Statistics analyse(const Table& table) {
     }
     std::stable_sort(response.effects.begin(), response.effects.end(),
                      [](const FactorEffect& a, const FactorEffect& b) { return rank_share(a) > rank_share(b); });
-    response.best = best_of(table, varying, cells, response.higher_is_better);
+    const std::map<Cell, CellRuns> all = cells_of(table, varying, sample_of(table, r, true));
+    response.best = best_of(table, varying, cells, all, response.higher_is_better);
     statistics.responses.push_back(std::move(response));
   }
   return statistics;

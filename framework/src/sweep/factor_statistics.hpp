@@ -52,6 +52,7 @@ struct Statistics {
   std::vector<ResponseStatistic> responses;  // that differ between runs
 };
 
+/// Runs of one experiment, setting and row that are equal to the last bit count once, as they are no independent draws.
 Statistics analyse(const Table& table);
 
 /// OUT/factors.csv, OUT/sensitivity.csv, OUT/best.csv, and OUT/sweep_report.json for the report. Throws

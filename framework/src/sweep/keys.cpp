@@ -5,11 +5,13 @@
 
 #include "config/errors.hpp"
 #include "config/hash.hpp"
+#include "config/json_file.hpp"
 #include "config/merge_patch.hpp"
 #include "config/reader.hpp"
 #include "experiment/experiment.hpp"
 
 namespace gripline::sweep {
+namespace fs = std::filesystem;
 namespace {
 
 constexpr TreeForm forms[] = {
@@ -25,17 +27,29 @@ bool is_no_input(const std::string& member) {
   return member == "claims" || member == "claim_share" || member == "note";
 }
 
-/// Calls use(id) for every plugin that the texts of a tree choose.
+/// Calls use(member, id) for every plugin that the texts of a tree choose; `member` is the one that holds it.
 template <class Use>
-void each_plugin(const Node& node, const Use& use) {
+void each_plugin(const std::string& member, const Node& node, const Use& use) {
   if (node.is_object()) {
-    for (const Member& member : node.object()) {
-      if (member.key == "plugin" && member.value.is_text()) use(member.value.text());
-      each_plugin(member.value, use);
+    for (const Member& inner : node.object()) {
+      if (inner.key == "plugin" && inner.value.is_text()) use(member, inner.value.text());
+      each_plugin(inner.key, inner.value, use);
     }
   } else if (node.is_array()) {
-    for (const Node& one : node.array()) each_plugin(one, use);
+    for (const Node& one : node.array()) each_plugin(member, one, use);
   }
+}
+
+/// Whether a member of an experiment may hold a plugin of this kind.
+bool may_hold(const std::string& member, abi::Kind kind) {
+  static const std::map<std::string, std::vector<abi::Kind>> kinds = {
+      {"model", {abi::Kind::vehicle}},         {"plant", {abi::Kind::plant, abi::Kind::vehicle}},
+      {"effects", {abi::Kind::effect}},        {"estimator", {abi::Kind::estimator}},
+      {"planner", {abi::Kind::planner}},       {"estimators", {abi::Kind::estimator}},
+      {"controller", {abi::Kind::controller}},
+  };
+  const auto known = kinds.find(member);
+  return known == kinds.end() || std::ranges::find(known->second, kind) != known->second.end();
 }
 
 /// Members of the experiment that the factors of a design assign to.
@@ -110,24 +124,68 @@ Node Trees::run_tree(const RunAt& run, const std::vector<std::string>& rows) {
 }
 
 Keys::Keys(const Sweep& sweep, const Registry& registry)
-    : sweep_(sweep), trees_(sweep), unchanged_(sweep.parts.size()) {
-  for (const PluginEntry& entry : registry.entries()) library_of_.emplace(entry.decl->id, entry.library);
+    : sweep_(sweep), trees_(sweep), registry_(registry), unchanged_(sweep.parts.size()) {
+  for (const PluginEntry& entry : registry.entries()) plugins_.emplace(entry.decl->id, &entry);
 }
 
-std::string Keys::part_text(const Node& node) {
-  std::string text = content_text(node);
-  for (const std::filesystem::path& file : files_named(node)) text += "\n" + hashes_.of(file);
-  std::set<std::string> used;
-  each_plugin(node, [&](const std::string& id) {
-    const auto found = library_of_.find(id);
-    if (found == library_of_.end()) return;  // reported when the experiment is read
-    const std::string name = found->second.filename().string();
-    const std::string& hash = hashes_.of(found->second);
-    libraries_[name] = hash;
-    used.insert(name + " " + hash);
-  });
-  for (const std::string& library : used) text += "\n" + library;
+std::string Keys::library_text(const std::set<fs::path>& used) {
+  std::set<std::string> lines;
+  for (const fs::path& library : used) {
+    const std::string name = library.filename().string();
+    const std::string& hash = hashes_.of(library);
+    libraries_[name].insert(hash);
+    lines.insert(name + " " + hash);
+  }
+  std::string text;
+  for (const std::string& line : lines) text += "\n" + line;
   return text;
+}
+
+/// What a tree says, and the libraries of the plugins that it chooses. Plugins that are nowhere are reported when the
+/// experiment is read.
+std::string Keys::node_text(const std::string& member, const Node& node) {
+  std::set<fs::path> used;
+  each_plugin(member, node, [&](const std::string& holder, const std::string& id) {
+    for (auto [one, end] = plugins_.equal_range(id); one != end; ++one)
+      if (may_hold(holder, one->second->decl->kind)) used.insert(one->second->library);
+  });
+  return content_text(node) + library_text(used);
+}
+
+const Keys::NamedFile& Keys::named_file(const fs::path& file) {
+  const auto [found, fresh] = files_.try_emplace(file);
+  NamedFile& named = found->second;
+  if (!fresh) return named;
+  named.text = hashes_.of(file);
+  if (file.extension() != ".json") return named;
+  try {
+    const Node tree = load_json(file);
+    named.text += "\n" + sha256_hex(node_text("", tree));
+    named.names = files_named(tree);
+  } catch (const InputError&) {  // its bytes are all there is to say of it; who needs it reports what is wrong
+  }
+  return named;
+}
+
+void Keys::add_file(const fs::path& file, std::set<fs::path>& all) {
+  if (!all.insert(file).second) return;
+  for (const fs::path& next : named_file(file).names) add_file(next, all);
+}
+
+std::string Keys::part_text(const std::string& member, const Node& node) {
+  std::string text = node_text(member, node);
+  std::set<fs::path> files;
+  for (const fs::path& file : files_named(node)) add_file(file, files);
+  for (const fs::path& file : files) text += "\n" + named_file(file).text;
+  return text;
+}
+
+/// A diagnosis tries every effect that it finds, whatever its experiment names.
+std::string Keys::effects_text() {
+  std::set<fs::path> used;
+  for (const PluginEntry& entry : registry_.entries())
+    if (entry.decl->kind == abi::Kind::effect) used.insert(entry.library);
+  return library_text(used);
 }
 
 const std::string& Keys::common_text(std::size_t part, std::size_t setting) {
@@ -141,10 +199,11 @@ const std::string& Keys::common_text(std::size_t part, std::size_t setting) {
     const bool seed = form.seeds != nullptr && member.key == form.seeds;
     if (row || seed || is_no_input(member.key) || member.value.is_null()) continue;
     std::string& known = unchanged_[part][member.key];
-    if (known.empty() || changing.contains(member.key)) known = part_text(member.value);
+    if (known.empty() || changing.contains(member.key)) known = part_text(member.key, member.value);
     texts[member.key] = known;
   }
   common_ = sweep_.program + "\n" + form.kind;
+  if (std::string_view(form.kind) == "diagnose") common_ += effects_text();
   for (const auto& [name, text] : texts) common_ += "\n" + name + "\n" + text;
   part_ = part;
   setting_ = setting;
@@ -159,7 +218,7 @@ std::string Keys::key(const RunAt& run) {
     std::string text = common;
     if (form.rows != nullptr) {
       const std::string& name = sweep_.row_of(run);
-      text += "\n" + name + "\n" + part_text(row_tree(trees_.setting(run.part, run.setting), form, name));
+      text += "\n" + name + "\n" + part_text(form.rows, row_tree(trees_.setting(run.part, run.setting), form, name));
     }
     row_ = sha256_hex(text);
     row_index_ = run.row;

@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <map>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -42,29 +43,43 @@ class Trees {
   std::vector<std::size_t> at_;  // which setting each tree stands at
 };
 
-/// SHA-256 of a run's expanded JSON (its row merged with the base, no notes, no claims), the bytes of the files it
-/// names, the libraries of its plugins and the program: 64 hexadecimal digits. Paths and names of folders are no part
-/// of it. Runs of one setting cost one hash each.
+/// SHA-256 of a run's expanded JSON (its row merged with the base, no notes, no claims), the files it names and those
+/// that they name or extend, the libraries of its plugins (of a diagnosis also of all effects, which it may find) and
+/// the program: 64 hexadecimal digits. Paths and names of folders are no part of it. Runs of one setting cost one hash
+/// each.
 class Keys {
  public:
   Keys(const Sweep& sweep, const Registry& registry);
   std::string key(const RunAt& run);
   Trees& trees() { return trees_; }
-  /// File name and SHA-256 of every library that the keys asked for so far include.
-  const std::map<std::string, std::string>& libraries() const { return libraries_; }
+  /// File names and SHA-256 of every library that the keys asked for so far include.
+  const Libraries& libraries() const { return libraries_; }
   FileHashes& hashes() { return hashes_; }
 
  private:
-  std::string part_text(const Node& node);
+  /// A file's bytes and, of JSON, what it is with all it extends.
+  struct NamedFile {
+    std::string text;
+    std::vector<std::filesystem::path> names;  // files that it names in turn
+  };
+
+  std::string part_text(const std::string& member, const Node& node);
+  std::string node_text(const std::string& member, const Node& node);
+  std::string effects_text();
+  std::string library_text(const std::set<std::filesystem::path>& used);
+  const NamedFile& named_file(const std::filesystem::path& file);
+  void add_file(const std::filesystem::path& file, std::set<std::filesystem::path>& all);
   const std::string& common_text(std::size_t part, std::size_t setting);
 
   const Sweep& sweep_;
   Trees trees_;
   FileHashes hashes_;
-  std::map<std::string, std::string> libraries_;                          // in use
-  std::map<std::string, std::filesystem::path, std::less<>> library_of_;  // by plugin id
-  std::vector<std::map<std::string, std::string>> unchanged_;             // texts of members that no factor reaches
-  std::string common_, row_;                                              // of the last run asked for
+  const Registry& registry_;
+  Libraries libraries_;                                        // in use
+  std::map<std::filesystem::path, NamedFile> files_;           // read so far
+  std::multimap<std::string, const PluginEntry*> plugins_;     // by id, which several kinds may share
+  std::vector<std::map<std::string, std::string>> unchanged_;  // texts of members that no factor reaches
+  std::string common_, row_;                                   // of the last run asked for
   std::size_t part_ = ~std::size_t{0}, setting_ = 0, row_index_ = ~std::size_t{0};
 };
 

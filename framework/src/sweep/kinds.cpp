@@ -34,6 +34,7 @@ Record record_of(const RaceSpec& race, const RunResult& result) {
   Record record;
   record.status = status_name(result.summary.status);
   record.message = result.summary.message;
+  record.drive = result.drive;
   const RaceResults alone = {race, {}, {}};
   for (const std::string& column : recorded_columns(result.summary.laps.size()))
     if (const std::optional<double> value = alone.run_value(result, column)) record.values.emplace_back(column, *value);

@@ -1,10 +1,13 @@
 #include "sweep/merge.hpp"
 
 #include <algorithm>
+#include <array>
+#include <charconv>
 #include <cmath>
 #include <limits>
 #include <map>
 #include <unordered_map>
+#include <unordered_set>
 
 #include "util/csv_cell.hpp"
 #include "util/csv_writer.hpp"
@@ -27,6 +30,13 @@ class Levels {
   std::unordered_map<std::string, std::uint32_t> known_;
 };
 
+/// The first 64 bits of a hash tell the drives of a sweep apart as well as all of it; 0 where there is none.
+std::uint64_t drive_number(const std::string& hash) {
+  std::uint64_t number = 0;
+  std::from_chars(hash.data(), hash.data() + std::min<std::size_t>(hash.size(), 16), number, 16);
+  return number;
+}
+
 /// Fills the table with one run after another.
 class Filler {
  public:
@@ -45,6 +55,8 @@ class Filler {
     for (std::size_t f = 0; f < values_.size(); ++f) put(f + 1, values_[f]);
     put(values_.size() + 1, sweep_.row_of(run));
     table_.seed.push_back(run.seed);
+    table_.drive.push_back(drive_number(record.drive));
+    table_.repeats.push_back(is_repeat(run, table_.drive.back()));
     for (const auto& [name, value] : record.values) {
       const auto [found, fresh] = responses_.try_emplace(name, table_.responses.size());
       if (fresh) {
@@ -65,12 +77,22 @@ class Filler {
     table_.level[factor].push_back(levels_[factor].of(text, table_.levels[factor]));
   }
 
+  /// Whether a run of the same experiment, setting and row did the same; these come one after another.
+  bool is_repeat(const RunAt& run, std::uint64_t drive) {
+    const std::array<std::size_t, 3> place = {run.part, run.setting, run.row};
+    if (place != place_) drives_.clear();
+    place_ = place;
+    return drive != 0 && !drives_.insert(drive).second;
+  }
+
   const Sweep& sweep_;
   Table& table_;
   std::vector<Levels> levels_;
   std::unordered_map<std::string, std::size_t> responses_;
   std::vector<std::string> values_;
   std::size_t setting_ = 0;
+  std::array<std::size_t, 3> place_{};        // of the last run
+  std::unordered_set<std::uint64_t> drives_;  // there
 };
 
 /// A table written aside and put in its place whole.

@@ -23,6 +23,8 @@ struct Table {
   std::vector<std::vector<std::string>> levels;   // by factor, in the order of first appearance
   std::vector<std::vector<std::uint32_t>> level;  // by factor and row: index into levels
   std::vector<std::uint64_t> seed;                // by row
+  std::vector<std::uint64_t> drive;               // by row: what it did, as a number; 0 is not known
+  std::vector<bool> repeats;                      // by row: equals an earlier one of its setting to the last bit
   std::vector<std::string> responses;             // columns of numbers
   std::vector<std::vector<double>> value;         // by response and row, NaN where there is none
   std::size_t rows() const { return seed.size(); }

@@ -45,6 +45,7 @@ std::string record_text(const Record& record) {
   node.set("values", values_node(record.values));
   node.set("times", values_node(record.times));
   node.set("node", Node(record.node));
+  if (!record.drive.empty()) node.set("drive", Node(record.drive));
   node.set("sha256", Node(sha256_hex(content_text(node))));
   return to_json_text(node);
 }
@@ -79,7 +80,8 @@ std::optional<Record> Store::read(const std::string& key) const {
       const std::string hash = text_of(node, "sha256");
       node.erase("sha256");
       Record record{text_of(node, "key"),           text_of(node, "status"),       text_of(node, "message"),
-                    values_of(node.find("values")), values_of(node.find("times")), text_of(node, "node")};
+                    values_of(node.find("values")), values_of(node.find("times")), text_of(node, "node"),
+                    text_of(node, "drive")};
       if (hash == sha256_hex(content_text(node)) && record.key == key) return record;
     } catch (const InputError&) {
     }

@@ -19,6 +19,7 @@ struct Record {
   Values values;        // the same at every repetition
   Values times;         // not the same: CPU time and the like
   std::string node;     // the machine
+  std::string drive;    // hash of what a race did: two that have the same are equal to the last bit; empty: not known
   bool broken() const { return status == "error" || status == "plugin_error"; }
 };
 

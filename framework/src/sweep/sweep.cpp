@@ -81,9 +81,12 @@ void require_known_rows(const std::vector<std::string>& only, const std::vector<
 }
 
 /// Reads an experiment with these assignments; an error that one of them causes is reported at that assignment.
-void try_reading(const Part& part, const std::vector<std::string>& assignments, const Registry& registry) {
+void try_reading(const Part& part, const std::vector<std::string>& assignments, const std::string& seeds_text,
+                 const Registry& registry) {
   const auto read = [&](std::span<const std::string> some) {
-    check_experiment(part.file, load_experiment(part.file, some), registry);
+    Node tree = load_experiment(part.file, some);
+    if (!seeds_text.empty() && form_of(tree).seeds != nullptr) require_drawn_seeds_fit(tree, seeds_text);
+    check_experiment(part.file, std::move(tree), registry);
   };
   try {
     read(assignments);
@@ -117,7 +120,7 @@ void try_settings(const Sweep& sweep, const Registry& registry) {
       std::vector<std::string> assignments = sweep.assignments;
       for (std::size_t f = 0; f < values.size(); ++f)
         assignments.push_back(sweep.design.factors()[f].pointer + "=" + values[f]);
-      try_reading(part, assignments, registry);
+      try_reading(part, assignments, sweep.seeds_from, registry);
     }
 }
 
@@ -176,6 +179,25 @@ Node part_node(const Part& part) {
   return node;
 }
 
+/// A text for a library, and a list where several have its name.
+Node libraries_node(const Libraries& libraries) {
+  Node node = Node::empty_object();
+  for (const auto& [name, hashes] : libraries)
+    node.set(name, hashes.size() == 1 ? Node(*hashes.begin())
+                                      : texts_node(std::vector<std::string>(hashes.begin(), hashes.end())));
+  return node;
+}
+
+Libraries libraries_from(const Node& node) {
+  Libraries libraries;
+  for (const Member& one : node.object()) {
+    const std::vector<std::string> hashes =
+        one.value.is_array() ? texts_of(one.value) : std::vector<std::string>{one.value.text()};
+    libraries[one.key].insert(hashes.begin(), hashes.end());
+  }
+  return libraries;
+}
+
 Node manifest_node(const Sweep& sweep) {
   Node node = Node::empty_object();
   node.set("gripline_sweep", Node(1.0));
@@ -194,9 +216,7 @@ Node manifest_node(const Sweep& sweep) {
   node.set("keep_files", Node(sweep.keep_files));
   node.set("version", Node(sweep.version));
   node.set("program", Node(sweep.program));
-  Node libraries = Node::empty_object();
-  for (const auto& [name, hash] : sweep.libraries) libraries.set(name, Node(hash));
-  node.set("libraries", std::move(libraries));
+  node.set("libraries", libraries_node(sweep.libraries));
   return node;
 }
 
@@ -332,7 +352,7 @@ Sweep read_manifest(const fs::path& out) {
     sweep.keep_files = node.at("keep_files").boolean();
     sweep.version = node.at("version").text();
     sweep.program = node.at("program").text();
-    for (const Member& one : node.at("libraries").object()) sweep.libraries[one.key] = one.value.text();
+    sweep.libraries = libraries_from(node.at("libraries"));
     number_runs(sweep);
     return sweep;
   } catch (const InputError&) {
@@ -364,13 +384,18 @@ void require_same_versions(const Sweep& sweep, const Registry& registry) {
   if (sha256_of_file("/proc/self/exe") != sweep.program)
     throw PluginError("this gripline (" GRIPLINE_VERSION ") is another build than the one that planned the sweep (" +
                       sweep.version + "): results of both are not mixed; use the same, or plan the sweep again");
-  for (const auto& [name, hash] : sweep.libraries) {
-    std::string found;
+  for (const auto& [name, hashes] : sweep.libraries) {
+    std::map<fs::path, std::string> found;
     for (const PluginEntry& entry : registry.entries())
-      if (entry.library.filename() == name && found.empty()) found = entry.library.string();
+      if (entry.library.filename() == name) found.try_emplace(entry.library);
     if (found.empty()) throw PluginError(name + ": the sweep was planned with this library and it is not found here");
-    if (sha256_of_file(found) != hash)
-      throw PluginError(found + " is another build than the one that the sweep was planned with: results of both are " +
+    for (auto& [file, hash] : found) hash = sha256_of_file(file);
+    const auto is_there = [&](const std::string& hash) {
+      return std::ranges::any_of(found, [&](const auto& one) { return one.second == hash; });
+    };
+    if (!std::ranges::all_of(hashes, is_there))
+      throw PluginError(found.begin()->first.string() +
+                        " is another build than the one that the sweep was planned with: results of both are " +
                         "not mixed; use the same, or plan the sweep again");
   }
 }

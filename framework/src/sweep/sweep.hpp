@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <map>
 #include <optional>
+#include <set>
 #include <span>
 #include <string>
 #include <vector>
@@ -16,6 +17,9 @@
 #include "sweep/design.hpp"
 
 namespace gripline::sweep {
+
+/// Libraries of plugins: by file name the SHA-256 of each, as several folders may hold one of that name.
+using Libraries = std::map<std::string, std::set<std::string>>;
 
 /// One experiment file.
 struct Part {
@@ -58,8 +62,8 @@ struct Sweep {
   double timeout_s = 0;
   std::size_t memory_mb = 0;
   bool keep_files = false;
-  std::string version, program;                  // of gripline, and the SHA-256 of the program that planned
-  std::map<std::string, std::string> libraries;  // of the plugins in use: file name and SHA-256
+  std::string version, program;  // of gripline, and the SHA-256 of the program that planned
+  Libraries libraries;           // of the plugins in use
 
   std::size_t size() const;
   RunAt at(std::size_t index) const;

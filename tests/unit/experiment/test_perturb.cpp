@@ -101,5 +101,24 @@ TEST(Perturb, SeedsComeFromATextAlone) {
   EXPECT_TRUE(std::equal(fewer.begin(), fewer.end(), seeds.begin()));  // more draws go on from fewer
 }
 
+/// Seed k sees friction later by (k - 1) times the shift, and drawn seeds are up to a billion.
+TEST(Perturb, SeedsAreNotDrawnWhereFrictionComesLaterWithThem) {
+  const Folder folder;
+  write_text(folder / "shifts.json", R"({"points": [{"t": 5, "factor": 0.7}], "shift_per_seed": "3 s"})");
+  write_text(folder / "stays.json", R"({"points": [{"t": 5, "factor": 0.7}], "shift_per_seed": "0 s"})");
+  const auto why_not = [&](const std::string& text) {
+    return refusal([&] { require_drawn_seeds_fit(parse_text(text, "experiment", folder.path()), "2b99b83"); });
+  };
+  const std::string seed = std::to_string(seeds_from("2b99b83", 1).front());
+  const std::string shifted = why_not(R"({"world": {"friction": "shifts.json"}})");
+  EXPECT_THAT(shifted, HasSubstr("shifts.json:1:"));
+  EXPECT_THAT(shifted, HasSubstr("/shift_per_seed: --seeds-from \"2b99b83\" draws seed " + seed + ","));
+  EXPECT_THAT(shifted, HasSubstr("--set /seeds/first="));
+  EXPECT_THAT(why_not(R"({"cases": {"a": {"hidden": {"friction": {"shift_per_seed": 1}}}}})"),
+              HasSubstr("/cases/a/hidden/friction/shift_per_seed"));
+  EXPECT_EQ(why_not(R"({"world": {"friction": "stays.json"}})"), "nothing");
+  EXPECT_EQ(why_not(R"({"world": {"friction": [{"t": 0, "factor": 1}]}})"), "nothing");
+}
+
 }  // namespace test_perturb
 }  // namespace gripline

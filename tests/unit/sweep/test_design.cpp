@@ -77,11 +77,32 @@ TEST(Latin, TakesEachPartOfEveryRangeOnce) {
     b.insert(static_cast<int>((std::stod(values[1]) - 10) / 10 * count));
     x += values[2] == "x" ? 1 : 0;
   }
-  // Values have six digits: one may fall on the border of its part.
-  EXPECT_GE(a.size(), count - 1);
-  EXPECT_GE(b.size(), count - 1);
+  EXPECT_EQ(a.size(), count);
+  EXPECT_EQ(b.size(), count);
   EXPECT_EQ(x, 49u);
   EXPECT_NE(design.setting(0), Design::latin(design.factors(), count, 4).setting(0));
+}
+
+/// Where six digits cannot tell the parts of a range apart, values have more; elsewhere they have six at most.
+TEST(Latin, ValuesStayInTheirPartsOfANarrowRange) {
+  const Design narrow = Design::latin({parse_factor("/a=1000000..1000001"), parse_factor("/b=0.9..1.1")}, 4, 1);
+  std::set<int> parts;
+  for (std::size_t i = 0; i < narrow.size(); ++i) {
+    const double value = std::stod(narrow.setting(i)[0]);
+    EXPECT_GE(value, 1000000);
+    EXPECT_LT(value, 1000001);
+    parts.insert(static_cast<int>((value - 1000000) * 4));
+    EXPECT_LE(narrow.setting(i)[1].size(), 8u) << narrow.setting(i)[1];
+  }
+  EXPECT_EQ(parts.size(), 4u);
+}
+
+TEST(Factors, AreNeitherSeedsNorClaims) {
+  for (const char* seeds : {"/seeds/first=1,50", "/seeds/count=1,3", "/seed=1,2"})
+    EXPECT_THAT(refusal([&] { Design::factorial({parse_factor(seeds)}); }), HasSubstr("seeds are no factor"));
+  EXPECT_THAT(refusal([] { Design::latin({parse_factor("/seeds/first=1..50")}, 4, 1); }), HasSubstr("use --seeds"));
+  for (const char* claims : {"/claims=[],null", "/claims/0=a,b", "/claim_share=0.5,1"})
+    EXPECT_THAT(refusal([&] { Design::factorial({parse_factor(claims)}); }), HasSubstr("claims are no factor"));
 }
 
 TEST(Permutation, IsOneOfAnyCount) {

@@ -49,5 +49,57 @@ TEST_F(FactorStatistics, StatisticsRankTheFactorThatMakesTheDifference) {
     EXPECT_TRUE(fs::exists(out() / name)) << name;
 }
 
+/// Ten seeds of two settings; `drive` says what each run did, in digits of a hash.
+class Repeats : public SweepRig {
+ protected:
+  template <class Drive>
+  ResponseStatistic lap_of(const Drive& drive) {
+    factors({"/base/planner/params/mu=0.3,0.4"});
+    request_.only = {"slow"};
+    request_.seeds = parse_seeds("1..10");
+    const Sweep sweep = planned();
+    const KeyFile keys(out());
+    for (std::size_t i = 0; i < sweep.size(); ++i) {
+      const RunAt run = sweep.at(i);
+      Record record;
+      record.key = keys.key(i);
+      record.status = "finished";
+      record.values = {{"lap0_s", 1.0 + static_cast<double>(run.setting)}};
+      record.drive = drive(run);
+      Store(out()).write(record);
+    }
+    Table table;
+    merge_records(out(), sweep, table);
+    EXPECT_EQ(table.rows(), 20u);
+    return analyse(table).responses.at(0);
+  }
+};
+
+TEST_F(Repeats, RunsThatAreEqualToTheLastBitCountOnce) {
+  const ResponseStatistic lap = lap_of([](const RunAt& run) { return std::string(64, run.setting == 0 ? 'a' : 'b'); });
+  EXPECT_EQ(lap.runs, 2u);
+  EXPECT_EQ(lap.effects.front().levels.front().runs, 1u);
+  EXPECT_EQ(lap.best.at(1).runs, 1u);
+  EXPECT_EQ(lap.best.at(1).p, 1.0);
+}
+
+TEST_F(Repeats, RunsThatDifferAndThoseOfWhichNothingIsKnownAllCount) {
+  for (const std::string& unknown : {std::string(), std::string(56, '1')}) {
+    const ResponseStatistic lap =
+        lap_of([&](const RunAt& run) { return unknown.empty() ? unknown : std::to_string(10 + run.index) + unknown; });
+    EXPECT_EQ(lap.runs, 20u);
+    EXPECT_DOUBLE_EQ(lap.best.at(1).p, 2.0 / 1024.0);
+  }
+}
+
+/// The first setting does the same under every seed and the other does not: no two pairs are equal.
+TEST_F(Repeats, PairsCountWhereOneOfTheTwoDiffers) {
+  const ResponseStatistic lap = lap_of([](const RunAt& run) {
+    return run.setting == 0 ? std::string(64, 'a') : std::to_string(10 + run.index) + std::string(62, '1');
+  });
+  EXPECT_EQ(lap.runs, 11u);
+  EXPECT_DOUBLE_EQ(lap.best.at(1).p, 2.0 / 1024.0);
+}
+
 }  // namespace test_factor_statistics
 }  // namespace gripline::sweep

@@ -10,7 +10,36 @@ namespace test_keys {
 
 using namespace testing_support;
 
-class Keys : public SweepRig {};
+/// Besides the rig's experiment: a world in files that name and extend others.
+class Keys : public SweepRig {
+ protected:
+  Keys() {
+    const std::string short_world = (fixture_dir() / "worlds/short.json").string();
+    write_text(folder_ / "car.json", contents(source_dir() / "worlds/cars/orca_1_43.json"));
+    write_text(folder_ / "world.json", R"({"extends": ")" + short_world + R"(", "car": "car.json"})");
+    write_text(folder_ / "base.json", R"({"points": [{"t": 0, "factor": 1}, {"t": 0.5, "factor": 0.7}]})");
+    write_text(folder_ / "drop.json", R"({"extends": "base.json"})");
+  }
+  std::string keys_of(const Registry& registry = plugins()) {
+    const Sweep sweep = plan(request_, registry);
+    write_manifest(out("keys"), sweep, registry);
+    return contents(out("keys") / "keys.txt");
+  }
+  void race(const char* experiment) {
+    write_text(folder_ / "other.json", experiment);
+    request_.files = {folder_ / "other.json"};
+  }
+  void edit(const std::string& name, const std::string& what, const std::string& by) {
+    std::string text = contents(folder_ / name);
+    write_text(folder_ / name, text.replace(text.find(what), what.size(), by));
+  }
+};
+constexpr const char* offline = R"({"kind": "offline_validation", "train": {"world": "world.json"},
+  "test": {"world": "world.json"}, "model": {"plugin": "ekinematic"}, "driver": {"planner": {"plugin": "fixed_speed"},
+  "controller": {"plugin": "pure_pursuit"}}, "estimators": {"elm": {"plugin": "elm"}}})";
+constexpr const char* diagnosis = R"({"kind": "diagnose", "nominal": "world.json", "driver": {
+  "model": {"plugin": "ekinematic"}, "planner": {"plugin": "fixed_speed"}, "controller": {"plugin": "pure_pursuit"}},
+  "cases": {"drop": {"hidden": {"friction": "drop.json"}}}})";
 
 TEST_F(Keys, KeysDependOnWhatIsRacedAndOnNothingElse) {
   factors({"/base/planner/params/mu=0.3,0.4"});
@@ -36,6 +65,45 @@ TEST_F(Keys, KeysDependOnWhatIsRacedAndOnNothingElse) {
   request_.assignments = {"/world/duration=0.25"};
   planned("other");
   EXPECT_NE(contents(out("other") / "keys.txt"), keys);
+}
+
+TEST_F(Keys, DependOnFilesThatFilesName) {
+  for (const char* experiment : {offline, diagnosis}) {
+    race(experiment);
+    const std::string before = keys_of();
+    EXPECT_EQ(keys_of(), before);
+    edit("car.json", "41 g", "50 g");
+    EXPECT_NE(keys_of(), before) << experiment;
+    edit("car.json", "50 g", "41 g");
+    EXPECT_EQ(keys_of(), before) << experiment;
+  }
+}
+
+/// The schedule of a case extends another: its own bytes stay.
+TEST_F(Keys, DependOnFilesThatAHiddenCaseNames) {
+  race(diagnosis);
+  const std::string before = keys_of();
+  edit("base.json", "0.7", "0.6");
+  EXPECT_NE(keys_of(), before);
+}
+
+TEST_F(Keys, OfADiagnosisDependOnEveryEffectThatItMayFind) {
+  const Registry shipped({plugin_dir()}), more({plugin_dir(), fixture_plugins("stranger")});
+  EXPECT_EQ(keys_of(shipped), keys_of(more));  // a race uses what it names
+  race(diagnosis);
+  EXPECT_NE(keys_of(shipped), keys_of(more));
+  EXPECT_TRUE(read_manifest(out("keys")).libraries.contains("stranger.so"));
+}
+
+/// A planner `elm` of a user's own does not hide the estimator of that name.
+TEST_F(Keys, NameLibrariesByTheKindOfTheirPlugins) {
+  const Registry registry({fixture_plugins("namesake"), plugin_dir()});
+  const std::string shipped = registry.find(abi::Kind::estimator, "elm").library.filename();
+  race(offline);
+  keys_of(registry);
+  const Libraries libraries = read_manifest(out("keys")).libraries;
+  EXPECT_TRUE(libraries.contains(shipped));
+  EXPECT_FALSE(libraries.contains("namesake.so"));
 }
 
 }  // namespace test_keys

@@ -26,5 +26,18 @@ TEST_F(Stores, ASecondRunOfTheSameSweepComputesNothingAndALargerOneOnlyWhatIsNew
   EXPECT_EQ(runs_, 6);
 }
 
+TEST_F(Stores, KeepWhatARunDidAndReadRecordsWithoutIt) {
+  const Store store(out());
+  Record record;
+  record.key = std::string(64, 'a');
+  record.status = "finished";
+  store.write(record);
+  EXPECT_THAT(contents(out() / "results/aa" / (record.key + ".json")), testing::Not(testing::HasSubstr("drive")));
+  EXPECT_EQ(store.read(record.key).value().drive, "");
+  record.drive = std::string(64, 'd');
+  store.write(record);
+  EXPECT_EQ(store.read(record.key).value().drive, record.drive);
+}
+
 }  // namespace test_store
 }  // namespace gripline::sweep

@@ -31,6 +31,26 @@ TEST_F(Planning, AValueThatIsRefusedIsToldAtItsAssignment) {
               HasSubstr("already holds something that is no sweep"));
 }
 
+/// Libraries of one name in two folders are a list, and older manifests with one text a name read as well.
+TEST_F(Planning, AManifestKeepsSeveralLibrariesOfOneName) {
+  planned();
+  Node manifest = parse_file(out() / "sweep.json");
+  manifest.set("libraries", parse_text(R"({"a.so": "12", "zz.so": ["34", "56"]})"));
+  write_text(out() / "sweep.json", to_json_text(manifest));
+  EXPECT_EQ(read_manifest(out()).libraries, (Libraries{{"a.so", {"12"}}, {"zz.so", {"34", "56"}}}));
+}
+
+TEST_F(Planning, SeedsAreNotDrawnWhereFrictionComesLaterWithThem) {
+  request_.seeds_from = "2b99b83";
+  EXPECT_EQ(planned().parts.front().seeds.size(), 1u);
+  factors({R"(/world/friction=null,{"points": [{"t": 0, "factor": 0.9}], "shift_per_seed": "3 s"})"});
+  EXPECT_THAT(refusal([&] { planned(); }),
+              testing::AllOf(HasSubstr("--set /world/friction"), HasSubstr("--seeds-from \"2b99b83\" draws seed "),
+                             HasSubstr("--set /seeds/first=")));
+  request_.seeds_from.clear();
+  EXPECT_EQ(planned().size(), 4u);
+}
+
 /// A manifest that lost any member of it, or is none, is refused by name.
 TEST_F(Planning, ADamagedManifestIsRefused) {
   planned();

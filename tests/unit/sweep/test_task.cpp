@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "config/hash.hpp"
 #include "support/sweep_rig.hpp"
 
 namespace gripline::sweep {
@@ -26,8 +27,24 @@ TEST_F(Tasks, InputsThatChangedSinceThePlanAreRefused) {
   EXPECT_THAT(refusal([&] { require_same_versions(other, plugins()); }), HasSubstr("is another build than the one"));
   other = sweep;
   ASSERT_FALSE(other.libraries.empty());
-  other.libraries.begin()->second = std::string(64, '0');
+  other.libraries.begin()->second = {std::string(64, '0')};
   EXPECT_THAT(refusal([&] { require_same_versions(other, plugins()); }), HasSubstr("results of both are not mixed"));
+}
+
+/// Two folders may each hold a library of one name: what counts is that each is there.
+TEST_F(Tasks, LibrariesOfOneNameAreToldApartByTheirBytes) {
+  namespace fs = std::filesystem;
+  for (const char* folder : {"a", "b"}) fs::create_directories(folder_ / folder);
+  const fs::path first = folder_ / "a/zz.so", second = folder_ / "b/zz.so";
+  fs::copy_file(fixture_plugins("stranger") / "stranger.so", first);
+  fs::copy_file(fixture_plugins("namesake") / "namesake.so", second);
+  Sweep sweep = planned();
+  sweep.libraries = {{"zz.so", {sha256_of_file(first), sha256_of_file(second)}}};
+  const Registry both({folder_ / "a", folder_ / "b"}), turned({folder_ / "b", folder_ / "a"}), one({folder_ / "a"});
+  EXPECT_EQ(refusal([&] { require_same_versions(sweep, both); }), "nothing");
+  EXPECT_EQ(refusal([&] { require_same_versions(sweep, turned); }), "nothing");
+  EXPECT_THAT(refusal([&] { require_same_versions(sweep, one); }), HasSubstr("results of both are not mixed"));
+  EXPECT_THAT(refusal([&] { require_same_versions(sweep, plugins()); }), HasSubstr("is not found here"));
 }
 
 TEST_F(Tasks, RunsThatWereKilledFromOutsideAreNotRecorded) {
