@@ -103,6 +103,23 @@ TEST_F(Cli, CompareRacesEveryStackAndSeedAndPrintsTheTable) {
     EXPECT_THAT(entry.path().filename().string(), Not(HasSubstr(".partial"))) << entry.path();
 }
 
+/// Whatever -j the call has that finds them.
+TEST_F(Cli, ClaimsOnTimesAreJudgedOnRunsThatWereDrivenAlone) {
+  const auto judged = [&](const std::string& name, const char* jobs) {
+    const Outcome outcome = compare({"--out", out(name), "-j", jobs, "--set", "/claims/0=told.solve_ms_median < 1e6"});
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    return outcome.out;
+  };
+  const std::string skipped = "skipped  told.solve_ms_median < 1e6   (on times: needs -j 1)";
+  EXPECT_THAT(judged("beside", "2"), AllOf(HasSubstr(skipped), Not(HasSubstr("from earlier calls"))));
+  EXPECT_THAT(judged("beside", "1"),
+              AllOf(HasSubstr("4 of 4 runs were already there."), HasSubstr(skipped),
+                    HasSubstr("Times of runs from earlier calls were not measured with -j 1; --force or another --out "
+                              "drives them again.\n")));
+  EXPECT_THAT(judged("alone", "1"), HasSubstr("claims: 1 of 1 hold"));
+  EXPECT_THAT(judged("alone", "2"), HasSubstr("claims: 1 of 1 hold"));
+}
+
 TEST_F(Cli, AFailedClaimIsExitCodeOne) {
   const Outcome outcome = compare({"--out", out(), "--set", "/claims/0=told.violation_s < -1"});
   EXPECT_EQ(outcome.code, 1);

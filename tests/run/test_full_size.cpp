@@ -82,7 +82,7 @@ TEST(FullSize, CarefulLapsOnTheHill) {
   EXPECT_EQ(summary.status, Status::finished) << summary.message;
   ASSERT_EQ(summary.laps.size(), 2u);
   EXPECT_EQ(summary.violation_s, 0.0);
-  EXPECT_LT(summary.mean_deviation_m, 0.6);
+  EXPECT_LT(summary.mean_deviation_m.value(), 0.6);
   EXPECT_LT(summary.laps[1], summary.laps[0]);
   EXPECT_GT(summary.laps[1], 45.0);
 }
@@ -204,9 +204,9 @@ TEST(FullSize, TheLearnedStackStaysOnTheRoadAndKnowsItsGrip) {
   EXPECT_EQ(best.status, Status::finished) << best.message;
   ASSERT_EQ(best.laps.size(), 1u);
   EXPECT_EQ(best.violation_s, 0.0);
-  EXPECT_LT(best.mean_deviation_m, 0.1);
+  EXPECT_LT(best.mean_deviation_m.value(), 0.1);
   EXPECT_LT(best.mu_rmse.value(), 0.08);
-  EXPECT_LT(best.hilly_deviation_m.value(), best.mean_deviation_m);
+  EXPECT_LT(best.hilly_deviation_m.value(), best.mean_deviation_m.value());
   const RunSummary again = row_of_wear("best", 75.0);
   EXPECT_EQ(again.mean_deviation_m, best.mean_deviation_m);
 }

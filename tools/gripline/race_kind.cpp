@@ -68,6 +68,13 @@ std::vector<std::string> rows_of(const RaceSpec& race, const std::vector<RunResu
   return rows;
 }
 
+/// Whether claims were skipped although this call drove one run at a time: runs that it kept were driven beside others.
+bool kept_times_not_alone(const ExperimentRequest& request, const std::vector<ClaimResult>& claims) {
+  return request.jobs == 1 && std::any_of(claims.begin(), claims.end(), [](const ClaimResult& claim) {
+           return claim.why_skipped == times_not_alone;
+         });
+}
+
 /// What was edited since the folder was written last.
 void print_changes(const std::filesystem::path& out, const std::vector<std::string>& changes) {
   constexpr std::size_t most = 12;
@@ -145,8 +152,7 @@ int race_and_report(const RaceSpec& race, const RunSelection& chosen, const Regi
   std::vector<RunResult> runs = all_results(race, outcome, out);
   const std::vector<std::string> rows = rows_of(race, runs);
   const RaceResults all = {race, std::move(runs), rows};
-  const std::vector<ClaimResult> claims =
-      outcome.interrupted ? std::vector<ClaimResult>{} : judge_all(judgeable(all), request.jobs == 1);
+  const std::vector<ClaimResult> claims = outcome.interrupted ? std::vector<ClaimResult>{} : judge_all(judgeable(all));
   write_tables(out, all, claims);
   if (!chosen.baseline.empty()) write_pairs(out, chosen.baseline, paired_differences(all, chosen.baseline));
   const std::vector<ClaimResult> asked = chosen.judged ? claims : std::vector<ClaimResult>{};
@@ -155,6 +161,9 @@ int race_and_report(const RaceSpec& race, const RunSelection& chosen, const Regi
   if (!chosen.baseline.empty()) print_pairs(std::cout, chosen.baseline, paired_differences(shown, chosen.baseline));
   report_broken(outcome);
   if (outcome.kept > 0) std::cout << outcome.kept << " of " << ids.size() << " runs were already there.\n";
+  if (kept_times_not_alone(request, asked))
+    std::cout << "Times of runs from earlier calls were not measured with -j 1; --force or another --out drives them "
+                 "again.\n";
   if (outcome.replaced > 0)
     std::cout << outcome.replaced << " finished runs of other inputs or another gripline were raced again.\n";
   if (all.runs.size() > outcome.runs.size())

@@ -178,7 +178,7 @@ RunnerOutcome run_all(const RaceSpec& race, const std::vector<RunId>& ids, const
   const StopSignal stop(StopSignal::Reaction::note);
   const PauseWatch pauses;
   const ParentOfRuns parent;
-  RunProcesses processes(race, options.out, {options.timeout_s, options.memory_mb}, left.size());
+  RunProcesses processes(race, options.out, {options.timeout_s, options.memory_mb, options.jobs == 1}, left.size());
   Queue queue(race, requested, left);
   {
     Progress progress(std::cerr, race.name, std::max<std::size_t>(1, left.size() * 1000));

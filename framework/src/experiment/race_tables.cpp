@@ -70,14 +70,14 @@ Node optional_number(const std::optional<double>& value) { return value ? Node(*
 
 /// ", 85 % of solves failed" when that says more of the run than its status.
 std::string failed_share(const std::vector<const RunResult*>& runs) {
-  std::int64_t failures = 0, steps = 0;
+  std::int64_t failures = 0, solves = 0;
   for (const RunResult* run : runs) {
     if (!run->summary.many_failed_solves()) continue;
     failures += run->summary.solver_failures;
-    steps += run->summary.steps;
+    solves += run->summary.solves();
   }
   if (failures == 0) return {};
-  return ", " + std::to_string(100 * failures / std::max<std::int64_t>(steps, 1)) + " % of solves failed";
+  return ", " + std::to_string(100 * failures / solves) + " % of solves failed";
 }
 
 std::string outcome(const std::vector<const RunResult*>& runs) {
@@ -297,7 +297,15 @@ static std::vector<int> distinct_runs(const RaceResults& results, const Claim& c
   return chosen;
 }
 
-std::vector<ClaimResult> judge_all(const RaceResults& results, bool alone) {
+/// Whether all runs of the rows that a claim names were driven alone. A run that was lost has no times.
+static bool driven_alone(const RaceResults& results, const Claim& claim) {
+  return std::ranges::all_of(results.runs, [&](const RunResult& run) {
+    const bool named = run.summary.stack == claim.left.stack || run.summary.stack == claim.right.stack;
+    return !named || run.summary.steps == 0 || run.timing.alone;
+  });
+}
+
+std::vector<ClaimResult> judge_all(const RaceResults& results) {
   std::vector<ClaimResult> judged;
   const auto present = [&](const ClaimTerm& term) {
     return term.stack.empty() || std::find(results.rows.begin(), results.rows.end(), term.stack) != results.rows.end();
@@ -308,8 +316,8 @@ std::vector<ClaimResult> judge_all(const RaceResults& results, bool alone) {
     if (!present(claim.left) || !present(claim.right)) {
       skipped.why_skipped = "a row was left out by --only";
       judged.push_back(skipped);
-    } else if (claim.about_time() && !alone) {
-      skipped.why_skipped = "on times: needs -j 1";
+    } else if (claim.about_time() && !driven_alone(results, claim)) {
+      skipped.why_skipped = times_not_alone;
       judged.push_back(skipped);
     } else {
       const std::vector<int> chosen = distinct_runs(results, claim);

@@ -39,8 +39,10 @@ void print_aligned(std::ostream& out, const std::vector<std::vector<std::string>
 /// changing friction are compared at their mean factor.
 std::vector<std::string> beaten_limits(const RaceResults& results);
 
-/// Claims about rows left out are skipped, and those on times unless `alone` (runs did not share the machine).
-std::vector<ClaimResult> judge_all(const RaceResults& results, bool alone);
+/// Why a claim on times is skipped.
+inline constexpr const char* times_not_alone = "on times: needs -j 1";
+/// Claims about rows left out are skipped, and those on times unless every run of their rows was driven alone.
+std::vector<ClaimResult> judge_all(const RaceResults& results);
 
 /// Throws std::runtime_error when the disk refuses.
 void write_claims(const std::filesystem::path& out, std::span<const ClaimResult> claims);

@@ -18,8 +18,8 @@ std::filesystem::path partial_folder(const std::filesystem::path& out, const Run
 std::string broken_key(const std::string& key);
 
 /// Writes the summary into the partial folder and puts that in the place of the run's folder, if there is one already.
-/// These three throw std::runtime_error with the system's reason.
-void keep_run(const RunSummary& summary, const std::string& key, const std::filesystem::path& out);
+/// `alone`: as in RunTiming. These three throw std::runtime_error with the system's reason.
+void keep_run(const RunSummary& summary, const std::string& key, const std::filesystem::path& out, bool alone = false);
 
 /// Makes the folder of a run that was not driven because it would equal `driven` to the last bit: a summary alone.
 void keep_copied_run(const RunResult& driven, std::uint64_t seed, const std::string& key,

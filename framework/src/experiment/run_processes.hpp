@@ -46,8 +46,9 @@ class ParentOfRuns {
 };
 
 struct ProcessLimits {
-  double timeout_s = 0;       ///< wall clock that one run may take; 0: no limit
-  std::size_t memory_mb = 0;  ///< of data that one run may have; 0: no limit
+  double timeout_s = 0;        ///< wall clock that one run may take; 0: no limit
+  std::size_t memory_mb = 0;   ///< of data that one run may have; 0: no limit
+  bool one_at_a_time = false;  ///< the caller starts none before the last one ended
 };
 
 /// Runs in processes of their own. Each has a slot, a number below the count given to the constructor. The race must

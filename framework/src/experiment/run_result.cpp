@@ -106,8 +106,48 @@ std::string hash_of(const fs::path& file) {
   return now.hash;
 }
 
-/// As `sha256sum` writes it.
-std::string hash_line(const fs::path& file) { return hash_of(file) + "  " + file.filename().string() + "\n"; }
+/// As `sha256sum` writes it; empty when the file cannot be read.
+std::string hash_line(const fs::path& file) {
+  const std::string hash = hash_of(file);
+  return hash.empty() ? hash : hash + "  " + file.filename().string() + "\n";
+}
+
+/// The first line of timing.sha256, which `sha256sum --check` skips. Not in summary.json: the same run gives the same
+/// summary, however many are driven at a time.
+constexpr std::string_view alone_line = "# alone: no other run was driven at the same time\n";
+constexpr std::string_view beside_line = "# beside others: runs may have been driven at the same time\n";
+
+/// Whether the run was alone, if timing.csv is still the one that timing.sha256 names. Times of which that is not
+/// stated may be those of runs that shared the machine.
+std::optional<bool> whole_times(const fs::path& folder) {
+  const std::string line = hash_line(folder / run_files::timing);
+  if (line.empty()) return std::nullopt;
+  try {
+    const std::string text = read_bytes(folder / run_files::timing_hash);
+    for (const std::string_view first : {alone_line, beside_line, std::string_view()})
+      if (text == std::string(first) + line) return first == alone_line;
+  } catch (const InputError&) {
+  }
+  return std::nullopt;
+}
+
+/// The folder with the times of a run: its own, or that of the run which it equals.
+fs::path folder_of_times(const fs::path& folder, const Node& summary) {
+  const std::optional<double> seed = read_maybe(summary, "driven_as");
+  return seed ? folder.parent_path() / std::to_string(static_cast<std::uint64_t>(*seed)) : folder;
+}
+
+/// What of the times is not as it was written. Only a run that broke before its first step may have none.
+std::string damage_in_times(const fs::path& folder, const Node& summary) {
+  const fs::path timed = folder_of_times(folder, summary);
+  std::error_code ignored;
+  const bool none =
+      !fs::exists(timed / run_files::timing, ignored) && !fs::exists(timed / run_files::timing_hash, ignored);
+  if ((none && read_value(summary, "steps") == 0.0) || whole_times(timed)) return {};
+  std::string damage = run_files::timing;
+  if (timed != folder) damage += " of seed " + timed.filename().string();
+  return damage + (none ? " is missing" : " was changed or cut");
+}
 
 /// The hash that a summary holds of itself: of all the rest.
 std::string hash_of_summary(Node node) {
@@ -125,15 +165,7 @@ std::string damage_in(const fs::path& folder, const Node& summary) {
     if (hash.empty()) return file.key + " is missing or cannot be read";
     if (!file.value.is_text() || hash != file.value.text()) return file.key + " was changed or cut";
   }
-  std::error_code ignored;
-  if (!fs::exists(folder / run_files::timing, ignored) && !fs::exists(folder / run_files::timing_hash, ignored))
-    return {};
-  try {
-    if (read_bytes(folder / run_files::timing_hash) == hash_line(folder / run_files::timing)) return {};
-  } catch (const InputError&) {
-  }
-  std::string damage = run_files::timing;
-  return damage.append(" was changed or cut");
+  return damage_in_times(folder, summary);
 }
 
 Node summary_node(const RunSummary& s, const std::string& key) {
@@ -145,7 +177,7 @@ Node summary_node(const RunSummary& s, const std::string& key) {
   node.set("needs_truth", Node(s.needs_truth));
   node.set("lap_s", numbers(s.laps));
   node.set("lap_mean_factor", numbers(s.lap_mean_factors));
-  node.set("mean_deviation_m", Node(s.mean_deviation_m));
+  node.set("mean_deviation_m", number_or_null(s.mean_deviation_m));
   node.set("hilly_deviation_m", number_or_null(s.hilly_deviation_m));
   node.set("violation_s", Node(s.violation_s));
   node.set("violation_body_s", Node(s.violation_body_s));
@@ -170,10 +202,11 @@ void finish_summary(const fs::path& folder, Node node, Node files) {
 
 }  // namespace
 
-void write_summary(const std::filesystem::path& folder, const RunSummary& s, const std::string& key) {
+void write_summary(const std::filesystem::path& folder, const RunSummary& s, const std::string& key, bool alone) {
   std::error_code ignored;
   if (fs::exists(folder / run_files::timing, ignored))
-    write_file(folder / run_files::timing_hash, hash_line(folder / run_files::timing));
+    write_file(folder / run_files::timing_hash,
+               std::string(alone ? alone_line : beside_line) + hash_line(folder / run_files::timing));
   Node files = Node::empty_object();
   for (const std::string& name : files_of_run(folder)) files.set(name, Node(hash_of(folder / name)));
   finish_summary(folder, summary_node(s, key), std::move(files));
@@ -210,7 +243,7 @@ std::optional<RunResult> read_result(const fs::path& folder, const std::string& 
     s.needs_truth = truth != nullptr && truth->is_boolean() && truth->boolean();
     s.laps = read_array(node, "lap_s");
     s.lap_mean_factors = read_array(node, "lap_mean_factor");
-    s.mean_deviation_m = read_value(node, "mean_deviation_m");
+    s.mean_deviation_m = read_maybe(node, "mean_deviation_m");
     s.hilly_deviation_m = read_maybe(node, "hilly_deviation_m");
     s.violation_s = read_value(node, "violation_s");
     s.violation_body_s = read_value(node, "violation_body_s");
@@ -225,13 +258,13 @@ std::optional<RunResult> read_result(const fs::path& folder, const std::string& 
     s.simulated_s = read_value(node, "simulated_s");
     if (const Node* const files = node.find("files"); files != nullptr)
       result.drive = read_string(*files, run_files::steps);
-    fs::path driven = folder;
     if (const std::optional<double> seed = read_maybe(node, "driven_as")) {
       result.driven_as = static_cast<std::uint64_t>(*seed);
       result.drive = read_string(node, "drive");
-      driven = folder.parent_path() / std::to_string(*result.driven_as);
     }
-    if (fs::exists(driven / run_files::timing, ignored)) result.timing = read_timing(driven);
+    const fs::path timed = folder_of_times(folder, node);
+    if (fs::exists(timed / run_files::timing, ignored)) result.timing = read_timing(timed);
+    result.timing.alone = whole_times(timed).value_or(false);
     return result;
   } catch (const std::exception&) {
     return refuse("summary.json or timing.csv cannot be read");

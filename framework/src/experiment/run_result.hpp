@@ -13,6 +13,7 @@ namespace gripline {
 /// CPU times of a run, from timing.csv.
 struct RunTiming {
   double solve_ms_median = 0, solve_ms_p95 = 0, solve_ms_p99 = 0, update_ms_median = 0, cpu_s = 0;
+  bool alone = false;  // no other run was driven at the same time; false where that is not known
 };
 
 struct RunResult {
@@ -24,8 +25,10 @@ struct RunResult {
 
 /// Writes summary.json into the run's folder, with the key that names the run's inputs, the SHA-256 of every result
 /// there that comes out the same each time, and its own. The times of timing.csv do not, and the same run gives the
-/// same summary: its hash stands in timing.sha256, as `sha256sum` writes it. Throws std::runtime_error.
-void write_summary(const std::filesystem::path& folder, const RunSummary& summary, const std::string& key);
+/// same summary: its hash stands in timing.sha256, as `sha256sum` writes it, under a comment that says whether the run
+/// was alone (RunTiming). Throws std::runtime_error.
+void write_summary(const std::filesystem::path& folder, const RunSummary& summary, const std::string& key,
+                   bool alone = false);
 
 /// The summary of a run that was not driven because it would equal `driven` to the last bit; the folder has no more.
 void write_copied_summary(const std::filesystem::path& folder, const RunResult& driven, std::uint64_t seed,

@@ -95,7 +95,7 @@ std::string plugins_of(const RaceSpec& race, const RunId& id) {
 }
 
 RunSummary run_here(const RaceSpec& race, const RunId& id, const std::string& key, const fs::path& out_folder,
-                    RunProgress* progress) {
+                    RunProgress* progress, bool alone) {
   const fs::path out = fs::absolute(out_folder);  // a plugin may change the working folder
   const StackSpec& spec = stack_of(race, id);
   const fs::path partial = partial_folder(out, id);
@@ -110,7 +110,7 @@ RunSummary run_here(const RaceSpec& race, const RunId& id, const std::string& ke
   std::optional<ProcessState> state(std::in_place);
   const auto keep = [&] {
     const bool broken = summary.status == Status::plugin_error || summary.status == Status::error;
-    keep_run(summary, broken ? broken_key(key) : key, out);
+    keep_run(summary, broken ? broken_key(key) : key, out, alone);
     kept = true;
     if (progress != nullptr) progress->kept.store(true);
   };
@@ -142,16 +142,16 @@ RunSummary run_here(const RaceSpec& race, const RunId& id, const std::string& ke
 }
 
 void run_as_process(const RaceSpec& race, const RunId& id, const std::string& key, const fs::path& out,
-                    std::size_t memory_mb, pid_t parent, RunProgress* progress) {
+                    const ProcessSetup& setup, RunProgress* progress) {
   setpgid(0, 0);                  // processes that plugins start can be ended with this one
   std::signal(SIGINT, SIG_IGN);   // the parent ends this process
   std::signal(SIGXFSZ, SIG_IGN);  // a file beyond the size limit is then an error of write(), as on a full disk
   for (const int number : {SIGTERM, SIGCHLD, SIGTSTP, SIGSEGV, SIGABRT, SIGFPE, SIGBUS, SIGILL})
     std::signal(number, SIG_DFL);
   prctl(PR_SET_PDEATHSIG, SIGKILL);
-  if (getppid() != parent) _exit(run_lost);  // the parent ended before the line above
+  if (getppid() != setup.parent) _exit(run_lost);  // the parent ended before the line above
   OutLock::leave_to_parent();
-  limit_data(memory_mb);
+  limit_data(setup.memory_mb);
   end_at_exit();
   last_call() = &progress->last;
   int code = 0;
@@ -160,7 +160,7 @@ void run_as_process(const RaceSpec& race, const RunId& id, const std::string& ke
     try {
       fs::create_directories(partial_folder(out, id));
       redirect_streams(partial_folder(out, id) / run_files::log);
-      run_here(race, id, key, out, progress);
+      run_here(race, id, key, out, progress, setup.alone);
     } catch (const std::bad_alloc&) {
       why = "ran out of memory" + describe_place(progress->last);
     } catch (const std::exception& e) {

@@ -26,16 +26,21 @@ struct RunProgress {
 /// Exit code of a run's process that could not even write a summary.
 inline constexpr int run_lost = 4;
 
-/// Races in this process, its files under OUT/<stack>/<seed>/. `progress` may be null. A plugin's failure is in the
-/// summary; throws std::runtime_error when files cannot be written.
+/// Races in this process, its files under OUT/<stack>/<seed>/. `progress` may be null; `alone`: no other run is driven
+/// until this one ends. A plugin's failure is in the summary; throws std::runtime_error when files cannot be written.
 RunSummary run_here(const RaceSpec& race, const RunId& id, const std::string& key, const std::filesystem::path& out,
-                    RunProgress* progress);
+                    RunProgress* progress, bool alone = false);
 
-/// run_here() as the body of a process that was forked from `parent`: its output goes to log.txt in the run's folder,
-/// it may have `memory_mb` of data (0: no limit), and it ends when the parent does.
+/// What a run's process is given.
+struct ProcessSetup {
+  std::size_t memory_mb = 0;  // of data that it may have; 0: no limit
+  bool alone = false;         // no other run is driven until it ends
+  pid_t parent = 0;           // it ends when its parent does
+};
+
+/// run_here() as the body of a process that was forked from its parent: its output goes to log.txt in the run's folder.
 [[noreturn]] void run_as_process(const RaceSpec& race, const RunId& id, const std::string& key,
-                                 const std::filesystem::path& out, std::size_t memory_mb, pid_t parent,
-                                 RunProgress* progress);
+                                 const std::filesystem::path& out, const ProcessSetup& setup, RunProgress* progress);
 
 /// " (plugins of this run: ...)": for failures that cannot be assigned to one of them, such as a closed file.
 std::string plugins_of(const RaceSpec& race, const RunId& id);

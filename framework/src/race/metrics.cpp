@@ -27,7 +27,7 @@ double distance_to_line(std::span<const LinePoint> line, double x, double y) {
 }
 
 Metrics::Metrics(const World& world, const StackSpec& stack, std::uint64_t seed)
-    : world_(world), car_weight_(world.spec().car.car.m * gravity) {
+    : world_(world), factor_of_step_(world.truth().factor()), car_weight_(world.spec().car.car.m * gravity) {
   summary_.stack = stack.name;
   summary_.seed = seed;
   summary_.needs_truth = stack.needs_truth();
@@ -73,13 +73,18 @@ void Metrics::add_friction_error(const Belief& belief) {
   visited_square_.add((believed - visited) * (believed - visited));
 }
 
+void Metrics::start(bool solved) {
+  if (!solved) ++summary_.solver_failures;
+}
+
 void Metrics::step(const StackBelief& belief, std::span<const LinePoint> line, bool solved, double plan_latency) {
   const double dt = world_.spec().dt;
   ++summary_.steps;
   summary_.simulated_s = world_.time();
   summary_.plan_latency_s = std::max(summary_.plan_latency_s, plan_latency);
   if (!solved) ++summary_.solver_failures;
-  factor_.add(world_.truth().factor());
+  factor_.add(factor_of_step_);
+  factor_of_step_ = world_.truth().factor();
   if (world_.lap_ended()) lap(*world_.lap_ended());
   if (!line.empty()) {
     const double distance = distance_to_line(line, world_.state().x, world_.state().y);
@@ -103,9 +108,9 @@ RunSummary Metrics::summary(Status status, std::string message) const {
   out.message = std::move(message);
   if (out.many_failed_solves()) {
     if (!out.message.empty()) out.message += "; ";
-    out.message += std::to_string(out.solver_failures) + " of " + std::to_string(out.steps) + " solves failed";
+    out.message += std::to_string(out.solver_failures) + " of " + std::to_string(out.solves()) + " solves failed";
   }
-  out.mean_deviation_m = deviation_.mean();
+  if (deviation_.count > 0) out.mean_deviation_m = deviation_.mean();
   if (hilly_deviation_.count > 0) out.hilly_deviation_m = hilly_deviation_.mean();
   // Sums of dt are whole numbers of steps up to rounding.
   const double dt = world_.spec().dt;

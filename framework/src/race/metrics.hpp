@@ -20,8 +20,8 @@ struct RunSummary {
   std::string message;  // why it ended when it did not finish, and what makes even a finished run doubtful
   bool needs_truth = false;
   std::vector<double> laps, lap_mean_factors;  // [s], [-]
-  double mean_deviation_m = 0;
-  std::optional<double> hilly_deviation_m;  // mean_deviation_m where the road is steeper than 3 %; empty if nowhere
+  std::optional<double> mean_deviation_m;      // empty if the planner follows no line
+  std::optional<double> hilly_deviation_m;     // mean_deviation_m where the road is steeper than 3 %; empty if nowhere
   double violation_s = 0, violation_body_s = 0;
   std::optional<double> violation_after_adapt_s, violation_body_after_adapt_s;
   /// Root mean square of believed total mu against mu_true over every step at which the stack trusts what it learned;
@@ -31,8 +31,10 @@ struct RunSummary {
   std::int64_t solver_failures = 0, steps = 0;
   double simulated_s = 0;
 
-  /// Whether the solver failed in more than one step in ten: much of the run was driven by the controller's fallback.
-  bool many_failed_solves() const { return 10 * solver_failures > steps; }
+  /// One before the first step, one after every step.
+  std::int64_t solves() const { return steps + 1; }
+  /// Whether more than one solve in ten failed: much of the run was driven by the controller's fallback.
+  bool many_failed_solves() const { return 10 * solver_failures > solves(); }
 };
 
 /// Distance from a point to a closed line given by samples, measured to its chords.
@@ -41,6 +43,8 @@ double distance_to_line(std::span<const LinePoint> line, double x, double y);
 class Metrics {
  public:
   Metrics(const World& world, const StackSpec& stack, std::uint64_t seed);
+  /// Before the first step, whose command is decided then.
+  void start(bool solved);
   /// After every control step, at the state it led to.
   void step(const StackBelief& belief, std::span<const LinePoint> line, bool solved, double plan_latency = 0.0);
   double mu_true() const;
@@ -60,6 +64,7 @@ class Metrics {
   const World& world_;
   RunSummary summary_;
   double lap_began_ = 0;
+  double factor_of_step_;  // friction factor of the step that is driven next; the world shows the one that begins
   Mean factor_, deviation_, hilly_deviation_, mu_square_, visited_square_, bias_;
   double largest_slip_[2] = {0, 0};
   double largest_force_[2] = {0, 0};     // over the slips seen, at factor 1 [N]

@@ -105,7 +105,10 @@ void Simulation::decide() {
   const auto line = guard(stack_.spec().planner.id(), now_.t, [&] { return stack_.planner().line(); });
   const double latency = stack_.planner().latency();
   require_finite(stack_.spec().planner.id(), now_.t, "a latency", {latency});
-  if (world_.step() > 0) metrics_.step(belief, line, command_.solved, latency);
+  if (world_.step() > 0)
+    metrics_.step(belief, line, command_.solved, latency);
+  else
+    metrics_.start(command_.solved);
   if (recorder_ == nullptr) return;
   recorder_->write(
       {world_, stack_, belief, horizon_, command_, world_.clamp_to_limits(command_.u), metrics_.mu_true(), timing_});

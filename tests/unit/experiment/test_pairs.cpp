@@ -71,6 +71,22 @@ TEST(Pairs, AreOfTheSameDraw) {
   EXPECT_DOUBLE_EQ(find(pairs, "lap0_s").p, 1);
 }
 
+/// Of these runs none followed a line.
+TEST(Pairs, AColumnThatNoRunMeasuredHasEmptyCells) {
+  const Folder folder;
+  const RaceSpec race = race_of();
+  std::vector<RunResult> runs = six_pairs();
+  for (std::size_t i = 0; i < 6; ++i) runs[i].summary.mean_deviation_m = 0.1;  // of the baseline alone
+  const auto pairs = paired_differences({race, runs, {"none", "elm"}}, "none");
+  EXPECT_EQ(find(pairs, "mean_deviation_m").draws, 0);
+  EXPECT_FALSE(find(pairs, "mean_deviation_m").difference.has_value());
+  write_pairs(folder.path(), "none", pairs);
+  EXPECT_THAT(contents(folder / "pairs.csv"), HasSubstr("elm,none,mean_deviation_m,,,,,0\n"));
+  std::ostringstream out;
+  print_pairs(out, "none", pairs);
+  EXPECT_THAT(out.str(), Not(HasSubstr("mean_deviation_m")));
+}
+
 TEST(Pairs, ADrawThatOneRowDidNotMeasureIsLeftOut) {
   const RaceSpec race = race_of();
   std::vector<RunResult> runs = six_pairs();

@@ -47,6 +47,7 @@ TEST(RaceColumns, AreReadFromARun) {
 TEST(RaceColumns, WhatWasNotMeasuredIsEmpty) {
   const RunResult run = two_laps();
   EXPECT_EQ(read("lap2_s", run), std::nullopt);
+  EXPECT_EQ(read("mean_deviation_m", run), std::nullopt) << "the planner followed no line";
   EXPECT_EQ(read("mu_rmse", run), std::nullopt) << "the stack never trusted its belief";
   EXPECT_EQ(read("pace_ratio1", run), std::nullopt) << "the world states no limit";
   RunResult lost;

@@ -102,6 +102,34 @@ TEST_F(Runner, SeedsOfOneRunAreDrivenTwiceAtMost) {
   EXPECT_NE(drawn.runs[0].drive, drawn.runs[2].drive);
 }
 
+/// What is kept says whether its times were measured alone, whatever call asks for it.
+TEST_F(Runner, RunsRememberWhetherTheyWereAlone) {
+  const RaceSpec race = race_of();
+  const std::vector<RunId> ids = {{"good", 1}, {"good", 2}, {"good", 3}, {"fast", 1}};
+  EXPECT_TRUE(run(race, {{"fast", 1}}, 1).runs[0].timing.alone);
+  for (const int jobs : {2, 1}) {
+    const RunnerOutcome outcome = run(race, ids, jobs);
+    for (std::size_t i = 0; i < 3; ++i) EXPECT_FALSE(outcome.runs[i].timing.alone) << i;
+    EXPECT_TRUE(outcome.runs[3].timing.alone);
+  }
+}
+
+/// Without them the row would state times of zero.
+TEST_F(Runner, ARunThatLostItsTimesIsDrivenAgain) {
+  const RaceSpec race = race_of();
+  const std::vector<RunId> ids = {{"good", 1}, {"good", 2}, {"good", 3}};
+  run(race, ids);
+  for (const char* name : {"good/1/timing.csv", "good/1/timing.sha256"}) fs::remove(file(name));
+  const RunnerOutcome outcome = run(race, ids);
+  EXPECT_EQ(outcome.kept, 1);
+  EXPECT_THAT(outcome.notes,
+              testing::ElementsAre("good, seed 1: timing.csv is missing since it was raced; it is driven again",
+                                   HasSubstr("good, seed 3: timing.csv of seed 1 is missing")));
+  for (const RunResult& one : outcome.runs) EXPECT_GT(one.timing.cpu_s, 0);
+  EXPECT_EQ(outcome.runs[2].driven_as, 1u);
+  EXPECT_EQ(run(race, ids).kept, 3);
+}
+
 TEST_F(Runner, FinishedRunsAreKept) {
   const RaceSpec race = race_of();
   run(race, {{"good", 1}});
@@ -156,7 +184,7 @@ TEST_F(Runner, ManyFailedSolvesAreSaid) {
   const RunnerOutcome outcome = run(race, {{"late", 1}, {"early", 1}});
   EXPECT_EQ(outcome.runs[0].summary.message, "");
   EXPECT_EQ(outcome.runs[1].summary.status, Status::finished);
-  EXPECT_EQ(outcome.runs[1].summary.message, "41 of 50 solves failed");
+  EXPECT_EQ(outcome.runs[1].summary.message, "41 of 51 solves failed");
 }
 
 TEST_F(Runner, TheUsualTimeoutIsGenerous) {

@@ -44,6 +44,7 @@ RunResult run_of(const std::string& stack, std::uint64_t seed, double violation,
   run.summary.simulated_s = 2;
   run.timing.solve_ms_median = 1.5 + violation;
   run.timing.cpu_s = 0.25;
+  run.timing.alone = true;
   return run;
 }
 
@@ -166,7 +167,7 @@ TEST(RaceTables, RunsEqualToTheLastBitCountOnce) {
   runs[0].drive = runs[1].drive = "a";
   runs[2].drive = "b";
   const RaceResults results = {race, runs, {"elm"}};
-  const std::vector<ClaimResult> claims = judge_all(results, true);
+  const std::vector<ClaimResult> claims = judge_all(results);
   write_tables(folder.path(), results, claims);
   auto elm = cells(folder / "table.csv", "elm,");
   EXPECT_EQ(elm["violation_s"], "1.5");
@@ -200,7 +201,7 @@ TEST(RaceTables, RunsThatWereSparedCostNothing) {
   EXPECT_EQ(elm["simulated_s"], "4");
   EXPECT_EQ(cells(folder / "runs.csv", "elm,3,")["violation_s"], "1");
   std::ostringstream out;
-  print_tables(out, results, judge_all(results, true));
+  print_tables(out, results, judge_all(results));
   EXPECT_THAT(out.str(), HasSubstr("elm: seeds 1, 2 drove the same run to the last bit, which counts once; 3 would too "
                                    "and were not driven"));
   EXPECT_THAT(out.str(), HasSubstr("warning: a claim rests on one run;"));
@@ -216,7 +217,7 @@ TEST(RaceTables, FailedSolvesAreASum) {
   EXPECT_EQ(cells(folder / "table.csv", "elm,")["solver_failures"], "7");
   EXPECT_EQ(cells(folder / "table.csv", "none,")["solver_failures"], "0");
   std::ostringstream out;
-  print_tables(out, results, judge_all(results, true));
+  print_tables(out, results, judge_all(results));
   EXPECT_THAT(out.str(), Not(HasSubstr("rests on one run")));
 }
 
@@ -267,7 +268,7 @@ TEST(RaceTables, OnlyTheRowsAskedFor) {
   std::vector<RunResult> runs = some_runs();
   runs.erase(runs.begin(), runs.begin() + 3);
   const RaceResults results = {race, runs, {"elm", "oracle"}};
-  const std::vector<ClaimResult> claims = judge_all(results, true);
+  const std::vector<ClaimResult> claims = judge_all(results);
   ASSERT_EQ(claims.size(), 2u);
   EXPECT_FALSE(claims[0].holds.has_value());
   EXPECT_EQ(claims[0].why_skipped, "a row was left out by --only");
@@ -284,12 +285,22 @@ TEST(RaceTables, OnlyTheRowsAskedFor) {
 
 TEST(RaceTables, ClaimsOnTimesNeedTheMachineAlone) {
   const RaceSpec race = race_of(R"(["elm.solve_ms_median < none.solve_ms_median", "elm.lap0_s < none.lap0_s"])");
-  const RaceResults results = {race, some_runs(), {"none", "elm", "oracle"}};
-  const std::vector<ClaimResult> shared = judge_all(results, false), alone = judge_all(results, true);
+  RaceResults results = {race, some_runs(), {"none", "elm", "oracle"}};
+  results.runs.back().timing.alone = false;  // oracle's, which no claim names
+  EXPECT_TRUE(judge_all(results)[0].holds.has_value());
+  results.runs[1].timing.alone = false;  // one of none's three
+  const std::vector<ClaimResult> shared = judge_all(results);
   EXPECT_FALSE(shared[0].holds.has_value());
-  EXPECT_THAT(shared[0].why_skipped, HasSubstr("-j 1"));
+  EXPECT_EQ(shared[0].why_skipped, "on times: needs -j 1");
   EXPECT_TRUE(shared[1].holds.value());
-  EXPECT_TRUE(alone[0].holds.has_value());
+}
+
+/// A lost run was measured neither alone nor beside others: the claim is about times that are not there.
+TEST(RaceTables, AClaimOnTheTimesOfALostRunDoesNotHold) {
+  const RaceSpec race = race_of(R"(["elm.solve_ms_median < none.solve_ms_median"])", 1);
+  RunResult lost;
+  lost.summary.stack = "elm";
+  EXPECT_FALSE(judge_all({race, {run_of("none", 1, 3, {8, 9}), lost}, {"none", "elm"}}).at(0).holds.value());
 }
 
 /// A run whose process was lost has no zeros to its credit.
@@ -306,15 +317,49 @@ TEST(RaceTables, ALostRunMeasuredNothing) {
   EXPECT_EQ(row["mean_deviation_m"], "");
   EXPECT_EQ(row["runs"], "1");
   EXPECT_EQ(row["finished"], "0");
-  EXPECT_FALSE(judge_all(results, true).at(0).holds.value());
+  EXPECT_FALSE(judge_all(results).at(0).holds.value());
+}
+
+/// A planner may follow no line.
+TEST(RaceTables, ARowWithoutDeviationHasAnEmptyCellAndNoClaimOnItHolds) {
+  const Folder folder;
+  const RaceSpec race = race_of(R"(["elm.mean_deviation_m <= 1", "elm.mean_deviation_m_hi <= 1",
+                                    "none.mean_deviation_m <= 1"])");
+  RaceResults results = {race, some_runs(), {"none", "elm", "oracle"}};
+  for (std::size_t i = 3; i < 6; ++i) results.runs[i].summary.mean_deviation_m.reset();
+  const std::vector<ClaimResult> claims = judge_all(results);
+  EXPECT_FALSE(claims[0].holds.value());
+  EXPECT_FALSE(claims[0].left.has_value());
+  EXPECT_FALSE(claims[1].holds.value());
+  EXPECT_TRUE(claims[2].holds.value());
+  write_tables(folder.path(), results, claims);
+  auto row = cells(folder / "table.csv", "elm,");
+  for (const char* column : {"mean_deviation_m", "mean_deviation_m_lo", "mean_deviation_m_hi"})
+    EXPECT_EQ(row[column], "") << column;
+  EXPECT_EQ(cells(folder / "runs.csv", "elm,2,")["mean_deviation_m"], "");
+  EXPECT_EQ(cells(folder / "table.csv", "none,")["mean_deviation_m"], "0.4");
+  std::ostringstream out;
+  print_tables(out, results, claims);
+  EXPECT_THAT(out.str(), HasSubstr("FAILS    elm.mean_deviation_m <= 1   (- against 1"));
+}
+
+/// Every solve of a run may fail, the one before its first step too.
+TEST(RaceTables, NoMoreThanAllSolvesFail) {
+  const RaceSpec race = race_of("[]", 1);
+  RaceResults results = {race, {run_of("elm", 1, 0, {8, 9})}, {"elm"}};
+  results.runs[0].summary.solver_failures = results.runs[0].summary.steps + 1;
+  std::ostringstream out;
+  print_tables(out, results, {});
+  EXPECT_THAT(out.str(), HasSubstr("finished, 100 % of solves failed"));
 }
 
 TEST(RaceTables, ThePrintedTableMarksWhoWasToldTheTruth) {
   const RaceSpec race = race_of(R"(["elm.violation_s <= none.violation_s", "none.violation_s < elm.violation_s",
                                     "elm.solve_ms_median < none.solve_ms_median"])");
-  const RaceResults results = {race, some_runs(), {"none", "elm", "oracle"}};
+  RaceResults results = {race, some_runs(), {"none", "elm", "oracle"}};
+  results.runs[4].timing.alone = false;
   std::ostringstream out;
-  print_tables(out, results, judge_all(results, false));
+  print_tables(out, results, judge_all(results));
   EXPECT_THAT(out.str(), AllOf(HasSubstr("oracle *"), HasSubstr("* was told the truth"), Not(HasSubstr("elm *"))));
   EXPECT_THAT(out.str(), HasSubstr("2/3 finished"));
   EXPECT_THAT(out.str(), HasSubstr("1 skipped"));
@@ -326,7 +371,7 @@ TEST(RaceTables, ThePrintedTableMarksWhoWasToldTheTruth) {
 TEST(RaceTables, BelowSixRunsTheEndsAreCalledARange) {
   const RaceSpec race = race_of(R"(["none.violation_s_hi <= 5", "none.violation_s_lo > 3"])");
   const RaceResults results = {race, some_runs(), {"none", "elm", "oracle"}};
-  const std::vector<ClaimResult> claims = judge_all(results, true);
+  const std::vector<ClaimResult> claims = judge_all(results);
   EXPECT_TRUE(claims.at(0).holds.value());
   std::ostringstream out;
   print_tables(out, results, claims);
@@ -348,7 +393,7 @@ TEST(RaceTables, FromSixRunsTheEndsAreAnInterval) {
         run_of("none", seed, static_cast<double>(seed), seed < 3 ? std::vector<double>{8, 9} : std::vector<double>{8}));
   const RaceResults results = {race, runs, {"none"}};
   std::ostringstream out;
-  print_tables(out, results, judge_all(results, true));
+  print_tables(out, results, judge_all(results));
   EXPECT_THAT(out.str(), AllOf(HasSubstr("\n  95 %"), HasSubstr("9.00..9.00 of 2"), HasSubstr("bootstrap interval"),
                                Not(HasSubstr("no 95 %"))));
 }

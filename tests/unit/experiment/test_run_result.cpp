@@ -11,6 +11,7 @@ namespace gripline {
 namespace test_run_result {
 
 using testing::ElementsAre;
+using testing::EndsWith;
 using testing::HasSubstr;
 using testing::Not;
 using namespace testing_support;
@@ -38,8 +39,13 @@ RunSummary some() {
   return s;
 }
 
+void write_times(const Folder& folder) {
+  write_text(folder / "timing.csv", "t_s,update_ms,plan_ms,solve_ms,cpu_s\n0,1,1,1,1\n");
+}
+
 TEST(RunResult, ASummaryComesBack) {
   const Folder folder;
+  write_times(folder);
   write_summary(folder.path(), some(), "key");
   const RunSummary s = read_result(folder.path(), "key").value().summary;
   EXPECT_EQ(s.stack, "elm");
@@ -67,6 +73,7 @@ TEST(RunResult, EveryStatusComesBackWithItsMessage) {
   for (const Status status :
        {Status::finished, Status::crashed, Status::timeout, Status::plugin_error, Status::error}) {
     const Folder folder;
+    write_times(folder);
     RunSummary s = some();
     s.status = status;
     s.message = "why, with \"quotes\"\nand a line";
@@ -78,6 +85,7 @@ TEST(RunResult, EveryStatusComesBackWithItsMessage) {
 
 TEST(RunResult, AnotherKeyIsNotThisRun) {
   const Folder folder;
+  write_times(folder);
   write_summary(folder.path(), some(), "key");
   EXPECT_FALSE(read_result(folder.path(), "other").has_value());
   EXPECT_TRUE(read_result(folder.path(), "").has_value());
@@ -104,7 +112,7 @@ TEST(RunResult, WhatWasChangedIsFound) {
   };
   const auto write_all = [&] {
     write_text(folder / "steps.csv", "t_s,x_m\n0,1\n0.02,2\n");
-    write_text(folder / "timing.csv", "t_s,update_ms,plan_ms,solve_ms,cpu_s\n0,1,1,1,1\n");
+    write_times(folder);
     write_text(folder / "log.txt", "words");
     write_summary(folder.path(), some(), "key");
   };
@@ -112,7 +120,8 @@ TEST(RunResult, WhatWasChangedIsFound) {
   EXPECT_EQ(damage(), "");
   write_text(folder / "log.txt", "more words");  // of a plugin that is destroyed
   EXPECT_EQ(damage(), "");
-  EXPECT_EQ(contents(folder / "timing.sha256"), sha256_of_file(folder / "timing.csv") + "  timing.csv\n");
+  EXPECT_THAT(contents(folder / "timing.sha256"),
+              EndsWith("\n" + sha256_of_file(folder / "timing.csv") + "  timing.csv\n"));
   fs::resize_file(folder / "steps.csv", 10);
   EXPECT_EQ(damage(), "steps.csv was changed or cut");
   fs::remove(folder / "steps.csv");
@@ -123,6 +132,11 @@ TEST(RunResult, WhatWasChangedIsFound) {
   write_all();
   fs::remove(folder / "timing.csv");
   EXPECT_EQ(damage(), "timing.csv was changed or cut");
+  fs::remove(folder / "timing.sha256");
+  EXPECT_EQ(damage(), "timing.csv is missing");
+  write_all();
+  fs::remove(folder / "timing.sha256");
+  EXPECT_EQ(damage(), "timing.csv was changed or cut");
   write_all();
   std::string summary = contents(folder / "summary.json");
   summary.replace(summary.find("0.46"), 4, "0.00");
@@ -131,6 +145,72 @@ TEST(RunResult, WhatWasChangedIsFound) {
   std::string other;
   EXPECT_FALSE(read_result(folder.path(), "another key", &other).has_value());
   EXPECT_EQ(other, "");  // another run's, and none of our business
+}
+
+/// A process that was lost may have left none, and its row has no times then.
+TEST(RunResult, OnlyARunWithoutAStepMayHaveNoTimes) {
+  const Folder folder;
+  RunSummary s = some();
+  s.status = Status::error;
+  s.steps = 0;
+  write_summary(folder.path(), s, "key");
+  std::string damage;
+  EXPECT_TRUE(read_result(folder.path(), "key", &damage).has_value());
+  EXPECT_EQ(damage, "");
+  s.steps = 1;
+  write_summary(folder.path(), s, "key");
+  EXPECT_FALSE(read_result(folder.path(), "key", &damage).has_value());
+  EXPECT_EQ(damage, "timing.csv is missing");
+}
+
+/// A run that was not driven again has the times of the one that it equals.
+TEST(RunResult, ACopyHasTheTimesOfTheRunThatWasDriven) {
+  const Folder out;
+  const fs::path driven = out / "elm/7", copy = out / "elm/9";
+  for (const fs::path& folder : {driven, copy}) fs::create_directories(folder);
+  write_text(driven / "timing.csv", "t_s,update_ms,plan_ms,solve_ms,cpu_s\n0,1,1,3,1\n");
+  write_summary(driven, some(), "key", true);
+  write_copied_summary(copy, read_result(driven, "key").value(), 9, "key");
+  const RunTiming timing = read_result(copy, "key").value().timing;
+  EXPECT_EQ(timing.solve_ms_median, 3);
+  EXPECT_TRUE(timing.alone);
+  for (const char* name : {"timing.csv", "timing.sha256"}) fs::remove(driven / name);
+  std::string damage;
+  EXPECT_FALSE(read_result(copy, "key", &damage).has_value());
+  EXPECT_EQ(damage, "timing.csv of seed 7 is missing");
+}
+
+TEST(RunResult, WhetherItWasAloneComesBack) {
+  const Folder folder;
+  write_times(folder);
+  const auto alone = [&] { return read_result(folder.path(), "key").value().timing.alone; };
+  write_summary(folder.path(), some(), "key", true);
+  const std::string summary = contents(folder / "summary.json");
+  EXPECT_TRUE(alone());
+  write_summary(folder.path(), some(), "key", false);
+  EXPECT_FALSE(alone());
+  EXPECT_EQ(contents(folder / "summary.json"), summary) << "the same run, however many are driven at a time";
+}
+
+/// As programs wrote it that did not say whether a run was alone: the run counts, and its times may be others'.
+TEST(RunResult, TimesOfWhichItIsNotKnownAreNotOfARunAlone) {
+  const Folder folder;
+  write_times(folder);
+  write_summary(folder.path(), some(), "key", true);
+  write_text(folder / "timing.sha256", sha256_of_file(folder / "timing.csv") + "  timing.csv\n");
+  EXPECT_FALSE(read_result(folder.path(), "key").value().timing.alone);
+  write_text(folder / "timing.sha256", "# alone\n" + sha256_of_file(folder / "timing.csv") + "  timing.csv\n");
+  EXPECT_FALSE(read_result(folder.path(), "key").has_value()) << "nobody wrote that";
+}
+
+TEST(RunResult, WhatWasNotMeasuredStaysEmpty) {
+  const Folder folder;
+  write_times(folder);
+  RunSummary s = some();
+  s.mean_deviation_m.reset();
+  write_summary(folder.path(), s, "key");
+  EXPECT_FALSE(read_result(folder.path(), "key").value().summary.mean_deviation_m.has_value());
+  EXPECT_THAT(contents(folder / "summary.json"), HasSubstr("\"mean_deviation_m\": null"));
 }
 
 TEST(RunResult, TimesAreNearestRankPercentiles) {

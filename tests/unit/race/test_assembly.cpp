@@ -38,7 +38,7 @@ TEST(RaceAssembly, WithoutAFolderItRacesTheSameAndWritesNothing) {
   const StackSpec stack = stack_of(world.car);
   RaceAssembly written(world, stack, {.seed = 2, .folder = folder / "run"});
   RaceAssembly silent(world, stack, {.seed = 2});
-  EXPECT_EQ(written.run().mean_deviation_m, silent.run().mean_deviation_m);
+  EXPECT_EQ(written.run().mean_deviation_m.value(), silent.run().mean_deviation_m.value());
   EXPECT_EQ(written.world().state().x, silent.world().state().x);
   std::filesystem::remove_all(folder / "run");
   EXPECT_THAT(files_in(folder.path()), IsEmpty());

@@ -63,17 +63,27 @@ class Drive {
 
 TEST(Metrics, CountsSteps) {
   Drive drive(R"({"start": {"speed": 1}})", R"({"estimator": {"plugin": "oracle"}})");
+  drive.metrics().start(true);
   for (int k = 0; k < 10; ++k) drive.step({0.3, 0}, {}, {}, k % 3 != 0);
   const RunSummary summary = drive.metrics().summary(Status::timeout, "why");
   EXPECT_EQ(summary.steps, 10);
   EXPECT_EQ(summary.solver_failures, 4);
   EXPECT_DOUBLE_EQ(summary.simulated_s, 0.2);
   EXPECT_EQ(summary.status, Status::timeout);
-  EXPECT_EQ(summary.message, "why; 4 of 10 solves failed");
+  EXPECT_EQ(summary.message, "why; 4 of 11 solves failed");
   EXPECT_EQ(summary.seed, 7u);
   EXPECT_EQ(summary.stack, "driver");
   EXPECT_TRUE(summary.needs_truth);
   EXPECT_EQ(summary.plan_latency_s, 0) << "of a planner that plans within the step";
+}
+
+TEST(Metrics, CountTheSolveBeforeTheFirstStep) {
+  Drive drive(R"({"start": {"speed": 1}})");
+  drive.metrics().start(false);
+  for (int k = 0; k < 9; ++k) drive.step({0.3, 0});
+  EXPECT_EQ(drive.summary().solver_failures, 1);
+  EXPECT_EQ(drive.summary().steps, 9);
+  EXPECT_EQ(drive.summary().message, "") << "one of ten is not more than one in ten";
 }
 
 TEST(Metrics, KeepTheLongestLatencyOfThePlanner) {
@@ -90,7 +100,14 @@ TEST(Metrics, DeviationIsTheTimeMeanOfTheDistance) {
     drive.step({0.4, 0.5}, {}, line);
     sum += distance_to_line(line, drive.world().state().x, drive.world().state().y);
   }
-  EXPECT_NEAR(drive.summary().mean_deviation_m, sum / 40, 1e-15);
+  EXPECT_NEAR(drive.summary().mean_deviation_m.value(), sum / 40, 1e-15);
+}
+
+TEST(Metrics, WithoutALineThereIsNoDeviation) {
+  Drive drive(R"({"start": {"speed": 1}})");
+  for (int k = 0; k < 10; ++k) drive.step({0.3, 0});
+  EXPECT_FALSE(drive.summary().mean_deviation_m.has_value());
+  EXPECT_FALSE(drive.summary().hilly_deviation_m.has_value());
 }
 
 TEST(Metrics, HillyDeviationCountsWhereTheRoadIsSteep) {
@@ -158,8 +175,8 @@ TEST(Metrics, LapsWithTheirMeanFactors) {
   int count = 0;
   std::vector<double> laps, means, lengths;
   while (drive.world().time() < 30) {
+    sum += drive.world().truth().factor();  // of the step that begins
     drive.step(drive.follow(1.2));
-    sum += drive.world().truth().factor();
     ++count;
     const State& x = drive.world().state();
     const Place& at = drive.world().place();

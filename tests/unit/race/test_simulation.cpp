@@ -167,6 +167,28 @@ TEST(Simulation, EveryStatusButSolvedIsAFailedSolve) {
   EXPECT_EQ(solved[10], 0);
 }
 
+/// The command of the first step is decided before it.
+TEST(Simulation, TheFirstSolveCountsToo) {
+  const Folder folder;
+  Race race(folder.path(), "{}", R"({"controller": {"plugin": "fault.unsolved", "params": {"step": 0}}})");
+  const RunSummary summary = race.run();
+  EXPECT_EQ(summary.steps, 50);
+  EXPECT_EQ(summary.solver_failures, 51);
+  EXPECT_EQ(summary.message, "51 of 51 solves failed");
+  const std::vector<double> solved = race.steps().column("solved");
+  EXPECT_EQ(std::count(solved.begin(), solved.end(), 0.0), 51);
+}
+
+/// A car that stands has not kept to a line that there is not.
+TEST(Simulation, APlannerWithoutALineHasNoDeviation) {
+  const Folder folder;
+  Race race(folder.path(), R"({"start": {"speed": 0}})", R"({"planner": {"plugin": "spy.blind", "params": null},
+    "controller": {"plugin": "spy.constant", "params": {"d": 0}}})");
+  const RunSummary summary = race.run();
+  EXPECT_EQ(summary.steps, 50);
+  EXPECT_FALSE(summary.mean_deviation_m.has_value());
+}
+
 TEST(Simulation, TheSameRunTwiceIsTheSameBytes) {
   const Folder folder;
   constexpr const char* world =
