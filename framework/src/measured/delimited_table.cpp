@@ -151,7 +151,9 @@ bool is_word(std::string_view cell) {
 
 /// A cell that says that there is nothing.
 bool is_missing(std::string_view cell) {
-  constexpr std::array<std::string_view, 9> words = {"", "-", "--", "nan", "NaN", "NAN", "NA", "null", "N/A"};
+  constexpr std::array<std::string_view, 18> words = {"",     "-",    "--",  "nan", "NaN",  "NAN",
+                                                      "-nan", "-NaN", "NA",  "na",  "null", "NULL",
+                                                      "None", "none", "N/A", "n/a", "#N/A", "#NV"};
   return std::find(words.begin(), words.end(), cell) != words.end();
 }
 
@@ -321,8 +323,16 @@ struct Reader {
     make_unique(table.name);
   }
 
+  void count_unread(std::size_t column, std::string_view cell, int line) {
+    DelimitedTable::Unread& unread = table.unread[column];
+    if (unread.cells++ > 0) return;
+    unread.first = cell.substr(0, 40);
+    unread.line = line;
+  }
+
   void read_rows() {
     table.column.resize(shape.cells);
+    table.unread.resize(shape.cells);
     std::size_t ragged = 0;
     for (std::size_t i = first; i < lines.size(); ++i) {
       if (is_comment(lines[i].text)) continue;
@@ -331,7 +341,10 @@ struct Reader {
         ++ragged;
         continue;
       }
-      for (std::size_t c = 0; c < shape.cells; ++c) table.column[c].push_back(read_cell(row[c], shape.decimal_comma));
+      for (std::size_t c = 0; c < shape.cells; ++c) {
+        table.column[c].push_back(read_cell(row[c], shape.decimal_comma));
+        if (std::isnan(table.column[c].back()) && !is_missing(row[c])) count_unread(c, row[c], lines[i].number);
+      }
       if (i == first)
         for (const std::string_view cell : row) table.of_clock.push_back(cell.find(':') != std::string_view::npos);
       table.line.push_back(lines[i].number);
