@@ -26,9 +26,13 @@ struct Line {
 }
 
 std::string_view trim(std::string_view text) {
-  const auto blank = [](char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\xa0'; };
-  while (!text.empty() && blank(text.front())) text.remove_prefix(1);
-  while (!text.empty() && blank(text.back())) text.remove_suffix(1);
+  // A blank that does not break is two bytes in UTF-8; the second of them alone ends letters too.
+  constexpr std::string_view unbroken = "\xc2\xa0";
+  const auto blank = [](char c) { return c == ' ' || c == '\t' || c == '\r'; };
+  while (!text.empty() && (blank(text.front()) || text.starts_with(unbroken)))
+    text.remove_prefix(blank(text.front()) ? 1 : unbroken.size());
+  while (!text.empty() && (blank(text.back()) || text.ends_with(unbroken)))
+    text.remove_suffix(blank(text.back()) ? 1 : unbroken.size());
   return text;
 }
 
@@ -151,7 +155,9 @@ bool is_word(std::string_view cell) {
 
 /// A cell that says that there is nothing.
 bool is_missing(std::string_view cell) {
-  constexpr std::array<std::string_view, 9> words = {"", "-", "--", "nan", "NaN", "NAN", "NA", "null", "N/A"};
+  constexpr std::array<std::string_view, 18> words = {"",     "-",    "--",  "nan", "NaN",  "NAN",
+                                                      "-nan", "-NaN", "NA",  "na",  "null", "NULL",
+                                                      "None", "none", "N/A", "n/a", "#N/A", "#NV"};
   return std::find(words.begin(), words.end(), cell) != words.end();
 }
 
@@ -172,6 +178,13 @@ std::vector<Line> sample_of(const std::vector<Line>& lines) {
   return sample;
 }
 
+/// "1,234" is another number where the comma groups digits.
+bool may_group_thousands(std::string_view cell) {
+  const std::size_t comma = cell.find(',');
+  return comma != std::string_view::npos && comma > 0 && cell.size() == comma + 4 && !cell.starts_with('0') &&
+         !cell.starts_with("-0");
+}
+
 Shape shape_with(const std::vector<Line>& sample, char separator) {
   std::map<std::size_t, std::size_t> lengths;
   for (const Line& line : sample) ++lengths[split(line.text, separator).size()];
@@ -186,7 +199,7 @@ Shape shape_with(const std::vector<Line>& sample, char separator) {
     if (cells.size() != shape.cells) continue;
     std::size_t good = 0;
     for (const std::string_view cell : cells) {
-      const bool comma = separator != ',' && cell.find(',') != std::string_view::npos;
+      const bool comma = cell.find(',') != std::string_view::npos && !(separator == ',' && may_group_thousands(cell));
       const bool number = !std::isnan(read_cell(cell, comma));
       good += number || is_missing(cell);
       points += number && cell.find('.') != std::string_view::npos;
@@ -260,11 +273,38 @@ struct Reader {
     return all;
   }
 
+  /// Whether a row may lack empty cells at its end. The last line of a file that was cut off ends anywhere, and blanks
+  /// do not tell which cell is empty.
+  bool lacks_cells(const std::vector<std::string_view>& row, std::size_t at) const {
+    return shape.separator != ' ' && at + 1 < lines.size() && row.size() > 1 && row.size() < shape.cells &&
+           2 * row.size() > shape.cells;
+  }
+
+  /// Where most rows lack cells, the header tells how many there are.
+  void widen_to_header() {
+    if (first == 0 || shape.separator == ' ' || is_comment(lines[first - 1].text)) return;
+    const auto header = split(lines[first - 1].text, shape.separator);
+    const bool names = std::ranges::all_of(header, [](std::string_view cell) { return is_word(cell); });
+    if (!names || header.size() <= shape.cells || header.size() >= 2 * shape.cells) return;
+    const bool filled =
+        std::any_of(lines.begin() + static_cast<std::ptrdiff_t>(first), lines.end(),
+                    [&](const Line& l) { return split(l.text, shape.separator).size() == header.size(); });
+    if (filled) shape.cells = header.size();
+  }
+
+  bool is_short_row(std::size_t at) const {
+    const auto row = cells(lines[at]);
+    return !is_comment(lines[at].text) && lacks_cells(row, at) && is_row(row, shape.decimal_comma);
+  }
+
   void find_first_row() {
     for (first = 0; first < lines.size(); ++first) {
       if (is_comment(lines[first].text)) continue;
       const auto row = cells(lines[first]);
-      if (row.size() == shape.cells && is_row(row, shape.decimal_comma)) return;
+      if (row.size() != shape.cells || !is_row(row, shape.decimal_comma)) continue;
+      while (first > 0 && is_short_row(first - 1)) --first;
+      widen_to_header();
+      return;
     }
     refuse_file(table.file, 0, "no row of numbers; expected a header line and rows of numbers");
   }
@@ -272,6 +312,7 @@ struct Reader {
   struct Above {
     std::vector<std::string_view> cells;
     int line = 0;
+    bool comment = false;
     std::size_t filled() const {
       return cells.size() - static_cast<std::size_t>(std::count(cells.begin(), cells.end(), std::string_view()));
     }
@@ -282,6 +323,8 @@ struct Reader {
     std::vector<Above> above;
     for (std::size_t i = first; i-- > 0;) {
       const bool comment = is_comment(lines[i].text);
+      const bool below_comment = !above.empty() && above.back().comment;
+      if (comment && below_comment) continue;
       auto row = split(comment ? without_comment_sign(lines[i].text) : lines[i].text, shape.separator);
       if (row.size() == shape.cells + 1 && row.back().empty()) row.pop_back();
       // Trailing empty cells may be left out above the rows.
@@ -291,8 +334,9 @@ struct Reader {
         if (comment && above.empty()) continue;
         break;
       }
-      above.insert(above.begin(), {row, lines[i].number});
-      if (comment) break;
+      const bool nearest = above.empty();
+      above.insert(above.begin(), {row, lines[i].number, comment});
+      if (comment && !nearest) break;  // one right above the rows may hold the units of a header without a sign
     }
     return above;
   }
@@ -304,7 +348,8 @@ struct Reader {
                   "no header line of " + std::to_string(shape.cells) +
                       " names above the first row of numbers; expected the names of the columns");
     // Lines of a preamble may be as long, but name fewer things; a row of units stands below the header.
-    const auto header = std::max_element(above.begin(), above.end(),
+    const bool units_in_comment = above.size() > 1 && above.back().comment;
+    const auto header = std::max_element(above.begin(), above.end() - (units_in_comment ? 1 : 0),
                                          [](const Above& a, const Above& b) { return a.filled() < b.filled(); });
     const int at = header->line;
     for (const std::string_view cell : header->cells) table.name.emplace_back(cell);
@@ -321,21 +366,37 @@ struct Reader {
     make_unique(table.name);
   }
 
+  void count_unread(std::size_t column, std::string_view cell, int line) {
+    DelimitedTable::Unread& unread = table.unread[column];
+    if (unread.cells++ > 0) return;
+    unread.first = cell.substr(0, 40);
+    unread.line = line;
+  }
+
   void read_rows() {
     table.column.resize(shape.cells);
-    std::size_t ragged = 0;
+    table.unread.resize(shape.cells);
+    std::size_t ragged = 0, padded = 0;
     for (std::size_t i = first; i < lines.size(); ++i) {
       if (is_comment(lines[i].text)) continue;
-      const auto row = cells(lines[i]);
+      auto row = cells(lines[i]);
+      if (lacks_cells(row, i)) {
+        row.resize(shape.cells);
+        ++padded;
+      }
       if (row.size() != shape.cells) {
         ++ragged;
         continue;
       }
-      for (std::size_t c = 0; c < shape.cells; ++c) table.column[c].push_back(read_cell(row[c], shape.decimal_comma));
+      for (std::size_t c = 0; c < shape.cells; ++c) {
+        table.column[c].push_back(read_cell(row[c], shape.decimal_comma));
+        if (std::isnan(table.column[c].back()) && !is_missing(row[c])) count_unread(c, row[c], lines[i].number);
+      }
       if (i == first)
         for (const std::string_view cell : row) table.of_clock.push_back(cell.find(':') != std::string_view::npos);
       table.line.push_back(lines[i].number);
     }
+    if (padded > 0) table.found.push_back(std::to_string(padded) + " rows lack cells at their end, taken for empty");
     if (ragged > 0) table.found.push_back(std::to_string(ragged) + " rows of another length, left out");
   }
 };
@@ -346,7 +407,9 @@ double read_cell(std::string_view cell, bool decimal_comma) {
   cell = trim(cell);
   if (cell.starts_with('+')) cell.remove_prefix(1);
   std::array<char, 64> copy{};
-  if (decimal_comma && cell.find(',') != std::string_view::npos && cell.size() < copy.size()) {
+  // ISO 8601 lets fractions of a second follow a comma, whatever the numbers of the table do.
+  const bool comma = decimal_comma || cell.find(':') != std::string_view::npos;
+  if (comma && cell.find(',') != std::string_view::npos && cell.size() < copy.size()) {
     std::replace_copy(cell.begin(), cell.end(), copy.begin(), ',', '.');
     cell = std::string_view(copy.data(), cell.size());
   }

@@ -10,12 +10,19 @@
 namespace gripline::measured {
 
 struct DelimitedTable {
+  /// Cells of a column in which something stands that is no number.
+  struct Unread {
+    std::size_t cells = 0;
+    std::string first;
+    int line = 0;  // of the first, in the file
+  };
   std::filesystem::path file;
   std::vector<std::string> name;     // of the columns, without unit; unique
   std::vector<std::string> unit;     // "" where none is written
   std::vector<std::string> meaning;  // what the source says a column is, for a guess; empty: only the names are known
   std::vector<std::vector<double>> column;  // NaN where a cell is empty or no number
   std::vector<bool> of_clock;               // written as 12:34.5 or as a date, which is seconds; may be empty
+  std::vector<Unread> unread;               // by column; may be empty
   std::vector<int> line;                    // of the file, by row, from 1
   std::vector<std::string> found;           // what was unusual, one sentence each
 
@@ -27,8 +34,9 @@ struct DelimitedTable {
 
 /// Reads a text table. The separator (comma, semicolon, tab, vertical bar or blanks) is the one that makes most lines
 /// equally long; lines before the header, lines that begin with '#', "//" or '%' and rows of another length are left
-/// out. A header may begin with '#'; units stand in a row of their own or behind the name, as "Speed (km/h)" or
-/// "Speed [km/h]". true and false are 1 and 0; "12:34.5" and "1:12:34.5" are seconds.
+/// out; rows that lack less than half of their cells have empty ones there. A header may begin with '#'; units stand in
+/// a row of their own (perhaps behind '#') or behind the name, as "Speed (km/h)" or "Speed [km/h]". true and false are
+/// 1 and 0; "12:34.5" and "1:12:34.5" are seconds.
 /// Throws InputError: no such file, not a text, no row of numbers, no header.
 DelimitedTable read_delimited(const std::filesystem::path& file);
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <set>
 
 #include "config/errors.hpp"
 #include "config/units.hpp"
@@ -43,6 +44,7 @@ class SessionReader {
     apply_valid();
     place_from_degrees();
     derive();
+    drop_rows_before_commands();
     out_.session.written_yaw = of(Source::yaw).empty() ? Values(row_.size(), not_a_number) : of(Source::yaw);
     unwrap_angles(of(Source::yaw));
     fill();
@@ -68,6 +70,7 @@ class SessionReader {
     if (written.empty()) return 1.0;
     // Arithmetic may convert already what only a reader of headers understands.
     const std::string known = header_unit(written, unit, bare);
+    if (!known.empty()) unit_of_header_ = true;
     if (!known.empty()) return to_si("1 " + known, unit);
     if (!bare) return 1.0;
     note("unit", name + ": the header's \"" + written + "\" is no unit of this kind",
@@ -75,13 +78,40 @@ class SessionReader {
     return 1.0;
   }
 
+  struct UnreadColumn {
+    std::string message;
+    int line;
+  };
+
+  /// Says once of a column that text stands where numbers are expected; a column of nothing else is refused.
+  void check_cells(std::size_t column, bool of_time) {
+    if (column >= table_.unread.size() || table_.unread[column].cells == 0) return;
+    const DelimitedTable::Unread& unread = table_.unread[column];
+    const bool none = std::ranges::all_of(table_.column[column], [](double v) { return std::isnan(v); });
+    const std::string forms =
+        of_time ? "; times are read as 12.5, 1:02.5, 12:34:56.7 and 2018-04-08 10:31:37.5" : std::string();
+    const std::string first = "\"" + unread.first + "\"";
+    if (none)
+      throw UnreadColumn{"column " + table_.name[column] + ": none of its cells is a number; the first is " + first +
+                             (of_time ? forms : "; expected numbers alone, as 12.5 or -2e-3"),
+                         unread.line};
+    if (!told_.insert(column).second) return;
+    note("cells",
+         table_.name[column] + ": " + std::to_string(unread.cells) + " are no numbers, the first " + first +
+             " in line " + std::to_string(unread.line) + forms,
+         "taken for missing");
+  }
+
   Values evaluate(const MappedChannel& channel, const char* unit, const char* name) {
     try {
       const Formula formula(channel.formula, table_, std::string(name));
+      for (const std::size_t column : formula.columns()) check_cells(column, name == std::string_view("time"));
       Values values = formula.evaluate(table_, time_all_);
       const double factor = channel.sign * factor_of(channel, unit, formula);
       for (double& v : values) v = std::isfinite(v) ? factor * v : not_a_number;
       return values;
+    } catch (const UnreadColumn& problem) {
+      refuse_file(table_.file, problem.message, problem.line);
     } catch (const InputError& problem) {
       if (map_.file.empty()) refuse_file(table_.file, problem.what(), 1);
       Diagnostic d;
@@ -97,32 +127,92 @@ class SessionReader {
   void read_time() {
     if (map_.file.empty() && table_.find(map_.time.formula) < 0) refuse_missing(map_.time.formula);
     time_all_ = evaluate(map_.time, "s", "time");
-    Values kept;
-    std::size_t without = 0, again = 0;
-    for (std::size_t r = 0; r < table_.rows(); ++r) {
-      const double t = time_all_[r];
-      if (std::isnan(t)) {
-        ++without;
-      } else if (!kept.empty() && t == kept.back()) {
-        ++again;
-      } else if (!kept.empty() && t < kept.back()) {
-        refuse_file(table_.file,
-                    "time runs backward from " + significant(kept.back(), 10) + " s to " + significant(t, 10) +
-                        " s; expected rows in the order of time",
-                    table_.line[r]);
-      } else {
-        kept.push_back(t);
-        row_.push_back(r);
-      }
-    }
-    if (without > 0) note("rows", std::to_string(without) + " without time", "left out");
-    if (again > 0) note("rows", std::to_string(again) + " repeat a time stamp", "left out");
-    if (kept.size() < 20)
+    merge_repeated_rows();
+    find_timed_rows();
+    if (row_.size() < 20)
       refuse_file(table_.file,
-                  "only " + std::to_string(kept.size()) + " rows with a time; expected a log of at least 5 s");
+                  "only " + std::to_string(row_.size()) + " rows with a time; expected a log of at least 5 s");
+    check_steps(times());
+    drop_rows_before_clock_was_set();
+    out_.session.t = times();
+  }
+
+  Values times() const {
+    Values t;
+    for (const std::size_t r : row_) t.push_back(time_all_[r]);
+    return t;
+  }
+
+  /// Rows of one time stamp are one row: loggers of several buses write a row for each message. Of every column the
+  /// first cell that holds a number counts.
+  void merge_repeated_rows() {
+    std::vector<std::size_t> kept;
+    std::size_t again = 0, last = table_.rows();  // the last row that has a time
+    for (std::size_t r = 0; r < table_.rows(); ++r) {
+      if (last < r && time_all_[r] == time_all_[last]) {
+        ++again;
+        for (Values& column : table_.column)
+          if (std::isnan(column[last])) column[last] = column[r];
+        continue;
+      }
+      if (!std::isnan(time_all_[r])) last = r;
+      kept.push_back(r);
+    }
+    if (again == 0) return;
+    const auto compact = [&](auto& all) {
+      for (std::size_t i = 0; i < kept.size(); ++i) all[i] = all[kept[i]];
+      all.resize(kept.size());
+    };
+    for (Values& column : table_.column) compact(column);
+    compact(table_.line);
+    compact(time_all_);
+    note("rows", std::to_string(again) + " repeat a time stamp", "they fill the empty cells of the first row of it");
+  }
+
+  void find_timed_rows() {
+    for (std::size_t r = 0; r < table_.rows(); ++r) {
+      const double t = time_all_[r], last = row_.empty() ? t : time_all_[row_.back()];
+      if (std::isnan(t)) continue;
+      if (t < last)
+        refuse_file(table_.file,
+                    "time runs backward by " + significant(last - t) + " s, from " + significant(last, 16) + " s to " +
+                        significant(t, 16) +
+                        " s; expected rows in the order of time (sort them, or cut the log where its clock was set)",
+                    table_.line[r]);
+      row_.push_back(r);
+    }
+    const std::size_t without = table_.rows() - row_.size();
+    if (without > 0) note("rows", std::to_string(without) + " without time", "left out");
+  }
+
+  /// A step beyond an hour is a clock that was set, as by the first fix of a receiver. A few rows before it are left
+  /// out; elsewhere it is refused, for everything that lies on a grid of time would fill memory with the step.
+  void drop_rows_before_clock_was_set() {
+    constexpr double longest_step = 3600.0;  // [s]
+    std::size_t leading = 0;
+    for (std::size_t i = 1; i < row_.size(); ++i) {
+      const double step = time_all_[row_[i]] - time_all_[row_[i - 1]];
+      if (!(step > longest_step)) continue;
+      if (100 * i >= row_.size())
+        refuse_file(table_.file,
+                    "time steps by " + significant(step) +
+                        " s, more than an hour: the clock was set here, or the car stood; cut the log in two before "
+                        "this row",
+                    table_.line[row_[i]]);
+      leading = i;
+    }
+    if (leading == 0) return;
+    row_.erase(row_.begin(), row_.begin() + static_cast<std::ptrdiff_t>(leading));
+    note("rows", std::to_string(leading) + " before the clock was set", "left out");
+  }
+
+  void check_steps(const Values& t) {
     Values steps;
-    for (std::size_t i = 1; i < kept.size(); ++i) steps.push_back(kept[i] - kept[i - 1]);
+    for (std::size_t i = 1; i < t.size(); ++i) steps.push_back(t[i] - t[i - 1]);
     out_.row_step = median(std::move(steps));
+    // Rows of a bus come in bursts: how often they come is seen in their number.
+    constexpr double shortest_step = 1e-4;  // [s] that a logger writes
+    if (out_.row_step < shortest_step) out_.row_step = (t.back() - t.front()) / static_cast<double>(t.size() - 1);
     const int column = table_.find(map_.time.formula);
     const bool of_clock = column >= 0 && table_.is_clock(static_cast<std::size_t>(column));
     for (const auto& [unit, factor] : {std::pair("milliseconds", 1e-3), {"microseconds", 1e-6}, {"nanoseconds", 1e-9}})
@@ -130,20 +220,21 @@ class SessionReader {
         refuse_file(table_.file, "time rises by " + significant(out_.row_step) + " s from row to row: it looks like " +
                                      unit + "; the map should say so (\"unit\")");
     for (const auto& [unit, factor] : {std::pair("milliseconds", 1e3), {"microseconds", 1e6}, {"nanoseconds", 1e9}})
-      if (out_.row_step < 1e-4 && out_.row_step * factor > 0.9e-3 && out_.row_step * factor < 0.3)
+      if (out_.row_step < shortest_step && out_.row_step * factor > 0.9e-3 && out_.row_step * factor < 0.3)
         refuse_file(table_.file, "rows are " + significant(out_.row_step) +
                                      " s apart, which no logger writes: time was taken for " + unit +
                                      " and is seconds");
     if (out_.row_step > 0.5)
       refuse_file(table_.file, "rows are " + significant(out_.row_step) + " s apart; expected 0.5 s or less");
-    out_.session.t = std::move(kept);
   }
 
   void read_source(Source source, const MappedChannel& channel) {
     const SourceInfo& info = source_info(source);
     const bool own_log = map_.file.empty();
     if (own_log && table_.find(info.column) < 0) return;  // absent; check_needed says what must be there
+    unit_of_header_ = false;
     const Values all = evaluate(channel, info.unit, info.name);
+    of_header_[static_cast<std::size_t>(source)] = unit_of_header_;
     Values& to = of(source);
     for (const std::size_t r : row_) to.push_back(all[r]);
     if (!channel.held || channel.command) return;
@@ -226,23 +317,59 @@ class SessionReader {
     if (dropped > 0) note("valid", std::to_string(dropped) + " rows are not", "their readings are left out");
   }
 
+  /// Whether map, header or formula say in which unit the numbers of a channel are that is read.
+  bool has_unit(Source source) const {
+    const MappedChannel& channel = *map_[source];
+    for (const char* conversion : {"rad(", "pi"})
+      if (channel.formula.find(conversion) != std::string::npos) return true;
+    return !channel.unit.empty() || of_header_[static_cast<std::size_t>(source)];
+  }
+
   /// Angles on the earth that no radians can be are degrees: maps and tables often leave their unit out.
-  void take_for_degrees(Values& lat, Values& lon) {
-    const auto beyond = [](const Values& all, double most) {
-      return std::ranges::any_of(all, [&](double angle) { return std::abs(angle) > most; });
+  void take_for_degrees() {
+    const auto beyond = [&](Source source, double most) {
+      return !has_unit(source) && std::ranges::any_of(of(source), [&](double a) { return std::abs(a) > most; });
     };
-    if (!beyond(lat, 0.5 * pi) && !beyond(lon, pi)) return;
-    for (Values* const all : {&lat, &lon})
-      for (double& angle : *all) angle *= pi / 180.0;
+    if (!beyond(Source::latitude, 0.5 * pi) && !beyond(Source::longitude, pi)) return;
+    for (const Source source : {Source::latitude, Source::longitude})
+      if (!has_unit(source))
+        for (double& angle : of(source)) angle *= pi / 180.0;
     note("unit", "latitude and longitude are beyond what radians can be",
          "taken for degrees; `unit` in the map says so");
+  }
+
+  /// Receivers write 0, 0 as long as they do not know where they are.
+  void drop_places_without_fix() {
+    Values &lat = of(Source::latitude), &lon = of(Source::longitude);
+    std::size_t dropped = 0;
+    for (std::size_t i = 0; i < lat.size(); ++i) {
+      if (lat[i] != 0.0 || lon[i] != 0.0) continue;
+      lat[i] = lon[i] = not_a_number;
+      ++dropped;
+    }
+    if (dropped > 0)
+      note("place", std::to_string(dropped) + " rows have the latitude and longitude 0, 0",
+           "taken for missing: the receiver had no fix");
+  }
+
+  void check_latitudes() const {
+    const Values& lat = of(Source::latitude);
+    const auto wrong = std::ranges::find_if(lat, [](double a) { return std::abs(a) > 0.5 * pi + 1e-9; });
+    if (wrong == lat.end()) return;
+    refuse_file(table_.file,
+                "the latitude is " + significant(*wrong * 180.0 / pi, 6) +
+                    " deg, beyond 90: NMEA's ddmm.mmmm are degrees and minutes ((v - mod(v, 100)) / 100 + mod(v, 100) "
+                    "/ 60 in deg)",
+                table_.line[row_[static_cast<std::size_t>(wrong - lat.begin())]]);
   }
 
   /// Local tangent plane at the first position on the WGS 84 ellipsoid: x east, y north.
   void place_from_degrees() {
     if (!has(Source::latitude) || has(Source::x)) return;
     Values &lat = of(Source::latitude), &lon = of(Source::longitude);
-    take_for_degrees(lat, lon);
+    drop_places_without_fix();
+    take_for_degrees();
+    check_latitudes();
     std::size_t first = 0;
     while (first < lat.size() && std::isnan(lat[first] + lon[first])) ++first;
     if (first == lat.size()) refuse_file(table_.file, "latitude and longitude are never given");
@@ -250,7 +377,7 @@ class SessionReader {
     const double w = 1.0 - e2 * std::sin(lat[first]) * std::sin(lat[first]);
     const double north = a * (1.0 - e2) / (w * std::sqrt(w)), east = a / std::sqrt(w) * std::cos(lat[first]);
     for (std::size_t i = 0; i < lat.size(); ++i) {
-      of(Source::x).push_back(east * (lon[i] - lon[first]));
+      of(Source::x).push_back(east * std::remainder(lon[i] - lon[first], 2.0 * pi));
       of(Source::y).push_back(north * (lat[i] - lat[first]));
     }
     note("place", "latitude and longitude", "x to the east and y to the north of the first position");
@@ -291,6 +418,35 @@ class SessionReader {
     if (has_speed) return;
     out_.derived_velocity = true;
     note("velocity", "absent", "from differences of the place, half a step late");
+  }
+
+  /// Before the first value of a command nobody knows it, and the car need not drive straight.
+  void drop_rows_before_commands() {
+    std::size_t first = 0;
+    for (const Source command : {Source::d, Source::delta}) {
+      if (!has(command)) continue;
+      const Values& values = of(command);
+      const auto begin = std::ranges::find_if(values, [](double v) { return !std::isnan(v); });
+      if (begin != values.end()) {
+        first = std::max(first, static_cast<std::size_t>(begin - values.begin()));
+      } else if (command == Source::d) {
+        of(command).clear();  // as if the map did not name it
+      } else {
+        refuse_file(table_.file, "the steering is never given");
+      }
+    }
+    if (first == 0) return;
+    const auto drop = [&](auto& all) {
+      if (!all.empty()) all.erase(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(first));
+    };
+    for (Values& values : values_) drop(values);
+    drop(out_.session.t);
+    drop(row_);
+    note("commands", std::to_string(first) + " rows before the first value of throttle and steering", "left out");
+    if (row_.size() < 20)
+      refuse_file(table_.file, "only " + std::to_string(row_.size()) +
+                                   " rows from the first value of throttle and steering on; expected a log of at least "
+                                   "5 s");
   }
 
   void fill() {
@@ -353,6 +509,9 @@ class SessionReader {
   SessionFile out_;
   Values time_all_;
   std::vector<std::size_t> row_;  // of the table, by row of the session
+  std::set<std::size_t> told_;    // columns of which it is said that cells are no numbers
+  bool unit_of_header_ = false;   // the channel that was evaluated last has the unit of the table's header
+  std::array<bool, source_count> of_header_{};
   std::array<Values, source_count> values_;
 };
 

@@ -22,8 +22,9 @@ struct SessionFile {
 
 /// Reads a log through a map. Readings that are missing, or held from the row before where the map says so, are NaN;
 /// yaw is unwrapped; what the log lacks is derived from what it has (speed and course from places) or
-/// left out. Rows are kept as they are: nothing is smoothed, moved or interpolated. Throws InputError:
-/// a missing column, a wrong unit, time that runs backward, fewer than 20 rows, no steering.
+/// left out. Rows of one time stamp become one, and those before the first commands are left out; nothing is smoothed,
+/// moved or interpolated. Throws InputError: a missing column, one without numbers, a wrong unit, time that runs
+/// backward or steps by more than an hour, fewer than 20 rows, no steering.
 SessionFile read_session(const std::filesystem::path& log, const LogMap& map);
 SessionFile read_session(DelimitedTable table, const LogMap& map);
 

@@ -107,6 +107,7 @@ TEST(DelimitedTable, DatesAreSecondsSince1970) {
   EXPECT_EQ(read_cell("2018-04-08 12:31:37 +0200", false), 1523183497.0);
   EXPECT_EQ(read_cell("2018-04-08 12:31:37+02", false), 1523183497.0);
   EXPECT_EQ(read_cell("2018-04-08 10:31:37 UTC", false), 1523183497.0);
+  EXPECT_EQ(read_cell("2018-04-08 10:31:37,5", false), 1523183497.5);
   EXPECT_TRUE(std::isnan(read_cell("2018-04-08 10", false)));
   EXPECT_TRUE(std::isnan(read_cell("2018-04-08 10:31", false)));
   EXPECT_TRUE(std::isnan(read_cell("2018-04-08 10:31:37+2", false)));
@@ -117,6 +118,48 @@ TEST(DelimitedTable, RowsOfAnotherLengthAreLeftOutAndSaid) {
   const auto t = read("a,b\n1,2\n3\n4,5\n6,7,8\n9,10\n11,12\n");
   EXPECT_EQ(t.rows(), 4u);
   EXPECT_THAT(t.found, testing::Contains("2 rows of another length, left out"));
+}
+
+TEST(DelimitedTable, RowsMayLackEmptyCellsAtTheirEnd) {
+  const auto t = read("a,b,c\n1,2\n1,2,3\n1,2,3\n4,5\n1,2,3\n1,2,3\n6,7");
+  ASSERT_EQ(t.rows(), 6u);  // the last line may have been cut off
+  EXPECT_THAT(t.name, ElementsAre("a", "b", "c"));
+  EXPECT_EQ(t.column[1][3], 5.0);
+  EXPECT_TRUE(std::isnan(t.column[2][0]));
+  EXPECT_THAT(t.found,
+              ElementsAre("2 rows lack cells at their end, taken for empty", "1 rows of another length, left out"));
+  const auto mostly = read("a,b,c\n" + rows("1,2\n1,2\n1,2,3\n", 20));
+  EXPECT_THAT(mostly.name, ElementsAre("a", "b", "c"));
+  ASSERT_EQ(mostly.rows(), 60u);
+  EXPECT_EQ(mostly.column[2][2], 3.0);
+}
+
+TEST(DelimitedTable, ACommentBelowTheHeaderHoldsItsUnits) {
+  const auto t = read("t,x\n# s,m\n" + rows("1.0,2.0\n", 6));
+  EXPECT_THAT(t.name, ElementsAre("t", "x"));
+  EXPECT_THAT(t.unit, ElementsAre("s", "m"));
+}
+
+TEST(DelimitedTable, LettersThatEndWithTheByteOfABlankStayWhole) {
+  const auto t = read("t,Vitesse \xc3\xa0,\xc2\xa0x\xc2\xa0\n" + rows("1.0,2.0,3.0\n", 6));
+  EXPECT_THAT(t.name, ElementsAre("t", "Vitesse \xc3\xa0", "x"));
+}
+
+TEST(DelimitedTable, QuotedCellsMayHaveDecimalCommas) {
+  const auto t = read("t,x\n" + rows("\"0,25\",\"-1,5\"\n", 6));
+  EXPECT_EQ(t.column[0][0], 0.25);
+  EXPECT_EQ(t.column[1][5], -1.5);
+  const auto thousands = read("t,x,y\n" + rows("1,\"1,234\",2\n", 6));
+  EXPECT_TRUE(std::isnan(thousands.column[1][0]));
+}
+
+TEST(DelimitedTable, CellsThatAreNoNumbersAreCounted) {
+  const auto t = read("t,x,y\n1,2,3\n1,3 m,\n1,4 m,nan\n" + rows("1,2,3\n", 6));
+  ASSERT_EQ(t.unread.size(), 3u);
+  EXPECT_EQ(t.unread[1].cells, 2u);
+  EXPECT_EQ(t.unread[1].first, "3 m");
+  EXPECT_EQ(t.unread[1].line, 3);
+  EXPECT_EQ(t.unread[2].cells, 0u);
 }
 
 TEST(DelimitedTable, TwoColumnsOfOneNameAreToldApart) {

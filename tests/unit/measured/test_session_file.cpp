@@ -296,7 +296,136 @@ TEST(SessionFile, TimeMustRunForward) {
                                                       double rate, double delta) {
     out << (t > 20 ? t - 5 : t) << ',' << x << ',' << y << ',' << yaw << ",10," << rate << ',' << delta << '\n';
   });
-  EXPECT_THAT(why(log, map_of(channels_json(""))), HasSubstr("time runs backward"));
+  EXPECT_THAT(why(log, map_of(channels_json(""))),
+              AllOf(HasSubstr("time runs backward by 4.95 s, from 20 s to 15.05"), HasSubstr("cut the log")));
+}
+
+std::string notes_of(const SessionFile& file) {
+  std::string all;
+  for (const Finding& f : file.findings)
+    all.append(f.check).append(": ").append(f.found).append("; ").append(f.done) += '\n';
+  return all;
+}
+
+LogMap speed_map(const std::string& delta = R"("steer")") {
+  return map_of(R"({"time": "t", "channels": {"vx": "v", "yaw_rate": "r", "delta": )" + delta + "}}");
+}
+
+/// A log of t, v, r and steer whose times and speeds are printed by the caller.
+template <class Begin>
+std::filesystem::path log_with(Begin begin, double dt = 0.05) {
+  return log_of(
+      "t,v,r,steer",
+      [&](std::ostream& out, double t, double, double, double, double rate, double delta) {
+        begin(out, t);
+        out << ',' << rate << ',' << delta << '\n';
+      },
+      40.0, dt);
+}
+
+TEST(SessionFile, RowsBeforeTheFirstCommandAreLeftOut) {
+  const auto log =
+      log_of("t,v,r,steer", [](std::ostream& out, double t, double, double, double, double rate, double d) {
+        out << t << ",10," << rate << ',';
+        if (t > 20.0 - 1e-9) out << d + 1.0;
+        out << '\n';
+      });
+  const SessionFile file = read_session(log, speed_map());
+  EXPECT_EQ(file.session.rows(), 400u);
+  EXPECT_NEAR(file.session.t.front(), 20.0, 1e-9);
+  EXPECT_GT(file.session.command.front().delta, 0.5);
+  EXPECT_EQ(file.session.reading.size(), 400u * channels);
+  EXPECT_THAT(notes_of(file),
+              HasSubstr("commands: 400 rows before the first value of throttle and steering; left out"));
+}
+
+TEST(SessionFile, RowsOfOneTimeStampFillEachOther) {
+  const auto log =
+      log_of("t,v,r,steer", [](std::ostream& out, double t, double, double, double, double rate, double d) {
+        out << t << ",10,,\n" << t << ",11," << rate << ",\n" << t << ",,," << d + 1.0 << '\n';
+      });
+  const SessionFile file = read_session(log, speed_map());
+  const Session& s = file.session;
+  ASSERT_EQ(s.rows(), 800u);
+  for (const std::size_t i : {0u, 100u, 799u}) {
+    EXPECT_EQ(s.at(i, Channel::vx), 10.0);
+    EXPECT_NEAR(s.at(i, Channel::yaw_rate), 0.6 * std::sin(0.8 * s.t[i]), 1e-9);
+    EXPECT_GT(s.command[i].delta, 0.5);
+  }
+  EXPECT_THAT(notes_of(file), HasSubstr("rows: 1600 repeat a time stamp; they fill the empty cells"));
+}
+
+/// A car that weaves to the east at 48 deg N; the caller says where the longitude begins [deg].
+std::filesystem::path log_on_earth(double longitude, double begin = 0.0) {
+  return log_of("t,lat,lon,steer", [=](std::ostream& out, double t, double x, double y, double, double, double d) {
+    out << t << ',';
+    if (t < begin)
+      out << "0,0";
+    else
+      out << 48.0 + y / 111197.0 << ',' << std::fmod(longitude + x / 74631.0, 360.0);
+    out << ',' << d << '\n';
+  });
+}
+
+LogMap earth_map(const std::string& latitude = R"({"column": "lat", "unit": "deg"})") {
+  return map_of(R"({"time": "t", "channels": {"latitude": )" + latitude +
+                R"(, "longitude": {"column": "lon", "unit": "deg"}, "delta": "steer"}})");
+}
+
+TEST(SessionFile, LongitudesThatAreDegreesAreConvertedOnce) {
+  for (const double longitude : {352.0, 359.999}) {
+    const SessionFile file = read_session(log_on_earth(longitude), earth_map());
+    EXPECT_NEAR(file.session.at(400, Channel::vx), 10.0, 0.05);
+    EXPECT_LT(std::abs(file.session.at(799, Channel::x)), 410.0);
+    EXPECT_EQ(notes_of(file).find("unit: "), std::string::npos);
+  }
+}
+
+TEST(SessionFile, ALatitudeBeyondThePoleIsRefused) {
+  EXPECT_THAT(why(log_on_earth(11.0), earth_map(R"({"formula": "100 * lat", "unit": "deg"})")),
+              AllOf(HasSubstr("the latitude is 4800 deg"), HasSubstr("NMEA's ddmm.mmmm"), HasSubstr(":2:")));
+}
+
+TEST(SessionFile, LatitudeAndLongitudeZeroAreNoPlace) {
+  const SessionFile file = read_session(log_on_earth(11.0, 4.99), earth_map());
+  EXPECT_TRUE(std::isnan(file.session.at(99, Channel::x)));
+  EXPECT_EQ(file.session.at(100, Channel::x), 0.0);
+  EXPECT_LT(std::abs(file.session.at(799, Channel::x)), 410.0);
+  EXPECT_THAT(notes_of(file), HasSubstr("place: 100 rows have the latitude and longitude 0, 0"));
+}
+
+TEST(SessionFile, TextWhereNumbersBelongIsSaid) {
+  const auto some =
+      log_with([](std::ostream& out, double t) { out << t << ',' << (t > 9.99 && t < 10.99 ? "10 m/s" : "10"); });
+  const SessionFile file = read_session(some, speed_map());
+  EXPECT_TRUE(std::isnan(file.session.at(200, Channel::vx)));
+  EXPECT_THAT(notes_of(file), HasSubstr("cells: v: 20 are no numbers, the first \"10 m/s\" in line 202; taken"));
+  const auto all = log_with([](std::ostream& out, double t) { out << t << ",1.0D+01"; });
+  EXPECT_THAT(why(all, speed_map()), AllOf(HasSubstr("column v: none of its cells is a number"),
+                                           HasSubstr("\"1.0D+01\""), HasSubstr("log.csv:2:")));
+  const auto time = log_with([](std::ostream& out, double t) { out << t << " PM,10"; });
+  EXPECT_THAT(why(time, speed_map()), AllOf(HasSubstr("column t: none"), HasSubstr("times are read as 12.5, 1:02.5")));
+}
+
+TEST(SessionFile, AClockThatIsSetAfterTheFirstRowsLeavesThemOut) {
+  const auto log = log_with([](std::ostream& out, double t) { out << (t < 0.11 ? t : 1700000000.0 + t) << ",10"; });
+  const SessionFile file = read_session(log, speed_map());
+  EXPECT_EQ(file.session.rows(), 797u);
+  EXPECT_GT(file.session.t.front(), 1.6e9);
+  EXPECT_THAT(notes_of(file), HasSubstr("rows: 3 before the clock was set; left out"));
+  const auto later = log_with([](std::ostream& out, double t) { out << (t < 20.0 - 1e-9 ? t : 90000.0 + t) << ",10"; });
+  EXPECT_THAT(why(later, speed_map()), AllOf(HasSubstr("the clock was set here"), HasSubstr("log.csv:402:")));
+}
+
+TEST(SessionFile, RowsInBurstsAreNoMilliseconds) {
+  const auto log =
+      log_of("t,v,r,steer", [](std::ostream& out, double t, double, double, double, double rate, double d) {
+        out << t << ",10,,\n" << t + 6e-5 << ",," << rate << ",\n" << t + 1.2e-4 << ",,," << d << '\n';
+        out << t + 1.8e-4 << ",,,\n";
+      });
+  EXPECT_NEAR(read_session(log, speed_map()).row_step, 0.0125, 1e-4);
+  const auto in_ms = log_with([](std::ostream& out, double t) { out << 1e-3 * t << ",10"; });
+  EXPECT_THAT(why(in_ms, speed_map()), HasSubstr("time was taken for milliseconds"));
 }
 
 TEST(SessionChecks, AGoodLogPasses) { EXPECT_EQ(why(own_log(), map_of(channels_json(""))), "fine"); }
