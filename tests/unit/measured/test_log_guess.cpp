@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <ctime>
 #include <fstream>
 #include <numbers>
 
@@ -123,6 +124,48 @@ TEST(LogGuess, UnitsOfHeadersAreReadInAnyCaseAndSpelledOut) {
   const auto map = scratch("bus.json");
   std::ofstream(map) << to_json_text(guess.map);
   EXPECT_NEAR(read_session(file, load_log_map(map)).session.at(40, 3), 24.9 * 0.44704, 1e-9);
+}
+
+/// The guess for a straight drive at 10 m/s whose speed is `factor` times that, under this header.
+Guess guess_of_speed(const std::string& header, double factor) {
+  const auto file = scratch("speed.csv");
+  std::ofstream out(file);
+  out.precision(12);
+  out << "time,x,y,delta," << header << '\n';
+  for (int k = 0; k < 400; ++k) out << 0.1 * k << ',' << k << ",1,0.1," << 10 * factor << '\n';
+  out.close();
+  return guess_map(read_delimited(file));
+}
+
+TEST(LogGuess, UnitsOfSpeedNearEachOtherAreToldApart) {
+  const auto unit = [](const std::string& header, double factor) {
+    return find_pointer(guess_of_speed(header, factor).map, "/channels/vx/unit")->text();
+  };
+  EXPECT_EQ(unit("speed", 3600.0 / 1852.0), "kn");
+  EXPECT_EQ(unit("speed", 1 / 0.44704), "mph");
+  EXPECT_EQ(unit("speed", 1 / 0.3048), "ft/s");
+  EXPECT_EQ(unit("speed", 3.6), "km/h");
+  EXPECT_EQ(unit("speed", 2.7), "m/s");
+  EXPECT_THAT(guess_of_speed("speed", 2.7).remarks, testing::Contains(testing::HasSubstr("its unit is not told")));
+  EXPECT_THAT(guess_of_speed("speed", 1.0).remarks, testing::Not(testing::Contains(testing::HasSubstr("vx:"))));
+  for (const char* header : {"speed (knots)", "speed (kts)", "speed [kn]", "speed_knots"})
+    EXPECT_EQ(unit(header, 3600.0 / 1852.0), "kn") << header;
+}
+
+/// Columns are looked up once, not for every row: that takes minutes for half an hour at 100 Hz.
+TEST(LogGuess, ALongLogTakesTimeInProportion) {
+  DelimitedTable table;
+  table.name = {"time", "x", "y", "yaw", "speed", "delta"};
+  table.unit.resize(table.name.size());
+  table.column.resize(table.name.size());
+  for (int k = 0; k < 100000; ++k) {
+    const double row[] = {0.01 * k, 0.1 * k, 1.0, 0.001, 10.0, 0.1};
+    for (std::size_t c = 0; c < table.column.size(); ++c) table.column[c].push_back(row[c]);
+    table.line.push_back(k + 2);
+  }
+  const std::clock_t begin = std::clock();
+  EXPECT_THAT(guess_map(table).open, testing::IsEmpty());
+  EXPECT_LT(static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC, 5.0);
 }
 
 TEST(LogGuess, DatesOfWholeSecondsAreNoMilliseconds) {
