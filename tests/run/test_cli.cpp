@@ -419,6 +419,20 @@ TEST_F(ModelsAndLogs, AChannelThatIsReplacedIsTold) {
             "warning: " + without_vx + ": velocity absent: from differences of the place, half a step late\n");
 }
 
+/// What import's table says of lost rows and unknown units is told here too; the form of a file is not.
+TEST_F(ModelsAndLogs, WhatIsLeftOutOfALogIsTold) {
+  const std::string lossy = folder_ / "lossy.csv";
+  std::string text = contents(log());
+  const std::size_t end = text.find_last_of('\n', text.size() - 2) + 1;
+  text += text.substr(end);  // its time stamp once more
+  text += "1,2\n";
+  write_text(lossy, text);
+  const Outcome told = gripline_with({"predict", world, lossy, "--horizon", "0.1"});
+  EXPECT_EQ(told.code, 0) << told.err;
+  EXPECT_EQ(told.err, "warning: " + lossy + ": 1 rows of another length, left out\nwarning: " + lossy +
+                          ": rows 1 repeat a time stamp: left out\n");
+}
+
 TEST_F(ModelsAndLogs, PredictNeverWritesOverWhatItReads) {
   const Outcome over = gripline_with({"predict", world, log(), "--out", log()});
   EXPECT_EQ(over.code, 2);

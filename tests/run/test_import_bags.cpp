@@ -302,6 +302,13 @@ TEST_F(ImportBags, BagsThatCannotBeReadAreToldInOneMessage) {
   EXPECT_THAT(mcap.err, HasSubstr("MCAP is not read (ros2 bag convert makes a .db3 of it)"));
 }
 
+/// Recordings of a drive are larger than any text.
+TEST_F(ImportBags, BagsMayBeLargerThanTexts) {
+  const auto file = write("large.bag", ros1_bytes(weaving_recording(Wire::ros1, 3.0)));
+  fs::resize_file(file, (std::uintmax_t{256} << 20U) + 1);  // a hole behind its end, which takes no room
+  EXPECT_THAT(why(file), testing::Not(HasSubstr("is larger than")));
+}
+
 /// Every length and position of a bag made large, small or random: an answer or a refusal, never more.
 TEST_F(ImportBags, BrokenBytesAreRefusedOrReadAndNothingElse) {
   const std::string whole = ros1_bytes(weaving_recording(Wire::ros1, 1.0));

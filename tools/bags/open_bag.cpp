@@ -12,7 +12,8 @@
 namespace gripline::tools {
 
 std::unique_ptr<bags::BagFile> open_bag(const std::filesystem::path& file) {
-  if (const std::string why = why_unreadable(file); !why.empty()) throw InputError(shown(file) + ": " + why);
+  // Readers of bags read a piece at a time.
+  if (const std::string why = why_unopenable(file); !why.empty()) throw InputError(shown(file) + ": " + why);
   std::array<char, 16> begin{};
   std::ifstream(file, std::ios::binary).read(begin.data(), begin.size());
   const std::string_view text(begin.data(), begin.size());

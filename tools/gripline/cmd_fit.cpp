@@ -163,7 +163,7 @@ std::list<measured::SessionFile> read_fit_logs(std::span<const std::string> name
   for (const std::string& name : names) {
     files.push_back(measured::read_session(name, map));
     measured::check_session(files.back(), v_ref);
-    warn_of_absent(name, files.back());
+    warn_of_findings(name, files.back());
     for (const auto& findings :
          {measured::constant_commands(files.back().session), measured::doubts_about(files.back().session)})
       for (const measured::Finding& f : findings)

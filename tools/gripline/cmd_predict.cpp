@@ -336,7 +336,7 @@ int predict(const po::variables_map& given) {
   const Vehicle vehicle(world.spec.vehicle, context);
   const measured::LogMap map = map_option(given, world.spec);
   const measured::SessionFile file = measured::read_session(request.log, map);
-  warn_of_absent(request.log, file);
+  warn_of_findings(request.log, file);
   try {
     measured::check_session(file, world.spec.car.car.v_ref);
   } catch (const InputError& doubt) {

@@ -47,6 +47,13 @@ Node edges_node(const fs::path& inner, const fs::path& outer) {
   return track;
 }
 
+/// Whether a finding says only in which form the log is written: nothing is lost or replaced.
+bool is_form(const measured::Finding& f) {
+  if (f.level == measured::Finding::Level::good) return true;
+  if (f.check == "file") return !f.found.ends_with("left out");
+  return f.check == "place" && f.found == "latitude and longitude";
+}
+
 }  // namespace
 
 void add_log_options(po::options_description& visible) {
@@ -108,9 +115,15 @@ measured::LogMap map_option(const po::variables_map& given, const WorldSpec& wor
   return own;
 }
 
-void warn_of_absent(const std::string& log, const measured::SessionFile& file) {
-  for (const measured::Finding& f : file.findings)
-    if (f.found == "absent") std::cerr << "warning: " << log << ": " << f.check << " absent: " << f.done << '\n';
+void warn_of_findings(const std::string& log, const measured::SessionFile& file) {
+  for (const measured::Finding& f : file.findings) {
+    if (is_form(f)) continue;
+    std::cerr << "warning: " << log << ": ";
+    if (f.check == "file")
+      std::cerr << f.found << '\n';
+    else
+      std::cerr << f.check << ' ' << f.found << ": " << f.done << '\n';
+  }
 }
 
 }  // namespace gripline::tools

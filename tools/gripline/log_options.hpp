@@ -33,7 +33,8 @@ LogWorld read_log_world(const std::filesystem::path& file, const boost::program_
 /// says.
 measured::LogMap map_option(const boost::program_options::variables_map& given, const WorldSpec& world);
 
-/// Says on stderr what a log lacks and what is taken in its place, in the words of import's table.
-void warn_of_absent(const std::string& log, const measured::SessionFile& file);
+/// Says on stderr what a log lacks, what is taken in its place and what is left out of it, in the words of import's
+/// table.
+void warn_of_findings(const std::string& log, const measured::SessionFile& file);
 
 }  // namespace gripline::tools

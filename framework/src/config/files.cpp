@@ -46,7 +46,7 @@ std::string last_system_error() { return std::error_code(errno, std::generic_cat
 
 }  // namespace
 
-std::string why_unreadable(const fs::path& file) {
+std::string why_unopenable(const fs::path& file) {
   if (file.native().find('\0') != std::string::npos) return "is not a path: it holds a NUL character";
   std::error_code error;
   const fs::file_status status = fs::status(file, error);
@@ -56,11 +56,16 @@ std::string why_unreadable(const fs::path& file) {
   // Reading a named pipe blocks until somebody writes to it. Pipes of a shell, /dev/fd/N, have a writer and no path.
   if (fs::is_fifo(status) && !fs::canonical(file, error).empty()) return "is a pipe, expected a file";
   if (fs::is_socket(status)) return "is a socket, expected a file";
-  if (fs::is_regular_file(status) && fs::file_size(file, error) > max_file_size) {
-    return "is larger than " + std::to_string(max_file_size >> 20U) + " MB";
-  }
   errno = 0;
   if (!std::ifstream(file, std::ios::binary)) return "cannot be read: " + last_system_error();
+  return "";
+}
+
+std::string why_unreadable(const fs::path& file) {
+  if (std::string why = why_unopenable(file); !why.empty()) return why;
+  std::error_code error;
+  if (fs::is_regular_file(file, error) && fs::file_size(file, error) > max_file_size)
+    return "is larger than " + std::to_string(max_file_size >> 20U) + " MB";
   return "";
 }
 

@@ -32,30 +32,20 @@ constexpr Dimension whole(int m, int kg, int s, int rad, int A, int K) {
   return {{2 * m, 2 * kg, 2 * s, 2 * rad, 2 * A, 2 * K}};
 }
 
-constexpr std::array<Named, 24> units{{{"m", whole(1, 0, 0, 0, 0, 0), 1.0, true},
-                                       {"g", whole(0, 1, 0, 0, 0, 0), 1e-3, true},
-                                       {"s", whole(0, 0, 1, 0, 0, 0), 1.0, true},
-                                       {"min", whole(0, 0, 1, 0, 0, 0), 60.0, false},
-                                       {"h", whole(0, 0, 1, 0, 0, 0), 3600.0, false},
-                                       {"rad", whole(0, 0, 0, 1, 0, 0), 1.0, true},
-                                       {"deg", whole(0, 0, 0, 1, 0, 0), pi / 180.0, false},
-                                       {"\xc2\xb0", whole(0, 0, 0, 1, 0, 0), pi / 180.0, false},
-                                       {"ft", whole(1, 0, 0, 0, 0, 0), 0.3048, false},
-                                       {"mi", whole(1, 0, 0, 0, 0, 0), 1609.344, false},
-                                       {"mph", whole(1, 0, -1, 0, 0, 0), 0.44704, false},
-                                       {"rev", whole(0, 0, 0, 1, 0, 0), 2.0 * pi, false},
-                                       {"rpm", whole(0, 0, -1, 1, 0, 0), 2.0 * pi / 60.0, false},
-                                       {"A", whole(0, 0, 0, 0, 1, 0), 1.0, true},
-                                       {"K", whole(0, 0, 0, 0, 0, 1), 1.0, true},
-                                       {"Hz", whole(0, 0, -1, 0, 0, 0), 1.0, true},
-                                       {"N", whole(1, 1, -2, 0, 0, 0), 1.0, true},
-                                       {"Pa", whole(-1, 1, -2, 0, 0, 0), 1.0, true},
-                                       {"bar", whole(-1, 1, -2, 0, 0, 0), 1e5, false},
-                                       {"J", whole(2, 1, -2, 0, 0, 0), 1.0, true},
-                                       {"W", whole(2, 1, -3, 0, 0, 0), 1.0, true},
-                                       {"V", whole(2, 1, -3, 0, -1, 0), 1.0, true},
-                                       {"ohm", whole(2, 1, -3, 0, -2, 0), 1.0, true},
-                                       {"%", whole(0, 0, 0, 0, 0, 0), 1e-2, false}}};
+constexpr std::array<Named, 25> units{
+    {{"m", whole(1, 0, 0, 0, 0, 0), 1.0, true},           {"g", whole(0, 1, 0, 0, 0, 0), 1e-3, true},
+     {"s", whole(0, 0, 1, 0, 0, 0), 1.0, true},           {"min", whole(0, 0, 1, 0, 0, 0), 60.0, false},
+     {"h", whole(0, 0, 1, 0, 0, 0), 3600.0, false},       {"rad", whole(0, 0, 0, 1, 0, 0), 1.0, true},
+     {"deg", whole(0, 0, 0, 1, 0, 0), pi / 180.0, false}, {"\xc2\xb0", whole(0, 0, 0, 1, 0, 0), pi / 180.0, false},
+     {"ft", whole(1, 0, 0, 0, 0, 0), 0.3048, false},      {"mi", whole(1, 0, 0, 0, 0, 0), 1609.344, false},
+     {"mph", whole(1, 0, -1, 0, 0, 0), 0.44704, false},   {"kn", whole(1, 0, -1, 0, 0, 0), 1852.0 / 3600.0, false},
+     {"rev", whole(0, 0, 0, 1, 0, 0), 2.0 * pi, false},   {"rpm", whole(0, 0, -1, 1, 0, 0), 2.0 * pi / 60.0, false},
+     {"A", whole(0, 0, 0, 0, 1, 0), 1.0, true},           {"K", whole(0, 0, 0, 0, 0, 1), 1.0, true},
+     {"Hz", whole(0, 0, -1, 0, 0, 0), 1.0, true},         {"N", whole(1, 1, -2, 0, 0, 0), 1.0, true},
+     {"Pa", whole(-1, 1, -2, 0, 0, 0), 1.0, true},        {"bar", whole(-1, 1, -2, 0, 0, 0), 1e5, false},
+     {"J", whole(2, 1, -2, 0, 0, 0), 1.0, true},          {"W", whole(2, 1, -3, 0, 0, 0), 1.0, true},
+     {"V", whole(2, 1, -3, 0, -1, 0), 1.0, true},         {"ohm", whole(2, 1, -3, 0, -2, 0), 1.0, true},
+     {"%", whole(0, 0, 0, 0, 0, 0), 1e-2, false}}};
 
 constexpr std::array<std::pair<std::string_view, double>, 8> prefixes{
     {{"k", 1e3}, {"M", 1e6}, {"G", 1e9}, {"c", 1e-2}, {"m", 1e-3}, {"u", 1e-6}, {"\xc2\xb5", 1e-6}, {"n", 1e-9}}};
@@ -89,11 +79,12 @@ constexpr std::array<std::pair<Dimension, std::string_view>, 27> kinds{
      {whole(2, 1, -3, 0, -2, 0), "a resistance"},
      {whole(0, 0, 0, 0, 0, 1), "a temperature"}}};
 
-constexpr std::array<std::pair<std::string_view, std::string_view>, 22> spelled_out{
+constexpr std::array<std::pair<std::string_view, std::string_view>, 26> spelled_out{
     {{"sec", "s"},      {"secs", "s"},      {"second", "s"},    {"seconds", "s"}, {"msec", "ms"},  {"meter", "m"},
      {"meters", "m"},   {"metre", "m"},     {"metres", "m"},    {"feet", "ft"},   {"mile", "mi"},  {"miles", "mi"},
      {"degree", "deg"}, {"degrees", "deg"}, {"radians", "rad"}, {"percent", "%"}, {"kmh", "km/h"}, {"kph", "km/h"},
-     {"mps", "m/s"},    {"dps", "deg/s"},   {"Nm", "N m"},      {"Ns", "N s"}}};
+     {"kt", "kn"},      {"kts", "kn"},      {"knot", "kn"},     {"knots", "kn"},  {"mps", "m/s"},  {"dps", "deg/s"},
+     {"Nm", "N m"},     {"Ns", "N s"}}};
 
 std::string quoted(std::string_view text) { return Node(text).describe(); }
 

@@ -73,8 +73,10 @@ struct WrongUnit {
   const char* found;
 };
 void check_speed(const CsvTable& table, double ratio) {
-  constexpr std::array<WrongUnit, 6> units = {{{2.8, 4.6, "vx_mps looks like km/h; expected m/s"},
-                                               {1.8, 2.6, "vx_mps looks like mph; expected m/s"},
+  constexpr std::array<WrongUnit, 8> units = {{{3.45, 3.8, "vx_mps looks like km/h; expected m/s"},
+                                               {3.1, 3.42, "vx_mps looks like ft/s; expected m/s"},
+                                               {2.1, 2.4, "vx_mps looks like mph; expected m/s"},
+                                               {1.85, 2.05, "vx_mps looks like knots; expected m/s"},
                                                {7e-4, 1.4e-3, "x_m, y_m look like millimetres; expected m"},
                                                {7e-3, 1.4e-2, "x_m, y_m look like centimetres; expected m"},
                                                {700, 1400, "vx_mps looks like mm/s; expected m/s"},

@@ -35,7 +35,7 @@ const std::vector<Names>& known_names() {
         "course", "bearing", "gpsheading"}},
       {"vx",
        {"vxmps", "vx", "velx", "speedx", "vxms", "vxkmh", "velocityx", "speed", "speedmps", "groundspeed", "gpsspeed",
-        "v", "velocity", "vehiclespeed", "vmps"}},
+        "v", "velocity", "vehiclespeed", "vmps", "speedkn", "speedkts", "speedknots"}},
       {"vy", {"vymps", "vy", "vely", "speedy", "vyms", "vykmh", "velocityy", "lateralvelocity"}},
       {"yaw_rate",
        {"yawrateradps", "yawrate", "yawratedegps", "gyroz", "gyroyawvelocity", "rotz", "zrateofrotation", "omega",
@@ -187,6 +187,9 @@ class Guesser {
     const std::string p = plain(known_as(static_cast<std::size_t>(c)));
     for (const auto& [ending, unit] : {std::pair("kmh", "km/h"),
                                        {"mph", "mph"},
+                                       {"knots", "kn"},
+                                       {"kts", "kn"},
+                                       {"kn", "kn"},
                                        {"mmps", "mm/s"},
                                        {"degps", "deg/s"},
                                        {"deg", "deg"},
@@ -239,13 +242,21 @@ class Guesser {
     lat_ = lat, lon_ = lon;
   }
 
+  /// Where the place is read: x and y, or neither where it is latitude and longitude.
+  struct PlaceColumns {
+    const Values *x = nullptr, *y = nullptr;
+    double metres = 1.0;  // that 1 of them is
+  };
+  /// Looked up once for all rows: a look reads whole columns.
+  PlaceColumns place_columns() const {
+    if (!found("x") || !found("y")) return {};
+    return {&values(column("x")), &values(column("y")), to_si("1 " + channels_.find("x")->find("unit")->text(), "m")};
+  }
   /// Way from row to row [m], for comparisons with headings and speeds.
-  bool way(std::size_t i, double& dx, double& dy) const {
-    const int x = column("x"), y = column("y");
-    if (found("x") && found("y")) {
-      const double fx = to_si("1 " + channels_.find("x")->find("unit")->text(), "m");
-      dx = fx * (values(x)[i + lag] - values(x)[i]);
-      dy = fx * (values(y)[i + lag] - values(y)[i]);
+  bool way(const PlaceColumns& place, std::size_t i, double& dx, double& dy) const {
+    if (place.x != nullptr) {
+      dx = place.metres * ((*place.x)[i + lag] - (*place.x)[i]);
+      dy = place.metres * ((*place.y)[i + lag] - (*place.y)[i]);
     } else if (lat_ >= 0) {
       constexpr double metres = 111195.0;  // per degree
       dx = metres * std::cos(values(lat_)[i] * pi / 180) * (values(lon_)[i + lag] - values(lon_)[i]);
@@ -265,9 +276,10 @@ class Guesser {
   };
   AgainstPath against_path(int c, double factor) const {
     AgainstPath sum;
+    const PlaceColumns place = place_columns();
     double dx = 0, dy = 0;
     for (std::size_t i = 0; i + lag < table_.rows(); i += lag)
-      if (way(i, dx, dy) && std::isfinite(values(c)[i])) {
+      if (way(place, i, dx, dy) && std::isfinite(values(c)[i])) {
         const double a = factor * values(c)[i], path = std::atan2(dy, dx);
         sum.sine += std::sin(path - a), sum.cosine += std::cos(path - a);
         sum.mirrored_sine += std::sin(path + a), sum.mirrored_cosine += std::cos(path + a), sum.rows += 1;
@@ -315,19 +327,25 @@ class Guesser {
     if (c < 0 || t < 0 || !table_.unit[static_cast<std::size_t>(c)].empty()) return;
     const double second = to_si("1 " + time_.find("unit")->text(), "s");
     Values ratios;
+    const PlaceColumns place = place_columns();
     double dx = 0, dy = 0;
     const double enough = 0.3 * quantile_of_size(values(c), 0.95);
     for (std::size_t i = 0; i + lag < table_.rows(); i += lag)
-      if (way(i, dx, dy) && std::abs(values(c)[i]) > enough)
+      if (way(place, i, dx, dy) && std::abs(values(c)[i]) > enough)
         ratios.push_back(values(c)[i] / (std::hypot(dx, dy) / (second * (values(t)[i + lag] - values(t)[i]))));
     if (ratios.size() < 20) return;
     const double ratio = quantile_of_size(ratios, 0.5);
-    for (const auto& [unit, low, high] : {std::tuple("km/h", 2.9, 4.4), {"mph", 1.9, 2.6}})
+    for (const auto& [unit, low, high] :
+         {std::tuple("km/h", 3.45, 3.8), {"ft/s", 3.1, 3.42}, {"mph", 2.1, 2.4}, {"kn", 1.85, 2.05}})
       if (ratio > low && ratio < high) {
         channels_.set("vx", channel("column", name(c), unit));
         remarks_.push_back(std::string("vx: ") + significant(ratio) + " times the speed of the path, taken for " +
                            unit);
+        return;
       }
+    const Node* const unit = channels_.find("vx")->find("unit");
+    if (unit->text() == "m/s" && !(ratio > 0.6 && ratio < 1.6))
+      remarks_.push_back("vx: " + significant(ratio) + " times the speed of the path; its unit is not told by that");
   }
 
   void yaw_rate() {

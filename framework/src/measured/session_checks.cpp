@@ -248,16 +248,19 @@ class Checks {
       if (std::isfinite(w.speed)) speeds.push_back(std::abs(w.speed));
     if (ratio > 700 && ratio < 1400 && lower_quantile(speeds, 0.9) < no_car)
       refuse(found + ": x and y were taken for millimetres and are metres");
+    // No wider: the advice of a wrong unit is followed, and what is left of the error may pass.
     struct Unit {
       double low, high;
       const char* meant;
     };
-    constexpr std::array<Unit, 6> units = {{{2.8, 4.6, "vx looks like km/h (\"unit\": \"km/h\")"},
-                                            {1.8, 2.6, "vx looks like mph (\"unit\": \"mph\")"},
+    constexpr std::array<Unit, 8> units = {{{3.45, 3.8, "vx looks like km/h (\"unit\": \"km/h\")"},
+                                            {3.1, 3.42, "vx looks like ft/s (\"unit\": \"ft/s\")"},
+                                            {2.1, 2.4, "vx looks like mph (\"unit\": \"mph\")"},
+                                            {1.85, 2.05, "vx looks like knots (\"unit\": \"kn\")"},
                                             {7e-4, 1.4e-3, "x and y look like millimetres (\"unit\": \"mm\")"},
                                             {7e-3, 1.4e-2, "x and y look like centimetres (\"unit\": \"cm\")"},
                                             {700, 1400, "vx looks like mm/s (\"unit\": \"mm/s\")"},
-                                            {0.24, 0.33, "vx was taken for km/h and is m/s"}}};
+                                            {1 / 3.8, 1 / 3.45, "vx was taken for km/h and is m/s"}}};
     for (const Unit& u : units)
       if (ratio > u.low && ratio < u.high) refuse(found + ": " + u.meant);
     refuse(found + "; expected about 1");

@@ -42,6 +42,7 @@ TEST(Units, ConvertToSi) {
                                 {"-3 mm", "m", -0.003},
                                 {"5 km/h", "m/s", 5 / 3.6},
                                 {"36 km/h", "m/s", 10},
+                                {"3600 kn", "m/s", 1852},
                                 {"0.2 deg/s", "rad/s", pi / 900},
                                 {"3000 rpm", "rad/s", 100 * pi},
                                 {"1 rev/s", "rad/s", 2 * pi},
@@ -115,6 +116,7 @@ TEST(Units, RefuseWhatIsNoUnit) {
   using testing::HasSubstr;
   EXPECT_EQ(why("20 msec", "s"), "\"20 msec\": unknown unit \"msec\"; did you mean \"ms\"?");
   EXPECT_EQ(why("20 degs", "rad"), "\"20 degs\": unknown unit \"degs\"; did you mean \"deg\"?");
+  EXPECT_EQ(why("20 knots", "m/s"), "\"20 knots\": unknown unit \"knots\"; did you mean \"kn\"?");
   EXPECT_EQ(why("2 fortnights", "s"), "\"2 fortnights\": unknown unit \"fortnights\"; expected a time [s]");
   EXPECT_THAT(why("3 Nm", "N m"), HasSubstr("did you mean \"N m\"?"));
   EXPECT_THAT(why("3 N/m s", "N s/m"), HasSubstr("a product after a quotient needs brackets"));
@@ -147,6 +149,7 @@ TEST(Units, RefuseASecondNumber) {
 TEST(Units, HeadersMayShoutOrSpellOut) {
   EXPECT_EQ(header_unit("MPH", "m/s"), "mph");
   EXPECT_EQ(header_unit(" KM/H", "m/s"), "km/h");
+  for (const char* knots : {"kn", "kt", "kts", "Knot", "knots", "KNOTS"}) EXPECT_EQ(header_unit(knots, "m/s"), "kn");
   EXPECT_EQ(header_unit("Degrees", "rad"), "deg");
   EXPECT_EQ(header_unit("\xc2\xb0/s", "rad/s"), "deg/s");
   EXPECT_EQ(header_unit("Feet", "m"), "ft");

@@ -288,6 +288,17 @@ TEST_F(LogFiles, SmallUnitsAreToldByWhatTheyLookLike) {
             std::string::npos);
 }
 
+TEST_F(LogFiles, UnitsOfSpeedNearEachOtherAreToldApart) {
+  for (const auto& [factor, meant] : {std::pair(3600.0 / 1852.0, "looks like knots"),
+                                      {1 / 0.44704, "looks like mph"},
+                                      {1 / 0.3048, "looks like ft/s"},
+                                      {3.6, "looks like km/h"},
+                                      {2.7, "; expected about 1"}}) {
+    const std::string why = refusal(changed([&](std::size_t, Row& r) { r[4] *= factor; }));
+    EXPECT_NE(why.find(meant), std::string::npos) << why;
+  }
+}
+
 TEST_F(LogFiles, WrongSignsAreHintedAt) {
   EXPECT_NE(refusal(changed([](std::size_t, Row& r) { r[8] = -r[8]; })).find("steering seems to have the other sign"),
             std::string::npos);

@@ -125,6 +125,32 @@ TEST(LogGuess, UnitsOfHeadersAreReadInAnyCaseAndSpelledOut) {
   EXPECT_NEAR(read_session(file, load_log_map(map)).session.at(40, 3), 24.9 * 0.44704, 1e-9);
 }
 
+/// The guess for a straight drive at 10 m/s whose speed is `factor` times that, under this header.
+Guess guess_of_speed(const std::string& header, double factor) {
+  const auto file = scratch("speed.csv");
+  std::ofstream out(file);
+  out.precision(12);
+  out << "time,x,y,delta," << header << '\n';
+  for (int k = 0; k < 400; ++k) out << 0.1 * k << ',' << k << ",1,0.1," << 10 * factor << '\n';
+  out.close();
+  return guess_map(read_delimited(file));
+}
+
+TEST(LogGuess, UnitsOfSpeedNearEachOtherAreToldApart) {
+  const auto unit = [](const std::string& header, double factor) {
+    return find_pointer(guess_of_speed(header, factor).map, "/channels/vx/unit")->text();
+  };
+  EXPECT_EQ(unit("speed", 3600.0 / 1852.0), "kn");
+  EXPECT_EQ(unit("speed", 1 / 0.44704), "mph");
+  EXPECT_EQ(unit("speed", 1 / 0.3048), "ft/s");
+  EXPECT_EQ(unit("speed", 3.6), "km/h");
+  EXPECT_EQ(unit("speed", 2.7), "m/s");
+  EXPECT_THAT(guess_of_speed("speed", 2.7).remarks, testing::Contains(testing::HasSubstr("its unit is not told")));
+  EXPECT_THAT(guess_of_speed("speed", 1.0).remarks, testing::Not(testing::Contains(testing::HasSubstr("vx:"))));
+  for (const char* header : {"speed (knots)", "speed (kts)", "speed [kn]", "speed_knots"})
+    EXPECT_EQ(unit(header, 3600.0 / 1852.0), "kn") << header;
+}
+
 TEST(LogGuess, DatesOfWholeSecondsAreNoMilliseconds) {
   const auto file = scratch("whole.csv");
   std::ofstream out(file);

@@ -439,6 +439,16 @@ TEST(SessionChecks, UnitsAndSignsAreToldWithTheirEvidence) {
   EXPECT_THAT(why(own_log(1, 1, -1), map), HasSubstr("other sign"));
 }
 
+/// Advice that is followed leaves the right speed, not one that is off by a sixth and passes.
+TEST(SessionChecks, UnitsOfSpeedNearEachOtherAreToldApart) {
+  const LogMap map = map_of(channels_json(""));
+  EXPECT_THAT(why(own_log(3600.0 / 1852.0), map), HasSubstr("vx looks like knots (\"unit\": \"kn\")"));
+  EXPECT_THAT(why(own_log(1 / 0.44704), map), HasSubstr("vx looks like mph (\"unit\": \"mph\")"));
+  EXPECT_THAT(why(own_log(1 / 0.3048), map), HasSubstr("vx looks like ft/s (\"unit\": \"ft/s\")"));
+  for (const double none : {0.3048, 1.75, 2.8, 4.2})
+    EXPECT_THAT(why(own_log(none), map), HasSubstr("; expected about 1")) << none;
+}
+
 /// A receiver at 5 Hz beside a gyroscope in every row.
 TEST(SessionChecks, ChannelsThatAreReadLessOftenThanRowsAreCheckedAllTheSame) {
   const auto log = [](double speed_factor) {

@@ -20,16 +20,47 @@ double steering_at(const Session& s, double time) {
   return std::clamp(s.command[row].delta, -1.4, 1.4);
 }
 
+/// The last row before a time, and at most `oldest` [s] before it, that has a channel; rows() where none has.
+std::size_t last_with(const Session& s, std::size_t channel, double time, double oldest) {
+  std::size_t end = s.row_before(time + 1e-9);
+  end = end < s.rows() ? end + 1 : 0;
+  for (std::size_t i = end; i > 0 && time - s.t[i - 1] <= oldest; --i)
+    if (!std::isnan(s.at(i - 1, channel))) return i - 1;
+  return s.rows();
+}
+
+/// Where the car is at a start and how it moves. Channels may be read in different rows: one that the start's row lacks
+/// is the last that was read shortly before, and of the pose what the velocities make of it until the start.
+std::array<double, channels> state_at(const Session& s, double start) {
+  constexpr double oldest = 0.25;  // [s]
+  using measured::Channel;
+  std::array<double, channels> now{}, age{};
+  for (std::size_t c = 0; c < channels; ++c) {
+    now[c] = s.interpolate(c, start);
+    if (!std::isnan(now[c])) continue;
+    const std::size_t row = last_with(s, c, start, oldest);
+    if (row < s.rows()) now[c] = s.at(row, c), age[c] = start - s.t[row];
+  }
+  const double vy = std::isnan(now[Channel::vy]) ? 0.0 : now[Channel::vy];
+  if (age[Channel::yaw] > 0.0 && s.has[Channel::yaw_rate])
+    now[Channel::yaw] += age[Channel::yaw] * now[Channel::yaw_rate];
+  const double c = std::cos(now[Channel::yaw]), sn = std::sin(now[Channel::yaw]);
+  if (age[Channel::x] > 0.0) now[Channel::x] += age[Channel::x] * (now[Channel::vx] * c - vy * sn);
+  if (age[Channel::y] > 0.0) now[Channel::y] += age[Channel::y] * (now[Channel::vx] * sn + vy * c);
+  return now;
+}
+
 }  // namespace
 
 std::vector<double> baseline(Baseline which, const Session& s, const Starts& starts, double wheelbase) {
   std::vector<double> out;
   for (const double start : starts.time) {
-    std::array<double, channels> now{};
-    for (std::size_t c = 0; c < channels; ++c) now[c] = s.interpolate(c, start);
+    const std::array<double, channels> now = state_at(s, start);
     const double vy = std::isnan(now[4]) ? 0.0 : now[4];
+    // A log without a turn rate shows none; one that lacks it here leaves open how the car turns.
+    const double turn_rate = std::isnan(now[5]) && !s.has[5] ? 0.0 : now[5];
     for (const double h : starts.horizons) {
-      double curvature_rate = std::isnan(now[5]) ? 0.0 : now[5], side = vy, rate = now[5];
+      double curvature_rate = turn_rate, side = vy, rate = now[5];
       if (which == Baseline::constant_speed) curvature_rate = side = rate = 0.0;
       if (which == Baseline::kinematic) {
         curvature_rate = now[3] * rolling_curvature(s, start, start + h, wheelbase);
@@ -41,9 +72,8 @@ std::vector<double> baseline(Baseline which, const Session& s, const Starts& sta
       const double along = std::abs(turn) > 1e-6 ? std::sin(turn) / turn : 1.0;
       const double across = std::abs(turn) > 1e-6 ? (1.0 - std::cos(turn)) / turn : 0.5 * turn;
       const double ahead = h * (now[3] * along - side * across), left = h * (now[3] * across + side * along);
-      const double yaw = std::isnan(now[2]) ? 0.0 : now[2];
-      out.push_back(now[0] + ahead * std::cos(yaw) - left * std::sin(yaw));
-      out.push_back(now[1] + ahead * std::sin(yaw) + left * std::cos(yaw));
+      out.push_back(now[0] + ahead * std::cos(now[2]) - left * std::sin(now[2]));
+      out.push_back(now[1] + ahead * std::sin(now[2]) + left * std::cos(now[2]));
       out.push_back(now[2] + turn);
       out.push_back(now[3]);
       out.push_back(std::isnan(now[4]) ? now[4] : side);

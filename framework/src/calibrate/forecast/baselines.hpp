@@ -15,7 +15,7 @@ enum class Baseline { persistence, constant_speed, kinematic };
 inline constexpr std::array<const char*, 3> baseline_names = {"persistence", "constant speed", "kinematic"};
 
 /// starts x horizons x 6 readings in the log's own frames; NaN where the log does not show what is needed.
-/// `wheelbase` [m].
+/// What the start's row lacks is taken from the rows of the quarter second before it. `wheelbase` [m].
 std::vector<double> baseline(Baseline which, const Session& session, const Starts& starts, double wheelbase);
 
 }  // namespace gripline::calibrate

@@ -1,0 +1,29 @@
+#include "config/files.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+#include "support/scratch.hpp"
+
+namespace gripline {
+namespace test_files {
+
+namespace fs = std::filesystem;
+
+TEST(Files, OnlyThoseReadAsAWholeHaveALargestSize) {
+  const fs::path file = testing_support::scratch("large.bin");
+  std::ofstream(file) << "x";
+  fs::resize_file(file, max_file_size);  // a hole: it takes no room
+  EXPECT_EQ(why_unreadable(file), "");
+  fs::resize_file(file, max_file_size + 1);
+  EXPECT_EQ(why_unreadable(file), "is larger than 256 MB");
+  EXPECT_EQ(why_unopenable(file), "");
+  fs::remove(file);
+  EXPECT_THAT(why_unopenable(file), testing::StartsWith("no such file"));
+  EXPECT_EQ(why_unopenable(file.parent_path()), "is a folder, expected a file");
+}
+
+}  // namespace test_files
+}  // namespace gripline
