@@ -122,8 +122,8 @@ struct Quantities {
   T Iz;           ///< yaw inertia [kg m2]
   T lf;           ///< centre of gravity to front axle [m]
   T lr;           ///< centre of gravity to rear axle [m]
-  T load_front;   ///< axle load relative to the nominal car's static one [-]
-  T load_rear;    ///< axle load relative to the nominal car's static one [-]
+  T load_front;  ///< axle load relative to the nominal car's static one [-]
+  T load_rear;   ///< axle load relative to the nominal car's static one [-]
   ///@}
   /// \name Stage::tyre
   /// A positive slip angle pushes its axle to the left (positive force).

@@ -438,7 +438,8 @@ TEST(World, SlipsOfACarThatRollsBackwardsAreThoseOfItsTyres) {
   const std::string tilt =
       R"({"tx": )" + std::to_string(0.3 * std::cos(yaw)) + R"(, "ty": )" + std::to_string(0.3 * std::sin(yaw)) + "}";
   const WorldSpec spec = world_of(R"({"start": {"speed": 0}, "plant": {"substeps": 10, "effects": [
-    {"plugin": "plane_tilt", "params": )" + tilt + "}]}}");
+    {"plugin": "plane_tilt", "params": )" +
+                                  tilt + "}]}}");
   World world(spec, 1);
   for (int k = 0; k < 15; ++k) world.advance({0.0, k < 2 ? 5.0 : 0.0});
   EXPECT_LT(world.state().vx, -0.3);
