@@ -430,7 +430,7 @@ TEST_F(ModelsAndLogs, WhatIsLeftOutOfALogIsTold) {
   const Outcome told = gripline_with({"predict", world, lossy, "--horizon", "0.1"});
   EXPECT_EQ(told.code, 0) << told.err;
   EXPECT_EQ(told.err, "warning: " + lossy + ": 1 rows of another length, left out\nwarning: " + lossy +
-                          ": rows 1 repeat a time stamp: left out\n");
+                          ": rows 1 repeat a time stamp: they fill the empty cells of the first row of it\n");
 }
 
 TEST_F(ModelsAndLogs, PredictNeverWritesOverWhatItReads) {

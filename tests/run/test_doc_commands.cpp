@@ -85,8 +85,9 @@ bool is_tested_elsewhere(const std::string& command) {
 std::string two_rows(const std::string& experiment) {
   const Node tree = load_json(source_dir() / experiment);
   std::string names;
-  for (std::size_t i = 0; i < 2 && i < tree.find("stacks")->object().size(); ++i)
-    names.append(i > 0 ? "," : "").append(tree.find("stacks")->object()[i].key);
+  int named = 0;
+  for (const Member& stack : tree.find("stacks")->object())
+    if (!stack.value.is_null() && named < 2) names.append(named++ > 0 ? "," : "").append(stack.key);
   return names;
 }
 

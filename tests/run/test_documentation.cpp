@@ -109,8 +109,10 @@ std::vector<std::string> unknown_stacks(const std::string& command) {
   const Node tree = load_json(root / file[1].str());
   std::vector<std::string> unknown;
   std::istringstream rest(names[1].str());
-  for (std::string name; std::getline(rest, name, ',');)
-    if (tree.find("stacks") == nullptr || tree.find("stacks")->find(name) == nullptr) unknown.push_back(name);
+  for (std::string name; std::getline(rest, name, ',');) {
+    const Node* const stack = tree.find("stacks") == nullptr ? nullptr : tree.find("stacks")->find(name);
+    if (stack == nullptr || stack->is_null()) unknown.push_back(name);
+  }
   return unknown;
 }
 

@@ -152,7 +152,7 @@ class Assignment {
       refuse("- makes a new element and must stand last");
     }
     if (!node.is_object()) refuse(where + " is " + node.describe() + ", it has no members");
-    if (Node* const next = node.find(name); next != nullptr) return *next;
+    if (Node* const next = node.find(name); next != nullptr && !next->is_null()) return *next;
     // Whether such an object is allowed is checked when the tree is read.
     return node.set(name, Node(Node::Object{}, {source_, 0, 0, join_pointer(path, name)}));
   }

@@ -11,6 +11,7 @@
 
 #include "config/errors.hpp"
 #include "config/files.hpp"
+#include "config/units.hpp"
 #include "util/numbers.hpp"
 
 namespace gripline::measured {
@@ -239,6 +240,12 @@ void split_unit_off(std::string& name, std::string& unit) {
   }
 }
 
+/// Whether a cell of a header is a unit of a channel.
+bool is_unit(std::string_view cell) {
+  constexpr const char* kinds[] = {"s", "m", "m/s", "m/s2", "rad", "rad/s", "N", "1"};
+  return std::ranges::any_of(kinds, [&](const char* kind) { return !header_unit(cell, kind).empty(); });
+}
+
 void make_unique(std::vector<std::string>& names) {
   std::set<std::string> seen;
   for (std::size_t i = 0; i < names.size(); ++i) {
@@ -341,16 +348,25 @@ struct Reader {
     return above;
   }
 
+  /// Whether most of what a row says are units, and not names.
+  static bool is_row_of_units(const Above& row) {
+    const auto units = std::ranges::count_if(row.cells, [](std::string_view cell) { return is_unit(cell); });
+    return 2 * static_cast<std::size_t>(units) > row.filled();
+  }
+
   void read_header() {
     const auto above = lines_above();
     if (above.empty())
       refuse_file(table.file, lines[first].number,
                   "no header line of " + std::to_string(shape.cells) +
                       " names above the first row of numbers; expected the names of the columns");
-    // Lines of a preamble may be as long, but name fewer things; a row of units stands below the header.
-    const bool units_in_comment = above.size() > 1 && above.back().comment;
-    const auto header = std::max_element(above.begin(), above.end() - (units_in_comment ? 1 : 0),
-                                         [](const Above& a, const Above& b) { return a.filled() < b.filled(); });
+    // Lines of a preamble may be as long, but name fewer things; a row of units stands below the header. A comment right
+    // above the rows holds units where most of it are some, else it is the header.
+    const bool comment = above.back().comment, units = comment && above.size() > 1 && is_row_of_units(above.back());
+    const auto header = comment && !units
+                            ? above.end() - 1
+                            : std::max_element(above.begin(), above.end() - (units ? 1 : 0),
+                                               [](const Above& a, const Above& b) { return a.filled() < b.filled(); });
     const int at = header->line;
     for (const std::string_view cell : header->cells) table.name.emplace_back(cell);
     table.unit.resize(shape.cells);

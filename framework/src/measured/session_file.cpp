@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <numeric>
 #include <set>
 
 #include "config/errors.hpp"
@@ -124,6 +125,8 @@ class SessionReader {
     }
   }
 
+  static constexpr double longest_step = 3600.0;  // [s] of a clock that was not set
+
   void read_time() {
     if (map_.file.empty() && table_.find(map_.time.formula) < 0) refuse_missing(map_.time.formula);
     time_all_ = evaluate(map_.time, "s", "time");
@@ -188,7 +191,6 @@ class SessionReader {
   /// A step beyond an hour is a clock that was set, as by the first fix of a receiver. A few rows before it are left
   /// out; elsewhere it is refused, for everything that lies on a grid of time would fill memory with the step.
   void drop_rows_before_clock_was_set() {
-    constexpr double longest_step = 3600.0;  // [s]
     std::size_t leading = 0;
     for (std::size_t i = 1; i < row_.size(); ++i) {
       const double step = time_all_[row_[i]] - time_all_[row_[i - 1]];
@@ -209,10 +211,12 @@ class SessionReader {
   void check_steps(const Values& t) {
     Values steps;
     for (std::size_t i = 1; i < t.size(); ++i) steps.push_back(t[i] - t[i - 1]);
-    out_.row_step = median(std::move(steps));
-    // Rows of a bus come in bursts: how often they come is seen in their number.
+    out_.row_step = median(steps);
+    // Rows of a bus come in bursts: how often they come is seen in their number, where no clock was set.
     constexpr double shortest_step = 1e-4;  // [s] that a logger writes
-    if (out_.row_step < shortest_step) out_.row_step = (t.back() - t.front()) / static_cast<double>(t.size() - 1);
+    std::erase_if(steps, [](double step) { return step > longest_step; });
+    if (out_.row_step < shortest_step)
+      out_.row_step = std::accumulate(steps.begin(), steps.end(), 0.0) / static_cast<double>(steps.size());
     const int column = table_.find(map_.time.formula);
     const bool of_clock = column >= 0 && table_.is_clock(static_cast<std::size_t>(column));
     for (const auto& [unit, factor] : {std::pair("milliseconds", 1e-3), {"microseconds", 1e-6}, {"nanoseconds", 1e-9}})
@@ -320,8 +324,10 @@ class SessionReader {
   /// Whether map, header or formula say in which unit the numbers of a channel are that is read.
   bool has_unit(Source source) const {
     const MappedChannel& channel = *map_[source];
+    // Arithmetic may convert; a column alone does not.
+    const bool bare = table_.find(channel.formula) >= 0;
     for (const char* conversion : {"rad(", "pi"})
-      if (channel.formula.find(conversion) != std::string::npos) return true;
+      if (!bare && channel.formula.find(conversion) != std::string::npos) return true;
     return !channel.unit.empty() || of_header_[static_cast<std::size_t>(source)];
   }
 

@@ -211,6 +211,13 @@ TEST(Assignment, BrokenJsonIsNotTakenForText) {
   EXPECT_THAT(assigned("/base=\"a"), HasSubstr("not JSON"));
 }
 
+/// A null says that nothing is there: below it a --set makes what it needs.
+TEST(Assignment, BelowANullIsAsBelowNothing) {
+  Node node = parse_text(R"({"base": {"planner": {"params": null}}})");
+  apply_assignment(node, "/base/planner/params/pace=0.9");
+  EXPECT_EQ(find_pointer(node, "/base/planner/params/pace")->number(), 0.9);
+}
+
 TEST(Assignment, ErrorsInASetValueNameTheOption) {
   Node node = parse_text(experiment);
   apply_assignment(node, R"(/base={ "mu_init": [1, "x"] })");

@@ -140,6 +140,11 @@ TEST(DelimitedTable, ACommentBelowTheHeaderHoldsItsUnits) {
   EXPECT_THAT(t.unit, ElementsAre("s", "m"));
 }
 
+TEST(DelimitedTable, ACommentBelowAPreambleIsTheHeader) {
+  const auto t = read("Driver,me\n# time,vx\n" + rows("1.0,2.0\n", 6));
+  EXPECT_THAT(t.name, ElementsAre("time", "vx"));
+}
+
 TEST(DelimitedTable, LettersThatEndWithTheByteOfABlankStayWhole) {
   const auto t = read("t,Vitesse \xc3\xa0,\xc2\xa0x\xc2\xa0\n" + rows("1.0,2.0,3.0\n", 6));
   EXPECT_THAT(t.name, ElementsAre("t", "Vitesse \xc3\xa0", "x"));

@@ -381,6 +381,19 @@ TEST(SessionFile, LongitudesThatAreDegreesAreConvertedOnce) {
   }
 }
 
+/// Letters of a column's name are no arithmetic that converts already.
+TEST(SessionFile, DegreesAreSeenWhateverTheColumnIsCalled) {
+  std::ofstream out(scratch("pixhawk.csv"));
+  out << "t,pixhawk_lat,pixhawk_lon,steer\n";
+  for (int k = 0; k < 400; ++k) out << 0.02 * k << ',' << 48.0 + 1e-6 * k << ",11.0,0.01\n";
+  out.close();
+  const LogMap map =
+      map_of(R"({"time": "t", "channels": {"latitude": "pixhawk_lat", "longitude": "pixhawk_lon", "delta": "steer"}})");
+  const SessionFile file = read_session(scratch("pixhawk.csv"), map);
+  EXPECT_THAT(notes_of(file), HasSubstr("taken for degrees"));
+  EXPECT_NEAR(file.session.at(399, Channel::y), 44.4, 0.1);
+}
+
 TEST(SessionFile, ALatitudeBeyondThePoleIsRefused) {
   EXPECT_THAT(why(log_on_earth(11.0), earth_map(R"({"formula": "100 * lat", "unit": "deg"})")),
               AllOf(HasSubstr("the latitude is 4800 deg"), HasSubstr("NMEA's ddmm.mmmm"), HasSubstr(":2:")));
