@@ -12,6 +12,7 @@
 #include "config/errors.hpp"
 #include "config/files.hpp"
 #include "config/units.hpp"
+#include "measured/refuse_file.hpp"
 #include "util/numbers.hpp"
 
 namespace gripline::measured {
@@ -21,10 +22,6 @@ struct Line {
   std::string_view text;
   int number = 0;
 };
-
-[[noreturn]] void refuse_file(const std::filesystem::path& file, int line, std::string message) {
-  throw InputError({Diagnostic{file.string(), line, 0, "", std::move(message), {}}});
-}
 
 std::string_view trim(std::string_view text) {
   // A blank that does not break is two bytes in UTF-8; the second of them alone ends letters too.
@@ -313,7 +310,7 @@ struct Reader {
       widen_to_header();
       return;
     }
-    refuse_file(table.file, 0, "no row of numbers; expected a header line and rows of numbers");
+    refuse_file(table.file, "no row of numbers; expected a header line and rows of numbers");
   }
 
   struct Above {
@@ -357,9 +354,10 @@ struct Reader {
   void read_header() {
     const auto above = lines_above();
     if (above.empty())
-      refuse_file(table.file, lines[first].number,
+      refuse_file(table.file,
                   "no header line of " + std::to_string(shape.cells) +
-                      " names above the first row of numbers; expected the names of the columns");
+                      " names above the first row of numbers; expected the names of the columns",
+                  lines[first].number);
     // Lines of a preamble may be as long, but name fewer things; a row of units stands below the header. A comment right
     // above the rows holds units where most of it are some, else it is the header.
     const bool comment = above.back().comment, units = comment && above.size() > 1 && is_row_of_units(above.back());
@@ -449,21 +447,21 @@ DelimitedTable read_delimited(const std::filesystem::path& file) {
   std::string_view rest = text;
   if (rest.starts_with("\xef\xbb\xbf")) rest.remove_prefix(3);
   if (rest.starts_with("\xff\xfe") || rest.starts_with("\xfe\xff"))
-    refuse_file(file, 0, "the file is UTF-16; expected UTF-8 (save it again as UTF-8 or ASCII)");
+    refuse_file(file, "the file is UTF-16; expected UTF-8 (save it again as UTF-8 or ASCII)");
   if (rest.starts_with("#ROSBAG V") || rest.starts_with("SQLite format 3"))
-    refuse_file(file, 0,
+    refuse_file(file,
                 "the file is a bag of ROS; expected a table in text (gripline import BAG --map MAP --table FILE.csv "
                 "writes what the map reads of it)");
   if (rest.find('\0') != std::string_view::npos)
-    refuse_file(file, 0, "the file is not a text; expected a table in text, as CSV");
+    refuse_file(file, "the file is not a text; expected a table in text, as CSV");
   Reader reader;
   reader.table.file = file;
   reader.lines = lines_of(rest);
-  if (reader.lines.empty()) refuse_file(file, 0, "the file is empty; expected a header line and rows of numbers");
+  if (reader.lines.empty()) refuse_file(file, "the file is empty; expected a header line and rows of numbers");
   reader.shape = shape_of(sample_of(reader.lines));
   if (reader.shape.cells < 2)
-    refuse_file(file, reader.lines.front().number,
-                "no separator makes columns of this; expected comma, semicolon, tab, '|' or blanks between cells");
+    refuse_file(file, "no separator makes columns of this; expected comma, semicolon, tab, '|' or blanks between cells",
+                reader.lines.front().number);
   reader.find_first_row();
   reader.read_header();
   reader.read_rows();

@@ -3,15 +3,17 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
-#include <numeric>
 #include <set>
 
 #include "config/errors.hpp"
 #include "config/units.hpp"
 #include "measured/delimited_table.hpp"
+#include "measured/earth_places.hpp"
 #include "measured/formula.hpp"
+#include "measured/held_readings.hpp"
 #include "measured/reading_pace.hpp"
+#include "measured/refuse_file.hpp"
+#include "measured/row_times.hpp"
 #include "measured/unwrapped_angles.hpp"
 #include "util/numbers.hpp"
 #include "util/statistics.hpp"
@@ -19,17 +21,8 @@
 namespace gripline::measured {
 namespace {
 
-using std::numbers::pi;
 using Values = std::vector<double>;
 using Level = Finding::Level;
-
-[[noreturn]] void refuse_file(const std::filesystem::path& file, const std::string& message, int line = 0) {
-  Diagnostic d;
-  d.file = file.string();
-  d.line = line;
-  d.message = message;
-  throw InputError({d});
-}
 
 class SessionReader {
  public:
@@ -125,111 +118,15 @@ class SessionReader {
     }
   }
 
-  static constexpr double longest_step = 3600.0;  // [s] of a clock that was not set
-
   void read_time() {
     if (map_.file.empty() && table_.find(map_.time.formula) < 0) refuse_missing(map_.time.formula);
     time_all_ = evaluate(map_.time, "s", "time");
-    merge_repeated_rows();
-    find_timed_rows();
-    if (row_.size() < 20)
-      refuse_file(table_.file,
-                  "only " + std::to_string(row_.size()) + " rows with a time; expected a log of at least 5 s");
-    check_steps(times());
-    drop_rows_before_clock_was_set();
-    out_.session.t = times();
-  }
-
-  Values times() const {
-    Values t;
-    for (const std::size_t r : row_) t.push_back(time_all_[r]);
-    return t;
-  }
-
-  /// Rows of one time stamp are one row: loggers of several buses write a row for each message. Of every column the
-  /// first cell that holds a number counts.
-  void merge_repeated_rows() {
-    std::vector<std::size_t> kept;
-    std::size_t again = 0, last = table_.rows();  // the last row that has a time
-    for (std::size_t r = 0; r < table_.rows(); ++r) {
-      if (last < r && time_all_[r] == time_all_[last]) {
-        ++again;
-        for (Values& column : table_.column)
-          if (std::isnan(column[last])) column[last] = column[r];
-        continue;
-      }
-      if (!std::isnan(time_all_[r])) last = r;
-      kept.push_back(r);
-    }
-    if (again == 0) return;
-    const auto compact = [&](auto& all) {
-      for (std::size_t i = 0; i < kept.size(); ++i) all[i] = all[kept[i]];
-      all.resize(kept.size());
-    };
-    for (Values& column : table_.column) compact(column);
-    compact(table_.line);
-    compact(time_all_);
-    note("rows", std::to_string(again) + " repeat a time stamp", "they fill the empty cells of the first row of it");
-  }
-
-  void find_timed_rows() {
-    for (std::size_t r = 0; r < table_.rows(); ++r) {
-      const double t = time_all_[r], last = row_.empty() ? t : time_all_[row_.back()];
-      if (std::isnan(t)) continue;
-      if (t < last)
-        refuse_file(table_.file,
-                    "time runs backward by " + significant(last - t) + " s, from " + significant(last, 16) + " s to " +
-                        significant(t, 16) +
-                        " s; expected rows in the order of time (sort them, or cut the log where its clock was set)",
-                    table_.line[r]);
-      row_.push_back(r);
-    }
-    const std::size_t without = table_.rows() - row_.size();
-    if (without > 0) note("rows", std::to_string(without) + " without time", "left out");
-  }
-
-  /// A step beyond an hour is a clock that was set, as by the first fix of a receiver. A few rows before it are left
-  /// out; elsewhere it is refused, for everything that lies on a grid of time would fill memory with the step.
-  void drop_rows_before_clock_was_set() {
-    std::size_t leading = 0;
-    for (std::size_t i = 1; i < row_.size(); ++i) {
-      const double step = time_all_[row_[i]] - time_all_[row_[i - 1]];
-      if (!(step > longest_step)) continue;
-      if (100 * i >= row_.size())
-        refuse_file(table_.file,
-                    "time steps by " + significant(step) +
-                        " s, more than an hour: the clock was set here, or the car stood; cut the log in two before "
-                        "this row",
-                    table_.line[row_[i]]);
-      leading = i;
-    }
-    if (leading == 0) return;
-    row_.erase(row_.begin(), row_.begin() + static_cast<std::ptrdiff_t>(leading));
-    note("rows", std::to_string(leading) + " before the clock was set", "left out");
-  }
-
-  void check_steps(const Values& t) {
-    Values steps;
-    for (std::size_t i = 1; i < t.size(); ++i) steps.push_back(t[i] - t[i - 1]);
-    out_.row_step = median(steps);
-    // Rows of a bus come in bursts: how often they come is seen in their number, where no clock was set.
-    constexpr double shortest_step = 1e-4;  // [s] that a logger writes
-    std::erase_if(steps, [](double step) { return step > longest_step; });
-    if (out_.row_step < shortest_step)
-      out_.row_step = std::accumulate(steps.begin(), steps.end(), 0.0) / static_cast<double>(steps.size());
     const int column = table_.find(map_.time.formula);
     const bool of_clock = column >= 0 && table_.is_clock(static_cast<std::size_t>(column));
-    for (const auto& [unit, factor] : {std::pair("milliseconds", 1e-3), {"microseconds", 1e-6}, {"nanoseconds", 1e-9}})
-      if (!of_clock && out_.row_step > 0.9 && out_.row_step * factor >= 0.9e-3 && out_.row_step * factor < 0.3)
-        refuse_file(table_.file, "time rises by " + significant(out_.row_step) + " s from row to row: it looks like " +
-                                     unit + "; the map should say so (\"unit\")");
-    for (const auto& [unit, factor] : {std::pair("milliseconds", 1e3), {"microseconds", 1e6}, {"nanoseconds", 1e9}})
-      if (out_.row_step < shortest_step && out_.row_step * factor > 0.9e-3 && out_.row_step * factor < 0.3)
-        refuse_file(table_.file, "rows are " + significant(out_.row_step) +
-                                     " s apart, which no logger writes: time was taken for " + unit +
-                                     " and is seconds");
-    if (out_.row_step > 0.5)
-      refuse_file(table_.file, "rows are " + significant(out_.row_step) + " s apart; expected 0.5 s or less");
+    RowTimes rows = order_rows(table_, time_all_, of_clock, out_.findings);
+    out_.session.t = std::move(rows.t);
+    out_.row_step = rows.step;
+    row_ = std::move(rows.row);
   }
 
   void read_source(Source source, const MappedChannel& channel) {
@@ -242,39 +139,8 @@ class SessionReader {
     Values& to = of(source);
     for (const std::size_t r : row_) to.push_back(all[r]);
     if (!channel.held || channel.command) return;
-    note(info.name, std::to_string(drop_held(to)) + " rows hold the value before",
+    note(info.name, std::to_string(drop_held(out_.session.t, to)) + " rows hold the value before",
          "read when it is new, or stays for longer than usual");
-  }
-
-  /// Leaves out values that are held. One that stays for twice the usual time between new ones was read again, and
-  /// again after each such time: of a car that stands. Returns how many are left out.
-  std::size_t drop_held(Values& values) const {
-    constexpr std::size_t few = 3, many = 101;  // times between new values that the usual one is the median of
-    const std::vector<double>& t = out_.session.t;
-    Values between;
-    double last = not_a_number, usual = 0.0, changed = 0.0, next = 0.0;
-    std::size_t dropped = 0, changes = 0;
-    for (std::size_t i = 0; i < values.size(); ++i) {
-      if (std::isnan(values[i])) continue;  // an empty cell is no reading
-      const bool same = values[i] == last;
-      last = values[i];
-      if (!same) {
-        if (changes > 0 && between.size() < many)
-          between.push_back(t[i] - changed);
-        else if (changes > 0)
-          between[changes % many] = t[i] - changed;
-        ++changes;
-        usual = between.size() < few ? 0.0 : median(between);
-        changed = t[i];
-        next = t[i] + 2.0 * usual;
-      } else if (usual > 0.0 && t[i] >= next - 1e-9) {
-        next = t[i] + usual;
-      } else {
-        values[i] = not_a_number;
-        ++dropped;
-      }
-    }
-    return dropped;
   }
 
   Values& of(Source source) { return values_[static_cast<std::size_t>(source)]; }
@@ -331,62 +197,17 @@ class SessionReader {
     return !channel.unit.empty() || of_header_[static_cast<std::size_t>(source)];
   }
 
-  /// Angles on the earth that no radians can be are degrees: maps and tables often leave their unit out.
-  void take_for_degrees() {
-    const auto beyond = [&](Source source, double most) {
-      return !has_unit(source) && std::ranges::any_of(of(source), [&](double a) { return std::abs(a) > most; });
-    };
-    if (!beyond(Source::latitude, 0.5 * pi) && !beyond(Source::longitude, pi)) return;
-    for (const Source source : {Source::latitude, Source::longitude})
-      if (!has_unit(source))
-        for (double& angle : of(source)) angle *= pi / 180.0;
-    note("unit", "latitude and longitude are beyond what radians can be",
-         "taken for degrees; `unit` in the map says so");
-  }
-
-  /// Receivers write 0, 0 as long as they do not know where they are.
-  void drop_places_without_fix() {
-    Values &lat = of(Source::latitude), &lon = of(Source::longitude);
-    std::size_t dropped = 0;
-    for (std::size_t i = 0; i < lat.size(); ++i) {
-      if (lat[i] != 0.0 || lon[i] != 0.0) continue;
-      lat[i] = lon[i] = not_a_number;
-      ++dropped;
-    }
-    if (dropped > 0)
-      note("place", std::to_string(dropped) + " rows have the latitude and longitude 0, 0",
-           "taken for missing: the receiver had no fix");
-  }
-
-  void check_latitudes() const {
-    const Values& lat = of(Source::latitude);
-    const auto wrong = std::ranges::find_if(lat, [](double a) { return std::abs(a) > 0.5 * pi + 1e-9; });
-    if (wrong == lat.end()) return;
-    refuse_file(table_.file,
-                "the latitude is " + significant(*wrong * 180.0 / pi, 6) +
-                    " deg, beyond 90: NMEA's ddmm.mmmm are degrees and minutes ((v - mod(v, 100)) / 100 + mod(v, 100) "
-                    "/ 60 in deg)",
-                table_.line[row_[static_cast<std::size_t>(wrong - lat.begin())]]);
-  }
-
-  /// Local tangent plane at the first position on the WGS 84 ellipsoid: x east, y north.
   void place_from_degrees() {
     if (!has(Source::latitude) || has(Source::x)) return;
-    Values &lat = of(Source::latitude), &lon = of(Source::longitude);
-    drop_places_without_fix();
-    take_for_degrees();
-    check_latitudes();
-    std::size_t first = 0;
-    while (first < lat.size() && std::isnan(lat[first] + lon[first])) ++first;
-    if (first == lat.size()) refuse_file(table_.file, "latitude and longitude are never given");
-    constexpr double a = 6378137.0, e2 = 6.69437999014e-3;
-    const double w = 1.0 - e2 * std::sin(lat[first]) * std::sin(lat[first]);
-    const double north = a * (1.0 - e2) / (w * std::sqrt(w)), east = a / std::sqrt(w) * std::cos(lat[first]);
-    for (std::size_t i = 0; i < lat.size(); ++i) {
-      of(Source::x).push_back(east * std::remainder(lon[i] - lon[first], 2.0 * pi));
-      of(Source::y).push_back(north * (lat[i] - lat[first]));
-    }
-    note("place", "latitude and longitude", "x to the east and y to the north of the first position");
+    std::vector<int> line;
+    for (const std::size_t r : row_) line.push_back(table_.line[r]);
+    PlanePlaces places = on_plane({.latitude = of(Source::latitude),
+                                   .longitude = of(Source::longitude),
+                                   .latitude_unit_is_known = has_unit(Source::latitude),
+                                   .longitude_unit_is_known = has_unit(Source::longitude)},
+                                  table_.file, line, out_.findings);
+    of(Source::x) = std::move(places.x);
+    of(Source::y) = std::move(places.y);
   }
 
   /// Course and speed from the places of this row and the last one that had one: nothing later is looked at.
