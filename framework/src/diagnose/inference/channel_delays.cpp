@@ -6,7 +6,6 @@
 #include <cmath>
 #include <utility>
 
-#include "diagnose/inference/fit.hpp"
 #include "diagnose/thresholds.hpp"
 #include "measured/bridged_readings.hpp"
 #include "measured/session_health.hpp"
@@ -124,6 +123,28 @@ std::vector<ChannelDelay> find_channel_delays(std::span<const LogFile> logs) {
   std::ranges::sort(found, {}, &ChannelDelay::group);
   join_pose(found);
   return found;
+}
+
+void keep_open(std::span<const ChannelDelay> delays, std::span<const LogFile> logs, Catalogue& catalogue) {
+  constexpr double least = 0.25;  // of a sample
+  catalogue.forget_late_pose();
+  for (const ChannelDelay& d : delays)
+    if (d.group < 2)
+      catalogue.allow_for_late_pose(d.group, std::max(0.5 * (d.high - d.low) / normal_95, least * longest_step(logs)));
+}
+
+ChannelDelay refined(ChannelDelay delay, const Catalogue& catalogue, const Fit& fit) {
+  if (fit.theta.empty()) return delay;
+  const auto nuisances = catalogue.nuisances();
+  const std::size_t p = fit.theta.size();
+  for (std::size_t i = 0; i < nuisances.size(); ++i) {
+    if (nuisances[i].delay != delay.group) continue;
+    const double sigma = std::sqrt(std::max(0.0, fit.covariance[i * p + i]));
+    delay.seconds += fit.theta[i];
+    delay.low = delay.seconds - normal_95 * sigma;
+    delay.high = delay.seconds + normal_95 * sigma;
+  }
+  return delay;
 }
 
 LogFile without_delays(const LogFile& file, std::span<const ChannelDelay> delays) {

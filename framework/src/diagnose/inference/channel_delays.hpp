@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "diagnose/inference/fit.hpp"
 #include "measured/log_file.hpp"
 
 namespace gripline::diagnose {
@@ -25,6 +26,12 @@ struct ChannelDelay {
 /// (thresholds::false_delay) longer than half of one. As no sensor shows what has not happened yet, that of the two
 /// which comes after the other is the late one. The logs are taken as from one recorder.
 std::vector<ChannelDelay> find_channel_delays(std::span<const LogFile> logs);
+
+/// What delays of place and yaw may still be wrong by is open in every model from now on: a pose is so precise that a
+/// tenth of a sample shows.
+void keep_open(std::span<const ChannelDelay> delays, std::span<const LogFile> logs, Catalogue& catalogue);
+/// A delay with what a fit found to be left of it.
+ChannelDelay refined(ChannelDelay delay, const Catalogue& catalogue, const Fit& fit);
 
 /// The log as its channels would show it without these delays; what would have come after its end is missing.
 LogFile without_delays(const LogFile& log, std::span<const ChannelDelay> delays);

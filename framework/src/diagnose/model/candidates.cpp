@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "measured/log_map.hpp"
+
 namespace gripline::diagnose {
 namespace {
 
@@ -113,11 +115,26 @@ ModelSpec Catalogue::without(const ModelSpec& model, std::size_t candidate) cons
   return less;
 }
 
-StagedCar Catalogue::build(const ModelSpec& model) const {
-  std::vector<double> params = model_params_;
-  for (std::size_t i = 0; i < nuisances_.size(); ++i) params[nuisances_[i].index] = model.nuisance[i];
-  StagedCar car(*model_, std::move(params));
+void Catalogue::allow_for_late_pose(std::size_t group, double sigma) {
+  StagedCar car(*model_, model_params_);
   for (const Own& own : own_) car.add(*own.effect, own.params, own.id);
+  Nuisance n;
+  n.name = std::string(measured::delay_names[group]) + "_delay";
+  n.index = car.params().size() + group;
+  n.sigma = sigma;
+  n.delay = group;
+  nuisances_.push_back(std::move(n));
+}
+
+void Catalogue::forget_late_pose() {
+  std::erase_if(nuisances_, [](const Nuisance& n) { return n.delay.has_value(); });
+}
+
+StagedCar Catalogue::build(const ModelSpec& model) const {
+  StagedCar car(*model_, model_params_);
+  for (const Own& own : own_) car.add(*own.effect, own.params, own.id);
+  if (pose_is_late()) car.add(pose_latency_, {0.0, 0.0}, "pose_latency");
+  for (std::size_t i = 0; i < nuisances_.size(); ++i) car.params()[nuisances_[i].index] = model.nuisance[i];
   for (std::size_t i = 0; i < model.members.size(); ++i) {
     const Candidate& c = candidates_[model.members[i]];
     car.add(*c.effect, model.values[i], c.id);

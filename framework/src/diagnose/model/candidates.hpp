@@ -1,15 +1,18 @@
 // The nominal car and every effect that may be missing from it, as instances ready to be combined.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "car/staged_car.hpp"
 #include "car/vehicle.hpp"
+#include "diagnose/model/pose_latency.hpp"
 #include "plugin/registry.hpp"
 
 namespace gripline::diagnose {
@@ -30,8 +33,11 @@ struct Candidate {
 /// A parameter of the nominal model that is known only to within a standard deviation.
 struct Nuisance {
   std::string name;       // of the model's parameter
-  std::size_t index = 0;  // among them
+  std::size_t index = 0;  // among the built car's
   double nominal = 0, sigma = 0;
+  /// What is left of a delay that was taken off a pose, in place of a parameter of the car: its channels' group
+  /// (measured::delay_names).
+  std::optional<std::size_t> delay{};
 };
 
 /// Which effects are in the model and with what values.
@@ -56,6 +62,11 @@ class Catalogue {
   const VehicleModel& model() const { return *model_; }
 
   void set_nuisances(std::vector<Nuisance> nuisances) { nuisances_ = std::move(nuisances); }
+  /// From now on place (group 0) or heading (1) may be late, or early, by so much more than was taken off the logs:
+  /// standard deviation [s]. Groups one after the other, each once.
+  void allow_for_late_pose(std::size_t group, double sigma);
+  /// As it was before.
+  void forget_late_pose();
   std::span<const Nuisance> nuisances() const { return nuisances_; }
   /// Value of a parameter of the nominal model by name; NaN when it has none of that name.
   double nominal(std::string_view name, std::size_t* index = nullptr) const;
@@ -69,7 +80,11 @@ class Catalogue {
   /// then the members'.
   StagedCar build(const ModelSpec& model) const;
   /// Effects before the members in a built car.
-  std::size_t nominal_effects() const { return own_.size(); }
+  std::size_t nominal_effects() const { return own_.size() + (pose_is_late() ? 1 : 0); }
+  /// Whether a nuisance acts on readings.
+  bool pose_is_late() const {
+    return std::ranges::any_of(nuisances_, [](const Nuisance& n) { return n.delay.has_value(); });
+  }
   /// Whether one of the world's own effects remembers what is done at this stage: it has memory and acts at a later
   /// one. Within a stage own effects act before all candidates.
   bool is_remembered_by_own(Stage stage) const;
@@ -89,6 +104,7 @@ class Catalogue {
     std::string id;
   };
   std::vector<Own> own_;
+  PoseLatency pose_latency_;  // behind the own effects, while one of its parameters is a nuisance
   std::vector<Candidate> candidates_;
   std::vector<Nuisance> nuisances_;
 };

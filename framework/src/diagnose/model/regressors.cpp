@@ -11,8 +11,9 @@ namespace gripline::diagnose {
 namespace {
 
 bool reads(const Catalogue& catalogue, const ModelSpec& model) {
-  return std::any_of(model.members.begin(), model.members.end(),
-                     [&](std::size_t i) { return catalogue.candidates()[i].effect->stage() == Stage::reading; });
+  return catalogue.pose_is_late() || std::any_of(model.members.begin(), model.members.end(), [&](std::size_t i) {
+           return catalogue.candidates()[i].effect->stage() == Stage::reading;
+         });
 }
 
 /// Where the fitted parameters of member i stand among the car's.
@@ -126,7 +127,7 @@ OwnPlan plan_own(const Catalogue& catalogue, const ModelSpec& model, const Stage
   };
   const bool remembered = nominal_is_remembered(catalogue, model);
   for (const Nuisance& n : catalogue.nuisances())
-    remembered ? move(n.index, small_step * n.sigma, false) : exact(n.index);
+    remembered && !n.delay ? move(n.index, small_step * n.sigma, false) : exact(n.index);
   for (std::size_t i = 0; i < model.members.size(); ++i) {
     const Candidate& c = catalogue.candidates()[model.members[i]];
     const auto at = slots(catalogue, model, car, i);

@@ -78,6 +78,7 @@ Diagnosis Diagnoser::run(std::span<const LogFile> given, std::span<const LogFile
   const std::vector<LogFile> logs = each_once(given), held_out = each_once(given_held_out);
   const std::vector<ChannelDelay> delays = find_channel_delays(logs);
   delays_taken_off_ = !delays.empty();
+  keep_open(delays, logs, catalogue_);
   if (delays.empty()) return search(logs, held_out, progress);
   const auto on_time = [&](const std::vector<LogFile>& late) {
     std::vector<LogFile> out;
@@ -98,6 +99,7 @@ Diagnosis Diagnoser::run(std::span<const LogFile> given, std::span<const LogFile
 Diagnosis Diagnoser::search_beside_delays(std::span<const LogFile> logs, std::span<const LogFile> held_out,
                                           std::span<const ChannelDelay> delays, const ProgressCallback& progress) {
   delays_taken_off_ = false;
+  catalogue_.forget_late_pose();
   Diagnosis d = search(logs, held_out, progress);
   for (const ChannelDelay& one : delays)
     d.health.push_back({measured::Finding::Level::bad, "time of " + one.words() + " against " + one.against(),
@@ -227,7 +229,10 @@ void Diagnoser::add_parameters(Diagnosis& d) const {
   std::size_t at = 0;
   const std::size_t p = fitted.theta.size();
   d.nominal_fit.clear();
-  for (const Nuisance& n : catalogue_.nuisances()) d.nominal_fit.emplace_back(n.name, fitted.theta[at++]);
+  for (const Nuisance& n : catalogue_.nuisances()) {
+    if (!n.delay) d.nominal_fit.emplace_back(n.name, fitted.theta[at]);
+    ++at;
+  }
   for (std::size_t i = 0; i < fitted.model.members.size(); ++i) {
     const Candidate& c = catalogue_.candidates()[fitted.model.members[i]];
     d.named[i].params.clear();
@@ -306,7 +311,7 @@ void Diagnoser::name_delays(std::span<const LogFile> logs, std::span<const LogFi
   d.gap.before = errors[reported].rms();
   set_closure(d.gap, compare(after.predict_refitted(d.fit), errors[reported]));
   for (const ChannelDelay& one : delays) {
-    d.delays.push_back(named_delay(one));
+    d.delays.push_back(named_delay(refined(one, catalogue_, d.fit)));
     d.delays.back().rollout = by_delays;
   }
   if (d.verdict == Verdict::nothing_missing) d.verdict = Verdict::named;

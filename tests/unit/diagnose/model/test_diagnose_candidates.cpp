@@ -53,5 +53,33 @@ TEST(Catalogue, WithoutUndoesWith) {
   EXPECT_EQ(rig.catalogue().name(rig.catalogue().null_model()), "none");
 }
 
+/// What is left of a delay of a pose is a parameter of the built car's readings, beside those of the model.
+TEST(Catalogue, APoseMayBeLate) {
+  DiagnoseRig rig;
+  rig.trust({"Df"}, 0.1);
+  Catalogue& catalogue = rig.catalogue();
+  const std::size_t plain = catalogue.build(catalogue.null_model()).params().size();
+  catalogue.allow_for_late_pose(0, 0.01);
+  catalogue.allow_for_late_pose(1, 0.02);
+  ASSERT_TRUE(catalogue.pose_is_late());
+  ModelSpec model = catalogue.null_model();
+  ASSERT_EQ(model.nuisance.size(), 3U);
+  EXPECT_EQ(catalogue.nuisances()[2].sigma, 0.02);
+  model.nuisance = {0.2, 0.03, -0.05};
+  const StagedCar car = catalogue.build(model);
+  EXPECT_EQ(car.params()[catalogue.nuisances()[0].index], 0.2);
+  const Place at;
+  Reading<double> r{1.0, 2.0, 0.5, 3.0, 0.4, 2.0};
+  car.read(&r, 1, &at, nullptr);
+  EXPECT_NEAR(r.x, 1.0 - 0.03 * (3.0 * std::cos(0.5) - 0.4 * std::sin(0.5)), 1e-12);
+  EXPECT_NEAR(r.y, 2.0 - 0.03 * (3.0 * std::sin(0.5) + 0.4 * std::cos(0.5)), 1e-12);
+  EXPECT_NEAR(r.yaw, 0.5 + 0.05 * 2.0, 1e-12);
+  EXPECT_EQ(r.vx, 3.0);
+  catalogue.forget_late_pose();
+  EXPECT_FALSE(catalogue.pose_is_late());
+  EXPECT_EQ(catalogue.nuisances().size(), 1U);
+  EXPECT_EQ(catalogue.build(catalogue.null_model()).params().size(), plain);
+}
+
 }  // namespace test_diagnose_candidates
 }  // namespace gripline::diagnose

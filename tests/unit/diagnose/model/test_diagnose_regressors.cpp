@@ -52,6 +52,23 @@ TEST_F(Regressors, OfAModelAreDerivativesOfItsRates) {
   }
 }
 
+/// Also beside an effect with memory, where derivatives by parameters of the car are differences.
+TEST_F(Regressors, OfALatePoseAreWhatItsReadingsMove) {
+  rig_.catalogue().allow_for_late_pose(0, 0.01);
+  const ModelSpec bare = rig_.catalogue().null_model();
+  for (const ModelSpec& model : {bare, rig_.catalogue().with(bare, rig_.catalogue().find("relaxation"))}) {
+    const Linearised l = linearise_with_regressors(rig_.catalogue(), model, trace(), 2);
+    const std::vector<double>& reading = l.own.front().reading;
+    ASSERT_EQ(reading.size(), trace().size() * channels);
+    for (std::size_t k = 0; k < trace().size(); k += 10) {
+      // The place moves back by a second of travel for a second of delay; nothing else changes.
+      EXPECT_NEAR(std::hypot(reading[k * channels], reading[k * channels + 1]),
+                  std::hypot(trace().motion[k * 6 + 3], trace().motion[k * 6 + 4]), 1e-6);
+      for (std::size_t c = 2; c < channels; ++c) EXPECT_EQ(reading[k * channels + c], 0.0);
+    }
+  }
+}
+
 TEST_F(Regressors, OfCandidatesStartFromNeutral) {
   const ModelSpec bare = rig_.catalogue().null_model();
   const LinearModel lm = linearise(rig_.catalogue().build(bare), trace(), 2);
