@@ -83,6 +83,7 @@ TEST(Conformance, FindsEveryPlantedFault) {
   const std::map<std::string, std::pair<std::string, std::string>> planted = {
       {"effect broken.value_in_act", {"derivatives", "d ax / d vx is "}},
       {"effect broken.divides_by_zero", {"finite", "an answer at the edges"}},
+      {"vehicle broken.forgets_loads", {"finite", "an answer on an ordinary step is"}},
       {"effect broken.first_point_for_all", {"batch", "among 17 points"}},
       {"effect broken.scratch", {"threads", "four threads"}},
       {"estimator broken.wrong_sign", {"learns", "worse"}},

@@ -6,6 +6,7 @@
 
 #include "support/paths.hpp"
 #include "support/program.hpp"
+#include "util/csv.hpp"
 
 namespace gripline {
 namespace test_new_plugin {
@@ -23,6 +24,20 @@ class NewPlugin : public testing::TestWithParam<std::string> {
   static std::string path() {
     return gripline_program().parent_path().string() + ":" +
            (std::getenv("PATH") != nullptr ? std::getenv("PATH") : "");
+  }
+  /// Speeds of the car my_first, which begins at rest and is braked for a second [m/s].
+  std::vector<double> braked_from_rest() {
+    write_text(folder_ / "brakes.json", R"({
+      "world": {"extends": "worlds/ethz.json", "laps": null, "timeout": null, "duration": "1 s", "start": {"speed": 0},
+                "plant": {"plugin": "my_first", "params": null, "integrator": null, "note": null},
+                "time_optimal_laps": null},
+      "base": {"model": {"plugin": "ekinematic"}, "planner": {"plugin": "fixed_speed", "params": {"mu": 0.3}},
+               "controller": {"plugin": "spy.constant", "params": {"d": -1}}},
+      "stacks": {"brakes": {}}})");
+    const Outcome drove = run({"gripline", "run", "brakes.json", "--stack", "brakes", "--out", "braked", "--plugins",
+                               "my_first/build", "--plugins", fixture_plugins("spies")});
+    EXPECT_EQ(drove.code, 0) << drove.out << drove.err;
+    return read_csv(folder_ / "braked/brakes/1/steps.csv").column("vx_true_mps");
   }
   Folder folder_;
 };
@@ -54,6 +69,11 @@ TEST_P(NewPlugin, BuildsConformsAndRaces) {
   EXPECT_EQ(lines(folder_ / "out/try/table.csv").size(), 3U);
   EXPECT_THAT(contents(folder_ / "out/try/runs.csv"), HasSubstr(",1,finished,"));
   EXPECT_THAT(contents(folder_ / "out/try/runs.csv"), testing::Not(HasSubstr("error"))) << raced.err;
+  if (GetParam() == "vehicle" || GetParam() == "plant") {
+    const std::vector<double> speeds = braked_from_rest();
+    EXPECT_GT(speeds.size(), 49U);
+    EXPECT_THAT(speeds, testing::Each(testing::DoubleNear(0.0, 0.05)));
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(Kinds, NewPlugin,

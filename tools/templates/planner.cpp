@@ -35,11 +35,14 @@ class NewPlugin final : public gripline::SpeedPlanner {
       const gripline::LinePoint &p = line_[i], &q = line_[(i + 1) % line_.size()];
       const double w = place - std::floor(place);
       gripline::RefPoint& r = horizon[k];
-      r.s = ahead, r.x = p.x + w * (q.x - p.x), r.y = p.y + w * (q.y - p.y), r.v = speed_;
+      r.s = place / static_cast<double>(line_.size()) * length;  // a station of line_
+      r.x = p.x + w * (q.x - p.x), r.y = p.y + w * (q.y - p.y), r.v = speed_, r.beta = 0;
       r.yaw = p.yaw + w * std::remainder(q.yaw - p.yaw, 2 * M_PI) + (side < 0 ? M_PI : 0);  // against the file: turned
       r.kappa = side * p.kappa, r.left = side > 0 ? p.left : p.right, r.right = side > 0 ? p.right : p.left;
-      r.at = now.at;
-      r.at.t = now.t + static_cast<double>(k) * dt_, r.at.s = p.station, r.at.kappa = p.kappa;
+      const gripline::CoursePoint c = course_.locate(r.x, r.y, p.station);  // of the centre line, in file order
+      r.at = {.t = now.t + static_cast<double>(k) * dt_, .s = c.s, .n = c.n, .lap_fraction = c.lap_fraction};
+      r.at.yaw_line = c.yaw, r.at.kappa = c.kappa, r.at.direction = side;
+      r.at.grade = side * c.grade, r.at.bank = side * c.bank;  // as the car drives
     }
   }
   std::span<const gripline::LinePoint> line() const override { return line_; }

@@ -7,7 +7,6 @@
 #include <gripline/slip.hpp>
 
 namespace {
-
 using gripline::Axle, gripline::param, gripline::State;
 
 class NewPlugin final : public gripline::Plant {
@@ -28,12 +27,13 @@ class NewPlugin final : public gripline::Plant {
     const double h = dt / steps, g = gripline::gravity, lf = car_.lf, lr = car_.lr;
     for (int i = 0; i < steps; ++i) {
       const gripline::Ground::Patch road = ground.at(x_.x, x_.y, x_.yaw);
-      const double forward = std::max(std::abs(x_.vx), 0.3), c = std::cos(x_.yaw), s = std::sin(x_.yaw);
-      front_ = road.factor * tyre_force(Axle::front, gripline::front_slip(forward, x_.vy, x_.omega, delta, lf));
-      rear_ = road.factor * tyre_force(Axle::rear, gripline::rear_slip(forward, x_.vy, x_.omega, lr));
-      const double across = front_ * std::cos(delta), vx = x_.vx, vy = x_.vy;
+      const double vx = x_.vx, vy = x_.vy, along = std::clamp(10.0 * vx, -1.0, 1.0);  // from -1 backwards to 1 forwards
+      const double forward = std::max(std::abs(vx), 0.3), c = std::cos(x_.yaw), s = std::sin(x_.yaw);
+      front_ = road.factor * tyre_force(Axle::front, gripline::front_slip(forward, vy, x_.omega, along * delta, lf));
+      rear_ = road.factor * tyre_force(Axle::rear, gripline::rear_slip(forward, vy, x_.omega, lr));
+      const double across = front_ * std::cos(delta), push = k_.k_d * (d < 0 ? along * d : d);  // brakes oppose motion
       x_.x += h * (vx * c - vy * s), x_.y += h * (vx * s + vy * c), x_.yaw += h * x_.omega;
-      x_.vx += h * (k_.k_d * d - k_.k_r * vx + vy * x_.omega - g * std::sin(road.grade));
+      x_.vx += h * (push - k_.k_r * vx + vy * x_.omega - g * std::sin(road.grade));
       x_.vy += h * ((rear_ + across) / car_.m - vx * x_.omega + g * std::sin(road.bank));
       x_.omega += h * (lf * across - lr * rear_) / car_.Iz;
     }

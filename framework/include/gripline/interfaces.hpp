@@ -30,11 +30,14 @@ class VehicleModel {
   /// same. An effect of another stage is refused with that reason.
   virtual unsigned stages() const noexcept = 0;
   /// Fills the quantities of the stages first .. last of all n points, each stage from the quantities before it; the
-  /// host has set the state, d, delta and delta_rate; quantities of stages that the model lacks are zero. `load` fills
-  /// drive_force, m, Iz, lf and lr; `body` must fill ax, ay, aw and copy grade and bank from the place. memory and
-  /// history are null. points.params are the model's own, in the order of its declaration.
+  /// host has set the state, d, delta and delta_rate; quantities of stages that the model lacks are zero. Each stage
+  /// that it has fills all of its own, which hold anything on entry: `drive` motor, emf, brake, rolling and drag;
+  /// `load` drive_force, m, Iz, lf, lr, load_front and load_rear; `tyre` slip_front, slip_rear, peak_front, peak_rear,
+  /// stiff_front and stiff_rear; `force` force_front and force_rear; `body` ax, ay, aw, grade and bank, the last two
+  /// from the place (0 where the car does not feel the slope). memory and history are null. points.params are the
+  /// model's own, in the order of its declaration.
   virtual void evaluate(Stage first, Stage last, const Points<double>& points) const = 0;
-  /// The same formula with derivatives: values must equal those of the overload above.
+  /// The same formula with derivatives: values v are those of the overload above to rounding, within 1e-9 (1 + |v|).
   virtual void evaluate(Stage first, Stage last, const Points<Dual8>& points) const = 0;
 };
 
@@ -59,7 +62,7 @@ class Effect {
   /// Changes the quantities of its stage in points.q (of Stage::reading: points.reading) for all n points, and writes
   /// every points.memory_rate of its own. Several effects of one stage act one after the other.
   virtual void apply(const Points<double>& points) const = 0;
-  /// The same formula with derivatives: values must equal those of the overload above.
+  /// The same formula with derivatives: values v are those of the overload above to rounding, within 1e-9 (1 + |v|).
   virtual void apply(const Points<Dual8>& points) const = 0;
 };
 
@@ -68,7 +71,7 @@ class TyreCurve {
  public:
   virtual ~TyreCurve() = default;
   /// Fills force [N] and, where not empty, its standard deviation sigma [N] of the axle at each slip angle [rad],
-  /// at the axle's present load. Signs as in Quantities: a positive slip angle gives a positive force, to the left.
+  /// at the axle's static load. Signs as in Quantities: a positive slip angle gives a positive force, to the left.
   /// `force` is as long as `slip`; `sigma` is so too, or empty. False when it knows no tyre: the spans are then left
   /// alone. Planners may call it within their `plan`.
   virtual bool tyre_force(Axle axle, std::span<const double> slip, std::span<double> force,
@@ -197,7 +200,7 @@ class Truth {
   /// those of Stage::command are left out, and those that have memory. params, memory and history are not read. False
   /// when the world's car is a Plant; points are then left alone.
   virtual bool accelerations(const Points<double>& points) const = 0;
-  /// accelerations() with exact derivatives; values must equal those of the overload for double.
+  /// accelerations() with exact derivatives; values v are those of the overload for double within 1e-9 (1 + |v|).
   virtual bool accelerations(const Points<Dual8>& points) const = 0;
 };
 
@@ -228,7 +231,8 @@ class Plant {
   virtual double mu(Axle axle) const = 0;
   /// Lateral force [N] at a slip angle [rad] at static load and friction factor 1; signs as in TyreCurve: for Truth.
   virtual double tyre_force(Axle axle, double slip) const = 0;
-  /// Lateral force of an axle at the end of the last step, positive to the left [N]: for validation files.
+  /// Lateral force of an axle at the end of the last step, in its wheels' axes, positive to the left [N]: for
+  /// validation files.
   virtual double axle_force(Axle axle) const = 0;
 };
 

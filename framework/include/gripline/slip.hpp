@@ -4,8 +4,8 @@
 ///     front = delta - atan2(omega lf + vy, forward),   rear = atan2(omega lr - vy, forward)
 ///
 /// `forward` stands for the forward speed [m/s]: |vx| in a plant, max(|vx|, v_min) in a model whose derivatives must
-/// stay finite at standstill. T, that of vy, is double or Dual<N>; whatever else is given may be a plain double, such
-/// as the car's geometry.
+/// stay finite at standstill. T, that of vy (of the angle in steered_along_motion), is double or Dual<N>; whatever else
+/// is given may be a plain double, such as the car's geometry.
 /// Source: Kalaria, Lin, Dolan, arXiv 2303.08235, the dynamic model's slip angles, with |vx| as in the published plant.
 #pragma once
 
@@ -16,8 +16,12 @@
 
 namespace gripline {
 
-/// The steering angle seen along the motion: wheels of a car that rolls backwards point to the other side [rad].
-inline double steered_along_motion(double vx, double delta) { return vx < 0.0 ? -delta : delta; }
+/// The steering angle seen along the motion: wheels of a car that rolls backwards point to the other side [rad]. It
+/// jumps at rest: a model that is evaluated there lets the forces that come of it fade towards standstill.
+template <class T>
+T steered_along_motion(const std::type_identity_t<T>& vx, const T& delta) {
+  return vx < T(0) ? T(-delta) : delta;
+}
 
 /// Slip angle of the front axle, which lies lf [m] before the centre of gravity and is steered by delta [rad].
 template <class T>

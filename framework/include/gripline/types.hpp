@@ -272,7 +272,8 @@ inline double total_mu(const Belief& belief, const Car& car) {
   return (belief.mu_front * car.lr + belief.mu_rear * car.lf) / (car.lf + car.lr);
 }
 
-/// Where the car should be k steps ahead.
+/// Where the car should be k steps ahead. All members are finite: where no edge is to hold the car back, `left` and
+/// `right` are large numbers, such as a kilometre.
 struct RefPoint {
   double s = 0;      ///< station on the closed line that the planner counts along [m]: of the point of that line beside
                      ///< this one where the plan leads elsewhere, as a time-optimal lap does; so no distance driven

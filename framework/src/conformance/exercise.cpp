@@ -187,7 +187,12 @@ class PlannerExercise final : public Exercise {
   void plan(const State& x, std::int64_t k, Answers answers) {
     const double mu = 0.7 + 0.2 * std::sin(0.02 * static_cast<double>(k));
     planner_->plan(bench_.observe(x, 0.2, k), {.mu_front = mu, .mu_rear = mu, .trusted = k > 100}, nullptr, horizon_);
-    for (const RefPoint& r : horizon_) add(answers, {r.s, r.x, r.y, r.yaw, r.kappa, r.v, r.left, r.right, r.beta});
+    for (const RefPoint& r : horizon_) {
+      const Place& at = r.at;
+      add(answers, {r.s, r.x, r.y, r.yaw, r.kappa, r.v, r.left, r.right, r.beta});
+      add(answers,
+          {at.t, at.s, at.n, at.lap_fraction, at.yaw_line, at.kappa, at.grade, at.bank, at.direction, at.grip});
+    }
     add(answers, {planner_->latency()});
   }
   Bench& bench_;

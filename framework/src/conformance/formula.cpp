@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <limits>
 #include <random>
 
 #include "conformance/recorded_drive.hpp"
@@ -34,6 +35,21 @@ Quantities<double> corner() {
   q.force_front = 0.06, q.force_rear = 0.05;
   q.ax = 0.4, q.ay = 1.6, q.aw = -0.8, q.grade = 0.01, q.bank = -0.02;
   return q;
+}
+
+/// What a model of these stages is to fill becomes NaN: what it reads too early or leaves unfilled shows in its
+/// answers. Quantities of stages that it lacks are zero, as in a race.
+template <class T>
+void forget(Quantities<T>& q, unsigned stages) {
+  const auto set = [stages](Stage stage, auto&... members) {
+    const T unfilled((stages & stage_bit(stage)) != 0 ? std::numeric_limits<double>::quiet_NaN() : 0.0);
+    ((members = unfilled), ...);
+  };
+  set(Stage::drive, q.motor, q.emf, q.brake, q.rolling, q.drag);
+  set(Stage::load, q.drive_force, q.m, q.Iz, q.lf, q.lr, q.load_front, q.load_rear);
+  set(Stage::tyre, q.slip_front, q.slip_rear, q.peak_front, q.peak_rear, q.stiff_front, q.stiff_rear);
+  set(Stage::force, q.force_front, q.force_rear);
+  set(Stage::body, q.ax, q.ay, q.aw, q.grade, q.bank);
 }
 
 /// The road below instant i of a call: places differ, so that a formula that reads the wrong one is seen.
@@ -152,6 +168,7 @@ class PluginFormula final : public Formula {
     for (std::size_t i = 0; i < batch.points.n; ++i) {
       T* const into = reading_ ? reinterpret_cast<T*>(&batch.readings[i]) : reinterpret_cast<T*>(&batch.q[i]);
       for (std::size_t j = 0; j < width(); ++j) into[j] = rows[i * row + j];
+      if (model_ != nullptr) forget(batch.q[i], model_->stages());
       for (std::size_t j = 0; j < memory_; ++j) batch.memory[i * memory_ + j] = rows[i * row + width() + j];
     }
   }

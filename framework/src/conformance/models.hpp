@@ -65,7 +65,8 @@ class RollingCar final : public AutoDiffVehicle<RollingCar> {
   }
 };
 
-/// ax, ay, aw of the recorded drive's car (recorded_drive.hpp) at friction factor 1.
+/// ax, ay, aw of the recorded drive's car (recorded_drive.hpp) at friction factor 1; of one that rolls backwards too,
+/// whose resistance and front wheels oppose the motion.
 template <class T>
 void true_accelerations(Quantities<T>& q) {
   using std::abs;
@@ -75,9 +76,11 @@ void true_accelerations(Quantities<T>& q) {
   using namespace published;
   constexpr double m = car.m, Iz = car.Iz, lf = car.lf, lr = car.lr;
   const T forward = abs(q.vx);
-  const T front = Df * sin(Cf * atan(Bf * front_slip(forward, q.vy, q.omega, q.delta, T(lf))));
+  const T turned = steered_along_motion(q.vx, q.delta);
+  const T front = Df * sin(Cf * atan(Bf * front_slip(forward, q.vy, q.omega, turned, T(lf))));
   const T rear = Dr * sin(Cr * atan(Br * rear_slip(forward, q.vy, q.omega, T(lr))));
-  const T resistance = Cr0 + Cd * square(q.vx);
+  T resistance = Cr0 + Cd * square(q.vx);
+  if (q.vx < T(0)) resistance = -resistance;
   q.ax = ((Cm1 - Cm2 * q.vx) * q.d - resistance - front * sin(q.delta)) * (1 / m) + q.vy * q.omega;
   q.ay = (rear + front * cos(q.delta)) * (1 / m) - q.vx * q.omega;
   q.aw = (front * lf * cos(q.delta) - rear * lr) * (1 / Iz);

@@ -16,7 +16,8 @@ inline constexpr double dt = 0.02;  // [s]
 
 inline Car small_car() { return published::car; }
 
-/// The published 1:43 car, by the equations of the paper; friction multiplies both axles' peaks.
+/// The published 1:43 car, by the equations of the paper, which are those of a car that drives forward: backwards its
+/// front wheels and its resistance would push it. Friction multiplies both axles' peaks.
 struct TrueCar {
   Car car = small_car();
   double Bf = published::Bf, Cf = published::Cf, Df = published::Df;

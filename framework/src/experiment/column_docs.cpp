@@ -69,8 +69,10 @@ constexpr ColumnDoc others[] = {
     {"replay.csv", "mu_sigma_rear", "1", "", "standard deviation of mu_belief_rear"},
     {"replay.csv", "slip_front_rad", "rad", "", "true slip angle of the front axle, under delta_applied_rad"},
     {"replay.csv", "slip_rear_rad", "rad", "", "true slip angle of the rear axle"},
-    {"replay.csv", "force_front_n", "N", "", "true lateral force of the front axle, positive to the left"},
-    {"replay.csv", "force_rear_n", "N", "", "true lateral force of the rear axle"},
+    {"replay.csv", "force_front_n", "N", "",
+     "true lateral force of the front axle at t_s, in the wheels' axes, positive to the left; of a plant that is a "
+     "plugin, under the command before"},
+    {"replay.csv", "force_rear_n", "N", "", "likewise of the rear axle"},
     {"replay.csv", "planK_x_m", "m", "", "the controller's prediction, ten points spread over its horizon"},
     {"replay.csv", "planK_y_m", "m", "", "the same"},
     {"replay.csv", "refK_x_m", "m", "", "the planner's reference, ten points spread over the horizon"},

@@ -13,6 +13,7 @@ PluginContext context_of(const WorldSpec& spec) {
   PluginContext context;
   context.car = spec.car.car;
   context.dt = spec.dt;
+  context.hold = spec.hold;
   return context;
 }
 

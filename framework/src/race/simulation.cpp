@@ -29,6 +29,14 @@ void require_finite(const std::string& who, double t, const char* what, std::ini
       throw PluginFailure(who + format(" at t = %f s: returned %s that is not a number", t, what));
 }
 
+/// Every member of a reference: controllers may read any of them.
+void require_finite(const std::string& who, double t, const RefPoint& r) {
+  const Place& at = r.at;
+  require_finite(who, t, "a reference", {r.s, r.x, r.y, r.yaw, r.kappa, r.v, r.left, r.right, r.beta});
+  require_finite(who, t, "a reference",
+                 {at.t, at.s, at.n, at.lap_fraction, at.yaw_line, at.kappa, at.grade, at.bank, at.direction, at.grip});
+}
+
 }  // namespace
 
 Simulation::Simulation(World& world, Stack& stack, Metrics& metrics, Recorder* recorder)
@@ -94,8 +102,7 @@ void Simulation::decide() {
   model_ = belief.model;
   timed_call(stack_.spec().planner.id(), now_.t, timing_.plan_ms,
              [&] { stack_.planner().plan(acted_on_, belief.mu, belief.learned, horizon_); });  // line 14
-  for (const RefPoint& point : horizon_)
-    require_finite(stack_.spec().planner.id(), now_.t, "a reference", {point.x, point.y, point.yaw, point.v});
+  for (const RefPoint& point : horizon_) require_finite(stack_.spec().planner.id(), now_.t, point);
   timed_call(stack_.spec().controller.id(), now_.t, timing_.solve_ms,
              [&] { command_ = stack_.controller().control(acted_on_, horizon_, *belief.model); });  // line 15
   require_finite(stack_.spec().controller.id(), now_.t, "a command", {command_.u.d, command_.u.ddelta});

@@ -198,7 +198,7 @@ class World::PluginPlant final : public World::CarDynamics {
   void begin_step(const Place&, double) override {}  // the ground tells the friction
   State advance(const State& x, const Input& u, const Place&) override {
     const double delta = x.delta + dt_ * u.ddelta;
-    acting_ = acting_with(plant_->axle_force(Axle::front), plant_->axle_force(Axle::rear), x, u);
+    acting_ = now_under(x, u);
     State next = plant_->advance(u.d, delta, dt_, ground_);
     next.delta = delta;
     return next;
@@ -206,16 +206,15 @@ class World::PluginPlant final : public World::CarDynamics {
   double peak_mu(Axle axle) const override { return plant_->mu(axle); }
   double curve(Axle axle, double slip) const override { return plant_->tyre_force(axle, slip); }
   Acting acting() const override { return acting_; }
-  Acting acting_under(const State& x, const Input& next, const Place&) override {
-    return acting_with(acting_.force_front, acting_.force_rear, x, next);
-  }
+  Acting acting_under(const State& x, const Input& next, const Place&) override { return now_under(x, next); }
   void read(Reading<double>&, const Place&) const override {}
   bool accelerations(const Points<double>&) const override { return false; }
   bool accelerations(const Points<Dual8>&) const override { return false; }
 
  private:
-  Acting acting_with(double force_front, double force_rear, const State& x, const Input& u) const {
-    Acting acting = {u.d, x.delta + dt_ * u.ddelta, force_front, force_rear};
+  /// The plant's forces are those at x, where its last step ended.
+  Acting now_under(const State& x, const Input& u) const {
+    Acting acting = {u.d, x.delta + dt_ * u.ddelta, plant_->axle_force(Axle::front), plant_->axle_force(Axle::rear)};
     const double forward = std::abs(x.vx);
     acting.slip_front = front_slip(forward, x.vy, x.omega, steered_along_motion(x.vx, acting.delta), car_.lf);
     acting.slip_rear = rear_slip(forward, x.vy, x.omega, car_.lr);
@@ -257,6 +256,7 @@ World::World(const WorldSpec& spec, std::uint64_t seed)
   PluginContext context;
   context.car = spec.car.car;
   context.dt = spec.dt;
+  context.hold = spec.hold;
   context.seed = seed;
   context.course = &course_;
   road_ = std::make_unique<WorldGround>(*this);

@@ -28,6 +28,7 @@ void check_plant(const WorldSpec& world, const Node& node, Errors& errors) {
   PluginContext context;
   context.car = world.car.car;
   context.dt = world.dt;
+  context.hold = world.hold;
   // In a process of its own: a plant that crashes is reported by the run.
   const ChildResult result = run_in_child(10.0, [&](const SendMessage& send) {
     try {

@@ -23,14 +23,16 @@ inline constexpr double table_step = 2 * table_reach / static_cast<double>(table
 /// Slip angle at a knot [rad].
 constexpr double table_slip(std::ptrdiff_t knot) { return -table_reach + static_cast<double>(knot) * table_step; }
 
-/// Where a slip angle lies in a table: the knot before it, and the share of the step to the next.
+/// Where a slip angle lies in a table: the knot before it, and the share of the step to the next, which is NaN where
+/// the slip is.
 struct TablePlace {
   std::ptrdiff_t knot;
   double share;
 };
 inline TablePlace table_place(double slip) {
   const double position = std::clamp((slip + table_reach) / table_step, 0.0, table_knots - 1.0);
-  const auto knot = std::min(static_cast<std::ptrdiff_t>(position), table_knots - 2);
+  constexpr std::ptrdiff_t last = table_knots - 2;
+  const auto knot = position < static_cast<double>(last) ? static_cast<std::ptrdiff_t>(position) : last;
   return {knot, position - static_cast<double>(knot)};
 }
 

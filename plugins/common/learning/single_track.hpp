@@ -37,6 +37,7 @@ T slip_speed(const T& vx, double v_min) {
   return max(T(abs(vx)), T(v_min));
 }
 
+/// Of a car that drives forward: nothing is learned of one that does not.
 inline Slips slips(const BodyVelocity& x, double delta, const Car& car) {
   const double forward = slip_speed(x.vx, car.v_min);
   return {front_slip(forward, x.vy, x.omega, delta, car.lf), rear_slip(forward, x.vy, x.omega, car.lr)};

@@ -1,6 +1,6 @@
 // e_pred of the paper: what axle forces and resistance change in the accelerations of the nominal model.
 //
-//   vx'    += (gain Fd - (Cr0 + Cd vx^2 + Ff sin(delta))) / m + vy omega
+//   vx'    += (gain Fd - (sign(vx) (Cr0 + Cd vx^2) + Ff sin(delta))) / m + vy omega
 //   vy'     = (Fr + Ff cos(delta)) / m - vx omega   (+ g sin(bank) where the nominal model leaves it out)
 //   omega'  = (Ff lf cos(delta) - Fr lr + arm (1 + gain) Fd (Fr + Ff cos(delta)) / (m g)) / Iz
 //
@@ -11,6 +11,7 @@
 // rows are that sum. Its slope terms stand here with g for m and with the road's signs (grade and bank are added by the
 // framework). If the nominal model has tyres itself, its own part of vx' is removed first. Below v_min the correction
 // fades, the bank's pull with it: at rest the model is the nominal one. The grade is the nominal model's at any speed.
+// All was learned driving forward; backwards resistance and side forces oppose the motion as they do forwards.
 #pragma once
 
 #include <cmath>
@@ -54,7 +55,7 @@ void correct_body(Quantities<T>& q, const Place& at, const CorrectionTerms& term
   const T forward = slip_speed(q.vx, v_min);
   const T front = at.grip * q.load_front, rear = at.grip * q.load_rear;
   const T ff = front * ellipse.side_share(Axle::front, drive_force, front, peaks.front) *
-               force(Axle::front, front_slip(forward, q.vy, q.omega, q.delta, q.lf));
+               force(Axle::front, front_slip(forward, q.vy, q.omega, steered_along_motion(q.vx, q.delta), q.lf));
   const T fr = rear * ellipse.side_share(Axle::rear, drive_force, rear, peaks.rear) *
                force(Axle::rear, rear_slip(forward, q.vy, q.omega, q.lr));
   const T sine = sin(q.delta), cosine = cos(q.delta);
@@ -64,7 +65,9 @@ void correct_body(Quantities<T>& q, const Place& at, const CorrectionTerms& term
     straight += q.force_front * sine / q.m - q.vy * q.omega;
   else
     q.bank = faded<T>(q.bank, q.bank + at.bank, q.vx, v_min);
-  const T loss = resistance.Cr0 + resistance.Cd * square(q.vx) + ff * sine - missing;
+  T resisting = resistance.Cr0 + resistance.Cd * square(q.vx);
+  if (q.vx < T(0)) resisting = -resisting;
+  const T loss = resisting + ff * sine - missing;
   q.ax = faded<T>(q.ax, straight - loss / q.m + q.vy * q.omega, q.vx, v_min);
   q.ay = faded<T>(q.ay, (fr + ff * cosine) / q.m - q.vx * q.omega, q.vx, v_min);
   q.aw = faded<T>(q.aw, (ff * q.lf * cosine - fr * q.lr + moment) / q.Iz, q.vx, v_min);

@@ -16,6 +16,12 @@
 
 namespace gripline::planning {
 
+/// The entry of a table at or before a position, which is at least 0, the last but one at most. That one too where the
+/// position is NaN: what is interpolated from there is NaN as well.
+inline std::size_t entry_before(double position, std::size_t count) {
+  return position < static_cast<double>(count - 2) ? static_cast<std::size_t>(position) : count - 2;
+}
+
 /// Accelerations on a straight and level road, tabled over speed [m/s2]:
 /// v' = coast(v) + drive(v) at full throttle, coast(v) - brake(v) at full brake.
 class DriveLimits {
@@ -66,7 +72,7 @@ class DriveLimits {
   }
   Row at(double v) const {
     const double position = std::clamp(v / step_, 0.0, static_cast<double>(count - 1));
-    const std::size_t i = std::min(static_cast<std::size_t>(position), count - 2);
+    const std::size_t i = entry_before(position, count);
     const double w = position - static_cast<double>(i);
     const Row &p = rows_[i], &q = rows_[i + 1];
     return {p.coast + (q.coast - p.coast) * w, p.drive + (q.drive - p.drive) * w, p.brake + (q.brake - p.brake) * w};
@@ -153,7 +159,7 @@ class CornerLimits {
     const double a = (kappa < 0 ? -1.0 : 1.0) * (v * v * kappa - gravity * std::sin(bank));
     const double row = std::min(std::abs(kappa) / steepest_, 1.0) * (curvatures - 1);
     const double column = std::clamp(a / (mu * lateral_), 0.0, full_load) / full_load * (loads - 1);
-    const std::size_t i = std::min(static_cast<std::size_t>(row), curvatures - 2);
+    const std::size_t i = entry_before(row, curvatures);
     const auto in_row = [&](std::size_t at) {
       return lookup([&](std::size_t j) { return drag_at(at, j); }, column, loads);
     };
@@ -191,7 +197,7 @@ class CornerLimits {
   template <class Values>
   static double lookup(const Values& values, double position, std::size_t count) {
     const double inside = std::clamp(position, 0.0, static_cast<double>(count - 1));
-    const std::size_t i = std::min(static_cast<std::size_t>(inside), count - 2);
+    const std::size_t i = entry_before(inside, count);
     const double w = inside - static_cast<double>(i);
     return values(i) * (1.0 - w) + values(i + 1) * w;
   }

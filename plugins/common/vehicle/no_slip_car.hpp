@@ -14,7 +14,8 @@
 // for stacks that are given them. yaw_gain = 1 is the formula; the published code multiplies the yaw acceleration by L
 // where it should divide, which is yaw_gain = L^2: the observed yaw rate then holds over the horizon. Near the limit a
 // car turns far less than one without slip, and a controller on the formula oscillates between the edges
-// (framework/doc/models.md). Without slip a bank moves no car sideways: no model here has a term for it.
+// (framework/doc/models.md). Without slip a bank moves no car sideways: no model here has a term for it. A grade
+// changes vx alone: side speed and yaw rate of a steered car that drives forward do not follow it.
 #pragma once
 
 #include <array>

@@ -10,8 +10,9 @@
 // visited, and the covariance says how well it is known.
 //
 // Forgetting is directional: friction multiplies a tyre's whole curve, so between steps the covariance grows along the
-// present curves (both axles together, and each alone) and, very slowly, back towards the prior. The shape that was
-// learned at large slips is kept on a straight, and the covariance stays bounded.
+// present curves (both axles together, and each alone) and, very slowly, in all directions, by the prior's in every
+// `shape_memory`. The shape that was learned at large slips is kept on a straight. Nothing bounds the covariance: where
+// no sample tells anything it grows beyond the prior's.
 //
 // After a sudden change (sudden_change.hpp) uncertainty is added along the curves, what was taken for noise of the last
 // reading is doubted, and the next samples set the new scale.

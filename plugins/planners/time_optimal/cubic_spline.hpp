@@ -20,13 +20,13 @@ class CubicSpline {
   struct Value {
     double f = 0, slope = 0, curvature = 0;
   };
-  /// Beyond the ends the curve goes on along its last tangent.
+  /// Beyond the ends the curve goes on along its last tangent; where x is NaN, all of it is.
   Value at(double x) const {
     const double position = (x - lo_) / step_;
     const double last = static_cast<double>(values_.size() - 1);
     if (position <= 0.0) return {values_.front() + slopes_.front() * position, slopes_.front() / step_, 0.0};
     if (position >= last) return {values_.back() + slopes_.back() * (position - last), slopes_.back() / step_, 0.0};
-    const std::size_t i = std::min(static_cast<std::size_t>(position), values_.size() - 2);
+    const std::size_t i = position < last - 1.0 ? static_cast<std::size_t>(position) : values_.size() - 2;
     const double u = position - static_cast<double>(i);
     const double p = values_[i], rise = values_[i + 1] - p, a = slopes_[i], b = slopes_[i + 1];
     const double c2 = 3.0 * rise - 2.0 * a - b, c3 = a + b - 2.0 * rise;

@@ -25,7 +25,7 @@ TyreBelief::TyreBelief(const Car& car, const LapParams& params) : car_(car), gen
 
 void TyreBelief::see(const State& x) {
   const double forward = std::max(std::abs(x.vx), car_.v_min);
-  front_seen_.add(front_slip(forward, x.vy, x.omega, x.delta, car_.lf));
+  front_seen_.add(front_slip(forward, x.vy, x.omega, steered_along_motion(x.vx, x.delta), car_.lf));
   rear_seen_.add(rear_slip(forward, x.vy, x.omega, car_.lr));
 }
 

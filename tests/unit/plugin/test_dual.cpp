@@ -87,5 +87,14 @@ TEST(Slip, TakesTheCarsGeometryAsPlainNumbers) {
   EXPECT_GT(all.d[1], 0.0);
 }
 
+TEST(Slip, SteeringSeenAlongTheMotionKeepsItsDerivatives) {
+  const Dual8 delta = Dual8::variable(0.2, 3);
+  EXPECT_EQ(gripline::steered_along_motion(Dual8(-1.0), delta).v, -0.2);
+  EXPECT_EQ(gripline::steered_along_motion(Dual8(-1.0), delta).d[3], -1.0);
+  EXPECT_EQ(gripline::steered_along_motion(1.0, delta).d[3], 1.0);
+  EXPECT_EQ(gripline::steered_along_motion(0.0, 0.2), 0.2);
+  EXPECT_EQ(gripline::steered_along_motion(-1e-9, 0.2), -0.2);
+}
+
 }  // namespace test_dual
 }  // namespace gripline_users

@@ -391,6 +391,36 @@ TEST(World, WhatActsIsWhatTheActuatorsMakeOfTheCommand) {
   EXPECT_DOUBLE_EQ(ramp.acting_under({0.9, 5}).delta, 0.02);
 }
 
+/// A plant's force and the slip beside it are of one instant.
+TEST(World, ForcesOfAPlantAreThoseOfNow) {
+  const WorldSpec spec =
+      world_of(R"({"start": {"speed": 1.5}, "plant": {"plugin": "spy.known_forces", "params": null}})");
+  World world(spec, 1);
+  const auto known = [&](const State& x) { return spec.car.car.m * x.vx * x.omega; };
+  for (int k = 0; k < 8; ++k) {
+    const Input u = {0.2, k < 4 ? 3.0 : -4.0};
+    const State now = world.state();
+    const World::Acting acting = world.acting_under(u);
+    EXPECT_DOUBLE_EQ(acting.force_front, known(now)) << k;
+    EXPECT_DOUBLE_EQ(acting.force_rear, 2 * known(now)) << k;
+    EXPECT_DOUBLE_EQ(acting.slip_rear, std::atan2(0.033 * now.omega - now.vy, now.vx)) << k;
+    world.advance(u);
+    EXPECT_EQ(world.acting().force_front, acting.force_front) << k;
+    EXPECT_NEAR(world.acting().slip_front, acting.slip_front, 1e-14) << k;
+    EXPECT_NE(known(world.state()), known(now)) << k;  // else a step too early would not show
+  }
+}
+
+TEST(World, ItsPluginsAreToldHowCommandsAreHeld) {
+  const auto ax = [](const std::string& hold) {
+    const WorldSpec spec =
+        world_of(R"({"input_hold": ")" + hold + R"(", "plant": {"effects": [{"plugin": "spy.hold"}]}})");
+    return told<double>(World(spec, 1), 1.5, 0, 0, 0.2, 0).ax;
+  };
+  EXPECT_NEAR(ax("foh"), ax("zoh") + 1.0, 1e-12);
+  EXPECT_NEAR(ax("rate"), ax("zoh") + 2.0, 1e-12);
+}
+
 TEST(World, SlipsAreThoseOfTheCarsGeometry) {
   const WorldSpec spec = world_of(R"({"start": {"speed": 1.5}})");
   World world(spec, 1);

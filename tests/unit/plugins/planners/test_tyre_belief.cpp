@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "planners/time_optimal/lap_dynamics.hpp"
 #include "support/planner_support.hpp"
 
@@ -47,6 +49,17 @@ TEST_F(TyreBeliefTest, ASlipIsVisitedOnceOneStepInTwoHundredHadMore) {
   EXPECT_LT(tyres_.visited_slip(), 0.05);
   for (int i = 0; i < 5; ++i) tyres_.see(slide);
   EXPECT_NEAR(tyres_.visited_slip(), 0.46, 0.02);
+}
+
+/// Backwards around a circle, as a car that spun does for a while: its wheels roll where they point.
+TEST_F(TyreBeliefTest, WheelsOfACarThatRollsBackwardsDoNotSlip) {
+  State back;
+  back.vx = -1.0;
+  back.delta = 0.3;
+  back.omega = back.vx * std::tan(back.delta) / (car_.lf + car_.lr);
+  back.vy = back.omega * car_.lr;
+  for (int i = 0; i < 300; ++i) tyres_.see(back);
+  EXPECT_LT(tyres_.visited_slip(), 0.02);
 }
 
 }  // namespace test_tyre_belief

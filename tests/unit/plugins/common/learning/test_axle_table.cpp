@@ -4,6 +4,7 @@
 
 #include <Eigen/Core>
 #include <cmath>
+#include <limits>
 #include <vector>
 
 #include "common/learning/generic_tyres.hpp"
@@ -42,6 +43,16 @@ TEST(TabulatedLayer, ReadsWhatTheTableOfACurveSays) {
     layer.read(slip, read);
     EXPECT_NEAR(3.0 * weights.dot(read), curve.at(slip).force, 1e-12) << slip;
   }
+}
+
+TEST(AxleTable, ForceAtASlipThatIsNoNumberIsNone) {
+  AxleTable curve;
+  for (std::ptrdiff_t i = 0; i < table_knots; ++i) curve.values()[static_cast<std::size_t>(i)] = table_slip(i);
+  const double none = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_TRUE(std::isnan(curve.at(none).force));
+  EXPECT_TRUE(std::isnan(curve.at(none).slope));
+  EXPECT_NEAR(curve.at(5.0).force, table_reach, 1e-12);
+  EXPECT_NEAR(curve.at(-5.0).force, -table_reach, 1e-12);
 }
 
 }  // namespace test_axle_table

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <limits>
 #include <span>
 
 #include "support/planner_support.hpp"
@@ -53,6 +55,24 @@ TEST(ClosedLine, PositionAndFootOnACircle) {
 }
 
 TEST(ClosedLine, RefusesTooFewSamples) { EXPECT_THROW(ClosedLine(std::vector<LinePoint>(3)), std::invalid_argument); }
+
+TEST(DriveLimits, OfASpeedThatIsNoNumberAreNone) {
+  const Registry registry = plugins();
+  DynamicCar model(registry, 0.02);
+  const DriveLimits limits(model.prediction(), car_1_43(), 0, 0);
+  const double none = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_TRUE(std::isnan(limits.coast(none)));
+  EXPECT_TRUE(std::isnan(limits.drive(none)));
+  EXPECT_TRUE(std::isnan(limits.brake(none)));
+  EXPECT_NEAR(limits.coast(100 * limits.top_speed()), limits.coast(limits.top_speed()), 1e-9);
+}
+
+TEST(CornerLimits, DragOfATurnThatIsNoNumberIsNone) {
+  const CornerLimits corners(car_1_43(), true_tyres(1.0), 3.0);
+  const double none = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_TRUE(std::isnan(corners.drag(0.8, 1.0, none, 0.0)));
+  EXPECT_TRUE(std::isnan(corners.drag(0.8, none, 1.0, 0.0)));
+}
 
 TEST(DriveLimits, AreTheOnesOfThe143Car) {
   const Registry registry = plugins();
