@@ -7,6 +7,7 @@
 
 #include "config/errors.hpp"
 #include "config/files.hpp"
+#include "geometry/height_drift.hpp"
 #include "util/numbers.hpp"
 #include "util/statistics.hpp"
 
@@ -306,9 +307,7 @@ void add_slopes(TrackShape& shape, const Middle& middle, const StationTable& inn
 void drop_closing_point_and_check_closed(std::vector<PlanePoint>& points) {
   const std::size_t n = points.size();
   // A closing point that was rounded, or surveyed again, is much nearer to the first than its neighbours are.
-  if (n > 3 && distance(points.front(), points.back()) <
-                   0.125 * std::min(distance(points[0], points[1]), distance(points[n - 2], points[n - 1])))
-    points.pop_back();
+  if (n > 3 && repeats_first(points, n - 1)) points.pop_back();
   double longest = 0.0;
   for (std::size_t i = 1; i < points.size(); ++i) longest = std::max(longest, distance(points[i], points[i - 1]));
   const double gap = distance(points.front(), points.back());
@@ -332,6 +331,15 @@ EdgePoints EdgePoints::from_table(const CsvTable& table) {
   edge.points = points_of(table, "x_m", "y_m", {});
   if (table.find("z_m") >= 0) {
     edge.heights = table.column("z_m");
+    if (const std::size_t lap = edge.points.size(); edge.heights.size() > lap) {  // that row repeats the first
+      std::vector<PlanePoint> points = edge.points;
+      points.push_back({table.column("x_m")[lap], table.column("y_m")[lap]});
+      try {
+        edge.remark = even_out_lap(points, edge.heights, lap);
+      } catch (const GeometryError& error) {
+        refuse(table, 0, error.what());
+      }
+    }
     edge.heights.resize(edge.points.size());
   }
   return edge;
@@ -364,6 +372,8 @@ TrackShape shape_from_edges(const EdgePoints& inner_points, const EdgePoints& ou
   if (!inner_points.heights.empty() && !outer_points.heights.empty())
     add_slopes(shape, middle, height_table(inner, inner_points.heights), height_table(outer, outer_points.heights),
                inner_left);
+  for (const auto& [edge, name] : {std::pair(&inner_points, "inner"), std::pair(&outer_points, "outer")})
+    if (!edge->remark.empty()) shape.remarks.push_back(std::string(name) + " edge: " + edge->remark);
   shape.points = ClosedPolyline(std::move(middle.points));
   return shape;
 }
