@@ -29,6 +29,8 @@ struct State {
 };
 /// Numbers in a State, for rows of a Prediction.
 inline constexpr int state_size = 7;
+/// The State of such a row.
+constexpr State state_of(const double* row) { return {row[0], row[1], row[2], row[3], row[4], row[5], row[6]}; }
 
 /// What a controller decides for one step.
 struct Input {
