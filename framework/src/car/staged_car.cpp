@@ -53,15 +53,11 @@ const T* effective_params(const CarBatch<T>& batch, const std::vector<double>& s
   }
   return batch.params;
 }
-constexpr std::size_t max_params = 256;
 
 }  // namespace
 
 StagedCar::StagedCar(const VehicleModel& model, std::vector<double> params)
-    : model_(&model),
-      params_(std::move(params)),
-      model_params_(params_.size()),
-      lacks_stages_((model.stages() & filling_stages) != filling_stages) {
+    : model_(&model), params_(std::move(params)), lacks_stages_((model.stages() & filling_stages) != filling_stages) {
   plan();
 }
 
@@ -72,7 +68,6 @@ void StagedCar::add(const Effect& effect, std::vector<double> params, const std:
                                 " stage, which this model does not have");
   if (stage == Stage::reading && effect.memory() > 0)
     throw std::invalid_argument("effect \"" + name + "\" has memory, which an effect of the reading stage cannot have");
-  if (params_.size() + params.size() > max_params) throw std::invalid_argument("more than 256 parameters in one car");
   parts_.push_back({&effect, params_.size(), static_cast<std::size_t>(memory_)});
   params_.insert(params_.end(), params.begin(), params.end());
   memory_ += effect.memory();

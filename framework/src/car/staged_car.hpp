@@ -103,8 +103,7 @@ class StagedCar {
   std::vector<Step> steps_;
   std::vector<std::size_t> reading_;  // parts of Stage::reading
   std::size_t remembering_ = 0;       // steps up to the last effect that has memory
-  std::size_t model_params_;
-  bool lacks_stages_;  // the model leaves quantities to be zero
+  bool lacks_stages_;                 // the model leaves quantities to be zero
   int memory_ = 0;
 };
 
