@@ -93,9 +93,10 @@ class StagedCar {
   void plan();
   template <class T>
   void run(std::span<const Step> steps, const Points<T>& chunk, const CarBatch<T>& batch, std::size_t begin) const;
-  /// Runs the steps chunk by chunk; `use(quantities, i)` sees point i of the batch after them.
-  template <class T, class Use>
-  void in_chunks(std::span<const Step> steps, const CarBatch<T>& batch, Scratch<T>& scratch, const Use& use) const;
+  /// Runs the steps chunk by chunk: that from point `begin` on fills `quantities_at(begin)`, and `use(quantities, i)`
+  /// sees point i of the batch after them.
+  template <class T, class At, class Use>
+  void in_chunks(std::span<const Step> steps, const CarBatch<T>& batch, const At& quantities_at, const Use& use) const;
 
   const VehicleModel* model_;
   std::vector<double> params_;
